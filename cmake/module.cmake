@@ -1,0 +1,28 @@
+# typodont_module(NAME SOURCES a.cpp … [PUBLIC lib …] [PRIVATE lib …] [PCH header …]): a static library typodont_NAME.
+function(typodont_module name)
+  cmake_parse_arguments(ARG "" "" "SOURCES;PUBLIC;PRIVATE;PCH" ${ARGN})
+  add_library(typodont_${name} STATIC ${ARG_SOURCES})
+  target_link_libraries(typodont_${name} PUBLIC typodont_options ${ARG_PUBLIC} PRIVATE ${ARG_PRIVATE})
+  if(ARG_PCH)
+    target_precompile_headers(typodont_${name} PRIVATE ${ARG_PCH})
+  endif()
+endfunction()
+
+# typodont_test(NAME KIND unit|property|golden|stress|bench|acceptance SOURCES a.cpp … [LIBS lib …]): a GoogleTest program;
+# every test in it becomes a ctest named KIND.Suite.Claim with the label KIND. [TIMEOUT s], [SERIAL]: not beside others.
+include(GoogleTest)
+function(typodont_test name)
+  cmake_parse_arguments(ARG "SERIAL" "KIND;TIMEOUT" "SOURCES;LIBS" ${ARGN})
+  if(NOT ARG_TIMEOUT)
+    set(ARG_TIMEOUT 300)
+  endif()
+  set(serial FALSE)
+  if(ARG_SERIAL)
+    set(serial TRUE)
+  endif()
+  add_executable(${name} ${ARG_SOURCES})
+  target_link_libraries(${name} PRIVATE typodont_options typodont_test_support ${ARG_LIBS} GTest::gtest GTest::gmock
+                                        GTest::gtest_main)
+  gtest_discover_tests(${name} TEST_PREFIX ${ARG_KIND}. DISCOVERY_TIMEOUT 60 WORKING_DIRECTORY ${PROJECT_SOURCE_DIR}
+                       PROPERTIES LABELS ${ARG_KIND} TIMEOUT ${ARG_TIMEOUT} RUN_SERIAL ${serial})
+endfunction()

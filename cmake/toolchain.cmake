@@ -1,0 +1,30 @@
+# Language, warnings, sanitizers, and the tools that make a build fast where they are present.
+set(CMAKE_CXX_STANDARD 20)
+set(CMAKE_CXX_STANDARD_REQUIRED ON)
+set(CMAKE_CXX_EXTENSIONS OFF)
+if(NOT CMAKE_BUILD_TYPE)
+  set(CMAKE_BUILD_TYPE Release)
+endif()
+
+find_program(CCACHE ccache)
+if(CCACHE)
+  set(CMAKE_CXX_COMPILER_LAUNCHER ${CMAKE_COMMAND} -E env CCACHE_SLOPPINESS=pch_defines,time_macros ${CCACHE})
+endif()
+find_program(MOLD mold)
+if(MOLD)
+  add_link_options(-fuse-ld=mold)
+endif()
+
+add_library(typodont_options INTERFACE)
+target_include_directories(typodont_options INTERFACE ${PROJECT_SOURCE_DIR})
+target_compile_options(typodont_options INTERFACE
+  -Wall -Wextra -Wpedantic -Werror -Wshadow -Wconversion -Wno-sign-conversion -Wnon-virtual-dtor -Woverloaded-virtual
+  -ffp-contract=off)  # the same bits with and without FMA: replays are compared bit for bit
+# Vulkan clip space: depth 0..1. Set once for all, so that no file can disagree.
+target_compile_definitions(typodont_options INTERFACE
+  GLM_FORCE_DEPTH_ZERO_TO_ONE GLM_ENABLE_EXPERIMENTAL TYPODONT_VERSION="${PROJECT_VERSION}")
+
+if(TYPODONT_SANITIZE)
+  add_compile_options(-fsanitize=${TYPODONT_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all)
+  add_link_options(-fsanitize=${TYPODONT_SANITIZE})
+endif()

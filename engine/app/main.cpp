@@ -1,0 +1,28 @@
+// typodont: reads the command line, runs one command, turns errors into messages and exit statuses.
+#include <CLI/CLI.hpp>
+#include <exception>
+
+#include "engine/app/commands/commands.h"
+#include "engine/base/error.h"
+#include "engine/base/log.h"
+
+int main(int argc, char** argv) {
+  using namespace typodont;
+  CLI::App app("Typodont: a co-located visual, haptic and audio workbench for hand-eye training on hard tissue");
+  app.set_version_flag("--version", TYPODONT_VERSION);
+  try {
+    app.parse(argc, argv);
+    return 0;
+  } catch (const CLI::Success& e) {  // --help, --version
+    return app.exit(e);
+  } catch (const CLI::ParseError& e) {
+    app.exit(e);
+    return 2;
+  } catch (const Error& e) {
+    log::error("{}", e.what());
+    return 2;
+  } catch (const std::exception& e) {
+    log::error("{}", e.what());
+    return 1;
+  }
+}

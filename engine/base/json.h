@@ -1,0 +1,70 @@
+// Reading JSON files with exact messages: every error names the file and the key, what was found and what was expected.
+#pragma once
+
+#include <filesystem>
+#include <initializer_list>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "engine/base/pose.h"
+
+namespace typodont {
+
+/// One value inside a JSON file, which knows its file and its path in it. Cheap to copy. Set-up time; throws Error.
+class Json {
+ public:
+  /// Reads a file. Duplicate keys, NaN literals and trailing garbage are errors.
+  static Json load(const std::filesystem::path& file);
+  /// Parses text; `name` stands in for the file in messages.
+  static Json parse(std::string_view text, std::string_view name);
+
+  bool is_object() const;
+  bool is_array() const;
+  bool is_string() const;
+  bool is_number() const;
+
+  bool has(std::string_view key) const;
+  Json operator[](std::string_view key) const;            // an error when it is missing
+  std::optional<Json> find(std::string_view key) const;   // nothing when it is missing
+  std::vector<Json> items() const;                        // of an array
+  std::vector<std::string> keys() const;                  // of an object
+  /// An error when the object holds any other key.
+  void allow_only(std::initializer_list<std::string_view> keys) const;
+
+  /// A finite number within [min, max].
+  double number(double min = -std::numeric_limits<double>::infinity(),
+                double max = std::numeric_limits<double>::infinity()) const;
+  long long integer(long long min = std::numeric_limits<long long>::min(),
+                    long long max = std::numeric_limits<long long>::max()) const;
+  bool boolean() const;
+  std::string string() const;
+  dvec3 vec3() const;                                     // [x, y, z]
+  std::vector<double> numbers(std::size_t count) const;   // exactly `count` of them
+
+  double number_or(std::string_view key, double fallback, double min = -std::numeric_limits<double>::infinity(),
+                   double max = std::numeric_limits<double>::infinity()) const;
+  bool boolean_or(std::string_view key, bool fallback) const;
+  std::string string_or(std::string_view key, std::string_view fallback) const;
+
+  /// Throws Error naming this value's place: "FILE: "a.b[2]": found …, expected …".
+  [[noreturn]] void fail(std::string_view expected) const;
+  [[noreturn]] void fail(std::string_view found, std::string_view expected) const;
+  const std::filesystem::path& file() const;
+  std::string text() const;  // the value itself, as compact JSON
+
+ private:
+  struct Document;
+  Json(std::shared_ptr<const Document> document, const void* value, std::string path);
+  std::shared_ptr<const Document> document_;
+  const void* value_;
+  std::string path_;
+};
+
+/// Writes a text file whole or not at all (through a temporary file and a rename). Throws Error when it cannot.
+void write_file_atomically(const std::filesystem::path& file, std::string_view bytes);
+
+}  // namespace typodont

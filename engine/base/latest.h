@@ -1,0 +1,49 @@
+// The newest value, from one thread to one other (triple buffer). Wait-free on both sides: nobody ever waits, nobody
+// ever sees half a value. Values that the reader never looked at are overwritten; use ring.h where each one counts.
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <cstdint>
+
+namespace typodont {
+
+/// One writer thread, one reader thread. T is written in place, so large values (a surface patch) cross without a copy,
+/// and the reader owns what it fetched, and may change it, until its next fetch().
+template <class T>
+class Latest {
+ public:
+  Latest() = default;
+  /// Every slot starts as a copy of `initial`, so that buffers inside T are sized at set-up, not in the loop.
+  explicit Latest(const T& initial) : slots_{initial, initial, initial} {}
+
+  // Writer thread.
+  T& back() noexcept { return slots_[back_]; }
+  void publish() noexcept {
+    back_ = middle_.exchange(static_cast<std::uint8_t>(back_ | kFresh), std::memory_order_acq_rel) & kIndex;
+  }
+  void publish(const T& value) noexcept {
+    back() = value;
+    publish();
+  }
+
+  // Reader thread.
+  /// Takes the newest value if there is one; true when it changed since the last fetch.
+  bool fetch() noexcept {
+    if (!(middle_.load(std::memory_order_relaxed) & kFresh)) return false;
+    front_ = middle_.exchange(front_, std::memory_order_acq_rel) & kIndex;
+    return true;
+  }
+  T& front() noexcept { return slots_[front_]; }
+  const T& front() const noexcept { return slots_[front_]; }
+
+ private:
+  static constexpr std::uint8_t kIndex = 3, kFresh = 4;
+
+  std::array<T, 3> slots_{};
+  alignas(64) std::atomic<std::uint8_t> middle_{1};
+  alignas(64) std::uint8_t back_ = 0;
+  alignas(64) std::uint8_t front_ = 2;
+};
+
+}  // namespace typodont

@@ -1,0 +1,40 @@
+// Messages for people, on standard error; results go to standard output and never through here.
+#pragma once
+
+#include <fmt/format.h>
+
+#include <string_view>
+
+namespace typodont::log {
+
+void write(std::string_view level, std::string_view text);
+
+template <class... Args>
+void info(fmt::format_string<Args...> format, Args&&... args) {
+  write("", fmt::format(format, std::forward<Args>(args)...));
+}
+template <class... Args>
+void warn(fmt::format_string<Args...> format, Args&&... args) {
+  write("warning: ", fmt::format(format, std::forward<Args>(args)...));
+}
+template <class... Args>
+void error(fmt::format_string<Args...> format, Args&&... args) {
+  write("error: ", fmt::format(format, std::forward<Args>(args)...));
+}
+
+/// Progress of long work: redraws one line when standard error is a terminal, otherwise prints each tenth once.
+class Progress {
+ public:
+  explicit Progress(std::string_view what);
+  ~Progress();
+  void update(double fraction);  // 0..1
+  Progress(const Progress&) = delete;
+  Progress& operator=(const Progress&) = delete;
+
+ private:
+  std::string what_;
+  int shown_ = -1;
+  bool terminal_;
+};
+
+}  // namespace typodont::log

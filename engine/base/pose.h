@@ -1,0 +1,53 @@
+// Rigid poses with monogram names (Drake's convention): X_AB is frame B as seen from frame A.
+// Inner letters meet: X_AC = X_AB * X_BC, p_AQ = X_AB * p_BQ. The frames are listed in ARCHITECTURE.md.
+#pragma once
+
+#include <cmath>
+#include <glm/glm.hpp>
+#include <glm/gtc/quaternion.hpp>
+
+namespace typodont {
+
+using glm::dquat;
+using glm::dvec3;
+
+/// A rotation and a translation, always right-handed (a mirror is a flag of the display, never a Pose). Trivially
+/// copyable, so it travels in messages. Metres.
+struct Pose {
+  dvec3 p{0, 0, 0};     // m, origin of B in A
+  dquat R{1, 0, 0, 0};  // unit quaternion, rotates vectors from B into A
+
+  /// A point given in B, as seen from A.
+  dvec3 operator*(const dvec3& p_BQ) const { return p + R * p_BQ; }
+  Pose operator*(const Pose& X_BC) const { return {p + R * X_BC.p, R * X_BC.R}; }
+  /// A direction or force given in B, expressed in A.
+  dvec3 rotate(const dvec3& v_B) const { return R * v_B; }
+};
+
+inline Pose inverse(const Pose& X_AB) {
+  const dquat R_BA = glm::conjugate(X_AB.R);
+  return {R_BA * -X_AB.p, R_BA};
+}
+
+/// Straight-line and slerp interpolation; s = 0 gives a, s = 1 gives b.
+inline Pose interpolate(const Pose& a, const Pose& b, double s) {
+  return {glm::mix(a.p, b.p, s), glm::slerp(a.R, b.R, s)};
+}
+
+/// The shortest rotation that takes unit vector `from` to unit vector `to`.
+inline dquat rotation_between(const dvec3& from, const dvec3& to) {
+  const double c = glm::dot(from, to);
+  if (c < -1.0 + 1e-12) {  // opposite: any perpendicular axis serves
+    const dvec3 axis = glm::normalize(glm::abs(from.x) < 0.9 ? glm::cross(from, dvec3(1, 0, 0))
+                                                             : glm::cross(from, dvec3(0, 1, 0)));
+    return {0, axis.x, axis.y, axis.z};
+  }
+  const dvec3 axis = glm::cross(from, to);
+  return glm::normalize(dquat(1 + c, axis.x, axis.y, axis.z));
+}
+
+inline bool is_finite(const dvec3& v) {
+  return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
+}
+
+}  // namespace typodont

@@ -1,0 +1,70 @@
+#include "engine/base/realtime.h"
+
+#include <fmt/format.h>
+#include <pthread.h>
+#include <sys/mman.h>
+#include <time.h>
+
+#include <cerrno>
+#include <cstring>
+
+#include "engine/base/clock.h"
+
+#ifdef __SSE2__
+#include <immintrin.h>
+#endif
+
+namespace typodont {
+
+RealtimeGranted enter_realtime(const RealtimeRequest& request) {
+  RealtimeGranted granted;
+  sched_param param{};
+  param.sched_priority = request.priority;
+  if (const int error = pthread_setschedparam(pthread_self(), SCHED_FIFO, &param); error == 0) {
+    granted.fifo = true;
+  } else {
+    granted.note += fmt::format("SCHED_FIFO refused ({}): allow it with 'rtprio 90' in /etc/security/limits.d; ",
+                                std::strerror(error));
+  }
+  if (request.core >= 0) {
+    cpu_set_t set;
+    CPU_ZERO(&set);
+    CPU_SET(static_cast<unsigned>(request.core), &set);
+    if (const int error = pthread_setaffinity_np(pthread_self(), sizeof set, &set); error == 0) {
+      granted.pinned = true;
+    } else {
+      granted.note += fmt::format("pinning to core {} refused ({}); ", request.core, std::strerror(error));
+    }
+  }
+  if (request.lock_memory) {
+    if (mlockall(MCL_CURRENT | MCL_FUTURE) == 0) {
+      granted.memory_locked = true;
+    } else {
+      granted.note += fmt::format("locking memory refused ({}): allow it with 'memlock unlimited'; ",
+                                  std::strerror(errno));
+    }
+  }
+  return granted;
+}
+
+void flush_denormals() noexcept {
+#ifdef __SSE2__
+  _mm_setcsr(_mm_getcsr() | 0x8040);  // FTZ and DAZ
+#endif
+}
+
+void sleep_until(long long deadline_ns) noexcept {
+  constexpr long long kSpin = 60'000;  // ns
+  if (deadline_ns - now() > kSpin) {
+    const long long wake = deadline_ns - kSpin;
+    const timespec t{wake / kNanosPerSecond, wake % kNanosPerSecond};
+    clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &t, nullptr);
+  }
+  while (now() < deadline_ns) {
+#ifdef __SSE2__
+    _mm_pause();
+#endif
+  }
+}
+
+}  // namespace typodont

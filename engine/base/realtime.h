@@ -1,0 +1,30 @@
+// What a thread asks of the operating system before it enters a real-time loop.
+#pragma once
+
+#include <string>
+
+namespace typodont {
+
+struct RealtimeRequest {
+  int priority = 80;        // SCHED_FIFO priority
+  int core = -1;            // pinned core, -1: not pinned
+  bool lock_memory = true;  // mlockall
+};
+
+struct RealtimeGranted {
+  bool fifo = false;
+  bool pinned = false;
+  bool memory_locked = false;
+  std::string note;  // in plain words what was refused and what mends it; empty when all was granted
+};
+
+/// Calling thread. Never throws: a refusal is reported, and the loop runs at ordinary priority.
+RealtimeGranted enter_realtime(const RealtimeRequest& request);
+
+/// Calling thread: denormals become zero, so that decaying filters cost the same as loud ones.
+void flush_denormals() noexcept;
+
+/// Sleeps until the moment, then spins the last 60 µs: a FIFO thread that only spins is throttled 50 ms a second.
+void sleep_until(long long deadline_ns) noexcept;
+
+}  // namespace typodont

@@ -1,0 +1,39 @@
+// A block of distance field on its way from the carver's sparse volume to the surface mesher.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <glm/glm.hpp>
+
+#include "engine/contract/tissue.h"
+
+namespace typodont {
+
+/// 16³ cells with one sample of apron on every side, in voxel index space. Cell (i,j,k) of brick `key` spans samples
+/// 16·key + (i,j,k) .. +1. Sample (x,y,z) of the arrays, each 0..18, lies at voxel 16·key − 1 + (x,y,z); x runs slowest.
+struct FieldBrick {
+  static constexpr int kCells = 16;
+  static constexpr int kSamples = kCells + 3;
+  static constexpr std::size_t kCount = std::size_t{kSamples} * kSamples * kSamples;
+
+  static constexpr std::size_t at(int x, int y, int z) {
+    return (static_cast<std::size_t>(x) * kSamples + static_cast<std::size_t>(y)) * kSamples +
+           static_cast<std::size_t>(z);
+  }
+
+  glm::ivec3 key{0};
+  std::array<float, kCount> distance;   // in voxels, negative inside the tissue, clamped to the band
+  std::array<Tissue, kCount> tissue;    // kAir only where no tissue is near
+};
+
+/// Where voxels lie: p_W = origin + voxel · index. The distance field and the tissue labels share it.
+struct VoxelFrame {
+  glm::dvec3 origin{0, 0, 0};  // m, position of voxel (0,0,0) in W
+  double voxel = 1e-4;         // m
+
+  glm::dvec3 to_world(const glm::dvec3& index) const { return origin + voxel * index; }
+  glm::dvec3 to_voxels(const glm::dvec3& p_W) const { return (p_W - origin) / voxel; }
+};
+
+}  // namespace typodont

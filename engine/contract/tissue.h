@@ -1,0 +1,46 @@
+// What the workbench drills: the tissues, and what each is made of.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string_view>
+
+#include "engine/base/pose.h"
+
+namespace typodont {
+
+/// A label per voxel; the order is the file format (grid "tissue" of a .vdb, columns of the ticks). Append only.
+enum class Tissue : std::uint8_t {
+  kAir,
+  kEnamel,
+  kDentin,
+  kCaries,
+  kPulp,
+  kCorticalBone,
+  kCancellousBone,
+  kGingiva,
+  kAmalgam,
+  kComposite,
+};
+inline constexpr int kTissueCount = 10;
+
+/// "enamel", "cortical_bone" …: the names used in every file.
+std::string_view name_of(Tissue tissue) noexcept;
+std::optional<Tissue> tissue_named(std::string_view name) noexcept;
+
+/// SI. Values come from assets/materials/, each with its source.
+struct Material {
+  double stiffness = 1e3;          // N/m, felt at a head wholly on this tissue when the coupling is 1 N/mm
+  double specific_energy = 30e9;   // J/m³ cut away
+  double static_friction = 0.2;
+  double dynamic_friction = 0.15;
+  double density = 2900;           // kg/m³
+  dvec3 color{1, 1, 1};            // sRGB, 0..1
+};
+using MaterialTable = std::array<Material, kTissueCount>;
+
+/// A quantity per tissue, e.g. removed volume in m³.
+using PerTissue = std::array<double, kTissueCount>;
+
+}  // namespace typodont

@@ -1,0 +1,74 @@
+// The tissue: a sparse signed distance field and a label per voxel, kept in OpenVDB behind this header.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <vector>
+
+#include "engine/contract/field_brick.h"
+#include "engine/contract/tissue.h"
+
+namespace typodont::haptics {
+
+/// A whole box of tissue as plain arrays: what importers and analytic solids make. z runs fastest:
+/// index (x·size.y + y)·size.z + z.
+struct DenseTissue {
+  VoxelFrame frame;             // voxel (0,0,0) of the arrays lies at frame.origin
+  glm::ivec3 size{0};
+  std::vector<float> distance;  // m, negative inside, a true distance wherever |distance| < band
+  std::vector<Tissue> tissue;   // of every voxel; outside the surface the nearest tissue is kept as far as one voxel
+                                // or more, so that labels can be read at the surface; kAir elsewhere
+  double band = 1.5e-3;         // m
+
+  std::size_t at(int x, int y, int z) const {
+    return (static_cast<std::size_t>(x) * size.y + static_cast<std::size_t>(y)) * size.z + static_cast<std::size_t>(z);
+  }
+};
+
+/// Sole owner of the tissue. One thread at a time (the carver's). Set-up functions throw Error.
+///
+/// File format (.vdb): grids "distance" (float, mm, level set, background = band) and "tissue" (int32 labels, see
+/// contract/tissue.h), both with the voxel in mm as linear transform, and metadata "typodont_version".
+class TissueVolume {
+ public:
+  explicit TissueVolume(const DenseTissue& dense);
+  static TissueVolume load(const std::filesystem::path& file);
+  ~TissueVolume();
+  TissueVolume(TissueVolume&&) noexcept;
+  TissueVolume& operator=(TissueVolume&&) noexcept;
+
+  /// Writes whole or not at all. Throws Error when the place is not writable.
+  void save(const std::filesystem::path& file) const;
+
+  const VoxelFrame& frame() const;
+  double band() const;  // m
+  /// Inclusive bounds, in voxels, of all voxels nearer than the band to a surface; lo > hi when there is none.
+  void bounds(glm::ivec3& lo, glm::ivec3& hi) const;
+
+  /// Copies a box of samples starting at voxel `lo`: distances in voxels (clamped to the band), labels. z fastest.
+  void copy(const glm::ivec3& lo, const glm::ivec3& size, float* distance, Tissue* tissue) const;
+
+  /// Raises the field to at least `distance(index)` (in voxels) at every voxel of the inclusive box: takes material
+  /// away where it is positive. Labels stay. Marks bricks whose samples changed near the surface.
+  void carve(const glm::ivec3& lo, const glm::ivec3& hi, const std::function<float(const glm::ivec3&)>& distance);
+
+  /// Bricks (see FieldBrick) that hold surface.
+  std::vector<glm::ivec3> surface_bricks() const;
+  /// Bricks changed since the last call, neighbours that share samples included.
+  std::vector<glm::ivec3> take_changed_bricks();
+  void read_brick(const glm::ivec3& key, FieldBrick& brick) const;
+
+  /// Volume per tissue, m³: every voxel counts by its share inside the surface.
+  PerTissue volumes() const;
+  /// FNV-1a over the bytes of all active samples in index order: equal fields, equal hashes.
+  std::uint64_t hash() const;
+
+ private:
+  struct Impl;
+  explicit TissueVolume(std::unique_ptr<Impl> impl);
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace typodont::haptics

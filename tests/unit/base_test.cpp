@@ -1,0 +1,110 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <memory>
+
+#include "engine/base/csv.h"
+#include "engine/base/error.h"
+#include "engine/base/json.h"
+#include "engine/base/pose.h"
+#include "engine/base/units.h"
+#include "engine/contract/tissue.h"
+#include "tests/support/no_alloc.h"
+
+namespace typodont {
+namespace {
+
+using testing::HasSubstr;
+
+template <class F>
+std::string message_of(F&& f) {
+  try {
+    f();
+  } catch (const Error& e) {
+    return e.what();
+  }
+  return "";
+}
+
+std::filesystem::path temporary(const std::string& name, const std::string& text) {
+  const auto file = std::filesystem::temp_directory_path() / ("typodont_base_" + name);
+  std::ofstream(file) << text;
+  return file;
+}
+
+TEST(Pose, InnerLettersMeet) {
+  using namespace literals;
+  const Pose X_AB{{1, 2, 3}, glm::angleAxis(90.0_deg, dvec3(0, 0, 1))};
+  const Pose X_BC{{0.5, 0, 0}, glm::angleAxis(30.0_deg, dvec3(1, 0, 0))};
+  const dvec3 p_CQ(0.1, 0.2, 0.3);
+  EXPECT_LT(glm::length((X_AB * X_BC) * p_CQ - X_AB * (X_BC * p_CQ)), 1e-15);
+  EXPECT_LT(glm::length(inverse(X_AB) * (X_AB * p_CQ) - p_CQ), 1e-15);
+  EXPECT_LT(glm::length(X_AB * dvec3(1, 0, 0) - dvec3(1, 3, 3)), 1e-15);
+}
+
+TEST(Pose, RotationBetweenAlsoTurnsOppositeVectors) {
+  for (const dvec3 to : {dvec3(0, 0, 1), dvec3(0, 0, -1), dvec3(1, 0, 0), glm::normalize(dvec3(1, -2, 3))}) {
+    EXPECT_LT(glm::length(rotation_between({0, 0, 1}, to) * dvec3(0, 0, 1) - to), 1e-12);
+  }
+}
+
+TEST(Units, LiteralsAreSI) {
+  using namespace literals;
+  EXPECT_DOUBLE_EQ(0.6_mm, 6e-4);
+  EXPECT_DOUBLE_EQ(300.0_krpm, 2 * kPi * 5000);
+  EXPECT_DOUBLE_EQ(1.0_N_per_mm, 1000);
+}
+
+TEST(Tissue, NamesGoThereAndBack) {
+  for (int i = 0; i < kTissueCount; ++i) {
+    EXPECT_EQ(tissue_named(name_of(static_cast<Tissue>(i))), static_cast<Tissue>(i));
+  }
+  EXPECT_FALSE(tissue_named("chalk"));
+}
+
+TEST(Json, ErrorsNameFileKeyFoundAndExpected) {
+  const Json json = Json::parse(R"({"tool": {"diameter_mm": -1.4, "shape": 3}})", "round.json");
+  EXPECT_EQ(message_of([&] { json["tool"]["diameter_mm"].number(0.3, 8); }),
+            "round.json: \"tool.diameter_mm\": found -1.4, expected 0.3 to 8");
+  EXPECT_EQ(message_of([&] { json["tool"]["shape"].string(); }),
+            "round.json: \"tool.shape\": found 3, expected a string");
+  EXPECT_THAT(message_of([&] { json["tissue"]; }), HasSubstr("\"tissue\": found nothing"));
+  EXPECT_THAT(message_of([&] { json["tool"].allow_only({"shape"}); }),
+              HasSubstr("\"tool.diameter_mm\": found an unknown key, expected one of shape"));
+}
+
+TEST(Json, GarbageIsAnErrorWithALine) {
+  EXPECT_THAT(message_of([] { Json::parse("{\n\"a\": 1,\n\"b\": nope}", "x.json"); }), HasSubstr("x.json: line 3"));
+  EXPECT_THAT(message_of([] { Json::parse(R"({"a": 1, "a": 2})", "x.json"); }), HasSubstr("the key twice"));
+  EXPECT_THAT(message_of([] { Json::parse(std::string(100000, '['), "x.json"); }), HasSubstr("nested"));
+  EXPECT_THAT(message_of([] { Json::parse(R"({"a": 1e999})", "x.json"); }), HasSubstr("x.json"));
+}
+
+TEST(Csv, NonFiniteNumbersAreNamedByLineAndColumn) {
+  const auto file = temporary("nan.csv", "t_s,x_mm\n0,1\n0.1,nan\n");
+  EXPECT_THAT(message_of([&] { read_csv(file, {"t_s", "x_mm"}); }),
+              HasSubstr("line 3, column x_mm: found \"nan\", expected a finite number"));
+}
+
+TEST(Csv, UnknownMissingAndRaggedColumnsAreErrors) {
+  EXPECT_THAT(message_of([] { read_csv(temporary("a.csv", "t_s,y\n"), {"t_s"}); }), HasSubstr("column \"y\""));
+  EXPECT_THAT(message_of([] { read_csv(temporary("b.csv", "t_s\n"), {"t_s", "x"}); }), HasSubstr("no column \"x\""));
+  EXPECT_THAT(message_of([] { read_csv(temporary("c.csv", "t_s\n1,2\n"), {"t_s"}); }), HasSubstr("2 cells"));
+  EXPECT_THAT(message_of([] { read_csv("/nowhere/d.csv", {"t_s"}); }), HasSubstr("No such file"));
+}
+
+TEST(WriteFileAtomically, AnUnwritablePlaceIsAnErrorAndLeavesNothing) {
+  EXPECT_THAT(message_of([] { write_file_atomically("/nowhere/at/all.txt", "x"); }), HasSubstr("/nowhere/at/all.txt"));
+}
+
+TEST(NoAllocGuard, SeesAnAllocation) {
+  test::NoAlloc guard;
+  EXPECT_EQ(guard.count(), 0u);
+  auto p = std::make_unique<int>(3);
+  EXPECT_GE(guard.count(), 1u);
+}
+
+}  // namespace
+}  // namespace typodont

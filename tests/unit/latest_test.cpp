@@ -1,0 +1,70 @@
+// Channels between threads; run under ThreadSanitizer by ./run check.
+#include "engine/base/latest.h"
+
+#include <gtest/gtest.h>
+
+#include <thread>
+
+#include "engine/base/ring.h"
+#include "tests/support/no_alloc.h"
+
+namespace typodont {
+namespace {
+
+struct Block {
+  std::uint64_t words[64] = {};
+};
+
+TEST(Latest, AReaderNeverSeesHalfAValueAndNeverGoesBack) {
+  Latest<Block> latest;
+  constexpr std::uint64_t kLast = 200'000;
+  std::jthread writer([&] {
+    for (std::uint64_t i = 1; i <= kLast; ++i) {
+      for (auto& w : latest.back().words) w = i;
+      latest.publish();
+    }
+  });
+  std::uint64_t seen = 0;
+  while (seen < kLast) {
+    if (!latest.fetch()) continue;
+    const Block& block = latest.front();
+    for (const auto w : block.words) ASSERT_EQ(w, block.words[0]);
+    ASSERT_GT(block.words[0], seen);
+    seen = block.words[0];
+  }
+}
+
+TEST(Ring, KeepsOrderAcrossThreadsAndCountsWhatFoundNoRoom) {
+  Ring<std::uint64_t> ring(1024);
+  constexpr std::uint64_t kLast = 200'000;
+  std::jthread writer([&] {
+    for (std::uint64_t i = 1; i <= kLast; ++i) ring.push(i);
+    ring.push(kLast + 1);
+  });
+  std::uint64_t last = 0, count = 0, value = 0;
+  writer.join();
+  while (ring.pop(value)) {
+    ASSERT_GT(value, last);
+    last = value;
+    ++count;
+  }
+  EXPECT_EQ(count + ring.dropped(), kLast + 1);
+}
+
+TEST(Channels, AllocateNothingOnceBuilt) {
+  Latest<Block> latest;
+  Ring<Block> ring(64);
+  const Block block;
+  Block out;
+  test::NoAlloc guard;
+  for (int i = 0; i < 1000; ++i) {
+    latest.publish(block);
+    latest.fetch();
+    ring.push(block);
+    ring.pop(out);
+  }
+  EXPECT_EQ(guard.count(), 0u);
+}
+
+}  // namespace
+}  // namespace typodont
