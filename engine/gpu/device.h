@@ -20,7 +20,8 @@ void check(VkResult result, const char* call);
 class RangeAllocator {
  public:
   static constexpr std::uint64_t kNone = ~0ull;
-  explicit RangeAllocator(std::uint64_t size = 0);
+  RangeAllocator() = default;
+  explicit RangeAllocator(std::uint64_t size);
   std::uint64_t allocate(std::uint64_t count, std::uint64_t alignment = 1);  // kNone when nothing fits
   void release(std::uint64_t start, std::uint64_t count);
   std::uint64_t free() const { return free_; }

@@ -74,6 +74,7 @@ struct Hud {
   double force_limit = 5;    // N, the bar's end
   std::string hint;
   glm::dmat2 upright{1.0};   // display::upright
+  double aspect = 0;         // width / height of the physical picture, 0: of its pixels
 };
 
 /// Lights are given in W and so need no mirroring.
