@@ -12,7 +12,7 @@ void main() {
   if (in_box.w > 0.5) {
     // A box with round corners: distance to its edge in units of half its height.
     vec2 p = abs(in_box.xy) * vec2(in_box.z, 1.0);
-    float corner = min(0.6, in_box.z);
+    float corner = min(in_atlas.x, in_box.z);
     vec2 q = max(p - vec2(in_box.z, 1.0) + corner, 0.0);
     float d = length(q) - corner;
     alpha = clamp(0.5 - d / max(fwidth(d), 1e-6), 0.0, 1.0);

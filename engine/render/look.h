@@ -38,8 +38,8 @@ inline std::array<Look, kTissueCount> looks_of(const MaterialTable& materials) {
 inline MaterialTable default_colors() {
   MaterialTable m{};
   const auto set = [&](Tissue t, dvec3 c) { m[static_cast<std::size_t>(t)].color = c; };
-  set(Tissue::kEnamel, {0.93, 0.91, 0.86});
-  set(Tissue::kDentin, {0.88, 0.74, 0.50});
+  set(Tissue::kEnamel, {0.94, 0.915, 0.86});
+  set(Tissue::kDentin, {0.87, 0.77, 0.59});
   set(Tissue::kCaries, {0.36, 0.22, 0.12});
   set(Tissue::kPulp, {0.74, 0.16, 0.17});
   set(Tissue::kCorticalBone, {0.91, 0.86, 0.74});

@@ -48,13 +48,13 @@ int main(int argc, char** argv) {
     unsigned char* sdf = stbtt_GetCodepointSDF(&font, scale, c, kPadding, 128, 128.0f / kPadding, &g.w, &g.h, &g.left,
                                                &g.top);
     if (sdf) {
-      if (x + g.w > kWidth) x = 0, y += row, row = 0;
+      if (x + g.w > kWidth) x = 0, y += row + 3, row = 0;  // a gap: filtering never mixes letters
       row = row > g.h ? row : g.h;
       g.x = x, g.y = y;
       if (atlas.size() < static_cast<std::size_t>(kWidth) * (y + row)) atlas.resize(static_cast<std::size_t>(kWidth) * (y + row));
       for (int j = 0; j < g.h; ++j)
         for (int i = 0; i < g.w; ++i) atlas[static_cast<std::size_t>((y + j) * kWidth + x + i)] = sdf[j * g.w + i];
-      x += g.w;
+      x += g.w + 3;
       stbtt_FreeSDF(sdf, nullptr);
     } else {
       g.w = g.h = 0;

@@ -44,7 +44,11 @@ struct Layout {
     };
     for (const auto& [x, y] : {std::pair{0, 0}, {1, 0}, {1, 1}, {0, 0}, {1, 1}, {0, 1}}) out.push_back(corner(x, y));
   }
-  void box(glm::dvec2 lo, glm::dvec2 hi, Color c) { quad(lo, hi, {}, {}, c, (hi.x - lo.x) / (hi.y - lo.y)); }
+  void box(glm::dvec2 lo, glm::dvec2 hi, Color c) {
+    const double half = 0.5 * (hi.y - lo.y);
+    const glm::dvec2 corner(std::min(0.028 / half, 0.95), 0);  // of the corners' rounding, in half heights
+    quad(lo, hi, corner, corner, c, (hi.x - lo.x) / (hi.y - lo.y));
+  }
 
   static const font::Glyph* glyph(int code) {
     for (const font::Glyph& g : font::kGlyphs)
