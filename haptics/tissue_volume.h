@@ -12,6 +12,8 @@
 
 namespace typodont::haptics {
 
+class Solid;
+
 /// A whole box of tissue as plain arrays: what importers and analytic solids make. z runs fastest:
 /// index (x·size.y + y)·size.z + z.
 struct DenseTissue {
@@ -55,6 +57,9 @@ class TissueVolume {
 
   /// Takes away what the swept head covers: raises the field to its depth, wherever that is higher. Labels stay.
   void carve(const Sweep& sweep);
+
+  /// Gives all tissue inside the solid (voxel centres, one voxel beyond the surface included) another label.
+  void paint(Tissue tissue, const Solid& solid);
 
   /// Bricks (see FieldBrick) that hold surface.
   std::vector<glm::ivec3> surface_bricks() const;

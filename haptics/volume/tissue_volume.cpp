@@ -15,6 +15,7 @@
 
 #include "engine/base/error.h"
 #include "engine/base/units.h"
+#include "haptics/solid.h"
 
 namespace typodont::haptics {
 
@@ -301,6 +302,26 @@ void TissueVolume::carve(const Sweep& sweep) {
   if (changed_lo.x > changed_hi.x) return;
   insert_bricks(changed_lo, changed_hi, v.changed);
   insert_bricks(changed_lo, changed_hi, v.carved);
+}
+
+void TissueVolume::paint(Tissue label, const Solid& solid) {
+  Impl& v = *impl_;
+  const openvdb::CoordBBox tissue = v.tissue->evalActiveVoxelBoundingBox();
+  dvec3 lo, hi;
+  solid.bounds(lo, hi);
+  const glm::ivec3 a = glm::max(glm::ivec3(glm::floor(glm::max(v.frame.to_voxels(lo), dvec3(-1e6)))), vec(tissue.min()));
+  const glm::ivec3 b = glm::min(glm::ivec3(glm::ceil(glm::min(v.frame.to_voxels(hi), dvec3(1e6)))), vec(tissue.max()));
+  auto accessor = v.tissue->getAccessor();
+  for (int x = a.x; x <= b.x; ++x) {
+    for (int y = a.y; y <= b.y; ++y) {
+      for (int z = a.z; z <= b.z; ++z) {
+        const openvdb::Coord at(x, y, z);
+        if (accessor.getValue(at) == 0 || solid.distance(v.frame.to_world(dvec3(x, y, z))) > 0) continue;
+        accessor.setValue(at, static_cast<int>(label));
+      }
+    }
+  }
+  if (a.x <= b.x && a.y <= b.y && a.z <= b.z) insert_bricks(a, b, v.changed);
 }
 
 std::vector<glm::ivec3> TissueVolume::surface_bricks() const {
