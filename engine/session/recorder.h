@@ -22,6 +22,7 @@ struct WriterOptions {
   int deflate = 3;                             // 0..9; bytes are shuffled before, which is where most is won
   std::uint64_t disk_reserve = 16u << 20;      // bytes to leave free: below, rows are counted instead of written
   bool whole_or_nothing = false;  // write beside FILE and rename in finish(); for results, not for live sessions
+  Lost lost_before;               // to start counting from, when a session is rewritten
 };
 
 /// How the recording fares. `message` says in words what was refused, once it was.

@@ -47,6 +47,7 @@ class SessionReader {
   const std::optional<SessionResult>& result() const;
 
  private:
+  friend bool repair_session(const std::filesystem::path& file);
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };

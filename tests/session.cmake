@@ -1,0 +1,1 @@
+typodont_test(unit_session KIND unit SOURCES unit/session_recorder_test.cpp LIBS typodont_session)
