@@ -45,7 +45,7 @@ class Table {
       H5Pset_obj_track_times(properties.get(), false);
       H5Pset_chunk(properties.get(), 1, &chunk_rows);
       H5Pset_shuffle(properties.get());
-      if (deflate > 0) H5Pset_deflate(properties.get(), static_cast<unsigned>(deflate));
+      H5Pset_deflate(properties.get(), static_cast<unsigned>(deflate));
       H5Pset_fletcher32(properties.get());  // so that a damaged chunk is known to be damaged
       H5 space(H5Screate_simple(1, &zero, &unlimited), H5Sclose);
       H5 dataset(H5Dcreate2(group.get(), spec.name.c_str(), spec.type.get(), space.get(), H5P_DEFAULT,
@@ -272,7 +272,7 @@ bool SessionWriter::Impl::create_tables(const SessionHeader& header) {
   const double rows = std::clamp(header.servo_rate * 0.5, 256.0, 8192.0);
   const std::size_t tick_chunk = std::bit_floor(static_cast<std::size_t>(rows));
   constexpr std::size_t kSmallChunk = 128, kEventChunk = 16;
-  const int deflate = std::clamp(options.deflate, 0, 9);
+  const int deflate = std::clamp(options.deflate, 1, 9);
   const hid_t root = h5.get();
 
   std::vector<Table::Spec> event_specs;

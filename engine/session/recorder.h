@@ -19,7 +19,7 @@ namespace typodont::session {
 
 struct WriterOptions {
   Nanos flush_interval = kNanosPerSecond / 2;  // nothing older than this stays in memory (heartbeat)
-  int deflate = 3;                             // 0..9; bytes are shuffled before, which is where most is won
+  int deflate = 3;                             // 1..9; bytes are shuffled before, which is where most is won
   std::uint64_t disk_reserve = 16u << 20;      // bytes to leave free: below, rows are counted instead of written
   bool whole_or_nothing = false;  // write beside FILE and rename in finish(); for results, not for live sessions
   Lost lost_before;               // to start counting from, when a session is rewritten

@@ -4,9 +4,11 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <charconv>
 #include <cmath>
 #include <cstring>
+#include <fstream>
 
 #include "engine/base/error.h"
 #include "engine/base/json.h"
@@ -161,6 +163,30 @@ std::vector<std::string> read_texts(const TableReader& table, std::size_t column
   return texts;
 }
 
+/// A file that was cut short, with zeros for what is missing at its end (they fail the checksums): HDF5 then opens it.
+/// Nothing when it is not such a file, or there is no place for a copy.
+std::optional<std::filesystem::path> lengthened_copy(const std::filesystem::path& file) {
+  // Superblock version 3: signature of 8 bytes, version, size of offsets; the end of the file at byte 28.
+  std::array<char, 48> block{};
+  std::ifstream(file, std::ios::binary).read(block.data(), block.size());
+  if (std::memcmp(block.data(), "\x89HDF\r\n\x1a\n\x03\x08", 10) != 0) return std::nullopt;
+  std::uint64_t end = 0;
+  std::memcpy(&end, block.data() + 28, sizeof end);
+  std::error_code code;
+  const std::uint64_t size = std::filesystem::file_size(file, code);
+  if (code || end <= size || end > (std::uint64_t{1} << 42)) return std::nullopt;
+  for (const auto& folder : {file.parent_path(), std::filesystem::temp_directory_path(code)}) {
+    const auto copy = folder / fmt::format(".{}.{}.salvage", file.filename().string(), getpid());
+    if (std::filesystem::copy_file(file, copy, std::filesystem::copy_options::overwrite_existing, code)) {
+      std::filesystem::permissions(copy, std::filesystem::perms::owner_read | std::filesystem::perms::owner_write, code);
+      std::filesystem::resize_file(copy, end, code);  // sparse
+      if (!code) return copy;
+    }
+    std::filesystem::remove(copy, code);
+  }
+  return std::nullopt;
+}
+
 /// A small dataset of exactly `count` numbers (0: a scalar); false when it is not there.
 bool read_fixed(hid_t parent, const char* name, hid_t type, hsize_t count, void* out) {
   if (H5Lexists(parent, name, H5P_DEFAULT) <= 0) return false;
@@ -199,14 +225,27 @@ void SessionReader::Impl::open() {
   if (!std::filesystem::exists(file, code)) throw Error(file.string(), "", "nothing", "a session (.h5)");
   if (access(file.c_str(), R_OK) != 0) throw Error(file.string(), "", std::strerror(errno), "a readable file");
   being_recorded = is_being_recorded(file);
-  // A writer that was killed leaves its mark in the file, and the ordinary way of opening refuses it; so does it a file
-  // that is shorter than it says. The way for concurrent readers takes both.
-  h5 = H5(H5Fopen(file.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
-  if (!h5) {
+  const auto open_as = [&](const std::filesystem::path& path, unsigned flags) {
+    // Where a checksum is wrong because a writer is at work, HDF5 tries again after a pause that doubles each time: 20
+    // times is a millisecond, its own 100 would be for ever.
+    H5 properties(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
+    if (flags & H5F_ACC_SWMR_READ) H5Pset_metadata_read_attempts(properties.get(), being_recorded ? 20 : 1);
+    h5 = H5(H5Fopen(path.c_str(), flags, properties.get()), H5Fclose);
+    return static_cast<bool>(h5);
+  };
+  // A writer that was killed leaves its mark in the file, and the ordinary way of opening refuses it; the way for
+  // concurrent readers takes it. Neither takes a file shorter than it says it is.
+  if (!open_as(file, H5F_ACC_RDONLY)) {
     marked = true;
-    h5 = H5(H5Fopen(file.c_str(), H5F_ACC_RDONLY | H5F_ACC_SWMR_READ, H5P_DEFAULT), H5Fclose);
+    if (!open_as(file, H5F_ACC_RDONLY | H5F_ACC_SWMR_READ)) {
+      const std::string why = h5_reason();
+      if (const auto copy = lengthened_copy(file)) {
+        if (!open_as(*copy, H5F_ACC_RDONLY)) open_as(*copy, H5F_ACC_RDONLY | H5F_ACC_SWMR_READ);
+        std::filesystem::remove(*copy, code);  // what is open stays readable
+      }
+      if (!h5) throw Error(file.string(), "", fmt::format("no intact HDF5 file ({})", why), "a session (.h5)");
+    }
   }
-  if (!h5) throw Error(file.string(), "", "no HDF5 file", "a session (.h5)");
   std::string format;
   std::uint64_t version = 0, complete = 0;
   if (!get_attribute(h5.get(), "format", format) || format != kFormatName) {

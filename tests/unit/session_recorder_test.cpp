@@ -196,8 +196,8 @@ TEST(SessionFile, GarbageIsAnErrorThatNamesTheFile) {
   TemporaryFolder folder;
   std::ofstream(folder / "garbage.h5") << std::string(5000, 'x');
   std::ofstream(folder / "empty.h5") << "";
-  EXPECT_THAT(message_of([&] { SessionReader r(folder / "garbage.h5"); }), HasSubstr("garbage.h5: found no HDF5 file"));
-  EXPECT_THAT(message_of([&] { SessionReader r(folder / "empty.h5"); }), HasSubstr("empty.h5: found no HDF5 file"));
+  EXPECT_THAT(message_of([&] { SessionReader r(folder / "garbage.h5"); }), HasSubstr("garbage.h5: found no intact HDF5 file"));
+  EXPECT_THAT(message_of([&] { SessionReader r(folder / "empty.h5"); }), HasSubstr("empty.h5: found no intact HDF5 file"));
   EXPECT_THAT(message_of([&] { SessionReader r(folder / "none.h5"); }), HasSubstr("none.h5: found nothing"));
   EXPECT_THAT(message_of([&] { SessionReader r(folder.path); }), HasSubstr("a directory"));
 }

@@ -4,24 +4,37 @@
 
 namespace typodont::session {
 
+namespace {
+
+thread_local std::string t_reason;
+
+/// Called by HDF5 for every failing call, while its error stack still stands (the next call clears it).
+herr_t keep_reason(hid_t stack, void*) {
+  // Downward: from the outermost call to the innermost, whose description names the cause.
+  H5Ewalk2(
+      stack, H5E_WALK_DOWNWARD,
+      [](unsigned, const H5E_error2_t* error, void*) -> herr_t {
+        if (error->desc && *error->desc) t_reason = error->desc;
+        return 0;
+      },
+      nullptr);
+  return 0;
+}
+
+}  // namespace
+
 H5Quiet::H5Quiet() {
+  // At exit HDF5 would try to write what a full disk has refused, a hundred times, and then complain on standard error.
+  // Sessions close their files themselves. It only listens before its first other call.
+  static const bool no_exit_handler = H5dont_atexit() >= 0;
+  static_cast<void>(no_exit_handler);
   H5Eget_auto2(H5E_DEFAULT, &function_, &data_);
-  H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
+  H5Eset_auto2(H5E_DEFAULT, keep_reason, nullptr);
+  t_reason.clear();
 }
 H5Quiet::~H5Quiet() { H5Eset_auto2(H5E_DEFAULT, function_, data_); }
 
-std::string h5_reason() {
-  std::string reason;
-  // Downward: from the outermost call to the innermost, whose description names the cause.
-  H5Ewalk2(
-      H5E_DEFAULT, H5E_WALK_DOWNWARD,
-      [](unsigned, const H5E_error2_t* error, void* out) -> herr_t {
-        if (error->desc && *error->desc) *static_cast<std::string*>(out) = error->desc;
-        return 0;
-      },
-      &reason);
-  return reason.empty() ? "an unknown error of HDF5" : reason;
-}
+std::string h5_reason() { return t_reason.empty() ? "an unknown error of HDF5" : t_reason; }
 
 hid_t h5_type(Type type) {
   switch (type) {

@@ -53,7 +53,7 @@ class H5Quiet {
   void* data_ = nullptr;
 };
 
-/// The innermost reason of the last failure on this thread, in words.
+/// The innermost reason of the last failure on this thread under an H5Quiet, in words.
 std::string h5_reason();
 
 hid_t h5_type(Type type);
