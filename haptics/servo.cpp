@@ -23,7 +23,7 @@ constexpr int kSettlingLooks = 5;
 constexpr double kToothGrip = 0.15;        // engaged teeth resist being led sideways up to this share of the push
 constexpr int kMaxLooks = 48;              // per tick, free flight included
 constexpr double kDeep = 0.6;              // more overlap than cutting or rounding leaves: led out slowly
-constexpr double kRecoveryTime = 0.012;    // s, time constant of leading the tool out of tissue
+constexpr double kRecoveryTime = 0.008;    // s, time constant of leading the tool out of tissue
 constexpr double kBudgetTime = 0.05;       // s, cutting energy that may wait for a voxel to yield
 constexpr double kStiffnessTime = 4e-3;    // s, the stiffness felt follows the tissue under the head
 constexpr int kCutHistory = 8192;          // cuts a late patch may lack
@@ -351,7 +351,7 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
     const double k = settings.stiffness * s.stiffness_share;
 
     double magnitude = k * depth;
-    if (settings.damping > 0 && s.started) {
+    if (settings.damping > 0 && s.started && s.overlap == 0) {
       // Along the normal only, from the depth itself: sliding at constant depth is not damped.
       magnitude = std::max(0.0, magnitude + settings.damping * (depth - s.last_depth) / dt);
     }

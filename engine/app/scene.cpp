@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cstdlib>
 #include <fstream>
 #include <sstream>
@@ -20,7 +21,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::initializer_list<std::string_view> kParts = {"haptics", "render", "sound", "debris", "record", "score"};
+constexpr std::array<std::string_view, 6> kParts = {"haptics", "render", "sound", "debris", "record", "score"};
 
 std::string names_in(const fs::path& folder) {
   std::vector<std::string> names;
