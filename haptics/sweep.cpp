@@ -37,11 +37,11 @@ constexpr int kRow = 256;  // samples looked at together
 /// new = max(old, depth) for a capsule; depth below -kMargin never counts. Written so that it vectorises; FMA is off for
 /// the whole program, so every processor computes the same bits.
 __attribute__((target_clones("avx2", "default"))) void raise_row(const float* old, float* raised, int count, float px,
-                                                                 float py, float pz, const float* ab,
+                                                                 float py, int first_z, float az, const float* ab,
                                                                  float inverse_length2, float radius) {
   const float dot_xy = px * ab[0] + py * ab[1];
   for (int i = 0; i < count; ++i) {
-    const float z = pz + static_cast<float>(i);
+    const float z = static_cast<float>(first_z + i) - az;  // the same rounding wherever the row starts
     float s = (dot_xy + z * ab[2]) * inverse_length2;
     s = s < 0.0f ? 0.0f : s;
     s = s > 1.0f ? 1.0f : s;
@@ -78,8 +78,7 @@ bool Sweep::raise(const glm::ivec3& lo, const glm::ivec3& size, float* distance,
         float* row = distance + at;
         if (sphere_) {
           raise_row(row, raised, count, static_cast<float>(lo.x + x - base_.x) - a_.x,
-                    static_cast<float>(lo.y + y - base_.y) - a_.y, static_cast<float>(lo.z + start - base_.z) - a_.z,
-                    &ab_.x, inverse_length2_, radius_);
+                    static_cast<float>(lo.y + y - base_.y) - a_.y, lo.z + start - base_.z, a_.z, &ab_.x, inverse_length2_, radius_);
         } else {
           depth_row(lo.x + x, lo.y + y, lo.z + start, count, raised);
           for (int i = 0; i < count; ++i) raised[i] = raised[i] > -kMargin ? std::max(raised[i], row[i]) : row[i];
