@@ -10,4 +10,6 @@ namespace typodont {
 // Each adds its subcommand to `app`; the work runs in the subcommand's callback. It throws Error (exit 2) or
 // RunFailure (exit 1), prints results on standard output and messages on standard error.
 
+void add_import(CLI::App& app);
+
 }  // namespace typodont
