@@ -23,10 +23,14 @@ constexpr std::uint16_t kMixed = 0xfffe;  // surface that one vertex cannot stan
 constexpr int kLevels = 5;                // blocks of 1³, 2³, 4³, 8³, 16³ cells
 // Crossings of one cell whose normals lie further apart than this belong to different sides of a crease.
 constexpr float kCreaseCosine = 0.88f;
-// Sag of a square facet of side s over curvature κ is s²κ/4; its vertices stand half of that outside, so that the
-// facet errs as far outward as inward. kSag·s²κ bounds what is left, for the facets' irregularity too.
-constexpr float kLift = 0.125f;
+// The four vertices around an edge make a facet of about the cell's side s. On a surface of curvature κ its middle sags
+// by about s²κ/4 below them; so the vertices stand kLift·s²κ outside the surface, and facets err as far outward as
+// inward. They are moved along the surface by kCentre of the way to the cell's middle, which evens the facets' sizes.
+// kSag·s²κ bounds the error that is left. All measured on spheres: tests/property/surface_sphere_test.cpp.
+constexpr float kCentre = 0.6f;
+constexpr float kLift = 0.145f;
 constexpr float kSag = 0.16f;
+constexpr float kMaxLift = 0.1f;  // of s, whatever the curvature
 constexpr double kFlatEigenvalue = 0.01;
 
 // Sample of cell corner (x,y,z), each -1..17.
@@ -124,18 +128,20 @@ Tissue only_tissue(const FieldBrick& brick) {
   return differs ? Tissue::kAir : only;
 }
 
-// The vertex for a smooth piece of surface of cell size s: the crossings' mean lies below a surface of curvature κ by
-// half the covariance of points and normals; it is lifted back, and then by kLift·s²·(mean curvature).
+// The vertex for a smooth piece of surface of cell size s, relative to the cell's middle. The crossings' mean lies below
+// the surface by half the covariance of points and normals.
 glm::vec3 smooth_vertex(const CrossingSums& sums, float s) {
   const float w = 1 / sums.count;
   const glm::vec3 x = sums.x * w, n = sums.n * w;
-  const float covariance = sums.xn * w - glm::dot(x, n);
-  const float variance = std::max(0.f, sums.xx * w - glm::dot(x, x));
-  const float curvature = covariance / (variance + 1e-3f * s * s);
-  const float limit = 0.5f * s;
-  const float lift = std::clamp(0.5f * covariance + kLift * s * s * curvature, -limit, limit);
   const float length = glm::length(n);
-  return length > 1e-6f ? x + n * (lift / length) : x;
+  if (length < 1e-6f) return x;
+  const glm::vec3 unit = n / length;
+  const float curvature = sums.curvature * w;
+  const float onto_surface = std::clamp(0.5f * (sums.xn * w - glm::dot(x, n)), -0.5f * s, 0.5f * s);
+  const glm::vec3 along = -kCentre * (x - unit * glm::dot(x, unit));
+  const float stay_on_surface = -0.5f * curvature * glm::dot(along, along);
+  const float lift = std::clamp(kLift * s * s * curvature, -kMaxLift * s, kMaxLift * s);
+  return x + along + unit * (onto_surface + stay_on_surface + lift);
 }
 
 glm::vec3 unit_or_up(const glm::vec3& n) {
@@ -150,7 +156,8 @@ float merge_error(const Node& node, float s) {
   const glm::vec3 x = sums.x * w, n = sums.n * w;
   const float normal_variance = std::max(0.f, 1 - glm::dot(n, n));
   const float variance = std::max(1e-6f, sums.xx * w - glm::dot(x, x));
-  const float smooth = kSag * s * s * std::sqrt(0.5f * normal_variance / variance);
+  const float smooth =
+      kSag * s * s * std::max(std::sqrt(0.5f * normal_variance / variance), std::abs(sums.curvature) * w);
   if (!node.crease) return smooth;
   return 3 * fit_planes(sums, kFlatEigenvalue).residual;
 }
@@ -211,6 +218,7 @@ void Contourer::contour(const FieldBrick& brick, float tolerance, BrickContour& 
       Crossing crossing;
       crossing.point = {x, y, z};
       crossing.point[axis] += local.t;
+      crossing.curvature = local.curvature;
       crossing.normal[axis] = local.na;
       crossing.normal[(axis + 1) % 3] = local.nb;
       crossing.normal[(axis + 2) % 3] = local.nc;
@@ -273,7 +281,7 @@ void Contourer::contour(const FieldBrick& brick, float tolerance, BrickContour& 
           const int cz = z + (axis == 2 ? 0 : v);
           members[i] = &s.crossings[s.edge_at[axis][(cx * kCorners + cy) * kCorners + cz]];
           s.patches[first + cell.patch[static_cast<std::size_t>(e)]].sums.add(members[i]->point - centre,
-                                                                              members[i]->normal);
+                                                                              members[i]->normal, members[i]->curvature);
         }
         for (std::size_t p = first; p < s.patches.size(); ++p) {
           Node& patch = s.patches[p];

@@ -39,6 +39,7 @@ LocalCrossing cross_edge(const float* at, int a, int b, int c) {
   const float bend0 = before - 2 * f0 + f1, bend1 = f0 - 2 * f1 + after;
   float t = f0 / (f0 - f1);
   Gradient g;
+  float curvature = 0;
 
   const bool kink = bend0 * bend1 > 0 && std::abs(bend0 + bend1) > kSlopeJump;
   bool solved = false;
@@ -66,11 +67,15 @@ LocalCrossing cross_edge(const float* at, int a, int b, int c) {
     const Gradient g0 = one_sided(at, slope, b, c), g1 = one_sided(end, slope, b, c);
     if (g0.excess() < kUnit && g1.excess() < kUnit && std::abs(g0.b - g1.b) < kSame && std::abs(g0.c - g1.c) < kSame) {
       g = g0;
+    } else {
+      // The Laplacian of a distance is the sum of the principal curvatures.
+      const float across0 = at[b] + at[-b] + at[c] + at[-c] - 4 * f0, across1 = end[b] + end[-b] + end[c] + end[-c] - 4 * f1;
+      curvature = 0.5f * (bend + (1 - t) * across0 + t * across1);
     }
   }
   const float length = std::sqrt(g.a * g.a + g.b * g.b + g.c * g.c);
-  if (!(length > 1e-6f)) return {t, slope > 0 ? 1.f : -1.f, 0, 0};
-  return {t, g.a / length, g.b / length, g.c / length};
+  if (!(length > 1e-6f)) return {t, slope > 0 ? 1.f : -1.f, 0, 0, 0};
+  return {t, g.a / length, g.b / length, g.c / length, curvature};
 }
 
 }  // namespace typodont::surface

@@ -9,11 +9,13 @@ namespace typodont::surface {
 struct Crossing {
   glm::vec3 point{0};
   glm::vec3 normal{0};
+  float curvature = 0;
 };
 
 struct LocalCrossing {
   float t;           // 0..1 along the edge
   float na, nb, nc;  // unit normal along the edge and the two axes across it
+  float curvature;   // mean of the two principal ones, 1/voxel, positive where the solid is convex; 0 beside a crease
 };
 
 /// `at` is the sample at the edge's base; a, b, c the strides along and across the edge. Reads -a..2a and ±b, ±c of

@@ -7,7 +7,7 @@
 
 namespace typodont::surface {
 
-/// Sums over crossings (point x, unit normal n) that add up from cells to blocks of cells. Points are relative to the
+/// Sums over crossings (point x, unit normal n, mean curvature) that add up from cells to blocks of cells. Points are relative to the
 /// centre of the cell or block, so that single precision is enough.
 struct CrossingSums {
   float count = 0;
@@ -16,8 +16,9 @@ struct CrossingSums {
   std::array<float, 6> nn{};       // Σ n nᵀ: xx xy xz yy yz zz
   glm::vec3 nd{0};                 // Σ n (n·x)
   float dd = 0;                    // Σ (n·x)²
+  float curvature = 0;
 
-  void add(const glm::vec3& point, const glm::vec3& normal) {
+  void add(const glm::vec3& point, const glm::vec3& normal, float mean_curvature) {
     const float d = glm::dot(point, normal);
     count += 1;
     x += point;
@@ -32,6 +33,7 @@ struct CrossingSums {
     nn[5] += normal.z * normal.z;
     nd += normal * d;
     dd += d * d;
+    curvature += mean_curvature;
   }
   /// Adds sums whose centre lies at `shift` from this one's.
   void add(const CrossingSums& o, const glm::vec3& shift) {
@@ -46,6 +48,7 @@ struct CrossingSums {
     for (std::size_t i = 0; i < 6; ++i) nn[i] += o.nn[i];
     nd += o.nd + nn_shift;
     dd += o.dd + 2 * glm::dot(o.nd, shift) + glm::dot(nn_shift, shift);
+    curvature += o.curvature;
   }
 };
 
