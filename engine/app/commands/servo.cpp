@@ -117,7 +117,7 @@ void run(const Options& options) {
 
 }  // namespace
 
-void add_servo(CLI::App& app) {
+void add_servo_command(CLI::App& app) {
   auto options = std::make_shared<Options>();
   CLI::App* command = app.add_subcommand("servo", "Run the haptic core alone on a scripted hand: same input, same bytes out");
   command->footer("Example:\n  typodont servo assets/scenes/molar-caries.json --hand hand.csv --out ticks.csv --rate 4000");
