@@ -3,14 +3,16 @@
 
 #include <cstdint>
 #include <filesystem>
-#include <functional>
 #include <memory>
 #include <vector>
 
 #include "engine/contract/field_brick.h"
 #include "engine/contract/tissue.h"
+#include "haptics/sweep.h"
 
 namespace typodont::haptics {
+
+class Solid;
 
 /// A whole box of tissue as plain arrays: what importers and analytic solids make. z runs fastest:
 /// index (x·size.y + y)·size.z + z.
@@ -21,6 +23,7 @@ struct DenseTissue {
   std::vector<Tissue> tissue;   // of every voxel; outside the surface the nearest tissue is kept as far as one voxel
                                 // or more, so that labels can be read at the surface; kAir elsewhere
   double band = 1.5e-3;         // m
+  bool exact_outside = true;    // distance is a true distance outside the tissue too (a CSG difference is not)
 
   std::size_t at(int x, int y, int z) const {
     return (static_cast<std::size_t>(x) * size.y + static_cast<std::size_t>(y)) * size.z + static_cast<std::size_t>(z);
@@ -44,15 +47,19 @@ class TissueVolume {
 
   const VoxelFrame& frame() const;
   double band() const;  // m
+  /// True when distances outside the tissue are true distances everywhere in the box: nothing was cut there.
+  bool exact_outside(const glm::ivec3& lo, const glm::ivec3& hi) const;
   /// Inclusive bounds, in voxels, of all voxels nearer than the band to a surface; lo > hi when there is none.
   void bounds(glm::ivec3& lo, glm::ivec3& hi) const;
 
   /// Copies a box of samples starting at voxel `lo`: distances in voxels (clamped to the band), labels. z fastest.
   void copy(const glm::ivec3& lo, const glm::ivec3& size, float* distance, Tissue* tissue) const;
 
-  /// Raises the field to at least `distance(index)` (in voxels) at every voxel of the inclusive box: takes material
-  /// away where it is positive. Labels stay. Marks bricks whose samples changed near the surface.
-  void carve(const glm::ivec3& lo, const glm::ivec3& hi, const std::function<float(const glm::ivec3&)>& distance);
+  /// Takes away what the swept head covers: raises the field to its depth, wherever that is higher. Labels stay.
+  void carve(const Sweep& sweep);
+
+  /// Gives all tissue inside the solid (voxel centres, one voxel beyond the surface included) another label.
+  void paint(Tissue tissue, const Solid& solid);
 
   /// Bricks (see FieldBrick) that hold surface.
   std::vector<glm::ivec3> surface_bricks() const;

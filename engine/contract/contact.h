@@ -41,7 +41,7 @@ struct ServoTick {
   double spindle = 0;          // rad/s
   double cutting_power = 0;    // W, now
   double energy = 0;           // J, passivity observer: taken from the hand so far
-  Nanos cpu_time = 0;          // thread CPU time of the tick
+  Nanos cpu_time = 0;          // thread CPU time of the tick; set by the loop that calls it
   std::uint32_t faults = 0;
   std::uint32_t patch = 0;     // number of the surface patch it was computed in; 0: none
   std::uint64_t cuts = 0;      // cuts made so far, this tick's included

@@ -1,0 +1,199 @@
+#include "engine/app/scene.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdlib>
+#include <fstream>
+#include <sstream>
+
+#include "engine/base/error.h"
+#include "engine/base/units.h"
+#include "haptics/solid.h"
+#include "haptics/tool.h"
+
+namespace typodont {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr std::array<std::string_view, 6> kParts = {"haptics", "render", "sound", "debris", "record", "score"};
+
+std::string names_in(const fs::path& folder) {
+  std::vector<std::string> names;
+  std::error_code code;
+  for (const auto& entry : fs::directory_iterator(folder, code)) {
+    if (entry.path().extension() == ".json") names.push_back(entry.path().stem().string());
+  }
+  std::sort(names.begin(), names.end());
+  return fmt::format("one of {}", fmt::join(names, ", "));
+}
+
+fs::path named_asset(const char* kind, std::string_view name) {
+  const fs::path folder = assets_folder() / kind;
+  const fs::path file = folder / (std::string(name) + ".json");
+  const bool plain = !name.empty() && name.find('/') == std::string_view::npos && name != "..";
+  std::error_code code;
+  if (!plain || !fs::is_regular_file(file, code)) {
+    throw Error(folder.string(), "", fmt::format("nothing named \"{}\"", name), names_in(folder));
+  }
+  return file;
+}
+
+void read_material(const Json& json, Material& m) {
+  json.allow_only({"stiffness_N_per_mm", "specific_energy_J_per_mm3", "static_friction", "dynamic_friction",
+                   "density_g_per_cm3", "color", "source"});
+  m.stiffness = json.number_or("stiffness_N_per_mm", m.stiffness / kNewtonPerMillimetre, 0, 1000) * kNewtonPerMillimetre;
+  m.specific_energy = json.number_or("specific_energy_J_per_mm3", m.specific_energy / kJoulePerCubicMillimetre, 1e-6, 1e6) *
+                      kJoulePerCubicMillimetre;
+  m.static_friction = json.number_or("static_friction", m.static_friction, 0, 5);
+  m.dynamic_friction = json.number_or("dynamic_friction", m.dynamic_friction, 0, 5);
+  if (m.dynamic_friction > m.static_friction) {
+    json.fail(fmt::format("dynamic_friction {} above static_friction {}", m.dynamic_friction, m.static_friction),
+              "dynamic_friction at most static_friction");
+  }
+  m.density = json.number_or("density_g_per_cm3", m.density / kGramPerCubicCentimetre, 0, 30) * kGramPerCubicCentimetre;
+  if (const auto color = json.find("color")) {
+    m.color = color->vec3();
+    for (int i = 0; i < 3; ++i) {
+      if (m.color[i] < 0 || m.color[i] > 1) color->fail("three numbers from 0 to 1 (sRGB)");
+    }
+  }
+}
+
+void read_materials(const Json& json, MaterialTable& table) {
+  for (const std::string& key : json.keys()) {
+    const auto tissue = tissue_named(key);
+    if (!tissue || *tissue == Tissue::kAir) json[key].fail("\"" + key + "\"", "the name of a tissue");
+    read_material(json[key], table[static_cast<std::size_t>(*tissue)]);
+  }
+}
+
+}  // namespace
+
+fs::path assets_folder() {
+  std::error_code code;
+  if (const char* set = std::getenv("TYPODONT_ASSETS")) {
+    if (!fs::is_directory(fs::path(set) / "tools", code)) {
+      throw Error(set, "", "no assets there", "the folder named by TYPODONT_ASSETS to hold tools/, scenes/ …");
+    }
+    return set;
+  }
+  // build/release/typodont → assets/ two levels up; an installed bin/typodont → share/typodont/assets.
+  const fs::path program = fs::read_symlink("/proc/self/exe", code).parent_path();
+  for (fs::path up = program; !up.empty(); up = up.parent_path()) {
+    if (fs::is_directory(up / "assets" / "tools", code)) return up / "assets";
+    if (fs::is_directory(up / "share/typodont/assets/tools", code)) return up / "share/typodont/assets";
+    if (up == up.root_path()) break;
+  }
+  throw Error(program.string(), "", "no assets beside the program", "the assets folder, or its place in TYPODONT_ASSETS");
+}
+
+fs::path find_file(const fs::path& path, const fs::path& beside) {
+  std::error_code code;
+  if (path.is_absolute()) {
+    if (!fs::exists(path, code)) throw Error(path.string(), "", "no such file", "a readable file");
+    return path;
+  }
+  for (const fs::path& folder : {beside, assets_folder()}) {
+    if (fs::exists(folder / path, code)) return folder / path;
+  }
+  throw Error(path.string(), "", "no such file",
+              fmt::format("it in {} or {}", beside.empty() ? "." : beside.string(), assets_folder().string()));
+}
+
+haptics::Tool load_tool(std::string_view name) {
+  haptics::Tool tool = haptics::read_tool(Json::load(named_asset("tools", name)));
+  tool.name = name;
+  return tool;
+}
+
+haptics::Spindle load_spindle(std::string_view name) {
+  return haptics::read_spindle(Json::load(named_asset("motors", name)));
+}
+
+MaterialTable load_materials() {
+  MaterialTable table{};
+  read_materials(Json::load(assets_folder() / "materials" / "hard_tissue.json"), table);
+  return table;
+}
+
+Scene read_scene(const fs::path& file) {
+  const Json json = Json::load(file);
+  json.allow_only({"name", "description", "tissue", "paint", "tool", "spindle_krpm", "spindle", "coupling", "materials",
+                   "parts", "friction", "cutting", "passivity", "boundary_walls", "score"});
+  Scene scene;
+  scene.file = file;
+  scene.text = json.text();
+  scene.name = json.string_or("name", file.stem().string());
+  scene.tissue = json["tissue"];
+  if (!scene.tissue->is_object()) scene.tissue->fail("an object with \"volume\" or \"solids\"");
+  if (scene.tissue->has("volume")) {
+    scene.tissue->allow_only({"volume"});
+    (*scene.tissue)["volume"].string();
+  } else if (!scene.tissue->has("solids")) {
+    scene.tissue->fail("an object with \"volume\" or \"solids\"");
+  }
+  if (const auto paint = json.find("paint")) {
+    for (const Json& item : paint->items()) {
+      item.allow_only({"tissue", "solid"});
+      const auto tissue = tissue_named(item["tissue"].string());
+      if (!tissue || *tissue == Tissue::kAir) item["tissue"].fail("the name of a tissue");
+      haptics::read_solid(item["solid"]);
+      scene.paint.push_back(item);
+    }
+  }
+
+  haptics::ServoSettings& servo = scene.servo;
+  const Json tool = json["tool"];
+  servo.tool = tool.is_string() ? load_tool(tool.string()) : haptics::read_tool(tool);
+  if (json.has("spindle") && json.has("spindle_krpm")) json.fail("both spindle and spindle_krpm", "one of them");
+  if (const auto motor = json.find("spindle")) servo.spindle = load_spindle(motor->string());
+  if (const auto speed = json.find("spindle_krpm")) servo.spindle.free_speed = speed->number(0, 1000) * kKrpm;
+  if (const auto coupling = json.find("coupling")) {
+    coupling->allow_only({"stiffness_N_per_mm", "damping_Ns_per_mm"});
+    servo.stiffness = coupling->number_or("stiffness_N_per_mm", 1, 0, 1000) * kNewtonPerMillimetre;
+    servo.damping = coupling->number_or("damping_Ns_per_mm", 0.002, 0, 10) * kNewtonPerMillimetre;
+  }
+  servo.materials = load_materials();
+  if (const auto materials = json.find("materials")) read_materials(*materials, servo.materials);
+  servo.friction = json.boolean_or("friction", true);
+  servo.cutting = json.boolean_or("cutting", true);
+  servo.passivity = json.boolean_or("passivity", true);
+  servo.boundary_walls = json.boolean_or("boundary_walls", true);
+
+  if (const auto parts = json.find("parts")) {
+    for (const Json& part : parts->items()) {
+      const std::string name = part.string();
+      if (std::find(kParts.begin(), kParts.end(), name) == kParts.end()) {
+        part.fail(fmt::format("one of {}", fmt::join(kParts, ", ")));
+      }
+      scene.parts.insert(name);
+    }
+  } else {
+    scene.parts = {"haptics"};
+  }
+  if (const auto score = json.find("score")) scene.score = *score;
+  return scene;
+}
+
+haptics::TissueVolume load_tissue(const Scene& scene) {
+  const auto read = [&] {
+    if (const auto volume = scene.tissue->find("volume")) {
+      return haptics::TissueVolume::load(find_file(volume->string(), scene.file.parent_path()));
+    }
+    return haptics::TissueVolume(haptics::read_solids(*scene.tissue));
+  };
+  haptics::TissueVolume volume = read();
+  for (const Json& item : scene.paint) {
+    const auto solid = haptics::read_solid(item["solid"]);
+    volume.paint(*tissue_named(item["tissue"].string()), *solid);
+  }
+  return volume;
+}
+
+}  // namespace typodont

@@ -1,0 +1,45 @@
+// A scene file, read and checked: what is drilled, with what, and which parts of the program it needs.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <set>
+#include <string>
+
+#include "engine/base/json.h"
+#include "haptics/servo.h"
+#include "haptics/tissue_volume.h"
+
+namespace typodont {
+
+struct Scene {
+  std::filesystem::path file;
+  std::string text;                 // the file as read, for the record
+  std::string name;
+  std::set<std::string> parts;      // haptics, render, sound, debris, record, score
+  haptics::ServoSettings servo;     // without the voxel frame, which comes with the tissue
+  std::optional<Json> tissue;       // a volume, or solids
+  std::vector<Json> paint;          // tissue painted into it, e.g. a lesion
+  std::optional<Json> score;
+
+  bool needs(std::string_view part) const { return parts.contains(std::string(part)); }
+};
+
+/// Reads INTERFACE.md's scene. Throws Error for anything missing, unknown or out of range.
+Scene read_scene(const std::filesystem::path& file);
+
+/// Loads or samples the tissue and paints into it. Throws Error.
+haptics::TissueVolume load_tissue(const Scene& scene);
+
+/// The shipped assets: $TYPODONT_ASSETS, else beside the program or in the source tree. Throws Error when not found.
+std::filesystem::path assets_folder();
+/// A path from a scene: relative to `beside`, then to assets/. Throws Error naming both when neither exists.
+std::filesystem::path find_file(const std::filesystem::path& path, const std::filesystem::path& beside);
+
+/// A tool or motor by name from assets/tools/ and assets/motors/. Throws Error listing the names there are.
+haptics::Tool load_tool(std::string_view name);
+haptics::Spindle load_spindle(std::string_view name);
+/// assets/materials/hard_tissue.json.
+MaterialTable load_materials();
+
+}  // namespace typodont

@@ -1,0 +1,202 @@
+#include "haptics/contact/contact_planes.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "engine/base/units.h"
+
+namespace typodont::haptics {
+
+namespace {
+
+constexpr double kMedialAxis = 1e-2;  // a gradient shorter by more: walls meeting at over 16°
+constexpr double kOnSurface = 0.25;   // voxels
+constexpr double kNear = 1.5;         // voxels: samples closer than this to the surface are looked at
+
+}  // namespace
+
+ContactFinder::ContactFinder(const Tool& tool, double voxel)
+    : tool_(tool),
+      voxel_(voxel),
+      sphere_(tool.shape == HeadShape::kSphere),
+      radius_(tool.radius() / voxel),
+      reach_(tool.reach() / voxel) {
+  samples_ = sample_head(tool, 256);
+  for (HeadSample& sample : samples_) {
+    sample.p_TQ /= voxel;
+    sample.area /= voxel * voxel;
+  }
+}
+
+double ContactFinder::head_distance(const Pose& X_VT, const dvec3& x) const noexcept {
+  if (sphere_) return glm::length(x - X_VT.p) - radius_;
+  return tool_.distance(glm::conjugate(X_VT.R) * (x - X_VT.p) * voxel_) / voxel_;
+}
+
+dvec3 ContactFinder::head_normal(const Pose& X_VT, const dvec3& x) const noexcept {
+  if (sphere_) {
+    const dvec3 d = x - X_VT.p;
+    const double length = glm::length(d);
+    return length > 1e-9 ? d / length : dvec3(0, 0, -1);
+  }
+  constexpr double e = 0.02;  // voxels
+  const dvec3 g(head_distance(X_VT, x + dvec3(e, 0, 0)) - head_distance(X_VT, x - dvec3(e, 0, 0)),
+                head_distance(X_VT, x + dvec3(0, e, 0)) - head_distance(X_VT, x - dvec3(0, e, 0)),
+                head_distance(X_VT, x + dvec3(0, 0, e)) - head_distance(X_VT, x - dvec3(0, 0, e)));
+  const double length = glm::length(g);
+  return length > 1e-9 ? g / length : dvec3(0, 0, -1);
+}
+
+/// Offset surface (Kim & Park 2006, sec. 3.2): one query at the sphere's centre. Exact where the field outside the
+/// tissue is a true distance and smooth; a gradient shorter than 1 betrays a medial axis within the stencil.
+bool ContactFinder::find_by_offset(const SurfacePatch& patch, const dvec3& c, ContactSet& set) const noexcept {
+  const FieldSample at = sample_cubic(patch, c);
+  const double length = glm::length(at.gradient);
+  if (std::abs(length - 1) > kMedialAxis) return false;
+  if (at.value < 0.5) return false;  // the centre is inside: the field there is not what the offset needs
+  const dvec3 n = at.gradient / length;
+  set.planes[0] = {c - at.value * n, n, at.value - radius_};
+  set.count = 1;
+  return true;
+}
+
+void ContactFinder::find(const SurfacePatch& patch, const Pose& X_VT, ContactSet& set) const noexcept {
+  set.count = 0;
+  set.engaged_area = 0;
+  set.engaged_normal = dvec3(0);
+  if (sphere_ && patch.exact_outside && find_by_offset(patch, X_VT.p, set)) return;
+
+  // Look around with samples on the head; slide each that is near tissue to where head and surface are closest.
+  const glm::dmat3 R(X_VT.R);
+  for (const HeadSample& sample : samples_) {
+    const dvec3 q = X_VT.p + R * sample.p_TQ;
+    const double value = sample_linear(patch, q);
+    if (value > kNear) continue;
+    const double engaged = std::clamp(1 - value, 0.0, 1.0);  // fades over one voxel, so that area changes smoothly
+    set.engaged_area += sample.area * engaged;
+    set.engaged_normal -= sample.area * engaged * (R * sample.n_T);
+    const ContactPlane plane = slide<sample_linear_gradient>(patch, X_VT, q, 4);
+    if (plane.gap < kNear) set.planes[static_cast<std::size_t>(set.count++)] = plane;
+  }
+}
+
+void ContactFinder::relinearize(const Pose& X_VT, ContactSet& set) const noexcept {
+  for (int i = 0; i < set.count; ++i) {
+    ContactPlane& plane = set.planes[static_cast<std::size_t>(i)];
+    plane.gap = head_distance(X_VT, plane.x);
+    plane.n = -head_normal(X_VT, plane.x);
+  }
+}
+
+void ContactFinder::refine(const SurfacePatch& patch, const Pose& X_VT, ContactPlane& plane) const noexcept {
+  const ContactPlane exact = slide<sample_cubic>(patch, X_VT, plane.x, 5);
+  if (exact.gap < plane.gap + 0.5) plane = exact;
+}
+
+/// From a point near the surface: onto it, then along it toward the head, as long as that brings them closer.
+template <auto sample>
+ContactPlane ContactFinder::slide(const SurfacePatch& patch, const Pose& X_VT, dvec3 x, int steps) const noexcept {
+  ContactPlane best;
+  best.gap = 1e300;
+  for (int step = 0; step < steps; ++step) {
+    if (!patch.holds(x, 0)) break;
+    const FieldSample field = sample(patch, x);
+    const double length = glm::length(field.gradient);
+    if (length < 0.1) break;
+    const dvec3 n = field.gradient / length;
+    x -= field.value * n;
+    // Only a point that was already nearly on the surface counts: across a ridge the step above may end anywhere.
+    if (std::abs(field.value) > kOnSurface) continue;
+    const double gap = head_distance(X_VT, x);
+    const double gained = best.gap - gap;
+    if (!(gained > 0)) break;
+    const dvec3 m = head_normal(X_VT, x);
+    best = {x, -m, gap};
+    if (gained < 1e-6) break;
+    x -= (radius_ + gap) * (m - glm::dot(m, n) * n);
+  }
+  return best;
+}
+
+namespace {
+
+/// Projection onto a polyhedron in three dimensions by the dual active-set method (Goldfarb & Idnani 1983): starts at
+/// the unconstrained answer and adds the most violated plane until none is; at most three are active at once.
+bool project(const ContactSet& set, const dvec3& c, double slack, bool only_no_deeper, dvec3& p,
+             ActivePlanes& active) noexcept {
+  active = {};
+  const auto normal = [&](int i) -> const dvec3& { return set.planes[static_cast<std::size_t>(i)].n; };
+  const auto excess = [&](int i) {
+    const double room = set.planes[static_cast<std::size_t>(i)].gap + slack;
+    return glm::dot(normal(i), p - c) + (only_no_deeper ? std::max(room, 0.0) : room);
+  };
+  int& k = active.count;
+  double* u = active.push;
+  for (int round = 0; round < 64; ++round) {
+    int worst = -1;
+    double least = -1e-9;
+    for (int i = 0; i < set.count; ++i) {
+      const double e = excess(i);
+      if (e < least) least = e, worst = i;
+    }
+    if (worst < 0) return true;
+    double added = 0;
+    for (int guard = 0; guard < 8; ++guard) {
+      // z: what is left of the new normal beside the active ones; r: its coordinates in them.
+      double r[3] = {};
+      dvec3 z = normal(worst);
+      if (k > 0) {
+        double gram[3][4];
+        for (int i = 0; i < k; ++i) {
+          for (int j = 0; j < k; ++j) gram[i][j] = glm::dot(normal(active.index[i]), normal(active.index[j]));
+          gram[i][k] = glm::dot(normal(active.index[i]), z);
+        }
+        for (int i = 0; i < k; ++i) {  // Gauss without pivoting: the Gram matrix of independent normals
+          for (int row = i + 1; row < k; ++row) {
+            const double f = gram[row][i] / gram[i][i];
+            for (int col = i; col <= k; ++col) gram[row][col] -= f * gram[i][col];
+          }
+        }
+        for (int i = k - 1; i >= 0; --i) {
+          r[i] = gram[i][k];
+          for (int j = i + 1; j < k; ++j) r[i] -= gram[i][j] * r[j];
+          r[i] /= gram[i][i];
+        }
+        for (int i = 0; i < k; ++i) z -= r[i] * normal(active.index[i]);
+      }
+      const double z2 = glm::dot(z, z);
+      double partial = 1e300;
+      int leaving = -1;
+      for (int i = 0; i < k; ++i) {
+        if (r[i] > 1e-12 && u[i] / r[i] < partial) partial = u[i] / r[i], leaving = i;
+      }
+      const double full = (k < 3 && z2 > 1e-8) ? -excess(worst) / z2 : 1e300;
+      const double t = std::min(partial, full);
+      if (t >= 1e299) return false;
+      if (full < 1e299) p += t * z;
+      for (int i = 0; i < k; ++i) u[i] -= t * r[i];
+      added += t;
+      if (full <= partial) {
+        active.index[k] = worst;
+        u[k++] = added;
+        break;
+      }
+      for (int i = leaving; i + 1 < k; ++i) active.index[i] = active.index[i + 1], u[i] = u[i + 1];
+      --k;
+    }
+  }
+  return false;
+}
+
+}  // namespace
+
+dvec3 nearest_allowed(const ContactSet& set, const dvec3& c, double slack, const dvec3& target,
+                      ActivePlanes& active) noexcept {
+  dvec3 p = target;
+  if (project(set, c, slack, false, p, active)) return p;
+  p = target;
+  if (project(set, c, slack, true, p, active)) return p;
+  return c;
+}
+
+}  // namespace typodont::haptics

@@ -1,0 +1,186 @@
+#include "haptics/devices/scripted.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "engine/base/csv.h"
+#include "engine/base/error.h"
+#include "engine/base/json.h"
+#include "engine/base/realtime.h"
+#include "engine/base/units.h"
+
+namespace typodont::haptics {
+
+HandPath::Row HandPath::at(double t) const noexcept {
+  const auto after = std::upper_bound(rows.begin(), rows.end(), t, [](double v, const Row& row) { return v < row.t; });
+  if (after == rows.begin()) return rows.front();
+  if (after == rows.end()) return rows.back();
+  const Row& a = *(after - 1);
+  const Row& b = *after;
+  const double s = (t - a.t) / (b.t - a.t);
+  return {t, interpolate(a.X_WT, b.X_WT, s), glm::mix(a.pedal, b.pedal, s), glm::mix(a.push, b.push, s)};
+}
+
+HandPath read_hand_path(const std::filesystem::path& csv) {
+  const CsvTable table = read_csv(csv, {"t_s", "x_mm", "y_mm", "z_mm", "qw", "qx", "qy", "qz", "pedal"},
+                                  {"push_x_N", "push_y_N", "push_z_N"});
+  if (table.rows.empty()) throw Error(csv.string(), "", "no rows", "at least one");
+  const auto index = [&](const char* name) { return table.column(name); };
+  const int t = index("t_s"), x = index("x_mm"), y = index("y_mm"), z = index("z_mm"), qw = index("qw"),
+            qx = index("qx"), qy = index("qy"), qz = index("qz"), pedal = index("pedal");
+  const int push[3] = {index("push_x_N"), index("push_y_N"), index("push_z_N")};
+  HandPath path;
+  for (std::size_t i = 0; i < table.rows.size(); ++i) {
+    const auto& row = table.rows[i];
+    const auto value = [&](int column) { return row[static_cast<std::size_t>(column)]; };
+    HandPath::Row out;
+    out.t = value(t);
+    if (!path.rows.empty() && !(out.t > path.rows.back().t)) {
+      table.fail(i, "t_s", fmt::format("{}", out.t), fmt::format("more than {}", path.rows.back().t));
+    }
+    out.X_WT.p = dvec3(value(x), value(y), value(z)) * kMillimetre;
+    if (glm::length(out.X_WT.p) > 10) table.fail(i, "x_mm", "a place over 10 m away", "a place on the bench");
+    const dquat q(value(qw), value(qx), value(qy), value(qz));
+    const double norm = glm::length(q);
+    if (std::abs(norm - 1) > 0.01) table.fail(i, "qw", fmt::format("a quaternion of length {:.4g}", norm), "length 1");
+    out.X_WT.R = q / norm;
+    out.pedal = value(pedal);
+    if (out.pedal < 0 || out.pedal > 1) table.fail(i, "pedal", fmt::format("{}", out.pedal), "0 to 1");
+    for (int axis = 0; axis < 3; ++axis) {
+      if (push[axis] < 0) continue;
+      const double f = value(push[axis]);
+      out.push[axis] = std::isfinite(f) ? f : 0;  // an empty cell is no push
+    }
+    path.rows.push_back(out);
+  }
+  return path;
+}
+
+namespace {
+
+/// The clock of a scripted hand: sample i is due at i / rate.
+class Ticker {
+ public:
+  Ticker(double rate, bool paced) : rate_(rate), paced_(paced) {}
+  Nanos next() noexcept {
+    const Nanos t = from_seconds(static_cast<double>(index_++) / rate_);
+    if (paced_) {
+      if (index_ == 1) start_ = now();
+      sleep_until(start_ + t);
+    }
+    return t;
+  }
+
+ private:
+  double rate_;
+  bool paced_;
+  std::uint64_t index_ = 0;
+  Nanos start_ = 0;
+};
+
+class ScriptedHand : public HapticDevice {
+ public:
+  ScriptedHand(HandPath path, double rate, bool paced, std::string address)
+      : path_(std::move(path)), ticker_(rate, paced) {
+    info_ = {std::move(address), "scripted hand", "", rate, 1e9, 0};
+  }
+  const DeviceInfo& info() const noexcept override { return info_; }
+  bool read(HandSample& sample) noexcept override {
+    const Nanos t = ticker_.next();
+    if (to_seconds(t) > path_.end() + 1e-9) return false;
+    const HandPath::Row row = path_.at(to_seconds(t));
+    sample = {t, row.X_WT, row.pedal};
+    return true;
+  }
+  void write(const dvec3&, const dvec3&) noexcept override {}
+
+ private:
+  HandPath path_;
+  Ticker ticker_;
+  DeviceInfo info_;
+};
+
+class SimulatedHand : public HapticDevice {
+ public:
+  SimulatedHand(HandPath path, const HandModel& model, double rate, bool paced, std::string address)
+      : path_(std::move(path)), model_(model), rate_(rate), ticker_(rate, paced) {
+    info_ = {std::move(address), "simulated hand", "", rate, 1e9, 0};
+    x_ = path_.rows.front().X_WT.p;
+    last_path_ = x_;
+  }
+  const DeviceInfo& info() const noexcept override { return info_; }
+
+  bool read(HandSample& sample) noexcept override {
+    const Nanos t = ticker_.next();
+    const double s = to_seconds(t);
+    if (s > path_.end() + 1e-9) return false;
+    const HandPath::Row row = path_.at(s);
+    if (started_) {
+      // Semi-implicit Euler in four substeps, the coupling to the path implicit: stable for every stiffness and rate.
+      constexpr int kSubsteps = 4;
+      const double dt = 1 / rate_ / kSubsteps;
+      const dvec3 v_path = (row.X_WT.p - last_path_) * rate_;
+      const double phase = 2 * kPi * model_.tremor_frequency * s;
+      const dvec3 tremor = model_.tremor_amplitude * dvec3(std::sin(phase), std::sin(1.1 * phase + 1), std::sin(0.9 * phase + 2));
+      for (int i = 0; i < kSubsteps; ++i) {
+        const dvec3 x_path = glm::mix(last_path_, row.X_WT.p, (i + 1.0) / kSubsteps);
+        const dvec3 K = model_.stiffness;
+        const double b = model_.damping;
+        const dvec3 f = K * (x_path - x_ - dt * v_) + b * (v_path - v_) + model_.push + row.push + tremor + force_;
+        v_ += dt * f / (model_.mass + dt * b + dt * dt * K);
+        x_ += dt * v_;
+      }
+    }
+    started_ = true;
+    last_path_ = row.X_WT.p;
+    sample = {t, {x_, row.X_WT.R}, row.pedal};
+    return true;
+  }
+  void write(const dvec3& f_T_W, const dvec3&) noexcept override { force_ = f_T_W; }
+
+ private:
+  HandPath path_;
+  HandModel model_;
+  double rate_;
+  Ticker ticker_;
+  DeviceInfo info_;
+  bool started_ = false;
+  dvec3 x_{0}, v_{0}, last_path_{0}, force_{0};
+};
+
+}  // namespace
+
+std::unique_ptr<HapticDevice> make_scripted_hand(HandPath path, double rate, bool paced) {
+  return std::make_unique<ScriptedHand>(std::move(path), rate, paced, "script:");
+}
+
+std::unique_ptr<HapticDevice> make_simulated_hand(HandPath path, const HandModel& model, double rate, bool paced) {
+  return std::make_unique<SimulatedHand>(std::move(path), model, rate, paced, "script:");
+}
+
+std::unique_ptr<HapticDevice> open_scripted_hand(const std::filesystem::path& file, double rate, bool paced) {
+  const std::string address = "script:" + file.string();
+  if (file.extension() != ".json") return std::make_unique<ScriptedHand>(read_hand_path(file), rate, paced, address);
+  const Json json = Json::load(file);
+  json.allow_only({"path", "mass_kg", "damping_Ns_per_m", "stiffness_N_per_m", "push_N", "tremor"});
+  HandModel model;
+  model.mass = json.number_or("mass_kg", model.mass, 1e-4, 1000);
+  model.damping = json.number_or("damping_Ns_per_m", model.damping, 0, 1e5);
+  if (const auto k = json.find("stiffness_N_per_m")) {
+    model.stiffness = k->is_array() ? k->vec3() : dvec3(k->number(0));
+    if (model.stiffness.x < 0 || model.stiffness.y < 0 || model.stiffness.z < 0) k->fail("no negative stiffness");
+  }
+  if (const auto push = json.find("push_N")) model.push = push->vec3();
+  if (const auto tremor = json.find("tremor")) {
+    tremor->allow_only({"amplitude_N", "frequency_Hz"});
+    model.tremor_amplitude = (*tremor)["amplitude_N"].number(0, 100);
+    model.tremor_frequency = tremor->number_or("frequency_Hz", model.tremor_frequency, 0.1, 1000);
+  }
+  std::filesystem::path path = json["path"].string();
+  if (path.is_relative()) path = file.parent_path() / path;
+  return std::make_unique<SimulatedHand>(read_hand_path(path), model, rate, paced, address);
+}
+
+}  // namespace typodont::haptics

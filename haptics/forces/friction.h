@@ -1,0 +1,57 @@
+// Friction as the hand feels it: stick, creep and slip without drift.
+#pragma once
+
+#include "engine/base/pose.h"
+
+namespace typodont::haptics {
+
+struct FrictionLaw {
+  double static_coefficient = 0.2;
+  double dynamic_coefficient = 0.15;
+  double stiffness = 1000;    // N/m, of the tangential spring
+  double stick_share = 0.5;   // below this share of z_max the adhesion point does not move at all
+};
+
+struct FrictionState {
+  dvec3 w{0};            // m, adhesion point
+  bool touching = false;
+  bool slipping = false;
+};
+
+/// Hayward & Armstrong 2000, eq. 5, in the contact's tangent plane, with an adhesion map that is zero below a stick
+/// threshold: the state is then bit-identical after any number of small cycles, so nothing drifts. Returns the force on
+/// the tool, N; |f| <= μ F_n always. `x`: contact position (m), `previous`: one tick before; n unit.
+inline dvec3 friction_force(const FrictionLaw& law, const dvec3& x, const dvec3& previous, const dvec3& n,
+                            double normal_force, FrictionState& state) noexcept {
+  if (!(normal_force > 0)) {
+    state = {};
+    return dvec3(0);
+  }
+  if (!state.touching) state = {x, true, false};
+  const double mu = state.slipping ? law.dynamic_coefficient : law.static_coefficient;
+  const double z_max = mu * normal_force / law.stiffness;
+  dvec3 z = x - state.w;
+  z -= glm::dot(z, n) * n;
+  const double length = glm::length(z);
+  if (length > z_max) {
+    state.slipping = true;
+    const double kept = std::min(z_max, law.dynamic_coefficient * normal_force / law.stiffness);
+    z *= length > 0 ? kept / length : 0;
+    state.w = x - z;
+  } else if (length > law.stick_share * z_max) {
+    // Creep: α rises from 0 at the stick threshold to 1/z_max at break-away.
+    const double share = (length / z_max - law.stick_share) / (1 - law.stick_share);
+    dvec3 step = x - previous;
+    step -= glm::dot(step, n) * n;
+    if (glm::length(step) == 0) {
+      state.slipping = false;
+    } else {
+      state.w += std::min(1.0, glm::length(step) * share / z_max) * z;
+    }
+  } else {
+    state.slipping = false;
+  }
+  return -law.stiffness * z;
+}
+
+}  // namespace typodont::haptics

@@ -1,0 +1,31 @@
+// What stands between a hand and the servo: the only virtual interface of the haptics, because hardware is swapped.
+#pragma once
+
+#include <string>
+
+#include "engine/base/pose.h"
+#include "haptics/servo.h"
+
+namespace typodont::haptics {
+
+struct DeviceInfo {
+  std::string address;          // as given to --hand
+  std::string model;
+  std::string serial;
+  double rate = 1000;           // Hz, of read()
+  double force_limit = 0;       // N; 0: the device gives no force
+  double max_stiffness = 0;     // N/m; 0: unknown
+};
+
+/// Opened at set-up (throws Error), then owned by the servo thread.
+class HapticDevice {
+ public:
+  virtual ~HapticDevice() = default;
+  virtual const DeviceInfo& info() const noexcept = 0;
+  /// Waits for the next sample: this call is the servo's clock. False when the device is lost or the script has ended.
+  virtual bool read(HandSample& sample) noexcept = 0;
+  /// Force and torque on the hand, W, N and N·m. Held until the next call; the destructor sends zero.
+  virtual void write(const dvec3& f_T_W, const dvec3& tau_T_W) noexcept = 0;
+};
+
+}  // namespace typodont::haptics

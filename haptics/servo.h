@@ -1,0 +1,65 @@
+// The servo: hand pose in, force out, at 1 kHz or more, cutting the tissue on the way.
+#pragma once
+
+#include <memory>
+
+#include "engine/contract/contact.h"
+#include "haptics/spindle.h"
+#include "haptics/surface_patch.h"
+#include "haptics/tool.h"
+
+namespace typodont::haptics {
+
+/// Everything a run needs to know before its first tick. SI.
+struct ServoSettings {
+  double stiffness = 1000;      // N/m, virtual coupling; what enamel feels. Other tissues scale with their own stiffness
+  double damping = 2;           // N·s/m, along the contact normal
+  bool friction = true;
+  bool cutting = true;
+  bool passivity = true;        // the controller; the ledger runs always
+  bool boundary_walls = true;   // one-sided walls from soft to hard tissue
+  double force_limit = 20;      // N
+  double tick = 1e-3;           // s, nominal period
+  MaterialTable materials{};
+  Tool tool;
+  std::uint32_t tool_index = 0;
+  Spindle spindle;
+  VoxelFrame frame;             // of the tissue volume
+};
+
+/// The hand at one tick.
+struct HandSample {
+  Nanos t = 0;
+  Pose X_WT;
+  double pedal = 0;  // 0..1
+};
+
+/// One tool in one tissue. Servo thread only; tick() is noexcept, never allocates, never locks, is deterministic: equal
+/// samples and equal patches give equal bits.
+class Servo {
+ public:
+  Servo(const ServoSettings& settings, int patch_edge);
+  ~Servo();
+  Servo(Servo&&) noexcept;
+  Servo& operator=(Servo&&) noexcept;
+
+  /// Takes up a fresh patch from the carver, brings it up to date with the cuts made since it was cut out, and leaves
+  /// the old one's buffers in its place. O(1) while nothing was cut, otherwise O(box of those cuts).
+  void adopt(SurfacePatch& fresh) noexcept;
+
+  /// One tick. `cut` is filled and true returned when tissue was removed.
+  bool tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept;
+
+  const SurfacePatch& patch() const noexcept;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+/// Edge, in samples, of the patch a tool needs: its reach, room to travel while the carver works, and the stencil.
+int patch_edge_for(const Tool& tool, double voxel);
+/// How far, in voxels, the tool may move from the patch's centre before a new one is due.
+double patch_travel_for(const Tool& tool, double voxel);
+
+}  // namespace typodont::haptics

@@ -1,0 +1,291 @@
+#include "haptics/solid.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <thread>
+
+#include "engine/base/units.h"
+
+namespace typodont::haptics {
+
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+dvec3 read_mm(const Json& json) { return json.vec3() * kMillimetre; }
+double read_length(const Json& json) { return json.number(1e-3, 1e6) * kMillimetre; }
+dvec3 read_direction(const Json& json) {
+  const dvec3 v = json.vec3();
+  if (!(glm::length(v) > 1e-9)) json.fail("a direction that is not zero");
+  return glm::normalize(v);
+}
+
+struct Sphere : Solid {
+  dvec3 center;
+  double radius;
+  double distance(const dvec3& p) const override { return glm::length(p - center) - radius; }
+  void bounds(dvec3& lo, dvec3& hi) const override { lo = center - radius, hi = center + radius; }
+};
+
+struct Halfspace : Solid {
+  dvec3 normal;
+  double offset;
+  double distance(const dvec3& p) const override { return glm::dot(normal, p) - offset; }
+  void bounds(dvec3& lo, dvec3& hi) const override { lo = dvec3(-kInfinity), hi = dvec3(kInfinity); }
+};
+
+struct Box : Solid {
+  dvec3 center, half;
+  double distance(const dvec3& p) const override {
+    const dvec3 q = glm::abs(p - center) - half;
+    return glm::length(glm::max(q, 0.0)) + std::min(std::max({q.x, q.y, q.z}), 0.0);
+  }
+  void bounds(dvec3& lo, dvec3& hi) const override { lo = center - half, hi = center + half; }
+};
+
+struct Cylinder : Solid {
+  dvec3 center, axis;
+  double radius, half;
+  double distance(const dvec3& p) const override {
+    const dvec3 d = p - center;
+    const double z = glm::dot(d, axis);
+    const glm::dvec2 q(glm::length(d - z * axis) - radius, std::abs(z) - half);
+    return glm::length(glm::max(q, 0.0)) + std::min(std::max(q.x, q.y), 0.0);
+  }
+  void bounds(dvec3& lo, dvec3& hi) const override {
+    const dvec3 extent = glm::abs(axis) * half + radius * glm::sqrt(glm::max(1.0 - axis * axis, 0.0));
+    lo = center - extent, hi = center + extent;
+  }
+};
+
+struct Capsule : Solid {
+  dvec3 a, b;
+  double radius;
+  double distance(const dvec3& p) const override {
+    const dvec3 ab = b - a;
+    const double length2 = glm::dot(ab, ab);
+    const double s = length2 > 0 ? std::clamp(glm::dot(p - a, ab) / length2, 0.0, 1.0) : 0.0;
+    return glm::length(p - a - s * ab) - radius;
+  }
+  void bounds(dvec3& lo, dvec3& hi) const override { lo = glm::min(a, b) - radius, hi = glm::max(a, b) + radius; }
+};
+
+struct Torus : Solid {
+  dvec3 center, axis;
+  double major, minor;
+  double distance(const dvec3& p) const override {
+    const dvec3 d = p - center;
+    const double z = glm::dot(d, axis);
+    return std::hypot(glm::length(d - z * axis) - major, z) - minor;
+  }
+  void bounds(dvec3& lo, dvec3& hi) const override {
+    const dvec3 extent = major * glm::sqrt(glm::max(1.0 - axis * axis, 0.0)) + minor;
+    lo = center - extent, hi = center + extent;
+  }
+};
+
+enum class Operation { kUnion, kIntersection, kDifference };
+
+struct Combination : Solid {
+  Operation operation;
+  std::vector<std::unique_ptr<Solid>> parts;
+
+  double distance(const dvec3& p) const override {
+    double d = parts[0]->distance(p);
+    for (std::size_t i = 1; i < parts.size(); ++i) {
+      const double other = parts[i]->distance(p);
+      if (operation == Operation::kUnion) d = std::min(d, other);
+      if (operation == Operation::kIntersection) d = std::max(d, other);
+      if (operation == Operation::kDifference) d = std::max(d, -other);
+    }
+    return d;
+  }
+  void bounds(dvec3& lo, dvec3& hi) const override {
+    parts[0]->bounds(lo, hi);
+    if (operation == Operation::kDifference) return;
+    for (std::size_t i = 1; i < parts.size(); ++i) {
+      dvec3 l, h;
+      parts[i]->bounds(l, h);
+      lo = operation == Operation::kUnion ? glm::min(lo, l) : glm::max(lo, l);
+      hi = operation == Operation::kUnion ? glm::max(hi, h) : glm::min(hi, h);
+    }
+  }
+  bool exact_outside() const override {
+    return operation == Operation::kUnion &&
+           std::all_of(parts.begin(), parts.end(), [](const auto& part) { return part->exact_outside(); });
+  }
+};
+
+std::unique_ptr<Solid> read_combination(const Json& json, Operation operation) {
+  auto result = std::make_unique<Combination>();
+  result->operation = operation;
+  for (const Json& item : json.items()) result->parts.push_back(read_solid(item));
+  if (result->parts.empty()) json.fail("at least one solid");
+  return result;
+}
+
+}  // namespace
+
+std::unique_ptr<Solid> read_solid(const Json& json) {
+  const auto keys = json.is_object() ? json.keys() : std::vector<std::string>{};
+  if (keys.size() != 1) {
+    json.fail("an object with one of sphere, halfspace, box, cylinder, capsule, torus, union, intersection, difference");
+  }
+  const Json value = json[keys[0]];
+  const std::string& kind = keys[0];
+  if (kind == "union") return read_combination(value, Operation::kUnion);
+  if (kind == "intersection") return read_combination(value, Operation::kIntersection);
+  if (kind == "difference") return read_combination(value, Operation::kDifference);
+  const auto center = [&] {
+    const auto c = value.find("center_mm");
+    return c ? read_mm(*c) : dvec3(0);
+  };
+  if (kind == "sphere") {
+    value.allow_only({"center_mm", "radius_mm"});
+    auto s = std::make_unique<Sphere>();
+    s->center = center();
+    s->radius = read_length(value["radius_mm"]);
+    return s;
+  }
+  if (kind == "halfspace") {
+    value.allow_only({"normal", "offset_mm"});
+    auto s = std::make_unique<Halfspace>();
+    s->normal = read_direction(value["normal"]);
+    s->offset = value["offset_mm"].number() * kMillimetre;
+    return s;
+  }
+  if (kind == "box") {
+    value.allow_only({"center_mm", "size_mm"});
+    auto s = std::make_unique<Box>();
+    s->center = center();
+    s->half = read_mm(value["size_mm"]) / 2.0;
+    if (!(std::min({s->half.x, s->half.y, s->half.z}) > 0)) value["size_mm"].fail("three lengths above 0");
+    return s;
+  }
+  if (kind == "cylinder") {
+    value.allow_only({"center_mm", "axis", "radius_mm", "height_mm"});
+    auto s = std::make_unique<Cylinder>();
+    s->center = center();
+    s->axis = value.has("axis") ? read_direction(value["axis"]) : dvec3(0, 0, 1);
+    s->radius = read_length(value["radius_mm"]);
+    s->half = read_length(value["height_mm"]) / 2;
+    return s;
+  }
+  if (kind == "capsule") {
+    value.allow_only({"a_mm", "b_mm", "radius_mm"});
+    auto s = std::make_unique<Capsule>();
+    s->a = read_mm(value["a_mm"]);
+    s->b = read_mm(value["b_mm"]);
+    s->radius = read_length(value["radius_mm"]);
+    return s;
+  }
+  if (kind == "torus") {
+    value.allow_only({"center_mm", "axis", "major_mm", "minor_mm"});
+    auto s = std::make_unique<Torus>();
+    s->center = center();
+    s->axis = value.has("axis") ? read_direction(value["axis"]) : dvec3(0, 0, 1);
+    s->major = read_length(value["major_mm"]);
+    s->minor = read_length(value["minor_mm"]);
+    if (s->minor >= s->major) value["minor_mm"].fail("less than major_mm");
+    return s;
+  }
+  json.fail("\"" + kind + "\"",
+            "one of sphere, halfspace, box, cylinder, capsule, torus, union, intersection, difference");
+}
+
+DenseTissue read_solids(const Json& json) {
+  json.allow_only({"voxel_mm", "band_mm", "domain_mm", "solids"});
+  DenseTissue dense;
+  const double h = json["voxel_mm"].number(0.01, 5) * kMillimetre;
+  dense.band = json.number_or("band_mm", 1.5, 0.01, 50) * kMillimetre;
+  if (dense.band < 3 * h) json.fail(fmt::format("band_mm {}", dense.band / kMillimetre), "at least three voxels");
+
+  struct Part {
+    Tissue tissue;
+    std::unique_ptr<Solid> solid;
+  };
+  std::vector<Part> parts;
+  for (const Json& item : json["solids"].items()) {
+    item.allow_only({"tissue", "solid"});
+    const auto tissue = tissue_named(item["tissue"].string());
+    if (!tissue || *tissue == Tissue::kAir) item["tissue"].fail("the name of a tissue");
+    parts.push_back({*tissue, read_solid(item["solid"])});
+  }
+  if (parts.empty()) json["solids"].fail("at least one solid");
+
+  dvec3 lo(kInfinity), hi(-kInfinity);
+  if (const auto domain = json.find("domain_mm")) {
+    const auto corners = domain->items();
+    if (corners.size() != 2) domain->fail("two corners [[x0,y0,z0],[x1,y1,z1]]");
+    lo = read_mm(corners[0]);
+    hi = read_mm(corners[1]);
+    if (!(lo.x < hi.x && lo.y < hi.y && lo.z < hi.z)) domain->fail("a lower corner below the upper one");
+  } else {
+    for (const Part& part : parts) {
+      dvec3 l, h2;
+      part.solid->bounds(l, h2);
+      lo = glm::min(lo, l);
+      hi = glm::max(hi, h2);
+    }
+    if (!std::isfinite(glm::length(lo)) || !std::isfinite(glm::length(hi))) {
+      json["solids"].fail("an unbounded solid", "\"domain_mm\" beside \"voxel_mm\"");
+    }
+    lo -= dense.band;
+    hi += dense.band;
+  }
+  // Voxel centres lie on multiples of h, so that the same solid sampled in two domains has the same samples.
+  const dvec3 first = glm::floor(lo / h), last = glm::ceil(hi / h);
+  const dvec3 size = last - first + 1.0;
+  constexpr double kMaxVoxels = 4e8;
+  if (size.x * size.y * size.z > kMaxVoxels) {
+    json["voxel_mm"].fail(fmt::format("{:.3g} voxels", size.x * size.y * size.z),
+                          fmt::format("at most {:.0g}: a larger voxel or a smaller domain", kMaxVoxels));
+  }
+  dense.frame = {first * h, h};
+  dense.size = glm::ivec3(size);
+  dense.exact_outside = std::all_of(parts.begin(), parts.end(), [](const Part& p) { return p.solid->exact_outside(); });
+  const std::size_t count = static_cast<std::size_t>(dense.size.x) * dense.size.y * dense.size.z;
+  dense.distance.resize(count);
+  dense.tissue.resize(count);
+
+  // The label at a point: the last solid that holds it; just outside, the nearest solid's, so that a label can be read
+  // at the surface from either side.
+  const auto slab = [&](int x0, int x1) {
+    for (int x = x0; x < x1; ++x) {
+      for (int y = 0; y < dense.size.y; ++y) {
+        for (int z = 0; z < dense.size.z; ++z) {
+          const dvec3 p = dense.frame.to_world(dvec3(x, y, z));
+          double d = kInfinity;
+          Tissue tissue = Tissue::kAir;
+          bool inside = false;
+          for (const Part& part : parts) {
+            const double own = part.solid->distance(p);
+            if (own <= 0) {
+              tissue = part.tissue;
+              inside = true;
+            } else if (!inside && own < d && own < 3 * h) {
+              tissue = part.tissue;
+            }
+            d = std::min(d, own);
+          }
+          const std::size_t i = dense.at(x, y, z);
+          dense.distance[i] = static_cast<float>(std::clamp(d, -dense.band, dense.band));
+          dense.tissue[i] = tissue;
+        }
+      }
+    }
+  };
+  const int threads = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+  std::vector<std::jthread> workers;
+  for (int i = 0; i < threads; ++i) {
+    workers.emplace_back(slab, dense.size.x * i / threads, dense.size.x * (i + 1) / threads);
+  }
+  workers.clear();
+  return dense;
+}
+
+}  // namespace typodont::haptics

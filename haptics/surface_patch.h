@@ -1,0 +1,67 @@
+// The dense cut-out of the tissue in which the servo feels and cuts. The carver fills it, the servo owns it afterwards.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "engine/contract/field_brick.h"
+#include "haptics/sweep.h"
+
+namespace typodont::haptics {
+
+/// A cube of n³ samples of distance (voxels) and label, z fastest. Buffers are sized once, at set-up.
+struct SurfacePatch {
+  std::uint32_t number = 0;     // 1, 2, 3 …; 0: nothing yet
+  std::uint64_t cuts = 0;       // cuts already in it when it was cut out
+  dvec3 center_W{0, 0, 0};      // m, where it was asked for
+  glm::ivec3 lo{0};             // voxel of sample (0,0,0)
+  int n = 0;
+  bool exact_outside = false;   // distances outside the tissue are true distances
+  std::vector<float> distance;
+  std::vector<Tissue> tissue;
+
+  void resize(int edge) {
+    n = edge;
+    const std::size_t count = static_cast<std::size_t>(edge) * edge * edge;
+    distance.assign(count, 0);
+    tissue.assign(count, Tissue::kAir);
+  }
+  std::size_t at(int x, int y, int z) const {
+    return (static_cast<std::size_t>(x) * n + static_cast<std::size_t>(y)) * n + static_cast<std::size_t>(z);
+  }
+  /// True when everything within `reach` voxels of p (in voxels) can be sampled, cubic stencil included.
+  bool holds(const dvec3& p_V, double reach) const {
+    if (number == 0) return false;
+    const dvec3 q = p_V - dvec3(lo);
+    const double room = reach + 3, top = n - 1 - room;
+    return q.x >= room && q.y >= room && q.z >= room && q.x <= top && q.y <= top && q.z <= top;
+  }
+};
+
+/// Value and gradient of the field at a point, in voxels.
+struct FieldSample {
+  double value = 0;
+  dvec3 gradient{0, 0, 0};
+};
+
+// The three samplers read the patch without bounds checks: the caller has asked holds().
+
+/// Trilinear value: error h²/4R, 3–4 ns. For looking around, never for a force.
+double sample_linear(const SurfacePatch& patch, const dvec3& p_V) noexcept;
+/// Trilinear value with its own gradient.
+FieldSample sample_linear_gradient(const SurfacePatch& patch, const dvec3& p_V) noexcept;
+/// Quasi-interpolating cubic B-spline on 6³ samples: C², reproduces cubics, error O(h⁴), and because the prefilter is
+/// local and folded into the weights a cut needs no update of coefficients (Condat, Blu & Unser 2005, sec. III).
+FieldSample sample_cubic(const SurfacePatch& patch, const dvec3& p_V) noexcept;
+
+/// Shares of the eight labels around a point by trilinear weight, air left out; sums to 1, or to 0 in air.
+PerTissue sample_tissue(const SurfacePatch& patch, const dvec3& p_V) noexcept;
+
+/// Cuts the sweep out of the patch. Returns the removed volume per tissue in voxels³ (share of each voxel inside the
+/// surface before, less after).
+PerTissue carve(SurfacePatch& patch, const Sweep& sweep) noexcept;
+
+/// Takes over from `old` all that was cut in the inclusive box of voxels: the larger distance holds.
+void merge(SurfacePatch& patch, const SurfacePatch& old, const glm::ivec3& lo, const glm::ivec3& hi) noexcept;
+
+}  // namespace typodont::haptics

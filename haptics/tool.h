@@ -1,0 +1,48 @@
+// The tool in the hand: a head that touches and cuts, described once and used by contact, cutting and drawing.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "engine/base/json.h"
+#include "engine/base/pose.h"
+
+namespace typodont::haptics {
+
+/// A head is a surface of revolution about the tool's z axis; the shank leaves along +z, the free end points along -z.
+/// The origin of T is the head's centre: of the sphere; half way along the axis of every other shape.
+enum class HeadShape { kSphere, kCylinder, kRoundEndCylinder, kCone, kPear, kFlame, kInvertedCone };
+
+struct Tool {
+  std::string name;
+  std::string iso_code;            // ISO 6360, where the tool has one
+  HeadShape shape = HeadShape::kSphere;
+  double diameter = 1.2e-3;        // m, the largest
+  double length = 1.2e-3;          // m, along the axis; of a sphere its diameter
+  bool cuts = true;                // false: probes and gauges touch, but never remove
+  double side_efficiency = 1;      // share of the normal force that cuts when the contact is on the flank …
+  double end_efficiency = 1;       // … and on the end; in between by the square of the cosine
+  double cutting_coefficient = 0.3;  // μ_c: tangential cutting force / normal force (Preston, Archard)
+
+  double radius() const { return diameter / 2; }
+  /// Distance from T's origin to the farthest point of the head, m.
+  double reach() const;
+  /// Signed distance from a point to the head's surface, m, negative inside; exact for every shape.
+  double distance(const dvec3& p_TQ) const;
+  /// Radius of the head at height z on its axis, m; 0 outside its length. For drawing and sampling.
+  double profile(double z) const;
+};
+
+/// Sample points on the head with their share of its area, nearly even, deterministic.
+struct HeadSample {
+  dvec3 p_TQ;    // m
+  dvec3 n_T;     // unit, out of the head
+  double area;   // m²
+};
+std::vector<HeadSample> sample_head(const Tool& tool, int count);
+
+/// From a scene's inline object or a file of assets/tools/. Throws Error.
+Tool read_tool(const Json& json);
+
+}  // namespace typodont::haptics

@@ -1,0 +1,381 @@
+// The only translation unit of the haptics that includes OpenVDB. Grids hold voxels, not metres: OpenVDB refuses
+// transforms under 15 µm in metres, and distances in voxels are what sampling and cutting work in.
+#include "haptics/tissue_volume.h"
+
+#include <fmt/format.h>
+#include <openvdb/io/File.h>
+#include <openvdb/openvdb.h>
+#include <openvdb/tools/ChangeBackground.h>
+#include <openvdb/tools/Dense.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstring>
+#include <unordered_set>
+
+#include "engine/base/error.h"
+#include "engine/base/units.h"
+#include "haptics/solid.h"
+
+namespace typodont::haptics {
+
+namespace {
+
+struct KeyHash {
+  std::size_t operator()(const glm::ivec3& k) const {
+    return static_cast<std::size_t>(k.x) * 73856093u ^ static_cast<std::size_t>(k.y) * 19349663u ^
+           static_cast<std::size_t>(k.z) * 83492791u;
+  }
+};
+using KeySet = std::unordered_set<glm::ivec3, KeyHash>;
+
+openvdb::Coord coord(const glm::ivec3& v) { return {v.x, v.y, v.z}; }
+glm::ivec3 vec(const openvdb::Coord& c) { return {c.x(), c.y(), c.z()}; }
+int floor_div(int a, int b) { return a >= 0 ? a / b : -((-a + b - 1) / b); }
+
+/// The share of a voxel that lies inside a surface passing at `distance` voxels from its centre.
+double occupancy(float distance) { return std::clamp(0.5 - static_cast<double>(distance), 0.0, 1.0); }
+
+/// Multiplies all distances, clamped to the band: from voxels to mm and back.
+void rescale(openvdb::FloatGrid& grid, float factor) {
+  const float band = grid.background();
+  for (auto it = grid.beginValueAll(); it; ++it) it.setValue(std::clamp(*it, -band, band) * factor);
+  openvdb::tools::changeBackground(grid.tree(), band * factor, /*threaded=*/false);
+}
+
+std::vector<glm::ivec3> sorted(const KeySet& keys) {
+  std::vector<glm::ivec3> list(keys.begin(), keys.end());
+  std::sort(list.begin(), list.end(), [](const glm::ivec3& a, const glm::ivec3& b) {
+    return std::tie(a.x, a.y, a.z) < std::tie(b.x, b.y, b.z);
+  });
+  return list;
+}
+
+/// All bricks that read any of the samples in the inclusive box: a brick reads one sample beyond its cells on each side.
+void insert_bricks(const glm::ivec3& lo, const glm::ivec3& hi, KeySet& keys) {
+  constexpr int n = FieldBrick::kCells;
+  for (int x = floor_div(lo.x - 2, n); x <= floor_div(hi.x + 1, n); ++x) {
+    for (int y = floor_div(lo.y - 2, n); y <= floor_div(hi.y + 1, n); ++y) {
+      for (int z = floor_div(lo.z - 2, n); z <= floor_div(hi.z + 1, n); ++z) keys.insert({x, y, z});
+    }
+  }
+}
+
+}  // namespace
+
+struct TissueVolume::Impl {
+  openvdb::FloatGrid::Ptr distance;  // voxels
+  openvdb::Int32Grid::Ptr tissue;
+  VoxelFrame frame;
+  double band = 0;  // m
+  bool exact_outside = true;
+  KeySet changed;   // bricks since take_changed_bricks
+  KeySet carved;    // bricks ever cut: distances outside the tissue are no longer true there
+
+  Impl() { openvdb::initialize(); }
+  void make_grids(float band_voxels) {
+    distance = openvdb::FloatGrid::create(band_voxels);
+    tissue = openvdb::Int32Grid::create(0);
+  }
+};
+
+TissueVolume::TissueVolume(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+TissueVolume::~TissueVolume() = default;
+TissueVolume::TissueVolume(TissueVolume&&) noexcept = default;
+TissueVolume& TissueVolume::operator=(TissueVolume&&) noexcept = default;
+
+TissueVolume::TissueVolume(const DenseTissue& dense) : impl_(std::make_unique<Impl>()) {
+  Impl& v = *impl_;
+  v.frame = dense.frame;
+  v.band = dense.band;
+  v.exact_outside = dense.exact_outside;
+  const auto band_voxels = static_cast<float>(dense.band / dense.frame.voxel);
+  v.make_grids(band_voxels);
+
+  // Leaf by leaf, so that voxels beyond the band never exist, not even for a moment.
+  constexpr int n = openvdb::FloatTree::LeafNodeType::DIM;
+  const float to_voxels = static_cast<float>(1 / dense.frame.voxel);
+  auto distance = v.distance->getAccessor();
+  auto tissue = v.tissue->getAccessor();
+  for (int x0 = 0; x0 < dense.size.x; x0 += n) {
+    for (int y0 = 0; y0 < dense.size.y; y0 += n) {
+      for (int z0 = 0; z0 < dense.size.z; z0 += n) {
+        const glm::ivec3 end = glm::min(glm::ivec3(x0 + n, y0 + n, z0 + n), dense.size);
+        for (int x = x0; x < end.x; ++x) {
+          for (int y = y0; y < end.y; ++y) {
+            for (int z = z0; z < end.z; ++z) {
+              const std::size_t i = dense.at(x, y, z);
+              const float d = dense.distance[i] * to_voxels;
+              const openvdb::Coord at(x, y, z);
+              if (d < band_voxels && d > -band_voxels) {
+                distance.setValue(at, d);
+              } else if (d <= -band_voxels) {
+                distance.setValueOff(at, -band_voxels);
+              }
+              if (dense.tissue[i] != Tissue::kAir) tissue.setValue(at, static_cast<int>(dense.tissue[i]));
+            }
+          }
+        }
+      }
+    }
+  }
+  v.distance->pruneGrid();
+  v.tissue->pruneGrid();
+}
+
+TissueVolume TissueVolume::load(const std::filesystem::path& file) {
+  const std::string name = file.string();
+  std::error_code code;
+  if (!std::filesystem::is_regular_file(file, code)) throw Error(name, "", "no such file", "a tissue volume (.vdb)");
+  auto impl = std::make_unique<Impl>();
+  try {
+    openvdb::io::File vdb(name);
+    vdb.setCopyMaxBytes(0);  // read now, all of it: a truncated file must fail here and not in the middle of a session
+    vdb.open(false);
+    const auto typed = [&]<class Grid>(const char* grid_name, typename Grid::Ptr& grid) {
+      if (!vdb.hasGrid(grid_name)) throw Error(name, "", fmt::format("no grid \"{}\"", grid_name), "a tissue volume");
+      const auto base = vdb.readGrid(grid_name);
+      grid = openvdb::gridPtrCast<Grid>(base);
+      if (!grid) throw Error(name, grid_name, base->valueType(), Grid().valueType());
+    };
+    typed.operator()<openvdb::FloatGrid>("distance", impl->distance);
+    typed.operator()<openvdb::Int32Grid>("tissue", impl->tissue);
+  } catch (const openvdb::Exception& e) {
+    throw Error(name, "", e.what(), "a tissue volume (.vdb)");
+  } catch (const std::bad_alloc&) {
+    throw Error(name, "", "sizes beyond this machine's memory", "a tissue volume (.vdb)");
+  }
+
+  const auto& transform = impl->distance->transform();
+  const openvdb::Vec3d size = transform.voxelSize();
+  if (!transform.isLinear() || !transform.hasUniformScale() || size.x() < 1e-3 || size.x() > 10) {
+    throw Error(name, "distance", "a voxel that is not a cube of 0.001 to 10 mm", "a tissue volume");
+  }
+  const openvdb::Vec3d origin = transform.indexToWorld(openvdb::Vec3d(0, 0, 0));
+  impl->frame.voxel = size.x() * kMillimetre;
+  impl->frame.origin = dvec3(origin.x(), origin.y(), origin.z()) * kMillimetre;
+  const float mm_to_voxels = static_cast<float>(1 / size.x());
+  const float band = impl->distance->background();
+  if (!(band > 0) || !std::isfinite(band)) throw Error(name, "distance", fmt::format("band {}", band), "above 0");
+  impl->band = static_cast<double>(band) * kMillimetre;
+  if (const auto flag = impl->distance->getMetadata<openvdb::BoolMetadata>("typodont_exact_outside")) {
+    impl->exact_outside = flag->value();
+  }
+
+  // A file made elsewhere may hold anything, so every value is checked once.
+  for (auto it = impl->distance->cbeginValueAll(); it; ++it) {
+    if (!std::isfinite(*it)) throw Error(name, "distance", "a value that is not finite", "distances in mm");
+  }
+  rescale(*impl->distance, mm_to_voxels);
+  for (auto it = impl->tissue->cbeginValueAll(); it; ++it) {
+    if (*it < 0 || *it >= kTissueCount) {
+      throw Error(name, "tissue", fmt::format("label {}", *it), fmt::format("0 to {}", kTissueCount - 1));
+    }
+  }
+  return TissueVolume(std::move(impl));
+}
+
+void TissueVolume::save(const std::filesystem::path& file) const {
+  const Impl& v = *impl_;
+  const double mm = v.frame.voxel / kMillimetre;
+  const auto transform = [&] {
+    auto t = openvdb::math::Transform::createLinearTransform(mm);
+    const dvec3 o = v.frame.origin / kMillimetre;
+    t->postTranslate({o.x, o.y, o.z});
+    return t;
+  };
+  auto distance = v.distance->deepCopy();
+  const auto scale = static_cast<float>(mm);
+  rescale(*distance, scale);
+  distance->setName("distance");
+  distance->setGridClass(openvdb::GRID_LEVEL_SET);
+  distance->setTransform(transform());
+  distance->insertMeta("typodont_version", openvdb::StringMetadata(TYPODONT_VERSION));
+  distance->insertMeta("typodont_units", openvdb::StringMetadata("mm"));
+  distance->insertMeta("typodont_exact_outside", openvdb::BoolMetadata(v.exact_outside && v.carved.empty()));
+  auto tissue = v.tissue->deepCopy();
+  tissue->setName("tissue");
+  tissue->setTransform(transform());
+
+  const std::string partial = fmt::format("{}.{}.partial", file.string(), getpid());
+  std::error_code code;
+  try {
+    openvdb::io::File vdb(partial);
+    vdb.setCompression(openvdb::io::COMPRESS_ACTIVE_MASK | openvdb::io::COMPRESS_BLOSC);
+    vdb.write(openvdb::GridCPtrVec{distance, tissue});
+    vdb.close();
+    std::filesystem::rename(partial, file);
+  } catch (const std::exception& e) {
+    std::filesystem::remove(partial, code);
+    throw Error(file.string(), "", e.what(), "a writable place");
+  }
+}
+
+const VoxelFrame& TissueVolume::frame() const { return impl_->frame; }
+double TissueVolume::band() const { return impl_->band; }
+
+bool TissueVolume::exact_outside(const glm::ivec3& lo, const glm::ivec3& hi) const {
+  if (!impl_->exact_outside) return false;
+  if (impl_->carved.empty()) return true;
+  KeySet touched;
+  insert_bricks(lo, hi, touched);
+  return std::none_of(touched.begin(), touched.end(), [&](const glm::ivec3& k) { return impl_->carved.contains(k); });
+}
+
+void TissueVolume::bounds(glm::ivec3& lo, glm::ivec3& hi) const {
+  const openvdb::CoordBBox box = impl_->distance->evalActiveVoxelBoundingBox();
+  lo = vec(box.min());
+  hi = vec(box.max());
+  if (box.empty()) lo = {0, 0, 0}, hi = {-1, -1, -1};
+}
+
+void TissueVolume::copy(const glm::ivec3& lo, const glm::ivec3& size, float* distance, Tissue* tissue) const {
+  const openvdb::CoordBBox box(coord(lo), coord(lo + size - 1));
+  openvdb::tools::Dense<float, openvdb::tools::LayoutZYX> to(box, distance);
+  openvdb::tools::copyToDense(*impl_->distance, to, /*serial=*/true);
+  if (!tissue) return;
+  // Labels are bytes in messages and int32 in the grid: copied leaf by leaf, without a detour over a dense int array.
+  const std::size_t count = static_cast<std::size_t>(size.x) * size.y * size.z;
+  static_assert(sizeof(Tissue) == 1);
+  std::memset(tissue, 0, count);
+  auto accessor = impl_->tissue->getConstAccessor();
+  constexpr int n = openvdb::Int32Tree::LeafNodeType::DIM;
+  const glm::ivec3 end = lo + size;
+  for (int x0 = floor_div(lo.x, n) * n; x0 < end.x; x0 += n) {
+    for (int y0 = floor_div(lo.y, n) * n; y0 < end.y; y0 += n) {
+      for (int z0 = floor_div(lo.z, n) * n; z0 < end.z; z0 += n) {
+        const auto* leaf = accessor.probeConstLeaf(openvdb::Coord(x0, y0, z0));
+        const auto tile = leaf ? 0 : accessor.getValue(openvdb::Coord(x0, y0, z0));
+        if (!leaf && tile == 0) continue;
+        const int* data = leaf ? leaf->buffer().data() : nullptr;
+        for (int x = std::max(x0, lo.x); x < std::min(x0 + n, end.x); ++x) {
+          for (int y = std::max(y0, lo.y); y < std::min(y0 + n, end.y); ++y) {
+            Tissue* row = tissue + ((static_cast<std::size_t>(x - lo.x)) * size.y + (y - lo.y)) * size.z - lo.z;
+            for (int z = std::max(z0, lo.z); z < std::min(z0 + n, end.z); ++z) {
+              const int label = data ? data[((x - x0) * n + (y - y0)) * n + (z - z0)] : tile;
+              row[z] = static_cast<Tissue>(label);
+            }
+          }
+        }
+      }
+    }
+  }
+}
+
+void TissueVolume::carve(const Sweep& sweep) {
+  Impl& v = *impl_;
+  using Leaf = openvdb::FloatTree::LeafNodeType;
+  constexpr int n = Leaf::DIM;
+  auto accessor = v.distance->getAccessor();
+  glm::ivec3 changed_lo(INT_MAX), changed_hi(INT_MIN);
+
+  for (int x0 = floor_div(sweep.lo().x, n) * n; x0 <= sweep.hi().x; x0 += n) {
+    for (int y0 = floor_div(sweep.lo().y, n) * n; y0 <= sweep.hi().y; y0 += n) {
+      for (int z0 = floor_div(sweep.lo().z, n) * n; z0 <= sweep.hi().z; z0 += n) {
+        const openvdb::Coord origin(x0, y0, z0);
+        Leaf* leaf = accessor.probeLeaf(origin);
+        if (!leaf) {
+          if (accessor.getValue(origin) > 0) continue;  // air, far from any surface
+          leaf = accessor.touchLeaf(origin);            // solid, far inside: the cut brings it into the band
+        }
+        const glm::ivec3 lo = glm::max(glm::ivec3(x0, y0, z0), sweep.lo());
+        const glm::ivec3 hi = glm::min(glm::ivec3(x0, y0, z0) + n - 1, sweep.hi());
+        const int first = ((lo.x - x0) * n + (lo.y - y0)) * n + (lo.z - z0);
+        if (!sweep.raise(lo, hi - lo + 1, leaf->buffer().data() + first, n * n, n, nullptr, nullptr)) continue;
+        leaf->setValuesOn();
+        changed_lo = glm::min(changed_lo, lo);
+        changed_hi = glm::max(changed_hi, hi);
+      }
+    }
+  }
+  if (changed_lo.x > changed_hi.x) return;
+  insert_bricks(changed_lo, changed_hi, v.changed);
+  insert_bricks(changed_lo, changed_hi, v.carved);
+}
+
+void TissueVolume::paint(Tissue label, const Solid& solid) {
+  Impl& v = *impl_;
+  const openvdb::CoordBBox tissue = v.tissue->evalActiveVoxelBoundingBox();
+  dvec3 lo, hi;
+  solid.bounds(lo, hi);
+  const glm::ivec3 a = glm::max(glm::ivec3(glm::floor(glm::max(v.frame.to_voxels(lo), dvec3(-1e6)))), vec(tissue.min()));
+  const glm::ivec3 b = glm::min(glm::ivec3(glm::ceil(glm::min(v.frame.to_voxels(hi), dvec3(1e6)))), vec(tissue.max()));
+  auto accessor = v.tissue->getAccessor();
+  for (int x = a.x; x <= b.x; ++x) {
+    for (int y = a.y; y <= b.y; ++y) {
+      for (int z = a.z; z <= b.z; ++z) {
+        const openvdb::Coord at(x, y, z);
+        if (accessor.getValue(at) == 0 || solid.distance(v.frame.to_world(dvec3(x, y, z))) > 0) continue;
+        accessor.setValue(at, static_cast<int>(label));
+      }
+    }
+  }
+  if (a.x <= b.x && a.y <= b.y && a.z <= b.z) insert_bricks(a, b, v.changed);
+}
+
+std::vector<glm::ivec3> TissueVolume::surface_bricks() const {
+  // A leaf with a sample on each side, or one next to a sample of the other sign, holds surface: |distance| < 2 is both.
+  KeySet keys;
+  for (auto leaf = impl_->distance->tree().cbeginLeaf(); leaf; ++leaf) {
+    glm::ivec3 lo(INT_MAX), hi(INT_MIN);
+    for (auto it = leaf->cbeginValueOn(); it; ++it) {
+      if (std::abs(*it) > 2) continue;
+      const glm::ivec3 at = vec(it.getCoord());
+      lo = glm::min(lo, at);
+      hi = glm::max(hi, at);
+    }
+    if (lo.x <= hi.x) insert_bricks(lo, hi, keys);
+  }
+  return sorted(keys);
+}
+
+std::vector<glm::ivec3> TissueVolume::take_changed_bricks() {
+  const auto list = sorted(impl_->changed);
+  impl_->changed.clear();
+  return list;
+}
+
+void TissueVolume::read_brick(const glm::ivec3& key, FieldBrick& brick) const {
+  brick.key = key;
+  copy(key * FieldBrick::kCells - 1, glm::ivec3(FieldBrick::kSamples), brick.distance.data(), brick.tissue.data());
+}
+
+PerTissue TissueVolume::volumes() const {
+  PerTissue volumes{};
+  auto tissue = impl_->tissue->getConstAccessor();
+  const double voxel3 = impl_->frame.voxel * impl_->frame.voxel * impl_->frame.voxel;
+  for (auto it = impl_->distance->cbeginValueAll(); it; ++it) {
+    const double share = occupancy(*it);
+    if (share == 0) continue;
+    if (it.isVoxelValue()) {
+      volumes[static_cast<std::size_t>(tissue.getValue(it.getCoord()))] += share * voxel3;
+      continue;
+    }
+    openvdb::CoordBBox box;
+    it.getBoundingBox(box);
+    for (auto c = box.begin(); c; ++c) volumes[static_cast<std::size_t>(tissue.getValue(*c))] += share * voxel3;
+  }
+  volumes[0] = 0;
+  return volumes;
+}
+
+std::uint64_t TissueVolume::hash() const {
+  std::uint64_t hash = 0xcbf29ce484222325u;
+  const auto mix = [&](const void* bytes, std::size_t count) {
+    const auto* p = static_cast<const unsigned char*>(bytes);
+    for (std::size_t i = 0; i < count; ++i) hash = (hash ^ p[i]) * 0x100000001b3u;
+  };
+  auto tissue = impl_->tissue->getConstAccessor();
+  for (auto leaf = impl_->distance->tree().cbeginLeaf(); leaf; ++leaf) {
+    const openvdb::Coord origin = leaf->origin();
+    mix(origin.data(), 3 * sizeof(int));
+    mix(leaf->buffer().data(), sizeof(float) * leaf->buffer().size());
+    for (auto it = leaf->cbeginValueOn(); it; ++it) {
+      const int label = tissue.getValue(it.getCoord());
+      mix(&label, sizeof label);
+    }
+  }
+  return hash;
+}
+
+}  // namespace typodont::haptics
