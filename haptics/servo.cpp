@@ -20,6 +20,7 @@ constexpr double kStep = 1.5;              // longest step between two looks at 
 constexpr double kConverged = 1e-7;        // the proxy has come to rest
 constexpr double kSettled = 1e-3;          // the same against a surface that was cut, which is rough by more than that
 constexpr int kSettlingLooks = 5;
+constexpr double kSamePoints = 0.3;        // contacts found less than this ago, in voxels of way, still serve
 constexpr double kToothGrip = 0.15;        // engaged teeth resist being led sideways up to this share of the push
 constexpr int kMaxLooks = 48;              // per tick, free flight included
 constexpr double kDeep = 0.6;              // more overlap than cutting or rounding leaves: led out slowly
@@ -221,6 +222,7 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
   ActivePlanes active;
   bool touching = false, lost = false, deep = false;
   int settled_looks = 0;
+  dvec3 found_at(0);
   s.overlap *= std::exp(-dt / kRecoveryTime);
   if (s.overlap < 0.01) s.overlap = 0;
   const double specific_energy = s.mean(&Material::specific_energy);
@@ -248,7 +250,13 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
       continue;
     }
 
-    s.finder.find(s.patch, {c, X_WT.R}, contacts);
+    // The surface points found once serve as long as the head has hardly moved; a single exact one is always new.
+    if (contacts.count > 1 && glm::length(c - found_at) < kSamePoints) {
+      s.finder.relinearize({c, X_WT.R}, contacts);
+    } else {
+      s.finder.find(s.patch, {c, X_WT.R}, contacts);
+      found_at = c;
+    }
     if (contacts.count == 0 && sample_linear(s.patch, c) < -kStep) {  // wholly inside: no surface in reach
       deep = true;
       c = target;

@@ -11,6 +11,7 @@ int main(int argc, char** argv) {
   CLI::App app("Typodont: a co-located visual, haptic and audio workbench for hand-eye training on hard tissue");
   app.set_version_flag("--version", TYPODONT_VERSION);
   add_servo_command(app);
+  add_import_command(app);
   add_report_command(app);
   add_doctor_command(app);
   try {

@@ -80,6 +80,14 @@ void ContactFinder::find(const SurfacePatch& patch, const Pose& X_VT, ContactSet
   }
 }
 
+void ContactFinder::relinearize(const Pose& X_VT, ContactSet& set) const noexcept {
+  for (int i = 0; i < set.count; ++i) {
+    ContactPlane& plane = set.planes[static_cast<std::size_t>(i)];
+    plane.gap = head_distance(X_VT, plane.x);
+    plane.n = -head_normal(X_VT, plane.x);
+  }
+}
+
 void ContactFinder::refine(const SurfacePatch& patch, const Pose& X_VT, ContactPlane& plane) const noexcept {
   const ContactPlane exact = slide<sample_cubic>(patch, X_VT, plane.x, 5);
   if (exact.gap < plane.gap + 0.5) plane = exact;

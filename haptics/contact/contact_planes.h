@@ -35,6 +35,9 @@ class ContactFinder {
   /// that has tissue near, or a single exact one where the offset surface is smooth. The patch must hold the head.
   void find(const SurfacePatch& patch, const Pose& X_VT, ContactSet& set) const noexcept;
 
+  /// The same surface points seen from a head that has moved a little: new normals and gaps, no query.
+  void relinearize(const Pose& X_VT, ContactSet& set) const noexcept;
+
   /// Makes one contact exact on a smooth surface: slides it, by cubic queries, to where head and surface are closest.
   void refine(const SurfacePatch& patch, const Pose& X_VT, ContactPlane& plane) const noexcept;
 
