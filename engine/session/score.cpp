@@ -15,7 +15,7 @@ namespace typodont::session {
 namespace {
 
 constexpr double kTremorCutoff = 5.0;    // Hz; physiological tremor of the hand lies at 8 to 12 Hz, what is meant below 3
-constexpr double kPathBlock = 0.05;      // s, averaged before the path is measured: tremor is not path
+constexpr double kPathBlock = 0.1;       // s, averaged before the path is measured: a period of tremor is not path
 constexpr double kFreeBetween = 0.1;     // s without contact that end a stroke
 constexpr double kLeastRemoved = 1e-15;  // m³; a stroke that cut less was a touch
 
