@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "audio/ar/model.h"
+#include "audio/ar_model.h"
 #include "engine/contract/tissue.h"
 
 namespace typodont::audio {
