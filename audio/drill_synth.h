@@ -26,10 +26,15 @@ struct SoundState {
   double suction = 0;        // 0..1
 };
 
+struct SynthOptions {
+  double hold = 0;           // s without a new state after which contact ends and the drill runs down; 0: never
+  bool lower_order = false;  // cut models down to the order at which their criterion says nothing is lost
+};
+
 /// One thread at a time (the audio callback's, or the offline renderer's). Only the constructor allocates.
 class DrillSynth {
  public:
-  DrillSynth(const SoundModels& models, double sample_rate, std::uint64_t seed);
+  DrillSynth(const SoundModels& models, double sample_rate, std::uint64_t seed, const SynthOptions& options = {});
   ~DrillSynth();
   DrillSynth(DrillSynth&&) noexcept;
   DrillSynth& operator=(DrillSynth&&) noexcept;
