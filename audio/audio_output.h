@@ -22,8 +22,9 @@ struct AudioSource {
 };
 
 struct AudioOptions {
-  double sample_rate = 0;  // Hz; 0: the device's own, 48000 for files
-  int buffer = 256;        // samples a callback; also the latency asked of the device
+  double sample_rate = 0;       // Hz; 0: the device's own, 48000 for files
+  int buffer = 256;             // samples a callback; also the latency asked of the device
+  std::uint64_t end_after = 0;  // samples after which a device stream ends; 0: never
 };
 
 struct AudioStats {
