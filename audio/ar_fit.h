@@ -13,7 +13,7 @@ struct FitOptions {
   std::string method = "burg";  // burg, yule-walker, modified-covariance
   std::string order = "300";    // a number, "aic" or "bic"
   int max_order = 600;          // of the criteria
-  std::string window;           // none, hann, hamming, blackman; empty: hann for yule-walker, none otherwise
+  std::string window = "none";  // none, hann, hamming, blackman: weights of Burg's errors, taper of Yule–Walker
   double rate = 0;              // Hz of the model; 0: the recording's
   int channel = -1;             // -1: the mean of all
   double from = 0, to = 0;      // s of the recording; to = 0: its end

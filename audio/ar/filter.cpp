@@ -44,7 +44,10 @@ inline __attribute__((always_inline)) void block_of_64(const T* a, std::size_t o
       even[v] = gain * *reinterpret_cast<const Unaligned*>(noise + slice + v * kLanes);
       odd[v] = Vector{};
     }
-    for (std::size_t i = 1; i < order; i += 2) {
+    // From the oldest sample to the newest: the newest were stored a moment ago, and a load across several fresh stores
+    // has to wait for them.
+    for (std::size_t pair = order / 2; pair-- > 0;) {
+      const std::size_t i = 2 * pair + 1;
       const T* const q = p - i;
       for (int v = 0; v < 4; ++v) {
         even[v] -= a[i] * *reinterpret_cast<const Unaligned*>(q + v * kLanes);
@@ -55,12 +58,10 @@ inline __attribute__((always_inline)) void block_of_64(const T* a, std::size_t o
     T source[kSlice];
     for (int v = 0; v < 4; ++v) *reinterpret_cast<Unaligned*>(source + v * kLanes) = even[v] + odd[v];
     Vector sum[4] = {};
-    for (int from = 0; from < 4; ++from) {
-      for (int l = 0; l < kLanes; ++l) {
-        const T s = source[from * kLanes + l];
-        for (int v = from; v < 4; ++v) {
-          sum[v] += s * *reinterpret_cast<const Unaligned*>(response + kBlock + (v - from) * kLanes - l);
-        }
+    for (int l = 0; l < kLanes; ++l) {
+      for (int apart = 0; apart < 4; ++apart) {
+        const Vector h = *reinterpret_cast<const Unaligned*>(response + kBlock + apart * kLanes - l);
+        for (int v = apart; v < 4; ++v) sum[v] += source[(v - apart) * kLanes + l] * h;
       }
     }
     for (int v = 0; v < 4; ++v) *reinterpret_cast<Unaligned*>(p + v * kLanes) = sum[v];

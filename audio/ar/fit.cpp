@@ -205,7 +205,7 @@ FitReport fit_recording(const std::filesystem::path& file, const FitOptions& opt
   if (!yule && !covariance && options.method != "burg") {
     throw Error("--method", "", "\"" + options.method + "\"", "burg, yule-walker or modified-covariance");
   }
-  const Window window = options.window.empty() ? (yule ? Window::kHann : Window::kNone) : window_named(options.window);
+  const Window window = window_named(options.window);
   if (covariance && window != Window::kNone) {
     throw Error("--window", "", options.window, "none: modified covariance takes its samples unwindowed");
   }

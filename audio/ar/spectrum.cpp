@@ -119,6 +119,25 @@ std::vector<double> power_of_taps(std::span<const double> taps, std::size_t poin
   return power;
 }
 
+std::vector<double> expected_welch(const std::vector<double>& power, std::size_t n, double rate) {
+  // The mean periodogram is the transform of the autocorrelation times the window's own (Blackman & Tukey 1958).
+  const auto r = autocorrelation_of_power(power);
+  const auto through = autocorrelation(window_samples(Window::kHann, n), n - 1);
+  RealFft fft(2 * n);
+  std::fill(fft.time().begin(), fft.time().end(), 0.0);
+  for (std::size_t lag = 0; lag < n && lag < r.size(); ++lag) {
+    const double v = r[lag] * through[lag] / through[0];
+    fft.time()[lag] = v;
+    if (lag > 0) fft.time()[2 * n - lag] = v;
+  }
+  fft.forward();
+  std::vector<double> density(n / 2 + 1);
+  for (std::size_t i = 0; i < density.size(); ++i) {
+    density[i] = std::max(0.0, fft.re(2 * i)) * (i == 0 || 2 * i == n ? 1.0 : 2.0) / rate;
+  }
+  return density;
+}
+
 double log_spectral_distance(std::span<const double> a, std::span<const double> b) {
   double sum = 0;
   for (std::size_t i = 0; i < a.size(); ++i) {

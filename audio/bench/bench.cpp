@@ -86,12 +86,13 @@ std::vector<BenchRow> audio_bench(const BenchOptions& options) {
     const std::string knob = "order " + std::to_string(order);
 
     // How much of the sound the order keeps.
-    const auto model_dB = spectrum_dB(model, best.frequencies);
+    const std::size_t points = 2 * best.frequencies.size();  // of the recording's Welch spectrum
+    const auto seen = expected_welch(sampled_power(model.reflection, model.gain, 32769), points, model.rate);
     std::vector<double> recorded, modelled;
-    for (std::size_t i = 0; i < model_dB.size(); ++i) {
+    for (std::size_t i = 0; i < best.frequencies.size(); ++i) {
       if (best.frequencies[i] < 60 || best.frequencies[i] > best.up_to) continue;
       recorded.push_back(std::pow(10, best.recording_dB[i] / 10));
-      modelled.push_back(std::pow(10, model_dB[i] / 10));
+      modelled.push_back(seen[i + 1]);
     }
 
     DirectFilter<double>(model).process(wide.data(), truth.data(), static_cast<int>(count));

@@ -61,10 +61,15 @@ TEST(PortAudioOnAlsa, PlaysTheSynthesizersSamples) {
   reference.render(expected);
   const auto card = read_recording(folder / "card.wav");
   ASSERT_EQ(card.channels.size(), 2u);
-  ASSERT_GE(card.length(), expected.size());
+  // PortAudio fills the device's buffer with silence before it starts.
+  const auto& left = card.channels[0];
+  const auto sounding = std::find_if(left.begin(), left.end(), [](double v) { return v != 0; });
+  const auto silence = static_cast<std::size_t>(sounding - left.begin());
+  ASSERT_LE(silence, 4096u);
+  ASSERT_GE(card.length(), silence + expected.size());
   for (std::size_t i = 0; i < expected.size(); ++i) {
-    ASSERT_NEAR(card.channels[0][i], static_cast<double>(expected[i]), 1.5 / 32768) << i;
-    ASSERT_EQ(card.channels[0][i], card.channels[1][i]);
+    ASSERT_NEAR(left[silence + i], static_cast<double>(expected[i]), 1.5 / 32768) << i;
+    ASSERT_EQ(left[silence + i], card.channels[1][silence + i]);
   }
 }
 

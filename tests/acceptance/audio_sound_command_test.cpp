@@ -132,7 +132,7 @@ TEST_F(SoundCommand, RefusesBadInputWithStatusTwoAReasonAndNothingLeftBehind) {
       {"synth " + model + " --contact " + path("bad.csv") + " --out " + path("o"), "line 2"},
       {"synth " + model + " --seconds 1 --rate 10 --out " + path("o"), "--rate"},
       {"compare " + kMicromotor + " " + path("gone.wav"), "gone.wav"},
-      {"sing", "sing"},
+      {"sing", "subcommand"},
   };
   const auto before = files_left();
   for (const auto& [arguments, reason] : cases) {

@@ -214,6 +214,15 @@ TEST(Spectrum, OfWhiteNoiseIsFlatAtItsVariance) {
   EXPECT_NEAR(sum / static_cast<double>(power.size() - 2), 2.0 / 48000, 2.0 / 48000 * 0.01);
 }
 
+TEST(Spectrum, OfAModelSeenThroughTheWindowIsWhatWelchMeasures) {
+  const ArModel model = resonance(0.99, 1.0);  // its peak is narrower than the window of 256
+  const auto measured = welch(sound_of(model, 1000000, 4), 256, 48000);
+  const auto expected = expected_welch(sampled_power(model.reflection, model.gain, 16385), 256, 48000);
+  double squares = 0;
+  for (std::size_t i = 1; i < 128; ++i) squares += std::pow(10 * std::log10(measured[i] / expected[i]), 2);
+  EXPECT_LT(std::sqrt(squares / 127), 0.15);
+}
+
 TEST(Distances, AreZeroForEqualSpectraAndKnownForAConstantRatio) {
   const std::vector<double> a = {1, 2, 3}, b = {10, 20, 30};
   EXPECT_DOUBLE_EQ(log_spectral_distance(a, a), 0);

@@ -262,8 +262,7 @@ void add_sound(CLI::App& app) {
   f->add_option("--max-order", fit->options.max_order, "The highest order a criterion may choose")
       ->capture_default_str();
   f->add_option("--method", fit->options.method, "burg, yule-walker or modified-covariance")->capture_default_str();
-  f->add_option("--window", fit->options.window,
-                "none, hann, hamming or blackman (default: hann for yule-walker, else none)");
+  f->add_option("--window", fit->options.window, "none, hann, hamming or blackman")->capture_default_str();
   f->add_option("--rate", fit->options.rate, "Rate of the model in Hz; the recording is resampled (default: its own)");
   f->add_option("--channel", fit->options.channel, "Channel, from 0 (default: the mean of all)")
       ->check(CLI::NonNegativeNumber);
