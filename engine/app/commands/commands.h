@@ -14,5 +14,6 @@ void add_doctor_command(CLI::App& app);
 void add_import_command(CLI::App& app);
 void add_report_command(CLI::App& app);
 void add_servo_command(CLI::App& app);
+void add_sound_command(CLI::App& app);
 
 }  // namespace typodont
