@@ -10,6 +10,7 @@ int main(int argc, char** argv) {
   using namespace typodont;
   CLI::App app("Typodont: a co-located visual, haptic and audio workbench for hand-eye training on hard tissue");
   app.set_version_flag("--version", TYPODONT_VERSION);
+  add_calibrate(app);
   try {
     app.parse(argc, argv);
     return 0;

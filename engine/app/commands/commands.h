@@ -9,5 +9,6 @@ namespace typodont {
 
 // Each adds its subcommand to `app`; the work runs in the subcommand's callback. It throws Error (exit 2) or
 // RunFailure (exit 1), prints results on standard output and messages on standard error.
+void add_calibrate(CLI::App& app);
 
 }  // namespace typodont
