@@ -31,17 +31,6 @@ bool header_has(const std::filesystem::path& file, std::string_view column) {
 
 }  // namespace
 
-PointPairs read_pairs(const std::filesystem::path& file) {
-  const CsvTable table = read_csv(file, {"hx_mm", "hy_mm", "hz_mm", "dx_mm", "dy_mm", "dz_mm"});
-  if (table.rows.empty()) throw Error(file.string(), "", "no rows", "at least one pair of points");
-  PointPairs pairs;
-  for (const auto& row : table.rows) {
-    pairs.H.push_back(point(table, row, "hx_mm", "hy_mm", "hz_mm"));
-    pairs.D.push_back(point(table, row, "dx_mm", "dy_mm", "dz_mm"));
-  }
-  return pairs;
-}
-
 Stream read_stream(const std::filesystem::path& file) {
   const CsvTable table = read_csv(file, {"t_s", "x_mm", "y_mm", "z_mm"});
   if (table.rows.size() < 16) {
