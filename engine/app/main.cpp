@@ -16,6 +16,7 @@ int main(int argc, char** argv) {
   add_report_command(app);
   add_doctor_command(app);
   add_sound_command(app);
+  add_calibrate_command(app);
   try {
     app.parse(argc, argv);
     return 0;
