@@ -29,9 +29,14 @@ constexpr float kCreaseCosine = 0.88f;
 // kSag·s²κ bounds the error that is left. All measured on spheres: tests/property/surface_sphere_test.cpp.
 constexpr float kCentre = 0.6f;
 constexpr float kLift = 0.145f;
-constexpr float kSag = 0.16f;
+constexpr float kSag = 0.18f;
+constexpr float kLeastSpread = 4e-3f;  // of s²: see greatest_curvature
 constexpr float kMaxLift = 0.1f;  // of s, whatever the curvature
 constexpr double kFlatEigenvalue = 0.01;
+constexpr float kOutside = 0.7f;  // voxels: how far outside its cell a crease's vertex may lie
+// How far from zero a trilinear sample of the field may be at a vertex on the surface, at a crease and elsewhere.
+constexpr float kCreaseValue = 0.4f;
+constexpr float kSmoothValue = 0.1f;
 
 // Sample of cell corner (x,y,z), each -1..17.
 constexpr int sample(int x, int y, int z) {
@@ -55,6 +60,7 @@ std::uint32_t solid_bits(const float* row) {
 
 struct Node {
   CrossingSums sums;
+  glm::vec3 position{0};  // of its vertex, in cell corners
   Tissue tissue = Tissue::kAir;
   bool crease = false;
   std::uint16_t vertex = kNone;
@@ -137,11 +143,37 @@ glm::vec3 smooth_vertex(const CrossingSums& sums, float s) {
   if (length < 1e-6f) return x;
   const glm::vec3 unit = n / length;
   const float curvature = sums.curvature * w;
-  const float onto_surface = std::clamp(0.5f * (sums.xn * w - glm::dot(x, n)), -0.5f * s, 0.5f * s);
+  const float onto_surface = std::clamp(0.5f * (sums.xn() * w - glm::dot(x, n)), -0.5f * s, 0.5f * s);
   const glm::vec3 along = -kCentre * (x - unit * glm::dot(x, unit));
   const float stay_on_surface = -0.5f * curvature * glm::dot(along, along);
   const float lift = std::clamp(kLift * s * s * curvature, -kMaxLift * s, kMaxLift * s);
   return x + along + unit * (onto_surface + stay_on_surface + lift);
+}
+
+bool inside(const glm::vec3& p, float s) {
+  const float reach = 0.5f * s + kOutside;
+  return std::abs(p.x) <= reach && std::abs(p.y) <= reach && std::abs(p.z) <= reach;
+}
+
+// The vertex on a crease: where its sides meet, if that is in the cell.
+glm::vec3 crease_vertex(const CrossingSums& sums, float s) {
+  for (int rank = 3; rank > 0; --rank) {
+    const PlaneFit fit = fit_planes(sums, kFlatEigenvalue, rank);
+    if (inside(fit.point, s)) return fit.point;
+  }
+  return sums.x / sums.count;
+}
+
+// Trilinear, at a point within the samples, in cell corners.
+float field_at(const float* field, const glm::vec3& p) {
+  const glm::vec3 low = glm::clamp(glm::floor(p), glm::vec3(-1), glm::vec3(kCells));
+  const glm::vec3 f = glm::clamp(p - low, 0.f, 1.f);
+  const float* at = field + sample(static_cast<int>(low.x), static_cast<int>(low.y), static_cast<int>(low.z));
+  auto along_z = [&](int offset) { return at[offset] + f.z * (at[offset + 1] - at[offset]); };
+  const int x = kStride[0], y = kStride[1];
+  const float v0 = along_z(0) + f.y * (along_z(y) - along_z(0));
+  const float v1 = along_z(x) + f.y * (along_z(x + y) - along_z(x));
+  return v0 + f.x * (v1 - v0);
 }
 
 glm::vec3 unit_or_up(const glm::vec3& n) {
@@ -152,14 +184,10 @@ glm::vec3 unit_or_up(const glm::vec3& n) {
 // How far the surface may lie from the facets that would stand for it.
 float merge_error(const Node& node, float s) {
   const CrossingSums& sums = node.sums;
-  const float w = 1 / sums.count;
-  const glm::vec3 x = sums.x * w, n = sums.n * w;
-  const float normal_variance = std::max(0.f, 1 - glm::dot(n, n));
-  const float variance = std::max(1e-6f, sums.xx * w - glm::dot(x, x));
-  const float smooth =
-      kSag * s * s * std::max(std::sqrt(0.5f * normal_variance / variance), std::abs(sums.curvature) * w);
-  if (!node.crease) return smooth;
-  return 3 * fit_planes(sums, kFlatEigenvalue).residual;
+  if (!node.crease) return kSag * s * s * greatest_curvature(sums, kLeastSpread * s * s);
+  // A vertex can stand for the sides of a crease when they meet in the block.
+  const PlaneFit fit = fit_planes(sums, kFlatEigenvalue);
+  return inside(fit.point, s) ? 3 * fit.residual : std::numeric_limits<float>::infinity();
 }
 
 }  // namespace
@@ -293,8 +321,7 @@ void Contourer::contour(const FieldBrick& brick, float tolerance, BrickContour& 
           }
           ContourVertex vertex;
           if (patch.crease) {
-            const PlaneFit fit = fit_planes(patch.sums, kFlatEigenvalue);
-            vertex.position = glm::clamp(fit.point, glm::vec3(-0.5f), glm::vec3(0.5f)) + centre;
+            vertex.position = crease_vertex(patch.sums, 1) + centre;
             vertex.crease = true;
           } else {
             vertex.position = smooth_vertex(patch.sums, 1) + centre;
@@ -309,7 +336,7 @@ void Contourer::contour(const FieldBrick& brick, float tolerance, BrickContour& 
           out.vertices.push_back(vertex);
         }
         s.state[0][static_cast<std::size_t>(BrickContour::cell_index(x, y, z))] =
-            cell.patches == 1 ? static_cast<std::uint16_t>(first) : kMixed;
+            shape < 256 && shapes.simple(shape) ? static_cast<std::uint16_t>(first) : kMixed;
         s.blocks[0].push_back(static_cast<std::uint16_t>(BrickContour::cell_index(x, y, z)));
       }
     }
@@ -380,7 +407,12 @@ void Contourer::contour(const FieldBrick& brick, float tolerance, BrickContour& 
         if (from.tissue != node.tissue) node.tissue = Tissue::kAir;
         first = false;
       }
-      if (node.tissue == Tissue::kAir || merge_error(node, static_cast<float>(size)) > tolerance) continue;
+      const auto side = static_cast<float>(size);
+      if (node.tissue == Tissue::kAir || merge_error(node, side) > tolerance) continue;
+      node.position = glm::vec3(x0, y0, z0) + 0.5f * side +
+                      (node.crease ? crease_vertex(node.sums, side) : smooth_vertex(node.sums, side));
+      const float off = std::abs(field_at(field, node.position));
+      if (off > tolerance + (node.crease ? kCreaseValue : kSmoothValue)) continue;
       state = static_cast<std::uint16_t>(s.nodes[level].size());
       s.nodes[level].push_back(node);
       merged_any = true;
@@ -415,13 +447,9 @@ void Contourer::contour(const FieldBrick& brick, float tolerance, BrickContour& 
       }
       Node& node = s.nodes[level][node_number];
       if (node.vertex == kNone) {
-        const auto size = static_cast<float>(1 << level);
-        const glm::vec3 centre = size * (glm::vec3(cell >> level) + 0.5f);
         ContourVertex vertex;
         vertex.crease = node.crease;
-        vertex.position = centre + (node.crease ? glm::clamp(fit_planes(node.sums, kFlatEigenvalue).point,
-                                                             glm::vec3(-0.5f * size), glm::vec3(0.5f * size))
-                                                : smooth_vertex(node.sums, size));
+        vertex.position = node.position;
         vertex.normal = unit_or_up(node.sums.n);
         vertex.tissue[0] = vertex.tissue[1] = node.tissue;
         node.vertex = static_cast<std::uint16_t>(kept);
