@@ -218,28 +218,13 @@ struct Renderer::Impl {
   void fill(shared::FrameData& data, const Frame& frame) const {
     for (int e = 0; e < 2; ++e) {
       const Eye& eye = frame.eyes[static_cast<std::size_t>(e < frame.views ? e : 0)];
-      const glm::dmat4 clip = eye.projection * eye.view;
-      data.clip_from_world[e] = glm::mat4(clip);
+      data.clip_from_world[e] = glm::mat4(eye.projection * eye.view);
       data.eye[e] = glm::vec4(glm::dvec4(eye.position, 1));
-      // The ray through clip (x, y) is affine in x and y: three points of the far plane tell it.
-      const glm::dmat4 back = glm::inverse(clip);
-      const auto at = [&](double x, double y) {
-        const glm::dvec4 p = back * glm::dvec4(x, y, 1, 1);
-        return glm::dvec3(p) / p.w - eye.position;
-      };
-      const glm::dvec3 middle = at(0, 0);
-      data.ray_middle[e] = glm::vec4(glm::dvec4(middle, 0));
-      data.ray_x[e] = glm::vec4(glm::dvec4(at(1, 0) - middle, 0));
-      data.ray_y[e] = glm::vec4(glm::dvec4(at(0, 1) - middle, 0));
     }
     const dvec3 key = glm::normalize(frame.lights.key), up = glm::normalize(frame.lights.up);
+    data.background = glm::vec4(frame.background == Background::kGradient ? 1.0f : 0.0f);
     data.key = glm::vec4(glm::dvec4(key, frame.lights.key_strength));
     data.up = glm::vec4(glm::dvec4(up, frame.lights.ambient));
-    // The backdrop glows in the direction half-way between both eyes' middles: one direction, at infinity.
-    data.glow = glm::vec4(glm::dvec4(glm::normalize(dvec3(glm::normalize(glm::vec3(data.ray_middle[0])) +
-                                                          glm::normalize(glm::vec3(data.ray_middle[1])))),
-                                     0));
-
     for (std::size_t t = 0; t < looks.size(); ++t) {
       const Look& look = looks[t];
       data.tissue_color[t] = glm::vec4(glm::dvec4(linear_light(look.color), look.translucency));
@@ -494,7 +479,9 @@ void Renderer::update(MeshId mesh, std::span<const MeshUpdate> bricks) {
 }
 
 void Renderer::place(MeshId mesh, const Pose& X_WM) {
-  impl_->bricks.meshes[mesh].X_WM = X_WM;
+  Pose& now = impl_->bricks.meshes[mesh].X_WM;
+  if (now.p == X_WM.p && now.R == X_WM.R) return;
+  now = X_WM;
   ++impl_->bricks.version;
 }
 

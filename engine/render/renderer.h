@@ -80,8 +80,8 @@ struct Hud {
 struct Lights {
   dvec3 key{-0.35, 0.55, 0.75};  // unit, towards the lamp
   dvec3 up{0, 1, 0};             // unit, towards the ceiling
-  double key_strength = 2.6;
-  double ambient = 0.55;
+  double key_strength = 2.9;
+  double ambient = 0.60;
 };
 
 enum class Background { kGradient, kBlack };  // a half mirror wants black: it is where the hand shows
