@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <type_traits>
 #if defined(__SSE2__)
 #include <emmintrin.h>
@@ -136,6 +137,24 @@ void mix_tissues(const FieldBrick& brick, const glm::ivec3& cell, ContourVertex&
 // The label of all solid samples of the 4³ around a cell; kAir when there are several.
 Tissue tissue_around(const FieldBrick& brick, const glm::ivec3& cell) {
   Tissue only = Tissue::kAir;
+  // Most often all samples that have a label have the same: four at a time, leaving out bytes that are zero (kAir).
+  static_assert(static_cast<int>(Tissue::kAir) == 0 && kTissueCount < 128);
+  std::uint32_t other = 0;
+  const auto corner = static_cast<std::size_t>(sample(cell.x - 1, cell.y - 1, cell.z - 1));
+  for (int i = 0; i < 8 && only == Tissue::kAir; ++i) {
+    const auto at = static_cast<std::size_t>(sample(cell.x + (i & 1), cell.y + (i >> 1 & 1), cell.z + (i >> 2)));
+    if (brick.distance[at] < 0) only = brick.tissue[at];
+  }
+  const std::uint32_t pattern = 0x01010101u * static_cast<std::uint32_t>(only);
+  for (std::size_t i = 0; i < 16; ++i) {
+    std::uint32_t labels;
+    std::memcpy(&labels, &brick.tissue[corner + (i >> 2) * static_cast<std::size_t>(kStride[0]) +
+                                       (i & 3) * static_cast<std::size_t>(kStride[1])], 4);
+    other |= (labels ^ pattern) & (((labels + 0x7f7f7f7fu) >> 7 & 0x01010101u) * 0xffu);
+  }
+  if (other == 0 && only != Tissue::kAir) return only;
+  // Otherwise only the solid ones count.
+  only = Tissue::kAir;
   for (int i = -1; i <= 2; ++i) {
     for (int j = -1; j <= 2; ++j) {
       const auto row = static_cast<std::size_t>(sample(cell.x + i, cell.y + j, cell.z - 1));
@@ -381,9 +400,13 @@ void Contourer::Scratch::find_patches() {
         cells.push_back({glm::u8vec3(at), static_cast<std::uint16_t>(shape), static_cast<std::uint16_t>(first)});
         patches.resize(first + cell.patches);
         const glm::vec3 centre = glm::vec3(at) + 0.5f;
-        for (int i = 0; i < cell.edges; ++i) {
-          const std::uint8_t e = cell.edge[static_cast<std::size_t>(i)];
-          patches[first + cell.patch[e]].moments.add(crossing_of(at, e), centre);
+        for (int p = 0; p < cell.patches; ++p) {
+          Moments moments;
+          for (int i = 0; i < cell.edges; ++i) {
+            const std::uint8_t e = cell.edge[static_cast<std::size_t>(i)];
+            if (cell.patch[e] == p) moments.add(crossing_of(at, e), centre);
+          }
+          patches[first + static_cast<std::size_t>(p)].moments = moments;
         }
         for (std::size_t p = first; p < patches.size(); ++p) {
           Node& patch = patches[p];
