@@ -154,7 +154,7 @@ TEST(Moments, DoNotDependOnWhereTheyAreAdded) {
   }
   moved.add(near, shift);
   for (int i = 0; i < 4; ++i) {
-    for (int j = 0; j < 8; ++j) EXPECT_NEAR(moved.m[i][j], far.m[i][j], 1e-4);
+    for (int j = 0; j < 8; ++j) EXPECT_NEAR(moved.at(i, j), far.at(i, j), 1e-4);
   }
   EXPECT_EQ(near.count(), 3);
 }

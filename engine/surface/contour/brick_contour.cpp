@@ -513,7 +513,9 @@ bool Contourer::Scratch::merge(int level, float tolerance) {
       if (3 * fit.residual > tolerance || !inside(fit.point, side)) continue;
       node.position = centre + fit.point;
     } else {
-      if (kSag * side * side * greatest_curvature(node.moments, kLeastSpread * side * side) > tolerance) continue;
+      const float bound = tolerance / (kSag * side * side);
+      if (std::abs(node.moments.curvatures()) > bound * node.moments.count()) continue;
+      if (greatest_curvature(node.moments, kLeastSpread * side * side) > bound) continue;
       node.position = centre + smooth_vertex(node.moments, side);
     }
     const float off = std::abs(field_at(brick->distance.data(), node.position));

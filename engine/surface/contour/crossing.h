@@ -7,7 +7,7 @@
 namespace typodont::surface {
 
 /// Point and unit normal; curvature as below. As eight floats, whose outer products are summed (moments.h).
-struct alignas(32) Crossing {
+struct alignas(16) Crossing {
   float point[3];
   float normal[3];
   float curvature;

@@ -1,5 +1,7 @@
 #include "engine/surface/contour/moments.h"
 
+#include <cmath>
+
 namespace typodont::surface {
 
 float greatest_curvature(const Moments& moments, float least) {
@@ -13,10 +15,9 @@ float greatest_curvature(const Moments& moments, float least) {
   const glm::vec3 v = glm::cross(unit, u);
 
   // Covariances in the tangent plane: of places X, and of normals with places C. Shape operator S = C X⁻¹.
-  const auto& m = moments.m;
   auto product = [&](const glm::vec3& a, int first, const glm::vec3& b) {
     float sum = 0;
-    for (int i = 0; i < 3; ++i) sum += a[i] * (m[i][first] * b.x + m[i][first + 1] * b.y + m[i][first + 2] * b.z);
+    for (int i = 0; i < 3; ++i) sum += a[i] * (moments.at(i, first) * b.x + moments.at(i, first + 1) * b.y + moments.at(i, first + 2) * b.z);
     return w * sum;
   };
   auto place = [&](const glm::vec3& a, const glm::vec3& b) { return product(a, 0, b) - glm::dot(a, x) * glm::dot(b, x); };

@@ -1,8 +1,7 @@
 // What is known of the crossings in a cell or a block of cells: sums that add up, and what follows from them.
 #pragma once
 
-#include <array>
-#include <cmath>
+#include <cstring>
 #include <glm/glm.hpp>
 
 #include "engine/surface/contour/crossing.h"
@@ -11,38 +10,42 @@ namespace typodont::surface {
 
 /// Sums over crossings (point p, unit normal n, mean curvature H) of the outer product of (p, 1) and (p, n, H, 1).
 /// Points are relative to the centre of the cell or block, so that single precision is enough.
-struct alignas(32) Moments {
-  float m[4][8] = {};
+struct Moments {
+  using Four = float __attribute__((vector_size(16)));
+  Four m[4][2] = {};  // row i: p_i (or 1) times p.x p.y p.z n.x | n.y n.z H 1
 
   void add(const Crossing& crossing, const glm::vec3& centre) {
-    alignas(32) float q[8];
-    for (int j = 0; j < 3; ++j) q[j] = crossing.point[j] - centre[j];
-    for (int j = 0; j < 3; ++j) q[3 + j] = crossing.normal[j];
-    q[6] = crossing.curvature;
-    q[7] = 1;
+    Four low, high;
+    std::memcpy(&low, crossing.point, sizeof low);
+    std::memcpy(&high, crossing.normal + 1, sizeof high);
+    low -= Four{centre.x, centre.y, centre.z, 0};
     for (int i = 0; i < 3; ++i) {
-      for (int j = 0; j < 8; ++j) m[i][j] += q[i] * q[j];
+      m[i][0] += low[i] * low;
+      m[i][1] += low[i] * high;
     }
-    for (int j = 0; j < 8; ++j) m[3][j] += q[j];
+    m[3][0] += low;
+    m[3][1] += high;
   }
   /// Adds moments whose centre lies at `shift` from this one's.
   void add(const Moments& o, const glm::vec3& shift) {
-    float moved[4][8];
+    const Four by{shift.x, shift.y, shift.z, 0};
     for (int i = 0; i < 4; ++i) {
-      for (int j = 0; j < 8; ++j) moved[i][j] = o.m[i][j] + (i < 3 ? shift[i] * o.m[3][j] : 0);
-    }
-    for (int i = 0; i < 4; ++i) {
-      const float by = moved[i][7];
-      for (int j = 0; j < 3; ++j) moved[i][j] += shift[j] * by;
-      for (int j = 0; j < 8; ++j) m[i][j] += moved[i][j];
+      Four low = o.m[i][0], high = o.m[i][1];
+      if (i < 3) {
+        low += shift[i] * o.m[3][0];
+        high += shift[i] * o.m[3][1];
+      }
+      m[i][0] += low + high[3] * by;
+      m[i][1] += high;
     }
   }
 
-  float count() const { return m[3][7]; }
-  glm::vec3 points() const { return {m[3][0], m[3][1], m[3][2]}; }    // Σ p
-  glm::vec3 normals() const { return {m[3][3], m[3][4], m[3][5]}; }   // Σ n
-  float curvatures() const { return m[3][6]; }                        // Σ H
-  float points_by_normals() const { return m[0][3] + m[1][4] + m[2][5]; }  // Σ p·n
+  float at(int i, int j) const { return m[i][j >> 2][j & 3]; }
+  float count() const { return m[3][1][3]; }
+  glm::vec3 points() const { return {at(3, 0), at(3, 1), at(3, 2)}; }         // Σ p
+  glm::vec3 normals() const { return {at(3, 3), at(3, 4), at(3, 5)}; }        // Σ n
+  float curvatures() const { return at(3, 6); }                               // Σ H
+  float points_by_normals() const { return at(0, 3) + at(1, 4) + at(2, 5); }  // Σ p·n
 };
 
 /// The greatest principal curvature (absolute) that makes normals change with place as they do in the block. In a
