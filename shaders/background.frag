@@ -9,7 +9,7 @@ layout(location = 0) out vec4 out_color;
 // A dark studio wall at infinity: a gradient of direction, so both eyes see the same thing there.
 void main() {
   vec3 r = normalize(in_ray);
-  vec3 middle = normalize(frame.ray_middle[0].xyz);
+  vec3 middle = frame.glow.xyz;
   // Angle from the middle against the picture's own half height, so that every frustum has the same backdrop.
   float reach = length(frame.ray_y[0].xyz) / length(frame.ray_middle[0].xyz);
   vec3 off = r / dot(r, middle) - middle;

@@ -7,7 +7,7 @@ layout(location = 0) out vec3 out_ray;
 
 // One triangle over the whole picture, behind everything.
 void main() {
-  vec2 p = vec2((gl_VertexIndex << 1) & 2, gl_VertexIndex & 2) * 2.0 - 1.0;
-  gl_Position = vec4(p, 1.0, 1.0);
-  out_ray = frame.ray_middle[gl_ViewIndex].xyz + p.x * frame.ray_x[gl_ViewIndex].xyz + p.y * frame.ray_y[gl_ViewIndex].xyz;
+  vec2 p = vec2(gl_VertexIndex & 1, gl_VertexIndex >> 1) * 2.0 - 1.0;
+  gl_Position = vec4(p, 0.99, 1.0);
+  out_ray = frame.ray_middle[VIEW].xyz + p.x * frame.ray_x[VIEW].xyz + p.y * frame.ray_y[VIEW].xyz;
 }

@@ -13,7 +13,7 @@ layout(location = 0) out vec4 out_color;
 
 void main() {
   vec3 n = normalize(in_normal.xyz);
-  vec3 v = normalize(frame.eye[gl_ViewIndex].xyz - in_position);
+  vec3 v = normalize(frame.eye[VIEW].xyz - in_position);
   Look look = Look(in_color.rgb, in_look.x, in_color.a, in_look.y, in_look.z);
   vec2 light = kLightPerVertex ? in_light : visibility(in_position, n);
   out_color = vec4(tone_map(shade(in_position, n, v, look, light, in_normal.w)), 1.0);

@@ -4,7 +4,6 @@
 #include "frame.glsl"
 #include "lighting.glsl"
 
-layout(push_constant) uniform Push { ObjectData object; };
 
 layout(location = 0) in vec3 in_position;
 layout(location = 1) in vec4 in_normal;  // w: occlusion
@@ -22,7 +21,7 @@ void main() {
   vec3 world = vec3(dot(object.world_row[0], p), dot(object.world_row[1], p), dot(object.world_row[2], p));
   vec3 n = vec3(dot(object.world_row[0].xyz, in_normal.xyz), dot(object.world_row[1].xyz, in_normal.xyz),
                 dot(object.world_row[2].xyz, in_normal.xyz));
-  gl_Position = frame.clip_from_world[gl_ViewIndex] * vec4(world, 1.0);
+  gl_Position = frame.clip_from_world[VIEW] * vec4(world, 1.0);
   out_position = world;
   out_normal = vec4(n, in_normal.w);
   out_color = vec4(pow(in_color.rgb, vec3(2.2)), in_color.a);

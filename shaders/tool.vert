@@ -3,7 +3,6 @@
 #extension GL_GOOGLE_include_directive : require
 #include "frame.glsl"
 
-layout(push_constant) uniform Push { ObjectData object; };
 
 layout(location = 0) in vec3 in_position;
 layout(location = 1) in vec3 in_normal;
@@ -26,7 +25,7 @@ void main() {
   k.xy = vec2(c * k.x - s * k.y, s * k.x + c * k.y);
   vec4 p = vec4(m, 1.0);
   vec3 world = vec3(dot(object.world_row[0], p), dot(object.world_row[1], p), dot(object.world_row[2], p));
-  gl_Position = frame.clip_from_world[gl_ViewIndex] * vec4(world, 1.0);
+  gl_Position = frame.clip_from_world[VIEW] * vec4(world, 1.0);
   out_position = world;
   out_normal = vec4(dot(object.world_row[0].xyz, k), dot(object.world_row[1].xyz, k), dot(object.world_row[2].xyz, k), 1.0);
   // The grooves between the blades are dark; swept by spin they darken the hull a little.

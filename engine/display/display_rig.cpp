@@ -188,8 +188,8 @@ EyeView eye_view(const Screen& panel, const std::optional<Mirror>& mirror, const
   const dvec3 v_a = screen.lower_left - p_WE, v_b = screen.lower_right - p_WE, v_c = screen.upper_left - p_WE;
   const double d = -glm::dot(v_n, v_a);
   if (!(d > 1e-6))
-    throw Error(fmt::format("the eye at [{:.1f}, {:.1f}, {:.1f}] mm is {:.1f} mm behind the picture",
-                            p_WE.x / kMillimetre, p_WE.y / kMillimetre, p_WE.z / kMillimetre, -d / kMillimetre));
+    throw Error(fmt::format("an eye {:.1f} mm behind the picture, at [{:.1f}, {:.1f}, {:.1f}] mm", -d / kMillimetre,
+                            p_WE.x / kMillimetre, p_WE.y / kMillimetre, p_WE.z / kMillimetre));
 
   EyeView eye;
   eye.position = p_WE;

@@ -120,7 +120,7 @@ struct Renderer::Impl {
                                                    .pBindings = bindings.data()};
     gpu::check(vkCreateDescriptorSetLayout(device.device, &set_info, nullptr, &set_layout),
                "vkCreateDescriptorSetLayout");
-    const VkPushConstantRange range{VK_SHADER_STAGE_VERTEX_BIT, 0, sizeof(shared::ObjectData)};
+    const VkPushConstantRange range{kPushStages, 0, sizeof(shared::ObjectData)};
     const VkPipelineLayoutCreateInfo layout{.sType = VK_STRUCTURE_TYPE_PIPELINE_LAYOUT_CREATE_INFO,
                                             .setLayoutCount = 1,
                                             .pSetLayouts = &set_layout,
@@ -160,21 +160,24 @@ struct Renderer::Impl {
     const auto layers = static_cast<std::uint32_t>(views);
     context.samples = std::clamp(context.quality.samples, 1, std::min(device.max_samples, 4));
     if (context.samples == 2) context.samples = 1;  // 1 and 4 are what every device has
-    context.view_mask = views == 2 ? 3 : 1;
+    context.view_mask = views == 2 && device.multiview ? 3 : 0;
     pictures = gpu::Image::create(device, {.size = extent,
                                            .layers = layers,
                                            .format = kColorFormat,
                                            .alias = kColorBytes,
                                            .usage = VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT | VK_IMAGE_USAGE_SAMPLED_BIT |
-                                                    VK_IMAGE_USAGE_TRANSFER_SRC_BIT});
+                                                    VK_IMAGE_USAGE_TRANSFER_SRC_BIT |
+                                                    VK_IMAGE_USAGE_TRANSFER_DST_BIT});
+    const std::uint32_t together = context.view_mask ? layers : 1;  // passes of their own share these
     if (context.samples > 1)
       color = gpu::Image::create(device, {.size = extent,
-                                          .layers = layers,
+                                          .layers = together,
                                           .format = kColorFormat,
                                           .samples = context.samples,
-                                          .usage = VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT});
+                                          .usage = VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT |
+                                                   VK_IMAGE_USAGE_TRANSFER_SRC_BIT});
     depth = gpu::Image::create(device, {.size = extent,
-                                        .layers = layers,
+                                        .layers = together,
                                         .format = kDepthFormat,
                                         .samples = context.samples,
                                         .usage = VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT,
@@ -222,7 +225,10 @@ struct Renderer::Impl {
     const dvec3 key = glm::normalize(frame.lights.key), up = glm::normalize(frame.lights.up);
     data.key = glm::vec4(glm::dvec4(key, frame.lights.key_strength));
     data.up = glm::vec4(glm::dvec4(up, frame.lights.ambient));
-    data.background.x = frame.background == Background::kGradient ? 1.0f : 0.0f;
+    // The backdrop glows in the direction half-way between both eyes' middles: one direction, at infinity.
+    data.glow = glm::vec4(glm::dvec4(glm::normalize(dvec3(glm::normalize(glm::vec3(data.ray_middle[0])) +
+                                                          glm::normalize(glm::vec3(data.ray_middle[1])))),
+                                     0));
 
     // The lamp's parallel view of everything there is.
     glm::dvec3 lo, hi;
@@ -335,7 +341,8 @@ struct Renderer::Impl {
   }
 
   void draw(VkCommandBuffer commands, const Frame& frame, const shared::FrameData& data, int slot, FrameStats& stats) {
-    if (frame.hud.visible) hud.prepare(context);
+    hud.prepare(context, slot, frame.hud, size);
+    particles.prepare(context, slot, frame.particles);
     std::memcpy(frame_data[static_cast<std::size_t>(slot)].memory.mapped, &data, sizeof data);
     write_set(slot);
     const VkDescriptorSet set = sets[static_cast<std::size_t>(slot)];
@@ -353,47 +360,63 @@ struct Renderer::Impl {
     }
 
     const std::vector<DrawGroup> groups = bricks.visible(device, slot, frame, stats);
-    begin_scene(commands, frame);
-    vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, context.layout, 0, 1, &set, 0, nullptr);
-    surface.record(context, commands, bricks, slot, groups, stats);
-    tool.record(context, commands, frame.tool, stats);
-    if (frame.background == Background::kGradient) background.record(context, commands, stats);
-    particles.record(context, commands, slot, frame.particles, stats);
-    hud.record(context, commands, slot, frame.hud, size, stats);
-    end_scene(commands);
-    ++stats.passes;
+    begin_pictures(commands);
+    const int scene_passes = context.view_mask ? 1 : frame.views;
+    for (int view = 0; view < scene_passes; ++view) {
+      begin_scene(commands, frame, view);
+      vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, context.layout, 0, 1, &set, 0, nullptr);
+      push_view(commands, context.layout, view);
+      surface.record(context, commands, bricks, slot, groups, stats);
+      tool.record(context, commands, frame.tool, stats);
+      if (frame.background == Background::kGradient) background.record(context, commands, stats);
+      particles.record(context, commands, slot, stats);
+      hud.record(context, commands, slot, stats);
+      end_scene(commands, view);
+      ++stats.passes;
+    }
+    end_pictures(commands);
     if (queries) {
       vkCmdWriteTimestamp2(commands, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, queries, first_query + 1);
       timed[static_cast<std::size_t>(slot)] = true;
     }
   }
 
-  bool resolve_by_layer() const {
-    return context.samples > 1 && context.view_mask == 3 && device.resolves_first_layer_only;
+  static constexpr VkPipelineStageFlags2 kOutput = VK_PIPELINE_STAGE_2_COLOR_ATTACHMENT_OUTPUT_BIT;
+  static constexpr VkPipelineStageFlags2 kResolve = VK_PIPELINE_STAGE_2_RESOLVE_BIT;
+
+  /// Samples are averaged at the end of the pass where one pass draws both eyes, by a command of its own where each eye
+  /// has its pass: lavapipe 22.3 averages into the first layer whatever layer the pass names, and says nothing.
+  bool resolves_in_pass() const { return context.samples > 1 && context.view_mask != 0; }
+  bool resolves_by_command() const { return context.samples > 1 && context.view_mask == 0; }
+
+  void begin_pictures(VkCommandBuffer commands) {
+    const bool by_command = resolves_by_command();
+    gpu::transition(commands, pictures, VK_IMAGE_LAYOUT_UNDEFINED,
+                    by_command ? VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL : VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL,
+                    VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, VK_ACCESS_2_NONE, by_command ? kResolve : kOutput,
+                    by_command ? VK_ACCESS_2_TRANSFER_WRITE_BIT : VK_ACCESS_2_COLOR_ATTACHMENT_WRITE_BIT);
   }
 
-  void begin_scene(VkCommandBuffer commands, const Frame& frame) {
-    const VkExtent2D extent = pictures.options.size;
-    constexpr VkPipelineStageFlags2 kOutput = VK_PIPELINE_STAGE_2_COLOR_ATTACHMENT_OUTPUT_BIT;
+  /// Opens the pass of one eye, or of both where the device draws them in one.
+  void begin_scene(VkCommandBuffer commands, const Frame& frame, int view) {
     constexpr VkPipelineStageFlags2 kTests =
         VK_PIPELINE_STAGE_2_EARLY_FRAGMENT_TESTS_BIT | VK_PIPELINE_STAGE_2_LATE_FRAGMENT_TESTS_BIT;
-    gpu::transition(commands, pictures, VK_IMAGE_LAYOUT_UNDEFINED, VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL,
-                    VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, VK_ACCESS_2_NONE, kOutput,
-                    VK_ACCESS_2_COLOR_ATTACHMENT_WRITE_BIT);
     if (context.samples > 1)
-      gpu::transition(commands, color, VK_IMAGE_LAYOUT_UNDEFINED, VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL, kOutput,
-                      VK_ACCESS_2_COLOR_ATTACHMENT_WRITE_BIT, kOutput, VK_ACCESS_2_COLOR_ATTACHMENT_WRITE_BIT);
+      gpu::transition(commands, color, VK_IMAGE_LAYOUT_UNDEFINED, VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL,
+                      kOutput | kResolve, VK_ACCESS_2_COLOR_ATTACHMENT_WRITE_BIT | VK_ACCESS_2_TRANSFER_READ_BIT,
+                      kOutput, VK_ACCESS_2_COLOR_ATTACHMENT_WRITE_BIT);
     gpu::transition(commands, depth, VK_IMAGE_LAYOUT_UNDEFINED, VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL, kTests,
                     VK_ACCESS_2_DEPTH_STENCIL_ATTACHMENT_WRITE_BIT, kTests,
                     VK_ACCESS_2_DEPTH_STENCIL_ATTACHMENT_WRITE_BIT | VK_ACCESS_2_DEPTH_STENCIL_ATTACHMENT_READ_BIT);
-
-    const bool multisampled = context.samples > 1, in_pass = multisampled && !resolve_by_layer();
+    const VkExtent2D extent = pictures.options.size;
+    const VkImageView eye_view = context.view_mask ? pictures.view : pictures.layer_views[static_cast<std::size_t>(view)];
+    const bool in_pass = resolves_in_pass();
     const VkRenderingAttachmentInfo color_info{
         .sType = VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO,
-        .imageView = multisampled ? color.view : pictures.view,
+        .imageView = context.samples > 1 ? color.view : eye_view,
         .imageLayout = VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL,
         .resolveMode = in_pass ? VK_RESOLVE_MODE_AVERAGE_BIT : VK_RESOLVE_MODE_NONE,
-        .resolveImageView = in_pass ? pictures.view : VK_NULL_HANDLE,
+        .resolveImageView = in_pass ? eye_view : VK_NULL_HANDLE,
         .resolveImageLayout = in_pass ? VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL : VK_IMAGE_LAYOUT_UNDEFINED,
         .loadOp = VK_ATTACHMENT_LOAD_OP_CLEAR,
         .storeOp = in_pass ? VK_ATTACHMENT_STORE_OP_DONT_CARE : VK_ATTACHMENT_STORE_OP_STORE,
@@ -420,40 +443,27 @@ struct Renderer::Impl {
     vkCmdSetFrontFace(commands, frame.eyes[0].flip ? VK_FRONT_FACE_CLOCKWISE : VK_FRONT_FACE_COUNTER_CLOCKWISE);
   }
 
-  void end_scene(VkCommandBuffer commands) {
+  void end_scene(VkCommandBuffer commands, int view) {
     vkCmdEndRendering(commands);
-    if (resolve_by_layer()) {
-      // lavapipe 22.3 resolves only layer 0 of a multiview pass: one empty pass for each layer resolves it.
-      const VkMemoryBarrier2 memory{.sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER_2,
-                                    .srcStageMask = VK_PIPELINE_STAGE_2_COLOR_ATTACHMENT_OUTPUT_BIT,
-                                    .srcAccessMask = VK_ACCESS_2_COLOR_ATTACHMENT_WRITE_BIT,
-                                    .dstStageMask = VK_PIPELINE_STAGE_2_COLOR_ATTACHMENT_OUTPUT_BIT,
-                                    .dstAccessMask = VK_ACCESS_2_COLOR_ATTACHMENT_READ_BIT |
-                                                     VK_ACCESS_2_COLOR_ATTACHMENT_WRITE_BIT};
-      const VkDependencyInfo dependency{
-          .sType = VK_STRUCTURE_TYPE_DEPENDENCY_INFO, .memoryBarrierCount = 1, .pMemoryBarriers = &memory};
-      vkCmdPipelineBarrier2(commands, &dependency);
-      for (std::size_t layer = 0; layer < 2; ++layer) {
-        const VkRenderingAttachmentInfo info{.sType = VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO,
-                                             .imageView = color.layer_views[layer],
-                                             .imageLayout = VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL,
-                                             .resolveMode = VK_RESOLVE_MODE_AVERAGE_BIT,
-                                             .resolveImageView = pictures.layer_views[layer],
-                                             .resolveImageLayout = VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL,
-                                             .loadOp = VK_ATTACHMENT_LOAD_OP_LOAD,
-                                             .storeOp = VK_ATTACHMENT_STORE_OP_DONT_CARE};
-        const VkRenderingInfo rendering{.sType = VK_STRUCTURE_TYPE_RENDERING_INFO,
-                                        .renderArea = {{0, 0}, pictures.options.size},
-                                        .layerCount = 1,
-                                        .colorAttachmentCount = 1,
-                                        .pColorAttachments = &info};
-        vkCmdBeginRendering(commands, &rendering);
-        vkCmdEndRendering(commands);
-      }
-    }
-    gpu::transition(commands, pictures, VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL,
-                    VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL, VK_PIPELINE_STAGE_2_COLOR_ATTACHMENT_OUTPUT_BIT,
-                    VK_ACCESS_2_COLOR_ATTACHMENT_WRITE_BIT, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT,
+    if (!resolves_by_command()) return;
+    gpu::transition(commands, color, VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL, VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL,
+                    kOutput, VK_ACCESS_2_COLOR_ATTACHMENT_WRITE_BIT, kResolve, VK_ACCESS_2_TRANSFER_READ_BIT);
+    const VkExtent2D extent = pictures.options.size;
+    const VkImageResolve resolve{
+        .srcSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 0, 1},
+        .dstSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, 0, static_cast<std::uint32_t>(view), 1},
+        .extent = {extent.width, extent.height, 1}};
+    vkCmdResolveImage(commands, color.image, VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL, pictures.image,
+                      VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, 1, &resolve);
+  }
+
+  void end_pictures(VkCommandBuffer commands) {
+    const bool by_command = resolves_by_command();
+    gpu::transition(commands, pictures,
+                    by_command ? VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL : VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL,
+                    VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL, by_command ? kResolve : kOutput,
+                    by_command ? VK_ACCESS_2_TRANSFER_WRITE_BIT : VK_ACCESS_2_COLOR_ATTACHMENT_WRITE_BIT,
+                    VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT,
                     VK_ACCESS_2_SHADER_SAMPLED_READ_BIT | VK_ACCESS_2_TRANSFER_READ_BIT);
   }
 };

@@ -22,12 +22,13 @@ struct FrameData {
   vec4 tool_head;          // xyz: head centre, m; w: radius, m; 0: no tool
   vec4 tool_end;           // xyz: far end of the shank, m; w: its radius, m
   vec4 tool_motion;        // x: angle, rad; y: 0 sharp .. 1 wholly blurred by spin; z: 1 when spinning
-  vec4 background;         // x: 1 gradient, 0 black
+  vec4 glow;               // xyz: unit, where the backdrop is brightest
 };
 
 // push constants
 struct ObjectData {
   vec4 world_row[3];       // X_WM as a 3×4 matrix, by rows
+  vec4 view;               // x: the eye drawn, where each eye has a pass of its own; 0 where one pass draws both
 };
 
 #ifdef __cplusplus

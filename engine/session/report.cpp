@@ -185,7 +185,7 @@ class Page {
     return number(v, a == 0 || a >= 100 ? 0 : a >= 10 ? 1 : a >= 1 ? 2 : 3);
   }
   std::string quantity(double v, std::string_view unit) const {
-    return unit.empty() ? number(v) : fmt::format("{} {}", number(v), unit);
+    return unit.empty() ? number(v, 0) : fmt::format("{}\u00a0{}", number(v), unit);  // without a unit: a count
   }
   NumberText number_text() const {
     return [this](double v, int decimals) { return number(v, decimals); };
@@ -264,7 +264,7 @@ class Page {
     };
     const auto caries = static_cast<std::size_t>(Tissue::kCaries);
     if (input_.before[caries] > 0) {
-      fact(say("residual_caries"), fmt::format("{} ({} %)", quantity(input_.after[caries] * 1e9, "mm³"),
+      fact(say("residual_caries"), fmt::format("{} ({}\u00a0%)", quantity(input_.after[caries] * 1e9, "mm³"),
                                                number(100 * input_.after[caries] / input_.before[caries], 1)));
     }
     fact(say("score.healthy_removed_mm3"), quantity(healthy_removed(), "mm³"));
@@ -342,7 +342,8 @@ class Page {
         put("<td>{}</td><td>{}</td><td>{} / {}", target_text(*item), quantity(item->tolerance, item->unit),
             number(item->points, 1), number(item->weight, 0));
         gauge(item->points / item->weight);
-        put("</td><td class=\"text source\">{}</td></tr>\n", escaped(item->source));
+        // The sources of the default rules are in the catalogue, by their English text.
+        put("</td><td class=\"text source\">{}</td></tr>\n", escaped(text(item->source, language_)));
       } else {
         put("<td></td><td></td><td>{}</td><td class=\"text source\"></td></tr>\n", say("not_counted"));
       }
@@ -417,7 +418,7 @@ class Page {
     p.marks = marks();
     put("<h3>{} ({})</h3>\n", say(key), unit);
     if (note) put("<p class=\"soft\">{}</p>\n", say(note));
-    out_ += time_plot(p, s, number_text());
+    put("<div class=\"scroll\">{}</div>", time_plot(p, s, number_text()));
     // The plot as numbers, for those who cannot see it.
     put("\n<details><summary>{}</summary><table><caption>{} ({})</caption><thead><tr><th scope=\"col\">{}</th><th scope=\"col\">{}</th>"
         "<th scope=\"col\">{}</th></tr></thead><tbody>",
@@ -474,7 +475,8 @@ class Page {
       }
     }
     put("<h3>{}</h3>\n", say("touched"));
-    out_ += strip(css, fmt::format("{}: {}", say("touched"), fmt::join(shares, ", ")));
+    put("<div class=\"scroll\">{}</div>\n",
+        strip(css, fmt::format("{}: {}", say("touched"), fmt::join(shares, ", "))));
     put("<ul class=\"legend\" aria-hidden=\"true\">");
     std::size_t k = 0;
     for (std::size_t i = 1; i < kTissueCount; ++i) {
@@ -526,10 +528,10 @@ class Page {
         say("timing"), say("timing_caption", number(period, 0)), say("ticks"), say("median"),
         language_ == Language::kGerman ? "," : ".", say("worst"), us.size(), number(quantile(0.5)), number(quantile(0.99)),
         number(quantile(0.999)), number(us.back()));
-    out_ += histogram(edges, counts, "µs",
-                      say("histogram_alt", us.size(), number(quantile(0.5)), number(quantile(0.99)), number(us.back())),
-                      number_text());
-    put("\n</section>\n");
+    put("<div class=\"scroll\">{}</div>\n</section>\n",
+        histogram(edges, counts, "µs",
+                  say("histogram_alt", us.size(), number(quantile(0.5)), number(quantile(0.99)), number(us.back())),
+                  number_text()));
   }
 
   void events() {

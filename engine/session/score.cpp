@@ -15,7 +15,7 @@ namespace typodont::session {
 namespace {
 
 constexpr double kTremorCutoff = 5.0;    // Hz; physiological tremor of the hand lies at 8 to 12 Hz, what is meant below 3
-constexpr double kPathBlock = 0.05;      // s, averaged before the path is measured: tremor is not path
+constexpr double kPathBlock = 0.1;       // s, averaged before the path is measured: a period of tremor is not path
 constexpr double kFreeBetween = 0.1;     // s without contact that end a stroke
 constexpr double kLeastRemoved = 1e-15;  // m³; a stroke that cut less was a touch
 
@@ -218,9 +218,9 @@ std::vector<ScoreRule> default_rules(const ScoreInput& input) {
       {"under_cut_mm3", 0, 2, 10, Best::kAtMost, ours},
       {"pulp_removed_mm3", 0, 0.05, 20, Best::kAtMost, ours},
       {"pulp_distance_mm", 0.5, 0.25, 5, Best::kAtLeast,
-       "half a millimetre of dentin left over the pulp; Typodont's default"},
-      {"force_mean_N", 1.0, 1.0, 5, Best::kAtMost, "hand forces of 0.34 to 1.03 N measured on teeth"},
-      {"force_max_N", 3.0, 2.0, 5, Best::kAtMost, "lateral loads of up to 3 N measured on teeth"},
+       "Half a millimetre of dentin left over the pulp; Typodont's default"},
+      {"force_mean_N", 1.0, 1.0, 5, Best::kAtMost, "Hand forces of 0.34 to 1.03 N measured on teeth"},
+      {"force_max_N", 3.0, 2.0, 5, Best::kAtMost, "Lateral loads of up to 3 N measured on teeth"},
       {"path_length_mm", 0, 1000, 0, Best::kAtMost, ours},
       {"time_s", 600, 300, 2, Best::kAtMost, ours},
       {"contact_time_s", 0, 300, 0, Best::kAtMost, ours},
@@ -230,7 +230,7 @@ std::vector<ScoreRule> default_rules(const ScoreInput& input) {
   // Without an ideal, some healthy tissue must go to reach the caries: as much as the caries themselves is free.
   if (!input.ideal) {
     rules.push_back({"healthy_removed_mm3", caries_mm3, std::max(2.0, caries_mm3), 20, Best::kAtMost,
-                     "as much as the caries, for the access; Typodont's default"});
+                     "As much as the caries, for the access; Typodont's default"});
   } else {
     rules.push_back({"healthy_removed_mm3", 0, 10, 0, Best::kAtMost, ours});
   }

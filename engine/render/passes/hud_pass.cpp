@@ -95,28 +95,14 @@ Color force_color(double share) {
 
 }  // namespace
 
-void HudPass::prepare(PassContext& context) {
-  if (atlas.image) return;
-  atlas = gpu::Image::create(context.device, {.size = {font::kWidth, font::kHeight},
-                                              .format = VK_FORMAT_R8_UNORM,
-                                              .usage = VK_IMAGE_USAGE_SAMPLED_BIT | VK_IMAGE_USAGE_TRANSFER_DST_BIT});
-  gpu::upload(context.device, atlas, font::kAtlas);
-}
-
-void HudPass::record(PassContext& context, VkCommandBuffer commands, int slot, const Hud& hud, glm::ivec2 size,
-                     FrameStats& stats) {
+void HudPass::prepare(PassContext& context, int slot, const Hud& hud, glm::ivec2 size) {
+  count = 0;
   if (!hud.visible) return;
-  if (!pipeline) {
-    gpu::PipelineOptions o = context.scene_pipeline(kSpirv_hud_vert, kSpirv_hud_frag);
-    o.bindings = {{0, sizeof(HudVertex), VK_VERTEX_INPUT_RATE_VERTEX}};
-    o.attributes = {{0, VK_FORMAT_R32G32B32A32_SFLOAT, offsetof(HudVertex, place)},
-                    {0, VK_FORMAT_R8G8B8A8_UNORM, offsetof(HudVertex, color)},
-                    {0, VK_FORMAT_R32G32B32A32_SFLOAT, offsetof(HudVertex, box)}};
-    o.cull = VK_CULL_MODE_NONE;
-    o.depth_write = false;
-    o.depth_compare = VK_COMPARE_OP_ALWAYS;
-    o.blend = true;
-    pipeline = gpu::create_pipeline(context.device, o);
+  if (!atlas.image) {
+    atlas = gpu::Image::create(context.device, {.size = {font::kWidth, font::kHeight},
+                                                .format = VK_FORMAT_R8_UNORM,
+                                                .usage = VK_IMAGE_USAGE_SAMPLED_BIT | VK_IMAGE_USAGE_TRANSFER_DST_BIT});
+    gpu::upload(context.device, atlas, font::kAtlas);
   }
 
   Layout l;
@@ -151,10 +137,27 @@ void HudPass::record(PassContext& context, VkCommandBuffer commands, int slot, c
   gpu::Buffer& buffer =
       vertices.at_least(context.device, slot, l.out.size() * sizeof(HudVertex), VK_BUFFER_USAGE_VERTEX_BUFFER_BIT);
   std::memcpy(buffer.memory.mapped, l.out.data(), l.out.size() * sizeof(HudVertex));
+  count = static_cast<std::uint32_t>(l.out.size());
+}
+
+void HudPass::record(PassContext& context, VkCommandBuffer commands, int slot, FrameStats& stats) {
+  if (!count) return;
+  if (!pipeline) {
+    gpu::PipelineOptions o = context.scene_pipeline(kSpirv_hud_vert, kSpirv_hud_frag);
+    o.bindings = {{0, sizeof(HudVertex), VK_VERTEX_INPUT_RATE_VERTEX}};
+    o.attributes = {{0, VK_FORMAT_R32G32B32A32_SFLOAT, offsetof(HudVertex, place)},
+                    {0, VK_FORMAT_R8G8B8A8_UNORM, offsetof(HudVertex, color)},
+                    {0, VK_FORMAT_R32G32B32A32_SFLOAT, offsetof(HudVertex, box)}};
+    o.cull = VK_CULL_MODE_NONE;
+    o.depth_write = false;
+    o.depth_compare = VK_COMPARE_OP_ALWAYS;
+    o.blend = true;
+    pipeline = gpu::create_pipeline(context.device, o);
+  }
   vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, pipeline);
   const VkDeviceSize zero = 0;
-  vkCmdBindVertexBuffers(commands, 0, 1, &buffer.buffer, &zero);
-  vkCmdDraw(commands, static_cast<std::uint32_t>(l.out.size()), 1, 0, 0);
+  vkCmdBindVertexBuffers(commands, 0, 1, &vertices.buffers[static_cast<std::size_t>(slot)].buffer, &zero);
+  vkCmdDraw(commands, count, 1, 0, 0);
   ++stats.commands;
 }
 

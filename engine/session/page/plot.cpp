@@ -10,7 +10,7 @@ namespace typodont::session {
 
 namespace {
 
-constexpr double kWidth = 960, kLeft = 56, kRight = 10;
+constexpr double kWidth = 960, kLeft = 56, kRight = 22;
 constexpr double kPlot = kWidth - kLeft - kRight;
 
 std::string axis_of_time(double t0, double t1, double y, double top, const std::string& label, const NumberText& number) {

@@ -35,8 +35,8 @@ dl.key dd{margin:0;font-size:1.25rem;font-weight:600;font-variant-numeric:tabula
 .scroll{overflow-x:auto}
 table{border-collapse:collapse;width:100%;font-variant-numeric:tabular-nums}
 caption{text-align:left;color:var(--soft);padding-bottom:.4rem;font-size:.9rem}
-th,td{text-align:right;padding:.35rem .6rem;border-bottom:1px solid var(--rule);vertical-align:top}
-th:first-child,td.text,th.text{text-align:left}thead th{color:var(--soft);font-weight:600;font-size:.85rem}tbody th{font-weight:500}
+th,td{text-align:right;white-space:nowrap;padding:.35rem .6rem;border-bottom:1px solid var(--rule);vertical-align:top}
+th:first-child,td.text,th.text{text-align:left}td.text,tbody th{white-space:normal}thead th{color:var(--soft);font-weight:600;font-size:.85rem}tbody th{font-weight:500}
 tfoot th,tfoot td{font-weight:700;border-bottom:0}
 tr.key th,tr.key td{font-weight:700}
 td .gauge{width:6rem;height:6px;margin:.5rem 0 0 auto}
@@ -63,11 +63,11 @@ details{margin:.5rem 0}summary{cursor:pointer;color:var(--accent)}
 dl.list{display:grid;grid-template-columns:max-content 1fr;gap:.3rem 1.2rem;margin:0}dl.list dt{color:var(--soft)}
 dl.list dd{margin:0;overflow-wrap:anywhere}code{font-family:ui-monospace,"DejaVu Sans Mono",monospace;font-size:.88em}
 footer{color:var(--soft);font-size:.9rem;padding-bottom:2.5rem}
-@media (max-width:44rem){.top{grid-template-columns:1fr}dl.list{grid-template-columns:1fr}dl.list dd{margin-bottom:.5rem}}
+@media (max-width:44rem){.top{grid-template-columns:1fr}.plot,.strip{min-width:38rem}.source{min-width:12rem}caption{max-width:80vw}dl.list{grid-template-columns:1fr}dl.list dd{margin-bottom:.5rem}}
 @media print{:root{color-scheme:light;--page:#fff;--card:#fff;--ink:#000;--soft:#444;--rule:#bbb;--force:#c2410c;--depth:#0b6bcb;
 --removed:#7a4a21;--timing:#5b5bd6;--good:#2f7d32}
 html{font-size:10.5pt}nav,.skip,details:not([open]){display:none}section{border:0;padding:0;margin:0 0 1rem;border-radius:0}
-section,figure,tr,.plot{break-inside:avoid}section.long{break-inside:auto}h2{break-after:avoid}
+section,figure,tr,.plot{break-inside:avoid}section.long{break-inside:auto}h2,h3{break-after:avoid}tfoot{display:table-row-group}header{margin-bottom:1.2rem}.scroll{overflow:visible}
 .pictures{grid-template-columns:repeat(2,1fr)}*{print-color-adjust:exact;-webkit-print-color-adjust:exact}header,main,footer{max-width:none;padding:0}}
 )css";
 
