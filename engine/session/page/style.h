@@ -50,6 +50,8 @@ svg{width:100%;height:auto;display:block}svg text{fill:var(--soft);font-size:12p
 .plot.force .band,.force .key{fill:var(--force)}.plot.force .line{stroke:var(--force)}
 .plot.depth .band{fill:var(--depth)}.plot.depth .line{stroke:var(--depth)}
 .plot.removed .band{fill:var(--removed)}.plot.removed .line{stroke:var(--removed)}
+.curves{display:grid;grid-template-columns:repeat(auto-fit,minmax(19rem,1fr));gap:1.2rem;margin-bottom:1.2rem}
+.curves figcaption{text-align:center}.plot.sessions .line{stroke:var(--accent)}.plot.sessions circle{fill:var(--accent)}
 .bar{fill:var(--timing)}.frame{fill:none;stroke:var(--rule)}
 .mark{stroke:var(--soft);stroke-width:1.2;stroke-dasharray:3 3}.mark.fault{stroke:var(--force);stroke-dasharray:none}
 .s-enamel{fill:var(--t-enamel);background:var(--t-enamel)}.s-dentin{fill:var(--t-dentin);background:var(--t-dentin)}
@@ -63,7 +65,7 @@ details{margin:.5rem 0}summary{cursor:pointer;color:var(--accent)}
 dl.list{display:grid;grid-template-columns:max-content 1fr;gap:.3rem 1.2rem;margin:0}dl.list dt{color:var(--soft)}
 dl.list dd{margin:0;overflow-wrap:anywhere}code{font-family:ui-monospace,"DejaVu Sans Mono",monospace;font-size:.88em}
 footer{color:var(--soft);font-size:.9rem;padding-bottom:2.5rem}
-@media (max-width:44rem){.top{grid-template-columns:1fr}.plot,.strip{min-width:38rem}.source{min-width:12rem}caption{max-width:80vw}dl.list{grid-template-columns:1fr}dl.list dd{margin-bottom:.5rem}}
+@media (max-width:44rem){.top{grid-template-columns:1fr}.plot:not(.sessions),.strip{min-width:38rem}.source{min-width:12rem}caption{max-width:80vw}dl.list{grid-template-columns:1fr}dl.list dd{margin-bottom:.5rem}}
 @media print{:root{color-scheme:light;--page:#fff;--card:#fff;--ink:#000;--soft:#444;--rule:#bbb;--force:#c2410c;--depth:#0b6bcb;
 --removed:#7a4a21;--timing:#5b5bd6;--good:#2f7d32}
 html{font-size:10.5pt}nav,.skip,details:not([open]){display:none}section{border:0;padding:0;margin:0 0 1rem;border-radius:0}
