@@ -25,6 +25,7 @@ constexpr double kSilence = 1e-3;       // peak, -60 dB re full scale
 constexpr double kQuietBelowLoud = 40;  // dB: quieter ends are silence, not sound
 constexpr double kSteadyWithin = 3;     // dB of the loud part's median
 constexpr std::size_t kSamplesPerOrder = 10;
+constexpr double kWelchWindow = 1024.0 / 48000;  // s, about the resolution of 300 poles at 48 kHz
 
 double mean_power(std::span<const double> x) {
   return x.empty() ? 0.0 : std::inner_product(x.begin(), x.end(), x.begin(), 0.0) / static_cast<double>(x.size());
@@ -172,6 +173,23 @@ void remove_hum(std::vector<double>& x, double mains, double rate) {
   }
 }
 
+/// Where a band above the audible one is empty (another rate, a coder's low-pass), standard deviation of white noise
+/// that lies 10 dB under the weakest audible part; else 0. No all-pole model can say "nothing", and poles spent on
+/// trying are missing where they are heard.
+double fill_of_empty_band(std::span<const double> x, double rate) {
+  const auto points = static_cast<std::size_t>(2 * std::lround(kWelchWindow * rate / 2));
+  const auto power = welch(x, points, rate);
+  const double audible = std::min(16000.0, 0.45 * rate);
+  double weakest = 1e300, emptiest = 1e300;
+  for (std::size_t i = 2; i + 1 < power.size(); ++i) {
+    const double f = static_cast<double>(i) * rate / static_cast<double>(points);
+    double& least = f <= audible ? weakest : emptiest;
+    least = std::min(least, power[i]);
+  }
+  const double fill = 0.1 * weakest;
+  return emptiest < 0.1 * fill ? std::sqrt(fill * rate / 2) : 0.0;
+}
+
 Window window_named(const std::string& name) {
   if (name == "none") return Window::kNone;
   if (name == "hann") return Window::kHann;
@@ -290,13 +308,12 @@ FitReport fit_recording(const std::filesystem::path& file, const FitOptions& opt
   if (model_rate != rate) {
     x = resampled(x, rate, model_rate);
     report.notes.push_back(fmt::format("resampled from {:.0f} to {:.0f} Hz", rate, model_rate));
-    if (model_rate > rate) {
-      // The band above the recording's is empty, which no all-pole model can say: fill it at -90 dB.
-      GaussianNoise noise(1);
-      const double level = std::sqrt(mean_power(x)) * 3.2e-5;
-      for (double& v : x) v += level * static_cast<double>(noise.next());
-      report.notes.push_back("empty band above the recording's filled at -90 dB");
-    }
+  }
+  if (const double level = fill_of_empty_band(x, model_rate); level > 0) {
+    GaussianNoise noise(1);
+    for (double& v : x) v += level * static_cast<double>(noise.next());
+    report.notes.push_back(
+        fmt::format("empty band above what is audible filled with noise at {:.0f} dB", in_dB(level * level)));
   }
   report.level_dB = in_dB(mean_power(x));
 
@@ -341,8 +358,7 @@ FitReport fit_recording(const std::filesystem::path& file, const FitOptions& opt
   }
 
   // How well it fits: against the recording's smoothed spectrum.
-  constexpr double kWindow = 1024.0 / 48000;  // s, about the resolution of 300 poles at 48 kHz
-  const auto points = static_cast<std::size_t>(2 * std::lround(kWindow * model_rate / 2));
+  const auto points = static_cast<std::size_t>(2 * std::lround(kWelchWindow * model_rate / 2));
   const auto measured = welch(x, points, model_rate);
   report.up_to = std::min(16000.0, 0.45 * std::min(rate, model_rate));
   std::vector<double> a, b;

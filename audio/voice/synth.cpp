@@ -34,6 +34,7 @@ constexpr double kJump = 0.5;            // of free speed between two ticks: a s
 constexpr double kAtRest = 0.03;         // of free speed: not heard any more
 constexpr float kTouchStrength = 0.02f;  // of a tap's first contact, full scale 1
 constexpr float kTapPerNewton = 0.25f;
+constexpr double kSlowRise = 20;       // N/s; what rises more slowly is a push, not a tap
 constexpr float kScrapeLevel = 0.08f;  // at 1 N and 20 mm/s
 constexpr float kSuctionLevel = 0.5f;
 constexpr int kChunk = 64;
@@ -178,7 +179,8 @@ struct DrillSynth::Impl {
 
     // Hand instrument: a tap where the force rises, scraping where it slides.
     if (by_hand && contact) {
-      const double rise = std::max(0.0, force - (in_contact ? last_force : 0.0));
+      const double slow = kSlowRise * std::max(0.0, index_now - last_state) / rate;
+      const double rise = std::max(0.0, force - (in_contact ? last_force + slow : 0.0));
       const float strength = kTapPerNewton * static_cast<float>(rise) + (in_contact ? 0.0f : kTouchStrength);
       if (strength > 1e-4f) modal.strike(tissue, std::min(strength, 1.0f));
       last_tissue = tissue;
@@ -265,7 +267,7 @@ struct DrillSynth::Impl {
         for (int i = 0; i < count; ++i) {
           phases[k] += turns * speeds[i];
           if (phases[k] >= 1) phases[k] -= std::floor(phases[k]);
-          if (turns * speeds[i] < 0.45) out[i] += amplitude * rotor[i] * sine_of_turns(phases[k]);
+          if (turns * speeds[i] < 0.45) out[i] += amplitude * static_cast<float>(speeds[i]) * sine_of_turns(phases[k]);
         }
       }
     }

@@ -160,7 +160,9 @@ TEST(DrillSynth, GrowsBrighterWithForce) {
 }
 
 TEST(DrillSynth, ColoursTissuesApart) {
-  const auto bright = [](Tissue tissue) { return centroid(voiced({state(0, 0.9, 3e-6, 1, tissue)}, 3, 256, hiss()), 0, 3); };
+  const auto bright = [](Tissue tissue) {
+    return centroid(voiced({state(0, 0.9, 3e-6, 1, tissue)}, 3, 256, hiss()), 0, 3);
+  };
   const double enamel = bright(Tissue::kEnamel), dentin = bright(Tissue::kDentin), caries = bright(Tissue::kCaries);
   EXPECT_GT(enamel, dentin + 200);
   EXPECT_GT(dentin, caries + 200);
@@ -244,6 +246,16 @@ TEST(DrillSynth, TapsWithAHandInstrumentWhereTheForceRises) {
   EXPECT_EQ(level_dB(y, 0, 0.2), -300);
   EXPECT_GT(level_dB(y, 0.2, 0.22), -40);
   EXPECT_LT(level_dB(y, 0.4, 0.5), level_dB(y, 0.2, 0.22) - 30);
+}
+
+TEST(DrillSynth, DoesNotTapWhereAHandInstrumentIsPressedSlowly) {
+  std::vector<SoundState> states;
+  for (int i = 0; i < 1000; ++i) {
+    SoundState s = state(i * 1e-3, 0, 0.05e-6, 0.001 * i);
+    s.cutting_tool = false;
+    states.push_back(s);
+  }
+  EXPECT_LT(level_dB(voiced(states, 1), 0.5, 1), -200);
 }
 
 TEST(DrillSynth, ScrapesLouderAndHigherTheFasterTheTipSlides) {

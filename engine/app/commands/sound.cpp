@@ -54,6 +54,9 @@ void run_fit(FitCommand c) {
     write_file_atomically(c.spectrum, text);
   }
   write_file_atomically(c.out, audio::to_json(model));
+  if (report.distance_dB > 1) {
+    log::info("{:.2f} dB from the recording: a higher --order or a lower --rate comes closer", report.distance_dB);
+  }
   if (c.json) {
     ordered_json j;
     j["model"] = c.out;
