@@ -19,7 +19,6 @@ namespace typodont::audio {
 namespace {
 
 // The mapping from hand to ear; audio/README.md says where each number comes from.
-constexpr double kIdleExponent = 3;    // amplitude ~ speed³: the spin-down of the handpiece recording in assets/sounds
 constexpr double kTypicalArea = 1e-6;  // m² of contact, N and m³/s of removal at which 63 % of the idle sound
 constexpr double kTypicalForce = 2;    //   has given way to the working sound
 constexpr double kTypicalRemoval = 1e-9;
@@ -29,7 +28,7 @@ constexpr double kBrightFrom = 4000;     // Hz
 constexpr double kFastestSpeed = 2;      // of the free speed; what turns faster sounds like this
 constexpr double kAttack = 0.5e-3;       // s, time constant of every level
 constexpr double kRunUp = 0.4;           // s from rest to free speed, where the spindle's speed jumps …
-constexpr double kRunDown = 1.1;         // s, time constant of running down; both from the same recording
+constexpr double kRunDown = 1.25;        // s, time constant of running down; both from the same recording
 constexpr double kJump = 0.5;            // of free speed between two ticks: a switch, not a load
 constexpr double kAtRest = 0.03;         // of free speed: not heard any more
 constexpr float kTouchStrength = 0.02f;  // of a tap's first contact, full scale 1
@@ -246,7 +245,7 @@ struct DrillSynth::Impl {
     } else {
       for (int i = 0; i < count; ++i) {
         const auto s = static_cast<float>(speeds[i]);
-        rotor[i] = s * s * s;  // kIdleExponent
+        rotor[i] = s * s * s * std::sqrt(s * std::sqrt(s));  // speed^3.75: measured on a run-down, see the README
         brightness[i] = level_at(bright, i);
       }
       for (std::size_t t = 0; t < weights.size(); ++t) {
