@@ -8,6 +8,7 @@
 
 #include "audio/ar/estimate.h"
 #include "audio/ar/filter.h"
+#include "audio/ar/levinson.h"
 #include "audio/ar/noise.h"
 #include "audio/ar/resample.h"
 #include "audio/ar/rotor.h"
@@ -367,12 +368,16 @@ FitReport fit_recording(const std::filesystem::path& file, const FitOptions& opt
     report.recording_dB.push_back(in_dB(measured[i]));
   }
   report.model_dB = spectrum_dB(model, report.frequencies);
+  const auto seen = expected_welch(sampled_power(model.reflection, model.gain, 32769), points, model_rate);
+  std::vector<double> unsmoothed;
   for (std::size_t i = 0; i < report.frequencies.size(); ++i) {
     if (report.frequencies[i] < 60 || report.frequencies[i] > report.up_to) continue;
     a.push_back(measured[i + 1]);
-    b.push_back(std::pow(10, report.model_dB[i] / 10));
+    b.push_back(seen[i + 1]);
+    unsmoothed.push_back(std::pow(10, report.model_dB[i] / 10));
   }
   report.distance_dB = log_spectral_distance(a, b);
+  report.unsmoothed_distance_dB = log_spectral_distance(a, unsmoothed);
   report.itakura_saito = itakura_saito(a, b);
   report.condition = direct_form_condition(model);
   report.form = report.condition <= ArFilter::kFloatLimit    ? "float"
