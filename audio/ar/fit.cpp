@@ -174,13 +174,13 @@ void remove_hum(std::vector<double>& x, double mains, double rate) {
   }
 }
 
-/// Where a band above the audible one is empty (another rate, a coder's low-pass), standard deviation of white noise
-/// that lies 10 dB under the weakest audible part; else 0. No all-pole model can say "nothing", and poles spent on
-/// trying are missing where they are heard.
+/// Where a band above the audible one is empty, 40 dB under the weakest audible part (another rate, a coder's
+/// low-pass), standard deviation of white noise that lies 10 dB under the weakest audible part; else 0. No all-pole
+/// model can say "nothing", and poles spent on trying are missing where they are heard.
 double fill_of_empty_band(std::span<const double> x, double rate) {
   const auto points = static_cast<std::size_t>(2 * std::lround(kWelchWindow * rate / 2));
   const auto power = welch(x, points, rate);
-  const double audible = std::min(16000.0, 0.45 * rate);
+  const double audible = std::min(20000.0, 0.42 * rate);
   double weakest = 1e300, emptiest = 1e300;
   for (std::size_t i = 2; i + 1 < power.size(); ++i) {
     const double f = static_cast<double>(i) * rate / static_cast<double>(points);
@@ -188,7 +188,7 @@ double fill_of_empty_band(std::span<const double> x, double rate) {
     least = std::min(least, power[i]);
   }
   const double fill = 0.1 * weakest;
-  return emptiest < 0.1 * fill ? std::sqrt(fill * rate / 2) : 0.0;
+  return emptiest < 1e-4 * weakest ? std::sqrt(fill * rate / 2) : 0.0;
 }
 
 Window window_named(const std::string& name) {
