@@ -18,6 +18,8 @@ int main(int argc, char** argv) {
   add_doctor_command(app);
   add_sound_command(app);
   add_calibrate_command(app);
+  add_replay_command(app);
+  add_run_command(app);
   try {
     app.parse(argc, argv);
     return 0;

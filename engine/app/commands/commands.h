@@ -14,7 +14,9 @@ void add_demo_command(CLI::App& app);
 void add_doctor_command(CLI::App& app);
 void add_import_command(CLI::App& app);
 void add_render_command(CLI::App& app);
+void add_replay_command(CLI::App& app);
 void add_report_command(CLI::App& app);
+void add_run_command(CLI::App& app);
 void add_servo_command(CLI::App& app);
 void add_sound_command(CLI::App& app);
 
