@@ -9,6 +9,7 @@
 
 #include "calibration/bench_simulator.h"
 #include "calibration/calibration_files.h"
+#include "calibration/camera_solver.h"
 #include "calibration/guided_capture.h"
 #include "calibration/joint_solver.h"
 #include "calibration/report_page.h"
@@ -345,6 +346,83 @@ void add_guide(CLI::App& calibrate) {
   });
 }
 
+void add_camera(CLI::App& calibrate) {
+  struct Options {
+    std::string rig, sightings, picture, out_picture;
+    std::vector<int> size{1920, 1080};
+    int columns = 9, rows = 6;
+    bool mirrored = false;
+    double touch_sigma_mm = 0.2, pixel_sigma = 0.1;
+    Output out;
+  };
+  auto options = std::make_shared<Options>();
+  const auto board_options = [options](CLI::App* command) {
+    command->add_option("--columns", options->columns, "inner corners across")->capture_default_str()->check(CLI::Range(3, 60));
+    command->add_option("--rows", options->rows, "inner corners down; columns + rows must be odd")->capture_default_str()->check(CLI::Range(3, 60));
+  };
+
+  CLI::App* board = calibrate.add_subcommand("board", "draw the chessboard that the panel shows to a camera");
+  board_options(board);
+  board->add_option("--size", options->size, "pixels of the panel")->expected(2)->check(CLI::Range(64, 16384));
+  board->add_option("--out", options->out_picture, "PGM file")->required();
+  board->footer("Example: typodont calibrate board --size 1920 1080 --out board.pgm");
+  board->callback([options] {
+    const BoardPicture drawn = draw_board(options->columns, options->rows, options->size[0], options->size[1]);
+    write_pgm(options->out_picture, {drawn.width, drawn.height, drawn.grey});
+  });
+
+#ifdef TYPODONT_CAMERA
+  CLI::App* detect = calibrate.add_subcommand("detect", "find that chessboard in a camera's picture");
+  board_options(detect);
+  detect->add_option("picture", options->picture, "PNG, JPEG or PGM")->required();
+  detect->add_option("--size", options->size, "pixels of the panel")->expected(2)->check(CLI::Range(64, 16384));
+  detect->add_flag("--mirrored", options->mirrored, "the board is seen in the mirror");
+  detect->footer("Prints u,v,px,py, one corner a line.\nExample: typodont calibrate detect view1.png --mirrored");
+  detect->callback([options] {
+    const auto corners = draw_board(options->columns, options->rows, options->size[0], options->size[1]).corners;
+    const auto pixels = find_board(options->picture, options->columns, options->rows, options->mirrored);
+    if (pixels.empty()) throw RunFailure(options->picture + ": the board is not seen whole");
+    fmt::print("u,v,px,py\n");
+    for (std::size_t i = 0; i < pixels.size(); ++i) {
+      fmt::print("{},{},{},{}\n", corners[i].u, corners[i].v, pixels[i].x, pixels[i].y);
+    }
+  });
+#endif
+
+  CLI::App* camera = calibrate.add_subcommand("camera", "panel and mirror from corners seen by a camera and points touched with the stylus");
+  camera->add_option("--sightings", options->sightings, "CSV: picture,on,px,py and u,v or x_mm,y_mm,z_mm (in W)")->required();
+  camera->add_option("--rig", options->rig, "rig file to read and to update")->required();
+  camera->add_option("--size", options->size, "pixels of the camera's pictures")->expected(2)->check(CLI::Range(64, 16384));
+  camera->add_option("--touch-sigma-mm", options->touch_sigma_mm, "noise of a touch per axis")->capture_default_str()->check(CLI::PositiveNumber);
+  camera->add_option("--pixel-sigma", options->pixel_sigma, "noise of a corner per axis")->capture_default_str()->check(CLI::PositiveNumber);
+  options->out.add_to(*camera);
+  camera->footer("on: 0 a touched point, 1 the panel, 2 the panel in the mirror.\nExample: typodont calibrate camera --sightings corners.csv --rig bench.json");
+  camera->callback([options] {
+    RigFile rig = RigFile::load(options->rig);
+    BenchState bench = rig.bench();
+    const CameraResult result = solve_camera(read_sightings(options->sightings), options->size[0], options->size[1], bench.rig.panel,
+                                             {options->touch_sigma_mm * kMillimetre, options->pixel_sigma});
+    if (!result.not_determined.empty()) throw RunFailure("camera: " + result.not_determined);
+    bench.rig.panel = result.panel;
+    if (result.mirror) {
+      bench.rig.mirror = result.mirror;
+      if (glm::dot(bench.rig.mirror->normal, bench.rig.eyes.center) < bench.rig.mirror->offset) {
+        bench.rig.mirror = MirrorPlane{-result.mirror->normal, -result.mirror->offset};
+      }
+    }
+    rig.set(bench);
+    rig.save();
+    options->out.write(camera_json(result),
+                       fmt::format("camera  focal length {:.2f} ± {:.2f} pixels, {:.3f} pixels rms, {} corners set aside\n"
+                                   "panel   {:.2f} ± {:.3f} by {:.2f} ± {:.3f} mm, tilt ± {:.4f}°\n",
+                                   result.camera.fx, result.camera_sigma.fx, result.rms_px, result.outliers, result.width * 1e3,
+                                   result.width_sigma * 1e3, result.height * 1e3, result.height_sigma * 1e3, result.tilt_sigma / kDegree) +
+                           (result.mirror ? fmt::format("mirror  tilt ± {:.4f}°, offset ± {:.3f} mm\n", result.mirror_tilt_sigma / kDegree,
+                                                        result.mirror_offset_sigma * 1e3)
+                                          : ""));
+  });
+}
+
 void simulate(const std::string& folder, const SimulationOptions& simulation, bool json) {
   const SimulatedRoutine run = simulate_routine(simulation);
   if (!folder.empty()) {
@@ -402,6 +480,7 @@ void add_calibrate_command(CLI::App& app) {
   add_rig_step(*calibrate, "solve", "every step again, from all captures", "all files");
   add_drift(*calibrate);
   add_guide(*calibrate);
+  add_camera(*calibrate);
   calibrate->require_subcommand(0, 1);
   calibrate->callback([calibrate, options] {
     if (!calibrate->get_subcommands().empty()) {
