@@ -153,7 +153,7 @@ void run(const Arguments& a) {
 
 }  // namespace
 
-void add_import(CLI::App& app) {
+void add_import_command(CLI::App& app) {
   const auto a = std::make_shared<Arguments>();
   CLI::App* command = app.add_subcommand("import", "Make a tissue volume (.vdb) from a scan or a closed mesh");
   command->add_option("INPUT", a->input, "scan (.nrrd .nhdr .nii .nii.gz .mha .mhd) or closed mesh (.stl .ply .obj)")->required();
