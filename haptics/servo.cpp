@@ -18,9 +18,13 @@ namespace {
 // All lengths in voxels unless said otherwise.
 constexpr double kStep = 1.5;              // longest step between two looks at the contacts: nothing thinner is skipped
 constexpr double kConverged = 1e-7;        // the proxy has come to rest
+constexpr double kSettled = 1e-3;          // the same against a surface that was cut, which is rough by more than that
+constexpr int kSettlingLooks = 5;
+constexpr double kSamePoints = 0.3;        // contacts found less than this ago, in voxels of way, still serve
+constexpr double kToothGrip = 0.15;        // engaged teeth resist being led sideways up to this share of the push
 constexpr int kMaxLooks = 48;              // per tick, free flight included
 constexpr double kDeep = 0.6;              // more overlap than cutting or rounding leaves: led out slowly
-constexpr double kRecoveryTime = 0.012;    // s, time constant of leading the tool out of tissue
+constexpr double kRecoveryTime = 0.008;    // s, time constant of leading the tool out of tissue
 constexpr double kBudgetTime = 0.05;       // s, cutting energy that may wait for a voxel to yield
 constexpr double kStiffnessTime = 4e-3;    // s, the stiffness felt follows the tissue under the head
 constexpr int kCutHistory = 8192;          // cuts a late patch may lack
@@ -53,6 +57,18 @@ struct CutBoxes {
   }
 };
 
+/// A turning head that is pressed into tissue stays where it is until the hand leads it sideways by more than the teeth
+/// grip (a friction cone on the god-object): roughness of the cut surface then does not shake the hand. Returns the
+/// target as if that grip held back its tangential part.
+dvec3 held_target(const dvec3& from, const dvec3& target, const dvec3& n) {
+  const dvec3 pull = from - target;
+  const double pushed = glm::dot(pull, n);
+  if (!(pushed > 0)) return target;
+  const dvec3 sideways = pull - pushed * n;
+  const double length = glm::length(sideways);
+  return target + sideways * (length > kToothGrip * pushed ? kToothGrip * pushed / length : 1.0);
+}
+
 double travel_for(const Tool& tool, double voxel) {
   return std::max({8.0, 1e-3 / voxel, 0.25 * tool.reach() / voxel});
 }
@@ -77,6 +93,7 @@ struct Servo::State {
   ContactFinder finder;
   SurfacePatch patch;
   CutBoxes boxes;
+  ContactSet contacts;  // of the last look
 
   // Where the tool is held outside the tissue.
   Pose X_WG;
@@ -89,6 +106,7 @@ struct Servo::State {
   dvec3 normal{0};
   FrictionState friction;
   dvec3 last_force{0};         // N
+  double last_depth = 0;       // m
   Pose last_hand;
   Nanos last_t = 0;
 
@@ -166,6 +184,7 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
   if (!s.started) {
     s.X_WG = X_WT;
     s.last_hand = X_WT;
+    s.last_depth = 0;
     s.overlap = 0;
     s.friction = {};
   }
@@ -197,9 +216,13 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
   const dvec3 c0 = settings.frame.to_voxels(s.X_WG.p), target = settings.frame.to_voxels(X_WT.p);
   dvec3 c = c0;
   double slack = 0;
-  ContactSet contacts;
-  std::array<double, ContactSet::kMax> push{};
+  ContactSet& contacts = s.contacts;
+  contacts.count = 0;
+  contacts.engaged_area = 0;
+  ActivePlanes active;
   bool touching = false, lost = false, deep = false;
+  int settled_looks = 0;
+  dvec3 found_at(0);
   s.overlap *= std::exp(-dt / kRecoveryTime);
   if (s.overlap < 0.01) s.overlap = 0;
   const double specific_energy = s.mean(&Material::specific_energy);
@@ -227,7 +250,13 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
       continue;
     }
 
-    s.finder.find(s.patch, {c, X_WT.R}, contacts);
+    // The surface points found once serve as long as the head has hardly moved; a single exact one is always new.
+    if (contacts.count > 1 && glm::length(c - found_at) < kSamePoints) {
+      s.finder.relinearize({c, X_WT.R}, contacts);
+    } else {
+      s.finder.find(s.patch, {c, X_WT.R}, contacts);
+      found_at = c;
+    }
     if (contacts.count == 0 && sample_linear(s.patch, c) < -kStep) {  // wholly inside: no surface in reach
       deep = true;
       c = target;
@@ -250,8 +279,15 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
       }
       if (worst > s.overlap + slack + kDeep) s.overlap = worst;
     }
-    dvec3 next;
-    nearest_allowed(contacts, c, slack + s.overlap, target, next, push);
+    const double room = slack + s.overlap;
+    const dvec3 pulled_to = s.normal_force > 0 && may_cut ? held_target(c0, target, s.normal) : target;
+    dvec3 next = nearest_allowed(contacts, c, room, pulled_to, active);
+    if (contacts.count > 1 && active.count > 0) {  // rough planes chose which hold; exact ones say how far
+      for (int i = 0; i < active.count; ++i) {
+        s.finder.refine(s.patch, {c, X_WT.R}, contacts.planes[static_cast<std::size_t>(active.index[i])]);
+      }
+      next = nearest_allowed(contacts, c, room, pulled_to, active);
+    }
     touching = contacts.count > 0;
     const dvec3 step = next - c;
     const double length = glm::length(step);
@@ -260,9 +296,9 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
       continue;
     }
     c = next;
-    if (length < kConverged) break;
+    if (length < (contacts.count > 1 ? kSettled : kConverged) || ++settled_looks >= kSettlingLooks) break;
     // On a smooth surface each look squares the error; when nothing pushes, the target was reached.
-    if (!std::any_of(push.begin(), push.end(), [](double u) { return u > 0; })) {
+    if (active.count == 0) {
       touching = false;
       break;
     }
@@ -304,10 +340,9 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
     // Tissue under the head: at each contact a voxel deep, weighted by how much it pushes.
     PerTissue shares{};
     double total = 0;
-    for (int i = 0; i < contacts.count; ++i) {
-      const ContactPlane& plane = contacts.planes[static_cast<std::size_t>(i)];
-      const double weight = push[static_cast<std::size_t>(i)];
-      if (!(weight > 0)) continue;
+    for (int i = 0; i < active.count; ++i) {
+      const ContactPlane& plane = contacts.planes[static_cast<std::size_t>(active.index[i])];
+      const double weight = active.push[i];
       const dvec3 below = plane.x - plane.n;
       if (!s.patch.holds(below, 0)) continue;
       const PerTissue here = sample_tissue(s.patch, below);
@@ -324,9 +359,9 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
     const double k = settings.stiffness * s.stiffness_share;
 
     double magnitude = k * depth;
-    if (settings.damping > 0 && s.started) {
-      const dvec3 v_rel = ((p_WG - s.X_WG.p) - (X_WT.p - s.last_hand.p)) / dt;
-      magnitude = std::max(0.0, magnitude + settings.damping * glm::dot(v_rel, normal));
+    if (settings.damping > 0 && s.started && s.overlap == 0) {
+      // Along the normal only, from the depth itself: sliding at constant depth is not damped.
+      magnitude = std::max(0.0, magnitude + settings.damping * (depth - s.last_depth) / dt);
     }
     force = magnitude * normal;
     s.normal_force = k * depth;
@@ -354,6 +389,7 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
   }
 
   s.normal = normal;
+  s.last_depth = out.depth;
   s.X_WG = {p_WG, X_WT.R};
   s.last_force = force;
   s.last_hand = X_WT;

@@ -18,15 +18,18 @@ class Sweep {
   const glm::ivec3& lo() const { return lo_; }
   const glm::ivec3& hi() const { return hi_; }
 
-  /// For voxels (x, y, z .. z+count-1): writes how deep each lies inside the swept head, in voxels, positive inside;
-  /// anything below -kMargin may be reported as -1e9.
-  void depth_row(int x, int y, int z, int count, float* depth) const noexcept;
+  /// Raises the distances of a block of voxels, lo .. lo+size-1, to how deep each lies in the swept head, wherever that
+  /// is more: takes material away. z runs fastest; the strides are in samples. Adds to `removed`, where given, the volume
+  /// taken per tissue in voxels³ (the share of each voxel inside the surface before, less after). Returns whether any
+  /// sample changed. Any thread; the same bits whatever the processor.
+  bool raise(const glm::ivec3& lo, const glm::ivec3& size, float* distance, std::size_t stride_x, std::size_t stride_y,
+             const Tissue* tissue, PerTissue* removed) const noexcept;
 
   /// Distances are kept true as far as this from the new surface: the reach of the cubic interpolation.
   static constexpr float kMargin = 4.0f;
 
  private:
-  void general_row(int x, int y, int z, int count, float* depth) const noexcept;
+  void depth_row(int x, int y, int z, int count, float* depth) const noexcept;
 
   const Tool* tool_;
   bool sphere_;
@@ -34,6 +37,7 @@ class Sweep {
   glm::vec3 a_, ab_;       // capsule, in voxels from base_
   float inverse_length2_;  // 1/|ab|², 0 for a point
   float radius_;           // voxels
+  float row_reach_;        // voxels from the middle of the sweep to where it still changes anything
   int poses_;
   Pose X_VA_, X_VB_;       // general heads: poses in voxels, absolute
   double voxel_;           // m

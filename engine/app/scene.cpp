@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cstdlib>
 #include <fstream>
 #include <sstream>
@@ -20,7 +21,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::initializer_list<std::string_view> kParts = {"haptics", "render", "sound", "debris", "record", "score"};
+constexpr std::array<std::string_view, 6> kParts = {"haptics", "render", "sound", "debris", "record", "score"};
 
 std::string names_in(const fs::path& folder) {
   std::vector<std::string> names;
@@ -151,7 +152,10 @@ Scene read_scene(const fs::path& file) {
   const Json tool = json["tool"];
   servo.tool = tool.is_string() ? load_tool(tool.string()) : haptics::read_tool(tool);
   if (json.has("spindle") && json.has("spindle_krpm")) json.fail("both spindle and spindle_krpm", "one of them");
-  if (const auto motor = json.find("spindle")) servo.spindle = load_spindle(motor->string());
+  if (const auto motor = json.find("spindle")) {
+    scene.motor = motor->string();
+    servo.spindle = load_spindle(scene.motor);
+  }
   if (const auto speed = json.find("spindle_krpm")) servo.spindle.free_speed = speed->number(0, 1000) * kKrpm;
   if (const auto coupling = json.find("coupling")) {
     coupling->allow_only({"stiffness_N_per_mm", "damping_Ns_per_mm"});

@@ -9,8 +9,9 @@ namespace typodont::haptics {
 
 namespace {
 
-constexpr double kNear = 1.5;                     // voxels: samples closer than this to the surface are looked at
-const double kDistinct = std::cos(20 * kDegree);  // contacts with closer normals count as one
+constexpr double kMedialAxis = 1e-2;  // a gradient shorter by more: walls meeting at over 16°
+constexpr double kOnSurface = 0.25;   // voxels
+constexpr double kNear = 1.5;         // voxels: samples closer than this to the surface are looked at
 
 }  // namespace
 
@@ -25,7 +26,6 @@ ContactFinder::ContactFinder(const Tool& tool, double voxel)
     sample.p_TQ /= voxel;
     sample.area /= voxel * voxel;
   }
-  candidates_.reserve(samples_.size());
 }
 
 double ContactFinder::head_distance(const Pose& X_VT, const dvec3& x) const noexcept {
@@ -52,7 +52,7 @@ dvec3 ContactFinder::head_normal(const Pose& X_VT, const dvec3& x) const noexcep
 bool ContactFinder::find_by_offset(const SurfacePatch& patch, const dvec3& c, ContactSet& set) const noexcept {
   const FieldSample at = sample_cubic(patch, c);
   const double length = glm::length(at.gradient);
-  if (std::abs(length - 1) > 1e-3) return false;
+  if (std::abs(length - 1) > kMedialAxis) return false;
   if (at.value < 0.5) return false;  // the centre is inside: the field there is not what the offset needs
   const dvec3 n = at.gradient / length;
   set.planes[0] = {c - at.value * n, n, at.value - radius_};
@@ -66,8 +66,7 @@ void ContactFinder::find(const SurfacePatch& patch, const Pose& X_VT, ContactSet
   set.engaged_normal = dvec3(0);
   if (sphere_ && patch.exact_outside && find_by_offset(patch, X_VT.p, set)) return;
 
-  // Look around with samples on the head.
-  candidates_.clear();
+  // Look around with samples on the head; slide each that is near tissue to where head and surface are closest.
   const glm::dmat3 R(X_VT.R);
   for (const HeadSample& sample : samples_) {
     const dvec3 q = X_VT.p + R * sample.p_TQ;
@@ -76,64 +75,63 @@ void ContactFinder::find(const SurfacePatch& patch, const Pose& X_VT, ContactSet
     const double engaged = std::clamp(1 - value, 0.0, 1.0);  // fades over one voxel, so that area changes smoothly
     set.engaged_area += sample.area * engaged;
     set.engaged_normal -= sample.area * engaged * (R * sample.n_T);
-    const FieldSample field = sample_linear_gradient(patch, q);
-    const double length = glm::length(field.gradient);
-    if (length < 0.1) continue;
-    const dvec3 x = q - field.value / length * (field.gradient / length);
-    candidates_.push_back({x, head_distance(X_VT, x)});
-  }
-  if (candidates_.empty()) return;
-  std::sort(candidates_.begin(), candidates_.end(), [](const Candidate& a, const Candidate& b) { return a.gap < b.gap; });
-
-  // Of the deepest with distinct directions, slide each to where head and surface are closest: there the head's normal
-  // is opposite to the surface's.
-  for (const Candidate& candidate : candidates_) {
-    if (set.count == ContactSet::kMax) break;
-    const dvec3 rough = -head_normal(X_VT, candidate.x);
-    bool known = false;
-    for (int i = 0; i < set.count && !known; ++i) known = glm::dot(set.planes[static_cast<std::size_t>(i)].n, rough) > kDistinct;
-    if (known) continue;
-
-    dvec3 x = candidate.x, best = x;
-    double gap = 1e300;
-    for (int step = 0; step < 4; ++step) {
-      if (!patch.holds(x, 0)) break;
-      FieldSample field = sample_cubic(patch, x);
-      double length = std::max(0.1, glm::length(field.gradient));
-      x -= field.value / (length * length) * field.gradient;  // onto the surface
-      const double d = head_distance(X_VT, x);
-      if (d > gap - 1e-7) break;
-      const double gained = gap - d;
-      gap = d;
-      best = x;
-      if (gained < 1e-5) break;
-      const dvec3 n = field.gradient / length, m = head_normal(X_VT, x);
-      x -= (radius_ + d) * (m - glm::dot(m, n) * n);
-    }
-    if (gap > kNear) continue;
-    const dvec3 n = -head_normal(X_VT, best);
-    known = false;
-    for (int i = 0; i < set.count && !known; ++i) {
-      ContactPlane& plane = set.planes[static_cast<std::size_t>(i)];
-      known = glm::dot(plane.n, n) > kDistinct;
-      if (known && gap < plane.gap) plane = {best, n, gap};
-    }
-    if (!known) set.planes[static_cast<std::size_t>(set.count++)] = {best, n, gap};
+    const ContactPlane plane = slide<sample_linear_gradient>(patch, X_VT, q, 4);
+    if (plane.gap < kNear) set.planes[static_cast<std::size_t>(set.count++)] = plane;
   }
 }
 
-// Projection onto a polyhedron in three dimensions by the dual active-set method (Goldfarb & Idnani 1983): starts at the
-// unconstrained answer and adds the most violated plane until none is; at most three are active at once.
-bool nearest_allowed(const ContactSet& set, const dvec3& c, double slack, const dvec3& target, dvec3& p,
-                     std::array<double, ContactSet::kMax>& multipliers) noexcept {
-  multipliers.fill(0);
-  p = target;
-  int active[3] = {};
-  double u[4] = {};
-  int k = 0;
-  const auto plane = [&](int i) -> const ContactPlane& { return set.planes[static_cast<std::size_t>(i)]; };
-  const auto excess = [&](int i) { return glm::dot(plane(i).n, p - c) + plane(i).gap + slack; };
+void ContactFinder::relinearize(const Pose& X_VT, ContactSet& set) const noexcept {
+  for (int i = 0; i < set.count; ++i) {
+    ContactPlane& plane = set.planes[static_cast<std::size_t>(i)];
+    plane.gap = head_distance(X_VT, plane.x);
+    plane.n = -head_normal(X_VT, plane.x);
+  }
+}
 
+void ContactFinder::refine(const SurfacePatch& patch, const Pose& X_VT, ContactPlane& plane) const noexcept {
+  const ContactPlane exact = slide<sample_cubic>(patch, X_VT, plane.x, 5);
+  if (exact.gap < plane.gap + 0.5) plane = exact;
+}
+
+/// From a point near the surface: onto it, then along it toward the head, as long as that brings them closer.
+template <auto sample>
+ContactPlane ContactFinder::slide(const SurfacePatch& patch, const Pose& X_VT, dvec3 x, int steps) const noexcept {
+  ContactPlane best;
+  best.gap = 1e300;
+  for (int step = 0; step < steps; ++step) {
+    if (!patch.holds(x, 0)) break;
+    const FieldSample field = sample(patch, x);
+    const double length = glm::length(field.gradient);
+    if (length < 0.1) break;
+    const dvec3 n = field.gradient / length;
+    x -= field.value * n;
+    // Only a point that was already nearly on the surface counts: across a ridge the step above may end anywhere.
+    if (std::abs(field.value) > kOnSurface) continue;
+    const double gap = head_distance(X_VT, x);
+    const double gained = best.gap - gap;
+    if (!(gained > 0)) break;
+    const dvec3 m = head_normal(X_VT, x);
+    best = {x, -m, gap};
+    if (gained < 1e-6) break;
+    x -= (radius_ + gap) * (m - glm::dot(m, n) * n);
+  }
+  return best;
+}
+
+namespace {
+
+/// Projection onto a polyhedron in three dimensions by the dual active-set method (Goldfarb & Idnani 1983): starts at
+/// the unconstrained answer and adds the most violated plane until none is; at most three are active at once.
+bool project(const ContactSet& set, const dvec3& c, double slack, bool only_no_deeper, dvec3& p,
+             ActivePlanes& active) noexcept {
+  active = {};
+  const auto normal = [&](int i) -> const dvec3& { return set.planes[static_cast<std::size_t>(i)].n; };
+  const auto excess = [&](int i) {
+    const double room = set.planes[static_cast<std::size_t>(i)].gap + slack;
+    return glm::dot(normal(i), p - c) + (only_no_deeper ? std::max(room, 0.0) : room);
+  };
+  int& k = active.count;
+  double* u = active.push;
   for (int round = 0; round < 64; ++round) {
     int worst = -1;
     double least = -1e-9;
@@ -141,23 +139,19 @@ bool nearest_allowed(const ContactSet& set, const dvec3& c, double slack, const 
       const double e = excess(i);
       if (e < least) least = e, worst = i;
     }
-    if (worst < 0) {
-      for (int j = 0; j < k; ++j) multipliers[static_cast<std::size_t>(active[j])] = u[j];
-      return true;
-    }
+    if (worst < 0) return true;
     double added = 0;
     for (int guard = 0; guard < 8; ++guard) {
       // z: what is left of the new normal beside the active ones; r: its coordinates in them.
-      const dvec3 n = plane(worst).n;
       double r[3] = {};
-      dvec3 z = n;
+      dvec3 z = normal(worst);
       if (k > 0) {
         double gram[3][4];
         for (int i = 0; i < k; ++i) {
-          for (int j = 0; j < k; ++j) gram[i][j] = glm::dot(plane(active[i]).n, plane(active[j]).n);
-          gram[i][k] = glm::dot(plane(active[i]).n, n);
+          for (int j = 0; j < k; ++j) gram[i][j] = glm::dot(normal(active.index[i]), normal(active.index[j]));
+          gram[i][k] = glm::dot(normal(active.index[i]), z);
         }
-        for (int i = 0; i < k; ++i) {  // Gauss without pivoting: a Gram matrix of distinct normals
+        for (int i = 0; i < k; ++i) {  // Gauss without pivoting: the Gram matrix of independent normals
           for (int row = i + 1; row < k; ++row) {
             const double f = gram[row][i] / gram[i][i];
             for (int col = i; col <= k; ++col) gram[row][col] -= f * gram[i][col];
@@ -168,7 +162,7 @@ bool nearest_allowed(const ContactSet& set, const dvec3& c, double slack, const 
           for (int j = i + 1; j < k; ++j) r[i] -= gram[i][j] * r[j];
           r[i] /= gram[i][i];
         }
-        for (int i = 0; i < k; ++i) z -= r[i] * plane(active[i]).n;
+        for (int i = 0; i < k; ++i) z -= r[i] * normal(active.index[i]);
       }
       const double z2 = glm::dot(z, z);
       double partial = 1e300;
@@ -176,26 +170,33 @@ bool nearest_allowed(const ContactSet& set, const dvec3& c, double slack, const 
       for (int i = 0; i < k; ++i) {
         if (r[i] > 1e-12 && u[i] / r[i] < partial) partial = u[i] / r[i], leaving = i;
       }
-      const double full = (k < 3 && z2 > 1e-10) ? -excess(worst) / z2 : 1e300;
+      const double full = (k < 3 && z2 > 1e-8) ? -excess(worst) / z2 : 1e300;
       const double t = std::min(partial, full);
-      if (t >= 1e299) {
-        p = c;
-        return false;
-      }
+      if (t >= 1e299) return false;
       if (full < 1e299) p += t * z;
       for (int i = 0; i < k; ++i) u[i] -= t * r[i];
       added += t;
       if (full <= partial) {
-        active[k] = worst;
+        active.index[k] = worst;
         u[k++] = added;
         break;
       }
-      for (int i = leaving; i + 1 < k; ++i) active[i] = active[i + 1], u[i] = u[i + 1];
+      for (int i = leaving; i + 1 < k; ++i) active.index[i] = active.index[i + 1], u[i] = u[i + 1];
       --k;
     }
   }
-  p = c;
   return false;
+}
+
+}  // namespace
+
+dvec3 nearest_allowed(const ContactSet& set, const dvec3& c, double slack, const dvec3& target,
+                      ActivePlanes& active) noexcept {
+  dvec3 p = target;
+  if (project(set, c, slack, false, p, active)) return p;
+  p = target;
+  if (project(set, c, slack, true, p, active)) return p;
+  return c;
 }
 
 }  // namespace typodont::haptics

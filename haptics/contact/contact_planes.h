@@ -17,7 +17,7 @@ struct ContactPlane {
 };
 
 struct ContactSet {
-  static constexpr int kMax = 12;
+  static constexpr int kMax = 256;
   std::array<ContactPlane, kMax> planes;
   int count = 0;
   double engaged_area = 0;   // voxels² of the head that lies on tissue
@@ -31,31 +31,40 @@ class ContactFinder {
 
   double reach() const { return reach_; }  // voxels, farthest point of the head
 
-  /// Contacts of the head at X_VT (translation in voxels) whose gap is below about a voxel. The patch must hold the
-  /// head. Exact on any smooth surface: each contact is slid to where head and surface are closest, by cubic queries.
+  /// Contacts of the head at X_VT (translation in voxels) whose gap is below about a voxel, one per sample of the head
+  /// that has tissue near, or a single exact one where the offset surface is smooth. The patch must hold the head.
   void find(const SurfacePatch& patch, const Pose& X_VT, ContactSet& set) const noexcept;
+
+  /// The same surface points seen from a head that has moved a little: new normals and gaps, no query.
+  void relinearize(const Pose& X_VT, ContactSet& set) const noexcept;
+
+  /// Makes one contact exact on a smooth surface: slides it, by cubic queries, to where head and surface are closest.
+  void refine(const SurfacePatch& patch, const Pose& X_VT, ContactPlane& plane) const noexcept;
 
  private:
   bool find_by_offset(const SurfacePatch& patch, const dvec3& c, ContactSet& set) const noexcept;
+  template <auto sample>
+  ContactPlane slide(const SurfacePatch& patch, const Pose& X_VT, dvec3 x, int steps) const noexcept;
   double head_distance(const Pose& X_VT, const dvec3& x) const noexcept;
   dvec3 head_normal(const Pose& X_VT, const dvec3& x) const noexcept;
-
-  struct Candidate {
-    dvec3 x;
-    double gap;
-  };
 
   Tool tool_;
   double voxel_;
   bool sphere_;
   double radius_, reach_;  // voxels
   std::vector<HeadSample> samples_;  // voxels
-  mutable std::vector<Candidate> candidates_;
 };
 
-/// The point nearest to `target` with n_i·(p - c) ≥ -(gap_i + slack) for all planes: the god-object's step. Writes the
-/// multiplier of each plane (0 where it does not push). False when no such point exists; p is then c.
-bool nearest_allowed(const ContactSet& set, const dvec3& c, double slack, const dvec3& target, dvec3& p,
-                     std::array<double, ContactSet::kMax>& multipliers) noexcept;
+/// Which planes hold the god-object: at most three, with how hard each pushes.
+struct ActivePlanes {
+  int count = 0;
+  int index[3] = {};
+  double push[3] = {};
+};
+
+/// The point nearest to `target` with n_i·(p - c) ≥ -(gap_i + slack) for all planes: the god-object's step. Where no such
+/// point exists (a head wedged in its own slot), overlapping planes only keep it from going deeper.
+dvec3 nearest_allowed(const ContactSet& set, const dvec3& c, double slack, const dvec3& target,
+                      ActivePlanes& active) noexcept;
 
 }  // namespace typodont::haptics

@@ -111,31 +111,11 @@ PerTissue carve(SurfacePatch& patch, const Sweep& sweep) noexcept {
   PerTissue removed{};
   const glm::ivec3 a = glm::max(sweep.lo() - patch.lo, 0), b = glm::min(sweep.hi() - patch.lo, patch.n - 1);
   if (a.x > b.x || a.y > b.y || a.z > b.z) return removed;
-  const int count = b.z - a.z + 1;
-  constexpr int kRow = 512;
-  float depth[kRow];
-  bool changed = false;
-  for (int x = a.x; x <= b.x; ++x) {
-    for (int y = a.y; y <= b.y; ++y) {
-      for (int start = 0; start < count; start += kRow) {
-        const int run = std::min(kRow, count - start);
-        sweep.depth_row(x + patch.lo.x, y + patch.lo.y, a.z + start + patch.lo.z, run, depth);
-        float* row = patch.distance.data() + patch.at(x, y, a.z + start);
-        const Tissue* labels = patch.tissue.data() + patch.at(x, y, a.z + start);
-        for (int i = 0; i < run; ++i) {
-          const float after = depth[i], before = row[i];
-          if (after <= before || after <= -Sweep::kMargin) continue;
-          row[i] = after;
-          changed = true;
-          if (after <= -0.5f || before >= 0.5f) continue;
-          const float share = std::min(before, 0.5f) < -0.5f ? 1.0f : 0.5f - before;
-          const float left = after > 0.5f ? 0.0f : 0.5f - after;
-          removed[static_cast<std::size_t>(labels[i])] += static_cast<double>(share - left);
-        }
-      }
-    }
+  const std::size_t start = patch.at(a.x, a.y, a.z), edge = static_cast<std::size_t>(patch.n);
+  if (sweep.raise(a + patch.lo, b - a + 1, patch.distance.data() + start, edge * edge, edge,
+                  patch.tissue.data() + start, &removed)) {
+    patch.exact_outside = false;
   }
-  if (changed) patch.exact_outside = false;
   removed[0] = 0;
   return removed;
 }

@@ -267,9 +267,7 @@ void TissueVolume::carve(const Sweep& sweep) {
   using Leaf = openvdb::FloatTree::LeafNodeType;
   constexpr int n = Leaf::DIM;
   auto accessor = v.distance->getAccessor();
-  const float band = v.distance->background();
   glm::ivec3 changed_lo(INT_MAX), changed_hi(INT_MIN);
-  alignas(32) float depth[n];
 
   for (int x0 = floor_div(sweep.lo().x, n) * n; x0 <= sweep.hi().x; x0 += n) {
     for (int y0 = floor_div(sweep.lo().y, n) * n; y0 <= sweep.hi().y; y0 += n) {
@@ -280,22 +278,13 @@ void TissueVolume::carve(const Sweep& sweep) {
           if (accessor.getValue(origin) > 0) continue;  // air, far from any surface
           leaf = accessor.touchLeaf(origin);            // solid, far inside: the cut brings it into the band
         }
-        float* data = leaf->buffer().data();
-        for (int x = std::max(x0, sweep.lo().x); x <= std::min(x0 + n - 1, sweep.hi().x); ++x) {
-          for (int y = std::max(y0, sweep.lo().y); y <= std::min(y0 + n - 1, sweep.hi().y); ++y) {
-            const int za = std::max(z0, sweep.lo().z), zb = std::min(z0 + n - 1, sweep.hi().z);
-            sweep.depth_row(x, y, za, zb - za + 1, depth);
-            for (int z = za; z <= zb; ++z) {
-              const int i = ((x - x0) * n + (y - y0)) * n + (z - z0);
-              const float d = std::min(depth[z - za], band);
-              if (d <= data[i] || d <= -Sweep::kMargin) continue;
-              data[i] = d;
-              leaf->setValueOn(static_cast<openvdb::Index>(i), d);
-              changed_lo = glm::min(changed_lo, glm::ivec3(x, y, z));
-              changed_hi = glm::max(changed_hi, glm::ivec3(x, y, z));
-            }
-          }
-        }
+        const glm::ivec3 lo = glm::max(glm::ivec3(x0, y0, z0), sweep.lo());
+        const glm::ivec3 hi = glm::min(glm::ivec3(x0, y0, z0) + n - 1, sweep.hi());
+        const int first = ((lo.x - x0) * n + (lo.y - y0)) * n + (lo.z - z0);
+        if (!sweep.raise(lo, hi - lo + 1, leaf->buffer().data() + first, n * n, n, nullptr, nullptr)) continue;
+        leaf->setValuesOn();
+        changed_lo = glm::min(changed_lo, lo);
+        changed_hi = glm::max(changed_hi, hi);
       }
     }
   }

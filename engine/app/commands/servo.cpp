@@ -1,0 +1,136 @@
+// typodont servo: the haptic core alone, deterministic, as fast as it can.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "engine/app/commands/commands.h"
+#include "engine/app/haptic_loop.h"
+#include "engine/base/error.h"
+#include "engine/base/log.h"
+#include "engine/base/units.h"
+#include "engine/session/recorder.h"
+#include "engine/session/ticks_csv.h"
+#include "haptics/devices/scripted.h"
+
+namespace typodont {
+
+namespace {
+
+struct Options {
+  std::string scene, hand, out, save, model = "god-object";
+  double rate = 1000;
+  bool json = false, no_timing = false;
+};
+
+/// Where the ticks go: a table, or by its extension a session.
+class TickSink {
+ public:
+  TickSink(const std::string& file, const session::SessionHeader& header) {
+    if (file.ends_with(".h5")) {
+      session::WriterOptions options;
+      options.whole_or_nothing = true;
+      session_ = std::make_unique<session::SessionWriter>(file, header, options);
+    } else {
+      csv_ = std::make_unique<session::TicksCsvWriter>(file);
+    }
+  }
+  void add(const ServoTick& tick, const Cut* cut, const PatchUse* patch) {
+    if (csv_) return csv_->append({&tick, 1});
+    session_->append({&tick, 1});
+    if (cut) session_->append({cut, 1});
+    if (patch) session_->append({patch, 1});
+  }
+  void finish(const session::SessionResult& result) {
+    if (csv_) return csv_->finish();
+    if (!session_->finish(result)) throw RunFailure(session_->status().message);
+  }
+
+ private:
+  std::unique_ptr<session::TicksCsvWriter> csv_;
+  std::unique_ptr<session::SessionWriter> session_;
+};
+
+void run(const Options& options) {
+  const Scene scene = read_scene(options.scene);
+  const std::string hand_file = options.hand.starts_with("script:") ? options.hand.substr(7) : options.hand;
+  const auto hand = haptics::open_scripted_hand(hand_file, options.rate, /*paced=*/false);
+  HapticLoop loop(scene, load_tissue(scene), options.rate);
+
+  session::SessionHeader header;
+  header.scene_json = scene.text;
+  header.hand = hand->info().address;
+  header.tools = {scene.servo.tool.name};
+  header.servo_rate = options.rate;
+  header.voxel = loop.carver().volume().frame().voxel;
+  header.volumes_before = loop.carver().volume().volumes();
+  TickSink sink(options.out, header);
+
+  std::uint64_t ticks = 0;
+  std::uint32_t faults = 0;
+  ServoTick last;
+  std::vector<Nanos> times;
+  loop.run(*hand, [&](const ServoTick& tick, const Cut* cut) {
+    ServoTick row = tick;
+    if (options.no_timing) row.cpu_time = 0;
+    sink.add(row, cut, loop.fresh_patch());
+    ++ticks;
+    faults |= tick.faults;
+    last = tick;
+    times.push_back(tick.cpu_time);
+  });
+  session::SessionResult result;
+  result.volumes_after = loop.carver().volume().volumes();
+  result.has_volumes = true;
+  result.field_hash = loop.carver().volume().hash();
+  sink.finish(result);
+  if (!options.save.empty()) loop.carver().volume().save(options.save);
+
+  std::sort(times.begin(), times.end());
+  const auto percentile = [&](double p) {
+    return times.empty() ? 0.0 : static_cast<double>(times[static_cast<std::size_t>(p * static_cast<double>(times.size() - 1))]) * 1e-3;
+  };
+  double removed = 0;
+  nlohmann::ordered_json removed_json = nlohmann::ordered_json::object();
+  for (int i = 1; i < kTissueCount; ++i) {
+    const double v = last.removed[static_cast<std::size_t>(i)] / kCubicMillimetre;
+    removed += v;
+    if (v > 0) removed_json[std::string(name_of(static_cast<Tissue>(i)))] = v;
+  }
+  if (options.json) {
+    const nlohmann::ordered_json json = {
+        {"ticks", ticks},          {"seconds", to_seconds(last.t)},       {"cuts", last.cuts},
+        {"removed_mm3", removed_json}, {"energy_mJ", last.energy * 1e3},  {"faults", faults},
+        {"tick_us", {{"p50", percentile(0.5)}, {"p99", percentile(0.99)}, {"p99_9", percentile(0.999)}}},
+        {"field_hash", fmt::format("{:016x}", result.field_hash)},        {"out", options.out}};
+    fmt::print("{}\n", json.dump(2));
+  } else {
+    fmt::print("{} ticks, {:.3f} s, {} cuts, {:.4f} mm³ removed\n", ticks, to_seconds(last.t), last.cuts, removed);
+    fmt::print("tick: median {:.2f} µs, 99 % {:.2f} µs, 99.9 % {:.2f} µs of thread CPU time\n", percentile(0.5),
+               percentile(0.99), percentile(0.999));
+    fmt::print("field {:016x}, faults {}\n", result.field_hash, faults);
+    fmt::print("wrote {}\n", options.out);
+  }
+}
+
+}  // namespace
+
+void add_servo_command(CLI::App& app) {
+  auto options = std::make_shared<Options>();
+  CLI::App* command = app.add_subcommand("servo", "Run the haptic core alone on a scripted hand: same input, same bytes out");
+  command->footer("Example:\n  typodont servo assets/scenes/molar-caries.json --hand hand.csv --out ticks.csv --rate 4000");
+  command->add_option("scene", options->scene, "scene file (JSON)")->required();
+  command->add_option("--hand", options->hand, "HAND.csv, a path; or HAND.json, a simulated hand")->required();
+  command->add_option("--out", options->out, "ticks to write: .csv, or .h5 for a session")->required();
+  command->add_option("--rate", options->rate, "servo rate, Hz")->check(CLI::Range(10.0, 100000.0))->capture_default_str();
+  command->add_option("--model", options->model, "contact model")->check(CLI::IsMember({"god-object"}))->capture_default_str();
+  command->add_option("--save", options->save, "save the tissue afterwards (.vdb)");
+  command->add_flag("--no-timing", options->no_timing,
+                    "write 0 for tick_us, the one column that differs from run to run: equal runs are then equal bytes");
+  command->add_flag("--json", options->json, "print the summary as JSON");
+  command->callback([options] { run(*options); });
+}
+
+}  // namespace typodont

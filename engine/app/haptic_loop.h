@@ -1,0 +1,38 @@
+// The haptic core in one thread: hand, servo and carver in lock-step. Same input, same bytes out; as fast as it can.
+// The live program (workbench.h) runs the same parts on two threads.
+#pragma once
+
+#include <functional>
+
+#include "engine/app/scene.h"
+#include "haptics/carver.h"
+#include "haptics/haptic_device.h"
+
+namespace typodont {
+
+class HapticLoop {
+ public:
+  /// `rate` in Hz. The tissue is taken over.
+  HapticLoop(const Scene& scene, haptics::TissueVolume tissue, double rate);
+
+  /// One tick: servo, then the carver, then, where due, a fresh patch before the next tick. Returns true when it cut.
+  bool tick(const haptics::HandSample& hand, ServoTick& out, Cut& cut);
+
+  /// Reads `hand` to its end, calling `each` after every tick.
+  void run(haptics::HapticDevice& hand, const std::function<void(const ServoTick&, const Cut* cut)>& each);
+
+  haptics::Carver& carver() { return carver_; }
+  /// The patch taken up before the last tick, when there was one.
+  const PatchUse* fresh_patch() const { return fresh_ ? &use_ : nullptr; }
+
+ private:
+  haptics::Carver carver_;
+  haptics::Servo servo_;
+  haptics::SurfacePatch spare_;
+  ServoTick last_;
+  std::uint64_t ticks_ = 0;
+  bool fresh_ = false;
+  PatchUse use_;
+};
+
+}  // namespace typodont

@@ -1,0 +1,296 @@
+#include "engine/session/format/columns.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <numeric>
+#include <utility>
+
+#include "engine/base/units.h"
+
+namespace typodont::session {
+
+namespace {
+
+// Units of files. Multiplying by a power of ten (exact in a double) rounds once; dividing back rounds once.
+struct Millimetres {
+  static constexpr const char* kName = "mm";
+  static double to_file(double si) { return si * 1e3; }
+  static double to_si(double v) { return v / 1e3; }
+};
+struct NewtonMillimetres : Millimetres {
+  static constexpr const char* kName = "Nmm";
+};
+struct Millijoules : Millimetres {
+  static constexpr const char* kName = "mJ";
+};
+struct SquareMillimetres {
+  static constexpr const char* kName = "mm^2";
+  static double to_file(double si) { return si * 1e6; }
+  static double to_si(double v) { return v / 1e6; }
+};
+struct CubicMillimetres {
+  static constexpr const char* kName = "mm^3";
+  static double to_file(double si) { return si * 1e9; }
+  static double to_si(double v) { return v / 1e9; }
+};
+struct Krpm {
+  static constexpr const char* kName = "krpm";
+  static double to_file(double si) { return si / kKrpm; }
+  static double to_si(double v) { return v * kKrpm; }
+};
+
+/// A column that keeps the field's own bits. `Field` is a captureless lambda from a message to its field.
+template <class Message, class Field>
+Column<Message> exact(std::string name, std::string unit, std::string text, Field) {
+  using T = std::remove_cvref_t<decltype(Field{}(std::declval<Message&>()))>;
+  Column<Message> column{std::move(name), std::move(unit), std::move(text), type_of<T>()};
+  column.get = [](const Message& m, std::byte* out) {
+    const T value = Field{}(const_cast<Message&>(m));
+    std::memcpy(out, &value, sizeof value);
+  };
+  column.set = [](Message& m, const std::byte* in) { std::memcpy(&Field{}(m), in, sizeof(T)); };
+  return column;
+}
+
+/// A column of doubles in a unit people use.
+template <class Unit, class Message, class Field>
+Column<Message> scaled(std::string name, std::string text, Field) {
+  Column<Message> column{std::move(name), Unit::kName, std::move(text), Type::kF64};
+  column.get = [](const Message& m, std::byte* out) {
+    const double value = Unit::to_file(Field{}(const_cast<Message&>(m)));
+    std::memcpy(out, &value, sizeof value);
+  };
+  column.set = [](Message& m, const std::byte* in) {
+    double value;
+    std::memcpy(&value, in, sizeof value);
+    Field{}(m) = Unit::to_si(value);
+  };
+  return column;
+}
+
+/// A column computed from others; reading it back changes nothing.
+template <class Message, class Value>
+Column<Message> derived(std::string name, std::string unit, std::string text, Value) {
+  Column<Message> column{std::move(name), std::move(unit), std::move(text), Type::kF64};
+  column.get = [](const Message& m, std::byte* out) {
+    const double value = Value{}(m);
+    std::memcpy(out, &value, sizeof value);
+  };
+  return column;
+}
+
+template <class Message>
+Column<Message> only_in_file(Column<Message> column) {
+  column.in_csv = false;
+  return column;
+}
+
+double total(const PerTissue& volumes) { return std::accumulate(volumes.begin(), volumes.end(), 0.0); }
+
+template <class Message, std::size_t... kIndex>
+void add_removed(std::vector<Column<Message>>& columns, const char* when, std::index_sequence<kIndex...>) {
+  // Index 0 is air, which nobody removes.
+  (columns.push_back(scaled<CubicMillimetres, Message>(
+       fmt::format("removed_{}_mm3", name_of(static_cast<Tissue>(kIndex + 1))),
+       fmt::format("{} cut away {}", name_of(static_cast<Tissue>(kIndex + 1)), when),
+       [](Message& m) -> double& { return m.removed[kIndex + 1]; })),
+   ...);
+}
+using Solids = std::make_index_sequence<kTissueCount - 1>;
+
+template <class Message, std::size_t... kIndex>
+void add_removed_exact(std::vector<Column<Message>>& columns, std::index_sequence<kIndex...>) {
+  (columns.push_back(exact<Message>(
+       fmt::format("removed_{}_m3", name_of(static_cast<Tissue>(kIndex + 1))), "m^3",
+       fmt::format("{} cut away by this cut", name_of(static_cast<Tissue>(kIndex + 1))),
+       [](Message& m) -> double& { return m.removed[kIndex + 1]; })),
+   ...);
+}
+
+/// A unit quaternion, every bit. `PoseOf` is a captureless lambda from a message to its Pose.
+template <class Message, class PoseOf>
+void add_orientation(std::vector<Column<Message>>& columns, const std::string& prefix, const std::string& text, PoseOf) {
+  const std::string what = text + ", unit quaternion into W";
+  columns.push_back(only_in_file(
+      exact<Message>(prefix + "_qw", "", what, [](Message& m) -> double& { return PoseOf{}(m).R.w; })));
+  columns.push_back(only_in_file(
+      exact<Message>(prefix + "_qx", "", what, [](Message& m) -> double& { return PoseOf{}(m).R.x; })));
+  columns.push_back(only_in_file(
+      exact<Message>(prefix + "_qy", "", what, [](Message& m) -> double& { return PoseOf{}(m).R.y; })));
+  columns.push_back(only_in_file(
+      exact<Message>(prefix + "_qz", "", what, [](Message& m) -> double& { return PoseOf{}(m).R.z; })));
+}
+
+template <class Message, class PoseOf>
+void add_pose(std::vector<Column<Message>>& columns, const std::string& prefix, const std::string& text, PoseOf pose_of) {
+  columns.push_back(only_in_file(exact<Message>(prefix + "_x_m", "m", text + ", x in W, every bit",
+                                                [](Message& m) -> double& { return PoseOf{}(m).p.x; })));
+  columns.push_back(only_in_file(exact<Message>(prefix + "_y_m", "m", text + ", y in W, every bit",
+                                                [](Message& m) -> double& { return PoseOf{}(m).p.y; })));
+  columns.push_back(only_in_file(exact<Message>(prefix + "_z_m", "m", text + ", z in W, every bit",
+                                                [](Message& m) -> double& { return PoseOf{}(m).p.z; })));
+  add_orientation(columns, prefix, text, pose_of);
+}
+
+std::vector<Column<ServoTick>> make_tick_columns() {
+  using T = ServoTick;
+  std::vector<Column<T>> c;
+
+  // The table of the contract (INTERFACE 'Ticks'), in its order.
+  Column<T> t_s = derived<T>("t_s", "s", "when the hand was sampled, since the session's start",
+                             [](const T& t) { return static_cast<double>(t.t) / 1e9; });
+  t_s.set = [](T& t, const std::byte* in) {
+    double s;
+    std::memcpy(&s, in, sizeof s);
+    t.t = std::isfinite(s) && std::abs(s) < 9e9 ? static_cast<Nanos>(std::llround(s * 1e9)) : 0;
+  };
+  c.push_back(t_s);
+  c.push_back(scaled<Millimetres, T>("hand_x_mm", "head centre where the hand holds it, x in W",
+                                     [](T& t) -> double& { return t.X_WT.p.x; }));
+  c.push_back(scaled<Millimetres, T>("hand_y_mm", "head centre where the hand holds it, y in W",
+                                     [](T& t) -> double& { return t.X_WT.p.y; }));
+  c.push_back(scaled<Millimetres, T>("hand_z_mm", "head centre where the hand holds it, z in W",
+                                     [](T& t) -> double& { return t.X_WT.p.z; }));
+  c.push_back(scaled<Millimetres, T>("tool_x_mm", "head centre as held outside the tissue (drawn), x in W",
+                                     [](T& t) -> double& { return t.X_WG.p.x; }));
+  c.push_back(scaled<Millimetres, T>("tool_y_mm", "head centre as held outside the tissue (drawn), y in W",
+                                     [](T& t) -> double& { return t.X_WG.p.y; }));
+  c.push_back(scaled<Millimetres, T>("tool_z_mm", "head centre as held outside the tissue (drawn), z in W",
+                                     [](T& t) -> double& { return t.X_WG.p.z; }));
+  c.push_back(exact<T>("force_x_N", "N", "force on the hand, x in W", [](T& t) -> double& { return t.f_T_W.x; }));
+  c.push_back(exact<T>("force_y_N", "N", "force on the hand, y in W", [](T& t) -> double& { return t.f_T_W.y; }));
+  c.push_back(exact<T>("force_z_N", "N", "force on the hand, z in W", [](T& t) -> double& { return t.f_T_W.z; }));
+  c.push_back(scaled<NewtonMillimetres, T>("torque_x_Nmm", "torque on the hand about the head centre, x in W",
+                                           [](T& t) -> double& { return t.tau_T_W.x; }));
+  c.push_back(scaled<NewtonMillimetres, T>("torque_y_Nmm", "torque on the hand about the head centre, y in W",
+                                           [](T& t) -> double& { return t.tau_T_W.y; }));
+  c.push_back(scaled<NewtonMillimetres, T>("torque_z_Nmm", "torque on the hand about the head centre, z in W",
+                                           [](T& t) -> double& { return t.tau_T_W.z; }));
+  c.push_back(scaled<Millimetres, T>("depth_mm", "distance from tool to hand position",
+                                     [](T& t) -> double& { return t.depth; }));
+  c.push_back(exact<T>("normal_x", "", "surface normal at the contact, out of the tissue, x in W; 0 when free",
+                       [](T& t) -> double& { return t.n_C_W.x; }));
+  c.push_back(exact<T>("normal_y", "", "surface normal at the contact, out of the tissue, y in W; 0 when free",
+                       [](T& t) -> double& { return t.n_C_W.y; }));
+  c.push_back(exact<T>("normal_z", "", "surface normal at the contact, out of the tissue, z in W; 0 when free",
+                       [](T& t) -> double& { return t.n_C_W.z; }));
+  c.push_back(scaled<SquareMillimetres, T>("contact_area_mm2", "area of the head that touches tissue",
+                                           [](T& t) -> double& { return t.contact_area; }));
+  c.push_back(derived<T>("removed_mm3", "mm^3", "all tissue cut away since the start",
+                         [](const T& t) { return total(t.removed) * 1e9; }));
+  add_removed(c, "since the start", Solids{});
+  Column<T> tissue = exact<T>("tissue", "", "what the head touches most", [](T& t) -> Tissue& { return t.tissue; });
+  tissue.set = [](T& t, const std::byte* in) {
+    t.tissue = std::to_integer<int>(*in) < kTissueCount ? static_cast<Tissue>(*in) : Tissue::kAir;
+  };
+  c.push_back(tissue);
+  c.push_back(scaled<Krpm, T>("spindle_krpm", "speed of the spindle", [](T& t) -> double& { return t.spindle; }));
+  c.push_back(scaled<Millijoules, T>("energy_mJ", "passivity observer: energy taken from the hand so far",
+                                     [](T& t) -> double& { return t.energy; }));
+  Column<T> tick_us = derived<T>("tick_us", "us", "thread CPU time of the tick",
+                                 [](const T& t) { return static_cast<double>(t.cpu_time) / 1e3; });
+  tick_us.set = [](T& t, const std::byte* in) {
+    double us;
+    std::memcpy(&us, in, sizeof us);
+    t.cpu_time = std::isfinite(us) && std::abs(us) < 9e15 ? static_cast<Nanos>(std::llround(us * 1e3)) : 0;
+  };
+  c.push_back(tick_us);
+  c.push_back(exact<T>("faults", "", "what went wrong, as bits", [](T& t) -> std::uint32_t& { return t.faults; }));
+  c.push_back(exact<T>("pedal", "", "foot pedal, 0 to 1", [](T& t) -> double& { return t.pedal; }));
+
+  // What a replay needs on top, bit for bit.
+  c.push_back(only_in_file(
+      exact<T>("index", "", "ticks since the servo started; a gap is a lost tick", [](T& t) -> std::uint64_t& {
+        return t.index;
+      })));
+  c.push_back(only_in_file(exact<T>("t_ns", "ns", "t_s, every bit", [](T& t) -> Nanos& { return t.t; })));
+  add_pose<T>(c, "hand", "the tool where the hand holds it", [](T& t) -> Pose& { return t.X_WT; });
+  add_orientation<T>(c, "tool", "the tool as drawn", [](T& t) -> Pose& { return t.X_WG; });
+  c.push_back(only_in_file(
+      exact<T>("cutting_power_W", "W", "power that goes into cutting", [](T& t) -> double& { return t.cutting_power; })));
+  c.push_back(only_in_file(exact<T>("patch", "", "number of the surface patch of this tick; 0: none",
+                                    [](T& t) -> std::uint32_t& { return t.patch; })));
+  c.push_back(only_in_file(exact<T>("cuts", "", "cuts made so far, this tick's included",
+                                    [](T& t) -> std::uint64_t& { return t.cuts; })));
+  return c;
+}
+
+std::vector<Column<Cut>> make_cut_columns() {
+  using T = Cut;
+  std::vector<Column<T>> c;
+  c.push_back(exact<T>("index", "", "1, 2, 3 ...; a gap is a lost cut", [](T& t) -> std::uint64_t& { return t.index; }));
+  c.push_back(exact<T>("tick", "", "index of the tick that made it", [](T& t) -> std::uint64_t& { return t.tick; }));
+  c.push_back(exact<T>("t_ns", "ns", "when, since the session's start", [](T& t) -> Nanos& { return t.t; }));
+  add_pose<T>(c, "a", "the head before", [](T& t) -> Pose& { return t.X_WA; });
+  add_pose<T>(c, "b", "the head after", [](T& t) -> Pose& { return t.X_WB; });
+  c.push_back(exact<T>("tool", "", "which of the session's tools", [](T& t) -> std::uint32_t& { return t.tool; }));
+  add_removed_exact(c, Solids{});
+  c.push_back(exact<T>("normal_x", "", "surface normal, out of the tissue, x in W",
+                       [](T& t) -> double& { return t.n_C_W.x; }));
+  c.push_back(exact<T>("normal_y", "", "surface normal, out of the tissue, y in W",
+                       [](T& t) -> double& { return t.n_C_W.y; }));
+  c.push_back(exact<T>("normal_z", "", "surface normal, out of the tissue, z in W",
+                       [](T& t) -> double& { return t.n_C_W.z; }));
+  c.push_back(exact<T>("spindle_rad_per_s", "rad/s", "speed of the spindle, signed about the tool's z",
+                       [](T& t) -> double& { return t.spindle; }));
+  return c;
+}
+
+std::vector<Column<PatchUse>> make_patch_columns() {
+  using T = PatchUse;
+  std::vector<Column<T>> c;
+  c.push_back(exact<T>("patch", "", "its number, 1, 2, 3 ...", [](T& t) -> std::uint32_t& { return t.patch; }));
+  c.push_back(exact<T>("first_tick", "", "index of the first tick computed in it",
+                       [](T& t) -> std::uint64_t& { return t.first_tick; }));
+  c.push_back(exact<T>("cuts", "", "cuts already in the tissue when it was cut out",
+                       [](T& t) -> std::uint64_t& { return t.cuts; }));
+  c.push_back(exact<T>("center_x_m", "m", "where it was asked for, x in W", [](T& t) -> double& { return t.center_W.x; }));
+  c.push_back(exact<T>("center_y_m", "m", "where it was asked for, y in W", [](T& t) -> double& { return t.center_W.y; }));
+  c.push_back(exact<T>("center_z_m", "m", "where it was asked for, z in W", [](T& t) -> double& { return t.center_W.z; }));
+  return c;
+}
+
+}  // namespace
+
+const std::vector<Column<ServoTick>>& tick_columns() {
+  static const auto columns = make_tick_columns();
+  return columns;
+}
+const std::vector<Column<Cut>>& cut_columns() {
+  static const auto columns = make_cut_columns();
+  return columns;
+}
+const std::vector<Column<PatchUse>>& patch_columns() {
+  static const auto columns = make_patch_columns();
+  return columns;
+}
+
+std::string tissue_labels() {
+  std::string text;
+  for (int i = 0; i < kTissueCount; ++i) {
+    text += fmt::format("{}{} {}", i ? ", " : "", i, name_of(static_cast<Tissue>(i)));
+  }
+  return text;
+}
+
+std::string fault_labels() {
+  std::string text;
+  for (const FaultName& fault : fault_names()) {
+    text += fmt::format("{}{} {}", text.empty() ? "" : ", ", bits(fault.fault), fault.name);
+  }
+  return text;
+}
+
+const std::vector<FaultName>& fault_names() {
+  static const std::vector<FaultName> names = {
+      {Fault::kBadInput, "bad_input"},          {Fault::kStalePatch, "stale_patch"},
+      {Fault::kPatchEdge, "patch_edge"},        {Fault::kForceLimit, "force_limit"},
+      {Fault::kDeepPenetration, "deep_penetration"}, {Fault::kDeviceLost, "device_lost"},
+      {Fault::kRingFull, "ring_full"},          {Fault::kSlewLimit, "slew_limit"},
+      {Fault::kOverrun, "overrun"},
+  };
+  return names;
+}
+
+}  // namespace typodont::session

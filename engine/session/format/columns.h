@@ -1,0 +1,60 @@
+// The columns of a session's tables: for each its name, unit, meaning, and how it goes into and out of a message.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <string>
+#include <vector>
+
+#include "engine/contract/contact.h"
+
+namespace typodont::session {
+
+enum class Type : std::uint8_t { kF64, kI64, kU64, kU32, kU8 };
+
+constexpr std::size_t size_of(Type type) {
+  switch (type) {
+    case Type::kU32: return 4;
+    case Type::kU8: return 1;
+    default: return 8;
+  }
+}
+template <class T>
+constexpr Type type_of() {
+  if constexpr (std::is_same_v<T, double>) return Type::kF64;
+  if constexpr (std::is_same_v<T, std::int64_t>) return Type::kI64;
+  if constexpr (std::is_same_v<T, std::uint64_t>) return Type::kU64;
+  if constexpr (std::is_same_v<T, std::uint32_t>) return Type::kU32;
+  if constexpr (sizeof(T) == 1) return Type::kU8;
+}
+
+/// `Message` is ServoTick, Cut or PatchUse.
+template <class Message>
+struct Column {
+  std::string name;
+  std::string unit;  // "" when dimensionless
+  std::string text;  // what it is, in one line
+  Type type = Type::kF64;
+  void (*get)(const Message&, std::byte*) = nullptr;
+  void (*set)(Message&, const std::byte*) = nullptr;  // null: derived from other columns
+  bool in_csv = true;
+  bool in_file = true;
+};
+
+const std::vector<Column<ServoTick>>& tick_columns();
+const std::vector<Column<Cut>>& cut_columns();
+const std::vector<Column<PatchUse>>& patch_columns();
+
+/// "0 air, 1 enamel, …": attribute `labels` of every column that holds tissues.
+std::string tissue_labels();
+/// "1 bad_input, 2 stale_patch, …".
+std::string fault_labels();
+
+struct FaultName {
+  Fault fault;
+  std::string name;  // "bad_input"
+};
+const std::vector<FaultName>& fault_names();
+
+}  // namespace typodont::session

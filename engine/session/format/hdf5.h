@@ -1,0 +1,75 @@
+// The little of the HDF5 C API that sessions need: handles that close themselves, and errors with a reason.
+#pragma once
+
+#include <hdf5.h>
+
+#include <string>
+#include <string_view>
+#include <utility>
+
+#include "engine/session/format/columns.h"
+
+namespace typodont::session {
+
+/// Owns one HDF5 identifier.
+class H5 {
+ public:
+  using Close = herr_t (*)(hid_t);
+  H5() = default;
+  H5(hid_t id, Close close) : id_(id), close_(close) {}
+  H5(H5&& other) noexcept : id_(std::exchange(other.id_, -1)), close_(other.close_) {}
+  H5& operator=(H5&& other) noexcept {
+    if (this != &other) {
+      reset();
+      id_ = std::exchange(other.id_, -1);
+      close_ = other.close_;
+    }
+    return *this;
+  }
+  ~H5() { reset(); }
+  /// False when closing failed, e.g. because what was still buffered could not be written.
+  bool reset() noexcept {
+    const hid_t id = std::exchange(id_, -1);
+    return id < 0 || close_(id) >= 0;
+  }
+  hid_t get() const { return id_; }
+  explicit operator bool() const { return id_ >= 0; }
+
+ private:
+  hid_t id_ = -1;
+  Close close_ = nullptr;
+};
+
+/// While it lives, this thread's HDF5 errors are kept for h5_reason() instead of printed.
+class H5Quiet {
+ public:
+  H5Quiet();
+  ~H5Quiet();
+  H5Quiet(const H5Quiet&) = delete;
+  H5Quiet& operator=(const H5Quiet&) = delete;
+
+ private:
+  H5E_auto2_t function_ = nullptr;
+  void* data_ = nullptr;
+};
+
+/// The innermost reason of the last failure on this thread under an H5Quiet, in words.
+std::string h5_reason();
+
+hid_t h5_type(Type type);
+/// Fixed-length UTF-8, padded with null bytes.
+H5 h5_string_type(std::size_t size);
+
+// Attributes and whole texts. The setters return false on failure; the getters return false when the thing is not
+// there or has another type.
+bool set_attribute(hid_t object, const char* name, std::string_view text);
+bool set_attribute(hid_t object, const char* name, double value);
+bool set_attribute(hid_t object, const char* name, std::uint64_t value);
+bool get_attribute(hid_t object, const char* name, std::string& text);
+bool get_attribute(hid_t object, const char* name, double& value);
+bool get_attribute(hid_t object, const char* name, std::uint64_t& value);
+/// A scalar text dataset, UTF-8, of any length.
+bool write_text(hid_t group, const char* name, std::string_view text);
+bool read_text(hid_t group, const char* name, std::string& text);
+
+}  // namespace typodont::session

@@ -1,0 +1,31 @@
+// What writer and reader of the session file must agree on beside the columns.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+
+#include "engine/session/session_data.h"
+
+namespace typodont::session {
+
+inline constexpr const char* kFormatName = "typodont-session";
+inline constexpr std::uint64_t kFormatVersion = 1;
+inline constexpr std::size_t kEventText = 256;    // bytes; longer texts continue in the next rows
+inline constexpr std::size_t kPictureText = 128;  // bytes
+
+inline constexpr const char* kLostLabels = "0 ticks_ring, 1 cuts_ring, 2 ticks_disk, 3 cuts_disk, 4 other_disk";
+inline std::array<std::uint64_t, 5> as_array(const Lost& lost) {
+  return {lost.ticks_ring, lost.cuts_ring, lost.ticks_disk, lost.cuts_disk, lost.other_disk};
+}
+
+/// "0 note, 1 tool, …".
+std::string event_labels();
+
+// HDF5 lets go of its own lock once SWMR has started, so the writer holds another one, on a byte far behind the end, by
+// which a reader tells a session at work from one that was killed. It goes when the process does.
+int lock_while_recording(const std::filesystem::path& file);  // a descriptor to close, or -1
+bool is_being_recorded(const std::filesystem::path& file);
+
+}  // namespace typodont::session

@@ -1,0 +1,45 @@
+#include "engine/session/hash.h"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+
+#include "engine/base/error.h"
+
+namespace typodont::session {
+
+std::string to_text(const Fnv1a& hash) { return fmt::format("fnv1a64:{:016x}", hash.value); }
+
+void add_forces(Fnv1a& hash, std::span<const ServoTick> ticks) noexcept {
+  for (const ServoTick& tick : ticks) {
+    for (const dvec3& v : {tick.f_T_W, tick.tau_T_W}) {
+      hash.add(v.x);
+      hash.add(v.y);
+      hash.add(v.z);
+    }
+  }
+}
+
+SourceFile describe_file(const std::filesystem::path& file) {
+  std::error_code code;
+  if (std::filesystem::is_directory(file, code)) throw Error(file.string(), "", "a directory", "a file");
+  std::ifstream in(file, std::ios::binary);
+  if (!in) throw Error(file.string(), "", std::strerror(errno), "a readable file");
+  SourceFile result;
+  result.path = file.string();
+  Fnv1a hash;
+  std::array<char, 1 << 16> buffer;
+  while (in) {
+    in.read(buffer.data(), buffer.size());
+    hash.bytes(buffer.data(), static_cast<std::size_t>(in.gcount()));
+    result.bytes += static_cast<std::uint64_t>(in.gcount());
+  }
+  if (in.bad()) throw Error(file.string(), "", std::strerror(errno), "a readable file");
+  result.hash = to_text(hash);
+  return result;
+}
+
+}  // namespace typodont::session

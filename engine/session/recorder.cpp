@@ -1,0 +1,586 @@
+#include "engine/session/recorder.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/statvfs.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <bit>
+#include <cctype>
+#include <cerrno>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <nlohmann/json.hpp>
+
+#include "engine/base/error.h"
+#include "engine/session/format/hdf5.h"
+#include "engine/session/format/layout.h"
+
+namespace typodont::session {
+
+namespace {
+
+/// Rows of fixed-size cells, column by column: buffered here, written a chunk at a time. A chunk is compressed when it
+/// is written, so whole chunks are written once; a heartbeat may write part of one, which is then written again.
+class Table {
+ public:
+  struct Spec {
+    std::string name, unit, text, labels;
+    H5 type;
+    std::size_t size;
+  };
+
+  bool create(hid_t file, const std::string& path, const std::string& text, std::vector<Spec> specs, std::size_t chunk,
+              int deflate) {
+    chunk_ = chunk;
+    H5 group_properties(H5Pcreate(H5P_GROUP_CREATE), H5Pclose);
+    H5Pset_obj_track_times(group_properties.get(), false);  // equal sessions, equal bytes
+    H5 group(H5Gcreate2(file, path.c_str(), H5P_DEFAULT, group_properties.get(), H5P_DEFAULT), H5Gclose);
+    if (!group || !set_attribute(group.get(), "description", text)) return false;
+    for (Spec& spec : specs) {
+      H5 properties(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
+      const hsize_t chunk_rows = chunk, zero = 0, unlimited = H5S_UNLIMITED;
+      H5Pset_obj_track_times(properties.get(), false);
+      H5Pset_chunk(properties.get(), 1, &chunk_rows);
+      H5Pset_shuffle(properties.get());
+      H5Pset_deflate(properties.get(), static_cast<unsigned>(deflate));
+      H5Pset_fletcher32(properties.get());  // so that a damaged chunk is known to be damaged
+      H5 space(H5Screate_simple(1, &zero, &unlimited), H5Sclose);
+      H5 dataset(H5Dcreate2(group.get(), spec.name.c_str(), spec.type.get(), space.get(), H5P_DEFAULT,
+                            properties.get(), H5P_DEFAULT),
+                 H5Dclose);
+      if (!dataset || !set_attribute(dataset.get(), "unit", spec.unit) ||
+          !set_attribute(dataset.get(), "description", spec.text) ||
+          (!spec.labels.empty() && !set_attribute(dataset.get(), "labels", spec.labels))) {
+        return false;
+      }
+      columns_.push_back({std::move(dataset), std::move(spec.type), spec.size, std::vector<std::byte>(spec.size * chunk)});
+    }
+    return true;
+  }
+
+  std::byte* cell(std::size_t column) { return columns_[column].buffer.data() + columns_[column].size * buffered_; }
+  void end_row() { ++buffered_; }
+  std::size_t buffered() const { return buffered_; }
+  std::uint64_t written() const { return written_; }
+  /// The chunk in the file would be complete: time to write.
+  bool full() const { return buffered_ > 0 && (written_ + buffered_) % chunk_ == 0; }
+  void drop() { buffered_ = 0; }
+
+  bool write() {
+    if (buffered_ == 0) return true;
+    const hsize_t end = written_ + buffered_, offset = written_, count = buffered_;
+    H5 memory(H5Screate_simple(1, &count, nullptr), H5Sclose);
+    for (Data& column : columns_) {
+      if (H5Dset_extent(column.dataset.get(), &end) < 0) return false;
+      H5 space(H5Dget_space(column.dataset.get()), H5Sclose);
+      if (H5Sselect_hyperslab(space.get(), H5S_SELECT_SET, &offset, nullptr, &count, nullptr) < 0 ||
+          H5Dwrite(column.dataset.get(), column.type.get(), memory.get(), space.get(), H5P_DEFAULT,
+                   column.buffer.data()) < 0) {
+        return false;
+      }
+    }
+    written_ = end;
+    buffered_ = 0;
+    return true;
+  }
+
+  void close() { columns_.clear(); }
+
+ private:
+  struct Data {
+    H5 dataset, type;
+    std::size_t size;
+    std::vector<std::byte> buffer;
+  };
+  std::vector<Data> columns_;
+  std::size_t chunk_ = 1, buffered_ = 0;
+  hsize_t written_ = 0;
+};
+
+template <class Message>
+std::vector<Table::Spec> specs_of(const std::vector<Column<Message>>& columns) {
+  std::vector<Table::Spec> specs;
+  for (const auto& column : columns) {
+    if (!column.in_file) continue;
+    std::string labels;
+    if (column.name == "tissue") labels = tissue_labels();
+    if (column.name == "faults") labels = fault_labels();
+    specs.push_back({column.name, column.unit, column.text, labels, H5(H5Tcopy(h5_type(column.type)), H5Tclose),
+                     size_of(column.type)});
+  }
+  return specs;
+}
+
+Table::Spec number(const char* name, const char* unit, const char* text, Type type, std::string labels = "") {
+  return {name, unit, text, std::move(labels), H5(H5Tcopy(h5_type(type)), H5Tclose), size_of(type)};
+}
+Table::Spec fixed_text(const char* name, const char* text, std::size_t size) {
+  return {name, "", text, "", h5_string_type(size), size};
+}
+
+/// A one-dimensional or scalar dataset that exists from the start and is overwritten in place.
+bool create_numbers(hid_t parent, const char* name, const char* unit, const char* text, hid_t type, hsize_t count,
+                    const void* initial, H5& dataset) {
+  H5 properties(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
+  H5Pset_obj_track_times(properties.get(), false);
+  H5Pset_alloc_time(properties.get(), H5D_ALLOC_TIME_EARLY);
+  H5 space(count == 0 ? H5Screate(H5S_SCALAR) : H5Screate_simple(1, &count, nullptr), H5Sclose);
+  dataset = H5(H5Dcreate2(parent, name, type, space.get(), H5P_DEFAULT, properties.get(), H5P_DEFAULT), H5Dclose);
+  return dataset && set_attribute(dataset.get(), "unit", unit) && set_attribute(dataset.get(), "description", text) &&
+         H5Dwrite(dataset.get(), type, H5S_ALL, H5S_ALL, H5P_DEFAULT, initial) >= 0;
+}
+
+bool overwrite(const H5& dataset, hid_t type, const void* value) {
+  return H5Dwrite(dataset.get(), type, H5S_ALL, H5S_ALL, H5P_DEFAULT, value) >= 0;
+}
+
+bool plain_name(const std::string& name) {
+  return !name.empty() && name.size() < 64 && std::all_of(name.begin(), name.end(), [](unsigned char c) {
+    return std::isalnum(c) || c == '_';
+  });
+}
+
+/// The longest piece of at most `size` bytes that does not split a UTF-8 character.
+std::size_t piece_of(std::string_view text, std::size_t size) {
+  if (text.size() <= size) return text.size();
+  std::size_t n = size;
+  while (n > size - 4 && (static_cast<unsigned char>(text[n]) & 0xC0) == 0x80) --n;
+  return n;
+}
+
+PerTissue in_mm3(const PerTissue& volumes) {
+  PerTissue result = volumes;
+  for (double& v : result) v *= 1e9;
+  return result;
+}
+
+}  // namespace
+
+struct SessionWriter::Impl {
+  std::filesystem::path file, written_to;
+  WriterOptions options;
+  WriterStatus status;
+  int lock_fd = -1;
+
+  H5 h5;
+  Table ticks, cuts, patches, events, pictures;
+  std::vector<Table> streams;
+  H5 lost, complete, volumes_after, volumes_ideal, pulp_distance, field_hash, png;
+  hsize_t png_bytes = 0;
+  std::uint64_t disk_lost_unreported = 0;
+  Lost lost_in_file;
+  Nanos last_write = now();
+  Nanos last_t = 0;  // of the newest tick
+
+  void create(const SessionHeader& header);
+  bool create_header(const SessionHeader& header);
+  bool create_tables(const SessionHeader& header);
+  bool create_result();
+  void write_all() noexcept;
+  bool write_table(Table& table, std::uint64_t& lost_rows) noexcept;
+  bool disk_has_room() noexcept;
+  void fail(const std::string& why) noexcept;
+  bool open() const { return status.state == WriterStatus::State::kRecording || status.state == WriterStatus::State::kDiskFull; }
+  bool close() noexcept;
+
+  template <class Message>
+  void add(Table& table, const std::vector<Column<Message>>& columns, const Message& message) {
+    std::size_t i = 0;
+    for (const auto& column : columns) {
+      if (column.in_file) column.get(message, table.cell(i++));
+    }
+    table.end_row();
+  }
+  void add_event(const SessionEvent& event);
+};
+
+void SessionWriter::Impl::create(const SessionHeader& header) {
+  const H5Quiet quiet;
+  const auto refuse = [&](const std::string& why) {
+    throw Error(file.string(), "", why, "a place where a session can be recorded");
+  };
+  for (const StreamSpec& stream : header.streams) {
+    bool good = plain_name(stream.name) && !stream.columns.empty();
+    for (const auto& column : stream.columns) good = good && plain_name(column.name) && column.name != "t_ns";
+    if (!good) throw Error(file.string(), "stream " + stream.name, "an impossible name", "letters, digits and _");
+  }
+  std::error_code code;
+  if (std::filesystem::is_directory(file, code)) refuse("a directory");
+  if (is_being_recorded(file)) refuse("a session that is being recorded");
+  written_to = options.whole_or_nothing ? std::filesystem::path(file.string() + fmt::format(".{}.partial", getpid())) : file;
+
+  H5 access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
+  H5Pset_libver_bounds(access.get(), H5F_LIBVER_V110, H5F_LIBVER_V110);  // what SWMR needs
+  H5Pset_fclose_degree(access.get(), H5F_CLOSE_STRONG);
+  H5 creation(H5Pcreate(H5P_FILE_CREATE), H5Pclose);
+  H5Pset_obj_track_times(creation.get(), false);
+  errno = 0;
+  h5 = H5(H5Fcreate(written_to.c_str(), H5F_ACC_TRUNC, creation.get(), access.get()), H5Fclose);
+  if (!h5) refuse(errno ? std::strerror(errno) : h5_reason());
+  // Handles on objects must not be open while SWMR starts, but datasets may be.
+  if (!create_header(header) || !create_tables(header) || !create_result() || H5Fflush(h5.get(), H5F_SCOPE_GLOBAL) < 0 ||
+      H5Fstart_swmr_write(h5.get()) < 0) {
+    const std::string why = h5_reason();
+    h5.reset();
+    std::filesystem::remove(written_to, code);
+    refuse(why);
+  }
+  lock_fd = lock_while_recording(written_to);
+}
+
+bool SessionWriter::Impl::create_header(const SessionHeader& header) {
+  const hid_t root = h5.get();
+  H5 group_properties(H5Pcreate(H5P_GROUP_CREATE), H5Pclose);
+  H5Pset_obj_track_times(group_properties.get(), false);
+  H5 group(H5Gcreate2(root, "header", H5P_DEFAULT, group_properties.get(), H5P_DEFAULT), H5Gclose);
+  if (!group) return false;
+  nlohmann::json files = nlohmann::json::array(), seeds = nlohmann::json::array(), streams_json = nlohmann::json::array();
+  for (const SourceFile& f : header.files) files.push_back({{"path", f.path}, {"bytes", f.bytes}, {"hash", f.hash}});
+  // Seeds as text: a JSON number does not hold 64 bits everywhere.
+  for (const auto& [name, seed] : header.seeds) seeds.push_back({{"name", name}, {"seed", std::to_string(seed)}});
+  for (const StreamSpec& s : header.streams) {
+    nlohmann::json columns = nlohmann::json::array();
+    for (const auto& c : s.columns) columns.push_back({{"name", c.name}, {"unit", c.unit}});
+    streams_json.push_back({{"name", s.name}, {"columns", columns}});
+  }
+  const auto dump = [](const nlohmann::json& j) {
+    return j.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+  };
+  bool good = set_attribute(root, "format", kFormatName) &&
+              set_attribute(root, "format_version", std::uint64_t{kFormatVersion}) &&
+              set_attribute(root, "program_version", header.program_version) &&
+              set_attribute(root, "compiler", header.compiler) && set_attribute(root, "date", header.date) &&
+              set_attribute(root, "hand", header.hand) && set_attribute(root, "trainee", header.trainee) &&
+              set_attribute(root, "servo_rate_Hz", header.servo_rate) &&
+              set_attribute(root, "voxel_mm", header.voxel * 1e3) && write_text(group.get(), "scene", header.scene_json) &&
+              write_text(group.get(), "rig", header.rig_json) && write_text(group.get(), "files", dump(files)) &&
+              write_text(group.get(), "seeds", dump(seeds)) && write_text(group.get(), "tools", dump(header.tools)) &&
+              write_text(group.get(), "streams", dump(streams_json));
+  if (!good) return false;
+  const PerTissue before = in_mm3(header.volumes_before);
+  H5 dataset;
+  return create_numbers(group.get(), "volumes_before_mm3", "mm^3", "volume of each tissue at the start",
+                        H5T_NATIVE_DOUBLE, kTissueCount, before.data(), dataset) &&
+         set_attribute(dataset.get(), "labels", tissue_labels());
+}
+
+bool SessionWriter::Impl::create_tables(const SessionHeader& header) {
+  // Half a second of ticks to a chunk: a flush then writes whole chunks, each once.
+  const double rows = std::clamp(header.servo_rate * 0.5, 256.0, 8192.0);
+  const std::size_t tick_chunk = std::bit_floor(static_cast<std::size_t>(rows));
+  constexpr std::size_t kSmallChunk = 128, kEventChunk = 16;
+  const int deflate = std::clamp(options.deflate, 1, 9);
+  const hid_t root = h5.get();
+
+  std::vector<Table::Spec> event_specs;
+  event_specs.push_back(number("t_ns", "ns", "when, since the session's start", Type::kI64));
+  event_specs.push_back(number("kind", "", "what kind of event", Type::kU8, event_labels()));
+  event_specs.push_back(number("part", "", "0: a new event; 1, 2 ...: its text goes on", Type::kU32));
+  event_specs.push_back(fixed_text("text", "UTF-8, free or JSON", kEventText));
+
+  std::vector<Table::Spec> picture_specs;
+  picture_specs.push_back(fixed_text("name", "before, after, ...", kPictureText));
+  picture_specs.push_back(fixed_text("title", "for people", kPictureText));
+  picture_specs.push_back(number("offset", "", "where its PNG begins in /pictures/png", Type::kU64));
+  picture_specs.push_back(number("bytes", "", "length of its PNG", Type::kU64));
+
+  bool good = ticks.create(root, "ticks", "one row per tick of the servo", specs_of(tick_columns()), tick_chunk, deflate) &&
+              cuts.create(root, "cuts", "one row per cut, straight from A to B", specs_of(cut_columns()), kSmallChunk, deflate) &&
+              patches.create(root, "patches", "when the servo took up which surface patch", specs_of(patch_columns()),
+                             kSmallChunk, deflate) &&
+              events.create(root, "events", "tools, views, faults, notes", std::move(event_specs), kEventChunk, deflate) &&
+              pictures.create(root, "pictures", "pictures for the report", std::move(picture_specs), 8, deflate);
+  if (!good) return false;
+
+  H5 group_properties(H5Pcreate(H5P_GROUP_CREATE), H5Pclose);
+  H5Pset_obj_track_times(group_properties.get(), false);
+  H5 group(H5Gcreate2(root, "streams", H5P_DEFAULT, group_properties.get(), H5P_DEFAULT), H5Gclose);
+  streams.resize(header.streams.size());
+  for (std::size_t i = 0; i < streams.size(); ++i) {
+    std::vector<Table::Spec> specs;
+    specs.push_back(number("t_ns", "ns", "when, since the session's start", Type::kI64));
+    for (const auto& c : header.streams[i].columns) specs.push_back(number(c.name.c_str(), c.unit.c_str(), "", Type::kF64));
+    if (!streams[i].create(root, "streams/" + header.streams[i].name, "samples of " + header.streams[i].name,
+                           std::move(specs), kSmallChunk, deflate)) {
+      return false;
+    }
+  }
+
+  const hsize_t zero = 0, unlimited = H5S_UNLIMITED, chunk = 1 << 16;
+  H5 properties(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
+  H5Pset_obj_track_times(properties.get(), false);
+  H5Pset_chunk(properties.get(), 1, &chunk);
+  H5Pset_fletcher32(properties.get());
+  H5 space(H5Screate_simple(1, &zero, &unlimited), H5Sclose);
+  png = H5(H5Dcreate2(root, "pictures/png", H5T_NATIVE_UINT8, space.get(), H5P_DEFAULT, properties.get(), H5P_DEFAULT),
+           H5Dclose);
+  return static_cast<bool>(png);
+}
+
+bool SessionWriter::Impl::create_result() {
+  H5 group_properties(H5Pcreate(H5P_GROUP_CREATE), H5Pclose);
+  H5Pset_obj_track_times(group_properties.get(), false);
+  H5 group(H5Gcreate2(h5.get(), "result", H5P_DEFAULT, group_properties.get(), H5P_DEFAULT), H5Gclose);
+  PerTissue unknown;
+  unknown.fill(std::numeric_limits<double>::quiet_NaN());
+  const std::uint64_t zero = 0;
+  status.lost = lost_in_file = options.lost_before;
+  const auto losses = as_array(lost_in_file);
+  return group &&
+         create_numbers(group.get(), "volumes_after_mm3", "mm^3", "volume of each tissue at the end; NaN: not known",
+                        H5T_NATIVE_DOUBLE, kTissueCount, unknown.data(), volumes_after) &&
+         set_attribute(volumes_after.get(), "labels", tissue_labels()) &&
+         create_numbers(group.get(), "volumes_ideal_mm3", "mm^3", "volume of each tissue in the ideal result; NaN: none",
+                        H5T_NATIVE_DOUBLE, kTissueCount, unknown.data(), volumes_ideal) &&
+         set_attribute(volumes_ideal.get(), "labels", tissue_labels()) &&
+         create_numbers(group.get(), "min_pulp_distance_mm", "mm", "from the cut surface to the pulp; NaN: not measured",
+                        H5T_NATIVE_DOUBLE, 0, unknown.data(), pulp_distance) &&
+         create_numbers(group.get(), "field_hash", "", "of the tissue at the end; 0: not taken", H5T_NATIVE_UINT64, 0,
+                        &zero, field_hash) &&
+         create_numbers(h5.get(), "lost", "", "what did not reach the file", H5T_NATIVE_UINT64, losses.size(),
+                        losses.data(), lost) &&
+         set_attribute(lost.get(), "labels", kLostLabels) &&
+         create_numbers(h5.get(), "complete", "", "1: the recording was finished; 0: it was cut off",
+                        H5T_NATIVE_UINT64, 0, &zero, complete);
+}
+
+void SessionWriter::Impl::fail(const std::string& why) noexcept {
+  if (status.state == WriterStatus::State::kFailed) return;
+  status.state = WriterStatus::State::kFailed;
+  status.message = fmt::format("{}: {}; the session goes on, unrecorded", written_to.string(), why);
+}
+
+bool SessionWriter::Impl::disk_has_room() noexcept {
+  std::uint64_t free = 0;
+  if (options.free_bytes) {
+    free = options.free_bytes();
+  } else {
+    struct statvfs space{};
+    if (statvfs(written_to.c_str(), &space) != 0) return true;  // the write itself will tell
+    free = std::uint64_t{space.f_bavail} * space.f_frsize;
+  }
+  if (free >= options.disk_reserve) {
+    status.state = WriterStatus::State::kRecording;
+    return true;
+  }
+  status.state = WriterStatus::State::kDiskFull;
+  status.message = fmt::format("{}: only {} MB are left on the disk; the session goes on, and what is not recorded is counted",
+                               written_to.string(), free >> 20);
+  return false;
+}
+
+/// Writes what the table has buffered; where that is impossible, counts it.
+bool SessionWriter::Impl::write_table(Table& table, std::uint64_t& lost_rows) noexcept {
+  if (open() && disk_has_room()) {
+    errno = 0;
+    if (table.write()) return true;
+    fail(errno ? std::strerror(errno) : h5_reason());
+  }
+  lost_rows += table.buffered();
+  disk_lost_unreported += table.buffered();
+  table.drop();
+  return false;
+}
+
+/// Patches and cuts first: every tick in the file has its cuts there too.
+void SessionWriter::Impl::write_all() noexcept {
+  const H5Quiet quiet;
+  const Nanos begin = now();
+  if (disk_lost_unreported > 0 && open() && disk_has_room()) {
+    SessionEvent gap;
+    gap.t = last_t;
+    gap.kind = EventKind::kFault;
+    gap.text = fmt::format("{{\"fault\": \"disk_full\", \"rows_lost\": {}}}", disk_lost_unreported);
+    disk_lost_unreported = 0;
+    add_event(gap);
+  }
+  Lost& l = status.lost;
+  write_table(patches, l.other_disk);
+  write_table(cuts, l.cuts_disk);
+  write_table(events, l.other_disk);
+  for (Table& stream : streams) write_table(stream, l.other_disk);
+  write_table(ticks, l.ticks_disk);
+  status.ticks = ticks.written();
+  status.cuts = cuts.written();
+  if (open()) {
+    bool good = true;
+    if (!(l == lost_in_file)) {
+      const auto losses = as_array(l);
+      good = overwrite(lost, H5T_NATIVE_UINT64, losses.data());
+      lost_in_file = l;
+    }
+    errno = 0;
+    if (!good || H5Fflush(h5.get(), H5F_SCOPE_GLOBAL) < 0) fail(errno ? std::strerror(errno) : h5_reason());
+  }
+  last_write = now();
+  status.slowest_flush = std::max(status.slowest_flush, last_write - begin);
+}
+
+void SessionWriter::Impl::add_event(const SessionEvent& event) {
+  std::string_view rest = event.text;
+  std::uint32_t part = 0;
+  do {
+    const std::size_t size = piece_of(rest, kEventText);
+    std::memcpy(events.cell(0), &event.t, sizeof event.t);
+    std::memcpy(events.cell(1), &event.kind, sizeof event.kind);
+    std::memcpy(events.cell(2), &part, sizeof part);
+    std::memset(events.cell(3), 0, kEventText);
+    std::memcpy(events.cell(3), rest.data(), size);
+    events.end_row();
+    if (events.full()) write_table(events, status.lost.other_disk);
+    rest.remove_prefix(size);
+    ++part;
+  } while (!rest.empty());
+}
+
+bool SessionWriter::Impl::close() noexcept {
+  const H5Quiet quiet;
+  ticks.close();
+  cuts.close();
+  patches.close();
+  events.close();
+  pictures.close();
+  for (Table& stream : streams) stream.close();
+  for (H5* dataset : {&lost, &complete, &volumes_after, &volumes_ideal, &pulp_distance, &field_hash, &png}) dataset->reset();
+  errno = 0;
+  const bool good = h5.reset();
+  if (!good) fail(errno ? std::strerror(errno) : h5_reason());
+  if (lock_fd >= 0) ::close(lock_fd);
+  lock_fd = -1;
+  return good;
+}
+
+SessionWriter::SessionWriter(const std::filesystem::path& file, const SessionHeader& header, const WriterOptions& options)
+    : impl_(std::make_unique<Impl>()) {
+  impl_->file = file;
+  impl_->options = options;
+  impl_->create(header);
+}
+
+SessionWriter::~SessionWriter() {
+  if (impl_->status.state == WriterStatus::State::kFinished) return;
+  impl_->write_all();
+  impl_->close();
+  std::error_code code;
+  if (impl_->options.whole_or_nothing) std::filesystem::remove(impl_->written_to, code);
+}
+
+void SessionWriter::append(std::span<const ServoTick> ticks) noexcept {
+  for (const ServoTick& tick : ticks) {
+    impl_->add(impl_->ticks, tick_columns(), tick);
+    impl_->last_t = tick.t;
+    if (impl_->ticks.full()) impl_->write_all();
+  }
+}
+
+void SessionWriter::append(std::span<const Cut> cuts) noexcept {
+  const H5Quiet quiet;
+  for (const Cut& cut : cuts) {
+    impl_->add(impl_->cuts, cut_columns(), cut);
+    if (impl_->cuts.full()) impl_->write_table(impl_->cuts, impl_->status.lost.cuts_disk);
+  }
+}
+
+void SessionWriter::append(std::span<const PatchUse> patches) noexcept {
+  const H5Quiet quiet;
+  for (const PatchUse& patch : patches) {
+    impl_->add(impl_->patches, patch_columns(), patch);
+    if (impl_->patches.full()) impl_->write_table(impl_->patches, impl_->status.lost.other_disk);
+  }
+}
+
+void SessionWriter::append(const SessionEvent& event) noexcept {
+  const H5Quiet quiet;
+  impl_->add_event(event);
+}
+
+void SessionWriter::event(Nanos t, EventKind kind, std::string_view text) noexcept {
+  append(SessionEvent{t, kind, std::string(text)});
+}
+
+void SessionWriter::append(std::size_t stream, Nanos t, std::span<const double> values) noexcept {
+  const H5Quiet quiet;
+  Table& table = impl_->streams[stream];
+  std::memcpy(table.cell(0), &t, sizeof t);
+  for (std::size_t i = 0; i < values.size(); ++i) std::memcpy(table.cell(i + 1), &values[i], sizeof(double));
+  table.end_row();
+  if (table.full()) impl_->write_table(table, impl_->status.lost.other_disk);
+}
+
+void SessionWriter::count_ring_losses(std::uint64_t ticks, std::uint64_t cuts) noexcept {
+  impl_->status.lost.ticks_ring = impl_->options.lost_before.ticks_ring + ticks;
+  impl_->status.lost.cuts_ring = impl_->options.lost_before.cuts_ring + cuts;
+}
+
+void SessionWriter::heartbeat() noexcept {
+  if (now() - impl_->last_write >= impl_->options.flush_interval) impl_->write_all();
+}
+
+void SessionWriter::flush() noexcept { impl_->write_all(); }
+
+bool SessionWriter::finish(const SessionResult& result) noexcept {
+  Impl& s = *impl_;
+  if (s.status.state == WriterStatus::State::kFinished) return true;
+  s.write_all();
+  const H5Quiet quiet;
+  if (s.open()) {
+    bool good = true;
+    if (result.has_volumes) good = overwrite(s.volumes_after, H5T_NATIVE_DOUBLE, in_mm3(result.volumes_after).data());
+    if (result.has_ideal) {
+      good = good && overwrite(s.volumes_ideal, H5T_NATIVE_DOUBLE, in_mm3(result.volumes_ideal).data());
+    }
+    if (result.min_pulp_distance >= 0) {
+      const double mm = result.min_pulp_distance * 1e3;
+      good = good && overwrite(s.pulp_distance, H5T_NATIVE_DOUBLE, &mm);
+    }
+    good = good && overwrite(s.field_hash, H5T_NATIVE_UINT64, &result.field_hash);
+    for (const SessionPicture& picture : result.pictures) {
+      if (!s.disk_has_room()) break;
+      const hsize_t count = picture.png.size(), end = s.png_bytes + count;
+      good = good && H5Dset_extent(s.png.get(), &end) >= 0;
+      if (count > 0 && good) {
+        H5 memory(H5Screate_simple(1, &count, nullptr), H5Sclose);
+        H5 space(H5Dget_space(s.png.get()), H5Sclose);
+        good = H5Sselect_hyperslab(space.get(), H5S_SELECT_SET, &s.png_bytes, nullptr, &count, nullptr) >= 0 &&
+               H5Dwrite(s.png.get(), H5T_NATIVE_UINT8, memory.get(), space.get(), H5P_DEFAULT, picture.png.data()) >= 0;
+      }
+      const std::uint64_t offset = s.png_bytes, bytes = count;
+      std::memset(s.pictures.cell(0), 0, kPictureText);
+      std::memcpy(s.pictures.cell(0), picture.name.data(), piece_of(picture.name, kPictureText));
+      std::memset(s.pictures.cell(1), 0, kPictureText);
+      std::memcpy(s.pictures.cell(1), picture.title.data(), piece_of(picture.title, kPictureText));
+      std::memcpy(s.pictures.cell(2), &offset, sizeof offset);
+      std::memcpy(s.pictures.cell(3), &bytes, sizeof bytes);
+      s.pictures.end_row();
+      if (s.pictures.full()) s.write_table(s.pictures, s.status.lost.other_disk);
+      s.png_bytes = end;
+    }
+    s.write_table(s.pictures, s.status.lost.other_disk);
+    // "complete" last, after everything else is in the file.
+    const std::uint64_t one = 1;
+    errno = 0;
+    if (!good || H5Fflush(s.h5.get(), H5F_SCOPE_GLOBAL) < 0 || !overwrite(s.complete, H5T_NATIVE_UINT64, &one)) {
+      s.fail(errno ? std::strerror(errno) : h5_reason());
+    }
+  }
+  const bool whole = s.open() && s.close();
+  std::error_code code;
+  if (whole && s.options.whole_or_nothing) {
+    std::filesystem::rename(s.written_to, s.file, code);
+    if (code) s.fail(code.message());
+  }
+  if (!whole || code) {
+    s.close();
+    if (s.options.whole_or_nothing) std::filesystem::remove(s.written_to, code);
+    return false;
+  }
+  s.status.state = WriterStatus::State::kFinished;
+  return !s.status.lost.any();
+}
+
+const WriterStatus& SessionWriter::status() const noexcept { return impl_->status; }
+
+}  // namespace typodont::session

@@ -1,0 +1,43 @@
+// A session as one self-contained HTML page: no script, no network, prints well, readable in light and dark.
+#pragma once
+
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "engine/session/score.h"
+#include "engine/session/session_file.h"
+#include "engine/session/strings.h"
+
+namespace typodont::session {
+
+struct ReportOptions {
+  Language language = Language::kEnglish;
+  std::vector<SessionPicture> more_pictures;  // beside those inside the session
+  std::optional<Score> score;                 // nothing: scored by score_session()
+};
+
+/// Reads a PNG for a report or a session. Throws Error when the file is not one.
+SessionPicture read_picture(const std::filesystem::path& png, std::string_view name, std::string_view title = "");
+
+/// Volumes, hand and result of a session, as far as they are in it. Without a result the volumes after are those before
+/// less what the ticks removed.
+ScoreInput score_input(const SessionReader& session);
+/// By the rules in the session's own scene.
+Score score_session(const SessionReader& session);
+
+std::string report_html(const SessionReader& session, const ReportOptions& options = {});
+
+/// One session among others.
+struct SessionSummary {
+  std::string file, date, trainee, scene;
+  bool truncated = false;
+  Score score;
+};
+SessionSummary summarize(const SessionReader& session);
+
+/// A trainee's sessions as one page: how the score and what counts in it went, scene by scene, in the order of dates.
+std::string learning_curve_html(std::span<const SessionSummary> sessions, Language language);
+
+}  // namespace typodont::session

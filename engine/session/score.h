@@ -1,0 +1,111 @@
+// Scores: pure functions from what was measured to points, each explained. A perfect result scores full; every worsening
+// lowers the score.
+#pragma once
+
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "engine/base/json.h"
+#include "engine/contract/contact.h"
+#include "engine/contract/tissue.h"
+
+namespace typodont::session {
+
+/// What the ticks say about the hand. Order of members as in the report.
+struct HandMeasures {
+  double time = 0;         // s, first tick to last
+  double contact_time = 0; // s with the head in tissue
+  double force_mean = 0;   // N, over the ticks in contact
+  double force_max = 0;    // N
+  double path_length = 0;  // m, of the head centre as held, tremor averaged out
+  int strokes = 0;         // times the head was put to the tissue and cut
+  double tremor_rms = 0;   // m, hand path above 5 Hz while in contact
+  std::uint64_t faults = 0;  // ticks with any fault bit
+};
+
+/// Feed ticks in order, in pieces of any size; memory does not grow with the session.
+class HandMeter {
+ public:
+  explicit HandMeter(double servo_rate);
+  void add(std::span<const ServoTick> ticks);
+  HandMeasures result() const;
+
+ private:
+  struct Filter {  // one second-order high-pass section per axis
+    dvec3 x1{0}, x2{0}, y1{0}, y2{0};
+  };
+  void end_stroke();
+
+  double rate_;
+  double b0_, a1_, a2_;
+  Filter filter_;
+  bool first_ = true;
+  Nanos t_first_ = 0, t_last_ = 0;
+  std::uint64_t ticks_ = 0, contact_ticks_ = 0, faults_ = 0, tremor_ticks_ = 0;
+  double force_sum_ = 0, force_max_ = 0, tremor_square_ = 0;
+  // Path: means of short blocks, joined.
+  std::uint64_t block_size_, block_count_ = 0;
+  dvec3 block_sum_{0}, last_mean_{0};
+  bool have_mean_ = false;
+  double path_ = 0;
+  // Strokes.
+  bool in_stroke_ = false;
+  Nanos last_contact_ = 0;
+  double removed_at_begin_ = 0, removed_last_ = 0;
+  int strokes_ = 0;
+};
+
+struct ScoreInput {
+  PerTissue before{};                     // m³
+  PerTissue after{};                      // m³
+  std::optional<PerTissue> ideal;         // m³ of the ideal result
+  HandMeasures hand;
+  std::optional<double> pulp_distance;    // m, nearest of the cut surface to the pulp
+};
+
+/// Which side of the target costs points.
+enum class Best { kAtMost, kAtLeast, kNear };
+
+/// `tolerance` beyond the target halves the points; twice that leaves a third.
+struct ScoreRule {
+  std::string name;  // one of known_score_names()
+  double target = 0;
+  double tolerance = 1;
+  double weight = 0;  // points for a perfect value; 0: shown, not counted
+  Best best = Best::kAtMost;
+  std::string source;  // where target and tolerance come from
+};
+
+struct ScoreItem {
+  std::string name;
+  double value = 0;
+  std::string unit;
+  double target = 0, tolerance = 0, weight = 0;
+  Best best = Best::kAtMost;
+  std::string source;
+  double points = 0;  // 0 .. weight
+};
+
+struct Score {
+  std::vector<ScoreItem> items;
+  double points = 0, full = 0;
+  double completion = 1;  // share of the task done (of what the ideal removes, else of the caries); scales every item,
+                          // so that doing nothing carefully earns nothing
+};
+
+std::vector<std::string> known_score_names();
+std::string_view unit_of(std::string_view score_name);
+
+/// The rules where a scene says nothing.
+std::vector<ScoreRule> default_rules(const ScoreInput& input);
+/// A scene's "score" block: {"rules": [{"name", "target", "tolerance", "weight", "best", "source"}…], "defaults": true}.
+/// Rules replace the defaults of the same name; "defaults": false starts from none. Throws Error.
+std::vector<ScoreRule> rules_from(const Json& block, const ScoreInput& input);
+
+/// Items whose value cannot be known (no ideal, no caries, no pulp distance) are left out, and so is their weight.
+Score score(const ScoreInput& input, std::span<const ScoreRule> rules);
+
+}  // namespace typodont::session

@@ -1,0 +1,33 @@
+#include "engine/session/session_data.h"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <ctime>
+
+namespace typodont::session {
+
+std::string SessionHeader::compiler_of_this_build() {
+#if defined(__clang__)
+  return "clang " __clang_version__;
+#else
+  return "g++ " __VERSION__;
+#endif
+}
+
+std::string iso_date_now() {
+  const std::time_t t = std::time(nullptr);
+  std::tm utc{};
+  gmtime_r(&t, &utc);
+  return fmt::format("{:04d}-{:02d}-{:02d}T{:02d}:{:02d}:{:02d}Z", utc.tm_year + 1900, utc.tm_mon + 1, utc.tm_mday,
+                     utc.tm_hour, utc.tm_min, utc.tm_sec);
+}
+
+std::string_view name_of(EventKind kind) noexcept {
+  static constexpr std::array<std::string_view, kEventKindCount> kNames = {"note", "tool", "view", "fault",
+                                                                          "task", "undo", "redo", "score"};
+  const auto i = static_cast<std::size_t>(kind);
+  return i < kNames.size() ? kNames[i] : "unknown";
+}
+
+}  // namespace typodont::session

@@ -1,0 +1,459 @@
+#include "engine/session/session_file.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <cstring>
+#include <fstream>
+
+#include "engine/base/error.h"
+#include "engine/base/json.h"
+#include "engine/session/format/hdf5.h"
+#include "engine/session/format/layout.h"
+#include "engine/session/recorder.h"
+
+namespace typodont::session {
+
+namespace {
+
+/// One table of the file, opened for reading. Rows beyond the intact ones do not exist.
+class TableReader {
+ public:
+  /// `salvage`: the file was cut off, so look how far every column can really be read.
+  void open(const std::filesystem::path& file, hid_t root, const std::string& path, const std::vector<std::string>& names,
+            bool salvage) {
+    file_ = file.string();
+    path_ = path;
+    if (H5Lexists(root, path.c_str(), H5P_DEFAULT) <= 0) throw Error(file_, path, "nothing", "this group");
+    H5 group(H5Gopen2(root, path.c_str(), H5P_DEFAULT), H5Gclose);
+    if (!group) throw Error(file_, path, "something else", "a group");
+    hsize_t fewest = H5S_UNLIMITED, most = 0;
+    for (const std::string& name : names) {
+      H5 dataset;
+      if (H5Lexists(group.get(), name.c_str(), H5P_DEFAULT) > 0) {
+        dataset = H5(H5Dopen2(group.get(), name.c_str(), H5P_DEFAULT), H5Dclose);
+      }
+      if (!dataset) throw Error(file_, path + "/" + name, "nothing", "this column");
+      H5 space(H5Dget_space(dataset.get()), H5Sclose);
+      hsize_t rows = 0;
+      if (H5Sget_simple_extent_ndims(space.get()) != 1 ||
+          H5Sget_simple_extent_dims(space.get(), &rows, nullptr) != 1 || rows > kMostRows) {
+        throw Error(file_, path + "/" + name, "another shape", "one row per entry");
+      }
+      fewest = std::min(fewest, rows);
+      most = std::max(most, rows);
+      datasets_.push_back(std::move(dataset));
+    }
+    rows_ = names.empty() ? 0 : fewest;
+    if (salvage) {
+      find_intact_rows();
+    } else if (fewest != most) {
+      throw Error(file_, path, fmt::format("columns of {} to {} rows", fewest, most), "columns of one length");
+    }
+  }
+
+  hsize_t rows() const { return rows_; }
+  void limit(hsize_t rows) { rows_ = std::min(rows_, rows); }
+
+  /// Reads rows [first, first + count) of a column. Throws Error when the file is damaged there.
+  void read(std::size_t column, hid_t type, std::size_t size, hsize_t first, hsize_t count,
+            std::vector<std::byte>& out) const {
+    out.resize(size * count);
+    if (!try_read(column, type, first, count, out.data())) {
+      throw Error(file_, fmt::format("{}, rows {} to {}", path_, first, first + count), "damaged data", "an intact file");
+    }
+  }
+
+ private:
+  static constexpr hsize_t kMostRows = hsize_t{1} << 40;
+
+  bool try_read(std::size_t column, hid_t type, hsize_t first, hsize_t count, std::byte* out) const {
+    if (count == 0) return true;
+    const H5& dataset = datasets_[column];
+    H5 space(H5Dget_space(dataset.get()), H5Sclose);
+    H5 memory(H5Screate_simple(1, &count, nullptr), H5Sclose);
+    return H5Sselect_hyperslab(space.get(), H5S_SELECT_SET, &first, nullptr, &count, nullptr) >= 0 &&
+           H5Dread(dataset.get(), type, memory.get(), space.get(), H5P_DEFAULT, out) >= 0;
+  }
+
+  void find_intact_rows() {
+    std::vector<std::byte> scratch;
+    for (std::size_t i = 0; i < datasets_.size(); ++i) {
+      H5 type(H5Dget_type(datasets_[i].get()), H5Tclose);
+      H5 properties(H5Dget_create_plist(datasets_[i].get()), H5Pclose);
+      const std::size_t size = H5Tget_size(type.get());
+      hsize_t chunk = 0;
+      if (H5Pget_layout(properties.get()) != H5D_CHUNKED || H5Pget_chunk(properties.get(), 1, &chunk) != 1 ||
+          chunk == 0 || size == 0 || size * chunk > (hsize_t{1} << 28)) {
+        rows_ = 0;
+        return;
+      }
+      scratch.resize(size * chunk);
+      for (hsize_t first = 0; first < rows_; first += chunk) {
+        // A chunk that was never written reads as zeros without an error: where it is missing the rows end, too.
+        const bool there = chunk_exists(i, first);
+        if (!there || !try_read(i, type.get(), first, std::min(chunk, rows_ - first), scratch.data())) rows_ = first;
+      }
+    }
+  }
+
+  bool chunk_exists(std::size_t column, hsize_t first) const {
+    unsigned mask = 0;
+    haddr_t address = HADDR_UNDEF;
+    hsize_t bytes = 0;
+    return H5Dget_chunk_info_by_coord(datasets_[column].get(), &first, &mask, &address, &bytes) >= 0 &&
+           address != HADDR_UNDEF;
+  }
+
+  std::string file_, path_;
+  std::vector<H5> datasets_;
+  hsize_t rows_ = 0;
+};
+
+template <class Message>
+std::vector<std::string> names_of(const std::vector<Column<Message>>& columns) {
+  std::vector<std::string> names;
+  for (const auto& column : columns) {
+    if (column.in_file) names.push_back(column.name);
+  }
+  return names;
+}
+
+template <class Message>
+std::vector<Message> read_messages(const TableReader& table, const std::vector<Column<Message>>& columns, hsize_t first,
+                                   hsize_t count) {
+  std::vector<Message> messages(count);
+  std::vector<std::byte> cells;
+  std::size_t i = 0;
+  for (const auto& column : columns) {
+    if (!column.in_file) continue;
+    if (column.set) {
+      const std::size_t size = size_of(column.type);
+      table.read(i, h5_type(column.type), size, first, count, cells);
+      for (hsize_t row = 0; row < count; ++row) column.set(messages[row], cells.data() + row * size);
+    }
+    ++i;
+  }
+  return messages;
+}
+
+template <class T>
+std::vector<T> read_numbers(const TableReader& table, std::size_t column) {
+  std::vector<std::byte> cells;
+  table.read(column, h5_type(type_of<T>()), sizeof(T), 0, table.rows(), cells);
+  std::vector<T> numbers(table.rows());
+  if (!numbers.empty()) std::memcpy(numbers.data(), cells.data(), cells.size());
+  return numbers;
+}
+
+std::vector<std::string> read_texts(const TableReader& table, std::size_t column, std::size_t size) {
+  std::vector<std::byte> cells;
+  H5 type = h5_string_type(size);
+  table.read(column, type.get(), size, 0, table.rows(), cells);
+  std::vector<std::string> texts;
+  for (std::size_t row = 0; row < table.rows(); ++row) {
+    std::string text(reinterpret_cast<const char*>(cells.data()) + row * size, size);
+    while (!text.empty() && text.back() == '\0') text.pop_back();
+    texts.push_back(std::move(text));
+  }
+  return texts;
+}
+
+/// A file that was cut short, with zeros for what is missing at its end (they fail the checksums): HDF5 then opens it.
+/// Nothing when it is not such a file, or there is no place for a copy.
+std::optional<std::filesystem::path> lengthened_copy(const std::filesystem::path& file) {
+  // Superblock version 3: signature of 8 bytes, version, size of offsets; the end of the file at byte 28.
+  std::array<char, 48> block{};
+  std::ifstream(file, std::ios::binary).read(block.data(), block.size());
+  if (std::memcmp(block.data(), "\x89HDF\r\n\x1a\n\x03\x08", 10) != 0) return std::nullopt;
+  std::uint64_t end = 0;
+  std::memcpy(&end, block.data() + 28, sizeof end);
+  std::error_code code;
+  const std::uint64_t size = std::filesystem::file_size(file, code);
+  if (code || end <= size || end > (std::uint64_t{1} << 42)) return std::nullopt;
+  for (const auto& folder : {file.parent_path(), std::filesystem::temp_directory_path(code)}) {
+    const auto copy = folder / fmt::format(".{}.{}.salvage", file.filename().string(), getpid());
+    if (std::filesystem::copy_file(file, copy, std::filesystem::copy_options::overwrite_existing, code)) {
+      std::filesystem::permissions(copy, std::filesystem::perms::owner_read | std::filesystem::perms::owner_write, code);
+      std::filesystem::resize_file(copy, end, code);  // sparse
+      if (!code) return copy;
+    }
+    std::filesystem::remove(copy, code);
+  }
+  return std::nullopt;
+}
+
+/// A small dataset of exactly `count` numbers (0: a scalar); false when it is not there.
+bool read_fixed(hid_t parent, const char* name, hid_t type, hsize_t count, void* out) {
+  if (H5Lexists(parent, name, H5P_DEFAULT) <= 0) return false;
+  H5 dataset(H5Dopen2(parent, name, H5P_DEFAULT), H5Dclose);
+  if (!dataset) return false;
+  H5 space(H5Dget_space(dataset.get()), H5Sclose);
+  return H5Sget_simple_extent_npoints(space.get()) == static_cast<hssize_t>(std::max<hsize_t>(count, 1)) &&
+         H5Dread(dataset.get(), type, H5S_ALL, H5S_ALL, H5P_DEFAULT, out) >= 0;
+}
+
+}  // namespace
+
+struct SessionReader::Impl {
+  std::filesystem::path file;
+  SessionHeader header;
+  bool truncated = false, being_recorded = false, marked = false;
+  Lost lost;
+  H5 h5;
+  TableReader ticks;
+  std::vector<Cut> cuts;
+  std::vector<PatchUse> patches;
+  std::vector<SessionEvent> events;
+  std::vector<StreamData> streams;
+  std::optional<SessionResult> result;
+
+  void open();
+  void read_header();
+  void read_events(const TableReader& table);
+  void read_result();
+};
+
+void SessionReader::Impl::open() {
+  const H5Quiet quiet;
+  std::error_code code;
+  if (std::filesystem::is_directory(file, code)) throw Error(file.string(), "", "a directory", "a session (.h5)");
+  if (!std::filesystem::exists(file, code)) throw Error(file.string(), "", "nothing", "a session (.h5)");
+  if (access(file.c_str(), R_OK) != 0) throw Error(file.string(), "", std::strerror(errno), "a readable file");
+  being_recorded = is_being_recorded(file);
+  const auto open_as = [&](const std::filesystem::path& path, unsigned flags) {
+    // Where a checksum is wrong because a writer is at work, HDF5 tries again after a pause that doubles each time: 20
+    // times is a millisecond, its own 100 would be for ever.
+    H5 properties(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
+    if (flags & H5F_ACC_SWMR_READ) H5Pset_metadata_read_attempts(properties.get(), being_recorded ? 20 : 1);
+    h5 = H5(H5Fopen(path.c_str(), flags, properties.get()), H5Fclose);
+    return static_cast<bool>(h5);
+  };
+  // A writer that was killed leaves its mark in the file, and the ordinary way of opening refuses it; the way for
+  // concurrent readers takes it. Neither takes a file shorter than it says it is.
+  if (!open_as(file, H5F_ACC_RDONLY)) {
+    marked = true;
+    if (!open_as(file, H5F_ACC_RDONLY | H5F_ACC_SWMR_READ)) {
+      const std::string why = h5_reason();
+      if (const auto copy = lengthened_copy(file)) {
+        if (!open_as(*copy, H5F_ACC_RDONLY)) open_as(*copy, H5F_ACC_RDONLY | H5F_ACC_SWMR_READ);
+        std::filesystem::remove(*copy, code);  // what is open stays readable
+      }
+      if (!h5) throw Error(file.string(), "", fmt::format("no intact HDF5 file ({})", why), "a session (.h5)");
+    }
+  }
+  std::string format;
+  std::uint64_t version = 0, complete = 0;
+  if (!get_attribute(h5.get(), "format", format) || format != kFormatName) {
+    throw Error(file.string(), "attribute \"format\"", format.empty() ? "nothing" : format.substr(0, 40), kFormatName);
+  }
+  if (!get_attribute(h5.get(), "format_version", version) || version != kFormatVersion) {
+    throw Error(file.string(), "attribute \"format_version\"", std::to_string(version), std::to_string(kFormatVersion));
+  }
+  read_fixed(h5.get(), "complete", H5T_NATIVE_UINT64, 0, &complete);
+  truncated = complete != 1 || (marked && !being_recorded);
+  read_header();
+
+  std::array<std::uint64_t, 5> losses{};
+  if (read_fixed(h5.get(), "lost", H5T_NATIVE_UINT64, losses.size(), losses.data())) {
+    lost = {losses[0], losses[1], losses[2], losses[3], losses[4]};
+  }
+  const auto open_table = [&](TableReader& table, const std::string& path, const std::vector<std::string>& names) {
+    table.open(file, h5.get(), path, names, truncated);
+  };
+  // The ticks first: what a writer at work adds meanwhile to cuts and patches is then at least as far.
+  open_table(ticks, "ticks", names_of(tick_columns()));
+  TableReader table;
+  open_table(table, "cuts", names_of(cut_columns()));
+  cuts = read_messages(table, cut_columns(), 0, table.rows());
+  table = {};
+  open_table(table, "patches", names_of(patch_columns()));
+  patches = read_messages(table, patch_columns(), 0, table.rows());
+  table = {};
+  open_table(table, "events", {"t_ns", "kind", "part", "text"});
+  read_events(table);
+  for (const StreamSpec& spec : header.streams) {
+    std::vector<std::string> names = {"t_ns"};
+    for (const auto& column : spec.columns) names.push_back(column.name);
+    table = {};
+    open_table(table, "streams/" + spec.name, names);
+    StreamData data;
+    data.t = read_numbers<Nanos>(table, 0);
+    for (std::size_t i = 1; i < names.size(); ++i) data.columns.push_back(read_numbers<double>(table, i));
+    streams.push_back(std::move(data));
+  }
+  if (!truncated) read_result();
+}
+
+void SessionReader::Impl::read_header() {
+  const hid_t root = h5.get();
+  const std::string name = file.string();
+  H5 group(H5Gopen2(root, "header", H5P_DEFAULT), H5Gclose);
+  if (!group) throw Error(name, "header", "nothing", "a group");
+  const auto need = [&](bool there, const char* what) {
+    if (!there) throw Error(name, what, "nothing", "a value");
+  };
+  double voxel_mm = 0;
+  std::string files, seeds, tools, stream_specs;
+  need(get_attribute(root, "program_version", header.program_version), "program_version");
+  need(get_attribute(root, "compiler", header.compiler), "compiler");
+  need(get_attribute(root, "date", header.date), "date");
+  need(get_attribute(root, "hand", header.hand), "hand");
+  need(get_attribute(root, "trainee", header.trainee), "trainee");
+  need(get_attribute(root, "servo_rate_Hz", header.servo_rate), "servo_rate_Hz");
+  need(get_attribute(root, "voxel_mm", voxel_mm), "voxel_mm");
+  need(read_text(group.get(), "scene", header.scene_json), "header/scene");
+  need(read_text(group.get(), "rig", header.rig_json), "header/rig");
+  need(read_text(group.get(), "files", files), "header/files");
+  need(read_text(group.get(), "seeds", seeds), "header/seeds");
+  need(read_text(group.get(), "tools", tools), "header/tools");
+  need(read_text(group.get(), "streams", stream_specs), "header/streams");
+  need(read_fixed(group.get(), "volumes_before_mm3", H5T_NATIVE_DOUBLE, kTissueCount, header.volumes_before.data()),
+       "header/volumes_before_mm3");
+  for (double& v : header.volumes_before) v /= 1e9;
+  header.voxel = voxel_mm / 1e3;
+  if (!std::isfinite(header.servo_rate) || header.servo_rate <= 0) {
+    throw Error(name, "servo_rate_Hz", fmt::format("{}", header.servo_rate), "a rate above 0");
+  }
+
+  for (const Json& f : Json::parse(files, name + ": header/files").items()) {
+    header.files.push_back({f["path"].string(), static_cast<std::uint64_t>(f["bytes"].integer(0)), f["hash"].string()});
+  }
+  for (const Json& s : Json::parse(seeds, name + ": header/seeds").items()) {
+    const std::string digits = s["seed"].string();
+    std::uint64_t seed = 0;
+    const auto parsed = std::from_chars(digits.data(), digits.data() + digits.size(), seed);
+    if (parsed.ec != std::errc() || parsed.ptr != digits.data() + digits.size()) s["seed"].fail("an integer as text");
+    header.seeds.emplace_back(s["name"].string(), seed);
+  }
+  for (const Json& t : Json::parse(tools, name + ": header/tools").items()) header.tools.push_back(t.string());
+  for (const Json& s : Json::parse(stream_specs, name + ": header/streams").items()) {
+    StreamSpec spec;
+    spec.name = s["name"].string();
+    for (const Json& c : s["columns"].items()) spec.columns.push_back({c["name"].string(), c["unit"].string()});
+    header.streams.push_back(std::move(spec));
+  }
+}
+
+void SessionReader::Impl::read_events(const TableReader& table) {
+  const auto t = read_numbers<Nanos>(table, 0);
+  const auto kind = read_numbers<std::uint8_t>(table, 1);
+  const auto part = read_numbers<std::uint32_t>(table, 2);
+  const auto text = read_texts(table, 3, kEventText);
+  for (std::size_t i = 0; i < t.size(); ++i) {
+    if (part[i] > 0 && !events.empty()) {
+      events.back().text += text[i];
+    } else {
+      const bool known = kind[i] < kEventKindCount;
+      events.push_back({t[i], known ? static_cast<EventKind>(kind[i]) : EventKind::kNote, text[i]});
+    }
+  }
+}
+
+void SessionReader::Impl::read_result() {
+  SessionResult r;
+  H5 group(H5Gopen2(h5.get(), "result", H5P_DEFAULT), H5Gclose);
+  if (!group) throw Error(file.string(), "result", "nothing", "a group");
+  const auto volumes = [&](const char* name, PerTissue& out) {
+    if (!read_fixed(group.get(), name, H5T_NATIVE_DOUBLE, kTissueCount, out.data())) return false;
+    for (double& v : out) v /= 1e9;
+    return std::all_of(out.begin(), out.end(), [](double v) { return std::isfinite(v); });
+  };
+  r.has_volumes = volumes("volumes_after_mm3", r.volumes_after);
+  r.has_ideal = volumes("volumes_ideal_mm3", r.volumes_ideal);
+  if (!r.has_volumes) r.volumes_after = {};
+  if (!r.has_ideal) r.volumes_ideal = {};
+  double mm = -1;
+  read_fixed(group.get(), "min_pulp_distance_mm", H5T_NATIVE_DOUBLE, 0, &mm);
+  r.min_pulp_distance = std::isfinite(mm) ? mm / 1e3 : -1;
+  read_fixed(group.get(), "field_hash", H5T_NATIVE_UINT64, 0, &r.field_hash);
+
+  TableReader index, bytes;
+  index.open(file, h5.get(), "pictures", {"name", "title", "offset", "bytes"}, false);
+  bytes.open(file, h5.get(), "pictures", {"png"}, false);
+  const auto names = read_texts(index, 0, kPictureText), titles = read_texts(index, 1, kPictureText);
+  const auto offsets = read_numbers<std::uint64_t>(index, 2), sizes = read_numbers<std::uint64_t>(index, 3);
+  std::vector<std::byte> cells;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    if (offsets[i] > bytes.rows() || sizes[i] > bytes.rows() - offsets[i]) {
+      throw Error(file.string(), fmt::format("pictures, row {}", i), "bytes beyond the end", "an intact file");
+    }
+    bytes.read(0, H5T_NATIVE_UINT8, 1, offsets[i], sizes[i], cells);
+    const auto* data = reinterpret_cast<const std::uint8_t*>(cells.data());
+    r.pictures.push_back({names[i], titles[i], {data, data + cells.size()}});
+  }
+  result = std::move(r);
+}
+
+SessionReader::SessionReader(const std::filesystem::path& file) : impl_(std::make_unique<Impl>()) {
+  impl_->file = file;
+  impl_->open();
+}
+SessionReader::~SessionReader() = default;
+SessionReader::SessionReader(SessionReader&&) noexcept = default;
+SessionReader& SessionReader::operator=(SessionReader&&) noexcept = default;
+
+const std::filesystem::path& SessionReader::file() const { return impl_->file; }
+const SessionHeader& SessionReader::header() const { return impl_->header; }
+bool SessionReader::truncated() const { return impl_->truncated; }
+bool SessionReader::being_recorded() const { return impl_->being_recorded; }
+const Lost& SessionReader::lost() const { return impl_->lost; }
+std::uint64_t SessionReader::tick_count() const { return impl_->ticks.rows(); }
+
+std::vector<ServoTick> SessionReader::ticks(std::uint64_t first, std::uint64_t count) const {
+  const H5Quiet quiet;
+  first = std::min(first, tick_count());
+  return read_messages(impl_->ticks, tick_columns(), first, std::min(count, tick_count() - first));
+}
+
+const std::vector<Cut>& SessionReader::cuts() const { return impl_->cuts; }
+const std::vector<PatchUse>& SessionReader::patches() const { return impl_->patches; }
+const std::vector<SessionEvent>& SessionReader::events() const { return impl_->events; }
+const std::vector<StreamData>& SessionReader::streams() const { return impl_->streams; }
+const std::optional<SessionResult>& SessionReader::result() const { return impl_->result; }
+
+bool repair_session(const std::filesystem::path& file) {
+  const std::filesystem::path partial = file.string() + fmt::format(".{}.repaired", getpid());
+  {
+    const SessionReader reader(file);
+    // One that was closed by its writer, even without its end, is an ordinary file already.
+    if (!reader.impl_->marked || reader.being_recorded()) return false;
+    WriterOptions options;
+    options.lost_before = reader.lost();
+    options.disk_reserve = 0;
+    SessionWriter writer(partial, reader.header(), options);
+    writer.append(reader.patches());
+    writer.append(reader.cuts());
+    for (const SessionEvent& event : reader.events()) writer.append(event);
+    for (std::size_t s = 0; s < reader.streams().size(); ++s) {
+      const StreamData& stream = reader.streams()[s];
+      std::vector<double> values(stream.columns.size());
+      for (std::size_t row = 0; row < stream.t.size(); ++row) {
+        for (std::size_t i = 0; i < values.size(); ++i) values[i] = stream.columns[i][row];
+        writer.append(s, stream.t[row], values);
+      }
+    }
+    constexpr std::uint64_t kPiece = 4096;
+    for (std::uint64_t first = 0; first < reader.tick_count(); first += kPiece) writer.append(reader.ticks(first, kPiece));
+    writer.flush();
+    if (writer.status().state != WriterStatus::State::kRecording) {
+      std::error_code code;
+      std::filesystem::remove(partial, code);
+      throw Error(file.string(), "", writer.status().message, "a writable place to repair it");
+    }
+  }
+  std::error_code code;
+  std::filesystem::rename(partial, file, code);
+  if (code) {
+    const std::string why = code.message();
+    std::filesystem::remove(partial, code);
+    throw Error(file.string(), "", why, "a writable place to repair it");
+  }
+  return true;
+}
+
+}  // namespace typodont::session

@@ -1,0 +1,2 @@
+typodont_test(unit_haptics KIND unit SOURCES unit/haptics_contact_test.cpp unit/haptics_cutting_test.cpp
+              LIBS typodont_haptics)

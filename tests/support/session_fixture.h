@@ -1,0 +1,157 @@
+// Sessions for tests: ticks whose every field is filled with awkward numbers, from a seed.
+#pragma once
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <cstring>
+#include <filesystem>
+#include <limits>
+#include <random>
+#include <vector>
+
+#include "engine/contract/contact.h"
+#include "engine/session/session_data.h"
+
+namespace typodont::session::test {
+
+/// A folder that goes when the test ends.
+struct TemporaryFolder {
+  TemporaryFolder() {
+    const auto* info = testing::UnitTest::GetInstance()->current_test_info();
+    path = std::filesystem::temp_directory_path() /
+           ("typodont_session_" + std::string(info->name()) + "_" + std::to_string(getpid()));
+    std::filesystem::remove_all(path);
+    std::filesystem::create_directories(path);
+  }
+  ~TemporaryFolder() {
+    std::error_code code;
+    std::filesystem::remove_all(path, code);
+  }
+  TemporaryFolder(const TemporaryFolder&) = delete;
+  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+  std::filesystem::path operator/(const std::string& name) const { return path / name; }
+  std::filesystem::path path;
+};
+
+struct Random {
+  std::mt19937_64 engine;
+  explicit Random(std::uint64_t seed) : engine(seed) {}
+  double number(double scale) { return std::uniform_real_distribution<double>(-scale, scale)(engine); }
+  dvec3 vec(double scale) { return {number(scale), number(scale), number(scale)}; }
+  Pose pose(double scale) {
+    return {vec(scale), glm::normalize(dquat(number(1), number(1), number(1), number(1)))};
+  }
+};
+
+inline ServoTick random_tick(std::uint64_t index, Random& random) {
+  ServoTick t;
+  t.index = index;
+  t.t = static_cast<Nanos>(index) * 1'000'003;
+  t.X_WT = random.pose(0.02);
+  t.X_WG = random.pose(0.02);
+  t.f_T_W = random.vec(3);
+  t.tau_T_W = random.vec(0.01);
+  t.pedal = std::abs(random.number(1));
+  t.depth = std::abs(random.number(1e-3));
+  t.n_C_W = glm::normalize(random.vec(1));
+  t.contact_area = std::abs(random.number(1e-6));
+  for (int i = 1; i < kTissueCount; ++i) t.removed[i] = std::abs(random.number(1e-9));
+  t.tissue = static_cast<Tissue>(random.engine() % kTissueCount);
+  t.spindle = random.number(4e4);
+  t.cutting_power = std::abs(random.number(2));
+  t.energy = random.number(1e-2);
+  t.cpu_time = static_cast<Nanos>(random.engine() % 100'000);
+  t.faults = static_cast<std::uint32_t>(random.engine() & 0x1ff);
+  t.patch = static_cast<std::uint32_t>(random.engine());
+  t.cuts = random.engine();
+  return t;
+}
+
+inline std::vector<ServoTick> random_ticks(std::size_t count, std::uint64_t seed, std::uint64_t first = 0) {
+  Random random(seed);
+  std::vector<ServoTick> ticks;
+  for (std::size_t i = 0; i < count; ++i) ticks.push_back(random_tick(first + i, random));
+  return ticks;
+}
+
+inline std::vector<Cut> random_cuts(std::size_t count, std::uint64_t seed) {
+  Random random(seed);
+  std::vector<Cut> cuts;
+  for (std::size_t i = 0; i < count; ++i) {
+    Cut c;
+    c.index = i + 1;
+    c.tick = 3 * i;
+    c.t = static_cast<Nanos>(i) * 999;
+    c.X_WA = random.pose(0.02);
+    c.X_WB = random.pose(0.02);
+    c.tool = static_cast<std::uint32_t>(i % 3);
+    for (int k = 1; k < kTissueCount; ++k) c.removed[k] = std::abs(random.number(1e-12));
+    c.n_C_W = random.vec(1);
+    c.spindle = random.number(4e4);
+    cuts.push_back(c);
+  }
+  return cuts;
+}
+
+inline std::vector<PatchUse> random_patches(std::size_t count, std::uint64_t seed) {
+  Random random(seed);
+  std::vector<PatchUse> patches;
+  for (std::size_t i = 0; i < count; ++i) {
+    patches.push_back({static_cast<std::uint32_t>(i + 1), random.engine(), random.engine(), random.vec(0.01)});
+  }
+  return patches;
+}
+
+inline SessionHeader some_header() {
+  SessionHeader h;
+  h.scene_json = "{\"name\": \"Zähne, 牙齿\", \"score\": {}}";
+  h.rig_json = "{\"display\": \"offscreen\"}";
+  h.files = {{"teeth/molar.vdb", 1234567, "fnv1a64:0123456789abcdef"}};
+  h.hand = "script:hand.csv";
+  h.seeds = {{"tremor", 0xfedcba9876543210u}, {"debris", 7}};
+  h.tools = {"round_012", "round_014"};
+  h.streams = {{"head", {{"head_x_m", "m"}, {"head_y_m", "m"}}}, {"sound", {{"level", ""}}}};
+  h.servo_rate = 1000;
+  h.voxel = 1e-4;
+  h.volumes_before[1] = 3.25e-7;
+  h.date = "2025-01-02T03:04:05Z";
+  return h;
+}
+
+template <class T>
+bool same_bits(const T& a, const T& b) {
+  return std::memcmp(&a, &b, sizeof(T)) == 0;
+}
+
+inline bool same_bits(const Pose& a, const Pose& b) {
+  return same_bits(a.p.x, b.p.x) && same_bits(a.p.y, b.p.y) && same_bits(a.p.z, b.p.z) && same_bits(a.R.w, b.R.w) &&
+         same_bits(a.R.x, b.R.x) && same_bits(a.R.y, b.R.y) && same_bits(a.R.z, b.R.z);
+}
+
+/// What a replay compares.
+inline bool same_for_replay(const ServoTick& a, const ServoTick& b) {
+  return a.index == b.index && a.t == b.t && same_bits(a.X_WT, b.X_WT) && same_bits(a.X_WG.R, b.X_WG.R) &&
+         same_bits(a.f_T_W, b.f_T_W) && same_bits(a.n_C_W, b.n_C_W) && same_bits(a.pedal, b.pedal) &&
+         same_bits(a.cutting_power, b.cutting_power) && a.tissue == b.tissue && a.faults == b.faults &&
+         a.patch == b.patch && a.cuts == b.cuts && a.cpu_time == b.cpu_time;
+}
+
+inline bool same(const Cut& a, const Cut& b) {
+  return a.index == b.index && a.tick == b.tick && a.t == b.t && same_bits(a.X_WA, b.X_WA) &&
+         same_bits(a.X_WB, b.X_WB) && a.tool == b.tool && same_bits(a.removed, b.removed) &&
+         same_bits(a.n_C_W, b.n_C_W) && same_bits(a.spindle, b.spindle);
+}
+
+inline bool same(const PatchUse& a, const PatchUse& b) {
+  return a.patch == b.patch && a.first_tick == b.first_tick && a.cuts == b.cuts && same_bits(a.center_W, b.center_W);
+}
+
+/// Units in the last place between two doubles of the same sign.
+inline double ulps(double a, double b) {
+  if (a == b) return 0;
+  return std::abs(a - b) / (std::nextafter(std::abs(a), std::numeric_limits<double>::infinity()) - std::abs(a));
+}
+
+}  // namespace typodont::session::test

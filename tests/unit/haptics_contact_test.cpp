@@ -1,0 +1,162 @@
+// Contact forces against analytic answers.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "engine/base/units.h"
+#include "tests/support/haptic_bench.h"
+#include "tests/support/no_alloc.h"
+
+namespace typodont {
+namespace {
+
+using namespace literals;
+using haptics::Servo;
+using haptics::ServoSettings;
+using haptics::Tool;
+using test::HapticBench;
+
+ServoSettings settings(double diameter) {
+  ServoSettings s;
+  s.tool.diameter = s.tool.length = diameter;
+  s.friction = false;
+  return s;
+}
+
+constexpr const char* kSphere = R"({"voxel_mm": %g, "solids": [{"tissue": "enamel", "solid": {"sphere": {"radius_mm": 5}}}]})";
+
+std::string sphere(double voxel) {
+  char text[200];
+  std::snprintf(text, sizeof text, kSphere, voxel);
+  return text;
+}
+
+struct SlideError {
+  double direction = 0;  // rad, worst
+  double magnitude = 0;  // relative, worst
+};
+
+/// A bur of 1 mm held half a millimetre deep is led over the sphere at 30 mm/s.
+SlideError slide_over_sphere(double voxel_mm) {
+  HapticBench bench(sphere(voxel_mm), settings(1.0_mm));
+  SlideError worst;
+  const double held = 5.0_mm;  // from the sphere's centre; the proxy belongs at 5.5 mm
+  for (double r = 7.0_mm; r > held; r -= 0.05_mm) bench.tick({{r * 0.6, r * 0.48, r * 0.64}});
+  for (int i = 0; i < 400; ++i) {
+    const double a = i * 30.0_mm * 1e-3 / held;
+    const dvec3 u = std::cos(a) * dvec3(0.6, 0.48, 0.64) + std::sin(a) * glm::normalize(dvec3(0.64, 0, -0.6));
+    const ServoTick& tick = bench.tick({held * u});
+    if (i < 3) continue;  // the first steps still approach
+    const dvec3 f = tick.f_T_W;
+    worst.direction = std::max(worst.direction, glm::length(glm::cross(f / glm::length(f), u)));
+    worst.magnitude = std::max(worst.magnitude, std::abs(glm::length(f) / 0.5 - 1));
+    EXPECT_EQ(tick.faults, 0u);
+  }
+  return worst;
+}
+
+TEST(Contact, OnASphereForceIsWithinTwoHundredthsOfADegreeAndTwoHundredthsOfAPercent) {
+  const SlideError error = slide_over_sphere(0.1);
+  RecordProperty("direction_deg", std::to_string(error.direction / kDegree));
+  std::printf("h 0.1: %.2e deg, %.2e\n", error.direction / kDegree, error.magnitude);
+  EXPECT_LT(error.direction / kDegree, 0.02);
+  EXPECT_LT(error.magnitude, 2e-4);
+}
+
+TEST(Contact, HalvingTheVoxelQuartersTheDirectionErrorAndCutsTheMagnitudeErrorEightfold) {
+  const SlideError coarse = slide_over_sphere(0.4), fine = slide_over_sphere(0.2);
+  std::printf("h 0.4: %.2e deg, %.2e; h 0.2: %.2e deg %.2e\n", coarse.direction / kDegree, coarse.magnitude,
+              fine.direction / kDegree, fine.magnitude);
+  EXPECT_LT(fine.direction, coarse.direction / 4);
+  EXPECT_LT(fine.magnitude, coarse.magnitude / 8);
+}
+
+TEST(Contact, AVGrooveSeatsTheBallOnBothWalls) {
+  // A groove along y, half-angle 45 degrees, its bottom at the origin: the centre rests at rho / sin(alpha).
+  const char* groove = R"({"voxel_mm": 0.1, "domain_mm": [[-4,-3,-3],[4,3,4]], "solids": [
+    {"tissue": "enamel", "solid": {"halfspace": {"normal": [1, 0, 1], "offset_mm": 0}}},
+    {"tissue": "enamel", "solid": {"halfspace": {"normal": [-1, 0, 1], "offset_mm": 0}}}]})";
+  HapticBench bench(groove, settings(1.0_mm));
+  const double seat = 0.5_mm / std::sin(45.0_deg);
+  for (double z = 2.0_mm; z > seat - 0.3_mm; z -= 0.02_mm) bench.tick({{0, 0, z}});
+  for (int i = 0; i < 20; ++i) bench.tick({{0, 0, seat - 0.3_mm}});
+  EXPECT_NEAR(bench.last.X_WG.p.z, seat, 1e-7);
+  EXPECT_NEAR(bench.last.f_T_W.z, 0.3, 1e-4);
+  EXPECT_LT(std::abs(bench.last.f_T_W.x), 1e-4);
+}
+
+TEST(Contact, TheForceTurnsContinuouslyOverAConvexEdge) {
+  const char* box = R"({"voxel_mm": 0.1, "solids": [{"tissue": "enamel", "solid": {"box": {"size_mm": [6,6,6]}}}]})";
+  HapticBench bench(box, settings(1.0_mm));
+  dvec3 previous(0);
+  double jump = 0;
+  for (double z = 5.0_mm; z > 3.3_mm; z -= 0.02_mm) bench.tick({{0, 0, z}});
+  // Around the edge at 0.3 mm outside the box, with the ball's radius of 0.5 mm: 0.2 mm deep all the way.
+  for (double s = 0; s < 7.0_mm; s += 0.01_mm) {
+    dvec3 p;
+    if (s < 3.0_mm) p = {s, 0, 3.3_mm};
+    else if (s < 3.0_mm + 0.3_mm * kPi / 2) p = dvec3(3.0_mm, 0, 3.0_mm) + 0.3_mm * dvec3(std::sin((s - 3.0_mm) / 0.3_mm), 0, std::cos((s - 3.0_mm) / 0.3_mm));
+    else p = {3.3_mm, 0, 3.0_mm - (s - 3.0_mm - 0.3_mm * kPi / 2)};
+    bench.tick({p});
+    if (s > 0.1_mm) {
+      jump = std::max(jump, glm::length(bench.last.f_T_W - previous));
+      EXPECT_NEAR(glm::length(bench.last.f_T_W), 0.2, 4e-3) << s;
+    }
+    previous = bench.last.f_T_W;
+  }
+  EXPECT_LT(jump, 0.012);
+}
+
+TEST(Contact, NothingPassesThroughAThinSheetInOneTick) {
+  const char* sheet = R"({"voxel_mm": 0.05, "solids": [{"tissue": "enamel", "solid": {"box": {"size_mm": [6,6,0.1]}}}]})";
+  HapticBench bench(sheet, settings(1.0_mm));
+  bench.tick({{0, 0, 2.5_mm}});
+  for (int i = 0; i < 60; ++i) bench.tick({{0, 0, -2.5_mm}});
+  EXPECT_GT(bench.last.X_WG.p.z, 0.549_mm);
+  EXPECT_GT(bench.last.f_T_W.z, 2.9);
+}
+
+TEST(Contact, AToolBornInsideIsLedOutWithinFiftyMillisecondsWithoutASpike) {
+  HapticBench bench(sphere(0.1), settings(1.0_mm));
+  double previous = 0;
+  bool fault = false;
+  for (int i = 0; i < 60; ++i) {
+    bench.tick({{0, 0, 5.0_mm}});
+    const double f = glm::length(bench.last.f_T_W);
+    EXPECT_LT(f - previous, 0.1);
+    previous = f;
+    fault |= (bench.last.faults & bits(Fault::kDeepPenetration)) != 0;
+  }
+  EXPECT_TRUE(fault);
+  EXPECT_NEAR(previous, 0.5, 0.01);
+  EXPECT_EQ(bench.last.faults, 0u);
+}
+
+TEST(Servo, IllegalInputGivesZeroForceAndAFaultInTheSameTick) {
+  HapticBench bench(sphere(0.2), settings(1.0_mm));
+  for (double z = 6.0_mm; z > 5.2_mm; z -= 0.02_mm) bench.tick({{0, 0, z}});
+  ASSERT_GT(glm::length(bench.last.f_T_W), 0.1);
+  const double nan = std::nan("");
+  for (const Pose& bad : {Pose{{nan, 0, 0}, {1, 0, 0, 0}}, Pose{{0, 0, INFINITY}, {1, 0, 0, 0}}, Pose{{0, 0, 5.2_mm}, {2, 0, 0, 0}},
+                          Pose{{0, 0, 1e9}, {1, 0, 0, 0}}, Pose{{0, 0, 5.2_mm}, {nan, 0, 0, 0}}}) {
+    bench.tick(bad);
+    EXPECT_EQ(bench.last.f_T_W, dvec3(0));
+    EXPECT_TRUE(bench.last.faults & bits(Fault::kBadInput));
+  }
+}
+
+TEST(Servo, ATickAllocatesNothing) {
+  ServoSettings s = settings(1.2_mm);
+  s.spindle.free_speed = 300.0_krpm;
+  HapticBench bench(R"({"voxel_mm": 0.1, "solids": [{"tissue": "dentin", "solid": {"box": {"size_mm": [6,6,6]}}}]})", s);
+  for (int i = 0; i < 50; ++i) bench.tick({{0, 0, 3.55_mm}}, 1);
+  ServoTick out;
+  Cut cut;
+  test::NoAlloc guard;
+  for (int i = 0; i < 50; ++i) bench.servo.tick({bench.t + i * 1000000, {{i * 2e-6, 0, 3.45_mm}}, 1.0}, out, cut);
+  EXPECT_EQ(guard.count(), 0u);
+  EXPECT_GT(out.cuts, 0u);
+}
+
+}  // namespace
+}  // namespace typodont

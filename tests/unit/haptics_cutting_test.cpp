@@ -1,0 +1,145 @@
+// Cutting: volume by energy, and the geometry of what is taken.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdio>
+
+#include "engine/base/units.h"
+#include "tests/support/haptic_bench.h"
+
+namespace typodont {
+namespace {
+
+using namespace literals;
+using haptics::ServoSettings;
+using haptics::Sweep;
+using test::HapticBench;
+
+ServoSettings drill(double diameter, double rate) {
+  ServoSettings s;
+  s.tool.diameter = s.tool.length = diameter;
+  s.tick = 1 / rate;
+  s.spindle.free_speed = 300.0_krpm;
+  return s;
+}
+
+double total(const PerTissue& removed) {
+  double sum = 0;
+  for (const double v : removed) sum += v;
+  return sum;
+}
+
+std::string box(double voxel_mm) {
+  char text[200];
+  std::snprintf(text, sizeof text, R"({"voxel_mm": %g, "solids": [{"tissue": "dentin", "solid": {"box": {"size_mm": [5,5,5]}}}]})",
+                voxel_mm);
+  return text;
+}
+
+/// A simulated hand (0.15 kg, 5 N·s/m) pushes straight down and may swing sideways, for a second: removed volume, m³.
+struct Drilled {
+  double volume = 0, impulse = 0, work = 0, jump = 0;
+};
+Drilled push(double voxel_mm, double rate, double newton, double swing = 1.0_mm) {
+  HapticBench bench(box(voxel_mm), drill(1.2_mm, rate));
+  dvec3 x(0, 0, 3.12_mm), v(0), f(0), previous(0);
+  Drilled run;
+  const double dt = 1 / rate;
+  const int n = static_cast<int>(rate);
+  for (int i = 0; i < n; ++i) {
+    const double t = i * dt;
+    const dvec3 pull(2000 * (swing * std::sin(2 * kPi * t) - x.x), -2000 * x.y, -newton);
+    v += dt * (pull - 5.0 * v + f) / 0.15;
+    x += dt * v;
+    const ServoTick& tick = bench.tick({x}, 1);
+    f = tick.f_T_W;
+    if (i > n / 10) run.jump = std::max(run.jump, glm::length(f - previous));
+    previous = f;
+    run.impulse += tick.f_T_W.z * dt;
+    run.work += tick.cutting_power * dt;
+    EXPECT_EQ(tick.faults, 0u);
+  }
+  run.volume = total(bench.last.removed);
+  return run;
+}
+
+TEST(Cutting, TheSamePushRemovesTheSameVolumeWhateverTheVoxelAndTheRate) {
+  const Drilled a = push(0.1, 1000, 1.0), b = push(0.05, 1000, 1.0), c = push(0.1, 4000, 1.0);
+  std::printf("%.4f %.4f %.4f mm3, jumps %.4f %.4f %.4f N\n", a.volume * 1e9, b.volume * 1e9, c.volume * 1e9, a.jump, b.jump, c.jump);
+  EXPECT_GT(a.volume, 0.05_mm3);
+  EXPECT_NEAR(b.volume / a.volume, 1, 0.02);
+  EXPECT_NEAR(c.volume / a.volume, 1, 0.02);
+  for (const Drilled& run : {a, b}) EXPECT_LT(run.jump, 0.02);  // at 1 kHz the hand feels its own cut without a step
+}
+
+TEST(Cutting, VolumeGrowsLinearlyWithPush) {
+  const Drilled a = push(0.1, 1000, 0.5, 0), b = push(0.1, 1000, 1.0, 0);
+  std::printf("%.4f %.4f\n", a.volume * 1e9, b.volume * 1e9);
+  EXPECT_NEAR(b.volume / a.volume, 2, 0.06);
+}
+
+TEST(Cutting, TheEnergySpentIsSpecificEnergyTimesVolume) {
+  const Drilled a = push(0.1, 1000, 1.0);
+  EXPECT_NEAR(a.work / (a.volume * 8e9), 1, 0.01);
+}
+
+TEST(Carving, CutTwiceRemovesNothingTheSecondTime) {
+  HapticBench bench(box(0.1), drill(1.2_mm, 1000));
+  bench.tick({{0, 0, 4.0_mm}});
+  haptics::SurfacePatch patch = bench.servo.patch();
+  bench.carver.cut_out({0, 0, 2.5_mm}, patch);
+  const Sweep sweep(bench.settings.tool, {{0.01_mm, 0.02_mm, 2.7_mm}}, {{0.1_mm, 0.02_mm, 2.3_mm}}, bench.settings.frame);
+  EXPECT_GT(total(carve(patch, sweep)), 0);
+  EXPECT_EQ(total(carve(patch, sweep)), 0);
+}
+
+TEST(Carving, AThousandShortSweepsRemoveWhatOneLongOneDoes) {
+  HapticBench bench(box(0.1), drill(1.2_mm, 1000));
+  haptics::SurfacePatch patch;
+  patch.resize(61);
+  bench.carver.cut_out({0, 0, 2.5_mm}, patch);
+  haptics::SurfacePatch other = patch;
+  const dvec3 a(-0.4_mm, 0.1_mm, 2.6_mm), b(0.5_mm, -0.1_mm, 2.2_mm);
+  const double whole = total(carve(patch, Sweep(bench.settings.tool, {a}, {b}, bench.settings.frame)));
+  double sum = 0;
+  for (int i = 0; i < 1000; ++i) {
+    sum += total(carve(other, Sweep(bench.settings.tool, {glm::mix(a, b, i / 1000.0)}, {glm::mix(a, b, (i + 1) / 1000.0)},
+                                    bench.settings.frame)));
+  }
+  EXPECT_NEAR(sum / whole, 1, 1e-5);
+}
+
+TEST(Carving, TheVolumeOfACapErrsWithTheSquareOfTheVoxel) {
+  const auto error = [](double voxel_mm) {
+    HapticBench bench(box(voxel_mm), drill(1.2_mm, 1000));
+    haptics::SurfacePatch patch;
+    patch.resize(static_cast<int>(4 / voxel_mm) + 1);
+    bench.carver.cut_out({0, 0, 2.5_mm}, patch);
+    const double depth = 0.45_mm, r = 0.6_mm, exact = kPi * depth * depth * (r - depth / 3);
+    const dvec3 c(0.013_mm, 0.027_mm, 2.5_mm + r - depth);
+    const double h = voxel_mm * 1e-3;
+    return std::abs(total(carve(patch, Sweep(bench.settings.tool, {c}, {c}, bench.settings.frame))) * h * h * h / exact - 1);
+  };
+  const double coarse = error(0.1), fine = error(0.05);
+  std::printf("cap: %.2e %.2e\n", coarse, fine);
+  EXPECT_LT(coarse, 0.01);
+  EXPECT_LT(fine, 0.003);
+}
+
+TEST(Carver, TheVolumeHoldsTheSameBitsAsThePatch) {
+  HapticBench bench(box(0.1), drill(1.2_mm, 1000));
+  for (int i = 0; i < 400; ++i) bench.tick({{i * 1e-6, 0, 3.1_mm - i * 1e-6}}, 1);
+  ASSERT_GT(bench.last.cuts, 10u);
+  haptics::SurfacePatch patch = bench.servo.patch();
+  const haptics::SurfacePatch mine = patch;
+  bench.carver.volume().copy(patch.lo, glm::ivec3(patch.n), patch.distance.data(), patch.tissue.data());
+  std::size_t different = 0;
+  for (std::size_t i = 0; i < patch.distance.size(); ++i) {
+    // Beyond the margin of the cuts both keep what they had; nearer they must agree to the bit.
+    different += patch.distance[i] != mine.distance[i];
+  }
+  EXPECT_EQ(different, 0u);
+}
+
+}  // namespace
+}  // namespace typodont

@@ -1,0 +1,301 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <iterator>
+
+#include "engine/base/error.h"
+#include "engine/session/hash.h"
+#include "engine/session/recorder.h"
+#include "engine/session/session_file.h"
+#include "tests/support/session_fixture.h"
+
+namespace typodont::session {
+namespace {
+
+using namespace test;
+using testing::HasSubstr;
+
+std::string message_of(const std::function<void()>& f) {
+  try {
+    f();
+  } catch (const Error& e) {
+    return e.what();
+  }
+  return "";
+}
+
+std::string bytes_of(const std::filesystem::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+TEST(SessionFile, EverythingAReplayNeedsComesBackBitForBit) {
+  TemporaryFolder folder;
+  const auto ticks = random_ticks(3001, 1);
+  const auto cuts = random_cuts(517, 2);
+  const auto patches = random_patches(40, 3);
+  SessionResult result;
+  result.has_volumes = true;
+  result.volumes_after[1] = 3.2e-7;
+  result.field_hash = 0xfedcba9876543211u;
+  result.min_pulp_distance = 1.5e-3;
+  result.pictures = {{"before", "Vorher, 之前", {1, 2, 3, 0, 255}}, {"after", "", {}}, {"during", "", {9}}};
+  const std::vector<SessionEvent> events = {
+      {5, EventKind::kTool, "{\"tool\": \"round_014\"}"},
+      {6, EventKind::kNote, ""},
+      {7, EventKind::kNote, std::string(100, 'x') + "ä牙" + std::string(700, 'y')},
+  };
+  {
+    SessionWriter writer(folder / "s.h5", some_header());
+    // In pieces that do not fit the chunks.
+    for (std::size_t i = 0; i < ticks.size(); i += 37) {
+      writer.append(std::span(ticks).subspan(i, std::min<std::size_t>(37, ticks.size() - i)));
+    }
+    writer.append(cuts);
+    writer.append(patches);
+    for (const auto& event : events) writer.append(event);
+    for (int i = 0; i < 300; ++i) writer.append(0, i, std::array{0.1 * i, -0.2 * i});
+    writer.append(1, 9, std::array{0.25});
+    ASSERT_TRUE(writer.finish(result)) << writer.status().message;
+    EXPECT_EQ(writer.status().ticks, ticks.size());
+  }
+  const SessionReader reader(folder / "s.h5");
+  EXPECT_FALSE(reader.truncated());
+  EXPECT_FALSE(reader.being_recorded());
+  EXPECT_FALSE(reader.lost().any());
+  const auto back = reader.ticks();
+  ASSERT_EQ(back.size(), ticks.size());
+  for (std::size_t i = 0; i < ticks.size(); ++i) ASSERT_TRUE(same_for_replay(ticks[i], back[i])) << i;
+  ASSERT_EQ(reader.cuts().size(), cuts.size());
+  for (std::size_t i = 0; i < cuts.size(); ++i) ASSERT_TRUE(same(cuts[i], reader.cuts()[i])) << i;
+  ASSERT_EQ(reader.patches().size(), patches.size());
+  for (std::size_t i = 0; i < patches.size(); ++i) ASSERT_TRUE(same(patches[i], reader.patches()[i])) << i;
+  EXPECT_EQ(reader.events(), events);
+  ASSERT_EQ(reader.streams().size(), 2u);
+  ASSERT_EQ(reader.streams()[0].t.size(), 300u);
+  EXPECT_EQ(reader.streams()[0].columns[1][299], -0.2 * 299);
+  EXPECT_EQ(reader.streams()[1].columns[0], std::vector{0.25});
+  ASSERT_TRUE(reader.result());
+  EXPECT_EQ(reader.result()->field_hash, result.field_hash);
+  EXPECT_EQ(reader.result()->pictures, result.pictures);
+  EXPECT_TRUE(reader.result()->has_volumes);
+  EXPECT_FALSE(reader.result()->has_ideal);
+  EXPECT_NEAR(reader.result()->volumes_after[1], 3.2e-7, 1e-21);
+  EXPECT_NEAR(reader.result()->min_pulp_distance, 1.5e-3, 1e-17);
+
+  // Pieces from the middle are the same rows.
+  const auto piece = reader.ticks(1000, 50);
+  ASSERT_EQ(piece.size(), 50u);
+  EXPECT_TRUE(same_for_replay(piece[7], ticks[1007]));
+  EXPECT_TRUE(reader.ticks(5000, 10).empty());
+}
+
+TEST(SessionFile, ColumnsInPeoplesUnitsComeBackWithinOneUnitInTheLastPlace) {
+  TemporaryFolder folder;
+  const auto ticks = random_ticks(2000, 4);
+  {
+    SessionWriter writer(folder / "s.h5", some_header());
+    writer.append(ticks);
+    ASSERT_TRUE(writer.finish({}));
+  }
+  const auto back = SessionReader(folder / "s.h5").ticks();
+  for (std::size_t i = 0; i < ticks.size(); ++i) {
+    for (int k = 0; k < 3; ++k) {
+      EXPECT_LE(ulps(ticks[i].X_WG.p[k], back[i].X_WG.p[k]), 1);
+      EXPECT_LE(ulps(ticks[i].tau_T_W[k], back[i].tau_T_W[k]), 1);
+    }
+    EXPECT_LE(ulps(ticks[i].depth, back[i].depth), 1);
+    EXPECT_LE(ulps(ticks[i].contact_area, back[i].contact_area), 1);
+    EXPECT_LE(ulps(ticks[i].energy, back[i].energy), 1);
+    EXPECT_LE(ulps(ticks[i].spindle, back[i].spindle), 1);
+    for (int k = 0; k < kTissueCount; ++k) EXPECT_LE(ulps(ticks[i].removed[k], back[i].removed[k]), 1);
+  }
+}
+
+TEST(SessionFile, AnyBitsOfTheHandAreKeptEvenNotANumber) {
+  TemporaryFolder folder;
+  std::vector<ServoTick> ticks(4);
+  ticks[0].X_WT.p = {std::nan(""), -0.0, 5e-324};
+  ticks[1].X_WT.p = {1e308, -1e308, std::numeric_limits<double>::infinity()};
+  ticks[2].X_WT.R = {0, -0.0, 1e-310, std::nextafter(1.0, 2.0)};
+  ticks[3].f_T_W = {-0.0, 1.0 / 3.0, std::nextafter(0.1, 1.0)};
+  {
+    SessionWriter writer(folder / "s.h5", some_header());
+    writer.append(ticks);
+    ASSERT_TRUE(writer.finish({}));
+  }
+  const auto back = SessionReader(folder / "s.h5").ticks();
+  ASSERT_EQ(back.size(), 4u);
+  for (std::size_t i = 0; i < 4; ++i) EXPECT_TRUE(same_for_replay(ticks[i], back[i])) << i;
+}
+
+TEST(SessionFile, TheHeaderComesBack) {
+  TemporaryFolder folder;
+  const SessionHeader h = some_header();
+  { ASSERT_TRUE(SessionWriter(folder / "s.h5", h).finish({})); }
+  const SessionReader reader(folder / "s.h5");
+  const SessionHeader& b = reader.header();
+  EXPECT_EQ(b.scene_json, h.scene_json);
+  EXPECT_EQ(b.rig_json, h.rig_json);
+  EXPECT_EQ(b.files, h.files);
+  EXPECT_EQ(b.hand, h.hand);
+  EXPECT_EQ(b.trainee, "");
+  EXPECT_EQ(b.seeds, h.seeds);
+  EXPECT_EQ(b.tools, h.tools);
+  EXPECT_EQ(b.streams, h.streams);
+  EXPECT_EQ(b.servo_rate, 1000);
+  EXPECT_DOUBLE_EQ(b.voxel, 1e-4);
+  EXPECT_DOUBLE_EQ(b.volumes_before[1], 3.25e-7);
+  EXPECT_EQ(b.date, h.date);
+  EXPECT_EQ(b.program_version, TYPODONT_VERSION);
+  EXPECT_EQ(b.compiler, SessionHeader::compiler_of_this_build());
+  EXPECT_EQ(reader.tick_count(), 0u);
+  EXPECT_FALSE(reader.truncated());
+}
+
+TEST(SessionFile, EqualSessionsAreEqualBytes) {
+  TemporaryFolder folder;
+  const auto ticks = random_ticks(1500, 5);
+  WriterOptions options;
+  options.whole_or_nothing = true;
+  for (const char* name : {"a.h5", "b.h5"}) {
+    SessionWriter writer(folder / name, some_header(), options);
+    writer.append(ticks);
+    ASSERT_TRUE(writer.finish({}));
+  }
+  EXPECT_EQ(bytes_of(folder / "a.h5"), bytes_of(folder / "b.h5"));
+}
+
+TEST(SessionFile, AWriterThatEndsWithoutFinishLeavesATruncatedSessionWithEverythingInIt) {
+  TemporaryFolder folder;
+  const auto ticks = random_ticks(777, 6);
+  {
+    SessionWriter writer(folder / "s.h5", some_header());
+    writer.append(ticks);
+  }
+  const SessionReader reader(folder / "s.h5");
+  EXPECT_TRUE(reader.truncated());
+  EXPECT_FALSE(reader.result());
+  ASSERT_EQ(reader.tick_count(), ticks.size());
+  EXPECT_TRUE(same_for_replay(reader.ticks()[776], ticks[776]));
+}
+
+TEST(SessionFile, AnUnfinishedResultLeavesNothingBehind) {
+  TemporaryFolder folder;
+  {
+    WriterOptions options;
+    options.whole_or_nothing = true;
+    SessionWriter writer(folder / "s.h5", some_header(), options);
+    writer.append(random_ticks(10, 7));
+  }
+  EXPECT_TRUE(std::filesystem::is_empty(folder.path));
+}
+
+TEST(SessionFile, GarbageIsAnErrorThatNamesTheFile) {
+  TemporaryFolder folder;
+  std::ofstream(folder / "garbage.h5") << std::string(5000, 'x');
+  std::ofstream(folder / "empty.h5") << "";
+  EXPECT_THAT(message_of([&] { SessionReader r(folder / "garbage.h5"); }), HasSubstr("garbage.h5: found no intact HDF5 file"));
+  EXPECT_THAT(message_of([&] { SessionReader r(folder / "empty.h5"); }), HasSubstr("empty.h5: found no intact HDF5 file"));
+  EXPECT_THAT(message_of([&] { SessionReader r(folder / "none.h5"); }), HasSubstr("none.h5: found nothing"));
+  EXPECT_THAT(message_of([&] { SessionReader r(folder.path); }), HasSubstr("a directory"));
+}
+
+TEST(SessionWriter, AnImpossiblePlaceIsAnErrorAtOnce) {
+  TemporaryFolder folder;
+  EXPECT_THAT(message_of([&] { SessionWriter w("/nowhere/s.h5", some_header()); }),
+              HasSubstr("/nowhere/s.h5: found No such file or directory"));
+  EXPECT_THAT(message_of([&] { SessionWriter w(folder.path, some_header()); }), HasSubstr("a directory"));
+  SessionHeader bad = some_header();
+  bad.streams[0].columns[0].name = "../x";
+  EXPECT_THAT(message_of([&] { SessionWriter w(folder / "s.h5", bad); }), HasSubstr("stream head"));
+}
+
+TEST(SessionWriter, AFileThatIsBeingRecordedIsNotOverwritten) {
+  TemporaryFolder folder;
+  SessionWriter writer(folder / "s.h5", some_header());
+  EXPECT_THAT(message_of([&] { SessionWriter w(folder / "s.h5", some_header()); }), HasSubstr("being recorded"));
+}
+
+TEST(SessionWriter, AFullDiskIsCountedAndTheSessionGoesOn) {
+  TemporaryFolder folder;
+  WriterOptions options;
+  options.disk_reserve = std::numeric_limits<std::uint64_t>::max();  // no disk has that much room
+  SessionWriter writer(folder / "s.h5", some_header(), options);
+  writer.append(random_ticks(1000, 8));
+  writer.append(random_cuts(5, 9));
+  writer.flush();
+  EXPECT_EQ(writer.status().state, WriterStatus::State::kDiskFull);
+  EXPECT_EQ(writer.status().lost.ticks_disk, 1000u);
+  EXPECT_EQ(writer.status().lost.cuts_disk, 5u);
+  EXPECT_EQ(writer.status().ticks, 0u);
+  EXPECT_THAT(writer.status().message, HasSubstr("left on the disk"));
+  EXPECT_FALSE(writer.finish({}));
+  EXPECT_EQ(SessionReader(folder / "s.h5").lost().ticks_disk, 1000u);
+}
+
+TEST(SessionWriter, WhenTheDiskHasRoomAgainItGoesOnAndTheGapIsAnEvent) {
+  TemporaryFolder folder;
+  std::uint64_t free = 1u << 30;
+  WriterOptions options;
+  options.free_bytes = [&] { return free; };
+  const auto ticks = random_ticks(3 * 512, 30);
+  {
+    SessionWriter writer(folder / "s.h5", some_header(), options);
+    writer.append(std::span(ticks).first(512));
+    free = 1000;
+    writer.append(std::span(ticks).subspan(512, 512));
+    EXPECT_EQ(writer.status().state, WriterStatus::State::kDiskFull);
+    free = 1u << 30;
+    writer.append(std::span(ticks).subspan(1024, 512));
+    EXPECT_EQ(writer.status().state, WriterStatus::State::kRecording);
+    EXPECT_FALSE(writer.finish({})) << "something is missing, and it says so";
+  }
+  const SessionReader reader(folder / "s.h5");
+  EXPECT_FALSE(reader.truncated());
+  EXPECT_EQ(reader.lost().ticks_disk, 512u);
+  ASSERT_EQ(reader.tick_count(), 1024u);
+  EXPECT_EQ(reader.ticks(512, 1)[0].index, 1024u) << "the gap shows in the index";
+  ASSERT_EQ(reader.events().size(), 1u);
+  EXPECT_EQ(reader.events()[0].kind, EventKind::kFault);
+  EXPECT_EQ(reader.events()[0].text, "{\"fault\": \"disk_full\", \"rows_lost\": 512}");
+}
+
+TEST(SessionWriter, WhatTheRingsDroppedIsInTheFile) {
+  TemporaryFolder folder;
+  SessionWriter writer(folder / "s.h5", some_header());
+  writer.count_ring_losses(12, 3);
+  EXPECT_FALSE(writer.finish({}));  // finished, but not whole
+  const SessionReader reader(folder / "s.h5");
+  EXPECT_EQ(reader.lost().ticks_ring, 12u);
+  EXPECT_EQ(reader.lost().cuts_ring, 3u);
+  EXPECT_FALSE(reader.truncated());
+}
+
+TEST(Hash, FilesAndForcesHaveTheKnownFnv1aValues) {
+  Fnv1a empty, a, foobar;
+  a.bytes("a", 1);
+  foobar.bytes("foobar", 6);
+  // Test vectors of draft-eastlake-fnv.
+  EXPECT_EQ(to_text(empty), "fnv1a64:cbf29ce484222325");
+  EXPECT_EQ(to_text(a), "fnv1a64:af63dc4c8601ec8c");
+  EXPECT_EQ(to_text(foobar), "fnv1a64:85944171f73967e8");
+  TemporaryFolder folder;
+  std::ofstream(folder / "f") << "foobar";
+  EXPECT_EQ(describe_file(folder / "f").hash, "fnv1a64:85944171f73967e8");
+  EXPECT_EQ(describe_file(folder / "f").bytes, 6u);
+
+  auto ticks = random_ticks(100, 10);
+  Fnv1a whole, pieces, other;
+  add_forces(whole, ticks);
+  add_forces(pieces, std::span(ticks).first(33));
+  add_forces(pieces, std::span(ticks).subspan(33));
+  EXPECT_EQ(whole.value, pieces.value);
+  ticks[50].f_T_W.y = std::nextafter(ticks[50].f_T_W.y, 100.0);
+  add_forces(other, ticks);
+  EXPECT_NE(whole.value, other.value);
+}
+
+}  // namespace
+}  // namespace typodont::session
