@@ -11,6 +11,7 @@ namespace typodont {
 // RunFailure (exit 1), prints results on standard output and messages on standard error.
 void add_calibrate_command(CLI::App& app);
 void add_demo_command(CLI::App& app);
+void add_devices_command(CLI::App& app);
 void add_doctor_command(CLI::App& app);
 void add_import_command(CLI::App& app);
 void add_render_command(CLI::App& app);
