@@ -1,2 +1,14 @@
-typodont_test(unit_session KIND unit SOURCES unit/session_recorder_test.cpp LIBS typodont_session)
+typodont_test(unit_session KIND unit
+              SOURCES unit/session_recorder_test.cpp unit/session_ticks_csv_test.cpp unit/session_score_test.cpp
+                      unit/session_report_test.cpp
+              LIBS typodont_session)
+typodont_test(property_session KIND property
+              SOURCES property/session_score_property_test.cpp property/session_file_property_test.cpp
+              LIBS typodont_session)
 typodont_test(stress_session KIND stress SOURCES stress/session_crash_test.cpp LIBS typodont_session)
+find_program(TYPODONT_PYTHON python3 PATHS /usr/bin NO_DEFAULT_PATH REQUIRED)  # the one that has Debian's h5py
+typodont_test(golden_session KIND golden SOURCES golden/session_python_test.cpp LIBS typodont_session)
+target_compile_definitions(golden_session PRIVATE TYPODONT_PYTHON="${TYPODONT_PYTHON}")
+typodont_test(acceptance_session KIND acceptance SOURCES acceptance/session_commands_test.cpp LIBS typodont_session)
+target_compile_definitions(acceptance_session PRIVATE TYPODONT_PROGRAM="$<TARGET_FILE:typodont>")
+add_dependencies(acceptance_session typodont)

@@ -5,6 +5,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "engine/base/json.h"
@@ -36,7 +37,7 @@ class HandMeter {
   struct Filter {  // one second-order high-pass section per axis
     dvec3 x1{0}, x2{0}, y1{0}, y2{0};
   };
-  void close_stroke(bool at_end) const;
+  void end_stroke();
 
   double rate_;
   double b0_, a1_, a2_;
@@ -51,7 +52,8 @@ class HandMeter {
   bool have_mean_ = false;
   double path_ = 0;
   // Strokes.
-  Nanos stroke_begin_ = -1, last_contact_ = -1;
+  bool in_stroke_ = false;
+  Nanos last_contact_ = 0;
   double removed_at_begin_ = 0, removed_last_ = 0;
   int strokes_ = 0;
 };
@@ -90,12 +92,12 @@ struct ScoreItem {
 struct Score {
   std::vector<ScoreItem> items;
   double points = 0, full = 0;
-  double completion = 1;  // share of the caries removed; scales every item but the caries themselves, so that doing
-                          // nothing earns nothing
+  double completion = 1;  // share of the task done (of what the ideal removes, else of the caries); scales every item,
+                          // so that doing nothing carefully earns nothing
 };
 
 std::vector<std::string> known_score_names();
-std::string unit_of(std::string_view score_name);
+std::string_view unit_of(std::string_view score_name);
 
 /// The rules where a scene says nothing.
 std::vector<ScoreRule> default_rules(const ScoreInput& input);

@@ -3,6 +3,7 @@
 
 #include <optional>
 #include <string_view>
+#include <vector>
 
 namespace typodont::session {
 
@@ -17,5 +18,6 @@ std::string_view tag_of(Language language) noexcept;
 /// The text of a key, e.g. "title.report", "tissue.enamel". Unknown keys return the key itself.
 std::string_view text(std::string_view key, Language language) noexcept;
 bool has_text(std::string_view key) noexcept;
+std::vector<std::string_view> catalogue_keys();
 
 }  // namespace typodont::session

@@ -1,0 +1,473 @@
+// typodont doctor: what this machine has, what is lost without the rest, and the command that mends it.
+#include <dlfcn.h>
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sched.h>
+#include <sys/resource.h>
+#include <sys/statvfs.h>
+#include <unistd.h>
+#include <vulkan/vulkan.h>
+
+#include <CLI/CLI.hpp>
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "engine/app/commands/commands.h"
+#include "engine/base/error.h"
+#include "engine/base/realtime.h"
+#include "engine/session/film.h"
+
+#ifdef TYPODONT_WITH_PORTAUDIO
+#include <portaudio.h>
+#endif
+
+namespace typodont {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+enum class State { kOk, kDegraded, kMissing };
+
+struct Check {
+  Check(std::string id_text, std::string name_text) : id(std::move(id_text)), name(std::move(name_text)) {}
+  std::string id;        // for machines: "vulkan"
+  std::string name;      // for people
+  State state = State::kOk;
+  std::string found;     // what there is
+  std::string without;   // what is lost; empty when ok
+  std::string mend;      // a command, or what to do by hand
+  bool required = false; // the program cannot even run offscreen without it
+};
+
+std::string first_line(const fs::path& file) {
+  std::ifstream in(file);
+  std::string line;
+  std::getline(in, line);
+  return line;
+}
+
+std::string environment(const char* name) {
+  const char* value = std::getenv(name);
+  return value ? value : "";
+}
+
+/// Libraries that look for hardware write about everything they do not find.
+class QuietStandardError {
+ public:
+  QuietStandardError() : kept_(dup(STDERR_FILENO)) {
+    const int null = open("/dev/null", O_WRONLY | O_CLOEXEC);
+    if (null >= 0) {
+      dup2(null, STDERR_FILENO);
+      close(null);
+    }
+  }
+  ~QuietStandardError() {
+    if (kept_ >= 0) {
+      dup2(kept_, STDERR_FILENO);
+      close(kept_);
+    }
+  }
+  QuietStandardError(const QuietStandardError&) = delete;
+  QuietStandardError& operator=(const QuietStandardError&) = delete;
+
+ private:
+  int kept_;
+};
+
+Check vulkan() {
+  Check c("vulkan", "Vulkan device");
+  c.required = true;
+  c.without = "no picture, neither on a display nor in a file";
+  c.mend = "sudo apt install libvulkan1 mesa-vulkan-drivers";
+  const QuietStandardError quiet;
+  // Asked for at run time, so that a machine without Vulkan gets an answer and not a loader's message.
+  void* library = dlopen("libvulkan.so.1", RTLD_NOW | RTLD_LOCAL);
+  if (!library) {
+    c.state = State::kMissing;
+    c.found = "no Vulkan loader (libvulkan.so.1)";
+    return c;
+  }
+  const auto get = reinterpret_cast<PFN_vkGetInstanceProcAddr>(dlsym(library, "vkGetInstanceProcAddr"));
+  const auto create = get ? reinterpret_cast<PFN_vkCreateInstance>(get(nullptr, "vkCreateInstance")) : nullptr;
+  VkApplicationInfo application{};
+  application.sType = VK_STRUCTURE_TYPE_APPLICATION_INFO;
+  application.apiVersion = VK_API_VERSION_1_3;
+  VkInstanceCreateInfo info{};
+  info.sType = VK_STRUCTURE_TYPE_INSTANCE_CREATE_INFO;
+  info.pApplicationInfo = &application;
+  VkInstance instance = VK_NULL_HANDLE;
+  if (!create || create(&info, nullptr, &instance) != VK_SUCCESS) {
+    c.state = State::kMissing;
+    c.found = "a Vulkan loader, but no driver";
+    return c;
+  }
+  const auto enumerate = reinterpret_cast<PFN_vkEnumeratePhysicalDevices>(get(instance, "vkEnumeratePhysicalDevices"));
+  const auto properties_of =
+      reinterpret_cast<PFN_vkGetPhysicalDeviceProperties>(get(instance, "vkGetPhysicalDeviceProperties"));
+  std::uint32_t count = 0;
+  enumerate(instance, &count, nullptr);
+  std::vector<VkPhysicalDevice> devices(count);
+  enumerate(instance, &count, devices.data());
+  bool usable = false, real = false;
+  for (const VkPhysicalDevice device : devices) {
+    VkPhysicalDeviceProperties p{};
+    properties_of(device, &p);
+    c.found += fmt::format("{}{}, Vulkan {}.{}.{}", c.found.empty() ? "" : "; ", p.deviceName,
+                           VK_API_VERSION_MAJOR(p.apiVersion), VK_API_VERSION_MINOR(p.apiVersion),
+                           VK_API_VERSION_PATCH(p.apiVersion));
+    const bool recent = p.apiVersion >= VK_API_VERSION_1_3;
+    usable = usable || recent;
+    real = real || (recent && p.deviceType != VK_PHYSICAL_DEVICE_TYPE_CPU);
+  }
+  reinterpret_cast<PFN_vkDestroyInstance>(get(instance, "vkDestroyInstance"))(instance, nullptr);
+  if (!usable) {
+    c.state = State::kMissing;
+    c.found = c.found.empty() ? "a Vulkan loader, but no device" : c.found + " (Vulkan 1.3 is needed)";
+  } else if (!real) {
+    c.state = State::kDegraded;
+    c.found += " (drawn by the processor)";
+    c.without = "live stereo does not reach its full rate; pictures and films are made, only slower";
+    c.mend = "install the graphics card's driver, e.g. sudo apt install mesa-vulkan-drivers (AMD, Intel) or nvidia-driver";
+  }
+  return c;
+}
+
+Check processor() {
+  Check c("cpu", "Processor");
+  cpu_set_t set;
+  CPU_ZERO(&set);
+  const int cores = sched_getaffinity(0, sizeof set, &set) == 0 ? CPU_COUNT(&set) : 1;
+  std::ifstream info("/proc/cpuinfo");
+  std::string line, model = "unknown model";
+  while (std::getline(info, line)) {
+    if (line.starts_with("model name")) {
+      model = line.substr(std::min(line.size(), line.find(':') + 2));
+      break;
+    }
+  }
+  std::string simd = "baseline SIMD";
+#if defined(__x86_64__)
+  __builtin_cpu_init();
+  simd = __builtin_cpu_supports("avx512f") ? "AVX-512" : __builtin_cpu_supports("avx2") ? "AVX2" : "SSE2";
+#endif
+  c.found = fmt::format("{} cores, {}, {}", cores, simd, model);
+  if (cores < 2) {
+    c.state = State::kDegraded;
+    c.without = "the servo shares its core with everything else: late ticks";
+    c.mend = "use a machine with two cores or more";
+  }
+  return c;
+}
+
+Check realtime() {
+  Check c("realtime", "Real-time rights");
+  RealtimeGranted granted;
+  std::thread([&] { granted = enter_realtime({.priority = 80, .core = -1, .lock_memory = false}); }).join();
+  if (granted.fifo) {
+    c.found = "SCHED_FIFO is allowed";
+    return c;
+  }
+  c.state = State::kDegraded;
+  c.found = "SCHED_FIFO is refused";
+  c.without = "ticks come up to milliseconds late when the machine is busy: a hard surface then buzzes";
+  c.mend =
+      "printf '@realtime - rtprio 95\\n@realtime - memlock unlimited\\n' | sudo tee /etc/security/limits.d/95-typodont.conf "
+      "&& sudo groupadd -f realtime && sudo usermod -aG realtime $USER, then log in again";
+  return c;
+}
+
+Check locked_memory() {
+  Check c("locked_memory", "Locked memory");
+  rlimit limit{};
+  getrlimit(RLIMIT_MEMLOCK, &limit);
+  constexpr rlim_t kEnough = rlim_t{512} << 20;
+  if (geteuid() == 0 || limit.rlim_cur == RLIM_INFINITY || limit.rlim_cur >= kEnough) {
+    c.found = geteuid() == 0 || limit.rlim_cur == RLIM_INFINITY ? "unlimited" : fmt::format("{} MB", limit.rlim_cur >> 20);
+    return c;
+  }
+  c.state = State::kDegraded;
+  c.found = fmt::format("{} KB", limit.rlim_cur >> 10);
+  c.without = "a page that was swapped out stops the servo for milliseconds";
+  c.mend =
+      "printf '@realtime - memlock unlimited\\n' | sudo tee -a /etc/security/limits.d/95-typodont.conf && sudo groupadd -f "
+      "realtime && sudo usermod -aG realtime $USER, then log in again";
+  return c;
+}
+
+Check clock_speed() {
+  Check c("cpu_frequency", "Processor clock");
+  const std::string governor = first_line("/sys/devices/system/cpu/cpu0/cpufreq/scaling_governor");
+  const std::string source = first_line("/sys/devices/system/clocksource/clocksource0/current_clocksource");
+  c.found = fmt::format("governor {}, clock source {}", governor.empty() ? "not adjustable" : governor,
+                        source.empty() ? "unknown" : source);
+  if (governor == "powersave" || governor == "conservative") {
+    c.state = State::kDegraded;
+    c.without = "the core of the servo sleeps deeper and wakes later";
+    c.mend = "sudo cpupower frequency-set -g performance";
+  }
+  return c;
+}
+
+/// Devices the program knows, by USB id as in the kernel's uevent.
+struct KnownDevice {
+  unsigned vendor, product;  // product 0: any
+  const char* name;
+};
+constexpr KnownDevice kKnown[] = {
+    {0x1234, 0x0006, "WoodenHaptics"}, {0x16c0, 0x0486, "WoodenHaptics (Teensy)"}, {0x046d, 0xc626, "SpaceNavigator"},
+    {0x256f, 0, "3Dconnexion SpaceMouse"}, {0x05f3, 0x00ff, "foot pedal (Infinity)"}, {0x0c45, 0x7403, "foot pedal"},
+    {0x0c45, 0x7404, "foot pedal"},    {0x3553, 0xb001, "foot pedal"},             {0x413d, 0x2107, "foot pedal"},
+    {0x1a86, 0xe026, "foot pedal"},
+};
+
+Check hid() {
+  Check c("hid", "Arms, SpaceMouse, pedals");
+  c.without = "no force, no 6-axis mouse, no pedal: the mouse, a script or a simulated hand is used";
+  std::error_code code;
+  std::vector<std::string> known, refused;
+  unsigned nodes = 0;
+  for (const auto& entry : fs::directory_iterator("/sys/class/hidraw", code)) {
+    ++nodes;
+    const std::string node = "/dev/" + entry.path().filename().string();
+    unsigned bus = 0, vendor = 0, product = 0;
+    std::ifstream uevent(entry.path() / "device/uevent");
+    for (std::string line; std::getline(uevent, line);) {
+      if (line.starts_with("HID_ID=")) std::sscanf(line.c_str(), "HID_ID=%x:%x:%x", &bus, &vendor, &product);
+    }
+    for (const KnownDevice& device : kKnown) {
+      if (device.vendor != vendor || (device.product != 0 && device.product != product)) continue;
+      (access(node.c_str(), R_OK | W_OK) == 0 ? known : refused).push_back(fmt::format("{} ({})", device.name, node));
+    }
+  }
+  for (const auto& entry : fs::directory_iterator("/dev/serial/by-id", code)) {
+    const std::string name = entry.path().filename().string();
+    if (name.find("Teensy") == std::string::npos) continue;
+    (access(entry.path().c_str(), R_OK | W_OK) == 0 ? known : refused).push_back(fmt::format("Teensy ({})", name));
+  }
+  bool rules = false;
+  for (const char* folder : {"/etc/udev/rules.d", "/usr/lib/udev/rules.d", "/lib/udev/rules.d"}) {
+    for (const auto& entry : fs::directory_iterator(folder, code)) {
+      rules = rules || entry.path().filename().string().find("typodont") != std::string::npos;
+    }
+  }
+  const std::string write_rules = fmt::format(
+      "printf 'SUBSYSTEM==\"hidraw\", ATTRS{{idVendor}}==\"%s\", TAG+=\"uaccess\"\\n' 1234 16c0 046d 256f 05f3 0c45 3553 413d "
+      "1a86 | sudo tee /etc/udev/rules.d/70-typodont.rules && sudo udevadm control --reload && sudo udevadm trigger");
+  if (!refused.empty()) {
+    c.state = State::kDegraded;
+    c.found = fmt::format("without permission: {}", fmt::join(refused, ", "));
+    c.mend = refused.front().starts_with("Teensy") ? "sudo usermod -aG dialout $USER, then log in again" : write_rules;
+  } else if (!known.empty()) {
+    c.found = fmt::format("{}", fmt::join(known, ", "));
+  } else {
+    c.state = State::kMissing;
+    c.found = fmt::format("no device that Typodont knows ({} HID devices in all{})", nodes, rules ? ", udev rules are there" : "");
+    c.mend = rules || geteuid() == 0 ? "connect one" : "connect one; so that it may be used: " + write_rules;
+  }
+  return c;
+}
+
+Check audio() {
+  Check c("audio", "Sound output");
+  c.without = "no live sound: it is written to a WAV file instead";
+#ifdef TYPODONT_WITH_PORTAUDIO
+  const QuietStandardError quiet;
+  setenv("JACK_NO_START_SERVER", "1", 1);  // looking must not start a sound server
+  if (Pa_Initialize() != paNoError) {
+    c.state = State::kMissing;
+    c.found = "PortAudio does not start";
+    c.mend = "sudo apt install libportaudio2 alsa-utils";
+    return c;
+  }
+  const int count = Pa_GetDeviceCount(), fallback = Pa_GetDefaultOutputDevice();
+  int outputs = 0;
+  for (int i = 0; i < count; ++i) {
+    const PaDeviceInfo* info = Pa_GetDeviceInfo(i);
+    if (info && info->maxOutputChannels > 0) ++outputs;
+  }
+  if (fallback >= 0) {
+    const PaDeviceInfo* info = Pa_GetDeviceInfo(fallback);
+    c.found = fmt::format("{} outputs; default: {}, {:.0f} Hz, latency from {:.0f} ms", outputs, info->name,
+                          info->defaultSampleRate, info->defaultLowOutputLatency * 1e3);
+  } else {
+    c.state = State::kMissing;
+    c.found = "no sound card";
+    c.mend = "connect one; then: aplay -l; and for permission: sudo usermod -aG audio $USER";
+  }
+  Pa_Terminate();
+#else
+  c.state = State::kMissing;
+  c.found = "built without PortAudio";
+  c.mend = "sudo apt install portaudio19-dev && cmake --preset release -DTYPODONT_PORTAUDIO=ON && cmake --build --preset release";
+#endif
+  return c;
+}
+
+Check openxr() {
+  Check c("openxr", "OpenXR runtime");
+  c.without = "no head-mounted display: window, mirror bench and offscreen work";
+  c.mend = "install SteamVR, or Monado (monado.freedesktop.org), and start it; or set XR_RUNTIME_JSON to its JSON file";
+  std::vector<fs::path> places;
+  const std::string chosen = environment("XR_RUNTIME_JSON");
+  if (!chosen.empty()) {
+    places = {chosen};
+  } else {
+    const std::string config = environment("XDG_CONFIG_HOME"), home = environment("HOME");
+    if (!config.empty()) places.emplace_back(fs::path(config) / "openxr/1/active_runtime.json");
+    if (!home.empty()) places.emplace_back(fs::path(home) / ".config/openxr/1/active_runtime.json");
+    for (const char* folder : {"/etc/xdg", "/usr/local/etc", "/etc", "/usr/local/share", "/usr/share"}) {
+      places.emplace_back(fs::path(folder) / "openxr/1/active_runtime.json");
+    }
+  }
+  for (const fs::path& place : places) {
+    std::ifstream in(place);
+    if (!in) continue;
+    const auto json = nlohmann::json::parse(in, nullptr, /*allow_exceptions=*/false);
+    const auto runtime = json.is_object() ? json.find("runtime") : json.end();
+    if (json.is_discarded() || !json.is_object() || runtime == json.end() || !runtime->is_object() ||
+        !runtime->contains("library_path") || !(*runtime)["library_path"].is_string()) {
+      c.state = State::kDegraded;
+      c.found = fmt::format("{}: not a runtime's description", place.string());
+      return c;
+    }
+    fs::path library = (*runtime)["library_path"].get<std::string>();
+    // A bare name is looked up by the dynamic loader; a path counts from the file that names it.
+    if (library.has_parent_path() && library.is_relative()) library = place.parent_path() / library;
+    std::error_code code;
+    if (library.has_parent_path() && !fs::exists(library, code)) {
+      c.state = State::kDegraded;
+      c.found = fmt::format("{} names {}, which is not there", place.string(), library.string());
+      return c;
+    }
+    c.found = fmt::format("{} ({})", library.string(), place.string());
+    return c;
+  }
+  c.state = State::kMissing;
+  c.found = chosen.empty() ? "none is active" : fmt::format("XR_RUNTIME_JSON={} is not readable", chosen);
+  return c;
+}
+
+Check display() {
+  Check c("display", "Display");
+  const std::string wayland = environment("WAYLAND_DISPLAY"), x11 = environment("DISPLAY");
+  if (!wayland.empty()) {
+    c.found = "Wayland (" + wayland + ")";
+    return c;
+  }
+  if (!x11.empty()) {
+    c.found = "X11 (" + x11 + ")";
+    std::error_code code;
+    const std::string number = x11.substr(1, x11.find('.') == std::string::npos ? std::string::npos : x11.find('.') - 1);
+    if (x11[0] != ':' || fs::exists("/tmp/.X11-unix/X" + number, code)) return c;
+    c.state = State::kDegraded;
+    c.found += ", but no server answers there";
+  } else {
+    c.state = State::kMissing;
+    c.found = "neither WAYLAND_DISPLAY nor DISPLAY is set";
+  }
+  c.without = "no window: pictures and films are drawn offscreen";
+  c.mend = "run it inside a desktop session; over ssh: ssh -X; for a try without a screen: xvfb-run typodont run SCENE";
+  return c;
+}
+
+Check encoder() {
+  Check c("ffmpeg", "Film encoder");
+  if (const auto path = session::find_ffmpeg()) {
+    c.found = path->string();
+    return c;
+  }
+  c.state = State::kMissing;
+  c.found = "no ffmpeg in PATH";
+  c.without = "no session.mp4; pictures, sound and report are made";
+  c.mend = "sudo apt install ffmpeg";
+  return c;
+}
+
+Check disk() {
+  Check c("disk", "Disk space");
+  c.required = true;
+  struct statvfs space{};
+  std::error_code code;
+  const fs::path here = fs::current_path(code);
+  if (code || statvfs(here.c_str(), &space) != 0) {
+    c.state = State::kDegraded;
+    c.found = "unknown";
+    c.without = "a recording may end when the disk is full";
+    c.mend = "df -h .";
+    return c;
+  }
+  const double gb = static_cast<double>(space.f_bavail) * static_cast<double>(space.f_frsize) * 1e-9;
+  c.found = fmt::format("{:.1f} GB free in {}", gb, here.string());
+  if (gb < 2) {
+    c.state = gb < 0.1 ? State::kMissing : State::kDegraded;
+    c.without = "recordings (about 1 GB an hour) and films end when the disk is full";
+    c.mend = "df -h . && sudo apt clean";
+  }
+  return c;
+}
+
+std::string_view name_of(State state) {
+  return state == State::kOk ? "ok" : state == State::kDegraded ? "degraded" : "missing";
+}
+
+void run(bool json) {
+  const std::vector<std::function<Check()>> all = {vulkan, processor, realtime, locked_memory, clock_speed, hid,
+                                                   audio,  openxr,    display,  encoder,       disk};
+  std::vector<Check> checks;
+  for (const auto& check : all) {
+    checks.push_back(check());
+    if (checks.back().state == State::kOk) checks.back().without = checks.back().mend = "";
+  }
+  std::string refusal;
+  for (const Check& c : checks) {
+    if (c.required && c.state == State::kMissing) refusal += fmt::format("{}{}: {}", refusal.empty() ? "" : "; ", c.name, c.found);
+  }
+  if (json) {
+    nlohmann::ordered_json list = nlohmann::ordered_json::array();
+    for (const Check& c : checks) {
+      list.push_back({{"id", c.id},
+                      {"name", c.name},
+                      {"state", name_of(c.state)},
+                      {"found", c.found},
+                      {"without", c.without},
+                      {"mend", c.mend},
+                      {"required", c.required}});
+    }
+    const nlohmann::ordered_json result = {
+        {"version", TYPODONT_VERSION}, {"runs_offscreen", refusal.empty()}, {"checks", list}};
+    fmt::print("{}\n", result.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
+  } else {
+    const bool color = isatty(STDOUT_FILENO) && environment("NO_COLOR").empty();
+    for (const Check& c : checks) {
+      const char* on = !color ? "" : c.state == State::kOk ? "\033[32m" : c.state == State::kDegraded ? "\033[33m" : "\033[31m";
+      fmt::print("{}{:<9}{} {:<25} {}\n", on, name_of(c.state), color ? "\033[0m" : "", c.name, c.found);
+      if (!c.without.empty()) fmt::print("{:36}{}: {}\n", "", c.state == State::kMissing ? "without it" : "as it is", c.without);
+      if (!c.mend.empty()) fmt::print("{:36}mend: {}\n", "", c.mend);
+    }
+    if (refusal.empty()) fmt::print("\nTypodont runs on this machine.\n");
+  }
+  std::fflush(stdout);
+  if (!refusal.empty()) throw RunFailure("Typodont cannot run on this machine, not even offscreen: " + refusal);
+}
+
+}  // namespace
+
+void add_doctor_command(CLI::App& app) {
+  CLI::App* command = app.add_subcommand("doctor", "Say what this machine has, what is missing, and the command that mends it");
+  const auto json = std::make_shared<bool>(false);
+  command->add_flag("--json", *json, "print the findings as JSON");
+  command->footer("Exit status: 0 when Typodont can run here, at least offscreen; else 1.\nExample:\n  typodont doctor --json");
+  command->callback([json] { run(*json); });
+}
+
+}  // namespace typodont

@@ -1,0 +1,93 @@
+// typodont report: a session as one HTML page.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdlib>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "engine/app/commands/commands.h"
+#include "engine/base/error.h"
+#include "engine/base/json.h"
+#include "engine/base/log.h"
+#include "engine/session/report.h"
+
+namespace typodont {
+
+namespace {
+
+struct Options {
+  std::string session, out, language;
+  std::vector<std::string> pictures;
+  bool json = false;
+};
+
+session::Language language_of(const std::string& wanted) {
+  if (!wanted.empty()) {
+    const auto language = session::language_named(wanted);
+    if (!language) throw Error("--language", "", wanted, "en, de or zh");
+    return *language;
+  }
+  for (const char* name : {"LC_ALL", "LC_MESSAGES", "LANG"}) {
+    const char* value = std::getenv(name);
+    if (value && *value) return session::language_named(value).value_or(session::Language::kEnglish);
+  }
+  return session::Language::kEnglish;
+}
+
+void run(const Options& options) {
+  using namespace session;
+  ReportOptions report;
+  report.language = language_of(options.language);
+  for (const std::string& argument : options.pictures) {
+    const auto equals = argument.find('=');
+    if (equals == std::string::npos || equals == 0) throw Error("--picture", "", argument, "NAME=FILE.png");
+    report.more_pictures.push_back(read_picture(argument.substr(equals + 1), argument.substr(0, equals)));
+  }
+  if (repair_session(options.session)) log::warn("{}: was cut off; repaired as far as it goes", options.session);
+  const SessionReader reader(options.session);
+  report.score = score_session(reader);
+  write_file_atomically(options.out, report_html(reader, report));
+
+  if (options.json) {
+    nlohmann::json items = nlohmann::json::array();
+    for (const ScoreItem& item : report.score->items) {
+      items.push_back({{"name", item.name},
+                       {"value", item.value},
+                       {"unit", item.unit},
+                       {"target", item.target},
+                       {"tolerance", item.tolerance},
+                       {"weight", item.weight},
+                       {"points", item.points},
+                       {"source", item.source}});
+    }
+    const nlohmann::json result = {{"report", options.out},
+                                   {"ticks", reader.tick_count()},
+                                   {"truncated", reader.truncated()},
+                                   {"points", report.score->points},
+                                   {"full", report.score->full},
+                                   {"completion", report.score->completion},
+                                   {"items", items}};
+    fmt::print("{}\n", result.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
+  } else {
+    fmt::print("{}: {:.1f} of {:.0f} points, {} ticks{}\n", options.out, report.score->points, report.score->full,
+               reader.tick_count(), reader.truncated() ? ", cut off before its end" : "");
+  }
+}
+
+}  // namespace
+
+void add_report_command(CLI::App& app) {
+  CLI::App* command = app.add_subcommand("report", "Make a report (one HTML page) from a recorded session");
+  const auto options = std::make_shared<Options>();
+  command->add_option("SESSION", options->session, "A session recorded by run, demo or servo (.h5)")->required();
+  command->add_option("--out", options->out, "The page to write (.html)")->required();
+  command->add_option("--language", options->language, "en, de or zh; otherwise as the system's");
+  command->add_option("--picture", options->pictures,
+                      "NAME=FILE.png: a picture beside those in the session; names before, during_1, after set the order");
+  command->add_flag("--json", options->json, "Print the score as JSON");
+  command->footer("Example: typodont report out/session.h5 --out report.html --language de");
+  command->callback([options] { run(*options); });
+}
+
+}  // namespace typodont

@@ -1,0 +1,292 @@
+#include "engine/display/display_rig.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "engine/base/error.h"
+#include "engine/base/units.h"
+
+namespace typodont::display {
+
+namespace {
+
+constexpr std::array<std::string_view, 4> kKinds{"window", "mirror", "hmd", "offscreen"};
+constexpr std::array<std::string_view, 7> kLayouts{"mono",     "side_by_side", "top_bottom",      "row_interleaved",
+                                                   "anaglyph", "two_outputs",  "frame_sequential"};
+
+template <std::size_t N>
+std::size_t index_of(const std::array<std::string_view, N>& names, const Json& json) {
+  const std::string text = json.string();
+  const auto found = std::find(names.begin(), names.end(), text);
+  if (found == names.end()) json.fail(fmt::format("one of {}", fmt::join(names, ", ")));
+  return static_cast<std::size_t>(found - names.begin());
+}
+
+dvec3 unit_vector(const Json& json) {
+  const dvec3 v = json.vec3();
+  const double length = glm::length(v);
+  if (length < 1e-9) json.fail("a direction that is not zero");
+  return v / length;
+}
+
+dvec3 point_mm(const Json& json) { return json.vec3() * kMillimetre; }
+
+Screen parse_screen(const Json& json) {
+  json.allow_only({"corners_mm", "pixels", "layout"});
+  Screen screen;
+  const Json corners = json["corners_mm"];
+  corners.allow_only({"lower_left", "lower_right", "upper_left"});
+  screen.lower_left = point_mm(corners["lower_left"]);
+  screen.lower_right = point_mm(corners["lower_right"]);
+  screen.upper_left = point_mm(corners["upper_left"]);
+  const dvec3 right = screen.lower_right - screen.lower_left, up = screen.upper_left - screen.lower_left;
+  const double width = glm::length(right), height = glm::length(up);
+  if (width < 1e-3) corners["lower_right"].fail("at least 1 mm away from lower_left");
+  if (height < 1e-3) corners["upper_left"].fail("at least 1 mm away from lower_left");
+  const double off_square = std::abs(std::asin(std::clamp(glm::dot(right, up) / (width * height), -1.0, 1.0)));
+  if (off_square > 2 * kDegree)
+    corners.fail(fmt::format("edges {:.1f} degrees off a right angle", off_square / kDegree),
+                 "the corners of a rectangle, within 2 degrees");
+  if (const auto pixels = json.find("pixels")) {
+    const std::vector<Json> items = pixels->items();
+    if (items.size() != 2) pixels->fail("[width, height]");
+    screen.pixels = {static_cast<int>(items[0].integer(16, 16384)), static_cast<int>(items[1].integer(16, 16384))};
+  }
+  if (const auto layout = json.find("layout")) screen.layout = static_cast<Layout>(index_of(kLayouts, *layout));
+  return screen;
+}
+
+Mirror parse_mirror(const Json& json) {
+  json.allow_only({"normal", "offset_mm", "glass_thickness_mm", "glass_index"});
+  Mirror mirror;
+  // The plane stays where it is when its normal is made unit: {p: n·p = c} is {p: n/|n|·p = c/|n|}.
+  const double length = glm::length(json["normal"].vec3());
+  mirror.normal = unit_vector(json["normal"]);
+  mirror.offset = json["offset_mm"].number() * kMillimetre / length;
+  mirror.glass_thickness = json.number_or("glass_thickness_mm", 0, 0, 50) * kMillimetre;
+  mirror.glass_index = json.number_or("glass_index", mirror.glass_index, 1, 3);
+  return mirror;
+}
+
+Head parse_head(const Json& json) {
+  json.allow_only({"eye_center_mm", "ipd_mm", "right", "tracker"});
+  Head head;
+  head.eye_center = point_mm(json["eye_center_mm"]);
+  head.ipd = json.number_or("ipd_mm", 63, 0, 100) * kMillimetre;
+  if (const auto right = json.find("right")) head.right = unit_vector(*right);
+  if (const auto tracker = json.find("tracker")) {
+    head.tracker = tracker->string();
+    if (!head.tracker.empty()) {
+      constexpr std::string_view kOpenTrack = "opentrack:";
+      const std::string_view text = head.tracker;
+      const std::string_view port = text.starts_with(kOpenTrack) ? text.substr(kOpenTrack.size()) : "";
+      const bool digits = !port.empty() && port.size() <= 5 && std::all_of(port.begin(), port.end(), [](char c) {
+        return c >= '0' && c <= '9';
+      });
+      if (!digits || std::stoi(std::string(port)) < 1 || std::stoi(std::string(port)) > 65535)
+        tracker->fail("\"opentrack:PORT\" with a port from 1 to 65535");
+    }
+  }
+  return head;
+}
+
+Pose parse_pose(const Json& json) {
+  json.allow_only({"translation_mm", "rotation_wxyz"});
+  Pose pose;
+  pose.p = point_mm(json["translation_mm"]);
+  const Json rotation = json["rotation_wxyz"];
+  const std::vector<double> q = rotation.numbers(4);
+  pose.R = dquat(q[0], q[1], q[2], q[3]);
+  const double length = glm::length(pose.R);
+  if (std::abs(length - 1) > 1e-3) rotation.fail(fmt::format("a quaternion of length {:.6g}", length), "length 1");
+  pose.R = pose.R / length;
+  return pose;
+}
+
+}  // namespace
+
+std::string_view name_of(DisplayKind kind) noexcept { return kKinds[static_cast<std::size_t>(kind)]; }
+std::string_view name_of(Layout layout) noexcept { return kLayouts[static_cast<std::size_t>(layout)]; }
+
+DisplayRig load_rig(const std::filesystem::path& file) { return parse_rig(Json::load(file)); }
+
+DisplayRig parse_rig(const Json& json) {
+  json.allow_only({"display", "screen", "mirror", "head", "X_WH"});
+  DisplayRig rig;
+  rig.kind = static_cast<DisplayKind>(index_of(kKinds, json["display"]));
+  if (const auto screen = json.find("screen"))
+    rig.screen = parse_screen(*screen);
+  else if (rig.kind == DisplayKind::kMirror)
+    json["screen"];  // a mirror without a measured screen shows nothing in the right place: say that it is missing
+  if (const auto mirror = json.find("mirror")) rig.mirror = parse_mirror(*mirror);
+  if (const auto head = json.find("head")) rig.head = parse_head(*head);
+  if (const auto base = json.find("X_WH")) rig.X_WH = parse_pose(*base);
+  if (rig.kind != DisplayKind::kHmd) {
+    try {
+      (void)eye_views(rig);
+    } catch (const Error& e) {
+      (json.has("head") ? json["head"]["eye_center_mm"] : json).fail(e.what(), "eyes in front of the picture");
+    }
+  }
+  return rig;
+}
+
+dmat4 opengl_projection(const Frustum& f) {
+  // Kooima 2009, section 5: glFrustum(l, r, b, t, n, f). glm is column-major: m[column][row].
+  dmat4 m(0.0);
+  m[0][0] = 2 * f.near / (f.right - f.left);
+  m[1][1] = 2 * f.near / (f.top - f.bottom);
+  m[2][0] = (f.right + f.left) / (f.right - f.left);
+  m[2][1] = (f.top + f.bottom) / (f.top - f.bottom);
+  m[2][2] = -(f.far + f.near) / (f.far - f.near);
+  m[2][3] = -1;
+  m[3][2] = -2 * f.far * f.near / (f.far - f.near);
+  return m;
+}
+
+dmat4 vulkan_projection(const Frustum& f) {
+  // The same rays; rows of y negated (Vulkan's y points down) and depth mapped to 0..1.
+  dmat4 m = opengl_projection(f);
+  m[1][1] = -m[1][1];
+  m[2][1] = -m[2][1];
+  m[2][2] = -f.far / (f.far - f.near);
+  m[3][2] = -f.far * f.near / (f.far - f.near);
+  return m;
+}
+
+dvec3 reflect(const Mirror& mirror, const dvec3& p) {
+  return p - 2 * (glm::dot(mirror.normal, p) - mirror.offset) * mirror.normal;
+}
+
+dmat4 reflection(const Mirror& mirror) {
+  // H = [[I − 2nnᵀ, 2cn], [0, 1]]
+  const dvec3 n = mirror.normal;
+  const glm::dmat3 linear = glm::dmat3(1.0) - 2.0 * glm::outerProduct(n, n);
+  dmat4 h(linear);
+  h[3] = glm::dvec4(2 * mirror.offset * n, 1);
+  return h;
+}
+
+Screen reflect(const Mirror& mirror, const Screen& screen) {
+  Screen virtual_screen = screen;
+  virtual_screen.lower_left = reflect(mirror, screen.lower_left);
+  virtual_screen.lower_right = reflect(mirror, screen.lower_right);
+  virtual_screen.upper_left = reflect(mirror, screen.upper_left);
+  return virtual_screen;
+}
+
+EyeView eye_view(const Screen& panel, const std::optional<Mirror>& mirror, const dvec3& p_WE, const ClipRange& range) {
+  const Screen screen = mirror ? reflect(*mirror, panel) : panel;
+  const dvec3 right_edge = screen.lower_right - screen.lower_left, up_edge = screen.upper_left - screen.lower_left;
+  const dvec3 v_r = glm::normalize(right_edge), v_u = glm::normalize(up_edge);
+  // The panel shines towards v_r × v_u; reflected, towards the opposite, and (v_r, v_u, v_n) is left-handed: this is
+  // the one place where the mirror enters, as a view of determinant −1.
+  const dvec3 v_n = glm::normalize(glm::cross(v_r, v_u)) * (mirror ? -1.0 : 1.0);
+
+  const dvec3 v_a = screen.lower_left - p_WE, v_b = screen.lower_right - p_WE, v_c = screen.upper_left - p_WE;
+  const double d = -glm::dot(v_n, v_a);
+  if (!(d > 1e-6))
+    throw Error(fmt::format("an eye {:.1f} mm behind the picture, at [{:.1f}, {:.1f}, {:.1f}] mm", -d / kMillimetre,
+                            p_WE.x / kMillimetre, p_WE.y / kMillimetre, p_WE.z / kMillimetre));
+
+  EyeView eye;
+  eye.position = p_WE;
+  eye.flip = mirror.has_value();
+  eye.frustum = {glm::dot(v_r, v_a) * range.near / d, glm::dot(v_r, v_b) * range.near / d,
+                 glm::dot(v_u, v_a) * range.near / d, glm::dot(v_u, v_c) * range.near / d, range.near, range.far};
+
+  dvec3 shift{0};
+  if (mirror && mirror->glass_thickness > 0) {
+    // Snell: a plate moves what is seen through it along its normal towards the eye by t (1 − cos θ / √(n² − sin² θ)).
+    // Taken for the ray to the middle of the picture, where the work is.
+    const dvec3 middle = screen.lower_left + 0.5 * right_edge + 0.5 * up_edge;
+    const dvec3 to_eye = glm::dot(mirror->normal, p_WE) > mirror->offset ? mirror->normal : -mirror->normal;
+    const double cosine = std::abs(glm::dot(glm::normalize(middle - p_WE), mirror->normal));
+    const double sine2 = 1 - cosine * cosine, index2 = mirror->glass_index * mirror->glass_index;
+    shift = mirror->glass_thickness * (1 - cosine / std::sqrt(index2 - sine2)) * to_eye;
+  }
+  const glm::dmat3 rows = glm::transpose(glm::dmat3(v_r, v_u, v_n));
+  eye.view = dmat4(rows);
+  eye.view[3] = glm::dvec4(rows * (shift - p_WE), 1);
+  eye.projection = vulkan_projection(eye.frustum);
+  return eye;
+}
+
+std::array<dvec3, 2> eye_positions(const Head& head, Layout layout) {
+  if (layout == Layout::kMono) return {head.eye_center, head.eye_center};
+  return {head.eye_center - 0.5 * head.ipd * head.right, head.eye_center + 0.5 * head.ipd * head.right};
+}
+
+ClipRange clip_range(const DisplayRig& rig) {
+  const dvec3 n = glm::normalize(glm::cross(rig.screen.lower_right - rig.screen.lower_left,
+                                            rig.screen.upper_left - rig.screen.lower_left));
+  const dvec3 eye = rig.mirror ? reflect(*rig.mirror, rig.head.eye_center) : rig.head.eye_center;
+  const double d = glm::dot(n, eye - rig.screen.lower_left);
+  ClipRange range;
+  if (d < 0.2) range.near = std::max(d, 2e-3) / 2;
+  if (d > 1.0) range.far = 2 * d;
+  return range;
+}
+
+std::array<EyeView, 2> eye_views(const DisplayRig& rig) {
+  const auto eyes = eye_positions(rig.head, rig.screen.layout);
+  const ClipRange range = clip_range(rig);
+  return {eye_view(rig.screen, rig.mirror, eyes[0], range), eye_view(rig.screen, rig.mirror, eyes[1], range)};
+}
+
+dmat2 upright(const DisplayRig& rig) {
+  const Screen screen = rig.mirror ? reflect(*rig.mirror, rig.screen) : rig.screen;
+  const dvec3 v_r = glm::normalize(screen.lower_right - screen.lower_left);
+  const dvec3 v_u = glm::normalize(screen.upper_left - screen.lower_left);
+  const dvec3 towards_eye = glm::normalize(glm::cross(v_r, v_u)) * (rig.mirror ? -1.0 : 1.0);
+  const dvec3 user_right = rig.head.right, user_up = glm::cross(towards_eye, user_right);
+  const auto nearest_axis = [&](const dvec3& v) -> dvec2 {
+    const double x = glm::dot(v, v_r), y = glm::dot(v, v_u);
+    return std::abs(x) >= std::abs(y) ? dvec2(x < 0 ? -1 : 1, 0) : dvec2(0, y < 0 ? -1 : 1);
+  };
+  const dvec2 right = nearest_axis(user_right);
+  dvec2 up = nearest_axis(user_up);
+  if (glm::dot(right, up) != 0) up = dvec2(-right.y, right.x) * (rig.mirror ? -1.0 : 1.0);
+  return dmat2(right, up);
+}
+
+std::array<double, 16> row_major_mm(const dmat4& view) {
+  std::array<double, 16> m{};
+  for (int row = 0; row < 4; ++row)
+    for (int column = 0; column < 4; ++column) {
+      const double unit = column == 3 && row < 3 ? 1 / kMillimetre : 1.0;
+      m[static_cast<std::size_t>(4 * row + column)] = view[column][row] * unit;
+    }
+  return m;
+}
+
+std::array<double, 16> row_major_mm_projection(const Frustum& frustum) {
+  // Scaling all lengths leaves every entry as it is but P23, which is a length.
+  return row_major_mm(vulkan_projection(frustum));
+}
+
+ivec2 eye_pixels(Layout layout, const ivec2& p) {
+  if (layout == Layout::kSideBySide) return {std::max(p.x / 2, 1), p.y};
+  if (layout == Layout::kTopBottom) return {p.x, std::max(p.y / 2, 1)};
+  return p;
+}
+
+ivec2 screen_pixels(Layout layout, const ivec2& p) {
+  switch (layout) {
+    case Layout::kSideBySide:
+    case Layout::kTwoOutputs:
+      return {2 * p.x, p.y};
+    case Layout::kTopBottom:
+    case Layout::kFrameSequential:
+      return {p.x, 2 * p.y};
+    case Layout::kMono:
+    case Layout::kRowInterleaved:
+    case Layout::kAnaglyph:
+      break;
+  }
+  return p;
+}
+
+}  // namespace typodont::display

@@ -1,0 +1,118 @@
+// Where the screen, the mirror, the eyes and the haptic base are in the workbench frame W, and the asymmetric frusta
+// that follow. Pure functions of measured positions: nothing here knows Vulkan objects. Any thread.
+//
+// Frames: W workbench. E one eye's frame: origin in the eye, x along the picture's right edge-to-edge direction, y along
+// its up direction, the picture in front at negative z. Clip space is Vulkan's: x right, y down, depth 0..1.
+#pragma once
+
+#include <array>
+#include <filesystem>
+#include <glm/glm.hpp>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "engine/base/json.h"
+#include "engine/base/pose.h"
+
+namespace typodont::display {
+
+using glm::dmat2;
+using glm::dmat4;
+using glm::dvec2;
+using glm::ivec2;
+
+enum class DisplayKind { kWindow, kMirror, kHmd, kOffscreen };
+enum class Layout { kMono, kSideBySide, kTopBottom, kRowInterleaved, kAnaglyph, kTwoOutputs, kFrameSequential };
+std::string_view name_of(DisplayKind kind) noexcept;
+std::string_view name_of(Layout layout) noexcept;
+
+/// The physical panel; its corners as its picture is upright.
+struct Screen {
+  dvec3 lower_left{-0.26, -0.145, 0}, lower_right{0.26, -0.145, 0}, upper_left{-0.26, 0.145, 0};  // m, W
+  ivec2 pixels{1920, 1080};
+  Layout layout = Layout::kSideBySide;
+};
+
+/// A half mirror: the plane normal · p = offset, in W. The glass is optional: its thickness and refractive index move
+/// what is seen through it (the hand) towards the eye, and the picture follows.
+struct Mirror {
+  dvec3 normal{0, 1, 0};  // unit
+  double offset = 0;      // m
+  double glass_thickness = 0;  // m, of the plate the hand is seen through
+  double glass_index = 1.52;
+};
+
+struct Head {
+  dvec3 eye_center{0, 0, 0.6};  // m, W, half-way between the eyes
+  double ipd = 0.063;           // m
+  dvec3 right{1, 0, 0};         // unit, from the left eye to the right
+  std::string tracker;          // "opentrack:PORT", or empty: the head does not move
+};
+
+struct DisplayRig {
+  DisplayKind kind = DisplayKind::kOffscreen;
+  Screen screen;
+  std::optional<Mirror> mirror;
+  Head head;
+  Pose X_WH;  // the haptic base
+};
+
+/// Reads a rig file (INTERFACE.md). Throws Error naming file, key, found and expected.
+DisplayRig load_rig(const std::filesystem::path& file);
+DisplayRig parse_rig(const Json& json);
+
+struct ClipRange {
+  double near = 0.1;  // m from the eye, along the picture's normal
+  double far = 2.0;   // m
+};
+
+/// Cut of the frustum with the near plane, m, in E.
+struct Frustum {
+  double left = 0, right = 0, bottom = 0, top = 0, near = 0, far = 0;
+};
+
+/// How one eye sees the picture.
+struct EyeView {
+  dvec3 position{0, 0, 0};  // m, W
+  dmat4 view{1.0};          // W → E, m; determinant −1 when flip
+  dmat4 projection{1.0};    // E → Vulkan clip space
+  Frustum frustum;
+  bool flip = false;        // the picture is seen in a mirror: front faces wind the other way
+};
+
+/// The worked form of the papers, OpenGL's clip space (y up, depth −1..1): what frusta are compared with.
+dmat4 opengl_projection(const Frustum& frustum);
+/// The same for Vulkan's clip space (y down, depth 0..1).
+dmat4 vulkan_projection(const Frustum& frustum);
+
+/// Reflection in the plane: p ↦ p − 2 (n·p − c) n. Its own inverse.
+dvec3 reflect(const Mirror& mirror, const dvec3& p);
+dmat4 reflection(const Mirror& mirror);
+/// The panel as it stands behind the mirror.
+Screen reflect(const Mirror& mirror, const Screen& screen);
+
+/// Kooima 2009, generalised perspective projection, from the eye at p_WE to the screen, seen in the mirror if there is
+/// one (real eye, reflected screen). Throws Error when the eye lies behind the picture or in its plane.
+EyeView eye_view(const Screen& screen, const std::optional<Mirror>& mirror, const dvec3& p_WE, const ClipRange& range);
+
+/// Positions of the left and right eye, or of the point half-way between them twice when the layout is mono.
+std::array<dvec3, 2> eye_positions(const Head& head, Layout layout);
+/// Near and far planes around the workspace: the worked 0.1 m and 2 m unless the picture is nearer or farther.
+ClipRange clip_range(const DisplayRig& rig);
+/// Left, right.
+std::array<EyeView, 2> eye_views(const DisplayRig& rig);
+
+/// How flat writing must be drawn in the picture so that the user reads it upright: columns are the user's right and
+/// up in the picture's (right, up), each ±1 or 0. In a mirror exactly one axis is reversed.
+dmat2 upright(const DisplayRig& rig);
+
+/// 16 numbers, row-major, for lengths in mm: what frame.json holds.
+std::array<double, 16> row_major_mm(const dmat4& view);
+std::array<double, 16> row_major_mm_projection(const Frustum& frustum);
+
+/// Pixels of one eye's picture for a screen of these pixels, and of the composed screen for such an eye picture.
+ivec2 eye_pixels(Layout layout, const ivec2& screen_pixels);
+ivec2 screen_pixels(Layout layout, const ivec2& eye_pixels);
+
+}  // namespace typodont::display

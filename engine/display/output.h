@@ -1,0 +1,88 @@
+// Where a finished frame goes: a picture in memory, or a window. Both eyes' pictures are composed into the layout of
+// the screen and shown. Render thread.
+#pragma once
+
+#include <cstdint>
+#include <glm/glm.hpp>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "engine/display/display_rig.h"
+#include "engine/gpu/resources.h"
+
+namespace typodont::display {
+
+/// What the composed frame is drawn into.
+struct Target {
+  VkImage image = VK_NULL_HANDLE;
+  std::vector<VkImageView> layers;           // one, or two where the surface is stereo itself
+  ivec2 size{0};
+  VkFormat format = VK_FORMAT_UNDEFINED;
+  VkImageLayout final_layout = VK_IMAGE_LAYOUT_UNDEFINED;
+  VkSemaphore ready = VK_NULL_HANDLE;        // wait for it before drawing
+  VkSemaphore done = VK_NULL_HANDLE;         // signal it after drawing
+};
+
+/// Composes the eyes by layout. Creates its pipeline for the first target.
+class Compositor {
+ public:
+  explicit Compositor(gpu::Device& device);
+  ~Compositor();
+  Compositor(const Compositor&) = delete;
+  Compositor& operator=(const Compositor&) = delete;
+
+  /// `pictures`: two layers or one, in SHADER_READ_ONLY layout. `first_row`: where the target begins on the panel, so
+  /// that the rows of a row-interleaved panel keep their eye wherever the window stands.
+  void record(VkCommandBuffer commands, const gpu::Image& pictures, Layout layout, const Target& target, int slot,
+              int first_row = 0);
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+/// What the user did with mouse and keyboard since the last poll.
+struct UserInput {
+  bool close = false;
+  dvec2 pointer{0, 0};  // −1..1 over the picture, y up
+  bool left = false, right = false, middle = false;
+  double wheel = 0;         // steps since the last poll
+  std::vector<int> pressed; // keys pressed since the last poll, upper-case ASCII or GLFW codes
+};
+
+class Output {
+ public:
+  virtual ~Output() = default;
+  /// The next target, or nothing: minimised, or lost for the moment. Throws RunFailure when it is lost for good.
+  virtual std::optional<Target> acquire() = 0;
+  /// Shows what was drawn into the last target; call after submitting.
+  virtual void present() = 0;
+  virtual ivec2 size() const = 0;
+  /// The screen lost what it showed (resized, uncovered): compose again although nothing moved.
+  virtual bool needs_frame() const { return false; }
+  virtual void resize(ivec2) {}
+  virtual UserInput poll() { return {}; }
+  virtual int first_row() const { return 0; }
+  /// Reads the composed picture back; RGBA bytes. Only a picture in memory can.
+  virtual std::vector<std::uint8_t> read() { return {}; }
+};
+
+std::unique_ptr<Output> make_offscreen(gpu::Device& device, ivec2 size);
+
+#ifdef TYPODONT_WINDOW
+struct WindowOptions {
+  std::string title = "Typodont";
+  ivec2 size{1280, 720};
+  int output = -1;           // full screen on this monitor; −1: a window
+  bool stereo_surface = false;  // two layers, for frame-sequential displays
+  double most_frames_per_second = 120;  // where presenting does not wait for the screen
+};
+/// What Device::create needs for a window. Throws Error where there is no desktop to open one on.
+std::vector<const char*> window_extensions();
+/// Throws Error. Survives resizing, minimising and a lost surface.
+std::unique_ptr<Output> make_window(gpu::Device& device, const WindowOptions& options);
+#endif
+
+}  // namespace typodont::display

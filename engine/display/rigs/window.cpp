@@ -1,0 +1,319 @@
+// A window on the desktop, through GLFW. Resizing, minimising and a lost surface are ordinary events here; a lost
+// device is reported to the caller, who sets everything up again.
+#define GLFW_INCLUDE_VULKAN
+#include <GLFW/glfw3.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <thread>
+#include <utility>
+
+#include "engine/base/clock.h"
+#include "engine/base/error.h"
+#include "engine/display/output.h"
+
+namespace typodont::display {
+
+namespace {
+
+/// GLFW lives as long as the program: windows come and go, tests open several.
+void ensure_glfw() {
+  static const bool started = glfwInit() == GLFW_TRUE;
+  if (!started) {
+    const char* why = nullptr;
+    glfwGetError(&why);
+    throw Error("window", "", why ? why : "no desktop", "a desktop session (DISPLAY or WAYLAND_DISPLAY)");
+  }
+  if (!glfwVulkanSupported()) throw Error("window", "", "no Vulkan on this desktop", "a Vulkan driver that presents");
+}
+
+class Window final : public Output {
+ public:
+  Window(gpu::Device& device, const WindowOptions& options) : device_(device), options_(options) {
+    ensure_glfw();
+    glfwWindowHint(GLFW_CLIENT_API, GLFW_NO_API);
+    GLFWmonitor* monitor = nullptr;
+    ivec2 size = options.size;
+    if (options.output >= 0) {
+      int count = 0;
+      GLFWmonitor** monitors = glfwGetMonitors(&count);
+      if (options.output >= count)
+        throw Error("window", "output", fmt::format("{}", options.output),
+                    fmt::format("one of the {} connected, from 0", count));
+      monitor = monitors[options.output];
+      const GLFWvidmode* mode = glfwGetVideoMode(monitor);
+      size = {mode->width, mode->height};
+    }
+    window_ = glfwCreateWindow(size.x, size.y, options.title.c_str(), monitor, nullptr);
+    if (!window_) {
+      const char* why = nullptr;
+      glfwGetError(&why);
+      throw Error("window", "", why ? why : "cannot be opened", "a desktop session");
+    }
+    glfwSetWindowUserPointer(window_, this);
+    glfwSetScrollCallback(window_, [](GLFWwindow* w, double, double y) { self(w).wheel_ += y; });
+    glfwSetWindowRefreshCallback(window_, [](GLFWwindow* w) { self(w).exposed_ = true; });
+    glfwSetKeyCallback(window_, [](GLFWwindow* w, int key, int, int action, int) {
+      if (action == GLFW_PRESS) self(w).pressed_.push_back(key);
+    });
+    try {
+      create_surface();
+      create_swapchain();
+    } catch (...) {
+      destroy();
+      throw;
+    }
+  }
+  ~Window() override { destroy(); }
+  Window(const Window&) = delete;
+  Window& operator=(const Window&) = delete;
+
+  std::optional<Target> acquire() override {
+    pace();
+    ivec2 size{0};
+    glfwGetFramebufferSize(window_, &size.x, &size.y);
+    if (size.x == 0 || size.y == 0) return std::nullopt;  // minimised
+    if (lost_) {
+      create_surface();
+      lost_ = false;
+      stale_ = true;
+    }
+    if (!swapchain_ || stale_ || size != wanted_) create_swapchain();
+    if (!swapchain_) return std::nullopt;
+    sync_ = (sync_ + 1) % ready_.size();
+    const VkResult result =
+        vkAcquireNextImageKHR(device_.device, swapchain_, UINT64_MAX, ready_[sync_], VK_NULL_HANDLE, &index_);
+    if (!usable(result)) return std::nullopt;
+    exposed_ = false;
+    return Target{.image = images_[index_],
+                  .layers = views_[index_],
+                  .size = extent_,
+                  .format = format_,
+                  .final_layout = VK_IMAGE_LAYOUT_PRESENT_SRC_KHR,
+                  .ready = ready_[sync_],
+                  .done = done_[index_]};
+  }
+
+  void present() override {
+    const VkPresentInfoKHR info{.sType = VK_STRUCTURE_TYPE_PRESENT_INFO_KHR,
+                                .waitSemaphoreCount = 1,
+                                .pWaitSemaphores = &done_[index_],
+                                .swapchainCount = 1,
+                                .pSwapchains = &swapchain_,
+                                .pImageIndices = &index_};
+    usable(vkQueuePresentKHR(device_.queue, &info));
+  }
+
+  ivec2 size() const override { return extent_; }
+
+  bool needs_frame() const override {
+    ivec2 size{0};
+    glfwGetFramebufferSize(window_, &size.x, &size.y);
+    return exposed_ || stale_ || lost_ || size != wanted_;
+  }
+
+  void resize(ivec2 size) override { glfwSetWindowSize(window_, size.x, size.y); }
+
+  int first_row() const override {
+    int x = 0, y = 0;
+    glfwGetWindowPos(window_, &x, &y);
+    return y;
+  }
+
+  UserInput poll() override {
+    glfwPollEvents();
+    UserInput input;
+    input.close = glfwWindowShouldClose(window_);
+    int w = 1, h = 1;
+    glfwGetWindowSize(window_, &w, &h);
+    double x = 0, y = 0;
+    glfwGetCursorPos(window_, &x, &y);
+    input.pointer = {2 * x / std::max(w, 1) - 1, 1 - 2 * y / std::max(h, 1)};
+    input.left = glfwGetMouseButton(window_, GLFW_MOUSE_BUTTON_LEFT) == GLFW_PRESS;
+    input.right = glfwGetMouseButton(window_, GLFW_MOUSE_BUTTON_RIGHT) == GLFW_PRESS;
+    input.middle = glfwGetMouseButton(window_, GLFW_MOUSE_BUTTON_MIDDLE) == GLFW_PRESS;
+    input.wheel = std::exchange(wheel_, 0.0);
+    input.pressed = std::exchange(pressed_, {});
+    return input;
+  }
+
+ private:
+  static Window& self(GLFWwindow* w) { return *static_cast<Window*>(glfwGetWindowUserPointer(w)); }
+
+  /// Presenting does not wait for the screen everywhere (Xvfb): never faster than the limit.
+  void pace() {
+    const Nanos period = from_seconds(1.0 / std::max(options_.most_frames_per_second, 1.0));
+    const Nanos t = now();
+    if (t < next_) std::this_thread::sleep_for(std::chrono::nanoseconds(next_ - t));
+    next_ = std::max(next_, t) + period;
+  }
+
+  /// False when this frame cannot be shown; what is needed for the next is noted.
+  bool usable(VkResult result) {
+    if (result == VK_SUCCESS) return true;
+    if (result == VK_SUBOPTIMAL_KHR) {
+      stale_ = true;  // still shown
+      return true;
+    }
+    if (result == VK_ERROR_OUT_OF_DATE_KHR) {
+      stale_ = true;
+      return false;
+    }
+    if (result == VK_ERROR_SURFACE_LOST_KHR) {
+      lost_ = true;
+      return false;
+    }
+    gpu::check(result, "swapchain");
+    return false;
+  }
+
+  void create_surface() {
+    destroy_swapchain();
+    if (surface_) vkDestroySurfaceKHR(device_.instance, surface_, nullptr);
+    surface_ = VK_NULL_HANDLE;
+    gpu::check(glfwCreateWindowSurface(device_.instance, window_, nullptr, &surface_), "glfwCreateWindowSurface");
+    VkBool32 supported = VK_FALSE;
+    gpu::check(vkGetPhysicalDeviceSurfaceSupportKHR(device_.physical, device_.queue_family, surface_, &supported),
+               "vkGetPhysicalDeviceSurfaceSupportKHR");
+    if (!supported)
+      throw Error("window", device_.name(), "cannot present to this desktop", "a device that presents");
+  }
+
+  void create_swapchain() {
+    VkSurfaceCapabilitiesKHR caps{};
+    const VkResult asked = vkGetPhysicalDeviceSurfaceCapabilitiesKHR(device_.physical, surface_, &caps);
+    if (!usable(asked)) return;
+    const std::uint32_t layers = options_.stereo_surface ? 2 : 1;
+    if (layers > caps.maxImageArrayLayers)
+      throw Error("window", "layout", fmt::format("a surface of {} layer", caps.maxImageArrayLayers),
+                  "two layers, which frame_sequential needs; side_by_side works on any surface");
+    glfwGetFramebufferSize(window_, &wanted_.x, &wanted_.y);
+    VkExtent2D extent = caps.currentExtent;
+    if (extent.width == UINT32_MAX)
+      extent = {std::clamp(static_cast<std::uint32_t>(wanted_.x), caps.minImageExtent.width, caps.maxImageExtent.width),
+                std::clamp(static_cast<std::uint32_t>(wanted_.y), caps.minImageExtent.height,
+                           caps.maxImageExtent.height)};
+    if (extent.width == 0 || extent.height == 0) return;
+
+    // The eyes' pictures hold sRGB bytes: they go out unchanged, so the surface must not encode again.
+    std::uint32_t count = 0;
+    gpu::check(vkGetPhysicalDeviceSurfaceFormatsKHR(device_.physical, surface_, &count, nullptr),
+               "vkGetPhysicalDeviceSurfaceFormatsKHR");
+    std::vector<VkSurfaceFormatKHR> formats(count);
+    gpu::check(vkGetPhysicalDeviceSurfaceFormatsKHR(device_.physical, surface_, &count, formats.data()),
+               "vkGetPhysicalDeviceSurfaceFormatsKHR");
+    const auto good = std::find_if(formats.begin(), formats.end(), [](const VkSurfaceFormatKHR& f) {
+      return (f.format == VK_FORMAT_B8G8R8A8_UNORM || f.format == VK_FORMAT_R8G8B8A8_UNORM) &&
+             f.colorSpace == VK_COLOR_SPACE_SRGB_NONLINEAR_KHR;
+    });
+    if (good == formats.end()) throw Error("window", "", "no 8-bit surface format", "B8G8R8A8 or R8G8B8A8");
+    format_ = good->format;
+
+    vkDeviceWaitIdle(device_.device);
+    const std::uint32_t images = caps.maxImageCount ? std::min(caps.minImageCount + 1, caps.maxImageCount)
+                                                    : caps.minImageCount + 1;
+    const VkSwapchainKHR old = swapchain_;
+    const VkSwapchainCreateInfoKHR info{.sType = VK_STRUCTURE_TYPE_SWAPCHAIN_CREATE_INFO_KHR,
+                                        .surface = surface_,
+                                        .minImageCount = images,
+                                        .imageFormat = format_,
+                                        .imageColorSpace = good->colorSpace,
+                                        .imageExtent = extent,
+                                        .imageArrayLayers = layers,
+                                        .imageUsage = VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT,
+                                        .preTransform = caps.currentTransform,
+                                        .compositeAlpha = VK_COMPOSITE_ALPHA_OPAQUE_BIT_KHR,
+                                        .presentMode = VK_PRESENT_MODE_FIFO_KHR,
+                                        .clipped = VK_TRUE,
+                                        .oldSwapchain = old};
+    VkSwapchainKHR fresh = VK_NULL_HANDLE;
+    const VkResult made = vkCreateSwapchainKHR(device_.device, &info, nullptr, &fresh);
+    destroy_swapchain();
+    if (!usable(made)) return;
+    swapchain_ = fresh;
+    extent_ = {static_cast<int>(extent.width), static_cast<int>(extent.height)};
+    stale_ = false;
+
+    gpu::check(vkGetSwapchainImagesKHR(device_.device, swapchain_, &count, nullptr), "vkGetSwapchainImagesKHR");
+    images_.resize(count);
+    gpu::check(vkGetSwapchainImagesKHR(device_.device, swapchain_, &count, images_.data()), "vkGetSwapchainImagesKHR");
+    for (VkImage image : images_) {
+      auto& views = views_.emplace_back();
+      for (std::uint32_t layer = 0; layer < layers; ++layer) {
+        const VkImageViewCreateInfo view{.sType = VK_STRUCTURE_TYPE_IMAGE_VIEW_CREATE_INFO,
+                                         .image = image,
+                                         .viewType = VK_IMAGE_VIEW_TYPE_2D,
+                                         .format = format_,
+                                         .subresourceRange = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 1, layer, 1}};
+        gpu::check(vkCreateImageView(device_.device, &view, nullptr, &views.emplace_back()), "vkCreateImageView");
+      }
+      done_.push_back(create_semaphore());
+    }
+    // One more than frames in flight: a semaphore is never waited for while it is handed out again.
+    for (int i = 0; i < gpu::FrameRing::kSlots + 1; ++i) ready_.push_back(create_semaphore());
+    sync_ = 0;
+  }
+
+  VkSemaphore create_semaphore() {
+    const VkSemaphoreCreateInfo info{.sType = VK_STRUCTURE_TYPE_SEMAPHORE_CREATE_INFO};
+    VkSemaphore semaphore = VK_NULL_HANDLE;
+    gpu::check(vkCreateSemaphore(device_.device, &info, nullptr, &semaphore), "vkCreateSemaphore");
+    return semaphore;
+  }
+
+  void destroy_swapchain() {
+    vkDeviceWaitIdle(device_.device);
+    for (auto& views : views_)
+      for (VkImageView view : views) vkDestroyImageView(device_.device, view, nullptr);
+    for (const auto* list : {&ready_, &done_})
+      for (VkSemaphore s : *list) vkDestroySemaphore(device_.device, s, nullptr);
+    views_.clear();
+    ready_.clear();
+    done_.clear();
+    images_.clear();
+    if (swapchain_) vkDestroySwapchainKHR(device_.device, swapchain_, nullptr);
+    swapchain_ = VK_NULL_HANDLE;
+  }
+
+  void destroy() {
+    destroy_swapchain();
+    if (surface_) vkDestroySurfaceKHR(device_.instance, surface_, nullptr);
+    surface_ = VK_NULL_HANDLE;
+    if (window_) glfwDestroyWindow(window_);
+    window_ = nullptr;
+  }
+
+  gpu::Device& device_;
+  WindowOptions options_;
+  GLFWwindow* window_ = nullptr;
+  VkSurfaceKHR surface_ = VK_NULL_HANDLE;
+  VkSwapchainKHR swapchain_ = VK_NULL_HANDLE;
+  VkFormat format_ = VK_FORMAT_UNDEFINED;
+  ivec2 extent_{0}, wanted_{0};
+  std::vector<VkImage> images_;
+  std::vector<std::vector<VkImageView>> views_;
+  std::vector<VkSemaphore> ready_, done_;
+  std::size_t sync_ = 0;
+  std::uint32_t index_ = 0;
+  bool stale_ = false, lost_ = false, exposed_ = true;
+  double wheel_ = 0;
+  std::vector<int> pressed_;
+  Nanos next_ = 0;
+};
+
+}  // namespace
+
+std::vector<const char*> window_extensions() {
+  ensure_glfw();
+  std::uint32_t count = 0;
+  const char** names = glfwGetRequiredInstanceExtensions(&count);
+  if (!names) throw Error("window", "", "no Vulkan surface on this desktop", "a Vulkan driver that presents");
+  return {names, names + count};
+}
+
+std::unique_ptr<Output> make_window(gpu::Device& device, const WindowOptions& options) {
+  return std::make_unique<Window>(device, options);
+}
+
+}  // namespace typodont::display

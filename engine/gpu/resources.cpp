@@ -1,0 +1,270 @@
+#include "engine/gpu/resources.h"
+
+#include <array>
+#include <cstring>
+
+#include "engine/base/check.h"
+
+namespace typodont::gpu {
+
+namespace {
+
+Buffer create_buffer(Device& device, VkDeviceSize size, VkBufferUsageFlags usage, VkMemoryPropertyFlags required,
+                     VkMemoryPropertyFlags preferred) {
+  Buffer b;
+  b.size = size;
+  const VkBufferCreateInfo info{.sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO, .size = size, .usage = usage};
+  check(vkCreateBuffer(device.device, &info, nullptr, &b.buffer), "vkCreateBuffer");
+  VkMemoryRequirements requirements;
+  vkGetBufferMemoryRequirements(device.device, b.buffer, &requirements);
+  b.memory = device.allocate(requirements, required, preferred, false);
+  check(vkBindBufferMemory(device.device, b.buffer, b.memory.memory, b.memory.offset), "vkBindBufferMemory");
+  return b;
+}
+
+VkImageView create_view(Device& device, const Image& image, VkFormat format, std::uint32_t first, std::uint32_t count,
+                        VkImageViewType type) {
+  const VkImageViewCreateInfo info{
+      .sType = VK_STRUCTURE_TYPE_IMAGE_VIEW_CREATE_INFO,
+      .image = image.image,
+      .viewType = type,
+      .format = format,
+      .subresourceRange = {image.options.aspect, 0, 1, first, count}};
+  VkImageView view = VK_NULL_HANDLE;
+  check(vkCreateImageView(device.device, &info, nullptr, &view), "vkCreateImageView");
+  return view;
+}
+
+VkShaderModule create_module(Device& device, std::span<const std::uint32_t> code) {
+  const VkShaderModuleCreateInfo info{
+      .sType = VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO, .codeSize = code.size_bytes(), .pCode = code.data()};
+  VkShaderModule module = VK_NULL_HANDLE;
+  check(vkCreateShaderModule(device.device, &info, nullptr, &module), "vkCreateShaderModule");
+  return module;
+}
+
+}  // namespace
+
+Buffer Buffer::create(Device& device, VkDeviceSize size, VkBufferUsageFlags usage) {
+  return create_buffer(device, size, usage,
+                       VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT,
+                       VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT);
+}
+
+Buffer Buffer::create_readback(Device& device, VkDeviceSize size) {
+  return create_buffer(device, size, VK_BUFFER_USAGE_TRANSFER_DST_BIT,
+                       VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT,
+                       VK_MEMORY_PROPERTY_HOST_CACHED_BIT);
+}
+
+void Buffer::destroy(Device& device) {
+  if (buffer) vkDestroyBuffer(device.device, buffer, nullptr);
+  device.release(memory);
+  *this = {};
+}
+
+Image Image::create(Device& device, const ImageOptions& options) {
+  Image image;
+  image.options = options;
+  const VkImageCreateInfo info{
+      .sType = VK_STRUCTURE_TYPE_IMAGE_CREATE_INFO,
+      .flags = options.alias != VK_FORMAT_UNDEFINED ? VkImageCreateFlags{VK_IMAGE_CREATE_MUTABLE_FORMAT_BIT}
+                                                    : VkImageCreateFlags{0},
+      .imageType = VK_IMAGE_TYPE_2D,
+      .format = options.format,
+      .extent = {options.size.width, options.size.height, 1},
+      .mipLevels = 1,
+      .arrayLayers = options.layers,
+      .samples = static_cast<VkSampleCountFlagBits>(options.samples),
+      .tiling = VK_IMAGE_TILING_OPTIMAL,
+      .usage = options.usage,
+      .initialLayout = VK_IMAGE_LAYOUT_UNDEFINED};
+  check(vkCreateImage(device.device, &info, nullptr, &image.image), "vkCreateImage");
+  VkMemoryRequirements requirements;
+  vkGetImageMemoryRequirements(device.device, image.image, &requirements);
+  image.memory = device.allocate(requirements, 0, VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT, true);
+  check(vkBindImageMemory(device.device, image.image, image.memory.memory, image.memory.offset), "vkBindImageMemory");
+  constexpr VkImageUsageFlags kViewed =
+      VK_IMAGE_USAGE_SAMPLED_BIT | VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT | VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT;
+  if (!(options.usage & kViewed)) return image;
+  image.view =
+      create_view(device, image, options.format, 0, options.layers, VK_IMAGE_VIEW_TYPE_2D_ARRAY);
+  if (options.alias != VK_FORMAT_UNDEFINED)
+    image.alias_view = create_view(device, image, options.alias, 0, options.layers, VK_IMAGE_VIEW_TYPE_2D_ARRAY);
+  for (std::uint32_t layer = 0; layer < options.layers; ++layer)
+    image.layer_views.push_back(create_view(device, image, options.format, layer, 1, VK_IMAGE_VIEW_TYPE_2D));
+  return image;
+}
+
+void Image::destroy(Device& device) {
+  for (VkImageView v : layer_views) vkDestroyImageView(device.device, v, nullptr);
+  if (view) vkDestroyImageView(device.device, view, nullptr);
+  if (alias_view) vkDestroyImageView(device.device, alias_view, nullptr);
+  if (image) vkDestroyImage(device.device, image, nullptr);
+  device.release(memory);
+  *this = {};
+}
+
+void transition(VkCommandBuffer commands, VkImage image, VkImageAspectFlags aspect, VkImageLayout from,
+                VkImageLayout to, VkPipelineStageFlags2 source_stage, VkAccessFlags2 source_access,
+                VkPipelineStageFlags2 stage, VkAccessFlags2 access) {
+  const VkImageMemoryBarrier2 barrier{
+      .sType = VK_STRUCTURE_TYPE_IMAGE_MEMORY_BARRIER_2,
+      .srcStageMask = source_stage,
+      .srcAccessMask = source_access,
+      .dstStageMask = stage,
+      .dstAccessMask = access,
+      .oldLayout = from,
+      .newLayout = to,
+      .srcQueueFamilyIndex = VK_QUEUE_FAMILY_IGNORED,
+      .dstQueueFamilyIndex = VK_QUEUE_FAMILY_IGNORED,
+      .image = image,
+      .subresourceRange = {aspect, 0, 1, 0, VK_REMAINING_ARRAY_LAYERS}};
+  const VkDependencyInfo dependency{.sType = VK_STRUCTURE_TYPE_DEPENDENCY_INFO,
+                                    .imageMemoryBarrierCount = 1,
+                                    .pImageMemoryBarriers = &barrier};
+  vkCmdPipelineBarrier2(commands, &dependency);
+}
+
+void transition(VkCommandBuffer commands, const Image& image, VkImageLayout from, VkImageLayout to,
+                VkPipelineStageFlags2 source_stage, VkAccessFlags2 source_access, VkPipelineStageFlags2 stage,
+                VkAccessFlags2 access) {
+  transition(commands, image.image, image.options.aspect, from, to, source_stage, source_access, stage, access);
+}
+
+std::vector<std::uint8_t> read_back(Device& device, const Image& image, std::uint32_t layer, VkImageLayout layout) {
+  const VkExtent2D size = image.options.size;
+  const std::size_t bytes = std::size_t{4} * size.width * size.height;
+  Buffer buffer = Buffer::create_readback(device, bytes);
+  run_once(device, [&](VkCommandBuffer commands) {
+    transition(commands, image, layout, VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT,
+               VK_ACCESS_2_MEMORY_WRITE_BIT, VK_PIPELINE_STAGE_2_COPY_BIT, VK_ACCESS_2_TRANSFER_READ_BIT);
+    const VkBufferImageCopy copy{.imageSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, 0, layer, 1},
+                                 .imageExtent = {size.width, size.height, 1}};
+    vkCmdCopyImageToBuffer(commands, image.image, VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL, buffer.buffer, 1, &copy);
+    transition(commands, image, VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL, layout, VK_PIPELINE_STAGE_2_COPY_BIT,
+               VK_ACCESS_2_NONE, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, VK_ACCESS_2_MEMORY_READ_BIT);
+    const VkMemoryBarrier2 to_host{.sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER_2,
+                                   .srcStageMask = VK_PIPELINE_STAGE_2_COPY_BIT,
+                                   .srcAccessMask = VK_ACCESS_2_TRANSFER_WRITE_BIT,
+                                   .dstStageMask = VK_PIPELINE_STAGE_2_HOST_BIT,
+                                   .dstAccessMask = VK_ACCESS_2_HOST_READ_BIT};
+    const VkDependencyInfo dependency{
+        .sType = VK_STRUCTURE_TYPE_DEPENDENCY_INFO, .memoryBarrierCount = 1, .pMemoryBarriers = &to_host};
+    vkCmdPipelineBarrier2(commands, &dependency);
+  });
+  std::vector<std::uint8_t> pixels(bytes);
+  std::memcpy(pixels.data(), buffer.memory.mapped, bytes);
+  buffer.destroy(device);
+  return pixels;
+}
+
+void upload(Device& device, const Image& image, std::span<const std::uint8_t> bytes) {
+  Buffer buffer = Buffer::create(device, bytes.size(), VK_BUFFER_USAGE_TRANSFER_SRC_BIT);
+  std::memcpy(buffer.memory.mapped, bytes.data(), bytes.size());
+  run_once(device, [&](VkCommandBuffer commands) {
+    transition(commands, image, VK_IMAGE_LAYOUT_UNDEFINED, VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL,
+               VK_PIPELINE_STAGE_2_NONE, VK_ACCESS_2_NONE, VK_PIPELINE_STAGE_2_COPY_BIT,
+               VK_ACCESS_2_TRANSFER_WRITE_BIT);
+    const VkBufferImageCopy copy{.imageSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 0, 1},
+                                 .imageExtent = {image.options.size.width, image.options.size.height, 1}};
+    vkCmdCopyBufferToImage(commands, buffer.buffer, image.image, VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, 1, &copy);
+    transition(commands, image, VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL,
+               VK_PIPELINE_STAGE_2_COPY_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT, VK_PIPELINE_STAGE_2_FRAGMENT_SHADER_BIT,
+               VK_ACCESS_2_SHADER_SAMPLED_READ_BIT);
+  });
+  buffer.destroy(device);
+}
+
+VkPipeline create_pipeline(Device& device, const PipelineOptions& o) {
+  std::vector<VkSpecializationMapEntry> entries;
+  for (std::uint32_t i = 0; i < o.constants.size(); ++i) entries.push_back({i, 4 * i, 4});
+  const VkSpecializationInfo constants{static_cast<std::uint32_t>(entries.size()), entries.data(),
+                                       4 * o.constants.size(), o.constants.data()};
+  std::array<VkPipelineShaderStageCreateInfo, 2> stages{};
+  std::uint32_t stage_count = 0;
+  for (const auto& [code, stage] : {std::pair{o.vertex_shader, VK_SHADER_STAGE_VERTEX_BIT},
+                                    std::pair{o.fragment_shader, VK_SHADER_STAGE_FRAGMENT_BIT}})
+    if (!code.empty())
+      stages[stage_count++] = {.sType = VK_STRUCTURE_TYPE_PIPELINE_SHADER_STAGE_CREATE_INFO,
+                               .stage = stage,
+                               .module = create_module(device, code),
+                               .pName = "main",
+                               .pSpecializationInfo = &constants};
+  TYPODONT_CHECK(stage_count >= 1);
+
+  std::vector<VkVertexInputAttributeDescription> attributes;
+  for (std::uint32_t i = 0; i < o.attributes.size(); ++i)
+    attributes.push_back({i, o.attributes[i].binding, o.attributes[i].format, o.attributes[i].offset});
+  const VkPipelineVertexInputStateCreateInfo input{
+      .sType = VK_STRUCTURE_TYPE_PIPELINE_VERTEX_INPUT_STATE_CREATE_INFO,
+      .vertexBindingDescriptionCount = static_cast<std::uint32_t>(o.bindings.size()),
+      .pVertexBindingDescriptions = o.bindings.data(),
+      .vertexAttributeDescriptionCount = static_cast<std::uint32_t>(attributes.size()),
+      .pVertexAttributeDescriptions = attributes.data()};
+  const VkPipelineInputAssemblyStateCreateInfo assembly{
+      .sType = VK_STRUCTURE_TYPE_PIPELINE_INPUT_ASSEMBLY_STATE_CREATE_INFO, .topology = o.topology};
+  const VkPipelineViewportStateCreateInfo viewport{
+      .sType = VK_STRUCTURE_TYPE_PIPELINE_VIEWPORT_STATE_CREATE_INFO, .viewportCount = 1, .scissorCount = 1};
+  const VkPipelineRasterizationStateCreateInfo raster{
+      .sType = VK_STRUCTURE_TYPE_PIPELINE_RASTERIZATION_STATE_CREATE_INFO,
+      .polygonMode = VK_POLYGON_MODE_FILL,
+      .cullMode = o.cull,
+      .depthBiasEnable = o.depth_bias != 0 || o.depth_bias_slope != 0,
+      .depthBiasConstantFactor = o.depth_bias,
+      .depthBiasSlopeFactor = o.depth_bias_slope,
+      .lineWidth = 1};
+  const VkPipelineMultisampleStateCreateInfo multisample{
+      .sType = VK_STRUCTURE_TYPE_PIPELINE_MULTISAMPLE_STATE_CREATE_INFO,
+      .rasterizationSamples = static_cast<VkSampleCountFlagBits>(o.samples)};
+  const VkPipelineDepthStencilStateCreateInfo depth{
+      .sType = VK_STRUCTURE_TYPE_PIPELINE_DEPTH_STENCIL_STATE_CREATE_INFO,
+      .depthTestEnable = o.depth != VK_FORMAT_UNDEFINED,
+      .depthWriteEnable = o.depth != VK_FORMAT_UNDEFINED && o.depth_write,
+      .depthCompareOp = o.depth_compare};
+  const VkPipelineColorBlendAttachmentState attachment{
+      .blendEnable = o.blend,
+      .srcColorBlendFactor = VK_BLEND_FACTOR_ONE,
+      .dstColorBlendFactor = VK_BLEND_FACTOR_ONE_MINUS_SRC_ALPHA,
+      .colorBlendOp = VK_BLEND_OP_ADD,
+      .srcAlphaBlendFactor = VK_BLEND_FACTOR_ONE,
+      .dstAlphaBlendFactor = VK_BLEND_FACTOR_ONE_MINUS_SRC_ALPHA,
+      .alphaBlendOp = VK_BLEND_OP_ADD,
+      .colorWriteMask = VK_COLOR_COMPONENT_R_BIT | VK_COLOR_COMPONENT_G_BIT | VK_COLOR_COMPONENT_B_BIT |
+                        VK_COLOR_COMPONENT_A_BIT};
+  const bool color = o.color != VK_FORMAT_UNDEFINED;
+  const VkPipelineColorBlendStateCreateInfo blend{
+      .sType = VK_STRUCTURE_TYPE_PIPELINE_COLOR_BLEND_STATE_CREATE_INFO,
+      .attachmentCount = color ? 1u : 0u,
+      .pAttachments = &attachment};
+  const std::array<VkDynamicState, 3> dynamics{VK_DYNAMIC_STATE_VIEWPORT, VK_DYNAMIC_STATE_SCISSOR,
+                                               VK_DYNAMIC_STATE_FRONT_FACE};
+  const VkPipelineDynamicStateCreateInfo dynamic{.sType = VK_STRUCTURE_TYPE_PIPELINE_DYNAMIC_STATE_CREATE_INFO,
+                                                 .dynamicStateCount = static_cast<std::uint32_t>(dynamics.size()),
+                                                 .pDynamicStates = dynamics.data()};
+  const VkPipelineRenderingCreateInfo rendering{.sType = VK_STRUCTURE_TYPE_PIPELINE_RENDERING_CREATE_INFO,
+                                                .viewMask = o.view_mask,
+                                                .colorAttachmentCount = color ? 1u : 0u,
+                                                .pColorAttachmentFormats = &o.color,
+                                                .depthAttachmentFormat = o.depth};
+  const VkGraphicsPipelineCreateInfo info{.sType = VK_STRUCTURE_TYPE_GRAPHICS_PIPELINE_CREATE_INFO,
+                                          .pNext = &rendering,
+                                          .stageCount = stage_count,
+                                          .pStages = stages.data(),
+                                          .pVertexInputState = &input,
+                                          .pInputAssemblyState = &assembly,
+                                          .pViewportState = &viewport,
+                                          .pRasterizationState = &raster,
+                                          .pMultisampleState = &multisample,
+                                          .pDepthStencilState = &depth,
+                                          .pColorBlendState = &blend,
+                                          .pDynamicState = &dynamic,
+                                          .layout = o.layout};
+  VkPipeline pipeline = VK_NULL_HANDLE;
+  const VkResult result = vkCreateGraphicsPipelines(device.device, VK_NULL_HANDLE, 1, &info, nullptr, &pipeline);
+  for (std::uint32_t i = 0; i < stage_count; ++i) vkDestroyShaderModule(device.device, stages[i].module, nullptr);
+  check(result, "vkCreateGraphicsPipelines");
+  return pipeline;
+}
+
+}  // namespace typodont::gpu

@@ -1,0 +1,91 @@
+// Buffers, images, shaders and pipelines on a Device. Structs with create and destroy.
+#pragma once
+
+#include <vulkan/vulkan.h>
+
+#include <cstdint>
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include "engine/gpu/device.h"
+
+namespace typodont::gpu {
+
+struct Buffer {
+  VkBuffer buffer = VK_NULL_HANDLE;
+  VkDeviceSize size = 0;
+  Allocation memory;
+
+  /// Memory the host writes and the GPU reads.
+  static Buffer create(Device& device, VkDeviceSize size, VkBufferUsageFlags usage);
+  /// Memory the GPU writes and the host reads.
+  static Buffer create_readback(Device& device, VkDeviceSize size);
+  void destroy(Device& device);
+  template <class T>
+  T* mapped(VkDeviceSize offset = 0) const {
+    return reinterpret_cast<T*>(memory.mapped + offset);
+  }
+};
+
+struct ImageOptions {
+  VkExtent2D size{1, 1};
+  std::uint32_t layers = 1;
+  VkFormat format = VK_FORMAT_R8G8B8A8_SRGB;
+  VkFormat alias = VK_FORMAT_UNDEFINED;  // a second format its bytes are also read as
+  int samples = 1;
+  VkImageUsageFlags usage = 0;
+  VkImageAspectFlags aspect = VK_IMAGE_ASPECT_COLOR_BIT;
+};
+
+struct Image {
+  VkImage image = VK_NULL_HANDLE;
+  VkImageView view = VK_NULL_HANDLE;              // all layers, as an array
+  VkImageView alias_view = VK_NULL_HANDLE;        // all layers, read as the second format
+  std::vector<VkImageView> layer_views;           // each layer, 2D
+  ImageOptions options;
+  Allocation memory;
+
+  static Image create(Device& device, const ImageOptions& options);
+  void destroy(Device& device);
+};
+
+/// One image barrier over all layers.
+void transition(VkCommandBuffer commands, const Image& image, VkImageLayout from, VkImageLayout to,
+                VkPipelineStageFlags2 source_stage, VkAccessFlags2 source_access, VkPipelineStageFlags2 stage,
+                VkAccessFlags2 access);
+void transition(VkCommandBuffer commands, VkImage image, VkImageAspectFlags aspect, VkImageLayout from,
+                VkImageLayout to, VkPipelineStageFlags2 source_stage, VkAccessFlags2 source_access,
+                VkPipelineStageFlags2 stage, VkAccessFlags2 access);
+
+/// Copies one layer of a colour image (4 bytes a pixel), lying in `layout`, to the host; waits for it.
+std::vector<std::uint8_t> read_back(Device& device, const Image& image, std::uint32_t layer, VkImageLayout layout);
+/// Fills a sampled image of one layer, leaving it ready for shaders.
+void upload(Device& device, const Image& image, std::span<const std::uint8_t> bytes);
+
+struct VertexAttribute {
+  std::uint32_t binding;
+  VkFormat format;
+  std::uint32_t offset;
+};
+
+struct PipelineOptions {
+  std::span<const std::uint32_t> vertex_shader, fragment_shader;  // SPIR-V; no fragment shader: depth only
+  VkPipelineLayout layout = VK_NULL_HANDLE;
+  std::vector<VkVertexInputBindingDescription> bindings;
+  std::vector<VertexAttribute> attributes;  // locations 0, 1, 2 …
+  VkPrimitiveTopology topology = VK_PRIMITIVE_TOPOLOGY_TRIANGLE_LIST;
+  VkCullModeFlags cull = VK_CULL_MODE_BACK_BIT;  // the front face is set when recording
+  VkFormat color = VK_FORMAT_UNDEFINED;
+  VkFormat depth = VK_FORMAT_UNDEFINED;
+  bool depth_write = true;
+  VkCompareOp depth_compare = VK_COMPARE_OP_LESS_OR_EQUAL;
+  bool blend = false;        // premultiplied alpha
+  float depth_bias = 0, depth_bias_slope = 0;
+  int samples = 1;
+  std::uint32_t view_mask = 0;
+  std::vector<std::uint32_t> constants;  // specialisation constants 0, 1, 2 … of the shaders
+};
+VkPipeline create_pipeline(Device& device, const PipelineOptions& options);
+
+}  // namespace typodont::gpu

@@ -1,0 +1,53 @@
+// How each tissue looks. Colours come from the scene's materials; how light behaves in them is listed here.
+#pragma once
+
+#include <array>
+
+#include "engine/contract/tissue.h"
+
+namespace typodont::render {
+
+struct Look {
+  dvec3 color{1, 1, 1};     // sRGB
+  double roughness = 0.5;
+  double translucency = 0;  // how far light wanders inside: 0 chalk, 1 wax
+  double metal = 0;
+  double wetness = 0;       // of the film of water over it
+};
+
+inline std::array<Look, kTissueCount> looks_of(const MaterialTable& materials) {
+  std::array<Look, kTissueCount> looks;
+  const auto set = [&](Tissue t, double roughness, double translucency, double metal, double wetness) {
+    const auto i = static_cast<std::size_t>(t);
+    looks[i] = {materials[i].color, roughness, translucency, metal, wetness};
+  };
+  set(Tissue::kAir, 0.5, 0.0, 0, 0);
+  set(Tissue::kEnamel, 0.22, 0.85, 0, 0.90);
+  set(Tissue::kDentin, 0.62, 0.35, 0, 0.10);
+  set(Tissue::kCaries, 0.80, 0.15, 0, 0.05);
+  set(Tissue::kPulp, 0.35, 0.60, 0, 0.80);
+  set(Tissue::kCorticalBone, 0.55, 0.30, 0, 0.35);
+  set(Tissue::kCancellousBone, 0.65, 0.30, 0, 0.30);
+  set(Tissue::kGingiva, 0.38, 0.60, 0, 0.70);
+  set(Tissue::kAmalgam, 0.34, 0.0, 1.0, 0);
+  set(Tissue::kComposite, 0.40, 0.70, 0, 0.45);
+  return looks;
+}
+
+/// Colours where no material table is at hand (tests, pictures of bare meshes). sRGB.
+inline MaterialTable default_colors() {
+  MaterialTable m{};
+  const auto set = [&](Tissue t, dvec3 c) { m[static_cast<std::size_t>(t)].color = c; };
+  set(Tissue::kEnamel, {0.94, 0.915, 0.86});
+  set(Tissue::kDentin, {0.87, 0.77, 0.59});
+  set(Tissue::kCaries, {0.36, 0.22, 0.12});
+  set(Tissue::kPulp, {0.74, 0.16, 0.17});
+  set(Tissue::kCorticalBone, {0.91, 0.86, 0.74});
+  set(Tissue::kCancellousBone, {0.85, 0.63, 0.50});
+  set(Tissue::kGingiva, {0.83, 0.49, 0.48});
+  set(Tissue::kAmalgam, {0.66, 0.67, 0.69});
+  set(Tissue::kComposite, {0.92, 0.88, 0.79});
+  return m;
+}
+
+}  // namespace typodont::render

@@ -1,0 +1,80 @@
+// All surfaces made of bricks: their places in GPU memory, what of them is in view, and the draw commands for that.
+#pragma once
+
+#include <deque>
+#include <map>
+#include <unordered_map>
+
+#include "engine/render/passes/context.h"
+
+namespace typodont::render {
+
+/// As the GPU reads it: 28 bytes.
+struct GpuVertex {
+  float p[3];              // m, mesh
+  std::int16_t n[4];       // snorm; w: occlusion
+  std::uint8_t color[4];   // sRGB; w: translucency
+  std::uint8_t look[4];    // roughness, metal, wetness
+};
+static_assert(sizeof(GpuVertex) == 28);
+
+struct Brick {
+  int block = -1;
+  std::uint32_t first_vertex = 0, vertices = 0, first_index = 0, indices = 0;
+  glm::vec3 lo{0}, hi{0};             // m, mesh
+  glm::vec3 cone_axis{0, 0, 1};
+  float cone_cutoff = 1;              // sine of the normals' spread about the axis; 1: they point everywhere
+};
+
+struct Mesh {
+  Pose X_WM;
+  std::unordered_map<std::uint64_t, Brick> bricks;
+};
+
+struct BrickBlock {
+  gpu::Buffer vertices, indices;
+  gpu::RangeAllocator free_vertices, free_indices;
+};
+
+/// Draws of one block of one mesh.
+struct DrawGroup {
+  MeshId mesh = 0;
+  int block = 0;
+  std::uint32_t first = 0, count = 0;  // in the indirect buffer
+};
+
+struct BrickStore {
+  std::map<MeshId, Mesh> meshes;
+  std::vector<BrickBlock> blocks;
+  SlotBuffers indirect, shadow_indirect;
+  std::uint64_t version = 1;          // rises with every change
+  int uploaded = 0;                   // bricks since the last frame
+  std::uint64_t uploaded_bytes = 0;
+
+  void update(gpu::Device& device, MeshId mesh, std::span<const MeshUpdate> updates, const MaterialTable& materials,
+              std::uint64_t frame);
+  void remove(MeshId mesh, std::uint64_t frame);
+  /// Gives back the room of bricks that no unfinished frame draws any more.
+  void collect(std::uint64_t finished);
+
+  /// Bounds of everything, in W; false when there is nothing.
+  bool bounds(glm::dvec3& lo, glm::dvec3& hi) const;
+  /// Commands for the bricks some eye sees, written into this slot's buffer; counts into `stats`.
+  std::vector<DrawGroup> visible(gpu::Device& device, int slot, const Frame& frame, FrameStats& stats);
+  /// Commands for all bricks.
+  std::vector<DrawGroup> all(gpu::Device& device, int slot);
+  void draw(VkCommandBuffer commands, VkPipelineLayout layout, VkBuffer commands_buffer,
+            std::span<const DrawGroup> groups) const;
+  void destroy(gpu::Device& device);
+
+ private:
+  struct Retired {
+    std::uint64_t frame;
+    Brick brick;
+  };
+  std::deque<Retired> retired_;
+  std::vector<GpuVertex> packed_;
+  void retire(const Brick& brick, std::uint64_t frame);
+};
+
+}  // namespace typodont::render

@@ -1,0 +1,83 @@
+// What every pass is given: the device, the formats it draws into, the frame's data, and counters.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "engine/gpu/resources.h"
+#include "engine/render/quality.h"
+#include "engine/render/renderer.h"
+#include "engine/render/shared.h"
+
+namespace typodont::render {
+
+inline constexpr VkFormat kColorFormat = VK_FORMAT_R8G8B8A8_SRGB;   // encodes on write, averages in linear light
+inline constexpr VkFormat kColorBytes = VK_FORMAT_R8G8B8A8_UNORM;   // the same bytes, read as they are
+inline constexpr VkFormat kDepthFormat = VK_FORMAT_D32_SFLOAT;
+
+struct PassContext {
+  gpu::Device& device;
+  VkPipelineLayout layout = VK_NULL_HANDLE;
+  int samples = 1;
+  std::uint32_t view_mask = 3;
+  Quality quality;
+
+  /// Specialisation constants of frame.glsl.
+  std::vector<std::uint32_t> constants() const {
+    return {static_cast<std::uint32_t>(quality.shadow_taps), static_cast<std::uint32_t>(quality.occlusion_taps),
+            quality.light_per_vertex ? 1u : 0u};
+  }
+  /// A pipeline that draws into the eyes' pictures.
+  gpu::PipelineOptions scene_pipeline(std::span<const std::uint32_t> vertex,
+                                      std::span<const std::uint32_t> fragment) const {
+    gpu::PipelineOptions o;
+    o.vertex_shader = vertex;
+    o.fragment_shader = fragment;
+    o.layout = layout;
+    o.color = kColorFormat;
+    o.depth = kDepthFormat;
+    o.samples = samples;
+    o.view_mask = view_mask;
+    o.constants = constants();
+    return o;
+  }
+};
+
+/// A host-written buffer that grows, one per frame in flight.
+struct SlotBuffers {
+  std::array<gpu::Buffer, gpu::FrameRing::kSlots> buffers;
+  /// At least this large; the slot's last frame is done, so its old buffer can go.
+  gpu::Buffer& at_least(gpu::Device& device, int slot, VkDeviceSize size, VkBufferUsageFlags usage) {
+    gpu::Buffer& b = buffers[static_cast<std::size_t>(slot)];
+    if (b.size < size) {
+      b.destroy(device);
+      b = gpu::Buffer::create(device, std::max<VkDeviceSize>(size + size / 2, 4096), usage);
+    }
+    return b;
+  }
+  void destroy(gpu::Device& device) {
+    for (gpu::Buffer& b : buffers) b.destroy(device);
+  }
+};
+
+inline constexpr VkShaderStageFlags kPushStages = VK_SHADER_STAGE_VERTEX_BIT | VK_SHADER_STAGE_FRAGMENT_BIT;
+
+inline void push_view(VkCommandBuffer commands, VkPipelineLayout layout, int view) {
+  const glm::vec4 value(static_cast<float>(view), 0, 0, 0);
+  vkCmdPushConstants(commands, layout, kPushStages, offsetof(shared::ObjectData, view), sizeof value, &value);
+}
+
+inline void push(VkCommandBuffer commands, VkPipelineLayout layout, const Pose& X_WM) {
+  const glm::dmat3 r = glm::transpose(glm::mat3_cast(X_WM.R));  // columns of rᵀ are the rows of R
+  shared::ObjectData object;
+  for (int i = 0; i < 3; ++i) object.world_row[i] = glm::vec4(glm::dvec4(r[i], X_WM.p[i]));
+  vkCmdPushConstants(commands, layout, kPushStages, 0, sizeof object.world_row, &object);
+}
+
+inline void destroy_pipeline(gpu::Device& device, VkPipeline& pipeline) {
+  if (pipeline) vkDestroyPipeline(device.device, pipeline, nullptr);
+  pipeline = VK_NULL_HANDLE;
+}
+
+}  // namespace typodont::render

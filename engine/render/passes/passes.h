@@ -1,0 +1,71 @@
+// The passes, one file each. A pass creates its pipeline when it is first recorded; one that is never recorded costs
+// nothing.
+#pragma once
+
+#include <string>
+
+#include "engine/render/passes/bricks.h"
+#include "engine/render/passes/context.h"
+
+namespace typodont::render {
+
+/// The tissue seen from the lamp: depth of the shadow map. Redrawn only when tissue or lamp changed.
+struct ShadowPass {
+  gpu::Image map;
+  VkPipeline pipeline = VK_NULL_HANDLE;
+  void record(PassContext& context, VkCommandBuffer commands, VkDescriptorSet set, BrickStore& bricks, int slot,
+              FrameStats& stats);
+  void create_map(PassContext& context);  // cleared to "nothing there"
+  void destroy(gpu::Device& device);
+};
+
+struct SurfacePass {
+  VkPipeline pipeline = VK_NULL_HANDLE;
+  void record(PassContext& context, VkCommandBuffer commands, BrickStore& bricks, int slot,
+              std::span<const DrawGroup> groups, FrameStats& stats);
+  void destroy(gpu::Device& device) { destroy_pipeline(device, pipeline); }
+};
+
+struct ToolPass {
+  VkPipeline pipeline = VK_NULL_HANDLE;
+  gpu::Buffer vertices, indices;
+  std::uint32_t index_count = 0;
+  double head_radius = 0, shank_radius = 0, shank_end = 0;  // m: what shadows are made of
+  void set(gpu::Device& device, const ToolMesh& mesh);
+  void record(PassContext& context, VkCommandBuffer commands, const ToolState& tool, FrameStats& stats);
+  void destroy(gpu::Device& device);
+};
+
+struct BackgroundPass {
+  VkPipeline pipeline = VK_NULL_HANDLE;
+  void record(PassContext& context, VkCommandBuffer commands, FrameStats& stats);
+  void destroy(gpu::Device& device) { destroy_pipeline(device, pipeline); }
+};
+
+struct ParticlePass {
+  VkPipeline pipeline = VK_NULL_HANDLE;
+  SlotBuffers instances;
+  std::uint32_t count = 0;
+  void prepare(PassContext& context, int slot, std::span<const Particle> particles);
+  void record(PassContext& context, VkCommandBuffer commands, int slot, FrameStats& stats);
+  void destroy(gpu::Device& device);
+};
+
+struct HudVertex {
+  float place[4];
+  std::uint8_t color[4];
+  float box[4];
+};
+
+struct HudPass {
+  VkPipeline pipeline = VK_NULL_HANDLE;
+  gpu::Image atlas;
+  SlotBuffers vertices;
+  std::uint32_t count = 0;
+  /// Before the frame's descriptor set is written: the atlas exists from here on.
+  void prepare(PassContext& context, int slot, const Hud& hud, glm::ivec2 size);
+  void record(PassContext& context, VkCommandBuffer commands, int slot, FrameStats& stats);
+  void destroy(gpu::Device& device);
+};
+
+}  // namespace typodont::render

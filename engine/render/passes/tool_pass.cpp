@@ -1,0 +1,54 @@
+#include <cstring>
+
+#include "engine/render/passes/passes.h"
+#include "shaders/tool_frag.h"
+#include "shaders/tool_vert.h"
+
+namespace typodont::render {
+
+void ToolPass::set(gpu::Device& device, const ToolMesh& mesh) {
+  vertices.destroy(device);
+  indices.destroy(device);
+  vertices = gpu::Buffer::create(device, mesh.vertices.size() * sizeof(ToolVertex), VK_BUFFER_USAGE_VERTEX_BUFFER_BIT);
+  indices = gpu::Buffer::create(device, mesh.indices.size() * sizeof(std::uint32_t), VK_BUFFER_USAGE_INDEX_BUFFER_BIT);
+  std::memcpy(vertices.memory.mapped, mesh.vertices.data(), mesh.vertices.size() * sizeof(ToolVertex));
+  std::memcpy(indices.memory.mapped, mesh.indices.data(), mesh.indices.size() * sizeof(std::uint32_t));
+  index_count = static_cast<std::uint32_t>(mesh.indices.size());
+  // What its shadow is made of: a ball as wide as the head, and the shank.
+  head_radius = shank_radius = shank_end = 0;
+  for (const ToolVertex& v : mesh.vertices) shank_end = std::max(shank_end, static_cast<double>(v.hull_p.z));
+  for (const ToolVertex& v : mesh.vertices) {
+    const double r = glm::length(glm::dvec2(v.hull_p));
+    if (v.hull_p.z < 0.1 * shank_end) head_radius = std::max(head_radius, r);
+    if (v.hull_p.z > 0.5 * shank_end) shank_radius = std::max(shank_radius, r);
+  }
+}
+
+void ToolPass::record(PassContext& context, VkCommandBuffer commands, const ToolState& tool, FrameStats& stats) {
+  if (!tool.visible || !index_count) return;
+  if (!pipeline) {
+    gpu::PipelineOptions o = context.scene_pipeline(kSpirv_tool_vert, kSpirv_tool_frag);
+    o.bindings = {{0, sizeof(ToolVertex), VK_VERTEX_INPUT_RATE_VERTEX}};
+    o.attributes = {{0, VK_FORMAT_R32G32B32_SFLOAT, offsetof(ToolVertex, p)},
+                    {0, VK_FORMAT_R32G32B32_SFLOAT, offsetof(ToolVertex, n)},
+                    {0, VK_FORMAT_R32G32B32_SFLOAT, offsetof(ToolVertex, hull_p)},
+                    {0, VK_FORMAT_R32G32B32_SFLOAT, offsetof(ToolVertex, hull_n)},
+                    {0, VK_FORMAT_R32G32_SFLOAT, offsetof(ToolVertex, spins)}};
+    pipeline = gpu::create_pipeline(context.device, o);
+  }
+  vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, pipeline);
+  push(commands, context.layout, tool.X_WG);
+  const VkDeviceSize zero = 0;
+  vkCmdBindVertexBuffers(commands, 0, 1, &vertices.buffer, &zero);
+  vkCmdBindIndexBuffer(commands, indices.buffer, 0, VK_INDEX_TYPE_UINT32);
+  vkCmdDrawIndexed(commands, index_count, 1, 0, 0, 0);
+  ++stats.commands;
+}
+
+void ToolPass::destroy(gpu::Device& device) {
+  destroy_pipeline(device, pipeline);
+  vertices.destroy(device);
+  indices.destroy(device);
+}
+
+}  // namespace typodont::render

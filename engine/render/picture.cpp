@@ -1,0 +1,58 @@
+#include "engine/render/picture.h"
+
+#include <png.h>
+
+#include <cstring>
+#include <string>
+
+#include "engine/base/error.h"
+#include "engine/base/json.h"
+
+namespace typodont::render {
+
+namespace {
+
+png_image header(const Picture& picture) {
+  png_image image{};
+  image.version = PNG_IMAGE_VERSION;
+  image.width = static_cast<png_uint_32>(picture.size.x);
+  image.height = static_cast<png_uint_32>(picture.size.y);
+  image.format = PNG_FORMAT_RGB;
+  image.flags = PNG_IMAGE_FLAG_FAST;
+  return image;
+}
+
+}  // namespace
+
+void write_png(const std::filesystem::path& file, const Picture& picture) {
+  std::vector<std::uint8_t> rgb;
+  rgb.reserve(picture.rgba.size() / 4 * 3);
+  for (std::size_t i = 0; i + 3 < picture.rgba.size(); i += 4)
+    rgb.insert(rgb.end(), {picture.rgba[i], picture.rgba[i + 1], picture.rgba[i + 2]});
+  png_image image = header(picture);
+  png_alloc_size_t size = PNG_IMAGE_PNG_SIZE_MAX(image);
+  std::string bytes(size, '\0');
+  if (!png_image_write_to_memory(&image, bytes.data(), &size, 0, rgb.data(), 0, nullptr))
+    throw Error(file.string(), "", image.message, "a picture that PNG can hold");
+  bytes.resize(size);
+  write_file_atomically(file, bytes);
+}
+
+Picture read_png(const std::filesystem::path& file) {
+  png_image image{};
+  image.version = PNG_IMAGE_VERSION;
+  if (!png_image_begin_read_from_file(&image, file.c_str()))
+    throw Error(file.string(), "", image.message, "a PNG picture");
+  image.format = PNG_FORMAT_RGBA;
+  Picture picture;
+  picture.size = {static_cast<int>(image.width), static_cast<int>(image.height)};
+  picture.rgba.resize(PNG_IMAGE_SIZE(image));
+  if (!png_image_finish_read(&image, nullptr, picture.rgba.data(), 0, nullptr)) {
+    const std::string message = image.message;
+    png_image_free(&image);
+    throw Error(file.string(), "", message, "a PNG picture");
+  }
+  return picture;
+}
+
+}  // namespace typodont::render

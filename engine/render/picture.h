@@ -1,0 +1,25 @@
+// A picture on the host, and PNG files.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <glm/glm.hpp>
+#include <vector>
+
+namespace typodont::render {
+
+struct Picture {
+  glm::ivec2 size{0};
+  std::vector<std::uint8_t> rgba;  // sRGB, 4 bytes a pixel, top row first
+
+  const std::uint8_t* at(int x, int y) const {
+    return rgba.data() + 4 * (static_cast<std::size_t>(y) * static_cast<std::size_t>(size.x) + static_cast<std::size_t>(x));
+  }
+};
+
+/// Whole or not at all, opaque. Throws Error when the place is not writable.
+void write_png(const std::filesystem::path& file, const Picture& picture);
+/// Throws Error when the file is not a readable PNG.
+Picture read_png(const std::filesystem::path& file);
+
+}  // namespace typodont::render

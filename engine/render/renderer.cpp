@@ -1,0 +1,515 @@
+#include "engine/render/renderer.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+#include "engine/base/check.h"
+#include "engine/base/units.h"
+#include "engine/render/passes/passes.h"
+
+namespace typodont::render {
+
+namespace {
+
+constexpr int kSlots = gpu::FrameRing::kSlots;
+
+VkSampler create_sampler(gpu::Device& device, bool compare, VkFilter filter) {
+  const VkSamplerCreateInfo info{.sType = VK_STRUCTURE_TYPE_SAMPLER_CREATE_INFO,
+                                 .magFilter = filter,
+                                 .minFilter = filter,
+                                 .addressModeU = VK_SAMPLER_ADDRESS_MODE_CLAMP_TO_BORDER,
+                                 .addressModeV = VK_SAMPLER_ADDRESS_MODE_CLAMP_TO_BORDER,
+                                 .addressModeW = VK_SAMPLER_ADDRESS_MODE_CLAMP_TO_BORDER,
+                                 .compareEnable = compare,
+                                 .compareOp = VK_COMPARE_OP_LESS_OR_EQUAL,
+                                 .borderColor = VK_BORDER_COLOR_FLOAT_OPAQUE_WHITE};
+  VkSampler sampler = VK_NULL_HANDLE;
+  gpu::check(vkCreateSampler(device.device, &info, nullptr, &sampler), "vkCreateSampler");
+  return sampler;
+}
+
+template <class T>
+std::vector<std::byte> bytes_of(const T* data, std::size_t count) {
+  const auto* p = reinterpret_cast<const std::byte*>(data);
+  return {p, p + count * sizeof(T)};
+}
+
+/// All of a Hud that shows, as bytes to compare.
+std::string key_of(const Hud& hud) {
+  if (!hud.visible) return {};
+  std::string key = hud.tool + '\n' + hud.hint + '\n';
+  const double numbers[] = {hud.speed_krpm,     hud.force,          hud.force_limit,    hud.aspect,
+                            hud.upright[0].x,   hud.upright[0].y,   hud.upright[1].x,   hud.upright[1].y};
+  key.append(reinterpret_cast<const char*>(numbers), sizeof numbers);
+  return key;
+}
+
+}  // namespace
+
+struct Renderer::Impl {
+  gpu::Device& device;
+  glm::ivec2 size;
+  MaterialTable materials;
+  PassContext context;
+
+  VkDescriptorSetLayout set_layout = VK_NULL_HANDLE;
+  VkDescriptorPool pool = VK_NULL_HANDLE;
+  std::array<VkDescriptorSet, kSlots> sets{};
+  std::array<gpu::Buffer, kSlots> frame_data;
+  VkSampler compare = VK_NULL_HANDLE, nearest = VK_NULL_HANDLE, linear = VK_NULL_HANDLE;
+  VkQueryPool queries = VK_NULL_HANDLE;
+  std::array<bool, kSlots> timed{};
+
+  gpu::Image pictures, color, depth;
+  ShadowPass shadow;
+  SurfacePass surface;
+  ToolPass tool;
+  BackgroundPass background;
+  ParticlePass particles;
+  HudPass hud;
+  BrickStore bricks;
+
+  // What the last frame was made of: equal means nothing moved.
+  int last_views = 0;
+  shared::FrameData last_data{};
+  Pose last_tool;
+  bool last_tool_visible = false;
+  std::vector<std::byte> last_particles;
+  std::string last_hud;
+  std::uint64_t last_version = 0, settings_version = 1, last_settings = 0;
+  std::uint64_t shadow_version = 0;
+  glm::mat4 shadow_light{0};
+  std::uint64_t frames = 0, last_submitted = 0;
+  double gpu_ms = 0;
+
+  Impl(gpu::Device& d, glm::ivec2 s, const Quality& quality, const MaterialTable& m)
+      : device(d), size(s), materials(m), context{.device = d} {
+    context.quality = quality;
+    create_layout();
+    create_pictures(2);
+    shadow.create_map(context);
+  }
+
+  ~Impl() {
+    vkDeviceWaitIdle(device.device);
+    destroy_pictures();
+    destroy_passes();
+    shadow.destroy(device);
+    tool.destroy(device);
+    hud.destroy(device);
+    bricks.destroy(device);
+    for (gpu::Buffer& b : frame_data) b.destroy(device);
+    for (VkSampler s : {compare, nearest, linear}) vkDestroySampler(device.device, s, nullptr);
+    if (queries) vkDestroyQueryPool(device.device, queries, nullptr);
+    vkDestroyDescriptorPool(device.device, pool, nullptr);
+    vkDestroyDescriptorSetLayout(device.device, set_layout, nullptr);
+    vkDestroyPipelineLayout(device.device, context.layout, nullptr);
+  }
+  Impl(const Impl&) = delete;
+  Impl& operator=(const Impl&) = delete;
+
+  void create_layout() {
+    constexpr VkShaderStageFlags kBoth = VK_SHADER_STAGE_VERTEX_BIT | VK_SHADER_STAGE_FRAGMENT_BIT;
+    std::array<VkDescriptorSetLayoutBinding, 4> bindings{};
+    for (std::uint32_t i = 0; i < bindings.size(); ++i)
+      bindings[i] = {i, i ? VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER : VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER, 1, kBoth,
+                     nullptr};
+    const VkDescriptorSetLayoutCreateInfo set_info{.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_CREATE_INFO,
+                                                   .bindingCount = bindings.size(),
+                                                   .pBindings = bindings.data()};
+    gpu::check(vkCreateDescriptorSetLayout(device.device, &set_info, nullptr, &set_layout),
+               "vkCreateDescriptorSetLayout");
+    const VkPushConstantRange range{kPushStages, 0, sizeof(shared::ObjectData)};
+    const VkPipelineLayoutCreateInfo layout{.sType = VK_STRUCTURE_TYPE_PIPELINE_LAYOUT_CREATE_INFO,
+                                            .setLayoutCount = 1,
+                                            .pSetLayouts = &set_layout,
+                                            .pushConstantRangeCount = 1,
+                                            .pPushConstantRanges = &range};
+    gpu::check(vkCreatePipelineLayout(device.device, &layout, nullptr, &context.layout), "vkCreatePipelineLayout");
+    const std::array<VkDescriptorPoolSize, 2> sizes{{{VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER, kSlots},
+                                                     {VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, 3 * kSlots}}};
+    const VkDescriptorPoolCreateInfo pool_info{.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO,
+                                               .maxSets = kSlots,
+                                               .poolSizeCount = sizes.size(),
+                                               .pPoolSizes = sizes.data()};
+    gpu::check(vkCreateDescriptorPool(device.device, &pool_info, nullptr, &pool), "vkCreateDescriptorPool");
+    const std::array<VkDescriptorSetLayout, kSlots> layouts{set_layout, set_layout};
+    const VkDescriptorSetAllocateInfo allocate{.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_ALLOCATE_INFO,
+                                               .descriptorPool = pool,
+                                               .descriptorSetCount = kSlots,
+                                               .pSetLayouts = layouts.data()};
+    gpu::check(vkAllocateDescriptorSets(device.device, &allocate, sets.data()), "vkAllocateDescriptorSets");
+    for (gpu::Buffer& b : frame_data)
+      b = gpu::Buffer::create(device, sizeof(shared::FrameData), VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT);
+    compare = create_sampler(device, true, VK_FILTER_LINEAR);
+    nearest = create_sampler(device, false, VK_FILTER_NEAREST);
+    linear = create_sampler(device, false, VK_FILTER_LINEAR);
+    if (device.properties.limits.timestampComputeAndGraphics) {
+      const VkQueryPoolCreateInfo info{.sType = VK_STRUCTURE_TYPE_QUERY_POOL_CREATE_INFO,
+                                       .queryType = VK_QUERY_TYPE_TIMESTAMP,
+                                       .queryCount = 2 * kSlots};
+      gpu::check(vkCreateQueryPool(device.device, &info, nullptr, &queries), "vkCreateQueryPool");
+    }
+  }
+
+  void create_pictures(int views) {
+    const double scale = std::clamp(context.quality.scale, 0.1, 1.0);
+    const VkExtent2D extent{static_cast<std::uint32_t>(std::max(1.0, std::round(size.x * scale))),
+                            static_cast<std::uint32_t>(std::max(1.0, std::round(size.y * scale)))};
+    const auto layers = static_cast<std::uint32_t>(views);
+    context.samples = std::clamp(context.quality.samples, 1, std::min(device.max_samples, 4));
+    if (context.samples == 2) context.samples = 1;  // 1 and 4 are what every device has
+    context.view_mask = views == 2 && device.multiview ? 3 : 0;
+    pictures = gpu::Image::create(device, {.size = extent,
+                                           .layers = layers,
+                                           .format = kColorFormat,
+                                           .alias = kColorBytes,
+                                           .usage = VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT | VK_IMAGE_USAGE_SAMPLED_BIT |
+                                                    VK_IMAGE_USAGE_TRANSFER_SRC_BIT |
+                                                    VK_IMAGE_USAGE_TRANSFER_DST_BIT});
+    const std::uint32_t together = context.view_mask ? layers : 1;  // passes of their own share these
+    if (context.samples > 1)
+      color = gpu::Image::create(device, {.size = extent,
+                                          .layers = together,
+                                          .format = kColorFormat,
+                                          .samples = context.samples,
+                                          .usage = VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT |
+                                                   VK_IMAGE_USAGE_TRANSFER_SRC_BIT});
+    depth = gpu::Image::create(device, {.size = extent,
+                                        .layers = together,
+                                        .format = kDepthFormat,
+                                        .samples = context.samples,
+                                        .usage = VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT,
+                                        .aspect = VK_IMAGE_ASPECT_DEPTH_BIT});
+    last_views = views;
+    ++settings_version;
+  }
+  void destroy_pictures() {
+    pictures.destroy(device);
+    color.destroy(device);
+    depth.destroy(device);
+  }
+  /// Their pipelines depend on samples, views and quality.
+  void destroy_passes() {
+    surface.destroy(device);
+    destroy_pipeline(device, tool.pipeline);
+    background.destroy(device);
+    particles.destroy(device);
+    destroy_pipeline(device, hud.pipeline);
+  }
+  void rebuild(int views) {
+    vkDeviceWaitIdle(device.device);
+    destroy_pictures();
+    destroy_passes();
+    create_pictures(views);
+  }
+
+  void fill(shared::FrameData& data, const Frame& frame) const {
+    for (int e = 0; e < 2; ++e) {
+      const Eye& eye = frame.eyes[static_cast<std::size_t>(e < frame.views ? e : 0)];
+      const glm::dmat4 clip = eye.projection * eye.view;
+      data.clip_from_world[e] = glm::mat4(clip);
+      data.eye[e] = glm::vec4(glm::dvec4(eye.position, 1));
+      // The ray through clip (x, y) is affine in x and y: three points of the far plane tell it.
+      const glm::dmat4 back = glm::inverse(clip);
+      const auto at = [&](double x, double y) {
+        const glm::dvec4 p = back * glm::dvec4(x, y, 1, 1);
+        return glm::dvec3(p) / p.w - eye.position;
+      };
+      const glm::dvec3 middle = at(0, 0);
+      data.ray_middle[e] = glm::vec4(glm::dvec4(middle, 0));
+      data.ray_x[e] = glm::vec4(glm::dvec4(at(1, 0) - middle, 0));
+      data.ray_y[e] = glm::vec4(glm::dvec4(at(0, 1) - middle, 0));
+    }
+    const dvec3 key = glm::normalize(frame.lights.key), up = glm::normalize(frame.lights.up);
+    data.key = glm::vec4(glm::dvec4(key, frame.lights.key_strength));
+    data.up = glm::vec4(glm::dvec4(up, frame.lights.ambient));
+    // The backdrop glows in the direction half-way between both eyes' middles: one direction, at infinity.
+    data.glow = glm::vec4(glm::dvec4(glm::normalize(dvec3(glm::normalize(glm::vec3(data.ray_middle[0])) +
+                                                          glm::normalize(glm::vec3(data.ray_middle[1])))),
+                                     0));
+
+    // The lamp's parallel view of everything there is.
+    glm::dvec3 lo, hi;
+    if (context.quality.shadow_map > 0 && bricks.bounds(lo, hi)) {
+      const glm::dvec3 middle = 0.5 * (lo + hi);
+      const double radius = 0.5 * glm::length(hi - lo) * 1.02 + 1e-6;
+      const glm::dvec3 side = std::abs(key.x) < 0.8 ? glm::dvec3(1, 0, 0) : glm::dvec3(0, 1, 0);
+      const glm::dvec3 x = glm::normalize(glm::cross(side, key)), y = glm::cross(key, x);
+      glm::dmat4 m(0.0);
+      for (int i = 0; i < 3; ++i) {
+        m[i][0] = x[i] / (2 * radius);
+        m[i][1] = y[i] / (2 * radius);
+        m[i][2] = -key[i] / (2 * radius);
+      }
+      m[3] = glm::dvec4(0.5 - glm::dot(x, middle) / (2 * radius), 0.5 - glm::dot(y, middle) / (2 * radius),
+                        0.5 + glm::dot(key, middle) / (2 * radius), 1);
+      data.light_from_world = glm::mat4(m);
+      data.light_size = glm::vec4(glm::dvec4(2 * radius, 2 * radius, 2 * radius / context.quality.shadow_map, 1));
+    }
+
+    if (frame.tool.visible && tool.index_count) {
+      data.tool_head = glm::vec4(glm::dvec4(frame.tool.X_WG.p, tool.head_radius));
+      data.tool_end = glm::vec4(glm::dvec4(frame.tool.X_WG * dvec3(0, 0, tool.shank_end), tool.shank_radius));
+      // The eye gathers about 15 ms: from a turn of a tenth of a blade's pitch in that time to a whole one.
+      constexpr double kExposure = 15e-3, kPitch = 2 * kPi / 8;
+      const double pitches = std::abs(frame.tool.spindle) * kExposure / kPitch;
+      const double blur = std::clamp((pitches - 0.1) / 0.9, 0.0, 1.0);
+      data.tool_motion = glm::vec4(blur < 1 ? std::remainder(frame.tool.angle, 2 * kPi) : 0.0, blur, 0, 0);
+    }
+  }
+
+  bool same_as_last(const shared::FrameData& data, const Frame& frame, const std::string& hud_key) const {
+    const bool tool_same = frame.tool.visible == last_tool_visible &&
+                           (!frame.tool.visible || !std::memcmp(&frame.tool.X_WG, &last_tool, sizeof(Pose)));
+    const bool particles_same =
+        last_particles.size() == frame.particles.size_bytes() &&
+        (frame.particles.empty() ||
+         !std::memcmp(last_particles.data(), frame.particles.data(), frame.particles.size_bytes()));
+    return last_settings == settings_version && last_version == bricks.version && tool_same && particles_same &&
+           hud_key == last_hud && !std::memcmp(&data, &last_data, sizeof data);
+  }
+
+  void write_set(int slot) {
+    const auto i = static_cast<std::size_t>(slot);
+    const VkDescriptorBufferInfo buffer{frame_data[i].buffer, 0, sizeof(shared::FrameData)};
+    // Without writing there is no atlas: the shadow map stands in, and no shader reads it there.
+    const VkDescriptorImageInfo images[3] = {
+        {compare, shadow.map.layer_views[0], VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL},
+        {nearest, shadow.map.layer_views[0], VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL},
+        {linear, hud.atlas.image ? hud.atlas.layer_views[0] : shadow.map.layer_views[0],
+         VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL}};
+    std::array<VkWriteDescriptorSet, 4> writes{};
+    for (std::uint32_t b = 0; b < 4; ++b)
+      writes[b] = {.sType = VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET,
+                   .dstSet = sets[i],
+                   .dstBinding = b,
+                   .descriptorCount = 1,
+                   .descriptorType = b ? VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER : VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER,
+                   .pImageInfo = b ? &images[b - 1] : nullptr,
+                   .pBufferInfo = b ? nullptr : &buffer};
+    vkUpdateDescriptorSets(device.device, writes.size(), writes.data(), 0, nullptr);
+  }
+
+  void read_time(int slot) {
+    const auto i = static_cast<std::size_t>(slot);
+    if (!queries || !timed[i]) return;
+    std::uint64_t t[2] = {};
+    const VkResult result = vkGetQueryPoolResults(device.device, queries, static_cast<std::uint32_t>(2 * slot), 2,
+                                                  sizeof t, t, sizeof t[0], VK_QUERY_RESULT_64_BIT);
+    if (result == VK_SUCCESS)
+      gpu_ms = static_cast<double>(t[1] - t[0]) * static_cast<double>(device.properties.limits.timestampPeriod) * 1e-6;
+    timed[i] = false;
+  }
+
+  FrameStats record(VkCommandBuffer commands, const Frame& frame, int slot, std::uint64_t submitted,
+                    std::uint64_t finished) {
+    TYPODONT_CHECK(frame.views == 1 || frame.views == 2);
+    bricks.collect(finished);
+    read_time(slot);
+    if (frame.views != last_views) rebuild(frame.views);
+
+    FrameStats stats;
+    shared::FrameData data{};
+    fill(data, frame);
+    const std::string hud_key = key_of(frame.hud);
+    stats.views = frame.views;
+    stats.bricks_uploaded = bricks.uploaded;
+    stats.bytes_uploaded = bricks.uploaded_bytes;
+    bricks.uploaded = 0;
+    bricks.uploaded_bytes = 0;
+    stats.drawn = !same_as_last(data, frame, hud_key);
+    if (stats.drawn) {
+      draw(commands, frame, data, slot, stats);
+      last_data = data;
+      last_tool = frame.tool.X_WG;
+      last_tool_visible = frame.tool.visible;
+      last_particles = bytes_of(frame.particles.data(), frame.particles.size());
+      last_hud = hud_key;
+      last_version = bricks.version;
+      last_settings = settings_version;
+      last_submitted = submitted;
+      ++frames;
+    }
+    stats.frames = frames;
+    stats.gpu_ms = gpu_ms;
+    for (VkPipeline p : {shadow.pipeline, surface.pipeline, tool.pipeline, background.pipeline, particles.pipeline,
+                         hud.pipeline})
+      if (p) ++stats.pipelines;
+    return stats;
+  }
+
+  void draw(VkCommandBuffer commands, const Frame& frame, const shared::FrameData& data, int slot, FrameStats& stats) {
+    hud.prepare(context, slot, frame.hud, size);
+    particles.prepare(context, slot, frame.particles);
+    std::memcpy(frame_data[static_cast<std::size_t>(slot)].memory.mapped, &data, sizeof data);
+    write_set(slot);
+    const VkDescriptorSet set = sets[static_cast<std::size_t>(slot)];
+    const auto first_query = static_cast<std::uint32_t>(2 * slot);
+    if (queries) {
+      vkCmdResetQueryPool(commands, queries, first_query, 2);
+      vkCmdWriteTimestamp2(commands, VK_PIPELINE_STAGE_2_TOP_OF_PIPE_BIT, queries, first_query);
+    }
+
+    // Shadow map: only when what casts shadows or the lamp changed.
+    if (data.light_size.w > 0 && (shadow_version != bricks.version || shadow_light != data.light_from_world)) {
+      shadow.record(context, commands, set, bricks, slot, stats);
+      shadow_version = bricks.version;
+      shadow_light = data.light_from_world;
+    }
+
+    const std::vector<DrawGroup> groups = bricks.visible(device, slot, frame, stats);
+    begin_pictures(commands);
+    const int scene_passes = context.view_mask ? 1 : frame.views;
+    for (int view = 0; view < scene_passes; ++view) {
+      begin_scene(commands, frame, view);
+      vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, context.layout, 0, 1, &set, 0, nullptr);
+      push_view(commands, context.layout, view);
+      surface.record(context, commands, bricks, slot, groups, stats);
+      tool.record(context, commands, frame.tool, stats);
+      if (frame.background == Background::kGradient) background.record(context, commands, stats);
+      particles.record(context, commands, slot, stats);
+      hud.record(context, commands, slot, stats);
+      end_scene(commands, view);
+      ++stats.passes;
+    }
+    end_pictures(commands);
+    if (queries) {
+      vkCmdWriteTimestamp2(commands, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, queries, first_query + 1);
+      timed[static_cast<std::size_t>(slot)] = true;
+    }
+  }
+
+  static constexpr VkPipelineStageFlags2 kOutput = VK_PIPELINE_STAGE_2_COLOR_ATTACHMENT_OUTPUT_BIT;
+  static constexpr VkPipelineStageFlags2 kResolve = VK_PIPELINE_STAGE_2_RESOLVE_BIT;
+
+  /// Samples are averaged at the end of the pass where one pass draws both eyes, by a command of its own where each eye
+  /// has its pass: lavapipe 22.3 averages into the first layer whatever layer the pass names, and says nothing.
+  bool resolves_in_pass() const { return context.samples > 1 && context.view_mask != 0; }
+  bool resolves_by_command() const { return context.samples > 1 && context.view_mask == 0; }
+
+  void begin_pictures(VkCommandBuffer commands) {
+    const bool by_command = resolves_by_command();
+    gpu::transition(commands, pictures, VK_IMAGE_LAYOUT_UNDEFINED,
+                    by_command ? VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL : VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL,
+                    VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, VK_ACCESS_2_NONE, by_command ? kResolve : kOutput,
+                    by_command ? VK_ACCESS_2_TRANSFER_WRITE_BIT : VK_ACCESS_2_COLOR_ATTACHMENT_WRITE_BIT);
+  }
+
+  /// Opens the pass of one eye, or of both where the device draws them in one.
+  void begin_scene(VkCommandBuffer commands, const Frame& frame, int view) {
+    constexpr VkPipelineStageFlags2 kTests =
+        VK_PIPELINE_STAGE_2_EARLY_FRAGMENT_TESTS_BIT | VK_PIPELINE_STAGE_2_LATE_FRAGMENT_TESTS_BIT;
+    if (context.samples > 1)
+      gpu::transition(commands, color, VK_IMAGE_LAYOUT_UNDEFINED, VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL,
+                      kOutput | kResolve, VK_ACCESS_2_COLOR_ATTACHMENT_WRITE_BIT | VK_ACCESS_2_TRANSFER_READ_BIT,
+                      kOutput, VK_ACCESS_2_COLOR_ATTACHMENT_WRITE_BIT);
+    gpu::transition(commands, depth, VK_IMAGE_LAYOUT_UNDEFINED, VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL, kTests,
+                    VK_ACCESS_2_DEPTH_STENCIL_ATTACHMENT_WRITE_BIT, kTests,
+                    VK_ACCESS_2_DEPTH_STENCIL_ATTACHMENT_WRITE_BIT | VK_ACCESS_2_DEPTH_STENCIL_ATTACHMENT_READ_BIT);
+    const VkExtent2D extent = pictures.options.size;
+    const VkImageView eye_view = context.view_mask ? pictures.view : pictures.layer_views[static_cast<std::size_t>(view)];
+    const bool in_pass = resolves_in_pass();
+    const VkRenderingAttachmentInfo color_info{
+        .sType = VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO,
+        .imageView = context.samples > 1 ? color.view : eye_view,
+        .imageLayout = VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL,
+        .resolveMode = in_pass ? VK_RESOLVE_MODE_AVERAGE_BIT : VK_RESOLVE_MODE_NONE,
+        .resolveImageView = in_pass ? eye_view : VK_NULL_HANDLE,
+        .resolveImageLayout = in_pass ? VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL : VK_IMAGE_LAYOUT_UNDEFINED,
+        .loadOp = VK_ATTACHMENT_LOAD_OP_CLEAR,
+        .storeOp = in_pass ? VK_ATTACHMENT_STORE_OP_DONT_CARE : VK_ATTACHMENT_STORE_OP_STORE,
+        .clearValue = {.color = {{0, 0, 0, 1}}}};
+    const VkRenderingAttachmentInfo depth_info{.sType = VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO,
+                                               .imageView = depth.view,
+                                               .imageLayout = VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL,
+                                               .loadOp = VK_ATTACHMENT_LOAD_OP_CLEAR,
+                                               .storeOp = VK_ATTACHMENT_STORE_OP_DONT_CARE,
+                                               .clearValue = {.depthStencil = {1.0f, 0}}};
+    const VkRenderingInfo rendering{.sType = VK_STRUCTURE_TYPE_RENDERING_INFO,
+                                    .renderArea = {{0, 0}, extent},
+                                    .layerCount = 1,
+                                    .viewMask = context.view_mask,
+                                    .colorAttachmentCount = 1,
+                                    .pColorAttachments = &color_info,
+                                    .pDepthAttachment = &depth_info};
+    vkCmdBeginRendering(commands, &rendering);
+    const VkViewport viewport{0, 0, static_cast<float>(extent.width), static_cast<float>(extent.height), 0, 1};
+    const VkRect2D scissor{{0, 0}, extent};
+    vkCmdSetViewport(commands, 0, 1, &viewport);
+    vkCmdSetScissor(commands, 0, 1, &scissor);
+    // A mirrored view turns every triangle's winding round, once.
+    vkCmdSetFrontFace(commands, frame.eyes[0].flip ? VK_FRONT_FACE_CLOCKWISE : VK_FRONT_FACE_COUNTER_CLOCKWISE);
+  }
+
+  void end_scene(VkCommandBuffer commands, int view) {
+    vkCmdEndRendering(commands);
+    if (!resolves_by_command()) return;
+    gpu::transition(commands, color, VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL, VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL,
+                    kOutput, VK_ACCESS_2_COLOR_ATTACHMENT_WRITE_BIT, kResolve, VK_ACCESS_2_TRANSFER_READ_BIT);
+    const VkExtent2D extent = pictures.options.size;
+    const VkImageResolve resolve{
+        .srcSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 0, 1},
+        .dstSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, 0, static_cast<std::uint32_t>(view), 1},
+        .extent = {extent.width, extent.height, 1}};
+    vkCmdResolveImage(commands, color.image, VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL, pictures.image,
+                      VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, 1, &resolve);
+  }
+
+  void end_pictures(VkCommandBuffer commands) {
+    const bool by_command = resolves_by_command();
+    gpu::transition(commands, pictures,
+                    by_command ? VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL : VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL,
+                    VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL, by_command ? kResolve : kOutput,
+                    by_command ? VK_ACCESS_2_TRANSFER_WRITE_BIT : VK_ACCESS_2_COLOR_ATTACHMENT_WRITE_BIT,
+                    VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT,
+                    VK_ACCESS_2_SHADER_SAMPLED_READ_BIT | VK_ACCESS_2_TRANSFER_READ_BIT);
+  }
+};
+
+Renderer::Renderer(gpu::Device& device, glm::ivec2 size, const Quality& quality, const MaterialTable& materials)
+    : impl_(std::make_unique<Impl>(device, size, quality, materials)) {}
+Renderer::~Renderer() = default;
+Renderer::Renderer(Renderer&&) noexcept = default;
+
+void Renderer::update(MeshId mesh, std::span<const MeshUpdate> bricks) {
+  impl_->bricks.update(impl_->device, mesh, bricks, impl_->materials, impl_->last_submitted);
+}
+
+void Renderer::place(MeshId mesh, const Pose& X_WM) {
+  impl_->bricks.meshes[mesh].X_WM = X_WM;
+  ++impl_->bricks.version;
+}
+
+void Renderer::remove(MeshId mesh) { impl_->bricks.remove(mesh, impl_->last_submitted); }
+
+void Renderer::set_tool(const ToolMesh& tool) {
+  vkDeviceWaitIdle(impl_->device.device);
+  impl_->tool.set(impl_->device, tool);
+  ++impl_->settings_version;
+}
+
+void Renderer::resize(glm::ivec2 size) {
+  if (size == impl_->size) return;
+  impl_->size = size;
+  impl_->rebuild(impl_->last_views);
+}
+
+void Renderer::set_quality(const Quality& quality) {
+  vkDeviceWaitIdle(impl_->device.device);
+  impl_->context.quality = quality;
+  impl_->shadow.destroy(impl_->device);
+  impl_->shadow.create_map(impl_->context);
+  impl_->shadow_version = 0;
+  impl_->rebuild(impl_->last_views);
+}
+
+FrameStats Renderer::record(VkCommandBuffer commands, const Frame& frame, int slot, std::uint64_t submitted,
+                            std::uint64_t finished) {
+  return impl_->record(commands, frame, slot, submitted, finished);
+}
+
+const gpu::Image& Renderer::pictures() const { return impl_->pictures; }
+
+}  // namespace typodont::render

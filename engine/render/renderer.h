@@ -1,0 +1,141 @@
+// Draws the workbench for both eyes: tissue bricks, tool, particles, static surroundings, writing. Render thread owns it.
+// Two eyes in one pass (multiview) into a two-layer picture that a display composes and shows (engine/display).
+//
+// Only what is needed: what a frame does not hold is not drawn, has no pipeline and loads no shader; a frame equal to
+// the last one is not drawn again. FrameStats counts it all.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <glm/glm.hpp>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "engine/base/pose.h"
+#include "engine/contract/tissue.h"
+#include "engine/gpu/device.h"
+#include "engine/gpu/resources.h"
+#include "engine/render/quality.h"
+#include "engine/render/tool_mesh.h"
+
+namespace typodont::render {
+
+/// One corner of a surface. Between corners of different tissue the look is blended; a crisp boundary is one along
+/// edges of the mesh.
+struct Vertex {
+  glm::vec3 p{0};              // m, relative to the mesh's origin
+  glm::vec3 n{0, 0, 1};        // unit, out of the tissue
+  Tissue tissue = Tissue::kEnamel;
+  Tissue other = Tissue::kAir;  // a second tissue here, kAir: none
+  float blend = 0;              // 0..1 of the second
+  float occlusion = 1;          // 1 open, 0 shut in, if the mesher knows
+};
+
+/// A piece of a mesh: what a brick looks like now. Empty: nothing is left of it.
+struct MeshUpdate {
+  std::uint64_t brick = 0;  // any number, unique in its mesh
+  std::vector<Vertex> vertices;
+  std::vector<std::uint32_t> indices;  // triangles, counter-clockwise seen from outside
+};
+
+/// A body made of bricks: the working tooth, gingiva, a neighbour.
+using MeshId = std::uint32_t;
+inline constexpr MeshId kWorkingTooth = 0;
+
+struct Eye {
+  glm::dmat4 view{1.0};        // W → eye, m
+  glm::dmat4 projection{1.0};  // Vulkan clip space
+  dvec3 position{0, 0, 0};     // m, W
+  bool flip = false;           // seen in a mirror
+};
+
+struct Particle {
+  glm::vec3 p{0};       // m, W
+  float radius = 2e-5f; // m
+  glm::vec3 color{1};   // sRGB
+  float opacity = 1;    // 1 a chip, less: mist
+};
+
+struct ToolState {
+  bool visible = false;
+  Pose X_WG;             // as held outside the tissue
+  double angle = 0;      // rad about its z
+  double spindle = 0;    // rad/s: how much the flutes blur
+};
+
+/// Writing and a force bar at the picture's edge, on the screen plane (no disparity).
+struct Hud {
+  bool visible = false;
+  std::string tool;          // "round 1.2 mm"
+  double speed_krpm = 0;
+  double force = 0;          // N
+  double force_limit = 5;    // N, the bar's end
+  std::string hint;
+  glm::dmat2 upright{1.0};   // display::upright
+  double aspect = 0;         // width / height of the physical picture, 0: of its pixels
+};
+
+/// Lights are given in W and so need no mirroring.
+struct Lights {
+  dvec3 key{-0.35, 0.55, 0.75};  // unit, towards the lamp
+  dvec3 up{0, 1, 0};             // unit, towards the ceiling
+  double key_strength = 2.6;
+  double ambient = 0.55;
+};
+
+enum class Background { kGradient, kBlack };  // a half mirror wants black: it is where the hand shows
+
+struct Frame {
+  std::array<Eye, 2> eyes;
+  int views = 2;  // 1: mono
+  ToolState tool;
+  std::span<const Particle> particles;
+  Hud hud;
+  Lights lights;
+  Background background = Background::kGradient;
+};
+
+struct FrameStats {
+  bool drawn = false;            // false: nothing had changed, no commands recorded
+  std::uint64_t frames = 0;      // drawn since the start
+  int views = 0;
+  int bricks_drawn = 0, bricks_culled = 0, bricks_facing_away = 0;
+  std::uint64_t triangles = 0;
+  int passes = 0;                // render passes recorded
+  int commands = 0;              // draw calls recorded
+  int bricks_uploaded = 0;       // since the last frame
+  std::uint64_t bytes_uploaded = 0;
+  int pipelines = 0;             // alive
+  double gpu_ms = 0;             // of the last finished frame; 0 where the device has no timestamps
+};
+
+class Renderer {
+ public:
+  /// Set-up; throws Error. `size` is one eye's picture.
+  Renderer(gpu::Device& device, glm::ivec2 size, const Quality& quality, const MaterialTable& materials);
+  ~Renderer();
+  Renderer(Renderer&&) noexcept;
+
+  /// Uploads the bricks given; all others stay as they are.
+  void update(MeshId mesh, std::span<const MeshUpdate> bricks);
+  void place(MeshId mesh, const Pose& X_WM);
+  void remove(MeshId mesh);
+  void set_tool(const ToolMesh& tool);
+  void resize(glm::ivec2 size);
+  void set_quality(const Quality& quality);
+
+  /// Records the frame unless it is the same as the last one; the caller submits. `slot` is the frame in flight.
+  FrameStats record(VkCommandBuffer commands, const Frame& frame, int slot, std::uint64_t submitted,
+                    std::uint64_t finished);
+
+  /// The eyes' pictures: two layers (one when mono), sRGB bytes, ready to be sampled or copied after record().
+  const gpu::Image& pictures() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace typodont::render

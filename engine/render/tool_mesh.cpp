@@ -1,0 +1,147 @@
+#include "engine/render/tool_mesh.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "engine/base/error.h"
+#include "engine/base/units.h"
+
+namespace typodont::render {
+
+namespace {
+
+using glm::dvec2;
+using glm::dvec3;
+
+constexpr int kAround = 96;  // corners around: divisible by the usual 6 and 8 flutes
+
+/// Points of a quarter or so of a circle about (0, z0), from angle a to b measured from −z.
+void add_arc(std::vector<dvec2>& profile, double radius, double z0, double a, double b, int steps) {
+  for (int i = 0; i <= steps; ++i) {
+    const double t = a + (b - a) * i / steps;
+    profile.push_back({radius * std::sin(t), z0 - radius * std::cos(t)});
+  }
+}
+
+/// A lathe: rings of kAround corners along a profile. `cut` maps (radius, z, angle) to the fluted radius.
+template <class Cut>
+void add_lathe(ToolMesh& mesh, const std::vector<dvec2>& profile, float spins, float rough, Cut&& cut) {
+  const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
+  const auto point = [&](std::size_t ring, int corner, bool fluted) {
+    const double angle = 2 * kPi * corner / kAround;
+    const dvec2 p = profile[ring];
+    const double r = fluted ? cut(p.x, p.y, angle) : p.x;
+    return dvec3(r * std::cos(angle), r * std::sin(angle), p.y);
+  };
+  const auto normal = [&](std::size_t ring, int corner, bool fluted) {
+    const std::size_t below = ring ? ring - 1 : ring, above = std::min(ring + 1, profile.size() - 1);
+    const dvec3 along = point(above, corner, fluted) - point(below, corner, fluted);
+    const double angle = 2 * kPi * corner / kAround;
+    dvec3 around = point(ring, corner + 1, fluted) - point(ring, corner - 1, fluted);
+    if (glm::length(around) < 1e-9) around = dvec3(-std::sin(angle), std::cos(angle), 0);
+    const dvec3 n = glm::cross(around, along);
+    const double length = glm::length(n);
+    return length > 1e-18 ? n / length : dvec3(0, 0, ring ? 1 : -1);
+  };
+  for (std::size_t ring = 0; ring < profile.size(); ++ring)
+    for (int corner = 0; corner < kAround; ++corner)
+      mesh.vertices.push_back({glm::vec3(point(ring, corner, true)), glm::vec3(normal(ring, corner, true)),
+                               glm::vec3(point(ring, corner, false)), glm::vec3(normal(ring, corner, false)), spins,
+                               rough});
+  for (std::size_t ring = 0; ring + 1 < profile.size(); ++ring)
+    for (int corner = 0; corner < kAround; ++corner) {
+      const auto a = first + static_cast<std::uint32_t>(ring * kAround + corner);
+      const auto b = first + static_cast<std::uint32_t>(ring * kAround + (corner + 1) % kAround);
+      mesh.indices.insert(mesh.indices.end(), {a, b, b + kAround, a, b + kAround, a + kAround});
+    }
+}
+
+}  // namespace
+
+ToolShape tool_shape(std::string_view shape, double diameter, double length) {
+  ToolShape tool;
+  const double r = diameter / 2, h = length / 2;
+  auto& p = tool.profile;
+  tool.neck_radius = std::min(0.45 * r, 5e-4);
+  tool.neck_radius = std::max(tool.neck_radius, std::min(0.8 * r, 2.0e-4));
+  const double neck_angle = kPi - std::asin(std::min(1.0, tool.neck_radius / r));
+  if (shape == "sphere") {
+    add_arc(p, r, 0, 0, neck_angle, 28);
+  } else if (shape == "cylinder") {
+    p = {{0, -h}, {0.96 * r, -h}, {r, -h + 0.04 * r}};
+    for (int i = 1; i < 12; ++i) p.push_back({r, -h + length * i / 12});
+    p.insert(p.end(), {{r, h}, {tool.neck_radius, h + 0.2 * r}});
+  } else if (shape == "round_end_cylinder") {
+    add_arc(p, r, -h + r, 0, kPi / 2, 12);
+    for (int i = 1; i < 12; ++i) p.push_back({r, -h + r + (length - r) * i / 12});
+    p.insert(p.end(), {{r, h}, {tool.neck_radius, h + 0.2 * r}});
+  } else if (shape == "cone") {
+    p = {{0, -h}};
+    for (int i = 1; i <= 16; ++i) p.push_back({r * i / 16, -h + length * i / 16});
+    p.push_back({tool.neck_radius, h + 0.2 * r});
+  } else if (shape == "inverted_cone") {
+    p = {{0, -h}, {0.96 * r, -h}, {r, -h + 0.04 * r}};
+    const double top = std::max(0.6 * r, tool.neck_radius);
+    for (int i = 1; i <= 12; ++i) p.push_back({r + (top - r) * i / 12, -h + 0.04 * r + (length - 0.04 * r) * i / 12});
+    p.push_back({tool.neck_radius, h + 0.1 * r});
+  } else if (shape == "pear") {
+    add_arc(p, r, -h + r, 0, kPi / 2, 14);
+    const double top = std::max(0.55 * r, tool.neck_radius);
+    for (int i = 1; i <= 14; ++i) {
+      const double s = i / 14.0;
+      p.push_back({r + (top - r) * s * s * (3 - 2 * s), -h + r + (length - r) * s});
+    }
+    p.push_back({tool.neck_radius, h + 0.3 * r});
+  } else if (shape == "flame") {
+    for (int i = 0; i <= 24; ++i) {
+      const double s = i / 24.0;  // swells from a point to its widest at 0.6, then narrows
+      const double w = s < 0.6 ? std::sin(kPi / 2 * s / 0.6) : std::cos(0.75 * (s - 0.6) / 0.4);
+      p.push_back({r * w, -h + length * s});
+    }
+    p.push_back({std::min(tool.neck_radius, p.back().x), h + 0.3 * r});
+    tool.diamond = true;
+    tool.flutes = 0;
+  } else {
+    throw Error("", "tool shape", fmt::format("\"{}\"", shape),
+                "sphere, cylinder, round_end_cylinder, cone, pear, flame or inverted_cone");
+  }
+  return tool;
+}
+
+ToolMesh make_tool_mesh(const ToolShape& shape) {
+  ToolMesh mesh;
+  const auto& head = shape.profile;
+  const double z0 = head.front().y, z1 = head.back().y, span = std::max(z1 - z0, 1e-6);
+  const double widest = std::max_element(head.begin(), head.end(), [](auto& a, auto& b) { return a.x < b.x; })->x;
+
+  // Head: a blade rises steeply at its cutting edge and falls off slowly behind it, a saw tooth turned into a helix.
+  add_lathe(mesh, head, 1.0f, shape.diamond ? 0.75f : 0.24f, [&](double r, double z, double angle) {
+    if (shape.flutes > 0) {
+      double phase = (angle / (2 * kPi) + shape.helix * (z - z0) / span) * shape.flutes;
+      phase -= std::floor(phase);
+      const double groove = phase < 0.2 ? phase / 0.2 : 1 - (phase - 0.2) / 0.8;  // 0 at the edge … 1 in the gullet
+      const double fade = std::clamp((z1 - z) / (0.15 * span), 0.0, 1.0);
+      return r * (1 - shape.flute_depth * groove * fade);
+    }
+    if (!shape.diamond) return r;
+    // Grit: bumps of a fixed pattern, the same in every run.
+    const double g = std::sin(37.0 * angle + 5100.0 * z / widest * 1e-3) * std::sin(41.0 * z / widest + 3.0 * angle);
+    return r * (1 - 0.035 * (0.5 + 0.5 * g));
+  });
+
+  // Neck and shank: a smooth taper, then the friction-grip cylinder with its rounded end.
+  std::vector<dvec2> shaft{{head.back().x, z1}};
+  for (int i = 1; i <= 10; ++i) {
+    const double s = i / 10.0, blend = s * s * (3 - 2 * s);
+    shaft.push_back({shape.neck_radius + (shape.shank_radius - shape.neck_radius) * blend * blend,
+                     z1 + shape.neck_length * s});
+  }
+  const double end = z1 + shape.neck_length + shape.shank_length;
+  shaft.insert(shaft.end(), {{shape.shank_radius, end - 0.2e-3}, {0.8 * shape.shank_radius, end}, {0, end}});
+  add_lathe(mesh, shaft, 1.0f, 0.22f, [](double r, double, double) { return r; });
+  return mesh;
+}
+
+}  // namespace typodont::render

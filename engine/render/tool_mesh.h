@@ -1,0 +1,42 @@
+// Burs and probes as triangles: a surface of revolution with real flutes, and its shank.
+#pragma once
+
+#include <cstdint>
+#include <glm/glm.hpp>
+#include <string_view>
+#include <vector>
+
+namespace typodont::render {
+
+/// What a cutting head looks like. The head's centre is the tool frame's origin, z along the shank.
+struct ToolShape {
+  std::vector<glm::dvec2> profile;  // m, (radius, z) from the tip to the neck, z rising
+  int flutes = 8;                   // 0: smooth, a probe
+  double flute_depth = 0.15;        // of the local radius
+  double helix = 0.5;               // turns of a flute over the head's length
+  double neck_radius = 4e-4;        // m
+  double neck_length = 4e-3;        // m
+  double shank_radius = 8e-4;       // m, friction grip 1.6 mm
+  double shank_length = 16e-3;      // m
+  bool diamond = false;             // rough grit instead of flutes
+};
+
+/// The shapes scenes name: sphere, cylinder, round_end_cylinder, cone, pear, flame, inverted_cone. `length` is the
+/// head's, ignored by the sphere. Throws Error for another name.
+ToolShape tool_shape(std::string_view shape, double diameter, double length);
+
+/// Each corner as cut and as the hull that its spin blurs it into; the renderer mixes the two by speed.
+struct ToolVertex {
+  glm::vec3 p{0}, n{0, 0, 1};            // m, tool frame
+  glm::vec3 hull_p{0}, hull_n{0, 0, 1};  // m
+  float spins = 1;                       // 1 turns with the spindle
+  float rough = 0.3f;
+};
+struct ToolMesh {
+  std::vector<ToolVertex> vertices;
+  std::vector<std::uint32_t> indices;
+};
+
+ToolMesh make_tool_mesh(const ToolShape& shape);
+
+}  // namespace typodont::render

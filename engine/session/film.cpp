@@ -1,0 +1,207 @@
+#include "engine/session/film.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <spawn.h>
+#include <sys/socket.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
+#include <fstream>
+#include <iterator>
+#include <string_view>
+#include <vector>
+
+extern char** environ;
+
+namespace typodont::session {
+
+namespace {
+
+/// Starts `arguments` with standard input from `input` (-1: none) and its complaints in `log`. -1 when impossible.
+pid_t start(const std::vector<std::string>& arguments, int input, const std::filesystem::path& log) {
+  std::vector<char*> argv;
+  for (const std::string& a : arguments) argv.push_back(const_cast<char*>(a.c_str()));
+  argv.push_back(nullptr);
+  posix_spawn_file_actions_t actions;
+  posix_spawn_file_actions_init(&actions);
+  if (input >= 0) {
+    posix_spawn_file_actions_adddup2(&actions, input, 0);
+  } else {
+    posix_spawn_file_actions_addopen(&actions, 0, "/dev/null", O_RDONLY, 0);
+  }
+  posix_spawn_file_actions_addopen(&actions, 1, "/dev/null", O_WRONLY, 0);
+  posix_spawn_file_actions_addopen(&actions, 2, log.c_str(), O_WRONLY | O_CREAT | O_APPEND, 0600);
+  pid_t pid = -1;
+  const int error = posix_spawn(&pid, arguments[0].c_str(), &actions, nullptr, argv.data(), environ);
+  posix_spawn_file_actions_destroy(&actions);
+  return error == 0 ? pid : -1;
+}
+
+bool ended_well(pid_t pid) {
+  int status = 0;
+  while (waitpid(pid, &status, 0) < 0) {
+    if (errno != EINTR) return false;
+  }
+  return WIFEXITED(status) && WEXITSTATUS(status) == 0;
+}
+
+std::string first_line(const std::filesystem::path& file) {
+  std::ifstream in(file);
+  std::string line;
+  std::getline(in, line);
+  return line;
+}
+
+}  // namespace
+
+std::optional<std::filesystem::path> find_ffmpeg() {
+  const char* path = std::getenv("PATH");
+  std::string_view rest = path ? path : "/usr/local/bin:/usr/bin:/bin";
+  while (!rest.empty()) {
+    const auto colon = rest.find(':');
+    const std::filesystem::path candidate = std::filesystem::path(rest.substr(0, colon)) / "ffmpeg";
+    std::error_code code;
+    if (std::filesystem::is_regular_file(candidate, code) && access(candidate.c_str(), X_OK) == 0) return candidate;
+    if (colon == std::string_view::npos) break;
+    rest.remove_prefix(colon + 1);
+  }
+  return std::nullopt;
+}
+
+struct FilmWriter::Impl {
+  std::filesystem::path file, pictures, with_sound, log;
+  std::filesystem::path ffmpeg;
+  std::size_t frame_bytes = 0;
+  std::uint64_t frames = 0;
+  pid_t encoder = -1;
+  int input = -1;  // frames go in here
+  std::string message;
+
+  void open(const FilmOptions& options);
+  void stop_encoder(bool& good);
+  void remove_leftovers() const {
+    std::error_code code;
+    for (const auto& f : {pictures, with_sound, log}) std::filesystem::remove(f, code);
+  }
+};
+
+void FilmWriter::Impl::open(const FilmOptions& options) {
+  const auto found = find_ffmpeg();
+  if (!found) {
+    message = "no film: the program ffmpeg is not installed (apt install ffmpeg)";
+    return;
+  }
+  if (options.width < 2 || options.height < 2 || !(options.fps > 0)) {
+    message = fmt::format("no film: {} x {} pixels at {} frames a second are impossible", options.width, options.height,
+                          options.fps);
+    return;
+  }
+  ffmpeg = *found;
+  frame_bytes = static_cast<std::size_t>(options.width) * static_cast<std::size_t>(options.height) * 3;
+  // A socket and not a pipe: send() can be told not to raise SIGPIPE when the encoder dies.
+  int ends[2];
+  if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) != 0) {
+    message = fmt::format("no film: {}", std::strerror(errno));
+    return;
+  }
+  encoder = start({ffmpeg.string(), "-hide_banner", "-loglevel", "error", "-y", "-f", "rawvideo", "-pixel_format", "rgb24",
+                   "-video_size", fmt::format("{}x{}", options.width, options.height), "-framerate",
+                   fmt::format("{}", options.fps), "-i", "pipe:0",
+                   // Every player decodes 4:2:0, which needs even sides.
+                   "-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2", "-c:v", "libx264", "-preset", "veryfast", "-crf", "20",
+                   "-pix_fmt", "yuv420p", "-movflags", "+faststart", "-f", "mp4", pictures.string()},
+                  ends[0], log);
+  close(ends[0]);
+  if (encoder < 0) {
+    close(ends[1]);
+    message = fmt::format("no film: {} cannot be started", ffmpeg.string());
+    return;
+  }
+  input = ends[1];
+}
+
+void FilmWriter::Impl::stop_encoder(bool& good) {
+  if (input >= 0) close(input);
+  input = -1;
+  good = encoder > 0 && ended_well(encoder);
+  encoder = -1;
+}
+
+FilmWriter::FilmWriter(const std::filesystem::path& file, const FilmOptions& options) : impl_(std::make_unique<Impl>()) {
+  impl_->file = file;
+  impl_->pictures = file.string() + fmt::format(".{}.pictures.partial", getpid());
+  impl_->with_sound = file.string() + fmt::format(".{}.sound.partial", getpid());
+  impl_->log = file.string() + fmt::format(".{}.log.partial", getpid());
+  impl_->open(options);
+}
+
+FilmWriter::~FilmWriter() {
+  bool good = false;
+  if (impl_->encoder > 0) impl_->stop_encoder(good);
+  impl_->remove_leftovers();
+}
+
+bool FilmWriter::add(std::span<const std::uint8_t> rgb) noexcept {
+  Impl& s = *impl_;
+  if (s.input < 0) return false;
+  if (rgb.size() != s.frame_bytes) {
+    s.message = fmt::format("no film: a frame of {} bytes, expected {}", rgb.size(), s.frame_bytes);
+    return false;
+  }
+  while (!rgb.empty()) {
+    const ssize_t n = send(s.input, rgb.data(), rgb.size(), MSG_NOSIGNAL);
+    if (n < 0 && errno == EINTR) continue;
+    if (n <= 0) {
+      bool good = false;
+      s.stop_encoder(good);
+      s.message = fmt::format("no film: ffmpeg gave up: {}", first_line(s.log));
+      return false;
+    }
+    rgb = rgb.subspan(static_cast<std::size_t>(n));
+  }
+  ++s.frames;
+  return true;
+}
+
+bool FilmWriter::finish(const std::optional<std::filesystem::path>& wav) noexcept {
+  Impl& s = *impl_;
+  if (s.input < 0) {
+    s.remove_leftovers();
+    return false;
+  }
+  bool good = false;
+  s.stop_encoder(good);
+  if (!good || s.frames == 0) {
+    if (s.message.empty()) {
+      s.message = s.frames == 0 ? "no film: no frames" : fmt::format("no film: ffmpeg gave up: {}", first_line(s.log));
+    }
+    s.remove_leftovers();
+    return false;
+  }
+  std::filesystem::path made = s.pictures;
+  if (wav) {
+    const pid_t pid = start({s.ffmpeg.string(), "-hide_banner", "-loglevel", "error", "-y", "-i", s.pictures.string(), "-i",
+                             wav->string(), "-map", "0:v", "-map", "1:a", "-c:v", "copy", "-c:a", "aac", "-b:a", "160k",
+                             "-movflags", "+faststart", "-f", "mp4", s.with_sound.string()},
+                            -1, s.log);
+    if (pid > 0 && ended_well(pid)) {
+      made = s.with_sound;
+    } else {
+      s.message = fmt::format("the film is silent: {}", first_line(s.log));
+    }
+  }
+  std::error_code code;
+  std::filesystem::rename(made, s.file, code);
+  if (code) s.message = fmt::format("no film: {}: {}", s.file.string(), code.message());
+  const bool there = !code;
+  s.remove_leftovers();
+  return there;
+}
+
+const std::string& FilmWriter::message() const noexcept { return impl_->message; }
+
+}  // namespace typodont::session

@@ -1,0 +1,195 @@
+#include "engine/session/page/plot.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+
+namespace typodont::session {
+
+namespace {
+
+constexpr double kWidth = 960, kLeft = 56, kRight = 22;
+constexpr double kPlot = kWidth - kLeft - kRight;
+
+std::string axis_of_time(double t0, double t1, double y, double top, const std::string& label, const NumberText& number) {
+  std::string out;
+  const double step = nice_step(t1 - t0, 10);
+  const int decimals = decimals_for(step);
+  for (double t = std::ceil(t0 / step) * step; t <= t1 + 1e-9 * step; t += step) {
+    const double x = kLeft + kPlot * (t - t0) / (t1 - t0);
+    fmt::format_to(std::back_inserter(out),
+                   "<line class=\"grid\" x1=\"{0:.1f}\" y1=\"{1:.1f}\" x2=\"{0:.1f}\" y2=\"{2:.1f}\"/>"
+                   "<text x=\"{0:.1f}\" y=\"{3:.1f}\" text-anchor=\"middle\">{4}</text>",
+                   x, top, y, y + 16, number(t, decimals));
+  }
+  fmt::format_to(std::back_inserter(out), "<text x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"end\">{}</text>", kWidth - kRight,
+                 y + 32, escaped(label));
+  return out;
+}
+
+}  // namespace
+
+double nice_step(double top, int count) {
+  if (!(top > 0) || !std::isfinite(top)) return 1;
+  const double raw = top / count;
+  const double power = std::pow(10.0, std::floor(std::log10(raw)));
+  for (const double factor : {1.0, 2.0, 5.0}) {
+    if (factor * power >= raw * (1 - 1e-9)) return factor * power;
+  }
+  return 10 * power;
+}
+
+int decimals_for(double step) {
+  return std::clamp(static_cast<int>(-std::floor(std::log10(step) + 1e-9)), 0, 9);
+}
+
+std::string time_plot(const TimePlot& plot, const Series& series, const NumberText& number) {
+  constexpr double kTop = 10, kHeight = 150, kBottom = kTop + kHeight;
+  double top = 0, low = 0;
+  for (std::size_t i = 0; i < series.greatest.size(); ++i) {
+    if (std::isnan(series.greatest[i])) continue;
+    top = std::max(top, series.greatest[i]);
+    low = std::min(low, series.least[i]);
+  }
+  const double step = nice_step(std::max(top - low, 1e-12), 4);
+  const double y1 = std::max(step, std::ceil(top / step - 1e-9) * step);
+  const double y0 = std::floor(low / step + 1e-9) * step;
+  const auto x_of = [&](double bin) { return kLeft + kPlot * bin / static_cast<double>(series.mean.size()); };
+  const auto y_of = [&](double v) { return kBottom - kHeight * (v - y0) / (y1 - y0); };
+
+  std::string out = fmt::format("<svg class=\"plot {}\" viewBox=\"0 0 {} {}\" role=\"img\" aria-label=\"{}\">", plot.css,
+                                kWidth, kBottom + 38, escaped(plot.label));
+  const auto put = std::back_inserter(out);
+  const int decimals = decimals_for(step);
+  for (double v = y0; v <= y1 + 1e-9 * step; v += step) {
+    const double shown = std::abs(v) < 1e-9 * step ? 0.0 : v;
+    fmt::format_to(put,
+                   "<line class=\"grid\" x1=\"{:.0f}\" y1=\"{:.1f}\" x2=\"{:.0f}\" y2=\"{:.1f}\"/>"
+                   "<text x=\"{:.0f}\" y=\"{:.1f}\" text-anchor=\"end\">{}</text>",
+                   kLeft, y_of(v), kWidth - kRight, y_of(v), kLeft - 6, y_of(v) + 4, number(shown, decimals));
+  }
+  out += axis_of_time(plot.t0, plot.t1, kBottom, kTop, plot.time_label, number);
+  fmt::format_to(put, "<text x=\"{:.0f}\" y=\"{:.0f}\" class=\"unit\">{}</text>", kLeft + 4, kTop + 12, escaped(plot.unit));
+
+  // Stretches without a gap: the band forth along the top and back along the bottom, then the mean.
+  const std::size_t n = series.mean.size();
+  for (std::size_t i = 0; i < n;) {
+    if (std::isnan(series.mean[i])) {
+      ++i;
+      continue;
+    }
+    std::size_t end = i;
+    while (end < n && !std::isnan(series.mean[end])) ++end;
+    std::string band, line;
+    for (std::size_t k = i; k < end; ++k) {
+      const double x = x_of(static_cast<double>(k) + 0.5);
+      fmt::format_to(std::back_inserter(band), "{}{:.1f},{:.1f}", k == i ? "M" : "L", x, y_of(series.greatest[k]));
+      fmt::format_to(std::back_inserter(line), "{}{:.1f},{:.1f}", k == i ? "M" : "L", x, y_of(series.mean[k]));
+    }
+    for (std::size_t k = end; k-- > i;) {
+      fmt::format_to(std::back_inserter(band), "L{:.1f},{:.1f}", x_of(static_cast<double>(k) + 0.5), y_of(series.least[k]));
+    }
+    fmt::format_to(put, "<path class=\"band\" d=\"{}Z\"/><path class=\"line\" d=\"{}\"/>", band, line);
+    i = end;
+  }
+  for (const TimePlot::Mark& mark : plot.marks) {
+    const double x = kLeft + kPlot * std::clamp((mark.t - plot.t0) / (plot.t1 - plot.t0), 0.0, 1.0);
+    fmt::format_to(put, "<line class=\"mark {}\" x1=\"{:.1f}\" y1=\"{:.0f}\" x2=\"{:.1f}\" y2=\"{:.0f}\"><title>{}</title></line>",
+                   mark.css, x, kTop, x, kBottom, escaped(mark.text));
+  }
+  out += "</svg>";
+  return out;
+}
+
+std::string strip(const std::vector<std::string>& css, const std::string& label) {
+  std::string out = fmt::format("<svg class=\"strip\" viewBox=\"0 0 {} 26\" role=\"img\" aria-label=\"{}\">"
+                                "<rect class=\"frame\" x=\"{}\" y=\"3\" width=\"{}\" height=\"20\"/>",
+                                kWidth, escaped(label), kLeft, kPlot);
+  for (std::size_t i = 0; i < css.size();) {
+    std::size_t end = i;
+    while (end < css.size() && css[end] == css[i]) ++end;
+    if (!css[i].empty()) {
+      const double n = static_cast<double>(css.size());
+      fmt::format_to(std::back_inserter(out), "<rect class=\"{}\" x=\"{:.2f}\" y=\"3\" width=\"{:.2f}\" height=\"20\"/>",
+                     css[i], kLeft + kPlot * static_cast<double>(i) / n, kPlot * static_cast<double>(end - i) / n);
+    }
+    i = end;
+  }
+  return out + "</svg>";
+}
+
+std::string histogram(const std::vector<double>& edges, const std::vector<double>& counts, const std::string& unit,
+                      const std::string& label, const NumberText& number) {
+  constexpr double kTop = 10, kHeight = 120, kBottom = kTop + kHeight;
+  const double most = std::max(1.0, *std::max_element(counts.begin(), counts.end()));
+  const double lg0 = std::log10(edges.front()), lg1 = std::log10(edges.back());
+  const double decades = std::max(1.0, std::ceil(std::log10(most)));
+  const auto x_of = [&](double v) { return kLeft + kPlot * (std::log10(v) - lg0) / (lg1 - lg0); };
+  // One tick is half a step above the axis, so that the single worst one shows.
+  const auto y_of = [&](double c) { return kBottom - kHeight * (std::log10(c) + 0.5) / (decades + 0.5); };
+  std::string out = fmt::format("<svg class=\"plot timing\" viewBox=\"0 0 {} {}\" role=\"img\" aria-label=\"{}\">", kWidth,
+                                kBottom + 38, escaped(label));
+  const auto put = std::back_inserter(out);
+  for (double d = 0; d <= decades; ++d) {
+    const double c = std::pow(10.0, d);
+    fmt::format_to(put,
+                   "<line class=\"grid\" x1=\"{:.0f}\" y1=\"{:.1f}\" x2=\"{:.0f}\" y2=\"{:.1f}\"/>"
+                   "<text x=\"{:.0f}\" y=\"{:.1f}\" text-anchor=\"end\">{}</text>",
+                   kLeft, y_of(c), kWidth - kRight, y_of(c), kLeft - 6, y_of(c) + 4, number(c, 0));
+  }
+  for (double d = std::floor(lg0); d <= lg1; ++d) {
+    for (const double factor : {1.0, 2.0, 5.0}) {
+      const double v = factor * std::pow(10.0, d);
+      if (v < edges.front() * 0.999 || v > edges.back() * 1.001) continue;
+      fmt::format_to(put,
+                     "<line class=\"grid\" x1=\"{0:.1f}\" y1=\"{1:.0f}\" x2=\"{0:.1f}\" y2=\"{2:.0f}\"/>"
+                     "<text x=\"{0:.1f}\" y=\"{3:.0f}\" text-anchor=\"middle\">{4}</text>",
+                     x_of(v), kTop, kBottom, kBottom + 16, number(v, v < 0.999 ? decimals_for(v) : 0));
+    }
+  }
+  for (std::size_t i = 0; i < counts.size(); ++i) {
+    if (counts[i] <= 0) continue;
+    const double x0 = x_of(edges[i]), x1 = x_of(edges[i + 1]);
+    fmt::format_to(put, "<rect class=\"bar\" x=\"{:.1f}\" y=\"{:.1f}\" width=\"{:.1f}\" height=\"{:.1f}\"/>", x0,
+                   y_of(counts[i]), std::max(0.5, x1 - x0 - 1), kBottom - y_of(counts[i]));
+  }
+  fmt::format_to(put, "<text x=\"{:.0f}\" y=\"{:.0f}\" text-anchor=\"end\">{}</text></svg>", kWidth - kRight, kBottom + 32,
+                 escaped(unit));
+  return out;
+}
+
+std::string escaped(std::string_view text) {
+  std::string out;
+  out.reserve(text.size());
+  for (const char c : text) {
+    switch (c) {
+      case '&': out += "&amp;"; break;
+      case '<': out += "&lt;"; break;
+      case '>': out += "&gt;"; break;
+      case '"': out += "&quot;"; break;
+      case '\'': out += "&#39;"; break;
+      default: out += static_cast<unsigned char>(c) < 0x20 && c != '\n' && c != '\t' ? ' ' : c;
+    }
+  }
+  return out;
+}
+
+std::string base64(const std::vector<unsigned char>& bytes) {
+  static constexpr char kAlphabet[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::string out;
+  out.reserve((bytes.size() + 2) / 3 * 4);
+  for (std::size_t i = 0; i < bytes.size(); i += 3) {
+    const std::size_t left = bytes.size() - i;
+    const unsigned group = unsigned{bytes[i]} << 16 | (left > 1 ? unsigned{bytes[i + 1]} << 8 : 0) |
+                           (left > 2 ? unsigned{bytes[i + 2]} : 0);
+    out += kAlphabet[group >> 18 & 63];
+    out += kAlphabet[group >> 12 & 63];
+    out += left > 1 ? kAlphabet[group >> 6 & 63] : '=';
+    out += left > 2 ? kAlphabet[group & 63] : '=';
+  }
+  return out;
+}
+
+}  // namespace typodont::session

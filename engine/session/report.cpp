@@ -1,0 +1,611 @@
+#include "engine/session/report.h"
+
+#include <fmt/args.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cmath>
+#include <cstring>
+#include <fstream>
+#include <iterator>
+#include <numeric>
+
+#include "engine/base/error.h"
+#include "engine/session/format/columns.h"
+#include "engine/session/page/plot.h"
+#include "engine/session/page/style.h"
+
+namespace typodont::session {
+
+namespace {
+
+constexpr std::uint64_t kPiece = 8192;  // ticks read at a time: memory does not grow with the session
+constexpr std::size_t kBins = 480;      // of the plots over time
+constexpr std::size_t kTableBins = 12;  // of their tables
+constexpr std::size_t kMostEvents = 200;
+
+/// Everything the page needs to know of the ticks, in one pass.
+struct Course {
+  double t0 = 0, t1 = 1;  // s
+  std::uint64_t count = 0;
+  Series force, depth, removed;           // N, mm, mm³
+  std::vector<std::array<std::uint32_t, kTissueCount>> touched;  // ticks per bin and tissue in contact
+  struct FaultCount {
+    std::uint64_t ticks = 0;
+    double first = 0;
+  };
+  std::vector<FaultCount> faults;  // parallel to fault_names()
+  std::vector<float> cpu_us;
+  PerTissue removed_total{};  // m³
+  HandMeasures hand;
+};
+
+struct Accumulator {
+  std::vector<double> least, sum, greatest;
+  std::vector<std::uint64_t> count;
+  explicit Accumulator(std::size_t n) : least(n, 1e300), sum(n, 0), greatest(n, -1e300), count(n, 0) {}
+  void add(std::size_t bin, double v) {
+    if (!std::isfinite(v)) return;
+    least[bin] = std::min(least[bin], v);
+    greatest[bin] = std::max(greatest[bin], v);
+    sum[bin] += v;
+    ++count[bin];
+  }
+  Series series() const {
+    Series s;
+    for (std::size_t i = 0; i < sum.size(); ++i) {
+      const bool some = count[i] > 0;
+      s.least.push_back(some ? least[i] : std::nan(""));
+      s.mean.push_back(some ? sum[i] / static_cast<double>(count[i]) : std::nan(""));
+      s.greatest.push_back(some ? greatest[i] : std::nan(""));
+    }
+    return s;
+  }
+};
+
+Course course_of(const SessionReader& session) {
+  Course c;
+  c.count = session.tick_count();
+  c.faults.resize(fault_names().size());
+  if (c.count > 0) {
+    c.t0 = to_seconds(session.ticks(0, 1).front().t);
+    c.t1 = to_seconds(session.ticks(c.count - 1, 1).front().t);
+  }
+  if (!(c.t1 > c.t0)) c.t1 = c.t0 + 1;
+  const std::size_t bins = std::clamp<std::size_t>(c.count, 1, kBins);
+  Accumulator force(bins), depth(bins), removed(bins);
+  c.touched.resize(bins);
+  HandMeter meter(session.header().servo_rate);
+  for (std::uint64_t first = 0; first < c.count; first += kPiece) {
+    const auto ticks = session.ticks(first, kPiece);
+    meter.add(ticks);
+    for (const ServoTick& tick : ticks) {
+      const double t = to_seconds(tick.t);
+      const double place = (t - c.t0) / (c.t1 - c.t0) * static_cast<double>(bins);
+      const auto bin = static_cast<std::size_t>(std::clamp(place, 0.0, static_cast<double>(bins - 1)));
+      force.add(bin, glm::length(tick.f_T_W));
+      depth.add(bin, tick.depth * 1e3);
+      removed.add(bin, std::accumulate(tick.removed.begin(), tick.removed.end(), 0.0) * 1e9);
+      if (tick.depth > 0 || tick.contact_area > 0) ++c.touched[bin][static_cast<std::size_t>(tick.tissue)];
+      for (std::size_t i = 0; i < c.faults.size(); ++i) {
+        if (!(tick.faults & bits(fault_names()[i].fault))) continue;
+        if (c.faults[i].ticks++ == 0) c.faults[i].first = t;
+      }
+      if (tick.cpu_time > 0) c.cpu_us.push_back(static_cast<float>(static_cast<double>(tick.cpu_time) / 1e3));
+      c.removed_total = tick.removed;
+    }
+  }
+  c.force = force.series();
+  c.depth = depth.series();
+  c.removed = removed.series();
+  c.hand = meter.result();
+  return c;
+}
+
+ScoreInput input_of(const SessionReader& session, const Course& course) {
+  ScoreInput in;
+  in.before = session.header().volumes_before;
+  in.hand = course.hand;
+  const auto& result = session.result();
+  if (result && result->has_volumes) {
+    in.after = result->volumes_after;
+  } else {
+    for (std::size_t i = 0; i < kTissueCount; ++i) in.after[i] = std::max(0.0, in.before[i] - course.removed_total[i]);
+  }
+  if (result && result->has_ideal) in.ideal = result->volumes_ideal;
+  if (result && result->min_pulp_distance >= 0) in.pulp_distance = result->min_pulp_distance;
+  return in;
+}
+
+Score score_of(const SessionReader& session, const ScoreInput& input) {
+  std::vector<ScoreRule> rules = default_rules(input);
+  if (!session.header().scene_json.empty()) {
+    const Json scene = Json::parse(session.header().scene_json, session.file().string() + ": scene");
+    if (const auto block = scene.find("score")) rules = rules_from(*block, input);
+  }
+  return score(input, rules);
+}
+
+/// Writes one page; holds what every part of it needs.
+class Page {
+ public:
+  Page(const SessionReader& session, const ReportOptions& options)
+      : session_(session), options_(options), language_(options.language), course_(course_of(session)),
+        input_(input_of(session, course_)), score_(options.score ? *options.score : score_of(session, input_)) {
+    if (!session.header().scene_json.empty()) {
+      const Json scene = Json::parse(session.header().scene_json, session.file().string() + ": scene");
+      if (scene.is_object()) scene_name_ = scene.string_or("name", "");
+    }
+  }
+
+  std::string html() {
+    put("<!doctype html>\n<html lang=\"{}\">\n<head>\n<meta charset=\"utf-8\">\n"
+        "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>{}</title>\n<style>{}</style>\n"
+        "</head>\n<body>\n",
+        tag_of(language_), escaped(title()), kStyle);
+    put("<a class=\"skip\" href=\"#result\">{}</a>\n", say("skip"));
+    head();
+    put("<main>\n");
+    warnings();
+    summary();
+    pictures();
+    items();
+    volumes();
+    over_time();
+    faults();
+    timing();
+    events();
+    details();
+    put("</main>\n<footer><p>{}</p></footer>\n</body>\n</html>\n",
+        say("made_by", escaped(session_.header().program_version)));
+    return std::move(out_);
+  }
+
+ private:
+  template <class... Args>
+  void put(fmt::format_string<Args...> format, Args&&... args) {
+    fmt::format_to(std::back_inserter(out_), format, std::forward<Args>(args)...);
+  }
+  /// A text of the catalogue with its gaps filled. The texts hold no markup.
+  template <class... Args>
+  std::string say(std::string_view key, Args&&... args) const {
+    return fmt::format(fmt::runtime(text(key, language_)), std::forward<Args>(args)...);
+  }
+  std::string number(double v, int decimals) const {
+    std::string s = fmt::format("{:.{}f}", v, decimals);
+    if (s.starts_with("-") && s.find_first_not_of("-0.") == std::string::npos) s.erase(0, 1);
+    if (language_ == Language::kGerman) std::replace(s.begin(), s.end(), '.', ',');
+    return s;
+  }
+  /// Three significant digits, as people read them.
+  std::string number(double v) const {
+    const double a = std::abs(v);
+    return number(v, a == 0 || a >= 100 ? 0 : a >= 10 ? 1 : a >= 1 ? 2 : 3);
+  }
+  std::string quantity(double v, std::string_view unit) const {
+    return unit.empty() ? number(v, 0) : fmt::format("{}\u00a0{}", number(v), unit);  // without a unit: a count
+  }
+  NumberText number_text() const {
+    return [this](double v, int decimals) { return number(v, decimals); };
+  }
+  std::string tissue_text(std::size_t i) const {
+    return say(fmt::format("tissue.{}", name_of(static_cast<Tissue>(i))));
+  }
+  std::string title() const {
+    return scene_name_.empty() ? say("title") : fmt::format("{}: {}", say("title"), scene_name_);
+  }
+  double duration() const { return course_.count > 0 ? course_.t1 - course_.t0 : 0; }
+  std::string duration_text() const {
+    const double s = duration();
+    if (s < 60) return fmt::format("{} s", number(s, 1));
+    return fmt::format("{}:{:02d} min", static_cast<int>(s) / 60, static_cast<int>(s) % 60);
+  }
+
+  void head() {
+    const SessionHeader& h = session_.header();
+    put("<header>\n<h1>{}</h1>\n<p class=\"where\">", escaped(title()));
+    std::vector<std::string> parts;
+    if (!h.trainee.empty()) parts.push_back(escaped(h.trainee));
+    if (!h.date.empty()) parts.push_back(fmt::format("<time datetime=\"{0}\">{1}</time>", escaped(h.date), date_text(h.date)));
+    parts.push_back(duration_text());
+    put("{}</p>\n</header>\n<nav aria-label=\"{}\"><ul>", fmt::join(parts, " · "), say("contents"));
+    const auto link = [&](const char* id, const char* key) { put("<li><a href=\"#{}\">{}</a></li>", id, say(key)); };
+    link("result", "result");
+    if (!all_pictures().empty()) link("pictures", "pictures");
+    link("items", "items");
+    link("volumes", "volumes");
+    if (course_.count > 0) {
+      link("course", "course");
+      link("faults", "faults");
+    }
+    if (!course_.cpu_us.empty()) link("timing", "timing");
+    if (!session_.events().empty()) link("events", "events");
+    link("details", "details");
+    put("</ul></nav>\n");
+  }
+
+  std::string date_text(const std::string& iso) const {
+    if (iso.size() < 16 || iso[10] != 'T') return escaped(iso);
+    return escaped(iso.substr(0, 10) + " " + iso.substr(11, 5) + " UTC");
+  }
+
+  void warnings() {
+    std::vector<std::string> texts;
+    if (session_.truncated()) texts.push_back(say("warn.truncated"));
+    if (session_.lost().any()) {
+      const Lost& l = session_.lost();
+      texts.push_back(say("warn.lost", l.ticks_ring + l.ticks_disk, l.cuts_ring + l.cuts_disk));
+    }
+    if (course_.count == 0) texts.push_back(say("warn.no_ticks"));
+    if (texts.empty()) return;
+    put("<div class=\"warn\" role=\"note\" aria-label=\"{}\">", say("attention"));
+    for (const auto& t : texts) put("<p>{}</p>", t);
+    put("</div>\n");
+  }
+
+  void gauge(double share) {
+    put("<div class=\"gauge\" aria-hidden=\"true\"><i style=\"width:{:.1f}%\"></i></div>",
+        100 * std::clamp(share, 0.0, 1.0));
+  }
+
+  void summary() {
+    put("<section id=\"result\" aria-labelledby=\"h-result\">\n<h2 id=\"h-result\">{}</h2>\n<div class=\"top\">\n<div>", say("result"));
+    if (score_.full > 0) {
+      const double share = score_.points / score_.full;
+      put("<p class=\"big\" style=\"margin:0\">{}<small> %</small></p>", number(100 * share, 0));
+      gauge(share);
+      put("<p class=\"soft\">{}</p>", say("points_of", number(score_.points, 1), number(score_.full, 0)));
+    }
+    put("</div>\n<dl class=\"key\">");
+    const auto fact = [&](const std::string& name, const std::string& value) {
+      put("<div><dt>{}</dt><dd>{}</dd></div>", name, value);
+    };
+    const auto caries = static_cast<std::size_t>(Tissue::kCaries);
+    if (input_.before[caries] > 0) {
+      fact(say("residual_caries"), fmt::format("{} ({}\u00a0%)", quantity(input_.after[caries] * 1e9, "mm³"),
+                                               number(100 * input_.after[caries] / input_.before[caries], 1)));
+    }
+    fact(say("score.healthy_removed_mm3"), quantity(healthy_removed(), "mm³"));
+    fact(say("duration"), duration_text());
+    if (course_.count > 0) {
+      fact(say("score.force_max_N"), quantity(course_.hand.force_max, "N"));
+      fact(say("score.force_mean_N"), quantity(course_.hand.force_mean, "N"));
+      fact(say("faults"), fmt::format("{}", course_.hand.faults));
+    }
+    put("</dl>\n</div>\n</section>\n");
+  }
+
+  double healthy_removed() const {
+    const std::array<ScoreRule, 1> rule = {ScoreRule{"healthy_removed_mm3", 0, 1, 0, Best::kAtMost, ""}};
+    const Score s = session::score(input_, rule);
+    return s.items.empty() ? 0 : s.items.front().value;
+  }
+
+  std::vector<SessionPicture> all_pictures() const {
+    std::vector<SessionPicture> all;
+    if (session_.result()) all = session_.result()->pictures;
+    for (const SessionPicture& p : options_.more_pictures) {
+      std::erase_if(all, [&](const SessionPicture& q) { return q.name == p.name; });
+      all.push_back(p);
+    }
+    std::stable_sort(all.begin(), all.end(), [](const SessionPicture& a, const SessionPicture& b) {
+      return std::pair(rank_of(a), a.name) < std::pair(rank_of(b), b.name);
+    });
+    return all;
+  }
+  static int rank_of(const SessionPicture& p) {
+    return p.name.starts_with("before") ? 0 : p.name.starts_with("during") ? 1 : p.name.starts_with("after") ? 2 : 3;
+  }
+
+  void pictures() {
+    const auto all = all_pictures();
+    if (all.empty()) return;
+    put("<section id=\"pictures\" class=\"long\" aria-labelledby=\"h-pictures\">\n<h2 id=\"h-pictures\">{}</h2>\n"
+        "<div class=\"pictures\">\n",
+        say("pictures"));
+    for (const SessionPicture& p : all) {
+      const std::string key = "picture." + p.name.substr(0, p.name.find('_'));
+      const std::string caption = !p.title.empty() ? p.title : has_text(key) ? say(key) : p.name;
+      put("<figure><img alt=\"{}\" src=\"data:image/png;base64,{}\"><figcaption>{}</figcaption></figure>\n",
+          escaped(say("picture.alt", caption)), base64(p.png), escaped(caption));
+    }
+    put("</div>\n</section>\n");
+  }
+
+  std::string target_text(const ScoreItem& item) const {
+    const std::string value = quantity(item.target, item.unit);
+    switch (item.best) {
+      case Best::kAtMost: return say("at_most", value);
+      case Best::kAtLeast: return say("at_least", value);
+      case Best::kNear: return value;
+    }
+    return value;
+  }
+
+  void items() {
+    put("<section id=\"items\" class=\"long\" aria-labelledby=\"h-items\">\n<h2 id=\"h-items\">{}</h2>\n<div class=\"scroll\" "
+        "tabindex=\"0\" role=\"region\" aria-labelledby=\"h-items\">\n<table><caption>{} {}: {} %.</caption>\n<thead><tr>"
+        "<th scope=\"col\">{}</th><th scope=\"col\">{}</th><th scope=\"col\">{}</th><th scope=\"col\">{}</th><th scope=\"col\">{}</th>"
+        "<th scope=\"col\" class=\"text\">{}</th></tr></thead>\n<tbody>\n",
+        say("items"), say("completion_note"), say("completion"), number(100 * score_.completion, 0), say("item"), say("value"),
+        say("target"), say("tolerance"), say("points"), say("source"));
+    // What counts first.
+    std::vector<const ScoreItem*> order;
+    for (const ScoreItem& item : score_.items) order.push_back(&item);
+    std::stable_sort(order.begin(), order.end(), [](auto* a, auto* b) { return a->weight > b->weight; });
+    for (const ScoreItem* item : order) {
+      const std::string key = "score." + item->name;
+      put("<tr><th scope=\"row\">{}</th><td>{}</td>", has_text(key) ? say(key) : escaped(item->name), quantity(item->value, item->unit));
+      if (item->weight > 0) {
+        put("<td>{}</td><td>{}</td><td>{} / {}", target_text(*item), quantity(item->tolerance, item->unit),
+            number(item->points, 1), number(item->weight, 0));
+        gauge(item->points / item->weight);
+        // The sources of the default rules are in the catalogue, by their English text.
+        put("</td><td class=\"text source\">{}</td></tr>\n", escaped(text(item->source, language_)));
+      } else {
+        put("<td></td><td></td><td>{}</td><td class=\"text source\"></td></tr>\n", say("not_counted"));
+      }
+    }
+    put("</tbody>\n<tfoot><tr><th scope=\"row\">{}</th><td></td><td></td><td></td><td>{} / {}</td><td></td></tr></tfoot>\n"
+        "</table></div>\n</section>\n",
+        say("score"), number(score_.points, 1), number(score_.full, 0));
+  }
+
+  void volumes() {
+    put("<section id=\"volumes\" aria-labelledby=\"h-volumes\">\n<h2 id=\"h-volumes\">{}</h2>\n<div class=\"scroll\" tabindex=\"0\" "
+        "role=\"region\" aria-labelledby=\"h-volumes\">\n<table><caption>{}</caption>\n<thead><tr><th scope=\"col\">{}</th>"
+        "<th scope=\"col\">{}</th><th scope=\"col\">{}</th><th scope=\"col\">{}</th>",
+        say("volumes"), say("volumes_caption"), say("tissue"), say("before"), say("removed"), say("after"));
+    if (input_.ideal) put("<th scope=\"col\">{}</th>", say("ideal"));
+    put("<th scope=\"col\">{}</th></tr></thead>\n<tbody>\n", say("share_removed"));
+    double before_sum = 0, after_sum = 0, ideal_sum = 0;
+    for (std::size_t i = 1; i < kTissueCount; ++i) {
+      const double before = input_.before[i] * 1e9, after = input_.after[i] * 1e9;
+      const double ideal = input_.ideal ? (*input_.ideal)[i] * 1e9 : 0;
+      if (before <= 0 && after <= 0 && ideal <= 0) continue;
+      before_sum += before;
+      after_sum += after;
+      ideal_sum += ideal;
+      put("<tr{}><th scope=\"row\"><span class=\"swatch s-{}\" aria-hidden=\"true\"></span>{}</th><td>{}</td><td>{}</td><td>{}</td>",
+          static_cast<Tissue>(i) == Tissue::kCaries ? " class=\"key\"" : "", name_of(static_cast<Tissue>(i)), tissue_text(i),
+          number(before, 2), number(before - after, 2), number(after, 2));
+      if (input_.ideal) put("<td>{}</td>", number(ideal, 2));
+      if (before > 0) {
+        put("<td>{} %</td></tr>\n", number(100 * (before - after) / before, 1));
+      } else {
+        put("<td></td></tr>\n");
+      }
+    }
+    put("</tbody>\n<tfoot><tr><th scope=\"row\">Σ</th><td>{}</td><td>{}</td><td>{}</td>", number(before_sum, 2),
+        number(before_sum - after_sum, 2), number(after_sum, 2));
+    if (input_.ideal) put("<td>{}</td>", number(ideal_sum, 2));
+    put("<td></td></tr></tfoot>\n</table></div>\n</section>\n");
+  }
+
+  std::vector<TimePlot::Mark> marks() const {
+    std::vector<TimePlot::Mark> result;
+    for (const SessionEvent& e : session_.events()) {
+      if (result.size() == kMostEvents) break;
+      const std::string kind(name_of(e.kind));
+      result.push_back({to_seconds(e.t), fmt::format("{}: {}", say("event." + kind), e.text), kind});
+    }
+    for (std::size_t i = 0; i < course_.faults.size(); ++i) {
+      if (course_.faults[i].ticks == 0) continue;
+      result.push_back({course_.faults[i].first, say("fault." + fault_names()[i].name), "fault"});
+    }
+    return result;
+  }
+
+  void plot(const char* key, const char* css, const char* unit, const Series& s, int decimals, const char* note = nullptr) {
+    double sum = 0, greatest = 0;
+    std::size_t n = 0;
+    for (std::size_t i = 0; i < s.mean.size(); ++i) {
+      if (std::isnan(s.mean[i])) continue;
+      sum += s.mean[i];
+      greatest = std::max(greatest, s.greatest[i]);
+      ++n;
+    }
+    const double mean = n ? sum / static_cast<double>(n) : 0;
+    TimePlot p;
+    p.t0 = course_.t0;
+    p.t1 = course_.t1;
+    p.unit = unit;
+    p.css = css;
+    p.time_label = say("time_axis");
+    p.label = say("plot_alt", say(key), number(mean, decimals), unit, number(greatest, decimals), unit);
+    p.marks = marks();
+    put("<h3>{} ({})</h3>\n", say(key), unit);
+    if (note) put("<p class=\"soft\">{}</p>\n", say(note));
+    put("<div class=\"scroll\">{}</div>", time_plot(p, s, number_text()));
+    // The plot as numbers, for those who cannot see it.
+    put("\n<details><summary>{}</summary><table><caption>{} ({})</caption><thead><tr><th scope=\"col\">{}</th><th scope=\"col\">{}</th>"
+        "<th scope=\"col\">{}</th></tr></thead><tbody>",
+        say("as_table"), say(key), unit, say("from_to"), say("mean"), say("greatest"));
+    const std::size_t bins = s.mean.size(), rows = std::min(bins, kTableBins);
+    for (std::size_t r = 0; r < rows; ++r) {
+      const std::size_t from = r * bins / rows, to = (r + 1) * bins / rows;
+      double row_sum = 0, row_greatest = 0;
+      std::size_t row_n = 0;
+      for (std::size_t i = from; i < to; ++i) {
+        if (std::isnan(s.mean[i])) continue;
+        row_sum += s.mean[i];
+        row_greatest = std::max(row_greatest, s.greatest[i]);
+        ++row_n;
+      }
+      const auto t_of = [&](std::size_t bin) {
+        return course_.t0 + (course_.t1 - course_.t0) * static_cast<double>(bin) / static_cast<double>(bins);
+      };
+      put("<tr><th scope=\"row\">{}–{}</th><td>{}</td><td>{}</td></tr>", number(t_of(from), 1), number(t_of(to), 1),
+          row_n ? number(row_sum / static_cast<double>(row_n), decimals) : "–", row_n ? number(row_greatest, decimals) : "–");
+    }
+    put("</tbody></table></details>\n");
+  }
+
+  void over_time() {
+    if (course_.count == 0) return;
+    put("<section id=\"course\" class=\"long\" aria-labelledby=\"h-course\">\n<h2 id=\"h-course\">{}</h2>\n", say("course"));
+    plot("force", "force", "N", course_.force, 2);
+    touched();
+    plot("depth", "depth", "mm", course_.depth, 3, "depth_note");
+    plot("removed_course", "removed", "mm³", course_.removed, 2);
+    put("</section>\n");
+  }
+
+  /// Under the force: which tissue answers.
+  void touched() {
+    std::vector<std::string> css(course_.touched.size());
+    std::array<std::uint64_t, kTissueCount> total{};
+    std::uint64_t all = 0;
+    for (std::size_t bin = 0; bin < css.size(); ++bin) {
+      const auto& counts = course_.touched[bin];
+      const auto most = std::max_element(counts.begin() + 1, counts.end());
+      if (*most > 0) css[bin] = fmt::format("s-{}", name_of(static_cast<Tissue>(most - counts.begin())));
+      for (std::size_t i = 1; i < kTissueCount; ++i) {
+        total[i] += counts[i];
+        all += counts[i];
+      }
+    }
+    if (all == 0) return;
+    std::vector<std::string> shares;
+    for (std::size_t i = 1; i < kTissueCount; ++i) {
+      if (total[i] > 0) {
+        shares.push_back(fmt::format("{} {} %", tissue_text(i), number(100.0 * static_cast<double>(total[i]) / static_cast<double>(all), 0)));
+      }
+    }
+    put("<h3>{}</h3>\n", say("touched"));
+    put("<div class=\"scroll\">{}</div>\n",
+        strip(css, fmt::format("{}: {}", say("touched"), fmt::join(shares, ", "))));
+    put("<ul class=\"legend\" aria-hidden=\"true\">");
+    std::size_t k = 0;
+    for (std::size_t i = 1; i < kTissueCount; ++i) {
+      if (total[i] > 0) put("<li><span class=\"swatch s-{}\"></span>{}</li>", name_of(static_cast<Tissue>(i)), shares[k++]);
+    }
+    put("</ul>\n");
+  }
+
+  void faults() {
+    if (course_.count == 0) return;
+    put("<section id=\"faults\" aria-labelledby=\"h-faults\">\n<h2 id=\"h-faults\">{}</h2>\n", say("faults"));
+    if (course_.hand.faults == 0) {
+      put("<p>{}</p>\n</section>\n", say("no_faults"));
+      return;
+    }
+    put("<table><thead><tr><th scope=\"col\">{}</th><th scope=\"col\">{}</th><th scope=\"col\">{}</th></tr></thead>\n<tbody>\n",
+        say("fault"), say("ticks"), say("first_at"));
+    for (std::size_t i = 0; i < course_.faults.size(); ++i) {
+      const auto& f = course_.faults[i];
+      if (f.ticks == 0) continue;
+      put("<tr><th scope=\"row\">{}</th><td>{}</td><td>{}</td></tr>\n", say("fault." + fault_names()[i].name), f.ticks,
+          number(f.first, 3));
+    }
+    put("</tbody></table>\n</section>\n");
+  }
+
+  void timing() {
+    if (course_.cpu_us.empty()) return;
+    std::vector<float>& us = course_.cpu_us;
+    std::sort(us.begin(), us.end());
+    const auto quantile = [&](double q) {
+      return static_cast<double>(us[static_cast<std::size_t>(q * static_cast<double>(us.size() - 1) + 0.5)]);
+    };
+    const double period = 1e6 / session_.header().servo_rate;
+    // Twelve bins to a decade.
+    const double lo = std::floor(std::log10(std::max(1e-2, static_cast<double>(us.front()))));
+    const double hi = std::max(lo + 1, std::ceil(std::log10(std::max(1e-2, static_cast<double>(us.back())) * 1.0001)));
+    std::vector<double> edges, counts;
+    for (int i = 0; i <= static_cast<int>(12 * (hi - lo)); ++i) edges.push_back(std::pow(10.0, lo + i / 12.0));
+    counts.resize(edges.size() - 1);
+    for (const float v : us) {
+      const auto above = std::upper_bound(edges.begin(), edges.end(), static_cast<double>(v));
+      const auto bin = std::clamp<std::ptrdiff_t>(above - edges.begin() - 1, 0, static_cast<std::ptrdiff_t>(counts.size()) - 1);
+      ++counts[static_cast<std::size_t>(bin)];
+    }
+    put("<section id=\"timing\" aria-labelledby=\"h-timing\">\n<h2 id=\"h-timing\">{}</h2>\n<table><caption>{}</caption><thead><tr>"
+        "<th scope=\"col\">{}</th><th scope=\"col\">{}</th><th scope=\"col\">99 %</th><th scope=\"col\">99{}9 %</th><th scope=\"col\">{}</th>"
+        "</tr></thead>\n<tbody><tr><td class=\"text\">{}</td><td>{} µs</td><td>{} µs</td><td>{} µs</td><td>{} µs</td></tr></tbody></table>\n",
+        say("timing"), say("timing_caption", number(period, 0)), say("ticks"), say("median"),
+        language_ == Language::kGerman ? "," : ".", say("worst"), us.size(), number(quantile(0.5)), number(quantile(0.99)),
+        number(quantile(0.999)), number(us.back()));
+    put("<div class=\"scroll\">{}</div>\n</section>\n",
+        histogram(edges, counts, "µs",
+                  say("histogram_alt", us.size(), number(quantile(0.5)), number(quantile(0.99)), number(us.back())),
+                  number_text()));
+  }
+
+  void events() {
+    const auto& all = session_.events();
+    if (all.empty()) return;
+    put("<section id=\"events\" class=\"long\" aria-labelledby=\"h-events\">\n<h2 id=\"h-events\">{}</h2>\n<table><thead><tr>"
+        "<th scope=\"col\">{}</th><th scope=\"col\" class=\"text\">{}</th></tr></thead>\n<tbody>\n",
+        say("events"), say("when"), say("what"));
+    for (std::size_t i = 0; i < std::min(all.size(), kMostEvents); ++i) {
+      put("<tr><th scope=\"row\">{}</th><td class=\"text\">{}: {}</td></tr>\n", number(to_seconds(all[i].t), 2),
+          say(fmt::format("event.{}", name_of(all[i].kind))), escaped(all[i].text));
+    }
+    put("</tbody></table>\n");
+    if (all.size() > kMostEvents) put("<p class=\"soft\">{}</p>\n", say("more_events", all.size() - kMostEvents));
+    put("</section>\n");
+  }
+
+  void details() {
+    const SessionHeader& h = session_.header();
+    put("<section id=\"details\" class=\"long\" aria-labelledby=\"h-details\">\n<h2 id=\"h-details\">{}</h2>\n<dl class=\"list\">", say("details"));
+    const auto entry = [&](const char* key, const std::string& value) {
+      if (!value.empty()) put("<dt>{}</dt><dd>{}</dd>", say(key), value);
+    };
+    entry("scene", escaped(scene_name_));
+    entry("hand", escaped(h.hand));
+    std::vector<std::string> texts;
+    for (const auto& tool : h.tools) texts.push_back(escaped(tool));
+    entry("tools", fmt::format("{}", fmt::join(texts, ", ")));
+    entry("servo_rate", fmt::format("{} Hz", number(h.servo_rate, 0)));
+    if (h.voxel > 0) entry("voxel", fmt::format("{} mm", number(h.voxel * 1e3, 3)));
+    entry("program", "Typodont " + escaped(h.program_version));
+    entry("compiler", escaped(h.compiler));
+    texts.clear();
+    for (const auto& [name, seed] : h.seeds) texts.push_back(fmt::format("{} {}", escaped(name), seed));
+    entry("seeds", fmt::format("{}", fmt::join(texts, ", ")));
+    texts.clear();
+    for (const auto& f : h.files) texts.push_back(fmt::format("{} <code>{}</code>", escaped(f.path), escaped(f.hash)));
+    entry("files", fmt::format("{}", fmt::join(texts, "<br>")));
+    entry("session_file", escaped(session_.file().filename().string()));
+    put("</dl>\n</section>\n");
+  }
+
+  const SessionReader& session_;
+  const ReportOptions& options_;
+  Language language_;
+  Course course_;
+  ScoreInput input_;
+  Score score_;
+  std::string scene_name_;
+  std::string out_;
+};
+
+}  // namespace
+
+SessionPicture read_picture(const std::filesystem::path& png, std::string_view name, std::string_view title) {
+  std::error_code code;
+  if (std::filesystem::is_directory(png, code)) throw Error(png.string(), "", "a directory", "a PNG picture");
+  std::ifstream in(png, std::ios::binary);
+  if (!in) throw Error(png.string(), "", std::strerror(errno), "a readable PNG picture");
+  SessionPicture picture{std::string(name), std::string(title), {}};
+  picture.png.assign(std::istreambuf_iterator<char>(in), {});
+  static constexpr std::uint8_t kSignature[8] = {0x89, 'P', 'N', 'G', '\r', '\n', 0x1a, '\n'};
+  if (picture.png.size() < 45 || std::memcmp(picture.png.data(), kSignature, 8) != 0) {
+    throw Error(png.string(), "", "something else", "a PNG picture");
+  }
+  return picture;
+}
+
+ScoreInput score_input(const SessionReader& session) { return input_of(session, course_of(session)); }
+
+Score score_session(const SessionReader& session) { return score_of(session, score_input(session)); }
+
+std::string report_html(const SessionReader& session, const ReportOptions& options) {
+  return Page(session, options).html();
+}
+
+}  // namespace typodont::session

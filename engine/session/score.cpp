@@ -1,0 +1,300 @@
+#include "engine/session/score.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numeric>
+
+#include "engine/base/error.h"
+#include "engine/base/units.h"
+
+namespace typodont::session {
+
+namespace {
+
+constexpr double kTremorCutoff = 5.0;    // Hz; physiological tremor of the hand lies at 8 to 12 Hz, what is meant below 3
+constexpr double kPathBlock = 0.1;       // s, averaged before the path is measured: a period of tremor is not path
+constexpr double kFreeBetween = 0.1;     // s without contact that end a stroke
+constexpr double kLeastRemoved = 1e-15;  // m³; a stroke that cut less was a touch
+
+}  // namespace
+
+HandMeter::HandMeter(double servo_rate)
+    : rate_(servo_rate), block_size_(static_cast<std::uint64_t>(std::max(1.0, std::round(servo_rate * kPathBlock)))) {
+  // Second-order Butterworth high-pass by the bilinear transform, pre-warped.
+  const double k = std::tan(kPi * std::min(kTremorCutoff / rate_, 0.45));
+  const double norm = 1.0 / (1.0 + std::numbers::sqrt2 * k + k * k);
+  b0_ = norm;
+  a1_ = 2.0 * (k * k - 1.0) * norm;
+  a2_ = (1.0 - std::numbers::sqrt2 * k + k * k) * norm;
+}
+
+void HandMeter::add(std::span<const ServoTick> ticks) {
+  for (const ServoTick& tick : ticks) {
+    const dvec3& p = tick.X_WT.p;
+    if (tick.faults != 0) ++faults_;
+    if (!is_finite(p) || !is_finite(tick.f_T_W)) continue;
+    if (first_) {
+      t_first_ = tick.t;
+      filter_ = {p, p, dvec3(0), dvec3(0)};  // as if the hand had rested there for ever: no step at the start
+    }
+    t_last_ = tick.t;
+    ++ticks_;
+
+    const dvec3 high = b0_ * (p - 2.0 * filter_.x1 + filter_.x2) - a1_ * filter_.y1 - a2_ * filter_.y2;
+    filter_ = {p, filter_.x1, high, filter_.y1};
+
+    block_sum_ += p;
+    if (++block_count_ == block_size_) {
+      const dvec3 mean = block_sum_ / static_cast<double>(block_size_);
+      if (have_mean_) path_ += glm::length(mean - last_mean_);
+      last_mean_ = mean;
+      have_mean_ = true;
+      block_sum_ = dvec3(0);
+      block_count_ = 0;
+    }
+
+    const double removed = std::accumulate(tick.removed.begin(), tick.removed.end(), 0.0);
+    if (first_) removed_last_ = removed;
+    const bool contact = tick.depth > 0 || tick.contact_area > 0;
+    if (contact) {
+      const double force = glm::length(tick.f_T_W);
+      ++contact_ticks_;
+      force_sum_ += force;
+      force_max_ = std::max(force_max_, force);
+      tremor_square_ += glm::dot(high, high);
+      ++tremor_ticks_;
+      if (!in_stroke_ || to_seconds(tick.t - last_contact_) > kFreeBetween) {
+        end_stroke();
+        in_stroke_ = true;
+        removed_at_begin_ = removed_last_;
+      }
+      last_contact_ = tick.t;
+    }
+    removed_last_ = removed;
+    first_ = false;
+  }
+}
+
+void HandMeter::end_stroke() {
+  if (in_stroke_ && removed_last_ - removed_at_begin_ > kLeastRemoved) ++strokes_;
+  in_stroke_ = false;
+}
+
+HandMeasures HandMeter::result() const {
+  HandMeasures m;
+  m.time = to_seconds(t_last_ - t_first_);
+  m.contact_time = static_cast<double>(contact_ticks_) / rate_;
+  m.force_mean = contact_ticks_ ? force_sum_ / static_cast<double>(contact_ticks_) : 0;
+  m.force_max = force_max_;
+  m.path_length = path_;
+  m.strokes = strokes_ + (in_stroke_ && removed_last_ - removed_at_begin_ > kLeastRemoved ? 1 : 0);
+  m.tremor_rms = tremor_ticks_ ? std::sqrt(tremor_square_ / static_cast<double>(tremor_ticks_)) : 0;
+  m.faults = faults_;
+  return m;
+}
+
+namespace {
+
+/// Tissue that should stay: all that was there before but caries and old fillings.
+bool is_healthy(Tissue t) {
+  return t != Tissue::kAir && t != Tissue::kCaries && t != Tissue::kAmalgam && t != Tissue::kComposite;
+}
+
+constexpr double kMm3 = 1e9;  // per m³
+
+double removed_share(const ScoreInput& in, Tissue t) {
+  const auto i = static_cast<std::size_t>(t);
+  return in.before[i] > 0 ? std::clamp((in.before[i] - in.after[i]) / in.before[i], 0.0, 1.0) : 1.0;
+}
+
+double healthy_removed(const ScoreInput& in) {
+  double sum = 0;
+  for (std::size_t i = 0; i < kTissueCount; ++i) {
+    if (is_healthy(static_cast<Tissue>(i))) sum += std::max(0.0, in.before[i] - in.after[i]);
+  }
+  return sum;
+}
+
+std::optional<double> against_ideal(const ScoreInput& in, double sign) {
+  if (!in.ideal) return std::nullopt;
+  double sum = 0;
+  for (std::size_t i = 1; i < kTissueCount; ++i) sum += std::max(0.0, sign * ((*in.ideal)[i] - in.after[i]));
+  return sum * kMm3;
+}
+
+/// A measure: its name, its unit, and its value where it can be known.
+struct Measure {
+  const char* name;
+  const char* unit;
+  std::optional<double> (*value)(const ScoreInput&);
+};
+
+std::optional<double> if_caries(const ScoreInput& in, double value) {
+  if (in.before[static_cast<std::size_t>(Tissue::kCaries)] <= 0) return std::nullopt;
+  return value;
+}
+
+constexpr std::array<Measure, 14> kMeasures = {{
+    {"residual_caries_mm3", "mm³",
+     [](const ScoreInput& in) {
+       return if_caries(in, std::max(0.0, in.after[static_cast<std::size_t>(Tissue::kCaries)]) * kMm3);
+     }},
+    {"residual_caries_percent", "%",
+     [](const ScoreInput& in) { return if_caries(in, 100.0 * (1.0 - removed_share(in, Tissue::kCaries))); }},
+    {"over_cut_mm3", "mm³", [](const ScoreInput& in) { return against_ideal(in, 1); }},
+    {"under_cut_mm3", "mm³", [](const ScoreInput& in) { return against_ideal(in, -1); }},
+    {"healthy_removed_mm3", "mm³",
+     [](const ScoreInput& in) -> std::optional<double> { return healthy_removed(in) * kMm3; }},
+    {"pulp_removed_mm3", "mm³",
+     [](const ScoreInput& in) -> std::optional<double> {
+       const auto i = static_cast<std::size_t>(Tissue::kPulp);
+       if (in.before[i] <= 0) return std::nullopt;
+       return std::max(0.0, in.before[i] - in.after[i]) * kMm3;
+     }},
+    {"pulp_distance_mm", "mm",
+     [](const ScoreInput& in) -> std::optional<double> {
+       if (!in.pulp_distance) return std::nullopt;
+       return *in.pulp_distance * 1e3;
+     }},
+    {"force_mean_N", "N", [](const ScoreInput& in) -> std::optional<double> { return in.hand.force_mean; }},
+    {"force_max_N", "N", [](const ScoreInput& in) -> std::optional<double> { return in.hand.force_max; }},
+    {"path_length_mm", "mm", [](const ScoreInput& in) -> std::optional<double> { return in.hand.path_length * 1e3; }},
+    {"time_s", "s", [](const ScoreInput& in) -> std::optional<double> { return in.hand.time; }},
+    {"contact_time_s", "s", [](const ScoreInput& in) -> std::optional<double> { return in.hand.contact_time; }},
+    {"strokes", "", [](const ScoreInput& in) -> std::optional<double> { return in.hand.strokes; }},
+    {"tremor_rms_um", "µm", [](const ScoreInput& in) -> std::optional<double> { return in.hand.tremor_rms * 1e6; }},
+}};
+
+const Measure* find_measure(std::string_view name) {
+  const auto it = std::find_if(kMeasures.begin(), kMeasures.end(), [&](const Measure& m) { return m.name == name; });
+  return it == kMeasures.end() ? nullptr : &*it;
+}
+
+/// Share of the task done: of what the ideal removes, else of the caries, that is gone; 1 where neither says.
+double completion(const ScoreInput& in) {
+  if (!in.ideal) return removed_share(in, Tissue::kCaries);
+  double wanted = 0, done = 0;
+  for (std::size_t i = 1; i < kTissueCount; ++i) {
+    const double goal = std::max(0.0, in.before[i] - (*in.ideal)[i]);
+    wanted += goal;
+    done += std::clamp(in.before[i] - in.after[i], 0.0, goal);
+  }
+  return wanted > 0 ? done / wanted : 1.0;
+}
+
+/// How far on the wrong side of the target.
+double excess(const ScoreRule& rule, double value) {
+  switch (rule.best) {
+    case Best::kAtMost: return std::max(0.0, value - rule.target);
+    case Best::kAtLeast: return std::max(0.0, rule.target - value);
+    case Best::kNear: return std::abs(value - rule.target);
+  }
+  return 0;
+}
+
+}  // namespace
+
+std::vector<std::string> known_score_names() {
+  std::vector<std::string> names;
+  for (const Measure& m : kMeasures) names.emplace_back(m.name);
+  return names;
+}
+
+std::string_view unit_of(std::string_view name) {
+  const Measure* m = find_measure(name);
+  return m ? m->unit : "";
+}
+
+std::vector<ScoreRule> default_rules(const ScoreInput& input) {
+  const double caries_mm3 = input.before[static_cast<std::size_t>(Tissue::kCaries)] * kMm3;
+  const char* ours = "Typodont's default; set it in the scene";
+  std::vector<ScoreRule> rules = {
+      {"residual_caries_percent", 0, 10, 40, Best::kAtMost, ours},
+      {"residual_caries_mm3", 0, 1, 0, Best::kAtMost, ours},
+      {"over_cut_mm3", 0, 2, 20, Best::kAtMost, ours},
+      {"under_cut_mm3", 0, 2, 10, Best::kAtMost, ours},
+      {"pulp_removed_mm3", 0, 0.05, 20, Best::kAtMost, ours},
+      {"pulp_distance_mm", 0.5, 0.25, 5, Best::kAtLeast,
+       "Half a millimetre of dentin left over the pulp; Typodont's default"},
+      {"force_mean_N", 1.0, 1.0, 5, Best::kAtMost, "Hand forces of 0.34 to 1.03 N measured on teeth"},
+      {"force_max_N", 3.0, 2.0, 5, Best::kAtMost, "Lateral loads of up to 3 N measured on teeth"},
+      {"path_length_mm", 0, 1000, 0, Best::kAtMost, ours},
+      {"time_s", 600, 300, 2, Best::kAtMost, ours},
+      {"contact_time_s", 0, 300, 0, Best::kAtMost, ours},
+      {"strokes", 0, 50, 0, Best::kAtMost, ours},
+      {"tremor_rms_um", 100, 100, 3, Best::kAtMost, ours},
+  };
+  // Without an ideal, some healthy tissue must go to reach the caries: as much as the caries themselves is free.
+  if (!input.ideal) {
+    rules.push_back({"healthy_removed_mm3", caries_mm3, std::max(2.0, caries_mm3), 20, Best::kAtMost,
+                     "As much as the caries, for the access; Typodont's default"});
+  } else {
+    rules.push_back({"healthy_removed_mm3", 0, 10, 0, Best::kAtMost, ours});
+  }
+  return rules;
+}
+
+std::vector<ScoreRule> rules_from(const Json& block, const ScoreInput& input) {
+  block.allow_only({"rules", "defaults"});
+  std::vector<ScoreRule> rules;
+  if (block.boolean_or("defaults", true)) rules = default_rules(input);
+  const auto list = block.find("rules");
+  if (!list) return rules;
+  std::vector<std::string> seen;
+  for (const Json& entry : list->items()) {
+    entry.allow_only({"name", "target", "tolerance", "weight", "best", "source"});
+    ScoreRule rule;
+    rule.name = entry["name"].string();
+    if (!find_measure(rule.name)) {
+      entry["name"].fail(fmt::format("one of {}", fmt::join(known_score_names(), ", ")));
+    }
+    if (std::find(seen.begin(), seen.end(), rule.name) != seen.end()) entry["name"].fail("each rule once");
+    seen.push_back(rule.name);
+    rule.target = entry["target"].number();
+    rule.tolerance = entry["tolerance"].number(1e-9);
+    rule.weight = entry["weight"].number(0);
+    const std::string best = entry.string_or("best", rule.name == "pulp_distance_mm" ? "at_least" : "at_most");
+    if (best == "at_most") {
+      rule.best = Best::kAtMost;
+    } else if (best == "at_least") {
+      rule.best = Best::kAtLeast;
+    } else if (best == "near") {
+      rule.best = Best::kNear;
+    } else {
+      entry["best"].fail("at_most, at_least or near");
+    }
+    rule.source = entry.string_or("source", "");
+    const auto same = std::find_if(rules.begin(), rules.end(), [&](const ScoreRule& r) { return r.name == rule.name; });
+    if (same == rules.end()) {
+      rules.push_back(rule);
+    } else {
+      *same = rule;
+    }
+  }
+  return rules;
+}
+
+Score score(const ScoreInput& input, std::span<const ScoreRule> rules) {
+  Score total;
+  total.completion = completion(input);
+  for (const ScoreRule& rule : rules) {
+    const Measure* measure = find_measure(rule.name);
+    if (!measure) continue;
+    const auto value = measure->value(input);
+    if (!value) continue;
+    ScoreItem item{rule.name, *value,    measure->unit, rule.target, rule.tolerance, rule.weight,
+                   rule.best, rule.source};
+    // Hyperbolic, so that however bad a value is, a worse one still costs something.
+    const double credit = 1.0 / (1.0 + excess(rule, *value) / rule.tolerance);
+    item.points = rule.weight * credit * total.completion;
+    total.points += item.points;
+    total.full += rule.weight;
+    total.items.push_back(std::move(item));
+  }
+  return total;
+}
+
+}  // namespace typodont::session

@@ -1,0 +1,220 @@
+#include "engine/session/strings.h"
+
+#include <algorithm>
+#include <array>
+
+namespace typodont::session {
+
+namespace {
+
+struct Entry {
+  std::string_view key;
+  std::array<std::string_view, kLanguageCount> text;  // English, German, Simplified Chinese
+};
+
+constexpr Entry kCatalogue[] = {
+    {"title", {"Session report", "Sitzungsbericht", "训练报告"}},
+    {"skip", {"Skip to the result", "Zum Ergebnis springen", "跳到结果"}},
+    {"contents", {"Contents", "Inhalt", "目录"}},
+    {"result", {"Result", "Ergebnis", "结果"}},
+    {"score", {"Score", "Punktzahl", "得分"}},
+    {"points_of", {"{} of {} points", "{} von {} Punkten", "{} 分（满分 {} 分）"}},
+    {"completion", {"Share of the task done", "Anteil der erledigten Aufgabe", "任务完成比例"}},
+    {"completion_note",
+     {"Every item counts in proportion to the share of the task that was done: doing nothing, however carefully, earns "
+      "nothing. One tolerance beyond the target leaves half of an item's points, two leave a third.",
+      "Jeder Posten zählt im Verhältnis zum erledigten Anteil der Aufgabe: Nichts zu tun, und sei es noch so sorgfältig, "
+      "bringt keine Punkte. Eine Toleranz jenseits des Ziels lässt die Hälfte der Punkte, zwei lassen ein Drittel.",
+      "每一项得分按任务完成比例折算：什么都不做，再小心也不得分。超出目标一个容差，该项得一半分；超出两个容差，得三分之一。"}},
+    {"items", {"Score, item by item", "Bewertung im Einzelnen", "逐项评分"}},
+    {"item", {"Item", "Posten", "项目"}},
+    {"value", {"Value", "Wert", "数值"}},
+    {"target", {"Target", "Ziel", "目标"}},
+    {"tolerance", {"Tolerance", "Toleranz", "容差"}},
+    {"points", {"Points", "Punkte", "得分"}},
+    {"source", {"Source", "Quelle", "依据"}},
+    {"not_counted", {"not counted", "ohne Wertung", "不计分"}},
+    {"at_most", {"at most {}", "höchstens {}", "不超过 {}"}},
+    {"at_least", {"at least {}", "mindestens {}", "不低于 {}"}},
+    {"near", {"{}", "{}", "{}"}},
+    {"pictures", {"Pictures", "Bilder", "图片"}},
+    {"picture.before", {"Before", "Vorher", "操作前"}},
+    {"picture.during", {"During", "Währenddessen", "操作中"}},
+    {"picture.after", {"After", "Nachher", "操作后"}},
+    {"picture.alt", {"Picture of the tissue: {}", "Bild des Gewebes: {}", "组织图片：{}"}},
+    {"volumes", {"Tissue removed", "Abgetragenes Gewebe", "去除的组织"}},
+    {"volumes_caption",
+     {"Volumes in mm³. The ideal is what the task asks to leave.",
+      "Volumen in mm³. Das Ideal ist, was die Aufgabe stehen lassen will.",
+      "体积单位为 mm³。“理想”指任务要求保留的体积。"}},
+    {"tissue", {"Tissue", "Gewebe", "组织"}},
+    {"before", {"Before", "Vorher", "操作前"}},
+    {"removed", {"Removed", "Abgetragen", "去除"}},
+    {"after", {"After", "Nachher", "操作后"}},
+    {"ideal", {"Ideal", "Ideal", "理想"}},
+    {"share_removed", {"Share removed", "Anteil abgetragen", "去除比例"}},
+    {"residual_caries", {"Residual caries", "Restkaries", "残余龋坏"}},
+    {"course", {"Over time", "Zeitlicher Verlauf", "时间过程"}},
+    {"force", {"Force on the hand", "Kraft auf die Hand", "手部受力"}},
+    {"depth", {"Depth", "Eindringtiefe", "压入深度"}},
+    {"depth_note",
+     {"how far the hand holds the tool inside the surface that is drawn", "wie weit die Hand das Werkzeug unter die gezeichnete Oberfläche hält",
+      "手持工具位置低于显示表面的距离"}},
+    {"removed_course", {"Volume removed", "Abgetragenes Volumen", "累计去除体积"}},
+    {"touched", {"Tissue touched", "Berührtes Gewebe", "接触的组织"}},
+    {"time_axis", {"time in s", "Zeit in s", "时间（s）"}},
+    {"plot_alt",
+     {"{} over time: mean {} {}, greatest {} {}.", "{} im Zeitverlauf: Mittel {} {}, Maximum {} {}.",
+      "{}随时间变化：平均 {} {}，最大 {} {}。"}},
+    {"as_table", {"The same as a table", "Dasselbe als Tabelle", "以表格显示"}},
+    {"from_to", {"Time (s)", "Zeit (s)", "时间（s）"}},
+    {"mean", {"mean", "Mittel", "平均"}},
+    {"greatest", {"greatest", "Maximum", "最大"}},
+    {"faults", {"Faults", "Störungen", "故障"}},
+    {"no_faults", {"No faults.", "Keine Störungen.", "无故障。"}},
+    {"fault", {"Fault", "Störung", "故障"}},
+    {"ticks", {"Ticks", "Takte", "周期数"}},
+    {"first_at", {"First at (s)", "Zuerst bei (s)", "首次出现（s）"}},
+    {"fault.bad_input",
+     {"Hand pose unusable: no force", "Handlage unbrauchbar: keine Kraft", "手部位姿无效：力为零"}},
+    {"fault.stale_patch",
+     {"Carver over 20 ms behind: force faded", "Abtrag über 20 ms im Rückstand: Kraft ausgeblendet", "切削线程滞后超过 20 ms：力渐隐"}},
+    {"fault.patch_edge",
+     {"Tool left its patch of tissue: no force", "Werkzeug verließ den Gewebeausschnitt: keine Kraft", "工具离开组织局部区域：力为零"}},
+    {"fault.force_limit",
+     {"Force clipped to the device's limit", "Kraft auf die Grenze des Geräts gekappt", "力被限制在设备上限"}},
+    {"fault.deep_penetration",
+     {"Tool found inside tissue: led out slowly", "Werkzeug im Gewebe vorgefunden: langsam herausgeführt", "工具位于组织内部：缓慢引出"}},
+    {"fault.device_lost", {"Device stopped answering: no force", "Gerät antwortet nicht: keine Kraft", "设备无响应：力为零"}},
+    {"fault.ring_full", {"A tick or cut did not reach its reader", "Ein Takt oder Schnitt kam nicht an", "有数据未送达"}},
+    {"fault.slew_limit",
+     {"Force rose faster than the device allows", "Kraft stieg schneller, als das Gerät erlaubt", "力上升速度超过设备允许值"}},
+    {"fault.overrun", {"Tick took longer than its period", "Takt dauerte länger als seine Periode", "周期超时"}},
+    {"timing", {"Servo timing", "Servo-Zeitverhalten", "伺服时序"}},
+    {"timing_caption",
+     {"CPU time of a tick. A tick at this rate has {} µs.", "CPU-Zeit eines Takts. Bei dieser Rate hat ein Takt {} µs.",
+      "每个周期的 CPU 时间。此频率下一个周期为 {} µs。"}},
+    {"median", {"Median", "Median", "中位数"}},
+    {"worst", {"Worst", "Schlechtester", "最差"}},
+    {"histogram_alt",
+     {"Histogram of the CPU time of {} ticks: median {} µs, 99 % below {} µs, worst {} µs.",
+      "Histogramm der CPU-Zeit von {} Takten: Median {} µs, 99 % unter {} µs, schlechtester {} µs.",
+      "{} 个周期的 CPU 时间直方图：中位数 {} µs，99 % 低于 {} µs，最差 {} µs。"}},
+    {"events", {"Events", "Ereignisse", "事件"}},
+    {"more_events", {"{} more in the session file", "{} weitere in der Sitzungsdatei", "会话文件中还有 {} 条"}},
+    {"when", {"Time (s)", "Zeit (s)", "时间（s）"}},
+    {"what", {"What", "Was", "内容"}},
+    {"event.note", {"Note", "Notiz", "备注"}},
+    {"event.tool", {"Tool", "Werkzeug", "工具"}},
+    {"event.view", {"View", "Ansicht", "视图"}},
+    {"event.fault", {"Fault", "Störung", "故障"}},
+    {"event.task", {"Task", "Aufgabe", "任务"}},
+    {"event.undo", {"Undo", "Rückgängig", "撤销"}},
+    {"event.redo", {"Redo", "Wiederholen", "重做"}},
+    {"event.score", {"Score", "Bewertung", "评分"}},
+    {"details", {"How it was made", "Wie es entstand", "会话信息"}},
+    {"scene", {"Scene", "Szene", "场景"}},
+    {"trainee", {"Trainee", "Übende Person", "学员"}},
+    {"date", {"Date", "Datum", "日期"}},
+    {"duration", {"Duration", "Dauer", "时长"}},
+    {"hand", {"Hand", "Hand", "手部设备"}},
+    {"tools", {"Tools", "Werkzeuge", "工具列表"}},
+    {"servo_rate", {"Servo rate", "Servorate", "伺服频率"}},
+    {"voxel", {"Voxel", "Voxel", "体素"}},
+    {"program", {"Program", "Programm", "程序版本"}},
+    {"compiler", {"Compiler", "Übersetzer", "编译器"}},
+    {"seeds", {"Seeds", "Startwerte", "随机种子"}},
+    {"files", {"Files", "Dateien", "文件"}},
+    {"session_file", {"Session file", "Sitzungsdatei", "会话文件"}},
+    {"warn.truncated",
+     {"This recording was cut off before its end; the report covers what was saved.",
+      "Diese Aufnahme brach vor ihrem Ende ab; der Bericht umfasst, was gesichert wurde.",
+      "本次记录在结束前中断；报告仅包含已保存的部分。"}},
+    {"warn.lost",
+     {"{} ticks and {} cuts did not reach the file.", "{} Takte und {} Schnitte gelangten nicht in die Datei.",
+      "有 {} 个周期和 {} 次切削未写入文件。"}},
+    {"warn.no_ticks",
+     {"Nothing was recorded.", "Es wurde nichts aufgezeichnet.", "没有任何记录。"}},
+    {"attention", {"Attention", "Achtung", "注意"}},
+    {"made_by", {"Made by Typodont {}", "Erstellt mit Typodont {}", "由 Typodont {} 生成"}},
+    {"free", {"free", "frei", "未接触"}},
+    {"other", {"other", "andere", "其他"}},
+
+    {"Typodont's default; set it in the scene",
+     {"Typodont's default; set it in the scene", "Vorgabe von Typodont; in der Szene einstellbar", "Typodont 默认值；可在场景中设定"}},
+    {"Half a millimetre of dentin left over the pulp; Typodont's default",
+     {"Half a millimetre of dentin left over the pulp; Typodont's default",
+      "Ein halber Millimeter Dentin bleibt über der Pulpa; Vorgabe von Typodont", "牙髓上方保留 0.5 mm 牙本质；Typodont 默认值"}},
+    {"Hand forces of 0.34 to 1.03 N measured on teeth",
+     {"Hand forces of 0.34 to 1.03 N measured on teeth", "An Zähnen gemessene Handkräfte von 0,34 bis 1,03 N",
+      "在牙齿上实测的手部力为 0.34 至 1.03 N"}},
+    {"Lateral loads of up to 3 N measured on teeth",
+     {"Lateral loads of up to 3 N measured on teeth", "An Zähnen gemessene Seitenlasten bis 3 N", "在牙齿上实测的侧向力可达 3 N"}},
+    {"As much as the caries, for the access; Typodont's default",
+     {"As much as the caries, for the access; Typodont's default", "So viel wie die Karies, für den Zugang; Vorgabe von Typodont",
+      "为建立入路，允许与龋坏等量；Typodont 默认值"}},
+
+    {"tissue.air", {"Air", "Luft", "空气"}},
+    {"tissue.enamel", {"Enamel", "Schmelz", "牙釉质"}},
+    {"tissue.dentin", {"Dentin", "Dentin", "牙本质"}},
+    {"tissue.caries", {"Caries", "Karies", "龋坏"}},
+    {"tissue.pulp", {"Pulp", "Pulpa", "牙髓"}},
+    {"tissue.cortical_bone", {"Cortical bone", "Kortikaler Knochen", "皮质骨"}},
+    {"tissue.cancellous_bone", {"Cancellous bone", "Spongiosa", "松质骨"}},
+    {"tissue.gingiva", {"Gingiva", "Gingiva", "牙龈"}},
+    {"tissue.amalgam", {"Amalgam", "Amalgam", "银汞合金"}},
+    {"tissue.composite", {"Composite", "Komposit", "复合树脂"}},
+
+    {"score.residual_caries_mm3", {"Residual caries, volume", "Restkaries, Volumen", "残余龋坏体积"}},
+    {"score.residual_caries_percent", {"Residual caries, share", "Restkaries, Anteil", "残余龋坏比例"}},
+    {"score.over_cut_mm3", {"Cut beyond the ideal", "Über das Ideal hinaus abgetragen", "过度切削"}},
+    {"score.under_cut_mm3", {"Left inside the ideal", "Im Ideal stehen gelassen", "切削不足"}},
+    {"score.healthy_removed_mm3", {"Healthy tissue removed", "Gesundes Gewebe abgetragen", "去除的健康组织"}},
+    {"score.pulp_removed_mm3", {"Pulp cut away", "Pulpa abgetragen", "切除的牙髓"}},
+    {"score.pulp_distance_mm", {"Nearest distance to the pulp", "Kleinster Abstand zur Pulpa", "距牙髓最近距离"}},
+    {"score.force_mean_N", {"Force, mean in contact", "Kraft, Mittel bei Kontakt", "接触时平均力"}},
+    {"score.force_max_N", {"Force, greatest", "Kraft, Maximum", "最大力"}},
+    {"score.path_length_mm", {"Path of the hand", "Weg der Hand", "手部路径长度"}},
+    {"score.time_s", {"Time", "Zeit", "用时"}},
+    {"score.contact_time_s", {"Time in contact", "Zeit mit Kontakt", "接触时间"}},
+    {"score.strokes", {"Strokes", "Züge", "操作次数"}},
+    {"score.tremor_rms_um", {"Tremor (above 5 Hz, rms)", "Tremor (über 5 Hz, Effektivwert)", "震颤（5 Hz 以上，均方根）"}},
+};
+
+const Entry* find(std::string_view key) noexcept {
+  const auto it = std::find_if(std::begin(kCatalogue), std::end(kCatalogue), [&](const Entry& e) { return e.key == key; });
+  return it == std::end(kCatalogue) ? nullptr : it;
+}
+
+}  // namespace
+
+std::optional<Language> language_named(std::string_view tag) noexcept {
+  const std::string_view code = tag.substr(0, tag.find_first_of("_-."));
+  if (code == "en" || code == "C" || code == "POSIX") return Language::kEnglish;
+  if (code == "de") return Language::kGerman;
+  if (code == "zh") return Language::kChinese;
+  return std::nullopt;
+}
+
+std::string_view tag_of(Language language) noexcept {
+  switch (language) {
+    case Language::kGerman: return "de";
+    case Language::kChinese: return "zh-Hans";
+    default: return "en";
+  }
+}
+
+std::string_view text(std::string_view key, Language language) noexcept {
+  const Entry* entry = find(key);
+  return entry ? entry->text[static_cast<std::size_t>(language)] : key;
+}
+
+bool has_text(std::string_view key) noexcept { return find(key) != nullptr; }
+
+std::vector<std::string_view> catalogue_keys() {
+  std::vector<std::string_view> keys;
+  for (const Entry& entry : kCatalogue) keys.push_back(entry.key);
+  return keys;
+}
+
+}  // namespace typodont::session

@@ -1,0 +1,154 @@
+#include "engine/surface/mesh_export.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <bit>
+#include <cctype>
+#include <cmath>
+#include <cstring>
+#include <iterator>
+#include <map>
+
+#include "engine/base/error.h"
+#include "engine/base/json.h"
+#include "engine/base/units.h"
+
+namespace typodont::surface {
+namespace {
+
+static_assert(std::endian::native == std::endian::little, "binary PLY and STL are written in the machine's order");
+
+template <class T>
+void append(std::string& out, const T& value) {
+  char bytes[sizeof(T)];
+  std::memcpy(bytes, &value, sizeof(T));
+  out.append(bytes, sizeof(T));
+}
+
+glm::vec3 millimetres(const glm::vec3& position, const VoxelFrame& frame) {
+  return glm::vec3(frame.to_world(glm::dvec3(position)) / kMillimetre);
+}
+
+std::array<std::uint8_t, 3> rgb(const MaterialTable& materials, Tissue tissue) {
+  const glm::dvec3 color = materials[static_cast<std::size_t>(tissue)].color;
+  auto byte = [](double c) { return static_cast<std::uint8_t>(std::lround(255 * std::clamp(c, 0.0, 1.0))); };
+  return {byte(color.x), byte(color.y), byte(color.z)};
+}
+
+std::string ply(const WholeMesh& mesh, const VoxelFrame& frame, const MaterialTable& materials) {
+  std::string labels;
+  for (int t = 0; t < kTissueCount; ++t) {
+    labels += fmt::format("comment tissue {} {}\n", t, name_of(static_cast<Tissue>(t)));
+  }
+  std::string out = fmt::format(
+      "ply\nformat binary_little_endian 1.0\ncomment Typodont, millimetres\n{}element vertex {}\nproperty float x\n"
+      "property float y\nproperty float z\nproperty float nx\nproperty float ny\nproperty float nz\n"
+      "property uchar red\nproperty uchar green\nproperty uchar blue\nproperty uchar tissue\n"
+      "element face {}\nproperty list uchar uint vertex_indices\nend_header\n",
+      labels, mesh.vertices.size(), mesh.triangles.size());
+  out.reserve(out.size() + 28 * mesh.vertices.size() + 13 * mesh.triangles.size());
+  for (const auto& v : mesh.vertices) {
+    append(out, millimetres(v.position, frame));
+    append(out, v.normal);
+    append(out, rgb(materials, v.tissue));
+    append(out, v.tissue);
+  }
+  for (const auto& triangle : mesh.triangles) {
+    append(out, std::uint8_t{3});
+    append(out, triangle);
+  }
+  return out;
+}
+
+std::string stl(const WholeMesh& mesh, const VoxelFrame& frame) {
+  std::string out(80, ' ');
+  const std::string title = "Typodont, millimetres";
+  out.replace(0, title.size(), title);
+  append(out, static_cast<std::uint32_t>(mesh.triangles.size()));
+  for (const auto& triangle : mesh.triangles) {
+    glm::vec3 p[3];
+    for (int i = 0; i < 3; ++i) p[i] = millimetres(mesh.vertices[triangle[static_cast<std::size_t>(i)]].position, frame);
+    const glm::vec3 n = glm::cross(p[1] - p[0], p[2] - p[0]);
+    const float length = glm::length(n);
+    append(out, length > 0 ? n / length : glm::vec3(0));
+    append(out, p);
+    append(out, std::uint16_t{0});
+  }
+  return out;
+}
+
+std::string obj(const WholeMesh& mesh, const VoxelFrame& frame, const MaterialTable& materials) {
+  std::string out = "# Typodont, millimetres; vertex colours after the coordinates\n";
+  auto to = std::back_inserter(out);
+  for (const auto& v : mesh.vertices) {
+    const glm::vec3 p = millimetres(v.position, frame);
+    const glm::dvec3 c = materials[static_cast<std::size_t>(v.tissue)].color;
+    fmt::format_to(to, "v {} {} {} {:.4g} {:.4g} {:.4g}\n", p.x, p.y, p.z, c.x, c.y, c.z);
+  }
+  for (const auto& v : mesh.vertices) {
+    fmt::format_to(to, "vn {:.5f} {:.5f} {:.5f}\n", v.normal.x, v.normal.y, v.normal.z);
+  }
+  for (const auto& t : mesh.triangles) {
+    fmt::format_to(to, "f {0}//{0} {1}//{1} {2}//{2}\n", t[0] + 1, t[1] + 1, t[2] + 1);
+  }
+  return out;
+}
+
+}  // namespace
+
+WholeMesh weld(const SurfaceMesher& mesher) {
+  struct Less {
+    bool operator()(const glm::ivec3& a, const glm::ivec3& b) const {
+      return a.x != b.x ? a.x < b.x : a.y != b.y ? a.y < b.y : a.z < b.z;
+    }
+  };
+  constexpr std::uint32_t kNone = 0xffffffff;
+  std::map<glm::ivec3, std::vector<std::uint32_t>, Less> number;  // per owner brick and point
+  WholeMesh whole;
+  std::vector<std::uint32_t> joined;
+  for (const glm::ivec3& key : mesher.keys()) {
+    const BrickMesh& mesh = *mesher.find(key);
+    joined.clear();
+    for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
+      const int o = mesh.owner[i];
+      std::vector<std::uint32_t>& points = number[key - glm::ivec3(o & 1, o >> 1 & 1, o >> 2)];
+      if (points.size() <= mesh.point[i]) points.resize(mesh.point[i] + std::size_t{1}, kNone);
+      std::uint32_t& n = points[mesh.point[i]];
+      const SurfaceVertex& v = mesh.vertices[i];
+      if (n == kNone) {
+        n = static_cast<std::uint32_t>(whole.vertices.size());
+        whole.vertices.push_back({v.position, glm::vec3(0), v.tissue[v.second > 127]});
+      }
+      whole.vertices[n].normal += v.normal;
+      joined.push_back(n);
+    }
+    for (std::size_t i = 0; i < mesh.indices.size(); i += 3) {
+      whole.triangles.push_back({joined[mesh.indices[i]], joined[mesh.indices[i + 1]], joined[mesh.indices[i + 2]]});
+    }
+  }
+  for (auto& v : whole.vertices) {
+    const float length = glm::length(v.normal);
+    v.normal = length > 1e-6f ? v.normal / length : glm::vec3(0, 0, 1);
+  }
+  return whole;
+}
+
+void write_mesh(const std::filesystem::path& file, const WholeMesh& mesh, const VoxelFrame& frame,
+                const MaterialTable& materials) {
+  const std::string extension = file.extension().string();
+  std::string format = extension;
+  std::transform(format.begin(), format.end(), format.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  if (format == ".ply") {
+    write_file_atomically(file, ply(mesh, frame, materials));
+  } else if (format == ".stl") {
+    write_file_atomically(file, stl(mesh, frame));
+  } else if (format == ".obj") {
+    write_file_atomically(file, obj(mesh, frame, materials));
+  } else {
+    throw Error(file.string(), "extension", "\"" + extension + "\"", ".ply, .stl or .obj");
+  }
+}
+
+}  // namespace typodont::surface

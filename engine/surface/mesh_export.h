@@ -1,0 +1,34 @@
+// The surface as one mesh in a file: what is seen, for other programs. Set-up time; throws Error.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <glm/glm.hpp>
+#include <vector>
+
+#include "engine/contract/field_brick.h"
+#include "engine/contract/tissue.h"
+#include "engine/surface/surface_mesher.h"
+
+namespace typodont::surface {
+
+/// All bricks' triangles with the points they share joined. Voxels.
+struct WholeMesh {
+  struct Vertex {
+    glm::vec3 position{0};
+    glm::vec3 normal{0};
+    Tissue tissue = Tissue::kAir;  // commonest around it
+  };
+  std::vector<Vertex> vertices;
+  std::vector<std::array<std::uint32_t, 3>> triangles;  // counter-clockwise seen from outside
+};
+
+WholeMesh weld(const SurfaceMesher& mesher);
+
+/// Writes the file whole or not at all, in millimetres of W; the format by its extension: .ply (binary, with normals,
+/// colours and tissue labels), .stl (binary) or .obj (text, with normals and vertex colours).
+void write_mesh(const std::filesystem::path& file, const WholeMesh& mesh, const VoxelFrame& frame,
+                const MaterialTable& materials);
+
+}  // namespace typodont::surface

@@ -1,0 +1,317 @@
+#include "haptics/volume/import/distance.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+namespace typodont::haptics::importing {
+
+// Spreads features (points, triangles) over the grid, near ones first, so that each sample within the band knows its
+// nearest feature. `distance(feature, sample)` in the caller's units.
+template <class Distance>
+static void propagate(Grid<std::int32_t>& feature, Grid<float>& nearest, double band, double step, Distance distance) {
+  // A queue of buckets, a quarter of a step wide: near enough to order by distance, and O(1).
+  const double width = 0.25 * step;
+  std::vector<std::vector<std::size_t>> buckets(static_cast<std::size_t>(band / width) + 2);
+  const auto push = [&](std::size_t i) {
+    const auto b = static_cast<std::size_t>(nearest.v[i] / width);
+    if (b < buckets.size()) buckets[b].push_back(i);
+  };
+  for (std::size_t i = 0; i < feature.v.size(); ++i) {
+    if (feature.v[i] >= 0) push(i);
+  }
+  std::vector<std::int32_t> spread(feature.v.size(), -1);  // the feature each sample last told its neighbours of
+  for (std::size_t b = 0; b < buckets.size(); ++b) {
+    for (std::size_t k = 0; k < buckets[b].size(); ++k) {  // the bucket may grow while it is worked off
+      const std::size_t i = buckets[b][k];
+      const std::int32_t f = feature.v[i];
+      if (spread[i] == f) continue;
+      spread[i] = f;
+      const glm::ivec3 p = feature.place(i);
+      for (int x = -1; x <= 1; ++x) {
+        for (int y = -1; y <= 1; ++y) {
+          for (int z = -1; z <= 1; ++z) {
+            const glm::ivec3 q = p + glm::ivec3(x, y, z);
+            if (!feature.holds(q)) continue;
+            const std::size_t j = feature.index(q);
+            if (feature.v[j] == f) continue;
+            const auto d = static_cast<float>(distance(f, q));
+            if (d < nearest.v[j]) {
+              nearest.v[j] = d;
+              feature.v[j] = f;
+              // Never into a bucket already passed.
+              const auto into = std::max(b, static_cast<std::size_t>(d / width));
+              if (into < buckets.size()) buckets[into].push_back(j);
+            }
+          }
+        }
+      }
+    }
+    std::vector<std::size_t>().swap(buckets[b]);
+  }
+}
+
+// Newton along the gradient onto the surface; false where the interpolant is too flat.
+static bool project(const Grid<float>& phi, glm::dvec3& x) {
+  for (int i = 0; i < 6; ++i) {
+    const Jet jet = sample_cubic(phi, x);
+    const double g2 = glm::dot(jet.gradient, jet.gradient);
+    if (!(g2 > 1e-8)) return false;
+    glm::dvec3 step = -jet.value / g2 * jet.gradient;
+    const double length = glm::length(step);
+    if (length > 0.5) step *= 0.5 / length;
+    x += step;
+    if (length < 1e-5) return true;
+  }
+  return std::abs(sample_cubic(phi, x).value) < 1e-3;
+}
+
+// The point of the surface closest to q, from a start on it. False when it did not converge.
+static bool closest_point(const Grid<float>& phi, const glm::dvec3& q, glm::dvec3& x) {
+  double damping = 1;
+  double before = std::numeric_limits<double>::infinity();
+  for (int i = 0; i < 24; ++i) {
+    const Jet jet = sample_cubic(phi, x);
+    const double g2 = glm::dot(jet.gradient, jet.gradient);
+    if (!(g2 > 1e-8)) return false;
+    const glm::dvec3 onto = -jet.value / g2 * jet.gradient;  // to the surface
+    const glm::dvec3 along = (q - x) - glm::dot(q - x, jet.gradient) / g2 * jet.gradient;  // within its tangent plane
+    const double error = glm::length(onto) + glm::length(along);
+    if (error < 2e-3) {
+      x += onto;
+      return true;
+    }
+    if (error > 0.9 * before) damping *= 0.6;  // curvature times distance near one: the tangent step overshoots
+    before = error;
+    glm::dvec3 step = onto + damping * along;
+    const double length = glm::length(step);
+    if (length > 0.6) step *= 0.6 / length;
+    x += step;
+  }
+  return false;
+}
+
+DistanceField signed_distance(const Grid<float>& phi, const glm::ivec3& size, const Placement& placement, double band) {
+  DistanceField field;
+  field.distance = Grid<float>(size, static_cast<float>(band));
+  field.closest.assign(field.distance.v.size(), glm::vec3(0));
+  const auto source = [&](const glm::ivec3& i) { return placement.offset + placement.scale * glm::dvec3(i); };
+
+  // Points of the surface: the crossings of phi's grid lines, moved onto the interpolant.
+  std::vector<std::vector<glm::vec3>> found(static_cast<std::size_t>(phi.size.x));
+  for_each_slab(phi.size.x, [&](int x) {
+    for (int y = 0; y < phi.size.y; ++y) {
+      for (int z = 0; z < phi.size.z; ++z) {
+        const float a = phi(x, y, z);
+        for (int axis = 0; axis < 3; ++axis) {
+          glm::ivec3 q(x, y, z);
+          ++q[axis];
+          if (!phi.holds(q)) continue;
+          const float b = phi[q];
+          if ((a > 0) == (b > 0)) continue;
+          glm::dvec3 p(x, y, z);
+          p[axis] += static_cast<double>(a) / (static_cast<double>(a) - static_cast<double>(b));
+          glm::dvec3 moved = p;
+          if (project(phi, moved) && glm::length(moved - p) < 1) p = moved;
+          found[static_cast<std::size_t>(x)].push_back(glm::vec3(p));
+        }
+      }
+    }
+  });
+  std::vector<glm::vec3> points;
+  for (const auto& slab : found) points.insert(points.end(), slab.begin(), slab.end());
+
+  Grid<std::int32_t> feature(size, -1);
+  Grid<float> nearest(size, std::numeric_limits<float>::max());
+  const auto distance = [&](std::int32_t f, const glm::ivec3& i) {
+    return glm::length(source(i) - glm::dvec3(points[static_cast<std::size_t>(f)]));
+  };
+  for (std::size_t f = 0; f < points.size(); ++f) {
+    const glm::ivec3 lo(glm::floor((glm::dvec3(points[f]) - placement.offset) / placement.scale));
+    for (int k = 0; k < 8; ++k) {
+      const glm::ivec3 q = lo + glm::ivec3(k & 1, k >> 1 & 1, k >> 2);
+      if (!feature.holds(q)) continue;
+      const auto d = static_cast<float>(distance(static_cast<std::int32_t>(f), q));
+      if (d < nearest[q]) {
+        nearest[q] = d;
+        feature[q] = static_cast<std::int32_t>(f);
+      }
+    }
+  }
+  const double reach = band + 1.5 * placement.scale;
+  propagate(feature, nearest, reach, placement.scale, distance);
+
+  // From the nearest crossing to the nearest point of the surface itself.
+  Grid<float>& d = field.distance;
+  for_each_slab(size.x, [&](int x) {
+    for (int y = 0; y < size.y; ++y) {
+      for (int z = 0; z < size.z; ++z) {
+        const glm::ivec3 i(x, y, z);
+        const std::size_t k = d.index(i);
+        const glm::dvec3 q = source(i);
+        const bool inside = sample_cubic(phi, q).value > 0;
+        double length = band;
+        if (feature.v[k] >= 0) {
+          const glm::dvec3 start(points[static_cast<std::size_t>(feature.v[k])]);
+          glm::dvec3 c = start;
+          length = nearest.v[k];
+          if (closest_point(phi, q, c) && glm::length(q - c) <= length + 1e-3) {
+            length = glm::length(q - c);
+          } else {
+            c = start;
+          }
+          field.closest[k] = glm::vec3(c);
+        }
+        length = std::min(length, band);
+        d.v[k] = static_cast<float>(inside ? -length : length);
+      }
+    }
+  });
+
+  // A neighbour may know a nearer part of the surface.
+  for (int pass = 0; pass < 2; ++pass) {
+    std::vector<glm::vec3> closest = field.closest;
+    Grid<float> better = d;
+    for_each_slab(size.x, [&](int x) {
+      for (int y = 0; y < size.y; ++y) {
+        for (int z = 0; z < size.z; ++z) {
+          const glm::ivec3 i(x, y, z);
+          const std::size_t k = d.index(i);
+          const glm::dvec3 q = source(i);
+          double best = std::abs(d.v[k]);
+          if (best >= band && feature.v[k] < 0) continue;
+          for (int n = 0; n < 6; ++n) {
+            glm::ivec3 j = i;
+            j[n / 2] += n % 2 ? 1 : -1;
+            if (!d.holds(j) || feature[j] < 0) continue;
+            glm::dvec3 c(field.closest[d.index(j)]);
+            if (glm::length(q - c) > best - 2e-3) continue;
+            best = glm::length(q - c);
+            closest[k] = glm::vec3(c);
+            if (closest_point(phi, q, c) && glm::length(q - c) <= best) {
+              best = glm::length(q - c);
+              closest[k] = glm::vec3(c);
+            }
+          }
+          better.v[k] = std::copysign(static_cast<float>(best), d.v[k]);
+        }
+      }
+    });
+    field.closest = std::move(closest);
+    d = std::move(better);
+  }
+  return field;
+}
+
+glm::dvec3 closest_on(const Triangle& t, const glm::dvec3& p) {
+  // Ericson, Real-Time Collision Detection (2005), section 5.1.5: by Voronoi regions.
+  const glm::dvec3 ab = t.b - t.a, ac = t.c - t.a, ap = p - t.a;
+  const double d1 = glm::dot(ab, ap), d2 = glm::dot(ac, ap);
+  if (d1 <= 0 && d2 <= 0) return t.a;
+  const glm::dvec3 bp = p - t.b;
+  const double d3 = glm::dot(ab, bp), d4 = glm::dot(ac, bp);
+  if (d3 >= 0 && d4 <= d3) return t.b;
+  const double vc = d1 * d4 - d3 * d2;
+  if (vc <= 0 && d1 >= 0 && d3 <= 0) return t.a + d1 / (d1 - d3) * ab;
+  const glm::dvec3 cp = p - t.c;
+  const double d5 = glm::dot(ab, cp), d6 = glm::dot(ac, cp);
+  if (d6 >= 0 && d5 <= d6) return t.c;
+  const double vb = d5 * d2 - d1 * d6;
+  if (vb <= 0 && d2 >= 0 && d6 <= 0) return t.a + d2 / (d2 - d6) * ac;
+  const double va = d3 * d6 - d5 * d4;
+  if (va <= 0 && d4 - d3 >= 0 && d5 - d6 >= 0) return t.b + (d4 - d3) / ((d4 - d3) + (d5 - d6)) * (t.c - t.b);
+  const double sum = va + vb + vc;
+  if (!(std::abs(sum) > 0)) return t.a;
+  return t.a + vb / sum * ab + vc / sum * ac;
+}
+
+// Counts, for each sample, the crossings of the mesh by the ray to −axis: odd is inside. Votes are added.
+static void count_crossings(std::span<const Triangle> mesh, int axis, Mask& votes) {
+  const int u = (axis + 1) % 3, v = (axis + 2) % 3;
+  const glm::ivec3 size = votes.size;
+  // Crossings of each grid line, then one walk along the line. Lines are moved by a tiny irrational amount so that none
+  // passes exactly through an edge of a mesh whose vertices lie on the grid.
+  constexpr double kShiftU = 1.6180339e-6, kShiftV = 2.7182818e-6;
+  std::vector<std::vector<float>> lines(static_cast<std::size_t>(size[u]) * static_cast<std::size_t>(size[v]));
+  for (const Triangle& t : mesh) {
+    const glm::dvec3* corner[3] = {&t.a, &t.b, &t.c};
+    double lo[2] = {1e300, 1e300}, hi[2] = {-1e300, -1e300};
+    for (const glm::dvec3* p : corner) {
+      lo[0] = std::min(lo[0], (*p)[u]), hi[0] = std::max(hi[0], (*p)[u]);
+      lo[1] = std::min(lo[1], (*p)[v]), hi[1] = std::max(hi[1], (*p)[v]);
+    }
+    const int u0 = std::max(0, static_cast<int>(std::floor(lo[0]))), u1 = std::min(size[u] - 1, static_cast<int>(hi[0]) + 1);
+    const int v0 = std::max(0, static_cast<int>(std::floor(lo[1]))), v1 = std::min(size[v] - 1, static_cast<int>(hi[1]) + 1);
+    for (int i = u0; i <= u1; ++i) {
+      for (int j = v0; j <= v1; ++j) {
+        const double pu = i + kShiftU, pv = j + kShiftV;
+        double w[3];
+        for (int k = 0; k < 3; ++k) {
+          const glm::dvec3 &a = *corner[(k + 1) % 3], &b = *corner[(k + 2) % 3];
+          w[k] = (b[u] - a[u]) * (pv - a[v]) - (b[v] - a[v]) * (pu - a[u]);
+        }
+        const bool left = w[0] > 0 && w[1] > 0 && w[2] > 0, right = w[0] < 0 && w[1] < 0 && w[2] < 0;
+        if (!left && !right) continue;
+        const double at = (w[0] * t.a[axis] + w[1] * t.b[axis] + w[2] * t.c[axis]) / (w[0] + w[1] + w[2]);
+        lines[static_cast<std::size_t>(i) * static_cast<std::size_t>(size[v]) + static_cast<std::size_t>(j)].push_back(
+            static_cast<float>(at));
+      }
+    }
+  }
+  for (int i = 0; i < size[u]; ++i) {
+    for (int j = 0; j < size[v]; ++j) {
+      auto& line = lines[static_cast<std::size_t>(i) * static_cast<std::size_t>(size[v]) + static_cast<std::size_t>(j)];
+      std::sort(line.begin(), line.end());
+      std::size_t passed = 0;
+      for (int k = 0; k < size[axis]; ++k) {
+        while (passed < line.size() && line[passed] < static_cast<float>(k)) ++passed;
+        if (passed % 2 == 0) continue;
+        glm::ivec3 p;
+        p[axis] = k, p[u] = i, p[v] = j;
+        ++votes[p];
+      }
+    }
+  }
+}
+
+DistanceField signed_distance(std::span<const Triangle> mesh, const glm::ivec3& size, double band) {
+  DistanceField field;
+  field.distance = Grid<float>(size, static_cast<float>(band));
+  field.closest.assign(field.distance.v.size(), glm::vec3(0));
+  Grid<std::int32_t> feature(size, -1);
+  Grid<float> nearest(size, std::numeric_limits<float>::max());
+  const auto distance = [&](std::int32_t f, const glm::ivec3& i) {
+    const glm::dvec3 p(i);
+    return glm::length(p - closest_on(mesh[static_cast<std::size_t>(f)], p));
+  };
+  for (std::size_t f = 0; f < mesh.size(); ++f) {
+    const Triangle& t = mesh[f];
+    const glm::ivec3 lo = glm::max(glm::ivec3(glm::floor(glm::min(t.a, glm::min(t.b, t.c)))), glm::ivec3(0));
+    const glm::ivec3 hi = glm::min(glm::ivec3(glm::ceil(glm::max(t.a, glm::max(t.b, t.c)))), size - 1);
+    for (int x = lo.x; x <= hi.x; ++x) {
+      for (int y = lo.y; y <= hi.y; ++y) {
+        for (int z = lo.z; z <= hi.z; ++z) {
+          const auto d = static_cast<float>(distance(static_cast<std::int32_t>(f), {x, y, z}));
+          if (d < nearest(x, y, z) && d < 2) {
+            nearest(x, y, z) = d;
+            feature(x, y, z) = static_cast<std::int32_t>(f);
+          }
+        }
+      }
+    }
+  }
+  propagate(feature, nearest, band + 1.5, 1, distance);
+  Mask votes(size, 0);
+  for (int axis = 0; axis < 3; ++axis) count_crossings(mesh, axis, votes);
+  for (std::size_t i = 0; i < feature.v.size(); ++i) {
+    const float d = std::min(nearest.v[i], static_cast<float>(band));
+    field.distance.v[i] = votes.v[i] >= 2 ? -d : d;
+    if (feature.v[i] < 0) continue;
+    field.closest[i] =
+        glm::vec3(closest_on(mesh[static_cast<std::size_t>(feature.v[i])], glm::dvec3(feature.place(i))));
+  }
+  return field;
+}
+
+}  // namespace typodont::haptics::importing

@@ -1,0 +1,35 @@
+// Distances to surfaces on a grid: the closest point, not an approximation that drifts away from the surface.
+#pragma once
+
+#include <glm/glm.hpp>
+#include <span>
+
+#include "haptics/volume/import/grid.h"
+
+namespace typodont::haptics::importing {
+
+/// Where the samples of a wanted grid lie in the index space of another: p = offset + scale · index.
+struct Placement {
+  glm::dvec3 offset{0};
+  double scale = 1;
+};
+
+struct DistanceField {
+  Grid<float> distance;             // in units of the source's voxels, negative where phi > 0, clamped to ± band
+  std::vector<glm::vec3> closest;   // on the surface, source index space; meaningful where |distance| < band
+};
+
+/// Distance to the surface phi = 0 (tricubic interpolation) from every sample of a grid of `size` placed in phi's index
+/// space; phi > 0 is inside. Closest points by propagation from the crossings, then Newton's method on the interpolant
+/// after Chopp 2001, "Some improvements of the fast marching method", eq. 4.1: the zero set stays where it is.
+DistanceField signed_distance(const Grid<float>& phi, const glm::ivec3& size, const Placement& placement, double band);
+
+struct Triangle {
+  glm::dvec3 a, b, c;
+};
+glm::dvec3 closest_on(const Triangle& t, const glm::dvec3& p);
+
+/// The same for a closed triangle mesh in the grid's own index space; sign by counting crossings along all three axes.
+DistanceField signed_distance(std::span<const Triangle> mesh, const glm::ivec3& size, double band);
+
+}  // namespace typodont::haptics::importing

@@ -1,0 +1,246 @@
+#include "haptics/volume/import/grid.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+namespace typodont::haptics::importing {
+
+void for_each_slab(int n, const std::function<void(int)>& work) { tbb::parallel_for(0, n, work); }
+
+float sample(const Grid<float>& g, const glm::dvec3& p) {
+  const glm::dvec3 q = glm::clamp(p, glm::dvec3(0.0), glm::dvec3(g.size - 1));
+  const glm::ivec3 i = glm::min(glm::ivec3(q), glm::max(g.size - 2, glm::ivec3(0)));
+  const glm::ivec3 j = glm::min(i + 1, g.size - 1);
+  const glm::vec3 t(q - glm::dvec3(i));
+  const auto line = [&](int x, int y) { return g(x, y, i.z) + t.z * (g(x, y, j.z) - g(x, y, i.z)); };
+  const float a = line(i.x, i.y), b = line(i.x, j.y), c = line(j.x, i.y), d = line(j.x, j.y);
+  const float e = a + t.y * (b - a), f = c + t.y * (d - c);
+  return e + t.x * (f - e);
+}
+
+Jet sample_cubic(const Grid<float>& g, const glm::dvec3& p) {
+  const glm::dvec3 q = glm::clamp(p, glm::dvec3(0.0), glm::dvec3(g.size - 1));
+  const glm::ivec3 i(q);
+  double w[3][4], dw[3][4];
+  int at[3][4];
+  for (int a = 0; a < 3; ++a) {
+    const double t = q[a] - i[a], t2 = t * t, t3 = t2 * t;
+    w[a][0] = 0.5 * (-t3 + 2 * t2 - t);
+    w[a][1] = 0.5 * (3 * t3 - 5 * t2 + 2);
+    w[a][2] = 0.5 * (-3 * t3 + 4 * t2 + t);
+    w[a][3] = 0.5 * (t3 - t2);
+    dw[a][0] = 0.5 * (-3 * t2 + 4 * t - 1);
+    dw[a][1] = 0.5 * (9 * t2 - 10 * t);
+    dw[a][2] = 0.5 * (-9 * t2 + 8 * t + 1);
+    dw[a][3] = 0.5 * (3 * t2 - 2 * t);
+    for (int k = 0; k < 4; ++k) at[a][k] = std::clamp(i[a] + k - 1, 0, g.size[a] - 1);
+  }
+  Jet jet{0, glm::dvec3(0)};
+  for (int x = 0; x < 4; ++x) {
+    double sy = 0, sdy = 0, sdz = 0;
+    for (int y = 0; y < 4; ++y) {
+      const float* row = &g.v[g.index(at[0][x], at[1][y], 0)];
+      double s = 0, sd = 0;
+      for (int z = 0; z < 4; ++z) {
+        const double value = row[at[2][z]];
+        s += w[2][z] * value;
+        sd += dw[2][z] * value;
+      }
+      sy += w[1][y] * s;
+      sdy += dw[1][y] * s;
+      sdz += w[1][y] * sd;
+    }
+    jet.value += w[0][x] * sy;
+    jet.gradient.x += dw[0][x] * sy;
+    jet.gradient.y += w[0][x] * sdy;
+    jet.gradient.z += w[0][x] * sdz;
+  }
+  return jet;
+}
+
+Grid<float> gaussian(const Grid<float>& g, double sigma) {
+  const int r = std::max(1, static_cast<int>(std::ceil(3.5 * sigma)));
+  std::vector<float> kernel(static_cast<std::size_t>(r + 1));
+  double sum = 0;
+  for (int k = -r; k <= r; ++k) sum += std::exp(-0.5 * k * k / (sigma * sigma));
+  for (int k = 0; k <= r; ++k) {
+    kernel[static_cast<std::size_t>(k)] = static_cast<float>(std::exp(-0.5 * k * k / (sigma * sigma)) / sum);
+  }
+  Grid<float> from = g, to(g.size);
+  for (int axis = 0; axis < 3; ++axis) {
+    const int n = g.size[axis];
+    const std::size_t stride = axis == 0 ? static_cast<std::size_t>(g.size.y) * static_cast<std::size_t>(g.size.z)
+                               : axis == 1 ? static_cast<std::size_t>(g.size.z)
+                                           : 1;
+    const int outer = axis == 0 ? g.size.y : g.size.x;
+    const int inner = axis == 2 ? g.size.y : g.size.z;
+    for_each_slab(outer, [&](int a) {
+      std::vector<float> line(static_cast<std::size_t>(n + 2 * r));
+      for (int b = 0; b < inner; ++b) {
+        const std::size_t start = axis == 0 ? g.index(0, a, b) : axis == 1 ? g.index(a, 0, b) : g.index(a, b, 0);
+        for (int k = 0; k < n + 2 * r; ++k) {
+          line[static_cast<std::size_t>(k)] = from.v[start + stride * static_cast<std::size_t>(std::clamp(k - r, 0, n - 1))];
+        }
+        for (int k = 0; k < n; ++k) {
+          const float* c = &line[static_cast<std::size_t>(k + r)];
+          float s = kernel[0] * c[0];
+          for (int m = 1; m <= r; ++m) s += kernel[static_cast<std::size_t>(m)] * (c[m] + c[-m]);
+          to.v[start + stride * static_cast<std::size_t>(k)] = s;
+        }
+      }
+    });
+    std::swap(from.v, to.v);
+  }
+  return from;
+}
+
+static double sharpening(double sigma, double blur) { return std::min(1 + blur * blur / (sigma * sigma), 3.0); }
+
+Grid<float> smooth_in_place(const Grid<float>& g, double sigma, double blur) {
+  const auto c = static_cast<float>(sharpening(sigma, blur));
+  Grid<float> once = gaussian(g, sigma);
+  const Grid<float> twice = gaussian(once, sigma);
+  for (std::size_t i = 0; i < once.v.size(); ++i) once.v[i] = (1 + c) * once.v[i] - c * twice.v[i];
+  return once;
+}
+
+double noise_left(double sigma, double blur) {
+  const double c = sharpening(sigma, blur);
+  // Inner products of Gaussians: variances add, and the value at the centre is (2π·variance)^−3/2.
+  const auto at_centre = [&](double times) { return std::pow(2 * M_PI * times * sigma * sigma, -1.5); };
+  return std::sqrt((1 + c) * (1 + c) * at_centre(2) - 2 * (1 + c) * c * at_centre(3) + c * c * at_centre(4));
+}
+
+template <class Better>
+static Grid<float> ball_extreme(const Grid<float>& g, double radius, Better better) {
+  std::vector<glm::ivec3> ball;
+  const int r = static_cast<int>(radius);
+  for (int x = -r; x <= r; ++x) {
+    for (int y = -r; y <= r; ++y) {
+      for (int z = -r; z <= r; ++z) {
+        if (x * x + y * y + z * z <= radius * radius) ball.push_back({x, y, z});
+      }
+    }
+  }
+  Grid<float> out(g.size);
+  for_each_slab(g.size.x, [&](int x) {
+    for (int y = 0; y < g.size.y; ++y) {
+      for (int z = 0; z < g.size.z; ++z) {
+        float best = g(x, y, z);
+        for (const glm::ivec3& d : ball) {
+          const glm::ivec3 p = glm::clamp(glm::ivec3(x, y, z) + d, glm::ivec3(0), g.size - 1);
+          const float value = g[p];
+          if (better(value, best)) best = value;
+        }
+        out(x, y, z) = best;
+      }
+    }
+  });
+  return out;
+}
+
+Grid<float> ball_min(const Grid<float>& g, double radius) {
+  return ball_extreme(g, radius, [](float a, float b) { return a < b; });
+}
+Grid<float> ball_max(const Grid<float>& g, double radius) {
+  return ball_extreme(g, radius, [](float a, float b) { return a > b; });
+}
+
+Grid<float> distance_squared_to(const Mask& mask) {
+  constexpr float kHuge = 1e12F;
+  Grid<float> d(mask.size);
+  for (std::size_t i = 0; i < d.v.size(); ++i) d.v[i] = mask.v[i] ? 0.0F : kHuge;
+  for (int axis = 2; axis >= 0; --axis) {
+    const int n = mask.size[axis];
+    const std::size_t stride = axis == 0 ? static_cast<std::size_t>(mask.size.y) * static_cast<std::size_t>(mask.size.z)
+                               : axis == 1 ? static_cast<std::size_t>(mask.size.z)
+                                           : 1;
+    const int outer = axis == 0 ? mask.size.y : mask.size.x;
+    const int inner = axis == 2 ? mask.size.y : mask.size.z;
+    for_each_slab(outer, [&](int a) {
+      const auto length = static_cast<std::size_t>(n);
+      std::vector<double> f(length), bound(length + 1);
+      std::vector<int> parabola(length);
+      for (int b = 0; b < inner; ++b) {
+        const std::size_t start = axis == 0 ? d.index(0, a, b) : axis == 1 ? d.index(a, 0, b) : d.index(a, b, 0);
+        for (std::size_t k = 0; k < length; ++k) f[k] = d.v[start + stride * k];
+        // The lower envelope of the parabolas f[q] + (k − q)².
+        int top = -1;
+        for (int q = 0; q < n; ++q) {
+          if (f[static_cast<std::size_t>(q)] >= kHuge) continue;
+          double s = -std::numeric_limits<double>::infinity();
+          while (top >= 0) {
+            const int p = parabola[static_cast<std::size_t>(top)];
+            s = (f[static_cast<std::size_t>(q)] + 1.0 * q * q - f[static_cast<std::size_t>(p)] - 1.0 * p * p) /
+                (2.0 * (q - p));
+            if (s > bound[static_cast<std::size_t>(top)]) break;
+            --top;
+          }
+          ++top;
+          parabola[static_cast<std::size_t>(top)] = q;
+          bound[static_cast<std::size_t>(top)] = top == 0 ? -std::numeric_limits<double>::infinity() : s;
+          bound[static_cast<std::size_t>(top) + 1] = std::numeric_limits<double>::infinity();
+        }
+        if (top < 0) continue;
+        int k = 0;
+        for (int q = 0; q < n; ++q) {
+          while (bound[static_cast<std::size_t>(k) + 1] < q) ++k;
+          const int p = parabola[static_cast<std::size_t>(k)];
+          d.v[start + stride * static_cast<std::size_t>(q)] =
+              static_cast<float>(f[static_cast<std::size_t>(p)] + 1.0 * (q - p) * (q - p));
+        }
+      }
+    });
+  }
+  return d;
+}
+
+std::int32_t Components::largest() const {
+  if (voxels.size() < 2) return 0;
+  return static_cast<std::int32_t>(std::max_element(voxels.begin() + 1, voxels.end()) - voxels.begin());
+}
+
+Components components(const Mask& mask, bool corners) {
+  Components c;
+  c.label = Grid<std::int32_t>(mask.size, 0);
+  c.voxels.assign(1, 0);
+  std::vector<glm::ivec3> neighbours;
+  for (int x = -1; x <= 1; ++x) {
+    for (int y = -1; y <= 1; ++y) {
+      for (int z = -1; z <= 1; ++z) {
+        const int steps = std::abs(x) + std::abs(y) + std::abs(z);
+        if (steps == 1 || (corners && steps > 1)) neighbours.push_back({x, y, z});
+      }
+    }
+  }
+  std::vector<std::size_t> stack;
+  for (std::size_t seed = 0; seed < mask.v.size(); ++seed) {
+    if (!mask.v[seed] || c.label.v[seed]) continue;
+    const auto id = static_cast<std::int32_t>(c.voxels.size());
+    c.voxels.push_back(0);
+    c.label.v[seed] = id;
+    stack.push_back(seed);
+    while (!stack.empty()) {
+      const std::size_t i = stack.back();
+      stack.pop_back();
+      ++c.voxels.back();
+      const glm::ivec3 p = mask.place(i);
+      for (const glm::ivec3& step : neighbours) {
+        const glm::ivec3 q = p + step;
+        if (!mask.holds(q)) continue;
+        const std::size_t j = mask.index(q);
+        if (mask.v[j] && !c.label.v[j]) {
+          c.label.v[j] = id;
+          stack.push_back(j);
+        }
+      }
+    }
+  }
+  return c;
+}
+
+}  // namespace typodont::haptics::importing

@@ -1,0 +1,81 @@
+// Dense boxes of samples for the importers, and the few filters they need. Set-up time only.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <glm/glm.hpp>
+#include <vector>
+
+namespace typodont::haptics::importing {
+
+/// A box of samples; z runs fastest, as in DenseTissue.
+template <class T>
+struct Grid {
+  glm::ivec3 size{0};
+  std::vector<T> v;
+
+  Grid() = default;
+  explicit Grid(const glm::ivec3& n, T fill = T{}) : size(n), v(count(n), fill) {}
+
+  static std::size_t count(const glm::ivec3& n) {
+    return static_cast<std::size_t>(n.x) * static_cast<std::size_t>(n.y) * static_cast<std::size_t>(n.z);
+  }
+  std::size_t index(int x, int y, int z) const {
+    return (static_cast<std::size_t>(x) * size.y + static_cast<std::size_t>(y)) * size.z + static_cast<std::size_t>(z);
+  }
+  std::size_t index(const glm::ivec3& p) const { return index(p.x, p.y, p.z); }
+  glm::ivec3 place(std::size_t i) const {
+    const auto nz = static_cast<std::size_t>(size.z), ny = static_cast<std::size_t>(size.y);
+    return {static_cast<int>(i / (nz * ny)), static_cast<int>(i / nz % ny), static_cast<int>(i % nz)};
+  }
+  bool holds(const glm::ivec3& p) const {
+    return p.x >= 0 && p.y >= 0 && p.z >= 0 && p.x < size.x && p.y < size.y && p.z < size.z;
+  }
+  T& operator()(int x, int y, int z) { return v[index(x, y, z)]; }
+  const T& operator()(int x, int y, int z) const { return v[index(x, y, z)]; }
+  T& operator[](const glm::ivec3& p) { return v[index(p)]; }
+  const T& operator[](const glm::ivec3& p) const { return v[index(p)]; }
+};
+
+using Mask = Grid<std::uint8_t>;
+
+/// Runs work(x) for x in [0, n), on all cores; each x must write only what is its own.
+void for_each_slab(int n, const std::function<void(int)>& work);
+
+/// Trilinear; beyond the box the value at its wall.
+float sample(const Grid<float>& g, const glm::dvec3& p);
+
+struct Jet {
+  double value;
+  glm::dvec3 gradient;  // per voxel
+};
+/// Tricubic (Catmull-Rom: C1, passes through the samples); beyond the box the value at its wall.
+Jet sample_cubic(const Grid<float>& g, const glm::dvec3& p);
+
+/// Separable Gaussian, sigma in voxels; walls are continued by their value.
+Grid<float> gaussian(const Grid<float>& g, double sigma);
+
+/// (1 + c) G − c G·G with c = 1 + (blur / sigma)²: a smoothing whose second moment is −blur², so that it flattens noise
+/// and, to second order, puts curved iso-surfaces back where they were before a Gaussian `blur` (voxels) moved them by
+/// blur²·(mean curvature). c is kept at 3 at most, for the noise.
+Grid<float> smooth_in_place(const Grid<float>& g, double sigma, double blur);
+/// What it leaves of white noise: the norm of its kernel.
+double noise_left(double sigma, double blur);
+
+/// Smallest value in the ball of `radius` voxels.
+Grid<float> ball_min(const Grid<float>& g, double radius);
+Grid<float> ball_max(const Grid<float>& g, double radius);
+
+/// Squared distance, in voxels, to the nearest voxel set in `mask` (Felzenszwalb & Huttenlocher 2012); huge when none.
+Grid<float> distance_squared_to(const Mask& mask);
+
+struct Components {
+  Grid<std::int32_t> label;         // 0: not in the mask; 1, 2, …
+  std::vector<std::size_t> voxels;  // of component i at [i]; [0] counts nothing
+  std::int32_t largest() const;     // 0 when there is none
+};
+/// Connected over faces (6) or also over edges and corners (26).
+Components components(const Mask& mask, bool corners = false);
+
+}  // namespace typodont::haptics::importing

@@ -1,0 +1,146 @@
+#include "haptics/import.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "engine/base/error.h"
+#include "engine/base/units.h"
+#include "haptics/volume/import/import_scan.h"
+#include "haptics/volume/import/scan.h"
+
+namespace typodont::haptics {
+
+namespace importing {
+
+void check_result_size(const dvec3& extent, double voxel) {
+  constexpr double kMost = 4e8;
+  const double count = (extent.x / voxel) * (extent.y / voxel) * (extent.z / voxel);
+  if (count <= kMost) return;
+  throw Error("--voxel-mm", "", fmt::format("{:g}: {:.3g} voxels for {:.1f} x {:.1f} x {:.1f} mm", voxel / kMillimetre, count,
+                                            extent.x / kMillimetre, extent.y / kMillimetre, extent.z / kMillimetre),
+              fmt::format("at most {:.3g} voxels: at least {:.3g} mm", kMost, voxel * std::cbrt(count / kMost) / kMillimetre));
+}
+
+// Where, around the tooth's axis, the enamel ends: below that is root. The share of dentin among the surface voxels above.
+static std::optional<double> false_dentin_share(const DenseTissue& t) {
+  std::vector<glm::ivec3> skin;
+  dvec3 all(0), enamel(0);
+  double n_all = 0, n_enamel = 0;
+  for (int x = 1; x + 1 < t.size.x; ++x) {
+    for (int y = 1; y + 1 < t.size.y; ++y) {
+      for (int z = 1; z + 1 < t.size.z; ++z) {
+        const std::size_t i = t.at(x, y, z);
+        if (t.distance[i] > 0) continue;
+        all += dvec3(x, y, z), n_all += 1;
+        if (t.tissue[i] == Tissue::kEnamel) enamel += dvec3(x, y, z), n_enamel += 1;
+        if (t.distance[t.at(x + 1, y, z)] > 0 || t.distance[t.at(x - 1, y, z)] > 0 || t.distance[t.at(x, y + 1, z)] > 0 ||
+            t.distance[t.at(x, y - 1, z)] > 0 || t.distance[t.at(x, y, z + 1)] > 0 || t.distance[t.at(x, y, z - 1)] > 0) {
+          skin.push_back({x, y, z});
+        }
+      }
+    }
+  }
+  if (n_enamel < 1 || n_all < 1) return std::nullopt;
+  all /= n_all;
+  enamel /= n_enamel;
+  const dvec3 up = enamel - all;
+  if (glm::length(up) * t.frame.voxel < 0.2e-3) {  // a shell all around: there is no root, all of it is crown
+    double dentin = 0;
+    for (const glm::ivec3& p : skin) dentin += t.tissue[t.at(p.x, p.y, p.z)] != Tissue::kEnamel;
+    return skin.empty() ? std::nullopt : std::optional(dentin / static_cast<double>(skin.size()));
+  }
+  const dvec3 axis = glm::normalize(up);
+  const dvec3 u = glm::normalize(glm::cross(axis, std::abs(axis.x) < 0.7 ? dvec3(1, 0, 0) : dvec3(0, 1, 0)));
+  const dvec3 v = glm::cross(axis, u);
+  constexpr int kSectors = 48;
+  std::vector<double> heights[kSectors];
+  const auto sector = [&](const dvec3& r) {
+    return std::clamp(static_cast<int>((std::atan2(glm::dot(r, v), glm::dot(r, u)) / kPi + 1) * 0.5 * kSectors), 0, kSectors - 1);
+  };
+  for (const glm::ivec3& p : skin) {
+    const dvec3 r = dvec3(p) - enamel;
+    if (t.tissue[t.at(p.x, p.y, p.z)] == Tissue::kEnamel) heights[sector(r)].push_back(glm::dot(r, axis));
+  }
+  double margin[kSectors];
+  for (int s = 0; s < kSectors; ++s) {
+    if (heights[s].empty()) {
+      margin[s] = 1e300;
+      continue;
+    }
+    const auto k = static_cast<std::ptrdiff_t>(heights[s].size() / 50);
+    std::nth_element(heights[s].begin(), heights[s].begin() + k, heights[s].end());
+    margin[s] = heights[s][static_cast<std::size_t>(k)] + 0.3e-3 / t.frame.voxel;
+  }
+  double crown = 0, dentin = 0;
+  for (const glm::ivec3& p : skin) {
+    const dvec3 r = dvec3(p) - enamel;
+    if (glm::dot(r, axis) < margin[sector(r)]) continue;
+    crown += 1;
+    dentin += t.tissue[t.at(p.x, p.y, p.z)] == Tissue::kDentin;
+  }
+  return crown > 0 ? std::optional(dentin / crown) : std::nullopt;
+}
+
+void measure(Imported& imported, ImportPreset preset) {
+  const DenseTissue& t = imported.tissue;
+  ImportReport& report = imported.report;
+  report.voxel = t.frame.voxel;
+  report.size = t.size;
+  report.volume.fill(0);
+  dvec3 lo(1e300), hi(-1e300);
+  const double h = t.frame.voxel;
+  for (int x = 0; x < t.size.x; ++x) {
+    for (int y = 0; y < t.size.y; ++y) {
+      for (int z = 0; z < t.size.z; ++z) {
+        const std::size_t i = t.at(x, y, z);
+        const double d = t.distance[i];
+        if (d > h) continue;
+        // The share of the voxel on the inner side of a plane at this distance.
+        const double share = std::clamp(0.5 - d / h, 0.0, 1.0);
+        report.volume[static_cast<std::size_t>(t.tissue[i])] += share * h * h * h;
+        if (d > 0) continue;
+        // The outermost crossings, between this sample and its neighbours outside.
+        const glm::ivec3 p(x, y, z);
+        for (int a = 0; a < 3; ++a) {
+          for (const int side : {-1, 1}) {
+            glm::ivec3 q = p;
+            q[a] += side;
+            if (q[a] < 0 || q[a] >= t.size[a]) continue;
+            const double e = t.distance[t.at(q.x, q.y, q.z)];
+            if (e <= 0) continue;
+            const double at = p[a] + side * d / (d - e);
+            lo[a] = std::min(lo[a], at);
+            hi[a] = std::max(hi[a], at);
+          }
+        }
+      }
+    }
+  }
+  report.lo = t.frame.to_world(lo);
+  report.hi = t.frame.to_world(hi);
+  const dvec3 extent = report.hi - report.lo;
+  report.height = std::max({extent.x, extent.y, extent.z});
+  if (preset == ImportPreset::kTooth) report.false_dentin = false_dentin_share(t);
+}
+
+}  // namespace importing
+
+Imported import_tissue(const std::filesystem::path& file, const ImportOptions& options) {
+  const auto check = [](const char* name, double value, double least, double most) {
+    if (value >= least && value <= most) return;
+    throw Error(name, "", fmt::format("{:g}", value / kMillimetre), fmt::format("{:g} to {:g} mm", least / kMillimetre, most / kMillimetre));
+  };
+  if (options.voxel) check("--voxel-mm", *options.voxel, 5e-6, 2e-3);
+  check("--band-mm", options.band, 0.1e-3, 20e-3);
+  if (options.spacing) {
+    for (int a = 0; a < 3; ++a) check("--spacing-mm", (*options.spacing)[a], 1e-6, 10e-3);
+  }
+  Imported imported = importing::is_mesh_file(file) ? importing::import_mesh(file, options) : importing::import_scan(file, options);
+  importing::measure(imported, options.preset);
+  if (options.progress) options.progress(1);
+  return imported;
+}
+
+}  // namespace typodont::haptics

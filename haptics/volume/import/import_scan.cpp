@@ -1,0 +1,194 @@
+#include "haptics/volume/import/import_scan.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "engine/base/error.h"
+#include "engine/base/units.h"
+#include "haptics/volume/import/levels.h"
+#include "haptics/volume/import/scan.h"
+#include "haptics/volume/import/segment.h"
+
+namespace typodont::haptics::importing {
+
+// Means over blocks of k voxels: for a result much coarser than the scan.
+static void reduce(Scan& scan, const glm::ivec3& k) {
+  const glm::ivec3 size = scan.grey.size / k;
+  Grid<float> out(size);
+  for_each_slab(size.x, [&](int x) {
+    for (int y = 0; y < size.y; ++y) {
+      for (int z = 0; z < size.z; ++z) {
+        double sum = 0;
+        for (int a = 0; a < k.x; ++a) {
+          for (int b = 0; b < k.y; ++b) {
+            for (int c = 0; c < k.z; ++c) sum += scan.grey(x * k.x + a, y * k.y + b, z * k.z + c);
+          }
+        }
+        out(x, y, z) = static_cast<float>(sum / (k.x * k.y * k.z));
+      }
+    }
+  });
+  scan.origin += 0.5 * glm::dvec3(k - 1) * scan.spacing;
+  scan.spacing *= glm::dvec3(k);
+  scan.grey = std::move(out);
+}
+
+// The greys between `lo` and `hi` (inclusive, may lie beyond the scan) on cubes of `voxel`; beyond the scan the surround.
+static Grid<float> resample(const Scan& scan, const glm::ivec3& lo, const glm::ivec3& hi, double voxel, float outside) {
+  Grid<float> box(hi - lo + 1, outside);
+  for (int x = 0; x < box.size.x; ++x) {
+    for (int y = 0; y < box.size.y; ++y) {
+      for (int z = 0; z < box.size.z; ++z) {
+        const glm::ivec3 p = lo + glm::ivec3(x, y, z);
+        if (scan.grey.holds(p)) box(x, y, z) = scan.grey[p];
+      }
+    }
+  }
+  const glm::dvec3 ratio = voxel / scan.spacing;
+  if (glm::all(glm::lessThan(glm::abs(ratio - 1.0), glm::dvec3(1e-3)))) return box;
+  const glm::ivec3 size = glm::ivec3(glm::floor(glm::dvec3(box.size - 1) / ratio + 1e-9)) + 1;
+  Grid<float> out(size);
+  for_each_slab(size.x, [&](int x) {
+    for (int y = 0; y < size.y; ++y) {
+      for (int z = 0; z < size.z; ++z) {
+        out(x, y, z) = static_cast<float>(sample_cubic(box, glm::dvec3(x, y, z) * ratio).value);
+      }
+    }
+  });
+  // Walls of surround, as the segmentation expects.
+  for (int x = 0; x < size.x; ++x) {
+    for (int y = 0; y < size.y; ++y) {
+      for (int z = 0; z < size.z; ++z) {
+        if (x == 0 || y == 0 || z == 0 || x == size.x - 1 || y == size.y - 1 || z == size.z - 1) out(x, y, z) = outside;
+      }
+    }
+  }
+  return out;
+}
+
+Imported import_scan(const std::filesystem::path& file, const ImportOptions& options) {
+  const bool tooth = options.preset == ImportPreset::kTooth;
+  const auto progress = [&](double done) {
+    if (options.progress) options.progress(done);
+  };
+  // A human tooth is 10 to 35 mm long: it cannot be told in voxels beyond 0.7 mm.
+  const SpacingLimits limits = tooth ? SpacingLimits{1e-6, 0.7e-3} : SpacingLimits{1e-6, 3e-3};
+  Scan scan = read_scan(file, options.spacing, limits);
+  Imported result;
+  ImportReport& report = result.report;
+  report.format = scan.format;
+  report.spacing = scan.spacing;
+  report.notes = scan.notes;
+  progress(0.1);
+
+  const double finest = std::min({scan.spacing.x, scan.spacing.y, scan.spacing.z});
+  const double voxel = options.voxel.value_or(finest);
+  const glm::ivec3 k = glm::clamp(glm::ivec3(voxel / scan.spacing + 1e-6), glm::ivec3(1), scan.grey.size / 4);
+  if (k != glm::ivec3(1)) reduce(scan, k);
+
+  // What is tissue, roughly: enough to know the greys and to cut the body out.
+  const double working = std::min({scan.spacing.x, scan.spacing.y, scan.spacing.z});
+  Grid<float> smooth = gaussian(scan.grey, 0.8);
+  const Levels levels = find_levels(file, scan.grey, smooth, options, report.notes);
+  Mask solid(smooth.size, 0);
+  for (std::size_t i = 0; i < smooth.v.size(); ++i) solid.v[i] = smooth.v[i] > static_cast<float>(levels.surface());
+  smooth = Grid<float>();
+  const Components bodies = components(solid);
+  const std::int32_t body = bodies.largest();
+  if (body == 0) {
+    throw Error(file.string(), "greys", fmt::format("nothing brighter than {:.6g}", levels.surface()), "tissue; see --thresholds");
+  }
+  for (std::size_t b = 1; b < bodies.voxels.size(); ++b) report.bodies_found += bodies.voxels[b] >= 8;
+  glm::ivec3 lo = solid.size, hi(0);
+  for (std::size_t i = 0; i < solid.v.size(); ++i) {
+    if (bodies.label.v[i] != body) continue;
+    const glm::ivec3 p = solid.place(i);
+    lo = glm::min(lo, p);
+    hi = glm::max(hi, p);
+  }
+  for (int a = 0; a < 3; ++a) {
+    const char axis = "xyz"[a];
+    if (lo[a] == 0) report.notes.push_back(fmt::format("the tissue touches the scan's {}- wall and is closed there by a flat cut", axis));
+    if (hi[a] == solid.size[a] - 1) report.notes.push_back(fmt::format("the tissue touches the scan's {}+ wall and is closed there by a flat cut", axis));
+  }
+  const glm::dvec3 extent = glm::dvec3(hi - lo + 1) * scan.spacing;
+  const double longest = std::max({extent.x, extent.y, extent.z});
+  const double least = tooth ? 1e-3 : 3e-3, most = tooth ? 60e-3 : 0.6;
+  if (longest < least || longest > most) {
+    throw Error(file.string(), options.spacing ? "--spacing-mm" : "spacing",
+                fmt::format("a body {:.4g} mm long at {:.4g} {:.4g} {:.4g} mm a voxel", longest / kMillimetre,
+                            report.spacing.x / kMillimetre, report.spacing.y / kMillimetre, report.spacing.z / kMillimetre),
+                fmt::format("{} of {:g} to {:g} mm; give the true voxel with --spacing-mm X,Y,Z", tooth ? "a tooth" : "a bone",
+                            least / kMillimetre, most / kMillimetre));
+  }
+  check_result_size(extent + 2 * options.band, voxel);
+  check_result_size(extent + 20 * working, working);
+  progress(0.2);
+
+  const glm::ivec3 margin = glm::ivec3(glm::ceil(10.0 * working / scan.spacing)) + 1;
+  const Grid<float> grey = resample(scan, lo - margin, hi + margin, working, static_cast<float>(levels.outside));
+  const glm::dvec3 origin = scan.origin + glm::dvec3(lo - margin) * scan.spacing;
+  scan.grey = Grid<float>();
+  const Segmentation s = segment(grey, levels, working, options.preset, [&](double done) { progress(0.2 + 0.5 * done); });
+
+  // The result's grid shares a sample with the working grid; equal where their voxels are equal.
+  const double scale = voxel / working, band = options.band / working;
+  glm::ivec3 first = s.phi.size, last(0);
+  for (std::size_t i = 0; i < s.phi.v.size(); ++i) {
+    if (!(s.phi.v[i] > 0)) continue;
+    first = glm::min(first, s.phi.place(i));
+    last = glm::max(last, s.phi.place(i));
+  }
+  if (first.x > last.x) throw Error(file.string(), "greys", "no body left after smoothing", "tissue a few voxels thick");
+  const glm::ivec3 from = glm::ivec3(glm::floor((glm::dvec3(first) - 2.0 - band) / scale));
+  const glm::ivec3 to = glm::ivec3(glm::ceil((glm::dvec3(last) + 2.0 + band) / scale));
+  DenseTissue& out = result.tissue;
+  out.size = to - from + 1;
+  out.band = options.band;
+  const Placement placement{scale * glm::dvec3(from), scale};
+  out.frame = {origin + working * placement.offset, voxel};
+  const DistanceField field = signed_distance(s.phi, out.size, placement, band);
+  progress(0.9);
+
+  const Tissue dense = tooth ? Tissue::kEnamel : Tissue::kCorticalBone;
+  const Tissue soft = tooth ? Tissue::kDentin : levels.dense ? Tissue::kCancellousBone : Tissue::kCorticalBone;
+  const Tissue cavity = tooth ? Tissue::kPulp : Tissue::kCancellousBone;
+  out.distance.resize(field.distance.v.size());
+  out.tissue.assign(out.distance.size(), Tissue::kAir);
+  result.grey.resize(out.distance.size());
+  const double reach = 2.5 * scale;  // labels are told this far outside the surface
+  for_each_slab(out.size.x, [&](int x) {
+    for (int y = 0; y < out.size.y; ++y) {
+      for (int z = 0; z < out.size.z; ++z) {
+        const std::size_t i = out.at(x, y, z);
+        const double d = field.distance.v[i];
+        const dvec3 q = placement.offset + scale * dvec3(x, y, z);
+        out.distance[i] = static_cast<float>(std::clamp(d * working, -out.band, out.band));
+        result.grey[i] = sample(grey, q);
+        if (d > reach) continue;
+        dvec3 p = q;
+        if (d > 0) {
+          const dvec3 c(field.closest[i]);
+          const double away = glm::length(q - c);
+          p = away > 1e-6 ? c + 0.5 / away * (c - q) : c;
+        }
+        out.tissue[i] = sample(s.cavity, p) > 0 ? cavity : sample(s.dense, p) > 0 ? dense : soft;
+      }
+    }
+  });
+
+  report.outside_grey = levels.outside;
+  report.soft_grey = levels.soft;
+  report.surface_grey = levels.surface();
+  report.dense_level = levels.dense;
+  if (levels.dense) report.dense_grey = levels.denser();
+  report.noise_grey = levels.noise;
+  report.blur = s.blur * working;
+  report.bodies_kept = s.bodies_kept;
+  report.pulp_parts = s.cavity_parts;
+  return result;
+}
+
+}  // namespace typodont::haptics::importing

@@ -1,0 +1,227 @@
+#include "haptics/volume/import/levels.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "engine/base/error.h"
+
+namespace typodont::haptics::importing {
+
+static double quantile(std::vector<float>& values, double share) {
+  const auto k = static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
+  std::nth_element(values.begin(), values.begin() + k, values.end());
+  return values[static_cast<std::size_t>(k)];
+}
+
+// The voxels on the walls of the box: the surround, unless tissue covers more than half of them.
+static std::vector<float> walls(const Grid<float>& g) {
+  std::vector<float> values;
+  for (int x = 0; x < g.size.x; ++x) {
+    for (int y = 0; y < g.size.y; ++y) {
+      const bool edge = x == 0 || y == 0 || x == g.size.x - 1 || y == g.size.y - 1;
+      for (int z = 0; z < g.size.z; z += edge ? 1 : std::max(1, g.size.z - 1)) values.push_back(g(x, y, z));
+    }
+  }
+  return values;
+}
+
+static double spread(std::vector<float> values, double middle) {
+  for (float& v : values) v = std::abs(v - static_cast<float>(middle));
+  return 1.4826 * quantile(values, 0.5);  // median absolute deviation, as a standard deviation
+}
+
+std::vector<Peak> peaks_of(const Grid<float>& greys, double blur) {
+  constexpr int kBins = 512;
+  const auto [lo_it, hi_it] = std::minmax_element(greys.v.begin(), greys.v.end());
+  const double lo = *lo_it, hi = *hi_it;
+  if (!(hi > lo)) return {{lo, 1}};
+  const double width = (hi - lo) / kBins;
+  std::vector<double> count(kBins, 0);
+  // Only plateaus: on the flanks of an edge a voxel's grey tells of two tissues.
+  const double steepest = std::max(0.04 * (hi - lo), 3 * blur);
+  for (int x = 0; x < greys.size.x; ++x) {
+    for (int y = 0; y < greys.size.y; ++y) {
+      for (int z = 0; z < greys.size.z; ++z) {
+        const glm::ivec3 p(x, y, z);
+        double slope2 = 0;
+        for (int a = 0; a < 3; ++a) {
+          glm::ivec3 up = p, down = p;
+          up[a] = std::min(p[a] + 1, greys.size[a] - 1);
+          down[a] = std::max(p[a] - 1, 0);
+          const double slope = 0.5 * (static_cast<double>(greys[up]) - static_cast<double>(greys[down]));
+          slope2 += slope * slope;
+        }
+        if (slope2 > steepest * steepest) continue;
+        count[static_cast<std::size_t>(std::min(kBins - 1, static_cast<int>((greys[p] - lo) / width)))] += 1;
+      }
+    }
+  }
+  // Smoothed as far as the noise is wide.
+  const double sigma = std::clamp(blur / width, 4.0, 40.0);
+  std::vector<double> h(kBins, 0);
+  const int r = static_cast<int>(4 * sigma);
+  double norm = 0;
+  for (int k = -r; k <= r; ++k) norm += std::exp(-0.5 * k * k / (sigma * sigma));
+  for (int i = 0; i < kBins; ++i) {
+    if (count[static_cast<std::size_t>(i)] <= 0) continue;
+    for (int k = -r; k <= r; ++k) {
+      if (i + k < 0 || i + k >= kBins) continue;
+      h[static_cast<std::size_t>(i + k)] += count[static_cast<std::size_t>(i)] * std::exp(-0.5 * k * k / (sigma * sigma)) / norm;
+    }
+  }
+  // Hills, from the highest down; a hill ends where it meets a higher one. One that rises less than 40 % of its height
+  // above that pass is part of its neighbour.
+  struct Hill {
+    int top;
+    double pass = 0;
+    double mass = 0;
+  };
+  std::vector<Hill> hills;
+  std::vector<int> owner(kBins, -1), order(kBins);
+  std::iota(order.begin(), order.end(), 0);
+  std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return h[static_cast<std::size_t>(a)] > h[static_cast<std::size_t>(b)]; });
+  std::vector<int> merged;
+  const auto root = [&](int hill) {
+    while (merged[static_cast<std::size_t>(hill)] != hill) hill = merged[static_cast<std::size_t>(hill)];
+    return hill;
+  };
+  std::vector<int> flooded(kBins, -1);
+  for (const int bin : order) {
+    const int left = bin > 0 && flooded[static_cast<std::size_t>(bin - 1)] >= 0 ? root(flooded[static_cast<std::size_t>(bin - 1)]) : -1;
+    const int right = bin + 1 < kBins && flooded[static_cast<std::size_t>(bin + 1)] >= 0 ? root(flooded[static_cast<std::size_t>(bin + 1)]) : -1;
+    int mine;
+    if (left < 0 && right < 0) {
+      mine = static_cast<int>(hills.size());
+      hills.push_back({bin});
+      merged.push_back(mine);
+    } else if (left < 0 || right < 0 || left == right) {
+      mine = left >= 0 ? left : right;
+    } else {  // a pass: the lower hill ends here, in its own right or as a shoulder
+      const bool left_higher = h[static_cast<std::size_t>(hills[static_cast<std::size_t>(left)].top)] >= h[static_cast<std::size_t>(hills[static_cast<std::size_t>(right)].top)];
+      const int high = left_higher ? left : right, low = left_higher ? right : left;
+      Hill& lower = hills[static_cast<std::size_t>(low)];
+      const double top = h[static_cast<std::size_t>(lower.top)];
+      if (top - h[static_cast<std::size_t>(bin)] < 0.4 * top) {
+        for (int& o : owner) o = o == low ? high : o;
+        lower.top = -1;
+      }
+      merged[static_cast<std::size_t>(low)] = high;
+      mine = high;
+    }
+    flooded[static_cast<std::size_t>(bin)] = mine;
+    // For the mass: the hill whose top is reached from here by climbing.
+    int climb = bin;
+    while (true) {
+      const double here = h[static_cast<std::size_t>(climb)];
+      const double l = climb > 0 ? h[static_cast<std::size_t>(climb - 1)] : -1, rr = climb + 1 < kBins ? h[static_cast<std::size_t>(climb + 1)] : -1;
+      if (l <= here && rr <= here) break;
+      climb += l > rr ? -1 : 1;
+    }
+    owner[static_cast<std::size_t>(bin)] = owner[static_cast<std::size_t>(climb)] >= 0 ? owner[static_cast<std::size_t>(climb)] : mine;
+  }
+  double total = 0;
+  for (int i = 0; i < kBins; ++i) {
+    total += count[static_cast<std::size_t>(i)];
+    if (owner[static_cast<std::size_t>(i)] >= 0) hills[static_cast<std::size_t>(owner[static_cast<std::size_t>(i)])].mass += count[static_cast<std::size_t>(i)];
+  }
+  std::vector<Peak> peaks;
+  for (const Hill& hill : hills) {
+    if (hill.top < 0) continue;
+    // The top itself to a fraction of a bin, through three points.
+    const auto t = static_cast<std::size_t>(hill.top);
+    double shift = 0;
+    if (t > 0 && t + 1 < kBins) {
+      const double bend = h[t - 1] - 2 * h[t] + h[t + 1];
+      if (bend < 0) shift = std::clamp(0.5 * (h[t - 1] - h[t + 1]) / bend, -0.5, 0.5);
+    }
+    peaks.push_back({lo + (hill.top + 0.5 + shift) * width, hill.mass / total});
+  }
+  std::sort(peaks.begin(), peaks.end(), [](const Peak& a, const Peak& b) { return a.level < b.level; });
+  return peaks;
+}
+
+Levels find_levels(const std::filesystem::path& file, const Grid<float>& grey, const Grid<float>& smoothed,
+                   const ImportOptions& options, std::vector<std::string>& notes) {
+  Levels levels;
+  std::vector<float> wall = walls(grey);
+  double middle = quantile(wall, 0.5);
+  levels.noise = spread(wall, middle);
+  std::vector<float> smooth_wall = walls(smoothed);
+  levels.smoothed_noise = spread(smooth_wall, quantile(smooth_wall, 0.5));
+
+  const std::vector<Peak> peaks = peaks_of(smoothed, levels.smoothed_noise);
+  const auto [lo, hi] = std::minmax_element(smoothed.v.begin(), smoothed.v.end());
+  const double range = static_cast<double>(*hi) - static_cast<double>(*lo);
+  if (!(range > 0)) {
+    throw Error(file.string(), "greys", fmt::format("the same value {:g} everywhere", *lo), "tissue in a darker surround");
+  }
+  // Hounsfield units say what they are.
+  const bool hounsfield = options.preset == ImportPreset::kBone && *lo < -800 && *lo > -1200 && *hi > 300 && *hi < 6000;
+
+  levels.outside = middle;
+  for (const Peak& p : peaks) {
+    if (std::abs(p.level - middle) < std::max(3 * levels.smoothed_noise, 0.03 * range)) levels.outside = p.level;
+  }
+  // Hills brighter than the surround; what is much nearer to it than to the brightest is soft tissue or pulp.
+  std::vector<Peak> tissues;
+  double bright = 0, top = levels.outside;
+  for (const Peak& p : peaks) {
+    if (p.level > levels.outside + std::max(5 * levels.smoothed_noise, 0.03 * range)) {
+      tissues.push_back(p);
+      bright += p.mass;
+    }
+  }
+  std::erase_if(tissues, [&](const Peak& p) { return p.mass < 0.01 * bright; });
+  for (const Peak& p : tissues) top = std::max(top, p.level);
+  double most = 0;
+  for (const Peak& p : tissues) most = std::max(most, p.mass);
+  std::erase_if(tissues, [&](const Peak& p) {
+    const double height = (p.level - levels.outside) / (top - levels.outside);
+    return height < 0.12 || (height < 0.3 && p.mass < 0.5 * most);
+  });
+  std::sort(tissues.begin(), tissues.end(), [](const Peak& a, const Peak& b) { return a.mass > b.mass; });
+  if (tissues.size() > 2) {
+    notes.push_back(fmt::format("{} hills of tissue in the histogram; the two with most voxels are taken", tissues.size()));
+    tissues.resize(2);
+  }
+  std::sort(tissues.begin(), tissues.end(), [](const Peak& a, const Peak& b) { return a.level < b.level; });
+
+  if (options.surface_grey) {
+    levels.soft = 2 * *options.surface_grey - levels.outside;
+    if (!(levels.soft > levels.outside)) {
+      throw Error(file.string(), "--thresholds", fmt::format("{:g} for the surface", *options.surface_grey),
+                  fmt::format("a grey above the surround's {:.6g}", levels.outside));
+    }
+  } else if (hounsfield) {
+    levels.soft = 600;  // with the surround's −1000..50 a first surface at −200..325; refined from the local greys
+    levels.outside = 0;
+    notes.push_back("greys taken as Hounsfield units: soft tissue 0, cortical bone above 850 (Misch D1 and D2)");
+  } else if (tissues.empty()) {
+    throw Error(file.string(), "greys", fmt::format("no tissue brighter than the surround ({:.6g})", levels.outside),
+                "one or two hills of tissue in the histogram, or --thresholds");
+  } else {
+    levels.soft = tissues[0].level;
+  }
+  levels.fixed_dense = options.dense_grey.has_value() || hounsfield;
+  if (options.dense_grey) {
+    levels.dense = 2 * *options.dense_grey - levels.soft;
+    if (!(*levels.dense > levels.soft)) {
+      throw Error(file.string(), "--thresholds", fmt::format("{:g} for the denser tissue", *options.dense_grey),
+                  fmt::format("a grey above the softer tissue's {:.6g}", levels.soft));
+    }
+  } else if (hounsfield) {
+    levels.dense = 2 * 850 - levels.soft;
+  } else if (tissues.size() == 2 && tissues[1].level > levels.soft) {
+    levels.dense = tissues[1].level;
+  } else {
+    notes.push_back(options.preset == ImportPreset::kTooth
+                        ? "one grey of tissue only: all of it is labelled dentin"
+                        : "one grey of tissue only: all of it is labelled cortical bone");
+  }
+  return levels;
+}
+
+}  // namespace typodont::haptics::importing

@@ -1,0 +1,116 @@
+#include <fmt/format.h>
+#include <nifti2_io.h>
+
+#include <cmath>
+#include <cstring>
+#include <memory>
+
+#include "engine/base/error.h"
+#include "haptics/volume/import/scan.h"
+
+namespace typodont::haptics::importing {
+
+namespace {
+struct FreeImage {
+  void operator()(nifti_image* n) const { nifti_image_free(n); }
+};
+struct CloseStream {
+  void operator()(znzFile f) const { znzclose(f); }
+};
+}  // namespace
+
+static std::optional<Element> element_of(int datatype) {
+  switch (datatype) {
+    case DT_INT8: return Element::kInt8;
+    case DT_UINT8: return Element::kUint8;
+    case DT_INT16: return Element::kInt16;
+    case DT_UINT16: return Element::kUint16;
+    case DT_INT32: return Element::kInt32;
+    case DT_UINT32: return Element::kUint32;
+    case DT_INT64: return Element::kInt64;
+    case DT_UINT64: return Element::kUint64;
+    case DT_FLOAT32: return Element::kFloat;
+    case DT_FLOAT64: return Element::kDouble;
+    default: return std::nullopt;
+  }
+}
+
+RawScan read_nifti(const std::filesystem::path& file) {
+  nifti_set_debug_level(0);  // our own messages instead of its own
+  const std::unique_ptr<nifti_image, FreeImage> image(nifti_image_read(file.c_str(), 0));
+  if (!image) throw Error(file.string(), "header", "no NIfTI header", "a NIfTI-1 or NIfTI-2 file");
+  std::vector<long long> sizes;
+  for (int a = 1; a <= std::clamp<int>(static_cast<int>(image->ndim), 0, 7); ++a) {
+    if (a > 3 && image->dim[a] == 1) continue;
+    sizes.push_back(image->dim[a]);
+  }
+  check_sizes(file, "header field \"dim\"", sizes);
+  const std::optional<Element> element = element_of(image->datatype);
+  if (!element) {
+    throw Error(file.string(), "header field \"datatype\"", fmt::format("{} ({})", image->datatype, nifti_datatype_string(image->datatype)),
+                "a scalar number: 8 to 64 bit integers, float or double");
+  }
+  const auto count = static_cast<std::size_t>(sizes[0]) * static_cast<std::size_t>(sizes[1]) * static_cast<std::size_t>(sizes[2]);
+  const std::size_t bytes = count * bytes_of(*element);
+
+  if (!image->iname) throw Error(file.string(), "data", "no data file", "a .img beside the .hdr");
+  const std::filesystem::path data = image->iname;
+  const bool compressed = nifti_is_gzfile(image->iname) != 0;
+  const auto offset = static_cast<long long>(image->iname_offset);
+  const std::uintmax_t present = size_of_file(data);
+  if (offset < 0 || offset > 1 << 30) {
+    throw Error(file.string(), "header field \"vox_offset\"", fmt::format("{}", offset), "where the voxels begin");
+  }
+  const double least = compressed ? static_cast<double>(bytes) / 1032 : static_cast<double>(bytes) + static_cast<double>(offset);
+  if (static_cast<double>(present) < least) {
+    throw Error(data.string(), "data", fmt::format("{} bytes", present), fmt::format("at least {:.0f} bytes", std::ceil(least)));
+  }
+  znzFile opened = znzopen(data.c_str(), "rb", compressed ? 1 : 0);
+  if (znz_isnull(opened)) throw Error(data.string(), "data", "an unreadable file", "the scan's voxels");
+  const std::unique_ptr<std::remove_pointer_t<znzFile>, CloseStream> stream(opened);
+  std::vector<char> raw(bytes);
+  const bool sought = znzseek(opened, static_cast<znz_off_t>(offset), SEEK_SET) >= 0;
+  const std::size_t got = sought ? znzread(raw.data(), 1, bytes, opened) : 0;
+  if (got != bytes) throw Error(data.string(), "data", fmt::format("{} bytes of voxels", got), fmt::format("{}", bytes));
+
+  RawScan scan;
+  scan.format = "NIfTI";
+  scan.size = {static_cast<int>(sizes[0]), static_cast<int>(sizes[1]), static_cast<int>(sizes[2])};
+  scan.grey = decode(raw, count, *element, bytes_of(*element) > 1 && image->byteorder != nifti_short_order());
+  if (image->scl_slope != 0 && std::isfinite(image->scl_slope) && std::isfinite(image->scl_inter)) {
+    for (float& g : scan.grey) g = static_cast<float>(image->scl_slope * static_cast<double>(g) + image->scl_inter);
+  }
+
+  double unit = 1;
+  scan.spacing_place = "header field \"pixdim\"";
+  scan.has_unit = image->xyz_units != NIFTI_UNITS_UNKNOWN;
+  if (image->xyz_units == NIFTI_UNITS_METER) unit = 1e3;
+  if (image->xyz_units == NIFTI_UNITS_MICRON) unit = 1e-3;
+  const double length[3] = {std::abs(image->dx), std::abs(image->dy), std::abs(image->dz)};
+  scan.has_spacing = true;
+  for (std::size_t k = 0; k < 3; ++k) {
+    glm::dvec3& step = scan.step[k];
+    step = glm::dvec3(0);
+    step[static_cast<int>(k)] = length[k];
+    if (image->sform_code > 0 || image->qform_code > 0) {
+      const nifti_dmat44& m = image->sform_code > 0 ? image->sto_xyz : image->qto_xyz;
+      for (int w = 0; w < 3; ++w) {
+        step[w] = m.m[w][k];
+        scan.origin[w] = m.m[w][3] * unit;
+      }
+    }
+    step *= unit;
+    const double l = glm::length(step);
+    if (!std::isfinite(l) || l == 0) {
+      scan.has_spacing = false;
+      step = glm::dvec3(0);
+      step[static_cast<int>(k)] = 1;
+    }
+  }
+  for (int w = 0; w < 3; ++w) {
+    if (!std::isfinite(scan.origin[w])) scan.origin[w] = 0;
+  }
+  return scan;
+}
+
+}  // namespace typodont::haptics::importing

@@ -1,0 +1,174 @@
+#include <fmt/format.h>
+#include <teem/nrrd.h>
+
+#include <cmath>
+#include <fstream>
+#include <memory>
+
+#include "engine/base/error.h"
+#include "haptics/volume/import/scan.h"
+
+namespace typodont::haptics::importing {
+
+namespace {
+struct NukeNrrd {
+  void operator()(Nrrd* n) const { nrrdNuke(n); }
+};
+struct NixState {
+  void operator()(NrrdIoState* s) const { nrrdIoStateNix(s); }
+};
+using NrrdOwner = std::unique_ptr<Nrrd, NukeNrrd>;
+using StateOwner = std::unique_ptr<NrrdIoState, NixState>;
+}  // namespace
+
+// The line of the header that begins with `field`, as "line 4 (type)"; the header alone when there is none.
+static std::string place_of(const std::filesystem::path& file, const std::string& field) {
+  std::ifstream in(file, std::ios::binary);
+  std::string line;
+  for (int number = 1; number < 1000 && std::getline(in, line) && !line.empty(); ++number) {
+    if (line.starts_with(field + ":")) return fmt::format("line {} ({})", number, field);
+  }
+  return "header";
+}
+
+static std::string expected_in(const std::string& field) {
+  if (field == "type") return "a scalar type such as \"unsigned short\" or \"float\"";
+  if (field == "sizes") return "three sizes of a scan that fits into memory";
+  if (field == "dimension") return "3";
+  if (field == "encoding") return "raw, gzip, bzip2, ascii or hex";
+  if (field == "endian") return "little or big";
+  if (field == "data file") return "a data file beside the header";
+  return "a well-formed NRRD header";
+}
+
+// teem's own account of what went wrong: a stack of lines, the last one nearest to the cause.
+[[noreturn]] static void fail(const std::filesystem::path& file) {
+  const std::unique_ptr<char, decltype(&std::free)> text(biffGetDone(NRRD), &std::free);
+  std::string cause = text ? text.get() : "an unreadable file", field;
+  const std::string all = cause;
+  while (!cause.empty() && cause.back() == '\n') cause.pop_back();
+  cause = cause.substr(cause.rfind('\n') + 1);
+  if (const auto colon = cause.find(": "); colon != std::string::npos) cause = cause.substr(colon + 2);
+  for (const char* name : {"type", "sizes", "dimension", "encoding", "endian", "spacings", "space", "data file",
+                           "space directions", "space origin", "space units", "units", "kinds", "byte skip", "line skip"}) {
+    std::string function = std::string("Parse_") + name + ":";
+    std::replace(function.begin(), function.end(), ' ', '_');
+    if (all.find(function) != std::string::npos) field = name;
+  }
+  if (all.find("DataFileIterNext") != std::string::npos) field = "data file";
+  throw Error(file.string(), field.empty() ? "NRRD" : place_of(file, field), cause, expected_in(field));
+}
+
+static std::optional<double> millimetres_per(std::string unit) {
+  std::erase(unit, ' ');
+  if (unit == "mm" || unit == "millimeter" || unit == "millimetre" || unit == "millimeters" || unit == "millimetres") return 1;
+  if (unit == "um" || unit == "\xc2\xb5m" || unit == "\xce\xbcm" || unit == "micron" || unit == "microns" ||
+      unit == "micrometer" || unit == "micrometre" || unit == "micrometers" || unit == "micrometres") {
+    return 1e-3;
+  }
+  if (unit == "cm" || unit == "centimeter" || unit == "centimetre") return 10;
+  if (unit == "m" || unit == "meter" || unit == "metre" || unit == "meters" || unit == "metres") return 1e3;
+  return std::nullopt;
+}
+
+RawScan read_nrrd(const std::filesystem::path& file) {
+  // The header alone first: sizes are checked before memory is taken.
+  const NrrdOwner header(nrrdNew());
+  const StateOwner state(nrrdIoStateNew());
+  state->skipData = 1;
+  if (nrrdLoad(header.get(), file.c_str(), state.get())) fail(file);
+  if (state->format != nrrdFormatNRRD) throw Error(file.string(), "line 1", "no NRRD", "NRRD0001 to NRRD0005");
+  if (header->type == nrrdTypeBlock) {
+    throw Error(file.string(), place_of(file, "type"), "block", expected_in("type"));
+  }
+  std::vector<unsigned> axes;
+  std::vector<long long> sizes;
+  for (unsigned a = 0; a < header->dim; ++a) {
+    if (header->axis[a].size == 1 && header->dim > 3) continue;
+    axes.push_back(a);
+    sizes.push_back(static_cast<long long>(std::min<std::size_t>(header->axis[a].size, 1ULL << 60)));
+  }
+  check_sizes(file, place_of(file, "sizes"), sizes);
+  const std::size_t count = nrrdElementNumber(header.get());
+  const double bytes = static_cast<double>(count) * static_cast<double>(nrrdElementSize(header.get()));
+
+  // Can the files hold that much?
+  double present = 0;
+  std::string data = "data";
+  bool known = true;
+  if (state->dataFNFormat) {
+    known = false;  // numbered slices; teem names the one that is missing or short
+  } else if (state->dataFNArr->len > 0) {
+    for (unsigned i = 0; i < state->dataFNArr->len; ++i) {
+      const std::filesystem::path part = file.parent_path() / state->dataFN[i];
+      present += static_cast<double>(size_of_file(part));
+      data = "data file " + part.string();
+    }
+  } else {
+    present = static_cast<double>(size_of_file(file));
+  }
+  const std::string encoding = state->encoding->name;
+  double least = bytes;                                       // of the encoded data
+  if (encoding == "gz") least = bytes / 1032;                 // deflate cannot do better
+  if (encoding == "bz2") least = bytes / 46e6;
+  if (encoding == "ascii" || encoding == "text") least = 2.0 * static_cast<double>(count) - 1;
+  if (encoding == "hex") least = 2 * bytes;
+  if (known && present < least) {
+    throw Error(file.string(), data, fmt::format("{:.0f} bytes", present),
+                encoding == "raw" ? fmt::format("{:.0f} bytes", bytes)
+                                  : fmt::format("at least {:.0f} bytes of {} for {} voxels", std::ceil(least), encoding, count));
+  }
+
+  const NrrdOwner nrrd(nrrdNew());
+  if (nrrdLoad(nrrd.get(), file.c_str(), nullptr)) fail(file);
+  RawScan scan;
+  scan.format = "NRRD";
+  scan.size = {static_cast<int>(sizes[0]), static_cast<int>(sizes[1]), static_cast<int>(sizes[2])};
+  scan.grey.resize(count);
+  const auto lookup = nrrdFLookup[nrrd->type];
+  for (std::size_t i = 0; i < count; ++i) scan.grey[i] = lookup(nrrd->data, i);
+
+  scan.has_spacing = true;
+  scan.spacing_place = place_of(file, nrrd->spaceDim ? "space directions" : "spacings");
+  if (scan.spacing_place == "header") scan.spacing_place = "spacings";
+  // A left-handed space is told as a right-handed one: its first axis runs the other way.
+  const bool left_handed = nrrd->space == nrrdSpaceLeftAnteriorSuperior || nrrd->space == nrrdSpace3DLeftHanded;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const NrrdAxisInfo& axis = nrrd->axis[axes[k]];
+    glm::dvec3& step = scan.step[k];
+    std::string unit = axis.units ? axis.units : "";
+    if (nrrd->spaceDim == 3) {
+      for (int w = 0; w < 3; ++w) step[w] = axis.spaceDirection[w];
+      if (nrrd->spaceUnits[k]) unit = nrrd->spaceUnits[k];
+      // An anatomical space is in millimetres unless said otherwise.
+      scan.has_unit = scan.has_unit || !unit.empty() || nrrd->space != nrrdSpaceUnknown;
+    } else {
+      step[static_cast<int>(k)] = axis.spacing;
+      scan.has_unit = scan.has_unit || !unit.empty();
+    }
+    if (!unit.empty()) {
+      const std::optional<double> factor = millimetres_per(unit);
+      if (!factor) throw Error(file.string(), place_of(file, nrrd->spaceDim ? "space units" : "units"), excerpt(unit), "a unit of length (mm, um, cm or m)");
+      step *= *factor;
+      if (nrrd->spaceDim == 3) scan.origin[static_cast<int>(k)] = nrrd->spaceOrigin[k] * *factor;
+    } else if (nrrd->spaceDim == 3) {
+      scan.origin[static_cast<int>(k)] = nrrd->spaceOrigin[k];
+    }
+    const double length = glm::length(step);
+    if (!std::isfinite(length) || length == 0) {
+      scan.has_spacing = false;
+      step = glm::dvec3(0);
+      step[static_cast<int>(k)] = 1;
+    }
+  }
+  for (int w = 0; w < 3; ++w) {
+    if (!std::isfinite(scan.origin[w])) scan.origin[w] = 0;
+  }
+  if (left_handed) {
+    for (auto& step : scan.step) step.x = -step.x;
+    scan.origin.x = -scan.origin.x;
+  }
+  return scan;
+}
+
+}  // namespace typodont::haptics::importing

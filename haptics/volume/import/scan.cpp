@@ -1,0 +1,231 @@
+#include "haptics/volume/import/scan.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <bit>
+#include <cctype>
+#include <charconv>
+#include <cmath>
+#include <cstring>
+#include <fstream>
+
+#include "engine/base/error.h"
+#include "engine/base/units.h"
+
+namespace typodont::haptics::importing {
+
+std::size_t bytes_of(Element type) {
+  constexpr std::size_t kBytes[] = {1, 1, 2, 2, 4, 4, 8, 8, 4, 8};
+  return kBytes[static_cast<int>(type)];
+}
+
+template <class T>
+static void decode_as(const std::vector<char>& bytes, bool swap, std::vector<float>& out) {
+  for (std::size_t i = 0; i < out.size(); ++i) {
+    char b[sizeof(T)];
+    std::memcpy(b, &bytes[i * sizeof(T)], sizeof(T));
+    if (swap) std::reverse(b, b + sizeof(T));
+    out[i] = static_cast<float>(std::bit_cast<T>(b));
+  }
+}
+
+std::vector<float> decode(const std::vector<char>& bytes, std::size_t count, Element type, bool swap) {
+  std::vector<float> out(count);
+  switch (type) {
+    case Element::kInt8: decode_as<std::int8_t>(bytes, swap, out); break;
+    case Element::kUint8: decode_as<std::uint8_t>(bytes, swap, out); break;
+    case Element::kInt16: decode_as<std::int16_t>(bytes, swap, out); break;
+    case Element::kUint16: decode_as<std::uint16_t>(bytes, swap, out); break;
+    case Element::kInt32: decode_as<std::int32_t>(bytes, swap, out); break;
+    case Element::kUint32: decode_as<std::uint32_t>(bytes, swap, out); break;
+    case Element::kInt64: decode_as<std::int64_t>(bytes, swap, out); break;
+    case Element::kUint64: decode_as<std::uint64_t>(bytes, swap, out); break;
+    case Element::kFloat: decode_as<float>(bytes, swap, out); break;
+    case Element::kDouble: decode_as<double>(bytes, swap, out); break;
+  }
+  return out;
+}
+
+void check_sizes(const std::filesystem::path& file, std::string_view place, const std::vector<long long>& sizes) {
+  double product = 1;
+  std::string text;
+  for (const long long n : sizes) {
+    product *= static_cast<double>(n);
+    text += fmt::format("{}{}", text.empty() ? "" : " x ", n);
+  }
+  if (sizes.size() != 3) {
+    throw Error(file.string(), place, fmt::format("{} axes longer than one ({})", sizes.size(), text), "a scan of 3 axes");
+  }
+  for (const long long n : sizes) {
+    if (n < 4) throw Error(file.string(), place, text, "at least 4 voxels along each axis");
+  }
+  if (product > kMostVoxels) {
+    throw Error(file.string(), place, fmt::format("{} = {:.3g} voxels", text, product),
+                fmt::format("at most {:.3g} voxels", kMostVoxels));
+  }
+}
+
+std::uintmax_t size_of_file(const std::filesystem::path& file) {
+  std::error_code error;
+  if (!std::filesystem::exists(file, error)) throw Error(file.string(), "", "no such file", "a scan or a mesh");
+  if (!std::filesystem::is_regular_file(file, error)) throw Error(file.string(), "", "no regular file", "a scan or a mesh");
+  const std::uintmax_t size = std::filesystem::file_size(file, error);
+  if (error) throw Error(file.string(), "", error.message(), "a readable file");
+  return size;
+}
+
+std::optional<std::vector<double>> parse_numbers(std::string_view text) {
+  std::vector<double> numbers;
+  const char* p = text.data();
+  const char* end = p + text.size();
+  while (true) {
+    while (p < end && (std::isspace(static_cast<unsigned char>(*p)) || *p == ',')) ++p;
+    if (p == end) return numbers;
+    double value = 0;
+    const auto [next, error] = std::from_chars(p, end, value);
+    if (error != std::errc() || !std::isfinite(value)) return std::nullopt;
+    numbers.push_back(value);
+    p = next;
+  }
+}
+
+std::string excerpt(std::string_view bytes) {
+  std::string text = "\"";
+  for (const char c : bytes.substr(0, 40)) text += std::isprint(static_cast<unsigned char>(c)) ? c : '.';
+  return text + (bytes.size() > 40 ? "…\"" : "\"");
+}
+
+static std::string lower_name(const std::filesystem::path& file) {
+  std::string name = file.filename().string();
+  std::transform(name.begin(), name.end(), name.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return name;
+}
+
+bool is_mesh_file(const std::filesystem::path& file) {
+  const std::string name = lower_name(file);
+  return name.ends_with(".stl") || name.ends_with(".ply") || name.ends_with(".obj");
+}
+
+static RawScan read_any(const std::filesystem::path& file) {
+  if (size_of_file(file) == 0) throw Error(file.string(), "", "an empty file", "a scan (NRRD, NIfTI or MetaImage)");
+  std::ifstream in(file, std::ios::binary);
+  char head[512] = {};
+  in.read(head, sizeof head);
+  if (in.gcount() == 0) throw Error(file.string(), "", "an unreadable file", "a scan (NRRD, NIfTI or MetaImage)");
+  const std::string_view start(head, static_cast<std::size_t>(in.gcount()));
+  const std::string name = lower_name(file);
+  if (start.starts_with("NRRD")) return read_nrrd(file);
+  if (name.ends_with(".nrrd") || name.ends_with(".nhdr")) {
+    throw Error(file.string(), "line 1", excerpt(start.substr(0, start.find('\n'))), "NRRD0001 to NRRD0005");
+  }
+  for (const char* end : {".nii", ".nii.gz", ".hdr", ".img", ".img.gz"}) {
+    if (name.ends_with(end)) return read_nifti(file);
+  }
+  if (name.ends_with(".mha") || name.ends_with(".mhd") || start.find("NDims =") != std::string_view::npos) {
+    return read_metaimage(file);
+  }
+  throw Error(file.string(), "", fmt::format("a file that starts with {}", excerpt(start)),
+              "a scan (NRRD .nrrd .nhdr, NIfTI .nii .nii.gz, MetaImage .mha .mhd) or a closed mesh (.stl .ply .obj)");
+}
+
+// Turns the axes so that each runs along the like axis of the file's space. A whole turn or flip of the arrays that keeps
+// left teeth left; what is left of an oblique orientation is not resampled.
+static Scan align(RawScan&& raw) {
+  Scan scan;
+  scan.format = raw.format;
+  glm::ivec3 from(0, 1, 2);  // world axis w is the file's axis from[w]
+  glm::ivec3 sign(1, 1, 1);
+  bool used[3] = {};
+  bool placed[3] = {};
+  for (int round = 0; round < 3; ++round) {  // the best-aligned pair first
+    double best = -1;
+    int best_w = 0, best_f = 0;
+    for (int w = 0; w < 3; ++w) {
+      for (int f = 0; f < 3; ++f) {
+        const double c = std::abs(raw.step[static_cast<std::size_t>(f)][w]) / glm::length(raw.step[static_cast<std::size_t>(f)]);
+        if (!placed[w] && !used[f] && c > best) best = c, best_w = w, best_f = f;
+      }
+    }
+    placed[best_w] = used[best_f] = true;
+    from[best_w] = best_f;
+    sign[best_w] = raw.step[static_cast<std::size_t>(best_f)][best_w] < 0 ? -1 : 1;
+    if (best < 0.9999) {
+      scan.notes.push_back(fmt::format("the scan lies obliquely in its space; axis {} is kept as it is, not resampled", best_f));
+    }
+  }
+  glm::ivec3 size;
+  glm::dvec3 first = raw.origin;  // of the new voxel (0,0,0)
+  for (int w = 0; w < 3; ++w) {
+    const auto& step = raw.step[static_cast<std::size_t>(from[w])];
+    size[w] = raw.size[from[w]];
+    scan.spacing[w] = glm::length(step) * kMillimetre;
+    if (sign[w] < 0) first += step * static_cast<double>(size[w] - 1);
+  }
+  scan.origin = first * kMillimetre;
+  if (from != glm::ivec3(0, 1, 2) || sign != glm::ivec3(1, 1, 1)) {
+    scan.notes.push_back(fmt::format("axes turned to those of the file's space: x from {}{}, y from {}{}, z from {}{}",
+                                     sign.x < 0 ? "-" : "+", from.x, sign.y < 0 ? "-" : "+", from.y,
+                                     sign.z < 0 ? "-" : "+", from.z));
+  }
+  scan.grey = Grid<float>(size);
+  for_each_slab(size.x, [&](int x) {
+    for (int y = 0; y < size.y; ++y) {
+      for (int z = 0; z < size.z; ++z) {
+        const glm::ivec3 w(x, y, z);
+        glm::ivec3 f;
+        for (int a = 0; a < 3; ++a) f[from[a]] = sign[a] < 0 ? size[a] - 1 - w[a] : w[a];
+        scan.grey(x, y, z) =
+            raw.grey[(static_cast<std::size_t>(f.z) * raw.size.y + static_cast<std::size_t>(f.y)) * raw.size.x + static_cast<std::size_t>(f.x)];
+      }
+    }
+  });
+  return scan;
+}
+
+Scan read_scan(const std::filesystem::path& file, const std::optional<glm::dvec3>& spacing, const SpacingLimits& limits) {
+  RawScan raw = read_any(file);
+  for (std::size_t i = 0; i < raw.grey.size(); ++i) {
+    if (std::isfinite(raw.grey[i])) continue;
+    const auto nx = static_cast<std::size_t>(raw.size.x), ny = static_cast<std::size_t>(raw.size.y);
+    throw Error(file.string(), fmt::format("voxel ({}, {}, {})", i % nx, i / nx % ny, i / (nx * ny)),
+                fmt::format("{}", raw.grey[i]), "a finite grey value");
+  }
+  constexpr std::string_view kAsk = "; give the true voxel with --spacing-mm X,Y,Z";
+  if (spacing) {
+    for (int a = 0; a < 3; ++a) {
+      auto& step = raw.step[static_cast<std::size_t>(a)];
+      const double length = glm::length(step);
+      glm::dvec3 along(0);
+      along[a] = 1;
+      if (length > 0 && std::isfinite(length)) along = step / length;
+      step = along * ((*spacing)[a] / kMillimetre);
+    }
+  } else if (!raw.has_spacing) {
+    throw Error(file.string(), raw.spacing_place, "no voxel spacing", fmt::format("one in millimetres{}", kAsk));
+  }
+  const glm::dvec3 length(glm::length(raw.step[0]), glm::length(raw.step[1]), glm::length(raw.step[2]));
+  const glm::dvec3 extent = length * glm::dvec3(raw.size);
+  const std::string found = fmt::format("{:.6g} {:.6g} {:.6g}", length.x, length.y, length.z);
+  if (!spacing && !raw.has_unit && length == glm::dvec3(1)) {
+    throw Error(file.string(), raw.spacing_place,
+                fmt::format("{} without a unit (in mm the scan would be {:.0f} x {:.0f} x {:.0f} mm)", found, extent.x,
+                            extent.y, extent.z),
+                fmt::format("the voxel in millimetres{}", kAsk));
+  }
+  for (int a = 0; a < 3; ++a) {
+    if (length[a] * kMillimetre >= limits.smallest && length[a] * kMillimetre <= limits.largest) continue;
+    throw Error(file.string(), spacing ? "--spacing-mm" : raw.spacing_place,
+                fmt::format("{} mm (the scan would be {:.4g} x {:.4g} x {:.4g} mm)", found, extent.x, extent.y, extent.z),
+                fmt::format("voxels of {:.3g} to {:.3g} mm{}", limits.smallest / kMillimetre, limits.largest / kMillimetre,
+                            spacing ? "" : kAsk));
+  }
+  // Axes must span space, else there is no orientation to speak of.
+  const double volume = glm::dot(raw.step[0], glm::cross(raw.step[1], raw.step[2]));
+  if (!(std::abs(volume) > 0.5 * length.x * length.y * length.z)) {
+    throw Error(file.string(), "axis directions", "axes that are far from perpendicular", "a rectangular grid");
+  }
+  return align(std::move(raw));
+}
+
+}  // namespace typodont::haptics::importing

@@ -1,0 +1,68 @@
+// Reading scans: NRRD through teem, NIfTI through nifti_clib, MetaImage with zlib. Any garbage gives an Error that names
+// the file, the place in it, what was found and what was expected; sizes are checked against the files before memory is
+// taken.
+#pragma once
+
+#include <array>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "haptics/volume/import/grid.h"
+
+namespace typodont::haptics::importing {
+
+/// What a file says, before anything is made of it.
+struct RawScan {
+  std::string format;                     // "NRRD" …
+  glm::ivec3 size{0};
+  std::vector<float> grey;                // the file's first axis runs fastest
+  std::array<glm::dvec3, 3> step{};       // from one voxel to the next along each axis, mm; directions may be oblique
+  bool has_spacing = false;               // the file states one
+  bool has_unit = false;                  // … and its unit
+  std::string spacing_place;              // where it states it, for messages
+  glm::dvec3 origin{0};                   // of the first voxel, mm
+};
+
+/// A scan with axes turned (by quarter turns and flips, never a mirror image) along those of its own space.
+struct Scan {
+  std::string format;
+  Grid<float> grey;
+  glm::dvec3 spacing{0};  // m
+  glm::dvec3 origin{0};   // m, of voxel (0,0,0)
+  std::vector<std::string> notes;
+};
+
+RawScan read_nrrd(const std::filesystem::path& file);
+RawScan read_nifti(const std::filesystem::path& file);
+RawScan read_metaimage(const std::filesystem::path& file);
+
+/// Smallest and largest plausible voxel, m: what lies outside is a missing unit rather than a scan.
+struct SpacingLimits {
+  double smallest, largest;
+};
+
+/// `spacing`: m along the file's own axes, instead of the file's.
+Scan read_scan(const std::filesystem::path& file, const std::optional<glm::dvec3>& spacing, const SpacingLimits& limits);
+
+bool is_mesh_file(const std::filesystem::path& file);
+
+// Shared by the readers.
+inline constexpr double kMostVoxels = 1.0e9;
+
+enum class Element { kInt8, kUint8, kInt16, kUint16, kInt32, kUint32, kInt64, kUint64, kFloat, kDouble };
+std::size_t bytes_of(Element type);
+/// Plain numbers in memory to greys.
+std::vector<float> decode(const std::vector<char>& bytes, std::size_t count, Element type, bool swap);
+
+/// An Error unless each size is at least 4 and all together at most kMostVoxels.
+void check_sizes(const std::filesystem::path& file, std::string_view place, const std::vector<long long>& sizes);
+std::uintmax_t size_of_file(const std::filesystem::path& file);  // Error when it cannot be read
+/// All finite numbers of a text such as "1 2.5 -3"; nothing when any other thing is in it.
+std::optional<std::vector<double>> parse_numbers(std::string_view text);
+/// First bytes as text for a message.
+std::string excerpt(std::string_view bytes);
+
+}  // namespace typodont::haptics::importing

@@ -1,0 +1,28 @@
+// From greys to a surface and labels.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "haptics/volume/import/distance.h"
+#include "haptics/volume/import/grid.h"
+#include "haptics/volume/import/levels.h"
+
+namespace typodont::haptics::importing {
+
+/// All on the working grid: isotropic, about as fine as the scan, the body with a margin of surround on all sides.
+struct Segmentation {
+  Grid<float> phi;     // occupancy − ½: positive in the body (cavities included), 0 on its outer surface
+  Grid<float> dense;   // positive where the denser tissue is; told also some voxels outside the surface
+  Grid<float> cavity;  // positive in pulp or marrow spaces
+  double blur = 0;     // voxels, standard deviation of the scan's edge response
+  int bodies_kept = 0;
+  int cavity_parts = 0;
+};
+
+/// `grey` must be surround on its walls. `voxel` in m.
+
+Segmentation segment(const Grid<float>& grey, const Levels& levels, double voxel, ImportPreset preset,
+                     const std::function<void(double)>& progress);
+
+}  // namespace typodont::haptics::importing

@@ -1,0 +1,158 @@
+// Light that reaches a point (shadow, occlusion) and light that leaves it (the look). World space throughout, so a
+// mirrored picture needs nothing special.
+
+const float kPi = 3.14159265;
+const float kPenumbra = 0.30e-3;        // m, half width of the lamp's soft shadow edge
+const float kOcclusionRadius = 2.2e-3;  // m
+
+// Points spread evenly over the unit disc (Vogel's spiral).
+vec2 disc(int i, int count) {
+  float r = sqrt((float(i) + 0.5) / float(count));
+  float a = 2.39996323 * float(i);
+  return r * vec2(cos(a), sin(a));
+}
+
+// How much of the key light the tool lets pass: the distance of the ray to the lamp from the tool's axis against its
+// radius, with a penumbra that widens with the way to go.
+float tool_shadow(vec3 p) {
+  if (frame.tool_head.w <= 0.0) return 1.0;
+  vec3 l = frame.key.xyz;
+  // head: a sphere
+  vec3 c = frame.tool_head.xyz - p;
+  float t = dot(c, l);
+  float soft = 0.10e-3 + 0.10 * max(t, 0.0);
+  float head = t < 0.0 ? 1.0 : smoothstep(-soft, soft, length(c - t * l) - frame.tool_head.w);
+  // shank: nearest points of the ray and the axis
+  vec3 a = frame.tool_head.xyz, d = frame.tool_end.xyz - a, w = p - a;
+  float ll = dot(d, d), dl = dot(d, l), denominator = ll - dl * dl;
+  float s = denominator > 1e-12 ? clamp((dot(d, w) - dl * dot(l, w)) / denominator, 0.0, 1.0) : 0.0;
+  float ray = max(dot(a + s * d - p, l), 0.0);
+  float soft2 = 0.10e-3 + 0.10 * ray;
+  float shank = smoothstep(-soft2, soft2, length(p + ray * l - (a + s * d)) - frame.tool_end.w);
+  return min(head, ray > 0.0 ? shank : 1.0);
+}
+
+// Occlusion of the ambient light by the tool's head and shank (Quilez's sphere occlusion, twice).
+float tool_occlusion(vec3 p, vec3 n) {
+  if (frame.tool_head.w <= 0.0) return 1.0;
+  vec3 c = frame.tool_head.xyz - p;
+  float r = frame.tool_head.w, d2 = max(dot(c, c), r * r);
+  float head = max(dot(n, c), 0.0) / sqrt(d2) * r * r / d2;
+  vec3 axis = frame.tool_end.xyz - frame.tool_head.xyz;
+  float s = clamp(-dot(c, axis) / dot(axis, axis), 0.0, 1.0);
+  vec3 k = c + s * axis;
+  float q = frame.tool_end.w, k2 = max(dot(k, k), q * q);
+  float shank = max(dot(n, k), 0.0) / sqrt(k2) * q / sqrt(k2);
+  return clamp(1.0 - 0.8 * head - 0.35 * shank, 0.0, 1.0);
+}
+
+// x: share of the key light that arrives; y: share of the ambient light.
+vec2 visibility(vec3 p, vec3 n) {
+  vec2 result = vec2(1.0);
+  if (frame.light_size.w > 0.0) {
+    float texel = frame.light_size.z / frame.light_size.x;
+    // Away from the surface by its slope towards the lamp, so that it does not shadow itself.
+    float slope = clamp(1.0 - dot(n, frame.key.xyz), 0.0, 1.0);
+    vec3 off = p + n * (1.5 * frame.light_size.z + 2.5 * slope * kPenumbra * 0.35);
+    vec3 q = (frame.light_from_world * vec4(off, 1.0)).xyz;
+    float lit = 0.0, spread = kPenumbra / frame.light_size.x;
+    for (int i = 0; i < kShadowTaps; ++i)
+      lit += texture(shadow_map, vec3(q.xy + spread * disc(i, kShadowTaps), q.z));
+    result.x = lit / float(max(kShadowTaps, 1));
+
+    // Ambient occlusion in the lamp's space, where the shadow map is a height field: equal for both eyes, and only
+    // redone when the tissue changes. Directions to the samples against the normal.
+    vec3 n_light = normalize((frame.light_from_world * vec4(n, 0.0)).xyz *
+                             vec3(frame.light_size.x, frame.light_size.x, frame.light_size.y));
+    vec3 base = (frame.light_from_world * vec4(p + n * frame.light_size.z, 1.0)).xyz;
+    float shut = 0.0;
+    for (int i = 0; i < kOcclusionTaps; ++i) {
+      vec2 o = disc(i, kOcclusionTaps) * kOcclusionRadius;
+      float z = textureLod(shadow_depth, base.xy + o / frame.light_size.x, 0.0).r;
+      vec3 v = vec3(o, (z - base.z) * frame.light_size.y);
+      float far2 = dot(v, v);
+      shut += max(dot(n_light, v) * inversesqrt(far2 + 1e-12) - 0.08, 0.0) *
+              (1.0 / (1.0 + far2 / (2.0 * kOcclusionRadius * kOcclusionRadius)));
+    }
+    result.y = clamp(1.0 - 1.6 * shut / float(max(kOcclusionTaps, 1)), 0.0, 1.0);
+  }
+  return result;
+}
+
+// The room as a glossy surface mirrors it: dim ceiling and floor, the lamp's softbox, a window at the side.
+vec3 room(vec3 r, float rough) {
+  float up = dot(r, frame.up.xyz);
+  vec3 color = mix(vec3(0.10, 0.09, 0.085), vec3(0.34, 0.37, 0.42), smoothstep(-0.9, 0.9, up));
+  float edge = 0.03 + 0.5 * rough;
+  float lamp = smoothstep(0.955 - edge, 0.955 + 0.5 * edge, dot(r, frame.key.xyz));
+  vec3 side = normalize(cross(frame.up.xyz, frame.key.xyz) + 0.55 * frame.up.xyz);
+  float window = smoothstep(0.90 - edge, 0.90 + 0.5 * edge, dot(r, side));
+  float gloss = 1.0 - rough;
+  return color + lamp * vec3(1.0, 0.97, 0.92) * (0.6 + 2.4 * gloss * gloss) + window * vec3(0.75, 0.85, 1.0) * 0.5;
+}
+
+struct Look {
+  vec3 albedo;
+  float rough, translucent, metal, wet;
+};
+
+vec3 shade(vec3 p, vec3 n, vec3 v, Look look, vec2 light, float mesh_occlusion) {
+  vec3 l = frame.key.xyz;
+  float nl = dot(n, l), nv = max(dot(n, v), 1e-3);
+  float through_tool = tool_shadow(p), tool_open = tool_occlusion(p, n);
+  float open = light.y * mesh_occlusion * tool_open;
+  float key = light.x * through_tool;
+
+  // Light wanders inside translucent tissue: it wraps round the form, red farthest, and bleeds into shadow edges.
+  vec3 wrap = look.translucent * vec3(0.42, 0.30, 0.24);
+  vec3 front = clamp((nl + wrap) / (1.0 + wrap), 0.0, 1.0);
+  vec3 arrives = mix(vec3(key), vec3(key, key * key * 0.25 + 0.75 * key, key), look.translucent * (1.0 - key));
+  arrives = mix(arrives, sqrt(arrives), 0.35 * look.translucent);
+  vec3 albedo = look.albedo * (1.0 - look.metal);
+  // Grazing translucent enamel turns cool and pale: short wavelengths scatter back.
+  float rim = pow(1.0 - nv, 3.0);
+  albedo = mix(albedo, albedo * vec3(0.90, 0.97, 1.07) + 0.03, look.translucent * rim);
+
+  // Light bounced between the walls of a cavity takes the walls' colour (Jimenez 2016, fitted multibounce).
+  vec3 a = 2.0404 * albedo - 0.3324, b = -4.7951 * albedo + 0.6417, c = 2.7552 * albedo + 0.6903;
+  vec3 opened = max(vec3(open), ((open * a + b) * open + c) * open);
+  float sky = 0.5 + 0.5 * dot(n, frame.up.xyz);
+  vec3 ambient = mix(vec3(0.46, 0.40, 0.37), vec3(0.86, 0.93, 1.04), sky) * frame.up.w * opened;
+  // A weak fill from beside the viewer keeps the dark side readable.
+  vec3 fill = vec3(0.16, 0.18, 0.21) * max(dot(n, normalize(v + 0.3 * frame.up.xyz)), 0.0) * opened;
+  vec3 color = albedo * (front * arrives * frame.key.w * 0.3183 * vec3(1.0, 0.975, 0.94) + ambient + fill);
+
+  // Gloss: the wet film over the tissue, or the metal itself.
+  float rough = mix(look.rough, min(look.rough, 0.16), look.wet);
+  float alpha = max(rough * rough, 0.02), a2 = alpha * alpha;
+  vec3 f0 = mix(vec3(0.045), look.albedo, look.metal);
+  float gloss = mix(mix(0.35, 1.0, look.wet), 1.0, look.metal);
+  vec3 h = normalize(l + v);
+  float nh = max(dot(n, h), 0.0), lh = max(dot(l, h), 0.0);
+  float d = nh * nh * (a2 - 1.0) + 1.0;
+  float nlc = max(nl, 0.0);
+  float k = 0.5 * alpha;
+  float vis = 0.25 / ((nlc * (1.0 - k) + k) * (nv * (1.0 - k) + k));
+  vec3 f = f0 + (1.0 - f0) * pow(1.0 - lh, 5.0);
+  color += f * (a2 / (kPi * d * d)) * vis * nlc * key * frame.key.w * gloss * 0.5;
+  vec3 fr = f0 + (max(vec3(1.0 - rough), f0) - f0) * pow(1.0 - nv, 5.0);
+  vec3 r = reflect(-v, n);
+  float seen = clamp(open * open + 0.15, 0.0, 1.0) * mix(0.55 + 0.45 * key, 1.0, look.metal);
+  color += fr * room(r, rough) * gloss * seen;
+  return color;
+}
+
+// Khronos PBR Neutral (2024): keeps the colours of tissues as they are measured, rolls off only the highlights.
+vec3 tone_map(vec3 color) {
+  const float start = 0.8 - 0.04, desaturation = 0.15;
+  float x = min(color.r, min(color.g, color.b));
+  float offset = x < 0.08 ? x - 6.25 * x * x : 0.04;
+  color -= offset;
+  float peak = max(color.r, max(color.g, color.b));
+  if (peak < start) return color;
+  float d = 1.0 - start;
+  float new_peak = 1.0 - d * d / (peak + d - start);
+  color *= new_peak / peak;
+  float g = 1.0 - 1.0 / (desaturation * (peak - new_peak) + 1.0);
+  return mix(color, vec3(new_peak), g);
+}

@@ -1,0 +1,37 @@
+#version 460
+#extension GL_EXT_multiview : require
+#extension GL_GOOGLE_include_directive : require
+#include "frame.glsl"
+#include "lighting.glsl"
+
+layout(location = 0) in vec3 in_position;
+layout(location = 1) in vec4 in_normal;
+layout(location = 2) in vec4 in_color;
+layout(location = 3) in vec3 in_look;
+layout(location = 4) in vec2 in_light;
+layout(location = 0) out vec4 out_color;
+
+// What polished metal mirrors: bands of light and dark, which make it read as metal.
+vec3 metal_room(vec3 r, float rough) {
+  float up = dot(r, frame.up.xyz), side = dot(r, normalize(cross(frame.up.xyz, frame.key.xyz)));
+  float soft = 0.10 + 0.6 * rough;
+  vec3 color = mix(vec3(0.10, 0.09, 0.085), vec3(0.55, 0.58, 0.62), smoothstep(-soft - 0.3, soft, up));
+  color += vec3(0.9, 0.93, 1.0) * smoothstep(0.30 - soft, 0.30 + 0.5 * soft, side) * smoothstep(0.95 + soft, 0.75, side);
+  color += vec3(0.5, 0.49, 0.47) * smoothstep(0.55 - soft, 0.60 + soft, -side) * 0.6;
+  return color + room(r, rough) * 0.6;
+}
+
+// Polished metal, lit by the room: its shadows are the tissue's, not its own.
+void main() {
+  vec3 n = normalize(in_normal.xyz);
+  vec3 v = normalize(frame.eye[VIEW].xyz - in_position);
+  float rough = in_look.x;
+  vec2 light = visibility(in_position + 0.3e-3 * frame.key.xyz, n);
+  vec3 r = reflect(-v, n);
+  vec3 color = in_color.rgb * (metal_room(r, rough) + 0.10 * frame.key.w * max(dot(n, frame.key.xyz), 0.0));
+  vec3 h = normalize(frame.key.xyz + v);
+  float a = rough * rough, d = pow(max(dot(n, h), 0.0), 2.0) * (a * a - 1.0) + 1.0;
+  color += in_color.rgb * frame.key.w * 0.10 * a * a / (d * d) / max(a, 0.05);
+  color *= mix(0.45, 1.0, light.x) * mix(0.5, 1.0, light.y);
+  out_color = vec4(tone_map(color), 1.0);
+}

@@ -1,0 +1,37 @@
+#version 460
+#extension GL_EXT_multiview : require
+#extension GL_GOOGLE_include_directive : require
+#include "frame.glsl"
+
+
+layout(location = 0) in vec3 in_position;
+layout(location = 1) in vec3 in_normal;
+layout(location = 2) in vec3 in_hull_position;
+layout(location = 3) in vec3 in_hull_normal;
+layout(location = 4) in vec2 in_look;  // x: 1 turns with the spindle; y: roughness
+
+layout(location = 0) out vec3 out_position;
+layout(location = 1) out vec4 out_normal;
+layout(location = 2) out vec4 out_color;
+layout(location = 3) out vec3 out_look;
+layout(location = 4) out vec2 out_light;
+
+void main() {
+  // Faster than the eye: the flutes become the hull they sweep. Slower: they turn.
+  float blur = in_look.x * frame.tool_motion.y;
+  vec3 m = mix(in_position, in_hull_position, blur), k = normalize(mix(in_normal, in_hull_normal, blur));
+  float c = cos(in_look.x * frame.tool_motion.x), s = sin(in_look.x * frame.tool_motion.x);
+  m.xy = vec2(c * m.x - s * m.y, s * m.x + c * m.y);
+  k.xy = vec2(c * k.x - s * k.y, s * k.x + c * k.y);
+  vec4 p = vec4(m, 1.0);
+  vec3 world = vec3(dot(object.world_row[0], p), dot(object.world_row[1], p), dot(object.world_row[2], p));
+  gl_Position = frame.clip_from_world[VIEW] * vec4(world, 1.0);
+  out_position = world;
+  out_normal = vec4(dot(object.world_row[0].xyz, k), dot(object.world_row[1].xyz, k), dot(object.world_row[2].xyz, k), 1.0);
+  // The grooves between the blades are dark; swept by spin they darken the hull a little.
+  float groove = length(in_hull_position - in_position) / max(length(in_hull_position.xy), 1e-6);
+  float dark = mix(1.0 - clamp(3.0 * groove, 0.0, 0.55), 0.86, blur);
+  out_color = vec4(vec3(0.72, 0.73, 0.75) * dark, 0.0);
+  out_look = vec3(mix(in_look.y, 0.38, blur), 1.0, 0.0);
+  out_light = vec2(1.0);
+}

@@ -1,0 +1,194 @@
+// typodont report and typodont doctor, as typed; and a film by the real encoder.
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+
+#include <cstdio>
+#include <cstdlib>
+#include <fstream>
+#include <iterator>
+
+#include "engine/base/json.h"
+#include "engine/session/film.h"
+#include "engine/session/recorder.h"
+#include "tests/support/session_fixture.h"
+
+namespace typodont::session {
+namespace {
+
+using namespace test;
+using testing::HasSubstr;
+
+struct Ran {
+  int status;
+  std::string out, err;
+};
+
+std::string text_of(const std::filesystem::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+Ran run(const TemporaryFolder& folder, const std::string& command) {
+  const int status = std::system(fmt::format("{} >{}/out 2>{}/err", command, folder.path.string(), folder.path.string()).c_str());
+  return {WEXITSTATUS(status), text_of(folder / "out"), text_of(folder / "err")};
+}
+
+void record(const std::filesystem::path& file) {
+  SessionHeader header = some_header();
+  header.volumes_before[3] = 10e-9;
+  SessionWriter writer(file, header);
+  writer.append(random_ticks(2500, 71));
+  ASSERT_TRUE(writer.finish({}));
+}
+
+TEST(ReportCommand, MakesAPageAndPrintsTheScore) {
+  TemporaryFolder folder;
+  record(folder / "s.h5");
+  const Ran ran = run(folder, fmt::format(TYPODONT_PROGRAM " report {0}/s.h5 --out {0}/r.html --language de --json", folder.path.string()));
+  EXPECT_EQ(ran.status, 0) << ran.err;
+  const Json json = Json::parse(ran.out, "out");
+  EXPECT_EQ(json["ticks"].integer(), 2500);
+  EXPECT_FALSE(json["truncated"].boolean());
+  double sum = 0;
+  for (const Json& item : json["items"].items()) sum += item["points"].number();
+  EXPECT_NEAR(sum, json["points"].number(), 1e-9);
+  EXPECT_THAT(text_of(folder / "r.html"), HasSubstr("<html lang=\"de\">"));
+}
+
+TEST(ReportCommand, BadInputIsExitTwoWithFileFoundAndExpectedAndNoPage) {
+  TemporaryFolder folder;
+  std::ofstream(folder / "garbage.h5") << "not a session";
+  record(folder / "s.h5");
+  const std::string f = folder.path.string();
+  const auto expect_refused = [&](const std::string& arguments, const std::string& message) {
+    const Ran ran = run(folder, TYPODONT_PROGRAM " report " + arguments);
+    EXPECT_EQ(ran.status, 2) << arguments;
+    EXPECT_THAT(ran.err, HasSubstr(message));
+    EXPECT_EQ(ran.out, "");
+  };
+  expect_refused(fmt::format("{0}/none.h5 --out {0}/r.html", f), "none.h5: found nothing, expected a session (.h5)");
+  expect_refused(fmt::format("{0}/garbage.h5 --out {0}/r.html", f), "garbage.h5: found no intact HDF5 file");
+  expect_refused(fmt::format("{0}/s.h5 --out /nowhere/r.html", f), "/nowhere/r.html: found No such file or directory");
+  expect_refused(fmt::format("{0}/s.h5 --out {0}/r.html --language tlh", f), "--language: found tlh, expected en, de or zh");
+  expect_refused(fmt::format("{0}/s.h5 --out {0}/r.html --picture before={0}/s.h5", f), "s.h5: found something else, expected a PNG");
+  expect_refused(fmt::format("{0}/s.h5", f), "--out is required");
+  EXPECT_FALSE(std::filesystem::exists(folder / "r.html"));
+}
+
+TEST(DoctorCommand, SaysOfEachPartWhatThereIsAndHowToMendIt) {
+  TemporaryFolder folder;
+  const Ran ran = run(folder, TYPODONT_PROGRAM " doctor --json");
+  EXPECT_EQ(ran.err, "");
+  const Json json = Json::parse(ran.out, "out");
+  EXPECT_EQ(ran.status, json["runs_offscreen"].boolean() ? 0 : 1);
+  std::vector<std::string> ids;
+  for (const Json& check : json["checks"].items()) {
+    ids.push_back(check["id"].string());
+    const std::string state = check["state"].string();
+    EXPECT_THAT(state, testing::AnyOf("ok", "degraded", "missing"));
+    EXPECT_NE(check["found"].string(), "") << ids.back();
+    EXPECT_EQ(check["mend"].string() == "", state == "ok") << ids.back();
+    EXPECT_EQ(check["without"].string() == "", state == "ok") << ids.back();
+  }
+  EXPECT_THAT(ids, testing::IsSupersetOf({"vulkan", "realtime", "locked_memory", "cpu", "hid", "audio", "openxr", "display",
+                                          "ffmpeg", "disk"}));
+}
+
+TEST(DoctorCommand, AMachineWithoutVulkanDriversCannotRunAndIsToldWhatToInstall) {
+  TemporaryFolder folder;
+  const Ran ran = run(folder, "VK_ICD_FILENAMES=/nowhere.json VK_DRIVER_FILES=/nowhere.json " TYPODONT_PROGRAM " doctor");
+  EXPECT_EQ(ran.status, 1);
+  EXPECT_THAT(ran.out, HasSubstr("missing   Vulkan device"));
+  EXPECT_THAT(ran.out, HasSubstr("sudo apt install libvulkan1 mesa-vulkan-drivers"));
+  EXPECT_THAT(ran.err, HasSubstr("error: Typodont cannot run on this machine"));
+}
+
+TEST(DoctorCommand, ReadsTheActiveOpenXrRuntimeAndSeesWhereItIsBroken) {
+  TemporaryFolder folder;
+  std::ofstream(folder / "good.json") << R"({"file_format_version": "1.0.0", "runtime": {"library_path": "./runtime.so"}})";
+  std::ofstream(folder / "runtime.so") << "";
+  std::ofstream(folder / "dangling.json") << R"({"runtime": {"library_path": "./gone.so"}})";
+  std::ofstream(folder / "garbage.json") << "{{{";
+  const auto openxr = [&](const std::string& file) {
+    const Ran ran = run(folder, fmt::format("XR_RUNTIME_JSON={}/{} {} doctor --json", folder.path.string(), file, TYPODONT_PROGRAM));
+    for (const Json& check : Json::parse(ran.out, "out")["checks"].items()) {
+      if (check["id"].string() == "openxr") return check["state"].string() + ": " + check["found"].string();
+    }
+    return std::string();
+  };
+  EXPECT_THAT(openxr("good.json"), testing::StartsWith("ok: "));
+  EXPECT_THAT(openxr("dangling.json"), testing::AllOf(testing::StartsWith("degraded: "), HasSubstr("gone.so, which is not there")));
+  EXPECT_THAT(openxr("garbage.json"), testing::AllOf(testing::StartsWith("degraded: "), HasSubstr("not a runtime's description")));
+  EXPECT_THAT(openxr("none.json"), testing::StartsWith("missing: "));
+}
+
+/// A mono WAV of 16 bits.
+void write_tone(const std::filesystem::path& file, std::uint32_t samples) {
+  std::ofstream out(file, std::ios::binary);
+  const auto u32 = [&](std::uint32_t v) { out.write(reinterpret_cast<const char*>(&v), 4); };
+  const auto u16 = [&](std::uint16_t v) { out.write(reinterpret_cast<const char*>(&v), 2); };
+  out << "RIFF";
+  u32(36 + 2 * samples);
+  out << "WAVEfmt ";
+  u32(16);
+  u16(1);
+  u16(1);
+  u32(48000);
+  u32(96000);
+  u16(2);
+  u16(16);
+  out << "data";
+  u32(2 * samples);
+  for (std::uint32_t i = 0; i < samples; ++i) u16(static_cast<std::uint16_t>(static_cast<std::int16_t>(8000 * std::sin(0.1 * i))));
+}
+
+TEST(Film, OfFramesAndSoundIsWhatWentIn) {
+  TemporaryFolder folder;
+  write_tone(folder / "s.wav", 48000);
+  {
+    FilmWriter film(folder / "f.mp4", {161, 121, 25});
+    std::vector<std::uint8_t> frame(161 * 121 * 3);
+    for (int i = 0; i < 25; ++i) {
+      for (std::size_t k = 0; k < frame.size(); k += 3) {
+        frame[k] = static_cast<std::uint8_t>(10 * i);
+        frame[k + 1] = 128;
+        frame[k + 2] = 0;
+      }
+      ASSERT_TRUE(film.add(frame)) << film.message();
+    }
+    ASSERT_TRUE(film.finish(folder / "s.wav")) << film.message();
+    EXPECT_EQ(film.message(), "");
+  }
+  const std::string film = (folder / "f.mp4").string();
+  const Ran probe = run(folder, "ffprobe -v error -count_frames -show_entries "
+                                "stream=codec_name,width,height,nb_read_frames,r_frame_rate -of csv=p=0 " + film);
+  EXPECT_THAT(probe.out, HasSubstr("h264,162,122,25/1,25"));
+  EXPECT_THAT(probe.out, HasSubstr("aac"));
+  // The colour of the 20th frame is the one that went in.
+  const Ran pixel = run(folder, fmt::format("ffmpeg -v error -i {} -vf \"select=eq(n\\,19),crop=2:2:80:60\" -frames:v 1 -f rawvideo "
+                                            "-pix_fmt rgb24 -", film));
+  ASSERT_EQ(pixel.out.size(), 12u) << pixel.err;
+  EXPECT_NEAR(static_cast<unsigned char>(pixel.out[0]), 190, 6);
+  EXPECT_NEAR(static_cast<unsigned char>(pixel.out[1]), 128, 6);
+  EXPECT_NEAR(static_cast<unsigned char>(pixel.out[2]), 0, 6);
+  // Nothing else is left beside it.
+  std::filesystem::remove(folder / "out");
+  std::filesystem::remove(folder / "err");
+  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder.path), {}), 2);
+}
+
+TEST(Film, WhoseSoundCannotBeReadIsSilentAndSaysSo) {
+  TemporaryFolder folder;
+  std::ofstream(folder / "s.wav") << "not a sound";
+  FilmWriter film(folder / "f.mp4", {64, 48, 25});
+  const std::vector<std::uint8_t> frame(64 * 48 * 3, 99);
+  for (int i = 0; i < 5; ++i) ASSERT_TRUE(film.add(frame));
+  EXPECT_TRUE(film.finish(folder / "s.wav"));
+  EXPECT_THAT(film.message(), HasSubstr("the film is silent"));
+  EXPECT_TRUE(std::filesystem::exists(folder / "f.mp4"));
+}
+
+}  // namespace
+}  // namespace typodont::session

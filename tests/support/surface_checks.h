@@ -1,0 +1,41 @@
+// For tests of the surface: bricks sampled from formulas, and what a mesh must be.
+#pragma once
+
+#include <functional>
+#include <glm/glm.hpp>
+#include <string>
+#include <vector>
+
+#include "engine/contract/field_brick.h"
+#include "engine/surface/mesh_export.h"
+#include "engine/surface/surface_mesher.h"
+
+namespace typodont::test {
+
+using Field = std::function<double(const glm::dvec3&)>;   // distance in voxels at a point in voxels
+using Labels = std::function<Tissue(const glm::dvec3&)>;
+
+/// The samples of one brick; distances clamped to ±band as a narrow band has them.
+FieldBrick sample_brick(const glm::ivec3& key, const Field& field, const Labels& labels = {}, double band = 4);
+/// All bricks within [low, high] voxels whose cell corners have both signs.
+std::vector<FieldBrick> sample_bricks(const glm::dvec3& low, const glm::dvec3& high, const Field& field,
+                                      const Labels& labels = {}, double band = 4);
+bool has_surface(const FieldBrick& brick);
+
+surface::SurfaceMesher mesh_of(const std::vector<FieldBrick>& bricks, float tolerance);
+
+struct Topology {
+  bool closed = false;      // every edge has exactly two triangles
+  bool oriented = false;    // … which pass it in opposite directions
+  bool manifold = false;    // … and the triangles around every vertex form one fan
+  long euler = 0;           // V − E + F
+  int components = 0;
+  double volume = 0;        // voxels³, positive when the triangles face outward
+  std::string complaint;    // the first thing wrong
+};
+Topology topology_of(const surface::WholeMesh& mesh);
+
+/// Greatest |distance| over a fine net of points on every triangle (corners, edges and inside, n per side).
+double greatest_error(const surface::WholeMesh& mesh, const Field& distance, int n = 6);
+
+}  // namespace typodont::test

@@ -1,0 +1,229 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cstdlib>
+#include <fstream>
+#include <regex>
+#include <set>
+
+#include "engine/base/error.h"
+#include "engine/session/film.h"
+#include "engine/session/format/columns.h"
+#include "engine/session/page/plot.h"
+#include "engine/session/recorder.h"
+#include "engine/session/report.h"
+#include "tests/support/session_fixture.h"
+
+namespace typodont::session {
+namespace {
+
+using namespace test;
+using testing::HasSubstr;
+using testing::Not;
+
+const std::vector<std::uint8_t> kPng = [] {
+  std::vector<std::uint8_t> png(64, 7);
+  const std::uint8_t signature[] = {0x89, 'P', 'N', 'G', '\r', '\n', 0x1a, '\n'};
+  std::copy(std::begin(signature), std::end(signature), png.begin());
+  return png;
+}();
+
+void record(const std::filesystem::path& file, std::size_t ticks, const std::string& note = "a note") {
+  SessionHeader header = some_header();
+  header.volumes_before[3] = 10e-9;
+  SessionWriter writer(file, header);
+  writer.append(random_ticks(ticks, 1));
+  writer.event(1000, EventKind::kNote, note);
+  SessionResult result;
+  result.has_volumes = true;
+  result.volumes_after = header.volumes_before;
+  result.volumes_after[3] = 2.5e-9;
+  result.pictures = {{"after", "", kPng}, {"before", "", kPng}};
+  ASSERT_TRUE(writer.finish(result));
+}
+
+TEST(Catalogue, EveryTextIsThereInEveryLanguageWithTheSameGaps) {
+  const auto gaps = [](std::string_view s) {
+    int n = 0;
+    for (std::size_t i = 0; (i = s.find("{}", i)) != std::string_view::npos; ++i) ++n;
+    return n;
+  };
+  std::set<std::string_view> seen;
+  for (const std::string_view key : catalogue_keys()) {
+    EXPECT_TRUE(seen.insert(key).second) << key << " twice";
+    for (const Language language : {Language::kEnglish, Language::kGerman, Language::kChinese}) {
+      EXPECT_FALSE(text(key, language).empty()) << key;
+      EXPECT_EQ(gaps(text(key, language)), gaps(text(key, Language::kEnglish))) << key;
+    }
+  }
+  EXPECT_GT(seen.size(), 100u);
+}
+
+TEST(Catalogue, NamesEveryTissueFaultEventAndScore) {
+  for (int i = 0; i < kTissueCount; ++i) {
+    EXPECT_TRUE(has_text("tissue." + std::string(name_of(static_cast<Tissue>(i))))) << i;
+  }
+  for (const FaultName& fault : fault_names()) EXPECT_TRUE(has_text("fault." + fault.name)) << fault.name;
+  for (int i = 0; i < kEventKindCount; ++i) {
+    EXPECT_TRUE(has_text("event." + std::string(name_of(static_cast<EventKind>(i))))) << i;
+  }
+  for (const std::string& name : known_score_names()) EXPECT_TRUE(has_text("score." + name)) << name;
+  ScoreInput in;
+  for (const ScoreRule& rule : default_rules(in)) EXPECT_TRUE(has_text(rule.source)) << rule.source;
+}
+
+TEST(Catalogue, LanguagesAreKnownByTheirTags) {
+  EXPECT_EQ(language_named("de_AT.UTF-8"), Language::kGerman);
+  EXPECT_EQ(language_named("zh_CN.UTF-8"), Language::kChinese);
+  EXPECT_EQ(language_named("en"), Language::kEnglish);
+  EXPECT_EQ(language_named("C.UTF-8"), Language::kEnglish);
+  EXPECT_FALSE(language_named("tlh"));
+}
+
+TEST(Report, IsOneFileThatLoadsNothingAndRunsNoScript) {
+  TemporaryFolder folder;
+  record(folder / "s.h5", 3000);
+  const std::string html = report_html(SessionReader(folder / "s.h5"));
+  EXPECT_THAT(html, Not(HasSubstr("<script")));
+  EXPECT_THAT(html, Not(HasSubstr("http:")));
+  EXPECT_THAT(html, Not(HasSubstr("https:")));
+  EXPECT_THAT(html, Not(HasSubstr("url(")));
+  const std::regex source("src=\"([^\"]{0,22})");
+  int pictures = 0;
+  for (auto it = std::sregex_iterator(html.begin(), html.end(), source); it != std::sregex_iterator(); ++it, ++pictures) {
+    EXPECT_EQ((*it)[1].str(), "data:image/png;base64,");
+  }
+  EXPECT_EQ(pictures, 2);
+}
+
+TEST(Report, SaysWhatTheSessionHolds) {
+  TemporaryFolder folder;
+  record(folder / "s.h5", 3000);
+  const SessionReader session(folder / "s.h5");
+  const std::string html = report_html(session);
+  EXPECT_THAT(html, HasSubstr("Zähne, 牙齿"));             // the scene
+  EXPECT_THAT(html, HasSubstr("2.50\u00a0mm³ (25.0\u00a0%)"));  // residual caries
+  EXPECT_THAT(html, HasSubstr("round_014"));
+  EXPECT_THAT(html, HasSubstr("18364758544493064720"));     // a seed, in full
+  EXPECT_THAT(html, HasSubstr("fnv1a64:0123456789abcdef"));
+  EXPECT_LT(html.find("Picture of the tissue: Before"), html.find("Picture of the tissue: After"));
+}
+
+TEST(Report, IsInTheLanguageAskedForWithItsDecimalComma) {
+  TemporaryFolder folder;
+  record(folder / "s.h5", 2000);
+  const SessionReader session(folder / "s.h5");
+  const std::string german = report_html(session, {.language = Language::kGerman, .more_pictures = {}, .score = {}});
+  EXPECT_THAT(german, HasSubstr("<html lang=\"de\">"));
+  EXPECT_THAT(german, HasSubstr("Restkaries"));
+  EXPECT_THAT(german, HasSubstr("2,50\u00a0mm³ (25,0\u00a0%)"));
+  const std::string chinese = report_html(session, {.language = Language::kChinese, .more_pictures = {}, .score = {}});
+  EXPECT_THAT(chinese, HasSubstr("<html lang=\"zh-Hans\">"));
+  EXPECT_THAT(chinese, HasSubstr("残余龋坏"));
+}
+
+TEST(Report, TextFromTheSessionCannotBecomeMarkup) {
+  TemporaryFolder folder;
+  record(folder / "s.h5", 100, "<img src=x onerror=\"alert('1')\"> & more");
+  const std::string html = report_html(SessionReader(folder / "s.h5"));
+  EXPECT_THAT(html, Not(HasSubstr("<img src=x")));
+  EXPECT_THAT(html, HasSubstr("&lt;img src=x onerror=&quot;alert(&#39;1&#39;)&quot;&gt; &amp; more"));
+}
+
+TEST(Report, ASessionThatWasCutOffOrIsEmptySaysSo) {
+  TemporaryFolder folder;
+  { SessionWriter(folder / "s.h5", some_header()).append(random_ticks(10, 1)); }
+  EXPECT_THAT(report_html(SessionReader(folder / "s.h5")), HasSubstr("cut off before its end"));
+  { ASSERT_TRUE(SessionWriter(folder / "e.h5", some_header()).finish({})); }
+  EXPECT_THAT(report_html(SessionReader(folder / "e.h5")), HasSubstr("Nothing was recorded"));
+}
+
+TEST(Report, AMistakeInTheScenesRulesIsAnErrorThatNamesTheSession) {
+  TemporaryFolder folder;
+  SessionHeader header = some_header();
+  header.scene_json = R"({"score": {"rules": 3}})";
+  { ASSERT_TRUE(SessionWriter(folder / "s.h5", header).finish({})); }
+  try {
+    report_html(SessionReader(folder / "s.h5"));
+    FAIL();
+  } catch (const Error& e) {
+    EXPECT_THAT(e.what(), HasSubstr("s.h5: scene: \"score.rules\": found 3"));
+  }
+}
+
+TEST(ReportPicture, MustBeAPng) {
+  TemporaryFolder folder;
+  std::ofstream(folder / "x.png") << std::string(100, 'x');
+  EXPECT_THROW(read_picture(folder / "x.png", "before"), Error);
+  EXPECT_THROW(read_picture(folder / "none.png", "before"), Error);
+  EXPECT_THROW(read_picture(folder.path, "before"), Error);
+  std::ofstream(folder / "good.png", std::ios::binary).write(reinterpret_cast<const char*>(kPng.data()), 64);
+  EXPECT_EQ(read_picture(folder / "good.png", "before").png, kPng);
+}
+
+TEST(Plot, StepsAreRoundAndBase64IsTheStandards) {
+  EXPECT_DOUBLE_EQ(nice_step(1, 4), 0.5);
+  EXPECT_DOUBLE_EQ(nice_step(0.8, 4), 0.2);
+  EXPECT_DOUBLE_EQ(nice_step(41.2, 10), 5);
+  EXPECT_EQ(decimals_for(0.5), 1);
+  EXPECT_EQ(decimals_for(0.02), 2);
+  EXPECT_EQ(decimals_for(5), 0);
+  const auto encode = [](std::string_view s) { return base64({s.begin(), s.end()}); };
+  // RFC 4648, section 10.
+  EXPECT_EQ(encode(""), "");
+  EXPECT_EQ(encode("f"), "Zg==");
+  EXPECT_EQ(encode("fo"), "Zm8=");
+  EXPECT_EQ(encode("foo"), "Zm9v");
+  EXPECT_EQ(encode("foobar"), "Zm9vYmFy");
+}
+
+TEST(Plot, ABandWithoutDataIsAGap) {
+  Series series{{0, std::nan(""), 1}, {0.5, std::nan(""), 1}, {1, std::nan(""), 1}};
+  TimePlot plot;
+  const std::string svg = time_plot(plot, series, [](double v, int d) { return std::to_string(d) + std::to_string(v); });
+  EXPECT_THAT(svg, Not(HasSubstr("nan")));
+  std::size_t bands = 0;
+  for (std::size_t at = 0; (at = svg.find("class=\"band\"", at)) != std::string::npos; ++at) ++bands;
+  EXPECT_EQ(bands, 2u);
+}
+
+/// For the time of a test, no program is found.
+struct NoPrograms {
+  std::string kept = std::getenv("PATH");
+  NoPrograms() { setenv("PATH", "/nowhere", 1); }
+  ~NoPrograms() { setenv("PATH", kept.c_str(), 1); }
+};
+
+TEST(Film, WithoutAnEncoderThereIsAMessageAndNoFile) {
+  TemporaryFolder folder;
+  const NoPrograms none;
+  FilmWriter film(folder / "f.mp4", {64, 48, 30});
+  const std::vector<std::uint8_t> frame(64 * 48 * 3);
+  EXPECT_FALSE(film.add(frame));
+  EXPECT_FALSE(film.finish());
+  EXPECT_THAT(film.message(), HasSubstr("ffmpeg is not installed"));
+  EXPECT_TRUE(std::filesystem::is_empty(folder.path));
+}
+
+TEST(Film, AnEncoderThatDiesIsAMessageAndNoFile) {
+  TemporaryFolder folder;
+  // Stands in for an encoder that refuses.
+  std::filesystem::create_directory(folder / "bin");
+  std::ofstream(folder / "bin/ffmpeg") << "#!/bin/sh\necho 'Unknown encoder' >&2\nexit 1\n";
+  std::filesystem::permissions(folder / "bin/ffmpeg", std::filesystem::perms::owner_all);
+  const std::string kept = std::getenv("PATH");
+  setenv("PATH", (folder / "bin").c_str(), 1);
+  {
+    FilmWriter film(folder / "f.mp4", {640, 480, 30});
+    const std::vector<std::uint8_t> frame(640 * 480 * 3);
+    for (int i = 0; i < 50; ++i) film.add(frame);
+    EXPECT_FALSE(film.finish());
+    EXPECT_THAT(film.message(), HasSubstr("ffmpeg gave up: Unknown encoder"));
+  }
+  setenv("PATH", kept.c_str(), 1);
+  EXPECT_FALSE(std::filesystem::exists(folder / "f.mp4"));
+}
+
+}  // namespace
+}  // namespace typodont::session

@@ -1,0 +1,200 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "engine/base/error.h"
+#include "engine/base/units.h"
+#include "engine/session/score.h"
+#include "tests/support/session_fixture.h"
+
+namespace typodont::session {
+namespace {
+
+using testing::HasSubstr;
+
+/// Ten seconds at 1 kHz; the hand at `path(t)`, in contact and cutting where `contact(t)`.
+template <class Path, class Contact>
+HandMeasures measure(Path path, Contact contact, double rate = 1000, double force = 0.5) {
+  HandMeter meter(rate);
+  std::vector<ServoTick> ticks;
+  double removed = 0;
+  for (int i = 0; i < static_cast<int>(10 * rate); ++i) {
+    ServoTick t;
+    t.t = from_seconds(i / rate);
+    t.X_WT.p = path(i / rate);
+    if (contact(i / rate)) {
+      t.depth = 1e-4;
+      t.f_T_W = {0, 0, force};
+      removed += 1e-13;
+    }
+    t.removed[1] = removed;
+    ticks.push_back(t);
+  }
+  meter.add(ticks);
+  return meter.result();
+}
+
+const auto always = [](double) { return true; };
+
+TEST(HandMeter, PathLengthIsTheLineWithoutTheTremorOnIt) {
+  const auto line = [](double t) { return dvec3(1e-3 * t + 50e-6 * std::sin(2 * kPi * 10 * t), 0, 0); };
+  EXPECT_NEAR(measure(line, always).path_length, 10e-3, 0.15e-3);
+  const auto circle = [](double t) { return dvec3(5e-3 * std::cos(0.2 * kPi * t), 5e-3 * std::sin(0.2 * kPi * t), 0); };
+  EXPECT_NEAR(measure(circle, always).path_length, 2 * kPi * 5e-3, 0.5e-3);
+}
+
+TEST(HandMeter, TremorIsTheHandAboveFiveHertzAndNothingBelow) {
+  const double a = 100e-6;
+  const auto at = [&](double hz) {
+    return measure([&](double t) { return dvec3(0, a * std::sin(2 * kPi * hz * t), 0); }, always).tremor_rms;
+  };
+  // Butterworth, second order: |H|² = 1 / (1 + (5/f)⁴).
+  for (const double hz : {8.0, 10.0, 12.0}) {
+    const double expected = a / std::sqrt(2.0) / std::sqrt(1 + std::pow(5 / hz, 4));
+    EXPECT_NEAR(at(hz), expected, 0.03 * expected) << hz;
+  }
+  EXPECT_LT(at(0.5), 0.02 * a);
+  EXPECT_EQ(measure([](double) { return dvec3(0.1, -0.2, 0.3); }, always).tremor_rms, 0);
+}
+
+TEST(HandMeter, TremorDoesNotDependOnTheServoRate) {
+  const auto path = [](double t) { return dvec3(1e-4 * std::sin(2 * kPi * 10 * t), 0, 0); };
+  const double slow = measure(path, always, 500).tremor_rms, fast = measure(path, always, 8000).tremor_rms;
+  EXPECT_NEAR(slow, fast, 0.02 * fast);
+}
+
+TEST(HandMeter, StrokesAreSpellsOfCuttingAndGlancesOffDoNotEndThem) {
+  const auto still = [](double) { return dvec3(0); };
+  // Three spells, each interrupted for 50 ms, 1 s apart.
+  const auto spells = [](double t) {
+    const double phase = std::fmod(t, 3.0);
+    return t < 9 && phase < 2.0 && !(phase > 1.0 && phase < 1.05);
+  };
+  EXPECT_EQ(measure(still, spells).strokes, 3);
+  EXPECT_EQ(measure(still, [](double) { return false; }).strokes, 0);
+  EXPECT_EQ(measure(still, always).strokes, 1);
+}
+
+TEST(HandMeter, ForceAndTimeAreThoseOfTheContact) {
+  const auto half = [](double t) { return t < 5; };
+  const HandMeasures m = measure([](double) { return dvec3(0); }, half, 1000, 1.5);
+  EXPECT_DOUBLE_EQ(m.force_mean, 1.5);
+  EXPECT_DOUBLE_EQ(m.force_max, 1.5);
+  EXPECT_NEAR(m.contact_time, 5, 1e-9);
+  EXPECT_NEAR(m.time, 9.999, 1e-9);
+}
+
+TEST(HandMeter, PiecesMakeNoDifferenceAndBrokenTicksAreLeftOut) {
+  auto ticks = test::random_ticks(2000, 5);
+  HandMeter whole(1000), pieces(1000);
+  whole.add(ticks);
+  for (std::size_t i = 0; i < ticks.size(); i += 7) pieces.add(std::span(ticks).subspan(i, std::min<std::size_t>(7, ticks.size() - i)));
+  EXPECT_EQ(whole.result().path_length, pieces.result().path_length);
+  EXPECT_EQ(whole.result().tremor_rms, pieces.result().tremor_rms);
+  EXPECT_EQ(whole.result().strokes, pieces.result().strokes);
+  ticks[700].X_WT.p.x = std::nan("");
+  ticks[701].f_T_W.z = std::numeric_limits<double>::infinity();
+  HandMeter broken(1000);
+  broken.add(ticks);
+  EXPECT_TRUE(std::isfinite(broken.result().path_length));
+  EXPECT_TRUE(std::isfinite(broken.result().force_mean));
+}
+
+ScoreInput carious() {
+  ScoreInput in;
+  in.before[1] = 200e-9;
+  in.before[2] = 400e-9;
+  in.before[3] = 10e-9;
+  in.before[4] = 20e-9;
+  in.after = in.before;
+  return in;
+}
+
+TEST(Score, DoingNothingEarnsNothing) {
+  const ScoreInput in = carious();
+  const Score s = score(in, default_rules(in));
+  EXPECT_EQ(s.points, 0);
+  EXPECT_GT(s.full, 0);
+}
+
+TEST(Score, OneToleranceBeyondTheTargetLeavesHalfTwoAThird) {
+  ScoreInput in = carious();
+  in.after[3] = 0;
+  in.hand.force_max = 3;
+  const ScoreRule rule{"force_max_N", 3, 2, 10, Best::kAtMost, ""};
+  EXPECT_DOUBLE_EQ(score(in, {&rule, 1}).points, 10);
+  in.hand.force_max = 5;
+  EXPECT_DOUBLE_EQ(score(in, {&rule, 1}).points, 5);
+  in.hand.force_max = 7;
+  EXPECT_DOUBLE_EQ(score(in, {&rule, 1}).points, 10.0 / 3);
+}
+
+TEST(Score, WhatCannotBeKnownIsLeftOutWithItsWeight) {
+  ScoreInput in = carious();
+  in.before[3] = in.after[3] = 0;  // no caries
+  in.before[4] = in.after[4] = 0;  // no pulp
+  const Score s = score(in, default_rules(in));
+  for (const ScoreItem& item : s.items) {
+    EXPECT_THAT(item.name, testing::Not(HasSubstr("caries")));
+    EXPECT_THAT(item.name, testing::Not(HasSubstr("pulp")));
+    EXPECT_THAT(item.name, testing::Not(HasSubstr("_cut_")));
+  }
+  double weights = 0;
+  for (const ScoreItem& item : s.items) weights += item.weight;
+  EXPECT_DOUBLE_EQ(weights, s.full);
+}
+
+TEST(Score, OverAndUnderCutAreCountedAgainstTheIdealTissueByTissue) {
+  ScoreInput in = carious();
+  in.ideal = in.before;
+  (*in.ideal)[3] = 0;
+  (*in.ideal)[1] = 195e-9;
+  in.after[3] = 1e-9;    // 1 mm³ of caries left
+  in.after[1] = 192e-9;  // 3 mm³ of enamel too much
+  const std::vector<ScoreRule> rules = {{"over_cut_mm3", 0, 1, 1, Best::kAtMost, ""}, {"under_cut_mm3", 0, 1, 1, Best::kAtMost, ""}};
+  const Score s = score(in, rules);
+  EXPECT_NEAR(s.items[0].value, 3, 1e-9);
+  EXPECT_NEAR(s.items[1].value, 1, 1e-9);
+  EXPECT_NEAR(s.completion, 14.0 / 15.0, 1e-9);
+}
+
+std::string message_of(const std::string& json) {
+  try {
+    rules_from(Json::parse(json, "scene.json"), carious());
+  } catch (const Error& e) {
+    return e.what();
+  }
+  return "";
+}
+
+TEST(ScoreRules, OfASceneReplaceTheDefaultsOfTheSameName) {
+  const ScoreInput in = carious();
+  const auto rules = rules_from(
+      Json::parse(R"({"rules": [{"name": "time_s", "target": 60, "tolerance": 30, "weight": 7, "source": "Course 3"}]})", "s"), in);
+  EXPECT_EQ(rules.size(), default_rules(in).size());
+  const auto it = std::find_if(rules.begin(), rules.end(), [](const ScoreRule& r) { return r.name == "time_s"; });
+  ASSERT_NE(it, rules.end());
+  EXPECT_EQ(it->target, 60);
+  EXPECT_EQ(it->weight, 7);
+  EXPECT_EQ(it->source, "Course 3");
+  const auto alone = rules_from(
+      Json::parse(R"({"defaults": false, "rules": [{"name": "strokes", "target": 10, "tolerance": 5, "weight": 1}]})", "s"), in);
+  EXPECT_EQ(alone.size(), 1u);
+}
+
+TEST(ScoreRules, MistakesAreNamed) {
+  EXPECT_THAT(message_of(R"({"rulez": []})"), HasSubstr("\"rulez\": found an unknown key"));
+  EXPECT_THAT(message_of(R"({"rules": [{"name": "beauty", "target": 0, "tolerance": 1, "weight": 1}]})"),
+              HasSubstr("\"rules[0].name\": found \"beauty\", expected one of residual_caries_mm3"));
+  EXPECT_THAT(message_of(R"({"rules": [{"name": "time_s", "target": 0, "tolerance": 0, "weight": 1}]})"),
+              HasSubstr("\"rules[0].tolerance\": found 0"));
+  EXPECT_THAT(message_of(R"({"rules": [{"name": "time_s", "target": 0, "tolerance": 1, "weight": -1}]})"),
+              HasSubstr("\"rules[0].weight\": found -1"));
+  EXPECT_THAT(message_of(R"({"rules": [{"name": "time_s", "target": 0, "tolerance": 1, "weight": 1, "best": "big"}]})"),
+              HasSubstr("at_most, at_least or near"));
+  EXPECT_THAT(message_of(R"({"rules": [{"name": "time_s", "target": 0, "tolerance": 1, "weight": 1},
+                                       {"name": "time_s", "target": 0, "tolerance": 1, "weight": 1}]})"),
+              HasSubstr("each rule once"));
+}
+
+}  // namespace
+}  // namespace typodont::session
