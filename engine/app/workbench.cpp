@@ -220,7 +220,7 @@ WorkbenchSummary run_workbench(const Scene& scene, const WorkbenchOptions& optio
     if (address.empty()) {
       explain("sound: off, there is no sound card; --audio wav:FILE writes it to a file");
     } else {
-      sound.emplace(address, scene);
+      sound.emplace(address, scene, !address.starts_with("wav:"));
       s.sound = &*sound;
       explain("sound: on, " + address);
     }
