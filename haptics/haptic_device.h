@@ -1,6 +1,7 @@
 // What stands between a hand and the servo: the only virtual interface of the haptics, because hardware is swapped.
 #pragma once
 
+#include <cstdint>
 #include <string>
 
 #include "engine/base/pose.h"
@@ -15,6 +16,8 @@ struct DeviceInfo {
   double rate = 1000;           // Hz, of read()
   double force_limit = 0;       // N; 0: the device gives no force
   double max_stiffness = 0;     // N/m; 0: unknown
+  double torque_limit = 0;      // N·m; 0: the device gives no torque
+  double continuous_force = 0;  // N that its motors bear for ever; 0: unknown
 };
 
 /// Opened at set-up (throws Error), then owned by the servo thread.
@@ -26,6 +29,10 @@ class HapticDevice {
   virtual bool read(HandSample& sample) noexcept = 0;
   /// Force and torque on the hand, W, N and N·m. Held until the next call; the destructor sends zero.
   virtual void write(const dvec3& f_T_W, const dvec3& tau_T_W) noexcept = 0;
+  /// Fault bits of the last read(), for the tick that uses it.
+  virtual std::uint32_t faults() const noexcept { return 0; }
+  /// Sends zero force now. Any thread, and signal handlers: never allocates, never locks, changes nothing but the force.
+  virtual void release() noexcept {}
 };
 
 }  // namespace typodont::haptics

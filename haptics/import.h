@@ -59,7 +59,7 @@ struct Imported {
 Imported import_tissue(const std::filesystem::path& file, const ImportOptions& options);
 
 /// Axial, coronal and sagittal slices as PNG files in `folder` (made when missing): greys beside tissue colours with the
-/// surface drawn in. Returns the files.
+/// surface drawn in, and the surface from six sides. Returns the files.
 std::vector<std::filesystem::path> write_preview(const Imported& imported, const std::filesystem::path& folder);
 
 }  // namespace typodont::haptics

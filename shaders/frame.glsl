@@ -7,6 +7,10 @@ layout(set = 0, binding = 1) uniform sampler2DShadow shadow_map;
 layout(set = 0, binding = 2) uniform sampler2D shadow_depth;
 layout(set = 0, binding = 3) uniform sampler2D font_atlas;
 
+layout(push_constant) uniform Push { ObjectData object; };
+// The eye being drawn.
+#define VIEW (gl_ViewIndex + int(object.view.x))
+
 layout(constant_id = 0) const int kShadowTaps = 16;
 layout(constant_id = 1) const int kOcclusionTaps = 16;
 layout(constant_id = 2) const bool kLightPerVertex = false;

@@ -12,13 +12,13 @@ layout(location = 1) out vec4 out_color;
 // A quad that faces the eye, never under a pixel or so: smaller particles fade instead of flickering.
 void main() {
   vec2 corner = vec2(gl_VertexIndex & 1, gl_VertexIndex >> 1) * 2.0 - 1.0;
-  vec3 to_eye = normalize(frame.eye[gl_ViewIndex].xyz - in_particle.xyz);
+  vec3 to_eye = normalize(frame.eye[VIEW].xyz - in_particle.xyz);
   vec3 right = normalize(cross(frame.up.xyz + 1e-3 * frame.key.xyz, to_eye)), up = cross(to_eye, right);
-  vec4 middle = frame.clip_from_world[gl_ViewIndex] * vec4(in_particle.xyz, 1.0);
+  vec4 middle = frame.clip_from_world[VIEW] * vec4(in_particle.xyz, 1.0);
   float least = 0.0012 * middle.w * 0.35;
   float radius = max(in_particle.w, least);
   float shown = min(in_particle.w * in_particle.w / (radius * radius) * 1.5, 1.0);
-  gl_Position = frame.clip_from_world[gl_ViewIndex] *
+  gl_Position = frame.clip_from_world[VIEW] *
                 vec4(in_particle.xyz + radius * (corner.x * right + corner.y * up), 1.0);
   out_corner = corner;
   out_color = vec4(pow(in_color.rgb, vec3(2.2)), in_color.a * shown);

@@ -2,7 +2,6 @@
 #extension GL_GOOGLE_include_directive : require
 #include "frame.glsl"
 
-layout(push_constant) uniform Push { ObjectData object; };
 layout(location = 0) in vec3 in_position;
 
 void main() {

@@ -24,7 +24,7 @@ vec3 metal_room(vec3 r, float rough) {
 // Polished metal, lit by the room: its shadows are the tissue's, not its own.
 void main() {
   vec3 n = normalize(in_normal.xyz);
-  vec3 v = normalize(frame.eye[gl_ViewIndex].xyz - in_position);
+  vec3 v = normalize(frame.eye[VIEW].xyz - in_position);
   float rough = in_look.x;
   vec2 light = visibility(in_position + 0.3e-3 * frame.key.xyz, n);
   vec3 r = reflect(-v, n);

@@ -10,10 +10,17 @@ int main(int argc, char** argv) {
   using namespace typodont;
   CLI::App app("Typodont: a co-located visual, haptic and audio workbench for hand-eye training on hard tissue");
   app.set_version_flag("--version", TYPODONT_VERSION);
+  add_demo_command(app);
   add_servo_command(app);
   add_import_command(app);
+  add_render_command(app);
   add_report_command(app);
+  add_devices_command(app);
   add_doctor_command(app);
+  add_sound_command(app);
+  add_calibrate_command(app);
+  add_replay_command(app);
+  add_run_command(app);
   try {
     app.parse(argc, argv);
     return 0;

@@ -48,7 +48,7 @@ void CsvTable::fail(std::size_t row, std::string_view name, std::string_view fou
 }
 
 CsvTable read_csv(const std::filesystem::path& file, const std::vector<std::string>& required,
-                  const std::vector<std::string>& optional) {
+                  const std::vector<std::string>& optional, const std::map<std::string, CellReader>& readers) {
   std::error_code code;
   if (std::filesystem::is_directory(file, code)) throw Error(file.string(), "", "a directory", "a CSV file");
   std::ifstream in(file, std::ios::binary);
@@ -89,6 +89,12 @@ CsvTable read_csv(const std::filesystem::path& file, const std::vector<std::stri
     }
     std::vector<double> row;
     for (std::size_t i = 0; i < cells.size(); ++i) {
+      if (const auto reader = readers.find(table.columns[i]); reader != readers.end()) {
+        row.push_back(reader->second.read(cells[i]));
+        if (std::isfinite(row.back())) continue;
+        throw Error(file.string(), fmt::format("{}, column {}", place, table.columns[i]),
+                    fmt::format("\"{}\"", cells[i].substr(0, 40)), reader->second.expected);
+      }
       double value = std::numeric_limits<double>::quiet_NaN();
       const char* end = cells[i].data() + cells[i].size();
       const auto result = std::from_chars(cells[i].data(), end, value);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <map>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -22,9 +23,17 @@ struct CsvTable {
                          std::string_view expected) const;
 };
 
+/// How cells that are no plain numbers are read: NaN means that the cell is wrong.
+struct CellReader {
+  double (*read)(std::string_view cell);
+  std::string expected;  // for the message, e.g. "a tissue's name"
+};
+
 /// Reads a file whose columns are exactly `required`, in any order, plus any of `optional`. Every cell of a required
 /// column is a finite number. Throws Error naming file, line, column, found, expected. '#' starts a comment line.
+/// Columns in `readers` are read by those instead.
 CsvTable read_csv(const std::filesystem::path& file, const std::vector<std::string>& required,
-                  const std::vector<std::string>& optional = {});
+                  const std::vector<std::string>& optional = {},
+                  const std::map<std::string, CellReader>& readers = {});
 
 }  // namespace typodont

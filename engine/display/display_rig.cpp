@@ -188,8 +188,8 @@ EyeView eye_view(const Screen& panel, const std::optional<Mirror>& mirror, const
   const dvec3 v_a = screen.lower_left - p_WE, v_b = screen.lower_right - p_WE, v_c = screen.upper_left - p_WE;
   const double d = -glm::dot(v_n, v_a);
   if (!(d > 1e-6))
-    throw Error(fmt::format("the eye at [{:.1f}, {:.1f}, {:.1f}] mm is {:.1f} mm behind the picture",
-                            p_WE.x / kMillimetre, p_WE.y / kMillimetre, p_WE.z / kMillimetre, -d / kMillimetre));
+    throw Error(fmt::format("an eye {:.1f} mm behind the picture, at [{:.1f}, {:.1f}, {:.1f}] mm", -d / kMillimetre,
+                            p_WE.x / kMillimetre, p_WE.y / kMillimetre, p_WE.z / kMillimetre));
 
   EyeView eye;
   eye.position = p_WE;
@@ -271,6 +271,11 @@ ivec2 eye_pixels(Layout layout, const ivec2& p) {
   if (layout == Layout::kSideBySide) return {std::max(p.x / 2, 1), p.y};
   if (layout == Layout::kTopBottom) return {p.x, std::max(p.y / 2, 1)};
   return p;
+}
+
+ivec2 eye_pixels_in(Layout layout, const ivec2& p) {
+  const ivec2 twice = screen_pixels(layout, {1, 1});
+  return glm::max(p / twice, ivec2(1));
 }
 
 ivec2 screen_pixels(Layout layout, const ivec2& p) {

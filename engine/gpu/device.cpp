@@ -182,7 +182,7 @@ Device Device::create(const DeviceOptions& options) {
     VkPhysicalDeviceDriverProperties driver{.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_DRIVER_PROPERTIES};
     VkPhysicalDeviceProperties2 properties2{.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2, .pNext = &driver};
     vkGetPhysicalDeviceProperties2(d.physical, &properties2);
-    d.resolves_first_layer_only = driver.driverID == VK_DRIVER_ID_MESA_LLVMPIPE;
+    d.multiview = driver.driverID != VK_DRIVER_ID_MESA_LLVMPIPE;
     d.processor = d.properties.deviceType == VK_PHYSICAL_DEVICE_TYPE_CPU;
     vkGetPhysicalDeviceMemoryProperties(d.physical, &d.memory_properties);
     const VkSampleCountFlags counts =

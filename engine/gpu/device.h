@@ -56,7 +56,9 @@ struct Device {
   VkQueue queue = VK_NULL_HANDLE;
   VkPhysicalDeviceProperties properties{};
   VkPhysicalDeviceMemoryProperties memory_properties{};
-  bool resolves_first_layer_only = false;  // lavapipe: multisampled layers are resolved one by one
+  // Both eyes can be drawn in one pass. Not on lavapipe 22.3: triangles it clips lose their view and land in the other
+  // eye, and only the first layer of a multisampled pass is resolved.
+  bool multiview = true;
   bool processor = false;                  // a processor plays the GPU: keep the frame cheap
   int max_samples = 1;
 

@@ -6,6 +6,7 @@
 
 #include "engine/base/check.h"
 #include "engine/base/units.h"
+#include "engine/render/look.h"
 #include "engine/render/passes/passes.h"
 
 namespace typodont::render {
@@ -14,7 +15,7 @@ namespace {
 
 constexpr int kSlots = gpu::FrameRing::kSlots;
 
-VkSampler create_sampler(gpu::Device& device, bool compare, VkFilter filter) {
+VkSampler create_sampler(gpu::Device& device, bool compare, VkFilter filter, VkBorderColor border) {
   const VkSamplerCreateInfo info{.sType = VK_STRUCTURE_TYPE_SAMPLER_CREATE_INFO,
                                  .magFilter = filter,
                                  .minFilter = filter,
@@ -23,10 +24,18 @@ VkSampler create_sampler(gpu::Device& device, bool compare, VkFilter filter) {
                                  .addressModeW = VK_SAMPLER_ADDRESS_MODE_CLAMP_TO_BORDER,
                                  .compareEnable = compare,
                                  .compareOp = VK_COMPARE_OP_LESS_OR_EQUAL,
-                                 .borderColor = VK_BORDER_COLOR_FLOAT_OPAQUE_WHITE};
+                                 .borderColor = border};
   VkSampler sampler = VK_NULL_HANDLE;
   gpu::check(vkCreateSampler(device.device, &info, nullptr, &sampler), "vkCreateSampler");
   return sampler;
+}
+
+/// IEC 61966-2-1
+dvec3 linear_light(const dvec3& srgb) {
+  dvec3 out;
+  for (int i = 0; i < 3; ++i)
+    out[i] = srgb[i] <= 0.04045 ? srgb[i] / 12.92 : std::pow((srgb[i] + 0.055) / 1.055, 2.4);
+  return out;
 }
 
 template <class T>
@@ -50,7 +59,7 @@ std::string key_of(const Hud& hud) {
 struct Renderer::Impl {
   gpu::Device& device;
   glm::ivec2 size;
-  MaterialTable materials;
+  std::array<Look, kTissueCount> looks;
   PassContext context;
 
   VkDescriptorSetLayout set_layout = VK_NULL_HANDLE;
@@ -84,7 +93,7 @@ struct Renderer::Impl {
   double gpu_ms = 0;
 
   Impl(gpu::Device& d, glm::ivec2 s, const Quality& quality, const MaterialTable& m)
-      : device(d), size(s), materials(m), context{.device = d} {
+      : device(d), size(s), looks(looks_of(m)), context{.device = d} {
     context.quality = quality;
     create_layout();
     create_pictures(2);
@@ -120,7 +129,7 @@ struct Renderer::Impl {
                                                    .pBindings = bindings.data()};
     gpu::check(vkCreateDescriptorSetLayout(device.device, &set_info, nullptr, &set_layout),
                "vkCreateDescriptorSetLayout");
-    const VkPushConstantRange range{VK_SHADER_STAGE_VERTEX_BIT, 0, sizeof(shared::ObjectData)};
+    const VkPushConstantRange range{kPushStages, 0, sizeof(shared::ObjectData)};
     const VkPipelineLayoutCreateInfo layout{.sType = VK_STRUCTURE_TYPE_PIPELINE_LAYOUT_CREATE_INFO,
                                             .setLayoutCount = 1,
                                             .pSetLayouts = &set_layout,
@@ -142,9 +151,10 @@ struct Renderer::Impl {
     gpu::check(vkAllocateDescriptorSets(device.device, &allocate, sets.data()), "vkAllocateDescriptorSets");
     for (gpu::Buffer& b : frame_data)
       b = gpu::Buffer::create(device, sizeof(shared::FrameData), VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT);
-    compare = create_sampler(device, true, VK_FILTER_LINEAR);
-    nearest = create_sampler(device, false, VK_FILTER_NEAREST);
-    linear = create_sampler(device, false, VK_FILTER_LINEAR);
+    // Beyond the shadow map nothing stands before the lamp; beyond the atlas there is no letter.
+    compare = create_sampler(device, true, VK_FILTER_LINEAR, VK_BORDER_COLOR_FLOAT_OPAQUE_WHITE);
+    nearest = create_sampler(device, false, VK_FILTER_NEAREST, VK_BORDER_COLOR_FLOAT_OPAQUE_WHITE);
+    linear = create_sampler(device, false, VK_FILTER_LINEAR, VK_BORDER_COLOR_FLOAT_OPAQUE_BLACK);
     if (device.properties.limits.timestampComputeAndGraphics) {
       const VkQueryPoolCreateInfo info{.sType = VK_STRUCTURE_TYPE_QUERY_POOL_CREATE_INFO,
                                        .queryType = VK_QUERY_TYPE_TIMESTAMP,
@@ -160,21 +170,24 @@ struct Renderer::Impl {
     const auto layers = static_cast<std::uint32_t>(views);
     context.samples = std::clamp(context.quality.samples, 1, std::min(device.max_samples, 4));
     if (context.samples == 2) context.samples = 1;  // 1 and 4 are what every device has
-    context.view_mask = views == 2 ? 3 : 1;
+    context.view_mask = views == 2 && device.multiview ? 3 : 0;
     pictures = gpu::Image::create(device, {.size = extent,
                                            .layers = layers,
                                            .format = kColorFormat,
                                            .alias = kColorBytes,
                                            .usage = VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT | VK_IMAGE_USAGE_SAMPLED_BIT |
-                                                    VK_IMAGE_USAGE_TRANSFER_SRC_BIT});
+                                                    VK_IMAGE_USAGE_TRANSFER_SRC_BIT |
+                                                    VK_IMAGE_USAGE_TRANSFER_DST_BIT});
+    const std::uint32_t together = context.view_mask ? layers : 1;  // passes of their own share these
     if (context.samples > 1)
       color = gpu::Image::create(device, {.size = extent,
-                                          .layers = layers,
+                                          .layers = together,
                                           .format = kColorFormat,
                                           .samples = context.samples,
-                                          .usage = VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT});
+                                          .usage = VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT |
+                                                   VK_IMAGE_USAGE_TRANSFER_SRC_BIT});
     depth = gpu::Image::create(device, {.size = extent,
-                                        .layers = layers,
+                                        .layers = together,
                                         .format = kDepthFormat,
                                         .samples = context.samples,
                                         .usage = VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT,
@@ -205,24 +218,18 @@ struct Renderer::Impl {
   void fill(shared::FrameData& data, const Frame& frame) const {
     for (int e = 0; e < 2; ++e) {
       const Eye& eye = frame.eyes[static_cast<std::size_t>(e < frame.views ? e : 0)];
-      const glm::dmat4 clip = eye.projection * eye.view;
-      data.clip_from_world[e] = glm::mat4(clip);
+      data.clip_from_world[e] = glm::mat4(eye.projection * eye.view);
       data.eye[e] = glm::vec4(glm::dvec4(eye.position, 1));
-      // The ray through clip (x, y) is affine in x and y: three points of the far plane tell it.
-      const glm::dmat4 back = glm::inverse(clip);
-      const auto at = [&](double x, double y) {
-        const glm::dvec4 p = back * glm::dvec4(x, y, 1, 1);
-        return glm::dvec3(p) / p.w - eye.position;
-      };
-      const glm::dvec3 middle = at(0, 0);
-      data.ray_middle[e] = glm::vec4(glm::dvec4(middle, 0));
-      data.ray_x[e] = glm::vec4(glm::dvec4(at(1, 0) - middle, 0));
-      data.ray_y[e] = glm::vec4(glm::dvec4(at(0, 1) - middle, 0));
     }
     const dvec3 key = glm::normalize(frame.lights.key), up = glm::normalize(frame.lights.up);
+    data.background = glm::vec4(frame.background == Background::kGradient ? 1.0f : 0.0f);
     data.key = glm::vec4(glm::dvec4(key, frame.lights.key_strength));
     data.up = glm::vec4(glm::dvec4(up, frame.lights.ambient));
-    data.background.x = frame.background == Background::kGradient ? 1.0f : 0.0f;
+    for (std::size_t t = 0; t < looks.size(); ++t) {
+      const Look& look = looks[t];
+      data.tissue_color[t] = glm::vec4(glm::dvec4(linear_light(look.color), look.translucency));
+      data.tissue_look[t] = glm::vec4(glm::dvec4(look.roughness, look.metal, look.wetness, 0));
+    }
 
     // The lamp's parallel view of everything there is.
     glm::dvec3 lo, hi;
@@ -335,7 +342,8 @@ struct Renderer::Impl {
   }
 
   void draw(VkCommandBuffer commands, const Frame& frame, const shared::FrameData& data, int slot, FrameStats& stats) {
-    if (frame.hud.visible) hud.prepare(context);
+    hud.prepare(context, slot, frame.hud, size);
+    particles.prepare(context, slot, frame.particles);
     std::memcpy(frame_data[static_cast<std::size_t>(slot)].memory.mapped, &data, sizeof data);
     write_set(slot);
     const VkDescriptorSet set = sets[static_cast<std::size_t>(slot)];
@@ -353,47 +361,63 @@ struct Renderer::Impl {
     }
 
     const std::vector<DrawGroup> groups = bricks.visible(device, slot, frame, stats);
-    begin_scene(commands, frame);
-    vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, context.layout, 0, 1, &set, 0, nullptr);
-    surface.record(context, commands, bricks, slot, groups, stats);
-    tool.record(context, commands, frame.tool, stats);
-    if (frame.background == Background::kGradient) background.record(context, commands, stats);
-    particles.record(context, commands, slot, frame.particles, stats);
-    hud.record(context, commands, slot, frame.hud, size, stats);
-    end_scene(commands);
-    ++stats.passes;
+    begin_pictures(commands);
+    const int scene_passes = context.view_mask ? 1 : frame.views;
+    for (int view = 0; view < scene_passes; ++view) {
+      begin_scene(commands, frame, view);
+      vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, context.layout, 0, 1, &set, 0, nullptr);
+      push_view(commands, context.layout, view);
+      surface.record(context, commands, bricks, slot, groups, stats);
+      tool.record(context, commands, frame.tool, stats);
+      if (frame.background == Background::kGradient) background.record(context, commands, stats);
+      particles.record(context, commands, slot, stats);
+      hud.record(context, commands, slot, stats);
+      end_scene(commands, view);
+      ++stats.passes;
+    }
+    end_pictures(commands);
     if (queries) {
       vkCmdWriteTimestamp2(commands, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, queries, first_query + 1);
       timed[static_cast<std::size_t>(slot)] = true;
     }
   }
 
-  bool resolve_by_layer() const {
-    return context.samples > 1 && context.view_mask == 3 && device.resolves_first_layer_only;
+  static constexpr VkPipelineStageFlags2 kOutput = VK_PIPELINE_STAGE_2_COLOR_ATTACHMENT_OUTPUT_BIT;
+  static constexpr VkPipelineStageFlags2 kResolve = VK_PIPELINE_STAGE_2_RESOLVE_BIT;
+
+  /// Samples are averaged at the end of the pass where one pass draws both eyes, by a command of its own where each eye
+  /// has its pass: lavapipe 22.3 averages into the first layer whatever layer the pass names, and says nothing.
+  bool resolves_in_pass() const { return context.samples > 1 && context.view_mask != 0; }
+  bool resolves_by_command() const { return context.samples > 1 && context.view_mask == 0; }
+
+  void begin_pictures(VkCommandBuffer commands) {
+    const bool by_command = resolves_by_command();
+    gpu::transition(commands, pictures, VK_IMAGE_LAYOUT_UNDEFINED,
+                    by_command ? VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL : VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL,
+                    VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, VK_ACCESS_2_NONE, by_command ? kResolve : kOutput,
+                    by_command ? VK_ACCESS_2_TRANSFER_WRITE_BIT : VK_ACCESS_2_COLOR_ATTACHMENT_WRITE_BIT);
   }
 
-  void begin_scene(VkCommandBuffer commands, const Frame& frame) {
-    const VkExtent2D extent = pictures.options.size;
-    constexpr VkPipelineStageFlags2 kOutput = VK_PIPELINE_STAGE_2_COLOR_ATTACHMENT_OUTPUT_BIT;
+  /// Opens the pass of one eye, or of both where the device draws them in one.
+  void begin_scene(VkCommandBuffer commands, const Frame& frame, int view) {
     constexpr VkPipelineStageFlags2 kTests =
         VK_PIPELINE_STAGE_2_EARLY_FRAGMENT_TESTS_BIT | VK_PIPELINE_STAGE_2_LATE_FRAGMENT_TESTS_BIT;
-    gpu::transition(commands, pictures, VK_IMAGE_LAYOUT_UNDEFINED, VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL,
-                    VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, VK_ACCESS_2_NONE, kOutput,
-                    VK_ACCESS_2_COLOR_ATTACHMENT_WRITE_BIT);
     if (context.samples > 1)
-      gpu::transition(commands, color, VK_IMAGE_LAYOUT_UNDEFINED, VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL, kOutput,
-                      VK_ACCESS_2_COLOR_ATTACHMENT_WRITE_BIT, kOutput, VK_ACCESS_2_COLOR_ATTACHMENT_WRITE_BIT);
+      gpu::transition(commands, color, VK_IMAGE_LAYOUT_UNDEFINED, VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL,
+                      kOutput | kResolve, VK_ACCESS_2_COLOR_ATTACHMENT_WRITE_BIT | VK_ACCESS_2_TRANSFER_READ_BIT,
+                      kOutput, VK_ACCESS_2_COLOR_ATTACHMENT_WRITE_BIT);
     gpu::transition(commands, depth, VK_IMAGE_LAYOUT_UNDEFINED, VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL, kTests,
                     VK_ACCESS_2_DEPTH_STENCIL_ATTACHMENT_WRITE_BIT, kTests,
                     VK_ACCESS_2_DEPTH_STENCIL_ATTACHMENT_WRITE_BIT | VK_ACCESS_2_DEPTH_STENCIL_ATTACHMENT_READ_BIT);
-
-    const bool multisampled = context.samples > 1, in_pass = multisampled && !resolve_by_layer();
+    const VkExtent2D extent = pictures.options.size;
+    const VkImageView eye_view = context.view_mask ? pictures.view : pictures.layer_views[static_cast<std::size_t>(view)];
+    const bool in_pass = resolves_in_pass();
     const VkRenderingAttachmentInfo color_info{
         .sType = VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO,
-        .imageView = multisampled ? color.view : pictures.view,
+        .imageView = context.samples > 1 ? color.view : eye_view,
         .imageLayout = VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL,
         .resolveMode = in_pass ? VK_RESOLVE_MODE_AVERAGE_BIT : VK_RESOLVE_MODE_NONE,
-        .resolveImageView = in_pass ? pictures.view : VK_NULL_HANDLE,
+        .resolveImageView = in_pass ? eye_view : VK_NULL_HANDLE,
         .resolveImageLayout = in_pass ? VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL : VK_IMAGE_LAYOUT_UNDEFINED,
         .loadOp = VK_ATTACHMENT_LOAD_OP_CLEAR,
         .storeOp = in_pass ? VK_ATTACHMENT_STORE_OP_DONT_CARE : VK_ATTACHMENT_STORE_OP_STORE,
@@ -420,40 +444,27 @@ struct Renderer::Impl {
     vkCmdSetFrontFace(commands, frame.eyes[0].flip ? VK_FRONT_FACE_CLOCKWISE : VK_FRONT_FACE_COUNTER_CLOCKWISE);
   }
 
-  void end_scene(VkCommandBuffer commands) {
+  void end_scene(VkCommandBuffer commands, int view) {
     vkCmdEndRendering(commands);
-    if (resolve_by_layer()) {
-      // lavapipe 22.3 resolves only layer 0 of a multiview pass: one empty pass for each layer resolves it.
-      const VkMemoryBarrier2 memory{.sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER_2,
-                                    .srcStageMask = VK_PIPELINE_STAGE_2_COLOR_ATTACHMENT_OUTPUT_BIT,
-                                    .srcAccessMask = VK_ACCESS_2_COLOR_ATTACHMENT_WRITE_BIT,
-                                    .dstStageMask = VK_PIPELINE_STAGE_2_COLOR_ATTACHMENT_OUTPUT_BIT,
-                                    .dstAccessMask = VK_ACCESS_2_COLOR_ATTACHMENT_READ_BIT |
-                                                     VK_ACCESS_2_COLOR_ATTACHMENT_WRITE_BIT};
-      const VkDependencyInfo dependency{
-          .sType = VK_STRUCTURE_TYPE_DEPENDENCY_INFO, .memoryBarrierCount = 1, .pMemoryBarriers = &memory};
-      vkCmdPipelineBarrier2(commands, &dependency);
-      for (std::size_t layer = 0; layer < 2; ++layer) {
-        const VkRenderingAttachmentInfo info{.sType = VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO,
-                                             .imageView = color.layer_views[layer],
-                                             .imageLayout = VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL,
-                                             .resolveMode = VK_RESOLVE_MODE_AVERAGE_BIT,
-                                             .resolveImageView = pictures.layer_views[layer],
-                                             .resolveImageLayout = VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL,
-                                             .loadOp = VK_ATTACHMENT_LOAD_OP_LOAD,
-                                             .storeOp = VK_ATTACHMENT_STORE_OP_DONT_CARE};
-        const VkRenderingInfo rendering{.sType = VK_STRUCTURE_TYPE_RENDERING_INFO,
-                                        .renderArea = {{0, 0}, pictures.options.size},
-                                        .layerCount = 1,
-                                        .colorAttachmentCount = 1,
-                                        .pColorAttachments = &info};
-        vkCmdBeginRendering(commands, &rendering);
-        vkCmdEndRendering(commands);
-      }
-    }
-    gpu::transition(commands, pictures, VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL,
-                    VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL, VK_PIPELINE_STAGE_2_COLOR_ATTACHMENT_OUTPUT_BIT,
-                    VK_ACCESS_2_COLOR_ATTACHMENT_WRITE_BIT, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT,
+    if (!resolves_by_command()) return;
+    gpu::transition(commands, color, VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL, VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL,
+                    kOutput, VK_ACCESS_2_COLOR_ATTACHMENT_WRITE_BIT, kResolve, VK_ACCESS_2_TRANSFER_READ_BIT);
+    const VkExtent2D extent = pictures.options.size;
+    const VkImageResolve resolve{
+        .srcSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 0, 1},
+        .dstSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, 0, static_cast<std::uint32_t>(view), 1},
+        .extent = {extent.width, extent.height, 1}};
+    vkCmdResolveImage(commands, color.image, VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL, pictures.image,
+                      VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, 1, &resolve);
+  }
+
+  void end_pictures(VkCommandBuffer commands) {
+    const bool by_command = resolves_by_command();
+    gpu::transition(commands, pictures,
+                    by_command ? VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL : VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL,
+                    VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL, by_command ? kResolve : kOutput,
+                    by_command ? VK_ACCESS_2_TRANSFER_WRITE_BIT : VK_ACCESS_2_COLOR_ATTACHMENT_WRITE_BIT,
+                    VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT,
                     VK_ACCESS_2_SHADER_SAMPLED_READ_BIT | VK_ACCESS_2_TRANSFER_READ_BIT);
   }
 };
@@ -464,11 +475,13 @@ Renderer::~Renderer() = default;
 Renderer::Renderer(Renderer&&) noexcept = default;
 
 void Renderer::update(MeshId mesh, std::span<const MeshUpdate> bricks) {
-  impl_->bricks.update(impl_->device, mesh, bricks, impl_->materials, impl_->last_submitted);
+  impl_->bricks.update(impl_->device, mesh, bricks, impl_->last_submitted);
 }
 
 void Renderer::place(MeshId mesh, const Pose& X_WM) {
-  impl_->bricks.meshes[mesh].X_WM = X_WM;
+  Pose& now = impl_->bricks.meshes[mesh].X_WM;
+  if (now.p == X_WM.p && now.R == X_WM.R) return;
+  now = X_WM;
   ++impl_->bricks.version;
 }
 

@@ -61,11 +61,18 @@ struct SlotBuffers {
   }
 };
 
+inline constexpr VkShaderStageFlags kPushStages = VK_SHADER_STAGE_VERTEX_BIT | VK_SHADER_STAGE_FRAGMENT_BIT;
+
+inline void push_view(VkCommandBuffer commands, VkPipelineLayout layout, int view) {
+  const glm::vec4 value(static_cast<float>(view), 0, 0, 0);
+  vkCmdPushConstants(commands, layout, kPushStages, offsetof(shared::ObjectData, view), sizeof value, &value);
+}
+
 inline void push(VkCommandBuffer commands, VkPipelineLayout layout, const Pose& X_WM) {
   const glm::dmat3 r = glm::transpose(glm::mat3_cast(X_WM.R));  // columns of rᵀ are the rows of R
   shared::ObjectData object;
   for (int i = 0; i < 3; ++i) object.world_row[i] = glm::vec4(glm::dvec4(r[i], X_WM.p[i]));
-  vkCmdPushConstants(commands, layout, VK_SHADER_STAGE_VERTEX_BIT, 0, sizeof object, &object);
+  vkCmdPushConstants(commands, layout, kPushStages, 0, sizeof object.world_row, &object);
 }
 
 inline void destroy_pipeline(gpu::Device& device, VkPipeline& pipeline) {

@@ -95,28 +95,14 @@ Color force_color(double share) {
 
 }  // namespace
 
-void HudPass::prepare(PassContext& context) {
-  if (atlas.image) return;
-  atlas = gpu::Image::create(context.device, {.size = {font::kWidth, font::kHeight},
-                                              .format = VK_FORMAT_R8_UNORM,
-                                              .usage = VK_IMAGE_USAGE_SAMPLED_BIT | VK_IMAGE_USAGE_TRANSFER_DST_BIT});
-  gpu::upload(context.device, atlas, font::kAtlas);
-}
-
-void HudPass::record(PassContext& context, VkCommandBuffer commands, int slot, const Hud& hud, glm::ivec2 size,
-                     FrameStats& stats) {
+void HudPass::prepare(PassContext& context, int slot, const Hud& hud, glm::ivec2 size) {
+  count = 0;
   if (!hud.visible) return;
-  if (!pipeline) {
-    gpu::PipelineOptions o = context.scene_pipeline(kSpirv_hud_vert, kSpirv_hud_frag);
-    o.bindings = {{0, sizeof(HudVertex), VK_VERTEX_INPUT_RATE_VERTEX}};
-    o.attributes = {{0, VK_FORMAT_R32G32B32A32_SFLOAT, offsetof(HudVertex, place)},
-                    {0, VK_FORMAT_R8G8B8A8_UNORM, offsetof(HudVertex, color)},
-                    {0, VK_FORMAT_R32G32B32A32_SFLOAT, offsetof(HudVertex, box)}};
-    o.cull = VK_CULL_MODE_NONE;
-    o.depth_write = false;
-    o.depth_compare = VK_COMPARE_OP_ALWAYS;
-    o.blend = true;
-    pipeline = gpu::create_pipeline(context.device, o);
+  if (!atlas.image) {
+    atlas = gpu::Image::create(context.device, {.size = {font::kWidth, font::kHeight},
+                                                .format = VK_FORMAT_R8_UNORM,
+                                                .usage = VK_IMAGE_USAGE_SAMPLED_BIT | VK_IMAGE_USAGE_TRANSFER_DST_BIT});
+    gpu::upload(context.device, atlas, font::kAtlas);
   }
 
   Layout l;
@@ -124,13 +110,14 @@ void HudPass::record(PassContext& context, VkCommandBuffer commands, int slot, c
   const double pixels = hud.aspect > 0 ? hud.aspect : static_cast<double>(size.x) / size.y;
   const bool turned = std::abs(hud.upright[0].x) < 0.5;  // the panel stands on its side
   l.aspect = turned ? 1 / pixels : pixels;
-  const double h = 0.062, margin = 0.05, pad = 0.035, wide = 0.74;
+  const double h = 0.062, margin = 0.05, pad = 0.035;
+  const std::string speed = fmt::format("{:.0f} krpm", hud.speed_krpm);
+  const double wide = std::max(0.74, Layout::width(hud.tool, h) + Layout::width(speed, h) + 2 * pad + h);
   // Panel at the lower left: tool, speed, force.
   const glm::dvec2 lo{-l.aspect + margin, -1 + margin}, hi{lo.x + wide, lo.y + 0.245};
   l.box(lo, hi, kPanel);
   const double y1 = hi.y - pad - 0.75 * h, y2 = y1 - 1.35 * h;
   l.text({lo.x + pad, y1}, h, hud.tool, kInk);
-  const std::string speed = fmt::format("{:.0f} krpm", hud.speed_krpm);
   l.text({hi.x - pad - Layout::width(speed, h), y1}, h, speed, hud.speed_krpm > 0 ? kInk : kFaint);
   const double share = hud.force_limit > 0 ? std::clamp(hud.force / hud.force_limit, 0.0, 1.0) : 0.0;
   const std::string force = fmt::format("{:.2f} N", hud.force);
@@ -151,10 +138,27 @@ void HudPass::record(PassContext& context, VkCommandBuffer commands, int slot, c
   gpu::Buffer& buffer =
       vertices.at_least(context.device, slot, l.out.size() * sizeof(HudVertex), VK_BUFFER_USAGE_VERTEX_BUFFER_BIT);
   std::memcpy(buffer.memory.mapped, l.out.data(), l.out.size() * sizeof(HudVertex));
+  count = static_cast<std::uint32_t>(l.out.size());
+}
+
+void HudPass::record(PassContext& context, VkCommandBuffer commands, int slot, FrameStats& stats) {
+  if (!count) return;
+  if (!pipeline) {
+    gpu::PipelineOptions o = context.scene_pipeline(kSpirv_hud_vert, kSpirv_hud_frag);
+    o.bindings = {{0, sizeof(HudVertex), VK_VERTEX_INPUT_RATE_VERTEX}};
+    o.attributes = {{0, VK_FORMAT_R32G32B32A32_SFLOAT, offsetof(HudVertex, place)},
+                    {0, VK_FORMAT_R8G8B8A8_UNORM, offsetof(HudVertex, color)},
+                    {0, VK_FORMAT_R32G32B32A32_SFLOAT, offsetof(HudVertex, box)}};
+    o.cull = VK_CULL_MODE_NONE;
+    o.depth_write = false;
+    o.depth_compare = VK_COMPARE_OP_ALWAYS;
+    o.blend = true;
+    pipeline = gpu::create_pipeline(context.device, o);
+  }
   vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, pipeline);
   const VkDeviceSize zero = 0;
-  vkCmdBindVertexBuffers(commands, 0, 1, &buffer.buffer, &zero);
-  vkCmdDraw(commands, static_cast<std::uint32_t>(l.out.size()), 1, 0, 0);
+  vkCmdBindVertexBuffers(commands, 0, 1, &vertices.buffers[static_cast<std::size_t>(slot)].buffer, &zero);
+  vkCmdDraw(commands, count, 1, 0, 0);
   ++stats.commands;
 }
 

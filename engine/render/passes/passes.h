@@ -45,8 +45,9 @@ struct BackgroundPass {
 struct ParticlePass {
   VkPipeline pipeline = VK_NULL_HANDLE;
   SlotBuffers instances;
-  void record(PassContext& context, VkCommandBuffer commands, int slot, std::span<const Particle> particles,
-              FrameStats& stats);
+  std::uint32_t count = 0;
+  void prepare(PassContext& context, int slot, std::span<const Particle> particles);
+  void record(PassContext& context, VkCommandBuffer commands, int slot, FrameStats& stats);
   void destroy(gpu::Device& device);
 };
 
@@ -60,10 +61,10 @@ struct HudPass {
   VkPipeline pipeline = VK_NULL_HANDLE;
   gpu::Image atlas;
   SlotBuffers vertices;
-  /// Before the frame's descriptor set is used: the atlas exists from here on.
-  void prepare(PassContext& context);
-  void record(PassContext& context, VkCommandBuffer commands, int slot, const Hud& hud, glm::ivec2 size,
-              FrameStats& stats);
+  std::uint32_t count = 0;
+  /// Before the frame's descriptor set is written: the atlas exists from here on.
+  void prepare(PassContext& context, int slot, const Hud& hud, glm::ivec2 size);
+  void record(PassContext& context, VkCommandBuffer commands, int slot, FrameStats& stats);
   void destroy(gpu::Device& device);
 };
 

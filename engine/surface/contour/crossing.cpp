@@ -5,72 +5,122 @@
 namespace typodont::surface {
 namespace {
 
+// |∇|² of an exact plane differs from one by rounding only, and its gradients at two samples agree; a curved field does
+// so only by a rare chance.
+constexpr float kUnit = 2e-6f;
+constexpr float kSame = 3e-3f;
+// Second differences beyond this are a crease nearby, or a radius under four voxels.
+constexpr float kBent = 0.25f;
 // A jump of slope between the edge's ends that no curvature explains.
 constexpr float kSlopeJump = 0.6f;
-// |∇|² of an exact plane differs from one by rounding only, and its gradients at two samples agree; a curved field
-// does both at once only by a rare chance.
-constexpr float kUnit = 2e-6f;
-constexpr float kSame = 1e-5f;
+// |∇|² of central differences is off by this much only where they reach across a crease.
+constexpr float kAcross = 0.05f;
 
 float smaller(float p, float q) { return p * q <= 0 ? 0 : std::abs(p) < std::abs(q) ? p : q; }
 
 struct Gradient {
-  float a, b, c;
-  float excess() const { return std::abs(a * a + b * b + c * c - 1); }
+  float a = 0, b = 0, c = 0;
+  float excess() const { return std::abs(a * a - 1 + b * b + c * c); }
 };
 
-// One-sided differences at a sample, `slope` along the edge given: the pair whose gradient is nearest to length one.
-Gradient one_sided(const float* p, float slope, int b, int c) {
-  const float f = *p;
-  const float bs[2] = {p[b] - f, f - p[-b]}, cs[2] = {p[c] - f, f - p[-c]};
-  Gradient best{slope, bs[0], cs[0]};
-  for (int i = 1; i < 4; ++i) {
-    const Gradient other{slope, bs[i & 1], cs[i >> 1]};
-    if (other.excess() < best.excess()) best = other;
+// The four pairs of one-sided differences across the edge at a sample, with a given slope along it.
+struct OneSided {
+  float a, b[2], c[2];
+
+  OneSided(const float* p, float slope, int stride_b, int stride_c)
+      : a(slope), b{p[stride_b] - *p, *p - p[-stride_b]}, c{p[stride_c] - *p, *p - p[-stride_c]} {}
+
+  Gradient pair(int i) const { return {a, b[i & 1], c[i >> 1]}; }
+  bool unit() const {
+    const float rest = a * a - 1, b0 = rest + b[0] * b[0], b1 = rest + b[1] * b[1];
+    const float c0 = c[0] * c[0], c1 = c[1] * c[1];
+    return (std::abs(b0 + c0) < kUnit) | (std::abs(b1 + c0) < kUnit) | (std::abs(b0 + c1) < kUnit) |
+           (std::abs(b1 + c1) < kUnit);
   }
-  return best;
+  Gradient best() const {
+    Gradient best = pair(0);
+    for (int i = 1; i < 4; ++i) {
+      if (pair(i).excess() < best.excess()) best = pair(i);
+    }
+    return best;
+  }
+};
+
+// One plane at both ends of the edge.
+bool same_plane(const OneSided& p, const OneSided& q, Gradient& out) {
+  if (!p.unit() || !q.unit()) return false;
+  float least = 2 * kSame * kSame;
+  bool found = false;
+  for (int i = 0; i < 4; ++i) {
+    const Gradient g = p.pair(i);
+    if (g.excess() >= kUnit) continue;
+    for (int j = 0; j < 4; ++j) {
+      const Gradient h = q.pair(j);
+      if (h.excess() >= kUnit) continue;
+      const float off = (g.b - h.b) * (g.b - h.b) + (g.c - h.c) * (g.c - h.c);
+      if (off >= least) continue;
+      least = off;
+      out = g;
+      found = true;
+    }
+  }
+  return found;
 }
 
 }  // namespace
 
 LocalCrossing cross_edge(const float* at, int a, int b, int c) {
-  const float before = at[-a], f0 = at[0], f1 = at[a], after = at[2 * a];
+  const float* end = at + a;
+  const float before = at[-a], f0 = at[0], f1 = end[0], after = end[a];
   const float slope = f1 - f0;
   const float bend0 = before - 2 * f0 + f1, bend1 = f0 - 2 * f1 + after;
-  float t = f0 / (f0 - f1);
-  Gradient g;
-  float curvature = 0;
+  const float b0 = at[b] + at[-b] - 2 * f0, c0 = at[c] + at[-c] - 2 * f0;
+  const float b1 = end[b] + end[-b] - 2 * f1, c1 = end[c] + end[-c] - 2 * f1;
+  const float bent = std::max({std::abs(bend0), std::abs(bend1), std::abs(b0), std::abs(c0), std::abs(b1), std::abs(c1)});
 
-  const bool kink = bend0 * bend1 > 0 && std::abs(bend0 + bend1) > kSlopeJump;
-  bool solved = false;
-  if (kink) {
-    // Two straight lines: through the samples before the edge and after it. Their maximum (a convex kink) or minimum.
+  float t = f0 / (f0 - f1), curvature = 0;
+  Gradient g;
+  const OneSided here(at, slope, b, c), there(end, slope, b, c);
+  bool solved = same_plane(here, there, g);
+  if (!solved && bent > kBent) {
+    // The edge may pass a crease: the field is the maximum (where it is convex) or minimum of a plane through the samples
+    // before the edge and one through those after it.
     const float slope0 = f0 - before, slope1 = after - f1;
     const float t0 = slope0 != 0 ? -f0 / slope0 : -1.f, t1 = slope1 != 0 ? 1 - f1 / slope1 : -1.f;
     const bool in0 = t0 >= 0 && t0 <= 1, in1 = t1 >= 0 && t1 <= 1;
-    const bool convex = bend0 > 0, leaving = f0 < 0;
-    if (in0 || in1) {
-      const bool first = in0 && (!in1 || (convex == leaving ? t0 <= t1 : t0 > t1));
-      t = first ? t0 : t1;
-      g = first ? one_sided(at, slope0, b, c) : one_sided(at + a, slope1, b, c);
+    const float jump = bend0 + bend1;
+    if (bend0 * bend1 > 0 && (in0 || in1)) {
+      const bool first = in0 && (!in1 || ((jump > 0) == (f0 < 0) ? t0 <= t1 : t0 > t1));
+      const OneSided side = first ? OneSided(at, slope0, b, c) : OneSided(end, slope1, b, c);
+      if (side.unit() || std::abs(jump) > kSlopeJump) {
+        t = first ? t0 : t1;
+        g = side.best();
+        solved = true;
+      }
+    }
+    if (!solved && (here.unit() || there.unit())) {
+      // A crease runs beside the edge: one of its ends sees a plane on one side.
+      const Gradient p = here.best(), q = there.best();
+      g = p.excess() < q.excess() ? p : q;
       solved = true;
     }
   }
   if (!solved) {
-    const float bend = kink ? 0 : smaller(bend0, bend1);
+    const float bend = std::abs(bend0 + bend1) > kSlopeJump ? 0 : smaller(bend0, bend1);
     const float steep = slope - 0.5f * bend * (1 - 2 * t);
     if (std::abs(steep) > 0.1f) t = std::clamp(t + 0.5f * bend * t * (1 - t) / steep, 0.f, 1.f);
     g.a = slope - 0.5f * bend * (1 - 2 * t);
-    const float* end = at + a;
     g.b = 0.5f * ((1 - t) * (at[b] - at[-b]) + t * (end[b] - end[-b]));
     g.c = 0.5f * ((1 - t) * (at[c] - at[-c]) + t * (end[c] - end[-c]));
-    const Gradient g0 = one_sided(at, slope, b, c), g1 = one_sided(end, slope, b, c);
-    if (g0.excess() < kUnit && g1.excess() < kUnit && std::abs(g0.b - g1.b) < kSame && std::abs(g0.c - g1.c) < kSame) {
-      g = g0;
-    } else {
-      // The Laplacian of a distance is the sum of the principal curvatures.
-      const float across0 = at[b] + at[-b] + at[c] + at[-c] - 4 * f0, across1 = end[b] + end[-b] + end[c] + end[-c] - 4 * f1;
-      curvature = 0.5f * (bend + (1 - t) * across0 + t * across1);
+    // The Laplacian of a distance is the sum of the principal curvatures.
+    curvature = 0.5f * (bend + (1 - t) * (b0 + c0) + t * (b1 + c1));
+    if (g.excess() > kAcross) {
+      const Gradient p = here.best(), q = there.best();
+      const Gradient better = p.excess() < q.excess() ? p : q;
+      if (3 * better.excess() < g.excess()) {
+        g = better;
+        curvature = 0;
+      }
     }
   }
   const float length = std::sqrt(g.a * g.a + g.b * g.b + g.c * g.c);

@@ -1,6 +1,7 @@
 #include "engine/surface/contour/plane_fit.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace typodont::surface {
 namespace {
@@ -39,35 +40,33 @@ void eigen(double a[3][3], double v[3][3]) {
 
 }  // namespace
 
-PlaneFit fit_planes(const CrossingSums& sums, double cutoff) {
-  const double m[3] = {static_cast<double>(sums.x.x) / sums.count, static_cast<double>(sums.x.y) / sums.count,
-                       static_cast<double>(sums.x.z) / sums.count};
+PlaneFit fit_planes(const PlaneSums& sums, double cutoff, int most) {
+  const glm::dvec3 m = sums.point / sums.count;
   const double n00 = sums.nn[0], n01 = sums.nn[1], n02 = sums.nn[2], n11 = sums.nn[3], n12 = sums.nn[4],
                n22 = sums.nn[5];
-  const double nm[3] = {n00 * m[0] + n01 * m[1] + n02 * m[2], n01 * m[0] + n11 * m[1] + n12 * m[2],
-                        n02 * m[0] + n12 * m[1] + n22 * m[2]};
-  // Relative to the mean: A y = b.
-  const double b[3] = {sums.nd.x - nm[0], sums.nd.y - nm[1], sums.nd.z - nm[2]};
+  const glm::dvec3 nm(n00 * m.x + n01 * m.y + n02 * m.z, n01 * m.x + n11 * m.y + n12 * m.z,
+                      n02 * m.x + n12 * m.y + n22 * m.z);
+  const glm::dvec3 b = sums.nd - nm;  // relative to the mean: A y = b
   double a[3][3] = {{n00, n01, n02}, {n01, n11, n12}, {n02, n12, n22}};
   double v[3][3];
   eigen(a, v);
-  const double greatest = std::max({a[0][0], a[1][1], a[2][2]});
+  int order[3] = {0, 1, 2};
+  std::sort(order, order + 3, [&a](int i, int j) { return a[i][i] > a[j][j]; });
+  const double greatest = a[order[0]][order[0]];
 
   PlaneFit fit;
   double y[3] = {0, 0, 0};
   double explained = 0;
-  for (int i = 0; i < 3; ++i) {
-    if (a[i][i] <= cutoff * greatest) continue;
+  for (const int i : order) {
+    if (a[i][i] <= cutoff * greatest || fit.rank == most) break;
     ++fit.rank;
-    const double along = v[0][i] * b[0] + v[1][i] * b[1] + v[2][i] * b[2];
+    const double along = v[0][i] * b.x + v[1][i] * b.y + v[2][i] * b.z;
     const double step = along / a[i][i];
     for (int k = 0; k < 3; ++k) y[k] += step * v[k][i];
     explained += along * step;
   }
-  const double at_mean = static_cast<double>(sums.dd) -
-                         2 * (m[0] * sums.nd.x + m[1] * sums.nd.y + m[2] * sums.nd.z) +
-                         (m[0] * nm[0] + m[1] * nm[1] + m[2] * nm[2]);
-  fit.point = {static_cast<float>(m[0] + y[0]), static_cast<float>(m[1] + y[1]), static_cast<float>(m[2] + y[2])};
+  const double at_mean = sums.dd - 2 * glm::dot(m, sums.nd) + glm::dot(m, nm);
+  fit.point = glm::vec3(m + glm::dvec3(y[0], y[1], y[2]));
   fit.residual = static_cast<float>(std::sqrt(std::max(0.0, (at_mean - explained) / sums.count)));
   return fit;
 }

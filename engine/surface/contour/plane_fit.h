@@ -1,54 +1,35 @@
-// Where many tangent planes meet best: the vertex of dual contouring (Ju, Losasso, Schaefer & Warren 2002).
+// Where tangent planes meet best: the vertex of dual contouring (Ju, Losasso, Schaefer & Warren 2002).
 #pragma once
 
 #include <array>
-#include <cmath>
 #include <glm/glm.hpp>
+
+#include "engine/surface/contour/crossing.h"
 
 namespace typodont::surface {
 
-/// Sums over crossings (point x, unit normal n, mean curvature) that add up from cells to blocks of cells. Points are relative to the
-/// centre of the cell or block, so that single precision is enough.
-struct CrossingSums {
-  float count = 0;
-  glm::vec3 x{0}, n{0};            // Σx, Σn
-  float xx = 0, xn = 0;            // Σ|x|², Σx·n
-  std::array<float, 6> nn{};       // Σ n nᵀ: xx xy xz yy yz zz
-  glm::vec3 nd{0};                 // Σ n (n·x)
-  float dd = 0;                    // Σ (n·x)²
-  float curvature = 0;
+/// Sums over the tangent planes of crossings. Points are relative to some centre near by.
+struct PlaneSums {
+  double count = 0;
+  glm::dvec3 point{0};         // Σ p
+  std::array<double, 6> nn{};  // Σ n nᵀ: xx xy xz yy yz zz
+  glm::dvec3 nd{0};            // Σ n (n·p)
+  double dd = 0;               // Σ (n·p)²
 
-  void add(const glm::vec3& point, const glm::vec3& normal, float mean_curvature) {
-    const float d = glm::dot(point, normal);
+  void add(const Crossing& crossing, const glm::vec3& centre) {
+    const glm::dvec3 n(crossing.normal[0], crossing.normal[1], crossing.normal[2]);
+    const glm::dvec3 p = glm::dvec3(crossing.point[0], crossing.point[1], crossing.point[2]) - glm::dvec3(centre);
+    const double d = glm::dot(n, p);
     count += 1;
-    x += point;
-    n += normal;
-    xx += glm::dot(point, point);
-    xn += d;
-    nn[0] += normal.x * normal.x;
-    nn[1] += normal.x * normal.y;
-    nn[2] += normal.x * normal.z;
-    nn[3] += normal.y * normal.y;
-    nn[4] += normal.y * normal.z;
-    nn[5] += normal.z * normal.z;
-    nd += normal * d;
+    point += p;
+    nn[0] += n.x * n.x;
+    nn[1] += n.x * n.y;
+    nn[2] += n.x * n.z;
+    nn[3] += n.y * n.y;
+    nn[4] += n.y * n.z;
+    nn[5] += n.z * n.z;
+    nd += n * d;
     dd += d * d;
-    curvature += mean_curvature;
-  }
-  /// Adds sums whose centre lies at `shift` from this one's.
-  void add(const CrossingSums& o, const glm::vec3& shift) {
-    const glm::vec3 nn_shift(o.nn[0] * shift.x + o.nn[1] * shift.y + o.nn[2] * shift.z,
-                             o.nn[1] * shift.x + o.nn[3] * shift.y + o.nn[4] * shift.z,
-                             o.nn[2] * shift.x + o.nn[4] * shift.y + o.nn[5] * shift.z);
-    count += o.count;
-    x += o.x + o.count * shift;
-    n += o.n;
-    xx += o.xx + 2 * glm::dot(o.x, shift) + o.count * glm::dot(shift, shift);
-    xn += o.xn + glm::dot(o.n, shift);
-    for (std::size_t i = 0; i < 6; ++i) nn[i] += o.nn[i];
-    nd += o.nd + nn_shift;
-    dd += o.dd + 2 * glm::dot(o.nd, shift) + glm::dot(nn_shift, shift);
-    curvature += o.curvature;
   }
 };
 
@@ -59,7 +40,7 @@ struct PlaneFit {
 };
 
 /// The point nearest to the crossings' mean among those that fit the planes best; directions that the planes hardly
-/// determine (eigenvalue under `cutoff` of the greatest) are left at the mean.
-PlaneFit fit_planes(const CrossingSums& sums, double cutoff);
+/// determine (eigenvalue under `cutoff` of the greatest, or beyond the `most` greatest) are left at the mean.
+PlaneFit fit_planes(const PlaneSums& sums, double cutoff, int most = 3);
 
 }  // namespace typodont::surface

@@ -98,11 +98,21 @@ Grid<float> gaussian(const Grid<float>& g, double sigma) {
   return from;
 }
 
-Grid<float> smooth_in_place(const Grid<float>& g, double sigma) {
+static double sharpening(double sigma, double blur) { return std::min(1 + blur * blur / (sigma * sigma), 3.0); }
+
+Grid<float> smooth_in_place(const Grid<float>& g, double sigma, double blur) {
+  const auto c = static_cast<float>(sharpening(sigma, blur));
   Grid<float> once = gaussian(g, sigma);
   const Grid<float> twice = gaussian(once, sigma);
-  for (std::size_t i = 0; i < once.v.size(); ++i) once.v[i] = 2 * once.v[i] - twice.v[i];
+  for (std::size_t i = 0; i < once.v.size(); ++i) once.v[i] = (1 + c) * once.v[i] - c * twice.v[i];
   return once;
+}
+
+double noise_left(double sigma, double blur) {
+  const double c = sharpening(sigma, blur);
+  // Inner products of Gaussians: variances add, and the value at the centre is (2π·variance)^−3/2.
+  const auto at_centre = [&](double times) { return std::pow(2 * M_PI * times * sigma * sigma, -1.5); };
+  return std::sqrt((1 + c) * (1 + c) * at_centre(2) - 2 * (1 + c) * c * at_centre(3) + c * c * at_centre(4));
 }
 
 template <class Better>

@@ -56,9 +56,12 @@ Jet sample_cubic(const Grid<float>& g, const glm::dvec3& p);
 /// Separable Gaussian, sigma in voxels; walls are continued by their value.
 Grid<float> gaussian(const Grid<float>& g, double sigma);
 
-/// 2G − G·G: a smoothing whose second moment vanishes, so that it flattens noise but, to second order, leaves curved
-/// iso-surfaces where they are; a plain Gaussian moves them by sigma²·(mean curvature).
-Grid<float> smooth_in_place(const Grid<float>& g, double sigma);
+/// (1 + c) G − c G·G with c = 1 + (blur / sigma)²: a smoothing whose second moment is −blur², so that it flattens noise
+/// and, to second order, puts curved iso-surfaces back where they were before a Gaussian `blur` (voxels) moved them by
+/// blur²·(mean curvature). c is kept at 3 at most, for the noise.
+Grid<float> smooth_in_place(const Grid<float>& g, double sigma, double blur);
+/// What it leaves of white noise: the norm of its kernel.
+double noise_left(double sigma, double blur);
 
 /// Smallest value in the ball of `radius` voxels.
 Grid<float> ball_min(const Grid<float>& g, double radius);

@@ -40,11 +40,27 @@ std::vector<Peak> peaks_of(const Grid<float>& greys, double blur) {
   if (!(hi > lo)) return {{lo, 1}};
   const double width = (hi - lo) / kBins;
   std::vector<double> count(kBins, 0);
-  for (const float g : greys.v) {
-    count[static_cast<std::size_t>(std::min(kBins - 1, static_cast<int>((g - lo) / width)))] += 1;
+  // Only plateaus: on the flanks of an edge a voxel's grey tells of two tissues.
+  const double steepest = std::max(0.04 * (hi - lo), 3 * blur);
+  for (int x = 0; x < greys.size.x; ++x) {
+    for (int y = 0; y < greys.size.y; ++y) {
+      for (int z = 0; z < greys.size.z; ++z) {
+        const glm::ivec3 p(x, y, z);
+        double slope2 = 0;
+        for (int a = 0; a < 3; ++a) {
+          glm::ivec3 up = p, down = p;
+          up[a] = std::min(p[a] + 1, greys.size[a] - 1);
+          down[a] = std::max(p[a] - 1, 0);
+          const double slope = 0.5 * (static_cast<double>(greys[up]) - static_cast<double>(greys[down]));
+          slope2 += slope * slope;
+        }
+        if (slope2 > steepest * steepest) continue;
+        count[static_cast<std::size_t>(std::min(kBins - 1, static_cast<int>((greys[p] - lo) / width)))] += 1;
+      }
+    }
   }
   // Smoothed as far as the noise is wide.
-  const double sigma = std::clamp(blur / width, 2.5, 40.0);
+  const double sigma = std::clamp(blur / width, 4.0, 40.0);
   std::vector<double> h(kBins, 0);
   const int r = static_cast<int>(4 * sigma);
   double norm = 0;
@@ -56,7 +72,7 @@ std::vector<Peak> peaks_of(const Grid<float>& greys, double blur) {
       h[static_cast<std::size_t>(i + k)] += count[static_cast<std::size_t>(i)] * std::exp(-0.5 * k * k / (sigma * sigma)) / norm;
     }
   }
-  // Hills, from the highest down; a hill ends where it meets a higher one. One that rises less than 30 % of its height
+  // Hills, from the highest down; a hill ends where it meets a higher one. One that rises less than 40 % of its height
   // above that pass is part of its neighbour.
   struct Hill {
     int top;
@@ -88,7 +104,7 @@ std::vector<Peak> peaks_of(const Grid<float>& greys, double blur) {
       const int high = left_higher ? left : right, low = left_higher ? right : left;
       Hill& lower = hills[static_cast<std::size_t>(low)];
       const double top = h[static_cast<std::size_t>(lower.top)];
-      if (top - h[static_cast<std::size_t>(bin)] < 0.3 * top) {
+      if (top - h[static_cast<std::size_t>(bin)] < 0.4 * top) {
         for (int& o : owner) o = o == low ? high : o;
         lower.top = -1;
       }
@@ -160,7 +176,12 @@ Levels find_levels(const std::filesystem::path& file, const Grid<float>& grey, c
   }
   std::erase_if(tissues, [&](const Peak& p) { return p.mass < 0.01 * bright; });
   for (const Peak& p : tissues) top = std::max(top, p.level);
-  std::erase_if(tissues, [&](const Peak& p) { return p.level - levels.outside < 0.3 * (top - levels.outside); });
+  double most = 0;
+  for (const Peak& p : tissues) most = std::max(most, p.mass);
+  std::erase_if(tissues, [&](const Peak& p) {
+    const double height = (p.level - levels.outside) / (top - levels.outside);
+    return height < 0.12 || (height < 0.3 && p.mass < 0.5 * most);
+  });
   std::sort(tissues.begin(), tissues.end(), [](const Peak& a, const Peak& b) { return a.mass > b.mass; });
   if (tissues.size() > 2) {
     notes.push_back(fmt::format("{} hills of tissue in the histogram; the two with most voxels are taken", tissues.size()));
@@ -184,6 +205,7 @@ Levels find_levels(const std::filesystem::path& file, const Grid<float>& grey, c
   } else {
     levels.soft = tissues[0].level;
   }
+  levels.fixed_dense = options.dense_grey.has_value() || hounsfield;
   if (options.dense_grey) {
     levels.dense = 2 * *options.dense_grey - levels.soft;
     if (!(*levels.dense > levels.soft)) {

@@ -14,6 +14,7 @@ struct Levels {
   double outside = 0;           // of the surround
   double soft = 0;              // of the softer tissue (dentin, cancellous bone)
   std::optional<double> dense;  // of the denser (enamel, cortical bone), where there are two
+  bool fixed_dense = false;     // the bound between the two was given, not found
   double noise = 0;             // standard deviation of the surround's greys
   double smoothed_noise = 0;    // … after smoothing
 

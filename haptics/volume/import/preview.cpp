@@ -3,6 +3,7 @@
 #include <png.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
 
@@ -55,6 +56,62 @@ dvec3 color_of(Tissue tissue) {
     case Tissue::kCancellousBone: return {0.85, 0.50, 0.45};
     default: return {0.7, 0.7, 0.7};
   }
+}
+
+// The surface lit from above the viewer, from four sides and both ends, side by side: shows at a glance whether it is
+// smooth, whole and the right way up.
+Picture shaded(const Imported& imported) {
+  const DenseTissue& t = imported.tissue;
+  const dvec3 lo = t.frame.to_voxels(imported.report.lo), hi = t.frame.to_voxels(imported.report.hi);
+  const dvec3 middle = 0.5 * (lo + hi);
+  const double reach = 0.5 * glm::length(hi - lo);
+  constexpr int kTile = 420;
+  const auto distance = [&](const dvec3& p) {  // voxels; trilinear
+    const dvec3 q = glm::clamp(p, dvec3(0.0), dvec3(t.size) - 1.001);
+    const glm::ivec3 i(q);
+    const dvec3 f = q - dvec3(i);
+    double sum = 0;
+    for (int k = 0; k < 8; ++k) {
+      const glm::ivec3 c(k & 1, k >> 1 & 1, k >> 2);
+      const double w = (c.x ? f.x : 1 - f.x) * (c.y ? f.y : 1 - f.y) * (c.z ? f.z : 1 - f.z);
+      sum += w * static_cast<double>(t.distance[t.at(i.x + c.x, i.y + c.y, i.z + c.z)]);
+    }
+    return sum / t.frame.voxel;
+  };
+  const std::array<std::pair<dvec3, dvec3>, 6> views = {{{{0, -1, 0}, {0, 0, 1}}, {{1, 0, 0}, {0, 0, 1}}, {{0, 1, 0}, {0, 0, 1}},
+                                                         {{-1, 0, 0}, {0, 0, 1}}, {{0, 0, 1}, {0, 1, 0}}, {{0, 0, -1}, {0, 1, 0}}}};
+  Picture picture(3 * kTile, 2 * kTile);
+  for (std::size_t v = 0; v < views.size(); ++v) {
+    const auto& [back, up] = views[v];
+    const dvec3 right = glm::cross(up, back);
+    const dvec3 light = glm::normalize(back + 0.8 * up - 0.5 * right);
+    for (int y = 0; y < kTile; ++y) {
+      for (int x = 0; x < kTile; ++x) {
+        const double scale = 1.05 * reach;
+        const dvec3 from = middle + ((x + 0.5) / kTile * 2 - 1) * scale * right - ((y + 0.5) / kTile * 2 - 1) * scale * up + reach * back;
+        dvec3 color(0.1);
+        for (double along = 0; along < 2 * reach;) {
+          const dvec3 p = from - along * back;
+          const double d = distance(p);
+          if (d < 0.01) {
+            dvec3 n;
+            for (int a = 0; a < 3; ++a) {
+              dvec3 e(0);
+              e[a] = 0.5;
+              n[a] = distance(p + e) - distance(p - e);
+            }
+            const glm::ivec3 i = glm::clamp(glm::ivec3(glm::round(p)), glm::ivec3(0), t.size - 1);
+            const double lit = std::max(0.0, glm::dot(glm::normalize(n + 1e-9), light));
+            color = glm::mix(dvec3(1), color_of(t.tissue[t.at(i.x, i.y, i.z)]), 0.5) * (0.15 + 0.85 * lit);
+            break;
+          }
+          along += std::max(0.8 * d, 0.02);
+        }
+        picture.set(static_cast<int>(v % 3) * kTile + x, static_cast<int>(v / 3) * kTile + y, color);
+      }
+    }
+  }
+  return picture;
 }
 
 }  // namespace
@@ -113,6 +170,8 @@ std::vector<std::filesystem::path> write_preview(const Imported& imported, const
     slice(fmt::format("coronal_{}", k + 1), 1, 0, 2, lo.y + (hi.y - lo.y) * (0.3 + 0.2 * k));
     slice(fmt::format("sagittal_{}", k + 1), 0, 1, 2, lo.x + (hi.x - lo.x) * (0.3 + 0.2 * k));
   }
+  files.push_back(folder / "surface.png");
+  write_png(files.back(), shaded(imported));
   return files;
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 namespace typodont::haptics::importing {
 
@@ -82,6 +83,8 @@ Mask find_cavities(const Mask& solid, const Mask& dense, double widest_mouth, bo
         const glm::ivec3 q = p + f;
         if (!pocket.holds(q) || (outside[q] && !pocket[q] && !cavity[q])) {
           ++faces[id].mouth;
+        } else if (cavity[q]) {
+          ++faces[id].cavity;
         } else if (solid[q]) {
           ++faces[id].wall;
           faces[id].dense += dense[q];
@@ -90,10 +93,11 @@ Mask find_cavities(const Mask& solid, const Mask& dense, double widest_mouth, bo
     }
     for (std::size_t i = 0; i < pocket.v.size(); ++i) {
       const auto id = static_cast<std::size_t>(parts.label.v[i]);
-      if (id == 0 || parts.voxels[id] < 30) continue;
+      if (id == 0) continue;
       const Contacts& f = faces[id];
-      const bool narrow = static_cast<double>(f.mouth) < 0.04 * static_cast<double>(f.mouth + f.wall);
-      if (narrow && !(tooth && 2 * f.dense > f.wall)) cavity.v[i] = 1;
+      const bool narrow = parts.voxels[id] >= 30 && static_cast<double>(f.mouth) < 0.04 * static_cast<double>(f.mouth + f.wall);
+      const bool plug = 2 * f.cavity > f.mouth;  // the rest of a mouth that a smaller ball dipped into
+      if ((narrow || plug) && !(tooth && 2 * f.dense > f.wall + f.cavity)) cavity.v[i] = 1;
     }
   }
   return cavity;
@@ -112,6 +116,19 @@ std::vector<bool> keep_large(const Components& parts, double share) {
     keep[static_cast<std::size_t>(largest)] = true;
   }
   return keep;
+}
+
+// The grey with most voxels; nothing when there are hardly any.
+std::optional<double> mode_of(std::vector<float> values, double width) {
+  if (values.size() < 50) return std::nullopt;
+  std::sort(values.begin(), values.end());
+  std::size_t best = 0, lo = 0;
+  double mode = values.back();
+  for (std::size_t hi = 0; hi < values.size(); ++hi) {
+    while (values[hi] - values[lo] > static_cast<float>(2 * width)) ++lo;
+    if (hi - lo > best) best = hi - lo, mode = 0.5 * (static_cast<double>(values[lo]) + static_cast<double>(values[hi]));
+  }
+  return mode;
 }
 
 glm::dvec3 unit(const glm::dvec3& v) {
@@ -253,14 +270,15 @@ Segmentation segment(const Grid<float>& grey, const Levels& levels, double voxel
   });
   report(0.65);
 
-  // Smoothing until the noise moves the surface by less than 0.02 voxel, whatever the scan's noise.
-  double sigma = 0.7;
+  // At least so much smoothing that edges are told by several samples, and until the noise moves the surface by less than
+  // 0.02 voxel.
+  double sigma = std::sqrt(std::max(1.1 * 1.1 - s.blur * s.blur, 0.7 * 0.7));
   for (; sigma < 2; sigma += 0.1) {
-    const double left = levels.noise / rise * 0.21 / std::pow(sigma, 1.5);  // of white noise, after 2G − GG in three axes
+    const double left = levels.noise / rise * noise_left(sigma, s.blur);
     const double slope = 1 / (std::sqrt(2 * M_PI) * std::hypot(s.blur, sigma));
     if (left / slope < 0.02) break;
   }
-  s.phi = smooth_in_place(occupancy, sigma);
+  s.phi = smooth_in_place(occupancy, sigma, s.blur);
   for (float& v : s.phi.v) v -= 0.5F;
 
   // One body, without holes that smoothing may have opened.
@@ -278,33 +296,58 @@ Segmentation segment(const Grid<float>& grey, const Levels& levels, double voxel
     }
     s.bodies_kept = static_cast<int>(components(where(s.phi, 0)).voxels.size()) - 1;
   }
-  const DistanceField surface = signed_distance(s.phi, size, {}, std::max(2 * shell, 6.0));
+  const double surface_band = std::max(2 * shell, 6.0);
+  const DistanceField surface = signed_distance(s.phi, size, {}, surface_band);
   const Grid<float>& d = surface.distance;
   report(0.85);
 
-  // Denser tissue: brighter than half way between the two. In the skin, where the edge dims it, the brightest grey on the
-  // way further in decides; so enamel has no skin of false dentin, and dentin no skin of anything.
-  const Grid<float> exact = smooth_in_place(grey, std::max(0.8, 0.8 * sigma));
+  // For the labels the outer edge is taken out of the greys: in the skin that it dims, and outside, stands the brightest
+  // grey on the way further in. So enamel has no skin of false dentin, and dentin no skin of anything.
   const double skin = std::min(shell, 2 * edge + 0.5);
+  Grid<float> filled = grey;
+  for_each_slab(size.x, [&](int x) {
+    for (int y = 0; y < size.y; ++y) {
+      for (int z = 0; z < size.z; ++z) {
+        const glm::ivec3 p(x, y, z);
+        const std::size_t i = grey.index(p);
+        if (d.v[i] < -skin) continue;
+        if (d.v[i] >= surface_band) {
+          filled.v[i] = static_cast<float>(levels.soft);
+          continue;
+        }
+        const glm::dvec3 from = d.v[i] > 0 ? glm::dvec3(surface.closest[i]) : glm::dvec3(p);
+        filled.v[i] = static_cast<float>(inward_peak(from, normal_at(surface, p), skin));
+      }
+    }
+  });
+  const auto limited = [&](double lo, double hi) {
+    Grid<float> g = filled;
+    for (float& v : g.v) v = std::clamp(v, static_cast<float>(lo), static_cast<float>(hi));
+    return smooth_in_place(g, 0.8, s.blur);
+  };
+  constexpr double kInfinity = std::numeric_limits<float>::max();
+
+  // Denser tissue: brighter than half way between the two.
   s.dense = Grid<float>(size, -0.5F);
   s.cavity = Grid<float>(size, -0.5F);
   if (levels.dense) {
-    const double span = *levels.dense - levels.soft;
-    for_each_slab(size.x, [&](int x) {
-      for (int y = 0; y < size.y; ++y) {
-        for (int z = 0; z < size.z; ++z) {
-          const glm::ivec3 p(x, y, z);
-          const std::size_t i = grey.index(p);
-          if (d.v[i] > 0) continue;
-          double g = exact.v[i];
-          if (d.v[i] > -skin) {
-            const glm::dvec3 n = normal_at(surface, p);
-            for (double t = kStep; t <= skin; t += kStep) g = std::max<double>(g, sample(exact, glm::dvec3(p) - t * n));
-          }
-          s.dense.v[i] = static_cast<float>(std::clamp((g - levels.denser()) / span, -0.5, 0.5));
-        }
-      }
-    });
+    const Grid<float> bright = limited(levels.soft - 2 * levels.noise, kInfinity);
+    std::vector<float> greys;
+    for (std::size_t i = 0; i < count; ++i) {
+      if (d.v[i] <= 0 && bright.v[i] > static_cast<float>(levels.denser())) greys.push_back(bright.v[i]);
+    }
+    const double dense = std::max(mode_of(std::move(greys), 0.03 * (*levels.dense - levels.soft)).value_or(*levels.dense), levels.denser());
+    const double span = dense - levels.soft, half = levels.fixed_dense ? levels.denser() : levels.soft + 0.5 * span;
+    // Where the layer thins out the blur takes its height: there half way to what is left of it, as long as that is
+    // clearly brighter than the softer tissue.
+    const Grid<float> peak = ball_max(bright, 2);
+    const double faintest = levels.soft + std::max(0.3 * span, 8 * levels.smoothed_noise);
+    for (std::size_t i = 0; i < count; ++i) {
+      if (d.v[i] > 0) continue;
+      double bound = half;
+      if (d.v[i] > -skin && peak.v[i] > faintest) bound = std::min(half, 0.5 * (levels.soft + peak.v[i]));
+      s.dense.v[i] = static_cast<float>(std::clamp((bright.v[i] - bound) / span, -0.5, 0.5));
+    }
     // Specks of the denser tissue are noise; on a tooth only the crown's cap is enamel.
     Mask mask(size, 0);
     for (std::size_t i = 0; i < count; ++i) mask.v[i] = d.v[i] <= 0 && s.dense.v[i] > 0;
@@ -317,22 +360,29 @@ Segmentation segment(const Grid<float>& grey, const Levels& levels, double voxel
 
   // Cavities. In a tooth also thin canals that the blur fills half: darker than half way between dentin and the darkest
   // grey near, where that is clearly darker than dentin, deeper than the outer edge reaches.
+  const Grid<float> dark = limited(-kInfinity, levels.soft + 2 * levels.noise);
   double cavity_grey = levels.outside;
   {
-    std::vector<float> greys;
+    std::vector<float> greys, inner;
+    Mask wall(size, 0);
+    for (std::size_t i = 0; i < count; ++i) wall.v[i] = !cavity.v[i];
+    const Grid<float> to_wall = distance_squared_to(wall);
     for (std::size_t i = 0; i < count; ++i) {
-      if (cavity.v[i]) greys.push_back(exact.v[i]);
+      if (cavity.v[i]) greys.push_back(smooth.v[i]);
+      if (cavity.v[i] && to_wall.v[i] > static_cast<float>(4 * edge * edge)) inner.push_back(smooth.v[i]);
     }
-    if (!greys.empty()) {
-      std::nth_element(greys.begin(), greys.begin() + static_cast<std::ptrdiff_t>(greys.size() / 4), greys.end());
-      cavity_grey = greys[greys.size() / 4];
+    std::vector<float>& told = inner.size() >= 20 ? inner : greys;
+    if (!told.empty()) {
+      const auto k = static_cast<std::ptrdiff_t>(told.size() / (inner.size() >= 20 ? 2 : 10));
+      std::nth_element(told.begin(), told.begin() + k, told.end());
+      cavity_grey = told[static_cast<std::size_t>(k)];
     }
   }
   const double drop = levels.soft - cavity_grey;
   constexpr float kNothing = 1e30F;
   Grid<float> deep(size, kNothing);
   for (std::size_t i = 0; i < count; ++i) {
-    if (d.v[i] < 0 && (cavity.v[i] || d.v[i] < -shell)) deep.v[i] = exact.v[i];
+    if (d.v[i] < 0 && (cavity.v[i] || d.v[i] < -shell)) deep.v[i] = dark.v[i];
   }
   const Grid<float> darkest = ball_min(deep, std::clamp(2 * edge, 2.0, 5.0));
   const double least = std::max(0.25 * drop, 8 * levels.smoothed_noise);  // contrast of a canal
@@ -340,8 +390,8 @@ Segmentation segment(const Grid<float>& grey, const Levels& levels, double voxel
   for (std::size_t i = 0; i < count; ++i) {
     if (!(deep.v[i] < kNothing)) continue;
     double bound = levels.soft - 0.5 * drop;
-    if (tooth && darkest.v[i] < levels.soft - least) bound = 0.5 * (levels.soft + darkest.v[i]);
-    const double here = (bound - exact.v[i]) / drop;
+    if (tooth && darkest.v[i] < levels.soft - least) bound = 0.5 * (levels.soft + std::max<double>(darkest.v[i], cavity_grey));
+    const double here = (bound - dark.v[i]) / drop;
     s.cavity.v[i] = static_cast<float>(std::clamp(here, -0.5, 0.5));
     if (!tooth && !cavity.v[i]) s.cavity.v[i] = -0.5F;
     pulp.v[i] = s.cavity.v[i] > 0;
@@ -361,7 +411,7 @@ Segmentation segment(const Grid<float>& grey, const Levels& levels, double voxel
     }
     std::vector<bool> keep(parts.voxels.size(), false);
     for (std::size_t k = 1; k < keep.size(); ++k) {
-      keep[k] = parts.voxels[k] >= 12 && (!tooth || 2 * faces[k].dense < faces[k].wall);
+      keep[k] = parts.voxels[k] >= 40 && (!tooth || 2 * faces[k].dense < faces[k].wall);
       s.cavity_parts += keep[k] ? 1 : 0;
     }
     for (std::size_t i = 0; i < count; ++i) {

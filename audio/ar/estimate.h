@@ -1,0 +1,29 @@
+// Autoregressive models from samples. Pure functions, double precision.
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <vector>
+
+namespace typodont::audio {
+
+struct Estimate {
+  std::vector<double> reflection;
+  double variance = 0;           // of the residual
+  std::vector<double> by_order;  // residual variance of orders 0…p, where the method gives them; for the criteria
+  bool refactored = false;       // the solution was not stable: replaced by the stable model of equal spectrum
+};
+
+/// Burg 1975, with the errors weighted by `weights` (Swingler 1979) where there are any: weights.size() == x.size().
+/// Stable by construction.
+Estimate burg(std::span<const double> x, std::size_t order, std::span<const double> weights = {});
+/// Yule–Walker: Levinson–Durbin on the biased autocorrelation of the (tapered) samples. Stable by construction.
+Estimate yule_walker(std::span<const double> x, std::size_t order, std::span<const double> taper = {});
+/// Modified covariance (Marple 1980): least squares of forward and backward prediction. May come out unstable.
+Estimate modified_covariance(std::span<const double> x, std::size_t order);
+
+enum class Criterion { kAkaike, kBayes };
+/// The order that minimises n·ln σ²_p + 2p (Akaike 1974) or + p·ln n (Schwarz 1978).
+std::size_t best_order(const std::vector<double>& variance_by_order, std::size_t samples, Criterion criterion);
+
+}  // namespace typodont::audio

@@ -1,0 +1,390 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <cstdint>
+#include <numeric>
+
+#include "audio/ar/estimate.h"
+#include "audio/ar/filter.h"
+#include "audio/ar/levinson.h"
+#include "audio/ar/noise.h"
+#include "audio/ar/resample.h"
+#include "audio/ar/rotor.h"
+#include "audio/ar/spectrum.h"
+#include "audio/ar_fit.h"
+#include "audio/sound_file.h"
+#include "engine/base/error.h"
+#include "engine/base/units.h"
+
+namespace typodont::audio {
+
+namespace {
+
+constexpr double kSilence = 1e-3;       // peak, -60 dB re full scale
+constexpr double kQuietBelowLoud = 40;  // dB: quieter ends are silence, not sound
+constexpr double kSteadyWithin = 3;     // dB of the loud part's median
+constexpr std::size_t kSamplesPerOrder = 10;
+constexpr double kWelchWindow = 1024.0 / 48000;  // s, about the resolution of 300 poles at 48 kHz
+
+double mean_power(std::span<const double> x) {
+  return x.empty() ? 0.0 : std::inner_product(x.begin(), x.end(), x.begin(), 0.0) / static_cast<double>(x.size());
+}
+
+double in_dB(double power) {
+  return 10 * std::log10(power + 1e-30);
+}
+
+void refuse_what_is_not_finite(const std::filesystem::path& file, const Recording& recording) {
+  for (std::size_t c = 0; c < recording.channels.size(); ++c) {
+    for (std::size_t i = 0; i < recording.length(); ++i) {
+      const double v = recording.channels[c][i];
+      if (std::isfinite(v)) continue;
+      throw Error(file.string(),
+                  fmt::format("sample {} of channel {} ({:.4f} s)", i, c, static_cast<double>(i) / recording.rate),
+                  std::isnan(v) ? "NaN" : "infinity", "a finite sample");
+    }
+  }
+}
+
+/// Flat tops: many samples at the very extreme, some of them neighbours.
+void refuse_clipping(const std::filesystem::path& file, std::span<const double> x) {
+  const auto [low, high] = std::minmax_element(x.begin(), x.end());
+  std::size_t extreme = 0, neighbours = 0;
+  bool before = false;
+  for (const double v : x) {
+    const bool at_extreme = (*high > 0 && v >= 0.9995 * *high) || (*low < 0 && v <= 0.9995 * *low);
+    extreme += at_extreme;
+    neighbours += at_extreme && before;
+    before = at_extreme;
+  }
+  const double fraction = static_cast<double>(extreme) / static_cast<double>(x.size());
+  if (extreme >= 10 && neighbours >= 3 && fraction > 1e-4) {
+    throw Error(file.string(), "",
+                fmt::format("clipping: {} samples ({:.2f} %) at the extremes {:.3f} and {:.3f}", extreme,
+                            100 * fraction, *low, *high),
+                "a recording that stays below its full scale");
+  }
+}
+
+/// A single line that holds nearly all the power: nothing to excite with noise.
+void refuse_one_tone(const std::filesystem::path& file, std::span<const double> x, double rate) {
+  constexpr std::size_t kPoints = 8192;
+  const auto power = welch(x, kPoints, rate);
+  const auto peak = static_cast<std::size_t>(std::max_element(power.begin(), power.end()) - power.begin());
+  double total = 0, line = 0;
+  for (std::size_t i = 0; i < power.size(); ++i) {
+    total += power[i];
+    if (i + 4 >= peak && i <= peak + 4) line += power[i];  // the window's main lobe and its first side lobes
+  }
+  if (line > 0.999 * total) {
+    throw Error(file.string(), "",
+                fmt::format("one tone at {:.0f} Hz with {:.2f} % of the power",
+                            static_cast<double>(peak) * rate / kPoints, 100 * line / total),
+                "a sound with noise in it");
+  }
+}
+
+std::vector<double> frame_levels(std::span<const double> x, std::size_t frame) {
+  std::vector<double> levels;
+  for (std::size_t at = 0; at + frame <= x.size(); at += frame)
+    levels.push_back(in_dB(mean_power(x.subspan(at, frame))));
+  return levels;
+}
+
+double quantile(std::vector<double> values, double q) {
+  const auto at = static_cast<std::ptrdiff_t>(q * static_cast<double>(values.size() - 1));
+  std::nth_element(values.begin(), values.begin() + at, values.end());
+  return values[static_cast<std::size_t>(at)];
+}
+
+/// First and one-past-last sample of what is not silence.
+std::pair<std::size_t, std::size_t> audible(std::span<const double> x, double rate) {
+  const auto frame = static_cast<std::size_t>(0.02 * rate);
+  const auto levels = frame_levels(x, frame);
+  if (levels.size() < 3) return {0, x.size()};
+  const double floor = quantile(levels, 0.95) - kQuietBelowLoud;
+  const auto sounds = [&](double level) { return level > floor; };
+  const auto first = std::find_if(levels.begin(), levels.end(), sounds) - levels.begin();
+  const auto last = std::find_if(levels.rbegin(), levels.rend(), sounds).base() - levels.begin();
+  const bool to_end = last == static_cast<std::ptrdiff_t>(levels.size());
+  return {static_cast<std::size_t>(first) * frame, to_end ? x.size() : static_cast<std::size_t>(last) * frame};
+}
+
+/// The longest stretch whose level stays near the median of the loud frames.
+std::pair<std::size_t, std::size_t> steady(std::span<const double> x, double rate) {
+  const auto frame = static_cast<std::size_t>(0.05 * rate);
+  const auto levels = frame_levels(x, frame);
+  if (levels.size() < 3) return {0, x.size()};
+  std::vector<double> loud;
+  const double limit = quantile(levels, 0.9) - 6;
+  std::copy_if(levels.begin(), levels.end(), std::back_inserter(loud), [&](double v) { return v >= limit; });
+  const double level = quantile(loud, 0.5);
+  std::size_t best_from = 0, best_length = 0, run = 0;
+  for (std::size_t i = 0; i < levels.size(); ++i) {
+    run = std::abs(levels[i] - level) <= kSteadyWithin ? run + 1 : 0;
+    if (run > best_length) {
+      best_length = run;
+      best_from = i + 1 - run;
+    }
+  }
+  return {best_from * frame, (best_from + best_length) * frame};
+}
+
+/// The mains frequency when it stands out of its neighbourhood by 20 dB, else 0.
+double detected_hum(std::span<const double> x, double rate) {
+  const auto points = static_cast<std::size_t>(2 * std::floor(std::min(static_cast<double>(x.size()), 4 * rate) / 2));
+  if (static_cast<double>(points) < 0.5 * rate) return 0;  // too coarse to tell 50 from 60
+  const auto power = welch(x, points, rate);
+  const double bin = rate / static_cast<double>(points);
+  for (const double mains : {50.0, 60.0}) {
+    double line = 0;
+    std::vector<double> around;
+    for (std::size_t i = 1; i < power.size() && static_cast<double>(i) * bin < mains + 25; ++i) {
+      const double away = std::abs(static_cast<double>(i) * bin - mains);
+      if (away <= 1.5 + bin) line = std::max(line, power[i]);
+      if (away > 4 + 2 * bin && away < 25) around.push_back(power[i]);
+    }
+    if (!around.empty() && line > 100 * quantile(around, 0.5)) return mains;
+  }
+  return 0;
+}
+
+/// Notches at the mains frequency and four harmonics, run both ways: no phase, no delay.
+void remove_hum(std::vector<double>& x, double mains, double rate) {
+  for (int harmonic = 1; harmonic <= 5; ++harmonic) {
+    const double w = 2 * kPi * mains * harmonic / rate;
+    if (w > 0.9 * kPi) break;
+    // A notch 4 Hz wide: zeros on the unit circle, poles just inside.
+    const double r = 1 - kPi * 4 / rate, c = -2 * std::cos(w);
+    const double gain = (1 + c * r + r * r) / (2 + c);  // unity at 0 Hz
+    for (int pass = 0; pass < 2; ++pass) {
+      double x1 = 0, x2 = 0, y1 = 0, y2 = 0;
+      for (double& v : x) {
+        const double y = gain * (v + c * x1 + x2) - c * r * y1 - r * r * y2;
+        x2 = x1;
+        x1 = v;
+        y2 = y1;
+        y1 = y;
+        v = y;
+      }
+      std::reverse(x.begin(), x.end());
+    }
+  }
+}
+
+/// Where a band above the audible one is empty, 40 dB under the weakest audible part (another rate, a coder's
+/// low-pass), standard deviation of white noise that lies 10 dB under the weakest audible part; else 0. No all-pole
+/// model can say "nothing", and poles spent on trying are missing where they are heard.
+double fill_of_empty_band(std::span<const double> x, double rate) {
+  const auto points = static_cast<std::size_t>(2 * std::lround(kWelchWindow * rate / 2));
+  const auto power = welch(x, points, rate);
+  const double audible = std::min(20000.0, 0.42 * rate);
+  double weakest = 1e300, emptiest = 1e300;
+  for (std::size_t i = 2; i + 1 < power.size(); ++i) {
+    const double f = static_cast<double>(i) * rate / static_cast<double>(points);
+    double& least = f <= audible ? weakest : emptiest;
+    least = std::min(least, power[i]);
+  }
+  const double fill = 0.1 * weakest;
+  return emptiest < 1e-4 * weakest ? std::sqrt(fill * rate / 2) : 0.0;
+}
+
+Window window_named(const std::string& name) {
+  if (name == "none") return Window::kNone;
+  if (name == "hann") return Window::kHann;
+  if (name == "hamming") return Window::kHamming;
+  if (name == "blackman") return Window::kBlackman;
+  throw Error("--window", "", "\"" + name + "\"", "none, hann, hamming or blackman");
+}
+
+/// The order as a number, or 0 for a criterion.
+std::size_t order_asked(const FitOptions& options) {
+  if (options.order == "aic" || options.order == "bic") return 0;
+  int order = 0;
+  const char* end = options.order.data() + options.order.size();
+  const auto result = std::from_chars(options.order.data(), end, order);
+  if (result.ec != std::errc() || result.ptr != end || order < 1 || order > 5000) {
+    throw Error("--order", "", "\"" + options.order + "\"", "1 to 5000, aic or bic");
+  }
+  return static_cast<std::size_t>(order);
+}
+
+}  // namespace
+
+FitReport fit_recording(const std::filesystem::path& file, const FitOptions& options) {
+  const std::size_t order = order_asked(options);
+  const bool by_criterion = order == 0;
+  if (by_criterion && (options.max_order < 1 || options.max_order > 5000)) {
+    throw Error("--max-order", "", fmt::to_string(options.max_order), "1 to 5000");
+  }
+  const std::size_t highest = by_criterion ? static_cast<std::size_t>(options.max_order) : order;
+  const bool yule = options.method == "yule-walker", covariance = options.method == "modified-covariance";
+  if (!yule && !covariance && options.method != "burg") {
+    throw Error("--method", "", "\"" + options.method + "\"", "burg, yule-walker or modified-covariance");
+  }
+  const Window window = window_named(options.window);
+  if (covariance && window != Window::kNone) {
+    throw Error("--window", "", options.window, "none: modified covariance takes its samples unwindowed");
+  }
+  if (covariance && by_criterion) {
+    throw Error("--order", "", options.order, "a number: modified covariance solves for one order only");
+  }
+  if (options.hum != "auto" && options.hum != "off" && options.hum != "50" && options.hum != "60") {
+    throw Error("--hum", "", "\"" + options.hum + "\"", "auto, off, 50 or 60");
+  }
+  if (options.rate != 0 && !(options.rate >= 4000 && options.rate <= 400000)) {
+    throw Error("--rate", "", fmt::format("{} Hz", options.rate), "4000 to 400000 Hz");
+  }
+
+  const Recording recording = read_recording(file);
+  FitReport report;
+  refuse_what_is_not_finite(file, recording);
+  if (options.channel >= static_cast<int>(recording.channels.size())) {
+    throw Error(file.string(), "channel", fmt::to_string(options.channel),
+                fmt::format("0 to {}", recording.channels.size() - 1));
+  }
+  const double rate = recording.rate;
+  report.duration = static_cast<double>(recording.length()) / rate;
+
+  // Which part: what the user asked for, without silence, perhaps only the steady stretch.
+  const double to = options.to > 0 ? options.to : report.duration;
+  if (!(options.from >= 0 && options.from < to && to <= report.duration + 1e-6)) {
+    throw Error(file.string(), "--from and --to", fmt::format("{} to {} s", options.from, to),
+                fmt::format("a part of 0 to {:.3f} s", report.duration));
+  }
+  std::size_t first = static_cast<std::size_t>(std::lround(options.from * rate));
+  std::size_t last = std::min(recording.length(), static_cast<std::size_t>(std::lround(to * rate)));
+  std::vector<double> x = recording.mono(options.channel);
+  double peak = 0;
+  for (std::size_t i = first; i < last; ++i) peak = std::max(peak, std::abs(x[i]));
+  const double offset = std::accumulate(x.begin() + static_cast<std::ptrdiff_t>(first),
+                                        x.begin() + static_cast<std::ptrdiff_t>(last), 0.0) /
+                        static_cast<double>(std::max<std::size_t>(1, last - first));
+  double swing = 0;
+  for (std::size_t i = first; i < last; ++i) swing = std::max(swing, std::abs(x[i] - offset));
+  if (swing < kSilence) {
+    throw Error(file.string(), "", fmt::format("silence: peak {:.1f} dB re full scale", in_dB(swing * swing)),
+                "a sound above -60 dB");
+  }
+  for (double& v : x) v -= offset;
+  if (std::abs(offset) > 0.01 * peak) report.notes.push_back(fmt::format("constant offset {:.4f} removed", offset));
+  const auto narrow = [&](std::pair<std::size_t, std::size_t> range, const char* what) {
+    if (range.first == 0 && range.second == last - first) return;
+    last = first + range.second;
+    first += range.first;
+    report.notes.push_back(fmt::format("{}: kept {:.3f} to {:.3f} s", what, static_cast<double>(first) / rate,
+                                       static_cast<double>(last) / rate));
+  };
+  if (options.trim) narrow(audible({x.data() + first, last - first}, rate), "silence trimmed");
+  if (options.steady) narrow(steady({x.data() + first, last - first}, rate), "steady stretch");
+  x = std::vector<double>(x.begin() + static_cast<std::ptrdiff_t>(first),
+                          x.begin() + static_cast<std::ptrdiff_t>(last));
+  report.from = static_cast<double>(first) / rate;
+  report.to = static_cast<double>(last) / rate;
+
+  // Can it be fitted?
+  const double model_rate = options.rate > 0 ? options.rate : rate;
+  const double samples_fitted = static_cast<double>(x.size()) * model_rate / rate;
+  if (samples_fitted < static_cast<double>(kSamplesPerOrder * highest)) {
+    throw Error(file.string(), "",
+                fmt::format("{:.0f} samples ({:.3f} s): too short for order {}", samples_fitted,
+                            static_cast<double>(x.size()) / rate, highest),
+                fmt::format("at least {} samples, or an order of at most {}", kSamplesPerOrder * highest,
+                            std::max(1, static_cast<int>(samples_fitted) / static_cast<int>(kSamplesPerOrder))));
+  }
+  refuse_one_tone(file, x, rate);
+  for (std::size_t c = 0; c < recording.channels.size(); ++c) {
+    if (options.channel >= 0 && options.channel != static_cast<int>(c)) continue;
+    refuse_clipping(file, {recording.channels[c].data() + first, last - first});
+  }
+
+  // Hum, then the model's rate.
+  report.hum = options.hum == "off" ? 0 : options.hum == "auto" ? detected_hum(x, rate) : std::stod(options.hum);
+  if (report.hum > 0) {
+    remove_hum(x, report.hum, rate);
+    report.notes.push_back(fmt::format("mains hum at {:.0f} Hz and its harmonics removed", report.hum));
+  }
+  if (model_rate != rate) {
+    x = resampled(x, rate, model_rate);
+    report.notes.push_back(fmt::format("resampled from {:.0f} to {:.0f} Hz", rate, model_rate));
+  }
+  if (const double level = fill_of_empty_band(x, model_rate); level > 0) {
+    GaussianNoise noise(1);
+    for (double& v : x) v += level * static_cast<double>(noise.next());
+    report.notes.push_back(
+        fmt::format("empty band above what is audible filled with noise at {:.0f} dB", in_dB(level * level)));
+  }
+  report.level_dB = in_dB(mean_power(x));
+
+  // The model.
+  const auto weights = window == Window::kNone ? std::vector<double>() : window_samples(window, x.size());
+  Estimate estimate = yule         ? yule_walker(x, highest, weights)
+                      : covariance ? modified_covariance(x, highest)
+                                   : burg(x, highest, weights);
+  report.variance_by_order = estimate.by_order;
+  std::size_t chosen = highest;
+  if (by_criterion) {
+    const Criterion criterion = options.order == "aic" ? Criterion::kAkaike : Criterion::kBayes;
+    chosen = std::max<std::size_t>(1, best_order(estimate.by_order, x.size(), criterion));
+    estimate.reflection.resize(chosen);
+    estimate.variance = estimate.by_order[chosen];
+    report.notes.push_back(fmt::format("order {} chosen by {} among 1 to {}", chosen, options.order, highest));
+  }
+  if (estimate.refactored) {
+    report.notes.push_back("the least-squares solution was not stable: replaced by the stable model of its spectrum");
+  }
+  for (const double k : estimate.reflection)
+    report.largest_reflection = std::max(report.largest_reflection, std::abs(k));
+  if (!(estimate.variance > 1e-11 * mean_power(x)) || !(report.largest_reflection < 1)) {
+    throw Error(file.string(), "",
+                fmt::format("pure tones: the residual is {:.0f} dB below the sound",
+                            in_dB(mean_power(x)) - in_dB(estimate.variance)),
+                "a sound with noise in it");
+  }
+  ArModel& model = report.model;
+  model.reflection = estimate.reflection;
+  model.gain = std::sqrt(estimate.variance);
+  model.rate = model_rate;
+  model.samples = x.size();
+  model.method = options.method;
+  model.name = options.name.empty() ? file.stem().string() : options.name;
+  model.source = options.source.empty() ? file.filename().string() : options.source;
+  model.licence = options.licence.empty() ? "not stated" : options.licence;
+  model.spindle = options.spindle;
+  if (model.spindle == 0) {
+    model.spindle = 2 * kPi * estimated_rotor_frequency(x, model_rate);
+    model.spindle_estimated = model.spindle > 0;
+  }
+
+  // How well it fits: against the recording's smoothed spectrum.
+  const auto points = static_cast<std::size_t>(2 * std::lround(kWelchWindow * model_rate / 2));
+  const auto measured = welch(x, points, model_rate);
+  report.up_to = std::min(16000.0, 0.45 * std::min(rate, model_rate));
+  std::vector<double> a, b;
+  for (std::size_t i = 1; i < measured.size(); ++i) {
+    report.frequencies.push_back(static_cast<double>(i) * model_rate / static_cast<double>(points));
+    report.recording_dB.push_back(in_dB(measured[i]));
+  }
+  report.model_dB = spectrum_dB(model, report.frequencies);
+  const auto seen = expected_welch(sampled_power(model.reflection, model.gain, 32769), points, model_rate);
+  std::vector<double> unsmoothed;
+  for (std::size_t i = 0; i < report.frequencies.size(); ++i) {
+    if (report.frequencies[i] < 60 || report.frequencies[i] > report.up_to) continue;
+    a.push_back(measured[i + 1]);
+    b.push_back(seen[i + 1]);
+    unsmoothed.push_back(std::pow(10, report.model_dB[i] / 10));
+  }
+  report.distance_dB = log_spectral_distance(a, b);
+  report.unsmoothed_distance_dB = log_spectral_distance(a, unsmoothed);
+  report.itakura_saito = itakura_saito(a, b);
+  report.condition = direct_form_condition(model);
+  report.form = report.condition <= ArFilter::kFloatLimit    ? "float"
+                : report.condition <= ArFilter::kDoubleLimit ? "double"
+                                                             : "lattice";
+  for (const auto& note : report.notes) model.notes += (model.notes.empty() ? "" : "; ") + note;
+  return report;
+}
+
+}  // namespace typodont::audio

@@ -1,0 +1,63 @@
+#include "audio/ar/rotor.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "audio/ar/spectrum.h"
+
+namespace typodont::audio {
+
+std::vector<SpectralLine> spectral_lines(std::span<const double> x, double rate, double at_least_dB) {
+  const auto points = static_cast<std::size_t>(2 * std::lround(rate / 48000 * 2048));
+  const auto power = welch(x, points, rate);
+  const double bin = rate / static_cast<double>(points);
+  const auto reach = static_cast<std::ptrdiff_t>(std::lround(400 / bin));
+  const auto size = static_cast<std::ptrdiff_t>(power.size());
+  std::vector<SpectralLine> lines;
+  std::vector<double> around;
+  for (std::ptrdiff_t i = 4; i + 4 < size; ++i) {
+    const auto at = power.begin() + i;
+    if (*std::max_element(at - 3, at + 4) > *at) continue;
+    around.assign(power.begin() + std::max<std::ptrdiff_t>(1, i - reach), power.begin() + std::min(size, i + reach));
+    const auto middle = around.begin() + static_cast<std::ptrdiff_t>(around.size() / 2);
+    std::nth_element(around.begin(), middle, around.end());
+    const double prominence = 10 * std::log10((*at + 1e-30) / (*middle + 1e-30));
+    if (prominence < at_least_dB) continue;
+    // The peak's place between the bins: a parabola through the logarithms.
+    const double l = std::log(at[-1] + 1e-30), c = std::log(at[0] + 1e-30), r = std::log(at[1] + 1e-30);
+    const double curve = l - 2 * c + r;
+    const double shift = curve < 0 ? std::clamp(0.5 * (l - r) / curve, -0.5, 0.5) : 0.0;
+    lines.push_back({(static_cast<double>(i) + shift) * bin, prominence, 10 * std::log10(*at + 1e-30)});
+  }
+  std::sort(lines.begin(), lines.end(), [](const auto& a, const auto& b) { return a.level_dB > b.level_dB; });
+  return lines;
+}
+
+double estimated_rotor_frequency(std::span<const double> x, double rate) {
+  const auto lines = spectral_lines(x, rate, 6);
+  const auto prominence_near = [&](double f) {
+    double best = 0;
+    for (const auto& line : lines) {
+      if (std::abs(line.frequency - f) < std::max(15.0, 0.006 * f)) best = std::max(best, line.prominence);
+    }
+    return best;
+  };
+  double best = 0, best_score = 12;  // dB: less than two clear lines is no series
+  for (const auto& line : lines) {
+    for (int divisor = 1; divisor <= 3; ++divisor) {
+      const double f = line.frequency / divisor;
+      if (f < 250 || f > 8000) continue;
+      double score = 0;  // a harmonic that is missing costs what a weak one brings
+      for (int harmonic = 1; harmonic <= 8 && harmonic * f < 0.45 * rate; ++harmonic) {
+        score += std::min(prominence_near(harmonic * f), 25.0) - 5;
+      }
+      if (score > best_score) {
+        best_score = score;
+        best = f;
+      }
+    }
+  }
+  return best;
+}
+
+}  // namespace typodont::audio

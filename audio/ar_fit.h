@@ -1,0 +1,48 @@
+// From a recording to an autoregressive model: trimming, checking, estimating. Set-up time.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "audio/ar_model.h"
+
+namespace typodont::audio {
+
+struct FitOptions {
+  std::string method = "burg";  // burg, yule-walker, modified-covariance
+  std::string order = "300";    // a number, "aic" or "bic"
+  int max_order = 600;          // of the criteria
+  std::string window = "none";  // none, hann, hamming, blackman: weights of Burg's errors, taper of Yule–Walker
+  double rate = 0;              // Hz of the model; 0: the recording's
+  int channel = -1;             // -1: the mean of all
+  double from = 0, to = 0;      // s of the recording; to = 0: its end
+  bool trim = true;             // silence off both ends
+  bool steady = false;          // only the longest stretch of even loudness
+  std::string hum = "auto";     // auto, off, 50, 60
+  double spindle = 0;           // rad/s of the drill in the recording; 0: estimated from its lines
+  std::string name, source, licence;
+};
+
+struct FitReport {
+  ArModel model;
+  double duration = 0, from = 0, to = 0;  // s of the recording; the part that was fitted
+  double level_dB = 0;                    // re full scale, of that part
+  double hum = 0;                         // Hz that was removed with its harmonics; 0: none
+  double distance_dB = 0;  // log-spectral: Welch spectrum of that part to the model seen through the same window
+  double unsmoothed_distance_dB = 0;  // to the model as it is, whose lines may be narrower than the window shows
+  double itakura_saito = 0;
+  double up_to = 0;  // Hz the two distances reach to: 16 kHz or 0.45 of the rate
+  double largest_reflection = 0;
+  double condition = 0;  // of the direct form, see ar/filter.h
+  std::string form;      // that the synthesizer will use: float, double, lattice
+  std::vector<double> variance_by_order;
+  std::vector<double> frequencies, recording_dB, model_dB;  // both spectra, 1/Hz
+  std::vector<std::string> notes;                           // what was done to the recording, for people
+};
+
+/// Throws Error with the reason where there is nothing to fit: silence, clipping, a pure tone, too short for the order,
+/// a sample that is not finite, an unknown method.
+FitReport fit_recording(const std::filesystem::path& file, const FitOptions& options);
+
+}  // namespace typodont::audio

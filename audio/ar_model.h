@@ -1,0 +1,40 @@
+// An autoregressive model of a sound: white noise in, the drill's spectrum out. Plain data; the file format is JSON.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace typodont::audio {
+
+/// y[n] = gain·e[n] − Σ a_i y[n−i], e white with unit variance; A(z) = 1 + Σ a_i z^-i, kept as the reflection
+/// coefficients k_1…k_p of its lattice (a_p of the p-th order predictor is k_p). Stable exactly when all |k| < 1, and
+/// so is every blend of two models' k.
+struct ArModel {
+  std::vector<double> reflection;  // k_1 … k_p, each in (−1, 1)
+  double gain = 0;                 // standard deviation of the residual; full scale is 1
+  double rate = 48000;             // Hz, the rate the coefficients belong to
+  double spindle = 0;              // rad/s of the recorded drill; 0: not known
+  bool spindle_estimated = false;  // read off the spectrum's lines, not told by the user
+  std::size_t samples = 0;         // of the recording it was fitted to; 0: not known
+  std::string name, method, source, licence, notes;
+
+  std::size_t order() const { return reflection.size(); }
+};
+
+/// The power of the model's output: gain² Π 1/(1 − k²).
+double power_of(const ArModel& model);
+/// 10·log10 of the one-sided power density (1/Hz) at the frequencies given in Hz.
+std::vector<double> spectrum_dB(const ArModel& model, const std::vector<double>& frequencies);
+
+/// The same model cut down to its first `order` stages: for Burg exactly the fit of that order, power kept.
+ArModel truncated(const ArModel& model, std::size_t order);
+/// The order at which the Bayesian information criterion is least; the model's own where `samples` is not known.
+std::size_t sufficient_order(const ArModel& model);
+
+/// Reads and checks a model file; throws Error naming file, key, found and expected.
+ArModel load_model(const std::filesystem::path& file);
+/// The file's text.
+std::string to_json(const ArModel& model);
+
+}  // namespace typodont::audio

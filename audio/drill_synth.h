@@ -1,0 +1,63 @@
+// The drill's sound, made from what the servo says. Deterministic: the same models, rate, seed and states give the same
+// samples to the bit, however the samples are divided into buffers.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+
+#include "audio/sound_models.h"
+#include "engine/base/clock.h"
+#include "engine/contract/tissue.h"
+
+namespace typodont::audio {
+
+/// What the ear needs of one servo tick. Plain data, trivially copyable, SI.
+struct SoundState {
+  Nanos t = 0;              // the tick's time; takes effect at the sample nearest to it
+  double spindle = 0;       // rad/s, its sign does not matter
+  double pedal = 0;         // 0..1
+  double contact_area = 0;  // m² of the head that touches tissue
+  double force = 0;         // N
+  double removal_rate = 0;  // m³/s
+  Tissue tissue = Tissue::kAir;
+  bool cutting_tool = true;  // false for hand instruments: they scrape and tap
+  double slip_speed = 0;     // m/s along the surface, for scraping
+  double suction = 0;        // 0..1
+};
+
+struct SynthOptions {
+  double hold = 0;           // s without a new state after which contact ends and the drill runs down; 0: never
+  bool lower_order = false;  // cut models down to the order at which their criterion says nothing is lost
+};
+
+/// One thread at a time (the audio callback's, or the offline renderer's). Only the constructor allocates.
+class DrillSynth {
+ public:
+  DrillSynth(const SoundModels& models, double sample_rate, std::uint64_t seed, const SynthOptions& options = {});
+  ~DrillSynth();
+  DrillSynth(DrillSynth&&) noexcept;
+  DrillSynth& operator=(DrillSynth&&) noexcept;
+
+  /// In order of time. A state older than the next sample takes effect at once and counts as late; where more than
+  /// kPending wait to be heard, the newest is not taken and counts as dropped.
+  void push(const SoundState& state) noexcept;
+  static constexpr std::size_t kPending = 8192;
+
+  /// The next samples; the first of all is at time 0.
+  void render(std::span<float> mono) noexcept;
+  /// The next samples, of which the first is at time t_first of the ticks' clock (see AudioOutput).
+  void render(std::span<float> mono, Nanos t_first) noexcept;
+
+  double sample_rate() const noexcept;
+  std::uint64_t late() const noexcept;
+  std::uint64_t dropped() const noexcept;
+  /// How many autoregressive filters the last sample needed: 0 silent, 1 idle, 2 while working.
+  int active_filters() const noexcept;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace typodont::audio

@@ -1,0 +1,55 @@
+// The audio device's clock, told by callbacks that come when the scheduler lets them.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+
+#include "engine/base/clock.h"
+
+namespace typodont::audio {
+
+/// Delay-locked loop after Adriaensen 2005 ("Using a DLL to filter time"): follows the callbacks' mean rate, not their
+/// jitter. Audio thread.
+class ClockFilter {
+ public:
+  ClockFilter(double sample_rate, double bandwidth = 0.7) noexcept : rate_(sample_rate), bandwidth_(bandwidth) {}
+
+  /// A callback for `samples` samples came at `t`: when it would have come without jitter. Callbacks more than four
+  /// periods off (the device was stopped, or starved) start afresh.
+  Nanos filtered(Nanos t, int samples) noexcept {
+    const double nominal = samples / rate_ * 1e9;
+    if (samples != samples_ || !running_ || std::abs(static_cast<double>(t - next_) - rest_) > 4 * nominal + 20e6) {
+      samples_ = samples;
+      running_ = true;
+      period_ = nominal;
+      next_ = t;
+      rest_ = 0;
+      // A wide loop at first, so that one late callback at the start is soon forgotten.
+      seen_ = 0;
+    }
+    const double error = static_cast<double>(t - next_) - rest_;
+    const double seconds = samples / rate_;
+    const double bandwidth = std::max(bandwidth_, 8 * bandwidth_ / (1 + static_cast<double>(seen_) * seconds * 4));
+    ++seen_;
+    const double w = 2 * 3.141592653589793 * std::min(bandwidth * seconds, 0.1);
+    const Nanos now = next_;
+    const double now_rest = rest_ + std::sqrt(2.0) * w * error;
+    rest_ = now_rest + period_;
+    period_ += w * w * error;
+    const double whole = std::floor(rest_);
+    next_ += static_cast<Nanos>(whole);
+    rest_ -= whole;
+    return now + static_cast<Nanos>(std::llround(now_rest));
+  }
+
+ private:
+  double rate_, bandwidth_;
+  int samples_ = 0;
+  bool running_ = false;
+  long long seen_ = 0;
+  Nanos next_ = 0;     // when the next callback is due …
+  double rest_ = 0;    // … and the fraction of it
+  double period_ = 0;  // ns
+};
+
+}  // namespace typodont::audio

@@ -1,0 +1,58 @@
+// A sound card that may go and come back.
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <memory>
+#include <string>
+
+#include "audio/audio_output.h"
+#include "audio/output/clock_filter.h"
+#include "audio/output/stream_backend.h"
+
+namespace typodont::audio {
+
+class DeviceOutput final : public AudioOutput {
+ public:
+  DeviceOutput(std::unique_ptr<StreamBackend> backend, std::string device, const AudioOptions& options);
+  ~DeviceOutput() override;
+
+  double sample_rate() const override { return opened_.sample_rate; }
+  void start(const AudioSource& source, Nanos t_start) override;
+  void advance(Nanos t) override;
+  void stop() override;
+  AudioStats stats() const override;
+  std::string description() const override;
+
+  /// A tick at t is heard in the sample that leaves the program this much later, after one buffer: time for the
+  /// callback to be late and for the tick to cross the ring.
+  static constexpr Nanos kMargin = 1'000'000;
+  static constexpr Nanos kSilentFor = 500'000'000;  // without a callback for this long a device counts as lost
+  static constexpr Nanos kRetryEvery = 1'000'000'000;
+  static constexpr Nanos kPatience = 2'000'000'000;  // with a library that does not let the device go
+
+ private:
+  static bool callback(void* self, float* out, int frames, int channels, Nanos t, bool underrun) noexcept;
+  bool fill(float* out, int frames, int channels, Nanos t, bool underrun) noexcept;
+  void open();
+  bool close_within(Nanos patience);
+
+  std::shared_ptr<StreamBackend> backend_;     // shared with a thread that closes it, however long that takes
+  std::shared_ptr<std::atomic<bool>> closed_;  // false while one does
+  std::string device_;
+  AudioOptions options_;
+  StreamOpened opened_;
+  AudioSource source_;
+  bool started_ = false, lost_ = false;
+  Nanos last_look_samples_at_ = 0, next_try_ = 0;
+  std::uint64_t last_look_samples_ = 0, losses_ = 0, recoveries_ = 0, underruns_told_ = 0;
+
+  // Audio thread only, while a stream runs.
+  ClockFilter clock_{48000};
+  Nanos offset_ = 0;  // tick time − host time
+  std::array<float, 4096> mono_{};
+
+  std::atomic<std::uint64_t> samples_{0}, underruns_{0}, clipped_{0};
+};
+
+}  // namespace typodont::audio

@@ -1,0 +1,41 @@
+// What a sound card library must do for us: PortAudio in the program, a simulated card in the tests.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include "engine/base/clock.h"
+
+namespace typodont::audio {
+
+struct StreamRequest {
+  std::string device;      // name or part of it; empty: the default
+  double sample_rate = 0;  // 0: the device's own
+  int buffer = 256;
+  /// Audio thread: fills frames × channels samples; false ends the stream.
+  bool (*callback)(void* self, float* out, int frames, int channels, Nanos t, bool underrun) noexcept = nullptr;
+  void* self = nullptr;
+};
+
+struct StreamOpened {
+  std::string name;
+  double sample_rate = 0;
+  double device_latency = 0;  // s that the device adds, as it says itself
+};
+
+class StreamBackend {
+ public:
+  virtual ~StreamBackend() = default;
+  /// Throws Error when no device has that name, RunFailure when it refuses.
+  virtual StreamOpened open(const StreamRequest& request) = 0;
+  virtual void start() = 0;
+  /// False once the device has gone or the stream has stopped by itself.
+  virtual bool alive() noexcept = 0;
+  /// The callback is not called again once this has begun. May take minutes where a server died under the library.
+  virtual void close() noexcept = 0;
+};
+
+std::unique_ptr<StreamBackend> make_portaudio_backend();
+
+}  // namespace typodont::audio

@@ -1,0 +1,36 @@
+// A drill's voice: the models it speaks with, idle and working, and how they answer to the spindle.
+#pragma once
+
+#include <array>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "audio/ar_model.h"
+#include "engine/contract/tissue.h"
+
+namespace typodont::audio {
+
+/// A tone at a multiple of the rotor's frequency, for drills whose tone no recording at hand contains.
+struct RotorTone {
+  double multiple = 1;   // of the rotor's turns per second
+  double amplitude = 0;  // at free speed, and in proportion to the speed below it; full scale is 1
+};
+
+/// Plain data. A working model that is missing is derived from the idle one by the mapping in audio/README.md
+/// ("Working sound where none was recorded").
+struct SoundModels {
+  ArModel idle;
+  std::array<std::optional<ArModel>, kTissueCount> working;  // from recordings, where there are any
+  double free_speed = 0;  // rad/s at which the idle model sounds as recorded; 0: the fastest spindle heard so far
+  std::vector<RotorTone> tones;
+  double level = 1;  // factor on everything, so that voices of different recordings are equally loud
+  std::string name, source, licence;
+};
+
+/// Reads a voice file ("kind": "voice") with the model files it names, or a single model file as an idle voice.
+/// Throws Error naming file, key, found and expected.
+SoundModels load_sound_models(const std::filesystem::path& file);
+
+}  // namespace typodont::audio

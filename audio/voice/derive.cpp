@@ -1,0 +1,59 @@
+#include "audio/voice/derive.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numeric>
+
+#include "audio/ar/levinson.h"
+
+namespace typodont::audio {
+
+namespace {
+constexpr std::array<TissueColour, kTissueCount> kColours = {{
+    {0.0, 0.0, 3000, 0.0, 1.0},   // air: the idle sound
+    {6.0, 1.6, 9000, 4.0, 0.5},   // enamel
+    {5.0, 0.3, 5000, 3.0, 0.6},   // dentin
+    {3.0, -1.5, 2500, 2.0, 0.8},  // caries
+    {1.0, -3.0, 1500, 1.0, 1.0},  // pulp
+    {5.5, 0.8, 4000, 4.0, 0.5},   // cortical bone
+    {4.0, -1.0, 2000, 3.0, 0.8},  // cancellous bone
+    {0.5, -4.0, 800, 0.0, 1.0},   // gingiva
+    {6.0, 1.2, 7000, 6.0, 0.25},  // amalgam
+    {4.0, 0.0, 4000, 2.0, 0.7},   // composite
+}};
+}  // namespace
+
+const TissueColour& colour_of(Tissue tissue) noexcept {
+  return kColours[static_cast<std::size_t>(tissue)];
+}
+
+std::array<ArModel, kTissueCount> derived_working_models(const ArModel& idle) {
+  constexpr std::size_t kPoints = 16385;
+  const auto idle_power = sampled_power(idle.reflection, idle.gain, kPoints);
+  const double before = std::accumulate(idle_power.begin(), idle_power.end(), 0.0);
+  std::array<ArModel, kTissueCount> models;
+  models.fill(idle);
+  for (std::size_t t = 1; t < models.size(); ++t) {
+    const TissueColour& colour = kColours[t];
+    auto power = idle_power;
+    for (std::size_t i = 0; i < kPoints; ++i) {
+      const double f = std::clamp(static_cast<double>(i) / (kPoints - 1) * idle.rate / 2, 200.0, 16000.0);
+      const double away = std::log2(f / colour.centre) / colour.width_octaves;
+      const double dB = colour.slope_dB * std::log2(f / 3000) + colour.resonance_dB * std::exp(-0.5 * away * away);
+      power[i] *= std::pow(10, dB / 10);
+    }
+    // The colour changes the shape; the level is set apart from it. A floor 100 dB down keeps Levinson
+    // well-conditioned.
+    const double after = std::accumulate(power.begin(), power.end(), 0.0);
+    const double scale = before / after * std::pow(10, colour.level_dB / 10);
+    const double floor = 1e-10 * before / static_cast<double>(kPoints);
+    for (double& v : power) v = v * scale + floor;
+    models[t].reflection = reflection_of_power(power, idle.order(), models[t].gain);
+    models[t].method = "derived";
+    models[t].name = idle.name + " in " + std::string(name_of(static_cast<Tissue>(t)));
+  }
+  return models;
+}
+
+}  // namespace typodont::audio

@@ -1,0 +1,58 @@
+// Taps, scraping and suction: what is heard when no drill runs. Modelled, not recorded.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "audio/ar/noise.h"
+#include "engine/contract/tissue.h"
+
+namespace typodont::audio {
+
+/// Three decaying modes per tissue (van den Doel & Pai 1998), struck by taps and stirred by scraping.
+class ModalBank {
+ public:
+  explicit ModalBank(double sample_rate);
+  void strike(Tissue tissue, float strength) noexcept;
+  float next() noexcept;
+  bool silent() const noexcept { return silent_; }
+
+ private:
+  static constexpr int kModes = 3;
+  struct Mode {
+    float re = 0, im = 0;            // the ringing, as a turning arrow
+    float turn_re = 0, turn_im = 0;  // its turn and decay per sample
+    float weight = 0;
+  };
+  std::array<std::array<Mode, kModes>, kTissueCount> modes_;
+  std::array<bool, kTissueCount> ringing_{};
+  bool silent_ = true;
+  int until_check_ = 0;
+};
+
+/// A tip dragged over asperities 20 µm apart: noise around the rate at which it meets them.
+class Scrape {
+ public:
+  Scrape(double sample_rate, std::uint64_t seed);
+  /// `slip` in m/s, `level` the amplitude wanted.
+  float next(float slip, float level) noexcept;
+
+ private:
+  GaussianNoise noise_;
+  float per_radian_;
+  float low_ = 0, high_ = 0;
+};
+
+/// A saliva ejector: hiss through a narrow mouth, gurgling slowly.
+class Suction {
+ public:
+  Suction(double sample_rate, std::uint64_t seed);
+  float next(float level) noexcept;
+
+ private:
+  GaussianNoise noise_, slow_;
+  float a1_, a2_, gain_, slow_gain_;
+  float y1_ = 0, y2_ = 0, gurgle_ = 0;
+};
+
+}  // namespace typodont::audio

@@ -1,0 +1,389 @@
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "audio/ar/noise.h"
+#include "audio/ar/resample.h"
+#include "audio/drill_synth.h"
+#include "audio/voice/derive.h"
+#include "audio/voice/hand_sounds.h"
+#include "audio/voice/stream.h"
+#include "engine/base/units.h"
+
+#ifdef __SSE2__
+#include <immintrin.h>
+#endif
+
+namespace typodont::audio {
+
+namespace {
+
+// The mapping from hand to ear; audio/README.md says where each number comes from.
+constexpr double kTypicalArea = 1e-6;  // m² of contact, N and m³/s of removal at which 63 % of the idle sound
+constexpr double kTypicalForce = 2;    //   has given way to the working sound
+constexpr double kTypicalRemoval = 1e-9;
+constexpr double kBrightForce = 1.5;  // N and m³/s at which the highs have risen by 63 % of what they can
+constexpr double kBrightRemoval = 0.5e-9;
+constexpr double kBrightFrom = 4000;     // Hz
+constexpr double kFastestSpeed = 2;      // of the free speed; what turns faster sounds like this
+constexpr double kAttack = 0.5e-3;       // s, time constant of every level
+constexpr double kRunUp = 0.4;           // s from rest to free speed, where the spindle's speed jumps …
+constexpr double kRunDown = 1.25;        // s, time constant of running down; both from the same recording
+constexpr double kJump = 0.5;            // of free speed between two ticks: a switch, not a load
+constexpr double kAtRest = 0.03;         // of free speed: not heard any more
+constexpr float kTouchStrength = 0.02f;  // of a tap's first contact, full scale 1
+constexpr float kTapPerNewton = 0.25f;
+constexpr double kSlowRise = 20;       // N/s; what rises more slowly is a push, not a tap
+constexpr float kScrapeLevel = 0.08f;  // at 1 N and 20 mm/s
+constexpr float kSuctionLevel = 0.5f;
+constexpr int kChunk = 64;
+
+/// Denormals are zero while this lives, whichever thread renders: a decaying filter costs no more than a loud one, and
+/// the bits do not depend on who calls.
+class FlushDenormals {
+ public:
+#ifdef __SSE2__
+  FlushDenormals() noexcept : before_(_mm_getcsr()) {
+    _mm_setcsr(before_ | 0x8040u);
+  }
+  ~FlushDenormals() {
+    _mm_setcsr(before_);
+  }
+#else
+  FlushDenormals() noexcept = default;
+#endif
+  FlushDenormals(const FlushDenormals&) = delete;
+  FlushDenormals& operator=(const FlushDenormals&) = delete;
+
+ private:
+#ifdef __SSE2__
+  unsigned before_;
+#endif
+};
+
+/// A level on its way: exponential towards its target, and there at last.
+struct Level {
+  float value = 0, target = 0;
+  float next(float rate) noexcept {
+    const float away = target - value;
+    value = std::abs(away) < 1e-5f ? target : value + rate * away;
+    return value;
+  }
+  bool zero() const noexcept { return value == 0 && target == 0; }
+};
+
+/// Straight up to 0.7 of full scale, then bent so that it never passes it.
+float limited(float x) noexcept {
+  const float size = std::abs(x);
+  if (size <= 0.7f) return x;
+  return std::copysign(0.7f + 0.3f * std::tanh((size - 0.7f) / 0.3f), x);
+}
+
+/// sin(2π t), any t ≥ 0.
+float sine_of_turns(double t) noexcept {
+  double u = t - std::floor(t) - 0.5;  // −½ … ½, and sin(2π t) = −sin(2π u)
+  if (u > 0.25) u = 0.5 - u;
+  if (u < -0.25) u = -0.5 - u;
+  const double x = u * 2 * kPi, z = x * x;
+  return static_cast<float>(-x * (1 + z * (-1.0 / 6 + z * (1.0 / 120 + z * (-1.0 / 5040 + z / 362880)))));
+}
+
+float finite_or_zero(double v, double most) noexcept {
+  return std::isfinite(v) ? static_cast<float>(std::clamp(v, 0.0, most)) : 0.0f;
+}
+
+ArModel lowered(const ArModel& model, bool lower) {
+  return lower ? truncated(model, std::max<std::size_t>(1, sufficient_order(model))) : model;
+}
+
+}  // namespace
+
+struct DrillSynth::Impl {
+  Impl(const SoundModels& models, double sample_rate, std::uint64_t seed, const SynthOptions& synth_options)
+      : rate(sample_rate),
+        options(synth_options),
+        level(static_cast<float>(models.level)),
+        free_speed(models.free_speed),
+        tones(models.tones),
+        phases(models.tones.size(), 0.0),
+        kernels(kFastestSpeed * fastest_step(models, sample_rate)),
+        modal(sample_rate),
+        scrape(sample_rate, mixed(seed ^ 0x5c4a9e)),
+        suction(sample_rate, mixed(seed ^ 0x50c710)),
+        attack(static_cast<float>(1 - std::exp(-1 / (kAttack * sample_rate)))),
+        bright_pole(static_cast<float>(1 - std::exp(-2 * kPi * kBrightFrom / sample_rate))),
+        run_up(1 / (kRunUp * sample_rate)),
+        run_down(1 - std::exp(-1 / (kRunDown * sample_rate))),
+        pending(kPending) {
+    const ArModel idle = lowered(models.idle, options.lower_order);
+    const auto derived = derived_working_models(idle);
+    streams.reserve(kTissueCount);
+    streams.emplace_back(idle, rate, kernels, mixed(seed));
+    for (std::size_t t = 1; t < derived.size(); ++t) {
+      const auto& recorded = models.working[t];
+      streams.emplace_back(recorded ? lowered(*recorded, options.lower_order) : derived[t], rate, kernels,
+                           mixed(seed + t));
+    }
+  }
+
+  static double fastest_step(const SoundModels& models, double sample_rate) {
+    double fastest = models.idle.rate;
+    for (const auto& model : models.working) fastest = std::max(fastest, model ? model->rate : 0.0);
+    return fastest / sample_rate;
+  }
+
+  /// Sample index at a time, exact for sessions of months.
+  double index_of(Nanos t) const noexcept {
+    const Nanos seconds = t / kNanosPerSecond;
+    return static_cast<double>(seconds) * rate + static_cast<double>(t - seconds * kNanosPerSecond) * 1e-9 * rate;
+  }
+
+  void take(const SoundState& state) noexcept {
+    const double spindle = std::isfinite(state.spindle) ? std::abs(state.spindle) : 0.0;
+    if (!reference_given && spindle > free_speed) free_speed = spindle;
+    double ratio = free_speed > 0 ? std::min(spindle / free_speed, kFastestSpeed) : 0.0;
+    if (std::abs(ratio - 1) < 1e-6) ratio = 1;
+    if (ratio < kAtRest) ratio = 0;
+    const double interval = std::clamp(index_now - last_state, 1.0, 0.005 * rate);
+    if (!heard_any) {
+      speed = ratio;
+      speed_step = 0;
+      ramp_left = 0;
+    } else if (gliding || std::abs(ratio - speed_target) > kJump) {
+      gliding = true;
+    } else {
+      ramp_left = static_cast<int>(interval);
+      speed_step = (ratio - speed) / ramp_left;
+    }
+    speed_target = ratio;
+
+    const double area = finite_or_zero(state.contact_area, 1), force = finite_or_zero(state.force, 1000);
+    const double removal = finite_or_zero(state.removal_rate, 1);
+    const bool contact = area > 0 || removal > 0 || force > 0.02;
+    const bool by_hand = !state.cutting_tool || ratio == 0;
+    const bool named = state.tissue != Tissue::kAir && static_cast<std::size_t>(state.tissue) < kTissueCount;
+    const Tissue tissue = named ? state.tissue : Tissue::kDentin;  // what is not named sounds middling
+    const auto touched = static_cast<std::size_t>(tissue);
+
+    // Drill: from the idle to the tissue's working sound at equal power.
+    const bool cutting = contact && !by_hand;
+    const double load =
+        cutting ? 1 - std::exp(-(area / kTypicalArea + force / kTypicalForce + removal / kTypicalRemoval)) : 0.0;
+    for (std::size_t t = 1; t < weights.size(); ++t) {
+      weights[t].target = t == touched ? static_cast<float>(std::sin(0.5 * kPi * load)) : 0.0f;
+    }
+    weights[0].target = state.cutting_tool ? static_cast<float>(std::cos(0.5 * kPi * load)) : 0.0f;
+    bright.target =
+        cutting ? static_cast<float>(1 - std::exp(-(force / kBrightForce + removal / kBrightRemoval))) : 0.0f;
+
+    // Hand instrument: a tap where the force rises, scraping where it slides.
+    if (by_hand && contact) {
+      const double slow = kSlowRise * std::max(0.0, index_now - last_state) / rate;
+      const double rise = std::max(0.0, force - (in_contact ? last_force + slow : 0.0));
+      const float strength = kTapPerNewton * static_cast<float>(rise) + (in_contact ? 0.0f : kTouchStrength);
+      if (strength > 1e-4f) modal.strike(tissue, std::min(strength, 1.0f));
+      last_tissue = tissue;
+    }
+    const float slide = finite_or_zero(state.slip_speed, 1);
+    const bool scraping = by_hand && contact && slide > 1e-4f;
+    if (scraping) slip = slide;
+    scrape_level.target =
+        scraping ? kScrapeLevel * std::sqrt(static_cast<float>(force)) * std::min(1.0f, slide / 0.02f) : 0.0f;
+    suction_level.target = kSuctionLevel * finite_or_zero(state.suction, 1);
+    in_contact = contact;
+    last_force = force;
+    if (!heard_any) {  // the sound starts as if it had always been so
+      for (Level& weight : weights) weight.value = weight.target;
+      bright.value = bright.target;
+      suction_level.value = suction_level.target;
+    }
+    heard_any = true;
+    last_state = index_now;
+  }
+
+  /// Up to kChunk samples in which no state takes effect.
+  void chunk(float* out, int count) noexcept {
+    double speeds[kChunk];
+    float gains[kTissueCount][kChunk], brightness[kChunk], rotor[kChunk];
+    float working[kChunk] = {};
+    std::fill(out, out + count, 0.0f);
+
+    // The spindle, and whether it is heard at all.
+    bool turning = false;
+    for (int i = 0; i < count; ++i) {
+      if (gliding) {
+        const double away = speed_target - speed;
+        speed += away > 0 ? std::min(away, run_up) : away * run_down;
+        if (std::abs(speed_target - speed) < 0.002 || (speed_target == 0 && speed < kAtRest)) {
+          speed = speed_target;
+          gliding = false;
+          ramp_left = 0;
+        }
+      } else if (ramp_left > 0) {
+        speed = --ramp_left == 0 ? speed_target : speed + speed_step;
+      }
+      speeds[i] = speed;
+      turning = turning || speed > 0;
+    }
+
+    bool active[kTissueCount];
+    filters = 0;
+    for (std::size_t t = 0; t < weights.size(); ++t) {
+      active[t] = turning && !weights[t].zero();
+      filters += active[t];
+    }
+    // At rest every level is where it wants to be; decided sample by sample, so that the division into chunks, which
+    // follows the caller's buffers, leaves no trace.
+    const auto level_at = [&](Level& x, int i) noexcept {
+      if (speeds[i] == 0) x.value = x.target;
+      return speeds[i] == 0 ? 0.0f : x.next(attack);
+    };
+    if (!turning) {
+      for (Level& weight : weights) weight.value = weight.target;
+      bright.value = bright.target;
+      low = 0;
+    } else {
+      for (int i = 0; i < count; ++i) {
+        const auto s = static_cast<float>(speeds[i]);
+        rotor[i] = s * s * s * std::sqrt(s * std::sqrt(s));  // speed^3.75: measured on a run-down, see the README
+        brightness[i] = level_at(bright, i);
+      }
+      for (std::size_t t = 0; t < weights.size(); ++t) {
+        if (!active[t]) continue;
+        // Idle noise is the air's and the bearings'; cutting goes on as long as the bur turns, ~ its speed.
+        for (int i = 0; i < count; ++i) {
+          gains[t][i] = level_at(weights[t], i) * (t == 0 ? rotor[i] : static_cast<float>(speeds[i]));
+        }
+        streams[t].add(speeds, gains[t], t == 0 ? out : working, count);
+      }
+      for (int i = 0; i < count; ++i) {
+        low = speeds[i] == 0 ? 0.0f : low + bright_pole * (working[i] - low);
+        out[i] += working[i] + brightness[i] * (working[i] - low);
+      }
+      for (std::size_t k = 0; k < tones.size(); ++k) {
+        const double turns = free_speed / (2 * kPi) * tones[k].multiple / rate;  // per sample at free speed
+        const auto amplitude = static_cast<float>(tones[k].amplitude);
+        for (int i = 0; i < count; ++i) {
+          phases[k] += turns * speeds[i];
+          if (phases[k] >= 1) phases[k] -= std::floor(phases[k]);
+          if (turns * speeds[i] < 0.45) out[i] += amplitude * static_cast<float>(speeds[i]) * sine_of_turns(phases[k]);
+        }
+      }
+    }
+
+    // By hand.
+    if (!scrape_level.zero() || !modal.silent()) {
+      for (int i = 0; i < count; ++i) {
+        if (!scrape_level.zero()) {
+          const float rubbed = scrape.next(slip, scrape_level.next(attack));
+          modal.strike(last_tissue, 0.02f * rubbed);
+          out[i] += rubbed;
+        }
+        out[i] += modal.next();
+      }
+    }
+    if (!suction_level.zero()) {
+      for (int i = 0; i < count && !suction_level.zero(); ++i) {
+        out[i] += suction.next(suction_level.next(0.02f * attack));
+      }
+    }
+    for (int i = 0; i < count; ++i) out[i] = limited(level * out[i]);
+  }
+
+  void render(std::span<float> mono, double first) noexcept {
+    const FlushDenormals flush;
+    std::size_t done = 0;
+    while (done < mono.size()) {
+      index_now = first + static_cast<double>(done);
+      // States whose nearest sample is this one, or is already past.
+      while (count_pending > 0) {
+        const double away = index_of(pending[head].t) - index_now;
+        if (away >= 0.5) break;
+        if (away < -0.5) ++late;
+        take(pending[head]);
+        head = (head + 1) % kPending;
+        --count_pending;
+      }
+      if (options.hold > 0 && heard_any && index_now - last_state > options.hold * rate &&
+          speed_target + in_contact > 0) {
+        gliding = true;
+        take(SoundState{});
+      }
+      std::size_t next = std::min(mono.size() - done, static_cast<std::size_t>(kChunk));
+      if (count_pending > 0) {
+        const double away = index_of(pending[head].t) - index_now;
+        next = std::min(next, static_cast<std::size_t>(std::max(1.0, std::floor(away + 0.5))));
+      }
+      chunk(mono.data() + done, static_cast<int>(next));
+      done += next;
+    }
+    index_next = first + static_cast<double>(mono.size());
+  }
+
+  double rate;
+  SynthOptions options;
+  float level;
+  double free_speed;
+  bool reference_given = free_speed > 0;
+  std::vector<RotorTone> tones;
+  std::vector<double> phases;  // turns
+  InterpolationKernels kernels;
+  std::vector<ModelStream> streams;  // idle, then working by tissue
+  ModalBank modal;
+  Scrape scrape;
+  Suction suction;
+  const float attack, bright_pole;
+  const double run_up, run_down;
+
+  std::vector<SoundState> pending;  // a ring
+  std::size_t head = 0, count_pending = 0;
+  std::uint64_t late = 0, dropped = 0;
+
+  double index_now = 0, index_next = 0, last_state = 0;  // samples
+  bool heard_any = false, gliding = false, in_contact = false;
+  double speed = 0, speed_target = 0, speed_step = 0;  // of the free speed
+  int ramp_left = 0;
+  std::array<Level, kTissueCount> weights;  // of the streams
+  Level bright, scrape_level, suction_level;
+  float slip = 0, low = 0;
+  double last_force = 0;
+  Tissue last_tissue = Tissue::kEnamel;
+  int filters = 0;
+};
+
+DrillSynth::DrillSynth(const SoundModels& models, double sample_rate, std::uint64_t seed, const SynthOptions& options)
+    : impl_(std::make_unique<Impl>(models, sample_rate, seed, options)) {}
+DrillSynth::~DrillSynth() = default;
+DrillSynth::DrillSynth(DrillSynth&&) noexcept = default;
+DrillSynth& DrillSynth::operator=(DrillSynth&&) noexcept = default;
+
+void DrillSynth::push(const SoundState& state) noexcept {
+  Impl& impl = *impl_;
+  if (impl.count_pending == kPending) {
+    ++impl.dropped;
+    return;
+  }
+  impl.pending[(impl.head + impl.count_pending) % kPending] = state;
+  ++impl.count_pending;
+}
+
+void DrillSynth::render(std::span<float> mono) noexcept {
+  impl_->render(mono, impl_->index_next);
+}
+void DrillSynth::render(std::span<float> mono, Nanos t_first) noexcept {
+  impl_->render(mono, impl_->index_of(t_first));
+}
+double DrillSynth::sample_rate() const noexcept {
+  return impl_->rate;
+}
+std::uint64_t DrillSynth::late() const noexcept {
+  return impl_->late;
+}
+std::uint64_t DrillSynth::dropped() const noexcept {
+  return impl_->dropped;
+}
+int DrillSynth::active_filters() const noexcept {
+  return impl_->filters;
+}
+
+}  // namespace typodont::audio

@@ -1,0 +1,275 @@
+#include "calibration/guided_capture.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "calibration/statistics.h"
+#include "engine/base/error.h"
+
+namespace typodont::calibration {
+
+namespace {
+
+constexpr std::size_t kSocketTouches = 30, kPanelTouches = 54, kMirrorTouches = 60, kEyeTouches = 120, kPairTouches = 120,
+                      kVerifyTouches = 60;
+
+// The nine marks of the panel, corners first.
+constexpr PanelPoint kMarks[9] = {{0.03, 0.03}, {0.97, 0.03}, {0.97, 0.97}, {0.03, 0.97}, {0.5, 0.03},
+                                  {0.97, 0.5},  {0.5, 0.97},  {0.03, 0.5},  {0.5, 0.5}};
+
+std::vector<dvec3> grid(const Box& box) {
+  std::vector<dvec3> points;
+  for (int k = 0; k < 27; ++k) {
+    const dvec3 s(0.5 * (k % 3), 0.5 * (k / 3 % 3), 0.5 * (k / 9));
+    points.push_back(box.low + (box.high - box.low) * s);
+  }
+  return points;
+}
+
+dvec3 scattered(const Box& box, std::size_t index, std::uint64_t seed) {
+  Noise random(seed + index);
+  return random.in_box(box.low, box.high);
+}
+
+double rms_of(const std::vector<double>& residuals, const std::vector<std::size_t>& rejected) {
+  double sum = 0;
+  for (std::size_t i = 0; i < residuals.size(); ++i) {
+    if (!std::binary_search(rejected.begin(), rejected.end(), i)) sum += residuals[i] * residuals[i];
+  }
+  return std::sqrt(sum / std::max<double>(1, static_cast<double>(residuals.size() - rejected.size())));
+}
+
+}  // namespace
+
+const char* name(Step step) {
+  constexpr const char* kNames[] = {"arm", "screen", "mirror", "eyes", "register", "verify"};
+  return kNames[static_cast<int>(step)];
+}
+
+std::optional<Step> step_named(std::string_view text) {
+  for (const Step step : kSteps) {
+    if (text == name(step)) return step;
+  }
+  return std::nullopt;
+}
+
+GuidedCapture::GuidedCapture(BenchState bench, std::filesystem::path folder)
+    : bench_(std::move(bench)), folder_(std::move(folder)) {
+  if (std::filesystem::is_directory(folder_)) captures_ = read_captures(folder_);
+  for (const ArmCapture& capture : captures_.arm) group_ = std::max(group_, capture.group);
+}
+
+void GuidedCapture::begin(Step step) { step_ = step; }
+
+std::size_t GuidedCapture::taken() const {
+  switch (step_) {
+    case Step::kArm: return captures_.arm.size();
+    case Step::kScreen: return captures_.marks.size();
+    case Step::kMirror: return captures_.mirror.size();
+    case Step::kEyes: return captures_.eyes.size();
+    case Step::kRegister: return captures_.registration.size();
+    case Step::kVerify: return captures_.verification.size();
+  }
+  return 0;
+}
+
+std::size_t GuidedCapture::planned() const {
+  constexpr std::size_t kPlanned[] = {4 * kSocketTouches, kPanelTouches, kMirrorTouches, kEyeTouches, kPairTouches, kVerifyTouches};
+  return kPlanned[static_cast<int>(step_)];
+}
+
+bool GuidedCapture::done() const { return taken() >= planned(); }
+
+Prompt GuidedCapture::prompt() const {
+  Prompt prompt;
+  const std::size_t i = taken();
+  if (done()) {
+    prompt.text = fmt::format("Done: {} of {} touches. More make it better.", i, planned());
+  }
+  const auto show = [&](const dvec3& target) {
+    prompt.target_D = target;
+    prompt.dots = dots_for(bench_.rig, target);
+  };
+  switch (step_) {
+    case Step::kArm:
+      prompt.text = fmt::format("Hold the tip in socket {} and swing the handle; touch {} of {}.", group_ + 1,
+                                i % kSocketTouches + 1, kSocketTouches);
+      break;
+    case Step::kScreen:
+      prompt.mark = kMarks[i % 9];
+      prompt.text = fmt::format("Touch the cross on the panel itself ({} of {}).", i + 1, planned());
+      break;
+    case Step::kMirror:
+      prompt.text = fmt::format("Touch the mirror anywhere, far from the last touches ({} of {}).", i + 1, planned());
+      break;
+    case Step::kEyes: {
+      // Both eyes in turn, over depths and places.
+      const Box& box = bench_.workspace_D;
+      const dvec3 wider = 0.15 * (box.high - box.low);
+      show(scattered({box.low - wider, box.high + wider}, i / 2, 1000));
+      prompt.left_eye = i % 2 == 0, prompt.right_eye = !prompt.left_eye;
+      prompt.text = fmt::format("Close the {} eye. Hold the tip so that it covers the dot, {} ({} of {}).",
+                                prompt.left_eye ? "right" : "left", i / 2 % 3 == 0 ? "near" : i / 2 % 3 == 1 ? "in the middle" : "far",
+                                i + 1, planned());
+      break;
+    }
+    case Step::kRegister: {
+      const auto candidates = grid(bench_.workspace_D);
+      std::vector<dvec3> touched;
+      for (const PairCapture& c : captures_.registration) touched.push_back(c.shown(bench_.rig));
+      const std::size_t next = touched.empty() ? 0 : most_useful_touch(touched, candidates, bench_.workspace_D);
+      show(candidates[next]);
+      prompt.text = fmt::format("Touch the point where you see it, both eyes open ({} of {}).", i + 1, planned());
+      break;
+    }
+    case Step::kVerify:
+      show(scattered(bench_.workspace_D, i, 2000));
+      prompt.text = fmt::format("Touch the point where you see it ({} of {}).", i + 1, planned());
+      break;
+  }
+  return prompt;
+}
+
+Live GuidedCapture::add(const Touch& touch) {
+  const Prompt asked = prompt();
+  switch (step_) {
+    case Step::kArm:
+      if (!touch.reading) throw Error("arm: found a touch without joint angles, expected an arm that gives its encoders");
+      captures_.arm.push_back({group_, std::nullopt, *touch.reading});
+      break;
+    case Step::kScreen: captures_.marks.push_back({*asked.mark, touch}); break;
+    case Step::kMirror: captures_.mirror.push_back(touch); break;
+    case Step::kEyes:
+      captures_.eyes.push_back({asked.right_eye, asked.right_eye ? asked.dots->right : asked.dots->left, touch});
+      break;
+    case Step::kRegister: captures_.registration.push_back({*asked.target_D, touch, asked.dots}); break;
+    case Step::kVerify: captures_.verification.push_back({*asked.target_D, touch, asked.dots}); break;
+  }
+  save();
+  return judge(taken() - 1);
+}
+
+bool GuidedCapture::undo() {
+  if (taken() == 0) return false;
+  switch (step_) {
+    case Step::kArm: captures_.arm.pop_back(); break;
+    case Step::kScreen: captures_.marks.pop_back(); break;
+    case Step::kMirror: captures_.mirror.pop_back(); break;
+    case Step::kEyes: captures_.eyes.pop_back(); break;
+    case Step::kRegister: captures_.registration.pop_back(); break;
+    case Step::kVerify: captures_.verification.pop_back(); break;
+  }
+  save();
+  return true;
+}
+
+void GuidedCapture::save() const {
+  write_captures(folder_, captures_);
+  // A step undone to nothing has no file.
+  if (taken() == 0) {
+    constexpr const char* kFiles[] = {"arm.csv", "marks.csv", "mirror.csv", "eyes.csv", "register.csv", "verify.csv"};
+    std::error_code code;
+    std::filesystem::remove(folder_ / kFiles[static_cast<int>(step_)], code);
+  }
+}
+
+void GuidedCapture::solve() {
+  switch (step_) {
+    case Step::kArm: solve_arm_step(bench_, captures_); break;
+    case Step::kScreen:
+    case Step::kMirror: solve_screen_step(bench_, captures_); break;
+    case Step::kEyes: solve_eyes_step(bench_, captures_); break;
+    case Step::kRegister: solve_register_step(bench_, captures_); break;
+    case Step::kVerify: solve_verify_step(bench_, captures_); break;
+  }
+}
+
+Live GuidedCapture::judge(std::size_t index) const {
+  Live live;
+  live.index = index;
+  const auto take = [&](const std::vector<double>& residuals, const std::vector<std::size_t>& rejected) {
+    if (index < residuals.size()) live.residual = residuals[index];
+    live.outliers = rejected;
+    live.rms = rms_of(residuals, rejected);
+    live.outlier = std::binary_search(rejected.begin(), rejected.end(), index);
+  };
+  const auto place = [&](const Touch& touch) { return bench_.rig.X_WH * touch.at(bench_.arm); };
+  switch (step_) {
+    case Step::kArm: {
+      live.p_W = bench_.rig.X_WH * tip_position(bench_.arm, captures_.arm[index].reading);
+      if (index + 1 < 12) break;
+      const ArmResult result = solve_arm(captures_.arm, bench_.arm);
+      take(result.residuals, result.rejected);
+      break;
+    }
+    case Step::kScreen: {
+      live.p_W = place(captures_.marks[index].touch);
+      std::vector<MarkTouch> marks;
+      for (const MarkCapture& c : captures_.marks) marks.push_back({c.mark, place(c.touch)});
+      if (marks.size() < 4) break;
+      const PanelResult result = solve_panel(marks);
+      take(result.residuals, result.rejected);
+      break;
+    }
+    case Step::kMirror: {
+      live.p_W = place(captures_.mirror[index]);
+      std::vector<dvec3> touches;
+      for (const Touch& t : captures_.mirror) touches.push_back(place(t));
+      if (touches.size() < 4) break;
+      const MirrorResult result = solve_mirror(touches, bench_.rig.eyes.center);
+      take(result.residuals, result.rejected);
+      break;
+    }
+    case Step::kEyes: {
+      live.p_W = place(captures_.eyes[index].touch);
+      std::vector<EyeAlignment> alignments;
+      for (const EyeCapture& c : captures_.eyes) alignments.push_back({c.right, c.dot, place(c.touch)});
+      const EyesResult result = solve_eyes(alignments, bench_.rig);
+      take(result.residuals, result.rejected);
+      break;
+    }
+    case Step::kRegister: {
+      live.p_W = place(captures_.registration[index].touch);
+      std::vector<dvec3> h, d;
+      for (const PairCapture& c : captures_.registration) h.push_back(c.touch.at(bench_.arm)), d.push_back(c.shown(bench_.rig));
+      if (h.size() < 4) break;
+      const RegistrationResult result = register_points(h, d);
+      take(result.residuals, result.outliers);
+      live.predicted_tre = result.predicted_tre_rms;
+      break;
+    }
+    case Step::kVerify: {
+      const PairCapture& c = captures_.verification[index];
+      live.p_W = place(c.touch);
+      std::vector<double> residuals;
+      for (const PairCapture& each : captures_.verification) {
+        residuals.push_back(glm::length(bench_.rig.X_WH * each.touch.at(bench_.arm) - each.shown(bench_.rig)));
+      }
+      take(residuals, {});
+      break;
+    }
+  }
+  live.cue = live.outlier ? Cue::kOutlier : done() ? Cue::kDone : Cue::kTaken;
+  live.text = fmt::format("touch {}: {:.3f} mm off, {:.3f} mm rms so far", index + 1, live.residual * 1e3, live.rms * 1e3);
+  if (live.predicted_tre > 0) live.text += fmt::format(", {:.3f} mm predicted error", live.predicted_tre * 1e3);
+  if (live.outlier) live.text += "; it does not fit the others: undo it, or leave it set aside";
+  return live;
+}
+
+std::vector<float> cue_sound(Cue cue, double sample_rate) {
+  // Pairs of tones: up for taken, down for undone, a low pair for a touch that does not fit.
+  constexpr double kTones[][2] = {{660, 660}, {880, 1320}, {220, 196}, {1320, 880}, {1047, 1568}};  // Hz
+  const auto& tones = kTones[static_cast<int>(cue)];
+  std::vector<float> sound(static_cast<std::size_t>(0.16 * sample_rate));
+  double phase = 0;
+  for (std::size_t i = 0; i < sound.size(); ++i) {
+    const double s = static_cast<double>(i) / static_cast<double>(sound.size());
+    phase += 2 * 3.14159265358979323846 * tones[s < 0.5 ? 0 : 1] / sample_rate;
+    sound[i] = static_cast<float>(0.3 * std::sin(phase) * std::min({1.0, 20 * s, 8 * (1 - s)}));
+  }
+  return sound;
+}
+
+}  // namespace typodont::calibration

@@ -1,0 +1,231 @@
+#include "calibration/rig_file.h"
+
+#include <fmt/chrono.h>
+#include <fmt/format.h>
+
+#include <ctime>
+#include <fstream>
+#include <sstream>
+
+#include "calibration/calibration_files.h"
+#include "calibration/joint_solver.h"
+#include "calibration/report/json_values.h"
+#include "engine/base/error.h"
+#include "engine/base/json.h"
+#include "engine/base/units.h"
+
+namespace typodont::calibration {
+
+struct RigFile::Document {
+  std::filesystem::path file;
+  Value root;
+};
+
+namespace {
+
+Value mm(double metres) { return number_value(metres * 1e3); }
+
+Value screen_corners(const Panel& panel) {
+  return {{"lower_left", mm_value(panel.lower_left)},
+          {"lower_right", mm_value(panel.lower_right)},
+          {"upper_left", mm_value(panel.upper_left)}};
+}
+
+Value arm_value(const ArmGeometry& arm) {
+  Value value;
+  const auto v = to_vector(arm);
+  const auto names = arm_parameter_names();
+  for (std::size_t i = 0; i < v.size(); ++i) {
+    const std::string key(names[i]);
+    const bool angle = key.starts_with("offset"), ratio = key.starts_with("scale");
+    std::string unit = angle ? "_deg" : ratio ? "" : "_mm";
+    std::string name = key;
+    std::replace(name.begin(), name.end(), ' ', '_');
+    value[name + unit] = angle ? v[i] / kDegree : ratio ? v[i] : v[i] * 1e3;
+  }
+  return value;
+}
+
+ArmGeometry read_arm(const Json& json) {
+  std::array<double, kArmParameters> v = to_vector(ArmGeometry{});
+  const auto names = arm_parameter_names();
+  for (std::size_t i = 0; i < v.size(); ++i) {
+    std::string name(names[i]);
+    const bool angle = name.starts_with("offset"), ratio = name.starts_with("scale");
+    std::replace(name.begin(), name.end(), ' ', '_');
+    const auto found = json.find(name + (angle ? "_deg" : ratio ? "" : "_mm"));
+    if (found) v[i] = found->number() * (angle ? kDegree : ratio ? 1 : kMillimetre);
+  }
+  return to_geometry(v);
+}
+
+Pose read_pose(const Json& json) {
+  json.allow_only({"translation_mm", "rotation_wxyz"});
+  const auto q = json["rotation_wxyz"].numbers(4);
+  const dquat R(q[0], q[1], q[2], q[3]);
+  if (std::abs(glm::length(R) - 1) > 1e-3) json["rotation_wxyz"].fail("a unit quaternion");
+  return {json["translation_mm"].vec3() * kMillimetre, glm::normalize(R)};
+}
+
+Value steps_value(const BenchState& bench) {
+  Value steps = Value::object();
+  if (const auto& r = bench.arm_result) {
+    Value step = {{"before_rms_mm", mm(r->before_rms)}, {"after_rms_mm", mm(r->after_rms)}, {"sigma_mm", mm(r->sigma)},
+                  {"captures", r->residuals.size()}, {"rejected", r->rejected}, {"not_observable", r->not_observable}};
+    for (const ArmParameter& p : r->parameters) {
+      const bool angle = p.name.starts_with("offset"), ratio = p.name.starts_with("scale");
+      const double unit = angle ? 1 / kDegree : ratio ? 1 : 1e3;
+      step["parameters"].push_back({{"name", p.name}, {"unit", angle ? "deg" : ratio ? "1" : "mm"}, {"before", p.before * unit},
+                                    {"after", p.after * unit}, {"sigma", p.sigma * unit}, {"determined", p.determined}});
+    }
+    steps["arm"] = step;
+  }
+  if (const auto& r = bench.panel_result) {
+    steps["screen"] = {{"width_mm", mm(r->width)}, {"width_sigma_mm", mm(r->width_sigma)}, {"height_mm", mm(r->height)},
+                       {"height_sigma_mm", mm(r->height_sigma)},
+                       {"centre_sigma_mm", {r->centre_sigma[0] * 1e3, r->centre_sigma[1] * 1e3, r->centre_sigma[2] * 1e3}},
+                       {"tilt_sigma_deg", r->tilt_sigma / kDegree}, {"rms_mm", mm(r->rms)}, {"sigma_mm", mm(r->sigma)},
+                       {"rejected", r->rejected}, {"not_determined", r->not_determined}};
+  }
+  if (const auto& r = bench.mirror_result) {
+    steps["mirror"] = {{"tilt_sigma_deg", r->tilt_sigma / kDegree}, {"offset_sigma_mm", mm(r->offset_sigma)}, {"rms_mm", mm(r->rms)},
+                       {"sigma_mm", mm(r->sigma)}, {"rejected", r->rejected}, {"not_determined", r->not_determined}};
+  }
+  if (const auto& r = bench.eyes_result) {
+    steps["eyes"] = {{"center_sigma_mm", {r->center_sigma[0] * 1e3, r->center_sigma[1] * 1e3, r->center_sigma[2] * 1e3}},
+                     {"ipd_mm", mm(r->eyes.ipd)}, {"ipd_sigma_mm", mm(r->ipd_sigma)}, {"rms_mm", mm(r->rms)}, {"sigma_mm", mm(r->sigma)},
+                     {"rejected", r->rejected}, {"not_determined", r->not_determined}};
+  }
+  if (const auto& r = bench.joint) {
+    Value kinds = Value::array();
+    for (const auto& kind : r->kinds) {
+      kinds.push_back({{"name", kind.name}, {"touches", kind.touches}, {"rejected", kind.rejected},
+                       {"before_rms_mm", mm(kind.before_rms)}, {"after_rms_mm", mm(kind.after_rms)}});
+    }
+    steps["joint"] = {{"user_offset_mm", mm_value(r->user_offset_W)}, {"user_offset_sigma_mm", mm_value(r->user_offset_sigma)},
+                      {"eye_center_sigma_mm", mm_value(r->eye_center_sigma)}, {"ipd_sigma_mm", mm(r->ipd_sigma)}, {"kinds", kinds}};
+  }
+  if (const auto& r = bench.registration) {
+    Value step = Value::parse(registration_json(*r, {}));
+    step.erase("residuals_mm");
+    steps["register"] = step;
+  }
+  if (const auto& r = bench.delay) steps["delay"] = Value::parse(delay_json(*r));
+  if (const auto& r = bench.verification) {
+    steps["verify"] = {{"pass", r->pass}, {"verdict", r->verdict}, {"points", r->points}, {"rms_mm", mm(r->rms)}, {"worst_mm", mm(r->worst)},
+                       {"uncertainty_mm", mm(r->uncertainty)}, {"raw_rms_mm", mm(r->raw_rms)}, {"raw_mean_mm", mm(r->raw_mean)},
+                       {"raw_worst_mm", mm(r->raw_worst)}, {"noise_mm", mm(r->noise)}, {"outliers", r->outliers},
+                       {"tolerance_mm", {{"rms", mm(r->tolerance.rms)}, {"worst", mm(r->tolerance.worst)}}}};
+  }
+  return steps;
+}
+
+}  // namespace
+
+std::string bench_json(const BenchState& bench) { return steps_value(bench).dump(2) + "\n"; }
+
+RigFile::RigFile(std::unique_ptr<Document> document) : document_(std::move(document)) {}
+RigFile::RigFile(RigFile&&) noexcept = default;
+RigFile::~RigFile() = default;
+
+RigFile RigFile::load(const std::filesystem::path& file) {
+  const Json checked = Json::load(file);  // exact messages for what is not JSON
+  if (!checked.is_object()) checked.fail("a rig: an object");
+  std::ifstream in(file, std::ios::binary);
+  std::ostringstream text;
+  text << in.rdbuf();
+  auto document = std::make_unique<Document>();
+  document->file = file;
+  document->root = Value::parse(text.str());
+  RigFile rig(std::move(document));
+  rig.bench();  // bad values are errors now, not after an hour of touching
+  return rig;
+}
+
+RigFile RigFile::create(const std::filesystem::path& file) {
+  auto document = std::make_unique<Document>();
+  document->file = file;
+  document->root = {{"display", "mirror"}, {"screen", {{"pixels", {1920, 1080}}, {"layout", "side_by_side"}}}};
+  return RigFile(std::move(document));
+}
+
+BenchState RigFile::bench() const {
+  const Json json = Json::parse(document_->root.dump(), document_->file.string());
+  BenchState bench;
+  if (const auto screen = json.find("screen"); screen && screen->has("corners_mm")) {
+    const Json corners = (*screen)["corners_mm"];
+    corners.allow_only({"lower_left", "lower_right", "upper_left"});
+    bench.rig.panel = {corners["lower_left"].vec3() * kMillimetre, corners["lower_right"].vec3() * kMillimetre,
+                       corners["upper_left"].vec3() * kMillimetre};
+    const Panel& p = bench.rig.panel;
+    if (glm::length(glm::cross(p.lower_right - p.lower_left, p.upper_left - p.lower_left)) < 1e-6) {
+      corners.fail("three corners that span a rectangle");
+    }
+  }
+  if (const auto mirror = json.find("mirror")) {
+    const dvec3 normal = (*mirror)["normal"].vec3();
+    if (glm::length(normal) < 1e-6) (*mirror)["normal"].fail("a direction");
+    bench.rig.mirror = MirrorPlane{glm::normalize(normal), mirror->number_or("offset_mm", 0) * kMillimetre};
+  }
+  if (const auto head = json.find("head")) {
+    bench.rig.eyes.center = (*head)["eye_center_mm"].vec3() * kMillimetre;
+    bench.rig.eyes.ipd = head->number_or("ipd_mm", 63, 20, 100) * kMillimetre;
+    if (const auto right = head->find("right")) {
+      if (glm::length(right->vec3()) < 1e-6) right->fail("a direction");
+      bench.rig.eyes.right = glm::normalize(right->vec3());
+    }
+  }
+  if (const auto X_WH = json.find("X_WH")) bench.rig.X_WH = read_pose(*X_WH);
+  if (const auto block = json.find("calibration")) {
+    if (const auto arm = block->find("arm")) bench.arm = read_arm(*arm);
+    if (const auto box = block->find("workspace_mm")) {
+      const auto v = box->numbers(6);
+      bench.workspace_D = {dvec3(v[0], v[1], v[2]) * kMillimetre, dvec3(v[3], v[4], v[5]) * kMillimetre};
+      if (!(v[0] < v[3] && v[1] < v[4] && v[2] < v[5])) box->fail("x0,y0,z0 below x1,y1,z1");
+    }
+  }
+  return bench;
+}
+
+std::filesystem::path RigFile::captures_folder() const {
+  const auto block = document_->root.find("calibration");
+  if (block != document_->root.end() && block->contains("captures") && (*block)["captures"].is_string()) {
+    return document_->file.parent_path() / (*block)["captures"].get<std::string>();
+  }
+  return document_->file.string() + ".captures";
+}
+
+void RigFile::set(const BenchState& bench) {
+  Value& root = document_->root;
+  root["screen"]["corners_mm"] = screen_corners(bench.rig.panel);
+  if (bench.rig.mirror) {
+    root["mirror"]["normal"] = vec3_value(bench.rig.mirror->normal);
+    root["mirror"]["offset_mm"] = mm(bench.rig.mirror->offset);
+  }
+  root["head"]["eye_center_mm"] = mm_value(bench.rig.eyes.center);
+  root["head"]["ipd_mm"] = mm(bench.rig.eyes.ipd);
+  root["head"]["right"] = vec3_value(bench.rig.eyes.right);
+  root["X_WH"] = pose_value(bench.rig.X_WH);
+  Value& block = root["calibration"];
+  block["captures"] = captures_folder().filename().string();
+  const Box& box = bench.workspace_D;
+  block["workspace_mm"] = {box.low.x * 1e3, box.low.y * 1e3, box.low.z * 1e3, box.high.x * 1e3, box.high.y * 1e3, box.high.z * 1e3};
+  block["arm"] = arm_value(bench.arm);
+  const Value steps = steps_value(bench);
+  const std::string now = fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(std::time(nullptr)));
+  for (const auto& [name, step] : steps.items()) {
+    block["steps"][name] = step;
+    block["steps"][name]["date"] = now;
+  }
+}
+
+void RigFile::set_device(const std::string& role, const std::string& serial) {
+  document_->root["calibration"]["devices"][role] = serial;
+}
+
+void RigFile::save() {
+  document_->root["calibration"]["date"] = fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(std::time(nullptr)));
+  write_file_atomically(document_->file, document_->root.dump(2) + "\n");
+}
+
+}  // namespace typodont::calibration

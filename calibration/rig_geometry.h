@@ -1,0 +1,65 @@
+// The bench as the picture sees it: panel, mirror, eyes, and where the haptic base stands. Pure geometry, metres, frame W.
+#pragma once
+
+#include <optional>
+
+#include "engine/base/pose.h"
+
+namespace typodont::calibration {
+
+/// The physical panel; u runs right, v up, both 0..1 over the picture.
+struct Panel {
+  dvec3 lower_left{-0.17, -0.1, 0}, lower_right{0.17, -0.1, 0}, upper_left{-0.17, 0.1, 0};
+  dvec3 at(double u, double v) const { return lower_left + u * (lower_right - lower_left) + v * (upper_left - lower_left); }
+};
+
+/// n·x = offset, n of unit length.
+struct MirrorPlane {
+  dvec3 normal{0, 1, 0};
+  double offset = 0;  // m
+  dvec3 reflect(const dvec3& p) const { return p - 2 * (glm::dot(normal, p) - offset) * normal; }
+};
+
+struct EyePair {
+  dvec3 center{0, 0.3, 0.4};
+  double ipd = 0.063;
+  dvec3 right{1, 0, 0};  // unit, from the left eye to the right
+  dvec3 left_eye() const { return center - 0.5 * ipd * right; }
+  dvec3 right_eye() const { return center + 0.5 * ipd * right; }
+};
+
+struct RigGeometry {
+  Panel panel;
+  std::optional<MirrorPlane> mirror;
+  EyePair eyes;
+  Pose X_WH;
+  /// Where a pixel appears: behind the mirror, or on the panel itself.
+  dvec3 appears(double u, double v) const {
+    const dvec3 p = panel.at(u, v);
+    return mirror ? mirror->reflect(p) : p;
+  }
+};
+
+struct PanelPoint {
+  double u = 0, v = 0;
+};
+
+/// What is shown to each eye of one point.
+struct Dots {
+  PanelPoint left, right;
+};
+
+/// The pixel that one eye must see for a point to appear at p_W.
+PanelPoint pixel_for(const RigGeometry& rig, const dvec3& eye_W, const dvec3& p_W);
+
+inline Dots dots_for(const RigGeometry& rig, const dvec3& p_W) {
+  return {pixel_for(rig, rig.eyes.left_eye(), p_W), pixel_for(rig, rig.eyes.right_eye(), p_W)};
+}
+
+/// The midpoint of the closest approach of two lines of sight.
+dvec3 closest_point(const dvec3& left_eye, const dvec3& left_dot, const dvec3& right_eye, const dvec3& right_dot);
+
+/// Where both eyes of `truth` see what a program that believes `believed` draws at p_W.
+dvec3 perceived(const RigGeometry& believed, const RigGeometry& truth, const dvec3& p_W);
+
+}  // namespace typodont::calibration

@@ -1,0 +1,262 @@
+#include "calibration/arm_solver.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "calibration/registration_solver.h"
+#include "engine/base/error.h"
+#include "engine/base/units.h"
+
+namespace typodont::calibration {
+
+namespace {
+
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+constexpr std::array<const char*, kArmParameters> kNames = {
+    "upper link", "fore link", "offset A", "offset B", "offset C", "scale A", "scale B", "scale C", "base height",
+    "origin x",   "origin y",  "origin z", "tip x",    "tip y",    "tip z",   "offset D", "offset E", "offset F"};
+
+dquat about(const dvec3& axis, double angle) {
+  const double s = std::sin(0.5 * angle);
+  return {std::cos(0.5 * angle), s * axis.x, s * axis.y, s * axis.z};
+}
+
+struct Group {
+  bool plate = false;
+  std::vector<std::size_t> captures;
+  std::size_t first_parameter = 0;  // of its 3 (socket) or 6 (plate pose) unknowns
+};
+
+}  // namespace
+
+std::span<const char* const> arm_parameter_names() { return kNames; }
+
+std::array<double, kArmParameters> arm_parameter_scales() {
+  std::array<double, kArmParameters> scales{};
+  for (std::size_t i = 0; i < kArmParameters; ++i) {
+    const std::string_view parameter = kNames[i];
+    scales[i] = parameter.starts_with("offset") ? kDegree : parameter.starts_with("scale") ? 0.005 : kMillimetre;
+  }
+  return scales;
+}
+
+std::array<double, kArmParameters> to_vector(const ArmGeometry& g) {
+  return {g.upper,    g.fore,     g.offset[0], g.offset[1], g.offset[2], g.scale[0], g.scale[1], g.scale[2], g.base,
+          g.origin.x, g.origin.y, g.origin.z,  g.tip_S.x,   g.tip_S.y,   g.tip_S.z,  g.offset[3], g.offset[4], g.offset[5]};
+}
+
+ArmGeometry to_geometry(const std::array<double, kArmParameters>& v) {
+  return {v[8], v[0], v[1], {v[9], v[10], v[11]}, {v[2], v[3], v[4], v[15], v[16], v[17]}, {v[5], v[6], v[7]},
+          {v[12], v[13], v[14]}};
+}
+
+Pose stylus_pose(const ArmGeometry& g, const ArmReading& reading) {
+  std::array<double, 6> q;
+  for (std::size_t i = 0; i < 6; ++i) q[i] = (i < 3 ? g.scale[i] : 1.0) * reading.angle[i] + g.offset[i];
+  // WoodenHaptics: r = Lb sinB + Lc sinC, x = cosA r - ox, y = sinA r - oy, z = La + Lb cosB - Lc cosC - oz.
+  const double r = g.upper * std::sin(q[1]) + g.fore * std::sin(q[2]);
+  Pose X_HS;
+  X_HS.p = dvec3(std::cos(q[0]) * r, std::sin(q[0]) * r, g.base + g.upper * std::cos(q[1]) - g.fore * std::cos(q[2])) -
+           g.origin;
+  // R = Rz(A) Ry(-C + π/2) Rx(D) Ry(E) Rx(F).
+  const dvec3 x(1, 0, 0), y(0, 1, 0), z(0, 0, 1);
+  X_HS.R = about(z, q[0]) * about(y, 0.5 * kPi - q[2]) * about(x, q[3]) * about(y, q[4]) * about(x, q[5]);
+  return X_HS;
+}
+
+dvec3 tip_position(const ArmGeometry& geometry, const ArmReading& reading) {
+  return stylus_pose(geometry, reading) * geometry.tip_S;
+}
+
+ArmResult solve_arm(std::span<const ArmCapture> captures, const ArmGeometry& nominal) {
+  if (captures.empty()) throw Error("arm: found no capture, expected the tip held in a socket or on a plate");
+
+  // One socket is a point, one plate a pose; both are unknown too.
+  std::map<int, Group> groups;
+  for (std::size_t i = 0; i < captures.size(); ++i) {
+    Group& group = groups[captures[i].group];
+    if (!group.captures.empty() && group.plate != captures[i].known.has_value()) {
+      throw Error(fmt::format("arm: capture {}: found group {} with and without known points, expected one kind", i,
+                              captures[i].group));
+    }
+    group.plate = captures[i].known.has_value();
+    group.captures.push_back(i);
+  }
+  std::size_t parameters = kArmParameters;
+  for (auto& [id, group] : groups) {
+    group.first_parameter = parameters;
+    parameters += group.plate ? 6 : 3;
+  }
+
+  const auto scales = arm_parameter_scales();
+  const std::array<double, kArmParameters> start = to_vector(nominal);
+  std::array<double, kArmParameters> values = start;
+  std::map<int, Pose> place;  // X_H(group)
+  std::vector<bool> used(captures.size(), true);
+
+  const auto locate = [&](const std::array<double, kArmParameters>& at) {
+    const ArmGeometry geometry = to_geometry(at);
+    for (auto& [id, group] : groups) {
+      std::vector<dvec3> tips, known;
+      for (const std::size_t i : group.captures) {
+        if (!used[i]) continue;
+        tips.push_back(tip_position(geometry, captures[i].reading));
+        known.push_back(captures[i].known.value_or(dvec3(0)));
+      }
+      if (tips.empty()) continue;
+      if (group.plate) {
+        place[id] = fit_rigid(known, tips);
+      } else {
+        dvec3 mean(0);
+        for (const dvec3& p : tips) mean += p / static_cast<double>(tips.size());
+        place[id] = {mean, dquat(1, 0, 0, 0)};
+      }
+    }
+  };
+  const auto residual = [&](const ArmGeometry& geometry, std::size_t i) {
+    return tip_position(geometry, captures[i].reading) - place[captures[i].group] * captures[i].known.value_or(dvec3(0));
+  };
+  const auto rms = [&](const ArmGeometry& geometry) {
+    double sum = 0;
+    int count = 0;
+    for (std::size_t i = 0; i < captures.size(); ++i) {
+      if (!used[i]) continue;
+      const dvec3 r = residual(geometry, i);
+      sum += glm::dot(r, r), ++count;
+    }
+    return std::sqrt(sum / std::max(1, count));
+  };
+
+  ArmResult result;
+  locate(values);
+  result.before_rms = rms(nominal);
+
+  // Gauss–Newton on the arm alone: sockets and plates are the best for each arm (variable projection), so the
+  // Jacobian is projected off their columns. The nominal geometry, one plausible error wide, holds what the captures do
+  // not determine where it is.
+  MatrixXd open_axes;
+  MatrixXd covariance = MatrixXd::Zero(kArmParameters, kArmParameters);  // in units of the scales
+  double sigma = 2e-4;  // m; replaced by the residuals' own after the first pass
+  for (int round = 0; round < 60; ++round) {
+    const ArmGeometry geometry = to_geometry(values);
+    std::size_t rows = 0;
+    for (std::size_t i = 0; i < captures.size(); ++i) rows += used[i] ? 3 : 0;
+    MatrixXd J = MatrixXd::Zero(static_cast<Eigen::Index>(rows), kArmParameters);
+    MatrixXd N = MatrixXd::Zero(static_cast<Eigen::Index>(rows), static_cast<Eigen::Index>(parameters - kArmParameters));
+    VectorXd r(static_cast<Eigen::Index>(rows));
+    Eigen::Index row = 0;
+    for (std::size_t i = 0; i < captures.size(); ++i) {
+      if (!used[i]) continue;
+      const dvec3 e = residual(geometry, i);
+      for (int axis = 0; axis < 3; ++axis) r[row + axis] = e[axis];
+      for (std::size_t p = 0; p < kArmParameters; ++p) {
+        const double h = 1e-3 * scales[p];
+        auto plus = values, minus = values;
+        plus[p] += h, minus[p] -= h;
+        const dvec3 slope = (tip_position(to_geometry(plus), captures[i].reading) -
+                             tip_position(to_geometry(minus), captures[i].reading)) *
+                            (scales[p] / (2 * h));
+        for (int axis = 0; axis < 3; ++axis) J(row + axis, static_cast<Eigen::Index>(p)) = slope[axis];
+      }
+      const Group& group = groups[captures[i].group];
+      const auto first = static_cast<Eigen::Index>(group.first_parameter - kArmParameters);
+      N.block(row, first, 3, 3) = -Eigen::Matrix3d::Identity();
+      if (group.plate) {
+        const dvec3 arm = place[captures[i].group].rotate(*captures[i].known);
+        Eigen::Matrix3d lever;
+        lever << 0, arm.z, -arm.y, -arm.z, 0, arm.x, arm.y, -arm.x, 0;
+        N.block(row, first + 3, 3, 3) = -lever * 10;  // per 0.1 rad: of the order of the other columns
+      }
+      row += 3;
+    }
+    const Eigen::CompleteOrthogonalDecomposition<MatrixXd> nuisance(N);
+    const MatrixXd projected = J - N * nuisance.solve(J);
+    const VectorXd left = r - N * nuisance.solve(r);
+    const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(projected.transpose() * projected);
+    // Determined: known to a third of what it may plausibly be off.
+    Eigen::Index open = 0;
+    while (open < eigen.eigenvalues().size() &&
+           sigma > 0.33 * std::sqrt(std::max(0.0, eigen.eigenvalues()[open]))) {
+      ++open;
+    }
+    open_axes = eigen.eigenvectors().leftCols(open);
+    const double weight = 1 / (sigma * sigma);
+    const VectorXd information = weight * eigen.eigenvalues().cwiseMax(0) + VectorXd::Ones(kArmParameters);
+    covariance = eigen.eigenvectors() * information.cwiseInverse().asDiagonal() * eigen.eigenvectors().transpose();
+    VectorXd off(kArmParameters);
+    for (std::size_t p = 0; p < kArmParameters; ++p) off[static_cast<Eigen::Index>(p)] = (values[p] - start[p]) / scales[p];
+    const VectorXd step = -covariance * (weight * (projected.transpose() * left) + off);
+    for (std::size_t p = 0; p < kArmParameters; ++p) values[p] += scales[p] * step[static_cast<Eigen::Index>(p)];
+    locate(values);
+
+    result.degrees_of_freedom =
+        static_cast<int>(rows) - static_cast<int>(kArmParameters - static_cast<std::size_t>(open)) -
+        static_cast<int>(nuisance.rank());
+    const double total = rms(to_geometry(values));
+    const double previous = sigma;
+    // The floor keeps exact data from declaring directions determined that only rounding moves.
+    if (result.degrees_of_freedom > 0) {
+      sigma = std::max(1e-9, total * std::sqrt(static_cast<double>(rows) / 3 / result.degrees_of_freedom));
+    }
+    if (round > 3 && step.norm() < 1e-7 && std::abs(sigma - previous) <= 1e-4 * sigma + 1e-13) {
+      // Settled: set slipped touches aside, once more from here.
+      bool changed = false;
+      std::vector<double> sizes;
+      for (std::size_t i = 0; i < captures.size(); ++i) sizes.push_back(glm::length(residual(to_geometry(values), i)));
+      std::vector<double> sorted = sizes;
+      std::nth_element(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2), sorted.end());
+      const double limit = std::max(1e-9, 5 * sorted[sorted.size() / 2] / 1.538);  // the median of |normal3| is 1.538 σ
+      for (std::size_t i = 0; i < captures.size(); ++i) {
+        const bool keep = sizes[i] <= limit;
+        changed = changed || keep != used[i];
+        used[i] = keep;
+      }
+      if (!changed) break;
+      locate(values);
+    }
+  }
+
+  result.geometry = to_geometry(values);
+  result.sigma = sigma;
+  result.after_rms = rms(result.geometry);
+  for (std::size_t i = 0; i < captures.size(); ++i) {
+    result.residuals.push_back(glm::length(residual(result.geometry, i)));
+    if (!used[i]) result.rejected.push_back(i);
+  }
+  for (std::size_t p = 0; p < kArmParameters; ++p) {
+    const auto index = static_cast<Eigen::Index>(p);
+    result.parameters.push_back({kNames[p], start[p], values[p],
+                                 scales[p] * std::sqrt(covariance(index, index)), 1 - covariance(index, index)});
+  }
+  // Name the open directions one pivot at a time: the reduced echelon form mixes as few parameters as possible.
+  if (open_axes.cols() > 0) {
+    MatrixXd basis = open_axes.transpose();
+    std::vector<bool> pivot(kArmParameters, false);
+    for (Eigen::Index row = 0; row < basis.rows(); ++row) {
+      Eigen::Index best_row = row, best_column = 0;
+      basis.bottomRows(basis.rows() - row).cwiseAbs().maxCoeff(&best_row, &best_column);
+      best_row += row;
+      basis.row(row).swap(basis.row(best_row));
+      basis.row(row) /= basis(row, best_column);
+      for (Eigen::Index other = 0; other < basis.rows(); ++other) {
+        if (other != row) basis.row(other) -= basis(other, best_column) * basis.row(row);
+      }
+    }
+    for (Eigen::Index row = 0; row < basis.rows(); ++row) {
+      std::vector<std::string> names;
+      for (Eigen::Index p = 0; p < basis.cols(); ++p) {
+        if (std::abs(basis(row, p)) > 0.1) names.emplace_back(kNames[static_cast<std::size_t>(p)]);
+      }
+      result.not_observable.push_back(fmt::format("{}", fmt::join(names, " with ")));
+    }
+  }
+  return result;
+}
+
+}  // namespace typodont::calibration

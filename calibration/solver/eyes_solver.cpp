@@ -1,0 +1,81 @@
+#include "calibration/eyes_solver.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "calibration/solver/least_squares.h"
+
+namespace typodont::calibration {
+
+EyesResult solve_eyes(std::span<const EyeAlignment> alignments, const RigGeometry& rig,
+                      std::span<const SeenTouch> touches) {
+  EyesResult result;
+  result.eyes = rig.eyes;
+  const auto count = [&](bool right) {
+    return std::count_if(alignments.begin(), alignments.end(), [&](const EyeAlignment& a) { return a.right == right; });
+  };
+  if (count(false) < 2 || count(true) < 2) {
+    result.not_determined = "at least two alignments of each eye, at different depths and places, are needed";
+    return result;
+  }
+  const dvec3 left0 = rig.eyes.left_eye(), right0 = rig.eyes.right_eye();
+  const auto eye_of = [&](const Eigen::VectorXd& x, bool right) {
+    return right ? right0 + dvec3(x[3], x[4], x[5]) : left0 + dvec3(x[0], x[1], x[2]);
+  };
+  Eigen::VectorXd x = Eigen::VectorXd::Zero(6), scale = Eigen::VectorXd::Constant(6, 0.06);
+  const LeastSquares solved =
+      solve_least_squares(x, scale, alignments.size(), 2, [&](const Eigen::VectorXd& at, std::size_t i, double* r) {
+        const EyeAlignment& a = alignments[i];
+        const dvec3 eye = eye_of(at, a.right), dot = rig.appears(a.dot.u, a.dot.v);
+        const dvec3 sight = glm::normalize(dot - eye);
+        // Across the line of sight, along two fixed axes.
+        const dvec3 across = glm::normalize(glm::cross(sight, dvec3(0.36, 0.48, 0.8)));
+        const dvec3 other = glm::cross(sight, across), e = a.p_W - eye;
+        r[0] = glm::dot(across, e), r[1] = glm::dot(other, e);
+      });
+  const dvec3 left = eye_of(solved.x, false), right = eye_of(solved.x, true);
+  result.eyes.center = 0.5 * (left + right);
+  result.eyes.ipd = glm::length(right - left);
+  result.eyes.right = (right - left) / result.eyes.ipd;
+  Eigen::MatrixXd to_center(3, 6);
+  to_center << 0.5 * Eigen::Matrix3d::Identity(), 0.5 * Eigen::Matrix3d::Identity();
+  const Eigen::MatrixXd center = to_center * solved.covariance * to_center.transpose();
+  Eigen::RowVectorXd to_ipd(6);
+  const dvec3& d = result.eyes.right;
+  to_ipd << -d.x, -d.y, -d.z, d.x, d.y, d.z;
+  for (Eigen::Index i = 0; i < 3; ++i) result.center_sigma[static_cast<std::size_t>(i)] = std::sqrt(center(i, i));
+  result.ipd_sigma = std::sqrt((to_ipd * solved.covariance * to_ipd.transpose())(0, 0));
+  result.sigma = solved.sigma;
+  result.residuals = solved.residuals;
+  double sum = 0;
+  for (std::size_t i = 0; i < alignments.size(); ++i) {
+    if (solved.used[i]) sum += solved.residuals[i] * solved.residuals[i];
+    else result.rejected.push_back(i);
+  }
+  result.rms = std::sqrt(sum / std::max(1.0, static_cast<double>(alignments.size() - result.rejected.size())));
+  if (solved.open_axes.cols() > 0) {
+    // Which way: the open direction is the same for both eyes when all alignments are at one depth.
+    Eigen::Index worst = 0;
+    solved.open_axes.col(0).cwiseAbs().maxCoeff(&worst);
+    result.not_determined = std::string("the distance of the ") + (worst < 3 ? "left" : "right") +
+                            " eye along its line of sight: align at more depths, and towards more sides";
+  }
+
+  // The user's offset: the mean of touched minus seen, where the eyes now are.
+  if (touches.size() >= 2) {
+    RigGeometry found = rig;
+    found.eyes = result.eyes;
+    dvec3 mean(0), squares(0);
+    for (const SeenTouch& t : touches) mean += (t.touched_W - t.shown_W) / static_cast<double>(touches.size());
+    for (const SeenTouch& t : touches) {
+      const dvec3 e = t.touched_W - t.shown_W - mean;
+      squares += e * e;
+    }
+    const auto n = static_cast<double>(touches.size());
+    result.user_offset_W = mean;
+    result.user_offset_sigma = glm::sqrt(squares / (n * (n - 1)));
+  }
+  return result;
+}
+
+}  // namespace typodont::calibration

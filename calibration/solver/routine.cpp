@@ -1,0 +1,83 @@
+#include "calibration/routine.h"
+
+#include <algorithm>
+
+#include "calibration/joint_solver.h"
+#include "engine/base/error.h"
+
+namespace typodont::calibration {
+
+dvec3 PairCapture::shown(const RigGeometry& rig) const {
+  if (!dots) return shown_D;
+  return closest_point(rig.eyes.left_eye(), rig.appears(dots->left.u, dots->left.v), rig.eyes.right_eye(),
+                       rig.appears(dots->right.u, dots->right.v));
+}
+
+void solve_arm_step(BenchState& bench, const Captures& captures) {
+  if (captures.arm.empty()) throw Error("arm: found no captures, expected the tip held in sockets or on a plate");
+  bench.arm_result = solve_arm(captures.arm, bench.arm);
+  bench.arm = bench.arm_result->geometry;
+}
+
+void solve_screen_step(BenchState& bench, const Captures& captures, double tip_radius) {
+  std::vector<MarkTouch> marks;
+  for (const MarkCapture& capture : captures.marks) {
+    marks.push_back({capture.mark, bench.rig.X_WH * capture.touch.at(bench.arm)});
+  }
+  bench.panel_result = solve_panel(marks, tip_radius);
+  if (bench.panel_result->not_determined.empty()) bench.rig.panel = bench.panel_result->panel;
+  if (captures.mirror.empty()) return;
+  std::vector<dvec3> touches;
+  for (const Touch& touch : captures.mirror) touches.push_back(bench.rig.X_WH * touch.at(bench.arm));
+  bench.mirror_result = solve_mirror(touches, bench.rig.eyes.center, tip_radius);
+  if (bench.mirror_result->not_determined.empty()) bench.rig.mirror = bench.mirror_result->mirror;
+}
+
+void solve_eyes_step(BenchState& bench, const Captures& captures) {
+  std::vector<EyeAlignment> alignments;
+  for (const EyeCapture& capture : captures.eyes) {
+    alignments.push_back({capture.right, capture.dot, bench.rig.X_WH * capture.touch.at(bench.arm)});
+  }
+  bench.eyes_result = solve_eyes(alignments, bench.rig);
+  if (bench.eyes_result->not_determined.empty()) bench.rig.eyes = bench.eyes_result->eyes;
+}
+
+void solve_register_step(BenchState& bench, const Captures& captures) {
+  const auto dots = std::count_if(captures.registration.begin(), captures.registration.end(),
+                                  [](const PairCapture& c) { return c.dots.has_value(); });
+  if (captures.marks.size() >= 3 && captures.eyes.size() >= 4 && dots >= 10) {
+    const auto joint = std::make_shared<JointResult>(solve_jointly(bench, captures));
+    bench.arm = joint->arm;
+    bench.rig.panel = joint->panel, bench.rig.mirror = joint->mirror, bench.rig.eyes = joint->eyes;
+    bench.joint = joint;
+  }
+  std::vector<dvec3> h, d;
+  for (const PairCapture& capture : captures.registration) {
+    h.push_back(capture.touch.at(bench.arm)), d.push_back(capture.shown(bench.rig));
+  }
+  bench.registration = register_points(h, d);
+  if (bench.registration->trusted()) bench.rig.X_WH = bench.registration->X_DH;
+}
+
+void solve_delay_step(BenchState& bench, const Captures& captures) {
+  bench.delay = estimate_delay(captures.delay_a, captures.delay_b);
+}
+
+void solve_verify_step(BenchState& bench, const Captures& captures) {
+  std::vector<dvec3> h, d;
+  for (const PairCapture& capture : captures.verification) {
+    h.push_back(capture.touch.at(bench.arm)), d.push_back(capture.shown(bench.rig));
+  }
+  bench.verification = verify(h, d, bench.rig.X_WH, bench.tolerance, bench.workspace_D);
+}
+
+void solve_all(BenchState& bench, const Captures& captures) {
+  if (!captures.arm.empty()) solve_arm_step(bench, captures);
+  if (!captures.marks.empty()) solve_screen_step(bench, captures);
+  if (!captures.eyes.empty()) solve_eyes_step(bench, captures);
+  if (!captures.registration.empty()) solve_register_step(bench, captures);
+  if (!captures.delay_a.t.empty() && !captures.delay_b.t.empty()) solve_delay_step(bench, captures);
+  if (!captures.verification.empty()) solve_verify_step(bench, captures);
+}
+
+}  // namespace typodont::calibration

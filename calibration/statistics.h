@@ -1,0 +1,34 @@
+// The few distributions that calibration needs: quantiles for tests of significance, and seeded normal noise.
+#pragma once
+
+#include <cstdint>
+#include <random>
+
+#include "engine/base/pose.h"
+
+namespace typodont::calibration {
+
+/// P(X <= x) for a chi-squared variable with `dof` degrees of freedom.
+double chi_squared_cdf(double x, double dof);
+/// The x with P(X <= x) = p.
+double chi_squared_quantile(double p, double dof);
+/// The x with P(X <= x) = p for Fisher's F with (d1, d2) degrees of freedom.
+double f_quantile(double p, double d1, double d2);
+
+/// Seeded noise: the same numbers on every run.
+class Noise {
+ public:
+  explicit Noise(std::uint64_t seed) : engine_(seed) {}
+  double uniform(double low, double high) { return std::uniform_real_distribution<double>(low, high)(engine_); }
+  double normal(double sigma = 1) { return sigma * normal_(engine_); }
+  dvec3 normal3(double sigma);
+  dvec3 in_box(const dvec3& low, const dvec3& high);
+  dquat rotation();  // uniform on SO(3)
+  std::size_t index(std::size_t count) { return std::uniform_int_distribution<std::size_t>(0, count - 1)(engine_); }
+
+ private:
+  std::mt19937_64 engine_;
+  std::normal_distribution<double> normal_;
+};
+
+}  // namespace typodont::calibration

@@ -1,0 +1,499 @@
+// typodont calibrate …: the set-up routine of a bench and its single solvers.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <charconv>
+#include <filesystem>
+#include <iostream>
+#include <memory>
+
+#include "calibration/bench_simulator.h"
+#include "calibration/calibration_files.h"
+#include "calibration/camera_solver.h"
+#include "calibration/guided_capture.h"
+#include "calibration/joint_solver.h"
+#include "calibration/report_page.h"
+#include "calibration/rig_file.h"
+#include "engine/app/commands/commands.h"
+#include "engine/base/error.h"
+#include "engine/base/json.h"
+#include "engine/base/log.h"
+#include "engine/base/units.h"
+
+namespace typodont {
+
+using namespace calibration;
+
+namespace {
+
+/// Where a result goes: a file, standard output as JSON, or words for people.
+struct Output {
+  std::string file;
+  bool json = false;
+  void add_to(CLI::App& command) {
+    command.add_option("--out", file, "write the result to this JSON file");
+    command.add_flag("--json", json, "print the result as JSON");
+  }
+  void write(const std::string& result, const std::string& words) const {
+    if (!file.empty()) write_file_atomically(file, result);
+    fmt::print("{}", json ? result : words);
+  }
+};
+
+std::string words(const dvec3& v) { return fmt::format("{:.3f}, {:.3f}, {:.3f}", v.x, v.y, v.z); }
+
+void add_register(CLI::App& calibrate) {
+  struct Options {
+    std::string pairs, targets, rig;
+    double sigma_mm = 0;
+    std::vector<double> workspace_mm;
+    Output out;
+  };
+  auto options = std::make_shared<Options>();
+  CLI::App* command = calibrate.add_subcommand("register", "rigid registration X_DH of paired points");
+  command->add_option("--pairs", options->pairs, "CSV: hx_mm,hy_mm,hz_mm,dx_mm,dy_mm,dz_mm")->required();
+  command->add_option("--targets", options->targets, "CSV of points in H (x_mm,y_mm,z_mm) to predict the error at");
+  command->add_option("--sigma-mm", options->sigma_mm, "known noise of a touch per axis; else estimated")
+      ->check(CLI::PositiveNumber);
+  command->add_option("--workspace-mm", options->workspace_mm, "box in H: x0 y0 z0 x1 y1 z1; else that of the inliers")
+      ->expected(6);
+  command->add_option("--rig", options->rig, "take X_DH over as X_WH of this rig file, unless it is not to be trusted");
+  options->out.add_to(*command);
+  command->footer(
+      "X_DH takes points of the haptic base H to the display D. Covariance: rotation vector (rad), then translation\n"
+      "(mm), both in D. Indices of pairs count from 0.\n"
+      "Example: typodont calibrate register --pairs touches.csv --out reg.json");
+  command->callback([options] {
+    const PointPairs pairs = read_pairs(options->pairs);
+    auto rig = options->rig.empty() ? std::nullopt : std::optional(RigFile::load(options->rig));
+    const std::vector<dvec3> targets =
+        options->targets.empty() ? std::vector<dvec3>{} : read_points(options->targets);
+    RegistrationOptions settings;
+    settings.known_sigma = options->sigma_mm * kMillimetre;
+    if (const auto& w = options->workspace_mm; w.size() == 6) {
+      settings.workspace_H = {dvec3(w[0], w[1], w[2]) * kMillimetre, dvec3(w[3], w[4], w[5]) * kMillimetre};
+    }
+    const RegistrationResult result = register_points(pairs.H, pairs.D, settings);
+    const Pose& X = result.X_DH;
+    std::string text = fmt::format(
+        "X_DH        translation {} mm, rotation {:.6f}, {:.6f}, {:.6f}, {:.6f} (wxyz)\n"
+        "noise       {:.4f} mm per axis, {:.4f} mm rms residual\n"
+        "prediction  {:.4f} mm rms target error over the workspace\n"
+        "pairs       {} used, {} set aside\n",
+        words(X.p * 1e3), X.R.w, X.R.x, X.R.y, X.R.z, result.sigma * 1e3, result.fre_rms * 1e3,
+        result.predicted_tre_rms * 1e3, result.inliers.size(), result.outliers.size());
+    for (std::size_t i = 0; i < targets.size(); ++i) {
+      text += fmt::format("target {:<4} {:.4f} mm\n", i, predicted_tre(result, targets[i]) * 1e3);
+    }
+    if (result.degeneracy.defect != Defect::kNone) log::warn("do not use this: {}", result.degeneracy.reason);
+    if (!result.rivals.empty()) {
+      log::warn("ambiguous: {} pairs agree on one motion and {} on another", result.inliers.size(),
+                result.rivals.front().pairs.size());
+    }
+    if (rig && result.trusted()) {
+      BenchState bench = rig->bench();
+      bench.rig.X_WH = result.X_DH;
+      bench.registration = result;
+      rig->set(bench);
+      rig->save();
+    }
+    options->out.write(registration_json(result, targets), text);
+  });
+}
+
+void add_delay(CLI::App& calibrate) {
+  struct Options {
+    std::string a, b;
+    double max_ms = 2000;
+    Output out;
+  };
+  auto options = std::make_shared<Options>();
+  CLI::App* command = calibrate.add_subcommand("delay", "time offset between two recordings of one motion");
+  command->add_option("--a", options->a, "CSV: t_s,x_mm,y_mm,z_mm")->required();
+  command->add_option("--b", options->b, "CSV: t_s,x_mm,y_mm,z_mm")->required();
+  command->add_option("--max-ms", options->max_ms, "search this far both ways")
+      ->check(CLI::Range(1.0, 60000.0))
+      ->capture_default_str();
+  options->out.add_to(*command);
+  command->footer(
+      "Sign: delay_ms is positive when B lags A: b(t) = a(t - delay). When the clocks run apart, delay_ms holds at the\n"
+      "first common moment, and delay_at_end_ms at the last.\n"
+      "Example: typodont calibrate delay --a haptic.csv --b tracker.csv --json");
+  command->callback([options] {
+    const Stream a = read_stream(options->a), b = read_stream(options->b);
+    const DelayResult result = estimate_delay(a, b, {options->max_ms * 1e-3});
+    if (result.ambiguous) log::warn("{}", result.reason);
+    else if (!result.rich) log::warn("the motion was not rich enough for 0.1 ms: move faster, or longer");
+    std::string text = fmt::format("delay   {:.4f} ms ± {:.4f} ms (positive: B lags A){}\n", result.delay * 1e3,
+                                   result.sigma * 1e3, result.ambiguous ? ", ambiguous" : "");
+    if (result.skew != 0) {
+      text += fmt::format("skew    {:.2f} ± {:.2f} ppm; {:.4f} ms at the end\n", result.skew * 1e6,
+                          result.skew_sigma * 1e6, result.delay_at_end * 1e3);
+    }
+    text += fmt::format("noise   {:.4f} mm per axis over {} samples; lost {} and {}, frozen {} and {}, rejected {}\n",
+                        result.noise * 1e3, result.samples, result.lost_a, result.lost_b, result.frozen_a,
+                        result.frozen_b, result.rejected);
+    options->out.write(delay_json(result), text);
+  });
+}
+
+std::string summary(const BenchState& bench) {
+  std::string text;
+  if (const auto& r = bench.arm_result) {
+    text += fmt::format("arm       {:.3f} mm rms before, {:.3f} after; {} captures, {} set aside\n", r->before_rms * 1e3,
+                        r->after_rms * 1e3, r->residuals.size(), r->rejected.size());
+    text += fmt::format("          not observable: {}\n", fmt::join(r->not_observable, "; "));
+  }
+  if (const auto& r = bench.panel_result) {
+    text += r->not_determined.empty()
+                ? fmt::format("panel     {:.2f} × {:.2f} mm, {:.3f} mm rms, {} set aside\n", r->width * 1e3,
+                              r->height * 1e3, r->rms * 1e3, r->rejected.size())
+                : fmt::format("panel     not determined: {}\n", r->not_determined);
+  }
+  if (const auto& r = bench.mirror_result) {
+    text += r->not_determined.empty() ? fmt::format("mirror    tilt ± {:.4f}°, {:.3f} mm rms, {} set aside\n",
+                                                    r->tilt_sigma / kDegree, r->rms * 1e3, r->rejected.size())
+                                      : fmt::format("mirror    not determined: {}\n", r->not_determined);
+  }
+  if (const auto& r = bench.eyes_result) {
+    text += r->not_determined.empty()
+                ? fmt::format("eyes      {:.2f} ± {:.2f} mm apart, {:.3f} mm rms, {} set aside\n", r->eyes.ipd * 1e3,
+                              r->ipd_sigma * 1e3, r->rms * 1e3, r->rejected.size())
+                : fmt::format("eyes      not determined: {}\n", r->not_determined);
+  }
+  if (const auto& r = bench.joint) {
+    text += fmt::format("together  eyes {:.2f} ± {:.2f} mm apart; this user feels ({}) mm beside what is seen\n",
+                        r->eyes.ipd * 1e3, r->ipd_sigma * 1e3, words(r->user_offset_W * 1e3));
+  }
+  if (const auto& r = bench.registration) {
+    text += fmt::format("register  {:.3f} mm per axis, {:.3f} mm predicted error, {} pairs, {} set aside{}\n",
+                        r->sigma * 1e3, r->predicted_tre_rms * 1e3, r->inliers.size(), r->outliers.size(),
+                        r->trusted() ? "" : ", not to be trusted");
+  }
+  if (const auto& r = bench.delay) {
+    text += fmt::format("delay     {:.3f} ± {:.3f} ms{}\n", r->delay * 1e3, r->sigma * 1e3, r->ambiguous ? ", ambiguous" : "");
+  }
+  if (const auto& r = bench.verification) text += fmt::format("verify    {}\n", r->verdict);
+  return text;
+}
+
+/// The steps that are solved from the captures beside the rig.
+struct RigOptions {
+  std::string rig, captures, report, arm_serial, tracker_serial;
+  double tip_radius_mm = 0, tolerance_mm = 0.5, worst_mm = 1.0;
+  Output out;
+};
+
+void add_rig_step(CLI::App& calibrate, const char* step, const char* what, const char* files) {
+  auto options = std::make_shared<RigOptions>();
+  CLI::App* command = calibrate.add_subcommand(step, what);
+  const std::string_view name = step;
+  command->add_option("--rig", options->rig, "rig file to read and to update")->required();
+  command->add_option("--captures", options->captures, "folder of the raw captures; else RIG.captures");
+  if (name == "screen") {
+    command->add_option("--tip-radius-mm", options->tip_radius_mm, "of the ball at the stylus' end")->check(CLI::Range(0.0, 20.0));
+  }
+  if (name == "verify") {
+    command->add_option("--tolerance-mm", options->tolerance_mm, "rms that passes")->check(CLI::PositiveNumber)->capture_default_str();
+    command->add_option("--worst-mm", options->worst_mm, "worst that passes")->check(CLI::PositiveNumber)->capture_default_str();
+  }
+  command->add_option("--report", options->report, "write a page with plots to this HTML file");
+  command->add_option("--arm-serial", options->arm_serial, "serial number to keep in the rig file");
+  command->add_option("--tracker-serial", options->tracker_serial, "serial number to keep in the rig file");
+  options->out.add_to(*command);
+  command->footer(fmt::format("Reads {} of the captures.\nExample: typodont calibrate {} --rig bench.json", files, step));
+  command->callback([options, step = std::string(step)] {
+    RigFile rig = RigFile::load(options->rig);
+    BenchState bench = rig.bench();
+    bench.tolerance = {options->tolerance_mm * kMillimetre, options->worst_mm * kMillimetre};
+    const std::filesystem::path folder = options->captures.empty() ? rig.captures_folder() : std::filesystem::path(options->captures);
+    const Captures captures = read_captures(folder);
+    const auto need = [&](bool any, const char* file) {
+      if (!any) throw Error((folder / file).string(), "", "no captures", "those of this step; see typodont calibrate guide");
+    };
+    if (step == "arm") need(!captures.arm.empty(), "arm.csv"), solve_arm_step(bench, captures);
+    if (step == "screen") need(!captures.marks.empty(), "marks.csv"), solve_screen_step(bench, captures, options->tip_radius_mm * kMillimetre);
+    if (step == "eyes") need(!captures.eyes.empty(), "eyes.csv"), solve_eyes_step(bench, captures);
+    if (step == "verify") need(!captures.verification.empty(), "verify.csv"), solve_verify_step(bench, captures);
+    if (step == "solve") solve_all(bench, captures);
+    rig.set(bench);
+    if (!options->arm_serial.empty()) rig.set_device("arm", options->arm_serial);
+    if (!options->tracker_serial.empty()) rig.set_device("tracker", options->tracker_serial);
+    if (!options->report.empty()) write_file_atomically(options->report, report_page(bench, "Calibration of " + options->rig));
+    rig.save();
+    options->out.write(bench_json(bench), summary(bench));
+    if (bench.verification && !bench.verification->pass) throw RunFailure("verify: " + bench.verification->verdict);
+  });
+}
+
+void add_drift(CLI::App& calibrate) {
+  struct Options {
+    std::string rig, touches;
+    double tolerance_mm = 0.3, sigma_mm = 0.2;
+    Output out;
+  };
+  auto options = std::make_shared<Options>();
+  CLI::App* command = calibrate.add_subcommand("drift", "three marks at the start of a session: has anything moved?");
+  command->add_option("--rig", options->rig, "rig file; drift.csv of its captures holds the marks")->required();
+  command->add_option("--touches", options->touches, "CSV of the same marks touched now: x_mm,y_mm,z_mm")->required();
+  command->add_option("--tolerance-mm", options->tolerance_mm, "that a mark may have moved")->capture_default_str()->check(CLI::PositiveNumber);
+  command->add_option("--sigma-mm", options->sigma_mm, "noise of a touch per axis")->capture_default_str()->check(CLI::PositiveNumber);
+  options->out.add_to(*command);
+  command->footer("Example: typodont calibrate drift --rig bench.json --touches today.csv");
+  command->callback([options] {
+    const RigFile rig = RigFile::load(options->rig);
+    const BenchState bench = rig.bench();
+    const std::filesystem::path file = rig.captures_folder() / "drift.csv";
+    const auto points = [&](const std::filesystem::path& from) {
+      std::vector<dvec3> list;
+      for (const Touch& touch : read_touches(from)) list.push_back(touch.at(bench.arm));
+      return list;
+    };
+    const std::vector<dvec3> then = points(file), now = points(options->touches);
+    if (now.size() != then.size()) {
+      throw Error(options->touches, "", fmt::format("{} touches", now.size()), fmt::format("the {} marks of {}", then.size(), file.string()));
+    }
+    const dvec3 middle = inverse(bench.rig.X_WH) * (0.5 * (bench.workspace_D.low + bench.workspace_D.high));
+    const DriftResult result = check_drift(then, now, options->sigma_mm * kMillimetre, middle, options->tolerance_mm * kMillimetre);
+    options->out.write(fmt::format("{{\n  \"drifted\": {},\n  \"shift_mm\": {},\n  \"turn_deg\": {},\n  \"worst_mm\": {}\n}}\n",
+                                   result.drifted, result.shift * 1e3, result.turn / kDegree, result.worst * 1e3),
+                       result.verdict + "\n");
+    if (result.drifted) throw RunFailure(result.verdict);
+  });
+}
+
+// One line of a touch: "x y z" in millimetres, or six joint angles in radians.
+std::optional<Touch> parse_touch(const std::string& line, const ArmGeometry& arm) {
+  std::vector<double> numbers;
+  const char *at = line.data(), *end = line.data() + line.size();
+  while (at < end) {
+    if (*at == ' ' || *at == ',' || *at == '\t' || *at == '\r') {
+      ++at;
+      continue;
+    }
+    double value = 0;
+    const auto [next, error] = std::from_chars(at, end, value);
+    if (error != std::errc() || !std::isfinite(value)) return std::nullopt;
+    numbers.push_back(value), at = next;
+  }
+  if (numbers.size() == 3) return Touch{dvec3(numbers[0], numbers[1], numbers[2]) * kMillimetre, std::nullopt};
+  if (numbers.size() != 6) return std::nullopt;
+  Touch touch;
+  touch.reading = ArmReading{};
+  std::copy(numbers.begin(), numbers.end(), touch.reading->angle.begin());
+  touch.p_H = tip_position(arm, *touch.reading);
+  return touch;
+}
+
+void write_pgm(const std::string& file, const Picture& picture) {
+  std::string bytes = fmt::format("P5\n{} {}\n255\n", picture.width, picture.height);
+  bytes.append(picture.grey.begin(), picture.grey.end());
+  write_file_atomically(file, bytes);
+}
+
+void add_guide(CLI::App& calibrate) {
+  struct Options {
+    std::string rig, step, picture;
+  };
+  auto options = std::make_shared<Options>();
+  CLI::App* command = calibrate.add_subcommand("guide", "guided capture of one step; can be broken off and goes on where it was");
+  command->add_option("step", options->step, "arm, screen, mirror, eyes, register or verify")->required();
+  command->add_option("--rig", options->rig, "rig file")->required();
+  command->add_option("--picture", options->picture, "write what the panel should show to this PGM file before each touch");
+  command->footer(
+      "Reads one touch a line from standard input: x y z in mm, or six joint angles in rad. Other lines: undo, place\n"
+      "(the next socket), done (solve and stop), quit (stop; captures are kept).\n"
+      "Example: device-reader | typodont calibrate guide register --rig bench.json");
+  command->callback([options] {
+    const auto step = step_named(options->step);
+    if (!step) throw Error("calibrate guide: found step \"" + options->step + "\", expected arm, screen, mirror, eyes, register or verify");
+    RigFile rig = RigFile::load(options->rig);
+    GuidedCapture guide(rig.bench(), rig.captures_folder());
+    guide.begin(*step);
+    const bool mirrored = guide.bench().rig.mirror.has_value() && *step != Step::kScreen;
+    if (guide.taken() > 0) log::info("going on after {} touches", guide.taken());
+    const auto ask = [&] {
+      const Prompt prompt = guide.prompt();
+      if (!options->picture.empty()) write_pgm(options->picture, prompt_picture(prompt, 1280, 720, mirrored));
+      fmt::print("{}\n", prompt.text);
+      std::fflush(stdout);
+    };
+    const auto finish = [&] {
+      guide.solve();
+      rig.set(guide.bench());
+      rig.save();
+      fmt::print("{}", summary(guide.bench()));
+    };
+    ask();
+    std::string line;
+    while (std::getline(std::cin, line)) {
+      if (line.empty()) continue;
+      if (line == "quit") return;
+      if (line == "done") return finish();
+      if (line == "undo") {
+        fmt::print("{}\n", guide.undo() ? "the last touch is forgotten" : "there is nothing to undo");
+      } else if (line == "place") {
+        guide.next_place();
+      } else if (const auto touch = parse_touch(line, guide.bench().arm)) {
+        const Live live = guide.add(*touch);
+        fmt::print("{}{}\n", live.text, live.outlier && live.p_W ? fmt::format(" (it lies at {} mm)", words(*live.p_W * 1e3)) : "");
+        if (guide.done()) return finish();
+      } else {
+        log::warn("standard input: found \"{}\", expected x y z in mm, six joint angles in rad, undo, place, done or quit", line.substr(0, 60));
+      }
+      ask();
+    }
+  });
+}
+
+void add_camera(CLI::App& calibrate) {
+  struct Options {
+    std::string rig, sightings, picture, out_picture;
+    std::vector<int> size{1920, 1080};
+    int columns = 9, rows = 6;
+    bool mirrored = false;
+    double touch_sigma_mm = 0.2, pixel_sigma = 0.1;
+    Output out;
+  };
+  auto options = std::make_shared<Options>();
+  const auto board_options = [options](CLI::App* command) {
+    command->add_option("--columns", options->columns, "inner corners across")->capture_default_str()->check(CLI::Range(3, 60));
+    command->add_option("--rows", options->rows, "inner corners down; columns + rows must be odd")->capture_default_str()->check(CLI::Range(3, 60));
+  };
+
+  CLI::App* board = calibrate.add_subcommand("board", "draw the chessboard that the panel shows to a camera");
+  board_options(board);
+  board->add_option("--size", options->size, "pixels of the panel")->expected(2)->check(CLI::Range(64, 16384));
+  board->add_option("--out", options->out_picture, "PGM file")->required();
+  board->footer("Example: typodont calibrate board --size 1920 1080 --out board.pgm");
+  board->callback([options] {
+    const BoardPicture drawn = draw_board(options->columns, options->rows, options->size[0], options->size[1]);
+    write_pgm(options->out_picture, {drawn.width, drawn.height, drawn.grey});
+  });
+
+#ifdef TYPODONT_CAMERA
+  CLI::App* detect = calibrate.add_subcommand("detect", "find that chessboard in a camera's picture");
+  board_options(detect);
+  detect->add_option("picture", options->picture, "PNG, JPEG or PGM")->required();
+  detect->add_option("--size", options->size, "pixels of the panel")->expected(2)->check(CLI::Range(64, 16384));
+  detect->add_flag("--mirrored", options->mirrored, "the board is seen in the mirror");
+  detect->footer("Prints u,v,px,py, one corner a line.\nExample: typodont calibrate detect view1.png --mirrored");
+  detect->callback([options] {
+    const auto corners = draw_board(options->columns, options->rows, options->size[0], options->size[1]).corners;
+    const auto pixels = find_board(options->picture, options->columns, options->rows, options->mirrored);
+    if (pixels.empty()) throw RunFailure(options->picture + ": the board is not seen whole");
+    fmt::print("u,v,px,py\n");
+    for (std::size_t i = 0; i < pixels.size(); ++i) {
+      fmt::print("{},{},{},{}\n", corners[i].u, corners[i].v, pixels[i].x, pixels[i].y);
+    }
+  });
+#endif
+
+  CLI::App* camera = calibrate.add_subcommand("camera", "panel and mirror from corners seen by a camera and points touched with the stylus");
+  camera->add_option("--sightings", options->sightings, "CSV: picture,on,px,py and u,v or x_mm,y_mm,z_mm (in W)")->required();
+  camera->add_option("--rig", options->rig, "rig file to read and to update")->required();
+  camera->add_option("--size", options->size, "pixels of the camera's pictures")->expected(2)->check(CLI::Range(64, 16384));
+  camera->add_option("--touch-sigma-mm", options->touch_sigma_mm, "noise of a touch per axis")->capture_default_str()->check(CLI::PositiveNumber);
+  camera->add_option("--pixel-sigma", options->pixel_sigma, "noise of a corner per axis")->capture_default_str()->check(CLI::PositiveNumber);
+  options->out.add_to(*camera);
+  camera->footer("on: 0 a touched point, 1 the panel, 2 the panel in the mirror.\nExample: typodont calibrate camera --sightings corners.csv --rig bench.json");
+  camera->callback([options] {
+    RigFile rig = RigFile::load(options->rig);
+    BenchState bench = rig.bench();
+    const CameraResult result = solve_camera(read_sightings(options->sightings), options->size[0], options->size[1], bench.rig.panel,
+                                             {options->touch_sigma_mm * kMillimetre, options->pixel_sigma});
+    if (!result.not_determined.empty()) throw RunFailure("camera: " + result.not_determined);
+    bench.rig.panel = result.panel;
+    if (result.mirror) {
+      bench.rig.mirror = result.mirror;
+      if (glm::dot(bench.rig.mirror->normal, bench.rig.eyes.center) < bench.rig.mirror->offset) {
+        bench.rig.mirror = MirrorPlane{-result.mirror->normal, -result.mirror->offset};
+      }
+    }
+    rig.set(bench);
+    rig.save();
+    options->out.write(camera_json(result),
+                       fmt::format("camera  focal length {:.2f} ± {:.2f} pixels, {:.3f} pixels rms, {} corners set aside\n"
+                                   "panel   {:.2f} ± {:.3f} by {:.2f} ± {:.3f} mm, tilt ± {:.4f}°\n",
+                                   result.camera.fx, result.camera_sigma.fx, result.rms_px, result.outliers, result.width * 1e3,
+                                   result.width_sigma * 1e3, result.height * 1e3, result.height_sigma * 1e3, result.tilt_sigma / kDegree) +
+                           (result.mirror ? fmt::format("mirror  tilt ± {:.4f}°, offset ± {:.3f} mm\n", result.mirror_tilt_sigma / kDegree,
+                                                        result.mirror_offset_sigma * 1e3)
+                                          : ""));
+  });
+}
+
+void simulate(const std::string& folder, const SimulationOptions& simulation, bool json) {
+  const SimulatedRoutine run = simulate_routine(simulation);
+  if (!folder.empty()) {
+    std::error_code code;
+    std::filesystem::create_directories(folder, code);
+    if (code) throw Error(folder, "", code.message(), "a folder to write into");
+    RigFile rig = RigFile::create(std::filesystem::path(folder) / "rig.json");
+    write_captures(rig.captures_folder(), run.captures);
+    rig.set(run.bench);
+    rig.set_device("arm", "simulated");
+    write_file_atomically(std::filesystem::path(folder) / "report.html", report_page(run.bench, "Calibration of the simulated bench"));
+    write_file_atomically(std::filesystem::path(folder) / "error_map.svg", error_map_svg(*run.bench.verification));
+    rig.save();
+  }
+  const auto mm = [](double metres) { return metres * 1e3; };
+  if (json) {
+    std::string steps = bench_json(run.bench);
+    steps.pop_back();
+    fmt::print(
+        "{{\n\"colocation_mm\": {{\"before\": {{\"rms\": {}, \"worst\": {}}}, \"after\": {{\"rms\": {}, \"mean\": {}, \"worst\": {}}}}},\n"
+        "\"touch_noise_mm\": {},\n\"steps\": {}\n}}\n",
+        mm(run.before.rms), mm(run.before.worst), mm(run.after.rms), mm(run.after.mean), mm(run.after.worst),
+        mm(simulation.touch_noise), steps);
+    return;
+  }
+  fmt::print("{}co-location over the 80 mm cube: {:.3f} mm rms, {:.3f} mm worst as drawn; {:.4f} mm rms, {:.4f} mm worst now\n",
+             summary(run.bench), mm(run.before.rms), mm(run.before.worst), mm(run.after.rms), mm(run.after.worst));
+}
+
+}  // namespace
+
+void add_calibrate_command(CLI::App& app) {
+  struct Options {
+    bool simulate = false;
+    std::string out;
+    bool json = false;
+    double noise_mm = 0.2, outliers = 0.02;
+    std::uint64_t seed = 1;
+  };
+  auto options = std::make_shared<Options>();
+  CLI::App* calibrate = app.add_subcommand("calibrate", "set up a bench: what you see is where you feel it");
+  calibrate->add_flag("--simulate", options->simulate, "run the whole routine against a simulated bench");
+  calibrate->add_option("--out", options->out, "with --simulate: folder for the rig, the captures and the report");
+  calibrate->add_flag("--json", options->json, "with --simulate: print the result as JSON");
+  calibrate->add_option("--noise-mm", options->noise_mm, "with --simulate: noise of a touch per axis")->capture_default_str()->check(CLI::Range(0.0, 5.0));
+  calibrate->add_option("--outliers", options->outliers, "with --simulate: share of touches that slip")->capture_default_str()->check(CLI::Range(0.0, 0.4));
+  calibrate->add_option("--seed", options->seed, "with --simulate: which bench")->capture_default_str();
+  calibrate->footer("Example: typodont calibrate --simulate --out bench");
+  add_rig_step(*calibrate, "arm", "the arm's own geometry, from the tip in sockets and on a plate", "arm.csv");
+  add_rig_step(*calibrate, "screen", "panel and mirror, from touches of the stylus", "marks.csv and mirror.csv");
+  add_rig_step(*calibrate, "eyes", "eye centre and distance, from alignments through the mirror", "eyes.csv");
+  add_register(*calibrate);
+  add_delay(*calibrate);
+  add_rig_step(*calibrate, "verify", "fresh points: does it hold?", "verify.csv");
+  add_rig_step(*calibrate, "solve", "every step again, from all captures", "all files");
+  add_drift(*calibrate);
+  add_guide(*calibrate);
+  add_camera(*calibrate);
+  calibrate->require_subcommand(0, 1);
+  calibrate->callback([calibrate, options] {
+    if (!calibrate->get_subcommands().empty()) {
+      if (options->simulate) throw Error("calibrate: found --simulate with a step, expected one of them");
+      return;
+    }
+    if (!options->simulate) throw Error("calibrate: found no step, expected one of those in typodont calibrate --help, or --simulate");
+    SimulationOptions simulation;
+    simulation.seed = options->seed;
+    simulation.touch_noise = options->noise_mm * kMillimetre;
+    simulation.slipped = options->outliers;
+    simulate(options->out, simulation, options->json);
+  });
+}
+
+}  // namespace typodont

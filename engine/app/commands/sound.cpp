@@ -1,0 +1,324 @@
+// typodont sound: fit a model to a recording, make sound from a model, compare two sounds.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <vector>
+
+#include "audio/ar_fit.h"
+#include "audio/compare.h"
+#include "audio/contact_track.h"
+#include "audio/drill_synth.h"
+#include "audio/sound_file.h"
+#include "engine/app/commands/commands.h"
+#include "engine/base/error.h"
+#include "engine/base/json.h"
+#include "engine/base/log.h"
+#include "engine/base/units.h"
+
+namespace typodont {
+
+namespace {
+
+using nlohmann::ordered_json;
+
+void check_range(const char* option, double value, double low, double high) {
+  if (value >= low && value <= high) return;  // false for NaN too
+  throw Error(option, "", fmt::format("{}", value), fmt::format("{} to {}", low, high));
+}
+
+struct FitCommand {
+  std::string input, out, spectrum;
+  audio::FitOptions options;
+  double spindle_krpm = 0;
+  bool json = false, no_trim = false;
+};
+
+void run_fit(FitCommand c) {
+  check_range("--spindle-krpm", c.spindle_krpm, 0, 1000);
+  check_range("--from", c.options.from, 0, 1e5);
+  check_range("--to", c.options.to, 0, 1e5);
+  check_range("--rate", c.options.rate, 0, 1e6);
+  c.options.spindle = c.spindle_krpm * kKrpm;
+  c.options.trim = !c.no_trim;
+  const auto report = audio::fit_recording(c.input, c.options);
+  const audio::ArModel& model = report.model;
+  if (!c.spectrum.empty()) {
+    std::string text = "frequency_Hz,recording_dB,model_dB\n";
+    for (std::size_t i = 0; i < report.frequencies.size(); ++i) {
+      text += fmt::format("{:.3f},{:.3f},{:.3f}\n", report.frequencies[i], report.recording_dB[i], report.model_dB[i]);
+    }
+    write_file_atomically(c.spectrum, text);
+  }
+  write_file_atomically(c.out, audio::to_json(model));
+  if (report.distance_dB > 1) {
+    log::info("{:.2f} dB from the recording: a higher --order or a lower --rate comes closer", report.distance_dB);
+  }
+  if (c.json) {
+    ordered_json j;
+    j["model"] = c.out;
+    j["method"] = model.method;
+    j["order"] = model.order();
+    j["rate_Hz"] = model.rate;
+    j["gain"] = model.gain;
+    j["residual_variance"] = model.gain * model.gain;
+    j["power_dB"] = 10 * std::log10(audio::power_of(model));
+    j["level_dB"] = report.level_dB;
+    j["log_spectral_distance_dB"] = report.distance_dB;
+    j["unsmoothed_distance_dB"] = report.unsmoothed_distance_dB;
+    j["itakura_saito"] = report.itakura_saito;
+    j["up_to_Hz"] = report.up_to;
+    j["largest_reflection"] = report.largest_reflection;
+    j["stable"] = report.largest_reflection < 1;
+    j["condition"] = report.condition;
+    j["filter"] = report.form;
+    j["sufficient_order"] = audio::sufficient_order(model);
+    j["spindle_krpm"] = model.spindle / kKrpm;
+    j["spindle_estimated"] = model.spindle_estimated;
+    j["duration_s"] = report.duration;
+    j["from_s"] = report.from;
+    j["to_s"] = report.to;
+    j["hum_Hz"] = report.hum;
+    j["notes"] = report.notes;
+    fmt::print("{}\n", j.dump(2, ' ', false, ordered_json::error_handler_t::replace));
+    return;
+  }
+  fmt::print("{}: {} model of order {} at {:.0f} Hz\n", c.out, model.method, model.order(), model.rate);
+  fmt::print("  fitted to       {:.3f} to {:.3f} s of {:.3f} s, level {:.1f} dB re full scale\n", report.from,
+             report.to, report.duration, report.level_dB);
+  for (const auto& note : report.notes) fmt::print("                  {}\n", note);
+  fmt::print("  residual        standard deviation {:.4g}, {:.1f} dB under the sound\n", model.gain,
+             10 * std::log10(audio::power_of(model)) - 20 * std::log10(model.gain));
+  fmt::print("  spectrum        {:.2f} dB log-spectral distance, Itakura-Saito {:.3f}, to {:.0f} Hz\n",
+             report.distance_dB, report.itakura_saito, report.up_to);
+  fmt::print("  stability       largest |k| {:.5f}; condition {:.3g}: runs as {} filter\n", report.largest_reflection,
+             report.condition, report.form);
+  fmt::print("  enough          order {} by the Bayesian criterion\n", audio::sufficient_order(model));
+  if (model.spindle > 0) {
+    fmt::print("  spindle         {:.1f} krpm{}\n", model.spindle / kKrpm,
+               model.spindle_estimated ? ", estimated from the lines: say --spindle-krpm if you know it" : "");
+  } else {
+    fmt::print("  spindle         not known: no harmonic series found\n");
+  }
+}
+
+struct SynthCommand {
+  std::string model, out, contact;
+  double seconds = 0, rate = 0, spindle_krpm = 0;
+  std::uint64_t seed = 1;
+  bool json = false, wide = false;
+};
+
+void run_synth(const SynthCommand& c) {
+  if (c.seconds == 0 && c.contact.empty()) throw Error("--seconds", "", "nothing", "a length, or --contact");
+  if (c.seconds != 0) check_range("--seconds", c.seconds, 1e-3, 36000);
+  if (c.rate != 0) check_range("--rate", c.rate, 8000, 384000);
+  check_range("--spindle-krpm", c.spindle_krpm, 0, 1000);
+  audio::SoundModels models = audio::load_sound_models(c.model);
+  audio::ContactTrack track;
+  if (!c.contact.empty()) track = audio::read_contact_track(c.contact);
+
+  // Which spindle speed sounds as recorded?
+  std::string reference = "model";
+  if (c.spindle_krpm > 0) {
+    models.free_speed = c.spindle_krpm * kKrpm;
+    reference = "option";
+  } else if (track.has_spindle && track.fastest > 0) {
+    // A drill of another kind than the recorded one: what it does free stands for what the recorded one did free.
+    const bool told = models.free_speed > 0 && !models.idle.spindle_estimated;
+    const bool beyond = track.fastest > 4.0 / 3 * models.free_speed;
+    const bool far_below = track.fastest < models.free_speed / 3 && !told;
+    if (beyond || far_below) {
+      if (models.free_speed > 0) {
+        log::info(
+            "{}: runs at {:.1f} krpm, the recorded drill at {:.1f}{}: its sound stands for the fastest here "
+            "(--spindle-krpm says otherwise)",
+            c.contact, track.fastest / kKrpm, models.free_speed / kKrpm, told ? "" : " (estimated)");
+      }
+      models.free_speed = track.fastest;
+      reference = "contact";
+    }
+  }
+  if (models.free_speed == 0) {
+    models.free_speed = 100 * kKrpm;  // any will do: nothing says how fast, so all runs at this
+    reference = "none";
+  }
+
+  std::vector<audio::SoundState> states;
+  if (c.contact.empty()) {
+    audio::SoundState idle;
+    idle.spindle = models.free_speed;
+    idle.pedal = 1;
+    states.push_back(idle);
+  } else {
+    states = audio::voiced_states(track, models.free_speed);
+    if (states.front().t > 0) {  // as it begins, so it was before
+      states.insert(states.begin(), states.front());
+      states.front().t = 0;
+    }
+  }
+  const double rate = c.rate > 0 ? c.rate : models.idle.rate;
+  const double seconds = c.seconds > 0 ? c.seconds : std::max(track.end, 1e-3);
+  const auto total = static_cast<std::size_t>(std::llround(seconds * rate));
+  audio::DrillSynth synth(models, rate, c.seed);
+  audio::WavWriter wav(c.out, rate, c.wide ? audio::SampleFormat::kFloat32 : audio::SampleFormat::kPcm16);
+  double power = 0, peak = 0;
+  {
+    std::optional<log::Progress> progress;
+    if (seconds > 300) progress.emplace("sound");
+    std::vector<float> buffer(4096);
+    std::size_t next_state = 0;
+    for (std::size_t done = 0; done < total;) {
+      const std::size_t count = std::min(buffer.size(), total - done);
+      const double until = static_cast<double>(done + count) / rate;
+      while (next_state < states.size() && to_seconds(states[next_state].t) <= until) synth.push(states[next_state++]);
+      const std::span<float> part(buffer.data(), count);
+      synth.render(part);
+      wav.write(part);
+      for (const float v : part) {
+        power += static_cast<double>(v) * static_cast<double>(v);
+        peak = std::max(peak, std::abs(static_cast<double>(v)));
+      }
+      done += count;
+      if (progress) progress->update(static_cast<double>(done) / static_cast<double>(total));
+    }
+  }
+  wav.finish();
+  const double rms_dB = 10 * std::log10(power / static_cast<double>(total) + 1e-30);
+  if (c.json) {
+    ordered_json j;
+    j["out"] = c.out;
+    j["voice"] = models.name;
+    j["seconds"] = static_cast<double>(total) / rate;
+    j["samples"] = total;
+    j["rate_Hz"] = rate;
+    j["seed"] = c.seed;
+    j["order"] = models.idle.order();
+    j["level_dB"] = rms_dB;
+    j["peak_dB"] = 20 * std::log10(peak + 1e-15);
+    j["free_speed_krpm"] = models.free_speed / kKrpm;
+    j["free_speed_from"] = reference;
+    j["states"] = states.size();
+    fmt::print("{}\n", j.dump(2, ' ', false, ordered_json::error_handler_t::replace));
+    return;
+  }
+  fmt::print("{}: {:.3f} s at {:.0f} Hz of {} (order {}), level {:.1f} dB, peak {:.1f} dB re full scale\n", c.out,
+             static_cast<double>(total) / rate, rate, models.name, models.idle.order(), rms_dB,
+             20 * std::log10(peak + 1e-15));
+}
+
+struct CompareCommand {
+  std::string a, b;
+  double up_to = 16000, at_most = 0;
+  bool json = false;
+};
+
+ordered_json as_json(const audio::SoundMeasure& m) {
+  return {{"duration_s", m.duration},  {"rate_Hz", m.rate},   {"level_dB", m.level_dB}, {"peak_dB", m.peak_dB},
+          {"centroid_Hz", m.centroid}, {"rotor_Hz", m.rotor}, {"tones_Hz", m.tones}};
+}
+
+void run_compare(const CompareCommand& c) {
+  check_range("--up-to-hz", c.up_to, 200, 200000);
+  const auto r = audio::compare_sounds(c.a, c.b, c.up_to);
+  if (c.json) {
+    ordered_json j;
+    j["log_spectral_distance_dB"] = r.distance_dB;
+    j["shape_distance_dB"] = r.shape_distance_dB;
+    j["itakura_saito"] = r.itakura_saito;
+    j["level_difference_dB"] = r.level_difference_dB;
+    j["tone_ratio"] = r.tone_ratio;
+    j["up_to_Hz"] = r.up_to;
+    j["a"] = as_json(r.a);
+    j["b"] = as_json(r.b);
+    fmt::print("{}\n", j.dump(2));
+  } else {
+    fmt::print("log-spectral distance  {:8.2f} dB to {:.0f} Hz ({:.2f} dB at equal level)\n", r.distance_dB, r.up_to,
+               r.shape_distance_dB);
+    fmt::print("Itakura-Saito          {:8.3f}\n", r.itakura_saito);
+    fmt::print("level                  {:8.2f} dB louder\n", r.level_difference_dB);
+    if (r.tone_ratio > 0) fmt::print("strongest tone         {:8.4f} times\n", r.tone_ratio);
+    for (const auto& [name, m] : {std::pair{&c.a, &r.a}, std::pair{&c.b, &r.b}}) {
+      fmt::print("{}: {:.2f} s at {:.0f} Hz, level {:.1f} dB, peak {:.1f} dB, centroid {:.0f} Hz, tones {:.0f} Hz\n",
+                 *name, m->duration, m->rate, m->level_dB, m->peak_dB, m->centroid, fmt::join(m->tones, " "));
+    }
+  }
+  if (c.at_most > 0 && !(r.distance_dB <= c.at_most)) {
+    throw RunFailure(fmt::format("{} and {} are {:.2f} dB apart, more than {} dB", c.a, c.b, r.distance_dB, c.at_most));
+  }
+}
+
+}  // namespace
+
+void add_sound_command(CLI::App& app) {
+  CLI::App* sound = app.add_subcommand("sound", "Drill sound: models from recordings, sound from models");
+  sound->require_subcommand(1);
+  sound->footer(
+      "Example:\n  typodont sound fit drill.wav --out drill.json\n"
+      "  typodont sound synth drill.json --seconds 5 --out model.wav\n"
+      "  typodont sound compare drill.wav model.wav");
+
+  auto fit = std::make_shared<FitCommand>();
+  CLI::App* f = sound->add_subcommand("fit", "Fit an autoregressive model to a recording");
+  f->add_option("input", fit->input, "Recording (WAV, FLAC, OGG, AIFF)")->required();
+  f->add_option("--out", fit->out, "Model file to write")->required();
+  f->add_option("--order", fit->options.order, "Poles: a number, or aic or bic to let the criterion choose")
+      ->capture_default_str();
+  f->add_option("--max-order", fit->options.max_order, "The highest order a criterion may choose")
+      ->capture_default_str();
+  f->add_option("--method", fit->options.method, "burg, yule-walker or modified-covariance")->capture_default_str();
+  f->add_option("--window", fit->options.window, "none, hann, hamming or blackman")->capture_default_str();
+  f->add_option("--rate", fit->options.rate, "Rate of the model in Hz; the recording is resampled (default: its own)");
+  f->add_option("--channel", fit->options.channel, "Channel, from 0 (default: the mean of all)")
+      ->check(CLI::NonNegativeNumber);
+  f->add_option("--from", fit->options.from, "Start in the recording, s");
+  f->add_option("--to", fit->options.to, "End in the recording, s");
+  f->add_flag("--steady", fit->options.steady, "Fit only the longest stretch of even loudness");
+  f->add_flag("--no-trim", fit->no_trim, "Keep silence at both ends");
+  f->add_option("--hum", fit->options.hum, "Mains hum to remove: auto, off, 50 or 60")->capture_default_str();
+  f->add_option("--spindle-krpm", fit->spindle_krpm, "Speed of the drill in the recording (default: estimated)");
+  f->add_option("--name", fit->options.name, "Name of the model");
+  f->add_option("--source", fit->options.source, "Where the recording comes from");
+  f->add_option("--licence", fit->options.licence, "The recording's licence");
+  f->add_option("--spectrum", fit->spectrum, "CSV of both spectra to write");
+  f->add_flag("--json", fit->json, "Print the report as JSON");
+  f->footer(
+      "Refuses, with the reason, what cannot be fitted: silence, clipping, a pure tone, too few samples.\n"
+      "Example:\n  typodont sound fit drill.wav --out drill.json --order 300 --steady");
+  f->callback([fit] { run_fit(*fit); });
+
+  auto synth = std::make_shared<SynthCommand>();
+  CLI::App* s = sound->add_subcommand("synth", "Make sound from a model or a voice");
+  s->add_option("model", synth->model, "Model or voice file")->required();
+  s->add_option("--seconds", synth->seconds, "Length (default: that of the contact file)");
+  s->add_option("--out", synth->out, "WAV file to write")->required();
+  s->add_option("--contact", synth->contact, "What the hand does: a contact file, or ticks of typodont servo");
+  s->add_option("--rate", synth->rate, "Rate of the WAV file in Hz (default: the model's)");
+  s->add_option("--seed", synth->seed, "Seed of the noise: same seed, same bytes")->capture_default_str();
+  s->add_option("--spindle-krpm", synth->spindle_krpm, "Speed at which the model sounds as recorded");
+  s->add_flag("--float", synth->wide, "32-bit float samples instead of 16-bit");
+  s->add_flag("--json", synth->json, "Print what was made as JSON");
+  s->footer(
+      "A contact file is a CSV with t_s and any of spindle_krpm, pedal (0..1), force_N, contact_area_mm2,\n"
+      "removal_mm3_per_s, tissue (enamel, dentin, caries ...), slip_mm_per_s, suction (0..1), cutting (0: a hand\n"
+      "instrument). Values between rows are interpolated. Without spindle_krpm the speed falls with the force.\n"
+      "Example:\n  printf 't_s,spindle_krpm,force_N,contact_area_mm2,tissue\\n0,300,0,0,air\\n1,300,0,0,enamel\\n"
+      "1.1,250,1.5,0.8,enamel\\n3,250,1.5,0.8,enamel\\n' > contact.csv\n"
+      "  typodont sound synth assets/sounds/air_turbine.json --contact contact.csv --out drill.wav");
+  s->callback([synth] { run_synth(*synth); });
+
+  auto compare = std::make_shared<CompareCommand>();
+  CLI::App* p = sound->add_subcommand("compare", "Compare two sounds: spectra, level, tones");
+  p->add_option("a", compare->a, "Sound file")->required();
+  p->add_option("b", compare->b, "Sound file")->required();
+  p->add_option("--up-to-hz", compare->up_to, "Highest frequency compared")->capture_default_str();
+  p->add_option("--at-most-db", compare->at_most, "Exit with 1 when the log-spectral distance is larger");
+  p->add_flag("--json", compare->json, "Print the comparison as JSON");
+  p->footer("Example:\n  typodont sound compare recording.wav model.wav --at-most-db 1");
+  p->callback([compare] { run_compare(*compare); });
+}
+
+}  // namespace typodont

@@ -1,0 +1,147 @@
+#include "engine/app/demo.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <optional>
+
+#include "engine/app/debris_view.h"
+#include "engine/app/haptic_loop.h"
+#include "engine/app/picture_stage.h"
+#include "engine/app/scripted_student.h"
+#include "engine/app/session_record.h"
+#include "engine/app/sound_link.h"
+#include "engine/app/tissue_view.h"
+#include "engine/base/error.h"
+#include "engine/base/log.h"
+#include "engine/base/units.h"
+#include "engine/session/film.h"
+#include "engine/session/recorder.h"
+#include "engine/session/report.h"
+
+namespace typodont {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr double kRate = 1000;  // Hz
+
+/// The pictures of one moment: both eyes and the composed screen.
+void write_pictures(PictureStage& stage, const fs::path& folder, const std::string& name,
+                    std::vector<session::SessionPicture>& kept, const std::string& title) {
+  render::write_png(folder / (name + "_left.png"), stage.eye(0));
+  render::write_png(folder / (name + "_right.png"), stage.eye(1));
+  render::write_png(folder / (name + "_screen.png"), stage.screen());
+  kept.push_back(session::read_picture(folder / (name + "_left.png"), name, title));
+}
+
+std::vector<std::uint8_t> rgb_of(const render::Picture& picture) {
+  std::vector<std::uint8_t> rgb;
+  rgb.reserve(picture.rgba.size() / 4 * 3);
+  for (std::size_t i = 0; i < picture.rgba.size(); i += 4) rgb.insert(rgb.end(), picture.rgba.begin() + i, picture.rgba.begin() + i + 3);
+  return rgb;
+}
+
+}  // namespace
+
+void run_demo(const DemoOptions& options) {
+  std::error_code code;
+  fs::create_directories(options.out, code);
+  if (code || !fs::is_directory(options.out)) throw Error(options.out.string(), "", code.message(), "a folder that can be made");
+
+  const Scene scene = read_scene(options.scene.empty() ? assets_folder() / "scenes/molar-caries.json" : fs::path(options.scene));
+  const fs::path rig_file = options.rig.empty() ? assets_folder() / "rigs/closeup.json" : fs::path(options.rig);
+  const display::DisplayRig rig = display::load_rig(rig_file);
+  log::info("scene {} ({})", scene.name, scene.file.string());
+  haptics::TissueVolume tissue = load_tissue(scene);
+  const StudentPlan plan = plan_caries_removal(tissue, scene.servo.tool);
+  const auto hand = haptics::make_simulated_hand(plan.path, plan.hand, kRate, /*paced=*/false);
+  HapticLoop loop(scene, std::move(tissue), kRate);
+  haptics::TissueVolume& volume = loop.carver().volume();
+  const double length = std::min(plan.path.end(), options.seconds);
+
+  PictureStage::Options look;
+  look.quality = render::kQualityLadder[1];
+  PictureStage stage(rig, scene.servo, look);
+  TissueView view;
+  stage.show(view.update(volume), volume.frame().origin);
+  log::info("drawing with {}: {} triangles", stage.device_name(), view.mesher().triangle_count());
+
+  const fs::path session_file = options.out / "session.h5", wav = options.out / "drill.wav", mp4 = options.out / "session.mp4";
+  session::SessionWriter recorder(session_file, session_header(scene, rig_file, *hand, volume, kRate));
+  SoundLink sound("wav:" + wav.string(), scene, /*live=*/false);
+  DebrisView debris(scene.servo.materials, volume);
+  std::optional<session::FilmWriter> film;
+
+  log::Progress progress("demo");
+  std::vector<session::SessionPicture> pictures;
+  ServoTick tick;
+  Cut cut;
+  haptics::HandSample sample;
+  double next_frame = 0;
+  bool before_taken = false, during_taken = false;
+  std::uint64_t frames = 0;
+  while (hand->read(sample) && to_seconds(sample.t) <= length) {
+    const bool did_cut = loop.tick(sample, tick, cut);
+    hand->write(tick.f_T_W, tick.tau_T_W);
+    recorder.append({&tick, 1});
+    if (did_cut) recorder.append({&cut, 1});
+    if (loop.fresh_patch()) recorder.append({loop.fresh_patch(), 1});
+    sound.push(tick);
+    if (did_cut) debris.add(cut, scene.servo.tool);
+
+    const double t = to_seconds(tick.t);
+    if (t < next_frame) continue;
+    next_frame += 1 / options.fps;
+    progress.update(t / length);
+    recorder.heartbeat();
+    sound.advance(tick.t);
+    debris.step(1 / options.fps);
+    stage.show(view.update(volume), volume.frame().origin);
+    const std::string hint = t < plan.explore_end ? "exploring, drill at rest" : t < plan.drill_end ? "removing caries" : "done";
+    stage.draw(tick, debris.particles(), 1 / options.fps, hint);
+    const render::Picture screen = stage.screen();
+    if (!film) film.emplace(mp4, session::FilmOptions{screen.size.x, screen.size.y, options.fps});
+    film->add(rgb_of(screen));
+    ++frames;
+    if (!before_taken) {
+      write_pictures(stage, options.out, "before", pictures, "Before");
+      before_taken = true;
+    }
+    if (!during_taken && t > plan.explore_end + 0.6 * (plan.drill_end - plan.explore_end)) {
+      write_pictures(stage, options.out, "during", pictures, "While drilling");
+      during_taken = true;
+    }
+  }
+  stage.show(view.update(volume), volume.frame().origin);
+  stage.draw(tick, {}, 1 / options.fps, "done");
+  write_pictures(stage, options.out, "after", pictures, "After");
+  sound.stop(tick.t);
+
+  session::SessionResult result = session_result(volume);
+  result.pictures = pictures;
+  if (!recorder.finish(result)) throw RunFailure(recorder.status().message);
+  const bool filmed = film && film->finish(wav);
+  const session::SessionReader recorded(session_file);
+  write_file_atomically(options.out / "report.html", session::report_html(recorded));
+  progress.update(1);
+
+  const PerTissue& removed = tick.removed;
+  const auto mm3 = [&](Tissue tissue_kind) { return removed[static_cast<std::size_t>(tissue_kind)] / kCubicMillimetre; };
+  const double caries = recorded.header().volumes_before[static_cast<std::size_t>(Tissue::kCaries)] / kCubicMillimetre;
+  fmt::print("Removed {:.2f} of {:.2f} mm³ caries, with {:.2f} mm³ sound enamel and {:.2f} mm³ sound dentin, in {:.1f} s.\n",
+             mm3(Tissue::kCaries), caries, mm3(Tissue::kEnamel), mm3(Tissue::kDentin), to_seconds(tick.t));
+  fmt::print("Made in {}:\n", fs::absolute(options.out).string());
+  fmt::print("  before_*.png during_*.png after_*.png  stereo pictures: left, right, and the screen as composed\n");
+  if (filmed) {
+    fmt::print("  session.mp4   stereo film with sound, {} frames\n", frames);
+  } else {
+    fmt::print("  (no session.mp4: {})\n", film ? film->message() : "nothing was drawn");
+  }
+  fmt::print("  drill.wav     the drill's sound\n");
+  fmt::print("  session.h5    the recording: typodont replay {} --check\n", session_file.string());
+  fmt::print("  report.html   open it in a browser\n");
+}
+
+}  // namespace typodont

@@ -1,0 +1,148 @@
+#include "engine/app/picture_stage.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "engine/base/error.h"
+#include "engine/base/units.h"
+
+namespace typodont {
+
+namespace {
+
+constexpr const char* shape_name(haptics::HeadShape shape) {
+  switch (shape) {
+    case haptics::HeadShape::kSphere: return "sphere";
+    case haptics::HeadShape::kCylinder: return "cylinder";
+    case haptics::HeadShape::kRoundEndCylinder: return "round_end_cylinder";
+    case haptics::HeadShape::kCone: return "cone";
+    case haptics::HeadShape::kPear: return "pear";
+    case haptics::HeadShape::kFlame: return "flame";
+    case haptics::HeadShape::kInvertedCone: return "inverted_cone";
+  }
+  return "sphere";
+}
+
+gpu::Device make_device(const PictureStage::Options& options) {
+  gpu::DeviceOptions device;
+  device.validation = options.validation;
+  if (options.window) {
+#ifdef TYPODONT_WINDOW
+    device.instance_extensions = display::window_extensions();
+    device.present = true;
+#else
+    throw Error("this build", "", "no window support", "a build with TYPODONT_WINDOW=ON, or an offscreen rig");
+#endif
+  }
+  return gpu::Device::create(device);
+}
+
+}  // namespace
+
+PictureStage::PictureStage(const display::DisplayRig& rig, const haptics::ServoSettings& servo, const Options& options)
+    : rig_(rig), servo_(servo), options_(options), device_(make_device(options)) {
+  ring_ = gpu::FrameRing::create(device_);
+#ifdef TYPODONT_WINDOW
+  if (options.window) {
+    display::WindowOptions window;
+    window.size = rig.screen.pixels;
+    output_ = display::make_window(device_, window);
+  }
+#endif
+  const glm::ivec2 eye = display::eye_pixels(rig.screen.layout, rig.screen.pixels);
+  if (!output_) output_ = display::make_offscreen(device_, display::screen_pixels(rig.screen.layout, eye));
+  screen_size_ = output_->size();
+  renderer_.emplace(device_, eye, options.quality, servo.materials);
+  compositor_.emplace(device_);
+  render::ToolShape shape = render::tool_shape(shape_name(servo.tool.shape), servo.tool.diameter, servo.tool.length);
+  if (!servo.tool.cuts) shape.flutes = 0;
+  renderer_->set_tool(render::make_tool_mesh(shape));
+}
+
+PictureStage::~PictureStage() {
+  ring_.wait_idle(device_);
+  output_.reset();
+  compositor_.reset();
+  renderer_.reset();
+  ring_.destroy(device_);
+  device_.destroy();
+}
+
+void PictureStage::show(std::span<const render::MeshUpdate> bricks, const dvec3& origin) {
+  renderer_->update(render::kWorkingTooth, bricks);
+  renderer_->place(render::kWorkingTooth, {origin, {1, 0, 0, 0}});
+}
+
+void PictureStage::follow_size() {
+  const glm::ivec2 size = output_->size();
+  if (size == screen_size_ || size.x <= 0 || size.y <= 0) return;
+  ring_.wait_idle(device_);
+  screen_size_ = size;
+  renderer_->resize(display::eye_pixels_in(rig_.screen.layout, size));
+}
+
+render::FrameStats PictureStage::draw(const ServoTick& tick, std::span<const render::Particle> particles, double dt,
+                                      const std::string& hint) {
+  follow_size();
+  render::Frame frame;
+  const auto eyes = display::eye_views(rig_);
+  for (std::size_t e = 0; e < 2; ++e) {
+    frame.eyes[e] = {eyes[e].view, eyes[e].projection, eyes[e].position, eyes[e].flip};
+  }
+  frame.views = rig_.screen.layout == display::Layout::kMono ? 1 : 2;
+
+  // The lamp hangs over the user's left shoulder, wherever the rig puts the user.
+  const display::Screen& screen = rig_.screen;
+  const dvec3 middle = (screen.lower_right + screen.upper_left) / 2.0;
+  const dvec3 toward = glm::normalize(rig_.head.eye_center - middle), up = glm::cross(toward, rig_.head.right);
+  frame.lights.key = glm::normalize(0.55 * toward + 0.6 * up - 0.65 * rig_.head.right);
+  frame.lights.up = up;
+  if (rig_.mirror) frame.background = render::Background::kBlack;
+
+  angle_ = std::fmod(angle_ + tick.spindle * dt, 2 * kPi);
+  frame.tool = {options_.tool, tick.X_WG, angle_, tick.spindle};
+  frame.particles = particles;
+  if (options_.hud) {
+    frame.hud.visible = true;
+    frame.hud.tool = fmt::format("{} {:.1f} mm", shape_name(servo_.tool.shape), servo_.tool.diameter / kMillimetre);
+    frame.hud.speed_krpm = tick.spindle / kKrpm;
+    frame.hud.force = glm::length(tick.f_T_W);
+    frame.hud.force_limit = options_.force_limit;
+    frame.hud.hint = hint;
+    frame.hud.upright = display::upright(rig_);
+    frame.hud.aspect = glm::length(screen.lower_right - screen.lower_left) / glm::length(screen.upper_left - screen.lower_left);
+  }
+
+  const VkCommandBuffer commands = ring_.begin(device_);
+  const render::FrameStats stats = renderer_->record(commands, frame, ring_.slot(), ring_.submitted, ring_.finished);
+  if (!stats.drawn && !output_->needs_frame()) {
+    ring_.abandon(device_);
+    return stats;
+  }
+  const auto target = output_->acquire();
+  if (target) {
+    compositor_->record(commands, renderer_->pictures(), screen.layout, *target, ring_.slot(), output_->first_row());
+    ring_.submit(device_, target->ready, target->done);
+    output_->present();
+  } else {
+    ring_.submit(device_);
+  }
+  if (!options_.window) ring_.wait_idle(device_);
+  return stats;
+}
+
+render::Picture PictureStage::eye(int index) {
+  ring_.wait_idle(device_);
+  const gpu::Image& image = renderer_->pictures();
+  const int layer = std::min(index, static_cast<int>(image.options.layers) - 1);
+  return {{static_cast<int>(image.options.size.width), static_cast<int>(image.options.size.height)},
+          gpu::read_back(device_, image, static_cast<std::uint32_t>(layer), VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL)};
+}
+
+render::Picture PictureStage::screen() {
+  ring_.wait_idle(device_);
+  return {output_->size(), output_->read()};
+}
+
+}  // namespace typodont

@@ -1,0 +1,65 @@
+// Pictures of the bench: a Vulkan device, a renderer and the screen of a rig, drawn from what the servo says.
+// Render thread. Offscreen here; the window adds its own output (workbench.h).
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <span>
+
+#include "engine/contract/contact.h"
+#include "engine/display/display_rig.h"
+#include "engine/display/output.h"
+#include "engine/render/picture.h"
+#include "engine/render/renderer.h"
+#include "haptics/servo.h"
+
+namespace typodont {
+
+class PictureStage {
+ public:
+  struct Options {
+    render::Quality quality = render::kQualityLadder[0];
+    bool validation = false;
+    bool window = false;      // else offscreen
+    bool hud = true;
+    bool tool = true;
+    double force_limit = 3;   // N, the end of the force bar
+  };
+  /// Throws Error where the machine has no Vulkan device, or no desktop for a window.
+  PictureStage(const display::DisplayRig& rig, const haptics::ServoSettings& servo, const Options& options);
+  ~PictureStage();
+  PictureStage(const PictureStage&) = delete;
+  PictureStage& operator=(const PictureStage&) = delete;
+
+  /// Bricks of the working tooth; positions relative to `origin` (m, W).
+  void show(std::span<const render::MeshUpdate> bricks, const dvec3& origin);
+
+  /// Draws and shows one frame; waits for it when offscreen. `dt`: s since the last, turns the bur.
+  render::FrameStats draw(const ServoTick& tick, std::span<const render::Particle> particles, double dt,
+                          const std::string& hint = "");
+
+  /// The eyes (0 left, 1 right) and the composed screen of the last frame.
+  render::Picture eye(int index);
+  render::Picture screen();
+
+  display::Output& output() { return *output_; }
+  const display::DisplayRig& rig() const { return rig_; }
+  std::string device_name() const { return device_.name(); }
+  int validation_messages() const { return device_.validation_messages(); }
+
+ private:
+  void follow_size();
+
+  display::DisplayRig rig_;
+  haptics::ServoSettings servo_;
+  Options options_;
+  gpu::Device device_;
+  gpu::FrameRing ring_;
+  std::optional<render::Renderer> renderer_;
+  std::optional<display::Compositor> compositor_;
+  std::unique_ptr<display::Output> output_;
+  glm::ivec2 screen_size_{0};
+  double angle_ = 0;
+};
+
+}  // namespace typodont

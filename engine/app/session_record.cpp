@@ -1,0 +1,38 @@
+#include "engine/app/session_record.h"
+
+#include "engine/session/hash.h"
+
+namespace typodont {
+
+session::SessionHeader session_header(const Scene& scene, const std::filesystem::path& rig_file,
+                                      const haptics::HapticDevice& hand, const haptics::TissueVolume& tissue,
+                                      double rate) {
+  session::SessionHeader header;
+  header.scene_json = scene.text;
+  header.hand = hand.info().address;
+  header.tools = {scene.servo.tool.name};
+  header.servo_rate = rate;
+  header.voxel = tissue.frame().voxel;
+  header.volumes_before = tissue.volumes();
+  header.files.push_back(session::describe_file(std::filesystem::absolute(scene.file)));
+  if (const auto volume = scene.tissue->find("volume")) {
+    header.files.push_back(session::describe_file(
+        std::filesystem::absolute(find_file(volume->string(), scene.file.parent_path()))));
+  }
+  if (!rig_file.empty()) {
+    header.rig_json = Json::load(rig_file).text();
+    header.files.push_back(session::describe_file(std::filesystem::absolute(rig_file)));
+  }
+  header.date = session::iso_date_now();
+  return header;
+}
+
+session::SessionResult session_result(const haptics::TissueVolume& tissue) {
+  session::SessionResult result;
+  result.volumes_after = tissue.volumes();
+  result.has_volumes = true;
+  result.field_hash = tissue.hash();
+  return result;
+}
+
+}  // namespace typodont

@@ -1,0 +1,48 @@
+#include "engine/app/tissue_view.h"
+
+namespace typodont {
+
+namespace {
+
+/// 21 bits an axis: bricks of any volume that fits into memory.
+std::uint64_t brick_number(const glm::ivec3& key) {
+  const auto part = [](int v) { return static_cast<std::uint64_t>(v + (1 << 20)) & 0x1fffff; };
+  return part(key.x) << 42 | part(key.y) << 21 | part(key.z);
+}
+
+render::MeshUpdate to_update(const glm::ivec3& key, const surface::BrickMesh* mesh, double voxel) {
+  render::MeshUpdate update;
+  update.brick = brick_number(key);
+  if (!mesh) return update;
+  update.vertices.reserve(mesh->vertices.size());
+  for (const surface::SurfaceVertex& v : mesh->vertices) {
+    render::Vertex out;
+    out.p = v.position * static_cast<float>(voxel);
+    out.n = v.normal;
+    out.tissue = {v.tissue[0], v.tissue[1]};
+    out.second = static_cast<float>(v.second) / 255.0f;
+    update.vertices.push_back(out);
+  }
+  update.indices = mesh->indices;
+  return update;
+}
+
+}  // namespace
+
+TissueView::TissueView(float tolerance) : mesher_({.tolerance = tolerance}) {}
+
+std::vector<render::MeshUpdate> TissueView::update(haptics::TissueVolume& volume) {
+  const auto changed = volume.take_changed_bricks();
+  for (const glm::ivec3& key : started_ ? changed : volume.surface_bricks()) {
+    volume.read_brick(key, brick_);
+    mesher_.put(brick_);
+  }
+  started_ = true;
+  std::vector<render::MeshUpdate> updates;
+  for (const glm::ivec3& key : mesher_.remesh()) {
+    updates.push_back(to_update(key, mesher_.find(key), volume.frame().voxel));
+  }
+  return updates;
+}
+
+}  // namespace typodont

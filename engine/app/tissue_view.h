@@ -1,0 +1,29 @@
+// From the carver's volume to what the renderer takes: the bricks that changed, as triangles. Carver's thread.
+#pragma once
+
+#include <vector>
+
+#include "engine/render/renderer.h"
+#include "engine/surface/surface_mesher.h"
+#include "haptics/tissue_volume.h"
+
+namespace typodont {
+
+class TissueView {
+ public:
+  /// `tolerance`: how far the triangles may lie from the surface, voxels.
+  explicit TissueView(float tolerance = 0.1f);
+
+  /// All bricks, the first time; afterwards those that changed since the last call. Positions are metres from the
+  /// volume's origin: place the mesh there.
+  std::vector<render::MeshUpdate> update(haptics::TissueVolume& volume);
+
+  const surface::SurfaceMesher& mesher() const { return mesher_; }
+
+ private:
+  surface::SurfaceMesher mesher_;
+  FieldBrick brick_;
+  bool started_ = false;
+};
+
+}  // namespace typodont

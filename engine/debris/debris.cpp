@@ -1,0 +1,337 @@
+#include "engine/debris/debris.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <vector>
+
+#include "engine/base/units.h"
+#include "engine/debris/motion/motion.h"
+
+namespace typodont::debris {
+namespace {
+
+constexpr std::uint32_t kNever = std::numeric_limits<std::uint32_t>::max();
+constexpr float kStuck = std::numeric_limits<float>::infinity();  // 1/s: the drag of a particle at rest
+constexpr std::uint32_t kRestSteps = 512;  // how often one at rest looks whether the tissue under it is gone
+constexpr std::uint32_t kMostSteps = 1024;  // how long one in flight goes unattended
+constexpr double kRestSpeed = 0.05;        // m/s
+
+// A stream of numbers that depends on the seed, the cut and nothing else (SplitMix64, Steele et al. 2014).
+class Stream {
+ public:
+  Stream(std::uint64_t seed, std::uint64_t cut) : state_(seed * 0x9e3779b97f4a7c15u ^ cut * 0xd1342543de82ef95u) {}
+  double uniform() {
+    std::uint64_t z = state_ += 0x9e3779b97f4a7c15u;
+    z = (z ^ z >> 30) * 0xbf58476d1ce4e5b9u;
+    z = (z ^ z >> 27) * 0x94d049bb133111ebu;
+    return static_cast<double>((z ^ z >> 31) >> 11) * 0x1p-53;
+  }
+  double signed_unit() { return 2 * uniform() - 1; }
+  dvec3 in_ball() {
+    for (;;) {
+      const double x = signed_unit(), y = signed_unit(), z = signed_unit();
+      if (x * x + y * y + z * z <= 1) return {x, y, z};
+    }
+  }
+
+ private:
+  std::uint64_t state_;
+};
+
+struct Contact {
+  bool inside = false;  // of the field's box
+  double distance = 0;  // m
+  glm::dvec3 gradient{0};
+};
+
+Contact sample(const CoarseField& field, const glm::dvec3& p_W) {
+  Contact out;
+  if (!field.distance) return out;
+  const glm::dvec3 q = (p_W - field.origin) / field.spacing;
+  const glm::dvec3 low = glm::floor(q);
+  const glm::ivec3 i(low);
+  if (!glm::all(glm::greaterThanEqual(low, glm::dvec3(0))) ||
+      !glm::all(glm::lessThan(low, glm::dvec3(field.size - 1)))) {
+    return out;
+  }
+  const glm::dvec3 f = q - low;
+  const std::size_t sy = static_cast<std::size_t>(field.size.z), sx = sy * static_cast<std::size_t>(field.size.y);
+  const float* d = field.distance + static_cast<std::size_t>(i.x) * sx + static_cast<std::size_t>(i.y) * sy +
+                   static_cast<std::size_t>(i.z);
+  const double d000 = d[0], d001 = d[1], d010 = d[sy], d011 = d[sy + 1];
+  const double d100 = d[sx], d101 = d[sx + 1], d110 = d[sx + sy], d111 = d[sx + sy + 1];
+  const double x00 = glm::mix(d000, d100, f.x), x01 = glm::mix(d001, d101, f.x);
+  const double x10 = glm::mix(d010, d110, f.x), x11 = glm::mix(d011, d111, f.x);
+  const double y0 = glm::mix(x00, x10, f.y), y1 = glm::mix(x01, x11, f.y);
+  out.inside = true;
+  out.distance = glm::mix(y0, y1, f.z);
+  const double gx = glm::mix(glm::mix(d100 - d000, d110 - d010, f.y), glm::mix(d101 - d001, d111 - d011, f.y), f.z);
+  out.gradient = glm::dvec3(gx, glm::mix(x10 - x00, x11 - x01, f.z), y1 - y0) / field.spacing;
+  return out;
+}
+
+}  // namespace
+
+// A ring in the order of birth: since all live equally long, the oldest go first, and the living are one or two runs.
+struct Debris::State {
+  DebrisOptions options;
+  std::vector<float> x, y, z, vx, vy, vz, rate;
+  std::vector<std::uint32_t> due;
+  std::vector<float> mass0;     // kg at birth; 0: sucked away
+  std::vector<float> diameter;  // m, of one chip
+  std::vector<double> born_at;  // s
+  std::vector<Tissue> tissue;
+  std::vector<float> density;   // kg/m³
+  std::vector<std::uint32_t> found;
+  std::size_t first = 0, count = 0;
+  double time = 0;
+  std::uint32_t step = kMostSteps;  // counted from here, so that a phase can be taken off
+  PerTissue born{};
+  double decayed = 0, sucked = 0, dropped = 0;
+  bool drawn = false;  // suction was on in the last step, from here:
+  glm::dvec3 nozzle_W{0};
+  double flow = 0;
+
+  std::size_t slot(std::size_t i) const {
+    const std::size_t s = first + i;
+    return s < options.capacity ? s : s - options.capacity;
+  }
+  double left(std::size_t s) const { return mass0[s] * std::exp(-(time - born_at[s]) / options.decay_time); }
+  glm::dvec3 position(std::size_t s) const { return {x[s], y[s], z[s]}; }
+  glm::dvec3 velocity(std::size_t s) const { return {vx[s], vy[s], vz[s]}; }
+
+  void attend(std::size_t s, double dt, const CoarseField& field, const Suction* suction) noexcept;
+};
+
+// Bounce, drag at the present speed, and how long this may be left alone.
+void Debris::State::attend(std::size_t s, double dt, const CoarseField& field, const Suction* suction) noexcept {
+  const bool resting = rate[s] >= kStuck;
+  glm::dvec3 p = position(s), v = velocity(s);
+  const double nozzle = suction ? glm::length(suction->p_W - p) : 0;
+  if (suction && nozzle < suction->radius) {
+    sucked += left(s);
+    decayed += mass0[s] - left(s);
+    mass0[s] = 0;
+    vx[s] = vy[s] = vz[s] = 0;
+    rate[s] = kStuck;
+    due[s] = kNever;
+    return;
+  }
+  const Contact contact = sample(field, p);
+  const double radius = 0.5 * diameter[s];
+  if (resting) {
+    if (contact.inside && contact.distance < 0.5 * field.spacing) {
+      due[s] = step + kRestSteps;
+      return;
+    }
+  } else if (contact.inside && contact.distance < radius) {
+    const double length = glm::length(contact.gradient);
+    const glm::dvec3 n = length > 1e-9 ? contact.gradient / length : glm::dvec3(0, 0, 1);
+    p += (radius - contact.distance) * n;
+    const double approach = glm::dot(v, n);
+    if (approach < 0) {
+      const glm::dvec3 along = v - approach * n;
+      v = options.slide * along - options.restitution * approach * n;
+    }
+    x[s] = static_cast<float>(p.x), y[s] = static_cast<float>(p.y), z[s] = static_cast<float>(p.z);
+    if (glm::dot(v, v) < kRestSpeed * kRestSpeed) {
+      vx[s] = vy[s] = vz[s] = 0;
+      rate[s] = kStuck;
+      due[s] = step + kRestSteps;
+      return;
+    }
+    vx[s] = static_cast<float>(v.x), vy[s] = static_cast<float>(v.y), vz[s] = static_cast<float>(v.z);
+  }
+  const double speed = glm::length(v);
+  rate[s] = static_cast<float>(
+      drag_rate(speed, diameter[s], density[s], options.air_density, options.air_viscosity));
+
+  // Until it could touch the tissue or reach the nozzle, or its drag has changed. It gets no quicker than it is, or
+  // than it falls in the end, or than the air around it; and the air at most four times so on half the way to the sink.
+  const double stokes = 18 * options.air_viscosity / (density[s] * diameter[s] * diameter[s]);
+  double quickest = std::max(speed, glm::length(options.gravity_W) / stokes);
+  double clearance = std::numeric_limits<double>::max();
+  if (field.distance) {
+    clearance = contact.distance - radius - 0.5 * field.spacing;
+    if (!contact.inside) {
+      const glm::dvec3 low = field.origin, high = field.origin + field.spacing * glm::dvec3(field.size - 1);
+      clearance = glm::length(p - glm::clamp(p, low, high));
+    }
+  }
+  if (suction) {
+    quickest += suction->flow / (kPi * nozzle * nozzle);
+    clearance = std::min({clearance, 0.5 * nozzle, nozzle - 0.5 * suction->radius});
+  }
+  auto steps = static_cast<std::uint32_t>(std::clamp(clearance / (quickest * dt), 1.0, double{kMostSteps}));
+  const double reynolds = options.air_density * speed * diameter[s] / options.air_viscosity;
+  if (reynolds > 0.3) {  // below, drag is Stokes' whatever the speed
+    const double change = glm::length(options.gravity_W - static_cast<double>(rate[s]) * v) * dt;
+    steps = static_cast<std::uint32_t>(std::clamp(0.2 * speed / change, 1.0, static_cast<double>(steps)));
+  }
+  // Rounded down so that neighbours, born together, fall due together and most blocks are passed over whole; each block
+  // in a step of its own.
+  const std::uint32_t grain = std::bit_floor(std::max(1u, steps / 2));
+  const std::uint32_t phase = static_cast<std::uint32_t>(s / kBlock) * 37 % kMostSteps;
+  due[s] = std::max(step + 1, ((step + steps + phase) & ~(grain - 1)) - phase);
+}
+
+Debris::Debris(const DebrisOptions& options) : state_(std::make_unique<State>()) {
+  State& s = *state_;
+  s.options = options;
+  for (auto* array : {&s.x, &s.y, &s.z, &s.vx, &s.vy, &s.vz, &s.rate, &s.mass0, &s.diameter, &s.density}) {
+    array->resize(options.capacity);
+  }
+  s.due.resize(options.capacity);
+  s.born_at.resize(options.capacity);
+  s.tissue.resize(options.capacity);
+  s.found.resize(options.capacity);
+}
+Debris::~Debris() = default;
+Debris::Debris(Debris&&) noexcept = default;
+Debris& Debris::operator=(Debris&&) noexcept = default;
+
+void Debris::emit(const Cut& cut, double head_radius, const MaterialTable& materials) noexcept {
+  State& s = *state_;
+  Stream random(s.options.seed, cut.index);
+  const dvec3 axis = cut.X_WB.rotate({0, 0, 1});
+  // The side of the head that cuts; where it is not told, all around the axis.
+  const double told = glm::length(cut.n_C_W);
+  for (int t = 0; t < kTissueCount; ++t) {
+    const auto tissue = static_cast<std::size_t>(t);
+    const double volume = cut.removed[tissue], density = materials[tissue].density;
+    if (!(volume > 0)) continue;
+    const double mass = density * volume;
+    s.born[tissue] += mass;
+    const auto wanted = static_cast<std::size_t>(
+        std::clamp(std::ceil(volume / s.options.parcel_volume), 1.0, static_cast<double>(s.options.most_per_cut)));
+    const std::size_t number = std::min(wanted, s.options.capacity - s.count);
+    if (number == 0) {
+      s.dropped += mass;
+      continue;
+    }
+    double given = 0;
+    for (std::size_t k = 0; k < number; ++k) {
+      const std::size_t i = s.slot(s.count++);
+      // The last takes what is left, so that the sum is the whole.
+      const float share = static_cast<float>(k + 1 < number ? mass / static_cast<double>(number) : mass - given);
+      given += share;
+      const dvec3 place = random.in_ball();
+      dvec3 side = (told > 0 ? -cut.n_C_W / told : dvec3(0)) + 0.8 * place;
+      const double length = glm::length(side);
+      side = length > 1e-6 ? side / length : axis;
+      const dvec3 centre = glm::mix(cut.X_WA.p, cut.X_WB.p, random.uniform());
+      const dvec3 rim = glm::cross(cut.spindle * axis, head_radius * side);  // ω × r
+      const double speed = glm::length(rim);
+      // Scattered around the rim's velocity, and a little outward: towards the tissue it cannot go.
+      dvec3 v = rim + s.options.scatter * speed * random.in_ball();
+      if (told > 0) {
+        const dvec3 n = cut.n_C_W / told;
+        const double into = glm::dot(v, n);
+        if (into < 0) v -= 2 * into * n;
+      }
+      const dvec3 p = centre + head_radius * side;
+      const double chip = s.options.least_chip *
+                          std::pow(s.options.greatest_chip / s.options.least_chip, random.uniform());
+      s.x[i] = static_cast<float>(p.x), s.y[i] = static_cast<float>(p.y), s.z[i] = static_cast<float>(p.z);
+      s.vx[i] = static_cast<float>(v.x), s.vy[i] = static_cast<float>(v.y), s.vz[i] = static_cast<float>(v.z);
+      s.mass0[i] = share;
+      s.diameter[i] = static_cast<float>(chip);
+      s.density[i] = static_cast<float>(density);
+      s.tissue[i] = static_cast<Tissue>(t);
+      s.born_at[i] = s.time;
+      s.rate[i] = static_cast<float>(
+          drag_rate(glm::length(v), chip, density, s.options.air_density, s.options.air_viscosity));
+      s.due[i] = s.step + 1;
+    }
+  }
+}
+
+void Debris::step(double dt, const CoarseField& field, const Suction* suction) noexcept {
+  State& s = *state_;
+  s.time += dt;
+  if (s.count == 0) return;
+  ++s.step;
+
+  // The oldest have decayed.
+  while (s.count > 0 && s.time - s.born_at[s.first] >= s.options.lifetime) {
+    s.decayed += s.mass0[s.first];
+    s.first = s.slot(1);
+    --s.count;
+  }
+  // A nozzle that was switched on or moved, all at once: nobody's horizon reckoned with it.
+  const bool drawn = suction != nullptr;
+  if (drawn && (!s.drawn || suction->p_W != s.nozzle_W || suction->flow != s.flow)) {
+    for (std::size_t i = 0; i < s.count; ++i) {
+      const std::size_t at = s.slot(i);
+      if (s.rate[at] < kStuck) s.due[at] = s.step;
+    }
+    s.nozzle_W = suction->p_W;
+    s.flow = suction->flow;
+  }
+  s.drawn = drawn;
+
+  const Motion motion{s.x.data(),  s.y.data(),  s.z.data(),    s.vx.data(),
+                      s.vy.data(), s.vz.data(), s.rate.data(), s.due.data()};
+  Surroundings around{};
+  for (int a = 0; a < 3; ++a) around.gravity[a] = static_cast<float>(s.options.gravity_W[a]);
+  if (suction) {
+    for (int a = 0; a < 3; ++a) around.sink[a] = static_cast<float>(suction->p_W[a]);
+    around.strength = static_cast<float>(suction->flow / (4 * kPi));
+  }
+  const auto step_length = static_cast<float>(dt);
+  const std::size_t end = std::min(s.first + s.count, s.options.capacity), wrapped = s.first + s.count - end;
+  std::size_t found = move(motion, s.first, end, step_length, around, s.step, s.found.data());
+  found += move(motion, 0, wrapped, step_length, around, s.step, s.found.data() + found);
+  for (std::size_t i = 0; i < found; ++i) s.attend(s.found[i], dt, field, suction);
+}
+
+std::size_t Debris::alive() const noexcept { return state_->count; }
+double Debris::time() const noexcept { return state_->time; }
+
+DebrisLedger Debris::ledger() const noexcept {
+  const State& s = *state_;
+  DebrisLedger out;
+  out.born = s.born;
+  out.decayed = s.decayed;
+  out.sucked = s.sucked;
+  out.dropped = s.dropped;
+  for (std::size_t i = 0; i < s.count; ++i) {
+    const std::size_t at = s.slot(i);
+    const double left = s.left(at);
+    out.alive += left;
+    out.decayed += s.mass0[at] - left;
+  }
+  return out;
+}
+
+std::size_t Debris::write_points(std::span<DebrisPoint> points) const noexcept {
+  const State& s = *state_;
+  std::size_t written = 0;
+  for (std::size_t i = 0; i < s.count && written < points.size(); ++i) {
+    const std::size_t at = s.slot(i);
+    if (s.mass0[at] <= 0) continue;
+    const double volume = s.left(at) / s.density[at];
+    points[written++] = {{s.x[at], s.y[at], s.z[at]}, static_cast<float>(std::cbrt(6 / kPi * volume)), s.tissue[at]};
+  }
+  return written;
+}
+
+glm::vec3 Debris::velocity(std::size_t i) const noexcept { return state_->velocity(state_->slot(i)); }
+double Debris::chip(std::size_t i) const noexcept { return state_->diameter[state_->slot(i)]; }
+double Debris::mass(std::size_t i) const noexcept { return state_->left(state_->slot(i)); }
+
+std::uint64_t Debris::hash() const noexcept {
+  const State& s = *state_;
+  std::uint64_t h = 0xcbf29ce484222325u;
+  auto mix = [&h](float value) { h = (h ^ std::bit_cast<std::uint32_t>(value)) * 0x100000001b3u; };
+  for (std::size_t i = 0; i < s.count; ++i) {
+    const std::size_t at = s.slot(i);
+    for (const auto* array : {&s.x, &s.y, &s.z, &s.vx, &s.vy, &s.vz, &s.mass0}) mix((*array)[at]);
+  }
+  return h;
+}
+
+}  // namespace typodont::debris

@@ -1,0 +1,65 @@
+// The open-hardware arms (WoodenHaptics, Polhem): geometry from a preset file, and what follows from it. Pure functions.
+//
+// Frame H, the arm's base: x toward the user, y right, z up. Angles of the bodies: A about z, B and C absolute, from the
+// vertical.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <glm/mat3x3.hpp>
+#include <string>
+
+#include "engine/base/pose.h"
+
+namespace typodont::haptics {
+
+/// SI. One preset file, read whole: published sources differ in signs and constants and must not be mixed.
+struct Arm {
+  std::string name;
+  enum class Linkage { kSerial, kFiveBar } linkage = Linkage::kSerial;
+  dvec3 capstan{0}, body{0};            // m, diameters of A, B, C
+  double La = 0, Lb = 0, Lc = 0;        // m, serial linkage
+  std::array<double, 6> L{};            // m, five-bar linkage
+  dvec3 origin{0};                      // m, of the workspace in the base
+  dvec3 torque_constant{0};             // N·m/A
+  std::array<double, 6> counts{};       // per encoder turn, A…F; 0 for D…F: no stylus encoders
+  std::array<double, 6> sign{1, 1, 1, 1, 1, 1};  // -1 where motor and body are "aligned"
+  std::array<std::int64_t, 6> home{};   // counts in the home position
+  double current_limit = 3;             // A, each motor: the firmware does not clamp
+  double force_limit = 5, stiffness = 1000, damping = 0;  // N, N/m, N·s/m
+  double continuous_force = 0;          // N
+  double joint_speed = 30;              // rad/s, of the bodies: faster is no hand
+  // Gravity of bodies B and C: masses and distances of their centres from the joint.
+  double mass_b = 0, mass_c = 0, center_b = 0, center_c = 0;  // kg, m
+
+  bool has_stylus() const { return counts[3] > 0 && counts[4] > 0 && counts[5] > 0; }
+  double ratio(int i) const { return capstan[i] / body[i]; }
+  /// Most counts that encoder i turns in dt seconds.
+  std::int64_t reach(int i, double dt) const;
+};
+
+/// assets/devices/NAME.json. Throws Error.
+Arm read_arm(const std::filesystem::path& file);
+
+using Counts = std::array<std::int64_t, 6>;
+
+/// Body angles A, B, C, rad.
+dvec3 body_angles(const Arm& arm, const Counts& counts);
+/// Stylus tip in H. The orientation of the stylus is not verified on hardware (nor published with certainty).
+Pose stylus_pose(const Arm& arm, const Counts& counts);
+dvec3 stylus_position(const Arm& arm, const dvec3& theta);
+/// Columns: ∂p/∂A, ∂p/∂B, ∂p/∂C.
+glm::dmat3 jacobian(const Arm& arm, const dvec3& theta);
+/// N·m on the bodies that hold the arm up; zero where no masses are given.
+dvec3 gravity_torque(const Arm& arm, const dvec3& theta);
+
+struct Currents {
+  dvec3 amperes{0};
+  bool clipped = false;
+};
+/// Motor currents for a force in H (and `holding` N·m on the bodies), shortened together where one exceeds its limit, so
+/// that the force keeps its direction.
+Currents motor_currents(const Arm& arm, const dvec3& theta, const dvec3& f_S_H, const dvec3& holding);
+
+}  // namespace typodont::haptics

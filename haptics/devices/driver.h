@@ -1,0 +1,76 @@
+// The one page about hands: open one by its address, list those that are there, add a kind.
+//
+// A new device is one file: drivers/NAME.cpp that defines `const Driver NAME_driver` (see drivers/circle.cpp). The build
+// collects every file of that folder.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "haptics/devices/safety.h"
+#include "haptics/haptic_device.h"
+
+namespace typodont::haptics {
+
+struct HandOptions {
+  double rate = 1000;                   // Hz, where the program may choose it
+  bool paced = true;                    // false: scripts run as fast as they can
+  Pose X_WH;                            // the device's base in the workbench, from the rig
+  Pose X_ST;                            // the tool's head as seen from the stylus
+  std::string pedal;                    // "", "auto", or a pedal's path or serial
+  std::filesystem::path assets;         // where devices/*.json lie
+  std::optional<double> force_limit;    // N; may only lower what the device states
+};
+
+/// What `typodont devices` shows.
+struct FoundDevice {
+  std::string address;       // for --hand; empty for pedals
+  std::string kind;          // "force feedback", "6-DoF mouse", "pedal", …
+  std::string model, serial;
+  std::string node;          // /dev/…, or the service
+  double force_limit = 0;    // N
+  bool permitted = true;
+  std::string mend;          // the command or sentence that mends what is missing; empty when all is well
+};
+
+struct Driver {
+  std::string scheme;        // "spacemouse": opens "spacemouse:REST"
+  std::string rest;          // what REST is, for help: "[PATH]"
+  std::string about;         // one line
+  bool hardware = true;      // gets the safety layer, the pedal and the rig's base pose; its poses are in its base frame
+  std::function<std::unique_ptr<HapticDevice>(const std::string& rest, const HandOptions&)> open;  // throws Error
+  std::function<std::vector<FoundDevice>()> find;  // may be empty; never throws for what is merely absent
+};
+
+/// Every kind there is, in the order of their names; drivers of other modules (replay, mouse, OpenXR) are added at
+/// set-up by the program.
+const std::vector<Driver>& drivers();
+void add_driver(Driver driver);
+
+/// Opens --hand's address. Force-feedback devices come inside a SafeDevice. Throws Error.
+std::unique_ptr<HapticDevice> open_hand(const std::string& address, const HandOptions& options);
+
+/// Everything that is plugged in, pedals included. Never throws for a device that is broken or forbidden: it is listed
+/// with what mends it.
+std::vector<FoundDevice> list_devices();
+
+/// Hot-plugging: what came and went since the last look. Any one thread, a few times a second.
+class DeviceWatch {
+ public:
+  struct Change {
+    bool arrived;
+    FoundDevice device;
+  };
+  explicit DeviceWatch(std::function<std::vector<FoundDevice>()> list = list_devices) : list_(std::move(list)) {}
+  std::vector<Change> look();
+
+ private:
+  std::function<std::vector<FoundDevice>()> list_;
+  std::vector<FoundDevice> known_;
+};
+
+}  // namespace typodont::haptics

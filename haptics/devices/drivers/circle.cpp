@@ -1,0 +1,70 @@
+// The sample driver: a new device is one file like this one. It needs no hardware: a hand that goes round in a circle of
+// the given radius in millimetres, once a second, and prints nothing, feels nothing, presses its pedal half the time.
+//
+//   1. Derive from HapticDevice. read() waits for the device's next sample (it is the servo's clock), write() sends the
+//      force, release() sends zero from any thread. None of them throws, allocates or locks.
+//   2. Open in a function that throws Error in words a user can act on. Speak to hardware through Link (link.h), so that
+//      tests can put an emulator in its place.
+//   3. Define NAME_driver in drivers/NAME.cpp. The build finds it; `typodont devices` and --hand know it.
+//
+// Limits, watchdog, ramps, thermal model, pedal and the rig's base pose are added around it by open_hand().
+#include <charconv>
+#include <cmath>
+
+#include "engine/base/clock.h"
+#include "engine/base/error.h"
+#include "engine/base/realtime.h"
+#include "engine/base/units.h"
+#include "haptics/devices/driver.h"
+
+namespace typodont::haptics {
+
+namespace {
+
+class CircleHand : public HapticDevice {
+ public:
+  CircleHand(std::string address, double radius, double rate, bool paced) : radius_(radius), paced_(paced) {
+    info_ = {std::move(address), "circling hand", "", rate};
+  }
+  const DeviceInfo& info() const noexcept override { return info_; }
+
+  bool read(HandSample& sample) noexcept override {
+    const double t = static_cast<double>(index_++) / info_.rate;
+    if (index_ == 1) start_ = now();
+    if (paced_) sleep_until(start_ + from_seconds(t));
+    const double angle = 2 * kPi * t;
+    sample = {from_seconds(t), {radius_ * dvec3(std::cos(angle), std::sin(angle), 0), {1, 0, 0, 0}},
+              std::sin(angle) > 0 ? 1.0 : 0.0};
+    return true;
+  }
+  void write(const dvec3&, const dvec3&) noexcept override {}
+
+ private:
+  double radius_;
+  bool paced_;
+  DeviceInfo info_;
+  std::uint64_t index_ = 0;
+  Nanos start_ = 0;
+};
+
+std::unique_ptr<HapticDevice> open(const std::string& rest, const HandOptions& options) {
+  double radius = 0;
+  const auto [end, error] = std::from_chars(rest.data(), rest.data() + rest.size(), radius);
+  if (error != std::errc() || end != rest.data() + rest.size() || !(radius >= 0 && radius <= 1000)) {
+    throw Error("circle:" + rest, "", rest.empty() ? "no radius" : rest, "a radius of 0 to 1000 mm");
+  }
+  return std::make_unique<CircleHand>("circle:" + rest, radius * kMillimetre, options.rate, options.paced);
+}
+
+}  // namespace
+
+extern const Driver circle_driver;
+const Driver circle_driver{
+    .scheme = "circle",
+    .rest = "RADIUS_MM",
+    .about = "a hand that goes round in a circle: the sample driver",
+    .open = open,
+    .find = {},
+};
+
+}  // namespace typodont::haptics

@@ -1,0 +1,165 @@
+// Force Dimension omega, sigma, lambda and Novint Falcon through libdhd or libdrd, opened at run time.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <glm/gtc/quaternion.hpp>
+
+#include "engine/base/clock.h"
+#include "engine/base/error.h"
+#include "engine/base/realtime.h"
+#include "engine/contract/contact.h"
+#include "haptics/devices/driver.h"
+#include "haptics/devices/vendor_library.h"
+
+namespace typodont::haptics {
+
+namespace {
+
+constexpr std::initializer_list<const char*> kLibraries{"libdrd.so.3", "libdhd.so.3"};
+
+struct Api {
+  VendorLibrary library{kLibraries, "Force Dimension's SDK 3, from forcedimension.com"};
+  int (*count)();
+  int (*open)(char);
+  int (*close)(char);
+  int (*enable_force)(unsigned char, char);
+  int (*position)(double*, double*, double*, char);
+  int (*frame)(double[3][3], char);
+  unsigned int (*buttons)(char);
+  int (*set_force)(double, double, double, double, double, double, char);
+  int (*velocity_threshold)(const unsigned char, char);
+  int (*watchdog)(unsigned char, char);
+  const char* (*name)(char);
+  int (*serial)(unsigned short*, char);
+
+  Api() {
+    library.get(count, "dhdGetDeviceCount");
+    library.get(open, "dhdOpenID");
+    library.get(close, "dhdClose");
+    library.get(enable_force, "dhdEnableForce");
+    library.get(position, "dhdGetPosition");
+    library.get(frame, "dhdGetOrientationFrame");
+    library.get(buttons, "dhdGetButtonMask");
+    library.get(set_force, "dhdSetForceAndTorque");
+    library.find(velocity_threshold, "dhdSetVelocityThreshold");
+    library.find(watchdog, "dhdSetWatchdog");
+    library.find(name, "dhdGetSystemName");
+    library.find(serial, "dhdGetSerialNumber");
+  }
+};
+
+/// Peak force and stiffness that the makers recommend, by the words in the system's name.
+struct Known {
+  const char* word;
+  double force, stiffness, torque;
+};
+constexpr Known kKnown[] = {
+    {"sigma", 12, 4000, 0.4}, {"lambda", 12, 8000, 0}, {"omega", 12, 5000, 0}, {"delta", 12, 4000, 0}, {"Falcon", 8, 3000, 0}};
+
+class ForceDimensionDevice : public HapticDevice {
+ public:
+  ForceDimensionDevice(const std::string& address, int id, double rate) : period_(from_seconds(1 / rate)) {
+    const int opened = api_.open(static_cast<char>(id));
+    if (opened < 0) throw Error(address, "", fmt::format("{} devices, none opens", api_.count()), "a device that is on");
+    id_ = static_cast<char>(opened);
+    const char* name = api_.name ? api_.name(id_) : nullptr;
+    info_ = {address, name ? name : "Force Dimension", "", rate, 8, 3000, 0, 0};
+    for (const Known& k : kKnown) {
+      if (info_.model.find(k.word) == std::string::npos) continue;
+      info_.force_limit = k.force, info_.max_stiffness = k.stiffness, info_.torque_limit = k.torque;
+      break;
+    }
+    unsigned short serial = 0;
+    if (api_.serial && api_.serial(&serial, id_) >= 0) info_.serial = std::to_string(serial);
+    // The controller's own watchdog, in multiples of 125 µs (u), lets go when we die: 16 is 2 ms; 0 would switch it off.
+    if (api_.watchdog) api_.watchdog(16, id_);
+    send(dvec3(0), dvec3(0));
+    api_.enable_force(1, id_);
+  }
+  ~ForceDimensionDevice() override {
+    send(dvec3(0), dvec3(0));
+    api_.enable_force(0, id_);
+    api_.close(id_);
+  }
+
+  const DeviceInfo& info() const noexcept override { return info_; }
+  std::uint32_t faults() const noexcept override { return faults_; }
+
+  bool read(HandSample& sample) noexcept override {
+    const Nanos entered = now();
+    due_ = due_ == 0 || entered - due_ > 10 * period_ ? entered + period_ : due_ + period_;
+    sleep_until(due_);
+    faults_ = 0;
+    dvec3 p(0);
+    double R[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+    // The library answers negative on failure and a small positive number for "same as before".
+    bool ok = api_.position(&p.x, &p.y, &p.z, id_) >= 0;
+    ok = api_.frame(R, id_) >= 0 && ok;
+    if (!ok) {
+      if (failing_since_ == 0) failing_since_ = now();
+      faults_ = bits(Fault::kBadInput);
+      send(dvec3(0), dvec3(0));
+      if (now() - failing_since_ > 100'000'000) {
+        faults_ = bits(Fault::kDeviceLost);
+        return false;
+      }
+      sample = last_;
+      sample.t = now();
+      return true;
+    }
+    failing_since_ = 0;
+    const glm::dmat3 columns(R[0][0], R[1][0], R[2][0], R[0][1], R[1][1], R[2][1], R[0][2], R[1][2], R[2][2]);
+    sample = {now(), {p, glm::normalize(glm::quat_cast(columns))}, api_.buttons(id_) & 1 ? 1.0 : 0.0};
+    last_ = sample;
+    return true;
+  }
+  void write(const dvec3& f, const dvec3& tau) noexcept override { send(f, tau); }
+  void release() noexcept override { send(dvec3(0), dvec3(0)); }
+
+ private:
+  void send(const dvec3& f, const dvec3& tau) noexcept { api_.set_force(f.x, f.y, f.z, tau.x, tau.y, tau.z, id_); }
+
+  Api api_;
+  DeviceInfo info_;
+  char id_ = 0;
+  Nanos period_, due_ = 0, failing_since_ = 0;
+  HandSample last_;
+  std::uint32_t faults_ = 0;
+};
+
+std::vector<FoundDevice> find() {
+  if (!VendorLibrary::present(kLibraries)) return {};
+  std::vector<FoundDevice> devices;
+  const Api api;
+  for (int i = 0; i < std::clamp(api.count(), 0, 16); ++i) {
+    devices.push_back({fmt::format("forcedimension:{}", i), "force feedback", "Force Dimension", "", "libdhd", 0, true, ""});
+  }
+  return devices;
+}
+
+std::unique_ptr<HapticDevice> open(const std::string& rest, const HandOptions& options) {
+  const std::string address = "forcedimension:" + rest;
+  int id = 0;
+  if (!rest.empty()) {
+    const auto [end, error] = std::from_chars(rest.data(), rest.data() + rest.size(), id);
+    if (error != std::errc() || end != rest.data() + rest.size() || id < 0 || id > 15) {
+      throw Error(address, "", rest, "a number from 0 to 15");
+    }
+  }
+  return std::make_unique<ForceDimensionDevice>(address, id, std::clamp(options.rate, 500.0, 8000.0));
+}
+
+}  // namespace
+
+extern const Driver forcedimension_driver;
+const Driver forcedimension_driver{
+    .scheme = "forcedimension",
+    .rest = "[NUMBER]",
+    .about = "Force Dimension omega, sigma, lambda, delta and Falcon",
+    .open = open,
+    .find = find,
+};
+
+}  // namespace typodont::haptics

@@ -1,0 +1,223 @@
+// 3D Systems Touch and Phantom through OpenHaptics' libHD.so, opened at run time.
+//
+// The vendor's scheduler owns the 1 kHz: its callback samples the device, hands the sample to the servo and sends the
+// newest force the servo has given. A force older than two callbacks is not sent again: the callback is a watchdog too.
+#include <semaphore.h>
+#include <time.h>
+
+#include <atomic>
+#include <cerrno>
+#include <cmath>
+#include <glm/gtc/quaternion.hpp>
+
+#include "engine/base/clock.h"
+#include "engine/base/error.h"
+#include "engine/base/latest.h"
+#include "engine/base/units.h"
+#include "engine/contract/contact.h"
+#include "haptics/devices/driver.h"
+#include "haptics/devices/vendor_library.h"
+
+namespace typodont::haptics {
+
+namespace {
+
+constexpr std::initializer_list<const char*> kLibraries{"libHD.so", "libHD.so.3.4", "libHD.so.3"};
+
+// Names and numbers of OpenHaptics' C interface.
+using HHD = unsigned int;
+struct HDErrorInfo {
+  unsigned int code;
+  int internal;
+  HHD device;
+};
+using Callback = unsigned int (*)(void*);
+enum : unsigned int {
+  kInvalid = 0xFFFFFFFF,
+  kButtons = 0x2000,
+  kTransform = 0x2052,
+  kModelType = 0x2501,
+  kSerialNumber = 0x2504,
+  kMaxStiffness = 0x2602,
+  kMaxForce = 0x2603,
+  kMaxContinuousForce = 0x2604,
+  kCurrentForce = 0x2700,
+  kForceOutput = 0x4000,
+  kMaxForceClamping = 0x4001,
+  kDone = 0,
+  kContinue = 1,
+};
+
+struct Api {
+  VendorLibrary library{kLibraries, "3D Systems OpenHaptics and the driver of the Touch, from 3D Systems' support pages"};
+  HHD (*init)(const char*);
+  void (*disable_device)(HHD);
+  void (*make_current)(HHD);
+  void (*begin_frame)(HHD);
+  void (*end_frame)(HHD);
+  void (*get_doubles)(unsigned int, double*);
+  void (*get_integers)(unsigned int, int*);
+  const char* (*get_string)(unsigned int);
+  void (*set_doubles)(unsigned int, const double*);
+  void (*enable)(unsigned int);
+  void (*disable)(unsigned int);
+  HDErrorInfo (*get_error)();
+  void (*start_scheduler)();
+  void (*stop_scheduler)();
+  unsigned long (*schedule)(Callback, void*, unsigned short);
+  void (*unschedule)(unsigned long);
+
+  Api() {
+    library.get(init, "hdInitDevice");
+    library.get(disable_device, "hdDisableDevice");
+    library.get(make_current, "hdMakeCurrentDevice");
+    library.get(begin_frame, "hdBeginFrame");
+    library.get(end_frame, "hdEndFrame");
+    library.get(get_doubles, "hdGetDoublev");
+    library.get(get_integers, "hdGetIntegerv");
+    library.get(get_string, "hdGetString");
+    library.get(set_doubles, "hdSetDoublev");
+    library.get(enable, "hdEnable");
+    library.get(disable, "hdDisable");
+    library.get(get_error, "hdGetError");
+    library.get(start_scheduler, "hdStartScheduler");
+    library.get(stop_scheduler, "hdStopScheduler");
+    library.get(schedule, "hdScheduleAsynchronous");
+    library.get(unschedule, "hdUnschedule");
+  }
+};
+
+class OpenHapticsDevice : public HapticDevice {
+ public:
+  OpenHapticsDevice(const std::string& name) {
+    device_ = api_.init(name.empty() ? nullptr : name.c_str());
+    if (device_ == kInvalid || api_.get_error().code != 0) {
+      throw Error("openhaptics:" + name, "", "the library finds no such device", "a device its own test program finds");
+    }
+    api_.make_current(device_);
+    const auto text = [&](unsigned int what) {
+      const char* s = api_.get_string(what);
+      return std::string(s ? s : "");
+    };
+    info_ = {"openhaptics:" + name, text(kModelType), text(kSerialNumber), 1000, number(kMaxForce),
+             number(kMaxStiffness) * kNewtonPerMillimetre, 0, number(kMaxContinuousForce)};
+    if (!(info_.force_limit > 0 && info_.force_limit < 100)) info_.force_limit = 3.3;  // the weakest of its kind
+    ::sem_init(&fresh_, 0, 0);
+    api_.enable(kForceOutput);
+    api_.enable(kMaxForceClamping);
+    task_ = api_.schedule(&OpenHapticsDevice::on_schedule, this, 0xffff);
+    api_.start_scheduler();
+  }
+
+  ~OpenHapticsDevice() override {
+    ending_.store(true);
+    api_.stop_scheduler();
+    api_.unschedule(task_);
+    api_.make_current(device_);
+    api_.begin_frame(device_);
+    const double zero[3] = {0, 0, 0};
+    api_.set_doubles(kCurrentForce, zero);
+    api_.end_frame(device_);
+    api_.disable(kForceOutput);
+    api_.disable_device(device_);
+    ::sem_destroy(&fresh_);
+  }
+
+  const DeviceInfo& info() const noexcept override { return info_; }
+  std::uint32_t faults() const noexcept override { return faults_; }
+
+  bool read(HandSample& sample) noexcept override {
+    timespec until{};
+    ::clock_gettime(CLOCK_MONOTONIC, &until);
+    until.tv_nsec += 100'000'000;
+    if (until.tv_nsec >= kNanosPerSecond) until.tv_nsec -= kNanosPerSecond, ++until.tv_sec;
+    do {
+      if (::sem_clockwait(&fresh_, CLOCK_MONOTONIC, &until) != 0 && errno != EINTR) {
+        faults_ = bits(Fault::kDeviceLost);
+        return false;
+      }
+    } while (!samples_.fetch());
+    faults_ = samples_.front().error ? bits(Fault::kBadInput) : 0;
+    sample = samples_.front().hand;
+    return true;
+  }
+
+  void write(const dvec3& f_T_W, const dvec3&) noexcept override {
+    released_.store(false);
+    forces_.publish(f_T_W);
+  }
+  // The scheduler's thread alone may speak to the device: it sees this within a millisecond.
+  void release() noexcept override { released_.store(true); }
+
+ private:
+  struct Sample {
+    HandSample hand;
+    bool error = false;
+  };
+
+  double number(unsigned int what) {
+    double value = 0;
+    api_.get_doubles(what, &value);
+    return value;
+  }
+
+  static unsigned int on_schedule(void* self) { return static_cast<OpenHapticsDevice*>(self)->step(); }
+
+  unsigned int step() noexcept {
+    if (ending_.load()) return kDone;
+    api_.begin_frame(device_);
+    double X[16] = {};  // columns; millimetres
+    int buttons = 0;
+    api_.get_doubles(kTransform, X);
+    api_.get_integers(kButtons, &buttons);
+    age_ = forces_.fetch() ? 0 : age_ + 1;
+    dvec3 f(0);
+    if (age_ <= 2 && !released_.load()) f = forces_.front();
+    const double force[3] = {f.x, f.y, f.z};
+    api_.set_doubles(kCurrentForce, force);
+    api_.end_frame(device_);
+
+    Sample& out = samples_.back();
+    out.error = api_.get_error().code != 0;
+    const glm::dmat3 R(X[0], X[1], X[2], X[4], X[5], X[6], X[8], X[9], X[10]);
+    out.hand = {now(), {dvec3(X[12], X[13], X[14]) * kMillimetre, glm::normalize(glm::quat_cast(R))},
+                buttons & 1 ? 1.0 : 0.0};
+    samples_.publish();
+    ::sem_post(&fresh_);
+    return kContinue;
+  }
+
+  Api api_;
+  HHD device_ = kInvalid;
+  DeviceInfo info_;
+  unsigned long task_ = 0;
+  sem_t fresh_{};
+  std::uint32_t faults_ = 0;
+  std::atomic<bool> ending_{false}, released_{true};
+  Latest<Sample> samples_;   // scheduler → servo
+  Latest<dvec3> forces_;     // servo → scheduler
+  int age_ = 1000;           // callbacks since the servo gave a force; scheduler's thread
+};
+
+std::vector<FoundDevice> find() {
+  if (!VendorLibrary::present(kLibraries)) return {};
+  return {{"openhaptics:", "force feedback", "OpenHaptics is installed; devices are named in its own set-up program", "",
+           "libHD.so", 0, true, ""}};
+}
+
+std::unique_ptr<HapticDevice> open(const std::string& rest, const HandOptions&) {
+  return std::make_unique<OpenHapticsDevice>(rest);
+}
+
+}  // namespace
+
+extern const Driver openhaptics_driver;
+const Driver openhaptics_driver{
+    .scheme = "openhaptics",
+    .rest = "[NAME]",
+    .about = "3D Systems Touch and Phantom, by the name given in OpenHaptics' set-up",
+    .open = open,
+    .find = find,
+};
+
+}  // namespace typodont::haptics

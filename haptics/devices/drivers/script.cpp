@@ -1,0 +1,22 @@
+// script:HAND.csv and script:HAND.json: hands without hardware (../scripted.h).
+#include "engine/base/error.h"
+#include "haptics/devices/driver.h"
+#include "haptics/devices/scripted.h"
+
+namespace typodont::haptics {
+
+extern const Driver script_driver;
+const Driver script_driver{
+    .scheme = "script",
+    .rest = "HAND.csv or HAND.json",
+    .about = "a recorded or simulated hand from a file, in the workbench frame",
+    .hardware = false,
+    .open =
+        [](const std::string& rest, const HandOptions& options) {
+          if (rest.empty()) throw Error("script:", "", "no file", "script:HAND.csv or script:HAND.json");
+          return open_scripted_hand(rest, options.rate, options.paced);
+        },
+    .find = {},
+};
+
+}  // namespace typodont::haptics

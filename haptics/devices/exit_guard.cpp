@@ -1,0 +1,91 @@
+#include "haptics/devices/exit_guard.h"
+
+#include <signal.h>
+#include <time.h>
+
+#include <array>
+#include <atomic>
+#include <cstdlib>
+#include <mutex>
+
+#include "engine/base/error.h"
+
+namespace typodont::haptics {
+
+namespace {
+
+constexpr std::size_t kMost = 8;
+std::array<std::atomic<HapticDevice*>, kMost> guarded{};
+static_assert(std::atomic<HapticDevice*>::is_always_lock_free, "read inside signal handlers");
+
+constexpr std::array kSignals{SIGINT, SIGTERM, SIGHUP, SIGQUIT, SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT};
+std::array<struct sigaction, kSignals.size()> before{};
+std::atomic<bool> forbidden{false};
+
+void on_signal(int signal, siginfo_t* info, void* context) {
+  release_all_devices();
+  for (std::size_t i = 0; i < kSignals.size(); ++i) {
+    if (kSignals[i] != signal) continue;
+    const struct sigaction& old = before[i];
+    if (old.sa_flags & SA_SIGINFO) return old.sa_sigaction(signal, info, context);
+    if (old.sa_handler != SIG_DFL) return old.sa_handler(signal);
+    ::signal(signal, SIG_DFL);
+    ::raise(signal);  // delivered when this handler returns
+    return;
+  }
+}
+
+}  // namespace
+
+void install_exit_guard() {
+  static std::once_flag once;
+  std::call_once(once, [] {
+    std::atexit(+[] { release_all_devices(); });
+    std::at_quick_exit(+[] { release_all_devices(); });
+    for (std::size_t i = 0; i < kSignals.size(); ++i) {
+      struct sigaction action {};
+      action.sa_sigaction = on_signal;
+      action.sa_flags = SA_SIGINFO | SA_ONSTACK;
+      ::sigemptyset(&action.sa_mask);
+      ::sigaction(kSignals[i], nullptr, &before[i]);
+      if (!(before[i].sa_flags & SA_SIGINFO) && before[i].sa_handler == SIG_IGN) continue;  // does not end the program
+      ::sigaction(kSignals[i], &action, nullptr);
+    }
+  });
+}
+
+void guard_device(HapticDevice& device) {
+  for (auto& slot : guarded) {
+    HapticDevice* empty = nullptr;
+    if (slot.compare_exchange_strong(empty, &device)) return;
+  }
+  throw RunFailure("more than eight force-feedback devices at once");
+}
+
+void unguard_device(HapticDevice& device) noexcept {
+  for (auto& slot : guarded) {
+    HapticDevice* mine = &device;
+    if (slot.compare_exchange_strong(mine, nullptr)) return;
+  }
+}
+
+void release_all_devices() noexcept {
+  forbidden.store(true);
+  bool any = false;
+  for (int round = 0; round < 2; ++round) {
+    for (auto& slot : guarded) {
+      HapticDevice* device = slot.load();
+      if (!device) continue;
+      device->release();
+      any = true;
+    }
+    // A servo that was just sending has sent by then, has seen the flag and sent zero itself; unless it was stopped in
+    // between, hence the second round.
+    const timespec pause{0, 2'000'000};
+    if (any && round == 0) ::nanosleep(&pause, nullptr);
+  }
+}
+
+bool forces_forbidden() noexcept { return forbidden.load(); }
+
+}  // namespace typodont::haptics

@@ -1,0 +1,250 @@
+#include "haptics/devices/safe_device.h"
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <utility>
+
+#include "engine/base/realtime.h"
+#include "engine/contract/contact.h"
+#include "haptics/devices/exit_guard.h"
+
+namespace typodont::haptics {
+
+namespace {
+
+constexpr double kLongestGap = 0.1;    // s between two samples; more is a leap of the clock, or a loop that hung
+constexpr double kNoise = 5e-4;        // m that a still hand may seem to move between two samples
+constexpr Nanos kWatchdogRest = 1'000'000;  // ns between two looks while no force is out
+constexpr double kPedalReleased = 0.05;
+
+std::array<std::atomic<SafeDevice*>, 8> hands{};
+
+}  // namespace
+
+SafeDevice::Options SafeDevice::options_for(const DeviceInfo& info) {
+  Options options;
+  options.limits.force = info.force_limit;
+  options.limits.torque = info.torque_limit;
+  options.limits.continuous = info.continuous_force;
+  options.limits.silence = std::max(options.limits.silence, 1.8 / info.rate);
+  return options;
+}
+
+SafeDevice::SafeDevice(std::unique_ptr<HapticDevice> device, Options options)
+    : device_(std::move(device)), options_(std::move(options)), info_(device_->info()) {
+  if (!options_.clock) options_.clock = [] { return now(); };
+  info_.force_limit = std::min(info_.force_limit, options_.limits.force);
+  info_.torque_limit = std::min(info_.torque_limit, options_.limits.torque);
+  gives_force_ = info_.force_limit > 0;
+  if (gives_force_) {
+    guard_device(*device_);
+    install_exit_guard();
+    if (options_.watchdog_thread) {
+      watchdog_ = std::thread([this] {
+        enter_realtime({.priority = 85, .core = -1, .lock_memory = false});  // above the servo, asleep nearly always
+        while (!ending_.load()) {
+          const Nanos wake = watch(options_.clock());
+          std::this_thread::sleep_for(std::chrono::nanoseconds(std::max<Nanos>(wake - options_.clock(), 0)));
+        }
+      });
+    }
+  }
+  for (auto& slot : hands) {
+    SafeDevice* empty = nullptr;
+    if (slot.compare_exchange_strong(empty, this)) break;
+  }
+}
+
+SafeDevice::~SafeDevice() {
+  for (auto& slot : hands) {
+    SafeDevice* mine = this;
+    if (slot.compare_exchange_strong(mine, nullptr)) break;
+  }
+  ending_.store(true);
+  if (watchdog_.joinable()) watchdog_.join();
+  if (gives_force_) {
+    device_->release();
+    unguard_device(*device_);
+  }
+}
+
+void SafeDevice::release() noexcept {
+  force_out_.store(false);
+  device_->release();
+}
+
+void SafeDevice::send_zero() noexcept {
+  last_f_ = last_tau_ = dvec3(0);
+  release();
+}
+
+void SafeDevice::disarm(SafetyEvent event) noexcept {
+  note(event);
+  armed_ = false;
+  gain_ = 0;
+  free_for_ = 0;
+  pedal_locked_ = true;
+}
+
+void SafeDevice::trip(SafetyEvent event) noexcept {
+  disarm(event);
+  if (gives_force_) send_zero();
+}
+
+Nanos SafeDevice::watch(Nanos t) noexcept {
+  if (tripped_.load()) {  // until the servo has seen it, so that a force it was about to send cannot stay
+    device_->release();
+    return t + kWatchdogRest;
+  }
+  if (!force_out_.load()) return t + kWatchdogRest;
+  const Nanos deadline = last_write_.load() + from_seconds(options_.limits.silence);
+  // A look before the last write (the clock stepped back) is as suspect as one long after it.
+  if (t < deadline && deadline - t <= 2 * from_seconds(options_.limits.silence)) return deadline;
+  tripped_.store(true);
+  note(SafetyEvent::kWatchdog);
+  device_->release();
+  return t + kWatchdogRest;
+}
+
+bool SafeDevice::read(HandSample& sample) noexcept {
+  faults_ = 0;
+  HandSample raw;
+  if (!device_->read(raw)) {
+    trip(SafetyEvent::kDeviceLost);
+    faults_ |= typodont::bits(Fault::kDeviceLost);
+    return false;
+  }
+  const double norm2 = glm::dot(raw.X_WT.R, raw.X_WT.R);
+  const bool sound = is_finite(raw.X_WT.p) && std::abs(norm2 - 1) < 1e-3 && std::isfinite(raw.pedal);
+  if (!read_once_) {
+    if (sound) last_ = raw, read_once_ = true;
+    dt_ = 1 / info_.rate;
+  } else {
+    const double elapsed = to_seconds(raw.t - last_.t);
+    dt_ = std::clamp(elapsed, 0.0, kLongestGap);
+    if (!(elapsed > 0 && elapsed < kLongestGap)) {
+      trip(SafetyEvent::kClock);
+      faults_ |= typodont::bits(Fault::kBadInput);
+    }
+  }
+  if (!sound) {
+    trip(SafetyEvent::kNotFinite);
+    faults_ |= typodont::bits(Fault::kBadInput);
+    raw.X_WT = last_.X_WT;  // where the hand was last known to be
+    raw.pedal = 0;
+  } else if (glm::length(raw.X_WT.p - last_.X_WT.p) > options_.limits.speed * std::max(dt_, 1 / info_.rate) + kNoise) {
+    trip(SafetyEvent::kJump);
+    faults_ |= typodont::bits(Fault::kBadInput);
+  }
+  const std::uint32_t theirs = device_->faults();
+  if (theirs & (typodont::bits(Fault::kBadInput) | typodont::bits(Fault::kDeviceLost))) trip(SafetyEvent::kDeviceFault);
+  faults_ |= theirs;
+  last_ = raw;
+  gate_pedal(raw, dt_);
+  sample = raw;
+  return true;
+}
+
+void SafeDevice::gate_pedal(HandSample& sample, double dt) noexcept {
+  const bool pressed = sample.pedal >= kPedalReleased;
+  if (!pressed) {
+    pedal_locked_ = false;
+    pedal_held_ = 0;
+  } else if ((pedal_held_ += dt) > options_.limits.pedal_time && !pedal_locked_) {
+    pedal_locked_ = true;
+    note(SafetyEvent::kPedalStuck);
+  }
+  if (emergency_.load()) pedal_locked_ = true;
+  if (pedal_locked_ || (gives_force_ && !armed_)) sample.pedal = 0;
+}
+
+void SafeDevice::send(const dvec3& f, const dvec3& tau) noexcept {
+  // Told to the watchdog before the force goes out: should this thread stop in between, the watchdog knows already.
+  last_write_.store(options_.clock());
+  force_out_.store(true);
+  device_->write(f, tau);
+  if (tripped_.load() || forces_forbidden()) device_->release();  // it fired while we were sending
+}
+
+void SafeDevice::write(const dvec3& f_T_W, const dvec3& tau_T_W) noexcept {
+  if (!gives_force_) return;
+  const SafetyLimits& limits = options_.limits;
+
+  // Did the servo fall silent? The watchdog may have seen it, or sleep as we did.
+  const Nanos t = options_.clock();
+  const Nanos since = t - last_write_.load();
+  if (tripped_.exchange(false) || (force_out_.load() && (since < 0 || since > from_seconds(limits.silence)))) {
+    disarm(SafetyEvent::kWatchdog);
+  }
+  if (!is_finite(f_T_W) || !is_finite(tau_T_W)) {
+    trip(SafetyEvent::kNotFinite);
+    faults_ |= typodont::bits(Fault::kBadInput);
+    return;
+  }
+
+  if (forces_forbidden()) return send_zero();
+
+  // Armed, once the hand has been free of contact for a while.
+  const bool stop = emergency_.load();
+  if (stop) note(SafetyEvent::kEmergency);
+  if (!armed_) {
+    const bool free = glm::length(f_T_W) < limits.free_force && glm::length(tau_T_W) < limits.free_force * 0.1;
+    free_for_ = free && faults_ == 0 ? free_for_ + dt_ : 0;
+    armed_ = free_for_ >= limits.free_time && !stop;
+    thermal_.add(0, dt_, limits);
+    send_zero();
+    return;
+  }
+  if (stop) {
+    gain_ -= dt_ / limits.ramp_out;
+    if (gain_ < 1e-9) return trip(SafetyEvent::kEmergency);
+  } else {
+    gain_ = std::min(1.0, gain_ + dt_ / limits.ramp_in);
+  }
+
+  // Peak, warmth, slew. Each only shortens, so none undoes another.
+  dvec3 f = f_T_W;
+  dvec3 tau = tau_T_W;
+  if (glm::length(f) > limits.force || glm::length(tau) > limits.torque) {
+    if (glm::length(f) > limits.force) {
+      note(SafetyEvent::kForceLimit);
+      faults_ |= typodont::bits(Fault::kForceLimit);
+    }
+    f = clip_length(f, limits.force);
+    tau = clip_length(tau, limits.torque);
+  }
+  const double bearable = thermal_.allowed(limits);
+  if (glm::length(f) > bearable) {
+    note(SafetyEvent::kThermal);
+    faults_ |= typodont::bits(Fault::kForceLimit);
+    f = clip_length(f, bearable);
+  }
+  f *= gain_;
+  tau *= gain_;
+  const double dt = std::min(dt_, 5e-3);  // a late tick is no leave for a jerk
+  const dvec3 slewed = limit_slew(last_f_, f, limits.slew * dt);
+  if (slewed != f && glm::length(slewed - f) > 1e-9) {
+    note(SafetyEvent::kSlewLimit);
+    faults_ |= typodont::bits(Fault::kSlewLimit);
+  }
+  last_f_ = slewed;
+  last_tau_ = limit_slew(last_tau_, tau, limits.torque_slew * dt);
+  thermal_.add(glm::length(last_f_), dt_, limits);
+  send(last_f_, last_tau_);
+}
+
+void emergency_stop_all() noexcept {
+  for (auto& slot : hands) {
+    if (SafeDevice* hand = slot.load()) hand->emergency_stop();
+  }
+}
+
+void clear_emergency_all() noexcept {
+  for (auto& slot : hands) {
+    if (SafeDevice* hand = slot.load()) hand->clear_emergency();
+  }
+}
+
+}  // namespace typodont::haptics

@@ -1,0 +1,97 @@
+// The layer between the servo and every motor: whatever goes wrong, the hand feels nothing.
+//
+//   servo ─ write ─▶ finite? armed? ─▶ limits (peak, warmth, slew, ramp) ─▶ device
+//                        ▲                                                    ▲
+//   servo ─ read ─▶ jump? clock? device fault? ─ trip                         │ zero
+//   watchdog thread: no write for 1.8 ms ─ trip ──────────────────────────────┘
+//
+// A trip sends zero at once. Force returns only after the servo has asked for none for a while (the hand is free of
+// contact) and then rises slowly. The drill stays off as long, and until the pedal has been let go once.
+#pragma once
+
+#include <atomic>
+#include <functional>
+#include <memory>
+#include <thread>
+
+#include "haptics/devices/safety.h"
+#include "haptics/haptic_device.h"
+
+namespace typodont::haptics {
+
+class SafeDevice : public HapticDevice {
+ public:
+  struct Options {
+    SafetyLimits limits;
+    bool watchdog_thread = true;    // tests in simulated time call watch() themselves
+    std::function<Nanos()> clock;   // empty: now()
+  };
+  /// Limits as the device states them. Guards against exits too (exit_guard.h).
+  static Options options_for(const DeviceInfo& info);
+
+  SafeDevice(std::unique_ptr<HapticDevice> device, Options options);
+  ~SafeDevice() override;
+  SafeDevice(const SafeDevice&) = delete;
+  SafeDevice& operator=(const SafeDevice&) = delete;
+
+  // Servo thread.
+  const DeviceInfo& info() const noexcept override { return info_; }
+  bool read(HandSample& sample) noexcept override;
+  void write(const dvec3& f_T_W, const dvec3& tau_T_W) noexcept override;
+  std::uint32_t faults() const noexcept override { return faults_; }
+  bool armed() const noexcept { return armed_; }
+  double heat() const noexcept { return thermal_.heat; }
+
+  // Any thread.
+  void release() noexcept override;
+  /// The emergency key. Force ramps to zero within 15 ms and stays there, and the drill off, until cleared.
+  void emergency_stop() noexcept { emergency_.store(true); }
+  void clear_emergency() noexcept { emergency_.store(false); }
+  /// Every event since the last call, SafetyEvent bits.
+  std::uint32_t take_events() noexcept { return events_.exchange(0); }
+
+  /// The watchdog's look at the servo; when it wants to look again. Its thread, or a test.
+  Nanos watch(Nanos t) noexcept;
+
+ private:
+  void disarm(SafetyEvent event) noexcept;
+  void trip(SafetyEvent event) noexcept;  // and zero at once
+  void note(SafetyEvent event) noexcept { events_.fetch_or(bits(event)); }
+  void send(const dvec3& f, const dvec3& tau) noexcept;
+  void send_zero() noexcept;
+  void gate_pedal(HandSample& sample, double dt) noexcept;
+
+  std::unique_ptr<HapticDevice> device_;
+  Options options_;
+  DeviceInfo info_;
+  bool gives_force_;
+
+  // Servo thread.
+  std::uint32_t faults_ = 0;
+  bool started_ = false;
+  bool read_once_ = false;
+  HandSample last_;
+  double dt_ = 0;
+  bool armed_ = false;
+  double gain_ = 0;
+  double free_for_ = 0;
+  dvec3 last_f_{0}, last_tau_{0};
+  ThermalModel thermal_;
+  bool pedal_locked_ = true;
+  double pedal_held_ = 0;
+
+  // Shared with the watchdog.
+  std::atomic<bool> emergency_{false};
+  std::atomic<std::uint32_t> events_{0};
+  std::atomic<bool> force_out_{false};  // the device may hold a force
+  std::atomic<bool> tripped_{false};    // by the watchdog; the servo has not seen it yet
+  std::atomic<Nanos> last_write_{0};
+  std::atomic<bool> ending_{false};
+  std::thread watchdog_;
+};
+
+/// The emergency key for every guarded hand. Any thread.
+void emergency_stop_all() noexcept;
+void clear_emergency_all() noexcept;
+
+}  // namespace typodont::haptics

@@ -1,0 +1,74 @@
+// Hand velocity from quantised positions: quiet at rest, quick in motion, and honest about how late it is.
+//
+// Janabi-Sharifi, Hayward & Chen 2000, "Discrete-time adaptive windowing for velocity estimation", end-fit FOAW: the
+// longest window whose samples all lie within the position noise of the straight line through its ends. Changed: the
+// test "every sample within d of the line" is kept as an interval of slopes, so a tick costs O(window), not O(window²);
+// and the three axes share the shortest of their windows, so that the vector has one lag.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "engine/base/clock.h"
+#include "engine/base/pose.h"
+
+namespace typodont::haptics {
+
+struct VelocityEstimate {
+  dvec3 v{0};       // m/s
+  double lag = 0;   // s: v is the velocity of this long ago (half the window)
+};
+
+class VelocityEstimator {
+ public:
+  /// `noise`: m, half the peak-to-peak position noise; for an encoder, its whole step is right.
+  explicit VelocityEstimator(double noise) : noise_(noise) {}
+
+  /// Servo thread. Never allocates. Samples whose time does not rise start anew.
+  VelocityEstimate add(Nanos t, const dvec3& p) noexcept {
+    if (count_ > 0 && t <= newest().t) count_ = 0;
+    head_ = (head_ + 1) % kWindow;
+    ring_[head_] = {t, p};
+    count_ = std::min(count_ + 1, kWindow);
+    if (count_ < 2) return {};
+
+    std::size_t window = count_ - 1;
+    for (int axis = 0; axis < 3; ++axis) window = std::min(window, longest(axis, window));
+    const Sample& end = newest();
+    const Sample& start = back(window);
+    const double span = to_seconds(end.t - start.t);
+    return {(end.p - start.p) / span, span / 2};
+  }
+
+  static constexpr std::size_t kWindow = 48;  // samples; 47 ms of lag-free stillness at 1 kHz
+
+ private:
+  struct Sample {
+    Nanos t = 0;
+    dvec3 p{0};
+  };
+  const Sample& newest() const noexcept { return ring_[head_]; }
+  const Sample& back(std::size_t n) const noexcept { return ring_[(head_ + kWindow - n) % kWindow]; }
+
+  std::size_t longest(int axis, std::size_t most) const noexcept {
+    double low = -1e300, high = 1e300;  // slopes that pass every sample so far within the noise
+    std::size_t best = 1;
+    for (std::size_t n = 1; n <= most; ++n) {
+      const double dt = to_seconds(newest().t - back(n).t);
+      const double dx = newest().p[axis] - back(n).p[axis];
+      const double slope = dx / dt;
+      if (slope >= low && slope <= high) best = n;
+      low = std::max(low, (dx - noise_) / dt);
+      high = std::min(high, (dx + noise_) / dt);
+      if (low > high) break;
+    }
+    return best;
+  }
+
+  double noise_;
+  std::array<Sample, kWindow> ring_{};
+  std::size_t head_ = 0, count_ = 0;
+};
+
+}  // namespace typodont::haptics

@@ -1,0 +1,41 @@
+#include "haptics/devices/vendor_library.h"
+
+#include <dlfcn.h>
+
+#include "engine/base/error.h"
+
+namespace typodont::haptics {
+
+VendorLibrary::VendorLibrary(std::initializer_list<const char*> names, const std::string& what_to_install) {
+  std::string tried;
+  for (const char* name : names) {
+    handle_ = ::dlopen(name, RTLD_NOW | RTLD_LOCAL);
+    if (handle_) {
+      name_ = name;
+      return;
+    }
+    tried += (tried.empty() ? "" : ", ") + std::string(name);
+  }
+  throw Error(tried, "", "not installed", what_to_install);
+}
+
+// Left open on purpose: vendors' libraries start threads that outlive the last handle.
+VendorLibrary::~VendorLibrary() = default;
+
+bool VendorLibrary::present(std::initializer_list<const char*> names) {
+  for (const char* name : names) {
+    if (void* handle = ::dlopen(name, RTLD_LAZY | RTLD_LOCAL)) {
+      ::dlclose(handle);
+      return true;
+    }
+  }
+  return false;
+}
+
+void* VendorLibrary::symbol(const char* name, bool needed) const {
+  void* address = ::dlsym(handle_, name);
+  if (!address && needed) throw Error(name_, name, "no such function", "a version of the library that has it");
+  return address;
+}
+
+}  // namespace typodont::haptics

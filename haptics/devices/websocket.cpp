@@ -1,0 +1,194 @@
+#include "haptics/devices/websocket.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <bit>
+#include <cctype>
+#include <cstring>
+#include <random>
+
+#include "engine/base/error.h"
+
+namespace typodont::haptics {
+
+namespace {
+
+// FIPS 180-4, 6.1. Not for security: the handshake uses it to recognise a WebSocket server.
+std::array<std::uint8_t, 20> sha1(std::string_view text) {
+  std::string m(text);
+  m += '\x80';
+  while (m.size() % 64 != 56) m += '\0';
+  const std::uint64_t length = std::uint64_t{text.size()} * 8;
+  for (int i = 7; i >= 0; --i) m += static_cast<char>(length >> (8 * i) & 0xff);
+  std::array<std::uint32_t, 5> h{0x67452301, 0xEFCDAB89, 0x98BADCFE, 0x10325476, 0xC3D2E1F0};
+  for (std::size_t block = 0; block < m.size(); block += 64) {
+    std::array<std::uint32_t, 80> w{};
+    for (std::size_t i = 0; i < 16; ++i) {
+      for (std::size_t k = 0; k < 4; ++k) w[i] = w[i] << 8 | static_cast<std::uint8_t>(m[block + 4 * i + k]);
+    }
+    for (std::size_t i = 16; i < 80; ++i) w[i] = std::rotl(w[i - 3] ^ w[i - 8] ^ w[i - 14] ^ w[i - 16], 1);
+    auto [a, b, c, d, e] = h;
+    for (std::size_t i = 0; i < 80; ++i) {
+      std::uint32_t f, k;
+      if (i < 20) f = (b & c) | (~b & d), k = 0x5A827999;
+      else if (i < 40) f = b ^ c ^ d, k = 0x6ED9EBA1;
+      else if (i < 60) f = (b & c) | (b & d) | (c & d), k = 0x8F1BBCDC;
+      else f = b ^ c ^ d, k = 0xCA62C1D6;
+      const std::uint32_t next = std::rotl(a, 5) + f + e + k + w[i];
+      e = d, d = c, c = std::rotl(b, 30), b = a, a = next;
+    }
+    h[0] += a, h[1] += b, h[2] += c, h[3] += d, h[4] += e;
+  }
+  std::array<std::uint8_t, 20> out{};
+  for (std::size_t i = 0; i < 20; ++i) out[i] = static_cast<std::uint8_t>(h[i / 4] >> (24 - 8 * (i % 4)));
+  return out;
+}
+
+std::string base64(std::span<const std::uint8_t> bytes) {
+  static constexpr char kDigits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::string out;
+  for (std::size_t i = 0; i < bytes.size(); i += 3) {
+    std::uint32_t v = bytes[i] << 16;
+    if (i + 1 < bytes.size()) v |= bytes[i + 1] << 8;
+    if (i + 2 < bytes.size()) v |= bytes[i + 2];
+    for (std::size_t k = 0; k < 4; ++k) out += k <= bytes.size() - i ? kDigits[v >> (18 - 6 * k) & 63] : '=';
+  }
+  return out;
+}
+
+}  // namespace
+
+std::string websocket_accept(std::string_view key) {
+  return base64(sha1(std::string(key) + "258EAFA5-E914-47DA-95CA-C5AB0DC85B11"));
+}
+
+WebSocket::WebSocket(std::unique_ptr<Link> link, const std::string& host, const std::string& path)
+    : link_(std::move(link)), in_(2 * kLongestMessage), message_(kLongestMessage) {
+  std::random_device random;
+  std::array<std::uint8_t, 16> nonce;
+  for (auto& byte : nonce) byte = static_cast<std::uint8_t>(random());
+  const std::string key = base64(nonce);
+  const std::string request = fmt::format(
+      "GET {} HTTP/1.1\r\nHost: {}\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
+      "Sec-WebSocket-Key: {}\r\nSec-WebSocket-Version: 13\r\n\r\n",
+      path, host, key);
+  link_->write({reinterpret_cast<const std::uint8_t*>(request.data()), request.size()});
+
+  std::string answer;
+  const Nanos give_up = link_->now() + 2 * kNanosPerSecond;
+  std::size_t head_end = std::string::npos;
+  while (head_end == std::string::npos) {
+    std::uint8_t buffer[1024];
+    const int n = link_->read(buffer, 100'000'000);
+    if (n < 0 || link_->now() > give_up || answer.size() > 16'384) {
+      throw Error(host, "", "no WebSocket handshake", "the device's service");
+    }
+    answer.append(reinterpret_cast<const char*>(buffer), static_cast<std::size_t>(n));
+    head_end = answer.find("\r\n\r\n");
+  }
+  const std::string head = answer.substr(0, head_end + 2);
+  std::string lower = head;
+  std::transform(lower.begin(), lower.end(), lower.begin(), [](unsigned char c) { return std::tolower(c); });
+  const std::size_t at = lower.find("\r\nsec-websocket-accept:");
+  std::string accept;
+  if (at != std::string::npos) {
+    accept = head.substr(at + 23, head.find("\r\n", at + 2) - at - 23);
+    std::erase(accept, ' ');
+  }
+  if (!head.starts_with("HTTP/1.1 101") || accept != websocket_accept(key)) {
+    throw Error(host, "", head.substr(0, head.find("\r\n")), "a WebSocket server that accepts our key");
+  }
+  end_ = answer.size() - (head_end + 4);  // frames may follow in the same packet
+  std::memcpy(in_.data(), answer.data() + head_end + 4, end_);
+}
+
+bool WebSocket::send_frame(std::uint8_t opcode, std::string_view payload) noexcept {
+  if (payload.size() > 1000) return false;
+  std::array<std::uint8_t, 1016> frame;
+  std::size_t n = 0;
+  frame[n++] = static_cast<std::uint8_t>(0x80 | opcode);
+  if (payload.size() < 126) {
+    frame[n++] = static_cast<std::uint8_t>(0x80 | payload.size());
+  } else {
+    frame[n++] = 0x80 | 126;
+    frame[n++] = static_cast<std::uint8_t>(payload.size() >> 8);
+    frame[n++] = static_cast<std::uint8_t>(payload.size() & 0xff);
+  }
+  // Clients must mask (RFC 6455, 5.3) so that web proxies are not fooled; there is none on this host, the clock will do.
+  const auto mask = static_cast<std::uint32_t>(link_->now());
+  for (int i = 0; i < 4; ++i) frame[n++] = static_cast<std::uint8_t>(mask >> (8 * i));
+  for (std::size_t i = 0; i < payload.size(); ++i) {
+    frame[n++] = static_cast<std::uint8_t>(static_cast<std::uint8_t>(payload[i]) ^ (mask >> (8 * (i % 4))));
+  }
+  return link_->write({frame.data(), n});
+}
+
+WebSocket::Parsed WebSocket::parse(std::string_view& message) noexcept {
+  for (;;) {
+    const std::uint8_t* const p = in_.data() + begin_;
+    const std::size_t have = end_ - begin_;
+    if (have < 2) return Parsed::kMore;
+    const bool last = p[0] & 0x80;
+    const std::uint8_t opcode = p[0] & 0x0f;
+    if (p[0] & 0x70 || p[1] & 0x80) return Parsed::kBroken;  // extensions we did not ask for; servers never mask
+    std::uint64_t size = p[1] & 0x7f;
+    std::size_t head = 2;
+    if (size >= 126) {
+      const std::size_t extra = size == 126 ? 2 : 8;
+      if (have < 2 + extra) return Parsed::kMore;
+      size = 0;
+      for (std::size_t i = 0; i < extra; ++i) size = size << 8 | p[2 + i];
+      head += extra;
+    }
+    if (size > kLongestMessage) return Parsed::kBroken;
+    if (have < head + size) return Parsed::kMore;
+    const char* const payload = reinterpret_cast<const char*>(p + head);
+    begin_ += head + static_cast<std::size_t>(size);
+    switch (opcode) {
+      case 0x0: case 0x1: case 0x2:
+        if ((opcode == 0) != in_message_) return Parsed::kBroken;
+        if (opcode != 0) length_ = 0;
+        if (length_ + size > kLongestMessage) return Parsed::kBroken;
+        std::memcpy(message_.data() + length_, payload, static_cast<std::size_t>(size));
+        length_ += static_cast<std::size_t>(size);
+        in_message_ = !last;
+        if (!last) break;
+        message = {message_.data(), length_};
+        return Parsed::kMessage;
+      case 0x9:
+        if (size > 125) return Parsed::kBroken;
+        send_frame(0xA, {payload, static_cast<std::size_t>(size)});
+        break;
+      case 0xA: break;
+      default: return Parsed::kBroken;  // close, or nonsense
+    }
+  }
+}
+
+WebSocket::Got WebSocket::receive(std::string_view& message, Nanos timeout) noexcept {
+  const Nanos until = link_->now() + timeout;
+  for (;;) {
+    switch (parse(message)) {
+      case Parsed::kMessage: return Got::kMessage;
+      case Parsed::kBroken: return Got::kLost;
+      case Parsed::kMore: break;
+    }
+    if (begin_ > 0) {
+      std::memmove(in_.data(), in_.data() + begin_, end_ - begin_);
+      end_ -= begin_;
+      begin_ = 0;
+    }
+    // Twice the longest message fits, so a frame that fills the buffer was refused above.
+    const Nanos left = std::max<Nanos>(until - link_->now(), 0);
+    const int n = link_->read(std::span(in_).subspan(end_), left);
+    if (n < 0) return Got::kLost;
+    if (n == 0) {
+      if (link_->now() >= until) return Got::kNothing;
+      continue;
+    }
+    end_ += static_cast<std::size_t>(n);
+  }
+}
+
+}  // namespace typodont::haptics

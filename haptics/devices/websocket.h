@@ -1,0 +1,46 @@
+// A WebSocket client (RFC 6455) as small as a local service needs: text messages, no extensions, fixed buffers.
+#pragma once
+
+#include <array>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "haptics/devices/link.h"
+
+namespace typodont::haptics {
+
+/// The answer a server owes to a key. RFC 6455, 4.2.2.
+std::string websocket_accept(std::string_view key);
+
+class WebSocket {
+ public:
+  static constexpr std::size_t kLongestMessage = 1 << 16;
+
+  /// Shakes hands; throws Error naming `host`.
+  WebSocket(std::unique_ptr<Link> link, const std::string& host, const std::string& path);
+
+  enum class Got { kMessage, kNothing, kLost };
+  /// The next whole text message, valid until the next call. Answers pings; a close, an overlong message or a broken
+  /// frame is a loss. Servo thread, never allocates.
+  Got receive(std::string_view& message, Nanos timeout) noexcept;
+  /// One frame in one call. Any thread, also a signal handler; at most 1000 bytes.
+  bool send(std::string_view text) noexcept { return send_frame(0x1, text); }
+  Nanos now() noexcept { return link_->now(); }
+
+ private:
+  bool send_frame(std::uint8_t opcode, std::string_view payload) noexcept;
+  enum class Parsed { kMessage, kMore, kBroken };
+  Parsed parse(std::string_view& message) noexcept;
+
+  std::unique_ptr<Link> link_;
+  std::vector<std::uint8_t> in_;       // received, not yet parsed: [begin_, end_)
+  std::size_t begin_ = 0, end_ = 0;
+  std::vector<char> message_;          // fragments put together
+  std::size_t length_ = 0;
+  bool in_message_ = false;
+};
+
+}  // namespace typodont::haptics

@@ -1,0 +1,175 @@
+// typodont sound as a user meets it: the program, its files, its exit statuses.
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+
+#include <cstdlib>
+#include <map>
+
+#include "audio/ar/rotor.h"
+#include "audio/compare.h"
+#include "engine/base/json.h"
+#include "tests/support/audio_signals.h"
+
+namespace typodont::audio {
+namespace {
+
+using namespace typodont::test;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+class SoundCommand : public ::testing::Test {
+ protected:
+  struct Result {
+    int status;
+    std::string out, err;
+  };
+  Result run(const std::string& arguments) {
+    const auto out = folder_ / "stdout", err = folder_ / "stderr";
+    const std::string line =
+        std::string(TYPODONT_PROGRAM) + " sound " + arguments + " > " + out.string() + " 2> " + err.string();
+    const int status = std::system(line.c_str());
+    return {WEXITSTATUS(status), read_text(out), read_text(err)};
+  }
+  std::string path(const std::string& name) { return (folder_ / name).string(); }
+  std::size_t files_left() {
+    std::size_t count = 0;
+    for (const auto& e : std::filesystem::directory_iterator(std::filesystem::path(path("x")).parent_path())) {
+      const auto name = e.path().filename().string();
+      count += name != "stdout" && name != "stderr";
+    }
+    return count;
+  }
+  ScratchFolder folder_;
+};
+
+const std::string kMicromotor = "assets/sounds/micromotor_steady.wav";
+
+TEST_F(SoundCommand, FitsARecordingAndTheModelSoundsLikeIt) {
+  const auto fit = run("fit " + kMicromotor + " --out " + path("m.json") + " --json");
+  ASSERT_EQ(fit.status, 0) << fit.err;
+  const Json report = Json::parse(fit.out, "report");
+  EXPECT_EQ(report["order"].integer(), 300);
+  EXPECT_LT(report["log_spectral_distance_dB"].number(), 1.0);
+  ASSERT_EQ(run("synth " + path("m.json") + " --seconds 6 --out " + path("m.wav")).status, 0);
+  const auto same = run("compare " + kMicromotor + " " + path("m.wav") + " --at-most-db 1 --json");
+  EXPECT_EQ(same.status, 0) << same.err;
+  EXPECT_LT(std::abs(Json::parse(same.out, "comparison")["level_difference_dB"].number()), 0.5);
+}
+
+TEST_F(SoundCommand, ComparesTwoDifferentDrillsAsFarApartAndFailsTheLimit) {
+  const auto r = run("compare " + kMicromotor + " assets/sounds/drill_spinup_run_spindown.wav --at-most-db 1");
+  EXPECT_EQ(r.status, 1);
+  EXPECT_THAT(r.err, HasSubstr("more than 1 dB"));
+}
+
+TEST_F(SoundCommand, LetsThePitchFallUnderLoadAndTheLevelRise) {
+  write_text(folder_ / "c.csv",
+             "t_s,spindle_krpm,force_N,contact_area_mm2,tissue\n"
+             "0,68.4,0,0,air\n2,68.4,0,0,air\n2.01,54.72,1.5,0.8,enamel\n4,54.72,1.5,0.8,enamel\n");
+  const auto r =
+      run("synth assets/sounds/micromotor.json --contact " + path("c.csv") + " --out " + path("o.wav") + " --json");
+  ASSERT_EQ(r.status, 0) << r.err;
+  const auto x = read_recording(folder_ / "o.wav").mono();
+  ASSERT_EQ(x.size(), 4u * 48000);
+  const std::span<const double> free(x.data(), 96000), loaded(x.data() + 98000, 94000);
+  const double ratio = spectral_lines(loaded, 48000).front().frequency / spectral_lines(free, 48000).front().frequency;
+  EXPECT_NEAR(ratio, 0.8, 0.01);
+  EXPECT_GT(power_of_samples(loaded), 1.5 * power_of_samples(free));
+}
+
+TEST_F(SoundCommand, GivesTheSameBytesForTheSameSeedAndOthersForAnother) {
+  const std::string synth = "synth assets/sounds/air_turbine.json --seconds 1 --out ";
+  ASSERT_EQ(run(synth + path("a.wav")).status, 0);
+  ASSERT_EQ(run(synth + path("b.wav")).status, 0);
+  ASSERT_EQ(run(synth + path("c.wav") + " --seed 2").status, 0);
+  EXPECT_EQ(read_text(folder_ / "a.wav"), read_text(folder_ / "b.wav"));
+  EXPECT_NE(read_text(folder_ / "a.wav"), read_text(folder_ / "c.wav"));
+}
+
+TEST_F(SoundCommand, KeepsTheSpectrumAtEveryRate) {
+  for (const char* rate : {"44100", "96000"}) {
+    ASSERT_EQ(run("synth assets/sounds/micromotor_ar300.json --seconds 4 --rate " + std::string(rate) + " --out " +
+                  path("r.wav"))
+                  .status,
+              0);
+    const auto c = compare_sounds(kMicromotor, folder_ / "r.wav");
+    EXPECT_LT(c.distance_dB, 1.0) << rate;
+    EXPECT_EQ(c.b.rate, std::atof(rate));
+  }
+}
+
+TEST_F(SoundCommand, FitsByEveryMethodOrderCriterionAndRate) {
+  for (const char* how : {"--order 12 --method yule-walker --window hamming", "--order 40 --method modified-covariance",
+                          "--order bic --max-order 80", "--rate 44100 --order 50", "--rate 96000 --order 50"}) {
+    const auto r = run("fit " + kMicromotor + " --out " + path("m.json") + " " + how + " --spectrum " + path("s.csv"));
+    EXPECT_EQ(r.status, 0) << how << r.err;
+    EXPECT_EQ(run("synth " + path("m.json") + " --seconds 0.1 --out " + path("m.wav")).status, 0) << how;
+    EXPECT_THAT(read_text(folder_ / "s.csv"), HasSubstr("frequency_Hz,recording_dB,model_dB"));
+  }
+}
+
+TEST_F(SoundCommand, RefusesBadInputWithStatusTwoAReasonAndNothingLeftBehind) {
+  write_wav(folder_ / "silence.wav", std::vector<double>(48000, 0.0), 48000);
+  write_text(folder_ / "cut.wav", read_text(kMicromotor).substr(0, 30));
+  write_text(folder_ / "bad.csv", "t_s,force_N\n0,nan\n");
+  write_text(folder_ / "bad.json", R"({"rate_Hz":48000,"gain":1,"reflection_coefficients":[2]})");
+  const std::string model = "assets/sounds/micromotor_ar300.json";
+  const std::map<std::string, std::string> cases = {
+      {"fit " + path("silence.wav") + " --out " + path("o"), "silence"},
+      {"fit " + path("cut.wav") + " --out " + path("o"), "cut.wav"},
+      {"fit " + path("gone.wav") + " --out " + path("o"), "no such file"},
+      {"fit " + kMicromotor + " --order 0 --out " + path("o"), "--order"},
+      {"fit " + kMicromotor + " --order 5000 --out " + path("o") + " --to 0.5", "too short for order 5000"},
+      {"fit " + kMicromotor + " --out /no/such/place/o.json", "writable"},
+      {"fit " + kMicromotor, "--out"},
+      {"synth " + model + " --out " + path("o"), "--seconds"},
+      {"synth " + model + " --seconds -1 --out " + path("o"), "--seconds"},
+      {"synth " + model + " --seconds nan --out " + path("o"), "--seconds"},
+      {"synth " + model + " --seconds 1 --out /no/such/place/o.wav", "writable"},
+      {"synth " + path("bad.json") + " --seconds 1 --out " + path("o"), "reflection_coefficients[0]"},
+      {"synth " + model + " --contact " + path("bad.csv") + " --out " + path("o"), "line 2"},
+      {"synth " + model + " --seconds 1 --rate 10 --out " + path("o"), "--rate"},
+      {"compare " + kMicromotor + " " + path("gone.wav"), "gone.wav"},
+      {"sing", "subcommand"},
+  };
+  const auto before = files_left();
+  for (const auto& [arguments, reason] : cases) {
+    const auto r = run(arguments);
+    EXPECT_EQ(r.status, 2) << arguments << "\n" << r.err;
+    EXPECT_THAT(r.err, HasSubstr(reason)) << arguments;
+    EXPECT_EQ(files_left(), before) << arguments;
+  }
+}
+
+TEST_F(SoundCommand, ExplainsItselfWithAnExample) {
+  for (const char* command : {"", "fit", "synth", "compare"}) {
+    const auto r = run(std::string(command) + " --help");
+    EXPECT_EQ(r.status, 0);
+    EXPECT_THAT(r.out, HasSubstr("Example:")) << command;
+  }
+}
+
+TEST_F(SoundCommand, VoicesTheTicksOfAServo) {
+  std::string ticks =
+      "t_s,hand_x_mm,hand_y_mm,hand_z_mm,tool_x_mm,tool_y_mm,tool_z_mm,force_x_N,force_y_N,force_z_N,"
+      "torque_x_Nmm,torque_y_Nmm,torque_z_Nmm,depth_mm,normal_x,normal_y,normal_z,contact_area_mm2,"
+      "removed_mm3,removed_enamel_mm3,tissue,spindle_krpm,energy_mJ,tick_us,faults\n";
+  for (int i = 0; i < 2000; ++i) {
+    const bool cuts = i >= 1000;
+    ticks += fmt::format("{},0,0,0,0,0,0,0,0,{},0,0,0,0,0,0,{},{},{},0,{},{},0,2.5,0\n", i * 1e-3, cuts ? 1.2 : 0,
+                         cuts ? 1 : 0, cuts ? 0.6 : 0, cuts ? 0.4e-3 * (i - 1000) : 0, cuts ? "enamel" : "air",
+                         cuts ? 270 : 300);
+  }
+  write_text(folder_ / "ticks.csv", ticks);
+  const auto r = run("synth assets/sounds/air_turbine.json --contact " + path("ticks.csv") + " --out " + path("t.wav"));
+  ASSERT_EQ(r.status, 0) << r.err;
+  const auto x = read_recording(folder_ / "t.wav").mono();
+  const std::span<const double> free(x.data(), 47000), working(x.data() + 49000, x.size() - 49000);
+  EXPECT_NEAR(spectral_lines(free, 48000, 6).front().frequency, 5000, 20);
+  EXPECT_GT(power_of_samples(working), 1.5 * power_of_samples(free));
+}
+
+}  // namespace
+}  // namespace typodont::audio

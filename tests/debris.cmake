@@ -1,0 +1,1 @@
+typodont_test(unit_debris KIND unit SOURCES unit/debris_test.cpp LIBS typodont_debris)

@@ -1,0 +1,210 @@
+// Laws of the registration under seeded noise.
+#include <gtest/gtest.h>
+
+#include <Eigen/Dense>
+#include <cmath>
+#include <numeric>
+
+#include "calibration/registration_solver.h"
+#include "calibration/statistics.h"
+
+namespace typodont::calibration {
+namespace {
+
+using Vector6 = Eigen::Matrix<double, 6, 1>;
+using Matrix6 = Eigen::Matrix<double, 6, 6, Eigen::RowMajor>;
+constexpr double kSigma = 2e-4;  // m
+
+struct Scene {
+  Pose X_DH;
+  std::vector<dvec3> H, exact_D;
+  Scene(std::uint64_t seed, std::size_t count) {
+    Noise random(seed);
+    X_DH = {random.in_box(dvec3(-0.3), dvec3(0.3)), random.rotation()};
+    for (std::size_t i = 0; i < count; ++i) {
+      H.push_back(random.in_box(dvec3(-0.04), dvec3(0.04)) + dvec3(0.1, -0.05, 0.2));
+      exact_D.push_back(X_DH * H.back());
+    }
+  }
+  std::vector<dvec3> noisy(Noise& random) const {
+    std::vector<dvec3> D = exact_D;
+    for (dvec3& d : D) d += random.normal3(kSigma);
+    return D;
+  }
+};
+
+Vector6 error_of(const Pose& found, const Pose& truth) {
+  const dquat d = found.R * glm::conjugate(truth.R);
+  const dvec3 axis = (d.w < 0 ? -2.0 : 2.0) * dvec3(d.x, d.y, d.z), t = found.p - truth.p;
+  Vector6 e;
+  e << axis.x, axis.y, axis.z, t.x, t.y, t.z;
+  return e;
+}
+
+TEST(RegistrationLaws, ReportedCovarianceIsTheScatterOfTheEstimates) {
+  const Scene scene(1, 24);
+  Noise random(2);
+  Matrix6 scatter = Matrix6::Zero(), reported = Matrix6::Zero();
+  const int runs = 6000;
+  RegistrationOptions options;
+  options.reject_outliers = false;
+  for (int run = 0; run < runs; ++run) {
+    const auto result = register_points(scene.H, scene.noisy(random), options);
+    const Vector6 e = error_of(result.X_DH, scene.X_DH);
+    scatter += e * e.transpose() / runs;
+    reported += Eigen::Map<const Matrix6>(result.covariance.data()) / runs;
+  }
+  // In the metric of the reported covariance the scatter is the unit matrix: 5 %, every direction.
+  const Matrix6 W = reported.llt().matrixL().solve(Matrix6::Identity());
+  const Matrix6 whitened = W * scatter * W.transpose();
+  const Eigen::SelfAdjointEigenSolver<Matrix6> eigen(whitened);
+  EXPECT_GT(eigen.eigenvalues()[0], 0.92);  // the extreme eigenvalues of 6000 samples spread by 2·sqrt(6/6000) = 6 %
+  EXPECT_LT(eigen.eigenvalues()[5], 1.08);
+  EXPECT_NEAR(whitened.trace() / 6, 1, 0.05);
+}
+
+TEST(RegistrationLaws, PredictedTargetErrorIsWithinTwoPercentOfSimulation) {
+  const Scene scene(3, 20);
+  Noise random(4);
+  const std::vector<dvec3> targets{dvec3(0.1, -0.05, 0.2), dvec3(0.14, -0.01, 0.24), dvec3(0.0, 0.1, 0.3)};
+  std::vector<double> seen(targets.size()), predicted(targets.size());
+  double box_seen = 0, box_predicted = 0;
+  const int runs = 12000;
+  RegistrationOptions options;
+  options.reject_outliers = false;
+  options.workspace_H = {dvec3(0.06, -0.09, 0.16), dvec3(0.14, -0.01, 0.24)};
+  for (int run = 0; run < runs; ++run) {
+    const auto result = register_points(scene.H, scene.noisy(random), options);
+    const auto squared = [&](const dvec3& p) {
+      const dvec3 e = result.X_DH * p - scene.X_DH * p;
+      return glm::dot(e, e);
+    };
+    for (std::size_t i = 0; i < targets.size(); ++i) {
+      seen[i] += squared(targets[i]) / runs;
+      predicted[i] += std::pow(predicted_tre(result, targets[i]), 2) / runs;
+    }
+    box_seen += squared(random.in_box(options.workspace_H.low, options.workspace_H.high)) / runs;
+    box_predicted += std::pow(result.predicted_tre_rms, 2) / runs;
+  }
+  for (std::size_t i = 0; i < targets.size(); ++i) EXPECT_NEAR(std::sqrt(predicted[i] / seen[i]), 1, 0.02) << i;
+  EXPECT_NEAR(std::sqrt(box_predicted / box_seen), 1, 0.02);
+}
+
+TEST(RegistrationLaws, ConfidenceEllipsoidsCoverAsOftenAsTheySay) {
+  const Scene scene(5, 40);
+  Noise random(6);
+  const int runs = 3000;
+  RegistrationOptions options;
+  options.reject_outliers = false;
+  options.known_sigma = kSigma;
+  for (const double level : {0.5, 0.9, 0.99}) {
+    int inside = 0;
+    const double limit = chi_squared_quantile(level, 6);
+    for (int run = 0; run < runs; ++run) {
+      const auto result = register_points(scene.H, scene.noisy(random), options);
+      const Vector6 e = error_of(result.X_DH, scene.X_DH);
+      const Matrix6 C = Eigen::Map<const Matrix6>(result.covariance.data());
+      inside += e.dot(C.ldlt().solve(e)) <= limit;
+    }
+    EXPECT_NEAR(inside, level * runs, 3.5 * std::sqrt(level * (1 - level) * runs)) << level;
+  }
+}
+
+TEST(RegistrationLaws, FiducialErrorFollowsFitzpatrick) {
+  // E[FRE²] = (1 - 2/N) FLE², FLE² = 3σ².
+  const Scene scene(7, 8);
+  Noise random(8);
+  double fre2 = 0;
+  const int runs = 6000;
+  RegistrationOptions options;
+  options.reject_outliers = false;
+  for (int run = 0; run < runs; ++run) {
+    fre2 += std::pow(register_points(scene.H, scene.noisy(random), options).fre_rms, 2) / runs;
+  }
+  EXPECT_NEAR(fre2 / ((1 - 2.0 / 8) * 3 * kSigma * kSigma), 1, 0.03);
+}
+
+TEST(RegistrationLaws, ScatteredOutliersUpToSeventyPercentAreFoundExactly) {
+  for (const std::size_t count : {20u, 60u, 200u}) {
+    for (const double share : {0.1, 0.4, 0.7}) {
+      for (std::uint64_t seed = 1; seed <= 6; ++seed) {
+        const Scene scene(100 + seed, count);
+        Noise random(200 + seed);
+        auto D = scene.noisy(random);
+        const auto bad = static_cast<std::size_t>(share * static_cast<double>(count));
+        for (std::size_t i = 0; i < bad; ++i) {
+          dvec3 off = random.normal3(1);
+          D[i] += glm::normalize(off) * random.uniform(0.003, 0.05);  // 15σ and more
+        }
+        const auto result = register_points(scene.H, D);
+        if (!result.rivals.empty()) continue;
+        std::vector<std::size_t> good(count - bad);
+        std::iota(good.begin(), good.end(), bad);
+        EXPECT_EQ(result.inliers, good) << count << " " << share << " " << seed;
+        EXPECT_TRUE(result.trusted()) << count << " " << share << " " << seed << " " << result.degeneracy.reason;
+      }
+    }
+  }
+}
+
+TEST(RegistrationLaws, ARivalMotionIsNeverPassedOverInSilence) {
+  for (const double share : {0.3, 0.5, 0.7}) {
+    for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+      const Scene scene(300 + seed, 50);
+      Noise random(400 + seed);
+      auto D = scene.noisy(random);
+      const auto bad = static_cast<std::size_t>(share * 50);
+      const Pose wrong{scene.X_DH.p + random.normal3(0.02), random.rotation()};
+      for (std::size_t i = 0; i < bad; ++i) D[i] = wrong * scene.H[i] + random.normal3(kSigma);
+      const auto result = register_points(scene.H, D);
+      std::vector<std::size_t> good(50 - bad);
+      std::iota(good.begin(), good.end(), bad);
+      EXPECT_TRUE(!result.rivals.empty() || result.inliers == good) << share << " " << seed;
+      if (share > 0.4) {
+        EXPECT_FALSE(result.rivals.empty()) << share << " " << seed;
+      }
+    }
+  }
+}
+
+TEST(RegistrationLaws, EvenThreePairsAgainstSevenRaiseDoubt) {
+  for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+    const Scene scene(800 + seed, 10);
+    Noise random(900 + seed);
+    auto D = scene.noisy(random);
+    for (std::size_t i = 0; i < 7; ++i) D[i] += dvec3(0.006, -0.004, 0.005);
+    EXPECT_FALSE(register_points(scene.H, D).rivals.empty()) << seed;
+  }
+}
+
+TEST(RegistrationLaws, RobustErrorIsThatOfAnOracle) {
+  double robust2 = 0, oracle2 = 0;
+  RegistrationOptions plain;
+  plain.reject_outliers = false;
+  for (std::uint64_t seed = 1; seed <= 40; ++seed) {
+    const Scene scene(500 + seed, 40);
+    Noise random(600 + seed);
+    auto D = scene.noisy(random);
+    for (std::size_t i = 0; i < 20; ++i) D[i] += random.in_box(dvec3(-0.05), dvec3(0.05));
+    const auto robust = register_points(scene.H, D);
+    const auto oracle = register_points(std::span(scene.H).subspan(20), std::span(D).subspan(20), plain);
+    for (int corner = 0; corner < 8; ++corner) {
+      const dvec3 p = dvec3(0.1, -0.05, 0.2) + 0.04 * dvec3(corner & 1 ? 1 : -1, corner & 2 ? 1 : -1, corner & 4 ? 1 : -1);
+      robust2 += std::pow(glm::length(robust.X_DH * p - scene.X_DH * p), 2);
+      oracle2 += std::pow(glm::length(oracle.X_DH * p - scene.X_DH * p), 2);
+    }
+  }
+  EXPECT_LT(std::sqrt(robust2), 1.1 * std::sqrt(oracle2));
+}
+
+TEST(Statistics, QuantilesMatchTheTables) {
+  EXPECT_NEAR(chi_squared_quantile(0.95, 3), 7.814728, 1e-5);
+  EXPECT_NEAR(chi_squared_quantile(0.05, 10), 3.940299, 1e-5);
+  EXPECT_NEAR(chi_squared_quantile(0.99, 6), 16.811894, 1e-5);
+  EXPECT_NEAR(f_quantile(0.95, 3, 6), 4.757063, 1e-5);
+  EXPECT_NEAR(f_quantile(0.99, 3, 60), 4.125892, 1e-5);
+  EXPECT_NEAR(f_quantile(0.9997, 3, 100000), chi_squared_quantile(0.9997, 3) / 3, 1e-3);
+}
+
+}  // namespace
+}  // namespace typodont::calibration

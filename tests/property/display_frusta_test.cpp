@@ -1,0 +1,131 @@
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "engine/display/display_rig.h"
+
+namespace typodont::display {
+namespace {
+
+/// Rigs as people build them: any place, any turn, eyes in front of the panel.
+struct Generator {
+  std::mt19937_64 engine{20240607};
+  double uniform(double lo, double hi) { return std::uniform_real_distribution<double>(lo, hi)(engine); }
+  dvec3 direction() {
+    for (;;) {
+      const dvec3 v(uniform(-1, 1), uniform(-1, 1), uniform(-1, 1));
+      const double l = glm::length(v);
+      if (l > 0.1 && l < 1) return v / l;
+    }
+  }
+  struct Case {
+    Screen screen;
+    dvec3 right, up, normal, middle;
+  };
+  Case screen() {
+    Case c;
+    c.normal = direction();
+    c.right = glm::normalize(glm::cross(direction(), c.normal));
+    c.up = glm::cross(c.normal, c.right);
+    const double w = uniform(0.05, 1.2), h = uniform(0.05, 0.8);
+    c.screen.lower_left = {uniform(-1, 1), uniform(-1, 1), uniform(-1, 1)};
+    c.screen.lower_right = c.screen.lower_left + w * c.right;
+    c.screen.upper_left = c.screen.lower_left + h * c.up;
+    c.middle = c.screen.lower_left + 0.5 * w * c.right + 0.5 * h * c.up;
+    return c;
+  }
+  dvec3 eye(const Case& c) {
+    return c.middle + uniform(0.2, 1.5) * c.normal + uniform(-0.5, 0.5) * c.right + uniform(-0.5, 0.5) * c.up;
+  }
+};
+
+dvec3 ndc(const EyeView& eye, const dvec3& p) {
+  const glm::dvec4 c = eye.projection * eye.view * glm::dvec4(p, 1);
+  return dvec3(c) / c.w;
+}
+
+TEST(Frusta, PointsOnTheScreenPlaneHaveNoDisparity) {
+  Generator g;
+  for (int i = 0; i < 500; ++i) {
+    const auto c = g.screen();
+    const EyeView a = eye_view(c.screen, {}, g.eye(c), {}), b = eye_view(c.screen, {}, g.eye(c), {});
+    const dvec3 p = c.middle + g.uniform(-1, 1) * c.right + g.uniform(-1, 1) * c.up;
+    EXPECT_NEAR(glm::length(dvec2(ndc(a, p)) - dvec2(ndc(b, p))), 0, 1e-10);
+  }
+}
+
+TEST(Frusta, NoVerticalParallaxWhenTheEyesLieAlongTheScreensRows) {
+  Generator g;
+  for (int i = 0; i < 500; ++i) {
+    const auto c = g.screen();
+    const dvec3 e = g.eye(c);
+    const EyeView a = eye_view(c.screen, {}, e - 0.0315 * c.right, {}), b = eye_view(c.screen, {}, e + 0.0315 * c.right, {});
+    const dvec3 p = c.middle + g.uniform(-0.15, 0.15) * c.normal + g.uniform(-0.2, 0.2) * c.right +
+                    g.uniform(-0.2, 0.2) * c.up;
+    EXPECT_NEAR(ndc(a, p).y, ndc(b, p).y, 1e-10);
+  }
+}
+
+TEST(Frusta, NearerThanTheScreenCrossesAndFartherUncrosses) {
+  Generator g;
+  for (int i = 0; i < 200; ++i) {
+    const auto c = g.screen();
+    const dvec3 e = g.eye(c);
+    const EyeView left = eye_view(c.screen, {}, e - 0.0315 * c.right, {}),
+                  right = eye_view(c.screen, {}, e + 0.0315 * c.right, {});
+    EXPECT_GT(ndc(left, c.middle + 0.05 * c.normal).x, ndc(right, c.middle + 0.05 * c.normal).x);
+    EXPECT_LT(ndc(left, c.middle - 0.05 * c.normal).x, ndc(right, c.middle - 0.05 * c.normal).x);
+  }
+}
+
+TEST(Frusta, NearAndFarPlanesAreDepthZeroAndOne) {
+  Generator g;
+  for (int i = 0; i < 200; ++i) {
+    const auto c = g.screen();
+    const dvec3 e = g.eye(c);
+    const ClipRange range{g.uniform(0.01, 0.15), g.uniform(1.0, 5.0)};
+    const EyeView eye = eye_view(c.screen, {}, e, range);
+    const dvec3 aside = g.uniform(-0.3, 0.3) * c.right + g.uniform(-0.3, 0.3) * c.up;
+    EXPECT_NEAR(ndc(eye, e - range.near * c.normal + aside).z, 0, 1e-12);
+    EXPECT_NEAR(ndc(eye, e - range.far * c.normal + aside).z, 1, 1e-12);
+    EXPECT_EQ(eye.frustum.near, range.near);
+  }
+}
+
+TEST(Frusta, RealEyeAndReflectedScreenEqualMirroredEyeAndMirroredWorld) {
+  Generator g;
+  for (int i = 0; i < 500; ++i) {
+    const auto c = g.screen();
+    const Mirror mirror{g.direction(), g.uniform(-0.5, 0.5)};
+    const dvec3 mirrored_eye = g.eye(c), real_eye = reflect(mirror, mirrored_eye);
+    const EyeView seen = eye_view(c.screen, mirror, real_eye, {});
+    const EyeView direct = eye_view(c.screen, {}, mirrored_eye, {});
+    const dmat4 other = direct.view * reflection(mirror);
+    for (int column = 0; column < 4; ++column)
+      for (int row = 0; row < 4; ++row) {
+        EXPECT_NEAR(seen.view[column][row], other[column][row], 1e-12);
+        EXPECT_NEAR(seen.projection[column][row], direct.projection[column][row], 1e-9);
+      }
+    EXPECT_TRUE(seen.flip);
+    EXPECT_NEAR(glm::determinant(seen.view), -1, 1e-12);
+    EXPECT_NEAR(glm::determinant(direct.view), 1, 1e-12);
+  }
+}
+
+TEST(Frusta, LateralEyeErrorShiftsByItsShareOfTheDepth) {
+  // Error e at offset z from the screen plane shifts what is drawn by about e·z/D.
+  Generator g;
+  for (int i = 0; i < 200; ++i) {
+    const auto c = g.screen();
+    const double distance = g.uniform(0.4, 0.8), z = g.uniform(-0.05, 0.05), e = 1e-3;
+    const dvec3 eye = c.middle + distance * c.normal;
+    const EyeView drawn = eye_view(c.screen, {}, eye + e * c.right, {}), seen = eye_view(c.screen, {}, eye, {});
+    const dvec3 p = c.middle + z * c.normal;
+    const double width = glm::length(c.screen.lower_right - c.screen.lower_left);
+    const double shift = 0.5 * width * (ndc(drawn, p).x - ndc(seen, p).x);  // on the screen
+    EXPECT_NEAR(shift, -e * z / (distance - z), 1e-9);
+  }
+}
+
+}  // namespace
+}  // namespace typodont::display

@@ -1,0 +1,110 @@
+// The picture against the geometry it claims: points are where their rays meet, and a mirror is a mirror.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "tests/support/stage.h"
+#include "tests/support/tooth_mesh.h"
+
+namespace typodont::test {
+namespace {
+
+using glm::dvec2;
+
+/// Middle of what is brighter than the black background, in clip coordinates.
+dvec2 centroid(const render::Picture& p) {
+  dvec2 sum(0);
+  double weight = 0;
+  for (int y = 0; y < p.size.y; ++y)
+    for (int x = 0; x < p.size.x; ++x)
+      // Coverage, not brightness: shading must not pull the middle aside; edge pixels count by their share of light.
+      if (const double w = std::min(1.0, std::pow(p.at(x, y)[1] / 255.0, 2.2) / 0.4); w > 0) {
+        sum += w * dvec2(x + 0.5, y + 0.5);
+        weight += w;
+      }
+  return weight > 0 ? 2.0 * sum / weight / dvec2(p.size) - 1.0 : dvec2(1e3);
+}
+
+TEST(Stereo, APointFoundInBothPicturesIsWhereItWasPut) {
+  Stage stage({1280, 1024});
+  const display::DisplayRig rig = desk(0.08, 0.064, 0.4);
+  render::Frame frame = frame_of(rig);
+  frame.background = render::Background::kBlack;
+  frame.lights.ambient = 3;  // bright all round
+  const auto eyes = display::eye_views(rig);
+  std::mt19937_64 g(3);
+  const auto u = [&](double r) { return std::uniform_real_distribution<double>(-r, r)(g); };
+  for (int i = 0; i < 6; ++i) {
+    const dvec3 p(u(0.015), u(0.015), u(0.015));
+    const std::vector<render::MeshUpdate> bricks{ball(1, glm::vec3(p), 1.0e-3f, Tissue::kEnamel)};
+    stage.renderer->update(0, bricks);
+    ASSERT_TRUE(stage.draw(frame).drawn);
+    // Rays through the middles of the two images; their nearest points.
+    dvec3 origin[2], way[2];
+    for (std::size_t e = 0; e < 2; ++e) {
+      const dvec2 c = centroid(stage.eye(static_cast<int>(e)));
+      const glm::dvec4 far = glm::inverse(eyes[e].projection * eyes[e].view) * glm::dvec4(c, 1, 1);
+      origin[e] = eyes[e].position;
+      way[e] = glm::normalize(dvec3(far) / far.w - origin[e]);
+    }
+    const dvec3 between = origin[1] - origin[0];
+    const double b = glm::dot(way[0], way[1]), d = glm::dot(way[0], between), e = glm::dot(way[1], between);
+    const double s = (d - b * e) / (1 - b * b), t = (b * d - e) / (1 - b * b);
+    const dvec3 found = 0.5 * (origin[0] + s * way[0] + origin[1] + t * way[1]);
+    EXPECT_LT(glm::length(found - p), 0.05e-3) << "by " << 1e3 * glm::length(found - p) << " mm";
+  }
+  EXPECT_EQ(stage.device.validation_messages(), 0);
+}
+
+TEST(Mirror, TheTwoFormulationsGiveTheSamePicture) {
+  // Real eye and reflected screen, against mirrored eye, physical screen and a world whose every corner is mirrored.
+  display::DisplayRig rig = desk(0.05, 0.04, 0.4, {0.1, 0.5, 0.8});
+  const display::Mirror mirror{glm::normalize(dvec3(0.1, 0.9, 0.3)), -0.03};
+  display::DisplayRig behind = rig;  // its panel stands where the mirror image of the desk's is
+  behind.screen = display::reflect(mirror, rig.screen);
+  std::swap(behind.screen.lower_left, behind.screen.lower_right);  // upright as its own picture: seen from the front
+  behind.screen.upper_left = display::reflect(mirror, rig.screen.lower_right + (rig.screen.upper_left - rig.screen.lower_left));
+  behind.mirror = mirror;
+
+  const auto tooth = tooth_mesh(0, 0.35e-3);  // sound: the grain of decay lies fixed in space
+  // Without the shadow map, whose samples lie in the lamp's own frame and so are not mirrored with the world.
+  render::Quality quality = render::kQualityLadder[0];
+  quality.shadow_map = 0;
+  Stage stage({480, 384}, quality);
+  render::Frame frame = frame_of(behind);
+  frame.lights.key = glm::normalize(dvec3(-0.3, 0.4, 0.9));
+  ASSERT_TRUE(frame.eyes[0].flip);
+  stage.renderer->update(0, tooth);
+  stage.draw(frame);
+  const render::Picture seen[2] = {stage.eye(0), stage.eye(1)};
+
+  auto mirrored = tooth;
+  const auto turn = [&](const dvec3& v) { return v - 2 * glm::dot(mirror.normal, v) * mirror.normal; };
+  for (auto& brick : mirrored) {
+    for (auto& v : brick.vertices) {
+      v.p = glm::vec3(display::reflect(mirror, dvec3(v.p)));
+      v.n = glm::vec3(turn(dvec3(v.n)));
+    }
+    for (std::size_t i = 0; i + 2 < brick.indices.size(); i += 3) std::swap(brick.indices[i], brick.indices[i + 1]);
+  }
+  render::Frame direct = frame;
+  for (std::size_t e = 0; e < 2; ++e) {
+    const dvec3 eye = display::reflect(mirror, frame.eyes[e].position);
+    const auto view = display::eye_view(behind.screen, {}, eye, display::clip_range(behind));
+    direct.eyes[e] = {view.view, view.projection, view.position, view.flip};
+  }
+  ASSERT_FALSE(direct.eyes[0].flip);
+  direct.lights.key = turn(frame.lights.key);
+  direct.lights.up = turn(frame.lights.up);
+  stage.renderer->update(0, mirrored);
+  stage.draw(direct);
+  for (int e = 0; e < 2; ++e) {
+    // Single precision rounds differently on the two ways: an edge may cross a sample here and there.
+    const Difference d = compare(seen[e], stage.eye(e), 4);
+    EXPECT_LE(d.pixels, 2) << "worst " << d.worst;
+  }
+}
+
+}  // namespace
+}  // namespace typodont::test

@@ -1,0 +1,262 @@
+// What the mesh of any field must be, and how near it must come to fields with a formula.
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "engine/surface/mesh_export.h"
+#include "tests/support/surface_checks.h"
+
+namespace typodont::surface {
+namespace {
+
+using test::Field;
+using test::greatest_error;
+using test::mesh_of;
+using test::sample_bricks;
+using test::Topology;
+using test::topology_of;
+
+class Random {
+ public:
+  explicit Random(unsigned seed) : engine_(seed) {}
+  double uniform(double low, double high) { return std::uniform_real_distribution<double>(low, high)(engine_); }
+  glm::dvec3 point(double low, double high) { return {uniform(low, high), uniform(low, high), uniform(low, high)}; }
+  double normal() { return std::normal_distribution<double>()(engine_); }
+  glm::dvec3 direction() { return glm::normalize(glm::dvec3(normal(), normal(), normal())); }
+
+ private:
+  std::mt19937 engine_;
+};
+
+void expect_surface(const Topology& t, long euler, int components = 1) {
+  EXPECT_TRUE(t.closed && t.oriented && t.manifold) << t.complaint;
+  EXPECT_EQ(t.euler, euler);
+  EXPECT_EQ(t.components, components);
+  EXPECT_GT(t.volume, 0);
+}
+
+TEST(Sphere, NeedsFewTrianglesForItsErrorAndStaysWithinTheTolerance) {
+  // The optimum of inscribed triangles is N·ε/R = 4.84; marching cubes needs 14.1.
+  Random random(4);
+  for (const double radius : {7.5, 12.0, 20.0, 33.0}) {
+    for (const float tolerance : {-1.f, 0.02f, 0.05f, 0.1f, 0.25f}) {
+      const glm::dvec3 centre = random.point(0, 16);
+      const Field sphere = [=](const glm::dvec3& p) { return glm::length(p - centre) - radius; };
+      const auto bricks = sample_bricks(centre - radius - 2.0, centre + radius + 2.0, sphere);
+      const WholeMesh mesh = weld(mesh_of(bricks, tolerance));
+      const double error = greatest_error(mesh, sphere);
+      SCOPED_TRACE("radius " + std::to_string(radius) + ", tolerance " + std::to_string(tolerance));
+      expect_surface(topology_of(mesh), 2);
+      EXPECT_LT(static_cast<double>(mesh.triangles.size()) * error / radius, 7.3);
+      EXPECT_LT(error, std::max(static_cast<double>(tolerance), 0.16 / radius));  // full resolution at least
+    }
+  }
+}
+
+TEST(Box, HasExactFacesAndCornersAtAnyOffset) {
+  Random random(7);
+  for (int i = 0; i < 24; ++i) {
+    const glm::dvec3 centre = random.point(0, 16), half = random.point(6, 13);
+    const bool true_distance = i % 2;
+    const Field box = [=](const glm::dvec3& p) {
+      const glm::dvec3 d = glm::abs(p - centre) - half;
+      const double inside = std::max({d.x, d.y, d.z});
+      return true_distance ? glm::length(glm::max(d, 0.0)) + std::min(inside, 0.0) : inside;
+    };
+    const auto bricks = sample_bricks(centre - half - 2.0, centre + half + 2.0, box);
+    for (const float tolerance : {-1.f, 0.1f}) {
+      const WholeMesh mesh = weld(mesh_of(bricks, tolerance));
+      expect_surface(topology_of(mesh), 2);
+      EXPECT_LT(greatest_error(mesh, box, 2), 2e-4) << i;
+      for (int corner = 0; corner < 8; ++corner) {
+        const glm::dvec3 at = centre + half * glm::dvec3(corner & 1 ? 1 : -1, corner & 2 ? 1 : -1, corner & 4 ? 1 : -1);
+        double nearest = 1e9;
+        for (const auto& v : mesh.vertices) nearest = std::min(nearest, glm::length(glm::dvec3(v.position) - at));
+        EXPECT_LT(nearest, 1e-3) << i;
+      }
+      if (tolerance > 0) {
+        EXPECT_LT(mesh.triangles.size(), 200u);
+      }
+    }
+  }
+}
+
+TEST(Box, TurnedAnyWayKeepsItsEdgesAndFourInFiveCorners) {
+  // A corner that pokes between the edges of the lattice is seen by no crossing and cannot be kept.
+  Random random(11);
+  int kept = 0;
+  for (int i = 0; i < 12; ++i) {
+    const glm::dvec3 centre = random.point(0, 16), half = random.point(7, 12);
+    const glm::dvec3 x = random.direction(), y = glm::normalize(glm::cross(x, random.direction()));
+    const glm::dmat3 turn(x, y, glm::cross(x, y));
+    const Field box = [=](const glm::dvec3& p) {
+      const glm::dvec3 d = glm::abs((p - centre) * turn) - half;
+      return std::max({d.x, d.y, d.z});
+    };
+    const WholeMesh mesh = weld(mesh_of(sample_bricks(centre - 24.0, centre + 24.0, box), 0.05f));
+    expect_surface(topology_of(mesh), 2);
+    EXPECT_LT(greatest_error(mesh, box, 3), 0.35);
+    for (int corner = 0; corner < 8; ++corner) {
+      const glm::dvec3 at =
+          centre + turn * (half * glm::dvec3(corner & 1 ? 1 : -1, corner & 2 ? 1 : -1, corner & 4 ? 1 : -1));
+      double nearest = 1e9;
+      for (const auto& v : mesh.vertices) nearest = std::min(nearest, glm::length(glm::dvec3(v.position) - at));
+      EXPECT_LT(nearest, 0.5) << "box " << i << ", corner " << corner;
+      kept += nearest < 0.1;
+    }
+  }
+  EXPECT_GE(kept, 12 * 8 * 4 / 5);
+}
+
+TEST(Torus, HasOneHandleAndStaysWithinTheTolerance) {
+  Random random(3);
+  for (const float tolerance : {-1.f, 0.05f, 0.15f}) {
+    const glm::dvec3 centre = random.point(0, 16), axis = random.direction();
+    const Field torus = [=](const glm::dvec3& p) {
+      const glm::dvec3 d = p - centre;
+      const double along = glm::dot(d, axis), across = glm::length(d - along * axis);
+      return std::hypot(across - 18, along) - 6.5;
+    };
+    const WholeMesh mesh = weld(mesh_of(sample_bricks(centre - 27.0, centre + 27.0, torus), tolerance));
+    expect_surface(topology_of(mesh), 0);
+    EXPECT_LT(greatest_error(mesh, torus), std::max(static_cast<double>(tolerance), 0.04));
+  }
+}
+
+TEST(Plate, WithADrilledHoleHasGenusOneAndASharpRim) {
+  Random random(5);
+  for (const float tolerance : {-1.f, 0.05f, 0.2f}) {
+    const glm::dvec3 centre = random.point(0, 16);
+    const Field plate = [=](const glm::dvec3& p) {
+      const glm::dvec3 d = glm::abs(p - centre) - glm::dvec3(20, 18, 4.3);
+      return std::max({d.x, d.y, d.z, 6.4 - std::hypot(p.x - centre.x, p.y - centre.y)});
+    };
+    const WholeMesh mesh = weld(mesh_of(sample_bricks(centre - 23.0, centre + 23.0, plate), tolerance));
+    expect_surface(topology_of(mesh), 0);
+    EXPECT_LT(greatest_error(mesh, plate), 0.25);  // at the rim; away from it within the tolerance:
+    double away = 0;
+    for (const auto& v : mesh.vertices) {
+      const glm::dvec3 p = v.position;
+      const double wall = std::hypot(p.x - centre.x, p.y - centre.y) - 6.4, face = 4.3 - std::abs(p.z - centre.z);
+      if (std::abs(wall) > 2 || face > 2) away = std::max(away, std::abs(plate(p)));
+    }
+    EXPECT_LT(away, std::max(static_cast<double>(tolerance), 0.03));
+  }
+}
+
+TEST(AnyField, GivesAClosedManifold) {
+  // White noise has every configuration of signs in every neighbourhood; blended with a ball it has every transition
+  // between merged and full-resolution cells.
+  for (unsigned seed = 0; seed < 12; ++seed) {
+    Random random(seed);
+    const int n = 40;
+    std::vector<double> noise(static_cast<std::size_t>(n * n * n));
+    for (double& v : noise) v = random.normal();
+    const double share = seed % 3 == 0 ? 1 : seed % 3 == 1 ? 0.12 : 0.4;
+    const Field field = [&](const glm::dvec3& p) {
+      const glm::ivec3 q(p);
+      const bool margin = q.x < 2 || q.y < 2 || q.z < 2 || q.x >= n - 2 || q.y >= n - 2 || q.z >= n - 2;
+      if (margin) return 1.0;
+      const double ball = share == 1 ? 0 : glm::length(p - 20.0) - 14;
+      return ball + 4 * share * noise[static_cast<std::size_t>((q.x * n + q.y) * n + q.z)];
+    };
+    const auto bricks = sample_bricks(glm::dvec3(0), glm::dvec3(n), field);
+    for (const float tolerance : {-1.f, 0.3f, 3.f}) {
+      const Topology t = topology_of(weld(mesh_of(bricks, tolerance)));
+      EXPECT_TRUE(t.closed && t.oriented && t.manifold) << "seed " << seed << ": " << t.complaint;
+    }
+  }
+}
+
+TEST(Normals, PointOutAlongTheGradient) {
+  const glm::dvec3 centre(9.3, 8.1, 7.7);
+  const Field sphere = [=](const glm::dvec3& p) { return glm::length(p - centre) - 11; };
+  for (const auto& v : weld(mesh_of(sample_bricks(glm::dvec3(-5), glm::dvec3(22), sphere), 0.05f)).vertices) {
+    EXPECT_GT(glm::dot(glm::dvec3(v.normal), glm::normalize(glm::dvec3(v.position) - centre)), 0.998);
+  }
+}
+
+TEST(Normals, OnACreaseAreThoseOfEachSide) {
+  const Field box = [](const glm::dvec3& p) {
+    const glm::dvec3 d = glm::abs(p - 8.2) - glm::dvec3(6.1, 5.2, 4.4);
+    return std::max({d.x, d.y, d.z});
+  };
+  const SurfaceMesher mesher = mesh_of(sample_bricks(glm::dvec3(0), glm::dvec3(16), box), 0.05f);
+  int corners = 0;
+  for (const glm::ivec3& key : mesher.keys()) {
+    const BrickMesh& mesh = *mesher.find(key);
+    for (std::size_t i = 0; i < mesh.indices.size(); i += 3) {
+      const SurfaceVertex* v[3];
+      for (std::size_t k = 0; k < 3; ++k) v[k] = &mesh.vertices[mesh.indices[i + k]];
+      const glm::vec3 n = glm::cross(v[1]->position - v[0]->position, v[2]->position - v[0]->position);
+      if (glm::length(n) < 1e-3f) continue;
+      for (const SurfaceVertex* corner : v) {
+        EXPECT_GT(glm::dot(corner->normal, glm::normalize(n)), 0.99f);
+        ++corners;
+      }
+    }
+  }
+  EXPECT_GE(corners, 36);
+}
+
+TEST(Tissues, BoundaryIsDrawnWhereItRuns) {
+  // A ball, enamel above a slanted plane and dentin below; the line where `second` passes a half must follow the plane.
+  const glm::dvec3 centre(24.4, 23.8, 24.1), up = glm::normalize(glm::dvec3(0.3, 0.2, 1));
+  const Field sphere = [=](const glm::dvec3& p) { return glm::length(p - centre) - 18; };
+  const auto labels = [=](const glm::dvec3& p) {
+    return glm::dot(p - centre, up) < 3 ? Tissue::kDentin : Tissue::kEnamel;
+  };
+  const SurfaceMesher mesher = mesh_of(sample_bricks(glm::dvec3(0), glm::dvec3(48), sphere, labels), 0.2f);
+  int crossings = 0;
+  double sum = 0;
+  for (const glm::ivec3& key : mesher.keys()) {
+    const BrickMesh& mesh = *mesher.find(key);
+    for (std::size_t i = 0; i < mesh.indices.size(); i += 3) {
+      for (std::size_t k = 0; k < 3; ++k) {
+        const SurfaceVertex &a = mesh.vertices[mesh.indices[i + k]], &b = mesh.vertices[mesh.indices[i + (k + 1) % 3]];
+        ASSERT_EQ(a.tissue[0], b.tissue[0]);
+        ASSERT_EQ(a.tissue[1], b.tissue[1]);
+        // Every point of the mesh is drawn in the tissue it has, up to a voxel from the boundary.
+        const double height = glm::dot(glm::dvec3(a.position) - centre, up) - 3;
+        const Tissue drawn = a.tissue[a.second > 127];
+        if (std::abs(height) > 1) {
+          EXPECT_EQ(drawn, height < 0 ? Tissue::kDentin : Tissue::kEnamel) << height;
+        }
+        if ((a.second > 127) == (b.second > 127)) continue;
+        const double s = (127.5 - a.second) / (static_cast<double>(b.second) - a.second);
+        const glm::dvec3 p = glm::mix(glm::dvec3(a.position), glm::dvec3(b.position), s);
+        const double off = glm::dot(p - centre, up) - 3;
+        EXPECT_LT(std::abs(off), 0.8);
+        sum += off * off;
+        ++crossings;
+      }
+    }
+  }
+  ASSERT_GT(crossings, 100);
+  EXPECT_LT(std::sqrt(sum / crossings), 0.35);  // labels are whole voxels: 0.29 is the spread of rounding
+}
+
+TEST(Culling, EveryTriangleLiesInItsBricksBoundsAndCone) {
+  const Field sphere = [](const glm::dvec3& p) { return glm::length(p - 24.0) - 19.3; };
+  const SurfaceMesher mesher = mesh_of(sample_bricks(glm::dvec3(0), glm::dvec3(48), sphere), 0.1f);
+  int narrow = 0;
+  for (const glm::ivec3& key : mesher.keys()) {
+    const BrickMesh& mesh = *mesher.find(key);
+    narrow += mesh.cone_cosine > 0;
+    for (std::size_t i = 0; i < mesh.indices.size(); i += 3) {
+      const glm::vec3 p[3] = {mesh.vertices[mesh.indices[i]].position, mesh.vertices[mesh.indices[i + 1]].position,
+                              mesh.vertices[mesh.indices[i + 2]].position};
+      for (const glm::vec3& q : p) {
+        EXPECT_TRUE(glm::all(glm::greaterThanEqual(q, mesh.low)) && glm::all(glm::lessThanEqual(q, mesh.high)));
+      }
+      const glm::vec3 n = glm::cross(p[1] - p[0], p[2] - p[0]);
+      if (glm::length(n) > 1e-4f) {
+        EXPECT_GT(glm::dot(glm::normalize(n), mesh.cone_axis), mesh.cone_cosine - 1e-4f);
+      }
+    }
+  }
+  EXPECT_GT(narrow, 10);
+}
+
+}  // namespace
+}  // namespace typodont::surface

@@ -1,0 +1,15 @@
+add_library(typodont_test_stage STATIC support/stage.cpp support/tooth_mesh.cpp)
+target_link_libraries(typodont_test_stage PUBLIC typodont_render typodont_display ${CMAKE_DL_LIBS})
+
+typodont_test(unit_display KIND unit SOURCES unit/display_rig_test.cpp LIBS typodont_display)
+typodont_test(property_display KIND property SOURCES property/display_frusta_test.cpp LIBS typodont_display)
+typodont_test(unit_render KIND unit SOURCES unit/render_frame_test.cpp unit/render_tool_mesh_test.cpp
+                                            unit/display_layout_test.cpp
+              LIBS typodont_test_stage)
+typodont_test(property_render KIND property SOURCES property/render_ranges_test.cpp property/render_stereo_test.cpp
+              LIBS typodont_test_stage)
+typodont_test(golden_render KIND golden SOURCES golden/render_golden_test.cpp LIBS typodont_test_stage)
+if(TYPODONT_WINDOW)
+  typodont_test(acceptance_display KIND acceptance SOURCES acceptance/display_window_test.cpp LIBS typodont_test_stage
+                SERIAL)
+endif()

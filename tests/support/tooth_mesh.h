@@ -1,0 +1,17 @@
+// A tooth-like body to draw: cusps, an enamel cap over dentin, a cavity with caries in its floor. Analytic, so that
+// every machine has the same one.
+#pragma once
+
+#include <vector>
+
+#include "engine/render/renderer.h"
+
+namespace typodont::test {
+
+/// `cavity` is its depth in m; 0: sound. Bricks of 3 mm. Crown up along +z, about 10 mm wide, origin in its middle.
+std::vector<render::MeshUpdate> tooth_mesh(double cavity, double cell = 0.25e-3);
+
+/// A ball as one brick.
+render::MeshUpdate ball(std::uint64_t brick, glm::vec3 center, float radius, Tissue tissue, int steps = 24);
+
+}  // namespace typodont::test

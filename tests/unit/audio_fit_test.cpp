@@ -1,0 +1,279 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "audio/ar/estimate.h"
+#include "audio/ar/levinson.h"
+#include "audio/ar/spectrum.h"
+#include "audio/ar_fit.h"
+#include "engine/base/error.h"
+#include "tests/support/audio_signals.h"
+
+namespace typodont::audio {
+namespace {
+
+using namespace typodont::test;
+using ::testing::HasSubstr;
+
+constexpr std::size_t kLength = 100000;
+
+// Asymptotic covariance of an AR(2) estimate (Box & Jenkins): var a1 = var a2 = (1 − a2²)/n.
+void expect_recovery(Estimate (*estimate)(std::span<const double>)) {
+  const ArModel truth = resonance(0.9, 0.7);
+  const auto a = step_up(truth.reflection);
+  const double sigma = std::sqrt((1 - a[1] * a[1]) / kLength);
+  double squares = 0;
+  for (std::uint64_t seed = 1; seed <= 12; ++seed) {
+    const auto found = step_up(estimate(sound_of(truth, kLength, seed)).reflection);
+    for (std::size_t i = 0; i < 2; ++i) {
+      EXPECT_NEAR(found[i], a[i], 3 * sigma) << "seed " << seed;
+      squares += std::pow((found[i] - a[i]) / sigma, 2);
+    }
+  }
+  EXPECT_NEAR(squares / 24, 1.0, 0.9);  // and neither better nor worse than theory
+}
+
+TEST(Burg, RecoversReflectionCoefficientsWithinThreeSigma) {
+  expect_recovery([](std::span<const double> x) { return burg(x, 2); });
+}
+TEST(YuleWalker, RecoversReflectionCoefficientsWithinThreeSigma) {
+  expect_recovery([](std::span<const double> x) { return yule_walker(x, 2); });
+}
+TEST(ModifiedCovariance, RecoversReflectionCoefficientsWithinThreeSigma) {
+  expect_recovery([](std::span<const double> x) { return modified_covariance(x, 2); });
+}
+
+TEST(Burg, KeepsTheSamplesPowerExactly) {
+  std::mt19937 random(1);
+  const auto x = sound_of(random_model(random, 10), 20000, 3);
+  const Estimate estimate = burg(x, 30);
+  ArModel model = model_of(estimate.reflection, std::sqrt(estimate.variance));
+  EXPECT_NEAR(power_of(model) / power_of_samples(x), 1, 1e-10);
+}
+
+TEST(Burg, FindsTheResidualVariance) {
+  std::mt19937 random(2);
+  const ArModel truth = random_model(random, 10);
+  EXPECT_NEAR(std::sqrt(burg(sound_of(truth, kLength, 4), 10).variance) / truth.gain, 1, 0.01);
+}
+
+TEST(Burg, TruncatedIsTheFitOfTheLowerOrder) {
+  const auto x = sound_of(resonance(0.95, 1.1), 5000, 5);
+  const auto high = burg(x, 20), low = burg(x, 7);
+  for (std::size_t i = 0; i < 7; ++i) EXPECT_DOUBLE_EQ(high.reflection[i], low.reflection[i]);
+  EXPECT_DOUBLE_EQ(high.by_order[7], low.variance);
+}
+
+TEST(Burg, WithAWindowStillRecoversTheModel) {
+  const ArModel truth = resonance(0.9, 0.7);
+  const auto x = sound_of(truth, kLength, 6);
+  const auto found = burg(x, 2, window_samples(Window::kHamming, x.size())).reflection;
+  for (std::size_t i = 0; i < 2; ++i) EXPECT_NEAR(found[i], truth.reflection[i], 0.01);
+}
+
+TEST(ModifiedCovariance, ThatComesOutUnstableIsReplacedByTheStableModelOfItsSpectrum) {
+  // A growing oscillation of few samples: least squares puts poles outside the circle.
+  std::mt19937 random(3);
+  std::normal_distribution<double> noise(0, 0.02);
+  int replaced = 0;
+  for (int trial = 0; trial < 20; ++trial) {
+    std::vector<double> x(60);
+    for (std::size_t i = 0; i < x.size(); ++i) {
+      x[i] = std::pow(1.05, static_cast<double>(i)) * std::sin(0.6 * static_cast<double>(i)) + noise(random);
+    }
+    const Estimate estimate = modified_covariance(x, 12);
+    for (const double k : estimate.reflection) EXPECT_LT(std::abs(k), 1);
+    replaced += estimate.refactored;
+  }
+  EXPECT_GT(replaced, 0);
+}
+
+TEST(Criteria, ChooseTheTrueOrder) {
+  const ArModel truth = model_of({-0.8, 0.5, -0.4, 0.3, 0.35, -0.3});
+  const auto x = sound_of(truth, 20000, 7);
+  const auto estimate = burg(x, 40);
+  EXPECT_EQ(best_order(estimate.by_order, x.size(), Criterion::kBayes), 6u);
+  // Akaike's may take a few more, never fewer.
+  const auto akaike = best_order(estimate.by_order, x.size(), Criterion::kAkaike);
+  EXPECT_GE(akaike, 6u);
+  EXPECT_LE(akaike, 16u);
+}
+
+TEST(SufficientOrder, IsTheTrueOneOfAnOvermodelledSound) {
+  const ArModel truth = model_of({-0.8, 0.5, -0.4, 0.3, 0.35, -0.3});
+  const auto x = sound_of(truth, 20000, 7);
+  ArModel model = model_of(burg(x, 60).reflection);
+  EXPECT_EQ(sufficient_order(model), 60u);  // nothing said about the samples
+  model.samples = x.size();
+  EXPECT_EQ(sufficient_order(model), 6u);
+}
+
+class Recording : public ::testing::Test {
+ protected:
+  FitReport fit(const std::vector<double>& x, FitOptions options = {}, double rate = 48000) {
+    write_wav(folder_ / "in.wav", x, rate);
+    return fit_recording(folder_ / "in.wav", options);
+  }
+  /// The message of the refusal.
+  std::string refusal(const std::vector<double>& x, FitOptions options = {}) {
+    try {
+      fit(x, options);
+    } catch (const Error& e) {
+      return e.what();
+    }
+    return "accepted";
+  }
+  static FitOptions of_order(const char* order) {
+    FitOptions options;
+    options.order = order;
+    return options;
+  }
+  ScratchFolder folder_;
+};
+
+TEST_F(Recording, OfSilenceIsRefused) {
+  EXPECT_THAT(refusal(std::vector<double>(48000, 0.0)), HasSubstr("silence"));
+  EXPECT_THAT(refusal(std::vector<double>(48000, 0.3)), HasSubstr("silence"));  // a constant is none either
+}
+
+TEST_F(Recording, WithClippingIsRefused) {
+  auto x = sound_of(resonance(0.8, 1.0, 0.5), 48000, 1);
+  for (double& v : x) v = std::clamp(v, -0.9, 0.9);
+  EXPECT_THAT(refusal(x, of_order("20")), HasSubstr("clipping"));
+}
+
+TEST_F(Recording, OfAPureToneIsRefused) {
+  std::vector<double> x(48000);
+  for (std::size_t i = 0; i < x.size(); ++i) x[i] = 0.5 * std::sin(0.3 * static_cast<double>(i));
+  EXPECT_THAT(refusal(x), HasSubstr("one tone at 22"));
+}
+
+TEST_F(Recording, TooShortForTheOrderIsRefusedAndSaysWhichOrderWouldDo) {
+  EXPECT_THAT(refusal(sound_of(resonance(0.8, 1.0), 1000, 1)), HasSubstr("an order of at most 100"));
+}
+
+TEST_F(Recording, WithASampleThatIsNoNumberIsRefusedWithItsPlace) {
+  auto x = sound_of(resonance(0.8, 1.0), 48000, 1);
+  x[1234] = std::nan("");
+  EXPECT_THAT(refusal(x), HasSubstr("sample 1234"));
+}
+
+TEST_F(Recording, AskedForInAnUnknownWayIsRefused) {
+  const auto x = sound_of(resonance(0.8, 1.0), 48000, 1);
+  FitOptions options;
+  options.method = "magic";
+  EXPECT_THAT(refusal(x, options), HasSubstr("burg, yule-walker or modified-covariance"));
+  EXPECT_THAT(refusal(x, of_order("12.5")), HasSubstr("--order"));
+}
+
+TEST_F(Recording, IsTrimmedOfSilenceAtBothEnds) {
+  const auto sound = sound_of(resonance(0.8, 1.0), 48000, 1);
+  std::vector<double> x(24000, 0.0);
+  x.insert(x.end(), sound.begin(), sound.end());
+  x.resize(x.size() + 24000, 0.0);
+  const auto report = fit(x, of_order("20"));
+  EXPECT_NEAR(report.from, 0.5, 0.025);
+  EXPECT_NEAR(report.to, 1.5, 0.025);
+  FitOptions untrimmed = of_order("20");
+  untrimmed.trim = false;
+  EXPECT_DOUBLE_EQ(fit(x, untrimmed).to, 2.0);
+}
+
+TEST_F(Recording, WithRunUpKeepsOnlyItsSteadyStretchWhenAsked) {
+  auto x = sound_of(resonance(0.8, 1.0), 3 * 48000, 1);
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    const double t = static_cast<double>(i) / 48000;
+    x[i] *= t < 1 ? 0.05 + 0.4 * t : t > 2 ? std::max(0.02, 1 - 2 * (t - 2)) : 1.0;
+  }
+  FitOptions options = of_order("20");
+  options.steady = true;
+  const auto report = fit(x, options);
+  EXPECT_NEAR(report.from, 1.0, 0.11);
+  EXPECT_NEAR(report.to, 2.15, 0.12);
+}
+
+TEST_F(Recording, LosesItsHumAndNothingElse) {
+  const auto clean = sound_of(resonance(0.8, 1.0), 4 * 48000, 1);
+  auto x = clean;
+  for (std::size_t i = 0; i < x.size(); ++i) x[i] += 0.1 * std::sin(2 * kPi * 50 * static_cast<double>(i) / 48000);
+  const auto report = fit(x, of_order("20"));
+  EXPECT_EQ(report.hum, 50);
+  EXPECT_NEAR(report.level_dB, 10 * std::log10(power_of_samples(clean)), 0.1);
+  EXPECT_EQ(fit(clean, of_order("20")).hum, 0);
+}
+
+TEST_F(Recording, FittedAtAnotherRateHasTheSameSpectrumInHertz) {
+  std::mt19937 random(9);
+  const auto x = sound_of(random_model(random, 12, 0.6), 3 * 48000, 1);
+  const auto original = fit(x, of_order("40")).model;
+  FitOptions options = of_order("40");
+  options.rate = 44100;
+  const auto other = fit(x, options).model;
+  EXPECT_EQ(other.rate, 44100);
+  std::vector<double> frequencies;
+  for (double f = 200; f < 18000; f += 100) frequencies.push_back(f);
+  const auto a = spectrum_dB(original, frequencies), b = spectrum_dB(other, frequencies);
+  double squares = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) squares += std::pow(a[i] - b[i], 2);
+  EXPECT_LT(std::sqrt(squares / static_cast<double>(a.size())), 0.3);
+}
+
+TEST_F(Recording, FittedAtAHigherRateStaysStableThoughTheUpperBandIsEmpty) {
+  const auto x = sound_of(resonance(0.8, 1.0), 3 * 48000, 1);
+  FitOptions options = of_order("100");
+  options.rate = 96000;
+  const auto report = fit(x, options);
+  EXPECT_LT(report.largest_reflection, 1);
+  EXPECT_NEAR(10 * std::log10(power_of(report.model)), report.level_dB, 0.1);
+}
+
+TEST_F(Recording, TellsTheRotorByItsHarmonicSeries) {
+  auto x = sound_of(resonance(0.6, 1.0, 0.02), 3 * 48000, 1);
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    for (int h = 1; h <= 5; ++h) x[i] += 0.02 * std::sin(2 * kPi * 1100 * h * static_cast<double>(i) / 48000 + h);
+  }
+  EXPECT_NEAR(fit(x).model.spindle / kKrpm, 66, 0.7);
+  EXPECT_EQ(fit(sound_of(resonance(0.6, 1.0, 0.02), 3 * 48000, 1)).model.spindle, 0);
+}
+
+// The two recordings in assets/sounds: the paper's order against what was recorded.
+TEST(ShippedRecordings, AreMatchedWithinOneDecibelUpTo16kHz) {
+  FitOptions options;
+  const auto micromotor = fit_recording("assets/sounds/micromotor_steady.wav", options);
+  EXPECT_EQ(micromotor.model.order(), 300u);
+  EXPECT_EQ(micromotor.up_to, 16000);
+  EXPECT_LT(micromotor.distance_dB, 0.6);
+  EXPECT_LT(micromotor.unsmoothed_distance_dB, 1.0);
+  options.steady = true;
+  const auto handpiece = fit_recording("assets/sounds/drill_spinup_run_spindown.wav", options);
+  EXPECT_LT(handpiece.distance_dB, 0.6);
+  EXPECT_LT(handpiece.unsmoothed_distance_dB, 1.0);
+  EXPECT_LT(handpiece.largest_reflection, 1);
+}
+
+TEST(ShippedRecordings, AreMatchedByYuleWalkerAndModifiedCovarianceToo) {
+  for (const char* method : {"yule-walker", "modified-covariance"}) {
+    FitOptions options;
+    options.method = method;
+    EXPECT_LT(fit_recording("assets/sounds/micromotor_steady.wav", options).distance_dB, 1.0) << method;
+  }
+}
+
+TEST(ShippedModels, AreWhatTheFitterMakesOfTheShippedRecordings) {
+  const auto expect_same = [](const char* recording, const char* model, const FitOptions& options) {
+    const ArModel made = fit_recording(std::string("assets/sounds/") + recording, options).model;
+    const ArModel shipped = load_model(std::string("assets/sounds/") + model);
+    ASSERT_EQ(made.order(), shipped.order());
+    for (std::size_t i = 0; i < made.order(); ++i) EXPECT_NEAR(made.reflection[i], shipped.reflection[i], 1e-9);
+    EXPECT_NEAR(made.gain, shipped.gain, 1e-9);
+  };
+  FitOptions options;
+  expect_same("micromotor_steady.wav", "micromotor_ar300.json", options);
+  options.order = "24";
+  expect_same("micromotor_steady.wav", "hiss_ar24.json", options);
+  options.order = "300";
+  options.steady = true;
+  expect_same("drill_spinup_run_spindown.wav", "handpiece_ar300.json", options);
+}
+
+}  // namespace
+}  // namespace typodont::audio

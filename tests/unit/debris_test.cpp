@@ -1,0 +1,250 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <vector>
+
+#include "engine/base/units.h"
+#include "engine/debris/debris.h"
+#include "engine/debris/motion/motion.h"
+#include "tests/support/no_alloc.h"
+
+namespace typodont::debris {
+namespace {
+
+using namespace typodont::literals;
+
+MaterialTable table() {
+  MaterialTable materials{};
+  materials[static_cast<int>(Tissue::kEnamel)].density = 2950;
+  materials[static_cast<int>(Tissue::kDentin)].density = 2150;
+  return materials;
+}
+
+// The head at the origin, shank up, cutting a floor below it at 300 krpm.
+Cut cut_of(std::uint64_t index, double enamel_mm3, double dentin_mm3 = 0) {
+  Cut cut;
+  cut.index = index;
+  cut.removed[static_cast<int>(Tissue::kEnamel)] = enamel_mm3 * kCubicMillimetre;
+  cut.removed[static_cast<int>(Tissue::kDentin)] = dentin_mm3 * kCubicMillimetre;
+  cut.n_C_W = {0, 0, 1};
+  cut.spindle = 300 * kKrpm;
+  return cut;
+}
+
+// Solid below z = −2 mm; samples every half millimetre.
+class Floor {
+ public:
+  Floor() : samples_(41 * 41 * 41) {
+    for (int i = 0; i < 41 * 41; ++i) {
+      for (int z = 0; z < 41; ++z) {
+        samples_[static_cast<std::size_t>(i * 41 + z)] = static_cast<float>(-0.01 + 5e-4 * z + 0.002);
+      }
+    }
+    field.origin = dvec3(-0.01);
+    field.spacing = 5e-4;
+    field.size = glm::ivec3(41);
+    field.distance = samples_.data();
+  }
+  CoarseField field;
+
+ private:
+  std::vector<float> samples_;
+};
+
+double total(const PerTissue& values) {
+  double sum = 0;
+  for (const double v : values) sum += v;
+  return sum;
+}
+
+TEST(Debris, MassIsDensityTimesRemovedVolume) {
+  Debris debris;
+  double expected = 0;
+  for (std::uint64_t i = 1; i <= 500; ++i) {
+    const double enamel = 0.003 * static_cast<double>(i % 7), dentin = 0.002 * static_cast<double>(i % 3);
+    debris.emit(cut_of(i, enamel, dentin), 0.6_mm, table());
+    expected += (2950 * enamel + 2150 * dentin) * kCubicMillimetre;
+  }
+  double masses = 0;
+  for (std::size_t i = 0; i < debris.alive(); ++i) masses += debris.mass(i);
+  EXPECT_NEAR(masses, expected, 1e-6 * expected);  // single precision per particle
+  EXPECT_NEAR(debris.ledger().alive, expected, 1e-6 * expected);
+  EXPECT_NEAR(total(debris.ledger().born), expected, 1e-12 * expected);
+  EXPECT_GT(debris.alive(), 1000u);
+}
+
+TEST(Debris, LedgerBalancesThroughDecaySuctionAndOverflow) {
+  Debris debris({.capacity = 2000, .lifetime = 0.5});
+  const Floor floor;
+  const Suction suction{{0, 0, 0.01}, 5e-3, 4e-3};
+  bool lost_some_each_way = false;
+  for (std::uint64_t i = 1; i <= 400; ++i) {
+    debris.emit(cut_of(i, 0.02, 0.01), 0.6_mm, table());
+    debris.step(0.005, floor.field, i % 2 ? &suction : nullptr);
+    const DebrisLedger l = debris.ledger();
+    const double born = total(l.born);
+    EXPECT_NEAR(l.alive + l.decayed + l.sucked + l.dropped, born, 1e-6 * born);
+    lost_some_each_way = l.decayed > 0 && l.sucked > 0 && l.dropped > 0;
+  }
+  EXPECT_TRUE(lost_some_each_way);
+}
+
+TEST(Debris, StartsAtTheRimsVelocityInTheSenseOfRotation) {
+  for (const double sense : {1.0, -1.0}) {
+    Debris debris({.scatter = 0});
+    Cut cut = cut_of(1, 0.1);
+    cut.spindle *= sense;
+    cut.n_C_W = {-1, 0, 0};  // cutting on its +x side
+    debris.emit(cut, 0.6_mm, table());
+    std::vector<DebrisPoint> points(debris.alive());
+    ASSERT_EQ(debris.write_points(points), debris.alive());
+    ASSERT_GT(points.size(), 10u);
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      const dvec3 p = points[i].p_W;
+      EXPECT_NEAR(glm::length(p), 0.6_mm, 1e-9);
+      dvec3 rim = glm::cross(dvec3(0, 0, cut.spindle), p);
+      if (rim.x > 0) rim.x = -rim.x;  // it leaves the tissue it was cut from
+      EXPECT_LT(glm::length(dvec3(debris.velocity(i)) - rim), 1e-4 * glm::length(rim) + 1e-4);
+      EXPECT_GT(debris.velocity(i).y * sense, 0);
+    }
+  }
+}
+
+TEST(Debris, RimOfACommonTurbineThrowsAtTwentyFiveMetresASecond) {
+  Debris debris;
+  Cut cut = cut_of(1, 1);
+  cut.spindle = 400 * kKrpm;
+  cut.n_C_W = {0, 1, 0};
+  debris.emit(cut, 0.6_mm, table());
+  double fastest = 0;
+  for (std::size_t i = 0; i < debris.alive(); ++i) {
+    fastest = std::max(fastest, static_cast<double>(glm::length(debris.velocity(i))));
+  }
+  EXPECT_GT(fastest, 20);
+  EXPECT_LT(fastest, 25.2 * 1.25 + 0.1);
+}
+
+TEST(Drag, IsSchillerAndNaumanns) {
+  // 50 µm enamel at rest: Stokes relaxation time ρd²/18μ = 22 ms.
+  EXPECT_NEAR(1 / drag_rate(0, 50e-6, 2900, 1.2, 1.8e-5), 0.0224, 1e-4);
+  // At Re = 100 the drag is 1 + 0.15·100^0.687 = 4.55 times Stokes'.
+  const double speed = 100 * 1.8e-5 / (1.2 * 50e-6);
+  EXPECT_NEAR(drag_rate(speed, 50e-6, 2900, 1.2, 1.8e-5) / drag_rate(0, 50e-6, 2900, 1.2, 1.8e-5), 4.55, 0.01);
+}
+
+TEST(Debris, FallsAtTheSpeedWhereDragHoldsItsWeight) {
+  Debris debris({.least_chip = 40e-6, .greatest_chip = 40e-6, .lifetime = 60});
+  debris.emit(cut_of(1, 1e-4), 0.6_mm, table());
+  for (int i = 0; i < 3000; ++i) debris.step(1e-3, {});
+  const double v = -debris.velocity(0).z;
+  EXPECT_NEAR(v * drag_rate(v, 40e-6, 2950, 1.2, 1.8e-5), 9.81, 0.05);
+}
+
+TEST(Debris, FlightFollowsTheEquationOfMotion) {
+  // One chip against a fine integration of dv/dt = g − rate(|v|) v.
+  Debris debris({.scatter = 0});
+  Cut cut = cut_of(1, 1e-4);
+  cut.n_C_W = {1, 0, 0};
+  debris.emit(cut, 0.6_mm, table());
+  dvec3 v = debris.velocity(0), p(0);
+  std::vector<DebrisPoint> point(1);
+  debris.write_points(point);
+  const dvec3 start = point[0].p_W;
+  const double chip = debris.chip(0), dt = 1e-4;
+  for (int i = 0; i < 500; ++i) {
+    debris.step(dt, {});
+    for (int k = 0; k < 20; ++k) {
+      v += (dvec3(0, 0, -9.81) - drag_rate(glm::length(v), chip, 2950, 1.2, 1.8e-5) * v) * (dt / 20);
+      p += v * (dt / 20);
+    }
+  }
+  debris.write_points(point);
+  EXPECT_LT(glm::length(dvec3(point[0].p_W) - start - p), 0.05 * glm::length(p));
+}
+
+TEST(Debris, StaysOutOfTheTissueAndComesToRestOnIt) {
+  Debris debris({.least_chip = 20e-6, .lifetime = 100});
+  const Floor floor;
+  Cut cut = cut_of(1, 0.3);
+  for (std::uint64_t i = 1; i <= 20; ++i) {
+    cut.index = i;
+    cut.spindle = 20 * kKrpm;
+    debris.emit(cut, 0.6_mm, table());
+  }
+  std::vector<DebrisPoint> points(debris.alive());
+  for (int i = 0; i < 4000; ++i) {
+    debris.step(1e-3, floor.field);
+    if (i % 50) continue;
+    for (std::size_t k = 0; k < debris.write_points(points); ++k) {
+      if (std::abs(points[k].p_W.x) < 0.009f && std::abs(points[k].p_W.y) < 0.009f) {
+        EXPECT_GT(points[k].p_W.z, -0.002f - 3e-4f);
+      }
+    }
+  }
+  int resting = 0;
+  for (std::size_t k = 0; k < debris.alive(); ++k) resting += debris.velocity(k) == glm::vec3(0);
+  EXPECT_GT(resting, 10);
+}
+
+TEST(Debris, SuctionDrawsTheDustIn) {
+  const Floor floor;
+  double sucked[2];
+  for (const int on : {0, 1}) {
+    Debris debris;
+    const Suction suction{{0, 0.015, 0.005}, 5e-3, 4e-3};
+    Cut cut = cut_of(1, 0.5);
+    cut.spindle = 100 * kKrpm;
+    debris.emit(cut, 0.6_mm, table());
+    for (int i = 0; i < 500; ++i) debris.step(2e-3, floor.field, on ? &suction : nullptr);
+    sucked[on] = debris.ledger().sucked / total(debris.ledger().born);
+  }
+  EXPECT_EQ(sucked[0], 0);
+  EXPECT_GT(sucked[1], 0.3);
+}
+
+TEST(Debris, MassDecaysAndVanishesAfterItsLifetime) {
+  Debris debris({.decay_time = 0.5, .lifetime = 2});
+  debris.emit(cut_of(1, 0.1), 0.6_mm, table());
+  const double start = debris.ledger().alive;
+  for (int i = 0; i < 100; ++i) debris.step(0.01, {});
+  EXPECT_NEAR(debris.ledger().alive / start, std::exp(-2.0), 1e-6);
+  for (int i = 0; i < 101; ++i) debris.step(0.01, {});
+  EXPECT_EQ(debris.alive(), 0u);
+}
+
+TEST(Debris, TheSameSeedGivesTheSameBitsAndAnotherOthers) {
+  const Floor floor;
+  std::uint64_t hashes[3];
+  for (int run = 0; run < 3; ++run) {
+    Debris debris({.capacity = 3000, .seed = run == 2 ? 5u : 4u, .lifetime = 0.3});
+    for (std::uint64_t i = 1; i <= 200; ++i) {
+      debris.emit(cut_of(i, 0.02), 0.6_mm, table());
+      debris.step(1.0 / 300, floor.field);
+    }
+    EXPECT_GT(debris.alive(), 500u);
+    hashes[run] = debris.hash();
+  }
+  EXPECT_EQ(hashes[0], hashes[1]);
+  EXPECT_NE(hashes[0], hashes[2]);
+}
+
+TEST(Debris, NeverAllocatesAndDoesNothingWhenNoneAreAlive) {
+  Debris debris({.capacity = 1000});
+  const Floor floor;
+  const MaterialTable materials = table();
+  std::vector<DebrisPoint> points(1000);
+  const std::uint64_t empty = debris.hash();
+  test::NoAlloc guard;
+  debris.step(0.01, floor.field);
+  const bool untouched = debris.hash() == empty && debris.write_points(points) == 0;
+  for (std::uint64_t i = 1; i <= 100; ++i) {
+    debris.emit(cut_of(i, 0.05), 0.6_mm, materials);
+    debris.step(0.01, floor.field);
+    debris.write_points(points);
+  }
+  EXPECT_EQ(guard.count(), 0u);
+  EXPECT_TRUE(untouched);
+}
+
+}  // namespace
+}  // namespace typodont::debris

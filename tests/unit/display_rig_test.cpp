@@ -1,0 +1,186 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "engine/base/error.h"
+#include "engine/base/units.h"
+#include "engine/display/display_rig.h"
+
+namespace typodont::display {
+namespace {
+
+using ::testing::HasSubstr;
+
+Screen worked_screen() { return {{-0.26, -0.145, 0}, {0.26, -0.145, 0}, {-0.26, 0.145, 0}, {1920, 1080}, Layout::kSideBySide}; }
+
+TEST(Kooima, WorkedExampleIsReproducedInItsOwnForm) {
+  const EyeView eye = eye_view(worked_screen(), {}, {.0315, .02, .6}, {0.1, 2.0});
+  const dmat4 p = opengl_projection(eye.frustum);
+  EXPECT_NEAR(p[0][0], 2.3076923077, 1e-9);
+  EXPECT_NEAR(p[1][1], 4.1379310345, 1e-9);
+  EXPECT_NEAR(p[2][0], -0.1211538462, 1e-9);
+  EXPECT_NEAR(p[2][1], -0.1379310345, 1e-9);
+  EXPECT_NEAR(p[2][2], -1.1052631579, 1e-9);
+  EXPECT_NEAR(p[3][2], -0.2105263158, 1e-9);
+  EXPECT_EQ(p[2][3], -1.0);
+  EXPECT_FALSE(eye.flip);
+}
+
+TEST(Kooima, VulkanFormDiffersOnlyInItsYAndItsDepth) {
+  const EyeView eye = eye_view(worked_screen(), {}, {.0315, .02, .6}, {0.1, 2.0});
+  const dmat4 gl = opengl_projection(eye.frustum), vk = eye.projection;
+  for (int column = 0; column < 4; ++column) {
+    EXPECT_EQ(vk[column][0], gl[column][0]);
+    EXPECT_EQ(vk[column][1], -gl[column][1]);
+    EXPECT_NEAR(vk[column][2], 0.5 * (gl[column][2] + gl[column][3]), 1e-15);
+    EXPECT_EQ(vk[column][3], gl[column][3]);
+  }
+}
+
+TEST(Kooima, CornersOfTheScreenAreCornersOfThePicture) {
+  const Screen s = worked_screen();
+  const EyeView eye = eye_view(s, {}, {.1, -.05, .4}, {0.1, 2.0});
+  const auto ndc = [&](const dvec3& p) {
+    const glm::dvec4 c = eye.projection * eye.view * glm::dvec4(p, 1);
+    return glm::dvec3(c) / c.w;
+  };
+  EXPECT_NEAR(glm::length(dvec2(ndc(s.lower_left)) - dvec2(-1, 1)), 0, 1e-12);
+  EXPECT_NEAR(glm::length(dvec2(ndc(s.lower_right)) - dvec2(1, 1)), 0, 1e-12);
+  EXPECT_NEAR(glm::length(dvec2(ndc(s.upper_left)) - dvec2(-1, -1)), 0, 1e-12);
+}
+
+TEST(Kooima, EyeBehindThePictureIsAnError) {
+  try {
+    (void)eye_view(worked_screen(), {}, {0, 0, -.3}, {});
+    FAIL() << "no error";
+  } catch (const Error& e) {
+    EXPECT_THAT(e.what(), HasSubstr("300.0 mm behind the picture"));
+  }
+}
+
+TEST(Kooima, MillimetreMatricesTakeMillimetres) {
+  const EyeView eye = eye_view(worked_screen(), {}, {.0315, .02, .6}, {0.1, 2.0});
+  const auto view = row_major_mm(eye.view), projection = row_major_mm_projection(eye.frustum);
+  const double p[4] = {12, -7, 31, 1};
+  double e[4] = {}, c[4] = {};
+  for (std::size_t r = 0; r < 4; ++r)
+    for (std::size_t k = 0; k < 4; ++k) e[r] += view[4 * r + k] * p[k];
+  for (std::size_t r = 0; r < 4; ++r)
+    for (std::size_t k = 0; k < 4; ++k) c[r] += projection[4 * r + k] * e[k];
+  const glm::dvec4 expected = eye.projection * eye.view * glm::dvec4(.012, -.007, .031, 1);
+  EXPECT_NEAR(e[2], -600 + 31, 1e-9);
+  for (int i = 0; i < 3; ++i) EXPECT_NEAR(c[i] / c[3], expected[i] / expected.w, 1e-12);
+}
+
+TEST(MirrorPlane, ReflectionIsItsOwnInverseWithDeterminantMinusOne) {
+  const Mirror mirror{glm::normalize(dvec3(0.2, 0.9, -0.4)), 0.07};
+  const dmat4 h = reflection(mirror), twice = h * h;
+  for (int i = 0; i < 4; ++i)
+    for (int j = 0; j < 4; ++j) EXPECT_NEAR(twice[i][j], i == j ? 1 : 0, 1e-15);
+  EXPECT_NEAR(glm::determinant(h), -1, 1e-15);
+  const dvec3 p(0.1, -0.2, 0.3);
+  EXPECT_NEAR(glm::length(dvec3(h * glm::dvec4(p, 1)) - reflect(mirror, p)), 0, 1e-15);
+}
+
+TEST(MirrorPlane, ThickGlassMovesThePictureTowardsTheEyeByItsApparentShift) {
+  // Looking straight through: t (1 − 1/n).
+  Mirror mirror{{0, 1, 0}, 0};
+  Screen panel{{-0.26, 0.3, -0.145}, {0.26, 0.3, -0.145}, {-0.26, 0.3, 0.145}, {1920, 1080}, Layout::kMono};
+  const dvec3 eye(0, 0.4, 0);
+  const EyeView thin = eye_view(panel, mirror, eye, {});
+  mirror.glass_thickness = 6e-3;
+  mirror.glass_index = 1.5;
+  const EyeView thick = eye_view(panel, mirror, eye, {});
+  const dvec3 shift = dvec3(thick.view[3]) - dvec3(thin.view[3]);
+  EXPECT_NEAR(shift.z, 2e-3, 1e-12);  // towards the eye is +z in its frame
+  EXPECT_NEAR(std::hypot(shift.x, shift.y), 0, 1e-12);
+}
+
+TEST(Upright, WritingIsMirroredInExactlyOneAxisByAMirror) {
+  DisplayRig rig;
+  EXPECT_EQ(upright(rig), dmat2(1.0));
+  // A panel that lies face down above a level mirror, its upper edge away from the user.
+  rig.screen = {{-0.26, 0.4, 0.2}, {0.26, 0.4, 0.2}, {-0.26, 0.4, -0.09}, {1920, 1080}, Layout::kSideBySide};
+  rig.screen.lower_left = {0.26, 0.4, 0.2};
+  rig.screen.lower_right = {-0.26, 0.4, 0.2};
+  rig.screen.upper_left = {0.26, 0.4, -0.09};
+  rig.mirror = Mirror{{0, 1, 0}, 0};
+  rig.head.eye_center = {0, 0.3, 0.4};
+  const dmat2 u = upright(rig);
+  EXPECT_EQ(glm::determinant(u), -1);
+  EXPECT_TRUE(eye_views(rig)[0].flip);
+}
+
+constexpr const char* kExample = R"({ "display": "mirror",
+  "screen": { "corners_mm": { "lower_left": [260,400,200], "lower_right": [-260,400,200], "upper_left": [260,400,-90] },
+              "pixels": [1920,1080], "layout": "side_by_side" },
+  "mirror": { "normal": [0,2,0], "offset_mm": 10 },
+  "head": { "eye_center_mm": [0,300,400], "ipd_mm": 64, "right": [2,0,0], "tracker": "opentrack:4242" },
+  "X_WH": { "translation_mm": [1,2,3], "rotation_wxyz": [0.5,0.5,0.5,0.5] } })";
+
+TEST(RigFile, ReadsEveryKey) {
+  const DisplayRig rig = parse_rig(Json::parse(kExample, "rig.json"));
+  EXPECT_EQ(rig.kind, DisplayKind::kMirror);
+  EXPECT_EQ(rig.screen.layout, Layout::kSideBySide);
+  EXPECT_NEAR(rig.screen.upper_left.z, -0.09, 1e-15);
+  EXPECT_EQ(rig.screen.pixels, ivec2(1920, 1080));
+  ASSERT_TRUE(rig.mirror);
+  EXPECT_EQ(rig.mirror->normal, dvec3(0, 1, 0));
+  EXPECT_NEAR(rig.mirror->offset, 0.005, 1e-15);  // the same plane with its normal made unit
+  EXPECT_NEAR(rig.head.ipd, 0.064, 1e-15);
+  EXPECT_EQ(rig.head.right, dvec3(1, 0, 0));
+  EXPECT_EQ(rig.head.tracker, "opentrack:4242");
+  EXPECT_NEAR(rig.X_WH.p.y, 0.002, 1e-15);
+}
+
+std::string message_for(std::string text, std::string_view from, std::string_view to) {
+  text.replace(text.find(from), from.size(), to);
+  try {
+    (void)parse_rig(Json::parse(text, "rig.json"));
+  } catch (const Error& e) {
+    return e.what();
+  }
+  return "no error";
+}
+
+TEST(RigFile, BadValuesNameTheirPlaceWhatWasFoundAndWhatWasExpected) {
+  EXPECT_THAT(message_for(kExample, "\"mirror\",", "\"mirorr\","),
+              testing::AllOf(HasSubstr("rig.json"), HasSubstr("display"), HasSubstr("mirorr"), HasSubstr("offscreen")));
+  EXPECT_THAT(message_for(kExample, "side_by_side", "sidebyside"),
+              testing::AllOf(HasSubstr("screen.layout"), HasSubstr("sidebyside"), HasSubstr("side_by_side")));
+  EXPECT_THAT(message_for(kExample, "\"ipd_mm\": 64", "\"ipd_mm\": -1"),
+              testing::AllOf(HasSubstr("head.ipd_mm"), HasSubstr("-1")));
+  EXPECT_THAT(message_for(kExample, "\"ipd_mm\"", "\"ipd\""), testing::AllOf(HasSubstr("head"), HasSubstr("ipd")));
+  EXPECT_THAT(message_for(kExample, "[0,2,0]", "[0,0,0]"), testing::AllOf(HasSubstr("mirror.normal")));
+  EXPECT_THAT(message_for(kExample, "opentrack:4242", "opentrack:99999"),
+              testing::AllOf(HasSubstr("head.tracker"), HasSubstr("65535")));
+  EXPECT_THAT(message_for(kExample, "[0.5,0.5,0.5,0.5]", "[1,1,0,0]"), HasSubstr("X_WH.rotation_wxyz"));
+  EXPECT_THAT(message_for(kExample, "[260,400,-90]", "[200,300,-90]"),
+              testing::AllOf(HasSubstr("screen.corners_mm"), HasSubstr("right angle")));
+  EXPECT_THAT(message_for(kExample, "[0,300,400]", "[0,-500,400]"),
+              testing::AllOf(HasSubstr("head.eye_center_mm"), HasSubstr("behind the picture")));
+}
+
+TEST(RigFile, AMirrorNeedsItsScreen) {
+  try {
+    (void)parse_rig(Json::parse(R"({"display":"mirror"})", "rig.json"));
+    FAIL() << "no error";
+  } catch (const Error& e) {
+    EXPECT_THAT(e.what(), HasSubstr("screen"));
+  }
+}
+
+TEST(Layouts, EyePixelsComposeToTheScreensPixels) {
+  for (const Layout layout : {Layout::kMono, Layout::kSideBySide, Layout::kTopBottom, Layout::kRowInterleaved,
+                              Layout::kAnaglyph})
+    EXPECT_EQ(screen_pixels(layout, eye_pixels(layout, {1920, 1080})), ivec2(1920, 1080)) << name_of(layout);
+  for (int i = 0; i < 7; ++i) {
+    const auto layout = static_cast<Layout>(i);
+    EXPECT_EQ(eye_pixels_in(layout, screen_pixels(layout, {640, 480})), ivec2(640, 480)) << name_of(layout);
+  }
+  EXPECT_EQ(screen_pixels(Layout::kTwoOutputs, eye_pixels(Layout::kTwoOutputs, {1920, 1080})), ivec2(3840, 1080));
+}
+
+}  // namespace
+}  // namespace typodont::display

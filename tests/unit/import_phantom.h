@@ -1,0 +1,112 @@
+// Scans of bodies that are known exactly: sampled with partial volume, blurred, with noise, written as files.
+#pragma once
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <glm/glm.hpp>
+#include <random>
+#include <string>
+#include <vector>
+
+namespace typodont::test {
+
+struct Phantom {
+  glm::ivec3 size{64};
+  glm::dvec3 spacing{0.15};                              // mm
+  std::function<double(const glm::dvec3&)> grey;         // at a place in mm
+  double blur = 0;                                       // mm, standard deviation of the edge response
+  double noise = 0;                                      // greys, standard deviation
+  int fine = 8;                                          // samples per voxel and axis where tissues meet in it
+
+  /// x runs fastest, as in the files.
+  std::vector<double> scan(unsigned seed = 1) const {
+    std::vector<double> v(static_cast<std::size_t>(size.x) * size.y * static_cast<std::size_t>(size.z));
+    std::size_t i = 0;
+    for (int z = 0; z < size.z; ++z) {
+      for (int y = 0; y < size.y; ++y) {
+        for (int x = 0; x < size.x; ++x, ++i) {
+          double sum = 0;
+          const double middle = grey(glm::dvec3(x, y, z) * spacing);
+          bool pure = true;
+          for (int k = 0; k < 8 && pure; ++k) {
+            pure = grey((glm::dvec3(x, y, z) + glm::dvec3(k & 1, k >> 1 & 1, k >> 2) - 0.5) * spacing) == middle;
+          }
+          if (pure || fine == 1) {
+            v[i] = middle;
+            continue;
+          }
+          for (int k = 0; k < fine * fine * fine; ++k) {
+            const glm::dvec3 off((k % fine + 0.5) / fine - 0.5, (k / fine % fine + 0.5) / fine - 0.5, (k / fine / fine + 0.5) / fine - 0.5);
+            sum += grey((glm::dvec3(x, y, z) + off) * spacing);
+          }
+          v[i] = sum / (fine * fine * fine);
+        }
+      }
+    }
+    const int stride[3] = {1, size.x, size.x * size.y};
+    for (int a = 0; a < 3 && blur > 0; ++a) {
+      const double s = blur / spacing[a];
+      const int r = static_cast<int>(4 * s) + 1;
+      const std::vector<double> from = v;
+      for (std::size_t j = 0; j < v.size(); ++j) {
+        const int at = static_cast<int>(j) / stride[a] % size[a];
+        double sum = 0, norm = 0;
+        for (int k = -r; k <= r; ++k) {
+          const double w = std::exp(-0.5 * k * k / (s * s));
+          const int q = std::clamp(at + k, 0, size[a] - 1);
+          sum += w * from[j + static_cast<std::size_t>(static_cast<std::ptrdiff_t>(q - at) * stride[a])];
+          norm += w;
+        }
+        v[j] = sum / norm;
+      }
+    }
+    std::mt19937 random(seed);
+    std::normal_distribution<double> normal(0, 1);
+    if (noise > 0) {
+      for (double& g : v) g += noise * normal(random);
+    }
+    return v;
+  }
+};
+
+inline std::filesystem::path scratch(const std::string& name) {
+  const auto folder = std::filesystem::temp_directory_path() / "typodont_import";
+  std::filesystem::create_directories(folder);
+  return folder / name;
+}
+
+inline void write(const std::filesystem::path& file, const std::string& bytes) {
+  std::ofstream out(file, std::ios::binary);
+  out << bytes;
+}
+
+template <class T>
+std::string bytes_as(const std::vector<double>& greys, bool big_endian = false) {
+  std::string bytes;
+  bytes.reserve(greys.size() * sizeof(T));
+  for (const double g : greys) {
+    T value;
+    if constexpr (std::is_integral_v<T>) {
+      value = static_cast<T>(std::lround(std::max(g, 0.0)));
+    } else {
+      value = static_cast<T>(g);
+    }
+    char b[sizeof(T)];
+    std::memcpy(b, &value, sizeof(T));
+    if (big_endian) std::reverse(b, b + sizeof(T));
+    bytes.append(b, sizeof(T));
+  }
+  return bytes;
+}
+
+/// An attached NRRD of `type` ("unsigned short" …); `spacings` as text, left out when empty.
+inline std::filesystem::path write_nrrd(const std::string& name, const Phantom& p, const std::string& data,
+                                        const std::string& type = "unsigned short", const std::string& more = "endian: little\nencoding: raw\n") {
+  const std::string spacings = fmt::format("spacings: {} {} {}\n", p.spacing.x, p.spacing.y, p.spacing.z);
+  write(scratch(name), fmt::format("NRRD0004\ntype: {}\ndimension: 3\nsizes: {} {} {}\n{}{}\n{}", type, p.size.x, p.size.y, p.size.z, spacings, more, data));
+  return scratch(name);
+}
+
+}  // namespace typodont::test

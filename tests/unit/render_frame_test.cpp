@@ -1,0 +1,239 @@
+#include <gtest/gtest.h>
+
+#include "engine/base/error.h"
+#include "tests/support/stage.h"
+#include "tests/support/tooth_mesh.h"
+
+namespace typodont::test {
+namespace {
+
+render::Frame full_frame(const display::DisplayRig& rig, std::span<const render::Particle> particles) {
+  render::Frame frame = frame_of(rig);
+  frame.tool = {.visible = true, .X_WG = {dvec3(0, 0, 2e-3), rotation_between({0, 0, 1}, glm::normalize(dvec3(-.3, -.2, 1)))}};
+  frame.particles = particles;
+  frame.hud = {.visible = true, .tool = "round 1.2 mm", .speed_krpm = 300, .force = 1.2, .hint = "Remove the caries"};
+  return frame;
+}
+
+TEST(Frame, AFullFrameIsCleanUnderTheValidationLayer) {
+  for (const render::Quality& quality : render::kQualityLadder) {
+    Stage stage({320, 256}, quality);
+    stage.renderer->update(0, tooth_mesh(2e-3, 0.5e-3));
+    stage.renderer->set_tool(render::make_tool_mesh(render::tool_shape("sphere", 1.4e-3, 0)));
+    const std::vector<render::Particle> particles(50, {{0, 0, 4e-3f}, 1e-4f, {1, 1, 1}, 1});
+    const render::FrameStats stats = stage.draw(full_frame(desk(0.03, 0.024, 0.35), particles));
+    EXPECT_TRUE(stats.drawn);
+    EXPECT_GT(stats.bricks_drawn, 0);
+    EXPECT_EQ(stats.passes, stage.device.multiview ? 2 : 3) << quality.name;
+    EXPECT_EQ(stats.pipelines, 6) << quality.name;
+    EXPECT_EQ(stage.device.validation_messages(), 0) << quality.name;
+  }
+}
+
+TEST(Frame, NothingMovedNoNewFrame) {
+  Stage stage({160, 128});
+  stage.renderer->update(0, tooth_mesh(0, 0.6e-3));
+  stage.renderer->set_tool(render::make_tool_mesh(render::tool_shape("sphere", 1.4e-3, 0)));
+  render::Frame frame = full_frame(desk(0.03, 0.024, 0.35), {});
+  EXPECT_TRUE(stage.draw(frame).drawn);
+  for (int i = 0; i < 5; ++i) {
+    const render::FrameStats stats = stage.draw(frame);
+    EXPECT_FALSE(stats.drawn);
+    EXPECT_EQ(stats.commands, 0);
+    EXPECT_EQ(stats.passes, 0);
+    EXPECT_EQ(stats.frames, 1u);
+  }
+  frame.tool.X_WG.p.x += 1e-6;
+  EXPECT_TRUE(stage.draw(frame).drawn);
+  frame.hud.force = 1.3;
+  EXPECT_TRUE(stage.draw(frame).drawn);
+  EXPECT_FALSE(stage.draw(frame).drawn);
+}
+
+TEST(Frame, TheShadowMapIsRedrawnOnlyWhenTheTissueChanges) {
+  Stage stage({160, 128});
+  const auto tooth = tooth_mesh(0, 0.6e-3);
+  stage.renderer->update(0, tooth);
+  stage.renderer->set_tool(render::make_tool_mesh(render::tool_shape("sphere", 1.4e-3, 0)));
+  render::Frame frame = full_frame(desk(0.03, 0.024, 0.35), {});
+  const int eyes = stage.device.multiview ? 1 : 2;
+  EXPECT_EQ(stage.draw(frame).passes, eyes + 1);
+  frame.tool.X_WG.p.x += 1e-4;
+  EXPECT_EQ(stage.draw(frame).passes, eyes);
+  stage.renderer->update(0, std::span(tooth).first(1));
+  EXPECT_EQ(stage.draw(frame).passes, eyes + 1);
+}
+
+TEST(Frame, OnlyChangedBricksAreUploaded) {
+  Stage stage({160, 128});
+  const auto sound = tooth_mesh(0, 0.5e-3), cut = tooth_mesh(2e-3, 0.5e-3);
+  stage.renderer->update(0, sound);
+  const render::Frame frame = frame_of(desk(0.03, 0.024, 0.35));
+  const render::FrameStats first = stage.draw(frame);
+  EXPECT_EQ(first.bricks_uploaded, static_cast<int>(sound.size()));
+
+  // What the cut changed, brick by brick, must end in the same picture as drawing the cut tooth at once.
+  std::vector<render::MeshUpdate> changed;
+  for (const auto& b : cut) {
+    const auto old = std::find_if(sound.begin(), sound.end(), [&](const auto& s) { return s.brick == b.brick; });
+    const bool same = old != sound.end() && old->indices == b.indices && old->vertices.size() == b.vertices.size() &&
+                      std::equal(b.vertices.begin(), b.vertices.end(), old->vertices.begin(),
+                                 [](const auto& x, const auto& y) { return x.p == y.p && x.n == y.n && x.tissue == y.tissue; });
+    if (!same) changed.push_back(b);
+  }
+  for (const auto& s : sound)
+    if (std::none_of(cut.begin(), cut.end(), [&](const auto& b) { return b.brick == s.brick; }))
+      changed.push_back({s.brick, {}, {}});
+  ASSERT_LT(changed.size(), cut.size());
+  stage.renderer->update(0, changed);
+  const render::FrameStats second = stage.draw(frame);
+  EXPECT_EQ(second.bricks_uploaded, static_cast<int>(changed.size()));
+  EXPECT_LT(second.bytes_uploaded, first.bytes_uploaded);
+  const render::Picture incremental = stage.eye(0);
+
+  Stage fresh({160, 128});
+  fresh.renderer->update(0, cut);
+  fresh.draw(frame);
+  EXPECT_EQ(compare(incremental, fresh.eye(0), 0).pixels, 0);
+}
+
+TEST(Frame, RemovedBricksGiveTheirMemoryBack) {
+  Stage stage({64, 64});
+  const auto tooth = tooth_mesh(0, 0.5e-3);
+  render::Frame frame = frame_of(desk(0.03, 0.024, 0.35));
+  for (int i = 0; i < 4; ++i) {  // until every frame in flight has its buffers
+    stage.renderer->update(0, tooth);
+    stage.draw(frame);
+  }
+  const std::uint64_t used = stage.device.memory_used();
+  for (int i = 0; i < 60; ++i) {
+    stage.renderer->update(0, tooth);
+    frame.lights.ambient += 0.001;
+    stage.draw(frame);
+  }
+  EXPECT_EQ(stage.device.memory_used(), used);
+}
+
+TEST(Frame, BricksOutOfViewOrFacingAwayAreNotDrawn) {
+  Stage stage({160, 128});
+  stage.renderer->update(0, tooth_mesh(0, 0.4e-3));
+  const render::FrameStats near = stage.draw(frame_of(desk(0.03, 0.024, 0.35)));
+  EXPECT_GT(near.bricks_facing_away, 0);
+  display::DisplayRig small = desk(0.004, 0.003, 0.35);
+  const render::FrameStats close = stage.draw(frame_of(small));
+  EXPECT_GT(close.bricks_culled, 0);
+  EXPECT_LT(close.bricks_drawn, near.bricks_drawn);
+}
+
+TEST(Frame, CullingChangesNoPixel) {
+  // The same tooth as a single brick, which is always drawn.
+  const auto bricks = tooth_mesh(2e-3, 0.4e-3);
+  render::MeshUpdate whole{.brick = 1, .vertices = {}, .indices = {}};
+  for (const auto& b : bricks) {
+    const auto first = static_cast<std::uint32_t>(whole.vertices.size());
+    whole.vertices.insert(whole.vertices.end(), b.vertices.begin(), b.vertices.end());
+    for (const std::uint32_t i : b.indices) whole.indices.push_back(first + i);
+  }
+  const render::Frame frame = frame_of(desk(0.012, 0.01, 0.35));
+  Stage in_bricks({200, 160}), in_one({200, 160});
+  in_bricks.renderer->update(0, bricks);
+  in_one.renderer->update(0, std::span(&whole, 1));
+  const render::FrameStats stats = in_bricks.draw(frame);
+  EXPECT_GT(stats.bricks_culled + stats.bricks_facing_away, 0);
+  in_one.draw(frame);
+  for (int e = 0; e < 2; ++e) EXPECT_LE(compare(in_bricks.eye(e), in_one.eye(e), 1).pixels, 2);
+}
+
+TEST(Frame, AMonoFrameDrawsOneView) {
+  Stage stage({160, 128});
+  stage.renderer->update(0, tooth_mesh(0, 0.6e-3));
+  display::DisplayRig rig = desk(0.03, 0.024, 0.35);
+  rig.screen.layout = display::Layout::kMono;
+  const render::FrameStats stats = stage.draw(frame_of(rig));
+  EXPECT_EQ(stats.views, 1);
+  EXPECT_EQ(stage.renderer->pictures().options.layers, 1u);
+  EXPECT_EQ(stage.device.validation_messages(), 0);
+}
+
+TEST(Frame, WhatIsNotThereHasNoPipeline) {
+  Stage stage({64, 64});
+  render::Frame frame = frame_of(desk(0.03, 0.024, 0.35));
+  frame.background = render::Background::kBlack;
+  EXPECT_EQ(stage.draw(frame).pipelines, 0);
+  stage.renderer->update(0, tooth_mesh(0, 0.8e-3));
+  EXPECT_EQ(stage.draw(frame).pipelines, 2);  // surface and its shadow
+}
+
+TEST(Frame, BothEyesTogetherEqualEachEyeAlone) {
+  // Close up, so that triangles cross every edge of the picture.
+  for (const render::Quality& quality : {render::kQualityLadder[0], render::kQualityLadder[2]}) {
+    Stage stage({200, 160}, quality);
+    stage.renderer->update(0, tooth_mesh(2e-3, 0.8e-3));
+    stage.renderer->set_tool(render::make_tool_mesh(render::tool_shape("sphere", 1.4e-3, 0)));
+    const std::vector<render::Particle> particles(1, {{0, 0, 4e-3f}, 2e-3f, {1, 1, 1}, 1});
+    render::Frame frame = full_frame(desk(0.007, 0.0056, 0.35), particles);
+    stage.draw(frame);
+    const render::Picture both[2] = {stage.eye(0), stage.eye(1)};
+    const std::array<render::Eye, 2> eyes = frame.eyes;
+    frame.views = 1;
+    for (std::size_t e = 0; e < 2; ++e) {
+      frame.eyes[0] = eyes[e];
+      stage.draw(frame);
+      const Difference d = compare(both[e], stage.eye(0), 2);
+      EXPECT_EQ(d.pixels, 0) << quality.name << ", eye " << e << ", worst " << d.worst;
+    }
+  }
+}
+
+TEST(Frame, OnePassForBothEyesDrawsWhatTwoPassesDraw) {
+  // Where nothing crosses the picture's edge and nothing is multisampled, multiview is right on every driver.
+  render::Picture pictures[2][2];
+  for (int one_pass = 0; one_pass < 2; ++one_pass) {
+    Stage stage({200, 160}, render::kQualityLadder[2], one_pass ? test::Passes::kOne : test::Passes::kTwo);
+    stage.renderer->update(0, tooth_mesh(2e-3, 0.8e-3));
+    render::Frame frame = frame_of(desk(0.04, 0.032, 0.35));
+    frame.background = render::Background::kBlack;
+    EXPECT_EQ(stage.draw(frame).passes, one_pass ? 2 : 3);
+    for (int e = 0; e < 2; ++e) pictures[one_pass][e] = stage.eye(e);
+    EXPECT_EQ(stage.device.validation_messages(), 0);
+  }
+  for (int e = 0; e < 2; ++e) EXPECT_EQ(compare(pictures[0][e], pictures[1][e], 0).pixels, 0);
+  EXPECT_GT(compare(pictures[0][0], pictures[0][1], 8).pixels, 100) << "the eyes see the same";
+}
+
+TEST(Frame, BothEyesAreResolvedFromTheirSamples) {
+  // A device that resolves only the first layer leaves the second eye black; both must hold the tooth.
+  Stage stage({160, 128});
+  stage.renderer->update(0, tooth_mesh(0, 0.6e-3));
+  render::Frame frame = frame_of(desk(0.03, 0.024, 0.35));
+  frame.background = render::Background::kBlack;
+  stage.draw(frame);
+  Stage sharp({160, 128}, render::kQualityLadder[2]);
+  ASSERT_EQ(render::kQualityLadder[2].samples, 1);
+  sharp.renderer->update(0, tooth_mesh(0, 0.6e-3));
+  sharp.draw(frame);
+  for (int e = 0; e < 2; ++e) {
+    const render::Picture p = stage.eye(e);
+    const render::Picture single = sharp.eye(e);
+    long lit = 0, softened = 0;
+    for (std::size_t i = 0; i < p.rgba.size(); i += 4) {
+      lit += p.rgba[i] > 100;
+      // Black by its one sample, grey by its four.
+      softened += single.rgba[i] == 0 && p.rgba[i] > 60;
+    }
+    EXPECT_GT(lit, 160 * 128 / 10) << e;
+    EXPECT_GT(softened, 40) << "edges are not blended";
+  }
+}
+
+TEST(Device, AMissingDeviceIsAClearError) {
+  try {
+    (void)gpu::Device::create({.prefer = "no such device"});
+    FAIL() << "no error";
+  } catch (const Error& e) {
+    EXPECT_NE(std::string(e.what()).find("Vulkan 1.3"), std::string::npos) << e.what();
+  }
+}
+
+}  // namespace
+}  // namespace typodont::test

@@ -1,0 +1,163 @@
+#include <gtest/gtest.h>
+
+#include <set>
+
+#include "engine/surface/contour/cell_shapes.h"
+#include "engine/surface/contour/crossing.h"
+#include "engine/surface/contour/moments.h"
+#include "engine/surface/contour/plane_fit.h"
+
+namespace typodont::surface {
+namespace {
+
+TEST(CellShapes, CrossExactlyTheEdgesWhoseEndsDiffer) {
+  const CellShapes& shapes = CellShapes::get();
+  for (int config = 0; config < 256; ++config) {
+    int expected = 0;
+    for (int corner = 0; corner < 8; ++corner) {
+      for (int bit = 1; bit < 8; bit <<= 1) {
+        if (!(corner & bit)) expected += (config >> corner & 1) != (config >> (corner | bit) & 1);
+      }
+    }
+    std::set<int> edges;
+    for (int i = 0; i < shapes[config].edges; ++i) edges.insert(shapes[config].edge[static_cast<std::size_t>(i)]);
+    EXPECT_EQ(static_cast<int>(edges.size()), expected) << config;
+    EXPECT_EQ(shapes[config].edges, expected) << config;
+  }
+}
+
+TEST(CellShapes, SolidCornersAcrossADiagonalKeepPatchesOfTheirOwn) {
+  const CellShapes& shapes = CellShapes::get();
+  EXPECT_EQ(shapes[1 | 1 << 3].patches, 2);   // across a face
+  EXPECT_EQ(shapes[1 | 1 << 7].patches, 2);   // across the cell
+  EXPECT_EQ(shapes[1 | 1 << 1].patches, 1);   // along an edge
+  EXPECT_EQ(shapes[0b01101001].patches, 4);   // a tetrahedron of solid corners
+  EXPECT_EQ(shapes[0b10010110].patches, 4);
+}
+
+TEST(CellShapes, FlippingADoubtfulFaceSplitsThePatchThatTouchedItTwice) {
+  const CellShapes& shapes = CellShapes::get();
+  int doubtful = 0;
+  for (int config = 0; config < 256; ++config) {
+    for (int face = 0; face < 6; ++face) {
+      if (!(shapes.doubtful_faces(config) >> face & 1)) continue;
+      ++doubtful;
+      EXPECT_EQ(shapes[shapes.flipped(config, 1 << face)].patches, shapes[config].patches + 1) << config;
+    }
+  }
+  EXPECT_GT(doubtful, 0);
+}
+
+// Samples of a field along and across one edge, as cross_edge reads them.
+struct Stencil {
+  float samples[4 * 3 * 3];
+  static constexpr int kA = 9, kB = 3, kC = 1;
+  template <class F>
+  explicit Stencil(F&& field) {
+    for (int a = -1; a <= 2; ++a) {
+      for (int b = -1; b <= 1; ++b) {
+        for (int c = -1; c <= 1; ++c) {
+          samples[(a + 1) * kA + (b + 1) * kB + (c + 1) * kC] = static_cast<float>(field(a, b, c));
+        }
+      }
+    }
+  }
+  LocalCrossing cross() const { return cross_edge(samples + kA + kB + kC, kA, kB, kC); }
+};
+
+TEST(Crossing, OfAPlaneIsExact) {
+  const double n[3] = {0.6, 0.64, -0.48};
+  const Stencil stencil([&](double a, double b, double c) { return n[0] * (a - 0.3) + n[1] * b + n[2] * c; });
+  const LocalCrossing at = stencil.cross();
+  EXPECT_NEAR(at.t, 0.3, 1e-6);
+  EXPECT_NEAR(at.na, n[0], 1e-6);
+  EXPECT_NEAR(at.nb, n[1], 1e-6);
+  EXPECT_NEAR(at.nc, n[2], 1e-6);
+  EXPECT_NEAR(at.curvature, 0, 1e-6);
+}
+
+TEST(Crossing, OfAPlaneIsExactUpToTheCreaseOfABox) {
+  // The solid max(a - 0.3, b - 0.2): the sample at the edge's base sees the side, the one at its end the front.
+  const Stencil stencil([](double a, double b, double) { return std::max(a - 0.3, b + 0.2); });
+  const LocalCrossing at = stencil.cross();
+  EXPECT_NEAR(at.t, 0.3, 1e-6);
+  EXPECT_NEAR(at.na, 1, 1e-6);
+  EXPECT_NEAR(at.nb, 0, 1e-6);
+}
+
+TEST(Crossing, OfASphereIsOfSecondOrder) {
+  double error[2];
+  for (int i = 0; i < 2; ++i) {
+    const double radius = i ? 40 : 20;
+    // Centre such that the edge is crossed at a = 0.4 with normal (0.6, 0.8, 0).
+    const double ca = 0.4 - 0.6 * radius, cb = -0.8 * radius;
+    const Stencil stencil([&](double a, double b, double c) { return std::hypot(a - ca, b - cb, c) - radius; });
+    const LocalCrossing at = stencil.cross();
+    error[i] = std::abs(at.t - 0.4);
+    EXPECT_NEAR(at.curvature, 1 / radius, 0.03 / radius);
+  }
+  EXPECT_LT(error[0], 4e-4);
+  EXPECT_LT(error[1], error[0] / 3);
+}
+
+Crossing crossing(const glm::vec3& p, const glm::vec3& n, float curvature = 0) {
+  return {{p.x, p.y, p.z}, {n.x, n.y, n.z}, curvature};
+}
+
+TEST(PlaneFit, FindsTheCornerOfThreePlanes) {
+  PlaneSums sums;
+  const glm::vec3 corner(0.21f, -0.34f, 0.11f), centre(1, 2, 3);
+  sums.add(crossing(centre + glm::vec3(corner.x, 0.4f, 0.3f), {1, 0, 0}), centre);
+  sums.add(crossing(centre + glm::vec3(-0.2f, corner.y, 0.3f), {0, 1, 0}), centre);
+  sums.add(crossing(centre + glm::vec3(-0.2f, 0.4f, corner.z), {0, 0, 1}), centre);
+  const PlaneFit fit = fit_planes(sums, 0.01);
+  EXPECT_EQ(fit.rank, 3);
+  EXPECT_LT(glm::length(fit.point - corner), 1e-6f);
+  EXPECT_LT(fit.residual, 1e-6f);
+  EXPECT_GT(fit_planes(sums, 0.01, 2).residual, 0.05f);  // with one direction less it cannot meet all three
+}
+
+TEST(PlaneFit, LeavesFreeDirectionsAtTheMean) {
+  PlaneSums sums;
+  sums.add(crossing({0.5f, 0.1f, 0}, {0, 0, 1}), glm::vec3(0));
+  sums.add(crossing({0.1f, 0.3f, 0}, {0, 0, 1}), glm::vec3(0));
+  const PlaneFit fit = fit_planes(sums, 0.01);
+  EXPECT_EQ(fit.rank, 1);
+  EXPECT_LT(glm::length(fit.point - glm::vec3(0.3f, 0.2f, 0)), 1e-6f);
+}
+
+TEST(GreatestCurvature, OfACylinderIsThatOfItsRoundDirection) {
+  Moments round, strip;
+  for (int i = -4; i <= 4; ++i) {
+    for (int j = -4; j <= 4; ++j) {
+      auto add = [&](Moments& moments, float wide) {
+        const float angle = 0.1f * wide * static_cast<float>(i) / 4;  // radius 10, axis y
+        moments.add(crossing({10 * std::sin(angle), static_cast<float>(j) / 4, 10 * std::cos(angle) - 10},
+                             {std::sin(angle), 0, std::cos(angle)}, 0.05f),
+                    glm::vec3(0));
+      };
+      add(round, 1);
+      add(strip, 0.3f);
+    }
+  }
+  EXPECT_NEAR(greatest_curvature(round, 0.016f), 0.1f, 0.01f);
+  EXPECT_NEAR(greatest_curvature(strip, 0.016f), 0.1f, 0.03f);
+}
+
+TEST(Moments, DoNotDependOnWhereTheyAreAdded) {
+  Moments near, far, moved;
+  const glm::vec3 shift(3.5f, -2, 1);
+  for (const glm::vec3 p : {glm::vec3(0.1f, 0.2f, 0.3f), glm::vec3(-0.4f, 0.1f, 0.2f), glm::vec3(0.3f, -0.3f, 0)}) {
+    const glm::vec3 n = glm::normalize(p + glm::vec3(0, 0, 1));
+    near.add(crossing(p, n, 0.1f), glm::vec3(0));
+    far.add(crossing(p, n, 0.1f), -shift);
+  }
+  moved.add(near, shift);
+  for (int i = 0; i < 4; ++i) {
+    for (int j = 0; j < 8; ++j) EXPECT_NEAR(moved.at(i, j), far.at(i, j), 1e-4);
+  }
+  EXPECT_EQ(near.count(), 3);
+}
+
+}  // namespace
+}  // namespace typodont::surface

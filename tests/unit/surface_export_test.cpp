@@ -1,0 +1,119 @@
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include "engine/base/error.h"
+#include "engine/surface/mesh_export.h"
+#include "tests/support/surface_checks.h"
+
+namespace typodont::surface {
+namespace {
+
+using test::mesh_of;
+using test::sample_bricks;
+
+class Export : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = std::filesystem::temp_directory_path() /
+              ("typodont_export_" + std::string(::testing::UnitTest::GetInstance()->current_test_info()->name()));
+    std::filesystem::create_directories(folder_);
+    // An enamel ball of 0.6 mm whose lower half is dentin.
+    const auto ball = [](const glm::dvec3& p) { return glm::length(p - 10.3) - 6; };
+    const auto labels = [](const glm::dvec3& p) { return p.z < 10 ? Tissue::kDentin : Tissue::kEnamel; };
+    mesh_ = weld(mesh_of(sample_bricks(glm::dvec3(0), glm::dvec3(20), ball, labels), 0.05f));
+    materials_[static_cast<int>(Tissue::kEnamel)].color = {1, 1, 0.9};
+    materials_[static_cast<int>(Tissue::kDentin)].color = {0.9, 0.8, 0.5};
+  }
+  void TearDown() override { std::filesystem::remove_all(folder_); }
+
+  std::string written(const char* name) {
+    write_mesh(folder_ / name, mesh_, frame_, materials_);
+    std::ifstream in(folder_ / name, std::ios::binary);
+    return {std::istreambuf_iterator<char>(in), {}};
+  }
+  template <class T>
+  static T read(const std::string& bytes, std::size_t at) {
+    T value;
+    std::memcpy(&value, bytes.data() + at, sizeof value);
+    return value;
+  }
+
+  std::filesystem::path folder_;
+  WholeMesh mesh_;
+  MaterialTable materials_{};
+  VoxelFrame frame_{{0.001, 0, 0}, 1e-4};
+};
+
+TEST_F(Export, PlyHoldsEveryVertexWithItsTissueAndColour) {
+  const std::string bytes = written("ball.ply");
+  const std::size_t head = bytes.find("end_header\n") + 11;
+  EXPECT_NE(bytes.find("element vertex " + std::to_string(mesh_.vertices.size()) + "\n"), std::string::npos);
+  EXPECT_NE(bytes.find("element face " + std::to_string(mesh_.triangles.size()) + "\n"), std::string::npos);
+  ASSERT_EQ(bytes.size(), head + 28 * mesh_.vertices.size() + 13 * mesh_.triangles.size());
+  int enamel = 0, dentin = 0;
+  for (std::size_t i = 0; i < mesh_.vertices.size(); ++i) {
+    const std::size_t at = head + 28 * i;
+    const glm::dvec3 p(read<float>(bytes, at), read<float>(bytes, at + 4), read<float>(bytes, at + 8));
+    EXPECT_NEAR(glm::length(p - glm::dvec3(1 + 1.03, 1.03, 1.03)), 0.6, 0.006);  // millimetres
+    const auto tissue = read<Tissue>(bytes, at + 27);
+    (tissue == Tissue::kEnamel ? enamel : dentin) += 1;
+    EXPECT_EQ(read<std::uint8_t>(bytes, at + 26), tissue == Tissue::kEnamel ? 230 : 128);  // blue
+    // Labels change between the samples at 0.9 and 1.0 mm.
+    EXPECT_EQ(tissue, p.z < 0.85 ? Tissue::kDentin : p.z > 1.05 ? Tissue::kEnamel : tissue);
+  }
+  EXPECT_GT(enamel, 20);
+  EXPECT_GT(dentin, 20);
+}
+
+TEST_F(Export, StlFacetsPointOutward) {
+  const std::string bytes = written("ball.STL");
+  ASSERT_EQ(bytes.size(), 84 + 50 * mesh_.triangles.size());
+  EXPECT_EQ(read<std::uint32_t>(bytes, 80), mesh_.triangles.size());
+  for (std::size_t i = 0; i < mesh_.triangles.size(); ++i) {
+    glm::vec3 v[4];
+    std::memcpy(v, bytes.data() + 84 + 50 * i, sizeof v);
+    const glm::vec3 centre(2.03f, 1.03f, 1.03f);
+    if (glm::length(v[0]) > 0) {
+      EXPECT_GT(glm::dot(v[0], (v[1] + v[2] + v[3]) / 3.f - centre), 0);
+    }
+  }
+}
+
+TEST_F(Export, ObjIsTheSameMeshAsText) {
+  std::istringstream in(written("ball.obj"));
+  std::string line;
+  std::size_t vertices = 0, normals = 0, faces = 0;
+  unsigned greatest = 0;
+  while (std::getline(in, line)) {
+    vertices += line.starts_with("v ");
+    normals += line.starts_with("vn ");
+    if (line.starts_with("f ")) {
+      ++faces;
+      unsigned a, b, c, d;
+      ASSERT_EQ(std::sscanf(line.c_str(), "f %u//%*u %u//%*u %u//%u", &a, &b, &c, &d), 4);
+      greatest = std::max({greatest, a, b, c});
+    }
+  }
+  EXPECT_EQ(vertices, mesh_.vertices.size());
+  EXPECT_EQ(normals, mesh_.vertices.size());
+  EXPECT_EQ(faces, mesh_.triangles.size());
+  EXPECT_EQ(greatest, mesh_.vertices.size());
+}
+
+TEST_F(Export, UnknownFormatIsRefusedByName) {
+  try {
+    write_mesh(folder_ / "ball.glb", mesh_, frame_, materials_);
+    FAIL() << "no error";
+  } catch (const Error& error) {
+    EXPECT_NE(std::string(error.what()).find("ball.glb"), std::string::npos);
+    EXPECT_NE(std::string(error.what()).find(".ply, .stl or .obj"), std::string::npos);
+  }
+  EXPECT_TRUE(std::filesystem::is_empty(folder_));
+}
+
+}  // namespace
+}  // namespace typodont::surface
