@@ -22,3 +22,14 @@ add_executable(device_mortal support/emulation/mortal.cpp)
 target_link_libraries(device_mortal PRIVATE typodont_devices)
 target_compile_definitions(unit_devices PRIVATE TYPODONT_MORTAL="$<TARGET_FILE:device_mortal>")
 add_dependencies(unit_devices device_mortal)
+
+# hidraw nodes by umockdev: its wrapper preloads a library that answers for /dev, /sys and udev. Sanitizers want to be
+# preloaded first themselves, so not together with them.
+pkg_check_modules(UMOCKDEV IMPORTED_TARGET umockdev-1.0)
+find_program(UMOCKDEV_WRAPPER umockdev-wrapper)
+if(TYPODONT_HIDAPI AND UMOCKDEV_FOUND AND UMOCKDEV_WRAPPER AND NOT TYPODONT_SANITIZE)
+  set(CMAKE_CROSSCOMPILING_EMULATOR ${UMOCKDEV_WRAPPER})  # what a test of this target is started by
+  typodont_test(stress_umockdev KIND stress SOURCES stress/device_umockdev_test.cpp
+                LIBS typodont_devices PkgConfig::UMOCKDEV fmt::fmt)
+  unset(CMAKE_CROSSCOMPILING_EMULATOR)
+endif()
