@@ -291,24 +291,47 @@ void write_pgm(const std::string& file, const Picture& picture) {
   write_file_atomically(file, bytes);
 }
 
+void add_status(CLI::App& calibrate) {
+  auto file = std::make_shared<std::string>();
+  CLI::App* command = calibrate.add_subcommand("status", "which steps are done, and which to do again");
+  command->add_option("--rig", *file, "rig file")->required();
+  command->footer("Example: typodont calibrate status --rig bench.json");
+  command->callback([file] {
+    const RigFile rig = RigFile::load(*file);
+    GuidedCapture guide(rig.bench(), rig.captures_folder());
+    std::string newest;
+    for (const Step step : kSteps) {
+      guide.begin(step);
+      const std::string date = rig.step_date(name(step));
+      const char* advice = date.empty() ? "to do" : date < newest ? "again: an earlier step is newer" : "done, skip it";
+      fmt::print("{:<9} {:>4} touches  {:<21} {}\n", name(step), guide.taken(), date.empty() ? "never solved" : date, advice);
+      newest = std::max(newest, date);
+    }
+  });
+}
+
 void add_guide(CLI::App& calibrate) {
   struct Options {
     std::string rig, step, picture;
+    double plate_pitch_mm = 40;
   };
   auto options = std::make_shared<Options>();
   CLI::App* command = calibrate.add_subcommand("guide", "guided capture of one step; can be broken off and goes on where it was");
   command->add_option("step", options->step, "arm, screen, mirror, eyes, register or verify")->required();
   command->add_option("--rig", options->rig, "rig file")->required();
   command->add_option("--picture", options->picture, "write what the panel should show to this PGM file before each touch");
+  command->add_option("--plate-pitch-mm", options->plate_pitch_mm, "between the points of the arm's 5 by 5 plate")
+      ->capture_default_str()
+      ->check(CLI::PositiveNumber);
   command->footer(
-      "Reads one touch a line from standard input: x y z in mm, or six joint angles in rad. Other lines: undo, place\n"
-      "(the next socket), done (solve and stop), quit (stop; captures are kept).\n"
+      "Reads one touch a line from standard input: x y z in mm, or six joint angles in rad. Other lines: undo, done\n"
+      "(solve and stop), quit (stop; captures are kept).\n"
       "Example: device-reader | typodont calibrate guide register --rig bench.json");
   command->callback([options] {
     const auto step = step_named(options->step);
     if (!step) throw Error("calibrate guide: found step \"" + options->step + "\", expected arm, screen, mirror, eyes, register or verify");
     RigFile rig = RigFile::load(options->rig);
-    GuidedCapture guide(rig.bench(), rig.captures_folder());
+    GuidedCapture guide(rig.bench(), rig.captures_folder(), options->plate_pitch_mm * kMillimetre);
     guide.begin(*step);
     const bool mirrored = guide.bench().rig.mirror.has_value() && *step != Step::kScreen;
     if (guide.taken() > 0) log::info("going on after {} touches", guide.taken());
@@ -332,14 +355,12 @@ void add_guide(CLI::App& calibrate) {
       if (line == "done") return finish();
       if (line == "undo") {
         fmt::print("{}\n", guide.undo() ? "the last touch is forgotten" : "there is nothing to undo");
-      } else if (line == "place") {
-        guide.next_place();
       } else if (const auto touch = parse_touch(line, guide.bench().arm)) {
         const Live live = guide.add(*touch);
         fmt::print("{}{}\n", live.text, live.outlier && live.p_W ? fmt::format(" (it lies at {} mm)", words(*live.p_W * 1e3)) : "");
         if (guide.done()) return finish();
       } else {
-        log::warn("standard input: found \"{}\", expected x y z in mm, six joint angles in rad, undo, place, done or quit", line.substr(0, 60));
+        log::warn("standard input: found \"{}\", expected x y z in mm, six joint angles in rad, undo, done or quit", line.substr(0, 60));
       }
       ask();
     }
@@ -480,6 +501,7 @@ void add_calibrate_command(CLI::App& app) {
   add_rig_step(*calibrate, "solve", "every step again, from all captures", "all files");
   add_drift(*calibrate);
   add_guide(*calibrate);
+  add_status(*calibrate);
   add_camera(*calibrate);
   calibrate->require_subcommand(0, 1);
   calibrate->callback([calibrate, options] {
