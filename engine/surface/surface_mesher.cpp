@@ -32,6 +32,7 @@ struct Brick {
 };
 
 constexpr std::uint32_t kNone = 0xffffffff;
+constexpr std::uint16_t kSeveral = 0xffff;
 constexpr int kCells = FieldBrick::kCells;
 
 // A corner of a polygon: a vertex of this brick (owner 0) or of a lower neighbour.
@@ -50,7 +51,8 @@ struct Weaver {
   };
   std::vector<std::uint32_t> first_copy[8];  // per owner and vertex: its first copy in the mesh
   std::vector<Copy> copies;                  // per vertex of the mesh
-  std::vector<std::uint16_t> cell_at = std::vector<std::uint16_t>(kCells * kCells * kCells);
+  // Per own cell the surface passes through: its vertex, or kSeveral.
+  std::vector<std::uint16_t> vertex_at = std::vector<std::uint16_t>(kCells * kCells * kCells);
 
   void weave(const BrickContour* const around[8], BrickMesh& mesh);
 
@@ -151,7 +153,9 @@ void Weaver::weave(const BrickContour* const around[8], BrickMesh& mesh) {
   std::size_t number = 0;
   for (std::size_t w = 0; w < 64; ++w) {
     for (std::uint64_t bits = own.active[w]; bits; bits &= bits - 1) {
-      cell_at[64 * w + static_cast<std::size_t>(std::countr_zero(bits))] = static_cast<std::uint16_t>(number++);
+      const BrickContour::Cell cell = own.cells[number++];
+      vertex_at[64 * w + static_cast<std::size_t>(std::countr_zero(bits))] =
+          shapes[cell.shape].patches == 1 ? cell.vertex : kSeveral;
     }
   }
 
@@ -160,6 +164,15 @@ void Weaver::weave(const BrickContour* const around[8], BrickMesh& mesh) {
     const int axis = edge.axis, u = (axis + 1) % 3, v = (axis + 2) % 3;
     const glm::ivec3 base(edge.cell >> 8, edge.cell >> 4 & 15, edge.cell & 15);
     static constexpr int kRing[4][2] = {{1, 1}, {0, 1}, {0, 0}, {1, 0}};  // steps down along u and v: a turn about +axis
+    static constexpr int kStep[3] = {kCells * kCells, kCells, 1};
+    if (base[u] > 0 && base[v] > 0) {
+      // Inside the brick, most polygons vanish where cells were merged.
+      const std::uint16_t* at = vertex_at.data() + edge.cell;
+      const std::uint16_t first = *at;
+      if (first != kSeveral && at[-kStep[u]] == first && at[-kStep[v]] == first && at[-kStep[u] - kStep[v]] == first) {
+        continue;
+      }
+    }
     Corner corners[4];
     int count = 0;
     bool whole = true;
@@ -176,16 +189,18 @@ void Weaver::weave(const BrickContour* const around[8], BrickMesh& mesh) {
       }
       const BrickContour* contour = around[owner];
       const int index = BrickContour::cell_index(cell.x, cell.y, cell.z);
-      const int found = !contour ? -1 : owner == 0 ? cell_at[static_cast<std::size_t>(index)] : contour->find(index);
-      if (found < 0) {  // a neighbour that was not put: the surface stays open here until it is
-        whole = false;
-        break;
+      std::uint32_t vertex = owner == 0 ? vertex_at[static_cast<std::size_t>(index)] : kSeveral;
+      if (vertex == kSeveral) {
+        const int found = contour ? contour->find(index) : -1;
+        if (found < 0) {  // a neighbour that was not put: the surface stays open here until it is
+          whole = false;
+          break;
+        }
+        const BrickContour::Cell entry = contour->cells[static_cast<std::size_t>(found)];
+        // The edge's number within that cell: its place along the two other axes, in the order of the axes.
+        const int k = axis == 1 ? down_v + 2 * down_u : down_u + 2 * down_v;
+        vertex = entry.vertex + shapes[entry.shape].patch[static_cast<std::size_t>(4 * axis + k)];
       }
-      const BrickContour::Cell entry = contour->cells[static_cast<std::size_t>(found)];
-      // The edge's number within that cell: its place along the two other axes, in the order of the axes.
-      const int k = axis == 1 ? down_v + 2 * down_u : down_u + 2 * down_v;
-      const std::uint32_t vertex =
-          entry.vertex + shapes[entry.shape].patch[static_cast<std::size_t>(4 * axis + k)];
       const Corner corner{owner, vertex, &contour->vertices[vertex]};
       if (count > 0 && corners[count - 1] == corner) continue;
       corners[count++] = corner;

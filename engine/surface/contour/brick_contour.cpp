@@ -3,13 +3,14 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
-#include <limits>
+#include <type_traits>
 #if defined(__SSE2__)
 #include <emmintrin.h>
 #endif
 
 #include "engine/surface/contour/cell_shapes.h"
 #include "engine/surface/contour/crossing.h"
+#include "engine/surface/contour/moments.h"
 #include "engine/surface/contour/plane_fit.h"
 
 namespace typodont::surface {
@@ -21,8 +22,10 @@ constexpr int kStride[3] = {FieldBrick::kSamples * FieldBrick::kSamples, FieldBr
 constexpr std::uint16_t kNone = 0xffff;   // no surface here
 constexpr std::uint16_t kMixed = 0xfffe;  // surface that one vertex cannot stand for
 constexpr int kLevels = 5;                // blocks of 1³, 2³, 4³, 8³, 16³ cells
-// Crossings of one cell whose normals lie further apart than this belong to different sides of a crease.
-constexpr float kCreaseCosine = 0.88f;
+// A cell with a normal further than 14° from their mean has crossings on both sides of a crease (of 28° or more); one
+// whose normals spread by less than kSmoothSpread (a variance) has none.
+constexpr float kCreaseCosine = 0.97f;
+constexpr float kSmoothSpread = 0.008f;
 // The four vertices around an edge make a facet of about the cell's side s. On a surface of curvature κ its middle sags
 // by about s²κ/4 below them; so the vertices stand kLift·s²κ outside the surface, and facets err as far outward as
 // inward. They are moved along the surface by kCentre of the way to the cell's middle, which evens the facets' sizes.
@@ -58,66 +61,111 @@ std::uint32_t solid_bits(const float* row) {
 #endif
 }
 
+// A patch of surface in a cell (at full resolution), or all there is in a block.
 struct Node {
-  CrossingSums sums;
+  Moments moments;
   glm::vec3 position{0};  // of its vertex, in cell corners
-  Tissue tissue = Tissue::kAir;
+  Tissue tissue = Tissue::kAir;  // kAir: several
   bool crease = false;
   std::uint16_t vertex = kNone;
 };
 
-}  // namespace
-
-struct Contourer::Scratch {
-  std::uint32_t solid[kCorners * kCorners];
-  std::uint16_t edge_at[3][kCorners * kCorners * kCorners];  // crossing on the edge based at a corner
-  std::vector<std::uint32_t> edges[3];                       // corner numbers of the crossed edges per axis
-  std::vector<Crossing> crossings;
-  std::vector<Node> patches;                                  // one per vertex at full resolution
-  std::vector<Node> nodes[kLevels];                           // [0] unused
-  std::vector<std::uint16_t> blocks[kLevels];                 // blocks the surface passes through
-  std::vector<std::uint16_t> state[kLevels];                  // per block: kNone, kMixed or its node
-  std::vector<glm::u8vec3> cell_of;                           // of the active cells, in order
+// In a block of 2³ cells or children: the signs at its 3³ corners as bits, (x·3 + y)·3 + z.
+constexpr int mid_bit(int x, int y, int z) { return (x * 3 + y) * 3 + z; }
+struct Middles {
+  std::uint32_t point[19], corners[19];  // each middle of an edge, of a face and of the block, and the corners of that
 };
-
-Contourer::Contourer() : scratch_(std::make_unique<Scratch>()) {
-  for (int level = 0; level < kLevels; ++level) {
-    const int n = kCells >> level;
-    scratch_->state[level].assign(static_cast<std::size_t>(n * n * n), kNone);
+constexpr Middles kMiddles = [] {
+  Middles out{};
+  int count = 0;
+  for (int x = 0; x < 3; ++x) {
+    for (int y = 0; y < 3; ++y) {
+      for (int z = 0; z < 3; ++z) {
+        if (x != 1 && y != 1 && z != 1) continue;
+        out.point[count] = 1u << mid_bit(x, y, z);
+        for (int c = 0; c < 8; ++c) {
+          const int cx = 2 * (c & 1), cy = c & 2, cz = c >> 1 & 2;
+          if ((x == 1 || cx == x) && (y == 1 || cy == y) && (z == 1 || cz == z)) {
+            out.corners[count] |= 1u << mid_bit(cx, cy, cz);
+          }
+        }
+        ++count;
+      }
+    }
   }
-}
-Contourer::~Contourer() = default;
+  return out;
+}();
 
-namespace {
+// The surface in a block keeps its topology when the sign in the middle of each edge, face and of the block itself is
+// that of one of its corners (Ju et al. 2002, sec. 4.1).
+bool middles_agree(std::uint32_t signs) {
+  bool agree = true;
+  for (int i = 0; i < 19; ++i) {
+    const std::uint32_t corners = signs & kMiddles.corners[i];
+    agree &= signs & kMiddles.point[i] ? corners != 0 : corners != kMiddles.corners[i];
+  }
+  return agree;
+}
 
 // The two commonest tissues around a point of the surface, from the solid samples of the 4³ around its cell.
-void mix_tissues(const FieldBrick& brick, int x, int y, int z, const glm::vec3& local, ContourVertex& vertex) {
+void mix_tissues(const FieldBrick& brick, const glm::ivec3& cell, ContourVertex& vertex, const glm::vec3& local) {
   float weight[kTissueCount] = {};
   for (int i = -1; i <= 2; ++i) {
     for (int j = -1; j <= 2; ++j) {
       for (int k = -1; k <= 2; ++k) {
-        const auto at = static_cast<std::size_t>(sample(x + i, y + j, z + k));
+        const glm::ivec3 p = cell + glm::ivec3(i, j, k);
+        const auto at = static_cast<std::size_t>(sample(p.x, p.y, p.z));
         if (!(brick.distance[at] < 0)) continue;
-        auto tent = [](float d) { return std::max(0.f, 2.f - std::abs(d)); };
-        weight[static_cast<int>(brick.tissue[at])] += tent(static_cast<float>(x + i) - local.x) *
-                                                      tent(static_cast<float>(y + j) - local.y) *
-                                                      tent(static_cast<float>(z + k) - local.z);
+        auto tent = [&](int axis) { return std::max(0.f, 2.f - std::abs(static_cast<float>(p[axis]) - local[axis])); };
+        weight[static_cast<int>(brick.tissue[at])] += tent(0) * tent(1) * tent(2);
       }
     }
   }
-  int first = 0, second = 0;
+  int first = 0;
   for (int t = 1; t < kTissueCount; ++t) {
-    if (weight[t] > weight[first]) {
-      second = first;
-      first = t;
-    } else if (second == first || weight[t] > weight[second]) {
-      second = t;
-    }
+    if (weight[t] > weight[first]) first = t;
   }
-  if (weight[second] <= 0) second = first;
+  int second = first;
+  for (int t = 0; t < kTissueCount; ++t) {
+    if (t != first && weight[t] > 0 && (second == first || weight[t] > weight[second])) second = t;
+  }
   vertex.tissue[0] = static_cast<Tissue>(first);
   vertex.tissue[1] = static_cast<Tissue>(second);
   vertex.second = first == second ? 0 : weight[second] / (weight[first] + weight[second]);
+}
+
+// The label of all solid samples of the 4³ around a cell; kAir when there are several.
+Tissue tissue_around(const FieldBrick& brick, const glm::ivec3& cell) {
+  Tissue only = Tissue::kAir;
+  // Most often all samples that have a label have the same: four at a time, leaving out bytes that are zero (kAir).
+  static_assert(static_cast<int>(Tissue::kAir) == 0 && kTissueCount < 128);
+  std::uint32_t other = 0;
+  const auto corner = static_cast<std::size_t>(sample(cell.x - 1, cell.y - 1, cell.z - 1));
+  for (int i = 0; i < 8 && only == Tissue::kAir; ++i) {
+    const auto at = static_cast<std::size_t>(sample(cell.x + (i & 1), cell.y + (i >> 1 & 1), cell.z + (i >> 2)));
+    if (brick.distance[at] < 0) only = brick.tissue[at];
+  }
+  const std::uint32_t pattern = 0x01010101u * static_cast<std::uint32_t>(only);
+  for (std::size_t i = 0; i < 16; ++i) {
+    std::uint32_t labels;
+    std::memcpy(&labels, &brick.tissue[corner + (i >> 2) * static_cast<std::size_t>(kStride[0]) +
+                                       (i & 3) * static_cast<std::size_t>(kStride[1])], 4);
+    other |= (labels ^ pattern) & (((labels + 0x7f7f7f7fu) >> 7 & 0x01010101u) * 0xffu);
+  }
+  if (other == 0 && only != Tissue::kAir) return only;
+  // Otherwise only the solid ones count.
+  only = Tissue::kAir;
+  for (int i = -1; i <= 2; ++i) {
+    for (int j = -1; j <= 2; ++j) {
+      const auto row = static_cast<std::size_t>(sample(cell.x + i, cell.y + j, cell.z - 1));
+      for (std::size_t at = row; at < row + 4; ++at) {
+        if (!(brick.distance[at] < 0) || brick.tissue[at] == only) continue;
+        if (only != Tissue::kAir) return Tissue::kAir;
+        only = brick.tissue[at];
+      }
+    }
+  }
+  return only;
 }
 
 // The label of the brick when it has but one besides air; kAir when there are several.
@@ -136,14 +184,15 @@ Tissue only_tissue(const FieldBrick& brick) {
 
 // The vertex for a smooth piece of surface of cell size s, relative to the cell's middle. The crossings' mean lies below
 // the surface by half the covariance of points and normals.
-glm::vec3 smooth_vertex(const CrossingSums& sums, float s) {
-  const float w = 1 / sums.count;
-  const glm::vec3 x = sums.x * w, n = sums.n * w;
+glm::vec3 smooth_vertex(const Moments& moments, float s) {
+  const float w = 1 / moments.count();
+  const glm::vec3 x = moments.points() * w, n = moments.normals() * w;
   const float length = glm::length(n);
   if (length < 1e-6f) return x;
   const glm::vec3 unit = n / length;
-  const float curvature = sums.curvature * w;
-  const float onto_surface = std::clamp(0.5f * (sums.xn() * w - glm::dot(x, n)), -0.5f * s, 0.5f * s);
+  const float curvature = moments.curvatures() * w;
+  const float onto_surface =
+      std::clamp(0.5f * (moments.points_by_normals() * w - glm::dot(x, n)), -0.5f * s, 0.5f * s);
   const glm::vec3 along = -kCentre * (x - unit * glm::dot(x, unit));
   const float stay_on_surface = -0.5f * curvature * glm::dot(along, along);
   const float lift = std::clamp(kLift * s * s * curvature, -kMaxLift * s, kMaxLift * s);
@@ -156,12 +205,12 @@ bool inside(const glm::vec3& p, float s) {
 }
 
 // The vertex on a crease: where its sides meet, if that is in the cell.
-glm::vec3 crease_vertex(const CrossingSums& sums, float s) {
+glm::vec3 crease_vertex(const PlaneSums& sums, float s) {
   for (int rank = 3; rank > 0; --rank) {
     const PlaneFit fit = fit_planes(sums, kFlatEigenvalue, rank);
     if (inside(fit.point, s)) return fit.point;
   }
-  return sums.x / sums.count;
+  return glm::vec3(sums.point / sums.count);
 }
 
 // Trilinear, at a point within the samples, in cell corners.
@@ -181,290 +230,348 @@ glm::vec3 unit_or_up(const glm::vec3& n) {
   return length > 1e-6f ? n / length : glm::vec3(0, 0, 1);
 }
 
-// How far the surface may lie from the facets that would stand for it.
-float merge_error(const Node& node, float s) {
-  const CrossingSums& sums = node.sums;
-  if (!node.crease) return kSag * s * s * greatest_curvature(sums, kLeastSpread * s * s);
-  // A vertex can stand for the sides of a crease when they meet in the block.
-  const PlaneFit fit = fit_planes(sums, kFlatEigenvalue);
-  return inside(fit.point, s) ? 3 * fit.residual : std::numeric_limits<float>::infinity();
-}
+// Corner number (x·17 + y)·17 + z of an edge's base, relative to that of its cell.
+constexpr std::array<int, 12> kEdgeBase = [] {
+  std::array<int, 12> out{};
+  for (int e = 0; e < 12; ++e) {
+    const int axis = e >> 2, u = e & 1, v = e >> 1 & 1;
+    const int x = axis == 0 ? 0 : u, y = axis == 0 ? u : axis == 1 ? 0 : v, z = axis == 2 ? 0 : v;
+    out[static_cast<std::size_t>(e)] = (x * kCorners + y) * kCorners + z;
+  }
+  return out;
+}();
 
 }  // namespace
 
+// One brick's work, step by step.
+struct Contourer::Scratch {
+  struct Cell {
+    glm::u8vec3 at;
+    std::uint16_t shape;
+    std::uint16_t first;  // of its patches
+  };
+
+  const FieldBrick* brick = nullptr;
+  const CellShapes& shapes = CellShapes::get();
+  std::uint32_t solid[kCorners * kCorners];                  // bit z of row (x, y): corner (x,y,z) is solid
+  std::uint16_t edge_at[3][kCorners * kCorners * kCorners];  // the crossing on the edge based at a corner
+  std::vector<Crossing> crossings;
+  std::vector<Cell> cells;                                   // those the surface passes through
+  std::vector<Node> nodes[kLevels];                          // [0]: one per patch, otherwise one per merged block
+  std::vector<std::uint16_t> blocks[kLevels];                // those the surface passes through
+  std::vector<std::uint16_t> state[kLevels];                 // per block: kNone, kMixed or its node
+
+  bool read_signs();
+  void find_crossings(std::vector<BrickContour::Edge>& edges);
+  int shape_at(const glm::ivec3& cell, int config) const;
+  void find_patches();
+  bool merge(int level, float tolerance);
+  void place_vertices(int top, BrickContour& out);
+  PlaneSums planes_of(const Cell& cell, int patch, const glm::vec3& centre) const;
+  PlaneSums planes_of(const glm::ivec3& low, int size) const;
+
+  bool solid_at(int x, int y, int z) const { return solid[x * kCorners + y] >> z & 1; }
+  const Crossing& crossing_of(const glm::ivec3& cell, int edge) const {
+    const int corner = (cell.x * kCorners + cell.y) * kCorners + cell.z + kEdgeBase[static_cast<std::size_t>(edge)];
+    return crossings[edge_at[edge >> 2][corner]];
+  }
+};
+
+Contourer::Contourer() : scratch_(std::make_unique<Scratch>()) {
+  for (int level = 0; level < kLevels; ++level) {
+    const int n = kCells >> level;
+    scratch_->state[level].assign(static_cast<std::size_t>(n * n * n), kNone);
+  }
+}
+Contourer::~Contourer() = default;
+
 void Contourer::contour(const FieldBrick& brick, float tolerance, BrickContour& out) {
   Scratch& s = *scratch_;
-  const CellShapes& shapes = CellShapes::get();
-  const float* field = brick.distance.data();
+  s.brick = &brick;
   out.key = brick.key;
   out.cells.clear();
   out.vertices.clear();
   out.edges.clear();
   out.active.fill(0);
   out.before.fill(0);
+  if (!s.read_signs()) return;
+  s.find_crossings(out.edges);
+  s.find_patches();
+  int top = 0;
+  while (tolerance >= 0 && top + 1 < kLevels && s.merge(top + 1, tolerance)) ++top;
+  s.place_vertices(top, out);
+  for (int level = 0; level < kLevels; ++level) {
+    for (const std::uint16_t block : s.blocks[level]) s.state[level][block] = kNone;
+    s.blocks[level].clear();
+    s.nodes[level].clear();
+  }
+}
 
-  // Signs, as bits along z.
+// False where the surface does not pass.
+bool Contourer::Scratch::read_signs() {
   std::uint32_t any = 0, all = 0x1ffff;
   for (int x = 0; x < kCorners; ++x) {
     for (int y = 0; y < kCorners; ++y) {
-      const std::uint32_t bits = solid_bits(field + sample(x, y, 0));
-      s.solid[x * kCorners + y] = bits;
+      const std::uint32_t bits = solid_bits(brick->distance.data() + sample(x, y, 0));
+      solid[x * kCorners + y] = bits;
       any |= bits;
       all &= bits;
     }
   }
-  if (any == 0 || all == 0x1ffff) return;
+  return any != 0 && all != 0x1ffff;
+}
 
-  // Crossed edges, and where and in which direction the surface crosses them.
-  for (auto& list : s.edges) list.clear();
-  auto note = [&](int axis, int x, int y, std::uint32_t crossed, std::uint32_t solid) {
+// Crossed edges, and where and in which direction the surface crosses them. Those based in the brick's own cells, into
+// `edges`, become its polygons.
+void Contourer::Scratch::find_crossings(std::vector<BrickContour::Edge>& edges) {
+  crossings.clear();
+  auto find = [&]<int kAxis>(std::integral_constant<int, kAxis>, int x, int y, std::uint32_t crossed,
+                             std::uint32_t bits) {
+    constexpr int kA = kStride[kAxis], kB = kStride[(kAxis + 1) % 3], kC = kStride[(kAxis + 2) % 3];
     for (; crossed; crossed &= crossed - 1) {
       const int z = std::countr_zero(crossed);
-      const int corner = (x * kCorners + y) * kCorners + z;
-      s.edges[axis].push_back(static_cast<std::uint32_t>(corner));
+      const LocalCrossing local = cross_edge(brick->distance.data() + sample(x, y, z), kA, kB, kC);
+      Crossing crossing;
+      crossing.point[0] = static_cast<float>(x);
+      crossing.point[1] = static_cast<float>(y);
+      crossing.point[2] = static_cast<float>(z);
+      crossing.point[kAxis] += local.t;
+      crossing.normal[kAxis] = local.na;
+      crossing.normal[(kAxis + 1) % 3] = local.nb;
+      crossing.normal[(kAxis + 2) % 3] = local.nc;
+      crossing.curvature = local.curvature;
+      edge_at[kAxis][(x * kCorners + y) * kCorners + z] = static_cast<std::uint16_t>(crossings.size());
+      crossings.push_back(crossing);
       if (x < kCells && y < kCells && z < kCells) {
-        out.edges.push_back({static_cast<std::uint16_t>(BrickContour::cell_index(x, y, z) & 0xfff),
-                             static_cast<std::uint16_t>(axis & 3), static_cast<std::uint16_t>(solid >> z & 1)});
+        edges.push_back({static_cast<std::uint16_t>(BrickContour::cell_index(x, y, z) & 0xfff),
+                         static_cast<std::uint16_t>(kAxis & 3), static_cast<std::uint16_t>(bits >> z & 1)});
       }
     }
   };
   for (int x = 0; x < kCorners; ++x) {
     for (int y = 0; y < kCorners; ++y) {
-      const std::uint32_t bits = s.solid[x * kCorners + y];
-      if (x < kCells) note(0, x, y, bits ^ s.solid[(x + 1) * kCorners + y], bits);
-      if (y < kCells) note(1, x, y, bits ^ s.solid[x * kCorners + y + 1], bits);
-      note(2, x, y, (bits ^ bits >> 1) & 0xffff, bits);
+      const std::uint32_t bits = solid[x * kCorners + y];
+      if (x < kCells) find(std::integral_constant<int, 0>(), x, y, bits ^ solid[(x + 1) * kCorners + y], bits);
+      if (y < kCells) find(std::integral_constant<int, 1>(), x, y, bits ^ solid[x * kCorners + y + 1], bits);
+      find(std::integral_constant<int, 2>(), x, y, (bits ^ bits >> 1) & 0xffff, bits);
     }
   }
-  s.crossings.clear();
-  for (int axis = 0; axis < 3; ++axis) {
-    const int a = kStride[axis], b = kStride[(axis + 1) % 3], c = kStride[(axis + 2) % 3];
-    for (const std::uint32_t corner : s.edges[axis]) {
-      const int x = static_cast<int>(corner) / (kCorners * kCorners);
-      const int y = static_cast<int>(corner) / kCorners % kCorners, z = static_cast<int>(corner) % kCorners;
-      const LocalCrossing local = cross_edge(field + sample(x, y, z), a, b, c);
-      Crossing crossing;
-      crossing.point = {x, y, z};
-      crossing.point[axis] += local.t;
-      crossing.curvature = local.curvature;
-      crossing.normal[axis] = local.na;
-      crossing.normal[(axis + 1) % 3] = local.nb;
-      crossing.normal[(axis + 2) % 3] = local.nc;
-      s.edge_at[axis][corner] = static_cast<std::uint16_t>(s.crossings.size());
-      s.crossings.push_back(crossing);
-    }
-  }
+}
 
-  // Cells, and the patches of surface in each.
-  const Tissue only = only_tissue(brick);
-  s.patches.clear();
-  s.cell_of.clear();
-  for (int level = 0; level < kLevels; ++level) {
-    s.nodes[level].clear();
-    s.blocks[level].clear();
+// The cell's shape: flipped across faces where its neighbour would touch it along two arcs.
+int Contourer::Scratch::shape_at(const glm::ivec3& cell, int config) const {
+  const int doubtful = shapes.doubtful_faces(config);
+  if (doubtful == 0) return config;
+  int flips = 0;
+  for (int face = 0; face < 6; ++face) {
+    if (!(doubtful >> face & 1)) continue;
+    glm::ivec3 other = cell;
+    other[face / 2] += face % 2 ? 1 : -1;
+    int neighbour = 0;
+    for (int c = 0; c < 8; ++c) {
+      const auto at = static_cast<std::size_t>(sample(other.x + (c & 1), other.y + (c >> 1 & 1), other.z + (c >> 2)));
+      neighbour |= (brick->distance[at] < 0) << c;
+    }
+    if (shapes.doubtful_faces(neighbour) >> (face ^ 1) & 1) flips |= 1 << face;
   }
+  return shapes.flipped(config, flips);
+}
+
+// Cells, and the patches of surface in each.
+void Contourer::Scratch::find_patches() {
+  const Tissue only = only_tissue(*brick);
+  cells.clear();
+  std::vector<Node>& patches = nodes[0];
   for (int x = 0; x < kCells; ++x) {
     for (int y = 0; y < kCells; ++y) {
-      const std::uint32_t r00 = s.solid[x * kCorners + y], r01 = s.solid[x * kCorners + y + 1];
-      const std::uint32_t r10 = s.solid[(x + 1) * kCorners + y], r11 = s.solid[(x + 1) * kCorners + y + 1];
+      const std::uint32_t r00 = solid[x * kCorners + y], r01 = solid[x * kCorners + y + 1];
+      const std::uint32_t r10 = solid[(x + 1) * kCorners + y], r11 = solid[(x + 1) * kCorners + y + 1];
       const std::uint32_t some = r00 | r01 | r10 | r11, every = r00 & r01 & r10 & r11;
       std::uint32_t surface = (some | some >> 1) & ~(every & every >> 1) & 0xffff;
-      const int row = x * kCells + y;
-      out.active[static_cast<std::size_t>(row >> 2)] |= std::uint64_t{surface} << (16 * (row & 3));
       for (; surface; surface &= surface - 1) {
         const int z = std::countr_zero(surface);
-        auto two = [&](std::uint32_t bits) { return static_cast<int>(bits >> z & 3); };
-        const int a = two(r00), b = two(r10), c = two(r01), d = two(r11);  // corners in the order of x, then y
-        const int config = (a & 1) | (b & 1) << 1 | (c & 1) << 2 | (d & 1) << 3 | (a >> 1) << 4 | (b >> 1) << 5 |
-                           (c >> 1) << 6 | (d >> 1) << 7;
-        int shape = config;
-        if (const int doubtful = shapes.doubtful_faces(config)) {
-          int flips = 0;
-          for (int face = 0; face < 6; ++face) {
-            if (!(doubtful >> face & 1)) continue;
-            const int step = face % 2 ? 1 : -1;
-            const glm::ivec3 other(x + (face / 2 == 0) * step, y + (face / 2 == 1) * step, z + (face / 2 == 2) * step);
-            int neighbour = 0;
-            for (int corner = 0; corner < 8; ++corner) {
-              const float value =
-                  field[sample(other.x + (corner & 1), other.y + (corner >> 1 & 1), other.z + (corner >> 2))];
-              neighbour |= (value < 0) << corner;
-            }
-            if (shapes.doubtful_faces(neighbour) >> (face ^ 1) & 1) flips |= 1 << face;
-          }
-          if (flips) shape = shapes.flipped(config, flips);
-        }
-
+        auto pair = [&](std::uint32_t bits, int at) {  // corners z and z + 1 of a row
+          return static_cast<int>((bits >> z & 1) << at | (bits >> (z + 1) & 1) << (at + 4));
+        };
+        const glm::ivec3 at(x, y, z);
+        const int shape = shape_at(at, pair(r00, 0) | pair(r10, 1) | pair(r01, 2) | pair(r11, 3));
         const CellShape& cell = shapes[shape];
-        const auto first = s.patches.size();
-        out.cells.push_back({static_cast<std::uint16_t>(first), static_cast<std::uint16_t>(shape)});
-        s.cell_of.push_back({x, y, z});
-        s.patches.resize(first + cell.patches);
-        const glm::vec3 centre(static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f,
-                               static_cast<float>(z) + 0.5f);
-        const Crossing* members[12];
-        for (int i = 0; i < cell.edges; ++i) {
-          const int e = cell.edge[static_cast<std::size_t>(i)], axis = e >> 2, u = e & 1, v = e >> 1 & 1;
-          const int cx = x + (axis == 0 ? 0 : u), cy = y + (axis == 0 ? u : axis == 1 ? 0 : v);
-          const int cz = z + (axis == 2 ? 0 : v);
-          members[i] = &s.crossings[s.edge_at[axis][(cx * kCorners + cy) * kCorners + cz]];
-          s.patches[first + cell.patch[static_cast<std::size_t>(e)]].sums.add(members[i]->point - centre,
-                                                                              members[i]->normal, members[i]->curvature);
+        const auto first = patches.size();
+        cells.push_back({glm::u8vec3(at), static_cast<std::uint16_t>(shape), static_cast<std::uint16_t>(first)});
+        patches.resize(first + cell.patches);
+        const glm::vec3 centre = glm::vec3(at) + 0.5f;
+        for (int p = 0; p < cell.patches; ++p) {
+          Moments moments;
+          for (int i = 0; i < cell.edges; ++i) {
+            const std::uint8_t e = cell.edge[static_cast<std::size_t>(i)];
+            if (cell.patch[e] == p) moments.add(crossing_of(at, e), centre);
+          }
+          patches[first + static_cast<std::size_t>(p)].moments = moments;
         }
-        for (std::size_t p = first; p < s.patches.size(); ++p) {
-          Node& patch = s.patches[p];
-          const glm::vec3 mean = unit_or_up(patch.sums.n);
+        for (std::size_t p = first; p < patches.size(); ++p) {
+          Node& patch = patches[p];
+          patch.tissue = only != Tissue::kAir ? only : tissue_around(*brick, at);
+          const glm::vec3 mean = patch.moments.normals() / patch.moments.count();
+          const float length = glm::length(mean);
+          if (1 - length * length < kSmoothSpread) continue;
           for (int i = 0; i < cell.edges && !patch.crease; ++i) {
-            if (cell.patch[cell.edge[static_cast<std::size_t>(i)]] != p - first) continue;
-            // Half the angle between two sides lies between each side and the mean.
-            patch.crease = glm::dot(members[i]->normal, mean) < std::sqrt(0.5f + 0.5f * kCreaseCosine);
+            const std::uint8_t e = cell.edge[static_cast<std::size_t>(i)];
+            if (cell.patch[e] != p - first) continue;
+            const float* n = crossing_of(at, e).normal;
+            patch.crease = glm::dot(glm::vec3(n[0], n[1], n[2]), mean) < kCreaseCosine * length;
           }
-          ContourVertex vertex;
-          if (patch.crease) {
-            vertex.position = crease_vertex(patch.sums, 1) + centre;
-            vertex.crease = true;
-          } else {
-            vertex.position = smooth_vertex(patch.sums, 1) + centre;
-          }
-          vertex.normal = mean;
-          if (only != Tissue::kAir) {
-            vertex.tissue[0] = vertex.tissue[1] = only;
-          } else {
-            mix_tissues(brick, x, y, z, vertex.position, vertex);
-          }
-          patch.tissue = vertex.tissue[0] == vertex.tissue[1] ? vertex.tissue[0] : Tissue::kAir;
-          out.vertices.push_back(vertex);
         }
-        s.state[0][static_cast<std::size_t>(BrickContour::cell_index(x, y, z))] =
+        const int index = BrickContour::cell_index(x, y, z);
+        state[0][static_cast<std::size_t>(index)] =
             shape < 256 && shapes.simple(shape) ? static_cast<std::uint16_t>(first) : kMixed;
-        s.blocks[0].push_back(static_cast<std::uint16_t>(BrickContour::cell_index(x, y, z)));
+        blocks[0].push_back(static_cast<std::uint16_t>(index));
       }
     }
   }
-  std::uint16_t total = 0;
-  for (std::size_t w = 0; w < 64; ++w) {
-    out.before[w] = total;
-    total = static_cast<std::uint16_t>(total + std::popcount(out.active[w]));
+}
+
+PlaneSums Contourer::Scratch::planes_of(const Cell& cell, int patch, const glm::vec3& centre) const {
+  const CellShape& shape = shapes[cell.shape];
+  PlaneSums sums;
+  for (int i = 0; i < shape.edges; ++i) {
+    const std::uint8_t e = shape.edge[static_cast<std::size_t>(i)];
+    if (shape.patch[e] == patch) sums.add(crossing_of(glm::ivec3(cell.at), e), centre);
   }
+  return sums;
+}
 
-  // Blocks of cells whose surface one vertex can stand for, from small to large.
-  auto solid_at = [&](int x, int y, int z) { return s.solid[x * kCorners + y] >> z & 1; };
-  int top = 0;  // the highest level with any merged block
-  for (int level = 1; tolerance >= 0 && level < kLevels; ++level) {
-    const int size = 1 << level, half = size / 2, n = kCells >> level, children_n = n * 2;
-    bool merged_any = false;
-    for (const std::uint16_t child : s.blocks[level - 1]) {
-      const int bx = child / (children_n * children_n) / 2, by = child / children_n % children_n / 2;
-      const int bz = child % children_n / 2;
-      const int block = (bx * n + by) * n + bz;
-      std::uint16_t& state = s.state[level][static_cast<std::size_t>(block)];
-      if (state != kNone) continue;
-      s.blocks[level].push_back(static_cast<std::uint16_t>(block));
-      state = kMixed;
-      const std::vector<Node>& below = level == 1 ? s.patches : s.nodes[level - 1];
-      auto child_state = [&](int c) {
-        return s.state[level - 1][static_cast<std::size_t>(
-            ((2 * bx + (c & 1)) * children_n + 2 * by + (c >> 1 & 1)) * children_n + 2 * bz + (c >> 2))];
-      };
-      bool simple = true;
-      for (int c = 0; c < 8 && simple; ++c) simple = child_state(c) != kMixed;
-      if (!simple) continue;
-
-      // The surface keeps its topology when the block's corners have a simple configuration and the sign in the middle
-      // of each edge, face and of the block is that of one of its corners (Ju et al. 2002, sec. 4.1).
-      const int x0 = bx * size, y0 = by * size, z0 = bz * size;
-      auto sign = [&](int i, int j, int k) { return solid_at(x0 + i * half, y0 + j * half, z0 + k * half); };
-      int config = 0;
-      for (int c = 0; c < 8; ++c) config |= static_cast<int>(sign(2 * (c & 1), c & 2, c >> 1 & 2)) << c;
-      if (!shapes.simple(config)) continue;
-      for (int i = 0; i < 3 && simple; ++i) {
-        for (int j = 0; j < 3 && simple; ++j) {
-          for (int k = 0; k < 3 && simple; ++k) {
-            if (i != 1 && j != 1 && k != 1) continue;
-            const auto middle = sign(i, j, k);
-            bool found = false;
-            for (int c = 0; c < 8 && !found; ++c) {
-              const int ci = 2 * (c & 1), cj = c & 2, ck = c >> 1 & 2;
-              if ((i != 1 && ci != i) || (j != 1 && cj != j) || (k != 1 && ck != k)) continue;
-              found = static_cast<unsigned>(config >> c & 1) == middle;
-            }
-            simple = found;
-          }
+// Of all crossings of all cells in a block.
+PlaneSums Contourer::Scratch::planes_of(const glm::ivec3& low, int size) const {
+  const glm::vec3 centre = glm::vec3(low) + 0.5f * static_cast<float>(size);
+  PlaneSums sums;
+  for (int x = low.x; x < low.x + size; ++x) {
+    for (int y = low.y; y < low.y + size; ++y) {
+      for (int z = low.z; z < low.z + size; ++z) {
+        const std::uint16_t patch = state[0][static_cast<std::size_t>(BrickContour::cell_index(x, y, z))];
+        if (patch == kNone) continue;
+        int config = 0;
+        for (int c = 0; c < 8; ++c) config |= solid_at(x + (c & 1), y + (c >> 1 & 1), z + (c >> 2)) << c;
+        const CellShape& shape = shapes[config];
+        for (int i = 0; i < shape.edges; ++i) {
+          sums.add(crossing_of({x, y, z}, shape.edge[static_cast<std::size_t>(i)]), centre);
         }
       }
-      if (!simple) continue;
-
-      Node node;
-      bool first = true;
-      for (int c = 0; c < 8; ++c) {
-        const std::uint16_t member = child_state(c);
-        if (member == kNone) continue;
-        const Node& from = below[member];
-        const float quarter = 0.5f * static_cast<float>(half);
-        node.sums.add(from.sums, {c & 1 ? quarter : -quarter, c & 2 ? quarter : -quarter, c & 4 ? quarter : -quarter});
-        node.crease |= from.crease;
-        if (first) node.tissue = from.tissue;
-        if (from.tissue != node.tissue) node.tissue = Tissue::kAir;
-        first = false;
-      }
-      const auto side = static_cast<float>(size);
-      if (node.tissue == Tissue::kAir || merge_error(node, side) > tolerance) continue;
-      node.position = glm::vec3(x0, y0, z0) + 0.5f * side +
-                      (node.crease ? crease_vertex(node.sums, side) : smooth_vertex(node.sums, side));
-      const float off = std::abs(field_at(field, node.position));
-      if (off > tolerance + (node.crease ? kCreaseValue : kSmoothValue)) continue;
-      state = static_cast<std::uint16_t>(s.nodes[level].size());
-      s.nodes[level].push_back(node);
-      merged_any = true;
     }
-    if (!merged_any) break;
-    top = level;
   }
+  return sums;
+}
 
-  // Merged cells share the vertex of the largest block around them.
-  if (top > 0) {
-    auto& vertices = out.vertices;
-    std::size_t kept = 0;
-    for (std::size_t i = 0; i < out.cells.size(); ++i) {
-      const glm::ivec3 cell(s.cell_of[i]);
-      BrickContour::Cell& entry = out.cells[i];
-      const std::size_t patches = shapes[entry.shape].patches;
-      int level = 0;
-      std::uint16_t node_number = kNone;
-      for (int up = 1; up <= top; ++up) {
-        const int n = kCells >> up;
-        const std::uint16_t state =
-            s.state[up][static_cast<std::size_t>(((cell.x >> up) * n + (cell.y >> up)) * n + (cell.z >> up))];
-        if (state == kMixed) break;
-        level = up;
-        node_number = state;
-      }
-      if (level == 0) {
-        for (std::size_t p = 0; p < patches; ++p) vertices[kept + p] = vertices[entry.vertex + p];
-        entry.vertex = static_cast<std::uint16_t>(kept);
-        kept += patches;
-        continue;
-      }
-      Node& node = s.nodes[level][node_number];
-      if (node.vertex == kNone) {
-        ContourVertex vertex;
-        vertex.crease = node.crease;
-        vertex.position = node.position;
-        vertex.normal = unit_or_up(node.sums.n);
-        vertex.tissue[0] = vertex.tissue[1] = node.tissue;
-        node.vertex = static_cast<std::uint16_t>(kept);
-        vertices[kept++] = vertex;
-      }
-      entry.vertex = node.vertex;
+// Blocks of 2^level cells whose surface one vertex can stand for, out of those of the level below. False: none.
+bool Contourer::Scratch::merge(int level, float tolerance) {
+  const int size = 1 << level, half = size / 2, n = kCells >> level, children = 2 * n;
+  const auto side = static_cast<float>(size);
+  bool merged = false;
+  for (const std::uint16_t child : blocks[level - 1]) {
+    const int bx = child / (children * children) / 2, by = child / children % children / 2, bz = child % children / 2;
+    const int block = (bx * n + by) * n + bz;
+    std::uint16_t& mine = state[level][static_cast<std::size_t>(block)];
+    if (mine != kNone) continue;
+    blocks[level].push_back(static_cast<std::uint16_t>(block));
+    mine = kMixed;
+    std::uint16_t members[8];
+    bool whole = true;
+    for (int c = 0; c < 8; ++c) {
+      members[c] = state[level - 1][static_cast<std::size_t>(
+          ((2 * bx + (c & 1)) * children + 2 * by + (c >> 1 & 1)) * children + 2 * bz + (c >> 2))];
+      whole &= members[c] != kMixed;
     }
-    vertices.resize(kept);
+    if (!whole) continue;
+
+    const glm::ivec3 low = size * glm::ivec3(bx, by, bz);
+    std::uint32_t signs = 0;
+    for (int i = 0; i < 9; ++i) {
+      const std::uint32_t row = solid[(low.x + i / 3 * half) * kCorners + low.y + i % 3 * half] >> low.z;
+      signs |= ((row & 1) | (row >> half & 1) << 1 | (row >> size & 1) << 2) << (3 * i);
+    }
+    int config = 0;
+    for (int c = 0; c < 8; ++c) config |= static_cast<int>(signs >> mid_bit(2 * (c & 1), c & 2, c >> 1 & 2) & 1) << c;
+    if (!shapes.simple(config) || !middles_agree(signs)) continue;
+
+    Node node;
+    bool first = true;
+    for (int c = 0; c < 8; ++c) {
+      if (members[c] == kNone) continue;
+      const Node& from = nodes[level - 1][members[c]];
+      const float quarter = 0.25f * side;
+      node.moments.add(from.moments, {c & 1 ? quarter : -quarter, c & 2 ? quarter : -quarter, c & 4 ? quarter : -quarter});
+      node.crease |= from.crease;
+      if (first) node.tissue = from.tissue;
+      if (from.tissue != node.tissue) node.tissue = Tissue::kAir;
+      first = false;
+    }
+    if (node.tissue == Tissue::kAir) continue;
+    const glm::vec3 centre = glm::vec3(low) + 0.5f * side;
+    if (node.crease) {
+      // A vertex can stand for the sides of a crease when they meet in the block.
+      const PlaneSums planes = planes_of(low, size);
+      const PlaneFit fit = fit_planes(planes, kFlatEigenvalue);
+      if (3 * fit.residual > tolerance || !inside(fit.point, side)) continue;
+      node.position = centre + fit.point;
+    } else {
+      const float bound = tolerance / (kSag * side * side);
+      if (std::abs(node.moments.curvatures()) > bound * node.moments.count()) continue;
+      if (greatest_curvature(node.moments, kLeastSpread * side * side) > bound) continue;
+      node.position = centre + smooth_vertex(node.moments, side);
+    }
+    const float off = std::abs(field_at(brick->distance.data(), node.position));
+    if (off > tolerance + (node.crease ? kCreaseValue : kSmoothValue)) continue;
+    mine = static_cast<std::uint16_t>(nodes[level].size());
+    nodes[level].push_back(node);
+    merged = true;
   }
+  return merged;
+}
 
-  const glm::vec3 origin(16 * brick.key);
-  for (ContourVertex& vertex : out.vertices) vertex.position += origin;
+// A vertex for every patch that is left, and for every merged block.
+void Contourer::Scratch::place_vertices(int top, BrickContour& out) {
+  const glm::vec3 origin(kCells * brick->key);
+  auto place = [&](const Node& node, const glm::vec3& position) {
+    ContourVertex vertex;
+    vertex.position = origin + position;
+    vertex.normal = unit_or_up(node.moments.normals());
+    vertex.crease = node.crease;
+    vertex.tissue[0] = vertex.tissue[1] = node.tissue;
+    out.vertices.push_back(vertex);
+  };
+  out.cells.reserve(cells.size());
+  for (const Cell& cell : cells) {
+    const glm::ivec3 at(cell.at);
+    const int index = BrickContour::cell_index(at.x, at.y, at.z);
+    if (!out.active[static_cast<std::size_t>(index >> 6)]) {
+      out.before[static_cast<std::size_t>(index >> 6)] = static_cast<std::uint16_t>(out.cells.size());
+    }
+    out.active[static_cast<std::size_t>(index >> 6)] |= std::uint64_t{1} << (index & 63);
 
-  for (int level = 0; level < kLevels; ++level) {
-    for (const std::uint16_t block : s.blocks[level]) s.state[level][block] = kNone;
+    Node* block = nullptr;  // the largest merged one around the cell
+    for (int level = 1; level <= top; ++level) {
+      const int n = kCells >> level;
+      const std::uint16_t up =
+          state[level][static_cast<std::size_t>(((at.x >> level) * n + (at.y >> level)) * n + (at.z >> level))];
+      if (up == kMixed) break;
+      block = &nodes[level][up];
+    }
+    if (block) {
+      if (block->vertex == kNone) {
+        block->vertex = static_cast<std::uint16_t>(out.vertices.size());
+        place(*block, block->position);
+      }
+      out.cells.push_back({block->vertex, cell.shape});
+      continue;
+    }
+    out.cells.push_back({static_cast<std::uint16_t>(out.vertices.size()), cell.shape});
+    const glm::vec3 centre = glm::vec3(at) + 0.5f;
+    for (int p = 0; p < shapes[cell.shape].patches; ++p) {
+      const Node& patch = nodes[0][static_cast<std::size_t>(cell.first + p)];
+      const glm::vec3 position = centre + (patch.crease ? crease_vertex(planes_of(cell, p, centre), 1)
+                                                        : smooth_vertex(patch.moments, 1));
+      place(patch, position);
+      if (patch.tissue == Tissue::kAir) mix_tissues(*brick, at, out.vertices.back(), position);
+    }
   }
 }
 

@@ -20,22 +20,30 @@ float smaller(float p, float q) { return p * q <= 0 ? 0 : std::abs(p) < std::abs
 
 struct Gradient {
   float a = 0, b = 0, c = 0;
-  float excess() const { return std::abs(a * a + b * b + c * c - 1); }
+  float excess() const { return std::abs(a * a - 1 + b * b + c * c); }
 };
 
 // The four pairs of one-sided differences across the edge at a sample, with a given slope along it.
 struct OneSided {
-  Gradient pair[4];
-  int best = 0;
-  OneSided(const float* p, float slope, int b, int c) {
-    const float f = *p;
-    const float bs[2] = {p[b] - f, f - p[-b]}, cs[2] = {p[c] - f, f - p[-c]};
-    for (int i = 0; i < 4; ++i) {
-      pair[i] = {slope, bs[i & 1], cs[i >> 1]};
-      if (pair[i].excess() < pair[best].excess()) best = i;
-    }
+  float a, b[2], c[2];
+
+  OneSided(const float* p, float slope, int stride_b, int stride_c)
+      : a(slope), b{p[stride_b] - *p, *p - p[-stride_b]}, c{p[stride_c] - *p, *p - p[-stride_c]} {}
+
+  Gradient pair(int i) const { return {a, b[i & 1], c[i >> 1]}; }
+  bool unit() const {
+    const float rest = a * a - 1, b0 = rest + b[0] * b[0], b1 = rest + b[1] * b[1];
+    const float c0 = c[0] * c[0], c1 = c[1] * c[1];
+    return (std::abs(b0 + c0) < kUnit) | (std::abs(b1 + c0) < kUnit) | (std::abs(b0 + c1) < kUnit) |
+           (std::abs(b1 + c1) < kUnit);
   }
-  bool unit() const { return pair[best].excess() < kUnit; }
+  Gradient best() const {
+    Gradient best = pair(0);
+    for (int i = 1; i < 4; ++i) {
+      if (pair(i).excess() < best.excess()) best = pair(i);
+    }
+    return best;
+  }
 };
 
 // One plane at both ends of the edge.
@@ -43,9 +51,11 @@ bool same_plane(const OneSided& p, const OneSided& q, Gradient& out) {
   if (!p.unit() || !q.unit()) return false;
   float least = 2 * kSame * kSame;
   bool found = false;
-  for (const Gradient& g : p.pair) {
+  for (int i = 0; i < 4; ++i) {
+    const Gradient g = p.pair(i);
     if (g.excess() >= kUnit) continue;
-    for (const Gradient& h : q.pair) {
+    for (int j = 0; j < 4; ++j) {
+      const Gradient h = q.pair(j);
       if (h.excess() >= kUnit) continue;
       const float off = (g.b - h.b) * (g.b - h.b) + (g.c - h.c) * (g.c - h.c);
       if (off >= least) continue;
@@ -84,14 +94,14 @@ LocalCrossing cross_edge(const float* at, int a, int b, int c) {
       const OneSided side = first ? OneSided(at, slope0, b, c) : OneSided(end, slope1, b, c);
       if (side.unit() || std::abs(jump) > kSlopeJump) {
         t = first ? t0 : t1;
-        g = side.pair[side.best];
+        g = side.best();
         solved = true;
       }
     }
     if (!solved && (here.unit() || there.unit())) {
       // A crease runs beside the edge: one of its ends sees a plane on one side.
-      g = here.pair[here.best].excess() < there.pair[there.best].excess() ? here.pair[here.best]
-                                                                          : there.pair[there.best];
+      const Gradient p = here.best(), q = there.best();
+      g = p.excess() < q.excess() ? p : q;
       solved = true;
     }
   }
@@ -105,8 +115,8 @@ LocalCrossing cross_edge(const float* at, int a, int b, int c) {
     // The Laplacian of a distance is the sum of the principal curvatures.
     curvature = 0.5f * (bend + (1 - t) * (b0 + c0) + t * (b1 + c1));
     if (g.excess() > kAcross) {
-      const Gradient &p = here.pair[here.best], &q = there.pair[there.best];
-      const Gradient& better = p.excess() < q.excess() ? p : q;
+      const Gradient p = here.best(), q = there.best();
+      const Gradient better = p.excess() < q.excess() ? p : q;
       if (3 * better.excess() < g.excess()) {
         g = better;
         curvature = 0;

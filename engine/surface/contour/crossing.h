@@ -6,10 +6,12 @@
 
 namespace typodont::surface {
 
-struct Crossing {
-  glm::vec3 point{0};
-  glm::vec3 normal{0};
-  float curvature = 0;
+/// Point and unit normal; curvature as below. As eight floats, whose outer products are summed (moments.h).
+struct alignas(16) Crossing {
+  float point[3];
+  float normal[3];
+  float curvature;
+  float one = 1;
 };
 
 struct LocalCrossing {

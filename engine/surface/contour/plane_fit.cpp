@@ -1,6 +1,7 @@
 #include "engine/surface/contour/plane_fit.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace typodont::surface {
 namespace {
@@ -39,15 +40,13 @@ void eigen(double a[3][3], double v[3][3]) {
 
 }  // namespace
 
-PlaneFit fit_planes(const CrossingSums& sums, double cutoff, int most) {
-  const double m[3] = {static_cast<double>(sums.x.x) / sums.count, static_cast<double>(sums.x.y) / sums.count,
-                       static_cast<double>(sums.x.z) / sums.count};
+PlaneFit fit_planes(const PlaneSums& sums, double cutoff, int most) {
+  const glm::dvec3 m = sums.point / sums.count;
   const double n00 = sums.nn[0], n01 = sums.nn[1], n02 = sums.nn[2], n11 = sums.nn[3], n12 = sums.nn[4],
                n22 = sums.nn[5];
-  const double nm[3] = {n00 * m[0] + n01 * m[1] + n02 * m[2], n01 * m[0] + n11 * m[1] + n12 * m[2],
-                        n02 * m[0] + n12 * m[1] + n22 * m[2]};
-  // Relative to the mean: A y = b.
-  const double b[3] = {sums.nd.x - nm[0], sums.nd.y - nm[1], sums.nd.z - nm[2]};
+  const glm::dvec3 nm(n00 * m.x + n01 * m.y + n02 * m.z, n01 * m.x + n11 * m.y + n12 * m.z,
+                      n02 * m.x + n12 * m.y + n22 * m.z);
+  const glm::dvec3 b = sums.nd - nm;  // relative to the mean: A y = b
   double a[3][3] = {{n00, n01, n02}, {n01, n11, n12}, {n02, n12, n22}};
   double v[3][3];
   eigen(a, v);
@@ -61,48 +60,15 @@ PlaneFit fit_planes(const CrossingSums& sums, double cutoff, int most) {
   for (const int i : order) {
     if (a[i][i] <= cutoff * greatest || fit.rank == most) break;
     ++fit.rank;
-    const double along = v[0][i] * b[0] + v[1][i] * b[1] + v[2][i] * b[2];
+    const double along = v[0][i] * b.x + v[1][i] * b.y + v[2][i] * b.z;
     const double step = along / a[i][i];
     for (int k = 0; k < 3; ++k) y[k] += step * v[k][i];
     explained += along * step;
   }
-  const double at_mean = static_cast<double>(sums.dd) -
-                         2 * (m[0] * sums.nd.x + m[1] * sums.nd.y + m[2] * sums.nd.z) +
-                         (m[0] * nm[0] + m[1] * nm[1] + m[2] * nm[2]);
-  fit.point = {static_cast<float>(m[0] + y[0]), static_cast<float>(m[1] + y[1]), static_cast<float>(m[2] + y[2])};
+  const double at_mean = sums.dd - 2 * glm::dot(m, sums.nd) + glm::dot(m, nm);
+  fit.point = glm::vec3(m + glm::dvec3(y[0], y[1], y[2]));
   fit.residual = static_cast<float>(std::sqrt(std::max(0.0, (at_mean - explained) / sums.count)));
   return fit;
-}
-
-float greatest_curvature(const CrossingSums& sums, float least) {
-  const float w = 1 / sums.count, mean_curvature = sums.curvature * w;
-  const glm::vec3 x = sums.x * w, n = sums.n * w;
-  const float length = glm::length(n);
-  if (length < 1e-6f) return 1;
-  const glm::vec3 unit = n / length;
-  const glm::vec3 u = glm::normalize(std::abs(unit.x) < 0.7f ? glm::vec3(0, -unit.z, unit.y)
-                                                             : glm::vec3(unit.y, -unit.x, 0));
-  const glm::vec3 v = glm::cross(unit, u);
-
-  // Covariances in the tangent plane: of places X, and of normals with places C. Shape operator S = C X⁻¹.
-  const std::array<float, 6>& m = sums.xx;
-  auto place = [&](const glm::vec3& a, const glm::vec3& b) {
-    return w * (a.x * (m[0] * b.x + m[1] * b.y + m[2] * b.z) + a.y * (m[1] * b.x + m[3] * b.y + m[4] * b.z) +
-                a.z * (m[2] * b.x + m[4] * b.y + m[5] * b.z)) -
-           glm::dot(a, x) * glm::dot(b, x);
-  };
-  auto change = [&](const glm::vec3& a, const glm::vec3& b) {  // of the normal along a with the place along b
-    return w * glm::dot(a, sums.nx * b) - glm::dot(a, n) * glm::dot(b, x);
-  };
-  const float xuu = place(u, u) + least, xvv = place(v, v) + least, xuv = place(u, v);
-  const float cuu = change(u, u) + least * mean_curvature, cvv = change(v, v) + least * mean_curvature;
-  const float cuv = change(u, v), cvu = change(v, u);
-  const float determinant = xuu * xvv - xuv * xuv;
-  if (!(determinant > 0)) return std::abs(mean_curvature);
-  const float suu = (cuu * xvv - cuv * xuv) / determinant, suv = (cuv * xuu - cuu * xuv) / determinant;
-  const float svu = (cvu * xvv - cvv * xuv) / determinant, svv = (cvv * xuu - cvu * xuv) / determinant;
-  const float middle = 0.5f * (suu + svv), shear = 0.5f * (suv + svu), stretch = 0.5f * (suu - svv);
-  return std::abs(middle) + std::sqrt(stretch * stretch + shear * shear);
 }
 
 }  // namespace typodont::surface

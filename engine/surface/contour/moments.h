@@ -1,0 +1,55 @@
+// What is known of the crossings in a cell or a block of cells: sums that add up, and what follows from them.
+#pragma once
+
+#include <cstring>
+#include <glm/glm.hpp>
+
+#include "engine/surface/contour/crossing.h"
+
+namespace typodont::surface {
+
+/// Sums over crossings (point p, unit normal n, mean curvature H) of the outer product of (p, 1) and (p, n, H, 1).
+/// Points are relative to the centre of the cell or block, so that single precision is enough.
+struct Moments {
+  using Four = float __attribute__((vector_size(16)));
+  Four m[4][2] = {};  // row i: p_i (or 1) times p.x p.y p.z n.x | n.y n.z H 1
+
+  void add(const Crossing& crossing, const glm::vec3& centre) {
+    Four low, high;
+    std::memcpy(&low, crossing.point, sizeof low);
+    std::memcpy(&high, crossing.normal + 1, sizeof high);
+    low -= Four{centre.x, centre.y, centre.z, 0};
+    for (int i = 0; i < 3; ++i) {
+      m[i][0] += low[i] * low;
+      m[i][1] += low[i] * high;
+    }
+    m[3][0] += low;
+    m[3][1] += high;
+  }
+  /// Adds moments whose centre lies at `shift` from this one's.
+  void add(const Moments& o, const glm::vec3& shift) {
+    const Four by{shift.x, shift.y, shift.z, 0};
+    for (int i = 0; i < 4; ++i) {
+      Four low = o.m[i][0], high = o.m[i][1];
+      if (i < 3) {
+        low += shift[i] * o.m[3][0];
+        high += shift[i] * o.m[3][1];
+      }
+      m[i][0] += low + high[3] * by;
+      m[i][1] += high;
+    }
+  }
+
+  float at(int i, int j) const { return m[i][j >> 2][j & 3]; }
+  float count() const { return m[3][1][3]; }
+  glm::vec3 points() const { return {at(3, 0), at(3, 1), at(3, 2)}; }         // Σ p
+  glm::vec3 normals() const { return {at(3, 3), at(3, 4), at(3, 5)}; }        // Σ n
+  float curvatures() const { return at(3, 6); }                               // Σ H
+  float points_by_normals() const { return at(0, 3) + at(1, 4) + at(2, 5); }  // Σ p·n
+};
+
+/// The greatest principal curvature (absolute) that makes normals change with place as they do in the block. In a
+/// direction in which the points spread by less than `least` (a variance) the mean curvature of the crossings stands in.
+float greatest_curvature(const Moments& moments, float least);
+
+}  // namespace typodont::surface
