@@ -82,11 +82,6 @@ void run(const Options& options) {
     tick.X_WT = tick.X_WG = haptics::read_hand_path(options.pose).at(options.at).X_WT;
     tick.spindle = scene.servo.spindle.free_speed;
   }
-  std::error_code code;
-  fs::create_directories(options.out, code);
-  if (code || !fs::is_directory(options.out))
-    throw Error(options.out, "", code ? code.message() : "not a folder", "a folder that can be made");
-
   haptics::TissueVolume volume = load_tissue(scene);
   PictureStage::Options stage_options;
   for (const render::Quality& step : render::kQualityLadder)
@@ -122,6 +117,10 @@ void run(const Options& options) {
   if (options.validate) frame["validation_messages"] = stage.validation_messages();
 
   const fs::path out = options.out;
+  std::error_code code;
+  fs::create_directories(out, code);
+  if (code || !fs::is_directory(out))
+    throw Error(options.out, "", code ? code.message() : "not a folder", "a folder that can be made");
   std::vector<std::string> written;
   const auto write = [&](const char* name, const render::Picture& picture) {
     render::write_png(out / name, picture);

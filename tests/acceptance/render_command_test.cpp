@@ -1,0 +1,164 @@
+// typodont render, as typed: pictures and the matrices behind them, against formulas written down here once more.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+
+#include "engine/base/json.h"
+#include "engine/render/picture.h"
+#include "tests/support/program.h"
+
+namespace typodont {
+namespace {
+
+using namespace test;
+using testing::AllOf;
+using testing::HasSubstr;
+using glm::dvec3;
+using glm::dvec4;
+
+constexpr const char* kScene = R"({"tissue": {"voxel_mm": 0.2, "solids": [
+  {"tissue": "enamel", "solid": {"sphere": {"center_mm": [1, 2, 3], "radius_mm": 3}}}]},
+  "tool": {"shape": "sphere", "diameter_mm": 1.0}, "parts": ["render"]})";
+
+// A desk screen of 60 × 45 mm in z = 0, and a panel hung face down over a level mirror.
+constexpr const char* kDesk = R"({"display": "offscreen",
+  "screen": {"corners_mm": {"lower_left": [-30,-22.5,0], "lower_right": [30,-22.5,0], "upper_left": [-30,22.5,0]},
+             "pixels": [640,480], "layout": "LAYOUT"},
+  "head": {"eye_center_mm": [5, 10, 400], "ipd_mm": 64}})";
+constexpr const char* kMirror = R"({"display": "mirror",
+  "screen": {"corners_mm": {"lower_left": [30,60,30], "lower_right": [-30,60,30], "upper_left": [30,60,-15]},
+             "pixels": [640,480], "layout": "row_interleaved"},
+  "mirror": {"normal": [0,1,0], "offset_mm": 30},
+  "head": {"eye_center_mm": [0, 400, 20], "ipd_mm": 64}})";
+
+struct RenderCommand : testing::Test {
+  ProgramFolder folder{TYPODONT_PROGRAM};
+  std::string f = folder.path().string();
+  RenderCommand() { folder.write("scene.json", kScene); }
+
+  Json render(const std::string& rig, const std::string& more = "") {
+    folder.write("rig.json", rig);
+    const Ran ran = folder.run(fmt::format("render {0}/scene.json --rig {0}/rig.json --out {0}/out --validate {1}", f, more));
+    EXPECT_EQ(ran.status, 0) << ran.err;
+    return Json::load(folder / "out/frame.json");
+  }
+  static std::string desk(std::string layout) {
+    std::string rig = kDesk;
+    return rig.replace(rig.find("LAYOUT"), 6, layout);
+  }
+};
+
+using Matrix = std::array<double, 16>;
+Matrix matrix(const Json& json) {
+  const auto n = json.numbers(16);
+  Matrix m;
+  std::copy(n.begin(), n.end(), m.begin());
+  return m;
+}
+dvec4 times(const Matrix& m, const dvec4& v) {
+  dvec4 r(0);
+  for (int i = 0; i < 4; ++i)
+    for (int k = 0; k < 4; ++k) r[i] += m[static_cast<std::size_t>(4 * i + k)] * v[k];
+  return r;
+}
+
+/// Kooima 2009 in millimetres, written out: corners as the eye sees them, v_n towards the eye.
+void expect_kooima(const Json& eye, const dvec3& pe, const dvec3& pa, const dvec3& pb, const dvec3& pc, bool mirrored) {
+  const dvec3 vr = glm::normalize(pb - pa), vu = glm::normalize(pc - pa);
+  const dvec3 vn = glm::cross(vr, vu) * (mirrored ? -1.0 : 1.0);
+  const double d = -glm::dot(vn, pa - pe), n = eye["frustum"]["near"].number(), far = eye["frustum"]["far"].number();
+  const double l = glm::dot(vr, pa - pe) * n / d, r = glm::dot(vr, pb - pe) * n / d;
+  const double b = glm::dot(vu, pa - pe) * n / d, t = glm::dot(vu, pc - pe) * n / d;
+  EXPECT_NEAR(eye["frustum"]["left"].number(), l, 1e-9);
+  EXPECT_NEAR(eye["frustum"]["right"].number(), r, 1e-9);
+  EXPECT_NEAR(eye["frustum"]["bottom"].number(), b, 1e-9);
+  EXPECT_NEAR(eye["frustum"]["top"].number(), t, 1e-9);
+  const Matrix p = matrix(eye["projection"]), expected{2 * n / (r - l), 0, (r + l) / (r - l), 0,                        //
+                                                       0, -2 * n / (t - b), -(t + b) / (t - b), 0,                      //
+                                                       0, 0, -far / (far - n), -far * n / (far - n), 0, 0, -1, 0};
+  for (std::size_t i = 0; i < 16; ++i) EXPECT_NEAR(p[i], expected[i], 1e-9) << i;
+  const Matrix view = matrix(eye["view"]);
+  const dvec3 rows[3] = {vr, vu, vn};
+  for (std::size_t i = 0; i < 3; ++i) {
+    for (int k = 0; k < 3; ++k) EXPECT_NEAR(view[4 * i + static_cast<std::size_t>(k)], rows[i][k], 1e-9);
+    EXPECT_NEAR(view[4 * i + 3], -glm::dot(rows[i], pe), 1e-9);
+  }
+  EXPECT_EQ(eye["flip"].boolean(), mirrored);
+}
+
+TEST_F(RenderCommand, MatricesAreTheFormulas) {
+  const Json frame = render(desk("side_by_side"));
+  const dvec3 pa(-30, -22.5, 0), pb(30, -22.5, 0), pc(-30, 22.5, 0);
+  expect_kooima(frame["left"], {5 - 32, 10, 400}, pa, pb, pc, false);
+  expect_kooima(frame["right"], {5 + 32, 10, 400}, pa, pb, pc, false);
+  EXPECT_EQ(frame["validation_messages"].integer(), 0);
+}
+
+TEST_F(RenderCommand, InAMirrorTheScreenIsReflectedAndTheWindingTurned) {
+  const Json frame = render(kMirror);
+  expect_kooima(frame["left"], {-32, 400, 20}, {30, 0, 30}, {-30, 0, 30}, {30, 0, -15}, true);
+  expect_kooima(frame["right"], {32, 400, 20}, {30, 0, 30}, {-30, 0, 30}, {30, 0, -15}, true);
+}
+
+TEST_F(RenderCommand, TheBallIsWhereTheMatricesSay) {
+  for (const std::string& rig : {desk("row_interleaved"), std::string(kMirror)}) {
+    const Json frame = render(rig, "--size 800x600");
+    for (const char* name : {"left", "right"}) {
+      const Json eye = frame[name];
+      const dvec4 e = times(matrix(eye["view"]), {1, 2, 3, 1}), c = times(matrix(eye["projection"]), e);
+      const render::Picture picture = render::read_png(folder / fmt::format("out/{}.png", name));
+      ASSERT_EQ(picture.size, glm::ivec2(800, 600));
+      double x = 0, y = 0, weight = 0;
+      for (int j = 0; j < 600; ++j)
+        for (int i = 0; i < 800; ++i)
+          if (picture.at(i, j)[0] > 90) x += i + 0.5, y += j + 0.5, ++weight;
+      ASSERT_GT(weight, 1000) << name;
+      EXPECT_NEAR(2 * x / weight / 800 - 1, c.x / c.w, 4.0 / 800) << name;
+      EXPECT_NEAR(2 * y / weight / 600 - 1, c.y / c.w, 4.0 / 600) << name;
+    }
+  }
+}
+
+TEST_F(RenderCommand, AFrameIsDrawnOnceAndAnUnchangedOneNot) {
+  const Json frame = render(desk("side_by_side"));
+  EXPECT_TRUE(frame["frame"]["drawn"].boolean());
+  EXPECT_GT(frame["frame"]["bricks"]["drawn"].integer(), 0);
+  EXPECT_FALSE(frame["unchanged"]["drawn"].boolean());
+  EXPECT_EQ(frame["unchanged"]["commands"].integer(), 0);
+  EXPECT_EQ(frame["unchanged"]["passes"].integer(), 0);
+  EXPECT_EQ(frame["unchanged"]["frames"].integer(), 1);
+}
+
+TEST_F(RenderCommand, EveryLayoutHasItsScreenAndMonoOneView) {
+  const std::pair<const char*, glm::ivec2> layouts[] = {{"mono", {200, 150}},        {"side_by_side", {400, 150}},
+                                                        {"top_bottom", {200, 300}},  {"row_interleaved", {200, 150}},
+                                                        {"anaglyph", {200, 150}},    {"two_outputs", {400, 150}},
+                                                        {"frame_sequential", {200, 300}}};
+  for (const auto& [layout, size] : layouts) {
+    const Json frame = render(desk(layout), "--size 200x150");
+    EXPECT_EQ(render::read_png(folder / "out/screen.png").size, size) << layout;
+    EXPECT_EQ(render::read_png(folder / "out/right.png").size, glm::ivec2(200, 150)) << layout;
+    EXPECT_EQ(frame["frame"]["views"].integer(), std::string(layout) == "mono" ? 1 : 2);
+  }
+}
+
+TEST_F(RenderCommand, BadInputIsExitTwoAndLeavesNothing) {
+  const auto refuse = [&](const std::string& arguments, const testing::Matcher<std::string>& message) {
+    const Ran ran = folder.run(fmt::format("render {0}/scene.json --out {0}/none {1}", f, arguments));
+    EXPECT_EQ(ran.status, 2) << arguments << ran.err;
+    EXPECT_THAT(ran.err, message);
+    EXPECT_EQ(ran.out, "");
+    EXPECT_FALSE(std::filesystem::exists(folder / "none")) << arguments;
+  };
+  folder.write("rig.json", desk("cross_eyed"));
+  refuse(fmt::format("--rig {}/rig.json", f), AllOf(HasSubstr("rig.json"), HasSubstr("screen.layout"), HasSubstr("cross_eyed"), HasSubstr("row_interleaved")));
+  refuse("--rig nowhere.json", HasSubstr("nowhere.json"));
+  refuse("--size 12x", AllOf(HasSubstr("--size"), HasSubstr("12x")));
+  refuse("--at 3", HasSubstr("--pose"));
+  refuse(fmt::format("--pose {}/missing.csv", f), HasSubstr("missing.csv"));
+}
+
+}  // namespace
+}  // namespace typodont
