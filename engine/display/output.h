@@ -17,12 +17,12 @@ namespace typodont::display {
 /// What the composed frame is drawn into.
 struct Target {
   VkImage image = VK_NULL_HANDLE;
-  std::vector<VkImageView> layers;           // one, or two where the surface is stereo itself
+  std::vector<VkImageView> layers;  // one, or two where the surface is stereo itself
   ivec2 size{0};
   VkFormat format = VK_FORMAT_UNDEFINED;
   VkImageLayout final_layout = VK_IMAGE_LAYOUT_UNDEFINED;
-  VkSemaphore ready = VK_NULL_HANDLE;        // wait for it before drawing
-  VkSemaphore done = VK_NULL_HANDLE;         // signal it after drawing
+  VkSemaphore ready = VK_NULL_HANDLE;  // wait for it before drawing
+  VkSemaphore done = VK_NULL_HANDLE;   // signal it after drawing
 };
 
 /// Composes the eyes by layout. Creates its pipeline for the first target.
@@ -48,8 +48,8 @@ struct UserInput {
   bool close = false;
   dvec2 pointer{0, 0};  // −1..1 over the picture, y up
   bool left = false, right = false, middle = false;
-  double wheel = 0;         // steps since the last poll
-  std::vector<int> pressed; // keys pressed since the last poll, upper-case ASCII or GLFW codes
+  double wheel = 0;          // steps since the last poll
+  std::vector<int> pressed;  // keys pressed since the last poll, upper-case ASCII or GLFW codes
 };
 
 class Output {
@@ -75,8 +75,8 @@ std::unique_ptr<Output> make_offscreen(gpu::Device& device, ivec2 size);
 struct WindowOptions {
   std::string title = "Typodont";
   ivec2 size{1280, 720};
-  int output = -1;           // full screen on this monitor; −1: a window
-  bool stereo_surface = false;  // two layers, for frame-sequential displays
+  int output = -1;                      // full screen on this monitor; −1: a window
+  bool stereo_surface = false;          // two layers, for frame-sequential displays
   double most_frames_per_second = 120;  // where presenting does not wait for the screen
 };
 /// What Device::create needs for a window. Throws Error where there is no desktop to open one on.

@@ -17,16 +17,26 @@ constexpr const char* kValidationLayer = "VK_LAYER_KHRONOS_validation";
 
 const char* name_of(VkResult result) {
   switch (result) {
-    case VK_ERROR_OUT_OF_HOST_MEMORY: return "out of host memory";
-    case VK_ERROR_OUT_OF_DEVICE_MEMORY: return "out of device memory";
-    case VK_ERROR_DEVICE_LOST: return "device lost";
-    case VK_ERROR_SURFACE_LOST_KHR: return "surface lost";
-    case VK_ERROR_INITIALIZATION_FAILED: return "initialization failed";
-    case VK_ERROR_FEATURE_NOT_PRESENT: return "feature not present";
-    case VK_ERROR_EXTENSION_NOT_PRESENT: return "extension not present";
-    case VK_ERROR_INCOMPATIBLE_DRIVER: return "no Vulkan driver";
-    case VK_TIMEOUT: return "timeout";
-    default: return "error";
+    case VK_ERROR_OUT_OF_HOST_MEMORY:
+      return "out of host memory";
+    case VK_ERROR_OUT_OF_DEVICE_MEMORY:
+      return "out of device memory";
+    case VK_ERROR_DEVICE_LOST:
+      return "device lost";
+    case VK_ERROR_SURFACE_LOST_KHR:
+      return "surface lost";
+    case VK_ERROR_INITIALIZATION_FAILED:
+      return "initialization failed";
+    case VK_ERROR_FEATURE_NOT_PRESENT:
+      return "feature not present";
+    case VK_ERROR_EXTENSION_NOT_PRESENT:
+      return "extension not present";
+    case VK_ERROR_INCOMPATIBLE_DRIVER:
+      return "no Vulkan driver";
+    case VK_TIMEOUT:
+      return "timeout";
+    default:
+      return "error";
   }
 }
 
@@ -60,9 +70,8 @@ VkInstance create_instance(const DeviceOptions& options, VkDebugUtilsMessengerCr
     layers.push_back(kValidationLayer);
     extensions.push_back(VK_EXT_DEBUG_UTILS_EXTENSION_NAME);
   }
-  const VkApplicationInfo application{.sType = VK_STRUCTURE_TYPE_APPLICATION_INFO,
-                                      .pApplicationName = "typodont",
-                                      .apiVersion = VK_API_VERSION_1_3};
+  const VkApplicationInfo application{
+      .sType = VK_STRUCTURE_TYPE_APPLICATION_INFO, .pApplicationName = "typodont", .apiVersion = VK_API_VERSION_1_3};
   const VkInstanceCreateInfo info{.sType = VK_STRUCTURE_TYPE_INSTANCE_CREATE_INFO,
                                   .pNext = options.validation ? messenger : nullptr,
                                   .pApplicationInfo = &application,
@@ -88,18 +97,24 @@ std::vector<VkPhysicalDevice> physical_devices(VkInstance instance) {
 
 int rank(const VkPhysicalDeviceProperties& p) {
   switch (p.deviceType) {
-    case VK_PHYSICAL_DEVICE_TYPE_DISCRETE_GPU: return 0;
-    case VK_PHYSICAL_DEVICE_TYPE_INTEGRATED_GPU: return 1;
-    case VK_PHYSICAL_DEVICE_TYPE_VIRTUAL_GPU: return 2;
-    case VK_PHYSICAL_DEVICE_TYPE_CPU: return 3;
-    default: return 4;
+    case VK_PHYSICAL_DEVICE_TYPE_DISCRETE_GPU:
+      return 0;
+    case VK_PHYSICAL_DEVICE_TYPE_INTEGRATED_GPU:
+      return 1;
+    case VK_PHYSICAL_DEVICE_TYPE_VIRTUAL_GPU:
+      return 2;
+    case VK_PHYSICAL_DEVICE_TYPE_CPU:
+      return 3;
+    default:
+      return 4;
   }
 }
 
 }  // namespace
 
 void check(VkResult result, const char* call) {
-  if (result != VK_SUCCESS) throw RunFailure(fmt::format("{}: {} ({})", call, name_of(result), static_cast<int>(result)));
+  if (result != VK_SUCCESS)
+    throw RunFailure(fmt::format("{}: {} ({})", call, name_of(result), static_cast<int>(result)));
 }
 
 RangeAllocator::RangeAllocator(std::uint64_t size) : size_(size), free_(size) {
@@ -210,9 +225,8 @@ Device Device::create(const DeviceOptions& options) {
                                          .synchronization2 = VK_TRUE,
                                          .dynamicRendering = VK_TRUE,
                                          .maintenance4 = VK_TRUE};
-    VkPhysicalDeviceVulkan11Features v11{.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_1_FEATURES,
-                                         .pNext = &v13,
-                                         .multiview = VK_TRUE};
+    VkPhysicalDeviceVulkan11Features v11{
+        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_1_FEATURES, .pNext = &v13, .multiview = VK_TRUE};
     VkPhysicalDeviceFeatures2 features{.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FEATURES_2,
                                        .pNext = &v11,
                                        .features = {.multiDrawIndirect = VK_TRUE}};
@@ -254,7 +268,9 @@ void Device::destroy() {
   }
 }
 
-int Device::validation_messages() const { return *messages_; }
+int Device::validation_messages() const {
+  return *messages_;
+}
 
 Allocation Device::allocate(const VkMemoryRequirements& requirements, VkMemoryPropertyFlags required,
                             VkMemoryPropertyFlags preferred, bool image) {

@@ -59,7 +59,7 @@ struct Device {
   // Both eyes can be drawn in one pass. Not on lavapipe 22.3: triangles it clips lose their view and land in the other
   // eye, and only the first layer of a multisampled pass is resolved.
   bool multiview = true;
-  bool processor = false;                  // a processor plays the GPU: keep the frame cheap
+  bool processor = false;  // a processor plays the GPU: keep the frame cheap
   int max_samples = 1;
 
   /// Throws Error with what to install when there is no Vulkan 1.3 device.

@@ -24,12 +24,11 @@ Buffer create_buffer(Device& device, VkDeviceSize size, VkBufferUsageFlags usage
 
 VkImageView create_view(Device& device, const Image& image, VkFormat format, std::uint32_t first, std::uint32_t count,
                         VkImageViewType type) {
-  const VkImageViewCreateInfo info{
-      .sType = VK_STRUCTURE_TYPE_IMAGE_VIEW_CREATE_INFO,
-      .image = image.image,
-      .viewType = type,
-      .format = format,
-      .subresourceRange = {image.options.aspect, 0, 1, first, count}};
+  const VkImageViewCreateInfo info{.sType = VK_STRUCTURE_TYPE_IMAGE_VIEW_CREATE_INFO,
+                                   .image = image.image,
+                                   .viewType = type,
+                                   .format = format,
+                                   .subresourceRange = {image.options.aspect, 0, 1, first, count}};
   VkImageView view = VK_NULL_HANDLE;
   check(vkCreateImageView(device.device, &info, nullptr, &view), "vkCreateImageView");
   return view;
@@ -46,8 +45,7 @@ VkShaderModule create_module(Device& device, std::span<const std::uint32_t> code
 }  // namespace
 
 Buffer Buffer::create(Device& device, VkDeviceSize size, VkBufferUsageFlags usage) {
-  return create_buffer(device, size, usage,
-                       VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT,
+  return create_buffer(device, size, usage, VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT,
                        VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT);
 }
 
@@ -66,19 +64,19 @@ void Buffer::destroy(Device& device) {
 Image Image::create(Device& device, const ImageOptions& options) {
   Image image;
   image.options = options;
-  const VkImageCreateInfo info{
-      .sType = VK_STRUCTURE_TYPE_IMAGE_CREATE_INFO,
-      .flags = options.alias != VK_FORMAT_UNDEFINED ? VkImageCreateFlags{VK_IMAGE_CREATE_MUTABLE_FORMAT_BIT}
-                                                    : VkImageCreateFlags{0},
-      .imageType = VK_IMAGE_TYPE_2D,
-      .format = options.format,
-      .extent = {options.size.width, options.size.height, 1},
-      .mipLevels = 1,
-      .arrayLayers = options.layers,
-      .samples = static_cast<VkSampleCountFlagBits>(options.samples),
-      .tiling = VK_IMAGE_TILING_OPTIMAL,
-      .usage = options.usage,
-      .initialLayout = VK_IMAGE_LAYOUT_UNDEFINED};
+  const VkImageCreateInfo info{.sType = VK_STRUCTURE_TYPE_IMAGE_CREATE_INFO,
+                               .flags = options.alias != VK_FORMAT_UNDEFINED
+                                            ? VkImageCreateFlags{VK_IMAGE_CREATE_MUTABLE_FORMAT_BIT}
+                                            : VkImageCreateFlags{0},
+                               .imageType = VK_IMAGE_TYPE_2D,
+                               .format = options.format,
+                               .extent = {options.size.width, options.size.height, 1},
+                               .mipLevels = 1,
+                               .arrayLayers = options.layers,
+                               .samples = static_cast<VkSampleCountFlagBits>(options.samples),
+                               .tiling = VK_IMAGE_TILING_OPTIMAL,
+                               .usage = options.usage,
+                               .initialLayout = VK_IMAGE_LAYOUT_UNDEFINED};
   check(vkCreateImage(device.device, &info, nullptr, &image.image), "vkCreateImage");
   VkMemoryRequirements requirements;
   vkGetImageMemoryRequirements(device.device, image.image, &requirements);
@@ -87,8 +85,7 @@ Image Image::create(Device& device, const ImageOptions& options) {
   constexpr VkImageUsageFlags kViewed =
       VK_IMAGE_USAGE_SAMPLED_BIT | VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT | VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT;
   if (!(options.usage & kViewed)) return image;
-  image.view =
-      create_view(device, image, options.format, 0, options.layers, VK_IMAGE_VIEW_TYPE_2D_ARRAY);
+  image.view = create_view(device, image, options.format, 0, options.layers, VK_IMAGE_VIEW_TYPE_2D_ARRAY);
   if (options.alias != VK_FORMAT_UNDEFINED)
     image.alias_view = create_view(device, image, options.alias, 0, options.layers, VK_IMAGE_VIEW_TYPE_2D_ARRAY);
   for (std::uint32_t layer = 0; layer < options.layers; ++layer)
@@ -108,21 +105,19 @@ void Image::destroy(Device& device) {
 void transition(VkCommandBuffer commands, VkImage image, VkImageAspectFlags aspect, VkImageLayout from,
                 VkImageLayout to, VkPipelineStageFlags2 source_stage, VkAccessFlags2 source_access,
                 VkPipelineStageFlags2 stage, VkAccessFlags2 access) {
-  const VkImageMemoryBarrier2 barrier{
-      .sType = VK_STRUCTURE_TYPE_IMAGE_MEMORY_BARRIER_2,
-      .srcStageMask = source_stage,
-      .srcAccessMask = source_access,
-      .dstStageMask = stage,
-      .dstAccessMask = access,
-      .oldLayout = from,
-      .newLayout = to,
-      .srcQueueFamilyIndex = VK_QUEUE_FAMILY_IGNORED,
-      .dstQueueFamilyIndex = VK_QUEUE_FAMILY_IGNORED,
-      .image = image,
-      .subresourceRange = {aspect, 0, 1, 0, VK_REMAINING_ARRAY_LAYERS}};
-  const VkDependencyInfo dependency{.sType = VK_STRUCTURE_TYPE_DEPENDENCY_INFO,
-                                    .imageMemoryBarrierCount = 1,
-                                    .pImageMemoryBarriers = &barrier};
+  const VkImageMemoryBarrier2 barrier{.sType = VK_STRUCTURE_TYPE_IMAGE_MEMORY_BARRIER_2,
+                                      .srcStageMask = source_stage,
+                                      .srcAccessMask = source_access,
+                                      .dstStageMask = stage,
+                                      .dstAccessMask = access,
+                                      .oldLayout = from,
+                                      .newLayout = to,
+                                      .srcQueueFamilyIndex = VK_QUEUE_FAMILY_IGNORED,
+                                      .dstQueueFamilyIndex = VK_QUEUE_FAMILY_IGNORED,
+                                      .image = image,
+                                      .subresourceRange = {aspect, 0, 1, 0, VK_REMAINING_ARRAY_LAYERS}};
+  const VkDependencyInfo dependency{
+      .sType = VK_STRUCTURE_TYPE_DEPENDENCY_INFO, .imageMemoryBarrierCount = 1, .pImageMemoryBarriers = &barrier};
   vkCmdPipelineBarrier2(commands, &dependency);
 }
 
@@ -217,11 +212,10 @@ VkPipeline create_pipeline(Device& device, const PipelineOptions& o) {
   const VkPipelineMultisampleStateCreateInfo multisample{
       .sType = VK_STRUCTURE_TYPE_PIPELINE_MULTISAMPLE_STATE_CREATE_INFO,
       .rasterizationSamples = static_cast<VkSampleCountFlagBits>(o.samples)};
-  const VkPipelineDepthStencilStateCreateInfo depth{
-      .sType = VK_STRUCTURE_TYPE_PIPELINE_DEPTH_STENCIL_STATE_CREATE_INFO,
-      .depthTestEnable = o.depth != VK_FORMAT_UNDEFINED,
-      .depthWriteEnable = o.depth != VK_FORMAT_UNDEFINED && o.depth_write,
-      .depthCompareOp = o.depth_compare};
+  const VkPipelineDepthStencilStateCreateInfo depth{.sType = VK_STRUCTURE_TYPE_PIPELINE_DEPTH_STENCIL_STATE_CREATE_INFO,
+                                                    .depthTestEnable = o.depth != VK_FORMAT_UNDEFINED,
+                                                    .depthWriteEnable = o.depth != VK_FORMAT_UNDEFINED && o.depth_write,
+                                                    .depthCompareOp = o.depth_compare};
   const VkPipelineColorBlendAttachmentState attachment{
       .blendEnable = o.blend,
       .srcColorBlendFactor = VK_BLEND_FACTOR_ONE,
@@ -230,13 +224,12 @@ VkPipeline create_pipeline(Device& device, const PipelineOptions& o) {
       .srcAlphaBlendFactor = VK_BLEND_FACTOR_ONE,
       .dstAlphaBlendFactor = VK_BLEND_FACTOR_ONE_MINUS_SRC_ALPHA,
       .alphaBlendOp = VK_BLEND_OP_ADD,
-      .colorWriteMask = VK_COLOR_COMPONENT_R_BIT | VK_COLOR_COMPONENT_G_BIT | VK_COLOR_COMPONENT_B_BIT |
-                        VK_COLOR_COMPONENT_A_BIT};
+      .colorWriteMask =
+          VK_COLOR_COMPONENT_R_BIT | VK_COLOR_COMPONENT_G_BIT | VK_COLOR_COMPONENT_B_BIT | VK_COLOR_COMPONENT_A_BIT};
   const bool color = o.color != VK_FORMAT_UNDEFINED;
-  const VkPipelineColorBlendStateCreateInfo blend{
-      .sType = VK_STRUCTURE_TYPE_PIPELINE_COLOR_BLEND_STATE_CREATE_INFO,
-      .attachmentCount = color ? 1u : 0u,
-      .pAttachments = &attachment};
+  const VkPipelineColorBlendStateCreateInfo blend{.sType = VK_STRUCTURE_TYPE_PIPELINE_COLOR_BLEND_STATE_CREATE_INFO,
+                                                  .attachmentCount = color ? 1u : 0u,
+                                                  .pAttachments = &attachment};
   const std::array<VkDynamicState, 3> dynamics{VK_DYNAMIC_STATE_VIEWPORT, VK_DYNAMIC_STATE_SCISSOR,
                                                VK_DYNAMIC_STATE_FRONT_FACE};
   const VkPipelineDynamicStateCreateInfo dynamic{.sType = VK_STRUCTURE_TYPE_PIPELINE_DYNAMIC_STATE_CREATE_INFO,

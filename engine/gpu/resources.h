@@ -40,9 +40,9 @@ struct ImageOptions {
 
 struct Image {
   VkImage image = VK_NULL_HANDLE;
-  VkImageView view = VK_NULL_HANDLE;              // all layers, as an array
-  VkImageView alias_view = VK_NULL_HANDLE;        // all layers, read as the second format
-  std::vector<VkImageView> layer_views;           // each layer, 2D
+  VkImageView view = VK_NULL_HANDLE;        // all layers, as an array
+  VkImageView alias_view = VK_NULL_HANDLE;  // all layers, read as the second format
+  std::vector<VkImageView> layer_views;     // each layer, 2D
   ImageOptions options;
   Allocation memory;
 
@@ -80,7 +80,7 @@ struct PipelineOptions {
   VkFormat depth = VK_FORMAT_UNDEFINED;
   bool depth_write = true;
   VkCompareOp depth_compare = VK_COMPARE_OP_LESS_OR_EQUAL;
-  bool blend = false;        // premultiplied alpha
+  bool blend = false;  // premultiplied alpha
   float depth_bias = 0, depth_bias_slope = 0;
   int samples = 1;
   std::uint32_t view_mask = 0;

@@ -8,11 +8,11 @@
 namespace typodont::render {
 
 struct Look {
-  dvec3 color{1, 1, 1};     // sRGB
+  dvec3 color{1, 1, 1};  // sRGB
   double roughness = 0.5;
   double translucency = 0;  // how far light wanders inside: 0 chalk, 1 wax
   double metal = 0;
-  double wetness = 0;       // of the film of water over it
+  double wetness = 0;  // of the film of water over it
 };
 
 inline std::array<Look, kTissueCount> looks_of(const MaterialTable& materials) {

@@ -13,7 +13,8 @@ struct Picture {
   std::vector<std::uint8_t> rgba;  // sRGB, 4 bytes a pixel, top row first
 
   const std::uint8_t* at(int x, int y) const {
-    return rgba.data() + 4 * (static_cast<std::size_t>(y) * static_cast<std::size_t>(size.x) + static_cast<std::size_t>(x));
+    return rgba.data() +
+           4 * (static_cast<std::size_t>(y) * static_cast<std::size_t>(size.x) + static_cast<std::size_t>(x));
   }
 };
 

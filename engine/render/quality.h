@@ -8,8 +8,8 @@ namespace typodont::render {
 
 struct Quality {
   std::string_view name = "high";
-  int samples = 4;                // per pixel
-  int shadow_map = 2048;          // texels; 0: no shadow, no ambient occlusion
+  int samples = 4;        // per pixel
+  int shadow_map = 2048;  // texels; 0: no shadow, no ambient occlusion
   int shadow_taps = 16;
   int occlusion_taps = 16;
   bool light_per_vertex = false;  // shadow and occlusion looked up at corners instead of pixels

@@ -33,8 +33,7 @@ VkSampler create_sampler(gpu::Device& device, bool compare, VkFilter filter, VkB
 /// IEC 61966-2-1
 dvec3 linear_light(const dvec3& srgb) {
   dvec3 out;
-  for (int i = 0; i < 3; ++i)
-    out[i] = srgb[i] <= 0.04045 ? srgb[i] / 12.92 : std::pow((srgb[i] + 0.055) / 1.055, 2.4);
+  for (int i = 0; i < 3; ++i) out[i] = srgb[i] <= 0.04045 ? srgb[i] / 12.92 : std::pow((srgb[i] + 0.055) / 1.055, 2.4);
   return out;
 }
 
@@ -48,8 +47,8 @@ std::vector<std::byte> bytes_of(const T* data, std::size_t count) {
 std::string key_of(const Hud& hud) {
   if (!hud.visible) return {};
   std::string key = hud.tool + '\n' + hud.hint + '\n';
-  const double numbers[] = {hud.speed_krpm,     hud.force,          hud.force_limit,    hud.aspect,
-                            hud.upright[0].x,   hud.upright[0].y,   hud.upright[1].x,   hud.upright[1].y};
+  const double numbers[] = {hud.speed_krpm,   hud.force,        hud.force_limit,  hud.aspect,
+                            hud.upright[0].x, hud.upright[0].y, hud.upright[1].x, hud.upright[1].y};
   key.append(reinterpret_cast<const char*>(numbers), sizeof numbers);
   return key;
 }
@@ -136,8 +135,8 @@ struct Renderer::Impl {
                                             .pushConstantRangeCount = 1,
                                             .pPushConstantRanges = &range};
     gpu::check(vkCreatePipelineLayout(device.device, &layout, nullptr, &context.layout), "vkCreatePipelineLayout");
-    const std::array<VkDescriptorPoolSize, 2> sizes{{{VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER, kSlots},
-                                                     {VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, 3 * kSlots}}};
+    const std::array<VkDescriptorPoolSize, 2> sizes{
+        {{VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER, kSlots}, {VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, 3 * kSlots}}};
     const VkDescriptorPoolCreateInfo pool_info{.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO,
                                                .maxSets = kSlots,
                                                .poolSizeCount = sizes.size(),
@@ -176,16 +175,15 @@ struct Renderer::Impl {
                                            .format = kColorFormat,
                                            .alias = kColorBytes,
                                            .usage = VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT | VK_IMAGE_USAGE_SAMPLED_BIT |
-                                                    VK_IMAGE_USAGE_TRANSFER_SRC_BIT |
-                                                    VK_IMAGE_USAGE_TRANSFER_DST_BIT});
+                                                    VK_IMAGE_USAGE_TRANSFER_SRC_BIT | VK_IMAGE_USAGE_TRANSFER_DST_BIT});
     const std::uint32_t together = context.view_mask ? layers : 1;  // passes of their own share these
     if (context.samples > 1)
-      color = gpu::Image::create(device, {.size = extent,
-                                          .layers = together,
-                                          .format = kColorFormat,
-                                          .samples = context.samples,
-                                          .usage = VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT |
-                                                   VK_IMAGE_USAGE_TRANSFER_SRC_BIT});
+      color =
+          gpu::Image::create(device, {.size = extent,
+                                      .layers = together,
+                                      .format = kColorFormat,
+                                      .samples = context.samples,
+                                      .usage = VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT | VK_IMAGE_USAGE_TRANSFER_SRC_BIT});
     depth = gpu::Image::create(device, {.size = extent,
                                         .layers = together,
                                         .format = kDepthFormat,
@@ -267,10 +265,9 @@ struct Renderer::Impl {
   bool same_as_last(const shared::FrameData& data, const Frame& frame, const std::string& hud_key) const {
     const bool tool_same = frame.tool.visible == last_tool_visible &&
                            (!frame.tool.visible || !std::memcmp(&frame.tool.X_WG, &last_tool, sizeof(Pose)));
-    const bool particles_same =
-        last_particles.size() == frame.particles.size_bytes() &&
-        (frame.particles.empty() ||
-         !std::memcmp(last_particles.data(), frame.particles.data(), frame.particles.size_bytes()));
+    const bool particles_same = last_particles.size() == frame.particles.size_bytes() &&
+                                (frame.particles.empty() || !std::memcmp(last_particles.data(), frame.particles.data(),
+                                                                         frame.particles.size_bytes()));
     return last_settings == settings_version && last_version == bricks.version && tool_same && particles_same &&
            hud_key == last_hud && !std::memcmp(&data, &last_data, sizeof data);
   }
@@ -338,8 +335,8 @@ struct Renderer::Impl {
     }
     stats.frames = frames;
     stats.gpu_ms = gpu_ms;
-    for (VkPipeline p : {shadow.pipeline, surface.pipeline, tool.pipeline, background.pipeline, particles.pipeline,
-                         hud.pipeline})
+    for (VkPipeline p :
+         {shadow.pipeline, surface.pipeline, tool.pipeline, background.pipeline, particles.pipeline, hud.pipeline})
       if (p) ++stats.pipelines;
     return stats;
   }
@@ -413,7 +410,8 @@ struct Renderer::Impl {
                     VK_ACCESS_2_DEPTH_STENCIL_ATTACHMENT_WRITE_BIT, kTests,
                     VK_ACCESS_2_DEPTH_STENCIL_ATTACHMENT_WRITE_BIT | VK_ACCESS_2_DEPTH_STENCIL_ATTACHMENT_READ_BIT);
     const VkExtent2D extent = pictures.options.size;
-    const VkImageView eye_view = context.view_mask ? pictures.view : pictures.layer_views[static_cast<std::size_t>(view)];
+    const VkImageView eye_view =
+        context.view_mask ? pictures.view : pictures.layer_views[static_cast<std::size_t>(view)];
     const bool in_pass = resolves_in_pass();
     const VkRenderingAttachmentInfo color_info{
         .sType = VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO,
@@ -453,10 +451,9 @@ struct Renderer::Impl {
     gpu::transition(commands, color, VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL, VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL,
                     kOutput, VK_ACCESS_2_COLOR_ATTACHMENT_WRITE_BIT, kResolve, VK_ACCESS_2_TRANSFER_READ_BIT);
     const VkExtent2D extent = pictures.options.size;
-    const VkImageResolve resolve{
-        .srcSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 0, 1},
-        .dstSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, 0, static_cast<std::uint32_t>(view), 1},
-        .extent = {extent.width, extent.height, 1}};
+    const VkImageResolve resolve{.srcSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 0, 1},
+                                 .dstSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, 0, static_cast<std::uint32_t>(view), 1},
+                                 .extent = {extent.width, extent.height, 1}};
     vkCmdResolveImage(commands, color.image, VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL, pictures.image,
                       VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, 1, &resolve);
   }
@@ -488,7 +485,9 @@ void Renderer::place(MeshId mesh, const Pose& X_WM) {
   ++impl_->bricks.version;
 }
 
-void Renderer::remove(MeshId mesh) { impl_->bricks.remove(mesh, impl_->last_submitted); }
+void Renderer::remove(MeshId mesh) {
+  impl_->bricks.remove(mesh, impl_->last_submitted);
+}
 
 void Renderer::set_tool(const ToolMesh& tool) {
   vkDeviceWaitIdle(impl_->device.device);
@@ -516,6 +515,8 @@ FrameStats Renderer::record(VkCommandBuffer commands, const Frame& frame, int sl
   return impl_->record(commands, frame, slot, submitted, finished);
 }
 
-const gpu::Image& Renderer::pictures() const { return impl_->pictures; }
+const gpu::Image& Renderer::pictures() const {
+  return impl_->pictures;
+}
 
 }  // namespace typodont::render

@@ -1,5 +1,5 @@
-// Draws the workbench for both eyes: tissue bricks, tool, particles, static surroundings, writing. Render thread owns it.
-// Two eyes in one pass (multiview) into a two-layer picture that a display composes and shows (engine/display).
+// Draws the workbench for both eyes: tissue bricks, tool, particles, static surroundings, writing. Render thread owns
+// it. Two eyes in one pass (multiview) into a two-layer picture that a display composes and shows (engine/display).
 //
 // Only what is needed: what a frame does not hold is not drawn, has no pipeline and loads no shader; a frame equal to
 // the last one is not drawn again. FrameStats counts it all.
@@ -22,14 +22,14 @@
 
 namespace typodont::render {
 
-/// One corner of a surface. All corners of a triangle name the same two tissues; the boundary between them is drawn where
-/// the interpolated `second` passes one half, crisp within the triangle.
+/// One corner of a surface. All corners of a triangle name the same two tissues; the boundary between them is drawn
+/// where the interpolated `second` passes one half, crisp within the triangle.
 struct Vertex {
   glm::vec3 p{0};        // m, relative to the mesh's origin
   glm::vec3 n{0, 0, 1};  // unit, out of the tissue
   std::array<Tissue, 2> tissue{Tissue::kEnamel, Tissue::kEnamel};
-  float second = 0;      // 0..1: share of tissue[1]
-  float occlusion = 1;   // 1 open, 0 shut in, if the mesher knows
+  float second = 0;     // 0..1: share of tissue[1]
+  float occlusion = 1;  // 1 open, 0 shut in, if the mesher knows
 };
 
 /// A piece of a mesh: what a brick looks like now. Empty: nothing is left of it.
@@ -51,29 +51,29 @@ struct Eye {
 };
 
 struct Particle {
-  glm::vec3 p{0};       // m, W
-  float radius = 2e-5f; // m
-  glm::vec3 color{1};   // sRGB
-  float opacity = 1;    // 1 a chip, less: mist
+  glm::vec3 p{0};        // m, W
+  float radius = 2e-5f;  // m
+  glm::vec3 color{1};    // sRGB
+  float opacity = 1;     // 1 a chip, less: mist
 };
 
 struct ToolState {
   bool visible = false;
-  Pose X_WG;             // as held outside the tissue
-  double angle = 0;      // rad about its z
-  double spindle = 0;    // rad/s: how much the flutes blur
+  Pose X_WG;           // as held outside the tissue
+  double angle = 0;    // rad about its z
+  double spindle = 0;  // rad/s: how much the flutes blur
 };
 
 /// Writing and a force bar at the picture's edge, on the screen plane (no disparity).
 struct Hud {
   bool visible = false;
-  std::string tool;          // "round 1.2 mm"
+  std::string tool;  // "round 1.2 mm"
   double speed_krpm = 0;
-  double force = 0;          // N
-  double force_limit = 5;    // N, the bar's end
+  double force = 0;        // N
+  double force_limit = 5;  // N, the bar's end
   std::string hint;
-  glm::dmat2 upright{1.0};   // display::upright
-  double aspect = 0;         // width / height of the physical picture, 0: of its pixels
+  glm::dmat2 upright{1.0};  // display::upright
+  double aspect = 0;        // width / height of the physical picture, 0: of its pixels
 };
 
 /// Lights are given in W and so need no mirroring.
@@ -98,17 +98,17 @@ struct Frame {
 };
 
 struct FrameStats {
-  bool drawn = false;            // false: nothing had changed, no commands recorded
-  std::uint64_t frames = 0;      // drawn since the start
+  bool drawn = false;        // false: nothing had changed, no commands recorded
+  std::uint64_t frames = 0;  // drawn since the start
   int views = 0;
   int bricks_drawn = 0, bricks_culled = 0, bricks_facing_away = 0;
   std::uint64_t triangles = 0;
-  int passes = 0;                // render passes recorded
-  int commands = 0;              // draw calls recorded
-  int bricks_uploaded = 0;       // since the last frame
+  int passes = 0;           // render passes recorded
+  int commands = 0;         // draw calls recorded
+  int bricks_uploaded = 0;  // since the last frame
   std::uint64_t bytes_uploaded = 0;
-  int pipelines = 0;             // alive
-  double gpu_ms = 0;             // of the last finished frame; 0 where the device has no timestamps
+  int pipelines = 0;  // alive
+  double gpu_ms = 0;  // of the last finished frame; 0 where the device has no timestamps
 };
 
 class Renderer {

@@ -11,24 +11,24 @@ using glm::vec4;
 // set 0, binding 0
 struct FrameData {
   mat4 clip_from_world[2];
-  vec4 eye[2];             // xyz: m, W
-  mat4 light_from_world;   // xy: 0..1 over the shadow map, z: 0..1 away from the lamp
-  vec4 light_size;         // x: shadow map's width, m; y: its depth, m; z: one texel, m; w: 1 when there is a map
-  vec4 key;                // xyz: unit, towards the lamp; w: strength
-  vec4 up;                 // xyz: unit; w: ambient strength
-  vec4 window;             // xyz: unit, towards the window that gloss mirrors
-  vec4 tool_head;          // xyz: head centre, m; w: radius, m; 0: no tool
-  vec4 tool_end;           // xyz: far end of the shank, m; w: its radius, m
-  vec4 tool_motion;        // x: angle, rad; y: 0 sharp .. 1 wholly blurred by spin; z: 1 when spinning
-  vec4 background;         // 1 drawn, 0 black
-  vec4 tissue_color[10];   // by contract/tissue.h: linear colour; w: translucency
-  vec4 tissue_look[10];    // roughness, metal, wetness
+  vec4 eye[2];            // xyz: m, W
+  mat4 light_from_world;  // xy: 0..1 over the shadow map, z: 0..1 away from the lamp
+  vec4 light_size;        // x: shadow map's width, m; y: its depth, m; z: one texel, m; w: 1 when there is a map
+  vec4 key;               // xyz: unit, towards the lamp; w: strength
+  vec4 up;                // xyz: unit; w: ambient strength
+  vec4 window;            // xyz: unit, towards the window that gloss mirrors
+  vec4 tool_head;         // xyz: head centre, m; w: radius, m; 0: no tool
+  vec4 tool_end;          // xyz: far end of the shank, m; w: its radius, m
+  vec4 tool_motion;       // x: angle, rad; y: 0 sharp .. 1 wholly blurred by spin; z: 1 when spinning
+  vec4 background;        // 1 drawn, 0 black
+  vec4 tissue_color[10];  // by contract/tissue.h: linear colour; w: translucency
+  vec4 tissue_look[10];   // roughness, metal, wetness
 };
 
 // push constants
 struct ObjectData {
-  vec4 world_row[3];       // X_WM as a 3×4 matrix, by rows
-  vec4 view;               // x: the eye drawn, where each eye has a pass of its own; 0 where one pass draws both
+  vec4 world_row[3];  // X_WM as a 3×4 matrix, by rows
+  vec4 view;          // x: the eye drawn, where each eye has a pass of its own; 0 where one pass draws both
 };
 
 #ifdef __cplusplus

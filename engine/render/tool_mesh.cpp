@@ -135,8 +135,8 @@ ToolMesh make_tool_mesh(const ToolShape& shape) {
   std::vector<dvec2> shaft{{head.back().x, z1}};
   for (int i = 1; i <= 10; ++i) {
     const double s = i / 10.0, blend = s * s * (3 - 2 * s);
-    shaft.push_back({shape.neck_radius + (shape.shank_radius - shape.neck_radius) * blend * blend,
-                     z1 + shape.neck_length * s});
+    shaft.push_back(
+        {shape.neck_radius + (shape.shank_radius - shape.neck_radius) * blend * blend, z1 + shape.neck_length * s});
   }
   const double end = z1 + shape.neck_length + shape.shank_length;
   shaft.insert(shaft.end(), {{shape.shank_radius, end - 0.2e-3}, {0.8 * shape.shank_radius, end}, {0, end}});

@@ -32,8 +32,8 @@ struct Desktop {
     if (process == 0) {
       close(fds[0]);
       const std::string fd = std::to_string(fds[1]);
-      execlp("Xvfb", "Xvfb", "-displayfd", fd.c_str(), "-screen", "0", "800x600x24", "-fbdir", folder.c_str(), "-nolisten",
-             "tcp", static_cast<char*>(nullptr));
+      execlp("Xvfb", "Xvfb", "-displayfd", fd.c_str(), "-screen", "0", "800x600x24", "-fbdir", folder.c_str(),
+             "-nolisten", "tcp", static_cast<char*>(nullptr));
       _exit(127);
     }
     close(fds[1]);
@@ -106,15 +106,17 @@ TEST(Window, ShowsTheComposedPictureAndSurvivesResizing) {
       for (int attempt = 0; attempt < 100; ++attempt) {
         show();
         const render::Picture screen = desktop.screen(size);
-        const render::Picture eyes[2] = {{eye_size, gpu::read_back(device, renderer.pictures(), 0, VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL)},
-                                         {eye_size, gpu::read_back(device, renderer.pictures(), 1, VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL)}};
+        const render::Picture eyes[2] = {
+            {eye_size, gpu::read_back(device, renderer.pictures(), 0, VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL)},
+            {eye_size, gpu::read_back(device, renderer.pictures(), 1, VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL)}};
         int wrong = 0;
         for (int y = 0; y < size.y; ++y)
           for (int x = 0; x < size.x; ++x) {
             const glm::ivec2 half(size.x / 2, size.y);
             const glm::ivec2 p(x % half.x * eye_size.x / half.x, y * eye_size.y / half.y);
             for (int c = 0; c < 3; ++c)
-              if (std::abs(int{screen.at(x, y)[c]} - int{eyes[x >= half.x].at(p.x, p.y)[c]}) > (half == eye_size ? 1 : 60)) {
+              if (std::abs(int{screen.at(x, y)[c]} - int{eyes[x >= half.x].at(p.x, p.y)[c]}) >
+                  (half == eye_size ? 1 : 60)) {
                 ++wrong;
                 break;
               }

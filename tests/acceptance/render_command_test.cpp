@@ -13,10 +13,10 @@ namespace typodont {
 namespace {
 
 using namespace test;
-using testing::AllOf;
-using testing::HasSubstr;
 using glm::dvec3;
 using glm::dvec4;
+using testing::AllOf;
+using testing::HasSubstr;
 
 constexpr const char* kScene = R"({"tissue": {"voxel_mm": 0.2, "solids": [
   {"tissue": "enamel", "solid": {"sphere": {"center_mm": [1, 2, 3], "radius_mm": 3}}}]},
@@ -40,7 +40,8 @@ struct RenderCommand : testing::Test {
 
   Json render(const std::string& rig, const std::string& more = "") {
     folder.write("rig.json", rig);
-    const Ran ran = folder.run(fmt::format("render {0}/scene.json --rig {0}/rig.json --out {0}/out --validate {1}", f, more));
+    const Ran ran =
+        folder.run(fmt::format("render {0}/scene.json --rig {0}/rig.json --out {0}/out --validate {1}", f, more));
     EXPECT_EQ(ran.status, 0) << ran.err;
     return Json::load(folder / "out/frame.json");
   }
@@ -75,9 +76,22 @@ void expect_kooima(const Json& eye, const dvec3& pe, const dvec3& pa, const dvec
   EXPECT_NEAR(eye["frustum"]["right"].number(), r, 1e-9);
   EXPECT_NEAR(eye["frustum"]["bottom"].number(), b, 1e-9);
   EXPECT_NEAR(eye["frustum"]["top"].number(), t, 1e-9);
-  const Matrix p = matrix(eye["projection"]), expected{2 * n / (r - l), 0, (r + l) / (r - l), 0,                        //
-                                                       0, -2 * n / (t - b), -(t + b) / (t - b), 0,                      //
-                                                       0, 0, -far / (far - n), -far * n / (far - n), 0, 0, -1, 0};
+  const Matrix p = matrix(eye["projection"]), expected{2 * n / (r - l),
+                                                       0,
+                                                       (r + l) / (r - l),
+                                                       0,  //
+                                                       0,
+                                                       -2 * n / (t - b),
+                                                       -(t + b) / (t - b),
+                                                       0,  //
+                                                       0,
+                                                       0,
+                                                       -far / (far - n),
+                                                       -far * n / (far - n),
+                                                       0,
+                                                       0,
+                                                       -1,
+                                                       0};
   for (std::size_t i = 0; i < 16; ++i) EXPECT_NEAR(p[i], expected[i], 1e-9) << i;
   const Matrix view = matrix(eye["view"]);
   const dvec3 rows[3] = {vr, vu, vn};
@@ -132,9 +146,12 @@ TEST_F(RenderCommand, AFrameIsDrawnOnceAndAnUnchangedOneNot) {
 }
 
 TEST_F(RenderCommand, EveryLayoutHasItsScreenAndMonoOneView) {
-  const std::pair<const char*, glm::ivec2> layouts[] = {{"mono", {200, 150}},        {"side_by_side", {400, 150}},
-                                                        {"top_bottom", {200, 300}},  {"row_interleaved", {200, 150}},
-                                                        {"anaglyph", {200, 150}},    {"two_outputs", {400, 150}},
+  const std::pair<const char*, glm::ivec2> layouts[] = {{"mono", {200, 150}},
+                                                        {"side_by_side", {400, 150}},
+                                                        {"top_bottom", {200, 300}},
+                                                        {"row_interleaved", {200, 150}},
+                                                        {"anaglyph", {200, 150}},
+                                                        {"two_outputs", {400, 150}},
                                                         {"frame_sequential", {200, 300}}};
   for (const auto& [layout, size] : layouts) {
     const Json frame = render(desk(layout), "--size 200x150");
@@ -153,7 +170,8 @@ TEST_F(RenderCommand, BadInputIsExitTwoAndLeavesNothing) {
     EXPECT_FALSE(std::filesystem::exists(folder / "none")) << arguments;
   };
   folder.write("rig.json", desk("cross_eyed"));
-  refuse(fmt::format("--rig {}/rig.json", f), AllOf(HasSubstr("rig.json"), HasSubstr("screen.layout"), HasSubstr("cross_eyed"), HasSubstr("row_interleaved")));
+  refuse(fmt::format("--rig {}/rig.json", f), AllOf(HasSubstr("rig.json"), HasSubstr("screen.layout"),
+                                                    HasSubstr("cross_eyed"), HasSubstr("row_interleaved")));
   refuse("--rig nowhere.json", HasSubstr("nowhere.json"));
   refuse("--size 12x", AllOf(HasSubstr("--size"), HasSubstr("12x")));
   refuse("--at 3", HasSubstr("--pose"));

@@ -13,9 +13,10 @@ constexpr glm::ivec2 kSize{320, 256};
 
 render::Frame drilling(const display::DisplayRig& rig) {
   render::Frame frame = frame_of(rig);
-  frame.tool = {.visible = true,
-                .X_WG = {dvec3(-0.6e-3, -0.3e-3, 2.2e-3), rotation_between({0, 0, 1}, glm::normalize(dvec3(-.35, -.1, 1)))},
-                .angle = 0.3};
+  frame.tool = {
+      .visible = true,
+      .X_WG = {dvec3(-0.6e-3, -0.3e-3, 2.2e-3), rotation_between({0, 0, 1}, glm::normalize(dvec3(-.35, -.1, 1)))},
+      .angle = 0.3};
   return frame;
 }
 
@@ -41,10 +42,13 @@ TEST_F(Golden, SpinningBurWithDebrisAndWriting) {
   for (int i = 0; i < 60; ++i) {
     const float a = 2.4f * static_cast<float>(i), r = 1e-4f * static_cast<float>(i % 24 + 4);
     particles.push_back({{-0.6e-3f + r * std::cos(a), -0.3e-3f + r * std::sin(a), 2.6e-3f + 0.6f * r},
-                         i % 4 ? 5e-5f : 2.5e-4f, {0.93f, 0.88f, 0.76f}, i % 4 ? 1.0f : 0.25f});
+                         i % 4 ? 5e-5f : 2.5e-4f,
+                         {0.93f, 0.88f, 0.76f},
+                         i % 4 ? 1.0f : 0.25f});
   }
   frame.particles = particles;
-  frame.hud = {.visible = true, .tool = "round 1.6 mm", .speed_krpm = 300, .force = 3.1, .hint = "Keep 0.2 mm from the pulp"};
+  frame.hud = {
+      .visible = true, .tool = "round 1.6 mm", .speed_krpm = 300, .force = 3.1, .hint = "Keep 0.2 mm from the pulp"};
   stage.draw(frame);
   EXPECT_TRUE(matches_golden(stage.eye(0), "drilling_left", kTolerance, kPixels, message)) << message;
 }

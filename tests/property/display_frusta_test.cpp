@@ -59,9 +59,10 @@ TEST(Frusta, NoVerticalParallaxWhenTheEyesLieAlongTheScreensRows) {
   for (int i = 0; i < 500; ++i) {
     const auto c = g.screen();
     const dvec3 e = g.eye(c);
-    const EyeView a = eye_view(c.screen, {}, e - 0.0315 * c.right, {}), b = eye_view(c.screen, {}, e + 0.0315 * c.right, {});
-    const dvec3 p = c.middle + g.uniform(-0.15, 0.15) * c.normal + g.uniform(-0.2, 0.2) * c.right +
-                    g.uniform(-0.2, 0.2) * c.up;
+    const EyeView a = eye_view(c.screen, {}, e - 0.0315 * c.right, {}),
+                  b = eye_view(c.screen, {}, e + 0.0315 * c.right, {});
+    const dvec3 p =
+        c.middle + g.uniform(-0.15, 0.15) * c.normal + g.uniform(-0.2, 0.2) * c.right + g.uniform(-0.2, 0.2) * c.up;
     EXPECT_NEAR(ndc(a, p).y, ndc(b, p).y, 1e-10);
   }
 }

@@ -64,7 +64,8 @@ TEST(Mirror, TheTwoFormulationsGiveTheSamePicture) {
   display::DisplayRig behind = rig;  // its panel stands where the mirror image of the desk's is
   behind.screen = display::reflect(mirror, rig.screen);
   std::swap(behind.screen.lower_left, behind.screen.lower_right);  // upright as its own picture: seen from the front
-  behind.screen.upper_left = display::reflect(mirror, rig.screen.lower_right + (rig.screen.upper_left - rig.screen.lower_left));
+  behind.screen.upper_left =
+      display::reflect(mirror, rig.screen.lower_right + (rig.screen.upper_left - rig.screen.lower_left));
   behind.mirror = mirror;
 
   const auto tooth = tooth_mesh(0, 0.35e-3);  // sound: the grain of decay lies fixed in space

@@ -111,9 +111,10 @@ bool matches_golden(const render::Picture& picture, const std::string& name, int
   render::Picture difference = picture;
   if (picture.size == expected.size)
     for (std::size_t i = 0; i < difference.rgba.size(); ++i)
-      difference.rgba[i] = i % 4 == 3 ? 255
-                                      : static_cast<std::uint8_t>(std::min(
-                                            255, 8 * std::abs(int{picture.rgba[i]} - int{expected.rgba[i]})));
+      difference.rgba[i] =
+          i % 4 == 3
+              ? 255
+              : static_cast<std::uint8_t>(std::min(255, 8 * std::abs(int{picture.rgba[i]} - int{expected.rgba[i]})));
   render::write_png(folder / (name + ".actual.png"), picture);
   render::write_png(folder / (name + ".difference.png"), difference);
   message = fmt::format("{} pixels differ by more than {} of 255 (allowed {}), the worst by {}: see {}", d.pixels,

@@ -22,9 +22,8 @@ struct Body {
   }
   /// Outer form: rounded crown with four cusps and a groove cross, a root tapering down. mm, negative inside.
   static double form(const dvec3& p) {
-    const double crown =
-        (std::pow(std::pow(std::abs(p.x) / 5.0, 3.0) + std::pow(std::abs(p.y) / 4.5, 3.0), 2.0 / 3.0) +
-         std::pow((p.z - 0.3) / 3.6, 2.0));
+    const double crown = (std::pow(std::pow(std::abs(p.x) / 5.0, 3.0) + std::pow(std::abs(p.y) / 4.5, 3.0), 2.0 / 3.0) +
+                          std::pow((p.z - 0.3) / 3.6, 2.0));
     double d = (std::sqrt(crown) - 1) * 4.0;
     const double cusps = 0.75 * std::cos(p.x * 1.25) * std::cos(p.y * 1.35);
     if (p.z > 0) d += 0.85 * cusps * std::clamp(p.z / 3.0, 0.0, 1.0);
@@ -79,7 +78,8 @@ std::vector<render::MeshUpdate> tooth_mesh(double cavity, double cell_m) {
       }
     const dvec3 p = (dvec3(c) + sum / static_cast<double>(std::max(crossings, 1))) * h;
     const double e = 0.05;
-    const dvec3 g(body(p + dvec3(e, 0, 0)) - body(p - dvec3(e, 0, 0)), body(p + dvec3(0, e, 0)) - body(p - dvec3(0, e, 0)),
+    const dvec3 g(body(p + dvec3(e, 0, 0)) - body(p - dvec3(e, 0, 0)),
+                  body(p + dvec3(0, e, 0)) - body(p - dvec3(0, e, 0)),
                   body(p + dvec3(0, 0, e)) - body(p - dvec3(0, 0, e)));
     render::Vertex v;
     v.p = glm::vec3(p * 1e-3);
@@ -87,14 +87,12 @@ std::vector<render::MeshUpdate> tooth_mesh(double cavity, double cell_m) {
     // The boundary lies where the share passes one half.
     const dvec3 inside = p - glm::normalize(g) * 0.05;
     v.tissue = decayed ? std::array{Tissue::kDentin, Tissue::kCaries} : std::array{Tissue::kEnamel, Tissue::kDentin};
-    v.second = static_cast<float>(
-        std::clamp(0.5 + (decayed ? -body.lesion(inside) : body.below_cap(inside)), 0.0, 1.0));
+    v.second =
+        static_cast<float>(std::clamp(0.5 + (decayed ? -body.lesion(inside) : body.below_cap(inside)), 0.0, 1.0));
     return v;
   };
   struct Less {
-    bool operator()(const ivec3& a, const ivec3& b) const {
-      return std::tie(a.x, a.y, a.z) < std::tie(b.x, b.y, b.z);
-    }
+    bool operator()(const ivec3& a, const ivec3& b) const { return std::tie(a.x, a.y, a.z) < std::tie(b.x, b.y, b.z); }
   };
   struct Brick {
     render::MeshUpdate update;
@@ -116,10 +114,11 @@ std::vector<render::MeshUpdate> tooth_mesh(double cavity, double cell_m) {
           brick.update.brick = static_cast<std::uint64_t>(((key.x + 64) * 128 + key.y + 64) * 128 + key.z + 64);
           std::uint32_t quad[4];
           const ivec3 around[4] = {c - u - v, c - v, c, c - u};
-          const bool decayed = body.lesion((dvec3(c) + 0.5 * dvec3(along)) * h) < 0.9 && body.below_cap(dvec3(c) * h) > 0;
+          const bool decayed =
+              body.lesion((dvec3(c) + 0.5 * dvec3(along)) * h) < 0.9 && body.below_cap(dvec3(c) * h) > 0;
           for (int k = 0; k < 4; ++k) {
-            const auto [it, fresh] = brick.known[decayed].emplace(
-                around[k], static_cast<std::uint32_t>(brick.update.vertices.size()));
+            const auto [it, fresh] =
+                brick.known[decayed].emplace(around[k], static_cast<std::uint32_t>(brick.update.vertices.size()));
             if (fresh) brick.update.vertices.push_back(vertex(around[k], decayed));
             quad[k] = it->second;
           }
@@ -148,7 +147,8 @@ render::MeshUpdate ball(std::uint64_t id, glm::vec3 center, float radius, Tissue
   const auto at = [&](int i, int j) { return static_cast<std::uint32_t>(i * (2 * steps + 1) + j); };
   for (int i = 0; i < steps; ++i)
     for (int j = 0; j < 2 * steps; ++j)
-      u.indices.insert(u.indices.end(), {at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j), at(i + 1, j + 1), at(i, j + 1)});
+      u.indices.insert(u.indices.end(),
+                       {at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j), at(i + 1, j + 1), at(i, j + 1)});
   return u;
 }
 

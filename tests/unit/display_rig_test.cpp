@@ -1,3 +1,5 @@
+#include "engine/display/display_rig.h"
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -5,14 +7,15 @@
 
 #include "engine/base/error.h"
 #include "engine/base/units.h"
-#include "engine/display/display_rig.h"
 
 namespace typodont::display {
 namespace {
 
 using ::testing::HasSubstr;
 
-Screen worked_screen() { return {{-0.26, -0.145, 0}, {0.26, -0.145, 0}, {-0.26, 0.145, 0}, {1920, 1080}, Layout::kSideBySide}; }
+Screen worked_screen() {
+  return {{-0.26, -0.145, 0}, {0.26, -0.145, 0}, {-0.26, 0.145, 0}, {1920, 1080}, Layout::kSideBySide};
+}
 
 TEST(Kooima, WorkedExampleIsReproducedInItsOwnForm) {
   const EyeView eye = eye_view(worked_screen(), {}, {.0315, .02, .6}, {0.1, 2.0});
@@ -172,8 +175,8 @@ TEST(RigFile, AMirrorNeedsItsScreen) {
 }
 
 TEST(Layouts, EyePixelsComposeToTheScreensPixels) {
-  for (const Layout layout : {Layout::kMono, Layout::kSideBySide, Layout::kTopBottom, Layout::kRowInterleaved,
-                              Layout::kAnaglyph})
+  for (const Layout layout :
+       {Layout::kMono, Layout::kSideBySide, Layout::kTopBottom, Layout::kRowInterleaved, Layout::kAnaglyph})
     EXPECT_EQ(screen_pixels(layout, eye_pixels(layout, {1920, 1080})), ivec2(1920, 1080)) << name_of(layout);
   for (int i = 0; i < 7; ++i) {
     const auto layout = static_cast<Layout>(i);

@@ -9,7 +9,8 @@ namespace {
 
 render::Frame full_frame(const display::DisplayRig& rig, std::span<const render::Particle> particles) {
   render::Frame frame = frame_of(rig);
-  frame.tool = {.visible = true, .X_WG = {dvec3(0, 0, 2e-3), rotation_between({0, 0, 1}, glm::normalize(dvec3(-.3, -.2, 1)))}};
+  frame.tool = {.visible = true,
+                .X_WG = {dvec3(0, 0, 2e-3), rotation_between({0, 0, 1}, glm::normalize(dvec3(-.3, -.2, 1)))}};
   frame.particles = particles;
   frame.hud = {.visible = true, .tool = "round 1.2 mm", .speed_krpm = 300, .force = 1.2, .hint = "Remove the caries"};
   return frame;
@@ -76,9 +77,10 @@ TEST(Frame, OnlyChangedBricksAreUploaded) {
   std::vector<render::MeshUpdate> changed;
   for (const auto& b : cut) {
     const auto old = std::find_if(sound.begin(), sound.end(), [&](const auto& s) { return s.brick == b.brick; });
-    const bool same = old != sound.end() && old->indices == b.indices && old->vertices.size() == b.vertices.size() &&
-                      std::equal(b.vertices.begin(), b.vertices.end(), old->vertices.begin(),
-                                 [](const auto& x, const auto& y) { return x.p == y.p && x.n == y.n && x.tissue == y.tissue; });
+    const bool same =
+        old != sound.end() && old->indices == b.indices && old->vertices.size() == b.vertices.size() &&
+        std::equal(b.vertices.begin(), b.vertices.end(), old->vertices.begin(),
+                   [](const auto& x, const auto& y) { return x.p == y.p && x.n == y.n && x.tissue == y.tissue; });
     if (!same) changed.push_back(b);
   }
   for (const auto& s : sound)

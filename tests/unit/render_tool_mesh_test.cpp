@@ -8,7 +8,8 @@
 namespace typodont::render {
 namespace {
 
-constexpr const char* kShapes[] = {"sphere", "cylinder", "round_end_cylinder", "cone", "pear", "flame", "inverted_cone"};
+constexpr const char* kShapes[] = {"sphere", "cylinder", "round_end_cylinder", "cone",
+                                   "pear",   "flame",    "inverted_cone"};
 
 TEST(ToolMesh, EveryShapeStaysWithinItsDiameter) {
   for (const char* shape : kShapes) {
@@ -40,7 +41,9 @@ TEST(ToolMesh, TrianglesFaceOutwards) {
   }
 }
 
-TEST(ToolMesh, AnUnknownShapeIsAnError) { EXPECT_THROW((void)tool_shape("spere", 1e-3, 2e-3), Error); }
+TEST(ToolMesh, AnUnknownShapeIsAnError) {
+  EXPECT_THROW((void)tool_shape("spere", 1e-3, 2e-3), Error);
+}
 
 }  // namespace
 }  // namespace typodont::render

@@ -33,7 +33,8 @@ fs::path rig_file(const std::string& rig) {
   if (fs::exists(rig, code)) return rig;
   const fs::path shipped = assets_folder() / "rigs" / (rig + ".json");
   if (rig.find('/') == std::string::npos && fs::exists(shipped, code)) return shipped;
-  throw Error(rig, "", "no such file", fmt::format("a rig file, or the name of one in {}", shipped.parent_path().string()));
+  throw Error(rig, "", "no such file",
+              fmt::format("a rig file, or the name of one in {}", shipped.parent_path().string()));
 }
 
 glm::ivec2 parse_size(const std::string& text) {
@@ -50,8 +51,12 @@ ordered_json eye_json(const display::EyeView& eye) {
   return {{"view", display::row_major_mm(eye.view)},
           {"projection", display::row_major_mm_projection(f)},
           {"frustum",
-           {{"left", f.left * mm}, {"right", f.right * mm}, {"bottom", f.bottom * mm}, {"top", f.top * mm},
-            {"near", f.near * mm}, {"far", f.far * mm}}},
+           {{"left", f.left * mm},
+            {"right", f.right * mm},
+            {"bottom", f.bottom * mm},
+            {"top", f.top * mm},
+            {"near", f.near * mm},
+            {"far", f.far * mm}}},
           {"flip", eye.flip},
           {"position_mm", {eye.position.x * mm, eye.position.y * mm, eye.position.z * mm}}};
 }
@@ -138,8 +143,8 @@ void run(const Options& options) {
     return;
   }
   fmt::print("{} triangles in {} bricks drawn ({} culled, {} facing away), {} view{}, {}x{} each\n", drawn.triangles,
-             drawn.bricks_drawn, drawn.bricks_culled, drawn.bricks_facing_away, drawn.views, drawn.views == 1 ? "" : "s",
-             eye_size.x, eye_size.y);
+             drawn.bricks_drawn, drawn.bricks_culled, drawn.bricks_facing_away, drawn.views,
+             drawn.views == 1 ? "" : "s", eye_size.x, eye_size.y);
   for (const std::string& file : written) fmt::print("wrote {}\n", file);
 }
 
@@ -148,9 +153,11 @@ void run(const Options& options) {
 void add_render_command(CLI::App& app) {
   auto options = std::make_shared<Options>();
   CLI::App* command = app.add_subcommand("render", "Pictures of a scene for both eyes, and the matrices behind them");
-  command->footer("Example:\n  typodont render assets/scenes/molar-caries.json --rig closeup --out pictures --size 1280x1024");
+  command->footer(
+      "Example:\n  typodont render assets/scenes/molar-caries.json --rig closeup --out pictures --size 1280x1024");
   command->add_option("scene", options->scene, "scene file (JSON)")->required();
-  command->add_option("--rig", options->rig, "rig file (JSON), or the name of one in assets/rigs")->capture_default_str();
+  command->add_option("--rig", options->rig, "rig file (JSON), or the name of one in assets/rigs")
+      ->capture_default_str();
   command->add_option("--out", options->out, "folder for left.png, right.png, screen.png and frame.json")->required();
   command->add_option("--size", options->size, "WIDTHxHEIGHT of one eye's picture; the rig's pixels when not given");
   command->add_option("--eye", options->eye, "which eye to write; screen.png comes with both")
@@ -160,7 +167,9 @@ void add_render_command(CLI::App& app) {
   command->add_option("--at", options->at, "time in HAND.csv, s")->needs(pose)->capture_default_str();
   std::vector<std::string> steps;
   for (const render::Quality& step : render::kQualityLadder) steps.emplace_back(step.name);
-  command->add_option("--quality", options->quality, "step of the quality ladder")->check(CLI::IsMember(steps))->capture_default_str();
+  command->add_option("--quality", options->quality, "step of the quality ladder")
+      ->check(CLI::IsMember(steps))
+      ->capture_default_str();
   command->add_flag("--hud", options->hud, "draw the writing too");
   command->add_flag("--validate", options->validate, "run under the Vulkan validation layer and count its messages");
   command->add_flag("--json", options->json, "print frame.json on standard output too");

@@ -8,10 +8,10 @@ namespace {
 class Offscreen final : public Output {
  public:
   Offscreen(gpu::Device& device, ivec2 size) : device_(device), size_(size) {
-    image_ = gpu::Image::create(
-        device, {.size = {static_cast<std::uint32_t>(size.x), static_cast<std::uint32_t>(size.y)},
-                 .format = VK_FORMAT_R8G8B8A8_UNORM,
-                 .usage = VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT | VK_IMAGE_USAGE_TRANSFER_SRC_BIT});
+    image_ =
+        gpu::Image::create(device, {.size = {static_cast<std::uint32_t>(size.x), static_cast<std::uint32_t>(size.y)},
+                                    .format = VK_FORMAT_R8G8B8A8_UNORM,
+                                    .usage = VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT | VK_IMAGE_USAGE_TRANSFER_SRC_BIT});
   }
   ~Offscreen() override {
     vkDeviceWaitIdle(device_.device);

@@ -176,8 +176,7 @@ class Window final : public Output {
     VkBool32 supported = VK_FALSE;
     gpu::check(vkGetPhysicalDeviceSurfaceSupportKHR(device_.physical, device_.queue_family, surface_, &supported),
                "vkGetPhysicalDeviceSurfaceSupportKHR");
-    if (!supported)
-      throw Error("window", device_.name(), "cannot present to this desktop", "a device that presents");
+    if (!supported) throw Error("window", device_.name(), "cannot present to this desktop", "a device that presents");
   }
 
   void create_swapchain() {
@@ -191,9 +190,9 @@ class Window final : public Output {
     glfwGetFramebufferSize(window_, &wanted_.x, &wanted_.y);
     VkExtent2D extent = caps.currentExtent;
     if (extent.width == UINT32_MAX)
-      extent = {std::clamp(static_cast<std::uint32_t>(wanted_.x), caps.minImageExtent.width, caps.maxImageExtent.width),
-                std::clamp(static_cast<std::uint32_t>(wanted_.y), caps.minImageExtent.height,
-                           caps.maxImageExtent.height)};
+      extent = {
+          std::clamp(static_cast<std::uint32_t>(wanted_.x), caps.minImageExtent.width, caps.maxImageExtent.width),
+          std::clamp(static_cast<std::uint32_t>(wanted_.y), caps.minImageExtent.height, caps.maxImageExtent.height)};
     if (extent.width == 0 || extent.height == 0) return;
 
     // The eyes' pictures hold sRGB bytes: they go out unchanged, so the surface must not encode again.
@@ -211,8 +210,8 @@ class Window final : public Output {
     format_ = good->format;
 
     vkDeviceWaitIdle(device_.device);
-    const std::uint32_t images = caps.maxImageCount ? std::min(caps.minImageCount + 1, caps.maxImageCount)
-                                                    : caps.minImageCount + 1;
+    const std::uint32_t images =
+        caps.maxImageCount ? std::min(caps.minImageCount + 1, caps.maxImageCount) : caps.minImageCount + 1;
     const VkSwapchainKHR old = swapchain_;
     const VkSwapchainCreateInfoKHR info{.sType = VK_STRUCTURE_TYPE_SWAPCHAIN_CREATE_INFO_KHR,
                                         .surface = surface_,

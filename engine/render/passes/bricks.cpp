@@ -10,7 +10,9 @@ namespace {
 
 constexpr std::uint64_t kBlockVertices = 1u << 17, kBlockIndices = 3u << 18;
 
-std::int16_t snorm16(float v) { return static_cast<std::int16_t>(std::lround(std::clamp(v, -1.0f, 1.0f) * 32767.0f)); }
+std::int16_t snorm16(float v) {
+  return static_cast<std::int16_t>(std::lround(std::clamp(v, -1.0f, 1.0f) * 32767.0f));
+}
 GpuVertex pack(const Vertex& v) {
   return {{v.p.x, v.p.y, v.p.z},
           {snorm16(v.n.x), snorm16(v.n.y), snorm16(v.n.z), snorm16(v.occlusion)},
@@ -141,7 +143,9 @@ void BrickStore::remove(MeshId id, std::uint64_t frame) {
   ++version;
 }
 
-void BrickStore::retire(const Brick& brick, std::uint64_t frame) { retired_.push_back({frame, brick}); }
+void BrickStore::retire(const Brick& brick, std::uint64_t frame) {
+  retired_.push_back({frame, brick});
+}
 
 void BrickStore::collect(std::uint64_t finished) {
   while (!retired_.empty() && retired_.front().frame <= finished) {

@@ -20,9 +20,9 @@ static_assert(sizeof(GpuVertex) == 24);
 struct Brick {
   int block = -1;
   std::uint32_t first_vertex = 0, vertices = 0, first_index = 0, indices = 0;
-  glm::vec3 lo{0}, hi{0};             // m, mesh
+  glm::vec3 lo{0}, hi{0};  // m, mesh
   glm::vec3 cone_axis{0, 0, 1};
-  float cone_cutoff = 1;              // sine of the normals' spread about the axis; 1: they point everywhere
+  float cone_cutoff = 1;  // sine of the normals' spread about the axis; 1: they point everywhere
 };
 
 struct Mesh {
@@ -46,8 +46,8 @@ struct BrickStore {
   std::map<MeshId, Mesh> meshes;
   std::vector<BrickBlock> blocks;
   SlotBuffers indirect, shadow_indirect;
-  std::uint64_t version = 1;          // rises with every change
-  int uploaded = 0;                   // bricks since the last frame
+  std::uint64_t version = 1;  // rises with every change
+  int uploaded = 0;           // bricks since the last frame
   std::uint64_t uploaded_bytes = 0;
 
   void update(gpu::Device& device, MeshId mesh, std::span<const MeshUpdate> updates, std::uint64_t frame);

@@ -12,8 +12,8 @@
 
 namespace typodont::render {
 
-inline constexpr VkFormat kColorFormat = VK_FORMAT_R8G8B8A8_SRGB;   // encodes on write, averages in linear light
-inline constexpr VkFormat kColorBytes = VK_FORMAT_R8G8B8A8_UNORM;   // the same bytes, read as they are
+inline constexpr VkFormat kColorFormat = VK_FORMAT_R8G8B8A8_SRGB;  // encodes on write, averages in linear light
+inline constexpr VkFormat kColorBytes = VK_FORMAT_R8G8B8A8_UNORM;  // the same bytes, read as they are
 inline constexpr VkFormat kDepthFormat = VK_FORMAT_D32_SFLOAT;
 
 struct PassContext {

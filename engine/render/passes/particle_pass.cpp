@@ -18,8 +18,8 @@ struct Instance {
 void ParticlePass::prepare(PassContext& context, int slot, std::span<const Particle> particles) {
   count = static_cast<std::uint32_t>(particles.size());
   if (!count) return;
-  gpu::Buffer& buffer = instances.at_least(context.device, slot, particles.size() * sizeof(Instance),
-                                           VK_BUFFER_USAGE_VERTEX_BUFFER_BIT);
+  gpu::Buffer& buffer =
+      instances.at_least(context.device, slot, particles.size() * sizeof(Instance), VK_BUFFER_USAGE_VERTEX_BUFFER_BIT);
   auto* out = buffer.mapped<Instance>();
   const auto unorm = [](float v) { return static_cast<std::uint8_t>(std::clamp(v, 0.0f, 1.0f) * 255.0f + 0.5f); };
   for (std::size_t i = 0; i < particles.size(); ++i) {

@@ -70,7 +70,8 @@ void ShadowPass::record(PassContext& context, VkCommandBuffer commands, VkDescri
   vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, pipeline);
   vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, context.layout, 0, 1, &set, 0, nullptr);
   if (!groups.empty())
-    bricks.draw(commands, context.layout, bricks.shadow_indirect.buffers[static_cast<std::size_t>(slot)].buffer, groups);
+    bricks.draw(commands, context.layout, bricks.shadow_indirect.buffers[static_cast<std::size_t>(slot)].buffer,
+                groups);
   end_depth(commands, map);
   ++stats.passes;
   stats.commands += static_cast<int>(groups.size());
