@@ -70,7 +70,9 @@ TEST(Demo, MakesPicturesFilmSoundSessionAndReportOfACavityWhereTheLesionWas) {
   EXPECT_THAT(html, HasSubstr("<svg"));
   EXPECT_THAT(html, HasSubstr("data:image/png;base64,"));
   EXPECT_EQ(html.find("src=\"http"), std::string::npos);
-  if (session::find_ffmpeg()) EXPECT_GT(std::filesystem::file_size(out + "/session.mp4"), 50'000u);
+  if (session::find_ffmpeg()) {
+    EXPECT_GT(std::filesystem::file_size(out + "/session.mp4"), 50'000u);
+  }
 }
 
 TEST(Demo, AnUnwritableFolderIsRefused) {
