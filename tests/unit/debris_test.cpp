@@ -132,6 +132,12 @@ TEST(Drag, IsSchillerAndNaumanns) {
   EXPECT_NEAR(drag_rate(speed, 50e-6, 2900, 1.2, 1.8e-5) / drag_rate(0, 50e-6, 2900, 1.2, 1.8e-5), 4.55, 0.01);
 }
 
+TEST(Drag, TableFollowsTheFormula) {
+  for (double re = 1e-3; re < 999; re *= 1.013) {
+    EXPECT_NEAR(drag_factor(re), 1 + 0.15 * std::pow(re, 0.687), 1e-4 * drag_factor(re)) << re;
+  }
+}
+
 TEST(Debris, FallsAtTheSpeedWhereDragHoldsItsWeight) {
   Debris debris({.least_chip = 40e-6, .greatest_chip = 40e-6, .lifetime = 60});
   debris.emit(cut_of(1, 1e-4), 0.6_mm, table());

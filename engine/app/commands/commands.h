@@ -13,6 +13,7 @@ void add_calibrate_command(CLI::App& app);
 void add_demo_command(CLI::App& app);
 void add_doctor_command(CLI::App& app);
 void add_import_command(CLI::App& app);
+void add_mesh_command(CLI::App& app);
 void add_report_command(CLI::App& app);
 void add_servo_command(CLI::App& app);
 void add_sound_command(CLI::App& app);
