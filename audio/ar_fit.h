@@ -29,7 +29,8 @@ struct FitReport {
   double duration = 0, from = 0, to = 0;  // s of the recording; the part that was fitted
   double level_dB = 0;                    // re full scale, of that part
   double hum = 0;                         // Hz that was removed with its harmonics; 0: none
-  double distance_dB = 0;                 // log-spectral, to the Welch spectrum of that part
+  double distance_dB = 0;  // log-spectral: Welch spectrum of that part to the model seen through the same window
+  double unsmoothed_distance_dB = 0;  // to the model as it is, whose lines may be narrower than the window shows
   double itakura_saito = 0;
   double up_to = 0;  // Hz the two distances reach to: 16 kHz or 0.45 of the rate
   double largest_reflection = 0;

@@ -15,7 +15,7 @@ namespace typodont::audio {
 /// A tone at a multiple of the rotor's frequency, for drills whose tone no recording at hand contains.
 struct RotorTone {
   double multiple = 1;   // of the rotor's turns per second
-  double amplitude = 0;  // at free speed; full scale is 1
+  double amplitude = 0;  // at free speed, and in proportion to the speed below it; full scale is 1
 };
 
 /// Plain data. A working model that is missing is derived from the idle one by the mapping in audio/README.md

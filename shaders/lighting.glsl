@@ -12,24 +12,25 @@ vec2 disc(int i, int count) {
   return r * vec2(cos(a), sin(a));
 }
 
-// How much of the key light the tool lets pass: the distance of the ray to the lamp from the tool's axis against its
-// radius, with a penumbra that widens with the way to go.
+// How much of the key light passes a ball that `way` along the ray to the lamp is `miss` away from it: a penumbra that
+// widens with the way to go, and nothing where the ball lies behind.
+float passes(float way, float miss, float radius) {
+  float soft = 0.08e-3 + 0.12 * max(way, 0.0);
+  return mix(1.0, smoothstep(-soft, soft, miss - radius), smoothstep(0.0, radius, way));
+}
+
+// The tool as a ball and a rod about its axis.
 float tool_shadow(vec3 p) {
   if (frame.tool_head.w <= 0.0) return 1.0;
-  vec3 l = frame.key.xyz;
-  // head: a sphere
-  vec3 c = frame.tool_head.xyz - p;
+  vec3 l = frame.key.xyz, a = frame.tool_head.xyz, d = frame.tool_end.xyz - a, c = a - p;
   float t = dot(c, l);
-  float soft = 0.10e-3 + 0.10 * max(t, 0.0);
-  float head = t < 0.0 ? 1.0 : smoothstep(-soft, soft, length(c - t * l) - frame.tool_head.w);
-  // shank: nearest points of the ray and the axis
-  vec3 a = frame.tool_head.xyz, d = frame.tool_end.xyz - a, w = p - a;
-  float ll = dot(d, d), dl = dot(d, l), denominator = ll - dl * dl;
-  float s = denominator > 1e-12 ? clamp((dot(d, w) - dl * dot(l, w)) / denominator, 0.0, 1.0) : 0.0;
-  float ray = max(dot(a + s * d - p, l), 0.0);
-  float soft2 = 0.10e-3 + 0.10 * ray;
-  float shank = smoothstep(-soft2, soft2, length(p + ray * l - (a + s * d)) - frame.tool_end.w);
-  return min(head, ray > 0.0 ? shank : 1.0);
+  float head = passes(t, length(c - t * l), frame.tool_head.w);
+  // The rod's point nearest to the ray.
+  float dd = dot(d, d), dl = dot(d, l), across = dd - dl * dl;
+  float s = across > 1e-12 ? clamp((dl * t - dot(d, c)) / across, 0.0, 1.0) : 0.0;
+  vec3 k = c + s * d;
+  float way = dot(k, l);
+  return min(head, passes(way, length(k - way * l), frame.tool_end.w));
 }
 
 // Occlusion of the ambient light by the tool's head and shank (Quilez's sphere occlusion, twice).
@@ -86,7 +87,7 @@ vec3 room(vec3 r, float rough) {
   float edge = 0.03 + 0.5 * rough;
   float lamp = smoothstep(0.955 - edge, 0.955 + 0.5 * edge, dot(r, frame.key.xyz));
   vec3 side = normalize(cross(frame.up.xyz, frame.key.xyz) + 0.55 * frame.up.xyz);
-  float window = smoothstep(0.90 - edge, 0.90 + 0.5 * edge, dot(r, side));
+  float window = smoothstep(0.45, 1.05, dot(r, side));
   float gloss = 1.0 - rough;
   return color + lamp * vec3(1.0, 0.97, 0.92) * (0.6 + 2.4 * gloss * gloss) + window * vec3(0.75, 0.85, 1.0) * 0.5;
 }

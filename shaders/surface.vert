@@ -4,17 +4,15 @@
 #include "frame.glsl"
 #include "lighting.glsl"
 
-
 layout(location = 0) in vec3 in_position;
-layout(location = 1) in vec4 in_normal;  // w: occlusion
-layout(location = 2) in vec4 in_color;   // sRGB; w: translucency
-layout(location = 3) in vec4 in_look;    // roughness, metal, wetness
+layout(location = 1) in vec4 in_normal;   // w: occlusion
+layout(location = 2) in uvec4 in_tissue;  // the two tissues, the second's share of 255
 
 layout(location = 0) out vec3 out_position;
 layout(location = 1) out vec4 out_normal;
-layout(location = 2) out vec4 out_color;
-layout(location = 3) out vec3 out_look;
-layout(location = 4) out vec2 out_light;
+layout(location = 2) out vec3 out_light;  // key, ambient; z: share of the second tissue
+layout(location = 3) flat out uint out_pair;
+layout(location = 4) out vec3 out_mesh_position;
 
 void main() {
   vec4 p = vec4(in_position, 1.0);
@@ -24,7 +22,7 @@ void main() {
   gl_Position = frame.clip_from_world[VIEW] * vec4(world, 1.0);
   out_position = world;
   out_normal = vec4(n, in_normal.w);
-  out_color = vec4(pow(in_color.rgb, vec3(2.2)), in_color.a);
-  out_look = in_look.xyz;
-  out_light = kLightPerVertex ? visibility(world, n) : vec2(1.0);
+  out_light = vec3(kLightPerVertex ? visibility(world, n) : vec2(1.0), float(in_tissue.z) / 255.0);
+  out_pair = in_tissue.x | (in_tissue.y << 8);
+  out_mesh_position = in_position;
 }

@@ -30,7 +30,7 @@ void main() {
   out_normal = vec4(dot(object.world_row[0].xyz, k), dot(object.world_row[1].xyz, k), dot(object.world_row[2].xyz, k), 1.0);
   // The grooves between the blades are dark; swept by spin they darken the hull a little.
   float groove = length(in_hull_position - in_position) / max(length(in_hull_position.xy), 1e-6);
-  float dark = mix(1.0 - clamp(3.0 * groove, 0.0, 0.55), 0.86, blur);
+  float dark = mix(1.0 - clamp(3.0 * groove, 0.0, 0.55), 0.62, blur);
   out_color = vec4(vec3(0.72, 0.73, 0.75) * dark, 0.0);
   out_look = vec3(mix(in_look.y, 0.38, blur), 1.0, 0.0);
   out_light = vec2(1.0);

@@ -8,6 +8,7 @@
 
 #include "audio/ar/estimate.h"
 #include "audio/ar/filter.h"
+#include "audio/ar/levinson.h"
 #include "audio/ar/noise.h"
 #include "audio/ar/resample.h"
 #include "audio/ar/rotor.h"
@@ -25,6 +26,7 @@ constexpr double kSilence = 1e-3;       // peak, -60 dB re full scale
 constexpr double kQuietBelowLoud = 40;  // dB: quieter ends are silence, not sound
 constexpr double kSteadyWithin = 3;     // dB of the loud part's median
 constexpr std::size_t kSamplesPerOrder = 10;
+constexpr double kWelchWindow = 1024.0 / 48000;  // s, about the resolution of 300 poles at 48 kHz
 
 double mean_power(std::span<const double> x) {
   return x.empty() ? 0.0 : std::inner_product(x.begin(), x.end(), x.begin(), 0.0) / static_cast<double>(x.size());
@@ -172,6 +174,23 @@ void remove_hum(std::vector<double>& x, double mains, double rate) {
   }
 }
 
+/// Where a band above the audible one is empty, 40 dB under the weakest audible part (another rate, a coder's
+/// low-pass), standard deviation of white noise that lies 10 dB under the weakest audible part; else 0. No all-pole
+/// model can say "nothing", and poles spent on trying are missing where they are heard.
+double fill_of_empty_band(std::span<const double> x, double rate) {
+  const auto points = static_cast<std::size_t>(2 * std::lround(kWelchWindow * rate / 2));
+  const auto power = welch(x, points, rate);
+  const double audible = std::min(20000.0, 0.42 * rate);
+  double weakest = 1e300, emptiest = 1e300;
+  for (std::size_t i = 2; i + 1 < power.size(); ++i) {
+    const double f = static_cast<double>(i) * rate / static_cast<double>(points);
+    double& least = f <= audible ? weakest : emptiest;
+    least = std::min(least, power[i]);
+  }
+  const double fill = 0.1 * weakest;
+  return emptiest < 1e-4 * weakest ? std::sqrt(fill * rate / 2) : 0.0;
+}
+
 Window window_named(const std::string& name) {
   if (name == "none") return Window::kNone;
   if (name == "hann") return Window::kHann;
@@ -290,13 +309,12 @@ FitReport fit_recording(const std::filesystem::path& file, const FitOptions& opt
   if (model_rate != rate) {
     x = resampled(x, rate, model_rate);
     report.notes.push_back(fmt::format("resampled from {:.0f} to {:.0f} Hz", rate, model_rate));
-    if (model_rate > rate) {
-      // The band above the recording's is empty, which no all-pole model can say: fill it at -90 dB.
-      GaussianNoise noise(1);
-      const double level = std::sqrt(mean_power(x)) * 3.2e-5;
-      for (double& v : x) v += level * static_cast<double>(noise.next());
-      report.notes.push_back("empty band above the recording's filled at -90 dB");
-    }
+  }
+  if (const double level = fill_of_empty_band(x, model_rate); level > 0) {
+    GaussianNoise noise(1);
+    for (double& v : x) v += level * static_cast<double>(noise.next());
+    report.notes.push_back(
+        fmt::format("empty band above what is audible filled with noise at {:.0f} dB", in_dB(level * level)));
   }
   report.level_dB = in_dB(mean_power(x));
 
@@ -341,8 +359,7 @@ FitReport fit_recording(const std::filesystem::path& file, const FitOptions& opt
   }
 
   // How well it fits: against the recording's smoothed spectrum.
-  constexpr double kWindow = 1024.0 / 48000;  // s, about the resolution of 300 poles at 48 kHz
-  const auto points = static_cast<std::size_t>(2 * std::lround(kWindow * model_rate / 2));
+  const auto points = static_cast<std::size_t>(2 * std::lround(kWelchWindow * model_rate / 2));
   const auto measured = welch(x, points, model_rate);
   report.up_to = std::min(16000.0, 0.45 * std::min(rate, model_rate));
   std::vector<double> a, b;
@@ -351,12 +368,16 @@ FitReport fit_recording(const std::filesystem::path& file, const FitOptions& opt
     report.recording_dB.push_back(in_dB(measured[i]));
   }
   report.model_dB = spectrum_dB(model, report.frequencies);
+  const auto seen = expected_welch(sampled_power(model.reflection, model.gain, 32769), points, model_rate);
+  std::vector<double> unsmoothed;
   for (std::size_t i = 0; i < report.frequencies.size(); ++i) {
     if (report.frequencies[i] < 60 || report.frequencies[i] > report.up_to) continue;
     a.push_back(measured[i + 1]);
-    b.push_back(std::pow(10, report.model_dB[i] / 10));
+    b.push_back(seen[i + 1]);
+    unsmoothed.push_back(std::pow(10, report.model_dB[i] / 10));
   }
   report.distance_dB = log_spectral_distance(a, b);
+  report.unsmoothed_distance_dB = log_spectral_distance(a, unsmoothed);
   report.itakura_saito = itakura_saito(a, b);
   report.condition = direct_form_condition(model);
   report.form = report.condition <= ArFilter::kFloatLimit    ? "float"

@@ -1,7 +1,9 @@
 #include "audio/output/device_output.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
+#include <thread>
 
 #include "engine/base/error.h"
 #include "engine/base/log.h"
@@ -9,12 +11,29 @@
 namespace typodont::audio {
 
 DeviceOutput::DeviceOutput(std::unique_ptr<StreamBackend> backend, std::string device, const AudioOptions& options)
-    : backend_(std::move(backend)), device_(std::move(device)), options_(options) {
+    : backend_(std::move(backend)),
+      closed_(std::make_shared<std::atomic<bool>>(true)),
+      device_(std::move(device)),
+      options_(options) {
   open();
 }
 
 DeviceOutput::~DeviceOutput() {
-  backend_->close();
+  close_within(kPatience);
+}
+
+bool DeviceOutput::close_within(Nanos patience) {
+  // PortAudio waits for a callback that a dead JACK server never makes, for ten minutes: not on our thread.
+  if (closed_->load()) {
+    closed_->store(false);
+    std::thread([backend = backend_, closed = closed_] {
+      backend->close();
+      closed->store(true);
+    }).detach();
+  }
+  const Nanos end = now() + patience;
+  while (!closed_->load() && now() < end) std::this_thread::sleep_for(std::chrono::microseconds(200));
+  return closed_->load();
 }
 
 void DeviceOutput::open() {
@@ -52,11 +71,11 @@ void DeviceOutput::advance(Nanos t) {
     if (backend_->alive() && t - last_look_samples_at_ < kSilentFor) return;
     lost_ = true;
     ++losses_;
-    backend_->close();
+    close_within(50'000'000);
     next_try_ = t;
     log::warn("sound: {} is lost; the work goes on, trying every second to open it again", opened_.name);
   }
-  if (t < next_try_) return;
+  if (t < next_try_ || !closed_->load()) return;
   next_try_ = t + kRetryEvery;
   try {
     const double before = opened_.sample_rate;
@@ -71,13 +90,13 @@ void DeviceOutput::advance(Nanos t) {
     last_look_samples_at_ = t;
     log::info("sound: {} is back", opened_.name);
   } catch (const std::exception&) {  // still away: said once is enough
-    backend_->close();
+    close_within(50'000'000);
   }
 }
 
 void DeviceOutput::stop() {
   started_ = false;
-  backend_->close();
+  if (!close_within(kPatience)) log::warn("sound: {} does not let go; the program goes on without it", opened_.name);
 }
 
 AudioStats DeviceOutput::stats() const {

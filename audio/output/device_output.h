@@ -29,13 +29,16 @@ class DeviceOutput final : public AudioOutput {
   static constexpr Nanos kMargin = 1'000'000;
   static constexpr Nanos kSilentFor = 500'000'000;  // without a callback for this long a device counts as lost
   static constexpr Nanos kRetryEvery = 1'000'000'000;
+  static constexpr Nanos kPatience = 2'000'000'000;  // with a library that does not let the device go
 
  private:
   static bool callback(void* self, float* out, int frames, int channels, Nanos t, bool underrun) noexcept;
   bool fill(float* out, int frames, int channels, Nanos t, bool underrun) noexcept;
   void open();
+  bool close_within(Nanos patience);
 
-  std::unique_ptr<StreamBackend> backend_;
+  std::shared_ptr<StreamBackend> backend_;     // shared with a thread that closes it, however long that takes
+  std::shared_ptr<std::atomic<bool>> closed_;  // false while one does
   std::string device_;
   AudioOptions options_;
   StreamOpened opened_;

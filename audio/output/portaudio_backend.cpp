@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cctype>
 #include <cstdio>
 #include <vector>
@@ -47,10 +48,7 @@ class Library {
     const PaError error = Pa_Initialize();
     if (error != paNoError) throw RunFailure(fmt::format("PortAudio: {}", Pa_GetErrorText(error)));
   }
-  ~Library() {
-    const QuietErrors quiet;
-    Pa_Terminate();
-  }
+  ~Library() { Pa_Terminate(); }
   Library(const Library&) = delete;
   Library& operator=(const Library&) = delete;
 };
@@ -91,6 +89,7 @@ class PortAudioBackend final : public StreamBackend {
 
   StreamOpened open(const StreamRequest& request) override {
     close();
+    muted_ = false;
     library_ = std::make_unique<Library>();
     request_ = request;
     const PaDeviceIndex device = find_output(request.device);
@@ -131,8 +130,8 @@ class PortAudioBackend final : public StreamBackend {
   bool alive() noexcept override { return stream_ != nullptr && Pa_IsStreamActive(stream_) == 1; }
 
   void close() noexcept override {
+    muted_ = true;
     if (stream_ != nullptr) {
-      const QuietErrors quiet;
       Pa_AbortStream(stream_);
       Pa_CloseStream(stream_);
       stream_ = nullptr;
@@ -145,6 +144,10 @@ class PortAudioBackend final : public StreamBackend {
                       PaStreamCallbackFlags flags, void* self) {
     const auto* backend = static_cast<const PortAudioBackend*>(self);
     const StreamRequest& request = backend->request_;
+    if (backend->muted_) {
+      std::fill_n(static_cast<float*>(out), frames * static_cast<unsigned long>(backend->channels_), 0.0f);
+      return paAbort;
+    }
     const bool underrun = (flags & (paOutputUnderflow | paOutputOverflow)) != 0;
     // The host's monotonic clock, the one the ticks carry; PortAudio's own time may be another.
     const bool more = request.callback(request.self, static_cast<float*>(out), static_cast<int>(frames),
@@ -156,6 +159,7 @@ class PortAudioBackend final : public StreamBackend {
   StreamRequest request_;
   PaStream* stream_ = nullptr;
   int channels_ = 1;
+  std::atomic<bool> muted_{true};
 };
 
 }  // namespace

@@ -32,6 +32,7 @@ class StreamBackend {
   virtual void start() = 0;
   /// False once the device has gone or the stream has stopped by itself.
   virtual bool alive() noexcept = 0;
+  /// The callback is not called again once this has begun. May take minutes where a server died under the library.
   virtual void close() noexcept = 0;
 };
 

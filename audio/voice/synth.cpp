@@ -19,7 +19,6 @@ namespace typodont::audio {
 namespace {
 
 // The mapping from hand to ear; audio/README.md says where each number comes from.
-constexpr double kIdleExponent = 3;    // amplitude ~ speed³: the spin-down of the handpiece recording in assets/sounds
 constexpr double kTypicalArea = 1e-6;  // m² of contact, N and m³/s of removal at which 63 % of the idle sound
 constexpr double kTypicalForce = 2;    //   has given way to the working sound
 constexpr double kTypicalRemoval = 1e-9;
@@ -29,11 +28,12 @@ constexpr double kBrightFrom = 4000;     // Hz
 constexpr double kFastestSpeed = 2;      // of the free speed; what turns faster sounds like this
 constexpr double kAttack = 0.5e-3;       // s, time constant of every level
 constexpr double kRunUp = 0.4;           // s from rest to free speed, where the spindle's speed jumps …
-constexpr double kRunDown = 1.1;         // s, time constant of running down; both from the same recording
+constexpr double kRunDown = 1.25;        // s, time constant of running down; both from the same recording
 constexpr double kJump = 0.5;            // of free speed between two ticks: a switch, not a load
 constexpr double kAtRest = 0.03;         // of free speed: not heard any more
 constexpr float kTouchStrength = 0.02f;  // of a tap's first contact, full scale 1
 constexpr float kTapPerNewton = 0.25f;
+constexpr double kSlowRise = 20;       // N/s; what rises more slowly is a push, not a tap
 constexpr float kScrapeLevel = 0.08f;  // at 1 N and 20 mm/s
 constexpr float kSuctionLevel = 0.5f;
 constexpr int kChunk = 64;
@@ -178,7 +178,8 @@ struct DrillSynth::Impl {
 
     // Hand instrument: a tap where the force rises, scraping where it slides.
     if (by_hand && contact) {
-      const double rise = std::max(0.0, force - (in_contact ? last_force : 0.0));
+      const double slow = kSlowRise * std::max(0.0, index_now - last_state) / rate;
+      const double rise = std::max(0.0, force - (in_contact ? last_force + slow : 0.0));
       const float strength = kTapPerNewton * static_cast<float>(rise) + (in_contact ? 0.0f : kTouchStrength);
       if (strength > 1e-4f) modal.strike(tissue, std::min(strength, 1.0f));
       last_tissue = tissue;
@@ -244,7 +245,7 @@ struct DrillSynth::Impl {
     } else {
       for (int i = 0; i < count; ++i) {
         const auto s = static_cast<float>(speeds[i]);
-        rotor[i] = s * s * s;  // kIdleExponent
+        rotor[i] = s * s * s * std::sqrt(s * std::sqrt(s));  // speed^3.75: measured on a run-down, see the README
         brightness[i] = level_at(bright, i);
       }
       for (std::size_t t = 0; t < weights.size(); ++t) {
@@ -265,7 +266,7 @@ struct DrillSynth::Impl {
         for (int i = 0; i < count; ++i) {
           phases[k] += turns * speeds[i];
           if (phases[k] >= 1) phases[k] -= std::floor(phases[k]);
-          if (turns * speeds[i] < 0.45) out[i] += amplitude * rotor[i] * sine_of_turns(phases[k]);
+          if (turns * speeds[i] < 0.45) out[i] += amplitude * static_cast<float>(speeds[i]) * sine_of_turns(phases[k]);
         }
       }
     }

@@ -81,7 +81,7 @@ std::string error_map_svg(const VerifyResult& result) {
   for (const MapPoint& p : result.map) worst = std::max(worst, glm::length(p.error_D));
   std::string svg = fmt::format(
       R"(<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {} {}" role="img" aria-label="co-location error over the workspace" font-family="sans-serif">)",
-      3 * (side * cell + gap) + 70, top + side * cell + 40);
+      3 * (side * cell + gap) + 84, top + side * cell + 40);
   int panel = 0;
   for (const int level : {0, side / 2, side - 1}) {
     const double x0 = panel * (side * cell + gap) + 4;

@@ -111,9 +111,9 @@ VerifyResult verify(std::span<const dvec3> p_H, std::span<const dvec3> p_D, cons
   result.verdict =
       !enough ? fmt::format("not enough points: the error is known to {:.3f} mm only, {:.3f} mm is asked for",
                             result.uncertainty * 1e3, tolerance.rms * 1e3)
-              : fmt::format("{}: {:.3f} mm rms, {:.3f} mm worst over the workspace; tolerance {:.3f} and {:.3f} mm",
-                            result.pass ? "pass" : "fail", result.rms * 1e3, result.worst * 1e3, tolerance.rms * 1e3,
-                            tolerance.worst * 1e3);
+              : fmt::format("{}: {:.3f} mm rms (known to ± {:.3f}), {:.3f} mm worst over the workspace; tolerance {:.3f} and {:.3f} mm",
+                            result.pass ? "pass" : "fail", result.rms * 1e3, result.uncertainty * 1e3, result.worst * 1e3,
+                            tolerance.rms * 1e3, tolerance.worst * 1e3);
   return result;
 }
 

@@ -5,10 +5,12 @@
 #include <algorithm>
 #include <optional>
 
+#include "engine/app/debris_view.h"
 #include "engine/app/haptic_loop.h"
 #include "engine/app/picture_stage.h"
 #include "engine/app/scripted_student.h"
 #include "engine/app/session_record.h"
+#include "engine/app/sound_link.h"
 #include "engine/app/tissue_view.h"
 #include "engine/base/error.h"
 #include "engine/base/log.h"
@@ -59,13 +61,17 @@ void run_demo(const DemoOptions& options) {
   haptics::TissueVolume& volume = loop.carver().volume();
   const double length = std::min(plan.path.end(), options.seconds);
 
-  PictureStage stage(rig, scene.servo, {});
+  PictureStage::Options look;
+  look.quality = render::kQualityLadder[1];
+  PictureStage stage(rig, scene.servo, look);
   TissueView view;
   stage.show(view.update(volume), volume.frame().origin);
   log::info("drawing with {}: {} triangles", stage.device_name(), view.mesher().triangle_count());
 
   const fs::path session_file = options.out / "session.h5", wav = options.out / "drill.wav", mp4 = options.out / "session.mp4";
   session::SessionWriter recorder(session_file, session_header(scene, rig_file, *hand, volume, kRate));
+  SoundLink sound("wav:" + wav.string(), scene, /*live=*/false);
+  DebrisView debris(scene.servo.materials, volume);
   std::optional<session::FilmWriter> film;
 
   log::Progress progress("demo");
@@ -82,15 +88,19 @@ void run_demo(const DemoOptions& options) {
     recorder.append({&tick, 1});
     if (did_cut) recorder.append({&cut, 1});
     if (loop.fresh_patch()) recorder.append({loop.fresh_patch(), 1});
+    sound.push(tick);
+    if (did_cut) debris.add(cut, scene.servo.tool);
 
     const double t = to_seconds(tick.t);
     if (t < next_frame) continue;
     next_frame += 1 / options.fps;
     progress.update(t / length);
     recorder.heartbeat();
+    sound.advance(tick.t);
+    debris.step(1 / options.fps);
     stage.show(view.update(volume), volume.frame().origin);
     const std::string hint = t < plan.explore_end ? "exploring, drill at rest" : t < plan.drill_end ? "removing caries" : "done";
-    stage.draw(tick, {}, 1 / options.fps, hint);
+    stage.draw(tick, debris.particles(), 1 / options.fps, hint);
     const render::Picture screen = stage.screen();
     if (!film) film.emplace(mp4, session::FilmOptions{screen.size.x, screen.size.y, options.fps});
     film->add(rgb_of(screen));
@@ -107,6 +117,7 @@ void run_demo(const DemoOptions& options) {
   stage.show(view.update(volume), volume.frame().origin);
   stage.draw(tick, {}, 1 / options.fps, "done");
   write_pictures(stage, options.out, "after", pictures, "After");
+  sound.stop(tick.t);
 
   session::SessionResult result = session_result(volume);
   result.pictures = pictures;

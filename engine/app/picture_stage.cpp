@@ -41,7 +41,7 @@ gpu::Device make_device(const PictureStage::Options& options) {
 }  // namespace
 
 PictureStage::PictureStage(const display::DisplayRig& rig, const haptics::ServoSettings& servo, const Options& options)
-    : rig_(rig), servo_(servo), options_(options), device_(make_device(options)), screen_size_(rig.screen.pixels) {
+    : rig_(rig), servo_(servo), options_(options), device_(make_device(options)) {
   ring_ = gpu::FrameRing::create(device_);
 #ifdef TYPODONT_WINDOW
   if (options.window) {
@@ -50,8 +50,10 @@ PictureStage::PictureStage(const display::DisplayRig& rig, const haptics::ServoS
     output_ = display::make_window(device_, window);
   }
 #endif
-  if (!output_) output_ = display::make_offscreen(device_, rig.screen.pixels);
-  renderer_.emplace(device_, display::eye_pixels(rig.screen.layout, rig.screen.pixels), options.quality, servo.materials);
+  const glm::ivec2 eye = display::eye_pixels(rig.screen.layout, rig.screen.pixels);
+  if (!output_) output_ = display::make_offscreen(device_, display::screen_pixels(rig.screen.layout, eye));
+  screen_size_ = output_->size();
+  renderer_.emplace(device_, eye, options.quality, servo.materials);
   compositor_.emplace(device_);
   render::ToolShape shape = render::tool_shape(shape_name(servo.tool.shape), servo.tool.diameter, servo.tool.length);
   if (!servo.tool.cuts) shape.flutes = 0;
@@ -77,7 +79,7 @@ void PictureStage::follow_size() {
   if (size == screen_size_ || size.x <= 0 || size.y <= 0) return;
   ring_.wait_idle(device_);
   screen_size_ = size;
-  renderer_->resize(display::eye_pixels(rig_.screen.layout, size));
+  renderer_->resize(display::eye_pixels_in(rig_.screen.layout, size));
 }
 
 render::FrameStats PictureStage::draw(const ServoTick& tick, std::span<const render::Particle> particles, double dt,
@@ -99,7 +101,7 @@ render::FrameStats PictureStage::draw(const ServoTick& tick, std::span<const ren
   if (rig_.mirror) frame.background = render::Background::kBlack;
 
   angle_ = std::fmod(angle_ + tick.spindle * dt, 2 * kPi);
-  frame.tool = {true, tick.X_WG, angle_, tick.spindle};
+  frame.tool = {options_.tool, tick.X_WG, angle_, tick.spindle};
   frame.particles = particles;
   if (options_.hud) {
     frame.hud.visible = true;

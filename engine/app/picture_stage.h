@@ -22,6 +22,7 @@ class PictureStage {
     bool validation = false;
     bool window = false;      // else offscreen
     bool hud = true;
+    bool tool = true;
     double force_limit = 3;   // N, the end of the force bar
   };
   /// Throws Error where the machine has no Vulkan device, or no desktop for a window.

@@ -122,8 +122,9 @@ MaterialTable load_materials() {
   return table;
 }
 
-Scene read_scene(const fs::path& file) {
-  const Json json = Json::load(file);
+Scene read_scene(const fs::path& file) { return parse_scene(Json::load(file), file); }
+
+Scene parse_scene(const Json& json, const fs::path& file) {
   json.allow_only({"name", "description", "tissue", "paint", "tool", "spindle_krpm", "spindle", "coupling", "materials",
                    "parts", "friction", "cutting", "passivity", "boundary_walls", "score"});
   Scene scene;
@@ -152,7 +153,10 @@ Scene read_scene(const fs::path& file) {
   const Json tool = json["tool"];
   servo.tool = tool.is_string() ? load_tool(tool.string()) : haptics::read_tool(tool);
   if (json.has("spindle") && json.has("spindle_krpm")) json.fail("both spindle and spindle_krpm", "one of them");
-  if (const auto motor = json.find("spindle")) servo.spindle = load_spindle(motor->string());
+  if (const auto motor = json.find("spindle")) {
+    scene.motor = motor->string();
+    servo.spindle = load_spindle(scene.motor);
+  }
   if (const auto speed = json.find("spindle_krpm")) servo.spindle.free_speed = speed->number(0, 1000) * kKrpm;
   if (const auto coupling = json.find("coupling")) {
     coupling->allow_only({"stiffness_N_per_mm", "damping_Ns_per_mm"});

@@ -18,6 +18,7 @@ struct Scene {
   std::string name;
   std::set<std::string> parts;      // haptics, render, sound, debris, record, score
   haptics::ServoSettings servo;     // without the voxel frame, which comes with the tissue
+  std::string motor;                // named in assets/motors/; empty: an ideal one
   std::optional<Json> tissue;       // a volume, or solids
   std::vector<Json> paint;          // tissue painted into it, e.g. a lesion
   std::optional<Json> score;
@@ -27,6 +28,8 @@ struct Scene {
 
 /// Reads INTERFACE.md's scene. Throws Error for anything missing, unknown or out of range.
 Scene read_scene(const std::filesystem::path& file);
+/// The same from JSON; `file` is where its relative paths start from.
+Scene parse_scene(const Json& json, const std::filesystem::path& file);
 
 /// Loads or samples the tissue and paints into it. Throws Error.
 haptics::TissueVolume load_tissue(const Scene& scene);

@@ -15,15 +15,16 @@ using namespace literals;
 
 constexpr double kTravelSpeed = 18e-3;   // m/s through the air
 constexpr double kExploreSpeed = 4e-3;   // m/s over the surface
-constexpr double kDrillSpeed = 4.5e-3;   // m/s along a ring
-constexpr double kLayer = 0.3e-3;        // m from ring to ring
-constexpr double kPress = 0.35e-3;       // m: the hand leads the tool by this much, so that it is pressed on
+constexpr double kDrillSpeed = 5.5e-3;   // m/s along a ring
+constexpr double kLayer = 0.4e-3;        // m from ring to ring
+constexpr double kPress = 0.5e-3;        // m down: the hand leads the tool by this much, so that it is pressed on
+constexpr double kSidePress = 0.85e-3;   // m outward, the same
 constexpr double kExplorePress = 0.5e-3; // m below the surface
 
 struct Layer {
   double z = 0;             // m
   dvec3 center{0};          // of the caries at this height
-  double radius = 0;        // m, holds nine tenths of it
+  double radius = 0;        // m, holds nineteen twentieths of it
 };
 
 /// The caries as slices across z.
@@ -54,7 +55,7 @@ std::vector<Layer> slice(const haptics::TissueVolume& tissue) {
     std::vector<double> radii;
     for (const dvec3& p : points) radii.push_back(glm::length(p - layer.center));
     std::sort(radii.begin(), radii.end());
-    layer.radius = radii[radii.size() * 9 / 10];
+    layer.radius = radii[radii.size() * 19 / 20];
     layers.push_back(layer);
   }
   return layers;
@@ -141,9 +142,9 @@ StudentPlan plan_caries_removal(const haptics::TissueVolume& tissue, const hapti
   // Remove: rings from the top down, each as wide as the caries there.
   const dvec3 first(top.center.x, top.center.y, top.z + r + 0.4_mm);
   hand.move(first, kTravelSpeed, 1);
-  for (double z = top.z + r; z > bottom.z + r - kPress; z -= kLayer) {
+  for (double z = top.z + r; z > bottom.z + r - kLayer; z -= kLayer) {
     const Layer layer = layer_at(layers, std::max(z, bottom.z));
-    const double ring = std::max(0.0, layer.radius - r + kPress);
+    const double ring = std::max(0.0, layer.radius - r + kSidePress);
     const int steps = std::max(8, static_cast<int>(std::ceil(2 * kPi * ring / 0.15_mm)));
     for (int i = 0; i <= steps; ++i) {
       const double a = 2 * kPi * i / steps;

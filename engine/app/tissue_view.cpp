@@ -19,9 +19,8 @@ render::MeshUpdate to_update(const glm::ivec3& key, const surface::BrickMesh* me
     render::Vertex out;
     out.p = v.position * static_cast<float>(voxel);
     out.n = v.normal;
-    out.tissue = v.tissue[0];
-    out.other = v.tissue[1];
-    out.blend = static_cast<float>(v.second) / 255.0f;
+    out.tissue = {v.tissue[0], v.tissue[1]};
+    out.second = static_cast<float>(v.second) / 255.0f;
     update.vertices.push_back(out);
   }
   update.indices = mesh->indices;

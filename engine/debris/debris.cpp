@@ -15,12 +15,12 @@ namespace {
 
 constexpr std::uint32_t kNever = std::numeric_limits<std::uint32_t>::max();
 constexpr float kStuck = std::numeric_limits<float>::infinity();  // 1/s: the drag of a particle at rest
-constexpr std::uint32_t kRestSteps = 512;  // how often one at rest looks whether the tissue under it is gone
+constexpr std::uint32_t kRestSteps = 512;   // how often one at rest looks whether the tissue under it is gone
 constexpr std::uint32_t kMostSteps = 1024;  // how long one in flight goes unattended
-constexpr std::size_t kGroup = 32;         // particles looked after together
-constexpr double kRestSpeed = 0.05;        // m/s
-constexpr double kDragError = 0.1;        // how far off the drag may be before it is worked out anew
-constexpr double kStokesReynolds = 0.02;   // below, drag is Stokes' to one per cent
+constexpr std::size_t kGroup = 32;          // particles looked after together
+constexpr double kRestSpeed = 0.05;         // m/s
+constexpr double kDragError = 0.1;          // how far off the drag may be before it is worked out anew
+constexpr double kStokesReynolds = 0.02;    // below, drag is Stokes' to one per cent
 
 // A stream of numbers that depends on the seed, the cut and nothing else (SplitMix64, Steele et al. 2014).
 class Stream {
@@ -82,19 +82,19 @@ Contact sample(const CoarseField& field, const glm::dvec3& p_W) {
 struct Debris::State {
   DebrisOptions options;
   std::vector<float> x, y, z, vx, vy, vz, rate, keep;  // rate: 1/s, of drag; keep: see motion.h
-  std::vector<std::uint32_t> due;        // step in which a particle needs more than the inner loop
-  std::vector<std::uint32_t> first_due;  // the least of every kGroup of them, or less
-  struct Chip {          // what the inner loop does not need
-    double born_at;      // s
-    float mass0;         // kg at birth; 0: sucked away
-    float diameter;      // m, of one chip
-    float density;       // kg/m³
+  std::vector<std::uint32_t> due;                      // step in which a particle needs more than the inner loop
+  std::vector<std::uint32_t> first_due;                // the least of every kGroup of them, or less
+  struct Chip {                                        // what the inner loop does not need
+    double born_at;                                    // s
+    float mass0;                                       // kg at birth; 0: sucked away
+    float diameter;                                    // m, of one chip
+    float density;                                     // kg/m³
     Tissue tissue;
   };
   std::vector<Chip> chips;
   std::size_t first = 0, count = 0;
   double time = 0;
-  float last_dt = 0;  // s, of the last step, which `keep` is for
+  float last_dt = 0;                // s, of the last step, which `keep` is for
   std::uint32_t step = kMostSteps;  // counted from here, so that a phase can be taken off
   PerTissue born{};
   double decayed = 0, sucked = 0, dropped = 0;
@@ -106,7 +106,9 @@ struct Debris::State {
     const std::size_t s = first + i;
     return s < options.capacity ? s : s - options.capacity;
   }
-  double left(std::size_t s) const { return chips[s].mass0 * std::exp(-(time - chips[s].born_at) / options.decay_time); }
+  double left(std::size_t s) const {
+    return chips[s].mass0 * std::exp(-(time - chips[s].born_at) / options.decay_time);
+  }
   void set_rate(std::size_t s, float value) {
     rate[s] = value;
     keep[s] = 1.0f / (1.0f + value * last_dt);
@@ -163,10 +165,9 @@ void Debris::State::attend(std::size_t s, double dt, const CoarseField& field, c
   const double speed = glm::length(v);
   const double stokes = 18 * options.air_viscosity / (chips[s].density * chips[s].diameter * chips[s].diameter);
   const double reynolds = options.air_density * speed * chips[s].diameter / options.air_viscosity;
-  set_rate(s, static_cast<float>(
-                  reynolds < kStokesReynolds
-                      ? stokes
-                      : drag_rate(speed, chips[s].diameter, chips[s].density, options.air_density, options.air_viscosity)));
+  set_rate(s, static_cast<float>(reynolds < kStokesReynolds ? stokes
+                                                            : drag_rate(speed, chips[s].diameter, chips[s].density,
+                                                                        options.air_density, options.air_viscosity)));
 
   // Until it could touch the tissue or reach the nozzle, or its drag has changed. It gets no quicker than it is, or
   // than it falls in the end, or than the air around it; and the air at most four times so on half the way to the sink.
@@ -190,8 +191,8 @@ void Debris::State::attend(std::size_t s, double dt, const CoarseField& field, c
   }
   auto steps = static_cast<std::uint32_t>(std::clamp(clearance / (quickest * dt), 1.0, double{kMostSteps}));
   if (reynolds > kStokesReynolds) {
-    const double excess = rate[s] / stokes - 1;                   // 0.15 Re^0.687
-    const double sensitivity = 0.687 * excess / (1 + excess);     // d log rate / d log speed
+    const double excess = rate[s] / stokes - 1;                // 0.15 Re^0.687
+    const double sensitivity = 0.687 * excess / (1 + excess);  // d log rate / d log speed
     const double change = glm::length(options.gravity_W - static_cast<double>(rate[s]) * v) * dt;  // of speed, a step
     steps = static_cast<std::uint32_t>(
         std::clamp(kDragError * speed / (sensitivity * change), 1.0, static_cast<double>(steps)));
@@ -257,13 +258,13 @@ void Debris::emit(const Cut& cut, double head_radius, const MaterialTable& mater
         if (into < 0) v -= 2 * into * n;
       }
       const dvec3 p = centre + head_radius * side;
-      const double chip = s.options.least_chip *
-                          std::pow(s.options.greatest_chip / s.options.least_chip, random.uniform());
+      const double chip =
+          s.options.least_chip * std::pow(s.options.greatest_chip / s.options.least_chip, random.uniform());
       s.x[i] = static_cast<float>(p.x), s.y[i] = static_cast<float>(p.y), s.z[i] = static_cast<float>(p.z);
       s.vx[i] = static_cast<float>(v.x), s.vy[i] = static_cast<float>(v.y), s.vz[i] = static_cast<float>(v.z);
       s.chips[i] = {s.time, share, static_cast<float>(chip), static_cast<float>(density), static_cast<Tissue>(t)};
-      s.set_rate(i, static_cast<float>(drag_rate(glm::length(v), chip, density, s.options.air_density,
-                                                 s.options.air_viscosity)));
+      s.set_rate(i, static_cast<float>(
+                        drag_rate(glm::length(v), chip, density, s.options.air_density, s.options.air_viscosity)));
       s.set_due(i, s.step + 1);
     }
   }
@@ -299,8 +300,7 @@ void Debris::step(double dt, const CoarseField& field, const Suction* suction) n
     s.last_dt = step_length;
     set_keep(s.rate.data(), s.keep.data(), s.options.capacity, step_length);
   }
-  const Motion motion{s.x.data(),  s.y.data(),  s.z.data(),    s.vx.data(),
-                      s.vy.data(), s.vz.data(), s.keep.data()};
+  const Motion motion{s.x.data(), s.y.data(), s.z.data(), s.vx.data(), s.vy.data(), s.vz.data(), s.keep.data()};
   Surroundings around{};
   for (int a = 0; a < 3; ++a) around.gravity[a] = static_cast<float>(s.options.gravity_W[a]);
   if (suction) {
@@ -325,8 +325,12 @@ void Debris::step(double dt, const CoarseField& field, const Suction* suction) n
   }
 }
 
-std::size_t Debris::alive() const noexcept { return state_->count; }
-double Debris::time() const noexcept { return state_->time; }
+std::size_t Debris::alive() const noexcept {
+  return state_->count;
+}
+double Debris::time() const noexcept {
+  return state_->time;
+}
 
 DebrisLedger Debris::ledger() const noexcept {
   const State& s = *state_;
@@ -351,14 +355,21 @@ std::size_t Debris::write_points(std::span<DebrisPoint> points) const noexcept {
     const std::size_t at = s.slot(i);
     if (s.chips[at].mass0 <= 0) continue;
     const double volume = s.left(at) / s.chips[at].density;
-    points[written++] = {{s.x[at], s.y[at], s.z[at]}, static_cast<float>(std::cbrt(6 / kPi * volume)), s.chips[at].tissue};
+    points[written++] = {
+        {s.x[at], s.y[at], s.z[at]}, static_cast<float>(std::cbrt(6 / kPi * volume)), s.chips[at].tissue};
   }
   return written;
 }
 
-glm::vec3 Debris::velocity(std::size_t i) const noexcept { return state_->velocity(state_->slot(i)); }
-double Debris::chip(std::size_t i) const noexcept { return state_->chips[state_->slot(i)].diameter; }
-double Debris::mass(std::size_t i) const noexcept { return state_->left(state_->slot(i)); }
+glm::vec3 Debris::velocity(std::size_t i) const noexcept {
+  return state_->velocity(state_->slot(i));
+}
+double Debris::chip(std::size_t i) const noexcept {
+  return state_->chips[state_->slot(i)].diameter;
+}
+double Debris::mass(std::size_t i) const noexcept {
+  return state_->left(state_->slot(i));
+}
 
 std::uint64_t Debris::hash() const noexcept {
   const State& s = *state_;

@@ -273,6 +273,11 @@ ivec2 eye_pixels(Layout layout, const ivec2& p) {
   return p;
 }
 
+ivec2 eye_pixels_in(Layout layout, const ivec2& p) {
+  const ivec2 twice = screen_pixels(layout, {1, 1});
+  return glm::max(p / twice, ivec2(1));
+}
+
 ivec2 screen_pixels(Layout layout, const ivec2& p) {
   switch (layout) {
     case Layout::kSideBySide:

@@ -114,5 +114,7 @@ std::array<double, 16> row_major_mm_projection(const Frustum& frustum);
 /// Pixels of one eye's picture for a screen of these pixels, and of the composed screen for such an eye picture.
 ivec2 eye_pixels(Layout layout, const ivec2& screen_pixels);
 ivec2 screen_pixels(Layout layout, const ivec2& eye_pixels);
+/// The other way round: pixels of one eye's picture in a composed screen of this size.
+ivec2 eye_pixels_in(Layout layout, const ivec2& composed_pixels);
 
 }  // namespace typodont::display

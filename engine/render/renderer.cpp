@@ -6,6 +6,7 @@
 
 #include "engine/base/check.h"
 #include "engine/base/units.h"
+#include "engine/render/look.h"
 #include "engine/render/passes/passes.h"
 
 namespace typodont::render {
@@ -14,7 +15,7 @@ namespace {
 
 constexpr int kSlots = gpu::FrameRing::kSlots;
 
-VkSampler create_sampler(gpu::Device& device, bool compare, VkFilter filter) {
+VkSampler create_sampler(gpu::Device& device, bool compare, VkFilter filter, VkBorderColor border) {
   const VkSamplerCreateInfo info{.sType = VK_STRUCTURE_TYPE_SAMPLER_CREATE_INFO,
                                  .magFilter = filter,
                                  .minFilter = filter,
@@ -23,10 +24,18 @@ VkSampler create_sampler(gpu::Device& device, bool compare, VkFilter filter) {
                                  .addressModeW = VK_SAMPLER_ADDRESS_MODE_CLAMP_TO_BORDER,
                                  .compareEnable = compare,
                                  .compareOp = VK_COMPARE_OP_LESS_OR_EQUAL,
-                                 .borderColor = VK_BORDER_COLOR_FLOAT_OPAQUE_WHITE};
+                                 .borderColor = border};
   VkSampler sampler = VK_NULL_HANDLE;
   gpu::check(vkCreateSampler(device.device, &info, nullptr, &sampler), "vkCreateSampler");
   return sampler;
+}
+
+/// IEC 61966-2-1
+dvec3 linear_light(const dvec3& srgb) {
+  dvec3 out;
+  for (int i = 0; i < 3; ++i)
+    out[i] = srgb[i] <= 0.04045 ? srgb[i] / 12.92 : std::pow((srgb[i] + 0.055) / 1.055, 2.4);
+  return out;
 }
 
 template <class T>
@@ -50,7 +59,7 @@ std::string key_of(const Hud& hud) {
 struct Renderer::Impl {
   gpu::Device& device;
   glm::ivec2 size;
-  MaterialTable materials;
+  std::array<Look, kTissueCount> looks;
   PassContext context;
 
   VkDescriptorSetLayout set_layout = VK_NULL_HANDLE;
@@ -84,7 +93,7 @@ struct Renderer::Impl {
   double gpu_ms = 0;
 
   Impl(gpu::Device& d, glm::ivec2 s, const Quality& quality, const MaterialTable& m)
-      : device(d), size(s), materials(m), context{.device = d} {
+      : device(d), size(s), looks(looks_of(m)), context{.device = d} {
     context.quality = quality;
     create_layout();
     create_pictures(2);
@@ -142,9 +151,10 @@ struct Renderer::Impl {
     gpu::check(vkAllocateDescriptorSets(device.device, &allocate, sets.data()), "vkAllocateDescriptorSets");
     for (gpu::Buffer& b : frame_data)
       b = gpu::Buffer::create(device, sizeof(shared::FrameData), VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT);
-    compare = create_sampler(device, true, VK_FILTER_LINEAR);
-    nearest = create_sampler(device, false, VK_FILTER_NEAREST);
-    linear = create_sampler(device, false, VK_FILTER_LINEAR);
+    // Beyond the shadow map nothing stands before the lamp; beyond the atlas there is no letter.
+    compare = create_sampler(device, true, VK_FILTER_LINEAR, VK_BORDER_COLOR_FLOAT_OPAQUE_WHITE);
+    nearest = create_sampler(device, false, VK_FILTER_NEAREST, VK_BORDER_COLOR_FLOAT_OPAQUE_WHITE);
+    linear = create_sampler(device, false, VK_FILTER_LINEAR, VK_BORDER_COLOR_FLOAT_OPAQUE_BLACK);
     if (device.properties.limits.timestampComputeAndGraphics) {
       const VkQueryPoolCreateInfo info{.sType = VK_STRUCTURE_TYPE_QUERY_POOL_CREATE_INFO,
                                        .queryType = VK_QUERY_TYPE_TIMESTAMP,
@@ -208,27 +218,18 @@ struct Renderer::Impl {
   void fill(shared::FrameData& data, const Frame& frame) const {
     for (int e = 0; e < 2; ++e) {
       const Eye& eye = frame.eyes[static_cast<std::size_t>(e < frame.views ? e : 0)];
-      const glm::dmat4 clip = eye.projection * eye.view;
-      data.clip_from_world[e] = glm::mat4(clip);
+      data.clip_from_world[e] = glm::mat4(eye.projection * eye.view);
       data.eye[e] = glm::vec4(glm::dvec4(eye.position, 1));
-      // The ray through clip (x, y) is affine in x and y: three points of the far plane tell it.
-      const glm::dmat4 back = glm::inverse(clip);
-      const auto at = [&](double x, double y) {
-        const glm::dvec4 p = back * glm::dvec4(x, y, 1, 1);
-        return glm::dvec3(p) / p.w - eye.position;
-      };
-      const glm::dvec3 middle = at(0, 0);
-      data.ray_middle[e] = glm::vec4(glm::dvec4(middle, 0));
-      data.ray_x[e] = glm::vec4(glm::dvec4(at(1, 0) - middle, 0));
-      data.ray_y[e] = glm::vec4(glm::dvec4(at(0, 1) - middle, 0));
     }
     const dvec3 key = glm::normalize(frame.lights.key), up = glm::normalize(frame.lights.up);
+    data.background = glm::vec4(frame.background == Background::kGradient ? 1.0f : 0.0f);
     data.key = glm::vec4(glm::dvec4(key, frame.lights.key_strength));
     data.up = glm::vec4(glm::dvec4(up, frame.lights.ambient));
-    // The backdrop glows in the direction half-way between both eyes' middles: one direction, at infinity.
-    data.glow = glm::vec4(glm::dvec4(glm::normalize(dvec3(glm::normalize(glm::vec3(data.ray_middle[0])) +
-                                                          glm::normalize(glm::vec3(data.ray_middle[1])))),
-                                     0));
+    for (std::size_t t = 0; t < looks.size(); ++t) {
+      const Look& look = looks[t];
+      data.tissue_color[t] = glm::vec4(glm::dvec4(linear_light(look.color), look.translucency));
+      data.tissue_look[t] = glm::vec4(glm::dvec4(look.roughness, look.metal, look.wetness, 0));
+    }
 
     // The lamp's parallel view of everything there is.
     glm::dvec3 lo, hi;
@@ -474,11 +475,13 @@ Renderer::~Renderer() = default;
 Renderer::Renderer(Renderer&&) noexcept = default;
 
 void Renderer::update(MeshId mesh, std::span<const MeshUpdate> bricks) {
-  impl_->bricks.update(impl_->device, mesh, bricks, impl_->materials, impl_->last_submitted);
+  impl_->bricks.update(impl_->device, mesh, bricks, impl_->last_submitted);
 }
 
 void Renderer::place(MeshId mesh, const Pose& X_WM) {
-  impl_->bricks.meshes[mesh].X_WM = X_WM;
+  Pose& now = impl_->bricks.meshes[mesh].X_WM;
+  if (now.p == X_WM.p && now.R == X_WM.R) return;
+  now = X_WM;
   ++impl_->bricks.version;
 }
 

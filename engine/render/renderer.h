@@ -22,15 +22,14 @@
 
 namespace typodont::render {
 
-/// One corner of a surface. Between corners of different tissue the look is blended; a crisp boundary is one along
-/// edges of the mesh.
+/// One corner of a surface. All corners of a triangle name the same two tissues; the boundary between them is drawn where
+/// the interpolated `second` passes one half, crisp within the triangle.
 struct Vertex {
-  glm::vec3 p{0};              // m, relative to the mesh's origin
-  glm::vec3 n{0, 0, 1};        // unit, out of the tissue
-  Tissue tissue = Tissue::kEnamel;
-  Tissue other = Tissue::kAir;  // a second tissue here, kAir: none
-  float blend = 0;              // 0..1 of the second
-  float occlusion = 1;          // 1 open, 0 shut in, if the mesher knows
+  glm::vec3 p{0};        // m, relative to the mesh's origin
+  glm::vec3 n{0, 0, 1};  // unit, out of the tissue
+  std::array<Tissue, 2> tissue{Tissue::kEnamel, Tissue::kEnamel};
+  float second = 0;      // 0..1: share of tissue[1]
+  float occlusion = 1;   // 1 open, 0 shut in, if the mesher knows
 };
 
 /// A piece of a mesh: what a brick looks like now. Empty: nothing is left of it.
@@ -81,8 +80,8 @@ struct Hud {
 struct Lights {
   dvec3 key{-0.35, 0.55, 0.75};  // unit, towards the lamp
   dvec3 up{0, 1, 0};             // unit, towards the ceiling
-  double key_strength = 2.6;
-  double ambient = 0.55;
+  double key_strength = 2.9;
+  double ambient = 0.60;
 };
 
 enum class Background { kGradient, kBlack };  // a half mirror wants black: it is where the hand shows

@@ -12,9 +12,6 @@ using glm::vec4;
 struct FrameData {
   mat4 clip_from_world[2];
   vec4 eye[2];             // xyz: m, W
-  vec4 ray_middle[2];      // xyz: direction through the picture's middle; + x · ray_x + y · ray_y for clip (x, y)
-  vec4 ray_x[2];
-  vec4 ray_y[2];
   mat4 light_from_world;   // xy: 0..1 over the shadow map, z: 0..1 away from the lamp
   vec4 light_size;         // x: shadow map's width, m; y: its depth, m; z: one texel, m; w: 1 when there is a map
   vec4 key;                // xyz: unit, towards the lamp; w: strength
@@ -22,7 +19,9 @@ struct FrameData {
   vec4 tool_head;          // xyz: head centre, m; w: radius, m; 0: no tool
   vec4 tool_end;           // xyz: far end of the shank, m; w: its radius, m
   vec4 tool_motion;        // x: angle, rad; y: 0 sharp .. 1 wholly blurred by spin; z: 1 when spinning
-  vec4 glow;               // xyz: unit, where the backdrop is brightest
+  vec4 background;         // 1 drawn, 0 black
+  vec4 tissue_color[10];   // by contract/tissue.h: linear colour; w: translucency
+  vec4 tissue_look[10];    // roughness, metal, wetness
 };
 
 // push constants

@@ -354,9 +354,14 @@ void SessionWriter::Impl::fail(const std::string& why) noexcept {
 }
 
 bool SessionWriter::Impl::disk_has_room() noexcept {
-  struct statvfs space{};
-  if (statvfs(written_to.c_str(), &space) != 0) return true;  // the write itself will tell
-  const std::uint64_t free = std::uint64_t{space.f_bavail} * space.f_frsize;
+  std::uint64_t free = 0;
+  if (options.free_bytes) {
+    free = options.free_bytes();
+  } else {
+    struct statvfs space{};
+    if (statvfs(written_to.c_str(), &space) != 0) return true;  // the write itself will tell
+    free = std::uint64_t{space.f_bavail} * space.f_frsize;
+  }
   if (free >= options.disk_reserve) {
     status.state = WriterStatus::State::kRecording;
     return true;

@@ -7,6 +7,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <span>
 #include <string>
@@ -21,6 +22,7 @@ struct WriterOptions {
   Nanos flush_interval = kNanosPerSecond / 2;  // nothing older than this stays in memory (heartbeat)
   int deflate = 3;                             // 1..9; bytes are shuffled before, which is where most is won
   std::uint64_t disk_reserve = 16u << 20;      // bytes to leave free: below, rows are counted instead of written
+  std::function<std::uint64_t()> free_bytes;  // what is left on the disk; empty: the file system is asked
   bool whole_or_nothing = false;  // write beside FILE and rename in finish(); for results, not for live sessions
   Lost lost_before;               // to start counting from, when a session is rewritten
 };
@@ -43,6 +45,7 @@ class SessionWriter {
   SessionWriter(const SessionWriter&) = delete;
   SessionWriter& operator=(const SessionWriter&) = delete;
 
+  // Patches and cuts before the ticks that name them: what is on disk is then complete as far as its ticks go.
   void append(std::span<const ServoTick> ticks) noexcept;
   void append(std::span<const Cut> cuts) noexcept;
   void append(std::span<const PatchUse> patches) noexcept;

@@ -1,6 +1,5 @@
 #include "engine/session/report.h"
 
-#include <fmt/args.h>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -10,12 +9,15 @@
 #include <cstring>
 #include <fstream>
 #include <iterator>
+#include <functional>
 #include <numeric>
+#include <tuple>
 
 #include "engine/base/error.h"
 #include "engine/session/format/columns.h"
 #include "engine/session/page/plot.h"
 #include "engine/session/page/style.h"
+#include "engine/session/page/words.h"
 
 namespace typodont::session {
 
@@ -128,23 +130,31 @@ Score score_of(const SessionReader& session, const ScoreInput& input) {
   return score(input, rules);
 }
 
+std::string scene_name_of(const SessionReader& session) {
+  if (session.header().scene_json.empty()) return "";
+  const Json scene = Json::parse(session.header().scene_json, session.file().string() + ": scene");
+  return scene.is_object() ? scene.string_or("name", "") : "";
+}
+
+std::string page_head(Language language, const std::string& title) {
+  return fmt::format(
+      "<!doctype html>\n<html lang=\"{}\">\n<head>\n<meta charset=\"utf-8\">\n"
+      "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>{}</title>\n<style>{}</style>\n"
+      "</head>\n<body>\n",
+      tag_of(language), escaped(title), kStyle);
+}
+
 /// Writes one page; holds what every part of it needs.
-class Page {
+class Page : private Words {
  public:
   Page(const SessionReader& session, const ReportOptions& options)
-      : session_(session), options_(options), language_(options.language), course_(course_of(session)),
+      : Words{options.language}, session_(session), options_(options), course_(course_of(session)),
         input_(input_of(session, course_)), score_(options.score ? *options.score : score_of(session, input_)) {
-    if (!session.header().scene_json.empty()) {
-      const Json scene = Json::parse(session.header().scene_json, session.file().string() + ": scene");
-      if (scene.is_object()) scene_name_ = scene.string_or("name", "");
-    }
+    scene_name_ = scene_name_of(session);
   }
 
   std::string html() {
-    put("<!doctype html>\n<html lang=\"{}\">\n<head>\n<meta charset=\"utf-8\">\n"
-        "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>{}</title>\n<style>{}</style>\n"
-        "</head>\n<body>\n",
-        tag_of(language_), escaped(title()), kStyle);
+    out_ = page_head(language, title());
     put("<a class=\"skip\" href=\"#result\">{}</a>\n", say("skip"));
     head();
     put("<main>\n");
@@ -168,28 +178,6 @@ class Page {
   void put(fmt::format_string<Args...> format, Args&&... args) {
     fmt::format_to(std::back_inserter(out_), format, std::forward<Args>(args)...);
   }
-  /// A text of the catalogue with its gaps filled. The texts hold no markup.
-  template <class... Args>
-  std::string say(std::string_view key, Args&&... args) const {
-    return fmt::format(fmt::runtime(text(key, language_)), std::forward<Args>(args)...);
-  }
-  std::string number(double v, int decimals) const {
-    std::string s = fmt::format("{:.{}f}", v, decimals);
-    if (s.starts_with("-") && s.find_first_not_of("-0.") == std::string::npos) s.erase(0, 1);
-    if (language_ == Language::kGerman) std::replace(s.begin(), s.end(), '.', ',');
-    return s;
-  }
-  /// Three significant digits, as people read them.
-  std::string number(double v) const {
-    const double a = std::abs(v);
-    return number(v, a == 0 || a >= 100 ? 0 : a >= 10 ? 1 : a >= 1 ? 2 : 3);
-  }
-  std::string quantity(double v, std::string_view unit) const {
-    return unit.empty() ? number(v, 0) : fmt::format("{}\u00a0{}", number(v), unit);  // without a unit: a count
-  }
-  NumberText number_text() const {
-    return [this](double v, int decimals) { return number(v, decimals); };
-  }
   std::string tissue_text(std::size_t i) const {
     return say(fmt::format("tissue.{}", name_of(static_cast<Tissue>(i))));
   }
@@ -208,7 +196,7 @@ class Page {
     put("<header>\n<h1>{}</h1>\n<p class=\"where\">", escaped(title()));
     std::vector<std::string> parts;
     if (!h.trainee.empty()) parts.push_back(escaped(h.trainee));
-    if (!h.date.empty()) parts.push_back(fmt::format("<time datetime=\"{0}\">{1}</time>", escaped(h.date), date_text(h.date)));
+    if (!h.date.empty()) parts.push_back(fmt::format("<time datetime=\"{0}\">{1}</time>", escaped(h.date), date(h.date)));
     parts.push_back(duration_text());
     put("{}</p>\n</header>\n<nav aria-label=\"{}\"><ul>", fmt::join(parts, " · "), say("contents"));
     const auto link = [&](const char* id, const char* key) { put("<li><a href=\"#{}\">{}</a></li>", id, say(key)); };
@@ -224,11 +212,6 @@ class Page {
     if (!session_.events().empty()) link("events", "events");
     link("details", "details");
     put("</ul></nav>\n");
-  }
-
-  std::string date_text(const std::string& iso) const {
-    if (iso.size() < 16 || iso[10] != 'T') return escaped(iso);
-    return escaped(iso.substr(0, 10) + " " + iso.substr(11, 5) + " UTC");
   }
 
   void warnings() {
@@ -314,16 +297,6 @@ class Page {
     put("</div>\n</section>\n");
   }
 
-  std::string target_text(const ScoreItem& item) const {
-    const std::string value = quantity(item.target, item.unit);
-    switch (item.best) {
-      case Best::kAtMost: return say("at_most", value);
-      case Best::kAtLeast: return say("at_least", value);
-      case Best::kNear: return value;
-    }
-    return value;
-  }
-
   void items() {
     put("<section id=\"items\" class=\"long\" aria-labelledby=\"h-items\">\n<h2 id=\"h-items\">{}</h2>\n<div class=\"scroll\" "
         "tabindex=\"0\" role=\"region\" aria-labelledby=\"h-items\">\n<table><caption>{} {}: {} %.</caption>\n<thead><tr>"
@@ -336,14 +309,13 @@ class Page {
     for (const ScoreItem& item : score_.items) order.push_back(&item);
     std::stable_sort(order.begin(), order.end(), [](auto* a, auto* b) { return a->weight > b->weight; });
     for (const ScoreItem* item : order) {
-      const std::string key = "score." + item->name;
-      put("<tr><th scope=\"row\">{}</th><td>{}</td>", has_text(key) ? say(key) : escaped(item->name), quantity(item->value, item->unit));
+      put("<tr><th scope=\"row\">{}</th><td>{}</td>", name_of_item(item->name), quantity(item->value, item->unit));
       if (item->weight > 0) {
-        put("<td>{}</td><td>{}</td><td>{} / {}", target_text(*item), quantity(item->tolerance, item->unit),
+        put("<td>{}</td><td>{}</td><td>{} / {}", target(*item), quantity(item->tolerance, item->unit),
             number(item->points, 1), number(item->weight, 0));
         gauge(item->points / item->weight);
         // The sources of the default rules are in the catalogue, by their English text.
-        put("</td><td class=\"text source\">{}</td></tr>\n", escaped(text(item->source, language_)));
+        put("</td><td class=\"text source\">{}</td></tr>\n", escaped(text(item->source, language)));
       } else {
         put("<td></td><td></td><td>{}</td><td class=\"text source\"></td></tr>\n", say("not_counted"));
       }
@@ -526,7 +498,7 @@ class Page {
         "<th scope=\"col\">{}</th><th scope=\"col\">{}</th><th scope=\"col\">99 %</th><th scope=\"col\">99{}9 %</th><th scope=\"col\">{}</th>"
         "</tr></thead>\n<tbody><tr><td class=\"text\">{}</td><td>{} µs</td><td>{} µs</td><td>{} µs</td><td>{} µs</td></tr></tbody></table>\n",
         say("timing"), say("timing_caption", number(period, 0)), say("ticks"), say("median"),
-        language_ == Language::kGerman ? "," : ".", say("worst"), us.size(), number(quantile(0.5)), number(quantile(0.99)),
+        language == Language::kGerman ? "," : ".", say("worst"), us.size(), number(quantile(0.5)), number(quantile(0.99)),
         number(quantile(0.999)), number(us.back()));
     put("<div class=\"scroll\">{}</div>\n</section>\n",
         histogram(edges, counts, "µs",
@@ -576,7 +548,6 @@ class Page {
 
   const SessionReader& session_;
   const ReportOptions& options_;
-  Language language_;
   Course course_;
   ScoreInput input_;
   Score score_;
@@ -606,6 +577,86 @@ Score score_session(const SessionReader& session) { return score_of(session, sco
 
 std::string report_html(const SessionReader& session, const ReportOptions& options) {
   return Page(session, options).html();
+}
+
+SessionSummary summarize(const SessionReader& session) {
+  return {session.file().filename().string(), session.header().date, session.header().trainee, scene_name_of(session),
+          session.truncated(), score_session(session)};
+}
+
+std::string learning_curve_html(std::span<const SessionSummary> sessions, Language language) {
+  const Words words{language};
+  std::string out = page_head(language, words.say("title.curve"));
+  const auto put = [&]<class... Args>(fmt::format_string<Args...> format, Args&&... args) {
+    fmt::format_to(std::back_inserter(out), format, std::forward<Args>(args)...);
+  };
+  std::vector<SessionSummary> all(sessions.begin(), sessions.end());
+  std::stable_sort(all.begin(), all.end(), [](const SessionSummary& a, const SessionSummary& b) {
+    return std::tie(a.date, a.file) < std::tie(b.date, b.file);
+  });
+  // Only sessions on the same scene can be compared.
+  std::vector<std::string> scenes;
+  for (const SessionSummary& s : all) {
+    if (std::find(scenes.begin(), scenes.end(), s.scene) == scenes.end()) scenes.push_back(s.scene);
+  }
+  put("<header><h1>{}</h1><p class=\"where\">{}</p></header>\n<main>\n", words.say("title.curve"),
+      words.say("sessions_count", all.size()));
+  for (std::size_t k = 0; k < scenes.size(); ++k) {
+    std::vector<const SessionSummary*> mine;
+    for (const SessionSummary& s : all) {
+      if (s.scene == scenes[k]) mine.push_back(&s);
+    }
+    put("<section class=\"long\" aria-labelledby=\"scene-{0}\"><h2 id=\"scene-{0}\">{1}</h2>\n<div class=\"curves\">\n", k,
+        scenes[k].empty() ? words.say("scene") : escaped(scenes[k]));
+    const auto curve = [&](const std::string& title, const std::string& unit, std::optional<double> target,
+                           const std::function<std::optional<double>(const SessionSummary&)>& value) {
+      std::vector<double> values;
+      for (const SessionSummary* s : mine) values.push_back(value(*s).value_or(std::nan("")));
+      const auto first = std::find_if(values.begin(), values.end(), [](double v) { return !std::isnan(v); });
+      const auto last = std::find_if(values.rbegin(), values.rend(), [](double v) { return !std::isnan(v); });
+      if (first == values.end()) return;
+      put("<figure>{}<figcaption>{}{}</figcaption></figure>\n",
+          session_plot(values, target,
+                       words.say("curve_alt", title, words.quantity(*first, unit), words.quantity(*last, unit)),
+                       words.number_text()),
+          title, unit.empty() ? std::string() : fmt::format(" ({})", unit));
+    };
+    curve(words.say("score"), "%", 100.0, [](const SessionSummary& s) -> std::optional<double> {
+      if (s.score.full <= 0) return std::nullopt;
+      return 100 * s.score.points / s.score.full;
+    });
+    for (const ScoreItem& item : mine.back()->score.items) {
+      if (item.weight <= 0) continue;
+      curve(words.name_of_item(item.name), item.unit, item.target, [&](const SessionSummary& s) -> std::optional<double> {
+        for (const ScoreItem& other : s.score.items) {
+          if (other.name == item.name) return other.value;
+        }
+        return std::nullopt;
+      });
+    }
+    put("</div>\n<div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-labelledby=\"scene-{}\"><table><thead><tr><th "
+        "scope=\"col\">{}</th><th scope=\"col\">{}</th><th scope=\"col\">{}</th>",
+        k, words.say("session_file"), words.say("date"), words.say("score"));
+    for (const ScoreItem& item : mine.back()->score.items) {
+      if (item.weight > 0) put("<th scope=\"col\">{}</th>", words.name_of_item(item.name));
+    }
+    put("</tr></thead>\n<tbody>\n");
+    for (const SessionSummary* s : mine) {
+      put("<tr><th scope=\"row\">{}{}</th><td>{}</td><td>{}\u00a0%</td>", escaped(s->file),
+          s->truncated ? " (" + words.say("cut_off") + ")" : std::string(), words.date(s->date),
+          words.number(s->score.full > 0 ? 100 * s->score.points / s->score.full : 0, 0));
+      for (const ScoreItem& item : mine.back()->score.items) {
+        if (item.weight <= 0) continue;
+        const auto& items = s->score.items;
+        const auto it = std::find_if(items.begin(), items.end(), [&](const ScoreItem& i) { return i.name == item.name; });
+        put("<td>{}</td>", it == items.end() ? std::string() : words.quantity(it->value, it->unit));
+      }
+      put("</tr>\n");
+    }
+    put("</tbody></table></div>\n</section>\n");
+  }
+  put("</main>\n<footer><p>{}</p></footer>\n</body>\n</html>\n", words.say("made_by", TYPODONT_VERSION));
+  return out;
 }
 
 }  // namespace typodont::session

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -27,5 +28,16 @@ ScoreInput score_input(const SessionReader& session);
 Score score_session(const SessionReader& session);
 
 std::string report_html(const SessionReader& session, const ReportOptions& options = {});
+
+/// One session among others.
+struct SessionSummary {
+  std::string file, date, trainee, scene;
+  bool truncated = false;
+  Score score;
+};
+SessionSummary summarize(const SessionReader& session);
+
+/// A trainee's sessions as one page: how the score and what counts in it went, scene by scene, in the order of dates.
+std::string learning_curve_html(std::span<const SessionSummary> sessions, Language language);
 
 }  // namespace typodont::session

@@ -146,7 +146,7 @@ std::vector<T> read_numbers(const TableReader& table, std::size_t column) {
   std::vector<std::byte> cells;
   table.read(column, h5_type(type_of<T>()), sizeof(T), 0, table.rows(), cells);
   std::vector<T> numbers(table.rows());
-  std::memcpy(numbers.data(), cells.data(), cells.size());
+  if (!numbers.empty()) std::memcpy(numbers.data(), cells.data(), cells.size());
   return numbers;
 }
 

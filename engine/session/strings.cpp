@@ -14,6 +14,11 @@ struct Entry {
 
 constexpr Entry kCatalogue[] = {
     {"title", {"Session report", "Sitzungsbericht", "训练报告"}},
+    {"title.curve", {"Learning curve", "Lernkurve", "学习曲线"}},
+    {"sessions_count", {"Sessions: {}", "Sitzungen: {}", "训练次数：{}"}},
+    {"curve_alt",
+     {"{}, session by session: first {}, last {}.", "{}, Sitzung für Sitzung: zuerst {}, zuletzt {}.", "{}逐次变化：首次 {}，最近 {}。"}},
+    {"cut_off", {"cut off", "abgebrochen", "中断"}},
     {"skip", {"Skip to the result", "Zum Ergebnis springen", "跳到结果"}},
     {"contents", {"Contents", "Inhalt", "目录"}},
     {"result", {"Result", "Ergebnis", "结果"}},

@@ -32,10 +32,13 @@ double greatest_error(const WholeMesh& mesh, const std::function<double(const gl
   constexpr int n = 6;
   double worst = 0;
   for (const auto& t : mesh.triangles) {
-    const glm::dvec3 a = mesh.vertices[t[0]].position, b = mesh.vertices[t[1]].position, c = mesh.vertices[t[2]].position;
+    const glm::dvec3 a = mesh.vertices[t[0]].position, b = mesh.vertices[t[1]].position,
+                     c = mesh.vertices[t[2]].position;
     for (int i = 0; i <= n; ++i) {
       for (int j = 0; i + j <= n; ++j) {
-        const glm::dvec3 p = (static_cast<double>(i) * a + static_cast<double>(j) * b + static_cast<double>(n - i - j) * c) / static_cast<double>(n);
+        const glm::dvec3 p =
+            (static_cast<double>(i) * a + static_cast<double>(j) * b + static_cast<double>(n - i - j) * c) /
+            static_cast<double>(n);
         worst = std::max(worst, std::abs(distance(p)));
       }
     }

@@ -75,7 +75,8 @@ std::string stl(const WholeMesh& mesh, const VoxelFrame& frame) {
   append(out, static_cast<std::uint32_t>(mesh.triangles.size()));
   for (const auto& triangle : mesh.triangles) {
     glm::vec3 p[3];
-    for (int i = 0; i < 3; ++i) p[i] = millimetres(mesh.vertices[triangle[static_cast<std::size_t>(i)]].position, frame);
+    for (int i = 0; i < 3; ++i)
+      p[i] = millimetres(mesh.vertices[triangle[static_cast<std::size_t>(i)]].position, frame);
     const glm::vec3 n = glm::cross(p[1] - p[0], p[2] - p[0]);
     const float length = glm::length(n);
     append(out, length > 0 ? n / length : glm::vec3(0));

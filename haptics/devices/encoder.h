@@ -24,16 +24,20 @@ class Encoder {
     kRejected,  // too far from the last one: a broken report, the count stays
     kSlipped,   // it stays too far: counts were lost, and the position is wrong until the arm is homed
   };
-  /// `reach`: the most counts it can have turned since the last good reading.
-  Step read16(std::int16_t reading, std::int64_t reach) noexcept {
+  /// `reach`: the most counts it can have turned since the last good reading; `nearby`: between two readings.
+  Step read16(std::int16_t reading, std::int64_t reach, std::int64_t nearby) noexcept {
     // int16 difference of int16 readings: the shorter way round
     return take(static_cast<std::int16_t>(static_cast<std::uint16_t>(reading) - static_cast<std::uint16_t>(total_)),
-                reach);
+                reach, nearby);
   }
-  Step read32(std::int32_t reading, std::int64_t reach) noexcept { return take(reading - total_, reach); }
+  Step read32(std::int32_t reading, std::int64_t reach, std::int64_t nearby) noexcept {
+    return take(reading - total_, reach, nearby);
+  }
+
+  static constexpr int kBelieved = 8;  // far readings in a row that agree, before they are believed
 
  private:
-  Step take(std::int64_t step, std::int64_t reach) noexcept {
+  Step take(std::int64_t step, std::int64_t reach, std::int64_t nearby) noexcept {
     if (!started_) {
       started_ = true;
       total_ += step;
@@ -44,10 +48,10 @@ class Encoder {
       rejected_ = 0;
       return slipped_ ? Step::kSlipped : Step::kGood;
     }
-    // Three readings in a row that agree with one another but not with us: the encoder has jumped, not the report.
-    rejected_ = rejected_ > 0 && std::llabs(step - rejected_step_) <= reach ? rejected_ + 1 : 1;
+    // Readings that agree with one another but not with us: the encoder has jumped, not the report. Garbage does not agree.
+    rejected_ = rejected_ > 0 && std::llabs(step - rejected_step_) <= nearby ? rejected_ + 1 : 1;
     rejected_step_ = step;
-    if (rejected_ < 3) return Step::kRejected;
+    if (rejected_ < kBelieved) return Step::kRejected;
     total_ += step;
     rejected_ = 0;
     slipped_ = true;

@@ -28,6 +28,11 @@ struct Drill {
   }
 };
 
+struct AlsaConfiguration {
+  explicit AlsaConfiguration(const std::filesystem::path& file) { setenv("ALSA_CONFIG_PATH", file.c_str(), 1); }
+  ~AlsaConfiguration() { unsetenv("ALSA_CONFIG_PATH"); }
+};
+
 TEST(PortAudioOnAlsa, PlaysTheSynthesizersSamples) {
   const ScratchFolder folder;
   write_text(folder / "asound.conf",
@@ -36,7 +41,7 @@ TEST(PortAudioOnAlsa, PlaysTheSynthesizersSamples) {
                  (folder / "card.wav").string() +
                  "\" format \"wav\" }\n"
                  "pcm.testcard { type plug slave { pcm \"tofile\" format S16_LE rate 48000 channels 2 } }\n");
-  setenv("ALSA_CONFIG_PATH", (folder / "asound.conf").c_str(), 1);
+  const AlsaConfiguration configuration(folder / "asound.conf");
 
   const SoundModels models = load_sound_models("assets/sounds/micromotor.json");
   SoundState idle;
@@ -76,7 +81,7 @@ TEST(PortAudioOnAlsa, PlaysTheSynthesizersSamples) {
 TEST(PortAudioOnAlsa, NamesTheDevicesThereAreWhenAskedForAnother) {
   const ScratchFolder folder;
   write_text(folder / "asound.conf", "</usr/share/alsa/alsa.conf>\npcm.quietcard { type null }\n");
-  setenv("ALSA_CONFIG_PATH", (folder / "asound.conf").c_str(), 1);
+  const AlsaConfiguration configuration(folder / "asound.conf");
   try {
     AudioOutput::open("portaudio:no such card");
     FAIL();
@@ -108,8 +113,11 @@ class JackServer {
       _exit(127);
     }
   }
+  void freeze() { kill(process_, SIGSTOP); }
+  void thaw() { kill(process_, SIGCONT); }
   void stop() {
     if (process_ <= 0) return;
+    thaw();
     kill(process_, SIGTERM);
     waitpid(process_, nullptr, 0);
     process_ = -1;
@@ -182,7 +190,7 @@ TEST(PortAudioOnJack, HearsContactWithinOneBufferAndTwoMilliseconds) {
   EXPECT_EQ(output->stats().losses, 0u);
 }
 
-TEST(PortAudioOnJack, ThatDiesIsSaidAndWhenItReturnsSoundGoesOn) {
+TEST(PortAudioOnJack, ThatStallsIsSaidAndWhenItReturnsSoundGoesOn) {
   JackServer server;
   const auto output = open_soon();
   Listener listener;
@@ -196,16 +204,36 @@ TEST(PortAudioOnJack, ThatDiesIsSaidAndWhenItReturnsSoundGoesOn) {
     }
   };
   advance_until([&] { return output->stats().samples > 10000; });
-  server.stop();
+  server.freeze();
   advance_until([&] { return output->stats().losses > 0; });
   EXPECT_EQ(output->stats().losses, 1u);
-  server.start();
+  server.thaw();
   advance_until([&] { return output->stats().recoveries > 0; });
   EXPECT_EQ(output->stats().recoveries, 1u);
   const auto before = output->stats().samples;
   advance_until([&] { return output->stats().samples > before + 10000; });
   EXPECT_GT(output->stats().samples, before + 10000);
   output->stop();
+}
+
+TEST(PortAudioOnJack, ThatDiesNeitherStopsTheWorkNorKeepsTheProgramFromEnding) {
+  JackServer server;
+  auto output = open_soon();
+  Listener listener;
+  const Nanos start = now();
+  output->start({&listener, &Listener::render, nullptr}, 0);
+  std::this_thread::sleep_for(std::chrono::milliseconds(300));
+  server.stop();
+  Nanos longest = 0;
+  for (int i = 0; i < 20; ++i) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    const Nanos before = now();
+    output->advance(before - start);
+    longest = std::max(longest, now() - before);
+  }
+  EXPECT_EQ(output->stats().losses, 1u);
+  EXPECT_LT(longest, kNanosPerSecond);
+  output.reset();
 }
 
 #endif

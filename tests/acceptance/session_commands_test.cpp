@@ -77,6 +77,25 @@ TEST(ReportCommand, BadInputIsExitTwoWithFileFoundAndExpectedAndNoPage) {
   EXPECT_FALSE(std::filesystem::exists(folder / "r.html"));
 }
 
+TEST(ReportCommand, OfAFolderIsTheLearningCurveAndLeavesOutWhatIsNoSession) {
+  TemporaryFolder folder;
+  std::filesystem::create_directories(folder / "sessions");
+  std::filesystem::create_directories(folder / "empty");
+  record(folder / "sessions/a.h5");
+  record(folder / "sessions/b.h5");
+  std::ofstream(folder / "sessions/c.h5") << "not a session";
+  const std::string f = folder.path.string();
+  const Ran ran = run(folder, fmt::format(TYPODONT_PROGRAM " report {0}/sessions --out {0}/r.html --json", f));
+  EXPECT_EQ(ran.status, 0) << ran.err;
+  EXPECT_EQ(Json::parse(ran.out, "out")["sessions"].items().size(), 2u);
+  EXPECT_THAT(ran.err, HasSubstr("left out: "));
+  EXPECT_THAT(ran.err, HasSubstr("c.h5: found no intact HDF5 file"));
+  EXPECT_THAT(text_of(folder / "r.html"), HasSubstr("b.h5"));
+  const Ran none = run(folder, fmt::format(TYPODONT_PROGRAM " report {0}/empty --out {0}/none.html", f));
+  EXPECT_EQ(none.status, 2);
+  EXPECT_THAT(none.err, HasSubstr("found a folder without sessions, expected sessions (.h5)"));
+}
+
 TEST(DoctorCommand, SaysOfEachPartWhatThereIsAndHowToMendIt) {
   TemporaryFolder folder;
   const Ran ran = run(folder, TYPODONT_PROGRAM " doctor --json");

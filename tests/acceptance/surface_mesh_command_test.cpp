@@ -92,8 +92,9 @@ TEST_F(MeshCommand, SphereIsClosedWithinItsToleranceAndOfFewTriangles) {
 }
 
 TEST_F(MeshCommand, DrilledPlateHasGenusOne) {
-  const std::string file = scene(R"({"difference": [{"box": {"center_mm": [0,0,0], "size_mm": [6,5,1.5]}},)"
-                                 R"({"cylinder": {"center_mm": [0,0,0], "axis": [0,0,1], "radius_mm": 1, "height_mm": 4}}]})");
+  const std::string file =
+      scene(R"({"difference": [{"box": {"center_mm": [0,0,0], "size_mm": [6,5,1.5]}},)"
+            R"({"cylinder": {"center_mm": [0,0,0], "axis": [0,0,1], "radius_mm": 1, "height_mm": 4}}]})");
   const Result result = run(file + " --out " + path("p.ply") + " --json");
   ASSERT_EQ(result.status, 0) << result.err;
   const WholeMesh mesh = read_ply(path("p.ply"));

@@ -92,8 +92,7 @@ std::vector<FieldBrick> bricks_of(const FloatGrid& grid) {
         for (int i = 0; i < FieldBrick::kSamples; ++i) {
           for (int j = 0; j < FieldBrick::kSamples; ++j) {
             for (int k = 0; k < FieldBrick::kSamples; ++k) {
-              brick.distance[FieldBrick::at(i, j, k)] =
-                  in.getValue({16 * x - 1 + i, 16 * y - 1 + j, 16 * z - 1 + k});
+              brick.distance[FieldBrick::at(i, j, k)] = in.getValue({16 * x - 1 + i, 16 * y - 1 + j, 16 * z - 1 + k});
             }
           }
         }
@@ -200,8 +199,9 @@ TEST(SurfaceBench, WholeExtractionIsThreeTimesFasterAtEqualError) {
     }
     openvdb::tools::signedFloodFill(grid->tree());
     const Vdb theirs = volume_to_mesh(*grid, 3, distance);
-    fmt::print("ball: ours radius {} voxels, error/radius {:.2e}, {:.1f} ms; volumeToMesh radius {:.0f}, {:.2e}, {:.1f} ms\n",
-               ours_radius, ours, times[2] * 1e3, radius, theirs.error / radius, theirs.seconds * 1e3);
+    fmt::print(
+        "ball: ours radius {} voxels, error/radius {:.2e}, {:.1f} ms; volumeToMesh radius {:.0f}, {:.2e}, {:.1f} ms\n",
+        ours_radius, ours, times[2] * 1e3, radius, theirs.error / radius, theirs.seconds * 1e3);
     if (theirs.error / radius > ours) continue;
     EXPECT_LT(3 * times[2], theirs.seconds);
     break;

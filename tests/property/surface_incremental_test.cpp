@@ -15,7 +15,9 @@ namespace {
 using test::CutBlock;
 using test::put;
 
-TEST(Incremental, MeshAfterRandomCutsIsThatOfAFullRemesh) { EXPECT_EQ(test::cut_and_compare(500), ""); }
+TEST(Incremental, MeshAfterRandomCutsIsThatOfAFullRemesh) {
+  EXPECT_EQ(test::cut_and_compare(500), "");
+}
 
 TEST(Incremental, OrderOfUpdatesDoesNotMatter) {
   CutBlock block(3);

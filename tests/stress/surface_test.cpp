@@ -5,7 +5,9 @@
 namespace typodont::surface {
 namespace {
 
-TEST(Incremental, MeshAfterTenThousandRandomCutsIsThatOfAFullRemesh) { EXPECT_EQ(test::cut_and_compare(10000), ""); }
+TEST(Incremental, MeshAfterTenThousandRandomCutsIsThatOfAFullRemesh) {
+  EXPECT_EQ(test::cut_and_compare(10000), "");
+}
 
 }  // namespace
 }  // namespace typodont::surface

@@ -14,7 +14,8 @@ namespace typodont::test {
 // A cube of samples that spheres are cut out of, as the carver does: distance = max(distance, r − |p − c|).
 class CutBlock {
  public:
-  explicit CutBlock(int bricks) : bricks_(bricks), n_(16 * bricks + 3), samples_(static_cast<std::size_t>(n_ * n_ * n_)) {
+  explicit CutBlock(int bricks)
+      : bricks_(bricks), n_(16 * bricks + 3), samples_(static_cast<std::size_t>(n_ * n_ * n_)) {
     const double middle = 8.0 * bricks, half = middle - 3.4;
     each([&](const glm::dvec3& p, float& value) {
       const glm::dvec3 d = glm::abs(p - middle) - half;
@@ -97,8 +98,8 @@ inline void put(surface::SurfaceMesher& mesher, const FieldBrick& brick) {
   }
 }
 
-/// Cuts `cuts` random balls near the surface, meshing after each one. Empty when the mesh, at several moments, is that of
-/// the whole block meshed afresh and a closed manifold; otherwise what was wrong.
+/// Cuts `cuts` random balls near the surface, meshing after each one. Empty when the mesh, at several moments, is that
+/// of the whole block meshed afresh and a closed manifold; otherwise what was wrong.
 inline std::string cut_and_compare(int cuts) {
   CutBlock block(4);
   surface::SurfaceMesher mesher({.tolerance = 0.1f});

@@ -38,12 +38,12 @@ struct Body {
     const double cut = std::max(std::hypot(p.x * 0.8, p.y) - 1.6, 3.2 - cavity * 1e3 - p.z);
     return std::max(outer, -cut);
   }
-  Tissue tissue(const dvec3& p) const {
-    const double depth = -form(p);
-    if (cavity > 0 && glm::length(p - dvec3(0.9, 0.3, 3.2 - cavity * 1e3)) < 1.0) return Tissue::kCaries;
-    const double cap = std::clamp((p.z + 2.6) / 2.5, 0.0, 1.0) * 1.3;
-    return depth < cap ? Tissue::kEnamel : Tissue::kDentin;
+  /// How far outside the lesion, mm.
+  double lesion(const dvec3& p) const {
+    return cavity > 0 ? glm::length(p - dvec3(0.9, 0.3, 3.2 - cavity * 1e3)) - 1.0 : 1e3;
   }
+  /// How far below the enamel cap, mm.
+  double below_cap(const dvec3& p) const { return -form(p) - std::clamp((p.z + 2.6) / 2.5, 0.0, 1.0) * 1.3; }
 };
 
 }  // namespace
@@ -64,7 +64,7 @@ std::vector<render::MeshUpdate> tooth_mesh(double cavity, double cell_m) {
       for (int x = lo.x; x <= hi.x; ++x) field[at({x, y, z})] = body(dvec3(x, y, z) * h);
 
   // Surface nets: one corner in each cell that the surface crosses, one square about each edge that it crosses.
-  const auto vertex = [&](const ivec3& c) {
+  const auto vertex = [&](const ivec3& c, bool decayed) {
     dvec3 sum(0);
     int crossings = 0;
     for (int a = 0; a < 8; ++a)
@@ -84,7 +84,11 @@ std::vector<render::MeshUpdate> tooth_mesh(double cavity, double cell_m) {
     render::Vertex v;
     v.p = glm::vec3(p * 1e-3);
     v.n = glm::vec3(glm::normalize(g));
-    v.tissue = body.tissue(p - glm::normalize(g) * 0.05);
+    // The boundary lies where the share passes one half.
+    const dvec3 inside = p - glm::normalize(g) * 0.05;
+    v.tissue = decayed ? std::array{Tissue::kDentin, Tissue::kCaries} : std::array{Tissue::kEnamel, Tissue::kDentin};
+    v.second = static_cast<float>(
+        std::clamp(0.5 + (decayed ? -body.lesion(inside) : body.below_cap(inside)), 0.0, 1.0));
     return v;
   };
   struct Less {
@@ -94,7 +98,7 @@ std::vector<render::MeshUpdate> tooth_mesh(double cavity, double cell_m) {
   };
   struct Brick {
     render::MeshUpdate update;
-    std::map<ivec3, std::uint32_t, Less> known;
+    std::map<ivec3, std::uint32_t, Less> known[2];  // corners of sound and of decayed triangles
   };
   std::map<ivec3, Brick, Less> bricks;
   const int cells = std::max(static_cast<int>(3.0 / h), 4);
@@ -112,10 +116,11 @@ std::vector<render::MeshUpdate> tooth_mesh(double cavity, double cell_m) {
           brick.update.brick = static_cast<std::uint64_t>(((key.x + 64) * 128 + key.y + 64) * 128 + key.z + 64);
           std::uint32_t quad[4];
           const ivec3 around[4] = {c - u - v, c - v, c, c - u};
+          const bool decayed = body.lesion((dvec3(c) + 0.5 * dvec3(along)) * h) < 0.9 && body.below_cap(dvec3(c) * h) > 0;
           for (int k = 0; k < 4; ++k) {
-            const auto [it, fresh] = brick.known.emplace(
+            const auto [it, fresh] = brick.known[decayed].emplace(
                 around[k], static_cast<std::uint32_t>(brick.update.vertices.size()));
-            if (fresh) brick.update.vertices.push_back(vertex(around[k]));
+            if (fresh) brick.update.vertices.push_back(vertex(around[k], decayed));
             quad[k] = it->second;
           }
           if (!inside) std::swap(quad[1], quad[3]);
@@ -137,7 +142,7 @@ render::MeshUpdate ball(std::uint64_t id, glm::vec3 center, float radius, Tissue
       render::Vertex v;
       v.p = center + radius * n;
       v.n = n;
-      v.tissue = tissue;
+      v.tissue = {tissue, tissue};
       u.vertices.push_back(v);
     }
   const auto at = [&](int i, int j) { return static_cast<std::uint32_t>(i * (2 * steps + 1) + j); };

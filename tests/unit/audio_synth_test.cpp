@@ -6,6 +6,7 @@
 #include "audio/ar/rotor.h"
 #include "audio/ar/spectrum.h"
 #include "audio/drill_synth.h"
+#include "audio/tick_voice.h"
 #include "audio/voice/derive.h"
 #include "tests/support/audio_signals.h"
 #include "tests/support/no_alloc.h"
@@ -160,7 +161,9 @@ TEST(DrillSynth, GrowsBrighterWithForce) {
 }
 
 TEST(DrillSynth, ColoursTissuesApart) {
-  const auto bright = [](Tissue tissue) { return centroid(voiced({state(0, 0.9, 3e-6, 1, tissue)}, 3, 256, hiss()), 0, 3); };
+  const auto bright = [](Tissue tissue) {
+    return centroid(voiced({state(0, 0.9, 3e-6, 1, tissue)}, 3, 256, hiss()), 0, 3);
+  };
   const double enamel = bright(Tissue::kEnamel), dentin = bright(Tissue::kDentin), caries = bright(Tissue::kCaries);
   EXPECT_GT(enamel, dentin + 200);
   EXPECT_GT(dentin, caries + 200);
@@ -244,6 +247,16 @@ TEST(DrillSynth, TapsWithAHandInstrumentWhereTheForceRises) {
   EXPECT_EQ(level_dB(y, 0, 0.2), -300);
   EXPECT_GT(level_dB(y, 0.2, 0.22), -40);
   EXPECT_LT(level_dB(y, 0.4, 0.5), level_dB(y, 0.2, 0.22) - 30);
+}
+
+TEST(DrillSynth, DoesNotTapWhereAHandInstrumentIsPressedSlowly) {
+  std::vector<SoundState> states;
+  for (int i = 0; i < 1000; ++i) {
+    SoundState s = state(i * 1e-3, 0, 0.05e-6, 0.001 * i);
+    s.cutting_tool = false;
+    states.push_back(s);
+  }
+  EXPECT_LT(level_dB(voiced(states, 1), 0.5, 1), -200);
 }
 
 TEST(DrillSynth, ScrapesLouderAndHigherTheFasterTheTipSlides) {
@@ -373,6 +386,42 @@ TEST(DerivedModels, AreStableAndLouderByTheirTissuesLevel) {
     for (const double k : models[t].reflection) EXPECT_LT(std::abs(k), 1);
     EXPECT_NEAR(10 * std::log10(power_of(models[t]) / power_of(idle)), colour_of(static_cast<Tissue>(t)).level_dB, 0.1);
   }
+}
+
+ServoTick tick_at(int i) {
+  ServoTick tick;
+  tick.t = i * 1'000'000ll;
+  tick.f_T_W = {0, 3, 4};
+  tick.n_C_W = {0, 0, 1};
+  tick.contact_area = 0.5e-6;
+  tick.spindle = 20000;
+  tick.tissue = Tissue::kDentin;
+  tick.removed[static_cast<std::size_t>(Tissue::kEnamel)] = 0.3e-12 * i;
+  tick.removed[static_cast<std::size_t>(Tissue::kDentin)] = 0.2e-12 * i;
+  tick.X_WG.p = dvec3(20e-6 * i, 0, -10e-6 * i);
+  return tick;
+}
+
+TEST(TickVoice, TellsForceRemovalAndSlipFromTheTicks) {
+  TickVoice voice(true);
+  EXPECT_EQ(voice.state_of(tick_at(0)).removal_rate, 0);
+  SoundState s;
+  for (int i = 1; i < 30; ++i) {
+    s = voice.state_of(tick_at(i));
+    EXPECT_NEAR(s.removal_rate, 0.5e-9, 1e-15) << i;
+    EXPECT_NEAR(s.slip_speed, 0.02, 1e-9) << i;  // what goes along the normal is no slip
+  }
+  EXPECT_DOUBLE_EQ(s.force, 5);
+  EXPECT_EQ(s.t, 29'000'000);
+  EXPECT_EQ(s.tissue, Tissue::kDentin);
+  EXPECT_TRUE(s.cutting_tool);
+}
+
+TEST(TickVoice, HearsNoForceInFreeAir) {
+  TickVoice voice(true);
+  ServoTick tick = tick_at(0);
+  tick.contact_area = 0;
+  EXPECT_EQ(voice.state_of(tick).force, 0);
 }
 
 }  // namespace

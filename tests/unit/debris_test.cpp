@@ -1,10 +1,11 @@
+#include "engine/debris/debris.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <vector>
 
 #include "engine/base/units.h"
-#include "engine/debris/debris.h"
 #include "engine/debris/motion/motion.h"
 #include "tests/support/no_alloc.h"
 

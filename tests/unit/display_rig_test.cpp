@@ -175,6 +175,10 @@ TEST(Layouts, EyePixelsComposeToTheScreensPixels) {
   for (const Layout layout : {Layout::kMono, Layout::kSideBySide, Layout::kTopBottom, Layout::kRowInterleaved,
                               Layout::kAnaglyph})
     EXPECT_EQ(screen_pixels(layout, eye_pixels(layout, {1920, 1080})), ivec2(1920, 1080)) << name_of(layout);
+  for (int i = 0; i < 7; ++i) {
+    const auto layout = static_cast<Layout>(i);
+    EXPECT_EQ(eye_pixels_in(layout, screen_pixels(layout, {640, 480})), ivec2(640, 480)) << name_of(layout);
+  }
   EXPECT_EQ(screen_pixels(Layout::kTwoOutputs, eye_pixels(Layout::kTwoOutputs, {1920, 1080})), ivec2(3840, 1080));
 }
 

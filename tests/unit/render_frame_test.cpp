@@ -172,7 +172,6 @@ TEST(Frame, BothEyesTogetherEqualEachEyeAlone) {
     stage.renderer->set_tool(render::make_tool_mesh(render::tool_shape("sphere", 1.4e-3, 0)));
     const std::vector<render::Particle> particles(1, {{0, 0, 4e-3f}, 2e-3f, {1, 1, 1}, 1});
     render::Frame frame = full_frame(desk(0.007, 0.0056, 0.35), particles);
-    frame.background = render::Background::kBlack;  // its glow lies between the eyes
     stage.draw(frame);
     const render::Picture both[2] = {stage.eye(0), stage.eye(1)};
     const std::array<render::Eye, 2> eyes = frame.eyes;

@@ -2,7 +2,9 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cstdlib>
+#include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
 
@@ -35,8 +37,43 @@ session::Language language_of(const std::string& wanted) {
   return session::Language::kEnglish;
 }
 
+/// A folder of sessions: the learning curve.
+void run_folder(const Options& options, session::Language language) {
+  using namespace session;
+  std::vector<std::filesystem::path> files;
+  for (const auto& entry : std::filesystem::directory_iterator(options.session)) {
+    if (entry.path().extension() == ".h5") files.push_back(entry.path());
+  }
+  std::sort(files.begin(), files.end());
+  std::vector<SessionSummary> sessions;
+  for (const auto& file : files) {
+    try {
+      sessions.push_back(summarize(SessionReader(file)));
+    } catch (const Error& e) {
+      log::warn("left out: {}", e.what());
+    }
+  }
+  if (sessions.empty()) {
+    throw Error(options.session, "", files.empty() ? "a folder without sessions" : "no session that can be read", "sessions (.h5)");
+  }
+  write_file_atomically(options.out, learning_curve_html(sessions, language));
+  if (options.json) {
+    nlohmann::json list = nlohmann::json::array();
+    for (const SessionSummary& s : sessions) {
+      list.push_back({{"file", s.file}, {"date", s.date}, {"scene", s.scene}, {"truncated", s.truncated},
+                      {"points", s.score.points}, {"full", s.score.full}});
+    }
+    const nlohmann::json result = {{"report", options.out}, {"sessions", list}};
+    fmt::print("{}\n", result.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
+  } else {
+    fmt::print("{}: {} sessions\n", options.out, sessions.size());
+  }
+}
+
 void run(const Options& options) {
   using namespace session;
+  std::error_code code;
+  if (std::filesystem::is_directory(options.session, code)) return run_folder(options, language_of(options.language));
   ReportOptions report;
   report.language = language_of(options.language);
   for (const std::string& argument : options.pictures) {
@@ -80,7 +117,7 @@ void run(const Options& options) {
 void add_report_command(CLI::App& app) {
   CLI::App* command = app.add_subcommand("report", "Make a report (one HTML page) from a recorded session");
   const auto options = std::make_shared<Options>();
-  command->add_option("SESSION", options->session, "A session recorded by run, demo or servo (.h5)")->required();
+  command->add_option("SESSION", options->session, "A session recorded by run, demo or servo (.h5), or a folder of them: the learning curve")->required();
   command->add_option("--out", options->out, "The page to write (.html)")->required();
   command->add_option("--language", options->language, "en, de or zh; otherwise as the system's");
   command->add_option("--picture", options->pictures,

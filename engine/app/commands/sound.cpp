@@ -54,6 +54,9 @@ void run_fit(FitCommand c) {
     write_file_atomically(c.spectrum, text);
   }
   write_file_atomically(c.out, audio::to_json(model));
+  if (report.distance_dB > 1) {
+    log::info("{:.2f} dB from the recording: a higher --order or a lower --rate comes closer", report.distance_dB);
+  }
   if (c.json) {
     ordered_json j;
     j["model"] = c.out;
@@ -65,6 +68,7 @@ void run_fit(FitCommand c) {
     j["power_dB"] = 10 * std::log10(audio::power_of(model));
     j["level_dB"] = report.level_dB;
     j["log_spectral_distance_dB"] = report.distance_dB;
+    j["unsmoothed_distance_dB"] = report.unsmoothed_distance_dB;
     j["itakura_saito"] = report.itakura_saito;
     j["up_to_Hz"] = report.up_to;
     j["largest_reflection"] = report.largest_reflection;
@@ -151,6 +155,10 @@ void run_synth(const SynthCommand& c) {
     states.push_back(idle);
   } else {
     states = audio::voiced_states(track, models.free_speed);
+    if (states.front().t > 0) {  // as it begins, so it was before
+      states.insert(states.begin(), states.front());
+      states.front().t = 0;
+    }
   }
   const double rate = c.rate > 0 ? c.rate : models.idle.rate;
   const double seconds = c.seconds > 0 ? c.seconds : std::max(track.end, 1e-3);

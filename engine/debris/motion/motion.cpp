@@ -16,8 +16,8 @@ namespace {
 
 TYPODONT_VERSIONS
 void move_block(float* __restrict x, float* __restrict y, float* __restrict z, float* __restrict vx,
-                    float* __restrict vy, float* __restrict vz, const float* __restrict keep,
-                std::size_t count, float dt, float gx, float gy, float gz) {
+                float* __restrict vy, float* __restrict vz, const float* __restrict keep, std::size_t count, float dt,
+                float gx, float gy, float gz) {
   for (std::size_t i = 0; i < count; ++i) {
     vx[i] = (vx[i] + gx) * keep[i];
     vy[i] = (vy[i] + gy) * keep[i];
@@ -45,8 +45,7 @@ void draw_block(const float* __restrict x, const float* __restrict y, const floa
 
 TYPODONT_VERSIONS
 void copy_block(float* __restrict x, float* __restrict y, float* __restrict z, float* __restrict vx,
-                    float* __restrict vy, float* __restrict vz, const float* __restrict keep,
-                std::size_t count) {
+                float* __restrict vy, float* __restrict vz, const float* __restrict keep, std::size_t count) {
   for (std::size_t i = 0; i < count; ++i) {
     vx[i] += keep[i];
     vy[i] += keep[i];
@@ -58,7 +57,9 @@ void copy_block(float* __restrict x, float* __restrict y, float* __restrict z, f
 }
 
 // C_d = 24/Re (1 + 0.15 Re^0.687), Re < 1000 (Schiller & Naumann 1933), over Stokes' 24/Re.
-double schiller_naumann(double reynolds) { return 1 + 0.15 * std::pow(reynolds, 0.687); }
+double schiller_naumann(double reynolds) {
+  return 1 + 0.15 * std::pow(reynolds, 0.687);
+}
 
 // Straight lines between points even in each octave.
 struct DragTable {
@@ -84,8 +85,8 @@ void move(const Motion& m, std::size_t first, std::size_t last, float dt, const 
   for (std::size_t i = first; i < last; i += kBlock) {
     const std::size_t n = std::min(kBlock, last - i);
     if (around.strength != 0) {
-      draw_block(m.x + i, m.y + i, m.z + i, m.vx + i, m.vy + i, m.vz + i, m.keep + i, n, around.sink[0],
-                 around.sink[1], around.sink[2], around.strength);
+      draw_block(m.x + i, m.y + i, m.z + i, m.vx + i, m.vy + i, m.vz + i, m.keep + i, n, around.sink[0], around.sink[1],
+                 around.sink[2], around.strength);
     }
     move_block(m.x + i, m.y + i, m.z + i, m.vx + i, m.vy + i, m.vz + i, m.keep + i, n, dt, around.gravity[0] * dt,
                around.gravity[1] * dt, around.gravity[2] * dt);

@@ -8,9 +8,9 @@ namespace typodont::debris {
 
 /// Arrays of the same length; W, SI.
 struct Motion {
-  float *x, *y, *z;           // m
-  float *vx, *vy, *vz;        // m/s
-  const float* keep;          // share of the velocity against the air kept in this step: 1/(1 + rate·dt); 0: at rest
+  float *x, *y, *z;     // m
+  float *vx, *vy, *vz;  // m/s
+  const float* keep;    // share of the velocity against the air kept in this step: 1/(1 + rate·dt); 0: at rest
 };
 
 /// What acts on all particles alike.

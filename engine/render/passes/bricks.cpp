@@ -4,8 +4,6 @@
 #include <cmath>
 #include <cstring>
 
-#include "engine/render/look.h"
-
 namespace typodont::render {
 
 namespace {
@@ -13,18 +11,11 @@ namespace {
 constexpr std::uint64_t kBlockVertices = 1u << 17, kBlockIndices = 3u << 18;
 
 std::int16_t snorm16(float v) { return static_cast<std::int16_t>(std::lround(std::clamp(v, -1.0f, 1.0f) * 32767.0f)); }
-std::uint8_t unorm8(double v) { return static_cast<std::uint8_t>(std::lround(std::clamp(v, 0.0, 1.0) * 255.0)); }
-
-GpuVertex pack(const Vertex& v, const std::array<Look, kTissueCount>& looks) {
-  const Look& a = looks[static_cast<std::size_t>(v.tissue)];
-  const Look& b = v.other == Tissue::kAir ? a : looks[static_cast<std::size_t>(v.other)];
-  const double s = v.other == Tissue::kAir ? 0.0 : std::clamp(static_cast<double>(v.blend), 0.0, 1.0);
-  const auto mix = [&](double x, double y) { return unorm8(x + (y - x) * s); };
+GpuVertex pack(const Vertex& v) {
   return {{v.p.x, v.p.y, v.p.z},
           {snorm16(v.n.x), snorm16(v.n.y), snorm16(v.n.z), snorm16(v.occlusion)},
-          {mix(a.color.r, b.color.r), mix(a.color.g, b.color.g), mix(a.color.b, b.color.b),
-           mix(a.translucency, b.translucency)},
-          {mix(a.roughness, b.roughness), mix(a.metal, b.metal), mix(a.wetness, b.wetness), 0}};
+          {static_cast<std::uint8_t>(v.tissue[0]), static_cast<std::uint8_t>(v.tissue[1]),
+           static_cast<std::uint8_t>(std::lround(std::clamp(v.second, 0.0f, 1.0f) * 255.0f)), 0}};
 }
 
 /// Box and normal cone: what decides whether a brick is worth drawing.
@@ -87,10 +78,8 @@ bool faces_away(const Brick& b, const glm::vec3& eye) {
 
 }  // namespace
 
-void BrickStore::update(gpu::Device& device, MeshId id, std::span<const MeshUpdate> updates,
-                        const MaterialTable& materials, std::uint64_t frame) {
+void BrickStore::update(gpu::Device& device, MeshId id, std::span<const MeshUpdate> updates, std::uint64_t frame) {
   if (updates.empty()) return;
-  const auto looks = looks_of(materials);
   Mesh& mesh = meshes[id];
   for (const MeshUpdate& u : updates) {
     if (const auto old = mesh.bricks.find(u.brick); old != mesh.bricks.end()) {
@@ -133,7 +122,7 @@ void BrickStore::update(gpu::Device& device, MeshId id, std::span<const MeshUpda
     // Written straight into memory the GPU reads: the range is new, so no unfinished frame looks at it.
     const BrickBlock& block = blocks[static_cast<std::size_t>(brick.block)];
     packed_.clear();
-    for (const Vertex& vertex : u.vertices) packed_.push_back(pack(vertex, looks));
+    for (const Vertex& vertex : u.vertices) packed_.push_back(pack(vertex));
     std::memcpy(block.vertices.mapped<GpuVertex>(v * sizeof(GpuVertex)), packed_.data(),
                 packed_.size() * sizeof(GpuVertex));
     std::memcpy(block.indices.mapped<std::uint32_t>(i * sizeof(std::uint32_t)), u.indices.data(),

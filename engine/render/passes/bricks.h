@@ -9,14 +9,13 @@
 
 namespace typodont::render {
 
-/// As the GPU reads it: 28 bytes.
+/// As the GPU reads it: 24 bytes.
 struct GpuVertex {
   float p[3];              // m, mesh
   std::int16_t n[4];       // snorm; w: occlusion
-  std::uint8_t color[4];   // sRGB; w: translucency
-  std::uint8_t look[4];    // roughness, metal, wetness
+  std::uint8_t tissue[4];  // the two tissues, the second's share of 255
 };
-static_assert(sizeof(GpuVertex) == 28);
+static_assert(sizeof(GpuVertex) == 24);
 
 struct Brick {
   int block = -1;
@@ -51,8 +50,7 @@ struct BrickStore {
   int uploaded = 0;                   // bricks since the last frame
   std::uint64_t uploaded_bytes = 0;
 
-  void update(gpu::Device& device, MeshId mesh, std::span<const MeshUpdate> updates, const MaterialTable& materials,
-              std::uint64_t frame);
+  void update(gpu::Device& device, MeshId mesh, std::span<const MeshUpdate> updates, std::uint64_t frame);
   void remove(MeshId mesh, std::uint64_t frame);
   /// Gives back the room of bricks that no unfinished frame draws any more.
   void collect(std::uint64_t finished);

@@ -110,13 +110,14 @@ void HudPass::prepare(PassContext& context, int slot, const Hud& hud, glm::ivec2
   const double pixels = hud.aspect > 0 ? hud.aspect : static_cast<double>(size.x) / size.y;
   const bool turned = std::abs(hud.upright[0].x) < 0.5;  // the panel stands on its side
   l.aspect = turned ? 1 / pixels : pixels;
-  const double h = 0.062, margin = 0.05, pad = 0.035, wide = 0.74;
+  const double h = 0.062, margin = 0.05, pad = 0.035;
+  const std::string speed = fmt::format("{:.0f} krpm", hud.speed_krpm);
+  const double wide = std::max(0.74, Layout::width(hud.tool, h) + Layout::width(speed, h) + 2 * pad + h);
   // Panel at the lower left: tool, speed, force.
   const glm::dvec2 lo{-l.aspect + margin, -1 + margin}, hi{lo.x + wide, lo.y + 0.245};
   l.box(lo, hi, kPanel);
   const double y1 = hi.y - pad - 0.75 * h, y2 = y1 - 1.35 * h;
   l.text({lo.x + pad, y1}, h, hud.tool, kInk);
-  const std::string speed = fmt::format("{:.0f} krpm", hud.speed_krpm);
   l.text({hi.x - pad - Layout::width(speed, h), y1}, h, speed, hud.speed_krpm > 0 ? kInk : kFaint);
   const double share = hud.force_limit > 0 ? std::clamp(hud.force / hud.force_limit, 0.0, 1.0) : 0.0;
   const std::string force = fmt::format("{:.2f} N", hud.force);

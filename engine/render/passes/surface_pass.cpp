@@ -12,8 +12,7 @@ void SurfacePass::record(PassContext& context, VkCommandBuffer commands, BrickSt
     o.bindings = {{0, sizeof(GpuVertex), VK_VERTEX_INPUT_RATE_VERTEX}};
     o.attributes = {{0, VK_FORMAT_R32G32B32_SFLOAT, offsetof(GpuVertex, p)},
                     {0, VK_FORMAT_R16G16B16A16_SNORM, offsetof(GpuVertex, n)},
-                    {0, VK_FORMAT_R8G8B8A8_UNORM, offsetof(GpuVertex, color)},
-                    {0, VK_FORMAT_R8G8B8A8_UNORM, offsetof(GpuVertex, look)}};
+                    {0, VK_FORMAT_R8G8B8A8_UINT, offsetof(GpuVertex, tissue)}};
     pipeline = gpu::create_pipeline(context.device, o);
   }
   vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, pipeline);

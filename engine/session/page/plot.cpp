@@ -53,7 +53,7 @@ std::string time_plot(const TimePlot& plot, const Series& series, const NumberTe
     top = std::max(top, series.greatest[i]);
     low = std::min(low, series.least[i]);
   }
-  const double step = nice_step(std::max(top - low, 1e-12), 4);
+  const double step = nice_step(top - low > 1e-9 ? top - low : 1.0, 4);
   const double y1 = std::max(step, std::ceil(top / step - 1e-9) * step);
   const double y0 = std::floor(low / step + 1e-9) * step;
   const auto x_of = [&](double bin) { return kLeft + kPlot * bin / static_cast<double>(series.mean.size()); };
@@ -157,6 +157,50 @@ std::string histogram(const std::vector<double>& edges, const std::vector<double
   }
   fmt::format_to(put, "<text x=\"{:.0f}\" y=\"{:.0f}\" text-anchor=\"end\">{}</text></svg>", kWidth - kRight, kBottom + 32,
                  escaped(unit));
+  return out;
+}
+
+std::string session_plot(const std::vector<double>& values, std::optional<double> target, const std::string& label,
+                         const NumberText& number) {
+  constexpr double kW = 440, kL = 52, kR = 16, kTop = 12, kHeight = 110, kBottom = kTop + kHeight;
+  double top = target.value_or(0), low = 0;
+  for (const double v : values) {
+    if (std::isnan(v)) continue;
+    top = std::max(top, v);
+    low = std::min(low, v);
+  }
+  const double step = nice_step(top - low > 1e-9 ? top - low : 1.0, 4);
+  const double y1 = std::max(step, std::ceil(top / step - 1e-9) * step), y0 = std::floor(low / step + 1e-9) * step;
+  const auto y_of = [&](double v) { return kBottom - kHeight * (v - y0) / (y1 - y0); };
+  const auto x_of = [&](std::size_t i) {
+    const double n = static_cast<double>(values.size());
+    return kL + (kW - kL - kR) * (static_cast<double>(i) + 0.5) / n;
+  };
+  std::string out = fmt::format("<svg class=\"plot sessions\" viewBox=\"0 0 {} {}\" role=\"img\" aria-label=\"{}\">", kW,
+                                kBottom + 22, escaped(label));
+  const auto put = std::back_inserter(out);
+  for (double v = y0; v <= y1 + 1e-9 * step; v += step) {
+    fmt::format_to(put,
+                   "<line class=\"grid\" x1=\"{:.0f}\" y1=\"{:.1f}\" x2=\"{:.0f}\" y2=\"{:.1f}\"/>"
+                   "<text x=\"{:.0f}\" y=\"{:.1f}\" text-anchor=\"end\">{}</text>",
+                   kL, y_of(v), kW - kR, y_of(v), kL - 6, y_of(v) + 4,
+                   number(std::abs(v) < 1e-9 * step ? 0.0 : v, decimals_for(step)));
+  }
+  if (target) {
+    fmt::format_to(put, "<line class=\"mark\" x1=\"{:.0f}\" y1=\"{:.1f}\" x2=\"{:.0f}\" y2=\"{:.1f}\"/>", kL,
+                   y_of(*target), kW - kR, y_of(*target));
+  }
+  std::string line, dots;
+  const std::size_t every = 1 + values.size() / 12;  // numbers that fit side by side
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    if (i % every == 0) {
+      fmt::format_to(put, "<text x=\"{:.1f}\" y=\"{:.0f}\" text-anchor=\"middle\">{}</text>", x_of(i), kBottom + 16, i + 1);
+    }
+    if (std::isnan(values[i])) continue;
+    fmt::format_to(std::back_inserter(line), "{}{:.1f},{:.1f}", line.empty() ? "M" : "L", x_of(i), y_of(values[i]));
+    fmt::format_to(std::back_inserter(dots), "<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"3.5\"/>", x_of(i), y_of(values[i]));
+  }
+  fmt::format_to(put, "<path class=\"line\" d=\"{}\"/>{}</svg>", line, dots);
   return out;
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -42,6 +43,10 @@ std::string strip(const std::vector<std::string>& css, const std::string& label)
 /// Counts per bin; `edges` has one more entry than `counts`. Logarithmic in both axes.
 std::string histogram(const std::vector<double>& edges, const std::vector<double>& counts, const std::string& unit,
                       const std::string& label, const NumberText& number);
+
+/// A value per session, with its target as a line. NaN: not known for that session.
+std::string session_plot(const std::vector<double>& values, std::optional<double> target, const std::string& label,
+                         const NumberText& number);
 
 /// Safe inside HTML text and attributes.
 std::string escaped(std::string_view text);

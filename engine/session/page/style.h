@@ -19,7 +19,7 @@ a{color:var(--accent)}
 :focus-visible{outline:3px solid var(--accent);outline-offset:2px;border-radius:4px}
 .skip{position:absolute;left:-99rem}.skip:focus{left:1rem;top:1rem;background:var(--card);padding:.5rem 1rem;z-index:1}
 header,main,footer,nav{max-width:62rem;margin:0 auto;padding:0 1.25rem}
-header{padding-top:2rem}
+header{padding-top:2rem;padding-bottom:.5rem}
 h1{font-size:1.9rem;line-height:1.2;margin:0}h2{font-size:1.25rem;margin:0 0 .75rem}h3{font-size:1rem;margin:1rem 0 .25rem}
 .where{color:var(--soft);margin:.35rem 0 0}
 nav ul{display:flex;flex-wrap:wrap;gap:.25rem 1.1rem;list-style:none;margin:1rem 0;padding:0}
@@ -36,7 +36,7 @@ dl.key dd{margin:0;font-size:1.25rem;font-weight:600;font-variant-numeric:tabula
 table{border-collapse:collapse;width:100%;font-variant-numeric:tabular-nums}
 caption{text-align:left;color:var(--soft);padding-bottom:.4rem;font-size:.9rem}
 th,td{text-align:right;white-space:nowrap;padding:.35rem .6rem;border-bottom:1px solid var(--rule);vertical-align:top}
-th:first-child,td.text,th.text{text-align:left}td.text,tbody th{white-space:normal}thead th{color:var(--soft);font-weight:600;font-size:.85rem}tbody th{font-weight:500}
+th:first-child,td.text,th.text{text-align:left}td.text,th{white-space:normal}thead th{color:var(--soft);font-weight:600;font-size:.85rem}tbody th{font-weight:500}
 tfoot th,tfoot td{font-weight:700;border-bottom:0}
 tr.key th,tr.key td{font-weight:700}
 td .gauge{width:6rem;height:6px;margin:.5rem 0 0 auto}
@@ -50,6 +50,8 @@ svg{width:100%;height:auto;display:block}svg text{fill:var(--soft);font-size:12p
 .plot.force .band,.force .key{fill:var(--force)}.plot.force .line{stroke:var(--force)}
 .plot.depth .band{fill:var(--depth)}.plot.depth .line{stroke:var(--depth)}
 .plot.removed .band{fill:var(--removed)}.plot.removed .line{stroke:var(--removed)}
+.curves{display:grid;grid-template-columns:repeat(auto-fit,minmax(19rem,1fr));gap:1.2rem;margin-bottom:1.2rem}
+.curves figcaption{text-align:center}.plot.sessions .line{stroke:var(--accent)}.plot.sessions circle{fill:var(--accent)}
 .bar{fill:var(--timing)}.frame{fill:none;stroke:var(--rule)}
 .mark{stroke:var(--soft);stroke-width:1.2;stroke-dasharray:3 3}.mark.fault{stroke:var(--force);stroke-dasharray:none}
 .s-enamel{fill:var(--t-enamel);background:var(--t-enamel)}.s-dentin{fill:var(--t-dentin);background:var(--t-dentin)}
@@ -63,7 +65,7 @@ details{margin:.5rem 0}summary{cursor:pointer;color:var(--accent)}
 dl.list{display:grid;grid-template-columns:max-content 1fr;gap:.3rem 1.2rem;margin:0}dl.list dt{color:var(--soft)}
 dl.list dd{margin:0;overflow-wrap:anywhere}code{font-family:ui-monospace,"DejaVu Sans Mono",monospace;font-size:.88em}
 footer{color:var(--soft);font-size:.9rem;padding-bottom:2.5rem}
-@media (max-width:44rem){.top{grid-template-columns:1fr}.plot,.strip{min-width:38rem}.source{min-width:12rem}caption{max-width:80vw}dl.list{grid-template-columns:1fr}dl.list dd{margin-bottom:.5rem}}
+@media (max-width:44rem){.top{grid-template-columns:1fr}.plot:not(.sessions),.strip{min-width:38rem}.source{min-width:12rem}caption{max-width:80vw}dl.list{grid-template-columns:1fr}dl.list dd{margin-bottom:.5rem}}
 @media print{:root{color-scheme:light;--page:#fff;--card:#fff;--ink:#000;--soft:#444;--rule:#bbb;--force:#c2410c;--depth:#0b6bcb;
 --removed:#7a4a21;--timing:#5b5bd6;--good:#2f7d32}
 html{font-size:10.5pt}nav,.skip,details:not([open]){display:none}section{border:0;padding:0;margin:0 0 1rem;border-radius:0}

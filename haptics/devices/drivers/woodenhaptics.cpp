@@ -19,6 +19,7 @@ namespace typodont::haptics {
 namespace {
 
 constexpr Nanos kWake = 10'000'000;        // ns of silence after which the host writes zeros to wake the lock-step
+constexpr Nanos kRestOfLine = 2'000'000;   // ns that the second half of a line may take
 constexpr Nanos kLost = 100'000'000;       // ns without one good report: the arm is gone
 constexpr double kGravityRamp = 0.5;       // s in which the arm's own weight is taken up
 
@@ -39,9 +40,10 @@ class ArmDevice : public HapticDevice {
   bool read(HandSample& sample) noexcept override {
     faults_ = 0;
     const Nanos entered = link_->now();
+    bool half_a_line = false;
     for (;;) {
       std::uint8_t buffer[256];
-      int n = link_->read(buffer, kWake);
+      int n = link_->read(buffer, half_a_line ? kRestOfLine : kWake);
       // Reports queue up while the servo is late; only the newest says where the hand is.
       for (int queued = 0; n > 0 && protocol_ != ArmProtocol::kText && queued < 64; ++queued) {
         std::uint8_t newer[sizeof buffer];
@@ -59,7 +61,8 @@ class ArmDevice : public HapticDevice {
       std::optional<ArmReport> report;
       if (n > 0) report = parse({buffer, static_cast<std::size_t>(n)});
       if (!report) {
-        if (n == 0 || protocol_ != ArmProtocol::kText) {  // half a line is no fault
+        half_a_line = protocol_ == ArmProtocol::kText && n > 0 && !rubbish_;  // serial ports cut where they like
+        if (!half_a_line) {
           release();  // zero force, and the write that wakes the lock-step
           faults_ |= bits(Fault::kBadInput);
         }
@@ -95,22 +98,22 @@ class ArmDevice : public HapticDevice {
     if (protocol_ != ArmProtocol::kText) return parse_hid(protocol_, bytes);
     lines_.add(bytes);
     const auto line = lines_.take();
-    if (!line) return std::nullopt;
-    const auto report = parse_text(*line);
-    if (!report) faults_ |= bits(Fault::kBadInput);
+    const auto report = line ? parse_text(*line) : std::nullopt;
+    rubbish_ = line && !report;
     return report;
   }
 
   /// False when the report cannot be true.
   bool take(const ArmReport& report, double dt) noexcept {
     using Step = Encoder::Step;
+    if (!(dt > 0 && dt < 0.5)) dt = 0.5;  // the clock leapt: believe any place the arm can have reached
     bool rejected = false, slipped = false;
     for (int i = 0; i < (report.stylus && arm_.has_stylus() ? 6 : 3); ++i) {
       const std::size_t k = static_cast<std::size_t>(i);
-      const std::int64_t reach = arm_.reach(i, dt);
+      const std::int64_t reach = arm_.reach(i, dt), nearby = arm_.reach(i, 2e-3);
       const Step step = protocol_ == ArmProtocol::kText
-                            ? encoders_[k].read32(report.encoders[k], reach)
-                            : encoders_[k].read16(static_cast<std::int16_t>(report.encoders[k]), reach);
+                            ? encoders_[k].read32(report.encoders[k], reach, nearby)
+                            : encoders_[k].read16(static_cast<std::int16_t>(report.encoders[k]), reach, nearby);
       rejected |= step == Step::kRejected;
       slipped |= step == Step::kSlipped;
     }
@@ -136,7 +139,7 @@ class ArmDevice : public HapticDevice {
   dvec3 theta_{0};
   Nanos last_good_ = 0;
   std::uint32_t faults_ = 0;
-  bool homed_ = false, button_ = false;
+  bool homed_ = false, button_ = false, rubbish_ = false;
   std::atomic<double> gravity_share_{0};
 };
 

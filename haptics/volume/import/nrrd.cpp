@@ -31,6 +31,28 @@ static std::string place_of(const std::filesystem::path& file, const std::string
   return "header";
 }
 
+// teem 1.12 copies lines of a broken header into messages of fixed size: no line may be longer than they are.
+static void check_header(const std::filesystem::path& file) {
+  constexpr std::size_t kLongest = 700, kLongestText = 100000;
+  std::ifstream in(file, std::ios::binary);
+  std::string line;
+  bool names = false;  // after "data file: LIST" come names to the end of the file
+  for (int number = 1; number < 100000; ++number) {
+    line.clear();
+    int c = in.get();
+    for (; c != EOF && c != '\n' && line.size() <= kLongestText; c = in.get()) line += static_cast<char>(c);
+    if (!line.empty() && line.back() == '\r') line.pop_back();
+    if (line.empty()) return;
+    const bool text = line[0] == '#' || line.starts_with("content:") || line.find(":=") != std::string::npos;
+    const bool field = number == 1 || names || text || line.find(": ") != std::string::npos;
+    if (!field || line.size() > (text ? kLongestText : kLongest)) {
+      throw Error(file.string(), fmt::format("line {}", number), excerpt(line),
+                  fmt::format("\"field: value\" of at most {} characters, or an empty line before the data", kLongest));
+    }
+    names = names || line.find("file: LIST") != std::string::npos || line.find("file: SKIPLIST") != std::string::npos;
+  }
+}
+
 static std::string expected_in(const std::string& field) {
   if (field == "type") return "a scalar type such as \"unsigned short\" or \"float\"";
   if (field == "sizes") return "three sizes of a scan that fits into memory";
@@ -72,6 +94,7 @@ static std::optional<double> millimetres_per(std::string unit) {
 }
 
 RawScan read_nrrd(const std::filesystem::path& file) {
+  check_header(file);
   // The header alone first: sizes are checked before memory is taken.
   const NrrdOwner header(nrrdNew());
   const StateOwner state(nrrdIoStateNew());
@@ -108,10 +131,11 @@ RawScan read_nrrd(const std::filesystem::path& file) {
     present = static_cast<double>(size_of_file(file));
   }
   const std::string encoding = state->encoding->name;
-  double least = bytes;                                       // of the encoded data
-  if (encoding == "gz") least = bytes / 1032;                 // deflate cannot do better
-  if (encoding == "bz2") least = bytes / 46e6;
-  if (encoding == "ascii" || encoding == "text") least = 2.0 * static_cast<double>(count) - 1;
+  double least = 0;                                           // bytes of the encoded data
+  if (encoding == "raw") least = bytes;
+  if (encoding == "gzip") least = bytes / 1032;               // deflate cannot do better
+  if (encoding == "bzip2") least = bytes / 46e6;
+  if (encoding == "ascii") least = 2.0 * static_cast<double>(count) - 1;
   if (encoding == "hex") least = 2 * bytes;
   if (known && present < least) {
     throw Error(file.string(), data, fmt::format("{:.0f} bytes", present),

@@ -1,0 +1,32 @@
+// From the servo's ticks to what the synthesizer needs of them.
+#pragma once
+
+#include <array>
+#include <cstddef>
+
+#include "audio/drill_synth.h"
+#include "engine/contract/contact.h"
+
+namespace typodont::audio {
+
+/// Feed it every tick in order, on one thread (the audio callback's); never allocates. Removal rate and slip are
+/// differences over the last few ticks, because single ticks are noisy.
+class TickVoice {
+ public:
+  explicit TickVoice(bool cutting_tool) noexcept : cutting_tool_(cutting_tool) {}
+
+  SoundState state_of(const ServoTick& tick) noexcept;
+
+ private:
+  struct Seen {
+    Nanos t = 0;
+    double removed = 0;  // m³, all tissues
+    dvec3 p_WG{0, 0, 0};
+  };
+  static constexpr std::size_t kOver = 5;  // ticks
+  std::array<Seen, kOver> seen_{};
+  std::size_t count_ = 0;
+  bool cutting_tool_;
+};
+
+}  // namespace typodont::audio

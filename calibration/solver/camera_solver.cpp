@@ -1,0 +1,429 @@
+#include "calibration/camera_solver.h"
+
+#include <ceres/ceres.h>
+#include <ceres/rotation.h>
+#include <fmt/format.h>
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <map>
+
+#include "calibration/registration_solver.h"
+#include "engine/base/csv.h"
+#include "engine/base/error.h"
+#include "engine/base/units.h"
+
+namespace typodont::calibration {
+
+namespace {
+
+// Parameter blocks: lens (fx fy cx cy k1 k2 p1 p2 k3), camera (angle-axis of R_KW, t), panel (angle-axis, middle, width,
+// height), mirror (unit normal), its offset, touched points.
+
+template <class T>
+void to_pixel(const T* lens, const T* camera, const T* p_W, T* pixel) {
+  T p[3];
+  ceres::AngleAxisRotatePoint(camera, p_W, p);
+  for (int i = 0; i < 3; ++i) p[i] += camera[3 + i];
+  const T x = p[0] / p[2], y = p[1] / p[2], r2 = x * x + y * y;
+  const T radial = 1.0 + r2 * (lens[4] + r2 * (lens[5] + r2 * lens[8]));
+  pixel[0] = lens[0] * (x * radial + 2.0 * lens[6] * x * y + lens[7] * (r2 + 2.0 * x * x)) + lens[2];
+  pixel[1] = lens[1] * (y * radial + lens[6] * (r2 + 2.0 * y * y) + 2.0 * lens[7] * x * y) + lens[3];
+}
+
+template <class T>
+void panel_point(const T* panel, double u, double v, T* p_W) {
+  const T local[3] = {T(u - 0.5) * panel[6], T(v - 0.5) * panel[7], T(0)};
+  ceres::AngleAxisRotatePoint(panel, local, p_W);
+  for (int i = 0; i < 3; ++i) p_W[i] += panel[3 + i];
+}
+
+struct PanelSeen {
+  double u, v, x, y, weight;
+  template <class T>
+  bool operator()(const T* lens, const T* camera, const T* panel, T* r) const {
+    T p[3], pixel[2];
+    panel_point(panel, u, v, p);
+    to_pixel(lens, camera, p, pixel);
+    r[0] = (pixel[0] - x) * weight, r[1] = (pixel[1] - y) * weight;
+    return true;
+  }
+};
+
+struct ReflectionSeen {
+  double u, v, x, y, weight;
+  template <class T>
+  bool operator()(const T* lens, const T* camera, const T* panel, const T* normal, const T* offset, T* r) const {
+    T p[3], pixel[2];
+    panel_point(panel, u, v, p);
+    const T d = 2.0 * (normal[0] * p[0] + normal[1] * p[1] + normal[2] * p[2] - offset[0]);
+    for (int i = 0; i < 3; ++i) p[i] -= d * normal[i];
+    to_pixel(lens, camera, p, pixel);
+    r[0] = (pixel[0] - x) * weight, r[1] = (pixel[1] - y) * weight;
+    return true;
+  }
+};
+
+struct PointSeen {
+  double x, y, weight;
+  template <class T>
+  bool operator()(const T* lens, const T* camera, const T* point, T* r) const {
+    T pixel[2];
+    to_pixel(lens, camera, point, pixel);
+    r[0] = (pixel[0] - x) * weight, r[1] = (pixel[1] - y) * weight;
+    return true;
+  }
+};
+
+struct PointTouched {
+  dvec3 p;
+  double weight;
+  template <class T>
+  bool operator()(const T* point, T* r) const {
+    for (int i = 0; i < 3; ++i) r[i] = (point[i] - p[i]) * weight;
+    return true;
+  }
+};
+
+using Planar = std::vector<std::array<double, 4>>;  // x, y on the plane (m); pixel x, y
+
+// Direct linear transform with both sides normalised.
+Eigen::Matrix3d homography(const Planar& points) {
+  Eigen::Vector4d mean = Eigen::Vector4d::Zero(), spread = Eigen::Vector4d::Zero();
+  for (const auto& p : points) mean += Eigen::Vector4d(p[0], p[1], p[2], p[3]) / static_cast<double>(points.size());
+  for (const auto& p : points) spread += (Eigen::Vector4d(p[0], p[1], p[2], p[3]) - mean).cwiseAbs() / static_cast<double>(points.size());
+  const double a = std::max(spread[0] + spread[1], 1e-12), b = std::max(spread[2] + spread[3], 1e-12);
+  Eigen::MatrixXd A(2 * static_cast<Eigen::Index>(points.size()), 9);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const double x = (points[i][0] - mean[0]) / a, y = (points[i][1] - mean[1]) / a;
+    const double u = (points[i][2] - mean[2]) / b, v = (points[i][3] - mean[3]) / b;
+    A.row(2 * static_cast<Eigen::Index>(i)) << x, y, 1, 0, 0, 0, -u * x, -u * y, -u;
+    A.row(2 * static_cast<Eigen::Index>(i) + 1) << 0, 0, 0, x, y, 1, -v * x, -v * y, -v;
+  }
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(A.transpose() * A);
+  const Eigen::VectorXd h = eigen.eigenvectors().col(0);
+  Eigen::Matrix3d H, from, to;
+  H << h[0], h[1], h[2], h[3], h[4], h[5], h[6], h[7], h[8];
+  from << 1 / a, 0, -mean[0] / a, 0, 1 / a, -mean[1] / a, 0, 0, 1;
+  to << b, 0, mean[2], 0, b, mean[3], 0, 0, 1;
+  return to * H * from;
+}
+
+// The plane's frame as seen from the camera, from its homography (Zhang 2000, section 3.1).
+Pose plane_pose(const Eigen::Matrix3d& H, double f, double cx, double cy) {
+  Eigen::Matrix3d K;
+  K << f, 0, cx, 0, f, cy, 0, 0, 1;
+  Eigen::Matrix3d B = K.inverse() * H;
+  double scale = 2 / (B.col(0).norm() + B.col(1).norm());
+  if (B(2, 2) < 0) scale = -scale;  // in front of the camera
+  B *= scale;
+  Eigen::Matrix3d R;
+  R.col(0) = B.col(0), R.col(1) = B.col(1), R.col(2) = B.col(0).cross(B.col(1));
+  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(R, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  const Eigen::Quaterniond q(Eigen::Matrix3d(svd.matrixU() * svd.matrixV().transpose()));
+  return {dvec3(B(0, 2), B(1, 2), B(2, 2)), dquat(q.w(), q.x(), q.y(), q.z())};
+}
+
+std::array<double, 6> camera_block(const Pose& X_KW) {
+  const double q[4] = {X_KW.R.w, X_KW.R.x, X_KW.R.y, X_KW.R.z};
+  std::array<double, 6> block{};
+  ceres::QuaternionToAngleAxis(q, block.data());
+  block[3] = X_KW.p.x, block[4] = X_KW.p.y, block[5] = X_KW.p.z;
+  return block;
+}
+
+dquat rotation(const double* angle_axis) {
+  double q[4];
+  ceres::AngleAxisToQuaternion(angle_axis, q);
+  return {q[0], q[1], q[2], q[3]};
+}
+
+struct LessPoint {
+  bool operator()(const dvec3& a, const dvec3& b) const {
+    return std::tie(a.x, a.y, a.z) < std::tie(b.x, b.y, b.z);
+  }
+};
+
+}  // namespace
+
+Pixel project(const CameraIntrinsics& camera, const Pose& X_WK, const dvec3& p_W) {
+  const double lens[9] = {camera.fx, camera.fy, camera.cx, camera.cy, camera.distortion[0], camera.distortion[1],
+                          camera.distortion[2], camera.distortion[3], camera.distortion[4]};
+  const auto block = camera_block(inverse(X_WK));
+  const double p[3] = {p_W.x, p_W.y, p_W.z};
+  double pixel[2];
+  to_pixel(lens, block.data(), p, pixel);
+  return {pixel[0], pixel[1]};
+}
+
+CameraResult solve_camera(std::span<const Sighting> sightings, int width_px, int height_px, const Panel& start,
+                          const CameraOptions& options) {
+  const auto started = std::chrono::steady_clock::now();
+  CameraResult result;
+  std::map<int, std::vector<const Sighting*>> pictures;
+  std::map<dvec3, std::array<double, 3>, LessPoint> touched;
+  bool panel_seen = false, mirror_seen = false;
+  for (const Sighting& s : sightings) {
+    pictures[s.picture].push_back(&s);
+    if (s.on == SeenOn::kTouchedPoint) touched[s.touched_W] = {s.touched_W.x, s.touched_W.y, s.touched_W.z};
+    panel_seen = panel_seen || s.on == SeenOn::kPanel;
+    mirror_seen = mirror_seen || s.on == SeenOn::kPanelInMirror;
+  }
+  if (!panel_seen) throw Error("camera: found no sighting of the panel itself, expected at least one picture of it");
+  result.width = glm::length(start.lower_right - start.lower_left), result.height = glm::length(start.upper_left - start.lower_left);
+
+  // The touched points' own plane, if they lie in one; a camera's first place follows from it.
+  std::vector<dvec3> points;
+  for (const auto& [key, value] : touched) points.push_back(key);
+  if (points.size() < 4) {
+    result.not_determined = fmt::format("{} touched points in the pictures: at least four, not on one line, tie the camera to the arm", points.size());
+    return result;
+  }
+  dvec3 middle(0);
+  for (const dvec3& p : points) middle += p / static_cast<double>(points.size());
+  Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();
+  for (const dvec3& p : points) {
+    const Eigen::Vector3d d(p.x - middle.x, p.y - middle.y, p.z - middle.z);
+    scatter += d * d.transpose();
+  }
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(scatter);
+  if (axes.eigenvalues()[1] < 1e-4 * axes.eigenvalues()[2]) {
+    result.not_determined = "the touched points lie on one line: the turn about it is not determined";
+    return result;
+  }
+  Eigen::Matrix3d frame;
+  frame.col(0) = axes.eigenvectors().col(2), frame.col(1) = axes.eigenvectors().col(1), frame.col(2) = frame.col(0).cross(frame.col(1));
+  const Eigen::Quaterniond fq(frame);
+  const Pose X_WB{middle, {fq.w(), fq.x(), fq.y(), fq.z()}};  // the board the touched points lie on
+  const Pose X_BW = inverse(X_WB);
+
+  const auto planar = [&](const std::vector<const Sighting*>& seen, SeenOn on) {
+    Planar list;
+    for (const Sighting* s : seen) {
+      if (s->on != on) continue;
+      const dvec3 p = X_BW * s->touched_W;
+      if (on == SeenOn::kTouchedPoint) list.push_back({p.x, p.y, s->px, s->py});
+      else list.push_back({(s->corner.u - 0.5) * result.width, (s->corner.v - 0.5) * result.height, s->px, s->py});
+    }
+    return list;
+  };
+  // Focal length from all homographies: with the principal point in the middle and square pixels,
+  // h1ᵀ ω h2 = 0 and h1ᵀ ω h1 = h2ᵀ ω h2, ω = diag(1/f², 1/f², 1), are linear in 1/f².
+  const double cx = 0.5 * (width_px - 1), cy = 0.5 * (height_px - 1);
+  double aa = 0, ab = 0;
+  for (const auto& [id, seen] : pictures) {
+    for (const SeenOn on : {SeenOn::kTouchedPoint, SeenOn::kPanel, SeenOn::kPanelInMirror}) {
+      const Planar list = planar(seen, on);
+      if (list.size() < 6) continue;
+      Eigen::Matrix3d H = homography(list);
+      H /= H.col(0).norm();
+      for (int c = 0; c < 3; ++c) H(0, c) -= cx * H(2, c), H(1, c) -= cy * H(2, c);
+      const double first = H(0, 0) * H(0, 1) + H(1, 0) * H(1, 1);
+      const double second = H(0, 0) * H(0, 0) + H(1, 0) * H(1, 0) - H(0, 1) * H(0, 1) - H(1, 1) * H(1, 1);
+      const double b1 = -H(2, 0) * H(2, 1), b2 = -(H(2, 0) * H(2, 0) - H(2, 1) * H(2, 1));
+      aa += first * first + second * second, ab += first * b1 + second * b2;
+    }
+  }
+  double f = aa > 0 && ab > 0 ? std::sqrt(aa / ab) : 1.2 * width_px;
+  if (!(f > 0.3 * width_px && f < 10 * width_px)) f = 1.2 * width_px;
+
+  // First places: cameras from the touched board, the panel from them, further cameras from the panel.
+  std::map<int, Pose> X_KW;
+  std::optional<Pose> X_WP;
+  for (const auto& [id, seen] : pictures) {
+    const Planar board = planar(seen, SeenOn::kTouchedPoint);
+    if (board.size() >= 4) X_KW[id] = plane_pose(homography(board), f, cx, cy) * X_BW;
+  }
+  for (const auto& [id, seen] : pictures) {
+    const Planar panel = planar(seen, SeenOn::kPanel);
+    if (!X_WP && X_KW.count(id) && panel.size() >= 4) X_WP = inverse(X_KW[id]) * plane_pose(homography(panel), f, cx, cy);
+  }
+  if (!X_WP) {
+    result.not_determined = "no picture shows the panel together with at least four touched points";
+    return result;
+  }
+  for (const auto& [id, seen] : pictures) {
+    const Planar panel = planar(seen, SeenOn::kPanel);
+    if (!X_KW.count(id) && panel.size() >= 4) X_KW[id] = plane_pose(homography(panel), f, cx, cy) * inverse(*X_WP);
+  }
+  std::optional<MirrorPlane> mirror;
+  for (const auto& [id, seen] : pictures) {
+    const Planar image = planar(seen, SeenOn::kPanelInMirror);
+    if (mirror || !X_KW.count(id) || image.size() < 4) continue;
+    // A flat thing and its reflection are both planes in front of the camera; corner by corner the mirror halves the way.
+    const Pose X_WI = inverse(X_KW[id]) * plane_pose(homography(image), f, cx, cy);
+    const dvec3 way = X_WI.p - X_WP->p;
+    if (glm::length(way) < 1e-3) continue;
+    const dvec3 n = glm::normalize(-way);
+    mirror = MirrorPlane{n, glm::dot(n, 0.5 * (X_WI.p + X_WP->p))};
+  }
+
+  double lens[9] = {f, f, cx, cy, 0, 0, 0, 0, 0};
+  std::map<int, std::array<double, 6>> cameras;
+  for (const auto& [id, X] : X_KW) cameras[id] = camera_block(X);
+  const auto panel_start = camera_block(*X_WP);
+  double panel[8] = {panel_start[0], panel_start[1], panel_start[2], panel_start[3], panel_start[4], panel_start[5], result.width, result.height};
+  double normal[3] = {0, 1, 0}, offset = 0;
+  if (mirror) normal[0] = mirror->normal.x, normal[1] = mirror->normal.y, normal[2] = mirror->normal.z, offset = mirror->offset;
+
+  ceres::Problem problem;
+  const double weight = 1 / options.pixel_sigma;
+  int used = 0;
+  for (const Sighting& s : sightings) {
+    if (!cameras.count(s.picture)) continue;
+    double* camera = cameras[s.picture].data();
+    auto* loss = new ceres::CauchyLoss(4);
+    if (s.on == SeenOn::kTouchedPoint) {
+      problem.AddResidualBlock(new ceres::AutoDiffCostFunction<PointSeen, 2, 9, 6, 3>(new PointSeen{s.px, s.py, weight}), loss, lens, camera,
+                               touched[s.touched_W].data());
+    } else if (s.on == SeenOn::kPanel) {
+      problem.AddResidualBlock(
+          new ceres::AutoDiffCostFunction<PanelSeen, 2, 9, 6, 8>(new PanelSeen{s.corner.u, s.corner.v, s.px, s.py, weight}), loss, lens, camera, panel);
+    } else if (mirror) {
+      problem.AddResidualBlock(new ceres::AutoDiffCostFunction<ReflectionSeen, 2, 9, 6, 8, 3, 1>(
+                                   new ReflectionSeen{s.corner.u, s.corner.v, s.px, s.py, weight}),
+                               loss, lens, camera, panel, normal, &offset);
+    } else {
+      delete loss;
+      continue;
+    }
+    ++used;
+  }
+  for (auto& [key, point] : touched) {
+    problem.AddResidualBlock(new ceres::AutoDiffCostFunction<PointTouched, 3, 3>(new PointTouched{key, 1 / options.touch_sigma}), nullptr, point.data());
+  }
+  if (mirror) problem.SetManifold(normal, new ceres::SphereManifold<3>);
+  ceres::Solver::Options solver;
+  solver.linear_solver_type = ceres::DENSE_SCHUR;
+  solver.max_num_iterations = 200;
+  solver.function_tolerance = 1e-14, solver.parameter_tolerance = 1e-14, solver.gradient_tolerance = 1e-14;
+  solver.logging_type = ceres::SILENT;
+  // The lens' higher terms last: far from the answer they would explain what is not theirs.
+  std::vector<int> distortion{4, 5, 6, 7, 8};
+  problem.SetManifold(lens, new ceres::SubsetManifold(9, distortion));
+  ceres::Solver::Summary summary;
+  ceres::Solve(solver, &problem, &summary);
+  problem.SetManifold(lens, nullptr);
+  ceres::Solve(solver, &problem, &summary);
+
+  // Uncertainty.
+  ceres::Covariance::Options covariance_options;
+  covariance_options.algorithm_type = ceres::DENSE_SVD;
+  covariance_options.null_space_rank = 0;
+  covariance_options.min_reciprocal_condition_number = 1e-18;
+  ceres::Covariance covariance(covariance_options);
+  std::vector<std::pair<const double*, const double*>> blocks{{panel, panel}, {lens, lens}};
+  if (mirror) blocks.emplace_back(normal, normal), blocks.emplace_back(&offset, &offset);
+  if (!covariance.Compute(blocks, &problem)) {
+    result.not_determined = "the pictures do not determine camera, panel and mirror together: take more, from more directions";
+    return result;
+  }
+  double P[64], L[81];
+  covariance.GetCovarianceBlock(panel, panel, P);
+  covariance.GetCovarianceBlock(lens, lens, L);
+  result.tilt_sigma = std::sqrt(std::max({P[0], P[9], P[18]}));
+  result.centre_sigma = {std::sqrt(P[27]), std::sqrt(P[36]), std::sqrt(P[45])};
+  result.width = panel[6], result.height = panel[7], result.width_sigma = std::sqrt(P[54]), result.height_sigma = std::sqrt(P[63]);
+  result.camera = {lens[0], lens[1], lens[2], lens[3], {lens[4], lens[5], lens[6], lens[7], lens[8]}};
+  const auto sd = [&](int i) { return std::sqrt(L[10 * i]); };
+  result.camera_sigma = {sd(0), sd(1), sd(2), sd(3), {sd(4), sd(5), sd(6), sd(7), sd(8)}};
+  const Pose X{dvec3(panel[3], panel[4], panel[5]), rotation(panel)};
+  const auto corner = [&](double x, double y) { return X * dvec3(x * panel[6], y * panel[7], 0); };
+  result.panel = {corner(-0.5, -0.5), corner(0.5, -0.5), corner(-0.5, 0.5)};
+  if (mirror) {
+    double N[9], O[1];
+    covariance.GetCovarianceBlock(normal, normal, N);
+    covariance.GetCovarianceBlock(&offset, &offset, O);
+    result.mirror = MirrorPlane{{normal[0], normal[1], normal[2]}, offset};
+    result.mirror_tilt_sigma = std::sqrt(std::max({N[0], N[4], N[8]}));
+    result.mirror_offset_sigma = std::sqrt(O[0]);
+  }
+  for (const auto& [id, camera] : cameras) {
+    result.X_WK.push_back(inverse(Pose{dvec3(camera[3], camera[4], camera[5]), rotation(camera.data())}));
+  }
+  double squares = 0;
+  for (const Sighting& s : sightings) {
+    if (!cameras.count(s.picture) || (s.on == SeenOn::kPanelInMirror && !mirror)) continue;
+    double p[3], pixel[2];
+    if (s.on == SeenOn::kTouchedPoint) std::copy_n(touched[s.touched_W].data(), 3, p);
+    else panel_point(panel, s.corner.u, s.corner.v, p);
+    if (s.on == SeenOn::kPanelInMirror) {
+      const dvec3 image = result.mirror->reflect(dvec3(p[0], p[1], p[2]));
+      p[0] = image.x, p[1] = image.y, p[2] = image.z;
+    }
+    to_pixel(lens, cameras[s.picture].data(), p, pixel);
+    const double r2 = std::pow(pixel[0] - s.px, 2) + std::pow(pixel[1] - s.py, 2);
+    result.worst_px = std::max(result.worst_px, std::sqrt(r2));
+    if (r2 > 25 * 2 * options.pixel_sigma * options.pixel_sigma) {
+      ++result.outliers;
+      continue;
+    }
+    squares += r2 / 2;
+  }
+  result.rms_px = std::sqrt(squares / std::max(1, used - result.outliers));
+  if (mirror_seen && !mirror) {
+    result.not_determined = "the panel's reflection is in no picture whose place is known: the mirror is not determined";
+  }
+  result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
+  return result;
+}
+
+std::vector<Sighting> read_sightings(const std::filesystem::path& file) {
+  const CsvTable table = read_csv(file, {"picture", "on", "px", "py"}, {"u", "v", "x_mm", "y_mm", "z_mm"});
+  std::vector<Sighting> sightings;
+  for (std::size_t i = 0; i < table.rows.size(); ++i) {
+    const auto at = [&](const char* name) {
+      const int column = table.column(name);
+      return column < 0 ? std::nan("") : table.rows[i][static_cast<std::size_t>(column)];
+    };
+    const auto need = [&](const char* name) {
+      const double value = at(name);
+      if (!std::isfinite(value)) table.fail(i, name, "nothing", "a number");
+      return value;
+    };
+    const auto whole = [&](const char* name, double high) {
+      const double value = at(name);
+      if (value != std::floor(value) || value < 0 || value > high) {
+        table.fail(i, name, fmt::format("{}", value), fmt::format("a whole number, 0 to {}", high));
+      }
+      return static_cast<int>(value);
+    };
+    Sighting s{whole("picture", 1e6), static_cast<SeenOn>(whole("on", 2)), {}, {}, at("px"), at("py")};
+    if (s.on == SeenOn::kTouchedPoint) s.touched_W = dvec3(need("x_mm"), need("y_mm"), need("z_mm")) * kMillimetre;
+    else s.corner = {need("u"), need("v")};
+    sightings.push_back(s);
+  }
+  return sightings;
+}
+
+BoardPicture draw_board(int columns, int rows, int width, int height) {
+  if (columns < 3 || rows < 3 || (columns + rows) % 2 == 0) {
+    throw Error(fmt::format("board: found {} by {} inner corners, expected at least 3 by 3 with an odd sum", columns, rows));
+  }
+  BoardPicture board{width, height, std::vector<unsigned char>(static_cast<std::size_t>(width) * static_cast<std::size_t>(height), 255), {}};
+  // Whole pixels a cell, a white border of one cell around.
+  const int cell = std::min(width / (columns + 3), height / (rows + 3));
+  if (cell < 4) throw Error(fmt::format("board: found {} by {} pixels for {} by {} corners, expected at least four a cell", width, height, columns, rows));
+  const int left = (width - cell * (columns + 1)) / 2, top = (height - cell * (rows + 1)) / 2;
+  for (int j = 0; j <= rows; ++j) {
+    for (int i = 0; i <= columns; ++i) {
+      // Cell (1, 1) lies between the first four inner corners and is dark.
+      if ((i + j) % 2 != 0) continue;
+      for (int y = 0; y < cell; ++y) {
+        for (int x = 0; x < cell; ++x) {
+          board.grey[static_cast<std::size_t>(top + j * cell + y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(left + i * cell + x)] = 0;
+        }
+      }
+    }
+  }
+  for (int j = 1; j <= rows; ++j) {
+    for (int i = 1; i <= columns; ++i) {
+      board.corners.push_back({static_cast<double>(left + i * cell) / width, 1 - static_cast<double>(top + j * cell) / height});
+    }
+  }
+  return board;
+}
+
+}  // namespace typodont::calibration

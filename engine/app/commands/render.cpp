@@ -1,0 +1,171 @@
+// typodont render: pictures of a scene as each eye sees it, without a screen, and the matrices behind them.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "engine/app/commands/commands.h"
+#include "engine/app/picture_stage.h"
+#include "engine/app/scene.h"
+#include "engine/app/tissue_view.h"
+#include "engine/base/error.h"
+#include "engine/base/units.h"
+#include "haptics/devices/scripted.h"
+
+namespace typodont {
+
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::ordered_json;
+
+struct Options {
+  std::string scene, rig = "closeup", out, size, eye = "both", pose, quality = "high";
+  double at = 0;
+  bool json = false, hud = false, validate = false;
+};
+
+/// A file, or the name of a rig that comes with the program.
+fs::path rig_file(const std::string& rig) {
+  std::error_code code;
+  if (fs::exists(rig, code)) return rig;
+  const fs::path shipped = assets_folder() / "rigs" / (rig + ".json");
+  if (rig.find('/') == std::string::npos && fs::exists(shipped, code)) return shipped;
+  throw Error(rig, "", "no such file", fmt::format("a rig file, or the name of one in {}", shipped.parent_path().string()));
+}
+
+glm::ivec2 parse_size(const std::string& text) {
+  int w = 0, h = 0, end = 0;
+  const bool read = std::sscanf(text.c_str(), "%5dx%5d%n", &w, &h, &end) == 2 && end == static_cast<int>(text.size());
+  if (!read || w < 16 || h < 16 || w > 8192 || h > 8192)
+    throw Error("", "--size", fmt::format("\"{}\"", text), "WIDTHxHEIGHT of one eye's picture, 16 to 8192 pixels each");
+  return {w, h};
+}
+
+ordered_json eye_json(const display::EyeView& eye) {
+  const display::Frustum& f = eye.frustum;
+  const double mm = 1 / kMillimetre;
+  return {{"view", display::row_major_mm(eye.view)},
+          {"projection", display::row_major_mm_projection(f)},
+          {"frustum",
+           {{"left", f.left * mm}, {"right", f.right * mm}, {"bottom", f.bottom * mm}, {"top", f.top * mm},
+            {"near", f.near * mm}, {"far", f.far * mm}}},
+          {"flip", eye.flip},
+          {"position_mm", {eye.position.x * mm, eye.position.y * mm, eye.position.z * mm}}};
+}
+
+ordered_json stats_json(const render::FrameStats& s) {
+  return {{"drawn", s.drawn},
+          {"views", s.views},
+          {"bricks", {{"drawn", s.bricks_drawn}, {"culled", s.bricks_culled}, {"facing_away", s.bricks_facing_away}}},
+          {"triangles", s.triangles},
+          {"passes", s.passes},
+          {"commands", s.commands},
+          {"pipelines", s.pipelines},
+          {"frames", s.frames}};
+}
+
+void run(const Options& options) {
+  const Scene scene = read_scene(options.scene);
+  const fs::path rig_path = rig_file(options.rig);
+  display::DisplayRig rig = display::load_rig(rig_path);
+  const display::Layout layout = rig.screen.layout;
+  if (!options.size.empty()) {
+    const glm::ivec2 eye = parse_size(options.size);
+    const bool shares_panel = layout == display::Layout::kSideBySide || layout == display::Layout::kTopBottom;
+    rig.screen.pixels = shares_panel ? display::screen_pixels(layout, eye) : eye;
+  }
+  ServoTick tick;
+  if (!options.pose.empty()) {
+    tick.X_WT = tick.X_WG = haptics::read_hand_path(options.pose).at(options.at).X_WT;
+    tick.spindle = scene.servo.spindle.free_speed;
+  }
+  std::error_code code;
+  fs::create_directories(options.out, code);
+  if (code || !fs::is_directory(options.out))
+    throw Error(options.out, "", code ? code.message() : "not a folder", "a folder that can be made");
+
+  haptics::TissueVolume volume = load_tissue(scene);
+  PictureStage::Options stage_options;
+  for (const render::Quality& step : render::kQualityLadder)
+    if (step.name == options.quality) stage_options.quality = step;
+  stage_options.hud = options.hud;
+  stage_options.tool = !options.pose.empty();
+  stage_options.validation = options.validate;
+  PictureStage stage(rig, scene.servo, stage_options);
+  TissueView view;
+  stage.show(view.update(volume), volume.frame().origin);
+  const render::FrameStats drawn = stage.draw(tick, {}, 0);
+  const render::FrameStats again = stage.draw(tick, {}, 0);
+
+  const auto eyes = display::eye_views(rig);
+  const glm::ivec2 eye_size = display::eye_pixels(layout, rig.screen.pixels);
+  ordered_json frame{{"scene", scene.name},
+                     {"rig", rig_path.string()},
+                     {"layout", display::name_of(layout)},
+                     {"size", {eye_size.x, eye_size.y}},
+                     {"left", eye_json(eyes[0])},
+                     {"right", eye_json(eyes[1])},
+                     {"frame", stats_json(drawn)},
+                     // The same frame asked for again: nothing moved, so nothing is drawn and no command is recorded.
+                     {"unchanged", stats_json(again)}};
+  ordered_json skipped = ordered_json::object();
+  if (!stage_options.tool) skipped["tool"] = "no --pose";
+  if (!options.hud) skipped["hud"] = "no --hud";
+  skipped["particles"] = "none alive";
+  if (rig.mirror) skipped["background"] = "black: the hand shows through the mirror";
+  if (drawn.views == 1) skipped["right"] = "mono: both eyes see the one view";
+  frame["skipped"] = skipped;
+  frame["device"] = stage.device_name();
+  if (options.validate) frame["validation_messages"] = stage.validation_messages();
+
+  const fs::path out = options.out;
+  std::vector<std::string> written;
+  const auto write = [&](const char* name, const render::Picture& picture) {
+    render::write_png(out / name, picture);
+    written.push_back((out / name).string());
+  };
+  if (options.eye != "right") write("left.png", stage.eye(0));
+  if (options.eye != "left") write("right.png", stage.eye(1));
+  if (options.eye == "both") write("screen.png", stage.screen());
+  write_file_atomically(out / "frame.json", frame.dump(2) + "\n");
+  written.push_back((out / "frame.json").string());
+
+  if (options.json) {
+    frame["written"] = written;
+    fmt::print("{}\n", frame.dump(2));
+    return;
+  }
+  fmt::print("{} triangles in {} bricks drawn ({} culled, {} facing away), {} view{}, {}x{} each\n", drawn.triangles,
+             drawn.bricks_drawn, drawn.bricks_culled, drawn.bricks_facing_away, drawn.views, drawn.views == 1 ? "" : "s",
+             eye_size.x, eye_size.y);
+  for (const std::string& file : written) fmt::print("wrote {}\n", file);
+}
+
+}  // namespace
+
+void add_render_command(CLI::App& app) {
+  auto options = std::make_shared<Options>();
+  CLI::App* command = app.add_subcommand("render", "Pictures of a scene for both eyes, and the matrices behind them");
+  command->footer("Example:\n  typodont render assets/scenes/molar-caries.json --rig closeup --out pictures --size 1280x1024");
+  command->add_option("scene", options->scene, "scene file (JSON)")->required();
+  command->add_option("--rig", options->rig, "rig file (JSON), or the name of one in assets/rigs")->capture_default_str();
+  command->add_option("--out", options->out, "folder for left.png, right.png, screen.png and frame.json")->required();
+  command->add_option("--size", options->size, "WIDTHxHEIGHT of one eye's picture; the rig's pixels when not given");
+  command->add_option("--eye", options->eye, "which eye to write; screen.png comes with both")
+      ->check(CLI::IsMember({"left", "right", "both"}))
+      ->capture_default_str();
+  auto* pose = command->add_option("--pose", options->pose, "HAND.csv: draw the tool where the hand holds it");
+  command->add_option("--at", options->at, "time in HAND.csv, s")->needs(pose)->capture_default_str();
+  std::vector<std::string> steps;
+  for (const render::Quality& step : render::kQualityLadder) steps.emplace_back(step.name);
+  command->add_option("--quality", options->quality, "step of the quality ladder")->check(CLI::IsMember(steps))->capture_default_str();
+  command->add_flag("--hud", options->hud, "draw the writing too");
+  command->add_flag("--validate", options->validate, "run under the Vulkan validation layer and count its messages");
+  command->add_flag("--json", options->json, "print frame.json on standard output too");
+  command->callback([options] { run(*options); });
+}
+
+}  // namespace typodont

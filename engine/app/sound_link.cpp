@@ -1,0 +1,60 @@
+#include "engine/app/sound_link.h"
+
+#include <filesystem>
+
+#include "engine/base/units.h"
+
+namespace typodont {
+
+namespace {
+
+constexpr std::uint64_t kSeed = 1;
+constexpr double kHold = 0.25;  // s without a tick, live: then the servo is gone, and so is the sound
+
+std::filesystem::path voice_of(const Scene& scene) {
+  const auto folder = assets_folder() / "sounds";
+  const auto own = folder / (scene.motor + ".json");
+  if (!scene.motor.empty() && std::filesystem::exists(own)) return own;
+  // What turns this fast is an air turbine; anything slower sounds like an electric handpiece.
+  constexpr double kTurbine = 150 * kKrpm;
+  return folder / (scene.servo.spindle.free_speed > kTurbine ? "air_turbine.json" : "handpiece.json");
+}
+
+}  // namespace
+
+SoundLink::SoundLink(const std::string& address, const Scene& scene, bool live)
+    : live_(live), output_(audio::AudioOutput::open(address)), voice_(scene.servo.tool.cuts) {
+  models_ = audio::load_sound_models(voice_of(scene));
+  models_.free_speed = scene.servo.spindle.free_speed;
+  make_synth(output_->sample_rate());
+  audio::AudioSource source;
+  source.self = this;
+  source.render = render;
+  source.rate_changed = [](void* self, double rate) { static_cast<SoundLink*>(self)->make_synth(rate); };
+  output_->start(source, 0);
+}
+
+SoundLink::~SoundLink() = default;
+
+void SoundLink::make_synth(double sample_rate) {
+  synth_ = std::make_unique<audio::DrillSynth>(models_, sample_rate, kSeed,
+                                               audio::SynthOptions{live_ ? kHold : 0.0, false});
+}
+
+void SoundLink::push(const ServoTick& tick) noexcept { ticks_.push(tick); }
+
+void SoundLink::advance(Nanos t) { output_->advance(t); }
+
+void SoundLink::stop(Nanos t) {
+  output_->advance(t);
+  output_->stop();
+}
+
+void SoundLink::render(void* self, std::span<float> mono, Nanos t_first) noexcept {
+  auto* link = static_cast<SoundLink*>(self);
+  ServoTick tick;
+  while (link->ticks_.pop(tick)) link->synth_->push(link->voice_.state_of(tick));
+  link->synth_->render(mono, t_first);
+}
+
+}  // namespace typodont

@@ -1,0 +1,64 @@
+// Texts, numbers and quantities as a reader of the chosen language writes them.
+#pragma once
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <string>
+#include <string_view>
+
+#include "engine/session/page/plot.h"
+#include "engine/session/score.h"
+#include "engine/session/strings.h"
+
+namespace typodont::session {
+
+struct Words {
+  Language language = Language::kEnglish;
+
+  /// A text of the catalogue with its gaps filled. The texts hold no markup.
+  template <class... Args>
+  std::string say(std::string_view key, Args&&... args) const {
+    return fmt::format(fmt::runtime(text(key, language)), std::forward<Args>(args)...);
+  }
+  std::string number(double v, int decimals) const {
+    std::string s = fmt::format("{:.{}f}", v, decimals);
+    if (s.starts_with("-") && s.find_first_not_of("-0.") == std::string::npos) s.erase(0, 1);
+    if (language == Language::kGerman) std::replace(s.begin(), s.end(), '.', ',');
+    return s;
+  }
+  /// Three significant digits, as people read them.
+  std::string number(double v) const {
+    const double a = std::abs(v);
+    return number(v, a == 0 || a >= 100 ? 0 : a >= 10 ? 1 : a >= 1 ? 2 : 3);
+  }
+  /// With its unit, not to be parted from it at the end of a line; without a unit it is a count.
+  std::string quantity(double v, std::string_view unit) const {
+    return unit.empty() ? number(v, 0) : fmt::format("{}\u00a0{}", number(v), unit);
+  }
+  std::string target(const ScoreItem& item) const {
+    const std::string value = quantity(item.target, item.unit);
+    switch (item.best) {
+      case Best::kAtMost: return say("at_most", value);
+      case Best::kAtLeast: return say("at_least", value);
+      case Best::kNear: return value;
+    }
+    return value;
+  }
+  std::string name_of_item(const std::string& name) const {
+    const std::string key = "score." + name;
+    return has_text(key) ? say(key) : escaped(name);
+  }
+  /// "2025-01-02 03:04 UTC" of an ISO date.
+  std::string date(const std::string& iso) const {
+    if (iso.size() < 16 || iso[10] != 'T') return escaped(iso);
+    return escaped(iso.substr(0, 10) + " " + iso.substr(11, 5) + " UTC");
+  }
+  NumberText number_text() const {
+    return [words = *this](double v, int decimals) { return words.number(v, decimals); };
+  }
+};
+
+}  // namespace typodont::session

@@ -1,0 +1,259 @@
+// Fault injection on the emulated arm, in simulated time: a hand presses into a wall and leaves it again and again, and at
+// a random moment something breaks. What must hold: the force never exceeds the limits, is zero soon after, and comes
+// back only after the hand was free.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <random>
+
+#include "engine/contract/contact.h"
+#include "haptics/devices/safe_device.h"
+#include "haptics/devices/woodenhaptics.h"
+#include "tests/support/emulation/emulated_arm.h"
+
+namespace typodont::haptics {
+namespace {
+
+using test::EmulatedArm;
+using test::SimTime;
+
+enum class Breakage { kUnplug, kSilence, kShort, kMerged, kGarbage, kSlip, kBoardError, kStall, kClockStep, kNan, kHug };
+
+struct Outcome {
+  double worst_force = 0, worst_current = 0;  // N, A, over the whole run
+  double zero_after = -1;       // s from the breakage to zero force, -1: there was none
+  bool force_before = false;    // there was contact when it broke
+  bool stayed_zero = true;      // until the hand was free
+  bool came_back = false;       // force again in a later contact
+  bool ended = false;           // read() said the device is gone
+  double stall = 0;             // s that the servo was away
+};
+
+Arm plain_arm() {
+  Arm arm = read_arm("assets/devices/woody_2019.json");
+  arm.mass_b = arm.mass_c = 0;  // so that zero force is zero current
+  return arm;
+}
+
+Outcome run(Breakage breakage, ArmProtocol protocol, std::uint32_t seed) {
+  std::mt19937 random(seed);
+  const auto uniform = [&](double a, double b) { return std::uniform_real_distribution<double>(a, b)(random); };
+
+  SimTime time;
+  const Arm arm = plain_arm();
+  EmulatedArm board(time, protocol, arm, seed);
+  const double phase = uniform(0.2, 0.6);
+  // From the home position out and back at 1.2 Hz, so that the wall is met every 0.83 s.
+  board.hand = [&](double t) {
+    const double s = std::sin(2 * 3.14159265 * (1.2 * (t - 1) - 0.25)) + 1;
+    return dvec3(0.02 * s, 0.06 * s * (1 + 0.1 * phase), 1.5707963 + 0.01 * s);
+  };
+  auto link = board.connect();
+  const ArmHello hello = greet_arm(*link, protocol == ArmProtocol::kText, "emulated");
+  EXPECT_EQ(hello.protocol, protocol);
+  DeviceInfo limits;
+  limits.force_limit = arm.force_limit;
+  limits.continuous_force = arm.continuous_force;
+  SafeDevice::Options options = SafeDevice::options_for(limits);
+  options.watchdog_thread = false;
+  options.clock = [&] { return time.now(); };
+  SafeDevice hand(make_arm_device(std::move(link), protocol, arm, {"woodenhaptics:", "", ""}), options);
+  Nanos next_watch = 0;
+  Outcome out;
+  const double break_at = uniform(2.0, 3.2);
+  bool broken = false, was_free = false;
+  double broke_at = 0;
+
+  time.on_step([&] {
+    // The watchdog's own thread: wakes when it asked to.
+    if (time.true_now() >= next_watch) {
+      const Nanos wake = hand.watch(time.now());
+      next_watch = time.true_now() + std::clamp<Nanos>(wake - time.now(), SimTime::kStep, 10'000'000);
+    }
+    const double force = glm::length(board.force());
+    out.worst_force = std::max(out.worst_force, force);
+    for (int i = 0; i < 3; ++i) out.worst_current = std::max(out.worst_current, std::abs(board.amperes()[i]));
+    if (!broken) return;
+    if (force < 1e-9) {
+      if (out.zero_after < 0) out.zero_after = to_seconds(time.true_now()) - broke_at;
+    } else if (out.zero_after >= 0) {
+      (was_free ? out.came_back : out.stayed_zero) = was_free;
+    }
+  });
+
+  constexpr double kWall = 0.030;  // m, H x
+  double free_for = 0;
+  HandSample sample;
+  while (to_seconds(time.true_now()) < break_at + 3) {
+    if (!hand.read(sample)) {
+      out.ended = true;
+      break;
+    }
+    dvec3 f(0);
+    if (sample.X_WT.p.x > kWall) f.x = -1500 * (sample.X_WT.p.x - kWall);
+    // Free as the outside world sees it: no force asked for in 40 ms of good samples.
+    free_for = f.x == 0 && hand.faults() == 0 ? free_for + 1e-3 : 0;
+    if (broken && free_for > 0.04) was_free = true;
+
+    if (!broken && to_seconds(time.true_now()) > break_at) {
+      broken = true;
+      broke_at = to_seconds(time.true_now());
+      out.force_before = glm::length(board.force()) > 0.05;
+      free_for = 0;
+      switch (breakage) {
+        case Breakage::kUnplug: board.unplugged = true; break;
+        case Breakage::kSilence: board.silent = true; break;
+        case Breakage::kShort: board.short_reports = 1 + static_cast<int>(random() % 20); break;
+        case Breakage::kMerged: board.merged_reports = 1 + static_cast<int>(random() % 20); break;
+        case Breakage::kGarbage: board.garbage_reports = 1 + static_cast<int>(random() % 20); break;
+        case Breakage::kSlip: board.slip[random() % 3] = 2000 + static_cast<std::int64_t>(random() % 20000); break;
+        case Breakage::kBoardError: board.error = 3; break;
+        case Breakage::kStall:
+          out.stall = uniform(0.001, 0.5);
+          time.advance(from_seconds(out.stall));
+          break;
+        case Breakage::kClockStep: time.step_clock(from_seconds(uniform(-5, 5))); break;
+        case Breakage::kNan: f.y = std::nan(""); break;
+        case Breakage::kHug: f = dvec3(-1e6, 3e6, 0); break;
+      }
+    }
+    hand.write(f, dvec3(0));
+  }
+  time.advance(5'000'000);
+  return out;
+}
+
+constexpr double kPeak = 5 * 1.001;  // N: currents are whole milliamperes
+
+class Faults : public testing::TestWithParam<ArmProtocol> {
+ protected:
+  static constexpr int kTimes = 34;  // 10 kinds × 3 protocols × 34 = 1020
+  /// Every run keeps the limits, whatever breaks.
+  template <class Check>
+  void campaign(Breakage breakage, Check check) {
+    int in_contact = 0;
+    for (int i = 0; i < kTimes; ++i) {
+      const Outcome o = run(breakage, GetParam(), static_cast<std::uint32_t>(1000 * static_cast<int>(breakage) + i));
+      SCOPED_TRACE(testing::Message() << "run " << i << ", zero after " << 1e3 * o.zero_after << " ms, stalled "
+                                      << 1e3 * o.stall << " ms, in contact: " << o.force_before);
+      ASSERT_LE(o.worst_force, kPeak);
+      ASSERT_LE(o.worst_current, 3.0);
+      in_contact += o.force_before;
+      check(o);
+      if (HasFatalFailure()) return;
+    }
+    EXPECT_GT(in_contact, kTimes / 10);  // the campaign did hit contacts
+  }
+};
+
+// Seen from outside, in steps of 0.1 ms.
+constexpr double kTwoMilliseconds = 0.0021;
+
+void expect_zero_soon(const Outcome& o) {
+  ASSERT_GE(o.zero_after, 0);
+  ASSERT_LE(o.zero_after, kTwoMilliseconds);
+}
+
+TEST_P(Faults, UnpluggedInContactTheLoopEndsAndNothingIsLatched) {
+  campaign(Breakage::kUnplug, [](const Outcome& o) {
+    expect_zero_soon(o);
+    ASSERT_TRUE(o.ended);
+  });
+}
+
+TEST_P(Faults, WhenTheBoardFallsSilentForceIsZeroWithinTwoMilliseconds) {
+  campaign(Breakage::kSilence, [](const Outcome& o) {
+    expect_zero_soon(o);
+    ASSERT_TRUE(o.ended);
+  });
+}
+
+TEST_P(Faults, ShortReportsTakeTheForceAwayUntilTheHandIsFree) {
+  campaign(Breakage::kShort, [](const Outcome& o) {
+    expect_zero_soon(o);
+    ASSERT_TRUE(o.stayed_zero);
+    ASSERT_TRUE(o.came_back);
+  });
+}
+
+TEST_P(Faults, MergedReportsAreReadAsTheNewestAndChangeNothing) {
+  campaign(Breakage::kMerged, [](const Outcome& o) {
+    ASSERT_FALSE(o.ended);
+    ASSERT_TRUE(o.came_back);
+    if (o.force_before) {
+      ASSERT_GT(o.zero_after, 0.0005);  // only as the hand leaves the wall
+    }
+  });
+}
+
+TEST_P(Faults, GarbageBytesTakeTheForceAwayUntilTheHandIsFree) {
+  campaign(Breakage::kGarbage, [](const Outcome& o) {
+    expect_zero_soon(o);
+    ASSERT_TRUE(o.stayed_zero);
+    ASSERT_TRUE(o.came_back);
+  });
+}
+
+TEST_P(Faults, AnEncoderThatSlippedTakesTheForceAwayForGood) {
+  campaign(Breakage::kSlip, [](const Outcome& o) {
+    expect_zero_soon(o);
+    ASSERT_TRUE(o.stayed_zero);
+    ASSERT_FALSE(o.came_back);
+  });
+}
+
+TEST_P(Faults, AServoThatStallsLosesItsForceWithinTwoMillisecondsOfItsLastWrite) {
+  campaign(Breakage::kStall, [](const Outcome& o) {
+    ASSERT_FALSE(o.ended);
+    ASSERT_TRUE(o.came_back);
+    if (o.stall < 0.0025) return;  // back before the watchdog's patience ended
+    if (o.force_before) expect_zero_soon(o);
+    ASSERT_TRUE(o.stayed_zero);
+  });
+}
+
+TEST_P(Faults, AClockThatStepsTakesTheForceAwayUntilTheHandIsFree) {
+  campaign(Breakage::kClockStep, [](const Outcome& o) {
+    expect_zero_soon(o);
+    ASSERT_TRUE(o.stayed_zero);
+    ASSERT_TRUE(o.came_back);
+  });
+}
+
+TEST_P(Faults, AForceThatIsNotANumberIsZeroAtOnce) {
+  campaign(Breakage::kNan, [](const Outcome& o) {
+    expect_zero_soon(o);
+    ASSERT_TRUE(o.stayed_zero);
+    ASSERT_TRUE(o.came_back);
+  });
+}
+
+TEST_P(Faults, AnAbsurdForceIsClippedToTheLimit) {
+  campaign(Breakage::kHug, [](const Outcome& o) {
+    ASSERT_FALSE(o.ended);
+    ASSERT_TRUE(o.came_back);
+  });
+}
+
+std::string protocol_name(const testing::TestParamInfo<ArmProtocol>& info) {
+  switch (info.param) {
+    case ArmProtocol::kHidV1: return "HidV1";
+    case ArmProtocol::kHidV2: return "HidV2";
+    case ArmProtocol::kRawHid: return "RawHid";
+    case ArmProtocol::kText: return "Text";
+  }
+  return "";
+}
+INSTANTIATE_TEST_SUITE_P(Arms, Faults,
+                         testing::Values(ArmProtocol::kHidV1, ArmProtocol::kHidV2, ArmProtocol::kText), protocol_name);
+
+TEST(BoardError, TakesTheForceAwayForAsLongAsItLasts) {
+  for (std::uint32_t i = 0; i < 34; ++i) {
+    const Outcome o = run(Breakage::kBoardError, ArmProtocol::kText, i);
+    expect_zero_soon(o);
+    ASSERT_FALSE(o.came_back);
+  }
+}
+
+}  // namespace
+}  // namespace typodont::haptics

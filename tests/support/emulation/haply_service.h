@@ -1,0 +1,32 @@
+// The Haply service as a state machine over bytes, so that it can live behind a simulated link or a real socket.
+#pragma once
+
+#include <functional>
+#include <string>
+
+#include "engine/base/pose.h"
+
+namespace typodont::test {
+
+class HaplyService {
+ public:
+  /// Bytes from the client in; bytes to the client out.
+  std::string feed(const std::string& bytes);
+  /// A text frame as a server sends it, in `fragments` pieces.
+  static std::string frame(const std::string& text, int fragments = 1, std::uint8_t opcode = 1);
+  std::string state_text() const;
+
+  dvec3 position{0.01, 0.02, 0.03};   // m
+  bool button = false;
+  dvec3 force{0};                     // N, last commanded
+  int forces = 0;                     // how many were
+  int pongs = 0;
+  bool open = false;
+  std::string extra;                  // sent before the next state, e.g. a ping
+  int fragments = 1;
+
+ private:
+  std::string in_;
+};
+
+}  // namespace typodont::test

@@ -1,0 +1,373 @@
+// The single steps, their files, and the guided capture.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include "calibration/bench_simulator.h"
+#include "calibration/calibration_files.h"
+#include "calibration/guided_capture.h"
+#include "calibration/report_page.h"
+#include "calibration/rig_file.h"
+#include "engine/base/error.h"
+#include "engine/base/json.h"
+
+namespace typodont::calibration {
+namespace {
+
+namespace fs = std::filesystem;
+
+class Folder {
+ public:
+  Folder() {
+    std::string pattern = (fs::temp_directory_path() / "calibration-XXXXXX").string();
+    path_ = mkdtemp(pattern.data());
+  }
+  ~Folder() { fs::remove_all(path_); }
+  fs::path operator/(const char* name) const { return path_ / name; }
+
+ private:
+  fs::path path_;
+};
+
+std::string error_of(const std::function<void()>& action) {
+  try {
+    action();
+  } catch (const Error& e) {
+    return e.what();
+  }
+  return "no error";
+}
+
+TEST(RigGeometry, WhatIsDrawnByATrueRigIsSeenWhereItIsDrawn) {
+  BenchSimulator bench({});
+  const RigGeometry& truth = bench.truth();
+  for (const dvec3 p : {dvec3(0), dvec3(0.04, -0.03, 0.02), dvec3(-0.02, 0.04, -0.04)}) {
+    EXPECT_LT(glm::length(perceived(truth, truth, p) - p), 1e-12);
+  }
+}
+
+TEST(RigGeometry, AWiderEyeDistanceBringsThePointNearer) {
+  // numbers.md: IPD +1 mm at 50 mm from the screen plane, 500 mm away: -0.70 mm of depth (without a mirror).
+  RigGeometry truth, believed;
+  truth.eyes.center = believed.eyes.center = {0, 0, 0.5};
+  believed.eyes.ipd = truth.eyes.ipd + 1e-3;
+  EXPECT_NEAR(perceived(believed, truth, dvec3(0, 0, 0.05)).z - 0.05, 0.70e-3, 0.03e-3);
+}
+
+TEST(ArmGeometry, WoodenHapticsStandsAtHomeWhereItsMakersSay) {
+  ArmGeometry arm;
+  arm.tip_S = dvec3(0);
+  ArmReading home;
+  home.angle = {0, 0, 3.14159265358979323846 / 2, 0, 0, 0};
+  EXPECT_LT(glm::length(tip_position(arm, home) - dvec3(0.025, 0, 0.205)), 1e-15);
+}
+
+TEST(Panel, ThreeMarksOnOneLineAreNotEnough) {
+  const std::vector<MarkTouch> touches{{{0, 0.5}, {0, 0, 0}}, {{0.5, 0.5}, {0.1, 0, 0}}, {{1, 0.5}, {0.2, 0, 0}}};
+  EXPECT_NE(solve_panel(touches).not_determined, "");
+}
+
+TEST(Panel, ExactTouchesGiveTheRectangleBack) {
+  Panel truth;
+  truth.lower_left = {0.1, 0.2, 0.3};
+  truth.lower_right = truth.lower_left + 0.34 * glm::normalize(dvec3(1, 0.2, -0.1));
+  truth.upper_left = truth.lower_left + 0.19 * glm::normalize(glm::cross(dvec3(0.1, -0.3, 0.9), truth.lower_right - truth.lower_left));
+  std::vector<MarkTouch> touches;
+  for (const PanelPoint mark : {PanelPoint{0, 0}, {1, 0}, {0, 1}, {1, 1}}) touches.push_back({mark, truth.at(mark.u, mark.v)});
+  const PanelResult result = solve_panel(touches);
+  EXPECT_EQ(result.not_determined, "");
+  EXPECT_LT(glm::length(result.panel.upper_left - truth.upper_left), 1e-12);
+  EXPECT_NEAR(result.width, 0.34, 1e-12);
+}
+
+TEST(Mirror, TouchesOnALineLeaveItsTiltOpen) {
+  std::vector<dvec3> touches;
+  Noise random(1);
+  for (int i = 0; i < 20; ++i) touches.push_back(dvec3(0.01 * i, 0, 0) + random.normal3(2e-4));
+  EXPECT_NE(solve_mirror(touches, dvec3(0, 1, 0)).not_determined, "");
+}
+
+TEST(Mirror, ABallOfKnownRadiusIsTakenOff) {
+  std::vector<dvec3> touches;
+  for (int i = 0; i < 9; ++i) touches.push_back(dvec3(0.05 * (i % 3), 0.103, 0.05 * (i / 3)));
+  const MirrorResult result = solve_mirror(touches, dvec3(0, 1, 0), 0.003);
+  EXPECT_NEAR(result.mirror.offset, 0.1, 1e-12);
+  EXPECT_NEAR(result.mirror.normal.y, 1, 1e-12);
+}
+
+TEST(Eyes, AlignmentsAtOneDepthSayThatTheDistanceIsNotDetermined) {
+  BenchSimulator bench({});
+  RigGeometry rig = bench.truth();
+  std::vector<EyeAlignment> alignments;
+  Noise random(3);
+  for (int i = 0; i < 40; ++i) {
+    const bool right = i % 2;
+    const dvec3 eye = right ? rig.eyes.right_eye() : rig.eyes.left_eye();
+    // All tips within a millimetre of the image of the panel: the line of sight has no lever.
+    const PanelPoint dot{random.uniform(0.45, 0.55), random.uniform(0.45, 0.55)};
+    const dvec3 image = rig.appears(dot.u, dot.v);
+    alignments.push_back({right, dot, image + 1e-3 * glm::normalize(eye - image) + random.normal3(2e-4)});
+  }
+  rig.eyes.center += dvec3(0.01, -0.02, 0.01);
+  EXPECT_NE(solve_eyes(alignments, rig).not_determined, "");
+}
+
+TEST(Eyes, TheUsersOffsetIsMeasuredWhenAskedFor) {
+  BenchSimulator bench({});
+  const RigGeometry& rig = bench.truth();
+  std::vector<EyeAlignment> alignments;
+  std::vector<SeenTouch> touches;
+  Noise random(4);
+  for (int i = 0; i < 60; ++i) {
+    const dvec3 p = random.in_box(dvec3(-0.05), dvec3(0.05));
+    const bool right = i % 2;
+    alignments.push_back({right, pixel_for(rig, right ? rig.eyes.right_eye() : rig.eyes.left_eye(), p), p + random.normal3(1e-4)});
+    touches.push_back({p, p + dvec3(0.001, -0.002, 0.003) + random.normal3(1e-4)});
+  }
+  const EyesResult result = solve_eyes(alignments, rig, touches);
+  for (int axis = 0; axis < 3; ++axis) {
+    EXPECT_NEAR(result.user_offset_W[axis], dvec3(0.001, -0.002, 0.003)[axis], 4 * result.user_offset_sigma[axis]);
+  }
+}
+
+TEST(Verify, APassAFailAndTooFewPointsAreToldApart) {
+  Noise random(5);
+  const auto judged = [&](int count, const dvec3& bias) {
+    std::vector<dvec3> h, d;
+    for (int i = 0; i < count; ++i) {
+      d.push_back(random.in_box(dvec3(-0.04), dvec3(0.04)));
+      h.push_back(d.back() + bias + random.normal3(2e-4));
+    }
+    return verify(h, d, Pose{}, {0.2e-3, 0.5e-3}, {dvec3(-0.04), dvec3(0.04)});
+  };
+  EXPECT_TRUE(judged(200, dvec3(0)).pass);
+  EXPECT_FALSE(judged(200, dvec3(0.5e-3, 0, 0)).pass);
+  EXPECT_NEAR(judged(200, dvec3(0.5e-3, 0, 0)).rms, 0.5e-3, 0.1e-3);
+  EXPECT_NE(judged(3, dvec3(0)).verdict.find("not enough"), std::string::npos);
+}
+
+TEST(Drift, AMovedMirrorIsSeenAndAHandIsNot) {
+  Noise random(6);
+  const std::vector<dvec3> then{{0, 0, 0}, {0.3, 0, 0}, {0, 0.2, 0}};
+  int false_alarms = 0;
+  for (int run = 0; run < 300; ++run) {
+    std::vector<dvec3> before = then, now = then;
+    for (dvec3& p : before) p += random.normal3(2e-4);
+    for (dvec3& p : now) p += random.normal3(2e-4);
+    false_alarms += check_drift(before, now, 2e-4, dvec3(0)).drifted;
+    for (dvec3& p : now) p += dvec3(0, 0.002, 0);
+    EXPECT_TRUE(check_drift(before, now, 2e-4, dvec3(0)).drifted);
+  }
+  EXPECT_LE(false_alarms, 9);  // 1 % expected
+}
+
+TEST(RigFile, KeepsWhatIsNotItsOwn) {
+  const Folder folder;
+  std::ofstream(folder / "rig.json") << R"({"display": "mirror", "note": {"who": "keeps this"},
+    "screen": {"corners_mm": {"lower_left": [0,0,0], "lower_right": [300,0,0], "upper_left": [0,200,0]}, "pixels": [1920,1080], "layout": "side_by_side"},
+    "head": {"eye_center_mm": [0,300,400], "ipd_mm": 63, "right": [1,0,0], "tracker": "opentrack:4242"}})";
+  RigFile rig = RigFile::load(folder / "rig.json");
+  BenchState bench = rig.bench();
+  EXPECT_NEAR(bench.rig.panel.lower_right.x, 0.3, 1e-15);
+  EXPECT_FALSE(bench.rig.mirror.has_value());
+  bench.rig.X_WH = {{0.01, 0.02, 0.03}, glm::normalize(dquat(1, 2, 3, 4))};
+  rig.set(bench);
+  rig.set_device("arm", "WH-007");
+  rig.save();
+  const Json json = Json::load(folder / "rig.json");
+  EXPECT_EQ(json["note"]["who"].string(), "keeps this");
+  EXPECT_EQ(json["head"]["tracker"].string(), "opentrack:4242");
+  EXPECT_EQ(json["calibration"]["devices"]["arm"].string(), "WH-007");
+  EXPECT_TRUE(json["calibration"].has("date"));
+  const Pose X = RigFile::load(folder / "rig.json").bench().rig.X_WH;
+  EXPECT_LT(glm::length(X.p - bench.rig.X_WH.p) + glm::length(dvec3(X.R.x, X.R.y, X.R.z) - dvec3(bench.rig.X_WH.R.x, bench.rig.X_WH.R.y, bench.rig.X_WH.R.z)), 1e-15);
+}
+
+TEST(RigFile, BadValuesNameTheirKey) {
+  const Folder folder;
+  std::ofstream(folder / "rig.json") << R"({"X_WH": {"translation_mm": [0,0,0], "rotation_wxyz": [1,1,0,0]}})";
+  EXPECT_NE(error_of([&] { RigFile::load(folder / "rig.json"); }).find("X_WH.rotation_wxyz"), std::string::npos);
+}
+
+TEST(CaptureFiles, EverythingWrittenIsReadBackToTheLastBit) {
+  const Folder folder;
+  const SimulatedRoutine run = simulate_routine({});
+  write_captures(folder / "captures", run.captures);
+  const Captures again = read_captures(folder / "captures");
+  ASSERT_EQ(again.arm.size(), run.captures.arm.size());
+  ASSERT_EQ(again.eyes.size(), run.captures.eyes.size());
+  ASSERT_EQ(again.registration.size(), run.captures.registration.size());
+  EXPECT_EQ(again.arm.back().reading.angle, run.captures.arm.back().reading.angle);
+  EXPECT_EQ(again.arm.front().known.has_value(), run.captures.arm.front().known.has_value());
+  EXPECT_EQ(again.registration[7].dots->left.u, run.captures.registration[7].dots->left.u);
+  // And so every step can be solved again.
+  BenchState bench = BenchSimulator({}).drawings();
+  solve_all(bench, again);
+  EXPECT_LT(glm::length(bench.rig.X_WH * dvec3(0.1, 0, 0.1) - run.bench.rig.X_WH * dvec3(0.1, 0, 0.1)), 1e-4);
+}
+
+TEST(CaptureFiles, MistakesNameFileLineAndColumn) {
+  const Folder folder;
+  std::ofstream(folder / "pairs.csv") << "hx_mm,hy_mm,hz_mm,dx_mm,dy_mm,dz_mm\n1,2,3,4,5,6\n1,2,nan,4,5,6\n";
+  const std::string nan = error_of([&] { read_pairs(folder / "pairs.csv"); });
+  EXPECT_NE(nan.find("pairs.csv"), std::string::npos) << nan;
+  EXPECT_NE(nan.find("line 3"), std::string::npos) << nan;
+  EXPECT_NE(nan.find("hz_mm"), std::string::npos) << nan;
+  std::ofstream(folder / "empty.csv") << "hx_mm,hy_mm,hz_mm,dx_mm,dy_mm,dz_mm\n";
+  EXPECT_NE(error_of([&] { read_pairs(folder / "empty.csv"); }).find("no rows"), std::string::npos);
+  std::ofstream stream(folder / "back.csv");
+  stream << "t_s,x_mm,y_mm,z_mm\n";
+  for (int i = 0; i < 30; ++i) stream << (i == 20 ? 0.5 : i) << ",0,0,0\n";
+  stream.close();
+  EXPECT_NE(error_of([&] { read_stream(folder / "back.csv"); }).find("line 22"), std::string::npos);
+  std::ofstream(folder / "eyes.csv") << "right,u,v,x_mm,y_mm,z_mm\n2,0,0,0,0,0\n";
+  EXPECT_NE(error_of([&] { read_eye_captures(folder / "eyes.csv"); }).find("0 or 1"), std::string::npos);
+  std::ofstream(folder / "some.csv") << "x_mm,y_mm,z_mm,a_rad,b_rad,c_rad,d_rad,e_rad,f_rad\n0,0,0,1,1,,1,1,1\n";
+  EXPECT_NE(error_of([&] { read_touches(folder / "some.csv"); }).find("all or none"), std::string::npos);
+}
+
+TEST(GuidedCapture, GoesOnWhereItWasBrokenOff) {
+  const Folder folder;
+  BenchSimulator bench({});
+  const BenchState state = bench.drawings();
+  {
+    GuidedCapture guide(state, folder / "captures");
+    guide.begin(Step::kScreen);
+    for (int i = 0; i < 7; ++i) {
+      const PanelPoint mark = *guide.prompt().mark;
+      guide.add(bench.touch(bench.truth().panel.at(mark.u, mark.v), state.arm));
+    }
+  }
+  GuidedCapture guide(state, folder / "captures");
+  guide.begin(Step::kScreen);
+  EXPECT_EQ(guide.taken(), 7u);
+  EXPECT_TRUE(guide.undo());
+  EXPECT_EQ(guide.taken(), 6u);
+  EXPECT_EQ(GuidedCapture(state, folder / "captures").captures().marks.size(), 6u);
+}
+
+TEST(GuidedCapture, TheWholeRoutineCanBeGuided) {
+  const Folder folder;
+  SimulationOptions options;
+  options.placement_error = 0.005;
+  BenchSimulator bench(options);
+  BenchState state = bench.drawings();
+  const double before = bench.colocation(state).rms;
+  for (const Step step : kSteps) {
+    GuidedCapture guide(state, folder / "captures");
+    guide.begin(step);
+    const RigGeometry& truth = bench.truth();
+    const Pose X_WP{{-0.05, -0.05, -0.05}, glm::normalize(dquat(1, -0.6, 0.1, 0))};
+    for (std::size_t i = 0; !guide.done(); ++i) {
+      const Prompt asked = guide.prompt();
+      dvec3 aim(0);
+      if (step == Step::kArm && i < 120) aim = dvec3(i / 30 % 2 ? 0.06 : -0.06, -0.04, i / 60 ? 0.05 : -0.03);
+      if (step == Step::kArm && i >= 120) {
+        const std::size_t k = i - 120;
+        const Pose moved = k >= 25 ? Pose{dvec3(0, 0, 0.03), glm::normalize(dquat(1, 0.3, 0, 0.1))} : Pose{};
+        aim = moved * (X_WP * (0.04 * dvec3(static_cast<double>(k % 5), static_cast<double>(k % 25 / 5), 0)));
+      }
+      if (step == Step::kScreen) aim = truth.panel.at(asked.mark->u, asked.mark->v);
+      if (step == Step::kMirror) {
+        const dvec3 n = truth.mirror->normal, p(0.03 * static_cast<double>(i % 7) - 0.09, 0, 0.03 * static_cast<double>(i / 7 % 7) - 0.09);
+        aim = p - n * (glm::dot(n, p) - truth.mirror->offset);
+      }
+      if (step == Step::kEyes) {
+        const dvec3 eye = asked.right_eye ? truth.eyes.right_eye() : truth.eyes.left_eye();
+        const PanelPoint dot = asked.right_eye ? asked.dots->right : asked.dots->left;
+        const dvec3 sight = glm::normalize(truth.appears(dot.u, dot.v) - eye);
+        aim = eye + sight * glm::dot(sight, *asked.target_D - eye);
+      }
+      if (step == Step::kRegister || step == Step::kVerify) aim = bench.reached_for(guide.bench().rig, *asked.target_D);
+      guide.add(bench.touch(aim, guide.bench().arm));
+    }
+    guide.solve();
+    state = guide.bench();
+  }
+  EXPECT_GT(before, 3e-3);
+  EXPECT_LT(bench.colocation(state).rms, 0.15e-3);
+  EXPECT_TRUE(state.verification.has_value());
+}
+
+TEST(GuidedCapture, ASlippedTouchIsShownWhereItLies) {
+  const Folder folder;
+  SimulationOptions options;
+  options.slipped = 0, options.arm_errors = false, options.placement_error = 0;
+  BenchSimulator bench(options);
+  GuidedCapture guide(bench.drawings(), folder / "captures");
+  guide.begin(Step::kRegister);
+  Live live;
+  for (int i = 0; i < 24; ++i) {
+    const dvec3 aim = bench.reached_for(guide.bench().rig, *guide.prompt().target_D);
+    live = guide.add(bench.touch(i == 23 ? aim + dvec3(0.01, 0, 0) : aim, guide.bench().arm));
+    EXPECT_EQ(live.outlier, i == 23) << i;
+  }
+  EXPECT_EQ(live.cue, Cue::kOutlier);
+  EXPECT_NEAR(live.residual, 0.01, 0.002);
+  ASSERT_TRUE(live.p_W.has_value());
+  EXPECT_GT(live.predicted_tre, 0);
+}
+
+TEST(GuidedCapture, TheSuggestedPointsBeatTheMiddle) {
+  // 24 touches where the guide says determine the workspace better than 24 scattered in it.
+  const Folder folder;
+  SimulationOptions options;
+  options.slipped = 0, options.arm_errors = false, options.placement_error = 0;
+  BenchSimulator bench(options);
+  GuidedCapture guide(bench.drawings(), folder / "captures");
+  guide.begin(Step::kRegister);
+  std::vector<dvec3> scattered_h, scattered_d, guided_h, guided_d;
+  Noise random(9);
+  for (int i = 0; i < 24; ++i) {
+    const dvec3 aim = *guide.prompt().target_D;
+    guide.add(bench.touch(bench.reached_for(guide.bench().rig, aim), guide.bench().arm));
+    guided_d.push_back(aim), guided_h.push_back(aim);
+    scattered_d.push_back(random.in_box(dvec3(-0.04), dvec3(0.04))), scattered_h.push_back(scattered_d.back());
+  }
+  RegistrationOptions known;
+  known.known_sigma = 2e-4, known.workspace_H = {dvec3(-0.04), dvec3(0.04)};
+  EXPECT_LT(register_points(guided_h, guided_d, known).predicted_tre_rms,
+            0.9 * register_points(scattered_h, scattered_d, known).predicted_tre_rms);
+}
+
+TEST(PromptPicture, MirroredTextIsTheTextMirroredAndMarksStayInPlace) {
+  Prompt prompt;
+  prompt.text = "Touch the cross";
+  const Picture plain = prompt_picture(prompt, 640, 360, false), mirrored = prompt_picture(prompt, 640, 360, true);
+  int lit = 0;
+  for (int y = 0; y < 360; ++y) {
+    for (int x = 0; x < 640; ++x) {
+      const auto at = [&](const Picture& p, int column) { return p.grey[static_cast<std::size_t>(y * 640 + column)]; };
+      ASSERT_EQ(at(plain, x), at(mirrored, 639 - x));
+      lit += at(plain, x) > 100;
+    }
+  }
+  EXPECT_GT(lit, 100);
+  prompt.text.clear();
+  prompt.mark = PanelPoint{0.25, 0.5};
+  EXPECT_EQ(prompt_picture(prompt, 640, 360, true).grey[180 * 640 + 160], 255);
+}
+
+TEST(CueSound, EveryCueSoundsDifferentAndEndsInSilence) {
+  for (const Cue cue : {Cue::kReady, Cue::kTaken, Cue::kOutlier, Cue::kUndone, Cue::kDone}) {
+    const auto sound = cue_sound(cue, 48000);
+    EXPECT_EQ(sound.size(), 7680u);
+    EXPECT_LT(std::abs(sound.back()), 0.01);
+    if (cue != Cue::kTaken) {
+      EXPECT_NE(sound, cue_sound(Cue::kTaken, 48000));
+    }
+  }
+}
+
+TEST(ReportPage, EscapesWhatItIsGivenAndShowsTheVerdict) {
+  const SimulatedRoutine run = simulate_routine({});
+  const std::string page = report_page(run.bench, "bench <1> & co");
+  EXPECT_NE(page.find("bench &lt;1&gt; &amp; co"), std::string::npos);
+  EXPECT_NE(page.find("class=\"verdict pass\""), std::string::npos);
+  EXPECT_NE(page.find("</html>"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace typodont::calibration
