@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "calibration/camera_solver.h"
 #include "calibration/delay_solver.h"
 #include "calibration/registration_solver.h"
 
@@ -22,5 +23,6 @@ std::vector<dvec3> read_points(const std::filesystem::path& file);
 
 std::string registration_json(const RegistrationResult& result, const std::vector<dvec3>& targets_H);
 std::string delay_json(const DelayResult& result);
+std::string camera_json(const CameraResult& result);
 
 }  // namespace typodont::calibration

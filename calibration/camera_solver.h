@@ -78,10 +78,6 @@ BoardPicture draw_board(int columns, int rows, int width, int height);
 /// The corners of such a board in a picture (OpenCV's detector), in draw_board's order; empty when it is not seen whole.
 /// `mirrored`: it is seen in a mirror.
 std::vector<Pixel> find_board(const std::filesystem::path& picture, int columns, int rows, bool mirrored);
-
-/// OpenCV's own camera calibration of panel sightings, for comparison. Reprojection rms in pixels.
-double opencv_calibration(std::span<const Sighting> sightings, int width_px, int height_px, double panel_width,
-                          double panel_height, CameraIntrinsics& camera);
 #endif
 
 }  // namespace typodont::calibration

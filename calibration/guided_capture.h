@@ -43,7 +43,8 @@ struct Live {
 class GuidedCapture {
  public:
   /// Goes on from the captures in `folder`, if there are any. Throws Error when they cannot be read.
-  GuidedCapture(BenchState bench, std::filesystem::path folder);
+  /// `plate_pitch` m, between the 5×5 points of the arm's plate.
+  GuidedCapture(BenchState bench, std::filesystem::path folder, double plate_pitch = 0.04);
 
   void begin(Step step);
   Step step() const { return step_; }
@@ -57,8 +58,6 @@ class GuidedCapture {
   bool undo();
   /// Solves this step from all its captures and takes the result over.
   void solve();
-  /// For the arm: the next socket or plate place begins; with coordinates when it is a plate's.
-  void next_place() { ++group_; }
 
   const BenchState& bench() const { return bench_; }
   const Captures& captures() const { return captures_; }
@@ -70,7 +69,7 @@ class GuidedCapture {
   std::filesystem::path folder_;
   Captures captures_;
   Step step_ = Step::kArm;
-  int group_ = 0;
+  double plate_pitch_;
 };
 
 /// A prompt as a picture for the panel: text and marks, 8-bit grey, row by row from the top; mirrored so that it reads

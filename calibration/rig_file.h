@@ -26,6 +26,9 @@ class RigFile {
   /// "FILE.captures" beside the rig, or what the file names.
   std::filesystem::path captures_folder() const;
 
+  /// When a step was last solved ("2026-03-01T10:15:00Z"); empty: never.
+  std::string step_date(const std::string& step) const;
+
   /// Takes over what the bench's steps found. Steps without a result keep their record.
   void set(const BenchState& bench);
   void set_device(const std::string& role, const std::string& serial);

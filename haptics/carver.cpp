@@ -17,8 +17,11 @@ Carver::Carver(TissueVolume volume, std::vector<Tool> tools)
 
 void Carver::apply(const Cut& cut) {
   TYPODONT_CHECK(cut.index == cuts_ + 1 && cut.tool < tools_.size());
-  volume_.carve(Sweep(tools_[cut.tool], cut.X_WA, cut.X_WB, volume_.frame()));
+  const bool continues = cuts_ > 0 && cut.tool == end_tool_ && same(cut.X_WA, end_);
+  volume_.carve(Sweep(tools_[cut.tool], cut.X_WA, cut.X_WB, volume_.frame(), continues));
   cuts_ = cut.index;
+  end_ = cut.X_WB;
+  end_tool_ = cut.tool;
 }
 
 bool Carver::patch_due(const ServoTick& tick) const {

@@ -34,6 +34,8 @@ class Carver {
   TissueVolume volume_;
   std::vector<Tool> tools_;
   std::uint64_t cuts_ = 0;
+  Pose end_;                   // where the last cut ended …
+  std::uint32_t end_tool_ = 0;  // … and of which tool
   std::uint32_t patches_ = 0;
   dvec3 center_W_{0};
   double travel_;  // m

@@ -16,6 +16,8 @@ namespace typodont::haptics {
 namespace {
 
 // All lengths in voxels unless said otherwise.
+constexpr double kContactRange = 0.8;      // contacts farther away than this do not matter yet …
+constexpr double kContactStep = 0.6;       // … because a step among several is no longer than this
 constexpr double kStep = 1.5;              // longest step between two looks at the contacts: nothing thinner is skipped
 constexpr double kConverged = 1e-7;        // the proxy has come to rest
 constexpr double kSettled = 1e-3;          // the same against a surface that was cut, which is rough by more than that
@@ -114,6 +116,7 @@ struct Servo::State {
   double speed = 0;            // rad/s, free running
   double budget = 0;           // J that may still be spent on cutting
   PerTissue shares{};          // of the tissue under the head
+  Pose cut_end;                // where the last cut ended
   ServoTick sums;              // carries index, removed, energy, cuts
 
   State(const ServoSettings& s, int edge) : settings(s), finder(s.tool, s.frame.voxel) {
@@ -254,7 +257,7 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
     if (contacts.count > 1 && glm::length(c - found_at) < kSamePoints) {
       s.finder.relinearize({c, X_WT.R}, contacts);
     } else {
-      s.finder.find(s.patch, {c, X_WT.R}, contacts);
+      s.finder.find(s.patch, {c, X_WT.R}, kContactRange, contacts);
       found_at = c;
     }
     if (contacts.count == 0 && sample_linear(s.patch, c) < -kStep) {  // wholly inside: no surface in reach
@@ -291,8 +294,9 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
     touching = contacts.count > 0;
     const dvec3 step = next - c;
     const double length = glm::length(step);
-    if (length > kStep) {
-      c += step * (kStep / length);
+    const double longest = contacts.count > 1 ? kContactStep : kStep;
+    if (length > longest) {
+      c += step * (longest / length);
       continue;
     }
     c = next;
@@ -311,18 +315,21 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
   // Cut: everything the head sweeps on its way.
   bool cut_made = false;
   if (may_cut && touching && !deep) {
-    const Sweep sweep(tool, s.X_WG, {p_WG, X_WT.R}, settings.frame);
-    const PerTissue removed = carve(s.patch, sweep);
-    double volume = 0, energy = 0;
+    const Pose X_WB{p_WG, X_WT.R};
+    const bool continues = sums.cuts > 0 && same(s.X_WG, s.cut_end);
+    const Sweep sweep(tool, s.X_WG, X_WB, settings.frame, continues);
+    bool changed;
+    const PerTissue removed = carve(s.patch, sweep, &changed);
+    double energy = 0;
     for (std::size_t i = 1; i < removed.size(); ++i) {
       const double v = removed[i] * h * h * h;
       sums.removed[i] += v;
-      volume += v;
       energy += v * settings.materials[i].specific_energy;
     }
-    if (sweep.lo().x <= sweep.hi().x && volume > 0) {
+    if (changed) {
       cut_made = true;
       ++sums.cuts;
+      s.cut_end = X_WB;
       s.boxes.add(sums.cuts, sweep.lo(), sweep.hi());
       cut = {sums.cuts, out.index, hand.t, s.X_WG, {p_WG, X_WT.R}, settings.tool_index, {}, {}, spindle.speed};
       for (std::size_t i = 0; i < removed.size(); ++i) cut.removed[i] = removed[i] * h * h * h;

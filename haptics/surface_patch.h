@@ -58,8 +58,8 @@ FieldSample sample_cubic(const SurfacePatch& patch, const dvec3& p_V) noexcept;
 PerTissue sample_tissue(const SurfacePatch& patch, const dvec3& p_V) noexcept;
 
 /// Cuts the sweep out of the patch. Returns the removed volume per tissue in voxels³ (share of each voxel inside the
-/// surface before, less after).
-PerTissue carve(SurfacePatch& patch, const Sweep& sweep) noexcept;
+/// surface before, less after). `changed`, where given: whether any sample did, be it only a distance in the air.
+PerTissue carve(SurfacePatch& patch, const Sweep& sweep, bool* changed = nullptr) noexcept;
 
 /// Takes over from `old` all that was cut in the inclusive box of voxels: the larger distance holds.
 void merge(SurfacePatch& patch, const SurfacePatch& old, const glm::ivec3& lo, const glm::ivec3& hi) noexcept;

@@ -12,35 +12,40 @@ namespace typodont::haptics {
 /// that the scallops between them stay under 1/100 voxel.
 class Sweep {
  public:
-  Sweep(const Tool& tool, const Pose& X_WA, const Pose& X_WB, const VoxelFrame& frame);
+  /// `continues`: the head at A was cut out before, by the sweep that ended there, so only what lies ahead need change.
+  Sweep(const Tool& tool, const Pose& X_WA, const Pose& X_WB, const VoxelFrame& frame, bool continues = false);
 
   /// Voxels, inclusive, that lie within `kMargin` voxels of the swept head.
   const glm::ivec3& lo() const { return lo_; }
   const glm::ivec3& hi() const { return hi_; }
 
-  /// Raises the distances of a block of voxels, lo .. lo+size-1, to how deep each lies in the swept head, wherever that
-  /// is more: takes material away. z runs fastest; the strides are in samples. Adds to `removed`, where given, the volume
+  /// Raises the distances of a block of voxels, lo .. lo+size-1, to how deep each lies in the swept head (at most
+  /// kInner), wherever that is more: takes material away. z runs fastest; the strides are in samples. Adds to `removed`, where given, the volume
   /// taken per tissue in voxels³ (the share of each voxel inside the surface before, less after). Returns whether any
   /// sample changed. Any thread; the same bits whatever the processor.
   bool raise(const glm::ivec3& lo, const glm::ivec3& size, float* distance, std::size_t stride_x, std::size_t stride_y,
              const Tissue* tissue, PerTissue* removed) const noexcept;
 
   /// Distances are kept true as far as this from the new surface: the reach of the cubic interpolation.
-  static constexpr float kMargin = 4.0f;
+  static constexpr float kMargin = 3.5f;
+  /// Deeper inside the head all is equally empty: only the shell that matters is written, not the ball.
+  static constexpr float kInner = 3.0f;
 
  private:
-  void depth_row(int x, int y, int z, int count, float* depth) const noexcept;
+  bool raise_ball(const glm::ivec3& lo, const glm::ivec3& size, float* distance, std::size_t stride_x,
+                  std::size_t stride_y, const Tissue* tissue, PerTissue* removed) const noexcept;
+  bool raise_head(const glm::ivec3& lo, const glm::ivec3& size, float* distance, std::size_t stride_x,
+                  std::size_t stride_y, const Tissue* tissue, PerTissue* removed) const noexcept;
+  Pose pose(int k) const noexcept;
 
-  const Tool* tool_;
-  bool sphere_;
+  bool sphere_, continues_;
+  HeadField head_;         // other heads, in voxels
   glm::ivec3 base_;        // coordinates are taken from here, so that floats keep their digits
   glm::vec3 a_, ab_;       // capsule, in voxels from base_
   float inverse_length2_;  // 1/|ab|², 0 for a point
   float radius_;           // voxels
-  float row_reach_;        // voxels from the middle of the sweep to where it still changes anything
   int poses_;
   Pose X_VA_, X_VB_;       // general heads: poses in voxels, absolute
-  double voxel_;           // m
   glm::ivec3 lo_, hi_;
 };
 

@@ -95,32 +95,6 @@ Meridian meridian(const Tool& tool) {
   return m;
 }
 
-double distance_to_piece(const Piece& piece, const dvec2& q) {
-  if (piece.radius == 0) {
-    const dvec2 ab = piece.b - piece.a;
-    const double s = std::clamp(glm::dot(q - piece.a, ab) / glm::dot(ab, ab), 0.0, 1.0);
-    return glm::length(q - piece.a - s * ab);
-  }
-  // On the arc when the direction from the centre lies between its ends (arcs here turn from a to b, less than 180°,
-  // counter-clockwise in (ρ, z)).
-  const dvec2 d = q - piece.center;
-  const dvec2 a = piece.a - piece.center, b = piece.b - piece.center;
-  const auto cross = [](const dvec2& u, const dvec2& v) { return u.x * v.y - u.y * v.x; };
-  if (cross(a, d) >= 0 && cross(d, b) >= 0) return std::abs(glm::length(d) - piece.radius);
-  return std::min(glm::length(q - piece.a), glm::length(q - piece.b));
-}
-
-/// The half plane point is inside a convex meridian when it is on the inner side of every line and arc.
-bool inside(const Meridian& m, const dvec2& q) {
-  for (int i = 0; i < m.count; ++i) {
-    const Piece& piece = m.pieces[static_cast<std::size_t>(i)];
-    const dvec2 ab = piece.b - piece.a;
-    const double side = ab.x * (q.y - piece.a.y) - ab.y * (q.x - piece.a.x);  // > 0: left of a→b, the inner side
-    if (piece.radius == 0 ? side < 0 : (side < 0 && glm::length(q - piece.center) > piece.radius)) return false;
-  }
-  return true;
-}
-
 }  // namespace
 
 double Tool::reach() const {
@@ -130,11 +104,74 @@ double Tool::reach() const {
 
 double Tool::distance(const dvec3& p) const {
   if (shape == HeadShape::kSphere) return glm::length(p) - radius();
-  const dvec2 q(std::hypot(p.x, p.y), p.z);
-  const Meridian m = meridian(*this);
-  double d = 1e300;
-  for (int i = 0; i < m.count; ++i) d = std::min(d, distance_to_piece(m.pieces[static_cast<std::size_t>(i)], q));
-  return inside(m, q) ? -d : d;
+  return HeadField(*this, 1.0).distance(p);
+}
+
+HeadField::HeadField(const Tool& tool, double unit) {
+  const Meridian m = meridian(tool);
+  count = m.count;
+  for (int i = 0; i < count; ++i) {
+    const auto& from = m.pieces[static_cast<std::size_t>(i)];
+    const dvec2 a = from.a / unit, b = from.b / unit, d = b - a, c = from.center / unit;
+    pieces[i] = {a.x, a.y, b.x, b.y, d.x, d.y, 1 / glm::dot(d, d), c.x, c.y, from.radius / unit};
+  }
+}
+
+/// Distance in the half plane, with the direction in which it grows.
+double HeadField::nearest(double rho, double z, double& n_rho, double& n_z) const noexcept {
+  double best2 = 1e300, best_x = 0, best_z = 0;  // from the closest point to here
+  double way_x = 0, way_z = 0;                   // outward normal of the closest piece, for points on the surface
+  bool outside = false;
+  for (int i = 0; i < count; ++i) {
+    const Piece& piece = pieces[i];
+    const double ex = rho - piece.ax, ez = z - piece.az;
+    const double side = piece.dx * ez - piece.dz * ex;  // > 0: left of a→b, the inner side
+    double fx, fz, nx, nz;
+    if (piece.radius == 0) {
+      const double s = std::clamp((ex * piece.dx + ez * piece.dz) * piece.inverse2, 0.0, 1.0);
+      fx = ex - s * piece.dx, fz = ez - s * piece.dz;
+      nx = piece.dz, nz = -piece.dx;
+      outside |= side < 0;
+    } else {
+      // On the arc when the direction from the centre lies between its ends (arcs here turn from a to b, less than
+      // 180°, counter-clockwise in (ρ, z)).
+      const double vx = rho - piece.cx, vz = z - piece.cz, length = std::sqrt(vx * vx + vz * vz);
+      const double ux = piece.ax - piece.cx, uz = piece.az - piece.cz, wx = piece.bx - piece.cx, wz = piece.bz - piece.cz;
+      outside |= side < 0 && length > piece.radius;
+      if (length > 0 && ux * vz - uz * vx >= 0 && vx * wz - vz * wx >= 0) {
+        const double f = 1 - piece.radius / length;
+        fx = vx * f, fz = vz * f;
+      } else {
+        const double gx = rho - piece.bx, gz = z - piece.bz;
+        const bool first = ex * ex + ez * ez < gx * gx + gz * gz;
+        fx = first ? ex : gx, fz = first ? ez : gz;
+      }
+      nx = vx, nz = vz;
+    }
+    const double f2 = fx * fx + fz * fz;
+    if (f2 < best2) best2 = f2, best_x = fx, best_z = fz, way_x = nx, way_z = nz;
+  }
+  const double length = std::sqrt(best2), sign = outside ? 1 : -1;
+  if (length > 1e-9) {
+    n_rho = sign * best_x / length, n_z = sign * best_z / length;
+  } else {
+    const double way = std::sqrt(way_x * way_x + way_z * way_z);
+    n_rho = way > 0 ? way_x / way : 1, n_z = way > 0 ? way_z / way : 0;
+  }
+  return sign * length;
+}
+
+double HeadField::distance(const dvec3& p) const noexcept {
+  double n_rho, n_z;
+  return nearest(std::sqrt(p.x * p.x + p.y * p.y), p.z, n_rho, n_z);
+}
+
+double HeadField::distance(const dvec3& p, dvec3& n_T) const noexcept {
+  const double rho = std::sqrt(p.x * p.x + p.y * p.y);
+  double n_rho, n_z;
+  const double d = nearest(rho, p.z, n_rho, n_z);
+  n_T = rho > 1e-12 ? dvec3(n_rho * p.x / rho, n_rho * p.y / rho, n_z) : dvec3(n_rho, 0, n_z);
+  return d;
 }
 
 double Tool::profile(double z) const {

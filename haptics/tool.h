@@ -14,6 +14,35 @@ namespace typodont::haptics {
 /// The origin of T is the head's centre: of the sphere; half way along the axis of every other shape.
 enum class HeadShape { kSphere, kCylinder, kRoundEndCylinder, kCone, kPear, kFlame, kInvertedCone };
 
+struct Tool;
+
+/// The head's meridian, prepared for fast distances: a convex chain of lines and arcs in the half plane (ρ ≥ 0, z). The
+/// distance to it there is the distance to the surface of revolution. Lengths in any one unit. Never allocates.
+class HeadField {
+ public:
+  HeadField() = default;
+  /// In units of `unit` metres, e.g. a voxel.
+  HeadField(const Tool& tool, double unit);
+
+  /// Signed distance from a point in T, negative inside; exact for every shape.
+  double distance(const dvec3& p_TQ) const noexcept;
+  /// The same with the unit direction, in T, in which the distance grows.
+  double distance(const dvec3& p_TQ, dvec3& n_T) const noexcept;
+
+  // The chain, from the free end to the shank end. Single precision beside double: sweeps run on floats.
+  static constexpr int kMaxPieces = 4;
+  struct Piece {
+    double ax = 0, az = 0, bx = 0, bz = 0;  // end points (ρ, z)
+    double dx = 0, dz = 0, inverse2 = 0;    // b - a, 1/|b - a|²
+    double cx = 0, cz = 0, radius = 0;      // of an arc; radius 0: a straight line
+  };
+  Piece pieces[kMaxPieces];
+  int count = 0;
+
+ private:
+  double nearest(double rho, double z, double& n_rho, double& n_z) const noexcept;
+};
+
 struct Tool {
   std::string name;
   std::string iso_code;            // ISO 6360, where the tool has one

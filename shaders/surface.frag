@@ -42,5 +42,5 @@ void main() {
     color.rgb *= mix(1.0, mix(0.35, 1.55, grain), decay);
   }
   vec2 light = kLightPerVertex ? in_light.xy : visibility(in_position, n);
-  out_color = vec4(tone_map(shade(in_position, n, v, Look(color.rgb, look.x, color.a, look.y, look.z), light, in_normal.w)), 1.0);
+  out_color = vec4(tone_map(shade(n, v, Look(color.rgb, look.x, color.a, look.y, look.z), light, in_normal.w)), 1.0);
 }

@@ -2,3 +2,34 @@
 add_library(typodont_device_emulation STATIC support/emulation/emulated_arm.cpp support/emulation/haply_service.cpp)
 target_link_libraries(typodont_device_emulation PUBLIC typodont_devices PRIVATE nlohmann_json::nlohmann_json)
 typodont_test(stress_devices KIND stress SOURCES stress/device_faults_test.cpp LIBS typodont_devices typodont_device_emulation)
+typodont_test(unit_devices KIND unit
+  SOURCES unit/device_arm_test.cpp unit/device_protocols_test.cpp unit/device_safety_test.cpp
+          unit/device_links_test.cpp unit/device_timing_test.cpp
+  LIBS typodont_devices typodont_device_emulation)
+typodont_test(property_devices KIND property SOURCES property/device_parsers_test.cpp LIBS typodont_devices typodont_device_emulation)
+# Vendors' libraries, in name and interface: loaded under their vendor's soname before a driver asks for it.
+foreach(vendor hd dhd)
+  add_library(standin_${vendor} SHARED support/emulation/standin_${vendor}.cpp)
+  target_link_libraries(standin_${vendor} PRIVATE typodont_options)
+  add_dependencies(unit_devices standin_${vendor})
+endforeach()
+set_target_properties(standin_hd PROPERTIES LIBRARY_OUTPUT_NAME HD)
+set_target_properties(standin_dhd PROPERTIES LIBRARY_OUTPUT_NAME dhd SOVERSION 3)
+target_compile_definitions(unit_devices PRIVATE TYPODONT_STANDIN_HD="$<TARGET_FILE:standin_hd>"
+                                                TYPODONT_STANDIN_DHD="$<TARGET_FILE:standin_dhd>")
+target_link_libraries(unit_devices PRIVATE util ${CMAKE_DL_LIBS})
+add_executable(device_mortal support/emulation/mortal.cpp)
+target_link_libraries(device_mortal PRIVATE typodont_devices)
+target_compile_definitions(unit_devices PRIVATE TYPODONT_MORTAL="$<TARGET_FILE:device_mortal>")
+add_dependencies(unit_devices device_mortal)
+
+# hidraw nodes by umockdev: its wrapper preloads a library that answers for /dev, /sys and udev. Sanitizers want to be
+# preloaded first themselves, so not together with them.
+pkg_check_modules(UMOCKDEV IMPORTED_TARGET umockdev-1.0)
+find_program(UMOCKDEV_WRAPPER umockdev-wrapper)
+if(TYPODONT_HIDAPI AND UMOCKDEV_FOUND AND UMOCKDEV_WRAPPER AND NOT TYPODONT_SANITIZE)
+  set(CMAKE_CROSSCOMPILING_EMULATOR ${UMOCKDEV_WRAPPER})  # what a test of this target is started by
+  typodont_test(stress_umockdev KIND stress SOURCES stress/device_umockdev_test.cpp
+                LIBS typodont_devices PkgConfig::UMOCKDEV fmt::fmt)
+  unset(CMAKE_CROSSCOMPILING_EMULATOR)
+endif()

@@ -12,7 +12,8 @@ namespace typodont::calibration {
 
 namespace {
 
-constexpr std::size_t kSocketTouches = 30, kPanelTouches = 54, kMirrorTouches = 60, kEyeTouches = 120, kPairTouches = 120,
+// The arm: four sockets, then a plate of 5×5 points in two places.
+constexpr std::size_t kSockets = 4, kSocketTouches = 30, kPlates = 2, kPlateTouches = 25, kPanelTouches = 54, kMirrorTouches = 60, kEyeTouches = 120, kPairTouches = 120,
                       kVerifyTouches = 60;
 
 // The nine marks of the panel, corners first.
@@ -55,10 +56,9 @@ std::optional<Step> step_named(std::string_view text) {
   return std::nullopt;
 }
 
-GuidedCapture::GuidedCapture(BenchState bench, std::filesystem::path folder)
-    : bench_(std::move(bench)), folder_(std::move(folder)) {
+GuidedCapture::GuidedCapture(BenchState bench, std::filesystem::path folder, double plate_pitch)
+    : bench_(std::move(bench)), folder_(std::move(folder)), plate_pitch_(plate_pitch) {
   if (std::filesystem::is_directory(folder_)) captures_ = read_captures(folder_);
-  for (const ArmCapture& capture : captures_.arm) group_ = std::max(group_, capture.group);
 }
 
 void GuidedCapture::begin(Step step) { step_ = step; }
@@ -76,7 +76,7 @@ std::size_t GuidedCapture::taken() const {
 }
 
 std::size_t GuidedCapture::planned() const {
-  constexpr std::size_t kPlanned[] = {4 * kSocketTouches, kPanelTouches, kMirrorTouches, kEyeTouches, kPairTouches, kVerifyTouches};
+  constexpr std::size_t kPlanned[] = {kSockets * kSocketTouches + kPlates * kPlateTouches, kPanelTouches, kMirrorTouches, kEyeTouches, kPairTouches, kVerifyTouches};
   return kPlanned[static_cast<int>(step_)];
 }
 
@@ -94,8 +94,13 @@ Prompt GuidedCapture::prompt() const {
   };
   switch (step_) {
     case Step::kArm:
-      prompt.text = fmt::format("Hold the tip in socket {} and swing the handle; touch {} of {}.", group_ + 1,
-                                i % kSocketTouches + 1, kSocketTouches);
+      if (i < kSockets * kSocketTouches) {
+        prompt.text = fmt::format("Hold the tip in socket {} and swing the handle; touch {} of {}.", i / kSocketTouches + 1,
+                                  i % kSocketTouches + 1, kSocketTouches);
+      } else {
+        const std::size_t k = i - kSockets * kSocketTouches;
+        prompt.text = fmt::format("Plate in place {}: touch row {}, column {}.", k / kPlateTouches + 1, k % kPlateTouches / 5 + 1, k % 5 + 1);
+      }
       break;
     case Step::kScreen:
       prompt.mark = kMarks[i % 9];
@@ -137,7 +142,13 @@ Live GuidedCapture::add(const Touch& touch) {
   switch (step_) {
     case Step::kArm:
       if (!touch.reading) throw Error("arm: found a touch without joint angles, expected an arm that gives its encoders");
-      captures_.arm.push_back({group_, std::nullopt, *touch.reading});
+      if (const std::size_t i = taken(); i < kSockets * kSocketTouches) {
+        captures_.arm.push_back({static_cast<int>(i / kSocketTouches), std::nullopt, *touch.reading});
+      } else {
+        const std::size_t k = i - kSockets * kSocketTouches;
+        const dvec3 known(static_cast<double>(k % 5), static_cast<double>(k % kPlateTouches / 5), 0);
+        captures_.arm.push_back({static_cast<int>(kSockets + k / kPlateTouches), known * plate_pitch_, *touch.reading});
+      }
       break;
     case Step::kScreen: captures_.marks.push_back({*asked.mark, touch}); break;
     case Step::kMirror: captures_.mirror.push_back(touch); break;

@@ -219,6 +219,11 @@ void RigFile::set(const BenchState& bench) {
   }
 }
 
+std::string RigFile::step_date(const std::string& step) const {
+  const auto date = document_->root.value(nlohmann::json_pointer<std::string>("/calibration/steps/" + step + "/date"), Value());
+  return date.is_string() ? date.get<std::string>() : std::string();
+}
+
 void RigFile::set_device(const std::string& role, const std::string& serial) {
   document_->root["calibration"]["devices"][role] = serial;
 }

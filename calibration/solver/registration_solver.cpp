@@ -4,8 +4,12 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cmath>
+#include <cstdint>
 #include <limits>
+#include <map>
 #include <numeric>
 #include <optional>
 
@@ -80,6 +84,13 @@ class Consensus {
         floor_(64 * std::numeric_limits<double>::epsilon() * largest_coordinate(p_H, p_D)),
         log_volume_(log_volume ? *log_volume : 3 * std::log(std::max({extent(p_H), extent(p_D), floor_, 1e-300}))),
         log_choose_(n_ + 1) {
+    const double octaves = std::log2(std::max(floor_ * floor_, 1e-300));
+    first_bin_ = bin_of_bits(std::exp2(std::floor(octaves)));
+    for (std::size_t b = 0; b < kBins; ++b) {
+      // The upper edge of bin b: the next power of two, in quarters.
+      const double edge = std::exp2(std::floor(octaves) + static_cast<double>(b / 4)) * (1 + static_cast<double>(b % 4 + 1) / 4);
+      log_alpha_[b] = log_alpha(edge);
+    }
     for (std::size_t k = 0; k <= n_; ++k) {
       const auto n = static_cast<double>(n_), kd = static_cast<double>(k);
       log_choose_[k] = std::lgamma(n + 1) - std::lgamma(kd + 1) - std::lgamma(n - kd + 1) +
@@ -120,15 +131,14 @@ class Consensus {
  private:
   Best find_widest() const {
     std::vector<Candidate> top;
-    std::vector<double> r2(n_), sorted(n_);
+    std::vector<double> r2(n_);
     for_each_triple([&](std::size_t i, std::size_t j, std::size_t k) {
       const dvec3 h[3] = {p_H_[i], p_H_[j], p_H_[k]}, d[3] = {p_D_[i], p_D_[j], p_D_[k]};
       Candidate candidate{fit_rigid(h, d), 0, 0};
       residuals(candidate.X_DH, r2);
-      sorted = r2;
-      std::sort(sorted.begin(), sorted.end());
-      std::tie(candidate.log_nfa, candidate.count) = best_nfa(sorted);
+      std::tie(candidate.log_nfa, candidate.count) = best_nfa(r2);
       keep(top, candidate);
+      return static_cast<double>(top.front().count) / static_cast<double>(n_);
     });
     Best best;
     for (const Candidate& candidate : top) {
@@ -150,16 +160,20 @@ class Consensus {
     if (n_ <= 20) {  // at most 1140: all of them
       for (std::size_t i = 0; i < n_; ++i) {
         for (std::size_t j = i + 1; j < n_; ++j) {
-          for (std::size_t k = j + 1; k < n_; ++k) visit(i, j, k);
+          for (std::size_t k = j + 1; k < n_; ++k) (void)visit(i, j, k);
         }
       }
       return;
     }
-    // With 30 % good pairs one triple in 37 is good: 1500 miss all with probability 1e-18.
+    // With 30 % good pairs one triple in 37 is good: 1500 miss all with probability 1e-18. Once many agree, fewer will
+    // do: 1e-9 of missing a better triple of that share.
     Noise random(1);
-    for (int draw = 0; draw < 1500; ++draw) {
+    double needed = 1500;
+    for (int draw = 0; draw < needed; ++draw) {
       const std::size_t i = random.index(n_), j = random.index(n_), k = random.index(n_);
-      if (i != j && j != k && i != k) visit(i, j, k);
+      if (i == j || j == k || i == k) continue;
+      const double share = visit(i, j, k);
+      needed = std::clamp(std::log(1e-9) / std::log1p(-std::min(0.99, share * share * share)), 100.0, 1500.0);
     }
   }
 
@@ -171,15 +185,30 @@ class Consensus {
     }
   }
 
-  double log_nfa(double r2, std::size_t k) const {
-    const double log_alpha =
-        std::min(0.0, std::log(4 * kPi / 3) + 1.5 * std::log(std::max(r2, floor_ * floor_)) - log_volume_);
-    return std::log(static_cast<double>(n_)) + log_choose_[k] + static_cast<double>(k - 3) * log_alpha;
+  double log_alpha(double r2) const {
+    return std::min(0.0, std::log(4 * kPi / 3) + 1.5 * std::log(std::max(r2, floor_ * floor_)) - log_volume_);
+  }
+  double log_nfa(double log_alpha_k, std::size_t k) const {
+    return std::log(static_cast<double>(n_)) + log_choose_[k] + static_cast<double>(k - 3) * log_alpha_k;
   }
 
-  std::pair<double, std::size_t> best_nfa(const std::vector<double>& sorted) const {
+  // Four bins an octave, straight from the bits of the number: sorting would take most of the time.
+  static std::int64_t bin_of_bits(double x) { return static_cast<std::int64_t>(std::bit_cast<std::uint64_t>(x) >> 50); }
+
+  std::pair<double, std::size_t> best_nfa(const std::vector<double>& r2) const {
+    std::array<std::uint32_t, kBins> counts{};
+    std::size_t low = kBins, high = 0;
+    for (const double r : r2) {
+      const auto bin = static_cast<std::size_t>(std::clamp<std::int64_t>(bin_of_bits(r) - first_bin_, 0, kBins - 1));
+      ++counts[bin];
+      low = std::min(low, bin), high = std::max(high, bin);
+    }
     std::pair<double, std::size_t> best{std::numeric_limits<double>::infinity(), 0};
-    for (std::size_t k = 4; k <= n_; ++k) best = std::min(best, {log_nfa(sorted[k - 1], k), k});
+    std::size_t k = 0;
+    for (std::size_t b = low; b <= high; ++b) {
+      k += counts[b];
+      if (counts[b] > 0 && k >= 4) best = std::min(best, {log_nfa(log_alpha_[b], k), k});
+    }
     return best;
   }
 
@@ -189,11 +218,11 @@ class Consensus {
     residuals(fit.X_DH, r2);
     double worst = 0;
     for (const std::size_t i : fit.pairs) worst = std::max(worst, r2[i]);
-    return log_nfa(worst, fit.pairs.size());
+    return log_nfa(log_alpha(worst), fit.pairs.size());
   }
 
   static void keep(std::vector<Candidate>& top, const Candidate& candidate) {
-    constexpr std::size_t kKept = 12;
+    constexpr std::size_t kKept = 8;
     if (top.size() == kKept && candidate.log_nfa >= top.back().log_nfa) return;
     const auto place = std::upper_bound(top.begin(), top.end(), candidate,
                                         [](const auto& a, const auto& b) { return a.log_nfa < b.log_nfa; });
@@ -221,7 +250,9 @@ class Consensus {
       if (fit.pairs.size() < 4) break;
       const double dof = 3 * k - 6;
       const double variance = std::max(fit.sse / dof, floor_ * floor_);
-      const double limit = 3 * variance * f_quantile(1 - false_alarm_ / static_cast<double>(n_), 3, dof);
+      auto& quantile = quantiles_[fit.pairs.size()];
+      if (quantile == 0) quantile = f_quantile(1 - false_alarm_ / static_cast<double>(n_), 3, dof);
+      const double limit = 3 * variance * quantile;
       residuals(fit.X_DH, r2);
       Indices inside;
       for (std::size_t i = 0; i < n_; ++i) {
@@ -239,6 +270,10 @@ class Consensus {
   double floor_;
   double log_volume_;
   std::vector<double> log_choose_;
+  static constexpr std::size_t kBins = 512;
+  std::int64_t first_bin_ = 0;
+  std::array<double, kBins> log_alpha_{};
+  mutable std::map<std::size_t, double> quantiles_;
 };
 
 struct Scatter {
@@ -341,6 +376,24 @@ RegistrationResult register_points(Points p_H, Points p_D, const RegistrationOpt
       std::set_difference(rest.begin(), rest.end(), pairs.begin(), pairs.end(), std::back_inserter(left));
       result.rivals.push_back({rival.fit.X_DH, pairs});
       rest = std::move(left);
+    }
+  }
+
+  // Three pairs that agree are too few to stand up against chance alone, but they agree within the noise that the others
+  // have, and next to ten or fewer that is enough for doubt.
+  if (consensus && result.rivals.empty() && result.outliers.size() >= 3 && fit.pairs.size() <= 10 && fit.pairs.size() >= 4) {
+    const double variance = std::max(fit.sse / (3 * static_cast<double>(fit.pairs.size()) - 6), rounding * rounding);
+    double least = variance * chi_squared_quantile(0.999, 3);
+    const Indices& rest = result.outliers;
+    for (std::size_t a = 0; a < rest.size(); ++a) {
+      for (std::size_t b = a + 1; b < rest.size(); ++b) {
+        for (std::size_t c = b + 1; c < rest.size(); ++c) {
+          const Fit rival = fit_to(p_H, p_D, {rest[a], rest[b], rest[c]});
+          if (rival.sse > least) continue;
+          least = rival.sse;
+          result.rivals.assign(1, {rival.X_DH, rival.pairs});
+        }
+      }
     }
   }
 

@@ -70,7 +70,7 @@ void run_demo(const DemoOptions& options) {
 
   const fs::path session_file = options.out / "session.h5", wav = options.out / "drill.wav", mp4 = options.out / "session.mp4";
   session::SessionWriter recorder(session_file, session_header(scene, rig_file, *hand, volume, kRate));
-  SoundLink sound("wav:" + wav.string(), scene);
+  SoundLink sound("wav:" + wav.string(), scene, /*live=*/false);
   DebrisView debris(scene.servo.materials, volume);
   std::optional<session::FilmWriter> film;
 

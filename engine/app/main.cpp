@@ -15,9 +15,12 @@ int main(int argc, char** argv) {
   add_import_command(app);
   add_render_command(app);
   add_report_command(app);
+  add_devices_command(app);
   add_doctor_command(app);
   add_sound_command(app);
   add_calibrate_command(app);
+  add_replay_command(app);
+  add_run_command(app);
   try {
     app.parse(argc, argv);
     return 0;

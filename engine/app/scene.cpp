@@ -122,8 +122,9 @@ MaterialTable load_materials() {
   return table;
 }
 
-Scene read_scene(const fs::path& file) {
-  const Json json = Json::load(file);
+Scene read_scene(const fs::path& file) { return parse_scene(Json::load(file), file); }
+
+Scene parse_scene(const Json& json, const fs::path& file) {
   json.allow_only({"name", "description", "tissue", "paint", "tool", "spindle_krpm", "spindle", "coupling", "materials",
                    "parts", "friction", "cutting", "passivity", "boundary_walls", "score"});
   Scene scene;

@@ -28,6 +28,8 @@ struct Scene {
 
 /// Reads INTERFACE.md's scene. Throws Error for anything missing, unknown or out of range.
 Scene read_scene(const std::filesystem::path& file);
+/// The same from JSON; `file` is where its relative paths start from.
+Scene parse_scene(const Json& json, const std::filesystem::path& file);
 
 /// Loads or samples the tissue and paints into it. Throws Error.
 haptics::TissueVolume load_tissue(const Scene& scene);

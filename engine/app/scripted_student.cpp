@@ -15,7 +15,7 @@ using namespace literals;
 
 constexpr double kTravelSpeed = 18e-3;   // m/s through the air
 constexpr double kExploreSpeed = 4e-3;   // m/s over the surface
-constexpr double kDrillSpeed = 5.5e-3;   // m/s along a ring
+constexpr double kDrillSpeed = 5e-3;     // m/s along a ring
 constexpr double kLayer = 0.4e-3;        // m from ring to ring
 constexpr double kPress = 0.5e-3;        // m down: the hand leads the tool by this much, so that it is pressed on
 constexpr double kSidePress = 0.85e-3;   // m outward, the same

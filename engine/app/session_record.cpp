@@ -14,13 +14,14 @@ session::SessionHeader session_header(const Scene& scene, const std::filesystem:
   header.servo_rate = rate;
   header.voxel = tissue.frame().voxel;
   header.volumes_before = tissue.volumes();
-  header.files.push_back(session::describe_file(scene.file));
+  header.files.push_back(session::describe_file(std::filesystem::absolute(scene.file)));
   if (const auto volume = scene.tissue->find("volume")) {
-    header.files.push_back(session::describe_file(find_file(volume->string(), scene.file.parent_path())));
+    header.files.push_back(session::describe_file(
+        std::filesystem::absolute(find_file(volume->string(), scene.file.parent_path()))));
   }
   if (!rig_file.empty()) {
     header.rig_json = Json::load(rig_file).text();
-    header.files.push_back(session::describe_file(rig_file));
+    header.files.push_back(session::describe_file(std::filesystem::absolute(rig_file)));
   }
   header.date = session::iso_date_now();
   return header;

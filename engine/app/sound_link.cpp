@@ -2,60 +2,46 @@
 
 #include <filesystem>
 
+#include "engine/base/units.h"
+
 namespace typodont {
 
 namespace {
 
 constexpr std::uint64_t kSeed = 1;
+constexpr double kHold = 0.25;  // s without a tick, live: then the servo is gone, and so is the sound
 
 std::filesystem::path voice_of(const Scene& scene) {
   const auto folder = assets_folder() / "sounds";
   const auto own = folder / (scene.motor + ".json");
-  return !scene.motor.empty() && std::filesystem::exists(own) ? own : folder / "handpiece.json";
+  if (!scene.motor.empty() && std::filesystem::exists(own)) return own;
+  // What turns this fast is an air turbine; anything slower sounds like an electric handpiece.
+  constexpr double kTurbine = 150 * kKrpm;
+  return folder / (scene.servo.spindle.free_speed > kTurbine ? "air_turbine.json" : "handpiece.json");
 }
 
 }  // namespace
 
-audio::SoundState sound_state(const ServoTick& tick, const ServoTick& previous, bool cutting_tool) noexcept {
-  audio::SoundState state;
-  state.t = tick.t;
-  state.spindle = tick.spindle;
-  state.pedal = tick.pedal;
-  state.contact_area = tick.contact_area;
-  state.force = glm::length(tick.f_T_W);
-  state.tissue = tick.tissue;
-  state.cutting_tool = cutting_tool;
-  const double dt = to_seconds(tick.t - previous.t);
-  if (dt > 0) {
-    double removed = 0;
-    for (std::size_t i = 0; i < tick.removed.size(); ++i) removed += tick.removed[i] - previous.removed[i];
-    state.removal_rate = removed / dt;
-    const dvec3 v = (tick.X_WG.p - previous.X_WG.p) / dt;
-    state.slip_speed = glm::length(v - glm::dot(v, tick.n_C_W) * tick.n_C_W);
-  }
-  return state;
-}
-
-SoundLink::SoundLink(const std::string& address, const Scene& scene)
-    : cutting_tool_(scene.servo.tool.cuts), output_(audio::AudioOutput::open(address)) {
+SoundLink::SoundLink(const std::string& address, const Scene& scene, bool live)
+    : live_(live), output_(audio::AudioOutput::open(address)), voice_(scene.servo.tool.cuts) {
   models_ = audio::load_sound_models(voice_of(scene));
-  synth_ = std::make_unique<audio::DrillSynth>(models_, output_->sample_rate(), kSeed);
+  models_.free_speed = scene.servo.spindle.free_speed;
+  make_synth(output_->sample_rate());
   audio::AudioSource source;
   source.self = this;
   source.render = render;
-  source.rate_changed = [](void* self, double rate) {
-    auto* link = static_cast<SoundLink*>(self);
-    link->synth_ = std::make_unique<audio::DrillSynth>(link->models_, rate, kSeed);
-  };
+  source.rate_changed = [](void* self, double rate) { static_cast<SoundLink*>(self)->make_synth(rate); };
   output_->start(source, 0);
 }
 
 SoundLink::~SoundLink() = default;
 
-void SoundLink::push(const ServoTick& tick) noexcept {
-  states_.push(sound_state(tick, previous_, cutting_tool_));
-  previous_ = tick;
+void SoundLink::make_synth(double sample_rate) {
+  synth_ = std::make_unique<audio::DrillSynth>(models_, sample_rate, kSeed,
+                                               audio::SynthOptions{live_ ? kHold : 0.0, false});
 }
+
+void SoundLink::push(const ServoTick& tick) noexcept { ticks_.push(tick); }
 
 void SoundLink::advance(Nanos t) { output_->advance(t); }
 
@@ -66,8 +52,8 @@ void SoundLink::stop(Nanos t) {
 
 void SoundLink::render(void* self, std::span<float> mono, Nanos t_first) noexcept {
   auto* link = static_cast<SoundLink*>(self);
-  audio::SoundState state;
-  while (link->states_.pop(state)) link->synth_->push(state);
+  ServoTick tick;
+  while (link->ticks_.pop(tick)) link->synth_->push(link->voice_.state_of(tick));
   link->synth_->render(mono, t_first);
 }
 

@@ -6,20 +6,18 @@
 
 #include "audio/audio_output.h"
 #include "audio/drill_synth.h"
+#include "audio/tick_voice.h"
 #include "engine/app/scene.h"
 #include "engine/base/ring.h"
 #include "engine/contract/contact.h"
 
 namespace typodont {
 
-/// What the ear needs of a tick. `previous`: the tick before it, of the same session.
-audio::SoundState sound_state(const ServoTick& tick, const ServoTick& previous, bool cutting_tool) noexcept;
-
 class SoundLink {
  public:
-  /// `address` as INTERFACE.md has it. The voice is the one named like the scene's motor in assets/sounds/, or
-  /// "handpiece". Throws Error or RunFailure.
-  SoundLink(const std::string& address, const Scene& scene);
+  /// `address` as INTERFACE.md has it. The voice is the one named like the scene's motor in assets/sounds/; of an ideal
+  /// motor by its speed. `live`: ticks that stop coming end the sound. Throws Error or RunFailure.
+  SoundLink(const std::string& address, const Scene& scene, bool live);
   ~SoundLink();
   SoundLink(const SoundLink&) = delete;
   SoundLink& operator=(const SoundLink&) = delete;
@@ -35,12 +33,14 @@ class SoundLink {
  private:
   static void render(void* self, std::span<float> mono, Nanos t_first) noexcept;
 
-  bool cutting_tool_;
+  void make_synth(double sample_rate);
+
+  bool live_;
   std::unique_ptr<audio::AudioOutput> output_;
   audio::SoundModels models_;
+  audio::TickVoice voice_;  // audio thread
   std::unique_ptr<audio::DrillSynth> synth_;
-  Ring<audio::SoundState> states_{65536};
-  ServoTick previous_;
+  Ring<ServoTick> ticks_{1 << 14};
 };
 
 }  // namespace typodont

@@ -46,6 +46,9 @@ inline dquat rotation_between(const dvec3& from, const dvec3& to) {
   return glm::normalize(dquat(1 + c, axis.x, axis.y, axis.z));
 }
 
+/// Bit for bit.
+inline bool same(const Pose& a, const Pose& b) { return a.p == b.p && a.R == b.R; }
+
 inline bool is_finite(const dvec3& v) {
   return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
 }

@@ -615,11 +615,11 @@ std::string learning_curve_html(std::span<const SessionSummary> sessions, Langua
       const auto first = std::find_if(values.begin(), values.end(), [](double v) { return !std::isnan(v); });
       const auto last = std::find_if(values.rbegin(), values.rend(), [](double v) { return !std::isnan(v); });
       if (first == values.end()) return;
-      put("<figure>{}<figcaption>{}</figcaption></figure>\n",
-          session_plot(values, target, unit,
+      put("<figure>{}<figcaption>{}{}</figcaption></figure>\n",
+          session_plot(values, target,
                        words.say("curve_alt", title, words.quantity(*first, unit), words.quantity(*last, unit)),
                        words.number_text()),
-          title);
+          title, unit.empty() ? std::string() : fmt::format(" ({})", unit));
     };
     curve(words.say("score"), "%", 100.0, [](const SessionSummary& s) -> std::optional<double> {
       if (s.score.full <= 0) return std::nullopt;

@@ -11,13 +11,13 @@ namespace {
 
 constexpr double kMedialAxis = 1e-2;  // a gradient shorter by more: walls meeting at over 16°
 constexpr double kOnSurface = 0.25;   // voxels
+constexpr int kRoughSteps = 2;        // queries a sample may take on its way to the closest point
 constexpr double kNear = 1.5;         // voxels: samples closer than this to the surface are looked at
 
 }  // namespace
 
 ContactFinder::ContactFinder(const Tool& tool, double voxel)
-    : tool_(tool),
-      voxel_(voxel),
+    : head_(tool, voxel),
       sphere_(tool.shape == HeadShape::kSphere),
       radius_(tool.radius() / voxel),
       reach_(tool.reach() / voxel) {
@@ -30,21 +30,20 @@ ContactFinder::ContactFinder(const Tool& tool, double voxel)
 
 double ContactFinder::head_distance(const Pose& X_VT, const dvec3& x) const noexcept {
   if (sphere_) return glm::length(x - X_VT.p) - radius_;
-  return tool_.distance(glm::conjugate(X_VT.R) * (x - X_VT.p) * voxel_) / voxel_;
+  return head_.distance(glm::conjugate(X_VT.R) * (x - X_VT.p));
 }
 
-dvec3 ContactFinder::head_normal(const Pose& X_VT, const dvec3& x) const noexcept {
+double ContactFinder::head_distance(const Pose& X_VT, const dvec3& x, dvec3& n) const noexcept {
   if (sphere_) {
     const dvec3 d = x - X_VT.p;
     const double length = glm::length(d);
-    return length > 1e-9 ? d / length : dvec3(0, 0, -1);
+    n = length > 1e-9 ? d / length : dvec3(0, 0, -1);
+    return length - radius_;
   }
-  constexpr double e = 0.02;  // voxels
-  const dvec3 g(head_distance(X_VT, x + dvec3(e, 0, 0)) - head_distance(X_VT, x - dvec3(e, 0, 0)),
-                head_distance(X_VT, x + dvec3(0, e, 0)) - head_distance(X_VT, x - dvec3(0, e, 0)),
-                head_distance(X_VT, x + dvec3(0, 0, e)) - head_distance(X_VT, x - dvec3(0, 0, e)));
-  const double length = glm::length(g);
-  return length > 1e-9 ? g / length : dvec3(0, 0, -1);
+  dvec3 n_T;
+  const double distance = head_.distance(glm::conjugate(X_VT.R) * (x - X_VT.p), n_T);
+  n = X_VT.R * n_T;
+  return distance;
 }
 
 /// Offset surface (Kim & Park 2006, sec. 3.2): one query at the sphere's centre. Exact where the field outside the
@@ -60,57 +59,72 @@ bool ContactFinder::find_by_offset(const SurfacePatch& patch, const dvec3& c, Co
   return true;
 }
 
-void ContactFinder::find(const SurfacePatch& patch, const Pose& X_VT, ContactSet& set) const noexcept {
+void ContactFinder::find(const SurfacePatch& patch, const Pose& X_VT, double near, ContactSet& set) const noexcept {
   set.count = 0;
   set.engaged_area = 0;
   set.engaged_normal = dvec3(0);
   if (sphere_ && patch.exact_outside && find_by_offset(patch, X_VT.p, set)) return;
 
-  // Look around with samples on the head; slide each that is near tissue to where head and surface are closest.
+  // Look around with samples on the head: first a coarse look at the nearest voxel (the field grows by at most one per
+  // voxel), then slide those that are near tissue to where head and surface are closest.
   const glm::dmat3 R(X_VT.R);
+  const dvec3 c = X_VT.p - dvec3(patch.lo);
+  const std::size_t sy = static_cast<std::size_t>(patch.n), sx = sy * sy;
+  const float* field = patch.distance.data();
+  constexpr float kFar = static_cast<float>(kNear) + 0.87f;
   for (const HeadSample& sample : samples_) {
-    const dvec3 q = X_VT.p + R * sample.p_TQ;
-    const double value = sample_linear(patch, q);
-    if (value > kNear) continue;
-    const double engaged = std::clamp(1 - value, 0.0, 1.0);  // fades over one voxel, so that area changes smoothly
-    set.engaged_area += sample.area * engaged;
-    set.engaged_normal -= sample.area * engaged * (R * sample.n_T);
-    const ContactPlane plane = slide<sample_linear_gradient>(patch, X_VT, q, 4);
-    if (plane.gap < kNear) set.planes[static_cast<std::size_t>(set.count++)] = plane;
+    const dvec3 p = sphere_ ? sample.p_TQ : R * sample.p_TQ;
+    const dvec3 q = c + p;
+    const std::size_t nearest = static_cast<std::size_t>(q.x + 0.5) * sx + static_cast<std::size_t>(q.y + 0.5) * sy +
+                                static_cast<std::size_t>(q.z + 0.5);
+    if (field[nearest] > kFar) continue;
+    const FieldSample at = sample_linear_gradient(patch, X_VT.p + p);
+    if (at.value > kNear) continue;
+    if (at.value < 1) {  // fades over one voxel, so that area changes smoothly
+      const double engaged = sample.area * std::min(1 - at.value, 1.0);
+      set.engaged_area += engaged;
+      set.engaged_normal -= engaged * (sphere_ ? sample.n_T : R * sample.n_T);
+    }
+    const ContactPlane plane = slide<sample_linear_gradient>(patch, X_VT, X_VT.p + p, at, kRoughSteps);
+    if (plane.gap < near && set.count < ContactSet::kMax) set.planes[static_cast<std::size_t>(set.count++)] = plane;
   }
 }
 
 void ContactFinder::relinearize(const Pose& X_VT, ContactSet& set) const noexcept {
   for (int i = 0; i < set.count; ++i) {
     ContactPlane& plane = set.planes[static_cast<std::size_t>(i)];
-    plane.gap = head_distance(X_VT, plane.x);
-    plane.n = -head_normal(X_VT, plane.x);
+    plane.gap = head_distance(X_VT, plane.x, plane.n);
+    plane.n = -plane.n;
   }
 }
 
 void ContactFinder::refine(const SurfacePatch& patch, const Pose& X_VT, ContactPlane& plane) const noexcept {
-  const ContactPlane exact = slide<sample_cubic>(patch, X_VT, plane.x, 5);
+  if (!patch.holds(plane.x, 0)) return;
+  const ContactPlane exact = slide<sample_cubic>(patch, X_VT, plane.x, sample_cubic(patch, plane.x), 5);
   if (exact.gap < plane.gap + 0.5) plane = exact;
 }
 
 /// From a point near the surface: onto it, then along it toward the head, as long as that brings them closer.
 template <auto sample>
-ContactPlane ContactFinder::slide(const SurfacePatch& patch, const Pose& X_VT, dvec3 x, int steps) const noexcept {
+ContactPlane ContactFinder::slide(const SurfacePatch& patch, const Pose& X_VT, dvec3 x, FieldSample field,
+                                  int steps) const noexcept {
   ContactPlane best;
   best.gap = 1e300;
   for (int step = 0; step < steps; ++step) {
-    if (!patch.holds(x, 0)) break;
-    const FieldSample field = sample(patch, x);
+    if (step > 0) {
+      if (!patch.holds(x, 0)) break;
+      field = sample(patch, x);
+    }
     const double length = glm::length(field.gradient);
     if (length < 0.1) break;
     const dvec3 n = field.gradient / length;
     x -= field.value * n;
     // Only a point that was already nearly on the surface counts: across a ridge the step above may end anywhere.
     if (std::abs(field.value) > kOnSurface) continue;
-    const double gap = head_distance(X_VT, x);
+    dvec3 m;
+    const double gap = head_distance(X_VT, x, m);
     const double gained = best.gap - gap;
     if (!(gained > 0)) break;
-    const dvec3 m = head_normal(X_VT, x);
     best = {x, -m, gap};
     if (gained < 1e-6) break;
     x -= (radius_ + gap) * (m - glm::dot(m, n) * n);

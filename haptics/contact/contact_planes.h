@@ -31,9 +31,10 @@ class ContactFinder {
 
   double reach() const { return reach_; }  // voxels, farthest point of the head
 
-  /// Contacts of the head at X_VT (translation in voxels) whose gap is below about a voxel, one per sample of the head
-  /// that has tissue near, or a single exact one where the offset surface is smooth. The patch must hold the head.
-  void find(const SurfacePatch& patch, const Pose& X_VT, ContactSet& set) const noexcept;
+  /// Contacts of the head at X_VT (translation in voxels) whose gap is below `near` (voxels, at most about one), one per
+  /// sample of the head that has tissue near, or a single exact one where the offset surface is smooth. The patch must
+  /// hold the head.
+  void find(const SurfacePatch& patch, const Pose& X_VT, double near, ContactSet& set) const noexcept;
 
   /// The same surface points seen from a head that has moved a little: new normals and gaps, no query.
   void relinearize(const Pose& X_VT, ContactSet& set) const noexcept;
@@ -44,12 +45,11 @@ class ContactFinder {
  private:
   bool find_by_offset(const SurfacePatch& patch, const dvec3& c, ContactSet& set) const noexcept;
   template <auto sample>
-  ContactPlane slide(const SurfacePatch& patch, const Pose& X_VT, dvec3 x, int steps) const noexcept;
+  ContactPlane slide(const SurfacePatch& patch, const Pose& X_VT, dvec3 x, FieldSample field, int steps) const noexcept;
   double head_distance(const Pose& X_VT, const dvec3& x) const noexcept;
-  dvec3 head_normal(const Pose& X_VT, const dvec3& x) const noexcept;
+  double head_distance(const Pose& X_VT, const dvec3& x, dvec3& n) const noexcept;
 
-  Tool tool_;
-  double voxel_;
+  HeadField head_;  // voxels
   bool sphere_;
   double radius_, reach_;  // voxels
   std::vector<HeadSample> samples_;  // voxels

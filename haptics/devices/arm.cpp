@@ -181,7 +181,7 @@ Currents motor_currents(const Arm& arm, const dvec3& theta, const dvec3& f_S_H, 
     out.amperes[i] = arm.sign[static_cast<std::size_t>(i)] * tau[i] * arm.ratio(i) / arm.torque_constant[i];
     worst = std::max(worst, std::abs(out.amperes[i]));
   }
-  if (!std::isfinite(worst)) return {dvec3(0), true};
+  if (!is_finite(out.amperes)) return {dvec3(0), true};
   if (worst > arm.current_limit) {
     out.amperes *= arm.current_limit / worst;
     out.clipped = true;

@@ -199,7 +199,7 @@ void SafeDevice::write(const dvec3& f_T_W, const dvec3& tau_T_W) noexcept {
   }
   if (stop) {
     gain_ -= dt_ / limits.ramp_out;
-    if (gain_ <= 0) return trip(SafetyEvent::kEmergency);
+    if (gain_ < 1e-9) return trip(SafetyEvent::kEmergency);
   } else {
     gain_ = std::min(1.0, gain_ + dt_ / limits.ramp_in);
   }

@@ -167,6 +167,16 @@ TEST(RegistrationLaws, ARivalMotionIsNeverPassedOverInSilence) {
   }
 }
 
+TEST(RegistrationLaws, EvenThreePairsAgainstSevenRaiseDoubt) {
+  for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+    const Scene scene(800 + seed, 10);
+    Noise random(900 + seed);
+    auto D = scene.noisy(random);
+    for (std::size_t i = 0; i < 7; ++i) D[i] += dvec3(0.006, -0.004, 0.005);
+    EXPECT_FALSE(register_points(scene.H, D).rivals.empty()) << seed;
+  }
+}
+
 TEST(RegistrationLaws, RobustErrorIsThatOfAnOracle) {
   double robust2 = 0, oracle2 = 0;
   RegistrationOptions plain;

@@ -248,6 +248,49 @@ TEST(GuidedCapture, GoesOnWhereItWasBrokenOff) {
   EXPECT_EQ(GuidedCapture(state, folder / "captures").captures().marks.size(), 6u);
 }
 
+TEST(GuidedCapture, TheWholeRoutineCanBeGuided) {
+  const Folder folder;
+  SimulationOptions options;
+  options.placement_error = 0.005;
+  BenchSimulator bench(options);
+  BenchState state = bench.drawings();
+  const double before = bench.colocation(state).rms;
+  for (const Step step : kSteps) {
+    GuidedCapture guide(state, folder / "captures");
+    guide.begin(step);
+    const RigGeometry& truth = bench.truth();
+    const Pose X_WP{{-0.05, -0.05, -0.05}, glm::normalize(dquat(1, -0.6, 0.1, 0))};
+    for (std::size_t i = 0; !guide.done(); ++i) {
+      const Prompt asked = guide.prompt();
+      dvec3 aim(0);
+      if (step == Step::kArm && i < 120) aim = dvec3(i / 30 % 2 ? 0.06 : -0.06, -0.04, i / 60 ? 0.05 : -0.03);
+      if (step == Step::kArm && i >= 120) {
+        const std::size_t k = i - 120;
+        const Pose moved = k >= 25 ? Pose{dvec3(0, 0, 0.03), glm::normalize(dquat(1, 0.3, 0, 0.1))} : Pose{};
+        aim = moved * (X_WP * (0.04 * dvec3(static_cast<double>(k % 5), static_cast<double>(k % 25 / 5), 0)));
+      }
+      if (step == Step::kScreen) aim = truth.panel.at(asked.mark->u, asked.mark->v);
+      if (step == Step::kMirror) {
+        const dvec3 n = truth.mirror->normal, p(0.03 * static_cast<double>(i % 7) - 0.09, 0, 0.03 * static_cast<double>(i / 7 % 7) - 0.09);
+        aim = p - n * (glm::dot(n, p) - truth.mirror->offset);
+      }
+      if (step == Step::kEyes) {
+        const dvec3 eye = asked.right_eye ? truth.eyes.right_eye() : truth.eyes.left_eye();
+        const PanelPoint dot = asked.right_eye ? asked.dots->right : asked.dots->left;
+        const dvec3 sight = glm::normalize(truth.appears(dot.u, dot.v) - eye);
+        aim = eye + sight * glm::dot(sight, *asked.target_D - eye);
+      }
+      if (step == Step::kRegister || step == Step::kVerify) aim = bench.reached_for(guide.bench().rig, *asked.target_D);
+      guide.add(bench.touch(aim, guide.bench().arm));
+    }
+    guide.solve();
+    state = guide.bench();
+  }
+  EXPECT_GT(before, 3e-3);
+  EXPECT_LT(bench.colocation(state).rms, 0.15e-3);
+  EXPECT_TRUE(state.verification.has_value());
+}
+
 TEST(GuidedCapture, ASlippedTouchIsShownWhereItLies) {
   const Folder folder;
   SimulationOptions options;

@@ -9,6 +9,7 @@
 
 #include "calibration/bench_simulator.h"
 #include "calibration/calibration_files.h"
+#include "calibration/camera_solver.h"
 #include "calibration/guided_capture.h"
 #include "calibration/joint_solver.h"
 #include "calibration/report_page.h"
@@ -290,24 +291,47 @@ void write_pgm(const std::string& file, const Picture& picture) {
   write_file_atomically(file, bytes);
 }
 
+void add_status(CLI::App& calibrate) {
+  auto file = std::make_shared<std::string>();
+  CLI::App* command = calibrate.add_subcommand("status", "which steps are done, and which to do again");
+  command->add_option("--rig", *file, "rig file")->required();
+  command->footer("Example: typodont calibrate status --rig bench.json");
+  command->callback([file] {
+    const RigFile rig = RigFile::load(*file);
+    GuidedCapture guide(rig.bench(), rig.captures_folder());
+    std::string newest;
+    for (const Step step : kSteps) {
+      guide.begin(step);
+      const std::string date = rig.step_date(name(step));
+      const char* advice = date.empty() ? "to do" : date < newest ? "again: an earlier step is newer" : "done, skip it";
+      fmt::print("{:<9} {:>4} touches  {:<21} {}\n", name(step), guide.taken(), date.empty() ? "never solved" : date, advice);
+      newest = std::max(newest, date);
+    }
+  });
+}
+
 void add_guide(CLI::App& calibrate) {
   struct Options {
     std::string rig, step, picture;
+    double plate_pitch_mm = 40;
   };
   auto options = std::make_shared<Options>();
   CLI::App* command = calibrate.add_subcommand("guide", "guided capture of one step; can be broken off and goes on where it was");
   command->add_option("step", options->step, "arm, screen, mirror, eyes, register or verify")->required();
   command->add_option("--rig", options->rig, "rig file")->required();
   command->add_option("--picture", options->picture, "write what the panel should show to this PGM file before each touch");
+  command->add_option("--plate-pitch-mm", options->plate_pitch_mm, "between the points of the arm's 5 by 5 plate")
+      ->capture_default_str()
+      ->check(CLI::PositiveNumber);
   command->footer(
-      "Reads one touch a line from standard input: x y z in mm, or six joint angles in rad. Other lines: undo, place\n"
-      "(the next socket), done (solve and stop), quit (stop; captures are kept).\n"
+      "Reads one touch a line from standard input: x y z in mm, or six joint angles in rad. Other lines: undo, done\n"
+      "(solve and stop), quit (stop; captures are kept).\n"
       "Example: device-reader | typodont calibrate guide register --rig bench.json");
   command->callback([options] {
     const auto step = step_named(options->step);
     if (!step) throw Error("calibrate guide: found step \"" + options->step + "\", expected arm, screen, mirror, eyes, register or verify");
     RigFile rig = RigFile::load(options->rig);
-    GuidedCapture guide(rig.bench(), rig.captures_folder());
+    GuidedCapture guide(rig.bench(), rig.captures_folder(), options->plate_pitch_mm * kMillimetre);
     guide.begin(*step);
     const bool mirrored = guide.bench().rig.mirror.has_value() && *step != Step::kScreen;
     if (guide.taken() > 0) log::info("going on after {} touches", guide.taken());
@@ -331,17 +355,92 @@ void add_guide(CLI::App& calibrate) {
       if (line == "done") return finish();
       if (line == "undo") {
         fmt::print("{}\n", guide.undo() ? "the last touch is forgotten" : "there is nothing to undo");
-      } else if (line == "place") {
-        guide.next_place();
       } else if (const auto touch = parse_touch(line, guide.bench().arm)) {
         const Live live = guide.add(*touch);
         fmt::print("{}{}\n", live.text, live.outlier && live.p_W ? fmt::format(" (it lies at {} mm)", words(*live.p_W * 1e3)) : "");
         if (guide.done()) return finish();
       } else {
-        log::warn("standard input: found \"{}\", expected x y z in mm, six joint angles in rad, undo, place, done or quit", line.substr(0, 60));
+        log::warn("standard input: found \"{}\", expected x y z in mm, six joint angles in rad, undo, done or quit", line.substr(0, 60));
       }
       ask();
     }
+  });
+}
+
+void add_camera(CLI::App& calibrate) {
+  struct Options {
+    std::string rig, sightings, picture, out_picture;
+    std::vector<int> size{1920, 1080};
+    int columns = 9, rows = 6;
+    bool mirrored = false;
+    double touch_sigma_mm = 0.2, pixel_sigma = 0.1;
+    Output out;
+  };
+  auto options = std::make_shared<Options>();
+  const auto board_options = [options](CLI::App* command) {
+    command->add_option("--columns", options->columns, "inner corners across")->capture_default_str()->check(CLI::Range(3, 60));
+    command->add_option("--rows", options->rows, "inner corners down; columns + rows must be odd")->capture_default_str()->check(CLI::Range(3, 60));
+  };
+
+  CLI::App* board = calibrate.add_subcommand("board", "draw the chessboard that the panel shows to a camera");
+  board_options(board);
+  board->add_option("--size", options->size, "pixels of the panel")->expected(2)->check(CLI::Range(64, 16384));
+  board->add_option("--out", options->out_picture, "PGM file")->required();
+  board->footer("Example: typodont calibrate board --size 1920 1080 --out board.pgm");
+  board->callback([options] {
+    const BoardPicture drawn = draw_board(options->columns, options->rows, options->size[0], options->size[1]);
+    write_pgm(options->out_picture, {drawn.width, drawn.height, drawn.grey});
+  });
+
+#ifdef TYPODONT_CAMERA
+  CLI::App* detect = calibrate.add_subcommand("detect", "find that chessboard in a camera's picture");
+  board_options(detect);
+  detect->add_option("picture", options->picture, "PNG, JPEG or PGM")->required();
+  detect->add_option("--size", options->size, "pixels of the panel")->expected(2)->check(CLI::Range(64, 16384));
+  detect->add_flag("--mirrored", options->mirrored, "the board is seen in the mirror");
+  detect->footer("Prints u,v,px,py, one corner a line.\nExample: typodont calibrate detect view1.png --mirrored");
+  detect->callback([options] {
+    const auto corners = draw_board(options->columns, options->rows, options->size[0], options->size[1]).corners;
+    const auto pixels = find_board(options->picture, options->columns, options->rows, options->mirrored);
+    if (pixels.empty()) throw RunFailure(options->picture + ": the board is not seen whole");
+    fmt::print("u,v,px,py\n");
+    for (std::size_t i = 0; i < pixels.size(); ++i) {
+      fmt::print("{},{},{},{}\n", corners[i].u, corners[i].v, pixels[i].x, pixels[i].y);
+    }
+  });
+#endif
+
+  CLI::App* camera = calibrate.add_subcommand("camera", "panel and mirror from corners seen by a camera and points touched with the stylus");
+  camera->add_option("--sightings", options->sightings, "CSV: picture,on,px,py and u,v or x_mm,y_mm,z_mm (in W)")->required();
+  camera->add_option("--rig", options->rig, "rig file to read and to update")->required();
+  camera->add_option("--size", options->size, "pixels of the camera's pictures")->expected(2)->check(CLI::Range(64, 16384));
+  camera->add_option("--touch-sigma-mm", options->touch_sigma_mm, "noise of a touch per axis")->capture_default_str()->check(CLI::PositiveNumber);
+  camera->add_option("--pixel-sigma", options->pixel_sigma, "noise of a corner per axis")->capture_default_str()->check(CLI::PositiveNumber);
+  options->out.add_to(*camera);
+  camera->footer("on: 0 a touched point, 1 the panel, 2 the panel in the mirror.\nExample: typodont calibrate camera --sightings corners.csv --rig bench.json");
+  camera->callback([options] {
+    RigFile rig = RigFile::load(options->rig);
+    BenchState bench = rig.bench();
+    const CameraResult result = solve_camera(read_sightings(options->sightings), options->size[0], options->size[1], bench.rig.panel,
+                                             {options->touch_sigma_mm * kMillimetre, options->pixel_sigma});
+    if (!result.not_determined.empty()) throw RunFailure("camera: " + result.not_determined);
+    bench.rig.panel = result.panel;
+    if (result.mirror) {
+      bench.rig.mirror = result.mirror;
+      if (glm::dot(bench.rig.mirror->normal, bench.rig.eyes.center) < bench.rig.mirror->offset) {
+        bench.rig.mirror = MirrorPlane{-result.mirror->normal, -result.mirror->offset};
+      }
+    }
+    rig.set(bench);
+    rig.save();
+    options->out.write(camera_json(result),
+                       fmt::format("camera  focal length {:.2f} ± {:.2f} pixels, {:.3f} pixels rms, {} corners set aside\n"
+                                   "panel   {:.2f} ± {:.3f} by {:.2f} ± {:.3f} mm, tilt ± {:.4f}°\n",
+                                   result.camera.fx, result.camera_sigma.fx, result.rms_px, result.outliers, result.width * 1e3,
+                                   result.width_sigma * 1e3, result.height * 1e3, result.height_sigma * 1e3, result.tilt_sigma / kDegree) +
+                           (result.mirror ? fmt::format("mirror  tilt ± {:.4f}°, offset ± {:.3f} mm\n", result.mirror_tilt_sigma / kDegree,
+                                                        result.mirror_offset_sigma * 1e3)
+                                          : ""));
   });
 }
 
@@ -402,6 +501,8 @@ void add_calibrate_command(CLI::App& app) {
   add_rig_step(*calibrate, "solve", "every step again, from all captures", "all files");
   add_drift(*calibrate);
   add_guide(*calibrate);
+  add_status(*calibrate);
+  add_camera(*calibrate);
   calibrate->require_subcommand(0, 1);
   calibrate->callback([calibrate, options] {
     if (!calibrate->get_subcommands().empty()) {

@@ -11,10 +11,13 @@ namespace typodont {
 // RunFailure (exit 1), prints results on standard output and messages on standard error.
 void add_calibrate_command(CLI::App& app);
 void add_demo_command(CLI::App& app);
+void add_devices_command(CLI::App& app);
 void add_doctor_command(CLI::App& app);
 void add_import_command(CLI::App& app);
 void add_render_command(CLI::App& app);
+void add_replay_command(CLI::App& app);
 void add_report_command(CLI::App& app);
+void add_run_command(CLI::App& app);
 void add_servo_command(CLI::App& app);
 void add_sound_command(CLI::App& app);
 

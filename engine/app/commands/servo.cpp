@@ -8,6 +8,7 @@
 
 #include "engine/app/commands/commands.h"
 #include "engine/app/haptic_loop.h"
+#include "engine/app/session_record.h"
 #include "engine/base/error.h"
 #include "engine/base/log.h"
 #include "engine/base/units.h"
@@ -59,13 +60,8 @@ void run(const Options& options) {
   const auto hand = haptics::open_scripted_hand(hand_file, options.rate, /*paced=*/false);
   HapticLoop loop(scene, load_tissue(scene), options.rate);
 
-  session::SessionHeader header;
-  header.scene_json = scene.text;
-  header.hand = hand->info().address;
-  header.tools = {scene.servo.tool.name};
-  header.servo_rate = options.rate;
-  header.voxel = loop.carver().volume().frame().voxel;
-  header.volumes_before = loop.carver().volume().volumes();
+  session::SessionHeader header = session_header(scene, {}, *hand, loop.carver().volume(), options.rate);
+  header.date.clear();  // same input, same bytes out
   TickSink sink(options.out, header);
 
   std::uint64_t ticks = 0;
@@ -81,10 +77,7 @@ void run(const Options& options) {
     last = tick;
     times.push_back(tick.cpu_time);
   });
-  session::SessionResult result;
-  result.volumes_after = loop.carver().volume().volumes();
-  result.has_volumes = true;
-  result.field_hash = loop.carver().volume().hash();
+  const session::SessionResult result = session_result(loop.carver().volume());
   sink.finish(result);
   if (!options.save.empty()) loop.carver().volume().save(options.save);
 

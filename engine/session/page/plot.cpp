@@ -53,7 +53,7 @@ std::string time_plot(const TimePlot& plot, const Series& series, const NumberTe
     top = std::max(top, series.greatest[i]);
     low = std::min(low, series.least[i]);
   }
-  const double step = nice_step(std::max(top - low, 1e-12), 4);
+  const double step = nice_step(top - low > 1e-9 ? top - low : 1.0, 4);
   const double y1 = std::max(step, std::ceil(top / step - 1e-9) * step);
   const double y0 = std::floor(low / step + 1e-9) * step;
   const auto x_of = [&](double bin) { return kLeft + kPlot * bin / static_cast<double>(series.mean.size()); };
@@ -160,8 +160,8 @@ std::string histogram(const std::vector<double>& edges, const std::vector<double
   return out;
 }
 
-std::string session_plot(const std::vector<double>& values, std::optional<double> target, const std::string& unit,
-                         const std::string& label, const NumberText& number) {
+std::string session_plot(const std::vector<double>& values, std::optional<double> target, const std::string& label,
+                         const NumberText& number) {
   constexpr double kW = 440, kL = 52, kR = 16, kTop = 12, kHeight = 110, kBottom = kTop + kHeight;
   double top = target.value_or(0), low = 0;
   for (const double v : values) {
@@ -169,7 +169,7 @@ std::string session_plot(const std::vector<double>& values, std::optional<double
     top = std::max(top, v);
     low = std::min(low, v);
   }
-  const double step = nice_step(std::max(top - low, 1e-12), 4);
+  const double step = nice_step(top - low > 1e-9 ? top - low : 1.0, 4);
   const double y1 = std::max(step, std::ceil(top / step - 1e-9) * step), y0 = std::floor(low / step + 1e-9) * step;
   const auto y_of = [&](double v) { return kBottom - kHeight * (v - y0) / (y1 - y0); };
   const auto x_of = [&](std::size_t i) {
@@ -186,7 +186,6 @@ std::string session_plot(const std::vector<double>& values, std::optional<double
                    kL, y_of(v), kW - kR, y_of(v), kL - 6, y_of(v) + 4,
                    number(std::abs(v) < 1e-9 * step ? 0.0 : v, decimals_for(step)));
   }
-  fmt::format_to(put, "<text class=\"unit\" x=\"{:.0f}\" y=\"{:.0f}\">{}</text>", kL + 4, kTop + 10, escaped(unit));
   if (target) {
     fmt::format_to(put, "<line class=\"mark\" x1=\"{:.0f}\" y1=\"{:.1f}\" x2=\"{:.0f}\" y2=\"{:.1f}\"/>", kL,
                    y_of(*target), kW - kR, y_of(*target));

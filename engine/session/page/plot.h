@@ -45,8 +45,8 @@ std::string histogram(const std::vector<double>& edges, const std::vector<double
                       const std::string& label, const NumberText& number);
 
 /// A value per session, with its target as a line. NaN: not known for that session.
-std::string session_plot(const std::vector<double>& values, std::optional<double> target, const std::string& unit,
-                         const std::string& label, const NumberText& number);
+std::string session_plot(const std::vector<double>& values, std::optional<double> target, const std::string& label,
+                         const NumberText& number);
 
 /// Safe inside HTML text and attributes.
 std::string escaped(std::string_view text);

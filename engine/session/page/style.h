@@ -19,7 +19,7 @@ a{color:var(--accent)}
 :focus-visible{outline:3px solid var(--accent);outline-offset:2px;border-radius:4px}
 .skip{position:absolute;left:-99rem}.skip:focus{left:1rem;top:1rem;background:var(--card);padding:.5rem 1rem;z-index:1}
 header,main,footer,nav{max-width:62rem;margin:0 auto;padding:0 1.25rem}
-header{padding-top:2rem}
+header{padding-top:2rem;padding-bottom:.5rem}
 h1{font-size:1.9rem;line-height:1.2;margin:0}h2{font-size:1.25rem;margin:0 0 .75rem}h3{font-size:1rem;margin:1rem 0 .25rem}
 .where{color:var(--soft);margin:.35rem 0 0}
 nav ul{display:flex;flex-wrap:wrap;gap:.25rem 1.1rem;list-style:none;margin:1rem 0;padding:0}
@@ -36,7 +36,7 @@ dl.key dd{margin:0;font-size:1.25rem;font-weight:600;font-variant-numeric:tabula
 table{border-collapse:collapse;width:100%;font-variant-numeric:tabular-nums}
 caption{text-align:left;color:var(--soft);padding-bottom:.4rem;font-size:.9rem}
 th,td{text-align:right;white-space:nowrap;padding:.35rem .6rem;border-bottom:1px solid var(--rule);vertical-align:top}
-th:first-child,td.text,th.text{text-align:left}td.text,tbody th{white-space:normal}thead th{color:var(--soft);font-weight:600;font-size:.85rem}tbody th{font-weight:500}
+th:first-child,td.text,th.text{text-align:left}td.text,th{white-space:normal}thead th{color:var(--soft);font-weight:600;font-size:.85rem}tbody th{font-weight:500}
 tfoot th,tfoot td{font-weight:700;border-bottom:0}
 tr.key th,tr.key td{font-weight:700}
 td .gauge{width:6rem;height:6px;margin:.5rem 0 0 auto}

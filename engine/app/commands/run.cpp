@@ -1,0 +1,66 @@
+// typodont run: a live session.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "engine/app/commands/commands.h"
+#include "engine/app/workbench.h"
+#include "engine/base/log.h"
+#include "engine/base/units.h"
+
+namespace typodont {
+
+namespace {
+
+struct Options {
+  std::string scene;
+  WorkbenchOptions workbench;
+  bool json = false;
+};
+
+void run(const Options& options) {
+  const Scene scene = read_scene(options.scene);
+  const WorkbenchSummary s = run_workbench(scene, options.workbench);
+  double removed = 0;
+  for (const double v : s.removed) removed += v;
+  if (options.json) {
+    const nlohmann::ordered_json json = {
+        {"seconds", s.seconds},
+        {"ticks", s.ticks},
+        {"frames", s.frames},
+        {"cuts", s.cuts},
+        {"removed_mm3", removed / kCubicMillimetre},
+        {"faults", s.faults},
+        {"deadline_misses", s.deadline_misses},
+        {"tick_us", {{"p50", s.tick_us_median}, {"p99_9", s.tick_us_p999}, {"worst", s.worst_tick_us}}},
+        {"explain", s.explanations}};
+    fmt::print("{}\n", json.dump(2));
+    return;
+  }
+  fmt::print("{:.2f} s, {} ticks, {} frames, {:.3f} mm³ removed in {} cuts\n", s.seconds, s.ticks, s.frames,
+             removed / kCubicMillimetre, s.cuts);
+  fmt::print("servo: median {:.1f} µs, 99.9 % {:.1f} µs, worst {:.1f} µs, {} deadlines missed, faults {}\n",
+             s.tick_us_median, s.tick_us_p999, s.worst_tick_us, s.deadline_misses, s.faults);
+}
+
+}  // namespace
+
+void add_run_command(CLI::App& app) {
+  auto options = std::make_shared<Options>();
+  WorkbenchOptions& w = options->workbench;
+  CLI::App* command = app.add_subcommand("run", "Run a scene live: with a display, the mouse is the hand");
+  command->footer("Example:\n  typodont run assets/scenes/molar-caries.json --record session.h5");
+  command->add_option("scene", options->scene, "scene file (JSON)")->required();
+  command->add_option("--rig", w.rig, "rig file (JSON): where screen, mirror, eyes and device are");
+  command->add_option("--hand", w.hand, "script:HAND.csv, mouse:, spacemouse:, woodenhaptics:[PATH], …");
+  command->add_option("--audio", w.audio, "portaudio:[DEVICE], wav:FILE or none:");
+  command->add_option("--record", w.record, "record the session (.h5)");
+  command->add_option("--seconds", w.seconds, "end after so long")->check(CLI::PositiveNumber);
+  command->add_flag("--explain", w.explain, "say what is active, and why the rest is not");
+  command->add_flag("--json", options->json, "print the summary as JSON");
+  command->callback([options] { run(*options); });
+}
+
+}  // namespace typodont

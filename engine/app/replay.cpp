@@ -1,0 +1,95 @@
+#include "engine/app/replay.h"
+
+#include <fmt/format.h>
+
+#include <cstring>
+#include <deque>
+
+#include "engine/app/scene.h"
+#include "engine/base/error.h"
+#include "engine/session/hash.h"
+#include "engine/session/session_file.h"
+#include "haptics/carver.h"
+
+namespace typodont {
+
+namespace {
+
+bool same_bits(const dvec3& a, const dvec3& b) { return std::memcmp(&a, &b, sizeof a) == 0; }
+
+/// A file that has changed since makes a replay of another tissue: say so instead of finding a difference later.
+void require_same_files(const session::SessionHeader& header) {
+  for (const session::SourceFile& file : header.files) {
+    if (!file.path.ends_with(".vdb")) continue;
+    const session::SourceFile now = session::describe_file(file.path);
+    if (now.hash != file.hash) throw Error(file.path, "", now.hash, file.hash + ", the tissue the session was made with");
+  }
+}
+
+}  // namespace
+
+ReplayResult replay_session(const std::filesystem::path& session_file, const std::function<void(double)>& progress) {
+  const session::SessionReader session(session_file);
+  const session::SessionHeader& header = session.header();
+  require_same_files(header);
+  const std::filesystem::path scene_file = header.files.empty() ? "scene.json" : header.files[0].path;
+  const std::string scene_name = session_file.string() + " (scene)";
+  const Scene scene = parse_scene(Json::parse(header.scene_json, scene_name), scene_file);
+
+  haptics::Carver carver(load_tissue(scene), {scene.servo.tool});
+  haptics::ServoSettings settings = scene.servo;
+  settings.frame = carver.volume().frame();
+  settings.tick = 1 / header.servo_rate;
+  haptics::Servo servo(settings, haptics::patch_edge_for(settings.tool, settings.frame.voxel));
+  haptics::SurfacePatch spare;
+  spare.resize(servo.patch().n);
+
+  ReplayResult result;
+  result.truncated = session.truncated();
+  result.identical = true;
+  session::Fnv1a force_hash;
+  std::deque<Cut> waiting;  // made by the servo, not yet repeated on the volume
+  const auto apply_through = [&](std::uint64_t cuts) {
+    while (!waiting.empty() && waiting.front().index <= cuts) {
+      carver.apply(waiting.front());
+      waiting.pop_front();
+    }
+  };
+  auto patch = session.patches().begin();
+  constexpr std::uint64_t kChunk = 65536;
+  for (std::uint64_t first = 0; first < session.tick_count(); first += kChunk) {
+    for (const ServoTick& recorded : session.ticks(first, kChunk)) {
+      for (; patch != session.patches().end() && patch->first_tick <= recorded.index; ++patch) {
+        apply_through(patch->cuts);
+        carver.cut_out(patch->center_W, spare);
+        servo.adopt(spare);
+      }
+      ServoTick tick;
+      Cut cut;
+      if (servo.tick({recorded.t, recorded.X_WT, recorded.pedal}, tick, cut)) waiting.push_back(cut);
+      session::add_forces(force_hash, {&tick, 1});
+      const bool same = same_bits(tick.f_T_W, recorded.f_T_W) && same_bits(tick.tau_T_W, recorded.tau_T_W) &&
+                        tick.cuts == recorded.cuts;
+      if (!same && result.identical) {
+        result.identical = false;
+        result.first_difference = recorded.index;
+        result.what_differs = fmt::format("force at tick {}", recorded.index);
+      }
+      ++result.ticks;
+      result.seconds = to_seconds(recorded.t);
+      result.ticks_with_faults += recorded.faults != 0;
+    }
+    if (progress) progress(static_cast<double>(result.ticks) / static_cast<double>(session.tick_count()));
+  }
+  apply_through(UINT64_MAX);
+  const std::uint64_t field = carver.volume().hash();
+  result.field_hash = fmt::format("{:016x}", field);
+  result.force_hash = fmt::format("{:016x}", force_hash.value);
+  if (session.result() && session.result()->field_hash != 0 && session.result()->field_hash != field && result.identical) {
+    result.identical = false;
+    result.what_differs = "the tissue at the end";
+  }
+  return result;
+}
+
+}  // namespace typodont

@@ -1,0 +1,44 @@
+// Every channel between threads, on one page. Each is written by one thread and read by one other.
+#pragma once
+
+#include <atomic>
+#include <memory>
+#include <vector>
+
+#include "engine/base/latest.h"
+#include "engine/base/ring.h"
+#include "engine/contract/contact.h"
+#include "engine/render/renderer.h"
+#include "haptics/servo.h"
+
+namespace typodont {
+
+/// Bricks that changed, made by the carver, uploaded by the renderer. The reader deletes it.
+using MeshBatch = std::vector<render::MeshUpdate>;
+
+struct Wiring {
+  explicit Wiring(const haptics::SurfacePatch& empty) : patch(empty) {}
+
+  // SERVO → CARVER
+  Ring<Cut> cuts_to_carver{1 << 14};
+  Latest<ServoTick> tick_to_carver;
+  // CARVER → SERVO
+  Latest<haptics::SurfacePatch> patch;
+  // SERVO → RENDER
+  Latest<ServoTick> tick_to_render;
+  Ring<Cut> cuts_to_debris{1 << 12};
+  // CARVER → RENDER
+  Ring<MeshBatch*> bricks{256};
+  // RENDER (window) → SERVO, where the mouse is the hand
+  Latest<haptics::HandSample> pointer;
+  // SERVO → RECORDER
+  Ring<ServoTick> ticks_to_recorder{1 << 15};
+  Ring<Cut> cuts_to_recorder{1 << 14};
+  Ring<PatchUse> patches_to_recorder{1 << 12};
+  // SERVO → AUDIO: inside SoundLink (a ring of what the ear needs)
+
+  std::atomic<bool> stop{false};         // any thread → all: end the session
+  std::atomic<bool> servo_ended{false};  // SERVO → RENDER: the hand is gone or the script has ended
+};
+
+}  // namespace typodont

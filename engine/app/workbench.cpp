@@ -1,0 +1,328 @@
+#include "engine/app/workbench.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <csignal>
+#include <cstdlib>
+#include <mutex>
+#include <optional>
+#include <thread>
+
+#include "engine/app/debris_view.h"
+#include "engine/app/mouse_hand.h"
+#include "engine/app/picture_stage.h"
+#include "engine/app/session_record.h"
+#include "engine/app/sound_link.h"
+#include "engine/app/tissue_view.h"
+#include "engine/app/wiring.h"
+#include "engine/base/error.h"
+#include "engine/base/log.h"
+#include "engine/base/realtime.h"
+#include "engine/base/units.h"
+#include "engine/session/recorder.h"
+#include "haptics/carver.h"
+#include "haptics/devices/driver.h"
+#include "haptics/loop_timing.h"
+
+namespace typodont {
+
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr double kRate = 1000;              // Hz, of hands whose rate is ours to choose
+constexpr Nanos kMeshInterval = 16'000'000; // ns between looks for changed bricks
+
+std::atomic<bool> g_asked_to_stop{false};
+void ask_to_stop(int) { g_asked_to_stop = true; }
+
+/// What a session consists of. Threads refer to it; it outlives them.
+struct Session {
+  const Scene& scene;
+  haptics::Carver carver;
+  haptics::Servo servo;
+  Wiring wiring;
+  haptics::LoopTiming timing;       // servo thread until it has ended
+  ServoTick last;                   // the same
+  std::uint32_t faults = 0;
+  RealtimeGranted granted;
+  bool draw = false, record = false, debris = false;
+  SoundLink* sound = nullptr;
+
+  Session(const Scene& s, haptics::TissueVolume tissue, double rate)
+      : scene(s),
+        carver(std::move(tissue), {s.servo.tool}),
+        servo(settings(s, carver.volume(), rate), edge(s, carver.volume())),
+        wiring(empty_patch(edge(s, carver.volume()))) {}
+
+  static int edge(const Scene& s, const haptics::TissueVolume& tissue) {
+    return haptics::patch_edge_for(s.servo.tool, tissue.frame().voxel);
+  }
+  static haptics::ServoSettings settings(const Scene& s, const haptics::TissueVolume& tissue, double rate) {
+    haptics::ServoSettings servo = s.servo;
+    servo.frame = tissue.frame();
+    servo.tick = 1 / rate;
+    return servo;
+  }
+  static haptics::SurfacePatch empty_patch(int edge) {
+    haptics::SurfacePatch patch;
+    patch.resize(edge);
+    return patch;
+  }
+};
+
+void servo_thread(Session& s, haptics::HapticDevice& hand) {
+  s.granted = enter_realtime({});
+  Wiring& wiring = s.wiring;
+  s.timing.period = from_seconds(1 / hand.info().rate);
+  haptics::HandSample sample;
+  ServoTick tick;
+  Cut cut;
+  std::uint64_t ticks = 0;
+  while (!wiring.stop.load(std::memory_order_relaxed) && hand.read(sample)) {
+    const Nanos woke = now(), cpu = thread_cpu_time();
+    if (wiring.patch.fetch()) {
+      haptics::SurfacePatch& fresh = wiring.patch.front();
+      const PatchUse use{fresh.number, ticks, fresh.cuts, fresh.center_W};
+      s.servo.adopt(fresh);
+      if (s.record) wiring.patches_to_recorder.push(use);
+    }
+    const bool did_cut = s.servo.tick(sample, tick, cut);
+    hand.write(tick.f_T_W, tick.tau_T_W);
+    tick.cpu_time = thread_cpu_time() - cpu;
+    ++ticks;
+    if (did_cut) {
+      if (!wiring.cuts_to_carver.push(cut)) tick.faults |= bits(Fault::kRingFull);
+      if (s.record) wiring.cuts_to_recorder.push(cut);
+      if (s.debris) wiring.cuts_to_debris.push(cut);
+    }
+    wiring.tick_to_carver.publish(tick);
+    if (s.draw) wiring.tick_to_render.publish(tick);
+    if (s.record) wiring.ticks_to_recorder.push(tick);
+    if (s.sound) s.sound->push(tick);
+    s.faults |= tick.faults;
+    s.last = tick;
+    s.timing.record(woke, now());
+  }
+  hand.write(dvec3(0), dvec3(0));
+  wiring.servo_ended = true;
+}
+
+void carver_thread(Session& s) {
+  Wiring& wiring = s.wiring;
+  TissueView view;
+  Nanos meshed = 0;
+  bool first = true;
+  Cut cut;
+  while (!wiring.stop.load(std::memory_order_relaxed)) {
+    bool worked = false;
+    while (wiring.cuts_to_carver.pop(cut)) {
+      s.carver.apply(cut);
+      worked = true;
+    }
+    if (wiring.tick_to_carver.fetch()) {
+      const ServoTick& tick = wiring.tick_to_carver.front();
+      if (is_finite(tick.X_WG.p) && s.carver.patch_due(tick)) {
+        s.carver.cut_out(s.carver.patch_center(tick), wiring.patch.back());
+        wiring.patch.publish();
+        worked = true;
+      }
+    }
+    if (s.draw && (first || now() - meshed > kMeshInterval)) {
+      meshed = now();
+      first = false;
+      auto batch = std::make_unique<MeshBatch>(view.update(s.carver.volume()));
+      if (!batch->empty() && wiring.bricks.push(batch.get())) (void)batch.release();
+    }
+    if (!worked) std::this_thread::sleep_for(300us);
+  }
+  while (wiring.cuts_to_carver.pop(cut)) s.carver.apply(cut);
+}
+
+void recorder_thread(Session& s, session::SessionWriter& writer) {
+  Wiring& wiring = s.wiring;
+  const auto drain = [&] {
+    ServoTick tick;
+    Cut cut;
+    PatchUse use;
+    while (wiring.patches_to_recorder.pop(use)) writer.append({&use, 1});
+    while (wiring.cuts_to_recorder.pop(cut)) writer.append({&cut, 1});
+    while (wiring.ticks_to_recorder.pop(tick)) writer.append({&tick, 1});
+    writer.count_ring_losses(wiring.ticks_to_recorder.dropped(), wiring.cuts_to_recorder.dropped());
+    writer.heartbeat();
+  };
+  while (!wiring.stop.load(std::memory_order_relaxed)) {
+    drain();
+    std::this_thread::sleep_for(5ms);
+  }
+  drain();
+}
+
+bool has_desktop() { return std::getenv("DISPLAY") || std::getenv("WAYLAND_DISPLAY"); }
+
+}  // namespace
+
+WorkbenchSummary run_workbench(const Scene& scene, const WorkbenchOptions& options) {
+  WorkbenchSummary summary;
+  const auto explain = [&](std::string text) { summary.explanations.push_back(std::move(text)); };
+
+  // What this session needs.
+  std::filesystem::path rig_file = options.rig;
+  if (rig_file.empty() && has_desktop()) rig_file = assets_folder() / "rigs/window.json";
+  std::optional<display::DisplayRig> rig;
+  if (!rig_file.empty()) rig = display::load_rig(rig_file);
+  const bool window = rig && (rig->kind == display::DisplayKind::kWindow || rig->kind == display::DisplayKind::kMirror);
+  if (rig && rig->kind == display::DisplayKind::kHmd) {
+    throw Error(rig_file.string(), "\"display\"", "hmd", "window, mirror or offscreen in this version");
+  }
+  const std::string hand_address = !options.hand.empty() ? options.hand : window ? "mouse:" : "";
+  if (hand_address.empty()) throw Error("--hand", "", "nothing", "a hand, e.g. --hand script:HAND.csv: there is no window for the mouse");
+
+  Session s(scene, load_tissue(scene), kRate);
+  const haptics::TissueVolume& tissue = s.carver.volume();
+  s.draw = window && scene.needs("render");
+  explain(s.draw    ? fmt::format("picture: on, {}", rig_file.string())
+          : !rig    ? "picture: off, there is no desktop and no rig was given"
+          : !window ? "picture: off, an offscreen rig shows nothing live; use 'typodont render' or 'typodont demo'"
+                    : "picture: off, the scene does not name \"render\"");
+  s.record = !options.record.empty();
+  explain(s.record ? "recording: on, " + options.record.string() : "recording: off, no --record FILE.h5");
+  s.debris = s.draw && scene.needs("debris");
+  explain(s.debris ? "debris: on" : s.draw ? "debris: off, the scene does not name it" : "debris: off, nothing is drawn");
+
+  // The hand.
+  glm::ivec3 lo, hi;
+  tissue.bounds(lo, hi);
+  const dvec3 above = tissue.frame().to_world(dvec3((lo.x + hi.x) / 2.0, (lo.y + hi.y) / 2.0, hi.z)) + dvec3(0, 0, 1e-3);
+  std::optional<Pointer> pointer;
+  std::unique_ptr<haptics::HapticDevice> hand;
+  if (hand_address == "mouse:") {
+    if (!window) throw Error("--hand", "", "mouse:", "a window rig for it to move in");
+    pointer.emplace(*rig, above);
+    hand = make_mouse_hand(s.wiring, pointer->follow({}, 0).X_WT, kRate);
+  } else {
+    haptics::HandOptions hand_options;
+    hand_options.rate = kRate;
+    hand_options.assets = assets_folder();
+    if (rig) hand_options.X_WH = rig->X_WH;
+    hand = haptics::open_hand(hand_address, hand_options);
+  }
+  explain(fmt::format("hand: {} ({:g} Hz{})", hand->info().model, hand->info().rate,
+                      hand->info().force_limit > 0 ? "" : ", without force"));
+
+  // Sound.
+  std::optional<SoundLink> sound;
+  if (scene.needs("sound") && options.audio != "none:") {
+    std::string address = options.audio;
+    if (address.empty() && !audio::audio_devices().empty()) address = "portaudio:";
+    if (address.empty()) {
+      explain("sound: off, there is no sound card; --audio wav:FILE writes it to a file");
+    } else {
+      sound.emplace(address, scene, !address.starts_with("wav:"));
+      s.sound = &*sound;
+      explain("sound: on, " + address);
+    }
+  } else {
+    explain(scene.needs("sound") ? "sound: off, --audio none:" : "sound: off, the scene does not name it");
+  }
+
+  std::optional<session::SessionWriter> writer;
+  if (s.record) writer.emplace(options.record, session_header(scene, rig_file, *hand, tissue, hand->info().rate));
+  std::optional<PictureStage> stage;
+  std::optional<DebrisView> debris;
+  if (s.draw) {
+    PictureStage::Options look;
+    look.window = true;
+    look.quality = render::kQualityLadder[1];
+    stage.emplace(*rig, scene.servo, look);
+    explain("drawn by " + stage->device_name());
+  }
+  if (s.debris) debris.emplace(scene.servo.materials, tissue);
+  if (options.explain) {
+    for (const std::string& line : summary.explanations) log::info("{}", line);
+  }
+
+  // The first patch is there before the first tick.
+  haptics::HandSample first;
+  first.X_WT.p = above;
+  ServoTick start;
+  start.X_WT = start.X_WG = first.X_WT;
+  s.carver.cut_out(above, s.wiring.patch.back());
+  s.wiring.patch.publish();
+
+  g_asked_to_stop = false;
+  std::signal(SIGINT, ask_to_stop);
+  std::signal(SIGTERM, ask_to_stop);
+  std::jthread carver(carver_thread, std::ref(s));
+  std::jthread servo(servo_thread, std::ref(s), std::ref(*hand));
+  std::jthread recorder;
+  if (writer) recorder = std::jthread(recorder_thread, std::ref(s), std::ref(*writer));
+
+  // This thread draws, or waits.
+  const Nanos began = now();
+  Nanos last_frame = began;
+  ServoTick tick = start;
+  std::uint64_t drawn = 0;
+  std::string failure;
+  while (!s.wiring.servo_ended && !g_asked_to_stop && to_seconds(now() - began) < options.seconds) {
+    if (sound) sound->advance(s.wiring.tick_to_render.front().t);
+    if (!s.draw) {
+      std::this_thread::sleep_for(10ms);
+      if (sound && options.audio.starts_with("wav:")) sound->advance(now() - began);
+      continue;
+    }
+    try {
+      const display::UserInput input = stage->output().poll();
+      if (input.close) break;
+      if (pointer) s.wiring.pointer.publish(pointer->follow(input, now() - began));
+      if (s.wiring.tick_to_render.fetch()) tick = s.wiring.tick_to_render.front();
+      MeshBatch* batch = nullptr;
+      while (s.wiring.bricks.pop(batch)) {
+        const std::unique_ptr<MeshBatch> owned(batch);
+        stage->show(*owned, tissue.frame().origin);
+      }
+      const double dt = to_seconds(now() - last_frame);
+      last_frame = now();
+      if (debris) {
+        Cut cut;
+        while (s.wiring.cuts_to_debris.pop(cut)) debris->add(cut, scene.servo.tool);
+        debris->step(std::min(dt, 0.1));
+      }
+      const auto stats = stage->draw(tick, debris ? debris->particles() : std::span<const render::Particle>{}, dt,
+                                     "left button: drill   wheel: in and out");
+      drawn += stats.drawn;
+      if (!stats.drawn) std::this_thread::sleep_for(4ms);
+    } catch (const std::exception& e) {  // the picture is lost: the session ends in order
+      failure = e.what();
+      break;
+    }
+  }
+  s.wiring.stop = true;
+  servo.join();
+  carver.join();
+  if (recorder.joinable()) recorder.join();
+  if (sound) sound->stop(s.last.t);
+  MeshBatch* batch = nullptr;
+  while (s.wiring.bricks.pop(batch)) delete batch;
+  std::signal(SIGINT, SIG_DFL);
+  std::signal(SIGTERM, SIG_DFL);
+
+  if (writer && !writer->finish(session_result(tissue))) failure = writer->status().message;
+  summary.seconds = to_seconds(s.last.t);
+  summary.ticks = s.timing.ticks;
+  summary.frames = drawn;
+  summary.cuts = s.last.cuts;
+  summary.removed = s.last.removed;
+  summary.faults = s.faults;
+  summary.deadline_misses = s.timing.misses;
+  summary.tick_us_median = s.timing.work.quantile(0.5) * 1e-3;
+  summary.tick_us_p999 = s.timing.work.quantile(0.999) * 1e-3;
+  summary.worst_tick_us = static_cast<double>(s.timing.worst_tick) * 1e-3;
+  if (!s.granted.note.empty()) summary.explanations.push_back("real time: " + s.granted.note);
+  if (!failure.empty()) throw RunFailure(failure);
+  return summary;
+}
+
+}  // namespace typodont

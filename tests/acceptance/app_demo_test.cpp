@@ -1,0 +1,86 @@
+// The demo end to end, and what it leaves: each product is opened and looked into.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "engine/base/json.h"
+#include "engine/render/picture.h"
+#include "engine/session/film.h"
+#include "engine/session/session_file.h"
+#include "tests/support/program.h"
+
+namespace typodont {
+namespace {
+
+using namespace test;
+using testing::HasSubstr;
+
+double brightness(const render::Picture& picture) {
+  double sum = 0;
+  for (std::size_t i = 0; i < picture.rgba.size(); i += 4) sum += picture.rgba[i] + picture.rgba[i + 1] + picture.rgba[i + 2];
+  return sum / static_cast<double>(picture.rgba.size() / 4 * 3);
+}
+
+/// Pixels of the lesion's brown.
+int brown(const render::Picture& picture) {
+  int count = 0;
+  for (std::size_t i = 0; i < picture.rgba.size(); i += 4) {
+    const int r = picture.rgba[i], g = picture.rgba[i + 1], b = picture.rgba[i + 2];
+    count += r > 40 && r < 150 && r > g + 20 && g > b + 8;
+  }
+  return count;
+}
+
+TEST(Demo, MakesPicturesFilmSoundSessionAndReportOfACavityWhereTheLesionWas) {
+  ProgramFolder folder(TYPODONT_PROGRAM);
+  const std::string out = folder / "demo";
+  const Ran ran = folder.run("demo --fps 4 --out " + out);
+  ASSERT_EQ(ran.status, 0) << ran.err;
+  EXPECT_THAT(ran.out, HasSubstr("Made in"));
+
+  // Pictures: both eyes see the tooth, from two places; the lesion is gone afterwards.
+  const render::Picture before = render::read_png(out + "/before_left.png"), right = render::read_png(out + "/before_right.png");
+  const render::Picture after = render::read_png(out + "/after_left.png");
+  EXPECT_GT(brightness(before), 40);
+  EXPECT_GT(brightness(right), 40);
+  EXPECT_NE(before.rgba, right.rgba);
+  EXPECT_GT(brown(before), 1000);
+  EXPECT_LT(brown(after), brown(before) / 2);
+
+  // The session: complete, with most of the caries removed and little else.
+  const session::SessionReader session(out + "/session.h5");
+  EXPECT_FALSE(session.truncated());
+  EXPECT_GT(session.tick_count(), 20'000u);
+  EXPECT_EQ(session.patches().empty(), false);
+  const PerTissue removed = session.ticks(session.tick_count() - 1, 1).at(0).removed;
+  const auto of = [](const PerTissue& volumes, Tissue tissue) { return volumes[static_cast<std::size_t>(tissue)]; };
+  EXPECT_GT(of(removed, Tissue::kCaries), 0.75 * of(session.header().volumes_before, Tissue::kCaries));
+  EXPECT_EQ(of(removed, Tissue::kPulp), 0);
+
+  const Ran replay = folder.run("replay " + out + "/session.h5 --check --json");
+  EXPECT_EQ(replay.status, 0) << replay.out << replay.err;
+
+  // Sound as long as the session; the report holds plots and pictures and asks nothing of the network.
+  const double seconds = to_seconds(session.ticks(session.tick_count() - 1, 1).at(0).t);
+  const auto wav_bytes = static_cast<double>(std::filesystem::file_size(out + "/drill.wav"));
+  EXPECT_NEAR(wav_bytes / 2 / 48000, seconds, 0.2);
+  const std::string html = read_text(out + "/report.html");
+  EXPECT_THAT(html, HasSubstr("<svg"));
+  EXPECT_THAT(html, HasSubstr("data:image/png;base64,"));
+  EXPECT_EQ(html.find("src=\"http"), std::string::npos);
+  if (session::find_ffmpeg()) {
+    EXPECT_GT(std::filesystem::file_size(out + "/session.mp4"), 50'000u);
+  }
+}
+
+TEST(Demo, AnUnwritableFolderIsRefused) {
+  ProgramFolder folder(TYPODONT_PROGRAM);
+  const Ran ran = folder.run("demo --out /proc/nowhere");
+  EXPECT_EQ(ran.status, 2);
+  EXPECT_THAT(ran.err, HasSubstr("/proc/nowhere"));
+}
+
+}  // namespace
+}  // namespace typodont

@@ -1,0 +1,145 @@
+// typodont servo, replay, mesh and run on analytic scenes, through the command line.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "engine/base/json.h"
+#include "engine/base/units.h"
+#include "engine/session/ticks_csv.h"
+#include "tests/support/program.h"
+
+namespace typodont {
+namespace {
+
+using namespace test;
+using testing::HasSubstr;
+
+constexpr const char* kHeader = "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n";
+
+std::string sphere_scene(const std::string& more = "") {
+  return R"({"name": "sphere", "tissue": {"voxel_mm": 0.1, "solids": [
+    {"tissue": "enamel", "solid": {"sphere": {"radius_mm": 4}}}]},
+    "tool": {"shape": "sphere", "diameter_mm": 1.0}, "spindle_krpm": 300, "friction": false)" + more + "}";
+}
+
+/// Straight down onto the top of the sphere, half a millimetre deep, then over to the side.
+std::string slide() {
+  std::string csv = kHeader;
+  for (int i = 0; i <= 100; ++i) csv += fmt::format("{},0,0,{},1,0,0,0,0\n", i * 0.01, 6 - i * 0.02);
+  for (int i = 1; i <= 100; ++i) {
+    const double a = i * 0.01;
+    csv += fmt::format("{},{},0,{},1,0,0,0,0\n", 1 + i * 0.01, 4 * std::sin(a), 4 * std::cos(a));
+  }
+  return csv;
+}
+
+std::string drill_scene() {
+  return R"({"name": "block", "tissue": {"voxel_mm": 0.1, "solids": [
+    {"tissue": "dentin", "solid": {"box": {"size_mm": [6, 6, 4]}}}]},
+    "tool": {"shape": "sphere", "diameter_mm": 1.2}, "spindle_krpm": 300})";
+}
+
+std::string press(const ProgramFolder& folder, double newton) {
+  folder.write("path.csv", std::string(kHeader) + "0,0,0,2.65,1,0,0,0,1\n1.0,0,0,2.65,1,0,0,0,1\n");
+  return folder.write("hand.json", fmt::format(R"({{"path": "path.csv", "mass_kg": 0.15, "damping_Ns_per_m": 5,
+    "stiffness_N_per_m": [2000, 2000, 0], "push_N": [0, 0, {}]}})", -newton));
+}
+
+TEST(ServoCommand, ForceOnASphereIsStiffnessTimesDepthAlongTheRadius) {
+  ProgramFolder folder(TYPODONT_PROGRAM);
+  folder.write("scene.json", sphere_scene());
+  folder.write("hand.csv", slide());
+  const Ran ran = folder.run(fmt::format("servo {0}/scene.json --hand {0}/hand.csv --out {0}/ticks.csv --json", folder.path().string()));
+  ASSERT_EQ(ran.status, 0) << ran.err;
+  EXPECT_EQ(Json::parse(ran.out, "out")["faults"].integer(), 0);
+  const auto ticks = session::read_ticks_csv(folder / "ticks.csv");
+  ASSERT_EQ(ticks.size(), 2001u);
+  for (std::size_t i = 1200; i < ticks.size(); ++i) {
+    const dvec3 p = ticks[i].X_WT.p, u = glm::normalize(p), f = ticks[i].f_T_W;
+    EXPECT_NEAR(glm::length(f), 1000 * (4.5e-3 - glm::length(p)), 5e-4) << i;
+    EXPECT_LT(glm::length(glm::cross(glm::normalize(f), u)), std::sin(0.02 * kDegree)) << i;
+  }
+}
+
+TEST(ServoCommand, SameInputGivesSameBytes) {
+  ProgramFolder folder(TYPODONT_PROGRAM);
+  folder.write("scene.json", drill_scene());
+  press(folder, 1.0);
+  for (const char* name : {"a", "b"}) {
+    const Ran ran = folder.run(fmt::format("servo {0}/scene.json --hand {0}/hand.json --out {0}/{1}.csv --no-timing", folder.path().string(), name));
+    ASSERT_EQ(ran.status, 0) << ran.err;
+  }
+  EXPECT_EQ(read_text(folder / "a.csv"), read_text(folder / "b.csv"));
+}
+
+TEST(ServoCommand, TwiceThePushRemovesTwiceTheVolumeAtConstantSpeed) {
+  ProgramFolder folder(TYPODONT_PROGRAM);
+  folder.write("scene.json", drill_scene());
+  const auto removed = [&](double newton) {
+    press(folder, newton);
+    const Ran ran = folder.run(fmt::format("servo {0}/scene.json --hand {0}/hand.json --out {0}/t.csv --json", folder.path().string()));
+    EXPECT_EQ(ran.status, 0) << ran.err;
+    return Json::parse(ran.out, "out")["removed_mm3"]["dentin"].number();
+  };
+  EXPECT_NEAR(removed(1.6) / removed(0.8), 2, 0.06);
+}
+
+TEST(ServoCommand, SavedTissueIsASceneAgain) {
+  ProgramFolder folder(TYPODONT_PROGRAM);
+  folder.write("scene.json", drill_scene());
+  press(folder, 1.0);
+  ASSERT_EQ(folder.run(fmt::format("servo {0}/scene.json --hand {0}/hand.json --out {0}/t.csv --save {0}/after.vdb", folder.path().string())).status, 0);
+  folder.write("again.json", R"({"tissue": {"volume": "after.vdb"}, "tool": {"shape": "sphere", "diameter_mm": 1.2}})");
+  folder.write("still.csv", std::string(kHeader) + "0,0,0,9,1,0,0,0,0\n0.01,0,0,9,1,0,0,0,0\n");
+  const Ran ran = folder.run(fmt::format("servo {0}/again.json --hand {0}/still.csv --out {0}/u.csv", folder.path().string()));
+  EXPECT_EQ(ran.status, 0) << ran.err;
+}
+
+TEST(ReplayCommand, ARecordedRunReplaysBitForBit) {
+  ProgramFolder folder(TYPODONT_PROGRAM);
+  folder.write("scene.json", drill_scene());
+  press(folder, 1.0);
+  ASSERT_EQ(folder.run(fmt::format("servo {0}/scene.json --hand {0}/hand.json --out {0}/s.h5", folder.path().string())).status, 0);
+  const Ran ran = folder.run(fmt::format("replay {0}/s.h5 --check --json", folder.path().string()));
+  EXPECT_EQ(ran.status, 0) << ran.err;
+  const Json json = Json::parse(ran.out, "out");
+  EXPECT_TRUE(json["identical"].boolean());
+  EXPECT_EQ(json["ticks"].integer(), 1001);
+  EXPECT_FALSE(json["truncated"].boolean());
+}
+
+TEST(RunCommand, ALiveSessionOnAScriptedHandIsRecordedAndReplaysBitForBit) {
+  ProgramFolder folder(TYPODONT_PROGRAM);
+  folder.write("scene.json", drill_scene());
+  press(folder, 1.0);
+  const Ran live = folder.run(fmt::format("run {0}/scene.json --hand script:{0}/hand.json --record {0}/s.h5 --json", folder.path().string()),
+                              "env -u DISPLAY -u WAYLAND_DISPLAY timeout 60");
+  ASSERT_EQ(live.status, 0) << live.err;
+  EXPECT_GT(Json::parse(live.out, "out")["cuts"].integer(), 50);
+  const Ran ran = folder.run(fmt::format("replay {0}/s.h5 --check --json", folder.path().string()));
+  EXPECT_EQ(ran.status, 0) << ran.out << ran.err;
+}
+
+TEST(RunCommand, TerminatedInTheMiddleItStillSavesTheRecording) {
+  ProgramFolder folder(TYPODONT_PROGRAM);
+  folder.write("scene.json", drill_scene());
+  folder.write("hand.csv", std::string(kHeader) + "0,0,0,4,1,0,0,0,0\n600,0,0,4,1,0,0,0,0\n");
+  const Ran live = folder.run(fmt::format("run {0}/scene.json --hand script:{0}/hand.csv --record {0}/s.h5", folder.path().string()),
+                              "env -u DISPLAY -u WAYLAND_DISPLAY timeout --preserve-status -s TERM 3");
+  EXPECT_EQ(live.status, 0) << live.err;
+  const Ran ran = folder.run(fmt::format("replay {0}/s.h5 --check --json", folder.path().string()));
+  EXPECT_EQ(ran.status, 0) << ran.err;
+  EXPECT_FALSE(Json::parse(ran.out, "out")["truncated"].boolean());
+}
+
+TEST(RunCommand, WithoutADesktopOrAHandItSaysWhatIsMissing) {
+  ProgramFolder folder(TYPODONT_PROGRAM);
+  folder.write("scene.json", drill_scene());
+  const Ran ran = folder.run(fmt::format("run {0}/scene.json", folder.path().string()), "env -u DISPLAY -u WAYLAND_DISPLAY timeout 20");
+  EXPECT_EQ(ran.status, 2);
+  EXPECT_THAT(ran.err, HasSubstr("--hand"));
+}
+
+}  // namespace
+}  // namespace typodont

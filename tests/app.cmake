@@ -1,0 +1,7 @@
+typodont_test(acceptance_app KIND acceptance SOURCES acceptance/app_servo_test.cpp acceptance/app_bad_input_test.cpp
+              LIBS typodont_app)
+typodont_test(acceptance_demo KIND acceptance SOURCES acceptance/app_demo_test.cpp LIBS typodont_app SERIAL TIMEOUT 900)
+foreach(target acceptance_app acceptance_demo)
+  target_compile_definitions(${target} PRIVATE TYPODONT_PROGRAM="$<TARGET_FILE:typodont>")
+  add_dependencies(${target} typodont)
+endforeach()

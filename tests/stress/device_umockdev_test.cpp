@@ -1,0 +1,227 @@
+// Real hidraw nodes as far as the program can tell: udev, sysfs, /dev and ioctls come from umockdev, the reports from a
+// live emulation. Enumeration, permissions, opening, locking and report traffic go through hidapi and the kernel's calls.
+#include <gtest/gtest.h>
+#include <linux/hidraw.h>
+#include <sys/ioctl.h>
+#include <termios.h>
+#include <umockdev.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <cmath>
+#include <cstring>
+#include <deque>
+#include <mutex>
+#include <vector>
+
+#include "engine/base/error.h"
+#include "engine/contract/contact.h"
+#include "haptics/devices/arm_protocol.h"
+#include "haptics/devices/driver.h"
+#include "haptics/devices/hid.h"
+#include "haptics/devices/spacemouse.h"
+
+namespace typodont::haptics {
+namespace {
+
+using Bytes = std::vector<std::uint8_t>;
+
+/// One hidraw device. Its node is a pseudo terminal: one byte waits in it while reports are queued, so that poll() wakes.
+class MockHid {
+ public:
+  MockHid(int number, std::uint16_t vendor, std::uint16_t product, std::string name, std::string serial, Bytes descriptor)
+      : descriptor_(std::move(descriptor)), bed_(umockdev_testbed_new()) {
+    node_ = fmt_node(number);
+    char id[64];
+    std::snprintf(id, sizeof id, "0003:%08X:%08X", vendor, product);
+    const auto add = [&](const char* subsystem, const std::string& device, const char* parent,
+                         std::vector<const char*> attributes, std::vector<const char*> properties) {
+      attributes.push_back(nullptr);
+      properties.push_back(nullptr);
+      gchar* path = umockdev_testbed_add_devicev(bed_, subsystem, device.c_str(), parent,
+                                                 const_cast<gchar**>(attributes.data()),
+                                                 const_cast<gchar**>(properties.data()));
+      const std::string out = path ? path : "";
+      g_free(path);
+      return out;
+    };
+    char vid[8], pid[8];
+    std::snprintf(vid, sizeof vid, "%04x", vendor);
+    std::snprintf(pid, sizeof pid, "%04x", product);
+    const std::string usb = add("usb", "usb" + std::to_string(number), nullptr,
+                                {"idVendor", vid, "idProduct", pid, "manufacturer", "Maker", "product", name.c_str(),
+                                 "serial", serial.c_str(), "bcdDevice", "0100", "bInterfaceNumber", "00"},
+                                {"DEVTYPE", "usb_device"});
+    const std::string interface = add("usb", "usb" + std::to_string(number) + ":1.0", usb.c_str(),
+                                      {"bInterfaceNumber", "00"}, {"DEVTYPE", "usb_interface"});
+    const std::string hid = add("hid", std::string(id) + ".0001", interface.c_str(), {},
+                                {"HID_ID", id, "HID_NAME", name.c_str(), "HID_UNIQ", serial.c_str(), "HID_PHYS", ""});
+    umockdev_testbed_set_attribute_binary(bed_, hid.c_str(), "report_descriptor", descriptor_.data(),
+                                          static_cast<gint>(descriptor_.size()));
+    const std::string uevent = std::string("HID_ID=") + id + "\nHID_NAME=" + name + "\nHID_UNIQ=" + serial + "\n";
+    umockdev_testbed_set_attribute(bed_, hid.c_str(), "uevent", uevent.c_str());
+    // Only a textual record makes a node: of a character device, a pseudo terminal.
+    const std::string name_in_dev = node_.substr(5);
+    const std::string record = "P: " + hid.substr(4) + "/hidraw/" + name_in_dev + "\nN: " + name_in_dev +
+                               "\nE: DEVNAME=" + node_ + "\nE: MAJOR=240\nE: MINOR=0\nE: SUBSYSTEM=hidraw\nA: dev=240:0\n";
+    GError* error = nullptr;
+    EXPECT_TRUE(umockdev_testbed_add_from_string(bed_, record.c_str(), &error)) << (error ? error->message : "");
+
+    handler_ = umockdev_ioctl_base_new();
+    g_signal_connect(handler_, "handle-ioctl", G_CALLBACK(&MockHid::on_ioctl), this);
+    g_signal_connect(handler_, "handle-read", G_CALLBACK(&MockHid::on_read), this);
+    g_signal_connect(handler_, "handle-write", G_CALLBACK(&MockHid::on_write), this);
+    EXPECT_TRUE(umockdev_testbed_attach_ioctl(bed_, node_.c_str(), handler_, &error)) << (error ? error->message : "");
+  }
+  virtual ~MockHid() {
+    umockdev_testbed_detach_ioctl(bed_, node_.c_str(), nullptr);
+    g_object_unref(handler_);
+    g_object_unref(bed_);
+  }
+
+  void send(Bytes report) {
+    const std::scoped_lock lock(mutex_);
+    reports_.push_back(std::move(report));
+    if (reports_.size() == 1) wake();
+  }
+  void unplug() {
+    const std::scoped_lock lock(mutex_);
+    gone_ = true;
+    wake();
+  }
+
+ protected:
+  virtual void written(const Bytes&) {}
+
+ private:
+  static std::string fmt_node(int number) { return "/dev/hidraw" + std::to_string(number); }
+
+  void wake() {
+    [[maybe_unused]] const auto n = ::write(umockdev_testbed_get_dev_fd(bed_, node_.c_str()), "!", 1);
+  }
+  void sleep() { ::tcflush(umockdev_testbed_get_dev_fd(bed_, node_.c_str()), TCIOFLUSH); }
+
+  static gboolean on_ioctl(UMockdevIoctlBase*, UMockdevIoctlClient* client, MockHid* self) {
+    const gulong request = umockdev_ioctl_client_get_request(client);
+    UMockdevIoctlData* arg = umockdev_ioctl_client_get_arg(client);
+    if (request == HIDIOCGRDESCSIZE) {
+      UMockdevIoctlData* data = umockdev_ioctl_data_resolve(arg, 0, sizeof(int), nullptr);
+      const int size = static_cast<int>(self->descriptor_.size());
+      std::memcpy(data->data, &size, sizeof size);
+      umockdev_ioctl_client_complete(client, 0, 0);
+      g_object_unref(data);
+      return TRUE;
+    }
+    if (request == HIDIOCGRDESC) {
+      UMockdevIoctlData* data = umockdev_ioctl_data_resolve(arg, 0, sizeof(hidraw_report_descriptor), nullptr);
+      auto* out = reinterpret_cast<hidraw_report_descriptor*>(data->data);
+      out->size = static_cast<unsigned>(self->descriptor_.size());
+      std::memcpy(out->value, self->descriptor_.data(), self->descriptor_.size());
+      umockdev_ioctl_client_complete(client, 0, 0);
+      g_object_unref(data);
+      return TRUE;
+    }
+    umockdev_ioctl_client_complete(client, -1, ENOTTY);
+    return TRUE;
+  }
+
+  static gboolean on_read(UMockdevIoctlBase*, UMockdevIoctlClient* client, MockHid* self) {
+    UMockdevIoctlData* arg = umockdev_ioctl_client_get_arg(client);
+    Bytes report;
+    {
+      const std::scoped_lock lock(self->mutex_);
+      if (self->gone_) {
+        umockdev_ioctl_client_complete(client, -1, ENODEV);
+        return TRUE;
+      }
+      if (self->reports_.empty()) {
+        umockdev_ioctl_client_complete(client, -1, EAGAIN);
+        return TRUE;
+      }
+      report = self->reports_.front();
+      self->reports_.pop_front();
+      if (self->reports_.empty()) self->sleep();
+    }
+    const auto n = std::min<std::size_t>(report.size(), static_cast<std::size_t>(arg->data_len));
+    umockdev_ioctl_data_update(arg, 0, report.data(), static_cast<gint>(n));
+    umockdev_ioctl_client_complete(client, static_cast<glong>(n), 0);
+    return TRUE;
+  }
+
+  static gboolean on_write(UMockdevIoctlBase*, UMockdevIoctlClient* client, MockHid* self) {
+    UMockdevIoctlData* arg = umockdev_ioctl_client_get_arg(client);
+    const Bytes bytes(arg->data, arg->data + arg->data_len);
+    umockdev_ioctl_client_complete(client, static_cast<glong>(bytes.size()), 0);
+    self->written(bytes);
+    return TRUE;
+  }
+
+  Bytes descriptor_;
+  UMockdevTestbed* bed_;
+  UMockdevIoctlBase* handler_;
+  std::string node_;
+  std::mutex mutex_;
+  std::deque<Bytes> reports_;
+  bool gone_ = false;
+};
+
+/// Multi-axis controller, as far as enumeration looks.
+const Bytes kSpaceMouseDescriptor{0x05, 0x01, 0x09, 0x08, 0xa1, 0x01, 0xc0};
+const Bytes kArmDescriptor{0x06, 0xab, 0xff, 0x0a, 0x00, 0x02, 0xa1, 0x01, 0xc0};
+
+TEST(Umockdev, ASpaceMouseIsFoundListedAndSteers) {
+  MockHid mouse(0, 0x046d, 0xc626, "SpaceNavigator", "", kSpaceMouseDescriptor);
+  const auto found = list_devices();
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_EQ(found[0].kind, "6-DoF mouse");
+  EXPECT_EQ(found[0].model, "SpaceNavigator");
+  EXPECT_TRUE(found[0].permitted);
+  auto hand = open_hand("spacemouse:", {});
+  HandSample sample;
+  for (int i = 0; i < 300; ++i) {
+    if (i % 10 == 0) mouse.send({1, 0x5e, 0x01, 0, 0, 0, 0});
+    ASSERT_TRUE(hand->read(sample));
+  }
+  EXPECT_GT(sample.X_WT.p.x, 0.005);
+}
+
+TEST(Umockdev, AnArmIsFoundSpokenToHeldAndLost) {
+  struct Board : MockHid {
+    Board() : MockHid(1, 0x1234, 0x0006, "WoodenHaptics", "WH-7", kArmDescriptor) {}
+    void written(const Bytes& bytes) override {
+      if (bytes.size() != 9) return;  // a board of the first generation
+      last = static_cast<std::int16_t>(bytes[1] | bytes[2] << 8);
+      ++writes;
+      send({0, 0, 0, 0, 0, 0, 0, 0});
+    }
+    std::atomic<int> writes{0}, last{0};
+  } board;
+
+  const auto found = list_devices();
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_EQ(found[0].address, "woodenhaptics:WH-7");
+  EXPECT_EQ(found[0].force_limit, 5);
+
+  HandOptions options;
+  options.assets = "assets";
+  auto hand = open_hand("woodenhaptics:WH-7", options);
+  EXPECT_EQ(hand->info().serial, "WH-7");
+  EXPECT_THROW(open_hand("woodenhaptics:", options), Error);  // held
+  HandSample sample;
+  for (int i = 0; i < 300; ++i) {
+    ASSERT_TRUE(hand->read(sample));
+    hand->write(dvec3(0), dvec3(0));
+  }
+  EXPECT_NEAR(sample.X_WT.p.x, 0.025, 1e-6);
+  EXPECT_GE(board.writes, 300);
+  board.unplug();
+  bool alive = true;
+  for (int i = 0; i < 20 && alive; ++i) {
+    alive = hand->read(sample);
+    hand->write(dvec3(0), dvec3(0));
+  }
+  EXPECT_FALSE(alive);
+}
+
+}  // namespace
+}  // namespace typodont::haptics

@@ -1,0 +1,76 @@
+// A program that presses with an arm and then dies as its argument says. Every force it sends is one byte on standard
+// output: 'F', or '0' for none. Its servo runs to the very end.
+#include <signal.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <cstdlib>
+#include <string>
+#include <thread>
+
+#include "engine/base/check.h"
+#include "haptics/devices/exit_guard.h"
+#include "haptics/devices/safe_device.h"
+
+namespace {
+
+using namespace typodont;
+using namespace typodont::haptics;
+
+class PipeDevice : public HapticDevice {
+ public:
+  PipeDevice() { info_.force_limit = 5; }
+  const DeviceInfo& info() const noexcept override { return info_; }
+  bool read(HandSample& sample) noexcept override {
+    ::usleep(1000);
+    sample = {now(), {}, 0};
+    return true;
+  }
+  void write(const dvec3& f, const dvec3&) noexcept override { send(f == dvec3(0) ? '0' : 'F'); }
+  void release() noexcept override { send('0'); }
+
+ private:
+  void send(char c) noexcept { [[maybe_unused]] const auto n = ::write(1, &c, 1); }
+  DeviceInfo info_;
+};
+
+std::atomic<bool> pressing{false};
+
+[[noreturn]] void throw_from_a_thread() {
+  std::thread([] { throw 1; }).join();
+  std::abort();
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  const std::string death = argc > 1 ? argv[1] : "";
+  auto device = std::make_unique<PipeDevice>();
+  auto options = SafeDevice::options_for(device->info());
+  options.limits.silence = 10;  // the watchdog shall not be what saves us here
+  auto* const hand = new SafeDevice(std::move(device), options);  // never destroyed: nor shall that
+  std::thread([hand] {
+    HandSample sample;
+    for (;;) {
+      hand->read(sample);
+      hand->write(hand->armed() ? dvec3(0, 0, 2) : dvec3(0), dvec3(0));
+      pressing = hand->armed();
+    }
+  }).detach();
+  for (int i = 0; i < 10'000 && !pressing; ++i) ::usleep(1000);
+  ::usleep(20'000);
+  if (death == "exit") std::exit(0);
+  if (death == "quick_exit") std::quick_exit(0);
+  if (death == "abort") std::abort();
+  if (death == "segfault") ::raise(SIGSEGV);
+  if (death == "exception") throw_from_a_thread();
+  if (death == "check") {
+    set_check_handler(release_all_devices);
+    TYPODONT_CHECK(death.empty());
+  }
+  if (death == "term") ::kill(::getpid(), SIGTERM), ::sleep(5);
+  if (death == "int") ::kill(::getpid(), SIGINT), ::sleep(5);
+  if (death == "hup") ::kill(::getpid(), SIGHUP), ::sleep(5);
+  if (death == "kill") ::kill(::getpid(), SIGKILL), ::sleep(5);
+  ::_exit(99);
+}

@@ -1,0 +1,55 @@
+// The program as a user runs it: arguments in, exit status, standard output and standard error out.
+#pragma once
+
+#include <fmt/format.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <string>
+
+namespace typodont::test {
+
+inline std::string read_text(const std::filesystem::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+struct Ran {
+  int status = -1;
+  std::string out, err;
+};
+
+/// A folder of its own for one test, and `typodont` run with its output kept. Removed at the end.
+class ProgramFolder {
+ public:
+  explicit ProgramFolder(std::string program) : program_(std::move(program)) {
+    std::string pattern = (std::filesystem::temp_directory_path() / "typodont_test_XXXXXX").string();
+    path_ = mkdtemp(pattern.data());
+  }
+  ~ProgramFolder() { std::filesystem::remove_all(path_); }
+  ProgramFolder(const ProgramFolder&) = delete;
+  ProgramFolder& operator=(const ProgramFolder&) = delete;
+
+  const std::filesystem::path& path() const { return path_; }
+  std::string operator/(const std::string& name) const { return (path_ / name).string(); }
+  std::string write(const std::string& name, const std::string& text) const {
+    std::ofstream(path_ / name, std::ios::binary) << text;
+    return (path_ / name).string();
+  }
+  /// `before`: put in front of the program, e.g. "timeout 5" or an environment.
+  Ran run(const std::string& arguments, const std::string& before = "") const {
+    const std::string out = *this / ".stdout", err = *this / ".stderr";
+    const int status = std::system(fmt::format("{} {} {} >{} 2>{}", before, program_, arguments, out, err).c_str());
+    return {WEXITSTATUS(status), read_text(out), read_text(err)};
+  }
+
+ private:
+  std::string program_;
+  std::filesystem::path path_;
+};
+
+}  // namespace typodont::test

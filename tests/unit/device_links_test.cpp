@@ -1,0 +1,559 @@
+// Devices over real descriptors (pseudo terminal, loopback socket) and over stand-ins for the vendors' libraries.
+#include <dlfcn.h>
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <netinet/in.h>
+#include <poll.h>
+#include <pty.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <cmath>
+#include <fstream>
+#include <thread>
+
+#include "engine/base/error.h"
+#include "engine/base/units.h"
+#include "engine/contract/contact.h"
+#include "haptics/devices/driver.h"
+#include "haptics/devices/fd_link.h"
+#include "haptics/devices/haply.h"
+#include "haptics/devices/hid.h"
+#include "haptics/devices/mounted_device.h"
+#include "haptics/devices/pedal.h"
+#include "haptics/devices/spacemouse.h"
+#include "haptics/devices/woodenhaptics.h"
+#include "tests/support/emulation/haply_service.h"
+#include "tests/support/emulation/sim_time.h"
+#include "tests/support/no_alloc.h"
+
+namespace typodont::haptics {
+namespace {
+
+using test::HaplyService;
+
+/// A serial board at the other end of a pseudo terminal: answers each line of currents with its counters.
+class SerialBoard {
+ public:
+  SerialBoard() {
+    int master, slave;
+    char name[128];
+    EXPECT_EQ(::openpty(&master, &slave, name, nullptr, nullptr), 0);
+    port = name;
+    slave_ = Descriptor(slave);
+    master_ = Descriptor(master);
+    thread_ = std::thread([this] { serve(); });
+  }
+  ~SerialBoard() {
+    ending_ = true;
+    thread_.join();
+  }
+  void unplug() {
+    ending_ = true;
+    thread_.join();
+    thread_ = std::thread([] {});
+    slave_ = Descriptor();
+    master_ = Descriptor();
+  }
+
+  std::string port;
+  std::atomic<int> milliamperes{0}, lines{0};
+
+ private:
+  void serve() {
+    std::string in;
+    while (!ending_) {
+      pollfd waiting{master_.get(), POLLIN, 0};
+      if (::poll(&waiting, 1, 20) <= 0) continue;
+      char buffer[256];
+      const ssize_t n = ::read(master_.get(), buffer, sizeof buffer);
+      if (n <= 0) continue;
+      in.append(buffer, static_cast<std::size_t>(n));
+      for (std::size_t end; (end = in.find('\n')) != std::string::npos; in.erase(0, end + 1)) {
+        int a, b, c;
+        if (std::sscanf(in.c_str(), "[%d,%d,%d]", &a, &b, &c) != 3) continue;
+        milliamperes = std::abs(a) + std::abs(b) + std::abs(c);
+        ++lines;
+        const std::string answer = "[1,100000,-5,7,0,30,0,0]\n";
+        // In two pieces, as USB likes to.
+        EXPECT_EQ(::write(master_.get(), answer.data(), 9), 9);
+        EXPECT_GT(::write(master_.get(), answer.data() + 9, answer.size() - 9), 0);
+      }
+    }
+  }
+  Descriptor master_, slave_;
+  std::thread thread_;
+  std::atomic<bool> ending_{false};
+};
+
+TEST(SerialArm, SpeaksThroughAPseudoTerminalAndStartsAtItsHomePosition) {
+  SerialBoard board;
+  auto link = open_serial(board.port);
+  const ArmHello hello = greet_arm(*link, true, board.port);
+  EXPECT_EQ(hello.model, 1);
+  const Arm arm = read_arm("assets/devices/polhem_v3.json");
+  auto device = make_arm_device(std::move(link), hello.protocol, arm, {"woodenhaptics:", "", ""});
+  HandSample sample;
+  ASSERT_TRUE(device->read(sample));
+  EXPECT_LT(glm::length(sample.X_WT.p - stylus_pose(arm, arm.home).p), 1e-12);
+  device->write({0, 0, 1}, dvec3(0));
+  ASSERT_TRUE(device->read(sample));  // its answer comes after it took the currents
+  EXPECT_GT(board.milliamperes, 10);
+  const int before = board.lines;
+  device.reset();
+  for (int i = 0; i < 500 && board.lines == before; ++i) ::usleep(1000);
+  EXPECT_EQ(board.milliamperes, 0);  // the destructor's zero
+}
+
+TEST(SerialArm, APortThatHangsUpIsALostDevice) {
+  SerialBoard board;
+  auto link = open_serial(board.port);
+  greet_arm(*link, true, board.port);
+  auto device = make_arm_device(std::move(link), ArmProtocol::kText, read_arm("assets/devices/polhem_v3.json"), {});
+  HandSample sample;
+  ASSERT_TRUE(device->read(sample));
+  board.unplug();
+  bool alive = true;
+  for (int i = 0; i < 10 && alive; ++i) alive = device->read(sample);
+  EXPECT_FALSE(alive);
+  EXPECT_TRUE(device->faults() & bits(Fault::kDeviceLost));
+}
+
+TEST(SerialArm, ASecondProgramIsToldThatTheDeviceIsHeld) {
+  SerialBoard board;
+  const auto first = open_serial(board.port);
+  try {
+    open_serial(board.port);
+    FAIL();
+  } catch (const Error& e) {
+    EXPECT_NE(std::string(e.what()).find("another program holds this device"), std::string::npos) << e.what();
+  }
+}
+
+TEST(SerialArm, APortThatSaysNothingSensibleIsRefusedByName) {
+  int master, slave;
+  char name[128];
+  ASSERT_EQ(::openpty(&master, &slave, name, nullptr, nullptr), 0);
+  const Descriptor keep(master), keep_slave(slave);
+  auto link = open_serial(name);
+  EXPECT_THROW(greet_arm(*link, true, name), Error);
+}
+
+/// The Haply service on a real loopback socket.
+class HaplyServer {
+ public:
+  HaplyServer() : listener_(::socket(AF_INET, SOCK_STREAM, 0)) {
+    sockaddr_in address{};
+    address.sin_family = AF_INET;
+    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    socklen_t length = sizeof address;
+    EXPECT_EQ(::bind(listener_.get(), reinterpret_cast<sockaddr*>(&address), length), 0);
+    EXPECT_EQ(::listen(listener_.get(), 1), 0);
+    ::getsockname(listener_.get(), reinterpret_cast<sockaddr*>(&address), &length);
+    port = ntohs(address.sin_port);
+    thread_ = std::thread([this] {
+      const Descriptor client(::accept(listener_.get(), nullptr, nullptr));
+      char buffer[4096];
+      for (ssize_t n; (n = ::recv(client.get(), buffer, sizeof buffer, 0)) > 0;) {
+        const std::string answer = service.feed({buffer, static_cast<std::size_t>(n)});
+        if (!answer.empty() && ::send(client.get(), answer.data(), answer.size(), MSG_NOSIGNAL) < 0) break;
+      }
+    });
+  }
+  void join() { thread_.join(); }
+  int port = 0;
+  HaplyService service;  // to be looked at after join()
+
+ private:
+  Descriptor listener_;
+  std::thread thread_;
+};
+
+TEST(Haply, SpeaksToTheServiceOverARealSocketAndLeavesZeroBehind) {
+  HaplyServer server;
+  {
+    auto device = make_haply(connect_tcp("127.0.0.1", server.port), "127.0.0.1", {"haply:", "Haply Inverse3", ""});
+    EXPECT_EQ(device->info().serial, "0A1B");
+    HandSample sample;
+    for (int i = 0; i < 200; ++i) {
+      ASSERT_TRUE(device->read(sample));
+      device->write({0, 0, 0.01 * i}, dvec3(0));
+    }
+    EXPECT_EQ(sample.X_WT.p, dvec3(0.01, 0.02, 0.03));
+    EXPECT_NEAR(sample.X_WT.R.w, 0.8, 1e-12);
+  }
+  server.join();
+  EXPECT_GE(server.service.forces, 200);
+  EXPECT_EQ(server.service.force, dvec3(0));
+}
+
+/// The same in memory and in simulated time.
+class HaplyLink : public Link {
+ public:
+  HaplyLink(test::SimTime& time, HaplyService& service) : time_(time), service_(service) {}
+  int read(std::span<std::uint8_t> buffer, Nanos timeout) noexcept override {
+    if (service_.extra == "gone") return -1;
+    if (out_.empty()) {
+      time_.advance(timeout);
+      return 0;
+    }
+    const std::size_t n = std::min(buffer.size(), out_.size());
+    std::copy_n(out_.begin(), n, buffer.begin());
+    out_.erase(0, n);
+    return static_cast<int>(n);
+  }
+  bool write(std::span<const std::uint8_t> bytes) noexcept override {
+    if (service_.extra == "gone") return false;
+    out_ += service_.feed({bytes.begin(), bytes.end()});
+    return true;
+  }
+  Nanos now() noexcept override { return time_.now(); }
+
+ private:
+  test::SimTime& time_;
+  HaplyService& service_;
+  std::string out_;
+};
+
+TEST(Haply, FragmentsPingsAndRubbishBetweenStatesAreTakenInStride) {
+  test::SimTime time;
+  HaplyService service;
+  auto device = make_haply(std::make_unique<HaplyLink>(time, service), "test", {});
+  HandSample sample;
+  ASSERT_TRUE(device->read(sample));
+  service.fragments = 7;
+  service.extra = HaplyService::frame("hello", 1, 9);
+  service.position.x = 0.05;
+  device->write({1, 2, 3}, dvec3(0));
+  ASSERT_TRUE(device->read(sample));
+  EXPECT_EQ(sample.X_WT.p.x, 0.05);
+  EXPECT_EQ(service.pongs, 1);
+  EXPECT_EQ(service.force, dvec3(1, 2, 3));
+  EXPECT_EQ(device->faults(), 0u);
+
+  service.extra = HaplyService::frame("{\"inverse3\":[{]");
+  device->write({1, 2, 3}, dvec3(0));
+  ASSERT_TRUE(device->read(sample));
+  EXPECT_TRUE(device->faults() & bits(Fault::kBadInput));
+}
+
+TEST(Haply, AServiceThatClosesOrVanishesIsALostDevice) {
+  for (const std::string& end : {HaplyService::frame("", 1, 8), std::string("gone")}) {
+    test::SimTime time;
+    HaplyService service;
+    auto device = make_haply(std::make_unique<HaplyLink>(time, service), "test", {});
+    HandSample sample;
+    ASSERT_TRUE(device->read(sample));
+    service.extra = end;
+    device->write({1, 0, 0}, dvec3(0));
+    EXPECT_FALSE(device->read(sample));
+    EXPECT_TRUE(device->faults() & bits(Fault::kDeviceLost));
+  }
+}
+
+/// Reports that come at their times.
+class ReportLink : public Link {
+ public:
+  explicit ReportLink(test::SimTime& time) : time_(time) {}
+  std::vector<std::pair<Nanos, std::vector<std::uint8_t>>> reports;  // rising times
+  bool gone = false;
+  int read(std::span<std::uint8_t> buffer, Nanos timeout) noexcept override {
+    const Nanos end = time_.now() + timeout;
+    if (gone) return -1;
+    if (reports.empty() || reports.front().first > end) {
+      time_.advance(timeout);
+      return 0;
+    }
+    time_.advance(std::max<Nanos>(0, reports.front().first - time_.now()));
+    const auto bytes = reports.front().second;
+    reports.erase(reports.begin());
+    std::copy(bytes.begin(), bytes.end(), buffer.begin());
+    return static_cast<int>(bytes.size());
+  }
+  bool write(std::span<const std::uint8_t>) noexcept override { return true; }
+  Nanos now() noexcept override { return time_.now(); }
+
+ private:
+  test::SimTime& time_;
+};
+
+std::vector<std::uint8_t> full_right() { return {1, 0x5e, 0x01, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}; }
+
+TEST(SpaceMouse, RateControlMovesAtItsSpeedAndStopsWhenTheCapFallsSilent) {
+  test::SimTime time;
+  auto link = std::make_unique<ReportLink>(time);
+  for (int i = 0; i < 100; ++i) link->reports.push_back({time.now() + i * 10'000'000, full_right()});
+  auto device = make_spacemouse(std::move(link), {}, 1000, {});
+  HandSample sample;
+  Nanos last = 0;
+  for (int i = 0; i < 1000; ++i) {
+    ASSERT_TRUE(device->read(sample));
+    if (last) {
+      ASSERT_EQ(sample.t - last, 1'000'000);  // a clean 1 kHz from a 100 Hz mouse
+    }
+    last = sample.t;
+  }
+  EXPECT_NEAR(sample.X_WT.p.x, 0.05 * (1 - 0.02), 5e-4);  // a second at full speed, less the smoothing's lag
+  for (int i = 0; i < 400; ++i) device->read(sample);
+  const double rest = sample.X_WT.p.x;
+  for (int i = 0; i < 1000; ++i) device->read(sample);
+  EXPECT_NEAR(sample.X_WT.p.x, rest, 1e-6);
+}
+
+TEST(SpaceMouse, PositionControlComesBackToWhereItStarted) {
+  test::SimTime time;
+  auto link = std::make_unique<ReportLink>(time);
+  link->reports.push_back({time.now() + 1'000'000, full_right()});
+  link->reports.push_back({time.now() + 150'000'000, {1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}});
+  SpaceMouseControl control;
+  control.rate_control = false;
+  auto device = make_spacemouse(std::move(link), control, 1000, {});
+  HandSample sample;
+  for (int i = 0; i < 140; ++i) device->read(sample);
+  EXPECT_NEAR(sample.X_WT.p.x, control.reach, 1e-3);
+  for (int i = 0; i < 500; ++i) device->read(sample);
+  EXPECT_NEAR(sample.X_WT.p.x, 0, 1e-6);
+}
+
+TEST(Pedal, AFootSwitchThatIsPulledOutIsReleased) {
+  test::SimTime time;
+  auto link = std::make_unique<ReportLink>(time);
+  ReportLink& wire = *link;
+  Pedal pedal(std::move(link), *pedal_kind(0x05f3, 0x00ff, {}));
+  EXPECT_EQ(pedal.value(), 0);
+  wire.reports.push_back({time.now(), {2, 0}});
+  EXPECT_EQ(pedal.value(), 1);
+  EXPECT_EQ(pedal.value(), 1);  // no news: still down
+  wire.gone = true;
+  EXPECT_EQ(pedal.value(), 0);
+  EXPECT_TRUE(pedal.lost());
+}
+
+/// A stand-in library loaded under its vendor's name, before the driver asks for it.
+class StandIn {
+ public:
+  explicit StandIn(const char* path) : handle_(::dlopen(path, RTLD_NOW | RTLD_LOCAL)) {
+    EXPECT_NE(handle_, nullptr) << ::dlerror();
+  }
+  template <class F>
+  F* get(const char* name) {
+    return reinterpret_cast<F*>(::dlsym(handle_, name));
+  }
+
+ private:
+  void* handle_;
+};
+
+const Driver& driver(const std::string& scheme) {
+  for (const Driver& d : drivers()) {
+    if (d.scheme == scheme) return d;
+  }
+  throw Error("no driver " + scheme);
+}
+
+TEST(OpenHaptics, SamplesInMillimetresBecomeMetresAndForcesArriveInTheCallback) {
+  StandIn library(TYPODONT_STANDIN_HD);
+  auto* const step = library.get<bool()>("standin_hd_step");
+  auto* const force = library.get<const double*()>("standin_hd_force");
+  library.get<void(double, double, double)>("standin_hd_place")(10, -20, 30);
+  library.get<void(int)>("standin_hd_press")(1);
+  auto device = driver("openhaptics").open("", {});
+  EXPECT_EQ(device->info().model, "Touch (stand-in)");
+  EXPECT_DOUBLE_EQ(device->info().force_limit, 3.3);
+  EXPECT_DOUBLE_EQ(device->info().max_stiffness, 400);
+  EXPECT_DOUBLE_EQ(device->info().continuous_force, 0.88);
+
+  HandSample sample;
+  ASSERT_TRUE(step());
+  ASSERT_TRUE(device->read(sample));
+  EXPECT_LT(glm::length(sample.X_WT.p - dvec3(0.010, -0.020, 0.030)), 1e-15);
+  EXPECT_EQ(sample.pedal, 1);
+  device->write({0.5, 0, -1}, dvec3(0));
+  step();
+  EXPECT_EQ(force()[0], 0.5);
+  EXPECT_EQ(force()[2], -1);
+}
+
+TEST(OpenHaptics, ASilentServoLosesItsForceAfterTwoCallbacksAndReleaseAtTheNext) {
+  StandIn library(TYPODONT_STANDIN_HD);
+  auto* const step = library.get<bool()>("standin_hd_step");
+  auto* const force = library.get<const double*()>("standin_hd_force");
+  auto device = driver("openhaptics").open("Default Device", {});
+  device->write({1, 0, 0}, dvec3(0));
+  for (int i = 0; i < 3; ++i) {
+    step();
+    EXPECT_EQ(force()[0], 1);
+  }
+  step();
+  EXPECT_EQ(force()[0], 0);
+  device->write({1, 0, 0}, dvec3(0));
+  step();
+  EXPECT_EQ(force()[0], 1);
+  device->release();
+  step();
+  EXPECT_EQ(force()[0], 0);
+}
+
+TEST(OpenHaptics, ErrorsAreReportedAndTheEndLeavesNoForce) {
+  StandIn library(TYPODONT_STANDIN_HD);
+  auto* const step = library.get<bool()>("standin_hd_step");
+  auto device = driver("openhaptics").open("", {});
+  HandSample sample;
+  library.get<void(unsigned)>("standin_hd_fail")(0x0300);
+  step();
+  ASSERT_TRUE(device->read(sample));
+  EXPECT_EQ(device->faults(), bits(Fault::kBadInput));
+  EXPECT_FALSE(device->read(sample));  // no callback for 100 ms: lost
+  EXPECT_EQ(device->faults(), bits(Fault::kDeviceLost));
+  device->write({1, 0, 0}, dvec3(0));
+  step();
+  device.reset();
+  EXPECT_EQ(library.get<const double*()>("standin_hd_force")()[0], 0);
+  EXPECT_FALSE(library.get<bool()>("standin_hd_output")());
+  EXPECT_THROW(driver("openhaptics").open("Nobody", {}), Error);
+}
+
+TEST(ForceDimension, PosesForcesAndTorquesPassThroughAndTheEndLeavesNoForce) {
+  StandIn library(TYPODONT_STANDIN_DHD);
+  auto* const wrench = library.get<const double*()>("standin_dhd_wrench");
+  library.get<void(double, double, double)>("standin_dhd_place")(0.01, 0.02, 0.03);
+  library.get<void(unsigned)>("standin_dhd_press")(1);
+  auto device = driver("forcedimension").open("0", {});
+  EXPECT_EQ(device->info().serial, "4711");
+  EXPECT_EQ(device->info().force_limit, 12);  // by its name, a sigma
+  EXPECT_EQ(library.get<unsigned char()>("standin_dhd_watchdog")(), 16);
+  HandSample sample;
+  ASSERT_TRUE(device->read(sample));
+  EXPECT_EQ(sample.X_WT.p, dvec3(0.01, 0.02, 0.03));
+  EXPECT_LT(glm::length(sample.X_WT.rotate({1, 0, 0}) - dvec3(0, 1, 0)), 1e-12);
+  EXPECT_EQ(sample.pedal, 1);
+  device->write({1, 2, 3}, {0.1, 0.2, 0.3});
+  EXPECT_EQ(wrench()[2], 3);
+  EXPECT_EQ(wrench()[5], 0.3);
+  device->release();
+  EXPECT_EQ(wrench()[2], 0);
+  device->write({1, 2, 3}, {0.1, 0.2, 0.3});
+  device.reset();
+  for (int i = 0; i < 6; ++i) EXPECT_EQ(wrench()[i], 0);
+  EXPECT_FALSE(library.get<bool()>("standin_dhd_powered")());
+}
+
+TEST(ForceDimension, ADeviceThatStopsAnsweringGetsZeroAndIsLost) {
+  StandIn library(TYPODONT_STANDIN_DHD);
+  auto* const breaks = library.get<void(bool)>("standin_dhd_break");
+  auto device = driver("forcedimension").open("", {});
+  HandSample sample;
+  ASSERT_TRUE(device->read(sample));
+  device->write({1, 2, 3}, dvec3(0));
+  breaks(true);
+  EXPECT_TRUE(device->read(sample));
+  EXPECT_EQ(device->faults(), bits(Fault::kBadInput));
+  EXPECT_EQ(library.get<const double*()>("standin_dhd_wrench")()[2], 0);
+  for (int i = 0; i < 1000 && device->read(sample); ++i) {
+  }
+  EXPECT_EQ(device->faults(), bits(Fault::kDeviceLost));
+  breaks(false);
+}
+
+TEST(Registry, AnUnknownAddressIsRefusedWithTheListOfKnownOnes) {
+  for (const char* bad : {"", "nonsense", "nonsense:", "WOODENHAPTICS:"}) {
+    try {
+      open_hand(bad, {});
+      ADD_FAILURE() << bad;
+    } catch (const Error& e) {
+      for (const char* known : {"circle:", "forcedimension:", "haply:", "openhaptics:", "script:", "spacemouse:",
+                                "woodenhaptics:"}) {
+        EXPECT_NE(std::string(e.what()).find(known), std::string::npos) << e.what();
+      }
+    }
+  }
+}
+
+TEST(Registry, AbsentHardwareIsAnErrorThatNamesTheWayOn) {
+  for (const char* address : {"woodenhaptics:", "woodenhaptics:SERIAL", "spacemouse:", "woodenhaptics:/dev/none"}) {
+    EXPECT_THROW(open_hand(address, {}), Error) << address;
+  }
+}
+
+TEST(Registry, TheSampleDriverIsOneFileAndCanBeOpened) {
+  HandOptions options;
+  options.paced = false;
+  options.X_WH = {{0, 0, 1}, dquat(1, 0, 0, 0)};
+  auto hand = open_hand("circle:20", options);
+  HandSample sample;
+  for (int i = 0; i < 251; ++i) ASSERT_TRUE(hand->read(sample));
+  EXPECT_LT(glm::length(sample.X_WT.p - dvec3(0, 0.020, 1)), 1e-9);
+  EXPECT_THROW(open_hand("circle:wide", options), Error);
+}
+
+TEST(Registry, DriversOfOtherModulesCanBeAdded) {
+  Driver mine;
+  mine.scheme = "unit-test";
+  mine.hardware = false;
+  mine.open = [](const std::string& rest, const HandOptions& options) { return driver("circle").open(rest, options); };
+  add_driver(mine);
+  EXPECT_NE(open_hand("unit-test:5", {}), nullptr);
+}
+
+TEST(DeviceWatch, ReportsWhatCameAndWent) {
+  std::vector<FoundDevice> there;
+  DeviceWatch watch([&] { return there; });
+  EXPECT_TRUE(watch.look().empty());
+  there.push_back({"woodenhaptics:12", "force feedback", "Woody", "12", "/dev/hidraw0", 5, false, "udev"});
+  auto changes = watch.look();
+  ASSERT_EQ(changes.size(), 1u);
+  EXPECT_TRUE(changes[0].arrived);
+  EXPECT_TRUE(watch.look().empty());
+  there[0].permitted = true;  // the rules came into force
+  EXPECT_EQ(watch.look().size(), 2u);
+  there.clear();
+  changes = watch.look();
+  ASSERT_EQ(changes.size(), 1u);
+  EXPECT_FALSE(changes[0].arrived);
+}
+
+TEST(Mounting, PowerIsTheSameInTheWorkbenchAndInTheBase) {
+  // A device that turns by ω and moves by v receives f·v + τ·ω, whichever frame and point they are written in.
+  struct Moving : HapticDevice {
+    DeviceInfo info_;
+    HandSample now_;
+    dvec3 f{0}, tau{0};
+    const DeviceInfo& info() const noexcept override { return info_; }
+    bool read(HandSample& s) noexcept override { return s = now_, true; }
+    void write(const dvec3& force, const dvec3& torque) noexcept override { f = force, tau = torque; }
+  };
+  auto owned = std::make_unique<Moving>();
+  Moving& inner = *owned;
+  const Pose X_WH{{0.1, 0.2, 0.3}, glm::normalize(dquat(0.5, 0.1, -0.7, 0.3))};
+  const Pose X_ST{{0.02, -0.01, 0.09}, glm::normalize(dquat(0.9, 0.2, 0.1, -0.4))};
+  auto device = mount(std::move(owned), X_WH, X_ST);
+  const Pose X_HS{{0.04, -0.03, 0.02}, glm::normalize(dquat(0.3, 0.4, 0.1, 0.8))};
+  inner.now_.X_WT = X_HS;
+  HandSample sample;
+  device->read(sample);
+  const Pose before = sample.X_WT;
+  const dvec3 f(1, -2, 0.5), tau(0.01, 0.02, -0.03);
+  device->write(f, tau);
+
+  const double h = 1e-6;
+  const dvec3 v_H(0.1, 0.05, -0.2), w_H(1, -2, 0.5);
+  inner.now_.X_WT = {X_HS.p + h * v_H, glm::normalize(dquat(1, 0.5 * h * w_H.x, 0.5 * h * w_H.y, 0.5 * h * w_H.z) * X_HS.R)};
+  device->read(sample);
+  const dvec3 v_T = (sample.X_WT.p - before.p) / h;
+  const double at_tool = glm::dot(f, v_T) + glm::dot(tau, X_WH.R * w_H);
+  const double at_device = glm::dot(inner.f, v_H) + glm::dot(inner.tau, w_H);
+  EXPECT_NEAR(at_tool, at_device, 1e-6);
+}
+
+TEST(Hid, TheReportDescriptorIsReadFromSysfs) {
+  const auto root = std::filesystem::temp_directory_path() / "typodont_sysfs/class/hidraw/hidraw7/device";
+  std::filesystem::create_directories(root);
+  std::ofstream(root / "report_descriptor", std::ios::binary) << "\x05\x01";
+  const std::string sys = (std::filesystem::temp_directory_path() / "typodont_sysfs").string();
+  EXPECT_EQ(report_descriptor("/dev/hidraw7", sys), (std::vector<std::uint8_t>{5, 1}));
+  EXPECT_TRUE(report_descriptor("/dev/hidraw8", sys).empty());
+}
+
+}  // namespace
+}  // namespace typodont::haptics
