@@ -1,5 +1,5 @@
-// What the devices' code adds to a tick: from the report of an arm to the currents written, safety layer included, against
-// the same loop over the same link with no work in it. The link is memory: this is our share, not USB's.
+// What the devices' code adds to a tick: from the report of an arm to the currents written, safety layer included,
+// against the same loop over the same link with no work in it. The link is memory: this is our share, not USB's.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 

@@ -273,7 +273,8 @@ TEST(SlewLimit, LettingGoIsNeverDelayedAndNothingGrowsPastWhatIsWanted) {
   std::mt19937 random(3);
   std::normal_distribution<double> normal;
   for (int i = 0; i < 10'000; ++i) {
-    const dvec3 last(normal(random), normal(random), normal(random)), wanted(normal(random), normal(random), normal(random));
+    const dvec3 last(normal(random), normal(random), normal(random)),
+        wanted(normal(random), normal(random), normal(random));
     const double step = std::abs(normal(random)) * 0.3;
     const dvec3 f = limit_slew(last, wanted, step);
     ASSERT_LE(glm::length(f), glm::length(wanted) * (1 + 1e-12));
