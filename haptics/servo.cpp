@@ -98,6 +98,17 @@ int patch_edge_for(const Tool& tool, double voxel) {
 
 double patch_travel_for(const Tool& tool, double voxel) { return travel_for(tool, voxel); }
 
+dvec3 patch_center_for(const dvec3& p_WG, const dvec3& p_WT, double travel) noexcept {
+  const dvec3 pull = p_WT - p_WG;
+  const double length = glm::length(pull);
+  return p_WG + (length > travel / 2 ? pull * (travel / 2 / length) : pull);
+}
+
+bool patch_due_for(const dvec3& wanted_W, const dvec3& center_W, double travel) noexcept {
+  const dvec3 off = glm::abs(wanted_W - center_W);
+  return std::max({off.x, off.y, off.z}) > travel / 2;
+}
+
 struct Servo::State {
   ServoSettings settings;
   ContactFinder finder;
@@ -361,8 +372,9 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
   if (deep) faults |= bits(Fault::kDeepPenetration);
   if (lost) faults |= bits(Fault::kPatchEdge);
   // A patch that has long been due: the carver is late. What the patch holds is still true, so the force stays.
-  const dvec3 off = glm::abs(s.X_WG.p - s.patch.center_W);
-  const bool due = s.patch.number == 0 || std::max({off.x, off.y, off.z}) > 0.75 * travel_for(tool, h) * h;
+  const double travel = travel_for(tool, h) * h;
+  const bool due = s.patch.number == 0 ||
+                   patch_due_for(patch_center_for(s.X_WG.p, X_WT.p, travel), s.patch.center_W, travel);
   s.due_for = due ? s.due_for + dt : 0;
   if (s.due_for > kStaleTime) faults |= bits(Fault::kStalePatch);
   const dvec3 p_WG = c == target ? X_WT.p : settings.frame.to_world(c);

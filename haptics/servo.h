@@ -69,5 +69,10 @@ class Servo {
 int patch_edge_for(const Tool& tool, double voxel);
 /// How far, in voxels, the tool may move from the patch's centre before a new one is due.
 double patch_travel_for(const Tool& tool, double voxel);
+/// Where a patch should lie, m: between the tool outside the tissue and the hand that pulls it, `travel` in m.
+dvec3 patch_center_for(const dvec3& p_WG, const dvec3& p_WT, double travel) noexcept;
+/// True when a patch that lies around `center_W` should be replaced by one around `wanted_W`.
+bool patch_due_for(const dvec3& wanted_W, const dvec3& center_W, double travel) noexcept;
+
 
 }  // namespace typodont::haptics
