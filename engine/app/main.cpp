@@ -13,6 +13,7 @@ int main(int argc, char** argv) {
   add_demo_command(app);
   add_servo_command(app);
   add_import_command(app);
+  add_mesh_command(app);
   add_render_command(app);
   add_report_command(app);
   add_devices_command(app);

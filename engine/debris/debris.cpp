@@ -15,9 +15,12 @@ namespace {
 
 constexpr std::uint32_t kNever = std::numeric_limits<std::uint32_t>::max();
 constexpr float kStuck = std::numeric_limits<float>::infinity();  // 1/s: the drag of a particle at rest
-constexpr std::uint32_t kRestSteps = 512;  // how often one at rest looks whether the tissue under it is gone
+constexpr std::uint32_t kRestSteps = 512;   // how often one at rest looks whether the tissue under it is gone
 constexpr std::uint32_t kMostSteps = 1024;  // how long one in flight goes unattended
-constexpr double kRestSpeed = 0.05;        // m/s
+constexpr std::size_t kGroup = 32;          // particles looked after together
+constexpr double kRestSpeed = 0.05;         // m/s
+constexpr double kDragError = 0.1;          // how far off the drag may be before it is worked out anew
+constexpr double kStokesReynolds = 0.02;    // below, drag is Stokes' to one per cent
 
 // A stream of numbers that depends on the seed, the cut and nothing else (SplitMix64, Steele et al. 2014).
 class Stream {
@@ -78,16 +81,20 @@ Contact sample(const CoarseField& field, const glm::dvec3& p_W) {
 // A ring in the order of birth: since all live equally long, the oldest go first, and the living are one or two runs.
 struct Debris::State {
   DebrisOptions options;
-  std::vector<float> x, y, z, vx, vy, vz, rate;
-  std::vector<std::uint32_t> due;
-  std::vector<float> mass0;     // kg at birth; 0: sucked away
-  std::vector<float> diameter;  // m, of one chip
-  std::vector<double> born_at;  // s
-  std::vector<Tissue> tissue;
-  std::vector<float> density;   // kg/m³
-  std::vector<std::uint32_t> found;
+  std::vector<float> x, y, z, vx, vy, vz, rate, keep;  // rate: 1/s, of drag; keep: see motion.h
+  std::vector<std::uint32_t> due;                      // step in which a particle needs more than the inner loop
+  std::vector<std::uint32_t> first_due;                // the least of every kGroup of them, or less
+  struct Chip {                                        // what the inner loop does not need
+    double born_at;                                    // s
+    float mass0;                                       // kg at birth; 0: sucked away
+    float diameter;                                    // m, of one chip
+    float density;                                     // kg/m³
+    Tissue tissue;
+  };
+  std::vector<Chip> chips;
   std::size_t first = 0, count = 0;
   double time = 0;
+  float last_dt = 0;                // s, of the last step, which `keep` is for
   std::uint32_t step = kMostSteps;  // counted from here, so that a phase can be taken off
   PerTissue born{};
   double decayed = 0, sucked = 0, dropped = 0;
@@ -99,10 +106,20 @@ struct Debris::State {
     const std::size_t s = first + i;
     return s < options.capacity ? s : s - options.capacity;
   }
-  double left(std::size_t s) const { return mass0[s] * std::exp(-(time - born_at[s]) / options.decay_time); }
+  double left(std::size_t s) const {
+    return chips[s].mass0 * std::exp(-(time - chips[s].born_at) / options.decay_time);
+  }
+  void set_rate(std::size_t s, float value) {
+    rate[s] = value;
+    keep[s] = 1.0f / (1.0f + value * last_dt);
+  }
   glm::dvec3 position(std::size_t s) const { return {x[s], y[s], z[s]}; }
   glm::dvec3 velocity(std::size_t s) const { return {vx[s], vy[s], vz[s]}; }
 
+  void set_due(std::size_t s, std::uint32_t when) {
+    due[s] = when;
+    first_due[s / kGroup] = std::min(first_due[s / kGroup], when);
+  }
   void attend(std::size_t s, double dt, const CoarseField& field, const Suction* suction) noexcept;
 };
 
@@ -113,18 +130,18 @@ void Debris::State::attend(std::size_t s, double dt, const CoarseField& field, c
   const double nozzle = suction ? glm::length(suction->p_W - p) : 0;
   if (suction && nozzle < suction->radius) {
     sucked += left(s);
-    decayed += mass0[s] - left(s);
-    mass0[s] = 0;
+    decayed += chips[s].mass0 - left(s);
+    chips[s].mass0 = 0;
     vx[s] = vy[s] = vz[s] = 0;
-    rate[s] = kStuck;
-    due[s] = kNever;
+    set_rate(s, kStuck);
+    set_due(s, kNever);
     return;
   }
   const Contact contact = sample(field, p);
-  const double radius = 0.5 * diameter[s];
+  const double radius = 0.5 * chips[s].diameter;
   if (resting) {
     if (contact.inside && contact.distance < 0.5 * field.spacing) {
-      due[s] = step + kRestSteps;
+      set_due(s, step + kRestSteps);
       return;
     }
   } else if (contact.inside && contact.distance < radius) {
@@ -139,26 +156,33 @@ void Debris::State::attend(std::size_t s, double dt, const CoarseField& field, c
     x[s] = static_cast<float>(p.x), y[s] = static_cast<float>(p.y), z[s] = static_cast<float>(p.z);
     if (glm::dot(v, v) < kRestSpeed * kRestSpeed) {
       vx[s] = vy[s] = vz[s] = 0;
-      rate[s] = kStuck;
-      due[s] = step + kRestSteps;
+      set_rate(s, kStuck);
+      set_due(s, step + kRestSteps);
       return;
     }
     vx[s] = static_cast<float>(v.x), vy[s] = static_cast<float>(v.y), vz[s] = static_cast<float>(v.z);
   }
   const double speed = glm::length(v);
-  rate[s] = static_cast<float>(
-      drag_rate(speed, diameter[s], density[s], options.air_density, options.air_viscosity));
+  const double stokes = 18 * options.air_viscosity / (chips[s].density * chips[s].diameter * chips[s].diameter);
+  const double reynolds = options.air_density * speed * chips[s].diameter / options.air_viscosity;
+  set_rate(s, static_cast<float>(reynolds < kStokesReynolds ? stokes
+                                                            : drag_rate(speed, chips[s].diameter, chips[s].density,
+                                                                        options.air_density, options.air_viscosity)));
 
   // Until it could touch the tissue or reach the nozzle, or its drag has changed. It gets no quicker than it is, or
   // than it falls in the end, or than the air around it; and the air at most four times so on half the way to the sink.
-  const double stokes = 18 * options.air_viscosity / (density[s] * diameter[s] * diameter[s]);
   double quickest = std::max(speed, glm::length(options.gravity_W) / stokes);
   double clearance = std::numeric_limits<double>::max();
   if (field.distance) {
     clearance = contact.distance - radius - 0.5 * field.spacing;
     if (!contact.inside) {
       const glm::dvec3 low = field.origin, high = field.origin + field.spacing * glm::dvec3(field.size - 1);
-      clearance = glm::length(p - glm::clamp(p, low, high));
+      const glm::dvec3 away = p - glm::clamp(p, low, high);
+      clearance = glm::length(away);
+      // What leaves the box and is pulled away from it does not come back: drag turns nothing round.
+      if (!suction && glm::dot(away, v) >= 0 && glm::dot(away, options.gravity_W) >= 0) {
+        clearance = std::numeric_limits<double>::max();
+      }
     }
   }
   if (suction) {
@@ -166,28 +190,29 @@ void Debris::State::attend(std::size_t s, double dt, const CoarseField& field, c
     clearance = std::min({clearance, 0.5 * nozzle, nozzle - 0.5 * suction->radius});
   }
   auto steps = static_cast<std::uint32_t>(std::clamp(clearance / (quickest * dt), 1.0, double{kMostSteps}));
-  const double reynolds = options.air_density * speed * diameter[s] / options.air_viscosity;
-  if (reynolds > 0.3) {  // below, drag is Stokes' whatever the speed
-    const double change = glm::length(options.gravity_W - static_cast<double>(rate[s]) * v) * dt;
-    steps = static_cast<std::uint32_t>(std::clamp(0.2 * speed / change, 1.0, static_cast<double>(steps)));
+  if (reynolds > kStokesReynolds) {
+    const double excess = rate[s] / stokes - 1;                // 0.15 Re^0.687
+    const double sensitivity = 0.687 * excess / (1 + excess);  // d log rate / d log speed
+    const double change = glm::length(options.gravity_W - static_cast<double>(rate[s]) * v) * dt;  // of speed, a step
+    steps = static_cast<std::uint32_t>(
+        std::clamp(kDragError * speed / (sensitivity * change), 1.0, static_cast<double>(steps)));
   }
   // Rounded down so that neighbours, born together, fall due together and most blocks are passed over whole; each block
   // in a step of its own.
   const std::uint32_t grain = std::bit_floor(std::max(1u, steps / 2));
-  const std::uint32_t phase = static_cast<std::uint32_t>(s / kBlock) * 37 % kMostSteps;
-  due[s] = std::max(step + 1, ((step + steps + phase) & ~(grain - 1)) - phase);
+  const std::uint32_t phase = static_cast<std::uint32_t>(s / kGroup) * 37 % kMostSteps;
+  set_due(s, std::max(step + 1, ((step + steps + phase) & ~(grain - 1)) - phase));
 }
 
 Debris::Debris(const DebrisOptions& options) : state_(std::make_unique<State>()) {
   State& s = *state_;
   s.options = options;
-  for (auto* array : {&s.x, &s.y, &s.z, &s.vx, &s.vy, &s.vz, &s.rate, &s.mass0, &s.diameter, &s.density}) {
+  for (auto* array : {&s.x, &s.y, &s.z, &s.vx, &s.vy, &s.vz, &s.rate, &s.keep}) {
     array->resize(options.capacity);
   }
-  s.due.resize(options.capacity);
-  s.born_at.resize(options.capacity);
-  s.tissue.resize(options.capacity);
-  s.found.resize(options.capacity);
+  s.due.assign(options.capacity, kNever);
+  s.first_due.assign(options.capacity / kGroup + 1, kNever);
+  s.chips.resize(options.capacity);
 }
 Debris::~Debris() = default;
 Debris::Debris(Debris&&) noexcept = default;
@@ -233,18 +258,14 @@ void Debris::emit(const Cut& cut, double head_radius, const MaterialTable& mater
         if (into < 0) v -= 2 * into * n;
       }
       const dvec3 p = centre + head_radius * side;
-      const double chip = s.options.least_chip *
-                          std::pow(s.options.greatest_chip / s.options.least_chip, random.uniform());
+      const double chip =
+          s.options.least_chip * std::pow(s.options.greatest_chip / s.options.least_chip, random.uniform());
       s.x[i] = static_cast<float>(p.x), s.y[i] = static_cast<float>(p.y), s.z[i] = static_cast<float>(p.z);
       s.vx[i] = static_cast<float>(v.x), s.vy[i] = static_cast<float>(v.y), s.vz[i] = static_cast<float>(v.z);
-      s.mass0[i] = share;
-      s.diameter[i] = static_cast<float>(chip);
-      s.density[i] = static_cast<float>(density);
-      s.tissue[i] = static_cast<Tissue>(t);
-      s.born_at[i] = s.time;
-      s.rate[i] = static_cast<float>(
-          drag_rate(glm::length(v), chip, density, s.options.air_density, s.options.air_viscosity));
-      s.due[i] = s.step + 1;
+      s.chips[i] = {s.time, share, static_cast<float>(chip), static_cast<float>(density), static_cast<Tissue>(t)};
+      s.set_rate(i, static_cast<float>(
+                        drag_rate(glm::length(v), chip, density, s.options.air_density, s.options.air_viscosity)));
+      s.set_due(i, s.step + 1);
     }
   }
 }
@@ -256,8 +277,9 @@ void Debris::step(double dt, const CoarseField& field, const Suction* suction) n
   ++s.step;
 
   // The oldest have decayed.
-  while (s.count > 0 && s.time - s.born_at[s.first] >= s.options.lifetime) {
-    s.decayed += s.mass0[s.first];
+  while (s.count > 0 && s.time - s.chips[s.first].born_at >= s.options.lifetime) {
+    s.decayed += s.chips[s.first].mass0;
+    s.due[s.first] = kNever;
     s.first = s.slot(1);
     --s.count;
   }
@@ -266,30 +288,49 @@ void Debris::step(double dt, const CoarseField& field, const Suction* suction) n
   if (drawn && (!s.drawn || suction->p_W != s.nozzle_W || suction->flow != s.flow)) {
     for (std::size_t i = 0; i < s.count; ++i) {
       const std::size_t at = s.slot(i);
-      if (s.rate[at] < kStuck) s.due[at] = s.step;
+      if (s.rate[at] < kStuck) s.set_due(at, s.step);
     }
     s.nozzle_W = suction->p_W;
     s.flow = suction->flow;
   }
   s.drawn = drawn;
 
-  const Motion motion{s.x.data(),  s.y.data(),  s.z.data(),    s.vx.data(),
-                      s.vy.data(), s.vz.data(), s.rate.data(), s.due.data()};
+  const auto step_length = static_cast<float>(dt);
+  if (step_length != s.last_dt) {
+    s.last_dt = step_length;
+    set_keep(s.rate.data(), s.keep.data(), s.options.capacity, step_length);
+  }
+  const Motion motion{s.x.data(), s.y.data(), s.z.data(), s.vx.data(), s.vy.data(), s.vz.data(), s.keep.data()};
   Surroundings around{};
   for (int a = 0; a < 3; ++a) around.gravity[a] = static_cast<float>(s.options.gravity_W[a]);
   if (suction) {
     for (int a = 0; a < 3; ++a) around.sink[a] = static_cast<float>(suction->p_W[a]);
     around.strength = static_cast<float>(suction->flow / (4 * kPi));
   }
-  const auto step_length = static_cast<float>(dt);
   const std::size_t end = std::min(s.first + s.count, s.options.capacity), wrapped = s.first + s.count - end;
-  std::size_t found = move(motion, s.first, end, step_length, around, s.step, s.found.data());
-  found += move(motion, 0, wrapped, step_length, around, s.step, s.found.data() + found);
-  for (std::size_t i = 0; i < found; ++i) s.attend(s.found[i], dt, field, suction);
+  move(motion, s.first, end, step_length, around);
+  move(motion, 0, wrapped, step_length, around);
+
+  for (std::size_t group = 0; group * kGroup < s.options.capacity; ++group) {
+    if (s.first_due[group] > s.step) continue;
+    s.first_due[group] = kNever;
+    const std::size_t last = std::min((group + 1) * kGroup, s.options.capacity);
+    for (std::size_t i = group * kGroup; i < last; ++i) {
+      if (s.due[i] <= s.step) {
+        s.attend(i, dt, field, suction);
+      } else {
+        s.first_due[group] = std::min(s.first_due[group], s.due[i]);
+      }
+    }
+  }
 }
 
-std::size_t Debris::alive() const noexcept { return state_->count; }
-double Debris::time() const noexcept { return state_->time; }
+std::size_t Debris::alive() const noexcept {
+  return state_->count;
+}
+double Debris::time() const noexcept {
+  return state_->time;
+}
 
 DebrisLedger Debris::ledger() const noexcept {
   const State& s = *state_;
@@ -302,7 +343,7 @@ DebrisLedger Debris::ledger() const noexcept {
     const std::size_t at = s.slot(i);
     const double left = s.left(at);
     out.alive += left;
-    out.decayed += s.mass0[at] - left;
+    out.decayed += s.chips[at].mass0 - left;
   }
   return out;
 }
@@ -312,16 +353,23 @@ std::size_t Debris::write_points(std::span<DebrisPoint> points) const noexcept {
   std::size_t written = 0;
   for (std::size_t i = 0; i < s.count && written < points.size(); ++i) {
     const std::size_t at = s.slot(i);
-    if (s.mass0[at] <= 0) continue;
-    const double volume = s.left(at) / s.density[at];
-    points[written++] = {{s.x[at], s.y[at], s.z[at]}, static_cast<float>(std::cbrt(6 / kPi * volume)), s.tissue[at]};
+    if (s.chips[at].mass0 <= 0) continue;
+    const double volume = s.left(at) / s.chips[at].density;
+    points[written++] = {
+        {s.x[at], s.y[at], s.z[at]}, static_cast<float>(std::cbrt(6 / kPi * volume)), s.chips[at].tissue};
   }
   return written;
 }
 
-glm::vec3 Debris::velocity(std::size_t i) const noexcept { return state_->velocity(state_->slot(i)); }
-double Debris::chip(std::size_t i) const noexcept { return state_->diameter[state_->slot(i)]; }
-double Debris::mass(std::size_t i) const noexcept { return state_->left(state_->slot(i)); }
+glm::vec3 Debris::velocity(std::size_t i) const noexcept {
+  return state_->velocity(state_->slot(i));
+}
+double Debris::chip(std::size_t i) const noexcept {
+  return state_->chips[state_->slot(i)].diameter;
+}
+double Debris::mass(std::size_t i) const noexcept {
+  return state_->left(state_->slot(i));
+}
 
 std::uint64_t Debris::hash() const noexcept {
   const State& s = *state_;
@@ -329,7 +377,8 @@ std::uint64_t Debris::hash() const noexcept {
   auto mix = [&h](float value) { h = (h ^ std::bit_cast<std::uint32_t>(value)) * 0x100000001b3u; };
   for (std::size_t i = 0; i < s.count; ++i) {
     const std::size_t at = s.slot(i);
-    for (const auto* array : {&s.x, &s.y, &s.z, &s.vx, &s.vy, &s.vz, &s.mass0}) mix((*array)[at]);
+    for (const auto* array : {&s.x, &s.y, &s.z, &s.vx, &s.vy, &s.vz}) mix((*array)[at]);
+    mix(s.chips[at].mass0);
   }
   return h;
 }

@@ -23,33 +23,33 @@ namespace typodont::debris {
 /// The tissue as a coarse dense distance field: what particles bounce off. The arrays belong to the caller.
 /// Sample (x,y,z) lies at origin + spacing·(x,y,z) and at index (x·size.y + y)·size.z + z.
 struct CoarseField {
-  glm::dvec3 origin{0};               // m, in W
-  double spacing = 5e-4;              // m
-  glm::ivec3 size{0};                 // samples; none: nothing to bounce off
-  const float* distance = nullptr;    // m, negative in the tissue
+  glm::dvec3 origin{0};             // m, in W
+  double spacing = 5e-4;            // m
+  glm::ivec3 size{0};               // samples; none: nothing to bounce off
+  const float* distance = nullptr;  // m, negative in the tissue
 };
 
 /// A nozzle that draws air in from all around.
 struct Suction {
-  glm::dvec3 p_W{0};      // m
-  double flow = 5e-3;     // m³/s: a high-volume dental aspirator draws about 300 l/min
-  double radius = 4e-3;   // m: what comes nearer is gone
+  glm::dvec3 p_W{0};     // m
+  double flow = 5e-3;    // m³/s: a high-volume dental aspirator draws about 300 l/min
+  double radius = 4e-3;  // m: what comes nearer is gone
 };
 
 struct DebrisOptions {
   std::size_t capacity = 100'000;
   std::uint64_t seed = 1;
-  double parcel_volume = 1e-12;           // m³ of tissue that one particle stands for, as long as there is room
+  double parcel_volume = 1e-12;  // m³ of tissue that one particle stands for, as long as there is room
   int most_per_cut = 32;
   double least_chip = 5e-6, greatest_chip = 50e-6;  // m, diameters; between them evenly in the logarithm
-  double decay_time = 2.0;                // s: a particle's mass falls by e in this time (Kim & Park 2006, sec. 4.6) …
-  double lifetime = 6.0;                  // s: … and what is left of it vanishes after this
-  glm::dvec3 gravity_W{0, 0, -9.81};      // m/s²
-  double air_density = 1.2;               // kg/m³
-  double air_viscosity = 1.8e-5;          // Pa·s
-  double restitution = 0.3;               // of the speed along the normal
-  double slide = 0.7;                     // share of the tangential speed kept in a bounce
-  double scatter = 0.25;                  // of the rim speed: spread of the launch velocity
+  double decay_time = 2.0;            // s: a particle's mass falls by e in this time (Kim & Park 2006, sec. 4.6) …
+  double lifetime = 6.0;              // s: … and what is left of it vanishes after this
+  glm::dvec3 gravity_W{0, 0, -9.81};  // m/s²
+  double air_density = 1.2;           // kg/m³
+  double air_viscosity = 1.8e-5;      // Pa·s
+  double restitution = 0.3;           // of the speed along the normal
+  double slide = 0.7;                 // share of the tangential speed kept in a bounce
+  double scatter = 0.25;              // of the rim speed: spread of the launch velocity
 };
 
 /// Where all mass went: born = alive + decayed + sucked + dropped. kg.

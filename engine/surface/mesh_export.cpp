@@ -36,6 +36,13 @@ std::array<std::uint8_t, 3> rgb(const MaterialTable& materials, Tissue tissue) {
   return {byte(color.x), byte(color.y), byte(color.z)};
 }
 
+std::string lower_extension(const std::filesystem::path& file) {
+  std::string extension = file.extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return extension;
+}
+
 std::string ply(const WholeMesh& mesh, const VoxelFrame& frame, const MaterialTable& materials) {
   std::string labels;
   for (int t = 0; t < kTissueCount; ++t) {
@@ -68,7 +75,8 @@ std::string stl(const WholeMesh& mesh, const VoxelFrame& frame) {
   append(out, static_cast<std::uint32_t>(mesh.triangles.size()));
   for (const auto& triangle : mesh.triangles) {
     glm::vec3 p[3];
-    for (int i = 0; i < 3; ++i) p[i] = millimetres(mesh.vertices[triangle[static_cast<std::size_t>(i)]].position, frame);
+    for (int i = 0; i < 3; ++i)
+      p[i] = millimetres(mesh.vertices[triangle[static_cast<std::size_t>(i)]].position, frame);
     const glm::vec3 n = glm::cross(p[1] - p[0], p[2] - p[0]);
     const float length = glm::length(n);
     append(out, length > 0 ? n / length : glm::vec3(0));
@@ -134,21 +142,20 @@ WholeMesh weld(const SurfaceMesher& mesher) {
   return whole;
 }
 
+void require_mesh_format(const std::filesystem::path& file) {
+  const std::string format = lower_extension(file);
+  if (format != ".ply" && format != ".stl" && format != ".obj") {
+    throw Error(file.string(), "extension", "\"" + file.extension().string() + "\"", ".ply, .stl or .obj");
+  }
+}
+
 void write_mesh(const std::filesystem::path& file, const WholeMesh& mesh, const VoxelFrame& frame,
                 const MaterialTable& materials) {
-  const std::string extension = file.extension().string();
-  std::string format = extension;
-  std::transform(format.begin(), format.end(), format.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  if (format == ".ply") {
-    write_file_atomically(file, ply(mesh, frame, materials));
-  } else if (format == ".stl") {
-    write_file_atomically(file, stl(mesh, frame));
-  } else if (format == ".obj") {
-    write_file_atomically(file, obj(mesh, frame, materials));
-  } else {
-    throw Error(file.string(), "extension", "\"" + extension + "\"", ".ply, .stl or .obj");
-  }
+  require_mesh_format(file);
+  const std::string format = lower_extension(file);
+  write_file_atomically(file, format == ".ply"   ? ply(mesh, frame, materials)
+                              : format == ".stl" ? stl(mesh, frame)
+                                                 : obj(mesh, frame, materials));
 }
 
 }  // namespace typodont::surface

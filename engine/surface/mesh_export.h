@@ -26,6 +26,9 @@ struct WholeMesh {
 
 WholeMesh weld(const SurfaceMesher& mesher);
 
+/// Throws Error, naming the file, unless its extension is one that write_mesh knows: to be asked before long work.
+void require_mesh_format(const std::filesystem::path& file);
+
 /// Writes the file whole or not at all, in millimetres of W; the format by its extension: .ply (binary, with normals,
 /// colours and tissue labels), .stl (binary) or .obj (text, with normals and vertex colours).
 void write_mesh(const std::filesystem::path& file, const WholeMesh& mesh, const VoxelFrame& frame,

@@ -57,8 +57,7 @@ struct Weaver {
   void weave(const BrickContour* const around[8], BrickMesh& mesh);
 
  private:
-  std::uint32_t copy_of(const Corner& corner, Tissue low, Tissue high, const glm::vec3& crease_normal,
-                        BrickMesh& mesh);
+  std::uint32_t copy_of(const Corner& corner, Tissue low, Tissue high, const glm::vec3& crease_normal, BrickMesh& mesh);
   void triangle(const Corner& a, const Corner& b, const Corner& c, BrickMesh& mesh);
 };
 
@@ -139,7 +138,8 @@ void Weaver::triangle(const Corner& a, const Corner& b, const Corner& c, BrickMe
   for (const Corner* corner : corners) mesh.indices.push_back(copy_of(*corner, low, high, side, mesh));
 }
 
-// `around`[o]: this brick (0) and its lower neighbours (bit a of o: one lower along axis a); nullptr where there is none.
+// `around`[o]: this brick (0) and its lower neighbours (bit a of o: one lower along axis a); nullptr where there is
+// none.
 void Weaver::weave(const BrickContour* const around[8], BrickMesh& mesh) {
   const CellShapes& shapes = CellShapes::get();
   const BrickContour& own = *around[0];
@@ -163,7 +163,8 @@ void Weaver::weave(const BrickContour* const around[8], BrickMesh& mesh) {
   for (const BrickContour::Edge edge : own.edges) {
     const int axis = edge.axis, u = (axis + 1) % 3, v = (axis + 2) % 3;
     const glm::ivec3 base(edge.cell >> 8, edge.cell >> 4 & 15, edge.cell & 15);
-    static constexpr int kRing[4][2] = {{1, 1}, {0, 1}, {0, 0}, {1, 0}};  // steps down along u and v: a turn about +axis
+    static constexpr int kRing[4][2] = {
+        {1, 1}, {0, 1}, {0, 0}, {1, 0}};  // steps down along u and v: a turn about +axis
     static constexpr int kStep[3] = {kCells * kCells, kCells, 1};
     if (base[u] > 0 && base[v] > 0) {
       // Inside the brick, most polygons vanish where cells were merged.
@@ -214,8 +215,10 @@ void Weaver::weave(const BrickContour* const around[8], BrickMesh& mesh) {
       continue;
     }
     // Split along the shorter diagonal, unless that folds the quad over.
-    const glm::vec3 n0 = area_normal(corners[0], corners[1], corners[2]), n1 = area_normal(corners[0], corners[2], corners[3]);
-    const glm::vec3 m0 = area_normal(corners[1], corners[2], corners[3]), m1 = area_normal(corners[1], corners[3], corners[0]);
+    const glm::vec3 n0 = area_normal(corners[0], corners[1], corners[2]),
+                    n1 = area_normal(corners[0], corners[2], corners[3]);
+    const glm::vec3 m0 = area_normal(corners[1], corners[2], corners[3]),
+                    m1 = area_normal(corners[1], corners[3], corners[0]);
     const glm::vec3 whole_normal = n0 + n1;
     const float fold_n = std::min(glm::dot(n0, whole_normal), glm::dot(n1, whole_normal));
     const float fold_m = std::min(glm::dot(m0, whole_normal), glm::dot(m1, whole_normal));
@@ -252,8 +255,8 @@ void Weaver::weave(const BrickContour* const around[8], BrickMesh& mesh) {
     mesh.cone_cosine = 1;
     for (std::size_t i = 0; i < mesh.indices.size(); i += 3) {
       const glm::vec3& a = mesh.vertices[mesh.indices[i]].position;
-      const glm::vec3 n = glm::cross(mesh.vertices[mesh.indices[i + 1]].position - a,
-                                     mesh.vertices[mesh.indices[i + 2]].position - a);
+      const glm::vec3 n =
+          glm::cross(mesh.vertices[mesh.indices[i + 1]].position - a, mesh.vertices[mesh.indices[i + 2]].position - a);
       const float area = glm::length(n);
       if (area > 0) mesh.cone_cosine = std::min(mesh.cone_cosine, glm::dot(n, mesh.cone_axis) / area);
     }

@@ -21,8 +21,8 @@ namespace typodont::surface {
 
 /// 28 bytes, as a vertex buffer takes it. The frame is that of the bricks' voxels: p_W = frame.to_world(position).
 struct SurfaceVertex {
-  glm::vec3 position{0};    // voxels
-  glm::vec3 normal{0};      // unit, out of the tissue; on a crease that of this triangle's side
+  glm::vec3 position{0};  // voxels
+  glm::vec3 normal{0};    // unit, out of the tissue; on a crease that of this triangle's side
   // The same two tissues at all corners of a triangle; the boundary runs where the interpolated `second` passes 0.5, so
   // that a shader that switches there draws it crisp.
   Tissue tissue[2]{};       // [0] <= [1]
@@ -57,14 +57,14 @@ class SurfaceMesher {
   SurfaceMesher(SurfaceMesher&&) noexcept;
   SurfaceMesher& operator=(SurfaceMesher&&) noexcept;
 
-  /// Takes a brick whose samples are new or have changed. Every brick whose 17³ cell corners have both signs must be put,
-  /// and every brick whose 19³ samples changed must be put again, before remesh().
+  /// Takes a brick whose samples are new or have changed. Every brick whose 17³ cell corners have both signs must be
+  /// put, and every brick whose 19³ samples changed must be put again, before remesh().
   void put(const FieldBrick& brick);
   /// Forgets a brick: as if it had been put without any surface in it.
   void remove(const glm::ivec3& key);
 
-  /// Makes the triangles of all bricks touched since the last call. Returns their keys, sorted; a brick whose mesh is now
-  /// empty is among them when it was not empty before. Valid until the next call of anything here.
+  /// Makes the triangles of all bricks touched since the last call. Returns their keys, sorted; a brick whose mesh is
+  /// now empty is among them when it was not empty before. Valid until the next call of anything here.
   std::span<const glm::ivec3> remesh();
 
   /// nullptr where no surface passes. Valid until the next remesh().

@@ -92,8 +92,8 @@ Topology topology_of(const surface::WholeMesh& mesh) {
     if (edge.first < edge.second || reverse == 0) ++edges;
     if (count + reverse != 2) {
       const auto p = mesh.vertices[edge.first].position;
-      complain(t.closed, "edge with " + std::to_string(count + reverse) + " triangles near " + std::to_string(p.x) + " " +
-                             std::to_string(p.y) + " " + std::to_string(p.z));
+      complain(t.closed, "edge with " + std::to_string(count + reverse) + " triangles near " + std::to_string(p.x) +
+                             " " + std::to_string(p.y) + " " + std::to_string(p.z));
     }
     if (count != 1 || reverse != 1) complain(t.oriented, "triangles of an edge run the same way");
   }

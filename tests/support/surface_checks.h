@@ -12,7 +12,7 @@
 
 namespace typodont::test {
 
-using Field = std::function<double(const glm::dvec3&)>;   // distance in voxels at a point in voxels
+using Field = std::function<double(const glm::dvec3&)>;  // distance in voxels at a point in voxels
 using Labels = std::function<Tissue(const glm::dvec3&)>;
 
 /// The samples of one brick; distances clamped to ±band as a narrow band has them.
@@ -25,13 +25,13 @@ bool has_surface(const FieldBrick& brick);
 surface::SurfaceMesher mesh_of(const std::vector<FieldBrick>& bricks, float tolerance);
 
 struct Topology {
-  bool closed = false;      // every edge has exactly two triangles
-  bool oriented = false;    // … which pass it in opposite directions
-  bool manifold = false;    // … and the triangles around every vertex form one fan
-  long euler = 0;           // V − E + F
+  bool closed = false;    // every edge has exactly two triangles
+  bool oriented = false;  // … which pass it in opposite directions
+  bool manifold = false;  // … and the triangles around every vertex form one fan
+  long euler = 0;         // V − E + F
   int components = 0;
-  double volume = 0;        // voxels³, positive when the triangles face outward
-  std::string complaint;    // the first thing wrong
+  double volume = 0;      // voxels³, positive when the triangles face outward
+  std::string complaint;  // the first thing wrong
 };
 Topology topology_of(const surface::WholeMesh& mesh);
 

@@ -1,10 +1,11 @@
+#include "engine/debris/debris.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <vector>
 
 #include "engine/base/units.h"
-#include "engine/debris/debris.h"
 #include "engine/debris/motion/motion.h"
 #include "tests/support/no_alloc.h"
 
@@ -130,6 +131,12 @@ TEST(Drag, IsSchillerAndNaumanns) {
   // At Re = 100 the drag is 1 + 0.15·100^0.687 = 4.55 times Stokes'.
   const double speed = 100 * 1.8e-5 / (1.2 * 50e-6);
   EXPECT_NEAR(drag_rate(speed, 50e-6, 2900, 1.2, 1.8e-5) / drag_rate(0, 50e-6, 2900, 1.2, 1.8e-5), 4.55, 0.01);
+}
+
+TEST(Drag, TableFollowsTheFormula) {
+  for (double re = 1e-3; re < 999; re *= 1.013) {
+    EXPECT_NEAR(drag_factor(re), 1 + 0.15 * std::pow(re, 0.687), 1e-4 * drag_factor(re)) << re;
+  }
 }
 
 TEST(Debris, FallsAtTheSpeedWhereDragHoldsItsWeight) {

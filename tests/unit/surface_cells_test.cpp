@@ -28,10 +28,10 @@ TEST(CellShapes, CrossExactlyTheEdgesWhoseEndsDiffer) {
 
 TEST(CellShapes, SolidCornersAcrossADiagonalKeepPatchesOfTheirOwn) {
   const CellShapes& shapes = CellShapes::get();
-  EXPECT_EQ(shapes[1 | 1 << 3].patches, 2);   // across a face
-  EXPECT_EQ(shapes[1 | 1 << 7].patches, 2);   // across the cell
-  EXPECT_EQ(shapes[1 | 1 << 1].patches, 1);   // along an edge
-  EXPECT_EQ(shapes[0b01101001].patches, 4);   // a tetrahedron of solid corners
+  EXPECT_EQ(shapes[1 | 1 << 3].patches, 2);  // across a face
+  EXPECT_EQ(shapes[1 | 1 << 7].patches, 2);  // across the cell
+  EXPECT_EQ(shapes[1 | 1 << 1].patches, 1);  // along an edge
+  EXPECT_EQ(shapes[0b01101001].patches, 4);  // a tetrahedron of solid corners
   EXPECT_EQ(shapes[0b10010110].patches, 4);
 }
 

@@ -8,14 +8,10 @@ namespace typodont::debris {
 
 /// Arrays of the same length; W, SI.
 struct Motion {
-  float *x, *y, *z;           // m
-  float *vx, *vy, *vz;        // m/s
-  const float* rate;          // 1/s, drag: dv/dt = −rate·(v − air)
-  const std::uint32_t* due;   // step in which the particle needs more than this loop
+  float *x, *y, *z;     // m
+  float *vx, *vy, *vz;  // m/s
+  const float* keep;    // share of the velocity against the air kept in this step: 1/(1 + rate·dt); 0: at rest
 };
-
-/// Particles per block whose `due` is looked at together.
-inline constexpr std::size_t kBlock = 256;
 
 /// What acts on all particles alike.
 struct Surroundings {
@@ -24,10 +20,18 @@ struct Surroundings {
   float strength = 0;  // m³/s/sr: … at strength/r²; 0: air at rest
 };
 
-/// Semi-implicit Euler for particles first … last−1: v ← (v + g·dt + rate·dt·air) / (1 + rate·dt), p ← p + v·dt. Writes
-/// the numbers of those due at `step` to `found` and returns how many.
-std::size_t move(const Motion& motion, std::size_t first, std::size_t last, float dt, const Surroundings& around,
-                 std::uint32_t step, std::uint32_t* found) noexcept;
+/// Semi-implicit Euler for particles first … last−1, drag being rate·(v − air): v ← keep·(v + g·dt) + (1 − keep)·air,
+/// p ← p + v·dt.
+void move(const Motion& motion, std::size_t first, std::size_t last, float dt, const Surroundings& around) noexcept;
+
+/// The memory traffic of move() and hardly more: the least that a step can cost.
+void copy_through(const Motion& motion, std::size_t count) noexcept;
+
+/// keep = 1/(1 + rate·dt), for a step of another length.
+void set_keep(const float* rate, float* keep, std::size_t count, float dt) noexcept;
+
+/// Drag of a ball over Stokes': 1 + 0.15 Re^0.687 (Schiller & Naumann), from a table true to 1e-4.
+double drag_factor(double reynolds) noexcept;
 
 /// Drag rate of a ball of diameter d moving at speed v through air: Stokes' 18 μ/(ρ d²) times Schiller & Naumann's
 /// 1 + 0.15 Re^0.687 (Re < 1000; beyond, drag coefficient 0.44).

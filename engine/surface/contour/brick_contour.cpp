@@ -34,7 +34,7 @@ constexpr float kCentre = 0.6f;
 constexpr float kLift = 0.145f;
 constexpr float kSag = 0.18f;
 constexpr float kLeastSpread = 4e-3f;  // of s²: see greatest_curvature
-constexpr float kMaxLift = 0.1f;  // of s, whatever the curvature
+constexpr float kMaxLift = 0.1f;       // of s, whatever the curvature
 constexpr double kFlatEigenvalue = 0.01;
 constexpr float kOutside = 0.7f;  // voxels: how far outside its cell a crease's vertex may lie
 // How far from zero a trilinear sample of the field may be at a vertex on the surface, at a crease and elsewhere.
@@ -64,14 +64,16 @@ std::uint32_t solid_bits(const float* row) {
 // A patch of surface in a cell (at full resolution), or all there is in a block.
 struct Node {
   Moments moments;
-  glm::vec3 position{0};  // of its vertex, in cell corners
+  glm::vec3 position{0};         // of its vertex, in cell corners
   Tissue tissue = Tissue::kAir;  // kAir: several
   bool crease = false;
   std::uint16_t vertex = kNone;
 };
 
 // In a block of 2³ cells or children: the signs at its 3³ corners as bits, (x·3 + y)·3 + z.
-constexpr int mid_bit(int x, int y, int z) { return (x * 3 + y) * 3 + z; }
+constexpr int mid_bit(int x, int y, int z) {
+  return (x * 3 + y) * 3 + z;
+}
 struct Middles {
   std::uint32_t point[19], corners[19];  // each middle of an edge, of a face and of the block, and the corners of that
 };
@@ -148,8 +150,10 @@ Tissue tissue_around(const FieldBrick& brick, const glm::ivec3& cell) {
   const std::uint32_t pattern = 0x01010101u * static_cast<std::uint32_t>(only);
   for (std::size_t i = 0; i < 16; ++i) {
     std::uint32_t labels;
-    std::memcpy(&labels, &brick.tissue[corner + (i >> 2) * static_cast<std::size_t>(kStride[0]) +
-                                       (i & 3) * static_cast<std::size_t>(kStride[1])], 4);
+    std::memcpy(&labels,
+                &brick.tissue[corner + (i >> 2) * static_cast<std::size_t>(kStride[0]) +
+                              (i & 3) * static_cast<std::size_t>(kStride[1])],
+                4);
     other |= (labels ^ pattern) & (((labels + 0x7f7f7f7fu) >> 7 & 0x01010101u) * 0xffu);
   }
   if (other == 0 && only != Tissue::kAir) return only;
@@ -182,8 +186,8 @@ Tissue only_tissue(const FieldBrick& brick) {
   return differs ? Tissue::kAir : only;
 }
 
-// The vertex for a smooth piece of surface of cell size s, relative to the cell's middle. The crossings' mean lies below
-// the surface by half the covariance of points and normals.
+// The vertex for a smooth piece of surface of cell size s, relative to the cell's middle. The crossings' mean lies
+// below the surface by half the covariance of points and normals.
 glm::vec3 smooth_vertex(const Moments& moments, float s) {
   const float w = 1 / moments.count();
   const glm::vec3 x = moments.points() * w, n = moments.normals() * w;
@@ -191,8 +195,7 @@ glm::vec3 smooth_vertex(const Moments& moments, float s) {
   if (length < 1e-6f) return x;
   const glm::vec3 unit = n / length;
   const float curvature = moments.curvatures() * w;
-  const float onto_surface =
-      std::clamp(0.5f * (moments.points_by_normals() * w - glm::dot(x, n)), -0.5f * s, 0.5f * s);
+  const float onto_surface = std::clamp(0.5f * (moments.points_by_normals() * w - glm::dot(x, n)), -0.5f * s, 0.5f * s);
   const glm::vec3 along = -kCentre * (x - unit * glm::dot(x, unit));
   const float stay_on_surface = -0.5f * curvature * glm::dot(along, along);
   const float lift = std::clamp(kLift * s * s * curvature, -kMaxLift * s, kMaxLift * s);
@@ -256,10 +259,10 @@ struct Contourer::Scratch {
   std::uint32_t solid[kCorners * kCorners];                  // bit z of row (x, y): corner (x,y,z) is solid
   std::uint16_t edge_at[3][kCorners * kCorners * kCorners];  // the crossing on the edge based at a corner
   std::vector<Crossing> crossings;
-  std::vector<Cell> cells;                                   // those the surface passes through
-  std::vector<Node> nodes[kLevels];                          // [0]: one per patch, otherwise one per merged block
-  std::vector<std::uint16_t> blocks[kLevels];                // those the surface passes through
-  std::vector<std::uint16_t> state[kLevels];                 // per block: kNone, kMixed or its node
+  std::vector<Cell> cells;                     // those the surface passes through
+  std::vector<Node> nodes[kLevels];            // [0]: one per patch, otherwise one per merged block
+  std::vector<std::uint16_t> blocks[kLevels];  // those the surface passes through
+  std::vector<std::uint16_t> state[kLevels];   // per block: kNone, kMixed or its node
 
   bool read_signs();
   void find_crossings(std::vector<BrickContour::Edge>& edges);
@@ -498,7 +501,8 @@ bool Contourer::Scratch::merge(int level, float tolerance) {
       if (members[c] == kNone) continue;
       const Node& from = nodes[level - 1][members[c]];
       const float quarter = 0.25f * side;
-      node.moments.add(from.moments, {c & 1 ? quarter : -quarter, c & 2 ? quarter : -quarter, c & 4 ? quarter : -quarter});
+      node.moments.add(from.moments,
+                       {c & 1 ? quarter : -quarter, c & 2 ? quarter : -quarter, c & 4 ? quarter : -quarter});
       node.crease |= from.crease;
       if (first) node.tissue = from.tissue;
       if (from.tissue != node.tissue) node.tissue = Tissue::kAir;
@@ -567,8 +571,8 @@ void Contourer::Scratch::place_vertices(int top, BrickContour& out) {
     const glm::vec3 centre = glm::vec3(at) + 0.5f;
     for (int p = 0; p < shapes[cell.shape].patches; ++p) {
       const Node& patch = nodes[0][static_cast<std::size_t>(cell.first + p)];
-      const glm::vec3 position = centre + (patch.crease ? crease_vertex(planes_of(cell, p, centre), 1)
-                                                        : smooth_vertex(patch.moments, 1));
+      const glm::vec3 position =
+          centre + (patch.crease ? crease_vertex(planes_of(cell, p, centre), 1) : smooth_vertex(patch.moments, 1));
       place(patch, position);
       if (patch.tissue == Tissue::kAir) mix_tissues(*brick, at, out.vertices.back(), position);
     }

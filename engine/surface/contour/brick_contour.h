@@ -1,5 +1,5 @@
-// One brick of distance field → the vertices of its surface and which cell holds which: everything that follows from the
-// brick's own samples alone. Polygons join cells of several bricks and come later (surface_mesher.cpp).
+// One brick of distance field → the vertices of its surface and which cell holds which: everything that follows from
+// the brick's own samples alone. Polygons join cells of several bricks and come later (surface_mesher.cpp).
 #pragma once
 
 #include <array>

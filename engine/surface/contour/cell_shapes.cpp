@@ -8,9 +8,12 @@ namespace {
 int edge_between(int corner_a, int corner_b) {
   const int low = corner_a & corner_b;  // the corner nearer the origin: they differ in one bit
   switch (corner_a ^ corner_b) {
-    case 1: return 0 + (low >> 1 & 3);
-    case 2: return 4 + ((low & 1) | (low >> 2) << 1);
-    default: return 8 + (low & 3);
+    case 1:
+      return 0 + (low >> 1 & 3);
+    case 2:
+      return 4 + ((low & 1) | (low >> 2) << 1);
+    default:
+      return 8 + (low & 3);
   }
 }
 
@@ -22,7 +25,9 @@ std::array<int, 4> ring_of(int face) {
   return {base, base | u, base | u | v, base | v};
 }
 
-bool solid(int config, int corner) { return config >> corner & 1; }
+bool solid(int config, int corner) {
+  return config >> corner & 1;
+}
 
 bool ambiguous(int config, int face) {
   const auto ring = ring_of(face);

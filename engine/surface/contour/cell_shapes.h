@@ -14,9 +14,9 @@ namespace typodont::surface {
 /// The surface inside a cell is a set of discs ("patches"), each bounded by a loop of crossed edges.
 struct CellShape {
   std::uint8_t patches = 0;
-  std::uint8_t edges = 0;                  // how many edges are crossed
-  std::array<std::uint8_t, 12> edge{};     // which
-  std::array<std::uint8_t, 12> patch{};    // by edge number: the patch its crossing belongs to
+  std::uint8_t edges = 0;                // how many edges are crossed
+  std::array<std::uint8_t, 12> edge{};   // which
+  std::array<std::uint8_t, 12> patch{};  // by edge number: the patch its crossing belongs to
 };
 
 /// All shapes. Shape 0..255 is the sign configuration (bit c set: corner c is solid) with solid corners that meet only

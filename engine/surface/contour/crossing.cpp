@@ -16,7 +16,9 @@ constexpr float kSlopeJump = 0.6f;
 // |∇|² of central differences is off by this much only where they reach across a crease.
 constexpr float kAcross = 0.05f;
 
-float smaller(float p, float q) { return p * q <= 0 ? 0 : std::abs(p) < std::abs(q) ? p : q; }
+float smaller(float p, float q) {
+  return p * q <= 0 ? 0 : std::abs(p) < std::abs(q) ? p : q;
+}
 
 struct Gradient {
   float a = 0, b = 0, c = 0;
@@ -76,15 +78,16 @@ LocalCrossing cross_edge(const float* at, int a, int b, int c) {
   const float bend0 = before - 2 * f0 + f1, bend1 = f0 - 2 * f1 + after;
   const float b0 = at[b] + at[-b] - 2 * f0, c0 = at[c] + at[-c] - 2 * f0;
   const float b1 = end[b] + end[-b] - 2 * f1, c1 = end[c] + end[-c] - 2 * f1;
-  const float bent = std::max({std::abs(bend0), std::abs(bend1), std::abs(b0), std::abs(c0), std::abs(b1), std::abs(c1)});
+  const float bent =
+      std::max({std::abs(bend0), std::abs(bend1), std::abs(b0), std::abs(c0), std::abs(b1), std::abs(c1)});
 
   float t = f0 / (f0 - f1), curvature = 0;
   Gradient g;
   const OneSided here(at, slope, b, c), there(end, slope, b, c);
   bool solved = same_plane(here, there, g);
   if (!solved && bent > kBent) {
-    // The edge may pass a crease: the field is the maximum (where it is convex) or minimum of a plane through the samples
-    // before the edge and one through those after it.
+    // The edge may pass a crease: the field is the maximum (where it is convex) or minimum of a plane through the
+    // samples before the edge and one through those after it.
     const float slope0 = f0 - before, slope1 = after - f1;
     const float t0 = slope0 != 0 ? -f0 / slope0 : -1.f, t1 = slope1 != 0 ? 1 - f1 / slope1 : -1.f;
     const bool in0 = t0 >= 0 && t0 <= 1, in1 = t1 >= 0 && t1 <= 1;

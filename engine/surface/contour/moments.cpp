@@ -10,19 +10,24 @@ float greatest_curvature(const Moments& moments, float least) {
   const float length = glm::length(n);
   if (length < 1e-6f) return 1;
   const glm::vec3 unit = n / length;
-  const glm::vec3 u = glm::normalize(std::abs(unit.x) < 0.7f ? glm::vec3(0, -unit.z, unit.y)
-                                                             : glm::vec3(unit.y, -unit.x, 0));
+  const glm::vec3 u =
+      glm::normalize(std::abs(unit.x) < 0.7f ? glm::vec3(0, -unit.z, unit.y) : glm::vec3(unit.y, -unit.x, 0));
   const glm::vec3 v = glm::cross(unit, u);
 
   // Covariances in the tangent plane: of places X, and of normals with places C. Shape operator S = C X⁻¹.
   auto product = [&](const glm::vec3& a, int first, const glm::vec3& b) {
     float sum = 0;
-    for (int i = 0; i < 3; ++i) sum += a[i] * (moments.at(i, first) * b.x + moments.at(i, first + 1) * b.y + moments.at(i, first + 2) * b.z);
+    for (int i = 0; i < 3; ++i)
+      sum += a[i] * (moments.at(i, first) * b.x + moments.at(i, first + 1) * b.y + moments.at(i, first + 2) * b.z);
     return w * sum;
   };
-  auto place = [&](const glm::vec3& a, const glm::vec3& b) { return product(a, 0, b) - glm::dot(a, x) * glm::dot(b, x); };
+  auto place = [&](const glm::vec3& a, const glm::vec3& b) {
+    return product(a, 0, b) - glm::dot(a, x) * glm::dot(b, x);
+  };
   // Of the normal along a with the place along b.
-  auto change = [&](const glm::vec3& a, const glm::vec3& b) { return product(b, 3, a) - glm::dot(a, n) * glm::dot(b, x); };
+  auto change = [&](const glm::vec3& a, const glm::vec3& b) {
+    return product(b, 3, a) - glm::dot(a, n) * glm::dot(b, x);
+  };
   const float xuu = place(u, u) + least, xvv = place(v, v) + least, xuv = place(u, v);
   const float cuu = change(u, u) + least * mean_curvature, cvv = change(v, v) + least * mean_curvature;
   const float cuv = change(u, v), cvu = change(v, u);

@@ -49,7 +49,8 @@ struct Moments {
 };
 
 /// The greatest principal curvature (absolute) that makes normals change with place as they do in the block. In a
-/// direction in which the points spread by less than `least` (a variance) the mean curvature of the crossings stands in.
+/// direction in which the points spread by less than `least` (a variance) the mean curvature of the crossings stands
+/// in.
 float greatest_curvature(const Moments& moments, float least);
 
 }  // namespace typodont::surface

@@ -1,0 +1,84 @@
+// typodont mesh: the surface that is seen, as a file for other programs.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <limits>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "engine/app/commands/commands.h"
+#include "engine/app/scene.h"
+#include "engine/base/error.h"
+#include "engine/base/units.h"
+#include "engine/surface/mesh_export.h"
+#include "haptics/tissue_volume.h"
+
+namespace typodont {
+
+namespace {
+
+struct Options {
+  std::string input, out;
+  double tolerance_mm = -1;
+  bool json = false;
+};
+
+haptics::TissueVolume load(const std::string& input) {
+  return input.ends_with(".vdb") ? haptics::TissueVolume::load(input) : load_tissue(read_scene(input));
+}
+
+void run(const Options& options) {
+  surface::require_mesh_format(options.out);
+  const haptics::TissueVolume volume = load(options.input);
+  const VoxelFrame& frame = volume.frame();
+  const double tolerance =
+      options.tolerance_mm < 0 ? surface::MesherOptions{}.tolerance : options.tolerance_mm * kMillimetre / frame.voxel;
+  surface::SurfaceMesher mesher({.tolerance = static_cast<float>(tolerance)});
+  FieldBrick brick;
+  for (const glm::ivec3& key : volume.surface_bricks()) {
+    volume.read_brick(key, brick);
+    mesher.put(brick);
+  }
+  mesher.remesh();
+  const surface::WholeMesh mesh = surface::weld(mesher);
+  if (mesh.triangles.empty()) throw Error(options.input, "", "no surface", "tissue");
+  surface::write_mesh(options.out, mesh, frame, load_materials());
+
+  glm::vec3 low(std::numeric_limits<float>::max()), high(-low);
+  for (const auto& v : mesh.vertices) {
+    low = glm::min(low, v.position);
+    high = glm::max(high, v.position);
+  }
+  const glm::dvec3 size = glm::dvec3(high - low) * frame.voxel / kMillimetre;
+  if (options.json) {
+    const nlohmann::ordered_json json = {{"triangles", mesh.triangles.size()},
+                                         {"vertices", mesh.vertices.size()},
+                                         {"size_mm", {size.x, size.y, size.z}},
+                                         {"voxel_mm", frame.voxel / kMillimetre},
+                                         {"tolerance_mm", tolerance * frame.voxel / kMillimetre},
+                                         {"out", options.out}};
+    fmt::print("{}\n", json.dump(2));
+  } else {
+    fmt::print("{} triangles, {} vertices, {:.2f} x {:.2f} x {:.2f} mm, within {:.4f} mm of the surface\nwrote {}\n",
+               mesh.triangles.size(), mesh.vertices.size(), size.x, size.y, size.z,
+               tolerance * frame.voxel / kMillimetre, options.out);
+  }
+}
+
+}  // namespace
+
+void add_mesh_command(CLI::App& app) {
+  auto options = std::make_shared<Options>();
+  CLI::App* command = app.add_subcommand("mesh", "Write the surface of a scene or volume as triangles");
+  command->footer("Example:\n  typodont mesh assets/scenes/molar-caries.json --out molar.ply --tolerance-mm 0.02");
+  command->add_option("input", options->input, "scene (JSON) or volume (.vdb)")->required();
+  command->add_option("--out", options->out, "mesh to write: .ply (with tissue colours), .stl or .obj")->required();
+  command
+      ->add_option("--tolerance-mm", options->tolerance_mm,
+                   "how far triangles may lie from the surface (default: a tenth of a voxel)")
+      ->check(CLI::Range(0.0, 100.0));
+  command->add_flag("--json", options->json, "print the summary as JSON");
+  command->callback([options] { run(*options); });
+}
+
+}  // namespace typodont

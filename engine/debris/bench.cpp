@@ -1,0 +1,91 @@
+#include "engine/debris/bench.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "engine/base/clock.h"
+#include "engine/base/units.h"
+#include "engine/debris/debris.h"
+#include "engine/debris/motion/motion.h"
+
+namespace typodont::debris {
+namespace {
+
+struct Times {
+  double median, slow;
+};
+
+template <class F>
+Times measure(int repeats, F&& work) {
+  std::vector<double> times;
+  for (int i = 0; i < repeats; ++i) {
+    const Nanos start = thread_cpu_time();
+    work();
+    times.push_back(static_cast<double>(thread_cpu_time() - start));
+  }
+  std::sort(times.begin(), times.end());
+  return {times[times.size() / 2], times[times.size() * 9 / 10]};
+}
+
+}  // namespace
+
+std::vector<BenchRow> bench_debris(const BenchOptions& options) {
+  // A ball of tissue, radius 5 mm, in a box of 4 cm.
+  constexpr int n = 81;
+  std::vector<float> samples(n * n * n);
+  for (int x = 0; x < n; ++x) {
+    for (int y = 0; y < n; ++y) {
+      for (int z = 0; z < n; ++z) {
+        samples[static_cast<std::size_t>((x * n + y) * n + z)] =
+            static_cast<float>(glm::length(glm::dvec3(x - 40, y - 40, z - 40) * 5e-4) - 5e-3);
+      }
+    }
+  }
+  CoarseField field;
+  field.origin = glm::dvec3(-0.02);
+  field.size = glm::ivec3(n);
+  field.distance = samples.data();
+
+  const double dt = 1.0 / 250;
+  const std::string knob = fmt::format("{} particles", options.particles);
+  std::vector<BenchRow> rows;
+  std::vector<float> arrays[7];
+  for (auto& array : arrays) array.assign(options.particles, 1.0f);
+  const Times floor = measure(options.repeats, [&] {
+    copy_through({arrays[0].data(), arrays[1].data(), arrays[2].data(), arrays[3].data(), arrays[4].data(),
+                  arrays[5].data(), arrays[6].data()},
+                 options.particles);
+  });
+  rows.push_back({"memory floor", knob, floor.median, floor.slow, "", 0});
+
+  MaterialTable materials{};
+  for (auto& material : materials) material.density = 2900;
+  auto run = [&](const char* name, int steps_before, const Suction* suction) {
+    Debris debris({.capacity = options.particles, .lifetime = 1e6});
+    for (std::uint64_t i = 1; debris.alive() < options.particles; ++i) {
+      Cut cut;
+      cut.index = i;
+      cut.removed[static_cast<int>(Tissue::kEnamel)] = 32e-12;
+      cut.X_WA.p = cut.X_WB.p = {0, 0, 5.4e-3};
+      cut.n_C_W = {0, 0, 1};
+      cut.spindle = 300 * kKrpm;
+      debris.emit(cut, 0.6e-3, materials);
+      if (i % 4 == 0) debris.step(dt, field);
+    }
+    for (int i = 0; i < steps_before; ++i) debris.step(dt, field, suction);
+    const Times step = measure(options.repeats, [&] { debris.step(dt, field, suction); });
+    rows.push_back({name, knob, step.median, step.slow, "memory floor", step.median / floor.median});
+  };
+  run("step", 250, nullptr);
+  run("step while drilling", 0, nullptr);
+  const Suction suction{{0.01, 0.01, 0.012}, 5e-3, 4e-3};
+  run("step with suction", 250, &suction);
+
+  Debris none;
+  const Times idle = measure(options.repeats, [&] { none.step(dt, field); });
+  rows.push_back({"none alive", "0 particles", idle.median, idle.slow, "memory floor", idle.median / floor.median});
+  return rows;
+}
+
+}  // namespace typodont::debris
