@@ -22,6 +22,7 @@ int main(int argc, char** argv) {
   add_calibrate_command(app);
   add_replay_command(app);
   add_run_command(app);
+  add_bench_command(app);
   try {
     app.parse(argc, argv);
     return 0;

@@ -9,6 +9,7 @@ namespace typodont {
 
 // Each adds its subcommand to `app`; the work runs in the subcommand's callback. It throws Error (exit 2) or
 // RunFailure (exit 1), prints results on standard output and messages on standard error.
+void add_bench_command(CLI::App& app);
 void add_calibrate_command(CLI::App& app);
 void add_demo_command(CLI::App& app);
 void add_devices_command(CLI::App& app);
