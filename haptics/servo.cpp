@@ -34,7 +34,7 @@ constexpr double kStiffnessTime = 4e-3;    // s, the stiffness felt follows the 
 constexpr double kCutDampingTime = 4e-3;   // s, the depth's rate is smoothed over this for the damper while cutting
 constexpr double kLeapTime = 0.05;         // s that the proxy may take to follow a leap
 constexpr double kNoHand = 2.0;            // m/s: what moves faster is a leap of the input, not a hand
-constexpr double kCutSlew = 14;            // N/s, the force of a cutting contact changes no faster while the hand rests
+constexpr double kCutSlew = 6;            // N/s, no faster does the proxy change the force of a cutting contact
 constexpr double kStaleTime = 0.02;        // s a patch may be due before that is a fault
 constexpr double kFadeTime = 4e-3;         // s, time constant of a force that lost its patch
 constexpr int kCutHistory = 8192;          // cuts a late patch may lack
@@ -358,14 +358,14 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
     }
   }
   // A bur that comes free, over the rim of its own cut, follows the hand at a pace: what the hand feels changes by
-  // kCutSlew at most, or as fast as the hand itself moves. The proxy only lags behind, so this takes energy, never gives.
+  // kCutSlew at most, where the proxy can see to that. The proxy only lags behind, so this takes energy, never gives.
   if (may_cut && touching && !lost && s.normal_force > 0) {
     const dvec3 step = c - c0, carried = (s.X_WG.p - s.last_hand.p) / h, shift = moved / h;
-    const double pace = std::max(kCutSlew * dt / (settings.stiffness * std::max(s.stiffness_share, 0.05)), 1.2 * glm::length(moved)) / h;
+    const double pace = kCutSlew * dt / (settings.stiffness * std::max(s.stiffness_share, 0.05)) / h;
     if (glm::length(c - target - carried) > pace) {
-      // The largest share of the step with |share step - shift| <= pace.
+      // The largest share of the step with |share step - shift| <= pace, or what comes nearest to that.
       const double a = glm::dot(step, step), b = glm::dot(step, shift), d = b * b - a * (glm::dot(shift, shift) - pace * pace);
-      if (a > 0 && d > 0) c = c0 + std::clamp((b + std::sqrt(d)) / a, 0.0, 1.0) * step;
+      if (a > 0) c = c0 + std::clamp((b + std::sqrt(std::max(d, 0.0))) / a, 0.0, 1.0) * step;
     }
   }
   if (s.overlap > 0) faults |= bits(Fault::kDeepPenetration);

@@ -126,7 +126,7 @@ Scene read_scene(const fs::path& file) { return parse_scene(Json::load(file), fi
 
 Scene parse_scene(const Json& json, const fs::path& file) {
   json.allow_only({"name", "description", "tissue", "paint", "tool", "spindle_krpm", "spindle", "coupling", "materials",
-                   "parts", "friction", "cutting", "passivity", "boundary_walls", "score"});
+                   "parts", "friction", "cutting", "passivity", "boundary_walls", "force_filter", "score"});
   Scene scene;
   scene.file = file;
   scene.text = json.text();
@@ -169,6 +169,12 @@ Scene parse_scene(const Json& json, const fs::path& file) {
   servo.cutting = json.boolean_or("cutting", true);
   servo.passivity = json.boolean_or("passivity", true);
   servo.boundary_walls = json.boolean_or("boundary_walls", true);
+
+  if (const auto filter = json.find("force_filter")) {
+    const auto named = haptics::force_filter_named(filter->string());
+    if (!named) filter->fail("none, slew or stroke");
+    servo.filter = *named;
+  }
 
   if (const auto parts = json.find("parts")) {
     for (const Json& part : parts->items()) {

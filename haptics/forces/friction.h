@@ -39,8 +39,9 @@ inline dvec3 friction_force(const FrictionLaw& law, const dvec3& x, const dvec3&
     z *= length > 0 ? kept / length : 0;
     state.w = x - z;
   } else if (length > law.stick_share * z_max) {
-    // Creep: α rises from 0 at the stick threshold to 1/z_max at break-away.
-    const double share = (length / z_max - law.stick_share) / (1 - law.stick_share);
+    // Creep: α rises from 0 at the stick threshold to half of 1/z_max at break-away, so that break-away is reached, however
+    // slow the way there, and a slide costs the dynamic coefficient.
+    const double share = 0.5 * (length / z_max - law.stick_share) / (1 - law.stick_share);
     dvec3 step = x - previous;
     step -= glm::dot(step, n) * n;
     if (glm::length(step) == 0) {

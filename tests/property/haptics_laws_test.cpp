@@ -1,0 +1,178 @@
+// Laws of the force models: friction without drift, a tip that sinks and sticks, heads as exact fields, a field that is felt.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <random>
+
+#include "engine/base/units.h"
+#include "haptics/forces/friction.h"
+#include "haptics/forces/tip.h"
+#include "tests/support/haptic_bench.h"
+
+namespace typodont {
+namespace {
+
+using namespace literals;
+using haptics::FrictionLaw;
+using haptics::FrictionState;
+using haptics::HeadField;
+using haptics::HeadShape;
+using haptics::ServoSettings;
+using haptics::Tool;
+using test::HapticBench;
+
+TEST(Friction, AMillionCyclesUnderTheStickThresholdLeaveEveryBitAsItWas) {
+  const FrictionLaw law;
+  FrictionState state;
+  const dvec3 n(0, 0, 1);
+  dvec3 previous(0);
+  friction_force(law, {0, 0, 0}, previous, n, 1.0, state);
+  const FrictionState before = state;
+  const double reach = 0.45 * law.static_coefficient * 1.0 / law.stiffness;
+  for (int i = 0; i < 1'000'000; ++i) {
+    const dvec3 x(reach * std::sin(0.1 * i), reach * std::cos(0.1 * i) * 0.8, 0);
+    friction_force(law, x, previous, n, 1.0, state);
+    previous = x;
+  }
+  EXPECT_EQ(state.w, before.w);
+  EXPECT_EQ(state.slipping, before.slipping);
+}
+
+TEST(Friction, StaysInsideCoulombsConeAndInTheTangentPlaneOnAnyPath) {
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> uniform(-1, 1);
+  const FrictionLaw law;
+  FrictionState state;
+  dvec3 x(0), previous(0);
+  for (int i = 0; i < 100'000; ++i) {
+    const double push = 0.5 + 0.5 * uniform(random);
+    const dvec3 n = glm::normalize(dvec3(0.3 * uniform(random), 0.3 * uniform(random), 1));
+    x += 5e-5 * dvec3(uniform(random), uniform(random), uniform(random));
+    const dvec3 f = friction_force(law, x, previous, n, push, state);
+    ASSERT_LE(glm::length(f), law.static_coefficient * push * (1 + 1e-12)) << i;
+    ASSERT_LE(std::abs(glm::dot(f, n)), 1e-12) << i;
+    previous = x;
+  }
+}
+
+TEST(Friction, PullsEquallyHardInEveryDirection) {
+  const FrictionLaw law;
+  for (int k = 0; k < 24; ++k) {
+    const dvec3 way(std::cos(k * kPi / 12), std::sin(k * kPi / 12), 0);
+    FrictionState state;
+    dvec3 f(0);
+    for (int i = 1; i <= 2000; ++i) f = friction_force(law, way * (i * 1e-6), way * ((i - 1) * 1e-6), {0, 0, 1}, 1.0, state);
+    EXPECT_NEAR(glm::dot(f, way), -law.dynamic_coefficient, 1e-9) << k;
+    EXPECT_NEAR(glm::length(f), law.dynamic_coefficient, 1e-9) << k;
+  }
+}
+
+TEST(Tip, SinksWhenPushedHoldsOnWithdrawalAndNeverGivesEnergy) {
+  const haptics::TipLaw law{0.3};
+  haptics::TipState state{1e-9, dvec3(0), {0, 0, 1}};
+  double energy = 0, deepest = 0, most = 0;
+  dvec3 held(0), at(0);
+  const auto go = [&](double z) {
+    const dvec3 hand(0, 0, z);
+    energy -= glm::dot(held, hand - at);
+    held = state.sunk > 0 ? tip_force(law, hand, 1000, true, state) : dvec3(0);
+    at = hand;
+    deepest = std::max(deepest, state.sunk);
+    most = std::min(most, held.z);
+  };
+  for (int i = 0; i < 1000; ++i) go(-i * 1e-6);
+  EXPECT_GT(deepest, 0.1_mm);
+  for (int i = 0; i < 2500; ++i) go(-1.0_mm + i * 1e-6);
+  EXPECT_LT(most, -0.15);  // it had to be pulled out
+  EXPECT_EQ(state.sunk, 0);
+  EXPECT_GT(energy, 0);
+}
+
+TEST(Heads, DistanceGrowsByOneAlongItsNormalAndTheNearestPointLiesOnTheSurface) {
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> uniform(-1, 1);
+  for (const HeadShape shape : {HeadShape::kCylinder, HeadShape::kRoundEndCylinder, HeadShape::kCone, HeadShape::kPear,
+                                HeadShape::kFlame, HeadShape::kInvertedCone}) {
+    Tool tool;
+    tool.shape = shape;
+    tool.diameter = 1.2_mm;
+    tool.length = 3.0_mm;
+    const HeadField head(tool, 1e-3);
+    for (int i = 0; i < 3000; ++i) {
+      const dvec3 p = 3.0 * dvec3(uniform(random), uniform(random), uniform(random));
+      dvec3 n;
+      const double d = head.distance(p, n);
+      ASSERT_NEAR(glm::length(n), 1, 1e-9);
+      if (d < 0) continue;
+      ASSERT_NEAR(head.distance(p - d * n), 0, 1e-6);
+      ASSERT_NEAR(head.distance(p + 0.5 * n), d + 0.5, 1e-6);
+    }
+  }
+}
+
+TEST(Contact, OnATorusForceIsWithinTwoHundredthsOfADegreeAndTwoHundredthsOfAPercent) {
+  ServoSettings s;
+  s.friction = false;
+  s.tool.diameter = s.tool.length = 1.0_mm;
+  HapticBench bench(R"({"voxel_mm": 0.2, "solids": [{"tissue": "enamel", "solid": {"torus": {"major_mm": 5, "minor_mm": 2, "axis": [0.1, 0.2, 1]}}}]})", s);
+  const dvec3 axis = glm::normalize(dvec3(0.1, 0.2, 1)), u = glm::normalize(glm::cross(axis, dvec3(1, 0, 0))), w = glm::cross(axis, u);
+  const auto normal = [&](double a, double b) { return std::cos(b) * (std::cos(a) * u + std::sin(a) * w) + std::sin(b) * axis; };
+  const auto at = [&](double a, double b, double r) { return 5.0_mm * (std::cos(a) * u + std::sin(a) * w) + r * normal(a, b); };
+  for (double r = 4.0_mm; r > 2.1_mm; r -= 0.03_mm) bench.tick({at(0.3, 0.4, r)});
+  for (int i = 0; i < 600; ++i) {
+    const double a = 0.3 + i * 0.004, b = 0.4 + i * 0.006;
+    const dvec3 f = bench.tick({at(a, b, 2.1_mm)}).f_T_W;
+    if (i < 3) continue;
+    ASSERT_LT(glm::length(glm::cross(glm::normalize(f), normal(a, b))) / kDegree, 0.02) << i;
+    ASSERT_NEAR(glm::length(f), 0.4, 2e-4 * 0.4) << i;
+  }
+}
+
+TEST(Cutting, EveryHeadDrillsSmoothlyAndItsSpindleNeverFeedsTheHandMoreThanItWorks) {
+  struct Head {
+    HeadShape shape;
+    double diameter, length;
+  };
+  for (const Head& head : {Head{HeadShape::kSphere, 1.2_mm, 1.2_mm}, Head{HeadShape::kFlame, 1.2_mm, 4.0_mm},
+                           Head{HeadShape::kCylinder, 1.0_mm, 4.0_mm}, Head{HeadShape::kPear, 1.0_mm, 1.9_mm},
+                           Head{HeadShape::kInvertedCone, 1.0_mm, 0.9_mm}}) {
+    ServoSettings s;
+    s.tool.shape = head.shape;
+    s.tool.diameter = head.diameter;
+    s.tool.length = head.length;
+    s.spindle.free_speed = 300.0_krpm;
+    HapticBench bench(R"({"voxel_mm": 0.1, "solids": [{"tissue": "dentin", "solid": {"box": {"size_mm": [5,5,5]}}}]})", s);
+    dvec3 x(0, 0, 2.55_mm + head.length / 2), v(0), f(0), previous(0);
+    double jump = 0, work = 0;
+    for (int i = 0; i < 300; ++i) {
+      const dvec3 pull(2000 * (0.5e-3 * std::sin(2 * kPi * i * 1e-3) - x.x), -2000 * x.y, -1.0);
+      v += 1e-3 * (pull - 5.0 * v + f) / 0.15;
+      x += 1e-3 * v;
+      const ServoTick& tick = bench.tick({x}, 1);
+      f = tick.f_T_W;
+      if (i > 60) jump = std::max(jump, glm::length(f - previous));
+      previous = f;
+      work += tick.cutting_power * 1e-3;
+      EXPECT_EQ(tick.faults, 0u);
+      EXPECT_LE(tick.spindle_energy, work);
+      EXPECT_GE(tick.energy, -1e-9);
+    }
+    EXPECT_LT(jump, 0.02) << static_cast<int>(head.shape);
+    EXPECT_GT(bench.last.removed[static_cast<std::size_t>(Tissue::kDentin)], 0.01_mm3);
+  }
+}
+
+TEST(Tools, EveryToolOfTheCatalogueIsReadAndIsAHead) {
+  int count = 0;
+  for (const auto& entry : std::filesystem::directory_iterator("assets/tools")) {
+    const Tool tool = haptics::read_tool(Json::load(entry.path()));
+    EXPECT_LT(tool.distance({0, 0, 0}), 0) << entry.path();
+    EXPECT_GT(tool.distance({0, 0, 2 * tool.reach()}), 0) << entry.path();
+    ++count;
+  }
+  EXPECT_GE(count, 35);
+}
+
+}  // namespace
+}  // namespace typodont
