@@ -26,14 +26,11 @@ void Carver::apply(const Cut& cut) {
 
 bool Carver::patch_due(const ServoTick& tick) const {
   if (patches_ == 0) return true;
-  const dvec3 off = glm::abs(patch_center(tick) - center_W_);
-  return std::max({off.x, off.y, off.z}) > travel_ / 2;
+  return patch_due_for(patch_center(tick), center_W_, travel_);
 }
 
 dvec3 Carver::patch_center(const ServoTick& tick) const {
-  const dvec3 pull = tick.X_WT.p - tick.X_WG.p;
-  const double length = glm::length(pull);
-  return tick.X_WG.p + (length > travel_ / 2 ? pull * (travel_ / 2 / length) : pull);
+  return patch_center_for(tick.X_WG.p, tick.X_WT.p, travel_);
 }
 
 void Carver::cut_out(const dvec3& center_W, SurfacePatch& patch) {

@@ -10,7 +10,7 @@
 namespace typodont::haptics {
 
 struct DeviceInfo {
-  std::string address;          // as given to --hand
+  std::string address;  // as given to --hand
   std::string model;
   std::string serial;
   double rate = 1000;           // Hz, of read()
@@ -31,7 +31,8 @@ class HapticDevice {
   virtual void write(const dvec3& f_T_W, const dvec3& tau_T_W) noexcept = 0;
   /// Fault bits of the last read(), for the tick that uses it.
   virtual std::uint32_t faults() const noexcept { return 0; }
-  /// Sends zero force now. Any thread, and signal handlers: never allocates, never locks, changes nothing but the force.
+  /// Sends zero force now. Any thread, and signal handlers: never allocates, never locks, changes nothing but the
+  /// force.
   virtual void release() noexcept {}
 };
 

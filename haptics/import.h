@@ -18,48 +18,48 @@ enum class ImportPreset {
 
 struct ImportOptions {
   ImportPreset preset = ImportPreset::kTooth;
-  std::optional<double> voxel;        // m; the smallest source spacing when not given (of a mesh: 0.1 mm)
-  std::optional<dvec3> spacing;       // m, along the scan's own axes, instead of the file's
-  std::optional<double> surface_grey; // between the surround and the softer tissue, instead of the histogram's
-  std::optional<double> dense_grey;   // between the softer tissue and the denser
-  double band = 1.5e-3;               // m, distances are true as far as this from the surface
-  double mesh_unit = 1e-3;            // m per unit of a mesh file
-  std::optional<double> shell;        // m, a mesh: thickness of the dense outer tissue
+  std::optional<double> voxel;           // m; the smallest source spacing when not given (of a mesh: 0.1 mm)
+  std::optional<dvec3> spacing;          // m, along the scan's own axes, instead of the file's
+  std::optional<double> surface_grey;    // between the surround and the softer tissue, instead of the histogram's
+  std::optional<double> dense_grey;      // between the softer tissue and the denser
+  double band = 1.5e-3;                  // m, distances are true as far as this from the surface
+  double mesh_unit = 1e-3;               // m per unit of a mesh file
+  std::optional<double> shell;           // m, a mesh: thickness of the dense outer tissue
   std::function<void(double)> progress;  // 0..1, may be empty
 };
 
 struct ImportReport {
-  std::string format;                 // "NRRD", "STL" …
-  dvec3 spacing{0};                   // m, of the scan (zero for a mesh)
-  double voxel = 0;                   // m, of the result
-  glm::ivec3 size{0};                 // voxels of the result
-  dvec3 lo{0}, hi{0};                 // m, bounds of the surface in the file's coordinates
-  double height = 0;                  // m, the longest of the bounds
-  PerTissue volume{};                 // m³
-  int bodies_found = 0;               // connected pieces of tissue in the scan
-  int bodies_kept = 0;                // in the result
-  int pulp_parts = 0;                 // connected pieces of pulp
-  std::optional<double> false_dentin; // tooth: share of the crown's outer surface that is labelled dentin
+  std::string format;                  // "NRRD", "STL" …
+  dvec3 spacing{0};                    // m, of the scan (zero for a mesh)
+  double voxel = 0;                    // m, of the result
+  glm::ivec3 size{0};                  // voxels of the result
+  dvec3 lo{0}, hi{0};                  // m, bounds of the surface in the file's coordinates
+  double height = 0;                   // m, the longest of the bounds
+  PerTissue volume{};                  // m³
+  int bodies_found = 0;                // connected pieces of tissue in the scan
+  int bodies_kept = 0;                 // in the result
+  int pulp_parts = 0;                  // connected pieces of pulp
+  std::optional<double> false_dentin;  // tooth: share of the crown's outer surface that is labelled dentin
   // Scans only: greys.
   double outside_grey = 0, soft_grey = 0, surface_grey = 0;
   std::optional<double> dense_level, dense_grey;
-  double noise_grey = 0;              // standard deviation in the surround
-  double blur = 0;                    // m, standard deviation of the edge response
-  std::vector<std::string> notes;     // what a user should know, in plain words
+  double noise_grey = 0;           // standard deviation in the surround
+  double blur = 0;                 // m, standard deviation of the edge response
+  std::vector<std::string> notes;  // what a user should know, in plain words
 };
 
 struct Imported {
   DenseTissue tissue;
   ImportReport report;
-  std::vector<float> grey;            // the scan's greys at the same voxels, for pictures; empty for a mesh
+  std::vector<float> grey;  // the scan's greys at the same voxels, for pictures; empty for a mesh
 };
 
-/// Reads NRRD (.nrrd .nhdr), NIfTI (.nii .nii.gz .hdr) and MetaImage (.mha .mhd) scans, and closed STL, PLY, OBJ meshes.
-/// Positions are the file's own (its first voxel at its own origin), in metres.
+/// Reads NRRD (.nrrd .nhdr), NIfTI (.nii .nii.gz .hdr) and MetaImage (.mha .mhd) scans, and closed STL, PLY, OBJ
+/// meshes. Positions are the file's own (its first voxel at its own origin), in metres.
 Imported import_tissue(const std::filesystem::path& file, const ImportOptions& options);
 
-/// Axial, coronal and sagittal slices as PNG files in `folder` (made when missing): greys beside tissue colours with the
-/// surface drawn in, and the surface from six sides. Returns the files.
+/// Axial, coronal and sagittal slices as PNG files in `folder` (made when missing): greys beside tissue colours with
+/// the surface drawn in, and the surface from six sides. Returns the files.
 std::vector<std::filesystem::path> write_preview(const Imported& imported, const std::filesystem::path& folder);
 
 }  // namespace typodont::haptics

@@ -45,14 +45,14 @@ struct DurationHistogram {
 
 /// The loop's thread records; trivially copyable.
 struct LoopTiming {
-  Nanos period = 1'000'000;         // nominal, of the device
+  Nanos period = 1'000'000;  // nominal, of the device
   std::uint64_t ticks = 0;
-  std::uint64_t misses = 0;         // ticks whose work was not done when the next sample was due
-  std::uint64_t worst_index = 0;    // the tick that took longest
+  std::uint64_t misses = 0;       // ticks whose work was not done when the next sample was due
+  std::uint64_t worst_index = 0;  // the tick that took longest
   Nanos worst_tick = 0;
   Nanos worst_jitter = 0;
-  DurationHistogram jitter;         // |time between two wake-ups - period|
-  DurationHistogram work;           // from the device's sample to the force written
+  DurationHistogram jitter;  // |time between two wake-ups - period|
+  DurationHistogram work;    // from the device's sample to the force written
   Nanos last_woke = 0;
 
   /// One tick: when read() returned, when write() had returned. Never allocates.

@@ -10,6 +10,8 @@
 #include "engine/base/units.h"
 #include "haptics/contact/contact_planes.h"
 #include "haptics/forces/friction.h"
+#include "haptics/forces/passivity.h"
+#include "haptics/forces/tip.h"
 
 namespace typodont::haptics {
 
@@ -29,6 +31,12 @@ constexpr double kDeep = 0.6;              // more overlap than cutting or round
 constexpr double kRecoveryTime = 0.008;    // s, time constant of leading the tool out of tissue
 constexpr double kBudgetTime = 0.05;       // s, cutting energy that may wait for a voxel to yield
 constexpr double kStiffnessTime = 4e-3;    // s, the stiffness felt follows the tissue under the head
+constexpr double kCutDampingTime = 4e-3;   // s, the depth's rate is smoothed over this for the damper while cutting
+constexpr double kLeapTime = 0.05;         // s that the proxy may take to follow a leap
+constexpr double kNoHand = 2.0;            // m/s: what moves faster is a leap of the input, not a hand
+constexpr double kCutSlew = 14;            // N/s, the force of a cutting contact changes no faster while the hand rests
+constexpr double kStaleTime = 0.02;        // s a patch may be due before that is a fault
+constexpr double kFadeTime = 4e-3;         // s, time constant of a force that lost its patch
 constexpr int kCutHistory = 8192;          // cuts a late patch may lack
 
 /// Boxes of the last cuts, so that a fresh patch is brought up to date only where it may differ.
@@ -90,6 +98,17 @@ int patch_edge_for(const Tool& tool, double voxel) {
 
 double patch_travel_for(const Tool& tool, double voxel) { return travel_for(tool, voxel); }
 
+dvec3 patch_center_for(const dvec3& p_WG, const dvec3& p_WT, double travel) noexcept {
+  const dvec3 pull = p_WT - p_WG;
+  const double length = glm::length(pull);
+  return p_WG + (length > travel / 2 ? pull * (travel / 2 / length) : pull);
+}
+
+bool patch_due_for(const dvec3& wanted_W, const dvec3& center_W, double travel) noexcept {
+  const dvec3 off = glm::abs(wanted_W - center_W);
+  return std::max({off.x, off.y, off.z}) > travel / 2;
+}
+
 struct Servo::State {
   ServoSettings settings;
   ContactFinder finder;
@@ -107,7 +126,20 @@ struct Servo::State {
   double normal_force = 0;     // N, last tick
   dvec3 normal{0};
   FrictionState friction;
-  dvec3 last_force{0};         // N
+  TipState tip;
+  PassivityState passivity;
+  double rate = 0;             // m/s, smoothed, of the depth
+  double given = 0;            // J that leading the tool out of tissue put into the coupling
+  double stored = 0;           // J in the coupling
+  double leap = 0;             // s left to follow a leap of the input
+  double ramp = 0;             // 0..1, of the force at start and end
+  bool ending = false;
+  double due_for = 0;          // s that a new patch has been due
+  dvec3 torque{0};             // N·m, of the contacts
+  dvec3 last_force{0};         // N, what the tissue gave …
+  dvec3 last_spindle_force{0}; // N, … and what the spindle fed through the teeth
+  dvec3 last_sent{0};          // N, their sum as sent
+  double spindle_work = 0;     // J, done by the spindle in cutting
   double last_depth = 0;       // m
   Pose last_hand;
   Nanos last_t = 0;
@@ -142,6 +174,8 @@ Servo::~Servo() = default;
 Servo::Servo(Servo&&) noexcept = default;
 Servo& Servo::operator=(Servo&&) noexcept = default;
 
+void Servo::ramp_out() noexcept { state_->ending = true; }
+
 const SurfacePatch& Servo::patch() const noexcept { return state_->patch; }
 
 void Servo::adopt(SurfacePatch& fresh) noexcept {
@@ -175,8 +209,9 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
     out.X_WT = out.X_WG = s.X_WG;
     out.faults = bits(Fault::kBadInput);
     out.energy = sums.energy;
+    out.spindle_energy = sums.spindle_energy;
     s.started = false;
-    s.last_force = dvec3(0);
+    s.last_force = s.last_spindle_force = s.last_sent = dvec3(0);
     s.normal_force = 0;
     s.friction = {};
     return false;
@@ -187,13 +222,18 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
   if (!s.started) {
     s.X_WG = X_WT;
     s.last_hand = X_WT;
-    s.last_depth = 0;
+    s.last_depth = s.rate = 0;
     s.overlap = 0;
+    s.given = s.stored = 0;
     s.friction = {};
+    s.tip = {};
+    s.ramp = 0;
   }
+  const dvec3 moved = X_WT.p - s.last_hand.p;
 
   // What the device did to the hand since the last tick: exactly last force × way (numbers.md, "Stability").
-  sums.energy -= glm::dot(s.last_force, X_WT.p - s.last_hand.p);
+  sums.energy -= glm::dot(s.last_force, moved);
+  sums.spindle_energy += glm::dot(s.last_spindle_force, moved);
 
   // Spindle: the free speed follows the pedal.
   const double wanted_speed = out.pedal * settings.spindle.free_speed;
@@ -205,10 +245,12 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
   const Tool& tool = settings.tool;
   const bool may_cut = settings.cutting && tool.cuts && s.speed > 0;
   SpindleLoad spindle{s.speed, 0};
+  double tangential = 0;  // force of the teeth over normal force
   if (may_cut && s.normal_force > 0) {
     const double along = glm::dot(s.normal, X_WT.R * dvec3(0, 0, 1));
     const double efficiency = tool.side_efficiency + (tool.end_efficiency - tool.side_efficiency) * along * along;
     const double torque = tool.cutting_coefficient * efficiency * s.normal_force * tool.radius();
+    tangential = tool.cutting_coefficient * efficiency;
     spindle = load_spindle(settings.spindle, s.speed, out.pedal, torque);
     s.budget = std::min(s.budget + spindle.power * dt, spindle.power * kBudgetTime);
   } else if (s.normal_force <= 0) {
@@ -259,6 +301,15 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
     } else {
       s.finder.find(s.patch, {c, X_WT.R}, kContactRange, contacts);
       found_at = c;
+      // One-sided wall (Wang 2009): tissue harder than what is being cut gives way by that much less; softer tissue never
+      // holds anything back.
+      if (may_cut && settings.boundary_walls && specific_energy > 0) {
+        for (int i = 0; i < contacts.count; ++i) {
+          ContactPlane& plane = contacts.planes[static_cast<std::size_t>(i)];
+          const double hardness = settings.materials[static_cast<std::size_t>(tissue_at(s.patch, plane.x - plane.n))].specific_energy;
+          plane.yields = hardness > specific_energy ? specific_energy / hardness : 1;
+        }
+      }
     }
     if (contacts.count == 0 && sample_linear(s.patch, c) < -kStep) {  // wholly inside: no surface in reach
       deep = true;
@@ -282,14 +333,13 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
       }
       if (worst > s.overlap + slack + kDeep) s.overlap = worst;
     }
-    const double room = slack + s.overlap;
     const dvec3 pulled_to = s.normal_force > 0 && may_cut ? held_target(c0, target, s.normal) : target;
-    dvec3 next = nearest_allowed(contacts, c, room, pulled_to, active);
+    dvec3 next = nearest_allowed(contacts, c, s.overlap, slack, pulled_to, active);
     if (contacts.count > 1 && active.count > 0) {  // rough planes chose which hold; exact ones say how far
       for (int i = 0; i < active.count; ++i) {
         s.finder.refine(s.patch, {c, X_WT.R}, contacts.planes[static_cast<std::size_t>(active.index[i])]);
       }
-      next = nearest_allowed(contacts, c, room, pulled_to, active);
+      next = nearest_allowed(contacts, c, s.overlap, slack, pulled_to, active);
     }
     touching = contacts.count > 0;
     const dvec3 step = next - c;
@@ -307,9 +357,26 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
       break;
     }
   }
+  // A bur that comes free, over the rim of its own cut, follows the hand at a pace: what the hand feels changes by
+  // kCutSlew at most, or as fast as the hand itself moves. The proxy only lags behind, so this takes energy, never gives.
+  if (may_cut && touching && !lost && s.normal_force > 0) {
+    const dvec3 step = c - c0, carried = (s.X_WG.p - s.last_hand.p) / h, shift = moved / h;
+    const double pace = std::max(kCutSlew * dt / (settings.stiffness * std::max(s.stiffness_share, 0.05)), 1.2 * glm::length(moved)) / h;
+    if (glm::length(c - target - carried) > pace) {
+      // The largest share of the step with |share step - shift| <= pace.
+      const double a = glm::dot(step, step), b = glm::dot(step, shift), d = b * b - a * (glm::dot(shift, shift) - pace * pace);
+      if (a > 0 && d > 0) c = c0 + std::clamp((b + std::sqrt(d)) / a, 0.0, 1.0) * step;
+    }
+  }
   if (s.overlap > 0) faults |= bits(Fault::kDeepPenetration);
   if (deep) faults |= bits(Fault::kDeepPenetration);
   if (lost) faults |= bits(Fault::kPatchEdge);
+  // A patch that has long been due: the carver is late. What the patch holds is still true, so the force stays.
+  const double travel = travel_for(tool, h) * h;
+  const bool due = s.patch.number == 0 ||
+                   patch_due_for(patch_center_for(s.X_WG.p, X_WT.p, travel), s.patch.center_W, travel);
+  s.due_for = due ? s.due_for + dt : 0;
+  if (s.due_for > kStaleTime) faults |= bits(Fault::kStalePatch);
   const dvec3 p_WG = c == target ? X_WT.p : settings.frame.to_world(c);
 
   // Cut: everything the head sweeps on its way.
@@ -338,43 +405,77 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
     }
   }
 
+  s.spindle_work += out.cutting_power * dt;
+
   // Contact seen from the hand.
-  dvec3 force(0), normal(0);
+  dvec3 force(0), torque(0), normal(0), spindle_force(0);
+  dvec3 p_held = p_WG;
   const dvec3 depth_vector = p_WG - X_WT.p;
   const double depth = glm::length(depth_vector);
+  double stored = 0;
   if (touching && !lost && depth > 0) {
     normal = depth_vector / depth;
     // Tissue under the head: at each contact a voxel deep, weighted by how much it pushes.
     PerTissue shares{};
     double total = 0;
+    dvec3 lever(0);  // where the push attacks, from the head's centre; voxels
     for (int i = 0; i < active.count; ++i) {
       const ContactPlane& plane = contacts.planes[static_cast<std::size_t>(active.index[i])];
       const double weight = active.push[i];
+      lever += weight * (plane.x - c);
+      torque += weight * glm::cross(plane.x - c, plane.n);
+      total += weight;
       const dvec3 below = plane.x - plane.n;
       if (!s.patch.holds(below, 0)) continue;
       const PerTissue here = sample_tissue(s.patch, below);
       for (std::size_t t = 1; t < here.size(); ++t) shares[t] += weight * here[t];
-      total += weight;
     }
-    if (total > 0) {
-      for (double& share : shares) share /= total;
+    double labelled = 0;
+    for (const double share : shares) labelled += share;
+    if (labelled > 0) {
+      for (double& share : shares) share /= labelled;
       s.shares = shares;
     }
+    if (total > 0) lever /= total;
     const double wanted = s.mean(&Material::stiffness) / 1000.0;  // relative to enamel's 1 N/mm
     const bool fresh = s.normal_force <= 0;
     s.stiffness_share = fresh ? wanted : wanted + (s.stiffness_share - wanted) * std::exp(-dt / kStiffnessTime);
     const double k = settings.stiffness * s.stiffness_share;
+    stored = k * depth * depth / 2;
 
+    // Along the normal only, from the depth itself: sliding at constant depth is not damped.
     double magnitude = k * depth;
     if (settings.damping > 0 && s.started && s.overlap == 0) {
-      // Along the normal only, from the depth itself: sliding at constant depth is not damped.
-      magnitude = std::max(0.0, magnitude + settings.damping * (depth - s.last_depth) / dt);
+      const double smooth = may_cut ? std::exp(-dt / kCutDampingTime) : 0.0;
+      const double rate = (depth - s.last_depth) / dt;
+      s.rate = rate + (s.rate - rate) * smooth;
+      magnitude = std::max(0.0, magnitude + settings.damping * s.rate);
     }
     force = magnitude * normal;
+    // Each contact pushes along its own normal; together they are the force, and they turn the tool about its centre.
+    if (tool.shape == HeadShape::kSphere) {
+      torque = dvec3(0);
+    } else {
+      torque *= h * h * magnitude / depth;
+    }
     s.normal_force = k * depth;
-    if (settings.friction && !(may_cut)) {  // a turning bur slips always; its tangential force is the cutting force
+    dvec3 sideways(0);
+    if (settings.friction && !may_cut) {  // a turning bur slips always; its tangential force is that of the teeth
       const FrictionLaw law{s.mean(&Material::static_friction), s.mean(&Material::dynamic_friction), settings.stiffness};
-      force += friction_force(law, p_WG, s.X_WG.p, normal, s.normal_force, s.friction);
+      sideways = friction_force(law, p_WG, s.X_WG.p, normal, s.normal_force, s.friction);
+      force += sideways;
+    }
+    if (tangential > 0) {  // the tissue pushes the teeth back, against their way; none at the pole, where they stand still
+      const dvec3 axis = X_WT.R * dvec3(0, 0, 1);
+      spindle_force = tangential * s.normal_force * glm::cross(axis, normal);
+      // Never more to the hand than the spindle itself has done.
+      if (sums.spindle_energy + std::max(0.0, glm::dot(spindle_force, moved)) * 4 > s.spindle_work) spindle_force = dvec3(0);
+    }
+    if (tool.shape != HeadShape::kSphere) {
+      torque += h * glm::cross(lever, sideways + spindle_force);
+      // Which of many contacts carry how much may change from tick to tick; what the wrist feels follows smoothly.
+      if (contacts.count > 1 && !fresh) torque += (s.torque - torque) * std::exp(-dt / kStiffnessTime);
+      s.torque = torque;
     }
     const auto most = std::max_element(s.shares.begin() + 1, s.shares.end());
     out.tissue = *most > 0 ? static_cast<Tissue>(most - s.shares.begin()) : Tissue::kAir;
@@ -382,34 +483,98 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
     out.n_C_W = normal;
   } else {
     s.normal_force = 0;
+    s.rate = 0;
     s.friction = {};
+    if (lost) force = s.last_force * std::exp(-dt / kFadeTime);  // no field to feel: the last force fades
   }
+
+  // A sharp tip in softened tissue: sinks under a push, holds on withdrawal.
+  if (tool.sink_yield > 0 && !tool.cuts && !lost) {
+    const TipLaw law{tool.sink_yield};
+    const double k = settings.stiffness * s.stiffness_share;
+    if (s.tip.sunk <= 0 && s.shares[static_cast<std::size_t>(Tissue::kCaries)] > 0.5 && s.normal_force > law.yield) {
+      s.tip = {1e-9, p_WG, normal};
+    }
+    if (s.tip.sunk > 0) {
+      const dvec3 ahead = settings.frame.to_voxels(s.tip.p) - (s.finder.reach() + 1) * s.tip.n;
+      const bool soft = s.patch.holds(ahead, 0) && tissue_at(s.patch, ahead) == Tissue::kCaries;
+      force = tip_force(law, X_WT.p, k, soft, s.tip);
+      if (s.tip.sunk > 0) {
+        p_held = s.tip.p;
+        out.depth = glm::length(p_held - X_WT.p);
+        out.tissue = Tissue::kCaries;
+        out.n_C_W = s.tip.n;
+        stored = k * out.depth * out.depth / 2;
+        torque = dvec3(0);
+      }
+    }
+  }
+
   // Area of the head on tissue: from the samples, or, where one query sufficed, of the cap under the tangent plane.
   if (touching) {
     out.contact_area = contacts.engaged_area > 0 ? contacts.engaged_area * h * h : kPi * tool.radius() * h;
   }
 
-  const double magnitude = glm::length(force);
-  if (magnitude > settings.force_limit) {
-    force *= settings.force_limit / magnitude;
+  // The literature's filters, for comparison.
+  if (settings.filter != ForceFilter::kNone) force = filter_force(settings.filter, {}, force, s.last_force);
+
+  // Limits: of the device, of its slew, and the ramps at start and end.
+  if (!touching && !s.ending) s.ramp = 1;  // begun in the open: nothing to ramp
+  s.ramp = std::clamp(s.ramp + (s.ending ? -1 : 1) * dt / std::max(settings.ramp_time, dt), 0.0, 1.0);
+  const double magnitude = glm::length(force + spindle_force);
+  double share = s.ramp;
+  if (magnitude * share > settings.force_limit) {
+    share = settings.force_limit / magnitude;
     faults |= bits(Fault::kForceLimit);
+  }
+  const double twist = glm::length(torque);
+  if (twist * share > settings.torque_limit) {
+    torque *= settings.torque_limit / (twist * share);
+    faults |= bits(Fault::kForceLimit);
+  }
+  if (settings.slew_limit > 0) {
+    const double risen = magnitude * share - glm::length(s.last_sent), most = settings.slew_limit * dt;
+    if (risen > most) {
+      share *= (magnitude * share - risen + most) / (magnitude * share);
+      faults |= bits(Fault::kSlewLimit);
+    }
+  }
+  force *= share;
+  spindle_force *= share;
+  torque *= share;
+
+  // Leading the tool out of tissue, or a leap of the input against it, raises what the coupling stores without a hand's
+  // doing: that much is allowed for, as long as the contact lasts.
+  if (glm::length(moved) > kNoHand * dt) s.leap = kLeapTime;
+  s.leap = std::max(0.0, s.leap - dt);
+  if (s.overlap > 0 || s.leap > 0) s.given += std::max(0.0, stored - s.stored - std::max(0.0, -glm::dot(s.last_force, moved)));
+  if (!touching && s.tip.sunk <= 0) s.given = 0;
+  s.stored = stored;
+  if (settings.passivity) {
+    const double passive = passive_share({}, force, moved, dt, settings.tick, sums.energy + s.given, s.passivity);
+    force *= passive;
+    torque *= passive;
   }
 
   s.normal = normal;
   s.last_depth = out.depth;
-  s.X_WG = {p_WG, X_WT.R};
+  s.X_WG = {p_held, X_WT.R};
   s.last_force = force;
+  s.last_spindle_force = spindle_force;
+  s.last_sent = force + spindle_force;
   s.last_hand = X_WT;
   s.last_t = hand.t;
   s.started = true;
   cut.n_C_W = normal;
 
   out.X_WG = s.X_WG;
-  out.f_T_W = force;
+  out.f_T_W = force + spindle_force;
+  out.tau_T_W = torque;
   out.removed = sums.removed;
   out.cuts = sums.cuts;
   out.spindle = spindle.speed;
   out.energy = sums.energy;
+  out.spindle_energy = sums.spindle_energy;
   out.faults = faults;
   return cut_made;
 }

@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "engine/contract/contact.h"
+#include "haptics/forces/filters.h"
 #include "haptics/spindle.h"
 #include "haptics/surface_patch.h"
 #include "haptics/tool.h"
@@ -19,6 +20,10 @@ struct ServoSettings {
   bool passivity = true;        // the controller; the ledger runs always
   bool boundary_walls = true;   // one-sided walls from soft to hard tissue
   double force_limit = 20;      // N
+  double torque_limit = 0.5;    // N·m
+  double slew_limit = 0;        // N/s that the force may rise by; 0: as it comes
+  double ramp_time = 15e-3;     // s from nothing to the whole force at the start, and back at the end
+  ForceFilter filter = ForceFilter::kNone;  // for comparison with the literature
   double tick = 1e-3;           // s, nominal period
   MaterialTable materials{};
   Tool tool;
@@ -50,6 +55,9 @@ class Servo {
   /// One tick. `cut` is filled and true returned when tissue was removed.
   bool tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept;
 
+  /// From now on the force fades within ramp_time; for the end of a session.
+  void ramp_out() noexcept;
+
   const SurfacePatch& patch() const noexcept;
 
  private:
@@ -61,5 +69,10 @@ class Servo {
 int patch_edge_for(const Tool& tool, double voxel);
 /// How far, in voxels, the tool may move from the patch's centre before a new one is due.
 double patch_travel_for(const Tool& tool, double voxel);
+/// Where a patch should lie, m: between the tool outside the tissue and the hand that pulls it, `travel` in m.
+dvec3 patch_center_for(const dvec3& p_WG, const dvec3& p_WT, double travel) noexcept;
+/// True when a patch that lies around `center_W` should be replaced by one around `wanted_W`.
+bool patch_due_for(const dvec3& wanted_W, const dvec3& center_W, double travel) noexcept;
+
 
 }  // namespace typodont::haptics

@@ -57,6 +57,12 @@ FieldSample sample_cubic(const SurfacePatch& patch, const dvec3& p_V) noexcept;
 /// Shares of the eight labels around a point by trilinear weight, air left out; sums to 1, or to 0 in air.
 PerTissue sample_tissue(const SurfacePatch& patch, const dvec3& p_V) noexcept;
 
+/// The label of the nearest voxel; the patch must hold it.
+inline Tissue tissue_at(const SurfacePatch& patch, const dvec3& p_V) noexcept {
+  const dvec3 q = p_V - dvec3(patch.lo) + 0.5;
+  return patch.tissue[patch.at(static_cast<int>(q.x), static_cast<int>(q.y), static_cast<int>(q.z))];
+}
+
 /// Cuts the sweep out of the patch. Returns the removed volume per tissue in voxels³ (share of each voxel inside the
 /// surface before, less after). `changed`, where given: whether any sample did, be it only a distance in the air.
 PerTissue carve(SurfacePatch& patch, const Sweep& sweep, bool* changed = nullptr) noexcept;

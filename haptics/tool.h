@@ -52,6 +52,7 @@ struct Tool {
   bool cuts = true;                // false: probes and gauges touch, but never remove
   double side_efficiency = 1;      // share of the normal force that cuts when the contact is on the flank …
   double end_efficiency = 1;       // … and on the end; in between by the square of the cosine
+  double sink_yield = 0;           // N that softened tissue bears before this tip sinks into it; 0: it never does
   double cutting_coefficient = 0.3;  // μ_c: tangential cutting force / normal force (Preston, Archard)
 
   double radius() const { return diameter / 2; }

@@ -47,8 +47,8 @@ float tool_occlusion(vec3 p, vec3 n) {
   return clamp(1.0 - 0.8 * head - 0.35 * shank, 0.0, 1.0);
 }
 
-// x: share of the key light that arrives; y: share of the ambient light.
-vec2 visibility(vec3 p, vec3 n) {
+// x: share of the key light that arrives; y: share of the ambient light. Tissue only; the tool apart.
+vec2 tissue_visibility(vec3 p, vec3 n) {
   vec2 result = vec2(1.0);
   if (frame.light_size.w > 0.0) {
     float texel = frame.light_size.z / frame.light_size.x;
@@ -80,14 +80,20 @@ vec2 visibility(vec3 p, vec3 n) {
   return result;
 }
 
+vec2 visibility(vec3 p, vec3 n) { return tissue_visibility(p, n) * vec2(tool_shadow(p), tool_occlusion(p, n)); }
+
+float fifth_power(float x) {
+  float x2 = x * x;
+  return x2 * x2 * x;
+}
+
 // The room as a glossy surface mirrors it: dim ceiling and floor, the lamp's softbox, a window at the side.
 vec3 room(vec3 r, float rough) {
   float up = dot(r, frame.up.xyz);
   vec3 color = mix(vec3(0.10, 0.09, 0.085), vec3(0.34, 0.37, 0.42), smoothstep(-0.9, 0.9, up));
   float edge = 0.03 + 0.5 * rough;
   float lamp = smoothstep(0.955 - edge, 0.955 + 0.5 * edge, dot(r, frame.key.xyz));
-  vec3 side = normalize(cross(frame.up.xyz, frame.key.xyz) + 0.55 * frame.up.xyz);
-  float window = smoothstep(0.45, 1.05, dot(r, side));
+  float window = smoothstep(0.45, 1.05, dot(r, frame.window.xyz));
   float gloss = 1.0 - rough;
   return color + lamp * vec3(1.0, 0.97, 0.92) * (0.6 + 2.4 * gloss * gloss) + window * vec3(0.75, 0.85, 1.0) * 0.5;
 }
@@ -97,12 +103,10 @@ struct Look {
   float rough, translucent, metal, wet;
 };
 
-vec3 shade(vec3 p, vec3 n, vec3 v, Look look, vec2 light, float mesh_occlusion) {
+vec3 shade(vec3 n, vec3 v, Look look, vec2 light, float mesh_occlusion) {
   vec3 l = frame.key.xyz;
   float nl = dot(n, l), nv = max(dot(n, v), 1e-3);
-  float through_tool = tool_shadow(p), tool_open = tool_occlusion(p, n);
-  float open = light.y * mesh_occlusion * tool_open;
-  float key = light.x * through_tool;
+  float open = light.y * mesh_occlusion, key = light.x;
 
   // Light wanders inside translucent tissue: it wraps round the form, red farthest, and bleeds into shadow edges.
   vec3 wrap = look.translucent * vec3(0.42, 0.30, 0.24);
@@ -111,7 +115,7 @@ vec3 shade(vec3 p, vec3 n, vec3 v, Look look, vec2 light, float mesh_occlusion) 
   arrives = mix(arrives, sqrt(arrives), 0.35 * look.translucent);
   vec3 albedo = look.albedo * (1.0 - look.metal);
   // Grazing translucent enamel turns cool and pale: short wavelengths scatter back.
-  float rim = pow(1.0 - nv, 3.0);
+  float rim = (1.0 - nv) * (1.0 - nv) * (1.0 - nv);
   albedo = mix(albedo, albedo * vec3(0.90, 0.97, 1.07) + 0.03, look.translucent * rim);
 
   // Light bounced between the walls of a cavity takes the walls' colour (Jimenez 2016, fitted multibounce).
@@ -120,7 +124,7 @@ vec3 shade(vec3 p, vec3 n, vec3 v, Look look, vec2 light, float mesh_occlusion) 
   float sky = 0.5 + 0.5 * dot(n, frame.up.xyz);
   vec3 ambient = mix(vec3(0.46, 0.40, 0.37), vec3(0.86, 0.93, 1.04), sky) * frame.up.w * opened;
   // A weak fill from beside the viewer keeps the dark side readable.
-  vec3 fill = vec3(0.16, 0.18, 0.21) * max(dot(n, normalize(v + 0.3 * frame.up.xyz)), 0.0) * opened;
+  vec3 fill = vec3(0.16, 0.18, 0.21) * max(dot(n, v) + 0.3 * dot(n, frame.up.xyz), 0.0) * opened;
   vec3 color = albedo * (front * arrives * frame.key.w * 0.3183 * vec3(1.0, 0.975, 0.94) + ambient + fill);
 
   // Gloss: the wet film over the tissue, or the metal itself.
@@ -134,9 +138,9 @@ vec3 shade(vec3 p, vec3 n, vec3 v, Look look, vec2 light, float mesh_occlusion) 
   float nlc = max(nl, 0.0);
   float k = 0.5 * alpha;
   float vis = 0.25 / ((nlc * (1.0 - k) + k) * (nv * (1.0 - k) + k));
-  vec3 f = f0 + (1.0 - f0) * pow(1.0 - lh, 5.0);
+  vec3 f = f0 + (1.0 - f0) * fifth_power(1.0 - lh);
   color += f * (a2 / (kPi * d * d)) * vis * nlc * key * frame.key.w * gloss * 0.5;
-  vec3 fr = f0 + (max(vec3(1.0 - rough), f0) - f0) * pow(1.0 - nv, 5.0);
+  vec3 fr = f0 + (max(vec3(1.0 - rough), f0) - f0) * fifth_power(1.0 - nv);
   vec3 r = reflect(-v, n);
   float seen = clamp(open * open + 0.15, 0.0, 1.0) * mix(0.55 + 0.45 * key, 1.0, look.metal);
   color += fr * room(r, rough) * gloss * seen;

@@ -4,11 +4,11 @@
 #include "frame.glsl"
 #include "lighting.glsl"
 
-layout(location = 0) in vec3 in_position;
-layout(location = 1) in vec4 in_normal;
-layout(location = 2) in vec3 in_light;
+layout(location = 0) centroid in vec3 in_position;
+layout(location = 1) centroid in vec4 in_normal;
+layout(location = 2) centroid in vec3 in_light;
 layout(location = 3) flat in uint in_pair;
-layout(location = 4) in vec3 in_mesh_position;
+layout(location = 4) centroid in vec3 in_mesh_position;
 layout(location = 0) out vec4 out_color;
 
 const uint kCaries = 3u, kPulp = 4u;
@@ -42,5 +42,5 @@ void main() {
     color.rgb *= mix(1.0, mix(0.35, 1.55, grain), decay);
   }
   vec2 light = kLightPerVertex ? in_light.xy : visibility(in_position, n);
-  out_color = vec4(tone_map(shade(in_position, n, v, Look(color.rgb, look.x, color.a, look.y, look.z), light, in_normal.w)), 1.0);
+  out_color = vec4(tone_map(shade(n, v, Look(color.rgb, look.x, color.a, look.y, look.z), light, in_normal.w)), 1.0);
 }

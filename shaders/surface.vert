@@ -8,11 +8,11 @@ layout(location = 0) in vec3 in_position;
 layout(location = 1) in vec4 in_normal;   // w: occlusion
 layout(location = 2) in uvec4 in_tissue;  // the two tissues, the second's share of 255
 
-layout(location = 0) out vec3 out_position;
-layout(location = 1) out vec4 out_normal;
-layout(location = 2) out vec3 out_light;  // key, ambient; z: share of the second tissue
+layout(location = 0) centroid out vec3 out_position;
+layout(location = 1) centroid out vec4 out_normal;
+layout(location = 2) centroid out vec3 out_light;  // key, ambient; z: share of the second tissue
 layout(location = 3) flat out uint out_pair;
-layout(location = 4) out vec3 out_mesh_position;
+layout(location = 4) centroid out vec3 out_mesh_position;
 
 void main() {
   vec4 p = vec4(in_position, 1.0);

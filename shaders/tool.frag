@@ -13,7 +13,7 @@ layout(location = 0) out vec4 out_color;
 
 // What polished metal mirrors: bands of light and dark, which make it read as metal.
 vec3 metal_room(vec3 r, float rough) {
-  float up = dot(r, frame.up.xyz), side = dot(r, normalize(cross(frame.up.xyz, frame.key.xyz)));
+  float up = dot(r, frame.up.xyz), side = dot(r, frame.window.xyz);
   float soft = 0.10 + 0.6 * rough;
   vec3 color = mix(vec3(0.10, 0.09, 0.085), vec3(0.55, 0.58, 0.62), smoothstep(-soft - 0.3, soft, up));
   color += vec3(0.9, 0.93, 1.0) * smoothstep(0.30 - soft, 0.30 + 0.5 * soft, side) * smoothstep(0.95 + soft, 0.75, side);
@@ -26,7 +26,7 @@ void main() {
   vec3 n = normalize(in_normal.xyz);
   vec3 v = normalize(frame.eye[VIEW].xyz - in_position);
   float rough = in_look.x;
-  vec2 light = visibility(in_position + 0.3e-3 * frame.key.xyz, n);
+  vec2 light = kLightPerVertex ? in_light : tissue_visibility(in_position + 0.3e-3 * frame.key.xyz, n);
   vec3 r = reflect(-v, n);
   vec3 color = in_color.rgb * (metal_room(r, rough) + 0.10 * frame.key.w * max(dot(n, frame.key.xyz), 0.0));
   vec3 h = normalize(frame.key.xyz + v);

@@ -2,6 +2,7 @@
 #extension GL_EXT_multiview : require
 #extension GL_GOOGLE_include_directive : require
 #include "frame.glsl"
+#include "lighting.glsl"
 
 
 layout(location = 0) in vec3 in_position;
@@ -33,5 +34,6 @@ void main() {
   float dark = mix(1.0 - clamp(3.0 * groove, 0.0, 0.55), 0.62, blur);
   out_color = vec4(vec3(0.72, 0.73, 0.75) * dark, 0.0);
   out_look = vec3(mix(in_look.y, 0.38, blur), 1.0, 0.0);
-  out_light = vec2(1.0);
+  // Shadows on the tool are the tissue's; a little towards the lamp, off the surface it touches.
+  out_light = kLightPerVertex ? tissue_visibility(world + 0.3e-3 * frame.key.xyz, out_normal.xyz) : vec2(1.0);
 }

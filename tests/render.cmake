@@ -13,3 +13,4 @@ if(TYPODONT_WINDOW)
   typodont_test(acceptance_display KIND acceptance SOURCES acceptance/display_window_test.cpp LIBS typodont_test_stage
                 SERIAL)
 endif()
+typodont_test(bench_render KIND bench SOURCES bench/render_bench.cpp LIBS typodont_test_stage typodont_app)

@@ -85,9 +85,9 @@ void run_demo(const DemoOptions& options) {
   while (hand->read(sample) && to_seconds(sample.t) <= length) {
     const bool did_cut = loop.tick(sample, tick, cut);
     hand->write(tick.f_T_W, tick.tau_T_W);
-    recorder.append({&tick, 1});
-    if (did_cut) recorder.append({&cut, 1});
     if (loop.fresh_patch()) recorder.append({loop.fresh_patch(), 1});
+    if (did_cut) recorder.append({&cut, 1});
+    recorder.append({&tick, 1});
     sound.push(tick);
     if (did_cut) debris.add(cut, scene.servo.tool);
 

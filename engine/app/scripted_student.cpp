@@ -15,16 +15,17 @@ using namespace literals;
 
 constexpr double kTravelSpeed = 18e-3;   // m/s through the air
 constexpr double kExploreSpeed = 4e-3;   // m/s over the surface
-constexpr double kDrillSpeed = 5.5e-3;   // m/s along a ring
+constexpr double kDrillSpeed = 4.5e-3;    // m/s along a ring
 constexpr double kLayer = 0.4e-3;        // m from ring to ring
 constexpr double kPress = 0.5e-3;        // m down: the hand leads the tool by this much, so that it is pressed on
-constexpr double kSidePress = 0.85e-3;   // m outward, the same
+constexpr double kSidePress = 0.95e-3;   // m outward, the same
 constexpr double kExplorePress = 0.5e-3; // m below the surface
 
 struct Layer {
   double z = 0;             // m
   dvec3 center{0};          // of the caries at this height
-  double radius = 0;        // m, holds nineteen twentieths of it
+  dvec3 along{1, 0, 0};     // unit, its longer axis
+  double length = 0, width = 0;  // m, half-axes of the ellipse that holds nineteen twentieths of it
 };
 
 /// The caries as slices across z.
@@ -52,10 +53,22 @@ std::vector<Layer> slice(const haptics::TissueVolume& tissue) {
     Layer layer;
     for (const dvec3& p : points) layer.center += p / static_cast<double>(points.size());
     layer.z = layer.center.z;
-    std::vector<double> radii;
-    for (const dvec3& p : points) radii.push_back(glm::length(p - layer.center));
-    std::sort(radii.begin(), radii.end());
-    layer.radius = radii[radii.size() * 19 / 20];
+    // Principal axes in the plane, and how far the points reach along each.
+    double xx = 0, xy = 0, yy = 0;
+    for (const dvec3& p : points) {
+      const dvec3 d = p - layer.center;
+      xx += d.x * d.x, xy += d.x * d.y, yy += d.y * d.y;
+    }
+    const double angle = 0.5 * std::atan2(2 * xy, xx - yy);
+    layer.along = {std::cos(angle), std::sin(angle), 0};
+    const auto reach = [&](const dvec3& axis) {
+      std::vector<double> distances;
+      for (const dvec3& p : points) distances.push_back(std::abs(glm::dot(p - layer.center, axis)));
+      std::sort(distances.begin(), distances.end());
+      return distances[distances.size() * 19 / 20];
+    };
+    layer.length = reach(layer.along);
+    layer.width = reach({-layer.along.y, layer.along.x, 0});
     layers.push_back(layer);
   }
   return layers;
@@ -107,8 +120,6 @@ StudentPlan plan_caries_removal(const haptics::TissueVolume& tissue, const hapti
   if (layers.empty()) throw Error("tissue", "", "no caries", "a lesion to remove");
   const double r = tool.radius();
   const Layer &top = layers.back(), &bottom = layers.front();
-  double widest = 0;
-  for (const Layer& layer : layers) widest = std::max(widest, layer.radius);
 
   StudentPlan plan;
   plan.hand.mass = 0.15;
@@ -144,13 +155,15 @@ StudentPlan plan_caries_removal(const haptics::TissueVolume& tissue, const hapti
   hand.move(first, kTravelSpeed, 1);
   for (double z = top.z + r; z > bottom.z + r - kLayer; z -= kLayer) {
     const Layer layer = layer_at(layers, std::max(z, bottom.z));
-    const double ring = std::max(0.0, layer.radius - r + kSidePress);
-    const int steps = std::max(8, static_cast<int>(std::ceil(2 * kPi * ring / 0.15_mm)));
+    const double length = std::max(0.0, layer.length - r + kSidePress), width = std::max(0.0, layer.width - r + kSidePress);
+    const dvec3 across(-layer.along.y, layer.along.x, 0);
+    const int steps = std::max(12, static_cast<int>(std::ceil(2 * kPi * length / 0.15_mm)));
     for (int i = 0; i <= steps; ++i) {
       const double a = 2 * kPi * i / steps;
-      hand.move({layer.center.x + ring * std::cos(a), layer.center.y + ring * std::sin(a), z - kPress}, kDrillSpeed, 1);
+      const dvec3 p = layer.center + length * std::cos(a) * layer.along + width * std::sin(a) * across;
+      hand.move({p.x, p.y, z - kPress}, kDrillSpeed, 1);
     }
-    if (ring > 1.2 * r) hand.move({layer.center.x, layer.center.y, z - kPress}, kDrillSpeed, 1);
+    if (width > r) hand.move({layer.center.x, layer.center.y, z - kPress}, kDrillSpeed, 1);
   }
   hand.move(above, kTravelSpeed / 2, 1);
   plan.drill_end = hand.now();

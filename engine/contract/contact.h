@@ -45,6 +45,7 @@ struct ServoTick {
   std::uint32_t faults = 0;
   std::uint32_t patch = 0;     // number of the surface patch it was computed in; 0: none
   std::uint64_t cuts = 0;      // cuts made so far, this tick's included
+  double spindle_energy = 0;   // J, fed to the hand so far by the tangential force of cutting: the spindle's, not in `energy`
 };
 
 /// Tissue cut away by one tick: the head swept in a straight line from A to B. Servo → carver, debris, recorder.

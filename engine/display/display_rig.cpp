@@ -113,7 +113,7 @@ std::string_view name_of(Layout layout) noexcept { return kLayouts[static_cast<s
 DisplayRig load_rig(const std::filesystem::path& file) { return parse_rig(Json::load(file)); }
 
 DisplayRig parse_rig(const Json& json) {
-  json.allow_only({"display", "screen", "mirror", "head", "X_WH"});
+  json.allow_only({"display", "screen", "mirror", "head", "X_WH", "calibration"});
   DisplayRig rig;
   rig.kind = static_cast<DisplayKind>(index_of(kKinds, json["display"]));
   if (const auto screen = json.find("screen"))

@@ -17,11 +17,12 @@ struct Quality {
 };
 
 /// Best first.
-inline constexpr std::array<Quality, 4> kQualityLadder{{
+inline constexpr std::array<Quality, 5> kQualityLadder{{
     {"high", 4, 2048, 16, 16, false, 1.0},
     {"medium", 4, 1024, 8, 8, true, 1.0},
     {"low", 1, 1024, 8, 8, true, 1.0},
-    {"lowest", 1, 512, 4, 4, true, 0.6},
+    {"fast", 1, 512, 6, 6, true, 0.75},
+    {"fastest", 1, 512, 4, 4, true, 0.5},
 }};
 
 }  // namespace typodont::render

@@ -224,6 +224,9 @@ struct Renderer::Impl {
     const dvec3 key = glm::normalize(frame.lights.key), up = glm::normalize(frame.lights.up);
     data.background = glm::vec4(frame.background == Background::kGradient ? 1.0f : 0.0f);
     data.key = glm::vec4(glm::dvec4(key, frame.lights.key_strength));
+    const bool given = frame.lights.window != dvec3(0);
+    const dvec3 window = glm::normalize(given ? frame.lights.window : glm::cross(up, key) + 0.55 * up);
+    data.window = glm::vec4(glm::dvec4(window, 0));
     data.up = glm::vec4(glm::dvec4(up, frame.lights.ambient));
     for (std::size_t t = 0; t < looks.size(); ++t) {
       const Look& look = looks[t];

@@ -80,6 +80,7 @@ struct Hud {
 struct Lights {
   dvec3 key{-0.35, 0.55, 0.75};  // unit, towards the lamp
   dvec3 up{0, 1, 0};             // unit, towards the ceiling
+  dvec3 window{0, 0, 0};         // unit, towards the window that gloss mirrors; zero: beside the lamp
   double key_strength = 2.9;
   double ambient = 0.60;
 };

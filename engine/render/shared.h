@@ -16,6 +16,7 @@ struct FrameData {
   vec4 light_size;         // x: shadow map's width, m; y: its depth, m; z: one texel, m; w: 1 when there is a map
   vec4 key;                // xyz: unit, towards the lamp; w: strength
   vec4 up;                 // xyz: unit; w: ambient strength
+  vec4 window;             // xyz: unit, towards the window that gloss mirrors
   vec4 tool_head;          // xyz: head centre, m; w: radius, m; 0: no tool
   vec4 tool_end;           // xyz: far end of the shank, m; w: its radius, m
   vec4 tool_motion;        // x: angle, rad; y: 0 sharp .. 1 wholly blurred by spin; z: 1 when spinning

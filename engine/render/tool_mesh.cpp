@@ -15,7 +15,7 @@ namespace {
 using glm::dvec2;
 using glm::dvec3;
 
-constexpr int kAround = 96;  // corners around: divisible by the usual 6 and 8 flutes
+constexpr int kHeadAround = 72, kShaftAround = 36;  // corners around; the head's divides by 6, 8 and 12 flutes
 
 /// Points of a quarter or so of a circle about (0, z0), from angle a to b measured from −z.
 void add_arc(std::vector<dvec2>& profile, double radius, double z0, double a, double b, int steps) {
@@ -25,12 +25,12 @@ void add_arc(std::vector<dvec2>& profile, double radius, double z0, double a, do
   }
 }
 
-/// A lathe: rings of kAround corners along a profile. `cut` maps (radius, z, angle) to the fluted radius.
+/// A lathe: rings of corners along a profile. `cut` maps (radius, z, angle) to the fluted radius.
 template <class Cut>
-void add_lathe(ToolMesh& mesh, const std::vector<dvec2>& profile, float spins, float rough, Cut&& cut) {
+void add_lathe(ToolMesh& mesh, const std::vector<dvec2>& profile, int around_count, float rough, Cut&& cut) {
   const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
   const auto point = [&](std::size_t ring, int corner, bool fluted) {
-    const double angle = 2 * kPi * corner / kAround;
+    const double angle = 2 * kPi * corner / around_count;
     const dvec2 p = profile[ring];
     const double r = fluted ? cut(p.x, p.y, angle) : p.x;
     return dvec3(r * std::cos(angle), r * std::sin(angle), p.y);
@@ -38,7 +38,7 @@ void add_lathe(ToolMesh& mesh, const std::vector<dvec2>& profile, float spins, f
   const auto normal = [&](std::size_t ring, int corner, bool fluted) {
     const std::size_t below = ring ? ring - 1 : ring, above = std::min(ring + 1, profile.size() - 1);
     const dvec3 along = point(above, corner, fluted) - point(below, corner, fluted);
-    const double angle = 2 * kPi * corner / kAround;
+    const double angle = 2 * kPi * corner / around_count;
     dvec3 around = point(ring, corner + 1, fluted) - point(ring, corner - 1, fluted);
     if (glm::length(around) < 1e-9) around = dvec3(-std::sin(angle), std::cos(angle), 0);
     const dvec3 n = glm::cross(around, along);
@@ -46,15 +46,15 @@ void add_lathe(ToolMesh& mesh, const std::vector<dvec2>& profile, float spins, f
     return length > 1e-18 ? n / length : dvec3(0, 0, ring ? 1 : -1);
   };
   for (std::size_t ring = 0; ring < profile.size(); ++ring)
-    for (int corner = 0; corner < kAround; ++corner)
+    for (int corner = 0; corner < around_count; ++corner)
       mesh.vertices.push_back({glm::vec3(point(ring, corner, true)), glm::vec3(normal(ring, corner, true)),
-                               glm::vec3(point(ring, corner, false)), glm::vec3(normal(ring, corner, false)), spins,
+                               glm::vec3(point(ring, corner, false)), glm::vec3(normal(ring, corner, false)), 1.0f,
                                rough});
   for (std::size_t ring = 0; ring + 1 < profile.size(); ++ring)
-    for (int corner = 0; corner < kAround; ++corner) {
-      const auto a = first + static_cast<std::uint32_t>(ring * kAround + corner);
-      const auto b = first + static_cast<std::uint32_t>(ring * kAround + (corner + 1) % kAround);
-      mesh.indices.insert(mesh.indices.end(), {a, b, b + kAround, a, b + kAround, a + kAround});
+    for (int corner = 0; corner < around_count; ++corner) {
+      const auto a = first + static_cast<std::uint32_t>(ring * around_count + corner);
+      const auto b = first + static_cast<std::uint32_t>(ring * around_count + (corner + 1) % around_count);
+      mesh.indices.insert(mesh.indices.end(), {a, b, b + around_count, a, b + around_count, a + around_count});
     }
 }
 
@@ -117,7 +117,7 @@ ToolMesh make_tool_mesh(const ToolShape& shape) {
   const double widest = std::max_element(head.begin(), head.end(), [](auto& a, auto& b) { return a.x < b.x; })->x;
 
   // Head: a blade rises steeply at its cutting edge and falls off slowly behind it, a saw tooth turned into a helix.
-  add_lathe(mesh, head, 1.0f, shape.diamond ? 0.75f : 0.24f, [&](double r, double z, double angle) {
+  add_lathe(mesh, head, kHeadAround, shape.diamond ? 0.75f : 0.24f, [&](double r, double z, double angle) {
     if (shape.flutes > 0) {
       double phase = (angle / (2 * kPi) + shape.helix * (z - z0) / span) * shape.flutes;
       phase -= std::floor(phase);
@@ -140,7 +140,7 @@ ToolMesh make_tool_mesh(const ToolShape& shape) {
   }
   const double end = z1 + shape.neck_length + shape.shank_length;
   shaft.insert(shaft.end(), {{shape.shank_radius, end - 0.2e-3}, {0.8 * shape.shank_radius, end}, {0, end}});
-  add_lathe(mesh, shaft, 1.0f, 0.22f, [](double r, double, double) { return r; });
+  add_lathe(mesh, shaft, kShaftAround, 0.22f, [](double r, double, double) { return r; });
   return mesh;
 }
 

@@ -54,7 +54,7 @@ bool ContactFinder::find_by_offset(const SurfacePatch& patch, const dvec3& c, Co
   if (std::abs(length - 1) > kMedialAxis) return false;
   if (at.value < 0.5) return false;  // the centre is inside: the field there is not what the offset needs
   const dvec3 n = at.gradient / length;
-  set.planes[0] = {c - at.value * n, n, at.value - radius_};
+  set.planes[0] = {c - at.value * n, n, at.value - radius_, 1};
   set.count = 1;
   return true;
 }
@@ -101,7 +101,9 @@ void ContactFinder::relinearize(const Pose& X_VT, ContactSet& set) const noexcep
 void ContactFinder::refine(const SurfacePatch& patch, const Pose& X_VT, ContactPlane& plane) const noexcept {
   if (!patch.holds(plane.x, 0)) return;
   const ContactPlane exact = slide<sample_cubic>(patch, X_VT, plane.x, sample_cubic(patch, plane.x), 5);
+  const double yields = plane.yields;
   if (exact.gap < plane.gap + 0.5) plane = exact;
+  plane.yields = yields;
 }
 
 /// From a point near the surface: onto it, then along it toward the head, as long as that brings them closer.
@@ -125,7 +127,7 @@ ContactPlane ContactFinder::slide(const SurfacePatch& patch, const Pose& X_VT, d
     const double gap = head_distance(X_VT, x, m);
     const double gained = best.gap - gap;
     if (!(gained > 0)) break;
-    best = {x, -m, gap};
+    best = {x, -m, gap, 1};
     if (gained < 1e-6) break;
     x -= (radius_ + gap) * (m - glm::dot(m, n) * n);
   }
@@ -136,12 +138,13 @@ namespace {
 
 /// Projection onto a polyhedron in three dimensions by the dual active-set method (Goldfarb & Idnani 1983): starts at
 /// the unconstrained answer and adds the most violated plane until none is; at most three are active at once.
-bool project(const ContactSet& set, const dvec3& c, double slack, bool only_no_deeper, dvec3& p,
+bool project(const ContactSet& set, const dvec3& c, double overlap, double slack, bool only_no_deeper, dvec3& p,
              ActivePlanes& active) noexcept {
   active = {};
   const auto normal = [&](int i) -> const dvec3& { return set.planes[static_cast<std::size_t>(i)].n; };
   const auto excess = [&](int i) {
-    const double room = set.planes[static_cast<std::size_t>(i)].gap + slack;
+    const ContactPlane& plane = set.planes[static_cast<std::size_t>(i)];
+    const double room = plane.gap + overlap + slack * plane.yields;
     return glm::dot(normal(i), p - c) + (only_no_deeper ? std::max(room, 0.0) : room);
   };
   int& k = active.count;
@@ -204,12 +207,12 @@ bool project(const ContactSet& set, const dvec3& c, double slack, bool only_no_d
 
 }  // namespace
 
-dvec3 nearest_allowed(const ContactSet& set, const dvec3& c, double slack, const dvec3& target,
+dvec3 nearest_allowed(const ContactSet& set, const dvec3& c, double overlap, double slack, const dvec3& target,
                       ActivePlanes& active) noexcept {
   dvec3 p = target;
-  if (project(set, c, slack, false, p, active)) return p;
+  if (project(set, c, overlap, slack, false, p, active)) return p;
   p = target;
-  if (project(set, c, slack, true, p, active)) return p;
+  if (project(set, c, overlap, slack, true, p, active)) return p;
   return c;
 }
 

@@ -14,6 +14,7 @@ struct ContactPlane {
   dvec3 x{0};        // on the tissue's surface
   dvec3 n{0, 0, 1};  // unit, the way the head is pushed
   double gap = 0;    // distance between head and tissue here, negative where they overlap
+  double yields = 1; // share of the slack that this one gives: less where the tissue is harder than around
 };
 
 struct ContactSet {
@@ -62,9 +63,9 @@ struct ActivePlanes {
   double push[3] = {};
 };
 
-/// The point nearest to `target` with n_i·(p - c) ≥ -(gap_i + slack) for all planes: the god-object's step. Where no such
+/// The point nearest to `target` with n_i·(p - c) ≥ -(gap_i + overlap + slack yields_i) for all planes: the god-object's step. Where no such
 /// point exists (a head wedged in its own slot), overlapping planes only keep it from going deeper.
-dvec3 nearest_allowed(const ContactSet& set, const dvec3& c, double slack, const dvec3& target,
+dvec3 nearest_allowed(const ContactSet& set, const dvec3& c, double overlap, double slack, const dvec3& target,
                       ActivePlanes& active) noexcept;
 
 }  // namespace typodont::haptics

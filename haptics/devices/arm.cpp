@@ -11,7 +11,9 @@ namespace typodont::haptics {
 namespace {
 
 /// acos that a linkage at the end of its reach, or a garbled count, cannot turn into NaN.
-double angle_of(double cosine) { return std::acos(std::clamp(cosine, -1.0, 1.0)); }
+double angle_of(double cosine) {
+  return std::acos(std::clamp(cosine, -1.0, 1.0));
+}
 
 struct FiveBar {
   double rho, z, lambda;
@@ -71,7 +73,8 @@ Arm read_arm(const std::filesystem::path& file) {
 
   const std::vector<double> counts = json["encoder_counts"].numbers(6);
   for (std::size_t i = 0; i < 6; ++i) {
-    if (counts[i] < (i < 3 ? 1 : 0) || counts[i] > 1e6) json["encoder_counts"].fail("1 to 1e6 for A, B, C; 0 to 1e6 for D, E, F");
+    if (counts[i] < (i < 3 ? 1 : 0) || counts[i] > 1e6)
+      json["encoder_counts"].fail("1 to 1e6 for A, B, C; 0 to 1e6 for D, E, F");
     arm.counts[i] = counts[i];
   }
   const std::vector<double> aligned = json["aligned"].numbers(6);
@@ -141,11 +144,12 @@ Pose stylus_pose(const Arm& arm, const Counts& counts) {
   for (std::size_t i = 0; i < 3; ++i) {
     stylus[i] = arm.sign[3 + i] * 2 * kPi * static_cast<double>(counts[3 + i]) / arm.counts[3 + i];
   }
-  const double tilt = arm.linkage == Arm::Linkage::kFiveBar ? -five_bar(arm, theta.y, theta.z).lambda
-                                                            : -theta.z + kPi / 2;
+  const double tilt =
+      arm.linkage == Arm::Linkage::kFiveBar ? -five_bar(arm, theta.y, theta.z).lambda : -theta.z + kPi / 2;
   const auto turn = [](double angle, const dvec3& axis) { return glm::angleAxis(angle, axis); };
   const dvec3 x(1, 0, 0), y(0, 1, 0), z(0, 0, 1);
-  pose.R = glm::normalize(turn(theta.x, z) * turn(tilt, y) * turn(stylus[0], x) * turn(stylus[1], y) * turn(stylus[2], x));
+  pose.R =
+      glm::normalize(turn(theta.x, z) * turn(tilt, y) * turn(stylus[0], x) * turn(stylus[1], y) * turn(stylus[2], x));
   return pose;
 }
 

@@ -1,7 +1,8 @@
-// The open-hardware arms (WoodenHaptics, Polhem): geometry from a preset file, and what follows from it. Pure functions.
+// The open-hardware arms (WoodenHaptics, Polhem): geometry from a preset file, and what follows from it. Pure
+// functions.
 //
-// Frame H, the arm's base: x toward the user, y right, z up. Angles of the bodies: A about z, B and C absolute, from the
-// vertical.
+// Frame H, the arm's base: x toward the user, y right, z up. Angles of the bodies: A about z, B and C absolute, from
+// the vertical.
 #pragma once
 
 #include <array>
@@ -18,18 +19,18 @@ namespace typodont::haptics {
 struct Arm {
   std::string name;
   enum class Linkage { kSerial, kFiveBar } linkage = Linkage::kSerial;
-  dvec3 capstan{0}, body{0};            // m, diameters of A, B, C
-  double La = 0, Lb = 0, Lc = 0;        // m, serial linkage
-  std::array<double, 6> L{};            // m, five-bar linkage
-  dvec3 origin{0};                      // m, of the workspace in the base
-  dvec3 torque_constant{0};             // N·m/A
-  std::array<double, 6> counts{};       // per encoder turn, A…F; 0 for D…F: no stylus encoders
-  std::array<double, 6> sign{1, 1, 1, 1, 1, 1};  // -1 where motor and body are "aligned"
-  std::array<std::int64_t, 6> home{};   // counts in the home position
-  double current_limit = 3;             // A, each motor: the firmware does not clamp
+  dvec3 capstan{0}, body{0};                              // m, diameters of A, B, C
+  double La = 0, Lb = 0, Lc = 0;                          // m, serial linkage
+  std::array<double, 6> L{};                              // m, five-bar linkage
+  dvec3 origin{0};                                        // m, of the workspace in the base
+  dvec3 torque_constant{0};                               // N·m/A
+  std::array<double, 6> counts{};                         // per encoder turn, A…F; 0 for D…F: no stylus encoders
+  std::array<double, 6> sign{1, 1, 1, 1, 1, 1};           // -1 where motor and body are "aligned"
+  std::array<std::int64_t, 6> home{};                     // counts in the home position
+  double current_limit = 3;                               // A, each motor: the firmware does not clamp
   double force_limit = 5, stiffness = 1000, damping = 0;  // N, N/m, N·s/m
-  double continuous_force = 0;          // N
-  double joint_speed = 30;              // rad/s, of the bodies: faster is no hand
+  double continuous_force = 0;                            // N
+  double joint_speed = 30;                                // rad/s, of the bodies: faster is no hand
   // Gravity of bodies B and C: masses and distances of their centres from the joint.
   double mass_b = 0, mass_c = 0, center_b = 0, center_c = 0;  // kg, m
 
@@ -58,8 +59,8 @@ struct Currents {
   dvec3 amperes{0};
   bool clipped = false;
 };
-/// Motor currents for a force in H (and `holding` N·m on the bodies), shortened together where one exceeds its limit, so
-/// that the force keeps its direction.
+/// Motor currents for a force in H (and `holding` N·m on the bodies), shortened together where one exceeds its limit,
+/// so that the force keeps its direction.
 Currents motor_currents(const Arm& arm, const dvec3& theta, const dvec3& f_S_H, const dvec3& holding);
 
 }  // namespace typodont::haptics

@@ -12,20 +12,28 @@ namespace {
 
 std::size_t report_size(ArmProtocol protocol) {
   switch (protocol) {
-    case ArmProtocol::kHidV1: return 8;
-    case ArmProtocol::kHidV2: return 14;
-    case ArmProtocol::kRawHid: return 64;
-    case ArmProtocol::kText: break;
+    case ArmProtocol::kHidV1:
+      return 8;
+    case ArmProtocol::kHidV2:
+      return 14;
+    case ArmProtocol::kRawHid:
+      return 64;
+    case ArmProtocol::kText:
+      break;
   }
   return 0;
 }
 
 std::size_t command_size(ArmProtocol protocol) {
   switch (protocol) {
-    case ArmProtocol::kHidV1: return 9;
-    case ArmProtocol::kHidV2: return 15;
-    case ArmProtocol::kRawHid: return 65;
-    case ArmProtocol::kText: break;
+    case ArmProtocol::kHidV1:
+      return 9;
+    case ArmProtocol::kHidV2:
+      return 15;
+    case ArmProtocol::kRawHid:
+      return 65;
+    case ArmProtocol::kText:
+      break;
   }
   return 0;
 }
@@ -96,9 +104,9 @@ std::optional<ArmReport> parse_text(std::string_view line) {
 ArmCommand encode(ArmProtocol protocol, const dvec3& amperes) {
   ArmCommand command;
   if (protocol == ArmProtocol::kText) {
-    const auto result = fmt::format_to_n(reinterpret_cast<char*>(command.bytes.data()), command.bytes.size(),
-                                         "[{},{},{}]\n", milliamperes(amperes.x), milliamperes(amperes.y),
-                                         milliamperes(amperes.z));
+    const auto result =
+        fmt::format_to_n(reinterpret_cast<char*>(command.bytes.data()), command.bytes.size(), "[{},{},{}]\n",
+                         milliamperes(amperes.x), milliamperes(amperes.y), milliamperes(amperes.z));
     command.size = result.size;  // at most 24 characters
     return command;
   }

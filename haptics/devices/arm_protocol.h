@@ -15,10 +15,10 @@ enum class ArmProtocol { kHidV1, kHidV2, kRawHid, kText };
 
 struct ArmReport {
   std::array<std::int32_t, 6> encoders{};
-  bool stylus = false;      // encoders D, E, F are meant
-  bool button = false;      // the calibration button (latched by the board)
-  int model = 0;            // text only: 1 Polhem, 2 vintage, 3 Woody
-  int error = 0;            // text only: the board's own error
+  bool stylus = false;  // encoders D, E, F are meant
+  bool button = false;  // the calibration button (latched by the board)
+  int model = 0;        // text only: 1 Polhem, 2 vintage, 3 Woody
+  int error = 0;        // text only: the board's own error
 };
 
 /// The protocol of a board whose input reports have this many bytes.

@@ -1,7 +1,7 @@
 // The one page about hands: open one by its address, list those that are there, add a kind.
 //
-// A new device is one file: drivers/NAME.cpp that defines `const Driver NAME_driver` (see drivers/circle.cpp). The build
-// collects every file of that folder.
+// A new device is one file: drivers/NAME.cpp that defines `const Driver NAME_driver` (see drivers/circle.cpp). The
+// build collects every file of that folder.
 #pragma once
 
 #include <filesystem>
@@ -17,31 +17,31 @@
 namespace typodont::haptics {
 
 struct HandOptions {
-  double rate = 1000;                   // Hz, where the program may choose it
-  bool paced = true;                    // false: scripts run as fast as they can
-  Pose X_WH;                            // the device's base in the workbench, from the rig
-  Pose X_ST;                            // the tool's head as seen from the stylus
-  std::string pedal;                    // "", "auto", or a pedal's path or serial
-  std::filesystem::path assets;         // where devices/*.json lie
-  std::optional<double> force_limit;    // N; may only lower what the device states
+  double rate = 1000;                 // Hz, where the program may choose it
+  bool paced = true;                  // false: scripts run as fast as they can
+  Pose X_WH;                          // the device's base in the workbench, from the rig
+  Pose X_ST;                          // the tool's head as seen from the stylus
+  std::string pedal;                  // "", "auto", or a pedal's path or serial
+  std::filesystem::path assets;       // where devices/*.json lie
+  std::optional<double> force_limit;  // N; may only lower what the device states
 };
 
 /// What `typodont devices` shows.
 struct FoundDevice {
-  std::string address;       // for --hand; empty for pedals
-  std::string kind;          // "force feedback", "6-DoF mouse", "pedal", …
+  std::string address;  // for --hand; empty for pedals
+  std::string kind;     // "force feedback", "6-DoF mouse", "pedal", …
   std::string model, serial;
-  std::string node;          // /dev/…, or the service
-  double force_limit = 0;    // N
+  std::string node;        // /dev/…, or the service
+  double force_limit = 0;  // N
   bool permitted = true;
-  std::string mend;          // the command or sentence that mends what is missing; empty when all is well
+  std::string mend;  // the command or sentence that mends what is missing; empty when all is well
 };
 
 struct Driver {
-  std::string scheme;        // "spacemouse": opens "spacemouse:REST"
-  std::string rest;          // what REST is, for help: "[PATH]"
-  std::string about;         // one line
-  bool hardware = true;      // gets the safety layer, the pedal and the rig's base pose; its poses are in its base frame
+  std::string scheme;    // "spacemouse": opens "spacemouse:REST"
+  std::string rest;      // what REST is, for help: "[PATH]"
+  std::string about;     // one line
+  bool hardware = true;  // gets the safety layer, the pedal and the rig's base pose; its poses are in its base frame
   std::function<std::unique_ptr<HapticDevice>(const std::string& rest, const HandOptions&)> open;  // throws Error
   std::function<std::vector<FoundDevice>()> find;  // may be empty; never throws for what is merely absent
 };

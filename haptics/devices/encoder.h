@@ -48,7 +48,8 @@ class Encoder {
       rejected_ = 0;
       return slipped_ ? Step::kSlipped : Step::kGood;
     }
-    // Readings that agree with one another but not with us: the encoder has jumped, not the report. Garbage does not agree.
+    // Readings that agree with one another but not with us: the encoder has jumped, not the report. Garbage does not
+    // agree.
     rejected_ = rejected_ > 0 && std::llabs(step - rejected_step_) <= nearby ? rejected_ + 1 : 1;
     rejected_step_ = step;
     if (rejected_ < kBelieved) return Step::kRejected;

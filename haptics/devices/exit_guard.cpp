@@ -86,6 +86,8 @@ void release_all_devices() noexcept {
   }
 }
 
-bool forces_forbidden() noexcept { return forbidden.load(); }
+bool forces_forbidden() noexcept {
+  return forbidden.load();
+}
 
 }  // namespace typodont::haptics

@@ -15,8 +15,8 @@ void install_exit_guard();
 void guard_device(HapticDevice& device);
 void unguard_device(HapticDevice& device) noexcept;
 
-/// The end: zero force on every guarded device, and none ever again in this process, so that a servo thread that lives a
-/// little longer changes nothing. Any thread, any signal handler, and the right thing for set_check_handler().
+/// The end: zero force on every guarded device, and none ever again in this process, so that a servo thread that lives
+/// a little longer changes nothing. Any thread, any signal handler, and the right thing for set_check_handler().
 void release_all_devices() noexcept;
 bool forces_forbidden() noexcept;
 

@@ -67,7 +67,8 @@ Descriptor open_exclusively(const std::filesystem::path& node) {
   Descriptor fd(::open(node.c_str(), O_RDWR | O_CLOEXEC | O_NOCTTY | O_NONBLOCK));
   if (fd.get() < 0) {
     if (errno == EACCES || errno == EPERM) {
-      throw Error(node.string(), "", "no permission to open it", fmt::format("access; mend it by: {}", kMendPermission));
+      throw Error(node.string(), "", "no permission to open it",
+                  fmt::format("access; mend it by: {}", kMendPermission));
     }
     throw Error(node.string(), "", std::strerror(errno), "a device that is plugged in");
   }
@@ -77,7 +78,9 @@ Descriptor open_exclusively(const std::filesystem::path& node) {
   return fd;
 }
 
-std::unique_ptr<Link> link_over(Descriptor fd) { return std::make_unique<FdLink>(std::move(fd)); }
+std::unique_ptr<Link> link_over(Descriptor fd) {
+  return std::make_unique<FdLink>(std::move(fd));
+}
 
 std::unique_ptr<Link> open_serial(const std::filesystem::path& port) {
   Descriptor fd = open_exclusively(port);

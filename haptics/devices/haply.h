@@ -12,8 +12,8 @@
 namespace typodont::haptics {
 
 struct HaplyState {
-  std::array<char, 40> id{};   // of the Inverse3, zero-terminated
-  dvec3 position{0};           // m
+  std::array<char, 40> id{};      // of the Inverse3, zero-terminated
+  dvec3 position{0};              // m
   dquat orientation{1, 0, 0, 0};  // of the Verse Grip, where there is one
   bool button = false;
 };

@@ -11,7 +11,7 @@
 namespace typodont::haptics {
 
 struct HidNode {
-  std::string path;          // /dev/hidrawN
+  std::string path;  // /dev/hidrawN
   std::uint16_t vendor = 0;
   std::uint16_t product = 0;
   std::uint16_t usage_page = 0;

@@ -3,7 +3,9 @@
 
 namespace typodont::haptics {
 
-std::vector<HidNode> enumerate_hid() { return {}; }
+std::vector<HidNode> enumerate_hid() {
+  return {};
+}
 
 std::unique_ptr<Link> open_hid(const std::string& path) {
   throw Error(path, "", "a program built without hidapi", "one configured with TYPODONT_HIDAPI=ON");

@@ -50,12 +50,24 @@ std::vector<HidField> parse_descriptor(std::span<const std::uint8_t> descriptor)
 
     const auto with_page = [&](std::uint32_t usage) { return bytes == 4 ? usage : now.page << 16 | usage; };
     switch (head & 0xfc) {
-      case 0x04: now.page = value & 0xffff; break;
-      case 0x14: now.minimum = sign_extend(value, bytes); break;
-      case 0x24: now.maximum_raw = value, now.maximum_bytes = bytes; break;
-      case 0x74: now.size = value; break;
-      case 0x84: now.report_id = static_cast<std::uint8_t>(value); break;
-      case 0x94: now.count = value; break;
+      case 0x04:
+        now.page = value & 0xffff;
+        break;
+      case 0x14:
+        now.minimum = sign_extend(value, bytes);
+        break;
+      case 0x24:
+        now.maximum_raw = value, now.maximum_bytes = bytes;
+        break;
+      case 0x74:
+        now.size = value;
+        break;
+      case 0x84:
+        now.report_id = static_cast<std::uint8_t>(value);
+        break;
+      case 0x94:
+        now.count = value;
+        break;
       case 0xa4:
         if (stack.size() < 16) stack.push_back(now);
         break;
@@ -65,8 +77,12 @@ std::vector<HidField> parse_descriptor(std::span<const std::uint8_t> descriptor)
       case 0x08:
         if (usages.size() < kMostFields) usages.push_back(with_page(value));
         break;
-      case 0x18: usage_minimum = with_page(value), has_range = true; break;
-      case 0x28: usage_maximum = with_page(value), has_range = true; break;
+      case 0x18:
+        usage_minimum = with_page(value), has_range = true;
+        break;
+      case 0x28:
+        usage_maximum = with_page(value), has_range = true;
+        break;
       case 0x80: {  // Input
         std::uint32_t& bit = next_bit[now.report_id];
         if (now.size > 32 && !(value & 1)) return fields;
@@ -87,12 +103,16 @@ std::vector<HidField> parse_descriptor(std::span<const std::uint8_t> descriptor)
         bit += now.size * now.count;
         [[fallthrough]];
       }
-      case 0x90: case 0xb0: case 0xa0: case 0xc0:  // Output, Feature, Collection, End: local items end here
+      case 0x90:
+      case 0xb0:
+      case 0xa0:
+      case 0xc0:  // Output, Feature, Collection, End: local items end here
         usages.clear();
         has_range = false;
         usage_minimum = usage_maximum = 0;
         break;
-      default: break;
+      default:
+        break;
     }
   }
   return fields;

@@ -9,9 +9,9 @@
 namespace typodont::haptics {
 
 struct HidField {
-  std::uint32_t usage = 0;       // page << 16 | usage
-  std::uint8_t report_id = 0;    // 0: reports carry no id
-  std::uint32_t bit = 0;         // offset in the report, after its id
+  std::uint32_t usage = 0;     // page << 16 | usage
+  std::uint8_t report_id = 0;  // 0: reports carry no id
+  std::uint32_t bit = 0;       // offset in the report, after its id
   std::uint32_t bits = 0;
   std::int32_t minimum = 0, maximum = 0;  // logical
 };

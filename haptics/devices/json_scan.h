@@ -67,8 +67,10 @@ class JsonText {
   }
   std::size_t end_of_string(std::size_t at) const noexcept {
     for (++at; at < text_.size(); ++at) {
-      if (text_[at] == '\\') ++at;
-      else if (text_[at] == '"') return at + 1;
+      if (text_[at] == '\\')
+        ++at;
+      else if (text_[at] == '"')
+        return at + 1;
     }
     return kBad;
   }

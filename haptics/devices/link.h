@@ -8,8 +8,8 @@
 
 namespace typodont::haptics {
 
-/// A HID link carries whole reports, one per call; a serial port or socket carries a stream. A link brings its clock, so
-/// that an emulated one can live in simulated time.
+/// A HID link carries whole reports, one per call; a serial port or socket carries a stream. A link brings its clock,
+/// so that an emulated one can live in simulated time.
 class Link {
  public:
   virtual ~Link() = default;

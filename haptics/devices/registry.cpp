@@ -53,7 +53,9 @@ std::string known_addresses() {
 
 }  // namespace
 
-const std::vector<Driver>& drivers() { return table(); }
+const std::vector<Driver>& drivers() {
+  return table();
+}
 
 void add_driver(Driver driver) {
   const auto at = std::lower_bound(table().begin(), table().end(), driver.scheme,

@@ -14,8 +14,8 @@ namespace typodont::haptics {
 
 namespace {
 
-constexpr double kLongestGap = 0.1;    // s between two samples; more is a leap of the clock, or a loop that hung
-constexpr double kNoise = 5e-4;        // m that a still hand may seem to move between two samples
+constexpr double kLongestGap = 0.1;         // s between two samples; more is a leap of the clock, or a loop that hung
+constexpr double kNoise = 5e-4;             // m that a still hand may seem to move between two samples
 constexpr Nanos kWatchdogRest = 1'000'000;  // ns between two looks while no force is out
 constexpr double kPedalReleased = 0.05;
 

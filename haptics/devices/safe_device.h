@@ -23,8 +23,8 @@ class SafeDevice : public HapticDevice {
  public:
   struct Options {
     SafetyLimits limits;
-    bool watchdog_thread = true;    // tests in simulated time call watch() themselves
-    std::function<Nanos()> clock;   // empty: now()
+    bool watchdog_thread = true;   // tests in simulated time call watch() themselves
+    std::function<Nanos()> clock;  // empty: now()
   };
   /// Limits as the device states them. Guards against exits too (exit_guard.h).
   static Options options_for(const DeviceInfo& info);

@@ -9,37 +9,39 @@
 namespace typodont::haptics {
 
 struct SafetyLimits {
-  double force = 5;             // N, peak
-  double torque = 0;            // N·m, peak
-  double continuous = 0;        // N that the motors bear for ever; 0: as the peak
-  double thermal_time = 30;     // s, time constant of the windings
-  double slew = 4000;           // N/s: full force in a few ms; a contact at 2 N/mm met at 1 m/s rises by 2000 N/s
-  double torque_slew = 40;      // N·m/s
-  double speed = 3;             // m/s of the hand: faster means a broken encoder or a runaway arm
-  double ramp_in = 0.25;        // s
-  double ramp_out = 0.015;      // s, of an emergency stop while all is well otherwise; under 20 ms
-  double free_force = 0.02;     // N: a servo that asks for less is free of contact …
-  double free_time = 0.05;      // s: … and has been so for this long before force is allowed again
-  double silence = 1.8e-3;      // s without a write, after which the watchdog sends zero
-  double pedal_time = 120;      // s a pedal may be held before it counts as stuck
+  double force = 5;          // N, peak
+  double torque = 0;         // N·m, peak
+  double continuous = 0;     // N that the motors bear for ever; 0: as the peak
+  double thermal_time = 30;  // s, time constant of the windings
+  double slew = 4000;        // N/s: full force in a few ms; a contact at 2 N/mm met at 1 m/s rises by 2000 N/s
+  double torque_slew = 40;   // N·m/s
+  double speed = 3;          // m/s of the hand: faster means a broken encoder or a runaway arm
+  double ramp_in = 0.25;     // s
+  double ramp_out = 0.015;   // s, of an emergency stop while all is well otherwise; under 20 ms
+  double free_force = 0.02;  // N: a servo that asks for less is free of contact …
+  double free_time = 0.05;   // s: … and has been so for this long before force is allowed again
+  double silence = 1.8e-3;   // s without a write, after which the watchdog sends zero
+  double pedal_time = 120;   // s a pedal may be held before it counts as stuck
 };
 
 /// What the safety layer did or saw. More than one may be set.
 enum class SafetyEvent : std::uint32_t {
   kNone = 0,
-  kNotFinite = 1u << 0,      // a force or a pose was not finite: zero
-  kForceLimit = 1u << 1,     // clipped to the peak
-  kSlewLimit = 1u << 2,      // rose too fast: slowed
-  kThermal = 1u << 3,        // clipped to what the motors bear
-  kWatchdog = 1u << 4,       // the servo was silent: zero
-  kDeviceFault = 1u << 5,    // the device reported a fault: zero
-  kDeviceLost = 1u << 6,     // the device is gone: zero
-  kJump = 1u << 7,           // the hand moved faster than hands move: zero
-  kClock = 1u << 8,          // time stood still, ran backwards or leapt: zero
-  kEmergency = 1u << 9,      // the emergency key: ramped to zero
-  kPedalStuck = 1u << 10,    // held too long: the drill stops
+  kNotFinite = 1u << 0,    // a force or a pose was not finite: zero
+  kForceLimit = 1u << 1,   // clipped to the peak
+  kSlewLimit = 1u << 2,    // rose too fast: slowed
+  kThermal = 1u << 3,      // clipped to what the motors bear
+  kWatchdog = 1u << 4,     // the servo was silent: zero
+  kDeviceFault = 1u << 5,  // the device reported a fault: zero
+  kDeviceLost = 1u << 6,   // the device is gone: zero
+  kJump = 1u << 7,         // the hand moved faster than hands move: zero
+  kClock = 1u << 8,        // time stood still, ran backwards or leapt: zero
+  kEmergency = 1u << 9,    // the emergency key: ramped to zero
+  kPedalStuck = 1u << 10,  // held too long: the drill stops
 };
-constexpr std::uint32_t bits(SafetyEvent event) { return static_cast<std::uint32_t>(event); }
+constexpr std::uint32_t bits(SafetyEvent event) {
+  return static_cast<std::uint32_t>(event);
+}
 /// In words, for reports: "watchdog, device fault".
 std::string describe_safety(std::uint32_t events);
 
@@ -57,8 +59,8 @@ inline dvec3 limit_slew(const dvec3& last, const dvec3& wanted, double step) {
   return start + clip_length(wanted - start, step);
 }
 
-/// Windings as one first-order body heated by the square of the force. 1 is as warm as they may become, the steady state
-/// at the continuous force.
+/// Windings as one first-order body heated by the square of the force. 1 is as warm as they may become, the steady
+/// state at the continuous force.
 struct ThermalModel {
   double heat = 0;
 

@@ -20,13 +20,13 @@ bool parse_spacemouse(std::span<const std::uint8_t> report, SpaceMouseState& sta
 bool is_spacemouse(std::uint16_t vendor, std::uint16_t product);
 
 struct SpaceMouseControl {
-  bool rate_control = true;     // false: the cap's deflection is the tool's place
-  double speed = 0.05;          // m/s at full deflection
-  double turn_speed = 1.0;      // rad/s
-  double reach = 0.03;          // m at full deflection, position control
-  double turn_reach = 0.6;      // rad
+  bool rate_control = true;  // false: the cap's deflection is the tool's place
+  double speed = 0.05;       // m/s at full deflection
+  double turn_speed = 1.0;   // rad/s
+  double reach = 0.03;       // m at full deflection, position control
+  double turn_reach = 0.6;   // rad
   double dead_zone = 0.03;
-  double smoothing = 0.02;      // s: reports come at about 100 Hz, the servo at 1 kHz
+  double smoothing = 0.02;  // s: reports come at about 100 Hz, the servo at 1 kHz
 };
 /// Frame H: x right, y away from the user, z up. Button 1 is the pedal.
 std::unique_ptr<HapticDevice> make_spacemouse(std::unique_ptr<Link> link, const SpaceMouseControl& control, double rate,

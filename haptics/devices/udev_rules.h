@@ -1,4 +1,5 @@
-// The udev rules that let the user at the console open the devices (assets/devices/70-typodont.rules), inside the program.
+// The udev rules that let the user at the console open the devices (assets/devices/70-typodont.rules), inside the
+// program.
 #pragma once
 
 #include <filesystem>

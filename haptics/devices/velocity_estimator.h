@@ -16,8 +16,8 @@
 namespace typodont::haptics {
 
 struct VelocityEstimate {
-  dvec3 v{0};       // m/s
-  double lag = 0;   // s: v is the velocity of this long ago (half the window)
+  dvec3 v{0};      // m/s
+  double lag = 0;  // s: v is the velocity of this long ago (half the window)
 };
 
 class VelocityEstimator {

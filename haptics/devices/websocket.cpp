@@ -31,10 +31,14 @@ std::array<std::uint8_t, 20> sha1(std::string_view text) {
     auto [a, b, c, d, e] = h;
     for (std::size_t i = 0; i < 80; ++i) {
       std::uint32_t f, k;
-      if (i < 20) f = (b & c) | (~b & d), k = 0x5A827999;
-      else if (i < 40) f = b ^ c ^ d, k = 0x6ED9EBA1;
-      else if (i < 60) f = (b & c) | (b & d) | (c & d), k = 0x8F1BBCDC;
-      else f = b ^ c ^ d, k = 0xCA62C1D6;
+      if (i < 20)
+        f = (b & c) | (~b & d), k = 0x5A827999;
+      else if (i < 40)
+        f = b ^ c ^ d, k = 0x6ED9EBA1;
+      else if (i < 60)
+        f = (b & c) | (b & d) | (c & d), k = 0x8F1BBCDC;
+      else
+        f = b ^ c ^ d, k = 0xCA62C1D6;
       const std::uint32_t next = std::rotl(a, 5) + f + e + k + w[i];
       e = d, d = c, c = std::rotl(b, 30), b = a, a = next;
     }
@@ -115,7 +119,8 @@ bool WebSocket::send_frame(std::uint8_t opcode, std::string_view payload) noexce
     frame[n++] = static_cast<std::uint8_t>(payload.size() >> 8);
     frame[n++] = static_cast<std::uint8_t>(payload.size() & 0xff);
   }
-  // Clients must mask (RFC 6455, 5.3) so that web proxies are not fooled; there is none on this host, the clock will do.
+  // Clients must mask (RFC 6455, 5.3) so that web proxies are not fooled; there is none on this host, the clock will
+  // do.
   const auto mask = static_cast<std::uint32_t>(link_->now());
   for (int i = 0; i < 4; ++i) frame[n++] = static_cast<std::uint8_t>(mask >> (8 * i));
   for (std::size_t i = 0; i < payload.size(); ++i) {
@@ -146,7 +151,9 @@ WebSocket::Parsed WebSocket::parse(std::string_view& message) noexcept {
     const char* const payload = reinterpret_cast<const char*>(p + head);
     begin_ += head + static_cast<std::size_t>(size);
     switch (opcode) {
-      case 0x0: case 0x1: case 0x2:
+      case 0x0:
+      case 0x1:
+      case 0x2:
         if ((opcode == 0) != in_message_) return Parsed::kBroken;
         if (opcode != 0) length_ = 0;
         if (length_ + size > kLongestMessage) return Parsed::kBroken;
@@ -160,8 +167,10 @@ WebSocket::Parsed WebSocket::parse(std::string_view& message) noexcept {
         if (size > 125) return Parsed::kBroken;
         send_frame(0xA, {payload, static_cast<std::size_t>(size)});
         break;
-      case 0xA: break;
-      default: return Parsed::kBroken;  // close, or nonsense
+      case 0xA:
+        break;
+      default:
+        return Parsed::kBroken;  // close, or nonsense
     }
   }
 }
@@ -170,9 +179,12 @@ WebSocket::Got WebSocket::receive(std::string_view& message, Nanos timeout) noex
   const Nanos until = link_->now() + timeout;
   for (;;) {
     switch (parse(message)) {
-      case Parsed::kMessage: return Got::kMessage;
-      case Parsed::kBroken: return Got::kLost;
-      case Parsed::kMore: break;
+      case Parsed::kMessage:
+        return Got::kMessage;
+      case Parsed::kBroken:
+        return Got::kLost;
+      case Parsed::kMore:
+        break;
     }
     if (begin_ > 0) {
       std::memmove(in_.data(), in_.data() + begin_, end_ - begin_);

@@ -36,9 +36,9 @@ class WebSocket {
   Parsed parse(std::string_view& message) noexcept;
 
   std::unique_ptr<Link> link_;
-  std::vector<std::uint8_t> in_;       // received, not yet parsed: [begin_, end_)
+  std::vector<std::uint8_t> in_;  // received, not yet parsed: [begin_, end_)
   std::size_t begin_ = 0, end_ = 0;
-  std::vector<char> message_;          // fragments put together
+  std::vector<char> message_;  // fragments put together
   std::size_t length_ = 0;
   bool in_message_ = false;
 };

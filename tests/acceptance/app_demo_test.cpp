@@ -23,12 +23,14 @@ double brightness(const render::Picture& picture) {
   return sum / static_cast<double>(picture.rgba.size() / 4 * 3);
 }
 
-/// Pixels of the lesion's brown.
+/// Pixels of the lesion's brown in the middle of the picture, where the lesion is; dentin further out is lighter.
 int brown(const render::Picture& picture) {
   int count = 0;
-  for (std::size_t i = 0; i < picture.rgba.size(); i += 4) {
-    const int r = picture.rgba[i], g = picture.rgba[i + 1], b = picture.rgba[i + 2];
-    count += r > 40 && r < 150 && r > g + 20 && g > b + 8;
+  for (int y = picture.size.y / 4; y < picture.size.y * 7 / 10; ++y) {
+    for (int x = picture.size.x * 3 / 8; x < picture.size.x * 5 / 8; ++x) {
+      const std::uint8_t* p = picture.at(x, y);
+      count += p[0] > 20 && p[0] < 140 && p[0] > 1.5 * p[1] && p[1] > 1.3 * p[2];
+    }
   }
   return count;
 }
@@ -70,7 +72,9 @@ TEST(Demo, MakesPicturesFilmSoundSessionAndReportOfACavityWhereTheLesionWas) {
   EXPECT_THAT(html, HasSubstr("<svg"));
   EXPECT_THAT(html, HasSubstr("data:image/png;base64,"));
   EXPECT_EQ(html.find("src=\"http"), std::string::npos);
-  if (session::find_ffmpeg()) EXPECT_GT(std::filesystem::file_size(out + "/session.mp4"), 50'000u);
+  if (session::find_ffmpeg()) {
+    EXPECT_GT(std::filesystem::file_size(out + "/session.mp4"), 50'000u);
+  }
 }
 
 TEST(Demo, AnUnwritableFolderIsRefused) {

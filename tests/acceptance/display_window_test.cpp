@@ -37,10 +37,11 @@ struct Desktop {
       _exit(127);
     }
     close(fds[1]);
-    char number[16] = {};
-    const ssize_t got = read(fds[0], number, sizeof number - 1);
+    // It says its number in several writes, the last a new line, once it takes connections.
+    std::string number;
+    for (char c = 0; read(fds[0], &c, 1) == 1 && c != '\n';) number += c;
     close(fds[0]);
-    if (got > 0) setenv("DISPLAY", fmt::format(":{}", std::atoi(number)).c_str(), 1);
+    setenv("DISPLAY", fmt::format(":{}", number).c_str(), 1);
     unsetenv("WAYLAND_DISPLAY");
   }
   ~Desktop() {

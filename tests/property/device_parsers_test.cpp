@@ -27,9 +27,15 @@ class Garbage {
     for (int i = 0; i < 3 && !text.empty(); ++i) {
       const std::size_t at = random_() % text.size();
       switch (random_() % 3) {
-        case 0: text[at] = static_cast<char>(random_()); break;
-        case 1: text.erase(at, 1 + random_() % 8); break;
-        default: text.insert(at, 1, "[]{}\",:0-e\\"[random_() % 11]); break;
+        case 0:
+          text[at] = static_cast<char>(random_());
+          break;
+        case 1:
+          text.erase(at, 1 + random_() % 8);
+          break;
+        default:
+          text.insert(at, 1, "[]{}\",:0-e\\"[random_() % 11]);
+          break;
       }
     }
     return text;

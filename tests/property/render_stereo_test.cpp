@@ -74,6 +74,7 @@ TEST(Mirror, TheTwoFormulationsGiveTheSamePicture) {
   Stage stage({480, 384}, quality);
   render::Frame frame = frame_of(behind);
   frame.lights.key = glm::normalize(dvec3(-0.3, 0.4, 0.9));
+  frame.lights.window = glm::normalize(dvec3(0.8, 0.2, 0.4));
   ASSERT_TRUE(frame.eyes[0].flip);
   stage.renderer->update(0, tooth);
   stage.draw(frame);
@@ -97,6 +98,7 @@ TEST(Mirror, TheTwoFormulationsGiveTheSamePicture) {
   ASSERT_FALSE(direct.eyes[0].flip);
   direct.lights.key = turn(frame.lights.key);
   direct.lights.up = turn(frame.lights.up);
+  direct.lights.window = turn(frame.lights.window);
   stage.renderer->update(0, mirrored);
   stage.draw(direct);
   for (int e = 0; e < 2; ++e) {

@@ -1,5 +1,6 @@
 // Real hidraw nodes as far as the program can tell: udev, sysfs, /dev and ioctls come from umockdev, the reports from a
-// live emulation. Enumeration, permissions, opening, locking and report traffic go through hidapi and the kernel's calls.
+// live emulation. Enumeration, permissions, opening, locking and report traffic go through hidapi and the kernel's
+// calls.
 #include <gtest/gtest.h>
 #include <linux/hidraw.h>
 #include <sys/ioctl.h>
@@ -26,10 +27,12 @@ namespace {
 
 using Bytes = std::vector<std::uint8_t>;
 
-/// One hidraw device. Its node is a pseudo terminal: one byte waits in it while reports are queued, so that poll() wakes.
+/// One hidraw device. Its node is a pseudo terminal: one byte waits in it while reports are queued, so that poll()
+/// wakes.
 class MockHid {
  public:
-  MockHid(int number, std::uint16_t vendor, std::uint16_t product, std::string name, std::string serial, Bytes descriptor)
+  MockHid(int number, std::uint16_t vendor, std::uint16_t product, std::string name, std::string serial,
+          Bytes descriptor)
       : descriptor_(std::move(descriptor)), bed_(umockdev_testbed_new()) {
     node_ = fmt_node(number);
     char id[64];
@@ -38,9 +41,9 @@ class MockHid {
                          std::vector<const char*> attributes, std::vector<const char*> properties) {
       attributes.push_back(nullptr);
       properties.push_back(nullptr);
-      gchar* path = umockdev_testbed_add_devicev(bed_, subsystem, device.c_str(), parent,
-                                                 const_cast<gchar**>(attributes.data()),
-                                                 const_cast<gchar**>(properties.data()));
+      gchar* path =
+          umockdev_testbed_add_devicev(bed_, subsystem, device.c_str(), parent, const_cast<gchar**>(attributes.data()),
+                                       const_cast<gchar**>(properties.data()));
       const std::string out = path ? path : "";
       g_free(path);
       return out;
@@ -63,7 +66,8 @@ class MockHid {
     // Only a textual record makes a node: of a character device, a pseudo terminal.
     const std::string name_in_dev = node_.substr(5);
     const std::string record = "P: " + hid.substr(4) + "/hidraw/" + name_in_dev + "\nN: " + name_in_dev +
-                               "\nE: DEVNAME=" + node_ + "\nE: MAJOR=240\nE: MINOR=0\nE: SUBSYSTEM=hidraw\nA: dev=240:0\n";
+                               "\nE: DEVNAME=" + node_ +
+                               "\nE: MAJOR=240\nE: MINOR=0\nE: SUBSYSTEM=hidraw\nA: dev=240:0\n";
     GError* error = nullptr;
     EXPECT_TRUE(umockdev_testbed_add_from_string(bed_, record.c_str(), &error)) << (error ? error->message : "");
 
@@ -96,9 +100,7 @@ class MockHid {
  private:
   static std::string fmt_node(int number) { return "/dev/hidraw" + std::to_string(number); }
 
-  void wake() {
-    [[maybe_unused]] const auto n = ::write(umockdev_testbed_get_dev_fd(bed_, node_.c_str()), "!", 1);
-  }
+  void wake() { [[maybe_unused]] const auto n = ::write(umockdev_testbed_get_dev_fd(bed_, node_.c_str()), "!", 1); }
   void sleep() { ::tcflush(umockdev_testbed_get_dev_fd(bed_, node_.c_str()), TCIOFLUSH); }
 
   static gboolean on_ioctl(UMockdevIoctlBase*, UMockdevIoctlClient* client, MockHid* self) {

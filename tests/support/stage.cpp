@@ -9,15 +9,15 @@
 namespace typodont::test {
 
 namespace {
-gpu::Device create_device() {
+gpu::Device create_device(bool validation) {
   // The driver stays loaded, so that LeakSanitizer can still name what is below it when the program ends.
   dlopen("libvulkan_lvp.so", RTLD_NOW | RTLD_NODELETE);
-  return gpu::Device::create({.validation = true});
+  return gpu::Device::create({.validation = validation});
 }
 }  // namespace
 
-Stage::Stage(glm::ivec2 eye_size, const render::Quality& quality, Passes passes)
-    : device(create_device()), size(eye_size) {
+Stage::Stage(glm::ivec2 eye_size, const render::Quality& quality, Passes passes, bool validation)
+    : device(create_device(validation)), size(eye_size) {
   if (passes != Passes::kBest) device.multiview = passes == Passes::kOne;
   ring = gpu::FrameRing::create(device);
   renderer.emplace(device, eye_size, quality, render::default_colors());
@@ -75,7 +75,9 @@ render::Frame frame_of(const display::DisplayRig& rig) {
   for (std::size_t e = 0; e < 2; ++e)
     frame.eyes[e] = {eyes[e].view, eyes[e].projection, eyes[e].position, eyes[e].flip};
   frame.views = rig.screen.layout == display::Layout::kMono ? 1 : 2;
-  const dvec3 n = glm::normalize(rig.head.eye_center), up = glm::cross(n, rig.head.right);
+  const dvec3 middle = 0.5 * (rig.screen.lower_right + rig.screen.upper_left);
+  const dvec3 n = glm::normalize(rig.head.eye_center - (rig.mirror ? display::reflect(*rig.mirror, middle) : middle));
+  const dvec3 up = glm::cross(n, rig.head.right);
   frame.lights.key = glm::normalize(0.55 * n + 0.6 * up - 0.65 * rig.head.right);
   frame.lights.up = up;
   return frame;

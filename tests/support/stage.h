@@ -15,10 +15,10 @@ namespace typodont::test {
 
 enum class Passes { kBest, kOne, kTwo };  // for the two eyes; kBest: as the device does best
 
-/// Runs under the validation layer; its messages are counted.
+/// Runs under the validation layer unless told otherwise; its messages are counted.
 struct Stage {
   explicit Stage(glm::ivec2 eye_size, const render::Quality& quality = render::kQualityLadder[0],
-                 Passes passes = Passes::kBest);
+                 Passes passes = Passes::kBest, bool validation = true);
   ~Stage();
   Stage(const Stage&) = delete;
   Stage& operator=(const Stage&) = delete;

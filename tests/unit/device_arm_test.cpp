@@ -15,7 +15,9 @@ namespace {
 const char* const kPresets[] = {"assets/devices/woody.json", "assets/devices/woody_2019.json",
                                 "assets/devices/polhem_v3.json"};
 
-Counts home_of(const Arm& arm) { return arm.home; }
+Counts home_of(const Arm& arm) {
+  return arm.home;
+}
 
 TEST(Arm, WoodyAtHomeHasItsTipWhereThePublishedGeometrySays) {
   const Arm arm = read_arm(kPresets[0]);
@@ -104,8 +106,8 @@ TEST(Arm, ACurrentFromNonsenseIsZero) {
 TEST(Arm, GravityTorqueIsTheSlopeOfThePotentialEnergy) {
   const Arm arm = read_arm(kPresets[0]);
   const auto potential = [&](double B, double C) {  // heights above the joints
-    return 9.81 * (arm.mass_b * arm.center_b * std::cos(B) +
-                   arm.mass_c * (arm.Lb * std::cos(B) - arm.center_c * std::cos(C)));
+    return 9.81 *
+           (arm.mass_b * arm.center_b * std::cos(B) + arm.mass_c * (arm.Lb * std::cos(B) - arm.center_c * std::cos(C)));
   };
   for (double B = -0.6; B < 0.7; B += 0.3) {
     for (double C = 1; C < 2.2; C += 0.3) {

@@ -24,6 +24,7 @@
 #include "haptics/devices/pedal.h"
 #include "haptics/devices/spacemouse.h"
 #include "haptics/devices/woodenhaptics.h"
+#include "tests/support/emulation/emulated_arm.h"
 #include "tests/support/emulation/haply_service.h"
 #include "tests/support/emulation/sim_time.h"
 #include "tests/support/no_alloc.h"
@@ -138,6 +139,44 @@ TEST(SerialArm, APortThatSaysNothingSensibleIsRefusedByName) {
   const Descriptor keep(master), keep_slave(slave);
   auto link = open_serial(name);
   EXPECT_THROW(greet_arm(*link, true, name), Error);
+}
+
+TEST(HidArm, TheCalibrationButtonHomesItAndTheLeapIsAFault) {
+  test::SimTime time;
+  const Arm arm = read_arm("assets/devices/woody.json");
+  test::EmulatedArm board(time, ArmProtocol::kHidV2, arm, 1);
+  board.hand = [](double t) { return dvec3(0.1 * std::min(1.0, t - 1), 0, kPi / 2); };  // turns aside in a second
+  auto link = board.connect();
+  const ArmHello hello = greet_arm(*link, false, "test");
+  auto device = make_arm_device(std::move(link), hello.protocol, arm, {});
+  const dvec3 home = stylus_pose(arm, arm.home).p;
+  HandSample sample;
+  for (int i = 0; i < 1200; ++i) {
+    ASSERT_TRUE(device->read(sample));
+    ASSERT_EQ(device->faults(), 0u);
+    device->write(dvec3(0), dvec3(0));
+  }
+  EXPECT_GT(std::abs(sample.X_WT.p.y - home.y), 0.02);
+  board.button = true;
+  ASSERT_TRUE(device->read(sample));
+  EXPECT_EQ(device->faults(), bits(Fault::kBadInput));
+  EXPECT_LT(glm::length(sample.X_WT.p - home), 1e-12);
+  device->write(dvec3(0), dvec3(0));
+  ASSERT_TRUE(device->read(sample));  // latched: once is enough
+  EXPECT_EQ(device->faults(), 0u);
+}
+
+TEST(HidArm, ItsOwnWatchdogLetsGoHalfASecondAfterTheHostWasKilled) {
+  test::SimTime time;
+  const Arm arm = read_arm("assets/devices/woody.json");
+  test::EmulatedArm board(time, ArmProtocol::kHidV1, arm, 1);
+  board.hand = [](double) { return dvec3(0, 0, kPi / 2); };
+  auto link = board.connect();
+  link->write(encode(ArmProtocol::kHidV1, {1, 0, 0}).span());  // and then nothing ever again
+  time.advance(400'000'000);
+  EXPECT_GT(glm::length(board.force()), 0);
+  time.advance(200'000'000);
+  EXPECT_EQ(glm::length(board.force()), 0);
 }
 
 /// The Haply service on a real loopback socket.
@@ -278,7 +317,9 @@ class ReportLink : public Link {
   test::SimTime& time_;
 };
 
-std::vector<std::uint8_t> full_right() { return {1, 0x5e, 0x01, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}; }
+std::vector<std::uint8_t> full_right() {
+  return {1, 0x5e, 0x01, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0};
+}
 
 TEST(SpaceMouse, RateControlMovesAtItsSpeedAndStopsWhenTheCapFallsSilent) {
   test::SimTime time;
@@ -462,8 +503,8 @@ TEST(Registry, AnUnknownAddressIsRefusedWithTheListOfKnownOnes) {
       open_hand(bad, {});
       ADD_FAILURE() << bad;
     } catch (const Error& e) {
-      for (const char* known : {"circle:", "forcedimension:", "haply:", "openhaptics:", "script:", "spacemouse:",
-                                "woodenhaptics:"}) {
+      for (const char* known :
+           {"circle:", "forcedimension:", "haply:", "openhaptics:", "script:", "spacemouse:", "woodenhaptics:"}) {
         EXPECT_NE(std::string(e.what()).find(known), std::string::npos) << e.what();
       }
     }
@@ -538,7 +579,8 @@ TEST(Mounting, PowerIsTheSameInTheWorkbenchAndInTheBase) {
 
   const double h = 1e-6;
   const dvec3 v_H(0.1, 0.05, -0.2), w_H(1, -2, 0.5);
-  inner.now_.X_WT = {X_HS.p + h * v_H, glm::normalize(dquat(1, 0.5 * h * w_H.x, 0.5 * h * w_H.y, 0.5 * h * w_H.z) * X_HS.R)};
+  inner.now_.X_WT = {X_HS.p + h * v_H,
+                     glm::normalize(dquat(1, 0.5 * h * w_H.x, 0.5 * h * w_H.y, 0.5 * h * w_H.z) * X_HS.R)};
   device->read(sample);
   const dvec3 v_T = (sample.X_WT.p - before.p) / h;
   const double at_tool = glm::dot(f, v_T) + glm::dot(tau, X_WH.R * w_H);

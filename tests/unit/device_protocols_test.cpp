@@ -55,8 +55,7 @@ TEST(ArmProtocol, CurrentsThatAreNoNumbersAreZeroAndHugeOnesSaturate) {
 
 TEST(ArmProtocol, HomingCarriesAllSixCountersInTheirFields) {
   const auto command = encode_home(ArmProtocol::kHidV2, {1, 2, 3, 4, 5, 6});
-  EXPECT_EQ(Bytes(command.span().begin(), command.span().end()),
-            (Bytes{0, 4, 0, 5, 0, 6, 0, 1, 0, 1, 0, 2, 0, 3, 0}));
+  EXPECT_EQ(Bytes(command.span().begin(), command.span().end()), (Bytes{0, 4, 0, 5, 0, 6, 0, 1, 0, 1, 0, 2, 0, 3, 0}));
 }
 
 TEST(ArmProtocol, TextLinesAreReadExactlyOrNotAtAll) {
@@ -133,7 +132,8 @@ TEST(HidDescriptor, FindsAxesBehindPaddingAndReportIds) {
 }
 
 TEST(HidDescriptor, SignedAxesKeepTheirSign) {
-  const auto fields = parse_descriptor(Bytes{0x05, 0x01, 0x09, 0x32, 0x15, 0x81, 0x25, 0x7f, 0x75, 0x08, 0x95, 0x01, 0x81, 0x02});
+  const auto fields =
+      parse_descriptor(Bytes{0x05, 0x01, 0x09, 0x32, 0x15, 0x81, 0x25, 0x7f, 0x75, 0x08, 0x95, 0x01, 0x81, 0x02});
   ASSERT_EQ(fields.size(), 1u);
   EXPECT_EQ(fields[0].minimum, -127);
   EXPECT_EQ(field_value(fields[0], Bytes{0x81}), -127);
@@ -168,8 +168,8 @@ TEST(Pedal, SwitchesAreKnownByTheirIds) {
 }
 
 TEST(Pedal, AJoystickWithManyAxesIsNoPedal) {
-  EXPECT_FALSE(pedal_kind(1, 2, Bytes{0x05, 0x01, 0x09, 0x30, 0x09, 0x31, 0x09, 0x32, 0x09, 0x35, 0x15, 0x00, 0x26, 0xff,
-                                      0x00, 0x75, 0x08, 0x95, 0x04, 0x81, 0x02}));
+  EXPECT_FALSE(pedal_kind(1, 2, Bytes{0x05, 0x01, 0x09, 0x30, 0x09, 0x31, 0x09, 0x32, 0x09, 0x35, 0x15,
+                                      0x00, 0x26, 0xff, 0x00, 0x75, 0x08, 0x95, 0x04, 0x81, 0x02}));
 }
 
 TEST(WebSocket, AcceptKeyIsTheOneOfTheStandard) {

@@ -4,6 +4,7 @@
 #include <atomic>
 #include <cmath>
 #include <cstdio>
+#include <functional>
 #include <random>
 #include <string>
 #include <thread>
@@ -23,6 +24,7 @@ struct Told {
   std::uint32_t faults = 0;
   dvec3 force{0}, torque{0};
   int writes = 0, releases = 0;
+  std::function<void()> before_write;
 };
 class Obedient : public HapticDevice {
  public:
@@ -35,6 +37,7 @@ class Obedient : public HapticDevice {
     return told_.alive;
   }
   void write(const dvec3& f, const dvec3& tau) noexcept override {
+    if (told_.before_write) told_.before_write();
     told_.force = f, told_.torque = tau;
     ++told_.writes;
   }
@@ -160,6 +163,13 @@ TEST_F(Safety, TheWatchdogSendsZeroWhenTheServoIsSilent) {
   EXPECT_EQ(told.force, dvec3(0));
 }
 
+TEST_F(Safety, AWatchdogThatFiresInTheMiddleOfAWriteHasTheLastWord) {
+  arm();
+  told.before_write = [this] { hand->watch(told.t + 5'000'000); };  // the servo was stopped inside the write
+  ticks(1, {0, 0, 3});
+  EXPECT_EQ(told.force, dvec3(0));
+}
+
 TEST_F(Safety, AForceThatSlipsOutAfterTheWatchdogFiredIsTakenBack) {
   arm();
   ticks(5, {0, 0, 3});
@@ -263,7 +273,8 @@ TEST(SlewLimit, LettingGoIsNeverDelayedAndNothingGrowsPastWhatIsWanted) {
   std::mt19937 random(3);
   std::normal_distribution<double> normal;
   for (int i = 0; i < 10'000; ++i) {
-    const dvec3 last(normal(random), normal(random), normal(random)), wanted(normal(random), normal(random), normal(random));
+    const dvec3 last(normal(random), normal(random), normal(random)),
+        wanted(normal(random), normal(random), normal(random));
     const double step = std::abs(normal(random)) * 0.3;
     const dvec3 f = limit_slew(last, wanted, step);
     ASSERT_LE(glm::length(f), glm::length(wanted) * (1 + 1e-12));

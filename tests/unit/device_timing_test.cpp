@@ -57,7 +57,9 @@ TEST(LoopTiming, EveryDurationHasABin) {
 
 constexpr double kStep = 0.055 * kMillimetre;  // quantisation of a common arm
 
-dvec3 quantised(const dvec3& p) { return kStep * glm::round(p / kStep); }
+dvec3 quantised(const dvec3& p) {
+  return kStep * glm::round(p / kStep);
+}
 
 TEST(VelocityEstimator, IsExactlySilentAtRestHoweverTheLastCountFlickers) {
   VelocityEstimator estimator(kStep);
@@ -68,7 +70,8 @@ TEST(VelocityEstimator, IsExactlySilentAtRestHoweverTheLastCountFlickers) {
     const auto estimate = estimator.add(Nanos{i} * 1'000'000, {kStep * flicker, 0, 0});
     if (i > 100) worst = std::max(worst, glm::length(estimate.v));
   }
-  EXPECT_LE(worst, kStep / (VelocityEstimator::kWindow - 1) / 1e-3 * (1 + 1e-9));  // 1.2 mm/s, where a difference says 55
+  EXPECT_LE(worst,
+            kStep / (VelocityEstimator::kWindow - 1) / 1e-3 * (1 + 1e-9));  // 1.2 mm/s, where a difference says 55
 }
 
 TEST(VelocityEstimator, IsTwentyTimesQuieterThanADifferenceInSlowMotion) {

@@ -26,8 +26,8 @@ void print_json(const std::vector<haptics::FoundDevice>& found) {
   nlohmann::ordered_json out;
   out["devices"] = nlohmann::json::array();
   for (const auto& d : found) {
-    nlohmann::ordered_json device{{"address", d.address}, {"kind", d.kind},       {"model", d.model},
-                                  {"serial", d.serial},   {"node", d.node},       {"force_limit_N", d.force_limit},
+    nlohmann::ordered_json device{{"address", d.address},     {"kind", d.kind}, {"model", d.model},
+                                  {"serial", d.serial},       {"node", d.node}, {"force_limit_N", d.force_limit},
                                   {"permitted", d.permitted}, {"mend", d.mend}};
     out["devices"].push_back(device);
   }
@@ -78,7 +78,8 @@ void run(const Options& options) {
 }  // namespace
 
 void add_devices_command(CLI::App& app) {
-  auto* command = app.add_subcommand("devices", "List haptic devices, 6-DoF mice and pedals, and what each still needs");
+  auto* command =
+      app.add_subcommand("devices", "List haptic devices, 6-DoF mice and pedals, and what each still needs");
   command->footer(
       "Examples:\n"
       "  typodont devices\n"

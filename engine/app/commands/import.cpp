@@ -1,4 +1,6 @@
 // typodont import: a scan or a mesh becomes a .vdb to drill.
+#include "haptics/import.h"
+
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -10,7 +12,6 @@
 #include "engine/base/error.h"
 #include "engine/base/log.h"
 #include "engine/base/units.h"
-#include "haptics/import.h"
 
 namespace typodont {
 
@@ -63,9 +64,12 @@ haptics::ImportOptions options_of(const Arguments& a) {
   return o;
 }
 
-nlohmann::ordered_json vec(const dvec3& v, double unit) { return {v.x / unit, v.y / unit, v.z / unit}; }
+nlohmann::ordered_json vec(const dvec3& v, double unit) {
+  return {v.x / unit, v.y / unit, v.z / unit};
+}
 
-nlohmann::ordered_json as_json(const haptics::ImportReport& r, const Arguments& a, const std::vector<std::filesystem::path>& pictures) {
+nlohmann::ordered_json as_json(const haptics::ImportReport& r, const Arguments& a,
+                               const std::vector<std::filesystem::path>& pictures) {
   nlohmann::ordered_json j;
   j["input"] = a.input;
   j["out"] = a.out;
@@ -101,16 +105,20 @@ nlohmann::ordered_json as_json(const haptics::ImportReport& r, const Arguments& 
   return j;
 }
 
-std::string as_text(const haptics::ImportReport& r, const Arguments& a, const std::vector<std::filesystem::path>& pictures) {
+std::string as_text(const haptics::ImportReport& r, const Arguments& a,
+                    const std::vector<std::filesystem::path>& pictures) {
   std::string s;
   const auto line = [&](std::string_view name, std::string_view text) { s += fmt::format("{:<22}{}\n", name, text); };
   const dvec3 extent = (r.hi - r.lo) / kMillimetre;
   if (r.spacing != dvec3(0)) {
     line("scan", fmt::format("{}, {:.4g} x {:.4g} x {:.4g} mm a voxel", r.format, r.spacing.x / kMillimetre,
                              r.spacing.y / kMillimetre, r.spacing.z / kMillimetre));
-    line("greys", fmt::format("surround {:.4g} ± {:.2g}, {} {:.4g}{}", r.outside_grey, r.noise_grey,
-                              a.preset == "tooth" ? "dentin" : "bone", r.soft_grey,
-                              r.dense_level ? fmt::format(", {} {:.4g}", a.preset == "tooth" ? "enamel" : "cortical bone", *r.dense_level) : ""));
+    line("greys",
+         fmt::format("surround {:.4g} ± {:.2g}, {} {:.4g}{}", r.outside_grey, r.noise_grey,
+                     a.preset == "tooth" ? "dentin" : "bone", r.soft_grey,
+                     r.dense_level
+                         ? fmt::format(", {} {:.4g}", a.preset == "tooth" ? "enamel" : "cortical bone", *r.dense_level)
+                         : ""));
     line("thresholds", fmt::format("surface {:.4g} (refined from the greys near by){}", r.surface_grey,
                                    r.dense_grey ? fmt::format(", denser tissue {:.4g}", *r.dense_grey) : ""));
     line("edge blur", fmt::format("{:.3f} mm", r.blur / kMillimetre));
@@ -118,16 +126,19 @@ std::string as_text(const haptics::ImportReport& r, const Arguments& a, const st
     line("mesh", r.format);
   }
   line("components", fmt::format("{} found, {} kept", r.bodies_found, r.bodies_kept));
-  line("size", fmt::format("{:.2f} x {:.2f} x {:.2f} mm, height {:.2f} mm", extent.x, extent.y, extent.z, r.height / kMillimetre));
-  line("at", fmt::format("({:.2f}, {:.2f}, {:.2f}) to ({:.2f}, {:.2f}, {:.2f}) mm", r.lo.x / kMillimetre, r.lo.y / kMillimetre,
-                         r.lo.z / kMillimetre, r.hi.x / kMillimetre, r.hi.y / kMillimetre, r.hi.z / kMillimetre));
+  line("size", fmt::format("{:.2f} x {:.2f} x {:.2f} mm, height {:.2f} mm", extent.x, extent.y, extent.z,
+                           r.height / kMillimetre));
+  line("at", fmt::format("({:.2f}, {:.2f}, {:.2f}) to ({:.2f}, {:.2f}, {:.2f}) mm", r.lo.x / kMillimetre,
+                         r.lo.y / kMillimetre, r.lo.z / kMillimetre, r.hi.x / kMillimetre, r.hi.y / kMillimetre,
+                         r.hi.z / kMillimetre));
   for (int t = 0; t < kTissueCount; ++t) {
     const double mm3 = r.volume[static_cast<std::size_t>(t)] / kCubicMillimetre;
     if (mm3 > 0) line(name_of(static_cast<Tissue>(t)), fmt::format("{:.1f} mm³", mm3));
   }
   if (r.pulp_parts > 0 && a.preset == "tooth") line("pulp parts", fmt::format("{}", r.pulp_parts));
   if (r.false_dentin) line("false dentin on crown", fmt::format("{:.2f} %", 100 * *r.false_dentin));
-  line("result", fmt::format("{}: {} x {} x {} voxels of {:.4g} mm", a.out, r.size.x, r.size.y, r.size.z, r.voxel / kMillimetre));
+  line("result",
+       fmt::format("{}: {} x {} x {} voxels of {:.4g} mm", a.out, r.size.x, r.size.y, r.size.z, r.voxel / kMillimetre));
   if (!pictures.empty()) line("preview", fmt::format("{} pictures in {}", pictures.size(), a.preview));
   return s;
 }
@@ -136,7 +147,8 @@ void run(const Arguments& a) {
   haptics::ImportOptions options = options_of(a);
   // Say at once what would only show after the work.
   const std::filesystem::path parent = std::filesystem::absolute(a.out).parent_path();
-  if (!std::filesystem::is_directory(parent)) throw Error(a.out, "--out", "no such folder", "a file in a folder that exists");
+  if (!std::filesystem::is_directory(parent))
+    throw Error(a.out, "--out", "no such folder", "a file in a folder that exists");
   if (std::filesystem::is_directory(a.out)) throw Error(a.out, "--out", "a folder", "a file");
   log::Progress progress("import");
   options.progress = [&](double done) { progress.update(0.9 * done); };
@@ -156,18 +168,25 @@ void run(const Arguments& a) {
 void add_import_command(CLI::App& app) {
   const auto a = std::make_shared<Arguments>();
   CLI::App* command = app.add_subcommand("import", "Make a tissue volume (.vdb) from a scan or a closed mesh");
-  command->add_option("INPUT", a->input, "scan (.nrrd .nhdr .nii .nii.gz .mha .mhd) or closed mesh (.stl .ply .obj)")->required();
+  command->add_option("INPUT", a->input, "scan (.nrrd .nhdr .nii .nii.gz .mha .mhd) or closed mesh (.stl .ply .obj)")
+      ->required();
   command->add_option("--out", a->out, "volume to write (.vdb)")->required();
-  command->add_option("--preset", a->preset, "what is in it")->check(CLI::IsMember({"tooth", "bone"}))->capture_default_str();
+  command->add_option("--preset", a->preset, "what is in it")
+      ->check(CLI::IsMember({"tooth", "bone"}))
+      ->capture_default_str();
   command->add_option("--voxel-mm", a->voxel_mm, "voxel of the result; default: the scan's smallest (a mesh: 0.1)");
-  command->add_option("--spacing-mm", a->spacing, "X,Y,Z: the scan's true voxel, instead of the file's; one number for all three");
-  command->add_option("--thresholds", a->thresholds, "SURFACE[,DENSE]: greys between surround and softer tissue, and between softer and denser; default: from the histogram");
+  command->add_option("--spacing-mm", a->spacing,
+                      "X,Y,Z: the scan's true voxel, instead of the file's; one number for all three");
+  command->add_option("--thresholds", a->thresholds,
+                      "SURFACE[,DENSE]: greys between surround and softer tissue, and between softer and denser; "
+                      "default: from the histogram");
   command->add_option("--band-mm", a->band_mm, "how far from the surface distances are kept")->capture_default_str();
   command->add_option("--unit-mm", a->unit_mm, "a mesh: millimetres per unit of its file")->capture_default_str();
   command->add_option("--shell-mm", a->shell_mm, "a mesh: thickness of enamel (default 1.3) or cortical bone (1.5)");
   command->add_option("--preview", a->preview, "folder for pictures of slices");
   command->add_flag("--json", a->json, "print the report as JSON");
-  command->footer("Example: typodont import tooth.nhdr --preset tooth --spacing-mm 0.134 --out molar.vdb --preview slices");
+  command->footer(
+      "Example: typodont import tooth.nhdr --preset tooth --spacing-mm 0.134 --out molar.vdb --preview slices");
   command->callback([a] { run(*a); });
 }
 

@@ -40,9 +40,9 @@ class TickSink {
   }
   void add(const ServoTick& tick, const Cut* cut, const PatchUse* patch) {
     if (csv_) return csv_->append({&tick, 1});
-    session_->append({&tick, 1});
-    if (cut) session_->append({cut, 1});
     if (patch) session_->append({patch, 1});
+    if (cut) session_->append({cut, 1});
+    session_->append({&tick, 1});
   }
   void finish(const session::SessionResult& result) {
     if (csv_) return csv_->finish();

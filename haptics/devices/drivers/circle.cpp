@@ -1,9 +1,11 @@
-// The sample driver: a new device is one file like this one. It needs no hardware: a hand that goes round in a circle of
-// the given radius in millimetres, once a second, and prints nothing, feels nothing, presses its pedal half the time.
+// The sample driver: a new device is one file like this one. It needs no hardware: a hand that goes round in a circle
+// of the given radius in millimetres, once a second, and prints nothing, feels nothing, presses its pedal half the
+// time.
 //
 //   1. Derive from HapticDevice. read() waits for the device's next sample (it is the servo's clock), write() sends the
 //      force, release() sends zero from any thread. None of them throws, allocates or locks.
-//   2. Open in a function that throws Error in words a user can act on. Speak to hardware through Link (link.h), so that
+//   2. Open in a function that throws Error in words a user can act on. Speak to hardware through Link (link.h), so
+//   that
 //      tests can put an emulator in its place.
 //   3. Define NAME_driver in drivers/NAME.cpp. The build finds it; `typodont devices` and --hand know it.
 //
@@ -33,7 +35,8 @@ class CircleHand : public HapticDevice {
     if (index_ == 1) start_ = now();
     if (paced_) sleep_until(start_ + from_seconds(t));
     const double angle = 2 * kPi * t;
-    sample = {from_seconds(t), {radius_ * dvec3(std::cos(angle), std::sin(angle), 0), {1, 0, 0, 0}},
+    sample = {from_seconds(t),
+              {radius_ * dvec3(std::cos(angle), std::sin(angle), 0), {1, 0, 0, 0}},
               std::sin(angle) > 0 ? 1.0 : 0.0};
     return true;
   }

@@ -55,14 +55,18 @@ struct Known {
   const char* word;
   double force, stiffness, torque;
 };
-constexpr Known kKnown[] = {
-    {"sigma", 12, 4000, 0.4}, {"lambda", 12, 8000, 0}, {"omega", 12, 5000, 0}, {"delta", 12, 4000, 0}, {"Falcon", 8, 3000, 0}};
+constexpr Known kKnown[] = {{"sigma", 12, 4000, 0.4},
+                            {"lambda", 12, 8000, 0},
+                            {"omega", 12, 5000, 0},
+                            {"delta", 12, 4000, 0},
+                            {"Falcon", 8, 3000, 0}};
 
 class ForceDimensionDevice : public HapticDevice {
  public:
   ForceDimensionDevice(const std::string& address, int id, double rate) : period_(from_seconds(1 / rate)) {
     const int opened = api_.open(static_cast<char>(id));
-    if (opened < 0) throw Error(address, "", fmt::format("{} devices, none opens", api_.count()), "a device that is on");
+    if (opened < 0)
+      throw Error(address, "", fmt::format("{} devices, none opens", api_.count()), "a device that is on");
     id_ = static_cast<char>(opened);
     const char* name = api_.name ? api_.name(id_) : nullptr;
     info_ = {address, name ? name : "Force Dimension", "", rate, 8, 3000, 0, 0};
@@ -73,7 +77,8 @@ class ForceDimensionDevice : public HapticDevice {
     }
     unsigned short serial = 0;
     if (api_.serial && api_.serial(&serial, id_) >= 0) info_.serial = std::to_string(serial);
-    // The controller's own watchdog, in multiples of 125 µs (u), lets go when we die: 16 is 2 ms; 0 would switch it off.
+    // The controller's own watchdog, in multiples of 125 µs (u), lets go when we die: 16 is 2 ms; 0 would switch it
+    // off.
     if (api_.watchdog) api_.watchdog(16, id_);
     send(dvec3(0), dvec3(0));
     api_.enable_force(1, id_);
@@ -134,7 +139,8 @@ std::vector<FoundDevice> find() {
   std::vector<FoundDevice> devices;
   const Api api;
   for (int i = 0; i < std::clamp(api.count(), 0, 16); ++i) {
-    devices.push_back({fmt::format("forcedimension:{}", i), "force feedback", "Force Dimension", "", "libdhd", 0, true, ""});
+    devices.push_back(
+        {fmt::format("forcedimension:{}", i), "force feedback", "Force Dimension", "", "libdhd", 0, true, ""});
   }
   return devices;
 }

@@ -17,7 +17,7 @@ namespace typodont::haptics {
 namespace {
 
 constexpr int kPort = 10001;
-constexpr Nanos kWake = 10'000'000;   // ns: the service sends a state only in answer to a force
+constexpr Nanos kWake = 10'000'000;  // ns: the service sends a state only in answer to a force
 constexpr Nanos kLost = 100'000'000;
 
 std::optional<dvec3> vector_of(const std::optional<JsonText>& json) {
@@ -37,9 +37,9 @@ class HaplyDevice : public HapticDevice {
  public:
   HaplyDevice(std::unique_ptr<Link> link, const std::string& host, DeviceInfo identity)
       : socket_(std::move(link), host, "/"), info_(std::move(identity)) {
-    info_.force_limit = 8;         // N (u), peak as its maker states it
-    info_.continuous_force = 4;    // N, a cautious choice: half the peak
-    info_.max_stiffness = 3500;    // N/m (u)
+    info_.force_limit = 8;       // N (u), peak as its maker states it
+    info_.continuous_force = 4;  // N, a cautious choice: half the peak
+    info_.max_stiffness = 3500;  // N/m (u)
     const Nanos give_up = socket_.now() + kNanosPerSecond;
     while (state_.id[0] == 0) {
       std::string_view message;

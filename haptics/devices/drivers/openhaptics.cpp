@@ -49,7 +49,8 @@ enum : unsigned int {
 };
 
 struct Api {
-  VendorLibrary library{kLibraries, "3D Systems OpenHaptics and the driver of the Touch, from 3D Systems' support pages"};
+  VendorLibrary library{kLibraries,
+                        "3D Systems OpenHaptics and the driver of the Touch, from 3D Systems' support pages"};
   HHD (*init)(const char*);
   void (*disable_device)(HHD);
   void (*make_current)(HHD);
@@ -99,8 +100,14 @@ class OpenHapticsDevice : public HapticDevice {
       const char* s = api_.get_string(what);
       return std::string(s ? s : "");
     };
-    info_ = {"openhaptics:" + name, text(kModelType), text(kSerialNumber), 1000, number(kMaxForce),
-             number(kMaxStiffness) * kNewtonPerMillimetre, 0, number(kMaxContinuousForce)};
+    info_ = {"openhaptics:" + name,
+             text(kModelType),
+             text(kSerialNumber),
+             1000,
+             number(kMaxForce),
+             number(kMaxStiffness) * kNewtonPerMillimetre,
+             0,
+             number(kMaxContinuousForce)};
     if (!(info_.force_limit > 0 && info_.force_limit < 100)) info_.force_limit = 3.3;  // the weakest of its kind
     ::sem_init(&fresh_, 0, 0);
     api_.enable(kForceOutput);
@@ -180,8 +187,8 @@ class OpenHapticsDevice : public HapticDevice {
     Sample& out = samples_.back();
     out.error = api_.get_error().code != 0;
     const glm::dmat3 R(X[0], X[1], X[2], X[4], X[5], X[6], X[8], X[9], X[10]);
-    out.hand = {now(), {dvec3(X[12], X[13], X[14]) * kMillimetre, glm::normalize(glm::quat_cast(R))},
-                buttons & 1 ? 1.0 : 0.0};
+    out.hand = {
+        now(), {dvec3(X[12], X[13], X[14]) * kMillimetre, glm::normalize(glm::quat_cast(R))}, buttons & 1 ? 1.0 : 0.0};
     samples_.publish();
     ::sem_post(&fresh_);
     return kContinue;
@@ -194,15 +201,15 @@ class OpenHapticsDevice : public HapticDevice {
   sem_t fresh_{};
   std::uint32_t faults_ = 0;
   std::atomic<bool> ending_{false}, released_{true};
-  Latest<Sample> samples_;   // scheduler → servo
-  Latest<dvec3> forces_;     // servo → scheduler
-  int age_ = 1000;           // callbacks since the servo gave a force; scheduler's thread
+  Latest<Sample> samples_;  // scheduler → servo
+  Latest<dvec3> forces_;    // servo → scheduler
+  int age_ = 1000;          // callbacks since the servo gave a force; scheduler's thread
 };
 
 std::vector<FoundDevice> find() {
   if (!VendorLibrary::present(kLibraries)) return {};
-  return {{"openhaptics:", "force feedback", "OpenHaptics is installed; devices are named in its own set-up program", "",
-           "libHD.so", 0, true, ""}};
+  return {{"openhaptics:", "force feedback", "OpenHaptics is installed; devices are named in its own set-up program",
+           "", "libHD.so", 0, true, ""}};
 }
 
 std::unique_ptr<HapticDevice> open(const std::string& rest, const HandOptions&) {

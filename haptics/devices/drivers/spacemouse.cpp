@@ -15,8 +15,8 @@ namespace typodont::haptics {
 
 namespace {
 
-constexpr double kFullScale = 350;            // counts
-constexpr Nanos kSilence = 200'000'000;       // ns: a deflected cap repeats itself far more often than this
+constexpr double kFullScale = 350;       // counts
+constexpr Nanos kSilence = 200'000'000;  // ns: a deflected cap repeats itself far more often than this
 
 constexpr std::array<std::uint16_t, 11> kLogitech{0xc603, 0xc605, 0xc606, 0xc621, 0xc623, 0xc625,
                                                   0xc626, 0xc627, 0xc628, 0xc629, 0xc62b};
@@ -44,7 +44,9 @@ dvec3 shape(const dvec3& v, double dead) {
 }
 
 /// The cap's axes (x right, y toward the user, z down) in H (x right, y away, z up).
-dvec3 cap_to_base(const dvec3& v) { return {v.x, -v.y, -v.z}; }
+dvec3 cap_to_base(const dvec3& v) {
+  return {v.x, -v.y, -v.z};
+}
 
 class SpaceMouse : public HapticDevice {
  public:

@@ -18,15 +18,18 @@ namespace typodont::haptics {
 
 namespace {
 
-constexpr Nanos kWake = 10'000'000;        // ns of silence after which the host writes zeros to wake the lock-step
-constexpr Nanos kRestOfLine = 2'000'000;   // ns that the second half of a line may take
-constexpr Nanos kLost = 100'000'000;       // ns without one good report: the arm is gone
-constexpr double kGravityRamp = 0.5;       // s in which the arm's own weight is taken up
+constexpr Nanos kWake = 10'000'000;       // ns of silence after which the host writes zeros to wake the lock-step
+constexpr Nanos kRestOfLine = 2'000'000;  // ns that the second half of a line may take
+constexpr Nanos kLost = 100'000'000;      // ns without one good report: the arm is gone
+constexpr double kGravityRamp = 0.5;      // s in which the arm's own weight is taken up
 
 class ArmDevice : public HapticDevice {
  public:
   ArmDevice(std::unique_ptr<Link> link, ArmProtocol protocol, Arm arm, DeviceInfo identity)
-      : link_(std::move(link)), protocol_(protocol), arm_(std::move(arm)), info_(std::move(identity)),
+      : link_(std::move(link)),
+        protocol_(protocol),
+        arm_(std::move(arm)),
+        info_(std::move(identity)),
         zero_(encode(protocol, dvec3(0))) {
     info_.force_limit = arm_.force_limit;
     info_.continuous_force = arm_.continuous_force;
@@ -161,8 +164,14 @@ std::vector<std::filesystem::path> serial_boards() {
 }
 
 FoundDevice found_at(const std::string& node, std::string model, std::string serial) {
-  FoundDevice device{"woodenhaptics:" + (serial.empty() ? node : serial), "force feedback", std::move(model),
-                     std::move(serial), node, 5, true, ""};
+  FoundDevice device{"woodenhaptics:" + (serial.empty() ? node : serial),
+                     "force feedback",
+                     std::move(model),
+                     std::move(serial),
+                     node,
+                     5,
+                     true,
+                     ""};
   if (::access(node.c_str(), R_OK | W_OK) != 0) {
     device.permitted = false;
     device.mend = kMendPermission;
@@ -181,7 +190,8 @@ std::string serial_of(const std::filesystem::path& port) {
 std::vector<FoundDevice> find() {
   std::vector<FoundDevice> devices;
   for (const HidNode& node : enumerate_hid()) {
-    if (is_arm(node)) devices.push_back(found_at(node.path, node.name.empty() ? "WoodenHaptics" : node.name, node.serial));
+    if (is_arm(node))
+      devices.push_back(found_at(node.path, node.name.empty() ? "WoodenHaptics" : node.name, node.serial));
   }
   for (const auto& port : serial_boards()) {
     devices.push_back(found_at(port.string(), "Teensy board (WoodenHaptics or Polhem)", serial_of(port)));

@@ -75,7 +75,7 @@ static bool closest_point(const Grid<float>& phi, const glm::dvec3& q, glm::dvec
     const Jet jet = sample_cubic(phi, x);
     const double g2 = glm::dot(jet.gradient, jet.gradient);
     if (!(g2 > 1e-8)) return false;
-    const glm::dvec3 onto = -jet.value / g2 * jet.gradient;  // to the surface
+    const glm::dvec3 onto = -jet.value / g2 * jet.gradient;                                // to the surface
     const glm::dvec3 along = (q - x) - glm::dot(q - x, jet.gradient) / g2 * jet.gradient;  // within its tangent plane
     const double error = glm::length(onto) + glm::length(along);
     if (error < 2e-3) {
@@ -241,8 +241,10 @@ static void count_crossings(std::span<const Triangle> mesh, int axis, Mask& vote
       lo[0] = std::min(lo[0], (*p)[u]), hi[0] = std::max(hi[0], (*p)[u]);
       lo[1] = std::min(lo[1], (*p)[v]), hi[1] = std::max(hi[1], (*p)[v]);
     }
-    const int u0 = std::max(0, static_cast<int>(std::floor(lo[0]))), u1 = std::min(size[u] - 1, static_cast<int>(hi[0]) + 1);
-    const int v0 = std::max(0, static_cast<int>(std::floor(lo[1]))), v1 = std::min(size[v] - 1, static_cast<int>(hi[1]) + 1);
+    const int u0 = std::max(0, static_cast<int>(std::floor(lo[0]))),
+              u1 = std::min(size[u] - 1, static_cast<int>(hi[0]) + 1);
+    const int v0 = std::max(0, static_cast<int>(std::floor(lo[1]))),
+              v1 = std::min(size[v] - 1, static_cast<int>(hi[1]) + 1);
     for (int i = u0; i <= u1; ++i) {
       for (int j = v0; j <= v1; ++j) {
         const double pu = i + kShiftU, pv = j + kShiftV;
@@ -275,6 +277,13 @@ static void count_crossings(std::span<const Triangle> mesh, int axis, Mask& vote
   }
 }
 
+Mask inside_of(std::span<const Triangle> mesh, const glm::ivec3& size) {
+  Mask votes(size, 0);
+  for (int axis = 0; axis < 3; ++axis) count_crossings(mesh, axis, votes);
+  for (auto& v : votes.v) v = v >= 2;
+  return votes;
+}
+
 DistanceField signed_distance(std::span<const Triangle> mesh, const glm::ivec3& size, double band) {
   DistanceField field;
   field.distance = Grid<float>(size, static_cast<float>(band));
@@ -302,11 +311,10 @@ DistanceField signed_distance(std::span<const Triangle> mesh, const glm::ivec3& 
     }
   }
   propagate(feature, nearest, band + 1.5, 1, distance);
-  Mask votes(size, 0);
-  for (int axis = 0; axis < 3; ++axis) count_crossings(mesh, axis, votes);
+  const Mask inside = inside_of(mesh, size);
   for (std::size_t i = 0; i < feature.v.size(); ++i) {
     const float d = std::min(nearest.v[i], static_cast<float>(band));
-    field.distance.v[i] = votes.v[i] >= 2 ? -d : d;
+    field.distance.v[i] = inside.v[i] ? -d : d;
     if (feature.v[i] < 0) continue;
     field.closest[i] =
         glm::vec3(closest_on(mesh[static_cast<std::size_t>(feature.v[i])], glm::dvec3(feature.place(i))));

@@ -15,8 +15,8 @@ struct Placement {
 };
 
 struct DistanceField {
-  Grid<float> distance;             // in units of the source's voxels, negative where phi > 0, clamped to ± band
-  std::vector<glm::vec3> closest;   // on the surface, source index space; meaningful where |distance| < band
+  Grid<float> distance;            // in units of the source's voxels, negative where phi > 0, clamped to ± band
+  std::vector<glm::vec3> closest;  // on the surface, source index space; meaningful where |distance| < band
 };
 
 /// Distance to the surface phi = 0 (tricubic interpolation) from every sample of a grid of `size` placed in phi's index
@@ -31,5 +31,8 @@ glm::dvec3 closest_on(const Triangle& t, const glm::dvec3& p);
 
 /// The same for a closed triangle mesh in the grid's own index space; sign by counting crossings along all three axes.
 DistanceField signed_distance(std::span<const Triangle> mesh, const glm::ivec3& size, double band);
+
+/// Set at the samples inside a closed mesh.
+Mask inside_of(std::span<const Triangle> mesh, const glm::ivec3& size);
 
 }  // namespace typodont::haptics::importing

@@ -9,7 +9,9 @@
 
 namespace typodont::haptics::importing {
 
-void for_each_slab(int n, const std::function<void(int)>& work) { tbb::parallel_for(0, n, work); }
+void for_each_slab(int n, const std::function<void(int)>& work) {
+  tbb::parallel_for(0, n, work);
+}
 
 float sample(const Grid<float>& g, const glm::dvec3& p) {
   const glm::dvec3 q = glm::clamp(p, glm::dvec3(0.0), glm::dvec3(g.size - 1));
@@ -73,7 +75,7 @@ Grid<float> gaussian(const Grid<float>& g, double sigma) {
   Grid<float> from = g, to(g.size);
   for (int axis = 0; axis < 3; ++axis) {
     const int n = g.size[axis];
-    const std::size_t stride = axis == 0 ? static_cast<std::size_t>(g.size.y) * static_cast<std::size_t>(g.size.z)
+    const std::size_t stride = axis == 0   ? static_cast<std::size_t>(g.size.y) * static_cast<std::size_t>(g.size.z)
                                : axis == 1 ? static_cast<std::size_t>(g.size.z)
                                            : 1;
     const int outer = axis == 0 ? g.size.y : g.size.x;
@@ -83,7 +85,8 @@ Grid<float> gaussian(const Grid<float>& g, double sigma) {
       for (int b = 0; b < inner; ++b) {
         const std::size_t start = axis == 0 ? g.index(0, a, b) : axis == 1 ? g.index(a, 0, b) : g.index(a, b, 0);
         for (int k = 0; k < n + 2 * r; ++k) {
-          line[static_cast<std::size_t>(k)] = from.v[start + stride * static_cast<std::size_t>(std::clamp(k - r, 0, n - 1))];
+          line[static_cast<std::size_t>(k)] =
+              from.v[start + stride * static_cast<std::size_t>(std::clamp(k - r, 0, n - 1))];
         }
         for (int k = 0; k < n; ++k) {
           const float* c = &line[static_cast<std::size_t>(k + r)];
@@ -98,7 +101,9 @@ Grid<float> gaussian(const Grid<float>& g, double sigma) {
   return from;
 }
 
-static double sharpening(double sigma, double blur) { return std::min(1 + blur * blur / (sigma * sigma), 3.0); }
+static double sharpening(double sigma, double blur) {
+  return std::min(1 + blur * blur / (sigma * sigma), 3.0);
+}
 
 Grid<float> smooth_in_place(const Grid<float>& g, double sigma, double blur) {
   const auto c = static_cast<float>(sharpening(sigma, blur));

@@ -18,12 +18,15 @@ void check_result_size(const dvec3& extent, double voxel) {
   constexpr double kMost = 4e8;
   const double count = (extent.x / voxel) * (extent.y / voxel) * (extent.z / voxel);
   if (count <= kMost) return;
-  throw Error("--voxel-mm", "", fmt::format("{:g}: {:.3g} voxels for {:.1f} x {:.1f} x {:.1f} mm", voxel / kMillimetre, count,
-                                            extent.x / kMillimetre, extent.y / kMillimetre, extent.z / kMillimetre),
-              fmt::format("at most {:.3g} voxels: at least {:.3g} mm", kMost, voxel * std::cbrt(count / kMost) / kMillimetre));
+  throw Error(
+      "--voxel-mm", "",
+      fmt::format("{:g}: {:.3g} voxels for {:.1f} x {:.1f} x {:.1f} mm", voxel / kMillimetre, count,
+                  extent.x / kMillimetre, extent.y / kMillimetre, extent.z / kMillimetre),
+      fmt::format("at most {:.3g} voxels: at least {:.3g} mm", kMost, voxel * std::cbrt(count / kMost) / kMillimetre));
 }
 
-// Where, around the tooth's axis, the enamel ends: below that is root. The share of dentin among the surface voxels above.
+// Where, around the tooth's axis, the enamel ends: below that is root. The share of dentin among the surface voxels
+// above.
 static std::optional<double> false_dentin_share(const DenseTissue& t) {
   std::vector<glm::ivec3> skin;
   dvec3 all(0), enamel(0);
@@ -35,8 +38,9 @@ static std::optional<double> false_dentin_share(const DenseTissue& t) {
         if (t.distance[i] > 0) continue;
         all += dvec3(x, y, z), n_all += 1;
         if (t.tissue[i] == Tissue::kEnamel) enamel += dvec3(x, y, z), n_enamel += 1;
-        if (t.distance[t.at(x + 1, y, z)] > 0 || t.distance[t.at(x - 1, y, z)] > 0 || t.distance[t.at(x, y + 1, z)] > 0 ||
-            t.distance[t.at(x, y - 1, z)] > 0 || t.distance[t.at(x, y, z + 1)] > 0 || t.distance[t.at(x, y, z - 1)] > 0) {
+        if (t.distance[t.at(x + 1, y, z)] > 0 || t.distance[t.at(x - 1, y, z)] > 0 ||
+            t.distance[t.at(x, y + 1, z)] > 0 || t.distance[t.at(x, y - 1, z)] > 0 ||
+            t.distance[t.at(x, y, z + 1)] > 0 || t.distance[t.at(x, y, z - 1)] > 0) {
           skin.push_back({x, y, z});
         }
       }
@@ -57,7 +61,8 @@ static std::optional<double> false_dentin_share(const DenseTissue& t) {
   constexpr int kSectors = 48;
   std::vector<double> heights[kSectors];
   const auto sector = [&](const dvec3& r) {
-    return std::clamp(static_cast<int>((std::atan2(glm::dot(r, v), glm::dot(r, u)) / kPi + 1) * 0.5 * kSectors), 0, kSectors - 1);
+    return std::clamp(static_cast<int>((std::atan2(glm::dot(r, v), glm::dot(r, u)) / kPi + 1) * 0.5 * kSectors), 0,
+                      kSectors - 1);
   };
   for (const glm::ivec3& p : skin) {
     const dvec3 r = dvec3(p) - enamel;
@@ -130,14 +135,16 @@ void measure(Imported& imported, ImportPreset preset) {
 Imported import_tissue(const std::filesystem::path& file, const ImportOptions& options) {
   const auto check = [](const char* name, double value, double least, double most) {
     if (value >= least && value <= most) return;
-    throw Error(name, "", fmt::format("{:g}", value / kMillimetre), fmt::format("{:g} to {:g} mm", least / kMillimetre, most / kMillimetre));
+    throw Error(name, "", fmt::format("{:g}", value / kMillimetre),
+                fmt::format("{:g} to {:g} mm", least / kMillimetre, most / kMillimetre));
   };
   if (options.voxel) check("--voxel-mm", *options.voxel, 5e-6, 2e-3);
   check("--band-mm", options.band, 0.1e-3, 20e-3);
   if (options.spacing) {
     for (int a = 0; a < 3; ++a) check("--spacing-mm", (*options.spacing)[a], 1e-6, 10e-3);
   }
-  Imported imported = importing::is_mesh_file(file) ? importing::import_mesh(file, options) : importing::import_scan(file, options);
+  Imported imported =
+      importing::is_mesh_file(file) ? importing::import_mesh(file, options) : importing::import_scan(file, options);
   importing::measure(imported, options.preset);
   if (options.progress) options.progress(1);
   return imported;

@@ -41,7 +41,8 @@ std::string lower_extension(const std::filesystem::path& file) {
 // PLY, text or binary. assimp's reader trusts counts and indices: broken files crash it or keep it busy for minutes.
 class PlyReader {
  public:
-  explicit PlyReader(const std::filesystem::path& file) : file_(file), bytes_(size_of_file(file)), in_(file, std::ios::binary) {}
+  explicit PlyReader(const std::filesystem::path& file)
+      : file_(file), bytes_(size_of_file(file)), in_(file, std::ios::binary) {}
 
   Soup read() {
     read_header();
@@ -100,16 +101,19 @@ class PlyReader {
       return value;
     }
     std::vector<char> raw(bytes_of(type));
-    if (!in_.read(raw.data(), static_cast<std::streamsize>(raw.size()))) fail(part, k, "the end of the file", "a number");
+    if (!in_.read(raw.data(), static_cast<std::streamsize>(raw.size())))
+      fail(part, k, "the end of the file", "a number");
     return static_cast<double>(decode(raw, 1, type, swap_)[0]);
   }
 
   void read_header() {
     static const std::map<std::string, Element> kTypes = {
-        {"char", Element::kInt8},     {"uchar", Element::kUint8},   {"short", Element::kInt16},  {"ushort", Element::kUint16},
-        {"int", Element::kInt32},     {"uint", Element::kUint32},   {"float", Element::kFloat},  {"double", Element::kDouble},
-        {"int8", Element::kInt8},     {"uint8", Element::kUint8},   {"int16", Element::kInt16},  {"uint16", Element::kUint16},
-        {"int32", Element::kInt32},   {"uint32", Element::kUint32}, {"float32", Element::kFloat}, {"float64", Element::kDouble}};
+        {"char", Element::kInt8},     {"uchar", Element::kUint8},   {"short", Element::kInt16},
+        {"ushort", Element::kUint16}, {"int", Element::kInt32},     {"uint", Element::kUint32},
+        {"float", Element::kFloat},   {"double", Element::kDouble}, {"int8", Element::kInt8},
+        {"uint8", Element::kUint8},   {"int16", Element::kInt16},   {"uint16", Element::kUint16},
+        {"int32", Element::kInt32},   {"uint32", Element::kUint32}, {"float32", Element::kFloat},
+        {"float64", Element::kDouble}};
     std::string line;
     for (int n = 1; n <= 200; ++n) {
       line.clear();
@@ -129,12 +133,14 @@ class PlyReader {
         return;
       } else if (word == "format") {
         words >> name;
-        if (name != "ascii" && name != "binary_little_endian" && name != "binary_big_endian") bad("ascii, binary_little_endian or binary_big_endian");
+        if (name != "ascii" && name != "binary_little_endian" && name != "binary_big_endian")
+          bad("ascii, binary_little_endian or binary_big_endian");
         text_ = name == "ascii";
         swap_ = (name == "binary_big_endian") == (std::endian::native == std::endian::little);
       } else if (word == "element") {
         long long count = -1;
-        if (!(words >> name >> count) || count < 0 || static_cast<std::uintmax_t>(count) > bytes_) bad("element NAME COUNT, no more than the file can hold");
+        if (!(words >> name >> count) || count < 0 || static_cast<std::uintmax_t>(count) > bytes_)
+          bad("element NAME COUNT, no more than the file can hold");
         parts_.push_back({name, static_cast<std::size_t>(count), {}});
       } else if (word == "property") {
         Property p;
@@ -147,7 +153,8 @@ class PlyReader {
         }
         if (!kTypes.contains(type) || !(words >> name) || parts_.empty()) bad("property TYPE NAME, below an element");
         p.type = kTypes.at(type);
-        if (parts_.back().name == "vertex" && name.size() == 1 && name[0] >= 'x' && name[0] <= 'z') p.axis = name[0] - 'x';
+        if (parts_.back().name == "vertex" && name.size() == 1 && name[0] >= 'x' && name[0] <= 'z')
+          p.axis = name[0] - 'x';
         p.corners = parts_.back().name == "face" && p.list && (name == "vertex_indices" || name == "vertex_index");
         parts_.back().properties.push_back(p);
       } else if (word != "comment" && word != "obj_info") {
@@ -173,8 +180,8 @@ Soup read_with_assimp(const std::filesystem::path& file) {
     in.seekg(80);
     in.read(reinterpret_cast<char*>(&count), sizeof count);
     if (head != "solid" && (!in || size_of_file(file) < 84 + 50ULL * count)) {
-      throw Error(file.string(), "number of triangles at byte 80", fmt::format("{} in {} bytes", in ? count : 0, size_of_file(file)),
-                  "50 bytes for each triangle");
+      throw Error(file.string(), "number of triangles at byte 80",
+                  fmt::format("{} in {} bytes", in ? count : 0, size_of_file(file)), "50 bytes for each triangle");
     }
   }
   Assimp::Importer importer;
@@ -196,7 +203,8 @@ Soup read_with_assimp(const std::filesystem::path& file) {
       std::vector<std::size_t> face;
       for (unsigned k = 0; k < part.mFaces[f].mNumIndices; ++k) {
         if (part.mFaces[f].mIndices[k] >= part.mNumVertices) {
-          throw Error(file.string(), fmt::format("face {}", f), "the index of a vertex that is not there", fmt::format("below {}", part.mNumVertices));
+          throw Error(file.string(), fmt::format("face {}", f), "the index of a vertex that is not there",
+                      fmt::format("below {}", part.mNumVertices));
         }
         face.push_back(base + part.mFaces[f].mIndices[k]);
       }
@@ -216,9 +224,11 @@ Mesh read_mesh(const std::filesystem::path& file, double unit) {
   for (std::size_t i = 0; i < soup.points.size(); ++i) {
     const auto& p = soup.points[i];
     if (!std::isfinite(p[0]) || !std::isfinite(p[1]) || !std::isfinite(p[2])) {
-      throw Error(file.string(), fmt::format("vertex {}", i), fmt::format("({}, {}, {})", p[0], p[1], p[2]), "finite coordinates");
+      throw Error(file.string(), fmt::format("vertex {}", i), fmt::format("({}, {}, {})", p[0], p[1], p[2]),
+                  "finite coordinates");
     }
-    const auto [it, fresh] = known.try_emplace({p[0] + 0.0F, p[1] + 0.0F, p[2] + 0.0F}, static_cast<int>(mesh.points.size()));
+    const auto [it, fresh] =
+        known.try_emplace({p[0] + 0.0F, p[1] + 0.0F, p[2] + 0.0F}, static_cast<int>(mesh.points.size()));
     if (fresh) mesh.points.push_back(unit * dvec3(p[0], p[1], p[2]));
     index[i] = it->second;
   }
@@ -249,12 +259,58 @@ Mesh read_mesh(const std::filesystem::path& file, double unit) {
   return mesh;
 }
 
+// Triangles of the shells that bound the body from outside, and of those that lie within it (a pulp chamber, say).
+struct Shells {
+  std::vector<Triangle> outer, inner;
+};
+
+Shells shells_of(const Mesh& mesh, const std::vector<Triangle>& triangles) {
+  // Shells are what hangs together over shared points.
+  std::vector<int> root(mesh.points.size());
+  for (std::size_t i = 0; i < root.size(); ++i) root[i] = static_cast<int>(i);
+  const auto find = [&](int i) {
+    while (root[static_cast<std::size_t>(i)] != i) {
+      root[static_cast<std::size_t>(i)] = root[static_cast<std::size_t>(root[static_cast<std::size_t>(i)])];
+      i = root[static_cast<std::size_t>(i)];
+    }
+    return i;
+  };
+  for (const auto& c : mesh.corners) {
+    root[static_cast<std::size_t>(find(c[1]))] = find(c[0]);
+    root[static_cast<std::size_t>(find(c[2]))] = find(c[0]);
+  }
+  std::map<int, std::vector<std::size_t>> members;
+  for (std::size_t t = 0; t < mesh.corners.size(); ++t) members[find(mesh.corners[t][0])].push_back(t);
+  Shells shells;
+  constexpr std::size_t kMost = 200;  // more are fragments rather than shells
+  for (const auto& [shell, own] : members) {
+    // Within the others when a ray from one of its points meets them an odd number of times.
+    const dvec3 from = triangles[own.front()].a, along = glm::normalize(dvec3(0.5773, 0.2113, 0.7886));
+    std::size_t crossings = 0;
+    for (std::size_t t = 0; members.size() <= kMost && t < triangles.size(); ++t) {
+      if (find(mesh.corners[t][0]) == shell) continue;
+      // Moeller & Trumbore 1997.
+      const Triangle& tri = triangles[t];
+      const dvec3 e1 = tri.b - tri.a, e2 = tri.c - tri.a, h = glm::cross(along, e2);
+      const double det = glm::dot(e1, h);
+      if (std::abs(det) < 1e-300) continue;
+      const dvec3 s = from - tri.a, q = glm::cross(s, e1);
+      const double u = glm::dot(s, h) / det, v = glm::dot(along, q) / det;
+      crossings += u >= 0 && v >= 0 && u + v <= 1 && glm::dot(e2, q) / det > 0;
+    }
+    auto& into = crossings % 2 ? shells.inner : shells.outer;
+    for (const std::size_t t : own) into.push_back(triangles[t]);
+  }
+  return shells;
+}
+
 }  // namespace
 
 Imported import_mesh(const std::filesystem::path& file, const ImportOptions& options) {
   const bool tooth = options.preset == ImportPreset::kTooth;
   if (!(options.mesh_unit > 0) || !std::isfinite(options.mesh_unit)) {
-    throw Error("--unit-mm", "", fmt::format("{:g}", options.mesh_unit / kMillimetre), "millimetres per unit of the mesh, above 0");
+    throw Error("--unit-mm", "", fmt::format("{:g}", options.mesh_unit / kMillimetre),
+                "millimetres per unit of the mesh, above 0");
   }
   const Mesh mesh = read_mesh(file, options.mesh_unit);
   dvec3 lo(1e300), hi(-1e300);
@@ -266,8 +322,11 @@ Imported import_mesh(const std::filesystem::path& file, const ImportOptions& opt
   const double longest = std::max({extent.x, extent.y, extent.z});
   const double least = tooth ? 1e-3 : 3e-3, most = tooth ? 60e-3 : 0.6;
   if (!(longest >= least && longest <= most)) {
-    throw Error(file.string(), "size", fmt::format("a body {:.4g} mm long at {:g} mm a unit", longest / kMillimetre, options.mesh_unit / kMillimetre),
-                fmt::format("{} of {:g} to {:g} mm; give the unit with --unit-mm", tooth ? "a tooth" : "a bone", least / kMillimetre, most / kMillimetre));
+    throw Error(
+        file.string(), "size",
+        fmt::format("a body {:.4g} mm long at {:g} mm a unit", longest / kMillimetre, options.mesh_unit / kMillimetre),
+        fmt::format("{} of {:g} to {:g} mm; give the unit with --unit-mm", tooth ? "a tooth" : "a bone",
+                    least / kMillimetre, most / kMillimetre));
   }
   const double voxel = options.voxel.value_or(0.1e-3);
   check_result_size(extent + 2 * options.band + 6 * voxel, voxel);
@@ -288,14 +347,17 @@ Imported import_mesh(const std::filesystem::path& file, const ImportOptions& opt
   if (options.progress) options.progress(0.2);
 
   // A tooth by depth: enamel of `shell` on the crown, thinning out over its lowest 2.5 mm; a pulp chamber where the
-  // surface is more than 3 mm away. Bone: a cortical shell.
+  // surface is more than 3 mm away, or where the mesh has a hollow. Bone: a cortical shell.
   constexpr double kPulpDepth = 3e-3, kTaper = 2.5e-3, kCrownShare = 0.42;
   const double shell = options.shell.value_or(tooth ? 1.3e-3 : 1.5e-3);
   if (!(shell >= 0 && shell <= 0.5 * longest)) {
-    throw Error("--shell-mm", "", fmt::format("{:g}", shell / kMillimetre), fmt::format("0 to {:.3g} mm", 0.5 * longest / kMillimetre));
+    throw Error("--shell-mm", "", fmt::format("{:g}", shell / kMillimetre),
+                fmt::format("0 to {:.3g} mm", 0.5 * longest / kMillimetre));
   }
   const double deepest = std::max({options.band, shell + 2 * voxel, tooth ? kPulpDepth + 2 * voxel : 0.0});
-  const DistanceField field = signed_distance(triangles, out.size, deepest / voxel);
+  const Shells shells = shells_of(mesh, triangles);
+  const DistanceField field = signed_distance(shells.outer, out.size, deepest / voxel);
+  const Mask hollow = inside_of(shells.inner, out.size);
   if (options.progress) options.progress(0.8);
 
   // The crown lies at that end of the longest axis where the body is wider.
@@ -307,7 +369,8 @@ Imported import_mesh(const std::filesystem::path& file, const ImportOptions& opt
     (out.frame.to_world(dvec3(field.distance.place(i)))[axis] > middle ? above : below) += 1;
   }
   if (above + below < 8) {
-    throw Error(file.string(), "size", fmt::format("a body of {:.0f} voxels", above + below), "a body thicker than --voxel-mm");
+    throw Error(file.string(), "size", fmt::format("a body of {:.0f} voxels", above + below),
+                "a body thicker than --voxel-mm");
   }
   const double crown_end = above >= below ? hi[axis] : lo[axis];
   const double margin_of_crown = crown_end + (above >= below ? -1 : 1) * kCrownShare * extent[axis];
@@ -322,11 +385,12 @@ Imported import_mesh(const std::filesystem::path& file, const ImportOptions& opt
       out.tissue[i] = depth < shell || shell == 0 ? Tissue::kCorticalBone : Tissue::kCancellousBone;
       continue;
     }
-    const double up = (out.frame.to_world(dvec3(field.distance.place(i)))[axis] - margin_of_crown) * (above >= below ? 1 : -1);
+    const double up =
+        (out.frame.to_world(dvec3(field.distance.place(i)))[axis] - margin_of_crown) * (above >= below ? 1 : -1);
     const double enamel = shell * std::clamp(up / kTaper, 0.0, 1.0);
-    out.tissue[i] = depth < enamel ? Tissue::kEnamel : depth > kPulpDepth ? Tissue::kPulp : Tissue::kDentin;
+    const bool pulp = shells.inner.empty() ? depth > kPulpDepth : hollow.v[i] != 0;
+    out.tissue[i] = pulp ? Tissue::kPulp : depth < enamel ? Tissue::kEnamel : Tissue::kDentin;
   }
-  result.report.bodies_kept = result.report.bodies_found = 1;
   Mask solid(out.size, 0), pulp(out.size, 0);
   for (std::size_t i = 0; i < out.distance.size(); ++i) {
     solid.v[i] = out.distance[i] <= 0;
@@ -334,7 +398,10 @@ Imported import_mesh(const std::filesystem::path& file, const ImportOptions& opt
   }
   result.report.bodies_kept = result.report.bodies_found = static_cast<int>(components(solid, true).voxels.size()) - 1;
   result.report.pulp_parts = static_cast<int>(components(pulp, true).voxels.size()) - 1;
-  if (tooth) result.report.notes.push_back("tissues of a mesh are told by depth below its surface; root canals are not");
+  if (tooth)
+    result.report.notes.push_back(shells.inner.empty()
+                                      ? "tissues are told by depth below the surface; root canals are not"
+                                      : "enamel is told by depth below the surface, pulp by the mesh's hollows");
   return result;
 }
 

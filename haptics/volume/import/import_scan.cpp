@@ -35,7 +35,8 @@ static void reduce(Scan& scan, const glm::ivec3& k) {
   scan.grey = std::move(out);
 }
 
-// The greys between `lo` and `hi` (inclusive, may lie beyond the scan) on cubes of `voxel`; beyond the scan the surround.
+// The greys between `lo` and `hi` (inclusive, may lie beyond the scan) on cubes of `voxel`; beyond the scan the
+// surround.
 static Grid<float> resample(const Scan& scan, const glm::ivec3& lo, const glm::ivec3& hi, double voxel, float outside) {
   Grid<float> box(hi - lo + 1, outside);
   for (int x = 0; x < box.size.x; ++x) {
@@ -98,7 +99,8 @@ Imported import_scan(const std::filesystem::path& file, const ImportOptions& opt
   const Components bodies = components(solid);
   const std::int32_t body = bodies.largest();
   if (body == 0) {
-    throw Error(file.string(), "greys", fmt::format("nothing brighter than {:.6g}", levels.surface()), "tissue; see --thresholds");
+    throw Error(file.string(), "greys", fmt::format("nothing brighter than {:.6g}", levels.surface()),
+                "tissue; see --thresholds");
   }
   for (std::size_t b = 1; b < bodies.voxels.size(); ++b) report.bodies_found += bodies.voxels[b] >= 8;
   glm::ivec3 lo = solid.size, hi(0);
@@ -110,18 +112,23 @@ Imported import_scan(const std::filesystem::path& file, const ImportOptions& opt
   }
   for (int a = 0; a < 3; ++a) {
     const char axis = "xyz"[a];
-    if (lo[a] == 0) report.notes.push_back(fmt::format("the tissue touches the scan's {}- wall and is closed there by a flat cut", axis));
-    if (hi[a] == solid.size[a] - 1) report.notes.push_back(fmt::format("the tissue touches the scan's {}+ wall and is closed there by a flat cut", axis));
+    if (lo[a] == 0)
+      report.notes.push_back(
+          fmt::format("the tissue touches the scan's {}- wall and is closed there by a flat cut", axis));
+    if (hi[a] == solid.size[a] - 1)
+      report.notes.push_back(
+          fmt::format("the tissue touches the scan's {}+ wall and is closed there by a flat cut", axis));
   }
   const glm::dvec3 extent = glm::dvec3(hi - lo + 1) * scan.spacing;
   const double longest = std::max({extent.x, extent.y, extent.z});
   const double least = tooth ? 1e-3 : 3e-3, most = tooth ? 60e-3 : 0.6;
   if (longest < least || longest > most) {
-    throw Error(file.string(), options.spacing ? "--spacing-mm" : "spacing",
-                fmt::format("a body {:.4g} mm long at {:.4g} {:.4g} {:.4g} mm a voxel", longest / kMillimetre,
-                            report.spacing.x / kMillimetre, report.spacing.y / kMillimetre, report.spacing.z / kMillimetre),
-                fmt::format("{} of {:g} to {:g} mm; give the true voxel with --spacing-mm X,Y,Z", tooth ? "a tooth" : "a bone",
-                            least / kMillimetre, most / kMillimetre));
+    throw Error(
+        file.string(), options.spacing ? "--spacing-mm" : "spacing",
+        fmt::format("a body {:.4g} mm long at {:.4g} {:.4g} {:.4g} mm a voxel", longest / kMillimetre,
+                    report.spacing.x / kMillimetre, report.spacing.y / kMillimetre, report.spacing.z / kMillimetre),
+        fmt::format("{} of {:g} to {:g} mm; give the true voxel with --spacing-mm X,Y,Z", tooth ? "a tooth" : "a bone",
+                    least / kMillimetre, most / kMillimetre));
   }
   check_result_size(extent + 2 * options.band, voxel);
   check_result_size(extent + 20 * working, working);
@@ -131,7 +138,8 @@ Imported import_scan(const std::filesystem::path& file, const ImportOptions& opt
   const Grid<float> grey = resample(scan, lo - margin, hi + margin, working, static_cast<float>(levels.outside));
   const glm::dvec3 origin = scan.origin + glm::dvec3(lo - margin) * scan.spacing;
   scan.grey = Grid<float>();
-  const Segmentation s = segment(grey, levels, working, options.preset, [&](double done) { progress(0.2 + 0.5 * done); });
+  const Segmentation s =
+      segment(grey, levels, working, options.preset, [&](double done) { progress(0.2 + 0.5 * done); });
 
   // The result's grid shares a sample with the working grid; equal where their voxels are equal.
   const double scale = voxel / working, band = options.band / working;
@@ -141,7 +149,8 @@ Imported import_scan(const std::filesystem::path& file, const ImportOptions& opt
     first = glm::min(first, s.phi.place(i));
     last = glm::max(last, s.phi.place(i));
   }
-  if (first.x > last.x) throw Error(file.string(), "greys", "no body left after smoothing", "tissue a few voxels thick");
+  if (first.x > last.x)
+    throw Error(file.string(), "greys", "no body left after smoothing", "tissue a few voxels thick");
   const glm::ivec3 from = glm::ivec3(glm::floor((glm::dvec3(first) - 2.0 - band) / scale));
   const glm::ivec3 to = glm::ivec3(glm::ceil((glm::dvec3(last) + 2.0 + band) / scale));
   DenseTissue& out = result.tissue;

@@ -69,7 +69,8 @@ std::vector<Peak> peaks_of(const Grid<float>& greys, double blur) {
     if (count[static_cast<std::size_t>(i)] <= 0) continue;
     for (int k = -r; k <= r; ++k) {
       if (i + k < 0 || i + k >= kBins) continue;
-      h[static_cast<std::size_t>(i + k)] += count[static_cast<std::size_t>(i)] * std::exp(-0.5 * k * k / (sigma * sigma)) / norm;
+      h[static_cast<std::size_t>(i + k)] +=
+          count[static_cast<std::size_t>(i)] * std::exp(-0.5 * k * k / (sigma * sigma)) / norm;
     }
   }
   // Hills, from the highest down; a hill ends where it meets a higher one. One that rises less than 40 % of its height
@@ -82,7 +83,8 @@ std::vector<Peak> peaks_of(const Grid<float>& greys, double blur) {
   std::vector<Hill> hills;
   std::vector<int> owner(kBins, -1), order(kBins);
   std::iota(order.begin(), order.end(), 0);
-  std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return h[static_cast<std::size_t>(a)] > h[static_cast<std::size_t>(b)]; });
+  std::stable_sort(order.begin(), order.end(),
+                   [&](int a, int b) { return h[static_cast<std::size_t>(a)] > h[static_cast<std::size_t>(b)]; });
   std::vector<int> merged;
   const auto root = [&](int hill) {
     while (merged[static_cast<std::size_t>(hill)] != hill) hill = merged[static_cast<std::size_t>(hill)];
@@ -90,8 +92,12 @@ std::vector<Peak> peaks_of(const Grid<float>& greys, double blur) {
   };
   std::vector<int> flooded(kBins, -1);
   for (const int bin : order) {
-    const int left = bin > 0 && flooded[static_cast<std::size_t>(bin - 1)] >= 0 ? root(flooded[static_cast<std::size_t>(bin - 1)]) : -1;
-    const int right = bin + 1 < kBins && flooded[static_cast<std::size_t>(bin + 1)] >= 0 ? root(flooded[static_cast<std::size_t>(bin + 1)]) : -1;
+    const int left = bin > 0 && flooded[static_cast<std::size_t>(bin - 1)] >= 0
+                         ? root(flooded[static_cast<std::size_t>(bin - 1)])
+                         : -1;
+    const int right = bin + 1 < kBins && flooded[static_cast<std::size_t>(bin + 1)] >= 0
+                          ? root(flooded[static_cast<std::size_t>(bin + 1)])
+                          : -1;
     int mine;
     if (left < 0 && right < 0) {
       mine = static_cast<int>(hills.size());
@@ -100,7 +106,8 @@ std::vector<Peak> peaks_of(const Grid<float>& greys, double blur) {
     } else if (left < 0 || right < 0 || left == right) {
       mine = left >= 0 ? left : right;
     } else {  // a pass: the lower hill ends here, in its own right or as a shoulder
-      const bool left_higher = h[static_cast<std::size_t>(hills[static_cast<std::size_t>(left)].top)] >= h[static_cast<std::size_t>(hills[static_cast<std::size_t>(right)].top)];
+      const bool left_higher = h[static_cast<std::size_t>(hills[static_cast<std::size_t>(left)].top)] >=
+                               h[static_cast<std::size_t>(hills[static_cast<std::size_t>(right)].top)];
       const int high = left_higher ? left : right, low = left_higher ? right : left;
       Hill& lower = hills[static_cast<std::size_t>(low)];
       const double top = h[static_cast<std::size_t>(lower.top)];
@@ -116,16 +123,19 @@ std::vector<Peak> peaks_of(const Grid<float>& greys, double blur) {
     int climb = bin;
     while (true) {
       const double here = h[static_cast<std::size_t>(climb)];
-      const double l = climb > 0 ? h[static_cast<std::size_t>(climb - 1)] : -1, rr = climb + 1 < kBins ? h[static_cast<std::size_t>(climb + 1)] : -1;
+      const double l = climb > 0 ? h[static_cast<std::size_t>(climb - 1)] : -1,
+                   rr = climb + 1 < kBins ? h[static_cast<std::size_t>(climb + 1)] : -1;
       if (l <= here && rr <= here) break;
       climb += l > rr ? -1 : 1;
     }
-    owner[static_cast<std::size_t>(bin)] = owner[static_cast<std::size_t>(climb)] >= 0 ? owner[static_cast<std::size_t>(climb)] : mine;
+    owner[static_cast<std::size_t>(bin)] =
+        owner[static_cast<std::size_t>(climb)] >= 0 ? owner[static_cast<std::size_t>(climb)] : mine;
   }
   double total = 0;
   for (int i = 0; i < kBins; ++i) {
     total += count[static_cast<std::size_t>(i)];
-    if (owner[static_cast<std::size_t>(i)] >= 0) hills[static_cast<std::size_t>(owner[static_cast<std::size_t>(i)])].mass += count[static_cast<std::size_t>(i)];
+    if (owner[static_cast<std::size_t>(i)] >= 0)
+      hills[static_cast<std::size_t>(owner[static_cast<std::size_t>(i)])].mass += count[static_cast<std::size_t>(i)];
   }
   std::vector<Peak> peaks;
   for (const Hill& hill : hills) {
@@ -156,7 +166,8 @@ Levels find_levels(const std::filesystem::path& file, const Grid<float>& grey, c
   const auto [lo, hi] = std::minmax_element(smoothed.v.begin(), smoothed.v.end());
   const double range = static_cast<double>(*hi) - static_cast<double>(*lo);
   if (!(range > 0)) {
-    throw Error(file.string(), "greys", fmt::format("the same value {:g} everywhere", *lo), "tissue in a darker surround");
+    throw Error(file.string(), "greys", fmt::format("the same value {:g} everywhere", *lo),
+                "tissue in a darker surround");
   }
   // Hounsfield units say what they are.
   const bool hounsfield = options.preset == ImportPreset::kBone && *lo < -800 && *lo > -1200 && *hi > 300 && *hi < 6000;
@@ -184,7 +195,8 @@ Levels find_levels(const std::filesystem::path& file, const Grid<float>& grey, c
   });
   std::sort(tissues.begin(), tissues.end(), [](const Peak& a, const Peak& b) { return a.mass > b.mass; });
   if (tissues.size() > 2) {
-    notes.push_back(fmt::format("{} hills of tissue in the histogram; the two with most voxels are taken", tissues.size()));
+    notes.push_back(
+        fmt::format("{} hills of tissue in the histogram; the two with most voxels are taken", tissues.size()));
     tissues.resize(2);
   }
   std::sort(tissues.begin(), tissues.end(), [](const Peak& a, const Peak& b) { return a.level < b.level; });

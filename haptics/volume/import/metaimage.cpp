@@ -67,7 +67,8 @@ static Header read_header(const std::filesystem::path& file) {
       continue;
     }
     const auto equals = line.find('=');
-    if (equals == std::string::npos) throw Error(file.string(), fmt::format("line {}", number), excerpt(line), "Key = Value");
+    if (equals == std::string::npos)
+      throw Error(file.string(), fmt::format("line {}", number), excerpt(line), "Key = Value");
     const std::string key = trimmed(line.substr(0, equals));
     header.entries[key] = {trimmed(line.substr(equals + 1)), number};
     if (key == "ElementDataFile") {  // always the last
@@ -75,7 +76,8 @@ static Header read_header(const std::filesystem::path& file) {
       return header;
     }
   }
-  throw Error(file.string(), "header", "no ElementDataFile", "a line \"ElementDataFile = LOCAL\" or the name of a file");
+  throw Error(file.string(), "header", "no ElementDataFile",
+              "a line \"ElementDataFile = LOCAL\" or the name of a file");
 }
 
 static std::vector<char> read_bytes(const std::filesystem::path& file, std::uintmax_t from, std::uintmax_t count) {
@@ -96,7 +98,8 @@ static std::vector<char> unpack(const std::filesystem::path& file, const std::ve
   std::size_t in = 0, got = 0;
   int state = Z_OK;
   while (state == Z_OK && got < bytes) {  // in pieces: zlib counts in 32 bits
-    const std::size_t give = std::min<std::size_t>(packed.size() - in, 1 << 30), room = std::min<std::size_t>(bytes - got, 1 << 30);
+    const std::size_t give = std::min<std::size_t>(packed.size() - in, 1 << 30),
+                      room = std::min<std::size_t>(bytes - got, 1 << 30);
     z.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(packed.data() + in));
     z.avail_in = static_cast<uInt>(give);
     z.next_out = reinterpret_cast<Bytef*>(out.data() + got);
@@ -109,7 +112,8 @@ static std::vector<char> unpack(const std::filesystem::path& file, const std::ve
   const std::string why = z.msg ? fmt::format(" ({})", z.msg) : "";
   inflateEnd(&z);
   if (got != bytes) {
-    throw Error(file.string(), "compressed data", fmt::format("{} bytes after unpacking{}", got, why), fmt::format("{} bytes", bytes));
+    throw Error(file.string(), "compressed data", fmt::format("{} bytes after unpacking{}", got, why),
+                fmt::format("{} bytes", bytes));
   }
   return out;
 }
@@ -129,17 +133,19 @@ RawScan read_metaimage(const std::filesystem::path& file) {
     header.fail("ElementNumberOfChannels", "1");
   }
   static const std::map<std::string_view, Element> kTypes = {
-      {"MET_CHAR", Element::kInt8},        {"MET_UCHAR", Element::kUint8},  {"MET_SHORT", Element::kInt16},
-      {"MET_USHORT", Element::kUint16},    {"MET_INT", Element::kInt32},    {"MET_UINT", Element::kUint32},
-      {"MET_LONG", Element::kInt32},       {"MET_ULONG", Element::kUint32},  // 4 bytes in MetaImage, whatever the machine
-      {"MET_LONG_LONG", Element::kInt64},  {"MET_ULONG_LONG", Element::kUint64},
-      {"MET_FLOAT", Element::kFloat},      {"MET_DOUBLE", Element::kDouble},
+      {"MET_CHAR", Element::kInt8},       {"MET_UCHAR", Element::kUint8},       {"MET_SHORT", Element::kInt16},
+      {"MET_USHORT", Element::kUint16},   {"MET_INT", Element::kInt32},         {"MET_UINT", Element::kUint32},
+      {"MET_LONG", Element::kInt32},      {"MET_ULONG", Element::kUint32},  // 4 bytes in MetaImage, whatever the
+                                                                            // machine
+      {"MET_LONG_LONG", Element::kInt64}, {"MET_ULONG_LONG", Element::kUint64}, {"MET_FLOAT", Element::kFloat},
+      {"MET_DOUBLE", Element::kDouble},
   };
   const Entry* type_entry = header.find("ElementType");
   const auto type = kTypes.find(type_entry ? std::string_view(type_entry->value) : std::string_view());
   if (type == kTypes.end()) header.fail("ElementType", "a scalar type such as MET_USHORT or MET_FLOAT");
   const Element element = type->second;
-  const auto count = static_cast<std::size_t>(sizes[0]) * static_cast<std::size_t>(sizes[1]) * static_cast<std::size_t>(sizes[2]);
+  const auto count =
+      static_cast<std::size_t>(sizes[0]) * static_cast<std::size_t>(sizes[1]) * static_cast<std::size_t>(sizes[2]);
   const std::size_t bytes = count * bytes_of(element);
 
   // Where the numbers lie.
@@ -175,7 +181,8 @@ RawScan read_metaimage(const std::filesystem::path& file) {
     const std::vector<char> text = read_bytes(data, from, present);
     const auto numbers = parse_numbers({text.data(), text.size()});
     if (!numbers || numbers->size() < count) {
-      throw Error(data.string(), "data", numbers ? fmt::format("{} numbers", numbers->size()) : "other things than numbers",
+      throw Error(data.string(), "data",
+                  numbers ? fmt::format("{} numbers", numbers->size()) : "other things than numbers",
                   fmt::format("{} numbers as text", count));
     }
     scan.grey.assign(numbers->begin(), numbers->begin() + static_cast<std::ptrdiff_t>(count));
@@ -184,7 +191,8 @@ RawScan read_metaimage(const std::filesystem::path& file) {
     if (std::endian::native == std::endian::big) swap = !swap;
     const double least = packed ? static_cast<double>(bytes) / 1032 : static_cast<double>(bytes);
     if (static_cast<double>(present) < least) {
-      throw Error(data.string(), "data", fmt::format("{} bytes", present), fmt::format("at least {:.0f} bytes", std::ceil(least)));
+      throw Error(data.string(), "data", fmt::format("{} bytes", present),
+                  fmt::format("at least {:.0f} bytes", std::ceil(least)));
     }
     const std::vector<char> read = read_bytes(data, from, packed ? present : bytes);
     scan.grey = decode(packed ? unpack(data, read, bytes) : read, count, element, swap);
@@ -192,7 +200,8 @@ RawScan read_metaimage(const std::filesystem::path& file) {
 
   // Spacing, directions, origin: in millimetres by the format's definition.
   const char* spacing = header.find("ElementSpacing") ? "ElementSpacing" : "ElementSize";
-  scan.spacing_place = header.find(spacing) ? fmt::format("line {} ({})", header.find(spacing)->line, spacing) : "header";
+  scan.spacing_place =
+      header.find(spacing) ? fmt::format("line {} ({})", header.find(spacing)->line, spacing) : "header";
   std::vector<double> mm{1, 1, 1};
   if (header.find(spacing)) {
     mm = header.numbers(spacing, 3);
@@ -209,7 +218,8 @@ RawScan read_metaimage(const std::filesystem::path& file) {
   }
   for (std::size_t k = 0; k < 3; ++k) {
     glm::dvec3 along(directions[3 * k], directions[3 * k + 1], directions[3 * k + 2]);
-    if (!(glm::length(along) > 1e-9)) header.fail(header.find("TransformMatrix") ? "TransformMatrix" : "Orientation", "three directions");
+    if (!(glm::length(along) > 1e-9))
+      header.fail(header.find("TransformMatrix") ? "TransformMatrix" : "Orientation", "three directions");
     scan.step[k] = glm::normalize(along) * (scan.has_spacing ? mm[k] : 1.0);
   }
   return scan;

@@ -21,17 +21,28 @@ struct CloseStream {
 
 static std::optional<Element> element_of(int datatype) {
   switch (datatype) {
-    case DT_INT8: return Element::kInt8;
-    case DT_UINT8: return Element::kUint8;
-    case DT_INT16: return Element::kInt16;
-    case DT_UINT16: return Element::kUint16;
-    case DT_INT32: return Element::kInt32;
-    case DT_UINT32: return Element::kUint32;
-    case DT_INT64: return Element::kInt64;
-    case DT_UINT64: return Element::kUint64;
-    case DT_FLOAT32: return Element::kFloat;
-    case DT_FLOAT64: return Element::kDouble;
-    default: return std::nullopt;
+    case DT_INT8:
+      return Element::kInt8;
+    case DT_UINT8:
+      return Element::kUint8;
+    case DT_INT16:
+      return Element::kInt16;
+    case DT_UINT16:
+      return Element::kUint16;
+    case DT_INT32:
+      return Element::kInt32;
+    case DT_UINT32:
+      return Element::kUint32;
+    case DT_INT64:
+      return Element::kInt64;
+    case DT_UINT64:
+      return Element::kUint64;
+    case DT_FLOAT32:
+      return Element::kFloat;
+    case DT_FLOAT64:
+      return Element::kDouble;
+    default:
+      return std::nullopt;
   }
 }
 
@@ -47,10 +58,12 @@ RawScan read_nifti(const std::filesystem::path& file) {
   check_sizes(file, "header field \"dim\"", sizes);
   const std::optional<Element> element = element_of(image->datatype);
   if (!element) {
-    throw Error(file.string(), "header field \"datatype\"", fmt::format("{} ({})", image->datatype, nifti_datatype_string(image->datatype)),
+    throw Error(file.string(), "header field \"datatype\"",
+                fmt::format("{} ({})", image->datatype, nifti_datatype_string(image->datatype)),
                 "a scalar number: 8 to 64 bit integers, float or double");
   }
-  const auto count = static_cast<std::size_t>(sizes[0]) * static_cast<std::size_t>(sizes[1]) * static_cast<std::size_t>(sizes[2]);
+  const auto count =
+      static_cast<std::size_t>(sizes[0]) * static_cast<std::size_t>(sizes[1]) * static_cast<std::size_t>(sizes[2]);
   const std::size_t bytes = count * bytes_of(*element);
 
   if (!image->iname) throw Error(file.string(), "data", "no data file", "a .img beside the .hdr");
@@ -61,9 +74,11 @@ RawScan read_nifti(const std::filesystem::path& file) {
   if (offset < 0 || offset > 1 << 30) {
     throw Error(file.string(), "header field \"vox_offset\"", fmt::format("{}", offset), "where the voxels begin");
   }
-  const double least = compressed ? static_cast<double>(bytes) / 1032 : static_cast<double>(bytes) + static_cast<double>(offset);
+  const double least =
+      compressed ? static_cast<double>(bytes) / 1032 : static_cast<double>(bytes) + static_cast<double>(offset);
   if (static_cast<double>(present) < least) {
-    throw Error(data.string(), "data", fmt::format("{} bytes", present), fmt::format("at least {:.0f} bytes", std::ceil(least)));
+    throw Error(data.string(), "data", fmt::format("{} bytes", present),
+                fmt::format("at least {:.0f} bytes", std::ceil(least)));
   }
   znzFile opened = znzopen(data.c_str(), "rb", compressed ? 1 : 0);
   if (znz_isnull(opened)) throw Error(data.string(), "data", "an unreadable file", "the scan's voxels");
@@ -71,7 +86,8 @@ RawScan read_nifti(const std::filesystem::path& file) {
   std::vector<char> raw(bytes);
   const bool sought = znzseek(opened, static_cast<znz_off_t>(offset), SEEK_SET) >= 0;
   const std::size_t got = sought ? znzread(raw.data(), 1, bytes, opened) : 0;
-  if (got != bytes) throw Error(data.string(), "data", fmt::format("{} bytes of voxels", got), fmt::format("{}", bytes));
+  if (got != bytes)
+    throw Error(data.string(), "data", fmt::format("{} bytes of voxels", got), fmt::format("{}", bytes));
 
   RawScan scan;
   scan.format = "NIfTI";

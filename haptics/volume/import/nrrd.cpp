@@ -71,8 +71,9 @@ static std::string expected_in(const std::string& field) {
   while (!cause.empty() && cause.back() == '\n') cause.pop_back();
   cause = cause.substr(cause.rfind('\n') + 1);
   if (const auto colon = cause.find(": "); colon != std::string::npos) cause = cause.substr(colon + 2);
-  for (const char* name : {"type", "sizes", "dimension", "encoding", "endian", "spacings", "space", "data file",
-                           "space directions", "space origin", "space units", "units", "kinds", "byte skip", "line skip"}) {
+  for (const char* name :
+       {"type", "sizes", "dimension", "encoding", "endian", "spacings", "space", "data file", "space directions",
+        "space origin", "space units", "units", "kinds", "byte skip", "line skip"}) {
     std::string function = std::string("Parse_") + name + ":";
     std::replace(function.begin(), function.end(), ' ', '_');
     if (all.find(function) != std::string::npos) field = name;
@@ -83,7 +84,8 @@ static std::string expected_in(const std::string& field) {
 
 static std::optional<double> millimetres_per(std::string unit) {
   std::erase(unit, ' ');
-  if (unit == "mm" || unit == "millimeter" || unit == "millimetre" || unit == "millimeters" || unit == "millimetres") return 1;
+  if (unit == "mm" || unit == "millimeter" || unit == "millimetre" || unit == "millimeters" || unit == "millimetres")
+    return 1;
   if (unit == "um" || unit == "\xc2\xb5m" || unit == "\xce\xbcm" || unit == "micron" || unit == "microns" ||
       unit == "micrometer" || unit == "micrometre" || unit == "micrometers" || unit == "micrometres") {
     return 1e-3;
@@ -131,16 +133,17 @@ RawScan read_nrrd(const std::filesystem::path& file) {
     present = static_cast<double>(size_of_file(file));
   }
   const std::string encoding = state->encoding->name;
-  double least = 0;                                           // bytes of the encoded data
+  double least = 0;  // bytes of the encoded data
   if (encoding == "raw") least = bytes;
-  if (encoding == "gzip") least = bytes / 1032;               // deflate cannot do better
+  if (encoding == "gzip") least = bytes / 1032;  // deflate cannot do better
   if (encoding == "bzip2") least = bytes / 46e6;
   if (encoding == "ascii") least = 2.0 * static_cast<double>(count) - 1;
   if (encoding == "hex") least = 2 * bytes;
   if (known && present < least) {
     throw Error(file.string(), data, fmt::format("{:.0f} bytes", present),
-                encoding == "raw" ? fmt::format("{:.0f} bytes", bytes)
-                                  : fmt::format("at least {:.0f} bytes of {} for {} voxels", std::ceil(least), encoding, count));
+                encoding == "raw"
+                    ? fmt::format("{:.0f} bytes", bytes)
+                    : fmt::format("at least {:.0f} bytes of {} for {} voxels", std::ceil(least), encoding, count));
   }
 
   const NrrdOwner nrrd(nrrdNew());
@@ -172,7 +175,9 @@ RawScan read_nrrd(const std::filesystem::path& file) {
     }
     if (!unit.empty()) {
       const std::optional<double> factor = millimetres_per(unit);
-      if (!factor) throw Error(file.string(), place_of(file, nrrd->spaceDim ? "space units" : "units"), excerpt(unit), "a unit of length (mm, um, cm or m)");
+      if (!factor)
+        throw Error(file.string(), place_of(file, nrrd->spaceDim ? "space units" : "units"), excerpt(unit),
+                    "a unit of length (mm, um, cm or m)");
       step *= *factor;
       if (nrrd->spaceDim == 3) scan.origin[static_cast<int>(k)] = nrrd->spaceOrigin[k] * *factor;
     } else if (nrrd->spaceDim == 3) {

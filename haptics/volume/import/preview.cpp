@@ -49,12 +49,18 @@ void write_png(const std::filesystem::path& file, const Picture& picture) {
 
 dvec3 color_of(Tissue tissue) {
   switch (tissue) {
-    case Tissue::kEnamel: return {0.55, 0.80, 1.00};
-    case Tissue::kDentin: return {0.95, 0.80, 0.35};
-    case Tissue::kPulp: return {0.90, 0.20, 0.25};
-    case Tissue::kCorticalBone: return {0.92, 0.90, 0.80};
-    case Tissue::kCancellousBone: return {0.85, 0.50, 0.45};
-    default: return {0.7, 0.7, 0.7};
+    case Tissue::kEnamel:
+      return {0.55, 0.80, 1.00};
+    case Tissue::kDentin:
+      return {0.95, 0.80, 0.35};
+    case Tissue::kPulp:
+      return {0.90, 0.20, 0.25};
+    case Tissue::kCorticalBone:
+      return {0.92, 0.90, 0.80};
+    case Tissue::kCancellousBone:
+      return {0.85, 0.50, 0.45};
+    default:
+      return {0.7, 0.7, 0.7};
   }
 }
 
@@ -78,8 +84,12 @@ Picture shaded(const Imported& imported) {
     }
     return sum / t.frame.voxel;
   };
-  const std::array<std::pair<dvec3, dvec3>, 6> views = {{{{0, -1, 0}, {0, 0, 1}}, {{1, 0, 0}, {0, 0, 1}}, {{0, 1, 0}, {0, 0, 1}},
-                                                         {{-1, 0, 0}, {0, 0, 1}}, {{0, 0, 1}, {0, 1, 0}}, {{0, 0, -1}, {0, 1, 0}}}};
+  const std::array<std::pair<dvec3, dvec3>, 6> views = {{{{0, -1, 0}, {0, 0, 1}},
+                                                         {{1, 0, 0}, {0, 0, 1}},
+                                                         {{0, 1, 0}, {0, 0, 1}},
+                                                         {{-1, 0, 0}, {0, 0, 1}},
+                                                         {{0, 0, 1}, {0, 1, 0}},
+                                                         {{0, 0, -1}, {0, 1, 0}}}};
   Picture picture(3 * kTile, 2 * kTile);
   for (std::size_t v = 0; v < views.size(); ++v) {
     const auto& [back, up] = views[v];
@@ -88,7 +98,8 @@ Picture shaded(const Imported& imported) {
     for (int y = 0; y < kTile; ++y) {
       for (int x = 0; x < kTile; ++x) {
         const double scale = 1.05 * reach;
-        const dvec3 from = middle + ((x + 0.5) / kTile * 2 - 1) * scale * right - ((y + 0.5) / kTile * 2 - 1) * scale * up + reach * back;
+        const dvec3 from = middle + ((x + 0.5) / kTile * 2 - 1) * scale * right -
+                           ((y + 0.5) / kTile * 2 - 1) * scale * up + reach * back;
         dvec3 color(0.1);
         for (double along = 0; along < 2 * reach;) {
           const dvec3 p = from - along * back;
@@ -146,13 +157,17 @@ std::vector<std::filesystem::path> write_preview(const Imported& imported, const
         const int ia = static_cast<int>(a), ib = static_cast<int>(b);
         const double fa = a - ia, fb = b - ib;
         const auto mix = [&](const std::vector<float>& g) {
-          return (1 - fa) * ((1 - fb) * static_cast<double>(g[at(ia, ib)]) + fb * static_cast<double>(g[at(ia, ib + 1)])) +
-                 fa * ((1 - fb) * static_cast<double>(g[at(ia + 1, ib)]) + fb * static_cast<double>(g[at(ia + 1, ib + 1)]));
+          return (1 - fa) *
+                     ((1 - fb) * static_cast<double>(g[at(ia, ib)]) + fb * static_cast<double>(g[at(ia, ib + 1)])) +
+                 fa * ((1 - fb) * static_cast<double>(g[at(ia + 1, ib)]) +
+                       fb * static_cast<double>(g[at(ia + 1, ib + 1)]));
         };
         const double d = mix(t.distance) / t.frame.voxel * pixels;  // pixels
         const double grey = has_grey ? std::clamp((mix(imported.grey) - black) / (white - black), 0.0, 1.0) : 0.25;
         dvec3 color(0.6 * grey);
-        if (d <= 0) color = color_of(t.tissue[at(static_cast<int>(std::lround(a)), static_cast<int>(std::lround(b)))]) * (0.45 + 0.55 * grey);
+        if (d <= 0)
+          color = color_of(t.tissue[at(static_cast<int>(std::lround(a)), static_cast<int>(std::lround(b)))]) *
+                  (0.45 + 0.55 * grey);
         if (std::abs(d) < 0.8) color = {0.1, 0.95, 0.3};
         picture.set(x + (has_grey ? width + 8 : 0), y, color);
         if (has_grey) picture.set(x, y, dvec3(grey));

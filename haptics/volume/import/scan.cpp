@@ -33,16 +33,36 @@ static void decode_as(const std::vector<char>& bytes, bool swap, std::vector<flo
 std::vector<float> decode(const std::vector<char>& bytes, std::size_t count, Element type, bool swap) {
   std::vector<float> out(count);
   switch (type) {
-    case Element::kInt8: decode_as<std::int8_t>(bytes, swap, out); break;
-    case Element::kUint8: decode_as<std::uint8_t>(bytes, swap, out); break;
-    case Element::kInt16: decode_as<std::int16_t>(bytes, swap, out); break;
-    case Element::kUint16: decode_as<std::uint16_t>(bytes, swap, out); break;
-    case Element::kInt32: decode_as<std::int32_t>(bytes, swap, out); break;
-    case Element::kUint32: decode_as<std::uint32_t>(bytes, swap, out); break;
-    case Element::kInt64: decode_as<std::int64_t>(bytes, swap, out); break;
-    case Element::kUint64: decode_as<std::uint64_t>(bytes, swap, out); break;
-    case Element::kFloat: decode_as<float>(bytes, swap, out); break;
-    case Element::kDouble: decode_as<double>(bytes, swap, out); break;
+    case Element::kInt8:
+      decode_as<std::int8_t>(bytes, swap, out);
+      break;
+    case Element::kUint8:
+      decode_as<std::uint8_t>(bytes, swap, out);
+      break;
+    case Element::kInt16:
+      decode_as<std::int16_t>(bytes, swap, out);
+      break;
+    case Element::kUint16:
+      decode_as<std::uint16_t>(bytes, swap, out);
+      break;
+    case Element::kInt32:
+      decode_as<std::int32_t>(bytes, swap, out);
+      break;
+    case Element::kUint32:
+      decode_as<std::uint32_t>(bytes, swap, out);
+      break;
+    case Element::kInt64:
+      decode_as<std::int64_t>(bytes, swap, out);
+      break;
+    case Element::kUint64:
+      decode_as<std::uint64_t>(bytes, swap, out);
+      break;
+    case Element::kFloat:
+      decode_as<float>(bytes, swap, out);
+      break;
+    case Element::kDouble:
+      decode_as<double>(bytes, swap, out);
+      break;
   }
   return out;
 }
@@ -55,7 +75,8 @@ void check_sizes(const std::filesystem::path& file, std::string_view place, cons
     text += fmt::format("{}{}", text.empty() ? "" : " x ", n);
   }
   if (sizes.size() != 3) {
-    throw Error(file.string(), place, fmt::format("{} axes longer than one ({})", sizes.size(), text), "a scan of 3 axes");
+    throw Error(file.string(), place, fmt::format("{} axes longer than one ({})", sizes.size(), text),
+                "a scan of 3 axes");
   }
   for (const long long n : sizes) {
     if (n < 4) throw Error(file.string(), place, text, "at least 4 voxels along each axis");
@@ -69,7 +90,8 @@ void check_sizes(const std::filesystem::path& file, std::string_view place, cons
 std::uintmax_t size_of_file(const std::filesystem::path& file) {
   std::error_code error;
   if (!std::filesystem::exists(file, error)) throw Error(file.string(), "", "no such file", "a scan or a mesh");
-  if (!std::filesystem::is_regular_file(file, error)) throw Error(file.string(), "", "no regular file", "a scan or a mesh");
+  if (!std::filesystem::is_regular_file(file, error))
+    throw Error(file.string(), "", "no regular file", "a scan or a mesh");
   const std::uintmax_t size = std::filesystem::file_size(file, error);
   if (error) throw Error(file.string(), "", error.message(), "a readable file");
   return size;
@@ -98,7 +120,8 @@ std::string excerpt(std::string_view bytes) {
 
 static std::string lower_name(const std::filesystem::path& file) {
   std::string name = file.filename().string();
-  std::transform(name.begin(), name.end(), name.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  std::transform(name.begin(), name.end(), name.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   return name;
 }
 
@@ -129,8 +152,8 @@ static RawScan read_any(const std::filesystem::path& file) {
               "a scan (NRRD .nrrd .nhdr, NIfTI .nii .nii.gz, MetaImage .mha .mhd) or a closed mesh (.stl .ply .obj)");
 }
 
-// Turns the axes so that each runs along the like axis of the file's space. A whole turn or flip of the arrays that keeps
-// left teeth left; what is left of an oblique orientation is not resampled.
+// Turns the axes so that each runs along the like axis of the file's space. A whole turn or flip of the arrays that
+// keeps left teeth left; what is left of an oblique orientation is not resampled.
 static Scan align(RawScan&& raw) {
   Scan scan;
   scan.format = raw.format;
@@ -143,7 +166,8 @@ static Scan align(RawScan&& raw) {
     int best_w = 0, best_f = 0;
     for (int w = 0; w < 3; ++w) {
       for (int f = 0; f < 3; ++f) {
-        const double c = std::abs(raw.step[static_cast<std::size_t>(f)][w]) / glm::length(raw.step[static_cast<std::size_t>(f)]);
+        const double c =
+            std::abs(raw.step[static_cast<std::size_t>(f)][w]) / glm::length(raw.step[static_cast<std::size_t>(f)]);
         if (!placed[w] && !used[f] && c > best) best = c, best_w = w, best_f = f;
       }
     }
@@ -151,7 +175,8 @@ static Scan align(RawScan&& raw) {
     from[best_w] = best_f;
     sign[best_w] = raw.step[static_cast<std::size_t>(best_f)][best_w] < 0 ? -1 : 1;
     if (best < 0.9999) {
-      scan.notes.push_back(fmt::format("the scan lies obliquely in its space; axis {} is kept as it is, not resampled", best_f));
+      scan.notes.push_back(
+          fmt::format("the scan lies obliquely in its space; axis {} is kept as it is, not resampled", best_f));
     }
   }
   glm::ivec3 size;
@@ -176,14 +201,16 @@ static Scan align(RawScan&& raw) {
         glm::ivec3 f;
         for (int a = 0; a < 3; ++a) f[from[a]] = sign[a] < 0 ? size[a] - 1 - w[a] : w[a];
         scan.grey(x, y, z) =
-            raw.grey[(static_cast<std::size_t>(f.z) * raw.size.y + static_cast<std::size_t>(f.y)) * raw.size.x + static_cast<std::size_t>(f.x)];
+            raw.grey[(static_cast<std::size_t>(f.z) * raw.size.y + static_cast<std::size_t>(f.y)) * raw.size.x +
+                     static_cast<std::size_t>(f.x)];
       }
     }
   });
   return scan;
 }
 
-Scan read_scan(const std::filesystem::path& file, const std::optional<glm::dvec3>& spacing, const SpacingLimits& limits) {
+Scan read_scan(const std::filesystem::path& file, const std::optional<glm::dvec3>& spacing,
+               const SpacingLimits& limits) {
   RawScan raw = read_any(file);
   for (std::size_t i = 0; i < raw.grey.size(); ++i) {
     if (std::isfinite(raw.grey[i])) continue;
@@ -215,10 +242,11 @@ Scan read_scan(const std::filesystem::path& file, const std::optional<glm::dvec3
   }
   for (int a = 0; a < 3; ++a) {
     if (length[a] * kMillimetre >= limits.smallest && length[a] * kMillimetre <= limits.largest) continue;
-    throw Error(file.string(), spacing ? "--spacing-mm" : raw.spacing_place,
-                fmt::format("{} mm (the scan would be {:.4g} x {:.4g} x {:.4g} mm)", found, extent.x, extent.y, extent.z),
-                fmt::format("voxels of {:.3g} to {:.3g} mm{}", limits.smallest / kMillimetre, limits.largest / kMillimetre,
-                            spacing ? "" : kAsk));
+    throw Error(
+        file.string(), spacing ? "--spacing-mm" : raw.spacing_place,
+        fmt::format("{} mm (the scan would be {:.4g} x {:.4g} x {:.4g} mm)", found, extent.x, extent.y, extent.z),
+        fmt::format("voxels of {:.3g} to {:.3g} mm{}", limits.smallest / kMillimetre, limits.largest / kMillimetre,
+                    spacing ? "" : kAsk));
   }
   // Axes must span space, else there is no orientation to speak of.
   const double volume = glm::dot(raw.step[0], glm::cross(raw.step[1], raw.step[2]));

@@ -1,6 +1,6 @@
-// Reading scans: NRRD through teem, NIfTI through nifti_clib, MetaImage with zlib. Any garbage gives an Error that names
-// the file, the place in it, what was found and what was expected; sizes are checked against the files before memory is
-// taken.
+// Reading scans: NRRD through teem, NIfTI through nifti_clib, MetaImage with zlib. Any garbage gives an Error that
+// names the file, the place in it, what was found and what was expected; sizes are checked against the files before
+// memory is taken.
 #pragma once
 
 #include <array>
@@ -16,14 +16,14 @@ namespace typodont::haptics::importing {
 
 /// What a file says, before anything is made of it.
 struct RawScan {
-  std::string format;                     // "NRRD" …
+  std::string format;  // "NRRD" …
   glm::ivec3 size{0};
-  std::vector<float> grey;                // the file's first axis runs fastest
-  std::array<glm::dvec3, 3> step{};       // from one voxel to the next along each axis, mm; directions may be oblique
-  bool has_spacing = false;               // the file states one
-  bool has_unit = false;                  // … and its unit
-  std::string spacing_place;              // where it states it, for messages
-  glm::dvec3 origin{0};                   // of the first voxel, mm
+  std::vector<float> grey;           // the file's first axis runs fastest
+  std::array<glm::dvec3, 3> step{};  // from one voxel to the next along each axis, mm; directions may be oblique
+  bool has_spacing = false;          // the file states one
+  bool has_unit = false;             // … and its unit
+  std::string spacing_place;         // where it states it, for messages
+  glm::dvec3 origin{0};              // of the first voxel, mm
 };
 
 /// A scan with axes turned (by quarter turns and flips, never a mirror image) along those of its own space.
@@ -45,7 +45,8 @@ struct SpacingLimits {
 };
 
 /// `spacing`: m along the file's own axes, instead of the file's.
-Scan read_scan(const std::filesystem::path& file, const std::optional<glm::dvec3>& spacing, const SpacingLimits& limits);
+Scan read_scan(const std::filesystem::path& file, const std::optional<glm::dvec3>& spacing,
+               const SpacingLimits& limits);
 
 bool is_mesh_file(const std::filesystem::path& file);
 

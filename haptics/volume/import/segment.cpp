@@ -11,7 +11,8 @@ namespace {
 
 constexpr double kStep = 0.5;  // voxels, along rays
 
-const std::array<glm::ivec3, 6> kFaces = {glm::ivec3(1, 0, 0), {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}};
+const std::array<glm::ivec3, 6> kFaces = {glm::ivec3(1, 0, 0), {-1, 0, 0}, {0, 1, 0},
+                                          {0, -1, 0},          {0, 0, 1},  {0, 0, -1}};
 
 // Faces of a part's voxels, by what lies on the other side.
 struct Contacts {
@@ -34,7 +35,8 @@ Mask reached_from_walls(const Mask& open) {
   for (int x = 0; x < open.size.x; ++x) {
     for (int y = 0; y < open.size.y; ++y) {
       for (int z = 0; z < open.size.z; ++z) {
-        if (x == 0 || y == 0 || z == 0 || x == open.size.x - 1 || y == open.size.y - 1 || z == open.size.z - 1) visit({x, y, z});
+        if (x == 0 || y == 0 || z == 0 || x == open.size.x - 1 || y == open.size.y - 1 || z == open.size.z - 1)
+          visit({x, y, z});
       }
     }
   }
@@ -95,7 +97,8 @@ Mask find_cavities(const Mask& solid, const Mask& dense, double widest_mouth, bo
       const auto id = static_cast<std::size_t>(parts.label.v[i]);
       if (id == 0) continue;
       const Contacts& f = faces[id];
-      const bool narrow = parts.voxels[id] >= 30 && static_cast<double>(f.mouth) < 0.04 * static_cast<double>(f.mouth + f.wall);
+      const bool narrow =
+          parts.voxels[id] >= 30 && static_cast<double>(f.mouth) < 0.04 * static_cast<double>(f.mouth + f.wall);
       const bool plug = 2 * f.cavity > f.mouth;  // the rest of a mouth that a smaller ball dipped into
       if ((narrow || plug) && !(tooth && 2 * f.dense > f.wall + f.cavity)) cavity.v[i] = 1;
     }
@@ -109,7 +112,8 @@ std::vector<bool> keep_large(const Components& parts, double share) {
   const std::int32_t largest = parts.largest();
   if (largest == 0) return keep;
   for (std::size_t k = 1; k < keep.size(); ++k) {
-    keep[k] = static_cast<double>(parts.voxels[k]) >= share * static_cast<double>(parts.voxels[static_cast<std::size_t>(largest)]);
+    keep[k] = static_cast<double>(parts.voxels[k]) >=
+              share * static_cast<double>(parts.voxels[static_cast<std::size_t>(largest)]);
   }
   if (share >= 1) {
     std::fill(keep.begin(), keep.end(), false);
@@ -126,7 +130,8 @@ std::optional<double> mode_of(std::vector<float> values, double width) {
   double mode = values.back();
   for (std::size_t hi = 0; hi < values.size(); ++hi) {
     while (values[hi] - values[lo] > static_cast<float>(2 * width)) ++lo;
-    if (hi - lo > best) best = hi - lo, mode = 0.5 * (static_cast<double>(values[lo]) + static_cast<double>(values[hi]));
+    if (hi - lo > best)
+      best = hi - lo, mode = 0.5 * (static_cast<double>(values[lo]) + static_cast<double>(values[hi]));
   }
   return mode;
 }
@@ -148,7 +153,8 @@ glm::dvec3 normal_at(const DistanceField& d, const glm::ivec3& i) {
   }
   const double distance = d.distance[i];
   if (std::abs(distance) > 0.3) {
-    const glm::dvec3 n = unit((glm::dvec3(i) - glm::dvec3(d.closest[d.distance.index(i)])) * (distance < 0 ? -1.0 : 1.0));
+    const glm::dvec3 n =
+        unit((glm::dvec3(i) - glm::dvec3(d.closest[d.distance.index(i)])) * (distance < 0 ? -1.0 : 1.0));
     if (glm::dot(n, n) > 0.5) return n;
   }
   return unit(slope);
@@ -171,8 +177,8 @@ Segmentation segment(const Grid<float>& grey, const Levels& levels, double voxel
   const Grid<float> smooth = gaussian(grey, 0.8);
   report(0.1);
 
-  // A first surface, at half the height of the brighter tissue where that is near, so that fissures in enamel stay open;
-  // but safely below the softer tissue's own grey.
+  // A first surface, at half the height of the brighter tissue where that is near, so that fissures in enamel stay
+  // open; but safely below the softer tissue's own grey.
   const Grid<float> brightest = ball_max(smooth, 2);
   Grid<float> over(size);  // smooth grey over the local threshold
   for (std::size_t i = 0; i < count; ++i) {
@@ -270,8 +276,8 @@ Segmentation segment(const Grid<float>& grey, const Levels& levels, double voxel
   });
   report(0.65);
 
-  // At least so much smoothing that edges are told by several samples, and until the noise moves the surface by less than
-  // 0.02 voxel.
+  // At least so much smoothing that edges are told by several samples, and until the noise moves the surface by less
+  // than 0.02 voxel.
   double sigma = std::sqrt(std::max(1.1 * 1.1 - s.blur * s.blur, 0.7 * 0.7));
   for (; sigma < 2; sigma += 0.1) {
     const double left = levels.noise / rise * noise_left(sigma, s.blur);
@@ -301,8 +307,8 @@ Segmentation segment(const Grid<float>& grey, const Levels& levels, double voxel
   const Grid<float>& d = surface.distance;
   report(0.85);
 
-  // For the labels the outer edge is taken out of the greys: in the skin that it dims, and outside, stands the brightest
-  // grey on the way further in. So enamel has no skin of false dentin, and dentin no skin of anything.
+  // For the labels the outer edge is taken out of the greys: in the skin that it dims, and outside, stands the
+  // brightest grey on the way further in. So enamel has no skin of false dentin, and dentin no skin of anything.
   const double skin = std::min(shell, 2 * edge + 0.5);
   Grid<float> filled = grey;
   for_each_slab(size.x, [&](int x) {
@@ -336,12 +342,14 @@ Segmentation segment(const Grid<float>& grey, const Levels& levels, double voxel
     for (std::size_t i = 0; i < count; ++i) {
       if (d.v[i] <= 0 && bright.v[i] > static_cast<float>(levels.denser())) greys.push_back(bright.v[i]);
     }
-    const double dense = std::max(mode_of(std::move(greys), 0.03 * (*levels.dense - levels.soft)).value_or(*levels.dense), levels.denser());
+    const double dense = std::max(
+        mode_of(std::move(greys), 0.03 * (*levels.dense - levels.soft)).value_or(*levels.dense), levels.denser());
     const double span = dense - levels.soft, half = levels.fixed_dense ? levels.denser() : levels.soft + 0.5 * span;
     // Where the layer thins out the blur takes its height: there half way to what is left of it, as long as that is
     // clearly brighter than the softer tissue.
     const Grid<float> peak = ball_max(bright, 2);
-    const double faintest = levels.soft + std::max(0.3 * span, 8 * levels.smoothed_noise);
+    const double faintest =
+        levels.fixed_dense ? kInfinity : levels.soft + std::max(0.3 * span, 8 * levels.smoothed_noise);
     for (std::size_t i = 0; i < count; ++i) {
       if (d.v[i] > 0) continue;
       double bound = half;
@@ -390,7 +398,8 @@ Segmentation segment(const Grid<float>& grey, const Levels& levels, double voxel
   for (std::size_t i = 0; i < count; ++i) {
     if (!(deep.v[i] < kNothing)) continue;
     double bound = levels.soft - 0.5 * drop;
-    if (tooth && darkest.v[i] < levels.soft - least) bound = 0.5 * (levels.soft + std::max<double>(darkest.v[i], cavity_grey));
+    if (tooth && darkest.v[i] < levels.soft - least)
+      bound = 0.5 * (levels.soft + std::max<double>(darkest.v[i], cavity_grey));
     const double here = (bound - dark.v[i]) / drop;
     s.cavity.v[i] = static_cast<float>(std::clamp(here, -0.5, 0.5));
     if (!tooth && !cavity.v[i]) s.cavity.v[i] = -0.5F;

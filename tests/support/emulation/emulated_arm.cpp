@@ -30,9 +30,13 @@ EmulatedArm::EmulatedArm(SimTime& time, ArmProtocol protocol, haptics::Arm arm, 
   });
 }
 
-std::unique_ptr<haptics::Link> EmulatedArm::connect() { return std::make_unique<Wire>(*this); }
+std::unique_ptr<haptics::Link> EmulatedArm::connect() {
+  return std::make_unique<Wire>(*this);
+}
 
-dvec3 EmulatedArm::theta() const { return hand(to_seconds(time_.true_now())); }
+dvec3 EmulatedArm::theta() const {
+  return hand(to_seconds(time_.true_now()));
+}
 
 dvec3 EmulatedArm::force() const {
   dvec3 tau;
@@ -51,8 +55,8 @@ std::vector<std::uint8_t> EmulatedArm::report() {
                 power_on_ + slip[k];
   }
   if (protocol_ == ArmProtocol::kText) {
-    const std::string line = fmt::format("[{},{},{},{},0,0,0,{}]\n", arm_.has_stylus() ? 1 : 3, counts[0], counts[1],
-                                         counts[2], error);
+    const std::string line =
+        fmt::format("[{},{},{},{},0,0,0,{}]\n", arm_.has_stylus() ? 1 : 3, counts[0], counts[1], counts[2], error);
     return {line.begin(), line.end()};
   }
   const std::size_t size = protocol_ == ArmProtocol::kHidV1 ? 8 : protocol_ == ArmProtocol::kHidV2 ? 14 : 64;

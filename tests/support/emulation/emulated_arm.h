@@ -31,10 +31,10 @@ class EmulatedArm {
 
   // What can go wrong, from now on or for the next report.
   bool unplugged = false;
-  bool silent = false;            // no report whatever the host writes
+  bool silent = false;  // no report whatever the host writes
   int short_reports = 0, merged_reports = 0, garbage_reports = 0;
   std::array<std::int64_t, 6> slip{};  // counts lost, for good
-  int error = 0;                  // text: the board's own error
+  int error = 0;                       // text: the board's own error
   bool refuses_writes = false;
   bool button = false;
 
@@ -51,7 +51,7 @@ class EmulatedArm {
   dvec3 amperes_{0};
   Nanos last_command_ = 0;
   bool spoken_to_ = false;
-  std::int64_t power_on_;          // what the counters showed in the home position
+  std::int64_t power_on_;  // what the counters showed in the home position
 };
 
 }  // namespace typodont::test

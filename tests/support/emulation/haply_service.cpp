@@ -10,7 +10,8 @@ namespace typodont::test {
 
 std::string HaplyService::frame(const std::string& text, int fragments, std::uint8_t opcode) {
   std::string out;
-  const std::size_t piece = (text.size() + static_cast<std::size_t>(fragments) - 1) / static_cast<std::size_t>(fragments);
+  const std::size_t piece =
+      (text.size() + static_cast<std::size_t>(fragments) - 1) / static_cast<std::size_t>(fragments);
   for (int i = 0; i < fragments; ++i) {
     const std::string part = text.substr(std::min(text.size(), static_cast<std::size_t>(i) * piece), piece);
     out += static_cast<char>((i + 1 == fragments ? 0x80 : 0) | (i == 0 ? opcode : 0));

@@ -16,13 +16,13 @@ class HaplyService {
   static std::string frame(const std::string& text, int fragments = 1, std::uint8_t opcode = 1);
   std::string state_text() const;
 
-  dvec3 position{0.01, 0.02, 0.03};   // m
+  dvec3 position{0.01, 0.02, 0.03};  // m
   bool button = false;
-  dvec3 force{0};                     // N, last commanded
-  int forces = 0;                     // how many were
+  dvec3 force{0};  // N, last commanded
+  int forces = 0;  // how many were
   int pongs = 0;
   bool open = false;
-  std::string extra;                  // sent before the next state, e.g. a ping
+  std::string extra;  // sent before the next state, e.g. a ping
   int fragments = 1;
 
  private:

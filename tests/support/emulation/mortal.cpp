@@ -47,7 +47,7 @@ int main(int argc, char** argv) {
   const std::string death = argc > 1 ? argv[1] : "";
   auto device = std::make_unique<PipeDevice>();
   auto options = SafeDevice::options_for(device->info());
-  options.limits.silence = 10;  // the watchdog shall not be what saves us here
+  options.limits.silence = 10;                                    // the watchdog shall not be what saves us here
   auto* const hand = new SafeDevice(std::move(device), options);  // never destroyed: nor shall that
   std::thread([hand] {
     HandSample sample;

@@ -12,7 +12,9 @@ bool broken = false, force_on = false, is_open = false;
 extern "C" {
 
 // The interface.
-int dhdGetDeviceCount() { return 1; }
+int dhdGetDeviceCount() {
+  return 1;
+}
 int dhdOpenID(char id) {
   if (id != 0) return -1;
   is_open = true;
@@ -36,28 +38,46 @@ int dhdGetOrientationFrame(double R[3][3], char) {  // a quarter turn about z
   std::memcpy(R, turn, sizeof turn);
   return broken ? -1 : 0;
 }
-unsigned int dhdGetButtonMask(char) { return buttons; }
+unsigned int dhdGetButtonMask(char) {
+  return buttons;
+}
 int dhdSetForceAndTorque(double fx, double fy, double fz, double tx, double ty, double tz, char) {
   const double w[6] = {fx, fy, fz, tx, ty, tz};
   std::memcpy(wrench, w, sizeof wrench);
   return 0;
 }
-int dhdSetVelocityThreshold(unsigned char, char) { return 0; }
+int dhdSetVelocityThreshold(unsigned char, char) {
+  return 0;
+}
 int dhdSetWatchdog(unsigned char periods, char) {
   watchdog = periods;
   return 0;
 }
-const char* dhdGetSystemName(char) { return "sigma.7 (stand-in)"; }
+const char* dhdGetSystemName(char) {
+  return "sigma.7 (stand-in)";
+}
 int dhdGetSerialNumber(unsigned short* out, char) {
   *out = 4711;
   return 0;
 }
 
 // For the test.
-void standin_dhd_place(double x, double y, double z) { place[0] = x, place[1] = y, place[2] = z; }
-void standin_dhd_break(bool on) { broken = on; }
-void standin_dhd_press(unsigned int mask) { buttons = mask; }
-const double* standin_dhd_wrench() { return wrench; }
-bool standin_dhd_powered() { return force_on && is_open; }
-unsigned char standin_dhd_watchdog() { return watchdog; }
+void standin_dhd_place(double x, double y, double z) {
+  place[0] = x, place[1] = y, place[2] = z;
+}
+void standin_dhd_break(bool on) {
+  broken = on;
+}
+void standin_dhd_press(unsigned int mask) {
+  buttons = mask;
+}
+const double* standin_dhd_wrench() {
+  return wrench;
+}
+bool standin_dhd_powered() {
+  return force_on && is_open;
+}
+unsigned char standin_dhd_watchdog() {
+  return watchdog;
+}
 }

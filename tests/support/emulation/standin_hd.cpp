@@ -28,7 +28,9 @@ unsigned int hdInitDevice(const char* name) {
   initialised = true;
   return 1;
 }
-void hdDisableDevice(unsigned int) { initialised = false; }
+void hdDisableDevice(unsigned int) {
+  initialised = false;
+}
 void hdMakeCurrentDevice(unsigned int) {}
 void hdBeginFrame(unsigned int) {}
 void hdEndFrame(unsigned int) {}
@@ -41,7 +43,9 @@ void hdGetDoublev(unsigned int what, double* out) {
 void hdGetIntegerv(unsigned int what, int* out) {
   if (what == 0x2000) *out = buttons;
 }
-const char* hdGetString(unsigned int what) { return what == 0x2501 ? "Touch (stand-in)" : "S-0001"; }
+const char* hdGetString(unsigned int what) {
+  return what == 0x2501 ? "Touch (stand-in)" : "S-0001";
+}
 void hdSetDoublev(unsigned int what, const double* value) {
   if (what == 0x2700) std::memcpy(force, value, sizeof force);
 }
@@ -63,17 +67,29 @@ unsigned long hdScheduleAsynchronous(unsigned int (*f)(void*), void* data, unsig
   callback_data = data;
   return 7;
 }
-void hdUnschedule(unsigned long) { callback = nullptr; }
+void hdUnschedule(unsigned long) {
+  callback = nullptr;
+}
 
 // For the test.
-void standin_hd_place(double x, double y, double z) { transform[12] = x, transform[13] = y, transform[14] = z; }
-void standin_hd_press(int mask) { buttons = mask; }
-void standin_hd_fail(unsigned int code) { error = code; }
+void standin_hd_place(double x, double y, double z) {
+  transform[12] = x, transform[13] = y, transform[14] = z;
+}
+void standin_hd_press(int mask) {
+  buttons = mask;
+}
+void standin_hd_fail(unsigned int code) {
+  error = code;
+}
 bool standin_hd_step() {
   if (!callback) return false;
   if (callback(callback_data) == 0) callback = nullptr;
   return callback != nullptr;
 }
-const double* standin_hd_force() { return force; }
-bool standin_hd_output() { return output_enabled && initialised; }
+const double* standin_hd_force() {
+  return force;
+}
+bool standin_hd_output() {
+  return output_enabled && initialised;
+}
 }

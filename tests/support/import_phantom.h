@@ -1,7 +1,12 @@
 // Scans of bodies that are known exactly: sampled with partial volume, blurred, with noise, written as files.
 #pragma once
 
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <functional>
@@ -14,11 +19,11 @@ namespace typodont::test {
 
 struct Phantom {
   glm::ivec3 size{64};
-  glm::dvec3 spacing{0.15};                              // mm
-  std::function<double(const glm::dvec3&)> grey;         // at a place in mm
-  double blur = 0;                                       // mm, standard deviation of the edge response
-  double noise = 0;                                      // greys, standard deviation
-  int fine = 8;                                          // samples per voxel and axis where tissues meet in it
+  glm::dvec3 spacing{0.15};                       // mm
+  std::function<double(const glm::dvec3&)> grey;  // at a place in mm
+  double blur = 0;                                // mm, standard deviation of the edge response
+  double noise = 0;                               // greys, standard deviation
+  int fine = 8;                                   // samples per voxel and axis where tissues meet in it
 
   /// x runs fastest, as in the files.
   std::vector<double> scan(unsigned seed = 1) const {
@@ -38,7 +43,8 @@ struct Phantom {
             continue;
           }
           for (int k = 0; k < fine * fine * fine; ++k) {
-            const glm::dvec3 off((k % fine + 0.5) / fine - 0.5, (k / fine % fine + 0.5) / fine - 0.5, (k / fine / fine + 0.5) / fine - 0.5);
+            const glm::dvec3 off((k % fine + 0.5) / fine - 0.5, (k / fine % fine + 0.5) / fine - 0.5,
+                                 (k / fine / fine + 0.5) / fine - 0.5);
             sum += grey((glm::dvec3(x, y, z) + off) * spacing);
           }
           v[i] = sum / (fine * fine * fine);
@@ -71,9 +77,13 @@ struct Phantom {
   }
 };
 
+/// A file of this process's own, so that tests can run beside each other.
 inline std::filesystem::path scratch(const std::string& name) {
-  const auto folder = std::filesystem::temp_directory_path() / "typodont_import";
-  std::filesystem::create_directories(folder);
+  static const auto folder = [] {
+    const auto f = std::filesystem::temp_directory_path() / fmt::format("typodont_import_{}", getpid());
+    std::filesystem::create_directories(f);
+    return f;
+  }();
   return folder / name;
 }
 
@@ -101,11 +111,16 @@ std::string bytes_as(const std::vector<double>& greys, bool big_endian = false) 
   return bytes;
 }
 
-/// An attached NRRD of `type` ("unsigned short" …); `spacings` as text, left out when empty.
+inline std::string nrrd_header(const Phantom& p, const std::string& type, const std::string& more) {
+  return fmt::format("NRRD0004\ntype: {}\ndimension: 3\nsizes: {} {} {}\nspacings: {} {} {}\n{}\n", type, p.size.x,
+                     p.size.y, p.size.z, p.spacing.x, p.spacing.y, p.spacing.z, more);
+}
+
+/// An attached NRRD.
 inline std::filesystem::path write_nrrd(const std::string& name, const Phantom& p, const std::string& data,
-                                        const std::string& type = "unsigned short", const std::string& more = "endian: little\nencoding: raw\n") {
-  const std::string spacings = fmt::format("spacings: {} {} {}\n", p.spacing.x, p.spacing.y, p.spacing.z);
-  write(scratch(name), fmt::format("NRRD0004\ntype: {}\ndimension: 3\nsizes: {} {} {}\n{}{}\n{}", type, p.size.x, p.size.y, p.size.z, spacings, more, data));
+                                        const std::string& type = "unsigned short",
+                                        const std::string& more = "endian: little\nencoding: raw\n") {
+  write(scratch(name), nrrd_header(p, type, more) + data);
   return scratch(name);
 }
 

@@ -1,0 +1,113 @@
+// typodont import, as typed, on the CT molar that the workbench ships.
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+
+#include <cstdlib>
+#include <fstream>
+#include <iterator>
+
+#include "engine/base/json.h"
+#include "engine/base/units.h"
+#include "haptics/import.h"
+#include "haptics/tissue_volume.h"
+#include "tests/support/import_phantom.h"
+
+namespace typodont::haptics {
+namespace {
+
+using test::scratch;
+using testing::HasSubstr;
+
+struct Ran {
+  int status;
+  std::string out, err;
+};
+
+std::string text_of(const std::filesystem::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+Ran run(const std::string& arguments) {
+  const int status = std::system(
+      fmt::format(TYPODONT_PROGRAM " import {} >{} 2>{}", arguments, scratch("out").string(), scratch("err").string())
+          .c_str());
+  return {WEXITSTATUS(status), text_of(scratch("out")), text_of(scratch("err"))};
+}
+
+TEST(ImportCommand, MakesTheMolarAnatomicallyRight) {
+  const auto out = scratch("molar.vdb");
+  const Ran ran = run(fmt::format("assets/teeth/molar.nhdr --preset tooth --out {} --preview {} --json", out.string(),
+                                  scratch("slices").string()));
+  ASSERT_EQ(ran.status, 0) << ran.err;
+  const Json report = Json::parse(ran.out, "report");
+  EXPECT_NEAR(report["height_mm"].number(), 21, 1);
+  EXPECT_LT(report["crown_false_dentin_share"].number(), 0.02);
+  EXPECT_EQ(report["components_kept"].integer(), 1);
+  EXPECT_EQ(report["pulp_parts"].integer(), 1);
+  EXPECT_GE(report["preview"].items().size(), 10U);
+  for (const Json& picture : report["preview"].items()) EXPECT_TRUE(std::filesystem::exists(picture.string()));
+
+  const TissueVolume volume = TissueVolume::load(out);
+  const PerTissue mm3 = volume.volumes();
+  EXPECT_NEAR(mm3[static_cast<std::size_t>(Tissue::kEnamel)] / kCubicMillimetre,
+              report["volume_mm3"]["enamel"].number(), 5);
+  // Molars: enamel about a quarter to a third of the whole, pulp a few per cent.
+  EXPECT_NEAR(report["volume_mm3"]["enamel"].number() / report["volume_mm3"]["total"].number(), 0.27, 0.05);
+  EXPECT_NEAR(report["volume_mm3"]["pulp"].number() / report["volume_mm3"]["total"].number(), 0.04, 0.02);
+
+  glm::ivec3 lo, hi;
+  volume.bounds(lo, hi);
+  const glm::ivec3 size = hi - lo + 1;
+  const std::size_t count = static_cast<std::size_t>(size.x) * size.y * static_cast<std::size_t>(size.z);
+  std::vector<float> distance(count);
+  std::vector<Tissue> tissue(count);
+  volume.copy(lo, size, distance.data(), tissue.data());
+  std::size_t i = 0, skin = 0, skin_dentin = 0, low_enamel = 0, shallow_pulp = 0;
+  double lowest_pulp = 1e9, highest_pulp = 0;
+  for (int x = 0; x < size.x; ++x) {
+    for (int y = 0; y < size.y; ++y) {
+      for (int z = 0; z < size.z; ++z, ++i) {
+        if (distance[i] > 0) continue;
+        const double height = volume.frame().to_world(dvec3(lo + glm::ivec3(x, y, z))).z / kMillimetre;
+        if (tissue[i] == Tissue::kEnamel) low_enamel += height < 12;
+        if (tissue[i] == Tissue::kPulp) {
+          lowest_pulp = std::min(lowest_pulp, height);
+          highest_pulp = std::max(highest_pulp, height);
+          shallow_pulp += distance[i] > -2;
+        }
+        if (height < 15.5 || distance[i] < -1) continue;  // the crown, wholly above its neck
+        ++skin;
+        skin_dentin += tissue[i] == Tissue::kDentin;
+      }
+    }
+  }
+  EXPECT_EQ(low_enamel, 0U) << "enamel only on the crown";
+  EXPECT_LT(static_cast<double>(skin_dentin), 0.02 * static_cast<double>(skin));
+  EXPECT_LT(lowest_pulp, 5) << "canals reach down the roots";
+  EXPECT_GT(highest_pulp, 13) << "horns of the chamber reach up to the crown";
+  EXPECT_LT(shallow_pulp, 20U) << "pulp lies inside the dentin";
+}
+
+TEST(ImportCommand, BadInputIsExitTwoAndNothingIsWritten) {
+  const std::string out = scratch("never.vdb").string();
+  const auto expect_refused = [&](const std::string& arguments, const std::string& message) {
+    const Ran ran = run(arguments);
+    EXPECT_EQ(ran.status, 2) << arguments;
+    EXPECT_THAT(ran.err, HasSubstr(message));
+    EXPECT_EQ(ran.out, "");
+    EXPECT_FALSE(std::filesystem::exists(out));
+  };
+  expect_refused("nowhere.nrrd --out " + out, "nowhere.nrrd: found no such file");
+  expect_refused("assets/teeth/molar.nhdr --spacing-mm 1 --out " + out, "--spacing-mm");
+  expect_refused("assets/teeth/molar.nhdr --spacing-mm 0.1,abc --out " + out, "--spacing-mm");
+  expect_refused("assets/teeth/molar.nhdr --thresholds 1000,600 --out " + out, "--thresholds");
+  expect_refused("assets/teeth/molar.nhdr --voxel-mm 0.01 --out " + out, "--voxel-mm");
+  expect_refused("assets/teeth/molar.nhdr --out /no/such/folder/x.vdb", "--out");
+  expect_refused("assets/teeth/molar.nhdr --preset hair --out " + out, "preset");
+}
+
+}  // namespace
+}  // namespace typodont::haptics

@@ -1,0 +1,182 @@
+// The ledger: whatever the hand does, the wall never gives it energy it did not put in.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdio>
+#include <functional>
+#include <random>
+
+#include "engine/base/units.h"
+#include "tests/support/haptic_bench.h"
+
+namespace typodont {
+namespace {
+
+using namespace literals;
+using haptics::ServoSettings;
+using test::HapticBench;
+
+constexpr const char* kWall =
+    R"({"voxel_mm": 0.2, "domain_mm": [[-3,-3,-5],[3,3,4]], "solids": [{"tissue": "enamel", "solid": {"halfspace": {"normal": [0,0,1], "offset_mm": 0}}}]})";
+
+struct Ledger {
+  double least = 0, own_least = 0, last = 0, strongest = 0;
+};
+
+/// Runs a path of heights z(t) (of the surface of the ball above the wall, m) for `seconds` and keeps its own ledger.
+Ledger run(double rate, double stiffness, double damping, bool controller, double seconds,
+           const std::function<double(int, double)>& z, double jitter = 0) {
+  ServoSettings s;
+  s.tool.diameter = s.tool.length = 1.0_mm;
+  s.stiffness = stiffness;
+  s.damping = damping;
+  s.passivity = controller;
+  s.tick = 1 / rate;
+  HapticBench bench(kWall, s);
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> uniform(-1, 1);
+  Ledger ledger;
+  dvec3 held(0), last_p(0);
+  const int n = static_cast<int>(seconds * rate);
+  double t = 0;
+  for (int i = 0; i < n; ++i) {
+    const dvec3 p(0.1_mm, 0, 0.5_mm + z(i, t));
+    if (i > 0) ledger.own_least = std::min(ledger.own_least, ledger.last -= glm::dot(held, p - last_p));
+    bench.t = from_seconds(t);
+    const ServoTick& tick = bench.tick({p});
+    held = tick.f_T_W;
+    last_p = p;
+    ledger.least = std::min(ledger.least, tick.energy);
+    ledger.strongest = std::max(ledger.strongest, glm::length(held));
+    t += (1 + jitter * uniform(random)) / rate;
+    if (jitter > 0 && uniform(random) > 0.95) t += 1 / rate;  // a tick goes missing
+  }
+  return ledger;
+}
+
+TEST(Passivity, TheLedgerNeverFallsBelowOneNanojouleForSmoothHandsAtAnyRateAndStiffness) {
+  for (const double rate : {100.0, 250.0, 1000.0, 4000.0, 10000.0}) {
+    for (const double stiffness : {300.0, 1000.0, 8000.0}) {
+      for (const double damping : {0.0, 2.0, 8.0}) {
+        for (const double amplitude : {0.1_mm, 0.7_mm, 2.0_mm}) {
+          for (const double hertz : {0.7, 3.0}) {
+            const auto path = [&](int, double t) { return 0.3 * amplitude + amplitude * std::cos(2 * kPi * hertz * t); };
+            const Ledger ledger = run(rate, stiffness, damping, true, rate > 5000 ? 1.0 : 2.0, path);
+            EXPECT_GE(ledger.least, -1e-9) << rate << " Hz " << stiffness << " N/m " << damping << " " << amplitude << " " << hertz;
+            EXPECT_NEAR(ledger.least, ledger.own_least, 1e-12);
+          }
+        }
+      }
+    }
+  }
+}
+
+TEST(Passivity, TheLedgerHoldsForStraightStrokesWithSharpTurns) {
+  for (const double rate : {250.0, 1000.0, 4000.0}) {
+    for (const double speed : {10e-3, 30e-3, 100e-3}) {
+      for (const double depth : {0.5_mm, 2.0_mm}) {
+        if (speed / rate * 4 > depth) continue;  // turns within a few ticks of the first touch: no hand
+        const auto path = [&](int, double t) {
+          const double period = 2 * (depth + 1.0_mm) / speed, phase = std::fmod(t, period) / period;
+          return 1.0_mm - (depth + 1.0_mm) * (1 - std::abs(2 * phase - 1));
+        };
+        EXPECT_GE(run(rate, 1000, 0, true, 1.5, path).least, -1e-9) << rate << " " << speed << " " << depth;
+      }
+    }
+  }
+}
+
+TEST(Passivity, TheLedgerHoldsWithJitterMissingTicksAndACoarseEncoder) {
+  for (const double rate : {1000.0, 4000.0}) {
+    for (const double stiffness : {1000.0, 5000.0}) {
+      for (const double quantum : {0.0, 0.055_mm}) {
+        const auto path = [&](int, double t) {
+          const double z = 0.2_mm + 1.0_mm * std::cos(2 * kPi * 1.3 * t);
+          return quantum > 0 ? quantum * std::round(z / quantum) : z;
+        };
+        EXPECT_GE(run(rate, stiffness, 1, true, 3, path, 0.3).least, -1e-9) << rate << " " << stiffness << " " << quantum;
+      }
+    }
+  }
+}
+
+TEST(Passivity, AHandThatDithersAtTheSurfaceGetsNothingOutOfIt) {
+  std::mt19937 random(11);
+  std::normal_distribution<double> noise(0, 1);
+  for (const double size : {2e-6, 20e-6, 55e-6}) {
+    std::vector<double> z(4000);
+    double at = 0.8_mm;
+    for (double& v : z) {
+      at += size * noise(random) - 0.02 * (at + 0.05_mm);
+      v = at;
+    }
+    const Ledger ledger = run(1000, 2000, 1, true, 4, [&](int i, double) { return z[static_cast<std::size_t>(i)]; });
+    EXPECT_GE(ledger.least, -1e-9) << size;
+    EXPECT_GE(run(1000, 2000, 1, false, 4, [&](int i, double) { return z[static_cast<std::size_t>(i)]; }).strongest, 0.01);
+  }
+}
+
+TEST(Passivity, WithoutTheControllerAWallReturnsStiffnessTimesSpeedTimesTickTimesDepth) {
+  for (const double rate : {500.0, 1000.0, 4000.0}) {
+    const double v = 50e-3, depth = 2.0_mm, k = 1000;
+    // The stroke meets the wall half way between two ticks, so that the mean over phases is met exactly.
+    const auto path = [&](int i, double) {
+      const double way = v / rate, top = 0.5_mm;
+      const int down = static_cast<int>(std::round((top + depth) / way));
+      return top + way / 2 - way * (i < down ? i : 2 * down - i);
+    };
+    const Ledger ledger = run(rate, k, 0, false, 2 * (0.5_mm + depth) / v, path);
+    const double deepest = -path(static_cast<int>(std::round((0.5_mm + depth) * rate / v)), 0);
+    EXPECT_NEAR(-ledger.last / (k * v / rate * deepest), 1, 0.02) << rate;
+  }
+}
+
+TEST(Passivity, AStiffWallNeedsHalfStiffnessTimesTickOfDamping) {
+  // A mass of 0.15 kg with 5 N·s/m pushed against the wall: K = 2 b / T divides settling from growing (Colgate; Abbott &
+  // Okamura 2005). Integrated exactly between ticks, as the theory assumes.
+  const auto growth = [](double stiffness, bool controller) {
+    ServoSettings s;
+    s.tool.diameter = s.tool.length = 1.0_mm;
+    s.stiffness = stiffness;
+    s.damping = 0;
+    s.passivity = controller;
+    HapticBench bench(kWall, s);
+    const double m = 0.15, b = 5, T = 1e-3, e = std::exp(-b / m * T), push = 2.0;
+    double z = 0.5_mm - 0.9 * push / stiffness, v = 0, f = 0;
+    double early = 0, late = 0;
+    for (double p = 2.0_mm; p > z; p -= 20e-6) f = bench.tick({{0.1_mm, 0, p}}).f_T_W.z;
+    for (int i = 0; i < 3000; ++i) {
+      const double end = (f - push) / b;
+      z += end * T + (v - end) * (1 - e) * m / b;
+      v = end + (v - end) * e;
+      f = bench.tick({{0.1_mm, 0, z}}).f_T_W.z;
+      (i < 300 ? early : late) = i < 300 || i >= 2700 ? std::max(i < 300 ? early : late, std::abs(v)) : late;
+    }
+    return late / early;
+  };
+  const double critical = 2 * 5 / 1e-3;
+  EXPECT_LT(growth(0.96 * critical, false), 0.9);
+  EXPECT_GT(growth(1.04 * critical, false), 1.1);
+}
+
+TEST(Passivity, TheSlewFilterOfTheLiteratureGeneratesEnergyAndTheControllerStopsIt) {
+  const auto filtered = [](bool controller) {
+    ServoSettings s;
+    s.tool.diameter = s.tool.length = 1.0_mm;
+    s.damping = 0;
+    s.passivity = controller;
+    s.filter = haptics::ForceFilter::kSlew;
+    HapticBench bench(kWall, s);
+    double least = 0;
+    for (int i = -10; i < 200; ++i) {  // 100 mm/s, 2 mm deep and out again (numbers from the paper's own settings)
+      const double z = i < 20 ? -i * 0.1_mm : -2.0_mm + (i - 20) * 0.1_mm;
+      least = std::min(least, bench.tick({{0.1_mm, 0, 0.5_mm + std::min(z, 3.0_mm)}}).energy);
+    }
+    return least;
+  };
+  EXPECT_LT(filtered(false), -0.5e-3);
+  EXPECT_GE(filtered(true), -1e-9);
+}
+
+}  // namespace
+}  // namespace typodont

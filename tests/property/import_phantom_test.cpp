@@ -1,0 +1,251 @@
+// Bodies whose surface, volumes and layers are known exactly, scanned with blur, partial volume and noise.
+#include "tests/support/import_phantom.h"
+
+#include <gtest/gtest.h>
+
+#include "engine/base/units.h"
+#include "haptics/import.h"
+
+namespace typodont::haptics {
+namespace {
+
+using namespace literals;
+using test::Phantom;
+using test::write_nrrd;
+
+struct Greys {
+  double outside = 400, pulp = 100, dentin = 830, enamel = 1190;  // as in the CT molar: pulp is darker than outside
+};
+
+constexpr double kPulp = 1.35, kDentin = 2.6, kEnamel = 3.6;  // mm, radii of the layers
+const dvec3 kCentre(4.81, 4.77, 4.83);                        // mm, off the grid on purpose
+
+Phantom layered_ball(const dvec3& spacing, double blur, double noise, const Greys& g = {}) {
+  Phantom p;
+  p.spacing = spacing;
+  p.size = glm::ivec3(glm::ceil(2.0 * kCentre / spacing));
+  p.blur = blur;
+  p.noise = noise;
+  p.grey = [g](const dvec3& q) {
+    const double r = glm::length(q - kCentre);
+    return r < kPulp ? g.pulp : r < kDentin ? g.dentin : r < kEnamel ? g.enamel : g.outside;
+  };
+  return p;
+}
+
+double ball(double r) {
+  return 4 * kPi / 3 * r * r * r;
+}
+
+double worst_error(const DenseTissue& t, const std::function<double(const dvec3&)>& exact_mm) {
+  double worst = 0;
+  for (int x = 0; x < t.size.x; ++x) {
+    for (int y = 0; y < t.size.y; ++y) {
+      for (int z = 0; z < t.size.z; ++z) {
+        const double exact = exact_mm(t.frame.to_world(dvec3(x, y, z)) / kMillimetre) * kMillimetre;
+        if (std::abs(exact) > t.band - 0.5 * t.frame.voxel) continue;
+        worst = std::max(worst, std::abs(static_cast<double>(t.distance[t.at(x, y, z)]) - exact));
+      }
+    }
+  }
+  return worst;
+}
+
+double volume(const Imported& i, Tissue t) {
+  return i.report.volume[static_cast<std::size_t>(t)] / kCubicMillimetre;
+}
+
+void expect_layered_ball(const Imported& i, double voxel_mm) {
+  const auto exact = [](const dvec3& q) { return glm::length(q - kCentre) - kEnamel; };
+  EXPECT_LT(worst_error(i.tissue, exact), 0.1 * voxel_mm * kMillimetre);
+  EXPECT_NEAR(volume(i, Tissue::kEnamel) / (ball(kEnamel) - ball(kDentin)), 1, 0.02);
+  EXPECT_NEAR(volume(i, Tissue::kDentin) / (ball(kDentin) - ball(kPulp)), 1, 0.02);
+  EXPECT_NEAR(volume(i, Tissue::kPulp) / ball(kPulp), 1, 0.03);
+  EXPECT_EQ(i.report.bodies_kept, 1);
+  EXPECT_EQ(i.report.pulp_parts, 1);
+  EXPECT_LT(i.report.false_dentin.value(), 0.001);
+}
+
+Imported imported(const Phantom& p, const ImportOptions& options = {}, const std::string& name = "phantom.nrrd") {
+  return import_tissue(write_nrrd(name, p, test::bytes_as<std::uint16_t>(p.scan())), options);
+}
+
+TEST(ImportPhantom, BlurredNoisyBallIsExactWithinATenthOfAVoxelAndTwoPercent) {
+  expect_layered_ball(imported(layered_ball(dvec3(0.15), 0.1, 12)), 0.15);
+}
+
+TEST(ImportPhantom, PartialVolumeAloneIsExactToo) {
+  expect_layered_ball(imported(layered_ball(dvec3(0.15), 0, 0)), 0.15);
+}
+
+TEST(ImportPhantom, AnisotropicScanIsResampled) {
+  const Imported i = imported(layered_ball({0.12, 0.12, 0.24}, 0.1, 10));
+  EXPECT_NEAR(i.report.voxel, 0.12_mm, 1e-9);
+  expect_layered_ball(i, 0.24);
+}
+
+TEST(ImportPhantom, VoxelOptionMakesFinerAndCoarserVolumesOfTheSameBody) {
+  ImportOptions options;
+  options.voxel = 0.1e-3;
+  const Imported fine = imported(layered_ball(dvec3(0.15), 0.1, 10), options);
+  EXPECT_NEAR(fine.report.voxel, 0.1_mm, 1e-12);
+  expect_layered_ball(fine, 0.15);
+  options.voxel = 0.2e-3;
+  const Imported coarse = imported(layered_ball(dvec3(0.1), 0.1, 10), options);
+  EXPECT_LT(worst_error(coarse.tissue, [](const dvec3& q) { return glm::length(q - kCentre) - kEnamel; }), 0.02_mm);
+}
+
+TEST(ImportPhantom, ThresholdsFollowTheHistogramWhateverTheGreys) {
+  for (const Greys& g : {Greys{0, 300, 1000, 2000}, Greys{30, 30, 500, 2000}, Greys{1000, 1900, 2600, 4000}}) {
+    SCOPED_TRACE(g.outside);
+    const Imported i = imported(layered_ball(dvec3(0.15), 0.1, 0.01 * (g.enamel - g.outside), g));
+    EXPECT_NEAR(i.report.surface_grey, 0.5 * (g.outside + g.dentin), 0.03 * g.enamel);
+    EXPECT_NEAR(i.report.dense_grey.value(), 0.5 * (g.dentin + g.enamel), 0.03 * g.enamel);
+    expect_layered_ball(i, 0.15);
+  }
+}
+
+TEST(ImportPhantom, GivenThresholdsOverrideTheHistogram) {
+  ImportOptions options;
+  options.surface_grey = 615;
+  options.dense_grey = 1010;
+  expect_layered_ball(imported(layered_ball(dvec3(0.15), 0.1, 10), options), 0.15);
+  options.dense_grey = 1250;  // nothing is that bright
+  EXPECT_EQ(volume(imported(layered_ball(dvec3(0.15), 0.1, 5), options), Tissue::kEnamel), 0);
+}
+
+TEST(ImportPhantom, OneGreyIsDentinAndSaysSo) {
+  const Imported i = imported(layered_ball(dvec3(0.15), 0.1, 10, {100, 1000, 1000, 1000}));
+  EXPECT_NEAR(volume(i, Tissue::kDentin) / ball(kEnamel), 1, 0.02);
+  EXPECT_EQ(volume(i, Tissue::kEnamel) + volume(i, Tissue::kPulp), 0);
+  ASSERT_EQ(i.report.notes.size(), 1U);
+}
+
+// A root: a cylinder with an enamel cap and a canal that opens at its foot.
+Phantom open_tooth() {
+  Phantom p;
+  p.spacing = dvec3(0.12);
+  p.size = {80, 80, 110};
+  p.blur = 0.1;
+  p.noise = 10;
+  p.grey = [](const dvec3& q) {
+    const double r = std::hypot(q.x - 4.8, q.y - 4.8), z = q.z - 6.6;
+    if (std::abs(z) > 5 || r > 3) return 400.0;
+    if (r < 0.4 && z < 1) return 100.0;
+    return z > 0 && (r > 2.2 || z > 4) ? 1190.0 : 830.0;
+  };
+  return p;
+}
+
+TEST(ImportPhantom, CanalThatOpensAtTheApexIsPulpNotOutside) {
+  const Imported i = imported(open_tooth());
+  EXPECT_EQ(i.report.pulp_parts, 1);
+  EXPECT_NEAR(volume(i, Tissue::kPulp) / (kPi * 0.16 * 6), 1, 0.05);  // its mouth is dimpled by a voxel or two
+  const DenseTissue& t = i.tissue;
+  for (double z = 2.2; z < 7.4; z += 0.1) {  // all along the canal: pulp, inside
+    const glm::ivec3 p(glm::round(t.frame.to_voxels(dvec3(4.8, 4.8, z) * kMillimetre)));
+    EXPECT_EQ(t.tissue[t.at(p.x, p.y, p.z)], Tissue::kPulp) << z;
+    EXPECT_LT(t.distance[t.at(p.x, p.y, p.z)], 0) << z;
+  }
+}
+
+TEST(ImportPhantom, EnamelStaysOnTheCrownWithoutASkinOfDentin) {
+  const Imported i = imported(open_tooth());
+  const DenseTissue& t = i.tissue;
+  std::size_t crown = 0, dentin = 0;
+  for (int x = 1; x + 1 < t.size.x; ++x) {
+    for (int y = 1; y + 1 < t.size.y; ++y) {
+      for (int z = 1; z + 1 < t.size.z; ++z) {
+        const std::size_t at = t.at(x, y, z);
+        const double up = t.frame.to_world(dvec3(x, y, z)).z / kMillimetre - 6.6;
+        if (t.distance[at] > 0 || t.distance[at] < -0.15e-3) continue;
+        if (up < -0.2) {
+          EXPECT_NE(t.tissue[at], Tissue::kEnamel);
+        }
+        if (up < 0.2) continue;
+        ++crown;
+        dentin += t.tissue[at] == Tissue::kDentin;
+      }
+    }
+  }
+  EXPECT_GT(crown, 5000U);
+  EXPECT_LT(static_cast<double>(dentin), 0.001 * static_cast<double>(crown));
+  EXPECT_NEAR(i.report.height, 10.0_mm, 0.02_mm);
+}
+
+TEST(ImportPhantom, AFissureIsOutsideNotPulp) {
+  Phantom p = layered_ball(dvec3(0.12), 0.05, 5);
+  const auto ball_grey = p.grey;
+  p.grey = [=](const dvec3& q) {  // a slit 0.5 mm wide and 0.8 mm deep in the enamel
+    return std::abs(q.x - kCentre.x) < 0.25 && q.z - kCentre.z > kEnamel - 0.8 ? 400.0 : ball_grey(q);
+  };
+  const Imported i = imported(p);
+  const DenseTissue& t = i.tissue;
+  const glm::ivec3 in(glm::round(t.frame.to_voxels((kCentre + dvec3(0, 0, kEnamel - 0.35)) * kMillimetre)));
+  EXPECT_GT(t.distance[t.at(in.x, in.y, in.z)], 0.1e-3F);
+  EXPECT_EQ(i.report.pulp_parts, 1);
+}
+
+TEST(ImportPhantom, SpecksAndOtherBodiesAreLeftOut) {
+  Phantom p = layered_ball(dvec3(0.15), 0.1, 10);
+  const auto ball_grey = p.grey;
+  p.grey = [=](const dvec3& q) {
+    return glm::length(q - dvec3(0.9, 0.9, 0.9)) < 0.5 ? 1190.0 : q.x > 9.2 && q.y > 9.0 ? 830.0 : ball_grey(q);
+  };
+  const Imported i = imported(p);
+  EXPECT_EQ(i.report.bodies_found, 3);
+  expect_layered_ball(i, 0.15);
+}
+
+TEST(ImportPhantom, BoneHasACorticalShellOverCancellousBone) {
+  // Hounsfield-like: air, a shell of 1300, trabecular bone of 400 with marrow holes of 0.
+  Phantom p = layered_ball(dvec3(0.3), 0.15, 0);
+  p.spacing = dvec3(0.3);
+  p.size = glm::ivec3(48);
+  p.grey = [](const dvec3& q) {
+    const double r = glm::length(q - 7.2);
+    if (r > 6) return -1000.0;
+    if (r > 4.5) return 1300.0;
+    return glm::length(q - dvec3(8, 7, 7)) < 1.0 ? 0.0 : 400.0;
+  };
+  ImportOptions options;
+  options.preset = ImportPreset::kBone;
+  const auto file = write_nrrd("bone.nrrd", p, test::bytes_as<float>(p.scan()), "float");
+  const Imported i = import_tissue(file, options);
+  EXPECT_NEAR(volume(i, Tissue::kCorticalBone) / (ball(6) - ball(4.5)), 1, 0.03);
+  EXPECT_NEAR(volume(i, Tissue::kCancellousBone) / ball(4.5), 1, 0.03);
+  EXPECT_NEAR(i.report.height, 12.0_mm, 0.1_mm);
+}
+
+std::string box_stl() {
+  const dvec3 c[8] = {{0, 0, 0}, {6, 0, 0}, {6, 5, 0}, {0, 5, 0}, {0, 0, 9}, {6, 0, 9}, {6, 5, 9}, {0, 5, 9}};
+  const int quads[6][4] = {{0, 3, 2, 1}, {4, 5, 6, 7}, {0, 1, 5, 4}, {1, 2, 6, 5}, {2, 3, 7, 6}, {3, 0, 4, 7}};
+  std::string s = "solid box\n";
+  for (const auto& q : quads) {
+    for (const auto& t : {std::array{0, 1, 2}, std::array{0, 2, 3}}) {
+      s += "facet normal 0 0 0\nouter loop\n";
+      for (const int k : t) s += fmt::format("vertex {} {} {}\n", c[q[k]].x, c[q[k]].y, c[q[k]].z);
+      s += "endloop\nendfacet\n";
+    }
+  }
+  return s + "endsolid\n";
+}
+
+TEST(ImportMesh, DistanceToABoxIsExact) {
+  test::write(test::scratch("box.stl"), box_stl());
+  ImportOptions options;
+  options.preset = ImportPreset::kBone;
+  options.shell = 0.9e-3;  // between voxels
+  options.voxel = 0.2e-3;
+  const Imported i = import_tissue(test::scratch("box.stl"), options);
+  const auto exact = [](const dvec3& q) {
+    const dvec3 d = glm::abs(q - dvec3(3, 2.5, 4.5)) - dvec3(3, 2.5, 4.5);
+    return glm::length(glm::max(d, dvec3(0))) + std::min(std::max({d.x, d.y, d.z}), 0.0);
+  };
+  EXPECT_LT(worst_error(i.tissue, exact), 1e-9);
+  EXPECT_NEAR(volume(i, Tissue::kCancellousBone), 4.2 * 3.2 * 7.2, 1e-3);
+  EXPECT_NEAR(volume(i, Tissue::kCorticalBone), 270 - 4.2 * 3.2 * 7.2, 0.01 * 186);
+}
+
+}  // namespace
+}  // namespace typodont::haptics

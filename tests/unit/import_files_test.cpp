@@ -1,0 +1,270 @@
+// Scans as files: every format and encoding gives the same tissue, and every broken file an exact message.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <zlib.h>
+
+#include "engine/base/error.h"
+#include "engine/base/units.h"
+#include "haptics/import.h"
+#include "tests/support/import_phantom.h"
+
+namespace typodont::haptics {
+namespace {
+
+using test::bytes_as;
+using test::scratch;
+using test::write;
+using test::write_nrrd;
+using testing::HasSubstr;
+
+// A small tooth-like ball, off the middle in all axes so that swapped or mirrored axes show.
+test::Phantom small_ball() {
+  test::Phantom p;
+  p.size = {30, 26, 28};
+  p.spacing = dvec3(0.25);
+  p.blur = 0.2;
+  p.fine = 4;
+  p.grey = [](const dvec3& q) {
+    const double r = glm::length(q - dvec3(3.4, 3.1, 3.6));
+    return r < 0.7 ? 10.0 : r < 1.6 ? 130.0 : r < 2.4 ? 220.0 : 60.0;
+  };
+  return p;
+}
+const std::vector<double>& greys() {
+  static const std::vector<double> g = [] {
+    std::vector<double> v = small_ball().scan();
+    for (double& x : v) x = std::round(x);
+    return v;
+  }();
+  return g;
+}
+const Imported& reference() {
+  static const Imported r =
+      import_tissue(write_nrrd("reference.nrrd", small_ball(), bytes_as<std::uint16_t>(greys())), {});
+  return r;
+}
+void expect_reference(const Imported& i) {
+  ASSERT_EQ(i.tissue.size, reference().tissue.size);
+  EXPECT_EQ(i.tissue.distance, reference().tissue.distance);
+  EXPECT_EQ(i.tissue.tissue, reference().tissue.tissue);
+  EXPECT_LT(glm::length(i.tissue.frame.origin - reference().tissue.frame.origin), 1e-9);
+}
+std::string packed(const std::string& bytes, int window) {  // 15: zlib's own header, 31: gzip's
+  z_stream z{};
+  deflateInit2(&z, 9, Z_DEFLATED, window, 8, Z_DEFAULT_STRATEGY);
+  std::string out(deflateBound(&z, bytes.size()) + 64, '\0');
+  z.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(bytes.data()));
+  z.avail_in = static_cast<uInt>(bytes.size());
+  z.next_out = reinterpret_cast<Bytef*>(out.data());
+  z.avail_out = static_cast<uInt>(out.size());
+  deflate(&z, Z_FINISH);
+  out.resize(z.total_out);
+  deflateEnd(&z);
+  return out;
+}
+std::string message_of(const std::filesystem::path& file, const ImportOptions& options = {}) {
+  try {
+    import_tissue(file, options);
+  } catch (const Error& e) {
+    return e.what();
+  }
+  return "";
+}
+std::string metaimage(const std::string& more, const std::string& data) {
+  return "ObjectType = Image\nNDims = 3\nBinaryData = True\nElementSpacing = 0.25 0.25 0.25\nDimSize = 30 26 28\n" +
+         more + "ElementDataFile = LOCAL\n" + data;
+}
+std::string nifti(short datatype, short bits, const std::string& data, float spacing = 0.25F, char units = 2) {
+  std::string h(352, '\0');
+  const auto put = [&](std::size_t at, auto value) { std::memcpy(&h[at], &value, sizeof value); };
+  put(0, 348);
+  const short dim[8] = {3, 30, 26, 28, 1, 1, 1, 1};
+  for (std::size_t k = 0; k < 8; ++k) put(40 + 2 * k, dim[k]);
+  put(70, datatype);
+  put(72, bits);
+  for (std::size_t k = 0; k < 4; ++k) put(76 + 4 * k, k ? spacing : 1.0F);
+  put(108, 352.0F);
+  h[123] = units;
+  std::memcpy(&h[344], "n+1", 4);
+  return h + data;
+}
+
+TEST(ImportNrrd, EveryTypeEncodingAndByteOrderGivesTheSameTissue) {
+  const auto p = small_ball();
+  const std::string little = "endian: little\nencoding: raw\n", big = "endian: big\nencoding: raw\n";
+  expect_reference(import_tissue(write_nrrd("big.nrrd", p, bytes_as<std::uint16_t>(greys(), true), "uint16", big), {}));
+  expect_reference(
+      import_tissue(write_nrrd("u8.nrrd", p, bytes_as<std::uint8_t>(greys()), "uchar", "encoding: raw\n"), {}));
+  expect_reference(import_tissue(write_nrrd("i16.nrrd", p, bytes_as<std::int16_t>(greys()), "short", little), {}));
+  expect_reference(import_tissue(write_nrrd("i32.nrrd", p, bytes_as<std::int32_t>(greys(), true), "int", big), {}));
+  expect_reference(import_tissue(write_nrrd("u32.nrrd", p, bytes_as<std::uint32_t>(greys()), "uint", little), {}));
+  expect_reference(import_tissue(write_nrrd("f.nrrd", p, bytes_as<float>(greys(), true), "float", big), {}));
+  expect_reference(import_tissue(write_nrrd("d.nrrd", p, bytes_as<double>(greys()), "double", little), {}));
+  const std::string gz = packed(bytes_as<std::uint16_t>(greys()), 31);
+  expect_reference(import_tissue(write_nrrd("gz.nrrd", p, gz, "ushort", "endian: little\nencoding: gzip\n"), {}));
+  std::string text;
+  for (const double g : greys()) text += fmt::format("{} ", g);
+  expect_reference(import_tissue(write_nrrd("text.nrrd", p, text, "ushort", "encoding: ascii\n"), {}));
+}
+
+TEST(ImportNrrd, DetachedDataLieBesideTheHeader) {
+  write(scratch("detached.raw"), bytes_as<std::uint16_t>(greys(), true));
+  write(scratch("detached.nhdr"),
+        test::nrrd_header(small_ball(), "ushort", "endian: big\nencoding: raw\ndata file: ./detached.raw"));
+  expect_reference(import_tissue(scratch("detached.nhdr"), {}));
+}
+
+TEST(ImportMetaImage, PlainAndCompressedGiveTheSameTissue) {
+  write(scratch("a.mha"),
+        metaimage("BinaryDataByteOrderMSB = True\nElementType = MET_USHORT\n", bytes_as<std::uint16_t>(greys(), true)));
+  expect_reference(import_tissue(scratch("a.mha"), {}));
+  write(scratch("z.mha"),
+        metaimage("CompressedData = True\nElementType = MET_FLOAT\n", packed(bytes_as<float>(greys()), 15)));
+  expect_reference(import_tissue(scratch("z.mha"), {}));
+}
+
+TEST(ImportNifti, PlainAndGzippedGiveTheSameTissue) {
+  write(scratch("a.nii"), nifti(512, 16, bytes_as<std::uint16_t>(greys())));
+  expect_reference(import_tissue(scratch("a.nii"), {}));
+  write(scratch("a.nii.gz"), packed(nifti(16, 32, bytes_as<float>(greys())), 31));
+  expect_reference(import_tissue(scratch("a.nii.gz"), {}));
+}
+
+TEST(ImportSpacing, OverridesScaleTheBody) {
+  ImportOptions options;
+  options.spacing = dvec3(0.5e-3);
+  const Imported twice =
+      import_tissue(scratch("reference.nrrd").parent_path() /
+                        write_nrrd("twice.nrrd", small_ball(), bytes_as<std::uint16_t>(greys())).filename(),
+                    options);
+  EXPECT_NEAR(twice.report.height, 2 * reference().report.height, 1e-6);
+}
+
+TEST(ImportSpacing, UnitsOfTheHeaderCount) {
+  test::Phantom p = small_ball();
+  p.spacing = dvec3(250);
+  const auto file = write_nrrd("um.nrrd", p, bytes_as<std::uint16_t>(greys()), "ushort",
+                               "units: \"um\" \"um\" \"um\"\nendian: little\nencoding: raw\n");
+  expect_reference(import_tissue(file, {}));
+}
+
+TEST(ImportSpacing, MissingOrAbsurdSpacingAsksForTheTrueOne) {
+  const std::string data = bytes_as<std::uint16_t>(greys());
+  const std::string head = "NRRD0004\ntype: ushort\ndimension: 3\nsizes: 30 26 28\n",
+                    tail = "endian: little\nencoding: raw\n\n";
+  write(scratch("none.nrrd"), head + tail + data);
+  EXPECT_THAT(message_of(scratch("none.nrrd")),
+              AllOf(HasSubstr("none.nrrd"), HasSubstr("no voxel spacing"), HasSubstr("--spacing-mm X,Y,Z")));
+  write(scratch("ones.nrrd"), head + "spacings: 1 1 1\n" + tail + data);
+  EXPECT_THAT(message_of(scratch("ones.nrrd")),
+              AllOf(HasSubstr("line 5 (spacings)"), HasSubstr("1 1 1 without a unit"), HasSubstr("--spacing-mm")));
+  write(scratch("huge.nrrd"), head + "spacings: 4 4 4\n" + tail + data);
+  EXPECT_THAT(message_of(scratch("huge.nrrd")), AllOf(HasSubstr("4 4 4 mm"), HasSubstr("--spacing-mm")));
+  write(scratch("unit.nrrd"), head + "spacings: 1 1 1\nunits: \"s\" \"s\" \"s\"\n" + tail + data);
+  EXPECT_THAT(message_of(scratch("unit.nrrd")), HasSubstr("a unit of length"));
+  write(scratch("ones.nii"), nifti(512, 16, data, 1, 0));
+  EXPECT_THAT(message_of(scratch("ones.nii")), AllOf(HasSubstr("pixdim"), HasSubstr("--spacing-mm")));
+}
+
+TEST(ImportOrientation, FlippedAxesKeepPlaceAndHandedness) {
+  // The same ball stored from right to left: the same tissue at the same places.
+  const auto p = small_ball();
+  std::vector<double> flipped = greys();
+  for (std::size_t row = 0; row < flipped.size(); row += 30)
+    std::reverse(flipped.begin() + static_cast<std::ptrdiff_t>(row),
+                 flipped.begin() + static_cast<std::ptrdiff_t>(row) + 30);
+  write(scratch("flipped.nrrd"),
+        "NRRD0004\ntype: ushort\ndimension: 3\nsizes: 30 26 28\nspace: left-posterior-superior\nspace directions: "
+        "(-0.25,0,0) (0,0.25,0) "
+        "(0,0,0.25)\nspace origin: (7.25,0,0)\nendian: little\nencoding: raw\n\n" +
+            bytes_as<std::uint16_t>(flipped));
+  expect_reference(import_tissue(scratch("flipped.nrrd"), {}));
+}
+
+TEST(ImportErrors, NameFilePlaceFoundAndExpected) {
+  const auto p = small_ball();
+  const std::string data = bytes_as<std::uint16_t>(greys());
+  struct Case {
+    const char* name;
+    std::string bytes;
+    std::vector<const char*> said;
+  };
+  std::vector<double> with_nan = greys();
+  with_nan[30 * 26 * 5 + 30 * 4 + 3] = std::nan("");
+  const std::string raw = "endian: little\nencoding: raw\n";
+  const std::vector<Case> cases = {
+      {"truncated.nrrd",
+       test::nrrd_header(p, "ushort", raw) + data.substr(0, 20000),
+       {"truncated.nrrd", "20", "43680 bytes"}},
+      {"type.nrrd",
+       test::nrrd_header(p, "unsigned snort", raw) + data,
+       {"line 2 (type)", "unsigned snort", "expected a scalar type"}},
+      {"sizes.nrrd",
+       "NRRD0004\ntype: ushort\ndimension: 3\nsizes: 90000 90000 90000\nspacings: 1 1 1\n" + raw + "\n" + data,
+       {"line 4 (sizes)", "90000 x 90000 x 90000", "at most"}},
+      {"flat.nrrd",
+       "NRRD0004\ntype: ushort\ndimension: 2\nsizes: 780 28\n" + raw + "\n" + data,
+       {"sizes", "2 axes", "a scan of 3 axes"}},
+      {"nan.nrrd",
+       test::nrrd_header(p, "float", raw) + bytes_as<float>(with_nan),
+       {"voxel (3, 4, 5)", "nan", "a finite grey value"}},
+      {"garbage.nrrd", "What is this?\n" + data, {"line 1", "What is this?", "NRRD0001"}},
+      {"absent.nhdr", test::nrrd_header(p, "ushort", raw + "data file: not_there.raw"), {"data file", "not_there.raw"}},
+      {"packed.nrrd",
+       test::nrrd_header(p, "ushort", "endian: little\nencoding: gzip\n") + packed(data, 31).substr(0, 3000),
+       {"packed.nrrd"}},
+      {"flat_grey.nrrd",
+       test::nrrd_header(p, "ushort", raw) + std::string(data.size(), '\1'),
+       {"the same value", "tissue"}},
+      {"type.mha",
+       metaimage("ElementType = MET_QUATERNION\n", data),
+       {"line 6 (ElementType)", "MET_QUATERNION", "a scalar type"}},
+      {"short.mha", metaimage("ElementType = MET_USHORT\n", data.substr(0, 999)), {"999 bytes", "43680"}},
+      {"bad.mha", metaimage("CompressedData = True\nElementType = MET_USHORT\n", data), {"compressed data"}},
+      {"dims.mha",
+       "NDims = 300\nDimSize = 1 2 3\nElementType = MET_CHAR\nElementDataFile = LOCAL\n",
+       {"line 1 (NDims)", "300", "expected 3"}},
+      {"none.nii", data, {"none.nii", "NIfTI"}},
+      {"short.nii", nifti(512, 16, data.substr(0, 100)), {"short.nii", "bytes"}},
+      {"complex.nii", nifti(32, 64, data + data + data + data), {"datatype", "COMPLEX64", "a scalar number"}},
+      {"empty.nrrd", "", {"empty.nrrd", "an empty file"}},
+      {"picture.png", "\x89PNG....", {"picture.png", "NRRD"}},
+      {"open.obj",
+       "v 0 0 0\nv 5 0 0\nv 0 5 0\nv 0 0 5\nf 1 3 2\nf 1 2 4\nf 2 3 4\n",
+       {"open edges", "a closed surface"}},
+      {"index.ply",
+       "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\nelement face "
+       "1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n3 0 1 2\n",
+       {"face 0", "a vertex that is not there"}},
+      {"count.ply",
+       "ply\nformat ascii 1.0\nelement vertex 4000000000\nproperty float x\nend_header\n",
+       {"line 3", "4000000000"}},
+      {"count.stl", std::string(80, 'x') + std::string("\xff\xff\xff\x7f", 4), {"byte 80", "50 bytes for each"}},
+  };
+  for (const Case& c : cases) {
+    write(scratch(c.name), c.bytes);
+    const std::string said = message_of(scratch(c.name));
+    EXPECT_NE(said, "") << c.name;
+    for (const char* part : c.said) EXPECT_THAT(said, HasSubstr(part)) << c.name;
+  }
+  EXPECT_THAT(message_of(scratch("nowhere.nrrd")), HasSubstr("no such file"));
+  ImportOptions options;
+  options.voxel = 0.005e-3;
+  EXPECT_THAT(message_of(write_nrrd("fine.nrrd", p, data), options),
+              AllOf(HasSubstr("--voxel-mm"), HasSubstr("at most")));
+}
+
+TEST(ImportPreview, WritesPicturesOfSlicesAndSurface) {
+  const auto files = write_preview(reference(), scratch("preview"));
+  EXPECT_GE(files.size(), 10U);
+  for (const auto& f : files) {
+    std::ifstream in(f, std::ios::binary);
+    char head[4] = {};
+    in.read(head, 4);
+    EXPECT_EQ(std::string(head, 4), "\x89PNG") << f;
+    EXPECT_GT(std::filesystem::file_size(f), 500U);
+  }
+}
+
+}  // namespace
+}  // namespace typodont::haptics
