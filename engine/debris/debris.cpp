@@ -120,6 +120,13 @@ struct Debris::State {
     due[s] = when;
     first_due[s / kGroup] = std::min(first_due[s / kGroup], when);
   }
+  // After `steps` at most, and half of them at least: rounded down so that neighbours, born together, fall due together
+  // and most groups are passed over whole; each group in a step of its own.
+  void set_due_within(std::size_t s, std::uint32_t steps) {
+    const std::uint32_t grain = std::bit_floor(std::max(1u, steps / 2));
+    const std::uint32_t phase = static_cast<std::uint32_t>(s / kGroup) * 37 % kMostSteps;
+    set_due(s, std::max(step + 1, ((step + steps + phase) & ~(grain - 1)) - phase));
+  }
   void attend(std::size_t s, double dt, const CoarseField& field, const Suction* suction) noexcept;
 };
 
@@ -141,7 +148,7 @@ void Debris::State::attend(std::size_t s, double dt, const CoarseField& field, c
   const double radius = 0.5 * chips[s].diameter;
   if (resting) {
     if (contact.inside && contact.distance < 0.5 * field.spacing) {
-      set_due(s, step + kRestSteps);
+      set_due_within(s, kRestSteps);
       return;
     }
   } else if (contact.inside && contact.distance < radius) {
@@ -157,7 +164,7 @@ void Debris::State::attend(std::size_t s, double dt, const CoarseField& field, c
     if (glm::dot(v, v) < kRestSpeed * kRestSpeed) {
       vx[s] = vy[s] = vz[s] = 0;
       set_rate(s, kStuck);
-      set_due(s, step + kRestSteps);
+      set_due_within(s, kRestSteps);
       return;
     }
     vx[s] = static_cast<float>(v.x), vy[s] = static_cast<float>(v.y), vz[s] = static_cast<float>(v.z);
@@ -197,11 +204,7 @@ void Debris::State::attend(std::size_t s, double dt, const CoarseField& field, c
     steps = static_cast<std::uint32_t>(
         std::clamp(kDragError * speed / (sensitivity * change), 1.0, static_cast<double>(steps)));
   }
-  // Rounded down so that neighbours, born together, fall due together and most blocks are passed over whole; each block
-  // in a step of its own.
-  const std::uint32_t grain = std::bit_floor(std::max(1u, steps / 2));
-  const std::uint32_t phase = static_cast<std::uint32_t>(s / kGroup) * 37 % kMostSteps;
-  set_due(s, std::max(step + 1, ((step + steps + phase) & ~(grain - 1)) - phase));
+  set_due_within(s, steps);
 }
 
 Debris::Debris(const DebrisOptions& options) : state_(std::make_unique<State>()) {
