@@ -24,6 +24,7 @@ int main(int argc, char** argv) {
   add_run_command(app);
   add_bench_command(app);
   try {
+    if (argc == 1) throw CLI::CallForHelp();
     app.parse(argc, argv);
     return 0;
   } catch (const CLI::Success& e) {  // --help, --version

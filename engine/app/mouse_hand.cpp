@@ -29,7 +29,7 @@ class MouseHand : public haptics::HapticDevice {
     const double share = 1 - std::exp(-1 / (rate_ * kFollowTime));
     pose_ = {glm::mix(pose_.p, wanted_.X_WT.p, share), wanted_.X_WT.R};
     sample = {t, pose_, wanted_.pedal};
-    return !wiring_.stop.load(std::memory_order_relaxed);
+    return true;  // the servo decides when to end
   }
   void write(const dvec3&, const dvec3&) noexcept override {}
 

@@ -132,6 +132,11 @@ render::FrameStats PictureStage::draw(const ServoTick& tick, std::span<const ren
   return stats;
 }
 
+void PictureStage::set_quality(const render::Quality& quality) {
+  ring_.wait_idle(device_);
+  renderer_->set_quality(quality);
+}
+
 render::Picture PictureStage::eye(int index) {
   ring_.wait_idle(device_);
   const gpu::Image& image = renderer_->pictures();

@@ -38,6 +38,9 @@ class PictureStage {
   render::FrameStats draw(const ServoTick& tick, std::span<const render::Particle> particles, double dt,
                           const std::string& hint = "");
 
+  /// Another step of the quality ladder, from the next frame on.
+  void set_quality(const render::Quality& quality);
+
   /// The eyes (0 left, 1 right) and the composed screen of the last frame.
   render::Picture eye(int index);
   render::Picture screen();

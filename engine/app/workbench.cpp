@@ -33,6 +33,7 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr double kRate = 1000;              // Hz, of hands whose rate is ours to choose
+constexpr double kRampOut = 0.02;           // s at the end of a session
 constexpr Nanos kMeshInterval = 16'000'000; // ns between looks for changed bricks
 
 std::atomic<bool> g_asked_to_stop{false};
@@ -106,6 +107,14 @@ void servo_thread(Session& s, haptics::HapticDevice& hand) {
     s.last = tick;
     s.timing.record(woke, now());
   }
+  // The end: the force fades within its ramp, the drill at rest. These ticks belong to no session and are not recorded.
+  s.servo.ramp_out();
+  const Nanos faded = now() + from_seconds(kRampOut);
+  while (now() < faded && hand.read(sample)) {
+    sample.pedal = 0;
+    s.servo.tick(sample, tick, cut);
+    hand.write(tick.f_T_W, tick.tau_T_W);
+  }
   hand.write(dvec3(0), dvec3(0));
   wiring.servo_ended = true;
 }
@@ -159,6 +168,29 @@ void recorder_thread(Session& s, session::SessionWriter& writer) {
   }
   drain();
 }
+
+/// Steps down the quality ladder while frames take longer than a thirtieth of a second, and back up when there is room.
+class QualityLadder {
+ public:
+  const render::Quality& step() const { return render::kQualityLadder[step_]; }
+  /// True when the step changed. Only frames that were drawn count.
+  bool frame_took(double seconds) {
+    mean_ += 0.15 * (seconds - mean_);
+    if (++frames_ < 12) return false;
+    const std::size_t before = step_;
+    if (mean_ > 1.0 / 30 && step_ + 1 < render::kQualityLadder.size()) ++step_;
+    if (mean_ < 1.0 / 150 && step_ > 0) --step_;
+    if (step_ == before) return false;
+    frames_ = 0;
+    mean_ = 1.0 / 60;
+    return true;
+  }
+
+ private:
+  std::size_t step_ = 1;
+  int frames_ = 0;
+  double mean_ = 1.0 / 60;  // s
+};
 
 bool has_desktop() { return std::getenv("DISPLAY") || std::getenv("WAYLAND_DISPLAY"); }
 
@@ -231,11 +263,12 @@ WorkbenchSummary run_workbench(const Scene& scene, const WorkbenchOptions& optio
   std::optional<session::SessionWriter> writer;
   if (s.record) writer.emplace(options.record, session_header(scene, rig_file, *hand, tissue, hand->info().rate));
   std::optional<PictureStage> stage;
+  QualityLadder ladder;
   std::optional<DebrisView> debris;
   if (s.draw) {
     PictureStage::Options look;
     look.window = true;
-    look.quality = render::kQualityLadder[1];
+    look.quality = ladder.step();
     stage.emplace(*rig, scene.servo, look);
     explain("drawn by " + stage->device_name());
   }
@@ -293,6 +326,10 @@ WorkbenchSummary run_workbench(const Scene& scene, const WorkbenchOptions& optio
       const auto stats = stage->draw(tick, debris ? debris->particles() : std::span<const render::Particle>{}, dt,
                                      "left button: drill   wheel: in and out");
       drawn += stats.drawn;
+      if (stats.drawn && ladder.frame_took(to_seconds(now() - last_frame))) {
+        stage->set_quality(ladder.step());
+        log::info("picture quality: {}", ladder.step().name);
+      }
       if (!stats.drawn) std::this_thread::sleep_for(4ms);
     } catch (const std::exception& e) {  // the picture is lost: the session ends in order
       failure = e.what();
