@@ -21,7 +21,7 @@ class Solid {
   virtual bool exact_outside() const { return true; }
 };
 
-/// Reads one of: sphere, halfspace, box, cylinder, capsule, torus, mesh, union, intersection, difference. Throws Error.
+/// Reads one of: sphere, halfspace, box, cylinder, capsule, torus, union, intersection, difference. Throws Error.
 std::unique_ptr<Solid> read_solid(const Json& json);
 
 /// The "tissue" object of a scene with "solids": samples them on voxels. Later solids overwrite the label of earlier

@@ -133,6 +133,20 @@ TEST(RunCommand, TerminatedInTheMiddleItStillSavesTheRecording) {
   EXPECT_FALSE(Json::parse(ran.out, "out")["truncated"].boolean());
 }
 
+TEST(RunCommand, OnADesktopItOpensAWindowWithTheMouseAsHandAndDrawsNothingWhileNothingMoves) {
+  ProgramFolder folder(TYPODONT_PROGRAM);
+  folder.write("scene.json", R"({"tissue": {"voxel_mm": 0.2, "solids": [{"tissue": "dentin", "solid": {"sphere": {"center_mm": [7,6,15], "radius_mm": 5}}}]},
+    "tool": "round_012", "spindle_krpm": 300, "parts": ["haptics", "render"]})");
+  const Ran live = folder.run(fmt::format("run {0}/scene.json --seconds 4 --record {0}/s.h5 --json", folder.path().string()),
+                              "xvfb-run -a timeout 120");
+  ASSERT_EQ(live.status, 0) << live.err;
+  const Json json = Json::parse(live.out, "out");
+  EXPECT_GT(json["ticks"].integer(), 2000);
+  EXPECT_GE(json["frames"].integer(), 1);
+  EXPECT_LT(json["frames"].integer(), 60);  // the mouse rests: a frame when the tooth appears, a few while the hand settles
+  EXPECT_EQ(folder.run(fmt::format("replay {0}/s.h5 --check", folder.path().string())).status, 0);
+}
+
 TEST(RunCommand, WithoutADesktopOrAHandItSaysWhatIsMissing) {
   ProgramFolder folder(TYPODONT_PROGRAM);
   folder.write("scene.json", drill_scene());
