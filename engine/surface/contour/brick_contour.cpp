@@ -29,7 +29,7 @@ constexpr float kSmoothSpread = 0.008f;
 // The four vertices around an edge make a facet of about the cell's side s. On a surface of curvature κ its middle sags
 // by about s²κ/4 below them; so the vertices stand kLift·s²κ outside the surface, and facets err as far outward as
 // inward. They are moved along the surface by kCentre of the way to the cell's middle, which evens the facets' sizes.
-// kSag·s²κ bounds the error that is left. All measured on spheres: tests/property/surface_sphere_test.cpp.
+// kSag·s²κ bounds the error that is left. All measured on spheres: tests/property/surface_mesh_test.cpp.
 constexpr float kCentre = 0.6f;
 constexpr float kLift = 0.145f;
 constexpr float kSag = 0.18f;
