@@ -6,7 +6,7 @@ namespace typodont {
 
 namespace {
 
-constexpr double kCoarse = 4e-4;  // m: chips bounce off the tooth's shape, not off the new cavity's fine detail
+constexpr double kCoarse = 4e-4;      // m: chips bounce off the tooth's shape, not off the new cavity's fine detail
 constexpr float kLeastShown = 3e-5f;  // m: smaller ones are drawn this large, and fainter
 
 }  // namespace
@@ -28,7 +28,8 @@ DebrisView::DebrisView(const MaterialTable& materials, const haptics::TissueVolu
   for (int x = 0; x < size.x; x += every) {
     for (int y = 0; y < size.y; y += every) {
       for (int z = 0; z < size.z; z += every) {
-        const std::size_t i = (static_cast<std::size_t>(x) * size.y + static_cast<std::size_t>(y)) * size.z + static_cast<std::size_t>(z);
+        const std::size_t i =
+            (static_cast<std::size_t>(x) * size.y + static_cast<std::size_t>(y)) * size.z + static_cast<std::size_t>(z);
         distance_.push_back(fine[i] * static_cast<float>(frame.voxel));
       }
     }

@@ -39,7 +39,8 @@ void write_pictures(PictureStage& stage, const fs::path& folder, const std::stri
 std::vector<std::uint8_t> rgb_of(const render::Picture& picture) {
   std::vector<std::uint8_t> rgb;
   rgb.reserve(picture.rgba.size() / 4 * 3);
-  for (std::size_t i = 0; i < picture.rgba.size(); i += 4) rgb.insert(rgb.end(), picture.rgba.begin() + i, picture.rgba.begin() + i + 3);
+  for (std::size_t i = 0; i < picture.rgba.size(); i += 4)
+    rgb.insert(rgb.end(), picture.rgba.begin() + i, picture.rgba.begin() + i + 3);
   return rgb;
 }
 
@@ -48,9 +49,11 @@ std::vector<std::uint8_t> rgb_of(const render::Picture& picture) {
 void run_demo(const DemoOptions& options) {
   std::error_code code;
   fs::create_directories(options.out, code);
-  if (code || !fs::is_directory(options.out)) throw Error(options.out.string(), "", code.message(), "a folder that can be made");
+  if (code || !fs::is_directory(options.out))
+    throw Error(options.out.string(), "", code.message(), "a folder that can be made");
 
-  const Scene scene = read_scene(options.scene.empty() ? assets_folder() / "scenes/molar-caries.json" : fs::path(options.scene));
+  const Scene scene =
+      read_scene(options.scene.empty() ? assets_folder() / "scenes/molar-caries.json" : fs::path(options.scene));
   const fs::path rig_file = options.rig.empty() ? assets_folder() / "rigs/closeup.json" : fs::path(options.rig);
   const display::DisplayRig rig = display::load_rig(rig_file);
   log::info("scene {} ({})", scene.name, scene.file.string());
@@ -68,7 +71,8 @@ void run_demo(const DemoOptions& options) {
   stage.show(view.update(volume), volume.frame().origin);
   log::info("drawing with {}: {} triangles", stage.device_name(), view.mesher().triangle_count());
 
-  const fs::path session_file = options.out / "session.h5", wav = options.out / "drill.wav", mp4 = options.out / "session.mp4";
+  const fs::path session_file = options.out / "session.h5", wav = options.out / "drill.wav",
+                 mp4 = options.out / "session.mp4";
   session::SessionWriter recorder(session_file, session_header(scene, rig_file, *hand, volume, kRate));
   SoundLink sound("wav:" + wav.string(), scene, /*live=*/false);
   DebrisView debris(scene.servo.materials, volume);
@@ -99,7 +103,9 @@ void run_demo(const DemoOptions& options) {
     sound.advance(tick.t);
     debris.step(1 / options.fps);
     stage.show(view.update(volume), volume.frame().origin);
-    const std::string hint = t < plan.explore_end ? "exploring, drill at rest" : t < plan.drill_end ? "removing caries" : "done";
+    const std::string hint = t < plan.explore_end ? "exploring, drill at rest"
+                             : t < plan.drill_end ? "removing caries"
+                                                  : "done";
     stage.draw(tick, debris.particles(), 1 / options.fps, hint);
     const render::Picture screen = stage.screen();
     if (!film) film.emplace(mp4, session::FilmOptions{screen.size.x, screen.size.y, options.fps});
@@ -128,10 +134,13 @@ void run_demo(const DemoOptions& options) {
   progress.update(1);
 
   const PerTissue& removed = tick.removed;
-  const auto mm3 = [&](Tissue tissue_kind) { return removed[static_cast<std::size_t>(tissue_kind)] / kCubicMillimetre; };
+  const auto mm3 = [&](Tissue tissue_kind) {
+    return removed[static_cast<std::size_t>(tissue_kind)] / kCubicMillimetre;
+  };
   const double caries = recorded.header().volumes_before[static_cast<std::size_t>(Tissue::kCaries)] / kCubicMillimetre;
-  fmt::print("Removed {:.2f} of {:.2f} mm³ caries, with {:.2f} mm³ sound enamel and {:.2f} mm³ sound dentin, in {:.1f} s.\n",
-             mm3(Tissue::kCaries), caries, mm3(Tissue::kEnamel), mm3(Tissue::kDentin), to_seconds(tick.t));
+  fmt::print(
+      "Removed {:.2f} of {:.2f} mm³ caries, with {:.2f} mm³ sound enamel and {:.2f} mm³ sound dentin, in {:.1f} s.\n",
+      mm3(Tissue::kCaries), caries, mm3(Tissue::kEnamel), mm3(Tissue::kDentin), to_seconds(tick.t));
   fmt::print("Made in {}:\n", fs::absolute(options.out).string());
   fmt::print("  before_*.png during_*.png after_*.png  stereo pictures: left, right, and the screen as composed\n");
   if (filmed) {

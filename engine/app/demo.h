@@ -8,10 +8,10 @@ namespace typodont {
 
 struct DemoOptions {
   std::filesystem::path out = "demo";
-  std::string scene;        // empty: molar-caries of the assets
-  std::string rig;          // empty: closeup of the assets
-  double fps = 25;          // of the film
-  double seconds = 1e9;     // stop after so much session time
+  std::string scene;     // empty: molar-caries of the assets
+  std::string rig;       // empty: closeup of the assets
+  double fps = 25;       // of the film
+  double seconds = 1e9;  // stop after so much session time
 };
 
 /// Makes pictures, film, sound, session and report in `out`. Throws Error or RunFailure; prints what it made.

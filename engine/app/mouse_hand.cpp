@@ -9,9 +9,9 @@ namespace typodont {
 
 namespace {
 
-constexpr double kWheelStep = 0.15e-3;     // m a notch
-constexpr double kFollowTime = 15e-3;      // s, of the smoothing
-constexpr double kMostDepth = 30e-3;       // m
+constexpr double kWheelStep = 0.15e-3;  // m a notch
+constexpr double kFollowTime = 15e-3;   // s, of the smoothing
+constexpr double kMostDepth = 30e-3;    // m
 
 class MouseHand : public haptics::HapticDevice {
  public:
@@ -47,7 +47,8 @@ class MouseHand : public haptics::HapticDevice {
 
 Pointer::Pointer(const display::DisplayRig& rig, const dvec3& start_W) : rig_(rig) {
   const display::Screen& screen = rig.screen;
-  const dvec3 normal = glm::normalize(glm::cross(screen.lower_right - screen.lower_left, screen.upper_left - screen.lower_left));
+  const dvec3 normal =
+      glm::normalize(glm::cross(screen.lower_right - screen.lower_left, screen.upper_left - screen.lower_left));
   const dvec3 up = glm::normalize(screen.upper_left - screen.lower_left);
   depth_ = glm::dot(start_W - screen.lower_left, normal);
   // Held like a pen from above and behind: the shank leans away from the user.

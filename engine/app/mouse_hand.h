@@ -23,7 +23,8 @@ class Pointer {
   double depth_ = 0;  // m towards the user, from the screen's plane
 };
 
-/// Servo thread: reads what the pointer published, at `rate`, smoothed so that 60 positions a second feel like one hand.
+/// Servo thread: reads what the pointer published, at `rate`, smoothed so that 60 positions a second feel like one
+/// hand.
 std::unique_ptr<haptics::HapticDevice> make_mouse_hand(Wiring& wiring, const Pose& start, double rate);
 
 }  // namespace typodont

@@ -13,13 +13,20 @@ namespace {
 
 constexpr const char* shape_name(haptics::HeadShape shape) {
   switch (shape) {
-    case haptics::HeadShape::kSphere: return "sphere";
-    case haptics::HeadShape::kCylinder: return "cylinder";
-    case haptics::HeadShape::kRoundEndCylinder: return "round_end_cylinder";
-    case haptics::HeadShape::kCone: return "cone";
-    case haptics::HeadShape::kPear: return "pear";
-    case haptics::HeadShape::kFlame: return "flame";
-    case haptics::HeadShape::kInvertedCone: return "inverted_cone";
+    case haptics::HeadShape::kSphere:
+      return "sphere";
+    case haptics::HeadShape::kCylinder:
+      return "cylinder";
+    case haptics::HeadShape::kRoundEndCylinder:
+      return "round_end_cylinder";
+    case haptics::HeadShape::kCone:
+      return "cone";
+    case haptics::HeadShape::kPear:
+      return "pear";
+    case haptics::HeadShape::kFlame:
+      return "flame";
+    case haptics::HeadShape::kInvertedCone:
+      return "inverted_cone";
   }
   return "sphere";
 }
@@ -111,7 +118,8 @@ render::FrameStats PictureStage::draw(const ServoTick& tick, std::span<const ren
     frame.hud.force_limit = options_.force_limit;
     frame.hud.hint = hint;
     frame.hud.upright = display::upright(rig_);
-    frame.hud.aspect = glm::length(screen.lower_right - screen.lower_left) / glm::length(screen.upper_left - screen.lower_left);
+    frame.hud.aspect =
+        glm::length(screen.lower_right - screen.lower_left) / glm::length(screen.upper_left - screen.lower_left);
   }
 
   const VkCommandBuffer commands = ring_.begin(device_);

@@ -20,10 +20,10 @@ class PictureStage {
   struct Options {
     render::Quality quality = render::kQualityLadder[0];
     bool validation = false;
-    bool window = false;      // else offscreen
+    bool window = false;  // else offscreen
     bool hud = true;
     bool tool = true;
-    double force_limit = 3;   // N, the end of the force bar
+    double force_limit = 3;  // N, the end of the force bar
   };
   /// Throws Error where the machine has no Vulkan device, or no desktop for a window.
   PictureStage(const display::DisplayRig& rig, const haptics::ServoSettings& servo, const Options& options);

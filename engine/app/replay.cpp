@@ -15,14 +15,17 @@ namespace typodont {
 
 namespace {
 
-bool same_bits(const dvec3& a, const dvec3& b) { return std::memcmp(&a, &b, sizeof a) == 0; }
+bool same_bits(const dvec3& a, const dvec3& b) {
+  return std::memcmp(&a, &b, sizeof a) == 0;
+}
 
 /// A file that has changed since makes a replay of another tissue: say so instead of finding a difference later.
 void require_same_files(const session::SessionHeader& header) {
   for (const session::SourceFile& file : header.files) {
     if (!file.path.ends_with(".vdb")) continue;
     const session::SourceFile now = session::describe_file(file.path);
-    if (now.hash != file.hash) throw Error(file.path, "", now.hash, file.hash + ", the tissue the session was made with");
+    if (now.hash != file.hash)
+      throw Error(file.path, "", now.hash, file.hash + ", the tissue the session was made with");
   }
 }
 
@@ -85,7 +88,8 @@ ReplayResult replay_session(const std::filesystem::path& session_file, const std
   const std::uint64_t field = carver.volume().hash();
   result.field_hash = fmt::format("{:016x}", field);
   result.force_hash = fmt::format("{:016x}", force_hash.value);
-  if (session.result() && session.result()->field_hash != 0 && session.result()->field_hash != field && result.identical) {
+  if (session.result() && session.result()->field_hash != 0 && session.result()->field_hash != field &&
+      result.identical) {
     result.identical = false;
     result.what_differs = "the tissue at the end";
   }

@@ -12,14 +12,14 @@
 namespace typodont {
 
 struct ReplayResult {
-  bool identical = false;           // every force and, where it was recorded, the tissue at the end
-  bool truncated = false;           // the recording was cut off; checked as far as it goes
+  bool identical = false;  // every force and, where it was recorded, the tissue at the end
+  bool truncated = false;  // the recording was cut off; checked as far as it goes
   double seconds = 0;
   std::uint64_t ticks = 0;
   std::uint64_t ticks_with_faults = 0;
   std::uint64_t first_difference = 0;  // tick; meaningful when not identical
   std::string field_hash, force_hash;
-  std::string what_differs;         // in words; empty when identical
+  std::string what_differs;  // in words; empty when identical
 };
 
 /// Throws Error when the file is no session, or the tissue it was made with is not there or has changed.

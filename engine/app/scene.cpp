@@ -47,9 +47,11 @@ fs::path named_asset(const char* kind, std::string_view name) {
 void read_material(const Json& json, Material& m) {
   json.allow_only({"stiffness_N_per_mm", "specific_energy_J_per_mm3", "static_friction", "dynamic_friction",
                    "density_g_per_cm3", "color", "source"});
-  m.stiffness = json.number_or("stiffness_N_per_mm", m.stiffness / kNewtonPerMillimetre, 0, 1000) * kNewtonPerMillimetre;
-  m.specific_energy = json.number_or("specific_energy_J_per_mm3", m.specific_energy / kJoulePerCubicMillimetre, 1e-6, 1e6) *
-                      kJoulePerCubicMillimetre;
+  m.stiffness =
+      json.number_or("stiffness_N_per_mm", m.stiffness / kNewtonPerMillimetre, 0, 1000) * kNewtonPerMillimetre;
+  m.specific_energy =
+      json.number_or("specific_energy_J_per_mm3", m.specific_energy / kJoulePerCubicMillimetre, 1e-6, 1e6) *
+      kJoulePerCubicMillimetre;
   m.static_friction = json.number_or("static_friction", m.static_friction, 0, 5);
   m.dynamic_friction = json.number_or("dynamic_friction", m.dynamic_friction, 0, 5);
   if (m.dynamic_friction > m.static_friction) {
@@ -90,7 +92,8 @@ fs::path assets_folder() {
     if (fs::is_directory(up / "share/typodont/assets/tools", code)) return up / "share/typodont/assets";
     if (up == up.root_path()) break;
   }
-  throw Error(program.string(), "", "no assets beside the program", "the assets folder, or its place in TYPODONT_ASSETS");
+  throw Error(program.string(), "", "no assets beside the program",
+              "the assets folder, or its place in TYPODONT_ASSETS");
 }
 
 fs::path find_file(const fs::path& path, const fs::path& beside) {
@@ -122,7 +125,9 @@ MaterialTable load_materials() {
   return table;
 }
 
-Scene read_scene(const fs::path& file) { return parse_scene(Json::load(file), file); }
+Scene read_scene(const fs::path& file) {
+  return parse_scene(Json::load(file), file);
+}
 
 Scene parse_scene(const Json& json, const fs::path& file) {
   json.allow_only({"name", "description", "tissue", "paint", "tool", "spindle_krpm", "spindle", "coupling", "materials",

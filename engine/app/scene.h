@@ -14,13 +14,13 @@ namespace typodont {
 
 struct Scene {
   std::filesystem::path file;
-  std::string text;                 // the file as read, for the record
+  std::string text;  // the file as read, for the record
   std::string name;
-  std::set<std::string> parts;      // haptics, render, sound, debris, record, score
-  haptics::ServoSettings servo;     // without the voxel frame, which comes with the tissue
-  std::string motor;                // named in assets/motors/; empty: an ideal one
-  std::optional<Json> tissue;       // a volume, or solids
-  std::vector<Json> paint;          // tissue painted into it, e.g. a lesion
+  std::set<std::string> parts;   // haptics, render, sound, debris, record, score
+  haptics::ServoSettings servo;  // without the voxel frame, which comes with the tissue
+  std::string motor;             // named in assets/motors/; empty: an ideal one
+  std::optional<Json> tissue;    // a volume, or solids
+  std::vector<Json> paint;       // tissue painted into it, e.g. a lesion
   std::optional<Json> score;
 
   bool needs(std::string_view part) const { return parts.contains(std::string(part)); }

@@ -13,18 +13,18 @@ namespace {
 
 using namespace literals;
 
-constexpr double kTravelSpeed = 18e-3;   // m/s through the air
-constexpr double kExploreSpeed = 4e-3;   // m/s over the surface
+constexpr double kTravelSpeed = 18e-3;    // m/s through the air
+constexpr double kExploreSpeed = 4e-3;    // m/s over the surface
 constexpr double kDrillSpeed = 4.5e-3;    // m/s along a ring
-constexpr double kLayer = 0.4e-3;        // m from ring to ring
-constexpr double kPress = 0.5e-3;        // m down: the hand leads the tool by this much, so that it is pressed on
-constexpr double kSidePress = 0.95e-3;   // m outward, the same
-constexpr double kExplorePress = 0.5e-3; // m below the surface
+constexpr double kLayer = 0.4e-3;         // m from ring to ring
+constexpr double kPress = 0.5e-3;         // m down: the hand leads the tool by this much, so that it is pressed on
+constexpr double kSidePress = 0.95e-3;    // m outward, the same
+constexpr double kExplorePress = 0.5e-3;  // m below the surface
 
 struct Layer {
-  double z = 0;             // m
-  dvec3 center{0};          // of the caries at this height
-  dvec3 along{1, 0, 0};     // unit, its longer axis
+  double z = 0;                  // m
+  dvec3 center{0};               // of the caries at this height
+  dvec3 along{1, 0, 0};          // unit, its longer axis
   double length = 0, width = 0;  // m, half-axes of the ellipse that holds nineteen twentieths of it
 };
 
@@ -41,7 +41,8 @@ std::vector<Layer> slice(const haptics::TissueVolume& tissue) {
   for (int x = 0; x < size.x; ++x) {
     for (int y = 0; y < size.y; ++y) {
       for (int z = 0; z < size.z; ++z) {
-        const std::size_t i = (static_cast<std::size_t>(x) * size.y + static_cast<std::size_t>(y)) * size.z + static_cast<std::size_t>(z);
+        const std::size_t i =
+            (static_cast<std::size_t>(x) * size.y + static_cast<std::size_t>(y)) * size.z + static_cast<std::size_t>(z);
         if (labels[i] != Tissue::kCaries || distance[i] > 0) continue;
         slices[static_cast<std::size_t>(z)].push_back(tissue.frame().to_world(dvec3(lo + glm::ivec3(x, y, z))));
       }
@@ -75,9 +76,8 @@ std::vector<Layer> slice(const haptics::TissueVolume& tissue) {
 }
 
 Layer layer_at(const std::vector<Layer>& layers, double z) {
-  return *std::min_element(layers.begin(), layers.end(), [&](const Layer& a, const Layer& b) {
-    return std::abs(a.z - z) < std::abs(b.z - z);
-  });
+  return *std::min_element(layers.begin(), layers.end(),
+                           [&](const Layer& a, const Layer& b) { return std::abs(a.z - z) < std::abs(b.z - z); });
 }
 
 /// Height of the surface at (x, y), m; NaN beside the tissue.
@@ -155,7 +155,8 @@ StudentPlan plan_caries_removal(const haptics::TissueVolume& tissue, const hapti
   hand.move(first, kTravelSpeed, 1);
   for (double z = top.z + r; z > bottom.z + r - kLayer; z -= kLayer) {
     const Layer layer = layer_at(layers, std::max(z, bottom.z));
-    const double length = std::max(0.0, layer.length - r + kSidePress), width = std::max(0.0, layer.width - r + kSidePress);
+    const double length = std::max(0.0, layer.length - r + kSidePress),
+                 width = std::max(0.0, layer.width - r + kSidePress);
     const dvec3 across(-layer.along.y, layer.along.x, 0);
     const int steps = std::max(12, static_cast<int>(std::ceil(2 * kPi * length / 0.15_mm)));
     for (int i = 0; i <= steps; ++i) {

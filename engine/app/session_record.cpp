@@ -16,8 +16,8 @@ session::SessionHeader session_header(const Scene& scene, const std::filesystem:
   header.volumes_before = tissue.volumes();
   header.files.push_back(session::describe_file(std::filesystem::absolute(scene.file)));
   if (const auto volume = scene.tissue->find("volume")) {
-    header.files.push_back(session::describe_file(
-        std::filesystem::absolute(find_file(volume->string(), scene.file.parent_path()))));
+    header.files.push_back(
+        session::describe_file(std::filesystem::absolute(find_file(volume->string(), scene.file.parent_path()))));
   }
   if (!rig_file.empty()) {
     header.rig_json = Json::load(rig_file).text();

@@ -9,7 +9,8 @@ namespace typodont {
 
 /// Scene and rig in full, hashes of the files they were made from, the hand, the volumes at the start.
 session::SessionHeader session_header(const Scene& scene, const std::filesystem::path& rig_file,
-                                      const haptics::HapticDevice& hand, const haptics::TissueVolume& tissue, double rate);
+                                      const haptics::HapticDevice& hand, const haptics::TissueVolume& tissue,
+                                      double rate);
 
 /// Volumes, pulp distance and field hash at the end.
 session::SessionResult session_result(const haptics::TissueVolume& tissue);

@@ -37,13 +37,17 @@ SoundLink::SoundLink(const std::string& address, const Scene& scene, bool live)
 SoundLink::~SoundLink() = default;
 
 void SoundLink::make_synth(double sample_rate) {
-  synth_ = std::make_unique<audio::DrillSynth>(models_, sample_rate, kSeed,
-                                               audio::SynthOptions{live_ ? kHold : 0.0, false});
+  synth_ =
+      std::make_unique<audio::DrillSynth>(models_, sample_rate, kSeed, audio::SynthOptions{live_ ? kHold : 0.0, false});
 }
 
-void SoundLink::push(const ServoTick& tick) noexcept { ticks_.push(tick); }
+void SoundLink::push(const ServoTick& tick) noexcept {
+  ticks_.push(tick);
+}
 
-void SoundLink::advance(Nanos t) { output_->advance(t); }
+void SoundLink::advance(Nanos t) {
+  output_->advance(t);
+}
 
 void SoundLink::stop(Nanos t) {
   output_->advance(t);

@@ -32,12 +32,14 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr double kRate = 1000;              // Hz, of hands whose rate is ours to choose
-constexpr double kRampOut = 0.02;           // s at the end of a session
-constexpr Nanos kMeshInterval = 16'000'000; // ns between looks for changed bricks
+constexpr double kRate = 1000;               // Hz, of hands whose rate is ours to choose
+constexpr double kRampOut = 0.02;            // s at the end of a session
+constexpr Nanos kMeshInterval = 16'000'000;  // ns between looks for changed bricks
 
 std::atomic<bool> g_asked_to_stop{false};
-void ask_to_stop(int) { g_asked_to_stop = true; }
+void ask_to_stop(int) {
+  g_asked_to_stop = true;
+}
 
 /// What a session consists of. Threads refer to it; it outlives them.
 struct Session {
@@ -45,8 +47,8 @@ struct Session {
   haptics::Carver carver;
   haptics::Servo servo;
   Wiring wiring;
-  haptics::LoopTiming timing;       // servo thread until it has ended
-  ServoTick last;                   // the same
+  haptics::LoopTiming timing;  // servo thread until it has ended
+  ServoTick last;              // the same
   std::uint32_t faults = 0;
   RealtimeGranted granted;
   bool draw = false, record = false, debris = false;
@@ -192,7 +194,9 @@ class QualityLadder {
   double mean_ = 1.0 / 60;  // s
 };
 
-bool has_desktop() { return std::getenv("DISPLAY") || std::getenv("WAYLAND_DISPLAY"); }
+bool has_desktop() {
+  return std::getenv("DISPLAY") || std::getenv("WAYLAND_DISPLAY");
+}
 
 }  // namespace
 
@@ -210,7 +214,8 @@ WorkbenchSummary run_workbench(const Scene& scene, const WorkbenchOptions& optio
     throw Error(rig_file.string(), "\"display\"", "hmd", "window, mirror or offscreen in this version");
   }
   const std::string hand_address = !options.hand.empty() ? options.hand : window ? "mouse:" : "";
-  if (hand_address.empty()) throw Error("--hand", "", "nothing", "a hand, e.g. --hand script:HAND.csv: there is no window for the mouse");
+  if (hand_address.empty())
+    throw Error("--hand", "", "nothing", "a hand, e.g. --hand script:HAND.csv: there is no window for the mouse");
 
   Session s(scene, load_tissue(scene), kRate);
   const haptics::TissueVolume& tissue = s.carver.volume();
@@ -222,12 +227,15 @@ WorkbenchSummary run_workbench(const Scene& scene, const WorkbenchOptions& optio
   s.record = !options.record.empty();
   explain(s.record ? "recording: on, " + options.record.string() : "recording: off, no --record FILE.h5");
   s.debris = s.draw && scene.needs("debris");
-  explain(s.debris ? "debris: on" : s.draw ? "debris: off, the scene does not name it" : "debris: off, nothing is drawn");
+  explain(s.debris ? "debris: on"
+          : s.draw ? "debris: off, the scene does not name it"
+                   : "debris: off, nothing is drawn");
 
   // The hand.
   glm::ivec3 lo, hi;
   tissue.bounds(lo, hi);
-  const dvec3 above = tissue.frame().to_world(dvec3((lo.x + hi.x) / 2.0, (lo.y + hi.y) / 2.0, hi.z)) + dvec3(0, 0, 1e-3);
+  const dvec3 above =
+      tissue.frame().to_world(dvec3((lo.x + hi.x) / 2.0, (lo.y + hi.y) / 2.0, hi.z)) + dvec3(0, 0, 1e-3);
   std::optional<Pointer> pointer;
   std::unique_ptr<haptics::HapticDevice> hand;
   if (hand_address == "mouse:") {

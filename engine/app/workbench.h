@@ -1,5 +1,5 @@
-// A live session: every part on its own thread, joined by the channels of wiring.h. Which parts run is the scene's choice;
-// a part that is not named costs nothing.
+// A live session: every part on its own thread, joined by the channels of wiring.h. Which parts run is the scene's
+// choice; a part that is not named costs nothing.
 #pragma once
 
 #include <filesystem>
@@ -11,18 +11,18 @@
 namespace typodont {
 
 struct WorkbenchOptions {
-  std::string rig;              // empty: a window where there is a desktop, otherwise no picture
-  std::string hand;             // address; empty: the mouse where there is a window
-  std::string audio;            // address; empty: a sound card where there is one
-  std::filesystem::path record; // empty: not recorded
-  double seconds = 1e18;        // end by itself after so long
-  bool explain = false;         // say what is active, and why the rest is not
+  std::string rig;               // empty: a window where there is a desktop, otherwise no picture
+  std::string hand;              // address; empty: the mouse where there is a window
+  std::string audio;             // address; empty: a sound card where there is one
+  std::filesystem::path record;  // empty: not recorded
+  double seconds = 1e18;         // end by itself after so long
+  bool explain = false;          // say what is active, and why the rest is not
 };
 
 struct WorkbenchSummary {
   double seconds = 0;
   std::uint64_t ticks = 0, frames = 0, cuts = 0;
-  std::uint32_t faults = 0;           // bits seen
+  std::uint32_t faults = 0;  // bits seen
   std::uint64_t deadline_misses = 0;
   double tick_us_median = 0, tick_us_p999 = 0, worst_tick_us = 0;
   PerTissue removed{};

@@ -10,8 +10,12 @@ static Nanos read(clockid_t id) noexcept {
   return static_cast<Nanos>(t.tv_sec) * kNanosPerSecond + t.tv_nsec;
 }
 
-Nanos now() noexcept { return read(CLOCK_MONOTONIC); }
+Nanos now() noexcept {
+  return read(CLOCK_MONOTONIC);
+}
 
-Nanos thread_cpu_time() noexcept { return read(CLOCK_THREAD_CPUTIME_ID); }
+Nanos thread_cpu_time() noexcept {
+  return read(CLOCK_THREAD_CPUTIME_ID);
+}
 
 }  // namespace typodont

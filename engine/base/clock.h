@@ -15,7 +15,11 @@ Nanos now() noexcept;
 /// CPU time consumed by the calling thread: what a tick costs, whatever else the machine does.
 Nanos thread_cpu_time() noexcept;
 
-constexpr double to_seconds(Nanos t) { return static_cast<double>(t) * 1e-9; }
-constexpr Nanos from_seconds(double s) { return static_cast<Nanos>(s * 1e9 + (s < 0 ? -0.5 : 0.5)); }
+constexpr double to_seconds(Nanos t) {
+  return static_cast<double>(t) * 1e-9;
+}
+constexpr Nanos from_seconds(double s) {
+  return static_cast<Nanos>(s * 1e9 + (s < 0 ? -0.5 : 0.5));
+}
 
 }  // namespace typodont

@@ -84,8 +84,7 @@ CsvTable read_csv(const std::filesystem::path& file, const std::vector<std::stri
     }
 
     if (cells.size() != table.columns.size()) {
-      throw Error(file.string(), place, fmt::format("{} cells", cells.size()),
-                  fmt::format("{}", table.columns.size()));
+      throw Error(file.string(), place, fmt::format("{} cells", cells.size()), fmt::format("{}", table.columns.size()));
     }
     std::vector<double> row;
     for (std::size_t i = 0; i < cells.size(); ++i) {

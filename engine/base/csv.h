@@ -33,7 +33,6 @@ struct CellReader {
 /// column is a finite number. Throws Error naming file, line, column, found, expected. '#' starts a comment line.
 /// Columns in `readers` are read by those instead.
 CsvTable read_csv(const std::filesystem::path& file, const std::vector<std::string>& required,
-                  const std::vector<std::string>& optional = {},
-                  const std::map<std::string, CellReader>& readers = {});
+                  const std::vector<std::string>& optional = {}, const std::map<std::string, CellReader>& readers = {});
 
 }  // namespace typodont

@@ -25,7 +25,9 @@ struct Json::Document {
 
 namespace {
 
-const Value& as_value(const void* value) { return *static_cast<const Value*>(value); }
+const Value& as_value(const void* value) {
+  return *static_cast<const Value*>(value);
+}
 
 std::string shorten(std::string text) {
   if (text.size() > 60) text = text.substr(0, 57) + "...";
@@ -91,19 +93,30 @@ Json Json::parse(std::string_view text, std::string_view name) {
   return Json(document, &document->root, "");
 }
 
-bool Json::is_object() const { return as_value(value_).is_object(); }
-bool Json::is_array() const { return as_value(value_).is_array(); }
-bool Json::is_string() const { return as_value(value_).is_string(); }
-bool Json::is_number() const { return as_value(value_).is_number(); }
+bool Json::is_object() const {
+  return as_value(value_).is_object();
+}
+bool Json::is_array() const {
+  return as_value(value_).is_array();
+}
+bool Json::is_string() const {
+  return as_value(value_).is_string();
+}
+bool Json::is_number() const {
+  return as_value(value_).is_number();
+}
 
-bool Json::has(std::string_view key) const { return is_object() && as_value(value_).contains(std::string(key)); }
+bool Json::has(std::string_view key) const {
+  return is_object() && as_value(value_).contains(std::string(key));
+}
 
 Json Json::operator[](std::string_view key) const {
   if (!is_object()) fail("an object");
   auto found = find(key);
   if (!found) {
-    throw Error(document_->file.string(), path_.empty() ? fmt::format("\"{}\"", key) : fmt::format("\"{}.{}\"", path_, key),
-                "nothing", "this key");
+    throw Error(document_->file.string(),
+                path_.empty() ? fmt::format("\"{}\"", key) : fmt::format("\"{}.{}\"", path_, key), "nothing",
+                "this key");
   }
   return *found;
 }
@@ -135,8 +148,9 @@ void Json::allow_only(std::initializer_list<std::string_view> allowed) const {
   if (!is_object()) fail("an object");
   for (const std::string& key : keys()) {
     if (std::find(allowed.begin(), allowed.end(), key) != allowed.end()) continue;
-    throw Error(document_->file.string(), path_.empty() ? fmt::format("\"{}\"", key) : fmt::format("\"{}.{}\"", path_, key),
-                "an unknown key", fmt::format("one of {}", fmt::join(allowed, ", ")));
+    throw Error(document_->file.string(),
+                path_.empty() ? fmt::format("\"{}\"", key) : fmt::format("\"{}.{}\"", path_, key), "an unknown key",
+                fmt::format("one of {}", fmt::join(allowed, ", ")));
   }
 }
 
@@ -200,14 +214,18 @@ std::string Json::string_or(std::string_view key, std::string_view fallback) con
   return v ? v->string() : std::string(fallback);
 }
 
-void Json::fail(std::string_view expected) const { fail(text(), expected); }
+void Json::fail(std::string_view expected) const {
+  fail(text(), expected);
+}
 
 void Json::fail(std::string_view found, std::string_view expected) const {
   throw Error(document_->file.string(), path_.empty() ? std::string() : fmt::format("\"{}\"", path_),
               shorten(std::string(found)), expected);
 }
 
-const std::filesystem::path& Json::file() const { return document_->file; }
+const std::filesystem::path& Json::file() const {
+  return document_->file;
+}
 
 std::string Json::text() const {
   return as_value(value_).dump(-1, ' ', false, Value::error_handler_t::replace);

@@ -28,10 +28,10 @@ class Json {
   bool is_number() const;
 
   bool has(std::string_view key) const;
-  Json operator[](std::string_view key) const;            // an error when it is missing
-  std::optional<Json> find(std::string_view key) const;   // nothing when it is missing
-  std::vector<Json> items() const;                        // of an array
-  std::vector<std::string> keys() const;                  // of an object
+  Json operator[](std::string_view key) const;           // an error when it is missing
+  std::optional<Json> find(std::string_view key) const;  // nothing when it is missing
+  std::vector<Json> items() const;                       // of an array
+  std::vector<std::string> keys() const;                 // of an object
   /// An error when the object holds any other key.
   void allow_only(std::initializer_list<std::string_view> keys) const;
 
@@ -42,8 +42,8 @@ class Json {
                     long long max = std::numeric_limits<long long>::max()) const;
   bool boolean() const;
   std::string string() const;
-  dvec3 vec3() const;                                     // [x, y, z]
-  std::vector<double> numbers(std::size_t count) const;   // exactly `count` of them
+  dvec3 vec3() const;                                    // [x, y, z]
+  std::vector<double> numbers(std::size_t count) const;  // exactly `count` of them
 
   double number_or(std::string_view key, double fallback, double min = -std::numeric_limits<double>::infinity(),
                    double max = std::numeric_limits<double>::infinity()) const;

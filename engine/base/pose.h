@@ -38,8 +38,8 @@ inline Pose interpolate(const Pose& a, const Pose& b, double s) {
 inline dquat rotation_between(const dvec3& from, const dvec3& to) {
   const double c = glm::dot(from, to);
   if (c < -1.0 + 1e-12) {  // opposite: any perpendicular axis serves
-    const dvec3 axis = glm::normalize(glm::abs(from.x) < 0.9 ? glm::cross(from, dvec3(1, 0, 0))
-                                                             : glm::cross(from, dvec3(0, 1, 0)));
+    const dvec3 axis =
+        glm::normalize(glm::abs(from.x) < 0.9 ? glm::cross(from, dvec3(1, 0, 0)) : glm::cross(from, dvec3(0, 1, 0)));
     return {0, axis.x, axis.y, axis.z};
   }
   const dvec3 axis = glm::cross(from, to);
@@ -47,7 +47,9 @@ inline dquat rotation_between(const dvec3& from, const dvec3& to) {
 }
 
 /// Bit for bit.
-inline bool same(const Pose& a, const Pose& b) { return a.p == b.p && a.R == b.R; }
+inline bool same(const Pose& a, const Pose& b) {
+  return a.p == b.p && a.R == b.R;
+}
 
 inline bool is_finite(const dvec3& v) {
   return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);

@@ -40,8 +40,8 @@ RealtimeGranted enter_realtime(const RealtimeRequest& request) {
     if (mlockall(MCL_CURRENT | MCL_FUTURE) == 0) {
       granted.memory_locked = true;
     } else {
-      granted.note += fmt::format("locking memory refused ({}): allow it with 'memlock unlimited'; ",
-                                  std::strerror(errno));
+      granted.note +=
+          fmt::format("locking memory refused ({}): allow it with 'memlock unlimited'; ", std::strerror(errno));
     }
   }
   return granted;

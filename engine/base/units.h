@@ -8,26 +8,44 @@ namespace typodont {
 inline constexpr double kPi = std::numbers::pi;
 
 // Factors for reading and writing files whose keys carry the unit: value_m = number * kMillimetre.
-inline constexpr double kMillimetre = 1e-3;                    // m
-inline constexpr double kMicrometre = 1e-6;                    // m
-inline constexpr double kCubicMillimetre = 1e-9;               // m³
-inline constexpr double kSquareMillimetre = 1e-6;              // m²
-inline constexpr double kNewtonPerMillimetre = 1e3;            // N/m
-inline constexpr double kJoulePerCubicMillimetre = 1e9;        // J/m³
-inline constexpr double kKrpm = 2 * kPi * 1000.0 / 60.0;       // rad/s
-inline constexpr double kDegree = kPi / 180.0;                 // rad
-inline constexpr double kGramPerCubicCentimetre = 1e3;         // kg/m³
+inline constexpr double kMillimetre = 1e-3;               // m
+inline constexpr double kMicrometre = 1e-6;               // m
+inline constexpr double kCubicMillimetre = 1e-9;          // m³
+inline constexpr double kSquareMillimetre = 1e-6;         // m²
+inline constexpr double kNewtonPerMillimetre = 1e3;       // N/m
+inline constexpr double kJoulePerCubicMillimetre = 1e9;   // J/m³
+inline constexpr double kKrpm = 2 * kPi * 1000.0 / 60.0;  // rad/s
+inline constexpr double kDegree = kPi / 180.0;            // rad
+inline constexpr double kGramPerCubicCentimetre = 1e3;    // kg/m³
 
 namespace literals {
-constexpr double operator""_mm(long double v) { return static_cast<double>(v) * kMillimetre; }
-constexpr double operator""_um(long double v) { return static_cast<double>(v) * kMicrometre; }
-constexpr double operator""_mm3(long double v) { return static_cast<double>(v) * kCubicMillimetre; }
-constexpr double operator""_N(long double v) { return static_cast<double>(v); }
-constexpr double operator""_N_per_mm(long double v) { return static_cast<double>(v) * kNewtonPerMillimetre; }
-constexpr double operator""_krpm(long double v) { return static_cast<double>(v) * kKrpm; }
-constexpr double operator""_deg(long double v) { return static_cast<double>(v) * kDegree; }
-constexpr double operator""_s(long double v) { return static_cast<double>(v); }
-constexpr double operator""_ms(long double v) { return static_cast<double>(v) * 1e-3; }
+constexpr double operator""_mm(long double v) {
+  return static_cast<double>(v) * kMillimetre;
+}
+constexpr double operator""_um(long double v) {
+  return static_cast<double>(v) * kMicrometre;
+}
+constexpr double operator""_mm3(long double v) {
+  return static_cast<double>(v) * kCubicMillimetre;
+}
+constexpr double operator""_N(long double v) {
+  return static_cast<double>(v);
+}
+constexpr double operator""_N_per_mm(long double v) {
+  return static_cast<double>(v) * kNewtonPerMillimetre;
+}
+constexpr double operator""_krpm(long double v) {
+  return static_cast<double>(v) * kKrpm;
+}
+constexpr double operator""_deg(long double v) {
+  return static_cast<double>(v) * kDegree;
+}
+constexpr double operator""_s(long double v) {
+  return static_cast<double>(v);
+}
+constexpr double operator""_ms(long double v) {
+  return static_cast<double>(v) * 1e-3;
+}
 }  // namespace literals
 
 }  // namespace typodont

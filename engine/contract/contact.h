@@ -12,40 +12,43 @@ namespace typodont {
 /// What went wrong in a tick. Each bit says what was lost; `describe` says it in words.
 enum class Fault : std::uint32_t {
   kNone = 0,
-  kBadInput = 1u << 0,       // hand pose not finite or not a unit quaternion: zero force
-  kStalePatch = 1u << 1,     // the carver is over 20 ms behind: the force fades
-  kPatchEdge = 1u << 2,      // the tool left the patch: zero force until a new one arrives
-  kForceLimit = 1u << 3,     // the force was clipped to the device's limit
+  kBadInput = 1u << 0,         // hand pose not finite or not a unit quaternion: zero force
+  kStalePatch = 1u << 1,       // the carver is over 20 ms behind: the force fades
+  kPatchEdge = 1u << 2,        // the tool left the patch: zero force until a new one arrives
+  kForceLimit = 1u << 3,       // the force was clipped to the device's limit
   kDeepPenetration = 1u << 4,  // the tool was found inside tissue (teleport, or born there): it is led out slowly
-  kDeviceLost = 1u << 5,     // the device stopped answering: zero force
-  kRingFull = 1u << 6,       // a tick or a cut did not reach its reader
-  kSlewLimit = 1u << 7,      // the force rose faster than the device allows
-  kOverrun = 1u << 8,        // the tick took longer than its period
+  kDeviceLost = 1u << 5,       // the device stopped answering: zero force
+  kRingFull = 1u << 6,         // a tick or a cut did not reach its reader
+  kSlewLimit = 1u << 7,        // the force rose faster than the device allows
+  kOverrun = 1u << 8,          // the tick took longer than its period
 };
-constexpr std::uint32_t bits(Fault fault) { return static_cast<std::uint32_t>(fault); }
+constexpr std::uint32_t bits(Fault fault) {
+  return static_cast<std::uint32_t>(fault);
+}
 
 /// One tick of the servo. Servo thread → everyone. Trivially copyable.
 struct ServoTick {
-  std::uint64_t index = 0;     // ticks since the servo started
-  Nanos t = 0;                 // when the hand was sampled, since the session's start
-  Pose X_WT;                   // the tool where the hand holds it (head centre; shank along +z)
-  Pose X_WG;                   // the tool as held outside the tissue (the proxy): what is drawn
-  dvec3 f_T_W{0, 0, 0};        // N, force on the hand
-  dvec3 tau_T_W{0, 0, 0};      // N·m, torque on the hand about the head centre
-  double pedal = 0;            // 0..1
-  double depth = 0;            // m, |X_WG.p - X_WT.p|
-  dvec3 n_C_W{0, 0, 0};        // unit, out of the tissue, at the contact; zero when free
-  double contact_area = 0;     // m² of the head that touches tissue
-  PerTissue removed{};         // m³ since the start
+  std::uint64_t index = 0;       // ticks since the servo started
+  Nanos t = 0;                   // when the hand was sampled, since the session's start
+  Pose X_WT;                     // the tool where the hand holds it (head centre; shank along +z)
+  Pose X_WG;                     // the tool as held outside the tissue (the proxy): what is drawn
+  dvec3 f_T_W{0, 0, 0};          // N, force on the hand
+  dvec3 tau_T_W{0, 0, 0};        // N·m, torque on the hand about the head centre
+  double pedal = 0;              // 0..1
+  double depth = 0;              // m, |X_WG.p - X_WT.p|
+  dvec3 n_C_W{0, 0, 0};          // unit, out of the tissue, at the contact; zero when free
+  double contact_area = 0;       // m² of the head that touches tissue
+  PerTissue removed{};           // m³ since the start
   Tissue tissue = Tissue::kAir;  // that the head touches most
-  double spindle = 0;          // rad/s
-  double cutting_power = 0;    // W, now
-  double energy = 0;           // J, passivity observer: taken from the hand so far
-  Nanos cpu_time = 0;          // thread CPU time of the tick; set by the loop that calls it
+  double spindle = 0;            // rad/s
+  double cutting_power = 0;      // W, now
+  double energy = 0;             // J, passivity observer: taken from the hand so far
+  Nanos cpu_time = 0;            // thread CPU time of the tick; set by the loop that calls it
   std::uint32_t faults = 0;
-  std::uint32_t patch = 0;     // number of the surface patch it was computed in; 0: none
-  std::uint64_t cuts = 0;      // cuts made so far, this tick's included
-  double spindle_energy = 0;   // J, fed to the hand so far by the tangential force of cutting: the spindle's, not in `energy`
+  std::uint32_t patch = 0;  // number of the surface patch it was computed in; 0: none
+  std::uint64_t cuts = 0;   // cuts made so far, this tick's included
+  double spindle_energy =
+      0;  // J, fed to the hand so far by the tangential force of cutting: the spindle's, not in `energy`
 };
 
 /// Tissue cut away by one tick: the head swept in a straight line from A to B. Servo → carver, debris, recorder.
@@ -53,19 +56,19 @@ struct Cut {
   std::uint64_t index = 0;  // 1, 2, 3 … without gaps
   std::uint64_t tick = 0;   // the tick that made it
   Nanos t = 0;
-  Pose X_WA, X_WB;          // head centre and orientation before and after
-  std::uint32_t tool = 0;   // which of the session's tools
-  PerTissue removed{};      // m³ by this cut
-  dvec3 n_C_W{0, 0, 0};     // unit, out of the tissue
-  double spindle = 0;       // rad/s, signed about the tool's z
+  Pose X_WA, X_WB;         // head centre and orientation before and after
+  std::uint32_t tool = 0;  // which of the session's tools
+  PerTissue removed{};     // m³ by this cut
+  dvec3 n_C_W{0, 0, 0};    // unit, out of the tissue
+  double spindle = 0;      // rad/s, signed about the tool's z
 };
 
 /// When the servo took up a surface patch: with the cuts this makes a replay exact. Servo → recorder.
 struct PatchUse {
-  std::uint32_t patch = 0;        // its number, 1, 2, 3 …
-  std::uint64_t first_tick = 0;   // the first tick computed in it
-  std::uint64_t cuts = 0;         // cuts already in the tissue when it was cut out
-  dvec3 center_W{0, 0, 0};        // m, where it was asked for
+  std::uint32_t patch = 0;       // its number, 1, 2, 3 …
+  std::uint64_t first_tick = 0;  // the first tick computed in it
+  std::uint64_t cuts = 0;        // cuts already in the tissue when it was cut out
+  dvec3 center_W{0, 0, 0};       // m, where it was asked for
 };
 
 }  // namespace typodont

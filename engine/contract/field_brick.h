@@ -11,7 +11,8 @@
 namespace typodont {
 
 /// 16³ cells with one sample of apron on every side, in voxel index space. Cell (i,j,k) of brick `key` spans samples
-/// 16·key + (i,j,k) .. +1. Sample (x,y,z) of the arrays, each 0..18, lies at voxel 16·key − 1 + (x,y,z); x runs slowest.
+/// 16·key + (i,j,k) .. +1. Sample (x,y,z) of the arrays, each 0..18, lies at voxel 16·key − 1 + (x,y,z); x runs
+/// slowest.
 struct FieldBrick {
   static constexpr int kCells = 16;
   static constexpr int kSamples = kCells + 3;
@@ -23,8 +24,8 @@ struct FieldBrick {
   }
 
   glm::ivec3 key{0};
-  std::array<float, kCount> distance;   // in voxels, negative inside the tissue, clamped to the band
-  std::array<Tissue, kCount> tissue;    // kAir only where no tissue is near
+  std::array<float, kCount> distance;  // in voxels, negative inside the tissue, clamped to the band
+  std::array<Tissue, kCount> tissue;   // kAir only where no tissue is near
 };
 
 /// Where voxels lie: p_W = origin + voxel · index. The distance field and the tissue labels share it.

@@ -3,8 +3,7 @@
 namespace typodont {
 
 static constexpr std::array<std::string_view, kTissueCount> kNames = {
-    "air",     "enamel",  "dentin",    "caries", "pulp", "cortical_bone", "cancellous_bone",
-    "gingiva", "amalgam", "composite",
+    "air", "enamel", "dentin", "caries", "pulp", "cortical_bone", "cancellous_bone", "gingiva", "amalgam", "composite",
 };
 
 std::string_view name_of(Tissue tissue) noexcept {

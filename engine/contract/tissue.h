@@ -31,12 +31,12 @@ std::optional<Tissue> tissue_named(std::string_view name) noexcept;
 
 /// SI. Values come from assets/materials/, each with its source.
 struct Material {
-  double stiffness = 1e3;          // N/m, felt at a head wholly on this tissue when the coupling is 1 N/mm
-  double specific_energy = 30e9;   // J/m³ cut away
+  double stiffness = 1e3;         // N/m, felt at a head wholly on this tissue when the coupling is 1 N/mm
+  double specific_energy = 30e9;  // J/m³ cut away
   double static_friction = 0.2;
   double dynamic_friction = 0.15;
-  double density = 2900;           // kg/m³
-  dvec3 color{1, 1, 1};            // sRGB, 0..1
+  double density = 2900;  // kg/m³
+  dvec3 color{1, 1, 1};   // sRGB, 0..1
 };
 using MaterialTable = std::array<Material, kTissueCount>;
 

@@ -1,4 +1,5 @@
-// Bad input through the command line: exit status 2, a message with file, place, found and expected, nothing left behind.
+// Bad input through the command line: exit status 2, a message with file, place, found and expected, nothing left
+// behind.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -36,17 +37,20 @@ class BadInput : public testing::Test {
 
 TEST_F(BadInput, ANaNInAHandIsNamedByLineAndColumn) {
   folder.write("nan.csv", "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,0,0,5,1,0,0,0,0\n0.1,0,nan,5,1,0,0,0,0\n");
-  refuse(servo("scene.json", "nan.csv"), AllOf(HasSubstr("nan.csv: line 3, column y_mm"), HasSubstr("found \"nan\""), HasSubstr("expected a finite number")));
+  refuse(servo("scene.json", "nan.csv"), AllOf(HasSubstr("nan.csv: line 3, column y_mm"), HasSubstr("found \"nan\""),
+                                               HasSubstr("expected a finite number")));
 }
 
 TEST_F(BadInput, TimeThatRunsBackIsNamed) {
   folder.write("back.csv", "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,0,0,5,1,0,0,0,0\n-1,0,0,5,1,0,0,0,0\n");
-  refuse(servo("scene.json", "back.csv"), AllOf(HasSubstr("line 3, column t_s"), HasSubstr("found -1"), HasSubstr("more than 0")));
+  refuse(servo("scene.json", "back.csv"),
+         AllOf(HasSubstr("line 3, column t_s"), HasSubstr("found -1"), HasSubstr("more than 0")));
 }
 
 TEST_F(BadInput, AnUnknownKeyIsNamedWithTheKnownOnes) {
   folder.write("key.json", R"({"tissue": {"voxel_mm": 0.2, "solids": []}, "tool": "round_012", "colour": 3})");
-  refuse(servo("key.json", "hand.csv"), AllOf(HasSubstr("key.json: \"colour\""), HasSubstr("unknown key"), HasSubstr("tissue")));
+  refuse(servo("key.json", "hand.csv"),
+         AllOf(HasSubstr("key.json: \"colour\""), HasSubstr("unknown key"), HasSubstr("tissue")));
 }
 
 TEST_F(BadInput, AnUnknownToolListsTheToolsThereAre) {
@@ -55,19 +59,24 @@ TEST_F(BadInput, AnUnknownToolListsTheToolsThereAre) {
 }
 
 TEST_F(BadInput, AnUnboundedSolidAsksForADomain) {
-  folder.write("half.json", R"({"tissue": {"voxel_mm": 0.2, "solids": [{"tissue": "enamel", "solid": {"halfspace": {"normal": [0,0,1], "offset_mm": 0}}}]}, "tool": "round_012"})");
+  folder.write(
+      "half.json",
+      R"({"tissue": {"voxel_mm": 0.2, "solids": [{"tissue": "enamel", "solid": {"halfspace": {"normal": [0,0,1], "offset_mm": 0}}}]}, "tool": "round_012"})");
   refuse(servo("half.json", "hand.csv"), HasSubstr("domain_mm"));
 }
 
 TEST_F(BadInput, AVolumeTooLargeForMemoryIsRefusedBeforeItIsTried) {
-  folder.write("big.json", R"({"tissue": {"voxel_mm": 0.01, "solids": [{"tissue": "enamel", "solid": {"sphere": {"radius_mm": 500}}}]}, "tool": "round_012"})");
+  folder.write(
+      "big.json",
+      R"({"tissue": {"voxel_mm": 0.01, "solids": [{"tissue": "enamel", "solid": {"sphere": {"radius_mm": 500}}}]}, "tool": "round_012"})");
   refuse(servo("big.json", "hand.csv"), HasSubstr("voxels"));
 }
 
 TEST_F(BadInput, MissingAndUnwritableFilesAreNamed) {
   refuse(servo("nothing.json", "hand.csv"), AllOf(HasSubstr("nothing.json"), HasSubstr("No such file")));
   refuse(servo("scene.json", "nothing.csv"), AllOf(HasSubstr("nothing.csv"), HasSubstr("No such file")));
-  refuse(fmt::format("servo {0}/scene.json --hand {0}/hand.csv --out /nowhere/at/all.csv", folder.path().string()), HasSubstr("/nowhere/at/all.csv"));
+  refuse(fmt::format("servo {0}/scene.json --hand {0}/hand.csv --out /nowhere/at/all.csv", folder.path().string()),
+         HasSubstr("/nowhere/at/all.csv"));
   folder.write("volume.json", R"({"tissue": {"volume": "gone.vdb"}, "tool": "round_012"})");
   refuse(servo("volume.json", "hand.csv"), HasSubstr("gone.vdb"));
 }
@@ -81,10 +90,12 @@ TEST_F(BadInput, GarbageInPlaceOfAVolumeOrASessionIsAnErrorNotACrash) {
 }
 
 TEST_F(BadInput, ATruncatedScanIsNamedWithFoundAndExpected) {
-  folder.write("scan.nhdr", "NRRD0001\ntype: unsigned short\ndimension: 3\nsizes: 20 20 20\nspacings: 0.1 0.1 0.1\n"
-                            "data file: scan.raw\nendian: big\nencoding: raw\n");
+  folder.write("scan.nhdr",
+               "NRRD0001\ntype: unsigned short\ndimension: 3\nsizes: 20 20 20\nspacings: 0.1 0.1 0.1\n"
+               "data file: scan.raw\nendian: big\nencoding: raw\n");
   folder.write("scan.raw", std::string(1000, 'a'));
-  refuse(fmt::format("import {0}/scan.nhdr --preset tooth --out {0}/out.csv", folder.path().string()), HasSubstr("scan"));
+  refuse(fmt::format("import {0}/scan.nhdr --preset tooth --out {0}/out.csv", folder.path().string()),
+         HasSubstr("scan"));
 }
 
 TEST_F(BadInput, UsageErrorsAreExitTwo) {

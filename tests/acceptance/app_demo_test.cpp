@@ -19,7 +19,8 @@ using testing::HasSubstr;
 
 double brightness(const render::Picture& picture) {
   double sum = 0;
-  for (std::size_t i = 0; i < picture.rgba.size(); i += 4) sum += picture.rgba[i] + picture.rgba[i + 1] + picture.rgba[i + 2];
+  for (std::size_t i = 0; i < picture.rgba.size(); i += 4)
+    sum += picture.rgba[i] + picture.rgba[i + 1] + picture.rgba[i + 2];
   return sum / static_cast<double>(picture.rgba.size() / 4 * 3);
 }
 
@@ -43,7 +44,8 @@ TEST(Demo, MakesPicturesFilmSoundSessionAndReportOfACavityWhereTheLesionWas) {
   EXPECT_THAT(ran.out, HasSubstr("Made in"));
 
   // Pictures: both eyes see the tooth, from two places; the lesion is gone afterwards.
-  const render::Picture before = render::read_png(out + "/before_left.png"), right = render::read_png(out + "/before_right.png");
+  const render::Picture before = render::read_png(out + "/before_left.png"),
+                        right = render::read_png(out + "/before_right.png");
   const render::Picture after = render::read_png(out + "/after_left.png");
   EXPECT_GT(brightness(before), 40);
   EXPECT_GT(brightness(right), 40);

@@ -20,7 +20,8 @@ constexpr const char* kHeader = "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n";
 std::string sphere_scene(const std::string& more = "") {
   return R"({"name": "sphere", "tissue": {"voxel_mm": 0.1, "solids": [
     {"tissue": "enamel", "solid": {"sphere": {"radius_mm": 4}}}]},
-    "tool": {"shape": "sphere", "diameter_mm": 1.0}, "spindle_krpm": 300, "friction": false)" + more + "}";
+    "tool": {"shape": "sphere", "diameter_mm": 1.0}, "spindle_krpm": 300, "friction": false)" +
+         more + "}";
 }
 
 /// Straight down onto the top of the sphere, half a millimetre deep, then over to the side.
@@ -43,14 +44,16 @@ std::string drill_scene() {
 std::string press(const ProgramFolder& folder, double newton) {
   folder.write("path.csv", std::string(kHeader) + "0,0,0,2.65,1,0,0,0,1\n1.0,0,0,2.65,1,0,0,0,1\n");
   return folder.write("hand.json", fmt::format(R"({{"path": "path.csv", "mass_kg": 0.15, "damping_Ns_per_m": 5,
-    "stiffness_N_per_m": [2000, 2000, 0], "push_N": [0, 0, {}]}})", -newton));
+    "stiffness_N_per_m": [2000, 2000, 0], "push_N": [0, 0, {}]}})",
+                                               -newton));
 }
 
 TEST(ServoCommand, ForceOnASphereIsStiffnessTimesDepthAlongTheRadius) {
   ProgramFolder folder(TYPODONT_PROGRAM);
   folder.write("scene.json", sphere_scene());
   folder.write("hand.csv", slide());
-  const Ran ran = folder.run(fmt::format("servo {0}/scene.json --hand {0}/hand.csv --out {0}/ticks.csv --json", folder.path().string()));
+  const Ran ran = folder.run(
+      fmt::format("servo {0}/scene.json --hand {0}/hand.csv --out {0}/ticks.csv --json", folder.path().string()));
   ASSERT_EQ(ran.status, 0) << ran.err;
   EXPECT_EQ(Json::parse(ran.out, "out")["faults"].integer(), 0);
   const auto ticks = session::read_ticks_csv(folder / "ticks.csv");
@@ -67,7 +70,8 @@ TEST(ServoCommand, SameInputGivesSameBytes) {
   folder.write("scene.json", drill_scene());
   press(folder, 1.0);
   for (const char* name : {"a", "b"}) {
-    const Ran ran = folder.run(fmt::format("servo {0}/scene.json --hand {0}/hand.json --out {0}/{1}.csv --no-timing", folder.path().string(), name));
+    const Ran ran = folder.run(fmt::format("servo {0}/scene.json --hand {0}/hand.json --out {0}/{1}.csv --no-timing",
+                                           folder.path().string(), name));
     ASSERT_EQ(ran.status, 0) << ran.err;
   }
   EXPECT_EQ(read_text(folder / "a.csv"), read_text(folder / "b.csv"));
@@ -78,7 +82,8 @@ TEST(ServoCommand, TwiceThePushRemovesTwiceTheVolumeAtConstantSpeed) {
   folder.write("scene.json", drill_scene());
   const auto removed = [&](double newton) {
     press(folder, newton);
-    const Ran ran = folder.run(fmt::format("servo {0}/scene.json --hand {0}/hand.json --out {0}/t.csv --json", folder.path().string()));
+    const Ran ran = folder.run(
+        fmt::format("servo {0}/scene.json --hand {0}/hand.json --out {0}/t.csv --json", folder.path().string()));
     EXPECT_EQ(ran.status, 0) << ran.err;
     return Json::parse(ran.out, "out")["removed_mm3"]["dentin"].number();
   };
@@ -89,10 +94,15 @@ TEST(ServoCommand, SavedTissueIsASceneAgain) {
   ProgramFolder folder(TYPODONT_PROGRAM);
   folder.write("scene.json", drill_scene());
   press(folder, 1.0);
-  ASSERT_EQ(folder.run(fmt::format("servo {0}/scene.json --hand {0}/hand.json --out {0}/t.csv --save {0}/after.vdb", folder.path().string())).status, 0);
+  ASSERT_EQ(folder
+                .run(fmt::format("servo {0}/scene.json --hand {0}/hand.json --out {0}/t.csv --save {0}/after.vdb",
+                                 folder.path().string()))
+                .status,
+            0);
   folder.write("again.json", R"({"tissue": {"volume": "after.vdb"}, "tool": {"shape": "sphere", "diameter_mm": 1.2}})");
   folder.write("still.csv", std::string(kHeader) + "0,0,0,9,1,0,0,0,0\n0.01,0,0,9,1,0,0,0,0\n");
-  const Ran ran = folder.run(fmt::format("servo {0}/again.json --hand {0}/still.csv --out {0}/u.csv", folder.path().string()));
+  const Ran ran =
+      folder.run(fmt::format("servo {0}/again.json --hand {0}/still.csv --out {0}/u.csv", folder.path().string()));
   EXPECT_EQ(ran.status, 0) << ran.err;
 }
 
@@ -100,7 +110,9 @@ TEST(ReplayCommand, ARecordedRunReplaysBitForBit) {
   ProgramFolder folder(TYPODONT_PROGRAM);
   folder.write("scene.json", drill_scene());
   press(folder, 1.0);
-  ASSERT_EQ(folder.run(fmt::format("servo {0}/scene.json --hand {0}/hand.json --out {0}/s.h5", folder.path().string())).status, 0);
+  ASSERT_EQ(folder.run(fmt::format("servo {0}/scene.json --hand {0}/hand.json --out {0}/s.h5", folder.path().string()))
+                .status,
+            0);
   const Ran ran = folder.run(fmt::format("replay {0}/s.h5 --check --json", folder.path().string()));
   EXPECT_EQ(ran.status, 0) << ran.err;
   const Json json = Json::parse(ran.out, "out");
@@ -113,8 +125,9 @@ TEST(RunCommand, ALiveSessionOnAScriptedHandIsRecordedAndReplaysBitForBit) {
   ProgramFolder folder(TYPODONT_PROGRAM);
   folder.write("scene.json", drill_scene());
   press(folder, 1.0);
-  const Ran live = folder.run(fmt::format("run {0}/scene.json --hand script:{0}/hand.json --record {0}/s.h5 --json", folder.path().string()),
-                              "env -u DISPLAY -u WAYLAND_DISPLAY timeout 60");
+  const Ran live = folder.run(
+      fmt::format("run {0}/scene.json --hand script:{0}/hand.json --record {0}/s.h5 --json", folder.path().string()),
+      "env -u DISPLAY -u WAYLAND_DISPLAY timeout 60");
   ASSERT_EQ(live.status, 0) << live.err;
   EXPECT_GT(Json::parse(live.out, "out")["cuts"].integer(), 50);
   const Ran ran = folder.run(fmt::format("replay {0}/s.h5 --check --json", folder.path().string()));
@@ -125,8 +138,9 @@ TEST(RunCommand, TerminatedInTheMiddleItStillSavesTheRecording) {
   ProgramFolder folder(TYPODONT_PROGRAM);
   folder.write("scene.json", drill_scene());
   folder.write("hand.csv", std::string(kHeader) + "0,0,0,4,1,0,0,0,0\n600,0,0,4,1,0,0,0,0\n");
-  const Ran live = folder.run(fmt::format("run {0}/scene.json --hand script:{0}/hand.csv --record {0}/s.h5", folder.path().string()),
-                              "env -u DISPLAY -u WAYLAND_DISPLAY timeout --preserve-status -s TERM 3");
+  const Ran live =
+      folder.run(fmt::format("run {0}/scene.json --hand script:{0}/hand.csv --record {0}/s.h5", folder.path().string()),
+                 "env -u DISPLAY -u WAYLAND_DISPLAY timeout --preserve-status -s TERM 3");
   EXPECT_EQ(live.status, 0) << live.err;
   const Ran ran = folder.run(fmt::format("replay {0}/s.h5 --check --json", folder.path().string()));
   EXPECT_EQ(ran.status, 0) << ran.err;
@@ -135,22 +149,27 @@ TEST(RunCommand, TerminatedInTheMiddleItStillSavesTheRecording) {
 
 TEST(RunCommand, OnADesktopItOpensAWindowWithTheMouseAsHandAndDrawsNothingWhileNothingMoves) {
   ProgramFolder folder(TYPODONT_PROGRAM);
-  folder.write("scene.json", R"({"tissue": {"voxel_mm": 0.2, "solids": [{"tissue": "dentin", "solid": {"sphere": {"center_mm": [7,6,15], "radius_mm": 5}}}]},
+  folder.write(
+      "scene.json",
+      R"({"tissue": {"voxel_mm": 0.2, "solids": [{"tissue": "dentin", "solid": {"sphere": {"center_mm": [7,6,15], "radius_mm": 5}}}]},
     "tool": "round_012", "spindle_krpm": 300, "parts": ["haptics", "render"]})");
-  const Ran live = folder.run(fmt::format("run {0}/scene.json --seconds 4 --record {0}/s.h5 --json", folder.path().string()),
-                              "xvfb-run -a timeout 120");
+  const Ran live =
+      folder.run(fmt::format("run {0}/scene.json --seconds 4 --record {0}/s.h5 --json", folder.path().string()),
+                 "xvfb-run -a timeout 120");
   ASSERT_EQ(live.status, 0) << live.err;
   const Json json = Json::parse(live.out, "out");
   EXPECT_GT(json["ticks"].integer(), 2000);
   EXPECT_GE(json["frames"].integer(), 1);
-  EXPECT_LT(json["frames"].integer(), 60);  // the mouse rests: a frame when the tooth appears, a few while the hand settles
+  EXPECT_LT(json["frames"].integer(),
+            60);  // the mouse rests: a frame when the tooth appears, a few while the hand settles
   EXPECT_EQ(folder.run(fmt::format("replay {0}/s.h5 --check", folder.path().string())).status, 0);
 }
 
 TEST(RunCommand, WithoutADesktopOrAHandItSaysWhatIsMissing) {
   ProgramFolder folder(TYPODONT_PROGRAM);
   folder.write("scene.json", drill_scene());
-  const Ran ran = folder.run(fmt::format("run {0}/scene.json", folder.path().string()), "env -u DISPLAY -u WAYLAND_DISPLAY timeout 20");
+  const Ran ran = folder.run(fmt::format("run {0}/scene.json", folder.path().string()),
+                             "env -u DISPLAY -u WAYLAND_DISPLAY timeout 20");
   EXPECT_EQ(ran.status, 2);
   EXPECT_THAT(ran.err, HasSubstr("--hand"));
 }

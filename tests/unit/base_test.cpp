@@ -84,7 +84,9 @@ TEST(Json, GarbageIsAnErrorWithALine) {
 
 TEST(Csv, NonFiniteNumbersAreNamedByLineAndColumn) {
   const auto file = temporary("nan.csv", "t_s,x_mm\n0,1\n0.1,nan\n");
-  EXPECT_THAT(message_of([&] { read_csv(file, {"t_s", "x_mm"}); }),
+  EXPECT_THAT(message_of([&] {
+                read_csv(file, {"t_s", "x_mm"});
+              }),
               HasSubstr("line 3, column x_mm: found \"nan\", expected a finite number"));
 }
 

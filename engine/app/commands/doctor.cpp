@@ -40,13 +40,13 @@ enum class State { kOk, kDegraded, kMissing };
 
 struct Check {
   Check(std::string id_text, std::string name_text) : id(std::move(id_text)), name(std::move(name_text)) {}
-  std::string id;        // for machines: "vulkan"
-  std::string name;      // for people
+  std::string id;    // for machines: "vulkan"
+  std::string name;  // for people
   State state = State::kOk;
-  std::string found;     // what there is
-  std::string without;   // what is lost; empty when ok
-  std::string mend;      // a command, or what to do by hand
-  bool required = false; // the program cannot even run offscreen without it
+  std::string found;      // what there is
+  std::string without;    // what is lost; empty when ok
+  std::string mend;       // a command, or what to do by hand
+  bool required = false;  // the program cannot even run offscreen without it
 };
 
 std::string first_line(const fs::path& file) {
@@ -137,7 +137,8 @@ Check vulkan() {
     c.state = State::kDegraded;
     c.found += " (drawn by the processor)";
     c.without = "live stereo does not reach its full rate; pictures and films are made, only slower";
-    c.mend = "install the graphics card's driver, e.g. sudo apt install mesa-vulkan-drivers (AMD, Intel) or nvidia-driver";
+    c.mend =
+        "install the graphics card's driver, e.g. sudo apt install mesa-vulkan-drivers (AMD, Intel) or nvidia-driver";
   }
   return c;
 }
@@ -181,7 +182,8 @@ Check realtime() {
   c.found = "SCHED_FIFO is refused";
   c.without = "ticks come up to milliseconds late when the machine is busy: a hard surface then buzzes";
   c.mend =
-      "printf '@realtime - rtprio 95\\n@realtime - memlock unlimited\\n' | sudo tee /etc/security/limits.d/95-typodont.conf "
+      "printf '@realtime - rtprio 95\\n@realtime - memlock unlimited\\n' | sudo tee "
+      "/etc/security/limits.d/95-typodont.conf "
       "&& sudo groupadd -f realtime && sudo usermod -aG realtime $USER, then log in again";
   return c;
 }
@@ -192,14 +194,16 @@ Check locked_memory() {
   getrlimit(RLIMIT_MEMLOCK, &limit);
   constexpr rlim_t kEnough = rlim_t{512} << 20;
   if (geteuid() == 0 || limit.rlim_cur == RLIM_INFINITY || limit.rlim_cur >= kEnough) {
-    c.found = geteuid() == 0 || limit.rlim_cur == RLIM_INFINITY ? "unlimited" : fmt::format("{} MB", limit.rlim_cur >> 20);
+    c.found =
+        geteuid() == 0 || limit.rlim_cur == RLIM_INFINITY ? "unlimited" : fmt::format("{} MB", limit.rlim_cur >> 20);
     return c;
   }
   c.state = State::kDegraded;
   c.found = fmt::format("{} KB", limit.rlim_cur >> 10);
   c.without = "a page that was swapped out stops the servo for milliseconds";
   c.mend =
-      "printf '@realtime - memlock unlimited\\n' | sudo tee -a /etc/security/limits.d/95-typodont.conf && sudo groupadd -f "
+      "printf '@realtime - memlock unlimited\\n' | sudo tee -a /etc/security/limits.d/95-typodont.conf && sudo "
+      "groupadd -f "
       "realtime && sudo usermod -aG realtime $USER, then log in again";
   return c;
 }
@@ -224,9 +228,15 @@ struct KnownDevice {
   const char* name;
 };
 constexpr KnownDevice kKnown[] = {
-    {0x1234, 0x0006, "WoodenHaptics"}, {0x16c0, 0x0486, "WoodenHaptics (Teensy)"}, {0x046d, 0xc626, "SpaceNavigator"},
-    {0x256f, 0, "3Dconnexion SpaceMouse"}, {0x05f3, 0x00ff, "foot pedal (Infinity)"}, {0x0c45, 0x7403, "foot pedal"},
-    {0x0c45, 0x7404, "foot pedal"},    {0x3553, 0xb001, "foot pedal"},             {0x413d, 0x2107, "foot pedal"},
+    {0x1234, 0x0006, "WoodenHaptics"},
+    {0x16c0, 0x0486, "WoodenHaptics (Teensy)"},
+    {0x046d, 0xc626, "SpaceNavigator"},
+    {0x256f, 0, "3Dconnexion SpaceMouse"},
+    {0x05f3, 0x00ff, "foot pedal (Infinity)"},
+    {0x0c45, 0x7403, "foot pedal"},
+    {0x0c45, 0x7404, "foot pedal"},
+    {0x3553, 0xb001, "foot pedal"},
+    {0x413d, 0x2107, "foot pedal"},
     {0x1a86, 0xe026, "foot pedal"},
 };
 
@@ -261,7 +271,8 @@ Check hid() {
     }
   }
   const std::string write_rules = fmt::format(
-      "printf 'SUBSYSTEM==\"hidraw\", ATTRS{{idVendor}}==\"%s\", TAG+=\"uaccess\"\\n' 1234 16c0 046d 256f 05f3 0c45 3553 413d "
+      "printf 'SUBSYSTEM==\"hidraw\", ATTRS{{idVendor}}==\"%s\", TAG+=\"uaccess\"\\n' 1234 16c0 046d 256f 05f3 0c45 "
+      "3553 413d "
       "1a86 | sudo tee /etc/udev/rules.d/70-typodont.rules && sudo udevadm control --reload && sudo udevadm trigger");
   if (!refused.empty()) {
     c.state = State::kDegraded;
@@ -271,7 +282,8 @@ Check hid() {
     c.found = fmt::format("{}", fmt::join(known, ", "));
   } else {
     c.state = State::kMissing;
-    c.found = fmt::format("no device that Typodont knows ({} HID devices in all{})", nodes, rules ? ", udev rules are there" : "");
+    c.found = fmt::format("no device that Typodont knows ({} HID devices in all{})", nodes,
+                          rules ? ", udev rules are there" : "");
     c.mend = rules || geteuid() == 0 ? "connect one" : "connect one; so that it may be used: " + write_rules;
   }
   return c;
@@ -308,7 +320,9 @@ Check audio() {
 #else
   c.state = State::kMissing;
   c.found = "built without PortAudio";
-  c.mend = "sudo apt install portaudio19-dev && cmake --preset release -DTYPODONT_PORTAUDIO=ON && cmake --build --preset release";
+  c.mend =
+      "sudo apt install portaudio19-dev && cmake --preset release -DTYPODONT_PORTAUDIO=ON && cmake --build --preset "
+      "release";
 #endif
   return c;
 }
@@ -367,7 +381,8 @@ Check display() {
   if (!x11.empty()) {
     c.found = "X11 (" + x11 + ")";
     std::error_code code;
-    const std::string number = x11.substr(1, x11.find('.') == std::string::npos ? std::string::npos : x11.find('.') - 1);
+    const std::string number =
+        x11.substr(1, x11.find('.') == std::string::npos ? std::string::npos : x11.find('.') - 1);
     if (x11[0] != ':' || fs::exists("/tmp/.X11-unix/X" + number, code)) return c;
     c.state = State::kDegraded;
     c.found += ", but no server answers there";
@@ -396,7 +411,7 @@ Check encoder() {
 Check disk() {
   Check c("disk", "Disk space");
   c.required = true;
-  struct statvfs space{};
+  struct statvfs space {};
   std::error_code code;
   const fs::path here = fs::current_path(code);
   if (code || statvfs(here.c_str(), &space) != 0) {
@@ -430,7 +445,8 @@ void run(bool json) {
   }
   std::string refusal;
   for (const Check& c : checks) {
-    if (c.required && c.state == State::kMissing) refusal += fmt::format("{}{}: {}", refusal.empty() ? "" : "; ", c.name, c.found);
+    if (c.required && c.state == State::kMissing)
+      refusal += fmt::format("{}{}: {}", refusal.empty() ? "" : "; ", c.name, c.found);
   }
   if (json) {
     nlohmann::ordered_json list = nlohmann::ordered_json::array();
@@ -449,9 +465,13 @@ void run(bool json) {
   } else {
     const bool color = isatty(STDOUT_FILENO) && environment("NO_COLOR").empty();
     for (const Check& c : checks) {
-      const char* on = !color ? "" : c.state == State::kOk ? "\033[32m" : c.state == State::kDegraded ? "\033[33m" : "\033[31m";
+      const char* on = !color                        ? ""
+                       : c.state == State::kOk       ? "\033[32m"
+                       : c.state == State::kDegraded ? "\033[33m"
+                                                     : "\033[31m";
       fmt::print("{}{:<9}{} {:<25} {}\n", on, name_of(c.state), color ? "\033[0m" : "", c.name, c.found);
-      if (!c.without.empty()) fmt::print("{:36}{}: {}\n", "", c.state == State::kMissing ? "without it" : "as it is", c.without);
+      if (!c.without.empty())
+        fmt::print("{:36}{}: {}\n", "", c.state == State::kMissing ? "without it" : "as it is", c.without);
       if (!c.mend.empty()) fmt::print("{:36}mend: {}\n", "", c.mend);
     }
     if (refusal.empty()) fmt::print("\nTypodont runs on this machine.\n");
@@ -463,10 +483,12 @@ void run(bool json) {
 }  // namespace
 
 void add_doctor_command(CLI::App& app) {
-  CLI::App* command = app.add_subcommand("doctor", "Say what this machine has, what is missing, and the command that mends it");
+  CLI::App* command =
+      app.add_subcommand("doctor", "Say what this machine has, what is missing, and the command that mends it");
   const auto json = std::make_shared<bool>(false);
   command->add_flag("--json", *json, "print the findings as JSON");
-  command->footer("Exit status: 0 when Typodont can run here, at least offscreen; else 1.\nExample:\n  typodont doctor --json");
+  command->footer(
+      "Exit status: 0 when Typodont can run here, at least offscreen; else 1.\nExample:\n  typodont doctor --json");
   command->callback([json] { run(*json); });
 }
 

@@ -1,4 +1,6 @@
 // typodont replay: runs a recorded session again and says whether it comes out the same.
+#include "engine/app/replay.h"
+
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -7,7 +9,6 @@
 #include <string>
 
 #include "engine/app/commands/commands.h"
-#include "engine/app/replay.h"
 #include "engine/base/error.h"
 #include "engine/base/log.h"
 
@@ -36,7 +37,8 @@ void run(const Options& options) {
     fmt::print("{}: {} ticks, {:.3f} s{}\n", options.session, result.ticks, result.seconds,
                result.truncated ? ", cut off" : "");
     fmt::print("forces {}, tissue {}\n", result.force_hash, result.field_hash);
-    fmt::print("{}\n", result.identical ? "identical to the recording" : "differs from the recording: " + result.what_differs);
+    fmt::print("{}\n",
+               result.identical ? "identical to the recording" : "differs from the recording: " + result.what_differs);
   }
   if (options.check && !result.identical) throw RunFailure("the replay differs: " + result.what_differs);
 }

@@ -1,4 +1,6 @@
 // typodont report: a session as one HTML page.
+#include "engine/session/report.h"
+
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -12,7 +14,6 @@
 #include "engine/base/error.h"
 #include "engine/base/json.h"
 #include "engine/base/log.h"
-#include "engine/session/report.h"
 
 namespace typodont {
 
@@ -54,14 +55,19 @@ void run_folder(const Options& options, session::Language language) {
     }
   }
   if (sessions.empty()) {
-    throw Error(options.session, "", files.empty() ? "a folder without sessions" : "no session that can be read", "sessions (.h5)");
+    throw Error(options.session, "", files.empty() ? "a folder without sessions" : "no session that can be read",
+                "sessions (.h5)");
   }
   write_file_atomically(options.out, learning_curve_html(sessions, language));
   if (options.json) {
     nlohmann::json list = nlohmann::json::array();
     for (const SessionSummary& s : sessions) {
-      list.push_back({{"file", s.file}, {"date", s.date}, {"scene", s.scene}, {"truncated", s.truncated},
-                      {"points", s.score.points}, {"full", s.score.full}});
+      list.push_back({{"file", s.file},
+                      {"date", s.date},
+                      {"scene", s.scene},
+                      {"truncated", s.truncated},
+                      {"points", s.score.points},
+                      {"full", s.score.full}});
     }
     const nlohmann::json result = {{"report", options.out}, {"sessions", list}};
     fmt::print("{}\n", result.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
@@ -117,11 +123,15 @@ void run(const Options& options) {
 void add_report_command(CLI::App& app) {
   CLI::App* command = app.add_subcommand("report", "Make a report (one HTML page) from a recorded session");
   const auto options = std::make_shared<Options>();
-  command->add_option("SESSION", options->session, "A session recorded by run, demo or servo (.h5), or a folder of them: the learning curve")->required();
+  command
+      ->add_option("SESSION", options->session,
+                   "A session recorded by run, demo or servo (.h5), or a folder of them: the learning curve")
+      ->required();
   command->add_option("--out", options->out, "The page to write (.html)")->required();
   command->add_option("--language", options->language, "en, de or zh; otherwise as the system's");
-  command->add_option("--picture", options->pictures,
-                      "NAME=FILE.png: a picture beside those in the session; names before, during_1, after set the order");
+  command->add_option(
+      "--picture", options->pictures,
+      "NAME=FILE.png: a picture beside those in the session; names before, during_1, after set the order");
   command->add_flag("--json", options->json, "Print the score as JSON");
   command->footer("Example: typodont report out/session.h5 --out report.html --language de");
   command->callback([options] { run(*options); });

@@ -83,7 +83,9 @@ void run(const Options& options) {
 
   std::sort(times.begin(), times.end());
   const auto percentile = [&](double p) {
-    return times.empty() ? 0.0 : static_cast<double>(times[static_cast<std::size_t>(p * static_cast<double>(times.size() - 1))]) * 1e-3;
+    return times.empty()
+               ? 0.0
+               : static_cast<double>(times[static_cast<std::size_t>(p * static_cast<double>(times.size() - 1))]) * 1e-3;
   };
   double removed = 0;
   nlohmann::ordered_json removed_json = nlohmann::ordered_json::object();
@@ -94,10 +96,15 @@ void run(const Options& options) {
   }
   if (options.json) {
     const nlohmann::ordered_json json = {
-        {"ticks", ticks},          {"seconds", to_seconds(last.t)},       {"cuts", last.cuts},
-        {"removed_mm3", removed_json}, {"energy_mJ", last.energy * 1e3},  {"faults", faults},
+        {"ticks", ticks},
+        {"seconds", to_seconds(last.t)},
+        {"cuts", last.cuts},
+        {"removed_mm3", removed_json},
+        {"energy_mJ", last.energy * 1e3},
+        {"faults", faults},
         {"tick_us", {{"p50", percentile(0.5)}, {"p99", percentile(0.99)}, {"p99_9", percentile(0.999)}}},
-        {"field_hash", fmt::format("{:016x}", result.field_hash)},        {"out", options.out}};
+        {"field_hash", fmt::format("{:016x}", result.field_hash)},
+        {"out", options.out}};
     fmt::print("{}\n", json.dump(2));
   } else {
     fmt::print("{} ticks, {:.3f} s, {} cuts, {:.4f} mm³ removed\n", ticks, to_seconds(last.t), last.cuts, removed);
@@ -112,16 +119,23 @@ void run(const Options& options) {
 
 void add_servo_command(CLI::App& app) {
   auto options = std::make_shared<Options>();
-  CLI::App* command = app.add_subcommand("servo", "Run the haptic core alone on a scripted hand: same input, same bytes out");
-  command->footer("Example:\n  typodont servo assets/scenes/molar-caries.json --hand hand.csv --out ticks.csv --rate 4000");
+  CLI::App* command =
+      app.add_subcommand("servo", "Run the haptic core alone on a scripted hand: same input, same bytes out");
+  command->footer(
+      "Example:\n  typodont servo assets/scenes/molar-caries.json --hand hand.csv --out ticks.csv --rate 4000");
   command->add_option("scene", options->scene, "scene file (JSON)")->required();
   command->add_option("--hand", options->hand, "HAND.csv, a path; or HAND.json, a simulated hand")->required();
   command->add_option("--out", options->out, "ticks to write: .csv, or .h5 for a session")->required();
-  command->add_option("--rate", options->rate, "servo rate, Hz")->check(CLI::Range(10.0, 100000.0))->capture_default_str();
-  command->add_option("--model", options->model, "contact model")->check(CLI::IsMember({"god-object"}))->capture_default_str();
+  command->add_option("--rate", options->rate, "servo rate, Hz")
+      ->check(CLI::Range(10.0, 100000.0))
+      ->capture_default_str();
+  command->add_option("--model", options->model, "contact model")
+      ->check(CLI::IsMember({"god-object"}))
+      ->capture_default_str();
   command->add_option("--save", options->save, "save the tissue afterwards (.vdb)");
-  command->add_flag("--no-timing", options->no_timing,
-                    "write 0 for tick_us, the one column that differs from run to run: equal runs are then equal bytes");
+  command->add_flag(
+      "--no-timing", options->no_timing,
+      "write 0 for tick_us, the one column that differs from run to run: equal runs are then equal bytes");
   command->add_flag("--json", options->json, "print the summary as JSON");
   command->callback([options] { run(*options); });
 }
