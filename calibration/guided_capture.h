@@ -72,13 +72,13 @@ class GuidedCapture {
   double plate_pitch_;
 };
 
-/// A prompt as a picture for the panel: text and marks, 8-bit grey, row by row from the top; mirrored so that it reads
-/// right in a mirror.
+/// A prompt as a picture for the panel: text and marks, 8-bit grey, row by row from the top. The text can be mirrored left
+/// to right or turned over top to bottom, so that it reads right in a mirror, wherever that stands; marks lie where they lie.
 struct Picture {
   int width = 0, height = 0;
   std::vector<unsigned char> grey;
 };
-Picture prompt_picture(const Prompt& prompt, int width, int height, bool mirrored);
+Picture prompt_picture(const Prompt& prompt, int width, int height, bool mirrored, bool upside_down = false);
 
 /// A short tone, mono, -1..1.
 std::vector<float> cue_sound(Cue cue, double sample_rate);

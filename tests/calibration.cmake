@@ -1,4 +1,5 @@
 typodont_test(unit_calibration KIND unit SOURCES unit/calibration_registration_test.cpp unit/calibration_bench_test.cpp
+          unit/calibration_still_touch_test.cpp
   LIBS typodont_calibration)
 typodont_test(property_calibration KIND property
   SOURCES property/calibration_registration_test.cpp property/calibration_delay_test.cpp
@@ -7,3 +8,7 @@ typodont_test(property_calibration KIND property
 typodont_test(acceptance_calibration KIND acceptance SOURCES acceptance/calibration_routine_test.cpp LIBS typodont_calibration)
 typodont_test(bench_calibration KIND bench SOURCES bench/calibration_bench_test.cpp LIBS typodont_calibration SERIAL)
 typodont_test(stress_calibration KIND stress SOURCES stress/calibration_parsers_test.cpp LIBS typodont_calibration)
+# Guided capture through the command line.
+typodont_test(acceptance_calibration_guide KIND acceptance SOURCES acceptance/calibration_guide_test.cpp LIBS typodont_calibration)
+target_compile_definitions(acceptance_calibration_guide PRIVATE TYPODONT_PROGRAM="$<TARGET_FILE:typodont>")
+add_dependencies(acceptance_calibration_guide typodont)

@@ -40,7 +40,7 @@ constexpr Glyph kFont[] = {
 
 }  // namespace
 
-Picture prompt_picture(const Prompt& prompt, int width, int height, bool mirrored) {
+Picture prompt_picture(const Prompt& prompt, int width, int height, bool mirrored, bool upside_down) {
   Picture picture{width, height, std::vector<unsigned char>(static_cast<std::size_t>(width) * static_cast<std::size_t>(height), 16)};
   const auto set = [&](int x, int y, unsigned char grey) {
     if (x < 0 || y < 0 || x >= width || y >= height) return;
@@ -66,7 +66,7 @@ Picture prompt_picture(const Prompt& prompt, int width, int height, bool mirrore
       for (int pixel = 0; glyph != std::end(kFont) && pixel < 35 * scale * scale; ++pixel) {
         const int x = pixel % (5 * scale), y = pixel / (5 * scale);
         if (!(glyph->rows[y / scale] >> (4 - x / scale) & 1)) continue;
-        set(mirrored ? width - 1 - (left + x) : left + x, top + y, 230);
+        set(mirrored ? width - 1 - (left + x) : left + x, upside_down ? height - 1 - (top + y) : top + y, 230);
       }
       left += 6 * scale;
     }

@@ -2,9 +2,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
-#include <charconv>
 #include <filesystem>
-#include <iostream>
 #include <memory>
 
 #include "calibration/bench_simulator.h"
@@ -15,6 +13,7 @@
 #include "calibration/report_page.h"
 #include "calibration/rig_file.h"
 #include "engine/app/commands/commands.h"
+#include "engine/app/guide_stage.h"
 #include "engine/base/error.h"
 #include "engine/base/json.h"
 #include "engine/base/log.h"
@@ -262,35 +261,6 @@ void add_drift(CLI::App& calibrate) {
   });
 }
 
-// One line of a touch: "x y z" in millimetres, or six joint angles in radians.
-std::optional<Touch> parse_touch(const std::string& line, const ArmGeometry& arm) {
-  std::vector<double> numbers;
-  const char *at = line.data(), *end = line.data() + line.size();
-  while (at < end) {
-    if (*at == ' ' || *at == ',' || *at == '\t' || *at == '\r') {
-      ++at;
-      continue;
-    }
-    double value = 0;
-    const auto [next, error] = std::from_chars(at, end, value);
-    if (error != std::errc() || !std::isfinite(value)) return std::nullopt;
-    numbers.push_back(value), at = next;
-  }
-  if (numbers.size() == 3) return Touch{dvec3(numbers[0], numbers[1], numbers[2]) * kMillimetre, std::nullopt};
-  if (numbers.size() != 6) return std::nullopt;
-  Touch touch;
-  touch.reading = ArmReading{};
-  std::copy(numbers.begin(), numbers.end(), touch.reading->angle.begin());
-  touch.p_H = tip_position(arm, *touch.reading);
-  return touch;
-}
-
-void write_pgm(const std::string& file, const Picture& picture) {
-  std::string bytes = fmt::format("P5\n{} {}\n255\n", picture.width, picture.height);
-  bytes.append(picture.grey.begin(), picture.grey.end());
-  write_file_atomically(file, bytes);
-}
-
 void add_status(CLI::App& calibrate) {
   auto file = std::make_shared<std::string>();
   CLI::App* command = calibrate.add_subcommand("status", "which steps are done, and which to do again");
@@ -311,59 +281,49 @@ void add_status(CLI::App& calibrate) {
 }
 
 void add_guide(CLI::App& calibrate) {
-  struct Options {
-    std::string rig, step, picture;
-    double plate_pitch_mm = 40;
+  struct Options : GuideOptions {
+    std::string step;
+    double plate_pitch_mm = 40, still_mm = 0.3;
+    bool no_window = false;
   };
   auto options = std::make_shared<Options>();
   CLI::App* command = calibrate.add_subcommand("guide", "guided capture of one step; can be broken off and goes on where it was");
   command->add_option("step", options->step, "arm, screen, mirror, eyes, register or verify")->required();
   command->add_option("--rig", options->rig, "rig file")->required();
-  command->add_option("--picture", options->picture, "write what the panel should show to this PGM file before each touch");
+  command->add_option("--hand", options->hand, "take touches from this hand: an address as typodont devices lists them, or script:HAND.csv");
+  command->add_option("--pedal", options->pedal, "\"auto\", or the pedal's path or serial")->capture_default_str();
+  command->add_option("--still-mm", options->still_mm, "a touch is refused when the tip strayed farther than this within 100 ms")
+      ->capture_default_str()
+      ->check(CLI::Range(0.001, 10.0));
+  command->add_flag("--fast", options->fast, "a script: hand runs as fast as it can");
+  command->add_flag("--no-window", options->no_window, "show no prompts on the screen");
+  command->add_option("--monitor", options->monitor, "show the prompts full screen on this monitor, counted from 0")->check(CLI::NonNegativeNumber);
+  command->add_option("--picture", options->picture, "write what the panel should show to this PNG or PGM file before each touch");
+  command->add_option("--audio", options->audio, "play a cue after each touch: portaudio:[DEVICE] or wav:FILE");
   command->add_option("--plate-pitch-mm", options->plate_pitch_mm, "between the points of the arm's 5 by 5 plate")
       ->capture_default_str()
       ->check(CLI::PositiveNumber);
   command->footer(
-      "Reads one touch a line from standard input: x y z in mm, or six joint angles in rad. Other lines: undo, done\n"
-      "(solve and stop), quit (stop; captures are kept).\n"
+      "With --hand a touch is the tip's mean place, in the base frame, over the 100 ms before the pedal goes down or Enter\n"
+      "is typed; the hand feels no force. On a desktop the prompts are shown in a window (--monitor N: on the panel), which\n"
+      "takes Enter, U, D and Q. The step arm needs joint angles, which hands do not report: give it those as lines.\n"
+      "Standard input: x y z in mm, or six joint angles in rad, is a touch; undo or u; done or d (solve and stop); quit or\n"
+      "q (stop; captures are kept).\n"
+      "Example: typodont calibrate guide register --rig bench.json --hand haply: --monitor 1 --audio portaudio:\n"
       "Example: device-reader | typodont calibrate guide register --rig bench.json");
   command->callback([options] {
     const auto step = step_named(options->step);
     if (!step) throw Error("calibrate guide: found step \"" + options->step + "\", expected arm, screen, mirror, eyes, register or verify");
+    options->still.radius = options->still_mm * kMillimetre;
+    options->window = !options->no_window;
     RigFile rig = RigFile::load(options->rig);
     GuidedCapture guide(rig.bench(), rig.captures_folder(), options->plate_pitch_mm * kMillimetre);
     guide.begin(*step);
-    const bool mirrored = guide.bench().rig.mirror.has_value() && *step != Step::kScreen;
-    if (guide.taken() > 0) log::info("going on after {} touches", guide.taken());
-    const auto ask = [&] {
-      const Prompt prompt = guide.prompt();
-      if (!options->picture.empty()) write_pgm(options->picture, prompt_picture(prompt, 1280, 720, mirrored));
-      fmt::print("{}\n", prompt.text);
-      std::fflush(stdout);
-    };
-    const auto finish = [&] {
-      guide.solve();
-      rig.set(guide.bench());
-      rig.save();
-      fmt::print("{}", summary(guide.bench()));
-    };
-    ask();
-    std::string line;
-    while (std::getline(std::cin, line)) {
-      if (line.empty()) continue;
-      if (line == "quit") return;
-      if (line == "done") return finish();
-      if (line == "undo") {
-        fmt::print("{}\n", guide.undo() ? "the last touch is forgotten" : "there is nothing to undo");
-      } else if (const auto touch = parse_touch(line, guide.bench().arm)) {
-        const Live live = guide.add(*touch);
-        fmt::print("{}{}\n", live.text, live.outlier && live.p_W ? fmt::format(" (it lies at {} mm)", words(*live.p_W * 1e3)) : "");
-        if (guide.done()) return finish();
-      } else {
-        log::warn("standard input: found \"{}\", expected x y z in mm, six joint angles in rad, undo, done or quit", line.substr(0, 60));
-      }
-      ask();
-    }
+    if (run_guide(guide, *options) == GuideEnd::kStop) return;
+    guide.solve();
+    rig.set(guide.bench());
+    rig.save();
+    fmt::print("{}", summary(guide.bench()));
   });
 }
 
@@ -385,11 +345,11 @@ void add_camera(CLI::App& calibrate) {
   CLI::App* board = calibrate.add_subcommand("board", "draw the chessboard that the panel shows to a camera");
   board_options(board);
   board->add_option("--size", options->size, "pixels of the panel")->expected(2)->check(CLI::Range(64, 16384));
-  board->add_option("--out", options->out_picture, "PGM file")->required();
+  board->add_option("--out", options->out_picture, "PNG or PGM file")->required();
   board->footer("Example: typodont calibrate board --size 1920 1080 --out board.pgm");
   board->callback([options] {
     const BoardPicture drawn = draw_board(options->columns, options->rows, options->size[0], options->size[1]);
-    write_pgm(options->out_picture, {drawn.width, drawn.height, drawn.grey});
+    write_picture(options->out_picture, {drawn.width, drawn.height, drawn.grey});
   });
 
 #ifdef TYPODONT_CAMERA
@@ -485,13 +445,13 @@ void add_calibrate_command(CLI::App& app) {
   };
   auto options = std::make_shared<Options>();
   CLI::App* calibrate = app.add_subcommand("calibrate", "set up a bench: what you see is where you feel it");
-  calibrate->add_flag("--simulate", options->simulate, "run the whole routine against a simulated bench");
+  calibrate->add_flag("--simulate", options->simulate, "run the whole routine against a simulated bench, e.g. --simulate --seed 7 --out bench");
   calibrate->add_option("--out", options->out, "with --simulate: folder for the rig, the captures and the report");
   calibrate->add_flag("--json", options->json, "with --simulate: print the result as JSON");
   calibrate->add_option("--noise-mm", options->noise_mm, "with --simulate: noise of a touch per axis")->capture_default_str()->check(CLI::Range(0.0, 5.0));
   calibrate->add_option("--outliers", options->outliers, "with --simulate: share of touches that slip")->capture_default_str()->check(CLI::Range(0.0, 0.4));
   calibrate->add_option("--seed", options->seed, "with --simulate: which bench")->capture_default_str();
-  calibrate->footer("Example: typodont calibrate --simulate --out bench");
+  calibrate->footer("Example: typodont calibrate --simulate --out bench\nExample: typodont calibrate guide screen --rig bench/rig.json --hand haply:");
   add_rig_step(*calibrate, "arm", "the arm's own geometry, from the tip in sockets and on a plate", "arm.csv");
   add_rig_step(*calibrate, "screen", "panel and mirror, from touches of the stylus", "marks.csv and mirror.csv");
   add_rig_step(*calibrate, "eyes", "eye centre and distance, from alignments through the mirror", "eyes.csv");

@@ -1,0 +1,45 @@
+#include "calibration/still_touch.h"
+
+#include <algorithm>
+
+namespace typodont::calibration {
+
+namespace {
+constexpr std::size_t kSamples = 4096;  // a tenth of a second at 40 kHz
+constexpr std::size_t kFewest = 4;
+constexpr double kDown = 0.5, kUp = 0.3;  // of the pedal's way
+}  // namespace
+
+StillTouch::StillTouch(const Limits& limits) : limits_(limits), samples_(kSamples) {}
+
+StillTouch::Verdict StillTouch::add(Nanos t, const dvec3& p, double pedal, bool asked) noexcept {
+  if (!is_finite(p) || (count_ > 0 && t <= back(0).t)) count_ = 0;  // what came before cannot be told from this
+  if (is_finite(p)) {
+    samples_[next_] = {t, p};
+    next_ = (next_ + 1) % samples_.size();
+    count_ = std::min(count_ + 1, samples_.size());
+  }
+  const bool pressed = !pedal_down_ && pedal > kDown;
+  if (pedal > kDown) pedal_down_ = true;
+  if (pedal < kUp) pedal_down_ = false;
+  return pressed || asked ? judge() : Verdict::kNone;
+}
+
+StillTouch::Verdict StillTouch::judge() noexcept {
+  if (count_ == 0) return Verdict::kTooSoon;
+  const Nanos begin = back(0).t - from_seconds(limits_.window);
+  std::size_t used = 0;
+  while (used < count_ && back(used).t >= begin) ++used;
+  // The window is full when a sample lies before it, or on its edge.
+  if (used < kFewest || (used == count_ && back(used - 1).t > begin)) return Verdict::kTooSoon;
+  // Summed as differences, so that a tip that did not move comes out as it went in.
+  const dvec3 origin = back(0).p;
+  dvec3 sum(0);
+  for (std::size_t i = 0; i < used; ++i) sum += back(i).p - origin;
+  mean_ = origin + sum / static_cast<double>(used);
+  moved_ = 0;
+  for (std::size_t i = 0; i < used; ++i) moved_ = std::max(moved_, glm::length(back(i).p - mean_));
+  return moved_ <= limits_.radius ? Verdict::kTaken : Verdict::kMoved;
+}
+
+}  // namespace typodont::calibration

@@ -1,0 +1,162 @@
+// Guided capture through the command line, with a scripted hand in place of a device.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "calibration/bench_simulator.h"
+#include "calibration/guided_capture.h"
+#include "calibration/rig_file.h"
+#include "tests/support/program.h"
+
+namespace typodont::calibration {
+namespace {
+
+using test::ProgramFolder;
+using test::Ran;
+using testing::HasSubstr;
+
+/// A bench whose screen and eyes are known, and the points that its user touches when guided through `register`.
+class GuidedBench : public testing::Test {
+ protected:
+  GuidedBench() : simulator({}), bench(simulator.drawings()) {
+    simulator.capture_arm(known, bench);
+    solve_arm_step(bench, known);
+    simulator.capture_screen(known, bench);
+    solve_screen_step(bench, known);
+    simulator.capture_eyes(known, bench);
+    solve_eyes_step(bench, known);
+    make_rig("rig.json");
+  }
+
+  std::filesystem::path make_rig(const std::string& name) {
+    RigFile rig = RigFile::create(folder.path() / name);
+    write_captures(rig.captures_folder(), known);
+    rig.set(bench);
+    rig.save();
+    return folder.path() / name;
+  }
+
+  /// The touches of the step as numbers, as a hand without encoders gives them, and the step solved from them.
+  BenchState by_file(std::vector<dvec3>& touches) {
+    RigFile rig = RigFile::load(make_rig("file.json"));
+    GuidedCapture guide(rig.bench(), rig.captures_folder());
+    guide.begin(Step::kRegister);
+    while (!guide.done()) {
+      const Touch touch = simulator.touch(simulator.reached_for(guide.bench().rig, *guide.prompt().target_D), bench.arm);
+      guide.add({touch.p_H, std::nullopt});
+      touches.push_back(touch.p_H);
+    }
+    BenchState solved = RigFile::load(folder.path() / "file.json").bench();
+    solve_register_step(solved, read_captures(rig.captures_folder()));
+    return solved;
+  }
+
+  /// Rests at each point for 0.15 s and presses the pedal at its end; `hasty` presses at once where it arrives.
+  std::string script(const std::vector<dvec3>& points, bool hasty = false) {
+    std::string csv = "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n";
+    double t = 0;
+    const auto row = [&](const dvec3& p, double pedal) {
+      csv += fmt::format("{:.3f},{},{},{},1,0,0,0,{}\n", t, p.x * 1e3, p.y * 1e3, p.z * 1e3, pedal);
+    };
+    for (const dvec3& p : points) {
+      row(p, 0), t += hasty ? 0.01 : 0.15;
+      row(p, 0), t += 0.002;
+      row(p, 1), t += 0.01;
+      row(p, 1), t += 0.002;
+      row(p, 0), t += 0.05;
+    }
+    row(points.back(), 0);
+    return folder.write("hand.csv", csv);
+  }
+
+  Ran guide(const std::string& options, const std::string& before = "") {
+    return folder.run(fmt::format("calibrate guide register --rig {} --no-window {}", folder / "rig.json", options), before);
+  }
+  std::size_t kept() {
+    return read_captures(RigFile::load(folder.path() / "rig.json").captures_folder()).registration.size();
+  }
+
+  ProgramFolder folder{TYPODONT_PROGRAM};
+  BenchSimulator simulator;
+  BenchState bench;
+  Captures known;
+};
+
+TEST_F(GuidedBench, AScriptedHandWithAPedalSolvesWhatTheSameTouchesInAFileSolve) {
+  std::vector<dvec3> touches;
+  const BenchState expected = by_file(touches);
+  const Ran ran = guide(fmt::format("--hand script:{} --fast </dev/null", script(touches)));
+  ASSERT_EQ(ran.status, 0) << ran.err;
+  EXPECT_EQ(kept(), touches.size());
+  const BenchState live = RigFile::load(folder.path() / "rig.json").bench();
+  EXPECT_GT(glm::length(live.rig.X_WH.p - bench.rig.X_WH.p), 1e-5) << "the step changed nothing";
+  EXPECT_LT(glm::length(live.rig.X_WH.p - expected.rig.X_WH.p), 1e-9);
+  EXPECT_LT(glm::length(live.rig.X_WH.R - expected.rig.X_WH.R), 1e-9);
+  EXPECT_LT(glm::length(live.rig.eyes.center - expected.rig.eyes.center), 1e-9);
+  EXPECT_LT(glm::length(live.rig.panel.lower_left - expected.rig.panel.lower_left), 1e-9);
+  EXPECT_NEAR(live.rig.eyes.ipd, expected.rig.eyes.ipd, 1e-9);
+  EXPECT_THAT(ran.out, HasSubstr("predicted error")) << "residuals come with each touch";
+}
+
+TEST_F(GuidedBench, AHandThatEndsEarlyLeavesItsTouchesAndTheNextGoesOn) {
+  std::vector<dvec3> touches;
+  const BenchState expected = by_file(touches);
+  const Ran first = guide(fmt::format("--hand script:{} --fast </dev/null", script({touches.begin(), touches.begin() + 70})));
+  EXPECT_EQ(first.status, 1);
+  EXPECT_THAT(first.err, HasSubstr("70 of 120 touches are kept"));
+  EXPECT_EQ(kept(), 70u);
+  const Ran second = guide(fmt::format("--hand script:{} --fast </dev/null", script({touches.begin() + 70, touches.end()})));
+  EXPECT_EQ(second.status, 0) << second.err;
+  EXPECT_THAT(second.err, HasSubstr("going on after 70 touches"));
+  EXPECT_LT(glm::length(RigFile::load(folder.path() / "rig.json").bench().rig.X_WH.p - expected.rig.X_WH.p), 1e-9);
+}
+
+TEST_F(GuidedBench, APressWhileTheTipMovesIsRefusedAndSaid) {
+  const std::vector<dvec3> touches{dvec3(0.01, 0, 0), dvec3(0.04, 0, 0), dvec3(0.01, 0, 0.03)};
+  const Ran ran = guide(fmt::format("--hand script:{} --fast </dev/null", script(touches, true)));
+  EXPECT_EQ(ran.status, 1);
+  EXPECT_EQ(kept(), 0u);
+  EXPECT_THAT(ran.out, HasSubstr("not taken: hold the tip still for 100 ms first"));
+  EXPECT_THAT(ran.out, HasSubstr("not taken: the tip moved"));
+}
+
+TEST_F(GuidedBench, EnterTakesATouchAndUTakesItBackWhileTheHandRuns) {
+  // The hand rests in one place. The keyboard asks until a second touch is taken, takes the last one back, and stops.
+  folder.write("hand.csv", "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,10,20,30,1,0,0,0,0\n60,10,20,30,1,0,0,0,0\n");
+  folder.write("keys.sh", "cd $(dirname $0)\nuntil grep -q 'touch 2:' .stdout; do echo; sleep 0.2; done\necho u; echo q\n");
+  const std::string keys = fmt::format("sh {} |", folder / "keys.sh");
+  const Ran ran = guide(fmt::format("--hand script:{}", folder / "hand.csv"), keys);
+  EXPECT_EQ(ran.status, 0) << ran.err;
+  EXPECT_THAT(ran.out, HasSubstr("the last touch is forgotten"));
+  const std::size_t taken = ran.out.find("touch 3:") == std::string::npos ? 2 : 3;
+  ASSERT_EQ(kept(), taken - 1);
+  const auto captures = read_captures(RigFile::load(folder.path() / "rig.json").captures_folder());
+  EXPECT_LT(glm::length(captures.registration[0].touch.p_H - dvec3(0.01, 0.02, 0.03)), 1e-12);
+}
+
+TEST_F(GuidedBench, TheArmStepAsksForJointAnglesInsteadOfAHand) {
+  const Ran ran = folder.run(fmt::format("calibrate guide arm --rig {} --hand script:hand.csv </dev/null", folder / "rig.json"));
+  EXPECT_EQ(ran.status, 2);
+  EXPECT_THAT(ran.err, HasSubstr("joint angles"));
+}
+
+TEST_F(GuidedBench, EveryTouchHasItsCueAndItsPicture) {
+  const std::vector<dvec3> touches(5, dvec3(0.01, 0.02, 0.03));
+  const Ran ran = guide(fmt::format("--hand script:{} --fast --audio wav:{} --picture {} </dev/null", script(touches), folder / "cues.wav", folder / "prompt.png"));
+  EXPECT_EQ(ran.status, 1) << "five touches are not the whole step";
+  EXPECT_THAT(test::read_text(folder / "prompt.png"), HasSubstr("PNG"));
+  const std::string wav = test::read_text(folder / "cues.wav");
+  ASSERT_GT(wav.size(), 6 * 0.16 * 48000) << "a ready and five taken";
+  EXPECT_TRUE(std::any_of(wav.begin() + 64, wav.end(), [](char c) { return c != 0; }));
+}
+
+TEST(CalibrateHelp, EverySubcommandNamesAnExample) {
+  const ProgramFolder folder{TYPODONT_PROGRAM};
+  for (const char* step : {"--simulate", "arm", "screen", "eyes", "register", "delay", "verify", "solve", "drift", "guide", "status", "board", "camera"}) {
+    const Ran ran = folder.run(fmt::format("calibrate {} --help", step));
+    EXPECT_EQ(ran.status, 0) << step;
+    EXPECT_THAT(ran.out, HasSubstr(fmt::format("Example: typodont calibrate {}", step))) << step;
+  }
+}
+
+}  // namespace
+}  // namespace typodont::calibration
