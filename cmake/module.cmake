@@ -9,10 +9,11 @@ function(typodont_module name)
 endfunction()
 
 # typodont_test(NAME KIND unit|property|golden|stress|bench|acceptance SOURCES a.cpp … [LIBS lib …]): a GoogleTest program;
-# every test in it becomes a ctest named KIND.Suite.Claim with the label KIND. [TIMEOUT s], [SERIAL]: not beside others.
+# every test in it becomes a ctest named KIND.Suite.Claim with the label KIND. [TIMEOUT s], [SERIAL]: not beside others;
+# [MEASURED pattern]: these of its tests measure time, and so are of the kind bench.
 include(GoogleTest)
 function(typodont_test name)
-  cmake_parse_arguments(ARG "SERIAL" "KIND;TIMEOUT" "SOURCES;LIBS" ${ARGN})
+  cmake_parse_arguments(ARG "SERIAL" "KIND;TIMEOUT;MEASURED" "SOURCES;LIBS" ${ARGN})
   if(NOT ARG_TIMEOUT)
     set(ARG_TIMEOUT 300)
   endif()
@@ -23,6 +24,14 @@ function(typodont_test name)
   add_executable(${name} ${ARG_SOURCES})
   target_link_libraries(${name} PRIVATE typodont_options typodont_test_support ${ARG_LIBS} GTest::gtest GTest::gmock
                                         GTest::gtest_main)
-  gtest_discover_tests(${name} TEST_PREFIX ${ARG_KIND}. DISCOVERY_TIMEOUT 60 WORKING_DIRECTORY ${PROJECT_SOURCE_DIR}
+  set(filter)
+  if(ARG_MEASURED)
+    set(filter TEST_FILTER -${ARG_MEASURED})
+    gtest_discover_tests(${name} TEST_PREFIX bench. TEST_FILTER ${ARG_MEASURED} TEST_LIST ${name}_measured
+                         DISCOVERY_TIMEOUT 60 WORKING_DIRECTORY ${PROJECT_SOURCE_DIR}
+                         PROPERTIES LABELS bench TIMEOUT ${ARG_TIMEOUT} RUN_SERIAL TRUE)
+  endif()
+  gtest_discover_tests(${name} TEST_PREFIX ${ARG_KIND}. ${filter} DISCOVERY_TIMEOUT 60
+                       WORKING_DIRECTORY ${PROJECT_SOURCE_DIR}
                        PROPERTIES LABELS ${ARG_KIND} TIMEOUT ${ARG_TIMEOUT} RUN_SERIAL ${serial})
 endfunction()

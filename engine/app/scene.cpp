@@ -131,7 +131,7 @@ Scene read_scene(const fs::path& file) {
 
 Scene parse_scene(const Json& json, const fs::path& file) {
   json.allow_only({"name", "description", "tissue", "paint", "tool", "spindle_krpm", "spindle", "coupling", "materials",
-                   "parts", "friction", "cutting", "passivity", "boundary_walls", "force_filter", "score"});
+                   "parts", "friction", "cutting", "passivity", "boundary_walls", "force_filter", "score", "sound"});
   Scene scene;
   scene.file = file;
   scene.text = json.text();
@@ -193,6 +193,10 @@ Scene parse_scene(const Json& json, const fs::path& file) {
     scene.parts = {"haptics"};
   }
   if (const auto score = json.find("score")) scene.score = *score;
+  if (const auto sound = json.find("sound")) {
+    sound->allow_only({"lower_order"});
+    scene.sound_lower_order = sound->boolean_or("lower_order", false);
+  }
   return scene;
 }
 

@@ -22,6 +22,7 @@ struct Scene {
   std::optional<Json> tissue;    // a volume, or solids
   std::vector<Json> paint;       // tissue painted into it, e.g. a lesion
   std::optional<Json> score;
+  bool sound_lower_order = false;   // models may be cut to the order at which nothing is lost
 
   bool needs(std::string_view part) const { return parts.contains(std::string(part)); }
 };

@@ -23,7 +23,8 @@ std::filesystem::path voice_of(const Scene& scene) {
 }  // namespace
 
 SoundLink::SoundLink(const std::string& address, const Scene& scene, bool live)
-    : live_(live), output_(audio::AudioOutput::open(address)), voice_(scene.servo.tool.cuts) {
+    : options_{live ? kHold : 0.0, scene.sound_lower_order},
+      output_(audio::AudioOutput::open(address)), voice_(scene.servo.tool.cuts) {
   models_ = audio::load_sound_models(voice_of(scene));
   models_.free_speed = scene.servo.spindle.free_speed;
   make_synth(output_->sample_rate());
@@ -37,8 +38,7 @@ SoundLink::SoundLink(const std::string& address, const Scene& scene, bool live)
 SoundLink::~SoundLink() = default;
 
 void SoundLink::make_synth(double sample_rate) {
-  synth_ =
-      std::make_unique<audio::DrillSynth>(models_, sample_rate, kSeed, audio::SynthOptions{live_ ? kHold : 0.0, false});
+  synth_ = std::make_unique<audio::DrillSynth>(models_, sample_rate, kSeed, options_);
 }
 
 void SoundLink::push(const ServoTick& tick) noexcept {

@@ -35,7 +35,7 @@ class SoundLink {
 
   void make_synth(double sample_rate);
 
-  bool live_;
+  audio::SynthOptions options_;
   std::unique_ptr<audio::AudioOutput> output_;
   audio::SoundModels models_;
   audio::TickVoice voice_;  // audio thread

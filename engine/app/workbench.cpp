@@ -17,6 +17,7 @@
 #include "engine/app/sound_link.h"
 #include "engine/app/tissue_view.h"
 #include "engine/app/wiring.h"
+#include "engine/base/check.h"
 #include "engine/base/error.h"
 #include "engine/base/log.h"
 #include "engine/base/realtime.h"
@@ -24,6 +25,7 @@
 #include "engine/session/recorder.h"
 #include "haptics/carver.h"
 #include "haptics/devices/driver.h"
+#include "haptics/devices/exit_guard.h"
 #include "haptics/loop_timing.h"
 
 namespace typodont {
@@ -294,6 +296,7 @@ WorkbenchSummary run_workbench(const Scene& scene, const WorkbenchOptions& optio
   s.wiring.patch.publish();
 
   g_asked_to_stop = false;
+  set_check_handler(haptics::release_all_devices);  // a broken assumption, too, ends in zero force
   std::signal(SIGINT, ask_to_stop);
   std::signal(SIGTERM, ask_to_stop);
   std::jthread carver(carver_thread, std::ref(s));
