@@ -3,6 +3,7 @@
 #include <exception>
 
 #include "engine/app/commands/commands.h"
+#include "engine/app/replay_hand.h"
 #include "engine/base/error.h"
 #include "engine/base/log.h"
 
@@ -23,6 +24,7 @@ int main(int argc, char** argv) {
   add_replay_command(app);
   add_run_command(app);
   add_bench_command(app);
+  add_replay_driver();
   try {
     if (argc == 1) throw CLI::CallForHelp();
     app.parse(argc, argv);

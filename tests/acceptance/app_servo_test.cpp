@@ -121,6 +121,20 @@ TEST(ReplayCommand, ARecordedRunReplaysBitForBit) {
   EXPECT_FALSE(json["truncated"].boolean());
 }
 
+TEST(ServoCommand, TheHandOfARecordingDrillsTheSameHoleAgain) {
+  ProgramFolder folder(TYPODONT_PROGRAM);
+  folder.write("scene.json", drill_scene());
+  press(folder, 1.0);
+  const auto removed = [&](const std::string& hand, const char* out) {
+    const Ran ran = folder.run(
+        fmt::format("servo {0}/scene.json --hand {1} --out {0}/{2} --json", folder.path().string(), hand, out));
+    EXPECT_EQ(ran.status, 0) << ran.err;
+    return Json::parse(ran.out, "out")["field_hash"].string();
+  };
+  const std::string first = removed(folder / "hand.json", "s.h5");
+  EXPECT_EQ(removed("replay:" + (folder / "s.h5"), "again.csv"), first);
+}
+
 TEST(RunCommand, ALiveSessionOnAScriptedHandIsRecordedAndReplaysBitForBit) {
   ProgramFolder folder(TYPODONT_PROGRAM);
   folder.write("scene.json", drill_scene());

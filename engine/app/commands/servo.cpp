@@ -8,6 +8,7 @@
 
 #include "engine/app/commands/commands.h"
 #include "engine/app/haptic_loop.h"
+#include "engine/app/replay_hand.h"
 #include "engine/app/session_record.h"
 #include "engine/base/error.h"
 #include "engine/base/log.h"
@@ -54,10 +55,17 @@ class TickSink {
   std::unique_ptr<session::SessionWriter> session_;
 };
 
+/// A path, a simulated hand, or a recorded one: whatever moves by itself and always the same.
+std::unique_ptr<haptics::HapticDevice> open_deterministic_hand(const Options& options) {
+  const std::string& hand = options.hand;
+  if (hand.starts_with("replay:")) return open_replay_hand(hand.substr(7), options.rate, /*paced=*/false);
+  const std::string file = hand.starts_with("script:") ? hand.substr(7) : hand;
+  return haptics::open_scripted_hand(file, options.rate, /*paced=*/false);
+}
+
 void run(const Options& options) {
   const Scene scene = read_scene(options.scene);
-  const std::string hand_file = options.hand.starts_with("script:") ? options.hand.substr(7) : options.hand;
-  const auto hand = haptics::open_scripted_hand(hand_file, options.rate, /*paced=*/false);
+  const auto hand = open_deterministic_hand(options);
   HapticLoop loop(scene, load_tissue(scene), options.rate);
 
   session::SessionHeader header = session_header(scene, {}, *hand, loop.carver().volume(), options.rate);
@@ -124,7 +132,7 @@ void add_servo_command(CLI::App& app) {
   command->footer(
       "Example:\n  typodont servo assets/scenes/molar-caries.json --hand hand.csv --out ticks.csv --rate 4000");
   command->add_option("scene", options->scene, "scene file (JSON)")->required();
-  command->add_option("--hand", options->hand, "HAND.csv, a path; or HAND.json, a simulated hand")->required();
+  command->add_option("--hand", options->hand, "HAND.csv, a path; HAND.json, a simulated hand; or replay:SESSION.h5")->required();
   command->add_option("--out", options->out, "ticks to write: .csv, or .h5 for a session")->required();
   command->add_option("--rate", options->rate, "servo rate, Hz")
       ->check(CLI::Range(10.0, 100000.0))
