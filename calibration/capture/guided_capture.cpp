@@ -177,7 +177,16 @@ bool GuidedCapture::undo() {
 }
 
 void GuidedCapture::save() const {
-  write_captures(folder_, captures_);
+  Captures changed;  // the other steps lie on disk as they are
+  switch (step_) {
+    case Step::kArm: changed.arm = captures_.arm; break;
+    case Step::kScreen: changed.marks = captures_.marks; break;
+    case Step::kMirror: changed.mirror = captures_.mirror; break;
+    case Step::kEyes: changed.eyes = captures_.eyes; break;
+    case Step::kRegister: changed.registration = captures_.registration; break;
+    case Step::kVerify: changed.verification = captures_.verification; break;
+  }
+  write_captures(folder_, changed);
   // A step undone to nothing has no file.
   if (taken() == 0) {
     constexpr const char* kFiles[] = {"arm.csv", "marks.csv", "mirror.csv", "eyes.csv", "register.csv", "verify.csv"};

@@ -345,9 +345,11 @@ TEST(PromptPicture, MirroredTextIsTheTextMirroredAndMarksStayInPlace) {
     }
   }
   EXPECT_GT(lit, 100);
+  const Picture turned = prompt_picture(prompt, 640, 360, false, true);
+  for (std::size_t i = 0; i < plain.grey.size(); ++i) ASSERT_EQ(plain.grey[i], turned.grey[(359 - i / 640) * 640 + i % 640]);
   prompt.text.clear();
   prompt.mark = PanelPoint{0.25, 0.5};
-  EXPECT_EQ(prompt_picture(prompt, 640, 360, true).grey[180 * 640 + 160], 255);
+  EXPECT_EQ(prompt_picture(prompt, 640, 360, true, true).grey[180 * 640 + 160], 255);
 }
 
 TEST(CueSound, EveryCueSoundsDifferentAndEndsInSilence) {
