@@ -161,6 +161,7 @@ TEST(RunCommand, TerminatedInTheMiddleItStillSavesTheRecording) {
   EXPECT_FALSE(Json::parse(ran.out, "out")["truncated"].boolean());
 }
 
+#ifdef TYPODONT_WINDOW
 TEST(RunCommand, OnADesktopItOpensAWindowWithTheMouseAsHandAndDrawsNothingWhileNothingMoves) {
   ProgramFolder folder(TYPODONT_PROGRAM);
   folder.write(
@@ -178,6 +179,7 @@ TEST(RunCommand, OnADesktopItOpensAWindowWithTheMouseAsHandAndDrawsNothingWhileN
             60);  // the mouse rests: a frame when the tooth appears, a few while the hand settles
   EXPECT_EQ(folder.run(fmt::format("replay {0}/s.h5 --check", folder.path().string())).status, 0);
 }
+#endif
 
 TEST(RunCommand, WithoutADesktopOrAHandItSaysWhatIsMissing) {
   ProgramFolder folder(TYPODONT_PROGRAM);
