@@ -1,6 +1,7 @@
 #include "haptics/sweep.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
@@ -20,15 +21,23 @@ Sweep::Sweep(const Tool& tool, const Pose& X_WA, const Pose& X_WB, const VoxelFr
   X_VA_ = {a, X_WA.R};
   X_VB_ = {b, X_WB.R};
 
-  const double reach = tool.reach() / frame.voxel + kMargin;
-  lo_ = glm::ivec3(glm::ceil(glm::min(a, b) - reach));
-  hi_ = glm::ivec3(glm::floor(glm::max(a, b) + reach));
-
   // Two poses s apart leave a scallop of s²/8r on a flank of radius r; turning moves the far end by angle × reach.
+  const double reach = tool.reach() / frame.voxel;
   const double turn = 2 * std::acos(std::min(1.0, std::abs(glm::dot(X_WA.R, X_WB.R))));
-  const double travel = glm::length(b - a) + turn * tool.reach() / frame.voxel;
+  travel_ = glm::length(b - a) + turn * reach;
   const double step = std::sqrt(8 * std::max(1.0, static_cast<double>(radius_)) * 0.01);
-  poses_ = std::clamp(static_cast<int>(std::ceil(travel / step)), 1, 512);
+  poses_ = std::clamp(static_cast<int>(std::ceil(travel_ / step)), 1, 512);
+
+  // A slender head fills little of the ball around it: the box of its cylinder, at both ends of a short way.
+  const auto extent = [&](const Pose& X) {
+    if (sphere_ || poses_ > 1) return dvec3(reach + kMargin);
+    const dvec3 axis = X.R * dvec3(0, 0, 1);
+    const dvec3 across = glm::sqrt(glm::max(dvec3(1) - axis * axis, dvec3(0)));
+    return (tool.length / 2 * glm::abs(axis) + tool.radius() * across) / frame.voxel + (kMargin + 1e-6);
+  };
+  const dvec3 extent_a = extent(X_WA), extent_b = extent(X_WB);
+  lo_ = glm::ivec3(glm::ceil(glm::min(a - extent_a, b - extent_b)));
+  hi_ = glm::ivec3(glm::floor(glm::max(a + extent_a, b + extent_b)));
 }
 
 Pose Sweep::pose(int k) const noexcept { return interpolate(X_VA_, X_VB_, static_cast<double>(k) / poses_); }
@@ -212,76 +221,145 @@ __attribute__((target_clones("avx2", "default"))) bool raise_ball_ahead(const Bl
   return raise_block<false>(*block, *capsule, removed);
 }
 
-struct Row {
-  float px, py, pz;  // of its first sample, in T
-  float ex, ey, ez;  // from sample to sample
+constexpr int kRows = 4, kDeep = 8;  // a block of a general head's sweep: kRows × kRows rows of kDeep samples
+using HeadPiece = std::array<float, 10>;
+
+struct HeadBlock {
+  float px, py, pz;     // of its first sample, in T
+  float ex[3], ey[3], ez[3];  // to the next sample along x, y, z
 };
 
-/// Depth of a row of samples in a head at one pose, or what `depth` holds where that is more.
-__attribute__((target_clones("avx2", "default"))) void deepen_row(float* depth, int count, const Row* row,
-                                                                  const float (*pieces)[10], int piece_count) {
-  constexpr int kLanes = 8;
-  for (int start = 0; start < count; start += kLanes) {
-    float rho[kLanes], z[kLanes], best[kLanes], inside[kLanes];
-    for (int i = 0; i < kLanes; ++i) {
-      const float k = static_cast<float>(start + i);
-      const float x = row->px + k * row->ex, y = row->py + k * row->ey;
-      rho[i] = std::sqrt(x * x + y * y);
-      z[i] = row->pz + k * row->ez;
-      best[i] = 1e30f;
-      inside[i] = 1.0f;
-    }
-    for (int p = 0; p < piece_count; ++p) {
-      const float ax = pieces[p][0], az = pieces[p][1], bx = pieces[p][2], bz = pieces[p][3], dx = pieces[p][4],
-                  dz = pieces[p][5], inverse2 = pieces[p][6], cx = pieces[p][7], cz = pieces[p][8], radius = pieces[p][9];
-      if (radius == 0.0f) {
-        for (int i = 0; i < kLanes; ++i) {
-          const float ex = rho[i] - ax, ez = z[i] - az;
-          float s = (ex * dx + ez * dz) * inverse2;
-          s = s < 0.0f ? 0.0f : s;
-          s = s > 1.0f ? 1.0f : s;
-          const float fx = ex - s * dx, fz = ez - s * dz, d2 = fx * fx + fz * fz;
-          best[i] = d2 < best[i] ? d2 : best[i];
-          inside[i] = dx * ez - dz * ex < 0.0f ? -1.0f : inside[i];
-        }
-      } else {
-        const float ux = ax - cx, uz = az - cz, wx = bx - cx, wz = bz - cz;
-        for (int i = 0; i < kLanes; ++i) {
-          const float ex = rho[i] - ax, ez = z[i] - az, gx = rho[i] - bx, gz = z[i] - bz;
-          const float vx = rho[i] - cx, vz = z[i] - cz, length = std::sqrt(vx * vx + vz * vz);
-          const float on = (length - radius) * (length - radius);
-          const float e2 = ex * ex + ez * ez, g2 = gx * gx + gz * gz, ends = e2 < g2 ? e2 : g2;
-          const float between = static_cast<float>(static_cast<int>(ux * vz - uz * vx >= 0.0f) &
-                                                   static_cast<int>(vx * wz - vz * wx >= 0.0f));
-          const float d2 = between > 0.5f ? on : ends;
-          best[i] = d2 < best[i] ? d2 : best[i];
-          const float outside = static_cast<float>(static_cast<int>(dx * ez - dz * ex < 0.0f) & static_cast<int>(length > radius));
-          inside[i] = outside > 0.5f ? -1.0f : inside[i];
-        }
+inline __attribute__((always_inline)) void take_root(F8& v) {
+  F8 root;
+  for (int i = 0; i < 8; ++i) root[i] = std::sqrt(v[i]);
+  v = root;
+}
+
+/// How far each sample of a block is from its centre, and a little more.
+struct Offsets {
+  float of[kRows * kRows][kDeep];
+  Offsets() {
+    for (int row = 0; row < kRows * kRows; ++row) {
+      for (int i = 0; i < kDeep; ++i) {
+        const glm::dvec3 d(row / kRows - (kRows - 1) / 2.0, row % kRows - (kRows - 1) / 2.0, i - (kDeep - 1) / 2.0);
+        of[row][i] = static_cast<float>(glm::length(d) + 1e-3);
       }
     }
-    const int lanes = count - start < kLanes ? count - start : kLanes;
-    for (int i = 0; i < lanes; ++i) {
-      const float d = inside[i] * std::sqrt(best[i]);
-      depth[start + i] = d > depth[start + i] ? d : depth[start + i];
+  }
+};
+const Offsets kOffsets;
+
+/// The rows of a block that a head may raise whose depth at the block's centre is `depth`: it changes by at most one per
+/// voxel. One bit per row; arguments as for raise_rows().
+__attribute__((target_clones("avx2", "default"))) unsigned rows_to_raise(const float* distance, std::ptrdiff_t first,
+                                                                         std::size_t stride_x, std::size_t stride_y,
+                                                                         float depth, const int* from, const int* to) {
+  unsigned rows = 0;
+  const bool whole = from[2] == 0 && to[2] == kDeep;
+  for (int x = from[0]; x < to[0]; ++x) {
+    for (int y = from[1]; y < to[1]; ++y) {
+      const std::ptrdiff_t at = first + x * static_cast<std::ptrdiff_t>(stride_x) + y * static_cast<std::ptrdiff_t>(stride_y);
+      F8 most = *reinterpret_cast<const F8*>(kOffsets.of[x * kRows + y]) + depth;
+      most = most > Sweep::kInner ? F8{} + Sweep::kInner : most;
+      F8 old = F8{} + 1e9f;
+      if (whole) {
+        old = *reinterpret_cast<const F8*>(distance + at);
+      } else {
+        for (int i = from[2]; i < to[2]; ++i) old[i] = distance[at + i];
+      }
+      if (any_of((most > old) & (most > -Sweep::kMargin))) rows |= 1u << (x * kRows + y);
     }
+  }
+  return rows;
+}
+
+/// Depth of the samples of a block in a head at one pose, or what `depth` holds where that is more. `which` lists the
+/// pieces of the meridian that can be the closest one to any of the samples.
+__attribute__((target_clones("avx2", "default"))) void deepen_block(F8* depth, const HeadBlock* block,
+                                                                    const HeadPiece* pieces, const int* which,
+                                                                    int piece_count, unsigned rows) {
+  const F8 steps = {0, 1, 2, 3, 4, 5, 6, 7};
+  const F8 along_x = steps * block->ez[0], along_y = steps * block->ez[1], along_z = steps * block->ez[2];
+  for (int row = 0; row < kRows * kRows; ++row) {
+    if (!(rows >> row & 1)) continue;
+    const float ix = static_cast<float>(row / kRows), iy = static_cast<float>(row % kRows);
+    const F8 x = (block->px + ix * block->ex[0] + iy * block->ey[0]) + along_x;
+    const F8 y = (block->py + ix * block->ex[1] + iy * block->ey[1]) + along_y;
+    const F8 z = (block->pz + ix * block->ex[2] + iy * block->ey[2]) + along_z;
+    F8 rho = x * x + y * y;
+    take_root(rho);
+    F8 best = F8{} + 1e30f;
+    I8 outside = {};
+    for (int p = 0; p < piece_count; ++p) {
+      const HeadPiece& piece = pieces[which[p]];
+      const float ax = piece[0], az = piece[1], dx = piece[4], dz = piece[5], radius = piece[9];
+      const F8 ex = rho - ax, ez = z - az;
+      const I8 beyond = dx * ez - dz * ex < 0.0f;
+      if (radius == 0.0f) {
+        F8 s = (ex * dx + ez * dz) * piece[6];
+        s = s < 0.0f ? F8{} : s;
+        s = s > 1.0f ? F8{} + 1.0f : s;
+        const F8 fx = ex - s * dx, fz = ez - s * dz, d2 = fx * fx + fz * fz;
+        best = d2 < best ? d2 : best;
+        outside |= beyond;
+      } else {
+        const float bx = piece[2], bz = piece[3], cx = piece[7], cz = piece[8];
+        const float ux = ax - cx, uz = az - cz, wx = bx - cx, wz = bz - cz;
+        const F8 gx = rho - bx, gz = z - bz, vx = rho - cx, vz = z - cz;
+        F8 length = vx * vx + vz * vz;
+        take_root(length);
+        const F8 on = (length - radius) * (length - radius);
+        const F8 e2 = ex * ex + ez * ez, g2 = gx * gx + gz * gz, ends = e2 < g2 ? e2 : g2;
+        const I8 between = (ux * vz - uz * vx >= 0.0f) & (vx * wz - vz * wx >= 0.0f);
+        const F8 d2 = between ? on : ends;
+        best = d2 < best ? d2 : best;
+        outside |= beyond & (length > radius);
+      }
+    }
+    take_root(best);
+    const F8 signed_depth = outside ? -best : best;
+    depth[row] = signed_depth > depth[row] ? signed_depth : depth[row];
   }
 }
 
-/// new = max(old, min(depth, kInner)), depths below -kMargin not counted.
-int raise_to(float* row, float* before, const float* depth, int count) {
-  int changed = 0, volume = 0;
-  for (int i = 0; i < count; ++i) {
-    const float capped = depth[i] > Sweep::kInner ? Sweep::kInner : depth[i];
-    const float counted = capped > -Sweep::kMargin ? capped : -1e9f;
-    const float old = row[i], now = counted > old ? counted : old;
-    before[i] = old;
-    row[i] = now;
-    const int differs = static_cast<int>(now > old);
-    changed |= differs;
-    volume |= differs & static_cast<int>(now > -0.5f) & static_cast<int>(old < 0.5f);
+/// new = max(old, min(depth, kInner)), depths below -kMargin not counted, for the part [from, to) of a block. `row` is
+/// the block's first sample, inside the array or not. Returns whether anything changed.
+__attribute__((target_clones("avx2", "default"))) bool raise_rows(float* distance, std::ptrdiff_t row, std::size_t stride_x,
+                                                                  std::size_t stride_y, const F8* depths,
+                                                                  const int* from, const int* to, const Tissue* tissue,
+                                                                  PerTissue* removed) {
+  bool changed = false;
+  const bool whole = from[2] == 0 && to[2] == kDeep;
+  for (int x = from[0]; x < to[0]; ++x) {
+    for (int y = from[1]; y < to[1]; ++y) {
+      const std::ptrdiff_t at = row + x * static_cast<std::ptrdiff_t>(stride_x) + y * static_cast<std::ptrdiff_t>(stride_y);
+      F8 depth = depths[x * kRows + y];
+      depth = depth > Sweep::kInner ? F8{} + Sweep::kInner : depth;
+      depth = depth > -Sweep::kMargin ? depth : F8{} - 1e9f;
+      F8 old = F8{} + 1e9f;  // what lies outside the part is not raised
+      if (whole) {
+        old = *reinterpret_cast<const F8*>(distance + at);
+      } else {
+        for (int i = from[2]; i < to[2]; ++i) old[i] = distance[at + i];
+      }
+      const I8 raised = depth > old;
+      if (!any_of(raised)) continue;
+      changed = true;
+      const F8 now = raised ? depth : old;
+      if (whole) {
+        *reinterpret_cast<F8*>(distance + at) = now;
+      } else {
+        for (int i = from[2]; i < to[2]; ++i) distance[at + i] = now[i];
+      }
+      if (removed && any_of(raised & (now > -0.5f) & (old < 0.5f))) {
+        float before[kDeep], after[kDeep];
+        *reinterpret_cast<F8*>(before) = old;
+        *reinterpret_cast<F8*>(after) = now;
+        account(before + from[2], after + from[2], tissue + at + from[2], to[2] - from[2], *removed);
+      }
+    }
   }
-  return changed | volume << 1;
+  return changed;
 }
 
 }  // namespace
@@ -305,55 +383,58 @@ bool Sweep::raise_ball(const glm::ivec3& lo, const glm::ivec3& size, float* dist
 
 bool Sweep::raise_head(const glm::ivec3& lo, const glm::ivec3& size, float* distance, std::size_t stride_x,
                        std::size_t stride_y, const Tissue* tissue, PerTissue* removed) const noexcept {
-  constexpr int kBlock = 4, kDeep = 8;  // a block is kBlock x kBlock x kDeep samples
   bool changed = false;
-  float pieces[HeadField::kMaxPieces][10];
+  HeadPiece pieces[HeadField::kMaxPieces];
   for (int p = 0; p < head_.count; ++p) {
     const HeadField::Piece& piece = head_.pieces[p];
     const double values[10] = {piece.ax, piece.az, piece.bx, piece.bz, piece.dx,
                                piece.dz, piece.inverse2, piece.cx, piece.cz, piece.radius};
-    for (int i = 0; i < 10; ++i) pieces[p][i] = static_cast<float>(values[i]);
+    for (std::size_t i = 0; i < 10; ++i) pieces[p][i] = static_cast<float>(values[i]);
   }
   // Blocks are aligned to the voxel grid, so that a sample's depth does not depend on how the work was cut up.
   const auto down = [](int v, int step) { return v - (v % step + step) % step; };
-  const double half = glm::length(dvec3(kBlock - 1, kBlock - 1, kDeep - 1)) / 2 + 1e-3;
+  const dvec3 middle = dvec3(kRows - 1, kRows - 1, kDeep - 1) / 2.0;
+  const double half = glm::length(middle) + 1e-3;
   const int last = poses_;
   const glm::dmat3 R_AV = glm::transpose(glm::dmat3(X_VA_.R)), R_BV = glm::transpose(glm::dmat3(X_VB_.R));
-  for (int x0 = down(lo.x, kBlock); x0 < lo.x + size.x; x0 += kBlock) {
-    for (int y0 = down(lo.y, kBlock); y0 < lo.y + size.y; y0 += kBlock) {
+  for (int x0 = down(lo.x, kRows); x0 < lo.x + size.x; x0 += kRows) {
+    for (int y0 = down(lo.y, kRows); y0 < lo.y + size.y; y0 += kRows) {
       for (int z0 = down(lo.z, kDeep); z0 < lo.z + size.z; z0 += kDeep) {
-        const dvec3 origin(x0, y0, z0), center = origin + dvec3(kBlock - 1, kBlock - 1, kDeep - 1) / 2.0;
-        float depth[kBlock][kBlock][kDeep];
+        const dvec3 origin(x0, y0, z0);
+        int from[3], to[3];
+        const int block_lo[3] = {x0, y0, z0}, extent[3] = {kRows, kRows, kDeep};
+        for (int i = 0; i < 3; ++i) {
+          from[i] = std::max(lo[i] - block_lo[i], 0);
+          to[i] = std::min(lo[i] + size[i] - block_lo[i], extent[i]);
+        }
+        const std::ptrdiff_t row = (x0 - lo.x) * static_cast<std::ptrdiff_t>(stride_x) +
+                                   (y0 - lo.y) * static_cast<std::ptrdiff_t>(stride_y) + (z0 - lo.z);
+        F8 depth[kRows * kRows];
         bool any = false;
         for (int k = continues_ ? 1 : 0; k <= last; ++k) {
           const Pose X_VT = k == 0 ? X_VA_ : k == last ? X_VB_ : pose(k);
           const glm::dmat3 R_TV = k == 0 ? R_AV : k == last ? R_BV : glm::transpose(glm::dmat3(X_VT.R));
-          if (head_.distance(R_TV * (center - X_VT.p)) > kMargin + half) continue;
-          if (!any) std::fill_n(&depth[0][0][0], kBlock * kBlock * kDeep, -1e9f);
-          any = true;
-          const glm::vec3 step(R_TV[2]);
-          for (int x = 0; x < kBlock; ++x) {
-            for (int y = 0; y < kBlock; ++y) {
-              const glm::vec3 p(R_TV * (origin + dvec3(x, y, 0) - X_VT.p));
-              const Row row{p.x, p.y, p.z, step.x, step.y, step.z};
-              deepen_row(depth[x][y], kDeep, &row, pieces, head_.count);
-            }
+          const dvec3 first = R_TV * (origin - X_VT.p), center = first + R_TV * middle;
+          double to_piece[HeadField::kMaxPieces];
+          const double distance_center = head_.distance(center, to_piece);
+          if (distance_center > kMargin + half) continue;
+          // Deep in the head at A too: empty since then.
+          if (continues_ && distance_center < -(kInner + half + travel_)) continue;
+          const unsigned rows =
+              rows_to_raise(distance, row, stride_x, stride_y, static_cast<float>(-distance_center), from, to);
+          if (rows == 0) continue;
+          int which[HeadField::kMaxPieces], piece_count = 0;
+          for (int p = 0; p < head_.count; ++p) {
+            if (to_piece[p] < std::abs(distance_center) + 2 * half) which[piece_count++] = p;
           }
+          if (!any) std::fill_n(depth, kRows * kRows, F8{} - 1e9f);
+          any = true;
+          const glm::vec3 p(first), ex(R_TV[0]), ey(R_TV[1]), ez(R_TV[2]);
+          const HeadBlock block{p.x, p.y, p.z, {ex.x, ex.y, ex.z}, {ey.x, ey.y, ey.z}, {ez.x, ez.y, ez.z}};
+          deepen_block(depth, &block, pieces, which, piece_count, rows);
         }
         if (!any) continue;
-        const glm::ivec3 from = glm::max(glm::ivec3(x0, y0, z0), lo);
-        const glm::ivec3 to = glm::min(glm::ivec3(x0 + kBlock, y0 + kBlock, z0 + kDeep), lo + size);
-        float before[kDeep];
-        for (int x = from.x; x < to.x; ++x) {
-          for (int y = from.y; y < to.y; ++y) {
-            const std::size_t at = static_cast<std::size_t>(x - lo.x) * stride_x +
-                                   static_cast<std::size_t>(y - lo.y) * stride_y + static_cast<std::size_t>(from.z - lo.z);
-            const int count = to.z - from.z;
-            const int what = raise_to(distance + at, before, &depth[x - x0][y - y0][from.z - z0], count);
-            changed |= what != 0;
-            if (removed && (what & 2)) account(before, distance + at, tissue + at, count, *removed);
-          }
-        }
+        changed |= raise_rows(distance, row, stride_x, stride_y, depth, from, to, tissue, removed);
       }
     }
   }

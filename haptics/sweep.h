@@ -45,6 +45,7 @@ class Sweep {
   float inverse_length2_;  // 1/|ab|², 0 for a point
   float radius_;           // voxels
   int poses_;
+  double travel_;          // voxels, of the head's farthest point
   Pose X_VA_, X_VB_;       // general heads: poses in voxels, absolute
   glm::ivec3 lo_, hi_;
 };

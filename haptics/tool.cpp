@@ -166,6 +166,35 @@ double HeadField::distance(const dvec3& p) const noexcept {
   return nearest(std::sqrt(p.x * p.x + p.y * p.y), p.z, n_rho, n_z);
 }
 
+double HeadField::distance(const dvec3& p, double (&to_piece)[4]) const noexcept {
+  static_assert(kMaxPieces == 4);
+  const double rho = std::sqrt(p.x * p.x + p.y * p.y), z = p.z;
+  double best = 1e300;
+  bool outside = false;
+  for (int i = 0; i < count; ++i) {
+    const Piece& piece = pieces[i];
+    const double ex = rho - piece.ax, ez = z - piece.az;
+    const bool beyond = piece.dx * ez - piece.dz * ex < 0;
+    double d;
+    if (piece.radius == 0) {
+      const double s = std::clamp((ex * piece.dx + ez * piece.dz) * piece.inverse2, 0.0, 1.0);
+      const double fx = ex - s * piece.dx, fz = ez - s * piece.dz;
+      d = std::sqrt(fx * fx + fz * fz);
+      outside |= beyond;
+    } else {
+      const double vx = rho - piece.cx, vz = z - piece.cz, length = std::sqrt(vx * vx + vz * vz);
+      const double ux = piece.ax - piece.cx, uz = piece.az - piece.cz, wx = piece.bx - piece.cx, wz = piece.bz - piece.cz;
+      const double gx = rho - piece.bx, gz = z - piece.bz;
+      d = ux * vz - uz * vx >= 0 && vx * wz - vz * wx >= 0 ? std::abs(length - piece.radius)
+                                                           : std::sqrt(std::min(ex * ex + ez * ez, gx * gx + gz * gz));
+      outside |= beyond && length > piece.radius;
+    }
+    to_piece[i] = d;
+    best = std::min(best, d);
+  }
+  return outside ? best : -best;
+}
+
 double HeadField::distance(const dvec3& p, dvec3& n_T) const noexcept {
   const double rho = std::sqrt(p.x * p.x + p.y * p.y);
   double n_rho, n_z;

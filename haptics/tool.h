@@ -26,6 +26,8 @@ class HeadField {
 
   /// Signed distance from a point in T, negative inside; exact for every shape.
   double distance(const dvec3& p_TQ) const noexcept;
+  /// The same, with how far each piece is: what lies farther than that by 2 r is not the closest within r of the point.
+  double distance(const dvec3& p_TQ, double (&to_piece)[4]) const noexcept;
   /// The same with the unit direction, in T, in which the distance grows.
   double distance(const dvec3& p_TQ, dvec3& n_T) const noexcept;
 
