@@ -105,7 +105,7 @@ inline __attribute__((always_inline)) void account(const float* was, const float
 /// `capsule` false: the sweep is so short that the ball at B, ahead of A, is all of it. Returns whether anything changed;
 /// volume taken is added to `removed`, where given.
 template <bool capsule>
-inline __attribute__((always_inline)) bool raise_block(const Block& block, const Capsule& c, PerTissue* removed) {
+inline __attribute__((always_inline)) bool raise_block(const Block block, const Capsule c, PerTissue* removed) {
   const float outer = c.radius + Sweep::kMargin;
   const float length = std::sqrt(c.abx * c.abx + c.aby * c.aby + c.abz * c.abz);
   // Inside this ball around A all is empty already when the sweep continues another.

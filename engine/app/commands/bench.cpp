@@ -21,6 +21,7 @@
 #include "engine/base/log.h"
 #include "engine/debris/bench.h"
 #include "engine/surface/bench.h"
+#include "haptics/bench.h"
 
 namespace typodont {
 
@@ -79,12 +80,26 @@ std::vector<Row> debris_rows(bool quick) {
   return rows;
 }
 
+std::vector<Row> contact_rows(bool quick) {
+  haptics::BenchOptions options;
+  if (quick) options.ticks = 300, options.voxels_mm = {0.2, 0.1};
+  std::vector<Row> rows;
+  for (const haptics::BenchRow& r : haptics::bench_contact(options)) {
+    rows.push_back({"contact", r.name, r.knob, r.error_unit.empty() ? std::nan("") : r.error, r.error_unit, r.time_ns,
+                    r.per, r.baseline, r.baseline.empty() ? std::nan("") : r.ratio});
+  }
+  return rows;
+}
+
 struct Part {
   const char* name;
   std::vector<Row> (*rows)(bool quick);
 };
-constexpr Part kParts[] = {
-    {"surface", surface_rows}, {"debris", debris_rows}, {"sound", sound_rows}, {"calibration", calibration_rows}};
+constexpr Part kParts[] = {{"contact", contact_rows},
+                           {"surface", surface_rows},
+                           {"debris", debris_rows},
+                           {"sound", sound_rows},
+                           {"calibration", calibration_rows}};
 
 std::string cell(double value) { return std::isfinite(value) ? fmt::format("{:.6g}", value) : ""; }
 std::string quoted(const std::string& text) {

@@ -1,0 +1,343 @@
+#include "haptics/bench.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string_view>
+#include <utility>
+
+#include "engine/base/clock.h"
+#include "engine/base/units.h"
+#include "haptics/carver.h"
+#include "haptics/servo.h"
+#include "haptics/solid.h"
+#include "haptics/volume/csg_baseline.h"
+
+namespace typodont::haptics {
+
+namespace {
+
+double percentile(std::vector<double> times, double share) {
+  std::sort(times.begin(), times.end());
+  return times[static_cast<std::size_t>(share * static_cast<double>(times.size() - 1))];
+}
+
+/// CPU time of one call, ns: the median of `repeats` batches, because one call is too short for the clock.
+template <class F>
+double batch_ns(int repeats, int batch, F&& work) {
+  std::vector<double> times;
+  for (int i = 0; i < repeats; ++i) {
+    const Nanos start = thread_cpu_time();
+    for (int k = 0; k < batch; ++k) work(k);
+    times.push_back(static_cast<double>(thread_cpu_time() - start) / batch);
+  }
+  return percentile(times, 0.5);
+}
+
+DenseTissue tissue(std::string_view solids, double voxel_mm) {
+  return read_solids(Json::parse(fmt::format(R"({{"voxel_mm": {:g}, "solids": {}}})", voxel_mm, solids), "bench"));
+}
+
+constexpr std::string_view kBall = R"([{"tissue": "enamel", "solid": {"sphere": {"radius_mm": 4}}}])";
+constexpr std::string_view kBlock = R"([{"tissue": "dentin", "solid": {"box": {"size_mm": [8, 8, 5]}}}])";
+constexpr double kBallRadius = 4e-3, kBlockTop = 2.5e-3;  // m
+
+Tool head(HeadShape shape, double diameter, double length) {
+  Tool tool;
+  tool.shape = shape;
+  tool.diameter = diameter;
+  tool.length = length;
+  return tool;
+}
+
+/// Servo and carver in lock-step, as in the program's deterministic loop.
+struct Scene {
+  ServoSettings settings;
+  Carver carver;
+  Servo servo;
+  SurfacePatch spare;
+  ServoTick last;
+  Cut cut;
+  Nanos t = 0;
+
+  Scene(const DenseTissue& dense, ServoSettings s)
+      : settings(with_tissue(std::move(s), dense)),
+        carver(TissueVolume(dense), {settings.tool}),
+        servo(settings, patch_edge_for(settings.tool, settings.frame.voxel)) {
+    spare.resize(servo.patch().n);
+  }
+
+  static ServoSettings with_tissue(ServoSettings s, const DenseTissue& dense) {
+    s.frame = dense.frame;
+    for (Material& material : s.materials) material = {1000, 8e9, 0.2, 0.15, 2150, dvec3(0.8)};
+    return s;
+  }
+
+  /// One tick; returns its CPU time, ns.
+  double tick(const Pose& X_WT, double pedal) {
+    if (t == 0) last.X_WT = last.X_WG = X_WT;
+    if (carver.patch_due(last)) {
+      carver.cut_out(carver.patch_center(last), spare);
+      servo.adopt(spare);
+    }
+    const Nanos start = thread_cpu_time();
+    const bool cuts = servo.tick({t, X_WT, pedal}, last, cut);
+    const double time = static_cast<double>(thread_cpu_time() - start);
+    if (cuts) carver.apply(cut);
+    t += from_seconds(settings.tick);
+    return time;
+  }
+};
+
+double degrees_between(const dvec3& a, const dvec3& b) {
+  return std::atan2(glm::length(glm::cross(a, b)), glm::dot(a, b)) * 180 / kPi;
+}
+
+/// Where a hand slides on a ball: 0.4 mm deep, around it askew, 20 mm/s.
+dvec3 sliding(int tick, double radius) {
+  const double angle = 0.02 * 1e-3 * tick / radius + 0.3;
+  const dvec3 u = glm::normalize(dvec3(1, 0.3, 0.2)), v = glm::normalize(glm::cross(u, dvec3(0.2, -0.1, 1)));
+  return (radius - 4e-4) * (std::cos(angle) * u + std::sin(angle) * v);
+}
+
+/// Voxel probing as in CHAI3D's volume objects with a finger proxy (Ruspini 1997): a voxel is full or empty, the proxy
+/// marches in half voxels until the head meets a full one, the normal is where the empty space around it lies, and the
+/// rest of the way goes along the plane.
+class VoxelProbe {
+ public:
+  VoxelProbe(const DenseTissue& dense, double radius, const dvec3& start)
+      : frame_(dense.frame), size_(dense.size), radius_(radius / dense.frame.voxel), c_(frame_.to_voxels(start)) {
+    for (const float d : dense.distance) full_.push_back(d < 0);
+  }
+
+  /// Direction in which the hand at p_WT is pushed; 0 when it is free.
+  dvec3 push(const dvec3& p_WT) {
+    const dvec3 goal = frame_.to_voxels(p_WT);
+    dvec3 aim = goal;
+    for (int plane = 0; plane < 3; ++plane) {
+      if (!march(aim)) break;
+      dvec3 n;
+      probe(c_, radius_ + 1, &n);
+      const double below = glm::dot(goal - c_, n);
+      if (below >= 0) break;
+      aim = goal + (0.5 - below) * n;  // half a voxel off the plane: a proxy that rests on full voxels sticks to them
+    }
+    return c_ - goal;
+  }
+
+ private:
+  bool probe(const dvec3& c, double radius, dvec3* n) const {
+    const glm::ivec3 lo = glm::max(glm::ivec3(glm::ceil(c - radius)), 0);
+    const glm::ivec3 hi = glm::min(glm::ivec3(glm::floor(c + radius)), size_ - 1);
+    dvec3 sum(0);
+    bool hit = false;
+    for (int x = lo.x; x <= hi.x; ++x) {
+      for (int y = lo.y; y <= hi.y; ++y) {
+        for (int z = lo.z; z <= hi.z; ++z) {
+          if (!full_[(static_cast<std::size_t>(x) * size_.y + y) * size_.z + z]) continue;
+          const dvec3 d = c - dvec3(x, y, z);
+          if (glm::dot(d, d) > radius * radius) continue;
+          if (!n) return true;
+          hit = true;
+          sum += d;
+        }
+      }
+    }
+    if (n) *n = hit ? glm::normalize(sum) : dvec3(0);
+    return hit;
+  }
+  /// Half voxels toward `aim` until the head meets tissue; true when it did.
+  bool march(const dvec3& aim) {
+    const dvec3 way = aim - c_;
+    const int steps = static_cast<int>(std::ceil(2 * glm::length(way)));
+    const dvec3 from = c_;
+    for (int i = 1; i <= steps; ++i) {
+      const dvec3 next = from + way * (static_cast<double>(i) / steps);
+      if (probe(next, radius_, nullptr)) return true;
+      c_ = next;
+    }
+    return false;
+  }
+
+  VoxelFrame frame_;
+  glm::ivec3 size_;
+  double radius_;
+  dvec3 c_;
+  std::vector<char> full_;
+};
+
+void slide_rows(const BenchOptions& options, std::vector<BenchRow>& rows) {
+  for (const double voxel_mm : options.voxels_mm) {
+    const std::string knob = fmt::format("voxel {:g} mm", voxel_mm);
+    const DenseTissue dense = tissue(kBall, voxel_mm);
+    ServoSettings settings;
+    settings.tool = head(HeadShape::kSphere, 1.2e-3, 1.2e-3);
+    settings.friction = false;
+    settings.damping = 0;
+    settings.cutting = false;
+    const double radius = kBallRadius + settings.tool.radius();
+    const dvec3 outside = 1.1 * sliding(0, radius);
+
+    VoxelProbe probe(dense, settings.tool.radius(), outside);
+    double probe_error = 0;
+    std::vector<double> times;
+    for (int i = 0; i < options.ticks; ++i) {
+      const dvec3 p = sliding(i, radius);
+      const Nanos start = thread_cpu_time();
+      const dvec3 push = probe.push(p);
+      times.push_back(static_cast<double>(thread_cpu_time() - start));
+      if (i > 50) probe_error = std::max(probe_error, degrees_between(push, p));
+    }
+    const double probe_ns = percentile(times, 0.5);
+    rows.push_back({"slide on a sphere, voxel probing", knob, probe_error, "degree, greatest", probe_ns, "tick", "", 0});
+
+    Scene scene(dense, settings);
+    double error = 0;
+    times.clear();
+    scene.tick({outside}, 0);
+    for (int i = 0; i < options.ticks; ++i) {
+      const dvec3 p = sliding(i, radius);
+      times.push_back(scene.tick({p}, 0));
+      if (i > 50) error = std::max(error, degrees_between(scene.last.f_T_W, p));  // the ramp and the approach are over
+    }
+    for (const auto& [name, share] : {std::pair{"slide on a sphere, median", 0.5}, {"slide on a sphere, 99.9 %", 0.999}}) {
+      const double ns = percentile(times, share);
+      rows.push_back({name, knob, error, "degree, greatest", ns, "tick", "voxel probing", ns / probe_ns});
+    }
+
+    // The queries alone, in batches, at the head's centre.
+    const SurfacePatch& patch = scene.servo.patch();
+    std::vector<dvec3> points;
+    const dvec3 center = dense.frame.to_voxels(patch.center_W);
+    for (int i = 0; i < 256; ++i) points.push_back(center + 2.0 * dvec3(std::sin(1.1 * i), std::sin(1.7 * i), std::sin(2.3 * i)));
+    const auto query = [&](auto sample, const char* name, double linear_ns) {
+      double worst = 0, sum = 0;
+      for (const dvec3& p : points) worst = std::max(worst, degrees_between(sample(patch, p).gradient, dense.frame.to_world(p)));
+      const double ns = batch_ns(51, 256, [&](int k) { sum += sample(patch, points[static_cast<std::size_t>(k)]).value; });
+      if (!std::isfinite(sum)) worst = std::nan("");
+      rows.push_back({name, knob, worst, "degree, greatest", ns, "query", linear_ns > 0 ? "trilinear" : "",
+                      linear_ns > 0 ? ns / linear_ns : 0});
+      return ns;
+    };
+    const double linear_ns = query(sample_linear_gradient, "direction, trilinear", 0);
+    query(sample_cubic, "direction, cubic", linear_ns);
+  }
+}
+
+/// A simulated hand (0.15 kg, 5 N·s/m) pushes with 1 N and swings sideways.
+void drilling_rows(const BenchOptions& options, std::vector<BenchRow>& rows) {
+  const DenseTissue dense = tissue(kBlock, 0.1);
+  const std::pair<const char*, Tool> heads[] = {{"round 1.2 mm", head(HeadShape::kSphere, 1.2e-3, 1.2e-3)},
+                                                {"round 4 mm", head(HeadShape::kSphere, 4e-3, 4e-3)},
+                                                {"flame 1.2 x 4 mm", head(HeadShape::kFlame, 1.2e-3, 4e-3)}};
+  for (const auto& [knob, tool] : heads) {
+    ServoSettings settings;
+    settings.tool = tool;
+    settings.spindle.free_speed = 300e3 / 60 * 2 * kPi;
+    Scene scene(dense, settings);
+    dvec3 x(0, 0, kBlockTop + tool.length / 2 + 2e-5), v(0), f(0);
+    std::vector<double> ticks, carving;
+    double work = 0;
+    for (int i = 0; i < options.ticks; ++i) {
+      const double dt = settings.tick, swing = 1e-3 * std::sin(2 * kPi * i * dt);
+      v += dt * (dvec3(2000 * (swing - x.x), -2000 * x.y, -1) - 5.0 * v + f) / 0.15;
+      x += dt * v;
+      ticks.push_back(scene.tick({x}, 1));
+      f = scene.last.f_T_W;
+      work += scene.last.cutting_power * dt;
+    }
+    double left = 0;
+    for (const double volume : scene.carver.volume().volumes()) left += volume;
+    double whole = 0;
+    for (const double volume : TissueVolume(dense).volumes()) whole += volume;
+    // The servo's ledger against the volume that the carver holds: energy spent over specific energy.
+    const double error = std::abs(work / 8e9 / (whole - left) - 1);
+    rows.push_back({"drilling tick, median", knob, error, "volume against energy", percentile(ticks, 0.5), "tick", "", 0});
+    rows.push_back({"drilling tick, 99.9 %", knob, error, "volume against energy", percentile(ticks, 0.999), "tick", "", 0});
+
+    // Hand-over of a patch that lacks the cuts of the last while.
+    SurfacePatch fresh = scene.servo.patch();
+    scene.carver.cut_out(scene.last.X_WG.p, fresh);
+    rows.push_back({"patch cut-out", fmt::format("{0}, {1}³", knob, fresh.n), 0, "",
+                    batch_ns(21, 4, [&](int) { scene.carver.cut_out(scene.last.X_WG.p, fresh); }), "patch", "", 0});
+    rows.push_back({"patch hand-over, nothing lacking", knob, 0, "",
+                    batch_ns(21, 64, [&](int) {
+                      fresh.cuts = scene.last.cuts;
+                      scene.servo.adopt(fresh);
+                    }),
+                    "patch", "", 0});
+    rows.push_back({"patch hand-over, 16 cuts lacking", knob, 0, "",
+                    batch_ns(21, 64, [&](int) {
+                      fresh.cuts = scene.last.cuts - std::min<std::uint64_t>(scene.last.cuts, 16);
+                      scene.servo.adopt(fresh);
+                    }),
+                    "patch", "", 0});
+  }
+}
+
+/// A stroke of a ball along the surface, in steps: error of the volume, time per step.
+void removal_rows(const BenchOptions& options, std::vector<BenchRow>& rows) {
+  constexpr int kSteps = 20;
+  const Tool tool = head(HeadShape::kSphere, 1.2e-3, 1.2e-3);
+  const double r = tool.radius(), depth = 0.43e-3, length = 1e-3;
+  const dvec3 a(-0.513e-3, 0.027e-3, kBlockTop + r - depth);
+  const auto at = [&](int i) { return a + dvec3(length * i / kSteps, 0, 0); };
+  // A circle's segment along the way, and half a cap at either end.
+  const double segment = r * r * std::acos((r - depth) / r) - (r - depth) * std::sqrt(2 * r * depth - depth * depth);
+  const double exact = segment * length + kPi * depth * depth * (r - depth / 3);
+  for (const double voxel_mm : options.voxels_mm) {
+    const std::string knob = fmt::format("voxel {:g} mm", voxel_mm);
+    const DenseTissue dense = tissue(kBlock, voxel_mm);
+    const auto run = [&](auto&& volume, auto&& cut) {
+      const double before = volume();
+      std::vector<double> times;
+      for (int i = 0; i <= kSteps; ++i) {
+        const Nanos start = thread_cpu_time();
+        cut(i);
+        times.push_back(static_cast<double>(thread_cpu_time() - start));
+      }
+      return std::pair{std::abs((before - volume()) / exact - 1), percentile(times, 0.5)};
+    };
+    CsgBaseline csg(dense);
+    const auto [csg_error, csg_ns] = run([&] { return csg.volume(); }, [&](int i) { csg.cut_ball(at(i), r); });
+    rows.push_back({"removal, OpenVDB csgDifference", knob, csg_error, "of the volume", csg_ns, "cut", "", 0});
+
+    TissueVolume volume(dense);
+    const auto sum = [&] {
+      double all = 0;
+      for (const double v : volume.volumes()) all += v;
+      return all;
+    };
+    const auto [error, ns] = run(sum, [&](int i) {
+      volume.carve(Sweep(tool, {at(std::max(i - 1, 0))}, {at(i)}, dense.frame, i > 0));
+    });
+    rows.push_back({"removal, sweep", knob, error, "of the volume", ns, "cut", "csgDifference", ns / csg_ns});
+  }
+}
+
+void free_air_row(const BenchOptions& options, std::vector<BenchRow>& rows) {
+  ServoSettings settings;
+  settings.tool = head(HeadShape::kSphere, 1.2e-3, 1.2e-3);
+  Scene scene(tissue(kBlock, 0.1), settings);
+  Pose X_WT{{0, 0, kBlockTop + 2e-3}};
+  scene.tick(X_WT, 0);
+  const double ns = batch_ns(std::max(options.ticks / 100, 5), 256, [&](int k) {
+    X_WT.p.x = 1e-6 * k;
+    scene.servo.tick({scene.t += 1000000, X_WT, 0}, scene.last, scene.cut);
+  });
+  rows.push_back({"free air, median", "round 1.2 mm", 0, "", ns, "tick", "", 0});
+}
+
+}  // namespace
+
+std::vector<BenchRow> bench_contact(const BenchOptions& options) {
+  std::vector<BenchRow> rows;
+  slide_rows(options, rows);
+  drilling_rows(options, rows);
+  removal_rows(options, rows);
+  free_air_row(options, rows);
+  return rows;
+}
+
+}  // namespace typodont::haptics
