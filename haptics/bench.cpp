@@ -190,7 +190,8 @@ void slide_rows(const BenchOptions& options, std::vector<BenchRow>& rows) {
       if (i > 50) probe_error = std::max(probe_error, degrees_between(push, p));
     }
     const double probe_ns = percentile(times, 0.5);
-    rows.push_back({"slide on a sphere, voxel probing", knob, probe_error, "degree, greatest", probe_ns, "tick", "", 0});
+    rows.push_back(
+        {"slide on a sphere, voxel probing", knob, probe_error, "degree, greatest", probe_ns, "tick", "", 0});
 
     Scene scene(dense, settings);
     double error = 0;
@@ -201,7 +202,8 @@ void slide_rows(const BenchOptions& options, std::vector<BenchRow>& rows) {
       times.push_back(scene.tick({p}, 0));
       if (i > 50) error = std::max(error, degrees_between(scene.last.f_T_W, p));  // the ramp and the approach are over
     }
-    for (const auto& [name, share] : {std::pair{"slide on a sphere, median", 0.5}, {"slide on a sphere, 99.9 %", 0.999}}) {
+    for (const auto& [name, share] :
+         {std::pair{"slide on a sphere, median", 0.5}, {"slide on a sphere, 99.9 %", 0.999}}) {
       const double ns = percentile(times, share);
       rows.push_back({name, knob, error, "degree, greatest", ns, "tick", "voxel probing", ns / probe_ns});
     }
@@ -210,11 +212,14 @@ void slide_rows(const BenchOptions& options, std::vector<BenchRow>& rows) {
     const SurfacePatch& patch = scene.servo.patch();
     std::vector<dvec3> points;
     const dvec3 center = dense.frame.to_voxels(patch.center_W);
-    for (int i = 0; i < 256; ++i) points.push_back(center + 2.0 * dvec3(std::sin(1.1 * i), std::sin(1.7 * i), std::sin(2.3 * i)));
+    for (int i = 0; i < 256; ++i)
+      points.push_back(center + 2.0 * dvec3(std::sin(1.1 * i), std::sin(1.7 * i), std::sin(2.3 * i)));
     const auto query = [&](auto sample, const char* name, double linear_ns) {
       double worst = 0, sum = 0;
-      for (const dvec3& p : points) worst = std::max(worst, degrees_between(sample(patch, p).gradient, dense.frame.to_world(p)));
-      const double ns = batch_ns(51, 256, [&](int k) { sum += sample(patch, points[static_cast<std::size_t>(k)]).value; });
+      for (const dvec3& p : points)
+        worst = std::max(worst, degrees_between(sample(patch, p).gradient, dense.frame.to_world(p)));
+      const double ns =
+          batch_ns(51, 256, [&](int k) { sum += sample(patch, points[static_cast<std::size_t>(k)]).value; });
       if (!std::isfinite(sum)) worst = std::nan("");
       rows.push_back({name, knob, worst, "degree, greatest", ns, "query", linear_ns > 0 ? "trilinear" : "",
                       linear_ns > 0 ? ns / linear_ns : 0});
@@ -253,8 +258,10 @@ void drilling_rows(const BenchOptions& options, std::vector<BenchRow>& rows) {
     for (const double volume : TissueVolume(dense).volumes()) whole += volume;
     // The servo's ledger against the volume that the carver holds: energy spent over specific energy.
     const double error = std::abs(work / 8e9 / (whole - left) - 1);
-    rows.push_back({"drilling tick, median", knob, error, "volume against energy", percentile(ticks, 0.5), "tick", "", 0});
-    rows.push_back({"drilling tick, 99.9 %", knob, error, "volume against energy", percentile(ticks, 0.999), "tick", "", 0});
+    rows.push_back(
+        {"drilling tick, median", knob, error, "volume against energy", percentile(ticks, 0.5), "tick", "", 0});
+    rows.push_back(
+        {"drilling tick, 99.9 %", knob, error, "volume against energy", percentile(ticks, 0.999), "tick", "", 0});
 
     // Hand-over of a patch that lacks the cuts of the last while.
     SurfacePatch fresh = scene.servo.patch();
@@ -262,16 +269,18 @@ void drilling_rows(const BenchOptions& options, std::vector<BenchRow>& rows) {
     rows.push_back({"patch cut-out", fmt::format("{0}, {1}³", knob, fresh.n), 0, "",
                     batch_ns(21, 4, [&](int) { scene.carver.cut_out(scene.last.X_WG.p, fresh); }), "patch", "", 0});
     rows.push_back({"patch hand-over, nothing lacking", knob, 0, "",
-                    batch_ns(21, 64, [&](int) {
-                      fresh.cuts = scene.last.cuts;
-                      scene.servo.adopt(fresh);
-                    }),
+                    batch_ns(21, 64,
+                             [&](int) {
+                               fresh.cuts = scene.last.cuts;
+                               scene.servo.adopt(fresh);
+                             }),
                     "patch", "", 0});
     rows.push_back({"patch hand-over, 16 cuts lacking", knob, 0, "",
-                    batch_ns(21, 64, [&](int) {
-                      fresh.cuts = scene.last.cuts - std::min<std::uint64_t>(scene.last.cuts, 16);
-                      scene.servo.adopt(fresh);
-                    }),
+                    batch_ns(21, 64,
+                             [&](int) {
+                               fresh.cuts = scene.last.cuts - std::min<std::uint64_t>(scene.last.cuts, 16);
+                               scene.servo.adopt(fresh);
+                             }),
                     "patch", "", 0});
   }
 }
@@ -309,9 +318,8 @@ void removal_rows(const BenchOptions& options, std::vector<BenchRow>& rows) {
       for (const double v : volume.volumes()) all += v;
       return all;
     };
-    const auto [error, ns] = run(sum, [&](int i) {
-      volume.carve(Sweep(tool, {at(std::max(i - 1, 0))}, {at(i)}, dense.frame, i > 0));
-    });
+    const auto [error, ns] =
+        run(sum, [&](int i) { volume.carve(Sweep(tool, {at(std::max(i - 1, 0))}, {at(i)}, dense.frame, i > 0)); });
     rows.push_back({"removal, sweep", knob, error, "of the volume", ns, "cut", "csgDifference", ns / csg_ns});
   }
 }

@@ -19,7 +19,7 @@ struct BenchRow {
 };
 
 struct BenchOptions {
-  int ticks = 2000;                                // per run; the 99.9th percentile wants a thousand or more
+  int ticks = 2000;  // per run; the 99.9th percentile wants a thousand or more
   std::vector<double> voxels_mm = {0.2, 0.1, 0.05};
 };
 

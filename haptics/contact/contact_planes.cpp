@@ -136,26 +136,58 @@ ContactPlane ContactFinder::slide(const SurfacePatch& patch, const Pose& X_VT, d
 
 namespace {
 
+typedef double D4 __attribute__((vector_size(32)));
+typedef long long L4 __attribute__((vector_size(32)));
+
+/// The planes side by side, four at a time, for the search through all of them.
+struct PlaneRows {
+  static constexpr int kRows = ContactSet::kMax / 4;
+  alignas(32) D4 nx[kRows], ny[kRows], nz[kRows], room[kRows];
+  int rows = 0;
+};
+
+/// The plane of least n·d + room if that is below -1e-9, the first of equal ones; else -1.
+__attribute__((target_clones("avx2", "default"))) int most_violated(const PlaneRows* planes, const double* d) {
+  D4 least = D4{} - 1e-9;
+  L4 index = L4{} - 1, at = {0, 1, 2, 3};
+  for (int row = 0; row < planes->rows; ++row, at += 4) {
+    const D4 e = planes->nx[row] * d[0] + planes->ny[row] * d[1] + planes->nz[row] * d[2] + planes->room[row];
+    const L4 less = e < least;
+    least = less ? e : least;
+    index = less ? at : index;
+  }
+  int worst = 0;
+  for (int lane = 1; lane < 4; ++lane) {
+    if (least[lane] < least[worst] || (least[lane] == least[worst] && index[lane] < index[worst])) worst = lane;
+  }
+  return static_cast<int>(index[worst]);
+}
+
 /// Projection onto a polyhedron in three dimensions by the dual active-set method (Goldfarb & Idnani 1983): starts at
 /// the unconstrained answer and adds the most violated plane until none is; at most three are active at once.
 bool project(const ContactSet& set, const dvec3& c, double overlap, double slack, bool only_no_deeper, dvec3& p,
              ActivePlanes& active) noexcept {
   active = {};
   const auto normal = [&](int i) -> const dvec3& { return set.planes[static_cast<std::size_t>(i)].n; };
-  const auto excess = [&](int i) {
+  const auto room_at = [&](int i) {
     const ContactPlane& plane = set.planes[static_cast<std::size_t>(i)];
     const double room = plane.gap + overlap + slack * plane.yields;
-    return glm::dot(normal(i), p - c) + (only_no_deeper ? std::max(room, 0.0) : room);
+    return only_no_deeper ? std::max(room, 0.0) : room;
   };
+  const auto excess = [&](int i) { return glm::dot(normal(i), p - c) + room_at(i); };
+  PlaneRows planes;
+  planes.rows = (set.count + 3) / 4;
+  for (int i = 0; i < 4 * planes.rows; ++i) {
+    const bool real = i < set.count;
+    const dvec3 n = real ? normal(i) : dvec3(0);
+    planes.nx[i / 4][i % 4] = n.x, planes.ny[i / 4][i % 4] = n.y, planes.nz[i / 4][i % 4] = n.z;
+    planes.room[i / 4][i % 4] = real ? room_at(i) : 1;
+  }
   int& k = active.count;
   double* u = active.push;
   for (int round = 0; round < 64; ++round) {
-    int worst = -1;
-    double least = -1e-9;
-    for (int i = 0; i < set.count; ++i) {
-      const double e = excess(i);
-      if (e < least) least = e, worst = i;
-    }
+    const double d[3] = {p.x - c.x, p.y - c.y, p.z - c.z};
+    const int worst = most_violated(&planes, d);
     if (worst < 0) return true;
     double added = 0;
     for (int guard = 0; guard < 8; ++guard) {
