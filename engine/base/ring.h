@@ -1,15 +1,15 @@
 // Every value, in order, from one thread to one other. Full means counted, never blocking.
 #pragma once
 
-#include <readerwriterqueue.h>
-
 #include <atomic>
+#include <boost/lockfree/spsc_queue.hpp>
 #include <cstddef>
 #include <cstdint>
 
 namespace typodont {
 
-/// Single producer, single consumer, over moodycamel::ReaderWriterQueue. Memory is taken at construction only.
+/// Single producer, single consumer, over Boost.Lockfree (whose atomics ThreadSanitizer understands; queues built on bare
+/// fences it does not). Memory is taken at construction only.
 template <class T>
 class Ring {
  public:
@@ -17,17 +17,17 @@ class Ring {
 
   /// Producer thread. False, and counted, when full. Never allocates.
   bool push(const T& value) noexcept {
-    if (queue_.try_enqueue(value)) return true;
+    if (queue_.push(value)) return true;
     dropped_.fetch_add(1, std::memory_order_relaxed);
     return false;
   }
   /// Consumer thread.
-  bool pop(T& value) noexcept { return queue_.try_dequeue(value); }
+  bool pop(T& value) noexcept { return queue_.pop(value); }
   /// Any thread: how many values found no room.
   std::uint64_t dropped() const noexcept { return dropped_.load(std::memory_order_relaxed); }
 
  private:
-  moodycamel::ReaderWriterQueue<T> queue_;
+  boost::lockfree::spsc_queue<T> queue_;
   std::atomic<std::uint64_t> dropped_{0};
 };
 
