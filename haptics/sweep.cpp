@@ -6,6 +6,8 @@
 #include <cstdint>
 #include <cstring>
 
+#include "engine/base/dispatch.h"
+
 namespace typodont::haptics {
 
 Sweep::Sweep(const Tool& tool, const Pose& X_WA, const Pose& X_WB, const VoxelFrame& frame, bool continues)
@@ -40,12 +42,16 @@ Sweep::Sweep(const Tool& tool, const Pose& X_WA, const Pose& X_WB, const VoxelFr
   hi_ = glm::ivec3(glm::floor(glm::max(a + extent_a, b + extent_b)));
 }
 
-Pose Sweep::pose(int k) const noexcept { return interpolate(X_VA_, X_VB_, static_cast<double>(k) / poses_); }
+Pose Sweep::pose(int k) const noexcept {
+  return interpolate(X_VA_, X_VB_, static_cast<double>(k) / poses_);
+}
 
 namespace {
 
 /// Share of a voxel inside a surface that passes `distance` voxels from its centre.
-inline float share_inside(float distance) { return std::clamp(0.5f - distance, 0.0f, 1.0f); }
+inline float share_inside(float distance) {
+  return std::clamp(0.5f - distance, 0.0f, 1.0f);
+}
 
 /// What the kernels need, plain, so that they vectorise.
 struct Capsule {
@@ -85,7 +91,8 @@ inline __attribute__((always_inline)) void account(const float* was, const float
       }
       return;
     }
-    F8 before = 0.5f - *reinterpret_cast<const F8*>(was + start), after = 0.5f - *reinterpret_cast<const F8*>(is + start);
+    F8 before = 0.5f - *reinterpret_cast<const F8*>(was + start),
+       after = 0.5f - *reinterpret_cast<const F8*>(is + start);
     before = before > 1.0f ? F8{} + 1.0f : before < 0.0f ? F8{} : before;
     after = after > 1.0f ? F8{} + 1.0f : after < 0.0f ? F8{} : after;
     const F8 taken = before - after;
@@ -93,7 +100,8 @@ inline __attribute__((always_inline)) void account(const float* was, const float
     std::uint64_t eight;
     std::memcpy(&eight, labels + start, sizeof eight);
     if (eight == (eight & 0xff) * 0x0101010101010101u) {
-      const float sum = ((taken[0] + taken[1]) + (taken[2] + taken[3])) + ((taken[4] + taken[5]) + (taken[6] + taken[7]));
+      const float sum =
+          ((taken[0] + taken[1]) + (taken[2] + taken[3])) + ((taken[4] + taken[5]) + (taken[6] + taken[7]));
       removed[eight & 0xff] += static_cast<double>(sum);
     } else {
       for (int i = 0; i < 8; ++i) removed[static_cast<std::size_t>(labels[start + i])] += static_cast<double>(taken[i]);
@@ -102,8 +110,8 @@ inline __attribute__((always_inline)) void account(const float* was, const float
 }
 
 /// Raises a block of samples: new = max(old, min(radius - distance, kInner)), wherever the distance is above -kMargin.
-/// `capsule` false: the sweep is so short that the ball at B, ahead of A, is all of it. Returns whether anything changed;
-/// volume taken is added to `removed`, where given.
+/// `capsule` false: the sweep is so short that the ball at B, ahead of A, is all of it. Returns whether anything
+/// changed; volume taken is added to `removed`, where given.
 template <bool capsule>
 inline __attribute__((always_inline)) bool raise_block(const Block block, const Capsule c, PerTissue* removed) {
   const float outer = c.radius + Sweep::kMargin;
@@ -146,8 +154,8 @@ inline __attribute__((always_inline)) bool raise_block(const Block block, const 
         const float hole = std::sqrt(hole2);
         gap_from = first > hole ? static_cast<int>(first - hole + 1) : 0, gap_to = static_cast<int>(first + hole);
       }
-      float* const row = block.distance + static_cast<std::size_t>(x) * block.stride_x +
-                         static_cast<std::size_t>(y) * block.stride_y;
+      float* const row =
+          block.distance + static_cast<std::size_t>(x) * block.stride_x + static_cast<std::size_t>(y) * block.stride_y;
       // Groups of eight stay inside the row; looking at a sample twice is harmless.
       const int end = static_cast<int>(high) + 1, last_start = block.size_z > 8 ? block.size_z - 8 : 0;
       const float bx = px - c.abx, by = py - c.aby, bxy2 = bx * bx + by * by;
@@ -210,14 +218,14 @@ inline __attribute__((always_inline)) bool raise_block(const Block block, const 
   return changed;
 }
 
-// Compiled twice and chosen at run time. Every sample is computed by itself and FMA is off for the whole program, so that
-// every processor, and every way of cutting the work into rows, gives the same bits.
-__attribute__((target_clones("avx2", "default"))) bool raise_capsule(const Block* block, const Capsule* capsule,
-                                                                     PerTissue* removed) {
+// Compiled twice and chosen at run time. Every sample is computed by itself and FMA is off for the whole program, so
+// that every processor, and every way of cutting the work into rows, gives the same bits.
+TYPODONT_DISPATCH("avx2", "default")
+bool raise_capsule(const Block* block, const Capsule* capsule, PerTissue* removed) {
   return raise_block<true>(*block, *capsule, removed);
 }
-__attribute__((target_clones("avx2", "default"))) bool raise_ball_ahead(const Block* block, const Capsule* capsule,
-                                                                        PerTissue* removed) {
+TYPODONT_DISPATCH("avx2", "default")
+bool raise_ball_ahead(const Block* block, const Capsule* capsule, PerTissue* removed) {
   return raise_block<false>(*block, *capsule, removed);
 }
 
@@ -225,7 +233,7 @@ constexpr int kRows = 4, kDeep = 8;  // a block of a general head's sweep: kRows
 using HeadPiece = std::array<float, 10>;
 
 struct HeadBlock {
-  float px, py, pz;     // of its first sample, in T
+  float px, py, pz;           // of its first sample, in T
   float ex[3], ey[3], ez[3];  // to the next sample along x, y, z
 };
 
@@ -249,16 +257,17 @@ struct Offsets {
 };
 const Offsets kOffsets;
 
-/// The rows of a block that a head may raise whose depth at the block's centre is `depth`: it changes by at most one per
-/// voxel. One bit per row; arguments as for raise_rows().
-__attribute__((target_clones("avx2", "default"))) unsigned rows_to_raise(const float* distance, std::ptrdiff_t first,
-                                                                         std::size_t stride_x, std::size_t stride_y,
-                                                                         float depth, const int* from, const int* to) {
+/// The rows of a block that a head may raise whose depth at the block's centre is `depth`: it changes by at most one
+/// per voxel. One bit per row; arguments as for raise_rows().
+TYPODONT_DISPATCH("avx2", "default")
+unsigned rows_to_raise(const float* distance, std::ptrdiff_t first, std::size_t stride_x, std::size_t stride_y,
+                       float depth, const int* from, const int* to) {
   unsigned rows = 0;
   const bool whole = from[2] == 0 && to[2] == kDeep;
   for (int x = from[0]; x < to[0]; ++x) {
     for (int y = from[1]; y < to[1]; ++y) {
-      const std::ptrdiff_t at = first + x * static_cast<std::ptrdiff_t>(stride_x) + y * static_cast<std::ptrdiff_t>(stride_y);
+      const std::ptrdiff_t at =
+          first + x * static_cast<std::ptrdiff_t>(stride_x) + y * static_cast<std::ptrdiff_t>(stride_y);
       F8 most = *reinterpret_cast<const F8*>(kOffsets.of[x * kRows + y]) + depth;
       most = most > Sweep::kInner ? F8{} + Sweep::kInner : most;
       F8 old = F8{} + 1e9f;
@@ -275,9 +284,9 @@ __attribute__((target_clones("avx2", "default"))) unsigned rows_to_raise(const f
 
 /// Depth of the samples of a block in a head at one pose, or what `depth` holds where that is more. `which` lists the
 /// pieces of the meridian that can be the closest one to any of the samples.
-__attribute__((target_clones("avx2", "default"))) void deepen_block(F8* depth, const HeadBlock* block,
-                                                                    const HeadPiece* pieces, const int* which,
-                                                                    int piece_count, unsigned rows) {
+TYPODONT_DISPATCH("avx2", "default")
+void deepen_block(F8* depth, const HeadBlock* block, const HeadPiece* pieces, const int* which, int piece_count,
+                  unsigned rows) {
   const F8 steps = {0, 1, 2, 3, 4, 5, 6, 7};
   const F8 along_x = steps * block->ez[0], along_y = steps * block->ez[1], along_z = steps * block->ez[2];
   for (int row = 0; row < kRows * kRows; ++row) {
@@ -324,15 +333,15 @@ __attribute__((target_clones("avx2", "default"))) void deepen_block(F8* depth, c
 
 /// new = max(old, min(depth, kInner)), depths below -kMargin not counted, for the part [from, to) of a block. `row` is
 /// the block's first sample, inside the array or not. Returns whether anything changed.
-__attribute__((target_clones("avx2", "default"))) bool raise_rows(float* distance, std::ptrdiff_t row, std::size_t stride_x,
-                                                                  std::size_t stride_y, const F8* depths,
-                                                                  const int* from, const int* to, const Tissue* tissue,
-                                                                  PerTissue* removed) {
+TYPODONT_DISPATCH("avx2", "default")
+bool raise_rows(float* distance, std::ptrdiff_t row, std::size_t stride_x, std::size_t stride_y, const F8* depths,
+                const int* from, const int* to, const Tissue* tissue, PerTissue* removed) {
   bool changed = false;
   const bool whole = from[2] == 0 && to[2] == kDeep;
   for (int x = from[0]; x < to[0]; ++x) {
     for (int y = from[1]; y < to[1]; ++y) {
-      const std::ptrdiff_t at = row + x * static_cast<std::ptrdiff_t>(stride_x) + y * static_cast<std::ptrdiff_t>(stride_y);
+      const std::ptrdiff_t at =
+          row + x * static_cast<std::ptrdiff_t>(stride_x) + y * static_cast<std::ptrdiff_t>(stride_y);
       F8 depth = depths[x * kRows + y];
       depth = depth > Sweep::kInner ? F8{} + Sweep::kInner : depth;
       depth = depth > -Sweep::kMargin ? depth : F8{} - 1e9f;
@@ -387,7 +396,7 @@ bool Sweep::raise_head(const glm::ivec3& lo, const glm::ivec3& size, float* dist
   HeadPiece pieces[HeadField::kMaxPieces];
   for (int p = 0; p < head_.count; ++p) {
     const HeadField::Piece& piece = head_.pieces[p];
-    const double values[10] = {piece.ax, piece.az, piece.bx, piece.bz, piece.dx,
+    const double values[10] = {piece.ax, piece.az,       piece.bx, piece.bz, piece.dx,
                                piece.dz, piece.inverse2, piece.cx, piece.cz, piece.radius};
     for (std::size_t i = 0; i < 10; ++i) pieces[p][i] = static_cast<float>(values[i]);
   }

@@ -4,6 +4,8 @@
 
 #include <cstdint>
 
+#include "engine/base/dispatch.h"
+
 namespace typodont::audio {
 
 using Float16 = float __attribute__((vector_size(64)));
@@ -13,13 +15,7 @@ using Int16x = std::int32_t __attribute__((vector_size(64)));
 using Float16Unaligned = float __attribute__((vector_size(64), aligned(4), may_alias));
 using Double8Unaligned = double __attribute__((vector_size(64), aligned(8), may_alias));
 
-// One copy of a kernel per processor generation, chosen when the program starts. Not under the sanitizers, which are
-// not ready that early.
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(__SANITIZE_ADDRESS__) && \
-    !defined(__SANITIZE_THREAD__)
-#define TYPODONT_CLONES __attribute__((target_clones("default", "arch=x86-64-v3", "arch=x86-64-v4")))
-#else
-#define TYPODONT_CLONES
-#endif
+// One copy of a kernel per processor generation.
+#define TYPODONT_CLONES TYPODONT_DISPATCH("default", "arch=x86-64-v3", "arch=x86-64-v4")
 
 }  // namespace typodont::audio

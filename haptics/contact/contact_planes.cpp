@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/base/dispatch.h"
 #include "engine/base/units.h"
 
 namespace typodont::haptics {
@@ -147,7 +148,7 @@ struct PlaneRows {
 };
 
 /// The plane of least n·d + room if that is below -1e-9, the first of equal ones; else -1.
-__attribute__((target_clones("avx2", "default"))) int most_violated(const PlaneRows* planes, const double* d) {
+TYPODONT_DISPATCH("avx2", "default") int most_violated(const PlaneRows* planes, const double* d) {
   D4 least = D4{} - 1e-9;
   L4 index = L4{} - 1, at = {0, 1, 2, 3};
   for (int row = 0; row < planes->rows; ++row, at += 4) {

@@ -3,16 +3,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/base/dispatch.h"
+
 namespace typodont::debris {
 namespace {
 
-// No multiply-adds are contracted (-ffp-contract=off), so all versions give the same bits.
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(__SANITIZE_ADDRESS__) && \
-    !defined(__SANITIZE_THREAD__)
-#define TYPODONT_VERSIONS __attribute__((target_clones("arch=x86-64-v4", "avx2", "default")))
-#else
-#define TYPODONT_VERSIONS
-#endif
+#define TYPODONT_VERSIONS TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 
 TYPODONT_VERSIONS
 void move_block(float* __restrict x, float* __restrict y, float* __restrict z, float* __restrict vx,
