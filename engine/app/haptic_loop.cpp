@@ -4,19 +4,9 @@
 
 namespace typodont {
 
-namespace {
-
-haptics::ServoSettings complete(haptics::ServoSettings settings, const haptics::TissueVolume& tissue, double rate) {
-  settings.frame = tissue.frame();
-  settings.tick = 1 / rate;
-  return settings;
-}
-
-}  // namespace
-
 HapticLoop::HapticLoop(const Scene& scene, haptics::TissueVolume tissue, double rate)
     : carver_(std::move(tissue), {scene.servo.tool}),
-      servo_(complete(scene.servo, carver_.volume(), rate),
+      servo_(servo_settings(scene, carver_.volume(), rate),
              haptics::patch_edge_for(scene.servo.tool, carver_.volume().frame().voxel)) {
   spare_.resize(servo_.patch().n);
 }

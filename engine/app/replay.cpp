@@ -40,9 +40,7 @@ ReplayResult replay_session(const std::filesystem::path& session_file, const std
   const Scene scene = parse_scene(Json::parse(header.scene_json, scene_name), scene_file);
 
   haptics::Carver carver(load_tissue(scene), {scene.servo.tool});
-  haptics::ServoSettings settings = scene.servo;
-  settings.frame = carver.volume().frame();
-  settings.tick = 1 / header.servo_rate;
+  const haptics::ServoSettings settings = servo_settings(scene, carver.volume(), header.servo_rate);
   haptics::Servo servo(settings, haptics::patch_edge_for(settings.tool, settings.frame.voxel));
   haptics::SurfacePatch spare;
   spare.resize(servo.patch().n);

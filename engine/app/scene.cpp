@@ -200,6 +200,13 @@ Scene parse_scene(const Json& json, const fs::path& file) {
   return scene;
 }
 
+haptics::ServoSettings servo_settings(const Scene& scene, const haptics::TissueVolume& tissue, double rate) {
+  haptics::ServoSettings settings = scene.servo;
+  settings.frame = tissue.frame();
+  settings.tick = 1 / rate;
+  return settings;
+}
+
 haptics::TissueVolume load_tissue(const Scene& scene) {
   const auto read = [&] {
     if (const auto volume = scene.tissue->find("volume")) {

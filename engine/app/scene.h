@@ -35,6 +35,9 @@ Scene parse_scene(const Json& json, const std::filesystem::path& file);
 /// Loads or samples the tissue and paints into it. Throws Error.
 haptics::TissueVolume load_tissue(const Scene& scene);
 
+/// The scene's servo settings completed for this tissue and servo rate (Hz).
+haptics::ServoSettings servo_settings(const Scene& scene, const haptics::TissueVolume& tissue, double rate);
+
 /// The shipped assets: $TYPODONT_ASSETS, else beside the program or in the source tree. Throws Error when not found.
 std::filesystem::path assets_folder();
 /// A path from a scene: relative to `beside`, then to assets/. Throws Error naming both when neither exists.

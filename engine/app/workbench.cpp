@@ -59,17 +59,11 @@ struct Session {
   Session(const Scene& s, haptics::TissueVolume tissue, double rate)
       : scene(s),
         carver(std::move(tissue), {s.servo.tool}),
-        servo(settings(s, carver.volume(), rate), edge(s, carver.volume())),
+        servo(servo_settings(s, carver.volume(), rate), edge(s, carver.volume())),
         wiring(empty_patch(edge(s, carver.volume()))) {}
 
   static int edge(const Scene& s, const haptics::TissueVolume& tissue) {
     return haptics::patch_edge_for(s.servo.tool, tissue.frame().voxel);
-  }
-  static haptics::ServoSettings settings(const Scene& s, const haptics::TissueVolume& tissue, double rate) {
-    haptics::ServoSettings servo = s.servo;
-    servo.frame = tissue.frame();
-    servo.tick = 1 / rate;
-    return servo;
   }
   static haptics::SurfacePatch empty_patch(int edge) {
     haptics::SurfacePatch patch;
@@ -288,10 +282,8 @@ WorkbenchSummary run_workbench(const Scene& scene, const WorkbenchOptions& optio
   }
 
   // The first patch is there before the first tick.
-  haptics::HandSample first;
-  first.X_WT.p = above;
   ServoTick start;
-  start.X_WT = start.X_WG = first.X_WT;
+  start.X_WT.p = start.X_WG.p = above;
   s.carver.cut_out(above, s.wiring.patch.back());
   s.wiring.patch.publish();
 

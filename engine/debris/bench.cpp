@@ -4,32 +4,12 @@
 
 #include <algorithm>
 
-#include "engine/base/clock.h"
+#include "engine/base/measure.h"
 #include "engine/base/units.h"
 #include "engine/debris/debris.h"
 #include "engine/debris/motion/motion.h"
 
 namespace typodont::debris {
-namespace {
-
-struct Times {
-  double median, slow;
-};
-
-template <class F>
-Times measure(int repeats, F&& work) {
-  std::vector<double> times;
-  for (int i = 0; i < repeats; ++i) {
-    const Nanos start = thread_cpu_time();
-    work();
-    times.push_back(static_cast<double>(thread_cpu_time() - start));
-  }
-  std::sort(times.begin(), times.end());
-  return {times[times.size() / 2], times[times.size() * 9 / 10]};
-}
-
-}  // namespace
-
 std::vector<BenchRow> bench_debris(const BenchOptions& options) {
   // A ball of tissue, radius 5 mm, in a box of 4 cm.
   constexpr int n = 81;
@@ -52,7 +32,7 @@ std::vector<BenchRow> bench_debris(const BenchOptions& options) {
   std::vector<BenchRow> rows;
   std::vector<float> arrays[7];
   for (auto& array : arrays) array.assign(options.particles, 1.0f);
-  const Times floor = measure(options.repeats, [&] {
+  const MeasuredTimes floor = measure(options.repeats, [&] {
     copy_through({arrays[0].data(), arrays[1].data(), arrays[2].data(), arrays[3].data(), arrays[4].data(),
                   arrays[5].data(), arrays[6].data()},
                  options.particles);
@@ -74,7 +54,7 @@ std::vector<BenchRow> bench_debris(const BenchOptions& options) {
       if (i % 4 == 0) debris.step(dt, field);
     }
     for (int i = 0; i < steps_before; ++i) debris.step(dt, field, suction);
-    const Times step = measure(options.repeats, [&] { debris.step(dt, field, suction); });
+    const MeasuredTimes step = measure(options.repeats, [&] { debris.step(dt, field, suction); });
     rows.push_back({name, knob, step.median, step.slow, "memory floor", step.median / floor.median});
   };
   run("step", 250, nullptr);
@@ -83,7 +63,7 @@ std::vector<BenchRow> bench_debris(const BenchOptions& options) {
   run("step with suction", 250, &suction);
 
   Debris none;
-  const Times idle = measure(options.repeats, [&] { none.step(dt, field); });
+  const MeasuredTimes idle = measure(options.repeats, [&] { none.step(dt, field); });
   rows.push_back({"none alive", "0 particles", idle.median, idle.slow, "memory floor", idle.median / floor.median});
   return rows;
 }

@@ -5,24 +5,12 @@
 #include <algorithm>
 #include <cmath>
 
-#include "engine/base/clock.h"
+#include "engine/base/measure.h"
 #include "engine/surface/mesh_export.h"
 #include "engine/surface/surface_mesher.h"
 
 namespace typodont::surface {
 namespace {
-
-template <class F>
-double median_ns(int repeats, F&& work) {
-  std::vector<double> times;
-  for (int i = 0; i < repeats; ++i) {
-    const Nanos start = thread_cpu_time();
-    work();
-    times.push_back(static_cast<double>(thread_cpu_time() - start));
-  }
-  std::sort(times.begin(), times.end());
-  return times[times.size() / 2];
-}
 
 std::string knob(double tolerance) {
   return tolerance < 0 ? "full resolution" : fmt::format("tolerance {:g}", tolerance);
@@ -83,10 +71,10 @@ std::vector<BenchRow> bench_sphere(const BenchOptions& options) {
   std::vector<BenchRow> rows;
   for (const double tolerance : options.tolerances) {
     SurfaceMesher mesher({.tolerance = static_cast<float>(tolerance)});
-    const double time = median_ns(options.repeats, [&] {
-      for (const FieldBrick& brick : bricks) mesher.put(brick);
-      mesher.remesh();
-    });
+    const double time = measure(options.repeats, [&] {
+                          for (const FieldBrick& brick : bricks) mesher.put(brick);
+                          mesher.remesh();
+                        }).median;
     const WholeMesh mesh = weld(mesher);
     const auto triangles = static_cast<double>(mesh.triangles.size());
     BenchRow row;
@@ -125,21 +113,21 @@ std::vector<BenchRow> bench_tissue(std::span<const FieldBrick> whole, std::span<
       }
       rows.push_back(row);
     };
-    const double time = median_ns(options.repeats, [&] {
-      SurfaceMesher fresh(mesher_options);
-      for (const FieldBrick& brick : whole) fresh.put(brick);
-      fresh.remesh();
-      triangles = static_cast<double>(fresh.triangle_count());
-    });
+    const double time = measure(options.repeats, [&] {
+                          SurfaceMesher fresh(mesher_options);
+                          for (const FieldBrick& brick : whole) fresh.put(brick);
+                          fresh.remesh();
+                          triangles = static_cast<double>(fresh.triangle_count());
+                        }).median;
     add("whole extraction", time, "whole");
     if (drilled.empty()) continue;
     SurfaceMesher mesher(mesher_options);
     for (const FieldBrick& brick : whole) mesher.put(brick);
     mesher.remesh();
-    const double frame = median_ns(options.repeats, [&] {
-      for (const FieldBrick& brick : drilled) mesher.put(brick);
-      mesher.remesh();
-    });
+    const double frame = measure(options.repeats, [&] {
+                           for (const FieldBrick& brick : drilled) mesher.put(brick);
+                           mesher.remesh();
+                         }).median;
     triangles = static_cast<double>(mesher.triangle_count());
     add("drilling frame", frame, "frame");
   }
