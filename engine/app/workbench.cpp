@@ -275,6 +275,7 @@ WorkbenchSummary run_workbench(const Scene& scene, const WorkbenchOptions& optio
     look.quality = ladder.step();
     stage.emplace(*rig, scene.servo, look);
     explain("drawn by " + stage->device_name());
+    explain(rig->head.tracker.empty() ? "head: at rest, the rig names no tracker" : "head: " + rig->head.tracker);
   }
   if (s.debris) debris.emplace(scene.servo.materials, tissue);
   if (options.explain) {
@@ -353,6 +354,7 @@ WorkbenchSummary run_workbench(const Scene& scene, const WorkbenchOptions& optio
   summary.seconds = to_seconds(s.last.t);
   summary.ticks = s.timing.ticks;
   summary.frames = drawn;
+  if (stage) summary.tracker = stage->tracker_stats();
   summary.cuts = s.last.cuts;
   summary.removed = s.last.removed;
   summary.faults = s.faults;

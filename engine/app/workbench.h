@@ -3,10 +3,12 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "engine/app/scene.h"
+#include "engine/display/head_tracker.h"
 
 namespace typodont {
 
@@ -26,6 +28,7 @@ struct WorkbenchSummary {
   std::uint64_t deadline_misses = 0;
   double tick_us_median = 0, tick_us_p999 = 0, worst_tick_us = 0;
   PerTissue removed{};
+  std::optional<display::HeadTracker::Stats> tracker;  // where a rig's tracker was listened to
   std::vector<std::string> explanations;
 };
 
