@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -32,8 +33,30 @@ struct WorkbenchSummary {
   std::vector<std::string> explanations;
 };
 
-/// Runs until the window closes, the hand's script ends, the time is over or the process is asked to stop (SIGINT,
-/// SIGTERM). Every end sends zero force. Throws Error at set-up, RunFailure when the run fails.
+/// One session. Its user's thread draws: constructed, started, stepped and stopped there. Every end, the destructor's
+/// too, sends zero force.
+class Workbench {
+ public:
+  /// Set-up: tissue, hand, sound, recording, picture. Nothing moves yet. Throws Error.
+  Workbench(const Scene& scene, const WorkbenchOptions& options);
+  ~Workbench();
+  Workbench(const Workbench&) = delete;
+  Workbench& operator=(const Workbench&) = delete;
+
+  void start();
+  /// What the user did, and a frame; or a short wait where there is no picture. False when the session is over: the
+  /// window was closed, the hand's script has ended, the time is up, the process was asked to stop.
+  bool step();
+  /// Zero force, all threads joined, the recording complete. Throws RunFailure when the run failed.
+  WorkbenchSummary stop();
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+/// A whole session: runs until the window closes, the hand's script ends, the time is over or the process is asked to
+/// stop (SIGINT, SIGTERM). Every end sends zero force. Throws Error at set-up, RunFailure when the run fails.
 WorkbenchSummary run_workbench(const Scene& scene, const WorkbenchOptions& options);
 
 }  // namespace typodont
