@@ -436,7 +436,9 @@ bool Sweep::raise_head(const glm::ivec3& lo, const glm::ivec3& size, float* dist
           for (int p = 0; p < head_.count; ++p) {
             if (to_piece[p] < std::abs(distance_center) + 2 * half) which[piece_count++] = p;
           }
-          if (!any) std::fill_n(depth, kRows * kRows, F8{} - 1e9f);
+          if (!any) {
+            for (int i = 0; i < kRows * kRows; ++i) depth[i] = F8{} - 1e9f;
+          }
           any = true;
           const glm::vec3 p(first), ex(R_TV[0]), ey(R_TV[1]), ez(R_TV[2]);
           const HeadBlock block{p.x, p.y, p.z, {ex.x, ex.y, ex.z}, {ey.x, ey.y, ey.z}, {ez.x, ez.y, ez.z}};
