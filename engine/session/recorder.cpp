@@ -174,9 +174,12 @@ struct SessionWriter::Impl {
   Lost lost_in_file;
   Nanos last_write = now();
   Nanos last_t = 0;  // of the newest tick
+  std::vector<std::string> tool_names;
+  std::uint32_t last_tool = 0;
 
   void create(const SessionHeader& header);
   bool create_header(const SessionHeader& header);
+  void note_tool(const ServoTick& tick) noexcept;
   bool create_tables(const SessionHeader& header);
   bool create_result();
   void write_all() noexcept;
@@ -202,6 +205,7 @@ void SessionWriter::Impl::create(const SessionHeader& header) {
   const auto refuse = [&](const std::string& why) {
     throw Error(file.string(), "", why, "a place where a session can be recorded");
   };
+  tool_names = header.tools;
   for (const StreamSpec& stream : header.streams) {
     bool good = plain_name(stream.name) && !stream.columns.empty();
     for (const auto& column : stream.columns) good = good && plain_name(column.name) && column.name != "t_ns";
@@ -229,6 +233,12 @@ void SessionWriter::Impl::create(const SessionHeader& header) {
     refuse(why);
   }
   lock_fd = lock_while_recording(written_to);
+}
+
+void SessionWriter::Impl::note_tool(const ServoTick& tick) noexcept {
+  last_tool = tick.tool;
+  const H5Quiet quiet;
+  add_event({tick.t, EventKind::kTool, tick.tool < tool_names.size() ? tool_names[tick.tool] : std::to_string(tick.tool)});
 }
 
 bool SessionWriter::Impl::create_header(const SessionHeader& header) {
@@ -472,6 +482,7 @@ void SessionWriter::append(std::span<const ServoTick> ticks) noexcept {
   for (const ServoTick& tick : ticks) {
     impl_->add(impl_->ticks, tick_columns(), tick);
     impl_->last_t = tick.t;
+    if (tick.tool != impl_->last_tool) impl_->note_tool(tick);
     if (impl_->ticks.full()) impl_->write_all();
   }
 }

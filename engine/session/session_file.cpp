@@ -20,11 +20,16 @@ namespace typodont::session {
 
 namespace {
 
+struct ColumnName {
+  std::string name;
+  bool may_lack = false;  // files of older versions do
+};
+
 /// One table of the file, opened for reading. Rows beyond the intact ones do not exist.
 class TableReader {
  public:
   /// `salvage`: the file was cut off, so look how far every column can really be read.
-  void open(const std::filesystem::path& file, hid_t root, const std::string& path, const std::vector<std::string>& names,
+  void open(const std::filesystem::path& file, hid_t root, const std::string& path, const std::vector<ColumnName>& names,
             bool salvage) {
     file_ = file.string();
     path_ = path;
@@ -32,10 +37,14 @@ class TableReader {
     H5 group(H5Gopen2(root, path.c_str(), H5P_DEFAULT), H5Gclose);
     if (!group) throw Error(file_, path, "something else", "a group");
     hsize_t fewest = H5S_UNLIMITED, most = 0;
-    for (const std::string& name : names) {
+    for (const auto& [name, may_lack] : names) {
       H5 dataset;
       if (H5Lexists(group.get(), name.c_str(), H5P_DEFAULT) > 0) {
         dataset = H5(H5Dopen2(group.get(), name.c_str(), H5P_DEFAULT), H5Dclose);
+      }
+      if (!dataset && may_lack) {
+        datasets_.emplace_back();
+        continue;
       }
       if (!dataset) throw Error(file_, path + "/" + name, "nothing", "this column");
       H5 space(H5Dget_space(dataset.get()), H5Sclose);
@@ -57,6 +66,7 @@ class TableReader {
   }
 
   hsize_t rows() const { return rows_; }
+  bool has(std::size_t column) const { return static_cast<bool>(datasets_[column]); }
   void limit(hsize_t rows) { rows_ = std::min(rows_, rows); }
 
   /// Reads rows [first, first + count) of a column. Throws Error when the file is damaged there.
@@ -83,6 +93,7 @@ class TableReader {
   void find_intact_rows() {
     std::vector<std::byte> scratch;
     for (std::size_t i = 0; i < datasets_.size(); ++i) {
+      if (!has(i)) continue;
       H5 type(H5Dget_type(datasets_[i].get()), H5Tclose);
       H5 properties(H5Dget_create_plist(datasets_[i].get()), H5Pclose);
       const std::size_t size = H5Tget_size(type.get());
@@ -115,10 +126,10 @@ class TableReader {
 };
 
 template <class Message>
-std::vector<std::string> names_of(const std::vector<Column<Message>>& columns) {
-  std::vector<std::string> names;
+std::vector<ColumnName> names_of(const std::vector<Column<Message>>& columns) {
+  std::vector<ColumnName> names;
   for (const auto& column : columns) {
-    if (column.in_file) names.push_back(column.name);
+    if (column.in_file) names.push_back({column.name, column.added});
   }
   return names;
 }
@@ -131,7 +142,7 @@ std::vector<Message> read_messages(const TableReader& table, const std::vector<C
   std::size_t i = 0;
   for (const auto& column : columns) {
     if (!column.in_file) continue;
-    if (column.set) {
+    if (column.set && table.has(i)) {
       const std::size_t size = size_of(column.type);
       table.read(i, h5_type(column.type), size, first, count, cells);
       for (hsize_t row = 0; row < count; ++row) column.set(messages[row], cells.data() + row * size);
@@ -262,7 +273,7 @@ void SessionReader::Impl::open() {
   if (read_fixed(h5.get(), "lost", H5T_NATIVE_UINT64, losses.size(), losses.data())) {
     lost = {losses[0], losses[1], losses[2], losses[3], losses[4]};
   }
-  const auto open_table = [&](TableReader& table, const std::string& path, const std::vector<std::string>& names) {
+  const auto open_table = [&](TableReader& table, const std::string& path, const std::vector<ColumnName>& names) {
     table.open(file, h5.get(), path, names, truncated);
   };
   // The ticks first: what a writer at work adds meanwhile to cuts and patches is then at least as far.
@@ -274,11 +285,11 @@ void SessionReader::Impl::open() {
   open_table(table, "patches", names_of(patch_columns()));
   patches = read_messages(table, patch_columns(), 0, table.rows());
   table = {};
-  open_table(table, "events", {"t_ns", "kind", "part", "text"});
+  open_table(table, "events", {{"t_ns"}, {"kind"}, {"part"}, {"text"}});
   read_events(table);
   for (const StreamSpec& spec : header.streams) {
-    std::vector<std::string> names = {"t_ns"};
-    for (const auto& column : spec.columns) names.push_back(column.name);
+    std::vector<ColumnName> names = {{"t_ns"}};
+    for (const auto& column : spec.columns) names.push_back({column.name});
     table = {};
     open_table(table, "streams/" + spec.name, names);
     StreamData data;
@@ -373,8 +384,8 @@ void SessionReader::Impl::read_result() {
   read_fixed(group.get(), "field_hash", H5T_NATIVE_UINT64, 0, &r.field_hash);
 
   TableReader index, bytes;
-  index.open(file, h5.get(), "pictures", {"name", "title", "offset", "bytes"}, false);
-  bytes.open(file, h5.get(), "pictures", {"png"}, false);
+  index.open(file, h5.get(), "pictures", {{"name"}, {"title"}, {"offset"}, {"bytes"}}, false);
+  bytes.open(file, h5.get(), "pictures", {{"png"}}, false);
   const auto names = read_texts(index, 0, kPictureText), titles = read_texts(index, 1, kPictureText);
   const auto offsets = read_numbers<std::uint64_t>(index, 2), sizes = read_numbers<std::uint64_t>(index, 3);
   std::vector<std::byte> cells;

@@ -154,6 +154,25 @@ TEST(SessionFile, TheHeaderComesBack) {
   EXPECT_FALSE(reader.truncated());
 }
 
+TEST(SessionFile, AToolTakenUpIsInItsTickAndAnEventByName) {
+  TemporaryFolder folder;
+  auto ticks = random_ticks(30, 71);
+  for (std::size_t i = 10; i < ticks.size(); ++i) ticks[i].tool = i < 20 ? 1 : 9;
+  SessionHeader header = some_header();
+  header.tools = {"round_012", "explorer"};
+  {
+    SessionWriter writer(folder / "s.h5", header);
+    writer.append(ticks);
+    ASSERT_TRUE(writer.finish({}));
+  }
+  const SessionReader session(folder / "s.h5");
+  const auto back = session.ticks();
+  ASSERT_EQ(back.size(), ticks.size());
+  for (std::size_t i = 0; i < ticks.size(); ++i) EXPECT_EQ(back[i].tool, ticks[i].tool) << i;
+  EXPECT_EQ(session.events(), (std::vector<SessionEvent>{{ticks[10].t, EventKind::kTool, "explorer"},
+                                                         {ticks[20].t, EventKind::kTool, "9"}}));
+}
+
 TEST(SessionFile, EqualSessionsAreEqualBytes) {
   TemporaryFolder folder;
   const auto ticks = random_ticks(1500, 5);
