@@ -26,7 +26,7 @@
 #include "haptics/carver.h"
 #include "haptics/devices/driver.h"
 #include "haptics/devices/exit_guard.h"
-#include "haptics/loop_timing.h"
+#include "engine/contract/loop_timing.h"
 
 namespace typodont {
 
@@ -49,7 +49,7 @@ struct Session {
   haptics::Carver carver;
   haptics::Servo servo;
   Wiring wiring;
-  haptics::LoopTiming timing;  // servo thread until it has ended
+  LoopTiming timing;  // servo thread until it has ended
   ServoTick last;              // the same
   std::uint32_t faults = 0;
   RealtimeGranted granted;
