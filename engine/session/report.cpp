@@ -19,6 +19,7 @@
 #include "engine/session/page/plot.h"
 #include "engine/session/page/style.h"
 #include "engine/session/page/words.h"
+#include "engine/session/task.h"
 
 namespace typodont::session {
 
@@ -123,12 +124,8 @@ ScoreInput input_of(const SessionReader& session, const Course& course) {
 }
 
 Score score_of(const SessionReader& session, const ScoreInput& input) {
-  std::vector<ScoreRule> rules = default_rules(input);
-  if (!session.header().scene_json.empty()) {
-    const Json scene = Json::parse(session.header().scene_json, session.file().string() + ": scene");
-    if (const auto block = scene.find("score")) rules = rules_from(*block, input);
-  }
-  return score(input, rules);
+  if (session.header().scene_json.empty()) return score(input, default_rules(input));
+  return score(input, rules_of_scene(Json::parse(session.header().scene_json, session.file().string() + ": scene"), input));
 }
 
 std::string scene_name_of(const SessionReader& session) {
