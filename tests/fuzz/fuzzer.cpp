@@ -16,7 +16,8 @@ const typodont::test::FuzzTarget* g_target = nullptr;
 extern "C" int LLVMFuzzerInitialize(int*, char***) {
   const char* wanted = std::getenv("TYPODONT_FUZZ_TARGET");
   const auto targets = typodont::test::fuzz_targets();
-  const auto found = std::find_if(targets.begin(), targets.end(), [&](const auto& t) { return wanted && t.name == wanted; });
+  const auto found =
+      std::find_if(targets.begin(), targets.end(), [&](const auto& t) { return wanted && t.name == wanted; });
   if (found == targets.end()) {
     std::fprintf(stderr, "TYPODONT_FUZZ_TARGET must be one of:");
     for (const auto& t : targets) std::fprintf(stderr, " %.*s", static_cast<int>(t.name.size()), t.name.data());

@@ -38,7 +38,9 @@ namespace {
 
 using Bytes = std::span<const std::byte>;
 
-std::string_view text_of(Bytes bytes) { return {reinterpret_cast<const char*>(bytes.data()), bytes.size()}; }
+std::string_view text_of(Bytes bytes) {
+  return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+}
 std::span<const std::uint8_t> octets_of(Bytes bytes) {
   return {reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()};
 }
@@ -57,8 +59,8 @@ std::filesystem::path as_file(Bytes bytes, const char* name) {
     return made;
   }();
   const auto file = folder / name;
-  std::ofstream(file, std::ios::binary).write(reinterpret_cast<const char*>(bytes.data()),
-                                              static_cast<std::streamsize>(bytes.size()));
+  std::ofstream(file, std::ios::binary)
+      .write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
   return file;
 }
 
@@ -190,6 +192,8 @@ constexpr FuzzTarget kTargets[] = {{"json", json},
 
 }  // namespace
 
-std::span<const FuzzTarget> fuzz_targets() { return kTargets; }
+std::span<const FuzzTarget> fuzz_targets() {
+  return kTargets;
+}
 
 }  // namespace typodont::test

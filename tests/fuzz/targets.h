@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <ostream>
 #include <span>
 #include <string_view>
 
@@ -16,5 +17,7 @@ struct FuzzTarget {
 };
 
 std::span<const FuzzTarget> fuzz_targets();
+
+inline std::ostream& operator<<(std::ostream& out, const FuzzTarget& target) { return out << target.name; }
 
 }  // namespace typodont::test

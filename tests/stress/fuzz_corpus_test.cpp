@@ -1,6 +1,7 @@
 // The kept corpus of the fuzzer, and copies of it damaged at random, through every parser: read or refused, never more.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -32,7 +33,8 @@ std::vector<std::byte> damaged(std::vector<std::byte> bytes, std::mt19937_64& ra
   const auto below = [&](std::size_t n) { return static_cast<std::size_t>(random() % std::max<std::size_t>(n, 1)); };
   for (std::size_t k = 1 + below(4); k > 0 && !bytes.empty(); --k) {
     const std::size_t at = below(bytes.size()), length = std::min(1 + below(16), bytes.size() - at);
-    const auto first = bytes.begin() + static_cast<std::ptrdiff_t>(at), last = first + static_cast<std::ptrdiff_t>(length);
+    const auto first = bytes.begin() + static_cast<std::ptrdiff_t>(at),
+               last = first + static_cast<std::ptrdiff_t>(length);
     switch (below(5)) {
       case 0:
         bytes[at] = static_cast<std::byte>(random());
@@ -66,7 +68,7 @@ TEST_P(FuzzCorpus, AndDamagedCopiesOfItAreReadOrRefused) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Parsers, FuzzCorpus, testing::ValuesIn(fuzz_targets().begin(), fuzz_targets().end()),
-                         [](const auto& info) { return std::string(info.param.name); });
+                         [](const auto& target) { return std::string(target.param.name); });
 
 }  // namespace
 }  // namespace typodont::test
