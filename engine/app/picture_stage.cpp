@@ -63,8 +63,17 @@ PictureStage::PictureStage(const display::DisplayRig& rig, const haptics::ServoS
   screen_size_ = output_->size();
   renderer_.emplace(device_, eye, options.quality, servo.materials);
   compositor_.emplace(device_);
-  render::ToolShape shape = render::tool_shape(shape_name(servo.tool.shape), servo.tool.diameter, servo.tool.length);
-  if (!servo.tool.cuts) shape.flutes = 0;
+  take_up(0);
+}
+
+const haptics::Tool& PictureStage::tool() const {
+  return haptics::tray(servo_)[shown_tool_];
+}
+
+void PictureStage::take_up(std::uint32_t tool_index) {
+  shown_tool_ = std::min<std::size_t>(tool_index, haptics::tray(servo_).size() - 1);
+  render::ToolShape shape = render::tool_shape(shape_name(tool().shape), tool().diameter, tool().length);
+  if (!tool().cuts) shape.flutes = 0;
   renderer_->set_tool(render::make_tool_mesh(shape));
 }
 
@@ -107,6 +116,7 @@ render::FrameStats PictureStage::draw(const ServoTick& tick, std::span<const ren
   const Nanos began = now();
   follow_size();
   follow_head();
+  if (tick.tool != shown_tool_) take_up(tick.tool);
   render::Frame frame;
   const auto eyes = display::eye_views(rig_);
   for (std::size_t e = 0; e < 2; ++e) {
@@ -127,7 +137,7 @@ render::FrameStats PictureStage::draw(const ServoTick& tick, std::span<const ren
   frame.particles = particles;
   if (options_.hud) {
     frame.hud.visible = true;
-    frame.hud.tool = fmt::format("{} {:.1f} mm", shape_name(servo_.tool.shape), servo_.tool.diameter / kMillimetre);
+    frame.hud.tool = fmt::format("{} {:.1f} mm", shape_name(tool().shape), tool().diameter / kMillimetre);
     frame.hud.speed_krpm = tick.spindle / kKrpm;
     frame.hud.force = glm::length(tick.f_T_W);
     frame.hud.force_limit = options_.force_limit;

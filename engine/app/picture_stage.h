@@ -57,6 +57,8 @@ class PictureStage {
  private:
   void follow_size();
   void follow_head();
+  void take_up(std::uint32_t tool_index);
+  const haptics::Tool& tool() const;
 
   display::DisplayRig rig_;
   display::Head rest_;  // the head as the rig file has it
@@ -71,6 +73,7 @@ class PictureStage {
   std::unique_ptr<display::Output> output_;
   glm::ivec2 screen_size_{0};
   double angle_ = 0;
+  std::size_t shown_tool_ = 0;  // of the tray
 };
 
 }  // namespace typodont

@@ -31,7 +31,7 @@ ReplayResult replay_session(const std::filesystem::path& session_file,
 /// The scene a session was made with. Throws Error where its tissue is not there or has changed.
 Scene scene_of(const session::SessionReader& session);
 
-/// The tissue a session left, from the tissue it began with and its cuts. Throws Error.
-haptics::TissueVolume tissue_at_end(const session::SessionReader& session, haptics::TissueVolume start);
+/// The tissue a session left, from the tissue its scene begins with and its cuts.
+haptics::TissueVolume tissue_at_end(const session::SessionReader& session, const Scene& scene, haptics::TissueVolume start);
 
 }  // namespace typodont

@@ -204,7 +204,7 @@ std::optional<haptics::TissueVolume> ideal_tissue(const Scene& scene, const hapt
     // As somebody left it.
     ideal.allow_only({"session"});
     const session::SessionReader session(find_file(ideal["session"].string(), beside));
-    sample_volume(tissue_at_end(session, copy_of(start)), copy);
+    sample_volume(tissue_at_end(session, scene_of(session), copy_of(start)), copy);
   } else if (ideal.has("unprepared")) {
     ideal.allow_only({"unprepared"});
     if (!ideal["unprepared"].boolean() || scene.prepare.empty()) {
@@ -280,7 +280,7 @@ std::optional<session::ExploreMeter> TaskJudge::explore_meter() const {
 JudgedSession judge_session(const session::SessionReader& session) {
   Scene scene = scene_of(session);
   haptics::TissueVolume start = load_tissue(scene);
-  haptics::TissueVolume after = tissue_at_end(session, load_tissue(scene));
+  haptics::TissueVolume after = tissue_at_end(session, scene, load_tissue(scene));
   const TaskJudge judge(scene, start);
   session::ScoreInput input = session::score_input(session);
   judge.judge(after, input);

@@ -26,7 +26,7 @@
 #include "haptics/carver.h"
 #include "haptics/devices/driver.h"
 #include "haptics/devices/exit_guard.h"
-#include "haptics/loop_timing.h"
+#include "engine/contract/loop_timing.h"
 
 namespace typodont {
 
@@ -49,7 +49,7 @@ struct Session {
   haptics::Carver carver;
   haptics::Servo servo;
   Wiring wiring;
-  haptics::LoopTiming timing;  // servo thread until it has ended
+  LoopTiming timing;  // servo thread until it has ended
   ServoTick last;              // the same
   std::uint32_t faults = 0;
   RealtimeGranted granted;
@@ -58,12 +58,12 @@ struct Session {
 
   Session(const Scene& s, haptics::TissueVolume tissue, double rate)
       : scene(s),
-        carver(std::move(tissue), {s.servo.tool}),
+        carver(std::move(tissue), haptics::tray(s.servo)),
         servo(servo_settings(s, carver.volume(), rate), edge(s, carver.volume())),
         wiring(empty_patch(edge(s, carver.volume()))) {}
 
   static int edge(const Scene& s, const haptics::TissueVolume& tissue) {
-    return haptics::patch_edge_for(s.servo.tool, tissue.frame().voxel);
+    return haptics::patch_edge_for(haptics::tray(s.servo), tissue.frame().voxel);
   }
   static haptics::SurfacePatch empty_patch(int edge) {
     haptics::SurfacePatch patch;
@@ -82,6 +82,8 @@ void servo_thread(Session& s, haptics::HapticDevice& hand) {
   std::uint64_t ticks = 0;
   while (!wiring.stop.load(std::memory_order_relaxed) && hand.read(sample)) {
     const Nanos woke = now(), cpu = thread_cpu_time();
+    const std::int32_t chosen = wiring.chosen_tool.load(std::memory_order_relaxed);
+    if (chosen >= 0) sample.tool = static_cast<std::uint32_t>(chosen);
     if (wiring.patch.fetch()) {
       haptics::SurfacePatch& fresh = wiring.patch.front();
       const PatchUse use{fresh.number, ticks, fresh.cuts, fresh.center_W};
@@ -110,6 +112,7 @@ void servo_thread(Session& s, haptics::HapticDevice& hand) {
   const Nanos faded = now() + from_seconds(kRampOut);
   while (now() < faded && hand.read(sample)) {
     sample.pedal = 0;
+    sample.tool = s.last.tool;
     s.servo.tick(sample, tick, cut);
     hand.write(tick.f_T_W, tick.tau_T_W);
   }
@@ -217,6 +220,7 @@ struct Workbench::Impl {
   Nanos began = 0, last_frame = 0;
   ServoTick tick;  // the newest, as drawn
   std::uint64_t drawn = 0;
+  std::string hint;  // drawn below the picture
   std::string failure;
   std::jthread carver, servo, recorder;  // last: they refer to all of the above
 
@@ -272,6 +276,7 @@ void Workbench::Impl::set_up() {
     haptics::HandOptions hand_options;
     hand_options.rate = kRate;
     hand_options.assets = assets_folder();
+    hand_options.tools = tool_names(scene);
     if (rig) hand_options.X_WH = rig->X_WH;
     hand = haptics::open_hand(hand_address, hand_options);
   }
@@ -324,6 +329,8 @@ void Workbench::Impl::start() {
   servo = std::jthread(servo_thread, std::ref(s), std::ref(*hand));
   if (writer) recorder = std::jthread(recorder_thread, std::ref(s), std::ref(*writer));
   began = last_frame = now();
+  const std::size_t tools = std::min<std::size_t>(haptics::tray(scene.servo).size(), 9);
+  hint = "left button: drill   wheel: in and out" + (tools > 1 ? fmt::format("   1–{}: tools", tools) : std::string());
 }
 
 /// One turn of the drawing thread: a frame, or a short wait. False when the session is over.
@@ -340,6 +347,11 @@ bool Workbench::Impl::step() {
     const display::UserInput input = stage->output().poll();
     if (input.close) return false;
     if (pointer) s.wiring.pointer.publish(pointer->follow(input, now() - began));
+    for (const int key : input.pressed) {  // 1 … 9: another tool
+      if (key >= '1' && key <= '9' && key - '1' < static_cast<int>(haptics::tray(scene.servo).size())) {
+        s.wiring.chosen_tool = key - '1';
+      }
+    }
     draw();
     return true;
   } catch (const std::exception& e) {  // the picture is lost: the session ends in order
@@ -360,11 +372,10 @@ void Workbench::Impl::draw() {
   last_frame = now();
   if (debris) {
     Cut cut;
-    while (s.wiring.cuts_to_debris.pop(cut)) debris->add(cut, scene.servo.tool);
+    while (s.wiring.cuts_to_debris.pop(cut)) debris->add(cut, haptics::tray(scene.servo)[cut.tool]);
     debris->step(std::min(dt, 0.1));
   }
-  const auto stats = stage->draw(tick, debris ? debris->particles() : std::span<const render::Particle>{}, dt,
-                                 "left button: drill   wheel: in and out");
+  const auto stats = stage->draw(tick, debris ? debris->particles() : std::span<const render::Particle>{}, dt, hint);
   drawn += stats.drawn;
   if (stats.drawn && ladder.frame_took(to_seconds(now() - last_frame))) {
     stage->set_quality(ladder.step());
