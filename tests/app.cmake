@@ -2,8 +2,8 @@ typodont_test(acceptance_app KIND acceptance SOURCES acceptance/app_servo_test.c
               acceptance/app_bench_test.cpp
               LIBS typodont_app)
 typodont_test(acceptance_demo KIND acceptance SOURCES acceptance/app_demo_test.cpp LIBS typodont_app SERIAL TIMEOUT 900)
-foreach(target acceptance_app acceptance_demo)
+typodont_test(acceptance_tasks KIND acceptance SOURCES acceptance/app_tasks_test.cpp LIBS typodont_app)
+foreach(target acceptance_app acceptance_tasks acceptance_demo)
   target_compile_definitions(${target} PRIVATE TYPODONT_PROGRAM="$<TARGET_FILE:typodont>")
   add_dependencies(${target} typodont)
 endforeach()
-typodont_test(acceptance_tasks KIND acceptance SOURCES acceptance/app_tasks_test.cpp LIBS typodont_app)

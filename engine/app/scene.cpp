@@ -10,6 +10,7 @@
 #include <fstream>
 #include <sstream>
 
+#include "engine/app/paint_file.h"
 #include "engine/app/tissue_edit.h"
 #include "engine/base/error.h"
 #include "engine/base/units.h"
@@ -133,7 +134,7 @@ Scene read_scene(const fs::path& file) {
 Scene parse_scene(const Json& json, const fs::path& file) {
   json.allow_only({"name", "description", "tissue", "paint", "tool", "tools", "spindle_krpm", "spindle", "coupling", "materials",
                    "parts", "friction", "cutting", "passivity", "boundary_walls", "force_filter", "score", "sound", "prepare",
-                   "task"});
+                   "paint_file", "task"});
   Scene scene;
   scene.file = file;
   scene.text = json.text();
@@ -186,6 +187,13 @@ Scene parse_scene(const Json& json, const fs::path& file) {
   }
   servo.materials = load_materials();
   if (const auto materials = json.find("materials")) read_materials(*materials, servo.materials);
+  if (const auto paint = json.find("paint_file")) {
+    scene.paint_file = find_file(paint->string(), file.parent_path());
+    const auto strokes = read_paint(scene.paint_file);
+    for (std::size_t i = 0; i < kTissueCount; ++i) {
+      servo.materials[i].stiffness *= stiffness_factor(strokes, static_cast<Tissue>(i));
+    }
+  }
   servo.friction = json.boolean_or("friction", true);
   servo.cutting = json.boolean_or("cutting", true);
   servo.passivity = json.boolean_or("passivity", true);
@@ -248,6 +256,7 @@ haptics::TissueVolume load_tissue(const Scene& scene) {
     const auto solid = haptics::read_solid(item["solid"]);
     volume.paint(*tissue_named(item["tissue"].string()), *solid);
   }
+  if (!scene.paint_file.empty()) paint(volume, read_paint(scene.paint_file));
   for (const Json& item : scene.prepare) volume = without_solid(volume, *haptics::read_solid(item));
   return volume;
 }

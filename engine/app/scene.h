@@ -22,6 +22,7 @@ struct Scene {
   std::string motor;             // named in assets/motors/; empty: an ideal one
   std::optional<Json> tissue;    // a volume, or solids
   std::vector<Json> paint;       // tissue painted into it, e.g. a lesion
+  std::filesystem::path paint_file;  // strokes painted by hand; empty: none
   std::vector<Json> prepare;        // solids taken away before the session begins
   std::optional<Json> score;
   std::optional<session::Task> task;

@@ -397,7 +397,8 @@ CavityMeasures measure(const Preparation& in, const Given& known, const DenseFie
     std::vector<std::pair<double, double>> leans, depths, thickness;
     for (const Facet& f : walls) {
       const dvec3 g = after.gradient(f.p, kAcross);
-      leans.emplace_back(std::asin(std::clamp(glm::dot(g, axes.w) / glm::length(g), -1.0, 1.0)), f.area);
+      // Next to an edge the stencil sees both faces: such places say nothing of the wall's lean.
+      if (glm::length(g) >= kOneWay) leans.emplace_back(std::asin(std::clamp(glm::dot(g, axes.w) / glm::length(g), -1.0, 1.0)), f.area);
       depths.emplace_back(-before.sample(f.p), f.area);
       if (last_inside(in.before, f.p, axes.w) * h < kRim) continue;
       // Behind the wall: hard tissue until the open air. Where the pulp comes first it is no outer wall.
@@ -415,7 +416,7 @@ CavityMeasures measure(const Preparation& in, const Given& known, const DenseFie
         last = d;
       }
     }
-    m.taper = 2 * trimmed_mean(leans, kTrimmed);
+    if (!leans.empty()) m.taper = 2 * trimmed_mean(leans, kTrimmed);
     m.wall_depth = trimmed_mean(depths, kTrimmed) * h;
     if (!thickness.empty()) {
       m.wall_thickness = lowest(thickness, std::min(kLeastPart / h2, 0.5 * area_of(walls) / h2)) * h;

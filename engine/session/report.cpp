@@ -433,9 +433,15 @@ class Page : private Words {
     std::vector<std::string> tissues, difference;
     for (const auto& c : kTissueColors) tissues.push_back(fmt::format("[{},{},{}]", c[0], c[1], c[2]));
     for (const auto& c : kDifferenceColors) difference.push_back(fmt::format("[{},{},{}]", c[0], c[1], c[2]));
-    return fmt::format("{{\"has_ideal\":{},\"extent\":{:.6g},\"step\":{:.6g},\"tissues\":[{}],\"difference\":[{}],\"view\":{{"
+    // It turns about what was worked on.
+    glm::vec3 focus(0);
+    if (options_.preparation) {
+      const Preparation& p = *options_.preparation;
+      focus = (glm::vec3(p.frame.to_world(0.5 * dvec3(p.before.size))) - middle) / step;
+    }
+    return fmt::format("{{\"has_ideal\":{},\"focus\":{},\"extent\":{:.6g},\"step\":{:.6g},\"tissues\":[{}],\"difference\":[{}],\"view\":{{"
                        "\"above\":{},\"front\":{},\"side\":{},\"angled\":{},\"slice\":{}}},\"meshes\":[{}]}}",
-                       has_ideal() ? "true" : "false", glm::length(extent), step, fmt::join(tissues, ","), fmt::join(difference, ","),
+                       has_ideal() ? "true" : "false", vec(dvec3(focus)), glm::length(extent), step, fmt::join(tissues, ","), fmt::join(difference, ","),
                        view(at.above), view(at.front), view(at.side), view(at.angled), vec(-at.front.look_W), fmt::join(meshes, ","));
   }
 
@@ -444,7 +450,11 @@ class Page : private Words {
     // Through the worst place where there is one, else through the middle of what was looked at.
     const Preparation& p = *options_.preparation;
     dvec3 through = p.frame.to_world(0.5 * dvec3(p.before.size));
-    if (input_.cavity && input_.cavity->over.depth > 0) through = input_.cavity->over.p_W;
+    if (input_.cavity) {
+      const Place &over = input_.cavity->over, &under = input_.cavity->under;
+      const Place& worst = over.depth > under.depth ? over : under;
+      if (worst.depth > 0) through = worst.p_W;
+    }
     const std::string front = section_svg(p, through, at.to_right, say("section_alt"));
     const std::string side = section_svg(p, through, glm::cross(p.axis_W, at.to_right), say("section_alt"));
     if (front.empty() && side.empty()) return;

@@ -8,12 +8,15 @@
 #include <functional>
 
 #include "engine/app/haptic_loop.h"
+#include "engine/app/paint_file.h"
 #include "engine/app/task.h"
 #include "engine/app/task_student.h"
 #include "engine/app/tissue_edit.h"
 #include "engine/base/units.h"
 #include "engine/session/task.h"
+#include "engine/surface/mesh_export.h"
 #include "haptics/devices/scripted.h"
+#include "tests/support/program.h"
 
 namespace typodont {
 namespace {
@@ -186,23 +189,80 @@ TEST(Tasks, ExploringScoresWhoFindsTheLesionsAndNotWhoPressesEverywhereOrNowhere
   EXPECT_LT(percent(explore(bench, 1.0, caries)), 20);
 }
 
-TEST(Tasks, AnIdealCanBeDrilledByOneselfAndLoadedFromAVolumeOrAMesh) {
+/// The scene's text with another ideal.
+std::string with_ideal(const std::string& scene, const std::string& ideal) {
+  const auto at = scene.find("\"ideal\":"), end = scene.find("},\"", at);
+  return scene.substr(0, at) + "\"ideal\":" + ideal.substr(0, ideal.size() - 1) + scene.substr(end);
+}
+
+TEST(Tasks, AnIdealCanBeLoadedFromAVolumeOrAMesh) {
   const TaskBench bench("class-1-cavity");
-  const fs::path folder = fs::temp_directory_path() / fmt::format("typodont_ideal_{}", getpid());
-  fs::create_directories(folder);
+  const test::ProgramFolder folder(TYPODONT_PROGRAM);
   bench.judge.ideal()->save(folder / "ideal.vdb");
-  std::string text = bench.scene.text;
-  const auto at = text.find("\"ideal\":");
-  ASSERT_NE(at, std::string::npos);
-  const auto end = text.find("},\"", at);
-  text = text.substr(0, at) + "\"ideal\":{\"volume\":\"" + (folder / "ideal.vdb").string() + "\"" + text.substr(end);
-  const Scene drilled = parse_scene(Json::parse(text, "drilled"), folder / "scene.json");
-  const TaskJudge judge(drilled, bench.start);
-  session::ScoreInput input = steady_hand(bench.start);
-  judge.judge(*bench.judge.ideal(), input);
-  EXPECT_LT(input.cavity->over_volume + input.cavity->under_volume, 0.02e-9);
-  EXPECT_GT(input.cavity->wanted, 5e-9);
-  fs::remove_all(folder);
+  surface::SurfaceMesher mesher({.tolerance = 0.05f});
+  FieldBrick brick;
+  for (const glm::ivec3& key : bench.judge.ideal()->surface_bricks()) {
+    bench.judge.ideal()->read_brick(key, brick);
+    mesher.put(brick);
+  }
+  mesher.remesh();
+  surface::write_mesh(folder / "ideal.stl", surface::weld(mesher), bench.judge.ideal()->frame(), bench.scene.servo.materials);
+  for (const std::string ideal : {R"({"volume":"ideal.vdb"})", R"({"mesh":{"file":"ideal.stl"}})"}) {
+    const Scene other = parse_scene(Json::parse(with_ideal(bench.scene.text, ideal), ideal), folder / "scene.json");
+    const TaskJudge judge(other, bench.start);
+    session::ScoreInput input = steady_hand(bench.start);
+    judge.judge(*bench.judge.ideal(), input);
+    EXPECT_GT(input.cavity->wanted, 9e-9) << ideal;
+    EXPECT_LT(input.cavity->over_volume + input.cavity->under_volume, 0.03 * input.cavity->wanted) << ideal;
+  }
+}
+
+TEST(Tasks, AnIdealCanBeDrilledByOneselfAndTheSameSessionScoresFullAgainstIt) {
+  const test::ProgramFolder folder(TYPODONT_PROGRAM);
+  const std::string scene = R"({"tissue": {"voxel_mm": 0.15, "solids": [{"tissue": "dentin", "solid": {"box": {"size_mm": [6, 6, 4]}}}]},
+      "tool": "round_012", "spindle_krpm": 300, "task": {"goal": "as I do it", IDEAL
+      "rules": [{"name": "over_cut_mm3", "target": 0, "tolerance": 1, "weight": 50}, {"name": "under_cut_mm3", "target": 0, "tolerance": 1, "weight": 50}],
+      "defaults": false}})";
+  const auto with = [&](const std::string& ideal) {
+    std::string text = scene;
+    return text.replace(text.find("IDEAL"), 5, ideal);
+  };
+  folder.write("practice.json", with(""));
+  folder.write("hand.csv", "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,0,0,4,1,0,0,0,1\n0.5,0,0,2.6,1,0,0,0,1\n2,0,0,1.2,1,0,0,0,1\n4,1.5,0,1.2,1,0,0,0,1\n");
+  folder.write("other.csv", "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,0,0,4,1,0,0,0,1\n0.5,0,0,2.6,1,0,0,0,1\n2,0,0,1.6,1,0,0,0,1\n4,-1.5,0,1.6,1,0,0,0,1\n");
+  ASSERT_EQ(folder.run("servo " + (folder / "practice.json") + " --hand " + (folder / "hand.csv") + " --out " + (folder / "ideal.h5")).status, 0);
+  folder.write("task.json", with("\"ideal\": {\"session\": \"ideal.h5\"},"));
+  const auto percent_of = [&](const std::string& hand) {
+    const test::Ran servo = folder.run("servo " + (folder / "task.json") + " --hand " + (folder / hand) + " --out " + (folder / "s.h5"));
+    EXPECT_EQ(servo.status, 0) << servo.err;
+    const test::Ran report = folder.run("report " + (folder / "s.h5") + " --json --out " + (folder / "r.html"));
+    EXPECT_EQ(report.status, 0) << report.err;
+    EXPECT_EQ(report.err.find("volumes in the file alone"), std::string::npos) << report.err;
+    const Json json = Json::parse(report.out, "report");
+    return 100 * json["points"].number() / json["full"].number();
+  };
+  EXPECT_GT(percent_of("hand.csv"), 98);
+  EXPECT_LT(percent_of("other.csv"), 60);
+}
+
+TEST(PaintFile, IsReadAsItWasWrittenAndPaintsAndSoftens) {
+  const fs::path file = fs::temp_directory_path() / fmt::format("typodont_paint_{}.json", getpid());
+  const std::vector<PaintStroke> strokes = {{Tissue::kCaries, {0, 0, 2.4e-3}, {1e-3, 0, 2.4e-3}, 0.5e-3, 0.5},
+                                            {Tissue::kPulp, {0, 0, 0}, {0, 0, 0}, 1e-3, 1}};
+  write_paint(file, strokes);
+  const Json json = Json::parse(fmt::format(R"({{"tissue": {{"voxel_mm": 0.2, "solids": [{{"tissue": "dentin", "solid":
+      {{"box": {{"size_mm": [8, 8, 5]}}}}}}]}}, "tool": "round_012", "paint_file": "{}"}})", file.string()), "scene");
+  const Scene scene = parse_scene(json, "scene.json");
+  const PerTissue volumes = load_tissue(scene).volumes();
+  EXPECT_NEAR(volumes[static_cast<std::size_t>(Tissue::kPulp)] * 1e9, 4.0 / 3 * kPi, 0.3);
+  EXPECT_GT(volumes[static_cast<std::size_t>(Tissue::kCaries)] * 1e9, 0.4);
+  const auto caries = static_cast<std::size_t>(Tissue::kCaries);
+  EXPECT_DOUBLE_EQ(scene.servo.materials[caries].stiffness, 0.5 * load_materials()[caries].stiffness);
+  const std::vector<PaintStroke> again = read_paint(file);
+  ASSERT_EQ(again.size(), 2u);
+  EXPECT_NEAR(again[0].b_W.x, 1e-3, 1e-9);
+  EXPECT_EQ(again[0].stiffness_factor, 0.5);
+  fs::remove(file);
 }
 
 }  // namespace

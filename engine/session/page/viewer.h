@@ -18,7 +18,7 @@ let right, up, back, zoom, mode = data.has_ideal ? 'difference' : 'result', cut 
 const cross = (a, b) => [a[1]*b[2]-a[2]*b[1], a[2]*b[0]-a[0]*b[2], a[0]*b[1]-a[1]*b[0]];
 const unit = a => { const l = Math.hypot(...a); return a.map(v => v / l); };
 function look(view) { back = unit(view.back); right = unit(cross(view.up, back)); up = cross(back, right); }
-function reset() { look(start.angled); zoom = 1; cut = 1; const s = root.querySelector('[name=cut]'); if (s) s.value = 100; }
+function reset() { look(start.angled); zoom = 1.6; cut = 1; const s = root.querySelector('[name=cut]'); if (s) s.value = 100; }
 function turn(dx, dy) {
   const mix = (a, b, t) => a.map((v, i) => v * Math.cos(t) + b[i] * Math.sin(t));
   let r = mix(right, back, dx), b = mix(back, right, -dx);
@@ -41,7 +41,7 @@ function colors(mesh, kind) {
 const painted = meshes.map(m => ({result: colors(m, 'result'), difference: data.has_ideal ? colors(m, 'difference') : null}));
 let reach = 0;  // of the slice plane: as far as the result goes
 for (const m of meshes) for (let k = 0; k < m.position.length; k += 3) {
-  reach = Math.max(reach, Math.abs(m.position[k]*start.slice[0] + m.position[k+1]*start.slice[1] + m.position[k+2]*start.slice[2]));
+  reach = Math.max(reach, Math.abs((m.position[k]-data.focus[0])*start.slice[0] + (m.position[k+1]-data.focus[1])*start.slice[1] + (m.position[k+2]-data.focus[2])*start.slice[2]));
 }
 let wide = 0, high = 0, image, depth, pixels;
 function size() {
@@ -59,7 +59,7 @@ function draw() {
   const last = (2 * cut - 1) * reach;
   const keep = new Uint8Array(n);
   for (let i = 0, k = 0; i < n; ++i, k += 3) {
-    const p0 = mesh.position[k], p1 = mesh.position[k+1], p2 = mesh.position[k+2];
+    const p0 = mesh.position[k] - data.focus[0], p1 = mesh.position[k+1] - data.focus[1], p2 = mesh.position[k+2] - data.focus[2];
     x[i] = wide / 2 + scale * (p0*right[0] + p1*right[1] + p2*right[2]);
     y[i] = high / 2 - scale * (p0*up[0] + p1*up[1] + p2*up[2]);
     z[i] = p0*back[0] + p1*back[1] + p2*back[2];
