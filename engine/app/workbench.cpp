@@ -199,14 +199,48 @@ bool has_desktop() {
 
 }  // namespace
 
-WorkbenchSummary run_workbench(const Scene& scene, const WorkbenchOptions& options) {
+/// What one session holds, in the order in which it is set up. The drawing thread's, but for what is in `session`.
+struct Workbench::Impl {
+  const Scene scene;
+  const WorkbenchOptions options;
   WorkbenchSummary summary;
-  const auto explain = [&](std::string text) { summary.explanations.push_back(std::move(text)); };
-
-  // What this session needs.
-  std::filesystem::path rig_file = options.rig;
-  if (rig_file.empty() && has_desktop()) rig_file = assets_folder() / "rigs/window.json";
+  std::filesystem::path rig_file;
   std::optional<display::DisplayRig> rig;
+  std::optional<Session> session;
+  std::optional<Pointer> pointer;  // where the mouse is the hand
+  std::unique_ptr<haptics::HapticDevice> hand;
+  std::optional<SoundLink> sound;
+  std::optional<session::SessionWriter> writer;
+  std::optional<PictureStage> stage;
+  QualityLadder ladder;
+  std::optional<DebrisView> debris;
+  dvec3 above{0, 0, 0};  // m, W: where the tool starts
+
+  bool running = false;
+  Nanos began = 0, last_frame = 0;
+  ServoTick tick;  // the newest, as drawn
+  std::uint64_t drawn = 0;
+  std::string failure;
+  std::jthread carver, servo, recorder;  // last: they refer to all of the above
+
+  Impl(const Scene& s, const WorkbenchOptions& o) : scene(s), options(o) { set_up(); }
+  ~Impl() { end(); }
+  Impl(const Impl&) = delete;
+  Impl& operator=(const Impl&) = delete;
+
+  void explain(std::string text) { summary.explanations.push_back(std::move(text)); }
+  void set_up();
+  void start();
+  bool step();
+  void choose_tool(const display::UserInput& input);
+  void draw();
+  void end();
+};
+
+void Workbench::Impl::set_up() {
+  // What this session needs.
+  rig_file = options.rig;
+  if (rig_file.empty() && has_desktop()) rig_file = assets_folder() / "rigs/window.json";
   if (!rig_file.empty()) rig = display::load_rig(rig_file);
   const bool window = rig && (rig->kind == display::DisplayKind::kWindow || rig->kind == display::DisplayKind::kMirror);
   if (rig && rig->kind == display::DisplayKind::kHmd) {
@@ -216,7 +250,7 @@ WorkbenchSummary run_workbench(const Scene& scene, const WorkbenchOptions& optio
   if (hand_address.empty())
     throw Error("--hand", "", "nothing", "a hand, e.g. --hand script:HAND.csv: there is no window for the mouse");
 
-  Session s(scene, load_tissue(scene), kRate);
+  Session& s = session.emplace(scene, load_tissue(scene), kRate);
   const haptics::TissueVolume& tissue = s.carver.volume();
   s.draw = window && scene.needs("render");
   explain(s.draw    ? fmt::format("picture: on, {}", rig_file.string())
@@ -233,10 +267,7 @@ WorkbenchSummary run_workbench(const Scene& scene, const WorkbenchOptions& optio
   // The hand.
   glm::ivec3 lo, hi;
   tissue.bounds(lo, hi);
-  const dvec3 above =
-      tissue.frame().to_world(dvec3((lo.x + hi.x) / 2.0, (lo.y + hi.y) / 2.0, hi.z)) + dvec3(0, 0, 1e-3);
-  std::optional<Pointer> pointer;
-  std::unique_ptr<haptics::HapticDevice> hand;
+  above = tissue.frame().to_world(dvec3((lo.x + hi.x) / 2.0, (lo.y + hi.y) / 2.0, hi.z)) + dvec3(0, 0, 1e-3);
   if (hand_address == "mouse:") {
     if (!window) throw Error("--hand", "", "mouse:", "a window rig for it to move in");
     pointer.emplace(*rig, above);
@@ -253,7 +284,6 @@ WorkbenchSummary run_workbench(const Scene& scene, const WorkbenchOptions& optio
                       hand->info().force_limit > 0 ? "" : ", without force"));
 
   // Sound.
-  std::optional<SoundLink> sound;
   if (scene.needs("sound") && options.audio != "none:") {
     std::string address = options.audio;
     if (address.empty() && !audio::audio_devices().empty()) address = "portaudio:";
@@ -268,26 +298,25 @@ WorkbenchSummary run_workbench(const Scene& scene, const WorkbenchOptions& optio
     explain(scene.needs("sound") ? "sound: off, --audio none:" : "sound: off, the scene does not name it");
   }
 
-  std::optional<session::SessionWriter> writer;
   if (s.record) writer.emplace(options.record, session_header(scene, rig_file, *hand, tissue, hand->info().rate));
-  std::optional<PictureStage> stage;
-  QualityLadder ladder;
-  std::optional<DebrisView> debris;
   if (s.draw) {
     PictureStage::Options look;
     look.window = true;
     look.quality = ladder.step();
     stage.emplace(*rig, scene.servo, look);
     explain("drawn by " + stage->device_name());
+    explain(rig->head.tracker.empty() ? "head: at rest, the rig names no tracker" : "head: " + rig->head.tracker);
   }
   if (s.debris) debris.emplace(scene.servo.materials, tissue);
   if (options.explain) {
     for (const std::string& line : summary.explanations) log::info("{}", line);
   }
+}
 
+void Workbench::Impl::start() {
   // The first patch is there before the first tick.
-  ServoTick start;
-  start.X_WT.p = start.X_WG.p = above;
+  Session& s = *session;
+  tick.X_WT.p = tick.X_WG.p = above;
   s.carver.cut_out(above, s.wiring.patch.back());
   s.wiring.patch.publish();
 
@@ -295,62 +324,79 @@ WorkbenchSummary run_workbench(const Scene& scene, const WorkbenchOptions& optio
   set_check_handler(haptics::release_all_devices);  // a broken assumption, too, ends in zero force
   std::signal(SIGINT, ask_to_stop);
   std::signal(SIGTERM, ask_to_stop);
-  std::jthread carver(carver_thread, std::ref(s));
-  std::jthread servo(servo_thread, std::ref(s), std::ref(*hand));
-  std::jthread recorder;
+  running = true;
+  carver = std::jthread(carver_thread, std::ref(s));
+  servo = std::jthread(servo_thread, std::ref(s), std::ref(*hand));
   if (writer) recorder = std::jthread(recorder_thread, std::ref(s), std::ref(*writer));
+  began = last_frame = now();
+}
 
-  // This thread draws, or waits.
-  const Nanos began = now();
-  Nanos last_frame = began;
-  ServoTick tick = start;
-  std::uint64_t drawn = 0;
-  std::string failure;
+/// One turn of the drawing thread: a frame, or a short wait. False when the session is over.
+bool Workbench::Impl::step() {
+  Session& s = *session;
+  if (s.wiring.servo_ended || g_asked_to_stop || to_seconds(now() - began) >= options.seconds) return false;
+  if (sound) sound->advance(s.wiring.tick_to_render.front().t);
+  if (!s.draw) {
+    std::this_thread::sleep_for(10ms);
+    if (sound && options.audio.starts_with("wav:")) sound->advance(now() - began);
+    return true;
+  }
+  try {
+    const display::UserInput input = stage->output().poll();
+    if (input.close) return false;
+    if (pointer) s.wiring.pointer.publish(pointer->follow(input, now() - began));
+    choose_tool(input);
+    draw();
+    return true;
+  } catch (const std::exception& e) {  // the picture is lost: the session ends in order
+    failure = e.what();
+    return false;
+  }
+}
+
+/// Keys 1 … 9: another tool of the tray.
+void Workbench::Impl::choose_tool(const display::UserInput& input) {
+  for (const int key : input.pressed) {
+    const int place = key - '1';
+    if (place >= 0 && place < 9 && place < static_cast<int>(haptics::tray(scene.servo).size())) {
+      session->wiring.chosen_tool = place;
+    }
+  }
+}
+
+void Workbench::Impl::draw() {
+  Session& s = *session;
+  if (s.wiring.tick_to_render.fetch()) tick = s.wiring.tick_to_render.front();
+  MeshBatch* batch = nullptr;
+  while (s.wiring.bricks.pop(batch)) {
+    const std::unique_ptr<MeshBatch> owned(batch);
+    stage->show(*owned, s.carver.volume().frame().origin);
+  }
+  const double dt = to_seconds(now() - last_frame);
+  last_frame = now();
+  if (debris) {
+    Cut cut;
+    while (s.wiring.cuts_to_debris.pop(cut)) debris->add(cut, haptics::tray(scene.servo)[cut.tool]);
+    debris->step(std::min(dt, 0.1));
+  }
   const std::size_t tools = std::min<std::size_t>(haptics::tray(scene.servo).size(), 9);
   const std::string hint =
       "left button: drill   wheel: in and out" + (tools > 1 ? fmt::format("   1–{}: tools", tools) : std::string());
-  while (!s.wiring.servo_ended && !g_asked_to_stop && to_seconds(now() - began) < options.seconds) {
-    if (sound) sound->advance(s.wiring.tick_to_render.front().t);
-    if (!s.draw) {
-      std::this_thread::sleep_for(10ms);
-      if (sound && options.audio.starts_with("wav:")) sound->advance(now() - began);
-      continue;
-    }
-    try {
-      const display::UserInput input = stage->output().poll();
-      if (input.close) break;
-      if (pointer) s.wiring.pointer.publish(pointer->follow(input, now() - began));
-      for (const int key : input.pressed) {  // 1 … 9: another tool
-        if (key >= '1' && key <= '9' && key - '1' < static_cast<int>(haptics::tray(scene.servo).size())) {
-          s.wiring.chosen_tool = key - '1';
-        }
-      }
-      if (s.wiring.tick_to_render.fetch()) tick = s.wiring.tick_to_render.front();
-      MeshBatch* batch = nullptr;
-      while (s.wiring.bricks.pop(batch)) {
-        const std::unique_ptr<MeshBatch> owned(batch);
-        stage->show(*owned, tissue.frame().origin);
-      }
-      const double dt = to_seconds(now() - last_frame);
-      last_frame = now();
-      if (debris) {
-        Cut cut;
-        while (s.wiring.cuts_to_debris.pop(cut)) debris->add(cut, haptics::tray(scene.servo)[cut.tool]);
-        debris->step(std::min(dt, 0.1));
-      }
-      const auto stats = stage->draw(tick, debris ? debris->particles() : std::span<const render::Particle>{}, dt,
-                                     hint);
-      drawn += stats.drawn;
-      if (stats.drawn && ladder.frame_took(to_seconds(now() - last_frame))) {
-        stage->set_quality(ladder.step());
-        log::info("picture quality: {}", ladder.step().name);
-      }
-      if (!stats.drawn) std::this_thread::sleep_for(4ms);
-    } catch (const std::exception& e) {  // the picture is lost: the session ends in order
-      failure = e.what();
-      break;
-    }
+  const auto stats = stage->draw(tick, debris ? debris->particles() : std::span<const render::Particle>{}, dt,
+                                 hint);
+  drawn += stats.drawn;
+  if (stats.drawn && ladder.frame_took(to_seconds(now() - last_frame))) {
+    stage->set_quality(ladder.step());
+    log::info("picture quality: {}", ladder.step().name);
   }
+  if (!stats.drawn) std::this_thread::sleep_for(4ms);
+}
+
+/// Zero force, all threads joined, the recording complete. Does nothing the second time.
+void Workbench::Impl::end() {
+  if (!running) return;
+  running = false;
+  Session& s = *session;
   s.wiring.stop = true;
   servo.join();
   carver.join();
@@ -361,10 +407,11 @@ WorkbenchSummary run_workbench(const Scene& scene, const WorkbenchOptions& optio
   std::signal(SIGINT, SIG_DFL);
   std::signal(SIGTERM, SIG_DFL);
 
-  if (writer && !writer->finish(session_result(tissue))) failure = writer->status().message;
+  if (writer && !writer->finish(session_result(s.carver.volume()))) failure = writer->status().message;
   summary.seconds = to_seconds(s.last.t);
   summary.ticks = s.timing.ticks;
   summary.frames = drawn;
+  if (stage) summary.tracker = stage->tracker_stats();
   summary.cuts = s.last.cuts;
   summary.removed = s.last.removed;
   summary.faults = s.faults;
@@ -373,8 +420,29 @@ WorkbenchSummary run_workbench(const Scene& scene, const WorkbenchOptions& optio
   summary.tick_us_p999 = s.timing.work.quantile(0.999) * 1e-3;
   summary.worst_tick_us = static_cast<double>(s.timing.worst_tick) * 1e-3;
   if (!s.granted.note.empty()) summary.explanations.push_back("real time: " + s.granted.note);
-  if (!failure.empty()) throw RunFailure(failure);
-  return summary;
+}
+
+Workbench::Workbench(const Scene& scene, const WorkbenchOptions& options)
+    : impl_(std::make_unique<Impl>(scene, options)) {}
+Workbench::~Workbench() = default;
+void Workbench::start() {
+  impl_->start();
+}
+bool Workbench::step() {
+  return impl_->step();
+}
+WorkbenchSummary Workbench::stop() {
+  impl_->end();
+  if (!impl_->failure.empty()) throw RunFailure(impl_->failure);
+  return impl_->summary;
+}
+
+WorkbenchSummary run_workbench(const Scene& scene, const WorkbenchOptions& options) {
+  Workbench bench(scene, options);
+  bench.start();
+  while (bench.step()) {
+  }
+  return bench.stop();
 }
 
 }  // namespace typodont

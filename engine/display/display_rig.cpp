@@ -7,6 +7,7 @@
 
 #include "engine/base/error.h"
 #include "engine/base/units.h"
+#include "engine/display/head_tracker.h"
 
 namespace typodont::display {
 
@@ -78,16 +79,8 @@ Head parse_head(const Json& json) {
   if (const auto right = json.find("right")) head.right = unit_vector(*right);
   if (const auto tracker = json.find("tracker")) {
     head.tracker = tracker->string();
-    if (!head.tracker.empty()) {
-      constexpr std::string_view kOpenTrack = "opentrack:";
-      const std::string_view text = head.tracker;
-      const std::string_view port = text.starts_with(kOpenTrack) ? text.substr(kOpenTrack.size()) : "";
-      const bool digits = !port.empty() && port.size() <= 5 && std::all_of(port.begin(), port.end(), [](char c) {
-        return c >= '0' && c <= '9';
-      });
-      if (!digits || std::stoi(std::string(port)) < 1 || std::stoi(std::string(port)) > 65535)
-        tracker->fail("\"opentrack:PORT\" with a port from 1 to 65535");
-    }
+    if (!head.tracker.empty() && !parse_tracker_address(head.tracker))
+      tracker->fail("\"opentrack:PORT\" or \"opentrack:ADDRESS:PORT\" with a port from 1 to 65535");
   }
   return head;
 }
@@ -217,6 +210,17 @@ EyeView eye_view(const Screen& panel, const std::optional<Mirror>& mirror, const
 std::array<dvec3, 2> eye_positions(const Head& head, Layout layout) {
   if (layout == Layout::kMono) return {head.eye_center, head.eye_center};
   return {head.eye_center - 0.5 * head.ipd * head.right, head.eye_center + 0.5 * head.ipd * head.right};
+}
+
+bool sees(const DisplayRig& rig, const Head& head) noexcept {
+  constexpr double kNearest = 0.05;  // m
+  const dvec3 n = glm::normalize(glm::cross(rig.screen.lower_right - rig.screen.lower_left,
+                                            rig.screen.upper_left - rig.screen.lower_left));
+  for (const dvec3& eye : eye_positions(head, rig.screen.layout)) {
+    const dvec3 real = rig.mirror ? reflect(*rig.mirror, eye) : eye;
+    if (!(glm::dot(n, real - rig.screen.lower_left) >= kNearest)) return false;
+  }
+  return true;
 }
 
 ClipRange clip_range(const DisplayRig& rig) {

@@ -47,7 +47,7 @@ struct Head {
   dvec3 eye_center{0, 0, 0.6};  // m, W, half-way between the eyes
   double ipd = 0.063;           // m
   dvec3 right{1, 0, 0};         // unit, from the left eye to the right
-  std::string tracker;          // "opentrack:PORT", or empty: the head does not move
+  std::string tracker;          // "opentrack:PORT" (head_tracker.h), or empty: the head does not move
 };
 
 struct DisplayRig {
@@ -98,6 +98,8 @@ EyeView eye_view(const Screen& screen, const std::optional<Mirror>& mirror, cons
 
 /// Positions of the left and right eye, or of the point half-way between them twice when the layout is mono.
 std::array<dvec3, 2> eye_positions(const Head& head, Layout layout);
+/// True when both of the head's eyes lie in front of the picture, 5 cm or more.
+bool sees(const DisplayRig& rig, const Head& head) noexcept;
 /// Near and far planes around the workspace: the worked 0.1 m and 2 m unless the picture is nearer or farther.
 ClipRange clip_range(const DisplayRig& rig);
 /// Left, right.

@@ -1,8 +1,13 @@
 // typodont servo, replay, mesh and run on analytic scenes, through the command line.
+#include <arpa/inet.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/socket.h>
+#include <unistd.h>
 
+#include <chrono>
 #include <cmath>
+#include <thread>
 
 #include "engine/base/json.h"
 #include "engine/base/units.h"
@@ -236,6 +241,40 @@ TEST(RunCommand, OnADesktopItOpensAWindowWithTheMouseAsHandAndDrawsNothingWhileN
   EXPECT_LT(json["frames"].integer(),
             60);  // the mouse rests: a frame when the tooth appears, a few while the hand settles
   EXPECT_EQ(folder.run(fmt::format("replay {0}/s.h5 --check", folder.path().string())).status, 0);
+}
+
+TEST(RunCommand, FollowsTheHeadThatATrackerSendsAndCountsItsBadPackets) {
+  ProgramFolder folder(TYPODONT_PROGRAM);
+  folder.write(
+      "scene.json",
+      R"({"tissue": {"voxel_mm": 0.2, "solids": [{"tissue": "dentin", "solid": {"sphere": {"center_mm": [0,0,0], "radius_mm": 5}}}]},
+    "tool": "round_012", "parts": ["haptics", "render"]})");
+  const int port = 24300 + getpid() % 1000;
+  folder.write("rig.json", fmt::format(R"({{"display": "window", "screen": {{"corners_mm": {{"lower_left": [-20,-15,0],
+    "lower_right": [20,-15,0], "upper_left": [-20,15,0]}}, "pixels": [320,240], "layout": "mono"}},
+    "head": {{"eye_center_mm": [0,0,400], "tracker": "opentrack:{}"}}}})", port));
+  std::jthread tracker([&](const std::stop_token& stop) {
+    const int socket = ::socket(AF_INET, SOCK_DGRAM, 0);
+    sockaddr_in to{};
+    to.sin_family = AF_INET;
+    to.sin_port = htons(static_cast<std::uint16_t>(port));
+    to.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    for (int i = 0; !stop.stop_requested(); ++i) {
+      const double head[6] = {5 * std::sin(0.05 * i), 0, 0, 0, 0, 0};  // cm; this machine is little-endian, too
+      // Every tenth is one byte short.
+      ::sendto(socket, head, i % 10 ? sizeof head : sizeof head - 1, 0, reinterpret_cast<const sockaddr*>(&to), sizeof to);
+      std::this_thread::sleep_for(std::chrono::milliseconds(8));
+    }
+    ::close(socket);
+  });
+  const Ran live = folder.run(
+      fmt::format("run {0}/scene.json --rig {0}/rig.json --seconds 4 --json", folder.path().string()),
+      "xvfb-run -a timeout 120");
+  ASSERT_EQ(live.status, 0) << live.err;
+  const Json json = Json::parse(live.out, "out");
+  EXPECT_GT(json["head_tracker"]["samples"].integer(), 100);
+  EXPECT_GT(json["head_tracker"]["dropped"].integer(), 5);
+  EXPECT_GT(json["frames"].integer(), 20) << "the head moves: so does the picture";
 }
 #endif
 
