@@ -220,7 +220,6 @@ struct Workbench::Impl {
   Nanos began = 0, last_frame = 0;
   ServoTick tick;  // the newest, as drawn
   std::uint64_t drawn = 0;
-  std::string hint;  // drawn below the picture
   std::string failure;
   std::jthread carver, servo, recorder;  // last: they refer to all of the above
 
@@ -233,6 +232,7 @@ struct Workbench::Impl {
   void set_up();
   void start();
   bool step();
+  void choose_tool(const display::UserInput& input);
   void draw();
   void end();
 };
@@ -329,8 +329,6 @@ void Workbench::Impl::start() {
   servo = std::jthread(servo_thread, std::ref(s), std::ref(*hand));
   if (writer) recorder = std::jthread(recorder_thread, std::ref(s), std::ref(*writer));
   began = last_frame = now();
-  const std::size_t tools = std::min<std::size_t>(haptics::tray(scene.servo).size(), 9);
-  hint = "left button: drill   wheel: in and out" + (tools > 1 ? fmt::format("   1–{}: tools", tools) : std::string());
 }
 
 /// One turn of the drawing thread: a frame, or a short wait. False when the session is over.
@@ -347,16 +345,22 @@ bool Workbench::Impl::step() {
     const display::UserInput input = stage->output().poll();
     if (input.close) return false;
     if (pointer) s.wiring.pointer.publish(pointer->follow(input, now() - began));
-    for (const int key : input.pressed) {  // 1 … 9: another tool
-      if (key >= '1' && key <= '9' && key - '1' < static_cast<int>(haptics::tray(scene.servo).size())) {
-        s.wiring.chosen_tool = key - '1';
-      }
-    }
+    choose_tool(input);
     draw();
     return true;
   } catch (const std::exception& e) {  // the picture is lost: the session ends in order
     failure = e.what();
     return false;
+  }
+}
+
+/// Keys 1 … 9: another tool of the tray.
+void Workbench::Impl::choose_tool(const display::UserInput& input) {
+  for (const int key : input.pressed) {
+    const int place = key - '1';
+    if (place >= 0 && place < 9 && place < static_cast<int>(haptics::tray(scene.servo).size())) {
+      session->wiring.chosen_tool = place;
+    }
   }
 }
 
@@ -375,7 +379,11 @@ void Workbench::Impl::draw() {
     while (s.wiring.cuts_to_debris.pop(cut)) debris->add(cut, haptics::tray(scene.servo)[cut.tool]);
     debris->step(std::min(dt, 0.1));
   }
-  const auto stats = stage->draw(tick, debris ? debris->particles() : std::span<const render::Particle>{}, dt, hint);
+  const std::size_t tools = std::min<std::size_t>(haptics::tray(scene.servo).size(), 9);
+  const std::string hint =
+      "left button: drill   wheel: in and out" + (tools > 1 ? fmt::format("   1–{}: tools", tools) : std::string());
+  const auto stats = stage->draw(tick, debris ? debris->particles() : std::span<const render::Particle>{}, dt,
+                                 hint);
   drawn += stats.drawn;
   if (stats.drawn && ladder.frame_took(to_seconds(now() - last_frame))) {
     stage->set_quality(ladder.step());
