@@ -60,6 +60,9 @@ constexpr BenchPart kParts[] = {
      "Direction of the force while sliding on a ball, cutting ticks of a simulated hand, removed volume against the "
      "formula.",
      contact},
+    {"stability", "Stability",
+     "The stiffness at which a pushed mass (0.15 kg, 5 N·s/m) no longer settles at a wall, by rate and delay.",
+     bench_stability},
     {"surface", "Surface", "From distance field to triangles, on a sphere of 50 voxels.", surface},
     {"debris", "Debris", "A step of all particles beside reading and writing the same memory once.", debris},
     {"render", "Picture",

@@ -24,5 +24,6 @@ std::span<const BenchPart> bench_parts();
 std::vector<BenchRow> bench_render(bool quick);
 std::vector<BenchRow> bench_recording(bool quick);
 std::vector<BenchRow> bench_scaling(bool quick);
+std::vector<BenchRow> bench_stability(bool quick);
 
 }  // namespace typodont
