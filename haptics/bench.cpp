@@ -63,8 +63,8 @@ struct Scene {
 
   Scene(const DenseTissue& dense, ServoSettings s)
       : settings(with_tissue(std::move(s), dense)),
-        carver(TissueVolume(dense), {settings.tool}),
-        servo(settings, patch_edge_for(settings.tool, settings.frame.voxel)) {
+        carver(TissueVolume(dense), tray(settings)),
+        servo(settings, patch_edge_for(tray(settings), settings.frame.voxel)) {
     spare.resize(servo.patch().n);
   }
 

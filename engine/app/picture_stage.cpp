@@ -69,7 +69,16 @@ PictureStage::PictureStage(const display::DisplayRig& rig, const haptics::ServoS
   screen_size_ = output_->size();
   renderer_.emplace(device_, eye, options.quality, servo.materials);
   compositor_.emplace(device_);
-  renderer_->set_tool(tool_mesh(servo.tool));
+  take_up(0);
+}
+
+const haptics::Tool& PictureStage::tool() const {
+  return haptics::tray(servo_)[shown_tool_];
+}
+
+void PictureStage::take_up(std::uint32_t tool_index) {
+  shown_tool_ = std::min<std::size_t>(tool_index, haptics::tray(servo_).size() - 1);
+  renderer_->set_tool(tool_mesh(tool()));
 }
 
 PictureStage::~PictureStage() {
@@ -110,6 +119,7 @@ render::FrameStats PictureStage::draw(const ServoTick& tick, std::span<const ren
                                       const std::string& hint) {
   const Nanos began = now();
   follow_size();
+  if (tick.tool != shown_tool_) take_up(tick.tool);
   follow_head();
   render::Frame frame;
   const auto eyes = display::eye_views(rig_);
@@ -131,7 +141,7 @@ render::FrameStats PictureStage::draw(const ServoTick& tick, std::span<const ren
   frame.particles = particles;
   if (options_.hud) {
     frame.hud.visible = true;
-    frame.hud.tool = fmt::format("{} {:.1f} mm", shape_name(servo_.tool.shape), servo_.tool.diameter / kMillimetre);
+    frame.hud.tool = fmt::format("{} {:.1f} mm", shape_name(tool().shape), tool().diameter / kMillimetre);
     frame.hud.speed_krpm = tick.spindle / kKrpm;
     frame.hud.force = glm::length(tick.f_T_W);
     frame.hud.force_limit = options_.force_limit;

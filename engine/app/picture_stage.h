@@ -59,6 +59,8 @@ class PictureStage {
 
  private:
   void follow_size();
+  void take_up(std::uint32_t tool_index);
+  const haptics::Tool& tool() const;
   void follow_head();
 
   display::DisplayRig rig_;
@@ -74,6 +76,7 @@ class PictureStage {
   std::unique_ptr<display::Output> output_;
   glm::ivec2 screen_size_{0};
   double angle_ = 0;
+  std::size_t shown_tool_ = 0;  // of the tray
 };
 
 }  // namespace typodont

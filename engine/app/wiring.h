@@ -49,6 +49,7 @@ struct Wiring {
   Ring<PatchUse> patches_to_recorder{1 << 12};
   // SERVO → AUDIO: inside SoundLink (a ring of what the ear needs)
 
+  std::atomic<std::int32_t> chosen_tool{-1};  // RENDER (window) → SERVO: by key; negative: the hand's own choice
   std::atomic<bool> stop{false};         // any thread → all: end the session
   std::atomic<bool> servo_ended{false};  // SERVO → RENDER: the hand is gone or the script has ended
 };

@@ -29,7 +29,7 @@
 #include "haptics/carver.h"
 #include "haptics/devices/driver.h"
 #include "haptics/devices/exit_guard.h"
-#include "haptics/loop_timing.h"
+#include "engine/contract/loop_timing.h"
 
 namespace typodont {
 
@@ -52,22 +52,23 @@ struct Session {
   haptics::Carver carver;
   haptics::Servo servo;
   Wiring wiring;
-  haptics::LoopTiming timing;  // servo thread until it has ended
+  LoopTiming timing;  // servo thread until it has ended
   ServoTick last;              // the same
   std::uint32_t faults = 0;
   RealtimeGranted granted;
   bool draw = false, record = false, debris = false;
-  Nanos began = 0;  // of recorded frames
+  Nanos began = 0;            // of recorded frames
+  std::size_t xr_stream = 0;  // which of the recording's streams they are
   SoundLink* sound = nullptr;
 
   Session(const Scene& s, haptics::TissueVolume tissue, double rate)
       : scene(s),
-        carver(std::move(tissue), {s.servo.tool}),
+        carver(std::move(tissue), haptics::tray(s.servo)),
         servo(servo_settings(s, carver.volume(), rate), edge(s, carver.volume())),
         wiring(empty_patch(edge(s, carver.volume()))) {}
 
   static int edge(const Scene& s, const haptics::TissueVolume& tissue) {
-    return haptics::patch_edge_for(s.servo.tool, tissue.frame().voxel);
+    return haptics::patch_edge_for(haptics::tray(s.servo), tissue.frame().voxel);
   }
   static haptics::SurfacePatch empty_patch(int edge) {
     haptics::SurfacePatch patch;
@@ -86,6 +87,8 @@ void servo_thread(Session& s, haptics::HapticDevice& hand) {
   std::uint64_t ticks = 0;
   while (!wiring.stop.load(std::memory_order_relaxed) && hand.read(sample)) {
     const Nanos woke = now(), cpu = thread_cpu_time();
+    const std::int32_t chosen = wiring.chosen_tool.load(std::memory_order_relaxed);
+    if (chosen >= 0) sample.tool = static_cast<std::uint32_t>(chosen);
     if (wiring.patch.fetch()) {
       haptics::SurfacePatch& fresh = wiring.patch.front();
       const PatchUse use{fresh.number, ticks, fresh.cuts, fresh.center_W};
@@ -115,6 +118,7 @@ void servo_thread(Session& s, haptics::HapticDevice& hand) {
   const Nanos faded = now() + from_seconds(kRampOut);
   while (now() < faded && hand.read(sample)) {
     sample.pedal = 0;
+    sample.tool = s.last.tool;
     s.servo.tick(sample, tick, cut);
     hand.write(tick.f_T_W, tick.tau_T_W);
   }
@@ -163,7 +167,9 @@ void recorder_thread(Session& s, session::SessionWriter& writer) {
     while (wiring.cuts_to_recorder.pop(cut)) writer.append({&cut, 1});
     while (wiring.ticks_to_recorder.pop(tick)) writer.append({&tick, 1});
     display::HmdTiming frame;
-    while (wiring.xr_frames_to_recorder.pop(frame)) writer.append(0, frame.t - s.began, xr_stream_row(frame));
+    while (wiring.xr_frames_to_recorder.pop(frame)) {
+      writer.append(s.xr_stream, frame.t - s.began, xr_stream_row(frame));
+    }
     writer.count_ring_losses(wiring.ticks_to_recorder.dropped(), wiring.cuts_to_recorder.dropped());
     writer.heartbeat();
   };
@@ -215,6 +221,7 @@ struct Workbench::Impl {
   void start_headset(const std::string& hand_address);
   void start();
   bool step();
+  void choose_tool(const display::UserInput& input);
   void draw();
   void end();
 };
@@ -260,6 +267,7 @@ void Workbench::Impl::set_up() {
     haptics::HandOptions hand_options;
     hand_options.rate = kRate;
     hand_options.assets = assets_folder();
+    hand_options.tools = tool_names(scene);
     if (rig) hand_options.X_WH = rig->X_WH;
     hand = haptics::open_hand(hand_address, hand_options);
   }
@@ -283,6 +291,7 @@ void Workbench::Impl::set_up() {
 
   if (s.record) {
     session::SessionHeader header = session_header(scene, rig_file, *hand, tissue, hand->info().rate);
+    s.xr_stream = header.streams.size();
     if (headset) header.streams.push_back(xr_stream());
     writer.emplace(options.record, header);
   }
@@ -353,11 +362,22 @@ bool Workbench::Impl::step() {
     const display::UserInput input = stage->output().poll();
     if (input.close) return false;
     if (pointer) s.wiring.pointer.publish(pointer->follow(input, now() - began));
+    choose_tool(input);
     draw();
     return true;
   } catch (const std::exception& e) {  // the picture is lost: the session ends in order
     failure = e.what();
     return false;
+  }
+}
+
+/// Keys 1 … 9: another tool of the tray.
+void Workbench::Impl::choose_tool(const display::UserInput& input) {
+  for (const int key : input.pressed) {
+    const int place = key - '1';
+    if (place >= 0 && place < 9 && place < static_cast<int>(haptics::tray(scene.servo).size())) {
+      session->wiring.chosen_tool = place;
+    }
   }
 }
 
@@ -373,11 +393,14 @@ void Workbench::Impl::draw() {
   last_frame = now();
   if (debris) {
     Cut cut;
-    while (s.wiring.cuts_to_debris.pop(cut)) debris->add(cut, scene.servo.tool);
+    while (s.wiring.cuts_to_debris.pop(cut)) debris->add(cut, haptics::tray(scene.servo)[cut.tool]);
     debris->step(std::min(dt, 0.1));
   }
+  const std::size_t tools = std::min<std::size_t>(haptics::tray(scene.servo).size(), 9);
+  const std::string hint =
+      "left button: drill   wheel: in and out" + (tools > 1 ? fmt::format("   1–{}: tools", tools) : std::string());
   const auto stats = stage->draw(tick, debris ? debris->particles() : std::span<const render::Particle>{}, dt,
-                                 "left button: drill   wheel: in and out");
+                                 hint);
   drawn += stats.drawn;
   if (stats.drawn && ladder.frame_took(to_seconds(now() - last_frame))) {
     stage->set_quality(ladder.step());

@@ -61,7 +61,6 @@ void end_hard_at_exit() {
 struct XrSession::Thread {
   display::DisplayRig rig;
   haptics::ServoSettings servo;
-  haptics::Tool tool;
   dvec3 origin;  // m, W, of the tissue
   Wiring& wiring;
   Options options;
@@ -83,7 +82,7 @@ struct XrSession::Thread {
 
   Thread(const display::DisplayRig& r, const Scene& scene, const haptics::TissueVolume& tissue, Wiring& w,
          const Options& o)
-      : rig(r), servo(scene.servo), tool(scene.servo.tool), origin(tissue.frame().origin), wiring(w), options(o) {
+      : rig(r), servo(scene.servo), origin(tissue.frame().origin), wiring(w), options(o) {
     if (options.debris) debris.emplace(scene.servo.materials, tissue);
   }
 
@@ -147,10 +146,12 @@ struct XrSession::Thread {
       }
       if (debris) {
         Cut cut;
-        while (wiring.cuts_to_debris.pop(cut)) debris->add(cut, tool);
+        while (wiring.cuts_to_debris.pop(cut)) debris->add(cut, haptics::tray(servo)[cut.tool]);
         debris->step(std::min(dt, 0.1));
       }
       const bool held = publish_hand(&frame);
+      for (const display::HmdHand& hand : frame.hands)
+        if (hand.change_tool) choose_next_tool(tick);
       const double step = dt / kFadeTime * (1 - kLostOpacity);
       opacity = std::clamp(opacity + (held ? step : -step), kLostOpacity, 1.0);
       stage.draw(frame, {tick, opacity, debris ? debris->particles() : std::span<const render::Particle>{}, dt});
@@ -165,6 +166,13 @@ struct XrSession::Thread {
         log::info("picture quality: {}", ladder.step().name);
       }
     }
+  }
+
+  /// The next of the tray; the servo takes it up when pedal, drill and tissue allow it.
+  void choose_next_tool(const ServoTick& tick) {
+    const auto tools = static_cast<std::int32_t>(haptics::tray(servo).size());
+    const std::int32_t chosen = wiring.chosen_tool;
+    wiring.chosen_tool = ((chosen >= 0 ? chosen : static_cast<std::int32_t>(tick.tool)) + 1) % tools;
   }
 
   /// True where the tool is not in a controller, or that is seen.

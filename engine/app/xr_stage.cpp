@@ -19,13 +19,15 @@ gpu::Device make_device(display::Hmd& hmd, bool validation) {
 
 XrStage::XrStage(const display::DisplayRig& rig, const haptics::ServoSettings& servo, const dvec3& work_W,
                  display::RuntimeGate& gate, const Options& options)
-    : hmd_(display::Hmd::open(rig, gate)), device_(make_device(*hmd_, options.validation)) {
+    : hmd_(display::Hmd::open(rig, gate)),
+      device_(make_device(*hmd_, options.validation)),
+      tools_(haptics::tray(servo).begin(), haptics::tray(servo).end()) {
   try {
     ring_ = gpu::FrameRing::create(device_);
     hmd_->begin(device_, work_W);
     renderer_.emplace(device_, hmd_->eye_pixels(), options.quality, servo.materials);
     renderer_->keep_depth(hmd_->wants_depth());
-    renderer_->set_tool(tool_mesh(servo.tool));
+    renderer_->set_tool(tool_mesh(tools_.front()));
   } catch (...) {
     hmd_->end();
     renderer_.reset();
@@ -79,6 +81,11 @@ void XrStage::draw(const display::HmdFrame& hmd_frame, const Scenery& scenery) {
   if (const auto hidden = hmd_->hidden()) {
     ring_.wait_idle(device_);
     renderer_->set_hidden(*hidden);
+  }
+  if (scenery.tick.tool != shown_tool_ && scenery.tick.tool < tools_.size()) {
+    shown_tool_ = scenery.tick.tool;
+    ring_.wait_idle(device_);
+    renderer_->set_tool(tool_mesh(tools_[shown_tool_]));
   }
   angle_ = std::fmod(angle_ + scenery.tick.spindle * scenery.dt, 2 * kPi);
   const render::Frame frame = picture(hmd_frame, scenery, angle_, hmd_->see_through());

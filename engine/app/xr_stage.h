@@ -50,6 +50,8 @@ class XrStage {
   gpu::Device device_;
   gpu::FrameRing ring_;
   std::optional<render::Renderer> renderer_;
+  std::vector<haptics::Tool> tools_;
+  std::uint32_t shown_tool_ = 0;
   double angle_ = 0;
 };
 
