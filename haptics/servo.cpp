@@ -21,8 +21,9 @@ namespace {
 constexpr double kContactRange = 0.8;      // contacts farther away than this do not matter yet …
 constexpr double kContactStep = 0.6;       // … because a step among several is no longer than this
 constexpr double kStep = 1.5;              // longest step between two looks at the contacts: nothing thinner is skipped
-constexpr double kConverged = 1e-7;        // the proxy has come to rest
-constexpr double kSettled = 1e-3;          // the same against a surface that was cut, which is rough by more than that
+constexpr double kConverged = 1e-6;        // the proxy has come to rest
+constexpr double kSettled = 1e-3;          // the same against a surface that was cut, which is rough by more than that,
+constexpr double kSettledCutting = 3e-3;   // … and while it is being cut, by more still
 constexpr int kSettlingLooks = 5;
 constexpr double kSamePoints = 0.3;        // contacts found less than this ago, in voxels of way, still serve
 constexpr double kToothGrip = 0.15;        // engaged teeth resist being led sideways up to this share of the push
@@ -129,6 +130,7 @@ struct Servo::State {
   SurfacePatch patch;
   CutBoxes boxes;
   ContactSet contacts;  // of the last look
+  HeldBy held;          // … and what held the head in it
 
   // Where the tool is held outside the tissue.
   Pose X_WG;
@@ -197,6 +199,7 @@ struct Servo::State {
     torque = dvec3(0);
     friction = {};
     tip = {};
+    held = {};
   }
 
   double mean(double Material::*member) const noexcept {
@@ -319,7 +322,7 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
   ActivePlanes active;
   bool touching = false, lost = false, deep = false;
   int settled_looks = 0;
-  dvec3 found_at(0);
+  dvec3 found_at(0), last_step(0);
   s.overlap *= std::exp(-dt / kRecoveryTime);
   if (s.overlap < 0.01) s.overlap = 0;
   const double specific_energy = s.mean(&Material::specific_energy);
@@ -352,7 +355,7 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
       finder.relinearize({c, X_WT.R}, contacts);
     } else {
       finder.find(s.patch, {c, X_WT.R}, kContactRange, contacts);
-      active.count = 0;
+      active = guess_active(contacts, s.held);
       found_at = c;
       // One-sided wall (Wang 2009): tissue harder than what is being cut gives way by that much less; softer tissue never
       // holds anything back.
@@ -392,7 +395,17 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
       if (refined) next = nearest_allowed(contacts, c, s.overlap, slack, pulled_to, active);
     }
     touching = contacts.count() > 0;
-    const dvec3 step = next - c;
+    dvec3 step = next - c;
+    // Along a smooth curved surface each step is the same share of the one before: all that are still to come at once.
+    if (contacts.count() == 1 && active.count == 1) {
+      const double before2 = glm::dot(last_step, last_step);
+      const double share = before2 > 0 ? glm::dot(step, last_step) / before2 : 0;
+      last_step = step;
+      if (share > 0 && share < 0.5) {
+        step *= 1 / (1 - share);
+        next = c + step;
+      }
+    }
     const double length = glm::length(step);
     const double longest = contacts.count() > 1 ? kContactStep : kStep;
     if (length > longest) {
@@ -400,7 +413,8 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
       continue;
     }
     c = next;
-    if (length < (contacts.count() > 1 ? kSettled : kConverged) || ++settled_looks >= kSettlingLooks) break;
+    const double settled = contacts.count() > 1 ? may_cut ? kSettledCutting : kSettled : kConverged;
+    if (length < settled || ++settled_looks >= kSettlingLooks) break;
     // On a smooth surface each look squares the error; when nothing pushes, the target was reached.
     if (active.count == 0) {
       touching = false;
@@ -426,6 +440,7 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
                    patch_due_for(patch_center_for(s.X_WG.p, X_WT.p, s.travel), s.patch.center_W, s.travel);
   s.due_for = due ? s.due_for + dt : 0;
   if (s.due_for > kStaleTime) faults |= bits(Fault::kStalePatch);
+  s.held = touching ? held_by(contacts, active) : HeldBy{};
   const dvec3 p_WG = c == target ? X_WT.p : settings.frame.to_world(c);
 
   // Cut: everything the head sweeps on its way.

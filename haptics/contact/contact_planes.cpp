@@ -17,8 +17,9 @@ namespace {
 constexpr double kMedialAxis = 1e-2;  // a gradient shorter by more: walls meeting at over 16°
 constexpr float kOnSurface = 0.25f;   // voxels
 constexpr float kNear = 1.5f;         // voxels: samples closer than this to the surface are looked at
-constexpr int kExactSteps = 5;        // cubic queries a contact may take on its way to the closest point
+constexpr int kExactSteps = 4;        // cubic queries a contact may take on its way to the closest point
 constexpr double kStaysExact = 0.02;  // voxels a ball may move before a contact is made exact again: 2e-5 voxels of gap
+constexpr double kGained = 1e-4;      // voxels: the next step would gain the square of that
 constexpr int kBatch = 8;
 
 /// A piece of the head's meridian in floats; see HeadField::Piece.
@@ -125,11 +126,10 @@ struct FlatField {
 
 TYPODONT_KERNEL void pairs_at(const float* samples, const std::ptrdiff_t (&at)[8], std::ptrdiff_t offset, F8& first,
                               F8& second) {
-  F8 low, high;
-  double pair[8];
+  double pair[8];  // two floats move as one double
   for (int i = 0; i < 8; ++i) std::memcpy(&pair[i], samples + at[i] + offset, sizeof(double));
-  std::memcpy(&low, pair, sizeof low);
-  std::memcpy(&high, pair + 4, sizeof high);
+  const D4 one = {pair[0], pair[1], pair[2], pair[3]}, two = {pair[4], pair[5], pair[6], pair[7]};
+  const F8 low = (F8)one, high = (F8)two;
   first = __builtin_shufflevector(low, high, 0, 2, 4, 6, 8, 10, 12, 14);
   second = __builtin_shufflevector(low, high, 1, 3, 5, 7, 9, 11, 13, 15);
 }
@@ -479,7 +479,7 @@ bool ContactFinder::refine(const SurfacePatch& patch, const Pose& X_VT, ContactS
     const double gap = head_distance(X_VT, x, m), gained = best.gap - gap;
     if (!(gained > 0)) break;
     best = {x, -m, gap, rough.yields};
-    if (gained < 1e-6) break;
+    if (gained < kGained) break;
     x -= (radius_ + gap) * (m - glm::dot(m, n) * n);
   }
   set.put(i, X_VT.p, best.gap < rough.gap + 0.5 ? best : rough);
@@ -487,6 +487,27 @@ bool ContactFinder::refine(const SurfacePatch& patch, const Pose& X_VT, ContactS
 }
 
 namespace {
+
+/// The plane whose normal is closest to `n`, the first of equal ones.
+TYPODONT_DISPATCH("avx2", "default") int most_along(const RoughPlanes* planes, int count, const float* n) {
+  F8 most = F8{} - 2.0f;
+  I8 index = {}, at = {0, 1, 2, 3, 4, 5, 6, 7};
+  for (int k = 0; k < count; k += kBatch, at += 8) {
+    F8 nx, ny, nz;
+    std::memcpy(&nx, planes->nx + k, sizeof nx);
+    std::memcpy(&ny, planes->ny + k, sizeof ny);
+    std::memcpy(&nz, planes->nz + k, sizeof nz);
+    const F8 along = nx * n[0] + ny * n[1] + nz * n[2];
+    const I8 more = (along > most) & (at < count);
+    most = more ? along : most;
+    index = more ? at : index;
+  }
+  int best = 0;
+  for (int lane = 1; lane < 8; ++lane) {
+    if (most[lane] > most[best] || (most[lane] == most[best] && index[lane] < index[best])) best = lane;
+  }
+  return index[best];
+}
 
 /// The plane of least n·d + room if that is below -slip, the first of equal ones; else -1.
 TYPODONT_DISPATCH("avx2", "default")
@@ -647,6 +668,25 @@ class Projection {
 };
 
 }  // namespace
+
+ActivePlanes guess_active(const ContactSet& set, const HeldBy& before) noexcept {
+  ActivePlanes guess;
+  if (set.count() < 2) return guess;
+  for (int i = 0; i < before.count; ++i) {
+    const glm::vec3 n(before.n[i]);
+    const int index = most_along(&set.rough(), set.count(), &n.x);
+    if (std::find(guess.index, guess.index + guess.count, index) == guess.index + guess.count) {
+      guess.index[guess.count++] = index;
+    }
+  }
+  return guess;
+}
+
+HeldBy held_by(const ContactSet& set, const ActivePlanes& active) noexcept {
+  HeldBy held;
+  for (; held.count < active.count; ++held.count) held.n[held.count] = set.plane(active.index[held.count]).n;
+  return held;
+}
 
 dvec3 nearest_allowed(const ContactSet& set, const dvec3& c, double overlap, double slack, const dvec3& target,
                       ActivePlanes& active) noexcept {
