@@ -74,6 +74,10 @@ constexpr BenchPart kParts[] = {
     {"calibration", "Calibration", "Every solver against the number of touches, beside Eigen's and OpenCV's own.",
      calibration},
     {"recording", "Recording", "A minute of drilling at 1 kHz into HDF5, by strength of compression.", bench_recording},
+    {"latency", "Latency",
+     "The whole program: from a step of the hand to force, sound and picture; from the command to the first of them. "
+     "Wall clock.",
+     bench_latency},
     {"scaling", "Scaling",
      "The same drilling in ever larger bodies: what must not grow, and what grows with the surface.", bench_scaling}};
 

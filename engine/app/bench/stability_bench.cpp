@@ -121,8 +121,8 @@ std::vector<BenchRow> bench_stability(bool quick) {
       row("servo without the controller, " + name, found, "critical stiffness, N/m");
       row("servo against theory, " + name, std::abs(found / expected - 1), "relative");
       if (delay == 0)
-        row("energy given by a wall of twice that, controller on", std::abs(servo(2 * expected, rate, 0, true).least_energy),
-            "J");
+        row("energy given by a wall of twice that, controller on",
+            std::abs(servo(2 * expected, rate, 0, true).least_energy), "J");
     }
   }
   return rows;
