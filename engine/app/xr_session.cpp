@@ -33,6 +33,7 @@ constexpr double kLostOpacity = 0.35;
 constexpr double kFullForce = 3;       // N that shake a controller fully
 constexpr double kSlowest = 60, kFastest = 320;     // Hz a controller can make felt
 constexpr double kFastSpindle = 400 * kKrpm;        // rad/s
+constexpr double kLongestFrame = 20;   // s: the slowest processor has drawn it by then
 constexpr double kLeaveTime = 2;       // s for the runtime to end the session in its own way
 
 /// Amplitude from the force on the hand, frequency from the drill: far below the spindle's, which no controller makes.
@@ -223,13 +224,13 @@ bool XrSession::step() {
   const double silent = thread_->gate.silent();
   if (silent > stall_)
     throw RunFailure(fmt::format("headset: the runtime has not answered for {:.1f} s (in {})", silent, thread_->gate.call()));
+  if (thread_->gate.busy() > kLongestFrame) throw RunFailure("headset: its picture does not come: the GPU hangs");
   return true;
 }
 
 void XrSession::stop() {
   if (!thread_->thread.joinable()) return;
   thread_->leave = true;
-  const Nanos until = now() + from_seconds(2 * kLeaveTime + stall_);
   for (;;) {
     {
       const std::lock_guard lock(thread_->mutex);
@@ -241,7 +242,7 @@ void XrSession::stop() {
       end_hard_at_exit();
       return;
     }
-    if (now() > until + from_seconds(60)) {  // neither in the runtime nor coming to an end: the device hangs
+    if (thread_->gate.busy() > kLongestFrame) {  // not in the runtime, and not coming to an end: the GPU hangs
       log::error("headset: its thread does not end");
       haptics::release_all_devices();
       std::fflush(nullptr);

@@ -139,7 +139,9 @@ TEST_P(XrEventAtState, EveryEventIsFollowed) {
     xr.script(fmt::format("{}, \"events\": [{}{{\"state\": \"{}\", {}}}]", kSmall, stop, state, c.event));
     const Outcome out = run(14);
     EXPECT_EQ(xr.violations(), "");
-    EXPECT_EQ(xr.count("event " + std::string(c.event).substr(10, 4)) + (c.end == EventCase::kGoesOn) > 0, true);
+    std::string name = std::string(c.event).substr(10);  // after "event": "
+    name.erase(name.find('"'));
+    EXPECT_EQ(xr.count("event " + name + " in " + state), 1);
     switch (c.end) {
       case EventCase::kGoesOn:
         EXPECT_EQ(out.failure, "");
