@@ -213,7 +213,14 @@ const Compaction kCompaction;
 /// Appends the lanes of a mask.
 TYPODONT_KERNEL void append(const I8& entries, const I8& mask, Work& work) {
   const unsigned which = bits_of(mask);
-  *reinterpret_cast<I8*>(work.groups + work.count) = __builtin_shuffle(entries, kCompaction.order[which]);
+  const I8& order = kCompaction.order[which];
+  I8 first;
+#ifdef __clang__  // has no shuffle by a variable
+  for (int i = 0; i < 8; ++i) first[i] = entries[order[i]];
+#else
+  first = __builtin_shuffle(entries, order);
+#endif
+  *reinterpret_cast<I8*>(work.groups + work.count) = first;
   work.count += __builtin_popcount(which);
 }
 

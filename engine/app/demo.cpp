@@ -93,7 +93,7 @@ void run_demo(const DemoOptions& options) {
     if (did_cut) recorder.append({&cut, 1});
     recorder.append({&tick, 1});
     sound.push(tick);
-    if (did_cut) debris.add(cut, scene.servo.tool);
+    if (did_cut) debris.add(cut, haptics::tray(scene.servo)[cut.tool]);
 
     const double t = to_seconds(tick.t);
     if (t < next_frame) continue;

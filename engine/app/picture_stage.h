@@ -8,6 +8,7 @@
 
 #include "engine/contract/contact.h"
 #include "engine/display/display_rig.h"
+#include "engine/display/head_tracker.h"
 #include "engine/display/output.h"
 #include "engine/render/picture.h"
 #include "engine/render/renderer.h"
@@ -15,12 +16,15 @@
 
 namespace typodont {
 
+/// What a tool looks like.
+render::ToolMesh tool_mesh(const haptics::Tool& tool);
+
 class PictureStage {
  public:
   struct Options {
     render::Quality quality = render::kQualityLadder[0];
     bool validation = false;
-    bool window = false;  // else offscreen
+    bool window = false;  // else offscreen; only before a window is the user's head tracked
     bool hud = true;
     bool tool = true;
     double force_limit = 3;  // N, the end of the force bar
@@ -45,6 +49,9 @@ class PictureStage {
   render::Picture eye(int index);
   render::Picture screen();
 
+  /// Packets of the head tracker taken and dropped; nothing where the rig has none.
+  std::optional<display::HeadTracker::Stats> tracker_stats() const;
+
   display::Output& output() { return *output_; }
   const display::DisplayRig& rig() const { return rig_; }
   std::string device_name() const { return device_.name(); }
@@ -52,8 +59,14 @@ class PictureStage {
 
  private:
   void follow_size();
+  void take_up(std::uint32_t tool_index);
+  const haptics::Tool& tool() const;
+  void follow_head();
 
   display::DisplayRig rig_;
+  display::Head rest_;  // the head as the rig file has it
+  std::optional<display::HeadTracker> tracker_;
+  double latency_ = 1.0 / 30;  // s from reading the tracker to the picture on the screen, running mean
   haptics::ServoSettings servo_;
   Options options_;
   gpu::Device device_;
@@ -63,6 +76,7 @@ class PictureStage {
   std::unique_ptr<display::Output> output_;
   glm::ivec2 screen_size_{0};
   double angle_ = 0;
+  std::size_t shown_tool_ = 0;  // of the tray
 };
 
 }  // namespace typodont

@@ -10,6 +10,7 @@
 #include <fstream>
 #include <sstream>
 
+#include "engine/app/tissue_edit.h"
 #include "engine/base/error.h"
 #include "engine/base/units.h"
 #include "haptics/solid.h"
@@ -130,8 +131,9 @@ Scene read_scene(const fs::path& file) {
 }
 
 Scene parse_scene(const Json& json, const fs::path& file) {
-  json.allow_only({"name", "description", "tissue", "paint", "tool", "spindle_krpm", "spindle", "coupling", "materials",
-                   "parts", "friction", "cutting", "passivity", "boundary_walls", "force_filter", "score", "sound"});
+  json.allow_only({"name", "description", "tissue", "paint", "tool", "tools", "spindle_krpm", "spindle", "coupling", "materials",
+                   "parts", "friction", "cutting", "passivity", "boundary_walls", "force_filter", "score", "sound", "prepare",
+                   "task"});
   Scene scene;
   scene.file = file;
   scene.text = json.text();
@@ -154,9 +156,23 @@ Scene parse_scene(const Json& json, const fs::path& file) {
     }
   }
 
+  if (const auto prepare = json.find("prepare")) {
+    scene.prepare = prepare->items();
+    for (const Json& item : scene.prepare) haptics::read_solid(item);
+  }
+
   haptics::ServoSettings& servo = scene.servo;
-  const Json tool = json["tool"];
-  servo.tool = tool.is_string() ? load_tool(tool.string()) : haptics::read_tool(tool);
+  const auto tool_of = [](const Json& tool) {
+    return tool.is_string() ? load_tool(tool.string()) : haptics::read_tool(tool);
+  };
+  if (json.has("tool") && json.has("tools")) json.fail("both tool and tools", "one of them");
+  if (const auto tools = json.find("tools")) {
+    for (const Json& tool : tools->items()) servo.tools.push_back(tool_of(tool));
+    if (servo.tools.empty()) tools->fail("at least one tool");
+    servo.tool = servo.tools.front();
+  } else {
+    servo.tool = tool_of(json["tool"]);
+  }
   if (json.has("spindle") && json.has("spindle_krpm")) json.fail("both spindle and spindle_krpm", "one of them");
   if (const auto motor = json.find("spindle")) {
     scene.motor = motor->string();
@@ -193,11 +209,24 @@ Scene parse_scene(const Json& json, const fs::path& file) {
     scene.parts = {"haptics"};
   }
   if (const auto score = json.find("score")) scene.score = *score;
+  if (const auto task = json.find("task")) {
+    if (scene.score) json.fail("both score and task", "the rules in the task");
+    scene.task = session::read_task(*task);
+    for (const auto& list : {scene.task->protect, scene.task->region}) {
+      for (const Json& item : list) haptics::read_solid(item);
+    }
+  }
   if (const auto sound = json.find("sound")) {
     sound->allow_only({"lower_order"});
     scene.sound_lower_order = sound->boolean_or("lower_order", false);
   }
   return scene;
+}
+
+std::vector<std::string> tool_names(const Scene& scene) {
+  std::vector<std::string> names;
+  for (const haptics::Tool& tool : haptics::tray(scene.servo)) names.push_back(tool.name);
+  return names;
 }
 
 haptics::ServoSettings servo_settings(const Scene& scene, const haptics::TissueVolume& tissue, double rate) {
@@ -219,6 +248,7 @@ haptics::TissueVolume load_tissue(const Scene& scene) {
     const auto solid = haptics::read_solid(item["solid"]);
     volume.paint(*tissue_named(item["tissue"].string()), *solid);
   }
+  for (const Json& item : scene.prepare) volume = without_solid(volume, *haptics::read_solid(item));
   return volume;
 }
 

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "engine/base/json.h"
+#include "engine/session/task.h"
 #include "haptics/servo.h"
 #include "haptics/tissue_volume.h"
 
@@ -21,7 +22,9 @@ struct Scene {
   std::string motor;             // named in assets/motors/; empty: an ideal one
   std::optional<Json> tissue;    // a volume, or solids
   std::vector<Json> paint;       // tissue painted into it, e.g. a lesion
+  std::vector<Json> prepare;        // solids taken away before the session begins
   std::optional<Json> score;
+  std::optional<session::Task> task;
   bool sound_lower_order = false;   // models may be cut to the order at which nothing is lost
 
   bool needs(std::string_view part) const { return parts.contains(std::string(part)); }
@@ -37,6 +40,9 @@ haptics::TissueVolume load_tissue(const Scene& scene);
 
 /// The scene's servo settings completed for this tissue and servo rate (Hz).
 haptics::ServoSettings servo_settings(const Scene& scene, const haptics::TissueVolume& tissue, double rate);
+
+/// What its tools are called, in their order.
+std::vector<std::string> tool_names(const Scene& scene);
 
 /// The shipped assets: $TYPODONT_ASSETS, else beside the program or in the source tree. Throws Error when not found.
 std::filesystem::path assets_folder();

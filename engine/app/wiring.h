@@ -8,6 +8,7 @@
 #include "engine/base/latest.h"
 #include "engine/base/ring.h"
 #include "engine/contract/contact.h"
+#include "engine/display/hmd.h"
 #include "engine/render/renderer.h"
 #include "haptics/servo.h"
 
@@ -15,6 +16,14 @@ namespace typodont {
 
 /// Bricks that changed, made by the carver, uploaded by the renderer. The reader deletes it.
 using MeshBatch = std::vector<render::MeshUpdate>;
+
+/// A headset's controller, newest.
+struct XrHandSample {
+  Pose X_WT;
+  double pedal = 0;      // 0..1
+  bool tracked = false;  // seen by the headset
+  Nanos t = 0;
+};
 
 struct Wiring {
   explicit Wiring(const haptics::SurfacePatch& empty) : patch(empty) {}
@@ -31,12 +40,16 @@ struct Wiring {
   Ring<MeshBatch*> bricks{256};
   // RENDER (window) → SERVO, where the mouse is the hand
   Latest<haptics::HandSample> pointer;
+  // HEADSET (which draws in RENDER's place) → SERVO, where a controller is the hand; → RECORDER
+  Latest<XrHandSample> xr_hand;
+  Ring<display::HmdTiming> xr_frames_to_recorder{1 << 12};
   // SERVO → RECORDER
   Ring<ServoTick> ticks_to_recorder{1 << 15};
   Ring<Cut> cuts_to_recorder{1 << 14};
   Ring<PatchUse> patches_to_recorder{1 << 12};
   // SERVO → AUDIO: inside SoundLink (a ring of what the ear needs)
 
+  std::atomic<std::int32_t> chosen_tool{-1};  // RENDER (window) → SERVO: by key; negative: the hand's own choice
   std::atomic<bool> stop{false};         // any thread → all: end the session
   std::atomic<bool> servo_ended{false};  // SERVO → RENDER: the hand is gone or the script has ended
 };

@@ -13,10 +13,13 @@
 #include "engine/app/debris_view.h"
 #include "engine/app/mouse_hand.h"
 #include "engine/app/picture_stage.h"
+#include "engine/app/quality_ladder.h"
 #include "engine/app/session_record.h"
 #include "engine/app/sound_link.h"
 #include "engine/app/tissue_view.h"
 #include "engine/app/wiring.h"
+#include "engine/app/xr_hand.h"
+#include "engine/app/xr_session.h"
 #include "engine/base/check.h"
 #include "engine/base/error.h"
 #include "engine/base/log.h"
@@ -26,7 +29,7 @@
 #include "haptics/carver.h"
 #include "haptics/devices/driver.h"
 #include "haptics/devices/exit_guard.h"
-#include "haptics/loop_timing.h"
+#include "engine/contract/loop_timing.h"
 
 namespace typodont {
 
@@ -49,21 +52,23 @@ struct Session {
   haptics::Carver carver;
   haptics::Servo servo;
   Wiring wiring;
-  haptics::LoopTiming timing;  // servo thread until it has ended
+  LoopTiming timing;  // servo thread until it has ended
   ServoTick last;              // the same
   std::uint32_t faults = 0;
   RealtimeGranted granted;
   bool draw = false, record = false, debris = false;
+  Nanos began = 0;            // of recorded frames
+  std::size_t xr_stream = 0;  // which of the recording's streams they are
   SoundLink* sound = nullptr;
 
   Session(const Scene& s, haptics::TissueVolume tissue, double rate)
       : scene(s),
-        carver(std::move(tissue), {s.servo.tool}),
+        carver(std::move(tissue), haptics::tray(s.servo)),
         servo(servo_settings(s, carver.volume(), rate), edge(s, carver.volume())),
         wiring(empty_patch(edge(s, carver.volume()))) {}
 
   static int edge(const Scene& s, const haptics::TissueVolume& tissue) {
-    return haptics::patch_edge_for(s.servo.tool, tissue.frame().voxel);
+    return haptics::patch_edge_for(haptics::tray(s.servo), tissue.frame().voxel);
   }
   static haptics::SurfacePatch empty_patch(int edge) {
     haptics::SurfacePatch patch;
@@ -82,6 +87,8 @@ void servo_thread(Session& s, haptics::HapticDevice& hand) {
   std::uint64_t ticks = 0;
   while (!wiring.stop.load(std::memory_order_relaxed) && hand.read(sample)) {
     const Nanos woke = now(), cpu = thread_cpu_time();
+    const std::int32_t chosen = wiring.chosen_tool.load(std::memory_order_relaxed);
+    if (chosen >= 0) sample.tool = static_cast<std::uint32_t>(chosen);
     if (wiring.patch.fetch()) {
       haptics::SurfacePatch& fresh = wiring.patch.front();
       const PatchUse use{fresh.number, ticks, fresh.cuts, fresh.center_W};
@@ -89,6 +96,7 @@ void servo_thread(Session& s, haptics::HapticDevice& hand) {
       if (s.record) wiring.patches_to_recorder.push(use);
     }
     const bool did_cut = s.servo.tick(sample, tick, cut);
+    tick.faults |= hand.faults();
     hand.write(tick.f_T_W, tick.tau_T_W);
     tick.cpu_time = thread_cpu_time() - cpu;
     ++ticks;
@@ -110,6 +118,7 @@ void servo_thread(Session& s, haptics::HapticDevice& hand) {
   const Nanos faded = now() + from_seconds(kRampOut);
   while (now() < faded && hand.read(sample)) {
     sample.pedal = 0;
+    sample.tool = s.last.tool;
     s.servo.tick(sample, tick, cut);
     hand.write(tick.f_T_W, tick.tau_T_W);
   }
@@ -157,6 +166,10 @@ void recorder_thread(Session& s, session::SessionWriter& writer) {
     while (wiring.patches_to_recorder.pop(use)) writer.append({&use, 1});
     while (wiring.cuts_to_recorder.pop(cut)) writer.append({&cut, 1});
     while (wiring.ticks_to_recorder.pop(tick)) writer.append({&tick, 1});
+    display::HmdTiming frame;
+    while (wiring.xr_frames_to_recorder.pop(frame)) {
+      writer.append(s.xr_stream, frame.t - s.began, xr_stream_row(frame));
+    }
     writer.count_ring_losses(wiring.ticks_to_recorder.dropped(), wiring.cuts_to_recorder.dropped());
     writer.heartbeat();
   };
@@ -167,58 +180,69 @@ void recorder_thread(Session& s, session::SessionWriter& writer) {
   drain();
 }
 
-/// Steps down the quality ladder while frames take longer than a thirtieth of a second, and back up when there is room.
-class QualityLadder {
- public:
-  const render::Quality& step() const { return render::kQualityLadder[step_]; }
-  /// True when the step changed. Only frames that were drawn count.
-  bool frame_took(double seconds) {
-    mean_ += 0.15 * (seconds - mean_);
-    if (++frames_ < 12) return false;
-    const std::size_t before = step_;
-    if (mean_ > 1.0 / 30 && step_ + 1 < render::kQualityLadder.size()) ++step_;
-    if (mean_ < 1.0 / 150 && step_ > 0) --step_;
-    if (step_ == before) return false;
-    frames_ = 0;
-    mean_ = 1.0 / 60;
-    return true;
-  }
-
- private:
-  std::size_t step_ = 1;
-  int frames_ = 0;
-  double mean_ = 1.0 / 60;  // s
-};
-
 bool has_desktop() {
   return std::getenv("DISPLAY") || std::getenv("WAYLAND_DISPLAY");
 }
 
 }  // namespace
 
-WorkbenchSummary run_workbench(const Scene& scene, const WorkbenchOptions& options) {
+/// What one session holds, in the order in which it is set up. The drawing thread's, but for what is in `session`.
+struct Workbench::Impl {
+  const Scene scene;
+  const WorkbenchOptions options;
   WorkbenchSummary summary;
-  const auto explain = [&](std::string text) { summary.explanations.push_back(std::move(text)); };
-
-  // What this session needs.
-  std::filesystem::path rig_file = options.rig;
-  if (rig_file.empty() && has_desktop()) rig_file = assets_folder() / "rigs/window.json";
+  std::filesystem::path rig_file;
   std::optional<display::DisplayRig> rig;
+  std::optional<Session> session;
+  std::optional<Pointer> pointer;  // where the mouse is the hand
+  std::unique_ptr<haptics::HapticDevice> hand;
+  std::optional<SoundLink> sound;
+  std::optional<session::SessionWriter> writer;
+  std::optional<PictureStage> stage;
+  std::optional<XrSession> headset;  // draws on a thread of its own, in the stage's place
+  QualityLadder ladder;
+  std::optional<DebrisView> debris;
+  dvec3 above{0, 0, 0};  // m, W: where the tool starts
+
+  bool running = false;
+  Nanos began = 0, last_frame = 0;
+  ServoTick tick;  // the newest, as drawn
+  std::uint64_t drawn = 0;
+  std::string failure;
+  std::jthread carver, servo, recorder;  // last: they refer to all of the above
+
+  Impl(const Scene& s, const WorkbenchOptions& o) : scene(s), options(o) { set_up(); }
+  ~Impl() { end(); }
+  Impl(const Impl&) = delete;
+  Impl& operator=(const Impl&) = delete;
+
+  void explain(std::string text) { summary.explanations.push_back(std::move(text)); }
+  void set_up();
+  void start_headset(const std::string& hand_address);
+  void start();
+  bool step();
+  void choose_tool(const display::UserInput& input);
+  void draw();
+  void end();
+};
+
+void Workbench::Impl::set_up() {
+  // What this session needs.
+  rig_file = options.rig;
+  if (rig_file.empty() && has_desktop()) rig_file = assets_folder() / "rigs/window.json";
   if (!rig_file.empty()) rig = display::load_rig(rig_file);
   const bool window = rig && (rig->kind == display::DisplayKind::kWindow || rig->kind == display::DisplayKind::kMirror);
-  if (rig && rig->kind == display::DisplayKind::kHmd) {
-    throw Error(rig_file.string(), "\"display\"", "hmd", "window, mirror or offscreen in this version");
-  }
-  const std::string hand_address = !options.hand.empty() ? options.hand : window ? "mouse:" : "";
+  const bool hmd = rig && rig->kind == display::DisplayKind::kHmd;
+  const std::string hand_address = !options.hand.empty() ? options.hand : window ? "mouse:" : hmd ? "openxr:right" : "";
   if (hand_address.empty())
     throw Error("--hand", "", "nothing", "a hand, e.g. --hand script:HAND.csv: there is no window for the mouse");
 
-  Session s(scene, load_tissue(scene), kRate);
+  Session& s = session.emplace(scene, load_tissue(scene), kRate);
   const haptics::TissueVolume& tissue = s.carver.volume();
-  s.draw = window && scene.needs("render");
+  s.draw = (window || hmd) && scene.needs("render");
   explain(s.draw    ? fmt::format("picture: on, {}", rig_file.string())
           : !rig    ? "picture: off, there is no desktop and no rig was given"
-          : !window ? "picture: off, an offscreen rig shows nothing live; use 'typodont render' or 'typodont demo'"
+          : !window && !hmd ? "picture: off, an offscreen rig shows nothing live; use 'typodont render' or 'typodont demo'"
                     : "picture: off, the scene does not name \"render\"");
   s.record = !options.record.empty();
   explain(s.record ? "recording: on, " + options.record.string() : "recording: off, no --record FILE.h5");
@@ -230,11 +254,12 @@ WorkbenchSummary run_workbench(const Scene& scene, const WorkbenchOptions& optio
   // The hand.
   glm::ivec3 lo, hi;
   tissue.bounds(lo, hi);
-  const dvec3 above =
-      tissue.frame().to_world(dvec3((lo.x + hi.x) / 2.0, (lo.y + hi.y) / 2.0, hi.z)) + dvec3(0, 0, 1e-3);
-  std::optional<Pointer> pointer;
-  std::unique_ptr<haptics::HapticDevice> hand;
-  if (hand_address == "mouse:") {
+  above = tissue.frame().to_world(dvec3((lo.x + hi.x) / 2.0, (lo.y + hi.y) / 2.0, hi.z)) + dvec3(0, 0, 1e-3);
+  if (s.draw && hmd) start_headset(hand_address);
+  if (hand_address.starts_with("openxr:")) {
+    if (!headset) throw Error("--hand", "", hand_address, "a headset's rig, and a scene that names \"render\"");
+    hand = make_xr_hand(s.wiring, hand_address, {above, {1, 0, 0, 0}}, kRate);
+  } else if (hand_address == "mouse:") {
     if (!window) throw Error("--hand", "", "mouse:", "a window rig for it to move in");
     pointer.emplace(*rig, above);
     hand = make_mouse_hand(s.wiring, pointer->follow({}, 0).X_WT, kRate);
@@ -242,6 +267,7 @@ WorkbenchSummary run_workbench(const Scene& scene, const WorkbenchOptions& optio
     haptics::HandOptions hand_options;
     hand_options.rate = kRate;
     hand_options.assets = assets_folder();
+    hand_options.tools = tool_names(scene);
     if (rig) hand_options.X_WH = rig->X_WH;
     hand = haptics::open_hand(hand_address, hand_options);
   }
@@ -249,7 +275,6 @@ WorkbenchSummary run_workbench(const Scene& scene, const WorkbenchOptions& optio
                       hand->info().force_limit > 0 ? "" : ", without force"));
 
   // Sound.
-  std::optional<SoundLink> sound;
   if (scene.needs("sound") && options.audio != "none:") {
     std::string address = options.audio;
     if (address.empty() && !audio::audio_devices().empty()) address = "portaudio:";
@@ -264,26 +289,48 @@ WorkbenchSummary run_workbench(const Scene& scene, const WorkbenchOptions& optio
     explain(scene.needs("sound") ? "sound: off, --audio none:" : "sound: off, the scene does not name it");
   }
 
-  std::optional<session::SessionWriter> writer;
-  if (s.record) writer.emplace(options.record, session_header(scene, rig_file, *hand, tissue, hand->info().rate));
-  std::optional<PictureStage> stage;
-  QualityLadder ladder;
-  std::optional<DebrisView> debris;
-  if (s.draw) {
+  if (s.record) {
+    session::SessionHeader header = session_header(scene, rig_file, *hand, tissue, hand->info().rate);
+    s.xr_stream = header.streams.size();
+    if (headset) header.streams.push_back(xr_stream());
+    writer.emplace(options.record, header);
+  }
+  if (s.draw && window) {
     PictureStage::Options look;
     look.window = true;
     look.quality = ladder.step();
     stage.emplace(*rig, scene.servo, look);
     explain("drawn by " + stage->device_name());
+    explain(rig->head.tracker.empty() ? "head: at rest, the rig names no tracker" : "head: " + rig->head.tracker);
   }
-  if (s.debris) debris.emplace(scene.servo.materials, tissue);
+  if (s.debris && window) debris.emplace(scene.servo.materials, tissue);
   if (options.explain) {
     for (const std::string& line : summary.explanations) log::info("{}", line);
   }
+}
 
+void Workbench::Impl::start_headset(const std::string& hand_address) {
+  Session& s = *session;
+  XrSession::Options o;
+  if (hand_address.starts_with("openxr:")) {
+    if (hand_address != "openxr:right" && hand_address != "openxr:left")
+      throw Error("--hand", "", hand_address, "openxr:right or openxr:left");
+    o.tool_hand = hand_address == "openxr:right" ? 1 : 0;
+  }
+  o.debris = s.debris;
+  o.record = s.record;
+  o.work_W = above;
+  o.start.X_WT.p = o.start.X_WG.p = above;
+  headset.emplace(*rig, scene, s.carver.volume(), s.wiring, o);
+  for (std::string& line : headset->explanations()) explain(std::move(line));
+  if (o.tool_hand < 0 && !rig->hmd.X_WD)
+    explain("headset: not registered to the hand's device: what is seen is not where it is felt");
+}
+
+void Workbench::Impl::start() {
   // The first patch is there before the first tick.
-  ServoTick start;
-  start.X_WT.p = start.X_WG.p = above;
+  Session& s = *session;
+  tick.X_WT.p = tick.X_WG.p = above;
   s.carver.cut_out(above, s.wiring.patch.back());
   s.wiring.patch.publish();
 
@@ -291,68 +338,101 @@ WorkbenchSummary run_workbench(const Scene& scene, const WorkbenchOptions& optio
   set_check_handler(haptics::release_all_devices);  // a broken assumption, too, ends in zero force
   std::signal(SIGINT, ask_to_stop);
   std::signal(SIGTERM, ask_to_stop);
-  std::jthread carver(carver_thread, std::ref(s));
-  std::jthread servo(servo_thread, std::ref(s), std::ref(*hand));
-  std::jthread recorder;
+  running = true;
+  s.began = now();
+  carver = std::jthread(carver_thread, std::ref(s));
+  servo = std::jthread(servo_thread, std::ref(s), std::ref(*hand));
   if (writer) recorder = std::jthread(recorder_thread, std::ref(s), std::ref(*writer));
+  began = last_frame = now();
+  if (headset) headset->start(began);
+}
 
-  // This thread draws, or waits.
-  const Nanos began = now();
-  Nanos last_frame = began;
-  ServoTick tick = start;
-  std::uint64_t drawn = 0;
-  std::string failure;
-  while (!s.wiring.servo_ended && !g_asked_to_stop && to_seconds(now() - began) < options.seconds) {
-    if (sound) sound->advance(s.wiring.tick_to_render.front().t);
-    if (!s.draw) {
-      std::this_thread::sleep_for(10ms);
-      if (sound && options.audio.starts_with("wav:")) sound->advance(now() - began);
-      continue;
-    }
-    try {
-      const display::UserInput input = stage->output().poll();
-      if (input.close) break;
-      if (pointer) s.wiring.pointer.publish(pointer->follow(input, now() - began));
-      if (s.wiring.tick_to_render.fetch()) tick = s.wiring.tick_to_render.front();
-      MeshBatch* batch = nullptr;
-      while (s.wiring.bricks.pop(batch)) {
-        const std::unique_ptr<MeshBatch> owned(batch);
-        stage->show(*owned, tissue.frame().origin);
-      }
-      const double dt = to_seconds(now() - last_frame);
-      last_frame = now();
-      if (debris) {
-        Cut cut;
-        while (s.wiring.cuts_to_debris.pop(cut)) debris->add(cut, scene.servo.tool);
-        debris->step(std::min(dt, 0.1));
-      }
-      const auto stats = stage->draw(tick, debris ? debris->particles() : std::span<const render::Particle>{}, dt,
-                                     "left button: drill   wheel: in and out");
-      drawn += stats.drawn;
-      if (stats.drawn && ladder.frame_took(to_seconds(now() - last_frame))) {
-        stage->set_quality(ladder.step());
-        log::info("picture quality: {}", ladder.step().name);
-      }
-      if (!stats.drawn) std::this_thread::sleep_for(4ms);
-    } catch (const std::exception& e) {  // the picture is lost: the session ends in order
-      failure = e.what();
-      break;
+/// One turn of the drawing thread: a frame, or a short wait. False when the session is over.
+bool Workbench::Impl::step() {
+  Session& s = *session;
+  if (s.wiring.servo_ended || g_asked_to_stop || to_seconds(now() - began) >= options.seconds) return false;
+  if (sound && !headset) sound->advance(s.wiring.tick_to_render.front().t);
+  if (!s.draw || headset) {
+    std::this_thread::sleep_for(10ms);
+    if (sound && (headset || options.audio.starts_with("wav:"))) sound->advance(now() - began);
+    if (!headset) return true;
+  }
+  try {
+    if (headset) return headset->step();
+    const display::UserInput input = stage->output().poll();
+    if (input.close) return false;
+    if (pointer) s.wiring.pointer.publish(pointer->follow(input, now() - began));
+    choose_tool(input);
+    draw();
+    return true;
+  } catch (const std::exception& e) {  // the picture is lost: the session ends in order
+    failure = e.what();
+    return false;
+  }
+}
+
+/// Keys 1 … 9: another tool of the tray.
+void Workbench::Impl::choose_tool(const display::UserInput& input) {
+  for (const int key : input.pressed) {
+    const int place = key - '1';
+    if (place >= 0 && place < 9 && place < static_cast<int>(haptics::tray(scene.servo).size())) {
+      session->wiring.chosen_tool = place;
     }
   }
+}
+
+void Workbench::Impl::draw() {
+  Session& s = *session;
+  if (s.wiring.tick_to_render.fetch()) tick = s.wiring.tick_to_render.front();
+  MeshBatch* batch = nullptr;
+  while (s.wiring.bricks.pop(batch)) {
+    const std::unique_ptr<MeshBatch> owned(batch);
+    stage->show(*owned, s.carver.volume().frame().origin);
+  }
+  const double dt = to_seconds(now() - last_frame);
+  last_frame = now();
+  if (debris) {
+    Cut cut;
+    while (s.wiring.cuts_to_debris.pop(cut)) debris->add(cut, haptics::tray(scene.servo)[cut.tool]);
+    debris->step(std::min(dt, 0.1));
+  }
+  const std::size_t tools = std::min<std::size_t>(haptics::tray(scene.servo).size(), 9);
+  const std::string hint =
+      "left button: drill   wheel: in and out" + (tools > 1 ? fmt::format("   1–{}: tools", tools) : std::string());
+  const auto stats = stage->draw(tick, debris ? debris->particles() : std::span<const render::Particle>{}, dt,
+                                 hint);
+  drawn += stats.drawn;
+  if (stats.drawn && ladder.frame_took(to_seconds(now() - last_frame))) {
+    stage->set_quality(ladder.step());
+    log::info("picture quality: {}", ladder.step().name);
+  }
+  if (!stats.drawn) std::this_thread::sleep_for(4ms);
+}
+
+/// Zero force, all threads joined, the recording complete. Does nothing the second time.
+void Workbench::Impl::end() {
+  if (!running) return;
+  running = false;
+  Session& s = *session;
   s.wiring.stop = true;
   servo.join();
   carver.join();
   if (recorder.joinable()) recorder.join();
+  if (headset) {
+    drawn = headset->frames();
+    headset->stop();
+  }
   if (sound) sound->stop(s.last.t);
   MeshBatch* batch = nullptr;
   while (s.wiring.bricks.pop(batch)) delete batch;
   std::signal(SIGINT, SIG_DFL);
   std::signal(SIGTERM, SIG_DFL);
 
-  if (writer && !writer->finish(session_result(tissue))) failure = writer->status().message;
+  if (writer && !writer->finish(session_result(s.carver.volume()))) failure = writer->status().message;
   summary.seconds = to_seconds(s.last.t);
   summary.ticks = s.timing.ticks;
   summary.frames = drawn;
+  if (stage) summary.tracker = stage->tracker_stats();
   summary.cuts = s.last.cuts;
   summary.removed = s.last.removed;
   summary.faults = s.faults;
@@ -361,8 +441,29 @@ WorkbenchSummary run_workbench(const Scene& scene, const WorkbenchOptions& optio
   summary.tick_us_p999 = s.timing.work.quantile(0.999) * 1e-3;
   summary.worst_tick_us = static_cast<double>(s.timing.worst_tick) * 1e-3;
   if (!s.granted.note.empty()) summary.explanations.push_back("real time: " + s.granted.note);
-  if (!failure.empty()) throw RunFailure(failure);
-  return summary;
+}
+
+Workbench::Workbench(const Scene& scene, const WorkbenchOptions& options)
+    : impl_(std::make_unique<Impl>(scene, options)) {}
+Workbench::~Workbench() = default;
+void Workbench::start() {
+  impl_->start();
+}
+bool Workbench::step() {
+  return impl_->step();
+}
+WorkbenchSummary Workbench::stop() {
+  impl_->end();
+  if (!impl_->failure.empty()) throw RunFailure(impl_->failure);
+  return impl_->summary;
+}
+
+WorkbenchSummary run_workbench(const Scene& scene, const WorkbenchOptions& options) {
+  Workbench bench(scene, options);
+  bench.start();
+  while (bench.step()) {
+  }
+  return bench.stop();
 }
 
 }  // namespace typodont

@@ -3,10 +3,13 @@
 #pragma once
 
 #include <filesystem>
+#include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "engine/app/scene.h"
+#include "engine/display/head_tracker.h"
 
 namespace typodont {
 
@@ -26,11 +29,34 @@ struct WorkbenchSummary {
   std::uint64_t deadline_misses = 0;
   double tick_us_median = 0, tick_us_p999 = 0, worst_tick_us = 0;
   PerTissue removed{};
+  std::optional<display::HeadTracker::Stats> tracker;  // where a rig's tracker was listened to
   std::vector<std::string> explanations;
 };
 
-/// Runs until the window closes, the hand's script ends, the time is over or the process is asked to stop (SIGINT,
-/// SIGTERM). Every end sends zero force. Throws Error at set-up, RunFailure when the run fails.
+/// One session. Its user's thread draws: constructed, started, stepped and stopped there. Every end, the destructor's
+/// too, sends zero force.
+class Workbench {
+ public:
+  /// Set-up: tissue, hand, sound, recording, picture. Nothing moves yet. Throws Error.
+  Workbench(const Scene& scene, const WorkbenchOptions& options);
+  ~Workbench();
+  Workbench(const Workbench&) = delete;
+  Workbench& operator=(const Workbench&) = delete;
+
+  void start();
+  /// What the user did, and a frame; or a short wait where there is no picture. False when the session is over: the
+  /// window was closed, the hand's script has ended, the time is up, the process was asked to stop.
+  bool step();
+  /// Zero force, all threads joined, the recording complete. Throws RunFailure when the run failed.
+  WorkbenchSummary stop();
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+/// A whole session: runs until the window closes, the hand's script ends, the time is over or the process is asked to
+/// stop (SIGINT, SIGTERM). Every end sends zero force. Throws Error at set-up, RunFailure when the run fails.
 WorkbenchSummary run_workbench(const Scene& scene, const WorkbenchOptions& options);
 
 }  // namespace typodont

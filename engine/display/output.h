@@ -65,6 +65,8 @@ class Output {
   virtual void resize(ivec2) {}
   virtual UserInput poll() { return {}; }
   virtual int first_row() const { return 0; }
+  /// s between two pictures of the screen; 0 for a picture in memory.
+  virtual double refresh_period() const { return 0; }
   /// Reads the composed picture back; RGBA bytes. Only a picture in memory can.
   virtual std::vector<std::uint8_t> read() { return {}; }
 };

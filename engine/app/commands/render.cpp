@@ -76,6 +76,8 @@ void run(const Options& options) {
   const Scene scene = read_scene(options.scene);
   const fs::path rig_path = rig_file(options.rig);
   display::DisplayRig rig = display::load_rig(rig_path);
+  if (rig.kind == display::DisplayKind::kHmd)
+    throw Error(rig_path.string(), "\"display\"", "hmd", "window, mirror or offscreen: a headset's views are its runtime's");
   const display::Layout layout = rig.screen.layout;
   if (!options.size.empty()) {
     const glm::ivec2 eye = parse_size(options.size);
@@ -84,7 +86,9 @@ void run(const Options& options) {
   }
   ServoTick tick;
   if (!options.pose.empty()) {
-    tick.X_WT = tick.X_WG = haptics::read_hand_path(options.pose).at(options.at).X_WT;
+    const haptics::HandPath::Row row = haptics::read_hand_path(options.pose, tool_names(scene)).at(options.at);
+    tick.X_WT = tick.X_WG = row.X_WT;
+    tick.tool = row.tool;
     tick.spindle = scene.servo.spindle.free_speed;
   }
   haptics::TissueVolume volume = load_tissue(scene);

@@ -121,6 +121,13 @@ class Window final : public Output {
     return y;
   }
 
+  double refresh_period() const override {
+    GLFWmonitor* monitor = glfwGetWindowMonitor(window_);
+    if (!monitor) monitor = glfwGetPrimaryMonitor();
+    const GLFWvidmode* mode = monitor ? glfwGetVideoMode(monitor) : nullptr;
+    return 1.0 / (mode && mode->refreshRate > 0 ? mode->refreshRate : 60);
+  }
+
   UserInput poll() override {
     glfwPollEvents();
     UserInput input;
