@@ -83,7 +83,7 @@ class ContactFinder {
   void relinearize(const Pose& X_VT, ContactSet& set) const noexcept;
 
   /// Makes one contact exact on a smooth surface: slides it, by cubic queries, to where head and surface are closest.
-  /// Returns whether it had to: a ball's contact stays exact for a while.
+  /// Returns whether it had to: a contact stays exact for a little way.
   bool refine(const SurfacePatch& patch, const Pose& X_VT, ContactSet& set, int i) const noexcept;
 
  private:
