@@ -446,6 +446,17 @@ void ContactFinder::find(const SurfacePatch& patch, const Pose& X_VT, double nea
   std::fill_n(set.rough_.yields, found.count, 1.0f);
 }
 
+void ContactSet::forgive(double most) noexcept {
+  for (int i = 0; i < count_; ++i) {
+    float& gap = rough_.gap[i];
+    if (!(gap < 0) || static_cast<double>(gap) < -most) continue;
+    rough_.x[i] += gap * rough_.nx[i];
+    rough_.y[i] += gap * rough_.ny[i];
+    rough_.z[i] += gap * rough_.nz[i];
+    gap = 0;
+  }
+}
+
 void ContactFinder::relinearize(const Pose& X_VT, ContactSet& set) const noexcept {
   const FlatHead head = flat_head(samples_->pieces, head_.count, sphere_, radius_, X_VT.R, dvec3(0));
   const glm::vec3 moved(X_VT.p - set.origin_);

@@ -40,6 +40,9 @@ class ContactSet {
   /// One of them: exact where it was refined, else as found.
   ContactPlane plane(int i) const noexcept;
   void set_yields(int i, double yields) noexcept;
+  /// For a head in a place that it has emptied itself: planes that seem to overlap it by up to `most` voxels do so by
+  /// interpolation only, and are moved back to touch.
+  void forgive(double most) noexcept;
   void clear() noexcept;
   const RoughPlanes& rough() const { return rough_; }
 
