@@ -108,6 +108,40 @@ TEST_F(HeadsetRun, AHandOutOfSightStopsDrillingAndComesBackWithoutAJump) {
   EXPECT_LT(longest, 1e-3);  // 10 mm in 0.4 s
 }
 
+TEST_F(HeadsetRun, KhronossValidationLayerFindsNothingInAWholeSession) {
+  // Another judge than our own runtime: the package openxr-layer-corevalidation.
+  xr.script(kHeadset + R"(, "mask": [[-2, -2], [-0.7, -2], [-0.7, 2]], "blend_modes": ["opaque", "alpha"],
+    "events": [{"frame": 15, "event": "stop", "count": 3}, {"frame": 30, "event": "mask"}, {"frame": 32, "event": "recenter"},
+               {"frame": 34, "event": "profile"}, {"frame": 60, "event": "exit"}])");
+  program.write("rig.json", R"({"display": "hmd", "hmd": {"passthrough": true, "refresh_hz": 80, "wait_s": 5, "stall_s": 5}})");
+  const std::string found = program / "found.txt";
+  const Ran ran = run("", "timeout 60 env XR_ENABLE_API_LAYERS=XR_APILAYER_LUNARG_core_validation "
+                          "XR_CORE_VALIDATION_EXPORT_TYPE=text XR_CORE_VALIDATION_FILE_NAME=" + found);
+  EXPECT_EQ(ran.status, 0) << ran.err;
+  EXPECT_THAT(ran.out + ran.err, HasSubstr("Core Validation output type: text"));  // it was there
+  EXPECT_EQ(read_text(found), "");
+  EXPECT_EQ(xr.violations(), "");
+}
+
+TEST_F(HeadsetRun, AButtonTakesUpTheNextToolOfTheTray) {
+  program.write("scene.json", R"({"name": "tray", "tools": ["round_012", "cylinder_010"],
+    "tissue": {"voxel_mm": 0.2, "band_mm": 1.0,
+               "solids": [{"tissue": "dentin", "solid": {"box": {"center_mm": [0, 0, 0], "size_mm": [6, 6, 6]}}}]},
+    "parts": ["haptics", "render", "record"]})");
+  xr.script(R"("view_size": [96, 64], "paced": true, "period_ms": 25,
+    "profile": "/interaction_profiles/oculus/touch_controller",
+    "hands": {"right": [{"frame": 0, "p": [0, 1.36, -0.35]}, {"frame": 40, "p": [0, 1.36, -0.35], "buttons": ["a/click"]},
+                        {"frame": 44, "p": [0, 1.36, -0.35]}]},
+    "events": [{"frame": 70, "event": "exit"}])");
+  const std::string file = program / "session.h5";
+  const Ran ran = run("--record " + file);
+  ASSERT_EQ(ran.status, 0) << ran.err;
+  const auto ticks = session::SessionReader(file).ticks();
+  ASSERT_FALSE(ticks.empty());
+  EXPECT_EQ(ticks.front().tool, 0u);
+  EXPECT_EQ(ticks.back().tool, 1u);
+}
+
 TEST_F(HeadsetRun, ARuntimeThatHangsEndsInASavedRecordingAndFails) {
   for (const char* call : {"xrWaitFrame", "xrEndFrame"}) {
     xr.script(kHeadset + fmt::format(R"(, "events": [{{"frame": 30, "event": "stall", "call": "{}", "seconds": 100}}])", call));
