@@ -274,6 +274,8 @@ WorkbenchSummary run_workbench(const Scene& scene, const WorkbenchOptions& optio
     look.window = true;
     look.quality = ladder.step();
     stage.emplace(*rig, scene.servo, look);
+    stage->surround(make_surroundings(scene));
+    stage->hold_mirror(scene.mouth_mirror);
     explain("drawn by " + stage->device_name());
   }
   if (s.debris) debris.emplace(scene.servo.materials, tissue);
