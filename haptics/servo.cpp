@@ -25,6 +25,7 @@ constexpr double kConverged = 1e-6;        // the proxy has come to rest
 constexpr double kSettled = 1e-3;          // the same against a surface that was cut, which is rough by more than that,
 constexpr double kSettledCutting = 3e-3;   // … and while it is being cut, by more still
 constexpr int kSettlingLooks = 5;
+constexpr double kBlur = 0.2;              // what interpolation makes of a narrow cut: 0.09 where a ball is 3 voxels in radius
 constexpr double kSamePoints = 0.3;        // contacts found less than this ago, in voxels of way, still serve
 constexpr double kToothGrip = 0.15;        // engaged teeth resist being led sideways up to this share of the push
 constexpr int kMaxLooks = 48;              // per tick, free flight included
@@ -131,6 +132,7 @@ struct Servo::State {
   CutBoxes boxes;
   ContactSet contacts;  // of the last look
   HeldBy held;          // … and what held the head in it
+  bool carved = false;  // the last tick emptied the head's place
 
   // Where the tool is held outside the tissue.
   Pose X_WG;
@@ -355,6 +357,7 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
       finder.relinearize({c, X_WT.R}, contacts);
     } else {
       finder.find(s.patch, {c, X_WT.R}, kContactRange, contacts);
+      if (look == 0 && may_cut && s.carved && contacts.count() > 1) contacts.forgive(kBlur);
       active = guess_active(contacts, s.held);
       found_at = c;
       // One-sided wall (Wang 2009): tissue harder than what is being cut gives way by that much less; softer tissue never
@@ -445,7 +448,8 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
 
   // Cut: everything the head sweeps on its way.
   bool cut_made = false;
-  if (may_cut && touching && !deep) {
+  s.carved = may_cut && touching && !deep;
+  if (s.carved) {
     const Pose X_WB{p_WG, X_WT.R};
     const bool continues = sums.cuts > 0 && s.cut_tool == s.in_hand && same(s.X_WG, s.cut_end);
     const Sweep sweep(tool, s.X_WG, X_WB, settings.frame, continues);

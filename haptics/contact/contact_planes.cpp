@@ -18,7 +18,8 @@ constexpr double kMedialAxis = 1e-2;  // a gradient shorter by more: walls meeti
 constexpr float kOnSurface = 0.25f;   // voxels
 constexpr float kNear = 1.5f;         // voxels: samples closer than this to the surface are looked at
 constexpr int kExactSteps = 4;        // cubic queries a contact may take on its way to the closest point
-constexpr double kStaysExact = 0.02;  // voxels a ball may move before a contact is made exact again: 2e-5 voxels of gap
+constexpr double kStaysExact = 0.02;  // voxels a ball may move before a contact is made exact again: 2e-5 voxels of gap,
+constexpr double kStaysExactEdged = 2e-3;  // … and a head with edges, where the gap may change by as much as the way
 constexpr double kGained = 1e-4;      // voxels: the next step would gain the square of that
 constexpr int kBatch = 8;
 
@@ -445,6 +446,17 @@ void ContactFinder::find(const SurfacePatch& patch, const Pose& X_VT, double nea
   std::fill_n(set.rough_.yields, found.count, 1.0f);
 }
 
+void ContactSet::forgive(double most) noexcept {
+  for (int i = 0; i < count_; ++i) {
+    float& gap = rough_.gap[i];
+    if (!(gap < 0) || static_cast<double>(gap) < -most) continue;
+    rough_.x[i] += gap * rough_.nx[i];
+    rough_.y[i] += gap * rough_.ny[i];
+    rough_.z[i] += gap * rough_.nz[i];
+    gap = 0;
+  }
+}
+
 void ContactFinder::relinearize(const Pose& X_VT, ContactSet& set) const noexcept {
   const FlatHead head = flat_head(samples_->pieces, head_.count, sphere_, radius_, X_VT.R, dvec3(0));
   const glm::vec3 moved(X_VT.p - set.origin_);
@@ -457,10 +469,8 @@ void ContactFinder::relinearize(const Pose& X_VT, ContactSet& set) const noexcep
 }
 
 bool ContactFinder::refine(const SurfacePatch& patch, const Pose& X_VT, ContactSet& set, int i) const noexcept {
-  if (sphere_) {
-    const ContactSet::Exact* known = set.exact(i);
-    if (known && glm::length(known->c - X_VT.p) < kStaysExact) return false;
-  }
+  const ContactSet::Exact* known = set.exact(i);
+  if (known && glm::length(known->c - X_VT.p) < (sphere_ ? kStaysExact : kStaysExactEdged)) return false;
   const ContactPlane rough = set.plane(i);
   if (!patch.holds(rough.x, 0)) return false;
   // From a point near the surface: onto it, then along it toward the head, as long as that brings them closer.

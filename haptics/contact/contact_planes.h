@@ -40,6 +40,9 @@ class ContactSet {
   /// One of them: exact where it was refined, else as found.
   ContactPlane plane(int i) const noexcept;
   void set_yields(int i, double yields) noexcept;
+  /// For a head in a place that it has emptied itself: planes that seem to overlap it by up to `most` voxels do so by
+  /// interpolation only, and are moved back to touch.
+  void forgive(double most) noexcept;
   void clear() noexcept;
   const RoughPlanes& rough() const { return rough_; }
 
@@ -83,7 +86,7 @@ class ContactFinder {
   void relinearize(const Pose& X_VT, ContactSet& set) const noexcept;
 
   /// Makes one contact exact on a smooth surface: slides it, by cubic queries, to where head and surface are closest.
-  /// Returns whether it had to: a ball's contact stays exact for a while.
+  /// Returns whether it had to: a contact stays exact for a little way.
   bool refine(const SurfacePatch& patch, const Pose& X_VT, ContactSet& set, int i) const noexcept;
 
  private:
