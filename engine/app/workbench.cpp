@@ -233,6 +233,7 @@ void Workbench::Impl::set_up() {
   if (!rig_file.empty()) rig = display::load_rig(rig_file);
   const bool window = rig && (rig->kind == display::DisplayKind::kWindow || rig->kind == display::DisplayKind::kMirror);
   const bool hmd = rig && rig->kind == display::DisplayKind::kHmd;
+  if (!options.touches.empty() && !hmd) throw Error("--touches", "", rig_file.string(), "a headset's rig");
   const std::string hand_address = !options.hand.empty() ? options.hand : window ? "mouse:" : hmd ? "openxr:right" : "";
   if (hand_address.empty())
     throw Error("--hand", "", "nothing", "a hand, e.g. --hand script:HAND.csv: there is no window for the mouse");
@@ -319,6 +320,9 @@ void Workbench::Impl::start_headset(const std::string& hand_address) {
       throw Error("--hand", "", hand_address, "openxr:right or openxr:left");
     o.tool_hand = hand_address == "openxr:right" ? 1 : 0;
   }
+  o.touches = !options.touches.empty();
+  if (o.touches && o.tool_hand >= 0)
+    throw Error("--touches", "", hand_address, "an arm as the hand, which touches the controller's tip");
   o.debris = s.debris;
   o.record = s.record;
   o.work_W = above;
@@ -423,6 +427,7 @@ void Workbench::Impl::end() {
   if (headset) {
     drawn = headset->frames();
     headset->stop();
+    if (!options.touches.empty()) write_touches(options.touches, headset->touches());
   }
   if (sound) sound->stop(s.last.t);
   MeshBatch* batch = nullptr;

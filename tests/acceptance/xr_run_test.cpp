@@ -142,6 +142,43 @@ TEST_F(HeadsetRun, AButtonTakesUpTheNextToolOfTheTray) {
   EXPECT_EQ(ticks.back().tool, 1u);
 }
 
+TEST_F(HeadsetRun, TouchesOfTheArmAtTheControllersTipRegisterItToTheHeadsetsSpace) {
+  // The arm's base lies somewhere in the workbench, and turned and shifted somewhere else in the headset's space.
+  const Pose X_WH{{0.01, -0.02, 0.05}, {1, 0, 0, 0}}, X_DH{{0.2, 1.1, -0.4}, glm::normalize(dquat(0.9, -0.3, 0.2, 0.1))};
+  const std::vector<dvec3> points{{0, 0, 0}, {0.1, 0, 0}, {0, 0.1, 0.02}, {0, 0, 0.1}, {0.08, 0.07, 0.06}};
+  std::string hand = "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n", keys;
+  for (std::size_t k = 0; k < points.size(); ++k) {
+    const dvec3 w = (X_WH * points[k]) * 1e3, d = X_DH * points[k] + dvec3(0, 0, 0.06);  // the tip is 60 mm ahead of it
+    for (const double at : {0.05, 1.45})
+      hand += fmt::format("{},{},{},{},1,0,0,0,0\n", 1.5 * static_cast<double>(k) + at, w.x, w.y, w.z);
+    for (const auto& [frame, trigger] : {std::pair{1, 0}, std::pair{44, 1}, std::pair{50, 0}, std::pair{58, 0}})
+      keys += fmt::format("{}{{\"frame\": {}, \"p\": [{}, {}, {}], \"trigger\": {}}}", keys.empty() ? "" : ", ",
+                          60 * k + static_cast<std::size_t>(frame), d.x, d.y, d.z, trigger);
+  }
+  program.write("rig.json", R"({"display": "hmd", "hmd": {"wait_s": 5, "stall_s": 5},
+                               "X_WH": {"translation_mm": [10, -20, 50], "rotation_wxyz": [1, 0, 0, 0]}})");
+  xr.script(R"("view_size": [48, 32], "paced": true, "period_ms": 25,
+    "hands": {"right": [)" + keys + R"(]}, "events": [{"frame": 300, "event": "exit"}])");
+  const std::string pairs = program / "pairs.csv", reg = program / "reg.json";
+  const Ran ran = run("--hand script:" + program.write("arm.csv", hand) + " --touches " + pairs);
+  ASSERT_EQ(ran.status, 0) << ran.err;
+  EXPECT_EQ(xr.violations(), "");
+  ASSERT_EQ(program.run("calibrate register --pairs " + pairs + " --out " + reg).status, 0) << read_text(pairs) << ran.err;
+  const Json found = Json::load(reg);
+  const dvec3 p = found["X_DH"]["translation_mm"].vec3() * 1e-3;
+  EXPECT_LT(glm::length(p - X_DH.p), 1e-4) << read_text(pairs);
+  const std::vector<double> q = found["X_DH"]["rotation_wxyz"].numbers(4);
+  EXPECT_GT(std::abs(glm::dot(dquat(q[0], q[1], q[2], q[3]), X_DH.R)), 1 - 1e-7);
+  EXPECT_EQ(found["inliers"].items().size(), points.size());
+  // And the rig takes it over.
+  program.write("rig.json", R"({"display": "hmd", "hmd": {"registration": "reg.json", "wait_s": 5, "stall_s": 5}})");
+  xr.script(R"("view_size": [48, 32], "paced": true, "events": [{"frame": 20, "event": "exit"}])");
+  const Ran again = run("--explain --hand script:" + (program / "arm.csv"));
+  EXPECT_EQ(again.status, 0);
+  EXPECT_THAT(again.err, HasSubstr("STAGE, measured"));
+  EXPECT_EQ(run("--touches " + pairs).status, 2) << "a controller is the hand";
+}
+
 TEST_F(HeadsetRun, ARuntimeThatHangsEndsInASavedRecordingAndFails) {
   for (const char* call : {"xrWaitFrame", "xrEndFrame"}) {
     xr.script(kHeadset + fmt::format(R"(, "events": [{{"frame": 30, "event": "stall", "call": "{}", "seconds": 100}}])", call));
