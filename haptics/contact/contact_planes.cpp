@@ -11,6 +11,8 @@ namespace typodont::haptics {
 namespace {
 
 constexpr double kMedialAxis = 1e-2;  // a gradient shorter by more: walls meeting at over 16°
+constexpr double kSunk = 1.2;         // voxels; where head and tissue overlap by more, no hand brought them together
+constexpr double kFootOff = 0.05;     // voxels; of a ball of four voxels' radius the linear look alone is off by as much
 constexpr double kOnSurface = 0.25;   // voxels
 constexpr int kRoughSteps = 2;        // queries a sample may take on its way to the closest point
 constexpr double kNear = 1.5;         // voxels: samples closer than this to the surface are looked at
@@ -55,6 +57,8 @@ bool ContactFinder::find_by_offset(const SurfacePatch& patch, const dvec3& c, Co
   if (std::abs(length - 1) > kMedialAxis) return false;
   if (at.value < 0.5) return false;  // the centre is inside: the field there is not what the offset needs
   const dvec3 n = at.gradient / length;
+  // Near a medial axis the gradient is a mixture of two walls': its foot then hangs in the air between them.
+  if (!patch.holds(c - at.value * n, 0) || std::abs(sample_linear(patch, c - at.value * n)) > kFootOff) return false;
   set.planes[0] = {c - at.value * n, n, at.value - radius_, 1};
   set.count = 1;
   return true;
@@ -73,6 +77,7 @@ void ContactFinder::find(const SurfacePatch& patch, const Pose& X_VT, double nea
   const std::size_t sy = static_cast<std::size_t>(patch.n), sx = sy * sy;
   const float* field = patch.distance.data();
   constexpr float kFar = static_cast<float>(kNear) + 0.87f;
+  bool sunk = false;
   for (const HeadSample& sample : samples_) {
     const dvec3 p = sphere_ ? sample.p_TQ : R * sample.p_TQ;
     const dvec3 q = c + p;
@@ -86,21 +91,35 @@ void ContactFinder::find(const SurfacePatch& patch, const Pose& X_VT, double nea
       set.engaged_area += engaged;
       set.engaged_normal -= engaged * (sphere_ ? sample.n_T : R * sample.n_T);
     }
-    const ContactPlane plane = slide<sample_linear_gradient>(patch, X_VT, X_VT.p + p, at, kRoughSteps);
+    ContactPlane plane;
+    plane.gap = -1e300;
+    if (at.value >= -kSunk) plane = slide<sample_linear_gradient>(patch, X_VT, X_VT.p + p, at, kRoughSteps);
+    if (plane.gap < -kSunk) {  // the surface passes anywhere through the head: following the head's shape leads astray
+      const double slope = glm::length(at.gradient);
+      if (slope < 0.5) continue;
+      plane = {X_VT.p + p - at.value / slope * at.gradient / slope, at.gradient / slope, at.value, 1, true};
+    }
+    sunk |= plane.sunk;
     if (plane.gap < near && set.count < ContactSet::kMax) set.planes[static_cast<std::size_t>(set.count++)] = plane;
   }
+  if (!sunk) return;
+  // Along the rim of the hole that a sunk head makes, planes push it to all sides at once: only the way out counts.
+  const auto end = std::remove_if(set.planes.begin(), set.planes.begin() + set.count,
+                                  [](const ContactPlane& plane) { return !plane.sunk && plane.gap < 0; });
+  set.count = static_cast<int>(end - set.planes.begin());
 }
 
 void ContactFinder::relinearize(const Pose& X_VT, ContactSet& set) const noexcept {
   for (int i = 0; i < set.count; ++i) {
     ContactPlane& plane = set.planes[static_cast<std::size_t>(i)];
+    if (plane.sunk) continue;
     plane.gap = head_distance(X_VT, plane.x, plane.n);
     plane.n = -plane.n;
   }
 }
 
 void ContactFinder::refine(const SurfacePatch& patch, const Pose& X_VT, ContactPlane& plane) const noexcept {
-  if (!patch.holds(plane.x, 0)) return;
+  if (plane.sunk || !patch.holds(plane.x, 0)) return;
   const ContactPlane exact = slide<sample_cubic>(patch, X_VT, plane.x, sample_cubic(patch, plane.x), 5);
   const double yields = plane.yields;
   if (exact.gap < plane.gap + 0.5) plane = exact;

@@ -15,6 +15,7 @@ struct ContactPlane {
   dvec3 n{0, 0, 1};  // unit, the way the head is pushed
   double gap = 0;    // distance between head and tissue here, negative where they overlap
   double yields = 1; // share of the slack that this one gives: less where the tissue is harder than around
+  bool sunk = false; // the head lies so deep that its own shape says nothing: the way out of the tissue counts
 };
 
 struct ContactSet {
