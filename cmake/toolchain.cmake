@@ -18,7 +18,7 @@ endif()
 add_library(typodont_options INTERFACE)
 target_include_directories(typodont_options INTERFACE ${PROJECT_SOURCE_DIR})
 target_compile_options(typodont_options INTERFACE
-  -Wall -Wextra -Wpedantic -Werror -Wshadow -Wconversion -Wno-sign-conversion -Wnon-virtual-dtor -Woverloaded-virtual
+  -Wall -Wextra -Wpedantic $<$<CXX_COMPILER_ID:GNU>:-Werror> -Wshadow -Wconversion -Wno-sign-conversion -Wnon-virtual-dtor -Woverloaded-virtual
   -ffp-contract=off)  # the same bits with and without FMA: replays are compared bit for bit
 # Vulkan clip space: depth 0..1. Set once for all, so that no file can disagree.
 target_compile_definitions(typodont_options INTERFACE
@@ -28,8 +28,12 @@ if(TYPODONT_SANITIZE)
   add_compile_options(-fsanitize=${TYPODONT_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all)
   add_link_options(-fsanitize=${TYPODONT_SANITIZE})
   # GCC 12 warns about the standard library's own <regex> and fences here, and only here.
-  add_compile_options(-Wno-error=maybe-uninitialized)
-  if(TYPODONT_SANITIZE MATCHES "thread")
-    add_compile_options(-Wno-error=tsan)
+  if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+    add_compile_options(-Wno-error=maybe-uninitialized)
+    if(TYPODONT_SANITIZE MATCHES "thread")
+      add_compile_options(-Wno-error=tsan)
+    endif()
+  else()
+    add_compile_options(-fno-sanitize=alignment)  # oneTBB's end iterators are not aligned as Clang would have them
   endif()
 endif()

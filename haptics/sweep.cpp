@@ -7,6 +7,7 @@
 #include <cstring>
 
 #include "engine/base/dispatch.h"
+#include "haptics/lanes.h"
 
 namespace typodont::haptics {
 
@@ -61,16 +62,6 @@ struct Capsule {
   bool continues;
 };
 
-typedef float F8 __attribute__((vector_size(32), aligned(4), may_alias));
-typedef int I8 __attribute__((vector_size(32), aligned(4)));
-
-typedef long long L4 __attribute__((vector_size(32), aligned(4)));
-
-inline bool any_of(const I8& mask) {
-  const L4 m = (L4)mask;
-  return (m[0] | m[1] | m[2] | m[3]) != 0;
-}
-
 struct Block {
   float* distance;
   const Tissue* tissue;
@@ -79,142 +70,249 @@ struct Block {
   int size_x, size_y, size_z;
 };
 
-/// Volume taken from one row: shares before less after, by label.
-inline __attribute__((always_inline)) void account(const float* was, const float* is, const Tissue* labels, int count,
-                                                   PerTissue& removed) {
-  for (int start = 0; start < count; start += 8) {
-    const int lanes = count - start < 8 ? count - start : 8;
-    if (lanes < 8) {
-      for (int i = start; i < count; ++i) {
-        if (!(is[i] > was[i])) continue;
-        removed[static_cast<std::size_t>(labels[i])] += static_cast<double>(share_inside(was[i]) - share_inside(is[i]));
-      }
-      return;
-    }
-    F8 before = 0.5f - *reinterpret_cast<const F8*>(was + start),
-       after = 0.5f - *reinterpret_cast<const F8*>(is + start);
-    before = before > 1.0f ? F8{} + 1.0f : before < 0.0f ? F8{} : before;
-    after = after > 1.0f ? F8{} + 1.0f : after < 0.0f ? F8{} : after;
-    const F8 taken = before - after;
-    if (!any_of(taken != 0.0f)) continue;
-    std::uint64_t eight;
-    std::memcpy(&eight, labels + start, sizeof eight);
-    if (eight == (eight & 0xff) * 0x0101010101010101u) {
-      const float sum =
-          ((taken[0] + taken[1]) + (taken[2] + taken[3])) + ((taken[4] + taken[5]) + (taken[6] + taken[7]));
-      removed[eight & 0xff] += static_cast<double>(sum);
-    } else {
-      for (int i = 0; i < 8; ++i) removed[static_cast<std::size_t>(labels[start + i])] += static_cast<double>(taken[i]);
-    }
-  }
+/// Shares of the voxels inside the surface at some distances.
+TYPODONT_KERNEL void shares_inside(const F8& distance, F8& share) {
+  share = 0.5f - distance;
+  share = share < 0.0f ? F8{} : share;
+  share = share > 1.0f ? F8{} + 1.0f : share;
 }
 
-/// Raises a block of samples: new = max(old, min(radius - distance, kInner)), wherever the distance is above -kMargin.
-/// `capsule` false: the sweep is so short that the ball at B, ahead of A, is all of it. Returns whether anything
-/// changed; volume taken is added to `removed`, where given.
-template <bool capsule>
-inline __attribute__((always_inline)) bool raise_block(const Block block, const Capsule c, PerTissue* removed) {
-  const float outer = c.radius + Sweep::kMargin;
-  const float length = std::sqrt(c.abx * c.abx + c.aby * c.aby + c.abz * c.abz);
-  // Inside this ball around A all is empty already when the sweep continues another.
-  const float inner = c.continues ? c.radius - Sweep::kInner - 0.01f : 0.0f, inner2 = inner > 0 ? inner * inner : -1.0f;
-  const float row_reach = outer + 0.5f * length, row_reach2 = row_reach * row_reach;
-  const float mx = 0.5f * c.abx, my = 0.5f * c.aby, mz = 0.5f * c.abz;
+/// Volume taken, by label: a running sum as long as the label stays the same.
+struct Account {
+  PerTissue* removed;
+  D4 low = {}, high = {};
+  std::uint64_t label = 0;  // eight times
+
+  /// Of eight samples: shares before less after.
+  TYPODONT_KERNEL void add(const F8& was, const F8& is, const Tissue* labels) {
+    F8 taken, after;
+    shares_inside(was, taken);
+    shares_inside(is, after);
+    taken -= after;
+    std::uint64_t eight;
+    std::memcpy(&eight, labels, sizeof eight);
+    if (eight != label) {
+      if (eight != (eight & 0xff) * 0x0101010101010101u) {
+        for (int i = 0; i < 8; ++i) add(static_cast<double>(taken[i]), labels[i]);
+        return;
+      }
+      close();
+      label = eight;
+    }
+    low += __builtin_convertvector(__builtin_shufflevector(taken, taken, 0, 1, 2, 3), D4);
+    high += __builtin_convertvector(__builtin_shufflevector(taken, taken, 4, 5, 6, 7), D4);
+  }
+  TYPODONT_KERNEL void add(double taken, Tissue tissue) { (*removed)[static_cast<std::size_t>(tissue)] += taken; }
+  TYPODONT_KERNEL void close() {
+    const D4 sum = low + high;
+    (*removed)[label & 0xff] += (sum[0] + sum[1]) + (sum[2] + sum[3]);
+    low = high = D4{};
+  }
+};
+
+/// The part of a sweep's work that is looked at together: groups of eight samples along z, and what their rows have in
+/// common.
+struct Work {
+  static constexpr int kGroups = 1024, kRowBatches = 64, kLongest = 512;  // samples of a row
+  F8 u[kRowBatches], v[kRowBatches];   // see raise_block()
+  I8 base[kRowBatches];                // of the row's first sample
+  F8 z[kLongest];                      // heights of the eight samples from there on, from A
+  std::uint32_t groups[kGroups];       // first sample << 16 | row
+  int batches = 0, count = 0;
+};
+
+/// Raises the samples of some groups: new = max(old, min(radius - distance, kInner)), wherever that is above -kMargin.
+/// `narrow`: rows are shorter than a group.
+template <bool capsule, bool narrow>
+TYPODONT_KERNEL bool raise_groups(const Block& block, const Capsule& c, Work& work, PerTissue* removed) {
+  const float abx = c.abx, aby = c.aby, abz = c.abz, inverse_length2 = c.inverse_length2, radius = c.radius;
   const float from = c.continues ? 0.0f : -1e30f;
-  const F8 steps = {0, 1, 2, 3, 4, 5, 6, 7};
-  bool changed = false;
-  constexpr int kGroups = 32;  // of a row looked at together
-  float before[kGroups * 8];
-  for (int x = 0; x < block.size_x; ++x) {
-    const float px = static_cast<float>(block.lo_x + x) - c.ax;
-    for (int y = 0; y < block.size_y; ++y) {
-      const float py = static_cast<float>(block.lo_y + y) - c.ay;
-      // The part of the row that can change: inside the ball around the sweep, ahead of A when it continues.
-      const float reach2 = row_reach2 - (px - mx) * (px - mx) - (py - my) * (py - my);
-      if (!(reach2 > 0)) continue;
-      const float reach = std::sqrt(reach2), first = c.az - static_cast<float>(block.lo_z);  // A on this row
-      const float dot_xy = px * c.abx + py * c.aby;
-      float low = first + mz - reach, high = first + mz + reach;
-      if (c.continues) {
-        if (c.abz > 1e-9f) {
-          const float edge = first - dot_xy / c.abz - 1;
-          low = edge > low ? edge : low;
-        } else if (c.abz < -1e-9f) {
-          const float edge = first - dot_xy / c.abz + 1;
-          high = edge < high ? edge : high;
-        }
-      }
-      const float top = static_cast<float>(block.size_z - 1);
-      low = low > 0 ? low : 0;
-      high = high < top ? high : top;
-      if (!(low <= high)) continue;
-      int gap_from = 1 << 30, gap_to = 1 << 30;  // groups that lie wholly in the empty ball are passed over
-      const float hole2 = inner2 - px * px - py * py;
-      if (hole2 > 0) {
-        const float hole = std::sqrt(hole2);
-        gap_from = first > hole ? static_cast<int>(first - hole + 1) : 0, gap_to = static_cast<int>(first + hole);
-      }
-      float* const row =
-          block.distance + static_cast<std::size_t>(x) * block.stride_x + static_cast<std::size_t>(y) * block.stride_y;
-      // Groups of eight stay inside the row; looking at a sample twice is harmless.
-      const int end = static_cast<int>(high) + 1, last_start = block.size_z > 8 ? block.size_z - 8 : 0;
-      const float bx = px - c.abx, by = py - c.aby, bxy2 = bx * bx + by * by;
-      for (int next = static_cast<int>(low); next < end;) {
-        if (next >= gap_from && next + 8 <= gap_to) {
-          next = gap_to;
-          continue;
-        }
-        const int run = next <= last_start ? next : last_start;
-        int groups = 0;
-        I8 any_changed = {}, any_crossing = {};
-        for (; next < end && groups < kGroups && !(next >= gap_from && next + 8 <= gap_to); next += 8, ++groups) {
-          const int start = run + 8 * groups <= last_start ? run + 8 * groups : last_start;
-          F8 old;
-          if (block.size_z >= 8) {
-            old = *reinterpret_cast<const F8*>(row + start);
-          } else {
-            for (int i = 0; i < 8; ++i) old[i] = i < block.size_z ? row[i] : 1e9f;
-          }
-          const F8 z = static_cast<float>(block.lo_z + start) + steps - c.az;  // the same rounding wherever rows start
-          const F8 dot = dot_xy + z * c.abz;
-          const I8 ahead = dot > from;
-          F8 d2;
-          if constexpr (capsule) {
-            F8 s = dot * c.inverse_length2;
-            s = s < 0.0f ? F8{} : s;
-            s = s > 1.0f ? F8{} + 1.0f : s;
-            const F8 dx = px - s * c.abx, dy = py - s * c.aby, dz = z - s * c.abz;
-            d2 = dx * dx + dy * dy + dz * dz;
-          } else {
-            const F8 dz = z - c.abz;
-            d2 = bxy2 + dz * dz;
-          }
-          F8 root;
-          for (int i = 0; i < 8; ++i) root[i] = std::sqrt(d2[i]);
-          F8 depth = c.radius - root;
-          depth = depth > Sweep::kInner ? F8{} + Sweep::kInner : depth;
-          const I8 raised = ahead & (depth > -Sweep::kMargin) & (depth > old);
-          const F8 now = raised ? depth : old;
-          *reinterpret_cast<F8*>(before + 8 * groups) = old;
-          if (block.size_z >= 8) {
-            *reinterpret_cast<F8*>(row + start) = now;
-          } else {
-            for (int i = 0; i < block.size_z; ++i) row[i] = now[i];
-          }
-          any_changed |= raised;
-          any_crossing |= raised & (now > -0.5f) & (old < 0.5f);
-        }
-        changed |= any_of(any_changed);
-        if (removed && any_of(any_crossing)) {
-          for (int g = 0; g < groups; ++g) {
-            const int start = run + 8 * g <= last_start ? run + 8 * g : last_start;
-            account(before + 8 * g, row + start, block.tissue + (row - block.distance) + start,
-                    block.size_z < 8 ? block.size_z : 8, *removed);
-          }
+  float* const distance = block.distance;
+  const int size_z = block.size_z, count = work.count;
+  const auto* const all_u = reinterpret_cast<const float*>(work.u);
+  const auto* const all_v = reinterpret_cast<const float*>(work.v);
+  const auto* const base = reinterpret_cast<const std::int32_t*>(work.base);
+  F8 moved_old[Work::kGroups];  // groups in which surface moved: what they held before
+  std::int32_t moved_at[Work::kGroups];
+  int moved = 0;
+  I8 any_raised = {};
+  for (int g = 0; g < count; ++g) {
+    const std::uint32_t row = work.groups[g] & 0xffff, start = work.groups[g] >> 16;
+    const std::int32_t first = base[row] + static_cast<std::int32_t>(start);
+    float* const at = distance + first;
+    F8 old;
+    if constexpr (!narrow) {
+      old = *reinterpret_cast<const F8*>(at);
+    } else {
+      for (int i = 0; i < 8; ++i) old[i] = i < size_z ? at[i] : 1e9f;
+    }
+    const F8 z = work.z[start];
+    const float u = all_u[row], v = all_v[row];
+    F8 dot, d2;
+    if constexpr (capsule) {
+      dot = (u * abx + v * aby) + z * abz;
+      F8 s = dot * inverse_length2;
+      s = s < 0.0f ? F8{} : s;
+      s = s > 1.0f ? F8{} + 1.0f : s;
+      const F8 dx = u - s * abx, dy = v - s * aby, dz = z - s * abz;
+      d2 = dx * dx + dy * dy + dz * dz;
+    } else {
+      dot = v + z * abz;
+      const F8 dz = z - abz;
+      d2 = u + dz * dz;
+    }
+    take_root(d2);
+    F8 depth = radius - d2;
+    depth = depth > Sweep::kInner ? F8{} + Sweep::kInner : depth;
+    const F8 least = old > -Sweep::kMargin ? old : F8{} - Sweep::kMargin;
+    const I8 raised = (dot > from) & (depth > least);
+    const F8 now = raised ? depth : old;
+    if constexpr (!narrow) {
+      *reinterpret_cast<F8*>(at) = now;
+    } else {
+      for (int i = 0; i < size_z; ++i) at[i] = now[i];
+    }
+    any_raised |= raised;
+    // Which groups count is not foreseeable: noted without a branch.
+    moved_old[moved] = old;
+    moved_at[moved] = first;
+    moved += any_of(raised & (now > -0.5f) & (old < 0.5f));
+  }
+  if (removed && moved > 0) {
+    Account account{removed};
+    for (int m = 0; m < moved; ++m) {
+      const float* const at = distance + moved_at[m];
+      const Tissue* const labels = block.tissue + moved_at[m];
+      if constexpr (!narrow) {
+        account.add(moved_old[m], *reinterpret_cast<const F8*>(at), labels);
+      } else {
+        for (int i = 0; i < size_z; ++i) {
+          account.add(static_cast<double>(share_inside(moved_old[m][i]) - share_inside(at[i])), labels[i]);
         }
       }
     }
+    account.close();
   }
+  work.batches = work.count = 0;
+  return any_of(any_raised);
+}
+
+/// For each set of lanes: these lanes first.
+struct Compaction {
+  I8 order[256] = {};
+  Compaction() {
+    for (int mask = 0; mask < 256; ++mask) {
+      for (int lane = 0, next = 0; lane < 8; ++lane) {
+        if (mask >> lane & 1) order[mask][next++] = lane;
+      }
+    }
+  }
+};
+const Compaction kCompaction;
+
+/// Appends the lanes of a mask.
+TYPODONT_KERNEL void append(const I8& entries, const I8& mask, Work& work) {
+  const unsigned which = bits_of(mask);
+  *reinterpret_cast<I8*>(work.groups + work.count) = __builtin_shuffle(entries, kCompaction.order[which]);
+  work.count += __builtin_popcount(which);
+}
+
+/// Raises a block of samples to their depth in a capsule; `capsule` false: the sweep is so short that the ball at B,
+/// ahead of A, is all of it. Looks only at samples that can change: in the ball around the sweep; ahead of A and outside
+/// the empty ball there, when it continues another. Returns whether anything changed; volume taken is added to `removed`.
+template <bool capsule, bool narrow>
+TYPODONT_KERNEL bool raise_block(const Block& block, const Capsule& c, PerTissue* removed) {
+  const float outer = c.radius + Sweep::kMargin;
+  const float length = std::sqrt(c.abx * c.abx + c.aby * c.aby + c.abz * c.abz);
+  // The ball that holds all that changes: around B when it is all, else around the middle.
+  const float share = capsule ? 0.5f : 1.0f, reach = outer + (capsule ? 0.5f * length : 0.0f) + 1e-3f;
+  const float mx = share * c.abx, my = share * c.aby, mz = share * c.abz, reach2 = reach * reach;
+  // Inside this ball around A all is empty already when the sweep continues another.
+  const float inner = c.radius - Sweep::kInner - 0.01f, inner2 = c.continues && inner > 0 ? inner * inner : -1.0f;
+  const float first = c.az - static_cast<float>(block.lo_z);  // A along the rows
+  const float end = static_cast<float>(block.size_z);
+  const bool rises = c.continues && c.abz > 1e-9f, falls = c.continues && c.abz < -1e-9f;
+  const float slope = rises || falls ? 1 / c.abz : 0.0f;
+  const float slip = 1e-3f + 1e-6f * outer * length * std::abs(slope);  // rounding of the plane ahead of A
+  const int last_start = narrow ? 0 : block.size_z - 8;
+  const auto stride_y = static_cast<std::int32_t>(block.stride_y);
+  const F8 steps = {0, 1, 2, 3, 4, 5, 6, 7};
+  const I8 counts = {0, 1, 2, 3, 4, 5, 6, 7};
+  bool changed = false;
+  Work work;
+  for (int start = 0; start <= last_start; ++start) {  // the same rounding wherever rows start
+    work.z[start] = static_cast<float>(block.lo_z + start) + steps - c.az;
+  }
+  for (int x = 0; x < block.size_x; ++x) {
+    const float px = static_cast<float>(block.lo_x + x) - c.ax;
+    if (!(reach2 > (px - mx) * (px - mx))) continue;
+    const auto base_x = static_cast<std::int32_t>(static_cast<std::size_t>(x) * block.stride_x);
+    for (int y0 = 0; y0 < block.size_y; y0 += 8) {
+      // Of eight rows: what can change, as an interval [low, high), and the hole in it.
+      const I8 y = y0 + counts;
+      const F8 py = static_cast<float>(block.lo_y + y0) + steps - c.ay, qy = py - my;
+      F8 half = reach2 - (px - mx) * (px - mx) - qy * qy;
+      I8 met = (half > 0.0f) & (y < block.size_y);
+      half = met ? half : F8{};
+      take_root(half);
+      const F8 dot_xy = px * c.abx + py * c.aby;
+      F8 low = first + (mz + 1.0f) - half, high = first + (mz + 1.0f) + half;  // truncated later: up, as all is positive
+      if (rises) {
+        const F8 edge = first + (1.0f - slip) - dot_xy * slope;
+        low = edge > low ? edge : low;
+      } else if (falls) {
+        const F8 edge = first + (1.0f + slip) - dot_xy * slope;
+        high = edge < high ? edge : high;
+      }
+      low = low > 0.0f ? low : F8{};
+      high = high < end ? high : F8{} + end;
+      met &= low < high;
+      if (!any_of(met)) continue;
+      low = met ? low : F8{};
+      high = met ? high : F8{};
+      F8 hole = inner2 - px * px - py * py;
+      hole = hole > 0.0f ? hole : F8{};
+      take_root(hole);
+      F8 hole_from = first + 1.0f - hole, hole_to = first + 1.0f + hole;
+      const I8 leave = hole_to - hole_from > 8.0f;  // only worth leaving out when a whole group fits
+      hole_from = hole_from > 0.0f ? hole_from : F8{};
+      hole_to = hole_to > low ? hole_to : low;
+      hole_from = leave & (hole_from < high) ? hole_from : high;
+      hole_to = leave ? hole_to : high;
+      const I8 a_from = __builtin_convertvector(low, I8), a_to = __builtin_convertvector(hole_from, I8);
+      const I8 b_from = __builtin_convertvector(hole_to, I8), b_to = __builtin_convertvector(high, I8);
+      // Most rows are one stretch of at most sixteen: two groups without a branch.
+      const I8 stretch_a = a_to > a_from, stretch_b = b_to > b_from;
+      const I8 from = stretch_a ? a_from : b_from, to = stretch_a ? a_to : b_to;
+      const I8 second = from + 8, at0 = from < last_start ? from : I8{} + last_start;
+      const I8 at1 = second < last_start ? second : I8{} + last_start;
+      const I8 rows = 8 * work.batches + counts;
+      work.base[work.batches] = base_x + y * stride_y;
+      work.u[work.batches] = capsule ? F8{} + px : (px - mx) * (px - mx) + qy * qy;
+      work.v[work.batches] = capsule ? py : dot_xy;
+      ++work.batches;
+      append(rows | at0 << 16, stretch_a | stretch_b, work);
+      append(rows | at1 << 16, second < to, work);
+      const I8 rest = (second + 8 < to) | (stretch_a & stretch_b);
+      if (any_of(rest)) {
+        for (int row = 0; row < 8; ++row) {
+          if (!rest[row]) continue;
+          for (int start = second[row] + 8; start < to[row]; start += 8) {
+            work.groups[work.count++] = static_cast<std::uint32_t>(rows[row] | std::min(start, last_start) << 16);
+          }
+          if (!stretch_a[row]) continue;
+          for (int start = b_from[row]; start < b_to[row]; start += 8) {
+            work.groups[work.count++] = static_cast<std::uint32_t>(rows[row] | std::min(start, last_start) << 16);
+          }
+        }
+      }
+      // Room for eight more rows of the longest kind.
+      if (work.batches == Work::kRowBatches || work.count > Work::kGroups - 8 * (Work::kLongest / 8 + 1) - 8) {
+        changed |= raise_groups<capsule, narrow>(block, c, work, removed);
+      }
+    }
+  }
+  changed |= raise_groups<capsule, narrow>(block, c, work, removed);
   return changed;
 }
 
@@ -222,11 +320,13 @@ inline __attribute__((always_inline)) bool raise_block(const Block block, const 
 // that every processor, and every way of cutting the work into rows, gives the same bits.
 TYPODONT_DISPATCH("avx2", "default")
 bool raise_capsule(const Block* block, const Capsule* capsule, PerTissue* removed) {
-  return raise_block<true>(*block, *capsule, removed);
+  return block->size_z < 8 ? raise_block<true, true>(*block, *capsule, removed)
+                           : raise_block<true, false>(*block, *capsule, removed);
 }
 TYPODONT_DISPATCH("avx2", "default")
 bool raise_ball_ahead(const Block* block, const Capsule* capsule, PerTissue* removed) {
-  return raise_block<false>(*block, *capsule, removed);
+  return block->size_z < 8 ? raise_block<false, true>(*block, *capsule, removed)
+                           : raise_block<false, false>(*block, *capsule, removed);
 }
 
 constexpr int kRows = 4, kDeep = 8;  // a block of a general head's sweep: kRows × kRows rows of kDeep samples
@@ -236,12 +336,6 @@ struct HeadBlock {
   float px, py, pz;           // of its first sample, in T
   float ex[3], ey[3], ez[3];  // to the next sample along x, y, z
 };
-
-inline __attribute__((always_inline)) void take_root(F8& v) {
-  F8 root;
-  for (int i = 0; i < 8; ++i) root[i] = std::sqrt(v[i]);
-  v = root;
-}
 
 /// How far each sample of a block is from its centre, and a little more.
 struct Offsets {
@@ -361,10 +455,15 @@ bool raise_rows(float* distance, std::ptrdiff_t row, std::size_t stride_x, std::
         for (int i = from[2]; i < to[2]; ++i) distance[at + i] = now[i];
       }
       if (removed && any_of(raised & (now > -0.5f) & (old < 0.5f))) {
-        float before[kDeep], after[kDeep];
-        *reinterpret_cast<F8*>(before) = old;
-        *reinterpret_cast<F8*>(after) = now;
-        account(before + from[2], after + from[2], tissue + at + from[2], to[2] - from[2], *removed);
+        Account account{removed};
+        if (whole) {
+          account.add(old, now, tissue + at);
+          account.close();
+        } else {
+          for (int i = from[2]; i < to[2]; ++i) {
+            account.add(static_cast<double>(share_inside(old[i]) - share_inside(now[i])), tissue[at + i]);
+          }
+        }
       }
     }
   }
@@ -383,11 +482,16 @@ bool Sweep::raise_ball(const glm::ivec3& lo, const glm::ivec3& size, float* dist
                        std::size_t stride_y, const Tissue* tissue, PerTissue* removed) const noexcept {
   const Capsule capsule{a_.x, a_.y, a_.z, ab_.x, ab_.y, ab_.z, inverse_length2_, radius_, continues_};
   const glm::ivec3 from = lo - base_;
-  const Block block{distance, tissue, stride_x, stride_y, from.x, from.y, from.z, size.x, size.y, size.z};
   // Between capsule and balls lies ab²/8r: nothing, for a short step that continues another.
   const float length2 = glm::dot(ab_, ab_);
-  return continues_ && length2 < 8e-5f * radius_ ? raise_ball_ahead(&block, &capsule, removed)
-                                                 : raise_capsule(&block, &capsule, removed);
+  const bool ball = continues_ && length2 < 8e-5f * radius_;
+  bool changed = false;
+  for (int z = 0; z < size.z; z += Work::kLongest) {
+    const Block block{distance + z, tissue ? tissue + z : nullptr, stride_x, stride_y, from.x, from.y, from.z + z,
+                      size.x, size.y, std::min(size.z - z, Work::kLongest)};
+    changed |= ball ? raise_ball_ahead(&block, &capsule, removed) : raise_capsule(&block, &capsule, removed);
+  }
+  return changed;
 }
 
 bool Sweep::raise_head(const glm::ivec3& lo, const glm::ivec3& size, float* distance, std::size_t stride_x,
@@ -436,7 +540,9 @@ bool Sweep::raise_head(const glm::ivec3& lo, const glm::ivec3& size, float* dist
           for (int p = 0; p < head_.count; ++p) {
             if (to_piece[p] < std::abs(distance_center) + 2 * half) which[piece_count++] = p;
           }
-          if (!any) std::fill_n(depth, kRows * kRows, F8{} - 1e9f);
+          if (!any) {
+            for (int i = 0; i < kRows * kRows; ++i) depth[i] = F8{} - 1e9f;
+          }
           any = true;
           const glm::vec3 p(first), ex(R_TV[0]), ey(R_TV[1]), ez(R_TV[2]);
           const HeadBlock block{p.x, p.y, p.z, {ex.x, ex.y, ex.z}, {ey.x, ey.y, ey.z}, {ez.x, ez.y, ez.z}};

@@ -16,6 +16,9 @@
 
 namespace typodont {
 
+/// What a tool looks like.
+render::ToolMesh tool_mesh(const haptics::Tool& tool);
+
 class PictureStage {
  public:
   struct Options {

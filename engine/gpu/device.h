@@ -45,6 +45,10 @@ struct DeviceOptions {
   std::vector<const char*> instance_extensions;  // a window's
   bool present = false;                          // swapchains
   std::string prefer;                            // a part of the device's name; empty: a GPU before a processor
+  // Where a headset's runtime must make them (XR_KHR_vulkan_enable2); empty: Vulkan itself does.
+  std::function<VkResult(const VkInstanceCreateInfo&, VkInstance&)> create_instance;
+  std::function<VkPhysicalDevice(VkInstance)> choose_physical;
+  std::function<VkResult(VkPhysicalDevice, const VkDeviceCreateInfo&, VkDevice&)> create_device;
 };
 
 /// Render thread.

@@ -11,14 +11,14 @@ namespace {
 
 constexpr float kKept = 1.8f;  // voxels: as far as this a field's own values are kept; reaches across a voxel's diagonal
 
-/// Carries, for every voxel, whatever is nearest from its neighbours on: sweeps in all eight directions, twice.
+/// Carries, for every voxel, whatever is nearest from its neighbours on: sweeps in all eight directions.
 /// `closer(to, from)` takes over from voxel `from` when that is nearer.
 template <class Closer>
 void sweep_all(const glm::ivec3& size, Closer&& closer) {
   const auto n = glm::ivec3(size);
   const std::size_t step[3] = {static_cast<std::size_t>(n.y) * static_cast<std::size_t>(n.z),
                                static_cast<std::size_t>(n.z), 1};
-  for (int pass = 0; pass < 16; ++pass) {
+  for (int pass = 0; pass < 8; ++pass) {
     const bool up[3] = {(pass & 1) == 0, (pass & 2) == 0, (pass & 4) == 0};
     for (int a = 0; a < n.x; ++a) {
       const int x = up[0] ? a : n.x - 1 - a;

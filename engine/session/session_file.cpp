@@ -222,8 +222,10 @@ struct SessionReader::Impl {
   std::vector<SessionEvent> events;
   std::vector<StreamData> streams;
   std::optional<SessionResult> result;
+  std::optional<LoopReport> loop;
 
   void open();
+  void read_loop();
   void read_header();
   void read_events(const TableReader& table);
   void read_result();
@@ -297,6 +299,7 @@ void SessionReader::Impl::open() {
     for (std::size_t i = 1; i < names.size(); ++i) data.columns.push_back(read_numbers<double>(table, i));
     streams.push_back(std::move(data));
   }
+  read_loop();
   if (!truncated) read_result();
 }
 
@@ -317,6 +320,8 @@ void SessionReader::Impl::read_header() {
   need(get_attribute(root, "trainee", header.trainee), "trainee");
   need(get_attribute(root, "servo_rate_Hz", header.servo_rate), "servo_rate_Hz");
   need(get_attribute(root, "voxel_mm", voxel_mm), "voxel_mm");
+  get_attribute(root, "vibration_band_Hz", header.vibration_band);  // older files have none, and had no vibration
+  if (!std::isfinite(header.vibration_band) || header.vibration_band < 0) header.vibration_band = 0;
   need(read_text(group.get(), "scene", header.scene_json), "header/scene");
   need(read_text(group.get(), "rig", header.rig_json), "header/rig");
   need(read_text(group.get(), "files", files), "header/files");
@@ -347,6 +352,22 @@ void SessionReader::Impl::read_header() {
     spec.name = s["name"].string();
     for (const Json& c : s["columns"].items()) spec.columns.push_back({c["name"].string(), c["unit"].string()});
     header.streams.push_back(std::move(spec));
+  }
+}
+
+/// Older files have no such group, and one that was cut short may have lost it.
+void SessionReader::Impl::read_loop() {
+  if (H5Lexists(h5.get(), "loop", H5P_DEFAULT) <= 0) return;
+  const H5 group(H5Gopen2(h5.get(), "loop", H5P_DEFAULT), H5Gclose);
+  LoopFields f;
+  const auto read = [&](const char* name, hid_t type, auto& numbers) {
+    return read_fixed(group.get(), name, type, numbers.size(), numbers.data());
+  };
+  if (group && read("times", H5T_NATIVE_UINT64, f.times) && read("jitter", H5T_NATIVE_UINT32, f.jitter) &&
+      read("work", H5T_NATIVE_UINT32, f.work) && read("granted", H5T_NATIVE_UINT64, f.granted) &&
+      read("note", H5T_NATIVE_UINT8, f.note) && read("hand", H5T_NATIVE_DOUBLE, f.hand) &&
+      read("safety", H5T_NATIVE_UINT64, f.safety) && f.times[0] > 0 && f.times[1] > 0) {
+    loop = f.report();
   }
 }
 
@@ -426,6 +447,7 @@ const std::vector<PatchUse>& SessionReader::patches() const { return impl_->patc
 const std::vector<SessionEvent>& SessionReader::events() const { return impl_->events; }
 const std::vector<StreamData>& SessionReader::streams() const { return impl_->streams; }
 const std::optional<SessionResult>& SessionReader::result() const { return impl_->result; }
+const std::optional<LoopReport>& SessionReader::loop() const { return impl_->loop; }
 
 bool repair_session(const std::filesystem::path& file) {
   const std::filesystem::path partial = file.string() + fmt::format(".{}.repaired", getpid());
@@ -439,6 +461,7 @@ bool repair_session(const std::filesystem::path& file) {
     SessionWriter writer(partial, reader.header(), options);
     writer.append(reader.patches());
     writer.append(reader.cuts());
+    if (reader.loop()) writer.loop(*reader.loop());
     for (const SessionEvent& event : reader.events()) writer.append(event);
     for (std::size_t s = 0; s < reader.streams().size(); ++s) {
       const StreamData& stream = reader.streams()[s];

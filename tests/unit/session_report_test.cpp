@@ -42,6 +42,39 @@ void record(const std::filesystem::path& file, std::size_t ticks, const std::str
   ASSERT_TRUE(writer.finish(result));
 }
 
+TEST(Report, TellsTheFramesOfAHeadsetOnlyWhereThereWasOne) {
+  const std::filesystem::path file = std::filesystem::path(testing::TempDir()) / "headset.h5";
+  SessionHeader header = some_header();
+  header.streams.push_back({"headset",
+                            {{"drawn", ""}, {"missed", ""}, {"pose_to_submit_s", "s"}, {"margin_s", "s"},
+                             {"position_error_m", "m"}, {"angle_error_rad", "rad"}}});
+  const std::size_t stream = header.streams.size() - 1;
+  {
+    SessionWriter writer(file, header);
+    writer.append(random_ticks(20, 1));
+    for (int i = 0; i < 101; ++i) {
+      // Every fourth was not drawn, every tenth missed one, one could not be judged.
+      const double nan = std::nan(""), ms = (1 + 0.1 * i) * 1e-3;
+      const std::array<double, 6> row{i % 4 ? 1.0 : 0.0, i % 10 ? 0.0 : 1.0,  ms,
+                                      12e-3 - ms,        i ? 0.5e-3 : nan, 0.00349065850};
+      writer.append(stream, i * 11'000'000, row);
+    }
+    ASSERT_TRUE(writer.finish({}));
+  }
+  const std::string html = report_html(SessionReader(file));
+  EXPECT_THAT(html, HasSubstr("Frames in the headset"));
+  EXPECT_THAT(html, HasSubstr("101 frames, 75 of them with a picture; 11 pictures of the display were missed."));
+  EXPECT_THAT(html, HasSubstr("<td>6.00\u00a0ms</td><td>10.9\u00a0ms</td><td>11.0\u00a0ms</td>"));  // pose to submit
+  EXPECT_THAT(html, HasSubstr("<td>6.00\u00a0ms</td><td>1.10\u00a0ms</td><td>1.00\u00a0ms</td>"));  // least margin is worst
+  EXPECT_THAT(html, HasSubstr("<td>0.500\u00a0mm</td>"));
+  EXPECT_THAT(html, HasSubstr("<td>0.200\u00a0°</td>"));
+  ReportOptions german;
+  german.language = Language::kGerman;
+  EXPECT_THAT(report_html(SessionReader(file), german), HasSubstr("Bilder im Headset"));
+  record(file, 20);
+  EXPECT_THAT(report_html(SessionReader(file)), Not(HasSubstr("Frames in the headset")));
+}
+
 TEST(Catalogue, EveryTextIsThereInEveryLanguageWithTheSameGaps) {
   const auto gaps = [](std::string_view s) {
     int n = 0;
@@ -67,6 +100,7 @@ TEST(Catalogue, NamesEveryTissueFaultEventAndScore) {
   for (int i = 0; i < kEventKindCount; ++i) {
     EXPECT_TRUE(has_text("event." + std::string(name_of(static_cast<EventKind>(i))))) << i;
   }
+  for (const auto& [event, name] : kSafetyEventNames) EXPECT_TRUE(has_text("safety." + std::string(name))) << name;
   for (const std::string& name : known_score_names()) EXPECT_TRUE(has_text("score." + name)) << name;
   ScoreInput in;
   for (const ScoreRule& rule : default_rules(in)) EXPECT_TRUE(has_text(rule.source)) << rule.source;
@@ -106,6 +140,30 @@ TEST(Report, SaysWhatTheSessionHolds) {
   EXPECT_THAT(html, HasSubstr("18364758544493064720"));     // a seed, in full
   EXPECT_THAT(html, HasSubstr("fnv1a64:0123456789abcdef"));
   EXPECT_LT(html.find("Picture of the tissue: Before"), html.find("Picture of the tissue: After"));
+}
+
+TEST(Report, SaysHowTheLoopKeptItsTimeWhatItWasGrantedAndHowWarmTheMotorsWere) {
+  TemporaryFolder folder;
+  {
+    SessionWriter writer(folder / "s.h5", some_header());
+    writer.append(random_ticks(500, 1));
+    writer.loop(some_loop());
+    ASSERT_TRUE(writer.finish({}));
+  }
+  const SessionReader session(folder / "s.h5");
+  const std::string html = report_html(session);
+  EXPECT_THAT(html, HasSubstr("60000 ticks, 1 of them done after the next sample was due (0.0017 %). Worst tick at 41.00 s"));
+  EXPECT_THAT(html, HasSubstr("<td>1700 µs</td></tr>"));
+  EXPECT_THAT(html, HasSubstr("Histogram of how far 59999 wake-ups were off their beat"));
+  EXPECT_THAT(html, HasSubstr("<dt>Real-time priority</dt><dd>granted</dd>"));
+  EXPECT_THAT(html, HasSubstr("<dt>A core of its own</dt><dd>not granted"));
+  EXPECT_THAT(html, HasSubstr("93 % of what they bear"));
+  EXPECT_THAT(html, HasSubstr("force clipped to what warm motors bear; the servo was silent: no force"));
+  EXPECT_THAT(report_html(session, {.language = Language::kGerman, .more_pictures = {}, .score = {}}),
+              HasSubstr("<dt>Echtzeitpriorität</dt><dd>gewährt</dd>"));
+  // A session that did not run live says nothing of the kind.
+  record(folder / "none.h5", 500);
+  EXPECT_THAT(report_html(SessionReader(folder / "none.h5")), Not(HasSubstr("Real-time priority")));
 }
 
 TEST(Report, IsInTheLanguageAskedForWithItsDecimalComma) {
