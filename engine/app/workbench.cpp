@@ -300,6 +300,8 @@ void Workbench::Impl::set_up() {
     look.window = true;
     look.quality = ladder.step();
     stage.emplace(*rig, scene.servo, look);
+    stage->surround(make_surroundings(scene));
+    stage->hold_mirror(scene.mouth_mirror);
     explain("drawn by " + stage->device_name());
     explain(rig->head.tracker.empty() ? "head: at rest, the rig names no tracker" : "head: " + rig->head.tracker);
   }
