@@ -257,8 +257,7 @@ void Workbench::Impl::set_up() {
   tissue.bounds(lo, hi);
   above = tissue.frame().to_world(dvec3((lo.x + hi.x) / 2.0, (lo.y + hi.y) / 2.0, hi.z)) + dvec3(0, 0, 1e-3);
   if (s.draw && hmd) start_headset(hand_address);
-  if (hand_address.starts_with("openxr:")) {
-    if (!headset) throw Error("--hand", "", hand_address, "a headset's rig, and a scene that names \"render\"");
+  if (headset && hand_address.starts_with("openxr:")) {
     hand = make_xr_hand(s.wiring, hand_address, {above, {1, 0, 0, 0}}, kRate);
   } else if (hand_address == "mouse:") {
     if (!window) throw Error("--hand", "", "mouse:", "a window rig for it to move in");
