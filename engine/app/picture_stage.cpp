@@ -47,6 +47,12 @@ gpu::Device make_device(const PictureStage::Options& options) {
 
 }  // namespace
 
+render::ToolMesh tool_mesh(const haptics::Tool& tool) {
+  render::ToolShape shape = render::tool_shape(shape_name(tool.shape), tool.diameter, tool.length);
+  if (!tool.cuts) shape.flutes = 0;
+  return render::make_tool_mesh(shape);
+}
+
 PictureStage::PictureStage(const display::DisplayRig& rig, const haptics::ServoSettings& servo, const Options& options)
     : rig_(rig), rest_(rig.head), servo_(servo), options_(options), device_(make_device(options)) {
   if (options.window && !rig.head.tracker.empty()) tracker_.emplace(rig);
@@ -72,9 +78,7 @@ const haptics::Tool& PictureStage::tool() const {
 
 void PictureStage::take_up(std::uint32_t tool_index) {
   shown_tool_ = std::min<std::size_t>(tool_index, haptics::tray(servo_).size() - 1);
-  render::ToolShape shape = render::tool_shape(shape_name(tool().shape), tool().diameter, tool().length);
-  if (!tool().cuts) shape.flutes = 0;
-  renderer_->set_tool(render::make_tool_mesh(shape));
+  renderer_->set_tool(tool_mesh(tool()));
 }
 
 PictureStage::~PictureStage() {
@@ -89,6 +93,19 @@ PictureStage::~PictureStage() {
 void PictureStage::show(std::span<const render::MeshUpdate> bricks, const dvec3& origin) {
   renderer_->update(render::kWorkingTooth, bricks);
   renderer_->place(render::kWorkingTooth, {origin, {1, 0, 0, 0}});
+}
+
+void PictureStage::surround(std::span<const SurroundingMesh> meshes) {
+  for (const SurroundingMesh& mesh : meshes) {
+    renderer_->update(mesh.id, mesh.bricks);
+    renderer_->place(mesh.id, {mesh.origin, {1, 0, 0, 0}});
+  }
+}
+
+void PictureStage::show_inside(render::MeshId body, std::span<const render::MeshUpdate> bricks, const dvec3& origin) {
+  renderer_->remove(body);
+  renderer_->update(body, bricks);
+  if (!bricks.empty()) renderer_->place(body, {origin, {1, 0, 0, 0}});
 }
 
 void PictureStage::follow_size() {
@@ -115,8 +132,8 @@ render::FrameStats PictureStage::draw(const ServoTick& tick, std::span<const ren
                                       const std::string& hint) {
   const Nanos began = now();
   follow_size();
-  follow_head();
   if (tick.tool != shown_tool_) take_up(tick.tool);
+  follow_head();
   render::Frame frame;
   const auto eyes = display::eye_views(rig_);
   for (std::size_t e = 0; e < 2; ++e) {
@@ -128,12 +145,15 @@ render::FrameStats PictureStage::draw(const ServoTick& tick, std::span<const ren
   const display::Screen& screen = rig_.screen;
   const dvec3 middle = (screen.lower_right + screen.upper_left) / 2.0;
   const dvec3 toward = glm::normalize(rest_.eye_center - middle), up = glm::cross(toward, rest_.right);
-  frame.lights.key = glm::normalize(0.55 * toward + 0.6 * up - 0.65 * rest_.right);
+  frame.lights.key = glm::normalize(0.9 * toward + 0.3 * up - 0.7 * rest_.right);
   frame.lights.up = up;
   if (rig_.mirror) frame.background = render::Background::kBlack;
 
   angle_ = std::fmod(angle_ + tick.spindle * dt, 2 * kPi);
   frame.tool = {options_.tool, tick.X_WG, angle_, tick.spindle};
+  frame.mirror = mirror_;
+  frame.view = view_;
+  frame.section = section_;
   frame.particles = particles;
   if (options_.hud) {
     frame.hud.visible = true;

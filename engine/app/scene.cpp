@@ -11,6 +11,7 @@
 #include <sstream>
 
 #include "engine/app/paint_file.h"
+#include "engine/app/surroundings.h"
 #include "engine/app/tissue_edit.h"
 #include "engine/base/error.h"
 #include "engine/base/units.h"
@@ -79,6 +80,26 @@ void read_materials(const Json& json, MaterialTable& table) {
 
 }  // namespace
 
+MouthMirror read_mouth_mirror(const Json& json) {
+  json.allow_only({"translation_mm", "rotation_wxyz", "normal", "diameter_mm", "fog"});
+  MouthMirror mirror;
+  mirror.X_WM.p = json["translation_mm"].vec3() * kMillimetre;
+  if (json.has("normal") && json.has("rotation_wxyz")) json.fail("both normal and rotation_wxyz", "one of them");
+  if (const auto normal = json.find("normal")) {
+    const dvec3 n = normal->vec3();
+    if (glm::length(n) < 1e-9) normal->fail("a direction, not zero");
+    mirror.X_WM.R = rotation_between({0, 0, 1}, glm::normalize(n));
+  } else if (const auto rotation = json.find("rotation_wxyz")) {
+    const std::vector<double> q = rotation->numbers(4);
+    const dquat R(q[0], q[1], q[2], q[3]);
+    if (std::abs(glm::length(R) - 1) > 1e-3) rotation->fail("a unit quaternion");
+    mirror.X_WM.R = glm::normalize(R);
+  }
+  mirror.diameter = json.number_or("diameter_mm", 22, 1, 60) * kMillimetre;
+  mirror.fog = json.number_or("fog", 0, 0, 1);
+  return mirror;
+}
+
 fs::path assets_folder() {
   std::error_code code;
   if (const char* set = std::getenv("TYPODONT_ASSETS")) {
@@ -134,7 +155,7 @@ Scene read_scene(const fs::path& file) {
 Scene parse_scene(const Json& json, const fs::path& file) {
   json.allow_only({"name", "description", "tissue", "paint", "tool", "tools", "spindle_krpm", "spindle", "coupling", "materials",
                    "parts", "friction", "cutting", "passivity", "boundary_walls", "force_filter", "score", "sound", "prepare",
-                   "paint_file", "task"});
+                   "paint_file", "task", "surroundings", "mouth_mirror"});
   Scene scene;
   scene.file = file;
   scene.text = json.text();
@@ -224,6 +245,11 @@ Scene parse_scene(const Json& json, const fs::path& file) {
       for (const Json& item : list) haptics::read_solid(item);
     }
   }
+  if (const auto surroundings = json.find("surroundings")) {
+    read_surroundings(*surroundings, volume_file(scene), file.parent_path());
+    scene.surroundings = *surroundings;
+  }
+  if (const auto mirror = json.find("mouth_mirror")) scene.mouth_mirror = read_mouth_mirror(*mirror);
   if (const auto sound = json.find("sound")) {
     sound->allow_only({"lower_order"});
     scene.sound_lower_order = sound->boolean_or("lower_order", false);
@@ -237,6 +263,11 @@ std::vector<std::string> tool_names(const Scene& scene) {
   return names;
 }
 
+std::filesystem::path volume_file(const Scene& scene) {
+  const auto volume = scene.tissue->find("volume");
+  return volume ? find_file(volume->string(), scene.file.parent_path()) : fs::path();
+}
+
 haptics::ServoSettings servo_settings(const Scene& scene, const haptics::TissueVolume& tissue, double rate) {
   haptics::ServoSettings settings = scene.servo;
   settings.frame = tissue.frame();
@@ -246,9 +277,7 @@ haptics::ServoSettings servo_settings(const Scene& scene, const haptics::TissueV
 
 haptics::TissueVolume load_tissue(const Scene& scene) {
   const auto read = [&] {
-    if (const auto volume = scene.tissue->find("volume")) {
-      return haptics::TissueVolume::load(find_file(volume->string(), scene.file.parent_path()));
-    }
+    if (const fs::path file = volume_file(scene); !file.empty()) return haptics::TissueVolume::load(file);
     return haptics::TissueVolume(haptics::read_solids(*scene.tissue));
   };
   haptics::TissueVolume volume = read();

@@ -13,10 +13,13 @@
 #include "engine/app/debris_view.h"
 #include "engine/app/mouse_hand.h"
 #include "engine/app/picture_stage.h"
+#include "engine/app/quality_ladder.h"
 #include "engine/app/session_record.h"
 #include "engine/app/sound_link.h"
 #include "engine/app/tissue_view.h"
 #include "engine/app/wiring.h"
+#include "engine/app/xr_hand.h"
+#include "engine/app/xr_session.h"
 #include "engine/base/check.h"
 #include "engine/base/error.h"
 #include "engine/base/log.h"
@@ -54,6 +57,8 @@ struct Session {
   std::uint32_t faults = 0;
   RealtimeGranted granted;
   bool draw = false, record = false, debris = false;
+  Nanos began = 0;            // of recorded frames
+  std::size_t xr_stream = 0;  // which of the recording's streams they are
   SoundLink* sound = nullptr;
 
   Session(const Scene& s, haptics::TissueVolume tissue, double rate)
@@ -91,6 +96,7 @@ void servo_thread(Session& s, haptics::HapticDevice& hand) {
       if (s.record) wiring.patches_to_recorder.push(use);
     }
     const bool did_cut = s.servo.tick(sample, tick, cut);
+    tick.faults |= hand.faults();
     hand.write(tick.f_T_W, tick.tau_T_W);
     tick.cpu_time = thread_cpu_time() - cpu;
     ++ticks;
@@ -160,6 +166,10 @@ void recorder_thread(Session& s, session::SessionWriter& writer) {
     while (wiring.patches_to_recorder.pop(use)) writer.append({&use, 1});
     while (wiring.cuts_to_recorder.pop(cut)) writer.append({&cut, 1});
     while (wiring.ticks_to_recorder.pop(tick)) writer.append({&tick, 1});
+    display::HmdTiming frame;
+    while (wiring.xr_frames_to_recorder.pop(frame)) {
+      writer.append(s.xr_stream, frame.t - s.began, xr_stream_row(frame));
+    }
     writer.count_ring_losses(wiring.ticks_to_recorder.dropped(), wiring.cuts_to_recorder.dropped());
     writer.heartbeat();
   };
@@ -169,29 +179,6 @@ void recorder_thread(Session& s, session::SessionWriter& writer) {
   }
   drain();
 }
-
-/// Steps down the quality ladder while frames take longer than a thirtieth of a second, and back up when there is room.
-class QualityLadder {
- public:
-  const render::Quality& step() const { return render::kQualityLadder[step_]; }
-  /// True when the step changed. Only frames that were drawn count.
-  bool frame_took(double seconds) {
-    mean_ += 0.15 * (seconds - mean_);
-    if (++frames_ < 12) return false;
-    const std::size_t before = step_;
-    if (mean_ > 1.0 / 30 && step_ + 1 < render::kQualityLadder.size()) ++step_;
-    if (mean_ < 1.0 / 150 && step_ > 0) --step_;
-    if (step_ == before) return false;
-    frames_ = 0;
-    mean_ = 1.0 / 60;
-    return true;
-  }
-
- private:
-  std::size_t step_ = 1;
-  int frames_ = 0;
-  double mean_ = 1.0 / 60;  // s
-};
 
 bool has_desktop() {
   return std::getenv("DISPLAY") || std::getenv("WAYLAND_DISPLAY");
@@ -212,6 +199,7 @@ struct Workbench::Impl {
   std::optional<SoundLink> sound;
   std::optional<session::SessionWriter> writer;
   std::optional<PictureStage> stage;
+  std::optional<XrSession> headset;  // draws on a thread of its own, in the stage's place
   QualityLadder ladder;
   std::optional<DebrisView> debris;
   dvec3 above{0, 0, 0};  // m, W: where the tool starts
@@ -220,7 +208,6 @@ struct Workbench::Impl {
   Nanos began = 0, last_frame = 0;
   ServoTick tick;  // the newest, as drawn
   std::uint64_t drawn = 0;
-  std::string hint;  // drawn below the picture
   std::string failure;
   std::jthread carver, servo, recorder;  // last: they refer to all of the above
 
@@ -231,8 +218,10 @@ struct Workbench::Impl {
 
   void explain(std::string text) { summary.explanations.push_back(std::move(text)); }
   void set_up();
+  void start_headset(const std::string& hand_address);
   void start();
   bool step();
+  void choose_tool(const display::UserInput& input);
   void draw();
   void end();
 };
@@ -243,19 +232,18 @@ void Workbench::Impl::set_up() {
   if (rig_file.empty() && has_desktop()) rig_file = assets_folder() / "rigs/window.json";
   if (!rig_file.empty()) rig = display::load_rig(rig_file);
   const bool window = rig && (rig->kind == display::DisplayKind::kWindow || rig->kind == display::DisplayKind::kMirror);
-  if (rig && rig->kind == display::DisplayKind::kHmd) {
-    throw Error(rig_file.string(), "\"display\"", "hmd", "window, mirror or offscreen in this version");
-  }
-  const std::string hand_address = !options.hand.empty() ? options.hand : window ? "mouse:" : "";
+  const bool hmd = rig && rig->kind == display::DisplayKind::kHmd;
+  if (!options.touches.empty() && !hmd) throw Error("--touches", "", rig_file.string(), "a headset's rig");
+  const std::string hand_address = !options.hand.empty() ? options.hand : window ? "mouse:" : hmd ? "openxr:right" : "";
   if (hand_address.empty())
     throw Error("--hand", "", "nothing", "a hand, e.g. --hand script:HAND.csv: there is no window for the mouse");
 
   Session& s = session.emplace(scene, load_tissue(scene), kRate);
   const haptics::TissueVolume& tissue = s.carver.volume();
-  s.draw = window && scene.needs("render");
+  s.draw = (window || hmd) && scene.needs("render");
   explain(s.draw    ? fmt::format("picture: on, {}", rig_file.string())
           : !rig    ? "picture: off, there is no desktop and no rig was given"
-          : !window ? "picture: off, an offscreen rig shows nothing live; use 'typodont render' or 'typodont demo'"
+          : !window && !hmd ? "picture: off, an offscreen rig shows nothing live; use 'typodont render' or 'typodont demo'"
                     : "picture: off, the scene does not name \"render\"");
   s.record = !options.record.empty();
   explain(s.record ? "recording: on, " + options.record.string() : "recording: off, no --record FILE.h5");
@@ -268,7 +256,10 @@ void Workbench::Impl::set_up() {
   glm::ivec3 lo, hi;
   tissue.bounds(lo, hi);
   above = tissue.frame().to_world(dvec3((lo.x + hi.x) / 2.0, (lo.y + hi.y) / 2.0, hi.z)) + dvec3(0, 0, 1e-3);
-  if (hand_address == "mouse:") {
+  if (s.draw && hmd) start_headset(hand_address);
+  if (headset && hand_address.starts_with("openxr:")) {
+    hand = make_xr_hand(s.wiring, hand_address, {above, {1, 0, 0, 0}}, kRate);
+  } else if (hand_address == "mouse:") {
     if (!window) throw Error("--hand", "", "mouse:", "a window rig for it to move in");
     pointer.emplace(*rig, above);
     hand = make_mouse_hand(s.wiring, pointer->follow({}, 0).X_WT, kRate);
@@ -298,19 +289,47 @@ void Workbench::Impl::set_up() {
     explain(scene.needs("sound") ? "sound: off, --audio none:" : "sound: off, the scene does not name it");
   }
 
-  if (s.record) writer.emplace(options.record, session_header(scene, rig_file, *hand, tissue, hand->info().rate));
-  if (s.draw) {
+  if (s.record) {
+    session::SessionHeader header = session_header(scene, rig_file, *hand, tissue, hand->info().rate);
+    s.xr_stream = header.streams.size();
+    if (headset) header.streams.push_back(xr_stream());
+    writer.emplace(options.record, header);
+  }
+  if (s.draw && window) {
     PictureStage::Options look;
     look.window = true;
     look.quality = ladder.step();
     stage.emplace(*rig, scene.servo, look);
+    stage->surround(make_surroundings(scene));
+    stage->hold_mirror(scene.mouth_mirror);
     explain("drawn by " + stage->device_name());
     explain(rig->head.tracker.empty() ? "head: at rest, the rig names no tracker" : "head: " + rig->head.tracker);
   }
-  if (s.debris) debris.emplace(scene.servo.materials, tissue);
+  if (s.debris && window) debris.emplace(scene.servo.materials, tissue);
   if (options.explain) {
     for (const std::string& line : summary.explanations) log::info("{}", line);
   }
+}
+
+void Workbench::Impl::start_headset(const std::string& hand_address) {
+  Session& s = *session;
+  XrSession::Options o;
+  if (hand_address.starts_with("openxr:")) {
+    if (hand_address != "openxr:right" && hand_address != "openxr:left")
+      throw Error("--hand", "", hand_address, "openxr:right or openxr:left");
+    o.tool_hand = hand_address == "openxr:right" ? 1 : 0;
+  }
+  o.touches = !options.touches.empty();
+  if (o.touches && o.tool_hand >= 0)
+    throw Error("--touches", "", hand_address, "an arm as the hand, which touches the controller's tip");
+  o.debris = s.debris;
+  o.record = s.record;
+  o.work_W = above;
+  o.start.X_WT.p = o.start.X_WG.p = above;
+  headset.emplace(*rig, scene, s.carver.volume(), s.wiring, o);
+  for (std::string& line : headset->explanations()) explain(std::move(line));
+  if (o.tool_hand < 0 && !rig->hmd.X_WD)
+    explain("headset: not registered to the hand's device: what is seen is not where it is felt");
 }
 
 void Workbench::Impl::start() {
@@ -325,38 +344,45 @@ void Workbench::Impl::start() {
   std::signal(SIGINT, ask_to_stop);
   std::signal(SIGTERM, ask_to_stop);
   running = true;
+  s.began = now();
   carver = std::jthread(carver_thread, std::ref(s));
   servo = std::jthread(servo_thread, std::ref(s), std::ref(*hand));
   if (writer) recorder = std::jthread(recorder_thread, std::ref(s), std::ref(*writer));
   began = last_frame = now();
-  const std::size_t tools = std::min<std::size_t>(haptics::tray(scene.servo).size(), 9);
-  hint = "left button: drill   wheel: in and out" + (tools > 1 ? fmt::format("   1–{}: tools", tools) : std::string());
+  if (headset) headset->start(began);
 }
 
 /// One turn of the drawing thread: a frame, or a short wait. False when the session is over.
 bool Workbench::Impl::step() {
   Session& s = *session;
   if (s.wiring.servo_ended || g_asked_to_stop || to_seconds(now() - began) >= options.seconds) return false;
-  if (sound) sound->advance(s.wiring.tick_to_render.front().t);
-  if (!s.draw) {
+  if (sound && !headset) sound->advance(s.wiring.tick_to_render.front().t);
+  if (!s.draw || headset) {
     std::this_thread::sleep_for(10ms);
-    if (sound && options.audio.starts_with("wav:")) sound->advance(now() - began);
-    return true;
+    if (sound && (headset || options.audio.starts_with("wav:"))) sound->advance(now() - began);
+    if (!headset) return true;
   }
   try {
+    if (headset) return headset->step();
     const display::UserInput input = stage->output().poll();
     if (input.close) return false;
     if (pointer) s.wiring.pointer.publish(pointer->follow(input, now() - began));
-    for (const int key : input.pressed) {  // 1 … 9: another tool
-      if (key >= '1' && key <= '9' && key - '1' < static_cast<int>(haptics::tray(scene.servo).size())) {
-        s.wiring.chosen_tool = key - '1';
-      }
-    }
+    choose_tool(input);
     draw();
     return true;
   } catch (const std::exception& e) {  // the picture is lost: the session ends in order
     failure = e.what();
     return false;
+  }
+}
+
+/// Keys 1 … 9: another tool of the tray.
+void Workbench::Impl::choose_tool(const display::UserInput& input) {
+  for (const int key : input.pressed) {
+    const int place = key - '1';
+    if (place >= 0 && place < 9 && place < static_cast<int>(haptics::tray(scene.servo).size())) {
+      session->wiring.chosen_tool = place;
+    }
   }
 }
 
@@ -375,7 +401,11 @@ void Workbench::Impl::draw() {
     while (s.wiring.cuts_to_debris.pop(cut)) debris->add(cut, haptics::tray(scene.servo)[cut.tool]);
     debris->step(std::min(dt, 0.1));
   }
-  const auto stats = stage->draw(tick, debris ? debris->particles() : std::span<const render::Particle>{}, dt, hint);
+  const std::size_t tools = std::min<std::size_t>(haptics::tray(scene.servo).size(), 9);
+  const std::string hint =
+      "left button: drill   wheel: in and out" + (tools > 1 ? fmt::format("   1–{}: tools", tools) : std::string());
+  const auto stats = stage->draw(tick, debris ? debris->particles() : std::span<const render::Particle>{}, dt,
+                                 hint);
   drawn += stats.drawn;
   if (stats.drawn && ladder.frame_took(to_seconds(now() - last_frame))) {
     stage->set_quality(ladder.step());
@@ -393,6 +423,11 @@ void Workbench::Impl::end() {
   servo.join();
   carver.join();
   if (recorder.joinable()) recorder.join();
+  if (headset) {
+    drawn = headset->frames();
+    headset->stop();
+    if (!options.touches.empty()) write_touches(options.touches, headset->touches());
+  }
   if (sound) sound->stop(s.last.t);
   MeshBatch* batch = nullptr;
   while (s.wiring.bricks.pop(batch)) delete batch;
