@@ -22,6 +22,7 @@ struct Scene {
   std::optional<Json> tissue;    // a volume, or solids
   std::vector<Json> paint;       // tissue painted into it, e.g. a lesion
   std::optional<Json> score;
+  bool vibration_band_set = false;  // the scene says how far the spindle's vibration goes; otherwise the hand's device
   bool sound_lower_order = false;   // models may be cut to the order at which nothing is lost
 
   bool needs(std::string_view part) const { return parts.contains(std::string(part)); }
@@ -35,8 +36,10 @@ Scene parse_scene(const Json& json, const std::filesystem::path& file);
 /// Loads or samples the tissue and paints into it. Throws Error.
 haptics::TissueVolume load_tissue(const Scene& scene);
 
-/// The scene's servo settings completed for this tissue and servo rate (Hz).
-haptics::ServoSettings servo_settings(const Scene& scene, const haptics::TissueVolume& tissue, double rate);
+/// The scene's servo settings completed for this tissue, servo rate (Hz) and the hand's vibration band (Hz), which the
+/// scene may overrule.
+haptics::ServoSettings servo_settings(const Scene& scene, const haptics::TissueVolume& tissue, double rate,
+                                      double vibration_band = 0);
 
 /// What its tools are called, in their order.
 std::vector<std::string> tool_names(const Scene& scene);

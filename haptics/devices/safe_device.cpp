@@ -28,7 +28,7 @@ SafeDevice::Options SafeDevice::options_for(const DeviceInfo& info) {
   options.limits.force = info.force_limit;
   options.limits.torque = info.torque_limit;
   options.limits.continuous = info.continuous_force;
-  options.limits.silence = std::max(options.limits.silence, 1.8 / info.rate);
+  options.limits.silence = std::max({options.limits.silence, 1.8 / info.rate, info.silence});
   return options;
 }
 
@@ -68,6 +68,10 @@ SafeDevice::~SafeDevice() {
     device_->release();
     unguard_device(*device_);
   }
+}
+
+SafetyStatus SafeDevice::safety() noexcept {
+  return {gives_force_, armed_, thermal_.heat, gives_force_ ? thermal_.allowed(options_.limits) : 0, take_events()};
 }
 
 void SafeDevice::release() noexcept {
