@@ -21,8 +21,9 @@ namespace {
 constexpr double kContactRange = 0.8;      // contacts farther away than this do not matter yet …
 constexpr double kContactStep = 0.6;       // … because a step among several is no longer than this
 constexpr double kStep = 1.5;              // longest step between two looks at the contacts: nothing thinner is skipped
-constexpr double kConverged = 1e-7;        // the proxy has come to rest
-constexpr double kSettled = 1e-3;          // the same against a surface that was cut, which is rough by more than that
+constexpr double kConverged = 1e-6;        // the proxy has come to rest
+constexpr double kSettled = 1e-3;          // the same against a surface that was cut, which is rough by more than that,
+constexpr double kSettledCutting = 3e-3;   // … and while it is being cut, by more still
 constexpr int kSettlingLooks = 5;
 constexpr double kSamePoints = 0.3;        // contacts found less than this ago, in voxels of way, still serve
 constexpr double kToothGrip = 0.15;        // engaged teeth resist being led sideways up to this share of the push
@@ -129,6 +130,7 @@ struct Servo::State {
   SurfacePatch patch;
   CutBoxes boxes;
   ContactSet contacts;  // of the last look
+  HeldBy held;          // … and what held the head in it
 
   // Where the tool is held outside the tissue.
   Pose X_WG;
@@ -186,8 +188,8 @@ struct Servo::State {
     if (distance > other.reach() + 2) return true;
     if (distance <= 0) return false;
     other.find(patch, X_VT, kContactRange, contacts);
-    for (int i = 0; i < contacts.count; ++i) {
-      if (contacts.planes[static_cast<std::size_t>(i)].gap <= 0) return false;
+    for (int i = 0; i < contacts.count(); ++i) {
+      if (contacts.plane(i).gap <= 0) return false;
     }
     return true;
   }
@@ -200,6 +202,7 @@ struct Servo::State {
     torque = dvec3(0);
     friction = {};
     tip = {};
+    held = {};
   }
 
   double mean(double Material::*member) const noexcept {
@@ -319,12 +322,11 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
   dvec3 c = c0;
   double slack = 0;
   ContactSet& contacts = s.contacts;
-  contacts.count = 0;
-  contacts.engaged_area = 0;
+  contacts.clear();
   ActivePlanes active;
   bool touching = false, lost = false, deep = false;
   int settled_looks = 0;
-  dvec3 found_at(0);
+  dvec3 found_at(0), last_step(0);
   s.overlap *= std::exp(-dt / kRecoveryTime);
   if (s.overlap < 0.01) s.overlap = 0;
   const double specific_energy = s.mean(&Material::specific_energy);
@@ -353,22 +355,23 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
     }
 
     // The surface points found once serve as long as the head has hardly moved; a single exact one is always new.
-    if (contacts.count > 1 && glm::length(c - found_at) < kSamePoints) {
+    if (contacts.count() > 1 && glm::length(c - found_at) < kSamePoints) {
       finder.relinearize({c, X_WT.R}, contacts);
     } else {
       finder.find(s.patch, {c, X_WT.R}, kContactRange, contacts);
+      active = guess_active(contacts, s.held);
       found_at = c;
       // One-sided wall (Wang 2009): tissue harder than what is being cut gives way by that much less; softer tissue never
       // holds anything back.
       if (may_cut && settings.boundary_walls && specific_energy > 0) {
-        for (int i = 0; i < contacts.count; ++i) {
-          ContactPlane& plane = contacts.planes[static_cast<std::size_t>(i)];
+        for (int i = 0; i < contacts.count(); ++i) {
+          const ContactPlane plane = contacts.plane(i);
           const double hardness = settings.materials[static_cast<std::size_t>(tissue_at(s.patch, plane.x - plane.n))].specific_energy;
-          plane.yields = hardness > specific_energy ? specific_energy / hardness : 1;
+          if (hardness > specific_energy) contacts.set_yields(i, specific_energy / hardness);
         }
       }
     }
-    if (contacts.count == 0 && sample_linear(s.patch, c) < -kStep) {  // wholly inside: no surface in reach
+    if (contacts.count() == 0 && sample_linear(s.patch, c) < -kStep) {  // wholly inside: no surface in reach
       deep = true;
       c = target;
       touching = false;
@@ -378,36 +381,44 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
       // How much the head may sink in this tick: the budget buys area × depth + the cap of a first touch.
       if (may_cut && s.budget > 0 && specific_energy > 0) {
         const double volume = s.budget / specific_energy / (h * h * h);
-        const double area = glm::length(contacts.engaged_normal);
+        const double area = glm::length(contacts.engaged_normal());
         const double cap = kPi * tool.radius() / h;
         slack = 2 * volume / (area + std::sqrt(area * area + 4 * cap * volume));
       }
     }
     if (look == 0) {
-      double worst = 0;
-      for (int i = 0; i < contacts.count; ++i) {
-        worst = std::max(worst, -contacts.planes[static_cast<std::size_t>(i)].gap);
-      }
-      if (worst > s.overlap + slack + kDeep) s.overlap = worst;
+      if (contacts.deepest() > s.overlap + slack + kDeep) s.overlap = contacts.deepest();
     }
     const dvec3 pulled_to = s.normal_force > 0 && may_cut ? held_target(c0, target, s.normal) : target;
     dvec3 next = nearest_allowed(contacts, c, s.overlap, slack, pulled_to, active);
-    if (contacts.count > 1 && active.count > 0) {  // rough planes chose which hold; exact ones say how far
+    if (contacts.count() > 1 && active.count > 0) {  // rough planes chose which hold; exact ones say how far
+      bool refined = false;
       for (int i = 0; i < active.count; ++i) {
-        finder.refine(s.patch, {c, X_WT.R}, contacts.planes[static_cast<std::size_t>(active.index[i])]);
+        refined |= finder.refine(s.patch, {c, X_WT.R}, contacts, active.index[i]);
       }
-      next = nearest_allowed(contacts, c, s.overlap, slack, pulled_to, active);
+      if (refined) next = nearest_allowed(contacts, c, s.overlap, slack, pulled_to, active);
     }
-    touching = contacts.count > 0;
-    const dvec3 step = next - c;
+    touching = contacts.count() > 0;
+    dvec3 step = next - c;
+    // Along a smooth curved surface each step is the same share of the one before: all that are still to come at once.
+    if (contacts.count() == 1 && active.count == 1) {
+      const double before2 = glm::dot(last_step, last_step);
+      const double share = before2 > 0 ? glm::dot(step, last_step) / before2 : 0;
+      last_step = step;
+      if (share > 0 && share < 0.5) {
+        step *= 1 / (1 - share);
+        next = c + step;
+      }
+    }
     const double length = glm::length(step);
-    const double longest = contacts.count > 1 ? kContactStep : kStep;
+    const double longest = contacts.count() > 1 ? kContactStep : kStep;
     if (length > longest) {
       c += step * (longest / length);
       continue;
     }
     c = next;
-    if (length < (contacts.count > 1 ? kSettled : kConverged) || ++settled_looks >= kSettlingLooks) break;
+    const double settled = contacts.count() > 1 ? may_cut ? kSettledCutting : kSettled : kConverged;
+    if (length < settled || ++settled_looks >= kSettlingLooks) break;
     // On a smooth surface each look squares the error; when nothing pushes, the target was reached.
     if (active.count == 0) {
       touching = false;
@@ -433,6 +444,7 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
                    patch_due_for(patch_center_for(s.X_WG.p, X_WT.p, s.travel), s.patch.center_W, s.travel);
   s.due_for = due ? s.due_for + dt : 0;
   if (s.due_for > kStaleTime) faults |= bits(Fault::kStalePatch);
+  s.held = touching ? held_by(contacts, active) : HeldBy{};
   const dvec3 p_WG = c == target ? X_WT.p : settings.frame.to_world(c);
 
   // Cut: everything the head sweeps on its way.
@@ -477,7 +489,7 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
     double total = 0;
     dvec3 lever(0);  // where the push attacks, from the head's centre; voxels
     for (int i = 0; i < active.count; ++i) {
-      const ContactPlane& plane = contacts.planes[static_cast<std::size_t>(active.index[i])];
+      const ContactPlane plane = contacts.plane(active.index[i]);
       const double weight = active.push[i];
       lever += weight * (plane.x - c);
       torque += weight * glm::cross(plane.x - c, plane.n);
@@ -531,7 +543,7 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
     if (tool.shape != HeadShape::kSphere) {
       torque += h * glm::cross(lever, sideways + spindle_force);
       // Which of many contacts carry how much may change from tick to tick; what the wrist feels follows smoothly.
-      if (contacts.count > 1 && !fresh) torque += (s.torque - torque) * std::exp(-dt / kStiffnessTime);
+      if (contacts.count() > 1 && !fresh) torque += (s.torque - torque) * std::exp(-dt / kStiffnessTime);
       s.torque = torque;
     }
     const auto most = std::max_element(s.shares.begin() + 1, s.shares.end());
@@ -569,7 +581,7 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
 
   // Area of the head on tissue: from the samples, or, where one query sufficed, of the cap under the tangent plane.
   if (touching) {
-    out.contact_area = contacts.engaged_area > 0 ? contacts.engaged_area * h * h : kPi * tool.radius() * h;
+    out.contact_area = contacts.engaged_area() > 0 ? contacts.engaged_area() * h * h : kPi * tool.radius() * h;
   }
 
   // What the spindle sends through the arm, from the same contact as the sound's. Its energy is the motor's: the ledger

@@ -7,6 +7,7 @@
 #include <cstring>
 
 #include "engine/base/dispatch.h"
+#include "haptics/lanes.h"
 
 namespace typodont::haptics {
 
@@ -61,22 +62,6 @@ struct Capsule {
   bool continues;
 };
 
-typedef float F8 __attribute__((vector_size(32), aligned(4), may_alias));
-typedef int I8 __attribute__((vector_size(32), aligned(4)));
-
-typedef float F4 __attribute__((vector_size(16), aligned(4), may_alias));
-typedef int I4 __attribute__((vector_size(16), aligned(4)));
-typedef long long L2 __attribute__((vector_size(16), aligned(4)));
-
-inline __attribute__((always_inline)) bool any_of(const I8& mask) {
-  const L2 m = (L2)(__builtin_shufflevector(mask, mask, 0, 1, 2, 3) | __builtin_shufflevector(mask, mask, 4, 5, 6, 7));
-#ifdef __SSE2__
-  return __builtin_ia32_movmskps((F4)m) != 0;
-#else
-  return (m[0] | m[1]) != 0;
-#endif
-}
-
 struct Block {
   float* distance;
   const Tissue* tissue;
@@ -86,98 +71,95 @@ struct Block {
 };
 
 /// Shares of the voxels inside the surface at some distances.
-inline __attribute__((always_inline)) void shares_inside(const F8& distance, F8& share) {
+TYPODONT_KERNEL void shares_inside(const F8& distance, F8& share) {
   share = 0.5f - distance;
   share = share < 0.0f ? F8{} : share;
   share = share > 1.0f ? F8{} + 1.0f : share;
-}
-inline __attribute__((always_inline)) double sum_of(const F8& v) {
-  return static_cast<double>(((v[0] + v[1]) + (v[2] + v[3])) + ((v[4] + v[5]) + (v[6] + v[7])));
-}
-inline __attribute__((always_inline)) void take_root(F8& v) {
-  F8 root;
-  for (int i = 0; i < 8; ++i) root[i] = std::sqrt(v[i]);
-  v = root;
 }
 
 /// Volume taken, by label: a running sum as long as the label stays the same.
 struct Account {
   PerTissue* removed;
-  double sum = 0;
-  std::size_t label = 0;
+  D4 low = {}, high = {};
+  std::uint64_t label = 0;  // eight times
 
   /// Of eight samples: shares before less after.
-  inline __attribute__((always_inline)) void add(const F8& was, const F8& is, const Tissue* labels) {
+  TYPODONT_KERNEL void add(const F8& was, const F8& is, const Tissue* labels) {
     F8 taken, after;
     shares_inside(was, taken);
     shares_inside(is, after);
     taken -= after;
     std::uint64_t eight;
     std::memcpy(&eight, labels, sizeof eight);
-    if (eight == (eight & 0xff) * 0x0101010101010101u) {
-      if ((eight & 0xff) != label) {
-        close();
-        label = eight & 0xff;
+    if (eight != label) {
+      if (eight != (eight & 0xff) * 0x0101010101010101u) {
+        for (int i = 0; i < 8; ++i) add(static_cast<double>(taken[i]), labels[i]);
+        return;
       }
-      sum += sum_of(taken);
-    } else {
-      for (int i = 0; i < 8; ++i) add(static_cast<double>(taken[i]), labels[i]);
+      close();
+      label = eight;
     }
+    low += __builtin_convertvector(__builtin_shufflevector(taken, taken, 0, 1, 2, 3), D4);
+    high += __builtin_convertvector(__builtin_shufflevector(taken, taken, 4, 5, 6, 7), D4);
   }
-  void add(double taken, Tissue tissue) { (*removed)[static_cast<std::size_t>(tissue)] += taken; }
-  void close() {
-    (*removed)[label] += sum;
-    sum = 0;
+  TYPODONT_KERNEL void add(double taken, Tissue tissue) { (*removed)[static_cast<std::size_t>(tissue)] += taken; }
+  TYPODONT_KERNEL void close() {
+    const D4 sum = low + high;
+    (*removed)[label & 0xff] += (sum[0] + sum[1]) + (sum[2] + sum[3]);
+    low = high = D4{};
   }
 };
 
-/// Eight samples along z that a sweep may raise.
-struct Group {
-  std::int32_t at;  // of the first, in samples
-  float z;          // its height, from base
-  float u, v;       // what its row has in common: see raise_block()
+/// The part of a sweep's work that is looked at together: groups of eight samples along z, and what their rows have in
+/// common.
+struct Work {
+  static constexpr int kGroups = 1024, kRowBatches = 64, kLongest = 512;  // samples of a row
+  F8 u[kRowBatches], v[kRowBatches];   // see raise_block()
+  I8 base[kRowBatches];                // of the row's first sample
+  F8 z[kLongest];                      // heights of the eight samples from there on, from A
+  std::uint32_t groups[kGroups];       // first sample << 16 | row
+  int batches = 0, count = 0;
 };
-static_assert(sizeof(Group) == 16);
-
-constexpr int kGroups = 512;  // looked at together
 
 /// Raises the samples of some groups: new = max(old, min(radius - distance, kInner)), wherever that is above -kMargin.
 /// `narrow`: rows are shorter than a group.
 template <bool capsule, bool narrow>
-inline __attribute__((always_inline)) bool raise_groups(const Block& block, const Capsule& c, const Group* groups,
-                                                        int count, PerTissue* removed) {
-  const F8 steps = {0, 1, 2, 3, 4, 5, 6, 7};
-  const float az = c.az, abx = c.abx, aby = c.aby, abz = c.abz, inverse_length2 = c.inverse_length2, radius = c.radius;
+TYPODONT_KERNEL bool raise_groups(const Block& block, const Capsule& c, Work& work, PerTissue* removed) {
+  const float abx = c.abx, aby = c.aby, abz = c.abz, inverse_length2 = c.inverse_length2, radius = c.radius;
   const float from = c.continues ? 0.0f : -1e30f;
   float* const distance = block.distance;
-  const int size_z = block.size_z;
-  F8 moved_old[kGroups];  // groups in which surface moved: what they held before
-  std::int32_t moved_at[kGroups];
+  const int size_z = block.size_z, count = work.count;
+  const auto* const all_u = reinterpret_cast<const float*>(work.u);
+  const auto* const all_v = reinterpret_cast<const float*>(work.v);
+  const auto* const base = reinterpret_cast<const std::int32_t*>(work.base);
+  F8 moved_old[Work::kGroups];  // groups in which surface moved: what they held before
+  std::int32_t moved_at[Work::kGroups];
   int moved = 0;
   I8 any_raised = {};
   for (int g = 0; g < count; ++g) {
-    const Group group = groups[g];
-    float* const at = distance + group.at;
+    const std::uint32_t row = work.groups[g] & 0xffff, start = work.groups[g] >> 16;
+    const std::int32_t first = base[row] + static_cast<std::int32_t>(start);
+    float* const at = distance + first;
     F8 old;
     if constexpr (!narrow) {
       old = *reinterpret_cast<const F8*>(at);
     } else {
       for (int i = 0; i < 8; ++i) old[i] = i < size_z ? at[i] : 1e9f;
     }
-    const F8 z = group.z + steps - az;  // the same rounding wherever rows start
+    const F8 z = work.z[start];
+    const float u = all_u[row], v = all_v[row];
     F8 dot, d2;
     if constexpr (capsule) {
-      const float px = group.u, py = group.v;
-      dot = (px * abx + py * aby) + z * abz;
+      dot = (u * abx + v * aby) + z * abz;
       F8 s = dot * inverse_length2;
       s = s < 0.0f ? F8{} : s;
       s = s > 1.0f ? F8{} + 1.0f : s;
-      const F8 dx = px - s * abx, dy = py - s * aby, dz = z - s * abz;
+      const F8 dx = u - s * abx, dy = v - s * aby, dz = z - s * abz;
       d2 = dx * dx + dy * dy + dz * dz;
     } else {
-      dot = group.v + z * abz;
+      dot = v + z * abz;
       const F8 dz = z - abz;
-      d2 = group.u + dz * dz;
+      d2 = u + dz * dz;
     }
     take_root(d2);
     F8 depth = radius - d2;
@@ -193,7 +175,7 @@ inline __attribute__((always_inline)) bool raise_groups(const Block& block, cons
     any_raised |= raised;
     // Which groups count is not foreseeable: noted without a branch.
     moved_old[moved] = old;
-    moved_at[moved] = group.at;
+    moved_at[moved] = first;
     moved += any_of(raised & (now > -0.5f) & (old < 0.5f));
   }
   if (removed && moved > 0) {
@@ -211,32 +193,35 @@ inline __attribute__((always_inline)) bool raise_groups(const Block& block, cons
     }
     account.close();
   }
+  work.batches = work.count = 0;
   return any_of(any_raised);
 }
 
-/// Eight rows' groups from four vectors of their parts.
-inline __attribute__((always_inline)) void transpose(const I8& at, const F8& z, const F8& u, const F8& v,
-                                                     I4 (&groups)[8]) {
-  const I8 zi = (I8)z, ui = (I8)u, vi = (I8)v;
-  const I8 az0 = __builtin_shufflevector(at, zi, 0, 8, 1, 9, 4, 12, 5, 13);
-  const I8 az1 = __builtin_shufflevector(at, zi, 2, 10, 3, 11, 6, 14, 7, 15);
-  const I8 uv0 = __builtin_shufflevector(ui, vi, 0, 8, 1, 9, 4, 12, 5, 13);
-  const I8 uv1 = __builtin_shufflevector(ui, vi, 2, 10, 3, 11, 6, 14, 7, 15);
-  groups[0] = __builtin_shufflevector(az0, uv0, 0, 1, 8, 9);
-  groups[1] = __builtin_shufflevector(az0, uv0, 2, 3, 10, 11);
-  groups[2] = __builtin_shufflevector(az1, uv1, 0, 1, 8, 9);
-  groups[3] = __builtin_shufflevector(az1, uv1, 2, 3, 10, 11);
-  groups[4] = __builtin_shufflevector(az0, uv0, 4, 5, 12, 13);
-  groups[5] = __builtin_shufflevector(az0, uv0, 6, 7, 14, 15);
-  groups[6] = __builtin_shufflevector(az1, uv1, 4, 5, 12, 13);
-  groups[7] = __builtin_shufflevector(az1, uv1, 6, 7, 14, 15);
+/// For each set of lanes: these lanes first.
+struct Compaction {
+  I8 order[256] = {};
+  Compaction() {
+    for (int mask = 0; mask < 256; ++mask) {
+      for (int lane = 0, next = 0; lane < 8; ++lane) {
+        if (mask >> lane & 1) order[mask][next++] = lane;
+      }
+    }
+  }
+};
+const Compaction kCompaction;
+
+/// Appends the lanes of a mask.
+TYPODONT_KERNEL void append(const I8& entries, const I8& mask, Work& work) {
+  const unsigned which = bits_of(mask);
+  *reinterpret_cast<I8*>(work.groups + work.count) = __builtin_shuffle(entries, kCompaction.order[which]);
+  work.count += __builtin_popcount(which);
 }
 
 /// Raises a block of samples to their depth in a capsule; `capsule` false: the sweep is so short that the ball at B,
 /// ahead of A, is all of it. Looks only at samples that can change: in the ball around the sweep; ahead of A and outside
 /// the empty ball there, when it continues another. Returns whether anything changed; volume taken is added to `removed`.
 template <bool capsule, bool narrow>
-inline __attribute__((always_inline)) bool raise_block(const Block& block, const Capsule& c, PerTissue* removed) {
+TYPODONT_KERNEL bool raise_block(const Block& block, const Capsule& c, PerTissue* removed) {
   const float outer = c.radius + Sweep::kMargin;
   const float length = std::sqrt(c.abx * c.abx + c.aby * c.aby + c.abz * c.abz);
   // The ball that holds all that changes: around B when it is all, else around the middle.
@@ -254,26 +239,23 @@ inline __attribute__((always_inline)) bool raise_block(const Block& block, const
   const F8 steps = {0, 1, 2, 3, 4, 5, 6, 7};
   const I8 counts = {0, 1, 2, 3, 4, 5, 6, 7};
   bool changed = false;
-  Group groups[kGroups + 16];
-  int count = 0;
+  Work work;
+  for (int start = 0; start <= last_start; ++start) {  // the same rounding wherever rows start
+    work.z[start] = static_cast<float>(block.lo_z + start) + steps - c.az;
+  }
   for (int x = 0; x < block.size_x; ++x) {
     const float px = static_cast<float>(block.lo_x + x) - c.ax;
     if (!(reach2 > (px - mx) * (px - mx))) continue;
     const auto base_x = static_cast<std::int32_t>(static_cast<std::size_t>(x) * block.stride_x);
     for (int y0 = 0; y0 < block.size_y; y0 += 8) {
-      if (count > kGroups - 16) {
-        changed |= raise_groups<capsule, narrow>(block, c, groups, count, removed);
-        count = 0;
-      }
       // Of eight rows: what can change, as an interval [low, high), and the hole in it.
       const I8 y = y0 + counts;
       const F8 py = static_cast<float>(block.lo_y + y0) + steps - c.ay, qy = py - my;
-      const F8 dot_xy = px * c.abx + py * c.aby;
-      const F8 u = capsule ? F8{} + px : (px - mx) * (px - mx) + qy * qy, v = capsule ? py : dot_xy;
       F8 half = reach2 - (px - mx) * (px - mx) - qy * qy;
-      const I8 met = (half > 0.0f) & (y < block.size_y);
+      I8 met = (half > 0.0f) & (y < block.size_y);
       half = met ? half : F8{};
       take_root(half);
+      const F8 dot_xy = px * c.abx + py * c.aby;
       F8 low = first + (mz + 1.0f) - half, high = first + (mz + 1.0f) + half;  // truncated later: up, as all is positive
       if (rises) {
         const F8 edge = first + (1.0f - slip) - dot_xy * slope;
@@ -284,56 +266,53 @@ inline __attribute__((always_inline)) bool raise_block(const Block& block, const
       }
       low = low > 0.0f ? low : F8{};
       high = high < end ? high : F8{} + end;
-      high = met & (low < high) ? high : F8{};
-      low = high > 0.0f ? low : F8{};
+      met &= low < high;
+      if (!any_of(met)) continue;
+      low = met ? low : F8{};
+      high = met ? high : F8{};
       F8 hole = inner2 - px * px - py * py;
       hole = hole > 0.0f ? hole : F8{};
       take_root(hole);
       F8 hole_from = first + 1.0f - hole, hole_to = first + 1.0f + hole;
       const I8 leave = hole_to - hole_from > 8.0f;  // only worth leaving out when a whole group fits
-      hole_from = leave & (hole_from > 0.0f) ? hole_from : leave ? F8{} : high;
-      hole_to = leave & (hole_to > 0.0f) ? hole_to : leave ? F8{} : high;
-      I8 from = __builtin_convertvector(low, I8);
-      const I8 a_to = __builtin_convertvector(hole_from < high ? hole_from : high, I8);
-      const I8 b_from = __builtin_convertvector(hole_to > low ? hole_to : low, I8);
-      const I8 to = __builtin_convertvector(high, I8);
-      // Most rows are one stretch of at most sixteen: without a branch, whether one group or two.
-      const I8 stretch_a = a_to > from, stretch_b = to > b_from;
-      from = stretch_a ? from : b_from;
-      const I8 stop = stretch_a ? a_to : to;
+      hole_from = hole_from > 0.0f ? hole_from : F8{};
+      hole_to = hole_to > low ? hole_to : low;
+      hole_from = leave & (hole_from < high) ? hole_from : high;
+      hole_to = leave ? hole_to : high;
+      const I8 a_from = __builtin_convertvector(low, I8), a_to = __builtin_convertvector(hole_from, I8);
+      const I8 b_from = __builtin_convertvector(hole_to, I8), b_to = __builtin_convertvector(high, I8);
+      // Most rows are one stretch of at most sixteen: two groups without a branch.
+      const I8 stretch_a = a_to > a_from, stretch_b = b_to > b_from;
+      const I8 from = stretch_a ? a_from : b_from, to = stretch_a ? a_to : b_to;
       const I8 second = from + 8, at0 = from < last_start ? from : I8{} + last_start;
       const I8 at1 = second < last_start ? second : I8{} + last_start;
-      const I8 base = base_x + y * stride_y;
-      const I8 some = (stretch_a | stretch_b) & 1, more = (second < stop) & 1;
-      I4 one[8], two[8];
-      transpose(base + at0, __builtin_convertvector(block.lo_z + at0, F8), u, v, one);
-      transpose(base + at1, __builtin_convertvector(block.lo_z + at1, F8), u, v, two);
-      for (int row = 0; row < 8; ++row) {
-        *reinterpret_cast<I4*>(&groups[count]) = one[row];
-        count += some[row];
-        *reinterpret_cast<I4*>(&groups[count]) = two[row];
-        count += more[row];
-      }
-      const I8 rest = (second + 8 < stop) | (stretch_a & stretch_b);
-      if (!any_of(rest)) continue;
-      for (int row = 0; row < 8; ++row) {
-        if (!rest[row]) continue;
-        const auto put_all = [&](int start, int until) {
-          for (; start < until; start += 8) {
-            if (count >= kGroups) {
-              changed |= raise_groups<capsule, narrow>(block, c, groups, count, removed);
-              count = 0;
-            }
-            const int at = start < last_start ? start : last_start;
-            groups[count++] = {base[row] + at, static_cast<float>(block.lo_z + at), u[row], v[row]};
+      const I8 rows = 8 * work.batches + counts;
+      work.base[work.batches] = base_x + y * stride_y;
+      work.u[work.batches] = capsule ? F8{} + px : (px - mx) * (px - mx) + qy * qy;
+      work.v[work.batches] = capsule ? py : dot_xy;
+      ++work.batches;
+      append(rows | at0 << 16, stretch_a | stretch_b, work);
+      append(rows | at1 << 16, second < to, work);
+      const I8 rest = (second + 8 < to) | (stretch_a & stretch_b);
+      if (any_of(rest)) {
+        for (int row = 0; row < 8; ++row) {
+          if (!rest[row]) continue;
+          for (int start = second[row] + 8; start < to[row]; start += 8) {
+            work.groups[work.count++] = static_cast<std::uint32_t>(rows[row] | std::min(start, last_start) << 16);
           }
-        };
-        put_all(second[row] + 8, stop[row]);
-        if (stretch_a[row]) put_all(b_from[row], to[row]);
+          if (!stretch_a[row]) continue;
+          for (int start = b_from[row]; start < b_to[row]; start += 8) {
+            work.groups[work.count++] = static_cast<std::uint32_t>(rows[row] | std::min(start, last_start) << 16);
+          }
+        }
+      }
+      // Room for eight more rows of the longest kind.
+      if (work.batches == Work::kRowBatches || work.count > Work::kGroups - 8 * (Work::kLongest / 8 + 1) - 8) {
+        changed |= raise_groups<capsule, narrow>(block, c, work, removed);
       }
     }
   }
-  changed |= raise_groups<capsule, narrow>(block, c, groups, count, removed);
+  changed |= raise_groups<capsule, narrow>(block, c, work, removed);
   return changed;
 }
 
@@ -503,11 +482,16 @@ bool Sweep::raise_ball(const glm::ivec3& lo, const glm::ivec3& size, float* dist
                        std::size_t stride_y, const Tissue* tissue, PerTissue* removed) const noexcept {
   const Capsule capsule{a_.x, a_.y, a_.z, ab_.x, ab_.y, ab_.z, inverse_length2_, radius_, continues_};
   const glm::ivec3 from = lo - base_;
-  const Block block{distance, tissue, stride_x, stride_y, from.x, from.y, from.z, size.x, size.y, size.z};
   // Between capsule and balls lies ab²/8r: nothing, for a short step that continues another.
   const float length2 = glm::dot(ab_, ab_);
-  return continues_ && length2 < 8e-5f * radius_ ? raise_ball_ahead(&block, &capsule, removed)
-                                                 : raise_capsule(&block, &capsule, removed);
+  const bool ball = continues_ && length2 < 8e-5f * radius_;
+  bool changed = false;
+  for (int z = 0; z < size.z; z += Work::kLongest) {
+    const Block block{distance + z, tissue ? tissue + z : nullptr, stride_x, stride_y, from.x, from.y, from.z + z,
+                      size.x, size.y, std::min(size.z - z, Work::kLongest)};
+    changed |= ball ? raise_ball_ahead(&block, &capsule, removed) : raise_capsule(&block, &capsule, removed);
+  }
+  return changed;
 }
 
 bool Sweep::raise_head(const glm::ivec3& lo, const glm::ivec3& size, float* distance, std::size_t stride_x,

@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstdlib>
+#include <filesystem>
 
 #include "engine/app/scene.h"
 #include "engine/base/error.h"
@@ -23,14 +25,17 @@ const std::string& first_of(const std::string& asked, const std::string& rig) {
 
 }  // namespace
 
+std::string hand_address(const HandChoice& choice, const display::DisplayRig* rig, const std::string& usual) {
+  if (!choice.hand.empty()) return choice.hand;
+  if (rig && !rig->hand.empty()) return rig->hand;
+  if (usual.empty())
+    throw Error("--hand", "", "nothing", "a hand, e.g. --hand script:HAND.csv: there is no window for the mouse");
+  return usual;
+}
+
 Hands open_hands(const HandChoice& choice, const display::DisplayRig* rig, const WindowHands& window) {
   const display::DisplayRig none;
   const display::DisplayRig& from = rig ? *rig : none;
-  std::string address = first_of(choice.hand, from.hand);
-  if (address.empty() && window) address = "mouse:";
-  if (address.empty())
-    throw Error("--hand", "", "nothing", "a hand, e.g. --hand script:HAND.csv: there is no window for the mouse");
-
   haptics::HandOptions options;
   options.rate = choice.rate;
   options.assets = assets_folder();
@@ -40,11 +45,11 @@ Hands open_hands(const HandChoice& choice, const display::DisplayRig* rig, const
   const std::string& pedal = first_of(choice.pedal, from.pedal);
   options.pedal = pedal == "none" ? "" : pedal.empty() ? "auto" : pedal;
   Hands hands;
-  hands.right = haptics::open_live_hand(address, options);
+  hands.right = haptics::open_live_hand(choice.hand, options);
 
   const std::string& left = first_of(choice.left_hand, from.left_hand);
   if (!left.empty()) {
-    if (left == address) throw Error("--left-hand", "", left, "another device than --hand");
+    if (left == choice.hand) throw Error("--left-hand", "", left, "another device than --hand");
     options.X_WH = from.left_X_WH;
     options.pedal.clear();
     hands.left = haptics::open_live_hand(left, options);
@@ -61,28 +66,54 @@ std::string in_words(const haptics::DeviceInfo& info) {
 }
 
 void add_window_drivers() {
+  const auto opened_by_the_window = [](const std::string& scheme, const char* needed) {
+    return [scheme, needed](const std::string& rest, const haptics::HandOptions& options) {
+      if (!options.window) throw Error("--hand", "", scheme + ":" + rest, needed);
+      auto hand = options.window(scheme, rest);
+      if (options.pedal.empty()) return hand;
+      auto pedal = haptics::open_pedal(options.pedal);
+      if (!pedal) return hand;
+      return haptics::with_pedal(std::move(hand), std::move(pedal),
+                                 [which = options.pedal] { return haptics::open_pedal(which); });
+    };
+  };
   haptics::Driver mouse;
   mouse.scheme = "mouse";
   mouse.about = "the mouse over the window: left button drills, wheel goes in and out";
   mouse.hardware = false;
-  mouse.open = [](const std::string& rest, const haptics::HandOptions& options) {
-    if (!rest.empty()) throw Error("mouse:" + rest, "", rest, "nothing after the colon");
-    if (!options.window) throw Error("--hand", "", "mouse:", "a window rig for it to move in");
-    auto hand = options.window("mouse", rest);
-    if (options.pedal.empty()) return hand;
-    auto pedal = haptics::open_pedal(options.pedal);
-    if (!pedal) return hand;
-    return haptics::with_pedal(std::move(hand), std::move(pedal),
-                               [which = options.pedal] { return haptics::open_pedal(which); });
-  };
+  mouse.open = opened_by_the_window("mouse", "a window rig for it to move in");
   mouse.find = [] {
     std::vector<haptics::FoundDevice> found;
-    const char* const x = std::getenv("DISPLAY");
-    const char* const wayland = std::getenv("WAYLAND_DISPLAY");
-    if (x || wayland) found.push_back({"mouse:", "mouse", "the pointer over the window", "", wayland ? wayland : x, 0, true, ""});
+    const char* desktop = std::getenv("WAYLAND_DISPLAY");
+    if (!desktop) desktop = std::getenv("DISPLAY");
+    if (desktop) found.push_back({"mouse:", "mouse", "the pointer over the window", "", desktop, 0, true, ""});
     return found;
   };
   haptics::add_driver(std::move(mouse));
+
+  haptics::Driver xr;
+  xr.scheme = "openxr";
+  xr.rest = "right or left";
+  xr.about = "a headset's controller: the trigger drills";
+  xr.hardware = false;
+  xr.open = opened_by_the_window("openxr", "a headset's rig, and a scene that names \"render\"");
+  xr.find = [] {
+    // Where the loader looks for the active runtime (OpenXR loader specification), as far as that is plain.
+    std::vector<std::filesystem::path> places;
+    if (const char* file = std::getenv("XR_RUNTIME_JSON")) places.emplace_back(file);
+    if (const char* home = std::getenv("XDG_CONFIG_HOME")) places.push_back(std::filesystem::path(home) / "openxr/1/active_runtime.json");
+    else if (const char* user = std::getenv("HOME")) places.push_back(std::filesystem::path(user) / ".config/openxr/1/active_runtime.json");
+    places.emplace_back("/etc/xdg/openxr/1/active_runtime.json");
+    std::vector<haptics::FoundDevice> found;
+    std::error_code code;
+    for (const auto& place : places) {
+      if (!std::filesystem::exists(place, code)) continue;
+      found.push_back({"openxr:right", "headset's controller", "OpenXR runtime", "", place.string(), 0, true, ""});
+      break;
+    }
+    return found;
+  };
+  haptics::add_driver(std::move(xr));
 }
 
 void LoopWatch::tick(Nanos woke, Nanos done, const haptics::SafetyStatus& safety) noexcept {

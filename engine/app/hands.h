@@ -15,7 +15,7 @@ namespace typodont {
 
 /// What was asked for, on the command line before the rig before what is usual.
 struct HandChoice {
-  std::string hand;       // address; empty: the rig's, else the mouse where there is a window
+  std::string hand;       // address; empty: the rig's, else what is usual for the display
   std::string left_hand;  // address; empty: the rig's, else none
   std::string pedal;      // "auto", "none", a path or a serial; empty: the rig's, else auto
   double rate = 1000;     // Hz, of hands whose rate is ours to choose
@@ -31,12 +31,14 @@ struct Hands {
 using WindowHands =
     std::function<std::unique_ptr<haptics::HapticDevice>(const std::string& scheme, const std::string& rest)>;
 
-/// Opens them. `window` is empty where there is none. Throws Error.
+/// The hand's address, or `usual` where none was asked for. Throws Error when that is empty, too.
+std::string hand_address(const HandChoice& choice, const display::DisplayRig* rig, const std::string& usual);
+/// Opens them, at choice.hand. `window` makes those that live in a window or headset, or throws. Throws Error.
 Hands open_hands(const HandChoice& choice, const display::DisplayRig* rig, const WindowHands& window);
 /// "Woody (1000 Hz, vibration up to 150 Hz)", for --explain.
 std::string in_words(const haptics::DeviceInfo& info);
 
-/// Registers mouse: beside the built-in drivers, so that `typodont devices` and --hand know it.
+/// Registers mouse: and openxr: beside the built-in drivers, so that `typodont devices` and --hand know them.
 void add_window_drivers();
 
 /// Keeps what the recorder and the picture show of the loop. Servo thread; a tick costs some ten nanoseconds.

@@ -47,6 +47,12 @@ gpu::Device make_device(const PictureStage::Options& options) {
 
 }  // namespace
 
+render::ToolMesh tool_mesh(const haptics::Tool& tool) {
+  render::ToolShape shape = render::tool_shape(shape_name(tool.shape), tool.diameter, tool.length);
+  if (!tool.cuts) shape.flutes = 0;
+  return render::make_tool_mesh(shape);
+}
+
 PictureStage::PictureStage(const display::DisplayRig& rig, const haptics::ServoSettings& servo, const Options& options)
     : rig_(rig), rest_(rig.head), servo_(servo), options_(options), device_(make_device(options)) {
   if (options.window && !rig.head.tracker.empty()) tracker_.emplace(rig);
@@ -72,9 +78,7 @@ const haptics::Tool& PictureStage::tool() const {
 
 void PictureStage::take_up(std::uint32_t tool_index) {
   shown_tool_ = std::min<std::size_t>(tool_index, haptics::tray(servo_).size() - 1);
-  render::ToolShape shape = render::tool_shape(shape_name(tool().shape), tool().diameter, tool().length);
-  if (!tool().cuts) shape.flutes = 0;
-  renderer_->set_tool(render::make_tool_mesh(shape));
+  renderer_->set_tool(tool_mesh(tool()));
 }
 
 PictureStage::~PictureStage() {
@@ -115,8 +119,8 @@ render::FrameStats PictureStage::draw(const ServoTick& tick, std::span<const ren
                                       const std::string& hint) {
   const Nanos began = now();
   follow_size();
-  follow_head();
   if (tick.tool != shown_tool_) take_up(tick.tool);
+  follow_head();
   render::Frame frame;
   const auto eyes = display::eye_views(rig_);
   for (std::size_t e = 0; e < 2; ++e) {

@@ -16,6 +16,9 @@
 
 namespace typodont {
 
+/// What a tool looks like.
+render::ToolMesh tool_mesh(const haptics::Tool& tool);
+
 class PictureStage {
  public:
   struct Options {
@@ -56,9 +59,9 @@ class PictureStage {
 
  private:
   void follow_size();
-  void follow_head();
   void take_up(std::uint32_t tool_index);
   const haptics::Tool& tool() const;
+  void follow_head();
 
   display::DisplayRig rig_;
   display::Head rest_;  // the head as the rig file has it

@@ -10,6 +10,7 @@
 #include <fstream>
 #include <sstream>
 
+#include "engine/app/tissue_edit.h"
 #include "engine/base/error.h"
 #include "engine/base/units.h"
 #include "haptics/solid.h"
@@ -131,7 +132,8 @@ Scene read_scene(const fs::path& file) {
 
 Scene parse_scene(const Json& json, const fs::path& file) {
   json.allow_only({"name", "description", "tissue", "paint", "tool", "tools", "spindle_krpm", "spindle", "coupling", "materials",
-                   "parts", "friction", "cutting", "passivity", "boundary_walls", "force_filter", "vibration", "score", "sound"});
+                   "parts", "friction", "cutting", "passivity", "boundary_walls", "force_filter", "vibration", "score", "sound",
+                   "prepare", "task"});
   Scene scene;
   scene.file = file;
   scene.text = json.text();
@@ -152,6 +154,11 @@ Scene parse_scene(const Json& json, const fs::path& file) {
       haptics::read_solid(item["solid"]);
       scene.paint.push_back(item);
     }
+  }
+
+  if (const auto prepare = json.find("prepare")) {
+    scene.prepare = prepare->items();
+    for (const Json& item : scene.prepare) haptics::read_solid(item);
   }
 
   haptics::ServoSettings& servo = scene.servo;
@@ -219,6 +226,13 @@ Scene parse_scene(const Json& json, const fs::path& file) {
     scene.parts = {"haptics"};
   }
   if (const auto score = json.find("score")) scene.score = *score;
+  if (const auto task = json.find("task")) {
+    if (scene.score) json.fail("both score and task", "the rules in the task");
+    scene.task = session::read_task(*task);
+    for (const auto& list : {scene.task->protect, scene.task->region}) {
+      for (const Json& item : list) haptics::read_solid(item);
+    }
+  }
   if (const auto sound = json.find("sound")) {
     sound->allow_only({"lower_order"});
     scene.sound_lower_order = sound->boolean_or("lower_order", false);
@@ -253,6 +267,7 @@ haptics::TissueVolume load_tissue(const Scene& scene) {
     const auto solid = haptics::read_solid(item["solid"]);
     volume.paint(*tissue_named(item["tissue"].string()), *solid);
   }
+  for (const Json& item : scene.prepare) volume = without_solid(volume, *haptics::read_solid(item));
   return volume;
 }
 

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "engine/base/json.h"
+#include "engine/session/task.h"
 #include "haptics/servo.h"
 #include "haptics/tissue_volume.h"
 
@@ -21,7 +22,9 @@ struct Scene {
   std::string motor;             // named in assets/motors/; empty: an ideal one
   std::optional<Json> tissue;    // a volume, or solids
   std::vector<Json> paint;       // tissue painted into it, e.g. a lesion
+  std::vector<Json> prepare;        // solids taken away before the session begins
   std::optional<Json> score;
+  std::optional<session::Task> task;
   bool vibration_band_set = false;  // the scene says how far the spindle's vibration goes; otherwise the hand's device
   bool sound_lower_order = false;   // models may be cut to the order at which nothing is lost
 

@@ -10,6 +10,7 @@
 #include "engine/contract/contact.h"
 #include "engine/contract/loop_timing.h"
 #include "engine/contract/mouth_mirror.h"
+#include "engine/display/hmd.h"
 #include "engine/render/renderer.h"
 #include "haptics/servo.h"
 
@@ -17,6 +18,14 @@ namespace typodont {
 
 /// Bricks that changed, made by the carver, uploaded by the renderer. The reader deletes it.
 using MeshBatch = std::vector<render::MeshUpdate>;
+
+/// A headset's controller, newest.
+struct XrHandSample {
+  Pose X_WT;
+  double pedal = 0;      // 0..1
+  bool tracked = false;  // seen by the headset
+  Nanos t = 0;
+};
 
 struct Wiring {
   explicit Wiring(const haptics::SurfacePatch& empty) : patch(empty) {}
@@ -33,6 +42,9 @@ struct Wiring {
   Ring<MeshBatch*> bricks{256};
   // RENDER (window) → SERVO, where the mouse is the hand
   Latest<haptics::HandSample> pointer;
+  // HEADSET (which draws in RENDER's place) → SERVO, where a controller is the hand; → RECORDER
+  Latest<XrHandSample> xr_hand;
+  Ring<display::HmdTiming> xr_frames_to_recorder{1 << 12};
   // SERVO → RECORDER
   Ring<ServoTick> ticks_to_recorder{1 << 15};
   Ring<Cut> cuts_to_recorder{1 << 14};

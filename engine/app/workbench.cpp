@@ -15,10 +15,13 @@
 #include "engine/app/hands.h"
 #include "engine/app/mouse_hand.h"
 #include "engine/app/picture_stage.h"
+#include "engine/app/quality_ladder.h"
 #include "engine/app/session_record.h"
 #include "engine/app/sound_link.h"
 #include "engine/app/tissue_view.h"
 #include "engine/app/wiring.h"
+#include "engine/app/xr_hand.h"
+#include "engine/app/xr_session.h"
 #include "engine/base/check.h"
 #include "engine/base/error.h"
 #include "engine/base/log.h"
@@ -55,6 +58,8 @@ struct Session {
   ServoTick last;                       // the same
   std::uint32_t faults = 0;
   bool draw = false, record = false, debris = false;
+  Nanos began = 0;            // of recorded frames
+  std::size_t xr_stream = 0;  // which of the recording's streams they are
   SoundLink* sound = nullptr;
   std::size_t left_stream = 0;  // of the recording, where there is a second hand
 
@@ -178,6 +183,10 @@ void recorder_thread(Session& s, session::SessionWriter& writer) {
                     std::array{X.p.x, X.p.y, X.p.z, X.R.w, X.R.x, X.R.y, X.R.z, left.pedal});
     }
     if (wiring.loop_to_recorder.fetch()) writer.loop(wiring.loop_to_recorder.front());
+    display::HmdTiming frame;
+    while (wiring.xr_frames_to_recorder.pop(frame)) {
+      writer.append(s.xr_stream, frame.t - s.began, xr_stream_row(frame));
+    }
     writer.count_ring_losses(wiring.ticks_to_recorder.dropped(), wiring.cuts_to_recorder.dropped());
     writer.heartbeat();
   };
@@ -187,29 +196,6 @@ void recorder_thread(Session& s, session::SessionWriter& writer) {
   }
   drain();
 }
-
-/// Steps down the quality ladder while frames take longer than a thirtieth of a second, and back up when there is room.
-class QualityLadder {
- public:
-  const render::Quality& step() const { return render::kQualityLadder[step_]; }
-  /// True when the step changed. Only frames that were drawn count.
-  bool frame_took(double seconds) {
-    mean_ += 0.15 * (seconds - mean_);
-    if (++frames_ < 12) return false;
-    const std::size_t before = step_;
-    if (mean_ > 1.0 / 30 && step_ + 1 < render::kQualityLadder.size()) ++step_;
-    if (mean_ < 1.0 / 150 && step_ > 0) --step_;
-    if (step_ == before) return false;
-    frames_ = 0;
-    mean_ = 1.0 / 60;
-    return true;
-  }
-
- private:
-  std::size_t step_ = 1;
-  int frames_ = 0;
-  double mean_ = 1.0 / 60;  // s
-};
 
 bool has_desktop() {
   return std::getenv("DISPLAY") || std::getenv("WAYLAND_DISPLAY");
@@ -230,6 +216,7 @@ struct Workbench::Impl {
   std::optional<SoundLink> sound;
   std::optional<session::SessionWriter> writer;
   std::optional<PictureStage> stage;
+  std::optional<XrSession> headset;  // draws on a thread of its own, in the stage's place
   QualityLadder ladder;
   std::optional<DebrisView> debris;
   dvec3 above{0, 0, 0};  // m, W: where the tool starts
@@ -250,8 +237,10 @@ struct Workbench::Impl {
 
   void explain(std::string text) { summary.explanations.push_back(std::move(text)); }
   void set_up();
+  void start_headset(const std::string& hand_address);
   void start();
   bool step();
+  void follow_keys(const display::UserInput& input);
   void draw();
   void hold(bool on) noexcept;
   void report_hand();
@@ -265,16 +254,16 @@ void Workbench::Impl::set_up() {
   if (rig_file.empty() && has_desktop()) rig_file = assets_folder() / "rigs/window.json";
   if (!rig_file.empty()) rig = display::load_rig(rig_file);
   const bool window = rig && (rig->kind == display::DisplayKind::kWindow || rig->kind == display::DisplayKind::kMirror);
-  if (rig && rig->kind == display::DisplayKind::kHmd) {
-    throw Error(rig_file.string(), "\"display\"", "hmd", "window, mirror or offscreen in this version");
-  }
+  const bool hmd = rig && rig->kind == display::DisplayKind::kHmd;
+  HandChoice choice{options.hand, options.left_hand, options.pedal, options.rate, tool_names(scene)};
+  choice.hand = hand_address(choice, rig ? &*rig : nullptr, window ? "mouse:" : hmd ? "openxr:right" : "");
 
   Session& s = session.emplace(scene, load_tissue(scene));
   const haptics::TissueVolume& tissue = s.carver.volume();
-  s.draw = window && scene.needs("render");
+  s.draw = (window || hmd) && scene.needs("render");
   explain(s.draw    ? fmt::format("picture: on, {}", rig_file.string())
           : !rig    ? "picture: off, there is no desktop and no rig was given"
-          : !window ? "picture: off, an offscreen rig shows nothing live; use 'typodont render' or 'typodont demo'"
+          : !window && !hmd ? "picture: off, an offscreen rig shows nothing live; use 'typodont render' or 'typodont demo'"
                     : "picture: off, the scene does not name \"render\"");
   s.record = !options.record.empty();
   explain(s.record ? "recording: on, " + options.record.string() : "recording: off, no --record FILE.h5");
@@ -287,15 +276,17 @@ void Workbench::Impl::set_up() {
   glm::ivec3 lo, hi;
   tissue.bounds(lo, hi);
   above = tissue.frame().to_world(dvec3((lo.x + hi.x) / 2.0, (lo.y + hi.y) / 2.0, hi.z)) + dvec3(0, 0, 1e-3);
-  WindowHands in_window;
-  if (window) {
-    in_window = [&](const std::string& scheme, const std::string&) {
-      if (scheme != "mouse") throw Error("--hand", "", scheme + ":", "mouse:, in a window");
-      pointer.emplace(*rig, above);
-      return make_mouse_hand(s.wiring, pointer->follow({}, 0).X_WT, options.rate);
-    };
-  }
-  hands = open_hands({options.hand, options.left_hand, options.pedal, options.rate, tool_names(scene)}, rig ? &*rig : nullptr, in_window);
+  if (s.draw && hmd) start_headset(choice.hand);
+  const WindowHands in_window = [&](const std::string& scheme, const std::string& rest) {
+    if (scheme == "openxr") {
+      if (!headset) throw Error("--hand", "", scheme + ":" + rest, "a headset's rig, and a scene that names \"render\"");
+      return make_xr_hand(s.wiring, scheme + ":" + rest, {above, {1, 0, 0, 0}}, options.rate);
+    }
+    if (!window) throw Error("--hand", "", scheme + ":", "a window rig for it to move in");
+    pointer.emplace(*rig, above);
+    return make_mouse_hand(s.wiring, pointer->follow({}, 0).X_WT, options.rate);
+  };
+  hands = open_hands(choice, rig ? &*rig : nullptr, in_window);
   const haptics::DeviceInfo& hand = hands.right->info();
   s.serve(hand);
   explain("hand: " + in_words(hand));
@@ -322,9 +313,11 @@ void Workbench::Impl::set_up() {
       s.left_stream = header.streams.size();
       header.streams.push_back(left_hand_stream());
     }
+    s.xr_stream = header.streams.size();
+    if (headset) header.streams.push_back(xr_stream());
     writer.emplace(options.record, header);
   }
-  if (s.draw) {
+  if (s.draw && window) {
     PictureStage::Options look;
     look.window = true;
     look.quality = ladder.step();
@@ -332,10 +325,28 @@ void Workbench::Impl::set_up() {
     explain("drawn by " + stage->device_name());
     explain(rig->head.tracker.empty() ? "head: at rest, the rig names no tracker" : "head: " + rig->head.tracker);
   }
-  if (s.debris) debris.emplace(scene.servo.materials, tissue);
+  if (s.debris && window) debris.emplace(scene.servo.materials, tissue);
   if (options.explain) {
     for (const std::string& line : summary.explanations) log::info("{}", line);
   }
+}
+
+void Workbench::Impl::start_headset(const std::string& hand_address) {
+  Session& s = *session;
+  XrSession::Options o;
+  if (hand_address.starts_with("openxr:")) {
+    if (hand_address != "openxr:right" && hand_address != "openxr:left")
+      throw Error("--hand", "", hand_address, "openxr:right or openxr:left");
+    o.tool_hand = hand_address == "openxr:right" ? 1 : 0;
+  }
+  o.debris = s.debris;
+  o.record = s.record;
+  o.work_W = above;
+  o.start.X_WT.p = o.start.X_WG.p = above;
+  headset.emplace(*rig, scene, s.carver.volume(), s.wiring, o);
+  for (std::string& line : headset->explanations()) explain(std::move(line));
+  if (o.tool_hand < 0 && !rig->hmd.X_WD)
+    explain("headset: not registered to the hand's device: what is seen is not where it is felt");
 }
 
 void Workbench::Impl::start() {
@@ -350,6 +361,7 @@ void Workbench::Impl::start() {
   std::signal(SIGINT, ask_to_stop);
   std::signal(SIGTERM, ask_to_stop);
   running = true;
+  s.began = now();
   carver = std::jthread(carver_thread, std::ref(s));
   servo = std::jthread(servo_thread, std::ref(s), std::ref(*hands.right));
   if (hands.left) left = std::jthread(left_hand_thread, std::ref(s.wiring), std::ref(*hands.left), kMirror, s.record);
@@ -358,31 +370,27 @@ void Workbench::Impl::start() {
   const std::size_t tools = std::min<std::size_t>(haptics::tray(scene.servo).size(), 9);
   if (pointer) keys = "left button: drill   wheel: in and out   ";
   if (tools > 1) keys += fmt::format("1–{}: tools   ", tools);
+  if (headset) headset->start(began);
 }
 
 /// One turn of the drawing thread: a frame, or a short wait. False when the session is over.
 bool Workbench::Impl::step() {
   Session& s = *session;
   if (s.wiring.servo_ended || g_asked_to_stop || to_seconds(now() - began) >= options.seconds) return false;
-  if (sound) sound->advance(s.wiring.tick_to_render.front().t);
+  if (sound && !headset) sound->advance(s.wiring.tick_to_render.front().t);
   s.wiring.loop_to_render.fetch();
   report_hand();
-  if (!s.draw) {
+  if (!s.draw || headset) {
     std::this_thread::sleep_for(10ms);
-    if (sound && options.audio.starts_with("wav:")) sound->advance(now() - began);
-    return true;
+    if (sound && (headset || options.audio.starts_with("wav:"))) sound->advance(now() - began);
+    if (!headset) return true;
   }
   try {
+    if (headset) return headset->step();
     const display::UserInput input = stage->output().poll();
     if (input.close) return false;
     if (pointer) s.wiring.pointer.publish(pointer->follow(input, now() - began));
-    for (const int key : input.pressed) {  // 1 … 9: another tool
-      if (key == kHoldKey) hold(true);
-      if (key == kGoOnKey) hold(false);
-      if (key >= '1' && key <= '9' && key - '1' < static_cast<int>(haptics::tray(scene.servo).size())) {
-        s.wiring.chosen_tool = key - '1';
-      }
-    }
+    follow_keys(input);
     draw();
     return true;
   } catch (const std::exception& e) {  // the picture is lost: the session ends in order
@@ -421,6 +429,18 @@ std::string Workbench::Impl::hint() const {
   return text + "space: stop";
 }
 
+/// 1 … 9: another tool of the tray. Space: the emergency key.
+void Workbench::Impl::follow_keys(const display::UserInput& input) {
+  for (const int key : input.pressed) {
+    if (key == kHoldKey) hold(true);
+    if (key == kGoOnKey) hold(false);
+    const int place = key - '1';
+    if (place >= 0 && place < 9 && place < static_cast<int>(haptics::tray(scene.servo).size())) {
+      session->wiring.chosen_tool = place;
+    }
+  }
+}
+
 void Workbench::Impl::draw() {
   Session& s = *session;
   if (s.wiring.tick_to_render.fetch()) tick = s.wiring.tick_to_render.front();
@@ -456,6 +476,10 @@ void Workbench::Impl::end() {
   if (left.joinable()) left.join();
   carver.join();
   if (recorder.joinable()) recorder.join();
+  if (headset) {
+    drawn = headset->frames();
+    headset->stop();
+  }
   if (sound) sound->stop(s.last.t);
   MeshBatch* batch = nullptr;
   while (s.wiring.bricks.pop(batch)) delete batch;

@@ -14,6 +14,7 @@
 #include <tuple>
 
 #include "engine/base/error.h"
+#include "engine/base/units.h"
 #include "engine/contract/safety_event.h"
 #include "engine/session/format/columns.h"
 #include "engine/session/page/plot.h"
@@ -164,6 +165,7 @@ class Page : private Words {
     over_time();
     faults();
     timing();
+    headset();
     events();
     details();
     put("</main>\n<footer><p>{}</p></footer>\n</body>\n</html>\n",
@@ -207,6 +209,7 @@ class Page : private Words {
       link("faults", "faults");
     }
     if (!course_.cpu_us.empty() || session_.loop()) link("timing", "timing");
+    if (headset_frames()) link("headset", "headset");
     if (!session_.events().empty()) link("events", "events");
     link("details", "details");
     put("</ul></nav>\n");
@@ -576,6 +579,54 @@ class Page : private Words {
         histogram(edges, counts, "µs",
                   say("histogram_alt", us.size(), number(quantile(0.5)), number(quantile(0.99)), number(us.back())),
                   number_text()));
+  }
+
+  /// The stream that a head-mounted display leaves, a row a frame; null without one.
+  const StreamData* headset_frames() const {
+    const auto& specs = session_.header().streams;
+    for (std::size_t i = 0; i < specs.size() && i < session_.streams().size(); ++i)
+      if (specs[i].name == "headset" && !session_.streams()[i].t.empty()) return &session_.streams()[i];
+    return nullptr;
+  }
+
+  void headset() {
+    const StreamData* frames = headset_frames();
+    if (!frames) return;
+    const auto& specs = session_.header().streams;
+    const auto spec = std::find_if(specs.begin(), specs.end(), [](const StreamSpec& s) { return s.name == "headset"; });
+    /// A column's known values, times `scale`, sorted.
+    const auto column = [&](std::string_view name, double scale) {
+      std::vector<double> values;
+      for (std::size_t c = 0; c < spec->columns.size() && c < frames->columns.size(); ++c) {
+        if (spec->columns[c].name != name) continue;
+        for (const double v : frames->columns[c])
+          if (std::isfinite(v)) values.push_back(v * scale);
+      }
+      std::sort(values.begin(), values.end());
+      return values;
+    };
+    const auto sum = [](const std::vector<double>& values) { return std::accumulate(values.begin(), values.end(), 0.0); };
+    const std::size_t count = frames->t.size();
+    const double drawn = sum(column("drawn", 1)), missed = sum(column("missed", 1));
+    put("<section id=\"headset\" aria-labelledby=\"h-headset\">\n<h2 id=\"h-headset\">{}</h2>\n<p>{}</p>\n"
+        "<table><caption>{}</caption><thead><tr><th scope=\"col\"></th><th scope=\"col\">{}</th><th scope=\"col\">99 %</th>"
+        "<th scope=\"col\">{}</th></tr></thead>\n<tbody>\n",
+        say("headset"), say("headset_frames", count, number(drawn, 0), number(missed, 0)), say("headset_caption"),
+        say("median"), say("worst"));
+    const auto row = [&](const char* key, std::string_view name, double scale, const char* unit, bool least_is_worst = false) {
+      std::vector<double> values = column(name, scale);
+      if (values.empty()) return;
+      if (least_is_worst) std::reverse(values.begin(), values.end());
+      const auto at = [&](double q) {
+        return quantity(values[static_cast<std::size_t>(q * static_cast<double>(values.size() - 1) + 0.5)], unit);
+      };
+      put("<tr><th scope=\"row\">{}</th><td>{}</td><td>{}</td><td>{}</td></tr>\n", say(key), at(0.5), at(0.99), at(1));
+    };
+    row("pose_to_submit", "pose_to_submit_s", 1e3, "ms");
+    row("frame_margin", "margin_s", 1e3, "ms", true);
+    row("head_error", "position_error_m", 1e3, "mm");
+    row("head_angle_error", "angle_error_rad", 1 / kDegree, "°");
+    put("</tbody></table>\n</section>\n");
   }
 
   void events() {

@@ -42,6 +42,39 @@ void record(const std::filesystem::path& file, std::size_t ticks, const std::str
   ASSERT_TRUE(writer.finish(result));
 }
 
+TEST(Report, TellsTheFramesOfAHeadsetOnlyWhereThereWasOne) {
+  const std::filesystem::path file = std::filesystem::path(testing::TempDir()) / "headset.h5";
+  SessionHeader header = some_header();
+  header.streams.push_back({"headset",
+                            {{"drawn", ""}, {"missed", ""}, {"pose_to_submit_s", "s"}, {"margin_s", "s"},
+                             {"position_error_m", "m"}, {"angle_error_rad", "rad"}}});
+  const std::size_t stream = header.streams.size() - 1;
+  {
+    SessionWriter writer(file, header);
+    writer.append(random_ticks(20, 1));
+    for (int i = 0; i < 101; ++i) {
+      // Every fourth was not drawn, every tenth missed one, one could not be judged.
+      const double nan = std::nan(""), ms = (1 + 0.1 * i) * 1e-3;
+      const std::array<double, 6> row{i % 4 ? 1.0 : 0.0, i % 10 ? 0.0 : 1.0,  ms,
+                                      12e-3 - ms,        i ? 0.5e-3 : nan, 0.00349065850};
+      writer.append(stream, i * 11'000'000, row);
+    }
+    ASSERT_TRUE(writer.finish({}));
+  }
+  const std::string html = report_html(SessionReader(file));
+  EXPECT_THAT(html, HasSubstr("Frames in the headset"));
+  EXPECT_THAT(html, HasSubstr("101 frames, 75 of them with a picture; 11 pictures of the display were missed."));
+  EXPECT_THAT(html, HasSubstr("<td>6.00\u00a0ms</td><td>10.9\u00a0ms</td><td>11.0\u00a0ms</td>"));  // pose to submit
+  EXPECT_THAT(html, HasSubstr("<td>6.00\u00a0ms</td><td>1.10\u00a0ms</td><td>1.00\u00a0ms</td>"));  // least margin is worst
+  EXPECT_THAT(html, HasSubstr("<td>0.500\u00a0mm</td>"));
+  EXPECT_THAT(html, HasSubstr("<td>0.200\u00a0°</td>"));
+  ReportOptions german;
+  german.language = Language::kGerman;
+  EXPECT_THAT(report_html(SessionReader(file), german), HasSubstr("Bilder im Headset"));
+  record(file, 20);
+  EXPECT_THAT(report_html(SessionReader(file)), Not(HasSubstr("Frames in the headset")));
+}
+
 TEST(Catalogue, EveryTextIsThereInEveryLanguageWithTheSameGaps) {
   const auto gaps = [](std::string_view s) {
     int n = 0;

@@ -68,6 +68,9 @@ constexpr BenchPart kParts[] = {
      "Direction of the force while sliding on a ball, cutting ticks of a simulated hand, removed volume against the "
      "formula.",
      contact},
+    {"stability", "Stability",
+     "The stiffness at which a pushed mass (0.15 kg, 5 N·s/m) no longer settles at a wall, by rate and delay.",
+     bench_stability},
     {"devices", "Hands",
      "From a device's sample to its force written, beside the same loop with no work in it, and how well a hand's "
      "velocity is known at an arm's quantisation. The link is memory: our share, not USB's.",
@@ -83,6 +86,10 @@ constexpr BenchPart kParts[] = {
     {"calibration", "Calibration", "Every solver against the number of touches, beside Eigen's and OpenCV's own.",
      calibration},
     {"recording", "Recording", "A minute of drilling at 1 kHz into HDF5, by strength of compression.", bench_recording},
+    {"latency", "Latency",
+     "The whole program: from a step of the hand to force, sound and picture; from the command to the first of them. "
+     "Wall clock.",
+     bench_latency},
     {"scaling", "Scaling",
      "The same drilling in ever larger bodies: what must not grow, and what grows with the surface.", bench_scaling}};
 

@@ -76,6 +76,8 @@ void run(const Options& options) {
   const Scene scene = read_scene(options.scene);
   const fs::path rig_path = rig_file(options.rig);
   display::DisplayRig rig = display::load_rig(rig_path);
+  if (rig.kind == display::DisplayKind::kHmd)
+    throw Error(rig_path.string(), "\"display\"", "hmd", "window, mirror or offscreen: a headset's views are its runtime's");
   const display::Layout layout = rig.screen.layout;
   if (!options.size.empty()) {
     const glm::ivec2 eye = parse_size(options.size);
