@@ -3,8 +3,8 @@
 #include <exception>
 
 #include "engine/app/commands/commands.h"
+#include "engine/app/hands.h"
 #include "engine/app/replay_hand.h"
-#include "engine/app/xr_hand.h"
 #include "engine/base/error.h"
 #include "engine/base/log.h"
 
@@ -27,7 +27,7 @@ int main(int argc, char** argv) {
   add_run_command(app);
   add_bench_command(app);
   add_replay_driver();
-  add_xr_driver();
+  add_window_drivers();
   try {
     if (argc == 1) throw CLI::CallForHelp();
     app.parse(argc, argv);
