@@ -37,18 +37,18 @@ class ReportInABrowser : public testing::Test {
     options.preparation = preparation;
     page_ = browser_.write("report.html", report_html(SessionReader(browser_ / "s.h5"), options));
   }
-  test::Ran browse(const std::string& arguments) const {
+  typodont::test::Ran browse(const std::string& arguments) const {
     return browser_.run(fmt::format("--no-sandbox --disable-gpu --virtual-time-budget=4000 --window-size=900,2600 "
                                     "--user-data-dir={} --enable-logging=stderr {} file://{}",
                                     browser_ / "profile", arguments, page_),
                         "timeout 120");
   }
-  test::ProgramFolder browser_;
+  typodont::test::ProgramFolder browser_;
   std::string page_;
 };
 
 TEST_F(ReportInABrowser, DrawsTheResultWithItsScriptAndComplainsOfNothing) {
-  const test::Ran ran = browse("--dump-dom");
+  const typodont::test::Ran ran = browse("--dump-dom");
   ASSERT_EQ(ran.status, 0) << ran.err;
   EXPECT_THAT(ran.out, HasSubstr("data-drawn=\"difference\""));
   EXPECT_THAT(ran.out, Not(HasSubstr("id=\"viewer\" hidden")));
