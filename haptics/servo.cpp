@@ -284,7 +284,7 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
 
   // Spindle: the free speed follows the pedal.
   const double wanted_speed = out.pedal * settings.spindle.free_speed;
-  s.speed = settings.spindle.run_up_time > 0
+  s.speed = settings.spindle.run_up_time > 0 && s.speed != wanted_speed
                 ? wanted_speed + (s.speed - wanted_speed) * std::exp(-dt / settings.spindle.run_up_time)
                 : wanted_speed;
 
@@ -323,7 +323,7 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
   bool touching = false, lost = false, deep = false;
   int settled_looks = 0;
   dvec3 found_at(0), last_step(0);
-  s.overlap *= std::exp(-dt / kRecoveryTime);
+  if (s.overlap > 0) s.overlap *= std::exp(-dt / kRecoveryTime);
   if (s.overlap < 0.01) s.overlap = 0;
   const double specific_energy = s.mean(&Material::specific_energy);
 
