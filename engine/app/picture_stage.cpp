@@ -95,6 +95,19 @@ void PictureStage::show(std::span<const render::MeshUpdate> bricks, const dvec3&
   renderer_->place(render::kWorkingTooth, {origin, {1, 0, 0, 0}});
 }
 
+void PictureStage::surround(std::span<const SurroundingMesh> meshes) {
+  for (const SurroundingMesh& mesh : meshes) {
+    renderer_->update(mesh.id, mesh.bricks);
+    renderer_->place(mesh.id, {mesh.origin, {1, 0, 0, 0}});
+  }
+}
+
+void PictureStage::show_inside(render::MeshId body, std::span<const render::MeshUpdate> bricks, const dvec3& origin) {
+  renderer_->remove(body);
+  renderer_->update(body, bricks);
+  if (!bricks.empty()) renderer_->place(body, {origin, {1, 0, 0, 0}});
+}
+
 void PictureStage::follow_size() {
   const glm::ivec2 size = output_->size();
   if (size == screen_size_ || size.x <= 0 || size.y <= 0) return;
@@ -132,12 +145,15 @@ render::FrameStats PictureStage::draw(const ServoTick& tick, std::span<const ren
   const display::Screen& screen = rig_.screen;
   const dvec3 middle = (screen.lower_right + screen.upper_left) / 2.0;
   const dvec3 toward = glm::normalize(rest_.eye_center - middle), up = glm::cross(toward, rest_.right);
-  frame.lights.key = glm::normalize(0.55 * toward + 0.6 * up - 0.65 * rest_.right);
+  frame.lights.key = glm::normalize(0.9 * toward + 0.3 * up - 0.7 * rest_.right);
   frame.lights.up = up;
   if (rig_.mirror) frame.background = render::Background::kBlack;
 
   angle_ = std::fmod(angle_ + tick.spindle * dt, 2 * kPi);
   frame.tool = {options_.tool, tick.X_WG, angle_, tick.spindle};
+  frame.mirror = mirror_;
+  frame.view = view_;
+  frame.section = section_;
   frame.particles = particles;
   if (options_.hud) {
     frame.hud.visible = true;

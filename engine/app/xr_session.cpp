@@ -14,6 +14,7 @@
 #include <optional>
 #include <thread>
 
+#include "calibration/still_touch.h"
 #include "engine/app/debris_view.h"
 #include "engine/app/quality_ladder.h"
 #include "engine/app/xr_stage.h"
@@ -33,6 +34,8 @@ constexpr double kLostOpacity = 0.35;
 constexpr double kFullForce = 3;       // N that shake a controller fully
 constexpr double kSlowest = 60, kFastest = 320;     // Hz a controller can make felt
 constexpr double kFastSpindle = 400 * kKrpm;        // rad/s
+// What is a controller's tip at rest, and an arm's.
+constexpr calibration::StillTouch::Limits kStillController{0.15, 2e-3}, kStillArm{0.15, 0.5e-3};
 constexpr double kLongestFrame = 20;   // s: the slowest processor has drawn it by then
 constexpr double kLeaveTime = 2;       // s for the runtime to end the session in its own way
 
@@ -78,6 +81,7 @@ struct XrSession::Thread {
   Phase phase = Phase::kOpening;
   std::exception_ptr failure;
   std::vector<std::string> explanations;
+  std::vector<Touch> touches;
 
   std::thread thread;
 
@@ -122,6 +126,9 @@ struct XrSession::Thread {
     stage.set_quality(ladder.step());
     ServoTick tick = options.start;
     double opacity = 1;
+    std::array<calibration::StillTouch, 2> still_tips{calibration::StillTouch(kStillController),
+                                                      calibration::StillTouch(kStillController)},
+        still_arms{calibration::StillTouch(kStillArm), calibration::StillTouch(kStillArm)};
     Nanos last_frame = now(), leave_until = 0;
     while (hmd.poll()) {
       if (leave && !leave_until) {
@@ -150,6 +157,8 @@ struct XrSession::Thread {
         while (wiring.cuts_to_debris.pop(cut)) debris->add(cut, haptics::tray(servo)[cut.tool]);
         debris->step(std::min(dt, 0.1));
       }
+      for (std::size_t i = 0; options.touches && i < 2; ++i)
+        if (frame.hands[i].tracked) take_touch(woke, frame.hands[i], tick, still_tips[i], still_arms[i]);
       const bool held = publish_hand(&frame);
       for (const display::HmdHand& hand : frame.hands)
         if (hand.change_tool) choose_next_tool(tick);
@@ -167,6 +176,21 @@ struct XrSession::Thread {
         log::info("picture quality: {}", ladder.step().name);
       }
     }
+  }
+
+  void take_touch(Nanos t, const display::HmdHand& controller, const ServoTick& tick, calibration::StillTouch& tip,
+                  calibration::StillTouch& arm) {
+    using Verdict = calibration::StillTouch::Verdict;
+    const Verdict of_tip = tip.add(t, controller.X_DT.p, controller.pedal, false);
+    const Verdict of_arm = arm.add(t, inverse(rig.X_WH) * tick.X_WT.p, controller.pedal, false);
+    if (of_tip == Verdict::kNone && of_arm == Verdict::kNone) return;
+    if (of_tip != Verdict::kTaken || of_arm != Verdict::kTaken) {
+      log::info("touch: not taken, hold both still");
+      return;
+    }
+    const std::lock_guard lock(mutex);
+    touches.push_back({arm.point(), tip.point()});
+    log::info("touch {}: taken", touches.size());
   }
 
   /// The next of the tray; the servo takes it up when pedal, drill and tissue allow it.
@@ -260,6 +284,20 @@ std::uint64_t XrSession::frames() const {
 std::vector<std::string> XrSession::explanations() const {
   const std::lock_guard lock(thread_->mutex);
   return thread_->explanations;
+}
+
+std::vector<XrSession::Touch> XrSession::touches() const {
+  const std::lock_guard lock(thread_->mutex);
+  return thread_->touches;
+}
+
+void write_touches(const std::filesystem::path& file, std::span<const XrSession::Touch> touches) {
+  std::string text = "hx_mm,hy_mm,hz_mm,dx_mm,dy_mm,dz_mm\n";
+  for (const XrSession::Touch& t : touches) {
+    const dvec3 h = t.p_H / kMillimetre, d = t.p_D / kMillimetre;
+    text += fmt::format("{:.4f},{:.4f},{:.4f},{:.4f},{:.4f},{:.4f}\n", h.x, h.y, h.z, d.x, d.y, d.z);
+  }
+  write_file_atomically(file, text);
 }
 
 session::StreamSpec xr_stream() {

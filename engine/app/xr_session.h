@@ -2,7 +2,9 @@
 // the rest of the session must still end in order, with zero force and a whole recording.
 #pragma once
 
+#include <filesystem>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -18,6 +20,7 @@ class XrSession {
   struct Options {
     int tool_hand = -1;  // 0 left, 1 right: the controller that holds the tool; −1: something else does
     bool debris = false, record = false;
+    bool touches = false;  // the trigger takes a pair of points for `calibrate register`
     dvec3 work_W{0, 0, 0};  // m: what recentring puts before the user
     ServoTick start;        // the tool before the first tick
   };
@@ -39,12 +42,20 @@ class XrSession {
   void stop();
   std::uint64_t frames() const;
   std::vector<std::string> explanations() const;
+  /// The tool's head, held by an arm, and a controller's tip at one place: in the arm's base H and the headset's space D.
+  struct Touch {
+    dvec3 p_H, p_D;  // m
+  };
+  std::vector<Touch> touches() const;
 
  private:
   struct Thread;
   std::shared_ptr<Thread> thread_;
   double stall_;  // s
 };
+
+/// As `calibrate register --pairs` reads them. Throws Error where the file cannot be written.
+void write_touches(const std::filesystem::path& file, std::span<const XrSession::Touch> touches);
 
 /// What a headset adds to a recording: one row a frame (display::HmdTiming).
 session::StreamSpec xr_stream();

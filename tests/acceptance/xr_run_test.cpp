@@ -108,6 +108,77 @@ TEST_F(HeadsetRun, AHandOutOfSightStopsDrillingAndComesBackWithoutAJump) {
   EXPECT_LT(longest, 1e-3);  // 10 mm in 0.4 s
 }
 
+TEST_F(HeadsetRun, KhronossValidationLayerFindsNothingInAWholeSession) {
+  // Another judge than our own runtime: the package openxr-layer-corevalidation.
+  xr.script(kHeadset + R"(, "mask": [[-2, -2], [-0.7, -2], [-0.7, 2]], "blend_modes": ["opaque", "alpha"],
+    "events": [{"frame": 15, "event": "stop", "count": 3}, {"frame": 30, "event": "mask"}, {"frame": 32, "event": "recenter"},
+               {"frame": 34, "event": "profile"}, {"frame": 60, "event": "exit"}])");
+  program.write("rig.json", R"({"display": "hmd", "hmd": {"passthrough": true, "refresh_hz": 80, "wait_s": 5, "stall_s": 5}})");
+  const std::string found = program / "found.txt";
+  const Ran ran = run("", "timeout 60 env XR_ENABLE_API_LAYERS=XR_APILAYER_LUNARG_core_validation "
+                          "XR_CORE_VALIDATION_EXPORT_TYPE=text XR_CORE_VALIDATION_FILE_NAME=" + found);
+  EXPECT_EQ(ran.status, 0) << ran.err;
+  EXPECT_THAT(ran.out + ran.err, HasSubstr("Core Validation output type: text"));  // it was there
+  EXPECT_EQ(read_text(found), "");
+  EXPECT_EQ(xr.violations(), "");
+}
+
+TEST_F(HeadsetRun, AButtonTakesUpTheNextToolOfTheTray) {
+  program.write("scene.json", R"({"name": "tray", "tools": ["round_012", "cylinder_010"],
+    "tissue": {"voxel_mm": 0.2, "band_mm": 1.0,
+               "solids": [{"tissue": "dentin", "solid": {"box": {"center_mm": [0, 0, 0], "size_mm": [6, 6, 6]}}}]},
+    "parts": ["haptics", "render", "record"]})");
+  xr.script(R"("view_size": [96, 64], "paced": true, "period_ms": 25,
+    "profile": "/interaction_profiles/oculus/touch_controller",
+    "hands": {"right": [{"frame": 0, "p": [0, 1.36, -0.35]}, {"frame": 40, "p": [0, 1.36, -0.35], "buttons": ["a/click"]},
+                        {"frame": 44, "p": [0, 1.36, -0.35]}]},
+    "events": [{"frame": 70, "event": "exit"}])");
+  const std::string file = program / "session.h5";
+  const Ran ran = run("--record " + file);
+  ASSERT_EQ(ran.status, 0) << ran.err;
+  const auto ticks = session::SessionReader(file).ticks();
+  ASSERT_FALSE(ticks.empty());
+  EXPECT_EQ(ticks.front().tool, 0u);
+  EXPECT_EQ(ticks.back().tool, 1u);
+}
+
+TEST_F(HeadsetRun, TouchesOfTheArmAtTheControllersTipRegisterItToTheHeadsetsSpace) {
+  // The arm's base lies somewhere in the workbench, and turned and shifted somewhere else in the headset's space.
+  const Pose X_WH{{0.01, -0.02, 0.05}, {1, 0, 0, 0}}, X_DH{{0.2, 1.1, -0.4}, glm::normalize(dquat(0.9, -0.3, 0.2, 0.1))};
+  const std::vector<dvec3> points{{0, 0, 0}, {0.1, 0, 0}, {0, 0.1, 0.02}, {0, 0, 0.1}, {0.08, 0.07, 0.06}};
+  std::string hand = "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n", keys;
+  for (std::size_t k = 0; k < points.size(); ++k) {
+    const dvec3 w = (X_WH * points[k]) * 1e3, d = X_DH * points[k] + dvec3(0, 0, 0.06);  // the tip is 60 mm ahead of it
+    for (const double at : {0.05, 1.45})
+      hand += fmt::format("{},{},{},{},1,0,0,0,0\n", 1.5 * static_cast<double>(k) + at, w.x, w.y, w.z);
+    for (const auto& [frame, trigger] : {std::pair{1, 0}, std::pair{44, 1}, std::pair{50, 0}, std::pair{58, 0}})
+      keys += fmt::format("{}{{\"frame\": {}, \"p\": [{}, {}, {}], \"trigger\": {}}}", keys.empty() ? "" : ", ",
+                          60 * k + static_cast<std::size_t>(frame), d.x, d.y, d.z, trigger);
+  }
+  program.write("rig.json", R"({"display": "hmd", "hmd": {"wait_s": 5, "stall_s": 5},
+                               "X_WH": {"translation_mm": [10, -20, 50], "rotation_wxyz": [1, 0, 0, 0]}})");
+  xr.script(R"("view_size": [48, 32], "paced": true, "period_ms": 25,
+    "hands": {"right": [)" + keys + R"(]}, "events": [{"frame": 300, "event": "exit"}])");
+  const std::string pairs = program / "pairs.csv", reg = program / "reg.json";
+  const Ran ran = run("--hand script:" + program.write("arm.csv", hand) + " --touches " + pairs);
+  ASSERT_EQ(ran.status, 0) << ran.err;
+  EXPECT_EQ(xr.violations(), "");
+  ASSERT_EQ(program.run("calibrate register --pairs " + pairs + " --out " + reg).status, 0) << read_text(pairs) << ran.err;
+  const Json found = Json::load(reg);
+  const dvec3 p = found["X_DH"]["translation_mm"].vec3() * 1e-3;
+  EXPECT_LT(glm::length(p - X_DH.p), 1e-4) << read_text(pairs);
+  const std::vector<double> q = found["X_DH"]["rotation_wxyz"].numbers(4);
+  EXPECT_GT(std::abs(glm::dot(dquat(q[0], q[1], q[2], q[3]), X_DH.R)), 1 - 1e-7);
+  EXPECT_EQ(found["inliers"].items().size(), points.size());
+  // And the rig takes it over.
+  program.write("rig.json", R"({"display": "hmd", "hmd": {"registration": "reg.json", "wait_s": 5, "stall_s": 5}})");
+  xr.script(R"("view_size": [48, 32], "paced": true, "events": [{"frame": 20, "event": "exit"}])");
+  const Ran again = run("--explain --hand script:" + (program / "arm.csv"));
+  EXPECT_EQ(again.status, 0);
+  EXPECT_THAT(again.err, HasSubstr("STAGE, measured"));
+  EXPECT_EQ(run("--touches " + pairs).status, 2) << "a controller is the hand";
+}
+
 TEST_F(HeadsetRun, ARuntimeThatHangsEndsInASavedRecordingAndFails) {
   for (const char* call : {"xrWaitFrame", "xrEndFrame"}) {
     xr.script(kHeadset + fmt::format(R"(, "events": [{{"frame": 30, "event": "stall", "call": "{}", "seconds": 100}}])", call));

@@ -195,6 +195,71 @@ TEST_F(XrStates, WorksWithoutAnyExtensionThatIsNotNeeded) {
   EXPECT_GT(xr.count("projection opaque"), 10);
 }
 
+struct XrPlaces : XrStates {
+  static constexpr dvec3 kWork{0.01, 0.02, 0.03};
+
+  /// Every frame of a session of so many.
+  std::vector<display::HmdFrame> frames(int count) {
+    std::vector<display::HmdFrame> all;
+    display::RuntimeGate gate;
+    XrStage stage(rig, servo, kWork, gate, {render::kQualityLadder[4]});
+    stage.hmd().wake();
+    while (static_cast<int>(all.size()) < count && stage.hmd().poll()) {
+      all.push_back(stage.hmd().wait());
+      stage.draw(all.back(), {});
+    }
+    EXPECT_EQ(xr.violations(), "");
+    return all;
+  }
+  static dvec3 between(const display::HmdFrame& f) { return 0.5 * (f.eyes[0].position + f.eyes[1].position); }
+  /// The work as the eyes see it: to the right, up, away; m of the room.
+  dvec3 seen_work(const display::HmdFrame& f) const {
+    return rig.hmd.magnify * (glm::conjugate(f.X_WH.R) * (kWork - between(f)));
+  }
+};
+
+TEST_F(XrPlaces, TheWorkIsPutBeforeTheUserAtTheStartAndByTheButton) {
+  rig.hmd.magnify = 4;
+  // After frame 12 the user sits elsewhere and has turned by 90 degrees to the left; at frame 20 the button is pressed.
+  xr.script(R"("view_size": [48, 32], "profile": "/interaction_profiles/htc/vive_controller",
+    "head": [{"frame": 0, "p": [0.3, 1.4, 0.2]}, {"frame": 11, "p": [0.3, 1.4, 0.2]},
+             {"frame": 12, "p": [1, 1.2, -2], "q": [0.70710678, 0, 0.70710678, 0]}],
+    "hands": {"left": [{"frame": 0}, {"frame": 20, "buttons": ["menu/click"]}, {"frame": 22}]})");
+  const auto all = frames(30);
+  ASSERT_EQ(all.size(), 30u);
+  const dvec3 wanted(0, -rig.hmd.below, -rig.hmd.distance);
+  EXPECT_LT(glm::length(seen_work(all[9]) - wanted), 1e-5);
+  EXPECT_GT(glm::length(seen_work(all[16]) - wanted), 1.0);
+  EXPECT_LT(glm::length(seen_work(all[28]) - wanted), 1e-5);
+  // The user sits on the side of W's negative y, upright along z.
+  EXPECT_LT(glm::length(all[28].X_WH.rotate({0, 0, -1}) - dvec3(0, 1, 0)), 1e-5);
+  EXPECT_LT(glm::length(all[28].X_WH.rotate({0, 1, 0}) - dvec3(0, 0, 1)), 1e-5);
+}
+
+TEST_F(XrPlaces, AMeasuredSpaceStaysWhereItIsInTheRoomWhateverIsRecentred) {
+  rig.hmd.stage = false;
+  rig.hmd.X_WD = Pose{{0.1, 0.2, 0.3}, glm::normalize(dquat(1, 0.2, 0, 0))};
+  const std::string pressed = R"("hands": {"right": [{"frame": 0}, {"frame": 14, "buttons": ["menu/click"]}]})";
+  xr.script(R"("view_size": [48, 32], "profile": "/interaction_profiles/htc/vive_controller", )" + pressed +
+            R"(, "events": [{"frame": 10, "event": "recenter", "p": [0.4, 0, -1], "q": [0.8, 0, 0.6, 0]}])");
+  const auto all = frames(24);
+  EXPECT_LT(glm::length(between(all[8]) - between(all[20])), 1e-5);
+  EXPECT_GT(std::abs(glm::dot(all[8].X_WH.R, all[20].X_WH.R)), 1 - 1e-9);
+}
+
+TEST_F(XrPlaces, TheToolsHeadIsAtTheControllersTipWithItsShankTowardsTheHand) {
+  rig.hmd.X_WD = Pose{};
+  xr.script(R"("view_size": [48, 32], "profile": "/interaction_profiles/valve/index_controller",
+    "hands": {"right": [{"frame": 0, "p": [0.1, 1, -0.3], "q": [0.70710678, -0.70710678, 0, 0], "trigger": 0.6}]})");
+  const auto all = frames(12);
+  const display::HmdHand& hand = all.back().hands[1];
+  ASSERT_TRUE(hand.tracked);
+  EXPECT_NEAR(hand.pedal, 0.6, 1e-6);
+  EXPECT_LT(glm::length(hand.X_WT.p - dvec3(0.1, 1 - 0.06, -0.3)), 1e-6);  // it points down
+  EXPECT_LT(glm::length(hand.X_WT.rotate({0, 0, 1}) - dvec3(0, 1, 0)), 1e-6);
+  EXPECT_FALSE(all.back().hands[0].tracked);
+}
+
 TEST_F(XrStates, NothingIsShownBeforeTheHeadIsFound) {
   xr.script(kSmall + R"(, "events": [{"frame": 0, "event": "unlocatable", "count": 12}])");
   const Outcome out = run(30);

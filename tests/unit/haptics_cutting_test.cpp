@@ -72,10 +72,14 @@ TEST(Cutting, TheSamePushRemovesTheSameVolumeWhateverTheVoxelAndTheRate) {
   for (const Drilled& run : {a, b}) EXPECT_LT(run.jump, 0.02);  // at 1 kHz the hand feels its own cut without a step
 }
 
-TEST(Cutting, VolumeGrowsLinearlyWithPush) {
-  const Drilled a = push(0.1, 1000, 0.5, 0), b = push(0.1, 1000, 1.0, 0);
-  std::printf("%.4f %.4f\n", a.volume * 1e9, b.volume * 1e9);
-  EXPECT_NEAR(b.volume / a.volume, 2, 0.06);
+TEST(Cutting, ABurThreeVoxelsInRadiusSinksAsFastAsAFineOneAtAnyRate) {
+  const double fine = push(0.1, 1000, 1, 0).volume;
+  for (const double rate : {500.0, 1000.0, 4000.0}) EXPECT_NEAR(push(0.2, rate, 1, 0).volume / fine, 1, 0.02) << rate;
+}
+
+TEST(Cutting, VolumeIsProportionalToPushWithinOnePercent) {
+  const double one = push(0.1, 1000, 1, 0).volume;
+  for (const double newton : {0.5, 2.0, 3.0}) EXPECT_NEAR(push(0.1, 1000, newton, 0).volume / newton / one, 1, 0.01) << newton;
 }
 
 TEST(Cutting, TheEnergySpentIsSpecificEnergyTimesVolume) {

@@ -177,8 +177,10 @@ class OpenXrHmd final : public Hmd {
     frame.draw = state.shouldRender && locate_eyes(frame) && placed;
     for (std::size_t i = 0; i < 2 && placed; ++i) {
       const Input::Hand& hand = hands.hands[i];
-      frame.hands[i] = {hand.tracked, {}, hand.pedal, hand.change_tool, hand.mirror};
-      if (hand.tracked) frame.hands[i].X_WT = in_workbench(hand.X_DA * Pose{rig_.tip, {1, 0, 0, 0}});
+      frame.hands[i] = {hand.tracked, {}, {}, hand.pedal, hand.change_tool, hand.mirror};
+      if (!hand.tracked) continue;
+      frame.hands[i].X_DT = hand.X_DA * Pose{rig_.tip, {1, 0, 0, 0}};
+      frame.hands[i].X_WT = in_workbench(frame.hands[i].X_DT);
     }
     judge(state.predictedDisplayPeriod);
     return frame;
