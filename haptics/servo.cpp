@@ -307,7 +307,7 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
 
   // Spindle: the free speed follows the pedal.
   const double wanted_speed = out.pedal * settings.spindle.free_speed;
-  s.speed = settings.spindle.run_up_time > 0
+  s.speed = settings.spindle.run_up_time > 0 && s.speed != wanted_speed
                 ? wanted_speed + (s.speed - wanted_speed) * std::exp(-dt / settings.spindle.run_up_time)
                 : wanted_speed;
 
@@ -347,7 +347,7 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
   int settled_looks = 0;
   dvec3 found_at(0), last_step(0);
   const double overlap_before = s.overlap;
-  s.overlap *= std::exp(-dt / kRecoveryTime);
+  if (s.overlap > 0) s.overlap *= std::exp(-dt / kRecoveryTime);
   const double pace_per_slew = dt / (settings.stiffness * std::max(s.stiffness_share, 0.05)) / h;  // voxels per N/s
   if (s.rejoining > 0) s.overlap = std::max(s.overlap, overlap_before - kFreeSlew * pace_per_slew);
   s.rejoining = std::max(s.overlap > 0 && s.rejoining > 0 ? dt : 0.0, s.rejoining - dt);

@@ -427,7 +427,7 @@ FlatHead flat_head(const FlatPiece* pieces, int count, bool sphere, double radiu
 
 void ContactFinder::find(const SurfacePatch& patch, const Pose& X_VT, double near, ContactSet& set) const noexcept {
   set.clear();
-  if (sphere_ && patch.exact_outside && find_by_offset(patch, X_VT.p, set)) return;
+  if (sphere_ && is_true_around(patch, X_VT.p, sample_linear(patch, X_VT.p)) && find_by_offset(patch, X_VT.p, set)) return;
 
   // Floats keep their digits when counted from a voxel nearby.
   const glm::ivec3 base = glm::ivec3(X_VT.p) - (static_cast<int>(reach_) + 8), from = base - patch.lo;
