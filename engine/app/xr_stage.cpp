@@ -50,6 +50,13 @@ void XrStage::show(std::span<const render::MeshUpdate> bricks, const dvec3& orig
   renderer_->place(render::kWorkingTooth, {origin, {1, 0, 0, 0}});
 }
 
+void XrStage::surround(std::span<const SurroundingMesh> meshes) {
+  for (const SurroundingMesh& mesh : meshes) {
+    renderer_->update(mesh.id, mesh.bricks);
+    renderer_->place(mesh.id, {mesh.origin, {1, 0, 0, 0}});
+  }
+}
+
 void XrStage::set_quality(const render::Quality& quality) {
   ring_.wait_idle(device_);
   renderer_->set_quality(quality);
@@ -70,6 +77,7 @@ render::Frame XrStage::picture(const display::HmdFrame& hmd_frame, const Scenery
   const ServoTick& tick = scenery.tick;
   frame.tool = {true, tick.X_WG, angle, tick.spindle, scenery.tool_opacity};
   frame.particles = scenery.particles;
+  frame.mirror = scenery.mirror;
   return frame;
 }
 

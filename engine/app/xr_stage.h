@@ -5,6 +5,7 @@
 #include <optional>
 #include <span>
 
+#include "engine/app/surroundings.h"
 #include "engine/contract/contact.h"
 #include "engine/display/hmd.h"
 #include "engine/render/renderer.h"
@@ -26,6 +27,8 @@ class XrStage {
   XrStage& operator=(const XrStage&) = delete;
 
   void show(std::span<const render::MeshUpdate> bricks, const dvec3& origin);
+  /// Meshes that stand still around it.
+  void surround(std::span<const SurroundingMesh> meshes);
   void set_quality(const render::Quality& quality);
 
   /// What is drawn around the tissue.
@@ -34,6 +37,7 @@ class XrStage {
     double tool_opacity = 1;
     std::span<const render::Particle> particles;
     double dt = 0;  // s since the last frame, turns the bur
+    MouthMirror mirror;  // diameter 0: none
   };
   /// The picture as the renderer is asked for it. `angle`: of the bur, rad.
   static render::Frame picture(const display::HmdFrame& frame, const Scenery& scenery, double angle, bool see_through);
