@@ -1,5 +1,5 @@
 typodont_test(acceptance_app KIND acceptance SOURCES acceptance/app_servo_test.cpp acceptance/app_bad_input_test.cpp
-              acceptance/app_bench_test.cpp
+              acceptance/app_bench_test.cpp acceptance/app_undo_test.cpp
               LIBS typodont_app)
 typodont_test(acceptance_demo KIND acceptance SOURCES acceptance/app_demo_test.cpp LIBS typodont_app SERIAL TIMEOUT 900)
 foreach(target acceptance_app acceptance_demo)

@@ -5,6 +5,7 @@
 #include <cstring>
 #include <deque>
 
+#include "engine/app/resume.h"
 #include "engine/app/scene.h"
 #include "engine/base/error.h"
 #include "engine/session/hash.h"
@@ -27,11 +28,23 @@ dvec3 torque_as_recorded(const dvec3& tau) {
 /// A file that has changed since makes a replay of another tissue: say so instead of finding a difference later.
 void require_same_files(const session::SessionHeader& header) {
   for (const session::SourceFile& file : header.files) {
-    if (!file.path.ends_with(".vdb")) continue;
+    if (!file.path.ends_with(".vdb") && !file.path.ends_with(".h5")) continue;
     const session::SourceFile now = session::describe_file(file.path);
     if (now.hash != file.hash)
       throw Error(file.path, "", now.hash, file.hash + ", the tissue the session was made with");
   }
+}
+
+std::vector<StrokeEdit> edits_of(const session::SessionReader& session) {
+  std::vector<StrokeEdit> edits;
+  for (const session::SessionEvent& event : session.events()) {
+    if (const auto edit = edit_of(event)) edits.push_back(*edit);
+  }
+  return edits;
+}
+
+void repeat(haptics::Carver& carver, const StrokeEdit& edit) {
+  edit.redo ? carver.redo() : carver.undo();
 }
 
 }  // namespace
@@ -45,7 +58,14 @@ Scene scene_of(const session::SessionReader& session) {
 
 haptics::TissueVolume tissue_at_end(const session::SessionReader& session, const Scene& scene, haptics::TissueVolume start) {
   haptics::Carver carver(std::move(start), haptics::tray(scene.servo));
-  for (const Cut& cut : session.cuts()) carver.apply(cut);
+  const std::vector<StrokeEdit> edits = edits_of(session);
+  auto edit = edits.begin();
+  for (const Cut& cut : session.cuts()) {
+    for (; edit != edits.end() && edit->cuts < cut.index; ++edit) repeat(carver, *edit);
+    carver.apply(cut);
+  }
+  for (; edit != edits.end(); ++edit) repeat(carver, *edit);
+  carver.end_stroke();
   return std::move(carver.volume());
 }
 
@@ -71,11 +91,20 @@ ReplayResult replay_session(const std::filesystem::path& session_file, const std
       waiting.pop_front();
     }
   };
+  const std::vector<StrokeEdit> edits = edits_of(session);
+  auto edit = edits.begin();
+  const auto edit_through = [&](std::uint32_t patches) {  // those made before patch number `patches` + 1 was cut out
+    for (; edit != edits.end() && edit->patches <= patches; ++edit) {
+      apply_through(edit->cuts);
+      repeat(carver, *edit);
+    }
+  };
   auto patch = session.patches().begin();
   constexpr std::uint64_t kChunk = 65536;
   for (std::uint64_t first = 0; first < session.tick_count(); first += kChunk) {
     for (const ServoTick& recorded : session.ticks(first, kChunk)) {
       for (; patch != session.patches().end() && patch->first_tick <= recorded.index; ++patch) {
+        edit_through(patch->patch - 1);
         apply_through(patch->cuts);
         carver.cut_out(patch->center_W, spare);
         servo.adopt(spare);
@@ -97,6 +126,7 @@ ReplayResult replay_session(const std::filesystem::path& session_file, const std
     }
     if (progress) progress(static_cast<double>(result.ticks) / static_cast<double>(session.tick_count()));
   }
+  edit_through(UINT32_MAX);
   apply_through(UINT64_MAX);
   const std::uint64_t field = carver.volume().hash();
   result.field_hash = fmt::format("{:016x}", field);

@@ -11,6 +11,7 @@
 #include <sstream>
 
 #include "engine/app/tissue_edit.h"
+#include "engine/app/resume.h"
 #include "engine/base/error.h"
 #include "engine/base/units.h"
 #include "haptics/solid.h"
@@ -133,12 +134,13 @@ Scene read_scene(const fs::path& file) {
 Scene parse_scene(const Json& json, const fs::path& file) {
   json.allow_only({"name", "description", "tissue", "paint", "tool", "tools", "spindle_krpm", "spindle", "coupling", "materials",
                    "parts", "friction", "cutting", "passivity", "boundary_walls", "force_filter", "score", "sound", "prepare",
-                   "task"});
+                   "task", "resume"});
   Scene scene;
   scene.file = file;
   scene.text = json.text();
   scene.name = json.string_or("name", file.stem().string());
   scene.tissue = json["tissue"];
+  scene.resume = json.string_or("resume", "");
   if (!scene.tissue->is_object()) scene.tissue->fail("an object with \"volume\" or \"solids\"");
   if (scene.tissue->has("volume")) {
     scene.tissue->allow_only({"volume"});
@@ -237,6 +239,11 @@ haptics::ServoSettings servo_settings(const Scene& scene, const haptics::TissueV
 }
 
 haptics::TissueVolume load_tissue(const Scene& scene) {
+  haptics::TissueVolume untouched = load_untouched(scene);
+  return scene.resume.empty() ? std::move(untouched) : resumed_tissue(scene, untouched);
+}
+
+haptics::TissueVolume load_untouched(const Scene& scene) {
   const auto read = [&] {
     if (const auto volume = scene.tissue->find("volume")) {
       return haptics::TissueVolume::load(find_file(volume->string(), scene.file.parent_path()));

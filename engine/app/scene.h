@@ -23,6 +23,7 @@ struct Scene {
   std::optional<Json> tissue;    // a volume, or solids
   std::vector<Json> paint;       // tissue painted into it, e.g. a lesion
   std::vector<Json> prepare;        // solids taken away before the session begins
+  std::string resume;               // a volume or session to go on from; empty: the tissue is untouched
   std::optional<Json> score;
   std::optional<session::Task> task;
   bool sound_lower_order = false;   // models may be cut to the order at which nothing is lost
@@ -36,6 +37,8 @@ Scene read_scene(const std::filesystem::path& file);
 Scene parse_scene(const Json& json, const std::filesystem::path& file);
 
 /// Loads or samples the tissue and paints into it. Throws Error.
+haptics::TissueVolume load_untouched(const Scene& scene);
+/// The same; of a scene that goes on from a half-done preparation, that one.
 haptics::TissueVolume load_tissue(const Scene& scene);
 
 /// The scene's servo settings completed for this tissue and servo rate (Hz).

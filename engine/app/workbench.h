@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "engine/app/scene.h"
+#include "engine/app/wiring.h"
 #include "engine/display/head_tracker.h"
 
 namespace typodont {
@@ -20,6 +21,7 @@ struct WorkbenchOptions {
   std::filesystem::path record;  // empty: not recorded
   double seconds = 1e18;         // end by itself after so long
   bool explain = false;          // say what is active, and why the rest is not
+  std::filesystem::path save;    // the tissue goes there at the end, and when asked for; empty: nowhere
 };
 
 struct WorkbenchSummary {
@@ -47,6 +49,10 @@ class Workbench {
   /// What the user did, and a frame; or a short wait where there is no picture. False when the session is over: the
   /// window was closed, the hand's script has ended, the time is up, the process was asked to stop.
   bool step();
+  /// A stroke back or again, or the tissue saved as it is; done by the carver within its next turn. From the drawing thread.
+  void ask(TissueCommand command);
+  /// Strokes that can be taken back and brought again.
+  haptics::TissueVolume::Strokes strokes();
   /// Zero force, all threads joined, the recording complete. Throws RunFailure when the run failed.
   WorkbenchSummary stop();
 

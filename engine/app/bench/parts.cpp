@@ -74,6 +74,7 @@ constexpr BenchPart kParts[] = {
     {"calibration", "Calibration", "Every solver against the number of touches, beside Eigen's and OpenCV's own.",
      calibration},
     {"recording", "Recording", "A minute of drilling at 1 kHz into HDF5, by strength of compression.", bench_recording},
+    {"undo", "Undo", "A stroke taken back and brought again on the CT molar, and the memory it takes.", bench_undo},
     {"scaling", "Scaling",
      "The same drilling in ever larger bodies: what must not grow, and what grows with the surface.", bench_scaling}};
 

@@ -25,5 +25,6 @@ std::vector<BenchRow> bench_render(bool quick);
 std::vector<BenchRow> bench_recording(bool quick);
 std::vector<BenchRow> bench_scaling(bool quick);
 std::vector<BenchRow> bench_stability(bool quick);
+std::vector<BenchRow> bench_undo(bool quick);
 
 }  // namespace typodont
