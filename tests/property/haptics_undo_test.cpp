@@ -154,7 +154,9 @@ TEST(Undo, ThePatchUnderTheServoHoldsTheSameBitsAsTheVolumeWheneverItIsTakenBack
       // Taken back in the middle of a stroke, three times; once brought again at once.
       if (i == 600 || i == 900 || i == 1200) {
         EXPECT_TRUE(bench.carver.undo());
-        if (i == 900) EXPECT_TRUE(bench.carver.redo());
+        if (i == 900) {
+          EXPECT_TRUE(bench.carver.redo());
+        }
         ++edits;
       }
       if (!due && bench.carver.patch_due(bench.last)) due = true, due_since = i;
