@@ -17,8 +17,15 @@ class Carver {
   /// `tools` as Cut::tool numbers them.
   Carver(TissueVolume volume, std::span<const Tool> tools);
 
-  /// Cuts arrive in order and without gaps.
+  /// Cuts arrive in order and without gaps. Those with no pause between them are one stroke.
   void apply(const Cut& cut);
+
+  /// Takes the last stroke back, or brings it again; false when there is none. A patch is due then, and the servo starts
+  /// again from that: what it cut out of older ones does not count.
+  bool undo() { return edit(volume_.undo()); }
+  bool redo() { return edit(volume_.redo()); }
+  /// The next cut begins another stroke.
+  void end_stroke() { in_stroke_ = false; }
 
   /// True when the servo needs a fresh patch: it has none, or the tool moved far from the last one's centre.
   bool patch_due(const ServoTick& tick) const;
@@ -30,6 +37,7 @@ class Carver {
   TissueVolume& volume() { return volume_; }
   const TissueVolume& volume() const { return volume_; }
   std::uint64_t cuts() const { return cuts_; }
+  std::uint32_t patches() const { return patches_; }
 
  private:
   TissueVolume volume_;
@@ -37,6 +45,12 @@ class Carver {
   std::uint64_t cuts_ = 0;
   Pose end_;                   // where the last cut ended …
   std::uint32_t end_tool_ = 0;  // … and of which tool
+  bool edit(bool done);
+
+  Nanos cut_t_ = 0;              // of the last cut
+  bool in_stroke_ = false;
+  std::uint32_t edits_ = 0, patch_edits_ = 0;  // undone or brought again; the same when the last patch was cut out
+  std::uint64_t edited_at_ = 0;                // cuts_ at the last edit
   std::uint32_t patches_ = 0;
   dvec3 center_W_{0};
   double travel_ = 0;  // m

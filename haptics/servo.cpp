@@ -57,12 +57,24 @@ struct CutBoxes {
   struct Box {
     glm::ivec3 lo{0}, hi{0};
   };
+  /// The cut itself, to be made once more in a patch that was edited.
+  struct Made {
+    Pose X_WA, X_WB;
+    std::uint32_t tool = 0;
+    bool continues = false;
+  };
   std::array<Box, kCutHistory> boxes;
+  std::array<Made, kCutHistory> made;
   std::uint64_t last = 0;
 
-  void add(std::uint64_t index, const glm::ivec3& lo, const glm::ivec3& hi) noexcept {
-    boxes[index % kCutHistory] = {lo, hi};
+  void add(std::uint64_t index, const Sweep& sweep, const Made& cut) noexcept {
+    boxes[index % kCutHistory] = {sweep.lo(), sweep.hi()};
+    made[index % kCutHistory] = cut;
     last = index;
+  }
+  /// The oldest cut after `index` that is still known.
+  std::uint64_t first_after(std::uint64_t index) const noexcept {
+    return std::max(index, last >= kCutHistory ? last - kCutHistory : 0) + 1;
   }
   /// Union of the boxes of cuts after `index`; everything when that reaches back too far. False when there is none.
   bool since(std::uint64_t index, glm::ivec3& lo, glm::ivec3& hi) const noexcept {
@@ -248,7 +260,17 @@ void Servo::adopt(SurfacePatch& fresh) noexcept {
   State& s = *state_;
   if (fresh.n != s.patch.n) return;  // sized at set-up; never differs
   glm::ivec3 lo, hi;
-  if (s.patch.number != 0 && s.boxes.since(fresh.cuts, lo, hi)) merge(fresh, s.patch, lo, hi);
+  if (s.patch.number != 0 && fresh.edits != s.patch.edits) {
+    // A stroke was taken back or brought again: the old patch knows nothing of that, so the cuts made since are repeated,
+    // as the carver repeats them.
+    for (std::uint64_t i = s.boxes.first_after(fresh.cuts); i <= s.boxes.last; ++i) {
+      const CutBoxes::Made& made = s.boxes.made[i % kCutHistory];
+      const bool continues = made.continues && i != fresh.edited_at + 1;
+      carve(fresh, Sweep(s.tools[made.tool].tool, made.X_WA, made.X_WB, s.settings.frame, continues));
+    }
+  } else if (s.patch.number != 0 && s.boxes.since(fresh.cuts, lo, hi)) {
+    merge(fresh, s.patch, lo, hi);
+  }
   std::swap(fresh, s.patch);
 }
 
@@ -496,7 +518,8 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
   s.carved = may_cut && touching && !deep;
   if (s.carved) {
     const Pose X_WB{p_WG, X_WT.R};
-    const bool continues = sums.cuts > 0 && s.cut_tool == s.in_hand && same(s.X_WG, s.cut_end);
+    const bool edited = s.patch.edits > 0 && sums.cuts == s.patch.edited_at;  // see Carver::apply
+    const bool continues = sums.cuts > 0 && !edited && s.cut_tool == s.in_hand && same(s.X_WG, s.cut_end);
     const Sweep sweep(tool, s.X_WG, X_WB, settings.frame, continues);
     bool changed;
     const PerTissue removed = carve(s.patch, sweep, &changed);
@@ -511,7 +534,7 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
       ++sums.cuts;
       s.cut_end = X_WB;
       s.cut_tool = s.in_hand;
-      s.boxes.add(sums.cuts, sweep.lo(), sweep.hi());
+      s.boxes.add(sums.cuts, sweep, {s.X_WG, X_WB, s.in_hand, continues});
       cut = {sums.cuts, out.index, hand.t, s.X_WG, {p_WG, X_WT.R}, s.in_hand, {}, {}, spindle.speed};
       for (std::size_t i = 0; i < removed.size(); ++i) cut.removed[i] = removed[i] * h * h * h;
       out.cutting_power = energy / dt;

@@ -63,6 +63,21 @@ class TissueVolume {
   /// Gives all tissue inside the solid (voxel centres, one voxel beyond the surface included) another label.
   void paint(Tissue tissue, const Solid& solid);
 
+  // Strokes: what is carved and painted from begin_stroke() on can be taken back as one, and brought again. Memory goes
+  // with the leaves (8³ voxels) that were written to; nothing is kept before the first stroke.
+  void begin_stroke();
+  /// False when there is none. A stroke begun after an undo forgets what was undone.
+  bool undo();
+  bool redo();
+  struct Strokes {
+    std::size_t done = 0, undone = 0;  // that can be taken back, and brought again
+    std::size_t bytes = 0;             // kept for them
+  };
+  Strokes strokes() const;
+
+  /// The same tissue once more, without its strokes.
+  TissueVolume clone() const;
+
   /// Bricks (see FieldBrick) that hold surface.
   std::vector<glm::ivec3> surface_bricks() const;
   /// Bricks changed since the last call, neighbours that share samples included.

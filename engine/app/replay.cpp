@@ -5,6 +5,7 @@
 #include <cstring>
 #include <deque>
 
+#include "engine/app/resume.h"
 #include "engine/app/scene.h"
 #include "engine/base/error.h"
 #include "engine/session/hash.h"
@@ -36,6 +37,18 @@ void require_same_files(const session::SessionHeader& header) {
   }
 }
 
+std::vector<StrokeEdit> edits_of(const session::SessionReader& session) {
+  std::vector<StrokeEdit> edits;
+  for (const session::SessionEvent& event : session.events()) {
+    if (const auto edit = edit_of(event)) edits.push_back(*edit);
+  }
+  return edits;
+}
+
+void repeat(haptics::Carver& carver, const StrokeEdit& edit) {
+  edit.redo ? carver.redo() : carver.undo();
+}
+
 }  // namespace
 
 Scene scene_of(const session::SessionReader& session) {
@@ -47,7 +60,14 @@ Scene scene_of(const session::SessionReader& session) {
 
 haptics::TissueVolume tissue_at_end(const session::SessionReader& session, const Scene& scene, haptics::TissueVolume start) {
   haptics::Carver carver(std::move(start), haptics::tray(scene.servo));
-  for (const Cut& cut : session.cuts()) carver.apply(cut);
+  const std::vector<StrokeEdit> edits = edits_of(session);
+  auto edit = edits.begin();
+  for (const Cut& cut : session.cuts()) {
+    for (; edit != edits.end() && edit->cuts < cut.index; ++edit) repeat(carver, *edit);
+    carver.apply(cut);
+  }
+  for (; edit != edits.end(); ++edit) repeat(carver, *edit);
+  carver.end_stroke();
   return std::move(carver.volume());
 }
 
@@ -73,11 +93,20 @@ ReplayResult replay_session(const std::filesystem::path& session_file, const std
       waiting.pop_front();
     }
   };
+  const std::vector<StrokeEdit> edits = edits_of(session);
+  auto edit = edits.begin();
+  const auto edit_through = [&](std::uint32_t patches) {  // those made before patch number `patches` + 1 was cut out
+    for (; edit != edits.end() && edit->patches <= patches; ++edit) {
+      apply_through(edit->cuts);
+      repeat(carver, *edit);
+    }
+  };
   auto patch = session.patches().begin();
   constexpr std::uint64_t kChunk = 65536;
   for (std::uint64_t first = 0; first < session.tick_count(); first += kChunk) {
     for (const ServoTick& recorded : session.ticks(first, kChunk)) {
       for (; patch != session.patches().end() && patch->first_tick <= recorded.index; ++patch) {
+        edit_through(patch->patch - 1);
         apply_through(patch->cuts);
         carver.cut_out(patch->center_W, spare);
         servo.adopt(spare);
@@ -99,6 +128,7 @@ ReplayResult replay_session(const std::filesystem::path& session_file, const std
     }
     if (progress) progress(static_cast<double>(result.ticks) / static_cast<double>(session.tick_count()));
   }
+  edit_through(UINT32_MAX);
   apply_through(UINT64_MAX);
   const std::uint64_t field = carver.volume().hash();
   result.field_hash = fmt::format("{:016x}", field);

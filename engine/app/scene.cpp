@@ -11,6 +11,7 @@
 #include <sstream>
 
 #include "engine/app/paint_file.h"
+#include "engine/app/resume.h"
 #include "engine/app/surroundings.h"
 #include "engine/app/tissue_edit.h"
 #include "engine/base/error.h"
@@ -155,12 +156,13 @@ Scene read_scene(const fs::path& file) {
 Scene parse_scene(const Json& json, const fs::path& file) {
   json.allow_only({"name", "description", "tissue", "paint", "tool", "tools", "spindle_krpm", "spindle", "coupling", "materials",
                    "parts", "friction", "cutting", "passivity", "boundary_walls", "force_filter", "vibration", "score", "sound", "prepare",
-                   "paint_file", "task", "surroundings", "mouth_mirror"});
+                   "paint_file", "task", "surroundings", "mouth_mirror", "resume"});
   Scene scene;
   scene.file = file;
   scene.text = json.text();
   scene.name = json.string_or("name", file.stem().string());
   scene.tissue = json["tissue"];
+  scene.resume = json.string_or("resume", "");
   if (!scene.tissue->is_object()) scene.tissue->fail("an object with \"volume\" or \"solids\"");
   if (scene.tissue->has("volume")) {
     scene.tissue->allow_only({"volume"});
@@ -295,6 +297,11 @@ haptics::ServoSettings servo_settings(const Scene& scene, const haptics::TissueV
 }
 
 haptics::TissueVolume load_tissue(const Scene& scene) {
+  haptics::TissueVolume untouched = load_untouched(scene);
+  return scene.resume.empty() ? std::move(untouched) : resumed_tissue(scene, untouched);
+}
+
+haptics::TissueVolume load_untouched(const Scene& scene) {
   const auto read = [&] {
     if (const fs::path file = volume_file(scene); !file.empty()) return haptics::TissueVolume::load(file);
     return haptics::TissueVolume(haptics::read_solids(*scene.tissue));

@@ -25,6 +25,7 @@ struct Scene {
   std::vector<Json> paint;       // tissue painted into it, e.g. a lesion
   std::filesystem::path paint_file;  // strokes painted by hand; empty: none
   std::vector<Json> prepare;        // solids taken away before the session begins
+  std::string resume;               // a volume or session to go on from; empty: the tissue is untouched
   std::optional<Json> score;
   std::optional<session::Task> task;
   bool vibration_band_set = false;  // the scene says how far the spindle's vibration goes; otherwise the hand's device
@@ -47,6 +48,8 @@ std::filesystem::path volume_file(const Scene& scene);
 MouthMirror read_mouth_mirror(const Json& json);
 
 /// Loads or samples the tissue and paints into it. Throws Error.
+haptics::TissueVolume load_untouched(const Scene& scene);
+/// The same; of a scene that goes on from a half-done preparation, that one.
 haptics::TissueVolume load_tissue(const Scene& scene);
 
 /// The scene's servo settings completed for this tissue, servo rate (Hz) and the hand's vibration band (Hz), which the

@@ -14,13 +14,16 @@ session::SessionHeader session_header(const Scene& scene, const std::filesystem:
   header.servo_rate = rate;
   header.vibration_band = hand.info().vibration_band;
   header.voxel = tissue.frame().voxel;
-  header.volumes_before = tissue.volumes();
+  header.volumes_before = scene.resume.empty() ? tissue.volumes() : load_untouched(scene).volumes();
   header.files.push_back(session::describe_file(std::filesystem::absolute(scene.file)));
   if (const auto volume = scene.tissue->find("volume")) {
     header.files.push_back(
         session::describe_file(std::filesystem::absolute(find_file(volume->string(), scene.file.parent_path()))));
   }
   if (!scene.paint_file.empty()) header.files.push_back(session::describe_file(std::filesystem::absolute(scene.paint_file)));
+  if (!scene.resume.empty()) {
+    header.files.push_back(session::describe_file(std::filesystem::absolute(find_file(scene.resume, scene.file.parent_path()))));
+  }
   if (!rig_file.empty()) {
     header.rig_json = Json::load(rig_file).text();
     header.files.push_back(session::describe_file(std::filesystem::absolute(rig_file)));

@@ -278,7 +278,7 @@ std::optional<session::ExploreMeter> TaskJudge::explore_meter() const {
 
 JudgedSession judge_session(const session::SessionReader& session) {
   Scene scene = scene_of(session);
-  haptics::TissueVolume start = load_tissue(scene);
+  haptics::TissueVolume start = load_untouched(scene);
   haptics::TissueVolume after = tissue_at_end(session, scene, load_tissue(scene));
   const TaskJudge judge(scene, start);
   session::ScoreInput input = session::score_input(session);

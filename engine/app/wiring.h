@@ -13,6 +13,7 @@
 #include "engine/display/hmd.h"
 #include "engine/render/renderer.h"
 #include "haptics/servo.h"
+#include "haptics/tissue_volume.h"
 
 namespace typodont {
 
@@ -27,6 +28,17 @@ struct XrHandSample {
   Nanos t = 0;
 };
 
+/// What a user asks of the tissue while a session runs.
+enum class TissueCommand { kUndo, kRedo, kSave };
+
+/// A stroke taken back or brought again, between two cuts and between two patches: with these a replay is exact.
+struct StrokeEdit {
+  Nanos t = 0;
+  bool redo = false;
+  std::uint64_t cuts = 0;     // in the tissue when it happened
+  std::uint32_t patches = 0;  // cut out before it
+};
+
 struct Wiring {
   explicit Wiring(const haptics::SurfacePatch& empty) : patch(empty) {}
 
@@ -38,6 +50,11 @@ struct Wiring {
   // SERVO → RENDER
   Latest<ServoTick> tick_to_render;
   Ring<Cut> cuts_to_debris{1 << 12};
+  // UI → CARVER → UI
+  Ring<TissueCommand> tissue_commands{64};
+  Latest<haptics::TissueVolume::Strokes> strokes_to_render{{}};
+  // CARVER → RECORDER
+  Ring<StrokeEdit> edits_to_recorder{1 << 10};
   // CARVER → RENDER
   Ring<MeshBatch*> bricks{256};
   // RENDER (window) → SERVO, where the mouse is the hand

@@ -16,6 +16,7 @@
 #include "engine/app/mouse_hand.h"
 #include "engine/app/picture_stage.h"
 #include "engine/app/quality_ladder.h"
+#include "engine/app/resume.h"
 #include "engine/app/session_record.h"
 #include "engine/app/sound_link.h"
 #include "engine/app/tissue_view.h"
@@ -62,6 +63,7 @@ struct Session {
   std::size_t xr_stream = 0;  // which of the recording's streams they are
   SoundLink* sound = nullptr;
   std::size_t left_stream = 0;  // of the recording, where there is a second hand
+  std::filesystem::path save;  // of the tissue
 
   Session(const Scene& s, haptics::TissueVolume tissue)
       : scene(s), carver(std::move(tissue), haptics::tray(s.servo)), wiring(empty_patch(edge(s, carver.volume()))) {}
@@ -136,8 +138,36 @@ void servo_thread(Session& s, haptics::HapticDevice& hand) {
   wiring.servo_ended = true;
 }
 
+/// Writes a copy of the tissue beside the session, which goes on.
+class TissueSaver {
+ public:
+  void start(const haptics::TissueVolume& tissue, const std::filesystem::path& file) {
+    if (file.empty()) return log::warn("nowhere to save to: start with --save VOLUME.vdb");
+    thread_ = std::jthread([copy = std::make_shared<haptics::TissueVolume>(tissue.clone()), file] {
+      try {
+        copy->save(file);
+        log::info("saved {}", file.string());
+      } catch (const std::exception& e) {
+        log::warn("not saved: {}", e.what());
+      }
+    });
+  }
+
+ private:
+  std::jthread thread_;  // a later one waits for an earlier one
+};
+
+void obey(Session& s, TissueCommand command, Nanos t, TissueSaver& saver) {
+  Wiring& wiring = s.wiring;
+  if (command == TissueCommand::kSave) return saver.start(s.carver.volume(), s.save);
+  const bool redo = command == TissueCommand::kRedo;
+  const StrokeEdit edit{t, redo, s.carver.cuts(), s.carver.patches()};
+  if ((redo ? s.carver.redo() : s.carver.undo()) && s.record) wiring.edits_to_recorder.push(edit);
+}
+
 void carver_thread(Session& s) {
   Wiring& wiring = s.wiring;
+  TissueSaver saver;
   TissueView view;
   Nanos meshed = 0;
   bool first = true;
@@ -148,6 +178,12 @@ void carver_thread(Session& s) {
       s.carver.apply(cut);
       worked = true;
     }
+    TissueCommand command;
+    while (wiring.tissue_commands.pop(command)) {
+      obey(s, command, wiring.tick_to_carver.front().t, saver);
+      worked = true;
+    }
+    if (worked) wiring.strokes_to_render.publish(s.carver.volume().strokes());
     if (wiring.tick_to_carver.fetch()) {
       const ServoTick& tick = wiring.tick_to_carver.front();
       if (is_finite(tick.X_WG.p) && s.carver.patch_due(tick)) {
@@ -173,7 +209,10 @@ void recorder_thread(Session& s, session::SessionWriter& writer) {
     ServoTick tick;
     Cut cut;
     PatchUse use;
+    StrokeEdit edit;
     while (wiring.patches_to_recorder.pop(use)) writer.append({&use, 1});
+    // After the patches: the edit that made one of them due is then there too.
+    while (wiring.edits_to_recorder.pop(edit)) writer.append(event_of(edit));
     while (wiring.cuts_to_recorder.pop(cut)) writer.append({&cut, 1});
     while (wiring.ticks_to_recorder.pop(tick)) writer.append({&tick, 1});
     haptics::HandSample left;
@@ -241,6 +280,7 @@ struct Workbench::Impl {
   void start();
   bool step();
   void follow_keys(const display::UserInput& input);
+  void edit_tissue(const display::UserInput& input);
   void draw();
   void hold(bool on) noexcept;
   void report_hand();
@@ -267,6 +307,8 @@ void Workbench::Impl::set_up() {
           : !window && !hmd ? "picture: off, an offscreen rig shows nothing live; use 'typodont render' or 'typodont demo'"
                     : "picture: off, the scene does not name \"render\"");
   s.record = !options.record.empty();
+  s.save = options.save;
+  if (!scene.resume.empty()) explain("tissue: going on from " + scene.resume);
   explain(s.record ? "recording: on, " + options.record.string() : "recording: off, no --record FILE.h5");
   s.debris = s.draw && scene.needs("debris");
   explain(s.debris ? "debris: on"
@@ -376,6 +418,7 @@ void Workbench::Impl::start() {
   began = last_frame = now();
   const std::size_t tools = std::min<std::size_t>(haptics::tray(scene.servo).size(), 9);
   if (pointer) keys = "left button: drill   wheel: in and out   ";
+  keys += "Z, Y: undo, redo   ";
   if (tools > 1) keys += fmt::format("1–{}: tools   ", tools);
   if (headset) headset->start(began);
 }
@@ -398,6 +441,7 @@ bool Workbench::Impl::step() {
     if (input.close) return false;
     if (pointer) s.wiring.pointer.publish(pointer->follow(input, now() - began));
     follow_keys(input);
+    edit_tissue(input);
     draw();
     return true;
   } catch (const std::exception& e) {  // the picture is lost: the session ends in order
@@ -448,6 +492,15 @@ void Workbench::Impl::follow_keys(const display::UserInput& input) {
   }
 }
 
+/// Ctrl+Z, Ctrl+Y and Ctrl+S; the letters alone do as well.
+void Workbench::Impl::edit_tissue(const display::UserInput& input) {
+  for (const int key : input.pressed) {
+    if (key == 'Z') session->wiring.tissue_commands.push(TissueCommand::kUndo);
+    if (key == 'Y') session->wiring.tissue_commands.push(TissueCommand::kRedo);
+    if (key == 'S') session->wiring.tissue_commands.push(TissueCommand::kSave);
+  }
+}
+
 void Workbench::Impl::draw() {
   Session& s = *session;
   if (s.wiring.tick_to_render.fetch()) tick = s.wiring.tick_to_render.front();
@@ -495,6 +548,13 @@ void Workbench::Impl::end() {
   std::signal(SIGINT, SIG_DFL);
   std::signal(SIGTERM, SIG_DFL);
 
+  if (!s.save.empty()) {
+    try {
+      s.carver.volume().save(s.save);
+    } catch (const std::exception& e) {
+      failure = e.what();
+    }
+  }
   if (writer && !writer->finish(session_result(s.carver.volume()))) failure = writer->status().message;
   summary.seconds = to_seconds(s.last.t);
   const LoopTiming& timing = s.loop->report().timing;
@@ -525,6 +585,14 @@ bool Workbench::step() {
 }
 void Workbench::hold(bool on) noexcept {
   impl_->hold(on);
+}
+void Workbench::ask(TissueCommand command) {
+  impl_->session->wiring.tissue_commands.push(command);
+}
+haptics::TissueVolume::Strokes Workbench::strokes() {
+  auto& latest = impl_->session->wiring.strokes_to_render;
+  latest.fetch();
+  return latest.front();
 }
 WorkbenchSummary Workbench::stop() {
   impl_->end();

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "engine/app/scene.h"
+#include "engine/app/wiring.h"
 #include "engine/contract/loop_timing.h"
 #include "engine/display/head_tracker.h"
 
@@ -25,6 +26,7 @@ struct WorkbenchOptions {
   std::filesystem::path touches;  // where pairs for `calibrate register` go, of a headset's controller and an arm
   double seconds = 1e18;         // end by itself after so long
   bool explain = false;          // say what is active, and why the rest is not
+  std::filesystem::path save;    // the tissue goes there at the end, and when asked for; empty: nowhere
 };
 
 struct WorkbenchSummary {
@@ -56,6 +58,10 @@ class Workbench {
   bool step();
   /// The emergency key: no drill and no force until it is let go on again (hands.h).
   void hold(bool on) noexcept;
+  /// A stroke back or again, or the tissue saved as it is; done by the carver within its next turn. From the drawing thread.
+  void ask(TissueCommand command);
+  /// Strokes that can be taken back and brought again.
+  haptics::TissueVolume::Strokes strokes();
   /// Zero force, all threads joined, the recording complete. Throws RunFailure when the run failed.
   WorkbenchSummary stop();
 

@@ -17,6 +17,7 @@
 #include "engine/base/error.h"
 #include "engine/base/units.h"
 #include "haptics/solid.h"
+#include "haptics/volume/leaf_history.h"
 #include "haptics/volume/vdb_guard.h"
 
 namespace typodont::haptics {
@@ -65,6 +66,16 @@ void insert_bricks(const glm::ivec3& lo, const glm::ivec3& hi, KeySet& keys) {
 
 }  // namespace
 
+/// All that one stroke changed, as it was before; once undone, as it was after.
+struct StrokeKept {
+  using Distance = LeafHistory<openvdb::FloatTree>;
+  using Labels = LeafHistory<openvdb::Int32Tree>;
+  Distance::Stroke distance;
+  Labels::Stroke tissue;
+  std::vector<glm::ivec3> carved;  // bricks first cut by this stroke
+  std::size_t bytes = 0;           // once it is complete
+};
+
 struct TissueVolume::Impl {
   openvdb::FloatGrid::Ptr distance;  // voxels
   openvdb::Int32Grid::Ptr tissue;
@@ -73,11 +84,45 @@ struct TissueVolume::Impl {
   bool exact_outside = true;
   KeySet changed;   // bricks since take_changed_bricks
   KeySet carved;    // bricks ever cut: distances outside the tissue are no longer true there
+  std::vector<StrokeKept> strokes;
+  std::size_t done = 0;     // strokes in the tissue; those after it were undone
+  bool in_stroke = false;   // the last one is still being made
 
   Impl() { openvdb::initialize(); }
   void make_grids(float band_voxels) {
     distance = openvdb::FloatGrid::create(band_voxels);
     tissue = openvdb::Int32Grid::create(0);
+  }
+
+  StrokeKept* stroke() { return in_stroke ? &strokes.back() : nullptr; }
+
+  /// Drops leaves that were looked at only, and a stroke that changed nothing.
+  void complete_stroke() {
+    if (!in_stroke) return;
+    in_stroke = false;
+    StrokeKept& stroke = strokes.back();
+    const auto idle = [](const auto& entry) { return !entry.second.changed; };
+    std::erase_if(stroke.distance, idle);
+    std::erase_if(stroke.tissue, idle);
+    if (stroke.distance.empty() && stroke.tissue.empty()) {
+      strokes.pop_back();
+      --done;
+      return;
+    }
+    stroke.bytes = StrokeKept::Distance::bytes(stroke.distance) + StrokeKept::Labels::bytes(stroke.tissue) +
+                   stroke.carved.size() * sizeof(glm::ivec3);
+  }
+
+  void exchange(StrokeKept& stroke, bool back) {
+    StrokeKept::Distance::exchange(distance->tree(), stroke.distance);
+    StrokeKept::Labels::exchange(tissue->tree(), stroke.tissue);
+    constexpr int n = openvdb::FloatTree::LeafNodeType::DIM;
+    for (const auto& [origin, kept] : stroke.distance) insert_bricks(vec(origin), vec(origin) + n - 1, changed);
+    for (const auto& [origin, kept] : stroke.tissue) insert_bricks(vec(origin), vec(origin) + n - 1, changed);
+    for (const glm::ivec3& brick : stroke.carved) {
+      if (back) carved.erase(brick);
+      else carved.insert(brick);
+    }
   }
 };
 
@@ -306,29 +351,79 @@ void TissueVolume::carve(const Sweep& sweep) {
   constexpr int n = Leaf::DIM;
   auto accessor = v.distance->getAccessor();
   glm::ivec3 changed_lo(INT_MAX), changed_hi(INT_MIN);
+  StrokeKept* const stroke = v.stroke();
 
   for (int x0 = floor_div(sweep.lo().x, n) * n; x0 <= sweep.hi().x; x0 += n) {
     for (int y0 = floor_div(sweep.lo().y, n) * n; y0 <= sweep.hi().y; y0 += n) {
       for (int z0 = floor_div(sweep.lo().z, n) * n; z0 <= sweep.hi().z; z0 += n) {
         const openvdb::Coord origin(x0, y0, z0);
         Leaf* leaf = accessor.probeLeaf(origin);
+        if (!leaf && accessor.getValue(origin) > 0) continue;  // air, far from any surface
+        auto* kept = stroke ? &StrokeKept::Distance::keep(stroke->distance, accessor, origin) : nullptr;
         if (!leaf) {
-          if (accessor.getValue(origin) > 0) continue;  // air, far from any surface
-          leaf = accessor.touchLeaf(origin);            // solid, far inside: the cut brings it into the band
+          leaf = accessor.touchLeaf(origin);  // solid, far inside: the cut brings it into the band
+          if (kept) kept->changed = true;
         }
         const glm::ivec3 lo = glm::max(glm::ivec3(x0, y0, z0), sweep.lo());
         const glm::ivec3 hi = glm::min(glm::ivec3(x0, y0, z0) + n - 1, sweep.hi());
         const int first = ((lo.x - x0) * n + (lo.y - y0)) * n + (lo.z - z0);
         if (!sweep.raise(lo, hi - lo + 1, leaf->buffer().data() + first, n * n, n, nullptr, nullptr)) continue;
         leaf->setValuesOn();
+        if (kept) kept->changed = true;
         changed_lo = glm::min(changed_lo, lo);
         changed_hi = glm::max(changed_hi, hi);
       }
     }
   }
   if (changed_lo.x > changed_hi.x) return;
-  insert_bricks(changed_lo, changed_hi, v.changed);
-  insert_bricks(changed_lo, changed_hi, v.carved);
+  KeySet bricks;
+  insert_bricks(changed_lo, changed_hi, bricks);
+  for (const glm::ivec3& brick : bricks) {
+    v.changed.insert(brick);
+    if (v.carved.insert(brick).second && stroke) stroke->carved.push_back(brick);
+  }
+}
+
+void TissueVolume::begin_stroke() {
+  Impl& v = *impl_;
+  v.complete_stroke();
+  v.strokes.resize(v.done);
+  v.strokes.emplace_back();
+  ++v.done;
+  v.in_stroke = true;
+}
+
+bool TissueVolume::undo() {
+  Impl& v = *impl_;
+  v.complete_stroke();
+  if (v.done == 0) return false;
+  v.exchange(v.strokes[--v.done], true);
+  return true;
+}
+
+bool TissueVolume::redo() {
+  Impl& v = *impl_;
+  v.complete_stroke();
+  if (v.done == v.strokes.size()) return false;
+  v.exchange(v.strokes[v.done++], false);
+  return true;
+}
+
+TissueVolume::Strokes TissueVolume::strokes() const {
+  const Impl& v = *impl_;
+  Strokes strokes{v.done, v.strokes.size() - v.done, 0};
+  for (const StrokeKept& stroke : v.strokes) strokes.bytes += stroke.bytes;
+  return strokes;
+}
+
+TissueVolume TissueVolume::clone() const {
+  auto copy = std::make_unique<Impl>();
+  const Impl& v = *impl_;
+  copy->distance = v.distance->deepCopy();
+  copy->tissue = v.tissue->deepCopy();
+  copy->frame = v.frame, copy->band = v.band, copy->exact_outside = v.exact_outside;
+  copy->carved = v.carved;
+  return TissueVolume(std::move(copy));
 }
 
 void TissueVolume::paint(Tissue label, const Solid& solid) {
@@ -344,6 +439,10 @@ void TissueVolume::paint(Tissue label, const Solid& solid) {
       for (int z = a.z; z <= b.z; ++z) {
         const openvdb::Coord at(x, y, z);
         if (accessor.getValue(at) == 0 || solid.distance(v.frame.to_world(dvec3(x, y, z))) > 0) continue;
+        if (StrokeKept* const stroke = v.stroke()) {
+          constexpr int mask = ~(openvdb::Int32Tree::LeafNodeType::DIM - 1);
+          StrokeKept::Labels::keep(stroke->tissue, accessor, {x & mask, y & mask, z & mask}).changed = true;
+        }
         accessor.setValue(at, static_cast<int>(label));
       }
     }

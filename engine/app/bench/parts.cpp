@@ -90,6 +90,7 @@ constexpr BenchPart kParts[] = {
      "The whole program: from a step of the hand to force, sound and picture; from the command to the first of them. "
      "Wall clock.",
      bench_latency},
+    {"undo", "Undo", "A stroke taken back and brought again on the CT molar, and the memory it takes.", bench_undo},
     {"scaling", "Scaling",
      "The same drilling in ever larger bodies: what must not grow, and what grows with the surface.", bench_scaling}};
 

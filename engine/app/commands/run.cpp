@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "engine/app/commands/commands.h"
+#include "engine/app/resume.h"
 #include "engine/app/workbench.h"
 #include "engine/base/log.h"
 #include "engine/base/units.h"
@@ -16,13 +17,14 @@ namespace typodont {
 namespace {
 
 struct Options {
-  std::string scene;
+  std::string scene, resume;
   WorkbenchOptions workbench;
   bool json = false;
 };
 
 void run(const Options& options) {
-  const Scene scene = read_scene(options.scene);
+  Scene scene = read_scene(options.scene);
+  if (!options.resume.empty()) scene = with_resume(scene, options.resume);
   const WorkbenchSummary s = run_workbench(scene, options.workbench);
   double removed = 0;
   for (const double v : s.removed) removed += v;
@@ -62,7 +64,9 @@ void add_run_command(CLI::App& app) {
   auto options = std::make_shared<Options>();
   WorkbenchOptions& w = options->workbench;
   CLI::App* command = app.add_subcommand("run", "Run a scene live: with a display, the mouse is the hand");
-  command->footer("Example:\n  typodont run assets/scenes/molar-caries.json --record session.h5");
+  command->footer("Z takes the last stroke back, Y brings it again; S saves the tissue.\n"
+      "Example:\n  typodont run assets/scenes/molar-caries.json --record session.h5\n"
+      "Example: typodont run assets/scenes/molar-caries.json --resume session.h5 --record second.h5");
   command->add_option("scene", options->scene, "scene file (JSON)")->required();
   command->add_option("--rig", w.rig, "rig file (JSON): where screen, mirror, eyes and device are");
   command->add_option("--hand", w.hand, "script:HAND.csv, mouse:, spacemouse:, woodenhaptics:[PATH], …");
@@ -75,6 +79,8 @@ void add_run_command(CLI::App& app) {
   command->add_option("--record", w.record, "record the session (.h5)");
   command->add_option("--touches", w.touches,
                       "pairs for 'calibrate register': touch a headset controller's tip with the arm, pull the trigger");
+  command->add_option("--save", w.save, "save the tissue here at the end, and whenever S is pressed (.vdb)");
+  command->add_option("--resume", options->resume, "go on from a saved tissue (.vdb) or from a recorded session's end (.h5)");
   command->add_option("--seconds", w.seconds, "end after so long")->check(CLI::PositiveNumber);
   command->add_flag("--explain", w.explain, "say what is active, and why the rest is not");
   command->add_flag("--json", options->json, "print the summary as JSON");

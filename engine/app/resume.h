@@ -1,0 +1,26 @@
+// Going on with a half-done preparation: from a saved volume, or from where a recorded session ended. What counts as the
+// untouched tissue stays the scene's own.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+
+#include "engine/app/scene.h"
+#include "engine/app/wiring.h"
+#include "engine/session/session_data.h"
+
+namespace typodont {
+
+/// The scene as it is, going on from this volume (.vdb) or session (.h5). Throws Error when it is neither.
+Scene with_resume(const Scene& scene, const std::filesystem::path& file);
+
+/// The tissue at that point; that of a session with its strokes, which can still be taken back. Throws Error when it is
+/// not of this scene's tissue.
+haptics::TissueVolume resumed_tissue(const Scene& scene, const haptics::TissueVolume& untouched);
+
+/// What a recording says of a stroke taken back or brought again, and the way back; nothing for other events. Throws Error
+/// when the event's text is damaged.
+session::SessionEvent event_of(const StrokeEdit& edit);
+std::optional<StrokeEdit> edit_of(const session::SessionEvent& event);
+
+}  // namespace typodont

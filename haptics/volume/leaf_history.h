@@ -1,0 +1,63 @@
+// What strokes changed in an OpenVDB tree, leaf by leaf: before a stroke first touches a leaf, the leaf is kept as it was;
+// undo and redo exchange it with the one in the tree, by pointer. Only for tissue_volume.cpp.
+#pragma once
+
+#include <openvdb/openvdb.h>
+
+#include <memory>
+#include <unordered_map>
+#include <vector>
+
+namespace typodont::haptics {
+
+template <class Tree>
+class LeafHistory {
+ public:
+  using Leaf = typename Tree::LeafNodeType;
+  using Value = typename Tree::ValueType;
+
+  /// A leaf as it was, or the tile in its place.
+  struct Kept {
+    std::unique_ptr<Leaf> leaf;  // null: a tile
+    Value tile{};
+    bool tile_on = false;
+    bool changed = false;  // the stroke wrote to it; a leaf that was only looked at is dropped
+  };
+  struct CoordHash {
+    std::size_t operator()(const openvdb::Coord& c) const {
+      return static_cast<std::size_t>(c.x()) * 73856093u ^ static_cast<std::size_t>(c.y()) * 19349663u ^ static_cast<std::size_t>(c.z()) * 83492791u;
+    }
+  };
+  using Stroke = std::unordered_map<openvdb::Coord, Kept, CoordHash>;
+
+  /// Before the leaf at `origin` is written to, or made; whoever then does sets `changed`.
+  template <class Accessor>
+  static Kept& keep(Stroke& stroke, Accessor& accessor, const openvdb::Coord& origin) {
+    const auto [it, fresh] = stroke.try_emplace(origin);
+    if (!fresh) return it->second;
+    Kept& kept = it->second;
+    if (const Leaf* leaf = accessor.probeConstLeaf(origin)) {
+      kept.leaf = std::make_unique<Leaf>(*leaf);
+    } else {
+      kept.tile_on = accessor.probeValue(origin, kept.tile);
+    }
+    return kept;
+  }
+
+  /// Puts back what was kept and keeps what was there: undo and redo alike.
+  static void exchange(Tree& tree, Stroke& stroke) {
+    for (auto& [origin, kept] : stroke) {
+      std::unique_ptr<Leaf> there(tree.template stealNode<Leaf>(origin, kept.tile, kept.tile_on));
+      if (kept.leaf) tree.addLeaf(kept.leaf.release());
+      kept.leaf = std::move(there);
+    }
+  }
+
+  static std::size_t bytes(const Stroke& stroke) {
+    std::size_t sum = sizeof(Stroke);
+    for (const auto& [origin, kept] : stroke) sum += sizeof(origin) + sizeof(kept) + 16 + (kept.leaf ? kept.leaf->memUsage() : 0);
+    return sum;
+  }
+};
+
+}  // namespace typodont::haptics

@@ -1,0 +1,136 @@
+// A live session with strokes taken back: its replay is exact, its tissue can be saved, and another session goes on from it.
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <thread>
+
+#include "engine/app/replay.h"
+#include "engine/app/resume.h"
+#include "engine/app/workbench.h"
+#include "engine/session/session_file.h"
+#include "tests/support/program.h"
+
+namespace typodont {
+namespace {
+
+using namespace std::chrono_literals;
+using test::ProgramFolder;
+
+constexpr std::string_view kScene = R"({
+  "tissue": {"voxel_mm": 0.2, "solids": [{"tissue": "dentin", "solid": {"box": {"center_mm": [0, 0, 0], "size_mm": [10, 10, 4]}}}]},
+  "tool": {"shape": "sphere", "diameter_mm": 1.6}, "spindle_krpm": 300, "parts": ["haptics"]})";
+
+/// Three strokes through the block's top, with the pedal up between them, and a rest.
+std::string hand(double y_mm = 0) {
+  std::string csv = "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n";
+  double t = 0;
+  const auto row = [&](double x, double z, double pedal, double wait) {
+    csv += fmt::format("{:.3f},{},{},{},1,0,0,0,{}\n", t, x, y_mm, z, pedal);
+    t += wait;
+  };
+  for (int stroke = 0; stroke < 3; ++stroke) {
+    const double x = -3 + 2.0 * stroke;
+    row(x, 4, 0, 0.25), row(x, 3, 1, 0.2), row(x, 2.2, 1, 0.3), row(x + 1, 2.2, 1, 0.2), row(x + 1, 4, 0, 0.35);
+  }
+  row(2, 4, 0, 0.6), row(2, 4, 0, 0);
+  return csv;
+}
+
+class UndoSession : public testing::Test {
+ protected:
+  UndoSession() {
+    folder.write("scene.json", std::string(kScene));
+    folder.write("hand.csv", hand());
+    scene = read_scene(folder.path() / "scene.json");
+  }
+  /// Runs the script to its end; at each of the times (s) asks for what stands beside it.
+  WorkbenchSummary run(const Scene& of, const std::string& record, std::vector<std::pair<double, TissueCommand>> asks, const std::string& save = "") {
+    WorkbenchOptions options;
+    options.hand = "script:" + (folder.path() / "hand.csv").string();
+    options.audio = "none:";
+    options.record = folder.path() / record;
+    if (!save.empty()) options.save = folder.path() / save;
+    Workbench bench(of, options);
+    bench.start();
+    const Nanos began = now();
+    while (bench.step()) {
+      while (!asks.empty() && to_seconds(now() - began) >= asks.front().first) {
+        bench.ask(asks.front().second);
+        asks.erase(asks.begin());
+      }
+    }
+    strokes = bench.strokes();
+    return bench.stop();
+  }
+  static double volume(const haptics::TissueVolume& tissue) { return tissue.volumes()[static_cast<std::size_t>(Tissue::kDentin)]; }
+  static int edits(const std::filesystem::path& file) {
+    int count = 0;
+    for (const session::SessionEvent& event : session::SessionReader(file).events()) count += edit_of(event).has_value();
+    return count;
+  }
+
+  ProgramFolder folder{TYPODONT_PROGRAM};
+  Scene scene;
+  haptics::TissueVolume::Strokes strokes;
+};
+
+TEST_F(UndoSession, IsReplayedBitForBitWithItsStrokesTakenBackInTheMiddleOfDrilling) {
+  // While the first stroke cuts, in a pause, after the end; one is brought again.
+  run(scene, "session.h5", {{0.6, TissueCommand::kUndo}, {1.25, TissueCommand::kUndo}, {1.3, TissueCommand::kRedo}, {4.1, TissueCommand::kUndo}});
+  EXPECT_GE(edits(folder.path() / "session.h5"), 3);
+  const ReplayResult replay = replay_session(folder.path() / "session.h5");
+  EXPECT_TRUE(replay.identical) << replay.what_differs;
+  EXPECT_GT(replay.ticks, 1000u);
+  // The tissue at the end from cuts and events alone is the same.
+  const session::SessionReader session(folder.path() / "session.h5");
+  EXPECT_EQ(tissue_at_end(session, scene_of(session), load_tissue(scene)).hash(), session.result()->field_hash);
+}
+
+TEST_F(UndoSession, WhatIsTakenBackIsWholeAgain) {
+  run(scene, "cut.h5", {});
+  ASSERT_GE(strokes.done, 3u);
+  const double before = volume(load_tissue(scene));
+  const session::SessionReader cut(folder.path() / "cut.h5");
+  haptics::TissueVolume after = tissue_at_end(cut, scene, load_tissue(scene));
+  EXPECT_LT(volume(after), before);
+  while (after.undo()) {
+  }
+  EXPECT_EQ(after.hash(), load_tissue(scene).hash());
+}
+
+TEST_F(UndoSession, APreparationGoesOnFromASessionOrASavedVolumeAndIsMeasuredAgainstTheUntouchedTissue) {
+  run(scene, "first.h5", {}, "half.vdb");
+  const double untouched = volume(load_tissue(scene));
+  const session::SessionReader first(folder.path() / "first.h5");
+  const double half = first.result()->volumes_after[static_cast<std::size_t>(Tissue::kDentin)];
+  ASSERT_LT(half, untouched);
+  for (const char* from : {"first.h5", "half.vdb"}) {
+    const Scene resumed = with_resume(scene, folder.path() / from);
+    EXPECT_NEAR(volume(load_tissue(resumed)) / half, 1, 1e-6) << from;
+    folder.write("hand.csv", hand(2.5));
+    run(resumed, "second.h5", {{1.3, TissueCommand::kUndo}});
+    const session::SessionReader second(folder.path() / "second.h5");
+    EXPECT_NEAR(second.header().volumes_before[static_cast<std::size_t>(Tissue::kDentin)] / untouched, 1, 1e-12) << from;
+    EXPECT_LT(second.result()->volumes_after[static_cast<std::size_t>(Tissue::kDentin)], half) << from;
+    const ReplayResult replay = replay_session(folder.path() / "second.h5");
+    EXPECT_TRUE(replay.identical) << from << ": " << replay.what_differs;
+  }
+  // A session that is gone on from brings its strokes along.
+  haptics::TissueVolume tissue = load_tissue(with_resume(scene, folder.path() / "first.h5"));
+  ASSERT_GE(tissue.strokes().done, 3u);
+  while (tissue.undo()) {
+  }
+  EXPECT_EQ(tissue.hash(), load_tissue(scene).hash());
+}
+
+TEST_F(UndoSession, AnotherTissuesVolumeIsRefusedByName) {
+  folder.write("other.json", R"({"tissue": {"voxel_mm": 0.25, "solids": [{"tissue": "enamel", "solid": {"sphere": {"radius_mm": 3}}}]}, "tool": "round_012"})");
+  load_tissue(read_scene(folder.path() / "other.json")).save(folder.path() / "other.vdb");
+  const auto ran = folder.run(fmt::format("run {} --resume {} --hand script:{} --audio none:", folder / "scene.json", folder / "other.vdb", folder / "hand.csv"));
+  EXPECT_EQ(ran.status, 2);
+  EXPECT_NE(ran.err.find("other.vdb"), std::string::npos) << ran.err;
+  EXPECT_NE(ran.err.find("0.2500 mm"), std::string::npos) << ran.err;
+}
+
+}  // namespace
+}  // namespace typodont

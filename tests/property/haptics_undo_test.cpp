@@ -1,0 +1,190 @@
+// Strokes taken back and brought again: the tissue is the same to the last bit, in the volume and under the servo.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+#include <vector>
+
+#include "engine/base/units.h"
+#include "tests/support/haptic_bench.h"
+
+namespace typodont::haptics {
+namespace {
+
+constexpr std::string_view kBlock =
+    R"({"voxel_mm": 0.15, "band_mm": 1.2, "solids": [{"tissue": "dentin", "solid": {"box": {"size_mm": [8, 8, 5]}}}]})";
+
+Tool round_bur(double diameter) {
+  Tool tool;
+  tool.diameter = diameter;
+  return tool;
+}
+
+/// Cuts along random walks through the block, in strokes of 5 to 40 cuts; `stroke` counts them all.
+class Walks {
+ public:
+  explicit Walks(std::uint64_t seed) : random_(seed) {}
+
+  void make_stroke(Carver& carver) {
+    t_ += kNanosPerSecond;
+    dvec3 at(uniform(-4, 4), uniform(-4, 4), uniform(0, 3));
+    const int count = static_cast<int>(uniform(5, 40));
+    for (int i = 0; i < count; ++i) {
+      const dvec3 next = at + dvec3(uniform(-0.1, 0.1), uniform(-0.1, 0.1), uniform(-0.12, 0.06));
+      Cut cut;
+      cut.index = carver.cuts() + 1, cut.t = t_ += 1'000'000;
+      cut.X_WA.p = at * kMillimetre, cut.X_WB.p = next * kMillimetre;
+      carver.apply(cut);
+      at = next;
+    }
+  }
+
+ private:
+  double uniform(double low, double high) { return std::uniform_real_distribution<double>(low, high)(random_); }
+  std::mt19937_64 random_;
+  Nanos t_ = 0;
+};
+
+TissueVolume block() { return TissueVolume(read_solids(Json::parse(std::string(kBlock), "block"))); }
+
+TEST(Undo, AsManyUndosAsStrokesGiveTheOriginalBackToTheLastBitAndRedosEveryStepBetween) {
+  for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+    const Tool bur = round_bur(1.2e-3);
+    Carver carver(block(), {&bur, 1});
+    const PerTissue untouched = carver.volume().volumes();
+    std::vector<std::uint64_t> hashes{carver.volume().hash()};
+    Walks walks(seed);
+    for (int stroke = 0; stroke < 12; ++stroke) {
+      walks.make_stroke(carver);
+      hashes.push_back(carver.volume().hash());
+      EXPECT_NE(hashes.back(), hashes[hashes.size() - 2]) << "a stroke through tissue cuts";
+    }
+    ASSERT_EQ(carver.volume().strokes().done, 12u);
+    for (int stroke = 11; stroke >= 0; --stroke) {
+      ASSERT_TRUE(carver.undo());
+      EXPECT_EQ(carver.volume().hash(), hashes[static_cast<std::size_t>(stroke)]) << seed << " " << stroke;
+    }
+    EXPECT_FALSE(carver.undo());
+    EXPECT_EQ(carver.volume().volumes(), untouched);
+    glm::ivec3 lo, hi;
+    carver.volume().bounds(lo, hi);
+    EXPECT_EQ(carver.volume().exact_outside(lo, hi), block().exact_outside(lo, hi)) << "distances are true again";
+    for (std::size_t stroke = 1; stroke <= 12; ++stroke) {
+      ASSERT_TRUE(carver.redo());
+      EXPECT_EQ(carver.volume().hash(), hashes[stroke]) << seed << " " << stroke;
+    }
+    EXPECT_FALSE(carver.redo());
+  }
+}
+
+TEST(Undo, ANewStrokeForgetsWhatWasUndone) {
+  const Tool bur = round_bur(1.2e-3);
+  Carver carver(block(), {&bur, 1});
+  Walks walks(7);
+  for (int stroke = 0; stroke < 3; ++stroke) walks.make_stroke(carver);
+  const std::uint64_t three = carver.volume().hash();
+  carver.undo(), carver.undo();
+  const std::uint64_t one = carver.volume().hash();
+  walks.make_stroke(carver);
+  EXPECT_FALSE(carver.redo());
+  EXPECT_NE(carver.volume().hash(), three);
+  EXPECT_TRUE(carver.undo());
+  EXPECT_EQ(carver.volume().hash(), one);
+  EXPECT_EQ(carver.volume().strokes().done, 1u);
+  EXPECT_EQ(carver.volume().strokes().undone, 1u);
+}
+
+TEST(Undo, PaintIsTakenBackWithItsStroke) {
+  TissueVolume volume = block();
+  const std::uint64_t before = volume.hash();
+  volume.begin_stroke();
+  volume.paint(Tissue::kCaries, *read_solid(Json::parse(R"({"sphere": {"center_mm": [0, 0, 2.5], "radius_mm": 1.5}})", "lesion")));
+  EXPECT_NE(volume.hash(), before);
+  EXPECT_TRUE(volume.undo());
+  EXPECT_EQ(volume.hash(), before);
+  EXPECT_TRUE(volume.redo());
+  EXPECT_GT(volume.volumes()[static_cast<std::size_t>(Tissue::kCaries)], 1e-9);
+}
+
+TEST(Undo, MemoryGoesWithWhatAStrokeChangedNotWithTheTissue) {
+  const auto bytes_after = [](double block_mm, double length_mm) {
+    const std::string json = fmt::format(
+        R"({{"voxel_mm": 0.15, "band_mm": 1.2, "solids": [{{"tissue": "dentin", "solid": {{"box": {{"size_mm": [{0}, {0}, 5]}}}}}}]}})", block_mm);
+    const Tool bur = round_bur(1.2e-3);
+    Carver carver(TissueVolume(read_solids(Json::parse(json, "block"))), {&bur, 1});
+    Cut cut;
+    for (double x = 0; x < length_mm; x += 0.1) {
+      cut.index = carver.cuts() + 1, cut.t += 1'000'000;
+      cut.X_WA.p = dvec3(x, 0, 2.4) * kMillimetre, cut.X_WB.p = dvec3(x + 0.1, 0, 2.4) * kMillimetre;
+      carver.apply(cut);
+    }
+    carver.undo();  // completes the stroke
+    return static_cast<double>(carver.volume().strokes().bytes);
+  };
+  const double small = bytes_after(10, 1.5);
+  EXPECT_NEAR(bytes_after(20, 1.5) / small, 1, 0.15) << "four times the tissue, the same stroke";
+  const double longer = bytes_after(20, 9);
+  EXPECT_GT(longer, 2 * small);
+  EXPECT_LT(longer, 6.5 * small);
+  // A 1.2 mm bur and its margin touch at most 5 by 4 leaves of 1.2 mm across its way, of 2 KB each.
+  EXPECT_LT(small, 60 * 2600.0);
+}
+
+// The servo drills, takes back, drills on, in patches that arrive late: what it holds is what the carver holds.
+TEST(Undo, ThePatchUnderTheServoHoldsTheSameBitsAsTheVolumeWheneverItIsTakenBack) {
+  for (int late = 0; late <= 12; late += 4) {
+    ServoSettings settings;
+    settings.tool = round_bur(1.2e-3);
+    settings.spindle.free_speed = 30000;
+    test::HapticBench bench(kBlock, settings);
+    SurfacePatch& spare = bench.spare;
+    SurfacePatch check;
+    check.resize(spare.n);
+    std::vector<Cut> waiting;
+    int compared = 0, edits = 0;
+    bool due = true;
+    std::uint64_t due_since = 0;
+    ServoTick tick;
+    Cut cut;
+    for (std::uint64_t i = 0; i < 1500; ++i) {
+      const double s = static_cast<double>(i) * 1e-3;
+      const Pose hand{dvec3(0.8 * std::sin(2 * s), 0.5 * std::sin(3 * s), 3.1 - std::min(1.2, 1.2 * s)) * kMillimetre, {1, 0, 0, 0}};
+      if (i == 0) bench.last.X_WT = bench.last.X_WG = hand;
+      // Taken back in the middle of a stroke, three times; once brought again at once.
+      if (i == 600 || i == 900 || i == 1200) {
+        EXPECT_TRUE(bench.carver.undo());
+        if (i == 900) {
+          EXPECT_TRUE(bench.carver.redo());
+        }
+        ++edits;
+      }
+      if (!due && bench.carver.patch_due(bench.last)) due = true, due_since = i;
+      if (due && i >= due_since + static_cast<std::uint64_t>(due_since == 0 ? 0 : late)) {
+        bench.carver.cut_out(bench.carver.patch_center(bench.last), spare);
+        due = false;
+        // It crosses while the servo goes on for a while with the old one.
+        SurfacePatch crossing = spare;
+        for (int k = 0; k < late && i > 0; ++k) {
+          if (bench.servo.tick({static_cast<Nanos>(i) * 1'000'000 + k * 1000, hand, 1.0}, tick, cut)) waiting.push_back(cut);
+        }
+        bench.servo.adopt(crossing);
+      }
+      if (bench.servo.tick({static_cast<Nanos>(i) * 1'000'000 + 900'000, hand, 1.0}, tick, cut)) waiting.push_back(cut);
+      for (const Cut& c : waiting) bench.carver.apply(c);
+      waiting.clear();
+      bench.last = tick;
+      if (i % 50 != 49 || bench.carver.patch_due(bench.last)) continue;
+      const SurfacePatch& held = bench.servo.patch();
+      bench.carver.volume().copy(held.lo, glm::ivec3(held.n), check.distance.data(), check.tissue.data());
+      ASSERT_EQ(held.distance, check.distance) << "late " << late << " tick " << i;
+      ++compared;
+    }
+    EXPECT_EQ(edits, 3);
+    EXPECT_GT(compared, 15);
+    EXPECT_GT(bench.carver.cuts(), 100u);
+  }
+}
+
+}  // namespace
+}  // namespace typodont::haptics
