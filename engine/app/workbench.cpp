@@ -57,6 +57,7 @@ struct Session {
   std::uint32_t faults = 0;
   RealtimeGranted granted;
   bool draw = false, record = false, debris = false;
+  float tolerance = 0.1f;  // voxels, of the surface drawn
   Nanos began = 0;            // of recorded frames
   std::size_t xr_stream = 0;  // which of the recording's streams they are
   SoundLink* sound = nullptr;
@@ -128,7 +129,7 @@ void servo_thread(Session& s, haptics::HapticDevice& hand) {
 
 void carver_thread(Session& s) {
   Wiring& wiring = s.wiring;
-  TissueView view;
+  TissueView view(s.tolerance);
   Nanos meshed = 0;
   bool first = true;
   Cut cut;
@@ -302,6 +303,7 @@ void Workbench::Impl::set_up() {
     look.quality = ladder.step();
     stage.emplace(*rig, scene.servo, look);
     stage->surround(make_surroundings(scene));
+    s.tolerance = surface_tolerance(*rig, tissue.frame().voxel);
     stage->hold_mirror(scene.mouth_mirror);
     explain("drawn by " + stage->device_name());
     explain(rig->head.tracker.empty() ? "head: at rest, the rig names no tracker" : "head: " + rig->head.tracker);

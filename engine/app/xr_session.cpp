@@ -66,6 +66,7 @@ struct XrSession::Thread {
   display::DisplayRig rig;
   haptics::ServoSettings servo;
   dvec3 origin;  // m, W, of the tissue
+  Surroundings around;
   Wiring& wiring;
   Options options;
   std::optional<DebrisView> debris;
@@ -87,7 +88,7 @@ struct XrSession::Thread {
 
   Thread(const display::DisplayRig& r, const Scene& scene, const haptics::TissueVolume& tissue, Wiring& w,
          const Options& o)
-      : rig(r), servo(scene.servo), origin(tissue.frame().origin), wiring(w), options(o) {
+      : rig(r), servo(scene.servo), origin(tissue.frame().origin), around(make_surroundings(scene)), wiring(w), options(o) {
     if (options.debris) debris.emplace(scene.servo.materials, tissue);
   }
 
@@ -109,6 +110,7 @@ struct XrSession::Thread {
         explanations = stage.hmd().explanations();
         explanations.push_back("drawn by " + stage.device_name());
       }
+      stage.surround(around);
       stage.hmd().wake();
       enter(Phase::kAwake);
       frame_loop(stage);

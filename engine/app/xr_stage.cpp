@@ -50,6 +50,10 @@ void XrStage::show(std::span<const render::MeshUpdate> bricks, const dvec3& orig
   renderer_->place(render::kWorkingTooth, {origin, {1, 0, 0, 0}});
 }
 
+void XrStage::surround(const Surroundings& around) {
+  typodont::surround(*renderer_, around);
+}
+
 void XrStage::set_quality(const render::Quality& quality) {
   ring_.wait_idle(device_);
   renderer_->set_quality(quality);

@@ -5,6 +5,7 @@
 #include <optional>
 #include <span>
 
+#include "engine/app/surroundings.h"
 #include "engine/contract/contact.h"
 #include "engine/display/hmd.h"
 #include "engine/render/renderer.h"
@@ -26,6 +27,8 @@ class XrStage {
   XrStage& operator=(const XrStage&) = delete;
 
   void show(std::span<const render::MeshUpdate> bricks, const dvec3& origin);
+  /// What stands still around it; before its first bricks.
+  void surround(const Surroundings& around);
   void set_quality(const render::Quality& quality);
 
   /// What is drawn around the tissue.
