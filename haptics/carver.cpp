@@ -40,7 +40,8 @@ void Carver::cut_out(const dvec3& center_W, SurfacePatch& patch) {
   patch.center_W = center_W;
   patch.lo = center - patch.n / 2;
   const glm::ivec3 hi = patch.lo + patch.n - 1;
-  patch.exact_outside = volume_.exact_outside(patch.lo, hi);
+  patch.exact_outside = volume_.exact_outside();
+  volume_.cut_box(patch.lo, hi, patch.cut_lo, patch.cut_hi);
   volume_.copy(patch.lo, glm::ivec3(patch.n), patch.distance.data(), patch.tissue.data());
   center_W_ = center_W;
 }

@@ -1,6 +1,7 @@
 // The dense cut-out of the tissue in which the servo feels and cuts. The carver fills it, the servo owns it afterwards.
 #pragma once
 
+#include <climits>
 #include <cstdint>
 #include <vector>
 
@@ -16,7 +17,8 @@ struct SurfacePatch {
   dvec3 center_W{0, 0, 0};      // m, where it was asked for
   glm::ivec3 lo{0};             // voxel of sample (0,0,0)
   int n = 0;
-  bool exact_outside = false;   // distances outside the tissue are true distances
+  bool exact_outside = false;   // distances outside the tissue are true distances …
+  glm::ivec3 cut_lo{INT_MAX}, cut_hi{INT_MIN};  // … but for what was cut or filled in this box of voxels, inclusive
   std::vector<float> distance;
   std::vector<Tissue> tissue;
 
@@ -37,6 +39,20 @@ struct SurfacePatch {
     return q.x >= room && q.y >= room && q.z >= room && q.x <= top && q.y <= top && q.z <= top;
   }
 };
+
+/// Takes a box into the one that was cut.
+inline void mark_cut(SurfacePatch& patch, const glm::ivec3& lo, const glm::ivec3& hi) {
+  patch.cut_lo = glm::min(patch.cut_lo, lo), patch.cut_hi = glm::max(patch.cut_hi, hi);
+}
+/// True when the field around p (in voxels), whose value there is `distance`, holds true distances: neither the samples
+/// of the cubic stencil nor the tissue that they are nearest to lie where something was cut.
+inline bool is_true_around(const SurfacePatch& patch, const dvec3& p_V, double distance) {
+  constexpr double kStencil = 5.2;  // voxels from a point to the corners of its stencil, 3√3
+  if (!patch.exact_outside) return false;
+  if (patch.cut_lo.x > patch.cut_hi.x) return true;
+  const dvec3 off = glm::max(glm::max(dvec3(patch.cut_lo) - p_V, p_V - dvec3(patch.cut_hi)), dvec3(0));
+  return glm::length(off) > distance + 2 * kStencil;
+}
 
 /// Value and gradient of the field at a point, in voxels.
 struct FieldSample {

@@ -47,8 +47,10 @@ class TissueVolume {
 
   const VoxelFrame& frame() const;
   double band() const;  // m
-  /// True when distances outside the tissue are true distances everywhere in the box: nothing was cut there.
-  bool exact_outside(const glm::ivec3& lo, const glm::ivec3& hi) const;
+  /// True when distances outside the tissue were true distances before anything was cut.
+  bool exact_outside() const;
+  /// A box around all that was cut within lo .. hi since; a_lo > a_hi when nothing was.
+  void cut_box(const glm::ivec3& lo, const glm::ivec3& hi, glm::ivec3& a_lo, glm::ivec3& a_hi) const;
   /// Inclusive bounds, in voxels, of all voxels nearer than the band to a surface; lo > hi when there is none.
   void bounds(glm::ivec3& lo, glm::ivec3& hi) const;
 

@@ -5,8 +5,9 @@ if(TYPODONT_OPENXR)
   typodont_test(acceptance_xr KIND acceptance SOURCES acceptance/xr_run_test.cpp LIBS typodont_session SERIAL)
   foreach(target golden_xr stress_xr acceptance_xr)
     target_compile_definitions(${target} PRIVATE
-      TYPODONT_XR_RUNTIME="${CMAKE_BINARY_DIR}/tests/support/xr_runtime/runtime.json"
-      TYPODONT_PROGRAM="$<TARGET_FILE:typodont>")
-    add_dependencies(${target} typodont_xr_runtime typodont)
+      TYPODONT_XR_RUNTIME="${CMAKE_BINARY_DIR}/tests/support/xr_runtime/runtime.json")
+    add_dependencies(${target} typodont_xr_runtime)
   endforeach()
+  target_compile_definitions(acceptance_xr PRIVATE TYPODONT_PROGRAM="$<TARGET_FILE:typodont>")
+  add_dependencies(acceptance_xr typodont)
 endif()

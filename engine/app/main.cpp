@@ -3,6 +3,7 @@
 #include <exception>
 
 #include "engine/app/commands/commands.h"
+#include "engine/app/hands.h"
 #include "engine/app/replay_hand.h"
 #include "engine/base/error.h"
 #include "engine/base/log.h"
@@ -26,6 +27,7 @@ int main(int argc, char** argv) {
   add_run_command(app);
   add_bench_command(app);
   add_replay_driver();
+  add_window_drivers();
   try {
     if (argc == 1) throw CLI::CallForHelp();
     app.parse(argc, argv);

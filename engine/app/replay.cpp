@@ -26,8 +26,10 @@ dvec3 torque_as_recorded(const dvec3& tau) {
 
 /// A file that has changed since makes a replay of another tissue: say so instead of finding a difference later.
 void require_same_files(const session::SessionHeader& header) {
-  for (const session::SourceFile& file : header.files) {
-    if (!file.path.ends_with(".vdb")) continue;
+  // The scene comes first and the rig last: both are in the session itself.
+  const std::size_t end = header.files.size() - (header.rig_json.empty() || header.files.empty() ? 0 : 1);
+  for (std::size_t i = 1; i < end; ++i) {
+    const session::SourceFile& file = header.files[i];
     const session::SourceFile now = session::describe_file(file.path);
     if (now.hash != file.hash)
       throw Error(file.path, "", now.hash, file.hash + ", the tissue the session was made with");
@@ -55,7 +57,7 @@ ReplayResult replay_session(const std::filesystem::path& session_file, const std
   const Scene scene = scene_of(session);
 
   haptics::Carver carver(load_tissue(scene), haptics::tray(scene.servo));
-  const haptics::ServoSettings settings = servo_settings(scene, carver.volume(), header.servo_rate);
+  const haptics::ServoSettings settings = servo_settings(scene, carver.volume(), header.servo_rate, header.vibration_band);
   haptics::Servo servo(settings, haptics::patch_edge_for(haptics::tray(settings), settings.frame.voxel));
   haptics::SurfacePatch spare;
   spare.resize(servo.patch().n);

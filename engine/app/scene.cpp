@@ -10,6 +10,7 @@
 #include <fstream>
 #include <sstream>
 
+#include "engine/app/paint_file.h"
 #include "engine/app/surroundings.h"
 #include "engine/app/tissue_edit.h"
 #include "engine/base/error.h"
@@ -153,8 +154,8 @@ Scene read_scene(const fs::path& file) {
 
 Scene parse_scene(const Json& json, const fs::path& file) {
   json.allow_only({"name", "description", "tissue", "paint", "tool", "tools", "spindle_krpm", "spindle", "coupling", "materials",
-                   "parts", "friction", "cutting", "passivity", "boundary_walls", "force_filter", "score", "sound", "prepare",
-                   "task", "surroundings", "mouth_mirror"});
+                   "parts", "friction", "cutting", "passivity", "boundary_walls", "force_filter", "vibration", "score", "sound", "prepare",
+                   "paint_file", "task", "surroundings", "mouth_mirror"});
   Scene scene;
   scene.file = file;
   scene.text = json.text();
@@ -207,10 +208,34 @@ Scene parse_scene(const Json& json, const fs::path& file) {
   }
   servo.materials = load_materials();
   if (const auto materials = json.find("materials")) read_materials(*materials, servo.materials);
+  if (const auto paint = json.find("paint_file")) {
+    scene.paint_file = find_file(paint->string(), file.parent_path());
+    const auto strokes = read_paint(scene.paint_file);
+    for (std::size_t i = 0; i < kTissueCount; ++i) {
+      servo.materials[i].stiffness *= stiffness_factor(strokes, static_cast<Tissue>(i));
+    }
+  }
   servo.friction = json.boolean_or("friction", true);
   servo.cutting = json.boolean_or("cutting", true);
   servo.passivity = json.boolean_or("passivity", true);
   servo.boundary_walls = json.boolean_or("boundary_walls", true);
+
+  if (const auto vibration = json.find("vibration")) {
+    haptics::VibrationLaw& law = servo.vibration;
+    if (vibration->is_object()) {
+      vibration->allow_only({"band_Hz", "rotor_g", "balance_mm_per_s", "run_out_share", "tooth_share", "teeth"});
+      scene.vibration_band_set = vibration->has("band_Hz");
+      law.band = vibration->number_or("band_Hz", 0, 0, 2000);
+      law.rotor_mass = vibration->number_or("rotor_g", law.rotor_mass * 1e3, 0, 1000) * 1e-3;
+      law.balance = vibration->number_or("balance_mm_per_s", law.balance * 1e3, 0, 1000) * 1e-3;
+      law.run_out = vibration->number_or("run_out_share", law.run_out, 0, 1);
+      law.teeth = vibration->number_or("tooth_share", law.teeth, 0, 1);
+      law.tooth_count = static_cast<int>(vibration->number_or("teeth", law.tooth_count, 1, 64));
+    } else {
+      if (vibration->boolean()) vibration->fail("false, or an object with band_Hz and what else is to differ");
+      scene.vibration_band_set = true;  // off, whatever the device could render
+    }
+  }
 
   if (const auto filter = json.find("force_filter")) {
     const auto named = haptics::force_filter_named(filter->string());
@@ -260,8 +285,10 @@ std::filesystem::path volume_file(const Scene& scene) {
   return volume ? find_file(volume->string(), scene.file.parent_path()) : fs::path();
 }
 
-haptics::ServoSettings servo_settings(const Scene& scene, const haptics::TissueVolume& tissue, double rate) {
+haptics::ServoSettings servo_settings(const Scene& scene, const haptics::TissueVolume& tissue, double rate,
+                                      double vibration_band) {
   haptics::ServoSettings settings = scene.servo;
+  if (!scene.vibration_band_set) settings.vibration.band = vibration_band;
   settings.frame = tissue.frame();
   settings.tick = 1 / rate;
   return settings;
@@ -277,6 +304,7 @@ haptics::TissueVolume load_tissue(const Scene& scene) {
     const auto solid = haptics::read_solid(item["solid"]);
     volume.paint(*tissue_named(item["tissue"].string()), *solid);
   }
+  if (!scene.paint_file.empty()) paint(volume, read_paint(scene.paint_file));
   for (const Json& item : scene.prepare) volume = without_solid(volume, *haptics::read_solid(item));
   return volume;
 }

@@ -8,9 +8,7 @@
 #include "engine/base/error.h"
 #include "engine/base/units.h"
 #include "engine/session/report.h"
-#include "engine/session/session_file.h"
 #include "haptics/import.h"
-#include "haptics/solid.h"
 
 namespace typodont {
 
@@ -50,7 +48,8 @@ std::vector<float> label_distance(const DenseCopy& copy, const std::vector<Tissu
     marked = std::move(blurred);
   }
   session::DenseField field{n, std::move(marked)};
-  for (float& v : field.distance) v = (0.5f - v) * 3;  // about one per voxel where it crosses
+  // About one per voxel where it crosses; a little outward, so that what is labelled at corners is within.
+  for (float& v : field.distance) v = (0.5f - v) * 3 - 0.4f;
   return session::redistanced(field).distance;
 }
 
@@ -261,14 +260,14 @@ session::Preparation TaskJudge::preparation(const haptics::TissueVolume& after) 
   return cropped(in);
 }
 
-void TaskJudge::judge(const haptics::TissueVolume& after, session::ScoreInput& input) const {
-  if (task_ && task_->explore) return;
-  const session::Preparation in = preparation(after);
-  input.cavity = session::measure_cavity(in);
-  if (ideal_) {
-    input.cavity_ideal = session::measure_ideal(in);
-    input.ideal = ideal_->volumes();
-  }
+std::optional<session::Preparation> TaskJudge::judge(const haptics::TissueVolume& after, session::ScoreInput& input) const {
+  if (task_ && task_->explore) return std::nullopt;
+  session::Preparation in = preparation(after);
+  session::CavityAndIdeal measured = session::measure_against_ideal(in);
+  input.cavity = measured.result;
+  input.cavity_ideal = measured.ideal;
+  if (ideal_) input.ideal = ideal_->volumes();
+  return in;
 }
 
 std::optional<session::ExploreMeter> TaskJudge::explore_meter() const {
@@ -283,15 +282,18 @@ JudgedSession judge_session(const session::SessionReader& session) {
   haptics::TissueVolume after = tissue_at_end(session, scene, load_tissue(scene));
   const TaskJudge judge(scene, start);
   session::ScoreInput input = session::score_input(session);
-  judge.judge(after, input);
+  std::optional<session::Preparation> preparation = judge.judge(after, input);
   if (auto meter = judge.explore_meter()) {
     constexpr std::uint64_t kPieceTicks = 8192;  // read at a time
     for (std::uint64_t first = 0; first < session.tick_count(); first += kPieceTicks) meter->add(session.ticks(first, kPieceTicks));
     input.explore = meter->result();
   }
-  session::Score score = session::score(input, session::rules_of_scene(Json::parse(scene.text, session.file().string() + ": scene"), input));
-  std::optional<haptics::TissueVolume> ideal = ideal_tissue(scene, start);
-  return {std::move(scene), std::move(start), std::move(after), std::move(ideal), std::move(input), std::move(score)};
+  const Json json = Json::parse(scene.text, session.file().string() + ": scene");
+  session::Score score = session::score(input, session::rules_of_scene(json, input));
+  std::optional<haptics::TissueVolume> ideal;
+  if (judge.ideal()) ideal = copy_of(*judge.ideal());
+  return {std::move(scene),       std::move(start), std::move(after), std::move(ideal),
+          std::move(preparation), std::move(input), std::move(score)};
 }
 
 }  // namespace typodont

@@ -1,14 +1,16 @@
 // A scene's task and its tissue in one place: the start and the ideal as volumes, and a result judged against them.
 #pragma once
 
-#include <functional>
+#include <memory>
 #include <optional>
+#include <vector>
 
 #include "engine/app/scene.h"
 #include "engine/session/cavity.h"
 #include "engine/session/explore.h"
 #include "engine/session/score.h"
 #include "engine/session/session_file.h"
+#include "haptics/solid.h"
 #include "haptics/tissue_volume.h"
 
 namespace typodont {
@@ -26,8 +28,9 @@ class TaskJudge {
   bool has_ideal() const { return ideal_.has_value(); }
   const haptics::TissueVolume* ideal() const { return ideal_ ? &*ideal_ : nullptr; }
 
-  /// Adds to `input` what the geometry of `after` says. About a second for a tooth.
-  void judge(const haptics::TissueVolume& after, session::ScoreInput& input) const;
+  /// Adds to `input` what the geometry of `after` says, and returns what it was read from (not of a task that is to
+  /// explore). About a second for a tooth.
+  std::optional<session::Preparation> judge(const haptics::TissueVolume& after, session::ScoreInput& input) const;
   /// The three states on common voxels, as far as anything was or should have been changed.
   session::Preparation preparation(const haptics::TissueVolume& after) const;
   /// For a task that is to explore; feed it the ticks and put its result into the score's input.
@@ -45,6 +48,7 @@ struct JudgedSession {
   Scene scene;
   haptics::TissueVolume start, after;
   std::optional<haptics::TissueVolume> ideal;
+  std::optional<session::Preparation> preparation;  // not of a task that is to explore
   session::ScoreInput input;
   session::Score score;
 };

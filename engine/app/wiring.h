@@ -8,6 +8,8 @@
 #include "engine/base/latest.h"
 #include "engine/base/ring.h"
 #include "engine/contract/contact.h"
+#include "engine/contract/loop_timing.h"
+#include "engine/contract/mouth_mirror.h"
 #include "engine/display/hmd.h"
 #include "engine/render/renderer.h"
 #include "haptics/servo.h"
@@ -47,9 +49,18 @@ struct Wiring {
   Ring<ServoTick> ticks_to_recorder{1 << 15};
   Ring<Cut> cuts_to_recorder{1 << 14};
   Ring<PatchUse> patches_to_recorder{1 << 12};
+  Latest<LoopReport> loop_to_recorder;
+  // SERVO → RENDER: how the loop fares, how warm the motors are
+  Latest<LoopReport> loop_to_render;
+  // LEFT HAND → RENDER, RECORDER
+  Latest<MouthMirror> mouth_mirror;
+  Ring<haptics::HandSample> left_to_recorder{1 << 13};
   // SERVO → AUDIO: inside SoundLink (a ring of what the ear needs)
 
   std::atomic<std::int32_t> chosen_tool{-1};  // RENDER (window) → SERVO: by key; negative: the hand's own choice
+  std::atomic<bool> held{false};         // RENDER → SERVO: the emergency key; no drill until it is let go on
+  std::atomic<std::uint32_t> newest_faults{0};  // SERVO → RENDER
+  std::atomic<Nanos> session_zero{0};    // SERVO → LEFT HAND: the clock's time at the session's zero; 0: not yet begun
   std::atomic<bool> stop{false};         // any thread → all: end the session
   std::atomic<bool> servo_ended{false};  // SERVO → RENDER: the hand is gone or the script has ended
 };

@@ -9,13 +9,17 @@
 #include <vector>
 
 #include "engine/app/scene.h"
+#include "engine/contract/loop_timing.h"
 #include "engine/display/head_tracker.h"
 
 namespace typodont {
 
 struct WorkbenchOptions {
   std::string rig;               // empty: a window where there is a desktop, otherwise no picture
-  std::string hand;              // address; empty: the mouse where there is a window
+  std::string hand;              // address; empty: the rig's, else the mouse where there is a window
+  std::string left_hand;         // address; empty: the rig's, else no second hand
+  std::string pedal;             // "auto", "none", a path or a serial; empty: the rig's, else auto
+  double rate = 1000;            // Hz, of hands whose rate is ours to choose
   std::string audio;             // address; empty: a sound card where there is one
   std::filesystem::path record;  // empty: not recorded
   std::filesystem::path touches;  // where pairs for `calibrate register` go, of a headset's controller and an arm
@@ -29,6 +33,8 @@ struct WorkbenchSummary {
   std::uint32_t faults = 0;  // bits seen
   std::uint64_t deadline_misses = 0;
   double tick_us_median = 0, tick_us_p999 = 0, worst_tick_us = 0;
+  double jitter_us_p999 = 0, worst_jitter_us = 0;  // |time between two wake-ups - period|
+  LoopReport loop;                                 // the same in full, what was granted, how warm the motors were
   PerTissue removed{};
   std::optional<display::HeadTracker::Stats> tracker;  // where a rig's tracker was listened to
   std::vector<std::string> explanations;
@@ -48,6 +54,8 @@ class Workbench {
   /// What the user did, and a frame; or a short wait where there is no picture. False when the session is over: the
   /// window was closed, the hand's script has ended, the time is up, the process was asked to stop.
   bool step();
+  /// The emergency key: no drill and no force until it is let go on again (hands.h).
+  void hold(bool on) noexcept;
   /// Zero force, all threads joined, the recording complete. Throws RunFailure when the run failed.
   WorkbenchSummary stop();
 

@@ -17,6 +17,7 @@
 #include "calibration/still_touch.h"
 #include "engine/app/debris_view.h"
 #include "engine/app/quality_ladder.h"
+#include "engine/app/surroundings.h"
 #include "engine/app/xr_stage.h"
 #include "engine/base/error.h"
 #include "engine/base/log.h"
@@ -34,6 +35,7 @@ constexpr double kLostOpacity = 0.35;
 constexpr double kFullForce = 3;       // N that shake a controller fully
 constexpr double kSlowest = 60, kFastest = 320;     // Hz a controller can make felt
 constexpr double kFastSpindle = 400 * kKrpm;        // rad/s
+constexpr double kMirrorDiameter = 22e-3;  // m, size 4
 // What is a controller's tip at rest, and an arm's.
 constexpr calibration::StillTouch::Limits kStillController{0.15, 2e-3}, kStillArm{0.15, 0.5e-3};
 constexpr double kLongestFrame = 20;   // s: the slowest processor has drawn it by then
@@ -66,10 +68,13 @@ struct XrSession::Thread {
   display::DisplayRig rig;
   haptics::ServoSettings servo;
   dvec3 origin;  // m, W, of the tissue
-  Surroundings around;
   Wiring& wiring;
   Options options;
   std::optional<DebrisView> debris;
+  Surroundings surroundings;
+  MouthMirror mirror;          // as the scene has it, or in the other hand
+  MouthMirror scene_mirror;
+  int mirror_hand = -1;        // the controller that holds it
 
   display::RuntimeGate gate;
   std::atomic<bool> leave{false};
@@ -88,8 +93,10 @@ struct XrSession::Thread {
 
   Thread(const display::DisplayRig& r, const Scene& scene, const haptics::TissueVolume& tissue, Wiring& w,
          const Options& o)
-      : rig(r), servo(scene.servo), origin(tissue.frame().origin), around(make_surroundings(scene)), wiring(w), options(o) {
+      : rig(r), servo(scene.servo), origin(tissue.frame().origin), wiring(w), options(o) {
     if (options.debris) debris.emplace(scene.servo.materials, tissue);
+    surroundings = make_surroundings(scene);
+    mirror = scene_mirror = scene.mouth_mirror;
   }
 
   void enter(Phase next, std::exception_ptr error = nullptr) {
@@ -110,7 +117,6 @@ struct XrSession::Thread {
         explanations = stage.hmd().explanations();
         explanations.push_back("drawn by " + stage.device_name());
       }
-      stage.surround(around);
       stage.hmd().wake();
       enter(Phase::kAwake);
       frame_loop(stage);
@@ -126,6 +132,7 @@ struct XrSession::Thread {
     display::Hmd& hmd = stage.hmd();
     QualityLadder ladder(1.0 / 60, 1.0 / 250, stage.processor() ? 3 : 1);
     stage.set_quality(ladder.step());
+    stage.surround(surroundings);
     ServoTick tick = options.start;
     double opacity = 1;
     std::array<calibration::StillTouch, 2> still_tips{calibration::StillTouch(kStillController),
@@ -164,9 +171,10 @@ struct XrSession::Thread {
       const bool held = publish_hand(&frame);
       for (const display::HmdHand& hand : frame.hands)
         if (hand.change_tool) choose_next_tool(tick);
+      hold_mirror(frame);
       const double step = dt / kFadeTime * (1 - kLostOpacity);
       opacity = std::clamp(opacity + (held ? step : -step), kLostOpacity, 1.0);
-      stage.draw(frame, {tick, opacity, debris ? debris->particles() : std::span<const render::Particle>{}, dt});
+      stage.draw(frame, {tick, opacity, debris ? debris->particles() : std::span<const render::Particle>{}, dt, mirror});
       if (options.tool_hand >= 0 && frame.focused)
         hmd.vibrate(options.tool_hand, held ? vibration_of(tick) : display::Vibration{});
       for (const display::HmdTiming& timing : hmd.timings())
@@ -193,6 +201,19 @@ struct XrSession::Thread {
     const std::lock_guard lock(mutex);
     touches.push_back({arm.point(), tip.point()});
     log::info("touch {}: taken", touches.size());
+  }
+
+  /// The mirror's button takes the mouth mirror into the hand that the tool is not in, and lays it away again. Out of
+  /// sight it stays where it was.
+  void hold_mirror(const display::HmdFrame& frame) {
+    for (int i = 0; i < 2; ++i) {
+      if (!frame.hands[static_cast<std::size_t>(i)].mirror) continue;
+      mirror_hand = mirror_hand >= 0 ? -1 : options.tool_hand >= 0 ? 1 - options.tool_hand : i;
+      mirror = scene_mirror;
+    }
+    if (mirror_hand < 0) return;
+    const display::HmdHand& hand = frame.hands[static_cast<std::size_t>(mirror_hand)];
+    if (hand.tracked) mirror = {hand.X_WT * mirror_in_tool(), kMirrorDiameter, scene_mirror.fog};
   }
 
   /// The next of the tray; the servo takes it up when pedal, drill and tissue allow it.

@@ -37,6 +37,7 @@ class XrStage {
     double tool_opacity = 1;
     std::span<const render::Particle> particles;
     double dt = 0;  // s since the last frame, turns the bur
+    MouthMirror mirror;  // diameter 0: none
   };
   /// The picture as the renderer is asked for it. `angle`: of the bur, rad.
   static render::Frame picture(const display::HmdFrame& frame, const Scenery& scenery, double angle, bool see_through);

@@ -88,6 +88,7 @@ struct Renderer::Impl {
   int last_views = 0;
   shared::FrameData last_data{};
   Pose last_tool;
+  double last_opacity = 1;
   bool last_tool_visible = false;
   MouthMirror last_mirror;
   std::vector<std::byte> last_particles;
@@ -290,14 +291,14 @@ struct Renderer::Impl {
       constexpr double kExposure = 15e-3, kPitch = 2 * kPi / 8;
       const double pitches = std::abs(frame.tool.spindle) * kExposure / kPitch;
       const double blur = std::clamp((pitches - 0.1) / 0.9, 0.0, 1.0);
-      data.tool_motion = glm::vec4(blur < 1 ? std::remainder(frame.tool.angle, 2 * kPi) : 0.0, blur,
-                                   std::clamp(frame.tool.opacity, 0.0, 1.0), 0);
+      data.tool_motion = glm::vec4(blur < 1 ? std::remainder(frame.tool.angle, 2 * kPi) : 0.0, blur, 0, 0);
     }
   }
 
   bool same_as_last(const shared::FrameData& data, const Frame& frame, const std::string& hud_key) const {
     const bool tool_same = frame.tool.visible == last_tool_visible &&
-                           (!frame.tool.visible || !std::memcmp(&frame.tool.X_WG, &last_tool, sizeof(Pose)));
+                           (!frame.tool.visible || (!std::memcmp(&frame.tool.X_WG, &last_tool, sizeof(Pose)) &&
+                                                    frame.tool.opacity == last_opacity));
     const bool particles_same = last_particles.size() == frame.particles.size_bytes() &&
                                 (frame.particles.empty() || !std::memcmp(last_particles.data(), frame.particles.data(),
                                                                          frame.particles.size_bytes()));
@@ -361,6 +362,7 @@ struct Renderer::Impl {
       draw(commands, frame, data, slot, stats);
       last_data = data;
       last_tool = frame.tool.X_WG;
+      last_opacity = frame.tool.opacity;
       last_tool_visible = frame.tool.visible;
       last_mirror = frame.mirror;
       last_view = frame.view;
@@ -464,7 +466,11 @@ struct Renderer::Impl {
       push_view(commands, context.layout, view);
       hidden.record(context, commands, stats);
       surface.record(context, commands, bricks, slot, bricks.indirect, groups, frame.view, false, stats);
-      if (frame.tool.visible) tool.record(context, commands, tool_body, frame.tool.X_WG, stats);
+      if (frame.tool.visible) {
+        push_view(commands, context.layout, view, 1 - frame.tool.opacity);
+        tool.record(context, commands, tool_body, frame.tool.X_WG, stats);
+        push_view(commands, context.layout, view);
+      }
       if (frame.mirror.diameter > 0) {
         tool.record(context, commands, mirror.body, frame.mirror.X_WM, stats);
         if (reflects) mirror.record_glass(context, commands, frame.mirror, stats);
@@ -579,6 +585,7 @@ struct Renderer::Impl {
                     by_command ? VK_ACCESS_2_TRANSFER_WRITE_BIT : VK_ACCESS_2_COLOR_ATTACHMENT_WRITE_BIT,
                     VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT,
                     VK_ACCESS_2_SHADER_SAMPLED_READ_BIT | VK_ACCESS_2_TRANSFER_READ_BIT);
+    if (&target != &pictures) return;
     for (const gpu::Image& image : kept_depth)
       gpu::transition(commands, image, VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL, VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL,
                       kOutput | VK_PIPELINE_STAGE_2_LATE_FRAGMENT_TESTS_BIT,

@@ -19,7 +19,7 @@ struct FrameData {
   vec4 window;            // xyz: unit, towards the window that gloss mirrors
   vec4 tool_head;         // xyz: head centre, m; w: radius, m; 0: no tool
   vec4 tool_end;          // xyz: far end of the shank, m; w: its radius, m
-  vec4 tool_motion;       // x: angle, rad; y: 0 sharp .. 1 wholly blurred by spin; z: opacity
+  vec4 tool_motion;       // x: angle, rad; y: 0 sharp .. 1 wholly blurred by spin
   vec4 background;        // 1 drawn, 0 black
   vec4 clip;              // only what has dot(clip.xyz, p) + clip.w > 0 is drawn; 0 0 0 1: everything
   vec4 section;           // the same, for tissue only
@@ -31,7 +31,7 @@ struct FrameData {
 // push constants
 struct ObjectData {
   vec4 world_row[3];  // X_WM as a 3×4 matrix, by rows
-  vec4 view;          // x: the eye drawn, where each eye has a pass of its own; 0 where one pass draws both
+  vec4 view;  // x: the eye drawn, where each eye has a pass of its own; 0 where one pass draws both; y: sieved away, 0..1
 };
 
 #ifdef __cplusplus

@@ -15,6 +15,7 @@ namespace typodont::haptics {
 namespace {
 
 constexpr double kMedialAxis = 1e-2;  // a gradient shorter by more: walls meeting at over 16°
+constexpr double kFootOff = 0.05;     // voxels; of a ball of four voxels' radius the linear look alone is off by as much
 constexpr float kOnSurface = 0.25f;   // voxels
 constexpr float kNear = 1.5f;         // voxels: samples closer than this to the surface are looked at
 constexpr int kExactSteps = 4;        // cubic queries a contact may take on its way to the closest point
@@ -377,6 +378,7 @@ void ContactSet::put(int i, const dvec3& c, const ContactPlane& plane) noexcept 
 
 void ContactSet::clear() noexcept {
   count_ = exact_count_ = 0;
+  sunk_ = false;
   engaged_area_ = deepest_ = 0;
   engaged_normal_ = dvec3(0);
 }
@@ -402,6 +404,8 @@ bool ContactFinder::find_by_offset(const SurfacePatch& patch, const dvec3& c, Co
   if (std::abs(length - 1) > kMedialAxis) return false;
   if (at.value < 0.5) return false;  // the centre is inside: the field there is not what the offset needs
   const dvec3 n = at.gradient / length;
+  // Near a medial axis the gradient is a mixture of two walls': its foot then hangs in the air between them.
+  if (!patch.holds(c - at.value * n, 0) || std::abs(sample_linear(patch, c - at.value * n)) > kFootOff) return false;
   set.origin_ = c;
   set.put(0, c, {c - at.value * n, n, at.value - radius_, 1});
   set.count_ = 1;
@@ -423,7 +427,7 @@ FlatHead flat_head(const FlatPiece* pieces, int count, bool sphere, double radiu
 
 void ContactFinder::find(const SurfacePatch& patch, const Pose& X_VT, double near, ContactSet& set) const noexcept {
   set.clear();
-  if (sphere_ && patch.exact_outside && find_by_offset(patch, X_VT.p, set)) return;
+  if (sphere_ && is_true_around(patch, X_VT.p, sample_linear(patch, X_VT.p)) && find_by_offset(patch, X_VT.p, set)) return;
 
   // Floats keep their digits when counted from a voxel nearby.
   const glm::ivec3 base = glm::ivec3(X_VT.p) - (static_cast<int>(reach_) + 8), from = base - patch.lo;
@@ -457,6 +461,27 @@ void ContactSet::forgive(double most) noexcept {
   }
 }
 
+void ContactFinder::find_way_out(const SurfacePatch& patch, const Pose& X_VT, ContactSet& set) const noexcept {
+  set.count_ = set.exact_count_ = 0;
+  set.deepest_ = 0;
+  set.origin_ = X_VT.p;
+  set.sunk_ = true;
+  RoughPlanes& planes = set.rough_;
+  const auto add = [&](const dvec3& p, double beyond) {
+    const FieldSample at = sample_linear_gradient(patch, X_VT.p + p);
+    const double slope = glm::length(at.gradient), gap = at.value - beyond;
+    if (gap >= 0 || slope < 0.5 || set.count_ == ContactSet::kMax) return;
+    const glm::vec3 n(at.gradient / slope), x(p - at.value * dvec3(n));
+    const int i = set.count_++;
+    planes.x[i] = x.x, planes.y[i] = x.y, planes.z[i] = x.z;
+    planes.nx[i] = n.x, planes.ny[i] = n.y, planes.nz[i] = n.z;
+    planes.gap[i] = static_cast<float>(gap), planes.yields[i] = 1;
+    set.deepest_ = std::max(set.deepest_, -gap);
+  };
+  if (sample_linear(patch, X_VT.p) < 0) add(dvec3(0), sphere_ ? radius_ : 0);
+  for (int i = 0; i < ContactSet::kMax; ++i) add(X_VT.R * dvec3(samples_->px[i], samples_->py[i], samples_->pz[i]), 0);
+}
+
 void ContactFinder::relinearize(const Pose& X_VT, ContactSet& set) const noexcept {
   const FlatHead head = flat_head(samples_->pieces, head_.count, sphere_, radius_, X_VT.R, dvec3(0));
   const glm::vec3 moved(X_VT.p - set.origin_);
@@ -469,6 +494,7 @@ void ContactFinder::relinearize(const Pose& X_VT, ContactSet& set) const noexcep
 }
 
 bool ContactFinder::refine(const SurfacePatch& patch, const Pose& X_VT, ContactSet& set, int i) const noexcept {
+  if (set.sunk_) return false;
   const ContactSet::Exact* known = set.exact(i);
   if (known && glm::length(known->c - X_VT.p) < (sphere_ ? kStaysExact : kStaysExactEdged)) return false;
   const ContactPlane rough = set.plane(i);

@@ -45,6 +45,8 @@ class ContactSet {
   void forgive(double most) noexcept;
   void clear() noexcept;
   const RoughPlanes& rough() const { return rough_; }
+  /// The head lies so deep that its own shape says nothing about the way out: see find_way_out().
+  bool sunk() const { return sunk_; }
 
  private:
   friend class ContactFinder;
@@ -60,6 +62,7 @@ class ContactSet {
   void put(int i, const dvec3& c, const ContactPlane& plane) noexcept;
 
   int count_ = 0, exact_count_ = 0;
+  bool sunk_ = false;
   double engaged_area_ = 0, deepest_ = 0;
   dvec3 engaged_normal_{0};
   dvec3 origin_{0};  // of the rough planes' points
@@ -81,6 +84,12 @@ class ContactFinder {
   /// sample of the head that has tissue near, or a single exact one where the offset surface is smooth. The patch must
   /// hold the head.
   void find(const SurfacePatch& patch, const Pose& X_VT, double near, ContactSet& set) const noexcept;
+
+  /// Of a head that overlaps tissue by more than `kSunk`, put there by no hand: from each of its samples inside, and from
+  /// its centre, the nearest way out of the tissue, as far in as the field is a distance. No contact when even that is
+  /// not known.
+  void find_way_out(const SurfacePatch& patch, const Pose& X_VT, ContactSet& set) const noexcept;
+  static constexpr double kSunk = 1.5;  // voxels
 
   /// The same surface points seen from a head that has moved a little: new normals and gaps, no query.
   void relinearize(const Pose& X_VT, ContactSet& set) const noexcept;

@@ -130,7 +130,7 @@ PerTissue carve(SurfacePatch& patch, const Sweep& sweep, bool* changed) noexcept
   const std::size_t start = patch.at(a.x, a.y, a.z), edge = static_cast<std::size_t>(patch.n);
   if (sweep.raise(a + patch.lo, b - a + 1, patch.distance.data() + start, edge * edge, edge,
                   patch.tissue.data() + start, &removed)) {
-    patch.exact_outside = false;
+    mark_cut(patch, a + patch.lo, b + patch.lo);
     if (changed) *changed = true;
   }
   removed[0] = 0;
@@ -148,7 +148,7 @@ void merge(SurfacePatch& patch, const SurfacePatch& old, const glm::ivec3& box_l
       for (int i = 0; i <= hi.z - lo.z; ++i) to[i] = std::max(to[i], from[i]);
     }
   }
-  if (lo.x <= hi.x && lo.y <= hi.y && lo.z <= hi.z) patch.exact_outside = patch.exact_outside && old.exact_outside;
+  if (lo.x <= hi.x && lo.y <= hi.y && lo.z <= hi.z) mark_cut(patch, lo, hi);
 }
 
 }  // namespace typodont::haptics

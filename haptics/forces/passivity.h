@@ -23,13 +23,15 @@ struct PassivityState {
   double retreat = 0;   // m in one tick: the longest way back lately, out of the tissue or against its own direction
   double advance = 0;   // m in one tick: the longest way in lately, against the force
   dvec3 moved{0};       // m, the tick before
+  double decay_for = 0, decay = 1;  // of `retreat`, in a tick as long as the last one
 };
 
 /// The share, 0..1, of force `f` (N, on the hand) that may be given. `moved`: the hand's way in the last tick, m; `energy`:
 /// what the ledger holds, J.
 inline double passive_share(const PassivityLaw& law, const dvec3& f, const dvec3& moved, double dt, double tick,
                             double energy, PassivityState& state) noexcept {
-  state.retreat *= std::exp(-dt / law.memory);
+  if (dt != state.decay_for) state.decay_for = dt, state.decay = std::exp(-dt / law.memory);
+  state.retreat *= state.decay;
   const double before = glm::length(state.moved);
   if (before > 0) state.retreat = std::max(state.retreat, -glm::dot(moved, state.moved) / before);
   state.moved = moved;

@@ -10,6 +10,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <climits>
 #include <cstring>
 #include <unordered_set>
 
@@ -245,12 +246,18 @@ void TissueVolume::save(const std::filesystem::path& file) const {
 const VoxelFrame& TissueVolume::frame() const { return impl_->frame; }
 double TissueVolume::band() const { return impl_->band; }
 
-bool TissueVolume::exact_outside(const glm::ivec3& lo, const glm::ivec3& hi) const {
-  if (!impl_->exact_outside) return false;
-  if (impl_->carved.empty()) return true;
+bool TissueVolume::exact_outside() const { return impl_->exact_outside; }
+
+void TissueVolume::cut_box(const glm::ivec3& lo, const glm::ivec3& hi, glm::ivec3& a_lo, glm::ivec3& a_hi) const {
+  a_lo = glm::ivec3(INT_MAX), a_hi = glm::ivec3(INT_MIN);
+  if (impl_->carved.empty()) return;
   KeySet touched;
   insert_bricks(lo, hi, touched);
-  return std::none_of(touched.begin(), touched.end(), [&](const glm::ivec3& k) { return impl_->carved.contains(k); });
+  for (const glm::ivec3& key : touched) {
+    if (!impl_->carved.contains(key)) continue;
+    a_lo = glm::min(a_lo, key * FieldBrick::kCells - 1);
+    a_hi = glm::max(a_hi, (key + 1) * FieldBrick::kCells + 1);
+  }
 }
 
 void TissueVolume::bounds(glm::ivec3& lo, glm::ivec3& hi) const {

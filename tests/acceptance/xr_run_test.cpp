@@ -19,7 +19,7 @@ constexpr const char* kScene = R"({
              "solids": [{"tissue": "dentin", "solid": {"box": {"center_mm": [0, 0, 0], "size_mm": [6, 6, 6]}}}]},
   "parts": ["haptics", "render", "record", "score"]})";
 
-constexpr const char* kRig = R"({"display": "hmd", "hmd": {"space": "local", "magnify": 4, "wait_s": 2, "stall_s": 1.5}})";
+constexpr const char* kRig = R"({"display": "hmd", "hmd": {"space": "local", "magnify": 4, "wait_s": 4, "stall_s": 3}})";
 
 // A slow headset, so that a busy machine keeps up. The controller points down, its tip above the work, and goes down.
 const std::string kHeadset = R"("view_size": [96, 64], "paced": true, "period_ms": 25, "prediction_error_mm": 1.5,
@@ -33,8 +33,8 @@ struct HeadsetRun : testing::Test {
   ProgramFolder program{TYPODONT_PROGRAM};
   std::string scene = program.write("scene.json", kScene), rig = program.write("rig.json", kRig);
 
-  Ran run(const std::string& more = "", const std::string& before = "timeout 60") {
-    return program.run(fmt::format("run {} --rig {} --audio none: --seconds 40 --json {}", scene, rig, more), before);
+  Ran run(const std::string& more = "", const std::string& before = "timeout 120") {
+    return program.run(fmt::format("run {} --rig {} --audio none: --seconds 90 --json {}", scene, rig, more), before);
   }
   static std::string one_line(const std::string& err) {
     EXPECT_EQ(std::count(err.begin(), err.end(), '\n'), 1) << err;
@@ -115,7 +115,7 @@ TEST_F(HeadsetRun, KhronossValidationLayerFindsNothingInAWholeSession) {
                {"frame": 34, "event": "profile"}, {"frame": 60, "event": "exit"}])");
   program.write("rig.json", R"({"display": "hmd", "hmd": {"passthrough": true, "refresh_hz": 80, "wait_s": 5, "stall_s": 5}})");
   const std::string found = program / "found.txt";
-  const Ran ran = run("", "timeout 60 env XR_ENABLE_API_LAYERS=XR_APILAYER_LUNARG_core_validation "
+  const Ran ran = run("", "timeout 120 env XR_ENABLE_API_LAYERS=XR_APILAYER_LUNARG_core_validation "
                           "XR_CORE_VALIDATION_EXPORT_TYPE=text XR_CORE_VALIDATION_FILE_NAME=" + found);
   EXPECT_EQ(ran.status, 0) << ran.err;
   EXPECT_THAT(ran.out + ran.err, HasSubstr("Core Validation output type: text"));  // it was there
@@ -206,25 +206,25 @@ TEST_F(HeadsetRun, ARuntimeThatGoesAwayEndsInASavedRecordingAndFails) {
 }
 
 TEST_F(HeadsetRun, WithoutARuntimeAHeadsetOrAnyoneInItOneLineSaysSo) {
-  const auto refused = [&](const std::string& what, const std::string& before = "timeout 20") {
+  const auto refused = [&](const std::string& what, const std::string& before = "timeout 60") {
     const Ran ran = run("", before);
     EXPECT_EQ(ran.status, 2) << what;
     EXPECT_THAT(one_line(ran.err), HasSubstr(what));
     EXPECT_EQ(xr.violations(), "");
   };
   xr.script("");
-  refused("no runtime", "timeout 20 env XR_RUNTIME_JSON=/nowhere/runtime.json");
+  refused("no runtime", "timeout 60 env XR_RUNTIME_JSON=/nowhere/runtime.json");
   // The loader's place is taken by something that is none.
   program.write("libopenxr_loader.so.1", "");
-  refused("no loader", "timeout 20 env LD_LIBRARY_PATH=" + program.path().string());
+  refused("no loader", "timeout 60 env LD_LIBRARY_PATH=" + program.path().string());
   xr.script("\"headset\": false");
   refused("no headset");
   xr.script("\"asleep\": true");
-  refused("asleep for 2 s");
+  refused("asleep for 4 s");
   xr.script("\"extensions\": []");
   refused("no XR_KHR_vulkan_enable2");
   xr.script(R"("events": [{"state": "CREATED", "event": "stall", "call": "xrGetSystem", "seconds": 100}])");
-  refused("no answer of the runtime for 2 s (in xrGetSystem)");
+  refused("no answer of the runtime for 4 s (in xrGetSystem)");
 }
 
 TEST_F(HeadsetRun, AControllerWithoutAHeadsetIsRefused) {

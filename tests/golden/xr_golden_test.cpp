@@ -34,6 +34,7 @@ struct XrGolden : testing::Test {
   display::DisplayRig rig;
   haptics::ServoSettings servo;
   render::Quality quality = render::kQualityLadder[0];
+  MouthMirror mirror;
   std::vector<render::MeshUpdate> mesh = tooth_mesh(2e-3);
   std::string message;
 
@@ -51,6 +52,7 @@ struct XrGolden : testing::Test {
     shot.scenery.tick.X_WG = {dvec3(-0.6e-3, -0.3e-3, 2.2e-3),
                               rotation_between({0, 0, 1}, glm::normalize(dvec3(-.35, -.1, 1)))};
     shot.scenery.tool_opacity = opacity;
+    shot.scenery.mirror = mirror;
     display::RuntimeGate gate;
     {
       XrStage stage(rig, servo, {0, 0, 4e-3}, gate, {quality, true});
@@ -95,6 +97,24 @@ TEST_F(XrGolden, TheCompositorGetsWhatTheOffscreenRendererDrawsForTheSameViews) 
     const Difference d = compare(*picture, stage.eye(eye), 1);
     EXPECT_EQ(d.pixels, 0) << "eye " << eye << ", worst " << d.worst;
   }
+}
+
+TEST_F(XrGolden, AMouthMirrorReflectsInTheHeadsetAsItDoesOffscreenAndTheDepthIsStillThePicturesOwn) {
+  const Shot without = shoot();
+  mirror = {{dvec3(6e-3, 4e-3, 3e-3), rotation_between({0, 0, 1}, glm::normalize(dvec3(-0.5, -0.8, 0.4)))}, 12e-3, 0};
+  const Shot shot = shoot();
+  EXPECT_GT(compare(shot.left, without.left, 20).pixels, 1000);
+  EXPECT_NE(shot.depth_left, without.depth_left);
+  Stage stage({320, 256}, quality);
+  draw_offscreen(shot, stage);
+  EXPECT_EQ(compare(shot.left, stage.eye(0), 1).pixels, 0);
+  EXPECT_EQ(compare(shot.right, stage.eye(1), 1).pixels, 0);
+  // Far from the mirror nothing is nearer or farther than before.
+  for (int y = 0; y < 20; ++y)
+    for (int x = 0; x < 60; ++x) {
+      const auto i = static_cast<std::size_t>(320 * y + x);
+      ASSERT_EQ(shot.depth_left[i], without.depth_left[i]);
+    }
 }
 
 TEST_F(XrGolden, ThePictureIsTheSameInEveryFormatThatARuntimeOffers) {

@@ -2,6 +2,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <span>
+#include <vector>
 
 #include "engine/base/units.h"
 #include "tests/support/haptic_bench.h"
@@ -132,6 +134,100 @@ TEST(Contact, AToolBornInsideIsLedOutWithinFiftyMillisecondsWithoutASpike) {
   EXPECT_EQ(bench.last.faults, 0u);
 }
 
+/// What a tool leaves behind, felt by a probe: the cuts go through the carver, the probe starts on a fresh patch.
+struct CutThenProbe {
+  HapticBench bench;
+
+  CutThenProbe(const std::string& tissue, const Tool& cutter, std::span<const Pose> path, double probe_diameter)
+      : bench(tissue, [&] {
+          ServoSettings s = settings(probe_diameter);
+          s.tool.cuts = false;
+          s.tools = {s.tool, cutter};
+          return s;
+        }()) {
+    Cut cut;
+    cut.tool = 1;
+    for (std::size_t i = 0; i < path.size(); ++i) {
+      cut.index = i + 1;
+      cut.X_WA = path[i > 0 ? i - 1 : 0], cut.X_WB = path[i];
+      bench.carver.apply(cut);
+    }
+  }
+  /// Straight from `from` to `to`, then rests there.
+  void probe(const dvec3& from, const dvec3& to) {
+    for (int i = 0; i <= 100; ++i) bench.tick({glm::mix(from, to, i / 100.0)});
+    for (int i = 0; i < 60; ++i) bench.tick({to});
+  }
+};
+
+constexpr const char* kBlock = R"({"voxel_mm": 0.1, "solids": [{"tissue": "enamel", "solid": {"box": {"size_mm": [6,6,6]}}}]})";
+
+TEST(Contact, AConcaveCreaseLeftByACutIsFeltAtItsTrueDistance) {
+  // A cylinder, upright and then led aside, leaves a floor that meets a wall at a right angle.
+  Tool bur;
+  bur.shape = haptics::HeadShape::kCylinder;
+  bur.diameter = 1.6_mm, bur.length = 4.0_mm;
+  std::vector<Pose> path;
+  for (int i = 0; i <= 40; ++i) path.push_back({{-1.013_mm + i * 0.05_mm, 0.021_mm, 4.137_mm}});
+  const double floor = 2.137_mm, wall = 0.987_mm + 0.8_mm, r = 0.5_mm;
+  for (const double angle : {25.0_deg, 45.0_deg, 65.0_deg}) {
+    CutThenProbe scene(kBlock, bur, path, 1.0_mm);
+    const dvec3 seat(wall - r, 0.021_mm, floor + r), push(std::sin(angle), 0, -std::cos(angle));
+    scene.probe({0.5_mm, 0.021_mm, 4.2_mm}, seat + 0.3_mm * push);
+    EXPECT_NEAR(scene.bench.last.X_WG.p.x, seat.x, 2e-6);  // a fiftieth of a voxel
+    EXPECT_NEAR(scene.bench.last.X_WG.p.z, seat.z, 2e-6);
+    EXPECT_LT(glm::length(scene.bench.last.f_T_W + 0.3 * push), 4e-3);
+    EXPECT_EQ(scene.bench.last.faults, 0u);
+  }
+}
+
+TEST(Contact, TheRidgeBetweenTwoCutsIsFeltWhereItStands) {
+  Tool bur;
+  bur.diameter = bur.length = 2.0_mm;
+  const dvec3 a(-0.6_mm, 0.013_mm, 3.3_mm), b(0.6_mm, 0.013_mm, 3.3_mm);
+  const Pose path[] = {{a}, {a + dvec3(0, 0, 1.0_mm)}, {b + dvec3(0, 0, 1.0_mm)}, {b}};
+  CutThenProbe scene(kBlock, bur, path, 1.0_mm);
+  const double ridge = 3.3_mm - std::sqrt(1.0 - 0.36) * 1.0_mm, r = 0.5_mm;
+  scene.probe({0, 0.013_mm, 4.5_mm}, {0, 0.013_mm, ridge + r - 0.2_mm});
+  EXPECT_NEAR(scene.bench.last.X_WG.p.z, ridge + r, 2e-5);  // the edge itself is rounded by a fifth of a voxel
+  EXPECT_NEAR(scene.bench.last.X_WG.p.x, 0, 5e-6);
+}
+
+TEST(Carving, CutsRepeatedLeaveEveryBitAsItWasSoThatTheSurfaceNeverDrifts) {
+  HapticBench bench(kBlock, settings(1.0_mm));
+  haptics::SurfacePatch patch;
+  patch.resize(61);
+  bench.carver.cut_out({0, 0, 3.0_mm}, patch);
+  Tool bur;
+  bur.diameter = bur.length = 0.6_mm;
+  const auto at = [](int i) { return Pose{{1e-4 * std::sin(0.1 * (i % 200)), 1e-4 * std::cos(0.1 * (i % 200)), 3.1_mm}}; };
+  const auto round = [&] {
+    for (int i = 0; i < 200; ++i) carve(patch, haptics::Sweep(bur, at(i), at(i + 1), bench.settings.frame, i > 0));
+  };
+  round();
+  const std::vector<float> first = patch.distance;
+  for (int i = 0; i < 20; ++i) {  // equal bits after a round: so after any number
+    round();
+    ASSERT_EQ(patch.distance, first);
+  }
+}
+
+TEST(Contact, BesideACutASmoothSurfaceIsFeltAsTrulyAsBefore) {
+  Tool bur;
+  bur.diameter = bur.length = 1.0_mm;
+  const Pose pit[] = {{{0, 0, 5.4_mm}}, {{0, 0, 5.0_mm}}};
+  CutThenProbe scene(sphere(0.1), bur, pit, 1.0_mm);
+  // From the far side towards the pit: true to the hundredth of a degree until the head is near it.
+  for (double a = 90.0_deg; a > 50.0_deg; a -= 0.5_deg) {
+    const dvec3 u(std::sin(a), 0, std::cos(a));
+    if (a == 90.0_deg) scene.probe(6.0_mm * u, 5.2_mm * u);
+    scene.bench.tick({5.2_mm * u});
+    const dvec3 f = scene.bench.tick({5.2_mm * u}).f_T_W;
+    EXPECT_LT(glm::length(glm::cross(f / glm::length(f), u)), std::sin(0.01_deg)) << a / kDegree;
+    EXPECT_NEAR(glm::length(f), 0.3, 6e-5) << a / kDegree;
+  }
+}
+
 TEST(Servo, IllegalInputGivesZeroForceAndAFaultInTheSameTick) {
   HapticBench bench(sphere(0.2), settings(1.0_mm));
   for (double z = 6.0_mm; z > 5.2_mm; z -= 0.02_mm) bench.tick({{0, 0, z}});
@@ -143,6 +239,39 @@ TEST(Servo, IllegalInputGivesZeroForceAndAFaultInTheSameTick) {
     EXPECT_EQ(bench.last.f_T_W, dvec3(0));
     EXPECT_TRUE(bench.last.faults & bits(Fault::kBadInput));
   }
+}
+
+TEST(Servo, ABallBornInsideAtAnyDepthIsLedOutTheNearestWayWithin50Milliseconds) {
+  for (const double depth : {0.3_mm, 0.6_mm, 1.1_mm, 1.9_mm}) {  // from the end in to wholly inside
+    ServoSettings s = settings(1.0_mm);
+    s.friction = false;
+    HapticBench bench(R"({"voxel_mm": 0.1, "band_mm": 3, "solids": [{"tissue": "enamel", "solid": {"box": {"size_mm": [9,9,6]}}}]})", s);
+    const Pose X_WT{{0.13_mm, 0.07_mm, 3.5_mm - depth}, {1, 0, 0, 0}};
+    double most = 0;
+    for (int i = 0; i < 50; ++i) most = std::max(most, glm::length(bench.tick(X_WT).f_T_W));
+    EXPECT_NEAR(bench.last.f_T_W.z, 1000 * depth, 0.02 * 1000 * depth) << depth;
+    EXPECT_LE(most, 1000 * depth + 0.005) << depth;
+    EXPECT_LT(std::abs(bench.last.n_C_W.x) + std::abs(bench.last.n_C_W.y), 0.03) << depth;
+    EXPECT_EQ(bench.last.faults, 0u) << depth;
+  }
+}
+
+TEST(Servo, AfterIllegalInputTheToolIsWhereItWasOutside) {
+  HapticBench bench(R"({"voxel_mm": 0.1, "solids": [{"tissue": "enamel", "solid": {"box": {"size_mm": [9,9,6]}}}]})", settings(1.0_mm));
+  const auto at = [](double z) { return Pose{{0, 0, z}, {1, 0, 0, 0}}; };
+  for (int i = 0; i <= 250; ++i) bench.tick(at(std::max(3.6_mm - i * 13e-6, 1.0_mm)));  // 2.5 mm under the surface
+  const double before = bench.last.f_T_W.z;
+  EXPECT_NEAR(before, 2.5, 0.01);
+  bench.tick({{NAN, 0, 0}, {1, 0, 0, 0}});
+  EXPECT_EQ(bench.last.f_T_W, dvec3(0));
+  double jump = 0, last = 0;
+  for (int i = 0; i < 30; ++i) {
+    bench.tick(at(1.0_mm));
+    jump = std::max(jump, std::abs(bench.last.f_T_W.z - last));
+    last = bench.last.f_T_W.z;
+  }
+  EXPECT_NEAR(last, before, 0.01);  // ramped in, from nothing
+  EXPECT_LT(jump, 0.25);
 }
 
 TEST(Servo, ATickAllocatesNothing) {

@@ -63,8 +63,9 @@ struct SlotBuffers {
 
 inline constexpr VkShaderStageFlags kPushStages = VK_SHADER_STAGE_VERTEX_BIT | VK_SHADER_STAGE_FRAGMENT_BIT;
 
-inline void push_view(VkCommandBuffer commands, VkPipelineLayout layout, int view) {
-  const glm::vec4 value(static_cast<float>(view), 0, 0, 0);
+/// `sieved`: share of what is drawn next that is left out; tools only.
+inline void push_view(VkCommandBuffer commands, VkPipelineLayout layout, int view, double sieved = 0) {
+  const glm::vec4 value(static_cast<float>(view), static_cast<float>(sieved), 0, 0);
   vkCmdPushConstants(commands, layout, kPushStages, offsetof(shared::ObjectData, view), sizeof value, &value);
 }
 
