@@ -9,7 +9,8 @@ typodont_test(unit_render KIND unit SOURCES unit/render_frame_test.cpp unit/rend
               LIBS typodont_test_stage)
 typodont_test(property_render KIND property SOURCES property/render_ranges_test.cpp property/render_stereo_test.cpp
               LIBS typodont_test_stage)
-typodont_test(golden_render KIND golden SOURCES golden/render_golden_test.cpp LIBS typodont_test_stage)
+typodont_test(golden_render KIND golden SOURCES golden/render_golden_test.cpp golden/scene_golden_test.cpp
+              LIBS typodont_test_stage typodont_app)
 if(TYPODONT_WINDOW)
   typodont_test(acceptance_display KIND acceptance SOURCES acceptance/display_window_test.cpp LIBS typodont_test_stage
                 SERIAL)

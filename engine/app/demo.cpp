@@ -68,10 +68,10 @@ void run_demo(const DemoOptions& options) {
   PictureStage::Options look;
   look.quality = render::kQualityLadder[1];
   PictureStage stage(rig, scene.servo, look);
-  TissueView view;
-  stage.show(view.update(volume), volume.frame().origin);
   stage.surround(make_surroundings(scene));
   stage.hold_mirror(scene.mouth_mirror);
+  TissueView view(surface_tolerance(rig, volume.frame().voxel));
+  stage.show(view.update(volume), volume.frame().origin);
   log::info("drawing with {}: {} triangles", stage.device_name(), view.mesher().triangle_count());
 
   const fs::path session_file = options.out / "session.h5", wav = options.out / "drill.wav",

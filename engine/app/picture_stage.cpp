@@ -95,11 +95,23 @@ void PictureStage::show(std::span<const render::MeshUpdate> bricks, const dvec3&
   renderer_->place(render::kWorkingTooth, {origin, {1, 0, 0, 0}});
 }
 
-void PictureStage::surround(std::span<const SurroundingMesh> meshes) {
-  for (const SurroundingMesh& mesh : meshes) {
-    renderer_->update(mesh.id, mesh.bricks);
-    renderer_->place(mesh.id, {mesh.origin, {1, 0, 0, 0}});
+void surround(render::Renderer& renderer, const Surroundings& around) {
+  for (const SurroundingMesh& mesh : around.meshes) {
+    renderer.update(mesh.id, mesh.bricks);
+    renderer.place(mesh.id, {mesh.origin, {1, 0, 0, 0}});
   }
+  renderer.cover(render::kWorkingTooth, around.covered);
+}
+
+float surface_tolerance(const display::DisplayRig& rig, double voxel) {
+  const display::Screen& screen = rig.screen;
+  const double pixel = glm::length(screen.lower_right - screen.lower_left) /
+                       std::max(display::eye_pixels(screen.layout, screen.pixels).x, 1);
+  return static_cast<float>(std::clamp(0.4 * pixel / voxel, 0.1, 0.6));
+}
+
+void PictureStage::surround(const Surroundings& around) {
+  typodont::surround(*renderer_, around);
 }
 
 void PictureStage::show_inside(render::MeshId body, std::span<const render::MeshUpdate> bricks, const dvec3& origin) {

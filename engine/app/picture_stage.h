@@ -20,6 +20,13 @@ namespace typodont {
 /// What a tool looks like.
 render::ToolMesh tool_mesh(const haptics::Tool& tool);
 
+/// Gives the renderer what stands around the working tooth.
+void surround(render::Renderer& renderer, const Surroundings& around);
+
+/// How far triangles may lie from the surface, voxels: under half a pixel of this rig's screen, but never so far that
+/// form is lost. What a coarse screen cannot show is not made.
+float surface_tolerance(const display::DisplayRig& rig, double voxel);
+
 class PictureStage {
  public:
   struct Options {
@@ -39,8 +46,8 @@ class PictureStage {
   /// Bricks of the working tooth; positions relative to `origin` (m, W).
   void show(std::span<const render::MeshUpdate> bricks, const dvec3& origin);
 
-  /// Meshes that stand still around it.
-  void surround(std::span<const SurroundingMesh> meshes);
+  /// What stands still around it; before its first bricks, so that what the gum covers need never be drawn.
+  void surround(const Surroundings& around);
 
   /// The mouth mirror in the other hand, from the next frame on; diameter 0: none.
   void hold_mirror(const MouthMirror& mirror) { mirror_ = mirror; }

@@ -17,9 +17,10 @@ constexpr double kToothVoxel = 0.15e-3, kGumVoxel = 0.36e-3;     // m: they are 
 constexpr float kToothTolerance = 0.15f, kGumTolerance = 0.12f;  // voxels
 constexpr double kRootShown = 2.5e-3;                            // m below the gum's edge; neighbours end there
 constexpr double kReach = 3e-3;                                  // m around the tooth in which its distance is known
-constexpr double kGumInside = 0.4e-3;    // m, so deep does the gum reach into the working tooth, to leave no gap
-constexpr double kJawDepth = 9e-3;       // m below the gum's edge
-constexpr double kCollarBlend = 1.0e-3;  // m
+constexpr double kGumInside = 0.4e-3;     // m, so deep does the gum reach into the working tooth, to leave no gap
+constexpr double kJawDepth = 9e-3;        // m below the gum's edge, at least
+constexpr double kCoveredBelow = 0.6e-3;  // m below its edge the gum is thick enough to hide the root
+constexpr double kCollarBlend = 1.0e-3;   // m
 
 /// Smooth minimum (Quilez): rounds the corner where two solids meet, k wide.
 double smooth_min(double a, double b, double k) {
@@ -120,7 +121,7 @@ SurroundingsPlan read_surroundings(const Json& json, const std::filesystem::path
   return plan;
 }
 
-std::vector<SurroundingMesh> make_surroundings(const SurroundingsPlan& plan) {
+Surroundings make_surroundings(const SurroundingsPlan& plan) {
   const ToothField tooth(haptics::TissueVolume::load(plan.volume), kReach);
   const dvec3 across = glm::cross(plan.crown, plan.arch), middle = 0.5 * (tooth.low() + tooth.high());
   std::vector<ToothCopy> copies;
@@ -130,7 +131,8 @@ std::vector<SurroundingMesh> make_surroundings(const SurroundingsPlan& plan) {
     return glm::dot(plan.margin - p, plan.margin_normal) / glm::dot(plan.crown, plan.margin_normal);
   };
 
-  std::vector<SurroundingMesh> meshes;
+  Surroundings result;
+  std::vector<SurroundingMesh>& meshes = result.meshes;
   render::MeshId id = render::kWorkingTooth + 1;
   for (const ToothCopy& copy : copies) {
     dvec3 lo(1e9), hi(-1e9);
@@ -147,8 +149,14 @@ std::vector<SurroundingMesh> make_surroundings(const SurroundingsPlan& plan) {
                           },
                           [&](const dvec3& p) { return tooth.tissue_at_surface(copy.to_tooth(p)); })});
   }
-  if (!plan.gum) return meshes;
+  if (!plan.gum) return result;
 
+  // Deep enough for the roots.
+  double jaw_depth = kJawDepth;
+  for (int corner = 0; corner < 8; ++corner)
+    jaw_depth = std::max(jaw_depth, 1.5e-3 + below_plane({corner & 1 ? tooth.high().x : tooth.low().x,
+                                                          corner & 2 ? tooth.high().y : tooth.low().y,
+                                                          corner & 4 ? tooth.high().z : tooth.low().z}));
   // Half the width of the row of teeth where the gum begins: the jaw is a little wider.
   double half_width = 0;
   for (double v = 0; v < 12e-3; v += 0.1e-3)
@@ -177,8 +185,8 @@ std::vector<SurroundingMesh> make_surroundings(const SurroundingsPlan& plan) {
     const double end = std::abs(glm::dot(r, plan.arch)) - plan.length / 2;
     double jaw = smooth_max(side, 1.4e-3 - depth, 4e-3);
     jaw = smooth_max(jaw, end, 4e-3);
-    jaw = smooth_max(jaw, depth - kJawDepth, 2e-3);
-    const double body = smooth_max(smooth_min(jaw, collar, kCollarBlend), depth - kJawDepth, 0.5e-3);
+    jaw = smooth_max(jaw, depth - jaw_depth, 2e-3);
+    const double body = smooth_max(smooth_min(jaw, collar, kCollarBlend), depth - jaw_depth, 0.5e-3);
     return std::max(body, -own - kGumInside);  // hollow where the working tooth stands: a bur must not find gum in it
   };
   const dvec3 reach = glm::abs(plan.arch) * (plan.length / 2 + 1e-3) + glm::abs(across) * (half_width + 4e-3);
@@ -186,14 +194,15 @@ std::vector<SurroundingMesh> make_surroundings(const SurroundingsPlan& plan) {
   dvec3 lo = edge - reach, hi = edge + reach;
   grow(lo, hi, edge + reach + plan.crown * (plan.papilla + 3e-3));
   grow(lo, hi, edge - reach + plan.crown * (plan.papilla + 3e-3));
-  grow(lo, hi, edge + reach - plan.crown * (kJawDepth + 3e-3));
-  grow(lo, hi, edge - reach - plan.crown * (kJawDepth + 3e-3));
+  grow(lo, hi, edge + reach - plan.crown * (jaw_depth + 3e-3));
+  grow(lo, hi, edge - reach - plan.crown * (jaw_depth + 3e-3));
   meshes.push_back(
       {id, lo, mesh_of_field(lo, hi, kGumVoxel, kGumTolerance, gum, [](const dvec3&) { return Tissue::kGingiva; })});
-  return meshes;
+  result.covered = glm::dvec4(plan.margin_normal, kCoveredBelow - glm::dot(plan.margin_normal, plan.margin));
+  return result;
 }
 
-std::vector<SurroundingMesh> make_surroundings(const Scene& scene) {
+Surroundings make_surroundings(const Scene& scene) {
   if (!scene.surroundings) return {};
   return make_surroundings(read_surroundings(*scene.surroundings, volume_file(scene), scene.file.parent_path()));
 }

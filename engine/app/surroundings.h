@@ -41,9 +41,14 @@ struct SurroundingMesh {
   dvec3 origin;  // m, W, of its vertices
   std::vector<render::MeshUpdate> bricks;
 };
+struct Surroundings {
+  std::vector<SurroundingMesh> meshes;
+  /// The uncut tooth lies within the gum where dot(covered, (p_W, 1)) < 0: nobody sees it there. Zero: nowhere.
+  glm::dvec4 covered{0};
+};
 /// Deterministic. Throws Error when the volume cannot be read.
-std::vector<SurroundingMesh> make_surroundings(const SurroundingsPlan& plan);
+Surroundings make_surroundings(const SurroundingsPlan& plan);
 /// What the scene wants to stand around its tooth; nothing where it does not say.
-std::vector<SurroundingMesh> make_surroundings(const Scene& scene);
+Surroundings make_surroundings(const Scene& scene);
 
 }  // namespace typodont

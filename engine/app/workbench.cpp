@@ -59,6 +59,7 @@ struct Session {
   ServoTick last;                       // the same
   std::uint32_t faults = 0;
   bool draw = false, record = false, debris = false;
+  float tolerance = 0.1f;  // voxels, of the surface drawn
   Nanos began = 0;            // of recorded frames
   std::size_t xr_stream = 0;  // which of the recording's streams they are
   SoundLink* sound = nullptr;
@@ -168,7 +169,7 @@ void obey(Session& s, TissueCommand command, Nanos t, TissueSaver& saver) {
 void carver_thread(Session& s) {
   Wiring& wiring = s.wiring;
   TissueSaver saver;
-  TissueView view;
+  TissueView view(s.tolerance);
   Nanos meshed = 0;
   bool first = true;
   Cut cut;
@@ -366,6 +367,7 @@ void Workbench::Impl::set_up() {
     look.quality = ladder.step();
     stage.emplace(*rig, scene.servo, look);
     stage->surround(make_surroundings(scene));
+    s.tolerance = surface_tolerance(*rig, tissue.frame().voxel);
     stage->hold_mirror(scene.mouth_mirror);
     explain("drawn by " + stage->device_name());
     explain(rig->head.tracker.empty() ? "head: at rest, the rig names no tracker" : "head: " + rig->head.tracker);

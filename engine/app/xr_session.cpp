@@ -71,7 +71,7 @@ struct XrSession::Thread {
   Wiring& wiring;
   Options options;
   std::optional<DebrisView> debris;
-  std::vector<SurroundingMesh> surroundings;
+  Surroundings surroundings;
   MouthMirror mirror;          // as the scene has it, or in the other hand
   MouthMirror scene_mirror;
   int mirror_hand = -1;        // the controller that holds it

@@ -50,11 +50,8 @@ void XrStage::show(std::span<const render::MeshUpdate> bricks, const dvec3& orig
   renderer_->place(render::kWorkingTooth, {origin, {1, 0, 0, 0}});
 }
 
-void XrStage::surround(std::span<const SurroundingMesh> meshes) {
-  for (const SurroundingMesh& mesh : meshes) {
-    renderer_->update(mesh.id, mesh.bricks);
-    renderer_->place(mesh.id, {mesh.origin, {1, 0, 0, 0}});
-  }
+void XrStage::surround(const Surroundings& around) {
+  typodont::surround(*renderer_, around);
 }
 
 void XrStage::set_quality(const render::Quality& quality) {

@@ -27,8 +27,8 @@ class XrStage {
   XrStage& operator=(const XrStage&) = delete;
 
   void show(std::span<const render::MeshUpdate> bricks, const dvec3& origin);
-  /// Meshes that stand still around it.
-  void surround(std::span<const SurroundingMesh> meshes);
+  /// What stands still around it; before its first bricks.
+  void surround(const Surroundings& around);
   void set_quality(const render::Quality& quality);
 
   /// What is drawn around the tissue.

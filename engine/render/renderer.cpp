@@ -614,6 +614,11 @@ void Renderer::remove(MeshId mesh) {
   impl_->bricks.remove(mesh, impl_->last_submitted);
 }
 
+void Renderer::cover(MeshId mesh, const glm::dvec4& beyond) {
+  impl_->bricks.covers[mesh] = beyond;
+  ++impl_->bricks.version;
+}
+
 void Renderer::set_tool(const ToolMesh& tool) {
   vkDeviceWaitIdle(impl_->device.device);
   impl_->tool_body.set(impl_->device, tool);

@@ -120,7 +120,7 @@ struct FrameStats {
   bool drawn = false;        // false: nothing had changed, no commands recorded
   std::uint64_t frames = 0;  // drawn since the start
   int views = 0;
-  int bricks_drawn = 0, bricks_culled = 0, bricks_facing_away = 0;
+  int bricks_drawn = 0, bricks_culled = 0, bricks_facing_away = 0, bricks_covered = 0;
   std::uint64_t triangles = 0;
   int passes = 0;           // render passes recorded
   int commands = 0;         // draw calls recorded
@@ -144,6 +144,9 @@ class Renderer {
   void update(MeshId mesh, std::span<const MeshUpdate> bricks);
   void place(MeshId mesh, const Pose& X_WM);
   void remove(MeshId mesh);
+  /// Of the mesh's first bricks those wholly where dot(beyond, (p_W, 1)) < 0 lie within another body: View::kLook and
+  /// kDifference do not draw them until they change. Zero: none.
+  void cover(MeshId mesh, const glm::dvec4& beyond);
   void set_tool(const ToolMesh& tool);
   void resize(glm::ivec2 size);
   void set_quality(const Quality& quality);

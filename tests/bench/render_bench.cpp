@@ -6,8 +6,8 @@
 
 #include <ctime>
 
+#include "engine/app/picture_stage.h"
 #include "engine/app/scene.h"
-#include "engine/app/surroundings.h"
 #include "engine/app/tissue_view.h"
 #include "tests/support/stage.h"
 
@@ -25,12 +25,9 @@ TEST(Bench, StereoFrameOfTheMolar) {
   double best = 0;
   for (const render::Quality& quality : render::kQualityLadder) {
     Stage stage({1280, 1024}, quality, Passes::kBest, /*validation=*/false);
+    surround(*stage.renderer, around);
     stage.renderer->update(0, bricks);
     stage.renderer->place(0, {volume.frame().origin, {1, 0, 0, 0}});
-    for (const SurroundingMesh& mesh : around) {
-      stage.renderer->update(mesh.id, mesh.bricks);
-      stage.renderer->place(mesh.id, {mesh.origin, {1, 0, 0, 0}});
-    }
     stage.renderer->set_tool(render::make_tool_mesh(render::tool_shape("sphere", 1.2e-3, 0)));
     render::Frame frame = frame_of(rig);
     frame.tool = {.visible = true, .X_WG = {dvec3(6.8e-3, 5.5e-3, 19e-3), {1, 0, 0, 0}}, .spindle = 36000};

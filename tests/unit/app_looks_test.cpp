@@ -5,6 +5,7 @@
 
 #include <cmath>
 
+#include "engine/app/picture_stage.h"
 #include "engine/app/scene.h"
 #include "engine/app/surroundings.h"
 #include "engine/app/teaching_views.h"
@@ -39,15 +40,16 @@ std::vector<Corner> corners(const SurroundingMesh& mesh) {
   return out;
 }
 
-struct Surroundings : testing::Test {
+struct Around : testing::Test {
   Scene scene = read_scene(assets_folder() / "scenes/molar-caries.json");
-  std::vector<SurroundingMesh> meshes = make_surroundings(scene);
+  typodont::Surroundings around = make_surroundings(scene);
+  std::vector<SurroundingMesh>& meshes = around.meshes;
   ToothField tooth{haptics::TissueVolume::load(volume_file(scene)), 3e-3};
 };
 
-TEST_F(Surroundings, TwoNeighboursAndGumAndTheSameEachTime) {
+TEST_F(Around, TwoNeighboursAndGumAndTheSameEachTime) {
   ASSERT_EQ(meshes.size(), 3u);
-  const auto again = make_surroundings(scene);
+  const auto again = make_surroundings(scene).meshes;
   for (std::size_t m = 0; m < meshes.size(); ++m) {
     ASSERT_EQ(meshes[m].bricks.size(), again[m].bricks.size());
     std::size_t triangles = 0;
@@ -60,7 +62,7 @@ TEST_F(Surroundings, TwoNeighboursAndGumAndTheSameEachTime) {
   }
 }
 
-TEST_F(Surroundings, NeighboursTouchTheToothAndDoNotPierceIt) {
+TEST_F(Around, NeighboursTouchTheToothAndDoNotPierceIt) {
   for (std::size_t m = 0; m < 2; ++m) {
     double nearest = 1;
     for (const Corner& c : corners(meshes[m])) nearest = std::min(nearest, tooth.distance(c.p));
@@ -69,7 +71,7 @@ TEST_F(Surroundings, NeighboursTouchTheToothAndDoNotPierceIt) {
   }
 }
 
-TEST_F(Surroundings, TheGumHugsTheToothAndStaysBelowTheCrown) {
+TEST_F(Around, TheGumHugsTheToothAndStaysBelowTheCrown) {
   double on_tooth = 0, all = 0;
   for (const Corner& c : corners(meshes[2])) {
     EXPECT_GT(tooth.distance(c.p), -0.55e-3);  // it ends just beneath the tooth's surface
@@ -78,6 +80,58 @@ TEST_F(Surroundings, TheGumHugsTheToothAndStaysBelowTheCrown) {
     on_tooth += std::abs(tooth.distance(c.p)) < 0.5e-3;
   }
   EXPECT_GT(on_tooth / all, 0.05);
+}
+
+TEST_F(Around, WhatIsSaidToBeCoveredLiesWithinTheGum) {
+  // From a corner of the uncut tooth below the plane, straight out, one leaves the gum: so the corner lay within it.
+  struct Triangle {
+    dvec3 a, ab, ac;
+  };
+  std::vector<Triangle> gum;
+  for (const auto& brick : meshes[2].bricks)
+    for (std::size_t i = 0; i < brick.indices.size(); i += 3) {
+      const auto at = [&](std::size_t k) { return meshes[2].origin + dvec3(brick.vertices[brick.indices[i + k]].p); };
+      gum.push_back({at(0), at(1) - at(0), at(2) - at(0)});
+    }
+  haptics::TissueVolume volume = load_tissue(scene);
+  TissueView view(0.6f);
+  int below = 0, open = 0;
+  for (const auto& brick : view.update(volume))
+    for (std::size_t i = 0; i < brick.vertices.size(); i += 11) {
+      const dvec3 p = volume.frame().origin + dvec3(brick.vertices[i].p), n(brick.vertices[i].n);
+      if (glm::dot(around.covered, glm::dvec4(p, 1)) >= 0) continue;
+      ++below;
+      bool leaves = false;
+      for (const Triangle& t : gum) {  // Möller & Trumbore 1997
+        const dvec3 h = glm::cross(n, t.ac);
+        const double det = glm::dot(t.ab, h);
+        if (std::abs(det) < 1e-18) continue;
+        const dvec3 s = p - t.a, q = glm::cross(s, t.ab);
+        const double u = glm::dot(s, h) / det, v = glm::dot(n, q) / det, way = glm::dot(t.ac, q) / det;
+        if (u < 0 || v < 0 || u + v > 1 || way < 0) continue;
+        leaves = leaves || glm::dot(glm::cross(t.ab, t.ac), n) > 0;
+      }
+      open += !leaves;
+    }
+  EXPECT_GT(below, 200);
+  EXPECT_EQ(open, 0);
+}
+
+TEST(SurfaceTolerance, FollowsThePixelsOfTheScreen) {
+  const display::DisplayRig closeup = display::load_rig(assets_folder() / "rigs/closeup.json");
+  const display::DisplayRig bench = display::load_rig(assets_folder() / "rigs/mirror.json");
+  EXPECT_LT(surface_tolerance(closeup, 134e-6), 0.15f);
+  EXPECT_GT(surface_tolerance(bench, 134e-6), 0.5f);
+  // Coarser triangles where a pixel is larger.
+  const Scene scene = read_scene(assets_folder() / "scenes/molar-caries.json");
+  haptics::TissueVolume volume = load_tissue(scene);
+  const auto triangles = [&](const display::DisplayRig& rig) {
+    TissueView view(surface_tolerance(rig, volume.frame().voxel));
+    std::size_t n = 0;
+    for (const auto& brick : view.update(volume)) n += brick.indices.size() / 3;
+    return n;
+  };
+  EXPECT_GT(triangles(closeup), 1.7 * static_cast<double>(triangles(bench)));
 }
 
 TEST(SurroundingsFile, MistakesAreNamed) {

@@ -127,6 +127,24 @@ TEST(Frame, BricksOutOfViewOrFacingAwayAreNotDrawn) {
   EXPECT_LT(close.bricks_drawn, near.bricks_drawn);
 }
 
+TEST(Frame, FirstBricksWithinAnotherBodyAreDrawnOnlyOnceTheyChange) {
+  Stage stage({160, 128});
+  const auto tooth = tooth_mesh(0, 0.4e-3);
+  stage.renderer->cover(0, {0, 0, 1, 3e-3});  // all below −3 mm
+  stage.renderer->update(0, tooth);
+  render::Frame frame = frame_of(desk(0.03, 0.024, 0.35));
+  const render::FrameStats first = stage.draw(frame);
+  EXPECT_GT(first.bricks_covered, 0);
+  for (const auto& brick : tooth) stage.renderer->update(0, std::span(&brick, 1));
+  const render::FrameStats changed = stage.draw(frame);
+  EXPECT_EQ(changed.bricks_covered, 0);
+  EXPECT_GT(changed.triangles, first.triangles);
+  stage.renderer->remove(0);
+  stage.renderer->update(0, tooth);
+  frame.view = render::View::kXray;
+  EXPECT_EQ(stage.draw(frame).bricks_covered, 0);
+}
+
 TEST(Frame, CullingChangesNoPixel) {
   // The same tooth as a single brick, which is always drawn.
   const auto bricks = tooth_mesh(2e-3, 0.4e-3);

@@ -6,11 +6,13 @@
 #include <cstdio>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "engine/app/commands/commands.h"
 #include "engine/app/picture_stage.h"
 #include "engine/app/scene.h"
 #include "engine/app/surroundings.h"
+#include "engine/app/task.h"
 #include "engine/app/teaching_views.h"
 #include "engine/app/tissue_view.h"
 #include "engine/base/error.h"
@@ -108,7 +110,10 @@ ordered_json eye_json(const display::EyeView& eye) {
 ordered_json stats_json(const render::FrameStats& s) {
   return {{"drawn", s.drawn},
           {"views", s.views},
-          {"bricks", {{"drawn", s.bricks_drawn}, {"culled", s.bricks_culled}, {"facing_away", s.bricks_facing_away}}},
+          {"bricks", {{"drawn", s.bricks_drawn},
+            {"culled", s.bricks_culled},
+            {"facing_away", s.bricks_facing_away},
+            {"covered", s.bricks_covered}}},
           {"triangles", s.triangles},
           {"passes", s.passes},
           {"commands", s.commands},
@@ -136,8 +141,11 @@ void run(const Options& options) {
     tick.tool = row.tool;
     tick.spindle = scene.servo.spindle.free_speed;
   }
-  if (options.view == "difference" && options.ideal.empty())
-    throw Error("", "--ideal", "nothing", "--ideal VOLUME.vdb, the tooth as it should become");
+  std::optional<haptics::TissueVolume> ideal;
+  if (options.view == "difference") {
+    ideal = options.ideal.empty() ? ideal_tissue(scene, load_tissue(scene)) : haptics::TissueVolume::load(options.ideal);
+    if (!ideal) throw Error("", "--ideal", "nothing", "--ideal VOLUME.vdb, or a scene whose task has an ideal");
+  }
   haptics::TissueVolume volume =
       options.volume.empty() ? load_tissue(scene) : haptics::TissueVolume::load(options.volume);
   PictureStage::Options stage_options;
@@ -147,14 +155,13 @@ void run(const Options& options) {
   stage_options.tool = !options.pose.empty();
   stage_options.validation = options.validate;
   PictureStage stage(rig, scene.servo, stage_options);
-  TissueView view;
-  std::vector<render::MeshUpdate> surface = view.update(volume);
-  if (options.view == "difference")
-    mark_difference(haptics::TissueVolume::load(options.ideal), volume.frame().origin, surface);
-  stage.show(surface, volume.frame().origin);
-  add_view(stage, options, volume);
   stage.surround(make_surroundings(scene));
   stage.hold_mirror(scene.mouth_mirror);
+  TissueView view(surface_tolerance(rig, volume.frame().voxel));
+  std::vector<render::MeshUpdate> surface = view.update(volume);
+  if (ideal) mark_difference(*ideal, volume.frame().origin, surface);
+  stage.show(surface, volume.frame().origin);
+  add_view(stage, options, volume);
   const render::FrameStats drawn = stage.draw(tick, {}, 0);
   const render::FrameStats again = stage.draw(tick, {}, 0);
 
@@ -233,7 +240,7 @@ void add_render_command(CLI::App& app) {
       ->capture_default_str();
   command->add_option("--plane", options->plane,
                       "section: NX,NY,NZ,OFFSET_MM, what lies where N·p > OFFSET stays; else through the middle");
-  command->add_option("--ideal", options->ideal, "difference: the tooth as it should become (.vdb)");
+  command->add_option("--ideal", options->ideal, "difference: the tooth as it should become (.vdb); else the scene's task says");
   command->add_option("--volume", options->volume, "draw this volume (.vdb) instead of the scene's tissue");
   std::vector<std::string> steps;
   for (const render::Quality& step : render::kQualityLadder) steps.emplace_back(step.name);

@@ -73,6 +73,12 @@ bool outside(const Planes& p, const Brick& b) {
   return false;
 }
 
+/// Wholly beyond the plane; a zero plane covers nothing.
+bool covered(const glm::vec4& plane, const Brick& b) {
+  const glm::vec3 farthest(plane.x > 0 ? b.hi.x : b.lo.x, plane.y > 0 ? b.hi.y : b.lo.y, plane.z > 0 ? b.hi.z : b.lo.z);
+  return glm::dot(glm::vec3(plane), farthest) + plane.w < 0;
+}
+
 bool faces_away(const Brick& b, const glm::vec3& eye) {
   if (b.cone_cutoff >= 1) return false;
   // meshoptimizer's cone test about the box's middle
@@ -103,6 +109,7 @@ bool glassy_in(View view, MeshId mesh) {
 void BrickStore::update(gpu::Device& device, MeshId id, std::span<const MeshUpdate> updates, std::uint64_t frame) {
   if (updates.empty()) return;
   Mesh& mesh = meshes[id];
+  const bool first = mesh.bricks.empty();
   for (const MeshUpdate& u : updates) {
     if (const auto old = mesh.bricks.find(u.brick); old != mesh.bricks.end()) {
       retire(old->second, frame);
@@ -115,6 +122,7 @@ void BrickStore::update(gpu::Device& device, MeshId id, std::span<const MeshUpda
     brick.vertices = static_cast<std::uint32_t>(u.vertices.size());
     brick.indices = static_cast<std::uint32_t>(u.indices.size());
     measure(brick, u);
+    brick.first = first;
     std::uint64_t v = gpu::RangeAllocator::kNone, i = v;
     for (std::size_t k = 0; k < blocks.size() && brick.block < 0; ++k) {
       v = blocks[k].free_vertices.allocate(brick.vertices);
@@ -223,6 +231,11 @@ std::vector<DrawGroup> BrickStore::visible(gpu::Device& device, int slot, const 
       frusta[e] = planes(frame.eyes[e].projection * frame.eyes[e].view * world_from_mesh);
       eyes[e] = glm::vec3(X_MW * frame.eyes[e].position);
     }
+    glm::vec4 cover(0);  // in the mesh
+    if (const auto found = covers.find(id); found != covers.end() && frame.view != View::kSection &&
+                                            frame.view != View::kXray)
+      cover = glm::vec4(glm::dvec4(X_MW.rotate(dvec3(found->second)),
+                                   found->second.w + glm::dot(dvec3(found->second), mesh.X_WM.p)));
     for (auto& list : by_block) list.clear();
     for (const auto& [key, b] : mesh.bricks) {
       bool out_of_view = true, away = true;
@@ -230,7 +243,9 @@ std::vector<DrawGroup> BrickStore::visible(gpu::Device& device, int slot, const 
         out_of_view = out_of_view && outside(frusta[e], b);
         away = away && frame.view != View::kSection && faces_away(b, eyes[e]);  // a cut shows insides
       }
-      if (out_of_view) {
+      if (b.first && covered(cover, b)) {
+        ++stats.bricks_covered;
+      } else if (out_of_view) {
         ++stats.bricks_culled;
       } else if (away) {
         ++stats.bricks_facing_away;

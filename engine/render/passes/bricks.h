@@ -24,6 +24,7 @@ struct Brick {
   glm::vec3 lo{0}, hi{0};  // m, mesh
   glm::vec3 cone_axis{0, 0, 1};
   float cone_cutoff = 1;  // sine of the normals' spread about the axis; 1: they point everywhere
+  bool first = false;     // it was there from the start and has not changed since
 };
 
 struct Mesh {
@@ -49,6 +50,7 @@ bool glassy_in(View view, MeshId mesh);
 
 struct BrickStore {
   std::map<MeshId, Mesh> meshes;
+  std::map<MeshId, glm::dvec4> covers;  // where a mesh's first bricks lie within another body (Renderer::cover)
   std::vector<BrickBlock> blocks;
   SlotBuffers indirect, shadow_indirect, mirror_indirect;
   std::uint64_t version = 1;  // rises with every change

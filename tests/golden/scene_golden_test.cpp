@@ -1,0 +1,58 @@
+// The default scene as a user first sees it, and its views for teaching: pictures that were looked at once. The
+// tolerance is for eyes, as in render_golden_test.cpp.
+#include <gtest/gtest.h>
+
+#include "engine/app/picture_stage.h"
+#include "engine/app/scene.h"
+#include "engine/app/surroundings.h"
+#include "engine/app/teaching_views.h"
+#include "engine/app/tissue_view.h"
+#include "tests/support/stage.h"
+
+namespace typodont::test {
+namespace {
+
+constexpr int kTolerance = 6, kPixels = 120;
+
+TEST(GoldenScene, MolarAmongItsNeighboursInTheMouthMirrorCutOpenAndAsGlass) {
+  const Scene scene = read_scene(assets_folder() / "scenes/molar-caries.json");
+  haptics::TissueVolume volume = load_tissue(scene);
+  display::DisplayRig rig = display::load_rig(assets_folder() / "rigs/closeup.json");
+  rig.screen.pixels = {640, 256};
+  PictureStage::Options options;
+  options.validation = true;
+  options.hud = false;
+  PictureStage stage(rig, scene.servo, options);
+  stage.surround(make_surroundings(scene));
+  TissueView view;
+  const dvec3 origin = volume.frame().origin;
+  stage.show(view.update(volume), origin);
+  ServoTick tick;
+  tick.X_WG = {dvec3(7.4e-3, 5.2e-3, 20.2e-3), rotation_between({0, 0, 1}, glm::normalize(dvec3(0.25, -0.35, 1)))};
+  tick.spindle = scene.servo.spindle.free_speed;
+  std::string message;
+  const auto draw = [&](const char* name) {
+    stage.draw(tick, {}, 0);
+    EXPECT_TRUE(matches_golden(stage.eye(0), name, kTolerance, kPixels, message)) << message;
+  };
+  draw("scene_look");
+  stage.hold_mirror(
+      {{dvec3(6.8e-3, 14.5e-3, 17e-3), rotation_between({0, 0, 1}, glm::normalize(dvec3(0, -.916, .402)))},
+       14e-3,
+       0.0});
+  draw("scene_mirror");
+  stage.hold_mirror({});
+  const glm::dvec4 plane{0, 1, 0, -5.8e-3};
+  stage.show_inside(render::kSectionFace, section_face(volume, {0, 1, 0}, 5.8e-3), origin);
+  stage.show_as(render::View::kSection, plane);
+  draw("scene_section");
+  stage.show_inside(render::kInsidePulp, tissue_inside(volume, Tissue::kPulp), origin);
+  stage.show_inside(render::kInsideCaries, tissue_inside(volume, Tissue::kCaries), origin);
+  stage.show_inside(render::kInsideDentin, tissue_inside(volume, Tissue::kDentin), origin);
+  stage.show_as(render::View::kXray);
+  draw("scene_xray");
+  EXPECT_EQ(stage.validation_messages(), 0);
+}
+
+}  // namespace
+}  // namespace typodont::test
