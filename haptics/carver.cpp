@@ -17,6 +17,12 @@ Carver::Carver(TissueVolume volume, std::span<const Tool> tools)
 
 void Carver::apply(const Cut& cut) {
   TYPODONT_CHECK(cut.index == cuts_ + 1 && cut.tool < tools_.size());
+  if (cut.fill_radius > 0) {
+    volume_.fill(Fill(tools_[cut.tool], cut.X_WA.p, cut.fill_radius, cut.X_WB, volume_.frame()));
+    cuts_ = cut.index;
+    end_tool_ = cut.tool;
+    return;
+  }
   const bool continues = cuts_ > 0 && cut.tool == end_tool_ && same(cut.X_WA, end_);
   volume_.carve(Sweep(tools_[cut.tool], cut.X_WA, cut.X_WB, volume_.frame(), continues));
   cuts_ = cut.index;

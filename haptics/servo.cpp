@@ -48,6 +48,8 @@ constexpr double kStaleTime = 0.02;        // s a patch may be due before that i
 constexpr double kBridgeTime = 0.5;        // s for which the last contact's plane stands in for a patch
 constexpr double kRejoinTime = 0.3;        // s for finding back from there to the surface without a step
 constexpr double kFadeTime = 0.1;          // s, time constant of a force that lost its patch
+constexpr double kFillWaits = 0.05;        // s that filling may wait for room
+constexpr double kFillStep = 0.25;         // voxels a tick that a dome may grow
 constexpr int kCutHistory = 8192;          // cuts a late patch may lack
 constexpr double kPedalUp = 0.01;          // of the pedal's way, and of the free speed: the drill stands
 
@@ -55,17 +57,20 @@ constexpr double kPedalUp = 0.01;          // of the pedal's way, and of the fre
 struct CutBoxes {
   struct Box {
     glm::ivec3 lo{0}, hi{0};
+    bool filled = false;
   };
   std::array<Box, kCutHistory> boxes;
   std::uint64_t last = 0;
 
-  void add(std::uint64_t index, const glm::ivec3& lo, const glm::ivec3& hi) noexcept {
-    boxes[index % kCutHistory] = {lo, hi};
+  void add(std::uint64_t index, const glm::ivec3& lo, const glm::ivec3& hi, bool filled = false) noexcept {
+    boxes[index % kCutHistory] = {lo, hi, filled};
     last = index;
   }
   /// Union of the boxes of cuts after `index`; everything when that reaches back too far. False when there is none.
-  bool since(std::uint64_t index, glm::ivec3& lo, glm::ivec3& hi) const noexcept {
+  /// `filled`: whether there was a filling among them.
+  bool since(std::uint64_t index, glm::ivec3& lo, glm::ivec3& hi, bool& filled) const noexcept {
     if (index >= last) return false;
+    filled = last - index >= kCutHistory;
     lo = glm::ivec3(INT_MAX), hi = glm::ivec3(INT_MIN);
     if (last - index >= kCutHistory) {
       std::swap(lo, hi);
@@ -74,6 +79,7 @@ struct CutBoxes {
     for (std::uint64_t i = index + 1; i <= last; ++i) {
       lo = glm::min(lo, boxes[i % kCutHistory].lo);
       hi = glm::max(hi, boxes[i % kCutHistory].hi);
+      filled |= boxes[i % kCutHistory].filled;
     }
     return true;
   }
@@ -179,6 +185,13 @@ struct Servo::State {
   bool breaking_through = false;  // the bur is free, but the hand has not caught up
   double budget = 0;           // J that may still be spent on cutting
   PerTissue shares{};          // of the tissue under the head
+  struct Filling {
+    double owed = 0;     // m³
+    double radius = -1;  // voxels, of the dome that grows; negative: none
+    double area = 1;     // voxels², of its surface that is free
+    dvec3 center{0}, end{0};  // voxels, of the dome, and where the instrument's end was when it was begun
+  } filling;
+
   Pose cut_end;                // where the last cut ended …
   std::uint32_t cut_tool = 0;  // … and of which tool
   ServoTick sums;              // carries index, removed, energy, cuts
@@ -202,6 +215,62 @@ struct Servo::State {
     other.find(patch, X_VT, kContactRange, contacts);
     for (int i = 0; i < contacts.count(); ++i) {
       if (contacts.plane(i).gap <= 0) return false;
+    }
+    return true;
+  }
+
+  /// Puts down this tick's share of filling, when there is tissue in reach to put it on. True and a Cut when it did.
+  bool fill(const ServoTick& tick, const Pose& X_WH, double dt, Cut& cut) noexcept {
+    const Tool& instrument = tool();
+    const double h = settings.frame.voxel, reach = instrument.fill_reach / h;
+    const double half = instrument.shape == HeadShape::kSphere ? instrument.radius() : instrument.length / 2;
+    if (!(tick.pedal > kPedalUp)) {
+      filling = {};
+      return false;
+    }
+    filling.owed += instrument.fill_rate * tick.pedal * dt;
+    filling.owed = std::min(filling.owed, instrument.fill_rate * kFillWaits);
+    if (!(filling.owed > 0)) return false;
+    const dvec3 end = settings.frame.to_voxels(X_WH * dvec3(0, 0, -half));
+    const double travelled = glm::length(end - filling.end);
+    if (filling.radius < 0 || filling.radius >= reach || travelled > std::max(0.5 * filling.radius, 1.0)) {
+      if (!patch.holds(end, reach + static_cast<double>(Sweep::kMargin))) return false;
+      const FieldSample at = sample_linear_gradient(patch, end);
+      const double slope = glm::length(at.gradient);
+      if (at.value > reach || (at.value > 0 && slope < 0.5)) return false;  // nothing there to put it on
+      filling.center = at.value > 0 ? end - at.value / slope * at.gradient / slope : end;
+      filling.end = end;
+      filling.radius = 0;
+      filling.area = 1;
+    }
+    // So much larger that the dome's surface makes up the volume that is owed; where the head or tissue hides that surface
+    // it finds out, and grows faster.
+    const dvec3 center_W = settings.frame.to_world(filling.center);
+    double volume = 0;
+    PerTissue added{};
+    bool changed = false;
+    glm::ivec3 lo(0), hi(0);
+    for (int tries = 0; tries < 4 && !(volume > 0); ++tries) {
+      const double step =
+          std::max(std::min({filling.owed / (h * h * h) / filling.area, kFillStep, reach - filling.radius}), 1e-3);
+      filling.radius += step;
+      const Fill ball(instrument, center_W, filling.radius * h, X_WH, settings.frame);
+      bool any;
+      added = haptics::fill(patch, ball, &any);
+      changed |= any;
+      lo = ball.lo(), hi = ball.hi();
+      for (const double v : added) volume += v;
+      filling.area = std::max(volume / step, 1.0);
+    }
+    filling.owed -= volume * h * h * h;
+    if (!changed) return false;
+    ++sums.cuts;
+    cut_tool = in_hand;
+    boxes.add(sums.cuts, lo, hi, true);
+    cut = {sums.cuts, tick.index, tick.t, {center_W, X_WH.R}, X_WH, in_hand, {}, {}, 0, filling.radius * h};
+    for (std::size_t i = 1; i < added.size(); ++i) {
+      cut.removed[i] = -added[i] * h * h * h;
+      sums.removed[i] += cut.removed[i];
     }
     return true;
   }
@@ -243,7 +312,8 @@ void Servo::adopt(SurfacePatch& fresh) noexcept {
   State& s = *state_;
   if (fresh.n != s.patch.n) return;  // sized at set-up; never differs
   glm::ivec3 lo, hi;
-  if (s.patch.number != 0 && s.boxes.since(fresh.cuts, lo, hi)) merge(fresh, s.patch, lo, hi);
+  bool filled = false;
+  if (s.patch.number != 0 && s.boxes.since(fresh.cuts, lo, hi, filled)) merge(fresh, s.patch, lo, hi, filled);
   std::swap(fresh, s.patch);
 }
 
@@ -508,6 +578,11 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
       out.cutting_power = energy / dt;
       s.budget -= energy;
     }
+  }
+
+  // Fill: a dome grows on the tissue nearest to the instrument's free end, up to the head.
+  if (tool.fill != Tissue::kAir && !lost && !deep) {
+    cut_made = s.fill(out, {p_WG, X_WT.R}, dt, cut);
   }
 
   s.spindle_work += out.cutting_power * dt;
