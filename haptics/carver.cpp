@@ -26,6 +26,12 @@ void Carver::apply(const Cut& cut) {
   if (!in_stroke_ || cut.t < cut_t_ || to_seconds(cut.t - cut_t_) > kStrokePause) volume_.begin_stroke();
   in_stroke_ = true;
   cut_t_ = cut.t;
+  if (cut.fill_radius > 0) {
+    volume_.fill(Fill(tools_[cut.tool], cut.X_WA.p, cut.fill_radius, cut.X_WB, volume_.frame()));
+    cuts_ = cut.index;
+    end_tool_ = cut.tool;
+    return;
+  }
   // After an edit the head may stand in tissue that has come back: the sweep starts from its whole ball again.
   const bool edited = edits_ > 0 && cuts_ == edited_at_;
   const bool continues = cuts_ > 0 && !edited && cut.tool == end_tool_ && same(cut.X_WA, end_);

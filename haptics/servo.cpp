@@ -49,6 +49,8 @@ constexpr double kStaleTime = 0.02;        // s a patch may be due before that i
 constexpr double kBridgeTime = 0.5;        // s for which the last contact's plane stands in for a patch
 constexpr double kRejoinTime = 0.3;        // s for finding back from there to the surface without a step
 constexpr double kFadeTime = 0.1;          // s, time constant of a force that lost its patch
+constexpr double kFillWaits = 0.05;        // s that filling may wait for room
+constexpr double kFillStep = 0.25;         // voxels a tick that a dome may grow
 constexpr int kCutHistory = 8192;          // cuts a late patch may lack
 constexpr double kPedalUp = 0.01;          // of the pedal's way, and of the free speed: the drill stands
 
@@ -56,19 +58,21 @@ constexpr double kPedalUp = 0.01;          // of the pedal's way, and of the fre
 struct CutBoxes {
   struct Box {
     glm::ivec3 lo{0}, hi{0};
+    bool filled = false;
   };
   /// The cut itself, to be made once more in a patch that was edited.
   struct Made {
     Pose X_WA, X_WB;
     std::uint32_t tool = 0;
     bool continues = false;
+    double fill_radius = 0;  // m, of a filling around X_WA, pressed by a head at X_WB
   };
   std::array<Box, kCutHistory> boxes;
   std::array<Made, kCutHistory> made;
   std::uint64_t last = 0;
 
-  void add(std::uint64_t index, const Sweep& sweep, const Made& cut) noexcept {
-    boxes[index % kCutHistory] = {sweep.lo(), sweep.hi()};
+  void add(std::uint64_t index, const glm::ivec3& lo, const glm::ivec3& hi, const Made& cut) noexcept {
+    boxes[index % kCutHistory] = {lo, hi, cut.fill_radius > 0};
     made[index % kCutHistory] = cut;
     last = index;
   }
@@ -77,8 +81,10 @@ struct CutBoxes {
     return std::max(index, last >= kCutHistory ? last - kCutHistory : 0) + 1;
   }
   /// Union of the boxes of cuts after `index`; everything when that reaches back too far. False when there is none.
-  bool since(std::uint64_t index, glm::ivec3& lo, glm::ivec3& hi) const noexcept {
+  /// `filled`: whether there was a filling among them.
+  bool since(std::uint64_t index, glm::ivec3& lo, glm::ivec3& hi, bool& filled) const noexcept {
     if (index >= last) return false;
+    filled = last - index >= kCutHistory;
     lo = glm::ivec3(INT_MAX), hi = glm::ivec3(INT_MIN);
     if (last - index >= kCutHistory) {
       std::swap(lo, hi);
@@ -87,6 +93,7 @@ struct CutBoxes {
     for (std::uint64_t i = index + 1; i <= last; ++i) {
       lo = glm::min(lo, boxes[i % kCutHistory].lo);
       hi = glm::max(hi, boxes[i % kCutHistory].hi);
+      filled |= boxes[i % kCutHistory].filled;
     }
     return true;
   }
@@ -196,6 +203,13 @@ struct Servo::State {
   bool breaking_through = false;  // the bur is free, but the hand has not caught up
   double budget = 0;           // J that may still be spent on cutting
   PerTissue shares{};          // of the tissue under the head
+  struct Filling {
+    double owed = 0;     // m³
+    double radius = -1;  // voxels, of the dome that grows; negative: none
+    double area = 1;     // voxels², of its surface that is free
+    dvec3 center{0}, end{0};  // voxels, of the dome, and where the instrument's end was when it was begun
+  } filling;
+
   Pose cut_end;                // where the last cut ended …
   std::uint32_t cut_tool = 0;  // … and of which tool
   ServoTick sums;              // carries index, removed, energy, cuts
@@ -219,6 +233,62 @@ struct Servo::State {
     other.find(patch, X_VT, kContactRange, contacts);
     for (int i = 0; i < contacts.count(); ++i) {
       if (contacts.plane(i).gap <= 0) return false;
+    }
+    return true;
+  }
+
+  /// Puts down this tick's share of filling, when there is tissue in reach to put it on. True and a Cut when it did.
+  bool fill(const ServoTick& tick, const Pose& X_WH, double dt, Cut& cut) noexcept {
+    const Tool& instrument = tool();
+    const double h = settings.frame.voxel, reach = instrument.fill_reach / h;
+    const double half = instrument.shape == HeadShape::kSphere ? instrument.radius() : instrument.length / 2;
+    if (!(tick.pedal > kPedalUp)) {
+      filling = {};
+      return false;
+    }
+    filling.owed += instrument.fill_rate * tick.pedal * dt;
+    filling.owed = std::min(filling.owed, instrument.fill_rate * kFillWaits);
+    if (!(filling.owed > 0)) return false;
+    const dvec3 end = settings.frame.to_voxels(X_WH * dvec3(0, 0, -half));
+    const double travelled = glm::length(end - filling.end);
+    if (filling.radius < 0 || filling.radius >= reach || travelled > std::max(0.5 * filling.radius, 1.0)) {
+      if (!patch.holds(end, reach + static_cast<double>(Sweep::kMargin))) return false;
+      const FieldSample at = sample_linear_gradient(patch, end);
+      const double slope = glm::length(at.gradient);
+      if (at.value > reach || (at.value > 0 && slope < 0.5)) return false;  // nothing there to put it on
+      filling.center = at.value > 0 ? end - at.value / slope * at.gradient / slope : end;
+      filling.end = end;
+      filling.radius = 0;
+      filling.area = 1;
+    }
+    // So much larger that the dome's surface makes up the volume that is owed; where the head or tissue hides that surface
+    // it finds out, and grows faster.
+    const dvec3 center_W = settings.frame.to_world(filling.center);
+    double volume = 0;
+    PerTissue added{};
+    bool changed = false;
+    glm::ivec3 lo(0), hi(0);
+    for (int tries = 0; tries < 4 && !(volume > 0); ++tries) {
+      const double step =
+          std::max(std::min({filling.owed / (h * h * h) / filling.area, kFillStep, reach - filling.radius}), 1e-3);
+      filling.radius += step;
+      const Fill ball(instrument, center_W, filling.radius * h, X_WH, settings.frame);
+      bool any;
+      added = haptics::fill(patch, ball, &any);
+      changed |= any;
+      lo = ball.lo(), hi = ball.hi();
+      for (const double v : added) volume += v;
+      filling.area = std::max(volume / step, 1.0);
+    }
+    filling.owed -= volume * h * h * h;
+    if (!changed) return false;
+    ++sums.cuts;
+    cut_tool = in_hand;
+    boxes.add(sums.cuts, lo, hi, {{center_W, X_WH.R}, X_WH, in_hand, false, filling.radius * h});
+    cut = {sums.cuts, tick.index, tick.t, {center_W, X_WH.R}, X_WH, in_hand, {}, {}, 0, filling.radius * h};
+    for (std::size_t i = 1; i < added.size(); ++i) {
+      cut.removed[i] = -added[i] * h * h * h;
+      sums.removed[i] += cut.removed[i];
     }
     return true;
   }
@@ -260,16 +330,22 @@ void Servo::adopt(SurfacePatch& fresh) noexcept {
   State& s = *state_;
   if (fresh.n != s.patch.n) return;  // sized at set-up; never differs
   glm::ivec3 lo, hi;
+  bool filled = false;
   if (s.patch.number != 0 && fresh.edits != s.patch.edits) {
     // A stroke was taken back or brought again: the old patch knows nothing of that, so the cuts made since are repeated,
     // as the carver repeats them.
     for (std::uint64_t i = s.boxes.first_after(fresh.cuts); i <= s.boxes.last; ++i) {
       const CutBoxes::Made& made = s.boxes.made[i % kCutHistory];
-      const bool continues = made.continues && i != fresh.edited_at + 1;
-      carve(fresh, Sweep(s.tools[made.tool].tool, made.X_WA, made.X_WB, s.settings.frame, continues));
+      const Tool& tool = s.tools[made.tool].tool;
+      if (made.fill_radius > 0) {
+        fill(fresh, Fill(tool, made.X_WA.p, made.fill_radius, made.X_WB, s.settings.frame), nullptr);
+      } else {
+        const bool continues = made.continues && i != fresh.edited_at + 1;
+        carve(fresh, Sweep(tool, made.X_WA, made.X_WB, s.settings.frame, continues));
+      }
     }
-  } else if (s.patch.number != 0 && s.boxes.since(fresh.cuts, lo, hi)) {
-    merge(fresh, s.patch, lo, hi);
+  } else if (s.patch.number != 0 && s.boxes.since(fresh.cuts, lo, hi, filled)) {
+    merge(fresh, s.patch, lo, hi, filled);
   }
   std::swap(fresh, s.patch);
 }
@@ -534,12 +610,17 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
       ++sums.cuts;
       s.cut_end = X_WB;
       s.cut_tool = s.in_hand;
-      s.boxes.add(sums.cuts, sweep, {s.X_WG, X_WB, s.in_hand, continues});
+      s.boxes.add(sums.cuts, sweep.lo(), sweep.hi(), {s.X_WG, X_WB, s.in_hand, continues});
       cut = {sums.cuts, out.index, hand.t, s.X_WG, {p_WG, X_WT.R}, s.in_hand, {}, {}, spindle.speed};
       for (std::size_t i = 0; i < removed.size(); ++i) cut.removed[i] = removed[i] * h * h * h;
       out.cutting_power = energy / dt;
       s.budget -= energy;
     }
+  }
+
+  // Fill: a dome grows on the tissue nearest to the instrument's free end, up to the head.
+  if (tool.fill != Tissue::kAir && !lost && !deep) {
+    cut_made = s.fill(out, {p_WG, X_WT.R}, dt, cut);
   }
 
   s.spindle_work += out.cutting_power * dt;

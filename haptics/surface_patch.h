@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "engine/contract/field_brick.h"
+#include "haptics/fill.h"
 #include "haptics/sweep.h"
 
 namespace typodont::haptics {
@@ -85,7 +86,12 @@ inline Tissue tissue_at(const SurfacePatch& patch, const dvec3& p_V) noexcept {
 /// surface before, less after). `changed`, where given: whether any sample did, be it only a distance in the air.
 PerTissue carve(SurfacePatch& patch, const Sweep& sweep, bool* changed = nullptr) noexcept;
 
-/// Takes over from `old` all that was cut in the inclusive box of voxels: the larger distance holds.
-void merge(SurfacePatch& patch, const SurfacePatch& old, const glm::ivec3& lo, const glm::ivec3& hi) noexcept;
+/// Puts the filling into the patch. Returns the added volume per tissue in voxels³.
+PerTissue fill(SurfacePatch& patch, const Fill& filling, bool* changed) noexcept;
+
+/// Takes over from `old` all that was cut in the inclusive box of voxels: the larger distance holds. Where something was
+/// `filled` meanwhile, what the old one has holds, labels included.
+void merge(SurfacePatch& patch, const SurfacePatch& old, const glm::ivec3& lo, const glm::ivec3& hi,
+           bool filled = false) noexcept;
 
 }  // namespace typodont::haptics

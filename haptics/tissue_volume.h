@@ -8,6 +8,7 @@
 
 #include "engine/contract/field_brick.h"
 #include "engine/contract/tissue.h"
+#include "haptics/fill.h"
 #include "haptics/sweep.h"
 
 namespace typodont::haptics {
@@ -59,6 +60,9 @@ class TissueVolume {
 
   /// Takes away what the swept head covers: raises the field to its depth, wherever that is higher. Labels stay.
   void carve(const Sweep& sweep);
+
+  /// Adds a filling: lowers the field to it, wherever that is lower, and labels what was empty.
+  void fill(const Fill& filling);
 
   /// Gives all tissue inside the solid (voxel centres, one voxel beyond the surface included) another label.
   void paint(Tissue tissue, const Solid& solid);

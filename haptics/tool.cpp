@@ -273,7 +273,7 @@ std::vector<HeadSample> sample_head(const Tool& tool, int count) {
 
 Tool read_tool(const Json& json) {
   json.allow_only({"name", "iso_6360", "shape", "diameter_mm", "length_mm", "cuts", "side_efficiency",
-                   "end_efficiency", "cutting_coefficient", "sink_yield_N", "source"});
+                   "end_efficiency", "cutting_coefficient", "sink_yield_N", "fill", "source"});
   Tool tool;
   const std::string shape = json["shape"].string();
   const auto it = std::find_if(kShapes.begin(), kShapes.end(), [&](const auto& s) { return s.first == shape; });
@@ -300,6 +300,16 @@ Tool read_tool(const Json& json) {
   tool.end_efficiency = json.number_or("end_efficiency", 1, 0, 1);
   tool.cutting_coefficient = json.number_or("cutting_coefficient", 0.3, 0, 10);
   tool.sink_yield = json.number_or("sink_yield_N", 0, 0, 20);
+  if (const auto fill = json.find("fill")) {
+    fill->allow_only({"tissue", "rate_mm3_per_s", "reach_mm"});
+    const auto tissue = tissue_named((*fill)["tissue"].string());
+    if (!tissue || *tissue == Tissue::kAir) (*fill)["tissue"].fail("the name of a tissue, e.g. composite");
+    if (json.boolean_or("cuts", false)) json["cuts"].fail("false: what fills does not cut");
+    tool.cuts = false;
+    tool.fill = *tissue;
+    tool.fill_rate = (*fill)["rate_mm3_per_s"].number(1e-3, 1000) * kCubicMillimetre;
+    tool.fill_reach = fill->number_or("reach_mm", tool.radius() / kMillimetre, 0.05, 5) * kMillimetre;
+  }
   return tool;
 }
 

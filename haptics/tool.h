@@ -7,6 +7,7 @@
 
 #include "engine/base/json.h"
 #include "engine/base/pose.h"
+#include "engine/contract/tissue.h"
 
 namespace typodont::haptics {
 
@@ -56,6 +57,10 @@ struct Tool {
   double end_efficiency = 1;       // … and on the end; in between by the square of the cosine
   double sink_yield = 0;           // N that softened tissue bears before this tip sinks into it; 0: it never does
   double cutting_coefficient = 0.3;  // μ_c: tangential cutting force / normal force (Preston, Archard)
+
+  Tissue fill = Tissue::kAir;      // what this instrument puts down at its free end while the pedal is pressed …
+  double fill_rate = 0;            // … in m³/s at full pedal …
+  double fill_reach = 0;           // … on tissue no farther than this from that end, m
 
   double radius() const { return diameter / 2; }
   /// Distance from T's origin to the farthest point of the head, m.

@@ -14,7 +14,9 @@ class DebrisView {
  public:
   DebrisView(const MaterialTable& materials, const haptics::TissueVolume& tissue);
 
-  void add(const Cut& cut, const haptics::Tool& tool) noexcept { debris_.emit(cut, tool.radius(), materials_); }
+  void add(const Cut& cut, const haptics::Tool& tool) noexcept {
+    if (cut.fill_radius == 0) debris_.emit(cut, tool.radius(), materials_);
+  }
   void step(double dt) noexcept { debris_.step(dt, field_); }
   /// As the renderer draws them; valid until the next call.
   std::span<const render::Particle> particles();

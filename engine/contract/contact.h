@@ -52,16 +52,18 @@ struct ServoTick {
   std::uint32_t tool = 0;  // which of the session's tools is in the hand
 };
 
-/// Tissue cut away by one tick: the head swept in a straight line from A to B. Servo → carver, debris, recorder.
+/// Tissue cut away by one tick: the head swept in a straight line from A to B. Or, by a filling instrument, tissue added:
+/// a ball about A's origin, but for the head at B. Servo → carver, debris, recorder.
 struct Cut {
   std::uint64_t index = 0;  // 1, 2, 3 … without gaps
   std::uint64_t tick = 0;   // the tick that made it
   Nanos t = 0;
   Pose X_WA, X_WB;         // head centre and orientation before and after
   std::uint32_t tool = 0;  // which of the session's tools
-  PerTissue removed{};     // m³ by this cut
+  PerTissue removed{};     // m³ by this cut; negative where a filling was added
   dvec3 n_C_W{0, 0, 0};    // unit, out of the tissue
   double spindle = 0;      // rad/s, signed about the tool's z
+  double fill_radius = 0;  // m, of the ball that was filled; 0: a cut
 };
 
 /// When the servo took up a surface patch: with the cuts this makes a replay exact. Servo → recorder.

@@ -137,15 +137,36 @@ PerTissue carve(SurfacePatch& patch, const Sweep& sweep, bool* changed) noexcept
   return removed;
 }
 
-void merge(SurfacePatch& patch, const SurfacePatch& old, const glm::ivec3& box_lo, const glm::ivec3& box_hi) noexcept {
+PerTissue fill(SurfacePatch& patch, const Fill& filling, bool* changed) noexcept {
+  PerTissue added{};
+  *changed = false;
+  const glm::ivec3 a = glm::max(filling.lo() - patch.lo, 0), b = glm::min(filling.hi() - patch.lo, patch.n - 1);
+  if (a.x > b.x || a.y > b.y || a.z > b.z) return added;
+  const std::size_t start = patch.at(a.x, a.y, a.z), edge = static_cast<std::size_t>(patch.n);
+  *changed = filling.lower(a + patch.lo, b - a + 1, patch.distance.data() + start, patch.tissue.data() + start,
+                           edge * edge, edge, &added);
+  if (*changed) patch.exact_outside = false;
+  return added;
+}
+
+void merge(SurfacePatch& patch, const SurfacePatch& old, const glm::ivec3& box_lo, const glm::ivec3& box_hi,
+           bool filled) noexcept {
   const glm::ivec3 lo = glm::max(box_lo, glm::max(patch.lo, old.lo));
   const glm::ivec3 hi = glm::min(box_hi, glm::min(patch.lo + patch.n, old.lo + old.n) - 1);
   for (int x = lo.x; x <= hi.x; ++x) {
     for (int y = lo.y; y <= hi.y; ++y) {
       if (lo.z > hi.z) return;
-      float* to = patch.distance.data() + patch.at(x - patch.lo.x, y - patch.lo.y, lo.z - patch.lo.z);
-      const float* from = old.distance.data() + old.at(x - old.lo.x, y - old.lo.y, lo.z - old.lo.z);
-      for (int i = 0; i <= hi.z - lo.z; ++i) to[i] = std::max(to[i], from[i]);
+      const std::size_t at = patch.at(x - patch.lo.x, y - patch.lo.y, lo.z - patch.lo.z);
+      const std::size_t old_at = old.at(x - old.lo.x, y - old.lo.y, lo.z - old.lo.z);
+      float* to = patch.distance.data() + at;
+      const float* from = old.distance.data() + old_at;
+      const int count = hi.z - lo.z + 1;
+      if (filled) {
+        std::copy_n(from, count, to);
+        std::copy_n(old.tissue.data() + old_at, count, patch.tissue.data() + at);
+      } else {
+        for (int i = 0; i < count; ++i) to[i] = std::max(to[i], from[i]);
+      }
     }
   }
   if (lo.x <= hi.x && lo.y <= hi.y && lo.z <= hi.z) mark_cut(patch, lo, hi);

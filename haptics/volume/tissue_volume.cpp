@@ -313,9 +313,11 @@ void TissueVolume::bounds(glm::ivec3& lo, glm::ivec3& hi) const {
 }
 
 void TissueVolume::copy(const glm::ivec3& lo, const glm::ivec3& size, float* distance, Tissue* tissue) const {
-  const openvdb::CoordBBox box(coord(lo), coord(lo + size - 1));
-  openvdb::tools::Dense<float, openvdb::tools::LayoutZYX> to(box, distance);
-  openvdb::tools::copyToDense(*impl_->distance, to, /*serial=*/true);
+  if (distance) {
+    const openvdb::CoordBBox box(coord(lo), coord(lo + size - 1));
+    openvdb::tools::Dense<float, openvdb::tools::LayoutZYX> to(box, distance);
+    openvdb::tools::copyToDense(*impl_->distance, to, /*serial=*/true);
+  }
   if (!tissue) return;
   // Labels are bytes in messages and int32 in the grid: copied leaf by leaf, without a detour over a dense int array.
   const std::size_t count = static_cast<std::size_t>(size.x) * size.y * size.z;
@@ -424,6 +426,51 @@ TissueVolume TissueVolume::clone() const {
   copy->frame = v.frame, copy->band = v.band, copy->exact_outside = v.exact_outside;
   copy->carved = v.carved;
   return TissueVolume(std::move(copy));
+}
+
+void TissueVolume::fill(const Fill& filling) {
+  Impl& v = *impl_;
+  using Leaf = openvdb::FloatTree::LeafNodeType;
+  constexpr int n = Leaf::DIM;
+  auto distance = v.distance->getAccessor();
+  auto labels = v.tissue->getAccessor();
+  glm::ivec3 changed_lo(INT_MAX), changed_hi(INT_MIN);
+  StrokeKept* const stroke = v.stroke();
+  Tissue tissue[n * n * n], before[n * n * n];
+  for (int x0 = floor_div(filling.lo().x, n) * n; x0 <= filling.hi().x; x0 += n) {
+    for (int y0 = floor_div(filling.lo().y, n) * n; y0 <= filling.hi().y; y0 += n) {
+      for (int z0 = floor_div(filling.lo().z, n) * n; z0 <= filling.hi().z; z0 += n) {
+        const openvdb::Coord origin(x0, y0, z0);
+        if (!distance.probeConstLeaf(origin) && distance.getValue(origin) < 0) continue;  // solid already, far inside
+        auto* kept = stroke ? &StrokeKept::Distance::keep(stroke->distance, distance, origin) : nullptr;
+        const bool was_tile = !distance.probeConstLeaf(origin);
+        Leaf* leaf = distance.touchLeaf(origin);
+        if (kept && was_tile) kept->changed = true;
+        copy({x0, y0, z0}, glm::ivec3(n), nullptr, tissue);
+        std::copy_n(tissue, n * n * n, before);
+        const glm::ivec3 lo = glm::max(glm::ivec3(x0, y0, z0), filling.lo());
+        const glm::ivec3 hi = glm::min(glm::ivec3(x0, y0, z0) + n - 1, filling.hi());
+        const int first = ((lo.x - x0) * n + (lo.y - y0)) * n + (lo.z - z0);
+        if (!filling.lower(lo, hi - lo + 1, leaf->buffer().data() + first, tissue + first, n * n, n, nullptr)) continue;
+        leaf->setValuesOn();
+        if (kept) kept->changed = true;
+        if (stroke) StrokeKept::Labels::keep(stroke->tissue, labels, origin).changed = true;
+        for (int i = 0; i < n * n * n; ++i) {
+          if (tissue[i] == before[i]) continue;
+          labels.setValue(origin.offsetBy(i / (n * n), i / n % n, i % n), static_cast<int>(tissue[i]));
+        }
+        changed_lo = glm::min(changed_lo, lo);
+        changed_hi = glm::max(changed_hi, hi);
+      }
+    }
+  }
+  if (changed_lo.x > changed_hi.x) return;
+  KeySet bricks;
+  insert_bricks(changed_lo, changed_hi, bricks);
+  for (const glm::ivec3& brick : bricks) {
+    v.changed.insert(brick);
+    if (v.carved.insert(brick).second && stroke) stroke->carved.push_back(brick);
+  }
 }
 
 void TissueVolume::paint(Tissue label, const Solid& solid) {

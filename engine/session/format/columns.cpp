@@ -242,6 +242,8 @@ std::vector<Column<Cut>> make_cut_columns() {
                        [](T& t) -> double& { return t.n_C_W.z; }));
   c.push_back(exact<T>("spindle_rad_per_s", "rad/s", "speed of the spindle, signed about the tool's z",
                        [](T& t) -> double& { return t.spindle; }));
+  c.push_back(added_later(exact<T>("fill_radius_m", "m", "of the ball that was filled; 0: a cut",
+                                   [](T& t) -> double& { return t.fill_radius; })));
   return c;
 }
 

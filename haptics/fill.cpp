@@ -1,0 +1,60 @@
+#include "haptics/fill.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace typodont::haptics {
+
+namespace {
+
+double share_inside(float distance) {
+  return std::clamp(0.5 - static_cast<double>(distance), 0.0, 1.0);
+}
+
+constexpr double kClear = 0.5;      // voxels that stay between head and filling, so that it comes out again without jamming
+constexpr float kLabelled = 1.5f;  // voxels outside the new surface that carry its label, so that it can be read there
+
+}  // namespace
+
+Fill::Fill(const Tool& tool, const dvec3& center_W, double radius, const Pose& X_WT, const VoxelFrame& frame)
+    : label_(tool.fill),
+      head_(tool, frame.voxel),
+      sphere_(tool.shape == HeadShape::kSphere),
+      head_radius_(tool.radius() / frame.voxel),
+      center_(frame.to_voxels(center_W)),
+      radius_(radius / frame.voxel),
+      X_VT_{frame.to_voxels(X_WT.p), X_WT.R},
+      R_TV_(glm::transpose(glm::dmat3(X_WT.R))) {
+  const dvec3 reach(radius_ + static_cast<double>(Sweep::kMargin));
+  lo_ = glm::ivec3(glm::ceil(center_ - reach));
+  hi_ = glm::ivec3(glm::floor(center_ + reach));
+}
+
+bool Fill::lower(const glm::ivec3& lo, const glm::ivec3& size, float* distance, Tissue* tissue, std::size_t stride_x,
+                 std::size_t stride_y, PerTissue* added) const noexcept {
+  bool changed = false;
+  const double inner = -static_cast<double>(Sweep::kInner), margin = static_cast<double>(Sweep::kMargin);
+  for (int x = 0; x < size.x; ++x) {
+    for (int y = 0; y < size.y; ++y) {
+      const std::size_t row = static_cast<std::size_t>(x) * stride_x + static_cast<std::size_t>(y) * stride_y;
+      for (int z = 0; z < size.z; ++z) {
+        const std::size_t i = row + static_cast<std::size_t>(z);
+        const dvec3 p(lo + glm::ivec3(x, y, z));
+        const float old = distance[i];
+        double d = std::max(glm::length(p - center_) - radius_, inner);
+        if (d >= margin || static_cast<float>(d) >= old) continue;
+        const dvec3 q = p - X_VT_.p;
+        d = std::max(d, kClear - (sphere_ ? glm::length(q) - head_radius_ : head_.distance(R_TV_ * q)));
+        const auto now = static_cast<float>(d);
+        if (d >= margin || now >= old) continue;
+        distance[i] = now;
+        changed = true;
+        if (old > 0 && now < kLabelled) tissue[i] = label_;
+        if (added) (*added)[static_cast<std::size_t>(tissue[i])] += share_inside(now) - share_inside(old);
+      }
+    }
+  }
+  return changed;
+}
+
+}  // namespace typodont::haptics

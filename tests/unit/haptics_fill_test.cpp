@@ -1,0 +1,176 @@
+// Filling: composite put into a cavity, felt while it grows, and taken out again.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "engine/base/units.h"
+#include "tests/support/haptic_bench.h"
+#include "tests/support/no_alloc.h"
+
+namespace typodont {
+namespace {
+
+using namespace literals;
+using haptics::Fill;
+using haptics::HeadShape;
+using haptics::ServoSettings;
+using haptics::Sweep;
+using haptics::Tool;
+using test::HapticBench;
+
+constexpr std::size_t kFilled = static_cast<std::size_t>(Tissue::kComposite);
+
+/// A block of dentin with a round cavity, 3 mm wide and 2.5 mm deep, from z = 2 mm down.
+constexpr const char* kCavity = R"({"voxel_mm": 0.1, "solids": [{"tissue": "dentin", "solid": {"difference": [
+  {"box": {"size_mm": [7,7,4]}}, {"cylinder": {"center_mm": [0,0,1.5], "axis": [0,0,1], "radius_mm": 1.5, "height_mm": 4}}]}}]})";
+
+Tool condenser(double rate_mm3 = 2) {
+  Tool tool;
+  tool.shape = HeadShape::kRoundEndCylinder;
+  tool.diameter = 1.0_mm;
+  tool.length = 3.0_mm;
+  tool.cuts = false;
+  tool.fill = Tissue::kComposite;
+  tool.fill_rate = rate_mm3 * kCubicMillimetre;
+  tool.fill_reach = 0.6_mm;
+  return tool;
+}
+
+ServoSettings filling() {
+  ServoSettings s;
+  Tool bur;
+  bur.diameter = bur.length = 1.2_mm;
+  s.tools = {condenser(), bur};
+  s.tool = s.tools[0];
+  s.friction = false;
+  s.spindle.free_speed = 300.0_krpm;
+  return s;
+}
+
+/// The instrument's end at height z in the cavity, whose floor is at -0.5 mm.
+Pose end_at(double x, double z) {
+  return {{x, 0, z + 1.5_mm}, {1, 0, 0, 0}};
+}
+
+/// Holds the end there for so many ticks; returns the greatest change of force in a tick.
+double hold(HapticBench& bench, int ticks, const Pose& X_WT, double pedal, std::uint32_t tool = 0) {
+  double jump = 0;
+  for (int i = 0; i < ticks; ++i) {
+    const dvec3 before = bench.last.f_T_W;
+    bench.tick(X_WT, pedal, tool);
+    jump = std::max(jump, glm::length(bench.last.f_T_W - before));
+  }
+  return jump;
+}
+
+TEST(Filling, GrowsAtTheChosenRateAndStopsWithThePedal) {
+  for (const double pedal : {1.0, 0.5}) {
+    HapticBench bench(kCavity, filling());
+    hold(bench, 20, end_at(0.2_mm, 0.0_mm), 0);
+    EXPECT_EQ(bench.last.removed[kFilled], 0);
+    hold(bench, 100, end_at(0.2_mm, 0.0_mm), pedal);
+    double filled = 0;
+    for (const double v : bench.last.removed) filled -= v;
+    EXPECT_NEAR(filled / kCubicMillimetre, 2 * pedal * 0.100, 0.02 * 2 * pedal * 0.100);
+    const double there = bench.last.removed[kFilled];
+    hold(bench, 50, end_at(0.2_mm, 0.0_mm), 0);
+    EXPECT_EQ(bench.last.removed[kFilled], there);
+  }
+}
+
+TEST(Filling, NothingComesOutWhereThereIsNothingToPutItOn) {
+  HapticBench bench(kCavity, filling());
+  hold(bench, 200, end_at(0, 1.2_mm), 1);  // in the middle of the cavity, 1.5 mm from every wall
+  EXPECT_EQ(bench.last.removed[kFilled], 0);
+  EXPECT_EQ(bench.last.cuts, 0u);
+}
+
+TEST(Filling, PatchAndVolumeHoldTheSameBitsAndTheVolumeIsBalanced) {
+  HapticBench bench(kCavity, filling());
+  const PerTissue before = bench.carver.volume().volumes();
+  for (int i = 0; i < 1200; ++i) {  // withdrawn in a spiral while it flows
+    const double t = i * 1e-3;
+    bench.tick(end_at(0.7_mm * std::cos(4 * t), -0.3_mm + 1.2_mm * t), i < 1000 ? 1 : 0);
+  }
+  EXPECT_GT(-bench.last.removed[kFilled] / kCubicMillimetre, 1);
+  const haptics::SurfacePatch& patch = bench.servo.patch();
+  std::vector<float> distance(patch.distance.size());
+  std::vector<Tissue> tissue(patch.tissue.size());
+  bench.carver.volume().copy(patch.lo, glm::ivec3(patch.n), distance.data(), tissue.data());
+  EXPECT_EQ(patch.distance, distance);
+  EXPECT_EQ(patch.tissue, tissue);
+  const PerTissue after = bench.carver.volume().volumes();
+  double grown = 0, told = 0;
+  for (std::size_t i = 1; i < after.size(); ++i) grown += after[i] - before[i], told -= bench.last.removed[i];
+  EXPECT_NEAR(grown, told, 1e-3 * told);
+  EXPECT_NEAR(after[kFilled], told, 0.2 * told);  // a voxel has one label: what fills up half a voxel of dentin is dentin
+}
+
+TEST(Filling, GrowsUpToTheHeadAndNeverPushesTheHand) {
+  HapticBench bench(kCavity, filling());
+  hold(bench, 20, end_at(0.5_mm, -0.2_mm), 0);
+  const double jump = hold(bench, 1500, end_at(0.5_mm, -0.2_mm), 1);
+  EXPECT_LT(jump, 0.02);
+  EXPECT_LT(glm::length(bench.last.f_T_W), 0.03);
+  EXPECT_EQ(bench.last.faults, 0u);
+}
+
+TEST(Filling, IsFeltWithItsOwnStiffness) {
+  ServoSettings s = filling();
+  HapticBench bench(kCavity, s);
+  hold(bench, 1000, end_at(0.4_mm, 0.0_mm), 1);
+  hold(bench, 20, end_at(0.4_mm, 0.0_mm), 0);
+  for (int i = 0; i < 300; ++i) bench.tick(end_at(0.4_mm, -i * 1e-6), 0);  // 0.3 mm down, onto what was put there
+  hold(bench, 100, end_at(0.4_mm, -0.3_mm), 0);
+  EXPECT_EQ(bench.last.tissue, Tissue::kComposite);
+  EXPECT_NEAR(glm::length(bench.last.f_T_W), 1000 * bench.settings.materials[kFilled].stiffness / 1000 * bench.last.depth,
+              0.05 * glm::length(bench.last.f_T_W));
+  EXPECT_GT(glm::length(bench.last.f_T_W), 0.1);
+}
+
+TEST(Filling, CanBeCutOutAgainWithABur) {
+  HapticBench bench(kCavity, filling());
+  hold(bench, 1000, end_at(0.2_mm, 0.0_mm), 1);
+  hold(bench, 20, end_at(0.2_mm, 0.0_mm), 0);
+  const double filled = -bench.last.removed[kFilled];
+  for (int i = 0; i < 200; ++i) bench.tick({{0, 0, 1.5_mm + 0.02_mm * i}, {1, 0, 0, 0}}, 0, 1);
+  ASSERT_EQ(bench.last.tool, 1u);
+  for (int i = 0; i < 3000; ++i) bench.tick({{0.2_mm, 0, std::max(5.4_mm - i * 5e-6, -0.3_mm)}, {1, 0, 0, 0}}, 1, 1);
+  EXPECT_GT(bench.last.removed[kFilled] + filled, 0.2 * filled);
+}
+
+TEST(Filling, TheSameCutsThatMadeACavityTakeTheFillingOutToTheBit) {
+  HapticBench bench(kCavity, filling());
+  bench.tick(end_at(0, 1.0_mm));
+  haptics::SurfacePatch patch = bench.servo.patch();
+  const Tool bur = bench.settings.tools[1];
+  const dvec3 a(-2.0_mm, 0.1_mm, -0.1_mm), b(-2.4_mm, 0.3_mm, -0.2_mm);  // a pocket in the cavity's wall
+  const auto cut = [&] {
+    carve(patch, Sweep(bur, {{-1.0_mm, 0, 0}}, {a}, bench.settings.frame));
+    carve(patch, Sweep(bur, {a}, {b}, bench.settings.frame));
+  };
+  cut();
+  const auto cavity = patch.distance;
+  bool changed;
+  for (int i = 1; i <= 8; ++i) {
+    fill(patch, Fill(condenser(), {-2.1_mm, 0.2_mm, -0.4_mm}, i * 0.05_mm, end_at(0, 1.5_mm), bench.settings.frame), &changed);
+    EXPECT_TRUE(changed);
+  }
+  EXPECT_NE(patch.distance, cavity);
+  cut();
+  EXPECT_EQ(patch.distance, cavity);
+}
+
+TEST(Filling, ATickAllocatesNothing) {
+  HapticBench bench(kCavity, filling());
+  hold(bench, 20, end_at(0.2_mm, 0), 1);
+  ServoTick out;
+  Cut cut;
+  test::NoAlloc guard;
+  for (int i = 0; i < 50; ++i) bench.servo.tick({bench.t + i * 1000000, end_at(0.2_mm, 0), 1.0}, out, cut);
+  EXPECT_EQ(guard.count(), 0u);
+  EXPECT_GT(out.cuts, 30u);
+}
+
+}  // namespace
+}  // namespace typodont
