@@ -207,7 +207,7 @@ const HandKey* hand_now(int side) {
   if (!r.session->synced || keys.empty()) return nullptr;
   const HandKey* last = &keys.front();
   for (const HandKey& key : keys)
-    if (key.frame <= static_cast<double>(r.session->waited)) last = &key;
+    if (key.frame <= r.session->script_frame()) last = &key;
   return last->tracked ? last : nullptr;
 }
 

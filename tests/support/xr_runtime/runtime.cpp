@@ -53,7 +53,7 @@ double frame_at(XrTime time) {
   const Session* s = runtime().session.get();
   if (!s || s->waited == 0) return 0;
   // Frames are counted, whatever time they take: a script means the same on every machine.
-  return static_cast<double>(s->waited) +
+  return s->script_frame() +
          static_cast<double>(time - s->display_time) / static_cast<double>(std::max<XrDuration>(period(), 1));
 }
 
@@ -229,7 +229,7 @@ void fire_events() {
     const ScriptEvent& e = r.script.events[i];
     Session& s = *r.session;
     if (s.fired.contains(i)) continue;
-    const bool due = e.state.empty() ? e.frame >= 0 && static_cast<double>(s.waited) >= e.frame
+    const bool due = e.state.empty() ? e.frame >= 0 && s.script_frame() >= e.frame
                                      : e.state == state_name(s.state);
     if (!due) continue;
     s.fired.insert(i);

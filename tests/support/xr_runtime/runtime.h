@@ -76,6 +76,8 @@ struct Session {
   std::int64_t no_render = 0, unlocatable = 0;  // frames left
   bool synced = false;       // actions, since the last focus
   XrTime last_wait = 0;
+  std::uint64_t skipped = 0;  // frames that went by in real time while the program was busy
+  double script_frame() const { return static_cast<double>(waited + skipped); }
 };
 
 struct Runtime {

@@ -259,7 +259,13 @@ XRAPI_ATTR XrResult XRAPI_CALL wait_frame(XrSession session, const XrFrameWaitIn
   if (r.script.paced) {
     const XrTime due = s.last_wait + period(), t = time_now();
     if (t < due) std::this_thread::sleep_for(std::chrono::nanoseconds(due - t));
-    s.last_wait = std::max(due, t);
+    if (s.last_wait > 0 && t > due) {
+      const XrTime gone = (t - due) / period();
+      s.skipped += static_cast<std::uint64_t>(gone);
+      s.last_wait = due + gone * period();
+    } else {
+      s.last_wait = std::max(due, t);
+    }
   }
   const XrTime before = s.display_time;
   s.display_time = r.script.paced ? s.last_wait + 2 * period() : std::max(time_now(), before) + period();
