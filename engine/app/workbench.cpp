@@ -136,6 +136,7 @@ void servo_thread(Session& s, haptics::HapticDevice& hand) {
     hand.write(tick.f_T_W, tick.tau_T_W);
   }
   hand.write(dvec3(0), dvec3(0));
+  hand.release();  // nor does an arm go on holding up its own weight
   wiring.servo_ended = true;
 }
 

@@ -11,7 +11,7 @@ namespace typodont::haptics {
 
 namespace {
 
-constexpr double kStill = 3e-4;  // m that an arm at rest may seem to move
+constexpr double kStill = 1e-4;  // m, a count or two: an arm at rest moves less, a hand that holds it trembles more
 
 }  // namespace
 

@@ -19,7 +19,7 @@ class ReconnectingDevice : public HapticDevice {
     std::function<Nanos()> clock;                   // empty: now()
     std::function<void(Nanos)> sleep_until;         // empty: sleep_until()
     std::chrono::milliseconds retry{500};
-    Nanos rest = kNanosPerSecond;  // a device that counts from where it rests must lie still for so long
+    Nanos rest = 2 * kNanosPerSecond;  // a device that counts from where it rests must lie still for so long
   };
   /// `open` throws while the device is not there.
   ReconnectingDevice(std::unique_ptr<HapticDevice> first, std::function<std::unique_ptr<HapticDevice>()> open,
@@ -31,7 +31,10 @@ class ReconnectingDevice : public HapticDevice {
   std::uint32_t faults() const noexcept override { return faults_; }
   std::span<const double> joints() const noexcept override;
   SafetyStatus safety() noexcept override;
-  void release() noexcept override {}  // the safety layer inside is what guards it
+  /// The servo thread's only: other threads and signal handlers reach the safety layer inside by themselves.
+  void release() noexcept override {
+    if (device_) device_->release();
+  }
 
  private:
   std::unique_ptr<HapticDevice> open_at_rest() const;

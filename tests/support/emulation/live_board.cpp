@@ -30,7 +30,7 @@ LiveBoard::LiveBoard(std::filesystem::path port, haptics::Arm arm)
     : port_(std::move(port)), arm_(arm), board_(time_, haptics::ArmProtocol::kText, arm, 1), wire_(board_.connect()) {
   const dvec3 rest = home();
   tip_ = [rest](double) { return rest; };
-  board_.hand = [this](double t) { return angles_for(arm_, tip_(t - plugged_in_at_)); };
+  board_.hand = [this](double t) { return angles_for(arm_, tip_(t - began_)); };
   plug_in();
 }
 
@@ -52,7 +52,7 @@ void LiveBoard::plug_in() {
   std::filesystem::remove(port_, code);
   std::filesystem::create_symlink(name, port_);
   board_.unplugged = false;
-  plugged_in_at_ = to_seconds(time_.true_now());
+  began_ = to_seconds(time_.true_now());
   lines_ = 0;
   ending_ = false;
   thread_ = std::thread([this] { serve(); });
@@ -73,6 +73,7 @@ void LiveBoard::unplug() {
 void LiveBoard::hold(std::function<dvec3(double)> tip) {
   const std::lock_guard lock(mutex_);
   tip_ = std::move(tip);
+  began_ = to_seconds(time_.true_now());
 }
 
 void LiveBoard::with(const std::function<void(EmulatedArm&)>& what) {

@@ -24,7 +24,8 @@ class LiveBoard {
 
   void plug_in();
   void unplug();
-  /// The arm's tip, m in H, by seconds since plugging in; at first it must rest at home(). Any thread.
+  /// The arm's tip, m in H, by seconds from now on (or since it was plugged in); at first it must rest at home(). Any
+  /// thread.
   void hold(std::function<dvec3(double)> tip);
   dvec3 home() const;
   /// Does something to the emulated board, between two of its milliseconds.
@@ -49,7 +50,7 @@ class LiveBoard {
   EmulatedArm board_;
   std::unique_ptr<haptics::Link> wire_;
   std::function<dvec3(double)> tip_;
-  double plugged_in_at_ = 0;  // s, of the simulated time
+  double began_ = 0;  // s, of the simulated time: when it was plugged in or last told how to move
   haptics::Descriptor master_, slave_;
   std::atomic<double> current_{0}, worst_{0};
   std::atomic<std::uint64_t> lines_{0};
