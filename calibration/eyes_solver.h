@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -22,21 +23,28 @@ struct SeenTouch {
   dvec3 shown_W{0, 0, 0}, touched_W{0, 0, 0};
 };
 
+/// By how much one user systematically feels beside what is seen.
+struct UserOffset {
+  dvec3 W{0, 0, 0}, sigma{0, 0, 0};  // m, touched minus seen
+  int touches = 0, rejected = 0;
+};
+
 struct EyesResult {
   EyePair eyes;
   std::array<double, 3> center_sigma{};  // m
   double ipd_sigma = 0;                  // m
   double sigma = 0, rms = 0;             // m, across the line of sight
-  dvec3 user_offset_W{0, 0, 0};          // m, touched minus seen; zero when not asked for
-  dvec3 user_offset_sigma{0, 0, 0};
   std::vector<std::size_t> rejected;
   std::vector<double> residuals;         // m
   std::string not_determined;            // empty: all of it is
+  std::optional<UserOffset> user_offset;  // where it was asked for
 };
 
-/// `rig` holds the panel and the mirror; its eyes are where the search starts. With `touches`, the user's systematic
-/// visuo-haptic offset is estimated too.
-EyesResult solve_eyes(std::span<const EyeAlignment> alignments, const RigGeometry& rig,
-                      std::span<const SeenTouch> touches = {});
+/// `rig` holds the panel and the mirror; its eyes are where the search starts.
+EyesResult solve_eyes(std::span<const EyeAlignment> alignments, const RigGeometry& rig);
+
+/// The mean of touched minus seen, slips set aside by the median. At least two touches. What a shifted base does looks the
+/// same: the base must be known from elsewhere (joint_solver.h tells the two apart).
+UserOffset user_offset_of(std::span<const SeenTouch> touches);
 
 }  // namespace typodont::calibration

@@ -11,8 +11,8 @@
 
 namespace typodont::calibration {
 
-enum class Step { kArm, kScreen, kMirror, kEyes, kRegister, kVerify };
-inline constexpr Step kSteps[] = {Step::kArm, Step::kScreen, Step::kMirror, Step::kEyes, Step::kRegister, Step::kVerify};
+enum class Step { kArm, kScreen, kMirror, kEyes, kRegister, kVerify, kDrift };
+inline constexpr Step kSteps[] = {Step::kArm, Step::kScreen, Step::kMirror, Step::kEyes, Step::kRegister, Step::kVerify, Step::kDrift};
 const char* name(Step step);
 std::optional<Step> step_named(std::string_view name);
 
@@ -25,6 +25,7 @@ struct Prompt {
   std::optional<Dots> dots;        // to be shown to the left and the right eye
   bool left_eye = true, right_eye = true;  // which eye sees its dot
   std::optional<dvec3> target_D;   // where the point ought to appear
+  std::optional<Dots> astray;      // where the last touch lies, when it does not fit the others: a ring for each eye
 };
 
 /// After a touch.
@@ -70,6 +71,7 @@ class GuidedCapture {
   Captures captures_;
   Step step_ = Step::kArm;
   double plate_pitch_;
+  std::optional<dvec3> astray_W_;  // the last touch, when it does not fit
 };
 
 /// A prompt as a picture for the panel: text and marks, 8-bit grey, row by row from the top. The text can be mirrored left

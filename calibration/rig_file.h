@@ -31,6 +31,8 @@ class RigFile {
 
   /// Takes over what the bench's steps found. Steps without a result keep their record.
   void set(const BenchState& bench);
+  /// A step without a result of its own was done now.
+  void mark_done(const std::string& step);
   void set_device(const std::string& role, const std::string& serial);
   /// Adds the date and writes the file whole.
   void save();

@@ -84,7 +84,8 @@ struct BenchState {
 // Each solves one step from its captures and takes the answer over, unless it is not determined. Throws Error.
 void solve_arm_step(BenchState& bench, const Captures& captures);
 void solve_screen_step(BenchState& bench, const Captures& captures, double tip_radius = 0);
-void solve_eyes_step(BenchState& bench, const Captures& captures);
+/// `user_offset`: the user's systematic offset between seeing and feeling too, from the touches of register or verify.
+void solve_eyes_step(BenchState& bench, const Captures& captures, bool user_offset = false);
 /// First all captures jointly where they suffice (joint_solver.h), then the rigid registration.
 void solve_register_step(BenchState& bench, const Captures& captures);
 void solve_delay_step(BenchState& bench, const Captures& captures);

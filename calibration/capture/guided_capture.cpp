@@ -14,7 +14,7 @@ namespace {
 
 // The arm: four sockets, then a plate of 5×5 points in two places.
 constexpr std::size_t kSockets = 4, kSocketTouches = 30, kPlates = 2, kPlateTouches = 25, kPanelTouches = 54, kMirrorTouches = 60, kEyeTouches = 120, kPairTouches = 120,
-                      kVerifyTouches = 60;
+                      kVerifyTouches = 60, kDriftTouches = 3;
 
 // The nine marks of the panel, corners first.
 constexpr PanelPoint kMarks[9] = {{0.03, 0.03}, {0.97, 0.03}, {0.97, 0.97}, {0.03, 0.97}, {0.5, 0.03},
@@ -45,7 +45,7 @@ double rms_of(const std::vector<double>& residuals, const std::vector<std::size_
 }  // namespace
 
 const char* name(Step step) {
-  constexpr const char* kNames[] = {"arm", "screen", "mirror", "eyes", "register", "verify"};
+  constexpr const char* kNames[] = {"arm", "screen", "mirror", "eyes", "register", "verify", "drift"};
   return kNames[static_cast<int>(step)];
 }
 
@@ -61,7 +61,10 @@ GuidedCapture::GuidedCapture(BenchState bench, std::filesystem::path folder, dou
   if (std::filesystem::is_directory(folder_)) captures_ = read_captures(folder_);
 }
 
-void GuidedCapture::begin(Step step) { step_ = step; }
+void GuidedCapture::begin(Step step) {
+  step_ = step;
+  astray_W_.reset();
+}
 
 std::size_t GuidedCapture::taken() const {
   switch (step_) {
@@ -71,12 +74,13 @@ std::size_t GuidedCapture::taken() const {
     case Step::kEyes: return captures_.eyes.size();
     case Step::kRegister: return captures_.registration.size();
     case Step::kVerify: return captures_.verification.size();
+    case Step::kDrift: return captures_.drift_marks.size();
   }
   return 0;
 }
 
 std::size_t GuidedCapture::planned() const {
-  constexpr std::size_t kPlanned[] = {kSockets * kSocketTouches + kPlates * kPlateTouches, kPanelTouches, kMirrorTouches, kEyeTouches, kPairTouches, kVerifyTouches};
+  constexpr std::size_t kPlanned[] = {kSockets * kSocketTouches + kPlates * kPlateTouches, kPanelTouches, kMirrorTouches, kEyeTouches, kPairTouches, kVerifyTouches, kDriftTouches};
   return kPlanned[static_cast<int>(step_)];
 }
 
@@ -92,6 +96,17 @@ Prompt GuidedCapture::prompt() const {
     prompt.target_D = target;
     prompt.dots = dots_for(bench_.rig, target);
   };
+  if (astray_W_) {
+    // On the panel itself while that is touched, otherwise in space, where both eyes see it.
+    if (step_ == Step::kScreen) {
+      const Panel& panel = bench_.rig.panel;
+      const dvec3 right = panel.lower_right - panel.lower_left, up = panel.upper_left - panel.lower_left, at = *astray_W_ - panel.lower_left;
+      const PanelPoint mark{glm::dot(at, right) / glm::dot(right, right), glm::dot(at, up) / glm::dot(up, up)};
+      prompt.astray = Dots{mark, mark};
+    } else {
+      prompt.astray = dots_for(bench_.rig, *astray_W_);
+    }
+  }
   switch (step_) {
     case Step::kArm:
       if (i < kSockets * kSocketTouches) {
@@ -133,6 +148,9 @@ Prompt GuidedCapture::prompt() const {
       show(scattered(bench_.workspace_D, i, 2000));
       prompt.text = fmt::format("Touch the point where you see it ({} of {}).", i + 1, planned());
       break;
+    case Step::kDrift:
+      prompt.text = fmt::format("Touch fixed mark {} of {}: the same three, in the same order, in every session.", i + 1, planned());
+      break;
   }
   return prompt;
 }
@@ -157,13 +175,17 @@ Live GuidedCapture::add(const Touch& touch) {
       break;
     case Step::kRegister: captures_.registration.push_back({*asked.target_D, touch, asked.dots}); break;
     case Step::kVerify: captures_.verification.push_back({*asked.target_D, touch, asked.dots}); break;
+    case Step::kDrift: captures_.drift_marks.push_back(touch); break;
   }
   save();
-  return judge(taken() - 1);
+  const Live live = judge(taken() - 1);
+  astray_W_ = live.outlier ? live.p_W : std::nullopt;
+  return live;
 }
 
 bool GuidedCapture::undo() {
   if (taken() == 0) return false;
+  astray_W_.reset();
   switch (step_) {
     case Step::kArm: captures_.arm.pop_back(); break;
     case Step::kScreen: captures_.marks.pop_back(); break;
@@ -171,6 +193,7 @@ bool GuidedCapture::undo() {
     case Step::kEyes: captures_.eyes.pop_back(); break;
     case Step::kRegister: captures_.registration.pop_back(); break;
     case Step::kVerify: captures_.verification.pop_back(); break;
+    case Step::kDrift: captures_.drift_marks.pop_back(); break;
   }
   save();
   return true;
@@ -185,11 +208,12 @@ void GuidedCapture::save() const {
     case Step::kEyes: changed.eyes = captures_.eyes; break;
     case Step::kRegister: changed.registration = captures_.registration; break;
     case Step::kVerify: changed.verification = captures_.verification; break;
+    case Step::kDrift: changed.drift_marks = captures_.drift_marks; break;
   }
   write_captures(folder_, changed);
   // A step undone to nothing has no file.
   if (taken() == 0) {
-    constexpr const char* kFiles[] = {"arm.csv", "marks.csv", "mirror.csv", "eyes.csv", "register.csv", "verify.csv"};
+    constexpr const char* kFiles[] = {"arm.csv", "marks.csv", "mirror.csv", "eyes.csv", "register.csv", "verify.csv", "drift.csv"};
     std::error_code code;
     std::filesystem::remove(folder_ / kFiles[static_cast<int>(step_)], code);
   }
@@ -203,6 +227,7 @@ void GuidedCapture::solve() {
     case Step::kEyes: solve_eyes_step(bench_, captures_); break;
     case Step::kRegister: solve_register_step(bench_, captures_); break;
     case Step::kVerify: solve_verify_step(bench_, captures_); break;
+    case Step::kDrift: break;  // the marks are what later sessions are compared with
   }
 }
 
@@ -270,6 +295,7 @@ Live GuidedCapture::judge(std::size_t index) const {
       take(residuals, {});
       break;
     }
+    case Step::kDrift: live.p_W = place(captures_.drift_marks[index]); break;
   }
   live.cue = live.outlier ? Cue::kOutlier : done() ? Cue::kDone : Cue::kTaken;
   live.text = fmt::format("touch {}: {:.3f} mm off, {:.3f} mm rms so far", index + 1, live.residual * 1e3, live.rms * 1e3);

@@ -78,6 +78,18 @@ Picture prompt_picture(const Prompt& prompt, int width, int height, bool mirrore
       for (int thick = -scale / 2; thick <= scale / 2; ++thick) set(x + i, y + thick, 255), set(x + thick, y + i, 255);
     }
   };
+  const auto ring = [&](const PanelPoint& p) {
+    const double x = p.u * (width - 1), y = (1 - p.v) * (height - 1), radius = 14.0 * scale;
+    const int steps = 80 * scale;
+    for (int i = 0; i < steps; ++i) {
+      const double angle = 6.283185307179586 * i / steps;
+      for (int thick = 0; thick <= scale; ++thick) {
+        set(static_cast<int>(std::lround(x + (radius + thick) * std::cos(angle))), static_cast<int>(std::lround(y + (radius + thick) * std::sin(angle))), 200);
+      }
+    }
+  };
+  if (prompt.astray && prompt.left_eye) ring(prompt.astray->left);
+  if (prompt.astray && prompt.right_eye) ring(prompt.astray->right);
   if (prompt.mark) cross(*prompt.mark);
   if (prompt.dots && prompt.left_eye) cross(prompt.dots->left);
   if (prompt.dots && prompt.right_eye) cross(prompt.dots->right);

@@ -12,10 +12,12 @@ constexpr double kDown = 0.5, kUp = 0.3;  // of the pedal's way
 
 StillTouch::StillTouch(const Limits& limits) : limits_(limits), samples_(kSamples) {}
 
-StillTouch::Verdict StillTouch::add(Nanos t, const dvec3& p, double pedal, bool asked) noexcept {
+StillTouch::Verdict StillTouch::add(Nanos t, const dvec3& p, double pedal, bool asked, std::span<const double> joints) noexcept {
   if (!is_finite(p) || (count_ > 0 && t <= back(0).t)) count_ = 0;  // what came before cannot be told from this
   if (is_finite(p)) {
-    samples_[next_] = {t, p};
+    Sample& sample = samples_[next_];
+    sample.t = t, sample.p = p, sample.has_joints = joints.size() >= sample.joints.size();
+    if (sample.has_joints) std::copy_n(joints.begin(), sample.joints.size(), sample.joints.begin());
     next_ = (next_ + 1) % samples_.size();
     count_ = std::min(count_ + 1, samples_.size());
   }
@@ -37,6 +39,13 @@ StillTouch::Verdict StillTouch::judge() noexcept {
   dvec3 sum(0);
   for (std::size_t i = 0; i < used; ++i) sum += back(i).p - origin;
   mean_ = origin + sum / static_cast<double>(used);
+  has_joints_ = true;
+  joints_ = {};
+  for (std::size_t i = 0; i < used; ++i) {
+    has_joints_ = has_joints_ && back(i).has_joints;
+    for (std::size_t k = 0; k < joints_.size(); ++k) joints_[k] += back(i).joints[k] - back(0).joints[k];
+  }
+  for (std::size_t k = 0; k < joints_.size(); ++k) joints_[k] = back(0).joints[k] + joints_[k] / static_cast<double>(used);
   moved_ = 0;
   for (std::size_t i = 0; i < used; ++i) moved_ = std::max(moved_, glm::length(back(i).p - mean_));
   return moved_ <= limits_.radius ? Verdict::kTaken : Verdict::kMoved;

@@ -153,7 +153,12 @@ std::string report_page(const BenchState& bench, const std::string& title) {
   if (const auto& r = bench.eyes_result) {
     body += section("Eyes", escaped(r->not_determined.empty() ? "Alignments of a dot and the tip, one eye at a time." : r->not_determined),
                     "<table>" + row("interpupillary distance", mm(r->eyes.ipd) + " ± " + mm(r->ipd_sigma)) +
-                        row("residual", mm(r->rms) + " rms across the line of sight") + "</table>" + residual_plot(r->residuals, r->rejected));
+                        row("residual", mm(r->rms) + " rms across the line of sight") +
+                        (r->user_offset ? row("this user's offset", fmt::format("({:.2f}, {:.2f}, {:.2f}) mm, felt minus seen, from {} touches",
+                                                                                r->user_offset->W.x * 1e3, r->user_offset->W.y * 1e3,
+                                                                                r->user_offset->W.z * 1e3, r->user_offset->touches))
+                                        : "") +
+                        "</table>" + residual_plot(r->residuals, r->rejected));
   }
   if (const auto& r = bench.panel_result) {
     body += section("Panel", escaped(r->not_determined.empty() ? "Touches of the marks." : r->not_determined),

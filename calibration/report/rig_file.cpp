@@ -95,6 +95,10 @@ Value steps_value(const BenchState& bench) {
     steps["eyes"] = {{"center_sigma_mm", {r->center_sigma[0] * 1e3, r->center_sigma[1] * 1e3, r->center_sigma[2] * 1e3}},
                      {"ipd_mm", mm(r->eyes.ipd)}, {"ipd_sigma_mm", mm(r->ipd_sigma)}, {"rms_mm", mm(r->rms)}, {"sigma_mm", mm(r->sigma)},
                      {"rejected", r->rejected}, {"not_determined", r->not_determined}};
+    if (const auto& offset = r->user_offset) {
+      steps["eyes"]["user_offset_mm"] = mm_value(offset->W);
+      steps["eyes"]["user_offset_sigma_mm"] = mm_value(offset->sigma);
+    }
   }
   if (const auto& r = bench.joint) {
     Value kinds = Value::array();
@@ -222,6 +226,10 @@ void RigFile::set(const BenchState& bench) {
 std::string RigFile::step_date(const std::string& step) const {
   const auto date = document_->root.value(nlohmann::json_pointer<std::string>("/calibration/steps/" + step + "/date"), Value());
   return date.is_string() ? date.get<std::string>() : std::string();
+}
+
+void RigFile::mark_done(const std::string& step) {
+  document_->root["calibration"]["steps"][step]["date"] = fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(std::time(nullptr)));
 }
 
 void RigFile::set_device(const std::string& role, const std::string& serial) {

@@ -7,8 +7,7 @@
 
 namespace typodont::calibration {
 
-EyesResult solve_eyes(std::span<const EyeAlignment> alignments, const RigGeometry& rig,
-                      std::span<const SeenTouch> touches) {
+EyesResult solve_eyes(std::span<const EyeAlignment> alignments, const RigGeometry& rig) {
   EyesResult result;
   result.eyes = rig.eyes;
   const auto count = [&](bool right) {
@@ -60,22 +59,37 @@ EyesResult solve_eyes(std::span<const EyeAlignment> alignments, const RigGeometr
     result.not_determined = std::string("the distance of the ") + (worst < 3 ? "left" : "right") +
                             " eye along its line of sight: align at more depths, and towards more sides";
   }
-
-  // The user's offset: the mean of touched minus seen, where the eyes now are.
-  if (touches.size() >= 2) {
-    RigGeometry found = rig;
-    found.eyes = result.eyes;
-    dvec3 mean(0), squares(0);
-    for (const SeenTouch& t : touches) mean += (t.touched_W - t.shown_W) / static_cast<double>(touches.size());
-    for (const SeenTouch& t : touches) {
-      const dvec3 e = t.touched_W - t.shown_W - mean;
-      squares += e * e;
-    }
-    const auto n = static_cast<double>(touches.size());
-    result.user_offset_W = mean;
-    result.user_offset_sigma = glm::sqrt(squares / (n * (n - 1)));
-  }
   return result;
+}
+
+UserOffset user_offset_of(std::span<const SeenTouch> touches) {
+  std::vector<double> axis(touches.size());
+  dvec3 median;
+  for (int i = 0; i < 3; ++i) {
+    for (std::size_t k = 0; k < touches.size(); ++k) axis[k] = touches[k].touched_W[i] - touches[k].shown_W[i];
+    std::nth_element(axis.begin(), axis.begin() + static_cast<std::ptrdiff_t>(axis.size() / 2), axis.end());
+    median[i] = axis[axis.size() / 2];
+  }
+  std::vector<double> far(touches.size());
+  for (std::size_t k = 0; k < touches.size(); ++k) far[k] = glm::length(touches[k].touched_W - touches[k].shown_W - median);
+  std::vector<double> sorted = far;
+  std::nth_element(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2), sorted.end());
+  const double limit = std::max(1e-9, 5.5 * sorted[sorted.size() / 2] / 1.5382);  // the median of |normal| in space
+  UserOffset offset;
+  offset.touches = static_cast<int>(touches.size());
+  dvec3 squares(0);
+  for (std::size_t k = 0; k < touches.size(); ++k) {
+    if (far[k] > limit) {
+      ++offset.rejected;
+      continue;
+    }
+    const dvec3 e = touches[k].touched_W - touches[k].shown_W;
+    offset.W += e, squares += e * e;
+  }
+  const double n = offset.touches - offset.rejected;
+  offset.W /= n;
+  if (n > 1) offset.sigma = glm::sqrt(glm::max(squares / n - offset.W * offset.W, dvec3(0)) / (n - 1));
+  return offset;
 }
 
 }  // namespace typodont::calibration

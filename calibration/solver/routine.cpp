@@ -1,5 +1,7 @@
 #include "calibration/routine.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
 #include "calibration/joint_solver.h"
@@ -33,13 +35,23 @@ void solve_screen_step(BenchState& bench, const Captures& captures, double tip_r
   if (bench.mirror_result->not_determined.empty()) bench.rig.mirror = bench.mirror_result->mirror;
 }
 
-void solve_eyes_step(BenchState& bench, const Captures& captures) {
+void solve_eyes_step(BenchState& bench, const Captures& captures, bool user_offset) {
   std::vector<EyeAlignment> alignments;
   for (const EyeCapture& capture : captures.eyes) {
     alignments.push_back({capture.right, capture.dot, bench.rig.X_WH * capture.touch.at(bench.arm)});
   }
   bench.eyes_result = solve_eyes(alignments, bench.rig);
   if (bench.eyes_result->not_determined.empty()) bench.rig.eyes = bench.eyes_result->eyes;
+  if (!user_offset) return;
+  // Where the points of the touches are seen follows from the eyes just found.
+  std::vector<SeenTouch> touches;
+  for (const auto* list : {&captures.registration, &captures.verification}) {
+    for (const PairCapture& capture : *list) {
+      touches.push_back({capture.shown(bench.rig), bench.rig.X_WH * capture.touch.at(bench.arm)});
+    }
+  }
+  if (touches.size() < 4) throw Error(fmt::format("eyes: found {} touches of seen points, expected four or more for the user's offset; see typodont calibrate guide register", touches.size()));
+  bench.eyes_result->user_offset = user_offset_of(touches);
 }
 
 void solve_register_step(BenchState& bench, const Captures& captures) {

@@ -40,7 +40,8 @@ class GuideHand {
   struct Press {
     StillTouch::Verdict verdict = StillTouch::Verdict::kNone;
     dvec3 p_H{0};
-    double moved = 0;  // m
+    std::optional<ArmReading> reading;  // where the hand tells its joint angles
+    double moved = 0;                   // m
   };
 
   explicit GuideHand(const GuideOptions& options) : still_(options.still), wait_for_prompt_(options.fast) {
@@ -84,11 +85,12 @@ class GuideHand {
     haptics::HandSample sample;
     while (!stop_ && device_->read(sample)) {
       device_->write(dvec3(0), dvec3(0));
-      const auto verdict = still_.add(sample.t, sample.X_WT.p, sample.pedal, asked_.exchange(false));
+      const auto verdict = still_.add(sample.t, sample.X_WT.p, sample.pedal, asked_.exchange(false), device_->joints());
       if (verdict == StillTouch::Verdict::kNone) continue;
       while (wait_for_prompt_ && !stop_ && state_.load(std::memory_order_acquire) != State::kReady) std::this_thread::sleep_for(50us);
       if (state_.load(std::memory_order_acquire) != State::kReady) continue;
-      press_ = {verdict, still_.point(), still_.moved()};
+      press_ = {verdict, still_.point(), std::nullopt, still_.moved()};
+      if (still_.has_joints()) press_.reading = ArmReading{still_.joints()};
       state_.store(State::kPressed, std::memory_order_release);
     }
     device_->release();
@@ -359,16 +361,12 @@ bool has_desktop() { return std::getenv("DISPLAY") || std::getenv("WAYLAND_DISPL
 class Guide {
  public:
   Guide(GuidedCapture& capture, const GuideOptions& options) : capture_(capture), options_(options) {
-    if (!options.hand.empty() && capture.step() == Step::kArm) {
-      throw Error("--hand", "", options.hand + " for the step arm",
-                  "an arm that reports its joint angles, which no hand of this version does; give six angles in rad a line on standard input");
-    }
     if (!options.audio.empty()) voice_.emplace(options.audio);
     look_ = look_of(capture, options.rig);
     if (options.hand.empty()) return;
     open_screen();
     hand_.emplace(options);
-    log::info("{}: hold the tip still and press the pedal, or Enter; u and Enter takes the last touch back, d solves, q stops",
+    log::info("{}: hold the tip still and press the pedal, or Enter; u and Enter takes the last touch back, d solves, s skips the step, q stops",
               hand_->info().model);
   }
 
@@ -420,6 +418,7 @@ class Guide {
       if (key == kEnter || key == kKeypadEnter || key == ' ') lines += "\n";
       if (key == 'U' || key == kBackspace) lines += "undo\n";
       if (key == 'D') lines += "done\n";
+      if (key == 'S') lines += "skip\n";
       if (key == 'Q' || key == kEscape) lines += "quit\n";
     }
     keys_.put(lines);
@@ -458,7 +457,15 @@ class Guide {
 
   void answer(const GuideHand::Press& press) {
     waiting_ = false;
-    if (press.verdict == StillTouch::Verdict::kTaken) return add({press.p_H, std::nullopt});
+    if (press.verdict == StillTouch::Verdict::kTaken) {
+      if (capture_.step() == Step::kArm && !press.reading) {
+        throw Error("--hand", "", options_.hand + ", which does not tell six joint angles, for the step arm",
+                    "an arm that does; or six angles in rad a line on standard input, without --hand");
+      }
+      // The model of the arm is that of the open designs: only their angles say where the tip is.
+      const bool modelled = capture_.step() == Step::kArm || options_.hand.starts_with("woodenhaptics:");
+      return add({press.p_H, modelled ? press.reading : std::nullopt});
+    }
     cue(Cue::kOutlier);
     const double window_ms = options_.still.window * 1e3;
     ask(press.verdict == StillTouch::Verdict::kMoved
@@ -471,6 +478,8 @@ class Guide {
       if (hand_ && !hand_->ended()) hand_->press(), waiting_ = true;
     } else if (line == "q" || line == "quit") {
       end_ = GuideEnd::kStop;
+    } else if (line == "s" || line == "skip") {
+      end_ = GuideEnd::kSkip;
     } else if (line == "d" || line == "done") {
       cue(Cue::kDone);
       end_ = GuideEnd::kSolve;
@@ -481,7 +490,7 @@ class Guide {
     } else if (const auto touch = parse_touch(line, capture_.bench().arm)) {
       add(*touch);
     } else {
-      log::warn("standard input: found \"{}\", expected x y z in mm, six joint angles in rad, undo, done or quit", line.substr(0, 60));
+      log::warn("standard input: found \"{}\", expected x y z in mm, six joint angles in rad, undo, done, skip or quit", line.substr(0, 60));
       ask("");
     }
   }

@@ -22,7 +22,7 @@ struct GuideOptions {
   std::string audio;           // address of the cues' output; empty: silent
 };
 
-enum class GuideEnd { kSolve, kStop };
+enum class GuideEnd { kSolve, kSkip, kStop };
 
 /// Runs the step of `guide` until it has its touches or somebody ends it. Every touch is on disk when it is answered.
 /// Throws Error at set-up, RunFailure when the hand is gone before the step is done.

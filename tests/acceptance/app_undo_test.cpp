@@ -65,7 +65,8 @@ class UndoSession : public testing::Test {
   static double volume(const haptics::TissueVolume& tissue) { return tissue.volumes()[static_cast<std::size_t>(Tissue::kDentin)]; }
   static int edits(const std::filesystem::path& file) {
     int count = 0;
-    for (const session::SessionEvent& event : session::SessionReader(file).events()) count += edit_of(event).has_value();
+    const session::SessionReader session(file);
+    for (const session::SessionEvent& event : session.events()) count += edit_of(event).has_value();
     return count;
   }
 

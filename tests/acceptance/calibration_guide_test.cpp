@@ -133,10 +133,69 @@ TEST_F(GuidedBench, EnterTakesATouchAndUTakesItBackWhileTheHandRuns) {
   EXPECT_LT(glm::length(captures.registration[0].touch.p_H - dvec3(0.01, 0.02, 0.03)), 1e-12);
 }
 
-TEST_F(GuidedBench, TheArmStepAsksForJointAnglesInsteadOfAHand) {
-  const Ran ran = folder.run(fmt::format("calibrate guide arm --rig {} --hand script:hand.csv </dev/null", folder / "rig.json"));
+TEST_F(GuidedBench, TheArmStepRefusesAHandThatTellsNoJointAngles) {
+  const Ran ran = folder.run(fmt::format("calibrate guide arm --rig {} --fast --no-window --hand script:{} </dev/null", folder / "rig.json",
+                                         script(std::vector<dvec3>(2, dvec3(0.01, 0.02, 0.03)))));
   EXPECT_EQ(ran.status, 2);
   EXPECT_THAT(ran.err, HasSubstr("joint angles"));
+}
+
+TEST_F(GuidedBench, DriftMarksAreTouchedOnceAndComparedAtEverySession) {
+  const std::string marks = "\"10 20 30\\n60 20 30\\n10 70 35\\n\"", moved = "\"10 20 31\\n60 20 31\\n10 70 36\\n\"";
+  const Ran first = folder.run(fmt::format("calibrate guide drift --rig {}", folder / "rig.json"), fmt::format("printf {} |", marks));
+  EXPECT_EQ(first.status, 0) << first.err;
+  const Ran same = folder.run(fmt::format("calibrate drift --rig {}", folder / "rig.json"), fmt::format("printf {} |", marks));
+  EXPECT_EQ(same.status, 0) << same.err;
+  EXPECT_THAT(same.out, HasSubstr("no drift"));
+  const Ran later = folder.run(fmt::format("calibrate drift --rig {}", folder / "rig.json"), fmt::format("printf {} |", moved));
+  EXPECT_EQ(later.status, 1);
+  EXPECT_THAT(later.out, HasSubstr("calibrate again"));
+}
+
+TEST_F(GuidedBench, WithoutAStepTheDoneAreSkippedAndAStepCanBe) {
+  // Arm, screen, mirror and eyes were solved; register is skipped by hand, and verify is where it stops.
+  const Ran ran = folder.run(fmt::format("calibrate guide --rig {} --no-window", folder / "rig.json"), "printf 's\\nq\\n' |");
+  EXPECT_EQ(ran.status, 0) << ran.err;
+  EXPECT_THAT(ran.out, HasSubstr("== arm: done, skipped"));
+  EXPECT_THAT(ran.out, HasSubstr("== eyes: done, skipped"));
+  EXPECT_THAT(ran.out, HasSubstr("== register\n"));
+  EXPECT_THAT(ran.out, HasSubstr("== verify\n"));
+  EXPECT_THAT(ran.out, testing::Not(HasSubstr("== drift")));
+}
+
+TEST_F(GuidedBench, ATouchThatDoesNotFitIsRingedWhereItLiesUntilTheNext) {
+  RigFile rig = RigFile::load(folder.path() / "rig.json");
+  GuidedCapture guide(rig.bench(), rig.captures_folder());
+  guide.begin(Step::kRegister);
+  const auto touch = [&](const dvec3& slip) {
+    const Touch t = simulator.touch(simulator.reached_for(guide.bench().rig, *guide.prompt().target_D) + slip, bench.arm);
+    return guide.add({t.p_H, std::nullopt});
+  };
+  while (guide.taken() < 12) touch(dvec3(0));
+  const Live live = touch(dvec3(0.02, 0, 0.01));
+  ASSERT_TRUE(live.outlier);
+  const Prompt prompt = guide.prompt();
+  ASSERT_TRUE(prompt.astray.has_value());
+  const Dots expected = dots_for(guide.bench().rig, *live.p_W);
+  EXPECT_NEAR(prompt.astray->left.u, expected.left.u, 1e-12);
+  Prompt without = prompt;
+  without.astray.reset();
+  const auto lit = [](const Prompt& p) {
+    const Picture picture = prompt_picture(p, 640, 360, false);
+    return std::count_if(picture.grey.begin(), picture.grey.end(), [](unsigned char g) { return g > 100; });
+  };
+  EXPECT_GT(lit(prompt), lit(without) + 40);
+  touch(dvec3(0));
+  EXPECT_FALSE(guide.prompt().astray.has_value());
+}
+
+TEST_F(GuidedBench, TheUsersOffsetIsGivenWithTheEyesWhereAskedFor) {
+  std::vector<dvec3> touches;
+  (void)by_file(touches);
+  const Ran ran = folder.run(fmt::format("calibrate eyes --rig {} --user-offset", folder / "file.json"));
+  EXPECT_EQ(ran.status, 0) << ran.err;
+  EXPECT_THAT(ran.out, HasSubstr("this user feels"));
+  EXPECT_THAT(test::read_text(folder / "file.json"), HasSubstr("user_offset_mm"));
 }
 
 TEST_F(GuidedBench, EveryTouchHasItsCueAndItsPicture) {

@@ -26,6 +26,21 @@ TEST(StillTouch, AveragesTheTenthOfASecondBeforeThePress) {
   EXPECT_LT(glm::length(still.point() - sum / 101.0), 1e-15);
 }
 
+TEST(StillTouch, AveragesJointAnglesWhereEverySampleHasSix) {
+  StillTouch still({});
+  Nanos t = 0;
+  std::array<double, 6> joints{};
+  for (int i = 0; i < 300; ++i, t += kTick) {
+    for (std::size_t k = 0; k < 6; ++k) joints[k] = 0.1 * static_cast<double>(k) + (i % 2 ? 1e-4 : -1e-4);
+    still.add(t, dvec3(0), 0, false, joints);
+  }
+  ASSERT_EQ(still.add(t, dvec3(0), 0, true, joints), Verdict::kTaken);
+  ASSERT_TRUE(still.has_joints());
+  for (std::size_t k = 0; k < 6; ++k) EXPECT_NEAR(still.joints()[k], 0.1 * static_cast<double>(k), 1e-5);
+  ASSERT_EQ(still.add(t + kTick, dvec3(0), 0, true, std::span(joints).first(3)), Verdict::kTaken);
+  EXPECT_FALSE(still.has_joints());
+}
+
 TEST(StillTouch, RefusesATipThatMovesAndSaysHowFar) {
   StillTouch still({});
   Nanos t = 0;

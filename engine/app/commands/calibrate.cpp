@@ -159,6 +159,10 @@ std::string summary(const BenchState& bench) {
                 ? fmt::format("eyes      {:.2f} ± {:.2f} mm apart, {:.3f} mm rms, {} set aside\n", r->eyes.ipd * 1e3,
                               r->ipd_sigma * 1e3, r->rms * 1e3, r->rejected.size())
                 : fmt::format("eyes      not determined: {}\n", r->not_determined);
+    if (const auto& offset = r->user_offset) {
+      text += fmt::format("          this user feels ({}) ± ({}) mm beside what is seen; {} touches, {} set aside\n", words(offset->W * 1e3),
+                          words(offset->sigma * 1e3), offset->touches, offset->rejected);
+    }
   }
   if (const auto& r = bench.joint) {
     text += fmt::format("together  eyes {:.2f} ± {:.2f} mm apart; this user feels ({}) mm beside what is seen\n",
@@ -176,9 +180,37 @@ std::string summary(const BenchState& bench) {
   return text;
 }
 
+/// What guided capture is given on the command line.
+struct HandOptions : GuideOptions {
+  double plate_pitch_mm = 40, still_mm = 0.3;
+  bool no_window = false;
+
+  void add_to(CLI::App& command) {
+    command.add_option("--hand", hand, "take touches from this hand: an address as typodont devices lists them, or script:HAND.csv");
+    command.add_option("--pedal", pedal, "\"auto\", or the pedal's path or serial")->capture_default_str();
+    command.add_option("--still-mm", still_mm, "a touch is refused when the tip strayed farther than this within 100 ms")
+        ->capture_default_str()
+        ->check(CLI::Range(0.001, 10.0));
+    command.add_flag("--fast", fast, "a script: hand runs as fast as it can");
+    command.add_flag("--no-window", no_window, "show no prompts on the screen");
+    command.add_option("--monitor", monitor, "show the prompts full screen on this monitor, counted from 0")->check(CLI::NonNegativeNumber);
+    command.add_option("--picture", picture, "write what the panel should show to this PNG or PGM file before each touch");
+    command.add_option("--audio", audio, "play a cue after each touch: portaudio:[DEVICE] or wav:FILE");
+    command.add_option("--plate-pitch-mm", plate_pitch_mm, "between the points of the arm's 5 by 5 plate")
+        ->capture_default_str()
+        ->check(CLI::PositiveNumber);
+  }
+  const GuideOptions& complete() {
+    still.radius = still_mm * kMillimetre;
+    window = !no_window;
+    return *this;
+  }
+};
+
 /// The steps that are solved from the captures beside the rig.
 struct RigOptions {
-  std::string rig, captures, report, arm_serial, tracker_serial;
+  std::string rig, captures, report, map, arm_serial, tracker_serial;
+  bool user_offset = false;
   double tip_radius_mm = 0, tolerance_mm = 0.5, worst_mm = 1.0;
   Output out;
 };
@@ -192,7 +224,11 @@ void add_rig_step(CLI::App& calibrate, const char* step, const char* what, const
   if (name == "screen") {
     command->add_option("--tip-radius-mm", options->tip_radius_mm, "of the ball at the stylus' end")->check(CLI::Range(0.0, 20.0));
   }
+  if (name == "eyes") {
+    command->add_flag("--user-offset", options->user_offset, "also this user's systematic offset between seeing and feeling, from the touches of register and verify");
+  }
   if (name == "verify") {
+    command->add_option("--map", options->map, "write the map of the co-location error to this SVG picture");
     command->add_option("--tolerance-mm", options->tolerance_mm, "rms that passes")->check(CLI::PositiveNumber)->capture_default_str();
     command->add_option("--worst-mm", options->worst_mm, "worst that passes")->check(CLI::PositiveNumber)->capture_default_str();
   }
@@ -212,13 +248,14 @@ void add_rig_step(CLI::App& calibrate, const char* step, const char* what, const
     };
     if (step == "arm") need(!captures.arm.empty(), "arm.csv"), solve_arm_step(bench, captures);
     if (step == "screen") need(!captures.marks.empty(), "marks.csv"), solve_screen_step(bench, captures, options->tip_radius_mm * kMillimetre);
-    if (step == "eyes") need(!captures.eyes.empty(), "eyes.csv"), solve_eyes_step(bench, captures);
+    if (step == "eyes") need(!captures.eyes.empty(), "eyes.csv"), solve_eyes_step(bench, captures, options->user_offset);
     if (step == "verify") need(!captures.verification.empty(), "verify.csv"), solve_verify_step(bench, captures);
     if (step == "solve") solve_all(bench, captures);
     rig.set(bench);
     if (!options->arm_serial.empty()) rig.set_device("arm", options->arm_serial);
     if (!options->tracker_serial.empty()) rig.set_device("tracker", options->tracker_serial);
     if (!options->report.empty()) write_file_atomically(options->report, report_page(bench, "Calibration of " + options->rig));
+    if (!options->map.empty()) write_file_atomically(options->map, error_map_svg(*bench.verification));
     rig.save();
     options->out.write(bench_json(bench), summary(bench));
     if (bench.verification && !bench.verification->pass) throw RunFailure("verify: " + bench.verification->verdict);
@@ -229,28 +266,46 @@ void add_drift(CLI::App& calibrate) {
   struct Options {
     std::string rig, touches;
     double tolerance_mm = 0.3, sigma_mm = 0.2;
+    HandOptions guide;
     Output out;
   };
   auto options = std::make_shared<Options>();
   CLI::App* command = calibrate.add_subcommand("drift", "three marks at the start of a session: has anything moved?");
   command->add_option("--rig", options->rig, "rig file; drift.csv of its captures holds the marks")->required();
-  command->add_option("--touches", options->touches, "CSV of the same marks touched now: x_mm,y_mm,z_mm")->required();
+  command->add_option("--touches", options->touches, "CSV of the same marks touched now: x_mm,y_mm,z_mm; else they are asked for");
   command->add_option("--tolerance-mm", options->tolerance_mm, "that a mark may have moved")->capture_default_str()->check(CLI::PositiveNumber);
   command->add_option("--sigma-mm", options->sigma_mm, "noise of a touch per axis")->capture_default_str()->check(CLI::PositiveNumber);
+  options->guide.add_to(*command);
   options->out.add_to(*command);
-  command->footer("Example: typodont calibrate drift --rig bench.json --touches today.csv");
+  command->footer(
+      "The marks are first touched with typodont calibrate guide drift.\n"
+      "Example: typodont calibrate drift --rig bench.json --hand haply:\n"
+      "Example: typodont calibrate drift --rig bench.json --touches today.csv");
   command->callback([options] {
     const RigFile rig = RigFile::load(options->rig);
     const BenchState bench = rig.bench();
     const std::filesystem::path file = rig.captures_folder() / "drift.csv";
-    const auto points = [&](const std::filesystem::path& from) {
+    const auto points = [&](const std::vector<Touch>& touches) {
       std::vector<dvec3> list;
-      for (const Touch& touch : read_touches(from)) list.push_back(touch.at(bench.arm));
+      for (const Touch& touch : touches) list.push_back(touch.at(bench.arm));
       return list;
     };
-    const std::vector<dvec3> then = points(file), now = points(options->touches);
+    const std::vector<dvec3> then = points(read_touches(file));
+    const auto touched_now = [&] {
+      if (!options->touches.empty()) return read_touches(options->touches);
+      // Kept beside the rig like all captures; every session's check begins anew.
+      const std::filesystem::path folder = rig.captures_folder() / "today";
+      std::error_code code;
+      std::filesystem::remove(folder / "drift.csv", code);
+      GuidedCapture guide(bench, folder);
+      guide.begin(Step::kDrift);
+      options->guide.rig = options->rig;
+      if (run_guide(guide, options->guide.complete()) != GuideEnd::kSolve) throw RunFailure("drift: stopped before the marks were touched");
+      return guide.captures().drift_marks;
+    };
+    const std::vector<dvec3> now = points(touched_now());
     if (now.size() != then.size()) {
-      throw Error(options->touches, "", fmt::format("{} touches", now.size()), fmt::format("the {} marks of {}", then.size(), file.string()));
+      throw Error(options->touches.empty() ? "drift" : options->touches, "", fmt::format("{} touches", now.size()), fmt::format("the {} marks of {}", then.size(), file.string()));
     }
     const dvec3 middle = inverse(bench.rig.X_WH) * (0.5 * (bench.workspace_D.low + bench.workspace_D.high));
     const DriftResult result = check_drift(then, now, options->sigma_mm * kMillimetre, middle, options->tolerance_mm * kMillimetre);
@@ -280,50 +335,55 @@ void add_status(CLI::App& calibrate) {
   });
 }
 
+/// One guided step, solved and kept in the rig file. False when somebody stopped.
+bool guide_step(RigFile& rig, Step step, HandOptions& options) {
+  GuidedCapture guide(rig.bench(), rig.captures_folder(), options.plate_pitch_mm * kMillimetre);
+  guide.begin(step);
+  const GuideEnd end = run_guide(guide, options.complete());
+  if (end != GuideEnd::kSolve) return end == GuideEnd::kSkip;
+  guide.solve();
+  rig.set(guide.bench());
+  if (step == Step::kDrift) rig.mark_done(name(step));
+  rig.save();
+  fmt::print("{}", summary(guide.bench()));
+  return true;
+}
+
 void add_guide(CLI::App& calibrate) {
-  struct Options : GuideOptions {
+  struct Options : HandOptions {
     std::string step;
-    double plate_pitch_mm = 40, still_mm = 0.3;
-    bool no_window = false;
   };
   auto options = std::make_shared<Options>();
-  CLI::App* command = calibrate.add_subcommand("guide", "guided capture of one step; can be broken off and goes on where it was");
-  command->add_option("step", options->step, "arm, screen, mirror, eyes, register or verify")->required();
+  CLI::App* command = calibrate.add_subcommand("guide", "guided capture of one step, or of all that are to do; can be broken off and goes on where it was");
+  command->add_option("step", options->step, "arm, screen, mirror, eyes, register, verify or drift; without it all steps that are not done, in order");
   command->add_option("--rig", options->rig, "rig file")->required();
-  command->add_option("--hand", options->hand, "take touches from this hand: an address as typodont devices lists them, or script:HAND.csv");
-  command->add_option("--pedal", options->pedal, "\"auto\", or the pedal's path or serial")->capture_default_str();
-  command->add_option("--still-mm", options->still_mm, "a touch is refused when the tip strayed farther than this within 100 ms")
-      ->capture_default_str()
-      ->check(CLI::Range(0.001, 10.0));
-  command->add_flag("--fast", options->fast, "a script: hand runs as fast as it can");
-  command->add_flag("--no-window", options->no_window, "show no prompts on the screen");
-  command->add_option("--monitor", options->monitor, "show the prompts full screen on this monitor, counted from 0")->check(CLI::NonNegativeNumber);
-  command->add_option("--picture", options->picture, "write what the panel should show to this PNG or PGM file before each touch");
-  command->add_option("--audio", options->audio, "play a cue after each touch: portaudio:[DEVICE] or wav:FILE");
-  command->add_option("--plate-pitch-mm", options->plate_pitch_mm, "between the points of the arm's 5 by 5 plate")
-      ->capture_default_str()
-      ->check(CLI::PositiveNumber);
+  options->add_to(*command);
   command->footer(
       "With --hand a touch is the tip's mean place, in the base frame, over the 100 ms before the pedal goes down or Enter\n"
       "is typed; the hand feels no force. On a desktop the prompts are shown in a window (--monitor N: on the panel), which\n"
-      "takes Enter, U, D and Q. The step arm needs joint angles, which hands do not report: give it those as lines.\n"
-      "Standard input: x y z in mm, or six joint angles in rad, is a touch; undo or u; done or d (solve and stop); quit or\n"
-      "q (stop; captures are kept).\n"
+      "takes Enter, U, D, S and Q; a touch that does not fit the others is ringed where it lies. The step arm takes the\n"
+      "joint angles of hands that tell them.\n"
+      "Standard input: x y z in mm, or six joint angles in rad, is a touch; undo or u; done or d (solve and stop); skip or\n"
+      "s (go on with the next step); quit or q (stop; captures are kept).\n"
       "Example: typodont calibrate guide register --rig bench.json --hand haply: --monitor 1 --audio portaudio:\n"
+      "Example: typodont calibrate guide --rig bench.json --hand woodenhaptics:\n"
       "Example: device-reader | typodont calibrate guide register --rig bench.json");
   command->callback([options] {
-    const auto step = step_named(options->step);
-    if (!step) throw Error("calibrate guide: found step \"" + options->step + "\", expected arm, screen, mirror, eyes, register or verify");
-    options->still.radius = options->still_mm * kMillimetre;
-    options->window = !options->no_window;
     RigFile rig = RigFile::load(options->rig);
-    GuidedCapture guide(rig.bench(), rig.captures_folder(), options->plate_pitch_mm * kMillimetre);
-    guide.begin(*step);
-    if (run_guide(guide, *options) == GuideEnd::kStop) return;
-    guide.solve();
-    rig.set(guide.bench());
-    rig.save();
-    fmt::print("{}", summary(guide.bench()));
+    if (!options->step.empty()) {
+      const auto step = step_named(options->step);
+      if (!step) throw Error("calibrate guide: found step \"" + options->step + "\", expected arm, screen, mirror, eyes, register, verify or drift");
+      guide_step(rig, *step, *options);
+      return;
+    }
+    std::string newest;
+    for (const Step step : kSteps) {
+      const std::string date = rig.step_date(name(step));
+      const bool done = !date.empty() && date >= newest;
+      fmt::print("== {}{}\n", name(step), done ? ": done, skipped" : "");
+      if (!done && !guide_step(rig, step, *options)) return;
+      newest = std::max(newest, rig.step_date(name(step)));
+    }
   });
 }
 
