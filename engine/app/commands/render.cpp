@@ -6,11 +6,14 @@
 #include <cstdio>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "engine/app/commands/commands.h"
 #include "engine/app/picture_stage.h"
+#include "engine/app/replay.h"
 #include "engine/app/scene.h"
 #include "engine/app/surroundings.h"
+#include "engine/app/task.h"
 #include "engine/app/teaching_views.h"
 #include "engine/app/tissue_view.h"
 #include "engine/base/error.h"
@@ -118,7 +121,9 @@ ordered_json stats_json(const render::FrameStats& s) {
 }
 
 void run(const Options& options) {
-  const Scene scene = read_scene(options.scene);
+  std::optional<session::SessionReader> session;  // a moment of a recording instead of a scene
+  if (options.scene.ends_with(".h5")) session.emplace(options.scene);
+  const Scene scene = session ? scene_of(*session) : read_scene(options.scene);
   const fs::path rig_path = rig_file(options.rig);
   display::DisplayRig rig = display::load_rig(rig_path);
   if (rig.kind == display::DisplayKind::kHmd)
@@ -136,21 +141,24 @@ void run(const Options& options) {
     tick.tool = row.tool;
     tick.spindle = scene.servo.spindle.free_speed;
   }
-  if (options.view == "difference" && options.ideal.empty())
-    throw Error("", "--ideal", "nothing", "--ideal VOLUME.vdb, the tooth as it should become");
-  haptics::TissueVolume volume =
-      options.volume.empty() ? load_tissue(scene) : haptics::TissueVolume::load(options.volume);
+  if (session) tick = tick_at(*session, from_seconds(options.at));
+  haptics::TissueVolume volume = options.volume.empty() ? load_tissue(scene) : haptics::TissueVolume::load(options.volume);
+  std::optional<haptics::TissueVolume> ideal;
+  if (options.view == "difference") {
+    ideal = options.ideal.empty() ? ideal_tissue(scene, volume) : haptics::TissueVolume::load(options.ideal);
+    if (!ideal) throw Error("", "--ideal", "nothing", "--ideal VOLUME.vdb, the tooth as it should become, or a task's ideal");
+  }
+  if (session) volume = tissue_at(*session, scene, std::move(volume), from_seconds(options.at));
   PictureStage::Options stage_options;
   for (const render::Quality& step : render::kQualityLadder)
     if (step.name == options.quality) stage_options.quality = step;
   stage_options.hud = options.hud;
-  stage_options.tool = !options.pose.empty();
+  stage_options.tool = !options.pose.empty() || session;
   stage_options.validation = options.validate;
   PictureStage stage(rig, scene.servo, stage_options);
   TissueView view;
   std::vector<render::MeshUpdate> surface = view.update(volume);
-  if (options.view == "difference")
-    mark_difference(haptics::TissueVolume::load(options.ideal), volume.frame().origin, surface);
+  if (ideal) mark_difference(*ideal, volume.frame().origin, surface);
   stage.show(surface, volume.frame().origin);
   add_view(stage, options, volume);
   stage.surround(make_surroundings(scene));
@@ -218,7 +226,7 @@ void add_render_command(CLI::App& app) {
   CLI::App* command = app.add_subcommand("render", "Pictures of a scene for both eyes, and the matrices behind them");
   command->footer(
       "Example:\n  typodont render assets/scenes/molar-caries.json --rig closeup --out pictures --size 1280x1024");
-  command->add_option("scene", options->scene, "scene file (JSON)")->required();
+  command->add_option("scene", options->scene, "scene file (JSON), or a recorded session (.h5)")->required();
   command->add_option("--rig", options->rig, "rig file (JSON), or the name of one in assets/rigs")
       ->capture_default_str();
   command->add_option("--out", options->out, "folder for left.png, right.png, screen.png and frame.json")->required();
@@ -226,14 +234,14 @@ void add_render_command(CLI::App& app) {
   command->add_option("--eye", options->eye, "which eye to write; screen.png comes with both")
       ->check(CLI::IsMember({"left", "right", "both"}))
       ->capture_default_str();
-  auto* pose = command->add_option("--pose", options->pose, "HAND.csv: draw the tool where the hand holds it");
-  command->add_option("--at", options->at, "time in HAND.csv, s")->needs(pose)->capture_default_str();
+  command->add_option("--pose", options->pose, "HAND.csv: draw the tool where the hand holds it");
+  command->add_option("--at", options->at, "time in HAND.csv or in the session, s")->capture_default_str();
   command->add_option("--view", options->view, "as it looks, or for teaching: cut open, as glass, against an ideal")
       ->check(CLI::IsMember({"look", "section", "xray", "difference"}))
       ->capture_default_str();
   command->add_option("--plane", options->plane,
                       "section: NX,NY,NZ,OFFSET_MM, what lies where N·p > OFFSET stays; else through the middle");
-  command->add_option("--ideal", options->ideal, "difference: the tooth as it should become (.vdb)");
+  command->add_option("--ideal", options->ideal, "difference: the tooth as it should become (.vdb); the task's own when not given");
   command->add_option("--volume", options->volume, "draw this volume (.vdb) instead of the scene's tissue");
   std::vector<std::string> steps;
   for (const render::Quality& step : render::kQualityLadder) steps.emplace_back(step.name);
