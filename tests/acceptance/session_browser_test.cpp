@@ -37,18 +37,18 @@ class ReportInABrowser : public testing::Test {
     options.preparation = preparation;
     page_ = browser_.write("report.html", report_html(SessionReader(browser_ / "s.h5"), options));
   }
-  test::Ran browse(const std::string& arguments) const {
+  typodont::test::Ran browse(const std::string& arguments) const {
     return browser_.run(fmt::format("--no-sandbox --disable-gpu --virtual-time-budget=4000 --window-size=900,2600 "
                                     "--user-data-dir={} --enable-logging=stderr {} file://{}",
                                     browser_ / "profile", arguments, page_),
                         "timeout 120");
   }
-  test::ProgramFolder browser_;
+  typodont::test::ProgramFolder browser_;
   std::string page_;
 };
 
 TEST_F(ReportInABrowser, DrawsTheResultWithItsScriptAndComplainsOfNothing) {
-  const test::Ran ran = browse("--dump-dom");
+  const typodont::test::Ran ran = browse("--dump-dom");
   ASSERT_EQ(ran.status, 0) << ran.err;
   EXPECT_THAT(ran.out, HasSubstr("data-drawn=\"difference\""));
   EXPECT_THAT(ran.out, Not(HasSubstr("id=\"viewer\" hidden")));
@@ -61,11 +61,11 @@ TEST_F(ReportInABrowser, IsThereOnLightAndDarkScreensAndOnPaper) {
   ASSERT_EQ(browse(fmt::format("--screenshot={}", browser_ / "light.png")).status, 0);
   ASSERT_EQ(browse(fmt::format("--blink-settings=preferredColorScheme=0 --screenshot={}", browser_ / "dark.png")).status, 0);
   ASSERT_EQ(browse(fmt::format("--print-to-pdf={}", browser_ / "page.pdf")).status, 0);
-  const std::string light = test::read_text(browser_ / "light.png"), dark = test::read_text(browser_ / "dark.png");
+  const std::string light = typodont::test::read_text(browser_ / "light.png"), dark = typodont::test::read_text(browser_ / "dark.png");
   EXPECT_GT(light.size(), 20000u);
   EXPECT_GT(dark.size(), 20000u);
   EXPECT_NE(light, dark);
-  EXPECT_TRUE(test::read_text(browser_ / "page.pdf").starts_with("%PDF"));
+  EXPECT_TRUE(typodont::test::read_text(browser_ / "page.pdf").starts_with("%PDF"));
 }
 
 }  // namespace
