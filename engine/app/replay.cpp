@@ -4,6 +4,7 @@
 
 #include <cstring>
 #include <deque>
+#include <limits>
 
 #include "engine/app/resume.h"
 #include "engine/app/scene.h"
@@ -58,17 +59,32 @@ Scene scene_of(const session::SessionReader& session) {
   return parse_scene(Json::parse(header.scene_json, session.file().string() + " (scene)"), scene_file);
 }
 
-haptics::TissueVolume tissue_at_end(const session::SessionReader& session, const Scene& scene, haptics::TissueVolume start) {
+haptics::TissueVolume tissue_at(const session::SessionReader& session, const Scene& scene, haptics::TissueVolume start, Nanos t) {
   haptics::Carver carver(std::move(start), haptics::tray(scene.servo));
   const std::vector<StrokeEdit> edits = edits_of(session);
   auto edit = edits.begin();
   for (const Cut& cut : session.cuts()) {
+    if (cut.t > t) break;
     for (; edit != edits.end() && edit->cuts < cut.index; ++edit) repeat(carver, *edit);
     carver.apply(cut);
   }
-  for (; edit != edits.end(); ++edit) repeat(carver, *edit);
+  for (; edit != edits.end() && edit->t <= t; ++edit) repeat(carver, *edit);
   carver.end_stroke();
   return std::move(carver.volume());
+}
+
+haptics::TissueVolume tissue_at_end(const session::SessionReader& session, const Scene& scene, haptics::TissueVolume start) {
+  return tissue_at(session, scene, std::move(start), std::numeric_limits<Nanos>::max());
+}
+
+ServoTick tick_at(const session::SessionReader& session, Nanos t) {
+  if (session.tick_count() == 0) throw Error(session.file().string(), "", "no ticks", "a recorded session");
+  std::uint64_t first = 0, end = session.tick_count();  // bisected: the wanted tick lies in [first, end)
+  while (end - first > 1) {
+    const std::uint64_t middle = first + (end - first) / 2;
+    (session.ticks(middle, 1).front().t <= t ? first : end) = middle;
+  }
+  return session.ticks(first, 1).front();
 }
 
 ReplayResult replay_session(const std::filesystem::path& session_file, const std::function<void(double)>& progress) {

@@ -31,7 +31,11 @@ ReplayResult replay_session(const std::filesystem::path& session_file,
 /// The scene a session was made with. Throws Error where its tissue is not there or has changed.
 Scene scene_of(const session::SessionReader& session);
 
-/// The tissue a session left, from the tissue its scene begins with and its cuts.
+/// The tissue as it was at a moment of a session, from the tissue its scene begins with and its cuts; and as it was left.
+haptics::TissueVolume tissue_at(const session::SessionReader& session, const Scene& scene, haptics::TissueVolume start, Nanos t);
 haptics::TissueVolume tissue_at_end(const session::SessionReader& session, const Scene& scene, haptics::TissueVolume start);
+
+/// The last tick not after t; the first where there is none before.
+ServoTick tick_at(const session::SessionReader& session, Nanos t);
 
 }  // namespace typodont

@@ -243,6 +243,17 @@ TEST(Tasks, AnIdealCanBeDrilledByOneselfAndTheSameSessionScoresFullAgainstIt) {
   };
   EXPECT_GT(percent_of("hand.csv"), 98);
   EXPECT_LT(percent_of("other.csv"), 60);
+
+  // The same recording, looked at: at its start, at its end, and against the ideal.
+  const auto picture = [&](const std::string& name, const std::string& arguments) {
+    const test::Ran ran = folder.run("render " + (folder / "s.h5") + " --size 160x120 --eye left --quality fast --out " + (folder / name) + " " + arguments);
+    EXPECT_EQ(ran.status, 0) << ran.err;
+    return test::read_text(folder / (name + "/left.png"));
+  };
+  const std::string begin = picture("begin", "--at 0"), end = picture("end", "--at 4");
+  EXPECT_NE(begin, end);
+  EXPECT_NE(end, picture("difference", "--at 4 --view difference"));
+  EXPECT_EQ(end, picture("after", "--at 100"));  // beyond the last tick nothing moves
 }
 
 TEST(PaintFile, IsReadAsItWasWrittenAndPaintsAndSoftens) {

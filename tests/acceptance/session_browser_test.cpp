@@ -61,11 +61,11 @@ TEST_F(ReportInABrowser, IsThereOnLightAndDarkScreensAndOnPaper) {
   ASSERT_EQ(browse(fmt::format("--screenshot={}", browser_ / "light.png")).status, 0);
   ASSERT_EQ(browse(fmt::format("--blink-settings=preferredColorScheme=0 --screenshot={}", browser_ / "dark.png")).status, 0);
   ASSERT_EQ(browse(fmt::format("--print-to-pdf={}", browser_ / "page.pdf")).status, 0);
-  const std::string light = test::read_text(browser_ / "light.png"), dark = test::read_text(browser_ / "dark.png");
+  const std::string light = typodont::test::read_text(browser_ / "light.png"), dark = typodont::test::read_text(browser_ / "dark.png");
   EXPECT_GT(light.size(), 20000u);
   EXPECT_GT(dark.size(), 20000u);
   EXPECT_NE(light, dark);
-  EXPECT_TRUE(test::read_text(browser_ / "page.pdf").starts_with("%PDF"));
+  EXPECT_TRUE(typodont::test::read_text(browser_ / "page.pdf").starts_with("%PDF"));
 }
 
 }  // namespace

@@ -10,6 +10,7 @@
 
 #include "engine/app/commands/commands.h"
 #include "engine/app/picture_stage.h"
+#include "engine/app/replay.h"
 #include "engine/app/scene.h"
 #include "engine/app/surroundings.h"
 #include "engine/app/task.h"
@@ -123,7 +124,9 @@ ordered_json stats_json(const render::FrameStats& s) {
 }
 
 void run(const Options& options) {
-  const Scene scene = read_scene(options.scene);
+  std::optional<session::SessionReader> session;  // a moment of a recording instead of a scene
+  if (options.scene.ends_with(".h5")) session.emplace(options.scene);
+  const Scene scene = session ? scene_of(*session) : read_scene(options.scene);
   const fs::path rig_path = rig_file(options.rig);
   display::DisplayRig rig = display::load_rig(rig_path);
   if (rig.kind == display::DisplayKind::kHmd)
@@ -141,18 +144,19 @@ void run(const Options& options) {
     tick.tool = row.tool;
     tick.spindle = scene.servo.spindle.free_speed;
   }
+  if (session) tick = tick_at(*session, from_seconds(options.at));
+  haptics::TissueVolume volume = options.volume.empty() ? load_tissue(scene) : haptics::TissueVolume::load(options.volume);
   std::optional<haptics::TissueVolume> ideal;
   if (options.view == "difference") {
-    ideal = options.ideal.empty() ? ideal_tissue(scene, load_tissue(scene)) : haptics::TissueVolume::load(options.ideal);
-    if (!ideal) throw Error("", "--ideal", "nothing", "--ideal VOLUME.vdb, or a scene whose task has an ideal");
+    ideal = options.ideal.empty() ? ideal_tissue(scene, volume) : haptics::TissueVolume::load(options.ideal);
+    if (!ideal) throw Error("", "--ideal", "nothing", "--ideal VOLUME.vdb, the tooth as it should become, or a task's ideal");
   }
-  haptics::TissueVolume volume =
-      options.volume.empty() ? load_tissue(scene) : haptics::TissueVolume::load(options.volume);
+  if (session) volume = tissue_at(*session, scene, std::move(volume), from_seconds(options.at));
   PictureStage::Options stage_options;
   for (const render::Quality& step : render::kQualityLadder)
     if (step.name == options.quality) stage_options.quality = step;
   stage_options.hud = options.hud;
-  stage_options.tool = !options.pose.empty();
+  stage_options.tool = !options.pose.empty() || session;
   stage_options.validation = options.validate;
   PictureStage stage(rig, scene.servo, stage_options);
   stage.surround(make_surroundings(scene));
@@ -225,7 +229,7 @@ void add_render_command(CLI::App& app) {
   CLI::App* command = app.add_subcommand("render", "Pictures of a scene for both eyes, and the matrices behind them");
   command->footer(
       "Example:\n  typodont render assets/scenes/molar-caries.json --rig closeup --out pictures --size 1280x1024");
-  command->add_option("scene", options->scene, "scene file (JSON)")->required();
+  command->add_option("scene", options->scene, "scene file (JSON), or a recorded session (.h5)")->required();
   command->add_option("--rig", options->rig, "rig file (JSON), or the name of one in assets/rigs")
       ->capture_default_str();
   command->add_option("--out", options->out, "folder for left.png, right.png, screen.png and frame.json")->required();
@@ -233,8 +237,8 @@ void add_render_command(CLI::App& app) {
   command->add_option("--eye", options->eye, "which eye to write; screen.png comes with both")
       ->check(CLI::IsMember({"left", "right", "both"}))
       ->capture_default_str();
-  auto* pose = command->add_option("--pose", options->pose, "HAND.csv: draw the tool where the hand holds it");
-  command->add_option("--at", options->at, "time in HAND.csv, s")->needs(pose)->capture_default_str();
+  command->add_option("--pose", options->pose, "HAND.csv: draw the tool where the hand holds it");
+  command->add_option("--at", options->at, "time in HAND.csv or in the session, s")->capture_default_str();
   command->add_option("--view", options->view, "as it looks, or for teaching: cut open, as glass, against an ideal")
       ->check(CLI::IsMember({"look", "section", "xray", "difference"}))
       ->capture_default_str();

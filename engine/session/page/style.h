@@ -81,7 +81,7 @@ footer{color:var(--soft);font-size:.9rem;padding-bottom:2.5rem}
 @media (max-width:44rem){.top{grid-template-columns:1fr}.plot:not(.sessions),.strip{min-width:38rem}.source{min-width:12rem}caption{max-width:80vw}dl.list{grid-template-columns:1fr}dl.list dd{margin-bottom:.5rem}}
 @media print{:root{color-scheme:light;--page:#fff;--card:#fff;--ink:#000;--soft:#444;--rule:#bbb;--force:#c2410c;--depth:#0b6bcb;
 --removed:#7a4a21;--timing:#5b5bd6;--good:#2f7d32}
-html{font-size:10.5pt}nav,.skip,details:not([open]){display:none}section{border:0;padding:0;margin:0 0 1rem;border-radius:0}
+html{font-size:10.5pt}nav,.skip,details:not([open]),.buttons,#viewer .soft{display:none}section{border:0;padding:0;margin:0 0 1rem;border-radius:0}
 section,figure,tr,.plot{break-inside:avoid}section.long{break-inside:auto}h2,h3{break-after:avoid}tfoot{display:table-row-group}header{margin-bottom:1.2rem}.scroll{overflow:visible}
 .pictures{grid-template-columns:repeat(2,1fr)}*{print-color-adjust:exact;-webkit-print-color-adjust:exact}header,main,footer{max-width:none;padding:0}}
 )css";
