@@ -24,6 +24,7 @@ if(TYPODONT_HIDAPI)
 endif()
 if(TYPODONT_WINDOW)
   find_package(glfw3 CONFIG REQUIRED)
+  pkg_check_modules(IMGUI REQUIRED IMPORTED_TARGET imgui)
 endif()
 if(TYPODONT_OPENXR)
   find_package(OpenXR CONFIG REQUIRED)  # for the head-mounted display, which is not in this version yet

@@ -9,12 +9,26 @@
 #include "engine/base/ring.h"
 #include "engine/contract/contact.h"
 #include "engine/render/renderer.h"
+#include "haptics/loop_timing.h"
 #include "haptics/servo.h"
 
 namespace typodont {
 
 /// Bricks that changed, made by the carver, uploaded by the renderer. The reader deletes it.
 using MeshBatch = std::vector<render::MeshUpdate>;
+
+/// What may be changed while a session runs. It acts on what the servo is given and on what leaves it, so the ticks say
+/// what was in force and a replay stays exact.
+struct SessionSettings {
+  double speed_share = 1;  // 0..1, of the pedal: how fast the drill may turn
+  double force_share = 1;  // 0..1, of the force that reaches the hand
+};
+
+/// How the recording fares, in passing.
+struct RecordState {
+  std::uint64_t ticks = 0, cuts = 0;
+  bool complete = true;  // nothing was lost so far
+};
 
 struct Wiring {
   explicit Wiring(const haptics::SurfacePatch& empty) : patch(empty) {}
@@ -31,12 +45,20 @@ struct Wiring {
   Ring<MeshBatch*> bricks{256};
   // RENDER (window) → SERVO, where the mouse is the hand
   Latest<haptics::HandSample> pointer;
+  // UI → SERVO
+  Latest<SessionSettings> settings;
+  // SERVO → UI, where an operator watches
+  Ring<ServoTick> ticks_to_score{1 << 14};
+  Latest<haptics::LoopTiming> timing_to_render;
+  // RECORDER → UI
+  Latest<RecordState> record_to_render;
   // SERVO → RECORDER
   Ring<ServoTick> ticks_to_recorder{1 << 15};
   Ring<Cut> cuts_to_recorder{1 << 14};
   Ring<PatchUse> patches_to_recorder{1 << 12};
   // SERVO → AUDIO: inside SoundLink (a ring of what the ear needs)
 
+  std::atomic<bool> emergency{false};    // any thread → SERVO: no force from the next tick on, and the session's end
   std::atomic<bool> stop{false};         // any thread → all: end the session
   std::atomic<bool> servo_ended{false};  // SERVO → RENDER: the hand is gone or the script has ended
 };

@@ -53,7 +53,7 @@ struct Session {
   ServoTick last;              // the same
   std::uint32_t faults = 0;
   RealtimeGranted granted;
-  bool draw = false, record = false, debris = false;
+  bool draw = false, record = false, debris = false, operated = false;
   SoundLink* sound = nullptr;
 
   Session(const Scene& s, haptics::TissueVolume tissue, double rate)
@@ -77,6 +77,7 @@ void servo_thread(Session& s, haptics::HapticDevice& hand) {
   Wiring& wiring = s.wiring;
   s.timing.period = from_seconds(1 / hand.info().rate);
   haptics::HandSample sample;
+  SessionSettings settings;
   ServoTick tick;
   Cut cut;
   std::uint64_t ticks = 0;
@@ -88,8 +89,11 @@ void servo_thread(Session& s, haptics::HapticDevice& hand) {
       s.servo.adopt(fresh);
       if (s.record) wiring.patches_to_recorder.push(use);
     }
+    if (wiring.settings.fetch()) settings = wiring.settings.front();
+    sample.pedal *= settings.speed_share;
     const bool did_cut = s.servo.tick(sample, tick, cut);
-    hand.write(tick.f_T_W, tick.tau_T_W);
+    if (wiring.emergency.load(std::memory_order_relaxed)) break;
+    hand.write(settings.force_share * tick.f_T_W, settings.force_share * tick.tau_T_W);
     tick.cpu_time = thread_cpu_time() - cpu;
     ++ticks;
     if (did_cut) {
@@ -98,20 +102,24 @@ void servo_thread(Session& s, haptics::HapticDevice& hand) {
       if (s.debris) wiring.cuts_to_debris.push(cut);
     }
     wiring.tick_to_carver.publish(tick);
-    if (s.draw) wiring.tick_to_render.publish(tick);
+    if (s.draw || s.operated) wiring.tick_to_render.publish(tick);
     if (s.record) wiring.ticks_to_recorder.push(tick);
     if (s.sound) s.sound->push(tick);
     s.faults |= tick.faults;
     s.last = tick;
     s.timing.record(woke, now());
+    if (s.operated) {
+      wiring.ticks_to_score.push(tick);
+      if (ticks % 128 == 0) wiring.timing_to_render.publish(s.timing);
+    }
   }
   // The end: the force fades within its ramp, the drill at rest. These ticks belong to no session and are not recorded.
   s.servo.ramp_out();
   const Nanos faded = now() + from_seconds(kRampOut);
-  while (now() < faded && hand.read(sample)) {
+  while (!wiring.emergency && now() < faded && hand.read(sample)) {
     sample.pedal = 0;
     s.servo.tick(sample, tick, cut);
-    hand.write(tick.f_T_W, tick.tau_T_W);
+    hand.write(settings.force_share * tick.f_T_W, settings.force_share * tick.tau_T_W);
   }
   hand.write(dvec3(0), dvec3(0));
   wiring.servo_ended = true;
@@ -159,6 +167,10 @@ void recorder_thread(Session& s, session::SessionWriter& writer) {
     while (wiring.ticks_to_recorder.pop(tick)) writer.append({&tick, 1});
     writer.count_ring_losses(wiring.ticks_to_recorder.dropped(), wiring.cuts_to_recorder.dropped());
     writer.heartbeat();
+    if (s.operated) {
+      const session::WriterStatus& status = writer.status();
+      wiring.record_to_render.publish({status.ticks, status.cuts, !status.lost.any()});
+    }
   };
   while (!wiring.stop.load(std::memory_order_relaxed)) {
     drain();
@@ -217,7 +229,12 @@ struct Workbench::Impl {
   Nanos began = 0, last_frame = 0;
   ServoTick tick;  // the newest, as drawn
   std::uint64_t drawn = 0;
+  double frame_seconds = 0, frame_period = 0;  // s, smoothed
   std::string failure;
+  std::optional<session::HandMeter> meter;  // where operated
+  PerTissue volumes_before{};               // m³, the same
+  Nanos fault_time = 0;
+  std::uint32_t recent_faults = 0;
   std::jthread carver, servo, recorder;  // last: they refer to all of the above
 
   Impl(const Scene& s, const WorkbenchOptions& o) : scene(s), options(o) { set_up(); }
@@ -228,8 +245,9 @@ struct Workbench::Impl {
   void explain(std::string text) { summary.explanations.push_back(std::move(text)); }
   void set_up();
   void start();
-  bool step();
+  bool step(const display::UserInput* input, glm::ivec2 picture_size);
   void draw();
+  void score_ticks();
   void end();
 };
 
@@ -238,6 +256,7 @@ void Workbench::Impl::set_up() {
   rig_file = options.rig;
   if (rig_file.empty() && has_desktop()) rig_file = assets_folder() / "rigs/window.json";
   if (!rig_file.empty()) rig = display::load_rig(rig_file);
+  if (rig && options.embedded) rig->screen.layout = display::Layout::kMono;
   const bool window = rig && (rig->kind == display::DisplayKind::kWindow || rig->kind == display::DisplayKind::kMirror);
   if (rig && rig->kind == display::DisplayKind::kHmd) {
     throw Error(rig_file.string(), "\"display\"", "hmd", "window, mirror or offscreen in this version");
@@ -253,6 +272,7 @@ void Workbench::Impl::set_up() {
           : !rig    ? "picture: off, there is no desktop and no rig was given"
           : !window ? "picture: off, an offscreen rig shows nothing live; use 'typodont render' or 'typodont demo'"
                     : "picture: off, the scene does not name \"render\"");
+  s.operated = options.operated;
   s.record = !options.record.empty();
   explain(s.record ? "recording: on, " + options.record.string() : "recording: off, no --record FILE.h5");
   s.debris = s.draw && scene.needs("debris");
@@ -293,10 +313,22 @@ void Workbench::Impl::set_up() {
     explain(scene.needs("sound") ? "sound: off, --audio none:" : "sound: off, the scene does not name it");
   }
 
-  if (s.record) writer.emplace(options.record, session_header(scene, rig_file, *hand, tissue, hand->info().rate));
+  if (s.record) {
+    session::SessionHeader header = session_header(scene, rig_file, *hand, tissue, hand->info().rate);
+    header.trainee = options.trainee;
+    writer.emplace(options.record, header);
+  }
+  if (s.operated) {
+    meter.emplace(hand->info().rate);
+    volumes_before = tissue.volumes();
+  }
   if (s.draw) {
     PictureStage::Options look;
-    look.window = true;
+    look.window = !options.embedded;
+    look.embedded = options.embedded;
+    look.hud = !options.embedded;
+    look.device = options.device;
+    look.monitor = options.monitor;
     look.quality = ladder.step();
     stage.emplace(*rig, scene.servo, look);
     explain("drawn by " + stage->device_name());
@@ -326,8 +358,9 @@ void Workbench::Impl::start() {
 }
 
 /// One turn of the drawing thread: a frame, or a short wait. False when the session is over.
-bool Workbench::Impl::step() {
+bool Workbench::Impl::step(const display::UserInput* input, glm::ivec2 picture_size) {
   Session& s = *session;
+  if (meter) score_ticks();
   if (s.wiring.servo_ended || g_asked_to_stop || to_seconds(now() - began) >= options.seconds) return false;
   if (sound) sound->advance(s.wiring.tick_to_render.front().t);
   if (!s.draw) {
@@ -336,9 +369,11 @@ bool Workbench::Impl::step() {
     return true;
   }
   try {
-    const display::UserInput input = stage->output().poll();
-    if (input.close) return false;
-    if (pointer) s.wiring.pointer.publish(pointer->follow(input, now() - began));
+    const display::UserInput own = options.embedded ? display::UserInput() : stage->output().poll();
+    if (!input) input = &own;
+    if (own.close) return false;
+    if (pointer) s.wiring.pointer.publish(pointer->follow(options.embedded ? *input : own, now() - began));
+    if (options.embedded && stage->resize(picture_size) && pointer) pointer->follow_rig(stage->rig());
     draw();
     return true;
   } catch (const std::exception& e) {  // the picture is lost: the session ends in order
@@ -357,6 +392,7 @@ void Workbench::Impl::draw() {
   }
   const double dt = to_seconds(now() - last_frame);
   last_frame = now();
+  frame_period += 0.1 * (std::min(dt, 1.0) - frame_period);
   if (debris) {
     Cut cut;
     while (s.wiring.cuts_to_debris.pop(cut)) debris->add(cut, scene.servo.tool);
@@ -365,11 +401,24 @@ void Workbench::Impl::draw() {
   const auto stats = stage->draw(tick, debris ? debris->particles() : std::span<const render::Particle>{}, dt,
                                  "left button: drill   wheel: in and out");
   drawn += stats.drawn;
+  if (stats.drawn) frame_seconds += 0.1 * (to_seconds(now() - last_frame) - frame_seconds);
   if (stats.drawn && ladder.frame_took(to_seconds(now() - last_frame))) {
     stage->set_quality(ladder.step());
     log::info("picture quality: {}", ladder.step().name);
   }
-  if (!stats.drawn) std::this_thread::sleep_for(4ms);
+  if (!stats.drawn && !options.embedded) std::this_thread::sleep_for(4ms);
+}
+
+/// The hand's measures and the faults of the last second, from every tick.
+void Workbench::Impl::score_ticks() {
+  ServoTick next;
+  while (session->wiring.ticks_to_score.pop(next)) {
+    meter->add({&next, 1});
+    if (next.faults != 0) {
+      recent_faults = next.t - fault_time < kNanosPerSecond ? recent_faults | next.faults : next.faults;
+      fault_time = next.t;
+    }
+  }
 }
 
 /// Zero force, all threads joined, the recording complete. Does nothing the second time.
@@ -408,7 +457,58 @@ void Workbench::start() {
   impl_->start();
 }
 bool Workbench::step() {
-  return impl_->step();
+  return impl_->step(nullptr, {0, 0});
+}
+bool Workbench::step(const display::UserInput& input, glm::ivec2 picture_size) {
+  return impl_->step(&input, picture_size);
+}
+void Workbench::set(const SessionSettings& settings) {
+  impl_->session->wiring.settings.publish(settings);
+}
+void Workbench::emergency_stop() {
+  Wiring& wiring = impl_->session->wiring;
+  wiring.emergency = true;
+  wiring.stop = true;
+  const Nanos patience = now() + 50'000'000;
+  while (impl_->running && !wiring.servo_ended && now() < patience) std::this_thread::sleep_for(1ms);
+  if (impl_->running && !wiring.servo_ended) haptics::release_all_devices();
+}
+
+WorkbenchStatus Workbench::status() {
+  Impl& m = *impl_;
+  Wiring& wiring = m.session->wiring;
+  wiring.timing_to_render.fetch();
+  wiring.record_to_render.fetch();
+  WorkbenchStatus s;
+  if (!m.session->draw && wiring.tick_to_render.fetch()) m.tick = wiring.tick_to_render.front();
+  s.tick = m.tick;
+  s.seconds = to_seconds(s.tick.t);
+  s.faults = s.tick.t - m.fault_time < kNanosPerSecond ? m.recent_faults : 0;
+  s.timing = wiring.timing_to_render.front();
+  s.frame_ms = m.frame_seconds * 1e3;
+  s.frames_per_second = m.frame_period > 0 ? 1 / m.frame_period : 0;
+  s.quality = m.ladder.step().name;
+  s.frames = m.drawn;
+  s.record = wiring.record_to_render.front();
+  return s;
+}
+session::Score Workbench::score_so_far() {
+  Impl& m = *impl_;
+  session::ScoreInput input;
+  input.before = input.after = m.volumes_before;
+  for (std::size_t i = 0; i < input.after.size(); ++i) input.after[i] -= m.tick.removed[i];
+  if (m.meter) input.hand = m.meter->result();
+  const auto rules = m.scene.score ? session::rules_from(*m.scene.score, input) : session::default_rules(input);
+  return session::score(input, rules);
+}
+const haptics::DeviceInfo& Workbench::hand() const {
+  return impl_->hand->info();
+}
+bool Workbench::recording() const {
+  return impl_->writer.has_value();
+}
+PictureStage* Workbench::stage() {
+  return impl_->stage ? &*impl_->stage : nullptr;
 }
 WorkbenchSummary Workbench::stop() {
   impl_->end();

@@ -8,6 +8,10 @@
 #include <vector>
 
 #include "engine/app/scene.h"
+#include "engine/app/wiring.h"
+#include "engine/display/output.h"
+#include "engine/session/score.h"
+#include "haptics/haptic_device.h"
 
 namespace typodont {
 
@@ -18,6 +22,25 @@ struct WorkbenchOptions {
   std::filesystem::path record;  // empty: not recorded
   double seconds = 1e18;         // end by itself after so long
   bool explain = false;          // say what is active, and why the rest is not
+  std::string trainee;           // for the recording
+  int monitor = -1;              // full screen on this one; −1: a window on the desktop
+
+  // The operator's window (engine/app/operator/).
+  bool operated = false;          // keeps the score and the timing at hand
+  bool embedded = false;          // the picture is shown in the operator's window, not in one of its own
+  gpu::Device* device = nullptr;  // the operator's; null: one of its own
+};
+
+/// How a session stands, for who watches it.
+struct WorkbenchStatus {
+  double seconds = 0;
+  ServoTick tick;            // the newest
+  std::uint32_t faults = 0;  // bits seen in the last second
+  haptics::LoopTiming timing;
+  double frame_ms = 0, frames_per_second = 0;  // of the picture, smoothed
+  std::string_view quality;
+  std::uint64_t frames = 0;
+  RecordState record;
 };
 
 struct WorkbenchSummary {
@@ -29,6 +52,8 @@ struct WorkbenchSummary {
   PerTissue removed{};
   std::vector<std::string> explanations;
 };
+
+class PictureStage;
 
 /// One session. Its user's thread draws: constructed, started, stepped and stopped there. Every end, the destructor's
 /// too, sends zero force.
@@ -44,6 +69,22 @@ class Workbench {
   /// What the user did, and a frame; or a short wait where there is no picture. False when the session is over: the
   /// window was closed, the hand's script has ended, the time is up, the process was asked to stop.
   bool step();
+  /// The same, where the picture is embedded: what the user does over it, and its size.
+  bool step(const display::UserInput& input, glm::ivec2 picture_size);
+  /// Takes effect in the next tick.
+  void set(const SessionSettings& settings);
+  /// No force and no session from the next tick on, whatever the tool touches; where the servo does not answer within
+  /// 50 ms, every device is released from here. stop() still completes the recording.
+  void emergency_stop();
+
+  WorkbenchStatus status();
+  /// By the scene's rules, from what was measured up to now. Only where operated.
+  session::Score score_so_far();
+  const haptics::DeviceInfo& hand() const;
+  bool recording() const;
+  /// The picture's device, left eye's picture and look; null where nothing is drawn.
+  PictureStage* stage();
+
   /// Zero force, all threads joined, the recording complete. Throws RunFailure when the run failed.
   WorkbenchSummary stop();
 
