@@ -5,18 +5,9 @@
 #include <string>
 #include <vector>
 
-namespace typodont::audio {
+#include "engine/contract/bench_row.h"
 
-/// One row: at this setting of the knob, this error for this time.
-struct BenchRow {
-  std::string name;        // "filter block float", "model", "synth working" …
-  std::string knob;        // "order 300"
-  double error = 0;        // in the unit that follows; 0 where there is nothing to compare with
-  std::string error_unit;  // "relative rms", "dB log-spectral", "Itakura-Saito"
-  double time_ns = 0;      // per sample, CPU time of the thread, median of the repeats
-  std::string baseline;    // what the ratio is to
-  double ratio = 0;        // time over the baseline's
-};
+namespace typodont::audio {
 
 struct BenchOptions {
   std::filesystem::path recording;  // that the models are fitted to

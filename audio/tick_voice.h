@@ -3,6 +3,8 @@
 
 #include <array>
 #include <cstddef>
+#include <utility>
+#include <vector>
 
 #include "audio/drill_synth.h"
 #include "engine/contract/contact.h"
@@ -13,7 +15,8 @@ namespace typodont::audio {
 /// differences over the last few ticks, because single ticks are noisy.
 class TickVoice {
  public:
-  explicit TickVoice(bool cutting_tool) noexcept : cutting_tool_(cutting_tool) {}
+  /// Of every tool of the session, in their order, whether it cuts; hand instruments scrape and tap.
+  explicit TickVoice(std::vector<bool> tools_cut) : tools_cut_(std::move(tools_cut)) {}
 
   SoundState state_of(const ServoTick& tick) noexcept;
 
@@ -26,7 +29,7 @@ class TickVoice {
   static constexpr std::size_t kOver = 5;  // ticks
   std::array<Seen, kOver> seen_{};
   std::size_t count_ = 0;
-  bool cutting_tool_;
+  std::vector<bool> tools_cut_;
 };
 
 }  // namespace typodont::audio

@@ -63,8 +63,8 @@ struct Scene {
 
   Scene(const DenseTissue& dense, ServoSettings s)
       : settings(with_tissue(std::move(s), dense)),
-        carver(TissueVolume(dense), {settings.tool}),
-        servo(settings, patch_edge_for(settings.tool, settings.frame.voxel)) {
+        carver(TissueVolume(dense), tray(settings)),
+        servo(settings, patch_edge_for(tray(settings), settings.frame.voxel)) {
     spare.resize(servo.patch().n);
   }
 
@@ -191,7 +191,7 @@ void slide_rows(const BenchOptions& options, std::vector<BenchRow>& rows) {
     }
     const double probe_ns = percentile(times, 0.5);
     rows.push_back(
-        {"slide on a sphere, voxel probing", knob, probe_error, "degree, greatest", probe_ns, "tick", "", 0});
+        {"slide on a sphere, voxel probing", knob, probe_error, "degree, greatest", probe_ns, "tick"});
 
     Scene scene(dense, settings);
     double error = 0;
@@ -222,7 +222,7 @@ void slide_rows(const BenchOptions& options, std::vector<BenchRow>& rows) {
           batch_ns(51, 256, [&](int k) { sum += sample(patch, points[static_cast<std::size_t>(k)]).value; });
       if (!std::isfinite(sum)) worst = std::nan("");
       rows.push_back({name, knob, worst, "degree, greatest", ns, "query", linear_ns > 0 ? "trilinear" : "",
-                      linear_ns > 0 ? ns / linear_ns : 0});
+                      linear_ns > 0 ? ns / linear_ns : BenchRow::kNone});
       return ns;
     };
     const double linear_ns = query(sample_linear_gradient, "direction, trilinear", 0);
@@ -259,29 +259,29 @@ void drilling_rows(const BenchOptions& options, std::vector<BenchRow>& rows) {
     // The servo's ledger against the volume that the carver holds: energy spent over specific energy.
     const double error = std::abs(work / 8e9 / (whole - left) - 1);
     rows.push_back(
-        {"drilling tick, median", knob, error, "volume against energy", percentile(ticks, 0.5), "tick", "", 0});
+        {"drilling tick, median", knob, error, "volume against energy", percentile(ticks, 0.5), "tick"});
     rows.push_back(
-        {"drilling tick, 99.9 %", knob, error, "volume against energy", percentile(ticks, 0.999), "tick", "", 0});
+        {"drilling tick, 99.9 %", knob, error, "volume against energy", percentile(ticks, 0.999), "tick"});
 
     // Hand-over of a patch that lacks the cuts of the last while.
     SurfacePatch fresh = scene.servo.patch();
     scene.carver.cut_out(scene.last.X_WG.p, fresh);
-    rows.push_back({"patch cut-out", fmt::format("{0}, {1}³", knob, fresh.n), 0, "",
-                    batch_ns(21, 4, [&](int) { scene.carver.cut_out(scene.last.X_WG.p, fresh); }), "patch", "", 0});
-    rows.push_back({"patch hand-over, nothing lacking", knob, 0, "",
+    rows.push_back({"patch cut-out", fmt::format("{0}, {1}³", knob, fresh.n), BenchRow::kNone, "",
+                    batch_ns(21, 4, [&](int) { scene.carver.cut_out(scene.last.X_WG.p, fresh); }), "patch"});
+    rows.push_back({"patch hand-over, nothing lacking", knob, BenchRow::kNone, "",
                     batch_ns(21, 64,
                              [&](int) {
                                fresh.cuts = scene.last.cuts;
                                scene.servo.adopt(fresh);
                              }),
-                    "patch", "", 0});
-    rows.push_back({"patch hand-over, 16 cuts lacking", knob, 0, "",
+                    "patch"});
+    rows.push_back({"patch hand-over, 16 cuts lacking", knob, BenchRow::kNone, "",
                     batch_ns(21, 64,
                              [&](int) {
                                fresh.cuts = scene.last.cuts - std::min<std::uint64_t>(scene.last.cuts, 16);
                                scene.servo.adopt(fresh);
                              }),
-                    "patch", "", 0});
+                    "patch"});
   }
 }
 
@@ -310,7 +310,7 @@ void removal_rows(const BenchOptions& options, std::vector<BenchRow>& rows) {
     };
     CsgBaseline csg(dense);
     const auto [csg_error, csg_ns] = run([&] { return csg.volume(); }, [&](int i) { csg.cut_ball(at(i), r); });
-    rows.push_back({"removal, OpenVDB csgDifference", knob, csg_error, "of the volume", csg_ns, "cut", "", 0});
+    rows.push_back({"removal, OpenVDB csgDifference", knob, csg_error, "of the volume", csg_ns, "cut"});
 
     TissueVolume volume(dense);
     const auto sum = [&] {
@@ -334,7 +334,7 @@ void free_air_row(const BenchOptions& options, std::vector<BenchRow>& rows) {
     X_WT.p.x = 1e-6 * k;
     scene.servo.tick({scene.t += 1000000, X_WT, 0}, scene.last, scene.cut);
   });
-  rows.push_back({"free air, median", "round 1.2 mm", 0, "", ns, "tick", "", 0});
+  rows.push_back({"free air, median", "round 1.2 mm", BenchRow::kNone, "", ns, "tick"});
 }
 
 }  // namespace

@@ -8,11 +8,11 @@
 
 namespace typodont::haptics {
 
-Carver::Carver(TissueVolume volume, std::vector<Tool> tools)
-    : volume_(std::move(volume)), tools_(std::move(tools)), travel_(1e300) {
+Carver::Carver(TissueVolume volume, std::span<const Tool> tools)
+    : volume_(std::move(volume)), tools_(tools.begin(), tools.end()) {
   TYPODONT_CHECK(!tools_.empty());
   const double voxel = volume_.frame().voxel;
-  for (const Tool& tool : tools_) travel_ = std::min(travel_, patch_travel_for(tool, voxel) * voxel);
+  travel_ = patch_travel_for(tools_, voxel) * voxel;
 }
 
 void Carver::apply(const Cut& cut) {

@@ -1,6 +1,7 @@
 // The carver: sole owner of the tissue volume. Repeats the servo's cuts on it and cuts out fresh patches.
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include "engine/contract/contact.h"
@@ -14,7 +15,7 @@ namespace typodont::haptics {
 class Carver {
  public:
   /// `tools` as Cut::tool numbers them.
-  Carver(TissueVolume volume, std::vector<Tool> tools);
+  Carver(TissueVolume volume, std::span<const Tool> tools);
 
   /// Cuts arrive in order and without gaps.
   void apply(const Cut& cut);
@@ -38,7 +39,7 @@ class Carver {
   std::uint32_t end_tool_ = 0;  // … and of which tool
   std::uint32_t patches_ = 0;
   dvec3 center_W_{0};
-  double travel_;  // m
+  double travel_ = 0;  // m
 };
 
 }  // namespace typodont::haptics

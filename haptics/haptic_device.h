@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <string>
 
 #include "engine/base/pose.h"
@@ -31,6 +32,9 @@ class HapticDevice {
   virtual void write(const dvec3& f_T_W, const dvec3& tau_T_W) noexcept = 0;
   /// Fault bits of the last read(), for the tick that uses it.
   virtual std::uint32_t faults() const noexcept { return 0; }
+  /// Joint angles behind the sample of the last read(), rad, base first (an arm's three bodies, then its stylus' three
+  /// where it has encoders there); empty where the device does not tell. Servo thread; valid until the next read().
+  virtual std::span<const double> joints() const noexcept { return {}; }
   /// Sends zero force now. Any thread, and signal handlers: never allocates, never locks, changes nothing but the
   /// force.
   virtual void release() noexcept {}

@@ -38,6 +38,7 @@ constexpr double kCutSlew = 6;            // N/s, no faster does the proxy chang
 constexpr double kStaleTime = 0.02;        // s a patch may be due before that is a fault
 constexpr double kFadeTime = 4e-3;         // s, time constant of a force that lost its patch
 constexpr int kCutHistory = 8192;          // cuts a late patch may lack
+constexpr double kPedalUp = 0.01;          // of the pedal's way, and of the free speed: the drill stands
 
 /// Boxes of the last cuts, so that a fresh patch is brought up to date only where it may differ.
 struct CutBoxes {
@@ -91,12 +92,19 @@ bool is_sound(const HandSample& hand) {
 
 }  // namespace
 
-int patch_edge_for(const Tool& tool, double voxel) {
-  const double half = tool.reach() / voxel + Sweep::kMargin + 3 + travel_for(tool, voxel);
+int patch_edge_for(std::span<const Tool> tools, double voxel) {
+  double half = 0;
+  for (const Tool& tool : tools) {
+    half = std::max(half, tool.reach() / voxel + Sweep::kMargin + 3 + travel_for(tool, voxel));
+  }
   return 2 * static_cast<int>(std::ceil(half)) + 1;
 }
 
-double patch_travel_for(const Tool& tool, double voxel) { return travel_for(tool, voxel); }
+double patch_travel_for(std::span<const Tool> tools, double voxel) {
+  double travel = 1e300;
+  for (const Tool& tool : tools) travel = std::min(travel, travel_for(tool, voxel));
+  return travel;
+}
 
 dvec3 patch_center_for(const dvec3& p_WG, const dvec3& p_WT, double travel) noexcept {
   const dvec3 pull = p_WT - p_WG;
@@ -110,8 +118,14 @@ bool patch_due_for(const dvec3& wanted_W, const dvec3& center_W, double travel) 
 }
 
 struct Servo::State {
+  struct Held {  // a tool of the tray, made ready at set-up
+    Tool tool;
+    ContactFinder finder;
+  };
   ServoSettings settings;
-  ContactFinder finder;
+  std::vector<Held> tools;
+  std::uint32_t in_hand = 0;
+  double travel;  // m
   SurfacePatch patch;
   CutBoxes boxes;
   ContactSet contacts;  // of the last look
@@ -148,12 +162,41 @@ struct Servo::State {
   double speed = 0;            // rad/s, free running
   double budget = 0;           // J that may still be spent on cutting
   PerTissue shares{};          // of the tissue under the head
-  Pose cut_end;                // where the last cut ended
+  Pose cut_end;                // where the last cut ended …
+  std::uint32_t cut_tool = 0;  // … and of which tool
   ServoTick sums;              // carries index, removed, energy, cuts
 
-  State(const ServoSettings& s, int edge) : settings(s), finder(s.tool, s.frame.voxel) {
+  State(const ServoSettings& s, int edge)
+      : settings(s), travel(patch_travel_for(tray(s), s.frame.voxel) * s.frame.voxel) {
+    for (const Tool& tool : tray(s)) tools.push_back({tool, ContactFinder(tool, s.frame.voxel)});
     patch.resize(edge);
-    speed = 0;
+  }
+
+  const Tool& tool() const noexcept { return tools[in_hand].tool; }
+  const ContactFinder& finder() const noexcept { return tools[in_hand].finder; }
+
+  /// Whether that tool, held with its head at X_VT (voxels), would touch nothing. Uses `contacts`.
+  bool would_be_free(std::uint32_t which, const Pose& X_VT) noexcept {
+    const ContactFinder& other = tools[which].finder;
+    if (!patch.holds(X_VT.p, other.reach() + 1)) return false;
+    const double distance = sample_linear(patch, X_VT.p);
+    if (distance > other.reach() + 2) return true;
+    if (distance <= 0) return false;
+    other.find(patch, X_VT, kContactRange, contacts);
+    for (int i = 0; i < contacts.count; ++i) {
+      if (contacts.planes[static_cast<std::size_t>(i)].gap <= 0) return false;
+    }
+    return true;
+  }
+
+  void take_up(std::uint32_t which) noexcept {
+    in_hand = which;
+    shares = {};
+    stiffness_share = 1;
+    budget = 0;
+    torque = dvec3(0);
+    friction = {};
+    tip = {};
   }
 
   double mean(double Material::*member) const noexcept {
@@ -166,7 +209,7 @@ struct Servo::State {
   }
 
   /// A lower bound of the head's distance to tissue; only right as far as it is positive.
-  double clearance(const dvec3& c) const noexcept { return sample_linear(patch, c) - finder.reach(); }
+  double clearance(const dvec3& c) const noexcept { return sample_linear(patch, c) - finder().reach(); }
 };
 
 Servo::Servo(const ServoSettings& settings, int patch_edge) : state_(std::make_unique<State>(settings, patch_edge)) {}
@@ -203,6 +246,7 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
   out.removed = sums.removed;
   out.cuts = sums.cuts;
   out.patch = s.patch.number;
+  out.tool = s.in_hand;
 
   // Illegal input: zero force in this very tick, and the proxy starts anew afterwards.
   if (!is_sound(hand)) {
@@ -241,8 +285,17 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
                 ? wanted_speed + (s.speed - wanted_speed) * std::exp(-dt / settings.spindle.run_up_time)
                 : wanted_speed;
 
+  // Another tool, where neither it nor the one in the hand touches or turns.
+  if (hand.tool != s.in_hand && hand.tool < s.tools.size() && out.pedal <= kPedalUp &&
+      s.speed <= kPedalUp * settings.spindle.free_speed && s.normal_force <= 0 && s.tip.sunk <= 0 && s.overlap == 0 &&
+      s.would_be_free(hand.tool, {settings.frame.to_voxels(s.X_WG.p), X_WT.R})) {
+    s.take_up(hand.tool);
+    out.tool = s.in_hand;
+  }
+
   // Cutting power of this tick, from the push of the last: tangential force μ_c F_n at the rim, limited by the motor.
-  const Tool& tool = settings.tool;
+  const Tool& tool = s.tool();
+  const ContactFinder& finder = s.finder();
   const bool may_cut = settings.cutting && tool.cuts && s.speed > 0;
   SpindleLoad spindle{s.speed, 0};
   double tangential = 0;  // force of the teeth over normal force
@@ -275,7 +328,7 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
   for (int look = 0; look < kMaxLooks; ++look) {
     const dvec3 way = target - c;
     const double distance = glm::length(way);
-    if (!s.patch.holds(c, s.finder.reach() + 1)) {
+    if (!s.patch.holds(c, finder.reach() + 1)) {
       lost = true;
       break;
     }
@@ -287,7 +340,7 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
         break;
       }
       const dvec3 next = c + way * ((clearance - 1) / distance);
-      if (!s.patch.holds(next, s.finder.reach() + 1)) {
+      if (!s.patch.holds(next, finder.reach() + 1)) {
         lost = true;
         break;
       }
@@ -297,9 +350,9 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
 
     // The surface points found once serve as long as the head has hardly moved; a single exact one is always new.
     if (contacts.count > 1 && glm::length(c - found_at) < kSamePoints) {
-      s.finder.relinearize({c, X_WT.R}, contacts);
+      finder.relinearize({c, X_WT.R}, contacts);
     } else {
-      s.finder.find(s.patch, {c, X_WT.R}, kContactRange, contacts);
+      finder.find(s.patch, {c, X_WT.R}, kContactRange, contacts);
       found_at = c;
       // One-sided wall (Wang 2009): tissue harder than what is being cut gives way by that much less; softer tissue never
       // holds anything back.
@@ -337,7 +390,7 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
     dvec3 next = nearest_allowed(contacts, c, s.overlap, slack, pulled_to, active);
     if (contacts.count > 1 && active.count > 0) {  // rough planes chose which hold; exact ones say how far
       for (int i = 0; i < active.count; ++i) {
-        s.finder.refine(s.patch, {c, X_WT.R}, contacts.planes[static_cast<std::size_t>(active.index[i])]);
+        finder.refine(s.patch, {c, X_WT.R}, contacts.planes[static_cast<std::size_t>(active.index[i])]);
       }
       next = nearest_allowed(contacts, c, s.overlap, slack, pulled_to, active);
     }
@@ -372,9 +425,8 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
   if (deep) faults |= bits(Fault::kDeepPenetration);
   if (lost) faults |= bits(Fault::kPatchEdge);
   // A patch that has long been due: the carver is late. What the patch holds is still true, so the force stays.
-  const double travel = travel_for(tool, h) * h;
   const bool due = s.patch.number == 0 ||
-                   patch_due_for(patch_center_for(s.X_WG.p, X_WT.p, travel), s.patch.center_W, travel);
+                   patch_due_for(patch_center_for(s.X_WG.p, X_WT.p, s.travel), s.patch.center_W, s.travel);
   s.due_for = due ? s.due_for + dt : 0;
   if (s.due_for > kStaleTime) faults |= bits(Fault::kStalePatch);
   const dvec3 p_WG = c == target ? X_WT.p : settings.frame.to_world(c);
@@ -383,7 +435,7 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
   bool cut_made = false;
   if (may_cut && touching && !deep) {
     const Pose X_WB{p_WG, X_WT.R};
-    const bool continues = sums.cuts > 0 && same(s.X_WG, s.cut_end);
+    const bool continues = sums.cuts > 0 && s.cut_tool == s.in_hand && same(s.X_WG, s.cut_end);
     const Sweep sweep(tool, s.X_WG, X_WB, settings.frame, continues);
     bool changed;
     const PerTissue removed = carve(s.patch, sweep, &changed);
@@ -397,8 +449,9 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
       cut_made = true;
       ++sums.cuts;
       s.cut_end = X_WB;
+      s.cut_tool = s.in_hand;
       s.boxes.add(sums.cuts, sweep.lo(), sweep.hi());
-      cut = {sums.cuts, out.index, hand.t, s.X_WG, {p_WG, X_WT.R}, settings.tool_index, {}, {}, spindle.speed};
+      cut = {sums.cuts, out.index, hand.t, s.X_WG, {p_WG, X_WT.R}, s.in_hand, {}, {}, spindle.speed};
       for (std::size_t i = 0; i < removed.size(); ++i) cut.removed[i] = removed[i] * h * h * h;
       out.cutting_power = energy / dt;
       s.budget -= energy;
@@ -496,7 +549,7 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
       s.tip = {1e-9, p_WG, normal};
     }
     if (s.tip.sunk > 0) {
-      const dvec3 ahead = settings.frame.to_voxels(s.tip.p) - (s.finder.reach() + 1) * s.tip.n;
+      const dvec3 ahead = settings.frame.to_voxels(s.tip.p) - (finder.reach() + 1) * s.tip.n;
       const bool soft = s.patch.holds(ahead, 0) && tissue_at(s.patch, ahead) == Tissue::kCaries;
       force = tip_force(law, X_WT.p, k, soft, s.tip);
       if (s.tip.sunk > 0) {

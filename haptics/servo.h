@@ -2,6 +2,8 @@
 #pragma once
 
 #include <memory>
+#include <span>
+#include <vector>
 
 #include "engine/contract/contact.h"
 #include "haptics/forces/filters.h"
@@ -26,21 +28,28 @@ struct ServoSettings {
   ForceFilter filter = ForceFilter::kNone;  // for comparison with the literature
   double tick = 1e-3;           // s, nominal period
   MaterialTable materials{};
-  Tool tool;
-  std::uint32_t tool_index = 0;
+  Tool tool;                    // in the hand at first
+  std::vector<Tool> tools;      // all that can be taken up, `tool` first; empty: only that one. See tray()
   Spindle spindle;
   VoxelFrame frame;             // of the tissue volume
 };
+
+/// The tools of a session, as ServoTick::tool, Cut::tool and HandSample::tool count them.
+inline std::span<const Tool> tray(const ServoSettings& settings) {
+  return settings.tools.empty() ? std::span<const Tool>(&settings.tool, 1) : std::span<const Tool>(settings.tools);
+}
 
 /// The hand at one tick.
 struct HandSample {
   Nanos t = 0;
   Pose X_WT;
-  double pedal = 0;  // 0..1
+  double pedal = 0;        // 0..1
+  std::uint32_t tool = 0;  // the one that is wanted: taken up as soon as pedal, drill and tissue allow it
 };
 
-/// One tool in one tissue. Servo thread only; tick() is noexcept, never allocates, never locks, is deterministic: equal
-/// samples and equal patches give equal bits.
+/// One hand in one tissue. Servo thread only; tick() is noexcept, never allocates, never locks, is deterministic: equal
+/// samples and equal patches give equal bits. Another tool is taken up in the first tick in which the pedal is up, the
+/// drill stands, and neither the old head nor the new one touches anything: the force cannot jump.
 class Servo {
  public:
   Servo(const ServoSettings& settings, int patch_edge);
@@ -65,14 +74,13 @@ class Servo {
   std::unique_ptr<State> state_;
 };
 
-/// Edge, in samples, of the patch a tool needs: its reach, room to travel while the carver works, and the stencil.
-int patch_edge_for(const Tool& tool, double voxel);
-/// How far, in voxels, the tool may move from the patch's centre before a new one is due.
-double patch_travel_for(const Tool& tool, double voxel);
+/// Edge, in samples, of the patch these tools need: their reach, room to travel while the carver works, and the stencil.
+int patch_edge_for(std::span<const Tool> tools, double voxel);
+/// How far, in voxels, any of the tools may move from the patch's centre before a new one is due.
+double patch_travel_for(std::span<const Tool> tools, double voxel);
 /// Where a patch should lie, m: between the tool outside the tissue and the hand that pulls it, `travel` in m.
 dvec3 patch_center_for(const dvec3& p_WG, const dvec3& p_WT, double travel) noexcept;
 /// True when a patch that lies around `center_W` should be replaced by one around `wanted_W`.
 bool patch_due_for(const dvec3& wanted_W, const dvec3& center_W, double travel) noexcept;
-
 
 }  // namespace typodont::haptics

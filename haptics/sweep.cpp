@@ -64,11 +64,17 @@ struct Capsule {
 typedef float F8 __attribute__((vector_size(32), aligned(4), may_alias));
 typedef int I8 __attribute__((vector_size(32), aligned(4)));
 
-typedef long long L4 __attribute__((vector_size(32), aligned(4)));
+typedef float F4 __attribute__((vector_size(16), aligned(4), may_alias));
+typedef int I4 __attribute__((vector_size(16), aligned(4)));
+typedef long long L2 __attribute__((vector_size(16), aligned(4)));
 
-inline bool any_of(const I8& mask) {
-  const L4 m = (L4)mask;
-  return (m[0] | m[1] | m[2] | m[3]) != 0;
+inline __attribute__((always_inline)) bool any_of(const I8& mask) {
+  const L2 m = (L2)(__builtin_shufflevector(mask, mask, 0, 1, 2, 3) | __builtin_shufflevector(mask, mask, 4, 5, 6, 7));
+#ifdef __SSE2__
+  return __builtin_ia32_movmskps((F4)m) != 0;
+#else
+  return (m[0] | m[1]) != 0;
+#endif
 }
 
 struct Block {
@@ -79,142 +85,255 @@ struct Block {
   int size_x, size_y, size_z;
 };
 
-/// Volume taken from one row: shares before less after, by label.
-inline __attribute__((always_inline)) void account(const float* was, const float* is, const Tissue* labels, int count,
-                                                   PerTissue& removed) {
-  for (int start = 0; start < count; start += 8) {
-    const int lanes = count - start < 8 ? count - start : 8;
-    if (lanes < 8) {
-      for (int i = start; i < count; ++i) {
-        if (!(is[i] > was[i])) continue;
-        removed[static_cast<std::size_t>(labels[i])] += static_cast<double>(share_inside(was[i]) - share_inside(is[i]));
-      }
-      return;
-    }
-    F8 before = 0.5f - *reinterpret_cast<const F8*>(was + start),
-       after = 0.5f - *reinterpret_cast<const F8*>(is + start);
-    before = before > 1.0f ? F8{} + 1.0f : before < 0.0f ? F8{} : before;
-    after = after > 1.0f ? F8{} + 1.0f : after < 0.0f ? F8{} : after;
-    const F8 taken = before - after;
-    if (!any_of(taken != 0.0f)) continue;
-    std::uint64_t eight;
-    std::memcpy(&eight, labels + start, sizeof eight);
-    if (eight == (eight & 0xff) * 0x0101010101010101u) {
-      const float sum =
-          ((taken[0] + taken[1]) + (taken[2] + taken[3])) + ((taken[4] + taken[5]) + (taken[6] + taken[7]));
-      removed[eight & 0xff] += static_cast<double>(sum);
-    } else {
-      for (int i = 0; i < 8; ++i) removed[static_cast<std::size_t>(labels[start + i])] += static_cast<double>(taken[i]);
-    }
-  }
+/// Shares of the voxels inside the surface at some distances.
+inline __attribute__((always_inline)) void shares_inside(const F8& distance, F8& share) {
+  share = 0.5f - distance;
+  share = share < 0.0f ? F8{} : share;
+  share = share > 1.0f ? F8{} + 1.0f : share;
+}
+inline __attribute__((always_inline)) double sum_of(const F8& v) {
+  return static_cast<double>(((v[0] + v[1]) + (v[2] + v[3])) + ((v[4] + v[5]) + (v[6] + v[7])));
+}
+inline __attribute__((always_inline)) void take_root(F8& v) {
+  F8 root;
+  for (int i = 0; i < 8; ++i) root[i] = std::sqrt(v[i]);
+  v = root;
 }
 
-/// Raises a block of samples: new = max(old, min(radius - distance, kInner)), wherever the distance is above -kMargin.
-/// `capsule` false: the sweep is so short that the ball at B, ahead of A, is all of it. Returns whether anything
-/// changed; volume taken is added to `removed`, where given.
-template <bool capsule>
-inline __attribute__((always_inline)) bool raise_block(const Block block, const Capsule c, PerTissue* removed) {
-  const float outer = c.radius + Sweep::kMargin;
-  const float length = std::sqrt(c.abx * c.abx + c.aby * c.aby + c.abz * c.abz);
-  // Inside this ball around A all is empty already when the sweep continues another.
-  const float inner = c.continues ? c.radius - Sweep::kInner - 0.01f : 0.0f, inner2 = inner > 0 ? inner * inner : -1.0f;
-  const float row_reach = outer + 0.5f * length, row_reach2 = row_reach * row_reach;
-  const float mx = 0.5f * c.abx, my = 0.5f * c.aby, mz = 0.5f * c.abz;
-  const float from = c.continues ? 0.0f : -1e30f;
+/// Volume taken, by label: a running sum as long as the label stays the same.
+struct Account {
+  PerTissue* removed;
+  double sum = 0;
+  std::size_t label = 0;
+
+  /// Of eight samples: shares before less after.
+  inline __attribute__((always_inline)) void add(const F8& was, const F8& is, const Tissue* labels) {
+    F8 taken, after;
+    shares_inside(was, taken);
+    shares_inside(is, after);
+    taken -= after;
+    std::uint64_t eight;
+    std::memcpy(&eight, labels, sizeof eight);
+    if (eight == (eight & 0xff) * 0x0101010101010101u) {
+      if ((eight & 0xff) != label) {
+        close();
+        label = eight & 0xff;
+      }
+      sum += sum_of(taken);
+    } else {
+      for (int i = 0; i < 8; ++i) add(static_cast<double>(taken[i]), labels[i]);
+    }
+  }
+  void add(double taken, Tissue tissue) { (*removed)[static_cast<std::size_t>(tissue)] += taken; }
+  void close() {
+    (*removed)[label] += sum;
+    sum = 0;
+  }
+};
+
+/// Eight samples along z that a sweep may raise.
+struct Group {
+  std::int32_t at;  // of the first, in samples
+  float z;          // its height, from base
+  float u, v;       // what its row has in common: see raise_block()
+};
+static_assert(sizeof(Group) == 16);
+
+constexpr int kGroups = 512;  // looked at together
+
+/// Raises the samples of some groups: new = max(old, min(radius - distance, kInner)), wherever that is above -kMargin.
+/// `narrow`: rows are shorter than a group.
+template <bool capsule, bool narrow>
+inline __attribute__((always_inline)) bool raise_groups(const Block& block, const Capsule& c, const Group* groups,
+                                                        int count, PerTissue* removed) {
   const F8 steps = {0, 1, 2, 3, 4, 5, 6, 7};
-  bool changed = false;
-  constexpr int kGroups = 32;  // of a row looked at together
-  float before[kGroups * 8];
-  for (int x = 0; x < block.size_x; ++x) {
-    const float px = static_cast<float>(block.lo_x + x) - c.ax;
-    for (int y = 0; y < block.size_y; ++y) {
-      const float py = static_cast<float>(block.lo_y + y) - c.ay;
-      // The part of the row that can change: inside the ball around the sweep, ahead of A when it continues.
-      const float reach2 = row_reach2 - (px - mx) * (px - mx) - (py - my) * (py - my);
-      if (!(reach2 > 0)) continue;
-      const float reach = std::sqrt(reach2), first = c.az - static_cast<float>(block.lo_z);  // A on this row
-      const float dot_xy = px * c.abx + py * c.aby;
-      float low = first + mz - reach, high = first + mz + reach;
-      if (c.continues) {
-        if (c.abz > 1e-9f) {
-          const float edge = first - dot_xy / c.abz - 1;
-          low = edge > low ? edge : low;
-        } else if (c.abz < -1e-9f) {
-          const float edge = first - dot_xy / c.abz + 1;
-          high = edge < high ? edge : high;
-        }
-      }
-      const float top = static_cast<float>(block.size_z - 1);
-      low = low > 0 ? low : 0;
-      high = high < top ? high : top;
-      if (!(low <= high)) continue;
-      int gap_from = 1 << 30, gap_to = 1 << 30;  // groups that lie wholly in the empty ball are passed over
-      const float hole2 = inner2 - px * px - py * py;
-      if (hole2 > 0) {
-        const float hole = std::sqrt(hole2);
-        gap_from = first > hole ? static_cast<int>(first - hole + 1) : 0, gap_to = static_cast<int>(first + hole);
-      }
-      float* const row =
-          block.distance + static_cast<std::size_t>(x) * block.stride_x + static_cast<std::size_t>(y) * block.stride_y;
-      // Groups of eight stay inside the row; looking at a sample twice is harmless.
-      const int end = static_cast<int>(high) + 1, last_start = block.size_z > 8 ? block.size_z - 8 : 0;
-      const float bx = px - c.abx, by = py - c.aby, bxy2 = bx * bx + by * by;
-      for (int next = static_cast<int>(low); next < end;) {
-        if (next >= gap_from && next + 8 <= gap_to) {
-          next = gap_to;
-          continue;
-        }
-        const int run = next <= last_start ? next : last_start;
-        int groups = 0;
-        I8 any_changed = {}, any_crossing = {};
-        for (; next < end && groups < kGroups && !(next >= gap_from && next + 8 <= gap_to); next += 8, ++groups) {
-          const int start = run + 8 * groups <= last_start ? run + 8 * groups : last_start;
-          F8 old;
-          if (block.size_z >= 8) {
-            old = *reinterpret_cast<const F8*>(row + start);
-          } else {
-            for (int i = 0; i < 8; ++i) old[i] = i < block.size_z ? row[i] : 1e9f;
-          }
-          const F8 z = static_cast<float>(block.lo_z + start) + steps - c.az;  // the same rounding wherever rows start
-          const F8 dot = dot_xy + z * c.abz;
-          const I8 ahead = dot > from;
-          F8 d2;
-          if constexpr (capsule) {
-            F8 s = dot * c.inverse_length2;
-            s = s < 0.0f ? F8{} : s;
-            s = s > 1.0f ? F8{} + 1.0f : s;
-            const F8 dx = px - s * c.abx, dy = py - s * c.aby, dz = z - s * c.abz;
-            d2 = dx * dx + dy * dy + dz * dz;
-          } else {
-            const F8 dz = z - c.abz;
-            d2 = bxy2 + dz * dz;
-          }
-          F8 root;
-          for (int i = 0; i < 8; ++i) root[i] = std::sqrt(d2[i]);
-          F8 depth = c.radius - root;
-          depth = depth > Sweep::kInner ? F8{} + Sweep::kInner : depth;
-          const I8 raised = ahead & (depth > -Sweep::kMargin) & (depth > old);
-          const F8 now = raised ? depth : old;
-          *reinterpret_cast<F8*>(before + 8 * groups) = old;
-          if (block.size_z >= 8) {
-            *reinterpret_cast<F8*>(row + start) = now;
-          } else {
-            for (int i = 0; i < block.size_z; ++i) row[i] = now[i];
-          }
-          any_changed |= raised;
-          any_crossing |= raised & (now > -0.5f) & (old < 0.5f);
-        }
-        changed |= any_of(any_changed);
-        if (removed && any_of(any_crossing)) {
-          for (int g = 0; g < groups; ++g) {
-            const int start = run + 8 * g <= last_start ? run + 8 * g : last_start;
-            account(before + 8 * g, row + start, block.tissue + (row - block.distance) + start,
-                    block.size_z < 8 ? block.size_z : 8, *removed);
-          }
+  const float az = c.az, abx = c.abx, aby = c.aby, abz = c.abz, inverse_length2 = c.inverse_length2, radius = c.radius;
+  const float from = c.continues ? 0.0f : -1e30f;
+  float* const distance = block.distance;
+  const int size_z = block.size_z;
+  F8 moved_old[kGroups];  // groups in which surface moved: what they held before
+  std::int32_t moved_at[kGroups];
+  int moved = 0;
+  I8 any_raised = {};
+  for (int g = 0; g < count; ++g) {
+    const Group group = groups[g];
+    float* const at = distance + group.at;
+    F8 old;
+    if constexpr (!narrow) {
+      old = *reinterpret_cast<const F8*>(at);
+    } else {
+      for (int i = 0; i < 8; ++i) old[i] = i < size_z ? at[i] : 1e9f;
+    }
+    const F8 z = group.z + steps - az;  // the same rounding wherever rows start
+    F8 dot, d2;
+    if constexpr (capsule) {
+      const float px = group.u, py = group.v;
+      dot = (px * abx + py * aby) + z * abz;
+      F8 s = dot * inverse_length2;
+      s = s < 0.0f ? F8{} : s;
+      s = s > 1.0f ? F8{} + 1.0f : s;
+      const F8 dx = px - s * abx, dy = py - s * aby, dz = z - s * abz;
+      d2 = dx * dx + dy * dy + dz * dz;
+    } else {
+      dot = group.v + z * abz;
+      const F8 dz = z - abz;
+      d2 = group.u + dz * dz;
+    }
+    take_root(d2);
+    F8 depth = radius - d2;
+    depth = depth > Sweep::kInner ? F8{} + Sweep::kInner : depth;
+    const F8 least = old > -Sweep::kMargin ? old : F8{} - Sweep::kMargin;
+    const I8 raised = (dot > from) & (depth > least);
+    const F8 now = raised ? depth : old;
+    if constexpr (!narrow) {
+      *reinterpret_cast<F8*>(at) = now;
+    } else {
+      for (int i = 0; i < size_z; ++i) at[i] = now[i];
+    }
+    any_raised |= raised;
+    // Which groups count is not foreseeable: noted without a branch.
+    moved_old[moved] = old;
+    moved_at[moved] = group.at;
+    moved += any_of(raised & (now > -0.5f) & (old < 0.5f));
+  }
+  if (removed && moved > 0) {
+    Account account{removed};
+    for (int m = 0; m < moved; ++m) {
+      const float* const at = distance + moved_at[m];
+      const Tissue* const labels = block.tissue + moved_at[m];
+      if constexpr (!narrow) {
+        account.add(moved_old[m], *reinterpret_cast<const F8*>(at), labels);
+      } else {
+        for (int i = 0; i < size_z; ++i) {
+          account.add(static_cast<double>(share_inside(moved_old[m][i]) - share_inside(at[i])), labels[i]);
         }
       }
     }
+    account.close();
   }
+  return any_of(any_raised);
+}
+
+/// Eight rows' groups from four vectors of their parts.
+inline __attribute__((always_inline)) void transpose(const I8& at, const F8& z, const F8& u, const F8& v,
+                                                     I4 (&groups)[8]) {
+  const I8 zi = (I8)z, ui = (I8)u, vi = (I8)v;
+  const I8 az0 = __builtin_shufflevector(at, zi, 0, 8, 1, 9, 4, 12, 5, 13);
+  const I8 az1 = __builtin_shufflevector(at, zi, 2, 10, 3, 11, 6, 14, 7, 15);
+  const I8 uv0 = __builtin_shufflevector(ui, vi, 0, 8, 1, 9, 4, 12, 5, 13);
+  const I8 uv1 = __builtin_shufflevector(ui, vi, 2, 10, 3, 11, 6, 14, 7, 15);
+  groups[0] = __builtin_shufflevector(az0, uv0, 0, 1, 8, 9);
+  groups[1] = __builtin_shufflevector(az0, uv0, 2, 3, 10, 11);
+  groups[2] = __builtin_shufflevector(az1, uv1, 0, 1, 8, 9);
+  groups[3] = __builtin_shufflevector(az1, uv1, 2, 3, 10, 11);
+  groups[4] = __builtin_shufflevector(az0, uv0, 4, 5, 12, 13);
+  groups[5] = __builtin_shufflevector(az0, uv0, 6, 7, 14, 15);
+  groups[6] = __builtin_shufflevector(az1, uv1, 4, 5, 12, 13);
+  groups[7] = __builtin_shufflevector(az1, uv1, 6, 7, 14, 15);
+}
+
+/// Raises a block of samples to their depth in a capsule; `capsule` false: the sweep is so short that the ball at B,
+/// ahead of A, is all of it. Looks only at samples that can change: in the ball around the sweep; ahead of A and outside
+/// the empty ball there, when it continues another. Returns whether anything changed; volume taken is added to `removed`.
+template <bool capsule, bool narrow>
+inline __attribute__((always_inline)) bool raise_block(const Block& block, const Capsule& c, PerTissue* removed) {
+  const float outer = c.radius + Sweep::kMargin;
+  const float length = std::sqrt(c.abx * c.abx + c.aby * c.aby + c.abz * c.abz);
+  // The ball that holds all that changes: around B when it is all, else around the middle.
+  const float share = capsule ? 0.5f : 1.0f, reach = outer + (capsule ? 0.5f * length : 0.0f) + 1e-3f;
+  const float mx = share * c.abx, my = share * c.aby, mz = share * c.abz, reach2 = reach * reach;
+  // Inside this ball around A all is empty already when the sweep continues another.
+  const float inner = c.radius - Sweep::kInner - 0.01f, inner2 = c.continues && inner > 0 ? inner * inner : -1.0f;
+  const float first = c.az - static_cast<float>(block.lo_z);  // A along the rows
+  const float end = static_cast<float>(block.size_z);
+  const bool rises = c.continues && c.abz > 1e-9f, falls = c.continues && c.abz < -1e-9f;
+  const float slope = rises || falls ? 1 / c.abz : 0.0f;
+  const float slip = 1e-3f + 1e-6f * outer * length * std::abs(slope);  // rounding of the plane ahead of A
+  const int last_start = narrow ? 0 : block.size_z - 8;
+  const auto stride_y = static_cast<std::int32_t>(block.stride_y);
+  const F8 steps = {0, 1, 2, 3, 4, 5, 6, 7};
+  const I8 counts = {0, 1, 2, 3, 4, 5, 6, 7};
+  bool changed = false;
+  Group groups[kGroups + 16];
+  int count = 0;
+  for (int x = 0; x < block.size_x; ++x) {
+    const float px = static_cast<float>(block.lo_x + x) - c.ax;
+    if (!(reach2 > (px - mx) * (px - mx))) continue;
+    const auto base_x = static_cast<std::int32_t>(static_cast<std::size_t>(x) * block.stride_x);
+    for (int y0 = 0; y0 < block.size_y; y0 += 8) {
+      if (count > kGroups - 16) {
+        changed |= raise_groups<capsule, narrow>(block, c, groups, count, removed);
+        count = 0;
+      }
+      // Of eight rows: what can change, as an interval [low, high), and the hole in it.
+      const I8 y = y0 + counts;
+      const F8 py = static_cast<float>(block.lo_y + y0) + steps - c.ay, qy = py - my;
+      const F8 dot_xy = px * c.abx + py * c.aby;
+      const F8 u = capsule ? F8{} + px : (px - mx) * (px - mx) + qy * qy, v = capsule ? py : dot_xy;
+      F8 half = reach2 - (px - mx) * (px - mx) - qy * qy;
+      const I8 met = (half > 0.0f) & (y < block.size_y);
+      half = met ? half : F8{};
+      take_root(half);
+      F8 low = first + (mz + 1.0f) - half, high = first + (mz + 1.0f) + half;  // truncated later: up, as all is positive
+      if (rises) {
+        const F8 edge = first + (1.0f - slip) - dot_xy * slope;
+        low = edge > low ? edge : low;
+      } else if (falls) {
+        const F8 edge = first + (1.0f + slip) - dot_xy * slope;
+        high = edge < high ? edge : high;
+      }
+      low = low > 0.0f ? low : F8{};
+      high = high < end ? high : F8{} + end;
+      high = met & (low < high) ? high : F8{};
+      low = high > 0.0f ? low : F8{};
+      F8 hole = inner2 - px * px - py * py;
+      hole = hole > 0.0f ? hole : F8{};
+      take_root(hole);
+      F8 hole_from = first + 1.0f - hole, hole_to = first + 1.0f + hole;
+      const I8 leave = hole_to - hole_from > 8.0f;  // only worth leaving out when a whole group fits
+      hole_from = leave & (hole_from > 0.0f) ? hole_from : leave ? F8{} : high;
+      hole_to = leave & (hole_to > 0.0f) ? hole_to : leave ? F8{} : high;
+      I8 from = __builtin_convertvector(low, I8);
+      const I8 a_to = __builtin_convertvector(hole_from < high ? hole_from : high, I8);
+      const I8 b_from = __builtin_convertvector(hole_to > low ? hole_to : low, I8);
+      const I8 to = __builtin_convertvector(high, I8);
+      // Most rows are one stretch of at most sixteen: without a branch, whether one group or two.
+      const I8 stretch_a = a_to > from, stretch_b = to > b_from;
+      from = stretch_a ? from : b_from;
+      const I8 stop = stretch_a ? a_to : to;
+      const I8 second = from + 8, at0 = from < last_start ? from : I8{} + last_start;
+      const I8 at1 = second < last_start ? second : I8{} + last_start;
+      const I8 base = base_x + y * stride_y;
+      const I8 some = (stretch_a | stretch_b) & 1, more = (second < stop) & 1;
+      I4 one[8], two[8];
+      transpose(base + at0, __builtin_convertvector(block.lo_z + at0, F8), u, v, one);
+      transpose(base + at1, __builtin_convertvector(block.lo_z + at1, F8), u, v, two);
+      for (int row = 0; row < 8; ++row) {
+        *reinterpret_cast<I4*>(&groups[count]) = one[row];
+        count += some[row];
+        *reinterpret_cast<I4*>(&groups[count]) = two[row];
+        count += more[row];
+      }
+      const I8 rest = (second + 8 < stop) | (stretch_a & stretch_b);
+      if (!any_of(rest)) continue;
+      for (int row = 0; row < 8; ++row) {
+        if (!rest[row]) continue;
+        const auto put_all = [&](int start, int until) {
+          for (; start < until; start += 8) {
+            if (count >= kGroups) {
+              changed |= raise_groups<capsule, narrow>(block, c, groups, count, removed);
+              count = 0;
+            }
+            const int at = start < last_start ? start : last_start;
+            groups[count++] = {base[row] + at, static_cast<float>(block.lo_z + at), u[row], v[row]};
+          }
+        };
+        put_all(second[row] + 8, stop[row]);
+        if (stretch_a[row]) put_all(b_from[row], to[row]);
+      }
+    }
+  }
+  changed |= raise_groups<capsule, narrow>(block, c, groups, count, removed);
   return changed;
 }
 
@@ -222,11 +341,13 @@ inline __attribute__((always_inline)) bool raise_block(const Block block, const 
 // that every processor, and every way of cutting the work into rows, gives the same bits.
 TYPODONT_DISPATCH("avx2", "default")
 bool raise_capsule(const Block* block, const Capsule* capsule, PerTissue* removed) {
-  return raise_block<true>(*block, *capsule, removed);
+  return block->size_z < 8 ? raise_block<true, true>(*block, *capsule, removed)
+                           : raise_block<true, false>(*block, *capsule, removed);
 }
 TYPODONT_DISPATCH("avx2", "default")
 bool raise_ball_ahead(const Block* block, const Capsule* capsule, PerTissue* removed) {
-  return raise_block<false>(*block, *capsule, removed);
+  return block->size_z < 8 ? raise_block<false, true>(*block, *capsule, removed)
+                           : raise_block<false, false>(*block, *capsule, removed);
 }
 
 constexpr int kRows = 4, kDeep = 8;  // a block of a general head's sweep: kRows × kRows rows of kDeep samples
@@ -236,12 +357,6 @@ struct HeadBlock {
   float px, py, pz;           // of its first sample, in T
   float ex[3], ey[3], ez[3];  // to the next sample along x, y, z
 };
-
-inline __attribute__((always_inline)) void take_root(F8& v) {
-  F8 root;
-  for (int i = 0; i < 8; ++i) root[i] = std::sqrt(v[i]);
-  v = root;
-}
 
 /// How far each sample of a block is from its centre, and a little more.
 struct Offsets {
@@ -361,10 +476,15 @@ bool raise_rows(float* distance, std::ptrdiff_t row, std::size_t stride_x, std::
         for (int i = from[2]; i < to[2]; ++i) distance[at + i] = now[i];
       }
       if (removed && any_of(raised & (now > -0.5f) & (old < 0.5f))) {
-        float before[kDeep], after[kDeep];
-        *reinterpret_cast<F8*>(before) = old;
-        *reinterpret_cast<F8*>(after) = now;
-        account(before + from[2], after + from[2], tissue + at + from[2], to[2] - from[2], *removed);
+        Account account{removed};
+        if (whole) {
+          account.add(old, now, tissue + at);
+          account.close();
+        } else {
+          for (int i = from[2]; i < to[2]; ++i) {
+            account.add(static_cast<double>(share_inside(old[i]) - share_inside(now[i])), tissue[at + i]);
+          }
+        }
       }
     }
   }

@@ -1,7 +1,14 @@
 typodont_test(acceptance_app KIND acceptance SOURCES acceptance/app_servo_test.cpp acceptance/app_bad_input_test.cpp
+              acceptance/app_bench_test.cpp
               LIBS typodont_app)
 typodont_test(acceptance_demo KIND acceptance SOURCES acceptance/app_demo_test.cpp LIBS typodont_app SERIAL TIMEOUT 900)
 foreach(target acceptance_app acceptance_demo)
   target_compile_definitions(${target} PRIVATE TYPODONT_PROGRAM="$<TARGET_FILE:typodont>")
   add_dependencies(${target} typodont)
 endforeach()
+if(TYPODONT_WINDOW)
+  typodont_test(unit_operator KIND unit SOURCES unit/operator_steps_test.cpp LIBS typodont_app)
+  typodont_test(acceptance_operator KIND acceptance SOURCES acceptance/app_operator_test.cpp LIBS typodont_render SERIAL)
+  target_compile_definitions(acceptance_operator PRIVATE TYPODONT_PROGRAM="$<TARGET_FILE:typodont>")
+  add_dependencies(acceptance_operator typodont)
+endif()

@@ -100,32 +100,34 @@ std::vector<BenchRow> audio_bench(const BenchOptions& options) {
     const double floor = median_ns(options, [&] {
       multiply_add_floor(a.data(), order, history.data() + 1024, out.data(), static_cast<int>(count));
     });
-    rows.push_back({"floor multiply-add float", knob, 0, "", floor, "", 0});
+    rows.push_back({"floor multiply-add float", knob, BenchRow::kNone, "", floor, "sample"});
 
     // A fresh filter for the error, the same one again and again for the time.
     BlockFilter<float> single(model);
     run_blocks(single, noise, out);
     const double single_error = relative_rms(out, truth);
     const double single_ns = median_ns(options, [&] { run_blocks(single, noise, out); });
-    rows.push_back({"filter block float", knob, single_error, "relative rms", single_ns, "floor", single_ns / floor});
-    rows.push_back({"model", knob, log_spectral_distance(recorded, modelled), "dB log-spectral", single_ns, "floor",
-                    single_ns / floor});
     rows.push_back(
-        {"model", knob, itakura_saito(recorded, modelled), "Itakura-Saito", single_ns, "floor", single_ns / floor});
+        {"filter block float", knob, single_error, "relative rms", single_ns, "sample", "floor", single_ns / floor});
+    rows.push_back({"model", knob, log_spectral_distance(recorded, modelled), "dB log-spectral", single_ns, "sample",
+                    "floor", single_ns / floor});
+    rows.push_back({"model", knob, itakura_saito(recorded, modelled), "Itakura-Saito", single_ns, "sample", "floor",
+                    single_ns / floor});
 
     BlockFilter<double> twice(model);
     run_blocks(twice, wide, wide_out);
     const double double_error = relative_rms(wide_out, truth);
     const double double_ns = median_ns(options, [&] { run_blocks(twice, wide, wide_out); });
-    rows.push_back({"filter block double", knob, double_error, "relative rms", double_ns, "floor", double_ns / floor});
+    rows.push_back(
+        {"filter block double", knob, double_error, "relative rms", double_ns, "sample", "floor", double_ns / floor});
 
     DirectFilter<float> direct(model);
     direct.process(noise.data(), out.data(), static_cast<int>(count));
     const double direct_error = relative_rms(out, truth);
     const double direct_ns =
         median_ns(options, [&] { direct.process(noise.data(), out.data(), static_cast<int>(count)); });
-    rows.push_back(
-        {"filter direct float", knob, direct_error, "relative rms", direct_ns, "block float", direct_ns / single_ns});
+    rows.push_back({"filter direct float", knob, direct_error, "relative rms", direct_ns, "sample", "block float",
+                    direct_ns / single_ns});
 
     LatticeFilter lattice(model);
     for (std::size_t i = 0; i < count; ++i) wide_out[i] = lattice.next(wide[i]);
@@ -133,7 +135,7 @@ std::vector<BenchRow> audio_bench(const BenchOptions& options) {
     const double lattice_ns = median_ns(options, [&] {
       for (std::size_t i = 0; i < count; ++i) wide_out[i] = lattice.next(wide[i]);
     });
-    rows.push_back({"filter lattice double", knob, lattice_error, "relative rms", lattice_ns, "block float",
+    rows.push_back({"filter lattice double", knob, lattice_error, "relative rms", lattice_ns, "sample", "block float",
                     lattice_ns / single_ns});
 
 #ifdef TYPODONT_LIQUID
@@ -149,14 +151,14 @@ std::vector<BenchRow> audio_bench(const BenchOptions& options) {
     const double packaged_error = relative_rms(out, truth);
     const double packaged_ns = median_ns(options, run_packaged);
     iirfilt_rrrf_destroy(packaged);
-    rows.push_back({"filter liquid-dsp float", knob, packaged_error, "relative rms", packaged_ns, "block float",
-                    packaged_ns / single_ns});
+    rows.push_back({"filter liquid-dsp float", knob, packaged_error, "relative rms", packaged_ns, "sample",
+                    "block float", packaged_ns / single_ns});
 #endif
   }
 
   GaussianNoise generator(1);
   const double noise_ns = median_ns(options, [&] { generator.fill(out.data(), static_cast<int>(count)); });
-  rows.push_back({"noise", "gaussian", 0, "", noise_ns, "", 0});
+  rows.push_back({"noise", "gaussian", BenchRow::kNone, "", noise_ns, "sample"});
 
   // The whole voice, in nanoseconds a sample and as a part of real time.
   SoundModels models;
@@ -172,7 +174,7 @@ std::vector<BenchRow> audio_bench(const BenchOptions& options) {
     synth.push(state);
     const double ns = median_ns(options, [&] { synth.render(out); });
     const double real_time = 1e9 / models.idle.rate;
-    rows.push_back({"synth", knob, 0, "", ns, "one core", ns / real_time});
+    rows.push_back({"synth", knob, BenchRow::kNone, "", ns, "sample", "one core", ns / real_time});
   };
   voice("off", 0, 0);
   voice("idle at free speed", 1, 0);

@@ -16,7 +16,7 @@ SoundState TickVoice::state_of(const ServoTick& tick) noexcept {
   state.pedal = tick.pedal;
   state.contact_area = tick.contact_area;
   state.tissue = tick.tissue;
-  state.cutting_tool = cutting_tool_;
+  state.cutting_tool = tick.tool >= tools_cut_.size() || tools_cut_[tick.tool];
   const double elapsed = to_seconds(now.t - before.t);
   if (elapsed > 0) {
     state.removal_rate = std::max(0.0, now.removed - before.removed) / elapsed;

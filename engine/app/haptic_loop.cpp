@@ -5,9 +5,9 @@
 namespace typodont {
 
 HapticLoop::HapticLoop(const Scene& scene, haptics::TissueVolume tissue, double rate)
-    : carver_(std::move(tissue), {scene.servo.tool}),
+    : carver_(std::move(tissue), haptics::tray(scene.servo)),
       servo_(servo_settings(scene, carver_.volume(), rate),
-             haptics::patch_edge_for(scene.servo.tool, carver_.volume().frame().voxel)) {
+             haptics::patch_edge_for(haptics::tray(scene.servo), carver_.volume().frame().voxel)) {
   spare_.resize(servo_.patch().n);
 }
 

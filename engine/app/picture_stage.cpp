@@ -49,9 +49,11 @@ gpu::Device make_device(const PictureStage::Options& options) {
 
 PictureStage::PictureStage(const display::DisplayRig& rig, const haptics::ServoSettings& servo, const Options& options)
     : rig_(rig),
+      rest_(rig.head),
       servo_(servo),
       options_(options),
       device_(options.device ? *options.device : own_device_.emplace(make_device(options))) {
+  if (options.window && !rig.head.tracker.empty()) tracker_.emplace(rig);
   ring_ = gpu::FrameRing::create(device_);
   first_panel_ = {rig.screen.lower_right - rig.screen.lower_left, rig.screen.upper_left - rig.screen.lower_left};
 #ifdef TYPODONT_WINDOW
@@ -69,13 +71,22 @@ PictureStage::PictureStage(const display::DisplayRig& rig, const haptics::ServoS
   screen_size_ = output_ ? output_->size() : eye;
   renderer_.emplace(device_, eye, options.quality, servo.materials);
   compositor_.emplace(device_);
-  render::ToolShape shape = render::tool_shape(shape_name(servo.tool.shape), servo.tool.diameter, servo.tool.length);
-  if (!servo.tool.cuts) shape.flutes = 0;
+  take_up(0);
+}
+
+const haptics::Tool& PictureStage::tool() const {
+  return haptics::tray(servo_)[shown_tool_];
+}
+
+void PictureStage::take_up(std::uint32_t tool_index) {
+  shown_tool_ = std::min<std::size_t>(tool_index, haptics::tray(servo_).size() - 1);
+  render::ToolShape shape = render::tool_shape(shape_name(tool().shape), tool().diameter, tool().length);
+  if (!tool().cuts) shape.flutes = 0;
   renderer_->set_tool(render::make_tool_mesh(shape));
 }
 
 PictureStage::~PictureStage() {
-  ring_.wait_idle(device_);
+  vkDeviceWaitIdle(device_.device);  // also where the device is lost
   output_.reset();
   compositor_.reset();
   renderer_.reset();
@@ -118,9 +129,24 @@ void PictureStage::follow_size() {
   renderer_->resize(layers ? size : display::eye_pixels_in(rig_.screen.layout, size));
 }
 
+void PictureStage::follow_head() {
+  if (!tracker_) return;
+  tracker_->poll();
+  const display::Head head = tracker_->at(now() + from_seconds(latency_));
+  if (display::sees(rig_, head)) rig_.head = head;  // else as last seen: nobody's eyes are behind the picture
+}
+
+std::optional<display::HeadTracker::Stats> PictureStage::tracker_stats() const {
+  if (!tracker_) return std::nullopt;
+  return tracker_->stats();
+}
+
 render::FrameStats PictureStage::draw(const ServoTick& tick, std::span<const render::Particle> particles, double dt,
                                       const std::string& hint) {
+  const Nanos began = now();
   follow_size();
+  follow_head();
+  if (tick.tool != shown_tool_) take_up(tick.tool);
   render::Frame frame;
   const auto eyes = display::eye_views(rig_);
   for (std::size_t e = 0; e < 2; ++e) {
@@ -128,11 +154,11 @@ render::FrameStats PictureStage::draw(const ServoTick& tick, std::span<const ren
   }
   frame.views = rig_.screen.layout == display::Layout::kMono ? 1 : 2;
 
-  // The lamp hangs over the user's left shoulder, wherever the rig puts the user.
+  // The lamp hangs over the user's left shoulder, wherever the rig puts the user; it stays there when the head moves.
   const display::Screen& screen = rig_.screen;
   const dvec3 middle = (screen.lower_right + screen.upper_left) / 2.0;
-  const dvec3 toward = glm::normalize(rig_.head.eye_center - middle), up = glm::cross(toward, rig_.head.right);
-  frame.lights.key = glm::normalize(0.55 * toward + 0.6 * up - 0.65 * rig_.head.right);
+  const dvec3 toward = glm::normalize(rest_.eye_center - middle), up = glm::cross(toward, rest_.right);
+  frame.lights.key = glm::normalize(0.55 * toward + 0.6 * up - 0.65 * rest_.right);
   frame.lights.up = up;
   if (rig_.mirror) frame.background = render::Background::kBlack;
 
@@ -141,7 +167,7 @@ render::FrameStats PictureStage::draw(const ServoTick& tick, std::span<const ren
   frame.particles = particles;
   if (options_.hud) {
     frame.hud.visible = true;
-    frame.hud.tool = fmt::format("{} {:.1f} mm", shape_name(servo_.tool.shape), servo_.tool.diameter / kMillimetre);
+    frame.hud.tool = fmt::format("{} {:.1f} mm", shape_name(tool().shape), tool().diameter / kMillimetre);
     frame.hud.speed_krpm = tick.spindle / kKrpm;
     frame.hud.force = glm::length(tick.f_T_W);
     frame.hud.force_limit = options_.force_limit;
@@ -167,6 +193,9 @@ render::FrameStats PictureStage::draw(const ServoTick& tick, std::span<const ren
     compositor_->record(commands, renderer_->pictures(), screen.layout, *target, ring_.slot(), output_->first_row());
     ring_.submit(device_, target->ready, target->done);
     output_->present();
+    // Recording and queueing here, drawing there, and on average half a refresh until the screen shows it.
+    const double took = to_seconds(now() - began) + 1e-3 * stats.gpu_ms + 0.5 * output_->refresh_period();
+    latency_ += 0.1 * (std::min(took, 0.1) - latency_);
   } else {
     ring_.submit(device_);
   }

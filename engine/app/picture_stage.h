@@ -8,6 +8,7 @@
 
 #include "engine/contract/contact.h"
 #include "engine/display/display_rig.h"
+#include "engine/display/head_tracker.h"
 #include "engine/display/output.h"
 #include "engine/render/picture.h"
 #include "engine/render/renderer.h"
@@ -20,7 +21,7 @@ class PictureStage {
   struct Options {
     render::Quality quality = render::kQualityLadder[0];
     bool validation = false;
-    bool window = false;            // else offscreen
+    bool window = false;            // else offscreen; only before a window is the user's head tracked
     bool embedded = false;          // pictures() only, for a window of the caller's; no screen is composed
     gpu::Device* device = nullptr;  // the caller's; null: one of its own
     int monitor = -1;               // full screen on this one; −1: a window on the desktop
@@ -53,16 +54,26 @@ class PictureStage {
   render::Picture eye(int index);
   render::Picture screen();
 
+  /// Packets of the head tracker taken and dropped; nothing where the rig has none.
+  std::optional<display::HeadTracker::Stats> tracker_stats() const;
+
   /// Not where embedded.
   display::Output& output() { return *output_; }
   const display::DisplayRig& rig() const { return rig_; }
+  gpu::Device& device() { return device_; }
   std::string device_name() const { return device_.name(); }
   int validation_messages() const { return device_.validation_messages(); }
 
  private:
   void follow_size();
+  void follow_head();
+  void take_up(std::uint32_t tool_index);
+  const haptics::Tool& tool() const;
 
   display::DisplayRig rig_;
+  display::Head rest_;  // the head as the rig file has it
+  std::optional<display::HeadTracker> tracker_;
+  double latency_ = 1.0 / 30;  // s from reading the tracker to the picture on the screen, running mean
   haptics::ServoSettings servo_;
   Options options_;
   std::optional<gpu::Device> own_device_;
@@ -74,6 +85,7 @@ class PictureStage {
   glm::ivec2 screen_size_{0};
   std::array<dvec3, 2> first_panel_{};  // m, right and up, as the rig file has it
   double angle_ = 0;
+  std::size_t shown_tool_ = 0;  // of the tray
 };
 
 }  // namespace typodont

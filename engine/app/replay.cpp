@@ -19,6 +19,11 @@ bool same_bits(const dvec3& a, const dvec3& b) {
   return std::memcmp(&a, &b, sizeof a) == 0;
 }
 
+/// The session file keeps torques in N·mm: what comes back of one is rounded twice.
+dvec3 torque_as_recorded(const dvec3& tau) {
+  return tau * 1e3 / 1e3;
+}
+
 /// A file that has changed since makes a replay of another tissue: say so instead of finding a difference later.
 void require_same_files(const session::SessionHeader& header) {
   for (const session::SourceFile& file : header.files) {
@@ -39,9 +44,9 @@ ReplayResult replay_session(const std::filesystem::path& session_file, const std
   const std::string scene_name = session_file.string() + " (scene)";
   const Scene scene = parse_scene(Json::parse(header.scene_json, scene_name), scene_file);
 
-  haptics::Carver carver(load_tissue(scene), {scene.servo.tool});
+  haptics::Carver carver(load_tissue(scene), haptics::tray(scene.servo));
   const haptics::ServoSettings settings = servo_settings(scene, carver.volume(), header.servo_rate);
-  haptics::Servo servo(settings, haptics::patch_edge_for(settings.tool, settings.frame.voxel));
+  haptics::Servo servo(settings, haptics::patch_edge_for(haptics::tray(settings), settings.frame.voxel));
   haptics::SurfacePatch spare;
   spare.resize(servo.patch().n);
 
@@ -67,10 +72,10 @@ ReplayResult replay_session(const std::filesystem::path& session_file, const std
       }
       ServoTick tick;
       Cut cut;
-      if (servo.tick({recorded.t, recorded.X_WT, recorded.pedal}, tick, cut)) waiting.push_back(cut);
+      if (servo.tick({recorded.t, recorded.X_WT, recorded.pedal, recorded.tool}, tick, cut)) waiting.push_back(cut);
       session::add_forces(force_hash, {&tick, 1});
-      const bool same = same_bits(tick.f_T_W, recorded.f_T_W) && same_bits(tick.tau_T_W, recorded.tau_T_W) &&
-                        tick.cuts == recorded.cuts;
+      const bool same = same_bits(tick.f_T_W, recorded.f_T_W) && same_bits(torque_as_recorded(tick.tau_T_W), recorded.tau_T_W) &&
+                        tick.cuts == recorded.cuts && tick.tool == recorded.tool;
       if (!same && result.identical) {
         result.identical = false;
         result.first_difference = recorded.index;

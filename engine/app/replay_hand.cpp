@@ -14,7 +14,7 @@ std::unique_ptr<haptics::HapticDevice> open_replay_hand(const std::filesystem::p
   for (const ServoTick& tick : session.ticks()) {
     const double t = to_seconds(tick.t);
     if (!path.rows.empty() && t <= path.rows.back().t) continue;
-    path.rows.push_back({t, tick.X_WT, tick.pedal, dvec3(0)});
+    path.rows.push_back({t, tick.X_WT, tick.pedal, dvec3(0), tick.tool});
   }
   if (path.rows.empty()) throw Error(session_file.string(), "", "no ticks", "a recorded session");
   return haptics::make_scripted_hand(std::move(path), rate, paced);

@@ -130,7 +130,7 @@ Scene read_scene(const fs::path& file) {
 }
 
 Scene parse_scene(const Json& json, const fs::path& file) {
-  json.allow_only({"name", "description", "tissue", "paint", "tool", "spindle_krpm", "spindle", "coupling", "materials",
+  json.allow_only({"name", "description", "tissue", "paint", "tool", "tools", "spindle_krpm", "spindle", "coupling", "materials",
                    "parts", "friction", "cutting", "passivity", "boundary_walls", "force_filter", "score", "sound"});
   Scene scene;
   scene.file = file;
@@ -155,8 +155,17 @@ Scene parse_scene(const Json& json, const fs::path& file) {
   }
 
   haptics::ServoSettings& servo = scene.servo;
-  const Json tool = json["tool"];
-  servo.tool = tool.is_string() ? load_tool(tool.string()) : haptics::read_tool(tool);
+  const auto tool_of = [](const Json& tool) {
+    return tool.is_string() ? load_tool(tool.string()) : haptics::read_tool(tool);
+  };
+  if (json.has("tool") && json.has("tools")) json.fail("both tool and tools", "one of them");
+  if (const auto tools = json.find("tools")) {
+    for (const Json& tool : tools->items()) servo.tools.push_back(tool_of(tool));
+    if (servo.tools.empty()) tools->fail("at least one tool");
+    servo.tool = servo.tools.front();
+  } else {
+    servo.tool = tool_of(json["tool"]);
+  }
   if (json.has("spindle") && json.has("spindle_krpm")) json.fail("both spindle and spindle_krpm", "one of them");
   if (const auto motor = json.find("spindle")) {
     scene.motor = motor->string();
@@ -198,6 +207,12 @@ Scene parse_scene(const Json& json, const fs::path& file) {
     scene.sound_lower_order = sound->boolean_or("lower_order", false);
   }
   return scene;
+}
+
+std::vector<std::string> tool_names(const Scene& scene) {
+  std::vector<std::string> names;
+  for (const haptics::Tool& tool : haptics::tray(scene.servo)) names.push_back(tool.name);
+  return names;
 }
 
 haptics::ServoSettings servo_settings(const Scene& scene, const haptics::TissueVolume& tissue, double rate) {

@@ -38,6 +38,9 @@ haptics::TissueVolume load_tissue(const Scene& scene);
 /// The scene's servo settings completed for this tissue and servo rate (Hz).
 haptics::ServoSettings servo_settings(const Scene& scene, const haptics::TissueVolume& tissue, double rate);
 
+/// What its tools are called, in their order.
+std::vector<std::string> tool_names(const Scene& scene);
+
 /// The shipped assets: $TYPODONT_ASSETS, else beside the program or in the source tree. Throws Error when not found.
 std::filesystem::path assets_folder();
 /// A path from a scene: relative to `beside`, then to assets/. Throws Error naming both when neither exists.

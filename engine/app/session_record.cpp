@@ -10,7 +10,7 @@ session::SessionHeader session_header(const Scene& scene, const std::filesystem:
   session::SessionHeader header;
   header.scene_json = scene.text;
   header.hand = hand.info().address;
-  header.tools = {scene.servo.tool.name};
+  header.tools = tool_names(scene);
   header.servo_rate = rate;
   header.voxel = tissue.frame().voxel;
   header.volumes_before = tissue.volumes();

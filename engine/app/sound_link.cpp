@@ -20,11 +20,17 @@ std::filesystem::path voice_of(const Scene& scene) {
   return folder / (scene.servo.spindle.free_speed > kTurbine ? "air_turbine.json" : "handpiece.json");
 }
 
+std::vector<bool> tools_that_cut(const Scene& scene) {
+  std::vector<bool> cut;
+  for (const haptics::Tool& tool : haptics::tray(scene.servo)) cut.push_back(tool.cuts);
+  return cut;
+}
+
 }  // namespace
 
 SoundLink::SoundLink(const std::string& address, const Scene& scene, bool live)
     : options_{live ? kHold : 0.0, scene.sound_lower_order},
-      output_(audio::AudioOutput::open(address)), voice_(scene.servo.tool.cuts) {
+      output_(audio::AudioOutput::open(address)), voice_(tools_that_cut(scene)) {
   models_ = audio::load_sound_models(voice_of(scene));
   models_.free_speed = scene.servo.spindle.free_speed;
   make_synth(output_->sample_rate());

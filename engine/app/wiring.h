@@ -8,8 +8,8 @@
 #include "engine/base/latest.h"
 #include "engine/base/ring.h"
 #include "engine/contract/contact.h"
+#include "engine/contract/loop_timing.h"
 #include "engine/render/renderer.h"
-#include "haptics/loop_timing.h"
 #include "haptics/servo.h"
 
 namespace typodont {
@@ -22,6 +22,14 @@ using MeshBatch = std::vector<render::MeshUpdate>;
 struct SessionSettings {
   double speed_share = 1;  // 0..1, of the pedal: how fast the drill may turn
   double force_share = 1;  // 0..1, of the force that reaches the hand
+  int tool = -1;           // its place in the tray; negative: the hand's own choice
+};
+
+/// Tissue given another label by hand: a ball, swept from A to B.
+struct PaintStroke {
+  Tissue tissue = Tissue::kCaries;
+  dvec3 a_W{0, 0, 0}, b_W{0, 0, 0};  // m
+  double radius = 0.5e-3;            // m
 };
 
 /// How the recording fares, in passing.
@@ -45,11 +53,13 @@ struct Wiring {
   Ring<MeshBatch*> bricks{256};
   // RENDER (window) → SERVO, where the mouse is the hand
   Latest<haptics::HandSample> pointer;
+  // UI → CARVER, where an instructor paints
+  Ring<PaintStroke> paint_to_carver{1 << 10};
   // UI → SERVO
   Latest<SessionSettings> settings;
   // SERVO → UI, where an operator watches
   Ring<ServoTick> ticks_to_score{1 << 14};
-  Latest<haptics::LoopTiming> timing_to_render;
+  Latest<LoopTiming> timing_to_render;
   // RECORDER → UI
   Latest<RecordState> record_to_render;
   // SERVO → RECORDER
@@ -58,6 +68,7 @@ struct Wiring {
   Ring<PatchUse> patches_to_recorder{1 << 12};
   // SERVO → AUDIO: inside SoundLink (a ring of what the ear needs)
 
+  std::atomic<bool> mesh_all{false};     // RENDER → CARVER: all bricks again, for a picture made anew
   std::atomic<bool> emergency{false};    // any thread → SERVO: no force from the next tick on, and the session's end
   std::atomic<bool> stop{false};         // any thread → all: end the session
   std::atomic<bool> servo_ended{false};  // SERVO → RENDER: the hand is gone or the script has ended

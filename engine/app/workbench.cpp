@@ -22,11 +22,12 @@
 #include "engine/base/log.h"
 #include "engine/base/realtime.h"
 #include "engine/base/units.h"
+#include "engine/contract/loop_timing.h"
 #include "engine/session/recorder.h"
 #include "haptics/carver.h"
 #include "haptics/devices/driver.h"
 #include "haptics/devices/exit_guard.h"
-#include "haptics/loop_timing.h"
+#include "haptics/solid.h"
 
 namespace typodont {
 
@@ -34,9 +35,10 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr double kRate = 1000;               // Hz, of hands whose rate is ours to choose
-constexpr double kRampOut = 0.02;            // s at the end of a session
-constexpr Nanos kMeshInterval = 16'000'000;  // ns between looks for changed bricks
+constexpr double kRate = 1000;                           // Hz, of hands whose rate is ours to choose
+constexpr double kRampOut = 0.02;                        // s at the end of a session
+constexpr Nanos kReviveInterval = 10 * kNanosPerSecond;  // a device lost more often than this is broken
+constexpr Nanos kMeshInterval = 16'000'000;              // ns between looks for changed bricks
 
 std::atomic<bool> g_asked_to_stop{false};
 void ask_to_stop(int) {
@@ -49,8 +51,8 @@ struct Session {
   haptics::Carver carver;
   haptics::Servo servo;
   Wiring wiring;
-  haptics::LoopTiming timing;  // servo thread until it has ended
-  ServoTick last;              // the same
+  LoopTiming timing;  // servo thread until it has ended
+  ServoTick last;     // the same
   std::uint32_t faults = 0;
   RealtimeGranted granted;
   bool draw = false, record = false, debris = false, operated = false;
@@ -58,12 +60,12 @@ struct Session {
 
   Session(const Scene& s, haptics::TissueVolume tissue, double rate)
       : scene(s),
-        carver(std::move(tissue), {s.servo.tool}),
+        carver(std::move(tissue), haptics::tray(s.servo)),
         servo(servo_settings(s, carver.volume(), rate), edge(s, carver.volume())),
         wiring(empty_patch(edge(s, carver.volume()))) {}
 
   static int edge(const Scene& s, const haptics::TissueVolume& tissue) {
-    return haptics::patch_edge_for(s.servo.tool, tissue.frame().voxel);
+    return haptics::patch_edge_for(haptics::tray(s.servo), tissue.frame().voxel);
   }
   static haptics::SurfacePatch empty_patch(int edge) {
     haptics::SurfacePatch patch;
@@ -91,6 +93,7 @@ void servo_thread(Session& s, haptics::HapticDevice& hand) {
     }
     if (wiring.settings.fetch()) settings = wiring.settings.front();
     sample.pedal *= settings.speed_share;
+    if (settings.tool >= 0) sample.tool = static_cast<std::uint32_t>(settings.tool);
     const bool did_cut = s.servo.tick(sample, tick, cut);
     if (wiring.emergency.load(std::memory_order_relaxed)) break;
     hand.write(settings.force_share * tick.f_T_W, settings.force_share * tick.tau_T_W);
@@ -118,11 +121,24 @@ void servo_thread(Session& s, haptics::HapticDevice& hand) {
   const Nanos faded = now() + from_seconds(kRampOut);
   while (!wiring.emergency && now() < faded && hand.read(sample)) {
     sample.pedal = 0;
+    sample.tool = s.last.tool;
     s.servo.tick(sample, tick, cut);
     hand.write(settings.force_share * tick.f_T_W, settings.force_share * tick.tau_T_W);
   }
   hand.write(dvec3(0), dvec3(0));
   wiring.servo_ended = true;
+}
+
+void paint(haptics::TissueVolume& volume, const PaintStroke& stroke) {
+  const auto mm = [](const dvec3& p) {
+    return fmt::format("[{}, {}, {}]", p.x / kMillimetre, p.y / kMillimetre, p.z / kMillimetre);
+  };
+  const std::string shape = stroke.a_W == stroke.b_W
+                                ? fmt::format(R"({{"sphere": {{"center_mm": {}, "radius_mm": {}}}}})", mm(stroke.a_W),
+                                              stroke.radius / kMillimetre)
+                                : fmt::format(R"({{"capsule": {{"a_mm": {}, "b_mm": {}, "radius_mm": {}}}}})",
+                                              mm(stroke.a_W), mm(stroke.b_W), stroke.radius / kMillimetre);
+  volume.paint(stroke.tissue, *haptics::read_solid(Json::parse(shape, "paint")));
 }
 
 void carver_thread(Session& s) {
@@ -137,14 +153,21 @@ void carver_thread(Session& s) {
       s.carver.apply(cut);
       worked = true;
     }
-    if (wiring.tick_to_carver.fetch()) {
+    PaintStroke stroke;
+    bool painted = false;
+    while (wiring.paint_to_carver.pop(stroke)) {
+      paint(s.carver.volume(), stroke);
+      painted = true;
+    }
+    if (wiring.tick_to_carver.fetch() || painted) {
       const ServoTick& tick = wiring.tick_to_carver.front();
-      if (is_finite(tick.X_WG.p) && s.carver.patch_due(tick)) {
+      if (is_finite(tick.X_WG.p) && (painted || s.carver.patch_due(tick))) {
         s.carver.cut_out(s.carver.patch_center(tick), wiring.patch.back());
         wiring.patch.publish();
         worked = true;
       }
     }
+    if (wiring.mesh_all.exchange(false)) view = TissueView();
     if (s.draw && (first || now() - meshed > kMeshInterval)) {
       meshed = now();
       first = false;
@@ -230,10 +253,13 @@ struct Workbench::Impl {
   ServoTick tick;  // the newest, as drawn
   std::uint64_t drawn = 0;
   double frame_seconds = 0, frame_period = 0;  // s, smoothed
+  std::string hint;                            // drawn below the picture
   std::string failure;
+  SessionSettings settings;                 // as last sent to the servo
   std::optional<session::HandMeter> meter;  // where operated
   PerTissue volumes_before{};               // m³, the same
   Nanos fault_time = 0;
+  Nanos revived = -kReviveInterval;  // when the picture was last made anew
   std::uint32_t recent_faults = 0;
   std::jthread carver, servo, recorder;  // last: they refer to all of the above
 
@@ -246,6 +272,7 @@ struct Workbench::Impl {
   void set_up();
   void start();
   bool step(const display::UserInput* input, glm::ivec2 picture_size);
+  void make_stage(gpu::Device* device);
   void draw();
   void score_ticks();
   void end();
@@ -292,6 +319,7 @@ void Workbench::Impl::set_up() {
     haptics::HandOptions hand_options;
     hand_options.rate = kRate;
     hand_options.assets = assets_folder();
+    hand_options.tools = tool_names(scene);
     if (rig) hand_options.X_WH = rig->X_WH;
     hand = haptics::open_hand(hand_address, hand_options);
   }
@@ -323,15 +351,9 @@ void Workbench::Impl::set_up() {
     volumes_before = tissue.volumes();
   }
   if (s.draw) {
-    PictureStage::Options look;
-    look.window = !options.embedded;
-    look.embedded = options.embedded;
-    look.hud = !options.embedded;
-    look.device = options.device;
-    look.monitor = options.monitor;
-    look.quality = ladder.step();
-    stage.emplace(*rig, scene.servo, look);
+    make_stage(options.device);
     explain("drawn by " + stage->device_name());
+    explain(rig->head.tracker.empty() ? "head: at rest, the rig names no tracker" : "head: " + rig->head.tracker);
   }
   if (s.debris) debris.emplace(scene.servo.materials, tissue);
   if (options.explain) {
@@ -355,6 +377,8 @@ void Workbench::Impl::start() {
   servo = std::jthread(servo_thread, std::ref(s), std::ref(*hand));
   if (writer) recorder = std::jthread(recorder_thread, std::ref(s), std::ref(*writer));
   began = last_frame = now();
+  const std::size_t tools = std::min<std::size_t>(haptics::tray(scene.servo).size(), 9);
+  hint = "left button: drill   wheel: in and out" + (tools > 1 ? fmt::format("   1–{}: tools", tools) : std::string());
 }
 
 /// One turn of the drawing thread: a frame, or a short wait. False when the session is over.
@@ -363,23 +387,52 @@ bool Workbench::Impl::step(const display::UserInput* input, glm::ivec2 picture_s
   if (meter) score_ticks();
   if (s.wiring.servo_ended || g_asked_to_stop || to_seconds(now() - began) >= options.seconds) return false;
   if (sound) sound->advance(s.wiring.tick_to_render.front().t);
-  if (!s.draw) {
+  if (!s.draw || !stage) {
     std::this_thread::sleep_for(10ms);
     if (sound && options.audio.starts_with("wav:")) sound->advance(now() - began);
     return true;
   }
   try {
     const display::UserInput own = options.embedded ? display::UserInput() : stage->output().poll();
-    if (!input) input = &own;
     if (own.close) return false;
-    if (pointer) s.wiring.pointer.publish(pointer->follow(options.embedded ? *input : own, now() - began));
+    const display::UserInput& over = input && options.embedded ? *input : own;
+    if (pointer) s.wiring.pointer.publish(pointer->follow(over, now() - began));
     if (options.embedded && stage->resize(picture_size) && pointer) pointer->follow_rig(stage->rig());
+    for (const int key : over.pressed) {  // 1 … 9: another tool
+      if (key < '1' || key > '9' || key - '1' >= static_cast<int>(haptics::tray(scene.servo).size())) continue;
+      settings.tool = key - '1';
+      s.wiring.settings.publish(settings);
+    }
     draw();
+    return true;
+  } catch (const gpu::DeviceLost& e) {
+    if (options.device) throw;  // the operator makes a new one for both
+    if (now() - revived < kReviveInterval) {
+      failure = e.what();
+      return false;
+    }
+    log::warn("{}; the picture is made anew", e.what());
+    revived = now();
+    stage.reset();
+    make_stage(nullptr);
+    s.wiring.mesh_all = true;
     return true;
   } catch (const std::exception& e) {  // the picture is lost: the session ends in order
     failure = e.what();
     return false;
   }
+}
+
+/// The picture of this rig, on the operator's device or one of its own.
+void Workbench::Impl::make_stage(gpu::Device* device) {
+  PictureStage::Options look;
+  look.window = !options.embedded;
+  look.embedded = options.embedded;
+  look.hud = !options.embedded;
+  look.device = device;
+  look.monitor = options.monitor;
+  look.quality = ladder.step();
+  stage.emplace(*rig, scene.servo, look);
 }
 
 void Workbench::Impl::draw() {
@@ -395,11 +448,10 @@ void Workbench::Impl::draw() {
   frame_period += 0.1 * (std::min(dt, 1.0) - frame_period);
   if (debris) {
     Cut cut;
-    while (s.wiring.cuts_to_debris.pop(cut)) debris->add(cut, scene.servo.tool);
+    while (s.wiring.cuts_to_debris.pop(cut)) debris->add(cut, haptics::tray(scene.servo)[cut.tool]);
     debris->step(std::min(dt, 0.1));
   }
-  const auto stats = stage->draw(tick, debris ? debris->particles() : std::span<const render::Particle>{}, dt,
-                                 "left button: drill   wheel: in and out");
+  const auto stats = stage->draw(tick, debris ? debris->particles() : std::span<const render::Particle>{}, dt, hint);
   drawn += stats.drawn;
   if (stats.drawn) frame_seconds += 0.1 * (to_seconds(now() - last_frame) - frame_seconds);
   if (stats.drawn && ladder.frame_took(to_seconds(now() - last_frame))) {
@@ -440,6 +492,7 @@ void Workbench::Impl::end() {
   summary.seconds = to_seconds(s.last.t);
   summary.ticks = s.timing.ticks;
   summary.frames = drawn;
+  if (stage) summary.tracker = stage->tracker_stats();
   summary.cuts = s.last.cuts;
   summary.removed = s.last.removed;
   summary.faults = s.faults;
@@ -463,7 +516,25 @@ bool Workbench::step(const display::UserInput& input, glm::ivec2 picture_size) {
   return impl_->step(&input, picture_size);
 }
 void Workbench::set(const SessionSettings& settings) {
+  impl_->settings = settings;
   impl_->session->wiring.settings.publish(settings);
+}
+const SessionSettings& Workbench::settings() const {
+  return impl_->settings;
+}
+void Workbench::paint(const PaintStroke& stroke) {
+  if (!impl_->writer) impl_->session->wiring.paint_to_carver.push(stroke);
+}
+void Workbench::save_tissue(const std::filesystem::path& file) const {
+  impl_->session->carver.volume().save(file);
+}
+void Workbench::drop_picture() {
+  impl_->stage.reset();
+}
+void Workbench::make_picture(gpu::Device& device) {
+  if (!impl_->session->draw) return;
+  impl_->make_stage(&device);
+  impl_->session->wiring.mesh_all = true;
 }
 void Workbench::emergency_stop() {
   Wiring& wiring = impl_->session->wiring;

@@ -4,11 +4,13 @@
 
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "engine/app/scene.h"
 #include "engine/app/wiring.h"
+#include "engine/display/head_tracker.h"
 #include "engine/display/output.h"
 #include "engine/session/score.h"
 #include "haptics/haptic_device.h"
@@ -36,7 +38,7 @@ struct WorkbenchStatus {
   double seconds = 0;
   ServoTick tick;            // the newest
   std::uint32_t faults = 0;  // bits seen in the last second
-  haptics::LoopTiming timing;
+  LoopTiming timing;
   double frame_ms = 0, frames_per_second = 0;  // of the picture, smoothed
   std::string_view quality;
   std::uint64_t frames = 0;
@@ -50,6 +52,7 @@ struct WorkbenchSummary {
   std::uint64_t deadline_misses = 0;
   double tick_us_median = 0, tick_us_p999 = 0, worst_tick_us = 0;
   PerTissue removed{};
+  std::optional<display::HeadTracker::Stats> tracker;  // where a rig's tracker was listened to
   std::vector<std::string> explanations;
 };
 
@@ -73,6 +76,15 @@ class Workbench {
   bool step(const display::UserInput& input, glm::ivec2 picture_size);
   /// Takes effect in the next tick.
   void set(const SessionSettings& settings);
+  const SessionSettings& settings() const;
+  /// Only where not recorded: a recording holds cuts, not paint.
+  void paint(const PaintStroke& stroke);
+  /// After stop(): the tissue as it was left. Throws Error.
+  void save_tissue(const std::filesystem::path& file) const;
+  /// The device of an embedded picture is about to go, or is lost: the session goes on without one …
+  void drop_picture();
+  /// … until there is another.
+  void make_picture(gpu::Device& device);
   /// No force and no session from the next tick on, whatever the tool touches; where the servo does not answer within
   /// 50 ms, every device is released from here. stop() still completes the recording.
   void emergency_stop();

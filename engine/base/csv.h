@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <string>
 #include <string_view>
@@ -25,7 +26,7 @@ struct CsvTable {
 
 /// How cells that are no plain numbers are read: NaN means that the cell is wrong.
 struct CellReader {
-  double (*read)(std::string_view cell);
+  std::function<double(std::string_view cell)> read;
   std::string expected;  // for the message, e.g. "a tissue's name"
 };
 

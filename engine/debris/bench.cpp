@@ -37,7 +37,7 @@ std::vector<BenchRow> bench_debris(const BenchOptions& options) {
                   arrays[5].data(), arrays[6].data()},
                  options.particles);
   });
-  rows.push_back({"memory floor", knob, floor.median, floor.slow, "", 0});
+  rows.push_back({"memory floor", knob, BenchRow::kNone, "", floor.median, "step"});
 
   MaterialTable materials{};
   for (auto& material : materials) material.density = 2900;
@@ -55,7 +55,7 @@ std::vector<BenchRow> bench_debris(const BenchOptions& options) {
     }
     for (int i = 0; i < steps_before; ++i) debris.step(dt, field, suction);
     const MeasuredTimes step = measure(options.repeats, [&] { debris.step(dt, field, suction); });
-    rows.push_back({name, knob, step.median, step.slow, "memory floor", step.median / floor.median});
+    rows.push_back({name, knob, BenchRow::kNone, "", step.median, "step", "memory floor", step.median / floor.median});
   };
   run("step", 250, nullptr);
   run("step while drilling", 0, nullptr);
@@ -64,7 +64,8 @@ std::vector<BenchRow> bench_debris(const BenchOptions& options) {
 
   Debris none;
   const MeasuredTimes idle = measure(options.repeats, [&] { none.step(dt, field); });
-  rows.push_back({"none alive", "0 particles", idle.median, idle.slow, "memory floor", idle.median / floor.median});
+  rows.push_back({"none alive", "0 particles", BenchRow::kNone, "", idle.median, "step", "memory floor",
+                  idle.median / floor.median});
   return rows;
 }
 

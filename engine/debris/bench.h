@@ -5,17 +5,9 @@
 #include <string>
 #include <vector>
 
-namespace typodont::debris {
+#include "engine/contract/bench_row.h"
 
-/// One row: with this many particles, this time for a step.
-struct BenchRow {
-  std::string name;      // "step", "step while drilling", "step with suction", "memory floor" …
-  std::string knob;      // "100000 particles"
-  double time_ns = 0;    // per step, CPU time of the thread, median
-  double slow_ns = 0;    // … and 90th percentile
-  std::string baseline;  // what the ratio is to; empty: nothing
-  double ratio = 0;      // median over the baseline's
-};
+namespace typodont::debris {
 
 struct BenchOptions {
   std::size_t particles = 100'000;

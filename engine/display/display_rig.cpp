@@ -7,6 +7,7 @@
 
 #include "engine/base/error.h"
 #include "engine/base/units.h"
+#include "engine/display/head_tracker.h"
 
 namespace typodont::display {
 
@@ -78,16 +79,8 @@ Head parse_head(const Json& json) {
   if (const auto right = json.find("right")) head.right = unit_vector(*right);
   if (const auto tracker = json.find("tracker")) {
     head.tracker = tracker->string();
-    if (!head.tracker.empty()) {
-      constexpr std::string_view kOpenTrack = "opentrack:";
-      const std::string_view text = head.tracker;
-      const std::string_view port = text.starts_with(kOpenTrack) ? text.substr(kOpenTrack.size()) : "";
-      const bool digits = !port.empty() && port.size() <= 5 && std::all_of(port.begin(), port.end(), [](char c) {
-        return c >= '0' && c <= '9';
-      });
-      if (!digits || std::stoi(std::string(port)) < 1 || std::stoi(std::string(port)) > 65535)
-        tracker->fail("\"opentrack:PORT\" with a port from 1 to 65535");
-    }
+    if (!head.tracker.empty() && !parse_tracker_address(head.tracker))
+      tracker->fail("\"opentrack:PORT\" or \"opentrack:ADDRESS:PORT\" with a port from 1 to 65535");
   }
   return head;
 }
@@ -105,6 +98,36 @@ Pose parse_pose(const Json& json) {
   return pose;
 }
 
+HmdRig parse_hmd(const Json& json, const Pose& X_WH) {
+  json.allow_only({"space", "X_WD", "registration", "magnify", "distance_mm", "below_mm", "passthrough", "depth",
+                   "refresh_hz", "resolution", "wait_s", "stall_s", "tip_mm"});
+  HmdRig hmd;
+  if (const auto space = json.find("space")) {
+    const std::string name = space->string();
+    if (name != "stage" && name != "local") space->fail("stage or local");
+    hmd.stage = name == "stage";
+  }
+  if (const auto pose = json.find("X_WD")) hmd.X_WD = parse_pose(*pose);
+  if (const auto file = json.find("registration")) {
+    if (hmd.X_WD) file->fail("either X_WD or registration");
+    // What `calibrate register` found: the haptic base H in the display's frame D, here the headset's space.
+    const Json found = Json::load(json.file().parent_path() / file->string());
+    hmd.X_WD = X_WH * inverse(parse_pose(found["X_DH"]));
+  }
+  hmd.magnify = json.number_or("magnify", hmd.magnify, 0.1, 100);
+  if (hmd.X_WD && hmd.magnify != 1) json["magnify"].fail("1, where the space is measured: the arm is life-size");
+  hmd.distance = json.number_or("distance_mm", hmd.distance / kMillimetre, 100, 5000) * kMillimetre;
+  hmd.below = json.number_or("below_mm", hmd.below / kMillimetre, -2000, 2000) * kMillimetre;
+  hmd.passthrough = json.boolean_or("passthrough", hmd.passthrough);
+  hmd.depth = json.boolean_or("depth", hmd.depth);
+  hmd.refresh_hz = json.number_or("refresh_hz", 0, 0, 1000);
+  hmd.resolution = json.number_or("resolution", 1, 0.1, 2);
+  hmd.wait = json.number_or("wait_s", hmd.wait, 0.1, 3600);
+  hmd.stall = json.number_or("stall_s", hmd.stall, 0.1, 60);
+  if (const auto tip = json.find("tip_mm")) hmd.tip = point_mm(*tip);
+  return hmd;
+}
+
 }  // namespace
 
 std::string_view name_of(DisplayKind kind) noexcept { return kKinds[static_cast<std::size_t>(kind)]; }
@@ -113,7 +136,7 @@ std::string_view name_of(Layout layout) noexcept { return kLayouts[static_cast<s
 DisplayRig load_rig(const std::filesystem::path& file) { return parse_rig(Json::load(file)); }
 
 DisplayRig parse_rig(const Json& json) {
-  json.allow_only({"display", "screen", "mirror", "head", "X_WH", "calibration"});
+  json.allow_only({"display", "screen", "mirror", "head", "X_WH", "calibration", "hmd"});
   DisplayRig rig;
   rig.kind = static_cast<DisplayKind>(index_of(kKinds, json["display"]));
   if (const auto screen = json.find("screen"))
@@ -123,6 +146,7 @@ DisplayRig parse_rig(const Json& json) {
   if (const auto mirror = json.find("mirror")) rig.mirror = parse_mirror(*mirror);
   if (const auto head = json.find("head")) rig.head = parse_head(*head);
   if (const auto base = json.find("X_WH")) rig.X_WH = parse_pose(*base);
+  if (const auto hmd = json.find("hmd")) rig.hmd = parse_hmd(*hmd, rig.X_WH);
   if (rig.kind != DisplayKind::kHmd) {
     try {
       (void)eye_views(rig);
@@ -217,6 +241,17 @@ EyeView eye_view(const Screen& panel, const std::optional<Mirror>& mirror, const
 std::array<dvec3, 2> eye_positions(const Head& head, Layout layout) {
   if (layout == Layout::kMono) return {head.eye_center, head.eye_center};
   return {head.eye_center - 0.5 * head.ipd * head.right, head.eye_center + 0.5 * head.ipd * head.right};
+}
+
+bool sees(const DisplayRig& rig, const Head& head) noexcept {
+  constexpr double kNearest = 0.05;  // m
+  const dvec3 n = glm::normalize(glm::cross(rig.screen.lower_right - rig.screen.lower_left,
+                                            rig.screen.upper_left - rig.screen.lower_left));
+  for (const dvec3& eye : eye_positions(head, rig.screen.layout)) {
+    const dvec3 real = rig.mirror ? reflect(*rig.mirror, eye) : eye;
+    if (!(glm::dot(n, real - rig.screen.lower_left) >= kNearest)) return false;
+  }
+  return true;
 }
 
 ClipRange clip_range(const DisplayRig& rig) {

@@ -47,7 +47,22 @@ struct Head {
   dvec3 eye_center{0, 0, 0.6};  // m, W, half-way between the eyes
   double ipd = 0.063;           // m
   dvec3 right{1, 0, 0};         // unit, from the left eye to the right
-  std::string tracker;          // "opentrack:PORT", or empty: the head does not move
+  std::string tracker;          // "opentrack:PORT" (head_tracker.h), or empty: the head does not move
+};
+
+/// A headset: where its space D (x right, y up, the user looks along −z) lies in the workbench.
+struct HmdRig {
+  bool stage = true;          // D is the room's STAGE, else LOCAL, which begins where the user sits
+  std::optional<Pose> X_WD;   // measured, e.g. to a haptic arm; nothing: the work is put before the user
+  double magnify = 1;         // the work is seen, and the hand moves, this much larger; only where X_WD is not measured
+  double distance = 0.35, below = 0.22;  // m from the eyes to the work, where it is put
+  bool passthrough = false;   // show the room behind the work, where the headset can
+  bool depth = true;          // hand the depth over where the runtime takes it
+  double refresh_hz = 0;      // 0: the runtime's choice
+  double resolution = 1;      // of the runtime's recommended width and height
+  double wait = 15;           // s for the headset to be put on
+  double stall = 3;           // s without an answer of the runtime before the session ends
+  dvec3 tip{0, 0, -0.06};     // m, of the tool's head in the controller's aim frame
 };
 
 struct DisplayRig {
@@ -56,6 +71,7 @@ struct DisplayRig {
   std::optional<Mirror> mirror;
   Head head;
   Pose X_WH;  // the haptic base
+  HmdRig hmd;  // of a headset
 };
 
 /// Reads a rig file (INTERFACE.md). Throws Error naming file, key, found and expected.
@@ -98,6 +114,8 @@ EyeView eye_view(const Screen& screen, const std::optional<Mirror>& mirror, cons
 
 /// Positions of the left and right eye, or of the point half-way between them twice when the layout is mono.
 std::array<dvec3, 2> eye_positions(const Head& head, Layout layout);
+/// True when both of the head's eyes lie in front of the picture, 5 cm or more.
+bool sees(const DisplayRig& rig, const Head& head) noexcept;
 /// Near and far planes around the workspace: the worked 0.1 m and 2 m unless the picture is nearer or farther.
 ClipRange clip_range(const DisplayRig& rig);
 /// Left, right.

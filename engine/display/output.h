@@ -75,10 +75,14 @@ class Output {
   /// The screen lost what it showed (resized, uncovered): compose again although nothing moved.
   virtual bool needs_frame() const { return false; }
   virtual void resize(ivec2) {}
+  /// As if the desktop had taken the surface away: for tests of what then happens.
+  virtual void lose_surface() {}
   virtual UserInput poll() { return {}; }
   /// How large writing should be drawn here, 1: on an ordinary screen.
   virtual double scale() const { return 1; }
   virtual int first_row() const { return 0; }
+  /// s between two pictures of the screen; 0 for a picture in memory.
+  virtual double refresh_period() const { return 0; }
   /// Reads the composed picture back; RGBA bytes. Only a picture in memory can.
   virtual std::vector<std::uint8_t> read() { return {}; }
 };

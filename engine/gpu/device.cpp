@@ -80,7 +80,8 @@ VkInstance create_instance(const DeviceOptions& options, VkDebugUtilsMessengerCr
                                   .enabledExtensionCount = static_cast<std::uint32_t>(extensions.size()),
                                   .ppEnabledExtensionNames = extensions.data()};
   VkInstance instance = VK_NULL_HANDLE;
-  const VkResult result = vkCreateInstance(&info, nullptr, &instance);
+  const VkResult result =
+      options.create_instance ? options.create_instance(info, instance) : vkCreateInstance(&info, nullptr, &instance);
   if (result != VK_SUCCESS)
     throw Error("Vulkan", "", name_of(result),
                 "a Vulkan driver (apt install mesa-vulkan-drivers gives one that needs no GPU)");
@@ -113,6 +114,7 @@ int rank(const VkPhysicalDeviceProperties& p) {
 }  // namespace
 
 void check(VkResult result, const char* call) {
+  if (result == VK_ERROR_DEVICE_LOST) throw DeviceLost(fmt::format("{}: the device is lost", call));
   if (result != VK_SUCCESS)
     throw RunFailure(fmt::format("{}: {} ({})", call, name_of(result), static_cast<int>(result)));
 }
@@ -176,7 +178,9 @@ Device Device::create(const DeviceOptions& options) {
     // The best device that can do what the renderer needs.
     int best = 1000;
     std::string seen;
-    for (VkPhysicalDevice physical : physical_devices(d.instance)) {
+    const std::vector<VkPhysicalDevice> candidates =
+        options.choose_physical ? std::vector{options.choose_physical(d.instance)} : physical_devices(d.instance);
+    for (VkPhysicalDevice physical : candidates) {
       VkPhysicalDeviceProperties properties;
       vkGetPhysicalDeviceProperties(physical, &properties);
       seen += fmt::format("{}{} (Vulkan {}.{})", seen.empty() ? "" : ", ", properties.deviceName,
@@ -238,7 +242,9 @@ Device Device::create(const DeviceOptions& options) {
                                   .pQueueCreateInfos = &queue,
                                   .enabledExtensionCount = static_cast<std::uint32_t>(extensions.size()),
                                   .ppEnabledExtensionNames = extensions.data()};
-    if (const VkResult result = vkCreateDevice(d.physical, &info, nullptr, &d.device); result != VK_SUCCESS)
+    const VkResult result = options.create_device ? options.create_device(d.physical, info, d.device)
+                                                  : vkCreateDevice(d.physical, &info, nullptr, &d.device);
+    if (result != VK_SUCCESS)
       throw Error("Vulkan", d.name(), name_of(result), "multiview, dynamic rendering and multiDrawIndirect");
     vkGetDeviceQueue(d.device, d.queue_family, 0, &d.queue);
   } catch (...) {
@@ -399,6 +405,7 @@ VkCommandBuffer FrameRing::begin(Device& device) {
 void FrameRing::submit(Device& device, VkSemaphore wait, VkSemaphore signal) {
   Slot& s = slots[static_cast<std::size_t>(slot())];
   check(vkEndCommandBuffer(s.commands), "vkEndCommandBuffer");
+  if (device.take_loss()) check(VK_ERROR_DEVICE_LOST, "vkQueueSubmit2");
   const VkCommandBufferSubmitInfo commands{.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_SUBMIT_INFO,
                                            .commandBuffer = s.commands};
   const VkSemaphoreSubmitInfo wait_info{.sType = VK_STRUCTURE_TYPE_SEMAPHORE_SUBMIT_INFO,

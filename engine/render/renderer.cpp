@@ -76,7 +76,10 @@ struct Renderer::Impl {
   BackgroundPass background;
   ParticlePass particles;
   HudPass hud;
+  HiddenPass hidden;
   BrickStore bricks;
+  bool keeps_depth = false;
+  std::vector<gpu::Image> kept_depth;  // one of two layers where one pass draws both eyes, else one an eye
 
   // What the last frame was made of: equal means nothing moved.
   int last_views = 0;
@@ -106,6 +109,7 @@ struct Renderer::Impl {
     shadow.destroy(device);
     tool.destroy(device);
     hud.destroy(device);
+    hidden.destroy(device);
     bricks.destroy(device);
     for (gpu::Buffer& b : frame_data) b.destroy(device);
     for (VkSampler s : {compare, nearest, linear}) vkDestroySampler(device.device, s, nullptr);
@@ -190,6 +194,13 @@ struct Renderer::Impl {
                                         .samples = context.samples,
                                         .usage = VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT,
                                         .aspect = VK_IMAGE_ASPECT_DEPTH_BIT});
+    for (int i = 0; keeps_depth && i < (context.view_mask ? 1 : views); ++i)
+      kept_depth.push_back(gpu::Image::create(
+          device, {.size = extent,
+                   .layers = together,
+                   .format = kDepthFormat,
+                   .usage = VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT | VK_IMAGE_USAGE_TRANSFER_SRC_BIT,
+                   .aspect = VK_IMAGE_ASPECT_DEPTH_BIT}));
     last_views = views;
     ++settings_version;
   }
@@ -197,6 +208,8 @@ struct Renderer::Impl {
     pictures.destroy(device);
     color.destroy(device);
     depth.destroy(device);
+    for (gpu::Image& image : kept_depth) image.destroy(device);
+    kept_depth.clear();
   }
   /// Their pipelines depend on samples, views and quality.
   void destroy_passes() {
@@ -205,6 +218,7 @@ struct Renderer::Impl {
     background.destroy(device);
     particles.destroy(device);
     destroy_pipeline(device, hud.pipeline);
+    destroy_pipeline(device, hidden.pipeline);
   }
   void rebuild(int views) {
     vkDeviceWaitIdle(device.device);
@@ -221,6 +235,7 @@ struct Renderer::Impl {
     }
     const dvec3 key = glm::normalize(frame.lights.key), up = glm::normalize(frame.lights.up);
     data.background = glm::vec4(frame.background == Background::kGradient ? 1.0f : 0.0f);
+    data.background.w = frame.background == Background::kClear ? 0.0f : 1.0f;
     data.key = glm::vec4(glm::dvec4(key, frame.lights.key_strength));
     const bool given = frame.lights.window != dvec3(0);
     const dvec3 window = glm::normalize(given ? frame.lights.window : glm::cross(up, key) + 0.55 * up);
@@ -258,7 +273,8 @@ struct Renderer::Impl {
       constexpr double kExposure = 15e-3, kPitch = 2 * kPi / 8;
       const double pitches = std::abs(frame.tool.spindle) * kExposure / kPitch;
       const double blur = std::clamp((pitches - 0.1) / 0.9, 0.0, 1.0);
-      data.tool_motion = glm::vec4(blur < 1 ? std::remainder(frame.tool.angle, 2 * kPi) : 0.0, blur, 0, 0);
+      data.tool_motion = glm::vec4(blur < 1 ? std::remainder(frame.tool.angle, 2 * kPi) : 0.0, blur,
+                                   std::clamp(frame.tool.opacity, 0.0, 1.0), 0);
     }
   }
 
@@ -335,8 +351,8 @@ struct Renderer::Impl {
     }
     stats.frames = frames;
     stats.gpu_ms = gpu_ms;
-    for (VkPipeline p :
-         {shadow.pipeline, surface.pipeline, tool.pipeline, background.pipeline, particles.pipeline, hud.pipeline})
+    for (VkPipeline p : {shadow.pipeline, surface.pipeline, tool.pipeline, background.pipeline, particles.pipeline,
+                         hud.pipeline, hidden.pipeline})
       if (p) ++stats.pipelines;
     return stats;
   }
@@ -367,6 +383,7 @@ struct Renderer::Impl {
       begin_scene(commands, frame, view);
       vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, context.layout, 0, 1, &set, 0, nullptr);
       push_view(commands, context.layout, view);
+      hidden.record(context, commands, stats);
       surface.record(context, commands, bricks, slot, groups, stats);
       tool.record(context, commands, frame.tool, stats);
       if (frame.background == Background::kGradient) background.record(context, commands, stats);
@@ -409,6 +426,13 @@ struct Renderer::Impl {
     gpu::transition(commands, depth, VK_IMAGE_LAYOUT_UNDEFINED, VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL, kTests,
                     VK_ACCESS_2_DEPTH_STENCIL_ATTACHMENT_WRITE_BIT, kTests,
                     VK_ACCESS_2_DEPTH_STENCIL_ATTACHMENT_WRITE_BIT | VK_ACCESS_2_DEPTH_STENCIL_ATTACHMENT_READ_BIT);
+    const gpu::Image* kept = keeps_depth ? &kept_depth[context.view_mask ? 0 : static_cast<std::size_t>(view)] : nullptr;
+    if (kept)
+      gpu::transition(commands, *kept, VK_IMAGE_LAYOUT_UNDEFINED, VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL,
+                      VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, VK_ACCESS_2_NONE, kTests | kOutput,
+                      VK_ACCESS_2_DEPTH_STENCIL_ATTACHMENT_WRITE_BIT | VK_ACCESS_2_COLOR_ATTACHMENT_WRITE_BIT |
+                          VK_ACCESS_2_DEPTH_STENCIL_ATTACHMENT_READ_BIT);
+    const bool kept_direct = kept && context.samples == 1, kept_resolved = kept && context.samples > 1;
     const VkExtent2D extent = pictures.options.size;
     const VkImageView eye_view =
         context.view_mask ? pictures.view : pictures.layer_views[static_cast<std::size_t>(view)];
@@ -422,13 +446,17 @@ struct Renderer::Impl {
         .resolveImageLayout = in_pass ? VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL : VK_IMAGE_LAYOUT_UNDEFINED,
         .loadOp = VK_ATTACHMENT_LOAD_OP_CLEAR,
         .storeOp = in_pass ? VK_ATTACHMENT_STORE_OP_DONT_CARE : VK_ATTACHMENT_STORE_OP_STORE,
-        .clearValue = {.color = {{0, 0, 0, 1}}}};
-    const VkRenderingAttachmentInfo depth_info{.sType = VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO,
-                                               .imageView = depth.view,
-                                               .imageLayout = VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL,
-                                               .loadOp = VK_ATTACHMENT_LOAD_OP_CLEAR,
-                                               .storeOp = VK_ATTACHMENT_STORE_OP_DONT_CARE,
-                                               .clearValue = {.depthStencil = {1.0f, 0}}};
+        .clearValue = {.color = {{0, 0, 0, frame.background == Background::kClear ? 0.0f : 1.0f}}}};
+    const VkRenderingAttachmentInfo depth_info{
+        .sType = VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO,
+        .imageView = kept_direct ? kept->view : depth.view,
+        .imageLayout = VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL,
+        .resolveMode = kept_resolved ? VK_RESOLVE_MODE_SAMPLE_ZERO_BIT : VK_RESOLVE_MODE_NONE,
+        .resolveImageView = kept_resolved ? kept->view : VK_NULL_HANDLE,
+        .resolveImageLayout = kept_resolved ? VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL : VK_IMAGE_LAYOUT_UNDEFINED,
+        .loadOp = VK_ATTACHMENT_LOAD_OP_CLEAR,
+        .storeOp = kept_direct ? VK_ATTACHMENT_STORE_OP_STORE : VK_ATTACHMENT_STORE_OP_DONT_CARE,
+        .clearValue = {.depthStencil = {1.0f, 0}}};
     const VkRenderingInfo rendering{.sType = VK_STRUCTURE_TYPE_RENDERING_INFO,
                                     .renderArea = {{0, 0}, extent},
                                     .layerCount = 1,
@@ -466,6 +494,11 @@ struct Renderer::Impl {
                     by_command ? VK_ACCESS_2_TRANSFER_WRITE_BIT : VK_ACCESS_2_COLOR_ATTACHMENT_WRITE_BIT,
                     VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT,
                     VK_ACCESS_2_SHADER_SAMPLED_READ_BIT | VK_ACCESS_2_TRANSFER_READ_BIT);
+    for (const gpu::Image& image : kept_depth)
+      gpu::transition(commands, image, VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL, VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL,
+                      kOutput | VK_PIPELINE_STAGE_2_LATE_FRAGMENT_TESTS_BIT,
+                      VK_ACCESS_2_DEPTH_STENCIL_ATTACHMENT_WRITE_BIT | VK_ACCESS_2_COLOR_ATTACHMENT_WRITE_BIT,
+                      VK_PIPELINE_STAGE_2_COPY_BIT, VK_ACCESS_2_TRANSFER_READ_BIT);
   }
 };
 
@@ -508,6 +541,27 @@ void Renderer::set_quality(const Quality& quality) {
   impl_->shadow.create_map(impl_->context);
   impl_->shadow_version = 0;
   impl_->rebuild(impl_->last_views);
+}
+
+void Renderer::set_hidden(std::span<const glm::vec3> corners) {
+  vkDeviceWaitIdle(impl_->device.device);
+  impl_->hidden.set(impl_->device, corners);
+  ++impl_->settings_version;
+}
+
+void Renderer::keep_depth(bool keep) {
+  if (keep == impl_->keeps_depth) return;
+  vkDeviceWaitIdle(impl_->device.device);
+  impl_->destroy_pictures();
+  impl_->keeps_depth = keep;
+  impl_->create_pictures(impl_->last_views);
+}
+
+Renderer::DepthPicture Renderer::depth(int view) const {
+  if (impl_->kept_depth.empty()) return {};
+  const bool together = impl_->kept_depth.size() == 1;
+  return {&impl_->kept_depth[together ? 0 : static_cast<std::size_t>(view)],
+          together ? static_cast<std::uint32_t>(view) : 0};
 }
 
 FrameStats Renderer::record(VkCommandBuffer commands, const Frame& frame, int slot, std::uint64_t submitted,

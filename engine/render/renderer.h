@@ -62,6 +62,7 @@ struct ToolState {
   Pose X_WG;           // as held outside the tissue
   double angle = 0;    // rad about its z
   double spindle = 0;  // rad/s: how much the flutes blur
+  double opacity = 1;  // less: sieved, as when the hand that holds it is out of sight
 };
 
 /// Writing and a force bar at the picture's edge, on the screen plane (no disparity).
@@ -85,7 +86,8 @@ struct Lights {
   double ambient = 0.60;
 };
 
-enum class Background { kGradient, kBlack };  // a half mirror wants black: it is where the hand shows
+/// A half mirror wants black: it is where the hand shows. Clear is black of opacity 0: there a headset shows the room.
+enum class Background { kGradient, kBlack, kClear };
 
 struct Frame {
   std::array<Eye, 2> eyes;
@@ -125,6 +127,11 @@ class Renderer {
   void set_tool(const ToolMesh& tool);
   void resize(glm::ivec2 size);
   void set_quality(const Quality& quality);
+  /// Triangles of each eye's picture that nobody sees (behind a headset's lenses): nothing is drawn there. x, y: clip
+  /// space of the picture; z: the eye.
+  void set_hidden(std::span<const glm::vec3> corners);
+  /// From now on depth() holds each frame's depth: a headset's compositor asks for it.
+  void keep_depth(bool keep);
 
   /// Records the frame unless it is the same as the last one; the caller submits. `slot` is the frame in flight.
   FrameStats record(VkCommandBuffer commands, const Frame& frame, int slot, std::uint64_t submitted,
@@ -132,6 +139,12 @@ class Renderer {
 
   /// The eyes' pictures: two layers (one when mono), sRGB bytes, ready to be sampled or copied after record().
   const gpu::Image& pictures() const;
+  /// An eye's depth, D32, as a copy's source after record(); only where it is kept.
+  struct DepthPicture {
+    const gpu::Image* image = nullptr;
+    std::uint32_t layer = 0;
+  };
+  DepthPicture depth(int view) const;
 
  private:
   struct Impl;

@@ -19,7 +19,7 @@ struct FrameData {
   vec4 window;            // xyz: unit, towards the window that gloss mirrors
   vec4 tool_head;         // xyz: head centre, m; w: radius, m; 0: no tool
   vec4 tool_end;          // xyz: far end of the shank, m; w: its radius, m
-  vec4 tool_motion;       // x: angle, rad; y: 0 sharp .. 1 wholly blurred by spin; z: 1 when spinning
+  vec4 tool_motion;       // x: angle, rad; y: 0 sharp .. 1 wholly blurred by spin; z: opacity
   vec4 background;        // 1 drawn, 0 black
   vec4 tissue_color[10];  // by contract/tissue.h: linear colour; w: translucency
   vec4 tissue_look[10];   // roughness, metal, wetness

@@ -13,6 +13,7 @@
 #include <cstring>
 #include <limits>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "engine/base/error.h"
 #include "engine/session/format/hdf5.h"
@@ -168,17 +169,24 @@ struct SessionWriter::Impl {
   H5 h5;
   Table ticks, cuts, patches, events, pictures;
   std::vector<Table> streams;
+  H5 loop_times, loop_jitter, loop_work, loop_granted, loop_note, loop_hand, loop_safety;
+  std::optional<LoopReport> loop_unwritten;
   H5 lost, complete, volumes_after, volumes_ideal, pulp_distance, field_hash, png;
   hsize_t png_bytes = 0;
   std::uint64_t disk_lost_unreported = 0;
   Lost lost_in_file;
   Nanos last_write = now();
   Nanos last_t = 0;  // of the newest tick
+  std::vector<std::string> tool_names;
+  std::uint32_t last_tool = 0;
 
   void create(const SessionHeader& header);
   bool create_header(const SessionHeader& header);
+  void note_tool(const ServoTick& tick) noexcept;
   bool create_tables(const SessionHeader& header);
   bool create_result();
+  bool create_loop();
+  bool write_loop() noexcept;
   void write_all() noexcept;
   bool write_table(Table& table, std::uint64_t& lost_rows) noexcept;
   bool disk_has_room() noexcept;
@@ -202,6 +210,7 @@ void SessionWriter::Impl::create(const SessionHeader& header) {
   const auto refuse = [&](const std::string& why) {
     throw Error(file.string(), "", why, "a place where a session can be recorded");
   };
+  tool_names = header.tools;
   for (const StreamSpec& stream : header.streams) {
     bool good = plain_name(stream.name) && !stream.columns.empty();
     for (const auto& column : stream.columns) good = good && plain_name(column.name) && column.name != "t_ns";
@@ -221,7 +230,8 @@ void SessionWriter::Impl::create(const SessionHeader& header) {
   h5 = H5(H5Fcreate(written_to.c_str(), H5F_ACC_TRUNC, creation.get(), access.get()), H5Fclose);
   if (!h5) refuse(errno ? std::strerror(errno) : h5_reason());
   // Handles on objects must not be open while SWMR starts, but datasets may be.
-  if (!create_header(header) || !create_tables(header) || !create_result() || H5Fflush(h5.get(), H5F_SCOPE_GLOBAL) < 0 ||
+  if (!create_header(header) || !create_tables(header) || !create_result() || !create_loop() ||
+      H5Fflush(h5.get(), H5F_SCOPE_GLOBAL) < 0 ||
       H5Fstart_swmr_write(h5.get()) < 0) {
     const std::string why = h5_reason();
     h5.reset();
@@ -229,6 +239,12 @@ void SessionWriter::Impl::create(const SessionHeader& header) {
     refuse(why);
   }
   lock_fd = lock_while_recording(written_to);
+}
+
+void SessionWriter::Impl::note_tool(const ServoTick& tick) noexcept {
+  last_tool = tick.tool;
+  const H5Quiet quiet;
+  add_event({tick.t, EventKind::kTool, tick.tool < tool_names.size() ? tool_names[tick.tool] : std::to_string(tick.tool)});
 }
 
 bool SessionWriter::Impl::create_header(const SessionHeader& header) {
@@ -255,6 +271,7 @@ bool SessionWriter::Impl::create_header(const SessionHeader& header) {
               set_attribute(root, "compiler", header.compiler) && set_attribute(root, "date", header.date) &&
               set_attribute(root, "hand", header.hand) && set_attribute(root, "trainee", header.trainee) &&
               set_attribute(root, "servo_rate_Hz", header.servo_rate) &&
+              set_attribute(root, "vibration_band_Hz", header.vibration_band) &&
               set_attribute(root, "voxel_mm", header.voxel * 1e3) && write_text(group.get(), "scene", header.scene_json) &&
               write_text(group.get(), "rig", header.rig_json) && write_text(group.get(), "files", dump(files)) &&
               write_text(group.get(), "seeds", dump(seeds)) && write_text(group.get(), "tools", dump(header.tools)) &&
@@ -347,6 +364,41 @@ bool SessionWriter::Impl::create_result() {
                         H5T_NATIVE_UINT64, 0, &zero, complete);
 }
 
+bool SessionWriter::Impl::create_loop() {
+  H5 group_properties(H5Pcreate(H5P_GROUP_CREATE), H5Pclose);
+  H5Pset_obj_track_times(group_properties.get(), false);
+  H5 group(H5Gcreate2(h5.get(), "loop", H5P_DEFAULT, group_properties.get(), H5P_DEFAULT), H5Gclose);
+  const LoopFields zero(LoopReport{});
+  const auto create = [&](const char* name, const char* unit, const char* text, hid_t type, const auto& initial, H5& dataset) {
+    return create_numbers(group.get(), name, unit, text, type, initial.size(), initial.data(), dataset);
+  };
+  return group && set_attribute(group.get(), "description", "how the servo kept its time, and what it was granted") &&
+         create("times", "", "of the servo's loop; no ticks: a session that did not run live", H5T_NATIVE_UINT64,
+                zero.times, loop_times) &&
+         set_attribute(loop_times.get(), "labels", kLoopTimeLabels) &&
+         create("jitter", "", kHistogramText, H5T_NATIVE_UINT32, zero.jitter, loop_jitter) &&
+         create("work", "", kHistogramText, H5T_NATIVE_UINT32, zero.work, loop_work) &&
+         create("granted", "", "1: granted by the operating system", H5T_NATIVE_UINT64, zero.granted, loop_granted) &&
+         set_attribute(loop_granted.get(), "labels", kLoopGrantLabels) &&
+         create("note", "", "UTF-8: what was refused and what mends it", H5T_NATIVE_UINT8, zero.note, loop_note) &&
+         create("hand", "", "of a hand with motors", H5T_NATIVE_DOUBLE, zero.hand, loop_hand) &&
+         set_attribute(loop_hand.get(), "labels", kLoopHandLabels) &&
+         create("safety", "", "what the safety layer did, as bits", H5T_NATIVE_UINT64, zero.safety, loop_safety) &&
+         set_attribute(loop_safety.get(), "labels", safety_labels());
+}
+
+bool SessionWriter::Impl::write_loop() noexcept {
+  const LoopFields f(*loop_unwritten);
+  loop_unwritten.reset();
+  return overwrite(loop_times, H5T_NATIVE_UINT64, f.times.data()) &&
+         overwrite(loop_jitter, H5T_NATIVE_UINT32, f.jitter.data()) &&
+         overwrite(loop_work, H5T_NATIVE_UINT32, f.work.data()) &&
+         overwrite(loop_granted, H5T_NATIVE_UINT64, f.granted.data()) &&
+         overwrite(loop_note, H5T_NATIVE_UINT8, f.note.data()) &&
+         overwrite(loop_hand, H5T_NATIVE_DOUBLE, f.hand.data()) &&
+         overwrite(loop_safety, H5T_NATIVE_UINT64, f.safety.data());
+}
+
 void SessionWriter::Impl::fail(const std::string& why) noexcept {
   if (status.state == WriterStatus::State::kFailed) return;
   status.state = WriterStatus::State::kFailed;
@@ -412,6 +464,7 @@ void SessionWriter::Impl::write_all() noexcept {
       good = overwrite(lost, H5T_NATIVE_UINT64, losses.data());
       lost_in_file = l;
     }
+    if (good && loop_unwritten) good = write_loop();
     errno = 0;
     if (!good || H5Fflush(h5.get(), H5F_SCOPE_GLOBAL) < 0) fail(errno ? std::strerror(errno) : h5_reason());
   }
@@ -444,6 +497,9 @@ bool SessionWriter::Impl::close() noexcept {
   events.close();
   pictures.close();
   for (Table& stream : streams) stream.close();
+  for (H5* dataset : {&loop_times, &loop_jitter, &loop_work, &loop_granted, &loop_note, &loop_hand, &loop_safety}) {
+    dataset->reset();
+  }
   for (H5* dataset : {&lost, &complete, &volumes_after, &volumes_ideal, &pulp_distance, &field_hash, &png}) dataset->reset();
   errno = 0;
   const bool good = h5.reset();
@@ -472,6 +528,7 @@ void SessionWriter::append(std::span<const ServoTick> ticks) noexcept {
   for (const ServoTick& tick : ticks) {
     impl_->add(impl_->ticks, tick_columns(), tick);
     impl_->last_t = tick.t;
+    if (tick.tool != impl_->last_tool) impl_->note_tool(tick);
     if (impl_->ticks.full()) impl_->write_all();
   }
 }
@@ -500,6 +557,8 @@ void SessionWriter::append(const SessionEvent& event) noexcept {
 void SessionWriter::event(Nanos t, EventKind kind, std::string_view text) noexcept {
   append(SessionEvent{t, kind, std::string(text)});
 }
+
+void SessionWriter::loop(const LoopReport& report) noexcept { impl_->loop_unwritten = report; }
 
 void SessionWriter::append(std::size_t stream, Nanos t, std::span<const double> values) noexcept {
   const H5Quiet quiet;

@@ -14,6 +14,7 @@
 #include <string_view>
 
 #include "engine/contract/contact.h"
+#include "engine/contract/loop_timing.h"
 #include "engine/session/session_data.h"
 
 namespace typodont::session {
@@ -51,6 +52,8 @@ class SessionWriter {
   void append(std::span<const PatchUse> patches) noexcept;
   void append(const SessionEvent& event) noexcept;
   void event(Nanos t, EventKind kind, std::string_view text) noexcept;
+  /// How the servo's loop fared so far; the newest counts, and is in the file with the next flush.
+  void loop(const LoopReport& report) noexcept;
   /// One sample of header.streams[stream]; as many values as it has columns.
   void append(std::size_t stream, Nanos t, std::span<const double> values) noexcept;
 

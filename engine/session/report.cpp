@@ -14,10 +14,12 @@
 #include <tuple>
 
 #include "engine/base/error.h"
+#include "engine/contract/safety_event.h"
 #include "engine/session/format/columns.h"
 #include "engine/session/page/plot.h"
 #include "engine/session/page/style.h"
 #include "engine/session/page/words.h"
+#include "engine/session/task.h"
 
 namespace typodont::session {
 
@@ -122,12 +124,8 @@ ScoreInput input_of(const SessionReader& session, const Course& course) {
 }
 
 Score score_of(const SessionReader& session, const ScoreInput& input) {
-  std::vector<ScoreRule> rules = default_rules(input);
-  if (!session.header().scene_json.empty()) {
-    const Json scene = Json::parse(session.header().scene_json, session.file().string() + ": scene");
-    if (const auto block = scene.find("score")) rules = rules_from(*block, input);
-  }
-  return score(input, rules);
+  if (session.header().scene_json.empty()) return score(input, default_rules(input));
+  return score(input, rules_of_scene(Json::parse(session.header().scene_json, session.file().string() + ": scene"), input));
 }
 
 std::string scene_name_of(const SessionReader& session) {
@@ -208,7 +206,7 @@ class Page : private Words {
       link("course", "course");
       link("faults", "faults");
     }
-    if (!course_.cpu_us.empty()) link("timing", "timing");
+    if (!course_.cpu_us.empty() || session_.loop()) link("timing", "timing");
     if (!session_.events().empty()) link("events", "events");
     link("details", "details");
     put("</ul></nav>\n");
@@ -476,6 +474,81 @@ class Page : private Words {
   }
 
   void timing() {
+    if (course_.cpu_us.empty() && !session_.loop()) return;
+    put("<section id=\"timing\" aria-labelledby=\"h-timing\">\n<h2 id=\"h-timing\">{}</h2>\n", say("timing"));
+    cpu_times();
+    if (session_.loop()) {
+      loop_times(*session_.loop());
+      real_time(*session_.loop());
+    }
+    put("</section>\n");
+  }
+
+  std::string three_nines() const { return language == Language::kGerman ? "99,9 %" : "99.9 %"; }
+
+  /// Median, 99 %, 99.9 % and worst of what a live loop counted.
+  void loop_times(const LoopReport& loop) {
+    const LoopTiming& t = loop.timing;
+    const double share = 100 * static_cast<double>(t.misses) / static_cast<double>(std::max<std::uint64_t>(t.ticks, 1));
+    put("<table><caption>{}</caption><thead><tr><th scope=\"col\"></th><th scope=\"col\">{}</th><th scope=\"col\">99 %</th>"
+        "<th scope=\"col\">{}</th><th scope=\"col\">{}</th></tr></thead>\n<tbody>",
+        say("loop_caption", t.ticks, t.misses, number(share, share > 0 && share < 0.01 ? 4 : 2),
+            number(static_cast<double>(t.worst_index) * to_seconds(t.period), 2)),
+        say("median"), three_nines(), say("worst"));
+    const auto row = [&](const char* key, const DurationHistogram& h, Nanos worst) {
+      // A quantile is the end of its bin, which may lie beyond the worst one in it.
+      const auto us = [&](double q) { return number(std::min(h.quantile(q), static_cast<double>(worst)) / 1e3); };
+      put("<tr><th scope=\"row\">{}</th><td>{} µs</td><td>{} µs</td><td>{} µs</td><td>{} µs</td></tr>\n", say(key), us(0.5),
+          us(0.99), us(0.999), number(static_cast<double>(worst) / 1e3));
+    };
+    row("loop_work", t.work, t.worst_tick);
+    row("loop_jitter", t.jitter, t.worst_jitter);
+    put("</tbody></table>\n");
+    int first = DurationHistogram::kBins, last = -1;
+    for (int i = 0; i < DurationHistogram::kBins; ++i) {
+      if (t.jitter.counts[static_cast<std::size_t>(i)] == 0) continue;
+      first = std::min(first, i);
+      last = i;
+    }
+    if (last < 0) return;
+    // A whole decade at least, so that its axis has marks.
+    first = std::max(0, std::min(first, last - 27));
+    last = std::min(DurationHistogram::kBins - 1, std::max(last, first + 27));
+    std::vector<double> edges{DurationHistogram::upper_edge(first) / 1e3 * std::exp2(-1.0 / DurationHistogram::kPerOctave)}, counts;
+    for (int i = first; i <= last; ++i) {
+      edges.push_back(DurationHistogram::upper_edge(i) / 1e3);
+      counts.push_back(t.jitter.counts[static_cast<std::size_t>(i)]);
+    }
+    const auto us = [&](double q) {
+      return number(std::min(t.jitter.quantile(q), static_cast<double>(t.worst_jitter)) / 1e3);
+    };
+    put("<div class=\"scroll\">{}</div>\n",
+        histogram(edges, counts, "µs",
+                  say("loop_jitter_alt", t.jitter.total(), us(0.5), us(0.99), number(static_cast<double>(t.worst_jitter) / 1e3)),
+                  number_text()));
+  }
+
+  void real_time(const LoopReport& loop) {
+    put("<h3>{}</h3>\n<dl class=\"list\">", say("realtime"));
+    const auto entry = [&](const char* key, const std::string& value) {
+      put("<dt>{}</dt><dd>{}</dd>", say(key), value);
+    };
+    const auto granted = [&](bool yes) { return say(yes ? "realtime.yes" : "realtime.no"); };
+    entry("realtime.fifo", granted(loop.fifo));
+    entry("realtime.pinned", granted(loop.pinned));
+    entry("realtime.locked", granted(loop.memory_locked));
+    if (loop.bearable_force > 0) {  // a hand with motors
+      entry("motor_heat", say("motor_heat_value", number(100 * loop.worst_heat, 0)));
+      std::vector<std::string> events;
+      for (const auto& [event, name] : kSafetyEventNames) {
+        if (loop.safety & bits(event)) events.push_back(say(fmt::format("safety.{}", name)));
+      }
+      entry("safety", events.empty() ? say("safety.none") : fmt::format("{}", fmt::join(events, "; ")));
+    }
+    put("</dl>\n");
+  }
+
+  void cpu_times() {
     if (course_.cpu_us.empty()) return;
     std::vector<float>& us = course_.cpu_us;
     std::sort(us.begin(), us.end());
@@ -494,13 +567,12 @@ class Page : private Words {
       const auto bin = std::clamp<std::ptrdiff_t>(above - edges.begin() - 1, 0, static_cast<std::ptrdiff_t>(counts.size()) - 1);
       ++counts[static_cast<std::size_t>(bin)];
     }
-    put("<section id=\"timing\" aria-labelledby=\"h-timing\">\n<h2 id=\"h-timing\">{}</h2>\n<table><caption>{}</caption><thead><tr>"
-        "<th scope=\"col\">{}</th><th scope=\"col\">{}</th><th scope=\"col\">99 %</th><th scope=\"col\">99{}9 %</th><th scope=\"col\">{}</th>"
+    put("<table><caption>{}</caption><thead><tr>"
+        "<th scope=\"col\">{}</th><th scope=\"col\">{}</th><th scope=\"col\">99 %</th><th scope=\"col\">{}</th><th scope=\"col\">{}</th>"
         "</tr></thead>\n<tbody><tr><td class=\"text\">{}</td><td>{} µs</td><td>{} µs</td><td>{} µs</td><td>{} µs</td></tr></tbody></table>\n",
-        say("timing"), say("timing_caption", number(period, 0)), say("ticks"), say("median"),
-        language == Language::kGerman ? "," : ".", say("worst"), us.size(), number(quantile(0.5)), number(quantile(0.99)),
+        say("timing_caption", number(period, 0)), say("ticks"), say("median"), three_nines(), say("worst"), us.size(), number(quantile(0.5)), number(quantile(0.99)),
         number(quantile(0.999)), number(us.back()));
-    put("<div class=\"scroll\">{}</div>\n</section>\n",
+    put("<div class=\"scroll\">{}</div>\n",
         histogram(edges, counts, "µs",
                   say("histogram_alt", us.size(), number(quantile(0.5)), number(quantile(0.99)), number(us.back())),
                   number_text()));

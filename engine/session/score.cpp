@@ -3,8 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
+#include <iterator>
 #include <numeric>
 
 #include "engine/base/error.h"
@@ -104,6 +104,7 @@ bool is_healthy(Tissue t) {
 }
 
 constexpr double kMm3 = 1e9;  // per m³
+constexpr double kEnoughExplored = 0.9;  // share of the surface; the rest is out of the tip's reach
 
 double removed_share(const ScoreInput& in, Tissue t) {
   const auto i = static_cast<std::size_t>(t);
@@ -118,17 +119,20 @@ double healthy_removed(const ScoreInput& in) {
   return sum;
 }
 
+/// Measured voxel by voxel where that was done; otherwise from the volumes per tissue.
 std::optional<double> against_ideal(const ScoreInput& in, double sign) {
+  if (in.cavity && in.cavity->has_ideal) return (sign > 0 ? in.cavity->over_volume : in.cavity->under_volume) * kMm3;
   if (!in.ideal) return std::nullopt;
   double sum = 0;
   for (std::size_t i = 1; i < kTissueCount; ++i) sum += std::max(0.0, sign * ((*in.ideal)[i] - in.after[i]));
   return sum * kMm3;
 }
 
-/// A measure: its name, its unit, and its value where it can be known.
+/// A measure: its name, its unit, which way is better, and its value where it can be known.
 struct Measure {
   const char* name;
   const char* unit;
+  Best best;
   std::optional<double> (*value)(const ScoreInput&);
 };
 
@@ -137,44 +141,103 @@ std::optional<double> if_caries(const ScoreInput& in, double value) {
   return value;
 }
 
-constexpr std::array<Measure, 14> kMeasures = {{
-    {"residual_caries_mm3", "mm³",
-     [](const ScoreInput& in) {
-       return if_caries(in, std::max(0.0, in.after[static_cast<std::size_t>(Tissue::kCaries)]) * kMm3);
+/// A number of the cavity's, in the unit of the report.
+template <auto Member>
+std::optional<double> of_cavity(const ScoreInput& in, double per_unit) {
+  if (!in.cavity) return std::nullopt;
+  const std::optional<double> value = (*in.cavity).*Member;
+  if (!value) return std::nullopt;
+  return *value * per_unit;
+}
+std::optional<double> depth_of(const ScoreInput& in, Place CavityMeasures::*place) {
+  if (!in.cavity || !in.cavity->has_ideal) return std::nullopt;
+  return ((*in.cavity).*place).depth * 1e3;
+}
+
+constexpr double kDegreesPerRadian = 180 / kPi;
+using In = const ScoreInput&;
+using Value = std::optional<double>;
+
+constexpr Measure kMeasures[] = {
+    {"residual_caries_mm3", "mm³", Best::kAtMost,
+     [](In in) { return if_caries(in, std::max(0.0, in.after[static_cast<std::size_t>(Tissue::kCaries)]) * kMm3); }},
+    {"residual_caries_percent", "%", Best::kAtMost,
+     [](In in) { return if_caries(in, 100.0 * (1.0 - removed_share(in, Tissue::kCaries))); }},
+    {"over_cut_mm3", "mm³", Best::kAtMost, [](In in) { return against_ideal(in, 1); }},
+    {"under_cut_mm3", "mm³", Best::kAtMost, [](In in) { return against_ideal(in, -1); }},
+    {"over_cut_depth_mm", "mm", Best::kAtMost, [](In in) { return depth_of(in, &CavityMeasures::over); }},
+    {"under_cut_depth_mm", "mm", Best::kAtMost, [](In in) { return depth_of(in, &CavityMeasures::under); }},
+    {"contour_rms_um", "µm", Best::kAtMost, [](In in) { return of_cavity<&CavityMeasures::contour>(in, 1e6); }},
+    {"floor_depth_mm", "mm", Best::kNear, [](In in) { return of_cavity<&CavityMeasures::floor_depth>(in, 1e3); }},
+    {"floor_flatness_um", "µm", Best::kAtMost, [](In in) { return of_cavity<&CavityMeasures::floor_flatness>(in, 1e6); }},
+    {"floor_tilt_deg", "°", Best::kAtMost,
+     [](In in) { return of_cavity<&CavityMeasures::floor_tilt>(in, kDegreesPerRadian); }},
+    {"taper_deg", "°", Best::kNear, [](In in) { return of_cavity<&CavityMeasures::taper>(in, kDegreesPerRadian); }},
+    {"axial_depth_mm", "mm", Best::kNear, [](In in) { return of_cavity<&CavityMeasures::wall_depth>(in, 1e3); }},
+    {"isthmus_mm", "mm", Best::kNear, [](In in) { return of_cavity<&CavityMeasures::isthmus>(in, 1e3); }},
+    {"wall_thickness_mm", "mm", Best::kAtLeast,
+     [](In in) { return of_cavity<&CavityMeasures::wall_thickness>(in, 1e3); }},
+    {"margin_roughness_um", "µm", Best::kAtMost,
+     [](In in) { return of_cavity<&CavityMeasures::margin_roughness>(in, 1e6); }},
+    {"healthy_removed_mm3", "mm³", Best::kAtMost, [](In in) -> Value { return healthy_removed(in) * kMm3; }},
+    {"gingiva_removed_mm3", "mm³", Best::kAtMost,
+     [](In in) -> Value {
+       const auto i = static_cast<std::size_t>(Tissue::kGingiva);
+       if (in.before[i] <= 0) return std::nullopt;
+       return std::max(0.0, in.before[i] - in.after[i]) * kMm3;
      }},
-    {"residual_caries_percent", "%",
-     [](const ScoreInput& in) { return if_caries(in, 100.0 * (1.0 - removed_share(in, Tissue::kCaries))); }},
-    {"over_cut_mm3", "mm³", [](const ScoreInput& in) { return against_ideal(in, 1); }},
-    {"under_cut_mm3", "mm³", [](const ScoreInput& in) { return against_ideal(in, -1); }},
-    {"healthy_removed_mm3", "mm³",
-     [](const ScoreInput& in) -> std::optional<double> { return healthy_removed(in) * kMm3; }},
-    {"pulp_removed_mm3", "mm³",
-     [](const ScoreInput& in) -> std::optional<double> {
+    {"protected_removed_mm3", "mm³", Best::kAtMost,
+     [](In in) { return of_cavity<&CavityMeasures::kept_removed>(in, kMm3); }},
+    {"pulp_removed_mm3", "mm³", Best::kAtMost,
+     [](In in) -> Value {
        const auto i = static_cast<std::size_t>(Tissue::kPulp);
        if (in.before[i] <= 0) return std::nullopt;
        return std::max(0.0, in.before[i] - in.after[i]) * kMm3;
      }},
-    {"pulp_distance_mm", "mm",
-     [](const ScoreInput& in) -> std::optional<double> {
+    {"pulp_distance_mm", "mm", Best::kAtLeast,
+     [](In in) -> Value {
+       if (in.cavity) return of_cavity<&CavityMeasures::pulp_distance>(in, 1e3);
        if (!in.pulp_distance) return std::nullopt;
        return *in.pulp_distance * 1e3;
      }},
-    {"force_mean_N", "N", [](const ScoreInput& in) -> std::optional<double> { return in.hand.force_mean; }},
-    {"force_max_N", "N", [](const ScoreInput& in) -> std::optional<double> { return in.hand.force_max; }},
-    {"path_length_mm", "mm", [](const ScoreInput& in) -> std::optional<double> { return in.hand.path_length * 1e3; }},
-    {"time_s", "s", [](const ScoreInput& in) -> std::optional<double> { return in.hand.time; }},
-    {"contact_time_s", "s", [](const ScoreInput& in) -> std::optional<double> { return in.hand.contact_time; }},
-    {"strokes", "", [](const ScoreInput& in) -> std::optional<double> { return in.hand.strokes; }},
-    {"tremor_rms_um", "µm", [](const ScoreInput& in) -> std::optional<double> { return in.hand.tremor_rms * 1e6; }},
-}};
+    {"pulp_exposed_mm2", "mm²", Best::kAtMost, [](In in) { return of_cavity<&CavityMeasures::pulp_exposed>(in, 1e6); }},
+    {"lesions_found_percent", "%", Best::kAtLeast,
+     [](In in) -> Value {
+       if (!in.explore || in.explore->lesions == 0) return std::nullopt;
+       return 100.0 * in.explore->found / in.explore->lesions;
+     }},
+    {"false_finds", "", Best::kAtMost,
+     [](In in) -> Value {
+       if (!in.explore) return std::nullopt;
+       return in.explore->false_finds;
+     }},
+    {"explored_percent", "%", Best::kAtLeast,
+     [](In in) -> Value {
+       if (!in.explore) return std::nullopt;
+       return 100 * in.explore->explored;
+     }},
+    {"force_mean_N", "N", Best::kAtMost, [](In in) -> Value { return in.hand.force_mean; }},
+    {"force_max_N", "N", Best::kAtMost, [](In in) -> Value { return in.hand.force_max; }},
+    {"path_length_mm", "mm", Best::kAtMost, [](In in) -> Value { return in.hand.path_length * 1e3; }},
+    {"time_s", "s", Best::kAtMost, [](In in) -> Value { return in.hand.time; }},
+    {"contact_time_s", "s", Best::kAtMost, [](In in) -> Value { return in.hand.contact_time; }},
+    {"strokes", "", Best::kAtMost, [](In in) -> Value { return in.hand.strokes; }},
+    {"tremor_rms_um", "µm", Best::kAtMost, [](In in) -> Value { return in.hand.tremor_rms * 1e6; }},
+};
 
 const Measure* find_measure(std::string_view name) {
-  const auto it = std::find_if(kMeasures.begin(), kMeasures.end(), [&](const Measure& m) { return m.name == name; });
-  return it == kMeasures.end() ? nullptr : &*it;
+  const auto it = std::find_if(std::begin(kMeasures), std::end(kMeasures), [&](const Measure& m) { return m.name == name; });
+  return it == std::end(kMeasures) ? nullptr : it;
 }
 
-/// Share of the task done: of what the ideal removes, else of the caries, that is gone; 1 where neither says.
+/// Share of the task done: of what the ideal changes, else of the caries that is gone; of an exploration half by the
+/// lesions found and half by the surface explored; 1 where nothing says.
 double completion(const ScoreInput& in) {
+  if (in.explore) {
+    const double found = in.explore->lesions > 0 ? static_cast<double>(in.explore->found) / in.explore->lesions : 1.0;
+    return 0.5 * found + 0.5 * std::min(1.0, in.explore->explored / kEnoughExplored);
+  }
+  if (in.cavity && in.cavity->has_ideal && in.cavity->wanted > 0) return in.cavity->done / in.cavity->wanted;
   if (!in.ideal) return removed_share(in, Tissue::kCaries);
   double wanted = 0, done = 0;
   for (std::size_t i = 1; i < kTissueCount; ++i) {
@@ -211,67 +274,108 @@ std::string_view unit_of(std::string_view name) {
 std::vector<ScoreRule> default_rules(const ScoreInput& input) {
   const double caries_mm3 = input.before[static_cast<std::size_t>(Tissue::kCaries)] * kMm3;
   const char* ours = "Typodont's default; set it in the scene";
-  std::vector<ScoreRule> rules = {
-      {"residual_caries_percent", 0, 10, 40, Best::kAtMost, ours},
-      {"residual_caries_mm3", 0, 1, 0, Best::kAtMost, ours},
-      {"over_cut_mm3", 0, 2, 20, Best::kAtMost, ours},
-      {"under_cut_mm3", 0, 2, 10, Best::kAtMost, ours},
-      {"pulp_removed_mm3", 0, 0.05, 20, Best::kAtMost, ours},
-      {"pulp_distance_mm", 0.5, 0.25, 5, Best::kAtLeast,
-       "Half a millimetre of dentin left over the pulp; Typodont's default"},
-      {"force_mean_N", 1.0, 1.0, 5, Best::kAtMost, "Hand forces of 0.34 to 1.03 N measured on teeth"},
-      {"force_max_N", 3.0, 2.0, 5, Best::kAtMost, "Lateral loads of up to 3 N measured on teeth"},
-      {"path_length_mm", 0, 1000, 0, Best::kAtMost, ours},
-      {"time_s", 600, 300, 2, Best::kAtMost, ours},
-      {"contact_time_s", 0, 300, 0, Best::kAtMost, ours},
-      {"strokes", 0, 50, 0, Best::kAtMost, ours},
-      {"tremor_rms_um", 100, 100, 3, Best::kAtMost, ours},
-  };
+  std::vector<ScoreRule> rules;
+  if (input.explore) {
+    rules = {{"lesions_found_percent", 100, 20, 50, Best::kAtLeast, ours},
+             {"false_finds", 0, 1, 15, Best::kAtMost, ours},
+             {"explored_percent", 100 * kEnoughExplored, 20, 20, Best::kAtLeast, ours}};
+  } else {
+    rules = {{"residual_caries_percent", 0, 10, 40, Best::kAtMost, ours},
+             {"residual_caries_mm3", 0, 1, 0, Best::kAtMost, ours},
+             {"over_cut_mm3", 0, 2, 20, Best::kAtMost, ours},
+             {"under_cut_mm3", 0, 2, 10, Best::kAtMost, ours},
+             {"over_cut_depth_mm", 0, 0.3, 5, Best::kAtMost, ours},
+             {"under_cut_depth_mm", 0, 0.3, 5, Best::kAtMost, ours},
+             {"gingiva_removed_mm3", 0, 1, 5, Best::kAtMost, ours},
+             {"protected_removed_mm3", 0, 0.2, 15, Best::kAtMost, ours},
+             {"pulp_removed_mm3", 0, 0.05, 20, Best::kAtMost, ours},
+             {"pulp_distance_mm", 0.5, 0.25, 5, Best::kAtLeast,
+              "Half a millimetre of dentin left over the pulp; Typodont's default"}};
+  }
+  rules.insert(rules.end(), {{"force_mean_N", 1.0, 1.0, 5, Best::kAtMost, "Hand forces of 0.34 to 1.03 N measured on teeth"},
+                             {"force_max_N", 3.0, 2.0, 5, Best::kAtMost, "Lateral loads of up to 3 N measured on teeth"},
+                             {"path_length_mm", 0, 1000, 0, Best::kAtMost, ours},
+                             {"time_s", 600, 300, 2, Best::kAtMost, ours},
+                             {"contact_time_s", 0, 300, 0, Best::kAtMost, ours},
+                             {"strokes", 0, 50, 0, Best::kAtMost, ours},
+                             {"tremor_rms_um", 100, 100, 3, Best::kAtMost, ours}});
   // Without an ideal, some healthy tissue must go to reach the caries: as much as the caries themselves is free.
-  if (!input.ideal) {
+  if (input.explore || input.ideal || (input.cavity && input.cavity->has_ideal)) {
+    rules.push_back({"healthy_removed_mm3", 0, 10, 0, Best::kAtMost, ours});
+  } else {
     rules.push_back({"healthy_removed_mm3", caries_mm3, std::max(2.0, caries_mm3), 20, Best::kAtMost,
                      "As much as the caries, for the access; Typodont's default"});
-  } else {
-    rules.push_back({"healthy_removed_mm3", 0, 10, 0, Best::kAtMost, ours});
   }
   return rules;
 }
 
+namespace {
+
+Best read_best(const Json& entry, Best fallback) {
+  const auto best = entry.find("best");
+  if (!best) return fallback;
+  const std::string name = best->string();
+  if (name == "at_most") return Best::kAtMost;
+  if (name == "at_least") return Best::kAtLeast;
+  if (name == "near") return Best::kNear;
+  best->fail("at_most, at_least or near");
+}
+
+/// `ideal`: what a perfect hand would get, for targets that are not given; nullptr: not known yet, and not asked for.
+std::vector<ScoreRule> read_rules(const Json& list, const ScoreInput* ideal) {
+  std::vector<ScoreRule> rules;
+  for (const Json& entry : list.items()) {
+    entry.allow_only({"name", "target", "tolerance", "weight", "best", "source"});
+    ScoreRule rule;
+    rule.name = entry["name"].string();
+    const Measure* measure = find_measure(rule.name);
+    if (!measure) entry["name"].fail(fmt::format("one of {}", fmt::join(known_score_names(), ", ")));
+    for (const ScoreRule& other : rules) {
+      if (other.name == rule.name) entry["name"].fail("each rule once");
+    }
+    if (const auto target = entry.find("target")) {
+      rule.target = target->number();
+    } else if (ideal) {
+      const auto value = measure->value(*ideal);
+      if (!value && ideal->cavity_ideal) entry.fail("no target", "a target: the ideal has none of this");
+      if (!value) continue;  // the ideal was not measured
+      rule.target = *value;
+    }
+    rule.tolerance = entry["tolerance"].number(1e-9);
+    rule.weight = entry["weight"].number(0);
+    rule.best = read_best(entry, measure->best);
+    rule.source = entry.string_or("source", "");
+    rule.asked = true;
+    rules.push_back(std::move(rule));
+  }
+  return rules;
+}
+
+}  // namespace
+
+void check_rules(const Json& block) {
+  (void)block.boolean_or("defaults", true);
+  if (const auto list = block.find("rules")) read_rules(*list, nullptr);
+}
+
 std::vector<ScoreRule> rules_from(const Json& block, const ScoreInput& input) {
   block.allow_only({"rules", "defaults"});
+  return task_rules(block, input);
+}
+
+std::vector<ScoreRule> task_rules(const Json& block, const ScoreInput& input) {
   std::vector<ScoreRule> rules;
   if (block.boolean_or("defaults", true)) rules = default_rules(input);
   const auto list = block.find("rules");
   if (!list) return rules;
-  std::vector<std::string> seen;
-  for (const Json& entry : list->items()) {
-    entry.allow_only({"name", "target", "tolerance", "weight", "best", "source"});
-    ScoreRule rule;
-    rule.name = entry["name"].string();
-    if (!find_measure(rule.name)) {
-      entry["name"].fail(fmt::format("one of {}", fmt::join(known_score_names(), ", ")));
-    }
-    if (std::find(seen.begin(), seen.end(), rule.name) != seen.end()) entry["name"].fail("each rule once");
-    seen.push_back(rule.name);
-    rule.target = entry["target"].number();
-    rule.tolerance = entry["tolerance"].number(1e-9);
-    rule.weight = entry["weight"].number(0);
-    const std::string best = entry.string_or("best", rule.name == "pulp_distance_mm" ? "at_least" : "at_most");
-    if (best == "at_most") {
-      rule.best = Best::kAtMost;
-    } else if (best == "at_least") {
-      rule.best = Best::kAtLeast;
-    } else if (best == "near") {
-      rule.best = Best::kNear;
-    } else {
-      entry["best"].fail("at_most, at_least or near");
-    }
-    rule.source = entry.string_or("source", "");
+  ScoreInput ideal = input;
+  if (input.cavity_ideal) ideal.cavity = input.cavity_ideal;
+  for (ScoreRule& rule : read_rules(*list, &ideal)) {
     const auto same = std::find_if(rules.begin(), rules.end(), [&](const ScoreRule& r) { return r.name == rule.name; });
     if (same == rules.end()) {
-      rules.push_back(rule);
+      rules.push_back(std::move(rule));
     } else {
-      *same = rule;
+      *same = std::move(rule);
     }
   }
   return rules;
@@ -284,11 +388,25 @@ Score score(const ScoreInput& input, std::span<const ScoreRule> rules) {
     const Measure* measure = find_measure(rule.name);
     if (!measure) continue;
     const auto value = measure->value(input);
-    if (!value) continue;
-    ScoreItem item{rule.name, *value,    measure->unit, rule.target, rule.tolerance, rule.weight,
-                   rule.best, rule.source};
+    // What the task asks for and is not there yet earns nothing, but only where it could have been measured.
+    if (!value && !(rule.asked && input.cavity)) continue;
+    ScoreItem item;
+    item.name = rule.name;
+    item.value = value.value_or(std::nan(""));
+    item.unit = measure->unit;
+    item.target = rule.target;
+    item.tolerance = rule.tolerance;
+    item.weight = rule.weight;
+    item.best = rule.best;
+    item.source = rule.source;
+    if (input.cavity && rule.name.starts_with("over_cut") && input.cavity->over.depth > 0) {
+      item.place_W = input.cavity->over.p_W;
+    }
+    if (input.cavity && rule.name.starts_with("under_cut") && input.cavity->under.depth > 0) {
+      item.place_W = input.cavity->under.p_W;
+    }
     // Hyperbolic, so that however bad a value is, a worse one still costs something.
-    const double credit = 1.0 / (1.0 + excess(rule, *value) / rule.tolerance);
+    const double credit = value ? 1.0 / (1.0 + excess(rule, *value) / rule.tolerance) : 0.0;
     item.points = rule.weight * credit * total.completion;
     total.points += item.points;
     total.full += rule.weight;

@@ -11,6 +11,8 @@
 #include "engine/base/json.h"
 #include "engine/contract/contact.h"
 #include "engine/contract/tissue.h"
+#include "engine/session/cavity.h"
+#include "engine/session/explore.h"
 
 namespace typodont::session {
 
@@ -64,6 +66,9 @@ struct ScoreInput {
   std::optional<PerTissue> ideal;         // m³ of the ideal result
   HandMeasures hand;
   std::optional<double> pulp_distance;    // m, nearest of the cut surface to the pulp
+  std::optional<CavityMeasures> cavity;       // the geometry of the result, where it was measured
+  std::optional<CavityMeasures> cavity_ideal; // and of the ideal: what a perfect hand would get
+  std::optional<ExploreMeasures> explore;     // of a task that is to explore
 };
 
 /// Which side of the target costs points.
@@ -77,12 +82,14 @@ struct ScoreRule {
   double weight = 0;  // points for a perfect value; 0: shown, not counted
   Best best = Best::kAtMost;
   std::string source;  // where target and tolerance come from
+  bool asked = false;  // named by the task: where there is nothing to measure (no floor …), it earns nothing
 };
 
 struct ScoreItem {
   std::string name;
-  double value = 0;
+  double value = 0;    // NaN: nothing there to measure, so no points
   std::string unit;
+  std::optional<dvec3> place_W;  // m, where the worst of it is
   double target = 0, tolerance = 0, weight = 0;
   Best best = Best::kAtMost;
   std::string source;
@@ -92,8 +99,9 @@ struct ScoreItem {
 struct Score {
   std::vector<ScoreItem> items;
   double points = 0, full = 0;
-  double completion = 1;  // share of the task done (of what the ideal removes, else of the caries); scales every item,
-                          // so that doing nothing carefully earns nothing
+  double completion = 1;  // share of the task done (of what the ideal changes, of the lesions found and the surface
+                          // explored, else of the caries); scales every item, so that doing nothing carefully earns
+                          // nothing
 };
 
 std::vector<std::string> known_score_names();
@@ -102,10 +110,16 @@ std::string_view unit_of(std::string_view score_name);
 /// The rules where a scene says nothing.
 std::vector<ScoreRule> default_rules(const ScoreInput& input);
 /// A scene's "score" block: {"rules": [{"name", "target", "tolerance", "weight", "best", "source"}…], "defaults": true}.
-/// Rules replace the defaults of the same name; "defaults": false starts from none. Throws Error.
+/// Rules replace the defaults of the same name; "defaults": false starts from none. A rule without a target takes what
+/// the ideal itself has. Throws Error.
 std::vector<ScoreRule> rules_from(const Json& block, const ScoreInput& input);
+/// The same of a "task", which holds other keys beside them.
+std::vector<ScoreRule> task_rules(const Json& task, const ScoreInput& input);
+/// The checks that need no session: names, kinds, ranges. Throws Error.
+void check_rules(const Json& block);
 
-/// Items whose value cannot be known (no ideal, no caries, no pulp distance) are left out, and so is their weight.
+/// Items whose value cannot be known (no ideal, no caries, no pulp distance) are left out, and so is their weight;
+/// unless the task asks for them.
 Score score(const ScoreInput& input, std::span<const ScoreRule> rules);
 
 }  // namespace typodont::session

@@ -20,11 +20,16 @@ namespace typodont::session {
 
 namespace {
 
+struct ColumnName {
+  std::string name;
+  bool may_lack = false;  // files of older versions do
+};
+
 /// One table of the file, opened for reading. Rows beyond the intact ones do not exist.
 class TableReader {
  public:
   /// `salvage`: the file was cut off, so look how far every column can really be read.
-  void open(const std::filesystem::path& file, hid_t root, const std::string& path, const std::vector<std::string>& names,
+  void open(const std::filesystem::path& file, hid_t root, const std::string& path, const std::vector<ColumnName>& names,
             bool salvage) {
     file_ = file.string();
     path_ = path;
@@ -32,10 +37,14 @@ class TableReader {
     H5 group(H5Gopen2(root, path.c_str(), H5P_DEFAULT), H5Gclose);
     if (!group) throw Error(file_, path, "something else", "a group");
     hsize_t fewest = H5S_UNLIMITED, most = 0;
-    for (const std::string& name : names) {
+    for (const auto& [name, may_lack] : names) {
       H5 dataset;
       if (H5Lexists(group.get(), name.c_str(), H5P_DEFAULT) > 0) {
         dataset = H5(H5Dopen2(group.get(), name.c_str(), H5P_DEFAULT), H5Dclose);
+      }
+      if (!dataset && may_lack) {
+        datasets_.emplace_back();
+        continue;
       }
       if (!dataset) throw Error(file_, path + "/" + name, "nothing", "this column");
       H5 space(H5Dget_space(dataset.get()), H5Sclose);
@@ -57,6 +66,7 @@ class TableReader {
   }
 
   hsize_t rows() const { return rows_; }
+  bool has(std::size_t column) const { return static_cast<bool>(datasets_[column]); }
   void limit(hsize_t rows) { rows_ = std::min(rows_, rows); }
 
   /// Reads rows [first, first + count) of a column. Throws Error when the file is damaged there.
@@ -83,6 +93,7 @@ class TableReader {
   void find_intact_rows() {
     std::vector<std::byte> scratch;
     for (std::size_t i = 0; i < datasets_.size(); ++i) {
+      if (!has(i)) continue;
       H5 type(H5Dget_type(datasets_[i].get()), H5Tclose);
       H5 properties(H5Dget_create_plist(datasets_[i].get()), H5Pclose);
       const std::size_t size = H5Tget_size(type.get());
@@ -115,10 +126,10 @@ class TableReader {
 };
 
 template <class Message>
-std::vector<std::string> names_of(const std::vector<Column<Message>>& columns) {
-  std::vector<std::string> names;
+std::vector<ColumnName> names_of(const std::vector<Column<Message>>& columns) {
+  std::vector<ColumnName> names;
   for (const auto& column : columns) {
-    if (column.in_file) names.push_back(column.name);
+    if (column.in_file) names.push_back({column.name, column.added});
   }
   return names;
 }
@@ -131,7 +142,7 @@ std::vector<Message> read_messages(const TableReader& table, const std::vector<C
   std::size_t i = 0;
   for (const auto& column : columns) {
     if (!column.in_file) continue;
-    if (column.set) {
+    if (column.set && table.has(i)) {
       const std::size_t size = size_of(column.type);
       table.read(i, h5_type(column.type), size, first, count, cells);
       for (hsize_t row = 0; row < count; ++row) column.set(messages[row], cells.data() + row * size);
@@ -211,8 +222,10 @@ struct SessionReader::Impl {
   std::vector<SessionEvent> events;
   std::vector<StreamData> streams;
   std::optional<SessionResult> result;
+  std::optional<LoopReport> loop;
 
   void open();
+  void read_loop();
   void read_header();
   void read_events(const TableReader& table);
   void read_result();
@@ -262,7 +275,7 @@ void SessionReader::Impl::open() {
   if (read_fixed(h5.get(), "lost", H5T_NATIVE_UINT64, losses.size(), losses.data())) {
     lost = {losses[0], losses[1], losses[2], losses[3], losses[4]};
   }
-  const auto open_table = [&](TableReader& table, const std::string& path, const std::vector<std::string>& names) {
+  const auto open_table = [&](TableReader& table, const std::string& path, const std::vector<ColumnName>& names) {
     table.open(file, h5.get(), path, names, truncated);
   };
   // The ticks first: what a writer at work adds meanwhile to cuts and patches is then at least as far.
@@ -274,11 +287,11 @@ void SessionReader::Impl::open() {
   open_table(table, "patches", names_of(patch_columns()));
   patches = read_messages(table, patch_columns(), 0, table.rows());
   table = {};
-  open_table(table, "events", {"t_ns", "kind", "part", "text"});
+  open_table(table, "events", {{"t_ns"}, {"kind"}, {"part"}, {"text"}});
   read_events(table);
   for (const StreamSpec& spec : header.streams) {
-    std::vector<std::string> names = {"t_ns"};
-    for (const auto& column : spec.columns) names.push_back(column.name);
+    std::vector<ColumnName> names = {{"t_ns"}};
+    for (const auto& column : spec.columns) names.push_back({column.name});
     table = {};
     open_table(table, "streams/" + spec.name, names);
     StreamData data;
@@ -286,6 +299,7 @@ void SessionReader::Impl::open() {
     for (std::size_t i = 1; i < names.size(); ++i) data.columns.push_back(read_numbers<double>(table, i));
     streams.push_back(std::move(data));
   }
+  read_loop();
   if (!truncated) read_result();
 }
 
@@ -306,6 +320,8 @@ void SessionReader::Impl::read_header() {
   need(get_attribute(root, "trainee", header.trainee), "trainee");
   need(get_attribute(root, "servo_rate_Hz", header.servo_rate), "servo_rate_Hz");
   need(get_attribute(root, "voxel_mm", voxel_mm), "voxel_mm");
+  get_attribute(root, "vibration_band_Hz", header.vibration_band);  // older files have none, and had no vibration
+  if (!std::isfinite(header.vibration_band) || header.vibration_band < 0) header.vibration_band = 0;
   need(read_text(group.get(), "scene", header.scene_json), "header/scene");
   need(read_text(group.get(), "rig", header.rig_json), "header/rig");
   need(read_text(group.get(), "files", files), "header/files");
@@ -336,6 +352,22 @@ void SessionReader::Impl::read_header() {
     spec.name = s["name"].string();
     for (const Json& c : s["columns"].items()) spec.columns.push_back({c["name"].string(), c["unit"].string()});
     header.streams.push_back(std::move(spec));
+  }
+}
+
+/// Older files have no such group, and one that was cut short may have lost it.
+void SessionReader::Impl::read_loop() {
+  if (H5Lexists(h5.get(), "loop", H5P_DEFAULT) <= 0) return;
+  const H5 group(H5Gopen2(h5.get(), "loop", H5P_DEFAULT), H5Gclose);
+  LoopFields f;
+  const auto read = [&](const char* name, hid_t type, auto& numbers) {
+    return read_fixed(group.get(), name, type, numbers.size(), numbers.data());
+  };
+  if (group && read("times", H5T_NATIVE_UINT64, f.times) && read("jitter", H5T_NATIVE_UINT32, f.jitter) &&
+      read("work", H5T_NATIVE_UINT32, f.work) && read("granted", H5T_NATIVE_UINT64, f.granted) &&
+      read("note", H5T_NATIVE_UINT8, f.note) && read("hand", H5T_NATIVE_DOUBLE, f.hand) &&
+      read("safety", H5T_NATIVE_UINT64, f.safety) && f.times[0] > 0 && f.times[1] > 0) {
+    loop = f.report();
   }
 }
 
@@ -373,8 +405,8 @@ void SessionReader::Impl::read_result() {
   read_fixed(group.get(), "field_hash", H5T_NATIVE_UINT64, 0, &r.field_hash);
 
   TableReader index, bytes;
-  index.open(file, h5.get(), "pictures", {"name", "title", "offset", "bytes"}, false);
-  bytes.open(file, h5.get(), "pictures", {"png"}, false);
+  index.open(file, h5.get(), "pictures", {{"name"}, {"title"}, {"offset"}, {"bytes"}}, false);
+  bytes.open(file, h5.get(), "pictures", {{"png"}}, false);
   const auto names = read_texts(index, 0, kPictureText), titles = read_texts(index, 1, kPictureText);
   const auto offsets = read_numbers<std::uint64_t>(index, 2), sizes = read_numbers<std::uint64_t>(index, 3);
   std::vector<std::byte> cells;
@@ -415,6 +447,7 @@ const std::vector<PatchUse>& SessionReader::patches() const { return impl_->patc
 const std::vector<SessionEvent>& SessionReader::events() const { return impl_->events; }
 const std::vector<StreamData>& SessionReader::streams() const { return impl_->streams; }
 const std::optional<SessionResult>& SessionReader::result() const { return impl_->result; }
+const std::optional<LoopReport>& SessionReader::loop() const { return impl_->loop; }
 
 bool repair_session(const std::filesystem::path& file) {
   const std::filesystem::path partial = file.string() + fmt::format(".{}.repaired", getpid());
@@ -428,6 +461,7 @@ bool repair_session(const std::filesystem::path& file) {
     SessionWriter writer(partial, reader.header(), options);
     writer.append(reader.patches());
     writer.append(reader.cuts());
+    if (reader.loop()) writer.loop(*reader.loop());
     for (const SessionEvent& event : reader.events()) writer.append(event);
     for (std::size_t s = 0; s < reader.streams().size(); ++s) {
       const StreamData& stream = reader.streams()[s];

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "engine/contract/contact.h"
+#include "engine/contract/loop_timing.h"
 #include "engine/session/session_data.h"
 
 namespace typodont::session {
@@ -45,6 +46,8 @@ class SessionReader {
   const std::vector<SessionEvent>& events() const;
   const std::vector<StreamData>& streams() const;  // parallel to header().streams
   const std::optional<SessionResult>& result() const;
+  /// How the servo's loop fared, as far as it was recorded; nothing for sessions that did not run live.
+  const std::optional<LoopReport>& loop() const;
 
  private:
   friend bool repair_session(const std::filesystem::path& file);

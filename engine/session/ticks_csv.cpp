@@ -162,7 +162,7 @@ std::vector<ServoTick> read_ticks_csv(const std::filesystem::path& file) {
       for (const auto& column : tick_columns()) {
         if (!column.in_csv) continue;
         const bool there = std::find(cells.begin(), cells.end(), column.name) != cells.end();
-        if (!there && column.name != "pedal") {
+        if (!there && column.name != "pedal" && !column.added) {
           throw Error(file.string(), fmt::format("line {}", number), fmt::format("no column \"{}\"", column.name),
                       fmt::format("the columns {}", fmt::join(ticks_csv_columns(), ",")));
         }

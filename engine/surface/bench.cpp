@@ -86,7 +86,8 @@ std::vector<BenchRow> bench_sphere(const BenchOptions& options) {
     row.per = "brick of 16³";
     row.baseline = "floor of a 32³ block, an eighth";
     row.ratio = row.time_ns / (options.floor_32 * 1e9 / 8);
-    row.triangles = triangles;
+    row.size = triangles;
+      row.size_unit = "triangles";
     rows.push_back(row);
   }
   return rows;
@@ -106,7 +107,8 @@ std::vector<BenchRow> bench_tissue(std::span<const FieldBrick> whole, std::span<
       row.error_unit = "voxel, allowed beyond full resolution";
       row.time_ns = time;
       row.per = per;
-      row.triangles = triangles;
+      row.size = triangles;
+      row.size_unit = "triangles";
       if (baseline > 0) {
         row.baseline = "OpenVDB volumeToMesh of the whole";
         row.ratio = time / (baseline * 1e9);

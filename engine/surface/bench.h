@@ -6,22 +6,10 @@
 #include <string>
 #include <vector>
 
+#include "engine/contract/bench_row.h"
 #include "engine/contract/field_brick.h"
 
 namespace typodont::surface {
-
-/// One row: at this setting of the knob, this error for this time.
-struct BenchRow {
-  std::string name;        // "sphere", "whole extraction", "drilling frame" …
-  std::string knob;        // "tolerance 0.1"
-  double error = 0;        // in the unit that follows
-  std::string error_unit;  // "voxel, greatest"
-  double time_ns = 0;      // per unit of `per`, CPU time of the thread, median of the repeats
-  std::string per;         // "brick", "frame", "whole"
-  std::string baseline;    // what the ratio is to; empty: nothing
-  double ratio = 0;        // time over the baseline's
-  double triangles = 0;
-};
 
 struct BenchOptions {
   int repeats = 9;

@@ -136,14 +136,20 @@ dvec3 stylus_position(const Arm& arm, const dvec3& theta) {
   return dvec3(r * std::cos(theta.x), r * std::sin(theta.x), z) - arm.origin;
 }
 
+dvec3 stylus_angles(const Arm& arm, const Counts& counts) {
+  dvec3 angles;
+  for (int i = 0; i < 3; ++i) {
+    const std::size_t k = 3 + static_cast<std::size_t>(i);
+    angles[i] = arm.sign[k] * 2 * kPi * static_cast<double>(counts[k]) / arm.counts[k];
+  }
+  return angles;
+}
+
 Pose stylus_pose(const Arm& arm, const Counts& counts) {
   const dvec3 theta = body_angles(arm, counts);
   Pose pose{stylus_position(arm, theta), {1, 0, 0, 0}};
   if (!arm.has_stylus()) return pose;
-  double stylus[3];
-  for (std::size_t i = 0; i < 3; ++i) {
-    stylus[i] = arm.sign[3 + i] * 2 * kPi * static_cast<double>(counts[3 + i]) / arm.counts[3 + i];
-  }
+  const dvec3 stylus = stylus_angles(arm, counts);
   const double tilt =
       arm.linkage == Arm::Linkage::kFiveBar ? -five_bar(arm, theta.y, theta.z).lambda : -theta.z + kPi / 2;
   const auto turn = [](double angle, const dvec3& axis) { return glm::angleAxis(angle, axis); };

@@ -47,6 +47,8 @@ using Counts = std::array<std::int64_t, 6>;
 
 /// Body angles A, B, C, rad.
 dvec3 body_angles(const Arm& arm, const Counts& counts);
+/// Angles of the stylus' joints D, E, F, rad; meaningless where there are no stylus encoders.
+dvec3 stylus_angles(const Arm& arm, const Counts& counts);
 /// Stylus tip in H. The orientation of the stylus is not verified on hardware (nor published with certainty).
 Pose stylus_pose(const Arm& arm, const Counts& counts);
 dvec3 stylus_position(const Arm& arm, const dvec3& theta);

@@ -21,6 +21,7 @@ struct HandOptions {
   bool paced = true;                  // false: scripts run as fast as they can
   Pose X_WH;                          // the device's base in the workbench, from the rig
   Pose X_ST;                          // the tool's head as seen from the stylus
+  std::vector<std::string> tools;     // what scripts may call the session's tools
   std::string pedal;                  // "", "auto", or a pedal's path or serial
   std::filesystem::path assets;       // where devices/*.json lie
   std::optional<double> force_limit;  // N; may only lower what the device states

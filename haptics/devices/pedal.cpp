@@ -32,6 +32,7 @@ class PedalHand : public HapticDevice {
   }
   void write(const dvec3& f, const dvec3& tau) noexcept override { hand_->write(f, tau); }
   std::uint32_t faults() const noexcept override { return hand_->faults(); }
+  std::span<const double> joints() const noexcept override { return hand_->joints(); }
   void release() noexcept override { hand_->release(); }
 
  private:

@@ -35,6 +35,7 @@ class MountedDevice : public HapticDevice {
     device_->write(R_HW * f_T_W, R_HW * (tau_T_W + glm::cross(p_ST_W, f_T_W)));
   }
   std::uint32_t faults() const noexcept override { return device_->faults(); }
+  std::span<const double> joints() const noexcept override { return device_->joints(); }
   void release() noexcept override { device_->release(); }
 
  private:

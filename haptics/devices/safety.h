@@ -5,6 +5,7 @@
 #include <string>
 
 #include "engine/base/pose.h"
+#include "engine/contract/safety_event.h"
 
 namespace typodont::haptics {
 
@@ -24,24 +25,8 @@ struct SafetyLimits {
   double pedal_time = 120;   // s a pedal may be held before it counts as stuck
 };
 
-/// What the safety layer did or saw. More than one may be set.
-enum class SafetyEvent : std::uint32_t {
-  kNone = 0,
-  kNotFinite = 1u << 0,    // a force or a pose was not finite: zero
-  kForceLimit = 1u << 1,   // clipped to the peak
-  kSlewLimit = 1u << 2,    // rose too fast: slowed
-  kThermal = 1u << 3,      // clipped to what the motors bear
-  kWatchdog = 1u << 4,     // the servo was silent: zero
-  kDeviceFault = 1u << 5,  // the device reported a fault: zero
-  kDeviceLost = 1u << 6,   // the device is gone: zero
-  kJump = 1u << 7,         // the hand moved faster than hands move: zero
-  kClock = 1u << 8,        // time stood still, ran backwards or leapt: zero
-  kEmergency = 1u << 9,    // the emergency key: ramped to zero
-  kPedalStuck = 1u << 10,  // held too long: the drill stops
-};
-constexpr std::uint32_t bits(SafetyEvent event) {
-  return static_cast<std::uint32_t>(event);
-}
+using typodont::SafetyEvent;
+using typodont::bits;
 /// In words, for reports: "watchdog, device fault".
 std::string describe_safety(std::uint32_t events);
 

@@ -1,8 +1,10 @@
 #include "haptics/devices/scripted.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 
 #include "engine/base/csv.h"
@@ -13,6 +15,21 @@
 
 namespace typodont::haptics {
 
+namespace {
+
+/// A tool by its name or by its place among them; NaN for neither. Without names any place is taken.
+double tool_index(std::string_view cell, const std::vector<std::string>& tools) {
+  const auto named = std::find(tools.begin(), tools.end(), cell);
+  if (named != tools.end()) return static_cast<double>(named - tools.begin());
+  std::uint32_t place = 0;
+  const char* end = cell.data() + cell.size();
+  const auto [stopped, error] = std::from_chars(cell.data(), end, place);
+  const bool there = tools.empty() ? place < 1000 : place < tools.size();
+  return error == std::errc() && stopped == end && there ? place : std::nan("");
+}
+
+}  // namespace
+
 HandPath::Row HandPath::at(double t) const noexcept {
   const auto after = std::upper_bound(rows.begin(), rows.end(), t, [](double v, const Row& row) { return v < row.t; });
   if (after == rows.begin()) return rows.front();
@@ -20,16 +37,20 @@ HandPath::Row HandPath::at(double t) const noexcept {
   const Row& a = *(after - 1);
   const Row& b = *after;
   const double s = (t - a.t) / (b.t - a.t);
-  return {t, interpolate(a.X_WT, b.X_WT, s), glm::mix(a.pedal, b.pedal, s), glm::mix(a.push, b.push, s)};
+  return {t, interpolate(a.X_WT, b.X_WT, s), glm::mix(a.pedal, b.pedal, s), glm::mix(a.push, b.push, s), a.tool};
 }
 
-HandPath read_hand_path(const std::filesystem::path& csv) {
+HandPath read_hand_path(const std::filesystem::path& csv, const std::vector<std::string>& tools) {
+  const CellReader tool_reader{[&tools](std::string_view cell) { return tool_index(cell, tools); },
+                               tools.empty() ? "the number of a tool, 0 being the first"
+                                             : fmt::format("one of {}, or its place, 0 being the first",
+                                                           fmt::join(tools, ", "))};
   const CsvTable table = read_csv(csv, {"t_s", "x_mm", "y_mm", "z_mm", "qw", "qx", "qy", "qz", "pedal"},
-                                  {"push_x_N", "push_y_N", "push_z_N"});
+                                  {"push_x_N", "push_y_N", "push_z_N", "tool"}, {{"tool", tool_reader}});
   if (table.rows.empty()) throw Error(csv.string(), "", "no rows", "at least one");
   const auto index = [&](const char* name) { return table.column(name); };
   const int t = index("t_s"), x = index("x_mm"), y = index("y_mm"), z = index("z_mm"), qw = index("qw"),
-            qx = index("qx"), qy = index("qy"), qz = index("qz"), pedal = index("pedal");
+            qx = index("qx"), qy = index("qy"), qz = index("qz"), pedal = index("pedal"), tool = index("tool");
   const int push[3] = {index("push_x_N"), index("push_y_N"), index("push_z_N")};
   HandPath path;
   for (std::size_t i = 0; i < table.rows.size(); ++i) {
@@ -53,6 +74,7 @@ HandPath read_hand_path(const std::filesystem::path& csv) {
       const double f = value(push[axis]);
       out.push[axis] = std::isfinite(f) ? f : 0;  // an empty cell is no push
     }
+    if (tool >= 0) out.tool = static_cast<std::uint32_t>(value(tool));
     path.rows.push_back(out);
   }
   return path;
@@ -91,7 +113,7 @@ class ScriptedHand : public HapticDevice {
     const Nanos t = ticker_.next();
     if (to_seconds(t) > path_.end() + 1e-9) return false;
     const HandPath::Row row = path_.at(to_seconds(t));
-    sample = {t, row.X_WT, row.pedal};
+    sample = {t, row.X_WT, row.pedal, row.tool};
     return true;
   }
   void write(const dvec3&, const dvec3&) noexcept override {}
@@ -137,7 +159,7 @@ class SimulatedHand : public HapticDevice {
     }
     started_ = true;
     last_path_ = row.X_WT.p;
-    sample = {t, {x_, row.X_WT.R}, row.pedal};
+    sample = {t, {x_, row.X_WT.R}, row.pedal, row.tool};
     return true;
   }
   void write(const dvec3& f_T_W, const dvec3&) noexcept override { force_ = f_T_W; }
@@ -162,9 +184,10 @@ std::unique_ptr<HapticDevice> make_simulated_hand(HandPath path, const HandModel
   return std::make_unique<SimulatedHand>(std::move(path), model, rate, paced, "script:");
 }
 
-std::unique_ptr<HapticDevice> open_scripted_hand(const std::filesystem::path& file, double rate, bool paced) {
+std::unique_ptr<HapticDevice> open_scripted_hand(const std::filesystem::path& file, double rate, bool paced,
+                                                 const std::vector<std::string>& tools) {
   const std::string address = "script:" + file.string();
-  if (file.extension() != ".json") return std::make_unique<ScriptedHand>(read_hand_path(file), rate, paced, address);
+  if (file.extension() != ".json") return std::make_unique<ScriptedHand>(read_hand_path(file, tools), rate, paced, address);
   const Json json = Json::load(file);
   json.allow_only({"path", "mass_kg", "damping_Ns_per_m", "stiffness_N_per_m", "push_N", "tremor"});
   HandModel model;
@@ -182,7 +205,7 @@ std::unique_ptr<HapticDevice> open_scripted_hand(const std::filesystem::path& fi
   }
   std::filesystem::path path = json["path"].string();
   if (path.is_relative()) path = file.parent_path() / path;
-  return std::make_unique<SimulatedHand>(read_hand_path(path), model, rate, paced, address);
+  return std::make_unique<SimulatedHand>(read_hand_path(path, tools), model, rate, paced, address);
 }
 
 }  // namespace typodont::haptics

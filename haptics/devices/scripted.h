@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "haptics/haptic_device.h"
@@ -17,14 +18,16 @@ struct HandPath {
     Pose X_WT;
     double pedal = 0;
     dvec3 push{0};  // N, of a simulated hand
+    std::uint32_t tool = 0;  // wanted from this row on
   };
   std::vector<Row> rows;  // t strictly rising, at least one
 
   double end() const { return rows.back().t; }
   Row at(double t) const noexcept;
 };
-/// Throws Error naming file, line, column.
-HandPath read_hand_path(const std::filesystem::path& csv);
+/// `tools`: what the tools of the optional column "tool" are called; their place there is a name, too. Throws Error naming
+/// file, line, column.
+HandPath read_hand_path(const std::filesystem::path& csv, const std::vector<std::string>& tools = {});
 
 /// m·a = K (x_path − x) + b (v_path − v) + push + F_device; the orientation and the pedal follow the path.
 struct HandModel {
@@ -38,7 +41,8 @@ struct HandModel {
 
 /// From --hand: HAND.csv is followed exactly, HAND.json moves by its HandModel. `paced`: wait for each sample's time on
 /// the clock; otherwise as fast as it can, with the same samples. Throws Error.
-std::unique_ptr<HapticDevice> open_scripted_hand(const std::filesystem::path& file, double rate, bool paced);
+std::unique_ptr<HapticDevice> open_scripted_hand(const std::filesystem::path& file, double rate, bool paced,
+                                                 const std::vector<std::string>& tools = {});
 /// The same from values, for programs that plan their own path.
 std::unique_ptr<HapticDevice> make_scripted_hand(HandPath path, double rate, bool paced);
 std::unique_ptr<HapticDevice> make_simulated_hand(HandPath path, const HandModel& model, double rate, bool paced);

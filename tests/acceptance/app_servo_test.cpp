@@ -1,8 +1,13 @@
 // typodont servo, replay, mesh and run on analytic scenes, through the command line.
+#include <arpa/inet.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/socket.h>
+#include <unistd.h>
 
+#include <chrono>
 #include <cmath>
+#include <thread>
 
 #include "engine/base/json.h"
 #include "engine/base/units.h"
@@ -106,6 +111,64 @@ TEST(ServoCommand, SavedTissueIsASceneAgain) {
   EXPECT_EQ(ran.status, 0) << ran.err;
 }
 
+std::string tray_scene() {
+  return R"({"name": "tray", "tissue": {"voxel_mm": 0.1, "solids": [
+    {"tissue": "dentin", "solid": {"box": {"size_mm": [6, 6, 4]}}}]},
+    "tools": ["round_012", "cylinder_010", "explorer"], "spindle_krpm": 300})";
+}
+
+/// Cuts with the round bur, lifts, changes to the cylinder, cuts beside it, lifts, probes with the explorer.
+std::string tray_path() {
+  return R"(t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal,tool
+0,0,0,2.8,1,0,0,0,1,round_012
+0.2,0,0,2.4,1,0,0,0,1,round_012
+0.3,0,0,6,1,0,0,0,0,cylinder_010
+0.4,1.5,0,6,1,0,0,0,0,1
+0.5,1.5,0,4.1,1,0,0,0,1,1
+0.8,1.5,0,3.8,1,0,0,0,1,1
+0.9,1.5,0,6,1,0,0,0,0,explorer
+1.0,-1.5,0,6,1,0,0,0,0,explorer
+1.1,-1.5,0,2.0,1,0,0,0,0,explorer
+)";
+}
+
+TEST(ServoCommand, AHandChangesToolsByNameAndByPlaceAndTheReplayIsExact) {
+  ProgramFolder folder(TYPODONT_PROGRAM);
+  folder.write("scene.json", tray_scene());
+  folder.write("hand.csv", tray_path());
+  const std::string at = folder.path().string();
+  Ran ran = folder.run(fmt::format("servo {0}/scene.json --hand {0}/hand.csv --out {0}/t.csv", at));
+  ASSERT_EQ(ran.status, 0) << ran.err;
+  const auto ticks = session::read_ticks_csv(folder / "t.csv");
+  ASSERT_EQ(ticks.size(), 1101u);
+  EXPECT_EQ(ticks[200].tool, 0u);
+  EXPECT_EQ(ticks[500].tool, 1u);
+  EXPECT_EQ(ticks[1100].tool, 2u);
+  EXPECT_GT(glm::length(ticks[1100].f_T_W), 0.01);  // the explorer's tip of 0.125 mm is on the block
+  ran = folder.run(fmt::format("servo {0}/scene.json --hand {0}/hand.csv --out {0}/s.h5", at));
+  ASSERT_EQ(ran.status, 0) << ran.err;
+  ran = folder.run(fmt::format("replay {0}/s.h5 --check --json", at));
+  EXPECT_EQ(ran.status, 0) << ran.err << ran.out;
+  EXPECT_TRUE(Json::parse(ran.out, "out")["identical"].boolean());
+  // The recorded hand, tools included, is a hand again.
+  ran = folder.run(fmt::format("servo {0}/scene.json --hand replay:{0}/s.h5 --out {0}/u.csv", at));
+  ASSERT_EQ(ran.status, 0) << ran.err;
+  EXPECT_EQ(session::read_ticks_csv(folder / "u.csv")[1100].tool, 2u);
+}
+
+TEST(ServoCommand, AToolThatIsNotInTheTrayIsNamedWithThoseThatAre) {
+  ProgramFolder folder(TYPODONT_PROGRAM);
+  folder.write("scene.json", tray_scene());
+  for (const char* tool : {"flame_012", "3", "-1", "1.5", ""}) {
+    folder.write("hand.csv", fmt::format("t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal,tool\n0,0,0,9,1,0,0,0,0,{}\n", tool));
+    const Ran ran = folder.run(
+        fmt::format("servo {0}/scene.json --hand {0}/hand.csv --out {0}/t.csv", folder.path().string()));
+    EXPECT_EQ(ran.status, 2) << tool;
+    EXPECT_THAT(ran.err, HasSubstr("round_012, cylinder_010, explorer")) << tool;
+    EXPECT_THAT(ran.err, HasSubstr("line 2, column tool")) << tool;
+  }
+}
+
 TEST(ReplayCommand, ARecordedRunReplaysBitForBit) {
   ProgramFolder folder(TYPODONT_PROGRAM);
   folder.write("scene.json", drill_scene());
@@ -178,6 +241,40 @@ TEST(RunCommand, OnADesktopItOpensAWindowWithTheMouseAsHandAndDrawsNothingWhileN
   EXPECT_LT(json["frames"].integer(),
             60);  // the mouse rests: a frame when the tooth appears, a few while the hand settles
   EXPECT_EQ(folder.run(fmt::format("replay {0}/s.h5 --check", folder.path().string())).status, 0);
+}
+
+TEST(RunCommand, FollowsTheHeadThatATrackerSendsAndCountsItsBadPackets) {
+  ProgramFolder folder(TYPODONT_PROGRAM);
+  folder.write(
+      "scene.json",
+      R"({"tissue": {"voxel_mm": 0.2, "solids": [{"tissue": "dentin", "solid": {"sphere": {"center_mm": [0,0,0], "radius_mm": 5}}}]},
+    "tool": "round_012", "parts": ["haptics", "render"]})");
+  const int port = 24300 + getpid() % 1000;
+  folder.write("rig.json", fmt::format(R"({{"display": "window", "screen": {{"corners_mm": {{"lower_left": [-20,-15,0],
+    "lower_right": [20,-15,0], "upper_left": [-20,15,0]}}, "pixels": [320,240], "layout": "mono"}},
+    "head": {{"eye_center_mm": [0,0,400], "tracker": "opentrack:{}"}}}})", port));
+  std::jthread tracker([&](const std::stop_token& stop) {
+    const int socket = ::socket(AF_INET, SOCK_DGRAM, 0);
+    sockaddr_in to{};
+    to.sin_family = AF_INET;
+    to.sin_port = htons(static_cast<std::uint16_t>(port));
+    to.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    for (int i = 0; !stop.stop_requested(); ++i) {
+      const double head[6] = {5 * std::sin(0.05 * i), 0, 0, 0, 0, 0};  // cm; this machine is little-endian, too
+      // Every tenth is one byte short.
+      ::sendto(socket, head, i % 10 ? sizeof head : sizeof head - 1, 0, reinterpret_cast<const sockaddr*>(&to), sizeof to);
+      std::this_thread::sleep_for(std::chrono::milliseconds(8));
+    }
+    ::close(socket);
+  });
+  const Ran live = folder.run(
+      fmt::format("run {0}/scene.json --rig {0}/rig.json --seconds 4 --json", folder.path().string()),
+      "xvfb-run -a timeout 120");
+  ASSERT_EQ(live.status, 0) << live.err;
+  const Json json = Json::parse(live.out, "out");
+  EXPECT_GT(json["head_tracker"]["samples"].integer(), 100);
+  EXPECT_GT(json["head_tracker"]["dropped"].integer(), 5);
+  EXPECT_GT(json["frames"].integer(), 20) << "the head moves: so does the picture";
 }
 #endif
 

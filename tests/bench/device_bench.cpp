@@ -7,7 +7,7 @@
 
 #include "haptics/devices/safe_device.h"
 #include "haptics/devices/woodenhaptics.h"
-#include "haptics/loop_timing.h"
+#include "engine/contract/loop_timing.h"
 
 namespace typodont::haptics {
 namespace {

@@ -9,7 +9,7 @@
 namespace typodont {
 namespace {
 
-const std::vector<haptics::BenchRow>& rows() {
+const std::vector<BenchRow>& rows() {
   static const auto all = [] {
     haptics::BenchOptions options;
     options.ticks = 300;
@@ -19,7 +19,7 @@ const std::vector<haptics::BenchRow>& rows() {
   return all;
 }
 
-const haptics::BenchRow& row(std::string_view name, std::string_view knob) {
+const BenchRow& row(std::string_view name, std::string_view knob) {
   for (const auto& r : rows()) {
     if (r.name == name && r.knob == knob) return r;
   }

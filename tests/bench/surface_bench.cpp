@@ -129,7 +129,7 @@ std::vector<FieldBrick> cut(const std::vector<FieldBrick>& whole, const glm::dve
 void print(const std::vector<BenchRow>& rows) {
   for (const auto& r : rows) {
     fmt::print("{:<18}{:<18}{:>9.3g} {:<40}{:>10.4g} ms per {:<13}{:>9.0f} triangles  ratio {:.4f} of {}\n", r.name,
-               r.knob, r.error, r.error_unit, r.time_ns * 1e-6, r.per, r.triangles, r.ratio, r.baseline);
+               r.knob, r.error, r.error_unit, r.time_ns * 1e-6, r.per, r.size, r.ratio, r.baseline);
   }
 }
 

@@ -29,8 +29,8 @@ struct HapticBench {
 
   HapticBench(std::string_view tissue_json, haptics::ServoSettings s)
       : settings(complete(s, tissue_json)),
-        carver(haptics::TissueVolume(haptics::read_solids(Json::parse(tissue_json, "tissue"))), {settings.tool}),
-        servo(settings, haptics::patch_edge_for(settings.tool, settings.frame.voxel)) {
+        carver(haptics::TissueVolume(haptics::read_solids(Json::parse(tissue_json, "tissue"))), haptics::tray(settings)),
+        servo(settings, haptics::patch_edge_for(haptics::tray(settings), settings.frame.voxel)) {
     spare.resize(servo.patch().n);
   }
 
@@ -40,14 +40,14 @@ struct HapticBench {
     return s;
   }
 
-  const ServoTick& tick(const Pose& X_WT, double pedal = 0) {
+  const ServoTick& tick(const Pose& X_WT, double pedal = 0, std::uint32_t tool = 0) {
     if (t == 0) last.X_WT = last.X_WG = X_WT;
     if (carver.patch_due(last)) {
       carver.cut_out(carver.patch_center(last), spare);
       servo.adopt(spare);
     }
     const Nanos start = thread_cpu_time();
-    did_cut = servo.tick({t, X_WT, pedal}, last, cut);
+    did_cut = servo.tick({t, X_WT, pedal, tool}, last, cut);
     last.cpu_time = thread_cpu_time() - start;
     if (did_cut) carver.apply(cut);
     t += from_seconds(settings.tick);

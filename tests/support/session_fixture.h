@@ -12,6 +12,8 @@
 #include <vector>
 
 #include "engine/contract/contact.h"
+#include "engine/contract/loop_timing.h"
+#include "engine/contract/safety_event.h"
 #include "engine/session/session_data.h"
 
 namespace typodont::session::test {
@@ -114,10 +116,27 @@ inline SessionHeader some_header() {
   h.tools = {"round_012", "round_014"};
   h.streams = {{"head", {{"head_x_m", "m"}, {"head_y_m", "m"}}}, {"sound", {{"level", ""}}}};
   h.servo_rate = 1000;
+  h.vibration_band = 150;
   h.voxel = 1e-4;
   h.volumes_before[1] = 3.25e-7;
   h.date = "2025-01-02T03:04:05Z";
   return h;
+}
+
+/// A minute at 1 kHz on a hand with motors that a watchdog saved once.
+inline LoopReport some_loop() {
+  LoopReport loop;
+  Random random(3);
+  for (Nanos i = 0; i < 60'000; ++i) {
+    const Nanos woke = i * 1'000'000 + static_cast<Nanos>(random.engine() % 30'000);
+    loop.timing.record(woke, woke + (i == 41'000 ? 1'700'000 : 12'000 + static_cast<Nanos>(random.engine() % 9'000)));
+  }
+  loop.fifo = loop.memory_locked = true;
+  loop.say("pinning refused");
+  loop.heat = 0.25, loop.worst_heat = 0.93, loop.bearable_force = 4.5;
+  loop.armed = true;
+  loop.safety = bits(SafetyEvent::kWatchdog) | bits(SafetyEvent::kThermal);
+  return loop;
 }
 
 template <class T>

@@ -403,7 +403,7 @@ ServoTick tick_at(int i) {
 }
 
 TEST(TickVoice, TellsForceRemovalAndSlipFromTheTicks) {
-  TickVoice voice(true);
+  TickVoice voice({true});
   EXPECT_EQ(voice.state_of(tick_at(0)).removal_rate, 0);
   SoundState s;
   for (int i = 1; i < 30; ++i) {
@@ -418,7 +418,7 @@ TEST(TickVoice, TellsForceRemovalAndSlipFromTheTicks) {
 }
 
 TEST(TickVoice, HearsNoForceInFreeAir) {
-  TickVoice voice(true);
+  TickVoice voice({true});
   ServoTick tick = tick_at(0);
   tick.contact_area = 0;
   EXPECT_EQ(voice.state_of(tick).force, 0);

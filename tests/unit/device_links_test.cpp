@@ -22,6 +22,7 @@
 #include "haptics/devices/hid.h"
 #include "haptics/devices/mounted_device.h"
 #include "haptics/devices/pedal.h"
+#include "haptics/devices/safe_device.h"
 #include "haptics/devices/spacemouse.h"
 #include "haptics/devices/woodenhaptics.h"
 #include "tests/support/emulation/emulated_arm.h"
@@ -164,6 +165,46 @@ TEST(HidArm, TheCalibrationButtonHomesItAndTheLeapIsAFault) {
   device->write(dvec3(0), dvec3(0));
   ASSERT_TRUE(device->read(sample));  // latched: once is enough
   EXPECT_EQ(device->faults(), 0u);
+}
+
+TEST(HidArm, JointAnglesAreThoseOfTheArmWhateverTheProtocolAndGoThroughEveryLayer) {
+  const Arm woody = read_arm("assets/devices/woody.json"), polhem = read_arm("assets/devices/polhem_v3.json");
+  struct Case {
+    const Arm& arm;
+    ArmProtocol protocol;
+    std::size_t joints;
+  };
+  for (const Case& c : {Case{woody, ArmProtocol::kHidV1, 3}, Case{woody, ArmProtocol::kText, 3},
+                        Case{polhem, ArmProtocol::kHidV2, 6}, Case{polhem, ArmProtocol::kRawHid, 6},
+                        Case{polhem, ArmProtocol::kText, 6}}) {
+    test::SimTime time;
+    test::EmulatedArm board(time, c.protocol, c.arm, 1);
+    const dvec3 home = body_angles(c.arm, c.arm.home), stylus_home = stylus_angles(c.arm, c.arm.home);
+    const auto swing = [](double t) { return 0.2 * std::sin(std::max(0.0, t - 1.2)); };
+    board.hand = [&](double t) { return home + dvec3(swing(t), 0.5 * swing(t), -swing(t)); };
+    board.stylus = [&](double t) { return stylus_home + dvec3(-swing(t), swing(t), 2 * swing(t)); };
+    auto link = board.connect();
+    Link& clock = *link;
+    const ArmHello hello = greet_arm(*link, c.protocol == ArmProtocol::kText, "test");
+    auto device = make_arm_device(std::move(link), hello.protocol, c.arm, {});
+    EXPECT_TRUE(device->joints().empty());  // before the first sample there are none
+    auto options = SafeDevice::options_for(device->info());
+    options.watchdog_thread = false;
+    options.clock = [&clock] { return clock.now(); };
+    auto pedalled = with_pedal(std::move(device), std::make_unique<Pedal>(board.connect(), PedalKind{}));
+    const auto hand = mount(std::make_unique<SafeDevice>(std::move(pedalled), options), {}, {});
+    HandSample sample;
+    for (int i = 0; i < 1000; ++i) {
+      ASSERT_TRUE(hand->read(sample));
+      hand->write(dvec3(0), dvec3(0));
+    }
+    ASSERT_EQ(hand->joints().size(), c.joints);
+    const dvec3 bodies = board.hand(to_seconds(time.true_now())), stylus = board.stylus(to_seconds(time.true_now()));
+    for (std::size_t i = 0; i < c.joints; ++i) {
+      const double truth = i < 3 ? bodies[static_cast<int>(i)] : stylus[static_cast<int>(i) - 3];
+      EXPECT_NEAR(hand->joints()[i], truth, 2 * kPi / 1024 + 1e-3) << i;  // a count and a millisecond of motion
+    }
+  }
 }
 
 TEST(HidArm, ItsOwnWatchdogLetsGoHalfASecondAfterTheHostWasKilled) {
@@ -410,6 +451,8 @@ TEST(OpenHaptics, SamplesInMillimetresBecomeMetresAndForcesArriveInTheCallback) 
   ASSERT_TRUE(device->read(sample));
   EXPECT_LT(glm::length(sample.X_WT.p - dvec3(0.010, -0.020, 0.030)), 1e-15);
   EXPECT_EQ(sample.pedal, 1);
+  ASSERT_EQ(device->joints().size(), 6u);
+  for (std::size_t i = 0; i < 6; ++i) EXPECT_DOUBLE_EQ(device->joints()[i], 0.1 * static_cast<double>(i + 1));
   device->write({0.5, 0, -1}, dvec3(0));
   step();
   EXPECT_EQ(force()[0], 0.5);
@@ -469,6 +512,8 @@ TEST(ForceDimension, PosesForcesAndTorquesPassThroughAndTheEndLeavesNoForce) {
   EXPECT_EQ(sample.X_WT.p, dvec3(0.01, 0.02, 0.03));
   EXPECT_LT(glm::length(sample.X_WT.rotate({1, 0, 0}) - dvec3(0, 1, 0)), 1e-12);
   EXPECT_EQ(sample.pedal, 1);
+  ASSERT_EQ(device->joints().size(), 6u);  // base and wrist; the grip is no joint of the pose
+  for (std::size_t i = 0; i < 6; ++i) EXPECT_DOUBLE_EQ(device->joints()[i], 0.1 * static_cast<double>(i + 1));
   device->write({1, 2, 3}, {0.1, 0.2, 0.3});
   EXPECT_EQ(wrench()[2], 3);
   EXPECT_EQ(wrench()[5], 0.3);

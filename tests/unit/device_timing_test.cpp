@@ -8,7 +8,7 @@
 
 #include "engine/base/units.h"
 #include "haptics/devices/velocity_estimator.h"
-#include "haptics/loop_timing.h"
+#include "engine/contract/loop_timing.h"
 #include "tests/support/no_alloc.h"
 
 namespace typodont::haptics {

@@ -145,6 +145,7 @@ TEST(SessionFile, TheHeaderComesBack) {
   EXPECT_EQ(b.tools, h.tools);
   EXPECT_EQ(b.streams, h.streams);
   EXPECT_EQ(b.servo_rate, 1000);
+  EXPECT_EQ(b.vibration_band, 150);
   EXPECT_DOUBLE_EQ(b.voxel, 1e-4);
   EXPECT_DOUBLE_EQ(b.volumes_before[1], 3.25e-7);
   EXPECT_EQ(b.date, h.date);
@@ -152,6 +153,63 @@ TEST(SessionFile, TheHeaderComesBack) {
   EXPECT_EQ(b.compiler, SessionHeader::compiler_of_this_build());
   EXPECT_EQ(reader.tick_count(), 0u);
   EXPECT_FALSE(reader.truncated());
+}
+
+TEST(SessionFile, AToolTakenUpIsInItsTickAndAnEventByName) {
+  TemporaryFolder folder;
+  auto ticks = random_ticks(30, 71);
+  for (std::size_t i = 10; i < ticks.size(); ++i) ticks[i].tool = i < 20 ? 1 : 9;
+  SessionHeader header = some_header();
+  header.tools = {"round_012", "explorer"};
+  {
+    SessionWriter writer(folder / "s.h5", header);
+    writer.append(ticks);
+    ASSERT_TRUE(writer.finish({}));
+  }
+  const SessionReader session(folder / "s.h5");
+  const auto back = session.ticks();
+  ASSERT_EQ(back.size(), ticks.size());
+  for (std::size_t i = 0; i < ticks.size(); ++i) EXPECT_EQ(back[i].tool, ticks[i].tool) << i;
+  EXPECT_EQ(session.events(), (std::vector<SessionEvent>{{ticks[10].t, EventKind::kTool, "explorer"},
+                                                         {ticks[20].t, EventKind::kTool, "9"}}));
+}
+
+TEST(SessionFile, HowTheLoopFaredComesBackAlsoFromASessionThatWasCutOffAndRepaired) {
+  TemporaryFolder folder;
+  const LoopReport loop = some_loop();
+  const auto expect_same = [&](const std::optional<LoopReport>& read) {
+    ASSERT_TRUE(read);
+    EXPECT_EQ(read->timing.ticks, 60'000u);
+    EXPECT_EQ(read->timing.misses, 1u);
+    EXPECT_EQ(read->timing.worst_index, 41'000u);
+    EXPECT_EQ(read->timing.worst_tick, 1'700'000);
+    EXPECT_EQ(read->timing.worst_jitter, loop.timing.worst_jitter);
+    EXPECT_EQ(read->timing.period, 1'000'000);
+    EXPECT_EQ(read->timing.jitter.counts, loop.timing.jitter.counts);
+    EXPECT_EQ(read->timing.work.counts, loop.timing.work.counts);
+    EXPECT_TRUE(read->fifo && read->memory_locked && !read->pinned && read->armed);
+    EXPECT_EQ(read->words(), "pinning refused");
+    EXPECT_EQ(read->heat, 0.25);
+    EXPECT_EQ(read->worst_heat, 0.93);
+    EXPECT_EQ(read->bearable_force, 4.5);
+    EXPECT_EQ(read->safety, loop.safety);
+  };
+  {
+    SessionWriter writer(folder / "whole.h5", some_header());
+    writer.loop(LoopReport{});  // the newest counts
+    writer.loop(loop);
+    ASSERT_TRUE(writer.finish({}));
+  }
+  expect_same(SessionReader(folder / "whole.h5").loop());
+  SessionWriter writer(folder / "open.h5", some_header());
+  writer.loop(loop);
+  writer.flush();
+  std::filesystem::copy_file(folder / "open.h5", folder / "cut.h5");  // as a kill would leave it
+  expect_same(SessionReader(folder / "cut.h5").loop());
+  ASSERT_TRUE(repair_session(folder / "cut.h5"));
+  expect_same(SessionReader(folder / "cut.h5").loop());
+  { ASSERT_TRUE(SessionWriter(folder / "none.h5", some_header()).finish({})); }
+  EXPECT_FALSE(SessionReader(folder / "none.h5").loop());
 }
 
 TEST(SessionFile, EqualSessionsAreEqualBytes) {

@@ -67,6 +67,7 @@ TEST(Catalogue, NamesEveryTissueFaultEventAndScore) {
   for (int i = 0; i < kEventKindCount; ++i) {
     EXPECT_TRUE(has_text("event." + std::string(name_of(static_cast<EventKind>(i))))) << i;
   }
+  for (const auto& [event, name] : kSafetyEventNames) EXPECT_TRUE(has_text("safety." + std::string(name))) << name;
   for (const std::string& name : known_score_names()) EXPECT_TRUE(has_text("score." + name)) << name;
   ScoreInput in;
   for (const ScoreRule& rule : default_rules(in)) EXPECT_TRUE(has_text(rule.source)) << rule.source;
@@ -106,6 +107,30 @@ TEST(Report, SaysWhatTheSessionHolds) {
   EXPECT_THAT(html, HasSubstr("18364758544493064720"));     // a seed, in full
   EXPECT_THAT(html, HasSubstr("fnv1a64:0123456789abcdef"));
   EXPECT_LT(html.find("Picture of the tissue: Before"), html.find("Picture of the tissue: After"));
+}
+
+TEST(Report, SaysHowTheLoopKeptItsTimeWhatItWasGrantedAndHowWarmTheMotorsWere) {
+  TemporaryFolder folder;
+  {
+    SessionWriter writer(folder / "s.h5", some_header());
+    writer.append(random_ticks(500, 1));
+    writer.loop(some_loop());
+    ASSERT_TRUE(writer.finish({}));
+  }
+  const SessionReader session(folder / "s.h5");
+  const std::string html = report_html(session);
+  EXPECT_THAT(html, HasSubstr("60000 ticks, 1 of them done after the next sample was due (0.0017 %). Worst tick at 41.00 s"));
+  EXPECT_THAT(html, HasSubstr("<td>1700 µs</td></tr>"));
+  EXPECT_THAT(html, HasSubstr("Histogram of how far 59999 wake-ups were off their beat"));
+  EXPECT_THAT(html, HasSubstr("<dt>Real-time priority</dt><dd>granted</dd>"));
+  EXPECT_THAT(html, HasSubstr("<dt>A core of its own</dt><dd>not granted"));
+  EXPECT_THAT(html, HasSubstr("93 % of what they bear"));
+  EXPECT_THAT(html, HasSubstr("force clipped to what warm motors bear; the servo was silent: no force"));
+  EXPECT_THAT(report_html(session, {.language = Language::kGerman, .more_pictures = {}, .score = {}}),
+              HasSubstr("<dt>Echtzeitpriorität</dt><dd>gewährt</dd>"));
+  // A session that did not run live says nothing of the kind.
+  record(folder / "none.h5", 500);
+  EXPECT_THAT(report_html(SessionReader(folder / "none.h5")), Not(HasSubstr("Real-time priority")));
 }
 
 TEST(Report, IsInTheLanguageAskedForWithItsDecimalComma) {

@@ -84,7 +84,9 @@ void run(const Options& options) {
   }
   ServoTick tick;
   if (!options.pose.empty()) {
-    tick.X_WT = tick.X_WG = haptics::read_hand_path(options.pose).at(options.at).X_WT;
+    const haptics::HandPath::Row row = haptics::read_hand_path(options.pose, tool_names(scene)).at(options.at);
+    tick.X_WT = tick.X_WG = row.X_WT;
+    tick.tool = row.tool;
     tick.spindle = scene.servo.spindle.free_speed;
   }
   haptics::TissueVolume volume = load_tissue(scene);

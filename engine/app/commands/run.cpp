@@ -26,7 +26,7 @@ void run(const Options& options) {
   double removed = 0;
   for (const double v : s.removed) removed += v;
   if (options.json) {
-    const nlohmann::ordered_json json = {
+    nlohmann::ordered_json json = {
         {"seconds", s.seconds},
         {"ticks", s.ticks},
         {"frames", s.frames},
@@ -36,6 +36,7 @@ void run(const Options& options) {
         {"deadline_misses", s.deadline_misses},
         {"tick_us", {{"p50", s.tick_us_median}, {"p99_9", s.tick_us_p999}, {"worst", s.worst_tick_us}}},
         {"explain", s.explanations}};
+    if (s.tracker) json["head_tracker"] = {{"samples", s.tracker->samples}, {"dropped", s.tracker->dropped}};
     fmt::print("{}\n", json.dump(2));
     return;
   }
@@ -43,6 +44,7 @@ void run(const Options& options) {
              removed / kCubicMillimetre, s.cuts);
   fmt::print("servo: median {:.1f} µs, 99.9 % {:.1f} µs, worst {:.1f} µs, {} deadlines missed, faults {}\n",
              s.tick_us_median, s.tick_us_p999, s.worst_tick_us, s.deadline_misses, s.faults);
+  if (s.tracker) fmt::print("head: {} samples, {} packets dropped\n", s.tracker->samples, s.tracker->dropped);
 }
 
 }  // namespace

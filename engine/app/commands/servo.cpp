@@ -56,16 +56,16 @@ class TickSink {
 };
 
 /// A path, a simulated hand, or a recorded one: whatever moves by itself and always the same.
-std::unique_ptr<haptics::HapticDevice> open_deterministic_hand(const Options& options) {
+std::unique_ptr<haptics::HapticDevice> open_deterministic_hand(const Options& options, const Scene& scene) {
   const std::string& hand = options.hand;
   if (hand.starts_with("replay:")) return open_replay_hand(hand.substr(7), options.rate, /*paced=*/false);
   const std::string file = hand.starts_with("script:") ? hand.substr(7) : hand;
-  return haptics::open_scripted_hand(file, options.rate, /*paced=*/false);
+  return haptics::open_scripted_hand(file, options.rate, /*paced=*/false, tool_names(scene));
 }
 
 void run(const Options& options) {
   const Scene scene = read_scene(options.scene);
-  const auto hand = open_deterministic_hand(options);
+  const auto hand = open_deterministic_hand(options, scene);
   HapticLoop loop(scene, load_tissue(scene), options.rate);
 
   session::SessionHeader header = session_header(scene, {}, *hand, loop.carver().volume(), options.rate);

@@ -60,7 +60,7 @@ fs::path user_folder() {
   return fs::path(home && *home ? home : ".") / "Typodont";
 }
 
-std::vector<SceneChoice> find_scenes(std::vector<fs::path>& pictures) {
+std::vector<SceneChoice> find_scenes(const OperatorState& s, std::vector<fs::path>& pictures) {
   std::vector<SceneChoice> scenes;
   pictures.clear();
   const fs::path own = user_folder() / "scenes";
@@ -74,6 +74,11 @@ std::vector<SceneChoice> find_scenes(std::vector<fs::path>& pictures) {
         const Json json = Json::load(file);
         choice.title = title_of(json.string_or("name", file.stem().string()));
         choice.description = json.string_or("description", "");
+        if (const auto block = json.find("task")) {
+          const session::Task task = session::read_task(*block);
+          if (!task.title.empty()) choice.title = task.title.in(s.language);
+          choice.description = task.goal.in(s.language);
+        }
         read_scene(file);
       } catch (const std::exception& e) {
         choice.fault = e.what();

@@ -13,7 +13,7 @@ std::filesystem::path user_folder();
 
 /// Shipped scenes, then the user's, by name. A scene that cannot be read is listed with its fault. `pictures[i]` is the
 /// picture beside scene i (NAME.png), or empty.
-std::vector<SceneChoice> find_scenes(std::vector<std::filesystem::path>& pictures);
+std::vector<SceneChoice> find_scenes(const OperatorState& s, std::vector<std::filesystem::path>& pictures);
 /// What is plugged in, the mouse, the trainee's last recordings, and one that is typed.
 std::vector<HandChoice> find_hands(const OperatorState& s);
 /// In this window, then rigs for screens and mirrors, shipped and the user's.

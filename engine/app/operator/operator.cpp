@@ -205,6 +205,15 @@ class Operator {
         if (bench_) bench_->set(s_.settings);
         break;
       case Ask::kTool:
+        if (!bench_) break;
+        s_.settings.tool = r.number;
+        bench_->set(s_.settings);
+        break;
+      case Ask::kStepDone:
+        s_.steps.next();
+        break;
+      case Ask::kStepBack:
+        s_.steps.back();
         break;
       case Ask::kCancel:
         if (job_) job_->progress().cancel();
@@ -230,7 +239,7 @@ class Operator {
     for (gpu::Image& picture : s_.pictures) picture.destroy(window_.device());
     s_.pictures.clear();
     std::vector<fs::path> files;
-    s_.scenes = find_scenes(files);
+    s_.scenes = find_scenes(s_, files);
     for (std::size_t i = 0; i < files.size(); ++i) {
       if (files[i].empty()) continue;
       try {
@@ -263,10 +272,18 @@ class Operator {
     say("", false);
     s_.scene_title = choice.title;
     s_.scene_goal = choice.description;
+    s_.steps = {};
+    s_.step_shown = -1;
     s_.page = Page::kLoading;
     draw();
 
     const Scene scene = read_scene(choice.file);
+    if (const auto task = Json::parse(scene.text, scene.file.string()).find("task")) {
+      const session::Task read = session::read_task(*task);
+      s_.steps = StepWatcher(read);
+      if (!read.title.empty()) s_.scene_title = read.title.in(s_.language);
+      s_.scene_goal = read.goal.in(s_.language);
+    }
     WorkbenchOptions options;
     options.rig = rig.file.string();
     options.hand = hand.address.empty() ? s_.address.data() : hand.address;
@@ -281,7 +298,7 @@ class Operator {
     try {
       bench_.emplace(scene, options);
       s_.settings = {};
-      s_.tools = {scene.servo.tool.name.empty() ? std::string(s_.text("op.tool")) : scene.servo.tool.name};
+      s_.tools = tool_names(scene);
       s_.device = bench_->hand();
       s_.recording = bench_->recording();
       s_.score = {};
@@ -315,6 +332,8 @@ class Operator {
       return true;
     }
     s_.status = bench_->status();
+    s_.settings = bench_->settings();
+    s_.steps.follow({s_.status.tick, s_.settings, 0, 0, 0});
     PictureStage* stage = bench_->stage();
     s_.live = stage && s_.status.frames > 0 ? &stage->pictures() : nullptr;
     const Nanos t = now();

@@ -178,12 +178,12 @@ void draw_help(OperatorState& s, InterfaceWindow& w) {
   const display::ivec2 size = w.size();
   ImGui::SetNextWindowPos({static_cast<float>(size.x) / 2, static_cast<float>(size.y) / 2}, 0, {0.5f, 0.5f});
   if (ImGui::BeginPopupModal(title, &s.help, ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoSavedSettings)) {
-    constexpr std::array kKeys = {std::pair{"F1", "op.key_help"},     std::pair{"F5", "op.key_start"},
-                                  std::pair{"F10", "op.key_end"},     std::pair{"Esc", "op.key_stop"},
-                                  std::pair{"1 … 9", "op.key_tools"}, std::pair{"+  −", "op.key_speed"},
-                                  std::pair{"F2", "op.key_report"},   std::pair{"F8", "op.key_doctor"},
-                                  std::pair{"Ctrl H", "op.key_hand"}, std::pair{"Tab  ← → ↑ ↓", "op.key_move"},
-                                  std::pair{"Ctrl Q", "op.key_quit"}};
+    constexpr std::array kKeys = {
+        std::pair{"F1", "op.key_help"},    std::pair{"F5", "op.key_start"},    std::pair{"F10", "op.key_end"},
+        std::pair{"Esc", "op.key_stop"},   std::pair{"1 … 9", "op.key_tools"}, std::pair{"+  −", "op.key_speed"},
+        std::pair{"F2", "op.key_report"},  std::pair{"F8", "op.key_doctor"},   std::pair{"Ctrl ↑ ↓", "op.key_exercise"},
+        std::pair{"N  B", "op.key_steps"}, std::pair{"Ctrl H", "op.key_hand"}, std::pair{"Tab  ← → ↑ ↓", "op.key_move"},
+        std::pair{"Ctrl Q", "op.key_quit"}};
     for (const auto& [name, meaning] : kKeys) {
       ImGui::TextUnformatted(name);
       ImGui::SameLine(9 * u);

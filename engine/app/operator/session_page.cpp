@@ -28,6 +28,30 @@ void draw_exercise(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   ImGui::TextUnformatted(s.scene_title.c_str());
   ImGui::PopTextWrapPos();
   dim_wrapped(s.scene_goal);
+  const int count = s.steps.count(), current = s.steps.current();
+  if (count > 0) {
+    ImGui::Spacing();
+    heading(fmt::format("{} {} / {}", s.text("op.steps"), std::min(current + 1, count), count).c_str(), w);
+    for (int i = 0; i < count; ++i) {
+      const ImVec4 color = i < current ? kGood : i == current ? ImGui::GetStyleColorVec4(ImGuiCol_Text) : kDim;
+      ImGui::PushStyleColor(ImGuiCol_Text, color);
+      ImGui::TextWrapped("%s %s", i < current ? "✓" : i == current ? "▸" : "·", s.steps.text(i).in(s.language).c_str());
+      ImGui::PopStyleColor();
+      if (i == current && s.step_shown != i) {
+        ImGui::SetScrollHereY(0.6f);
+        s.step_shown = i;
+      }
+    }
+    ImGui::BeginDisabled(current >= count);
+    if (ImGui::Button(fmt::format("{}   N", s.text(s.steps.waits() ? "op.step_skip" : "op.step_done")).c_str()) ||
+        key('N'))
+      s.ask(Ask::kStepDone);
+    ImGui::EndDisabled();
+    ImGui::SameLine();
+    ImGui::BeginDisabled(current == 0);
+    if (ImGui::Button(fmt::format("{}   B", s.text("op.step_back")).c_str()) || key('B')) s.ask(Ask::kStepBack);
+    ImGui::EndDisabled();
+  }
   end_panel();
 }
 
@@ -154,7 +178,7 @@ void draw_tool(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   const float u = w.style().unit;
   begin_panel("tool", s.text("op.tool"), size, w);
   for (std::size_t i = 0; i < s.tools.size(); ++i) {
-    const bool held = s.tools.size() == 1;
+    const bool held = s.status.tick.tool == i;
     const std::string label = i < 9 ? fmt::format("{}   {}", i + 1, s.tools[i]) : s.tools[i];
     ImGui::PushID(static_cast<int>(i));
     if (toggle_button(label.c_str(), held, {-1, 0})) s.ask(Ask::kTool, static_cast<int>(i));
@@ -230,7 +254,7 @@ void draw_device(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
 
 void draw_timing(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   begin_panel("timing", s.text("op.timing"), size, w);
-  const haptics::LoopTiming& t = s.status.timing;
+  const LoopTiming& t = s.status.timing;
   ImGui::PushFont(w.style().small);
   row(s.text("op.servo_tick"), fmt::format("{:.1f} µs", t.work.quantile(0.5) * 1e-3));
   row(s.text("op.servo_p999"), fmt::format("{:.1f} µs", t.work.quantile(0.999) * 1e-3));
@@ -252,9 +276,9 @@ void draw_session_page(OperatorState& s, InterfaceWindow& w) {
   const float side = std::clamp(0.21f * room.x, 14 * u, 20 * u), strip = 3.4f * u;
 
   begin_column("left", {side, room.y});
-  draw_exercise(s, w, {0, 9 * u});
-  const float removed = 8.5f * u;
-  draw_score(s, w, {0, room.y - 9 * u - removed - 2 * gap.y});
+  const float removed = 7.5f * u, exercise = s.steps.count() > 0 ? 0.45f * room.y : 9 * u;
+  draw_exercise(s, w, {0, exercise});
+  draw_score(s, w, {0, room.y - exercise - removed - 2 * gap.y});
   draw_removed(s, w, {0, removed});
   ImGui::EndChild();
 

@@ -64,6 +64,12 @@ void draw_picture(OperatorState& s, InterfaceWindow& w, int picture, float width
 void draw_scenes(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   const float u = w.style().unit;
   begin_panel("scenes", s.text("op.exercise"), size, w);
+  const int count = static_cast<int>(s.scenes.size());
+  const int step = (ImGui::IsKeyPressed(keys::kDown) ? 1 : 0) - (ImGui::IsKeyPressed(keys::kUp) ? 1 : 0);
+  if (ImGui::GetIO().KeyCtrl && step != 0 && count > 0) {
+    s.scene = (s.scene + step + count) % count;
+    s.scene_shown = -1;
+  }
   if (s.scenes.empty()) dim_wrapped(s.text("op.no_scenes"));
   for (std::size_t i = 0; i < s.scenes.size(); ++i) {
     const SceneChoice& scene = s.scenes[i];
@@ -75,7 +81,10 @@ void draw_scenes(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
       s.scene = static_cast<int>(i);
       if (ImGui::IsMouseDoubleClicked(0)) s.ask(Ask::kStart);
     }
-    if (i == 0 && ImGui::IsWindowAppearing()) ImGui::SetItemDefaultFocus();
+    if (static_cast<int>(i) == s.scene && s.scene_shown != s.scene) {
+      ImGui::SetScrollHereY(0.5f);
+      s.scene_shown = s.scene;
+    }
     const ImVec2 after = ImGui::GetCursorPos();
     ImGui::SetCursorPos({at.x + 0.6f * u, at.y + 0.45f * u});
     ImGui::TextUnformatted(scene.title.c_str());

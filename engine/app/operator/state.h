@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "engine/app/operator/interface_window.h"
+#include "engine/app/operator/steps.h"
 #include "engine/app/workbench.h"
 #include "engine/session/score.h"
 #include "engine/session/strings.h"
@@ -30,6 +31,8 @@ enum class Ask {
   kDeleteRecording,  // of the session just ended
   kSettings,         // live settings have changed
   kTool,             // number: its place in the tray
+  kStepDone,         // tick the task's current step off
+  kStepBack,         // take the last tick back
   kCancel,           // the long work that is under way
   kQuit,
 };
@@ -82,6 +85,7 @@ struct OperatorState {
   std::vector<HandChoice> hands;
   std::vector<RigChoice> rigs;
   std::vector<std::string> monitors;
+  int scene_shown = -1;  // the page scrolled to it
   int scene = 0, hand = 0, rig = 0, monitor = -1;
   std::array<char, 256> address{};  // of a hand that is typed
   std::array<char, 128> trainee{};
@@ -94,6 +98,8 @@ struct OperatorState {
   haptics::DeviceInfo device;
   std::string scene_title, scene_goal;
   std::vector<std::string> tools;  // of the tray
+  StepWatcher steps;
+  int step_shown = -1;  // the page scrolled to it
   SessionSettings settings;
   bool recording = false;
   std::array<float, 240> forces{}, ticks_us{};  // the last seconds, for the curves

@@ -118,6 +118,7 @@ class Window final : public Output {
     return exposed_ || stale_ || lost_ || size != wanted_;
   }
 
+  void lose_surface() override { lost_ = true; }
   void resize(ivec2 size) override { glfwSetWindowSize(window_, size.x, size.y); }
 
   int first_row() const override {
@@ -130,6 +131,13 @@ class Window final : public Output {
     float x = 1, y = 1;
     glfwGetWindowContentScale(window_, &x, &y);
     return std::max(static_cast<double>(x), 0.5);
+  }
+
+  double refresh_period() const override {
+    GLFWmonitor* monitor = glfwGetWindowMonitor(window_);
+    if (!monitor) monitor = glfwGetPrimaryMonitor();
+    const GLFWvidmode* mode = monitor ? glfwGetVideoMode(monitor) : nullptr;
+    return 1.0 / (mode && mode->refreshRate > 0 ? mode->refreshRate : 60);
   }
 
   UserInput poll() override {

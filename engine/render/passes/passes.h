@@ -51,6 +51,16 @@ struct ParticlePass {
   void destroy(gpu::Device& device);
 };
 
+/// What nobody sees is drawn first and nearest, so that nothing else is.
+struct HiddenPass {
+  VkPipeline pipeline = VK_NULL_HANDLE;
+  gpu::Buffer corners;
+  std::uint32_t count = 0;
+  void set(gpu::Device& device, std::span<const glm::vec3> triangles);
+  void record(PassContext& context, VkCommandBuffer commands, FrameStats& stats);
+  void destroy(gpu::Device& device);
+};
+
 struct HudVertex {
   float place[4];
   std::uint8_t color[4];

@@ -86,6 +86,12 @@ Column<Message> only_in_file(Column<Message> column) {
   return column;
 }
 
+template <class Message>
+Column<Message> added_later(Column<Message> column) {
+  column.added = true;
+  return column;
+}
+
 double total(const PerTissue& volumes) { return std::accumulate(volumes.begin(), volumes.end(), 0.0); }
 
 template <class Message, std::size_t... kIndex>
@@ -198,6 +204,8 @@ std::vector<Column<ServoTick>> make_tick_columns() {
   c.push_back(tick_us);
   c.push_back(exact<T>("faults", "", "what went wrong, as bits", [](T& t) -> std::uint32_t& { return t.faults; }));
   c.push_back(exact<T>("pedal", "", "foot pedal, 0 to 1", [](T& t) -> double& { return t.pedal; }));
+  c.push_back(added_later(
+      exact<T>("tool", "", "which of the session's tools is in the hand", [](T& t) -> std::uint32_t& { return t.tool; })));
 
   // What a replay needs on top, bit for bit.
   c.push_back(only_in_file(

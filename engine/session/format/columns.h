@@ -40,6 +40,7 @@ struct Column {
   void (*set)(Message&, const std::byte*) = nullptr;  // null: derived from other columns
   bool in_csv = true;
   bool in_file = true;
+  bool added = false;  // after the first release: older files lack it, the message then keeps its default
 };
 
 const std::vector<Column<ServoTick>>& tick_columns();

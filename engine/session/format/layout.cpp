@@ -4,6 +4,10 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <algorithm>
+
+#include "engine/contract/safety_event.h"
+
 namespace typodont::session {
 
 namespace {
@@ -23,6 +27,43 @@ std::string event_labels() {
     text += fmt::format("{}{} {}", i ? ", " : "", i, name_of(static_cast<EventKind>(i)));
   }
   return text;
+}
+
+std::string safety_labels() {
+  std::string text;
+  for (const auto& [event, name] : kSafetyEventNames) {
+    text += fmt::format("{}{} {}", text.empty() ? "" : ", ", bits(event), name);
+  }
+  return text;
+}
+
+LoopFields::LoopFields(const LoopReport& r)
+    : times{static_cast<std::uint64_t>(r.timing.period), r.timing.ticks, r.timing.misses, r.timing.worst_index,
+            static_cast<std::uint64_t>(r.timing.worst_tick), static_cast<std::uint64_t>(r.timing.worst_jitter)},
+      jitter(r.timing.jitter.counts),
+      work(r.timing.work.counts),
+      granted{r.fifo, r.pinned, r.memory_locked},
+      hand{r.heat, r.worst_heat, r.bearable_force, r.armed ? 1.0 : 0.0},
+      safety{r.safety} {
+  std::copy(r.note.begin(), r.note.end(), note.begin());
+}
+
+LoopReport LoopFields::report() const {
+  LoopReport r;
+  r.timing.period = static_cast<Nanos>(times[0]);
+  r.timing.ticks = times[1];
+  r.timing.misses = times[2];
+  r.timing.worst_index = times[3];
+  r.timing.worst_tick = static_cast<Nanos>(times[4]);
+  r.timing.worst_jitter = static_cast<Nanos>(times[5]);
+  r.timing.jitter.counts = jitter;
+  r.timing.work.counts = work;
+  r.fifo = granted[0] != 0, r.pinned = granted[1] != 0, r.memory_locked = granted[2] != 0;
+  std::copy(note.begin(), note.end(), r.note.begin());
+  r.note.back() = 0;
+  r.heat = hand[0], r.worst_heat = hand[1], r.bearable_force = hand[2], r.armed = hand[3] > 0;
+  r.safety = static_cast<std::uint32_t>(safety[0]);
+  return r;
 }
 
 int lock_while_recording(const std::filesystem::path& file) {

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <string>
 
+#include "engine/contract/loop_timing.h"
 #include "engine/session/session_data.h"
 
 namespace typodont::session {
@@ -22,6 +23,27 @@ inline std::array<std::uint64_t, 5> as_array(const Lost& lost) {
 
 /// "0 note, 1 tool, …".
 std::string event_labels();
+
+/// The group "loop": a LoopReport as the file's numbers.
+inline constexpr const char* kLoopTimeLabels =
+    "0 period_ns, 1 ticks, 2 misses, 3 worst_tick_index, 4 worst_tick_ns, 5 worst_jitter_ns";
+inline constexpr const char* kLoopGrantLabels = "0 fifo, 1 pinned_core, 2 locked_memory";
+inline constexpr const char* kLoopHandLabels = "0 heat, 1 worst_heat, 2 bearable_force_N, 3 armed";
+inline constexpr const char* kHistogramText =
+    "durations in bins of equal ratio: bin 0 up to 100 ns, bin i up to 100 ns * 2^(i/8), the last without end";
+std::string safety_labels();
+struct LoopFields {
+  std::array<std::uint64_t, 6> times{};
+  std::array<std::uint32_t, DurationHistogram::kBins> jitter{}, work{};
+  std::array<std::uint64_t, 3> granted{};
+  std::array<std::uint8_t, 320> note{};
+  std::array<double, 4> hand{};
+  std::array<std::uint64_t, 1> safety{};
+
+  LoopFields() = default;
+  explicit LoopFields(const LoopReport& report);
+  LoopReport report() const;
+};
 
 // HDF5 lets go of its own lock once SWMR has started, so the writer holds another one, on a byte far behind the end, by
 // which a reader tells a session at work from one that was killed. It goes when the process does.

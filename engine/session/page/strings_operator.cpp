@@ -92,6 +92,12 @@ constexpr Entry kOperator[] = {
      {"With the mouse as hand: move over the picture, left button drills, wheel moves in and out.",
       "Mit der Maus als Hand: über das Bild bewegen, linke Taste bohrt, Rad bewegt hinein und heraus.",
       "以鼠标为手：在画面上移动，左键钻削，滚轮前后移动。"}},
+    {"op.steps", {"Step", "Schritt", "步骤"}},
+    {"op.step_done", {"Done", "Erledigt", "完成"}},
+    {"op.step_skip", {"Skip", "Überspringen", "跳过"}},
+    {"op.step_back", {"Back", "Zurück", "返回"}},
+    {"op.key_steps", {"step done, step back", "Schritt erledigt, zurück", "步骤完成、返回"}},
+    {"op.key_exercise", {"choose an exercise", "Übung wählen", "选择练习"}},
 };
 
 }  // namespace

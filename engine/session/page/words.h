@@ -36,6 +36,7 @@ struct Words {
   }
   /// With its unit, not to be parted from it at the end of a line; without a unit it is a count.
   std::string quantity(double v, std::string_view unit) const {
+    if (std::isnan(v)) return "–";
     return unit.empty() ? number(v, 0) : fmt::format("{}\u00a0{}", number(v), unit);
   }
   std::string target(const ScoreItem& item) const {

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <charconv>
 #include <cmath>
 #include <glm/gtc/quaternion.hpp>
@@ -33,6 +34,8 @@ struct Api {
   int (*watchdog)(unsigned char, char);
   const char* (*name)(char);
   int (*serial)(unsigned short*, char);
+  int (*joint_angles)(double*, char);
+  bool (*has_wrist)(char);
 
   Api() {
     library.get(count, "dhdGetDeviceCount");
@@ -47,6 +50,8 @@ struct Api {
     library.find(watchdog, "dhdSetWatchdog");
     library.find(name, "dhdGetSystemName");
     library.find(serial, "dhdGetSerialNumber");
+    library.find(joint_angles, "dhdGetJointAngles");
+    library.find(has_wrist, "dhdHasWrist");
   }
 };
 
@@ -80,6 +85,7 @@ class ForceDimensionDevice : public HapticDevice {
     // The controller's own watchdog, in multiples of 125 µs (u), lets go when we die: 16 is 2 ms; 0 would switch it
     // off.
     if (api_.watchdog) api_.watchdog(16, id_);
+    wrist_ = api_.has_wrist && api_.has_wrist(id_);
     send(dvec3(0), dvec3(0));
     api_.enable_force(1, id_);
   }
@@ -91,6 +97,7 @@ class ForceDimensionDevice : public HapticDevice {
 
   const DeviceInfo& info() const noexcept override { return info_; }
   std::uint32_t faults() const noexcept override { return faults_; }
+  std::span<const double> joints() const noexcept override { return {joints_.data(), joint_count_}; }
 
   bool read(HandSample& sample) noexcept override {
     const Nanos entered = now();
@@ -115,6 +122,8 @@ class ForceDimensionDevice : public HapticDevice {
       return true;
     }
     failing_since_ = 0;
+    joint_count_ = 0;
+    if (api_.joint_angles && api_.joint_angles(joints_.data(), id_) >= 0) joint_count_ = wrist_ ? 6 : 3;
     const glm::dmat3 columns(R[0][0], R[1][0], R[2][0], R[0][1], R[1][1], R[2][1], R[0][2], R[1][2], R[2][2]);
     sample = {now(), {p, glm::normalize(glm::quat_cast(columns))}, api_.buttons(id_) & 1 ? 1.0 : 0.0};
     last_ = sample;
@@ -131,6 +140,9 @@ class ForceDimensionDevice : public HapticDevice {
   char id_ = 0;
   Nanos period_, due_ = 0, failing_since_ = 0;
   HandSample last_;
+  std::array<double, 8> joints_{};  // DHD_MAX_DOF; base and wrist, the grip is left out
+  std::size_t joint_count_ = 0;
+  bool wrist_ = false;
   std::uint32_t faults_ = 0;
 };
 

@@ -5,6 +5,7 @@
 #include <semaphore.h>
 #include <time.h>
 
+#include <array>
 #include <atomic>
 #include <cerrno>
 #include <cmath>
@@ -36,6 +37,8 @@ enum : unsigned int {
   kInvalid = 0xFFFFFFFF,
   kButtons = 0x2000,
   kTransform = 0x2052,
+  kJointAngles = 0x2100,
+  kGimbalAngles = 0x2150,
   kModelType = 0x2501,
   kSerialNumber = 0x2504,
   kMaxStiffness = 0x2602,
@@ -132,6 +135,7 @@ class OpenHapticsDevice : public HapticDevice {
 
   const DeviceInfo& info() const noexcept override { return info_; }
   std::uint32_t faults() const noexcept override { return faults_; }
+  std::span<const double> joints() const noexcept override { return samples_.front().joints; }
 
   bool read(HandSample& sample) noexcept override {
     timespec until{};
@@ -159,6 +163,7 @@ class OpenHapticsDevice : public HapticDevice {
  private:
   struct Sample {
     HandSample hand;
+    std::array<double, 6> joints{};  // rad: turret, thigh, shin; gimbal. As the library counts them
     bool error = false;
   };
 
@@ -177,6 +182,9 @@ class OpenHapticsDevice : public HapticDevice {
     int buttons = 0;
     api_.get_doubles(kTransform, X);
     api_.get_integers(kButtons, &buttons);
+    Sample& out = samples_.back();
+    api_.get_doubles(kJointAngles, out.joints.data());
+    api_.get_doubles(kGimbalAngles, out.joints.data() + 3);
     age_ = forces_.fetch() ? 0 : age_ + 1;
     dvec3 f(0);
     if (age_ <= 2 && !released_.load()) f = forces_.front();
@@ -184,7 +192,6 @@ class OpenHapticsDevice : public HapticDevice {
     api_.set_doubles(kCurrentForce, force);
     api_.end_frame(device_);
 
-    Sample& out = samples_.back();
     out.error = api_.get_error().code != 0;
     const glm::dmat3 R(X[0], X[1], X[2], X[4], X[5], X[6], X[8], X[9], X[10]);
     out.hand = {

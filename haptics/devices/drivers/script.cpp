@@ -14,7 +14,7 @@ const Driver script_driver{
     .open =
         [](const std::string& rest, const HandOptions& options) {
           if (rest.empty()) throw Error("script:", "", "no file", "script:HAND.csv or script:HAND.json");
-          return open_scripted_hand(rest, options.rate, options.paced);
+          return open_scripted_hand(rest, options.rate, options.paced, options.tools);
         },
     .find = {},
 };

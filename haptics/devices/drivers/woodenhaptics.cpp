@@ -39,6 +39,9 @@ class ArmDevice : public HapticDevice {
 
   const DeviceInfo& info() const noexcept override { return info_; }
   std::uint32_t faults() const noexcept override { return faults_; }
+  std::span<const double> joints() const noexcept override {
+    return {joints_.data(), homed_ ? (arm_.has_stylus() ? 6u : 3u) : 0u};
+  }
 
   bool read(HandSample& sample) noexcept override {
     faults_ = 0;
@@ -80,6 +83,11 @@ class ArmDevice : public HapticDevice {
       Counts counts;
       for (std::size_t i = 0; i < 6; ++i) counts[i] = encoders_[i].value();
       theta_ = body_angles(arm_, counts);
+      for (int i = 0; i < 3; ++i) joints_[static_cast<std::size_t>(i)] = theta_[i];
+      if (arm_.has_stylus()) {
+        const dvec3 stylus = stylus_angles(arm_, counts);
+        for (int i = 0; i < 3; ++i) joints_[static_cast<std::size_t>(3 + i)] = stylus[i];
+      }
       sample = {t, stylus_pose(arm_, counts), 0};
       return true;
     }
@@ -140,6 +148,7 @@ class ArmDevice : public HapticDevice {
   std::array<Encoder, 6> encoders_;
   LineAssembler lines_;
   dvec3 theta_{0};
+  std::array<double, 6> joints_{};
   Nanos last_good_ = 0;
   std::uint32_t faults_ = 0;
   bool homed_ = false, button_ = false, rubbish_ = false;

@@ -1,6 +1,7 @@
 #include "tests/support/emulation/emulated_arm.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <cstring>
 
@@ -54,9 +55,16 @@ std::vector<std::uint8_t> EmulatedArm::report() {
     counts[k] = std::llround(arm_.sign[k] * angles[i] / arm_.ratio(i) * arm_.counts[k] / (2 * kPi)) - arm_.home[k] +
                 power_on_ + slip[k];
   }
+  if (stylus && arm_.has_stylus()) {
+    const dvec3 turned = stylus(to_seconds(time_.true_now()));
+    for (int i = 0; i < 3; ++i) {
+      const auto k = static_cast<std::size_t>(3 + i);
+      counts[k] = std::llround(arm_.sign[k] * turned[i] * arm_.counts[k] / (2 * kPi)) - arm_.home[k];
+    }
+  }
   if (protocol_ == ArmProtocol::kText) {
     const std::string line =
-        fmt::format("[{},{},{},{},0,0,0,{}]\n", arm_.has_stylus() ? 1 : 3, counts[0], counts[1], counts[2], error);
+        fmt::format("[{},{},{}]\n", arm_.has_stylus() ? 1 : 3, fmt::join(counts, ","), error);
     return {line.begin(), line.end()};
   }
   const std::size_t size = protocol_ == ArmProtocol::kHidV1 ? 8 : protocol_ == ArmProtocol::kHidV2 ? 14 : 64;

@@ -20,6 +20,8 @@ class EmulatedArm {
 
   /// Where the hand holds the arm: angles of the bodies, by true time in seconds.
   std::function<dvec3(double)> hand;
+  /// Angles of the stylus' joints D, E, F; empty: as in the home position.
+  std::function<dvec3(double)> stylus;
 
   /// A link to it; more than one may live.
   std::unique_ptr<haptics::Link> connect();

@@ -56,6 +56,13 @@ int dhdSetWatchdog(unsigned char periods, char) {
 const char* dhdGetSystemName(char) {
   return "sigma.7 (stand-in)";
 }
+int dhdGetJointAngles(double* out, char) {
+  for (int i = 0; i < 8; ++i) out[i] = 0.1 * (i + 1);
+  return broken ? -1 : 0;
+}
+bool dhdHasWrist(char) {
+  return true;
+}
 int dhdGetSerialNumber(unsigned short* out, char) {
   *out = 4711;
   return 0;

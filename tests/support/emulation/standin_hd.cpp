@@ -36,6 +36,8 @@ void hdBeginFrame(unsigned int) {}
 void hdEndFrame(unsigned int) {}
 void hdGetDoublev(unsigned int what, double* out) {
   if (what == 0x2052) std::memcpy(out, transform, sizeof transform);
+  if (what == 0x2100) out[0] = 0.1, out[1] = 0.2, out[2] = 0.3;
+  if (what == 0x2150) out[0] = 0.4, out[1] = 0.5, out[2] = 0.6;
   if (what == 0x2602) *out = 0.4;   // N/mm
   if (what == 0x2603) *out = 3.3;   // N
   if (what == 0x2604) *out = 0.88;  // N

@@ -1,0 +1,83 @@
+#include "engine/app/bench/parts.h"
+
+#include <fmt/format.h>
+
+#include "audio/bench.h"
+#include "calibration/bench.h"
+#include "engine/app/scene.h"
+#include "engine/debris/bench.h"
+#include "engine/surface/bench.h"
+#include "haptics/bench.h"
+
+namespace typodont {
+
+namespace {
+
+using Rows = std::vector<BenchRow>;
+
+Rows contact(bool quick) {
+  haptics::BenchOptions options;
+  if (quick) options.ticks = 300, options.voxels_mm = {0.2, 0.1};
+  return haptics::bench_contact(options);
+}
+
+Rows surface(bool quick) {
+  surface::BenchOptions options;
+  if (quick) options.repeats = 3;
+  return surface::bench_sphere(options);
+}
+
+Rows debris(bool quick) {
+  debris::BenchOptions options;
+  if (quick) options.repeats = 50;
+  return debris::bench_debris(options);
+}
+
+Rows sound(bool quick) {
+  audio::BenchOptions options;
+  options.recording = assets_folder() / "sounds/micromotor_steady.wav";
+  if (quick) options.orders = {16, 300}, options.repeats = 3;
+  return audio::audio_bench(options);
+}
+
+Rows calibration(bool quick) {
+  Rows rows;
+  for (const calibration::BenchRow& r : calibration::bench_rows(quick)) {
+    rows.push_back({.name = r.task + ", " + r.method,
+                    .knob = fmt::format("{} touches", r.touches),
+                    .error = r.error,
+                    .error_unit = r.error_unit,
+                    .time_ns = r.time_us * 1e3,
+                    .per = "solution",
+                    .size = static_cast<double>(r.touches),
+                    .size_unit = "touches"});
+  }
+  return rows;
+}
+
+constexpr BenchPart kParts[] = {
+    {"contact", "Contact and cutting",
+     "Direction of the force while sliding on a ball, cutting ticks of a simulated hand, removed volume against the "
+     "formula.",
+     contact},
+    {"surface", "Surface", "From distance field to triangles, on a sphere of 50 voxels.", surface},
+    {"debris", "Debris", "A step of all particles beside reading and writing the same memory once.", debris},
+    {"render", "Picture",
+     "A stereo frame of the molar while it is drilled, step by step of the quality ladder; the error is against the "
+     "best "
+     "step at twice the size.",
+     bench_render},
+    {"sound", "Sound", "Autoregressive models of a recorded drill, and the filters that play them.", sound},
+    {"calibration", "Calibration", "Every solver against the number of touches, beside Eigen's and OpenCV's own.",
+     calibration},
+    {"recording", "Recording", "A minute of drilling at 1 kHz into HDF5, by strength of compression.", bench_recording},
+    {"scaling", "Scaling",
+     "The same drilling in ever larger bodies: what must not grow, and what grows with the surface.", bench_scaling}};
+
+}  // namespace
+
+std::span<const BenchPart> bench_parts() {
+  return kParts;
+}
+
+}  // namespace typodont

@@ -1,0 +1,38 @@
+#include <cstring>
+
+#include "engine/render/passes/passes.h"
+#include "shaders/hidden_frag.h"
+#include "shaders/hidden_vert.h"
+
+namespace typodont::render {
+
+void HiddenPass::set(gpu::Device& device, std::span<const glm::vec3> triangles) {
+  corners.destroy(device);
+  count = static_cast<std::uint32_t>(triangles.size());
+  if (!count) return;
+  corners = gpu::Buffer::create(device, triangles.size_bytes(), VK_BUFFER_USAGE_VERTEX_BUFFER_BIT);
+  std::memcpy(corners.memory.mapped, triangles.data(), triangles.size_bytes());
+}
+
+void HiddenPass::record(PassContext& context, VkCommandBuffer commands, FrameStats& stats) {
+  if (!count) return;
+  if (!pipeline) {
+    gpu::PipelineOptions o = context.scene_pipeline(kSpirv_hidden_vert, kSpirv_hidden_frag);
+    o.bindings = {{0, sizeof(glm::vec3), VK_VERTEX_INPUT_RATE_VERTEX}};
+    o.attributes = {{0, VK_FORMAT_R32G32B32_SFLOAT, 0}};
+    o.cull = VK_CULL_MODE_NONE;
+    pipeline = gpu::create_pipeline(context.device, o);
+  }
+  vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, pipeline);
+  const VkDeviceSize zero = 0;
+  vkCmdBindVertexBuffers(commands, 0, 1, &corners.buffer, &zero);
+  vkCmdDraw(commands, count, 1, 0, 0);
+  ++stats.commands;
+}
+
+void HiddenPass::destroy(gpu::Device& device) {
+  destroy_pipeline(device, pipeline);
+  corners.destroy(device);
+}
+
+}  // namespace typodont::render

@@ -1,0 +1,445 @@
+#include "engine/session/cavity.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <numeric>
+
+#include "engine/base/units.h"
+#include "engine/session/geometry/tetrahedra.h"
+
+namespace typodont::session {
+
+namespace {
+
+constexpr double kNewSurface = 0.75;           // voxels below the old surface: from here on surface is new
+const double kFloor = std::cos(30 * kPi / 180);  // a floor leans less than 30° from the axis …
+constexpr double kWall = 0.5;                  // … and a wall less than 30° from being parallel to it
+constexpr double kOneWay = 0.98;               // length of the gradient below which a stencil straddles an edge
+constexpr double kRounding = 1e-9;             // voxels
+constexpr double kLeastPart = 0.1e-6;          // m² of floor or wall before it is called one
+constexpr double kTrimmed = 0.1;               // share of a wall's leanings left out at either end: its edges
+constexpr double kFarthestWall = 5e-3;         // m, how far to look for the far side of a wall
+constexpr double kSmoothing = 0.25e-3;         // m, of the margin
+
+struct Facet {
+  dvec3 p{0};      // voxels, its middle
+  dvec3 n{0};      // unit, out of the tissue
+  double area = 0; // voxels²
+  std::size_t inside = 0;  // a sample inside the tissue next to it
+};
+
+double weighted_mean(const std::vector<std::pair<double, double>>& values) {
+  double sum = 0, weight = 0;
+  for (const auto& [v, w] : values) sum += v * w, weight += w;
+  return weight > 0 ? sum / weight : 0;
+}
+
+/// The mean of what is left between the shares `trim` and 1 - `trim` of the weight.
+double trimmed_mean(std::vector<std::pair<double, double>> values, double trim) {
+  std::sort(values.begin(), values.end());
+  const double total = std::accumulate(values.begin(), values.end(), 0.0, [](double s, const auto& v) { return s + v.second; });
+  double at = 0, sum = 0, weight = 0;
+  for (const auto& [v, w] : values) {
+    const double from = std::max(at, trim * total), to = std::min(at + w, (1 - trim) * total);
+    if (to > from) sum += v * (to - from), weight += to - from;
+    at += w;
+  }
+  return weight > 0 ? sum / weight : 0;
+}
+
+/// Below how much lies so much of the weight.
+double lowest(std::vector<std::pair<double, double>> values, double weight) {
+  std::sort(values.begin(), values.end());
+  for (const auto& [v, w] : values) {
+    weight -= w;
+    if (weight <= 0) return v;
+  }
+  return values.back().first;
+}
+
+struct Axes {
+  dvec3 u, v, w;  // w out of the opening
+};
+Axes axes_about(const dvec3& axis) {
+  const dvec3 w = glm::normalize(axis);
+  const dvec3 other = std::abs(w.x) < 0.7 ? dvec3(1, 0, 0) : dvec3(0, 1, 0);
+  const dvec3 u = glm::normalize(other - glm::dot(other, w) * w);
+  return {u, glm::cross(w, u), w};
+}
+
+/// A plane w = c0 + c1 u + c2 v through weighted points, by least squares; false where they do not determine one.
+struct Plane {
+  double c0 = 0, c1 = 0, c2 = 0;
+};
+bool fit_plane(const std::vector<Facet>& facets, const Axes& axes, Plane& plane) {
+  double weight = 0, mu = 0, mv = 0, mw = 0;
+  for (const Facet& f : facets) {
+    weight += f.area;
+    mu += f.area * glm::dot(f.p, axes.u);
+    mv += f.area * glm::dot(f.p, axes.v);
+    mw += f.area * glm::dot(f.p, axes.w);
+  }
+  mu /= weight, mv /= weight, mw /= weight;
+  double uu = 0, uv = 0, vv = 0, uw = 0, vw = 0;
+  for (const Facet& f : facets) {
+    const double u = glm::dot(f.p, axes.u) - mu, v = glm::dot(f.p, axes.v) - mv, w = glm::dot(f.p, axes.w) - mw;
+    uu += f.area * u * u, uv += f.area * u * v, vv += f.area * v * v;
+    uw += f.area * u * w, vw += f.area * v * w;
+  }
+  const double det = uu * vv - uv * uv;
+  if (!(det > 1e-6 * weight * weight)) return false;
+  plane.c1 = (uw * vv - vw * uv) / det;
+  plane.c2 = (vw * uu - uw * uv) / det;
+  plane.c0 = mw - plane.c1 * mu - plane.c2 * mv;
+  return true;
+}
+
+/// How far along `direction` from p (voxels) the last point inside the field lies.
+double last_inside(const DenseField& field, const dvec3& p, const dvec3& direction) {
+  const double longest = glm::length(dvec3(field.size));
+  double last = 0, previous = field.sample(p);
+  for (double s = 0.5; s < longest; s += 0.5) {
+    const dvec3 q = p + s * direction;
+    if (glm::any(glm::lessThan(q, dvec3(0))) || glm::any(glm::greaterThan(q, dvec3(field.size - 1)))) break;
+    const double d = field.sample(q);
+    if (previous < 0 && d >= 0) last = s - 0.5 + 0.5 * previous / (previous - d);
+    previous = d;
+  }
+  return last;
+}
+
+/// The curves on the old surface where it goes over into the cut, each as its points in order. Voxels.
+std::vector<std::vector<dvec3>> margins(const DenseField& before, const DenseField& after) {
+  // On the old surface the depth of the cut is after - before: nothing where it was left, and rising from the margin on.
+  constexpr double kLevel = 0.5;  // voxels
+  using Key = std::array<std::size_t, 4>;  // of a point on the edge between two points of the surface
+  struct End {
+    dvec3 p;
+    std::vector<std::size_t> segments;
+  };
+  std::map<Key, std::size_t> index;
+  std::vector<End> ends;
+  std::vector<std::array<std::size_t, 2>> segments;
+  each_triangle(before, [&](const EdgeTriangle& t) {
+    double g[3];
+    for (std::size_t k = 0; k < 3; ++k) g[k] = t[k].of(after.distance) - t[k].of(before.distance) - kLevel;
+    if ((g[0] > 0) == (g[1] > 0) && (g[1] > 0) == (g[2] > 0)) return;
+    std::vector<std::size_t> crossed;
+    for (std::size_t k = 0; k < 3; ++k) {
+      std::size_t a = k, b = (k + 1) % 3;
+      if ((g[a] > 0) == (g[b] > 0)) continue;
+      if (std::pair(t[a].i, t[a].j) > std::pair(t[b].i, t[b].j)) std::swap(a, b);
+      const Key key{t[a].i, t[a].j, t[b].i, t[b].j};
+      const auto [it, fresh] = index.try_emplace(key, ends.size());
+      if (fresh) ends.push_back({t[a].p + g[a] / (g[a] - g[b]) * (t[b].p - t[a].p), {}});
+      crossed.push_back(it->second);
+    }
+    if (crossed.size() != 2 || crossed[0] == crossed[1]) return;
+    for (const std::size_t e : crossed) ends[e].segments.push_back(segments.size());
+    segments.push_back({crossed[0], crossed[1]});
+  });
+
+  // Follow them from end to end; open ones first, so that none is begun in its middle.
+  std::vector<bool> used(segments.size(), false);
+  std::vector<std::vector<dvec3>> curves;
+  const auto follow = [&](std::size_t start) {
+    std::vector<dvec3> curve{ends[start].p};
+    std::size_t at = start;
+    for (bool on = true; on;) {
+      on = false;
+      for (const std::size_t s : ends[at].segments) {
+        if (used[s]) continue;
+        used[s] = true;
+        at = segments[s][0] == at ? segments[s][1] : segments[s][0];
+        curve.push_back(ends[at].p);
+        on = true;
+        break;
+      }
+    }
+    if (curve.size() > 1) curves.push_back(std::move(curve));
+  };
+  for (const std::size_t only : {std::size_t{1}, std::size_t{2}}) {
+    for (std::size_t e = 0; e < ends.size(); ++e) {
+      if (only == 2 || ends[e].segments.size() == 1) follow(e);
+    }
+  }
+  return curves;
+}
+
+/// Mean square of a curve's distance from itself smoothed (sigma, voxels), and its length.
+std::pair<double, double> roughness(const std::vector<dvec3>& curve, double sigma) {
+  double length = 0;
+  for (std::size_t i = 1; i < curve.size(); ++i) length += glm::length(curve[i] - curve[i - 1]);
+  if (length < 4 * sigma) return {0, 0};
+  // Evenly spaced points.
+  const auto count = static_cast<std::size_t>(std::ceil(length / 0.5));
+  const double step = length / static_cast<double>(count);
+  std::vector<dvec3> even;
+  double at = 0;
+  for (std::size_t i = 1; i < curve.size() && even.size() < count; ++i) {
+    const double piece = glm::length(curve[i] - curve[i - 1]);
+    while (even.size() < count && static_cast<double>(even.size()) * step <= at + piece) {
+      const double s = piece > 0 ? (static_cast<double>(even.size()) * step - at) / piece : 0;
+      even.push_back(curve[i - 1] + s * (curve[i] - curve[i - 1]));
+    }
+    at += piece;
+  }
+  const bool closed = glm::length(curve.front() - curve.back()) < 1e-9;
+  const auto n = static_cast<std::ptrdiff_t>(even.size());
+  const auto reach = static_cast<std::ptrdiff_t>(std::ceil(3 * sigma / step));
+  double square = 0;
+  std::ptrdiff_t counted = 0;
+  for (std::ptrdiff_t i = 0; i < n; ++i) {
+    if (!closed && (i < reach || i + reach >= n)) continue;
+    dvec3 mean(0);
+    double weight = 0;
+    for (std::ptrdiff_t k = -reach; k <= reach; ++k) {
+      const double s = static_cast<double>(k) * step / sigma;
+      const double w = std::exp(-0.5 * s * s);
+      mean += w * even[static_cast<std::size_t>(((i + k) % n + n) % n)];
+      weight += w;
+    }
+    const dvec3 d = even[static_cast<std::size_t>(i)] - mean / weight;
+    square += glm::dot(d, d);
+    ++counted;
+  }
+  return counted > 0 ? std::pair(square / static_cast<double>(counted), length) : std::pair(0.0, 0.0);
+}
+
+/// The narrowest width across the cavity's longer axis at height `w` along the axis, its ends left out. Voxels.
+std::optional<double> narrowest(const DenseField& before, const DenseField& after, const Axes& axes, double w) {
+  // What was taken away, seen along the axis.
+  double count = 0, mu = 0, mv = 0, uu = 0, uv = 0, vv = 0;
+  const auto each_removed = [&](auto&& use) {
+    for (int x = 0; x < before.size.x; ++x) {
+      for (int y = 0; y < before.size.y; ++y) {
+        for (int z = 0; z < before.size.z; ++z) {
+          const std::size_t i = before.at(x, y, z);
+          if (before.distance[i] > -0.5f || after.distance[i] < 0) continue;
+          const dvec3 p(x, y, z);
+          if (std::abs(glm::dot(p, axes.w) - w) <= 1) use(glm::dot(p, axes.u), glm::dot(p, axes.v));
+        }
+      }
+    }
+  };
+  each_removed([&](double u, double v) { ++count, mu += u, mv += v; });
+  if (count < 8) return std::nullopt;
+  mu /= count, mv /= count;
+  each_removed([&](double u, double v) {
+    uu += (u - mu) * (u - mu), uv += (u - mu) * (v - mv), vv += (v - mv) * (v - mv);
+  });
+  const double angle = 0.5 * std::atan2(2 * uv, uu - vv);
+  const dvec3 along = std::cos(angle) * axes.u + std::sin(angle) * axes.v;
+  const dvec3 across = -std::sin(angle) * axes.u + std::cos(angle) * axes.v;
+  const dvec3 center = mu * axes.u + mv * axes.v + w * axes.w;
+
+  // Widths, section by section: the longest stretch that is empty and was tissue, between two walls.
+  const double reach = glm::length(dvec3(before.size));
+  struct Section {
+    double s, width;
+  };
+  std::vector<Section> sections;
+  for (double s = -std::floor(reach); s <= reach; s += 0.5) {
+    double begin = 0, best = 0, before_last = 0, last = 0;
+    bool open = false, walled = false;
+    for (double t = -reach; t <= reach; t += 0.5) {
+      const dvec3 p = center + s * along + t * across;
+      if (glm::any(glm::lessThan(p, dvec3(0))) || glm::any(glm::greaterThan(p, dvec3(before.size - 1)))) {
+        open = false;
+        continue;
+      }
+      const double a = after.sample(p), b = before.sample(p);
+      if (!open && a >= 0 && b < 0) {
+        open = true;
+        walled = last < 0 && before_last < 0;  // tissue was there before and is still there: a wall
+        begin = walled ? t - 0.5 + 0.5 * last / (last - a) : t;
+      } else if (open && a < 0) {
+        if (walled) best = std::max(best, t - 0.5 + 0.5 * last / (last - a) - begin);
+        open = false;
+      } else if (open && b >= 0) {
+        open = false;  // it ends in the open air
+      }
+      last = a, before_last = b;
+    }
+    if (best > 0) sections.push_back({s, best});
+  }
+  if (sections.empty()) return std::nullopt;
+  const double half = 0.5 * std::max_element(sections.begin(), sections.end(), [](auto& a, auto& b) {
+                              return a.width < b.width;
+                            })->width;
+  std::optional<double> narrow;
+  for (const Section& section : sections) {
+    if (section.s < sections.front().s + half || section.s > sections.back().s - half) continue;
+    if (!narrow || section.width < *narrow) narrow = section.width;
+  }
+  return narrow ? narrow : 2 * half;
+}
+
+CavityMeasures measure(const Preparation& in, const DenseField& after) {
+  CavityMeasures m;
+  m.has_ideal = !in.ideal.distance.empty();
+  const double h = in.frame.voxel, h2 = h * h, h3 = h2 * h;
+  const DenseField before = redistanced(in.before);
+  const DenseField ideal = m.has_ideal ? redistanced(in.ideal) : DenseField{};
+  const std::size_t count = after.distance.size();
+
+  // Volumes: every voxel by its share inside each surface.
+  double kept_removed = 0;
+  bool any_kept = false;
+  for (std::size_t i = 0; i < count; ++i) {
+    const double a = share_inside(static_cast<double>(after.distance[i])), b = share_inside(static_cast<double>(in.before.distance[i]));
+    if (m.has_ideal) {
+      const double c = share_inside(static_cast<double>(in.ideal.distance[i]));
+      m.wanted += std::abs(b - c);
+      m.done += c < b ? std::clamp(b - a, 0.0, b - c) : std::clamp(a - b, 0.0, c - b);
+      m.over_volume += std::max(0.0, c - a);
+      m.under_volume += std::max(0.0, a - c);
+    }
+    if (!in.keep.empty() && in.keep[i]) {
+      any_kept |= b > 0;
+      kept_removed += std::max(0.0, b - a);
+    }
+  }
+  m.wanted *= h3, m.done *= h3, m.over_volume *= h3, m.under_volume *= h3;
+  if (any_kept) m.kept_removed = kept_removed * h3;
+
+  // The surface as it was left: how far it lies from the ideal, and what of it is new.
+  std::vector<Facet> fresh, floor, walls;
+  const Axes axes = axes_about(in.axis_W);
+  double contour_square = 0, contour_area = 0;
+  each_triangle(after, [&](const EdgeTriangle& t) {
+    Facet f;
+    const dvec3 normal = glm::cross(t[1].p - t[0].p, t[2].p - t[0].p);
+    f.area = 0.5 * glm::length(normal);
+    if (!(f.area > 0)) return;
+    f.n = normal / (2 * f.area);
+    f.p = (t[0].p + t[1].p + t[2].p) / 3.0;
+    f.inside = after.distance[t[0].i] < 0 ? t[0].i : t[0].j;
+    double old = 0, off = 0;
+    for (const EdgePoint& e : t) {
+      old += e.of(before.distance) / 3;
+      if (!m.has_ideal) continue;
+      double d = e.of(ideal.distance);
+      if (std::abs(d) < kRounding) d = 0;
+      off += d / 3;
+      Place& place = d < 0 ? m.over : m.under;
+      if (std::abs(d) * h > place.depth) place = {std::abs(d) * h, in.frame.to_world(e.p)};
+    }
+    // New where it lies clear of the old surface; to be judged where it was changed, or should have been.
+    if (m.has_ideal && (std::abs(old) > kNewSurface || std::abs(off) > kNewSurface)) {
+      contour_square += f.area * off * off;
+      contour_area += f.area;
+    }
+    if (old > -kNewSurface) return;
+    fresh.push_back(f);
+    const double lean = glm::dot(f.n, axes.w);
+    if (glm::length(after.gradient(f.p)) < kOneWay) return;
+    if (lean > kFloor) floor.push_back(f);
+    if (std::abs(lean) < kWall) walls.push_back(f);
+  });
+  if (contour_area > 0) m.contour = std::sqrt(contour_square / contour_area) * h;
+  const auto area_of = [&](const std::vector<Facet>& facets) {
+    return h2 * std::accumulate(facets.begin(), facets.end(), 0.0, [](double s, const Facet& f) { return s + f.area; });
+  };
+  m.cut_area = area_of(fresh);
+
+  // Floor.
+  double floor_height = 0;
+  if (area_of(floor) >= kLeastPart) {
+    std::vector<std::pair<double, double>> depths, heights;
+    for (const Facet& f : floor) {
+      depths.emplace_back(last_inside(in.before, f.p, axes.w), f.area);
+      heights.emplace_back(glm::dot(f.p, axes.w), f.area);
+    }
+    m.floor_depth = trimmed_mean(depths, kTrimmed) * h;
+    floor_height = weighted_mean(heights);
+    Plane plane;
+    if (fit_plane(floor, axes, plane)) {
+      const double slope = 1 / std::sqrt(1 + plane.c1 * plane.c1 + plane.c2 * plane.c2);
+      double square = 0, area = 0;
+      for (const Facet& f : floor) {
+        const double off = (glm::dot(f.p, axes.w) - plane.c0 - plane.c1 * glm::dot(f.p, axes.u) -
+                            plane.c2 * glm::dot(f.p, axes.v)) * slope;
+        square += f.area * off * off;
+        area += f.area;
+      }
+      m.floor_flatness = std::sqrt(square / area) * h;
+      m.floor_tilt = std::acos(std::min(1.0, slope));
+    }
+    const auto width = narrowest(in.before, after, axes, floor_height + 0.5 * *m.floor_depth / h);
+    if (width) m.isthmus = *width * h;
+  }
+
+  // Walls.
+  if (area_of(walls) >= kLeastPart) {
+    std::vector<std::pair<double, double>> leans, depths, thickness;
+    for (const Facet& f : walls) {
+      leans.emplace_back(std::asin(std::clamp(glm::dot(f.n, axes.w), -1.0, 1.0)), f.area);
+      depths.emplace_back(-before.sample(f.p), f.area);
+      // Behind the wall: hard tissue until the open air. Where the pulp comes first it is no outer wall.
+      double last = 0;
+      for (double s = 1; s * h < kFarthestWall; s += 0.5) {
+        const dvec3 q = f.p - s * f.n;
+        const glm::ivec3 v(glm::round(q));
+        if (glm::any(glm::lessThan(v, glm::ivec3(0))) || glm::any(glm::greaterThanEqual(v, after.size))) break;
+        const double d = after.sample(q);
+        if (d >= 0) {
+          thickness.emplace_back(std::max(0.0, s - (last < 0 ? 0.5 * d / (d - last) : 0.0)), f.area);
+          break;
+        }
+        if (in.tissue[after.at(v.x, v.y, v.z)] == Tissue::kPulp) break;
+        last = d;
+      }
+    }
+    m.taper = 2 * trimmed_mean(leans, kTrimmed);
+    m.wall_depth = trimmed_mean(depths, kTrimmed) * h;
+    if (!thickness.empty()) {
+      m.wall_thickness = lowest(thickness, std::min(kLeastPart / h2, 0.5 * area_of(walls) / h2)) * h;
+    }
+  }
+
+  // Margin.
+  double square = 0, length = 0;
+  for (const auto& curve : margins(in.before, after)) {
+    const auto [mean_square, its_length] = roughness(curve, kSmoothing / h);
+    square += mean_square * its_length;
+    length += its_length;
+  }
+  if (length > 0) m.margin_roughness = std::sqrt(square / length) * h;
+
+  // Pulp.
+  std::vector<bool> pulp(count);
+  bool any_pulp = false;
+  for (std::size_t i = 0; i < count; ++i) {
+    pulp[i] = in.tissue[i] == Tissue::kPulp && in.before.distance[i] < 0;
+    any_pulp = any_pulp || pulp[i];
+  }
+  if (any_pulp) {
+    double exposed = 0;
+    for (const Facet& f : fresh) {
+      if (pulp[f.inside]) exposed += f.area;
+    }
+    m.pulp_exposed = exposed * h2;
+    double nearest = kPulpReach / h;
+    const std::vector<std::size_t> to_pulp = nearest_marked(after.size, pulp);
+    const auto nz = static_cast<std::size_t>(after.size.z), nyz = static_cast<std::size_t>(after.size.y) * nz;
+    for (const Facet& f : fresh) {
+      const std::size_t i = to_pulp[f.inside];
+      const dvec3 center(static_cast<double>(i / nyz), static_cast<double>(i % nyz / nz), static_cast<double>(i % nz));
+      nearest = std::min(nearest, std::max(0.0, glm::length(f.p - center) - 0.5));
+    }
+    m.pulp_distance = nearest * h;
+  }
+  return m;
+}
+
+}  // namespace
+
+CavityMeasures measure_cavity(const Preparation& preparation) { return measure(preparation, preparation.after); }
+
+CavityMeasures measure_ideal(const Preparation& preparation) { return measure(preparation, preparation.ideal); }
+
+}  // namespace typodont::session

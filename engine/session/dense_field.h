@@ -1,0 +1,39 @@
+// A box of distance samples as plain arrays, and what scores and pictures ask of it. Pure functions; set-up time.
+#pragma once
+
+#include <cstddef>
+#include <glm/glm.hpp>
+#include <vector>
+
+#include "engine/contract/field_brick.h"
+
+namespace typodont::session {
+
+/// Signed distances in voxels, negative inside the tissue; z runs fastest. Sample (0,0,0) lies at the frame's origin.
+struct DenseField {
+  glm::ivec3 size{0};
+  std::vector<float> distance;
+
+  std::size_t at(int x, int y, int z) const {
+    return (static_cast<std::size_t>(x) * static_cast<std::size_t>(size.y) + static_cast<std::size_t>(y)) *
+               static_cast<std::size_t>(size.z) +
+           static_cast<std::size_t>(z);
+  }
+  /// Trilinear; beyond the box as at its border.
+  double sample(const glm::dvec3& p) const;
+  /// Of the trilinear field by central differences over a voxel; not normalised.
+  glm::dvec3 gradient(const glm::dvec3& p) const;
+};
+
+/// The share of a voxel inside a surface that passes at `distance` voxels from its centre.
+double share_inside(double distance);
+
+/// A true distance everywhere, from a field that is one only near its surface (cut fields are): closest points are
+/// carried from voxel to voxel (Danielsson 1980, "Euclidean distance mapping"; here with points between the voxels).
+/// Samples within 1.8 voxels of the surface keep their bits. Without a surface nothing changes.
+DenseField redistanced(const DenseField& field);
+
+/// For every voxel the nearest marked one (index into the arrays); SIZE_MAX everywhere when none is marked.
+std::vector<std::size_t> nearest_marked(const glm::ivec3& size, const std::vector<bool>& marked);
+
+}  // namespace typodont::session

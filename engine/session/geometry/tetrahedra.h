@@ -1,0 +1,82 @@
+// The zero surface of a dense field as triangles, by marching tetrahedra: exact wherever the field is linear, and every
+// point lies on a known edge between two samples, so that other fields can be read there in the same way.
+#pragma once
+
+#include <array>
+#include <cstddef>
+
+#include "engine/session/dense_field.h"
+
+namespace typodont::session {
+
+/// A point between samples i < j, at share t.
+struct EdgePoint {
+  std::size_t i = 0, j = 0;
+  double t = 0;
+  glm::dvec3 p{0};  // voxels
+
+  double of(const std::vector<float>& values) const {
+    return static_cast<double>(values[i]) + t * (static_cast<double>(values[j]) - static_cast<double>(values[i]));
+  }
+};
+using EdgeTriangle = std::array<EdgePoint, 3>;  // counter-clockwise seen from outside the tissue
+
+/// Calls `each(const EdgeTriangle&)` for every triangle. Cubes are cut along their main diagonal (Kuhn 1960), the same
+/// way in all, so the surface has no cracks.
+template <class Each>
+void each_triangle(const DenseField& field, Each&& each) {
+  const glm::ivec3 n = field.size;
+  if (n.x < 2 || n.y < 2 || n.z < 2) return;
+  static constexpr int kOrder[6][2] = {{4, 6}, {4, 5}, {2, 6}, {2, 3}, {1, 5}, {1, 3}};  // 0 → a → b → 7
+  std::array<std::size_t, 8> offset{};
+  for (int k = 0; k < 8; ++k) offset[static_cast<std::size_t>(k)] = field.at((k >> 2) & 1, (k >> 1) & 1, k & 1);
+
+  for (int x = 0; x + 1 < n.x; ++x) {
+    for (int y = 0; y + 1 < n.y; ++y) {
+      for (int z = 0; z + 1 < n.z; ++z) {
+        const std::size_t base = field.at(x, y, z);
+        int mask = 0;
+        for (std::size_t k = 0; k < 8; ++k) mask |= (field.distance[base + offset[k]] < 0) << k;
+        if (mask == 0 || mask == 255) continue;
+        for (const auto& order : kOrder) {
+          const int corner[4] = {0, order[0], order[1], 7};
+          int in[4], out[4], ins = 0, outs = 0;
+          for (const int c : corner) {
+            if (mask >> c & 1) in[ins++] = c;
+            else out[outs++] = c;
+          }
+          if (ins == 0 || outs == 0) continue;
+          const auto point = [&](int c) { return glm::dvec3(x + ((c >> 2) & 1), y + ((c >> 1) & 1), z + (c & 1)); };
+          const auto edge = [&](int a, int b) {
+            if (a > b) std::swap(a, b);
+            EdgePoint e;
+            e.i = base + offset[static_cast<std::size_t>(a)];
+            e.j = base + offset[static_cast<std::size_t>(b)];
+            const double u = static_cast<double>(field.distance[e.i]), v = static_cast<double>(field.distance[e.j]);
+            e.t = u / (u - v);
+            e.p = point(a) + e.t * (point(b) - point(a));
+            return e;
+          };
+          glm::dvec3 outward(0);
+          for (int k = 0; k < outs; ++k) outward += point(out[k]) / static_cast<double>(outs);
+          for (int k = 0; k < ins; ++k) outward -= point(in[k]) / static_cast<double>(ins);
+          const auto give = [&](const EdgePoint& a, const EdgePoint& b, const EdgePoint& c) {
+            const bool turn = glm::dot(glm::cross(b.p - a.p, c.p - a.p), outward) < 0;
+            each(turn ? EdgeTriangle{a, c, b} : EdgeTriangle{a, b, c});
+          };
+          if (ins == 1) {
+            give(edge(in[0], out[0]), edge(in[0], out[1]), edge(in[0], out[2]));
+          } else if (outs == 1) {
+            give(edge(in[0], out[0]), edge(in[1], out[0]), edge(in[2], out[0]));
+          } else {
+            const EdgePoint a = edge(in[0], out[0]), b = edge(in[0], out[1]), c = edge(in[1], out[1]), d = edge(in[1], out[0]);
+            give(a, b, c);
+            give(a, c, d);
+          }
+        }
+      }
+    }
+  }
+}
+
+}  // namespace typodont::session

@@ -1,0 +1,80 @@
+#include "engine/session/task.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+
+namespace typodont::session {
+
+const std::string& TaskText::in(Language language) const {
+  const std::string& own = text[static_cast<std::size_t>(language)];
+  return own.empty() ? text[0] : own;
+}
+
+namespace {
+
+/// A text, or a text with what does it: {"en": …, "done": "drill"}.
+void read_step(const Json& json, Task& task) {
+  std::string deed;
+  if (json.is_object() && json.has("done")) {
+    deed = json["done"].string();
+    if (std::find(kStepDeeds.begin(), kStepDeeds.end(), deed) == kStepDeeds.end())
+      json["done"].fail(fmt::format("one of {}", fmt::join(kStepDeeds, ", ")));
+    json.allow_only({"en", "de", "zh", "done"});
+    task.steps.push_back({{json["en"].string(), json.string_or("de", ""), json.string_or("zh", "")}});
+  } else {
+    task.steps.push_back(read_task_text(json));
+  }
+  task.step_deeds.push_back(deed);
+}
+
+}  // namespace
+
+TaskText read_task_text(const Json& json) {
+  TaskText result;
+  if (json.is_string()) {
+    result.text[0] = json.string();
+    return result;
+  }
+  if (!json.is_object()) json.fail("a text, or {\"en\": …, \"de\": …, \"zh\": …}");
+  json.allow_only({"en", "de", "zh"});
+  result.text = {json["en"].string(), json.string_or("de", ""), json.string_or("zh", "")};
+  return result;
+}
+
+Task read_task(const Json& json) {
+  json.allow_only({"title", "goal", "steps", "tools", "axis", "ideal", "explore", "protect", "rules", "defaults"});
+  Task task;
+  if (const auto title = json.find("title")) task.title = read_task_text(*title);
+  task.goal = read_task_text(json["goal"]);
+  if (const auto steps = json.find("steps")) {
+    for (const Json& step : steps->items()) read_step(step, task);
+  }
+  if (const auto tools = json.find("tools")) {
+    for (const Json& tool : tools->items()) task.tools.push_back(tool.string());
+  }
+  if (const auto axis = json.find("axis")) {
+    task.axis_W = axis->vec3();
+    if (!(glm::length(task.axis_W) > 1e-9)) axis->fail("a direction that is not zero");
+    task.axis_W = glm::normalize(task.axis_W);
+  }
+  task.ideal = json.find("ideal");
+  if (const auto explore = json.find("explore")) {
+    explore->allow_only({"region"});
+    task.explore = true;
+    if (const auto region = explore->find("region")) task.region = region->items();
+    if (task.ideal) json.fail("both ideal and explore", "one of them");
+  }
+  if (const auto protect = json.find("protect")) task.protect = protect->items();
+  check_rules(json);
+  return task;
+}
+
+std::vector<ScoreRule> rules_of_scene(const Json& scene, const ScoreInput& input) {
+  if (const auto task = scene.find("task")) return task_rules(*task, input);
+  if (const auto block = scene.find("score")) return rules_from(*block, input);
+  return default_rules(input);
+}
+
+}  // namespace typodont::session

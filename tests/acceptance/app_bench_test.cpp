@@ -1,0 +1,55 @@
+// typodont bench as typed: rows, CSV and page.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "engine/app/bench/performance_page.h"
+#include "engine/base/json.h"
+#include "tests/support/program.h"
+
+namespace typodont {
+namespace {
+
+using namespace test;
+using testing::HasSubstr;
+
+TEST(BenchCommand, MeasuresThePartsNamedEvenWhereACommandHasTheSameName) {
+  ProgramFolder folder(TYPODONT_PROGRAM);
+  const Ran ran = folder.run(fmt::format("bench sound recording --quick --json --out {0}/rows.csv --page {0}/page.md",
+                                         folder.path().string()));
+  ASSERT_EQ(ran.status, 0) << ran.err;
+  bool sound = false, recording = false;
+  for (const Json& row : Json::parse(ran.out, "out").items()) {
+    const std::string part = row["part"].string();
+    EXPECT_TRUE(part == "sound" || part == "recording") << part;
+    sound |= part == "sound";
+    recording |= part == "recording";
+  }
+  EXPECT_TRUE(sound);
+  EXPECT_TRUE(recording);
+  const std::string csv = read_text(folder / "rows.csv");
+  EXPECT_EQ(csv.substr(0, 11), "# typodont ");
+  EXPECT_THAT(csv, HasSubstr("\npart,case,knob,error,error_unit,time_ns,per,baseline,ratio,size,size_unit\n"));
+  const std::string page = read_text(folder / "page.md");
+  EXPECT_THAT(page, HasSubstr("## Sound"));
+  EXPECT_THAT(page, HasSubstr("(page/sound_1.svg)"));
+  EXPECT_THAT(read_text(folder / "page/sound_1.svg"), HasSubstr("</svg>"));
+}
+
+TEST(PerformancePage, GrowthExponentsAreThoseOfThePowersTheyWereMadeFrom) {
+  std::vector<BenchRow> rows;
+  for (const double n : {10.0, 100.0, 1000.0}) {
+    rows.push_back({.name = "flat", .time_ns = 5, .size = n});
+    rows.push_back({.name = "square", .time_ns = 3 * n * n, .size = n});
+    rows.push_back({.name = "without size", .time_ns = n});
+  }
+  rows.push_back({.name = "once", .time_ns = 1, .size = 1});
+  EXPECT_NEAR(growth_exponent(rows, "flat"), 0, 1e-12);
+  EXPECT_NEAR(growth_exponent(rows, "square"), 2, 1e-12);
+  EXPECT_TRUE(std::isnan(growth_exponent(rows, "without size")));
+  EXPECT_TRUE(std::isnan(growth_exponent(rows, "once")));
+}
+
+}  // namespace
+}  // namespace typodont

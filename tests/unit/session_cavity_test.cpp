@@ -1,0 +1,247 @@
+// Cavities whose depth, taper, widths and volumes are known on paper come out so.
+#include <gtest/gtest.h>
+
+#include "engine/base/units.h"
+#include "engine/session/cavity.h"
+#include "tests/support/cavity_fixture.h"
+
+namespace typodont::session {
+namespace {
+
+using namespace test;
+
+constexpr double kMm3 = 1e-9;
+constexpr double kUm = 1e-6;
+constexpr double kDegree = kPi / 180;
+
+template <class Removed>
+CavityMeasures measure_hole(Removed removed) {
+  Preparation in = a_block();
+  in.after = without(removed);
+  return measure_cavity(in);
+}
+
+TEST(DenseField, TrilinearSamplesOfALinearFieldAreExactAndItsGradientIsOne) {
+  const dvec3 n = glm::normalize(dvec3(1, 2, 3));
+  const DenseField field = sampled({11, 12, 13}, [&](const dvec3& p) { return glm::dot(n, p) - 1e-3; });
+  EXPECT_NEAR(field.sample({3.3, 4.7, 5.1}), glm::dot(n, dvec3(3.3, 4.7, 5.1)) - 10, 1e-5);
+  EXPECT_NEAR(glm::length(field.gradient({5, 5, 5}) - n), 0, 1e-5);
+}
+
+TEST(DenseField, RedistancingRestoresTheDistanceThatCuttingLeftFlat) {
+  const auto sphere = ball({2e-3, 2e-3, 2e-3}, 1e-3);
+  const DenseField truth = sampled({41, 41, 41}, sphere);
+  DenseField flat = truth;
+  for (float& d : flat.distance) d = std::clamp(d, -2.0f, 2.0f);
+  const DenseField again = redistanced(flat);
+  double worst = 0;
+  for (std::size_t i = 0; i < truth.distance.size(); ++i) {
+    worst = std::max(worst, std::abs(std::min(15.0, static_cast<double>(again.distance[i])) - static_cast<double>(truth.distance[i])));
+    if (std::abs(flat.distance[i]) < 1.8f) {
+      ASSERT_EQ(again.distance[i], flat.distance[i]);
+    }
+  }
+  EXPECT_LT(worst, 0.15);  // voxels
+}
+
+TEST(Cavity, OfABoxHasItsVolumeDepthFlatnessAndWidth) {
+  Preparation in = a_block();
+  in.after = without(tapered_box({1.5e-3, 0.75e-3}, 1.5e-3, 0));
+  in.ideal = in.before;  // nothing should have gone: all of it is cut too much
+  const CavityMeasures m = measure_cavity(in);
+  EXPECT_NEAR(m.over_volume, 3 * 1.5 * 1.5 * kMm3, 0.005 * 6.75 * kMm3);
+  EXPECT_EQ(m.under_volume, 0);
+  EXPECT_NEAR(m.over.depth, 1.5e-3, 0.05e-3);
+  EXPECT_NEAR(m.floor_depth.value(), 1.5e-3, 1 * kUm);
+  EXPECT_LT(m.floor_flatness.value(), 1 * kUm);
+  EXPECT_LT(m.floor_tilt.value(), 0.01 * kDegree);
+  EXPECT_NEAR(m.taper.value(), 0, 0.1 * kDegree);
+  EXPECT_NEAR(m.isthmus.value(), 1.5e-3, 5 * kUm);
+  EXPECT_FALSE(m.pulp_distance.has_value());
+  EXPECT_FALSE(m.kept_removed.has_value());
+}
+
+TEST(Cavity, TaperOfABoxIsTwiceTheLeanOfItsWalls) {
+  for (const double lean : {-6.0, -2.0, 3.0, 5.0, 8.0}) {
+    const CavityMeasures m = measure_hole(tapered_box({1.5e-3, 1e-3}, 1.5e-3, lean * kDegree));
+    EXPECT_NEAR(m.taper.value() / kDegree, 2 * lean, 0.3) << lean;
+    EXPECT_NEAR(m.floor_depth.value(), 1.5e-3, 5 * kUm) << lean;
+  }
+}
+
+TEST(Cavity, OfAConeAndACylinderHasTheirVolumeTaperAndDepth) {
+  for (const double lean : {0.0, 4.0, 9.0}) {
+    Preparation in = a_block();
+    const double r = 1e-3, depth = 1.8e-3, top = r + depth * std::tan(lean * kDegree);
+    in.after = without(tapered_hole(r, depth, lean * kDegree));
+    in.ideal = in.before;
+    const CavityMeasures m = measure_cavity(in);
+    const double volume = kPi * depth / 3 * (r * r + r * top + top * top);
+    EXPECT_NEAR(m.over_volume, volume, 0.006 * volume) << lean;
+    EXPECT_NEAR(m.taper.value() / kDegree, 2 * lean, 0.4) << lean;
+    EXPECT_NEAR(m.floor_depth.value(), depth, 5 * kUm) << lean;
+    EXPECT_NEAR(m.isthmus.value(), 2 * (r + depth / 2 * std::tan(lean * kDegree)), 10 * kUm) << lean;
+  }
+}
+
+TEST(Cavity, OfATiltedFloorIsFlatAndTiltedAndADomedOneIsNot) {
+  const double tilt = 10 * kDegree;
+  const auto tilted = measure_hole([&](const dvec3& p) {
+    const double floor = (p.z - (kTop - 1.5e-3)) * std::cos(tilt) - (p.x - kMiddle.x) * std::sin(tilt);
+    return std::max({std::abs(p.x - kMiddle.x) - 1.5e-3, std::abs(p.y - kMiddle.y) - 1e-3, -floor});
+  });
+  EXPECT_LT(tilted.floor_flatness.value(), 3 * kUm);
+  EXPECT_NEAR(tilted.floor_tilt.value(), tilt, 0.2 * kDegree);
+  // A floor cut with a ball of 3 mm: a cap is sagitta/√12 rms from its mean plane, a little less without its edge.
+  const double radius = 3e-3, half = 1.2e-3, sag = radius - std::sqrt(radius * radius - half * half);
+  const auto domed = measure_hole([&](const dvec3& p) {
+    return std::max(std::hypot(p.x - kMiddle.x, p.y - kMiddle.y) - half, ball(kMiddle + dvec3(0, 0, 1.5e-3), radius)(p));
+  });
+  EXPECT_NEAR(domed.floor_flatness.value(), sag / std::sqrt(12.0), 14 * kUm);
+}
+
+TEST(Cavity, IsthmusIsTheNeckOfADumbbell) {
+  const CavityMeasures m = measure_hole([](const dvec3& p) {
+    const double neck = tapered_box({2e-3, 0.55e-3}, 1.5e-3, 0)(p);
+    const double a = tapered_box({0.7e-3, 1.4e-3}, 1.5e-3, 0, kMiddle + dvec3(1.6e-3, 0, 0))(p);
+    const double b = tapered_box({0.7e-3, 1.4e-3}, 1.5e-3, 0, kMiddle - dvec3(1.6e-3, 0, 0))(p);
+    return std::min({neck, a, b});
+  });
+  EXPECT_NEAR(m.isthmus.value(), 1.1e-3, 10 * kUm);
+}
+
+TEST(Cavity, OverAndUnderCutAreToldApartWithTheirDepthAndPlace) {
+  Preparation in = a_block();
+  in.ideal = without(tapered_box({1.5e-3, 1e-3}, 1.5e-3, 0));
+  // 0.3 mm too deep in one half, and a ledge of 0.4 mm left along a wall of the other.
+  in.after = without([](const dvec3& p) {
+    const double deep = std::max(tapered_box({1.5e-3, 1e-3}, 1.8e-3, 0)(p), p.x - kMiddle.x);
+    const double rest = std::max(tapered_box({1.5e-3, 1e-3}, 1.5e-3, 0)(p), p.x - kMiddle.x - 1.1e-3);
+    return std::min(deep, rest);
+  });
+  const CavityMeasures m = measure_cavity(in);
+  EXPECT_NEAR(m.over_volume, 1.5 * 2 * 0.3 * kMm3, 0.02 * kMm3);
+  EXPECT_NEAR(m.under_volume, 0.4 * 2 * 1.5 * kMm3, 0.03 * kMm3);
+  EXPECT_NEAR(m.over.depth, 0.3e-3, 10 * kUm);
+  EXPECT_NEAR(m.over.p_W.z, kTop - 1.8e-3, 0.1e-3);
+  EXPECT_LT(m.over.p_W.x, kMiddle.x);
+  EXPECT_NEAR(m.under.depth, 0.4e-3, 20 * kUm);
+  EXPECT_GT(m.under.p_W.x, kMiddle.x + 1e-3);
+  EXPECT_NEAR(m.wanted, 3 * 2 * 1.5 * kMm3, 0.05 * kMm3);
+  EXPECT_NEAR(m.done, (3 * 2 * 1.5 - 0.4 * 2 * 1.5) * kMm3, 0.05 * kMm3);
+}
+
+TEST(Cavity, ThatIsTheIdealHasNoErrorAtAll) {
+  Preparation in = a_block();
+  in.ideal = in.after = without(tapered_hole(1.1e-3, 1.7e-3, 5 * kDegree));
+  const CavityMeasures m = measure_cavity(in);
+  EXPECT_EQ(m.over_volume, 0);
+  EXPECT_EQ(m.under_volume, 0);
+  EXPECT_EQ(m.over.depth, 0);
+  EXPECT_EQ(m.under.depth, 0);
+  EXPECT_EQ(m.contour.value(), 0);
+  EXPECT_EQ(m.done, m.wanted);
+}
+
+TEST(Cavity, AFillingIsTooMuchOrTooLittleLikeACut) {
+  Preparation in = a_block();
+  in.ideal = in.before;
+  in.before = without(tapered_box({1e-3, 1e-3}, 1.5e-3, 0));  // the work begins with a cavity …
+  in.after = sampled(kBlock, [](const dvec3& p) {             // … filled, but for 0.2 mm at its top
+    return std::max(block(p), -tapered_box({1e-3, 1e-3}, 0.2e-3, 0)(p));
+  });
+  const CavityMeasures m = measure_cavity(in);
+  EXPECT_NEAR(m.wanted, 2 * 2 * 1.5 * kMm3, 0.03 * kMm3);
+  EXPECT_NEAR(m.done, 2 * 2 * 1.3 * kMm3, 0.03 * kMm3);
+  EXPECT_NEAR(m.over_volume, 2 * 2 * 0.2 * kMm3, 0.02 * kMm3);
+  EXPECT_NEAR(m.over.depth, 0.2e-3, 10 * kUm);
+  EXPECT_EQ(m.under_volume, 0);
+}
+
+TEST(Cavity, MarginIsAsRoughAsItsWaves) {
+  const auto wavy = [](double amplitude) {
+    return measure_hole([=](const dvec3& p) {
+      const double angle = std::atan2(p.y - kMiddle.y, p.x - kMiddle.x);
+      const double r = 1.5e-3 + amplitude * std::cos(24 * angle);  // waves of 0.4 mm
+      return std::max(std::hypot(p.x - kMiddle.x, p.y - kMiddle.y) - r, kTop - 1.5e-3 - p.z);
+    }).margin_roughness.value();
+  };
+  const double smooth = wavy(0);
+  EXPECT_LT(smooth, 25 * kUm);  // a circle of 1.5 mm against itself smoothed over 0.25 mm: σ²/2r
+  double last = smooth;
+  for (const double amplitude : {40 * kUm, 80 * kUm, 120 * kUm}) {
+    const double rough = wavy(amplitude);
+    EXPECT_GT(rough, last);
+    EXPECT_NEAR(rough, std::hypot(smooth, amplitude / std::sqrt(2.0)), 0.25 * amplitude) << amplitude;
+    last = rough;
+  }
+}
+
+TEST(Cavity, DistanceToThePulpIsThatOfTheNearestPointAndNothingOnceOpened) {
+  Preparation in = a_block();
+  const auto pulp = ball(kMiddle - dvec3(0, 0, 2.4e-3), 0.5e-3);
+  for (int x = 0; x < kBlock.x; ++x) {
+    for (int y = 0; y < kBlock.y; ++y) {
+      for (int z = 0; z < kBlock.z; ++z) {
+        if (pulp(kVoxel * dvec3(x, y, z)) < 0) in.tissue[in.before.at(x, y, z)] = Tissue::kPulp;
+      }
+    }
+  }
+  in.after = without(tapered_hole(0.8e-3, 1.4e-3, 0));
+  CavityMeasures m = measure_cavity(in);
+  EXPECT_NEAR(m.pulp_distance.value(), 0.5e-3, 0.06e-3);
+  EXPECT_EQ(m.pulp_exposed.value(), 0);
+  in.after = without(tapered_hole(0.8e-3, 2.3e-3, 0));
+  m = measure_cavity(in);
+  EXPECT_LT(m.pulp_distance.value(), 0.06e-3);
+  // A plane 0.1 mm above the middle of a ball of 0.5 mm.
+  EXPECT_NEAR(m.pulp_exposed.value(), kPi * (0.25 - 0.01) * 1e-6, 0.08e-6);
+}
+
+TEST(Cavity, AWallIsAsThinAsWhatIsLeftBehindIt) {
+  Preparation in = a_block();
+  // The block ends at x = 6 mm; the hole's edge comes within 0.4 mm of that.
+  const auto ending = [](const dvec3& p) { return std::max(block(p), p.x - 6e-3); };
+  in.before = sampled(kBlock, ending);
+  in.after = sampled(kBlock, [&](const dvec3& p) { return std::max(ending(p), -tapered_box({1.6e-3, 1e-3}, 1.5e-3, 0)(p)); });
+  EXPECT_NEAR(measure_cavity(in).wall_thickness.value(), 0.4e-3, 10 * kUm);
+}
+
+TEST(Cavity, WhatMustNotBeTouchedIsCountedApart) {
+  Preparation in = a_block();
+  in.keep.assign(in.before.distance.size(), false);
+  for (int x = 50; x < kBlock.x; ++x) {
+    for (int y = 0; y < kBlock.y; ++y) {
+      for (int z = 0; z < kBlock.z; ++z) in.keep[in.before.at(x, y, z)] = true;
+    }
+  }
+  in.after = without(tapered_box({0.95e-3, 1e-3}, 1.5e-3, 0));
+  EXPECT_NEAR(measure_cavity(in).kept_removed.value(), 0, 1e-3 * kMm3);
+  in.after = without(tapered_box({1.95e-3, 1e-3}, 1.5e-3, 0));
+  EXPECT_NEAR(measure_cavity(in).kept_removed.value(), 1 * 2 * 1.5 * kMm3, 0.02 * kMm3);
+}
+
+TEST(Cavity, MeasuresTurnWithTheAxis) {
+  // A crown's stump, lying: the axis along x, walls leaning 6° each, and a millimetre taken off all round.
+  Preparation in = a_block();
+  const dvec3 middle(4e-3, 4e-3, 2e-3);
+  const auto cylinder = [&](const dvec3& p) {
+    return std::max(std::hypot(p.y - middle.y, p.z - middle.z) - 1.8e-3, std::abs(p.x - middle.x) - 3.5e-3);
+  };
+  in.axis_W = {1, 0, 0};
+  in.before = sampled(kBlock, cylinder);
+  in.after = sampled(kBlock, [&](const dvec3& p) {
+    const double up = p.x - 3e-3;
+    const double stump = (std::hypot(p.y - middle.y, p.z - middle.z) - 1e-3 + up * std::tan(6 * kDegree)) * std::cos(6 * kDegree);
+    const double cut = std::max({-up, -stump});       // beside the stump, above the shoulder …
+    const double top = -(p.x - 6e-3);                 // … and off its top
+    return std::max(cylinder(p), -std::min(cut, top));
+  });
+  const CavityMeasures m = measure_cavity(in);
+  EXPECT_NEAR(m.taper.value() / kDegree, 12, 0.5);
+  EXPECT_NEAR(m.wall_depth.value(), 0.94e-3, 0.05e-3);  // 0.8 mm at the shoulder, 1.1 mm at the top
+  EXPECT_GT(m.floor_depth.value(), 1.5e-3);
+}
+
+}  // namespace
+}  // namespace typodont::session

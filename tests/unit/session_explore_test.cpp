@@ -1,0 +1,85 @@
+#include <gtest/gtest.h>
+
+#include "engine/base/units.h"
+#include "engine/session/score.h"
+#include "tests/support/cavity_fixture.h"
+
+namespace typodont::session {
+namespace {
+
+using namespace test;
+
+/// A block with two lesions in its top, 2 mm to either side of the middle, and one deep inside that cannot be found.
+struct Tooth {
+  Preparation block = a_block();
+  Tooth() {
+    for (const auto& lesion : {ball(kMiddle + dvec3(2e-3, 0, 0), 0.5e-3), ball(kMiddle - dvec3(2e-3, 0, 0), 0.5e-3),
+                               ball(kMiddle - dvec3(0, 0, 1.5e-3), 0.4e-3)}) {
+      for (int x = 0; x < kBlock.x; ++x) {
+        for (int y = 0; y < kBlock.y; ++y) {
+          for (int z = 0; z < kBlock.z; ++z) {
+            if (lesion(kVoxel * dvec3(x, y, z)) < 0) block.tissue[block.before.at(x, y, z)] = Tissue::kCaries;
+          }
+        }
+      }
+    }
+  }
+  ExploreMeter meter() const { return {block.frame, block.before, block.tissue, {}}; }
+};
+
+ServoTick at(const dvec3& p, bool pedal, bool contact = true) {
+  ServoTick t;
+  t.X_WT.p = t.X_WG.p = p;
+  t.pedal = pedal ? 1 : 0;
+  t.depth = contact ? 1e-5 : 0;
+  return t;
+}
+
+TEST(ExploreMeter, FindsTheLesionsThatWereMarkedAndCountsMarksOnSoundTissue) {
+  const Tooth tooth;
+  ExploreMeter meter = tooth.meter();
+  EXPECT_EQ(meter.result().lesions, 2);  // the one below the surface is none to be found
+  const std::vector<ServoTick> ticks = {
+      at(kMiddle + dvec3(2e-3, 0, 0), true), at(kMiddle + dvec3(2e-3, 0, 0), true),  // held down: one mark
+      at(kMiddle, false), at(kMiddle, true),                                       // sound
+      at(kMiddle - dvec3(2e-3, 0, 0), false, false), at(kMiddle - dvec3(2e-3, 0, 0), true, false)};  // in the air: none
+  meter.add(ticks);
+  const ExploreMeasures m = meter.result();
+  EXPECT_EQ(m.found, 1);
+  EXPECT_EQ(m.false_finds, 1);
+}
+
+TEST(ExploreMeter, ExploredIsTheShareOfTheSurfaceThatTheTipCameNear) {
+  const Tooth tooth;
+  ExploreMeter meter = tooth.meter();
+  EXPECT_EQ(meter.result().explored, 0);
+  std::vector<ServoTick> ticks;
+  for (double x = 0; x <= 8e-3; x += 0.1e-3) ticks.push_back(at({x, 4e-3, kTop}, false));
+  meter.add(ticks);
+  EXPECT_NEAR(meter.result().explored, 1.5 / 8.1, 0.01);  // a strip of 1.5 mm across the block
+  for (double y = 0; y <= 8e-3; y += 1e-3) {
+    for (double x = 0; x <= 8e-3; x += 0.1e-3) meter.add(std::vector{at({x, y, kTop}, false)});
+  }
+  EXPECT_EQ(meter.result().explored, 1);
+}
+
+TEST(ExploreMeter, DoingNothingScoresNothingAndFindingAllScoresFull) {
+  ScoreInput in;
+  in.before[2] = in.after[2] = 100e-9;
+  in.before[3] = in.after[3] = 1e-9;
+  in.explore = ExploreMeasures{2, 0, 0, 0};
+  EXPECT_EQ(score(in, default_rules(in)).points, 0);
+  in.explore = ExploreMeasures{2, 2, 0, 1};
+  const Score best = score(in, default_rules(in));
+  EXPECT_DOUBLE_EQ(best.points, best.full);
+  double last = best.points;
+  for (const ExploreMeasures worse : {ExploreMeasures{2, 2, 0, 0.8}, ExploreMeasures{2, 2, 1, 0.8}, ExploreMeasures{2, 1, 1, 0.8}}) {
+    in.explore = worse;
+    const double points = score(in, default_rules(in)).points;
+    EXPECT_LT(points, last);
+    last = points;
+  }
+}
+
+}  // namespace
+}  // namespace typodont::session
