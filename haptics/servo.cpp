@@ -183,8 +183,8 @@ struct Servo::State {
     if (distance > other.reach() + 2) return true;
     if (distance <= 0) return false;
     other.find(patch, X_VT, kContactRange, contacts);
-    for (int i = 0; i < contacts.count; ++i) {
-      if (contacts.planes[static_cast<std::size_t>(i)].gap <= 0) return false;
+    for (int i = 0; i < contacts.count(); ++i) {
+      if (contacts.plane(i).gap <= 0) return false;
     }
     return true;
   }
@@ -315,8 +315,7 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
   dvec3 c = c0;
   double slack = 0;
   ContactSet& contacts = s.contacts;
-  contacts.count = 0;
-  contacts.engaged_area = 0;
+  contacts.clear();
   ActivePlanes active;
   bool touching = false, lost = false, deep = false;
   int settled_looks = 0;
@@ -349,22 +348,23 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
     }
 
     // The surface points found once serve as long as the head has hardly moved; a single exact one is always new.
-    if (contacts.count > 1 && glm::length(c - found_at) < kSamePoints) {
+    if (contacts.count() > 1 && glm::length(c - found_at) < kSamePoints) {
       finder.relinearize({c, X_WT.R}, contacts);
     } else {
       finder.find(s.patch, {c, X_WT.R}, kContactRange, contacts);
+      active.count = 0;
       found_at = c;
       // One-sided wall (Wang 2009): tissue harder than what is being cut gives way by that much less; softer tissue never
       // holds anything back.
       if (may_cut && settings.boundary_walls && specific_energy > 0) {
-        for (int i = 0; i < contacts.count; ++i) {
-          ContactPlane& plane = contacts.planes[static_cast<std::size_t>(i)];
+        for (int i = 0; i < contacts.count(); ++i) {
+          const ContactPlane plane = contacts.plane(i);
           const double hardness = settings.materials[static_cast<std::size_t>(tissue_at(s.patch, plane.x - plane.n))].specific_energy;
-          plane.yields = hardness > specific_energy ? specific_energy / hardness : 1;
+          if (hardness > specific_energy) contacts.set_yields(i, specific_energy / hardness);
         }
       }
     }
-    if (contacts.count == 0 && sample_linear(s.patch, c) < -kStep) {  // wholly inside: no surface in reach
+    if (contacts.count() == 0 && sample_linear(s.patch, c) < -kStep) {  // wholly inside: no surface in reach
       deep = true;
       c = target;
       touching = false;
@@ -374,36 +374,33 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
       // How much the head may sink in this tick: the budget buys area × depth + the cap of a first touch.
       if (may_cut && s.budget > 0 && specific_energy > 0) {
         const double volume = s.budget / specific_energy / (h * h * h);
-        const double area = glm::length(contacts.engaged_normal);
+        const double area = glm::length(contacts.engaged_normal());
         const double cap = kPi * tool.radius() / h;
         slack = 2 * volume / (area + std::sqrt(area * area + 4 * cap * volume));
       }
     }
     if (look == 0) {
-      double worst = 0;
-      for (int i = 0; i < contacts.count; ++i) {
-        worst = std::max(worst, -contacts.planes[static_cast<std::size_t>(i)].gap);
-      }
-      if (worst > s.overlap + slack + kDeep) s.overlap = worst;
+      if (contacts.deepest() > s.overlap + slack + kDeep) s.overlap = contacts.deepest();
     }
     const dvec3 pulled_to = s.normal_force > 0 && may_cut ? held_target(c0, target, s.normal) : target;
     dvec3 next = nearest_allowed(contacts, c, s.overlap, slack, pulled_to, active);
-    if (contacts.count > 1 && active.count > 0) {  // rough planes chose which hold; exact ones say how far
+    if (contacts.count() > 1 && active.count > 0) {  // rough planes chose which hold; exact ones say how far
+      bool refined = false;
       for (int i = 0; i < active.count; ++i) {
-        finder.refine(s.patch, {c, X_WT.R}, contacts.planes[static_cast<std::size_t>(active.index[i])]);
+        refined |= finder.refine(s.patch, {c, X_WT.R}, contacts, active.index[i]);
       }
-      next = nearest_allowed(contacts, c, s.overlap, slack, pulled_to, active);
+      if (refined) next = nearest_allowed(contacts, c, s.overlap, slack, pulled_to, active);
     }
-    touching = contacts.count > 0;
+    touching = contacts.count() > 0;
     const dvec3 step = next - c;
     const double length = glm::length(step);
-    const double longest = contacts.count > 1 ? kContactStep : kStep;
+    const double longest = contacts.count() > 1 ? kContactStep : kStep;
     if (length > longest) {
       c += step * (longest / length);
       continue;
     }
     c = next;
-    if (length < (contacts.count > 1 ? kSettled : kConverged) || ++settled_looks >= kSettlingLooks) break;
+    if (length < (contacts.count() > 1 ? kSettled : kConverged) || ++settled_looks >= kSettlingLooks) break;
     // On a smooth surface each look squares the error; when nothing pushes, the target was reached.
     if (active.count == 0) {
       touching = false;
@@ -473,7 +470,7 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
     double total = 0;
     dvec3 lever(0);  // where the push attacks, from the head's centre; voxels
     for (int i = 0; i < active.count; ++i) {
-      const ContactPlane& plane = contacts.planes[static_cast<std::size_t>(active.index[i])];
+      const ContactPlane plane = contacts.plane(active.index[i]);
       const double weight = active.push[i];
       lever += weight * (plane.x - c);
       torque += weight * glm::cross(plane.x - c, plane.n);
@@ -527,7 +524,7 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
     if (tool.shape != HeadShape::kSphere) {
       torque += h * glm::cross(lever, sideways + spindle_force);
       // Which of many contacts carry how much may change from tick to tick; what the wrist feels follows smoothly.
-      if (contacts.count > 1 && !fresh) torque += (s.torque - torque) * std::exp(-dt / kStiffnessTime);
+      if (contacts.count() > 1 && !fresh) torque += (s.torque - torque) * std::exp(-dt / kStiffnessTime);
       s.torque = torque;
     }
     const auto most = std::max_element(s.shares.begin() + 1, s.shares.end());
@@ -565,7 +562,7 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
 
   // Area of the head on tissue: from the samples, or, where one query sufficed, of the cap under the tangent plane.
   if (touching) {
-    out.contact_area = contacts.engaged_area > 0 ? contacts.engaged_area * h * h : kPi * tool.radius() * h;
+    out.contact_area = contacts.engaged_area() > 0 ? contacts.engaged_area() * h * h : kPi * tool.radius() * h;
   }
 
   // The literature's filters, for comparison.

@@ -7,6 +7,7 @@
 #include <cstring>
 
 #include "engine/base/dispatch.h"
+#include "haptics/lanes.h"
 
 namespace typodont::haptics {
 
@@ -61,22 +62,6 @@ struct Capsule {
   bool continues;
 };
 
-typedef float F8 __attribute__((vector_size(32), aligned(4), may_alias));
-typedef int I8 __attribute__((vector_size(32), aligned(4)));
-
-typedef float F4 __attribute__((vector_size(16), aligned(4), may_alias));
-typedef int I4 __attribute__((vector_size(16), aligned(4)));
-typedef long long L2 __attribute__((vector_size(16), aligned(4)));
-
-inline __attribute__((always_inline)) bool any_of(const I8& mask) {
-  const L2 m = (L2)(__builtin_shufflevector(mask, mask, 0, 1, 2, 3) | __builtin_shufflevector(mask, mask, 4, 5, 6, 7));
-#ifdef __SSE2__
-  return __builtin_ia32_movmskps((F4)m) != 0;
-#else
-  return (m[0] | m[1]) != 0;
-#endif
-}
-
 struct Block {
   float* distance;
   const Tissue* tissue;
@@ -86,18 +71,10 @@ struct Block {
 };
 
 /// Shares of the voxels inside the surface at some distances.
-inline __attribute__((always_inline)) void shares_inside(const F8& distance, F8& share) {
+TYPODONT_KERNEL void shares_inside(const F8& distance, F8& share) {
   share = 0.5f - distance;
   share = share < 0.0f ? F8{} : share;
   share = share > 1.0f ? F8{} + 1.0f : share;
-}
-inline __attribute__((always_inline)) double sum_of(const F8& v) {
-  return static_cast<double>(((v[0] + v[1]) + (v[2] + v[3])) + ((v[4] + v[5]) + (v[6] + v[7])));
-}
-inline __attribute__((always_inline)) void take_root(F8& v) {
-  F8 root;
-  for (int i = 0; i < 8; ++i) root[i] = std::sqrt(v[i]);
-  v = root;
 }
 
 /// Volume taken, by label: a running sum as long as the label stays the same.
@@ -107,7 +84,7 @@ struct Account {
   std::size_t label = 0;
 
   /// Of eight samples: shares before less after.
-  inline __attribute__((always_inline)) void add(const F8& was, const F8& is, const Tissue* labels) {
+  TYPODONT_KERNEL void add(const F8& was, const F8& is, const Tissue* labels) {
     F8 taken, after;
     shares_inside(was, taken);
     shares_inside(is, after);
@@ -119,7 +96,7 @@ struct Account {
         close();
         label = eight & 0xff;
       }
-      sum += sum_of(taken);
+      sum += static_cast<double>(sum_of(taken));
     } else {
       for (int i = 0; i < 8; ++i) add(static_cast<double>(taken[i]), labels[i]);
     }
@@ -144,7 +121,7 @@ constexpr int kGroups = 512;  // looked at together
 /// Raises the samples of some groups: new = max(old, min(radius - distance, kInner)), wherever that is above -kMargin.
 /// `narrow`: rows are shorter than a group.
 template <bool capsule, bool narrow>
-inline __attribute__((always_inline)) bool raise_groups(const Block& block, const Capsule& c, const Group* groups,
+TYPODONT_KERNEL bool raise_groups(const Block& block, const Capsule& c, const Group* groups,
                                                         int count, PerTissue* removed) {
   const F8 steps = {0, 1, 2, 3, 4, 5, 6, 7};
   const float az = c.az, abx = c.abx, aby = c.aby, abz = c.abz, inverse_length2 = c.inverse_length2, radius = c.radius;
@@ -215,7 +192,7 @@ inline __attribute__((always_inline)) bool raise_groups(const Block& block, cons
 }
 
 /// Eight rows' groups from four vectors of their parts.
-inline __attribute__((always_inline)) void transpose(const I8& at, const F8& z, const F8& u, const F8& v,
+TYPODONT_KERNEL void transpose(const I8& at, const F8& z, const F8& u, const F8& v,
                                                      I4 (&groups)[8]) {
   const I8 zi = (I8)z, ui = (I8)u, vi = (I8)v;
   const I8 az0 = __builtin_shufflevector(at, zi, 0, 8, 1, 9, 4, 12, 5, 13);
@@ -236,7 +213,7 @@ inline __attribute__((always_inline)) void transpose(const I8& at, const F8& z, 
 /// ahead of A, is all of it. Looks only at samples that can change: in the ball around the sweep; ahead of A and outside
 /// the empty ball there, when it continues another. Returns whether anything changed; volume taken is added to `removed`.
 template <bool capsule, bool narrow>
-inline __attribute__((always_inline)) bool raise_block(const Block& block, const Capsule& c, PerTissue* removed) {
+TYPODONT_KERNEL bool raise_block(const Block& block, const Capsule& c, PerTissue* removed) {
   const float outer = c.radius + Sweep::kMargin;
   const float length = std::sqrt(c.abx * c.abx + c.aby * c.aby + c.abz * c.abz);
   // The ball that holds all that changes: around B when it is all, else around the middle.
@@ -318,7 +295,7 @@ inline __attribute__((always_inline)) bool raise_block(const Block& block, const
       if (!any_of(rest)) continue;
       for (int row = 0; row < 8; ++row) {
         if (!rest[row]) continue;
-        const auto put_all = [&](int start, int until) {
+        const auto put_all = [&](int start, int until) __attribute__((always_inline)) {
           for (; start < until; start += 8) {
             if (count >= kGroups) {
               changed |= raise_groups<capsule, narrow>(block, c, groups, count, removed);
@@ -556,7 +533,9 @@ bool Sweep::raise_head(const glm::ivec3& lo, const glm::ivec3& size, float* dist
           for (int p = 0; p < head_.count; ++p) {
             if (to_piece[p] < std::abs(distance_center) + 2 * half) which[piece_count++] = p;
           }
-          if (!any) std::fill_n(depth, kRows * kRows, F8{} - 1e9f);
+          if (!any) {
+            for (int i = 0; i < kRows * kRows; ++i) depth[i] = F8{} - 1e9f;
+          }
           any = true;
           const glm::vec3 p(first), ex(R_TV[0]), ey(R_TV[1]), ez(R_TV[2]);
           const HeadBlock block{p.x, p.y, p.z, {ex.x, ex.y, ex.z}, {ey.x, ey.y, ey.z}, {ez.x, ez.y, ez.z}};

@@ -93,7 +93,8 @@ ArmReading BenchSimulator::hold(const dvec3& p_W) {
     }
     if (glm::length(p_H - tip_position(arm_, reading)) < 1e-12) return reading;
   }
-  TYPODONT_CHECK(!"the arm reaches every point of the bench");
+  constexpr bool kArmReachesEveryPointOfTheBench = false;
+  TYPODONT_CHECK(kArmReachesEveryPointOfTheBench);
   return {};
 }
 

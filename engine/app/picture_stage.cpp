@@ -145,8 +145,8 @@ render::FrameStats PictureStage::draw(const ServoTick& tick, std::span<const ren
                                       const std::string& hint) {
   const Nanos began = now();
   follow_size();
-  follow_head();
   if (tick.tool != shown_tool_) take_up(tick.tool);
+  follow_head();
   render::Frame frame;
   const auto eyes = display::eye_views(rig_);
   for (std::size_t e = 0; e < 2; ++e) {

@@ -66,9 +66,9 @@ class PictureStage {
 
  private:
   void follow_size();
-  void follow_head();
   void take_up(std::uint32_t tool_index);
   const haptics::Tool& tool() const;
+  void follow_head();
 
   display::DisplayRig rig_;
   display::Head rest_;  // the head as the rig file has it

@@ -253,7 +253,6 @@ struct Workbench::Impl {
   ServoTick tick;  // the newest, as drawn
   std::uint64_t drawn = 0;
   double frame_seconds = 0, frame_period = 0;  // s, smoothed
-  std::string hint;                            // drawn below the picture
   std::string failure;
   SessionSettings settings;                 // as last sent to the servo
   std::optional<session::HandMeter> meter;  // where operated
@@ -273,6 +272,7 @@ struct Workbench::Impl {
   void start();
   bool step(const display::UserInput* input, glm::ivec2 picture_size);
   void make_stage(gpu::Device* device);
+  void choose_tool(const display::UserInput& input);
   void draw();
   void score_ticks();
   void end();
@@ -377,8 +377,6 @@ void Workbench::Impl::start() {
   servo = std::jthread(servo_thread, std::ref(s), std::ref(*hand));
   if (writer) recorder = std::jthread(recorder_thread, std::ref(s), std::ref(*writer));
   began = last_frame = now();
-  const std::size_t tools = std::min<std::size_t>(haptics::tray(scene.servo).size(), 9);
-  hint = "left button: drill   wheel: in and out" + (tools > 1 ? fmt::format("   1–{}: tools", tools) : std::string());
 }
 
 /// One turn of the drawing thread: a frame, or a short wait. False when the session is over.
@@ -398,11 +396,7 @@ bool Workbench::Impl::step(const display::UserInput* input, glm::ivec2 picture_s
     const display::UserInput& over = input && options.embedded ? *input : own;
     if (pointer) s.wiring.pointer.publish(pointer->follow(over, now() - began));
     if (options.embedded && stage->resize(picture_size) && pointer) pointer->follow_rig(stage->rig());
-    for (const int key : over.pressed) {  // 1 … 9: another tool
-      if (key < '1' || key > '9' || key - '1' >= static_cast<int>(haptics::tray(scene.servo).size())) continue;
-      settings.tool = key - '1';
-      s.wiring.settings.publish(settings);
-    }
+    choose_tool(over);
     draw();
     return true;
   } catch (const gpu::DeviceLost& e) {
@@ -435,6 +429,17 @@ void Workbench::Impl::make_stage(gpu::Device* device) {
   stage.emplace(*rig, scene.servo, look);
 }
 
+/// Keys 1 … 9: another tool of the tray.
+void Workbench::Impl::choose_tool(const display::UserInput& input) {
+  for (const int key : input.pressed) {
+    const int place = key - '1';
+    if (place >= 0 && place < 9 && place < static_cast<int>(haptics::tray(scene.servo).size())) {
+      settings.tool = place;
+      session->wiring.settings.publish(settings);
+    }
+  }
+}
+
 void Workbench::Impl::draw() {
   Session& s = *session;
   if (s.wiring.tick_to_render.fetch()) tick = s.wiring.tick_to_render.front();
@@ -451,6 +456,9 @@ void Workbench::Impl::draw() {
     while (s.wiring.cuts_to_debris.pop(cut)) debris->add(cut, haptics::tray(scene.servo)[cut.tool]);
     debris->step(std::min(dt, 0.1));
   }
+  const std::size_t tools = std::min<std::size_t>(haptics::tray(scene.servo).size(), 9);
+  const std::string hint =
+      "left button: drill   wheel: in and out" + (tools > 1 ? fmt::format("   1–{}: tools", tools) : std::string());
   const auto stats = stage->draw(tick, debris ? debris->particles() : std::span<const render::Particle>{}, dt, hint);
   drawn += stats.drawn;
   if (stats.drawn) frame_seconds += 0.1 * (to_seconds(now() - last_frame) - frame_seconds);
@@ -525,8 +533,8 @@ const SessionSettings& Workbench::settings() const {
 void Workbench::paint(const PaintStroke& stroke) {
   if (!impl_->writer) impl_->session->wiring.paint_to_carver.push(stroke);
 }
-void Workbench::save_tissue(const std::filesystem::path& file) const {
-  impl_->session->carver.volume().save(file);
+haptics::TissueVolume Workbench::take_tissue() {
+  return std::move(impl_->session->carver.volume());
 }
 void Workbench::drop_picture() {
   impl_->stage.reset();
@@ -543,6 +551,10 @@ void Workbench::emergency_stop() {
   const Nanos patience = now() + 50'000'000;
   while (impl_->running && !wiring.servo_ended && now() < patience) std::this_thread::sleep_for(1ms);
   if (impl_->running && !wiring.servo_ended) haptics::release_all_devices();
+}
+
+bool Workbench::asked_to_stop() {
+  return g_asked_to_stop;
 }
 
 WorkbenchStatus Workbench::status() {

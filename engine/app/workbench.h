@@ -79,8 +79,8 @@ class Workbench {
   const SessionSettings& settings() const;
   /// Only where not recorded: a recording holds cuts, not paint.
   void paint(const PaintStroke& stroke);
-  /// After stop(): the tissue as it was left. Throws Error.
-  void save_tissue(const std::filesystem::path& file) const;
+  /// After stop(), once: the tissue as it was left.
+  haptics::TissueVolume take_tissue();
   /// The device of an embedded picture is about to go, or is lost: the session goes on without one …
   void drop_picture();
   /// … until there is another.
@@ -88,6 +88,9 @@ class Workbench {
   /// No force and no session from the next tick on, whatever the tool touches; where the servo does not answer within
   /// 50 ms, every device is released from here. stop() still completes the recording.
   void emergency_stop();
+
+  /// By SIGINT or SIGTERM: whoever runs the session should end too.
+  static bool asked_to_stop();
 
   WorkbenchStatus status();
   /// By the scene's rules, from what was measured up to now. Only where operated.

@@ -5,6 +5,7 @@
 #include <string>
 #include <string_view>
 
+#include "engine/base/clock.h"
 #include "engine/base/error.h"
 
 namespace typodont {
@@ -19,7 +20,8 @@ class Progress {
  public:
   /// Watched by another thread.
   Progress() = default;
-  /// Shown on the terminal: one line redrawn when standard error is one, otherwise each tenth printed once. Ctrl-C
+  /// Shown on the terminal once it takes longer than a second: one line redrawn when standard error is a terminal,
+  /// otherwise each tenth printed once. Ctrl-C
   /// cancels; a second one ends the program as ever. One at a time.
   explicit Progress(std::string_view line);
   ~Progress();
@@ -46,6 +48,7 @@ class Progress {
   std::atomic<const char*> what_{""};
   std::atomic<bool> cancelled_{false};
   std::string line_;  // on the terminal; empty: not there
+  Nanos began_ = 0;
   int shown_ = -1;
   bool terminal_ = false;
   void (*interrupt_before_)(int) = nullptr;

@@ -2,18 +2,295 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <cstring>
+#include <vector>
 
 #include "engine/base/dispatch.h"
 #include "engine/base/units.h"
+#include "haptics/lanes.h"
 
 namespace typodont::haptics {
 
 namespace {
 
 constexpr double kMedialAxis = 1e-2;  // a gradient shorter by more: walls meeting at over 16°
-constexpr double kOnSurface = 0.25;   // voxels
-constexpr int kRoughSteps = 2;        // queries a sample may take on its way to the closest point
-constexpr double kNear = 1.5;         // voxels: samples closer than this to the surface are looked at
+constexpr float kOnSurface = 0.25f;   // voxels
+constexpr float kNear = 1.5f;         // voxels: samples closer than this to the surface are looked at
+constexpr int kExactSteps = 5;        // cubic queries a contact may take on its way to the closest point
+constexpr double kStaysExact = 0.02;  // voxels a ball may move before a contact is made exact again: 2e-5 voxels of gap
+constexpr int kBatch = 8;
+
+/// A piece of the head's meridian in floats; see HeadField::Piece.
+struct FlatPiece {
+  float ax, az, bx, bz, dx, dz, inverse2;
+  float cx, cz, radius;
+  float ux, uz, wx, wz;  // from an arc's centre to its ends
+  float nx, nz;          // outward normal of a line
+};
+
+/// The head where it is looked at, from some voxel near it.
+struct FlatHead {
+  const FlatPiece* pieces;
+  int count;
+  float cx, cy, cz;     // its centre
+  float R[9];           // from T to V, by columns
+  float radius;         // of a ball; else 0
+  float thickness;      // half its width
+};
+
+}  // namespace
+
+/// The samples side by side, in clusters of eight neighbours: what one of a batch is near to, most of it are.
+struct HeadSamples {
+  alignas(32) float px[ContactSet::kMax], py[ContactSet::kMax], pz[ContactSet::kMax];
+  alignas(32) float nx[ContactSet::kMax], ny[ContactSet::kMax], nz[ContactSet::kMax], area[ContactSet::kMax];
+  FlatPiece pieces[HeadField::kMaxPieces];
+};
+
+namespace {
+
+/// Signed distance of points from the head, with the direction in which it grows; points from the head's centre, in V.
+TYPODONT_KERNEL void distance_from_head(const FlatHead& head, const F8& x, const F8& y, const F8& z, F8& distance, F8& mx,
+                                        F8& my, F8& mz) {
+  if (head.radius > 0) {
+    F8 length = x * x + y * y + z * z;
+    length = length > 1e-12f ? length : F8{} + 1e-12f;
+    take_root(length);
+    const F8 inverse = 1.0f / length;
+    mx = x * inverse, my = y * inverse, mz = z * inverse;
+    distance = length - head.radius;
+    return;
+  }
+  const float* R = head.R;
+  const F8 tx = R[0] * x + R[1] * y + R[2] * z, ty = R[3] * x + R[4] * y + R[5] * z, tz = R[6] * x + R[7] * y + R[8] * z;
+  F8 rho = tx * tx + ty * ty;
+  rho = rho > 1e-12f ? rho : F8{} + 1e-12f;
+  take_root(rho);
+  F8 best2 = F8{} + 1e30f, n_rho = {}, n_z = {}, corner = {};
+  I8 outside = {}, at_corner = {};
+  for (int i = 0; i < head.count; ++i) {
+    const FlatPiece& piece = head.pieces[i];
+    const F8 ex = rho - piece.ax, ez = tz - piece.az;
+    const I8 beyond = piece.dx * ez - piece.dz * ex < 0.0f;
+    F8 fx, fz, nx, nz;
+    I8 between;
+    if (piece.radius == 0) {
+      const F8 s = (ex * piece.dx + ez * piece.dz) * piece.inverse2;
+      between = (s > 0.0f) & (s < 1.0f);
+      const F8 least = s < 0.0f ? F8{} : s, t = least > 1.0f ? F8{} + 1.0f : least;
+      fx = ex - t * piece.dx, fz = ez - t * piece.dz;
+      nx = F8{} + piece.nx, nz = F8{} + piece.nz;
+      outside |= beyond;
+    } else {
+      const F8 vx = rho - piece.cx, vz = tz - piece.cz;
+      F8 length = vx * vx + vz * vz;
+      length = length > 1e-12f ? length : F8{} + 1e-12f;
+      take_root(length);
+      between = (piece.ux * vz - piece.uz * vx >= 0.0f) & (vx * piece.wz - vz * piece.wx >= 0.0f);
+      const F8 gx = rho - piece.bx, gz = tz - piece.bz, inverse = 1.0f / length;
+      const I8 first = ex * ex + ez * ez < gx * gx + gz * gz;
+      nx = vx * inverse, nz = vz * inverse;
+      const F8 off = length - piece.radius;
+      fx = between ? off * nx : first ? ex : gx;
+      fz = between ? off * nz : first ? ez : gz;
+      outside |= beyond & (length > piece.radius);
+    }
+    const F8 f2 = fx * fx + fz * fz;
+    const I8 nearer = f2 < best2;
+    best2 = nearer ? f2 : best2;
+    // Beside an end the direction is that to the end, where it is far enough away to have one.
+    const I8 smooth = between | (f2 < 1e-8f);
+    n_rho = nearer ? (smooth ? nx : fx) : n_rho;
+    n_z = nearer ? (smooth ? nz : fz) : n_z;
+    corner = nearer ? (smooth ? F8{} + 1.0f : f2) : corner;
+    at_corner = nearer ? ~smooth : at_corner;
+  }
+  take_root(best2);
+  take_root(corner);
+  distance = outside ? best2 : -best2;
+  const F8 inverse = 1.0f / corner, scale = at_corner & ~outside ? -inverse : inverse, along = n_rho * scale / rho;
+  const F8 ux = along * tx, uy = along * ty, uz = n_z * scale;
+  mx = R[0] * ux + R[3] * uy + R[6] * uz;
+  my = R[1] * ux + R[4] * uy + R[7] * uz;
+  mz = R[2] * ux + R[5] * uy + R[8] * uz;
+}
+
+/// The field around the head, from the same voxel as the head.
+struct FlatField {
+  const float* samples;  // at that voxel, which need not be one of the patch
+  std::ptrdiff_t sx, sy;
+  float lo[3], hi[3];  // between these a point may be sampled
+};
+
+TYPODONT_KERNEL void pairs_at(const float* samples, const std::ptrdiff_t (&at)[8], std::ptrdiff_t offset, F8& first,
+                              F8& second) {
+  F8 low, high;
+  double pair[8];
+  for (int i = 0; i < 8; ++i) std::memcpy(&pair[i], samples + at[i] + offset, sizeof(double));
+  std::memcpy(&low, pair, sizeof low);
+  std::memcpy(&high, pair + 4, sizeof high);
+  first = __builtin_shufflevector(low, high, 0, 2, 4, 6, 8, 10, 12, 14);
+  second = __builtin_shufflevector(low, high, 1, 3, 5, 7, 9, 11, 13, 15);
+}
+
+/// Trilinear value with its own gradient at eight points, all positive.
+TYPODONT_KERNEL void sample_eight(const FlatField& field, const F8& x, const F8& y, const F8& z, F8& value, F8& gx,
+                                  F8& gy, F8& gz) {
+  const I8 ix = __builtin_convertvector(x, I8), iy = __builtin_convertvector(y, I8), iz = __builtin_convertvector(z, I8);
+  const F8 u = x - __builtin_convertvector(ix, F8), v = y - __builtin_convertvector(iy, F8),
+           w = z - __builtin_convertvector(iz, F8);
+  std::ptrdiff_t at[8];
+  for (int i = 0; i < 8; ++i) at[i] = ix[i] * field.sx + iy[i] * field.sy + iz[i];
+  F8 f0, f1, a, b, d, e;
+  pairs_at(field.samples, at, 0, f0, f1);
+  const F8 z00 = f1 - f0;
+  a = f0 + w * z00;
+  pairs_at(field.samples, at, field.sy, f0, f1);
+  const F8 z01 = f1 - f0;
+  b = f0 + w * z01;
+  pairs_at(field.samples, at, field.sx, f0, f1);
+  const F8 z10 = f1 - f0;
+  d = f0 + w * z10;
+  pairs_at(field.samples, at, field.sx + field.sy, f0, f1);
+  const F8 z11 = f1 - f0;
+  e = f0 + w * z11;
+  const F8 ab = b - a, de = e - d, lo = a + v * ab, hi = d + v * de;
+  const F8 gz0 = z00 + v * (z01 - z00), gz1 = z10 + v * (z11 - z10);
+  gx = hi - lo;
+  value = lo + u * gx;
+  gy = ab + u * (de - ab);
+  gz = gz0 + u * (gz1 - gz0);
+}
+
+struct Found {
+  int count;
+  float deepest;
+  float area, area_x, area_y, area_z;
+};
+
+/// Looks around with the samples of the head: those that are near tissue are slid to where head and surface are closest.
+TYPODONT_DISPATCH("avx2", "default")
+void look_around(const HeadSamples* samples, const FlatHead* head_at, const FlatField* field_at, float near,
+                 RoughPlanes* planes, Found* found) {
+  const FlatHead head = *head_at;
+  const FlatField field = *field_at;
+  const float* R = head.R;
+  int count = 0;
+  F8 area = {}, area_x = {}, area_y = {}, area_z = {}, least = {};
+  for (int k = 0; k < ContactSet::kMax; k += kBatch) {
+    F8 px, py, pz;
+    std::memcpy(&px, samples->px + k, sizeof px);
+    std::memcpy(&py, samples->py + k, sizeof py);
+    std::memcpy(&pz, samples->pz + k, sizeof pz);
+    if (head.radius == 0) {
+      const F8 tx = px, ty = py, tz = pz;
+      px = R[0] * tx + R[3] * ty + R[6] * tz;
+      py = R[1] * tx + R[4] * ty + R[7] * tz;
+      pz = R[2] * tx + R[5] * ty + R[8] * tz;
+    }
+    const F8 qx = head.cx + px, qy = head.cy + py, qz = head.cz + pz;
+    // A coarse look at the nearest voxel: the field grows by at most one per voxel.
+    const I8 jx = __builtin_convertvector(qx + 0.5f, I8), jy = __builtin_convertvector(qy + 0.5f, I8),
+             jz = __builtin_convertvector(qz + 0.5f, I8);
+    F8 coarse;
+    for (int i = 0; i < 8; ++i) coarse[i] = field.samples[jx[i] * field.sx + jy[i] * field.sy + jz[i]];
+    if (!any_of(coarse < kNear + 0.87f)) continue;
+
+    F8 value, gx, gy, gz;
+    sample_eight(field, qx, qy, qz, value, gx, gy, gz);
+    const I8 close = value < kNear;
+    if (!any_of(close)) continue;
+    F8 engaged, nx, ny, nz;  // fades over one voxel, so that area changes smoothly
+    std::memcpy(&engaged, samples->area + k, sizeof engaged);
+    std::memcpy(&nx, samples->nx + k, sizeof nx);
+    std::memcpy(&ny, samples->ny + k, sizeof ny);
+    std::memcpy(&nz, samples->nz + k, sizeof nz);
+    F8 share = 1.0f - value;
+    share = share < 0.0f ? F8{} : share;
+    share = share > 1.0f ? F8{} + 1.0f : share;
+    engaged *= share;
+    area += engaged, area_x += engaged * nx, area_y += engaged * ny, area_z += engaged * nz;
+
+    // Onto the surface, then along it toward the head, as long as that brings them closer: twice. Only a point that was
+    // already nearly on the surface counts: across a ridge the step may end anywhere.
+    F8 length2 = gx * gx + gy * gy + gz * gz;
+    const I8 steep = close & (length2 > 0.01f);
+    length2 = length2 > 0.01f ? length2 : F8{} + 0.01f;
+    take_root(length2);
+    F8 inverse = 1.0f / length2;
+    nx = gx * inverse, ny = gy * inverse, nz = gz * inverse;
+    value = steep ? value : F8{};
+    F8 x = qx - value * nx, y = qy - value * ny, z = qz - value * nz;
+    F8 gap, mx, my, mz;
+    distance_from_head(head, x - head.cx, y - head.cy, z - head.cz, gap, mx, my, mz);
+    const I8 on = steep & (value < kOnSurface) & (value > -kOnSurface);
+    F8 best = on ? gap : F8{} + 1e30f, best_x = x, best_y = y, best_z = z, best_mx = mx, best_my = my, best_mz = mz;
+
+    const F8 along = mx * nx + my * ny + mz * nz;
+    const F8 way = on ? gap + head.thickness : F8{};
+    x -= way * (mx - along * nx), y -= way * (my - along * ny), z -= way * (mz - along * nz);
+    const I8 inside = (x > field.lo[0]) & (x < field.hi[0]) & (y > field.lo[1]) & (y < field.hi[1]) &
+                      (z > field.lo[2]) & (z < field.hi[2]);
+    x = inside ? x : qx, y = inside ? y : qy, z = inside ? z : qz;
+    sample_eight(field, x, y, z, value, gx, gy, gz);
+    length2 = gx * gx + gy * gy + gz * gz;
+    const I8 again = steep & inside & (length2 > 0.01f) & (value < kOnSurface) & (value > -kOnSurface);
+    length2 = length2 > 0.01f ? length2 : F8{} + 0.01f;
+    take_root(length2);
+    inverse = value / length2;
+    x -= inverse * gx, y -= inverse * gy, z -= inverse * gz;
+    distance_from_head(head, x - head.cx, y - head.cy, z - head.cz, gap, mx, my, mz);
+    const I8 better = again & (gap < best);
+    best = better ? gap : best;
+    best_x = better ? x : best_x, best_y = better ? y : best_y, best_z = better ? z : best_z;
+    best_mx = better ? mx : best_mx, best_my = better ? my : best_my, best_mz = better ? mz : best_mz;
+
+    const I8 kept = best < near;
+    const unsigned keep = bits_of(kept);
+    if (keep == 0) continue;
+    best = kept ? best : F8{} + 1e30f;
+    least = best < least ? best : least;
+    best_x -= head.cx, best_y -= head.cy, best_z -= head.cz;
+    for (int i = 0; i < 8; ++i) {  // without a branch: which are kept is not foreseeable
+      planes->x[count] = best_x[i], planes->y[count] = best_y[i], planes->z[count] = best_z[i];
+      planes->nx[count] = -best_mx[i], planes->ny[count] = -best_my[i], planes->nz[count] = -best_mz[i];
+      planes->gap[count] = best[i];
+      count += static_cast<int>(keep >> i & 1);
+    }
+  }
+  found->count = count;
+  found->area = sum_of(area);
+  found->area_x = sum_of(area_x);
+  found->area_y = sum_of(area_y);
+  found->area_z = sum_of(area_z);
+  float deepest = 0;
+  for (int i = 0; i < 8; ++i) deepest = -least[i] > deepest ? -least[i] : deepest;
+  found->deepest = deepest;
+}
+
+/// New normals and gaps of known points. `d`: how far the head has moved since they were found.
+TYPODONT_DISPATCH("avx2", "default")
+float look_again(const FlatHead* head_at, RoughPlanes* planes, int count, const float* d) {
+  const FlatHead head = *head_at;
+  F8 least = {};
+  for (int k = 0; k < count; k += kBatch) {
+    F8 x, y, z, gap, mx, my, mz;
+    std::memcpy(&x, planes->x + k, sizeof x);
+    std::memcpy(&y, planes->y + k, sizeof y);
+    std::memcpy(&z, planes->z + k, sizeof z);
+    distance_from_head(head, x - d[0], y - d[1], z - d[2], gap, mx, my, mz);
+    mx = -mx, my = -my, mz = -mz;
+    std::memcpy(planes->nx + k, &mx, sizeof mx);
+    std::memcpy(planes->ny + k, &my, sizeof my);
+    std::memcpy(planes->nz + k, &mz, sizeof mz);
+    std::memcpy(planes->gap + k, &gap, sizeof gap);
+    least = gap < least ? gap : least;
+  }
+  float deepest = 0;
+  for (int i = 0; i < 8; ++i) deepest = -least[i] > deepest ? -least[i] : deepest;
+  return deepest;
+}
 
 }  // namespace
 
@@ -21,17 +298,86 @@ ContactFinder::ContactFinder(const Tool& tool, double voxel)
     : head_(tool, voxel),
       sphere_(tool.shape == HeadShape::kSphere),
       radius_(tool.radius() / voxel),
-      reach_(tool.reach() / voxel) {
-  samples_ = sample_head(tool, 256);
-  for (HeadSample& sample : samples_) {
-    sample.p_TQ /= voxel;
-    sample.area /= voxel * voxel;
+      reach_(tool.reach() / voxel),
+      samples_(std::make_unique<HeadSamples>()) {
+  std::vector<HeadSample> list = sample_head(tool, ContactSet::kMax);
+  // Neighbours into one batch: halved across the longest side until eight are left.
+  const auto halve = [&](auto&& self, std::size_t from, std::size_t count) -> void {
+    if (count <= kBatch) return;
+    dvec3 lo(1e300), hi(-1e300);
+    for (std::size_t i = from; i < from + count; ++i) lo = glm::min(lo, list[i].p_TQ), hi = glm::max(hi, list[i].p_TQ);
+    const dvec3 side = hi - lo;
+    const int axis = side.x >= side.y && side.x >= side.z ? 0 : side.y >= side.z ? 1 : 2;
+    const auto first = list.begin() + static_cast<std::ptrdiff_t>(from);
+    std::stable_sort(first, first + static_cast<std::ptrdiff_t>(count),
+                     [&](const HeadSample& a, const HeadSample& b) { return a.p_TQ[axis] < b.p_TQ[axis]; });
+    self(self, from, count / 2);
+    self(self, from + count / 2, count / 2);
+  };
+  halve(halve, 0, list.size());
+  for (std::size_t i = 0; i < list.size(); ++i) {
+    const glm::vec3 p(list[i].p_TQ / voxel), n(list[i].n_T);
+    samples_->px[i] = p.x, samples_->py[i] = p.y, samples_->pz[i] = p.z;
+    samples_->nx[i] = n.x, samples_->ny[i] = n.y, samples_->nz[i] = n.z;
+    samples_->area[i] = static_cast<float>(list[i].area / (voxel * voxel));
+  }
+  for (int i = 0; i < head_.count; ++i) {
+    const HeadField::Piece& piece = head_.pieces[i];
+    const double length = std::sqrt(1 / piece.inverse2);
+    const double values[] = {piece.ax,           piece.az,           piece.bx,           piece.bz,
+                             piece.dx,           piece.dz,           piece.inverse2,     piece.cx,
+                             piece.cz,           piece.radius,       piece.ax - piece.cx, piece.az - piece.cz,
+                             piece.bx - piece.cx, piece.bz - piece.cz, piece.dz / length,   -piece.dx / length};
+    static_assert(sizeof(FlatPiece) == std::size(values) * sizeof(float));
+    float flat[std::size(values)];
+    for (std::size_t k = 0; k < std::size(values); ++k) flat[k] = static_cast<float>(values[k]);
+    std::memcpy(&samples_->pieces[i], flat, sizeof flat);
   }
 }
 
-double ContactFinder::head_distance(const Pose& X_VT, const dvec3& x) const noexcept {
-  if (sphere_) return glm::length(x - X_VT.p) - radius_;
-  return head_.distance(glm::conjugate(X_VT.R) * (x - X_VT.p));
+ContactFinder::~ContactFinder() = default;
+ContactFinder::ContactFinder(ContactFinder&&) noexcept = default;
+ContactFinder& ContactFinder::operator=(ContactFinder&&) noexcept = default;
+
+ContactPlane ContactSet::plane(int i) const noexcept {
+  for (int k = 0; k < exact_count_; ++k) {
+    if (exact_[static_cast<std::size_t>(k)].index == i) return exact_[static_cast<std::size_t>(k)].plane;
+  }
+  return {origin_ + dvec3(rough_.x[i], rough_.y[i], rough_.z[i]), dvec3(rough_.nx[i], rough_.ny[i], rough_.nz[i]),
+          static_cast<double>(rough_.gap[i]), static_cast<double>(rough_.yields[i])};
+}
+
+ContactSet::Exact* ContactSet::exact(int i) noexcept {
+  for (int k = 0; k < exact_count_; ++k) {
+    if (exact_[static_cast<std::size_t>(k)].index == i) return &exact_[static_cast<std::size_t>(k)];
+  }
+  return nullptr;
+}
+
+void ContactSet::set_yields(int i, double yields) noexcept {
+  rough_.yields[i] = static_cast<float>(yields);
+  if (Exact* known = exact(i)) known->plane.yields = yields;
+}
+
+/// Keeps a contact that was made exact; where there is no more room, in place of the first.
+void ContactSet::put(int i, const dvec3& c, const ContactPlane& plane) noexcept {
+  Exact* slot = exact(i);
+  if (!slot) {
+    if (exact_count_ == kExact) std::move(exact_.begin() + 1, exact_.end(), exact_.begin()), --exact_count_;
+    slot = &exact_[static_cast<std::size_t>(exact_count_++)];
+  }
+  *slot = {i, c, plane};
+  const glm::vec3 x(plane.x - origin_), n(plane.n);
+  rough_.x[i] = x.x, rough_.y[i] = x.y, rough_.z[i] = x.z;
+  rough_.nx[i] = n.x, rough_.ny[i] = n.y, rough_.nz[i] = n.z;
+  rough_.gap[i] = static_cast<float>(plane.gap);
+  rough_.yields[i] = static_cast<float>(plane.yields);
+}
+
+void ContactSet::clear() noexcept {
+  count_ = exact_count_ = 0;
+  engaged_area_ = deepest_ = 0;
+  engaged_normal_ = dvec3(0);
 }
 
 double ContactFinder::head_distance(const Pose& X_VT, const dvec3& x, dvec3& n) const noexcept {
@@ -55,197 +401,259 @@ bool ContactFinder::find_by_offset(const SurfacePatch& patch, const dvec3& c, Co
   if (std::abs(length - 1) > kMedialAxis) return false;
   if (at.value < 0.5) return false;  // the centre is inside: the field there is not what the offset needs
   const dvec3 n = at.gradient / length;
-  set.planes[0] = {c - at.value * n, n, at.value - radius_, 1};
-  set.count = 1;
+  set.origin_ = c;
+  set.put(0, c, {c - at.value * n, n, at.value - radius_, 1});
+  set.count_ = 1;
+  set.deepest_ = std::max(0.0, radius_ - at.value);
   return true;
 }
 
+namespace {
+
+FlatHead flat_head(const FlatPiece* pieces, int count, bool sphere, double radius, const dquat& R, const dvec3& c) {
+  FlatHead head{pieces, count, static_cast<float>(c.x), static_cast<float>(c.y), static_cast<float>(c.z), {},
+                sphere ? static_cast<float>(radius) : 0.0f, static_cast<float>(radius)};
+  const glm::mat3 columns{glm::dmat3(R)};
+  for (int i = 0; i < 9; ++i) head.R[i] = columns[i / 3][i % 3];
+  return head;
+}
+
+}  // namespace
+
 void ContactFinder::find(const SurfacePatch& patch, const Pose& X_VT, double near, ContactSet& set) const noexcept {
-  set.count = 0;
-  set.engaged_area = 0;
-  set.engaged_normal = dvec3(0);
+  set.clear();
   if (sphere_ && patch.exact_outside && find_by_offset(patch, X_VT.p, set)) return;
 
-  // Look around with samples on the head: first a coarse look at the nearest voxel (the field grows by at most one per
-  // voxel), then slide those that are near tissue to where head and surface are closest.
-  const glm::dmat3 R(X_VT.R);
-  const dvec3 c = X_VT.p - dvec3(patch.lo);
-  const std::size_t sy = static_cast<std::size_t>(patch.n), sx = sy * sy;
-  const float* field = patch.distance.data();
-  constexpr float kFar = static_cast<float>(kNear) + 0.87f;
-  for (const HeadSample& sample : samples_) {
-    const dvec3 p = sphere_ ? sample.p_TQ : R * sample.p_TQ;
-    const dvec3 q = c + p;
-    const std::size_t nearest = static_cast<std::size_t>(q.x + 0.5) * sx + static_cast<std::size_t>(q.y + 0.5) * sy +
-                                static_cast<std::size_t>(q.z + 0.5);
-    if (field[nearest] > kFar) continue;
-    const FieldSample at = sample_linear_gradient(patch, X_VT.p + p);
-    if (at.value > kNear) continue;
-    if (at.value < 1) {  // fades over one voxel, so that area changes smoothly
-      const double engaged = sample.area * std::min(1 - at.value, 1.0);
-      set.engaged_area += engaged;
-      set.engaged_normal -= engaged * (sphere_ ? sample.n_T : R * sample.n_T);
-    }
-    const ContactPlane plane = slide<sample_linear_gradient>(patch, X_VT, X_VT.p + p, at, kRoughSteps);
-    if (plane.gap < near && set.count < ContactSet::kMax) set.planes[static_cast<std::size_t>(set.count++)] = plane;
+  // Floats keep their digits when counted from a voxel nearby.
+  const glm::ivec3 base = glm::ivec3(X_VT.p) - (static_cast<int>(reach_) + 8), from = base - patch.lo;
+  const FlatHead head =
+      flat_head(samples_->pieces, head_.count, sphere_, radius_, X_VT.R, X_VT.p - dvec3(base));
+  const std::ptrdiff_t sy = patch.n, sx = sy * sy;
+  FlatField field{patch.distance.data() + (from.x * sx + from.y * sy + from.z), sx, sy, {}, {}};
+  for (int i = 0; i < 3; ++i) {
+    field.lo[i] = static_cast<float>(std::max(3 - from[i], 0));
+    field.hi[i] = static_cast<float>(patch.n - 4 - from[i]);
   }
+  Found found{};
+  look_around(samples_.get(), &head, &field, static_cast<float>(near), &set.rough_, &found);
+  set.origin_ = X_VT.p;
+  set.count_ = found.count;
+  set.deepest_ = static_cast<double>(found.deepest);
+  set.engaged_area_ = static_cast<double>(found.area);
+  const dvec3 out(found.area_x, found.area_y, found.area_z);
+  set.engaged_normal_ = sphere_ ? -out : -(X_VT.R * out);
+  std::fill_n(set.rough_.yields, found.count, 1.0f);
 }
 
 void ContactFinder::relinearize(const Pose& X_VT, ContactSet& set) const noexcept {
-  for (int i = 0; i < set.count; ++i) {
-    ContactPlane& plane = set.planes[static_cast<std::size_t>(i)];
+  const FlatHead head = flat_head(samples_->pieces, head_.count, sphere_, radius_, X_VT.R, dvec3(0));
+  const glm::vec3 moved(X_VT.p - set.origin_);
+  set.deepest_ = static_cast<double>(look_again(&head, &set.rough_, set.count_, &moved.x));
+  for (int k = 0; k < set.exact_count_; ++k) {
+    ContactPlane& plane = set.exact_[static_cast<std::size_t>(k)].plane;
     plane.gap = head_distance(X_VT, plane.x, plane.n);
     plane.n = -plane.n;
   }
 }
 
-void ContactFinder::refine(const SurfacePatch& patch, const Pose& X_VT, ContactPlane& plane) const noexcept {
-  if (!patch.holds(plane.x, 0)) return;
-  const ContactPlane exact = slide<sample_cubic>(patch, X_VT, plane.x, sample_cubic(patch, plane.x), 5);
-  const double yields = plane.yields;
-  if (exact.gap < plane.gap + 0.5) plane = exact;
-  plane.yields = yields;
-}
-
-/// From a point near the surface: onto it, then along it toward the head, as long as that brings them closer.
-template <auto sample>
-ContactPlane ContactFinder::slide(const SurfacePatch& patch, const Pose& X_VT, dvec3 x, FieldSample field,
-                                  int steps) const noexcept {
+bool ContactFinder::refine(const SurfacePatch& patch, const Pose& X_VT, ContactSet& set, int i) const noexcept {
+  if (sphere_) {
+    const ContactSet::Exact* known = set.exact(i);
+    if (known && glm::length(known->c - X_VT.p) < kStaysExact) return false;
+  }
+  const ContactPlane rough = set.plane(i);
+  if (!patch.holds(rough.x, 0)) return false;
+  // From a point near the surface: onto it, then along it toward the head, as long as that brings them closer.
   ContactPlane best;
   best.gap = 1e300;
-  for (int step = 0; step < steps; ++step) {
-    if (step > 0) {
-      if (!patch.holds(x, 0)) break;
-      field = sample(patch, x);
-    }
+  dvec3 x = rough.x;
+  for (int step = 0; step < kExactSteps; ++step) {
+    if (step > 0 && !patch.holds(x, 0)) break;
+    const FieldSample field = sample_cubic(patch, x);
     const double length = glm::length(field.gradient);
     if (length < 0.1) break;
     const dvec3 n = field.gradient / length;
     x -= field.value * n;
-    // Only a point that was already nearly on the surface counts: across a ridge the step above may end anywhere.
-    if (std::abs(field.value) > kOnSurface) continue;
+    if (std::abs(field.value) > static_cast<double>(kOnSurface)) continue;
     dvec3 m;
-    const double gap = head_distance(X_VT, x, m);
-    const double gained = best.gap - gap;
+    const double gap = head_distance(X_VT, x, m), gained = best.gap - gap;
     if (!(gained > 0)) break;
-    best = {x, -m, gap, 1};
+    best = {x, -m, gap, rough.yields};
     if (gained < 1e-6) break;
     x -= (radius_ + gap) * (m - glm::dot(m, n) * n);
   }
-  return best;
+  set.put(i, X_VT.p, best.gap < rough.gap + 0.5 ? best : rough);
+  return true;
 }
 
 namespace {
 
-typedef double D4 __attribute__((vector_size(32)));
-typedef long long L4 __attribute__((vector_size(32)));
-
-/// The planes side by side, four at a time, for the search through all of them.
-struct PlaneRows {
-  static constexpr int kRows = ContactSet::kMax / 4;
-  alignas(32) D4 nx[kRows], ny[kRows], nz[kRows], room[kRows];
-  int rows = 0;
-};
-
-/// The plane of least n·d + room if that is below -1e-9, the first of equal ones; else -1.
-TYPODONT_DISPATCH("avx2", "default") int most_violated(const PlaneRows* planes, const double* d) {
-  D4 least = D4{} - 1e-9;
-  L4 index = L4{} - 1, at = {0, 1, 2, 3};
-  for (int row = 0; row < planes->rows; ++row, at += 4) {
-    const D4 e = planes->nx[row] * d[0] + planes->ny[row] * d[1] + planes->nz[row] * d[2] + planes->room[row];
-    const L4 less = e < least;
+/// The plane of least n·d + room if that is below -slip, the first of equal ones; else -1.
+TYPODONT_DISPATCH("avx2", "default")
+int most_violated(const RoughPlanes* planes, int count, const float* d, float overlap, float slack,
+                  bool only_no_deeper, float slip) {
+  F8 least = F8{} - slip;
+  I8 index = I8{} - 1, at = {0, 1, 2, 3, 4, 5, 6, 7};
+  for (int k = 0; k < count; k += kBatch, at += 8) {
+    F8 nx, ny, nz, room, yield;
+    std::memcpy(&nx, planes->nx + k, sizeof nx);
+    std::memcpy(&ny, planes->ny + k, sizeof ny);
+    std::memcpy(&nz, planes->nz + k, sizeof nz);
+    std::memcpy(&room, planes->gap + k, sizeof room);
+    std::memcpy(&yield, planes->yields + k, sizeof yield);
+    room = room + overlap + slack * yield;
+    if (only_no_deeper) room = room > 0.0f ? room : F8{};
+    const F8 e = nx * d[0] + ny * d[1] + nz * d[2] + room;
+    const I8 less = (e < least) & (at < count);
     least = less ? e : least;
     index = less ? at : index;
   }
   int worst = 0;
-  for (int lane = 1; lane < 4; ++lane) {
+  for (int lane = 1; lane < 8; ++lane) {
     if (least[lane] < least[worst] || (least[lane] == least[worst] && index[lane] < index[worst])) worst = lane;
   }
-  return static_cast<int>(index[worst]);
+  return index[worst];
 }
 
 /// Projection onto a polyhedron in three dimensions by the dual active-set method (Goldfarb & Idnani 1983): starts at
-/// the unconstrained answer and adds the most violated plane until none is; at most three are active at once.
-bool project(const ContactSet& set, const dvec3& c, double overlap, double slack, bool only_no_deeper, dvec3& p,
-             ActivePlanes& active) noexcept {
-  active = {};
-  const auto normal = [&](int i) -> const dvec3& { return set.planes[static_cast<std::size_t>(i)].n; };
-  const auto room_at = [&](int i) {
-    const ContactPlane& plane = set.planes[static_cast<std::size_t>(i)];
-    const double room = plane.gap + overlap + slack * plane.yields;
-    return only_no_deeper ? std::max(room, 0.0) : room;
-  };
-  const auto excess = [&](int i) { return glm::dot(normal(i), p - c) + room_at(i); };
-  PlaneRows planes;
-  planes.rows = (set.count + 3) / 4;
-  for (int i = 0; i < 4 * planes.rows; ++i) {
-    const bool real = i < set.count;
-    const dvec3 n = real ? normal(i) : dvec3(0);
-    planes.nx[i / 4][i % 4] = n.x, planes.ny[i / 4][i % 4] = n.y, planes.nz[i / 4][i % 4] = n.z;
-    planes.room[i / 4][i % 4] = real ? room_at(i) : 1;
+/// the unconstrained answer, or at the one held by the guessed planes where all of them push, and adds the most violated
+/// plane until none is; at most three are active at once.
+class Projection {
+ public:
+  Projection(const ContactSet& set, const dvec3& c, double overlap, double slack, bool only_no_deeper)
+      : set_(set), c_(c), overlap_(overlap), slack_(slack), only_no_deeper_(only_no_deeper) {}
+
+  bool solve(const dvec3& target, dvec3& p, ActivePlanes& active) noexcept {
+    k_ = 0;
+    p = target;
+    if (active.count > 0) start_with(active, p);
+    const bool solved = add_planes(p);
+    active.count = k_;
+    for (int i = 0; i < k_; ++i) active.index[i] = index_[i], active.push[i] = push_[i];
+    return solved;
   }
-  int& k = active.count;
-  double* u = active.push;
-  for (int round = 0; round < 64; ++round) {
-    const double d[3] = {p.x - c.x, p.y - c.y, p.z - c.z};
-    const int worst = most_violated(&planes, d);
-    if (worst < 0) return true;
-    double added = 0;
-    for (int guard = 0; guard < 8; ++guard) {
-      // z: what is left of the new normal beside the active ones; r: its coordinates in them.
-      double r[3] = {};
-      dvec3 z = normal(worst);
-      if (k > 0) {
-        double gram[3][4];
-        for (int i = 0; i < k; ++i) {
-          for (int j = 0; j < k; ++j) gram[i][j] = glm::dot(normal(active.index[i]), normal(active.index[j]));
-          gram[i][k] = glm::dot(normal(active.index[i]), z);
-        }
-        for (int i = 0; i < k; ++i) {  // Gauss without pivoting: the Gram matrix of independent normals
-          for (int row = i + 1; row < k; ++row) {
-            const double f = gram[row][i] / gram[i][i];
-            for (int col = i; col <= k; ++col) gram[row][col] -= f * gram[i][col];
-          }
-        }
-        for (int i = k - 1; i >= 0; --i) {
-          r[i] = gram[i][k];
-          for (int j = i + 1; j < k; ++j) r[i] -= gram[i][j] * r[j];
-          r[i] /= gram[i][i];
-        }
-        for (int i = 0; i < k; ++i) z -= r[i] * normal(active.index[i]);
-      }
-      const double z2 = glm::dot(z, z);
-      double partial = 1e300;
-      int leaving = -1;
-      for (int i = 0; i < k; ++i) {
-        if (r[i] > 1e-12 && u[i] / r[i] < partial) partial = u[i] / r[i], leaving = i;
-      }
-      const double full = (k < 3 && z2 > 1e-8) ? -excess(worst) / z2 : 1e300;
-      const double t = std::min(partial, full);
-      if (t >= 1e299) return false;
-      if (full < 1e299) p += t * z;
-      for (int i = 0; i < k; ++i) u[i] -= t * r[i];
-      added += t;
-      if (full <= partial) {
-        active.index[k] = worst;
-        u[k++] = added;
-        break;
-      }
-      for (int i = leaving; i + 1 < k; ++i) active.index[i] = active.index[i + 1], u[i] = u[i + 1];
-      --k;
+
+ private:
+  double room(const ContactPlane& plane) const noexcept {
+    const double room = plane.gap + overlap_ + slack_ * plane.yields;
+    return only_no_deeper_ ? std::max(room, 0.0) : room;
+  }
+  double excess(const ContactPlane& plane, const dvec3& p) const noexcept {
+    return glm::dot(plane.n, p - c_) + room(plane);
+  }
+
+  /// Index of the most violated plane, or -1.
+  int worst(const dvec3& p) const noexcept {
+    if (set_.count() == 1) return excess(set_.plane(0), p) < -1e-9 ? 0 : -1;
+    const glm::vec3 d(p - c_);
+    const int worst = most_violated(&set_.rough(), set_.count(), &d.x, static_cast<float>(overlap_),
+                                    static_cast<float>(slack_), only_no_deeper_, 1e-6f + 3e-7f * glm::length(d));
+    for (int i = 0; i < k_; ++i) {
+      if (index_[i] == worst) return -1;  // holds already, but for rounding
     }
+    return worst;
   }
-  return false;
-}
+
+  /// r: coordinates of v in the normals of the active planes, least squares. False where these depend on each other.
+  bool coordinates(const dvec3& v, double (&r)[3]) const noexcept {
+    double gram[3][4];
+    for (int i = 0; i < k_; ++i) {
+      for (int j = 0; j < k_; ++j) gram[i][j] = glm::dot(plane_[i].n, plane_[j].n);
+      gram[i][k_] = glm::dot(plane_[i].n, v);
+    }
+    return solve_gram(gram, r);
+  }
+  /// False where the normals depend on each other.
+  bool solve_gram(double (&gram)[3][4], double (&r)[3]) const noexcept {
+    for (int i = 0; i < k_; ++i) {  // Gauss without pivoting: the Gram matrix of independent normals
+      if (gram[i][i] < 1e-8) return false;
+      for (int row = i + 1; row < k_; ++row) {
+        const double f = gram[row][i] / gram[i][i];
+        for (int col = i; col <= k_; ++col) gram[row][col] -= f * gram[i][col];
+      }
+    }
+    for (int i = k_ - 1; i >= 0; --i) {
+      r[i] = gram[i][k_];
+      for (int j = i + 1; j < k_; ++j) r[i] -= gram[i][j] * r[j];
+      r[i] /= gram[i][i];
+    }
+    return true;
+  }
+
+  /// The answer with just the guessed planes, if each of them pushes there.
+  void start_with(const ActivePlanes& guess, dvec3& p) noexcept {
+    k_ = guess.count;
+    double gram[3][4], u[3] = {};
+    for (int i = 0; i < k_; ++i) index_[i] = guess.index[i], plane_[i] = set_.plane(guess.index[i]);
+    for (int i = 0; i < k_; ++i) {
+      for (int j = 0; j < k_; ++j) gram[i][j] = glm::dot(plane_[i].n, plane_[j].n);
+      gram[i][k_] = -excess(plane_[i], p);
+    }
+    bool pushes = solve_gram(gram, u);
+    for (int i = 0; i < k_; ++i) pushes = pushes && u[i] > 0;
+    if (!pushes) {
+      k_ = 0;
+      return;
+    }
+    for (int i = 0; i < k_; ++i) p += u[i] * plane_[i].n, push_[i] = u[i];
+  }
+
+  bool add_planes(dvec3& p) noexcept {
+    for (int round = 0; round < 64; ++round) {
+      const int next = worst(p);
+      if (next < 0) return true;
+      const ContactPlane added = set_.plane(next);
+      double pushed = 0;
+      for (int guard = 0; guard < 8; ++guard) {
+        // z: what is left of the new normal beside the active ones; r: its coordinates in them.
+        double r[3] = {};
+        dvec3 z = added.n;
+        if (k_ > 0) {
+          if (!coordinates(z, r)) return false;
+          for (int i = 0; i < k_; ++i) z -= r[i] * plane_[i].n;
+        }
+        const double z2 = glm::dot(z, z);
+        double partial = 1e300;
+        int leaving = -1;
+        for (int i = 0; i < k_; ++i) {
+          if (r[i] > 1e-12 && push_[i] / r[i] < partial) partial = push_[i] / r[i], leaving = i;
+        }
+        const double full = (k_ < 3 && z2 > 1e-8) ? -excess(added, p) / z2 : 1e300;
+        const double t = std::min(partial, full);
+        if (t >= 1e299) return false;
+        if (full < 1e299) p += t * z;
+        for (int i = 0; i < k_; ++i) push_[i] -= t * r[i];
+        pushed += t;
+        if (full <= partial) {
+          index_[k_] = next, plane_[k_] = added, push_[k_] = pushed;
+          ++k_;
+          break;
+        }
+        for (int i = leaving; i + 1 < k_; ++i) index_[i] = index_[i + 1], plane_[i] = plane_[i + 1], push_[i] = push_[i + 1];
+        --k_;
+      }
+    }
+    return false;
+  }
+
+  const ContactSet& set_;
+  dvec3 c_;
+  double overlap_, slack_;
+  bool only_no_deeper_;
+  int k_ = 0;  // active planes
+  int index_[3];
+  ContactPlane plane_[3];
+  double push_[3];
+};
 
 }  // namespace
 
 dvec3 nearest_allowed(const ContactSet& set, const dvec3& c, double overlap, double slack, const dvec3& target,
                       ActivePlanes& active) noexcept {
-  dvec3 p = target;
-  if (project(set, c, overlap, slack, false, p, active)) return p;
-  p = target;
-  if (project(set, c, overlap, slack, true, p, active)) return p;
+  dvec3 p;
+  if (Projection(set, c, overlap, slack, false).solve(target, p, active)) return p;
+  active.count = 0;
+  if (Projection(set, c, overlap, slack, true).solve(target, p, active)) return p;
   return c;
 }
 

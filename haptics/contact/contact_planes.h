@@ -2,7 +2,7 @@
 #pragma once
 
 #include <array>
-#include <vector>
+#include <memory>
 
 #include "haptics/surface_patch.h"
 #include "haptics/tool.h"
@@ -11,24 +11,66 @@ namespace typodont::haptics {
 
 /// A contact at surface point x: the head must keep n·Δp ≥ -gap. Voxels.
 struct ContactPlane {
-  dvec3 x{0};        // on the tissue's surface
-  dvec3 n{0, 0, 1};  // unit, the way the head is pushed
-  double gap = 0;    // distance between head and tissue here, negative where they overlap
-  double yields = 1; // share of the slack that this one gives: less where the tissue is harder than around
+  dvec3 x{0};         // on the tissue's surface
+  dvec3 n{0, 0, 1};   // unit, the way the head is pushed
+  double gap = 0;     // distance between head and tissue here, negative where they overlap
+  double yields = 1;  // share of the slack that this one gives: less where the tissue is harder than around
 };
 
-struct ContactSet {
-  static constexpr int kMax = 256;
-  std::array<ContactPlane, kMax> planes;
-  int count = 0;
-  double engaged_area = 0;   // voxels² of the head that lies on tissue
-  dvec3 engaged_normal{0};   // sum of area × outward normal of the tissue there, voxels²
+struct HeadSamples;
+
+/// Planes side by side in floats; surface points from where the head's centre was when they were found.
+struct RoughPlanes {
+  static constexpr int kMax = 256, kRoom = kMax + 8;  // the last batch of eight may not be full
+  alignas(32) float x[kRoom], y[kRoom], z[kRoom], nx[kRoom], ny[kRoom], nz[kRoom], gap[kRoom], yields[kRoom];
+};
+
+/// The contacts of one look. All of them roughly, side by side in floats; the few that hold the head exactly.
+class ContactSet {
+ public:
+  static constexpr int kMax = RoughPlanes::kMax;
+
+  int count() const { return count_; }
+  /// Voxels² of the head that lies on tissue, and the sum of area × outward normal of the tissue there.
+  double engaged_area() const { return engaged_area_; }
+  const dvec3& engaged_normal() const { return engaged_normal_; }
+  /// The deepest overlap, voxels; 0 where there is none.
+  double deepest() const { return deepest_; }
+
+  /// One of them: exact where it was refined, else as found.
+  ContactPlane plane(int i) const noexcept;
+  void set_yields(int i, double yields) noexcept;
+  void clear() noexcept;
+  const RoughPlanes& rough() const { return rough_; }
+
+ private:
+  friend class ContactFinder;
+
+  struct Exact {
+    int index;
+    dvec3 c;  // the head's centre when it was made exact
+    ContactPlane plane;
+  };
+  static constexpr int kExact = 12;
+
+  Exact* exact(int i) noexcept;
+  void put(int i, const dvec3& c, const ContactPlane& plane) noexcept;
+
+  int count_ = 0, exact_count_ = 0;
+  double engaged_area_ = 0, deepest_ = 0;
+  dvec3 engaged_normal_{0};
+  dvec3 origin_{0};  // of the rough planes' points
+  RoughPlanes rough_{};
+  std::array<Exact, kExact> exact_;
 };
 
 /// Finds the contacts of one head. Built at set-up; find() is servo-safe.
 class ContactFinder {
  public:
   ContactFinder(const Tool& tool, double voxel);
+  ~ContactFinder();
+  ContactFinder(ContactFinder&&) noexcept;
+  ContactFinder& operator=(ContactFinder&&) noexcept;
 
   double reach() const { return reach_; }  // voxels, farthest point of the head
 
@@ -41,19 +83,17 @@ class ContactFinder {
   void relinearize(const Pose& X_VT, ContactSet& set) const noexcept;
 
   /// Makes one contact exact on a smooth surface: slides it, by cubic queries, to where head and surface are closest.
-  void refine(const SurfacePatch& patch, const Pose& X_VT, ContactPlane& plane) const noexcept;
+  /// Returns whether it had to: a ball's contact stays exact for a while.
+  bool refine(const SurfacePatch& patch, const Pose& X_VT, ContactSet& set, int i) const noexcept;
 
  private:
   bool find_by_offset(const SurfacePatch& patch, const dvec3& c, ContactSet& set) const noexcept;
-  template <auto sample>
-  ContactPlane slide(const SurfacePatch& patch, const Pose& X_VT, dvec3 x, FieldSample field, int steps) const noexcept;
-  double head_distance(const Pose& X_VT, const dvec3& x) const noexcept;
   double head_distance(const Pose& X_VT, const dvec3& x, dvec3& n) const noexcept;
 
   HeadField head_;  // voxels
   bool sphere_;
-  double radius_, reach_;  // voxels
-  std::vector<HeadSample> samples_;  // voxels
+  double radius_, reach_;             // voxels
+  std::unique_ptr<HeadSamples> samples_;  // voxels
 };
 
 /// Which planes hold the god-object: at most three, with how hard each pushes.
@@ -63,8 +103,9 @@ struct ActivePlanes {
   double push[3] = {};
 };
 
-/// The point nearest to `target` with n_i·(p - c) ≥ -(gap_i + overlap + slack yields_i) for all planes: the god-object's step. Where no such
-/// point exists (a head wedged in its own slot), overlapping planes only keep it from going deeper.
+/// The point nearest to `target` with n_i·(p - c) ≥ -(gap_i + overlap + slack yields_i) for all planes: the god-object's
+/// step. Where no such point exists (a head wedged in its own slot), overlapping planes only keep it from going deeper.
+/// `active` holds a guess of the answer's planes, of the same look, or none.
 dvec3 nearest_allowed(const ContactSet& set, const dvec3& c, double overlap, double slack, const dvec3& target,
                       ActivePlanes& active) noexcept;
 

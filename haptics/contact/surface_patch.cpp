@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/base/dispatch.h"
+
 namespace typodont::haptics {
 
 namespace {
@@ -13,31 +15,70 @@ struct Cell {
 };
 
 Cell cell_at(const SurfacePatch& patch, const dvec3& p_V) {
-  const dvec3 q = p_V - dvec3(patch.lo);
-  const dvec3 f = glm::floor(q);
-  return {static_cast<int>(f.x), static_cast<int>(f.y), static_cast<int>(f.z), q.x - f.x, q.y - f.y, q.z - f.z};
+  const dvec3 q = p_V - dvec3(patch.lo);  // all positive: inside the patch
+  const int x = static_cast<int>(q.x), y = static_cast<int>(q.y), z = static_cast<int>(q.z);
+  return {x, y, z, q.x - x, q.y - y, q.z - z};
 }
 
-/// Weights and derivative weights of the six samples i-2 .. i+3 at fraction t: the cubic B-spline convolved with its
-/// local prefilter (-1, 8, -1)/6.
+typedef double D4 __attribute__((vector_size(32), aligned(8), may_alias));
+typedef double D2 __attribute__((vector_size(16), aligned(8), may_alias));
+typedef float F4 __attribute__((vector_size(16), aligned(4), may_alias));
+typedef float F2 __attribute__((vector_size(8), aligned(4), may_alias));
+
+/// Weights and derivative weights of the six samples i-2 .. i+3 at three fractions, one per lane: the cubic B-spline
+/// convolved with its local prefilter (-1, 8, -1)/6.
 struct Weights {
-  double value[6], slope[6];
-  explicit Weights(double t) {
-    const double t2 = t * t, t3 = t2 * t, s = 1 - t;
-    const double b[4] = {s * s * s / 6, (3 * t3 - 6 * t2 + 4) / 6, (-3 * t3 + 3 * t2 + 3 * t + 1) / 6, t3 / 6};
-    const double d[4] = {-s * s / 2, (3 * t2 - 4 * t) / 2, (-3 * t2 + 2 * t + 1) / 2, t2 / 2};
+  D4 value[6], slope[6];
+
+  inline __attribute__((always_inline)) explicit Weights(const D4& t) {
+    const D4 t2 = t * t, t3 = t2 * t, s = 1.0 - t;
+    const D4 b[4] = {s * s * s / 6.0, (3.0 * t3 - 6.0 * t2 + 4.0) / 6.0, (-3.0 * t3 + 3.0 * t2 + 3.0 * t + 1.0) / 6.0,
+                     t3 / 6.0};
+    const D4 d[4] = {-s * s / 2.0, (3.0 * t2 - 4.0 * t) / 2.0, (-3.0 * t2 + 2.0 * t + 1.0) / 2.0, t2 / 2.0};
     fold(b, value);
     fold(d, slope);
   }
-  static void fold(const double (&b)[4], double (&w)[6]) {
-    w[0] = -b[0] / 6;
-    w[1] = (8 * b[0] - b[1]) / 6;
-    w[2] = (8 * b[1] - b[0] - b[2]) / 6;
-    w[3] = (8 * b[2] - b[1] - b[3]) / 6;
-    w[4] = (8 * b[3] - b[2]) / 6;
-    w[5] = -b[3] / 6;
+  static inline __attribute__((always_inline)) void fold(const D4 (&b)[4], D4 (&w)[6]) {
+    w[0] = b[0] * (-1.0 / 6);
+    w[1] = (8.0 * b[0] - b[1]) * (1.0 / 6);
+    w[2] = (8.0 * b[1] - b[0] - b[2]) * (1.0 / 6);
+    w[3] = (8.0 * b[2] - b[1] - b[3]) * (1.0 / 6);
+    w[4] = (8.0 * b[3] - b[2]) * (1.0 / 6);
+    w[5] = b[3] * (-1.0 / 6);
   }
 };
+
+/// The sum over 6³ samples, a row of six along z as four and two. `out`: value, gradient.
+TYPODONT_DISPATCH("avx2", "default")
+void cubic(const float* f, std::size_t sx, std::size_t sy, const double* fractions, double* out) {
+  const Weights w(D4{fractions[0], fractions[1], fractions[2], 0});
+  D4 value = {}, by_x = {}, by_y = {};
+  D2 value_end = {}, by_x_end = {}, by_y_end = {};
+  for (std::size_t i = 0; i < 6; ++i) {
+    D4 sum = {}, slope = {};
+    D2 sum_end = {}, slope_end = {};
+    for (std::size_t j = 0; j < 6; ++j) {
+      const float* row = f + i * sx + j * sy;
+      const D4 r = __builtin_convertvector(*reinterpret_cast<const F4*>(row), D4);
+      const D2 r_end = __builtin_convertvector(*reinterpret_cast<const F2*>(row + 4), D2);
+      const double v = w.value[j][1], s = w.slope[j][1];
+      sum += v * r, sum_end += v * r_end;
+      slope += s * r, slope_end += s * r_end;
+    }
+    const double v = w.value[i][0], s = w.slope[i][0];
+    value += v * sum, value_end += v * sum_end;
+    by_x += s * sum, by_x_end += s * sum_end;
+    by_y += v * slope, by_y_end += v * slope_end;
+  }
+  const D4 v = {w.value[0][2], w.value[1][2], w.value[2][2], w.value[3][2]};
+  const D4 s = {w.slope[0][2], w.slope[1][2], w.slope[2][2], w.slope[3][2]};
+  const D2 v_end = {w.value[4][2], w.value[5][2]}, s_end = {w.slope[4][2], w.slope[5][2]};
+  const auto sum = [](const D4& a, const D2& b) { return ((a[0] + a[1]) + (a[2] + a[3])) + (b[0] + b[1]); };
+  out[0] = sum(v * value, v_end * value_end);
+  out[1] = sum(v * by_x, v_end * by_x_end);
+  out[2] = sum(v * by_y, v_end * by_y_end);
+  out[3] = sum(s * value, s_end * value_end);
+}
 
 }  // namespace
 
@@ -64,29 +105,11 @@ FieldSample sample_linear_gradient(const SurfacePatch& patch, const dvec3& p_V) 
 
 FieldSample sample_cubic(const SurfacePatch& patch, const dvec3& p_V) noexcept {
   const Cell c = cell_at(patch, p_V);
-  const Weights wx(c.u), wy(c.v), wz(c.w);
   const std::size_t sy = static_cast<std::size_t>(patch.n), sx = sy * sy;
-  const float* f = patch.distance.data() + patch.at(c.x - 2, c.y - 2, c.z - 2);
-  FieldSample out;
-  for (std::size_t i = 0; i < 6; ++i) {
-    double value = 0, slope_y = 0, slope_z = 0;
-    for (std::size_t j = 0; j < 6; ++j) {
-      const float* row = f + i * sx + j * sy;
-      double v = 0, s = 0;
-      for (std::size_t k = 0; k < 6; ++k) {
-        v += wz.value[k] * row[k];
-        s += wz.slope[k] * row[k];
-      }
-      value += wy.value[j] * v;
-      slope_y += wy.slope[j] * v;
-      slope_z += wy.value[j] * s;
-    }
-    out.value += wx.value[i] * value;
-    out.gradient.x += wx.slope[i] * value;
-    out.gradient.y += wx.value[i] * slope_y;
-    out.gradient.z += wx.value[i] * slope_z;
-  }
-  return out;
+  const double fractions[3] = {c.u, c.v, c.w};
+  double out[4];
+  cubic(patch.distance.data() + patch.at(c.x - 2, c.y - 2, c.z - 2), sx, sy, fractions, out);
+  return {out[0], {out[1], out[2], out[3]}};
 }
 
 PerTissue sample_tissue(const SurfacePatch& patch, const dvec3& p_V) noexcept {

@@ -16,6 +16,7 @@
 #include "engine/base/error.h"
 #include "engine/base/units.h"
 #include "haptics/solid.h"
+#include "haptics/volume/vdb_guard.h"
 
 namespace typodont::haptics {
 
@@ -128,7 +129,7 @@ TissueVolume TissueVolume::load(const std::filesystem::path& file) {
   std::error_code code;
   if (!std::filesystem::is_regular_file(file, code)) throw Error(name, "", "no such file", "a tissue volume (.vdb)");
   auto impl = std::make_unique<Impl>();
-  try {
+  const auto read = [&] {
     openvdb::io::File vdb(name);
     vdb.setCopyMaxBytes(0);  // read now, all of it: a truncated file must fail here and not in the middle of a session
     vdb.open(false);
@@ -140,6 +141,10 @@ TissueVolume TissueVolume::load(const std::filesystem::path& file) {
     };
     typed.operator()<openvdb::FloatGrid>("distance", impl->distance);
     typed.operator()<openvdb::Int32Grid>("tissue", impl->tissue);
+  };
+  try {
+    check_vdb(file, read);
+    read();
   } catch (const openvdb::Exception& e) {
     throw Error(name, "", e.what(), "a tissue volume (.vdb)");
   } catch (const std::bad_alloc&) {
@@ -204,6 +209,7 @@ void TissueVolume::save(const std::filesystem::path& file) const {
     vdb.setCompression(openvdb::io::COMPRESS_ACTIVE_MASK | openvdb::io::COMPRESS_BLOSC);
     vdb.write(openvdb::GridCPtrVec{distance, tissue});
     vdb.close();
+    seal_vdb(partial);
     std::filesystem::rename(partial, file);
   } catch (const std::exception& e) {
     std::filesystem::remove(partial, code);

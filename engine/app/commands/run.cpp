@@ -59,6 +59,8 @@ void add_run_command(CLI::App& app) {
   command->add_option("--hand", w.hand, "script:HAND.csv, mouse:, spacemouse:, woodenhaptics:[PATH], …");
   command->add_option("--audio", w.audio, "portaudio:[DEVICE], wav:FILE or none:");
   command->add_option("--record", w.record, "record the session (.h5)");
+  command->add_option("--monitor", w.monitor, "show the picture full screen on this monitor, 0 is the first")
+      ->check(CLI::NonNegativeNumber);
   command->add_option("--seconds", w.seconds, "end after so long")->check(CLI::PositiveNumber);
   command->add_flag("--explain", w.explain, "say what is active, and why the rest is not");
   command->add_flag("--json", options->json, "print the summary as JSON");

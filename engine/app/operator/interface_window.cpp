@@ -114,11 +114,33 @@ bool can_show(session::Language language) {
   return language != session::Language::kChinese || chinese_font().has_value();
 }
 
-InterfaceWindow::InterfaceWindow(const Options& options) : device_(make_device(options.validation)) {
+void InterfaceWindow::open() {
+  device_ = make_device(options_.validation);
   ring_ = gpu::FrameRing::create(device_);
 #ifdef TYPODONT_WINDOW
-  output_ = display::make_window(device_, {.title = options.title, .size = options.size, .most_frames_per_second = 60});
+  output_ =
+      display::make_window(device_, {.title = options_.title, .size = options_.size, .most_frames_per_second = 60});
 #endif
+  scale_ = output_->scale();
+  build_fonts();
+  painter_ = std::make_unique<DrawListPainter>(device_);
+}
+
+void InterfaceWindow::close() {
+  wait_idle();
+  painter_.reset();
+  output_.reset();
+  ring_.destroy(device_);
+  device_.destroy();
+}
+
+void InterfaceWindow::make_anew() {
+  options_.size = output_->size();
+  close();
+  open();
+}
+
+InterfaceWindow::InterfaceWindow(const Options& options) : options_(options) {
   ImGui::CreateContext();
   ImGuiIO& io = ImGui::GetIO();
   io.IniFilename = nullptr;
@@ -148,18 +170,17 @@ InterfaceWindow::InterfaceWindow(const Options& options) : device_(make_device(o
                                      {ImGuiKey_Y, 'Y'},
                                      {ImGuiKey_Z, 'Z'}};
   for (const auto& [imgui, ours] : map) io.KeyMap[imgui] = ours;
-  scale_ = output_->scale();
-  build_fonts();
-  painter_ = std::make_unique<DrawListPainter>(device_);
+  try {
+    open();
+  } catch (...) {
+    ImGui::DestroyContext();
+    throw;
+  }
 }
 
 InterfaceWindow::~InterfaceWindow() {
-  wait_idle();
-  painter_.reset();
+  close();
   ImGui::DestroyContext();
-  output_.reset();
-  ring_.destroy(device_);
-  device_.destroy();
 }
 
 void InterfaceWindow::wait_idle() {

@@ -55,6 +55,8 @@ class InterfaceWindow {
   /// A picture that stays: uploaded once; the caller destroys it after wait_idle().
   gpu::Image upload(const render::Picture& picture);
   void wait_idle();
+  /// The device is lost: a new one, in a new window. Pictures that were uploaded are gone; destroy them before.
+  void make_anew();
 
   gpu::Device& device() { return device_; }
   const InterfaceStyle& style() const { return style_; }
@@ -63,8 +65,11 @@ class InterfaceWindow {
   std::uint64_t frames() const { return frames_; }
 
  private:
+  void open();
+  void close();
   void build_fonts();
 
+  Options options_;
   gpu::Device device_;
   gpu::FrameRing ring_;
   std::unique_ptr<display::Output> output_;

@@ -15,6 +15,7 @@
 #include <optional>
 #include <thread>
 
+#include "engine/app/operator/exercise.h"
 #include "engine/app/operator/job.h"
 #include "engine/app/operator/library.h"
 #include "engine/app/operator/state.h"
@@ -24,6 +25,7 @@
 #include "engine/base/error.h"
 #include "engine/base/json.h"
 #include "engine/base/log.h"
+#include "engine/base/units.h"
 #include "engine/session/report.h"
 #include "engine/session/session_file.h"
 
@@ -36,6 +38,7 @@ using namespace std::chrono_literals;
 
 constexpr double kIdleFrame = 1.0;      // s between frames while nothing happens
 constexpr double kSessionFrame = 0.05;  // s between frames of this window while a session runs
+constexpr Nanos kReviveInterval = 10 * kNanosPerSecond;
 constexpr Nanos kScoreInterval = 500'000'000;
 
 /// Opens a file with what the desktop has for it. Returns at once.
@@ -103,8 +106,25 @@ class Operator {
 
   void run() {
     while (!quit_) {
+      try {
+        turn();
+      } catch (const gpu::DeviceLost& e) {
+        make_anew(e);
+      }
+    }
+    if (bench_) end_session("");
+    remember_choice();
+  }
+
+ private:
+  /// One look at what was done, one frame where there is something to show.
+  void turn() {
+    {
       const bool due = window_.poll(bench_ || s_.busy ? kSessionFrame : kIdleFrame);
-      if (window_.input().close) break;
+      if (window_.input().close) {
+        quit_ = true;
+        return;
+      }
       bool drew = false;
       if (bench_) drew = step_session();
       const bool finished = look_at_job();
@@ -117,11 +137,23 @@ class Operator {
         std::this_thread::sleep_for(2ms);
       }
     }
-    if (bench_) end_session("");
-    remember_choice();
   }
 
- private:
+  /// Everything that was on the GPU, on a new one; the session goes on meanwhile. A device that is lost again at once
+  /// is broken.
+  void make_anew(const gpu::DeviceLost& e) {
+    if (now() - revived_ < kReviveInterval) throw RunFailure(e.what());
+    log::warn("{}; the window is made anew", e.what());
+    revived_ = now();
+    s_.live = nullptr;
+    if (bench_) bench_->drop_picture();
+    for (gpu::Image& picture : s_.pictures) picture.destroy(window_.device());
+    s_.pictures.clear();
+    window_.make_anew();
+    rescan();
+    if (bench_) bench_->make_picture(window_.device());
+  }
+
   void draw() {
     window_.begin();
     switch (s_.page) {
@@ -150,6 +182,8 @@ class Operator {
     for (const Request& r : asked) {
       try {
         carry_out(r);
+      } catch (const gpu::DeviceLost&) {
+        throw;
       } catch (const std::exception& e) {
         say(e.what(), true);
         if (s_.page == Page::kLoading) s_.page = Page::kStart;
@@ -173,6 +207,7 @@ class Operator {
         break;
       case Ask::kToStart:
         job_.reset();
+        authored_.reset();
         s_.busy = false;
         s_.page = Page::kStart;
         say("", false);
@@ -208,6 +243,12 @@ class Operator {
         if (!bench_) break;
         s_.settings.tool = r.number;
         bench_->set(s_.settings);
+        break;
+      case Ask::kLoseDevice:
+        window_.device().lose();
+        break;
+      case Ask::kSaveExercise:
+        save_exercise();
         break;
       case Ask::kStepDone:
         s_.steps.next();
@@ -289,10 +330,15 @@ class Operator {
     options.hand = hand.address.empty() ? s_.address.data() : hand.address;
     options.trainee = s_.trainee.data();
     options.operated = true;
+    authored_.reset();
+    strokes_.clear();
+    brush_down_ = false;
+    s_.strokes = 0;
+    authored_scene_ = scene;
     options.embedded = rig.embedded;
     options.device = &window_.device();
     options.monitor = rig.embedded ? -1 : s_.monitor;
-    if (s_.record) options.record = new_session_file(options.trainee, scene.name);
+    if (s_.record && !s_.author) options.record = new_session_file(options.trainee, scene.name);
     s_.outcome = {};
     s_.outcome.recording = options.record;
     try {
@@ -328,9 +374,11 @@ class Operator {
   bool step_session() {
     const std::uint64_t before = s_.status.frames;
     if (!bench_->step(s_.live_input, s_.live_size)) {
+      quit_ = Workbench::asked_to_stop();
       end_session("");
       return true;
     }
+    if (s_.author) paint();
     s_.status = bench_->status();
     s_.settings = bench_->settings();
     s_.steps.follow({s_.status.tick, s_.settings, 0, 0, 0});
@@ -361,9 +409,44 @@ class Operator {
       s_.outcome.failure = e.what();
     }
     window_.wait_idle();  // it may still be showing the picture
+    if (s_.author && s_.outcome.failure.empty()) {
+      authored_ = std::make_unique<haptics::TissueVolume>(bench_->take_tissue());
+    }
     bench_.reset();
     log::info("session ended: {:.1f} s", s_.outcome.summary.seconds);
     if (!s_.outcome.recording.empty()) make_report();
+  }
+
+  /// The brush follows the tool's head: a ball where it is set down, then one swept as far as it moves.
+  void paint() {
+    if (!s_.painting) {
+      brush_down_ = false;
+      return;
+    }
+    PaintStroke stroke;
+    stroke.tissue = s_.paint_tissue;
+    stroke.radius = static_cast<double>(s_.paint_radius_mm) * kMillimetre;
+    stroke.b_W = s_.status.tick.X_WT.p;
+    stroke.a_W = brush_down_ ? strokes_.back().b_W : stroke.b_W;
+    if (brush_down_ && glm::length(stroke.b_W - stroke.a_W) < 0.25 * stroke.radius) return;
+    bench_->paint(stroke);
+    strokes_.push_back(stroke);
+    s_.strokes = strokes_.size();
+    brush_down_ = true;
+  }
+
+  void save_exercise() {
+    if (!authored_ || !authored_scene_) return;
+    const fs::path file = write_exercise({.name = s_.exercise_name.data(),
+                                          .goal = s_.exercise_goal.data(),
+                                          .base = &*authored_scene_,
+                                          .strokes = strokes_,
+                                          .ideal = s_.drilled_is_ideal ? authored_.get() : nullptr});
+    rescan();
+    for (std::size_t i = 0; i < s_.scenes.size(); ++i)
+      if (s_.scenes[i].file == file) s_.scene = static_cast<int>(i);
+    say(fmt::format("{} {}", s_.text("op.exercise_saved"), file.string()), false);
+    log::info("exercise saved: {}", file.string());
   }
 
   void make_report() {
@@ -441,6 +524,11 @@ class Operator {
   std::optional<Workbench> bench_;
   std::unique_ptr<Job> job_;
   std::function<void()> when_done_;
+  std::unique_ptr<haptics::TissueVolume> authored_;  // as an authoring session left it
+  std::optional<Scene> authored_scene_;
+  std::vector<PaintStroke> strokes_;
+  bool brush_down_ = false;
+  Nanos revived_ = -kReviveInterval;
   Nanos score_time_ = 0, curve_time_ = 0;
   bool quit_ = false;
 };

@@ -56,6 +56,23 @@ void draw_items(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   end_panel();
 }
 
+/// What an instructor made becomes an exercise.
+void draw_exercise_form(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
+  begin_panel("exercise", s.text("op.new_exercise"), size, w);
+  dim_wrapped(s.text("op.new_exercise_help"));
+  ImGui::Spacing();
+  ImGui::SetNextItemWidth(-1);
+  ImGui::InputTextWithHint("##name", s.text("op.exercise_name"), s.exercise_name.data(), s.exercise_name.size());
+  ImGui::InputTextMultiline("##goal", s.exercise_goal.data(), s.exercise_goal.size(), {-1, 6 * w.style().unit});
+  ImGui::Checkbox(s.text("op.drilled_is_ideal"), &s.drilled_is_ideal);
+  ImGui::BeginDisabled(s.exercise_name[0] == 0);
+  if (main_button(fmt::format("  {}   F4  ", s.text("op.save_exercise")).c_str(), {0, 0}) ||
+      (s.exercise_name[0] != 0 && ImGui::IsKeyPressed(keys::kF1 + 3, false)))
+    s.ask(Ask::kSaveExercise);
+  ImGui::EndDisabled();
+  end_panel();
+}
+
 void draw_summary(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   const WorkbenchSummary& r = s.outcome.summary;
   begin_panel("summary", s.text("result"), size, w);
@@ -101,7 +118,10 @@ void draw_result_page(OperatorState& s, InterfaceWindow& w) {
   const float height = room.y - foot - 1.8f * u - 2 * gap.y, left = 0.32f * room.x;
   draw_summary(s, w, {left, height});
   ImGui::SameLine();
-  draw_items(s, w, {0, height});
+  if (s.author)
+    draw_exercise_form(s, w, {0, height});
+  else
+    draw_items(s, w, {0, height});
   begin_column("message", {0, 1.8f * u});
   if (s.busy)
     busy_bar(s, 0.5f * room.x);
@@ -178,12 +198,13 @@ void draw_help(OperatorState& s, InterfaceWindow& w) {
   const display::ivec2 size = w.size();
   ImGui::SetNextWindowPos({static_cast<float>(size.x) / 2, static_cast<float>(size.y) / 2}, 0, {0.5f, 0.5f});
   if (ImGui::BeginPopupModal(title, &s.help, ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoSavedSettings)) {
-    constexpr std::array kKeys = {
-        std::pair{"F1", "op.key_help"},    std::pair{"F5", "op.key_start"},    std::pair{"F10", "op.key_end"},
-        std::pair{"Esc", "op.key_stop"},   std::pair{"1 … 9", "op.key_tools"}, std::pair{"+  −", "op.key_speed"},
-        std::pair{"F2", "op.key_report"},  std::pair{"F8", "op.key_doctor"},   std::pair{"Ctrl ↑ ↓", "op.key_exercise"},
-        std::pair{"N  B", "op.key_steps"}, std::pair{"Ctrl H", "op.key_hand"}, std::pair{"Tab  ← → ↑ ↓", "op.key_move"},
-        std::pair{"Ctrl Q", "op.key_quit"}};
+    constexpr std::array kKeys = {std::pair{"F1", "op.key_help"},           std::pair{"F5", "op.key_start"},
+                                  std::pair{"F10", "op.key_end"},           std::pair{"Esc", "op.key_stop"},
+                                  std::pair{"1 … 9", "op.key_tools"},       std::pair{"+  −", "op.key_speed"},
+                                  std::pair{"F2", "op.key_report"},         std::pair{"F8", "op.key_doctor"},
+                                  std::pair{"Ctrl ↑ ↓", "op.key_exercise"}, std::pair{"N  B", "op.key_steps"},
+                                  std::pair{"P", "op.key_paint"},           std::pair{"Ctrl H", "op.key_hand"},
+                                  std::pair{"Tab  ← → ↑ ↓", "op.key_move"}, std::pair{"Ctrl Q", "op.key_quit"}};
     for (const auto& [name, meaning] : kKeys) {
       ImGui::TextUnformatted(name);
       ImGui::SameLine(9 * u);

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 
 #include "engine/app/operator/widgets.h"
 #include "engine/base/units.h"
@@ -211,6 +212,26 @@ void draw_tool(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   end_panel();
 }
 
+/// The instructor's brush: at the tool's head, while the button or P is held down.
+void draw_brush(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
+  begin_panel("brush", s.text("op.paint"), size, w);
+  constexpr std::array kPaintable = {Tissue::kCaries, Tissue::kEnamel, Tissue::kDentin, Tissue::kPulp};
+  const auto name = [&](Tissue t) { return s.text(fmt::format("tissue.{}", name_of(t))); };
+  ImGui::SetNextItemWidth(-1);
+  if (ImGui::BeginCombo("##tissue", name(s.paint_tissue))) {
+    for (const Tissue t : kPaintable)
+      if (ImGui::Selectable(name(t), t == s.paint_tissue)) s.paint_tissue = t;
+    ImGui::EndCombo();
+  }
+  ImGui::SetNextItemWidth(-1);
+  ImGui::SliderFloat("##radius", &s.paint_radius_mm, 0.1f, 3, fmt::format("{} %.2f mm", s.text("op.radius")).c_str(),
+                     ImGuiSliderFlags_AlwaysClamp | ImGuiSliderFlags_Logarithmic);
+  toggle_button(fmt::format("{}   P", s.text("op.paint_hold")).c_str(), s.painting, {-1, 0});
+  s.painting = ImGui::IsItemActive() || (!ImGui::GetIO().WantTextInput && ImGui::IsKeyDown('P'));
+  row(s.text("op.strokes"), fmt::format("{}", s.strokes));
+  end_panel();
+}
+
 void draw_device(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   const float u = w.style().unit;
   begin_panel("device", s.text("op.device"), size, w);
@@ -292,12 +313,17 @@ void draw_session_page(OperatorState& s, InterfaceWindow& w) {
   begin_column("right", {side, room.y});
   const float stop = 4 * u, timing = 13.5f * u, device = 13.5f * u;
   if (stop_button(fmt::format("{}   Esc", s.text("op.emergency_stop")).c_str(), {-1, stop})) s.ask(Ask::kEmergencyStop);
-  draw_tool(s, w, {0, room.y - stop - timing - device - 3 * gap.y});
-  draw_device(s, w, {0, device});
+  const float tool = room.y - stop - timing - device - 3 * gap.y;
+  draw_tool(s, w, {0, tool});
+  if (s.author)
+    draw_brush(s, w, {0, device});
+  else
+    draw_device(s, w, {0, device});
   draw_timing(s, w, {0, timing});
   ImGui::EndChild();
 
   if (ImGui::IsKeyPressed(keys::kEscape, false)) s.ask(Ask::kEmergencyStop);
+  if (key(keys::kF1 + 11, true) && std::getenv("TYPODONT_TEST")) s.ask(Ask::kLoseDevice);
   if (key(keys::kF1)) s.help = true;
   for (std::size_t i = 0; i < std::min<std::size_t>(s.tools.size(), 9); ++i)
     if (key('1' + static_cast<int>(i))) s.ask(Ask::kTool, static_cast<int>(i));

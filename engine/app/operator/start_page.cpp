@@ -138,7 +138,7 @@ void draw_set_up(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   const float u = w.style().unit;
   begin_column("set_up", size);
   const float spacing = ImGui::GetStyle().ItemSpacing.y;
-  const float trainee_height = 7.2f * u;
+  const float trainee_height = 9.2f * u;
   const float rest = ImGui::GetContentRegionAvail().y - trainee_height - 2 * spacing;
 
   begin_panel("hand", s.text("op.hand"), {0, 0.56f * rest}, w);
@@ -190,7 +190,10 @@ void draw_set_up(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   begin_panel("trainee", s.text("op.trainee"), {0, trainee_height}, w);
   ImGui::SetNextItemWidth(-1);
   ImGui::InputTextWithHint("##trainee", s.text("op.trainee_hint"), s.trainee.data(), s.trainee.size());
+  ImGui::BeginDisabled(s.author);
   ImGui::Checkbox(s.text("op.record_this"), &s.record);
+  ImGui::EndDisabled();
+  ImGui::Checkbox(s.text("op.author"), &s.author);
   end_panel();
   ImGui::EndChild();
 }

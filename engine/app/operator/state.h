@@ -31,6 +31,8 @@ enum class Ask {
   kDeleteRecording,  // of the session just ended
   kSettings,         // live settings have changed
   kTool,             // number: its place in the tray
+  kLoseDevice,       // for tests: as if the GPU had been reset
+  kSaveExercise,     // what was painted, and perhaps drilled, as an exercise of one's own
   kStepDone,         // tick the task's current step off
   kStepBack,         // take the last tick back
   kCancel,           // the long work that is under way
@@ -90,6 +92,7 @@ struct OperatorState {
   std::array<char, 256> address{};  // of a hand that is typed
   std::array<char, 128> trainee{};
   bool record = true;
+  bool author = false;  // paint tissue, set the ideal; such sessions are not recorded
   std::vector<gpu::Image> pictures;
 
   // Session.
@@ -99,7 +102,11 @@ struct OperatorState {
   std::string scene_title, scene_goal;
   std::vector<std::string> tools;  // of the tray
   StepWatcher steps;
-  int step_shown = -1;  // the page scrolled to it
+  bool painting = false;  // the brush is down
+  Tissue paint_tissue = Tissue::kCaries;
+  float paint_radius_mm = 0.6f;
+  std::size_t strokes = 0;  // painted so far
+  int step_shown = -1;      // the page scrolled to it
   SessionSettings settings;
   bool recording = false;
   std::array<float, 240> forces{}, ticks_us{};  // the last seconds, for the curves
@@ -114,6 +121,9 @@ struct OperatorState {
 
   // Result.
   Outcome outcome;
+  std::array<char, 96> exercise_name{};
+  std::array<char, 512> exercise_goal{};
+  bool drilled_is_ideal = true;
 
   // Doctor.
   std::vector<DoctorFinding> findings;

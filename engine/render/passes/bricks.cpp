@@ -184,9 +184,9 @@ std::vector<DrawGroup> BrickStore::visible(gpu::Device& device, int slot, const 
   std::vector<std::vector<VkDrawIndexedIndirectCommand>> by_block(blocks.size());
   for (const auto& [id, mesh] : meshes) {
     const Pose X_MW = inverse(mesh.X_WM);
-    const glm::dmat4 world_from_mesh = [&] {
-      glm::dmat4 m(glm::mat3_cast(mesh.X_WM.R));
-      m[3] = glm::dvec4(mesh.X_WM.p, 1);
+    const glm::dmat4 world_from_mesh = [&X_WM = mesh.X_WM] {
+      glm::dmat4 m(glm::mat3_cast(X_WM.R));
+      m[3] = glm::dvec4(X_WM.p, 1);
       return m;
     }();
     std::array<Planes, 2> frusta;

@@ -36,8 +36,9 @@ struct OneSided {
   bool unit() const {
     const float rest = a * a - 1, b0 = rest + b[0] * b[0], b1 = rest + b[1] * b[1];
     const float c0 = c[0] * c[0], c1 = c[1] * c[1];
-    return (std::abs(b0 + c0) < kUnit) | (std::abs(b1 + c0) < kUnit) | (std::abs(b0 + c1) < kUnit) |
-           (std::abs(b1 + c1) < kUnit);
+    // Without branches: all four are computed anyway, and which one holds cannot be foreseen.
+    return (static_cast<int>(std::abs(b0 + c0) < kUnit) | static_cast<int>(std::abs(b1 + c0) < kUnit) |
+            static_cast<int>(std::abs(b0 + c1) < kUnit) | static_cast<int>(std::abs(b1 + c1) < kUnit)) != 0;
   }
   Gradient best() const {
     Gradient best = pair(0);

@@ -1,0 +1,49 @@
+// Eight floats side by side, for kernels that are compiled for several processors (engine/base/dispatch.h): GCC's vectors,
+// so that every processor computes the same. Private to the .cpp files of the haptics.
+#pragma once
+
+#include <cmath>
+
+namespace typodont::haptics {
+
+typedef float F8 __attribute__((vector_size(32), aligned(4), may_alias));
+typedef int I8 __attribute__((vector_size(32), aligned(4), may_alias));
+typedef float F4 __attribute__((vector_size(16), aligned(4), may_alias));
+typedef int I4 __attribute__((vector_size(16), aligned(4), may_alias));
+
+/// Everything here is part of the kernel that uses it, and so is compiled for the same processor.
+#define TYPODONT_KERNEL inline __attribute__((always_inline))
+
+/// A bit for each lane of a mask.
+TYPODONT_KERNEL unsigned bits_of(const I8& mask) {
+#ifdef __SSE2__
+  const I4 low = __builtin_shufflevector(mask, mask, 0, 1, 2, 3), high = __builtin_shufflevector(mask, mask, 4, 5, 6, 7);
+  return static_cast<unsigned>(__builtin_ia32_movmskps((F4)low) | __builtin_ia32_movmskps((F4)high) << 4);
+#else
+  unsigned bits = 0;
+  for (int i = 0; i < 8; ++i) bits |= static_cast<unsigned>(mask[i] != 0) << i;
+  return bits;
+#endif
+}
+
+TYPODONT_KERNEL bool any_of(const I8& mask) {
+#ifdef __SSE2__
+  const I4 both =
+      __builtin_shufflevector(mask, mask, 0, 1, 2, 3) | __builtin_shufflevector(mask, mask, 4, 5, 6, 7);
+  return __builtin_ia32_movmskps((F4)both) != 0;
+#else
+  return bits_of(mask) != 0;
+#endif
+}
+
+TYPODONT_KERNEL void take_root(F8& v) {
+  F8 root;
+  for (int i = 0; i < 8; ++i) root[i] = std::sqrt(v[i]);
+  v = root;
+}
+
+TYPODONT_KERNEL float sum_of(const F8& v) {
+  return ((v[0] + v[1]) + (v[2] + v[3])) + ((v[4] + v[5]) + (v[6] + v[7]));
+}
+
+}  // namespace typodont::haptics

@@ -1,0 +1,9 @@
+# Every parser of outside data, driven by coverage where the compiler is Clang with TYPODONT_FUZZ (./run fuzz), and by the
+# kept corpus everywhere.
+add_library(typodont_fuzz_targets STATIC fuzz/targets.cpp)
+target_link_libraries(typodont_fuzz_targets PUBLIC typodont_app typodont_import)
+typodont_test(stress_fuzz KIND stress SOURCES stress/fuzz_corpus_test.cpp LIBS typodont_fuzz_targets)
+if(TYPODONT_SANITIZE MATCHES "fuzzer")
+  add_executable(fuzz fuzz/fuzzer.cpp)
+  target_link_libraries(fuzz PRIVATE typodont_fuzz_targets -fsanitize=fuzzer)
+endif()

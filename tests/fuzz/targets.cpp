@@ -1,0 +1,199 @@
+#include "tests/fuzz/targets.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <filesystem>
+#include <fstream>
+#include <string>
+
+#include "audio/ar_model.h"
+#include "audio/contact_track.h"
+#include "audio/sound_file.h"
+#include "audio/sound_models.h"
+#include "calibration/calibration_files.h"
+#include "calibration/camera_solver.h"
+#include "calibration/rig_file.h"
+#include "calibration/routine.h"
+#include "engine/app/scene.h"
+#include "engine/base/error.h"
+#include "engine/base/json.h"
+#include "engine/display/display_rig.h"
+#include "engine/display/head_tracker.h"
+#include "engine/render/picture.h"
+#include "engine/session/session_file.h"
+#include "engine/session/ticks_csv.h"
+#include "haptics/devices/arm_protocol.h"
+#include "haptics/devices/haply.h"
+#include "haptics/devices/hid_descriptor.h"
+#include "haptics/devices/scripted.h"
+#include "haptics/devices/spacemouse.h"
+#include "haptics/import.h"
+#include "haptics/tissue_volume.h"
+
+namespace typodont::test {
+
+namespace {
+
+using Bytes = std::span<const std::byte>;
+
+std::string_view text_of(Bytes bytes) {
+  return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+}
+std::span<const std::uint8_t> octets_of(Bytes bytes) {
+  return {reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()};
+}
+
+/// The bytes as a file of this name in a folder of this process, in memory where the machine has one.
+std::filesystem::path as_file(Bytes bytes, const char* name) {
+  static const std::filesystem::path folder = [] {
+    const std::filesystem::path memory = "/dev/shm";
+    const auto base = std::filesystem::is_directory(memory) ? memory : std::filesystem::temp_directory_path();
+    const auto made = base / ("typodont_fuzz_" + std::to_string(getpid()));
+    std::filesystem::create_directories(made);
+    std::atexit([] {
+      std::error_code code;
+      std::filesystem::remove_all(folder, code);
+    });
+    return made;
+  }();
+  const auto file = folder / name;
+  std::ofstream(file, std::ios::binary)
+      .write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+  return file;
+}
+
+/// Read or refused: both are right.
+template <class F>
+void attempt(F&& read) {
+  try {
+    read();
+  } catch (const Error&) {
+  } catch (const RunFailure&) {
+  }
+}
+
+/// Small results, however large the file says they are: what is looked for is the parser's faults, not the importer's
+/// run time.
+haptics::ImportOptions coarse() {
+  haptics::ImportOptions options;
+  options.voxel = 1e-3;
+  return options;
+}
+
+template <const char* kName>
+void import_as(Bytes bytes) {
+  if (bytes.size() > 64 << 10) return;
+  attempt([&] { (void)haptics::import_tissue(as_file(bytes, kName), coarse()); });
+}
+constexpr char kNrrd[] = "in.nrrd", kNifti[] = "in.nii", kMeta[] = "in.mha", kStl[] = "in.stl", kPly[] = "in.ply",
+               kObj[] = "in.obj";
+
+void json(Bytes bytes) {
+  attempt([&] { (void)Json::parse(text_of(bytes), "fuzz").text(); });
+}
+void scene(Bytes bytes) {
+  attempt([&] { (void)parse_scene(Json::parse(text_of(bytes), "fuzz"), "fuzz.json"); });
+}
+void display_rig(Bytes bytes) {
+  attempt([&] { (void)display::parse_rig(Json::parse(text_of(bytes), "fuzz")); });
+}
+void rig_file(Bytes bytes) {
+  attempt([&] { (void)calibration::RigFile::load(as_file(bytes, "rig.json")); });
+}
+void hand_csv(Bytes bytes) {
+  attempt([&] { (void)haptics::read_hand_path(as_file(bytes, "hand.csv")); });
+}
+void ticks_csv(Bytes bytes) {
+  attempt([&] { (void)session::read_ticks_csv(as_file(bytes, "ticks.csv")); });
+}
+void calibration_csv(Bytes bytes) {
+  const auto file = as_file(bytes, "captures.csv");
+  attempt([&] { (void)calibration::read_points(file); });
+  attempt([&] { (void)calibration::read_sightings(file); });
+  attempt([&] { (void)calibration::read_arm_captures(file); });
+  attempt([&] { (void)calibration::read_mark_captures(file); });
+  attempt([&] { (void)calibration::read_touches(file); });
+  attempt([&] { (void)calibration::read_eye_captures(file); });
+  attempt([&] { (void)calibration::read_pair_captures(file); });
+}
+void contact_csv(Bytes bytes) {
+  attempt([&] { (void)audio::read_contact_track(as_file(bytes, "contact.csv")); });
+}
+void sound_model(Bytes bytes) {
+  const auto file = as_file(bytes, "model.json");
+  attempt([&] { (void)audio::load_model(file); });
+  attempt([&] { (void)audio::load_sound_models(file); });
+}
+void recording_wav(Bytes bytes) {
+  attempt([&] { (void)audio::read_recording(as_file(bytes, "in.wav")); });
+}
+void volume_vdb(Bytes bytes) {
+  attempt([&] { (void)haptics::TissueVolume::load(as_file(bytes, "in.vdb")).hash(); });
+}
+void session_h5(Bytes bytes) {
+  attempt([&] {
+    const session::SessionReader reader(as_file(bytes, "in.h5"));
+    (void)reader.ticks(0, 1000);
+  });
+}
+void picture_png(Bytes bytes) {
+  attempt([&] { (void)render::read_png(as_file(bytes, "in.png")); });
+}
+void opentrack(Bytes bytes) {
+  (void)display::parse_opentrack(bytes);
+  (void)display::parse_tracker_address(text_of(bytes));
+}
+/// The first byte chooses the protocol.
+void device_reports(Bytes bytes) {
+  if (bytes.empty()) return;
+  using haptics::ArmProtocol;
+  constexpr ArmProtocol kProtocols[] = {ArmProtocol::kHidV1, ArmProtocol::kHidV2, ArmProtocol::kRawHid};
+  (void)haptics::parse_hid(kProtocols[std::to_integer<unsigned>(bytes[0]) % 3], octets_of(bytes.subspan(1)));
+  haptics::LineAssembler lines;
+  lines.add(octets_of(bytes.subspan(1)));
+  if (const auto line = lines.take()) (void)haptics::parse_text(*line);
+  haptics::SpaceMouseState state;
+  (void)haptics::parse_spacemouse(octets_of(bytes.subspan(1)), state);
+  (void)haptics::parse_haply(text_of(bytes.subspan(1)));
+}
+/// A descriptor of as many bytes as the first says, and a report it describes.
+void hid_descriptor(Bytes bytes) {
+  if (bytes.empty()) return;
+  const std::size_t size = std::min<std::size_t>(std::to_integer<std::size_t>(bytes[0]), bytes.size() - 1);
+  const auto report = octets_of(bytes.subspan(1 + size));
+  for (const haptics::HidField& field : haptics::parse_descriptor(octets_of(bytes.subspan(1, size))))
+    (void)haptics::field_value(field, report);
+}
+
+constexpr FuzzTarget kTargets[] = {{"json", json},
+                                   {"scene", scene},
+                                   {"display_rig", display_rig},
+                                   {"rig_file", rig_file},
+                                   {"hand_csv", hand_csv},
+                                   {"ticks_csv", ticks_csv},
+                                   {"calibration_csv", calibration_csv},
+                                   {"contact_csv", contact_csv},
+                                   {"sound_model", sound_model},
+                                   {"recording_wav", recording_wav},
+                                   {"volume_vdb", volume_vdb},
+                                   {"session_h5", session_h5},
+                                   {"picture_png", picture_png},
+                                   {"scan_nrrd", import_as<kNrrd>},
+                                   {"scan_nifti", import_as<kNifti>},
+                                   {"scan_metaimage", import_as<kMeta>},
+                                   {"mesh_stl", import_as<kStl>},
+                                   {"mesh_ply", import_as<kPly>},
+                                   {"mesh_obj", import_as<kObj>},
+                                   {"opentrack", opentrack},
+                                   {"device_reports", device_reports},
+                                   {"hid_descriptor", hid_descriptor}};
+
+}  // namespace
+
+std::span<const FuzzTarget> fuzz_targets() {
+  return kTargets;
+}
+
+}  // namespace typodont::test
