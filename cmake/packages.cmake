@@ -27,7 +27,7 @@ if(TYPODONT_WINDOW)
   pkg_check_modules(IMGUI REQUIRED IMPORTED_TARGET imgui)
 endif()
 if(TYPODONT_OPENXR)
-  find_package(OpenXR CONFIG REQUIRED)  # for the head-mounted display, which is not in this version yet
+  find_package(OpenXR CONFIG REQUIRED)  # its headers: the loader is opened at run time, in a headset only
 endif()
 if(TYPODONT_TESTS)
   find_package(GTest CONFIG REQUIRED)

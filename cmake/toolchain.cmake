@@ -18,7 +18,7 @@ endif()
 add_library(typodont_options INTERFACE)
 target_include_directories(typodont_options INTERFACE ${PROJECT_SOURCE_DIR})
 target_compile_options(typodont_options INTERFACE
-  -Wall -Wextra -Wpedantic -Werror -Wshadow -Wconversion -Wno-sign-conversion -Wnon-virtual-dtor -Woverloaded-virtual
+  -Wall -Wextra -Wpedantic $<$<CXX_COMPILER_ID:GNU>:-Werror> -Wshadow -Wconversion -Wno-sign-conversion -Wnon-virtual-dtor -Woverloaded-virtual
   -ffp-contract=off)  # the same bits with and without FMA: replays are compared bit for bit
 # Vulkan clip space: depth 0..1. Set once for all, so that no file can disagree.
 target_compile_definitions(typodont_options INTERFACE

@@ -21,22 +21,34 @@ namespace {
 constexpr double kContactRange = 0.8;      // contacts farther away than this do not matter yet …
 constexpr double kContactStep = 0.6;       // … because a step among several is no longer than this
 constexpr double kStep = 1.5;              // longest step between two looks at the contacts: nothing thinner is skipped
-constexpr double kConverged = 1e-7;        // the proxy has come to rest
-constexpr double kSettled = 1e-3;          // the same against a surface that was cut, which is rough by more than that
+constexpr double kConverged = 1e-6;        // the proxy has come to rest
+constexpr double kSettled = 1e-3;          // the same against a surface that was cut, which is rough by more than that,
+constexpr double kSettledCutting = 3e-3;   // … and while it is being cut, by more still
 constexpr int kSettlingLooks = 5;
+constexpr double kBlur = 0.2;              // what interpolation makes of a narrow cut: 0.09 where a ball is 3 voxels in radius
 constexpr double kSamePoints = 0.3;        // contacts found less than this ago, in voxels of way, still serve
 constexpr double kToothGrip = 0.15;        // engaged teeth resist being led sideways up to this share of the push
+constexpr double kMostSlack = 1.0;         // deeper in one tick the surface that was found says nothing
 constexpr int kMaxLooks = 48;              // per tick, free flight included
 constexpr double kDeep = 0.6;              // more overlap than cutting or rounding leaves: led out slowly
-constexpr double kRecoveryTime = 0.008;    // s, time constant of leading the tool out of tissue
+constexpr double kRecoveryTime = 0.006;    // s, time constant of leading the tool out of tissue
 constexpr double kBudgetTime = 0.05;       // s, cutting energy that may wait for a voxel to yield
 constexpr double kStiffnessTime = 4e-3;    // s, the stiffness felt follows the tissue under the head
 constexpr double kCutDampingTime = 4e-3;   // s, the depth's rate is smoothed over this for the damper while cutting
 constexpr double kLeapTime = 0.05;         // s that the proxy may take to follow a leap
 constexpr double kNoHand = 2.0;            // m/s: what moves faster is a leap of the input, not a hand
+constexpr double kLostHand = 0.02;         // m: so far from where it was, a hand that comes back starts anew
 constexpr double kCutSlew = 6;            // N/s, no faster does the proxy change the force of a cutting contact
+constexpr double kTissueSlew = 4;          // N/s, no faster does another tissue under the head change the force …
+constexpr double kUnpaid = 0.15e-3;        // J, … nor does a harder one store more than the ledger holds, beyond this
+constexpr double kTeethSlew = 4;           // N/s, of the tangential force of the teeth
+constexpr double kDamperSlew = 4;          // N/s, of the damper while cutting
+constexpr double kTeethAhead = 50;         // ticks for which the spindle's work must suffice, or that force shrinks
+constexpr double kFreeSlew = 14;           // N/s, of a force that ends because the bur broke through
 constexpr double kStaleTime = 0.02;        // s a patch may be due before that is a fault
-constexpr double kFadeTime = 4e-3;         // s, time constant of a force that lost its patch
+constexpr double kBridgeTime = 0.5;        // s for which the last contact's plane stands in for a patch
+constexpr double kRejoinTime = 0.3;        // s for finding back from there to the surface without a step
+constexpr double kFadeTime = 0.1;          // s, time constant of a force that lost its patch
 constexpr int kCutHistory = 8192;          // cuts a late patch may lack
 constexpr double kPedalUp = 0.01;          // of the pedal's way, and of the free speed: the drill stands
 
@@ -129,9 +141,12 @@ struct Servo::State {
   SurfacePatch patch;
   CutBoxes boxes;
   ContactSet contacts;  // of the last look
+  HeldBy held;          // … and what held the head in it
+  bool carved = false;  // the last tick emptied the head's place
 
   // Where the tool is held outside the tissue.
   Pose X_WG;
+  bool placed = false;         // X_WG says something
   bool started = false;
   double overlap = 0;          // voxels of overlap still being led out
 
@@ -148,9 +163,12 @@ struct Servo::State {
   double leap = 0;             // s left to follow a leap of the input
   double ramp = 0;             // 0..1, of the force at start and end
   bool ending = false;
+  double bridged = 0;          // s without a field under the tool
+  double rejoining = 0;        // s left to find back from the bridge to the surface
   double due_for = 0;          // s that a new patch has been due
   dvec3 torque{0};             // N·m, of the contacts
   dvec3 last_force{0};         // N, what the tissue gave …
+  dvec3 teeth_force{0};        // N, of the teeth before the limits
   dvec3 last_spindle_force{0}; // N, … and what the spindle fed through the teeth
   dvec3 last_sent{0};          // N, their sum as sent
   double spindle_work = 0;     // J, done by the spindle in cutting
@@ -160,6 +178,7 @@ struct Servo::State {
 
   // Cutting.
   double speed = 0;            // rad/s, free running
+  bool breaking_through = false;  // the bur is free, but the hand has not caught up
   double budget = 0;           // J that may still be spent on cutting
   PerTissue shares{};          // of the tissue under the head
   Pose cut_end;                // where the last cut ended …
@@ -197,6 +216,7 @@ struct Servo::State {
     torque = dvec3(0);
     friction = {};
     tip = {};
+    held = {};
   }
 
   double mean(double Material::*member) const noexcept {
@@ -264,7 +284,9 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
   out.X_WT = X_WT;
   out.pedal = std::clamp(hand.pedal, 0.0, 1.0);
   if (!s.started) {
-    s.X_WG = X_WT;
+    // After illegal input the tool is where it was: outside.
+    if (!s.placed || glm::length(X_WT.p - s.X_WG.p) > kLostHand) s.X_WG = X_WT;
+    s.placed = true;
     s.last_hand = X_WT;
     s.last_depth = s.rate = 0;
     s.overlap = 0;
@@ -305,7 +327,7 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
     const double torque = tool.cutting_coefficient * efficiency * s.normal_force * tool.radius();
     tangential = tool.cutting_coefficient * efficiency;
     spindle = load_spindle(settings.spindle, s.speed, out.pedal, torque);
-    s.budget = std::min(s.budget + spindle.power * dt, spindle.power * kBudgetTime);
+    s.budget = s.breaking_through ? 0.0 : std::min(s.budget + spindle.power * dt, spindle.power * kBudgetTime);
   } else if (s.normal_force <= 0) {
     s.budget = std::min(s.budget, 0.0);
   }
@@ -319,8 +341,12 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
   ActivePlanes active;
   bool touching = false, lost = false, deep = false;
   int settled_looks = 0;
-  dvec3 found_at(0);
+  dvec3 found_at(0), last_step(0);
+  const double overlap_before = s.overlap;
   s.overlap *= std::exp(-dt / kRecoveryTime);
+  const double pace_per_slew = dt / (settings.stiffness * std::max(s.stiffness_share, 0.05)) / h;  // voxels per N/s
+  if (s.rejoining > 0) s.overlap = std::max(s.overlap, overlap_before - kFreeSlew * pace_per_slew);
+  s.rejoining = std::max(s.overlap > 0 && s.rejoining > 0 ? dt : 0.0, s.rejoining - dt);
   if (s.overlap < 0.01) s.overlap = 0;
   const double specific_energy = s.mean(&Material::specific_energy);
 
@@ -348,11 +374,16 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
     }
 
     // The surface points found once serve as long as the head has hardly moved; a single exact one is always new.
-    if (contacts.count() > 1 && glm::length(c - found_at) < kSamePoints) {
+    if (contacts.count() > 1 && !contacts.sunk() && glm::length(c - found_at) < kSamePoints) {
       finder.relinearize({c, X_WT.R}, contacts);
     } else {
       finder.find(s.patch, {c, X_WT.R}, kContactRange, contacts);
-      active.count = 0;
+      if (contacts.deepest() > ContactFinder::kSunk || clearance + finder.reach() < 0) {
+        finder.find_way_out(s.patch, {c, X_WT.R}, contacts);
+      } else if (look == 0 && may_cut && s.carved && contacts.count() > 1) {
+        contacts.forgive(kBlur);
+      }
+      active = guess_active(contacts, s.held);
       found_at = c;
       // One-sided wall (Wang 2009): tissue harder than what is being cut gives way by that much less; softer tissue never
       // holds anything back.
@@ -376,11 +407,11 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
         const double volume = s.budget / specific_energy / (h * h * h);
         const double area = glm::length(contacts.engaged_normal());
         const double cap = kPi * tool.radius() / h;
-        slack = 2 * volume / (area + std::sqrt(area * area + 4 * cap * volume));
+        slack = std::min(2 * volume / (area + std::sqrt(area * area + 4 * cap * volume)), kMostSlack);
       }
     }
     if (look == 0) {
-      if (contacts.deepest() > s.overlap + slack + kDeep) s.overlap = contacts.deepest();
+      if (contacts.deepest() > overlap_before + slack + kDeep) s.overlap = contacts.deepest();
     }
     const dvec3 pulled_to = s.normal_force > 0 && may_cut ? held_target(c0, target, s.normal) : target;
     dvec3 next = nearest_allowed(contacts, c, s.overlap, slack, pulled_to, active);
@@ -392,7 +423,17 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
       if (refined) next = nearest_allowed(contacts, c, s.overlap, slack, pulled_to, active);
     }
     touching = contacts.count() > 0;
-    const dvec3 step = next - c;
+    dvec3 step = next - c;
+    // Along a smooth curved surface each step is the same share of the one before: all that are still to come at once.
+    if (contacts.count() == 1 && active.count == 1) {
+      const double before2 = glm::dot(last_step, last_step);
+      const double share = before2 > 0 ? glm::dot(step, last_step) / before2 : 0;
+      last_step = step;
+      if (share > 0 && share < 0.5) {
+        step *= 1 / (1 - share);
+        next = c + step;
+      }
+    }
     const double length = glm::length(step);
     const double longest = contacts.count() > 1 ? kContactStep : kStep;
     if (length > longest) {
@@ -400,23 +441,40 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
       continue;
     }
     c = next;
-    if (length < (contacts.count() > 1 ? kSettled : kConverged) || ++settled_looks >= kSettlingLooks) break;
+    const double settled = contacts.count() > 1 ? may_cut ? kSettledCutting : kSettled : kConverged;
+    if (length < settled || ++settled_looks >= kSettlingLooks) break;
     // On a smooth surface each look squares the error; when nothing pushes, the target was reached.
     if (active.count == 0) {
       touching = false;
       break;
     }
   }
-  // A bur that comes free, over the rim of its own cut, follows the hand at a pace: what the hand feels changes by
-  // kCutSlew at most, where the proxy can see to that. The proxy only lags behind, so this takes energy, never gives.
-  if (may_cut && touching && !lost && s.normal_force > 0) {
+  // A bur that comes free, over the rim of its own cut or through the last of the tissue, follows the hand at a pace: what
+  // the hand feels changes by so much at most, where the proxy can see to that. The proxy only lags behind, so this takes
+  // energy, never gives.
+  const bool at_a_pace = (may_cut || s.rejoining > 0) && !deep && s.normal_force > 0;
+  s.breaking_through = at_a_pace && !touching;
+  if (at_a_pace) {
     const dvec3 step = c - c0, carried = (s.X_WG.p - s.last_hand.p) / h, shift = moved / h;
-    const double pace = kCutSlew * dt / (settings.stiffness * std::max(s.stiffness_share, 0.05)) / h;
+    const double pace = (s.breaking_through ? kFreeSlew : kCutSlew) * pace_per_slew;
     if (glm::length(c - target - carried) > pace) {
       // The largest share of the step with |share step - shift| <= pace, or what comes nearest to that.
       const double a = glm::dot(step, step), b = glm::dot(step, shift), d = b * b - a * (glm::dot(shift, shift) - pace * pace);
       if (a > 0) c = c0 + std::clamp((b + std::sqrt(std::max(d, 0.0))) / a, 0.0, 1.0) * step;
     }
+    lost = lost && !s.patch.holds(c, finder.reach() + 1);
+  }
+  // Beyond the patch the last contact's plane goes on (the intermediate surface of Adachi 1995; Mark 1996) until the carver
+  // delivers: without cutting, and not for ever.
+  s.bridged = lost ? s.bridged + dt : 0;
+  const bool bridging = lost && s.normal_force > 0 && s.bridged < kBridgeTime;
+  if (bridging) {
+    const double under = glm::dot(c0 - target, s.normal);
+    c = under > 0 ? target + under * s.normal : target;
+    touching = s.breaking_through = false;
+    s.rejoining = kRejoinTime;
+    contacts.clear();
+    active.count = 0;
   }
   if (s.overlap > 0) faults |= bits(Fault::kDeepPenetration);
   if (deep) faults |= bits(Fault::kDeepPenetration);
@@ -426,11 +484,13 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
                    patch_due_for(patch_center_for(s.X_WG.p, X_WT.p, s.travel), s.patch.center_W, s.travel);
   s.due_for = due ? s.due_for + dt : 0;
   if (s.due_for > kStaleTime) faults |= bits(Fault::kStalePatch);
+  s.held = touching ? held_by(contacts, active) : HeldBy{};
   const dvec3 p_WG = c == target ? X_WT.p : settings.frame.to_world(c);
 
   // Cut: everything the head sweeps on its way.
   bool cut_made = false;
-  if (may_cut && touching && !deep) {
+  s.carved = may_cut && touching && !deep;
+  if (s.carved) {
     const Pose X_WB{p_WG, X_WT.R};
     const bool continues = sums.cuts > 0 && s.cut_tool == s.in_hand && same(s.X_WG, s.cut_end);
     const Sweep sweep(tool, s.X_WG, X_WB, settings.frame, continues);
@@ -463,7 +523,7 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
   const dvec3 depth_vector = p_WG - X_WT.p;
   const double depth = glm::length(depth_vector);
   double stored = 0;
-  if (touching && !lost && depth > 0) {
+  if ((((touching || s.breaking_through) && !lost) || bridging) && depth > 0) {
     normal = depth_vector / depth;
     // Tissue under the head: at each contact a voxel deep, weighted by how much it pushes.
     PerTissue shares{};
@@ -489,16 +549,30 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
     if (total > 0) lever /= total;
     const double wanted = s.mean(&Material::stiffness) / 1000.0;  // relative to enamel's 1 N/mm
     const bool fresh = s.normal_force <= 0;
-    s.stiffness_share = fresh ? wanted : wanted + (s.stiffness_share - wanted) * std::exp(-dt / kStiffnessTime);
+    double stiffness_share = wanted;
+    if (!fresh) {
+      // Under a deep push a change of stiffness is a large change of force, and a rise is energy that no hand put in.
+      const double most = kTissueSlew * dt / (settings.stiffness * depth);
+      const double step = (wanted - s.stiffness_share) * (1 - std::exp(-dt / kStiffnessTime));
+      const double paid = 2 * std::max(sums.energy + s.given, kUnpaid) / (settings.stiffness * depth * depth);
+      stiffness_share = s.stiffness_share + std::clamp(step, -most, most);
+      if (step > 0) stiffness_share = std::min(stiffness_share, std::max(s.stiffness_share, paid));
+    }
+    s.stiffness_share = stiffness_share;
     const double k = settings.stiffness * s.stiffness_share;
     stored = k * depth * depth / 2;
 
     // Along the normal only, from the depth itself: sliding at constant depth is not damped.
     double magnitude = k * depth;
-    if (settings.damping > 0 && s.started && s.overlap == 0) {
+    if (settings.damping > 0 && s.started) {
       const double smooth = may_cut ? std::exp(-dt / kCutDampingTime) : 0.0;
-      const double rate = (depth - s.last_depth) / dt;
-      s.rate = rate + (s.rate - rate) * smooth;
+      const double rate = s.overlap > 0 ? 0 : (depth - s.last_depth) / dt;
+      double change = (rate - s.rate) * (1 - smooth);
+      if (may_cut && !fresh) {  // the proxy sinks by fits and starts, voxel by voxel
+        const double most = kDamperSlew * dt / settings.damping;
+        change = std::clamp(change, -most, most);
+      }
+      s.rate += change;
       magnitude = std::max(0.0, magnitude + settings.damping * s.rate);
     }
     force = magnitude * normal;
@@ -518,9 +592,15 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
     if (tangential > 0) {  // the tissue pushes the teeth back, against their way; none at the pole, where they stand still
       const dvec3 axis = X_WT.R * dvec3(0, 0, 1);
       spindle_force = tangential * s.normal_force * glm::cross(axis, normal);
+      const dvec3 change = spindle_force - s.teeth_force;
+      const double size = glm::length(change), most = kTeethSlew * dt;
+      if (size > most) spindle_force = s.teeth_force + change * (most / size);
       // Never more to the hand than the spindle itself has done.
-      if (sums.spindle_energy + std::max(0.0, glm::dot(spindle_force, moved)) * 4 > s.spindle_work) spindle_force = dvec3(0);
+      const double left = std::max(0.0, s.spindle_work - sums.spindle_energy);
+      const double needed = std::max(0.0, glm::dot(spindle_force, moved));
+      if (needed > 0) spindle_force *= std::min(1.0, left / (kTeethAhead * needed));
     }
+    s.teeth_force = spindle_force;
     if (tool.shape != HeadShape::kSphere) {
       torque += h * glm::cross(lever, sideways + spindle_force);
       // Which of many contacts carry how much may change from tick to tick; what the wrist feels follows smoothly.
@@ -535,6 +615,7 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
     s.normal_force = 0;
     s.rate = 0;
     s.friction = {};
+    s.teeth_force = dvec3(0);
     if (lost) force = s.last_force * std::exp(-dt / kFadeTime);  // no field to feel: the last force fades
   }
 
@@ -598,7 +679,8 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
   if (glm::length(moved) > kNoHand * dt) s.leap = kLeapTime;
   s.leap = std::max(0.0, s.leap - dt);
   if (s.overlap > 0 || s.leap > 0) s.given += std::max(0.0, stored - s.stored - std::max(0.0, -glm::dot(s.last_force, moved)));
-  if (!touching && s.tip.sunk <= 0) s.given = 0;
+  // What the hand was given stays forgiven: a ledger in debt would never again allow a force.
+  if (!touching && s.tip.sunk <= 0) s.given = std::clamp(-sums.energy, 0.0, s.given);
   s.stored = stored;
   if (settings.passivity) {
     const double passive = passive_share({}, force, moved, dt, settings.tick, sums.energy + s.given, s.passivity);

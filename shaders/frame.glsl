@@ -6,6 +6,7 @@ layout(set = 0, binding = 0) uniform FrameBlock { FrameData frame; };
 layout(set = 0, binding = 1) uniform sampler2DShadow shadow_map;
 layout(set = 0, binding = 2) uniform sampler2D shadow_depth;
 layout(set = 0, binding = 3) uniform sampler2D font_atlas;
+layout(set = 0, binding = 4) uniform sampler2DArray reflection;
 
 layout(push_constant) uniform Push { ObjectData object; };
 // The eye being drawn.
@@ -14,3 +15,5 @@ layout(push_constant) uniform Push { ObjectData object; };
 layout(constant_id = 0) const int kShadowTaps = 16;
 layout(constant_id = 1) const int kOcclusionTaps = 16;
 layout(constant_id = 2) const bool kLightPerVertex = false;
+layout(constant_id = 3) const int kView = 0;        // View in renderer.h: look, section, x-ray, difference
+layout(constant_id = 4) const bool kGlass = false;  // drawn as glass: more where the surface turns away

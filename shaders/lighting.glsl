@@ -103,10 +103,11 @@ struct Look {
   float rough, translucent, metal, wet;
 };
 
-vec3 shade(vec3 n, vec3 v, Look look, vec2 light, float mesh_occlusion) {
+/// `gloss_normal`: of the wet film, which has ripples of its own.
+vec3 shade(vec3 n, vec3 gloss_normal, vec3 v, Look look, vec2 light) {
   vec3 l = frame.key.xyz;
   float nl = dot(n, l), nv = max(dot(n, v), 1e-3);
-  float open = light.y * mesh_occlusion, key = light.x;
+  float open = light.y, key = light.x;
 
   // Light wanders inside translucent tissue: it wraps round the form, red farthest, and bleeds into shadow edges.
   vec3 wrap = look.translucent * vec3(0.42, 0.30, 0.24);
@@ -116,18 +117,21 @@ vec3 shade(vec3 n, vec3 v, Look look, vec2 light, float mesh_occlusion) {
   vec3 albedo = look.albedo * (1.0 - look.metal);
   // Grazing translucent enamel turns cool and pale: short wavelengths scatter back.
   float rim = (1.0 - nv) * (1.0 - nv) * (1.0 - nv);
-  albedo = mix(albedo, albedo * vec3(0.90, 0.97, 1.07) + 0.03, look.translucent * rim);
+  albedo = mix(albedo, albedo * vec3(0.95, 0.985, 1.03) + 0.015, look.translucent * rim);
 
   // Light bounced between the walls of a cavity takes the walls' colour (Jimenez 2016, fitted multibounce).
   vec3 a = 2.0404 * albedo - 0.3324, b = -4.7951 * albedo + 0.6417, c = 2.7552 * albedo + 0.6903;
   vec3 opened = max(vec3(open), ((open * a + b) * open + c) * open);
   float sky = 0.5 + 0.5 * dot(n, frame.up.xyz);
-  vec3 ambient = mix(vec3(0.46, 0.40, 0.37), vec3(0.86, 0.93, 1.04), sky) * frame.up.w * opened;
+  vec3 ambient = mix(vec3(0.60, 0.50, 0.45), vec3(0.88, 0.93, 1.00), sky) * frame.up.w * opened;
   // A weak fill from beside the viewer keeps the dark side readable.
   vec3 fill = vec3(0.16, 0.18, 0.21) * max(dot(n, v) + 0.3 * dot(n, frame.up.xyz), 0.0) * opened;
   vec3 color = albedo * (front * arrives * frame.key.w * 0.3183 * vec3(1.0, 0.975, 0.94) + ambient + fill);
 
   // Gloss: the wet film over the tissue, or the metal itself.
+  n = gloss_normal;
+  nl = dot(n, l);
+  nv = max(dot(n, v), 1e-3);
   float rough = mix(look.rough, min(look.rough, 0.16), look.wet);
   float alpha = max(rough * rough, 0.02), a2 = alpha * alpha;
   vec3 f0 = mix(vec3(0.045), look.albedo, look.metal);
@@ -139,7 +143,7 @@ vec3 shade(vec3 n, vec3 v, Look look, vec2 light, float mesh_occlusion) {
   float k = 0.5 * alpha;
   float vis = 0.25 / ((nlc * (1.0 - k) + k) * (nv * (1.0 - k) + k));
   vec3 f = f0 + (1.0 - f0) * fifth_power(1.0 - lh);
-  color += f * (a2 / (kPi * d * d)) * vis * nlc * key * frame.key.w * gloss * 0.5;
+  color += f * (a2 / (kPi * d * d)) * vis * nlc * key * frame.key.w * gloss;
   vec3 fr = f0 + (max(vec3(1.0 - rough), f0) - f0) * fifth_power(1.0 - nv);
   vec3 r = reflect(-v, n);
   float seen = clamp(open * open + 0.15, 0.0, 1.0) * mix(0.55 + 0.45 * key, 1.0, look.metal);

@@ -20,6 +20,7 @@ void main() {
   float shown = min(in_particle.w * in_particle.w / (radius * radius) * 1.5, 1.0);
   gl_Position = frame.clip_from_world[VIEW] *
                 vec4(in_particle.xyz + radius * (corner.x * right + corner.y * up), 1.0);
+  gl_ClipDistance[0] = dot(frame.clip, vec4(in_particle.xyz, 1.0));
   out_corner = corner;
   out_color = vec4(pow(in_color.rgb, vec3(2.2)), in_color.a * shown);
 }

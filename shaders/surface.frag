@@ -9,9 +9,10 @@ layout(location = 1) centroid in vec4 in_normal;
 layout(location = 2) centroid in vec3 in_light;
 layout(location = 3) flat in uint in_pair;
 layout(location = 4) centroid in vec3 in_mesh_position;
+layout(location = 5) centroid in vec4 in_beneath;
 layout(location = 0) out vec4 out_color;
 
-const uint kCaries = 3u, kPulp = 4u;
+const uint kEnamel = 1u, kCaries = 3u, kPulp = 4u, kGingiva = 7u;
 
 float hash(vec3 p) {
   p = fract(p * vec3(0.1031, 0.1030, 0.0973));
@@ -24,23 +25,72 @@ float noise(vec3 p) {
   return mix(mix(mix(hash(i), hash(i + vec3(1, 0, 0)), f.x), mix(hash(i + vec3(0, 1, 0)), hash(i + vec3(1, 1, 0)), f.x), f.y),
              mix(mix(hash(i + vec3(0, 0, 1)), hash(i + vec3(1, 0, 1)), f.x), mix(hash(i + vec3(0, 1, 1)), hash(i + vec3(1, 1, 1)), f.x), f.y), f.z);
 }
+/// The normal of a surface raised by noise: `size` m wide bumps, `tilt` rad steep.
+vec3 bumped(vec3 n, vec3 p, float size, float tilt) {
+  vec3 q = p / size;
+  float here = noise(q);
+  vec3 slope = vec3(noise(q + vec3(0.35, 0, 0)), noise(q + vec3(0, 0.35, 0)), noise(q + vec3(0, 0, 0.35))) - here;
+  return normalize(n - tilt * (slope - n * dot(n, slope)) / 0.35);
+}
 
 void main() {
   vec3 n = normalize(in_normal.xyz);
   vec3 v = normalize(frame.eye[VIEW].xyz - in_position);
+  if (kView == 1 && !gl_FrontFacing) {
+    // The inside of a body that is cut open closes it: lit as the cut's face is, which hides how deep it lies.
+    n = -frame.section.xyz;
+    vec4 fill = frame.tissue_color[in_pair & 255u];
+    out_color = vec4(tone_map(shade(n, n, v, Look(0.85 * fill.rgb, 0.8, 0.0, 0.0, 0.0), vec2(1.0))), 1.0);
+    return;
+  }
   uint a = in_pair & 255u, b = in_pair >> 8;
   // Sharp to the pixel between sound tissues; decay has no edge.
-  float soft = a == kCaries || b == kCaries || b == kPulp ? 0.35 : 0.0;
-  float width = max(fwidth(in_light.z), soft) + 1e-5;
+  float width = fwidth(in_light.z) + 1e-5;
   float share = a == b ? 0.0 : clamp((in_light.z - 0.5) / width + 0.5, 0.0, 1.0);
+  if (a != b && (a == kCaries || b == kCaries)) share = smoothstep(0.12, 0.88, in_light.z);
   vec4 color = mix(frame.tissue_color[a], frame.tissue_color[b], share);
   vec4 look = mix(frame.tissue_look[a], frame.tissue_look[b], share);
-  if (a == kCaries || b == kCaries) {
-    // Decay is never even: darker and lighter by its softness.
-    float decay = a == kCaries ? 1.0 - share : share;
-    float grain = 0.65 * noise(in_mesh_position * 2600.0) + 0.35 * noise(in_mesh_position * 9000.0);
-    color.rgb *= mix(1.0, mix(0.35, 1.55, grain), decay);
-  }
   vec2 light = kLightPerVertex ? in_light.xy : visibility(in_position, n);
-  out_color = vec4(tone_map(shade(n, v, Look(color.rgb, look.x, color.a, look.y, look.z), light, in_normal.w)), 1.0);
+
+  // What lies beneath shows through, tinted by the way through.
+  color.rgb = color.rgb * (1.0 - 0.85 * in_beneath.w) + 0.85 * in_beneath.rgb * sqrt(color.rgb);
+  uint main_tissue = share > 0.5 ? b : a;
+  if (a == kCaries || b == kCaries) {
+    // Decay is never even: light brown where it begins, darkest where it is softest, and grained.
+    float decay = a == b ? 1.0 : a == kCaries ? 1.0 - share : share;
+    float grain = 0.65 * noise(in_mesh_position * 2600.0) + 0.35 * noise(in_mesh_position * 9000.0);
+    float core = smoothstep(0.35, 1.0, decay - 0.5 * in_beneath.w + 0.3 * (grain - 0.5));
+    color.rgb *= mix(1.0, mix(1.7, 0.55, core) * mix(0.8, 1.2, grain), decay);
+  }
+  if (kView == 3 && a != kGingiva) {
+    // Against the ideal: neutral within a twentieth of a millimetre, full colour from one millimetre on.
+    float d = in_normal.w * 2.0;  // mm
+    float much = smoothstep(0.04, 0.9, abs(d)) * 0.75 + 0.25 * smoothstep(0.04, 0.08, abs(d));
+    color.rgb = mix(vec3(0.62, 0.60, 0.56), d > 0.0 ? vec3(0.02, 0.12, 0.75) : vec3(0.75, 0.03, 0.02), much);
+    look.xyz = vec3(0.6, 0.0, 0.15);
+  }
+  if (kGlass) {
+    // As glass: clear where it is looked through, dense where it turns away.
+    float turn = 1.0 - abs(dot(n, v));
+    float alpha = mix(0.06, 0.80, turn * turn * turn) * (main_tissue == kEnamel ? 1.0 : 0.75);
+    vec3 glow = tone_map(shade(n, n, v, Look(mix(color.rgb, vec3(0.55, 0.75, 1.0), 0.35), 0.2, 0.5, 0.0, 0.9), vec2(1.0)));
+    out_color = vec4(glow * alpha, alpha);
+    return;
+  }
+  vec3 gloss_normal = n;
+  if (!kLightPerVertex && kView != 3) {
+    if (main_tissue == kEnamel) {
+      // Grooves hold stain; enamel is never one colour, nor quite smooth.
+      float groove = smoothstep(0.80, 0.30, light.y);
+      color.rgb *= mix(vec3(1.0), vec3(0.80, 0.66, 0.48), groove);
+      color.rgb *= 0.955 + 0.09 * noise(in_mesh_position * 900.0);
+      gloss_normal = bumped(n, in_mesh_position, 0.55e-3, 0.055);
+    } else if (main_tissue == kGingiva) {
+      // Stippled like orange peel, and redder in places.
+      color.rgb *= mix(vec3(0.90, 0.74, 0.76), vec3(1.07, 1.10, 1.08), noise(in_mesh_position * 420.0));
+      n = bumped(n, in_mesh_position, 0.50e-3, 0.10);
+      gloss_normal = bumped(n, in_mesh_position, 0.9e-3, 0.10);
+    }
+  }
+  out_color = vec4(tone_map(shade(n, gloss_normal, v, Look(color.rgb, look.x, color.a, look.y, look.z), light)), 1.0);
 }

@@ -27,6 +27,7 @@ void main() {
   vec4 p = vec4(m, 1.0);
   vec3 world = vec3(dot(object.world_row[0], p), dot(object.world_row[1], p), dot(object.world_row[2], p));
   gl_Position = frame.clip_from_world[VIEW] * vec4(world, 1.0);
+  gl_ClipDistance[0] = dot(frame.clip, vec4(world, 1.0));
   out_position = world;
   out_normal = vec4(dot(object.world_row[0].xyz, k), dot(object.world_row[1].xyz, k), dot(object.world_row[2].xyz, k), 1.0);
   // The grooves between the blades are dark; swept by spin they darken the hull a little.

@@ -13,3 +13,11 @@ target_compile_definitions(golden_session PRIVATE TYPODONT_PYTHON="${TYPODONT_PY
 typodont_test(acceptance_session KIND acceptance SOURCES acceptance/session_commands_test.cpp LIBS typodont_session)
 target_compile_definitions(acceptance_session PRIVATE TYPODONT_PROGRAM="$<TARGET_FILE:typodont>")
 add_dependencies(acceptance_session typodont)
+# The report in a real browser. ./run test installs one; where there is none, it is said.
+find_program(TYPODONT_BROWSER NAMES chromium-headless-shell)
+if(TYPODONT_BROWSER)
+  typodont_test(acceptance_browser KIND acceptance SOURCES acceptance/session_browser_test.cpp LIBS typodont_session)
+  target_compile_definitions(acceptance_browser PRIVATE TYPODONT_BROWSER="${TYPODONT_BROWSER}")
+else()
+  message(WARNING "no chromium-headless-shell: the report is not tested in a browser")
+endif()

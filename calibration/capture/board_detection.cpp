@@ -1,9 +1,11 @@
-// The only file that includes OpenCV.
-#include <opencv2/calib3d.hpp>
-#include <opencv2/imgcodecs.hpp>
-#include <opencv2/imgproc.hpp>
+// The only file that includes OpenCV. Pictures are read by stb: OpenCV's own readers bring a hundred libraries with them,
+// which every start of the program would load.
+#include <stb/stb_image.h>
 
 #include <map>
+#include <memory>
+#include <opencv2/calib3d.hpp>
+#include <opencv2/imgproc.hpp>
 
 #include "calibration/camera_solver.h"
 #include "calibration/capture/opencv_solvers.h"
@@ -12,8 +14,11 @@
 namespace typodont::calibration {
 
 std::vector<Pixel> find_board(const std::filesystem::path& picture, int columns, int rows, bool mirrored) {
-  cv::Mat grey = cv::imread(picture.string(), cv::IMREAD_GRAYSCALE);
-  if (grey.empty()) throw Error(picture.string(), "", "no picture", "a PNG, JPEG or PGM file");
+  int width = 0, height = 0, channels = 0;
+  const std::unique_ptr<stbi_uc, void (*)(void*)> bytes(
+      stbi_load(picture.c_str(), &width, &height, &channels, STBI_grey), stbi_image_free);
+  if (!bytes) throw Error(picture.string(), "", "no picture", "a PNG, JPEG or PGM file");
+  cv::Mat grey(height, width, CV_8U, bytes.get());
   // A reflection turns the order of the corners round; turned back, it is an ordinary board.
   if (mirrored) cv::flip(grey, grey, 1);
   std::vector<cv::Point2f> corners;

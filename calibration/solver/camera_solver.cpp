@@ -20,71 +20,159 @@ namespace typodont::calibration {
 namespace {
 
 // Parameter blocks: lens (fx fy cx cy k1 k2 p1 p2 k3), camera (angle-axis of R_KW, t), panel (angle-axis, middle, width,
-// height), mirror (unit normal), its offset, touched points.
+// height), mirror (unit normal), its offset, touched points. Derivatives are written out: by automatic ones, with 23
+// numbers carried through every operation, a solution took ten times as long.
 
-template <class T>
-void to_pixel(const T* lens, const T* camera, const T* p_W, T* pixel) {
-  T p[3];
-  ceres::AngleAxisRotatePoint(camera, p_W, p);
-  for (int i = 0; i < 3; ++i) p[i] += camera[3 + i];
-  const T x = p[0] / p[2], y = p[1] / p[2], r2 = x * x + y * y;
-  const T radial = 1.0 + r2 * (lens[4] + r2 * (lens[5] + r2 * lens[8]));
-  pixel[0] = lens[0] * (x * radial + 2.0 * lens[6] * x * y + lens[7] * (r2 + 2.0 * x * x)) + lens[2];
-  pixel[1] = lens[1] * (y * radial + lens[6] * (r2 + 2.0 * y * y) + 2.0 * lens[7] * x * y) + lens[3];
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+template <int Rows, int Columns>
+using RowMajor = Eigen::Matrix<double, Rows, Columns, Columns == 1 ? Eigen::ColMajor : Eigen::RowMajor>;
+// Writes a block of the Jacobian where the solver wants it.
+template <int Rows, int Columns>
+void put(double* block, const Eigen::Matrix<double, Rows, Columns>& values) {
+  if (block) Eigen::Map<RowMajor<Rows, Columns>>{block} = values;
 }
 
-template <class T>
-void panel_point(const T* panel, double u, double v, T* p_W) {
-  const T local[3] = {T(u - 0.5) * panel[6], T(v - 0.5) * panel[7], T(0)};
-  ceres::AngleAxisRotatePoint(panel, local, p_W);
-  for (int i = 0; i < 3; ++i) p_W[i] += panel[3 + i];
+Matrix3d cross_matrix(const Vector3d& v) {
+  Matrix3d m;
+  m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
+  return m;
 }
 
-struct PanelSeen {
-  double u, v, x, y, weight;
-  template <class T>
-  bool operator()(const T* lens, const T* camera, const T* panel, T* r) const {
-    T p[3], pixel[2];
-    panel_point(panel, u, v, p);
-    to_pixel(lens, camera, p, pixel);
-    r[0] = (pixel[0] - x) * weight, r[1] = (pixel[1] - y) * weight;
-    return true;
+struct Turn {
+  Matrix3d R;
+  explicit Turn(const double* angle_axis) : w_(angle_axis[0], angle_axis[1], angle_axis[2]) {
+    ceres::AngleAxisToRotationMatrix(angle_axis, R.data());  // column-major, as Eigen has it
+  }
+  /// d(R p) / d(angle-axis): Gallego & Yezzi 2015, eq. 8.
+  Matrix3d derivative(const Vector3d& p) const {
+    const double w2 = w_.squaredNorm();
+    if (w2 < 1e-16) return -cross_matrix(p);
+    return -R * cross_matrix(p) * (w_ * w_.transpose() + (R.transpose() - Matrix3d::Identity()) * cross_matrix(w_)) / w2;
+  }
+
+ private:
+  Vector3d w_;
+};
+
+// Where a camera sees p_W; where asked for, what moves the pixel: the lens, the camera, the point.
+struct Projection {
+  double x = 0, y = 0;
+  Eigen::Matrix<double, 2, 9> by_lens;
+  Eigen::Matrix<double, 2, 6> by_camera;
+  Eigen::Matrix<double, 2, 3> by_point;
+
+  Projection(const double* lens, const double* camera, const Vector3d& p_W, bool derivatives) {
+    const Turn turn(camera);
+    const Vector3d p = turn.R * p_W + Vector3d(camera[3], camera[4], camera[5]);
+    const double a = p.x() / p.z(), b = p.y() / p.z(), r2 = a * a + b * b;
+    const double fx = lens[0], fy = lens[1], p1 = lens[6], p2 = lens[7];
+    const double radial = 1 + r2 * (lens[4] + r2 * (lens[5] + r2 * lens[8]));
+    const double seen_a = a * radial + 2 * p1 * a * b + p2 * (r2 + 2 * a * a);
+    const double seen_b = b * radial + p1 * (r2 + 2 * b * b) + 2 * p2 * a * b;
+    x = fx * seen_a + lens[2], y = fy * seen_b + lens[3];
+    if (!derivatives) return;
+    by_lens << seen_a, 0, 1, 0, fx * a * r2, fx * a * r2 * r2, fx * 2 * a * b, fx * (r2 + 2 * a * a), fx * a * r2 * r2 * r2,  //
+        0, seen_b, 0, 1, fy * b * r2, fy * b * r2 * r2, fy * (r2 + 2 * b * b), fy * 2 * a * b, fy * b * r2 * r2 * r2;
+    const double slope = lens[4] + r2 * (2 * lens[5] + r2 * 3 * lens[8]), mixed = 2 * (a * b * slope + p1 * a + p2 * b);
+    Eigen::Matrix2d bent;
+    bent << fx * (radial + 2 * a * a * slope + 2 * p1 * b + 6 * p2 * a), fx * mixed,  //
+        fy * mixed, fy * (radial + 2 * b * b * slope + 6 * p1 * b + 2 * p2 * a);
+    Eigen::Matrix<double, 2, 3> flat;
+    flat << 1 / p.z(), 0, -a / p.z(), 0, 1 / p.z(), -b / p.z();
+    const Eigen::Matrix<double, 2, 3> by_p = bent * flat;
+    by_camera << by_p * turn.derivative(p_W), by_p;
+    by_point = by_p * turn.R;
   }
 };
 
-struct ReflectionSeen {
-  double u, v, x, y, weight;
-  template <class T>
-  bool operator()(const T* lens, const T* camera, const T* panel, const T* normal, const T* offset, T* r) const {
-    T p[3], pixel[2];
-    panel_point(panel, u, v, p);
-    const T d = 2.0 * (normal[0] * p[0] + normal[1] * p[1] + normal[2] * p[2] - offset[0]);
-    for (int i = 0; i < 3; ++i) p[i] -= d * normal[i];
-    to_pixel(lens, camera, p, pixel);
-    r[0] = (pixel[0] - x) * weight, r[1] = (pixel[1] - y) * weight;
-    return true;
+struct PanelSpot {
+  Vector3d p_W;
+  Eigen::Matrix<double, 3, 8> by_panel;
+
+  PanelSpot(const double* panel, double u, double v, bool derivatives) {
+    const Turn turn(panel);
+    const Vector3d local((u - 0.5) * panel[6], (v - 0.5) * panel[7], 0);
+    p_W = turn.R * local + Vector3d(panel[3], panel[4], panel[5]);
+    if (derivatives) by_panel << turn.derivative(local), Matrix3d::Identity(), (u - 0.5) * turn.R.col(0), (v - 0.5) * turn.R.col(1);
   }
 };
 
-struct PointSeen {
+// What all sightings have in common: lens and camera come first, and everything is in units of the pixel's sigma.
+struct Seen {
   double x, y, weight;
-  template <class T>
-  bool operator()(const T* lens, const T* camera, const T* point, T* r) const {
-    T pixel[2];
-    to_pixel(lens, camera, point, pixel);
-    r[0] = (pixel[0] - x) * weight, r[1] = (pixel[1] - y) * weight;
-    return true;
+  void residual(const Projection& seen, double* r) const { r[0] = (seen.x - x) * weight, r[1] = (seen.y - y) * weight; }
+  void first_two(const Projection& seen, double** jacobians) const {
+    put<2, 9>(jacobians[0], weight * seen.by_lens);
+    put<2, 6>(jacobians[1], weight * seen.by_camera);
   }
 };
 
-struct PointTouched {
-  dvec3 p;
-  double weight;
-  template <class T>
-  bool operator()(const T* point, T* r) const {
-    for (int i = 0; i < 3; ++i) r[i] = (point[i] - p[i]) * weight;
+struct PanelSeen : ceres::SizedCostFunction<2, 9, 6, 8> {
+  PanelSeen(const PanelPoint& corner, const Seen& at) : corner_(corner), at_(at) {}
+  bool Evaluate(const double* const* blocks, double* r, double** jacobians) const override {
+    const PanelSpot spot(blocks[2], corner_.u, corner_.v, jacobians);
+    const Projection seen(blocks[0], blocks[1], spot.p_W, jacobians);
+    at_.residual(seen, r);
+    if (!jacobians) return true;
+    at_.first_two(seen, jacobians);
+    put<2, 8>(jacobians[2], at_.weight * seen.by_point * spot.by_panel);
     return true;
   }
+
+ private:
+  PanelPoint corner_;
+  Seen at_;
+};
+
+struct ReflectionSeen : ceres::SizedCostFunction<2, 9, 6, 8, 3, 1> {
+  ReflectionSeen(const PanelPoint& corner, const Seen& at) : corner_(corner), at_(at) {}
+  bool Evaluate(const double* const* blocks, double* r, double** jacobians) const override {
+    const PanelSpot spot(blocks[2], corner_.u, corner_.v, jacobians);
+    const Vector3d n(blocks[3][0], blocks[3][1], blocks[3][2]);
+    const double above = n.dot(spot.p_W) - blocks[4][0];
+    const Projection seen(blocks[0], blocks[1], spot.p_W - 2 * above * n, jacobians);
+    at_.residual(seen, r);
+    if (!jacobians) return true;
+    at_.first_two(seen, jacobians);
+    const Eigen::Matrix<double, 2, 3> by_image = at_.weight * seen.by_point;
+    put<2, 8>(jacobians[2], (by_image - 2 * (by_image * n) * n.transpose()) * spot.by_panel);
+    put<2, 3>(jacobians[3], -2 * ((by_image * n) * spot.p_W.transpose() + above * by_image));
+    put<2, 1>(jacobians[4], 2 * by_image * n);
+    return true;
+  }
+
+ private:
+  PanelPoint corner_;
+  Seen at_;
+};
+
+struct PointSeen : ceres::SizedCostFunction<2, 9, 6, 3> {
+  explicit PointSeen(const Seen& at) : at_(at) {}
+  bool Evaluate(const double* const* blocks, double* r, double** jacobians) const override {
+    const Projection seen(blocks[0], blocks[1], Vector3d(blocks[2][0], blocks[2][1], blocks[2][2]), jacobians);
+    at_.residual(seen, r);
+    if (!jacobians) return true;
+    at_.first_two(seen, jacobians);
+    put<2, 3>(jacobians[2], at_.weight * seen.by_point);
+    return true;
+  }
+
+ private:
+  Seen at_;
+};
+
+struct PointTouched : ceres::SizedCostFunction<3, 3> {
+  PointTouched(const dvec3& p, double weight) : p_(p), weight_(weight) {}
+  bool Evaluate(const double* const* blocks, double* r, double** jacobians) const override {
+    for (int i = 0; i < 3; ++i) r[i] = (blocks[0][i] - p_[i]) * weight_;
+    if (jacobians) put<3, 3>(jacobians[0], weight_ * Matrix3d::Identity());
+    return true;
+  }
+
+ private:
+  dvec3 p_;
+  double weight_;
 };
 
 using Planar = std::vector<std::array<double, 4>>;  // x, y on the plane (m); pixel x, y
@@ -152,10 +240,8 @@ Pixel project(const CameraIntrinsics& camera, const Pose& X_WK, const dvec3& p_W
   const double lens[9] = {camera.fx, camera.fy, camera.cx, camera.cy, camera.distortion[0], camera.distortion[1],
                           camera.distortion[2], camera.distortion[3], camera.distortion[4]};
   const auto block = camera_block(inverse(X_WK));
-  const double p[3] = {p_W.x, p_W.y, p_W.z};
-  double pixel[2];
-  to_pixel(lens, block.data(), p, pixel);
-  return {pixel[0], pixel[1]};
+  const Projection seen(lens, block.data(), Vector3d(p_W.x, p_W.y, p_W.z), false);
+  return {seen.x, seen.y};
 }
 
 CameraResult solve_camera(std::span<const Sighting> sightings, int width_px, int height_px, const Panel& start,
@@ -275,44 +361,39 @@ CameraResult solve_camera(std::span<const Sighting> sightings, int width_px, int
     if (!cameras.count(s.picture)) continue;
     double* camera = cameras[s.picture].data();
     auto* loss = new ceres::CauchyLoss(4);
-    if (s.on == SeenOn::kTouchedPoint) {
-      problem.AddResidualBlock(new ceres::AutoDiffCostFunction<PointSeen, 2, 9, 6, 3>(new PointSeen{s.px, s.py, weight}), loss, lens, camera,
-                               touched[s.touched_W].data());
-    } else if (s.on == SeenOn::kPanel) {
-      problem.AddResidualBlock(
-          new ceres::AutoDiffCostFunction<PanelSeen, 2, 9, 6, 8>(new PanelSeen{s.corner.u, s.corner.v, s.px, s.py, weight}), loss, lens, camera, panel);
-    } else if (mirror) {
-      problem.AddResidualBlock(new ceres::AutoDiffCostFunction<ReflectionSeen, 2, 9, 6, 8, 3, 1>(
-                                   new ReflectionSeen{s.corner.u, s.corner.v, s.px, s.py, weight}),
-                               loss, lens, camera, panel, normal, &offset);
-    } else {
+    const Seen at{s.px, s.py, weight};
+    if (s.on == SeenOn::kTouchedPoint) problem.AddResidualBlock(new PointSeen(at), loss, lens, camera, touched[s.touched_W].data());
+    else if (s.on == SeenOn::kPanel) problem.AddResidualBlock(new PanelSeen(s.corner, at), loss, lens, camera, panel);
+    else if (mirror) problem.AddResidualBlock(new ReflectionSeen(s.corner, at), loss, lens, camera, panel, normal, &offset);
+    else {
       delete loss;
       continue;
     }
     ++used;
   }
   for (auto& [key, point] : touched) {
-    problem.AddResidualBlock(new ceres::AutoDiffCostFunction<PointTouched, 3, 3>(new PointTouched{key, 1 / options.touch_sigma}), nullptr, point.data());
+    problem.AddResidualBlock(new PointTouched(key, 1 / options.touch_sigma), nullptr, point.data());
   }
   if (mirror) problem.SetManifold(normal, new ceres::SphereManifold<3>);
   ceres::Solver::Options solver;
   solver.linear_solver_type = ceres::DENSE_SCHUR;
   solver.max_num_iterations = 200;
-  solver.function_tolerance = 1e-14, solver.parameter_tolerance = 1e-14, solver.gradient_tolerance = 1e-14;
+  solver.parameter_tolerance = 1e-14, solver.gradient_tolerance = 1e-14;
   solver.logging_type = ceres::SILENT;
   // The lens' higher terms last: far from the answer they would explain what is not theirs.
   std::vector<int> distortion{4, 5, 6, 7, 8};
   problem.SetManifold(lens, new ceres::SubsetManifold(9, distortion));
   ceres::Solver::Summary summary;
+  solver.function_tolerance = 1e-3;  // only a start
   ceres::Solve(solver, &problem, &summary);
   problem.SetManifold(lens, nullptr);
+  solver.function_tolerance = 1e-12;
   ceres::Solve(solver, &problem, &summary);
 
   // Uncertainty.
   ceres::Covariance::Options covariance_options;
-  covariance_options.algorithm_type = ceres::DENSE_SVD;
-  covariance_options.null_space_rank = 0;
-  covariance_options.min_reciprocal_condition_number = 1e-18;
+  covariance_options.algorithm_type = ceres::SPARSE_QR;
+  covariance_options.sparse_linear_algebra_library_type = ceres::SUITE_SPARSE;
   ceres::Covariance covariance(covariance_options);
   std::vector<std::pair<const double*, const double*>> blocks{{panel, panel}, {lens, lens}};
   if (mirror) blocks.emplace_back(normal, normal), blocks.emplace_back(&offset, &offset);
@@ -346,15 +427,13 @@ CameraResult solve_camera(std::span<const Sighting> sightings, int width_px, int
   double squares = 0;
   for (const Sighting& s : sightings) {
     if (!cameras.count(s.picture) || (s.on == SeenOn::kPanelInMirror && !mirror)) continue;
-    double p[3], pixel[2];
-    if (s.on == SeenOn::kTouchedPoint) std::copy_n(touched[s.touched_W].data(), 3, p);
-    else panel_point(panel, s.corner.u, s.corner.v, p);
+    Vector3d p = s.on == SeenOn::kTouchedPoint ? Vector3d(touched[s.touched_W].data()) : PanelSpot(panel, s.corner.u, s.corner.v, false).p_W;
     if (s.on == SeenOn::kPanelInMirror) {
-      const dvec3 image = result.mirror->reflect(dvec3(p[0], p[1], p[2]));
-      p[0] = image.x, p[1] = image.y, p[2] = image.z;
+      const dvec3 image = result.mirror->reflect(dvec3(p.x(), p.y(), p.z()));
+      p = {image.x, image.y, image.z};
     }
-    to_pixel(lens, cameras[s.picture].data(), p, pixel);
-    const double r2 = std::pow(pixel[0] - s.px, 2) + std::pow(pixel[1] - s.py, 2);
+    const Projection seen(lens, cameras[s.picture].data(), p, false);
+    const double r2 = std::pow(seen.x - s.px, 2) + std::pow(seen.y - s.py, 2);
     result.worst_px = std::max(result.worst_px, std::sqrt(r2));
     if (r2 > 25 * 2 * options.pixel_sigma * options.pixel_sigma) {
       ++result.outliers;

@@ -29,9 +29,15 @@ using Indices = std::vector<std::size_t>;
 constexpr double kUndetermined = 1e16;  // a condition beyond what doubles can tell
 constexpr double kUniformAngleVariance = kPi * kPi / 3;
 
-Vector3d eigen(const dvec3& v) { return {v.x, v.y, v.z}; }
-dvec3 vec(const Vector3d& v) { return {v.x(), v.y(), v.z()}; }
-Matrix3d eigen(const dquat& q) { return Eigen::Quaterniond(q.w, q.x, q.y, q.z).toRotationMatrix(); }
+Vector3d eigen(const dvec3& v) {
+  return {v.x, v.y, v.z};
+}
+dvec3 vec(const Vector3d& v) {
+  return {v.x(), v.y(), v.z()};
+}
+Matrix3d eigen(const dquat& q) {
+  return Eigen::Quaterniond(q.w, q.x, q.y, q.z).toRotationMatrix();
+}
 Matrix3d cross_matrix(const Vector3d& v) {
   Matrix3d m;
   m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
@@ -88,7 +94,8 @@ class Consensus {
     first_bin_ = bin_of_bits(std::exp2(std::floor(octaves)));
     for (std::size_t b = 0; b < kBins; ++b) {
       // The upper edge of bin b: the next power of two, in quarters.
-      const double edge = std::exp2(std::floor(octaves) + static_cast<double>(b / 4)) * (1 + static_cast<double>(b % 4 + 1) / 4);
+      const double edge =
+          std::exp2(std::floor(octaves) + static_cast<double>(b / 4)) * (1 + static_cast<double>(b % 4 + 1) / 4);
       log_alpha_[b] = log_alpha(edge);
     }
     for (std::size_t k = 0; k <= n_; ++k) {
@@ -124,9 +131,7 @@ class Consensus {
     return best;
   }
 
-  double sigma_of(const Fit& fit) const {
-    return std::sqrt(fit.sse / (3 * static_cast<double>(fit.pairs.size()) - 6));
-  }
+  double sigma_of(const Fit& fit) const { return std::sqrt(fit.sse / (3 * static_cast<double>(fit.pairs.size()) - 6)); }
 
  private:
   Best find_widest() const {
@@ -276,6 +281,119 @@ class Consensus {
   mutable std::map<std::size_t, double> quantiles_;
 };
 
+// Where the noise of a touch is known, "within the noise" is a number, and a hypothesis is judged by counting: random
+// triples whose edges have the same length on both sides, each refitted to all that agrees before it is counted (Chum,
+// Matas & Kittler 2003), until a larger set is missed with a chance of 1e-9 only.
+class KnownNoise {
+ public:
+  KnownNoise(Points p_H, Points p_D, double sigma, double false_alarm)
+      : p_H_(p_H), p_D_(p_D), n_(p_H.size()), edge_(5 * std::sqrt(2.0) * sigma) {
+    const double floor = 64 * std::numeric_limits<double>::epsilon() * largest_coordinate(p_H, p_D);
+    limit2_ =
+        std::max(sigma * sigma * chi_squared_quantile(1 - false_alarm / static_cast<double>(n_), 3), floor * floor);
+    edge_ = std::max(edge_, 2 * floor);
+  }
+
+  struct Best {
+    Fit fit;
+    double log_nfa = std::numeric_limits<double>::infinity();
+  };
+
+  /// `all` is the fit to every pair. Sets smaller than `least` are of no interest.
+  Best find(const Fit& all, std::size_t least) const {
+    Best best{grow(all, 0), 0};
+    // Four good pairs of sixteen are missed with a chance of 1e-9; of a few pairs every triple soon had its turn.
+    const double most = std::min(3000.0, 4 * std::pow(static_cast<double>(n_), 3));
+    double needed = needed_for(std::max(least, best.fit.pairs.size()));
+    std::uint64_t state = 1;
+    std::vector<bool> agrees(n_);
+    const auto mark = [&] {
+      agrees.assign(n_, false);
+      for (const std::size_t i : best.fit.pairs) agrees[i] = true;
+    };
+    mark();
+    for (double draw = 0; draw < std::min(needed, most); ++draw) {
+      const std::size_t i = random_index(state), j = random_index(state), k = random_index(state);
+      if (i == j || j == k || i == k || !same_length(i, j) || !same_length(j, k) || !same_length(i, k)) continue;
+      if (agrees[i] && agrees[j] && agrees[k]) continue;  // would find the same again
+      const dvec3 h[3] = {p_H_[i], p_H_[j], p_H_[k]}, d[3] = {p_D_[i], p_D_[j], p_D_[k]};
+      const std::size_t have = best.fit.pairs.size();
+      const Fit fit = grow({fit_rigid(h, d), {}, 0}, have / 2);
+      const std::size_t found = fit.pairs.size();
+      if (found < have || (found == have && fit.sse >= best.fit.sse)) continue;
+      best.fit = fit;
+      mark();
+      needed = needed_for(std::max(least, found));
+    }
+    // The chance that stray pairs agree so well, as Consensus has it.
+    const auto n = static_cast<double>(n_), k = static_cast<double>(best.fit.pairs.size());
+    if (k < 4) return {std::move(best.fit)};
+    const double edge = std::max({extent(p_H_), extent(p_D_), 1e-300});
+    const double log_alpha = std::min(0.0, std::log(4 * kPi / 3) + 1.5 * std::log(limit2_) - 3 * std::log(edge));
+    best.log_nfa = std::log(n) + std::lgamma(n + 1) - std::lgamma(k + 1) - std::lgamma(n - k + 1) +
+                   std::log(k * (k - 1) * (k - 2) / 6) + (k - 3) * log_alpha;
+    return best;
+  }
+
+ private:
+  // SplitMix64: the generators of the library take longer to seed than all of this takes to run.
+  std::size_t random_index(std::uint64_t& state) const {
+    std::uint64_t z = (state += 0x9E3779B97F4A7C15u);
+    z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9u;
+    z = (z ^ (z >> 27)) * 0x94D049BB133111EBu;
+    return static_cast<std::size_t>((z >> 32) * n_ >> 32);
+  }
+
+  bool same_length(std::size_t i, std::size_t j) const {
+    return std::abs(glm::length(p_H_[i] - p_H_[j]) - glm::length(p_D_[i] - p_D_[j])) <= edge_;
+  }
+
+  double needed_for(std::size_t count) const {
+    const auto n = static_cast<double>(n_), k = static_cast<double>(count);
+    if (count == n_) return 0;
+    return std::log(1e-9) / std::log1p(-std::min(0.99, k * (k - 1) * (k - 2) / (n * (n - 1) * (n - 2))));
+  }
+
+  // Refits to whatever agrees until that stays the same. Not worth it where fewer than `least` agree at first.
+  Fit grow(Fit fit, std::size_t least) const {
+    for (int round = 0; round < 20; ++round) {
+      const glm::dmat3 R = glm::mat3_cast(fit.X_DH.R);
+      Indices inside;
+      inside.reserve(n_);
+      for (std::size_t i = 0; i < n_; ++i) {
+        const dvec3 r = R * p_H_[i] + fit.X_DH.p - p_D_[i];
+        if (glm::dot(r, r) <= limit2_) inside.push_back(i);
+      }
+      if (inside == fit.pairs) break;
+      if (inside.size() < std::max<std::size_t>(3, round == 0 ? least : 0)) {
+        fit.pairs.clear();
+        break;
+      }
+      fit = fit_to(p_H_, p_D_, std::move(inside));
+    }
+    return fit;
+  }
+
+  Points p_H_, p_D_;
+  std::size_t n_;
+  double edge_, limit2_ = 0;
+};
+
+/// The largest set of pairs that agree, with the logarithm of how often chance alone brings as many together.
+/// Where the noise is known, sets smaller than `least` need not be found.
+std::pair<Fit, double> largest_agreement(Points p_H, Points p_D, const RegistrationOptions& options,
+                                         std::size_t least) {
+  if (options.known_sigma > 0) {
+    Indices everyone(p_H.size());
+    std::iota(everyone.begin(), everyone.end(), 0u);
+    auto best = KnownNoise(p_H, p_D, options.known_sigma, options.false_alarm)
+                    .find(fit_to(p_H, p_D, std::move(everyone)), least);
+    return {std::move(best.fit), best.log_nfa};
+  }
+  auto best = Consensus(p_H, p_D, options.false_alarm).find();
+  return {std::move(best.fit), best.log_nfa};
+}
+
 struct Scatter {
   Vector3d values;  // ascending: sums of squares along each principal axis
   Matrix3d axes;    // columns, in H
@@ -299,16 +417,54 @@ Scatter scatter_of(Points p_H, const Indices& pairs, const dvec3& centroid) {
   return scatter;
 }
 
-std::string words(const dvec3& v) { return fmt::format("({:.3f}, {:.3f}, {:.3f})", v.x, v.y, v.z); }
+std::string words(const dvec3& v) {
+  return fmt::format("({:.3f}, {:.3f}, {:.3f})", v.x, v.y, v.z);
+}
+
+// Pairs that a mirrored fit explains far better than a rigid one (F-test at 1 %; flat sets fit both ways alike).
+bool mirrored(Points p_H, Points p_D, const Fit& fit, double rounding) {
+  const double dof = 3 * static_cast<double>(fit.pairs.size()) - 6;
+  if (dof < 6) return false;
+  std::vector<dvec3> h, inverted;
+  for (const std::size_t i : fit.pairs) h.push_back(p_H[i]), inverted.push_back(-p_D[i]);
+  const Pose X = fit_rigid(h, inverted);
+  double sse = dof * rounding * rounding;
+  for (std::size_t i = 0; i < h.size(); ++i) {
+    const dvec3 r = X * h[i] - inverted[i];
+    sse += glm::dot(r, r);
+  }
+  return fit.sse > sse && fit.sse > sse * f_quantile(0.99, dof, dof);
+}
+
+// Lengths in D over lengths in H, where a rigid fit with a scale explains the pairs far better and the scale is 2 %
+// off.
+std::optional<double> other_scale(Points p_H, Points p_D, const Fit& fit, double rounding) {
+  const double dof = 3 * static_cast<double>(fit.pairs.size()) - 7;
+  if (dof < 2) return std::nullopt;
+  dvec3 c_H(0), c_D(0);
+  for (const std::size_t i : fit.pairs) c_H += p_H[i], c_D += p_D[i];
+  c_H /= static_cast<double>(fit.pairs.size()), c_D /= static_cast<double>(fit.pairs.size());
+  double hh = 0, hd = 0;  // the best rotation does not depend on the scale (Umeyama 1991)
+  for (const std::size_t i : fit.pairs) {
+    const dvec3 h = p_H[i] - c_H;
+    hh += glm::dot(h, h), hd += glm::dot(fit.X_DH.rotate(h), p_D[i] - c_D);
+  }
+  if (!(hh > 0)) return std::nullopt;
+  const double scale = hd / hh, gained = (scale - 1) * (scale - 1) * hh;
+  const double sse = std::max(fit.sse - gained, dof * rounding * rounding);
+  if (std::abs(scale - 1) < 0.02 || gained < sse / dof * f_quantile(1 - 1e-4, 1, dof)) return std::nullopt;
+  return scale;
+}
 
 // A mirror image becomes a rigid motion when D is turned inside out, p_D -> -p_D.
-bool mirror_fits_better(Points p_H, Points p_D, const Fit& fit, double false_alarm) {
+bool mirror_fits_better(Points p_H, Points p_D, const Fit& fit, const RegistrationOptions& options) {
   if (p_H.size() < 4) return false;
   std::vector<dvec3> inverted(p_D.size());
   std::transform(p_D.begin(), p_D.end(), inverted.begin(), [](const dvec3& p) { return -p; });
-  const Fit mirrored = Consensus(p_H, inverted, false_alarm).find().fit;
+  const Fit mirrored = largest_agreement(p_H, inverted, options, 5 * fit.pairs.size() / 4).first;
   if (mirrored.pairs.size() < std::max<std::size_t>(4, p_H.size() / 4)) return false;
-  // Flat sets are their own mirror images: both fit alike. Where the set is not flat, the true one is tighter and larger.
+  // Flat sets are their own mirror images: both fit alike. Where the set is not flat, the true one is tighter and
+  // larger.
   const double floor2 = std::pow(64 * std::numeric_limits<double>::epsilon() * largest_coordinate(p_H, p_D), 2);
   const auto variance = [&](const Fit& f) {
     return std::max(f.sse / std::max(1.0, 3 * static_cast<double>(f.pairs.size()) - 6), floor2);
@@ -322,13 +478,20 @@ bool mirror_fits_better(Points p_H, Points p_D, const Fit& fit, double false_ala
 
 const char* name(Defect defect) {
   switch (defect) {
-    case Defect::kNone: return "none";
-    case Defect::kCoincident: return "coincident";
-    case Defect::kCollinear: return "collinear";
-    case Defect::kNoise: return "noise";
-    case Defect::kMirrored: return "mirrored";
-    case Defect::kScaled: return "scaled";
-    case Defect::kNoConsensus: return "no_consensus";
+    case Defect::kNone:
+      return "none";
+    case Defect::kCoincident:
+      return "coincident";
+    case Defect::kCollinear:
+      return "collinear";
+    case Defect::kNoise:
+      return "noise";
+    case Defect::kMirrored:
+      return "mirrored";
+    case Defect::kScaled:
+      return "scaled";
+    case Defect::kNoConsensus:
+      return "no_consensus";
   }
   return "none";
 }
@@ -350,9 +513,9 @@ RegistrationResult register_points(Points p_H, Points p_D, const RegistrationOpt
   fit = fit_to(p_H, p_D, everyone);
   const bool exact = fit.sse <= static_cast<double>(n) * rounding * rounding;
   if (options.reject_outliers && n >= 4 && !exact) {
-    const auto best = Consensus(p_H, p_D, options.false_alarm).find();
-    consensus = best.log_nfa < 0;
-    if (consensus) fit = best.fit;
+    auto [best, log_nfa] = largest_agreement(p_H, p_D, options, 3);
+    consensus = log_nfa < 0;
+    if (consensus) fit = std::move(best);
   }
   result.X_DH = fit.X_DH;
   result.inliers = fit.pairs;
@@ -366,22 +529,25 @@ RegistrationResult register_points(Points p_H, Points p_D, const RegistrationOpt
     while (rest.size() >= 4) {
       std::vector<dvec3> h, d;
       for (const std::size_t i : rest) h.push_back(p_H[i]), d.push_back(p_D[i]);
-      const auto rival = Consensus(h, d, options.false_alarm).find();
-      if (rival.log_nfa > std::log(1e-4) || 10 * rival.fit.pairs.size() < 3 * fit.pairs.size()) break;
+      // Told the noise, four pairs that agree are an argument.
+      const double chance = options.known_sigma > 0 ? 1e-3 : 1e-4;
+      const auto [rival, log_nfa] = largest_agreement(h, d, options, 3 * fit.pairs.size() / 10);
+      if (log_nfa > std::log(chance) || 10 * rival.pairs.size() < 3 * fit.pairs.size()) break;
       // A loose agreement is wrong touches near their true places, not a second motion.
       const auto spare = [](const Fit& f) { return std::sqrt(f.sse / (3 * static_cast<double>(f.pairs.size()) - 6)); };
-      if (spare(rival.fit) > 4 * std::max(spare(fit), rounding)) break;
+      if (spare(rival) > 4 * std::max(spare(fit), rounding)) break;
       Indices pairs, left;
-      for (const std::size_t i : rival.fit.pairs) pairs.push_back(rest[i]);
+      for (const std::size_t i : rival.pairs) pairs.push_back(rest[i]);
       std::set_difference(rest.begin(), rest.end(), pairs.begin(), pairs.end(), std::back_inserter(left));
-      result.rivals.push_back({rival.fit.X_DH, pairs});
+      result.rivals.push_back({rival.X_DH, pairs});
       rest = std::move(left);
     }
   }
 
-  // Three pairs that agree are too few to stand up against chance alone, but they agree within the noise that the others
-  // have, and next to ten or fewer that is enough for doubt.
-  if (consensus && result.rivals.empty() && result.outliers.size() >= 3 && fit.pairs.size() <= 10 && fit.pairs.size() >= 4) {
+  // Three pairs that agree are too few to stand up against chance alone, but they agree within the noise that the
+  // others have, and next to ten or fewer that is enough for doubt.
+  if (consensus && result.rivals.empty() && result.outliers.size() >= 3 && fit.pairs.size() <= 10 &&
+      fit.pairs.size() >= 4) {
     const double variance = std::max(fit.sse / (3 * static_cast<double>(fit.pairs.size()) - 6), rounding * rounding);
     double least = variance * chi_squared_quantile(0.999, 3);
     const Indices& rest = result.outliers;
@@ -413,28 +579,32 @@ RegistrationResult register_points(Points p_H, Points p_D, const RegistrationOpt
                                          : std::numeric_limits<double>::quiet_NaN();
   // With few degrees of freedom the residuals can be small by luck; judge by the noise they do not exclude (95 %).
   double noise = rounding;
-  if (options.known_sigma > 0) noise = std::max(noise, options.known_sigma);
-  else if (dof > 0) noise = std::max(noise, std::sqrt(fit.sse / chi_squared_quantile(0.05, dof)));
+  if (options.known_sigma > 0)
+    noise = std::max(noise, options.known_sigma);
+  else if (dof > 0)
+    noise = std::max(noise, std::sqrt(fit.sse / chi_squared_quantile(0.05, dof)));
 
   // What the points cannot determine.
   const dvec3 line = vec(scatter.axes.col(2));
   Degeneracy& degeneracy = result.degeneracy;
   int undetermined = 0;
-  if (!consensus) {
+  if (!consensus && !collinear_exactly) {
     degeneracy.defect = Defect::kNoConsensus;
     degeneracy.reason = "no set of pairs agrees on one rigid motion better than chance";
     undetermined = 3;
   } else if (spread[2] <= std::max(4 * rounding, 4 * noise)) {
     degeneracy.defect = coincident_exactly || spread[2] <= 1.5 * noise ? Defect::kCoincident : Defect::kNoise;
-    degeneracy.reason = "all points lie in one place: no rotation is determined";
+    degeneracy.reason = degeneracy.defect == Defect::kCoincident
+                            ? "all points lie in one place: no rotation is determined"
+                            : "the residuals are as large as the spread of the points: no rotation is determined";
     undetermined = 3;
   } else if (collinear_exactly || spread[1] <= 4 * noise) {
     degeneracy.defect = collinear_exactly || spread[1] < 0.1 * spread[2] ? Defect::kCollinear : Defect::kNoise;
-    degeneracy.reason = fmt::format("{}: the rotation about the direction {} in H is not determined",
-                                    degeneracy.defect == Defect::kCollinear
-                                        ? "the points lie on one line"
-                                        : "the noise is as large as the spread of the points",
-                                    words(line));
+    degeneracy.reason =
+        fmt::format("{}: the rotation about the direction {} in H is not determined",
+                    degeneracy.defect == Defect::kCollinear ? "the points lie on one line"
+                                                            : "the noise is as large as the spread of the points",
+                    words(line));
     undetermined = 1;
   }
   if (undetermined == 3) degeneracy.undetermined_H = {dvec3(1, 0, 0), dvec3(0, 1, 0), dvec3(0, 0, 1)};
@@ -443,33 +613,49 @@ RegistrationResult register_points(Points p_H, Points p_D, const RegistrationOpt
   // No rigid motion at all: a mirror image, or other units.
   const bool doubtful = !consensus || 5 * fit.pairs.size() < 4 * n || degeneracy.defect == Defect::kNoise ||
                         result.fre_rms > 0.1 * spread[2];
-  if (doubtful && n >= 4 && mirror_fits_better(p_H, p_D, fit, options.false_alarm)) {
+  if (doubtful && n >= 4 && mirror_fits_better(p_H, p_D, fit, options)) {
     const dvec3 thin = vec(scatter.axes.col(0));
     degeneracy = {Defect::kMirrored,
                   fmt::format("D is a mirror image of H: no rigid motion exists; one axis is reversed, such as {} in H",
                               words(thin)),
                   {thin}};
-  } else if (n >= 2 && !coincident_exactly) {
-    // Lengths in D over lengths in H, over all pairs of points; outliers cannot move a median of up to half.
+  } else if (n >= 2 && !coincident_exactly && (doubtful || n < 4)) {
+    // Lengths in D over lengths in H, over pairs of points; outliers cannot move a median of up to half.
     std::vector<double> ratios;
-    for (std::size_t i = 0; i < n && ratios.size() < 20'000; ++i) {
-      for (std::size_t j = i + 1; j < n; ++j) {
+    const std::size_t step = std::max<std::size_t>(1, n / 64);  // two thousand pairs say it as well as all
+    for (std::size_t i = 0; i < n; i += step) {
+      for (std::size_t j = i + step; j < n; j += step) {
         const double h = glm::length(p_H[i] - p_H[j]), d = glm::length(p_D[i] - p_D[j]);
         if (h > 10 * rounding && d > 10 * rounding) ratios.push_back(d / h);
       }
     }
-    if (!ratios.empty() && (doubtful || n < 4)) {
+    if (!ratios.empty()) {
       std::nth_element(ratios.begin(), ratios.begin() + static_cast<std::ptrdiff_t>(ratios.size() / 2), ratios.end());
       const double scale = ratios[ratios.size() / 2];
       std::vector<dvec3> rescaled(p_H.begin(), p_H.end());
       for (dvec3& p : rescaled) p *= scale;
       const Fit straight = fit_to(p_H, p_D, everyone), scaled = fit_to(rescaled, p_D, everyone);
       if (std::abs(std::log(scale)) > 0.1 && scaled.sse < 0.01 * straight.sse) {
-        degeneracy = {Defect::kScaled,
-                      fmt::format("lengths in D are {:.4g} times those in H: no rigid motion exists; check the units",
-                                  scale),
-                      degeneracy.undetermined_H};
+        degeneracy = {
+            Defect::kScaled,
+            fmt::format("lengths in D are {:.4g} times those in H: no rigid motion exists; check the units", scale),
+            degeneracy.undetermined_H};
       }
+    }
+  }
+
+  if (degeneracy.defect == Defect::kNone && mirrored(p_H, p_D, fit, rounding)) {
+    const dvec3 thin = vec(scatter.axes.col(0));
+    degeneracy = {Defect::kMirrored,
+                  fmt::format("D is a mirror image of H: no rigid motion exists; one axis is reversed, such as {} in H",
+                              words(thin)),
+                  {thin}};
+  } else if (degeneracy.defect == Defect::kNone) {
+    if (const auto scale = other_scale(p_H, p_D, fit, rounding)) {
+      degeneracy = {
+          Defect::kScaled,
+          fmt::format("lengths in D are {:.4g} times those in H: no rigid motion exists; check the units", *scale),
+          {}};
     }
   }
 
@@ -497,7 +683,8 @@ RegistrationResult register_points(Points p_H, Points p_D, const RegistrationOpt
       undetermined > 0 ? kUndetermined
                        : std::min(kUndetermined, std::sqrt((total - scatter.values[0]) / (total - scatter.values[2])));
 
-  // Mean squared TRE over the workspace: 3σ²/N + tr(S) tr(C) - tr(S C), S the second moment of the box about the centroid.
+  // Mean squared TRE over the workspace: 3σ²/N + tr(S) tr(C) - tr(S C), S the second moment of the box about the
+  // centroid.
   Box box = options.workspace_H;
   if (box.low == box.high) {
     box.low = box.high = p_H[fit.pairs.front()];
@@ -534,8 +721,7 @@ std::size_t most_useful_touch(Points touched_H, Points candidates_H, const Box& 
     const Vector3d offset = eigen(0.5 * (workspace_H.high + workspace_H.low) - centroid);
     const Matrix3d S = Matrix3d((size.cwiseProduct(size) / 12).asDiagonal()) + offset * offset.transpose();
     const double ridge = 1e-6 * size.squaredNorm();
-    const Vector3d variance =
-        ((scatter.values.sum() + ridge) * Vector3d::Ones() - scatter.values).cwiseInverse();
+    const Vector3d variance = ((scatter.values.sum() + ridge) * Vector3d::Ones() - scatter.values).cwiseInverse();
     const Matrix3d C = scatter.axes * variance.asDiagonal() * scatter.axes.transpose();
     const double tre2 = 3.0 / static_cast<double>(points.size()) + S.trace() * C.trace() - (S * C).trace();
     if (tre2 < least) least = tre2, best = i;

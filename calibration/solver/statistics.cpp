@@ -1,5 +1,6 @@
 #include "calibration/statistics.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -52,32 +53,50 @@ double beta_fraction(double a, double b, double x) {
 double beta_upper(double a, double b, double x) {
   if (x <= 0) return 1;
   if (x >= 1) return 0;
-  const double front = std::exp(std::lgamma(a + b) - std::lgamma(a) - std::lgamma(b) + a * std::log(x) + b * std::log1p(-x));
+  const double front =
+      std::exp(std::lgamma(a + b) - std::lgamma(a) - std::lgamma(b) + a * std::log(x) + b * std::log1p(-x));
   if (x < (a + 1) / (a + b + 2)) return 1 - front * beta_fraction(a, b, x) / a;
   return front * beta_fraction(b, a, 1 - x) / b;
 }
 
-// Bisection in the logarithm: quantiles here span many decades and speed does not matter.
+// Where an increasing function is zero: bisection in the logarithm to within a factor of two (quantiles here span many
+// decades), then false position with the end that stays halved (Illinois).
 template <class F>
-double solve_increasing(F below) {
+double solve_increasing(F f) {
   double low = 1e-12, high = 1e12;
-  for (int i = 0; i < 100; ++i) {
+  while (high > 2 * low) {
     const double mid = std::sqrt(low * high);
-    (below(mid) ? low : high) = mid;
+    (f(mid) < 0 ? low : high) = mid;
   }
-  return std::sqrt(low * high);
+  double f_low = f(low), f_high = f(high);
+  for (int i = 0, side = 0; i < 60 && high - low > 1e-15 * high && f_high > f_low; ++i) {
+    const double mid = std::clamp((low * f_high - high * f_low) / (f_high - f_low), low, high), f_mid = f(mid);
+    if (f_mid == 0) return mid;
+    if (f_mid < 0) {
+      low = mid, f_low = f_mid;
+      if (side == -1) f_high *= 0.5;
+      side = -1;
+    } else {
+      high = mid, f_high = f_mid;
+      if (side == 1) f_low *= 0.5;
+      side = 1;
+    }
+  }
+  return 0.5 * (low + high);
 }
 
 }  // namespace
 
-double chi_squared_cdf(double x, double dof) { return gamma_p(dof / 2, x / 2); }
+double chi_squared_cdf(double x, double dof) {
+  return gamma_p(dof / 2, x / 2);
+}
 
 double chi_squared_quantile(double p, double dof) {
-  return solve_increasing([&](double x) { return chi_squared_cdf(x, dof) < p; });
+  return solve_increasing([&](double x) { return chi_squared_cdf(x, dof) - p; });
 }
 
 double f_quantile(double p, double d1, double d2) {
-  return solve_increasing([&](double f) { return beta_upper(d1 / 2, d2 / 2, d1 * f / (d1 * f + d2)) > 1 - p; });
+  return solve_increasing([&](double f) { return (1 - p) - beta_upper(d1 / 2, d2 / 2, d1 * f / (d1 * f + d2)); });
 }
 
 dvec3 Noise::normal3(double sigma) {

@@ -10,6 +10,7 @@
 #include "engine/app/picture_stage.h"
 #include "engine/app/scripted_student.h"
 #include "engine/app/session_record.h"
+#include "engine/app/session_report.h"
 #include "engine/app/sound_link.h"
 #include "engine/app/tissue_view.h"
 #include "engine/base/error.h"
@@ -70,6 +71,8 @@ void run_demo(const DemoOptions& options) {
   PictureStage stage(rig, scene.servo, look);
   TissueView view;
   stage.show(view.update(volume), volume.frame().origin);
+  stage.surround(make_surroundings(scene));
+  stage.hold_mirror(scene.mouth_mirror);
   log::info("drawing with {}: {} triangles", stage.device_name(), view.mesher().triangle_count());
 
   const fs::path session_file = options.out / "session.h5", wav = options.out / "drill.wav",
@@ -131,7 +134,7 @@ void run_demo(const DemoOptions& options) {
   if (!recorder.finish(result)) throw RunFailure(recorder.status().message);
   const bool filmed = film && film->finish(wav);
   const session::SessionReader recorded(session_file);
-  write_file_atomically(options.out / "report.html", session::report_html(recorded));
+  write_file_atomically(options.out / "report.html", session::report_html(recorded, report_of(recorded)));
   progress.at(1);
 
   const PerTissue& removed = tick.removed;

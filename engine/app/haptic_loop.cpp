@@ -1,5 +1,7 @@
 #include "engine/app/haptic_loop.h"
 
+#include <cmath>
+
 #include "engine/base/clock.h"
 
 namespace typodont {
@@ -14,7 +16,9 @@ HapticLoop::HapticLoop(const Scene& scene, haptics::TissueVolume tissue, double 
 bool HapticLoop::tick(const haptics::HandSample& hand, ServoTick& out, Cut& cut) {
   if (ticks_ == 0) last_.X_WT = last_.X_WG = hand.X_WT;  // the first patch lies where the hand is
   fresh_ = false;
-  if (is_finite(last_.X_WG.p) && carver_.patch_due(last_)) {
+  const bool stalled = std::fmod(to_seconds(hand.t) + 0.5, 1.0) < stall_;  // half a second in, and then every second
+  for (; !stalled && !waiting_.empty(); waiting_.pop_front()) carver_.apply(waiting_.front());
+  if (!stalled && is_finite(last_.X_WG.p) && carver_.patch_due(last_)) {
     const dvec3 center_W = carver_.patch_center(last_);
     carver_.cut_out(center_W, spare_);
     use_ = {spare_.number, ticks_, spare_.cuts, center_W};
@@ -25,7 +29,8 @@ bool HapticLoop::tick(const haptics::HandSample& hand, ServoTick& out, Cut& cut)
   const bool did_cut = servo_.tick(hand, out, cut);
   out.cpu_time = thread_cpu_time() - start;
   ++ticks_;
-  if (did_cut) carver_.apply(cut);
+  if (did_cut && stalled) waiting_.push_back(cut);
+  if (did_cut && !stalled) carver_.apply(cut);
   last_ = out;
   return did_cut;
 }
@@ -39,6 +44,7 @@ void HapticLoop::run(haptics::HapticDevice& hand, const std::function<void(const
     hand.write(tick_out.f_T_W, tick_out.tau_T_W);
     each(tick_out, did_cut ? &cut : nullptr);
   }
+  for (; !waiting_.empty(); waiting_.pop_front()) carver_.apply(waiting_.front());
 }
 
 }  // namespace typodont

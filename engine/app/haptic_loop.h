@@ -2,6 +2,7 @@
 // The live program (workbench.h) runs the same parts on two threads.
 #pragma once
 
+#include <deque>
 #include <functional>
 
 #include "engine/app/scene.h"
@@ -21,6 +22,9 @@ class HapticLoop {
   /// Reads `hand` to its end, calling `each` after every tick.
   void run(haptics::HapticDevice& hand, const std::function<void(const ServoTick&, const Cut* cut)>& each);
 
+  /// For tests of what a late carver does to the hand: once a second it stands still for so long.
+  void stall_carver(double seconds) { stall_ = seconds; }
+
   haptics::Carver& carver() { return carver_; }
   /// The patch taken up before the last tick, when there was one.
   const PatchUse* fresh_patch() const { return fresh_ ? &use_ : nullptr; }
@@ -31,6 +35,8 @@ class HapticLoop {
   haptics::SurfacePatch spare_;
   ServoTick last_;
   std::uint64_t ticks_ = 0;
+  double stall_ = 0;           // s
+  std::deque<Cut> waiting_;    // made while the carver stood still
   bool fresh_ = false;
   PatchUse use_;
 };

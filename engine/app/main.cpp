@@ -8,6 +8,7 @@
 #include "engine/app/operator/operator.h"
 #endif
 #include "engine/app/replay_hand.h"
+#include "engine/app/xr_hand.h"
 #include "engine/base/error.h"
 #include "engine/base/log.h"
 
@@ -30,6 +31,7 @@ int main(int argc, char** argv) {
   add_run_command(app);
   add_bench_command(app);
   add_replay_driver();
+  add_xr_driver();
   try {
     if (argc == 1) {
       try {

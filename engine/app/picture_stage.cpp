@@ -47,6 +47,12 @@ gpu::Device make_device(const PictureStage::Options& options) {
 
 }  // namespace
 
+render::ToolMesh tool_mesh(const haptics::Tool& tool) {
+  render::ToolShape shape = render::tool_shape(shape_name(tool.shape), tool.diameter, tool.length);
+  if (!tool.cuts) shape.flutes = 0;
+  return render::make_tool_mesh(shape);
+}
+
 PictureStage::PictureStage(const display::DisplayRig& rig, const haptics::ServoSettings& servo, const Options& options)
     : rig_(rig),
       rest_(rig.head),
@@ -80,9 +86,7 @@ const haptics::Tool& PictureStage::tool() const {
 
 void PictureStage::take_up(std::uint32_t tool_index) {
   shown_tool_ = std::min<std::size_t>(tool_index, haptics::tray(servo_).size() - 1);
-  render::ToolShape shape = render::tool_shape(shape_name(tool().shape), tool().diameter, tool().length);
-  if (!tool().cuts) shape.flutes = 0;
-  renderer_->set_tool(render::make_tool_mesh(shape));
+  renderer_->set_tool(tool_mesh(tool()));
 }
 
 PictureStage::~PictureStage() {
@@ -116,6 +120,19 @@ bool PictureStage::resize(glm::ivec2 eye_size) {
   screen.lower_right = middle + half_right - half_up;
   screen.upper_left = middle - half_right + half_up;
   return true;
+}
+
+void PictureStage::surround(std::span<const SurroundingMesh> meshes) {
+  for (const SurroundingMesh& mesh : meshes) {
+    renderer_->update(mesh.id, mesh.bricks);
+    renderer_->place(mesh.id, {mesh.origin, {1, 0, 0, 0}});
+  }
+}
+
+void PictureStage::show_inside(render::MeshId body, std::span<const render::MeshUpdate> bricks, const dvec3& origin) {
+  renderer_->remove(body);
+  renderer_->update(body, bricks);
+  if (!bricks.empty()) renderer_->place(body, {origin, {1, 0, 0, 0}});
 }
 
 void PictureStage::follow_size() {
@@ -158,12 +175,15 @@ render::FrameStats PictureStage::draw(const ServoTick& tick, std::span<const ren
   const display::Screen& screen = rig_.screen;
   const dvec3 middle = (screen.lower_right + screen.upper_left) / 2.0;
   const dvec3 toward = glm::normalize(rest_.eye_center - middle), up = glm::cross(toward, rest_.right);
-  frame.lights.key = glm::normalize(0.55 * toward + 0.6 * up - 0.65 * rest_.right);
+  frame.lights.key = glm::normalize(0.9 * toward + 0.3 * up - 0.7 * rest_.right);
   frame.lights.up = up;
   if (rig_.mirror) frame.background = render::Background::kBlack;
 
   angle_ = std::fmod(angle_ + tick.spindle * dt, 2 * kPi);
   frame.tool = {options_.tool, tick.X_WG, angle_, tick.spindle};
+  frame.mirror = mirror_;
+  frame.view = view_;
+  frame.section = section_;
   frame.particles = particles;
   if (options_.hud) {
     frame.hud.visible = true;

@@ -6,6 +6,7 @@
 #include <optional>
 #include <span>
 
+#include "engine/app/surroundings.h"
 #include "engine/contract/contact.h"
 #include "engine/display/display_rig.h"
 #include "engine/display/head_tracker.h"
@@ -15,6 +16,9 @@
 #include "haptics/servo.h"
 
 namespace typodont {
+
+/// What a tool looks like.
+render::ToolMesh tool_mesh(const haptics::Tool& tool);
 
 class PictureStage {
  public:
@@ -37,6 +41,20 @@ class PictureStage {
 
   /// Bricks of the working tooth; positions relative to `origin` (m, W).
   void show(std::span<const render::MeshUpdate> bricks, const dvec3& origin);
+
+  /// Meshes that stand still around it.
+  void surround(std::span<const SurroundingMesh> meshes);
+
+  /// The mouth mirror in the other hand, from the next frame on; diameter 0: none.
+  void hold_mirror(const MouthMirror& mirror) { mirror_ = mirror; }
+  /// How the scene is shown, from the next frame on; `section` as in render::Frame. What a view shows beside the
+  /// surface (engine/app/teaching_views.h) is given with show_inside().
+  void show_as(render::View view, const glm::dvec4& section = {0, 0, 0, 1}) {
+    view_ = view;
+    section_ = section;
+  }
+  /// A body that one view shows (render::kSectionFace …), instead of what it was; relative to `origin` (m, W).
+  void show_inside(render::MeshId body, std::span<const render::MeshUpdate> bricks, const dvec3& origin);
 
   /// Draws and shows one frame; waits for it when offscreen. `dt`: s since the last, turns the bur.
   render::FrameStats draw(const ServoTick& tick, std::span<const render::Particle> particles, double dt,
@@ -84,6 +102,9 @@ class PictureStage {
   std::unique_ptr<display::Output> output_;
   glm::ivec2 screen_size_{0};
   std::array<dvec3, 2> first_panel_{};  // m, right and up, as the rig file has it
+  MouthMirror mirror_;
+  render::View view_ = render::View::kLook;
+  glm::dvec4 section_{0, 0, 0, 1};
   double angle_ = 0;
   std::size_t shown_tool_ = 0;  // of the tray
 };

@@ -26,8 +26,10 @@ dvec3 torque_as_recorded(const dvec3& tau) {
 
 /// A file that has changed since makes a replay of another tissue: say so instead of finding a difference later.
 void require_same_files(const session::SessionHeader& header) {
-  for (const session::SourceFile& file : header.files) {
-    if (!file.path.ends_with(".vdb")) continue;
+  // The scene comes first and the rig last: both are in the session itself.
+  const std::size_t end = header.files.size() - (header.rig_json.empty() || header.files.empty() ? 0 : 1);
+  for (std::size_t i = 1; i < end; ++i) {
+    const session::SourceFile& file = header.files[i];
     const session::SourceFile now = session::describe_file(file.path);
     if (now.hash != file.hash)
       throw Error(file.path, "", now.hash, file.hash + ", the tissue the session was made with");
@@ -36,13 +38,23 @@ void require_same_files(const session::SessionHeader& header) {
 
 }  // namespace
 
-ReplayResult replay_session(const std::filesystem::path& session_file, const std::function<void(double)>& progress) {
-  const session::SessionReader session(session_file);
+Scene scene_of(const session::SessionReader& session) {
   const session::SessionHeader& header = session.header();
   require_same_files(header);
   const std::filesystem::path scene_file = header.files.empty() ? "scene.json" : header.files[0].path;
-  const std::string scene_name = session_file.string() + " (scene)";
-  const Scene scene = parse_scene(Json::parse(header.scene_json, scene_name), scene_file);
+  return parse_scene(Json::parse(header.scene_json, session.file().string() + " (scene)"), scene_file);
+}
+
+haptics::TissueVolume tissue_at_end(const session::SessionReader& session, const Scene& scene, haptics::TissueVolume start) {
+  haptics::Carver carver(std::move(start), haptics::tray(scene.servo));
+  for (const Cut& cut : session.cuts()) carver.apply(cut);
+  return std::move(carver.volume());
+}
+
+ReplayResult replay_session(const std::filesystem::path& session_file, const std::function<void(double)>& progress) {
+  const session::SessionReader session(session_file);
+  const session::SessionHeader& header = session.header();
+  const Scene scene = scene_of(session);
 
   haptics::Carver carver(load_tissue(scene), haptics::tray(scene.servo));
   const haptics::ServoSettings settings = servo_settings(scene, carver.volume(), header.servo_rate);

@@ -6,7 +6,9 @@
 #include <functional>
 #include <string>
 
+#include "engine/app/scene.h"
 #include "engine/contract/contact.h"
+#include "engine/session/session_file.h"
 #include "haptics/tissue_volume.h"
 
 namespace typodont {
@@ -25,5 +27,11 @@ struct ReplayResult {
 /// Throws Error when the file is no session, or the tissue it was made with is not there or has changed.
 ReplayResult replay_session(const std::filesystem::path& session_file,
                             const std::function<void(double)>& progress = {});
+
+/// The scene a session was made with. Throws Error where its tissue is not there or has changed.
+Scene scene_of(const session::SessionReader& session);
+
+/// The tissue a session left, from the tissue its scene begins with and its cuts.
+haptics::TissueVolume tissue_at_end(const session::SessionReader& session, const Scene& scene, haptics::TissueVolume start);
 
 }  // namespace typodont

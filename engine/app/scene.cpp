@@ -10,6 +10,9 @@
 #include <fstream>
 #include <sstream>
 
+#include "engine/app/paint_file.h"
+#include "engine/app/surroundings.h"
+#include "engine/app/tissue_edit.h"
 #include "engine/base/error.h"
 #include "engine/base/units.h"
 #include "haptics/solid.h"
@@ -77,6 +80,26 @@ void read_materials(const Json& json, MaterialTable& table) {
 
 }  // namespace
 
+MouthMirror read_mouth_mirror(const Json& json) {
+  json.allow_only({"translation_mm", "rotation_wxyz", "normal", "diameter_mm", "fog"});
+  MouthMirror mirror;
+  mirror.X_WM.p = json["translation_mm"].vec3() * kMillimetre;
+  if (json.has("normal") && json.has("rotation_wxyz")) json.fail("both normal and rotation_wxyz", "one of them");
+  if (const auto normal = json.find("normal")) {
+    const dvec3 n = normal->vec3();
+    if (glm::length(n) < 1e-9) normal->fail("a direction, not zero");
+    mirror.X_WM.R = rotation_between({0, 0, 1}, glm::normalize(n));
+  } else if (const auto rotation = json.find("rotation_wxyz")) {
+    const std::vector<double> q = rotation->numbers(4);
+    const dquat R(q[0], q[1], q[2], q[3]);
+    if (std::abs(glm::length(R) - 1) > 1e-3) rotation->fail("a unit quaternion");
+    mirror.X_WM.R = glm::normalize(R);
+  }
+  mirror.diameter = json.number_or("diameter_mm", 22, 1, 60) * kMillimetre;
+  mirror.fog = json.number_or("fog", 0, 0, 1);
+  return mirror;
+}
+
 fs::path assets_folder() {
   std::error_code code;
   if (const char* set = std::getenv("TYPODONT_ASSETS")) {
@@ -131,7 +154,8 @@ Scene read_scene(const fs::path& file) {
 
 Scene parse_scene(const Json& json, const fs::path& file) {
   json.allow_only({"name", "description", "tissue", "paint", "tool", "tools", "spindle_krpm", "spindle", "coupling", "materials",
-                   "parts", "friction", "cutting", "passivity", "boundary_walls", "force_filter", "score", "sound"});
+                   "parts", "friction", "cutting", "passivity", "boundary_walls", "force_filter", "score", "sound", "prepare",
+                   "paint_file", "task", "surroundings", "mouth_mirror"});
   Scene scene;
   scene.file = file;
   scene.text = json.text();
@@ -152,6 +176,11 @@ Scene parse_scene(const Json& json, const fs::path& file) {
       haptics::read_solid(item["solid"]);
       scene.paint.push_back(item);
     }
+  }
+
+  if (const auto prepare = json.find("prepare")) {
+    scene.prepare = prepare->items();
+    for (const Json& item : scene.prepare) haptics::read_solid(item);
   }
 
   haptics::ServoSettings& servo = scene.servo;
@@ -179,6 +208,13 @@ Scene parse_scene(const Json& json, const fs::path& file) {
   }
   servo.materials = load_materials();
   if (const auto materials = json.find("materials")) read_materials(*materials, servo.materials);
+  if (const auto paint = json.find("paint_file")) {
+    scene.paint_file = find_file(paint->string(), file.parent_path());
+    const auto strokes = read_paint(scene.paint_file);
+    for (std::size_t i = 0; i < kTissueCount; ++i) {
+      servo.materials[i].stiffness *= stiffness_factor(strokes, static_cast<Tissue>(i));
+    }
+  }
   servo.friction = json.boolean_or("friction", true);
   servo.cutting = json.boolean_or("cutting", true);
   servo.passivity = json.boolean_or("passivity", true);
@@ -202,6 +238,18 @@ Scene parse_scene(const Json& json, const fs::path& file) {
     scene.parts = {"haptics"};
   }
   if (const auto score = json.find("score")) scene.score = *score;
+  if (const auto task = json.find("task")) {
+    if (scene.score) json.fail("both score and task", "the rules in the task");
+    scene.task = session::read_task(*task);
+    for (const auto& list : {scene.task->protect, scene.task->region}) {
+      for (const Json& item : list) haptics::read_solid(item);
+    }
+  }
+  if (const auto surroundings = json.find("surroundings")) {
+    read_surroundings(*surroundings, volume_file(scene), file.parent_path());
+    scene.surroundings = *surroundings;
+  }
+  if (const auto mirror = json.find("mouth_mirror")) scene.mouth_mirror = read_mouth_mirror(*mirror);
   if (const auto sound = json.find("sound")) {
     sound->allow_only({"lower_order"});
     scene.sound_lower_order = sound->boolean_or("lower_order", false);
@@ -215,6 +263,11 @@ std::vector<std::string> tool_names(const Scene& scene) {
   return names;
 }
 
+std::filesystem::path volume_file(const Scene& scene) {
+  const auto volume = scene.tissue->find("volume");
+  return volume ? find_file(volume->string(), scene.file.parent_path()) : fs::path();
+}
+
 haptics::ServoSettings servo_settings(const Scene& scene, const haptics::TissueVolume& tissue, double rate) {
   haptics::ServoSettings settings = scene.servo;
   settings.frame = tissue.frame();
@@ -224,9 +277,7 @@ haptics::ServoSettings servo_settings(const Scene& scene, const haptics::TissueV
 
 haptics::TissueVolume load_tissue(const Scene& scene) {
   const auto read = [&] {
-    if (const auto volume = scene.tissue->find("volume")) {
-      return haptics::TissueVolume::load(find_file(volume->string(), scene.file.parent_path()));
-    }
+    if (const fs::path file = volume_file(scene); !file.empty()) return haptics::TissueVolume::load(file);
     return haptics::TissueVolume(haptics::read_solids(*scene.tissue));
   };
   haptics::TissueVolume volume = read();
@@ -234,6 +285,8 @@ haptics::TissueVolume load_tissue(const Scene& scene) {
     const auto solid = haptics::read_solid(item["solid"]);
     volume.paint(*tissue_named(item["tissue"].string()), *solid);
   }
+  if (!scene.paint_file.empty()) paint(volume, read_paint(scene.paint_file));
+  for (const Json& item : scene.prepare) volume = without_solid(volume, *haptics::read_solid(item));
   return volume;
 }
 

@@ -7,6 +7,8 @@
 #include <string>
 
 #include "engine/base/json.h"
+#include "engine/contract/mouth_mirror.h"
+#include "engine/session/task.h"
 #include "haptics/servo.h"
 #include "haptics/tissue_volume.h"
 
@@ -21,7 +23,12 @@ struct Scene {
   std::string motor;             // named in assets/motors/; empty: an ideal one
   std::optional<Json> tissue;    // a volume, or solids
   std::vector<Json> paint;       // tissue painted into it, e.g. a lesion
+  std::filesystem::path paint_file;  // strokes painted by hand; empty: none
+  std::vector<Json> prepare;        // solids taken away before the session begins
   std::optional<Json> score;
+  std::optional<session::Task> task;
+  std::optional<Json> surroundings;  // what stands around the tooth (surroundings.h)
+  MouthMirror mouth_mirror;              // where the other hand holds it; diameter 0: none
   bool sound_lower_order = false;   // models may be cut to the order at which nothing is lost
 
   bool needs(std::string_view part) const { return parts.contains(std::string(part)); }
@@ -31,6 +38,12 @@ struct Scene {
 Scene read_scene(const std::filesystem::path& file);
 /// The same from JSON; `file` is where its relative paths start from.
 Scene parse_scene(const Json& json, const std::filesystem::path& file);
+
+/// The file of the scene's volume, found; empty where the tissue is made of solids. Throws Error.
+std::filesystem::path volume_file(const Scene& scene);
+
+/// {"translation_mm", "normal" or "rotation_wxyz", "diameter_mm", "fog"}. Throws Error.
+MouthMirror read_mouth_mirror(const Json& json);
 
 /// Loads or samples the tissue and paints into it. Throws Error.
 haptics::TissueVolume load_tissue(const Scene& scene);

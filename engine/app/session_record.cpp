@@ -19,6 +19,7 @@ session::SessionHeader session_header(const Scene& scene, const std::filesystem:
     header.files.push_back(
         session::describe_file(std::filesystem::absolute(find_file(volume->string(), scene.file.parent_path()))));
   }
+  if (!scene.paint_file.empty()) header.files.push_back(session::describe_file(std::filesystem::absolute(scene.paint_file)));
   if (!rig_file.empty()) {
     header.rig_json = Json::load(rig_file).text();
     header.files.push_back(session::describe_file(std::filesystem::absolute(rig_file)));

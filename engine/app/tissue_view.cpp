@@ -1,5 +1,8 @@
 #include "engine/app/tissue_view.h"
 
+#include <algorithm>
+#include <cmath>
+
 namespace typodont {
 
 namespace {
@@ -10,7 +13,9 @@ std::uint64_t brick_number(const glm::ivec3& key) {
   return part(key.x) << 42 | part(key.y) << 21 | part(key.z);
 }
 
-render::MeshUpdate to_update(const glm::ivec3& key, const surface::BrickMesh* mesh, double voxel) {
+}  // namespace
+
+render::MeshUpdate brick_update(const glm::ivec3& key, const surface::BrickMesh* mesh, double voxel) {
   render::MeshUpdate update;
   update.brick = brick_number(key);
   if (!mesh) return update;
@@ -27,7 +32,70 @@ render::MeshUpdate to_update(const glm::ivec3& key, const surface::BrickMesh* me
   return update;
 }
 
+namespace {
+
+constexpr int kLook = 14;  // voxels under a corner, at most
+
+/// m: how deep one sees into a tissue. Enamel lets the colour of dentin and of decay through, thin dentin that of pulp.
+constexpr double depth_seen(Tissue tissue) {
+  switch (tissue) {
+    case Tissue::kEnamel:
+      return 1.7e-3;
+    case Tissue::kDentin:
+      return 0.9e-3;
+    case Tissue::kCaries:
+      return 0.5e-3;
+    default:
+      return 0;
+  }
+}
+
 }  // namespace
+
+void TissueView::look_beneath(const haptics::TissueVolume& volume, const glm::ivec3& key, render::MeshUpdate& update) {
+  const double voxel = volume.frame().voxel;
+  const auto own = [](const render::Vertex& v) { return v.tissue[v.second > 0.5f ? 1 : 0]; };
+  if (update.vertices.empty()) return;
+  const glm::ivec3 lo = key * FieldBrick::kCells - kLook - 1, size(FieldBrick::kCells + 2 * kLook + 3);
+  distance_.resize(static_cast<std::size_t>(size.x) * size.y * size.z);
+  labels_.resize(distance_.size());
+  volume.copy(lo, size, distance_.data(), labels_.data());
+  const auto label = [&](const glm::ivec3& i) {
+    return labels_[(static_cast<std::size_t>(i.x) * size.y + static_cast<std::size_t>(i.y)) * size.z +
+                   static_cast<std::size_t>(i.z)];
+  };
+  for (render::Vertex& v : update.vertices) {
+    if (v.tissue[0] != v.tissue[1] && v.tissue[0] != Tissue::kAir) {
+      // Labels are whole voxels; the boundary drawn is that of their blurred shares, without steps.
+      const dvec3 at = dvec3(v.p) / voxel - dvec3(lo);
+      const glm::ivec3 nearest(glm::floor(at + 0.5));
+      double share[2] = {0, 0};
+      for (int x = -2; x <= 2; ++x)
+        for (int y = -2; y <= 2; ++y)
+          for (int z = -2; z <= 2; ++z) {
+            const glm::ivec3 i = nearest + glm::ivec3(x, y, z);
+            const Tissue found = label(i);
+            const dvec3 away = dvec3(i) - at;
+            for (int k = 0; k < 2; ++k)
+              if (found == v.tissue[static_cast<std::size_t>(k)]) share[k] += std::exp(-0.6 * glm::dot(away, away));
+          }
+      if (share[0] + share[1] > 0) v.second = static_cast<float>(share[1] / (share[0] + share[1]));
+    }
+    const double depth = depth_seen(own(v));
+    if (depth == 0) continue;
+    const double reach = std::min(depth / voxel, static_cast<double>(kLook));  // voxels
+    const dvec3 start = dvec3(v.p) / voxel - dvec3(lo) + 0.5, inward = -dvec3(v.n);
+    for (double way = 0.75; way < reach; way += 0.25) {
+      const glm::ivec3 i(glm::floor(start + way * inward));
+      const Tissue found = label(i);
+      if (found == own(v)) continue;
+      if (found == Tissue::kAir) break;
+      v.under = found;
+      v.shows = static_cast<float>(std::pow(1 - way / reach, 1.5));
+      break;
+    }
+  }
+}
 
 TissueView::TissueView(float tolerance) : mesher_({.tolerance = tolerance}) {}
 
@@ -40,7 +108,8 @@ std::vector<render::MeshUpdate> TissueView::update(haptics::TissueVolume& volume
   started_ = true;
   std::vector<render::MeshUpdate> updates;
   for (const glm::ivec3& key : mesher_.remesh()) {
-    updates.push_back(to_update(key, mesher_.find(key), volume.frame().voxel));
+    updates.push_back(brick_update(key, mesher_.find(key), volume.frame().voxel));
+    look_beneath(volume, key, updates.back());
   }
   return updates;
 }

@@ -9,6 +9,9 @@
 
 namespace typodont {
 
+/// One brick as the renderer takes it; nullptr: nothing is left of it. Positions become metres from the volume's origin.
+render::MeshUpdate brick_update(const glm::ivec3& key, const surface::BrickMesh* mesh, double voxel);
+
 class TissueView {
  public:
   /// `tolerance`: how far the triangles may lie from the surface, voxels.
@@ -21,6 +24,10 @@ class TissueView {
   const surface::SurfaceMesher& mesher() const { return mesher_; }
 
  private:
+  void look_beneath(const haptics::TissueVolume& volume, const glm::ivec3& key, render::MeshUpdate& update);
+
+  std::vector<float> distance_;
+  std::vector<Tissue> labels_;
   surface::SurfaceMesher mesher_;
   FieldBrick brick_;
   bool started_ = false;

@@ -9,6 +9,7 @@
 #include "engine/base/ring.h"
 #include "engine/contract/contact.h"
 #include "engine/contract/loop_timing.h"
+#include "engine/display/hmd.h"
 #include "engine/render/renderer.h"
 #include "haptics/servo.h"
 
@@ -38,6 +39,14 @@ struct RecordState {
   bool complete = true;  // nothing was lost so far
 };
 
+/// A headset's controller, newest.
+struct XrHandSample {
+  Pose X_WT;
+  double pedal = 0;      // 0..1
+  bool tracked = false;  // seen by the headset
+  Nanos t = 0;
+};
+
 struct Wiring {
   explicit Wiring(const haptics::SurfacePatch& empty) : patch(empty) {}
 
@@ -62,6 +71,9 @@ struct Wiring {
   Latest<LoopTiming> timing_to_render;
   // RECORDER → UI
   Latest<RecordState> record_to_render;
+  // HEADSET (which draws in RENDER's place) → SERVO, where a controller is the hand; → RECORDER
+  Latest<XrHandSample> xr_hand;
+  Ring<display::HmdTiming> xr_frames_to_recorder{1 << 12};
   // SERVO → RECORDER
   Ring<ServoTick> ticks_to_recorder{1 << 15};
   Ring<Cut> cuts_to_recorder{1 << 14};

@@ -13,10 +13,13 @@
 #include "engine/app/debris_view.h"
 #include "engine/app/mouse_hand.h"
 #include "engine/app/picture_stage.h"
+#include "engine/app/quality_ladder.h"
 #include "engine/app/session_record.h"
 #include "engine/app/sound_link.h"
 #include "engine/app/tissue_view.h"
 #include "engine/app/wiring.h"
+#include "engine/app/xr_hand.h"
+#include "engine/app/xr_session.h"
 #include "engine/base/check.h"
 #include "engine/base/error.h"
 #include "engine/base/log.h"
@@ -56,6 +59,8 @@ struct Session {
   std::uint32_t faults = 0;
   RealtimeGranted granted;
   bool draw = false, record = false, debris = false, operated = false;
+  Nanos began = 0;            // of recorded frames
+  std::size_t xr_stream = 0;  // which of the recording's streams they are
   SoundLink* sound = nullptr;
 
   Session(const Scene& s, haptics::TissueVolume tissue, double rate)
@@ -95,6 +100,7 @@ void servo_thread(Session& s, haptics::HapticDevice& hand) {
     sample.pedal *= settings.speed_share;
     if (settings.tool >= 0) sample.tool = static_cast<std::uint32_t>(settings.tool);
     const bool did_cut = s.servo.tick(sample, tick, cut);
+    tick.faults |= hand.faults();
     if (wiring.emergency.load(std::memory_order_relaxed)) break;
     hand.write(settings.force_share * tick.f_T_W, settings.force_share * tick.tau_T_W);
     tick.cpu_time = thread_cpu_time() - cpu;
@@ -188,6 +194,10 @@ void recorder_thread(Session& s, session::SessionWriter& writer) {
     while (wiring.patches_to_recorder.pop(use)) writer.append({&use, 1});
     while (wiring.cuts_to_recorder.pop(cut)) writer.append({&cut, 1});
     while (wiring.ticks_to_recorder.pop(tick)) writer.append({&tick, 1});
+    display::HmdTiming frame;
+    while (wiring.xr_frames_to_recorder.pop(frame)) {
+      writer.append(s.xr_stream, frame.t - s.began, xr_stream_row(frame));
+    }
     writer.count_ring_losses(wiring.ticks_to_recorder.dropped(), wiring.cuts_to_recorder.dropped());
     writer.heartbeat();
     if (s.operated) {
@@ -201,29 +211,6 @@ void recorder_thread(Session& s, session::SessionWriter& writer) {
   }
   drain();
 }
-
-/// Steps down the quality ladder while frames take longer than a thirtieth of a second, and back up when there is room.
-class QualityLadder {
- public:
-  const render::Quality& step() const { return render::kQualityLadder[step_]; }
-  /// True when the step changed. Only frames that were drawn count.
-  bool frame_took(double seconds) {
-    mean_ += 0.15 * (seconds - mean_);
-    if (++frames_ < 12) return false;
-    const std::size_t before = step_;
-    if (mean_ > 1.0 / 30 && step_ + 1 < render::kQualityLadder.size()) ++step_;
-    if (mean_ < 1.0 / 150 && step_ > 0) --step_;
-    if (step_ == before) return false;
-    frames_ = 0;
-    mean_ = 1.0 / 60;
-    return true;
-  }
-
- private:
-  std::size_t step_ = 1;
-  int frames_ = 0;
-  double mean_ = 1.0 / 60;  // s
-};
 
 bool has_desktop() {
   return std::getenv("DISPLAY") || std::getenv("WAYLAND_DISPLAY");
@@ -244,6 +231,7 @@ struct Workbench::Impl {
   std::optional<SoundLink> sound;
   std::optional<session::SessionWriter> writer;
   std::optional<PictureStage> stage;
+  std::optional<XrSession> headset;  // draws on a thread of its own, in the stage's place
   QualityLadder ladder;
   std::optional<DebrisView> debris;
   dvec3 above{0, 0, 0};  // m, W: where the tool starts
@@ -269,6 +257,7 @@ struct Workbench::Impl {
 
   void explain(std::string text) { summary.explanations.push_back(std::move(text)); }
   void set_up();
+  void start_headset(const std::string& hand_address);
   void start();
   bool step(const display::UserInput* input, glm::ivec2 picture_size);
   void make_stage(gpu::Device* device);
@@ -285,20 +274,20 @@ void Workbench::Impl::set_up() {
   if (!rig_file.empty()) rig = display::load_rig(rig_file);
   if (rig && options.embedded) rig->screen.layout = display::Layout::kMono;
   const bool window = rig && (rig->kind == display::DisplayKind::kWindow || rig->kind == display::DisplayKind::kMirror);
-  if (rig && rig->kind == display::DisplayKind::kHmd) {
-    throw Error(rig_file.string(), "\"display\"", "hmd", "window, mirror or offscreen in this version");
-  }
-  const std::string hand_address = !options.hand.empty() ? options.hand : window ? "mouse:" : "";
+  const bool hmd = rig && rig->kind == display::DisplayKind::kHmd;
+  if (!options.touches.empty() && !hmd) throw Error("--touches", "", rig_file.string(), "a headset's rig");
+  const std::string hand_address = !options.hand.empty() ? options.hand : window ? "mouse:" : hmd ? "openxr:right" : "";
   if (hand_address.empty())
     throw Error("--hand", "", "nothing", "a hand, e.g. --hand script:HAND.csv: there is no window for the mouse");
 
   Session& s = session.emplace(scene, load_tissue(scene), kRate);
   const haptics::TissueVolume& tissue = s.carver.volume();
-  s.draw = window && scene.needs("render");
-  explain(s.draw    ? fmt::format("picture: on, {}", rig_file.string())
-          : !rig    ? "picture: off, there is no desktop and no rig was given"
-          : !window ? "picture: off, an offscreen rig shows nothing live; use 'typodont render' or 'typodont demo'"
-                    : "picture: off, the scene does not name \"render\"");
+  s.draw = (window || hmd) && scene.needs("render");
+  explain(s.draw ? fmt::format("picture: on, {}", rig_file.string())
+          : !rig ? "picture: off, there is no desktop and no rig was given"
+          : !window && !hmd
+              ? "picture: off, an offscreen rig shows nothing live; use 'typodont render' or 'typodont demo'"
+              : "picture: off, the scene does not name \"render\"");
   s.operated = options.operated;
   s.record = !options.record.empty();
   explain(s.record ? "recording: on, " + options.record.string() : "recording: off, no --record FILE.h5");
@@ -311,7 +300,10 @@ void Workbench::Impl::set_up() {
   glm::ivec3 lo, hi;
   tissue.bounds(lo, hi);
   above = tissue.frame().to_world(dvec3((lo.x + hi.x) / 2.0, (lo.y + hi.y) / 2.0, hi.z)) + dvec3(0, 0, 1e-3);
-  if (hand_address == "mouse:") {
+  if (s.draw && hmd) start_headset(hand_address);
+  if (headset && hand_address.starts_with("openxr:")) {
+    hand = make_xr_hand(s.wiring, hand_address, {above, {1, 0, 0, 0}}, kRate);
+  } else if (hand_address == "mouse:") {
     if (!window) throw Error("--hand", "", "mouse:", "a window rig for it to move in");
     pointer.emplace(*rig, above);
     hand = make_mouse_hand(s.wiring, pointer->follow({}, 0).X_WT, kRate);
@@ -344,21 +336,44 @@ void Workbench::Impl::set_up() {
   if (s.record) {
     session::SessionHeader header = session_header(scene, rig_file, *hand, tissue, hand->info().rate);
     header.trainee = options.trainee;
+    s.xr_stream = header.streams.size();
+    if (headset) header.streams.push_back(xr_stream());
     writer.emplace(options.record, header);
   }
   if (s.operated) {
     meter.emplace(hand->info().rate);
     volumes_before = tissue.volumes();
   }
-  if (s.draw) {
+  if (s.draw && window) {
     make_stage(options.device);
     explain("drawn by " + stage->device_name());
     explain(rig->head.tracker.empty() ? "head: at rest, the rig names no tracker" : "head: " + rig->head.tracker);
   }
-  if (s.debris) debris.emplace(scene.servo.materials, tissue);
+  if (s.debris && window) debris.emplace(scene.servo.materials, tissue);
   if (options.explain) {
     for (const std::string& line : summary.explanations) log::info("{}", line);
   }
+}
+
+void Workbench::Impl::start_headset(const std::string& hand_address) {
+  Session& s = *session;
+  XrSession::Options o;
+  if (hand_address.starts_with("openxr:")) {
+    if (hand_address != "openxr:right" && hand_address != "openxr:left")
+      throw Error("--hand", "", hand_address, "openxr:right or openxr:left");
+    o.tool_hand = hand_address == "openxr:right" ? 1 : 0;
+  }
+  o.touches = !options.touches.empty();
+  if (o.touches && o.tool_hand >= 0)
+    throw Error("--touches", "", hand_address, "an arm as the hand, which touches the controller's tip");
+  o.debris = s.debris;
+  o.record = s.record;
+  o.work_W = above;
+  o.start.X_WT.p = o.start.X_WG.p = above;
+  headset.emplace(*rig, scene, s.carver.volume(), s.wiring, o);
+  for (std::string& line : headset->explanations()) explain(std::move(line));
+  if (o.tool_hand < 0 && !rig->hmd.X_WD)
+    explain("headset: not registered to the hand's device: what is seen is not where it is felt");
 }
 
 void Workbench::Impl::start() {
@@ -373,10 +388,12 @@ void Workbench::Impl::start() {
   std::signal(SIGINT, ask_to_stop);
   std::signal(SIGTERM, ask_to_stop);
   running = true;
+  s.began = now();
   carver = std::jthread(carver_thread, std::ref(s));
   servo = std::jthread(servo_thread, std::ref(s), std::ref(*hand));
   if (writer) recorder = std::jthread(recorder_thread, std::ref(s), std::ref(*writer));
   began = last_frame = now();
+  if (headset) headset->start(began);
 }
 
 /// One turn of the drawing thread: a frame, or a short wait. False when the session is over.
@@ -384,13 +401,14 @@ bool Workbench::Impl::step(const display::UserInput* input, glm::ivec2 picture_s
   Session& s = *session;
   if (meter) score_ticks();
   if (s.wiring.servo_ended || g_asked_to_stop || to_seconds(now() - began) >= options.seconds) return false;
-  if (sound) sound->advance(s.wiring.tick_to_render.front().t);
-  if (!s.draw || !stage) {
+  if (sound && !headset) sound->advance(s.wiring.tick_to_render.front().t);
+  if (!s.draw || headset || !stage) {
     std::this_thread::sleep_for(10ms);
-    if (sound && options.audio.starts_with("wav:")) sound->advance(now() - began);
-    return true;
+    if (sound && (headset || options.audio.starts_with("wav:"))) sound->advance(now() - began);
+    if (!headset) return true;
   }
   try {
+    if (headset) return headset->step();
     const display::UserInput own = options.embedded ? display::UserInput() : stage->output().poll();
     if (own.close) return false;
     const display::UserInput& over = input && options.embedded ? *input : own;
@@ -427,6 +445,8 @@ void Workbench::Impl::make_stage(gpu::Device* device) {
   look.monitor = options.monitor;
   look.quality = ladder.step();
   stage.emplace(*rig, scene.servo, look);
+  stage->surround(make_surroundings(scene));
+  stage->hold_mirror(scene.mouth_mirror);
 }
 
 /// Keys 1 … 9: another tool of the tray.
@@ -490,6 +510,11 @@ void Workbench::Impl::end() {
   servo.join();
   carver.join();
   if (recorder.joinable()) recorder.join();
+  if (headset) {
+    drawn = headset->frames();
+    headset->stop();
+    if (!options.touches.empty()) write_touches(options.touches, headset->touches());
+  }
   if (sound) sound->stop(s.last.t);
   MeshBatch* batch = nullptr;
   while (s.wiring.bricks.pop(batch)) delete batch;
@@ -581,8 +606,7 @@ session::Score Workbench::score_so_far() {
   input.before = input.after = m.volumes_before;
   for (std::size_t i = 0; i < input.after.size(); ++i) input.after[i] -= m.tick.removed[i];
   if (m.meter) input.hand = m.meter->result();
-  const auto rules = m.scene.score ? session::rules_from(*m.scene.score, input) : session::default_rules(input);
-  return session::score(input, rules);
+  return session::score(input, session::rules_of_scene(Json::parse(m.scene.text, m.scene.file.string()), input));
 }
 const haptics::DeviceInfo& Workbench::hand() const {
   return impl_->hand->info();

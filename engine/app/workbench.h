@@ -22,6 +22,7 @@ struct WorkbenchOptions {
   std::string hand;              // address; empty: the mouse where there is a window
   std::string audio;             // address; empty: a sound card where there is one
   std::filesystem::path record;  // empty: not recorded
+  std::filesystem::path touches;  // where pairs for `calibrate register` go, of a headset's controller and an arm
   double seconds = 1e18;         // end by itself after so long
   bool explain = false;          // say what is active, and why the rest is not
   std::string trainee;           // for the recording

@@ -24,6 +24,7 @@ namespace typodont::display {
 struct HmdHand {
   bool tracked = false;
   Pose X_WT;
+  Pose X_DT;                 // the same in the headset's space, as it was measured
   double pedal = 0;          // 0..1, the trigger
   bool change_tool = false;  // pressed since the last frame
   bool mirror = false;       // the same: the mouth mirror's button

@@ -32,12 +32,10 @@ class RuntimeGate {
   void done() noexcept { where_.store(kDone, std::memory_order_release); }
 
   // The watching thread.
-  /// s since the thread last went into a call or came out of one; 0 once it is done.
-  double silent() const noexcept {
-    return where_.load(std::memory_order_acquire) == kDone
-               ? 0
-               : to_seconds(now() - since_.load(std::memory_order_relaxed));
-  }
+  /// s that the runtime has had for the call it is in; 0 where it is in none.
+  double silent() const noexcept { return where_.load(std::memory_order_acquire) == kInside ? age() : 0; }
+  /// s that our own code has had since its last call; 0 where it is in one, or done.
+  double busy() const noexcept { return where_.load(std::memory_order_acquire) == kOutside ? age() : 0; }
   const char* call() const noexcept { return call_.load(std::memory_order_relaxed); }
   /// True when the thread was inside a call: it will never come out. False: it runs, or has ended.
   bool give_up() noexcept {
@@ -46,6 +44,8 @@ class RuntimeGate {
   }
 
  private:
+  double age() const noexcept { return to_seconds(now() - since_.load(std::memory_order_relaxed)); }
+
   enum { kOutside, kInside, kGivenUp, kDone };
   std::atomic<int> where_{kOutside};
   std::atomic<const char*> call_{"its start"};

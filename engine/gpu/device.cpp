@@ -233,7 +233,7 @@ Device Device::create(const DeviceOptions& options) {
         .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_1_FEATURES, .pNext = &v13, .multiview = VK_TRUE};
     VkPhysicalDeviceFeatures2 features{.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FEATURES_2,
                                        .pNext = &v11,
-                                       .features = {.multiDrawIndirect = VK_TRUE}};
+                                       .features = {.multiDrawIndirect = VK_TRUE, .shaderClipDistance = VK_TRUE}};
     std::vector<const char*> extensions;
     if (options.present) extensions.push_back(VK_KHR_SWAPCHAIN_EXTENSION_NAME);
     const VkDeviceCreateInfo info{.sType = VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO,

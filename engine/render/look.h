@@ -1,7 +1,9 @@
 // How each tissue looks. Colours come from the scene's materials; how light behaves in them is listed here.
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 
 #include "engine/contract/tissue.h"
 
@@ -21,6 +23,12 @@ inline std::array<Look, kTissueCount> looks_of(const MaterialTable& materials) {
     const auto i = static_cast<std::size_t>(t);
     looks[i] = {materials[i].color, roughness, translucency, metal, wetness};
   };
+  // Decay is the darker the softer it is: the colour given is that of decay of 0.3 N/mm; near dentin's 0.5 it is light
+  // brown, at 0.1 near black.
+  const auto softness = [&] {
+    const double stiffness = materials[static_cast<std::size_t>(Tissue::kCaries)].stiffness;
+    return stiffness > 0 ? std::clamp(std::log2(stiffness / 300.0), -1.6, 0.9) : 0.0;
+  }();
   set(Tissue::kAir, 0.5, 0.0, 0, 0);
   set(Tissue::kEnamel, 0.22, 0.85, 0, 0.90);
   set(Tissue::kDentin, 0.62, 0.35, 0, 0.10);
@@ -31,6 +39,8 @@ inline std::array<Look, kTissueCount> looks_of(const MaterialTable& materials) {
   set(Tissue::kGingiva, 0.38, 0.60, 0, 0.70);
   set(Tissue::kAmalgam, 0.34, 0.0, 1.0, 0);
   set(Tissue::kComposite, 0.40, 0.70, 0, 0.45);
+  looks[static_cast<std::size_t>(Tissue::kCaries)].color =
+      glm::min(looks[static_cast<std::size_t>(Tissue::kCaries)].color * std::exp2(0.8 * softness), dvec3(1));
   return looks;
 }
 
@@ -38,13 +48,13 @@ inline std::array<Look, kTissueCount> looks_of(const MaterialTable& materials) {
 inline MaterialTable default_colors() {
   MaterialTable m{};
   const auto set = [&](Tissue t, dvec3 c) { m[static_cast<std::size_t>(t)].color = c; };
-  set(Tissue::kEnamel, {0.94, 0.915, 0.86});
+  set(Tissue::kEnamel, {0.90, 0.87, 0.80});
   set(Tissue::kDentin, {0.87, 0.77, 0.59});
   set(Tissue::kCaries, {0.36, 0.22, 0.12});
   set(Tissue::kPulp, {0.74, 0.16, 0.17});
   set(Tissue::kCorticalBone, {0.91, 0.86, 0.74});
   set(Tissue::kCancellousBone, {0.85, 0.63, 0.50});
-  set(Tissue::kGingiva, {0.83, 0.49, 0.48});
+  set(Tissue::kGingiva, {0.87, 0.57, 0.55});
   set(Tissue::kAmalgam, {0.66, 0.67, 0.69});
   set(Tissue::kComposite, {0.92, 0.88, 0.79});
   return m;

@@ -7,6 +7,7 @@
 #include "engine/base/check.h"
 #include "engine/base/units.h"
 #include "engine/render/look.h"
+#include "engine/render/mirror.h"
 #include "engine/render/passes/passes.h"
 
 namespace typodont::render {
@@ -63,8 +64,8 @@ struct Renderer::Impl {
 
   VkDescriptorSetLayout set_layout = VK_NULL_HANDLE;
   VkDescriptorPool pool = VK_NULL_HANDLE;
-  std::array<VkDescriptorSet, kSlots> sets{};
-  std::array<gpu::Buffer, kSlots> frame_data;
+  std::array<VkDescriptorSet, 2 * kSlots> sets{};  // a slot's scene, and its scene in the mirror
+  std::array<gpu::Buffer, 2 * kSlots> frame_data;
   VkSampler compare = VK_NULL_HANDLE, nearest = VK_NULL_HANDLE, linear = VK_NULL_HANDLE;
   VkQueryPool queries = VK_NULL_HANDLE;
   std::array<bool, kSlots> timed{};
@@ -73,6 +74,8 @@ struct Renderer::Impl {
   ShadowPass shadow;
   SurfacePass surface;
   ToolPass tool;
+  ToolBody tool_body;
+  MirrorPass mirror;
   BackgroundPass background;
   ParticlePass particles;
   HudPass hud;
@@ -86,11 +89,14 @@ struct Renderer::Impl {
   shared::FrameData last_data{};
   Pose last_tool;
   bool last_tool_visible = false;
+  MouthMirror last_mirror;
   std::vector<std::byte> last_particles;
   std::string last_hud;
   std::uint64_t last_version = 0, settings_version = 1, last_settings = 0;
   std::uint64_t shadow_version = 0;
   glm::mat4 shadow_light{0};
+  glm::vec4 shadow_section{0};
+  View shadow_view = View::kLook, last_view = View::kLook;
   std::uint64_t frames = 0, last_submitted = 0;
   double gpu_ms = 0;
 
@@ -107,7 +113,8 @@ struct Renderer::Impl {
     destroy_pictures();
     destroy_passes();
     shadow.destroy(device);
-    tool.destroy(device);
+    tool_body.destroy(device);
+    mirror.destroy(device);
     hud.destroy(device);
     hidden.destroy(device);
     bricks.destroy(device);
@@ -123,7 +130,7 @@ struct Renderer::Impl {
 
   void create_layout() {
     constexpr VkShaderStageFlags kBoth = VK_SHADER_STAGE_VERTEX_BIT | VK_SHADER_STAGE_FRAGMENT_BIT;
-    std::array<VkDescriptorSetLayoutBinding, 4> bindings{};
+    std::array<VkDescriptorSetLayoutBinding, 5> bindings{};
     for (std::uint32_t i = 0; i < bindings.size(); ++i)
       bindings[i] = {i, i ? VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER : VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER, 1, kBoth,
                      nullptr};
@@ -140,16 +147,17 @@ struct Renderer::Impl {
                                             .pPushConstantRanges = &range};
     gpu::check(vkCreatePipelineLayout(device.device, &layout, nullptr, &context.layout), "vkCreatePipelineLayout");
     const std::array<VkDescriptorPoolSize, 2> sizes{
-        {{VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER, kSlots}, {VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, 3 * kSlots}}};
+        {{VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER, 2 * kSlots}, {VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, 8 * kSlots}}};
     const VkDescriptorPoolCreateInfo pool_info{.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO,
-                                               .maxSets = kSlots,
+                                               .maxSets = 2 * kSlots,
                                                .poolSizeCount = sizes.size(),
                                                .pPoolSizes = sizes.data()};
     gpu::check(vkCreateDescriptorPool(device.device, &pool_info, nullptr, &pool), "vkCreateDescriptorPool");
-    const std::array<VkDescriptorSetLayout, kSlots> layouts{set_layout, set_layout};
+    std::array<VkDescriptorSetLayout, 2 * kSlots> layouts;
+    layouts.fill(set_layout);
     const VkDescriptorSetAllocateInfo allocate{.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_ALLOCATE_INFO,
                                                .descriptorPool = pool,
-                                               .descriptorSetCount = kSlots,
+                                               .descriptorSetCount = 2 * kSlots,
                                                .pSetLayouts = layouts.data()};
     gpu::check(vkAllocateDescriptorSets(device.device, &allocate, sets.data()), "vkAllocateDescriptorSets");
     for (gpu::Buffer& b : frame_data)
@@ -210,11 +218,12 @@ struct Renderer::Impl {
     depth.destroy(device);
     for (gpu::Image& image : kept_depth) image.destroy(device);
     kept_depth.clear();
+    mirror.destroy_pictures(device);
   }
   /// Their pipelines depend on samples, views and quality.
   void destroy_passes() {
     surface.destroy(device);
-    destroy_pipeline(device, tool.pipeline);
+    tool.destroy(device);
     background.destroy(device);
     particles.destroy(device);
     destroy_pipeline(device, hud.pipeline);
@@ -236,6 +245,8 @@ struct Renderer::Impl {
     const dvec3 key = glm::normalize(frame.lights.key), up = glm::normalize(frame.lights.up);
     data.background = glm::vec4(frame.background == Background::kGradient ? 1.0f : 0.0f);
     data.background.w = frame.background == Background::kClear ? 0.0f : 1.0f;
+    data.clip = data.section = glm::vec4(0, 0, 0, 1);
+    if (frame.view == View::kSection) data.section = glm::vec4(frame.section);
     data.key = glm::vec4(glm::dvec4(key, frame.lights.key_strength));
     const bool given = frame.lights.window != dvec3(0);
     const dvec3 window = glm::normalize(given ? frame.lights.window : glm::cross(up, key) + 0.55 * up);
@@ -247,28 +258,34 @@ struct Renderer::Impl {
       data.tissue_look[t] = glm::vec4(glm::dvec4(look.roughness, look.metal, look.wetness, 0));
     }
 
-    // The lamp's parallel view of everything there is.
-    glm::dvec3 lo, hi;
-    if (context.quality.shadow_map > 0 && bricks.bounds(lo, hi)) {
+    // The lamp's parallel view: as wide as the working tooth's crown and what stands near it, as deep as everything.
+    glm::dvec3 lo, hi, all_lo, all_hi;
+    if (context.quality.shadow_map > 0 && bricks.bounds(lo, hi, all_lo, all_hi)) {
       const glm::dvec3 middle = 0.5 * (lo + hi);
-      const double radius = 0.5 * glm::length(hi - lo) * 1.02 + 1e-6;
+      const bool more = all_lo != lo || all_hi != hi;
+      const double radius = 0.5 * glm::length(hi - lo) * (more ? 1.15 : 1.02) + 1e-6;
+      double reach = radius;
+      for (int corner = 0; corner < 8; ++corner)
+        reach = std::max(reach, std::abs(glm::dot(key, dvec3(corner & 1 ? all_hi.x : all_lo.x, corner & 2 ? all_hi.y : all_lo.y,
+                                                             corner & 4 ? all_hi.z : all_lo.z) - middle)));
       const glm::dvec3 side = std::abs(key.x) < 0.8 ? glm::dvec3(1, 0, 0) : glm::dvec3(0, 1, 0);
       const glm::dvec3 x = glm::normalize(glm::cross(side, key)), y = glm::cross(key, x);
       glm::dmat4 m(0.0);
       for (int i = 0; i < 3; ++i) {
         m[i][0] = x[i] / (2 * radius);
         m[i][1] = y[i] / (2 * radius);
-        m[i][2] = -key[i] / (2 * radius);
+        m[i][2] = -key[i] / (2 * reach);
       }
       m[3] = glm::dvec4(0.5 - glm::dot(x, middle) / (2 * radius), 0.5 - glm::dot(y, middle) / (2 * radius),
-                        0.5 + glm::dot(key, middle) / (2 * radius), 1);
+                        0.5 + glm::dot(key, middle) / (2 * reach), 1);
       data.light_from_world = glm::mat4(m);
-      data.light_size = glm::vec4(glm::dvec4(2 * radius, 2 * radius, 2 * radius / context.quality.shadow_map, 1));
+      data.light_size = glm::vec4(glm::dvec4(2 * radius, 2 * reach, 2 * radius / context.quality.shadow_map, 1));
     }
 
-    if (frame.tool.visible && tool.index_count) {
-      data.tool_head = glm::vec4(glm::dvec4(frame.tool.X_WG.p, tool.head_radius));
-      data.tool_end = glm::vec4(glm::dvec4(frame.tool.X_WG * dvec3(0, 0, tool.shank_end), tool.shank_radius));
+    data.mirror = glm::vec4(glm::dvec4(0.5 * frame.mirror.diameter, frame.mirror.fog, 0, 0));
+    if (frame.tool.visible && tool_body.index_count) {
+      data.tool_head = glm::vec4(glm::dvec4(frame.tool.X_WG.p, tool_body.head_radius));
+      data.tool_end = glm::vec4(glm::dvec4(frame.tool.X_WG * dvec3(0, 0, tool_body.shank_end), tool_body.shank_radius));
       // The eye gathers about 15 ms: from a turn of a tenth of a blade's pitch in that time to a whole one.
       constexpr double kExposure = 15e-3, kPitch = 2 * kPi / 8;
       const double pitches = std::abs(frame.tool.spindle) * kExposure / kPitch;
@@ -284,21 +301,24 @@ struct Renderer::Impl {
     const bool particles_same = last_particles.size() == frame.particles.size_bytes() &&
                                 (frame.particles.empty() || !std::memcmp(last_particles.data(), frame.particles.data(),
                                                                          frame.particles.size_bytes()));
-    return last_settings == settings_version && last_version == bricks.version && tool_same && particles_same &&
+    return last_settings == settings_version && last_view == frame.view && last_version == bricks.version && tool_same && particles_same &&
+           same(frame.mirror.X_WM, last_mirror.X_WM) &&
            hud_key == last_hud && !std::memcmp(&data, &last_data, sizeof data);
   }
 
-  void write_set(int slot) {
-    const auto i = static_cast<std::size_t>(slot);
+  /// `i`: a slot, or kSlots + a slot for its scene in the mirror.
+  void write_set(std::size_t i) {
     const VkDescriptorBufferInfo buffer{frame_data[i].buffer, 0, sizeof(shared::FrameData)};
     // Without writing there is no atlas: the shadow map stands in, and no shader reads it there.
-    const VkDescriptorImageInfo images[3] = {
+    const VkImageView reflection = mirror.picture.image && i < kSlots ? mirror.picture.view : shadow.map.view;
+    const VkDescriptorImageInfo images[4] = {
         {compare, shadow.map.layer_views[0], VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL},
         {nearest, shadow.map.layer_views[0], VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL},
         {linear, hud.atlas.image ? hud.atlas.layer_views[0] : shadow.map.layer_views[0],
-         VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL}};
-    std::array<VkWriteDescriptorSet, 4> writes{};
-    for (std::uint32_t b = 0; b < 4; ++b)
+         VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL},
+        {linear, reflection, VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL}};
+    std::array<VkWriteDescriptorSet, 5> writes{};
+    for (std::uint32_t b = 0; b < writes.size(); ++b)
       writes[b] = {.sType = VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET,
                    .dstSet = sets[i],
                    .dstBinding = b,
@@ -342,6 +362,8 @@ struct Renderer::Impl {
       last_data = data;
       last_tool = frame.tool.X_WG;
       last_tool_visible = frame.tool.visible;
+      last_mirror = frame.mirror;
+      last_view = frame.view;
       last_particles = bytes_of(frame.particles.data(), frame.particles.size());
       last_hud = hud_key;
       last_version = bricks.version;
@@ -351,18 +373,46 @@ struct Renderer::Impl {
     }
     stats.frames = frames;
     stats.gpu_ms = gpu_ms;
-    for (VkPipeline p : {shadow.pipeline, surface.pipeline, tool.pipeline, background.pipeline, particles.pipeline,
-                         hud.pipeline, hidden.pipeline})
+    for (VkPipeline p :
+         {shadow.pipeline, tool.pipeline, background.pipeline, particles.pipeline, hud.pipeline,
+          mirror.pipeline, hidden.pipeline})
       if (p) ++stats.pipelines;
+    stats.pipelines += surface.pipelines();
     return stats;
+  }
+
+  /// The scene as the mouth mirror shows it: other eyes, only what stands before the glass, no writing.
+  Frame in_mirror(const Frame& frame) const {
+    Frame out = frame;
+    for (Eye& eye : out.eyes) eye = reflected(eye, frame.mirror.X_WM);
+    out.hud.visible = false;
+    out.mirror.diameter = 0;
+    return out;
   }
 
   void draw(VkCommandBuffer commands, const Frame& frame, const shared::FrameData& data, int slot, FrameStats& stats) {
     hud.prepare(context, slot, frame.hud, size);
     particles.prepare(context, slot, frame.particles);
-    std::memcpy(frame_data[static_cast<std::size_t>(slot)].memory.mapped, &data, sizeof data);
-    write_set(slot);
-    const VkDescriptorSet set = sets[static_cast<std::size_t>(slot)];
+
+    // Which eyes see the glass, and where.
+    const VkExtent2D extent = pictures.options.size;
+    const glm::ivec2 drawn_size(extent.width, extent.height);
+    std::array<std::optional<PixelBox>, 2> glass;
+    for (int e = 0; e < frame.views; ++e) glass[e] = glass_in(frame.eyes[e], frame.mirror, drawn_size);
+    const bool reflects = glass[0] || glass[1];
+    if (frame.mirror.diameter > 0) mirror.prepare(device, frame.mirror.diameter);
+    const Frame mirrored = reflects ? in_mirror(frame) : Frame{};
+    const auto own = static_cast<std::size_t>(slot), other = static_cast<std::size_t>(kSlots + slot);
+    if (reflects) {
+      mirror.create_picture(context, extent, pictures.options.layers);
+      shared::FrameData reflected_data{};
+      fill(reflected_data, mirrored);
+      reflected_data.clip = glm::vec4(before_glass(frame.mirror.X_WM));
+      std::memcpy(frame_data[other].memory.mapped, &reflected_data, sizeof reflected_data);
+      write_set(other);
+    }
+    std::memcpy(frame_data[own].memory.mapped, &data, sizeof data);
+    write_set(own);
     const auto first_query = static_cast<std::uint32_t>(2 * slot);
     if (queries) {
       vkCmdResetQueryPool(commands, queries, first_query, 2);
@@ -370,32 +420,66 @@ struct Renderer::Impl {
     }
 
     // Shadow map: only when what casts shadows or the lamp changed.
-    if (data.light_size.w > 0 && (shadow_version != bricks.version || shadow_light != data.light_from_world)) {
-      shadow.record(context, commands, set, bricks, slot, stats);
+    if (data.light_size.w > 0 && (shadow_version != bricks.version || shadow_light != data.light_from_world ||
+                                  shadow_view != frame.view || shadow_section != data.section)) {
+      shadow.record(context, commands, sets[own], bricks, slot, frame.view, stats);
+      shadow_view = frame.view;
+      shadow_section = data.section;
       shadow_version = bricks.version;
       shadow_light = data.light_from_world;
     }
 
-    const std::vector<DrawGroup> groups = bricks.visible(device, slot, frame, stats);
-    begin_pictures(commands);
+    if (reflects) {
+      FrameStats seen;  // in the mirror
+      const std::vector<DrawGroup> groups = bricks.visible(device, slot, mirrored, bricks.mirror_indirect, seen);
+      begin_pictures(commands, mirror.picture);
+      for (int view = 0; view < (context.view_mask ? 1 : frame.views); ++view) {
+        const PixelBox all{0, 0, drawn_size.x, drawn_size.y};
+        const PixelBox box = context.view_mask ? all : glass[static_cast<std::size_t>(view)].value_or(PixelBox{});
+        if (box.width == 0) continue;
+        begin_scene(commands, mirror.picture, mirrored, view, box, {0.030f, 0.033f, 0.038f});
+        vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, context.layout, 0, 1, &sets[other], 0,
+                                nullptr);
+        push_view(commands, context.layout, view);
+        surface.record(context, commands, bricks, slot, bricks.mirror_indirect, groups, frame.view, false, seen);
+        if (frame.tool.visible) tool.record(context, commands, tool_body, frame.tool.X_WG, seen);
+        surface.record(context, commands, bricks, slot, bricks.mirror_indirect, groups, frame.view, true, seen);
+        particles.record(context, commands, slot, seen);
+        end_scene(commands, mirror.picture, view);
+        ++stats.mirror_passes;
+      }
+      end_pictures(commands, mirror.picture);
+      stats.passes += stats.mirror_passes;
+      stats.commands += seen.commands;
+      stats.mirror_bricks = seen.bricks_drawn;
+      stats.mirror_triangles = seen.triangles;
+    }
+
+    const std::vector<DrawGroup> groups = bricks.visible(device, slot, frame, bricks.indirect, stats);
+    begin_pictures(commands, pictures);
     const int scene_passes = context.view_mask ? 1 : frame.views;
     for (int view = 0; view < scene_passes; ++view) {
-      begin_scene(commands, frame, view);
-      vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, context.layout, 0, 1, &set, 0, nullptr);
+      begin_scene(commands, pictures, frame, view, {0, 0, drawn_size.x, drawn_size.y}, {0, 0, 0});
+      vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, context.layout, 0, 1, &sets[own], 0, nullptr);
       push_view(commands, context.layout, view);
       hidden.record(context, commands, stats);
-      surface.record(context, commands, bricks, slot, groups, stats);
-      tool.record(context, commands, frame.tool, stats);
+      surface.record(context, commands, bricks, slot, bricks.indirect, groups, frame.view, false, stats);
+      if (frame.tool.visible) tool.record(context, commands, tool_body, frame.tool.X_WG, stats);
+      if (frame.mirror.diameter > 0) {
+        tool.record(context, commands, mirror.body, frame.mirror.X_WM, stats);
+        if (reflects) mirror.record_glass(context, commands, frame.mirror, stats);
+      }
       if (frame.background == Background::kGradient) background.record(context, commands, stats);
+      surface.record(context, commands, bricks, slot, bricks.indirect, groups, frame.view, true, stats);
       particles.record(context, commands, slot, stats);
       hud.record(context, commands, slot, stats);
-      end_scene(commands, view);
+      end_scene(commands, pictures, view);
       ++stats.passes;
     }
-    end_pictures(commands);
+    end_pictures(commands, pictures);
     if (queries) {
       vkCmdWriteTimestamp2(commands, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, queries, first_query + 1);
-      timed[static_cast<std::size_t>(slot)] = true;
+      timed[own] = true;
     }
   }
 
@@ -407,16 +491,17 @@ struct Renderer::Impl {
   bool resolves_in_pass() const { return context.samples > 1 && context.view_mask != 0; }
   bool resolves_by_command() const { return context.samples > 1 && context.view_mask == 0; }
 
-  void begin_pictures(VkCommandBuffer commands) {
+  void begin_pictures(VkCommandBuffer commands, const gpu::Image& target) {
     const bool by_command = resolves_by_command();
-    gpu::transition(commands, pictures, VK_IMAGE_LAYOUT_UNDEFINED,
+    gpu::transition(commands, target, VK_IMAGE_LAYOUT_UNDEFINED,
                     by_command ? VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL : VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL,
                     VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, VK_ACCESS_2_NONE, by_command ? kResolve : kOutput,
                     by_command ? VK_ACCESS_2_TRANSFER_WRITE_BIT : VK_ACCESS_2_COLOR_ATTACHMENT_WRITE_BIT);
   }
 
   /// Opens the pass of one eye, or of both where the device draws them in one.
-  void begin_scene(VkCommandBuffer commands, const Frame& frame, int view) {
+  void begin_scene(VkCommandBuffer commands, const gpu::Image& target, const Frame& frame, int view,
+                   const PixelBox& box, const glm::vec3& clear) {
     constexpr VkPipelineStageFlags2 kTests =
         VK_PIPELINE_STAGE_2_EARLY_FRAGMENT_TESTS_BIT | VK_PIPELINE_STAGE_2_LATE_FRAGMENT_TESTS_BIT;
     if (context.samples > 1)
@@ -426,16 +511,16 @@ struct Renderer::Impl {
     gpu::transition(commands, depth, VK_IMAGE_LAYOUT_UNDEFINED, VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL, kTests,
                     VK_ACCESS_2_DEPTH_STENCIL_ATTACHMENT_WRITE_BIT, kTests,
                     VK_ACCESS_2_DEPTH_STENCIL_ATTACHMENT_WRITE_BIT | VK_ACCESS_2_DEPTH_STENCIL_ATTACHMENT_READ_BIT);
-    const gpu::Image* kept = keeps_depth ? &kept_depth[context.view_mask ? 0 : static_cast<std::size_t>(view)] : nullptr;
+    const gpu::Image* kept = keeps_depth && &target == &pictures ? &kept_depth[context.view_mask ? 0 : static_cast<std::size_t>(view)] : nullptr;
     if (kept)
       gpu::transition(commands, *kept, VK_IMAGE_LAYOUT_UNDEFINED, VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL,
                       VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, VK_ACCESS_2_NONE, kTests | kOutput,
                       VK_ACCESS_2_DEPTH_STENCIL_ATTACHMENT_WRITE_BIT | VK_ACCESS_2_COLOR_ATTACHMENT_WRITE_BIT |
                           VK_ACCESS_2_DEPTH_STENCIL_ATTACHMENT_READ_BIT);
     const bool kept_direct = kept && context.samples == 1, kept_resolved = kept && context.samples > 1;
-    const VkExtent2D extent = pictures.options.size;
+    const VkExtent2D extent = target.options.size;
     const VkImageView eye_view =
-        context.view_mask ? pictures.view : pictures.layer_views[static_cast<std::size_t>(view)];
+        context.view_mask ? target.view : target.layer_views[static_cast<std::size_t>(view)];
     const bool in_pass = resolves_in_pass();
     const VkRenderingAttachmentInfo color_info{
         .sType = VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO,
@@ -446,7 +531,7 @@ struct Renderer::Impl {
         .resolveImageLayout = in_pass ? VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL : VK_IMAGE_LAYOUT_UNDEFINED,
         .loadOp = VK_ATTACHMENT_LOAD_OP_CLEAR,
         .storeOp = in_pass ? VK_ATTACHMENT_STORE_OP_DONT_CARE : VK_ATTACHMENT_STORE_OP_STORE,
-        .clearValue = {.color = {{0, 0, 0, frame.background == Background::kClear ? 0.0f : 1.0f}}}};
+        .clearValue = {.color = {{clear.r, clear.g, clear.b, frame.background == Background::kClear ? 0.0f : 1.0f}}}};
     const VkRenderingAttachmentInfo depth_info{
         .sType = VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO,
         .imageView = kept_direct ? kept->view : depth.view,
@@ -457,8 +542,9 @@ struct Renderer::Impl {
         .loadOp = VK_ATTACHMENT_LOAD_OP_CLEAR,
         .storeOp = kept_direct ? VK_ATTACHMENT_STORE_OP_STORE : VK_ATTACHMENT_STORE_OP_DONT_CARE,
         .clearValue = {.depthStencil = {1.0f, 0}}};
+    const VkRect2D area{{box.x, box.y}, {static_cast<std::uint32_t>(box.width), static_cast<std::uint32_t>(box.height)}};
     const VkRenderingInfo rendering{.sType = VK_STRUCTURE_TYPE_RENDERING_INFO,
-                                    .renderArea = {{0, 0}, extent},
+                                    .renderArea = area,
                                     .layerCount = 1,
                                     .viewMask = context.view_mask,
                                     .colorAttachmentCount = 1,
@@ -466,29 +552,28 @@ struct Renderer::Impl {
                                     .pDepthAttachment = &depth_info};
     vkCmdBeginRendering(commands, &rendering);
     const VkViewport viewport{0, 0, static_cast<float>(extent.width), static_cast<float>(extent.height), 0, 1};
-    const VkRect2D scissor{{0, 0}, extent};
     vkCmdSetViewport(commands, 0, 1, &viewport);
-    vkCmdSetScissor(commands, 0, 1, &scissor);
+    vkCmdSetScissor(commands, 0, 1, &area);
     // A mirrored view turns every triangle's winding round, once.
     vkCmdSetFrontFace(commands, frame.eyes[0].flip ? VK_FRONT_FACE_CLOCKWISE : VK_FRONT_FACE_COUNTER_CLOCKWISE);
   }
 
-  void end_scene(VkCommandBuffer commands, int view) {
+  void end_scene(VkCommandBuffer commands, const gpu::Image& target, int view) {
     vkCmdEndRendering(commands);
     if (!resolves_by_command()) return;
     gpu::transition(commands, color, VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL, VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL,
                     kOutput, VK_ACCESS_2_COLOR_ATTACHMENT_WRITE_BIT, kResolve, VK_ACCESS_2_TRANSFER_READ_BIT);
-    const VkExtent2D extent = pictures.options.size;
+    const VkExtent2D extent = target.options.size;
     const VkImageResolve resolve{.srcSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 0, 1},
                                  .dstSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, 0, static_cast<std::uint32_t>(view), 1},
                                  .extent = {extent.width, extent.height, 1}};
-    vkCmdResolveImage(commands, color.image, VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL, pictures.image,
+    vkCmdResolveImage(commands, color.image, VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL, target.image,
                       VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, 1, &resolve);
   }
 
-  void end_pictures(VkCommandBuffer commands) {
+  void end_pictures(VkCommandBuffer commands, const gpu::Image& target) {
     const bool by_command = resolves_by_command();
-    gpu::transition(commands, pictures,
+    gpu::transition(commands, target,
                     by_command ? VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL : VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL,
                     VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL, by_command ? kResolve : kOutput,
                     by_command ? VK_ACCESS_2_TRANSFER_WRITE_BIT : VK_ACCESS_2_COLOR_ATTACHMENT_WRITE_BIT,
@@ -524,7 +609,7 @@ void Renderer::remove(MeshId mesh) {
 
 void Renderer::set_tool(const ToolMesh& tool) {
   vkDeviceWaitIdle(impl_->device.device);
-  impl_->tool.set(impl_->device, tool);
+  impl_->tool_body.set(impl_->device, tool);
   ++impl_->settings_version;
 }
 

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "engine/base/pose.h"
+#include "engine/contract/mouth_mirror.h"
 #include "engine/contract/tissue.h"
 #include "engine/gpu/device.h"
 #include "engine/gpu/resources.h"
@@ -28,8 +29,10 @@ struct Vertex {
   glm::vec3 p{0};        // m, relative to the mesh's origin
   glm::vec3 n{0, 0, 1};  // unit, out of the tissue
   std::array<Tissue, 2> tissue{Tissue::kEnamel, Tissue::kEnamel};
-  float second = 0;     // 0..1: share of tissue[1]
-  float occlusion = 1;  // 1 open, 0 shut in, if the mesher knows
+  float second = 0;               // 0..1: share of tissue[1]
+  Tissue under = Tissue::kAir;    // what lies beneath the tissue at the surface …
+  float shows = 0;                // … and how much of its colour shows through, 0..1
+  float difference = 0;           // m, still to remove (> 0) or should have stayed (< 0), for View::kDifference
 };
 
 /// A piece of a mesh: what a brick looks like now. Empty: nothing is left of it.
@@ -42,6 +45,17 @@ struct MeshUpdate {
 /// A body made of bricks: the working tooth, gingiva, a neighbour.
 using MeshId = std::uint32_t;
 inline constexpr MeshId kWorkingTooth = 0;
+// Bodies that only one view shows.
+inline constexpr MeshId kSectionFace = 1000;                                           // View::kSection
+inline constexpr MeshId kInsidePulp = 1001, kInsideCaries = 1002, kInsideDentin = 1003;  // View::kXray
+
+/// How the scene is shown: as it looks, or for teaching.
+enum class View {
+  kLook,
+  kSection,     // tissue only where section · (p, 1) > 0, with the face cut through the working tooth
+  kXray,        // the working tooth as glass, with the tissues inside it; nothing around it
+  kDifference,  // the working tooth against an ideal: blue still to remove, red should have stayed (Vertex::difference)
+};
 
 struct Eye {
   glm::dmat4 view{1.0};        // W → eye, m
@@ -82,8 +96,8 @@ struct Lights {
   dvec3 key{-0.35, 0.55, 0.75};  // unit, towards the lamp
   dvec3 up{0, 1, 0};             // unit, towards the ceiling
   dvec3 window{0, 0, 0};         // unit, towards the window that gloss mirrors; zero: beside the lamp
-  double key_strength = 2.9;
-  double ambient = 0.60;
+  double key_strength = 2.5;
+  double ambient = 0.50;
 };
 
 /// A half mirror wants black: it is where the hand shows. Clear is black of opacity 0: there a headset shows the room.
@@ -93,6 +107,9 @@ struct Frame {
   std::array<Eye, 2> eyes;
   int views = 2;  // 1: mono
   ToolState tool;
+  MouthMirror mirror;  // in the other hand; diameter 0: none
+  View view = View::kLook;
+  glm::dvec4 section{0, 0, 0, 1};  // xyz: unit normal, W, w: m; for View::kSection
   std::span<const Particle> particles;
   Hud hud;
   Lights lights;
@@ -110,6 +127,9 @@ struct FrameStats {
   int bricks_uploaded = 0;  // since the last frame
   std::uint64_t bytes_uploaded = 0;
   int pipelines = 0;  // alive
+  // The scene once more, as the mouth mirror shows it: passes of `passes`, drawn only where an eye sees the glass.
+  int mirror_passes = 0, mirror_bricks = 0;
+  std::uint64_t mirror_triangles = 0;
   double gpu_ms = 0;  // of the last finished frame; 0 where the device has no timestamps
 };
 

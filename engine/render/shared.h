@@ -21,6 +21,9 @@ struct FrameData {
   vec4 tool_end;          // xyz: far end of the shank, m; w: its radius, m
   vec4 tool_motion;       // x: angle, rad; y: 0 sharp .. 1 wholly blurred by spin; z: opacity
   vec4 background;        // 1 drawn, 0 black
+  vec4 clip;              // only what has dot(clip.xyz, p) + clip.w > 0 is drawn; 0 0 0 1: everything
+  vec4 section;           // the same, for tissue only
+  vec4 mirror;            // x: the mouth mirror's radius, m; y: fog
   vec4 tissue_color[10];  // by contract/tissue.h: linear colour; w: translucency
   vec4 tissue_look[10];   // roughness, metal, wetness
 };

@@ -110,6 +110,10 @@ ToolShape tool_shape(std::string_view shape, double diameter, double length) {
   return tool;
 }
 
+void add_lathe(ToolMesh& mesh, const std::vector<dvec2>& profile, int around, float rough) {
+  add_lathe(mesh, profile, around, rough, [](double r, double, double) { return r; });
+}
+
 ToolMesh make_tool_mesh(const ToolShape& shape) {
   ToolMesh mesh;
   const auto& head = shape.profile;
@@ -140,7 +144,7 @@ ToolMesh make_tool_mesh(const ToolShape& shape) {
   }
   const double end = z1 + shape.neck_length + shape.shank_length;
   shaft.insert(shaft.end(), {{shape.shank_radius, end - 0.2e-3}, {0.8 * shape.shank_radius, end}, {0, end}});
-  add_lathe(mesh, shaft, kShaftAround, 0.22f, [](double r, double, double) { return r; });
+  add_lathe(mesh, shaft, kShaftAround, 0.22f);
   return mesh;
 }
 

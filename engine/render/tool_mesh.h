@@ -39,4 +39,7 @@ struct ToolMesh {
 
 ToolMesh make_tool_mesh(const ToolShape& shape);
 
+/// Adds a smooth surface of revolution about z along a profile of (radius, z), m, from its lower end up.
+void add_lathe(ToolMesh& mesh, const std::vector<glm::dvec2>& profile, int around, float rough);
+
 }  // namespace typodont::render

@@ -21,6 +21,8 @@ constexpr double kOneWay = 0.98;               // length of the gradient below w
 constexpr double kRounding = 1e-9;             // voxels
 constexpr double kLeastPart = 0.1e-6;          // m² of floor or wall before it is called one
 constexpr double kTrimmed = 0.1;               // share of a wall's leanings left out at either end: its edges
+constexpr double kRim = 1e-3;                  // m below the old surface: above it a wall is a rim, thin by nature
+constexpr double kAcross = 1.5;                // voxels to either side over which a wall's lean is read: no ripples
 constexpr double kFarthestWall = 5e-3;         // m, how far to look for the far side of a wall
 constexpr double kSmoothing = 0.25e-3;         // m, of the margin
 
@@ -278,12 +280,29 @@ std::optional<double> narrowest(const DenseField& before, const DenseField& afte
   return narrow ? narrow : 2 * half;
 }
 
-CavityMeasures measure(const Preparation& in, const DenseField& after) {
+/// What does not depend on the result.
+struct Given {
+  DenseField before, ideal;           // true distances
+  std::vector<bool> pulp;             // voxels
+  std::vector<std::size_t> to_pulp;   // the nearest of them; empty without pulp
+};
+Given given(const Preparation& in) {
+  Given g{redistanced(in.before), in.ideal.distance.empty() ? DenseField{} : redistanced(in.ideal), {}, {}};
+  g.pulp.resize(in.tissue.size());
+  bool any = false;
+  for (std::size_t i = 0; i < in.tissue.size(); ++i) {
+    g.pulp[i] = in.tissue[i] == Tissue::kPulp && in.before.distance[i] < 0;
+    any = any || g.pulp[i];
+  }
+  if (any) g.to_pulp = nearest_marked(in.before.size, g.pulp);
+  return g;
+}
+
+CavityMeasures measure(const Preparation& in, const Given& known, const DenseField& after) {
   CavityMeasures m;
   m.has_ideal = !in.ideal.distance.empty();
   const double h = in.frame.voxel, h2 = h * h, h3 = h2 * h;
-  const DenseField before = redistanced(in.before);
-  const DenseField ideal = m.has_ideal ? redistanced(in.ideal) : DenseField{};
+  const DenseField &before = known.before, &ideal = known.ideal;
   const std::size_t count = after.distance.size();
 
   // Volumes: every voxel by its share inside each surface.
@@ -377,8 +396,11 @@ CavityMeasures measure(const Preparation& in, const DenseField& after) {
   if (area_of(walls) >= kLeastPart) {
     std::vector<std::pair<double, double>> leans, depths, thickness;
     for (const Facet& f : walls) {
-      leans.emplace_back(std::asin(std::clamp(glm::dot(f.n, axes.w), -1.0, 1.0)), f.area);
+      const dvec3 g = after.gradient(f.p, kAcross);
+      // Next to an edge the stencil sees both faces: such places say nothing of the wall's lean.
+      if (glm::length(g) >= kOneWay) leans.emplace_back(std::asin(std::clamp(glm::dot(g, axes.w) / glm::length(g), -1.0, 1.0)), f.area);
       depths.emplace_back(-before.sample(f.p), f.area);
+      if (last_inside(in.before, f.p, axes.w) * h < kRim) continue;
       // Behind the wall: hard tissue until the open air. Where the pulp comes first it is no outer wall.
       double last = 0;
       for (double s = 1; s * h < kFarthestWall; s += 0.5) {
@@ -394,7 +416,7 @@ CavityMeasures measure(const Preparation& in, const DenseField& after) {
         last = d;
       }
     }
-    m.taper = 2 * trimmed_mean(leans, kTrimmed);
+    if (!leans.empty()) m.taper = 2 * trimmed_mean(leans, kTrimmed);
     m.wall_depth = trimmed_mean(depths, kTrimmed) * h;
     if (!thickness.empty()) {
       m.wall_thickness = lowest(thickness, std::min(kLeastPart / h2, 0.5 * area_of(walls) / h2)) * h;
@@ -411,23 +433,16 @@ CavityMeasures measure(const Preparation& in, const DenseField& after) {
   if (length > 0) m.margin_roughness = std::sqrt(square / length) * h;
 
   // Pulp.
-  std::vector<bool> pulp(count);
-  bool any_pulp = false;
-  for (std::size_t i = 0; i < count; ++i) {
-    pulp[i] = in.tissue[i] == Tissue::kPulp && in.before.distance[i] < 0;
-    any_pulp = any_pulp || pulp[i];
-  }
-  if (any_pulp) {
+  if (!known.to_pulp.empty()) {
     double exposed = 0;
     for (const Facet& f : fresh) {
-      if (pulp[f.inside]) exposed += f.area;
+      if (known.pulp[f.inside]) exposed += f.area;
     }
     m.pulp_exposed = exposed * h2;
     double nearest = kPulpReach / h;
-    const std::vector<std::size_t> to_pulp = nearest_marked(after.size, pulp);
     const auto nz = static_cast<std::size_t>(after.size.z), nyz = static_cast<std::size_t>(after.size.y) * nz;
     for (const Facet& f : fresh) {
-      const std::size_t i = to_pulp[f.inside];
+      const std::size_t i = known.to_pulp[f.inside];
       const dvec3 center(static_cast<double>(i / nyz), static_cast<double>(i % nyz / nz), static_cast<double>(i % nz));
       nearest = std::min(nearest, std::max(0.0, glm::length(f.p - center) - 0.5));
     }
@@ -438,8 +453,15 @@ CavityMeasures measure(const Preparation& in, const DenseField& after) {
 
 }  // namespace
 
-CavityMeasures measure_cavity(const Preparation& preparation) { return measure(preparation, preparation.after); }
+CavityMeasures measure_cavity(const Preparation& preparation) {
+  return measure(preparation, given(preparation), preparation.after);
+}
 
-CavityMeasures measure_ideal(const Preparation& preparation) { return measure(preparation, preparation.ideal); }
+CavityAndIdeal measure_against_ideal(const Preparation& preparation) {
+  const Given known = given(preparation);
+  CavityAndIdeal both{measure(preparation, known, preparation.after), {}};
+  if (!preparation.ideal.distance.empty()) both.ideal = measure(preparation, known, preparation.ideal);
+  return both;
+}
 
 }  // namespace typodont::session

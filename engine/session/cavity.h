@@ -43,7 +43,7 @@ struct CavityMeasures {
   std::optional<double> floor_tilt;        // rad, that plane against the axis
   std::optional<double> taper;             // rad, total: twice the mean lean of the walls; above 0 they open outward
   std::optional<double> wall_depth;        // m, mean, square to the surface there was: the axial reduction of a crown
-  std::optional<double> wall_thickness;    // m, of hard tissue behind the walls where they are thinnest
+  std::optional<double> wall_thickness;    // m, of hard tissue behind the walls, below their rim, where they are thinnest
   std::optional<double> isthmus;           // m, narrowest width across the cavity's length, half-way down
   std::optional<double> margin_roughness;  // m rms, the margin against itself smoothed over a quarter of a millimetre
   std::optional<double> pulp_distance;     // m, from the new surface to the pulp; at most kPulpReach
@@ -52,11 +52,15 @@ struct CavityMeasures {
 };
 
 /// Pulp farther away than this is no nearer than it must be. m
-inline constexpr double kPulpReach = 3e-3;
+inline constexpr double kPulpReach = 2e-3;
 
 CavityMeasures measure_cavity(const Preparation& preparation);
 
-/// The same of the ideal itself: what a perfect hand would get.
-CavityMeasures measure_ideal(const Preparation& preparation);
+/// The result's, and the ideal's own: what a perfect hand would get.
+struct CavityAndIdeal {
+  CavityMeasures result;
+  std::optional<CavityMeasures> ideal;  // absent without one
+};
+CavityAndIdeal measure_against_ideal(const Preparation& preparation);
 
 }  // namespace typodont::session

@@ -9,6 +9,7 @@ namespace typodont::session {
 
 namespace {
 
+constexpr float kSlid = 20;    // voxels: farther away the seeds' own spacing does not matter
 constexpr float kKept = 1.8f;  // voxels: as far as this a field's own values are kept; reaches across a voxel's diagonal
 
 /// Carries, for every voxel, whatever is nearest from its neighbours on: sweeps in all eight directions.
@@ -51,12 +52,12 @@ double DenseField::sample(const glm::dvec3& p) const {
   return a + f.x * (b - a);
 }
 
-glm::dvec3 DenseField::gradient(const glm::dvec3& p) const {
+glm::dvec3 DenseField::gradient(const glm::dvec3& p, double reach) const {
   glm::dvec3 g;
   for (int axis = 0; axis < 3; ++axis) {
     glm::dvec3 d(0);
-    d[axis] = 0.5;
-    g[axis] = sample(p + d) - sample(p - d);
+    d[axis] = reach;
+    g[axis] = (sample(p + d) - sample(p - d)) / (2 * reach);
   }
   return g;
 }
@@ -106,6 +107,10 @@ DenseField redistanced(const DenseField& field) {
         const std::size_t at = field.at(x, y, z);
         if (std::abs(field.distance[at]) <= kKept) continue;
         if (best[at] >= kFar) continue;
+        if (best[at] > kSlid) {
+          result.distance[at] = std::copysign(best[at], field.distance[at]);
+          continue;
+        }
         const glm::dvec3 p(x, y, z);
         glm::dvec3 c(closest[at]);
         double reach = static_cast<double>(best[at]);

@@ -21,8 +21,8 @@ struct DenseField {
   }
   /// Trilinear; beyond the box as at its border.
   double sample(const glm::dvec3& p) const;
-  /// Of the trilinear field by central differences over a voxel; not normalised.
-  glm::dvec3 gradient(const glm::dvec3& p) const;
+  /// Of the trilinear field by central differences `reach` voxels to either side; not normalised.
+  glm::dvec3 gradient(const glm::dvec3& p, double reach = 0.5) const;
 };
 
 /// The share of a voxel inside a surface that passes at `distance` voxels from its centre.

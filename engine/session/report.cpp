@@ -14,10 +14,14 @@
 #include <tuple>
 
 #include "engine/base/error.h"
+#include "engine/base/units.h"
 #include "engine/contract/safety_event.h"
 #include "engine/session/format/columns.h"
+#include "engine/session/page/model_colors.h"
 #include "engine/session/page/plot.h"
+#include "engine/session/page/section.h"
 #include "engine/session/page/style.h"
+#include "engine/session/page/viewer.h"
 #include "engine/session/page/words.h"
 #include "engine/session/task.h"
 
@@ -137,6 +141,8 @@ std::string scene_name_of(const SessionReader& session) {
 std::string page_head(Language language, const std::string& title) {
   return fmt::format(
       "<!doctype html>\n<html lang=\"{}\">\n<head>\n<meta charset=\"utf-8\">\n"
+      "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; img-src data:; style-src 'unsafe-inline'; "
+      "script-src 'unsafe-inline'\">\n"
       "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>{}</title>\n<style>{}</style>\n"
       "</head>\n<body>\n",
       tag_of(language), escaped(title), kStyle);
@@ -147,8 +153,12 @@ class Page : private Words {
  public:
   Page(const SessionReader& session, const ReportOptions& options)
       : Words{options.language}, session_(session), options_(options), course_(course_of(session)),
-        input_(input_of(session, course_)), score_(options.score ? *options.score : score_of(session, input_)) {
+        input_(options.input ? *options.input : input_of(session, course_)), score_(options.score ? *options.score : score_of(session, input_)) {
     scene_name_ = scene_name_of(session);
+    if (!session.header().scene_json.empty()) {
+      const Json scene = Json::parse(session.header().scene_json, session.file().string() + ": scene");
+      if (const auto task = scene.find("task")) task_ = read_task(*task);
+    }
   }
 
   std::string html() {
@@ -158,12 +168,16 @@ class Page : private Words {
     put("<main>\n");
     warnings();
     summary();
+    task();
+    result_views();
     pictures();
     items();
+    comparison();
     volumes();
     over_time();
     faults();
     timing();
+    headset();
     events();
     details();
     put("</main>\n<footer><p>{}</p></footer>\n</body>\n</html>\n",
@@ -180,6 +194,7 @@ class Page : private Words {
     return say(fmt::format("tissue.{}", name_of(static_cast<Tissue>(i))));
   }
   std::string title() const {
+    if (task_ && !task_->title.empty()) return fmt::format("{}: {}", say("title"), task_->title.in(language));
     return scene_name_.empty() ? say("title") : fmt::format("{}: {}", say("title"), scene_name_);
   }
   double duration() const { return course_.count > 0 ? course_.t1 - course_.t0 : 0; }
@@ -199,14 +214,18 @@ class Page : private Words {
     put("{}</p>\n</header>\n<nav aria-label=\"{}\"><ul>", fmt::join(parts, " · "), say("contents"));
     const auto link = [&](const char* id, const char* key) { put("<li><a href=\"#{}\">{}</a></li>", id, say(key)); };
     link("result", "result");
+    if (task_) link("task", "task");
+    if (options_.result) link("form", "form");
     if (!all_pictures().empty()) link("pictures", "pictures");
     link("items", "items");
+    if (compares()) link("comparison", "comparison");
     link("volumes", "volumes");
     if (course_.count > 0) {
       link("course", "course");
       link("faults", "faults");
     }
     if (!course_.cpu_us.empty() || session_.loop()) link("timing", "timing");
+    if (headset_frames()) link("headset", "headset");
     if (!session_.events().empty()) link("events", "events");
     link("details", "details");
     put("</ul></nav>\n");
@@ -280,6 +299,231 @@ class Page : private Words {
     return p.name.starts_with("before") ? 0 : p.name.starts_with("during") ? 1 : p.name.starts_with("after") ? 2 : 3;
   }
 
+  void task() {
+    if (!task_) return;
+    put("<section id=\"task\" aria-labelledby=\"h-task\">\n<h2 id=\"h-task\">{}</h2>\n<p>{}</p>\n", say("task"),
+        escaped(task_->goal.in(language)));
+    if (!task_->steps.empty()) {
+      put("<ol class=\"steps\">");
+      for (const TaskText& step : task_->steps) put("<li>{}</li>", escaped(step.in(language)));
+      put("</ol>\n");
+    }
+    put("</section>\n");
+  }
+
+  bool has_ideal() const { return options_.preparation && !options_.preparation->ideal.distance.empty(); }
+
+  /// The views that are drawn and that the turnable one starts from.
+  struct Views {
+    ModelView above, front, side, angled;
+    dvec3 to_right{1, 0, 0};
+  };
+  Views views() const {
+    const dvec3 axis = options_.preparation ? options_.preparation->axis_W : dvec3(0, 0, 1);
+    const dvec3 other = std::abs(axis.x) < 0.7 ? dvec3(1, 0, 0) : dvec3(0, 0, 1);
+    const dvec3 right = glm::normalize(other - glm::dot(other, axis) * axis), away = glm::cross(axis, right);
+    return {{-axis, away}, {away, axis}, {-right, axis}, {glm::normalize(-0.75 * axis + 0.6 * away - 0.3 * right), axis}, right};
+  }
+
+  void result_views() {
+    if (!options_.result) return;
+    const ResultModel& model = *options_.result;
+    const Views at = views();
+    put("<section id=\"form\" class=\"long\" aria-labelledby=\"h-form\">\n<h2 id=\"h-form\">{}</h2>\n", say("form"));
+    if (has_ideal()) {
+      put("<p class=\"soft\">{}</p>\n", say("form_note"));
+      worst_places();
+    }
+    put("<div class=\"pictures\">\n");
+    const auto picture = [&](const ModelView& view, bool difference, const std::string& caption) {
+      put("<figure><img alt=\"{}\" src=\"data:image/png;base64,{}\"><figcaption>{}</figcaption></figure>\n",
+          escaped(say("picture.alt", caption)), base64(draw_model(model, view, {420, 320}, difference)), escaped(caption));
+    };
+    picture(at.above, false, say("view.above"));
+    picture(at.angled, false, say("view.angled"));
+    if (has_ideal()) {
+      const auto map = [&](const char* key) { return fmt::format("{}: {}", say("difference"), say(key)); };
+      picture(at.above, true, map("view.above"));
+      picture(at.front, true, map("view.front"));
+      picture(at.side, true, map("view.side"));
+      picture(at.angled, true, map("view.angled"));
+    }
+    put("</div>\n");
+    if (has_ideal()) color_bar();
+    viewer(at);
+    sections(at);
+    put("</section>\n");
+  }
+
+  void worst_places() {
+    if (!input_.cavity) return;
+    const CavityMeasures& c = *input_.cavity;
+    const auto say_place = [&](const char* key, const Place& place) {
+      if (!(place.depth > 0)) return;
+      put("<p>{}</p>\n", say(key, quantity(place.depth * 1e3, "mm"), number(place.p_W.x * 1e3, 1), number(place.p_W.y * 1e3, 1),
+                            number(place.p_W.z * 1e3, 1)));
+    };
+    say_place("worst_over", c.over);
+    say_place("worst_under", c.under);
+  }
+
+  void color_bar() {
+    const auto css = [](std::size_t i) {
+      const auto& c = kDifferenceColors[i];
+      return fmt::format("rgb({},{},{})", c[0], c[1], c[2]);
+    };
+    const std::string full = number(kFullColor * 1e3, 1);
+    put("<div class=\"colorbar\" role=\"img\" aria-label=\"{0}\"><i style=\"background:linear-gradient(90deg,{1},{2},{3})\"></i>"
+        "<span>−{4} mm {5}</span><span>0</span><span>+{4} mm {6}</span></div>\n",
+        escaped(say("colorbar_alt")), css(2), css(1), css(0), full, say("too_deep"), say("too_much"));
+  }
+
+  void viewer(const Views& at) {
+    put("<h3>{}</h3>\n<noscript><p class=\"soft\">{}</p></noscript>\n<div id=\"viewer\" hidden>\n<div class=\"buttons\" role=\"group\" "
+        "aria-label=\"{}\">",
+        say("turn"), say("no_script"), say("show"));
+    const auto mode = [&](const char* name, const char* key) {
+      put("<button type=\"button\" data-mode=\"{}\" aria-pressed=\"false\">{}</button>", name, say(key));
+    };
+    mode("result", "form");
+    if (has_ideal()) mode("difference", "difference");
+    if (options_.ideal) mode("ideal", "ideal");
+    put("</div>\n<div class=\"buttons\" role=\"group\" aria-label=\"{}\">", say("view"));
+    for (const char* name : {"above", "front", "side", "angled"}) {
+      put("<button type=\"button\" data-look=\"{}\">{}</button>", name, say(std::string("view.") + name));
+    }
+    put("<button type=\"button\" data-look=\"reset\">{}</button>\n<label>{} <input type=\"range\" name=\"cut\" min=\"5\" max=\"100\" "
+        "value=\"100\"></label></div>\n<canvas tabindex=\"0\" role=\"img\" aria-label=\"{}\"></canvas>\n<p class=\"soft\">{}</p>\n"
+        "<p aria-live=\"polite\" class=\"hush\"></p>\n</div>\n",
+        say("reset"), say("cut_open"), escaped(say("viewer_alt")), say("viewer_keys"));
+    put("<script type=\"application/json\" id=\"model-data\">{}</script>\n<script>{}</script>\n", model_data(at), kViewerScript);
+  }
+
+  /// Positions in 16 bits over the result's bounds, normals and deviations in 8.
+  std::string model_data(const Views& at) const {
+    std::vector<const ResultModel*> models{&*options_.result};
+    if (options_.ideal) models.push_back(&*options_.ideal);
+    glm::vec3 lo(1e9f), hi(-1e9f);
+    for (const ResultModel* m : models) {
+      for (const auto& v : m->vertices) lo = glm::min(lo, v.p_W), hi = glm::max(hi, v.p_W);
+    }
+    const glm::vec3 middle = 0.5f * (lo + hi), extent = hi - lo;
+    const float largest = std::max({extent.x, extent.y, extent.z, 1e-6f}), step = largest / 2 / 32767;
+    const auto raw = []<class T>(const std::vector<T>& values) {
+      const auto* p = reinterpret_cast<const unsigned char*>(values.data());
+      return base64(std::vector<unsigned char>(p, p + values.size() * sizeof(T)));
+    };
+    std::vector<std::string> meshes;
+    for (const ResultModel* m : models) {
+      std::vector<std::int16_t> position;
+      std::vector<std::int8_t> normal, off;
+      std::vector<std::uint8_t> tissue;
+      for (const auto& v : m->vertices) {
+        for (int k = 0; k < 3; ++k) {
+          position.push_back(static_cast<std::int16_t>(std::lround((v.p_W[k] - middle[k]) / step)));
+          normal.push_back(static_cast<std::int8_t>(std::lround(127 * std::clamp(v.n[k], -1.0f, 1.0f))));
+        }
+        tissue.push_back(static_cast<std::uint8_t>(v.tissue));
+        off.push_back(static_cast<std::int8_t>(std::lround(127 * std::clamp(v.off / static_cast<float>(kFullColor), -1.0f, 1.0f))));
+      }
+      std::vector<std::uint32_t> index;
+      for (const auto& t : m->triangles) index.insert(index.end(), t.begin(), t.end());
+      meshes.push_back(fmt::format("{{\"position\":\"{}\",\"normal\":\"{}\",\"tissue\":\"{}\",\"off\":\"{}\",\"index\":\"{}\"}}",
+                                   raw(position), raw(normal), raw(tissue), raw(off), raw(index)));
+    }
+    const auto vec = [](const dvec3& v) { return fmt::format("[{:.5f},{:.5f},{:.5f}]", v.x, v.y, v.z); };
+    const auto view = [&](const ModelView& v) { return fmt::format("{{\"back\":{},\"up\":{}}}", vec(-v.look_W), vec(v.up_W)); };
+    std::vector<std::string> tissues, difference;
+    for (const auto& c : kTissueColors) tissues.push_back(fmt::format("[{},{},{}]", c[0], c[1], c[2]));
+    for (const auto& c : kDifferenceColors) difference.push_back(fmt::format("[{},{},{}]", c[0], c[1], c[2]));
+    // It turns about what was worked on.
+    glm::vec3 focus(0);
+    if (options_.preparation) {
+      const Preparation& p = *options_.preparation;
+      focus = (glm::vec3(p.frame.to_world(0.5 * dvec3(p.before.size))) - middle) / step;
+    }
+    return fmt::format("{{\"has_ideal\":{},\"focus\":{},\"extent\":{:.6g},\"step\":{:.6g},\"tissues\":[{}],\"difference\":[{}],\"view\":{{"
+                       "\"above\":{},\"front\":{},\"side\":{},\"angled\":{},\"slice\":{}}},\"meshes\":[{}]}}",
+                       has_ideal() ? "true" : "false", vec(dvec3(focus)), glm::length(extent), step, fmt::join(tissues, ","), fmt::join(difference, ","),
+                       view(at.above), view(at.front), view(at.side), view(at.angled), vec(-at.front.look_W), fmt::join(meshes, ","));
+  }
+
+  void sections(const Views& at) {
+    if (!options_.preparation) return;
+    // Through the worst place where there is one, else through the middle of what was looked at.
+    const Preparation& p = *options_.preparation;
+    dvec3 through = p.frame.to_world(0.5 * dvec3(p.before.size));
+    if (input_.cavity) {
+      const Place &over = input_.cavity->over, &under = input_.cavity->under;
+      const Place& worst = over.depth > under.depth ? over : under;
+      if (worst.depth > 0) through = worst.p_W;
+    }
+    const std::string front = section_svg(p, through, at.to_right, say("section_alt"));
+    const std::string side = section_svg(p, through, glm::cross(p.axis_W, at.to_right), say("section_alt"));
+    if (front.empty() && side.empty()) return;
+    put("<h3>{}</h3>\n<p class=\"soft\">{}</p>\n<div class=\"pictures\">\n", say("sections"), say("sections_note"));
+    for (const std::string& svg : {front, side}) {
+      if (!svg.empty()) put("<figure>{}</figure>\n", svg);
+    }
+    put("</div>\n<ul class=\"legend\" aria-hidden=\"true\"><li class=\"k-was\">{}</li><li class=\"k-is\">{}</li>", say("before"), say("form"));
+    if (has_ideal()) put("<li class=\"k-ideal\">{}</li>", say("ideal"));
+    put("</ul>\n");
+  }
+
+  bool compares() const { return !options_.earlier.empty() || options_.expert; }
+
+  static const ScoreItem* item_of(const Score& score, const std::string& name) {
+    const auto it = std::find_if(score.items.begin(), score.items.end(), [&](const ScoreItem& i) { return i.name == name; });
+    return it == score.items.end() ? nullptr : &*it;
+  }
+
+  void comparison() {
+    if (!compares()) return;
+    struct Column {
+      std::string title;
+      const Score* score;
+    };
+    std::vector<Column> columns{{say("this_session"), &score_}};
+    if (!options_.earlier.empty()) {
+      const SessionSummary& last = options_.earlier.back();
+      columns.push_back({say("last_session"), &last.score});
+      const auto best = std::max_element(options_.earlier.begin(), options_.earlier.end(), [](const auto& a, const auto& b) {
+        return a.score.points < b.score.points;
+      });
+      columns.push_back({say("best_session"), &best->score});
+    }
+    if (options_.expert) columns.push_back({say("expert"), &options_.expert->score});
+    put("<section id=\"comparison\" class=\"long\" aria-labelledby=\"h-comparison\">\n<h2 id=\"h-comparison\">{}</h2>\n<div class=\"scroll\" "
+        "tabindex=\"0\" role=\"region\" aria-labelledby=\"h-comparison\"><table>",
+        say("comparison"));
+    if (!options_.earlier.empty()) put("<caption>{}</caption>", say("earlier_count", options_.earlier.size()));
+    put("<thead><tr><th scope=\"col\">{}</th>", say("item"));
+    for (const Column& c : columns) put("<th scope=\"col\">{}</th>", c.title);
+    put("</tr></thead>\n<tbody>\n");
+    for (const ScoreItem& item : score_.items) {
+      if (item.weight <= 0) continue;
+      put("<tr><th scope=\"row\">{}</th>", name_of_item(item.name));
+      for (const Column& c : columns) {
+        const ScoreItem* other = item_of(*c.score, item.name);
+        put("<td>{}</td>", other ? quantity(other->value, other->unit) : "–");
+      }
+      put("</tr>\n");
+    }
+    put("</tbody>\n<tfoot><tr><th scope=\"row\">{}</th>", say("score"));
+    for (const Column& c : columns) put("<td>{} %</td>", number(c.score->full > 0 ? 100 * c.score->points / c.score->full : 0, 0));
+    put("</tr></tfoot>\n</table></div>\n");
+    if (!options_.earlier.empty()) {
+      std::vector<double> values;
+      for (const SessionSummary& s : options_.earlier) values.push_back(s.score.full > 0 ? 100 * s.score.points / s.score.full : 0);
+      values.push_back(score_.full > 0 ? 100 * score_.points / score_.full : 0);
+      put("<figure>{}<figcaption>{} (%)</figcaption></figure>\n",
+          session_plot(values, 100.0, say("curve_alt", say("score"), quantity(values.front(), "%"), quantity(values.back(), "%")),
+                       number_text()),
+          say("score"));
+    }
+    put("</section>\n");
+  }
+
   void pictures() {
     const auto all = all_pictures();
     if (all.empty()) return;
@@ -307,7 +551,8 @@ class Page : private Words {
     for (const ScoreItem& item : score_.items) order.push_back(&item);
     std::stable_sort(order.begin(), order.end(), [](auto* a, auto* b) { return a->weight > b->weight; });
     for (const ScoreItem* item : order) {
-      put("<tr><th scope=\"row\">{}</th><td>{}</td>", name_of_item(item->name), quantity(item->value, item->unit));
+      put("<tr><th scope=\"row\">{}</th><td>{}</td>", name_of_item(item->name),
+          std::isnan(item->value) ? say("not_there") : quantity(item->value, item->unit));
       if (item->weight > 0) {
         put("<td>{}</td><td>{}</td><td>{} / {}", target(*item), quantity(item->tolerance, item->unit),
             number(item->points, 1), number(item->weight, 0));
@@ -578,6 +823,54 @@ class Page : private Words {
                   number_text()));
   }
 
+  /// The stream that a head-mounted display leaves, a row a frame; null without one.
+  const StreamData* headset_frames() const {
+    const auto& specs = session_.header().streams;
+    for (std::size_t i = 0; i < specs.size() && i < session_.streams().size(); ++i)
+      if (specs[i].name == "headset" && !session_.streams()[i].t.empty()) return &session_.streams()[i];
+    return nullptr;
+  }
+
+  void headset() {
+    const StreamData* frames = headset_frames();
+    if (!frames) return;
+    const auto& specs = session_.header().streams;
+    const auto spec = std::find_if(specs.begin(), specs.end(), [](const StreamSpec& s) { return s.name == "headset"; });
+    /// A column's known values, times `scale`, sorted.
+    const auto column = [&](std::string_view name, double scale) {
+      std::vector<double> values;
+      for (std::size_t c = 0; c < spec->columns.size() && c < frames->columns.size(); ++c) {
+        if (spec->columns[c].name != name) continue;
+        for (const double v : frames->columns[c])
+          if (std::isfinite(v)) values.push_back(v * scale);
+      }
+      std::sort(values.begin(), values.end());
+      return values;
+    };
+    const auto sum = [](const std::vector<double>& values) { return std::accumulate(values.begin(), values.end(), 0.0); };
+    const std::size_t count = frames->t.size();
+    const double drawn = sum(column("drawn", 1)), missed = sum(column("missed", 1));
+    put("<section id=\"headset\" aria-labelledby=\"h-headset\">\n<h2 id=\"h-headset\">{}</h2>\n<p>{}</p>\n"
+        "<table><caption>{}</caption><thead><tr><th scope=\"col\"></th><th scope=\"col\">{}</th><th scope=\"col\">99 %</th>"
+        "<th scope=\"col\">{}</th></tr></thead>\n<tbody>\n",
+        say("headset"), say("headset_frames", count, number(drawn, 0), number(missed, 0)), say("headset_caption"),
+        say("median"), say("worst"));
+    const auto row = [&](const char* key, std::string_view name, double scale, const char* unit, bool least_is_worst = false) {
+      std::vector<double> values = column(name, scale);
+      if (values.empty()) return;
+      if (least_is_worst) std::reverse(values.begin(), values.end());
+      const auto at = [&](double q) {
+        return quantity(values[static_cast<std::size_t>(q * static_cast<double>(values.size() - 1) + 0.5)], unit);
+      };
+      put("<tr><th scope=\"row\">{}</th><td>{}</td><td>{}</td><td>{}</td></tr>\n", say(key), at(0.5), at(0.99), at(1));
+    };
+    row("pose_to_submit", "pose_to_submit_s", 1e3, "ms");
+    row("frame_margin", "margin_s", 1e3, "ms", true);
+    row("head_error", "position_error_m", 1e3, "mm");
+    row("head_angle_error", "angle_error_rad", 1 / kDegree, "°");
+    put("</tbody></table>\n</section>\n");
+  }
+
   void events() {
     const auto& all = session_.events();
     if (all.empty()) return;
@@ -624,6 +917,7 @@ class Page : private Words {
   ScoreInput input_;
   Score score_;
   std::string scene_name_;
+  std::optional<Task> task_;
   std::string out_;
 };
 
@@ -651,9 +945,9 @@ std::string report_html(const SessionReader& session, const ReportOptions& optio
   return Page(session, options).html();
 }
 
-SessionSummary summarize(const SessionReader& session) {
+SessionSummary summarize(const SessionReader& session, std::optional<Score> score) {
   return {session.file().filename().string(), session.header().date, session.header().trainee, scene_name_of(session),
-          session.truncated(), score_session(session)};
+          session.truncated(), score ? std::move(*score) : score_session(session)};
 }
 
 std::string learning_curve_html(std::span<const SessionSummary> sessions, Language language) {

@@ -1,4 +1,5 @@
-// A session as one self-contained HTML page: no script, no network, prints well, readable in light and dark.
+// A session as one self-contained HTML page: no network, prints well, readable in light and dark. Only the turnable view
+// of the result has a script; everything else is there without.
 #pragma once
 
 #include <optional>
@@ -6,16 +7,31 @@
 #include <string>
 #include <vector>
 
+#include "engine/session/cavity.h"
+#include "engine/session/result_model.h"
 #include "engine/session/score.h"
 #include "engine/session/session_file.h"
 #include "engine/session/strings.h"
 
 namespace typodont::session {
 
+/// One session among others.
+struct SessionSummary {
+  std::string file, date, trainee, scene;
+  bool truncated = false;
+  Score score;
+};
+
+/// What the program knows beyond the file: geometry, and other sessions to compare with.
 struct ReportOptions {
   Language language = Language::kEnglish;
   std::vector<SessionPicture> more_pictures;  // beside those inside the session
   std::optional<Score> score;                 // nothing: scored by score_session()
+  std::optional<ScoreInput> input;            // what was scored, where more was measured than the file holds
+  std::optional<ResultModel> result, ideal;   // the surface that was left, with how far it is off; the ideal's
+  std::optional<Preparation> preparation;     // for sections through it
+  std::vector<SessionSummary> earlier;        // of the same scene, oldest first
+  std::optional<SessionSummary> expert;
 };
 
 /// Reads a PNG for a report or a session. Throws Error when the file is not one.
@@ -29,13 +45,8 @@ Score score_session(const SessionReader& session);
 
 std::string report_html(const SessionReader& session, const ReportOptions& options = {});
 
-/// One session among others.
-struct SessionSummary {
-  std::string file, date, trainee, scene;
-  bool truncated = false;
-  Score score;
-};
-SessionSummary summarize(const SessionReader& session);
+/// `score`: nothing: scored by score_session().
+SessionSummary summarize(const SessionReader& session, std::optional<Score> score = {});
 
 /// A trainee's sessions as one page: how the score and what counts in it went, scene by scene, in the order of dates.
 std::string learning_curve_html(std::span<const SessionSummary> sessions, Language language);

@@ -370,6 +370,7 @@ std::vector<ScoreRule> task_rules(const Json& block, const ScoreInput& input) {
   if (!list) return rules;
   ScoreInput ideal = input;
   if (input.cavity_ideal) ideal.cavity = input.cavity_ideal;
+  if (input.ideal) ideal.after = *input.ideal;
   for (ScoreRule& rule : read_rules(*list, &ideal)) {
     const auto same = std::find_if(rules.begin(), rules.end(), [&](const ScoreRule& r) { return r.name == rule.name; });
     if (same == rules.end()) {

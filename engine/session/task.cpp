@@ -44,15 +44,12 @@ TaskText read_task_text(const Json& json) {
 }
 
 Task read_task(const Json& json) {
-  json.allow_only({"title", "goal", "steps", "tools", "axis", "ideal", "explore", "protect", "rules", "defaults"});
+  json.allow_only({"title", "goal", "steps", "axis", "ideal", "explore", "protect", "rules", "defaults"});
   Task task;
   if (const auto title = json.find("title")) task.title = read_task_text(*title);
   task.goal = read_task_text(json["goal"]);
   if (const auto steps = json.find("steps")) {
     for (const Json& step : steps->items()) read_step(step, task);
-  }
-  if (const auto tools = json.find("tools")) {
-    for (const Json& tool : tools->items()) task.tools.push_back(tool.string());
   }
   if (const auto axis = json.find("axis")) {
     task.axis_W = axis->vec3();

@@ -31,7 +31,6 @@ struct Task {
   TaskText title, goal;
   std::vector<TaskText> steps;
   std::vector<std::string> step_deeds;  // one for each step: what does it, of kStepDeeds; empty: it is ticked off
-  std::vector<std::string> tools;  // names, in the order of use; empty: the scene's own
   dvec3 axis_W{0, 0, 1};           // unit, out of the opening
   std::optional<Json> ideal;       // read by the program
   std::vector<Json> protect;       // solids
@@ -39,7 +38,7 @@ struct Task {
   std::vector<Json> region;        // solids: where
 };
 
-/// Reads and checks everything but solids, tools and the ideal. Throws Error.
+/// Reads and checks everything but solids and the ideal. Throws Error.
 Task read_task(const Json& json);
 
 /// The rules of a scene: its task's, else its "score" block's, else the defaults.

@@ -15,10 +15,13 @@ namespace typodont::haptics {
 namespace {
 
 constexpr double kMedialAxis = 1e-2;  // a gradient shorter by more: walls meeting at over 16°
+constexpr double kFootOff = 0.05;     // voxels; of a ball of four voxels' radius the linear look alone is off by as much
 constexpr float kOnSurface = 0.25f;   // voxels
 constexpr float kNear = 1.5f;         // voxels: samples closer than this to the surface are looked at
-constexpr int kExactSteps = 5;        // cubic queries a contact may take on its way to the closest point
-constexpr double kStaysExact = 0.02;  // voxels a ball may move before a contact is made exact again: 2e-5 voxels of gap
+constexpr int kExactSteps = 4;        // cubic queries a contact may take on its way to the closest point
+constexpr double kStaysExact = 0.02;  // voxels a ball may move before a contact is made exact again: 2e-5 voxels of gap,
+constexpr double kStaysExactEdged = 2e-3;  // … and a head with edges, where the gap may change by as much as the way
+constexpr double kGained = 1e-4;      // voxels: the next step would gain the square of that
 constexpr int kBatch = 8;
 
 /// A piece of the head's meridian in floats; see HeadField::Piece.
@@ -125,11 +128,10 @@ struct FlatField {
 
 TYPODONT_KERNEL void pairs_at(const float* samples, const std::ptrdiff_t (&at)[8], std::ptrdiff_t offset, F8& first,
                               F8& second) {
-  F8 low, high;
-  double pair[8];
+  double pair[8];  // two floats move as one double
   for (int i = 0; i < 8; ++i) std::memcpy(&pair[i], samples + at[i] + offset, sizeof(double));
-  std::memcpy(&low, pair, sizeof low);
-  std::memcpy(&high, pair + 4, sizeof high);
+  const D4 one = {pair[0], pair[1], pair[2], pair[3]}, two = {pair[4], pair[5], pair[6], pair[7]};
+  const F8 low = (F8)one, high = (F8)two;
   first = __builtin_shufflevector(low, high, 0, 2, 4, 6, 8, 10, 12, 14);
   second = __builtin_shufflevector(low, high, 1, 3, 5, 7, 9, 11, 13, 15);
 }
@@ -376,6 +378,7 @@ void ContactSet::put(int i, const dvec3& c, const ContactPlane& plane) noexcept 
 
 void ContactSet::clear() noexcept {
   count_ = exact_count_ = 0;
+  sunk_ = false;
   engaged_area_ = deepest_ = 0;
   engaged_normal_ = dvec3(0);
 }
@@ -401,6 +404,8 @@ bool ContactFinder::find_by_offset(const SurfacePatch& patch, const dvec3& c, Co
   if (std::abs(length - 1) > kMedialAxis) return false;
   if (at.value < 0.5) return false;  // the centre is inside: the field there is not what the offset needs
   const dvec3 n = at.gradient / length;
+  // Near a medial axis the gradient is a mixture of two walls': its foot then hangs in the air between them.
+  if (!patch.holds(c - at.value * n, 0) || std::abs(sample_linear(patch, c - at.value * n)) > kFootOff) return false;
   set.origin_ = c;
   set.put(0, c, {c - at.value * n, n, at.value - radius_, 1});
   set.count_ = 1;
@@ -445,6 +450,38 @@ void ContactFinder::find(const SurfacePatch& patch, const Pose& X_VT, double nea
   std::fill_n(set.rough_.yields, found.count, 1.0f);
 }
 
+void ContactSet::forgive(double most) noexcept {
+  for (int i = 0; i < count_; ++i) {
+    float& gap = rough_.gap[i];
+    if (!(gap < 0) || static_cast<double>(gap) < -most) continue;
+    rough_.x[i] += gap * rough_.nx[i];
+    rough_.y[i] += gap * rough_.ny[i];
+    rough_.z[i] += gap * rough_.nz[i];
+    gap = 0;
+  }
+}
+
+void ContactFinder::find_way_out(const SurfacePatch& patch, const Pose& X_VT, ContactSet& set) const noexcept {
+  set.count_ = set.exact_count_ = 0;
+  set.deepest_ = 0;
+  set.origin_ = X_VT.p;
+  set.sunk_ = true;
+  RoughPlanes& planes = set.rough_;
+  const auto add = [&](const dvec3& p, double beyond) {
+    const FieldSample at = sample_linear_gradient(patch, X_VT.p + p);
+    const double slope = glm::length(at.gradient), gap = at.value - beyond;
+    if (gap >= 0 || slope < 0.5 || set.count_ == ContactSet::kMax) return;
+    const glm::vec3 n(at.gradient / slope), x(p - at.value * dvec3(n));
+    const int i = set.count_++;
+    planes.x[i] = x.x, planes.y[i] = x.y, planes.z[i] = x.z;
+    planes.nx[i] = n.x, planes.ny[i] = n.y, planes.nz[i] = n.z;
+    planes.gap[i] = static_cast<float>(gap), planes.yields[i] = 1;
+    set.deepest_ = std::max(set.deepest_, -gap);
+  };
+  if (sample_linear(patch, X_VT.p) < 0) add(dvec3(0), sphere_ ? radius_ : 0);
+  for (int i = 0; i < ContactSet::kMax; ++i) add(X_VT.R * dvec3(samples_->px[i], samples_->py[i], samples_->pz[i]), 0);
+}
+
 void ContactFinder::relinearize(const Pose& X_VT, ContactSet& set) const noexcept {
   const FlatHead head = flat_head(samples_->pieces, head_.count, sphere_, radius_, X_VT.R, dvec3(0));
   const glm::vec3 moved(X_VT.p - set.origin_);
@@ -457,10 +494,9 @@ void ContactFinder::relinearize(const Pose& X_VT, ContactSet& set) const noexcep
 }
 
 bool ContactFinder::refine(const SurfacePatch& patch, const Pose& X_VT, ContactSet& set, int i) const noexcept {
-  if (sphere_) {
-    const ContactSet::Exact* known = set.exact(i);
-    if (known && glm::length(known->c - X_VT.p) < kStaysExact) return false;
-  }
+  if (set.sunk_) return false;
+  const ContactSet::Exact* known = set.exact(i);
+  if (known && glm::length(known->c - X_VT.p) < (sphere_ ? kStaysExact : kStaysExactEdged)) return false;
   const ContactPlane rough = set.plane(i);
   if (!patch.holds(rough.x, 0)) return false;
   // From a point near the surface: onto it, then along it toward the head, as long as that brings them closer.
@@ -479,7 +515,7 @@ bool ContactFinder::refine(const SurfacePatch& patch, const Pose& X_VT, ContactS
     const double gap = head_distance(X_VT, x, m), gained = best.gap - gap;
     if (!(gained > 0)) break;
     best = {x, -m, gap, rough.yields};
-    if (gained < 1e-6) break;
+    if (gained < kGained) break;
     x -= (radius_ + gap) * (m - glm::dot(m, n) * n);
   }
   set.put(i, X_VT.p, best.gap < rough.gap + 0.5 ? best : rough);
@@ -487,6 +523,27 @@ bool ContactFinder::refine(const SurfacePatch& patch, const Pose& X_VT, ContactS
 }
 
 namespace {
+
+/// The plane whose normal is closest to `n`, the first of equal ones.
+TYPODONT_DISPATCH("avx2", "default") int most_along(const RoughPlanes* planes, int count, const float* n) {
+  F8 most = F8{} - 2.0f;
+  I8 index = {}, at = {0, 1, 2, 3, 4, 5, 6, 7};
+  for (int k = 0; k < count; k += kBatch, at += 8) {
+    F8 nx, ny, nz;
+    std::memcpy(&nx, planes->nx + k, sizeof nx);
+    std::memcpy(&ny, planes->ny + k, sizeof ny);
+    std::memcpy(&nz, planes->nz + k, sizeof nz);
+    const F8 along = nx * n[0] + ny * n[1] + nz * n[2];
+    const I8 more = (along > most) & (at < count);
+    most = more ? along : most;
+    index = more ? at : index;
+  }
+  int best = 0;
+  for (int lane = 1; lane < 8; ++lane) {
+    if (most[lane] > most[best] || (most[lane] == most[best] && index[lane] < index[best])) best = lane;
+  }
+  return index[best];
+}
 
 /// The plane of least n·d + room if that is below -slip, the first of equal ones; else -1.
 TYPODONT_DISPATCH("avx2", "default")
@@ -647,6 +704,25 @@ class Projection {
 };
 
 }  // namespace
+
+ActivePlanes guess_active(const ContactSet& set, const HeldBy& before) noexcept {
+  ActivePlanes guess;
+  if (set.count() < 2) return guess;
+  for (int i = 0; i < before.count; ++i) {
+    const glm::vec3 n(before.n[i]);
+    const int index = most_along(&set.rough(), set.count(), &n.x);
+    if (std::find(guess.index, guess.index + guess.count, index) == guess.index + guess.count) {
+      guess.index[guess.count++] = index;
+    }
+  }
+  return guess;
+}
+
+HeldBy held_by(const ContactSet& set, const ActivePlanes& active) noexcept {
+  HeldBy held;
+  for (; held.count < active.count; ++held.count) held.n[held.count] = set.plane(active.index[held.count]).n;
+  return held;
+}
 
 dvec3 nearest_allowed(const ContactSet& set, const dvec3& c, double overlap, double slack, const dvec3& target,
                       ActivePlanes& active) noexcept {

@@ -40,8 +40,13 @@ class ContactSet {
   /// One of them: exact where it was refined, else as found.
   ContactPlane plane(int i) const noexcept;
   void set_yields(int i, double yields) noexcept;
+  /// For a head in a place that it has emptied itself: planes that seem to overlap it by up to `most` voxels do so by
+  /// interpolation only, and are moved back to touch.
+  void forgive(double most) noexcept;
   void clear() noexcept;
   const RoughPlanes& rough() const { return rough_; }
+  /// The head lies so deep that its own shape says nothing about the way out: see find_way_out().
+  bool sunk() const { return sunk_; }
 
  private:
   friend class ContactFinder;
@@ -57,6 +62,7 @@ class ContactSet {
   void put(int i, const dvec3& c, const ContactPlane& plane) noexcept;
 
   int count_ = 0, exact_count_ = 0;
+  bool sunk_ = false;
   double engaged_area_ = 0, deepest_ = 0;
   dvec3 engaged_normal_{0};
   dvec3 origin_{0};  // of the rough planes' points
@@ -79,11 +85,17 @@ class ContactFinder {
   /// hold the head.
   void find(const SurfacePatch& patch, const Pose& X_VT, double near, ContactSet& set) const noexcept;
 
+  /// Of a head that overlaps tissue by more than `kSunk`, put there by no hand: from each of its samples inside, and from
+  /// its centre, the nearest way out of the tissue, as far in as the field is a distance. No contact when even that is
+  /// not known.
+  void find_way_out(const SurfacePatch& patch, const Pose& X_VT, ContactSet& set) const noexcept;
+  static constexpr double kSunk = 1.5;  // voxels
+
   /// The same surface points seen from a head that has moved a little: new normals and gaps, no query.
   void relinearize(const Pose& X_VT, ContactSet& set) const noexcept;
 
   /// Makes one contact exact on a smooth surface: slides it, by cubic queries, to where head and surface are closest.
-  /// Returns whether it had to: a ball's contact stays exact for a while.
+  /// Returns whether it had to: a contact stays exact for a little way.
   bool refine(const SurfacePatch& patch, const Pose& X_VT, ContactSet& set, int i) const noexcept;
 
  private:
@@ -102,6 +114,15 @@ struct ActivePlanes {
   int index[3] = {};
   double push[3] = {};
 };
+
+/// The normals of the planes that held the head in the last look: most likely their like do so in the next.
+struct HeldBy {
+  int count = 0;
+  dvec3 n[3];
+};
+HeldBy held_by(const ContactSet& set, const ActivePlanes& active) noexcept;
+/// The planes of a new look that are most like those; a guess for nearest_allowed().
+ActivePlanes guess_active(const ContactSet& set, const HeldBy& before) noexcept;
 
 /// The point nearest to `target` with n_i·(p - c) ≥ -(gap_i + overlap + slack yields_i) for all planes: the god-object's
 /// step. Where no such point exists (a head wedged in its own slot), overlapping planes only keep it from going deeper.

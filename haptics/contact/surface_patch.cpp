@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "engine/base/dispatch.h"
+#include "haptics/lanes.h"
 
 namespace typodont::haptics {
 
@@ -20,17 +21,13 @@ Cell cell_at(const SurfacePatch& patch, const dvec3& p_V) {
   return {x, y, z, q.x - x, q.y - y, q.z - z};
 }
 
-typedef double D4 __attribute__((vector_size(32), aligned(8), may_alias));
-typedef double D2 __attribute__((vector_size(16), aligned(8), may_alias));
-typedef float F4 __attribute__((vector_size(16), aligned(4), may_alias));
-typedef float F2 __attribute__((vector_size(8), aligned(4), may_alias));
 
 /// Weights and derivative weights of the six samples i-2 .. i+3 at three fractions, one per lane: the cubic B-spline
 /// convolved with its local prefilter (-1, 8, -1)/6.
 struct Weights {
   D4 value[6], slope[6];
 
-  inline __attribute__((always_inline)) explicit Weights(const D4& t) {
+  TYPODONT_KERNEL explicit Weights(const D4& t) {
     const D4 t2 = t * t, t3 = t2 * t, s = 1.0 - t;
     const D4 b[4] = {s * s * s / 6.0, (3.0 * t3 - 6.0 * t2 + 4.0) / 6.0, (-3.0 * t3 + 3.0 * t2 + 3.0 * t + 1.0) / 6.0,
                      t3 / 6.0};
@@ -38,7 +35,7 @@ struct Weights {
     fold(b, value);
     fold(d, slope);
   }
-  static inline __attribute__((always_inline)) void fold(const D4 (&b)[4], D4 (&w)[6]) {
+  static TYPODONT_KERNEL void fold(const D4 (&b)[4], D4 (&w)[6]) {
     w[0] = b[0] * (-1.0 / 6);
     w[1] = (8.0 * b[0] - b[1]) * (1.0 / 6);
     w[2] = (8.0 * b[1] - b[0] - b[2]) * (1.0 / 6);
@@ -48,36 +45,31 @@ struct Weights {
   }
 };
 
-/// The sum over 6³ samples, a row of six along z as four and two. `out`: value, gradient.
+/// The sum over 6³ samples, from rows of eight whose first two weigh nothing. `out`: value, gradient.
 TYPODONT_DISPATCH("avx2", "default")
 void cubic(const float* f, std::size_t sx, std::size_t sy, const double* fractions, double* out) {
   const Weights w(D4{fractions[0], fractions[1], fractions[2], 0});
-  D4 value = {}, by_x = {}, by_y = {};
-  D2 value_end = {}, by_x_end = {}, by_y_end = {};
+  D4 value[2] = {}, by_x[2] = {}, by_y[2] = {};
   for (std::size_t i = 0; i < 6; ++i) {
-    D4 sum = {}, slope = {};
-    D2 sum_end = {}, slope_end = {};
+    D4 sum0 = {}, sum1 = {}, slope0 = {}, slope1 = {};
     for (std::size_t j = 0; j < 6; ++j) {
-      const float* row = f + i * sx + j * sy;
-      const D4 r = __builtin_convertvector(*reinterpret_cast<const F4*>(row), D4);
-      const D2 r_end = __builtin_convertvector(*reinterpret_cast<const F2*>(row + 4), D2);
+      const float* const row = f + i * sx + j * sy;
+      const D4 r0 = __builtin_convertvector(*reinterpret_cast<const F4*>(row), D4);
+      const D4 r1 = __builtin_convertvector(*reinterpret_cast<const F4*>(row + 4), D4);
       const double v = w.value[j][1], s = w.slope[j][1];
-      sum += v * r, sum_end += v * r_end;
-      slope += s * r, slope_end += s * r_end;
+      sum0 += v * r0, sum1 += v * r1;
+      slope0 += s * r0, slope1 += s * r1;
     }
     const double v = w.value[i][0], s = w.slope[i][0];
-    value += v * sum, value_end += v * sum_end;
-    by_x += s * sum, by_x_end += s * sum_end;
-    by_y += v * slope, by_y_end += v * slope_end;
+    value[0] += v * sum0, value[1] += v * sum1;
+    by_x[0] += s * sum0, by_x[1] += s * sum1;
+    by_y[0] += v * slope0, by_y[1] += v * slope1;
   }
-  const D4 v = {w.value[0][2], w.value[1][2], w.value[2][2], w.value[3][2]};
-  const D4 s = {w.slope[0][2], w.slope[1][2], w.slope[2][2], w.slope[3][2]};
-  const D2 v_end = {w.value[4][2], w.value[5][2]}, s_end = {w.slope[4][2], w.slope[5][2]};
-  const auto sum = [](const D4& a, const D2& b) { return ((a[0] + a[1]) + (a[2] + a[3])) + (b[0] + b[1]); };
-  out[0] = sum(v * value, v_end * value_end);
-  out[1] = sum(v * by_x, v_end * by_x_end);
-  out[2] = sum(v * by_y, v_end * by_y_end);
-  out[3] = sum(s * value, s_end * value_end);
+  const D4 v0 = {0, 0, w.value[0][2], w.value[1][2]}, v1 = {w.value[2][2], w.value[3][2], w.value[4][2], w.value[5][2]};
+  const D4 s0 = {0, 0, w.slope[0][2], w.slope[1][2]}, s1 = {w.slope[2][2], w.slope[3][2], w.slope[4][2], w.slope[5][2]};
+  const D4 sums[4] = {v0 * value[0] + v1 * value[1], v0 * by_x[0] + v1 * by_x[1], v0 * by_y[0] + v1 * by_y[1],
+                      s0 * value[0] + s1 * value[1]};
+  for (int k = 0; k < 4; ++k) out[k] = (sums[k][0] + sums[k][1]) + (sums[k][2] + sums[k][3]);
 }
 
 }  // namespace
@@ -108,7 +100,7 @@ FieldSample sample_cubic(const SurfacePatch& patch, const dvec3& p_V) noexcept {
   const std::size_t sy = static_cast<std::size_t>(patch.n), sx = sy * sy;
   const double fractions[3] = {c.u, c.v, c.w};
   double out[4];
-  cubic(patch.distance.data() + patch.at(c.x - 2, c.y - 2, c.z - 2), sx, sy, fractions, out);
+  cubic(patch.distance.data() + patch.at(c.x - 2, c.y - 2, c.z - 4), sx, sy, fractions, out);
   return {out[0], {out[1], out[2], out[3]}};
 }
 

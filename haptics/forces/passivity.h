@@ -15,12 +15,13 @@ struct PassivityLaw {
   double margin = 2.5;        // of the fastest retreat lately: a tick may be missed, a retreat may quicken
   double memory = 0.05;       // s
   double turning = 2;         // m/s²: a hand that moves inward faster than turning × tick goes on moving inward …
-  double human_tick = 1e-3;   // s, … in ticks this short; in longer ones it may turn, by the fourth power
+  double human_tick = 1e-3;   // s, … in ticks this short; in longer ones it may go back as far as it came
   double credit = 0.8e-9;     // J, of the 1 nJ that rounding may cost
 };
 
 struct PassivityState {
   double retreat = 0;   // m in one tick: the longest way back lately, out of the tissue or against its own direction
+  double advance = 0;   // m in one tick: the longest way in lately, against the force
   dvec3 moved{0};       // m, the tick before
 };
 
@@ -36,10 +37,9 @@ inline double passive_share(const PassivityLaw& law, const dvec3& f, const dvec3
   if (!(strength > 0)) return 1;
   const double along = glm::dot(f, moved) / strength;  // > 0: with the force, outward
   state.retreat = std::max(state.retreat, along);
-  const double slow = tick / law.human_tick, slow2 = slow * slow;
-  const double turn = law.turning * tick * tick * std::max(1.0, slow2 * slow2);
-  // In long ticks a hand that comes in may go out as fast in the next one.
-  const double reversal = turn + std::min(along, 0.0) * (slow > 2 ? -1 : 1);
+  state.advance = std::max(state.advance * std::exp(-dt / law.memory), -along);
+  const double turn = law.turning * tick * tick;
+  const double reversal = tick > 2.2 * law.human_tick ? turn + state.advance : turn + std::min(along, 0.0);
   const double way = std::max({law.margin * state.retreat, reversal, 1e-3 * turn});
   return std::clamp((energy + law.credit) / (strength * way), 0.0, 1.0);
 }

@@ -124,13 +124,18 @@ TissueVolume::TissueVolume(const DenseTissue& dense) : impl_(std::make_unique<Im
   v.tissue->pruneGrid();
 }
 
-TissueVolume TissueVolume::load(const std::filesystem::path& file) {
-  const std::string name = file.string();
-  std::error_code code;
-  if (!std::filesystem::is_regular_file(file, code)) throw Error(name, "", "no such file", "a tissue volume (.vdb)");
-  auto impl = std::make_unique<Impl>();
-  const auto read = [&] {
-    openvdb::io::File vdb(name);
+namespace {
+
+struct Grids {
+  openvdb::FloatGrid::Ptr distance;
+  openvdb::Int32Grid::Ptr tissue;
+};
+
+/// Throws Error naming `name`.
+Grids read_grids(const std::filesystem::path& file, const std::string& name) {
+  Grids grids;
+  try {
+    openvdb::io::File vdb(file.string());
     vdb.setCopyMaxBytes(0);  // read now, all of it: a truncated file must fail here and not in the middle of a session
     vdb.open(false);
     const auto typed = [&]<class Grid>(const char* grid_name, typename Grid::Ptr& grid) {
@@ -139,16 +144,40 @@ TissueVolume TissueVolume::load(const std::filesystem::path& file) {
       grid = openvdb::gridPtrCast<Grid>(base);
       if (!grid) throw Error(name, grid_name, base->valueType(), Grid().valueType());
     };
-    typed.operator()<openvdb::FloatGrid>("distance", impl->distance);
-    typed.operator()<openvdb::Int32Grid>("tissue", impl->tissue);
-  };
-  try {
-    check_vdb(file, read);
-    read();
+    typed.operator()<openvdb::FloatGrid>("distance", grids.distance);
+    typed.operator()<openvdb::Int32Grid>("tissue", grids.tissue);
   } catch (const openvdb::Exception& e) {
     throw Error(name, "", e.what(), "a tissue volume (.vdb)");
   } catch (const std::bad_alloc&) {
     throw Error(name, "", "sizes beyond this machine's memory", "a tissue volume (.vdb)");
+  }
+  return grids;
+}
+
+/// Throws what OpenVDB throws.
+void write_grids(const std::filesystem::path& file, const openvdb::GridCPtrVec& grids) {
+  openvdb::io::File vdb(file.string());
+  vdb.setCompression(openvdb::io::COMPRESS_ACTIVE_MASK | openvdb::io::COMPRESS_BLOSC);
+  vdb.write(grids);
+  vdb.close();
+  seal_vdb(file);
+}
+
+}  // namespace
+
+TissueVolume TissueVolume::load(const std::filesystem::path& file) {
+  const std::string name = file.string();
+  std::error_code code;
+  if (!std::filesystem::is_regular_file(file, code)) throw Error(name, "", "no such file", "a tissue volume (.vdb)");
+  auto impl = std::make_unique<Impl>();
+  {
+    const TrustedVdb trusted(file, [&](const std::filesystem::path& from, const std::filesystem::path& to) {
+      const Grids grids = read_grids(from, name);
+      write_grids(to, {grids.distance, grids.tissue});
+    });
+    const Grids grids = read_grids(trusted.path(), name);
+    impl->distance = grids.distance;
+    impl->tissue = grids.tissue;
   }
 
   const auto& transform = impl->distance->transform();
@@ -205,11 +234,7 @@ void TissueVolume::save(const std::filesystem::path& file) const {
   const std::string partial = fmt::format("{}.{}.partial", file.string(), getpid());
   std::error_code code;
   try {
-    openvdb::io::File vdb(partial);
-    vdb.setCompression(openvdb::io::COMPRESS_ACTIVE_MASK | openvdb::io::COMPRESS_BLOSC);
-    vdb.write(openvdb::GridCPtrVec{distance, tissue});
-    vdb.close();
-    seal_vdb(partial);
+    write_grids(partial, {distance, tissue});
     std::filesystem::rename(partial, file);
   } catch (const std::exception& e) {
     std::filesystem::remove(partial, code);

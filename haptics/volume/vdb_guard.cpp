@@ -9,9 +9,11 @@
 #include <array>
 #include <cerrno>
 #include <cstdint>
-#include <cstdio>
+#include <cstdlib>
 #include <cstring>
 #include <fstream>
+#include <iterator>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -27,7 +29,8 @@ constexpr std::uint32_t kUuidBytes = 36;
 
 constexpr std::string_view kSeal = "TYPODONT";
 constexpr std::size_t kSealBytes = kSeal.size() + sizeof(std::uint64_t);
-constexpr rlim_t kTrialSeconds = 60;             // of processor time for reading a file on trial
+constexpr std::size_t kLongestMessage = 1000;  // bytes; longer ones are grids cut off, not words
+constexpr rlim_t kTrialSeconds = 60;           // for reading a file on trial
 
 /// FNV-1a of the file's first `bytes` bytes.
 std::uint64_t hash_of(std::ifstream& in, std::uint64_t bytes) {
@@ -58,20 +61,22 @@ Seal seal_of(const std::filesystem::path& file) {
   return hash_of(in, size - kSealBytes) == hash ? Seal::kUnbroken : Seal::kBroken;
 }
 
-/// Runs `read` in a child process, whose end tells how it went. Only the file's format is on trial: an exception is
-/// left to the reading that follows.
-bool survives(const std::function<void()>& read) {
+/// Runs `work` in a child process; true when that ended well. What it throws is left as text in `message`.
+bool succeeds_elsewhere(const std::filesystem::path& message, const std::function<void()>& work) {
   const pid_t child = fork();
   if (child == 0) {
     const rlimit none{0, 0}, seconds{kTrialSeconds, kTrialSeconds};
     setrlimit(RLIMIT_CORE, &none);
     setrlimit(RLIMIT_CPU, &seconds);
-    std::freopen("/dev/null", "w", stderr);
+    alarm(kTrialSeconds);  // and where it sleeps for ever
+    int status = 0;
     try {
-      read();
-    } catch (...) {
+      work();
+    } catch (const std::exception& e) {
+      std::ofstream(message) << e.what();
+      status = 1;
     }
-    _exit(0);
+    _exit(status);
   }
   int status = 0;
   while (child > 0 && waitpid(child, &status, 0) < 0 && errno == EINTR) {
@@ -156,14 +161,30 @@ void seal_vdb(const std::filesystem::path& file) {
   if (!in || !out) throw Error(file.string(), "", std::strerror(errno), "a writable place");
 }
 
-void check_vdb(const std::filesystem::path& file, const std::function<void()>& read) {
+TrustedVdb::TrustedVdb(const std::filesystem::path& file, const Rewrite& rewrite) : path_(file) {
   const Seal seal = seal_of(file);
   if (seal == Seal::kUnbroken) return;
   if (seal == Seal::kBroken)
     throw Error(file.string(), "", "bytes that changed since it was written", "an undamaged file");
   Walker(file).walk();
-  if (!survives(read))
+  std::string pattern = (std::filesystem::temp_directory_path() / "typodont_vdb_XXXXXX").string();
+  const int made = mkstemp(pattern.data());
+  if (made < 0) throw Error(pattern, "", std::strerror(errno), "a folder for temporary files");
+  close(made);
+  path_ = pattern;
+  copy_ = true;
+  if (succeeds_elsewhere(path_, [&] { rewrite(file, path_); }) && seal_of(path_) == Seal::kUnbroken) return;
+  std::ifstream in(path_, std::ios::binary);
+  std::string message{std::istreambuf_iterator<char>(in), {}};
+  std::filesystem::remove(path_);
+  if (message.empty() || message.size() > kLongestMessage || message.find('\0') != std::string::npos)
     throw Error(file.string(), "", "a damaged VDB file, which OpenVDB cannot read", "an undamaged file");
+  throw Error(message);
+}
+
+TrustedVdb::~TrustedVdb() {
+  std::error_code code;
+  if (copy_) std::filesystem::remove(path_, code);
 }
 
 }  // namespace typodont::haptics

@@ -161,6 +161,21 @@ TEST_F(RenderCommand, EveryLayoutHasItsScreenAndMonoOneView) {
   }
 }
 
+TEST_F(RenderCommand, ViewsForTeachingAreDrawnAndSayWhatTheyNeed) {
+  for (const char* view : {"--view section", "--view section --plane 0,0,-1,-2", "--view xray"}) {
+    const Json frame = render(desk("mono"), view);
+    EXPECT_TRUE(frame["frame"]["drawn"].boolean()) << view;
+    EXPECT_EQ(frame["validation_messages"].integer(), 0) << view;
+    EXPECT_THAT(view, HasSubstr(frame["view"].string()));
+  }
+  const auto refused = [&](const std::string& more) {
+    return folder.run(fmt::format("render {0}/scene.json --rig {0}/rig.json --out {0}/none {1}", f, more));
+  };
+  EXPECT_THAT(refused("--view difference").err, HasSubstr("--ideal"));
+  EXPECT_THAT(refused("--view section --plane 0,0,0,1").err, HasSubstr("--plane"));
+  EXPECT_EQ(refused("--view inside").status, 2);
+}
+
 TEST_F(RenderCommand, BadInputIsExitTwoAndLeavesNothing) {
   const auto refuse = [&](const std::string& arguments, const testing::Matcher<std::string>& message) {
     const Ran ran = folder.run(fmt::format("render {0}/scene.json --out {0}/none {1}", f, arguments));

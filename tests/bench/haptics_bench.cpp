@@ -41,7 +41,8 @@ TEST(HapticsBench, CubicInterpolationPointsAThousandTimesTruerThanTrilinear) {
 }
 
 TEST(HapticsBench, TheEnergySpentAccountsForTheVolumeTheCarverLost) {
-  for (const char* knob : {"round 1.2 mm", "round 4 mm", "flame 1.2 x 4 mm"}) {
+  for (const char* knob : {"round 1.2 mm, voxel 0.1 mm", "round 4 mm, voxel 0.1 mm", "flame 1.2 x 4 mm, voxel 0.1 mm",
+                           "cylinder 1 x 4 mm, voxel 0.1 mm"}) {
     EXPECT_LT(row("drilling tick, median", knob).error, 1e-6);
   }
 }

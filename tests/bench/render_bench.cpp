@@ -7,6 +7,7 @@
 #include <ctime>
 
 #include "engine/app/scene.h"
+#include "engine/app/surroundings.h"
 #include "engine/app/tissue_view.h"
 #include "tests/support/stage.h"
 
@@ -18,6 +19,7 @@ TEST(Bench, StereoFrameOfTheMolar) {
   haptics::TissueVolume volume = load_tissue(scene);
   TissueView view;
   const auto bricks = view.update(volume);
+  const auto around = make_surroundings(scene);
   display::DisplayRig rig = display::load_rig(assets_folder() / "rigs/closeup.json");
   fmt::print("step,triangles,processor_ms_per_frame,frames_per_second_on_2_cores\n");
   double best = 0;
@@ -25,6 +27,10 @@ TEST(Bench, StereoFrameOfTheMolar) {
     Stage stage({1280, 1024}, quality, Passes::kBest, /*validation=*/false);
     stage.renderer->update(0, bricks);
     stage.renderer->place(0, {volume.frame().origin, {1, 0, 0, 0}});
+    for (const SurroundingMesh& mesh : around) {
+      stage.renderer->update(mesh.id, mesh.bricks);
+      stage.renderer->place(mesh.id, {mesh.origin, {1, 0, 0, 0}});
+    }
     stage.renderer->set_tool(render::make_tool_mesh(render::tool_shape("sphere", 1.2e-3, 0)));
     render::Frame frame = frame_of(rig);
     frame.tool = {.visible = true, .X_WG = {dvec3(6.8e-3, 5.5e-3, 19e-3), {1, 0, 0, 0}}, .spindle = 36000};

@@ -177,6 +177,56 @@ TEST(RegistrationLaws, EvenThreePairsAgainstSevenRaiseDoubt) {
   }
 }
 
+TEST(RegistrationLaws, ToldTheNoiseOutliersAreFoundAsExactlyAndRivalsToo) {
+  RegistrationOptions options;
+  options.known_sigma = kSigma;
+  for (const std::size_t count : {16u, 40u, 200u}) {
+    for (const double share : {0.0, 0.3, 0.7}) {
+      for (std::uint64_t seed = 1; seed <= 8; ++seed) {
+        const Scene scene(1100 + seed, count);
+        Noise random(1200 + seed);
+        auto scattered = scene.noisy(random), consistent = scattered;
+        const auto bad = static_cast<std::size_t>(share * static_cast<double>(count));
+        const Pose wrong{scene.X_DH.p + random.normal3(0.02), random.rotation()};
+        for (std::size_t i = 0; i < bad; ++i) {
+          scattered[i] += glm::normalize(random.normal3(1)) * random.uniform(0.003, 0.05);
+          consistent[i] = wrong * scene.H[i] + random.normal3(kSigma);
+        }
+        std::vector<std::size_t> good(count - bad);
+        std::iota(good.begin(), good.end(), bad);
+        const auto found = register_points(scene.H, scattered, options);
+        if (found.rivals.empty()) {
+          EXPECT_EQ(found.inliers, good) << count << " " << share << " " << seed;
+        }
+        const auto torn = register_points(scene.H, consistent, options);
+        EXPECT_TRUE(!torn.rivals.empty() || torn.inliers == good) << count << " " << share << " " << seed;
+      }
+    }
+  }
+}
+
+TEST(RegistrationLaws, AMirrorImageOrAnotherScaleIsNamedInsteadOfFitted) {
+  for (const std::size_t count : {4u, 5u, 8u, 30u}) {
+    for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+      const Scene scene(1300 + seed, count);
+      Noise random(1400 + seed);
+      std::vector<dvec3> mirrored, scaled;
+      for (const dvec3& p : scene.H) {
+        mirrored.push_back(scene.X_DH * (p * dvec3(1, 1, -1)) + random.normal3(kSigma));
+        scaled.push_back(scene.X_DH * (1.05 * p) + random.normal3(kSigma));
+      }
+      // A set that is nearly flat is nearly its own mirror image: then the fit is as good as its residuals say.
+      const auto reflected = register_points(scene.H, mirrored);
+      EXPECT_TRUE(!reflected.trusted() || reflected.sigma < 8 * kSigma) << count << " " << seed;
+      if (count >= 8) {
+        EXPECT_EQ(reflected.degeneracy.defect, Defect::kMirrored) << count << " " << seed;
+        EXPECT_EQ(register_points(scene.H, scaled).degeneracy.defect, Defect::kScaled) << count << " " << seed;
+      }
+      EXPECT_TRUE(register_points(scene.H, scene.noisy(random)).trusted()) << count << " " << seed;
+    }
+  }
+}
+
 TEST(RegistrationLaws, RobustErrorIsThatOfAnOracle) {
   double robust2 = 0, oracle2 = 0;
   RegistrationOptions plain;

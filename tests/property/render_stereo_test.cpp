@@ -69,9 +69,11 @@ TEST(Mirror, TheTwoFormulationsGiveTheSamePicture) {
   behind.mirror = mirror;
 
   const auto tooth = tooth_mesh(0, 0.35e-3);  // sound: the grain of decay lies fixed in space
-  // Without the shadow map, whose samples lie in the lamp's own frame and so are not mirrored with the world.
+  // Without the shadow map, whose samples lie in the lamp's own frame and so are not mirrored with the world, and
+  // without the grain that enamel has where light is looked up per pixel.
   render::Quality quality = render::kQualityLadder[0];
   quality.shadow_map = 0;
+  quality.light_per_vertex = true;
   Stage stage({480, 384}, quality);
   render::Frame frame = frame_of(behind);
   frame.lights.key = glm::normalize(dvec3(-0.3, 0.4, 0.9));

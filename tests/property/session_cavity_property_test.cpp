@@ -38,7 +38,7 @@ struct Judged {
     preparation.ideal = preparation.after = without(ideal);
     input.before[2] = 100e-9;
     input.after = input.before;
-    input.cavity_ideal = measure_ideal(preparation);
+    input.cavity_ideal = measure_against_ideal(preparation).ideal;
     input.cavity = input.cavity_ideal;
     rules = all_rules(input);
   }

@@ -6,6 +6,7 @@
 #include <random>
 
 #include "engine/base/units.h"
+#include "tests/support/campaign.h"
 #include "tests/support/haptic_bench.h"
 
 namespace typodont {
@@ -14,6 +15,7 @@ namespace {
 using namespace literals;
 using haptics::HeadShape;
 using haptics::ServoSettings;
+using test::campaign;
 using test::HapticBench;
 
 constexpr const char* kTooth = R"({"voxel_mm": 0.2, "solids": [
@@ -82,12 +84,12 @@ void torment(HeadShape shape, double diameter, double length, int ticks, std::ui
   EXPECT_GT(cuts, 100u);
 }
 
-TEST(HostileHand, ARoundBurNeverAnswersWithNonsense) { torment(HeadShape::kSphere, 1.2_mm, 1.2_mm, 60000, 1); }
-TEST(HostileHand, AFlameNeverAnswersWithNonsense) { torment(HeadShape::kFlame, 1.2_mm, 4.0_mm, 8000, 2); }
-TEST(HostileHand, ACylinderNeverAnswersWithNonsense) { torment(HeadShape::kCylinder, 1.0_mm, 3.0_mm, 8000, 3); }
-TEST(HostileHand, AConeNeverAnswersWithNonsense) { torment(HeadShape::kCone, 1.6_mm, 3.0_mm, 8000, 4); }
-TEST(HostileHand, APearNeverAnswersWithNonsense) { torment(HeadShape::kPear, 1.2_mm, 2.2_mm, 8000, 5); }
-TEST(HostileHand, AnInvertedConeNeverAnswersWithNonsense) { torment(HeadShape::kInvertedCone, 1.2_mm, 1.1_mm, 8000, 6); }
+TEST(HostileHand, ARoundBurNeverAnswersWithNonsense) { torment(HeadShape::kSphere, 1.2_mm, 1.2_mm, campaign(60000), 1); }
+TEST(HostileHand, AFlameNeverAnswersWithNonsense) { torment(HeadShape::kFlame, 1.2_mm, 4.0_mm, campaign(8000), 2); }
+TEST(HostileHand, ACylinderNeverAnswersWithNonsense) { torment(HeadShape::kCylinder, 1.0_mm, 3.0_mm, campaign(8000), 3); }
+TEST(HostileHand, AConeNeverAnswersWithNonsense) { torment(HeadShape::kCone, 1.6_mm, 3.0_mm, campaign(8000), 4); }
+TEST(HostileHand, APearNeverAnswersWithNonsense) { torment(HeadShape::kPear, 1.2_mm, 2.2_mm, campaign(8000), 5); }
+TEST(HostileHand, AnInvertedConeNeverAnswersWithNonsense) { torment(HeadShape::kInvertedCone, 1.2_mm, 1.1_mm, campaign(8000), 6); }
 
 }  // namespace
 }  // namespace typodont

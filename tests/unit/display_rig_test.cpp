@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <filesystem>
+
 #include <cmath>
 
 #include "engine/base/error.h"
@@ -183,6 +185,23 @@ TEST(Layouts, EyePixelsComposeToTheScreensPixels) {
     EXPECT_EQ(eye_pixels_in(layout, screen_pixels(layout, {640, 480})), ivec2(640, 480)) << name_of(layout);
   }
   EXPECT_EQ(screen_pixels(Layout::kTwoOutputs, eye_pixels(Layout::kTwoOutputs, {1920, 1080})), ivec2(3840, 1080));
+}
+
+TEST(RigFile, EveryShippedRigWithAScreenShowsTheShippedToothToBothEyes) {
+  int rigs = 0;
+  for (const auto& entry : std::filesystem::directory_iterator("assets/rigs")) {
+    if (entry.path().extension() != ".json") continue;
+    const DisplayRig rig = load_rig(entry.path());
+    ++rigs;
+    if (rig.kind == DisplayKind::kHmd) continue;
+    for (const EyeView& eye : eye_views(rig)) {
+      const glm::dvec4 clip = eye.projection * (eye.view * glm::dvec4(6.8e-3, 5.5e-3, 18e-3, 1));  // its occlusal surface
+      EXPECT_GT(clip.w, 0) << entry.path();
+      for (int axis = 0; axis < 2; ++axis) EXPECT_LT(std::abs(clip[axis] / clip.w), 0.9) << entry.path();
+      EXPECT_EQ(eye.flip, rig.kind == DisplayKind::kMirror) << entry.path();
+    }
+  }
+  EXPECT_GE(rigs, 4);
 }
 
 }  // namespace

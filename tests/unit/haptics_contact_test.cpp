@@ -145,6 +145,39 @@ TEST(Servo, IllegalInputGivesZeroForceAndAFaultInTheSameTick) {
   }
 }
 
+TEST(Servo, ABallBornInsideAtAnyDepthIsLedOutTheNearestWayWithin50Milliseconds) {
+  for (const double depth : {0.3_mm, 0.6_mm, 1.1_mm, 1.9_mm}) {  // from the end in to wholly inside
+    ServoSettings s = settings(1.0_mm);
+    s.friction = false;
+    HapticBench bench(R"({"voxel_mm": 0.1, "band_mm": 3, "solids": [{"tissue": "enamel", "solid": {"box": {"size_mm": [9,9,6]}}}]})", s);
+    const Pose X_WT{{0.13_mm, 0.07_mm, 3.5_mm - depth}, {1, 0, 0, 0}};
+    double most = 0;
+    for (int i = 0; i < 50; ++i) most = std::max(most, glm::length(bench.tick(X_WT).f_T_W));
+    EXPECT_NEAR(bench.last.f_T_W.z, 1000 * depth, 0.02 * 1000 * depth) << depth;
+    EXPECT_LE(most, 1000 * depth + 0.005) << depth;
+    EXPECT_LT(std::abs(bench.last.n_C_W.x) + std::abs(bench.last.n_C_W.y), 0.03) << depth;
+    EXPECT_EQ(bench.last.faults, 0u) << depth;
+  }
+}
+
+TEST(Servo, AfterIllegalInputTheToolIsWhereItWasOutside) {
+  HapticBench bench(R"({"voxel_mm": 0.1, "solids": [{"tissue": "enamel", "solid": {"box": {"size_mm": [9,9,6]}}}]})", settings(1.0_mm));
+  const auto at = [](double z) { return Pose{{0, 0, z}, {1, 0, 0, 0}}; };
+  for (int i = 0; i <= 250; ++i) bench.tick(at(std::max(3.6_mm - i * 13e-6, 1.0_mm)));  // 2.5 mm under the surface
+  const double before = bench.last.f_T_W.z;
+  EXPECT_NEAR(before, 2.5, 0.01);
+  bench.tick({{NAN, 0, 0}, {1, 0, 0, 0}});
+  EXPECT_EQ(bench.last.f_T_W, dvec3(0));
+  double jump = 0, last = 0;
+  for (int i = 0; i < 30; ++i) {
+    bench.tick(at(1.0_mm));
+    jump = std::max(jump, std::abs(bench.last.f_T_W.z - last));
+    last = bench.last.f_T_W.z;
+  }
+  EXPECT_NEAR(last, before, 0.01);  // ramped in, from nothing
+  EXPECT_LT(jump, 0.25);
+}
+
 TEST(Servo, ATickAllocatesNothing) {
   ServoSettings s = settings(1.2_mm);
   s.spindle.free_speed = 300.0_krpm;

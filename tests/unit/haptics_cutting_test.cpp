@@ -72,10 +72,14 @@ TEST(Cutting, TheSamePushRemovesTheSameVolumeWhateverTheVoxelAndTheRate) {
   for (const Drilled& run : {a, b}) EXPECT_LT(run.jump, 0.02);  // at 1 kHz the hand feels its own cut without a step
 }
 
-TEST(Cutting, VolumeGrowsLinearlyWithPush) {
-  const Drilled a = push(0.1, 1000, 0.5, 0), b = push(0.1, 1000, 1.0, 0);
-  std::printf("%.4f %.4f\n", a.volume * 1e9, b.volume * 1e9);
-  EXPECT_NEAR(b.volume / a.volume, 2, 0.06);
+TEST(Cutting, ABurThreeVoxelsInRadiusSinksAsFastAsAFineOneAtAnyRate) {
+  const double fine = push(0.1, 1000, 1, 0).volume;
+  for (const double rate : {500.0, 1000.0, 4000.0}) EXPECT_NEAR(push(0.2, rate, 1, 0).volume / fine, 1, 0.02) << rate;
+}
+
+TEST(Cutting, VolumeIsProportionalToPushWithinOnePercent) {
+  const double one = push(0.1, 1000, 1, 0).volume;
+  for (const double newton : {0.5, 2.0, 3.0}) EXPECT_NEAR(push(0.1, 1000, newton, 0).volume / newton / one, 1, 0.01) << newton;
 }
 
 TEST(Cutting, TheEnergySpentIsSpecificEnergyTimesVolume) {
@@ -107,6 +111,50 @@ TEST(Carving, AThousandShortSweepsRemoveWhatOneLongOneDoes) {
                                     bench.settings.frame)));
   }
   EXPECT_NEAR(sum / whole, 1, 1e-5);
+}
+
+/// A head led along a path in short steps, each continuing the last, against all its poses cut out one by one.
+void expect_short_steps_leave_what_all_poses_do(const haptics::Tool& tool, double turn) {
+  HapticBench bench(box(0.1), [&] {
+    ServoSettings s = drill(1.2_mm, 1000);
+    s.tool = tool;
+    return s;
+  }());
+  haptics::SurfacePatch steps;
+  steps.resize(91);
+  bench.carver.cut_out({0, 0, 2.5_mm}, steps);
+  haptics::SurfacePatch poses = steps;
+  const auto at = [&](int i) {
+    const double t = i * 2e-6, a = turn * i;
+    return Pose{dvec3(-0.3_mm + t, 0.1_mm + 0.4 * t * std::sin(0.05 * i), 2.5_mm + tool.reach() - 0.2_mm - 0.7 * t),
+                glm::dquat(std::cos(a), std::sin(a), 0, 0)};
+  };
+  carve(steps, Sweep(tool, at(0), at(0), bench.settings.frame));
+  carve(poses, Sweep(tool, at(0), at(0), bench.settings.frame));
+  double by_steps = 0, by_poses = 0;
+  for (int i = 1; i <= 300; ++i) {
+    by_steps += total(carve(steps, Sweep(tool, at(i - 1), at(i), bench.settings.frame, true)));
+    by_poses += total(carve(poses, Sweep(tool, at(i), at(i), bench.settings.frame)));
+  }
+  double worst = 0;
+  for (std::size_t i = 0; i < steps.distance.size(); ++i) {
+    worst = std::max(worst, static_cast<double>(std::abs(steps.distance[i] - poses.distance[i])));
+  }
+  EXPECT_LT(worst, 1e-3) << static_cast<int>(tool.shape);  // voxels
+  EXPECT_GT(by_steps, 20);
+  EXPECT_NEAR(by_steps / by_poses, 1, 1e-5);
+}
+
+TEST(Carving, ShortStepsThatContinueEachOtherLeaveWhatAllTheirPosesDoWhateverTheHead) {
+  using haptics::HeadShape;
+  for (const HeadShape shape : {HeadShape::kSphere, HeadShape::kCylinder, HeadShape::kRoundEndCylinder, HeadShape::kCone,
+                                HeadShape::kPear, HeadShape::kFlame, HeadShape::kInvertedCone}) {
+    haptics::Tool tool;
+    tool.shape = shape;
+    tool.diameter = 1.2_mm;
+    tool.length = shape == HeadShape::kSphere ? 1.2_mm : 3.0_mm;
+    for (const double turn : {0.0, 2e-4}) expect_short_steps_leave_what_all_poses_do(tool, turn);
+  }
 }
 
 TEST(Carving, TheVolumeOfACapErrsWithTheSquareOfTheVoxel) {

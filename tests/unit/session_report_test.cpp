@@ -12,6 +12,7 @@
 #include "engine/session/page/plot.h"
 #include "engine/session/recorder.h"
 #include "engine/session/report.h"
+#include "tests/support/cavity_fixture.h"
 #include "tests/support/session_fixture.h"
 
 namespace typodont::session {
@@ -40,6 +41,39 @@ void record(const std::filesystem::path& file, std::size_t ticks, const std::str
   result.volumes_after[3] = 2.5e-9;
   result.pictures = {{"after", "", kPng}, {"before", "", kPng}};
   ASSERT_TRUE(writer.finish(result));
+}
+
+TEST(Report, TellsTheFramesOfAHeadsetOnlyWhereThereWasOne) {
+  const std::filesystem::path file = std::filesystem::path(testing::TempDir()) / "headset.h5";
+  SessionHeader header = some_header();
+  header.streams.push_back({"headset",
+                            {{"drawn", ""}, {"missed", ""}, {"pose_to_submit_s", "s"}, {"margin_s", "s"},
+                             {"position_error_m", "m"}, {"angle_error_rad", "rad"}}});
+  const std::size_t stream = header.streams.size() - 1;
+  {
+    SessionWriter writer(file, header);
+    writer.append(random_ticks(20, 1));
+    for (int i = 0; i < 101; ++i) {
+      // Every fourth was not drawn, every tenth missed one, one could not be judged.
+      const double nan = std::nan(""), ms = (1 + 0.1 * i) * 1e-3;
+      const std::array<double, 6> row{i % 4 ? 1.0 : 0.0, i % 10 ? 0.0 : 1.0,  ms,
+                                      12e-3 - ms,        i ? 0.5e-3 : nan, 0.00349065850};
+      writer.append(stream, i * 11'000'000, row);
+    }
+    ASSERT_TRUE(writer.finish({}));
+  }
+  const std::string html = report_html(SessionReader(file));
+  EXPECT_THAT(html, HasSubstr("Frames in the headset"));
+  EXPECT_THAT(html, HasSubstr("101 frames, 75 of them with a picture; 11 pictures of the display were missed."));
+  EXPECT_THAT(html, HasSubstr("<td>6.00\u00a0ms</td><td>10.9\u00a0ms</td><td>11.0\u00a0ms</td>"));  // pose to submit
+  EXPECT_THAT(html, HasSubstr("<td>6.00\u00a0ms</td><td>1.10\u00a0ms</td><td>1.00\u00a0ms</td>"));  // least margin is worst
+  EXPECT_THAT(html, HasSubstr("<td>0.500\u00a0mm</td>"));
+  EXPECT_THAT(html, HasSubstr("<td>0.200\u00a0°</td>"));
+  ReportOptions german;
+  german.language = Language::kGerman;
+  EXPECT_THAT(report_html(SessionReader(file), german), HasSubstr("Bilder im Headset"));
+  record(file, 20);
+  EXPECT_THAT(report_html(SessionReader(file)), Not(HasSubstr("Frames in the headset")));
 }
 
 TEST(Catalogue, EveryTextIsThereInEveryLanguageWithTheSameGaps) {
@@ -79,6 +113,12 @@ TEST(Catalogue, LanguagesAreKnownByTheirTags) {
   EXPECT_EQ(language_named("en"), Language::kEnglish);
   EXPECT_EQ(language_named("C.UTF-8"), Language::kEnglish);
   EXPECT_FALSE(language_named("tlh"));
+}
+
+ReportOptions in_language(Language language) {
+  ReportOptions options;
+  options.language = language;
+  return options;
 }
 
 TEST(Report, IsOneFileThatLoadsNothingAndRunsNoScript) {
@@ -126,7 +166,7 @@ TEST(Report, SaysHowTheLoopKeptItsTimeWhatItWasGrantedAndHowWarmTheMotorsWere) {
   EXPECT_THAT(html, HasSubstr("<dt>A core of its own</dt><dd>not granted"));
   EXPECT_THAT(html, HasSubstr("93 % of what they bear"));
   EXPECT_THAT(html, HasSubstr("force clipped to what warm motors bear; the servo was silent: no force"));
-  EXPECT_THAT(report_html(session, {.language = Language::kGerman, .more_pictures = {}, .score = {}}),
+  EXPECT_THAT(report_html(session, in_language(Language::kGerman)),
               HasSubstr("<dt>Echtzeitpriorität</dt><dd>gewährt</dd>"));
   // A session that did not run live says nothing of the kind.
   record(folder / "none.h5", 500);
@@ -137,11 +177,11 @@ TEST(Report, IsInTheLanguageAskedForWithItsDecimalComma) {
   TemporaryFolder folder;
   record(folder / "s.h5", 2000);
   const SessionReader session(folder / "s.h5");
-  const std::string german = report_html(session, {.language = Language::kGerman, .more_pictures = {}, .score = {}});
+  const std::string german = report_html(session, in_language(Language::kGerman));
   EXPECT_THAT(german, HasSubstr("<html lang=\"de\">"));
   EXPECT_THAT(german, HasSubstr("Restkaries"));
   EXPECT_THAT(german, HasSubstr("2,50\u00a0mm³ (25,0\u00a0%)"));
-  const std::string chinese = report_html(session, {.language = Language::kChinese, .more_pictures = {}, .score = {}});
+  const std::string chinese = report_html(session, in_language(Language::kChinese));
   EXPECT_THAT(chinese, HasSubstr("<html lang=\"zh-Hans\">"));
   EXPECT_THAT(chinese, HasSubstr("残余龋坏"));
 }
@@ -203,6 +243,69 @@ TEST(LearningCurve, ShowsEverySessionOfASceneInTheOrderOfDatesWithWhatCounts) {
   EXPECT_THAT(html, HasSubstr("Residual caries, share, session by session: first 40.0\u00a0%, last 20.0\u00a0%."));
   EXPECT_THAT(html, Not(HasSubstr("nan")));
   EXPECT_THAT(html, Not(HasSubstr("<script")));
+}
+
+/// A tetrahedron whose points are off the ideal by -0.5 to 0.5 mm.
+ResultModel some_model() {
+  ResultModel model;
+  const glm::vec3 p[4] = {{0, 0, 0}, {1e-3f, 0, 0}, {0, 1e-3f, 0}, {0, 0, 1e-3f}};
+  const float off[4] = {-0.5e-3f, 0, 0.25e-3f, 0.5e-3f};
+  for (int k = 0; k < 4; ++k) model.vertices.push_back({p[k], glm::normalize(p[k] - glm::vec3(2e-4f)), Tissue::kEnamel, off[k]});
+  model.triangles = {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}};
+  return model;
+}
+
+ReportOptions with_result() {
+  ReportOptions options;
+  options.result = options.ideal = some_model();
+  Preparation p = a_block();
+  p.after = without(tapered_box({1e-3, 0.8e-3}, 1.6e-3, 0));
+  p.ideal = without(tapered_box({1e-3, 0.8e-3}, 1.3e-3, 0));
+  options.input.emplace();
+  options.input->before[2] = options.input->after[2] = 1e-7;
+  options.input->cavity = measure_cavity(p);
+  options.score = score(*options.input, default_rules(*options.input));
+  options.preparation = p;
+  return options;
+}
+
+TEST(ReportPicture, ShowsTheModelWhereItIsAndTheDifferenceInItsColours) {
+  const auto png = draw_model(some_model(), {{0, 0, -1}, {0, 1, 0}}, {64, 64}, true);
+  ASSERT_GT(png.size(), 100u);
+  EXPECT_EQ(png[1], 'P');
+  EXPECT_NE(png, draw_model(some_model(), {{0, 0, -1}, {0, 1, 0}}, {64, 64}, false));
+  EXPECT_NE(png, draw_model(some_model(), {{1, 0, 0}, {0, 0, 1}}, {64, 64}, true));
+  EXPECT_EQ(png, draw_model(some_model(), {{0, 0, -1}, {0, 1, 0}}, {64, 64}, true));
+}
+
+TEST(Report, OfAResultHasItsPicturesTheTurnableViewSectionsAndWorstPlaces) {
+  TemporaryFolder folder;
+  record(folder / "s.h5", 500);
+  const std::string html = report_html(SessionReader(folder / "s.h5"), with_result());
+  EXPECT_THAT(html, HasSubstr("id=\"viewer\" hidden"));
+  EXPECT_THAT(html, HasSubstr("<noscript>"));
+  EXPECT_THAT(html, HasSubstr("default-src 'none'"));
+  EXPECT_THAT(html, HasSubstr("alt=\"Picture of the tissue: Difference from the ideal: From the side\""));
+  EXPECT_THAT(html, HasSubstr("Cut too deep by 0.300"));
+  EXPECT_THAT(html, HasSubstr("<svg class=\"section\""));
+  EXPECT_THAT(html, Not(HasSubstr("http:")));
+  EXPECT_THAT(html, Not(HasSubstr("https:")));
+  EXPECT_THAT(html, Not(HasSubstr(">nan")));
+}
+
+TEST(Report, ComparesWithEarlierSessionsAndTheExpert) {
+  TemporaryFolder folder;
+  record(folder / "s.h5", 500);
+  ReportOptions options = with_result();
+  SessionSummary earlier{"a.h5", "2025-01-01T00:00:00Z", "", "x", false, *options.score};
+  earlier.score.points = 0.25 * earlier.score.full;
+  SessionSummary expert = earlier;
+  expert.score.points = 0.9 * expert.score.full;
+  options.earlier = {earlier};
+  options.expert = expert;
+  const std::string html = report_html(SessionReader(folder / "s.h5"), options);
+  EXPECT_THAT(html, HasSubstr("Earlier sessions of this scene: 1"));
+  EXPECT_THAT(html, HasSubstr("<td>25 %</td><td>25 %</td><td>90 %</td></tr></tfoot>"));
 }
 
 TEST(ReportPicture, MustBeAPng) {

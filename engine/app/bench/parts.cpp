@@ -60,6 +60,9 @@ constexpr BenchPart kParts[] = {
      "Direction of the force while sliding on a ball, cutting ticks of a simulated hand, removed volume against the "
      "formula.",
      contact},
+    {"stability", "Stability",
+     "The stiffness at which a pushed mass (0.15 kg, 5 N·s/m) no longer settles at a wall, by rate and delay.",
+     bench_stability},
     {"surface", "Surface", "From distance field to triangles, on a sphere of 50 voxels.", surface},
     {"debris", "Debris", "A step of all particles beside reading and writing the same memory once.", debris},
     {"render", "Picture",
@@ -71,6 +74,10 @@ constexpr BenchPart kParts[] = {
     {"calibration", "Calibration", "Every solver against the number of touches, beside Eigen's and OpenCV's own.",
      calibration},
     {"recording", "Recording", "A minute of drilling at 1 kHz into HDF5, by strength of compression.", bench_recording},
+    {"latency", "Latency",
+     "The whole program: from a step of the hand to force, sound and picture; from the command to the first of them. "
+     "Wall clock.",
+     bench_latency},
     {"scaling", "Scaling",
      "The same drilling in ever larger bodies: what must not grow, and what grows with the surface.", bench_scaling}};
 

@@ -23,6 +23,8 @@ std::span<const BenchPart> bench_parts();
 // Measured in the files beside this one.
 std::vector<BenchRow> bench_render(bool quick);
 std::vector<BenchRow> bench_recording(bool quick);
+std::vector<BenchRow> bench_latency(bool quick);
 std::vector<BenchRow> bench_scaling(bool quick);
+std::vector<BenchRow> bench_stability(bool quick);
 
 }  // namespace typodont

@@ -61,6 +61,12 @@ std::string duration(double ns) {
   return fmt::format("{:.3g} ns", ns);
 }
 
+Series& series_of(Plot& plot, const std::string& name) {
+  for (Series& s : plot.series)
+    if (s.name == name) return s;
+  return plot.series.emplace_back(Series{name, {}});
+}
+
 /// Rows that have both an error and a time, in one plot for each pair of units.
 std::vector<Plot> work_precision(const std::vector<BenchRow>& rows) {
   std::map<std::pair<std::string, std::string>, Plot> plots;
@@ -70,10 +76,7 @@ std::vector<Plot> work_precision(const std::vector<BenchRow>& rows) {
     plot.title = "error against time";
     plot.x_label = fmt::format("time per {}, ns", r.per);
     plot.y_label = fmt::format("error, {}", r.error_unit);
-    auto series =
-        std::find_if(plot.series.begin(), plot.series.end(), [&](const Series& s) { return s.name == r.name; });
-    if (series == plot.series.end()) series = plot.series.insert(plot.series.end(), {r.name, {}});
-    series->points.push_back({r.time_ns, r.error, r.knob});
+    series_of(plot, r.name).points.push_back({r.time_ns, r.error, r.knob});
   }
   std::vector<Plot> out;
   for (auto& [units, plot] : plots) {
@@ -94,12 +97,26 @@ std::vector<Plot> growth(const std::vector<BenchRow>& rows) {
     plot.x_label = r.size_unit;
     plot.y_label = "time, ns";
     const std::string name = fmt::format("{} (slope {:.2f})", r.name, growth_exponent(rows, r.name));
-    auto series = std::find_if(plot.series.begin(), plot.series.end(), [&](const Series& s) { return s.name == name; });
-    if (series == plot.series.end()) series = plot.series.insert(plot.series.end(), {name, {}});
-    series->points.push_back({r.size, r.time_ns, r.knob});
+    series_of(plot, name).points.push_back({r.size, r.time_ns, r.knob});
   }
   std::vector<Plot> out;
   for (auto& [unit, plot] : plots) out.push_back(std::move(plot));
+  return out;
+}
+
+/// Rows without a time: a quantity by size, e.g. a critical stiffness by servo rate.
+std::vector<Plot> laws(const std::vector<BenchRow>& rows) {
+  std::map<std::pair<std::string, std::string>, Plot> plots;
+  for (const BenchRow& r : rows) {
+    if (std::isfinite(r.time_ns) || !positive(r.size) || !positive(r.error)) continue;
+    Plot& plot = plots[{r.error_unit, r.size_unit}];
+    plot.title = "law";
+    plot.x_label = r.size_unit;
+    plot.y_label = r.error_unit;
+    series_of(plot, r.name).points.push_back({r.size, r.error, r.knob});
+  }
+  std::vector<Plot> out;
+  for (auto& [units, plot] : plots) out.push_back(std::move(plot));
   return out;
 }
 
@@ -202,7 +219,7 @@ void write_performance_page(const std::filesystem::path& file, const std::vector
   for (const MeasuredPart& m : parts) {
     page += fmt::format("\n## {}\n\n{}\n\n", m.part->title, m.part->what);
     int number = 0;
-    for (const auto& plots : {work_precision(m.rows), growth(m.rows)}) {
+    for (const auto& plots : {work_precision(m.rows), growth(m.rows), laws(m.rows)}) {
       for (const Plot& plot : plots) {
         const std::string name = fmt::format("{}_{}.svg", m.part->name, ++number);
         write_file_atomically(file.parent_path() / folder / name, svg(plot));

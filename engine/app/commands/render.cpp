@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <cmath>
 #include <cstdio>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -9,6 +10,8 @@
 #include "engine/app/commands/commands.h"
 #include "engine/app/picture_stage.h"
 #include "engine/app/scene.h"
+#include "engine/app/surroundings.h"
+#include "engine/app/teaching_views.h"
 #include "engine/app/tissue_view.h"
 #include "engine/base/error.h"
 #include "engine/base/units.h"
@@ -23,6 +26,7 @@ using nlohmann::ordered_json;
 
 struct Options {
   std::string scene, rig = "closeup", out, size, eye = "both", pose, quality = "high";
+  std::string view = "look", plane, ideal, volume;
   double at = 0;
   bool json = false, hud = false, validate = false;
 };
@@ -43,6 +47,46 @@ glm::ivec2 parse_size(const std::string& text) {
   if (!read || w < 16 || h < 16 || w > 8192 || h > 8192)
     throw Error("", "--size", fmt::format("\"{}\"", text), "WIDTHxHEIGHT of one eye's picture, 16 to 8192 pixels each");
   return {w, h};
+}
+
+/// "NX,NY,NZ,OFFSET_MM": tissue is kept where normal · p > offset.
+glm::dvec4 parse_plane(const std::string& text) {
+  glm::dvec4 p;
+  int end = 0;
+  const bool read = std::sscanf(text.c_str(), "%lf,%lf,%lf,%lf%n", &p.x, &p.y, &p.z, &p.w, &end) == 4 &&
+                    end == static_cast<int>(text.size());
+  const double length = glm::length(dvec3(p));
+  if (!read || !is_finite(dvec3(p)) || !std::isfinite(p.w) || length < 1e-9)
+    throw Error("", "--plane", fmt::format("\"{}\"", text), "NX,NY,NZ,OFFSET_MM: a normal and where the plane lies");
+  return {dvec3(p) / length, -p.w * kMillimetre / length};
+}
+
+/// What a view for teaching shows beside the surface.
+void add_view(PictureStage& stage, const Options& options, const haptics::TissueVolume& volume) {
+  const dvec3 origin = volume.frame().origin;
+  if (options.view == "section") {
+    glm::dvec4 plane;
+    if (options.plane.empty()) {  // along the tooth's middle, facing the viewer
+      glm::ivec3 lo, hi;
+      volume.bounds(lo, hi);
+      const dvec3 middle = volume.frame().to_world(0.5 * dvec3(lo + hi));
+      const dvec3 away = middle - stage.rig().head.eye_center, up(0, 0, 1);
+      const dvec3 level = away - up * glm::dot(away, up);
+      const dvec3 n = glm::length(level) > 0.2 * glm::length(away) ? glm::normalize(level) : dvec3(0, 1, 0);
+      plane = {n, -glm::dot(n, middle)};
+    } else {
+      plane = parse_plane(options.plane);
+    }
+    stage.show_inside(render::kSectionFace, section_face(volume, dvec3(plane), -plane.w), origin);
+    stage.show_as(render::View::kSection, plane);
+  } else if (options.view == "xray") {
+    stage.show_inside(render::kInsidePulp, tissue_inside(volume, Tissue::kPulp), origin);
+    stage.show_inside(render::kInsideCaries, tissue_inside(volume, Tissue::kCaries), origin);
+    stage.show_inside(render::kInsideDentin, tissue_inside(volume, Tissue::kDentin), origin);
+    stage.show_as(render::View::kXray);
+  } else if (options.view == "difference") {
+    stage.show_as(render::View::kDifference);
+  }
 }
 
 ordered_json eye_json(const display::EyeView& eye) {
@@ -69,6 +113,7 @@ ordered_json stats_json(const render::FrameStats& s) {
           {"passes", s.passes},
           {"commands", s.commands},
           {"pipelines", s.pipelines},
+          {"mirror", {{"passes", s.mirror_passes}, {"bricks", s.mirror_bricks}, {"triangles", s.mirror_triangles}}},
           {"frames", s.frames}};
 }
 
@@ -76,6 +121,8 @@ void run(const Options& options) {
   const Scene scene = read_scene(options.scene);
   const fs::path rig_path = rig_file(options.rig);
   display::DisplayRig rig = display::load_rig(rig_path);
+  if (rig.kind == display::DisplayKind::kHmd)
+    throw Error(rig_path.string(), "\"display\"", "hmd", "window, mirror or offscreen: a headset's views are its runtime's");
   const display::Layout layout = rig.screen.layout;
   if (!options.size.empty()) {
     const glm::ivec2 eye = parse_size(options.size);
@@ -89,7 +136,10 @@ void run(const Options& options) {
     tick.tool = row.tool;
     tick.spindle = scene.servo.spindle.free_speed;
   }
-  haptics::TissueVolume volume = load_tissue(scene);
+  if (options.view == "difference" && options.ideal.empty())
+    throw Error("", "--ideal", "nothing", "--ideal VOLUME.vdb, the tooth as it should become");
+  haptics::TissueVolume volume =
+      options.volume.empty() ? load_tissue(scene) : haptics::TissueVolume::load(options.volume);
   PictureStage::Options stage_options;
   for (const render::Quality& step : render::kQualityLadder)
     if (step.name == options.quality) stage_options.quality = step;
@@ -98,7 +148,13 @@ void run(const Options& options) {
   stage_options.validation = options.validate;
   PictureStage stage(rig, scene.servo, stage_options);
   TissueView view;
-  stage.show(view.update(volume), volume.frame().origin);
+  std::vector<render::MeshUpdate> surface = view.update(volume);
+  if (options.view == "difference")
+    mark_difference(haptics::TissueVolume::load(options.ideal), volume.frame().origin, surface);
+  stage.show(surface, volume.frame().origin);
+  add_view(stage, options, volume);
+  stage.surround(make_surroundings(scene));
+  stage.hold_mirror(scene.mouth_mirror);
   const render::FrameStats drawn = stage.draw(tick, {}, 0);
   const render::FrameStats again = stage.draw(tick, {}, 0);
 
@@ -106,6 +162,7 @@ void run(const Options& options) {
   const glm::ivec2 eye_size = display::eye_pixels(layout, rig.screen.pixels);
   ordered_json frame{{"scene", scene.name},
                      {"rig", rig_path.string()},
+                     {"view", options.view},
                      {"layout", display::name_of(layout)},
                      {"size", {eye_size.x, eye_size.y}},
                      {"left", eye_json(eyes[0])},
@@ -117,6 +174,10 @@ void run(const Options& options) {
   if (!stage_options.tool) skipped["tool"] = "no --pose";
   if (!options.hud) skipped["hud"] = "no --hud";
   skipped["particles"] = "none alive";
+  if (scene.mouth_mirror.diameter == 0)
+    skipped["mirror"] = "the scene has no mouth mirror";
+  else if (drawn.mirror_passes == 0)
+    skipped["mirror"] = "no eye sees the glass";
   if (rig.mirror) skipped["background"] = "black: the hand shows through the mirror";
   if (drawn.views == 1) skipped["right"] = "mono: both eyes see the one view";
   frame["skipped"] = skipped;
@@ -167,6 +228,13 @@ void add_render_command(CLI::App& app) {
       ->capture_default_str();
   auto* pose = command->add_option("--pose", options->pose, "HAND.csv: draw the tool where the hand holds it");
   command->add_option("--at", options->at, "time in HAND.csv, s")->needs(pose)->capture_default_str();
+  command->add_option("--view", options->view, "as it looks, or for teaching: cut open, as glass, against an ideal")
+      ->check(CLI::IsMember({"look", "section", "xray", "difference"}))
+      ->capture_default_str();
+  command->add_option("--plane", options->plane,
+                      "section: NX,NY,NZ,OFFSET_MM, what lies where N·p > OFFSET stays; else through the middle");
+  command->add_option("--ideal", options->ideal, "difference: the tooth as it should become (.vdb)");
+  command->add_option("--volume", options->volume, "draw this volume (.vdb) instead of the scene's tissue");
   std::vector<std::string> steps;
   for (const render::Quality& step : render::kQualityLadder) steps.emplace_back(step.name);
   command->add_option("--quality", options->quality, "step of the quality ladder")

@@ -11,16 +11,18 @@
 #include <nlohmann/json.hpp>
 
 #include "engine/app/commands/commands.h"
+#include "engine/app/session_report.h"
 #include "engine/base/error.h"
 #include "engine/base/json.h"
 #include "engine/base/log.h"
+#include "engine/base/progress.h"
 
 namespace typodont {
 
 namespace {
 
 struct Options {
-  std::string session, out, language;
+  std::string session, out, language, expert, earlier;
   std::vector<std::string> pictures;
   bool json = false;
 };
@@ -47,9 +49,12 @@ void run_folder(const Options& options, session::Language language) {
   }
   std::sort(files.begin(), files.end());
   std::vector<SessionSummary> sessions;
+  Progress progress("sessions");
+  double done = 0;
   for (const auto& file : files) {
+    progress.at(done++ / static_cast<double>(files.size()));
     try {
-      sessions.push_back(summarize(SessionReader(file)));
+      sessions.push_back(summary_of(SessionReader(file)));
     } catch (const Error& e) {
       log::warn("left out: {}", e.what());
     }
@@ -80,29 +85,43 @@ void run(const Options& options) {
   using namespace session;
   std::error_code code;
   if (std::filesystem::is_directory(options.session, code)) return run_folder(options, language_of(options.language));
-  ReportOptions report;
-  report.language = language_of(options.language);
+  if (repair_session(options.session)) log::warn("{}: was cut off; repaired as far as it goes", options.session);
+  const SessionReader reader(options.session);
+  const Language language = language_of(options.language);
+  std::vector<SessionPicture> pictures;
   for (const std::string& argument : options.pictures) {
     const auto equals = argument.find('=');
     if (equals == std::string::npos || equals == 0) throw Error("--picture", "", argument, "NAME=FILE.png");
-    report.more_pictures.push_back(read_picture(argument.substr(equals + 1), argument.substr(0, equals)));
+    pictures.push_back(read_picture(argument.substr(equals + 1), argument.substr(0, equals)));
   }
-  if (repair_session(options.session)) log::warn("{}: was cut off; repaired as far as it goes", options.session);
-  const SessionReader reader(options.session);
-  report.score = score_session(reader);
+  ReportOptions report = report_of(reader);
+  report.language = language;
+  report.more_pictures = std::move(pictures);
+  if (!report.score) report.score = score_session(reader);
+  if (!options.expert.empty()) report.expert = summary_of(SessionReader(options.expert));
+  if (!options.earlier.empty()) {
+    if (!std::filesystem::is_directory(options.earlier, code)) {
+      throw Error("--earlier", "", options.earlier, "a folder of sessions");
+    }
+    report.earlier = earlier_sessions(options.earlier, reader);
+  }
   write_file_atomically(options.out, report_html(reader, report));
 
   if (options.json) {
     nlohmann::json items = nlohmann::json::array();
     for (const ScoreItem& item : report.score->items) {
       items.push_back({{"name", item.name},
-                       {"value", item.value},
+                       {"value", item.value},  // null: nothing there to measure
                        {"unit", item.unit},
                        {"target", item.target},
                        {"tolerance", item.tolerance},
                        {"weight", item.weight},
                        {"points", item.points},
                        {"source", item.source}});
+      if (item.place_W) {
+        const dvec3 mm = *item.place_W * 1e3;
+        items.back()["worst_at_mm"] = {mm.x, mm.y, mm.z};
+      }
     }
     const nlohmann::json result = {{"report", options.out},
                                    {"ticks", reader.tick_count()},
@@ -132,6 +151,8 @@ void add_report_command(CLI::App& app) {
   command->add_option(
       "--picture", options->pictures,
       "NAME=FILE.png: a picture beside those in the session; names before, during_1, after set the order");
+  command->add_option("--expert", options->expert, "An expert's session of the same scene, to compare with (.h5)");
+  command->add_option("--earlier", options->earlier, "A folder with the trainee's earlier sessions, to compare with");
   command->add_flag("--json", options->json, "Print the score as JSON");
   command->footer("Example: typodont report out/session.h5 --out report.html --language de");
   command->callback([options] { run(*options); });

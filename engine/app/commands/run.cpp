@@ -61,6 +61,8 @@ void add_run_command(CLI::App& app) {
   command->add_option("--record", w.record, "record the session (.h5)");
   command->add_option("--monitor", w.monitor, "show the picture full screen on this monitor, 0 is the first")
       ->check(CLI::NonNegativeNumber);
+  command->add_option("--touches", w.touches,
+                      "pairs for 'calibrate register': touch a headset controller's tip with the arm, pull the trigger");
   command->add_option("--seconds", w.seconds, "end after so long")->check(CLI::PositiveNumber);
   command->add_flag("--explain", w.explain, "say what is active, and why the rest is not");
   command->add_flag("--json", options->json, "print the summary as JSON");

@@ -23,7 +23,7 @@ namespace {
 
 struct Options {
   std::string scene, hand, out, save, model = "god-object";
-  double rate = 1000;
+  double rate = 1000, stall_ms = 0;
   bool json = false, no_timing = false;
 };
 
@@ -67,6 +67,8 @@ void run(const Options& options) {
   const Scene scene = read_scene(options.scene);
   const auto hand = open_deterministic_hand(options, scene);
   HapticLoop loop(scene, load_tissue(scene), options.rate);
+
+  loop.stall_carver(options.stall_ms * 1e-3);
 
   session::SessionHeader header = session_header(scene, {}, *hand, loop.carver().volume(), options.rate);
   header.date.clear();  // same input, same bytes out
@@ -140,6 +142,8 @@ void add_servo_command(CLI::App& app) {
   command->add_option("--model", options->model, "contact model")
       ->check(CLI::IsMember({"god-object"}))
       ->capture_default_str();
+  command->add_option("--stall-carver-ms", options->stall_ms, "once a second the carver stands still for so long")
+      ->check(CLI::Range(0.0, 500.0));
   command->add_option("--save", options->save, "save the tissue afterwards (.vdb)");
   command->add_flag(
       "--no-timing", options->no_timing,

@@ -112,7 +112,11 @@ std::vector<RigChoice> find_rigs(const OperatorState& s) {
     for (const fs::path& file : json_files(folder)) {
       try {
         const display::DisplayRig rig = display::load_rig(file);
-        if (rig.kind != display::DisplayKind::kWindow && rig.kind != display::DisplayKind::kMirror) continue;
+        if (rig.kind == display::DisplayKind::kOffscreen) continue;
+        if (rig.kind == display::DisplayKind::kHmd) {
+          rigs.push_back({file, s.text("op.headset"), false});
+          continue;
+        }
       } catch (const Error&) {
         continue;  // another version's, or half written: nothing to choose
       }

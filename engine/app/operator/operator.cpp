@@ -21,6 +21,7 @@
 #include "engine/app/operator/state.h"
 #include "engine/app/picture_stage.h"
 #include "engine/app/scene.h"
+#include "engine/app/session_report.h"
 #include "engine/app/workbench.h"
 #include "engine/base/error.h"
 #include "engine/base/json.h"
@@ -319,11 +320,10 @@ class Operator {
     draw();
 
     const Scene scene = read_scene(choice.file);
-    if (const auto task = Json::parse(scene.text, scene.file.string()).find("task")) {
-      const session::Task read = session::read_task(*task);
-      s_.steps = StepWatcher(read);
-      if (!read.title.empty()) s_.scene_title = read.title.in(s_.language);
-      s_.scene_goal = read.goal.in(s_.language);
+    if (scene.task) {
+      s_.steps = StepWatcher(*scene.task);
+      if (!scene.task->title.empty()) s_.scene_title = scene.task->title.in(s_.language);
+      s_.scene_goal = scene.task->goal.in(s_.language);
     }
     WorkbenchOptions options;
     options.rig = rig.file.string();
@@ -454,14 +454,17 @@ class Operator {
     const session::Language language = s_.language;
     const auto score = std::make_shared<session::Score>();
     job_ = std::make_unique<Job>([recording, report, language, score](Progress& progress) {
-      progress.stage("op.making_report", 0, 0.3);
+      progress.stage("op.making_report", 0, 0.6);
       session::repair_session(recording);
       const session::SessionReader reader(recording);
-      session::ReportOptions options;
+      progress.at(0.2);
+      session::ReportOptions options = report_of(reader);
       options.language = language;
-      *score = session::score_session(reader);
-      options.score = *score;
-      progress.stage("op.making_report", 0.3, 1);
+      if (!options.score) options.score = session::score_session(reader);
+      *score = *options.score;
+      progress.stage("op.making_report", 0.6, 1);
+      options.earlier = earlier_sessions(recording.parent_path(), reader);
+      progress.at(0.5);
       write_file_atomically(report, session::report_html(reader, options));
       progress.at(1);
     });

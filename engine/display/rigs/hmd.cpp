@@ -177,8 +177,10 @@ class OpenXrHmd final : public Hmd {
     frame.draw = state.shouldRender && locate_eyes(frame) && placed;
     for (std::size_t i = 0; i < 2 && placed; ++i) {
       const Input::Hand& hand = hands.hands[i];
-      frame.hands[i] = {hand.tracked, {}, hand.pedal, hand.change_tool, hand.mirror};
-      if (hand.tracked) frame.hands[i].X_WT = in_workbench(hand.X_DA * Pose{rig_.tip, {1, 0, 0, 0}});
+      frame.hands[i] = {hand.tracked, {}, {}, hand.pedal, hand.change_tool, hand.mirror};
+      if (!hand.tracked) continue;
+      frame.hands[i].X_DT = hand.X_DA * Pose{rig_.tip, {1, 0, 0, 0}};
+      frame.hands[i].X_WT = in_workbench(frame.hands[i].X_DT);
     }
     judge(state.predictedDisplayPeriod);
     return frame;
@@ -384,8 +386,12 @@ class OpenXrHmd final : public Hmd {
     if (format == VK_FORMAT_UNDEFINED) throw Error("OpenXR", name_, "no swapchain format known here", "an 8-bit sRGB one");
     color_ = create_swapchain(format, XR_SWAPCHAIN_USAGE_COLOR_ATTACHMENT_BIT);
     wants_depth_ = rig_.depth && api.has(XR_KHR_COMPOSITION_LAYER_DEPTH_EXTENSION_NAME) && offers(VK_FORMAT_D32_SFLOAT);
-    if (wants_depth_)
+    if (!wants_depth_) return;
+    try {
       depth_ = create_swapchain(VK_FORMAT_D32_SFLOAT, XR_SWAPCHAIN_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT);
+    } catch (const RunFailure&) {  // offered, but not as this driver shares images: a picture is worth more
+      wants_depth_ = false;
+    }
   }
 
   void choose_blend() {
@@ -484,11 +490,13 @@ class OpenXrHmd final : public Hmd {
         pending_.clear();
         break;
       }
-      case XR_SESSION_STATE_STOPPING:
+      case XR_SESSION_STATE_STOPPING: {
         if (!running_) break;
         running_ = false;
-        api.call("xrEndSession", api.EndSession, session_);
+        const XrResult result = api.attempt("xrEndSession", api.EndSession, session_);
+        if (XR_FAILED(result) && result != XR_ERROR_SESSION_NOT_STOPPING) Api::fail("xrEndSession", result);
         break;
+      }
       case XR_SESSION_STATE_EXITING:
         over_ = true;
         break;

@@ -100,7 +100,9 @@ Api::Api(RuntimeGate& gate) : gate_(gate) {
   if (!find("xr" #name, name)) missing = "xr" #name;
   TYPODONT_XR_CORE(TYPODONT_XR_FIND)
 #undef TYPODONT_XR_FIND
-#define TYPODONT_XR_FIND(name) find("xr" #name, name);
+  // Runtimes hand out functions of extensions that nobody asked for: they are not to be called.
+#define TYPODONT_XR_FIND(name, extension) \
+  if (has(extension)) find("xr" #name, name);
   TYPODONT_XR_EXTENSIONS(TYPODONT_XR_FIND)
 #undef TYPODONT_XR_FIND
   if (!missing.empty()) {

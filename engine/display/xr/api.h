@@ -33,10 +33,19 @@ namespace typodont::display::xr {
   _(GetActionStateFloat) _(GetActionStatePose) _(ApplyHapticFeedback) _(StopHapticFeedback)                        \
   _(GetCurrentInteractionProfile)
 #define TYPODONT_XR_EXTENSIONS(_)                                                                                  \
-  _(GetVulkanGraphicsRequirements2KHR) _(CreateVulkanInstanceKHR) _(GetVulkanGraphicsDevice2KHR)                   \
-  _(CreateVulkanDeviceKHR) _(GetVisibilityMaskKHR) _(ConvertTimeToTimespecTimeKHR)                                 \
-  _(ConvertTimespecTimeToTimeKHR) _(EnumerateDisplayRefreshRatesFB) _(RequestDisplayRefreshRateFB)                 \
-  _(CreatePassthroughFB) _(DestroyPassthroughFB) _(CreatePassthroughLayerFB) _(DestroyPassthroughLayerFB)
+  _(GetVulkanGraphicsRequirements2KHR, XR_KHR_VULKAN_ENABLE2_EXTENSION_NAME)                                       \
+  _(CreateVulkanInstanceKHR, XR_KHR_VULKAN_ENABLE2_EXTENSION_NAME)                                                 \
+  _(GetVulkanGraphicsDevice2KHR, XR_KHR_VULKAN_ENABLE2_EXTENSION_NAME)                                             \
+  _(CreateVulkanDeviceKHR, XR_KHR_VULKAN_ENABLE2_EXTENSION_NAME)                                                   \
+  _(GetVisibilityMaskKHR, XR_KHR_VISIBILITY_MASK_EXTENSION_NAME)                                                   \
+  _(ConvertTimeToTimespecTimeKHR, XR_KHR_CONVERT_TIMESPEC_TIME_EXTENSION_NAME)                                     \
+  _(ConvertTimespecTimeToTimeKHR, XR_KHR_CONVERT_TIMESPEC_TIME_EXTENSION_NAME)                                     \
+  _(EnumerateDisplayRefreshRatesFB, XR_FB_DISPLAY_REFRESH_RATE_EXTENSION_NAME)                                     \
+  _(RequestDisplayRefreshRateFB, XR_FB_DISPLAY_REFRESH_RATE_EXTENSION_NAME)                                        \
+  _(CreatePassthroughFB, XR_FB_PASSTHROUGH_EXTENSION_NAME)                                                         \
+  _(DestroyPassthroughFB, XR_FB_PASSTHROUGH_EXTENSION_NAME)                                                        \
+  _(CreatePassthroughLayerFB, XR_FB_PASSTHROUGH_EXTENSION_NAME)                                                    \
+  _(DestroyPassthroughLayerFB, XR_FB_PASSTHROUGH_EXTENSION_NAME)
 
 std::string name_of(XrResult result);
 
@@ -80,7 +89,7 @@ class Api {
   }
   [[noreturn]] static void fail(const char* name, XrResult result);
 
-#define TYPODONT_XR_MEMBER(name) PFN_xr##name name = nullptr;
+#define TYPODONT_XR_MEMBER(name, ...) PFN_xr##name name = nullptr;
   TYPODONT_XR_CORE(TYPODONT_XR_MEMBER)
   TYPODONT_XR_EXTENSIONS(TYPODONT_XR_MEMBER)
 #undef TYPODONT_XR_MEMBER

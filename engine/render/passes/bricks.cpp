@@ -14,10 +14,13 @@ std::int16_t snorm16(float v) {
   return static_cast<std::int16_t>(std::lround(std::clamp(v, -1.0f, 1.0f) * 32767.0f));
 }
 GpuVertex pack(const Vertex& v) {
+  static_assert(kTissueCount <= 16, "four bits name the tissue beneath");
+  const long shows = std::lround(std::clamp(v.shows, 0.0f, 1.0f) * 15.0f);
   return {{v.p.x, v.p.y, v.p.z},
-          {snorm16(v.n.x), snorm16(v.n.y), snorm16(v.n.z), snorm16(v.occlusion)},
+          {snorm16(v.n.x), snorm16(v.n.y), snorm16(v.n.z), snorm16(v.difference / kDifferenceRange)},
           {static_cast<std::uint8_t>(v.tissue[0]), static_cast<std::uint8_t>(v.tissue[1]),
-           static_cast<std::uint8_t>(std::lround(std::clamp(v.second, 0.0f, 1.0f) * 255.0f)), 0}};
+           static_cast<std::uint8_t>(std::lround(std::clamp(v.second, 0.0f, 1.0f) * 255.0f)),
+           static_cast<std::uint8_t>(static_cast<long>(v.under) | shows << 4)}};
 }
 
 /// Box and normal cone: what decides whether a brick is worth drawing.
@@ -79,6 +82,23 @@ bool faces_away(const Brick& b, const glm::vec3& eye) {
 }
 
 }  // namespace
+
+bool shown_in(View view, MeshId mesh) {
+  switch (view) {
+    case View::kLook:
+    case View::kDifference:
+      return mesh < kSectionFace;
+    case View::kSection:
+      return mesh <= kSectionFace;
+    case View::kXray:
+      return mesh == kWorkingTooth || mesh > kSectionFace;
+  }
+  return true;
+}
+
+bool glassy_in(View view, MeshId mesh) {
+  return view == View::kXray && (mesh == kWorkingTooth || mesh == kInsideDentin);
+}
 
 void BrickStore::update(gpu::Device& device, MeshId id, std::span<const MeshUpdate> updates, std::uint64_t frame) {
   if (updates.empty()) return;
@@ -157,32 +177,40 @@ void BrickStore::collect(std::uint64_t finished) {
   }
 }
 
-bool BrickStore::bounds(glm::dvec3& lo, glm::dvec3& hi) const {
-  lo = glm::dvec3(1e9);
-  hi = glm::dvec3(-1e9);
-  bool any = false;
+bool BrickStore::bounds(glm::dvec3& lo, glm::dvec3& hi, glm::dvec3& all_lo, glm::dvec3& all_hi) const {
+  lo = all_lo = glm::dvec3(1e9);
+  hi = all_hi = glm::dvec3(-1e9);
   for (const auto& [id, mesh] : meshes)
     for (const auto& [key, b] : mesh.bricks)
       for (int corner = 0; corner < 8; ++corner) {
         const glm::dvec3 p = mesh.X_WM * glm::dvec3(corner & 1 ? b.hi.x : b.lo.x, corner & 2 ? b.hi.y : b.lo.y,
                                                     corner & 4 ? b.hi.z : b.lo.z);
+        all_lo = glm::min(all_lo, p);
+        all_hi = glm::max(all_hi, p);
+        if (id != kWorkingTooth) continue;
         lo = glm::min(lo, p);
         hi = glm::max(hi, p);
-        any = true;
       }
-  return any;
+  if (all_lo.x > all_hi.x) return false;
+  if (lo.x > hi.x) {
+    lo = all_lo;
+    hi = all_hi;
+  }
+  return true;
 }
 
-std::vector<DrawGroup> BrickStore::visible(gpu::Device& device, int slot, const Frame& frame, FrameStats& stats) {
+std::vector<DrawGroup> BrickStore::visible(gpu::Device& device, int slot, const Frame& frame, SlotBuffers& into,
+                                           FrameStats& stats) {
   std::size_t count = 0;
   for (const auto& [id, mesh] : meshes) count += mesh.bricks.size();
-  gpu::Buffer& buffer = indirect.at_least(device, slot, count * sizeof(VkDrawIndexedIndirectCommand),
+  gpu::Buffer& buffer = into.at_least(device, slot, count * sizeof(VkDrawIndexedIndirectCommand),
                                           VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT);
   auto* out = buffer.mapped<VkDrawIndexedIndirectCommand>();
   std::uint32_t written = 0;
   std::vector<DrawGroup> groups;
   std::vector<std::vector<VkDrawIndexedIndirectCommand>> by_block(blocks.size());
   for (const auto& [id, mesh] : meshes) {
+    if (!shown_in(frame.view, id)) continue;
     const Pose X_MW = inverse(mesh.X_WM);
     const glm::dmat4 world_from_mesh = [&X_WM = mesh.X_WM] {
       glm::dmat4 m(glm::mat3_cast(X_WM.R));
@@ -200,7 +228,7 @@ std::vector<DrawGroup> BrickStore::visible(gpu::Device& device, int slot, const 
       bool out_of_view = true, away = true;
       for (std::size_t e = 0; e < static_cast<std::size_t>(frame.views); ++e) {
         out_of_view = out_of_view && outside(frusta[e], b);
-        away = away && faces_away(b, eyes[e]);
+        away = away && frame.view != View::kSection && faces_away(b, eyes[e]);  // a cut shows insides
       }
       if (out_of_view) {
         ++stats.bricks_culled;
@@ -223,7 +251,7 @@ std::vector<DrawGroup> BrickStore::visible(gpu::Device& device, int slot, const 
   return groups;
 }
 
-std::vector<DrawGroup> BrickStore::all(gpu::Device& device, int slot) {
+std::vector<DrawGroup> BrickStore::all(gpu::Device& device, int slot, View view) {
   std::size_t count = 0;
   for (const auto& [id, mesh] : meshes) count += mesh.bricks.size();
   gpu::Buffer& buffer = shadow_indirect.at_least(device, slot, count * sizeof(VkDrawIndexedIndirectCommand),
@@ -232,7 +260,7 @@ std::vector<DrawGroup> BrickStore::all(gpu::Device& device, int slot) {
   std::uint32_t written = 0;
   std::vector<DrawGroup> groups;
   for (const auto& [id, mesh] : meshes)
-    for (std::size_t block = 0; block < blocks.size(); ++block) {
+    for (std::size_t block = 0; shown_in(view, id) && block < blocks.size(); ++block) {
       const std::uint32_t first = written;
       for (const auto& [key, b] : mesh.bricks)
         if (b.block == static_cast<int>(block))
@@ -263,6 +291,7 @@ void BrickStore::destroy(gpu::Device& device) {
   blocks.clear();
   indirect.destroy(device);
   shadow_indirect.destroy(device);
+  mirror_indirect.destroy(device);
 }
 
 }  // namespace typodont::render

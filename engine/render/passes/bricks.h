@@ -12,10 +12,11 @@ namespace typodont::render {
 /// As the GPU reads it: 24 bytes.
 struct GpuVertex {
   float p[3];              // m, mesh
-  std::int16_t n[4];       // snorm; w: occlusion
-  std::uint8_t tissue[4];  // the two tissues, the second's share of 255
+  std::int16_t n[4];       // snorm; w: difference, of kDifferenceRange
+  std::uint8_t tissue[4];  // the two tissues, the second's share of 255; the tissue beneath and its share of 15
 };
 static_assert(sizeof(GpuVertex) == 24);
+inline constexpr float kDifferenceRange = 2e-3f;  // m
 
 struct Brick {
   int block = -1;
@@ -42,10 +43,14 @@ struct DrawGroup {
   std::uint32_t first = 0, count = 0;  // in the indirect buffer
 };
 
+/// What a view draws, and of that what it draws as glass.
+bool shown_in(View view, MeshId mesh);
+bool glassy_in(View view, MeshId mesh);
+
 struct BrickStore {
   std::map<MeshId, Mesh> meshes;
   std::vector<BrickBlock> blocks;
-  SlotBuffers indirect, shadow_indirect;
+  SlotBuffers indirect, shadow_indirect, mirror_indirect;
   std::uint64_t version = 1;  // rises with every change
   int uploaded = 0;           // bricks since the last frame
   std::uint64_t uploaded_bytes = 0;
@@ -55,12 +60,15 @@ struct BrickStore {
   /// Gives back the room of bricks that no unfinished frame draws any more.
   void collect(std::uint64_t finished);
 
-  /// Bounds of everything, in W; false when there is nothing.
-  bool bounds(glm::dvec3& lo, glm::dvec3& hi) const;
-  /// Commands for the bricks some eye sees, written into this slot's buffer; counts into `stats`.
-  std::vector<DrawGroup> visible(gpu::Device& device, int slot, const Frame& frame, FrameStats& stats);
-  /// Commands for all bricks.
-  std::vector<DrawGroup> all(gpu::Device& device, int slot);
+  /// Bounds of the working tooth (of everything where there is none) and of everything, in W; false when there is
+  /// nothing.
+  bool bounds(glm::dvec3& lo, glm::dvec3& hi, glm::dvec3& all_lo, glm::dvec3& all_hi) const;
+  /// Commands for the bricks some eye sees, written into this slot's buffer of `into`; counts into
+  /// `stats`.
+  std::vector<DrawGroup> visible(gpu::Device& device, int slot, const Frame& frame, SlotBuffers& into,
+                                 FrameStats& stats);
+  /// Commands for all bricks that the view shows.
+  std::vector<DrawGroup> all(gpu::Device& device, int slot, View view);
   void draw(VkCommandBuffer commands, VkPipelineLayout layout, VkBuffer commands_buffer,
             std::span<const DrawGroup> groups) const;
   void destroy(gpu::Device& device);

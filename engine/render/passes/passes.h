@@ -14,25 +14,52 @@ struct ShadowPass {
   gpu::Image map;
   VkPipeline pipeline = VK_NULL_HANDLE;
   void record(PassContext& context, VkCommandBuffer commands, VkDescriptorSet set, BrickStore& bricks, int slot,
-              FrameStats& stats);
+              View view, FrameStats& stats);
   void create_map(PassContext& context);  // cleared to "nothing there"
   void destroy(gpu::Device& device);
 };
 
+/// Tissue: what is solid, then, over the background, what the view draws as glass.
 struct SurfacePass {
-  VkPipeline pipeline = VK_NULL_HANDLE;
+  VkPipeline pipeline = VK_NULL_HANDLE, glass_pipeline = VK_NULL_HANDLE;
+  View made_for = View::kLook;  // its pipelines
   void record(PassContext& context, VkCommandBuffer commands, BrickStore& bricks, int slot,
-              std::span<const DrawGroup> groups, FrameStats& stats);
-  void destroy(gpu::Device& device) { destroy_pipeline(device, pipeline); }
+              const SlotBuffers& indirect, std::span<const DrawGroup> groups, View view, bool glass,
+              FrameStats& stats);
+  int pipelines() const { return (pipeline ? 1 : 0) + (glass_pipeline ? 1 : 0); }
+  void destroy(gpu::Device& device) {
+    destroy_pipeline(device, pipeline);
+    destroy_pipeline(device, glass_pipeline);
+  }
 };
 
-struct ToolPass {
-  VkPipeline pipeline = VK_NULL_HANDLE;
+/// A tool's triangles on the GPU.
+struct ToolBody {
   gpu::Buffer vertices, indices;
   std::uint32_t index_count = 0;
   double head_radius = 0, shank_radius = 0, shank_end = 0;  // m: what shadows are made of
   void set(gpu::Device& device, const ToolMesh& mesh);
-  void record(PassContext& context, VkCommandBuffer commands, const ToolState& tool, FrameStats& stats);
+  void destroy(gpu::Device& device);
+};
+
+struct ToolPass {
+  VkPipeline pipeline = VK_NULL_HANDLE;
+  void record(PassContext& context, VkCommandBuffer commands, const ToolBody& body, const Pose& X_WB,
+              FrameStats& stats);
+  void destroy(gpu::Device& device) { destroy_pipeline(device, pipeline); }
+};
+
+/// The mouth mirror: its glass shows a picture of the reflected scene, drawn before by the passes of the scene itself.
+struct MirrorPass {
+  static constexpr std::uint32_t kGlassCorners = 96;  // as in mirror.vert
+  VkPipeline pipeline = VK_NULL_HANDLE;
+  gpu::Image picture;  // the reflected scene, a layer per eye; made when a glass first comes into view
+  ToolBody body;
+  double diameter = 0;  // m, of the body
+  void prepare(gpu::Device& device, double wanted);
+  void create_picture(PassContext& context, VkExtent2D size, std::uint32_t layers);
+  void record_glass(PassContext& context, VkCommandBuffer commands, const MouthMirror& mirror, FrameStats& stats);
+  void destroy_pictures(gpu::Device& device);  // and what depends on their kind
   void destroy(gpu::Device& device);
 };
 

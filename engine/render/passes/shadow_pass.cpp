@@ -46,7 +46,7 @@ void ShadowPass::create_map(PassContext& context) {
 }
 
 void ShadowPass::record(PassContext& context, VkCommandBuffer commands, VkDescriptorSet set, BrickStore& bricks,
-                        int slot, FrameStats& stats) {
+                        int slot, View view, FrameStats& stats) {
   if (!pipeline) {
     gpu::PipelineOptions o;
     o.vertex_shader = kSpirv_shadow_vert;
@@ -59,7 +59,7 @@ void ShadowPass::record(PassContext& context, VkCommandBuffer commands, VkDescri
     o.depth_bias_slope = 1.5f;
     pipeline = gpu::create_pipeline(context.device, o);
   }
-  const std::vector<DrawGroup> groups = bricks.all(context.device, slot);
+  const std::vector<DrawGroup> groups = bricks.all(context.device, slot, view);
   begin_depth(commands, map);
   const VkExtent2D size = map.options.size;
   const VkViewport viewport{0, 0, static_cast<float>(size.width), static_cast<float>(size.height), 0, 1};

@@ -1,3 +1,5 @@
+#include <algorithm>
+
 #include "engine/render/passes/passes.h"
 #include "shaders/surface_frag.h"
 #include "shaders/surface_vert.h"
@@ -5,19 +7,36 @@
 namespace typodont::render {
 
 void SurfacePass::record(PassContext& context, VkCommandBuffer commands, BrickStore& bricks, int slot,
-                         std::span<const DrawGroup> groups, FrameStats& stats) {
-  if (groups.empty()) return;
-  if (!pipeline) {
+                         const SlotBuffers& indirect, std::span<const DrawGroup> groups, View view, bool glass,
+                         FrameStats& stats) {
+  std::vector<DrawGroup> wanted;
+  for (const DrawGroup& g : groups)
+    if (glassy_in(view, g.mesh) == glass) wanted.push_back(g);
+  if (wanted.empty()) return;
+  // Innermost first: bodies inside the tooth have higher numbers than the tooth.
+  if (glass) std::reverse(wanted.begin(), wanted.end());
+  if (view != made_for) {
+    vkDeviceWaitIdle(context.device.device);
+    destroy(context.device);
+    made_for = view;
+  }
+  VkPipeline& chosen = glass ? glass_pipeline : pipeline;
+  if (!chosen) {
     gpu::PipelineOptions o = context.scene_pipeline(kSpirv_surface_vert, kSpirv_surface_frag);
     o.bindings = {{0, sizeof(GpuVertex), VK_VERTEX_INPUT_RATE_VERTEX}};
     o.attributes = {{0, VK_FORMAT_R32G32B32_SFLOAT, offsetof(GpuVertex, p)},
                     {0, VK_FORMAT_R16G16B16A16_SNORM, offsetof(GpuVertex, n)},
                     {0, VK_FORMAT_R8G8B8A8_UINT, offsetof(GpuVertex, tissue)}};
-    pipeline = gpu::create_pipeline(context.device, o);
+    o.blend = glass;
+    o.depth_write = !glass;
+    if (view == View::kSection) o.cull = VK_CULL_MODE_NONE;   // where a body is cut open, its insides close it
+    o.constants.push_back(static_cast<std::uint32_t>(view));  // kView
+    o.constants.push_back(glass ? 1u : 0u);                   // kGlass
+    chosen = gpu::create_pipeline(context.device, o);
   }
-  vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, pipeline);
-  bricks.draw(commands, context.layout, bricks.indirect.buffers[static_cast<std::size_t>(slot)].buffer, groups);
-  stats.commands += static_cast<int>(groups.size());
+  vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, chosen);
+  bricks.draw(commands, context.layout, indirect.buffers[static_cast<std::size_t>(slot)].buffer, wanted);
+  stats.commands += static_cast<int>(wanted.size());
 }
 
 }  // namespace typodont::render

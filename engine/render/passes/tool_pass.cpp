@@ -6,7 +6,7 @@
 
 namespace typodont::render {
 
-void ToolPass::set(gpu::Device& device, const ToolMesh& mesh) {
+void ToolBody::set(gpu::Device& device, const ToolMesh& mesh) {
   vertices.destroy(device);
   indices.destroy(device);
   vertices = gpu::Buffer::create(device, mesh.vertices.size() * sizeof(ToolVertex), VK_BUFFER_USAGE_VERTEX_BUFFER_BIT);
@@ -24,8 +24,14 @@ void ToolPass::set(gpu::Device& device, const ToolMesh& mesh) {
   }
 }
 
-void ToolPass::record(PassContext& context, VkCommandBuffer commands, const ToolState& tool, FrameStats& stats) {
-  if (!tool.visible || !index_count) return;
+void ToolBody::destroy(gpu::Device& device) {
+  vertices.destroy(device);
+  indices.destroy(device);
+}
+
+void ToolPass::record(PassContext& context, VkCommandBuffer commands, const ToolBody& body, const Pose& X_WB,
+                      FrameStats& stats) {
+  if (!body.index_count) return;
   if (!pipeline) {
     gpu::PipelineOptions o = context.scene_pipeline(kSpirv_tool_vert, kSpirv_tool_frag);
     o.bindings = {{0, sizeof(ToolVertex), VK_VERTEX_INPUT_RATE_VERTEX}};
@@ -37,18 +43,12 @@ void ToolPass::record(PassContext& context, VkCommandBuffer commands, const Tool
     pipeline = gpu::create_pipeline(context.device, o);
   }
   vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, pipeline);
-  push(commands, context.layout, tool.X_WG);
+  push(commands, context.layout, X_WB);
   const VkDeviceSize zero = 0;
-  vkCmdBindVertexBuffers(commands, 0, 1, &vertices.buffer, &zero);
-  vkCmdBindIndexBuffer(commands, indices.buffer, 0, VK_INDEX_TYPE_UINT32);
-  vkCmdDrawIndexed(commands, index_count, 1, 0, 0, 0);
+  vkCmdBindVertexBuffers(commands, 0, 1, &body.vertices.buffer, &zero);
+  vkCmdBindIndexBuffer(commands, body.indices.buffer, 0, VK_INDEX_TYPE_UINT32);
+  vkCmdDrawIndexed(commands, body.index_count, 1, 0, 0, 0);
   ++stats.commands;
-}
-
-void ToolPass::destroy(gpu::Device& device) {
-  destroy_pipeline(device, pipeline);
-  vertices.destroy(device);
-  indices.destroy(device);
 }
 
 }  // namespace typodont::render

@@ -112,6 +112,7 @@ constexpr Entry kOperator[] = {
     {"op.key_paint",
      {"paint, while making an exercise (hold)", "malen, beim Erstellen einer Übung (halten)",
       "创建练习时绘制（按住）"}},
+    {"op.headset", {"Headset (OpenXR)", "Headset (OpenXR)", "头戴显示器 (OpenXR)"}},
     {"op.steps", {"Step", "Schritt", "步骤"}},
     {"op.step_done", {"Done", "Erledigt", "完成"}},
     {"op.step_skip", {"Skip", "Überspringen", "跳过"}},

@@ -60,6 +60,19 @@ svg{width:100%;height:auto;display:block}svg text{fill:var(--soft);font-size:12p
 .s-cancellous_bone{fill:var(--t-cancellous_bone);background:var(--t-cancellous_bone)}
 .s-gingiva{fill:var(--t-gingiva);background:var(--t-gingiva)}.s-amalgam{fill:var(--t-amalgam);background:var(--t-amalgam)}
 .s-composite{fill:var(--t-composite);background:var(--t-composite)}
+.steps{margin:.4rem 0 0;padding-left:1.4rem}
+.colorbar{display:grid;grid-template-columns:1fr 1fr 1fr;font-size:.85rem;color:var(--soft);margin:.6rem 0 1rem}
+.colorbar i{grid-column:1/4;height:12px;border-radius:6px;border:1px solid var(--rule)}.colorbar span:nth-of-type(2){text-align:center}
+.colorbar span:nth-of-type(3){text-align:right}
+#viewer canvas{width:100%;aspect-ratio:1/.66;display:block;background:var(--page);border:1px solid var(--rule);border-radius:8px;touch-action:none;cursor:grab}
+.buttons{display:flex;flex-wrap:wrap;gap:.4rem;align-items:center;margin:.4rem 0}
+button{font:inherit;color:var(--ink);background:var(--page);border:1px solid var(--soft);border-radius:8px;padding:.25rem .8rem;cursor:pointer}
+button[aria-pressed=true]{background:var(--accent);color:var(--card);border-color:var(--accent)}
+.hush{position:absolute;left:-99rem}
+svg.section path{fill:none;stroke-linecap:round}svg.section .was{stroke:var(--soft);stroke-width:1.2;stroke-dasharray:3 3}
+svg.section .ideal{stroke:var(--accent);stroke-width:1.6}svg.section .is{stroke:var(--ink);stroke-width:2.4}svg.section .ruler{stroke:var(--soft);stroke-width:3}
+.k-was::before,.k-is::before,.k-ideal::before{content:"";display:inline-block;width:1.6em;margin-right:.4em;vertical-align:.25em;border-top:2px dashed var(--soft)}
+.k-is::before{border-top:3px solid var(--ink)}.k-ideal::before{border-top:2px solid var(--accent)}
 .legend{display:flex;flex-wrap:wrap;gap:.2rem 1rem;list-style:none;margin:.3rem 0 0;padding:0;font-size:.9rem;color:var(--soft)}
 details{margin:.5rem 0}summary{cursor:pointer;color:var(--accent)}
 dl.list{display:grid;grid-template-columns:max-content 1fr;gap:.3rem 1.2rem;margin:0}dl.list dt{color:var(--soft)}

@@ -275,6 +275,12 @@ XRAPI_ATTR XrResult XRAPI_CALL create_instance(const XrInstanceCreateInfo* info,
   r.extensions = extensions;
   r.local = pose_of(script.local_origin);
   r.instance = true;
+  for (const ScriptEvent& e : script.events) {  // before there is a session, only calls can go wrong
+    if (e.state != "CREATED") continue;
+    (e.event == "stall" ? r.stall_call : r.failing_call) = e.call;
+    r.stall_seconds = e.seconds;
+    r.failing_result = e.result ? static_cast<XrResult>(e.result) : XR_ERROR_RUNTIME_FAILURE;
+  }
   *instance = reinterpret_cast<XrInstance>(std::uintptr_t{0x41});
   log("instance with {}", fmt::join(extensions, " "));
   return XR_SUCCESS;

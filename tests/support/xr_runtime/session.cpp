@@ -116,6 +116,7 @@ XRAPI_ATTR XrResult XRAPI_CALL end_session(XrSession session) {
   if (const XrResult refused = enter_session("xrEndSession", session)) return refused;
   Session& s = *runtime().session;
   if (!s.running) return violation(XR_ERROR_SESSION_NOT_RUNNING, "xrEndSession: it does not run");
+  if (s.state == XR_SESSION_STATE_LOSS_PENDING) return XR_ERROR_SESSION_NOT_STOPPING;  // it came in between
   if (s.state != XR_SESSION_STATE_STOPPING)
     return violation(XR_ERROR_SESSION_NOT_STOPPING, "xrEndSession: not stopping");
   s.running = false;

@@ -1,0 +1,163 @@
+// How long the whole program takes from a motion of the hand to what comes of it, and from the command to the first
+// tick and picture. Wall clock: waiting counts here.
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+
+#include "audio/sound_file.h"
+#include "engine/app/bench/parts.h"
+#include "engine/app/picture_stage.h"
+#include "engine/app/tissue_view.h"
+#include "engine/app/workbench.h"
+#include "engine/base/units.h"
+#include "engine/session/session_file.h"
+
+namespace typodont {
+
+namespace {
+
+namespace fs = std::filesystem;
+using namespace literals;
+
+constexpr double kTouchTime = 0.4;  // s: when the hand's step meets the tissue
+constexpr const char* kBaseline = "a tenth of a second, which people notice";
+
+/// A folder of this bench, removed at its end.
+struct Folder {
+  fs::path path;
+  Folder() {
+    std::string pattern = (fs::temp_directory_path() / "typodont_latency_XXXXXX").string();
+    path = mkdtemp(pattern.data());
+  }
+  ~Folder() {
+    std::error_code code;
+    fs::remove_all(path, code);
+  }
+  Folder(const Folder&) = delete;
+  Folder& operator=(const Folder&) = delete;
+};
+
+BenchRow row(std::string name, std::string knob, double seconds, const char* per) {
+  return {.name = std::move(name),
+          .knob = std::move(knob),
+          .time_ns = seconds * 1e9,
+          .per = per,
+          .baseline = kBaseline,
+          .ratio = seconds / 0.1};
+}
+
+/// An explorer that rests above a block, steps down onto it at kTouchTime and stays: silent before, a tap then.
+void step_rows(const Folder& folder, std::vector<BenchRow>& rows) {
+  const fs::path hand = folder.path / "hand.csv", wav = folder.path / "s.wav", session = folder.path / "s.h5";
+  std::ofstream(hand) << fmt::format(
+      "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,0,0,2.8,1,0,0,0,0\n{0},0,0,2.8,1,0,0,0,0\n{1},0,0,2.0,1,0,0,0,0\n0.8,0,"
+      "0,2.0,1,0,0,0,0\n",
+      kTouchTime - 0.002, kTouchTime + 0.002);
+  const fs::path file = folder.path / "scene.json";
+  // Nothing to draw: the step's picture is measured by picture_rows, which needs no desktop.
+  std::ofstream(file)
+      << R"({"tissue": {"voxel_mm": 0.2, "solids": [{"tissue": "enamel", "solid": {"box": {"size_mm": [8, 8, 4]}}}]},
+    "tool": "explorer", "parts": ["haptics", "sound", "record"]})";
+  WorkbenchOptions options;
+  options.hand = "script:" + hand.string();
+  options.audio = "wav:" + wav.string();
+  options.record = session;
+  run_workbench(read_scene(file), options);
+
+  const session::SessionReader reader(session);
+  double moved = -1, felt = -1;
+  dvec3 rest(0);
+  for (const ServoTick& tick : reader.ticks()) {
+    const double t = to_seconds(tick.t);
+    if (tick.index == 0) rest = tick.X_WT.p;
+    if (moved < 0 && glm::length(tick.X_WT.p - rest) > 0.3_mm) moved = t;
+    if (felt < 0 && glm::length(tick.f_T_W) > 0.05) felt = t;
+  }
+  if (felt < 0) return;
+  rows.push_back(row("hand to force", "step onto enamel, 1 kHz", std::max(felt - moved, 1e-3), "step"));
+  const audio::Recording recording = audio::read_recording(wav);
+  const std::vector<double> samples = recording.mono();
+  for (std::size_t i = static_cast<std::size_t>(moved * recording.rate); i < samples.size(); ++i) {
+    if (std::abs(samples[i]) < 2e-3) continue;
+    const double heard = static_cast<double>(i) / recording.rate;
+    rows.push_back(
+        row("hand to sound, into a file", "step onto enamel", std::max(heard - moved, 1 / recording.rate), "step"));
+    break;
+  }
+}
+
+/// The tool moves: until the picture that shows it is finished.
+void picture_rows(bool quick, std::vector<BenchRow>& rows) {
+  const Scene scene = read_scene(assets_folder() / "scenes/molar-caries.json");
+  haptics::TissueVolume volume = load_tissue(scene);
+  TissueView view;
+  const auto bricks = view.update(volume);
+  for (const render::Quality& quality : render::kQualityLadder) {
+    display::DisplayRig rig = display::load_rig(assets_folder() / "rigs/window.json");
+    PictureStage::Options options;
+    options.quality = quality;
+    PictureStage stage(rig, scene.servo, options);
+    stage.show(bricks, volume.frame().origin);
+    ServoTick tick;
+    tick.X_WG.p = dvec3(6.8_mm, 5.5_mm, 19.0_mm);
+    stage.draw(tick, {}, 0);
+    std::vector<double> times;
+    for (int i = 0; i < (quick ? 3 : 15); ++i) {
+      const Nanos start = now();
+      tick.X_WG.p.x += 1e-5;
+      stage.draw(tick, {}, 1.0 / 60);
+      times.push_back(to_seconds(now() - start));
+    }
+    std::sort(times.begin(), times.end());
+    rows.push_back(row("hand to finished picture, " + stage.device_name(),
+                       fmt::format("{}, {}x{}, mono", quality.name, rig.screen.pixels.x, rig.screen.pixels.y),
+                       times[times.size() / 2], "step"));
+  }
+}
+
+/// Commands as typed, once to warm the caches and then as measured.
+void start_rows(const Folder& folder, std::vector<BenchRow>& rows) {
+  const fs::path hand = folder.path / "still.csv";
+  std::ofstream(hand) << "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,0,0,30,1,0,0,0,0\n9,0,0,30,1,0,0,0,0\n";
+  const std::string program = fs::read_symlink("/proc/self/exe").string();
+  const std::string scene = (assets_folder() / "scenes/molar-caries.json").string();
+  const auto time = [&](const std::string& arguments) {
+    const std::string command = fmt::format("'{}' {} >/dev/null 2>&1", program, arguments);
+    double best = 1e9;
+    for (int i = 0; i < 3; ++i) {
+      const Nanos start = now();
+      if (std::system(command.c_str()) != 0) return std::nan("");
+      best = std::min(best, to_seconds(now() - start));
+    }
+    return best;
+  };
+  const auto add = [&](const char* name, const std::string& arguments) {
+    BenchRow r = row(name, "molar, warm caches, best of 3", time(arguments), "start");
+    r.baseline = "two seconds";
+    r.ratio = r.time_ns / 2e9;
+    rows.push_back(r);
+  };
+  add("command to its end, nothing done", "--version");
+  add("command to first tick and its end",
+      fmt::format("run '{}' --hand script:{} --audio none: --seconds 0.001", scene, hand.string()));
+  add("command to first picture and its end",
+      fmt::format("render '{}' --out '{}' --size 1280x1024", scene, (folder.path / "pictures").string()));
+}
+
+}  // namespace
+
+std::vector<BenchRow> bench_latency(bool quick) {
+  const Folder folder;
+  std::vector<BenchRow> rows;
+  start_rows(folder, rows);
+  step_rows(folder, rows);
+  picture_rows(quick, rows);
+  return rows;
+}
+
+}  // namespace typodont

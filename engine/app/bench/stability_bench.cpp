@@ -1,0 +1,131 @@
+// Where a sampled wall becomes unstable under a simulated hand: the servo beside the exact recurrence of the linear
+// problem, and what the passivity controller makes of walls that stiff.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <functional>
+
+#include "engine/app/bench/parts.h"
+#include "engine/app/haptic_loop.h"
+#include "engine/base/units.h"
+
+namespace typodont {
+
+namespace {
+
+using namespace literals;
+
+// The hand: a mass with a damper, pushed against the wall hard enough never to leave it (Colgate & Brown 1994).
+constexpr double kMass = 0.15, kDamping = 5, kPush = 4;  // kg, N·s/m, N
+constexpr int kMostDelay = 2;
+
+struct Course {
+  double growth = 0;        // largest excursion of the last quarter over that of the second
+  double least_energy = 0;  // J
+};
+
+/// `wall` gives the force (N) for a height above its surface (m). The mass is integrated exactly between ticks.
+Course play(double stiffness, double rate, int delay, const std::function<double(double)>& wall,
+            const std::function<double()>& energy) {
+  const double T = 1 / rate, e = std::exp(-kDamping / kMass * T), rest = -kPush / stiffness;
+  double z = 0.97 * rest, v = 0;
+  std::array<double, kMostDelay + 1> force{};
+  force.fill(kPush);
+  Course course;
+  double early = 0, late = 0;
+  const int ticks = static_cast<int>(1.2 * rate);
+  for (int i = 0; i < ticks; ++i) {
+    std::rotate(force.begin(), force.end() - 1, force.end());
+    force[0] = wall(z);
+    const double f = force[static_cast<std::size_t>(delay)], end = (f - kPush) / kDamping;
+    z += end * T + (v - end) * (1 - e) * kMass / kDamping;
+    v = end + (v - end) * e;
+    course.least_energy = std::min(course.least_energy, energy());
+    const double excursion = std::abs(z - rest);
+    if (i >= ticks / 4 && i < ticks / 2) early = std::max(early, excursion);
+    if (i >= 3 * ticks / 4) late = std::max(late, excursion);
+  }
+  course.growth = late / early;
+  return course;
+}
+
+Course theory(double stiffness, double rate, int delay) {
+  return play(
+      stiffness, rate, delay, [&](double z) { return -stiffness * z; }, [] { return 0.0; });
+}
+
+Course servo(double stiffness, double rate, int delay, bool controller) {
+  Scene scene = parse_scene(
+      Json::parse(
+          fmt::format(
+              R"({{"tissue": {{"voxel_mm": 0.4, "domain_mm": [[-4,-4,-8],[4,4,5]], "solids": [{{"tissue": "enamel",
+        "solid": {{"halfspace": {{"normal": [0,0,1], "offset_mm": 0}}}}}}]}},
+        "tool": {{"shape": "sphere", "diameter_mm": 2, "cuts": false}}, "friction": false, "passivity": {},
+        "coupling": {{"stiffness_N_per_mm": {}, "damping_Ns_per_mm": 0}}, "materials": {{"enamel": {{"stiffness_N_per_mm": 1}}}},
+        "parts": ["haptics"]}})",
+              controller, stiffness * 1e-3),
+          "bench"),
+      {});
+  scene.servo.force_limit = 1e3;
+  HapticLoop loop(scene, load_tissue(scene), rate);
+  ServoTick tick;
+  Cut cut;
+  Nanos t = 0;
+  const auto at = [&](double z) {
+    haptics::HandSample hand;
+    hand.t = t;
+    t += from_seconds(1 / rate);
+    hand.X_WT.p = dvec3(0.1_mm, 0.1_mm, 1.0_mm + z);
+    loop.tick(hand, tick, cut);
+    return tick.f_T_W.z;
+  };
+  // In from outside, at 20 mm/s, as the hand must come.
+  const double rest = -kPush / stiffness, way = 0.02 / rate;
+  for (double z = 0.2_mm; z > 0.97 * rest; z -= way) at(z);
+  return play(stiffness, rate, delay, at, [&] { return tick.energy; });
+}
+
+/// The stiffness at which excursions begin to grow, N/m.
+template <class F>
+double critical(double guess, F&& course) {
+  double low = 0.2 * guess, high = 5 * guess;
+  for (int i = 0; i < 18; ++i) {
+    const double middle = std::sqrt(low * high);
+    (course(middle).growth > 1 ? high : low) = middle;
+  }
+  return std::sqrt(low * high);
+}
+
+}  // namespace
+
+std::vector<BenchRow> bench_stability(bool quick) {
+  std::vector<BenchRow> rows;
+  const std::vector<double> rates = quick ? std::vector<double>{1000} : std::vector<double>{500, 1000, 2000, 4000};
+  for (const int delay : {0, 1, 2}) {
+    for (const double rate : rates) {
+      const auto row = [&](std::string name, double value, const char* unit) {
+        rows.push_back({.name = std::move(name),
+                        .knob = fmt::format("{:g} Hz", rate),
+                        .error = value,
+                        .error_unit = unit,
+                        .size = rate,
+                        .size_unit = "servo rate, Hz"});
+      };
+      const double guess = 2 * kDamping * rate / (1 + 2 * delay);  // Colgate: b > K T / 2; a delay adds to T / 2
+      const double expected = critical(guess, [&](double k) { return theory(k, rate, delay); });
+      const double found = critical(guess, [&](double k) { return servo(k, rate, delay, false); });
+      const std::string name = delay == 0 ? "no delay" : fmt::format("delay of {} tick{}", delay, delay > 1 ? "s" : "");
+      row("theory, " + name, expected, "critical stiffness, N/m");
+      row("servo without the controller, " + name, found, "critical stiffness, N/m");
+      row("servo against theory, " + name, std::abs(found / expected - 1), "relative");
+      if (delay == 0)
+        row("energy given by a wall of twice that, controller on",
+            std::abs(servo(2 * expected, rate, 0, true).least_energy), "J");
+    }
+  }
+  return rows;
+}
+
+}  // namespace typodont

@@ -1,0 +1,35 @@
+// Tissue painted by hand: strokes of a round brush, kept in a file that scenes name.
+//
+//   { "strokes": [ { "tissue": "caries", "a_mm": [7, 6, 19], "b_mm": [7.2, 6, 18.5], "radius_mm": 0.4, "stiffness_factor": 0.8 } ] }
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "engine/base/json.h"
+#include "engine/contract/tissue.h"
+#include "haptics/tissue_volume.h"
+
+namespace typodont {
+
+/// All tissue nearer than `radius` to the line from a to b gets another label. m, W.
+struct PaintStroke {
+  Tissue tissue = Tissue::kCaries;
+  dvec3 a_W{0}, b_W{0};
+  double radius = 0.5e-3;
+  double stiffness_factor = 1;  // of the tissue's own stiffness: below 1 softer
+};
+
+/// Throws Error.
+std::vector<PaintStroke> read_paint(const std::filesystem::path& file);
+/// Whole or not at all. Throws Error when the place is not writable.
+void write_paint(const std::filesystem::path& file, const std::vector<PaintStroke>& strokes);
+
+/// In their order: later strokes cover earlier ones.
+void paint(haptics::TissueVolume& volume, const std::vector<PaintStroke>& strokes);
+
+/// A tissue has one stiffness wherever it is: the mean of its strokes' factors, by their volume. 1 where none painted it.
+double stiffness_factor(const std::vector<PaintStroke>& strokes, Tissue tissue);
+
+}  // namespace typodont

@@ -1,0 +1,28 @@
+// Tissue as plain arrays and back: for what changes a whole volume at once, at set-up time.
+#pragma once
+
+#include <vector>
+
+#include "engine/session/dense_field.h"
+#include "haptics/tissue_volume.h"
+
+namespace typodont {
+
+/// A box of a volume's samples. The frame's origin is sample (0,0,0).
+struct DenseCopy {
+  VoxelFrame frame;
+  session::DenseField field;
+  std::vector<Tissue> tissue;
+};
+
+/// The volume within its bounds and two voxels around, or within a box of its voxels.
+DenseCopy dense_copy(const haptics::TissueVolume& volume);
+DenseCopy dense_copy(const haptics::TissueVolume& volume, const glm::ivec3& lo, const glm::ivec3& size);
+
+/// `band` in metres, as TissueVolume::band(). Distances outside the tissue are not taken for true ones.
+haptics::TissueVolume from_dense(const DenseCopy& copy, double band);
+
+/// What lies inside the solid is taken away; its labels stay.
+haptics::TissueVolume without_solid(const haptics::TissueVolume& volume, const haptics::Solid& solid);
+
+}  // namespace typodont

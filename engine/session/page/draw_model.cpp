@@ -1,0 +1,121 @@
+#include <png.h>
+
+#include <algorithm>
+#include <cmath>
+#include <csetjmp>
+#include <limits>
+
+#include "engine/session/page/model_colors.h"
+#include "engine/session/result_model.h"
+
+namespace typodont::session {
+
+namespace {
+
+constexpr int kFine = 2;  // samples a pixel along each axis
+
+void append(png_structp png, png_bytep data, png_size_t size) {
+  auto* out = static_cast<std::vector<std::uint8_t>*>(png_get_io_ptr(png));
+  out->insert(out->end(), data, data + size);
+}
+
+std::vector<std::uint8_t> png_of(const std::vector<std::uint8_t>& rgb, glm::ivec2 size) {
+  std::vector<std::uint8_t> out;
+  png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, nullptr, nullptr, nullptr);
+  png_infop info = png ? png_create_info_struct(png) : nullptr;
+  if (!info || setjmp(png_jmpbuf(png))) {
+    png_destroy_write_struct(&png, &info);
+    return {};
+  }
+  png_set_write_fn(png, &out, append, nullptr);
+  png_set_IHDR(png, info, static_cast<png_uint_32>(size.x), static_cast<png_uint_32>(size.y), 8, PNG_COLOR_TYPE_RGB,
+               PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
+  png_write_info(png, info);
+  for (int y = 0; y < size.y; ++y) {
+    png_write_row(png, const_cast<png_bytep>(rgb.data() + static_cast<std::size_t>(y) * static_cast<std::size_t>(size.x) * 3));
+  }
+  png_write_end(png, nullptr);
+  png_destroy_write_struct(&png, &info);
+  return out;
+}
+
+}  // namespace
+
+std::vector<std::uint8_t> draw_model(const ResultModel& model, const ModelView& view, glm::ivec2 pixels, bool difference) {
+  const dvec3 back = -glm::normalize(view.look_W);
+  const dvec3 right = glm::normalize(glm::cross(view.up_W, back)), up = glm::cross(back, right);
+  struct Point {
+    float x, y, z;
+    glm::vec3 color;
+  };
+  glm::vec2 lo(1e9f), hi(-1e9f);
+  std::vector<Point> points;
+  points.reserve(model.vertices.size());
+  const glm::vec3 light(glm::normalize(back + 0.5 * up - 0.4 * right));
+  for (const ResultModel::Vertex& v : model.vertices) {
+    const dvec3 p(v.p_W);
+    glm::vec3 color = difference ? difference_color(v.off / static_cast<float>(kFullColor)) : glm::vec3(0);
+    if (!difference) {
+      const auto& c = kTissueColors[static_cast<std::size_t>(v.tissue)];
+      color = glm::vec3(static_cast<float>(c[0]), static_cast<float>(c[1]), static_cast<float>(c[2]));
+    }
+    color *= 0.42f + 0.58f * std::max(0.0f, glm::dot(v.n, light));
+    points.push_back({static_cast<float>(glm::dot(p, right)), static_cast<float>(glm::dot(p, up)),
+                      static_cast<float>(glm::dot(p, back)), color});
+    lo = glm::min(lo, glm::vec2(points.back().x, points.back().y));
+    hi = glm::max(hi, glm::vec2(points.back().x, points.back().y));
+  }
+  const glm::ivec2 fine = pixels * kFine;
+  const glm::vec2 extent = glm::max(hi - lo, glm::vec2(1e-6f));
+  const float scale = 0.94f * std::min(static_cast<float>(fine.x) / extent.x, static_cast<float>(fine.y) / extent.y);
+  const glm::vec2 middle = 0.5f * (lo + hi);
+  for (Point& p : points) {
+    p.x = 0.5f * static_cast<float>(fine.x) + scale * (p.x - middle.x);
+    p.y = 0.5f * static_cast<float>(fine.y) - scale * (p.y - middle.y);
+  }
+
+  std::vector<float> depth(static_cast<std::size_t>(fine.x) * static_cast<std::size_t>(fine.y),
+                           -std::numeric_limits<float>::infinity());
+  std::vector<glm::vec3> color(depth.size(), glm::vec3(255));
+  for (const auto& triangle : model.triangles) {
+    const Point &a = points[triangle[0]], &b = points[triangle[1]], &c = points[triangle[2]];
+    const float area = (b.x - a.x) * (c.y - a.y) - (c.x - a.x) * (b.y - a.y);
+    if (!(area < 0)) continue;  // turned away (y runs down)
+    const int x0 = std::max(0, static_cast<int>(std::floor(std::min({a.x, b.x, c.x}))));
+    const int x1 = std::min(fine.x - 1, static_cast<int>(std::ceil(std::max({a.x, b.x, c.x}))));
+    const int y0 = std::max(0, static_cast<int>(std::floor(std::min({a.y, b.y, c.y}))));
+    const int y1 = std::min(fine.y - 1, static_cast<int>(std::ceil(std::max({a.y, b.y, c.y}))));
+    for (int y = y0; y <= y1; ++y) {
+      for (int x = x0; x <= x1; ++x) {
+        const float px = static_cast<float>(x) + 0.5f, py = static_cast<float>(y) + 0.5f;
+        const float u = ((b.x - px) * (c.y - py) - (c.x - px) * (b.y - py)) / area;
+        const float v = ((c.x - px) * (a.y - py) - (a.x - px) * (c.y - py)) / area;
+        const float w = 1 - u - v;
+        if (u < 0 || v < 0 || w < 0) continue;
+        const float z = u * a.z + v * b.z + w * c.z;
+        const std::size_t at = static_cast<std::size_t>(y) * static_cast<std::size_t>(fine.x) + static_cast<std::size_t>(x);
+        if (z <= depth[at]) continue;
+        depth[at] = z;
+        color[at] = u * a.color + v * b.color + w * c.color;
+      }
+    }
+  }
+
+  std::vector<std::uint8_t> rgb;
+  rgb.reserve(static_cast<std::size_t>(pixels.x) * static_cast<std::size_t>(pixels.y) * 3);
+  for (int y = 0; y < pixels.y; ++y) {
+    for (int x = 0; x < pixels.x; ++x) {
+      glm::vec3 sum(0);
+      for (int k = 0; k < kFine * kFine; ++k) {
+        sum += color[static_cast<std::size_t>(y * kFine + k / kFine) * static_cast<std::size_t>(fine.x) +
+                     static_cast<std::size_t>(x * kFine + k % kFine)];
+      }
+      for (int k = 0; k < 3; ++k) {
+        rgb.push_back(static_cast<std::uint8_t>(std::clamp(sum[k] / static_cast<float>(kFine * kFine) + 0.5f, 0.0f, 255.0f)));
+      }
+    }
+  }
+  return png_of(rgb, pixels);
+}
+
+}  // namespace typodont::session

@@ -1,0 +1,41 @@
+// Colours of the result in the report, the same in set pictures and in the turnable view. sRGB, 0..255.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <glm/glm.hpp>
+
+#include "engine/contract/tissue.h"
+
+namespace typodont::session {
+
+/// By the order of Tissue.
+inline constexpr std::array<std::array<int, 3>, kTissueCount> kTissueColors = {{{200, 200, 200},
+                                                                               {236, 230, 216},
+                                                                               {221, 197, 150},
+                                                                               {110, 62, 28},
+                                                                               {196, 62, 74},
+                                                                               {228, 216, 190},
+                                                                               {212, 176, 148},
+                                                                               {222, 134, 140},
+                                                                               {150, 155, 162},
+                                                                               {232, 214, 180}}};
+
+/// Blue: too much left; grey: as it should be; red: cut too deep. Told apart by people who do not see red or green.
+inline constexpr std::array<std::array<int, 3>, 3> kDifferenceColors = {{{33, 102, 172}, {226, 226, 222}, {190, 40, 30}}};
+
+/// `share`: -1 cut too deep, 0 right, 1 too much left.
+inline glm::vec3 difference_color(float share) {
+  const float s = std::clamp(share, -1.0f, 1.0f);
+  const auto& end = kDifferenceColors[s > 0 ? 0 : 2];
+  const auto& middle = kDifferenceColors[1];
+  glm::vec3 c;
+  for (int k = 0; k < 3; ++k) {
+    const auto i = static_cast<std::size_t>(k);
+    c[k] = static_cast<float>(middle[i]) + std::abs(s) * static_cast<float>(end[i] - middle[i]);
+  }
+  return c;
+}
+
+}  // namespace typodont::session

@@ -1,0 +1,130 @@
+// The turnable view of the result: a z-buffer in a canvas, without a graphics card, without anything from outside.
+#pragma once
+
+namespace typodont::session {
+
+inline constexpr const char* kViewerScript = R"js(
+(() => {
+const data = JSON.parse(document.getElementById('model-data').textContent);
+const bytes = text => Uint8Array.from(atob(text), c => c.charCodeAt(0)).buffer;
+const meshes = data.meshes.map(m => ({
+  position: new Int16Array(bytes(m.position)), normal: new Int8Array(bytes(m.normal)), tissue: new Uint8Array(bytes(m.tissue)),
+  off: new Int8Array(bytes(m.off)), index: new Uint32Array(bytes(m.index))}));
+const root = document.getElementById('viewer'), canvas = root.querySelector('canvas'), said = root.querySelector('[aria-live]');
+const pen = canvas.getContext('2d');
+// What the eye sees, in W: right, up, back. Start from the set view.
+const start = data.view;
+let right, up, back, zoom, mode = data.has_ideal ? 'difference' : 'result', cut = 1;
+const cross = (a, b) => [a[1]*b[2]-a[2]*b[1], a[2]*b[0]-a[0]*b[2], a[0]*b[1]-a[1]*b[0]];
+const unit = a => { const l = Math.hypot(...a); return a.map(v => v / l); };
+function look(view) { back = unit(view.back); right = unit(cross(view.up, back)); up = cross(back, right); }
+function reset() { look(start.angled); zoom = 1.6; cut = 1; const s = root.querySelector('[name=cut]'); if (s) s.value = 100; }
+function turn(dx, dy) {
+  const mix = (a, b, t) => a.map((v, i) => v * Math.cos(t) + b[i] * Math.sin(t));
+  let r = mix(right, back, dx), b = mix(back, right, -dx);
+  right = unit(r); back = unit(b);
+  let u = mix(up, back, -dy); b = mix(back, up, dy);
+  up = unit(u); back = unit(cross(right, up));
+}
+function colors(mesh, kind) {
+  const n = mesh.tissue.length, out = new Float32Array(3 * n);
+  for (let i = 0; i < n; ++i) {
+    let c;
+    if (kind === 'difference') {
+      const s = mesh.off[i] / 127, end = s > 0 ? data.difference[0] : data.difference[2], a = Math.abs(s);
+      c = data.difference[1].map((v, k) => v + a * (end[k] - v));
+    } else c = data.tissues[mesh.tissue[i]];
+    out.set(c, 3 * i);
+  }
+  return out;
+}
+const painted = meshes.map(m => ({result: colors(m, 'result'), difference: data.has_ideal ? colors(m, 'difference') : null}));
+let reach = 0;  // of the slice plane: as far as the result goes
+for (const m of meshes) for (let k = 0; k < m.position.length; k += 3) {
+  reach = Math.max(reach, Math.abs((m.position[k]-data.focus[0])*start.slice[0] + (m.position[k+1]-data.focus[1])*start.slice[1] + (m.position[k+2]-data.focus[2])*start.slice[2]));
+}
+let wide = 0, high = 0, image, depth, pixels;
+function size() {
+  const w = Math.max(160, Math.min(1100, Math.round(canvas.clientWidth * Math.min(2, devicePixelRatio || 1)))), h = Math.round(w * 0.66);
+  if (w === wide) return;
+  wide = canvas.width = w; high = canvas.height = h;
+  image = pen.createImageData(w, h); pixels = new Uint32Array(image.data.buffer); depth = new Float32Array(w * h);
+}
+function draw() {
+  size();
+  const mesh = meshes[mode === 'ideal' ? 1 : 0], paint = painted[mode === 'ideal' ? 1 : 0][mode === 'difference' ? 'difference' : 'result'];
+  const n = mesh.tissue.length, x = new Float32Array(n), y = new Float32Array(n), z = new Float32Array(n), shade = new Float32Array(n);
+  const scale = 0.9 * Math.min(wide, high) * zoom / data.extent * data.step;
+  const light = unit(back.map((b, i) => b + 0.5 * up[i] - 0.4 * right[i]));
+  const last = (2 * cut - 1) * reach;
+  const keep = new Uint8Array(n);
+  for (let i = 0, k = 0; i < n; ++i, k += 3) {
+    const p0 = mesh.position[k] - data.focus[0], p1 = mesh.position[k+1] - data.focus[1], p2 = mesh.position[k+2] - data.focus[2];
+    x[i] = wide / 2 + scale * (p0*right[0] + p1*right[1] + p2*right[2]);
+    y[i] = high / 2 - scale * (p0*up[0] + p1*up[1] + p2*up[2]);
+    z[i] = p0*back[0] + p1*back[1] + p2*back[2];
+    keep[i] = p0*start.slice[0] + p1*start.slice[1] + p2*start.slice[2] <= last ? 1 : 0;
+    const l = (mesh.normal[k]*light[0] + mesh.normal[k+1]*light[1] + mesh.normal[k+2]*light[2]) / 127;
+    shade[i] = 0.42 + 0.58 * Math.max(0, l);
+  }
+  depth.fill(-1e9); pixels.fill(0);
+  const index = mesh.index, t = 3;
+  for (let k = 0; k < index.length; k += t) {
+    const a = index[k], b = index[k+1], c = index[k+2];
+    if (!(keep[a] & keep[b] & keep[c])) continue;
+    const area = (x[b]-x[a])*(y[c]-y[a]) - (x[c]-x[a])*(y[b]-y[a]);
+    const inner = area > 0;  // seen from inside: only where it was cut open
+    if (area === 0 || (inner && cut === 1)) continue;
+    const x0 = Math.max(0, Math.floor(Math.min(x[a],x[b],x[c]))), x1 = Math.min(wide-1, Math.ceil(Math.max(x[a],x[b],x[c])));
+    const y0 = Math.max(0, Math.floor(Math.min(y[a],y[b],y[c]))), y1 = Math.min(high-1, Math.ceil(Math.max(y[a],y[b],y[c])));
+    for (let py = y0; py <= y1; ++py) for (let px = x0; px <= x1; ++px) {
+      const u = ((x[b]-px)*(y[c]-py) - (x[c]-px)*(y[b]-py)) / area, v = ((x[c]-px)*(y[a]-py) - (x[a]-px)*(y[c]-py)) / area, w = 1-u-v;
+      if (u < 0 || v < 0 || w < 0) continue;
+      const at = py * wide + px, d = u*z[a] + v*z[b] + w*z[c];
+      if (d <= depth[at]) continue;
+      depth[at] = d;
+      const s = inner ? 0.3 : u*shade[a] + v*shade[b] + w*shade[c];
+      const r = s*(u*paint[3*a]+v*paint[3*b]+w*paint[3*c]), g = s*(u*paint[3*a+1]+v*paint[3*b+1]+w*paint[3*c+1]),
+            l = s*(u*paint[3*a+2]+v*paint[3*b+2]+w*paint[3*c+2]);
+      pixels[at] = 0xff000000 | Math.min(255, l) << 16 | Math.min(255, g) << 8 | Math.min(255, r);
+    }
+  }
+  pen.putImageData(image, 0, 0);
+  root.dataset.drawn = mode;
+}
+let asked = false;
+function redraw() { if (asked) return; asked = true; requestAnimationFrame(() => { asked = false; draw(); }); }
+function choose(next) {
+  mode = next;
+  for (const b of root.querySelectorAll('[data-mode]')) b.setAttribute('aria-pressed', String(b.dataset.mode === mode));
+  said.textContent = root.querySelector('[data-mode=' + mode + ']').textContent;
+  redraw();
+}
+for (const b of root.querySelectorAll('[data-mode]')) b.addEventListener('click', () => choose(b.dataset.mode));
+for (const b of root.querySelectorAll('[data-look]')) b.addEventListener('click', () => {
+  if (b.dataset.look === 'reset') reset(); else look(start[b.dataset.look]);
+  said.textContent = b.textContent; redraw();
+});
+root.querySelector('[name=cut]').addEventListener('input', e => { cut = e.target.value / 100; redraw(); });
+canvas.addEventListener('keydown', e => {
+  const step = 0.12, keys = {ArrowLeft: () => turn(-step, 0), ArrowRight: () => turn(step, 0), ArrowUp: () => turn(0, -step),
+    ArrowDown: () => turn(0, step), '+': () => zoom *= 1.15, '-': () => zoom /= 1.15, Home: reset};
+  const act = keys[e.key];
+  if (!act) return;
+  e.preventDefault(); act(); redraw();
+});
+let held = null;
+canvas.addEventListener('pointerdown', e => { held = [e.clientX, e.clientY]; canvas.setPointerCapture(e.pointerId); });
+canvas.addEventListener('pointermove', e => {
+  if (!held) return;
+  turn((e.clientX - held[0]) * -0.01, (e.clientY - held[1]) * 0.01); held = [e.clientX, e.clientY]; redraw();
+});
+canvas.addEventListener('pointerup', () => { held = null; });
+canvas.addEventListener('wheel', e => { e.preventDefault(); zoom *= Math.exp(-0.0015 * e.deltaY); redraw(); }, {passive: false});
+addEventListener('resize', redraw);
+root.hidden = false;
+reset(); choose(mode); draw();
+})();
+)js";
+
+}  // namespace typodont::session

@@ -1,0 +1,105 @@
+// What the hand feels while it drills, through the command line: a simulated hand of 0.15 kg with 5 N·s/m swings 2 mm to
+// each side once a second and pushes down; the force must not step.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "engine/base/json.h"
+#include "engine/session/ticks_csv.h"
+#include "tests/support/program.h"
+
+namespace typodont {
+namespace {
+
+using namespace test;
+
+struct Felt {
+  double worst_step = 0;  // N a tick, once the first touch is over
+  double removed = 0;     // mm³
+  double most_force = 0;  // N
+  double end_z_mm = 0;    // of the hand
+  std::uint32_t faults = 0;
+};
+
+/// Runs the scene for so many seconds with the head starting at `start_mm`.
+Felt drill(const std::string& scene, const dvec3& start_mm, double newton, double seconds, const std::string& more = "") {
+  ProgramFolder folder(TYPODONT_PROGRAM);
+  folder.write("scene.json", scene);
+  std::string path = "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n";
+  for (int i = 0; i <= static_cast<int>(seconds * 200); ++i) {
+    const double t = i / 200.0;
+    path += fmt::format("{},{},{},{},1,0,0,0,1\n", t, start_mm.x + 2 * std::sin(2 * std::numbers::pi * t), start_mm.y,
+                        start_mm.z);
+  }
+  folder.write("path.csv", path);
+  folder.write("hand.json", fmt::format(R"({{"path": "path.csv", "mass_kg": 0.15, "damping_Ns_per_m": 5,
+    "stiffness_N_per_m": [2000, 2000, 0], "push_N": [0, 0, {}]}})", -newton));
+  const Ran ran = folder.run(fmt::format("servo {0}/scene.json --hand {0}/hand.json --out {0}/t.csv --rate 1000 {1}",
+                                         folder.path().string(), more));
+  EXPECT_EQ(ran.status, 0) << ran.err;
+  const auto ticks = session::read_ticks_csv(folder / "t.csv");
+  Felt felt;
+  for (std::size_t i = 300; i < ticks.size(); ++i) {
+    felt.worst_step = std::max(felt.worst_step, glm::length(ticks[i].f_T_W - ticks[i - 1].f_T_W));
+    felt.most_force = std::max(felt.most_force, glm::length(ticks[i].f_T_W));
+    felt.faults |= ticks[i].faults;
+  }
+  felt.end_z_mm = ticks.back().X_WT.p.z * 1e3;
+  for (const double v : ticks.back().removed) felt.removed += v * 1e9;
+  return felt;
+}
+
+std::string molar(const std::string& tool) {
+  Json scene = Json::load("assets/scenes/molar-caries.json");
+  std::string text = scene.text();
+  const auto at = text.find("round_012");
+  return text.replace(at, 9, tool);
+}
+
+constexpr dvec3 kFissure{6.7, 5.8, 20.2};
+
+TEST(Feel, DrillingTheMolarChangesTheForceByLessThan20MillinewtonATick) {
+  for (const char* tool : {"round_012", "round_006", "cylinder_010", "flame_012", "pear_010"}) {
+    const Felt felt = drill(molar(tool), kFissure, 1.5, 2.5);
+    EXPECT_LT(felt.worst_step, 0.02) << tool;
+    EXPECT_GT(felt.most_force, 1.4) << tool;
+    EXPECT_GT(felt.removed, 0.5) << tool;
+    EXPECT_EQ(felt.faults, 0u) << tool;
+  }
+}
+
+TEST(Feel, ACarverThatStandsStillFor200MillisecondsIsNotFelt) {
+  for (const char* tool : {"round_012", "flame_012"}) {
+    const Felt felt = drill(molar(tool), kFissure, 1.5, 2.5, "--stall-carver-ms 200");
+    EXPECT_LT(felt.worst_step, 0.02) << tool;
+    EXPECT_GT(felt.most_force, 1.4) << tool;
+  }
+}
+
+TEST(Feel, ABreakThroughAndAHardShellOverASoftCoreAreNoSteps) {
+  const std::string shell = R"({"tissue": {"voxel_mm": 0.1, "solids": [
+    {"tissue": "enamel", "solid": {"box": {"size_mm": [8, 6, 1.2]}}},
+    {"tissue": "caries", "solid": {"box": {"size_mm": [8, 6, 0.8]}}}]},
+    "tool": "round_012", "spindle": "air_turbine"})";
+  const Felt felt = drill(shell, {0, 0, 1.25}, 2.5, 5);
+  EXPECT_LT(felt.worst_step, 0.02);
+  EXPECT_GT(felt.removed, 1);
+  EXPECT_LT(felt.end_z_mm, -5);  // it did come through
+}
+
+TEST(Feel, APatchThatIsLateIsBridgedByTheLastContactsPlane) {
+  // A stylus that slides across a roller, 4 mm in half a second, while no patch comes for 200 ms.
+  const std::string roller = R"({"tissue": {"voxel_mm": 0.1, "solids": [{"tissue": "dentin", "solid": {"cylinder":
+    {"center_mm": [0, 0, -5], "axis": [0, 1, 0], "radius_mm": 8, "height_mm": 8}}}]},
+    "friction": false, "tool": {"shape": "sphere", "diameter_mm": 1, "cuts": false}})";
+  const Felt free = drill(roller, {0, 0, 3.55}, 1.0, 2.5),
+             late = drill(roller, {0, 0, 3.55}, 1.0, 2.5, "--stall-carver-ms 200");
+  EXPECT_EQ(free.faults, 0u);
+  EXPECT_TRUE(late.faults & bits(Fault::kPatchEdge));
+  EXPECT_LT(late.worst_step, 0.02);
+  EXPECT_NEAR(late.most_force, 1.0, 0.3);
+}
+
+}  // namespace
+}  // namespace typodont

@@ -1,0 +1,269 @@
+// Every shipped task can be solved: its ideal scores full, a good hand high, a careless one low, doing nothing nothing.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <functional>
+
+#include "engine/app/haptic_loop.h"
+#include "engine/app/paint_file.h"
+#include "engine/app/task.h"
+#include "engine/app/task_student.h"
+#include "engine/app/tissue_edit.h"
+#include "engine/base/units.h"
+#include "engine/session/task.h"
+#include "engine/surface/mesh_export.h"
+#include "haptics/devices/scripted.h"
+#include "tests/support/program.h"
+
+namespace typodont {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// A hand that made no mistake in anything but geometry.
+session::ScoreInput steady_hand(const haptics::TissueVolume& start) {
+  session::ScoreInput input;
+  input.before = input.after = start.volumes();
+  input.hand.time = 100;
+  input.hand.force_mean = 0.6;
+  input.hand.force_max = 2;
+  input.hand.tremor_rms = 50e-6;
+  return input;
+}
+
+/// In percent of full.
+double percent(const session::Score& score) {
+  return score.full > 0 ? 100 * score.points / score.full : 0;
+}
+
+struct TaskBench {
+  Scene scene;
+  haptics::TissueVolume start;
+  TaskJudge judge;
+  explicit TaskBench(const std::string& name)
+      : scene(read_scene(assets_folder() / "scenes" / (name + ".json"))), start(load_tissue(scene)), judge(scene, start) {}
+
+  session::Score score(const haptics::TissueVolume& after) const {
+    session::ScoreInput input = steady_hand(start);
+    input.after = after.volumes();
+    judge.judge(after, input);
+    return session::score(input, session::rules_of_scene(Json::parse(scene.text, scene.name), input));
+  }
+  haptics::TissueVolume carved(const std::vector<Stroke>& strokes, const haptics::Tool& tool) const {
+    haptics::TissueVolume after = load_tissue(scene);
+    carve_strokes(after, tool, strokes);
+    return after;
+  }
+};
+
+std::string explained(const session::Score& score) {
+  std::string text;
+  for (const session::ScoreItem& item : score.items) {
+    text += fmt::format("{} = {:.3f} {} (target {:.3f} ± {:.3f}): {:.2f} of {:.0f}\n", item.name, item.value, item.unit, item.target,
+                        item.tolerance, item.points, item.weight);
+  }
+  return text;
+}
+
+TEST(ShippedScenes, AreAllReadAndEveryTaskSaysItsGoalInThreeLanguages) {
+  int tasks = 0;
+  for (const auto& entry : fs::directory_iterator(assets_folder() / "scenes")) {
+    if (entry.path().extension() != ".json") continue;
+    const Scene scene = read_scene(entry.path());
+    if (!scene.task) continue;
+    ++tasks;
+    for (int k = 0; k < session::kLanguageCount; ++k) {
+      EXPECT_NE(scene.task->goal.text[static_cast<std::size_t>(k)], "") << entry.path();
+      EXPECT_NE(scene.task->title.text[static_cast<std::size_t>(k)], "") << entry.path();
+      for (const auto& step : scene.task->steps) EXPECT_NE(step.text[static_cast<std::size_t>(k)], "") << entry.path();
+    }
+  }
+  EXPECT_GE(tasks, 8);
+}
+
+/// Name of the scene, the tool that can make it, the rows' distance in mm.
+struct Solvable {
+  const char* name;
+  const char* tool;
+  double step;
+  dvec3 careless_mm;  // a hand that does not look is off by this
+};
+void PrintTo(const Solvable& task, std::ostream* out) { *out << task.name; }
+
+class SolvableTask : public testing::TestWithParam<Solvable> {};
+
+TEST_P(SolvableTask, ScoresTheIdealFullAGoodHandHighACarelessOneLowAndNothingNothing) {
+  const Solvable& task = GetParam();
+  const TaskBench bench(task.name);
+  ASSERT_TRUE(bench.judge.has_ideal());
+  const session::Score ideal = bench.score(*bench.judge.ideal());
+  EXPECT_GT(percent(ideal), 99) << explained(ideal);
+
+  const session::Score nothing = bench.score(bench.start);
+  EXPECT_LT(percent(nothing), 1) << explained(nothing);
+
+  const haptics::Tool tool = load_tool(task.tool);
+  const auto strokes = plan_strokes(bench.judge.preparation(bench.start), tool, task.step * 1e-3);
+  const session::Score good = bench.score(bench.carved(strokes, tool));
+  EXPECT_GT(percent(good), 80) << explained(good);
+
+  const session::Score careless = bench.score(bench.carved(displaced(strokes, task.careless_mm * 1e-3), tool));
+  EXPECT_LT(percent(careless), 60) << explained(careless);
+  fmt::print("{}: ideal {:.1f} %, good hand {:.1f} %, careless {:.1f} %\n", task.name, percent(ideal), percent(good), percent(careless));
+}
+
+INSTANTIATE_TEST_SUITE_P(All, SolvableTask,
+                         testing::Values(Solvable{"class-1-cavity", "cylinder_010", 0.3, {0.7, 0.5, -0.8}},
+                                         Solvable{"class-2-cavity", "cylinder_008", 0.3, {0.2, 0.8, -0.8}},
+                                         Solvable{"crown-preparation", "cylinder_012", 0.35, {0.6, 0.6, -1.0}},
+                                         Solvable{"root-canal-access", "cylinder_010", 0.4, {0, 2.2, -0.5}},
+                                         Solvable{"remove-caries", "round_010", 0.25, {1.0, 0.7, -0.6}},
+                                         Solvable{"tutorial", "round_008", 0.2, {0.8, 0.8, -0.3}}),
+                         [](const auto& param) {
+                           std::string name = param.param.name;
+                           std::replace(name.begin(), name.end(), '-', '_');
+                           return name;
+                         });
+
+TEST(Tasks, ACavityDrilledByAHandThroughTheServoScoresHigh) {
+  const TaskBench bench("class-1-cavity");
+  const haptics::Tool tool = load_tool("cylinder_010");
+  auto strokes = plan_strokes(bench.judge.preparation(bench.start), tool, 0.3e-3);
+  const std::size_t count = strokes.size();
+  strokes.insert(strokes.end(), strokes.begin(), strokes.begin() + static_cast<std::ptrdiff_t>(count));  // and once more, lightly
+  const auto hand = haptics::make_scripted_hand(path_of(strokes, {0, 0, 1}, 22.5e-3, 8e-3), 1000, /*paced=*/false);
+  HapticLoop loop(bench.scene, load_tissue(bench.scene), 1000);
+  session::HandMeter meter(1000);
+  loop.run(*hand, [&](const ServoTick& tick, const Cut*) { meter.add({&tick, 1}); });
+  session::ScoreInput input;
+  input.before = bench.start.volumes();
+  input.after = loop.carver().volume().volumes();
+  input.hand = meter.result();
+  bench.judge.judge(loop.carver().volume(), input);
+  const session::Score score = session::score(input, session::rules_of_scene(Json::parse(bench.scene.text, "scene"), input));
+  fmt::print("class-1-cavity through the servo: {:.1f} % in {:.0f} s\n", percent(score), input.hand.time);
+  EXPECT_GT(percent(score), 65) << explained(score);
+}
+
+/// A hand that draws the tip over the region, and presses where `says` it should.
+session::Score explore(const TaskBench& bench, double spacing, const std::function<bool(const dvec3&)>& says) {
+  session::ExploreMeter meter = *bench.judge.explore_meter();
+  const DenseCopy copy = dense_copy(bench.start);
+  std::vector<ServoTick> ticks;
+  const auto step = std::max(1, static_cast<int>(spacing / copy.frame.voxel));
+  for (int x = 0; x < copy.field.size.x; x += step) {
+    for (int y = 0; y < copy.field.size.y; ++y) {
+      int z = copy.field.size.z - 1;
+      while (z > 0 && copy.field.distance[copy.field.at(x, y, z)] > 0) --z;
+      const dvec3 p_W = copy.frame.to_world(dvec3(x, y, z));
+      if (z == 0 || p_W.z < 17.8e-3) continue;
+      ServoTick tick;
+      tick.X_WT.p = tick.X_WG.p = p_W;
+      tick.depth = 1e-5;
+      tick.pedal = says(p_W) ? 1 : 0;
+      ticks.push_back(tick);
+    }
+  }
+  meter.add(ticks);
+  session::ScoreInput input = steady_hand(bench.start);
+  input.hand.force_max = 1;
+  input.explore = meter.result();
+  return session::score(input, session::rules_of_scene(Json::parse(bench.scene.text, "scene"), input));
+}
+
+TEST(Tasks, ExploringScoresWhoFindsTheLesionsAndNotWhoPressesEverywhereOrNowhere) {
+  const TaskBench bench("explore-caries");
+  EXPECT_EQ(bench.judge.explore_meter()->result().lesions, 3);
+  const DenseCopy copy = dense_copy(bench.start);
+  const auto caries = [&](const dvec3& p_W) {
+    const glm::ivec3 v(glm::round(copy.frame.to_voxels(p_W)));
+    return copy.tissue[copy.field.at(v.x, v.y, v.z)] == Tissue::kCaries;
+  };
+  const session::Score good = explore(bench, 0.8e-3, caries);
+  EXPECT_GT(percent(good), 85) << explained(good);
+  EXPECT_LT(percent(explore(bench, 0.8e-3, [](const dvec3&) { return false; })), 45);
+  EXPECT_LT(percent(explore(bench, 0.8e-3, [](const dvec3& p) { return std::fmod(p.y, 1e-3) < 0.5e-3; })), percent(good) - 10);
+  EXPECT_LT(percent(explore(bench, 1.0, caries)), 20);
+}
+
+/// The scene's text with another ideal.
+std::string with_ideal(const std::string& scene, const std::string& ideal) {
+  const auto at = scene.find("\"ideal\":"), end = scene.find("},\"", at);
+  return scene.substr(0, at) + "\"ideal\":" + ideal.substr(0, ideal.size() - 1) + scene.substr(end);
+}
+
+TEST(Tasks, AnIdealCanBeLoadedFromAVolumeOrAMesh) {
+  const TaskBench bench("class-1-cavity");
+  const test::ProgramFolder folder(TYPODONT_PROGRAM);
+  bench.judge.ideal()->save(folder / "ideal.vdb");
+  surface::SurfaceMesher mesher({.tolerance = 0.05f});
+  FieldBrick brick;
+  for (const glm::ivec3& key : bench.judge.ideal()->surface_bricks()) {
+    bench.judge.ideal()->read_brick(key, brick);
+    mesher.put(brick);
+  }
+  mesher.remesh();
+  surface::write_mesh(folder / "ideal.stl", surface::weld(mesher), bench.judge.ideal()->frame(), bench.scene.servo.materials);
+  for (const std::string ideal : {R"({"volume":"ideal.vdb"})", R"({"mesh":{"file":"ideal.stl"}})"}) {
+    const Scene other = parse_scene(Json::parse(with_ideal(bench.scene.text, ideal), ideal), folder / "scene.json");
+    const TaskJudge judge(other, bench.start);
+    session::ScoreInput input = steady_hand(bench.start);
+    judge.judge(*bench.judge.ideal(), input);
+    EXPECT_GT(input.cavity->wanted, 9e-9) << ideal;
+    EXPECT_LT(input.cavity->over_volume + input.cavity->under_volume, 0.03 * input.cavity->wanted) << ideal;
+  }
+}
+
+TEST(Tasks, AnIdealCanBeDrilledByOneselfAndTheSameSessionScoresFullAgainstIt) {
+  const test::ProgramFolder folder(TYPODONT_PROGRAM);
+  const std::string scene = R"({"tissue": {"voxel_mm": 0.15, "solids": [{"tissue": "dentin", "solid": {"box": {"size_mm": [6, 6, 4]}}}]},
+      "tool": "round_012", "spindle_krpm": 300, "task": {"goal": "as I do it", IDEAL
+      "rules": [{"name": "over_cut_mm3", "target": 0, "tolerance": 1, "weight": 50}, {"name": "under_cut_mm3", "target": 0, "tolerance": 1, "weight": 50}],
+      "defaults": false}})";
+  const auto with = [&](const std::string& ideal) {
+    std::string text = scene;
+    return text.replace(text.find("IDEAL"), 5, ideal);
+  };
+  folder.write("practice.json", with(""));
+  folder.write("hand.csv", "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,0,0,4,1,0,0,0,1\n0.5,0,0,2.6,1,0,0,0,1\n2,0,0,1.2,1,0,0,0,1\n4,1.5,0,1.2,1,0,0,0,1\n");
+  folder.write("other.csv", "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,0,0,4,1,0,0,0,1\n0.5,0,0,2.6,1,0,0,0,1\n2,0,0,1.6,1,0,0,0,1\n4,-1.5,0,1.6,1,0,0,0,1\n");
+  ASSERT_EQ(folder.run("servo " + (folder / "practice.json") + " --hand " + (folder / "hand.csv") + " --out " + (folder / "ideal.h5")).status, 0);
+  folder.write("task.json", with("\"ideal\": {\"session\": \"ideal.h5\"},"));
+  const auto percent_of = [&](const std::string& hand) {
+    const test::Ran servo = folder.run("servo " + (folder / "task.json") + " --hand " + (folder / hand) + " --out " + (folder / "s.h5"));
+    EXPECT_EQ(servo.status, 0) << servo.err;
+    const test::Ran report = folder.run("report " + (folder / "s.h5") + " --json --out " + (folder / "r.html"));
+    EXPECT_EQ(report.status, 0) << report.err;
+    EXPECT_EQ(report.err.find("volumes in the file alone"), std::string::npos) << report.err;
+    const Json json = Json::parse(report.out, "report");
+    return 100 * json["points"].number() / json["full"].number();
+  };
+  EXPECT_GT(percent_of("hand.csv"), 98);
+  EXPECT_LT(percent_of("other.csv"), 60);
+}
+
+TEST(PaintFile, IsReadAsItWasWrittenAndPaintsAndSoftens) {
+  const fs::path file = fs::temp_directory_path() / fmt::format("typodont_paint_{}.json", getpid());
+  const std::vector<PaintStroke> strokes = {{Tissue::kCaries, {0, 0, 2.4e-3}, {1e-3, 0, 2.4e-3}, 0.5e-3, 0.5},
+                                            {Tissue::kPulp, {0, 0, 0}, {0, 0, 0}, 1e-3, 1}};
+  write_paint(file, strokes);
+  const Json json = Json::parse(fmt::format(R"({{"tissue": {{"voxel_mm": 0.2, "solids": [{{"tissue": "dentin", "solid":
+      {{"box": {{"size_mm": [8, 8, 5]}}}}}}]}}, "tool": "round_012", "paint_file": "{}"}})", file.string()), "scene");
+  const Scene scene = parse_scene(json, "scene.json");
+  const PerTissue volumes = load_tissue(scene).volumes();
+  EXPECT_NEAR(volumes[static_cast<std::size_t>(Tissue::kPulp)] * 1e9, 4.0 / 3 * kPi, 0.3);
+  EXPECT_GT(volumes[static_cast<std::size_t>(Tissue::kCaries)] * 1e9, 0.4);
+  const auto caries = static_cast<std::size_t>(Tissue::kCaries);
+  EXPECT_DOUBLE_EQ(scene.servo.materials[caries].stiffness, 0.5 * load_materials()[caries].stiffness);
+  const std::vector<PaintStroke> again = read_paint(file);
+  ASSERT_EQ(again.size(), 2u);
+  EXPECT_NEAR(again[0].b_W.x, 1e-3, 1e-9);
+  EXPECT_EQ(again[0].stiffness_factor, 0.5);
+  fs::remove(file);
+}
+
+}  // namespace
+}  // namespace typodont

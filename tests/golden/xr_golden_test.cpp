@@ -1,0 +1,166 @@
+// Pictures through the whole OpenXR path: the real loader, our test runtime, its swapchain, read back as it was handed
+// over.
+#include <gtest/gtest.h>
+
+#include <cstring>
+
+#include "engine/app/xr_stage.h"
+#include "engine/base/units.h"
+#include "tests/support/stage.h"
+#include "tests/support/tooth_mesh.h"
+#include "tests/support/xr_fixture.h"
+
+namespace typodont::test {
+namespace {
+
+constexpr int kFrame = 8;  // captured
+constexpr int kTolerance = 6, kPixels = 60;
+
+// Canted outwards by 5 degrees, wider to the temples than to the nose; the head looks down at the work.
+const std::string kHeadset = R"("view_size": [320, 256], "capture": [8],
+  "views": [{"p": [-0.032, 0.002, 0], "q": [0.99905, 0, 0.04362, 0], "fov": [-0.62, 0.45, 0.40, -0.52]},
+            {"p": [0.032, -0.002, 0], "q": [0.99905, 0, -0.04362, 0], "fov": [-0.45, 0.62, 0.40, -0.52]}],
+  "head": [{"frame": 0, "p": [0.1, 1.5, -0.2], "q": [0.9624, -0.2715, 0, 0]}])";
+
+struct Shot {
+  render::Picture left, right;
+  std::vector<float> depth_left;
+  display::HmdFrame frame;
+  XrStage::Scenery scenery;
+};
+
+struct XrGolden : testing::Test {
+  XrFixture xr;
+  display::DisplayRig rig;
+  haptics::ServoSettings servo;
+  render::Quality quality = render::kQualityLadder[0];
+  std::vector<render::MeshUpdate> mesh = tooth_mesh(2e-3);
+  std::string message;
+
+  void SetUp() override {
+    rig.kind = display::DisplayKind::kHmd;
+    rig.hmd.magnify = 14;
+    servo.materials = render::default_colors();
+    servo.tool.shape = haptics::HeadShape::kSphere;
+    servo.tool.diameter = 1.6e-3;
+  }
+
+  Shot shoot(const std::string& more = "", double opacity = 1) {
+    xr.script(kHeadset + (more.empty() ? "" : ", " + more));
+    Shot shot;
+    shot.scenery.tick.X_WG = {dvec3(-0.6e-3, -0.3e-3, 2.2e-3),
+                              rotation_between({0, 0, 1}, glm::normalize(dvec3(-.35, -.1, 1)))};
+    shot.scenery.tool_opacity = opacity;
+    display::RuntimeGate gate;
+    {
+      XrStage stage(rig, servo, {0, 0, 4e-3}, gate, {quality, true});
+      stage.show(mesh, {0, 0, 0});
+      stage.hmd().wake();
+      for (int i = 1; i <= kFrame; ++i) {
+        EXPECT_TRUE(stage.hmd().poll());
+        shot.frame = stage.hmd().wait();
+        stage.draw(shot.frame, shot.scenery);
+      }
+      EXPECT_TRUE(shot.frame.draw);
+      EXPECT_EQ(stage.validation_messages(), 0);
+    }
+    EXPECT_EQ(xr.violations(), "");
+    shot.left = render::read_png(xr.path("frame8_left.png"));
+    shot.right = render::read_png(xr.path("frame8_right.png"));
+    const std::string depth = read_text(xr.path("frame8_left.depth"));
+    shot.depth_left.resize(depth.size() / 4);
+    std::memcpy(shot.depth_left.data(), depth.data(), shot.depth_left.size() * 4);
+    return shot;
+  }
+
+  /// The same views drawn without OpenXR.
+  void draw_offscreen(const Shot& shot, Stage& stage) {
+    stage.renderer->update(0, mesh);
+    stage.renderer->set_tool(render::make_tool_mesh(render::tool_shape("sphere", 1.6e-3, 0)));
+    stage.draw(XrStage::picture(shot.frame, shot.scenery, 0, false));
+  }
+};
+
+TEST_F(XrGolden, ToothInAHeadsetWithCantedAsymmetricViews) {
+  const Shot shot = shoot();
+  EXPECT_TRUE(matches_golden(shot.left, "xr_left", kTolerance, kPixels, message)) << message;
+  EXPECT_TRUE(matches_golden(shot.right, "xr_right", kTolerance, kPixels, message)) << message;
+}
+
+TEST_F(XrGolden, TheCompositorGetsWhatTheOffscreenRendererDrawsForTheSameViews) {
+  const Shot shot = shoot();
+  Stage stage({320, 256}, quality);
+  draw_offscreen(shot, stage);
+  for (const auto& [eye, picture] : {std::pair{0, &shot.left}, std::pair{1, &shot.right}}) {
+    const Difference d = compare(*picture, stage.eye(eye), 1);
+    EXPECT_EQ(d.pixels, 0) << "eye " << eye << ", worst " << d.worst;
+  }
+}
+
+TEST_F(XrGolden, ThePictureIsTheSameInEveryFormatThatARuntimeOffers) {
+  const Shot first = shoot();
+  const Shot swapped = shoot(R"("formats": ["D16_UNORM", "B8G8R8A8_UNORM", "B8G8R8A8_SRGB"], "images": 2)");
+  EXPECT_EQ(compare(first.left, swapped.left, 1).pixels, 0);
+  EXPECT_TRUE(swapped.depth_left.empty()) << "no D32 was offered, so no depth is handed over";
+}
+
+TEST_F(XrGolden, DepthHandedOverIsTheDistanceOfWhatIsSeen) {
+  mesh = {ball(1, {0, 0, 0}, 4e-3f, Tissue::kEnamel, 64)};
+  for (const int step : {0, 2}) {  // with and without several samples a pixel
+    quality = render::kQualityLadder[static_cast<std::size_t>(step)];
+    const Shot shot = shoot();
+    ASSERT_EQ(shot.depth_left.size(), 320u * 256u);
+    // Where the ball's middle lands in the left picture.
+    const display::EyeView& eye = shot.frame.eyes[0];
+    const glm::dvec4 clip = eye.projection * eye.view * glm::dvec4(0, 0, 0, 1);
+    const int x = static_cast<int>((clip.x / clip.w + 1) / 2 * 320), y = static_cast<int>((clip.y / clip.w + 1) / 2 * 256);
+    const double z = shot.depth_left[static_cast<std::size_t>(y * 320 + x)];
+    // What the runtime was told: near 20 mm, far 30 m, in its own metres, 14 times those of the workbench.
+    const double near = 0.02, far = 30, distance = near * far / (far - z * (far - near));
+    const dvec3 p_E(eye.view * glm::dvec4(0, 0, 0, 1));
+    const double nearest = (glm::length(p_E) - 4e-3) * rig.hmd.magnify * (-p_E.z / glm::length(p_E));
+    EXPECT_NEAR(distance, nearest, 2e-3) << quality.name;
+  }
+}
+
+TEST_F(XrGolden, NothingIsDrawnBehindTheLensesRim) {
+  // Hidden is what lies more to the right than tan = 0.15.
+  const Shot open = shoot(), masked = shoot(R"("mask": [[0.15, -2], [2, -2], [2, 2], [0.15, -2], [2, 2], [0.15, 2]])");
+  int hidden = 0;
+  for (int y = 0; y < 256; ++y)
+    for (int x = 0; x < 320; ++x) {
+      const double tan_l = std::tan(-0.62), tan_r = std::tan(0.45), tan = tan_l + (x + 0.5) / 320 * (tan_r - tan_l);
+      const std::uint8_t *a = open.left.at(x, y), *b = masked.left.at(x, y);
+      if (tan > 0.16) {
+        ASSERT_EQ(b[0] + b[1] + b[2], 0) << x << " " << y;
+        hidden += a[0] + a[1] + a[2] > 60;
+      }
+      if (tan < 0.14) {
+        for (int c = 0; c < 3; ++c) ASSERT_NEAR(a[c], b[c], 1) << x << " " << y;
+      }
+    }
+  EXPECT_GT(hidden, 500);
+}
+
+TEST_F(XrGolden, WhereTheRoomShowsTheBackgroundIsClearAndTheToothIsSolid) {
+  rig.hmd.passthrough = true;
+  const Shot shot = shoot(R"("blend_modes": ["opaque", "alpha"])");
+  EXPECT_EQ(shot.left.at(2, 2)[3], 0);
+  int solid = 0;
+  for (std::size_t i = 3; i < shot.left.rgba.size(); i += 4) solid += shot.left.rgba[i] == 255;
+  EXPECT_GT(solid, 1000);
+  EXPECT_GT(xr.count("projection+depth+alpha alpha"), 0);
+  // The same where the room comes from a camera layer.
+  shoot();
+  EXPECT_GT(xr.count("passthrough projection+depth+alpha opaque"), 0);
+}
+
+TEST_F(XrGolden, ALostToolIsSievedAndTheToothIsNot) {
+  const Shot whole = shoot(), half = shoot("", 0.5);
+  const Difference d = compare(whole.left, half.left, 30);
+  EXPECT_GT(d.pixels, 60);
+  EXPECT_LT(d.pixels, 6000);
+}
+
+}  // namespace
+}  // namespace typodont::test

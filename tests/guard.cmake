@@ -1,0 +1,9 @@
+# Instruction counts of the hot paths, under callgrind: of what users run, so of release builds only.
+if(CMAKE_BUILD_TYPE STREQUAL "Release" AND NOT TYPODONT_SANITIZE)
+  add_executable(hot_paths guard/hot_paths.cpp)
+  target_link_libraries(hot_paths PRIVATE typodont_app)
+  typodont_test(guard KIND guard SOURCES guard/guard_test.cpp SERIAL)
+  target_compile_definitions(guard PRIVATE TYPODONT_HOT_PATHS="$<TARGET_FILE:hot_paths>")
+  target_link_libraries(guard PRIVATE fmt::fmt)
+  add_dependencies(guard hot_paths)
+endif()

@@ -1,0 +1,82 @@
+// The program with too few file handles, too little memory or no room on the disk: it ends with a message and leaves
+// nothing half-written. It never crashes.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <functional>
+
+#include "tests/support/program.h"
+
+namespace typodont::test {
+namespace {
+
+class Exhaustion : public testing::Test {
+ protected:
+  Exhaustion() {
+    folder_.write("scene.json", R"({"tissue": {"voxel_mm": 0.2, "solids": [{"tissue": "dentin", "solid": {"sphere": {"radius_mm": 3}}}]},
+      "tool": "round_012", "spindle_krpm": 300})");
+    folder_.write("hand.csv", "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,0,0,3.7,1,0,0,0,1\n0.2,0,0,3.3,1,0,0,0,1\n");
+  }
+  /// The least limit under which the program starts at all: what the system's loader needs for its libraries.
+  int least(const std::function<std::string(int)>& limit, int from, int step) const {
+    for (int n = from; n < from + 200 * step; n += step) {
+      if (folder_.run("--version'", "bash -c 'ulimit -c 0; ulimit " + limit(n) + "; exec").status == 0) return n;
+    }
+    ADD_FAILURE() << "does not start";
+    return 0;
+  }
+  /// Runs under `limit` (of ulimit) and holds what must hold. True when the program did its work all the same.
+  bool survives(const std::string& limit, const std::string& arguments, const std::string& out) const {
+    std::filesystem::remove(folder_ / out);
+    const Ran ran = folder_.run(fmt::format(fmt::runtime(arguments), folder_.path().string()) + "'",
+                                fmt::format("bash -c 'ulimit -c 0; ulimit {}; exec", limit));
+    EXPECT_LE(ran.status, 2) << limit << ": " << arguments << "\n" << ran.err;  // 126 and up: killed by a signal
+    const bool done = ran.status == 0;
+    EXPECT_EQ(std::filesystem::exists(folder_ / out), done) << limit << ": " << arguments;
+    EXPECT_EQ(ran.err.empty() && !done, false) << "no word about " << limit << ": " << arguments;
+    for (const auto& entry : std::filesystem::directory_iterator(folder_.path()))
+      EXPECT_EQ(entry.path().string().find(".partial"), std::string::npos) << entry.path();
+    return done;
+  }
+  const ProgramFolder folder_{TYPODONT_PROGRAM};
+};
+
+constexpr const char* kServo = "servo {0}/scene.json --hand {0}/hand.csv --out {0}/out.csv";
+constexpr const char* kSession = "servo {0}/scene.json --hand {0}/hand.csv --out {0}/out.h5";
+constexpr const char* kMesh = "mesh {0}/scene.json --out {0}/out.ply";
+
+TEST_F(Exhaustion, WithFewFileHandlesItWorksOrSaysWhyNot) {
+  // As many as the loader needs for the libraries, and a few more.
+  const int floor = least([](int n) { return fmt::format("-n {}", n); }, 3, 1);
+  int worked = 0;
+  for (const int more : {0, 1, 2, 3, 5, 30}) {
+    const std::string limit = fmt::format("-n {}", floor + more);
+    worked = survives(limit, kServo, "out.csv");
+    worked += survives(limit, kSession, "out.h5");
+    worked += survives(limit, kMesh, "out.ply");
+  }
+  EXPECT_EQ(worked, 3) << "30 more are plenty";
+}
+
+TEST_F(Exhaustion, WithLittleMemoryItWorksOrSaysWhyNot) {
+  const auto megabytes = [](int n) { return fmt::format("-v {}", n * 1024); };
+  const int floor = least(megabytes, 60, 10);
+  int worked = 0;
+  for (const int more : {0, 5, 10, 20, 40, 80, 2000}) {
+    worked = survives(megabytes(floor + more), kServo, "out.csv");
+    worked += survives(megabytes(floor + more), kMesh, "out.ply");
+  }
+  EXPECT_EQ(worked, 2) << "2 GB more are plenty";
+}
+
+TEST_F(Exhaustion, WithoutRoomForTheFileNothingHalfWrittenIsLeft) {
+  // Writing beyond the limit fails as on a full disk once its signal is ignored.
+  for (const int blocks : {1, 4, 40}) {
+    const std::string limit = fmt::format("-f {}; trap \"\" XFSZ", blocks);
+    survives(limit, kServo, "out.csv");
+    survives(limit, kMesh, "out.ply");
+  }
+}
+
+}  // namespace
+}  // namespace typodont::test

@@ -1,0 +1,197 @@
+// What is made for pictures beside the tooth's own surface: its surroundings, and what the views for teaching show.
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "engine/app/scene.h"
+#include "engine/app/surroundings.h"
+#include "engine/app/teaching_views.h"
+#include "engine/app/tissue_view.h"
+#include "engine/app/tooth_field.h"
+#include "engine/base/error.h"
+#include "engine/base/units.h"
+#include "haptics/solid.h"
+
+namespace typodont {
+namespace {
+
+using testing::HasSubstr;
+
+haptics::TissueVolume solids(const char* list, double voxel_mm = 0.1) {
+  return haptics::TissueVolume(haptics::read_solids(
+      Json::parse(fmt::format(R"({{"voxel_mm": {}, "band_mm": 1.5, "solids": [{}]}})", voxel_mm, list), "solids")));
+}
+constexpr const char* kCrownWithPulp = R"(
+  {"tissue": "enamel", "solid": {"sphere": {"center_mm": [0.3, 0.2, 0.1], "radius_mm": 4}}},
+  {"tissue": "dentin", "solid": {"sphere": {"center_mm": [0.3, 0.2, 0.1], "radius_mm": 2.5}}},
+  {"tissue": "pulp", "solid": {"sphere": {"center_mm": [0.3, 0.2, 0.1], "radius_mm": 1}}})";
+const dvec3 kMiddle = dvec3(0.3, 0.2, 0.1) * kMillimetre;
+
+struct Corner {
+  dvec3 p, n;  // m, W
+};
+std::vector<Corner> corners(const SurroundingMesh& mesh) {
+  std::vector<Corner> out;
+  for (const auto& brick : mesh.bricks)
+    for (const auto& v : brick.vertices) out.push_back({mesh.origin + dvec3(v.p), dvec3(v.n)});
+  return out;
+}
+
+struct Surroundings : testing::Test {
+  Scene scene = read_scene(assets_folder() / "scenes/molar-caries.json");
+  std::vector<SurroundingMesh> meshes = make_surroundings(scene);
+  ToothField tooth{haptics::TissueVolume::load(volume_file(scene)), 3e-3};
+};
+
+TEST_F(Surroundings, TwoNeighboursAndGumAndTheSameEachTime) {
+  ASSERT_EQ(meshes.size(), 3u);
+  const auto again = make_surroundings(scene);
+  for (std::size_t m = 0; m < meshes.size(); ++m) {
+    ASSERT_EQ(meshes[m].bricks.size(), again[m].bricks.size());
+    std::size_t triangles = 0;
+    for (std::size_t b = 0; b < meshes[m].bricks.size(); ++b) {
+      EXPECT_EQ(meshes[m].bricks[b].indices, again[m].bricks[b].indices);
+      triangles += meshes[m].bricks[b].indices.size() / 3;
+    }
+    EXPECT_GT(triangles, 1000u);
+    EXPECT_LT(triangles, 20000u);  // cheap to draw
+  }
+}
+
+TEST_F(Surroundings, NeighboursTouchTheToothAndDoNotPierceIt) {
+  for (std::size_t m = 0; m < 2; ++m) {
+    double nearest = 1;
+    for (const Corner& c : corners(meshes[m])) nearest = std::min(nearest, tooth.distance(c.p));
+    EXPECT_LT(nearest, 0.3e-3) << m;
+    EXPECT_GT(nearest, -0.3e-3) << m;
+  }
+}
+
+TEST_F(Surroundings, TheGumHugsTheToothAndStaysBelowTheCrown) {
+  double on_tooth = 0, all = 0;
+  for (const Corner& c : corners(meshes[2])) {
+    EXPECT_GT(tooth.distance(c.p), -0.55e-3);  // it ends just beneath the tooth's surface
+    EXPECT_LT(c.p.z, 17.4e-3);                 // between the teeth it climbs to their contact, no higher
+    ++all;
+    on_tooth += std::abs(tooth.distance(c.p)) < 0.5e-3;
+  }
+  EXPECT_GT(on_tooth / all, 0.05);
+}
+
+TEST(SurroundingsFile, MistakesAreNamed) {
+  const auto message = [](const char* text) {
+    try {
+      read_surroundings(Json::parse(text, "scene.json"), "tooth.vdb", {});
+    } catch (const Error& e) {
+      return std::string(e.what());
+    }
+    return std::string();
+  };
+  EXPECT_THAT(message(R"({"neighbors": []})"), HasSubstr("neighbors"));
+  EXPECT_THAT(message(R"({"neighbours": [{"scale": [1, 1, 1]}]})"), HasSubstr("contact_mm"));
+  EXPECT_THAT(message(R"({"neighbours": [{"contact_mm": [0, 0, 0], "scale": [1, 0, 1]}]})"), HasSubstr("scale"));
+  EXPECT_THAT(message(R"({"crown": [0, 0, 1], "arch": [0, 0, 1]})"), HasSubstr("square"));
+  EXPECT_THAT(message(R"({"gum": {"papilla_mm": 2}})"), HasSubstr("margin_mm"));
+  EXPECT_EQ(message(R"({"gum": {"margin_mm": [0, 0, 14]}})"), "");
+}
+
+TEST(MouthMirrorInAScene, IsReadAndMistakesAreNamed) {
+  const MouthMirror mirror = read_mouth_mirror(
+      Json::parse(R"({"translation_mm": [1, 2, 3], "normal": [0, -2, 0], "diameter_mm": 20, "fog": 0.3})", "scene"));
+  EXPECT_LT(glm::length(mirror.X_WM.p - dvec3(1e-3, 2e-3, 3e-3)), 1e-15);
+  EXPECT_LT(glm::length(mirror.X_WM.rotate({0, 0, 1}) - dvec3(0, -1, 0)), 1e-12);
+  EXPECT_EQ(mirror.diameter, 0.02);
+  EXPECT_EQ(mirror.fog, 0.3);
+  for (const char* wrong : {R"({"normal": [0, 0, 1]})", R"({"translation_mm": [0, 0, 0], "normal": [0, 0, 0]})",
+                            R"({"translation_mm": [0, 0, 0], "fog": 2})",
+                            R"({"translation_mm": [0, 0, 0], "rotation_wxyz": [1, 1, 0, 0]})"})
+    EXPECT_THROW(read_mouth_mirror(Json::parse(wrong, "scene")), Error) << wrong;
+}
+
+TEST(MouthMirrorInAScene, HeldAsAToolItsHandleIsTheShank) {
+  const dvec3 handle = mirror_in_tool().rotate({std::sqrt(0.5), 0, std::sqrt(0.5)});
+  EXPECT_LT(glm::length(handle - dvec3(0, 0, 1)), 1e-12);
+}
+
+TEST(SectionFace, OfABallIsItsDiscOnThePlaneWithTheTissuesInRings) {
+  const haptics::TissueVolume volume = solids(kCrownWithPulp);
+  const dvec3 n = glm::normalize(dvec3(0.3, 0.9, 0.2)), origin = volume.frame().origin;
+  const double away = 0.6e-3, offset = glm::dot(n, kMiddle) + away;
+  double area = 0;
+  for (const auto& tile : section_face(volume, n, offset)) {
+    for (const auto& v : tile.vertices) {
+      const dvec3 p = origin + dvec3(v.p);
+      EXPECT_NEAR(glm::dot(n, p), offset, 5e-6);
+      EXPECT_LT(glm::length(dvec3(v.n) + n), 1e-6);
+      const double r = glm::length(p - kMiddle);
+      const Tissue drawn = v.tissue[v.second > 0.5f];
+      if (std::abs(r - 2.5e-3) > 0.15e-3 && std::abs(r - 1e-3) > 0.15e-3) {
+        EXPECT_EQ(drawn, r < 1e-3 ? Tissue::kPulp : r < 2.5e-3 ? Tissue::kDentin : Tissue::kEnamel) << r;
+      }
+    }
+    for (std::size_t i = 0; i < tile.indices.size(); i += 3) {
+      const auto at = [&](std::size_t k) { return dvec3(tile.vertices[tile.indices[i + k]].p); };
+      const double twice = glm::dot(glm::cross(at(1) - at(0), at(2) - at(0)), -n);
+      EXPECT_GT(twice, -1e-15);  // faces the one who looks at it
+      area += 0.5 * twice;
+    }
+  }
+  EXPECT_NEAR(area / (kPi * (16e-6 - away * away)), 1, 0.005);
+}
+
+TEST(TissueInside, IsTheTissuesOwnSurface) {
+  const haptics::TissueVolume volume = solids(kCrownWithPulp);
+  std::size_t count = 0;
+  for (const auto& brick : tissue_inside(volume, Tissue::kPulp))
+    for (const auto& v : brick.vertices) {
+      EXPECT_NEAR(glm::length(volume.frame().origin + dvec3(v.p) - kMiddle), 1e-3, 0.09e-3);
+      EXPECT_EQ(v.tissue[0], Tissue::kPulp);
+      ++count;
+    }
+  EXPECT_GT(count, 100u);
+  EXPECT_TRUE(tissue_inside(volume, Tissue::kAmalgam).empty());
+}
+
+TEST(Difference, IsHowFarTheSurfaceStandsOutOfTheIdealOrLiesWithinIt) {
+  haptics::TissueVolume now = solids(kCrownWithPulp, 0.2);
+  const haptics::TissueVolume smaller =
+      solids(R"({"tissue": "enamel", "solid": {"sphere": {"center_mm": [0.3, 0.2, 0.1], "radius_mm": 3.2}}})", 0.2);
+  const haptics::TissueVolume larger =
+      solids(R"({"tissue": "enamel", "solid": {"sphere": {"center_mm": [0.3, 0.2, 0.1], "radius_mm": 4.3}}})", 0.2);
+  TissueView view;
+  std::vector<render::MeshUpdate> surface = view.update(now);
+  const auto all_near = [&](double expected) {
+    for (const auto& brick : surface)
+      for (const auto& v : brick.vertices) ASSERT_NEAR(v.difference, expected, 0.03e-3);
+  };
+  mark_difference(smaller, now.frame().origin, surface);
+  all_near(0.8e-3);
+  mark_difference(larger, now.frame().origin, surface);
+  all_near(-0.3e-3);
+  mark_difference(now, now.frame().origin, surface);
+  all_near(0);
+}
+
+TEST(WhatShowsThrough, ThinEnamelShowsItsDentinAndThickEnamelNone) {
+  haptics::TissueVolume thin = solids(R"(
+    {"tissue": "enamel", "solid": {"sphere": {"center_mm": [0, 0, 0], "radius_mm": 4}}},
+    {"tissue": "dentin", "solid": {"sphere": {"center_mm": [0.6, 0, 0], "radius_mm": 3}}})");
+  TissueView view;
+  double near = 0, far = 0, nears = 0, fars = 0;  // enamel is 0.4 mm thick at +x, 1.6 mm at −x
+  for (const auto& brick : view.update(thin))
+    for (const auto& v : brick.vertices) {
+      const dvec3 p = thin.frame().origin + dvec3(v.p);
+      if (p.x > 3.8e-3) near += v.shows, ++nears;
+      if (p.x < -3.8e-3) far += v.shows, ++fars;
+      EXPECT_TRUE(v.shows == 0 || v.under == Tissue::kDentin);
+    }
+  ASSERT_GT(nears, 0);
+  ASSERT_GT(fars, 0);
+  EXPECT_GT(near / nears, 0.4);
+  EXPECT_LT(far / fars, 0.05);
+}
+
+}  // namespace
+}  // namespace typodont
