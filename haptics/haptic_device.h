@@ -19,6 +19,18 @@ struct DeviceInfo {
   double max_stiffness = 0;     // N/m; 0: unknown
   double torque_limit = 0;      // N·m; 0: the device gives no torque
   double continuous_force = 0;  // N that its motors bear for ever; 0: unknown
+  double vibration_band = 0;    // Hz up to which it renders the spindle's vibration; 0: not at all
+  double silence = 0;           // s without a force written, after which the watchdog sends zero; 0: what is usual
+  bool counts_from_rest = false;  // its pose counts from where it was opened: its home position, and there it must rest
+};
+
+/// What the layer around a device with motors (devices/safe_device.h) has to say.
+struct SafetyStatus {
+  bool gives_force = false;   // it has motors
+  bool armed = false;         // force may reach the hand
+  double heat = 0;            // 0..1 of what the windings bear
+  double bearable_force = 0;  // N that they may give now
+  std::uint32_t events = 0;   // SafetyEvent bits since it was last asked
 };
 
 /// Opened at set-up (throws Error), then owned by the servo thread.
@@ -35,6 +47,8 @@ class HapticDevice {
   /// Joint angles behind the sample of the last read(), rad, base first (an arm's three bodies, then its stylus' three
   /// where it has encoders there); empty where the device does not tell. Servo thread; valid until the next read().
   virtual std::span<const double> joints() const noexcept { return {}; }
+  /// Servo thread. A device without motors has nothing to say.
+  virtual SafetyStatus safety() noexcept { return {}; }
   /// Sends zero force now. Any thread, and signal handlers: never allocates, never locks, changes nothing but the
   /// force.
   virtual void release() noexcept {}

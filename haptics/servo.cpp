@@ -171,7 +171,10 @@ struct Servo::State {
   dvec3 teeth_force{0};        // N, of the teeth before the limits
   dvec3 last_spindle_force{0}; // N, … and what the spindle fed through the teeth
   dvec3 last_sent{0};          // N, their sum as sent
-  double spindle_work = 0;     // J, done by the spindle in cutting
+  double spindle_work = 0;     // J, done by the spindle in cutting …
+  double teeth_energy = 0;     // J, … and what its teeth gave the hand of that
+  dvec3 last_teeth_force{0};   // N
+  double phase = 0;            // rad, of the spindle
   double last_depth = 0;       // m
   Pose last_hand;
   Nanos last_t = 0;
@@ -275,7 +278,7 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
     out.energy = sums.energy;
     out.spindle_energy = sums.spindle_energy;
     s.started = false;
-    s.last_force = s.last_spindle_force = s.last_sent = dvec3(0);
+    s.last_force = s.last_spindle_force = s.last_teeth_force = s.last_sent = dvec3(0);
     s.normal_force = 0;
     s.friction = {};
     return false;
@@ -300,6 +303,7 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
   // What the device did to the hand since the last tick: exactly last force × way (numbers.md, "Stability").
   sums.energy -= glm::dot(s.last_force, moved);
   sums.spindle_energy += glm::dot(s.last_spindle_force, moved);
+  s.teeth_energy += glm::dot(s.last_teeth_force, moved);
 
   // Spindle: the free speed follows the pedal.
   const double wanted_speed = out.pedal * settings.spindle.free_speed;
@@ -596,7 +600,7 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
       const double size = glm::length(change), most = kTeethSlew * dt;
       if (size > most) spindle_force = s.teeth_force + change * (most / size);
       // Never more to the hand than the spindle itself has done.
-      const double left = std::max(0.0, s.spindle_work - sums.spindle_energy);
+      const double left = std::max(0.0, s.spindle_work - s.teeth_energy);
       const double needed = std::max(0.0, glm::dot(spindle_force, moved));
       if (needed > 0) spindle_force *= std::min(1.0, left / (kTeethAhead * needed));
     }
@@ -646,6 +650,16 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
     out.contact_area = contacts.engaged_area() > 0 ? contacts.engaged_area() * h * h : kPi * tool.radius() * h;
   }
 
+  // What the spindle sends through the arm, from the same contact as the sound's. Its energy is the motor's: the ledger
+  // has it with the spindle's. A period has five ticks or more.
+  dvec3 teeth_force = spindle_force;
+  if (settings.vibration.band > 0 && spindle.speed > 0) {
+    s.phase = advance_phase(s.phase, spindle.speed, dt);
+    const double band = std::min(settings.vibration.band, 0.2 / settings.tick);
+    spindle_force += vibration_force(settings.vibration, band, s.phase, spindle.speed, X_WT.R * dvec3(0, 0, 1), normal,
+                                     tangential * s.normal_force);
+  }
+
   // The literature's filters, for comparison.
   if (settings.filter != ForceFilter::kNone) force = filter_force(settings.filter, {}, force, s.last_force);
 
@@ -672,6 +686,7 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
   }
   force *= share;
   spindle_force *= share;
+  teeth_force *= share;
   torque *= share;
 
   // Leading the tool out of tissue, or a leap of the input against it, raises what the coupling stores without a hand's
@@ -693,6 +708,7 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
   s.X_WG = {p_held, X_WT.R};
   s.last_force = force;
   s.last_spindle_force = spindle_force;
+  s.last_teeth_force = teeth_force;
   s.last_sent = force + spindle_force;
   s.last_hand = X_WT;
   s.last_t = hand.t;

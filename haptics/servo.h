@@ -7,6 +7,7 @@
 
 #include "engine/contract/contact.h"
 #include "haptics/forces/filters.h"
+#include "haptics/forces/vibration.h"
 #include "haptics/spindle.h"
 #include "haptics/surface_patch.h"
 #include "haptics/tool.h"
@@ -25,6 +26,7 @@ struct ServoSettings {
   double torque_limit = 0.5;    // N·m
   double slew_limit = 0;        // N/s that the force may rise by; 0: as it comes
   double ramp_time = 15e-3;     // s from nothing to the whole force at the start, and back at the end
+  VibrationLaw vibration;       // of the spindle, through the arm; without a band there is none
   ForceFilter filter = ForceFilter::kNone;  // for comparison with the literature
   double tick = 1e-3;           // s, nominal period
   MaterialTable materials{};

@@ -1,13 +1,18 @@
 # Devices: everything is tried against emulations that speak the protocol; none of it needs hardware.
-add_library(typodont_device_emulation STATIC support/emulation/emulated_arm.cpp support/emulation/haply_service.cpp)
-target_link_libraries(typodont_device_emulation PUBLIC typodont_devices PRIVATE nlohmann_json::nlohmann_json)
+add_library(typodont_device_emulation STATIC support/emulation/emulated_arm.cpp support/emulation/haply_service.cpp
+            support/emulation/live_board.cpp)
+target_link_libraries(typodont_device_emulation PUBLIC typodont_devices PRIVATE nlohmann_json::nlohmann_json util)
 typodont_test(bench_devices KIND bench SOURCES bench/device_bench.cpp LIBS typodont_devices fmt::fmt SERIAL)
 typodont_test(stress_devices KIND stress SOURCES stress/device_faults_test.cpp LIBS typodont_devices typodont_device_emulation)
 typodont_test(unit_devices KIND unit
   SOURCES unit/device_arm_test.cpp unit/device_protocols_test.cpp unit/device_safety_test.cpp
-          unit/device_links_test.cpp unit/device_timing_test.cpp
+          unit/device_links_test.cpp unit/device_timing_test.cpp unit/device_hotplug_test.cpp
   LIBS typodont_devices typodont_device_emulation)
 typodont_test(property_devices KIND property SOURCES property/device_parsers_test.cpp LIBS typodont_devices typodont_device_emulation)
+# The whole program with an emulated arm: one after the other, they watch real time.
+typodont_test(stress_hands KIND stress SOURCES stress/hands_live_test.cpp LIBS typodont_app typodont_device_emulation SERIAL)
+target_compile_definitions(stress_hands PRIVATE TYPODONT_PROGRAM="$<TARGET_FILE:typodont>")
+add_dependencies(stress_hands typodont)
 # Vendors' libraries, in name and interface: loaded under their vendor's soname before a driver asks for it.
 foreach(vendor hd dhd)
   add_library(standin_${vendor} SHARED support/emulation/standin_${vendor}.cpp)

@@ -4,11 +4,11 @@
 #include <exception>
 
 #include "engine/app/commands/commands.h"
+#include "engine/app/hands.h"
 #ifdef TYPODONT_WINDOW
 #include "engine/app/operator/operator.h"
 #endif
 #include "engine/app/replay_hand.h"
-#include "engine/app/xr_hand.h"
 #include "engine/base/error.h"
 #include "engine/base/log.h"
 
@@ -31,7 +31,7 @@ int main(int argc, char** argv) {
   add_run_command(app);
   add_bench_command(app);
   add_replay_driver();
-  add_xr_driver();
+  add_window_drivers();
   try {
     if (argc == 1) {
       try {

@@ -57,7 +57,7 @@ ReplayResult replay_session(const std::filesystem::path& session_file, const std
   const Scene scene = scene_of(session);
 
   haptics::Carver carver(load_tissue(scene), haptics::tray(scene.servo));
-  const haptics::ServoSettings settings = servo_settings(scene, carver.volume(), header.servo_rate);
+  const haptics::ServoSettings settings = servo_settings(scene, carver.volume(), header.servo_rate, header.vibration_band);
   haptics::Servo servo(settings, haptics::patch_edge_for(haptics::tray(settings), settings.frame.voxel));
   haptics::SurfacePatch spare;
   spare.resize(servo.patch().n);

@@ -154,7 +154,7 @@ Scene read_scene(const fs::path& file) {
 
 Scene parse_scene(const Json& json, const fs::path& file) {
   json.allow_only({"name", "description", "tissue", "paint", "tool", "tools", "spindle_krpm", "spindle", "coupling", "materials",
-                   "parts", "friction", "cutting", "passivity", "boundary_walls", "force_filter", "score", "sound", "prepare",
+                   "parts", "friction", "cutting", "passivity", "boundary_walls", "force_filter", "vibration", "score", "sound", "prepare",
                    "paint_file", "task", "surroundings", "mouth_mirror"});
   Scene scene;
   scene.file = file;
@@ -220,6 +220,23 @@ Scene parse_scene(const Json& json, const fs::path& file) {
   servo.passivity = json.boolean_or("passivity", true);
   servo.boundary_walls = json.boolean_or("boundary_walls", true);
 
+  if (const auto vibration = json.find("vibration")) {
+    haptics::VibrationLaw& law = servo.vibration;
+    if (vibration->is_object()) {
+      vibration->allow_only({"band_Hz", "rotor_g", "balance_mm_per_s", "run_out_share", "tooth_share", "teeth"});
+      scene.vibration_band_set = vibration->has("band_Hz");
+      law.band = vibration->number_or("band_Hz", 0, 0, 2000);
+      law.rotor_mass = vibration->number_or("rotor_g", law.rotor_mass * 1e3, 0, 1000) * 1e-3;
+      law.balance = vibration->number_or("balance_mm_per_s", law.balance * 1e3, 0, 1000) * 1e-3;
+      law.run_out = vibration->number_or("run_out_share", law.run_out, 0, 1);
+      law.teeth = vibration->number_or("tooth_share", law.teeth, 0, 1);
+      law.tooth_count = static_cast<int>(vibration->number_or("teeth", law.tooth_count, 1, 64));
+    } else {
+      if (vibration->boolean()) vibration->fail("false, or an object with band_Hz and what else is to differ");
+      scene.vibration_band_set = true;  // off, whatever the device could render
+    }
+  }
+
   if (const auto filter = json.find("force_filter")) {
     const auto named = haptics::force_filter_named(filter->string());
     if (!named) filter->fail("none, slew or stroke");
@@ -268,8 +285,10 @@ std::filesystem::path volume_file(const Scene& scene) {
   return volume ? find_file(volume->string(), scene.file.parent_path()) : fs::path();
 }
 
-haptics::ServoSettings servo_settings(const Scene& scene, const haptics::TissueVolume& tissue, double rate) {
+haptics::ServoSettings servo_settings(const Scene& scene, const haptics::TissueVolume& tissue, double rate,
+                                      double vibration_band) {
   haptics::ServoSettings settings = scene.servo;
+  if (!scene.vibration_band_set) settings.vibration.band = vibration_band;
   settings.frame = tissue.frame();
   settings.tick = 1 / rate;
   return settings;

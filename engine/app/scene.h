@@ -27,6 +27,7 @@ struct Scene {
   std::vector<Json> prepare;        // solids taken away before the session begins
   std::optional<Json> score;
   std::optional<session::Task> task;
+  bool vibration_band_set = false;  // the scene says how far the spindle's vibration goes; otherwise the hand's device
   std::optional<Json> surroundings;  // what stands around the tooth (surroundings.h)
   MouthMirror mouth_mirror;              // where the other hand holds it; diameter 0: none
   bool sound_lower_order = false;   // models may be cut to the order at which nothing is lost
@@ -48,8 +49,10 @@ MouthMirror read_mouth_mirror(const Json& json);
 /// Loads or samples the tissue and paints into it. Throws Error.
 haptics::TissueVolume load_tissue(const Scene& scene);
 
-/// The scene's servo settings completed for this tissue and servo rate (Hz).
-haptics::ServoSettings servo_settings(const Scene& scene, const haptics::TissueVolume& tissue, double rate);
+/// The scene's servo settings completed for this tissue, servo rate (Hz) and the hand's vibration band (Hz), which the
+/// scene may overrule.
+haptics::ServoSettings servo_settings(const Scene& scene, const haptics::TissueVolume& tissue, double rate,
+                                      double vibration_band = 0);
 
 /// What its tools are called, in their order.
 std::vector<std::string> tool_names(const Scene& scene);

@@ -12,6 +12,7 @@ session::SessionHeader session_header(const Scene& scene, const std::filesystem:
   header.hand = hand.info().address;
   header.tools = tool_names(scene);
   header.servo_rate = rate;
+  header.vibration_band = hand.info().vibration_band;
   header.voxel = tissue.frame().voxel;
   header.volumes_before = tissue.volumes();
   header.files.push_back(session::describe_file(std::filesystem::absolute(scene.file)));
@@ -26,6 +27,11 @@ session::SessionHeader session_header(const Scene& scene, const std::filesystem:
   }
   header.date = session::iso_date_now();
   return header;
+}
+
+session::StreamSpec left_hand_stream() {
+  return {"left_hand",
+          {{"x_m", "m"}, {"y_m", "m"}, {"z_m", "m"}, {"qw", ""}, {"qx", ""}, {"qy", ""}, {"qz", ""}, {"pedal", ""}}};
 }
 
 session::SessionResult session_result(const haptics::TissueVolume& tissue) {

@@ -12,6 +12,9 @@ session::SessionHeader session_header(const Scene& scene, const std::filesystem:
                                       const haptics::HapticDevice& hand, const haptics::TissueVolume& tissue,
                                       double rate);
 
+/// Samples of the second hand: its pose as held and its pedal, on the session's clock.
+session::StreamSpec left_hand_stream();
+
 /// Volumes, pulp distance and field hash at the end.
 session::SessionResult session_result(const haptics::TissueVolume& tissue);
 

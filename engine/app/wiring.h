@@ -9,6 +9,7 @@
 #include "engine/base/ring.h"
 #include "engine/contract/contact.h"
 #include "engine/contract/loop_timing.h"
+#include "engine/contract/mouth_mirror.h"
 #include "engine/display/hmd.h"
 #include "engine/render/renderer.h"
 #include "haptics/servo.h"
@@ -23,7 +24,6 @@ using MeshBatch = std::vector<render::MeshUpdate>;
 struct SessionSettings {
   double speed_share = 1;  // 0..1, of the pedal: how fast the drill may turn
   double force_share = 1;  // 0..1, of the force that reaches the hand
-  int tool = -1;           // its place in the tray; negative: the hand's own choice
 };
 
 /// Tissue given another label by hand: a ball, swept from A to B.
@@ -68,7 +68,6 @@ struct Wiring {
   Latest<SessionSettings> settings;
   // SERVO → UI, where an operator watches
   Ring<ServoTick> ticks_to_score{1 << 14};
-  Latest<LoopTiming> timing_to_render;
   // RECORDER → UI
   Latest<RecordState> record_to_render;
   // HEADSET (which draws in RENDER's place) → SERVO, where a controller is the hand; → RECORDER
@@ -78,11 +77,21 @@ struct Wiring {
   Ring<ServoTick> ticks_to_recorder{1 << 15};
   Ring<Cut> cuts_to_recorder{1 << 14};
   Ring<PatchUse> patches_to_recorder{1 << 12};
+  Latest<LoopReport> loop_to_recorder;
+  // SERVO → RENDER: how the loop fares, how warm the motors are
+  Latest<LoopReport> loop_to_render;
+  // LEFT HAND → RENDER, RECORDER
+  Latest<MouthMirror> mouth_mirror;
+  Ring<haptics::HandSample> left_to_recorder{1 << 13};
   // SERVO → AUDIO: inside SoundLink (a ring of what the ear needs)
 
-  std::atomic<bool> mesh_all{false};     // RENDER → CARVER: all bricks again, for a picture made anew
-  std::atomic<bool> emergency{false};    // any thread → SERVO: no force from the next tick on, and the session's end
-  std::atomic<bool> stop{false};         // any thread → all: end the session
+  std::atomic<bool> mesh_all{false};   // RENDER → CARVER: all bricks again, for a picture made anew
+  std::atomic<bool> emergency{false};  // any thread → SERVO: no force from the next tick on, and the session's end
+  std::atomic<std::int32_t> chosen_tool{-1};    // RENDER (window) → SERVO: by key; negative: the hand's own choice
+  std::atomic<bool> held{false};                // RENDER → SERVO: the emergency key; no drill until it is let go on
+  std::atomic<std::uint32_t> newest_faults{0};  // SERVO → RENDER
+  std::atomic<Nanos> session_zero{0};  // SERVO → LEFT HAND: the clock's time at the session's zero; 0: not yet begun
+  std::atomic<bool> stop{false};       // any thread → all: end the session
   std::atomic<bool> servo_ended{false};  // SERVO → RENDER: the hand is gone or the script has ended
 };
 

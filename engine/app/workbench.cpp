@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <csignal>
 #include <cstdlib>
@@ -11,6 +12,7 @@
 #include <thread>
 
 #include "engine/app/debris_view.h"
+#include "engine/app/hands.h"
 #include "engine/app/mouse_hand.h"
 #include "engine/app/picture_stage.h"
 #include "engine/app/quality_ladder.h"
@@ -38,8 +40,9 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr double kRate = 1000;                           // Hz, of hands whose rate is ours to choose
-constexpr double kRampOut = 0.02;                        // s at the end of a session
+constexpr double kRampOut = 0.02;  // s at the end of a session
+constexpr double kMirror = 22e-3;  // m, a mouth mirror of size 4, where the scene does not say
+constexpr int kHoldKey = ' ', kGoOnKey = 'R';
 constexpr Nanos kReviveInterval = 10 * kNanosPerSecond;  // a device lost more often than this is broken
 constexpr Nanos kMeshInterval = 16'000'000;              // ns between looks for changed bricks
 
@@ -52,22 +55,23 @@ void ask_to_stop(int) {
 struct Session {
   const Scene& scene;
   haptics::Carver carver;
-  haptics::Servo servo;
   Wiring wiring;
-  LoopTiming timing;  // servo thread until it has ended
-  ServoTick last;     // the same
+  std::optional<haptics::Servo> servo;  // made for the hand, once that is known
+  std::optional<LoopWatch> loop;        // servo thread until it has ended
+  ServoTick last;                       // the same
   std::uint32_t faults = 0;
-  RealtimeGranted granted;
   bool draw = false, record = false, debris = false, operated = false;
   Nanos began = 0;            // of recorded frames
   std::size_t xr_stream = 0;  // which of the recording's streams they are
   SoundLink* sound = nullptr;
+  std::size_t left_stream = 0;  // of the recording, where there is a second hand
 
-  Session(const Scene& s, haptics::TissueVolume tissue, double rate)
-      : scene(s),
-        carver(std::move(tissue), haptics::tray(s.servo)),
-        servo(servo_settings(s, carver.volume(), rate), edge(s, carver.volume())),
-        wiring(empty_patch(edge(s, carver.volume()))) {}
+  Session(const Scene& s, haptics::TissueVolume tissue)
+      : scene(s), carver(std::move(tissue), haptics::tray(s.servo)), wiring(empty_patch(edge(s, carver.volume()))) {}
+  void serve(const haptics::DeviceInfo& hand) {
+    servo.emplace(servo_settings(scene, carver.volume(), hand.rate, hand.vibration_band), edge(scene, carver.volume()));
+    loop.emplace(wiring, hand.rate);
+  }
 
   static int edge(const Scene& s, const haptics::TissueVolume& tissue) {
     return haptics::patch_edge_for(haptics::tray(s.servo), tissue.frame().voxel);
@@ -80,29 +84,35 @@ struct Session {
 };
 
 void servo_thread(Session& s, haptics::HapticDevice& hand) {
-  s.granted = enter_realtime({});
+  const RealtimeGranted granted = enter_realtime({.priority = 80, .core = RealtimeRequest::kOwnCore});
+  s.loop->granted(granted.fifo, granted.pinned, granted.memory_locked, granted.note);
   Wiring& wiring = s.wiring;
-  s.timing.period = from_seconds(1 / hand.info().rate);
+  const Nanos period = from_seconds(1 / hand.info().rate);
   haptics::HandSample sample;
   SessionSettings settings;
+  PedalLock pedal;
   ServoTick tick;
   Cut cut;
   std::uint64_t ticks = 0;
   while (!wiring.stop.load(std::memory_order_relaxed) && hand.read(sample)) {
     const Nanos woke = now(), cpu = thread_cpu_time();
+    const std::int32_t chosen = wiring.chosen_tool.load(std::memory_order_relaxed);
+    if (chosen >= 0) sample.tool = static_cast<std::uint32_t>(chosen);
     if (wiring.patch.fetch()) {
       haptics::SurfacePatch& fresh = wiring.patch.front();
       const PatchUse use{fresh.number, ticks, fresh.cuts, fresh.center_W};
-      s.servo.adopt(fresh);
+      s.servo->adopt(fresh);
       if (s.record) wiring.patches_to_recorder.push(use);
     }
+    if (ticks == 0) wiring.session_zero = woke - sample.t;
+    sample.pedal = pedal.pass(sample.pedal, wiring.held.load(std::memory_order_relaxed));
     if (wiring.settings.fetch()) settings = wiring.settings.front();
     sample.pedal *= settings.speed_share;
-    if (settings.tool >= 0) sample.tool = static_cast<std::uint32_t>(settings.tool);
-    const bool did_cut = s.servo.tick(sample, tick, cut);
-    tick.faults |= hand.faults();
+    const bool did_cut = s.servo->tick(sample, tick, cut);
     if (wiring.emergency.load(std::memory_order_relaxed)) break;
     hand.write(settings.force_share * tick.f_T_W, settings.force_share * tick.tau_T_W);
+    const Nanos wrote = now();
+    tick.faults |= hand.faults() | (wrote - woke > period ? bits(Fault::kOverrun) : 0);
     tick.cpu_time = thread_cpu_time() - cpu;
     ++ticks;
     if (did_cut) {
@@ -115,20 +125,19 @@ void servo_thread(Session& s, haptics::HapticDevice& hand) {
     if (s.record) wiring.ticks_to_recorder.push(tick);
     if (s.sound) s.sound->push(tick);
     s.faults |= tick.faults;
+    wiring.newest_faults.store(tick.faults, std::memory_order_relaxed);
     s.last = tick;
-    s.timing.record(woke, now());
-    if (s.operated) {
-      wiring.ticks_to_score.push(tick);
-      if (ticks % 128 == 0) wiring.timing_to_render.publish(s.timing);
-    }
+    s.loop->tick(woke, wrote, hand.safety());
+    if (s.operated) wiring.ticks_to_score.push(tick);
   }
+  s.loop->publish();
   // The end: the force fades within its ramp, the drill at rest. These ticks belong to no session and are not recorded.
-  s.servo.ramp_out();
+  s.servo->ramp_out();
   const Nanos faded = now() + from_seconds(kRampOut);
   while (!wiring.emergency && now() < faded && hand.read(sample)) {
     sample.pedal = 0;
     sample.tool = s.last.tool;
-    s.servo.tick(sample, tick, cut);
+    s.servo->tick(sample, tick, cut);
     hand.write(settings.force_share * tick.f_T_W, settings.force_share * tick.tau_T_W);
   }
   hand.write(dvec3(0), dvec3(0));
@@ -194,6 +203,12 @@ void recorder_thread(Session& s, session::SessionWriter& writer) {
     while (wiring.patches_to_recorder.pop(use)) writer.append({&use, 1});
     while (wiring.cuts_to_recorder.pop(cut)) writer.append({&cut, 1});
     while (wiring.ticks_to_recorder.pop(tick)) writer.append({&tick, 1});
+    haptics::HandSample left;
+    while (wiring.left_to_recorder.pop(left)) {
+      const Pose& X = left.X_WT;
+      writer.append(s.left_stream, left.t, std::array{X.p.x, X.p.y, X.p.z, X.R.w, X.R.x, X.R.y, X.R.z, left.pedal});
+    }
+    if (wiring.loop_to_recorder.fetch()) writer.loop(wiring.loop_to_recorder.front());
     display::HmdTiming frame;
     while (wiring.xr_frames_to_recorder.pop(frame)) {
       writer.append(s.xr_stream, frame.t - s.began, xr_stream_row(frame));
@@ -227,7 +242,7 @@ struct Workbench::Impl {
   std::optional<display::DisplayRig> rig;
   std::optional<Session> session;
   std::optional<Pointer> pointer;  // where the mouse is the hand
-  std::unique_ptr<haptics::HapticDevice> hand;
+  Hands hands;
   std::optional<SoundLink> sound;
   std::optional<session::SessionWriter> writer;
   std::optional<PictureStage> stage;
@@ -241,14 +256,16 @@ struct Workbench::Impl {
   ServoTick tick;  // the newest, as drawn
   std::uint64_t drawn = 0;
   double frame_seconds = 0, frame_period = 0;  // s, smoothed
-  std::string failure;
-  SessionSettings settings;                 // as last sent to the servo
-  std::optional<session::HandMeter> meter;  // where operated
-  PerTissue volumes_before{};               // m³, the same
+  SessionSettings settings;                    // as last sent to the servo
+  std::optional<session::HandMeter> meter;     // where operated
+  PerTissue volumes_before{};                  // m³, the same
   Nanos fault_time = 0;
   Nanos revived = -kReviveInterval;  // when the picture was last made anew
   std::uint32_t recent_faults = 0;
-  std::jthread carver, servo, recorder;  // last: they refer to all of the above
+  std::string keys;  // what the hand and the keyboard do, drawn below the picture
+  std::string failure;
+  bool held = false, hand_gone = false;
+  std::jthread carver, servo, left, recorder;  // last: they refer to all of the above
 
   Impl(const Scene& s, const WorkbenchOptions& o) : scene(s), options(o) { set_up(); }
   ~Impl() { end(); }
@@ -261,9 +278,12 @@ struct Workbench::Impl {
   void start();
   bool step(const display::UserInput* input, glm::ivec2 picture_size);
   void make_stage(gpu::Device* device);
-  void choose_tool(const display::UserInput& input);
-  void draw();
   void score_ticks();
+  void follow_keys(const display::UserInput& input);
+  void draw();
+  void hold(bool on) noexcept;
+  void report_hand();
+  std::string hint() const;
   void end();
 };
 
@@ -276,11 +296,10 @@ void Workbench::Impl::set_up() {
   const bool window = rig && (rig->kind == display::DisplayKind::kWindow || rig->kind == display::DisplayKind::kMirror);
   const bool hmd = rig && rig->kind == display::DisplayKind::kHmd;
   if (!options.touches.empty() && !hmd) throw Error("--touches", "", rig_file.string(), "a headset's rig");
-  const std::string hand_address = !options.hand.empty() ? options.hand : window ? "mouse:" : hmd ? "openxr:right" : "";
-  if (hand_address.empty())
-    throw Error("--hand", "", "nothing", "a hand, e.g. --hand script:HAND.csv: there is no window for the mouse");
+  HandChoice choice{options.hand, options.left_hand, options.pedal, options.rate, tool_names(scene)};
+  choice.hand = hand_address(choice, rig ? &*rig : nullptr, window ? "mouse:" : hmd ? "openxr:right" : "");
 
-  Session& s = session.emplace(scene, load_tissue(scene), kRate);
+  Session& s = session.emplace(scene, load_tissue(scene));
   const haptics::TissueVolume& tissue = s.carver.volume();
   s.draw = (window || hmd) && scene.needs("render");
   explain(s.draw ? fmt::format("picture: on, {}", rig_file.string())
@@ -300,23 +319,22 @@ void Workbench::Impl::set_up() {
   glm::ivec3 lo, hi;
   tissue.bounds(lo, hi);
   above = tissue.frame().to_world(dvec3((lo.x + hi.x) / 2.0, (lo.y + hi.y) / 2.0, hi.z)) + dvec3(0, 0, 1e-3);
-  if (s.draw && hmd) start_headset(hand_address);
-  if (headset && hand_address.starts_with("openxr:")) {
-    hand = make_xr_hand(s.wiring, hand_address, {above, {1, 0, 0, 0}}, kRate);
-  } else if (hand_address == "mouse:") {
-    if (!window) throw Error("--hand", "", "mouse:", "a window rig for it to move in");
+  if (s.draw && hmd) start_headset(choice.hand);
+  const WindowHands in_window = [&](const std::string& scheme, const std::string& rest) {
+    if (scheme == "openxr") {
+      if (!headset)
+        throw Error("--hand", "", scheme + ":" + rest, "a headset's rig, and a scene that names \"render\"");
+      return make_xr_hand(s.wiring, scheme + ":" + rest, {above, {1, 0, 0, 0}}, options.rate);
+    }
+    if (!window) throw Error("--hand", "", scheme + ":", "a window rig for it to move in");
     pointer.emplace(*rig, above);
-    hand = make_mouse_hand(s.wiring, pointer->follow({}, 0).X_WT, kRate);
-  } else {
-    haptics::HandOptions hand_options;
-    hand_options.rate = kRate;
-    hand_options.assets = assets_folder();
-    hand_options.tools = tool_names(scene);
-    if (rig) hand_options.X_WH = rig->X_WH;
-    hand = haptics::open_hand(hand_address, hand_options);
-  }
-  explain(fmt::format("hand: {} ({:g} Hz{})", hand->info().model, hand->info().rate,
-                      hand->info().force_limit > 0 ? "" : ", without force"));
+    return make_mouse_hand(s.wiring, pointer->follow({}, 0).X_WT, options.rate);
+  };
+  hands = open_hands(choice, rig ? &*rig : nullptr, in_window);
+  const haptics::DeviceInfo& hand = hands.right->info();
+  s.serve(hand);
+  explain("hand: " + in_words(hand));
+  explain(hands.left ? "left hand, with the mouth mirror: " + in_words(hands.left->info()) : "left hand: none");
 
   // Sound.
   if (scene.needs("sound") && options.audio != "none:") {
@@ -334,14 +352,18 @@ void Workbench::Impl::set_up() {
   }
 
   if (s.record) {
-    session::SessionHeader header = session_header(scene, rig_file, *hand, tissue, hand->info().rate);
+    session::SessionHeader header = session_header(scene, rig_file, *hands.right, tissue, hand.rate);
+    if (hands.left) {
+      s.left_stream = header.streams.size();
+      header.streams.push_back(left_hand_stream());
+    }
     header.trainee = options.trainee;
     s.xr_stream = header.streams.size();
     if (headset) header.streams.push_back(xr_stream());
     writer.emplace(options.record, header);
   }
   if (s.operated) {
-    meter.emplace(hand->info().rate);
+    meter.emplace(hand.rate);
     volumes_before = tissue.volumes();
   }
   if (s.draw && window) {
@@ -390,9 +412,15 @@ void Workbench::Impl::start() {
   running = true;
   s.began = now();
   carver = std::jthread(carver_thread, std::ref(s));
-  servo = std::jthread(servo_thread, std::ref(s), std::ref(*hand));
+  servo = std::jthread(servo_thread, std::ref(s), std::ref(*hands.right));
+  if (hands.left)
+    left = std::jthread(left_hand_thread, std::ref(s.wiring), std::ref(*hands.left),
+                        scene.mouth_mirror.diameter > 0 ? scene.mouth_mirror.diameter : kMirror, s.record);
   if (writer) recorder = std::jthread(recorder_thread, std::ref(s), std::ref(*writer));
   began = last_frame = now();
+  const std::size_t tools = std::min<std::size_t>(haptics::tray(scene.servo).size(), 9);
+  if (pointer) keys = "left button: drill   wheel: in and out   ";
+  if (tools > 1) keys += fmt::format("1–{}: tools   ", tools);
   if (headset) headset->start(began);
 }
 
@@ -402,6 +430,8 @@ bool Workbench::Impl::step(const display::UserInput* input, glm::ivec2 picture_s
   if (meter) score_ticks();
   if (s.wiring.servo_ended || g_asked_to_stop || to_seconds(now() - began) >= options.seconds) return false;
   if (sound && !headset) sound->advance(s.wiring.tick_to_render.front().t);
+  s.wiring.loop_to_render.fetch();
+  report_hand();
   if (!s.draw || headset || !stage) {
     std::this_thread::sleep_for(10ms);
     if (sound && (headset || options.audio.starts_with("wav:"))) sound->advance(now() - began);
@@ -414,7 +444,7 @@ bool Workbench::Impl::step(const display::UserInput* input, glm::ivec2 picture_s
     const display::UserInput& over = input && options.embedded ? *input : own;
     if (pointer) s.wiring.pointer.publish(pointer->follow(over, now() - began));
     if (options.embedded && stage->resize(picture_size) && pointer) pointer->follow_rig(stage->rig());
-    choose_tool(over);
+    follow_keys(over);
     draw();
     return true;
   } catch (const gpu::DeviceLost& e) {
@@ -449,13 +479,44 @@ void Workbench::Impl::make_stage(gpu::Device* device) {
   stage->hold_mirror(scene.mouth_mirror);
 }
 
-/// Keys 1 … 9: another tool of the tray.
-void Workbench::Impl::choose_tool(const display::UserInput& input) {
+void Workbench::Impl::hold(bool on) noexcept {
+  held = on;
+  hold_hands(session->wiring, on);
+}
+
+/// A device that was unplugged, and that is there again: said once.
+void Workbench::Impl::report_hand() {
+  const bool gone = (session->wiring.newest_faults.load(std::memory_order_relaxed) & bits(Fault::kDeviceLost)) != 0;
+  if (gone == hand_gone) return;
+  hand_gone = gone;
+  if (gone) {
+    log::warn("{} is gone; plug it in again to go on", hands.right->info().address);
+  } else {
+    log::info("{} is back; force returns when the hand is free of contact", hands.right->info().address);
+  }
+}
+
+/// One line under the picture: what the hand can do, and what its motors bear.
+std::string Workbench::Impl::hint() const {
+  const LoopReport& loop = session->wiring.loop_to_render.front();
+  if (held) return "STOPPED: no drill, no force   R: go on";
+  if (hand_gone) return "the hand's device is gone: plug it in again";
+  std::string text = keys;
+  if (loop.bearable_force > 0) {
+    text += fmt::format("motors {:.0f} %, up to {:.1f} N   {}", 100 * loop.heat, loop.bearable_force,
+                        loop.armed ? "" : "no force until the hand is free   ");
+  }
+  return text + "space: stop";
+}
+
+/// 1 … 9: another tool of the tray. Space: the emergency key.
+void Workbench::Impl::follow_keys(const display::UserInput& input) {
   for (const int key : input.pressed) {
+    if (key == kHoldKey) hold(true);
+    if (key == kGoOnKey) hold(false);
     const int place = key - '1';
     if (place >= 0 && place < 9 && place < static_cast<int>(haptics::tray(scene.servo).size())) {
-      settings.tool = place;
-      session->wiring.settings.publish(settings);
+      session->wiring.chosen_tool = place;
     }
   }
 }
@@ -476,10 +537,8 @@ void Workbench::Impl::draw() {
     while (s.wiring.cuts_to_debris.pop(cut)) debris->add(cut, haptics::tray(scene.servo)[cut.tool]);
     debris->step(std::min(dt, 0.1));
   }
-  const std::size_t tools = std::min<std::size_t>(haptics::tray(scene.servo).size(), 9);
-  const std::string hint =
-      "left button: drill   wheel: in and out" + (tools > 1 ? fmt::format("   1–{}: tools", tools) : std::string());
-  const auto stats = stage->draw(tick, debris ? debris->particles() : std::span<const render::Particle>{}, dt, hint);
+  if (hands.left && s.wiring.mouth_mirror.fetch()) stage->hold_mirror(s.wiring.mouth_mirror.front());
+  const auto stats = stage->draw(tick, debris ? debris->particles() : std::span<const render::Particle>{}, dt, hint());
   drawn += stats.drawn;
   if (stats.drawn) frame_seconds += 0.1 * (to_seconds(now() - last_frame) - frame_seconds);
   if (stats.drawn && ladder.frame_took(to_seconds(now() - last_frame))) {
@@ -508,6 +567,7 @@ void Workbench::Impl::end() {
   Session& s = *session;
   s.wiring.stop = true;
   servo.join();
+  if (left.joinable()) left.join();
   carver.join();
   if (recorder.joinable()) recorder.join();
   if (headset) {
@@ -523,17 +583,21 @@ void Workbench::Impl::end() {
 
   if (writer && !writer->finish(session_result(s.carver.volume()))) failure = writer->status().message;
   summary.seconds = to_seconds(s.last.t);
-  summary.ticks = s.timing.ticks;
+  const LoopTiming& timing = s.loop->report().timing;
+  summary.ticks = timing.ticks;
   summary.frames = drawn;
   if (stage) summary.tracker = stage->tracker_stats();
   summary.cuts = s.last.cuts;
   summary.removed = s.last.removed;
   summary.faults = s.faults;
-  summary.deadline_misses = s.timing.misses;
-  summary.tick_us_median = s.timing.work.quantile(0.5) * 1e-3;
-  summary.tick_us_p999 = s.timing.work.quantile(0.999) * 1e-3;
-  summary.worst_tick_us = static_cast<double>(s.timing.worst_tick) * 1e-3;
-  if (!s.granted.note.empty()) summary.explanations.push_back("real time: " + s.granted.note);
+  summary.deadline_misses = timing.misses;
+  summary.tick_us_median = timing.work.quantile(0.5) * 1e-3;
+  summary.tick_us_p999 = timing.work.quantile(0.999) * 1e-3;
+  summary.worst_tick_us = static_cast<double>(timing.worst_tick) * 1e-3;
+  summary.jitter_us_p999 = timing.jitter.quantile(0.999) * 1e-3;
+  summary.worst_jitter_us = static_cast<double>(timing.worst_jitter) * 1e-3;
+  summary.loop = s.loop->report();
+  if (!summary.loop.words().empty()) explain("real time: " + std::string(summary.loop.words()));
 }
 
 Workbench::Workbench(const Scene& scene, const WorkbenchOptions& options)
@@ -578,6 +642,12 @@ void Workbench::emergency_stop() {
   if (impl_->running && !wiring.servo_ended) haptics::release_all_devices();
 }
 
+void Workbench::choose_tool(int place) {
+  impl_->session->wiring.chosen_tool = place;
+}
+bool Workbench::held() const {
+  return impl_->held;
+}
 bool Workbench::asked_to_stop() {
   return g_asked_to_stop;
 }
@@ -585,14 +655,13 @@ bool Workbench::asked_to_stop() {
 WorkbenchStatus Workbench::status() {
   Impl& m = *impl_;
   Wiring& wiring = m.session->wiring;
-  wiring.timing_to_render.fetch();
   wiring.record_to_render.fetch();
   WorkbenchStatus s;
   if (!m.session->draw && wiring.tick_to_render.fetch()) m.tick = wiring.tick_to_render.front();
   s.tick = m.tick;
   s.seconds = to_seconds(s.tick.t);
   s.faults = s.tick.t - m.fault_time < kNanosPerSecond ? m.recent_faults : 0;
-  s.timing = wiring.timing_to_render.front();
+  s.timing = wiring.loop_to_render.front().timing;
   s.frame_ms = m.frame_seconds * 1e3;
   s.frames_per_second = m.frame_period > 0 ? 1 / m.frame_period : 0;
   s.quality = m.ladder.step().name;
@@ -609,13 +678,16 @@ session::Score Workbench::score_so_far() {
   return session::score(input, session::rules_of_scene(Json::parse(m.scene.text, m.scene.file.string()), input));
 }
 const haptics::DeviceInfo& Workbench::hand() const {
-  return impl_->hand->info();
+  return impl_->hands.right->info();
 }
 bool Workbench::recording() const {
   return impl_->writer.has_value();
 }
 PictureStage* Workbench::stage() {
   return impl_->stage ? &*impl_->stage : nullptr;
+}
+void Workbench::hold(bool on) noexcept {
+  impl_->hold(on);
 }
 WorkbenchSummary Workbench::stop() {
   impl_->end();

@@ -10,6 +10,7 @@
 
 #include "engine/app/scene.h"
 #include "engine/app/wiring.h"
+#include "engine/contract/loop_timing.h"
 #include "engine/display/head_tracker.h"
 #include "engine/display/output.h"
 #include "engine/session/score.h"
@@ -18,15 +19,18 @@
 namespace typodont {
 
 struct WorkbenchOptions {
-  std::string rig;               // empty: a window where there is a desktop, otherwise no picture
-  std::string hand;              // address; empty: the mouse where there is a window
-  std::string audio;             // address; empty: a sound card where there is one
-  std::filesystem::path record;  // empty: not recorded
+  std::string rig;                // empty: a window where there is a desktop, otherwise no picture
+  std::string hand;               // address; empty: the rig's, else the mouse where there is a window
+  std::string left_hand;          // address; empty: the rig's, else no second hand
+  std::string pedal;              // "auto", "none", a path or a serial; empty: the rig's, else auto
+  double rate = 1000;             // Hz, of hands whose rate is ours to choose
+  std::string audio;              // address; empty: a sound card where there is one
+  std::filesystem::path record;   // empty: not recorded
   std::filesystem::path touches;  // where pairs for `calibrate register` go, of a headset's controller and an arm
-  double seconds = 1e18;         // end by itself after so long
-  bool explain = false;          // say what is active, and why the rest is not
-  std::string trainee;           // for the recording
-  int monitor = -1;              // full screen on this one; −1: a window on the desktop
+  double seconds = 1e18;          // end by itself after so long
+  bool explain = false;           // say what is active, and why the rest is not
+  std::string trainee;            // for the recording
+  int monitor = -1;               // full screen on this one; −1: a window on the desktop
 
   // The operator's window (engine/app/operator/).
   bool operated = false;          // keeps the score and the timing at hand
@@ -52,6 +56,8 @@ struct WorkbenchSummary {
   std::uint32_t faults = 0;  // bits seen
   std::uint64_t deadline_misses = 0;
   double tick_us_median = 0, tick_us_p999 = 0, worst_tick_us = 0;
+  double jitter_us_p999 = 0, worst_jitter_us = 0;  // |time between two wake-ups - period|
+  LoopReport loop;                                 // the same in full, what was granted, how warm the motors were
   PerTissue removed{};
   std::optional<display::HeadTracker::Stats> tracker;  // where a rig's tracker was listened to
   std::vector<std::string> explanations;
@@ -78,6 +84,8 @@ class Workbench {
   /// Takes effect in the next tick.
   void set(const SessionSettings& settings);
   const SessionSettings& settings() const;
+  /// Its place in the tray; taken up as soon as pedal, drill and tissue allow.
+  void choose_tool(int place);
   /// Only where not recorded: a recording holds cuts, not paint.
   void paint(const PaintStroke& stroke);
   /// After stop(), once: the tissue as it was left.
@@ -101,6 +109,9 @@ class Workbench {
   /// The picture's device, left eye's picture and look; null where nothing is drawn.
   PictureStage* stage();
 
+  /// The emergency key: no drill and no force until it is let go on again (hands.h).
+  void hold(bool on) noexcept;
+  bool held() const;
   /// Zero force, all threads joined, the recording complete. Throws RunFailure when the run failed.
   WorkbenchSummary stop();
 

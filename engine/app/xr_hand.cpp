@@ -6,7 +6,6 @@
 #include "engine/base/error.h"
 #include "engine/base/realtime.h"
 #include "engine/base/units.h"
-#include "haptics/devices/driver.h"
 
 namespace typodont {
 
@@ -73,18 +72,6 @@ haptics::HandSample XrHandFilter::next(const XrHandSample& wanted, bool seen, co
   }
   pose_ = interpolate(pose_, wanted.X_WT, 1 - std::exp(-dt / kFollowTime));
   return {t, pose_, released_ ? wanted.pedal : 0};
-}
-
-void add_xr_driver() {
-  haptics::Driver driver;
-  driver.scheme = "openxr";
-  driver.rest = "right|left";
-  driver.about = "a headset's controller: run with a headset's rig";
-  driver.hardware = false;
-  driver.open = [](const std::string& rest, const haptics::HandOptions&) -> std::unique_ptr<haptics::HapticDevice> {
-    throw Error("--hand", "", "openxr:" + rest, "openxr:right or openxr:left, in 'typodont run' with a headset's rig and a scene that names \"render\"");
-  };
-  haptics::add_driver(driver);
 }
 
 std::unique_ptr<haptics::HapticDevice> make_xr_hand(Wiring& wiring, const std::string& address, const Pose& start,

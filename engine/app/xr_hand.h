@@ -28,7 +28,4 @@ class XrHandFilter {
 std::unique_ptr<haptics::HapticDevice> make_xr_hand(Wiring& wiring, const std::string& address, const Pose& start,
                                                     double rate);
 
-/// Names "openxr:right|left" among the addresses of hands. It is opened by a live session with a headset's rig only.
-void add_xr_driver();
-
 }  // namespace typodont

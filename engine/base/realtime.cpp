@@ -26,14 +26,27 @@ RealtimeGranted enter_realtime(const RealtimeRequest& request) {
     granted.note += fmt::format("SCHED_FIFO refused ({}): allow it with 'rtprio 90' in /etc/security/limits.d; ",
                                 std::strerror(error));
   }
-  if (request.core >= 0) {
+  int core = request.core;
+  if (core == RealtimeRequest::kOwnCore) {
+    core = -1;
+    cpu_set_t allowed;
+    CPU_ZERO(&allowed);
+    if (granted.fifo && sched_getaffinity(0, sizeof allowed, &allowed) == 0 && CPU_COUNT(&allowed) >= 3) {
+      for (int i = 0; i < CPU_SETSIZE; ++i) {
+        if (CPU_ISSET(static_cast<unsigned>(i), &allowed)) core = i;
+      }
+    } else {
+      granted.note += granted.fifo ? "not pinned: fewer than three cores; " : "not pinned: without SCHED_FIFO it would wait more; ";
+    }
+  }
+  if (core >= 0) {
     cpu_set_t set;
     CPU_ZERO(&set);
-    CPU_SET(static_cast<unsigned>(request.core), &set);
+    CPU_SET(static_cast<unsigned>(core), &set);
     if (const int error = pthread_setaffinity_np(pthread_self(), sizeof set, &set); error == 0) {
       granted.pinned = true;
     } else {
-      granted.note += fmt::format("pinning to core {} refused ({}); ", request.core, std::strerror(error));
+      granted.note += fmt::format("pinning to core {} refused ({}); ", core, std::strerror(error));
     }
   }
   if (request.lock_memory) {

@@ -7,7 +7,9 @@ namespace typodont {
 
 struct RealtimeRequest {
   int priority = 80;        // SCHED_FIFO priority
-  int core = -1;            // pinned core, -1: not pinned
+  static constexpr int kOwnCore = -2;
+  int core = -1;            // pinned core; -1: not pinned; kOwnCore: the last one this process may use, where there are
+                            // three or more and SCHED_FIFO was granted (an ordinary thread does better where there is room)
   bool lock_memory = true;  // mlockall
 };
 

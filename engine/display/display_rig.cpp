@@ -136,7 +136,8 @@ std::string_view name_of(Layout layout) noexcept { return kLayouts[static_cast<s
 DisplayRig load_rig(const std::filesystem::path& file) { return parse_rig(Json::load(file)); }
 
 DisplayRig parse_rig(const Json& json) {
-  json.allow_only({"display", "screen", "mirror", "head", "X_WH", "calibration", "hmd"});
+  json.allow_only({"display", "screen", "mirror", "head", "X_WH", "left_X_WH", "hand", "left_hand", "pedal", "calibration",
+                   "hmd"});
   DisplayRig rig;
   rig.kind = static_cast<DisplayKind>(index_of(kKinds, json["display"]));
   if (const auto screen = json.find("screen"))
@@ -147,6 +148,10 @@ DisplayRig parse_rig(const Json& json) {
   if (const auto head = json.find("head")) rig.head = parse_head(*head);
   if (const auto base = json.find("X_WH")) rig.X_WH = parse_pose(*base);
   if (const auto hmd = json.find("hmd")) rig.hmd = parse_hmd(*hmd, rig.X_WH);
+  if (const auto base = json.find("left_X_WH")) rig.left_X_WH = parse_pose(*base);
+  rig.hand = json.string_or("hand", "");
+  rig.left_hand = json.string_or("left_hand", "");
+  rig.pedal = json.string_or("pedal", "");
   if (rig.kind != DisplayKind::kHmd) {
     try {
       (void)eye_views(rig);

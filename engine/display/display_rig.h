@@ -70,7 +70,9 @@ struct DisplayRig {
   Screen screen;
   std::optional<Mirror> mirror;
   Head head;
-  Pose X_WH;  // the haptic base
+  Pose X_WH;       // the haptic base
+  Pose left_X_WH;  // that of the second hand's device
+  std::string hand, left_hand, pedal;  // devices by address and serial, "woodenhaptics:1234567"; empty: not named
   HmdRig hmd;  // of a headset
 };
 

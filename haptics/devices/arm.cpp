@@ -44,7 +44,8 @@ Arm read_arm(const std::filesystem::path& file) {
   json.allow_only({"name", "source", "linkage", "capstan_mm", "body_mm", "lengths_mm", "origin_mm",
                    "torque_constant_Nm_per_A", "encoder_counts", "aligned", "home_counts", "home_deg",
                    "current_limit_A", "force_limit_N", "stiffness_N_per_m", "damping_Ns_per_m", "continuous_force_N",
-                   "joint_speed_rad_per_s", "gravity"});
+                   "joint_speed_rad_per_s", "vibration_band_Hz", "silence_ms",
+                   "gravity"});
   Arm arm;
   arm.name = json["name"].string();
   const std::string linkage = json["linkage"].string();
@@ -89,6 +90,8 @@ Arm read_arm(const std::filesystem::path& file) {
   arm.damping = json.number_or("damping_Ns_per_m", 0, 0, 1000);
   arm.continuous_force = json.number_or("continuous_force_N", 0, 0, arm.force_limit);
   arm.joint_speed = json.number_or("joint_speed_rad_per_s", arm.joint_speed, 1, 1000);
+  arm.vibration_band = json.number_or("vibration_band_Hz", 0, 0, 1000);
+  arm.silence = json.number_or("silence_ms", 0, 0, 20) * 1e-3;
   if (const auto gravity = json.find("gravity")) {
     gravity->allow_only({"mass_b_kg", "mass_c_kg", "center_b_mm", "center_c_mm"});
     if (links != 3) gravity->fail("a serial linkage, where the masses act as written");

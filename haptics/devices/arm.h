@@ -30,6 +30,8 @@ struct Arm {
   double current_limit = 3;                               // A, each motor: the firmware does not clamp
   double force_limit = 5, stiffness = 1000, damping = 0;  // N, N/m, N·s/m
   double continuous_force = 0;                            // N
+  double vibration_band = 0;                              // Hz
+  double silence = 0;                                     // s, patience of the watchdog; 0: the usual 1.8 ms
   double joint_speed = 30;                                // rad/s, of the bodies: faster is no hand
   // Gravity of bodies B and C: masses and distances of their centres from the joint.
   double mass_b = 0, mass_c = 0, center_b = 0, center_c = 0;  // kg, m

@@ -25,6 +25,9 @@ struct HandOptions {
   std::string pedal;                  // "", "auto", or a pedal's path or serial
   std::filesystem::path assets;       // where devices/*.json lie
   std::optional<double> force_limit;  // N; may only lower what the device states
+  /// Hands that live in a window or a headset ("mouse:", "openxr:right") are opened by the program while it has one: it
+  /// gets the scheme and what follows the colon. Empty: there is no window, and their drivers say so.
+  std::function<std::unique_ptr<HapticDevice>(const std::string& scheme, const std::string& rest)> window;
 };
 
 /// What `typodont devices` shows.
@@ -54,6 +57,9 @@ void add_driver(Driver driver);
 
 /// Opens --hand's address. Force-feedback devices come inside a SafeDevice. Throws Error.
 std::unique_ptr<HapticDevice> open_hand(const std::string& address, const HandOptions& options);
+
+/// The same for a session: hardware may be unplugged and plugged in again (reconnecting.h). Throws Error.
+std::unique_ptr<HapticDevice> open_live_hand(const std::string& address, const HandOptions& options);
 
 /// Everything that is plugged in, pedals included. Never throws for a device that is broken or forbidden: it is listed
 /// with what mends it.

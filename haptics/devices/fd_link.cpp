@@ -33,7 +33,8 @@ namespace {
 
 class FdLink : public Link {
  public:
-  explicit FdLink(Descriptor fd) : fd_(std::move(fd)) {
+  /// `whole_lines`: what is written is a line of its own, so another process may write one too.
+  FdLink(Descriptor fd, bool whole_lines) : fd_(std::move(fd)), whole_lines_(whole_lines) {
     ::fcntl(fd_.get(), F_SETFL, ::fcntl(fd_.get(), F_GETFL) | O_NONBLOCK);
   }
 
@@ -56,9 +57,11 @@ class FdLink : public Link {
     errno = kept;
     return n == static_cast<ssize_t>(bytes.size());
   }
+  int descriptor() const noexcept override { return whole_lines_ ? fd_.get() : -1; }
 
  private:
   Descriptor fd_;
+  bool whole_lines_;
 };
 
 }  // namespace
@@ -79,7 +82,7 @@ Descriptor open_exclusively(const std::filesystem::path& node) {
 }
 
 std::unique_ptr<Link> link_over(Descriptor fd) {
-  return std::make_unique<FdLink>(std::move(fd));
+  return std::make_unique<FdLink>(std::move(fd), false);
 }
 
 std::unique_ptr<Link> open_serial(const std::filesystem::path& port) {
@@ -93,7 +96,7 @@ std::unique_ptr<Link> open_serial(const std::filesystem::path& port) {
   if (::tcsetattr(fd.get(), TCSANOW, &settings) != 0) throw Error(port.string(), "", std::strerror(errno), "raw mode");
   ::ioctl(fd.get(), TIOCEXCL);  // programs that do not know our lock are kept away too
   ::tcflush(fd.get(), TCIOFLUSH);
-  return link_over(std::move(fd));
+  return std::make_unique<FdLink>(std::move(fd), true);
 }
 
 std::unique_ptr<Link> connect_tcp(const std::string& host, int port) {

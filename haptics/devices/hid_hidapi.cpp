@@ -3,6 +3,7 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <mutex>
 #include <utility>
 
 #include "engine/base/error.h"
@@ -19,6 +20,8 @@ std::string narrow(const wchar_t* text) {
   for (; text && *text; ++text) out += *text >= 32 && *text < 127 ? static_cast<char>(*text) : '?';
   return out;
 }
+
+std::mutex hidapi_mutex;  // devices that come back are opened on threads of their own
 
 struct Closer {
   void operator()(hid_device* device) const { hid_close(device); }
@@ -46,6 +49,7 @@ class HidLink : public Link {
     errno = kept;
     return n == static_cast<ssize_t>(bytes.size());
   }
+  int descriptor() const noexcept override { return own_.get(); }
 
  private:
   Descriptor own_;
@@ -55,6 +59,7 @@ class HidLink : public Link {
 }  // namespace
 
 std::vector<HidNode> enumerate_hid() {
+  const std::lock_guard lock(hidapi_mutex);
   std::vector<HidNode> nodes;
   hid_device_info* list = hid_enumerate(0, 0);
   for (const hid_device_info* d = list; d; d = d->next) {
@@ -66,6 +71,7 @@ std::vector<HidNode> enumerate_hid() {
 }
 
 std::unique_ptr<Link> open_hid(const std::string& path) {
+  const std::lock_guard lock(hidapi_mutex);
   Descriptor own = open_exclusively(path);
   hid_device* device = hid_open_path(path.c_str());
   if (!device) throw Error(path, "", narrow(hid_error(nullptr)), "a HID device");

@@ -9,6 +9,7 @@
 #include "engine/base/error.h"
 #include "haptics/devices/fd_link.h"
 #include "haptics/devices/hid.h"
+#include "haptics/devices/reopener.h"
 
 namespace typodont::haptics {
 
@@ -22,22 +23,30 @@ constexpr std::array<std::pair<std::uint16_t, std::uint16_t>, 5> kKeyboards{
 
 class PedalHand : public HapticDevice {
  public:
-  PedalHand(std::unique_ptr<HapticDevice> hand, std::unique_ptr<Pedal> pedal)
-      : hand_(std::move(hand)), pedal_(std::move(pedal)) {}
+  PedalHand(std::unique_ptr<HapticDevice> hand, std::unique_ptr<Pedal> pedal,
+            std::function<std::unique_ptr<Pedal>()> open_again)
+      : hand_(std::move(hand)), pedal_(std::move(pedal)) {
+    if (open_again) reopener_.emplace(std::move(open_again));
+  }
   const DeviceInfo& info() const noexcept override { return hand_->info(); }
   bool read(HandSample& sample) noexcept override {
     if (!hand_->read(sample)) return false;
+    if (!pedal_ && reopener_) pedal_ = reopener_->take();
+    if (!pedal_) return true;
     sample.pedal = std::max(sample.pedal, pedal_->value());
+    if (pedal_->lost() && reopener_) reopener_->want(std::move(pedal_));
     return true;
   }
   void write(const dvec3& f, const dvec3& tau) noexcept override { hand_->write(f, tau); }
   std::uint32_t faults() const noexcept override { return hand_->faults(); }
   std::span<const double> joints() const noexcept override { return hand_->joints(); }
+  SafetyStatus safety() noexcept override { return hand_->safety(); }
   void release() noexcept override { hand_->release(); }
 
  private:
   std::unique_ptr<HapticDevice> hand_;
-  std::unique_ptr<Pedal> pedal_;
+  std::unique_ptr<Pedal> pedal_;  // none while it is pulled out
+  std::optional<Reopener<Pedal>> reopener_;
 };
 
 }  // namespace
@@ -117,14 +126,19 @@ std::unique_ptr<Pedal> open_pedal(const std::string& which) {
   for (const HidNode& node : enumerate_hid()) {
     const auto kind = pedal_kind(node.vendor, node.product, report_descriptor(node.path));
     if (!kind || !(any || which == node.path || which == node.serial)) continue;
-    return std::make_unique<Pedal>(open_hid(node.path), *kind);
+    try {
+      return std::make_unique<Pedal>(open_hid(node.path), *kind);
+    } catch (const Error&) {
+      if (!any) throw;  // asked for by name; otherwise the next one may be ours
+    }
   }
   if (any) return nullptr;
   throw Error("pedal", which, "no such pedal", "the path or serial of one; see: typodont devices");
 }
 
-std::unique_ptr<HapticDevice> with_pedal(std::unique_ptr<HapticDevice> hand, std::unique_ptr<Pedal> pedal) {
-  return std::make_unique<PedalHand>(std::move(hand), std::move(pedal));
+std::unique_ptr<HapticDevice> with_pedal(std::unique_ptr<HapticDevice> hand, std::unique_ptr<Pedal> pedal,
+                                         std::function<std::unique_ptr<Pedal>()> open_again) {
+  return std::make_unique<PedalHand>(std::move(hand), std::move(pedal), std::move(open_again));
 }
 
 }  // namespace typodont::haptics

@@ -1,6 +1,7 @@
 // Foot pedals over HID: switches and rheostats start and modulate the drill.
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
@@ -41,9 +42,11 @@ class Pedal {
 };
 
 std::vector<FoundDevice> find_pedals();
-/// "auto" or "": the first one, or nothing when there is none; otherwise by path or serial. Throws Error.
+/// "auto" or "": the first that may be opened, or nothing; otherwise by path or serial. Throws Error.
 std::unique_ptr<Pedal> open_pedal(const std::string& which);
-/// A hand whose pedal is the foot's, or its own button where that is pressed further.
-std::unique_ptr<HapticDevice> with_pedal(std::unique_ptr<HapticDevice> hand, std::unique_ptr<Pedal> pedal);
+/// A hand whose pedal is the foot's, or its own button where that is pressed further. `open_again`: looks for a pedal
+/// that was pulled out; empty: it stays out.
+std::unique_ptr<HapticDevice> with_pedal(std::unique_ptr<HapticDevice> hand, std::unique_ptr<Pedal> pedal,
+                                         std::function<std::unique_ptr<Pedal>()> open_again = {});
 
 }  // namespace typodont::haptics

@@ -4,6 +4,7 @@
 #include "haptics/devices/driver.h"
 #include "haptics/devices/mounted_device.h"
 #include "haptics/devices/pedal.h"
+#include "haptics/devices/reconnecting.h"
 #include "haptics/devices/safe_device.h"
 
 namespace typodont::haptics {
@@ -36,6 +37,7 @@ class MountedDevice : public HapticDevice {
   }
   std::uint32_t faults() const noexcept override { return device_->faults(); }
   std::span<const double> joints() const noexcept override { return device_->joints(); }
+  SafetyStatus safety() noexcept override { return device_->safety(); }
   void release() noexcept override { device_->release(); }
 
  private:
@@ -82,12 +84,25 @@ std::unique_ptr<HapticDevice> open_hand(const std::string& address, const HandOp
   if (!driver->hardware) return device;
 
   if (!options.pedal.empty()) {
-    if (auto pedal = open_pedal(options.pedal)) device = with_pedal(std::move(device), std::move(pedal));
+    if (auto pedal = open_pedal(options.pedal)) {
+      device = with_pedal(std::move(device), std::move(pedal), [which = options.pedal] { return open_pedal(which); });
+    }
   }
   SafeDevice::Options safety = SafeDevice::options_for(device->info());
   if (options.force_limit) safety.limits.force = std::min(safety.limits.force, *options.force_limit);
   device = std::make_unique<SafeDevice>(std::move(device), std::move(safety));
   return mount(std::move(device), options.X_WH, options.X_ST);
+}
+
+std::unique_ptr<HapticDevice> open_live_hand(const std::string& address, const HandOptions& options) {
+  auto first = open_hand(address, options);
+  const std::string scheme = address.substr(0, address.find(':'));
+  for (const Driver& driver : drivers()) {
+    if (driver.scheme != scheme || !driver.hardware) continue;
+    auto open = [address, options] { return open_hand(address, options); };
+    return std::make_unique<ReconnectingDevice>(std::move(first), std::move(open), ReconnectingDevice::Options{});
+  }
+  return first;
 }
 
 std::vector<FoundDevice> list_devices() {

@@ -20,6 +20,7 @@ constexpr Nanos kWatchdogRest = 1'000'000;  // ns between two looks while no for
 constexpr double kPedalReleased = 0.05;
 
 std::array<std::atomic<SafeDevice*>, 8> hands{};
+std::atomic<bool> all_stopped{false};  // also those that are opened meanwhile
 
 }  // namespace
 
@@ -28,13 +29,14 @@ SafeDevice::Options SafeDevice::options_for(const DeviceInfo& info) {
   options.limits.force = info.force_limit;
   options.limits.torque = info.torque_limit;
   options.limits.continuous = info.continuous_force;
-  options.limits.silence = std::max(options.limits.silence, 1.8 / info.rate);
+  options.limits.silence = std::max({options.limits.silence, 1.8 / info.rate, info.silence});
   return options;
 }
 
 SafeDevice::SafeDevice(std::unique_ptr<HapticDevice> device, Options options)
     : device_(std::move(device)), options_(std::move(options)), info_(device_->info()) {
   if (!options_.clock) options_.clock = [] { return now(); };
+  emergency_.store(all_stopped.load());
   info_.force_limit = std::min(info_.force_limit, options_.limits.force);
   info_.torque_limit = std::min(info_.torque_limit, options_.limits.torque);
   gives_force_ = info_.force_limit > 0;
@@ -68,6 +70,10 @@ SafeDevice::~SafeDevice() {
     device_->release();
     unguard_device(*device_);
   }
+}
+
+SafetyStatus SafeDevice::safety() noexcept {
+  return {gives_force_, armed_, thermal_.heat, gives_force_ ? thermal_.allowed(options_.limits) : 0, take_events()};
 }
 
 void SafeDevice::release() noexcept {
@@ -236,12 +242,14 @@ void SafeDevice::write(const dvec3& f_T_W, const dvec3& tau_T_W) noexcept {
 }
 
 void emergency_stop_all() noexcept {
+  all_stopped.store(true);
   for (auto& slot : hands) {
     if (SafeDevice* hand = slot.load()) hand->emergency_stop();
   }
 }
 
 void clear_emergency_all() noexcept {
+  all_stopped.store(false);
   for (auto& slot : hands) {
     if (SafeDevice* hand = slot.load()) hand->clear_emergency();
   }

@@ -40,6 +40,7 @@ class SafeDevice : public HapticDevice {
   void write(const dvec3& f_T_W, const dvec3& tau_T_W) noexcept override;
   std::uint32_t faults() const noexcept override { return faults_; }
   std::span<const double> joints() const noexcept override { return device_->joints(); }
+  SafetyStatus safety() noexcept override;
   bool armed() const noexcept { return armed_; }
   double heat() const noexcept { return thermal_.heat; }
 

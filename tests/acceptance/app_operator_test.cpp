@@ -44,7 +44,7 @@ class Program {
   std::string said() const { return read_text(err_); }
   /// What follows `words` on the line where they were said; waits for it.
   std::string wait_for(const std::string& words) const {
-    for (int i = 0; i < 400; ++i) {
+    for (int i = 0; i < 1800; ++i) {
       const std::string all = said();
       const auto at = all.find(words);
       if (at != std::string::npos && all.find('\n', at) != std::string::npos)
@@ -135,7 +135,7 @@ TEST_F(OperatorWindow, ByKeysAloneASessionIsChosenDrilledSteeredAndReported) {
   open(program);
   choose_block_and_script();
   press("F5");
-  EXPECT_EQ(program.wait_for("session started: "), "block");
+  ASSERT_EQ(program.wait_for("session started: "), "block");
   EXPECT_TRUE(eventually([&] { return colours({400, 200}, {900, 600}) > 200; })) << "the tissue is not to be seen";
   press("minus");
   press("minus");  // the drill may turn at 90 % of its speed
@@ -159,7 +159,7 @@ TEST_F(OperatorWindow, EscapeStopsAtOnceAndKeepsTheRecording) {
   open(program);
   choose_block_and_script();
   press("F5");
-  program.wait_for("session started");
+  ASSERT_FALSE(program.wait_for("session started: ").empty());
   EXPECT_TRUE(eventually([&] { return colours({400, 200}, {900, 600}) > 200; }));
   press("Escape");
   program.wait_for("session ended");
@@ -174,7 +174,7 @@ TEST_F(OperatorWindow, TerminatedInTheMiddleOfASessionItEndsItInOrder) {
   open(program);
   choose_block_and_script();
   press("F5");
-  program.wait_for("session started");
+  ASSERT_FALSE(program.wait_for("session started: ").empty());
   program.terminate();
   EXPECT_EQ(program.wait_for_end(), 0) << program.said();
   program.wait_for("session ended");

@@ -199,6 +199,42 @@ TEST_F(Safety, TheEmergencyKeyRampsOutInUnderTwentyMillisecondsAndStaysUntilClea
   EXPECT_TRUE(hand->armed());
 }
 
+TEST_F(Safety, ADeviceThatIsOpenedWhileTheEmergencyKeyHoldsGivesNoForceEither) {
+  emergency_stop_all();
+  Told other;
+  DeviceInfo info;
+  info.force_limit = 5;
+  auto options = SafeDevice::options_for(info);
+  options.watchdog_thread = false;
+  options.clock = [&other] { return other.t; };
+  SafeDevice opened(std::make_unique<Obedient>(other, info), options);
+  const auto free_for = [&](int n) {
+    for (int i = 0; i < n; ++i) opened.read(sample), opened.write(dvec3(0), dvec3(0));
+  };
+  free_for(200);
+  EXPECT_FALSE(opened.armed());
+  clear_emergency_all();
+  free_for(100);
+  EXPECT_TRUE(opened.armed());
+}
+
+TEST_F(Safety, WhatItHasToSayIsWhatItDidAndWhatTheMotorsBear) {
+  arm();
+  hand->safety();
+  ticks(2000, {0, 0, 4});  // twice what they bear for ever
+  SafetyStatus status = hand->safety();
+  EXPECT_TRUE(status.gives_force && status.armed);
+  EXPECT_GT(status.heat, 0.1);
+  EXPECT_EQ(status.bearable_force, 5);
+  EXPECT_EQ(status.events, 0u);
+  ticks(60'000, {0, 0, 4});
+  status = hand->safety();
+  EXPECT_LT(status.bearable_force, 4);
+  EXPECT_GE(status.bearable_force, 2);
+  EXPECT_EQ(status.events, bits(SafetyEvent::kThermal));
+  EXPECT_EQ(hand->safety().events, 0u);  // said once
+}
+
 TEST_F(Safety, TheEmergencyKeyStopsTheDrillUntilThePedalWasReleased) {
   arm();
   told.next.pedal = 1;

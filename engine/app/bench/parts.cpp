@@ -8,6 +8,7 @@
 #include "engine/debris/bench.h"
 #include "engine/surface/bench.h"
 #include "haptics/bench.h"
+#include "haptics/devices/bench.h"
 
 namespace typodont {
 
@@ -19,6 +20,13 @@ Rows contact(bool quick) {
   haptics::BenchOptions options;
   if (quick) options.ticks = 300, options.voxels_mm = {0.2, 0.1};
   return haptics::bench_contact(options);
+}
+
+Rows devices(bool quick) {
+  haptics::DeviceBenchOptions options;
+  options.assets = assets_folder();
+  if (quick) options.ticks = 5000;
+  return haptics::bench_devices(options);
 }
 
 Rows surface(bool quick) {
@@ -63,6 +71,10 @@ constexpr BenchPart kParts[] = {
     {"stability", "Stability",
      "The stiffness at which a pushed mass (0.15 kg, 5 N·s/m) no longer settles at a wall, by rate and delay.",
      bench_stability},
+    {"devices", "Hands",
+     "From a device's sample to its force written, beside the same loop with no work in it, and how well a hand's "
+     "velocity is known at an arm's quantisation. The link is memory: our share, not USB's.",
+     devices},
     {"surface", "Surface", "From distance field to triangles, on a sphere of 50 voxels.", surface},
     {"debris", "Debris", "A step of all particles beside reading and writing the same memory once.", debris},
     {"render", "Picture",

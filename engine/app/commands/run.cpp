@@ -9,6 +9,7 @@
 #include "engine/app/workbench.h"
 #include "engine/base/log.h"
 #include "engine/base/units.h"
+#include "haptics/devices/safety.h"
 
 namespace typodont {
 
@@ -34,6 +35,11 @@ void run(const Options& options) {
         {"removed_mm3", removed / kCubicMillimetre},
         {"faults", s.faults},
         {"deadline_misses", s.deadline_misses},
+        {"jitter_us", {{"p99_9", s.jitter_us_p999}, {"worst", s.worst_jitter_us}}},
+        {"real_time",
+         {{"fifo", s.loop.fifo}, {"pinned", s.loop.pinned}, {"memory_locked", s.loop.memory_locked}, {"note", s.loop.words()}}},
+        {"motor_heat", s.loop.worst_heat},
+        {"safety", haptics::describe_safety(s.loop.safety)},
         {"tick_us", {{"p50", s.tick_us_median}, {"p99_9", s.tick_us_p999}, {"worst", s.worst_tick_us}}},
         {"explain", s.explanations}};
     if (s.tracker) json["head_tracker"] = {{"samples", s.tracker->samples}, {"dropped", s.tracker->dropped}};
@@ -44,6 +50,9 @@ void run(const Options& options) {
              removed / kCubicMillimetre, s.cuts);
   fmt::print("servo: median {:.1f} µs, 99.9 % {:.1f} µs, worst {:.1f} µs, {} deadlines missed, faults {}\n",
              s.tick_us_median, s.tick_us_p999, s.worst_tick_us, s.deadline_misses, s.faults);
+  fmt::print("beat: 99.9 % within {:.1f} µs, worst {:.1f} µs off{}\n", s.jitter_us_p999, s.worst_jitter_us,
+             s.loop.words().empty() ? "" : fmt::format("; {}", s.loop.words()));
+  if (s.loop.safety) fmt::print("safety: {}\n", haptics::describe_safety(s.loop.safety));
   if (s.tracker) fmt::print("head: {} samples, {} packets dropped\n", s.tracker->samples, s.tracker->dropped);
 }
 
@@ -57,6 +66,11 @@ void add_run_command(CLI::App& app) {
   command->add_option("scene", options->scene, "scene file (JSON)")->required();
   command->add_option("--rig", w.rig, "rig file (JSON): where screen, mirror, eyes and device are");
   command->add_option("--hand", w.hand, "script:HAND.csv, mouse:, spacemouse:, woodenhaptics:[PATH], …");
+  command->add_option("--left-hand", w.left_hand, "a second hand, with the mouth mirror: the same addresses");
+  command->add_option("--pedal", w.pedal, "auto, none, or a pedal's path or serial (typodont devices)");
+  command->add_option("--rate", w.rate, "servo rate where the hand leaves the choice, Hz")
+      ->check(CLI::Range(500.0, 10000.0))
+      ->capture_default_str();
   command->add_option("--audio", w.audio, "portaudio:[DEVICE], wav:FILE or none:");
   command->add_option("--record", w.record, "record the session (.h5)");
   command->add_option("--monitor", w.monitor, "show the picture full screen on this monitor, 0 is the first")

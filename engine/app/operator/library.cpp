@@ -92,11 +92,11 @@ std::vector<SceneChoice> find_scenes(const OperatorState& s, std::vector<fs::pat
   return scenes;
 }
 
-std::vector<HandChoice> find_hands(const OperatorState& s) {
-  std::vector<HandChoice> hands;
+std::vector<HandEntry> find_hands(const OperatorState& s) {
+  std::vector<HandEntry> hands;
   for (const auto& d : haptics::list_devices()) {
     if (d.address.empty()) continue;  // pedals
-    HandChoice choice{d.address, d.model, d.kind, d.permitted};
+    HandEntry choice{d.address, d.model, d.kind, d.permitted};
     if (d.force_limit > 0) choice.detail += fmt::format(", {:g} N", d.force_limit);
     if (!d.permitted) choice.detail += ": " + d.mend;
     hands.push_back(std::move(choice));

@@ -15,7 +15,7 @@ std::filesystem::path user_folder();
 /// picture beside scene i (NAME.png), or empty.
 std::vector<SceneChoice> find_scenes(const OperatorState& s, std::vector<std::filesystem::path>& pictures);
 /// What is plugged in, the mouse, the trainee's last recordings, and one that is typed.
-std::vector<HandChoice> find_hands(const OperatorState& s);
+std::vector<HandEntry> find_hands(const OperatorState& s);
 /// In this window, then rigs for screens and mirrors, shipped and the user's.
 std::vector<RigChoice> find_rigs(const OperatorState& s);
 

@@ -241,9 +241,10 @@ class Operator {
         if (bench_) bench_->set(s_.settings);
         break;
       case Ask::kTool:
-        if (!bench_) break;
-        s_.settings.tool = r.number;
-        bench_->set(s_.settings);
+        if (bench_) bench_->choose_tool(r.number);
+        break;
+      case Ask::kHold:
+        if (bench_) bench_->hold(r.number != 0);
         break;
       case Ask::kLoseDevice:
         window_.device().lose();
@@ -307,7 +308,7 @@ class Operator {
   void start_session() {
     const SceneChoice& choice = s_.scenes.at(static_cast<std::size_t>(s_.scene));
     const RigChoice& rig = s_.rigs.at(static_cast<std::size_t>(s_.rig));
-    const HandChoice& hand = s_.hands.at(static_cast<std::size_t>(s_.hand));
+    const HandEntry& hand = s_.hands.at(static_cast<std::size_t>(s_.hand));
     remember_choice();
     job_.reset();
     s_.busy = false;
@@ -381,6 +382,7 @@ class Operator {
     if (s_.author) paint();
     s_.status = bench_->status();
     s_.settings = bench_->settings();
+    s_.held = bench_->held();
     s_.steps.follow({s_.status.tick, s_.settings, 0, 0, 0});
     PictureStage* stage = bench_->stage();
     s_.live = stage && s_.status.frames > 0 ? &stage->pictures() : nullptr;

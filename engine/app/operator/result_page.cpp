@@ -203,8 +203,9 @@ void draw_help(OperatorState& s, InterfaceWindow& w) {
                                   std::pair{"1 … 9", "op.key_tools"},       std::pair{"+  −", "op.key_speed"},
                                   std::pair{"F2", "op.key_report"},         std::pair{"F8", "op.key_doctor"},
                                   std::pair{"Ctrl ↑ ↓", "op.key_exercise"}, std::pair{"N  B", "op.key_steps"},
-                                  std::pair{"P", "op.key_paint"},           std::pair{"Ctrl H", "op.key_hand"},
-                                  std::pair{"Tab  ← → ↑ ↓", "op.key_move"}, std::pair{"Ctrl Q", "op.key_quit"}};
+                                  std::pair{"H  R", "op.key_hold"},         std::pair{"P", "op.key_paint"},
+                                  std::pair{"Ctrl H", "op.key_hand"},       std::pair{"Tab  ← → ↑ ↓", "op.key_move"},
+                                  std::pair{"Ctrl Q", "op.key_quit"}};
     for (const auto& [name, meaning] : kKeys) {
       ImGui::TextUnformatted(name);
       ImGui::SameLine(9 * u);

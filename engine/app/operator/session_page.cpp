@@ -168,6 +168,10 @@ void draw_strip(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   } else {
     dim(s.text("op.not_recording"));
   }
+  ImGui::SameLine(0, 1.5f * u);
+  const std::string hold = fmt::format("{}   {}", s.text(s.held ? "op.go_on" : "op.hold"), s.held ? "R" : "H");
+  if (toggle_button(hold.c_str(), s.held, {0, 0}) || (!s.held && key('H'))) s.ask(Ask::kHold, s.held ? 0 : 1);
+  if (s.held && key('R')) s.ask(Ask::kHold, 0);
   const std::string end = fmt::format("{}   F10", s.text("op.end_session"));
   const float width = ImGui::CalcTextSize(end.c_str()).x + 2 * ImGui::GetStyle().FramePadding.x;
   ImGui::SameLine(ImGui::GetWindowWidth() - width - ImGui::GetStyle().WindowPadding.x);

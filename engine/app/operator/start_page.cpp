@@ -143,7 +143,7 @@ void draw_set_up(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
 
   begin_panel("hand", s.text("op.hand"), {0, 0.56f * rest}, w);
   for (std::size_t i = 0; i < s.hands.size(); ++i) {
-    const HandChoice& hand = s.hands[i];
+    const HandEntry& hand = s.hands[i];
     ImGui::PushID(static_cast<int>(i));
     if (ImGui::RadioButton(hand.title.c_str(), static_cast<int>(i) == s.hand)) s.hand = static_cast<int>(i);
     if (!hand.detail.empty()) {

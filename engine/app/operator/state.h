@@ -33,6 +33,7 @@ enum class Ask {
   kTool,             // number: its place in the tray
   kLoseDevice,       // for tests: as if the GPU had been reset
   kSaveExercise,     // what was painted, and perhaps drilled, as an exercise of one's own
+  kHold,             // number: 1 no drill and no force for now, 0 go on
   kStepDone,         // tick the task's current step off
   kStepBack,         // take the last tick back
   kCancel,           // the long work that is under way
@@ -50,7 +51,7 @@ struct SceneChoice {
   int picture = -1;   // place in OperatorState::pictures
   bool own = false;   // the user's, not shipped
 };
-struct HandChoice {
+struct HandEntry {
   std::string address;  // empty: typed by the user
   std::string title, detail;
   bool usable = true;
@@ -84,7 +85,7 @@ struct OperatorState {
 
   // Start.
   std::vector<SceneChoice> scenes;
-  std::vector<HandChoice> hands;
+  std::vector<HandEntry> hands;
   std::vector<RigChoice> rigs;
   std::vector<std::string> monitors;
   int scene_shown = -1;  // the page scrolled to it
@@ -109,6 +110,7 @@ struct OperatorState {
   int step_shown = -1;      // the page scrolled to it
   SessionSettings settings;
   bool recording = false;
+  bool held = false;
   std::array<float, 240> forces{}, ticks_us{};  // the last seconds, for the curves
   int curve_at = 0;
   const gpu::Image* live = nullptr;  // the trainee's left picture

@@ -40,6 +40,7 @@ class HaplyDevice : public HapticDevice {
     info_.force_limit = 8;       // N (u), peak as its maker states it
     info_.continuous_force = 4;  // N, a cautious choice: half the peak
     info_.max_stiffness = 3500;  // N/m (u)
+    info_.vibration_band = 100;  // Hz, a cautious choice of ours
     const Nanos give_up = socket_.now() + kNanosPerSecond;
     while (state_.id[0] == 0) {
       std::string_view message;
@@ -60,15 +61,17 @@ class HaplyDevice : public HapticDevice {
 
   bool read(HandSample& sample) noexcept override {
     faults_ = 0;
-    const Nanos entered = socket_.now();
+    Nanos waited = 0;  // for the service; not while this process itself stood still
     if (!started_) release();  // asks for the first state
     started_ = true;
     bool fresh = false;
     for (;;) {
       std::string_view message;
+      const Nanos before = socket_.now();
       const auto got = socket_.receive(message, fresh ? 0 : kWake);
       const Nanos t = socket_.now();
-      if (got == WebSocket::Got::kLost || t - entered > kLost) {
+      waited += std::clamp<Nanos>(t - before, 0, 2 * kWake);
+      if (got == WebSocket::Got::kLost || waited > kLost) {
         faults_ |= bits(Fault::kDeviceLost);
         release();
         return false;

@@ -111,6 +111,7 @@ class OpenHapticsDevice : public HapticDevice {
              number(kMaxStiffness) * kNewtonPerMillimetre,
              0,
              number(kMaxContinuousForce)};
+    info_.vibration_band = 100;  // Hz, a cautious choice of ours
     if (!(info_.force_limit > 0 && info_.force_limit < 100)) info_.force_limit = 3.3;  // the weakest of its kind
     ::sem_init(&fresh_, 0, 0);
     api_.enable(kForceOutput);

@@ -13,6 +13,7 @@
 #include "haptics/devices/encoder.h"
 #include "haptics/devices/fd_link.h"
 #include "haptics/devices/hid.h"
+#include "haptics/devices/keeper.h"
 
 namespace typodont::haptics {
 
@@ -30,10 +31,14 @@ class ArmDevice : public HapticDevice {
         protocol_(protocol),
         arm_(std::move(arm)),
         info_(std::move(identity)),
-        zero_(encode(protocol, dvec3(0))) {
+        zero_(encode(protocol, dvec3(0))),
+        keeper_(link_->descriptor(), zero_.span()) {
     info_.force_limit = arm_.force_limit;
     info_.continuous_force = arm_.continuous_force;
     info_.max_stiffness = arm_.stiffness;
+    info_.vibration_band = arm_.vibration_band;
+    info_.silence = arm_.silence;
+    info_.counts_from_rest = true;
   }
   ~ArmDevice() override { release(); }
 
@@ -45,10 +50,11 @@ class ArmDevice : public HapticDevice {
 
   bool read(HandSample& sample) noexcept override {
     faults_ = 0;
-    const Nanos entered = link_->now();
+    Nanos waited = 0;  // for the arm; not while this process itself stood still
     bool half_a_line = false;
     for (;;) {
       std::uint8_t buffer[256];
+      const Nanos before = link_->now();
       int n = link_->read(buffer, half_a_line ? kRestOfLine : kWake);
       // Reports queue up while the servo is late; only the newest says where the hand is.
       for (int queued = 0; n > 0 && protocol_ != ArmProtocol::kText && queued < 64; ++queued) {
@@ -59,7 +65,8 @@ class ArmDevice : public HapticDevice {
         n = m;
       }
       const Nanos t = link_->now();
-      if (n < 0 || t - entered > kLost) {
+      waited += std::clamp<Nanos>(t - before, 0, 2 * kWake);
+      if (n < 0 || waited > kLost) {
         faults_ |= bits(Fault::kDeviceLost);
         release();
         return false;
@@ -96,12 +103,14 @@ class ArmDevice : public HapticDevice {
   void write(const dvec3& f_T_W, const dvec3&) noexcept override {
     gravity_share_ = std::min(1.0, gravity_share_.load() + 1 / (kGravityRamp * info_.rate));
     const Currents currents = motor_currents(arm_, theta_, f_T_W, gravity_share_.load() * gravity_torque(arm_, theta_));
+    keeper_.told(currents.amperes != dvec3(0), now());  // before it goes out, so that no force is ever unknown
     link_->write(encode(protocol_, currents.amperes).span());
   }
 
   void release() noexcept override {
     gravity_share_ = 0;
     link_->write(zero_.span());
+    keeper_.told(false, now());
   }
 
  private:
@@ -145,6 +154,7 @@ class ArmDevice : public HapticDevice {
   Arm arm_;
   DeviceInfo info_;
   const ArmCommand zero_;
+  Keeper keeper_;
   std::array<Encoder, 6> encoders_;
   LineAssembler lines_;
   dvec3 theta_{0};

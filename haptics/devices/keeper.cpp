@@ -1,0 +1,97 @@
+#include "haptics/devices/keeper.h"
+
+#include <fcntl.h>
+#include <poll.h>
+#include <sched.h>
+#include <signal.h>
+#include <sys/mman.h>
+#include <sys/prctl.h>
+#include <sys/wait.h>
+#include <time.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <new>
+
+namespace typodont::haptics {
+
+namespace {
+
+struct Zero {
+  std::array<std::uint8_t, 65> bytes{};
+  std::size_t size = 0;
+};
+
+Nanos monotonic() noexcept {
+  timespec t{};
+  ::clock_gettime(CLOCK_MONOTONIC, &t);
+  return Nanos{t.tv_sec} * kNanosPerSecond + t.tv_nsec;
+}
+
+}  // namespace
+
+Keeper::Keeper(int descriptor, std::span<const std::uint8_t> zero) {
+  Zero command;
+  if (descriptor < 0 || zero.size() > command.bytes.size()) return;
+  std::copy(zero.begin(), zero.end(), command.bytes.begin());
+  command.size = zero.size();
+  void* memory = ::mmap(nullptr, sizeof(Shared), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
+  if (memory == MAP_FAILED) return;
+  shared_ = new (memory) Shared;
+  int ends[2];
+  if (::pipe2(ends, O_CLOEXEC) != 0) return;
+  child_ = ::fork();
+  if (child_ != 0) {
+    ::close(ends[0]);
+    alive_ = ends[1];
+    return;
+  }
+
+  // The child. The parent may have threads: nothing but system calls from here on.
+  ::setsid();  // Ctrl-C and Ctrl-Z of the parent's terminal are not for us
+  ::prctl(PR_SET_NAME, "typodont-keeper");
+  sigset_t all;
+  ::sigfillset(&all);
+  ::sigprocmask(SIG_SETMASK, &all, nullptr);
+  // Of everything that was open, only the device, the pipe and nothing else: the parent's files close when it ends.
+  const int low = std::min(descriptor, ends[0]), high = std::max(descriptor, ends[0]);
+  if (low > 0) ::close_range(0, static_cast<unsigned>(low - 1), 0);
+  if (high > low + 1) ::close_range(static_cast<unsigned>(low + 1), static_cast<unsigned>(high - 1), 0);
+  ::close_range(static_cast<unsigned>(high + 1), ~0u, 0);
+  sched_param priority{};
+  priority.sched_priority = 85;
+  ::sched_setscheduler(0, SCHED_FIFO, &priority);  // where it is allowed
+
+  Nanos silent_since = -1;  // the last write of a parent that was found silent
+  for (;;) {
+    pollfd parent{ends[0], POLLIN, 0};
+    const bool force = shared_->force_out.load(std::memory_order_acquire);
+    const int ready = ::poll(&parent, 1, force ? 2 : 10);
+    if (ready < 0 && errno == EINTR) continue;
+    if (ready != 0) break;  // the parent is gone, or has closed the device
+    const Nanos last = shared_->last_write.load(std::memory_order_relaxed);
+    if (!force || monotonic() - last < kSilence || last == silent_since) continue;
+    silent_since = last;
+    [[maybe_unused]] const auto n = ::write(descriptor, command.bytes.data(), command.size);
+  }
+  // A parent that ended in order has sent zero itself. Twice more does no harm; a full queue may have refused the first.
+  for (int i = 0; i < 3; ++i) {
+    if (::write(descriptor, command.bytes.data(), command.size) == static_cast<ssize_t>(command.size) && i > 0) break;
+    const timespec pause{0, 1'000'000};
+    ::nanosleep(&pause, nullptr);
+  }
+  ::_exit(0);
+}
+
+Keeper::~Keeper() {
+  if (alive_ >= 0) ::close(alive_);
+  if (child_ > 0) {
+    while (::waitpid(child_, nullptr, 0) < 0 && errno == EINTR) {
+    }
+  }
+  if (shared_) ::munmap(shared_, sizeof(Shared));
+}
+
+}  // namespace typodont::haptics

@@ -1,0 +1,131 @@
+#include "tests/support/emulation/live_board.h"
+
+#include <poll.h>
+#include <pty.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "engine/base/realtime.h"
+#include "engine/base/units.h"
+
+namespace typodont::test {
+
+namespace {
+
+/// Angles that put the tip of a serial arm there, the elbow up: the law of cosines on the two links.
+dvec3 angles_for(const haptics::Arm& arm, const dvec3& tip) {
+  const dvec3 p = tip + arm.origin;
+  const double r = std::hypot(p.x, p.y), w = p.z - arm.La, d2 = r * r + w * w, d = std::sqrt(d2);
+  const double phi = std::atan2(r, w);
+  const double alpha = std::acos((arm.Lb * arm.Lb + d2 - arm.Lc * arm.Lc) / (2 * arm.Lb * d));
+  const double beta = std::acos((arm.Lc * arm.Lc + d2 - arm.Lb * arm.Lb) / (2 * arm.Lc * d));
+  return {std::atan2(p.y, p.x), phi - alpha, kPi - (phi + beta)};
+}
+
+}  // namespace
+
+LiveBoard::LiveBoard(std::filesystem::path port, haptics::Arm arm)
+    : port_(std::move(port)), arm_(arm), board_(time_, haptics::ArmProtocol::kText, arm, 1), wire_(board_.connect()) {
+  const dvec3 rest = home();
+  tip_ = [rest](double) { return rest; };
+  board_.hand = [this](double t) { return angles_for(arm_, tip_(t - plugged_in_at_)); };
+  plug_in();
+}
+
+LiveBoard::~LiveBoard() {
+  if (thread_.joinable()) unplug();
+}
+
+dvec3 LiveBoard::home() const {
+  return haptics::stylus_position(arm_, haptics::body_angles(arm_, arm_.home));
+}
+
+void LiveBoard::plug_in() {
+  int master, slave;
+  char name[128];
+  if (::openpty(&master, &slave, name, nullptr, nullptr) != 0) std::abort();
+  master_ = haptics::Descriptor(master);
+  slave_ = haptics::Descriptor(slave);  // kept open, so that a program that closes it does not hang up the line
+  std::error_code code;
+  std::filesystem::remove(port_, code);
+  std::filesystem::create_symlink(name, port_);
+  board_.unplugged = false;
+  plugged_in_at_ = to_seconds(time_.true_now());
+  lines_ = 0;
+  ending_ = false;
+  thread_ = std::thread([this] { serve(); });
+}
+
+void LiveBoard::unplug() {
+  ending_ = true;
+  thread_.join();
+  board_.unplugged = true;
+  time_.advance(1'000'000);
+  current_ = 0;
+  std::error_code code;
+  std::filesystem::remove(port_, code);
+  slave_ = haptics::Descriptor();
+  master_ = haptics::Descriptor();
+}
+
+void LiveBoard::hold(std::function<dvec3(double)> tip) {
+  const std::lock_guard lock(mutex_);
+  tip_ = std::move(tip);
+}
+
+void LiveBoard::with(const std::function<void(EmulatedArm&)>& what) {
+  const std::lock_guard lock(mutex_);
+  what(board_);
+}
+
+void LiveBoard::serve() {
+  enter_realtime({.priority = 82, .core = -1, .lock_memory = false});  // firmware is never late
+  std::string in;
+  const Nanos real = now() - time_.true_now();
+  while (!ending_) {
+    char buffer[512];
+    pollfd waiting{master_.get(), POLLIN, 0};
+    while (::poll(&waiting, 1, 0) > 0 && (waiting.revents & POLLIN)) {
+      const ssize_t n = ::read(master_.get(), buffer, sizeof buffer);
+      if (n <= 0) break;
+      in.append(buffer, static_cast<std::size_t>(n));
+    }
+    std::uint8_t report[256];
+    int n = 0;
+    {
+      const std::lock_guard lock(mutex_);
+      for (std::size_t end; (end = in.find('\n')) != std::string::npos; in.erase(0, end + 1)) {
+        wire_->write({reinterpret_cast<const std::uint8_t*>(in.data()), end + 1});
+        ++lines_;
+      }
+      n = wire_->read(report, 1'000'000);  // to the next of its milliseconds
+      double most = 0;
+      for (int i = 0; i < 3; ++i) most = std::max(most, std::abs(board_.amperes()[i]));
+      current_ = most;
+      if (most > worst_) worst_ = most;
+    }
+    if (n > 0) [[maybe_unused]] const ssize_t sent = ::write(master_.get(), report, static_cast<std::size_t>(n));
+    sleep_until(real + time_.true_now());
+  }
+}
+
+bool LiveBoard::wait_for_current(double seconds) const {
+  for (const Nanos end = now() + from_seconds(seconds); now() < end;) {
+    if (current() > 0) return true;
+    ::usleep(1000);
+  }
+  return false;
+}
+
+double LiveBoard::seconds_to_zero(double seconds) const {
+  const Nanos begin = now();
+  for (const Nanos end = begin + from_seconds(seconds); now() < end;) {
+    if (current() == 0) return to_seconds(now() - begin);
+    ::usleep(200);
+  }
+  return -1;
+}
+
+}  // namespace typodont::test
