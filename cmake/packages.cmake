@@ -24,6 +24,7 @@ if(TYPODONT_HIDAPI)
 endif()
 if(TYPODONT_WINDOW)
   find_package(glfw3 CONFIG REQUIRED)
+  pkg_check_modules(IMGUI REQUIRED IMPORTED_TARGET imgui)
 endif()
 if(TYPODONT_OPENXR)
   find_package(OpenXR CONFIG REQUIRED)  # its headers: the loader is opened at run time, in a headset only

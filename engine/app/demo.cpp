@@ -15,6 +15,7 @@
 #include "engine/app/tissue_view.h"
 #include "engine/base/error.h"
 #include "engine/base/log.h"
+#include "engine/base/progress.h"
 #include "engine/base/units.h"
 #include "engine/session/film.h"
 #include "engine/session/recorder.h"
@@ -81,7 +82,7 @@ void run_demo(const DemoOptions& options) {
   DebrisView debris(scene.servo.materials, volume);
   std::optional<session::FilmWriter> film;
 
-  log::Progress progress("demo");
+  Progress progress("demo");
   std::vector<session::SessionPicture> pictures;
   ServoTick tick;
   Cut cut;
@@ -101,7 +102,7 @@ void run_demo(const DemoOptions& options) {
     const double t = to_seconds(tick.t);
     if (t < next_frame) continue;
     next_frame += 1 / options.fps;
-    progress.update(t / length);
+    progress.at(t / length);
     recorder.heartbeat();
     sound.advance(tick.t);
     debris.step(1 / options.fps);
@@ -134,7 +135,7 @@ void run_demo(const DemoOptions& options) {
   const bool filmed = film && film->finish(wav);
   const session::SessionReader recorded(session_file);
   write_file_atomically(options.out / "report.html", session::report_html(recorded, report_of(recorded)));
-  progress.update(1);
+  progress.at(1);
 
   const PerTissue& removed = tick.removed;
   const auto mm3 = [&](Tissue tissue_kind) {

@@ -1,16 +1,20 @@
 // typodont: reads the command line, runs one command, turns errors into messages and exit statuses.
 #include <CLI/CLI.hpp>
+#include <cstdio>
 #include <exception>
 
 #include "engine/app/commands/commands.h"
 #include "engine/app/hands.h"
+#ifdef TYPODONT_WINDOW
+#include "engine/app/operator/operator.h"
+#endif
 #include "engine/app/replay_hand.h"
 #include "engine/base/error.h"
 #include "engine/base/log.h"
 
 int main(int argc, char** argv) {
   using namespace typodont;
-  CLI::App app("Typodont: a co-located visual, haptic and audio workbench for hand-eye training on hard tissue");
+  CLI::App app("Typodont: a co-located visual, haptic and audio workbench for hand-eye training on hard tissue", "typodont");
   app.set_version_flag("--version", TYPODONT_VERSION);
   app.require_subcommand(0, 1);  // after the first, words are arguments: `bench render` is not the command `render`
   add_demo_command(app);
@@ -29,7 +33,20 @@ int main(int argc, char** argv) {
   add_replay_driver();
   add_window_drivers();
   try {
-    if (argc == 1) throw CLI::CallForHelp();
+    if (argc == 1) {
+      try {
+#ifdef TYPODONT_WINDOW
+        run_operator();
+        return 0;
+#else
+        throw Error("this build", "", "no window support", "a build with TYPODONT_WINDOW=ON");
+#endif
+      } catch (const Error& e) {
+        log::error("The operator's window cannot be opened: {}", e.what());
+        std::fputs(app.help().c_str(), stderr);
+        return 2;
+      }
+    }
     app.parse(argc, argv);
     return 0;
   } catch (const CLI::Success& e) {  // --help, --version

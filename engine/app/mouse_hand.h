@@ -15,6 +15,8 @@ namespace typodont {
 class Pointer {
  public:
   Pointer(const display::DisplayRig& rig, const dvec3& start_W);
+  /// The picture has taken another shape.
+  void follow_rig(const display::DisplayRig& rig) { rig_ = rig; }
   haptics::HandSample follow(const display::UserInput& input, Nanos t);
 
  private:

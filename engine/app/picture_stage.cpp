@@ -54,19 +54,27 @@ render::ToolMesh tool_mesh(const haptics::Tool& tool) {
 }
 
 PictureStage::PictureStage(const display::DisplayRig& rig, const haptics::ServoSettings& servo, const Options& options)
-    : rig_(rig), rest_(rig.head), servo_(servo), options_(options), device_(make_device(options)) {
+    : rig_(rig),
+      rest_(rig.head),
+      servo_(servo),
+      options_(options),
+      device_(options.device ? *options.device : own_device_.emplace(make_device(options))) {
   if (options.window && !rig.head.tracker.empty()) tracker_.emplace(rig);
   ring_ = gpu::FrameRing::create(device_);
+  first_panel_ = {rig.screen.lower_right - rig.screen.lower_left, rig.screen.upper_left - rig.screen.lower_left};
 #ifdef TYPODONT_WINDOW
   if (options.window) {
     display::WindowOptions window;
     window.size = rig.screen.pixels;
+    window.output = options.monitor;
+    window.stereo_surface = rig.screen.layout == display::Layout::kFrameSequential;
     output_ = display::make_window(device_, window);
   }
 #endif
   const glm::ivec2 eye = display::eye_pixels(rig.screen.layout, rig.screen.pixels);
-  if (!output_) output_ = display::make_offscreen(device_, display::screen_pixels(rig.screen.layout, eye));
-  screen_size_ = output_->size();
+  if (!output_ && !options.embedded)
+    output_ = display::make_offscreen(device_, display::screen_pixels(rig.screen.layout, eye));
+  screen_size_ = output_ ? output_->size() : eye;
   renderer_.emplace(device_, eye, options.quality, servo.materials);
   compositor_.emplace(device_);
   take_up(0);
@@ -82,17 +90,36 @@ void PictureStage::take_up(std::uint32_t tool_index) {
 }
 
 PictureStage::~PictureStage() {
-  ring_.wait_idle(device_);
+  vkDeviceWaitIdle(device_.device);  // also where the device is lost
   output_.reset();
   compositor_.reset();
   renderer_.reset();
   ring_.destroy(device_);
-  device_.destroy();
+  if (own_device_) own_device_->destroy();
 }
 
 void PictureStage::show(std::span<const render::MeshUpdate> bricks, const dvec3& origin) {
   renderer_->update(render::kWorkingTooth, bricks);
   renderer_->place(render::kWorkingTooth, {origin, {1, 0, 0, 0}});
+}
+
+bool PictureStage::resize(glm::ivec2 eye_size) {
+  eye_size = glm::max(eye_size, glm::ivec2(16));
+  if (eye_size == screen_size_) return false;
+  vkDeviceWaitIdle(device_.device);  // the caller's window may still be showing the old ones
+  screen_size_ = eye_size;
+  renderer_->resize(eye_size);
+  // The panel takes the picture's proportions: it grows about its middle, so that what was seen stays in sight.
+  display::Screen& screen = rig_.screen;
+  const dvec3 right = screen.lower_right - screen.lower_left, up = screen.upper_left - screen.lower_left;
+  const dvec3 middle = (screen.lower_right + screen.upper_left) / 2.0;
+  const double wanted = static_cast<double>(eye_size.x) / eye_size.y;
+  const double width = std::max(glm::length(first_panel_[0]), wanted * glm::length(first_panel_[1]));
+  const dvec3 half_right = width / 2 * glm::normalize(right), half_up = width / wanted / 2 * glm::normalize(up);
+  screen.lower_left = middle - half_right - half_up;
+  screen.lower_right = middle + half_right - half_up;
+  screen.upper_left = middle - half_right + half_up;
+  return true;
 }
 
 void surround(render::Renderer& renderer, const Surroundings& around) {
@@ -121,11 +148,14 @@ void PictureStage::show_inside(render::MeshId body, std::span<const render::Mesh
 }
 
 void PictureStage::follow_size() {
+  if (!output_) return;
   const glm::ivec2 size = output_->size();
   if (size == screen_size_ || size.x <= 0 || size.y <= 0) return;
   ring_.wait_idle(device_);
   screen_size_ = size;
-  renderer_->resize(display::eye_pixels_in(rig_.screen.layout, size));
+  // A stereo surface holds each eye in a layer of its own, as large as the window.
+  const bool layers = options_.window && rig_.screen.layout == display::Layout::kFrameSequential;
+  renderer_->resize(layers ? size : display::eye_pixels_in(rig_.screen.layout, size));
 }
 
 void PictureStage::follow_head() {
@@ -181,8 +211,13 @@ render::FrameStats PictureStage::draw(const ServoTick& tick, std::span<const ren
 
   const VkCommandBuffer commands = ring_.begin(device_);
   const render::FrameStats stats = renderer_->record(commands, frame, ring_.slot(), ring_.submitted, ring_.finished);
-  if (!stats.drawn && !output_->needs_frame()) {
+  if (!stats.drawn && !(output_ && output_->needs_frame())) {
     ring_.abandon(device_);
+    return stats;
+  }
+  if (!output_) {
+    ring_.submit(device_);
+    ring_.wait_idle(device_);  // so that what a frame takes is known, and the quality can follow
     return stats;
   }
   const auto target = output_->acquire();
@@ -201,7 +236,7 @@ render::FrameStats PictureStage::draw(const ServoTick& tick, std::span<const ren
 }
 
 void PictureStage::set_quality(const render::Quality& quality) {
-  ring_.wait_idle(device_);
+  vkDeviceWaitIdle(device_.device);
   renderer_->set_quality(quality);
 }
 

@@ -32,7 +32,10 @@ class PictureStage {
   struct Options {
     render::Quality quality = render::kQualityLadder[0];
     bool validation = false;
-    bool window = false;  // else offscreen; only before a window is the user's head tracked
+    bool window = false;            // else offscreen; only before a window is the user's head tracked
+    bool embedded = false;          // pictures() only, for a window of the caller's; no screen is composed
+    gpu::Device* device = nullptr;  // the caller's; null: one of its own
+    int monitor = -1;               // full screen on this one; −1: a window on the desktop
     bool hud = true;
     bool tool = true;
     double force_limit = 3;  // N, the end of the force bar
@@ -64,6 +67,11 @@ class PictureStage {
   render::FrameStats draw(const ServoTick& tick, std::span<const render::Particle> particles, double dt,
                           const std::string& hint = "");
 
+  /// The eyes' pictures as they are drawn, for a shader.
+  const gpu::Image& pictures() const { return renderer_->pictures(); }
+  /// Where embedded: the pictures' size. The rig's panel takes their proportions. True when it changed.
+  bool resize(glm::ivec2 eye_size);
+
   /// Another step of the quality ladder, from the next frame on.
   void set_quality(const render::Quality& quality);
 
@@ -74,8 +82,10 @@ class PictureStage {
   /// Packets of the head tracker taken and dropped; nothing where the rig has none.
   std::optional<display::HeadTracker::Stats> tracker_stats() const;
 
+  /// Not where embedded.
   display::Output& output() { return *output_; }
   const display::DisplayRig& rig() const { return rig_; }
+  gpu::Device& device() { return device_; }
   std::string device_name() const { return device_.name(); }
   int validation_messages() const { return device_.validation_messages(); }
 
@@ -91,12 +101,14 @@ class PictureStage {
   double latency_ = 1.0 / 30;  // s from reading the tracker to the picture on the screen, running mean
   haptics::ServoSettings servo_;
   Options options_;
-  gpu::Device device_;
+  std::optional<gpu::Device> own_device_;
+  gpu::Device& device_;
   gpu::FrameRing ring_;
   std::optional<render::Renderer> renderer_;
   std::optional<display::Compositor> compositor_;
   std::unique_ptr<display::Output> output_;
   glm::ivec2 screen_size_{0};
+  std::array<dvec3, 2> first_panel_{};  // m, right and up, as the rig file has it
   MouthMirror mirror_;
   render::View view_ = render::View::kLook;
   glm::dvec4 section_{0, 0, 0, 1};

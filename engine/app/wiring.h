@@ -5,6 +5,7 @@
 #include <memory>
 #include <vector>
 
+#include "engine/app/paint_file.h"
 #include "engine/base/latest.h"
 #include "engine/base/ring.h"
 #include "engine/contract/contact.h"
@@ -19,6 +20,19 @@ namespace typodont {
 
 /// Bricks that changed, made by the carver, uploaded by the renderer. The reader deletes it.
 using MeshBatch = std::vector<render::MeshUpdate>;
+
+/// What may be changed while a session runs. It acts on what the servo is given and on what leaves it, so the ticks say
+/// what was in force and a replay stays exact.
+struct SessionSettings {
+  double speed_share = 1;  // 0..1, of the pedal: how fast the drill may turn
+  double force_share = 1;  // 0..1, of the force that reaches the hand
+};
+
+/// How the recording fares, in passing.
+struct RecordState {
+  std::uint64_t ticks = 0, cuts = 0;
+  bool complete = true;  // nothing was lost so far
+};
 
 /// A headset's controller, newest.
 struct XrHandSample {
@@ -59,6 +73,14 @@ struct Wiring {
   Ring<MeshBatch*> bricks{256};
   // RENDER (window) → SERVO, where the mouse is the hand
   Latest<haptics::HandSample> pointer;
+  // UI → CARVER, where an instructor paints
+  Ring<PaintStroke> paint_to_carver{1 << 10};
+  // UI → SERVO
+  Latest<SessionSettings> settings;
+  // SERVO → UI, where an operator watches
+  Ring<ServoTick> ticks_to_score{1 << 14};
+  // RECORDER → UI
+  Latest<RecordState> record_to_render;
   // HEADSET (which draws in RENDER's place) → SERVO, where a controller is the hand; → RECORDER
   Latest<XrHandSample> xr_hand;
   Ring<display::HmdTiming> xr_frames_to_recorder{1 << 12};
@@ -74,11 +96,13 @@ struct Wiring {
   Ring<haptics::HandSample> left_to_recorder{1 << 13};
   // SERVO → AUDIO: inside SoundLink (a ring of what the ear needs)
 
-  std::atomic<std::int32_t> chosen_tool{-1};  // RENDER (window) → SERVO: by key; negative: the hand's own choice
-  std::atomic<bool> held{false};         // RENDER → SERVO: the emergency key; no drill until it is let go on
+  std::atomic<bool> mesh_all{false};   // RENDER → CARVER: all bricks again, for a picture made anew
+  std::atomic<bool> emergency{false};  // any thread → SERVO: no force from the next tick on, and the session's end
+  std::atomic<std::int32_t> chosen_tool{-1};    // RENDER (window) → SERVO: by key; negative: the hand's own choice
+  std::atomic<bool> held{false};                // RENDER → SERVO: the emergency key; no drill until it is let go on
   std::atomic<std::uint32_t> newest_faults{0};  // SERVO → RENDER
-  std::atomic<Nanos> session_zero{0};    // SERVO → LEFT HAND: the clock's time at the session's zero; 0: not yet begun
-  std::atomic<bool> stop{false};         // any thread → all: end the session
+  std::atomic<Nanos> session_zero{0};  // SERVO → LEFT HAND: the clock's time at the session's zero; 0: not yet begun
+  std::atomic<bool> stop{false};       // any thread → all: end the session
   std::atomic<bool> servo_ended{false};  // SERVO → RENDER: the hand is gone or the script has ended
 };
 

@@ -28,10 +28,12 @@
 #include "engine/base/log.h"
 #include "engine/base/realtime.h"
 #include "engine/base/units.h"
+#include "engine/contract/loop_timing.h"
 #include "engine/session/recorder.h"
 #include "haptics/carver.h"
 #include "haptics/devices/driver.h"
 #include "haptics/devices/exit_guard.h"
+#include "haptics/solid.h"
 
 namespace typodont {
 
@@ -39,10 +41,11 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr double kRampOut = 0.02;            // s at the end of a session
-constexpr double kMirror = 22e-3;            // m, a mouth mirror of size 4, where the scene does not say
+constexpr double kRampOut = 0.02;  // s at the end of a session
+constexpr double kMirror = 22e-3;  // m, a mouth mirror of size 4, where the scene does not say
 constexpr int kHoldKey = ' ', kGoOnKey = 'R';
-constexpr Nanos kMeshInterval = 16'000'000;  // ns between looks for changed bricks
+constexpr Nanos kReviveInterval = 10 * kNanosPerSecond;  // a device lost more often than this is broken
+constexpr Nanos kMeshInterval = 16'000'000;              // ns between looks for changed bricks
 
 std::atomic<bool> g_asked_to_stop{false};
 void ask_to_stop(int) {
@@ -58,7 +61,7 @@ struct Session {
   std::optional<LoopWatch> loop;        // servo thread until it has ended
   ServoTick last;                       // the same
   std::uint32_t faults = 0;
-  bool draw = false, record = false, debris = false;
+  bool draw = false, record = false, debris = false, operated = false;
   float tolerance = 0.1f;  // voxels, of the surface drawn
   Nanos began = 0;            // of recorded frames
   std::size_t xr_stream = 0;  // which of the recording's streams they are
@@ -89,6 +92,7 @@ void servo_thread(Session& s, haptics::HapticDevice& hand) {
   Wiring& wiring = s.wiring;
   const Nanos period = from_seconds(1 / hand.info().rate);
   haptics::HandSample sample;
+  SessionSettings settings;
   PedalLock pedal;
   ServoTick tick;
   Cut cut;
@@ -105,8 +109,11 @@ void servo_thread(Session& s, haptics::HapticDevice& hand) {
     }
     if (ticks == 0) wiring.session_zero = woke - sample.t;
     sample.pedal = pedal.pass(sample.pedal, wiring.held.load(std::memory_order_relaxed));
+    if (wiring.settings.fetch()) settings = wiring.settings.front();
+    sample.pedal *= settings.speed_share;
     const bool did_cut = s.servo->tick(sample, tick, cut);
-    hand.write(tick.f_T_W, tick.tau_T_W);
+    if (wiring.emergency.load(std::memory_order_relaxed)) break;
+    hand.write(settings.force_share * tick.f_T_W, settings.force_share * tick.tau_T_W);
     const Nanos wrote = now();
     tick.faults |= hand.faults() | (wrote - woke > period ? bits(Fault::kOverrun) : 0);
     tick.cpu_time = thread_cpu_time() - cpu;
@@ -117,23 +124,24 @@ void servo_thread(Session& s, haptics::HapticDevice& hand) {
       if (s.debris) wiring.cuts_to_debris.push(cut);
     }
     wiring.tick_to_carver.publish(tick);
-    if (s.draw) wiring.tick_to_render.publish(tick);
+    if (s.draw || s.operated) wiring.tick_to_render.publish(tick);
     if (s.record) wiring.ticks_to_recorder.push(tick);
     if (s.sound) s.sound->push(tick);
     s.faults |= tick.faults;
     wiring.newest_faults.store(tick.faults, std::memory_order_relaxed);
     s.last = tick;
     s.loop->tick(woke, wrote, hand.safety());
+    if (s.operated) wiring.ticks_to_score.push(tick);
   }
   s.loop->publish();
   // The end: the force fades within its ramp, the drill at rest. These ticks belong to no session and are not recorded.
   s.servo->ramp_out();
   const Nanos faded = now() + from_seconds(kRampOut);
-  while (now() < faded && hand.read(sample)) {
+  while (!wiring.emergency && now() < faded && hand.read(sample)) {
     sample.pedal = 0;
     sample.tool = s.last.tool;
     s.servo->tick(sample, tick, cut);
-    hand.write(tick.f_T_W, tick.tau_T_W);
+    hand.write(settings.force_share * tick.f_T_W, settings.force_share * tick.tau_T_W);
   }
   hand.write(dvec3(0), dvec3(0));
   hand.release();  // nor does an arm go on holding up its own weight
@@ -186,14 +194,21 @@ void carver_thread(Session& s) {
       worked = true;
     }
     if (worked) wiring.strokes_to_render.publish(s.carver.volume().strokes());
-    if (wiring.tick_to_carver.fetch()) {
+    PaintStroke stroke;
+    bool painted = false;
+    while (wiring.paint_to_carver.pop(stroke)) {
+      paint(s.carver.volume(), {stroke});
+      painted = true;
+    }
+    if (wiring.tick_to_carver.fetch() || painted) {
       const ServoTick& tick = wiring.tick_to_carver.front();
-      if (is_finite(tick.X_WG.p) && s.carver.patch_due(tick)) {
+      if (is_finite(tick.X_WG.p) && (painted || s.carver.patch_due(tick))) {
         s.carver.cut_out(s.carver.patch_center(tick), wiring.patch.back());
         wiring.patch.publish();
         worked = true;
       }
     }
+    if (wiring.mesh_all.exchange(false)) view = TissueView();
     if (s.draw && (first || now() - meshed > kMeshInterval)) {
       meshed = now();
       first = false;
@@ -220,8 +235,7 @@ void recorder_thread(Session& s, session::SessionWriter& writer) {
     haptics::HandSample left;
     while (wiring.left_to_recorder.pop(left)) {
       const Pose& X = left.X_WT;
-      writer.append(s.left_stream, left.t,
-                    std::array{X.p.x, X.p.y, X.p.z, X.R.w, X.R.x, X.R.y, X.R.z, left.pedal});
+      writer.append(s.left_stream, left.t, std::array{X.p.x, X.p.y, X.p.z, X.R.w, X.R.x, X.R.y, X.R.z, left.pedal});
     }
     if (wiring.loop_to_recorder.fetch()) writer.loop(wiring.loop_to_recorder.front());
     display::HmdTiming frame;
@@ -230,6 +244,10 @@ void recorder_thread(Session& s, session::SessionWriter& writer) {
     }
     writer.count_ring_losses(wiring.ticks_to_recorder.dropped(), wiring.cuts_to_recorder.dropped());
     writer.heartbeat();
+    if (s.operated) {
+      const session::WriterStatus& status = writer.status();
+      wiring.record_to_render.publish({status.ticks, status.cuts, !status.lost.any()});
+    }
   };
   while (!wiring.stop.load(std::memory_order_relaxed)) {
     drain();
@@ -266,6 +284,13 @@ struct Workbench::Impl {
   Nanos began = 0, last_frame = 0;
   ServoTick tick;  // the newest, as drawn
   std::uint64_t drawn = 0;
+  double frame_seconds = 0, frame_period = 0;  // s, smoothed
+  SessionSettings settings;                    // as last sent to the servo
+  std::optional<session::HandMeter> meter;     // where operated
+  PerTissue volumes_before{};                  // m³, the same
+  Nanos fault_time = 0;
+  Nanos revived = -kReviveInterval;  // when the picture was last made anew
+  std::uint32_t recent_faults = 0;
   std::string keys;  // what the hand and the keyboard do, drawn below the picture
   std::string failure;
   bool held = false, hand_gone = false;
@@ -280,7 +305,9 @@ struct Workbench::Impl {
   void set_up();
   void start_headset(const std::string& hand_address);
   void start();
-  bool step();
+  bool step(const display::UserInput* input, glm::ivec2 picture_size);
+  void make_stage(gpu::Device* device);
+  void score_ticks();
   void follow_keys(const display::UserInput& input);
   void edit_tissue(const display::UserInput& input);
   void draw();
@@ -295,6 +322,7 @@ void Workbench::Impl::set_up() {
   rig_file = options.rig;
   if (rig_file.empty() && has_desktop()) rig_file = assets_folder() / "rigs/window.json";
   if (!rig_file.empty()) rig = display::load_rig(rig_file);
+  if (rig && options.embedded) rig->screen.layout = display::Layout::kMono;
   const bool window = rig && (rig->kind == display::DisplayKind::kWindow || rig->kind == display::DisplayKind::kMirror);
   const bool hmd = rig && rig->kind == display::DisplayKind::kHmd;
   if (!options.touches.empty() && !hmd) throw Error("--touches", "", rig_file.string(), "a headset's rig");
@@ -304,10 +332,12 @@ void Workbench::Impl::set_up() {
   Session& s = session.emplace(scene, load_tissue(scene));
   const haptics::TissueVolume& tissue = s.carver.volume();
   s.draw = (window || hmd) && scene.needs("render");
-  explain(s.draw    ? fmt::format("picture: on, {}", rig_file.string())
-          : !rig    ? "picture: off, there is no desktop and no rig was given"
-          : !window && !hmd ? "picture: off, an offscreen rig shows nothing live; use 'typodont render' or 'typodont demo'"
-                    : "picture: off, the scene does not name \"render\"");
+  explain(s.draw ? fmt::format("picture: on, {}", rig_file.string())
+          : !rig ? "picture: off, there is no desktop and no rig was given"
+          : !window && !hmd
+              ? "picture: off, an offscreen rig shows nothing live; use 'typodont render' or 'typodont demo'"
+              : "picture: off, the scene does not name \"render\"");
+  s.operated = options.operated;
   s.record = !options.record.empty();
   s.save = options.save;
   if (!scene.resume.empty()) explain("tissue: going on from " + scene.resume);
@@ -324,7 +354,8 @@ void Workbench::Impl::set_up() {
   if (s.draw && hmd) start_headset(choice.hand);
   const WindowHands in_window = [&](const std::string& scheme, const std::string& rest) {
     if (scheme == "openxr") {
-      if (!headset) throw Error("--hand", "", scheme + ":" + rest, "a headset's rig, and a scene that names \"render\"");
+      if (!headset)
+        throw Error("--hand", "", scheme + ":" + rest, "a headset's rig, and a scene that names \"render\"");
       return make_xr_hand(s.wiring, scheme + ":" + rest, {above, {1, 0, 0, 0}}, options.rate);
     }
     if (!window) throw Error("--hand", "", scheme + ":", "a window rig for it to move in");
@@ -358,18 +389,18 @@ void Workbench::Impl::set_up() {
       s.left_stream = header.streams.size();
       header.streams.push_back(left_hand_stream());
     }
+    header.trainee = options.trainee;
     s.xr_stream = header.streams.size();
     if (headset) header.streams.push_back(xr_stream());
     writer.emplace(options.record, header);
   }
+  if (s.operated) {
+    meter.emplace(hand.rate);
+    volumes_before = tissue.volumes();
+  }
   if (s.draw && window) {
-    PictureStage::Options look;
-    look.window = true;
-    look.quality = ladder.step();
-    stage.emplace(*rig, scene.servo, look);
-    stage->surround(make_surroundings(scene));
+    make_stage(options.device);
     s.tolerance = surface_tolerance(*rig, tissue.frame().voxel);
-    stage->hold_mirror(scene.mouth_mirror);
     explain("drawn by " + stage->device_name());
     explain(rig->head.tracker.empty() ? "head: at rest, the rig names no tracker" : "head: " + rig->head.tracker);
   }
@@ -415,8 +446,9 @@ void Workbench::Impl::start() {
   s.began = now();
   carver = std::jthread(carver_thread, std::ref(s));
   servo = std::jthread(servo_thread, std::ref(s), std::ref(*hands.right));
-  if (hands.left) left = std::jthread(left_hand_thread, std::ref(s.wiring), std::ref(*hands.left),
-                                       scene.mouth_mirror.diameter > 0 ? scene.mouth_mirror.diameter : kMirror, s.record);
+  if (hands.left)
+    left = std::jthread(left_hand_thread, std::ref(s.wiring), std::ref(*hands.left),
+                        scene.mouth_mirror.diameter > 0 ? scene.mouth_mirror.diameter : kMirror, s.record);
   if (writer) recorder = std::jthread(recorder_thread, std::ref(s), std::ref(*writer));
   began = last_frame = now();
   const std::size_t tools = std::min<std::size_t>(haptics::tray(scene.servo).size(), 9);
@@ -427,30 +459,59 @@ void Workbench::Impl::start() {
 }
 
 /// One turn of the drawing thread: a frame, or a short wait. False when the session is over.
-bool Workbench::Impl::step() {
+bool Workbench::Impl::step(const display::UserInput* input, glm::ivec2 picture_size) {
   Session& s = *session;
+  if (meter) score_ticks();
   if (s.wiring.servo_ended || g_asked_to_stop || to_seconds(now() - began) >= options.seconds) return false;
   if (sound && !headset) sound->advance(s.wiring.tick_to_render.front().t);
   s.wiring.loop_to_render.fetch();
   report_hand();
-  if (!s.draw || headset) {
+  if (!s.draw || headset || !stage) {
     std::this_thread::sleep_for(10ms);
     if (sound && (headset || options.audio.starts_with("wav:"))) sound->advance(now() - began);
     if (!headset) return true;
   }
   try {
     if (headset) return headset->step();
-    const display::UserInput input = stage->output().poll();
-    if (input.close) return false;
-    if (pointer) s.wiring.pointer.publish(pointer->follow(input, now() - began));
-    follow_keys(input);
-    edit_tissue(input);
+    const display::UserInput own = options.embedded ? display::UserInput() : stage->output().poll();
+    if (own.close) return false;
+    const display::UserInput& over = input && options.embedded ? *input : own;
+    if (pointer) s.wiring.pointer.publish(pointer->follow(over, now() - began));
+    if (options.embedded && stage->resize(picture_size) && pointer) pointer->follow_rig(stage->rig());
+    follow_keys(over);
+    edit_tissue(over);
     draw();
+    return true;
+  } catch (const gpu::DeviceLost& e) {
+    if (options.device) throw;  // the operator makes a new one for both
+    if (now() - revived < kReviveInterval) {
+      failure = e.what();
+      return false;
+    }
+    log::warn("{}; the picture is made anew", e.what());
+    revived = now();
+    stage.reset();
+    make_stage(nullptr);
+    s.wiring.mesh_all = true;
     return true;
   } catch (const std::exception& e) {  // the picture is lost: the session ends in order
     failure = e.what();
     return false;
   }
+}
+
+/// The picture of this rig, on the operator's device or one of its own.
+void Workbench::Impl::make_stage(gpu::Device* device) {
+  PictureStage::Options look;
+  look.window = !options.embedded;
+  look.embedded = options.embedded;
+  look.hud = !options.embedded;
+  look.device = device;
+  look.monitor = options.monitor;
+  look.quality = ladder.step();
+  stage.emplace(*rig, scene.servo, look);
+  stage->surround(make_surroundings(scene));
+  stage->hold_mirror(scene.mouth_mirror);
 }
 
 void Workbench::Impl::hold(bool on) noexcept {
@@ -514,20 +575,33 @@ void Workbench::Impl::draw() {
   }
   const double dt = to_seconds(now() - last_frame);
   last_frame = now();
+  frame_period += 0.1 * (std::min(dt, 1.0) - frame_period);
   if (debris) {
     Cut cut;
     while (s.wiring.cuts_to_debris.pop(cut)) debris->add(cut, haptics::tray(scene.servo)[cut.tool]);
     debris->step(std::min(dt, 0.1));
   }
   if (hands.left && s.wiring.mouth_mirror.fetch()) stage->hold_mirror(s.wiring.mouth_mirror.front());
-  const auto stats = stage->draw(tick, debris ? debris->particles() : std::span<const render::Particle>{}, dt,
-                                 hint());
+  const auto stats = stage->draw(tick, debris ? debris->particles() : std::span<const render::Particle>{}, dt, hint());
   drawn += stats.drawn;
+  if (stats.drawn) frame_seconds += 0.1 * (to_seconds(now() - last_frame) - frame_seconds);
   if (stats.drawn && ladder.frame_took(to_seconds(now() - last_frame))) {
     stage->set_quality(ladder.step());
     log::info("picture quality: {}", ladder.step().name);
   }
-  if (!stats.drawn) std::this_thread::sleep_for(4ms);
+  if (!stats.drawn && !options.embedded) std::this_thread::sleep_for(4ms);
+}
+
+/// The hand's measures and the faults of the last second, from every tick.
+void Workbench::Impl::score_ticks() {
+  ServoTick next;
+  while (session->wiring.ticks_to_score.pop(next)) {
+    meter->add({&next, 1});
+    if (next.faults != 0) {
+      recent_faults = next.t - fault_time < kNanosPerSecond ? recent_faults | next.faults : next.faults;
+      fault_time = next.t;
+    }
+  }
 }
 
 /// Zero force, all threads joined, the recording complete. Does nothing the second time.
@@ -584,7 +658,84 @@ void Workbench::start() {
   impl_->start();
 }
 bool Workbench::step() {
-  return impl_->step();
+  return impl_->step(nullptr, {0, 0});
+}
+bool Workbench::step(const display::UserInput& input, glm::ivec2 picture_size) {
+  return impl_->step(&input, picture_size);
+}
+void Workbench::set(const SessionSettings& settings) {
+  impl_->settings = settings;
+  impl_->session->wiring.settings.publish(settings);
+}
+const SessionSettings& Workbench::settings() const {
+  return impl_->settings;
+}
+void Workbench::paint(const PaintStroke& stroke) {
+  if (!impl_->writer) impl_->session->wiring.paint_to_carver.push(stroke);
+}
+haptics::TissueVolume Workbench::take_tissue() {
+  return std::move(impl_->session->carver.volume());
+}
+void Workbench::drop_picture() {
+  impl_->stage.reset();
+}
+void Workbench::make_picture(gpu::Device& device) {
+  if (!impl_->session->draw) return;
+  impl_->make_stage(&device);
+  impl_->session->wiring.mesh_all = true;
+}
+void Workbench::emergency_stop() {
+  Wiring& wiring = impl_->session->wiring;
+  wiring.emergency = true;
+  wiring.stop = true;
+  const Nanos patience = now() + 50'000'000;
+  while (impl_->running && !wiring.servo_ended && now() < patience) std::this_thread::sleep_for(1ms);
+  if (impl_->running && !wiring.servo_ended) haptics::release_all_devices();
+}
+
+void Workbench::choose_tool(int place) {
+  impl_->session->wiring.chosen_tool = place;
+}
+bool Workbench::held() const {
+  return impl_->held;
+}
+bool Workbench::asked_to_stop() {
+  return g_asked_to_stop;
+}
+
+WorkbenchStatus Workbench::status() {
+  Impl& m = *impl_;
+  Wiring& wiring = m.session->wiring;
+  wiring.record_to_render.fetch();
+  WorkbenchStatus s;
+  if (!m.session->draw && wiring.tick_to_render.fetch()) m.tick = wiring.tick_to_render.front();
+  s.tick = m.tick;
+  s.seconds = to_seconds(s.tick.t);
+  s.faults = s.tick.t - m.fault_time < kNanosPerSecond ? m.recent_faults : 0;
+  s.timing = wiring.loop_to_render.front().timing;
+  s.frame_ms = m.frame_seconds * 1e3;
+  s.frames_per_second = m.frame_period > 0 ? 1 / m.frame_period : 0;
+  s.quality = m.ladder.step().name;
+  s.frames = m.drawn;
+  s.record = wiring.record_to_render.front();
+  return s;
+}
+session::Score Workbench::score_so_far() {
+  Impl& m = *impl_;
+  session::ScoreInput input;
+  input.before = input.after = m.volumes_before;
+  for (std::size_t i = 0; i < input.after.size(); ++i) input.after[i] -= m.tick.removed[i];
+  if (m.meter) input.hand = m.meter->result();
+  return session::score(input, session::rules_of_scene(Json::parse(m.scene.text, m.scene.file.string()), input));
+}
+const haptics::DeviceInfo& Workbench::hand() const {
+  return impl_->hands.right->info();
+}
+bool Workbench::recording() const {
+  return impl_->writer.has_value();
+}
+PictureStage* Workbench::stage() {
+  return impl_->stage ? &*impl_->stage : nullptr;
 }
 void Workbench::hold(bool on) noexcept {
   impl_->hold(on);

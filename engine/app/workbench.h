@@ -12,21 +12,43 @@
 #include "engine/app/wiring.h"
 #include "engine/contract/loop_timing.h"
 #include "engine/display/head_tracker.h"
+#include "engine/display/output.h"
+#include "engine/session/score.h"
+#include "haptics/haptic_device.h"
 
 namespace typodont {
 
 struct WorkbenchOptions {
-  std::string rig;               // empty: a window where there is a desktop, otherwise no picture
-  std::string hand;              // address; empty: the rig's, else the mouse where there is a window
-  std::string left_hand;         // address; empty: the rig's, else no second hand
-  std::string pedal;             // "auto", "none", a path or a serial; empty: the rig's, else auto
-  double rate = 1000;            // Hz, of hands whose rate is ours to choose
-  std::string audio;             // address; empty: a sound card where there is one
-  std::filesystem::path record;  // empty: not recorded
+  std::string rig;                // empty: a window where there is a desktop, otherwise no picture
+  std::string hand;               // address; empty: the rig's, else the mouse where there is a window
+  std::string left_hand;          // address; empty: the rig's, else no second hand
+  std::string pedal;              // "auto", "none", a path or a serial; empty: the rig's, else auto
+  double rate = 1000;             // Hz, of hands whose rate is ours to choose
+  std::string audio;              // address; empty: a sound card where there is one
+  std::filesystem::path record;   // empty: not recorded
   std::filesystem::path touches;  // where pairs for `calibrate register` go, of a headset's controller and an arm
-  double seconds = 1e18;         // end by itself after so long
-  bool explain = false;          // say what is active, and why the rest is not
-  std::filesystem::path save;    // the tissue goes there at the end, and when asked for; empty: nowhere
+  double seconds = 1e18;          // end by itself after so long
+  bool explain = false;           // say what is active, and why the rest is not
+  std::filesystem::path save;     // the tissue goes there at the end, and when asked for; empty: nowhere
+  std::string trainee;            // for the recording
+  int monitor = -1;               // full screen on this one; −1: a window on the desktop
+
+  // The operator's window (engine/app/operator/).
+  bool operated = false;          // keeps the score and the timing at hand
+  bool embedded = false;          // the picture is shown in the operator's window, not in one of its own
+  gpu::Device* device = nullptr;  // the operator's; null: one of its own
+};
+
+/// How a session stands, for who watches it.
+struct WorkbenchStatus {
+  double seconds = 0;
+  ServoTick tick;            // the newest
+  std::uint32_t faults = 0;  // bits seen in the last second
+  LoopTiming timing;
+  double frame_ms = 0, frames_per_second = 0;  // of the picture, smoothed
+  std::string_view quality;
+  std::uint64_t frames = 0;
+  RecordState record;
 };
 
 struct WorkbenchSummary {
@@ -42,6 +64,8 @@ struct WorkbenchSummary {
   std::vector<std::string> explanations;
 };
 
+class PictureStage;
+
 /// One session. Its user's thread draws: constructed, started, stepped and stopped there. Every end, the destructor's
 /// too, sends zero force.
 class Workbench {
@@ -56,12 +80,43 @@ class Workbench {
   /// What the user did, and a frame; or a short wait where there is no picture. False when the session is over: the
   /// window was closed, the hand's script has ended, the time is up, the process was asked to stop.
   bool step();
+  /// The same, where the picture is embedded: what the user does over it, and its size.
+  bool step(const display::UserInput& input, glm::ivec2 picture_size);
+  /// Takes effect in the next tick.
+  void set(const SessionSettings& settings);
+  const SessionSettings& settings() const;
+  /// Its place in the tray; taken up as soon as pedal, drill and tissue allow.
+  void choose_tool(int place);
+  /// Only where not recorded: a recording holds cuts, not paint.
+  void paint(const PaintStroke& stroke);
+  /// After stop(), once: the tissue as it was left.
+  haptics::TissueVolume take_tissue();
+  /// The device of an embedded picture is about to go, or is lost: the session goes on without one …
+  void drop_picture();
+  /// … until there is another.
+  void make_picture(gpu::Device& device);
+  /// No force and no session from the next tick on, whatever the tool touches; where the servo does not answer within
+  /// 50 ms, every device is released from here. stop() still completes the recording.
+  void emergency_stop();
+
+  /// By SIGINT or SIGTERM: whoever runs the session should end too.
+  static bool asked_to_stop();
+
+  WorkbenchStatus status();
+  /// By the scene's rules, from what was measured up to now. Only where operated.
+  session::Score score_so_far();
+  const haptics::DeviceInfo& hand() const;
+  bool recording() const;
+  /// The picture's device, left eye's picture and look; null where nothing is drawn.
+  PictureStage* stage();
+
   /// The emergency key: no drill and no force until it is let go on again (hands.h).
   void hold(bool on) noexcept;
   /// A stroke back or again, or the tissue saved as it is; done by the carver within its next turn. From the drawing thread.
   void ask(TissueCommand command);
   /// Strokes that can be taken back and brought again.
   haptics::TissueVolume::Strokes strokes();
+  bool held() const;
   /// Zero force, all threads joined, the recording complete. Throws RunFailure when the run failed.
   WorkbenchSummary stop();
 

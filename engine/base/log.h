@@ -22,19 +22,4 @@ void error(fmt::format_string<Args...> format, Args&&... args) {
   write("error: ", fmt::format(format, std::forward<Args>(args)...));
 }
 
-/// Progress of long work: redraws one line when standard error is a terminal, otherwise prints each tenth once.
-class Progress {
- public:
-  explicit Progress(std::string_view what);
-  ~Progress();
-  void update(double fraction);  // 0..1
-  Progress(const Progress&) = delete;
-  Progress& operator=(const Progress&) = delete;
-
- private:
-  std::string what_;
-  int shown_ = -1;
-  bool terminal_;
-};
-
 }  // namespace typodont::log

@@ -2,6 +2,7 @@
 // the screen and shown. Render thread.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <glm/glm.hpp>
 #include <memory>
@@ -50,6 +51,17 @@ struct UserInput {
   bool left = false, right = false, middle = false;
   double wheel = 0;          // steps since the last poll
   std::vector<int> pressed;  // keys pressed since the last poll, upper-case ASCII or GLFW codes
+
+  // For a user interface drawn into the picture.
+  struct Key {
+    int code;
+    bool down;
+  };
+  std::vector<Key> keys;             // in their order, releases and repeats too
+  std::vector<std::uint32_t> typed;  // code points
+  std::array<bool, 3> clicked{};     // left, right, middle: went down since the last poll
+  dvec2 pixel{-1, -1};               // of the pointer, from the picture's upper left
+  bool focused = true;
 };
 
 class Output {
@@ -63,7 +75,11 @@ class Output {
   /// The screen lost what it showed (resized, uncovered): compose again although nothing moved.
   virtual bool needs_frame() const { return false; }
   virtual void resize(ivec2) {}
+  /// As if the desktop had taken the surface away: for tests of what then happens.
+  virtual void lose_surface() {}
   virtual UserInput poll() { return {}; }
+  /// How large writing should be drawn here, 1: on an ordinary screen.
+  virtual double scale() const { return 1; }
   virtual int first_row() const { return 0; }
   /// s between two pictures of the screen; 0 for a picture in memory.
   virtual double refresh_period() const { return 0; }
@@ -85,6 +101,9 @@ struct WindowOptions {
 std::vector<const char*> window_extensions();
 /// Throws Error. Survives resizing, minimising and a lost surface.
 std::unique_ptr<Output> make_window(gpu::Device& device, const WindowOptions& options);
+/// The screens connected, in the order of WindowOptions::output: "DP-1, 1920 × 1080". Throws Error where there is no
+/// desktop.
+std::vector<std::string> monitors();
 #endif
 
 }  // namespace typodont::display

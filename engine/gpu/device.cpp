@@ -114,6 +114,7 @@ int rank(const VkPhysicalDeviceProperties& p) {
 }  // namespace
 
 void check(VkResult result, const char* call) {
+  if (result == VK_ERROR_DEVICE_LOST) throw DeviceLost(fmt::format("{}: the device is lost", call));
   if (result != VK_SUCCESS)
     throw RunFailure(fmt::format("{}: {} ({})", call, name_of(result), static_cast<int>(result)));
 }
@@ -404,6 +405,7 @@ VkCommandBuffer FrameRing::begin(Device& device) {
 void FrameRing::submit(Device& device, VkSemaphore wait, VkSemaphore signal) {
   Slot& s = slots[static_cast<std::size_t>(slot())];
   check(vkEndCommandBuffer(s.commands), "vkEndCommandBuffer");
+  if (device.take_loss()) check(VK_ERROR_DEVICE_LOST, "vkQueueSubmit2");
   const VkCommandBufferSubmitInfo commands{.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_SUBMIT_INFO,
                                            .commandBuffer = s.commands};
   const VkSemaphoreSubmitInfo wait_info{.sType = VK_STRUCTURE_TYPE_SEMAPHORE_SUBMIT_INFO,

@@ -9,11 +9,20 @@
 #include <map>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
+
+#include "engine/base/error.h"
 
 namespace typodont::gpu {
 
-/// Throws RunFailure naming the call unless the result is VK_SUCCESS.
+/// The GPU was reset, or its driver gave up: everything made on it is gone, and may be made anew.
+class DeviceLost : public RunFailure {
+ public:
+  using RunFailure::RunFailure;
+};
+
+/// Throws DeviceLost or RunFailure naming the call unless the result is VK_SUCCESS.
 void check(VkResult result, const char* call);
 
 /// Free ranges of something counted, first fit, neighbours merged. Knows nothing of Vulkan.
@@ -70,6 +79,10 @@ struct Device {
   static Device create(const DeviceOptions& options);
   void destroy();
 
+  /// The next submission fails as if the device were lost: for tests of what then happens.
+  void lose() { lose_ = true; }
+  bool take_loss() { return std::exchange(lose_, false); }
+
   int validation_messages() const;  // warnings and errors so far
   std::string name() const { return properties.deviceName; }
 
@@ -79,6 +92,7 @@ struct Device {
   std::uint64_t memory_used() const;
 
  private:
+  bool lose_ = false;
   struct Block {
     VkDeviceMemory memory = VK_NULL_HANDLE;
     std::byte* mapped = nullptr;

@@ -3,14 +3,11 @@
 #include <algorithm>
 #include <array>
 
+#include "engine/session/page/catalogue.h"
+
 namespace typodont::session {
 
 namespace {
-
-struct Entry {
-  std::string_view key;
-  std::array<std::string_view, kLanguageCount> text;  // English, German, Simplified Chinese
-};
 
 constexpr Entry kCatalogue[] = {
     {"title", {"Session report", "Sitzungsbericht", "训练报告"}},
@@ -306,8 +303,11 @@ constexpr Entry kCatalogue[] = {
 };
 
 const Entry* find(std::string_view key) noexcept {
-  const auto it = std::find_if(std::begin(kCatalogue), std::end(kCatalogue), [&](const Entry& e) { return e.key == key; });
-  return it == std::end(kCatalogue) ? nullptr : it;
+  for (const std::span<const Entry> part : {std::span<const Entry>(kCatalogue), operator_catalogue()}) {
+    const auto it = std::find_if(part.begin(), part.end(), [&](const Entry& e) { return e.key == key; });
+    if (it != part.end()) return &*it;
+  }
+  return nullptr;
 }
 
 }  // namespace
@@ -338,6 +338,7 @@ bool has_text(std::string_view key) noexcept { return find(key) != nullptr; }
 std::vector<std::string_view> catalogue_keys() {
   std::vector<std::string_view> keys;
   for (const Entry& entry : kCatalogue) keys.push_back(entry.key);
+  for (const Entry& entry : operator_catalogue()) keys.push_back(entry.key);
   return keys;
 }
 

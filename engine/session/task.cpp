@@ -1,11 +1,35 @@
 #include "engine/session/task.h"
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+
 namespace typodont::session {
 
 const std::string& TaskText::in(Language language) const {
   const std::string& own = text[static_cast<std::size_t>(language)];
   return own.empty() ? text[0] : own;
 }
+
+namespace {
+
+/// A text, or a text with what does it: {"en": …, "done": "drill"}.
+void read_step(const Json& json, Task& task) {
+  std::string deed;
+  if (json.is_object() && json.has("done")) {
+    deed = json["done"].string();
+    if (std::find(kStepDeeds.begin(), kStepDeeds.end(), deed) == kStepDeeds.end())
+      json["done"].fail(fmt::format("one of {}", fmt::join(kStepDeeds, ", ")));
+    json.allow_only({"en", "de", "zh", "done"});
+    task.steps.push_back({{json["en"].string(), json.string_or("de", ""), json.string_or("zh", "")}});
+  } else {
+    task.steps.push_back(read_task_text(json));
+  }
+  task.step_deeds.push_back(deed);
+}
+
+}  // namespace
 
 TaskText read_task_text(const Json& json) {
   TaskText result;
@@ -25,7 +49,7 @@ Task read_task(const Json& json) {
   if (const auto title = json.find("title")) task.title = read_task_text(*title);
   task.goal = read_task_text(json["goal"]);
   if (const auto steps = json.find("steps")) {
-    for (const Json& step : steps->items()) task.steps.push_back(read_task_text(step));
+    for (const Json& step : steps->items()) read_step(step, task);
   }
   if (const auto axis = json.find("axis")) {
     task.axis_W = axis->vec3();

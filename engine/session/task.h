@@ -5,6 +5,7 @@
 #include <array>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "engine/base/json.h"
@@ -12,6 +13,10 @@
 #include "engine/session/strings.h"
 
 namespace typodont::session {
+
+/// What a step may wait for: the hand moved, touched, drilled; a tool, the speed, an undo, a redo, a view.
+inline constexpr std::array<std::string_view, 8> kStepDeeds = {"move",  "touch", "drill", "tool",
+                                                               "speed", "undo",  "redo",  "view"};
 
 /// "text", or {"en": …, "de": …, "zh": …} with at least "en".
 struct TaskText {
@@ -25,6 +30,7 @@ TaskText read_task_text(const Json& json);
 struct Task {
   TaskText title, goal;
   std::vector<TaskText> steps;
+  std::vector<std::string> step_deeds;  // one for each step: what does it, of kStepDeeds; empty: it is ticked off
   dvec3 axis_W{0, 0, 1};           // unit, out of the opening
   std::optional<Json> ideal;       // read by the program
   std::vector<Json> protect;       // solids

@@ -11,6 +11,7 @@
 #include "engine/app/commands/commands.h"
 #include "engine/base/error.h"
 #include "engine/base/log.h"
+#include "engine/base/progress.h"
 #include "engine/base/units.h"
 
 namespace typodont {
@@ -150,13 +151,13 @@ void run(const Arguments& a) {
   if (!std::filesystem::is_directory(parent))
     throw Error(a.out, "--out", "no such folder", "a file in a folder that exists");
   if (std::filesystem::is_directory(a.out)) throw Error(a.out, "--out", "a folder", "a file");
-  log::Progress progress("import");
-  options.progress = [&](double done) { progress.update(0.9 * done); };
+  Progress progress("import");
+  options.progress = [&](double done) { progress.at(0.9 * done); };
   const haptics::Imported imported = haptics::import_tissue(a.input, options);
   haptics::TissueVolume(imported.tissue).save(a.out);
   std::vector<std::filesystem::path> pictures;
   if (!a.preview.empty()) pictures = haptics::write_preview(imported, a.preview);
-  progress.update(1);
+  progress.at(1);
   for (const std::string& note : imported.report.notes) log::info("note: {}", note);
   const std::string text =
       a.json ? as_json(imported.report, a, pictures).dump(2) + "\n" : as_text(imported.report, a, pictures);

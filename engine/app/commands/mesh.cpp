@@ -9,6 +9,7 @@
 #include "engine/app/commands/commands.h"
 #include "engine/app/scene.h"
 #include "engine/base/error.h"
+#include "engine/base/progress.h"
 #include "engine/base/units.h"
 #include "engine/surface/mesh_export.h"
 #include "haptics/tissue_volume.h"
@@ -29,20 +30,26 @@ haptics::TissueVolume load(const std::string& input) {
 
 void run(const Options& options) {
   surface::require_mesh_format(options.out);
+  Progress progress("mesh");
   const haptics::TissueVolume volume = load(options.input);
   const VoxelFrame& frame = volume.frame();
   const double tolerance =
       options.tolerance_mm < 0 ? surface::MesherOptions{}.tolerance : options.tolerance_mm * kMillimetre / frame.voxel;
   surface::SurfaceMesher mesher({.tolerance = static_cast<float>(tolerance)});
   FieldBrick brick;
-  for (const glm::ivec3& key : volume.surface_bricks()) {
-    volume.read_brick(key, brick);
+  const std::vector<glm::ivec3> bricks = volume.surface_bricks();
+  for (std::size_t i = 0; i < bricks.size(); ++i) {
+    progress.at(0.3 * static_cast<double>(i) / static_cast<double>(bricks.size()));
+    volume.read_brick(bricks[i], brick);
     mesher.put(brick);
   }
   mesher.remesh();
+  progress.at(0.7);
   const surface::WholeMesh mesh = surface::weld(mesher);
   if (mesh.triangles.empty()) throw Error(options.input, "", "no surface", "tissue");
+  progress.at(0.8);
   surface::write_mesh(options.out, mesh, frame, load_materials());
+  progress.at(1);
 
   glm::vec3 low(std::numeric_limits<float>::max()), high(-low);
   for (const auto& v : mesh.vertices) {

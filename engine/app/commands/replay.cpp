@@ -11,6 +11,7 @@
 #include "engine/app/commands/commands.h"
 #include "engine/base/error.h"
 #include "engine/base/log.h"
+#include "engine/base/progress.h"
 
 namespace typodont {
 
@@ -24,8 +25,8 @@ struct Options {
 void run(const Options& options) {
   ReplayResult result;
   {
-    log::Progress progress("replay");
-    result = replay_session(options.session, [&](double done) { progress.update(done); });
+    Progress progress("replay");
+    result = replay_session(options.session, [&](double done) { progress.at(done); });
   }
   if (options.json) {
     const nlohmann::ordered_json json = {{"identical", result.identical},   {"seconds", result.seconds},

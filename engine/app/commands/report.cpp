@@ -15,6 +15,7 @@
 #include "engine/base/error.h"
 #include "engine/base/json.h"
 #include "engine/base/log.h"
+#include "engine/base/progress.h"
 
 namespace typodont {
 
@@ -48,10 +49,10 @@ void run_folder(const Options& options, session::Language language) {
   }
   std::sort(files.begin(), files.end());
   std::vector<SessionSummary> sessions;
-  log::Progress progress("sessions");
+  Progress progress("sessions");
   double done = 0;
   for (const auto& file : files) {
-    progress.update(done++ / static_cast<double>(files.size()));
+    progress.at(done++ / static_cast<double>(files.size()));
     try {
       sessions.push_back(summary_of(SessionReader(file)));
     } catch (const Error& e) {

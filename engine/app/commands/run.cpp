@@ -77,6 +77,8 @@ void add_run_command(CLI::App& app) {
       ->capture_default_str();
   command->add_option("--audio", w.audio, "portaudio:[DEVICE], wav:FILE or none:");
   command->add_option("--record", w.record, "record the session (.h5)");
+  command->add_option("--monitor", w.monitor, "show the picture full screen on this monitor, 0 is the first")
+      ->check(CLI::NonNegativeNumber);
   command->add_option("--touches", w.touches,
                       "pairs for 'calibrate register': touch a headset controller's tip with the arm, pull the trigger");
   command->add_option("--save", w.save, "save the tissue here at the end, and whenever S is pressed (.vdb)");

@@ -17,6 +17,7 @@
 #include "engine/base/error.h"
 #include "engine/base/json.h"
 #include "engine/base/log.h"
+#include "engine/base/progress.h"
 #include "engine/base/units.h"
 
 namespace typodont {
@@ -167,7 +168,7 @@ void run_synth(const SynthCommand& c) {
   audio::WavWriter wav(c.out, rate, c.wide ? audio::SampleFormat::kFloat32 : audio::SampleFormat::kPcm16);
   double power = 0, peak = 0;
   {
-    std::optional<log::Progress> progress;
+    std::optional<Progress> progress;
     if (seconds > 300) progress.emplace("sound");
     std::vector<float> buffer(4096);
     std::size_t next_state = 0;
@@ -183,7 +184,7 @@ void run_synth(const SynthCommand& c) {
         peak = std::max(peak, std::abs(static_cast<double>(v)));
       }
       done += count;
-      if (progress) progress->update(static_cast<double>(done) / static_cast<double>(total));
+      if (progress) progress->at(static_cast<double>(done) / static_cast<double>(total));
     }
   }
   wav.finish();

@@ -52,10 +52,15 @@ class Window final : public Output {
       throw Error("window", "", why ? why : "cannot be opened", "a desktop session");
     }
     glfwSetWindowUserPointer(window_, this);
-    glfwSetScrollCallback(window_, [](GLFWwindow* w, double, double y) { self(w).wheel_ += y; });
+    glfwSetScrollCallback(window_, [](GLFWwindow* w, double, double y) { self(w).events_.wheel += y; });
     glfwSetWindowRefreshCallback(window_, [](GLFWwindow* w) { self(w).exposed_ = true; });
     glfwSetKeyCallback(window_, [](GLFWwindow* w, int key, int, int action, int) {
-      if (action == GLFW_PRESS) self(w).pressed_.push_back(key);
+      if (action == GLFW_PRESS) self(w).events_.pressed.push_back(key);
+      self(w).events_.keys.push_back({key, action != GLFW_RELEASE});
+    });
+    glfwSetCharCallback(window_, [](GLFWwindow* w, unsigned code) { self(w).events_.typed.push_back(code); });
+    glfwSetMouseButtonCallback(window_, [](GLFWwindow* w, int button, int action, int) {
+      if (action == GLFW_PRESS && button < 3) self(w).events_.clicked[static_cast<std::size_t>(button)] = true;
     });
     try {
       create_surface();
@@ -113,12 +118,19 @@ class Window final : public Output {
     return exposed_ || stale_ || lost_ || size != wanted_;
   }
 
+  void lose_surface() override { lost_ = true; }
   void resize(ivec2 size) override { glfwSetWindowSize(window_, size.x, size.y); }
 
   int first_row() const override {
     int x = 0, y = 0;
     glfwGetWindowPos(window_, &x, &y);
     return y;
+  }
+
+  double scale() const override {
+    float x = 1, y = 1;
+    glfwGetWindowContentScale(window_, &x, &y);
+    return std::max(static_cast<double>(x), 0.5);
   }
 
   double refresh_period() const override {
@@ -130,7 +142,7 @@ class Window final : public Output {
 
   UserInput poll() override {
     glfwPollEvents();
-    UserInput input;
+    UserInput input = std::exchange(events_, {});
     input.close = glfwWindowShouldClose(window_);
     int w = 1, h = 1;
     glfwGetWindowSize(window_, &w, &h);
@@ -140,8 +152,8 @@ class Window final : public Output {
     input.left = glfwGetMouseButton(window_, GLFW_MOUSE_BUTTON_LEFT) == GLFW_PRESS;
     input.right = glfwGetMouseButton(window_, GLFW_MOUSE_BUTTON_RIGHT) == GLFW_PRESS;
     input.middle = glfwGetMouseButton(window_, GLFW_MOUSE_BUTTON_MIDDLE) == GLFW_PRESS;
-    input.wheel = std::exchange(wheel_, 0.0);
-    input.pressed = std::exchange(pressed_, {});
+    input.pixel = dvec2(x * extent_.x / std::max(w, 1), y * extent_.y / std::max(h, 1));
+    input.focused = glfwGetWindowAttrib(window_, GLFW_FOCUSED) == GLFW_TRUE;
     return input;
   }
 
@@ -303,8 +315,7 @@ class Window final : public Output {
   std::size_t sync_ = 0;
   std::uint32_t index_ = 0;
   bool stale_ = false, lost_ = false, exposed_ = true;
-  double wheel_ = 0;
-  std::vector<int> pressed_;
+  UserInput events_;  // since the last poll
   Nanos next_ = 0;
 };
 
@@ -320,6 +331,19 @@ std::vector<const char*> window_extensions() {
 
 std::unique_ptr<Output> make_window(gpu::Device& device, const WindowOptions& options) {
   return std::make_unique<Window>(device, options);
+}
+
+std::vector<std::string> monitors() {
+  ensure_glfw();
+  int count = 0;
+  GLFWmonitor** all = glfwGetMonitors(&count);
+  std::vector<std::string> names;
+  for (int i = 0; i < count; ++i) {
+    const GLFWvidmode* mode = glfwGetVideoMode(all[i]);
+    names.push_back(
+        fmt::format("{}, {} × {}", glfwGetMonitorName(all[i]), mode ? mode->width : 0, mode ? mode->height : 0));
+  }
+  return names;
 }
 
 }  // namespace typodont::display

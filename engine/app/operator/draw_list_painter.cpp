@@ -1,0 +1,213 @@
+#include "engine/app/operator/draw_list_painter.h"
+
+#include <imgui.h>
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <span>
+
+#include "shaders/interface_frag.h"
+#include "shaders/interface_vert.h"
+
+namespace typodont {
+
+namespace {
+
+struct Place {  // interface.vert
+  float scale[2], shift[2];
+  std::int32_t layer;
+};
+
+/// Large enough for `bytes`, with room to grow.
+void at_least(gpu::Device& device, gpu::Buffer& buffer, VkDeviceSize bytes, VkBufferUsageFlags usage) {
+  if (buffer.size >= bytes) return;
+  if (buffer.buffer) buffer.destroy(device);
+  buffer = gpu::Buffer::create(device, std::max<VkDeviceSize>(bytes + bytes / 2, 1 << 16), usage);
+}
+
+}  // namespace
+
+DrawListPainter::DrawListPainter(gpu::Device& device) : device_(device) {
+  const VkSamplerCreateInfo sampler{.sType = VK_STRUCTURE_TYPE_SAMPLER_CREATE_INFO,
+                                    .magFilter = VK_FILTER_LINEAR,
+                                    .minFilter = VK_FILTER_LINEAR,
+                                    .addressModeU = VK_SAMPLER_ADDRESS_MODE_CLAMP_TO_EDGE,
+                                    .addressModeV = VK_SAMPLER_ADDRESS_MODE_CLAMP_TO_EDGE,
+                                    .addressModeW = VK_SAMPLER_ADDRESS_MODE_CLAMP_TO_EDGE};
+  gpu::check(vkCreateSampler(device.device, &sampler, nullptr, &sampler_), "vkCreateSampler");
+  const VkDescriptorSetLayoutBinding binding{0, VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, 1,
+                                             VK_SHADER_STAGE_FRAGMENT_BIT, nullptr};
+  const VkDescriptorSetLayoutCreateInfo set_info{
+      .sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_CREATE_INFO, .bindingCount = 1, .pBindings = &binding};
+  gpu::check(vkCreateDescriptorSetLayout(device.device, &set_info, nullptr, &set_layout_),
+             "vkCreateDescriptorSetLayout");
+  const VkPushConstantRange range{VK_SHADER_STAGE_VERTEX_BIT | VK_SHADER_STAGE_FRAGMENT_BIT, 0, sizeof(Place)};
+  const VkPipelineLayoutCreateInfo layout{.sType = VK_STRUCTURE_TYPE_PIPELINE_LAYOUT_CREATE_INFO,
+                                          .setLayoutCount = 1,
+                                          .pSetLayouts = &set_layout_,
+                                          .pushConstantRangeCount = 1,
+                                          .pPushConstantRanges = &range};
+  gpu::check(vkCreatePipelineLayout(device.device, &layout, nullptr, &layout_), "vkCreatePipelineLayout");
+  constexpr std::uint32_t kSets = kSlots * static_cast<std::uint32_t>(kTextures);
+  const VkDescriptorPoolSize size{VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, kSets};
+  const VkDescriptorPoolCreateInfo pool{.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO,
+                                        .maxSets = kSets,
+                                        .poolSizeCount = 1,
+                                        .pPoolSizes = &size};
+  gpu::check(vkCreateDescriptorPool(device.device, &pool, nullptr, &pool_), "vkCreateDescriptorPool");
+  const std::vector<VkDescriptorSetLayout> layouts(kTextures, set_layout_);
+  for (auto& sets : sets_) {
+    const VkDescriptorSetAllocateInfo allocate{.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_ALLOCATE_INFO,
+                                               .descriptorPool = pool_,
+                                               .descriptorSetCount = static_cast<std::uint32_t>(kTextures),
+                                               .pSetLayouts = layouts.data()};
+    gpu::check(vkAllocateDescriptorSets(device.device, &allocate, sets.data()), "vkAllocateDescriptorSets");
+  }
+  take_font_atlas();
+}
+
+DrawListPainter::~DrawListPainter() {
+  vkDeviceWaitIdle(device_.device);
+  for (auto* buffers : {&vertices_, &indices_})
+    for (gpu::Buffer& buffer : *buffers)
+      if (buffer.buffer) buffer.destroy(device_);
+  font_.destroy(device_);
+  if (pipeline_) vkDestroyPipeline(device_.device, pipeline_, nullptr);
+  vkDestroyPipelineLayout(device_.device, layout_, nullptr);
+  vkDestroyDescriptorPool(device_.device, pool_, nullptr);
+  vkDestroyDescriptorSetLayout(device_.device, set_layout_, nullptr);
+  vkDestroySampler(device_.device, sampler_, nullptr);
+}
+
+void DrawListPainter::take_font_atlas() {
+  if (font_.image) font_.destroy(device_);
+  unsigned char* pixels = nullptr;
+  int width = 0, height = 0;
+  ImGui::GetIO().Fonts->GetTexDataAsAlpha8(&pixels, &width, &height);
+  font_ = gpu::Image::create(device_, {.size = {static_cast<std::uint32_t>(width), static_cast<std::uint32_t>(height)},
+                                       .format = VK_FORMAT_R8_UNORM,
+                                       .usage = VK_IMAGE_USAGE_SAMPLED_BIT | VK_IMAGE_USAGE_TRANSFER_DST_BIT});
+  gpu::upload(device_, font_, std::span(pixels, static_cast<std::size_t>(width) * static_cast<std::size_t>(height)));
+  ImGui::GetIO().Fonts->SetTexID(nullptr);  // the first texture
+  textures_.assign(1, {font_.view, -1});
+}
+
+void DrawListPainter::new_frame() {
+  textures_.resize(1);
+}
+
+void* DrawListPainter::texture(VkImageView array_view, int layer) {
+  for (std::size_t i = 1; i < textures_.size(); ++i)
+    if (textures_[i].view == array_view && textures_[i].layer == layer) return reinterpret_cast<void*>(i);
+  if (textures_.size() == kTextures) return nullptr;
+  textures_.push_back({array_view, layer});
+  return reinterpret_cast<void*>(textures_.size() - 1);
+}
+
+void DrawListPainter::record(VkCommandBuffer commands, const ImDrawData& lists, const display::Target& target, int slot,
+                             const std::array<float, 4>& clear) {
+  if (format_ != target.format) {
+    vkDeviceWaitIdle(device_.device);
+    if (pipeline_) vkDestroyPipeline(device_.device, pipeline_, nullptr);
+    gpu::PipelineOptions o;
+    o.vertex_shader = kSpirv_interface_vert;
+    o.fragment_shader = kSpirv_interface_frag;
+    o.layout = layout_;
+    o.bindings = {{0, sizeof(ImDrawVert), VK_VERTEX_INPUT_RATE_VERTEX}};
+    o.attributes = {{0, VK_FORMAT_R32G32_SFLOAT, offsetof(ImDrawVert, pos)},
+                    {0, VK_FORMAT_R32G32_SFLOAT, offsetof(ImDrawVert, uv)},
+                    {0, VK_FORMAT_R8G8B8A8_UNORM, offsetof(ImDrawVert, col)}};
+    o.cull = VK_CULL_MODE_NONE;
+    o.color = target.format;
+    o.depth_write = false;
+    o.blend = true;
+    pipeline_ = gpu::create_pipeline(device_, o);
+    format_ = target.format;
+  }
+
+  const auto s = static_cast<std::size_t>(slot);
+  const auto vertex_bytes = sizeof(ImDrawVert) * static_cast<std::size_t>(lists.TotalVtxCount);
+  const auto index_bytes = sizeof(ImDrawIdx) * static_cast<std::size_t>(lists.TotalIdxCount);
+  at_least(device_, vertices_[s], vertex_bytes, VK_BUFFER_USAGE_VERTEX_BUFFER_BIT);
+  at_least(device_, indices_[s], index_bytes, VK_BUFFER_USAGE_INDEX_BUFFER_BIT);
+  auto* vertex = vertices_[s].mapped<ImDrawVert>();
+  auto* index = indices_[s].mapped<ImDrawIdx>();
+  for (int i = 0; i < lists.CmdListsCount; ++i) {
+    const ImDrawList& list = *lists.CmdLists[i];
+    std::memcpy(vertex, list.VtxBuffer.Data, sizeof(ImDrawVert) * static_cast<std::size_t>(list.VtxBuffer.Size));
+    std::memcpy(index, list.IdxBuffer.Data, sizeof(ImDrawIdx) * static_cast<std::size_t>(list.IdxBuffer.Size));
+    vertex += list.VtxBuffer.Size;
+    index += list.IdxBuffer.Size;
+  }
+  for (std::size_t i = 0; i < textures_.size(); ++i) {
+    const VkDescriptorImageInfo image{sampler_, textures_[i].view, VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL};
+    const VkWriteDescriptorSet write{.sType = VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET,
+                                     .dstSet = sets_[s][i],
+                                     .descriptorCount = 1,
+                                     .descriptorType = VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER,
+                                     .pImageInfo = &image};
+    vkUpdateDescriptorSets(device_.device, 1, &write, 0, nullptr);
+  }
+
+  gpu::transition(commands, target.image, VK_IMAGE_ASPECT_COLOR_BIT, VK_IMAGE_LAYOUT_UNDEFINED,
+                  VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, VK_ACCESS_2_NONE,
+                  VK_PIPELINE_STAGE_2_COLOR_ATTACHMENT_OUTPUT_BIT, VK_ACCESS_2_COLOR_ATTACHMENT_WRITE_BIT);
+  VkClearValue background{};
+  std::copy(clear.begin(), clear.end(), background.color.float32);
+  const VkRenderingAttachmentInfo info{.sType = VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO,
+                                       .imageView = target.layers[0],
+                                       .imageLayout = VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL,
+                                       .loadOp = VK_ATTACHMENT_LOAD_OP_CLEAR,
+                                       .storeOp = VK_ATTACHMENT_STORE_OP_STORE,
+                                       .clearValue = background};
+  const VkRenderingInfo rendering{
+      .sType = VK_STRUCTURE_TYPE_RENDERING_INFO,
+      .renderArea = {{0, 0}, {static_cast<std::uint32_t>(target.size.x), static_cast<std::uint32_t>(target.size.y)}},
+      .layerCount = 1,
+      .colorAttachmentCount = 1,
+      .pColorAttachments = &info};
+  vkCmdBeginRendering(commands, &rendering);
+  const VkViewport viewport{0, 0, static_cast<float>(target.size.x), static_cast<float>(target.size.y), 0, 1};
+  vkCmdSetViewport(commands, 0, 1, &viewport);
+  vkCmdSetFrontFace(commands, VK_FRONT_FACE_COUNTER_CLOCKWISE);
+  if (lists.TotalIdxCount > 0) {
+    vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, pipeline_);
+    const VkDeviceSize zero = 0;
+    vkCmdBindVertexBuffers(commands, 0, 1, &vertices_[s].buffer, &zero);
+    vkCmdBindIndexBuffer(commands, indices_[s].buffer, 0,
+                         sizeof(ImDrawIdx) == 2 ? VK_INDEX_TYPE_UINT16 : VK_INDEX_TYPE_UINT32);
+  }
+  const ImVec2 display = lists.DisplaySize;
+  int first_vertex = 0;
+  std::uint32_t first_index = 0;
+  for (int i = 0; i < lists.CmdListsCount; ++i) {
+    const ImDrawList& list = *lists.CmdLists[i];
+    for (const ImDrawCmd& c : list.CmdBuffer) {
+      const auto number = std::min(reinterpret_cast<std::uintptr_t>(c.GetTexID()), textures_.size() - 1);
+      const ImVec4 r = c.ClipRect;
+      const int x0 = std::max(static_cast<int>(r.x), 0), y0 = std::max(static_cast<int>(r.y), 0);
+      const int x1 = std::min(static_cast<int>(r.z), target.size.x),
+                y1 = std::min(static_cast<int>(r.w), target.size.y);
+      if (x1 <= x0 || y1 <= y0) continue;
+      const VkRect2D scissor{{x0, y0}, {static_cast<std::uint32_t>(x1 - x0), static_cast<std::uint32_t>(y1 - y0)}};
+      vkCmdSetScissor(commands, 0, 1, &scissor);
+      const Place place{{2 / display.x, 2 / display.y}, {-1, -1}, textures_[number].layer};
+      vkCmdPushConstants(commands, layout_, VK_SHADER_STAGE_VERTEX_BIT | VK_SHADER_STAGE_FRAGMENT_BIT, 0, sizeof place,
+                         &place);
+      vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, layout_, 0, 1, &sets_[s][number], 0, nullptr);
+      vkCmdDrawIndexed(commands, c.ElemCount, 1, first_index + c.IdxOffset,
+                       first_vertex + static_cast<int>(c.VtxOffset), 0);
+    }
+    first_vertex += list.VtxBuffer.Size;
+    first_index += static_cast<std::uint32_t>(list.IdxBuffer.Size);
+  }
+  vkCmdEndRendering(commands);
+  gpu::transition(commands, target.image, VK_IMAGE_ASPECT_COLOR_BIT, VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL,
+                  target.final_layout, VK_PIPELINE_STAGE_2_COLOR_ATTACHMENT_OUTPUT_BIT,
+                  VK_ACCESS_2_COLOR_ATTACHMENT_WRITE_BIT, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT,
+                  VK_ACCESS_2_MEMORY_READ_BIT);
+}
+
+}  // namespace typodont

@@ -1,0 +1,57 @@
+// Dear ImGui's draw lists on our Vulkan: one pipeline, dynamic rendering, two frames in flight. Render thread.
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "engine/display/output.h"
+#include "engine/gpu/device.h"
+#include "engine/gpu/resources.h"
+
+struct ImDrawData;
+
+namespace typodont {
+
+class DrawListPainter {
+ public:
+  /// Takes the current ImGui context's font atlas. Throws RunFailure.
+  explicit DrawListPainter(gpu::Device& device);
+  ~DrawListPainter();
+  DrawListPainter(const DrawListPainter&) = delete;
+  DrawListPainter& operator=(const DrawListPainter&) = delete;
+
+  /// The atlas has changed (another language, another scale): takes it up anew. Nothing may be in flight.
+  void take_font_atlas();
+
+  /// Forgets the last frame's textures.
+  void new_frame();
+  /// A picture for ImGui::Image during this frame: sRGB bytes (a UNORM view), ready for shaders. At most 60 a frame.
+  void* texture(VkImageView array_view, int layer = 0);
+
+  /// Draws into the target; whatever was there is overwritten.
+  void record(VkCommandBuffer commands, const ImDrawData& lists, const display::Target& target, int slot,
+              const std::array<float, 4>& clear);
+
+ private:
+  static constexpr int kSlots = gpu::FrameRing::kSlots;
+  static constexpr std::size_t kTextures = 64;  // the first is the font's
+
+  struct Texture {
+    VkImageView view;
+    int layer;
+  };
+
+  gpu::Device& device_;
+  gpu::Image font_;
+  VkSampler sampler_ = VK_NULL_HANDLE;
+  VkDescriptorSetLayout set_layout_ = VK_NULL_HANDLE;
+  VkDescriptorPool pool_ = VK_NULL_HANDLE;
+  std::array<std::array<VkDescriptorSet, kTextures>, kSlots> sets_{};
+  VkPipelineLayout layout_ = VK_NULL_HANDLE;
+  VkPipeline pipeline_ = VK_NULL_HANDLE;
+  VkFormat format_ = VK_FORMAT_UNDEFINED;
+  std::array<gpu::Buffer, kSlots> vertices_, indices_;
+  std::vector<Texture> textures_;
+};
+
+}  // namespace typodont

@@ -1,0 +1,319 @@
+#include "engine/app/operator/interface_window.h"
+
+#include <imgui.h>
+
+#include <algorithm>
+#include <array>
+#include <filesystem>
+
+#include "engine/base/clock.h"
+#include "engine/base/error.h"
+#include "engine/display/keys.h"
+
+namespace typodont {
+
+namespace {
+
+namespace fs = std::filesystem;
+namespace keys = display::keys;
+
+constexpr double kSettle = 0.25;  // s after the last input in which every frame is drawn: hovering, blinking
+
+/// The first of these that there is; Debian, Fedora and Arch put fonts in different places.
+std::optional<std::string> first_of(std::span<const char* const> files) {
+  std::error_code code;
+  for (const char* file : files)
+    if (fs::is_regular_file(file, code)) return file;
+  return std::nullopt;
+}
+std::optional<std::string> latin_font() {
+  static constexpr std::array files = {"/usr/share/fonts/truetype/dejavu/DejaVuSans.ttf",
+                                       "/usr/share/fonts/dejavu-sans-fonts/DejaVuSans.ttf",
+                                       "/usr/share/fonts/TTF/DejaVuSans.ttf"};
+  return first_of(files);
+}
+std::optional<std::string> chinese_font() {
+  static constexpr std::array files = {
+      "/usr/share/fonts/truetype/wqy/wqy-microhei.ttc",
+      "/usr/share/fonts/truetype/droid/DroidSansFallbackFull.ttf",
+      "/usr/share/fonts/truetype/arphic/uming.ttc",
+      "/usr/share/fonts/wenquanyi/wqy-microhei/wqy-microhei.ttc",
+  };
+  return first_of(files);
+}
+
+/// Dark and neutral: nothing in it competes with the picture; one accent, for what can be done.
+void set_theme(float unit) {
+  ImGuiStyle& s = ImGui::GetStyle();
+  s = ImGuiStyle();
+  const float u = unit / 16;
+  s.WindowPadding = {12 * u, 12 * u};
+  s.FramePadding = {9 * u, 5 * u};
+  s.ItemSpacing = {8 * u, 8 * u};
+  s.ItemInnerSpacing = {8 * u, 6 * u};
+  s.ScrollbarSize = 12 * u;
+  s.GrabMinSize = 14 * u;
+  s.WindowRounding = 0;
+  s.ChildRounding = s.PopupRounding = 6 * u;
+  s.FrameRounding = s.GrabRounding = s.ScrollbarRounding = 5 * u;
+  s.WindowBorderSize = 0;
+  s.ChildBorderSize = 0;
+  s.FrameBorderSize = 0;
+  s.PopupBorderSize = 1;
+  s.SelectableTextAlign = {0, 0.5f};
+  const auto grey = [](float v, float a = 1) { return ImVec4(v, v * 1.01f, v * 1.03f, a); };
+  const ImVec4 accent(0.33f, 0.62f, 0.70f, 1), bright(0.42f, 0.74f, 0.82f, 1);
+  const auto with = [](ImVec4 c, float a) { return ImVec4(c.x, c.y, c.z, a); };
+  ImVec4* c = s.Colors;
+  c[ImGuiCol_Text] = grey(0.90f);
+  c[ImGuiCol_TextDisabled] = grey(0.56f);
+  c[ImGuiCol_WindowBg] = grey(0.095f);
+  c[ImGuiCol_ChildBg] = grey(0.125f);
+  c[ImGuiCol_PopupBg] = grey(0.14f);
+  c[ImGuiCol_Border] = grey(0.24f);
+  c[ImGuiCol_FrameBg] = grey(0.19f);
+  c[ImGuiCol_FrameBgHovered] = grey(0.23f);
+  c[ImGuiCol_FrameBgActive] = grey(0.26f);
+  c[ImGuiCol_ScrollbarBg] = grey(0, 0);
+  c[ImGuiCol_ScrollbarGrab] = grey(0.26f);
+  c[ImGuiCol_ScrollbarGrabHovered] = grey(0.32f);
+  c[ImGuiCol_ScrollbarGrabActive] = grey(0.38f);
+  c[ImGuiCol_CheckMark] = bright;
+  c[ImGuiCol_SliderGrab] = accent;
+  c[ImGuiCol_SliderGrabActive] = bright;
+  c[ImGuiCol_Button] = grey(0.22f);
+  c[ImGuiCol_ButtonHovered] = grey(0.28f);
+  c[ImGuiCol_ButtonActive] = grey(0.33f);
+  c[ImGuiCol_Header] = with(accent, 0.32f);
+  c[ImGuiCol_HeaderHovered] = with(accent, 0.22f);
+  c[ImGuiCol_HeaderActive] = with(accent, 0.45f);
+  c[ImGuiCol_Separator] = grey(0.22f);
+  c[ImGuiCol_PlotLines] = accent;
+  c[ImGuiCol_PlotHistogram] = accent;
+  c[ImGuiCol_TableHeaderBg] = grey(0.16f);
+  c[ImGuiCol_TableBorderLight] = grey(0.2f);
+  c[ImGuiCol_TableRowBgAlt] = grey(1, 0.02f);
+  c[ImGuiCol_TextSelectedBg] = with(accent, 0.4f);
+  c[ImGuiCol_NavHighlight] = bright;
+  c[ImGuiCol_ModalWindowDimBg] = ImVec4(0, 0, 0, 0.55f);
+}
+
+gpu::Device make_device(bool validation) {
+#ifdef TYPODONT_WINDOW
+  const auto extensions = display::window_extensions();
+  return gpu::Device::create({.validation = validation, .instance_extensions = extensions, .present = true});
+#else
+  (void)validation;
+  throw Error("this build", "", "no window support", "a build with TYPODONT_WINDOW=ON");
+#endif
+}
+
+}  // namespace
+
+bool can_show(session::Language language) {
+  return language != session::Language::kChinese || chinese_font().has_value();
+}
+
+void InterfaceWindow::open() {
+  device_ = make_device(options_.validation);
+  ring_ = gpu::FrameRing::create(device_);
+#ifdef TYPODONT_WINDOW
+  output_ =
+      display::make_window(device_, {.title = options_.title, .size = options_.size, .most_frames_per_second = 60});
+#endif
+  scale_ = output_->scale();
+  build_fonts();
+  painter_ = std::make_unique<DrawListPainter>(device_);
+}
+
+void InterfaceWindow::close() {
+  wait_idle();
+  painter_.reset();
+  output_.reset();
+  ring_.destroy(device_);
+  device_.destroy();
+}
+
+void InterfaceWindow::make_anew() {
+  options_.size = output_->size();
+  close();
+  open();
+}
+
+InterfaceWindow::InterfaceWindow(const Options& options) : options_(options) {
+  ImGui::CreateContext();
+  ImGuiIO& io = ImGui::GetIO();
+  io.IniFilename = nullptr;
+  io.ConfigFlags |= ImGuiConfigFlags_NavEnableKeyboard;
+  io.BackendFlags |= ImGuiBackendFlags_RendererHasVtxOffset;
+  io.BackendRendererName = io.BackendPlatformName = "typodont";
+  const std::pair<int, int> map[] = {{ImGuiKey_Tab, keys::kTab},
+                                     {ImGuiKey_LeftArrow, keys::kLeft},
+                                     {ImGuiKey_RightArrow, keys::kRight},
+                                     {ImGuiKey_UpArrow, keys::kUp},
+                                     {ImGuiKey_DownArrow, keys::kDown},
+                                     {ImGuiKey_PageUp, keys::kPageUp},
+                                     {ImGuiKey_PageDown, keys::kPageDown},
+                                     {ImGuiKey_Home, keys::kHome},
+                                     {ImGuiKey_End, keys::kEnd},
+                                     {ImGuiKey_Insert, keys::kInsert},
+                                     {ImGuiKey_Delete, keys::kDelete},
+                                     {ImGuiKey_Backspace, keys::kBackspace},
+                                     {ImGuiKey_Space, ' '},
+                                     {ImGuiKey_Enter, keys::kEnter},
+                                     {ImGuiKey_Escape, keys::kEscape},
+                                     {ImGuiKey_KeyPadEnter, keys::kKeypadEnter},
+                                     {ImGuiKey_A, 'A'},
+                                     {ImGuiKey_C, 'C'},
+                                     {ImGuiKey_V, 'V'},
+                                     {ImGuiKey_X, 'X'},
+                                     {ImGuiKey_Y, 'Y'},
+                                     {ImGuiKey_Z, 'Z'}};
+  for (const auto& [imgui, ours] : map) io.KeyMap[imgui] = ours;
+  try {
+    open();
+  } catch (...) {
+    ImGui::DestroyContext();
+    throw;
+  }
+}
+
+InterfaceWindow::~InterfaceWindow() {
+  close();
+  ImGui::DestroyContext();
+}
+
+void InterfaceWindow::wait_idle() {
+  vkDeviceWaitIdle(device_.device);
+}
+
+void InterfaceWindow::build_fonts() {
+  style_.unit = static_cast<float>(16 * scale_);
+  set_theme(style_.unit);
+  ImFontAtlas& atlas = *ImGui::GetIO().Fonts;
+  atlas.Clear();
+  // Latin, Greek (µ), punctuation, arrows, mathematical signs; and of Chinese what the catalogue holds.
+  static constexpr ImWchar latin[] = {0x20,   0x17f,  0x370,  0x3ff,  0x2010, 0x205e, 0x2070,
+                                      0x209f, 0x20ac, 0x20ac, 0x2190, 0x21ff, 0x2200, 0x22ff,
+                                      0x25a0, 0x25ff, 0x2600, 0x26ff, 0x2713, 0x2717, 0};
+  ImVector<ImWchar> chinese;
+  const auto font = chinese_font();
+  if (language_ == session::Language::kChinese && font) {
+    ImFontGlyphRangesBuilder builder;
+    for (const std::string_view key : session::catalogue_keys()) {
+      const std::string_view text = session::text(key, language_);
+      builder.AddText(text.data(), text.data() + text.size());
+    }
+    builder.AddRanges(atlas.GetGlyphRangesChineseSimplifiedCommon());
+    builder.BuildRanges(&chinese);
+  }
+  const auto add = [&](float pixels) {
+    ImFontConfig config;
+    config.OversampleH = 2;
+    const auto file = latin_font();
+    ImFont* made = nullptr;
+    if (file) {
+      made = atlas.AddFontFromFileTTF(file->c_str(), pixels, &config, latin);
+    } else {
+      config.SizePixels = pixels;
+      made = atlas.AddFontDefault(&config);
+    }
+    if (!chinese.empty()) {
+      ImFontConfig merge;
+      merge.MergeMode = true;
+      merge.OversampleH = 1;
+      atlas.AddFontFromFileTTF(font->c_str(), pixels * 1.08f, &merge, chinese.Data);
+    }
+    return made;
+  };
+  style_.plain = add(style_.unit);
+  style_.large = add(style_.unit * 1.5f);
+  style_.small = add(style_.unit * 0.84f);
+  atlas.Build();
+}
+
+bool InterfaceWindow::set_language(session::Language language) {
+  if (language == language_) return true;
+  if (!can_show(language)) return false;
+  language_ = language;
+  wait_idle();
+  build_fonts();
+  painter_->take_font_atlas();
+  return true;
+}
+
+bool InterfaceWindow::poll(double most_seconds) {
+  const display::UserInput before = input_;
+  input_ = output_->poll();
+  const Nanos t = now();
+  const bool used = input_.close || !input_.keys.empty() || !input_.typed.empty() || input_.wheel != 0 ||
+                    input_.pixel != before.pixel || input_.left != before.left || input_.right != before.right ||
+                    input_.focused != before.focused;
+  if (used) last_input_ = t;
+  ImGuiIO& io = ImGui::GetIO();
+  // ImGui 1.86 takes states, not events: a key that went down and up between two polls is down for this frame.
+  for (const auto& key : input_.keys)
+    if (key.code >= 0 && key.code < keys::kCount && key.down) io.KeysDown[key.code] = true;
+  io.KeyCtrl = io.KeysDown[keys::kLeftControl] || io.KeysDown[keys::kRightControl];
+  io.KeyShift = io.KeysDown[keys::kLeftShift] || io.KeysDown[keys::kRightShift];
+  io.KeyAlt = io.KeysDown[keys::kLeftAlt] || io.KeysDown[keys::kRightAlt];
+  io.KeySuper = io.KeysDown[keys::kLeftSuper] || io.KeysDown[keys::kRightSuper];
+  for (const std::uint32_t code : input_.typed) io.AddInputCharacter(code);
+  if (input_.focused != before.focused) io.AddFocusEvent(input_.focused);
+  io.MousePos = {static_cast<float>(input_.pixel.x), static_cast<float>(input_.pixel.y)};
+  io.MouseDown[0] = input_.left || input_.clicked[0];
+  io.MouseDown[1] = input_.right || input_.clicked[1];
+  io.MouseDown[2] = input_.middle || input_.clicked[2];
+  io.MouseWheel += static_cast<float>(input_.wheel);
+  return used || output_->needs_frame() || to_seconds(t - last_input_) < kSettle ||
+         to_seconds(t - last_frame_) >= most_seconds;
+}
+
+void InterfaceWindow::begin() {
+  if (const double scale = output_->scale(); scale != scale_) {
+    scale_ = scale;
+    wait_idle();
+    build_fonts();
+    painter_->take_font_atlas();
+  }
+  ImGuiIO& io = ImGui::GetIO();
+  const Nanos t = now();
+  io.DeltaTime = std::clamp(static_cast<float>(to_seconds(t - last_frame_)), 1e-4f, 0.2f);
+  last_frame_ = t;
+  const display::ivec2 size = output_->size();
+  io.DisplaySize = {static_cast<float>(std::max(size.x, 1)), static_cast<float>(std::max(size.y, 1))};
+  painter_->new_frame();
+  ImGui::NewFrame();
+}
+
+void InterfaceWindow::end() {
+  ImGui::Render();
+  for (const auto& key : input_.keys)  // what came up since, comes up for the next frame
+    if (key.code >= 0 && key.code < keys::kCount && !key.down) ImGui::GetIO().KeysDown[key.code] = false;
+  const VkCommandBuffer commands = ring_.begin(device_);
+  const auto target = output_->acquire();
+  if (!target) {
+    ring_.abandon(device_);
+    return;
+  }
+  const ImVec4 back = ImGui::GetStyle().Colors[ImGuiCol_WindowBg];
+  painter_->record(commands, *ImGui::GetDrawData(), *target, ring_.slot(), {back.x, back.y, back.z, 1});
+  ring_.submit(device_, target->ready, target->done);
+  output_->present();
+  ++frames_;
+}
+
+void* InterfaceWindow::texture(const gpu::Image& picture, int layer) {
+  return painter_->texture(picture.alias_view ? picture.alias_view : picture.view, layer);
+}
+
+gpu::Image InterfaceWindow::upload(const render::Picture& picture) {
+  gpu::Image image = gpu::Image::create(
+      device_, {.size = {static_cast<std::uint32_t>(picture.size.x), static_cast<std::uint32_t>(picture.size.y)},
+                .format = VK_FORMAT_R8G8B8A8_UNORM,
+                .usage = VK_IMAGE_USAGE_SAMPLED_BIT | VK_IMAGE_USAGE_TRANSFER_DST_BIT});
+  gpu::upload(device_, image, picture.rgba);
+  return image;
+}
+
+}  // namespace typodont

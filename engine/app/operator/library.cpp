@@ -1,0 +1,173 @@
+#include "engine/app/operator/library.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cstdlib>
+#include <ctime>
+#include <nlohmann/json.hpp>
+
+#include "engine/app/scene.h"
+#include "engine/base/error.h"
+#include "engine/base/json.h"
+#include "engine/display/display_rig.h"
+#include "haptics/devices/driver.h"
+
+namespace typodont {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+std::vector<fs::path> json_files(const fs::path& folder) {
+  std::vector<fs::path> files;
+  std::error_code code;
+  for (const auto& entry : fs::directory_iterator(folder, code))
+    if (entry.path().extension() == ".json") files.push_back(entry.path());
+  std::sort(files.begin(), files.end());
+  return files;
+}
+
+/// "molar-caries" → "Molar caries".
+std::string title_of(std::string name) {
+  std::replace(name.begin(), name.end(), '-', ' ');
+  std::replace(name.begin(), name.end(), '_', ' ');
+  if (!name.empty()) name[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(name[0])));
+  return name;
+}
+
+/// A name as a folder's or file's.
+std::string file_name_of(const std::string& text) {
+  std::string out;
+  for (const char c : text) {
+    const auto u = static_cast<unsigned char>(c);
+    out += std::isalnum(u) || u >= 0x80 || c == '-' || c == '.' ? c : '_';
+  }
+  while (!out.empty() && out.front() == '.') out.erase(0, 1);
+  return out;
+}
+
+fs::path memory_file() {
+  return user_folder() / "settings.json";
+}
+
+}  // namespace
+
+fs::path user_folder() {
+  if (const char* set = std::getenv("TYPODONT_HOME"); set && *set) return set;
+  const char* home = std::getenv("HOME");
+  return fs::path(home && *home ? home : ".") / "Typodont";
+}
+
+std::vector<SceneChoice> find_scenes(const OperatorState& s, std::vector<fs::path>& pictures) {
+  std::vector<SceneChoice> scenes;
+  pictures.clear();
+  const fs::path own = user_folder() / "scenes";
+  for (const fs::path& folder : {assets_folder() / "scenes", own}) {
+    for (const fs::path& file : json_files(folder)) {
+      SceneChoice choice;
+      choice.file = file;
+      choice.own = folder == own;
+      choice.title = title_of(file.stem().string());
+      try {
+        const Json json = Json::load(file);
+        choice.title = title_of(json.string_or("name", file.stem().string()));
+        choice.description = json.string_or("description", "");
+        if (const auto block = json.find("task")) {
+          const session::Task task = session::read_task(*block);
+          if (!task.title.empty()) choice.title = task.title.in(s.language);
+          choice.description = task.goal.in(s.language);
+        }
+        read_scene(file);
+      } catch (const std::exception& e) {
+        choice.fault = e.what();
+      }
+      std::error_code code;
+      const fs::path picture = fs::path(file).replace_extension(".png");
+      pictures.push_back(fs::is_regular_file(picture, code) ? picture : fs::path());
+      scenes.push_back(std::move(choice));
+    }
+  }
+  return scenes;
+}
+
+std::vector<HandEntry> find_hands(const OperatorState& s) {
+  std::vector<HandEntry> hands;
+  for (const auto& d : haptics::list_devices()) {
+    if (d.address.empty()) continue;  // pedals
+    HandEntry choice{d.address, d.model, d.kind, d.permitted};
+    if (d.force_limit > 0) choice.detail += fmt::format(", {:g} N", d.force_limit);
+    if (!d.permitted) choice.detail += ": " + d.mend;
+    hands.push_back(std::move(choice));
+  }
+  hands.push_back({"mouse:", s.text("op.mouse"), s.text("op.mouse_detail"), true});
+  hands.push_back({"", s.text("op.other_hand"), "", true});
+  return hands;
+}
+
+std::vector<RigChoice> find_rigs(const OperatorState& s) {
+  std::vector<RigChoice> rigs{{assets_folder() / "rigs/window.json", s.text("op.this_window"), true}};
+  for (const fs::path& folder : {assets_folder() / "rigs", user_folder() / "rigs"}) {
+    for (const fs::path& file : json_files(folder)) {
+      try {
+        const display::DisplayRig rig = display::load_rig(file);
+        if (rig.kind == display::DisplayKind::kOffscreen) continue;
+        if (rig.kind == display::DisplayKind::kHmd) {
+          rigs.push_back({file, s.text("op.headset"), false});
+          continue;
+        }
+      } catch (const Error&) {
+        continue;  // another version's, or half written: nothing to choose
+      }
+      const std::string title = file.stem() == "window" ? s.text("op.second_window") : title_of(file.stem().string());
+      rigs.push_back({file, title, false});
+    }
+  }
+  return rigs;
+}
+
+fs::path new_session_file(const std::string& trainee, const std::string& scene) {
+  const std::string who = file_name_of(trainee);
+  const fs::path folder = user_folder() / "sessions" / (who.empty() ? "guest" : who);
+  std::error_code code;
+  fs::create_directories(folder, code);
+  if (code) throw Error(folder.string(), "", code.message(), "a folder that can be made");
+  const std::time_t t = std::time(nullptr);
+  std::tm local{};
+  localtime_r(&t, &local);
+  char date[32];
+  std::strftime(date, sizeof date, "%Y-%m-%d_%H-%M-%S", &local);
+  return folder / fmt::format("{}_{}.h5", date, file_name_of(scene));
+}
+
+Remembered remembered() {
+  Remembered r;
+  std::error_code code;
+  if (!fs::is_regular_file(memory_file(), code)) return r;
+  try {
+    const Json json = Json::load(memory_file());
+    r.language = json.string_or("language", "");
+    r.trainee = json.string_or("trainee", "");
+    r.scene = json.string_or("scene", "");
+    r.hand = json.string_or("hand", "");
+    r.rig = json.string_or("rig", "");
+    r.record = json.boolean_or("record", true);
+    r.any = true;
+  } catch (const Error&) {  // of another version, or spoilt: as if it were the first run
+  }
+  return r;
+}
+
+void remember(const Remembered& r) {
+  const nlohmann::ordered_json json = {{"language", r.language}, {"trainee", r.trainee}, {"scene", r.scene},
+                                       {"hand", r.hand},         {"rig", r.rig},         {"record", r.record}};
+  try {
+    std::error_code code;
+    fs::create_directories(user_folder(), code);
+    write_file_atomically(memory_file(), json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
+  } catch (const Error&) {  // a full or read-only disk is no reason to fail at the very end
+  }
+}
+
+}  // namespace typodont

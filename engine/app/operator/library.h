@@ -1,0 +1,34 @@
+// What there is to choose from: exercises, hands, pictures, and where the user's own things lie.
+#pragma once
+
+#include <filesystem>
+#include <vector>
+
+#include "engine/app/operator/state.h"
+
+namespace typodont {
+
+/// The user's folder: ~/Typodont, with sessions/, scenes/ and rigs/ in it; $TYPODONT_HOME elsewhere.
+std::filesystem::path user_folder();
+
+/// Shipped scenes, then the user's, by name. A scene that cannot be read is listed with its fault. `pictures[i]` is the
+/// picture beside scene i (NAME.png), or empty.
+std::vector<SceneChoice> find_scenes(const OperatorState& s, std::vector<std::filesystem::path>& pictures);
+/// What is plugged in, the mouse, the trainee's last recordings, and one that is typed.
+std::vector<HandEntry> find_hands(const OperatorState& s);
+/// In this window, then rigs for screens and mirrors, shipped and the user's.
+std::vector<RigChoice> find_rigs(const OperatorState& s);
+
+/// ~/Typodont/sessions/TRAINEE/DATE_SCENE.h5, its folder made.
+std::filesystem::path new_session_file(const std::string& trainee, const std::string& scene);
+
+/// What was chosen last time: language, trainee, scene, hand, picture. Silent where it cannot be read or written.
+struct Remembered {
+  bool any = false;
+  std::string language, trainee, scene, hand, rig;
+  bool record = true;
+};
+Remembered remembered();
+void remember(const Remembered& r);
+
+}  // namespace typodont

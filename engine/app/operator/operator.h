@@ -1,0 +1,10 @@
+// The operator's window: what `typodont` without arguments opens. Chooses an exercise, a hand and a picture, runs
+// sessions, shows their results. Main thread.
+#pragma once
+
+namespace typodont {
+
+/// Until the window is closed. Throws Error where there is no desktop.
+void run_operator();
+
+}  // namespace typodont

@@ -1,0 +1,224 @@
+// After a session: the score explained item by item, the report, once more.
+#include <fmt/format.h>
+
+#include "engine/app/operator/widgets.h"
+#include "engine/base/units.h"
+#include "engine/display/keys.h"
+
+namespace typodont {
+
+namespace {
+
+using namespace widgets;
+namespace keys = display::keys;
+
+std::string target_text(const OperatorState& s, const session::ScoreItem& item) {
+  const char* side = item.best == session::Best::kAtMost    ? "at_most"
+                     : item.best == session::Best::kAtLeast ? "at_least"
+                                                            : "near";
+  return fmt::format(fmt::runtime(s.text(side)), fmt::format("{:.4g}", item.target));
+}
+
+void draw_items(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
+  begin_panel("items", s.text("items"), size, w);
+  if (s.outcome.score.items.empty()) dim_wrapped(s.text("op.no_score"));
+  if (!s.outcome.score.items.empty() &&
+      ImGui::BeginTable("items", 4,
+                        ImGuiTableFlags_RowBg | ImGuiTableFlags_BordersInnerH | ImGuiTableFlags_SizingStretchProp)) {
+    ImGui::TableSetupColumn(s.text("item"), 0, 3);
+    ImGui::TableSetupColumn(s.text("value"), 0, 1.3f);
+    ImGui::TableSetupColumn(s.text("target"), 0, 1.3f);
+    ImGui::TableSetupColumn(s.text("points"), 0, 1);
+    ImGui::TableHeadersRow();
+    for (const session::ScoreItem& item : s.outcome.score.items) {
+      ImGui::TableNextRow();
+      ImGui::TableNextColumn();
+      ImGui::TextUnformatted(s.text(fmt::format("score.{}", item.name)));
+      if (ImGui::IsItemHovered() && !item.source.empty()) ImGui::SetTooltip("%s", s.text(item.source));
+      ImGui::TableNextColumn();
+      ImGui::TextUnformatted(fmt::format("{:.4g} {}", item.value, item.unit).c_str());
+      ImGui::TableNextColumn();
+      dim(item.weight > 0 ? target_text(s, item) : s.text("not_counted"));
+      ImGui::TableNextColumn();
+      if (item.weight > 0) {
+        const double open = item.weight * s.outcome.score.completion;
+        const double share = open > 0 ? item.points / open : 0;
+        const ImVec4 color = share > 0.8 ? kGood : share > 0.45 ? kWarn : kBad;
+        ImGui::PushStyleColor(ImGuiCol_Text, color);
+        ImGui::TextUnformatted(fmt::format("{:.1f} / {:.0f}", item.points, item.weight).c_str());
+        ImGui::PopStyleColor();
+      } else {
+        dim("–");
+      }
+    }
+    ImGui::EndTable();
+  }
+  end_panel();
+}
+
+/// What an instructor made becomes an exercise.
+void draw_exercise_form(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
+  begin_panel("exercise", s.text("op.new_exercise"), size, w);
+  dim_wrapped(s.text("op.new_exercise_help"));
+  ImGui::Spacing();
+  ImGui::SetNextItemWidth(-1);
+  ImGui::InputTextWithHint("##name", s.text("op.exercise_name"), s.exercise_name.data(), s.exercise_name.size());
+  ImGui::InputTextMultiline("##goal", s.exercise_goal.data(), s.exercise_goal.size(), {-1, 6 * w.style().unit});
+  ImGui::Checkbox(s.text("op.drilled_is_ideal"), &s.drilled_is_ideal);
+  ImGui::BeginDisabled(s.exercise_name[0] == 0);
+  if (main_button(fmt::format("  {}   F4  ", s.text("op.save_exercise")).c_str(), {0, 0}) ||
+      (s.exercise_name[0] != 0 && ImGui::IsKeyPressed(keys::kF1 + 3, false)))
+    s.ask(Ask::kSaveExercise);
+  ImGui::EndDisabled();
+  end_panel();
+}
+
+void draw_summary(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
+  const WorkbenchSummary& r = s.outcome.summary;
+  begin_panel("summary", s.text("result"), size, w);
+  ImGui::PushFont(w.style().large);
+  if (s.outcome.score.full > 0)
+    ImGui::TextUnformatted(fmt::format(fmt::runtime(s.text("points_of")), fmt::format("{:.1f}", s.outcome.score.points),
+                                       fmt::format("{:.0f}", s.outcome.score.full))
+                               .c_str());
+  ImGui::PopFont();
+  if (s.outcome.score.full > 0) row(s.text("completion"), fmt::format("{:.0f} %", 100 * s.outcome.score.completion));
+  ImGui::Separator();
+  row(s.text("duration"), fmt::format("{:.1f} s", r.seconds));
+  double removed = 0;
+  for (const double v : r.removed) removed += v;
+  row(s.text("volumes"), fmt::format("{:.2f} mm³", removed / kCubicMillimetre));
+  row(s.text("op.servo_p999"), fmt::format("{:.1f} µs", r.tick_us_p999));
+  row(s.text("op.missed"), fmt::format("{}", r.deadline_misses), r.deadline_misses ? &kWarn : nullptr);
+  ImGui::Separator();
+  if (!s.outcome.failure.empty()) {
+    ImGui::PushStyleColor(ImGuiCol_Text, kBad);
+    ImGui::TextWrapped("%s", s.outcome.failure.c_str());
+    ImGui::PopStyleColor();
+  }
+  if (!s.outcome.recording.empty()) {
+    ImGui::PushFont(w.style().small);
+    dim_wrapped(s.outcome.recording.string());
+    if (!s.outcome.report.empty()) dim_wrapped(s.outcome.report.string());
+    ImGui::PopFont();
+  }
+  end_panel();
+}
+
+}  // namespace
+
+void draw_result_page(OperatorState& s, InterfaceWindow& w) {
+  const float u = w.style().unit;
+  begin_page(w);
+  ImGui::PushFont(w.style().large);
+  ImGui::TextUnformatted(s.scene_title.c_str());
+  ImGui::PopFont();
+  const float foot = 3.2f * u;
+  const ImVec2 room = ImGui::GetContentRegionAvail(), gap = ImGui::GetStyle().ItemSpacing;
+  const float height = room.y - foot - 1.8f * u - 2 * gap.y, left = 0.32f * room.x;
+  draw_summary(s, w, {left, height});
+  ImGui::SameLine();
+  if (s.author)
+    draw_exercise_form(s, w, {0, height});
+  else
+    draw_items(s, w, {0, height});
+  begin_column("message", {0, 1.8f * u});
+  if (s.busy)
+    busy_bar(s, 0.5f * room.x);
+  else
+    message_line(s);
+  ImGui::EndChild();
+
+  const ImVec2 button{0, foot - 0.4f * u};
+  const bool report = !s.outcome.report.empty();
+  ImGui::BeginDisabled(!report);
+  if (main_button(fmt::format("  {}   F2  ", s.text("op.open_report")).c_str(), button) ||
+      (report && key(keys::kF1 + 1)))
+    s.ask(Ask::kOpenReport);
+  ImGui::EndDisabled();
+  ImGui::SameLine();
+  if (ImGui::Button(fmt::format("  {}   F5  ", s.text("op.again")).c_str(), button) || key(keys::kF1 + 4))
+    s.ask(Ask::kAgain);
+  ImGui::SameLine();
+  if (ImGui::Button(fmt::format("  {}   F10  ", s.text("op.to_start")).c_str(), button) || key(keys::kF1 + 9))
+    s.ask(Ask::kToStart);
+  if (!s.outcome.recording.empty()) {
+    const char* text = s.text("op.delete_recording");
+    ImGui::SameLine(ImGui::GetWindowWidth() - ImGui::CalcTextSize(text).x - 3 * u);
+    if (ImGui::Button(text, button)) s.ask(Ask::kDeleteRecording);
+  }
+  if (key(keys::kF1)) s.help = true;
+  if (key('Q', true)) s.ask(Ask::kQuit);
+  end_page();
+}
+
+void draw_doctor_page(OperatorState& s, InterfaceWindow& w) {
+  const float u = w.style().unit;
+  begin_page(w);
+  ImGui::PushFont(w.style().large);
+  ImGui::TextUnformatted(s.text("op.check_computer"));
+  ImGui::PopFont();
+  const float foot = 3.2f * u;
+  const ImVec2 room = ImGui::GetContentRegionAvail();
+  begin_panel("findings", nullptr, {0, room.y - foot - ImGui::GetStyle().ItemSpacing.y}, w);
+  if (s.busy) busy_bar(s, 0.5f * room.x);
+  if (!s.findings.empty() &&
+      ImGui::BeginTable("findings", 3, ImGuiTableFlags_BordersInnerH | ImGuiTableFlags_SizingStretchProp)) {
+    ImGui::TableSetupColumn("state", ImGuiTableColumnFlags_WidthFixed, 6 * u);
+    ImGui::TableSetupColumn("name", 0, 1);
+    ImGui::TableSetupColumn("found", 0, 3);
+    for (const DoctorFinding& f : s.findings) {
+      ImGui::TableNextRow();
+      ImGui::TableNextColumn();
+      const ImVec4 color = f.state == "ok" ? kGood : f.state == "degraded" ? kWarn : kBad;
+      ImGui::PushStyleColor(ImGuiCol_Text, color);
+      ImGui::TextUnformatted(s.text(fmt::format("op.state_{}", f.state)));
+      ImGui::PopStyleColor();
+      ImGui::TableNextColumn();
+      ImGui::TextWrapped("%s", f.name.c_str());
+      ImGui::TableNextColumn();
+      ImGui::TextWrapped("%s", f.found.c_str());
+      if (!f.without.empty()) dim_wrapped(f.without);
+      if (!f.mend.empty()) dim_wrapped(fmt::format("{}: {}", s.text("op.mend"), f.mend));
+    }
+    ImGui::EndTable();
+  }
+  end_panel();
+  if (ImGui::Button(fmt::format("  {}   F10  ", s.text("op.to_start")).c_str(), {0, foot - 0.4f * u}) ||
+      key(keys::kF1 + 9) || key(keys::kEscape))
+    s.ask(Ask::kToStart);
+  end_page();
+}
+
+void draw_help(OperatorState& s, InterfaceWindow& w) {
+  if (!s.help) return;
+  const float u = w.style().unit;
+  const char* title = s.text("op.keys");
+  ImGui::OpenPopup(title);
+  const display::ivec2 size = w.size();
+  ImGui::SetNextWindowPos({static_cast<float>(size.x) / 2, static_cast<float>(size.y) / 2}, 0, {0.5f, 0.5f});
+  if (ImGui::BeginPopupModal(title, &s.help, ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoSavedSettings)) {
+    constexpr std::array kKeys = {std::pair{"F1", "op.key_help"},           std::pair{"F5", "op.key_start"},
+                                  std::pair{"F10", "op.key_end"},           std::pair{"Esc", "op.key_stop"},
+                                  std::pair{"1 … 9", "op.key_tools"},       std::pair{"+  −", "op.key_speed"},
+                                  std::pair{"F2", "op.key_report"},         std::pair{"F8", "op.key_doctor"},
+                                  std::pair{"Ctrl ↑ ↓", "op.key_exercise"}, std::pair{"N  B", "op.key_steps"},
+                                  std::pair{"H  R", "op.key_hold"},         std::pair{"P", "op.key_paint"},
+                                  std::pair{"Ctrl H", "op.key_hand"},       std::pair{"Tab  ← → ↑ ↓", "op.key_move"},
+                                  std::pair{"Ctrl Q", "op.key_quit"}};
+    for (const auto& [name, meaning] : kKeys) {
+      ImGui::TextUnformatted(name);
+      ImGui::SameLine(9 * u);
+      dim(s.text(meaning));
+    }
+    ImGui::Spacing();
+    dim_wrapped(s.text("op.mouse_help"));
+    ImGui::Spacing();
+    if (ImGui::Button(s.text("op.close"), {9 * u, 0}) || ImGui::IsKeyPressed(keys::kEscape, false)) s.help = false;
+    ImGui::SetItemDefaultFocus();
+    if (!s.help) ImGui::CloseCurrentPopup();
+    ImGui::EndPopup();
+  }
+}
+
+}  // namespace typodont

@@ -1,0 +1,337 @@
+// A session as the instructor watches and steers it: the trainee's picture, what is held and how, and the way to stop.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+
+#include "engine/app/operator/widgets.h"
+#include "engine/base/units.h"
+#include "engine/display/keys.h"
+
+namespace typodont {
+
+namespace {
+
+using namespace widgets;
+namespace keys = display::keys;
+
+constexpr double kSpeedStep = 0.05;
+
+std::string clock_text(double seconds) {
+  const int whole = static_cast<int>(std::max(seconds, 0.0));
+  return fmt::format("{}:{:02}", whole / 60, whole % 60);
+}
+
+void draw_exercise(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
+  begin_panel("exercise", s.text("op.exercise"), size, w);
+  ImGui::PushTextWrapPos(0);
+  ImGui::TextUnformatted(s.scene_title.c_str());
+  ImGui::PopTextWrapPos();
+  dim_wrapped(s.scene_goal);
+  const int count = s.steps.count(), current = s.steps.current();
+  if (count > 0) {
+    ImGui::Spacing();
+    heading(fmt::format("{} {} / {}", s.text("op.steps"), std::min(current + 1, count), count).c_str(), w);
+    for (int i = 0; i < count; ++i) {
+      const ImVec4 color = i < current ? kGood : i == current ? ImGui::GetStyleColorVec4(ImGuiCol_Text) : kDim;
+      ImGui::PushStyleColor(ImGuiCol_Text, color);
+      ImGui::TextWrapped("%s %s", i < current ? "✓" : i == current ? "▸" : "·", s.steps.text(i).in(s.language).c_str());
+      ImGui::PopStyleColor();
+      if (i == current && s.step_shown != i) {
+        ImGui::SetScrollHereY(0.6f);
+        s.step_shown = i;
+      }
+    }
+    ImGui::BeginDisabled(current >= count);
+    if (ImGui::Button(fmt::format("{}   N", s.text(s.steps.waits() ? "op.step_skip" : "op.step_done")).c_str()) ||
+        key('N'))
+      s.ask(Ask::kStepDone);
+    ImGui::EndDisabled();
+    ImGui::SameLine();
+    ImGui::BeginDisabled(current == 0);
+    if (ImGui::Button(fmt::format("{}   B", s.text("op.step_back")).c_str()) || key('B')) s.ask(Ask::kStepBack);
+    ImGui::EndDisabled();
+  }
+  end_panel();
+}
+
+/// The items that count, as bars, so that a glance tells which one suffers.
+void draw_score(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
+  const float u = w.style().unit;
+  begin_panel("score", s.text("op.score_so_far"), size, w);
+  if (s.score.full > 0) {
+    ImGui::PushFont(w.style().large);
+    ImGui::TextUnformatted(fmt::format("{:.0f}", s.score.points).c_str());
+    ImGui::PopFont();
+    ImGui::SameLine();
+    ImGui::AlignTextToFramePadding();
+    dim(fmt::format("/ {:.0f}", s.score.full));
+  }
+  for (const session::ScoreItem& item : s.score.items) {
+    // What was earned of what this share of the task could earn.
+    const double open = item.weight * s.score.completion;
+    const float share = open > 0.05 * item.weight ? static_cast<float>(item.points / open) : -1;
+    ImGui::PushFont(w.style().small);
+    const ImVec4 color = share < 0       ? ImGui::GetStyleColorVec4(ImGuiCol_Text)
+                         : share > 0.8f  ? kGood
+                         : share > 0.45f ? kWarn
+                                         : kBad;
+    row(s.text(fmt::format("score.{}", item.name)), fmt::format("{:.4g} {}", item.value, item.unit), &color);
+    ImGui::PopFont();
+    if (share < 0) continue;
+    const ImVec2 at = ImGui::GetCursorScreenPos();
+    const float width = ImGui::GetContentRegionAvail().x, height = 0.18f * u;
+    ImDrawList& draw = *ImGui::GetWindowDrawList();
+    draw.AddRectFilled(at, {at.x + width, at.y + height}, ImGui::GetColorU32(ImGuiCol_FrameBg), height);
+    draw.AddRectFilled(at, {at.x + width * std::clamp(share, 0.0f, 1.0f), at.y + height}, ImGui::GetColorU32(color),
+                       height);
+    ImGui::Dummy({width, height});
+  }
+  end_panel();
+}
+
+void draw_removed(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
+  begin_panel("removed", s.text("removed"), size, w);
+  bool any = false;
+  for (std::size_t i = 1; i < s.status.tick.removed.size(); ++i) {
+    const double mm3 = s.status.tick.removed[i] / kCubicMillimetre;
+    if (mm3 < 5e-4) continue;
+    any = true;
+    const bool alarm = static_cast<Tissue>(i) == Tissue::kPulp;
+    row(s.text(fmt::format("tissue.{}", name_of(static_cast<Tissue>(i)))), fmt::format("{:.3f} mm³", mm3),
+        alarm ? &kBad : nullptr);
+  }
+  if (!any) dim("–");
+  end_panel();
+}
+
+void draw_live(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
+  ImGui::PushStyleVar(ImGuiStyleVar_WindowPadding, {0, 0});
+  ImGui::PushStyleColor(ImGuiCol_ChildBg, ImVec4(0.03f, 0.032f, 0.035f, 1));
+  ImGui::BeginChild("live", size, false, ImGuiWindowFlags_NoScrollbar | ImGuiWindowFlags_NoNav);
+  s.live_hovered = false;
+  s.live_input = {};
+  // This window's own picture fills the room there is; another's keeps its proportions.
+  const float aspect = s.live_is_own ? size.x / size.y : static_cast<float>(s.live_aspect);
+  const ImVec2 fit = size.x / size.y > aspect ? ImVec2(size.y * aspect, size.y) : ImVec2(size.x, size.x / aspect);
+  const ImVec2 at{std::floor((size.x - fit.x) / 2), std::floor((size.y - fit.y) / 2)};
+  s.live_size = {static_cast<int>(fit.x), static_cast<int>(fit.y)};
+  if (s.live) {
+    ImGui::SetCursorPos(at);
+    // A mirror turns the picture; here it is turned back.
+    const glm::dvec2 across = s.live_upright[0], up = s.live_upright[1];
+    const auto corner = [&](double x, double y) {  // of the picture as the user sees it, to the texture
+      const glm::dvec2 p = x * across + y * up;
+      return ImVec2(static_cast<float>((p.x + 1) / 2), static_cast<float>((1 - p.y) / 2));
+    };
+    const ImVec2 screen = ImGui::GetCursorScreenPos();
+    ImGui::GetWindowDrawList()->AddImageQuad(w.texture(*s.live), screen, {screen.x + fit.x, screen.y},
+                                             {screen.x + fit.x, screen.y + fit.y}, {screen.x, screen.y + fit.y},
+                                             corner(-1, 1), corner(1, 1), corner(1, -1), corner(-1, -1));
+    ImGui::SetCursorPos(at);
+    ImGui::InvisibleButton("over", fit, ImGuiButtonFlags_MouseButtonLeft | ImGuiButtonFlags_MouseButtonRight);
+    s.live_hovered = ImGui::IsItemHovered() || ImGui::IsItemActive();
+    const ImGuiIO& io = ImGui::GetIO();
+    s.live_input.pointer = {2 * (io.MousePos.x - screen.x) / fit.x - 1, 1 - 2 * (io.MousePos.y - screen.y) / fit.y};
+    s.live_input.pointer = glm::clamp(s.live_input.pointer, glm::dvec2(-1.2), glm::dvec2(1.2));
+    s.live_input.left = ImGui::IsItemActive() && io.MouseDown[0];
+    s.live_input.wheel = s.live_hovered ? static_cast<double>(io.MouseWheel) : 0.0;
+  } else {
+    const char* text = s.text("op.no_picture");
+    const ImVec2 wide = ImGui::CalcTextSize(text);
+    ImGui::SetCursorPos({(size.x - wide.x) / 2, (size.y - wide.y) / 2});
+    dim(text);
+  }
+  ImGui::EndChild();
+  ImGui::PopStyleColor();
+  ImGui::PopStyleVar();
+}
+
+void draw_strip(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
+  const float u = w.style().unit;
+  begin_panel("strip", nullptr, size, w);
+  ImGui::PushFont(w.style().large);
+  ImGui::TextUnformatted(clock_text(s.status.seconds).c_str());
+  ImGui::PopFont();
+  ImGui::SameLine(0, 1.5f * u);
+  ImGui::AlignTextToFramePadding();
+  if (s.recording) {
+    const ImVec2 at = ImGui::GetCursorScreenPos();
+    const bool good = s.status.record.complete;
+    ImGui::GetWindowDrawList()->AddCircleFilled({at.x + 0.4f * u, at.y + 0.85f * u}, 0.32f * u,
+                                                ImGui::GetColorU32(good ? kBad : kWarn));
+    ImGui::Dummy({0.9f * u, u});
+    ImGui::SameLine();
+    ImGui::AlignTextToFramePadding();
+    ImGui::TextUnformatted(s.text(good ? "op.recording" : "op.recording_incomplete"));
+  } else {
+    dim(s.text("op.not_recording"));
+  }
+  ImGui::SameLine(0, 1.5f * u);
+  const std::string hold = fmt::format("{}   {}", s.text(s.held ? "op.go_on" : "op.hold"), s.held ? "R" : "H");
+  if (toggle_button(hold.c_str(), s.held, {0, 0}) || (!s.held && key('H'))) s.ask(Ask::kHold, s.held ? 0 : 1);
+  if (s.held && key('R')) s.ask(Ask::kHold, 0);
+  const std::string end = fmt::format("{}   F10", s.text("op.end_session"));
+  const float width = ImGui::CalcTextSize(end.c_str()).x + 2 * ImGui::GetStyle().FramePadding.x;
+  ImGui::SameLine(ImGui::GetWindowWidth() - width - ImGui::GetStyle().WindowPadding.x);
+  if (ImGui::Button(end.c_str()) || key(keys::kF1 + 9)) s.ask(Ask::kEndSession);
+  end_panel();
+}
+
+void draw_tool(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
+  const float u = w.style().unit;
+  begin_panel("tool", s.text("op.tool"), size, w);
+  for (std::size_t i = 0; i < s.tools.size(); ++i) {
+    const bool held = s.status.tick.tool == i;
+    const std::string label = i < 9 ? fmt::format("{}   {}", i + 1, s.tools[i]) : s.tools[i];
+    ImGui::PushID(static_cast<int>(i));
+    if (toggle_button(label.c_str(), held, {-1, 0})) s.ask(Ask::kTool, static_cast<int>(i));
+    ImGui::PopID();
+  }
+  row(s.text("op.speed_now"), fmt::format("{:.0f} krpm", s.status.tick.spindle / kKrpm));
+  auto speed = static_cast<float>(100 * s.settings.speed_share);
+  ImGui::SetNextItemWidth(-1);
+  bool changed =
+      ImGui::SliderFloat("##speed", &speed, 0, 100, fmt::format("{} %.0f %%", s.text("op.speed_limit")).c_str(),
+                         ImGuiSliderFlags_AlwaysClamp);
+  if (changed) s.settings.speed_share = speed / 100;
+  const double step = (ImGui::IsKeyPressed('=') || ImGui::IsKeyPressed(keys::kKeypadAdd) ? kSpeedStep : 0) -
+                      (ImGui::IsKeyPressed('-') || ImGui::IsKeyPressed(keys::kKeypadSubtract) ? kSpeedStep : 0);
+  if (step != 0 && !ImGui::GetIO().WantTextInput) {
+    s.settings.speed_share = std::clamp(s.settings.speed_share + step, 0.0, 1.0);
+    changed = true;
+  }
+  if (s.device.force_limit > 0) {
+    auto force = static_cast<float>(100 * s.settings.force_share);
+    ImGui::SetNextItemWidth(-1);
+    if (ImGui::SliderFloat("##force", &force, 0, 100, fmt::format("{} %.0f %%", s.text("op.force_share")).c_str(),
+                           ImGuiSliderFlags_AlwaysClamp)) {
+      s.settings.force_share = force / 100;
+      changed = true;
+    }
+  }
+  if (changed) s.ask(Ask::kSettings);
+  (void)u;
+  end_panel();
+}
+
+/// The instructor's brush: at the tool's head, while the button or P is held down.
+void draw_brush(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
+  begin_panel("brush", s.text("op.paint"), size, w);
+  constexpr std::array kPaintable = {Tissue::kCaries, Tissue::kEnamel, Tissue::kDentin, Tissue::kPulp};
+  const auto name = [&](Tissue t) { return s.text(fmt::format("tissue.{}", name_of(t))); };
+  ImGui::SetNextItemWidth(-1);
+  if (ImGui::BeginCombo("##tissue", name(s.paint_tissue))) {
+    for (const Tissue t : kPaintable)
+      if (ImGui::Selectable(name(t), t == s.paint_tissue)) s.paint_tissue = t;
+    ImGui::EndCombo();
+  }
+  ImGui::SetNextItemWidth(-1);
+  ImGui::SliderFloat("##radius", &s.paint_radius_mm, 0.1f, 3, fmt::format("{} %.2f mm", s.text("op.radius")).c_str(),
+                     ImGuiSliderFlags_AlwaysClamp | ImGuiSliderFlags_Logarithmic);
+  toggle_button(fmt::format("{}   P", s.text("op.paint_hold")).c_str(), s.painting, {-1, 0});
+  s.painting = ImGui::IsItemActive() || (!ImGui::GetIO().WantTextInput && ImGui::IsKeyDown('P'));
+  row(s.text("op.strokes"), fmt::format("{}", s.strokes));
+  end_panel();
+}
+
+void draw_device(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
+  const float u = w.style().unit;
+  begin_panel("device", s.text("op.device"), size, w);
+  ImGui::PushTextWrapPos(0);
+  ImGui::TextUnformatted(s.device.model.c_str());
+  ImGui::PopTextWrapPos();
+  const double force = glm::length(s.status.tick.f_T_W);
+  const double limit = s.device.force_limit > 0 ? s.device.force_limit : 3;
+  row(s.text("force"), fmt::format("{:.2f} N", force));
+  const ImVec4 color = force > 0.9 * limit ? kBad : force > 0.6 * limit ? kWarn : kGood;
+  ImGui::PushStyleColor(ImGuiCol_PlotHistogram, color);
+  ImGui::ProgressBar(static_cast<float>(std::min(force / limit, 1.0)), {-1, 0.4f * u}, "");
+  ImGui::PopStyleColor();
+  ImGui::PlotLines("##forces", s.forces.data(), static_cast<int>(s.forces.size()), s.curve_at, nullptr, 0,
+                   static_cast<float>(limit), {-1, 2.6f * u});
+  // Faults by name, or that all is well.
+  bool any = false;
+  constexpr std::array kFaults = {std::pair{Fault::kBadInput, "bad_input"},
+                                  std::pair{Fault::kStalePatch, "stale_patch"},
+                                  std::pair{Fault::kPatchEdge, "patch_edge"},
+                                  std::pair{Fault::kForceLimit, "force_limit"},
+                                  std::pair{Fault::kDeepPenetration, "deep_penetration"},
+                                  std::pair{Fault::kDeviceLost, "device_lost"},
+                                  std::pair{Fault::kRingFull, "ring_full"},
+                                  std::pair{Fault::kSlewLimit, "slew_limit"},
+                                  std::pair{Fault::kOverrun, "overrun"}};
+  for (const auto& [fault, name] : kFaults) {
+    if (!(s.status.faults & bits(fault))) continue;
+    any = true;
+    ImGui::PushStyleColor(ImGuiCol_Text, kWarn);
+    ImGui::TextWrapped("%s", s.text(fmt::format("fault.{}", name)));
+    ImGui::PopStyleColor();
+  }
+  if (!any) {
+    ImGui::PushStyleColor(ImGuiCol_Text, kGood);
+    ImGui::TextUnformatted(s.text("op.all_well"));
+    ImGui::PopStyleColor();
+  }
+  end_panel();
+}
+
+void draw_timing(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
+  begin_panel("timing", s.text("op.timing"), size, w);
+  const LoopTiming& t = s.status.timing;
+  ImGui::PushFont(w.style().small);
+  row(s.text("op.servo_tick"), fmt::format("{:.1f} µs", t.work.quantile(0.5) * 1e-3));
+  row(s.text("op.servo_p999"), fmt::format("{:.1f} µs", t.work.quantile(0.999) * 1e-3));
+  row(s.text("op.servo_jitter"), fmt::format("{:.0f} µs", t.jitter.quantile(0.99) * 1e-3));
+  row(s.text("op.missed"), fmt::format("{}", t.misses), t.misses ? &kWarn : nullptr);
+  row(s.text("op.frame"), fmt::format("{:.1f} ms", s.status.frame_ms));
+  row(s.text("op.frames"), fmt::format("{:.0f} /s", s.status.frames_per_second));
+  row(s.text("op.quality"), std::string(s.status.quality));
+  ImGui::PopFont();
+  end_panel();
+}
+
+}  // namespace
+
+void draw_session_page(OperatorState& s, InterfaceWindow& w) {
+  const float u = w.style().unit;
+  begin_page(w);
+  const ImVec2 room = ImGui::GetContentRegionAvail(), gap = ImGui::GetStyle().ItemSpacing;
+  const float side = std::clamp(0.21f * room.x, 14 * u, 20 * u), strip = 3.4f * u;
+
+  begin_column("left", {side, room.y});
+  const float removed = 7.5f * u, exercise = s.steps.count() > 0 ? 0.45f * room.y : 9 * u;
+  draw_exercise(s, w, {0, exercise});
+  draw_score(s, w, {0, room.y - exercise - removed - 2 * gap.y});
+  draw_removed(s, w, {0, removed});
+  ImGui::EndChild();
+
+  ImGui::SameLine();
+  begin_column("middle", {room.x - 2 * side - 2 * gap.x, room.y});
+  draw_live(s, w, {ImGui::GetContentRegionAvail().x, room.y - strip - gap.y});
+  draw_strip(s, w, {0, strip});
+  ImGui::EndChild();
+
+  ImGui::SameLine();
+  begin_column("right", {side, room.y});
+  const float stop = 4 * u, timing = 13.5f * u, device = 13.5f * u;
+  if (stop_button(fmt::format("{}   Esc", s.text("op.emergency_stop")).c_str(), {-1, stop})) s.ask(Ask::kEmergencyStop);
+  const float tool = room.y - stop - timing - device - 3 * gap.y;
+  draw_tool(s, w, {0, tool});
+  if (s.author)
+    draw_brush(s, w, {0, device});
+  else
+    draw_device(s, w, {0, device});
+  draw_timing(s, w, {0, timing});
+  ImGui::EndChild();
+
+  if (ImGui::IsKeyPressed(keys::kEscape, false)) s.ask(Ask::kEmergencyStop);
+  if (key(keys::kF1 + 11, true) && std::getenv("TYPODONT_TEST")) s.ask(Ask::kLoseDevice);
+  if (key(keys::kF1)) s.help = true;
+  for (std::size_t i = 0; i < std::min<std::size_t>(s.tools.size(), 9); ++i)
+    if (key('1' + static_cast<int>(i))) s.ask(Ask::kTool, static_cast<int>(i));
+  end_page();
+}
+
+}  // namespace typodont

@@ -1,0 +1,256 @@
+// Choose an exercise, a hand, a picture; start.
+#include <fmt/format.h>
+
+#include "engine/app/operator/widgets.h"
+#include "engine/display/keys.h"
+
+namespace typodont {
+
+namespace {
+
+using namespace widgets;
+namespace keys = display::keys;
+
+constexpr std::array<const char*, 3> kLanguages = {"English", "Deutsch", "\xe4\xb8\xad\xe6\x96\x87"};
+
+void draw_header(OperatorState& s, InterfaceWindow& w) {
+  const float u = w.style().unit;
+  ImGui::PushFont(w.style().large);
+  ImGui::TextUnformatted("Typodont");
+  ImGui::PopFont();
+  ImGui::SameLine(0, u);
+  ImGui::AlignTextToFramePadding();
+  dim(s.text("op.subtitle"));
+
+  const char* doctor = s.text("op.check_computer");
+  const float right = ImGui::CalcTextSize(doctor).x + ImGui::CalcTextSize(s.text("op.keys")).x + 16 * u;
+  ImGui::SameLine(ImGui::GetWindowWidth() - right);
+  if (ImGui::Button(doctor)) s.ask(Ask::kDoctor);
+  ImGui::SameLine();
+  if (ImGui::Button(s.text("op.keys"))) s.help = true;
+  ImGui::SameLine();
+  ImGui::SetNextItemWidth(-1);
+  const auto current = static_cast<std::size_t>(s.language);
+  // The Chinese name can only be written where there is a font for it.
+  const auto shown = [&](std::size_t i) {
+    return i == 2 && s.language != session::Language::kChinese ? "Chinese" : kLanguages[i];
+  };
+  if (ImGui::BeginCombo("##language", shown(current))) {
+    for (std::size_t i = 0; i < kLanguages.size(); ++i) {
+      const bool usable = i != 2 || s.chinese;
+      const std::string label = usable ? shown(i) : fmt::format("{} (apt install fonts-wqy-microhei)", shown(i));
+      if (ImGui::Selectable(label.c_str(), i == current, usable ? 0 : ImGuiSelectableFlags_Disabled))
+        s.ask(Ask::kLanguage, static_cast<int>(i));
+    }
+    ImGui::EndCombo();
+  }
+}
+
+/// A picture as wide as there is room, or a quiet field of the same size.
+void draw_picture(OperatorState& s, InterfaceWindow& w, int picture, float width) {
+  if (picture >= 0 && picture < static_cast<int>(s.pictures.size())) {
+    const gpu::Image& image = s.pictures[static_cast<std::size_t>(picture)];
+    const float height =
+        width * static_cast<float>(image.options.size.height) / static_cast<float>(image.options.size.width);
+    ImGui::Image(w.texture(image), {width, height});
+    return;
+  }
+  const ImVec2 at = ImGui::GetCursorScreenPos(), size{width, width * 0.5625f};
+  ImGui::GetWindowDrawList()->AddRectFilled(at, {at.x + size.x, at.y + size.y}, ImGui::GetColorU32(ImGuiCol_FrameBg),
+                                            6);
+  ImGui::Dummy(size);
+}
+
+void draw_scenes(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
+  const float u = w.style().unit;
+  begin_panel("scenes", s.text("op.exercise"), size, w);
+  const int count = static_cast<int>(s.scenes.size());
+  const int step = (ImGui::IsKeyPressed(keys::kDown) ? 1 : 0) - (ImGui::IsKeyPressed(keys::kUp) ? 1 : 0);
+  if (ImGui::GetIO().KeyCtrl && step != 0 && count > 0) {
+    s.scene = (s.scene + step + count) % count;
+    s.scene_shown = -1;
+  }
+  if (s.scenes.empty()) dim_wrapped(s.text("op.no_scenes"));
+  for (std::size_t i = 0; i < s.scenes.size(); ++i) {
+    const SceneChoice& scene = s.scenes[i];
+    ImGui::PushID(static_cast<int>(i));
+    const ImVec2 at = ImGui::GetCursorPos();
+    const float row_height = 3.4f * u;
+    if (ImGui::Selectable("##scene", static_cast<int>(i) == s.scene, ImGuiSelectableFlags_AllowDoubleClick,
+                          {0, row_height})) {
+      s.scene = static_cast<int>(i);
+      if (ImGui::IsMouseDoubleClicked(0)) s.ask(Ask::kStart);
+    }
+    if (static_cast<int>(i) == s.scene && s.scene_shown != s.scene) {
+      ImGui::SetScrollHereY(0.5f);
+      s.scene_shown = s.scene;
+    }
+    const ImVec2 after = ImGui::GetCursorPos();
+    ImGui::SetCursorPos({at.x + 0.6f * u, at.y + 0.45f * u});
+    ImGui::TextUnformatted(scene.title.c_str());
+    if (scene.own) {
+      ImGui::SameLine();
+      dim(s.text("op.own"));
+    }
+    ImGui::SetCursorPos({at.x + 0.6f * u, at.y + 1.75f * u});
+    ImGui::PushFont(w.style().small);
+    const std::string& line = scene.fault.empty() ? scene.description : scene.fault;
+    ImGui::PushStyleColor(ImGuiCol_Text, scene.fault.empty() ? kDim : kBad);
+    const ImVec2 from = ImGui::GetCursorScreenPos();  // cut at the panel's edge, not wrapped
+    ImGui::PushClipRect(from, {from.x + ImGui::GetContentRegionAvail().x - 0.4f * u, from.y + 2 * u}, true);
+    ImGui::TextUnformatted(line.c_str());
+    ImGui::PopClipRect();
+    ImGui::PopStyleColor();
+    ImGui::PopFont();
+    ImGui::SetCursorPos(after);
+    ImGui::PopID();
+  }
+  end_panel();
+}
+
+void draw_details(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
+  begin_panel("details", s.text("op.goal"), size, w);
+  if (s.scene >= 0 && s.scene < static_cast<int>(s.scenes.size())) {
+    const SceneChoice& scene = s.scenes[static_cast<std::size_t>(s.scene)];
+    draw_picture(s, w, scene.picture, ImGui::GetContentRegionAvail().x);
+    ImGui::Spacing();
+    ImGui::PushFont(w.style().large);
+    ImGui::PushTextWrapPos(0);
+    ImGui::TextUnformatted(scene.title.c_str());
+    ImGui::PopTextWrapPos();
+    ImGui::PopFont();
+    if (!scene.fault.empty()) {
+      ImGui::PushStyleColor(ImGuiCol_Text, kBad);
+      ImGui::TextWrapped("%s", scene.fault.c_str());
+      ImGui::PopStyleColor();
+    } else {
+      ImGui::TextWrapped("%s", scene.description.c_str());
+    }
+    ImGui::Spacing();
+    ImGui::PushFont(w.style().small);
+    dim_wrapped(scene.file.filename().string());
+    ImGui::PopFont();
+  }
+  end_panel();
+}
+
+void draw_set_up(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
+  const float u = w.style().unit;
+  begin_column("set_up", size);
+  const float spacing = ImGui::GetStyle().ItemSpacing.y;
+  const float trainee_height = 9.2f * u;
+  const float rest = ImGui::GetContentRegionAvail().y - trainee_height - 2 * spacing;
+
+  begin_panel("hand", s.text("op.hand"), {0, 0.56f * rest}, w);
+  for (std::size_t i = 0; i < s.hands.size(); ++i) {
+    const HandEntry& hand = s.hands[i];
+    ImGui::PushID(static_cast<int>(i));
+    if (ImGui::RadioButton(hand.title.c_str(), static_cast<int>(i) == s.hand)) s.hand = static_cast<int>(i);
+    if (!hand.detail.empty()) {
+      ImGui::Indent(1.9f * u);
+      ImGui::PushFont(w.style().small);
+      ImGui::PushStyleColor(ImGuiCol_Text, hand.usable ? kDim : kWarn);
+      ImGui::TextWrapped("%s", hand.detail.c_str());
+      ImGui::PopStyleColor();
+      ImGui::PopFont();
+      ImGui::Unindent(1.9f * u);
+    }
+    ImGui::PopID();
+  }
+  ImGui::SetNextItemWidth(-1);
+  if (key('H', true)) ImGui::SetKeyboardFocusHere();
+  if (ImGui::InputTextWithHint("##address", s.text("op.address_hint"), s.address.data(), s.address.size()))
+    s.hand = static_cast<int>(s.hands.size()) - 1;
+  if (ImGui::Button(s.text("op.rescan"))) s.ask(Ask::kRescan);
+  end_panel();
+
+  begin_panel("picture", s.text("op.picture"), {0, 0.44f * rest}, w);
+  for (std::size_t i = 0; i < s.rigs.size(); ++i) {
+    ImGui::PushID(static_cast<int>(i));
+    if (ImGui::RadioButton(s.rigs[i].title.c_str(), static_cast<int>(i) == s.rig)) s.rig = static_cast<int>(i);
+    ImGui::PopID();
+  }
+  const bool own_window =
+      s.rig >= 0 && s.rig < static_cast<int>(s.rigs.size()) && !s.rigs[static_cast<std::size_t>(s.rig)].embedded;
+  if (own_window) {
+    const auto name = [&](int m) {
+      return m < 0 ? std::string(s.text("op.window"))
+                   : fmt::format("{} {}: {}", s.text("op.full_screen"), m + 1, s.monitors[static_cast<std::size_t>(m)]);
+    };
+    ImGui::SetNextItemWidth(-1);
+    if (s.monitor >= static_cast<int>(s.monitors.size())) s.monitor = -1;
+    if (ImGui::BeginCombo("##monitor", name(s.monitor).c_str())) {
+      for (int m = -1; m < static_cast<int>(s.monitors.size()); ++m)
+        if (ImGui::Selectable(name(m).c_str(), m == s.monitor)) s.monitor = m;
+      ImGui::EndCombo();
+    }
+  }
+  end_panel();
+
+  begin_panel("trainee", s.text("op.trainee"), {0, trainee_height}, w);
+  ImGui::SetNextItemWidth(-1);
+  ImGui::InputTextWithHint("##trainee", s.text("op.trainee_hint"), s.trainee.data(), s.trainee.size());
+  ImGui::BeginDisabled(s.author);
+  ImGui::Checkbox(s.text("op.record_this"), &s.record);
+  ImGui::EndDisabled();
+  ImGui::Checkbox(s.text("op.author"), &s.author);
+  end_panel();
+  ImGui::EndChild();
+}
+
+}  // namespace
+
+void draw_start_page(OperatorState& s, InterfaceWindow& w) {
+  const float u = w.style().unit;
+  begin_page(w);
+  draw_header(s, w);
+  ImGui::Dummy({0, 0.2f * u});
+  const float foot = 3.2f * u, gap = ImGui::GetStyle().ItemSpacing.x;
+  const ImVec2 room = ImGui::GetContentRegionAvail();
+  const float height = room.y - foot - ImGui::GetStyle().ItemSpacing.y;
+  const float side = std::max(0.29f * room.x, 17 * u), left = 0.34f * room.x;
+  draw_scenes(s, w, {left, height});
+  ImGui::SameLine();
+  draw_details(s, w, {room.x - left - side - 2 * gap, height});
+  ImGui::SameLine();
+  draw_set_up(s, w, {side, height});
+
+  const ImVec2 button{13 * u, foot - 0.4f * u};
+  begin_column("foot", {room.x - button.x - gap, foot - 0.4f * u});
+  if (s.first_run && s.message.empty()) {
+    dim_wrapped(s.text("op.first_run"));
+    if (ImGui::IsItemClicked()) s.ask(Ask::kDoctor);
+  } else {
+    message_line(s);
+  }
+  ImGui::EndChild();
+  ImGui::SameLine();
+  const bool can = s.scene >= 0 && s.scene < static_cast<int>(s.scenes.size()) &&
+                   s.scenes[static_cast<std::size_t>(s.scene)].fault.empty();
+  ImGui::BeginDisabled(!can);
+  const bool pressed = main_button(fmt::format("{}   F5", s.text("op.start")).c_str(), button);
+  ImGui::EndDisabled();
+  // F5 also while a name is being typed.
+  if (can && (pressed || ImGui::IsKeyPressed(keys::kF1 + 4, false))) s.ask(Ask::kStart);
+  if (key(keys::kF1 + 7)) s.ask(Ask::kDoctor);
+  if (key(keys::kF1)) s.help = true;
+  if (key('Q', true)) s.ask(Ask::kQuit);
+  end_page();
+}
+
+void draw_loading_page(OperatorState& s, InterfaceWindow& w) {
+  begin_page(w);
+  const ImVec2 room = ImGui::GetContentRegionAvail();
+  const std::string text = fmt::format("{} …", s.text("op.loading"));
+  ImGui::PushFont(w.style().large);
+  const ImVec2 size = ImGui::CalcTextSize(text.c_str());
+  ImGui::SetCursorPos({(room.x - size.x) / 2, (room.y - size.y) / 2});
+  ImGui::TextUnformatted(text.c_str());
+  ImGui::PopFont();
+  const ImVec2 title = ImGui::CalcTextSize(s.scene_title.c_str());
+  ImGui::SetCursorPosX((room.x - title.x) / 2);
+  dim(s.scene_title);
+  end_page();
+}
+
+}  // namespace typodont

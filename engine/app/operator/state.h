@@ -1,0 +1,150 @@
+// What the operator's window shows and what was asked of it: plain state. The pages draw it and append requests; the
+// Operator carries them out between two frames. Main thread.
+#pragma once
+
+#include <array>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "engine/app/operator/interface_window.h"
+#include "engine/app/operator/steps.h"
+#include "engine/app/workbench.h"
+#include "engine/session/score.h"
+#include "engine/session/strings.h"
+
+namespace typodont {
+
+enum class Page { kStart, kLoading, kSession, kResult, kDoctor };
+
+enum class Ask {
+  kStart,            // a session with what is chosen
+  kEndSession,       // force fades, the recording is completed
+  kEmergencyStop,    // no force from the next tick on
+  kToStart,          // back to the choice
+  kAgain,            // the same once more
+  kLanguage,         // number: which
+  kDoctor,           // look at this computer
+  kRescan,           // scenes, hands, rigs anew
+  kOpenReport,       // in the browser
+  kOpenFolder,       // where the sessions are
+  kDeleteRecording,  // of the session just ended
+  kSettings,         // live settings have changed
+  kTool,             // number: its place in the tray
+  kLoseDevice,       // for tests: as if the GPU had been reset
+  kSaveExercise,     // what was painted, and perhaps drilled, as an exercise of one's own
+  kHold,             // number: 1 no drill and no force for now, 0 go on
+  kStepDone,         // tick the task's current step off
+  kStepBack,         // take the last tick back
+  kCancel,           // the long work that is under way
+  kQuit,
+};
+struct Request {
+  Ask ask;
+  int number = 0;
+};
+
+struct SceneChoice {
+  std::filesystem::path file;
+  std::string title, description;
+  std::string fault;  // why it cannot be used; empty: it can
+  int picture = -1;   // place in OperatorState::pictures
+  bool own = false;   // the user's, not shipped
+};
+struct HandEntry {
+  std::string address;  // empty: typed by the user
+  std::string title, detail;
+  bool usable = true;
+};
+struct RigChoice {
+  std::filesystem::path file;  // empty: in this window
+  std::string title;
+  bool embedded = false;
+};
+struct DoctorFinding {
+  std::string name, state, found, without, mend;
+};
+
+/// What was done, when the session is over.
+struct Outcome {
+  WorkbenchSummary summary;
+  std::filesystem::path recording, report;  // empty: there is none
+  session::Score score;
+  std::string failure;
+};
+
+struct OperatorState {
+  Page page = Page::kStart;
+  session::Language language = session::Language::kEnglish;
+  bool chinese = false;  // this computer can write it
+  bool first_run = false;
+  bool help = false;    // the list of keys is open
+  std::string message;  // one line that matters now: an error, a hint
+  bool message_is_error = false;
+  std::vector<Request> asked;  // by the pages, this frame
+
+  // Start.
+  std::vector<SceneChoice> scenes;
+  std::vector<HandEntry> hands;
+  std::vector<RigChoice> rigs;
+  std::vector<std::string> monitors;
+  int scene_shown = -1;  // the page scrolled to it
+  int scene = 0, hand = 0, rig = 0, monitor = -1;
+  std::array<char, 256> address{};  // of a hand that is typed
+  std::array<char, 128> trainee{};
+  bool record = true;
+  bool author = false;  // paint tissue, set the ideal; such sessions are not recorded
+  std::vector<gpu::Image> pictures;
+
+  // Session.
+  WorkbenchStatus status;
+  session::Score score;
+  haptics::DeviceInfo device;
+  std::string scene_title, scene_goal;
+  std::vector<std::string> tools;  // of the tray
+  StepWatcher steps;
+  bool painting = false;  // the brush is down
+  Tissue paint_tissue = Tissue::kCaries;
+  float paint_radius_mm = 0.6f;
+  std::size_t strokes = 0;  // painted so far
+  int step_shown = -1;      // the page scrolled to it
+  SessionSettings settings;
+  bool recording = false;
+  bool held = false;
+  std::array<float, 240> forces{}, ticks_us{};  // the last seconds, for the curves
+  int curve_at = 0;
+  const gpu::Image* live = nullptr;  // the trainee's left picture
+  glm::dmat2 live_upright{1.0};
+  bool live_is_own = false;        // the picture is drawn for this window, which then is the trainee's too
+  glm::ivec2 live_size{640, 360};  // set by the page: pixels there are for it
+  display::UserInput live_input;   // set by the page: what was done over the picture
+  bool live_hovered = false;
+  double live_aspect = 16.0 / 9;  // width / height of the picture
+
+  // Result.
+  Outcome outcome;
+  std::array<char, 96> exercise_name{};
+  std::array<char, 512> exercise_goal{};
+  bool drilled_is_ideal = true;
+
+  // Doctor.
+  std::vector<DoctorFinding> findings;
+
+  // Long work under way.
+  bool busy = false;
+  double busy_share = 0;
+  std::string busy_what;
+
+  void ask(Ask what, int number = 0) { asked.push_back({what, number}); }
+  const char* text(std::string_view key) const { return session::text(key, language).data(); }
+};
+
+// The pages, each between InterfaceWindow::begin() and end().
+void draw_start_page(OperatorState& s, InterfaceWindow& w);
+void draw_loading_page(OperatorState& s, InterfaceWindow& w);
+void draw_session_page(OperatorState& s, InterfaceWindow& w);
+void draw_result_page(OperatorState& s, InterfaceWindow& w);
+void draw_doctor_page(OperatorState& s, InterfaceWindow& w);
+void draw_help(OperatorState& s, InterfaceWindow& w);
+
+}  // namespace typodont

@@ -1,0 +1,71 @@
+#include "engine/app/operator/steps.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "engine/base/units.h"
+
+namespace typodont {
+
+namespace {
+
+constexpr Nanos kTouch = 500'000'000;  // ns of touching in all
+constexpr double kDrilled = 0.05 * kCubicMillimetre;
+constexpr double kMoved = 10 * kMillimetre;  // of the hand's path
+constexpr double kMost = 20 * kMillimetre;   // a jump of the input, not a movement
+
+double sum(const PerTissue& volumes) {
+  double total = 0;
+  for (const double v : volumes) total += v;
+  return total;
+}
+
+}  // namespace
+
+bool StepWatcher::waits() const {
+  return current_ < count() && !task_.step_deeds[static_cast<std::size_t>(current_)].empty();
+}
+
+bool StepWatcher::follow(const Deeds& now) {
+  if (current_ >= count()) return false;
+  if (!begun_) {
+    begun_ = true;
+    start_ = now;
+    touched_ = 0;
+    path_ = 0;
+    last_t_ = now.tick.t;
+    last_p_ = now.tick.X_WT.p;
+    return false;
+  }
+  const Nanos dt = now.tick.t - last_t_;
+  const double way = glm::length(now.tick.X_WT.p - last_p_);
+  if (now.tick.contact_area > 0) touched_ += dt;
+  if (way < kMost) path_ += way;
+  last_t_ = now.tick.t;
+  last_p_ = now.tick.X_WT.p;
+
+  const std::string& deed = task_.step_deeds[static_cast<std::size_t>(current_)];
+  const bool done = deed == "move"    ? path_ > kMoved
+                    : deed == "touch" ? touched_ > kTouch
+                    : deed == "drill" ? sum(now.tick.removed) - sum(start_.tick.removed) > kDrilled
+                    : deed == "tool"  ? now.tick.tool != start_.tick.tool
+                    : deed == "speed" ? std::abs(now.settings.speed_share - start_.settings.speed_share) > 0.01
+                    : deed == "undo"  ? now.undone > start_.undone
+                    : deed == "redo"  ? now.redone > start_.redone
+                    : deed == "view"  ? now.views > start_.views
+                                      : false;
+  if (done) next();
+  return done;
+}
+
+void StepWatcher::next() {
+  current_ = std::min(current_ + 1, count());
+  begun_ = false;
+}
+
+void StepWatcher::back() {
+  current_ = std::max(current_ - 1, 0);
+  begun_ = false;
+}
+
+}  // namespace typodont

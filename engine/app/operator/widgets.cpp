@@ -1,0 +1,111 @@
+#include "engine/app/operator/widgets.h"
+
+#include "engine/display/keys.h"
+
+namespace typodont::widgets {
+
+void begin_page(InterfaceWindow& w) {
+  const display::ivec2 size = w.size();
+  ImGui::SetNextWindowPos({0, 0});
+  ImGui::SetNextWindowSize({static_cast<float>(size.x), static_cast<float>(size.y)});
+  ImGui::PushStyleVar(ImGuiStyleVar_WindowPadding, {w.style().unit, w.style().unit});
+  ImGui::Begin("page", nullptr,
+               ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoSavedSettings |
+                   ImGuiWindowFlags_NoBringToFrontOnFocus);
+  ImGui::PopStyleVar();
+}
+void end_page() {
+  ImGui::End();
+}
+
+void begin_column(const char* id, ImVec2 size) {
+  ImGui::PushStyleColor(ImGuiCol_ChildBg, ImVec4(0, 0, 0, 0));
+  ImGui::BeginChild(id, size, false, ImGuiWindowFlags_NavFlattened);
+  ImGui::PopStyleColor();
+}
+bool begin_panel(const char* id, const char* title, ImVec2 size, InterfaceWindow& w) {
+  const bool open =
+      ImGui::BeginChild(id, size, true, ImGuiWindowFlags_NavFlattened | ImGuiWindowFlags_AlwaysUseWindowPadding);
+  if (title && *title) heading(title, w);
+  return open;
+}
+void end_panel() {
+  ImGui::EndChild();
+}
+
+void heading(const char* text, InterfaceWindow& w) {
+  ImGui::PushFont(w.style().small);
+  ImGui::PushStyleColor(ImGuiCol_Text, kDim);
+  ImGui::TextUnformatted(text);
+  ImGui::PopStyleColor();
+  ImGui::PopFont();
+}
+void dim(const std::string& text) {
+  ImGui::PushStyleColor(ImGuiCol_Text, kDim);
+  ImGui::TextUnformatted(text.data(), text.data() + text.size());
+  ImGui::PopStyleColor();
+}
+void dim_wrapped(const std::string& text) {
+  ImGui::PushStyleColor(ImGuiCol_Text, kDim);
+  ImGui::PushTextWrapPos(0);
+  ImGui::TextUnformatted(text.data(), text.data() + text.size());
+  ImGui::PopTextWrapPos();
+  ImGui::PopStyleColor();
+}
+void row(const char* name, const std::string& value, const ImVec4* color) {
+  ImGui::PushStyleColor(ImGuiCol_Text, kDim);
+  ImGui::TextUnformatted(name);
+  ImGui::PopStyleColor();
+  const float width = ImGui::CalcTextSize(value.c_str()).x;
+  ImGui::SameLine();
+  const float right = ImGui::GetCursorPosX() + ImGui::GetContentRegionAvail().x - width;
+  ImGui::SetCursorPosX(std::max(ImGui::GetCursorPosX(), right));
+  if (color) ImGui::PushStyleColor(ImGuiCol_Text, *color);
+  ImGui::TextUnformatted(value.c_str());
+  if (color) ImGui::PopStyleColor();
+}
+
+namespace {
+bool colored_button(const char* text, ImVec2 size, ImVec4 plain, ImVec4 hovered, ImVec4 active) {
+  ImGui::PushStyleColor(ImGuiCol_Button, plain);
+  ImGui::PushStyleColor(ImGuiCol_ButtonHovered, hovered);
+  ImGui::PushStyleColor(ImGuiCol_ButtonActive, active);
+  const bool pressed = ImGui::Button(text, size);
+  ImGui::PopStyleColor(3);
+  return pressed;
+}
+}  // namespace
+
+bool main_button(const char* text, ImVec2 size) {
+  return colored_button(text, size, {0.16f, 0.45f, 0.53f, 1}, {0.20f, 0.53f, 0.62f, 1}, {0.24f, 0.60f, 0.70f, 1});
+}
+bool stop_button(const char* text, ImVec2 size) {
+  return colored_button(text, size, {0.66f, 0.16f, 0.13f, 1}, {0.76f, 0.20f, 0.16f, 1}, {0.86f, 0.26f, 0.20f, 1});
+}
+bool toggle_button(const char* text, bool on, ImVec2 size) {
+  if (!on) return ImGui::Button(text, size);
+  return colored_button(text, size, {0.18f, 0.38f, 0.44f, 1}, {0.22f, 0.44f, 0.51f, 1}, {0.24f, 0.50f, 0.58f, 1});
+}
+
+bool key(int code, bool control) {
+  const ImGuiIO& io = ImGui::GetIO();
+  return !io.WantTextInput && io.KeyCtrl == control && ImGui::IsKeyPressed(code, false);
+}
+
+void message_line(const OperatorState& s) {
+  if (s.message.empty()) return;
+  ImGui::PushStyleColor(ImGuiCol_Text, s.message_is_error ? kBad : kGood);
+  ImGui::PushTextWrapPos(0);
+  ImGui::TextUnformatted(s.message.c_str());
+  ImGui::PopTextWrapPos();
+  ImGui::PopStyleColor();
+}
+
+void busy_bar(OperatorState& s, float width) {
+  if (!s.busy) return;
+  ImGui::ProgressBar(static_cast<float>(s.busy_share), {width, 0}, s.busy_what.c_str());
+  ImGui::SameLine();
+  if (ImGui::Button(s.text("op.cancel"))) s.ask(Ask::kCancel);
+}
+
+}  // namespace typodont::widgets

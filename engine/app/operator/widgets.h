@@ -1,0 +1,46 @@
+// The few shapes all pages are made of. Sizes are multiples of the writing's height.
+#pragma once
+
+#include <imgui.h>
+
+#include <string>
+
+#include "engine/app/operator/state.h"
+
+namespace typodont::widgets {
+
+inline const ImVec4 kGood{0.45f, 0.78f, 0.58f, 1}, kWarn{0.93f, 0.74f, 0.36f, 1}, kBad{0.93f, 0.42f, 0.36f, 1};
+inline const ImVec4 kDim{0.60f, 0.62f, 0.64f, 1};
+
+/// A window that fills everything.
+void begin_page(InterfaceWindow& w);
+void end_page();
+
+/// A part of the page that holds panels, without a ground of its own; ImGui::EndChild() ends it.
+void begin_column(const char* id, ImVec2 size);
+/// A panel with a heading; `size` as BeginChild takes it.
+bool begin_panel(const char* id, const char* heading, ImVec2 size, InterfaceWindow& w);
+void end_panel();
+
+void heading(const char* text, InterfaceWindow& w);
+void dim(const std::string& text);
+void dim_wrapped(const std::string& text);
+/// Name at the left, value at the panel's right edge.
+void row(const char* name, const std::string& value, const ImVec4* color = nullptr);
+
+/// The one thing to do on a page.
+bool main_button(const char* text, ImVec2 size);
+/// Stops everything.
+bool stop_button(const char* text, ImVec2 size);
+/// A button that is held down while `on`.
+bool toggle_button(const char* text, bool on, ImVec2 size);
+
+/// Pressed in this frame, while nobody is typing.
+bool key(int code, bool control = false);
+
+/// The line at the page's foot.
+void message_line(const OperatorState& s);
+/// The bar of long work, with its way out.
+void busy_bar(OperatorState& s, float width);
+
+}  // namespace typodont::widgets

@@ -1,0 +1,62 @@
+#include "engine/base/progress.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <csignal>
+#include <cstdio>
+
+namespace typodont {
+
+namespace {
+
+constexpr Nanos kPatience = kNanosPerSecond;  // work that is done sooner needs no line
+
+std::atomic<Progress*> g_on_terminal{nullptr};  // what Ctrl-C cancels
+
+void interrupted(int) {
+  if (Progress* work = g_on_terminal.load()) work->cancel();
+  std::signal(SIGINT, SIG_DFL);  // whoever asks twice means it
+}
+
+}  // namespace
+
+Progress::Progress(std::string_view line) : line_(line), began_(now()), terminal_(isatty(STDERR_FILENO) != 0) {
+  g_on_terminal = this;
+  interrupt_before_ = std::signal(SIGINT, interrupted);
+}
+
+Progress::~Progress() {
+  if (line_.empty()) return;
+  std::signal(SIGINT, interrupt_before_);
+  g_on_terminal = nullptr;
+  if (terminal_ && shown_ >= 0) fmt::print(stderr, "\n");
+}
+
+void Progress::stage(const char* what, double from, double to) {
+  from_ = from, to_ = to;
+  what_.store(what, std::memory_order_relaxed);
+  at(0);
+}
+
+void Progress::at(double share) {
+  share_.store(from_ + std::clamp(share, 0.0, 1.0) * (to_ - from_), std::memory_order_relaxed);
+  if (!line_.empty()) show();
+  if (cancelled()) throw Cancelled();
+}
+
+void Progress::show() {
+  const int percent = static_cast<int>(this->share() * 100.0);
+  const int step = terminal_ ? percent : percent / 10 * 10;
+  if (step == shown_ || now() - began_ < kPatience) return;
+  shown_ = step;
+  if (terminal_) {
+    fmt::print(stderr, "\r{}: {:3d} %", line_, step);
+    std::fflush(stderr);
+  } else {
+    fmt::print(stderr, "{}: {} %\n", line_, step);
+  }
+}
+
+}  // namespace typodont
