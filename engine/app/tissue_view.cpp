@@ -52,14 +52,17 @@ constexpr double depth_seen(Tissue tissue) {
 
 }  // namespace
 
-void TissueView::look_beneath(const haptics::TissueVolume& volume, const glm::ivec3& key, render::MeshUpdate& update) {
+void TissueView::look_beneath(const haptics::TissueVolume& volume, render::MeshUpdate& update) {
   const double voxel = volume.frame().voxel;
   const auto own = [](const render::Vertex& v) { return v.tissue[v.second > 0.5f ? 1 : 0]; };
   if (update.vertices.empty()) return;
-  const glm::ivec3 lo = key * FieldBrick::kCells - kLook - 1, size(FieldBrick::kCells + 2 * kLook + 3);
-  distance_.resize(static_cast<std::size_t>(size.x) * size.y * size.z);
-  labels_.resize(distance_.size());
-  volume.copy(lo, size, distance_.data(), labels_.data());
+  // Labels as far around the surface as anything looks, no farther: most of a brick holds none of it.
+  glm::vec3 low(update.vertices.front().p), high(low);
+  for (const render::Vertex& v : update.vertices) low = glm::min(low, v.p), high = glm::max(high, v.p);
+  const glm::ivec3 lo = glm::ivec3(glm::floor(dvec3(low) / voxel)) - kLook - 2;
+  const glm::ivec3 size = glm::ivec3(glm::ceil(dvec3(high) / voxel)) + kLook + 3 - lo;
+  labels_.resize(static_cast<std::size_t>(size.x) * size.y * size.z);
+  volume.copy(lo, size, nullptr, labels_.data());
   const auto label = [&](const glm::ivec3& i) {
     return labels_[(static_cast<std::size_t>(i.x) * size.y + static_cast<std::size_t>(i.y)) * size.z +
                    static_cast<std::size_t>(i.z)];
@@ -109,7 +112,7 @@ std::vector<render::MeshUpdate> TissueView::update(haptics::TissueVolume& volume
   std::vector<render::MeshUpdate> updates;
   for (const glm::ivec3& key : mesher_.remesh()) {
     updates.push_back(brick_update(key, mesher_.find(key), volume.frame().voxel));
-    look_beneath(volume, key, updates.back());
+    look_beneath(volume, updates.back());
   }
   return updates;
 }

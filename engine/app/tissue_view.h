@@ -24,9 +24,8 @@ class TissueView {
   const surface::SurfaceMesher& mesher() const { return mesher_; }
 
  private:
-  void look_beneath(const haptics::TissueVolume& volume, const glm::ivec3& key, render::MeshUpdate& update);
+  void look_beneath(const haptics::TissueVolume& volume, render::MeshUpdate& update);
 
-  std::vector<float> distance_;
   std::vector<Tissue> labels_;
   surface::SurfaceMesher mesher_;
   FieldBrick brick_;

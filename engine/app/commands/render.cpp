@@ -127,6 +127,8 @@ void run(const Options& options) {
   std::optional<session::SessionReader> session;  // a moment of a recording instead of a scene
   if (options.scene.ends_with(".h5")) session.emplace(options.scene);
   const Scene scene = session ? scene_of(*session) : read_scene(options.scene);
+  if (options.at != 0 && options.pose.empty() && !session)
+    throw Error("", "--at", fmt::format("{}", options.at), "--pose HAND.csv, or a recorded session: it is a time in one of them");
   const fs::path rig_path = rig_file(options.rig);
   display::DisplayRig rig = display::load_rig(rig_path);
   if (rig.kind == display::DisplayKind::kHmd)
