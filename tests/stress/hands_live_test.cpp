@@ -102,6 +102,17 @@ class LiveHands : public testing::Test {
     }
     FAIL() << "no contact\n" << test::read_text(folder / "err.txt");
   }
+  /// The program says, for the n-th time, that the arm is back.
+  void wait_until_back(int n) {
+    for (int i = 0; i < 600; ++i) {
+      const std::string said = test::read_text(folder / "err.txt");
+      int found = 0;
+      for (std::size_t at = said.find("is back"); at != std::string::npos; at = said.find("is back", at + 1)) ++found;
+      if (found >= n) return;
+      ::usleep(50'000);
+    }
+    FAIL() << "not back\n" << test::read_text(folder / "err.txt");
+  }
   bool pushing() const { return board.current() > 0.5; }  // A; holding up its own arm takes less
   /// Asks it to end; what it printed.
   Json end() {
@@ -123,7 +134,7 @@ TEST_F(LiveHands, AreFeltThroughTheWholeProgramAndItsEndLeavesNoForce) {
   start("--record " + (folder / "s.h5"));
   wait_for_contact();
   const Json ran = end();
-  EXPECT_EQ(board.current(), 0);
+  EXPECT_GE(board.seconds_to_zero(1), 0);
   EXPECT_LE(board.take_worst(), 3.0);
   EXPECT_GT(ran["jitter_us"]["p99_9"].number(), 0);
   EXPECT_GE(ran["motor_heat"].number(), 0);
@@ -166,19 +177,19 @@ TEST_F(LiveHands, AProcessThatIsStoppedLosesItsForceAndGetsItBackOnlyWhenTheHand
   EXPECT_NE(ran["safety"].string().find("watchdog"), std::string::npos);
 }
 
-TEST_F(LiveHands, AnUnpluggedArmIsTakenUpAgainAndTheRecordingReplaysExactly) {
+TEST_F(LiveHands, AnUnpluggedArmIsTakenUpAgainWithinItsLimitsAndTheRecordingReplaysExactly) {
   start("--record " + (folder / "s.h5"));
-  for (int i = 0; i < 2; ++i) {
-    wait_for_contact();
-    board.unplug();
-    EXPECT_EQ(board.current(), 0);
-    ::usleep(300'000);
-    rest(board);  // where it is put, and where it counts from
-    board.plug_in();
-    EXPECT_TRUE(board.wait_for_current(60));
-    press();
-  }
   wait_for_contact();
+  board.unplug();
+  EXPECT_EQ(board.current(), 0);
+  ::usleep(300'000);
+  rest(board);  // where it is put, and where it counts from
+  board.plug_in();
+  wait_until_back(1);  // it lies still until then, or it would not be taken up
+  board.take_worst();
+  press();
+  ::usleep(2'500'000);  // through freedom and contact
+  EXPECT_LE(board.take_worst(), 3.0);
   const Json ran = end();
   EXPECT_EQ(ran["faults"].integer() & bits(Fault::kDeviceLost), bits(Fault::kDeviceLost));
   EXPECT_NE(ran["safety"].string().find("device lost"), std::string::npos);
@@ -242,7 +253,9 @@ TEST_F(LiveHands, TheEmergencyKeyAndAnInterfaceThatHangsLeaveTheHandSafe) {
   bench.hold(false);
   wait_for_contact();
   const WorkbenchSummary summary = bench.stop();
-  EXPECT_EQ(board.current(), 0);
+  const double ended = board.seconds_to_zero(2);  // the board has yet to read what was sent
+  EXPECT_GE(ended, 0);
+  EXPECT_LT(ended, kSoon);
   EXPECT_NE(summary.loop.safety & bits(SafetyEvent::kEmergency), 0u);
 }
 
