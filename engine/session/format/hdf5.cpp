@@ -126,7 +126,9 @@ bool write_text(hid_t group, const char* name, std::string_view text) {
   if (bytes.empty()) bytes.push_back('\0');
   H5 type = h5_string_type(bytes.size());
   H5 space(H5Screate(H5S_SCALAR), H5Sclose);
-  H5 dataset(H5Dcreate2(group, name, type.get(), space.get(), H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT), H5Dclose);
+  H5 properties(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
+  H5Pset_obj_track_times(properties.get(), false);  // equal sessions, equal bytes
+  H5 dataset(H5Dcreate2(group, name, type.get(), space.get(), H5P_DEFAULT, properties.get(), H5P_DEFAULT), H5Dclose);
   return dataset && H5Dwrite(dataset.get(), type.get(), H5S_ALL, H5S_ALL, H5P_DEFAULT, bytes.data()) >= 0;
 }
 
