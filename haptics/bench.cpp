@@ -13,7 +13,7 @@
 #include <thread>
 #include <utility>
 
-#include "engine/base/clock.h"
+#include "engine/base/measure.h"
 #include "engine/base/units.h"
 #include "haptics/carver.h"
 #include "haptics/servo.h"
@@ -24,11 +24,6 @@ namespace typodont::haptics {
 
 namespace {
 
-double percentile(std::vector<double> times, double share) {
-  std::sort(times.begin(), times.end());
-  return times[static_cast<std::size_t>(share * static_cast<double>(times.size() - 1))];
-}
-
 /// CPU time of one call, ns: the median of `repeats` batches, because one call is too short for the clock.
 template <class F>
 double batch_ns(int repeats, int batch, F&& work) {
@@ -38,7 +33,7 @@ double batch_ns(int repeats, int batch, F&& work) {
     for (int k = 0; k < batch; ++k) work(k);
     times.push_back(static_cast<double>(thread_cpu_time() - start) / batch);
   }
-  return percentile(times, 0.5);
+  return quantile(times, 0.5);
 }
 
 /// What reading the clock twice costs, ns: taken off every single time.
@@ -48,7 +43,7 @@ double clock_ns() {
     const Nanos start = thread_cpu_time();
     times.push_back(static_cast<double>(thread_cpu_time() - start));
   }
-  return percentile(times, 0.5);
+  return quantile(times, 0.5);
 }
 
 /// Equal runs do equal work, so the least time of each tick over a few runs is the tick's own, interrupts left out.
@@ -220,7 +215,7 @@ void slide_rows(const BenchOptions& options, std::vector<BenchRow>& rows) {
       times.push_back(static_cast<double>(thread_cpu_time() - start) - clock);
       if (i > 50) probe_error = std::max(probe_error, degrees_between(push, p));
     }
-    const double probe_ns = percentile(times, 0.5);
+    const double probe_ns = quantile(times, 0.5);
     rows.push_back(
         {"slide on a sphere, voxel probing", knob, probe_error, "degree, greatest", probe_ns, "tick"});
 
@@ -247,7 +242,7 @@ void slide_rows(const BenchOptions& options, std::vector<BenchRow>& rows) {
         }
         return run;
       });
-      const double ns = percentile(ticks, 0.5);
+      const double ns = quantile(ticks, 0.5);
       rows.push_back({name, knob, error, "degree, greatest", ns, "tick", "voxel probing", ns / probe_ns});
     };
     by_queries(sample_linear_gradient, "slide on a sphere, eight trilinear looks");
@@ -268,7 +263,7 @@ void slide_rows(const BenchOptions& options, std::vector<BenchRow>& rows) {
     });
     for (const auto& [name, share] :
          {std::pair{"slide on a sphere, median", 0.5}, {"slide on a sphere, 99.9 %", 0.999}}) {
-      const double ns = percentile(times, share);
+      const double ns = quantile(times, share);
       rows.push_back({name, knob, error, "degree, greatest", ns, "tick", "voxel probing", ns / probe_ns});
     }
     Scene scene(dense, settings);
@@ -395,9 +390,9 @@ void drilling_rows(const BenchOptions& options, std::vector<BenchRow>& rows) {
     });
     Scene& scene = *last;
     rows.push_back(
-        {"drilling tick, median", knob, error, "volume against energy", percentile(ticks, 0.5), "tick"});
+        {"drilling tick, median", knob, error, "volume against energy", quantile(ticks, 0.5), "tick"});
     rows.push_back(
-        {"drilling tick, 99.9 %", knob, error, "volume against energy", percentile(ticks, 0.999), "tick"});
+        {"drilling tick, 99.9 %", knob, error, "volume against energy", quantile(ticks, 0.999), "tick"});
     cut_rows(tool, knob, dense, rows);
 
     // Hand-over of a patch that lacks the cuts of the last while.
@@ -443,7 +438,7 @@ void removal_rows(const BenchOptions& options, std::vector<BenchRow>& rows) {
         cut(i);
         times.push_back(static_cast<double>(thread_cpu_time() - start));
       }
-      return std::pair{std::abs((before - volume()) / exact - 1), percentile(times, 0.5)};
+      return std::pair{std::abs((before - volume()) / exact - 1), quantile(times, 0.5)};
     };
     CsgBaseline csg(dense);
     const auto [csg_error, csg_ns] = run([&] { return csg.volume(); }, [&](int i) { csg.cut_ball(at(i), r); });
@@ -560,9 +555,9 @@ void deadline_rows(const BenchOptions& options, std::vector<BenchRow>& rows) {
   const std::string knob = fmt::format("round 1.2 mm, voxel 0.1 mm, {}", in_front ? "SCHED_FIFO" : "ordinary priority");
   const double share = static_cast<double>(missed) / ticks;
   rows.push_back({"drilling at 10 kHz beside a busy core, the tick", knob, share, "of the deadlines missed",
-                  percentile(busy_ticks, 0.5), "tick"});
+                  quantile(busy_ticks, 0.5), "tick"});
   rows.push_back({"drilling at 10 kHz beside a busy core, done after", knob, share, "of the deadlines missed",
-                  percentile(late, 0.5), "tick"});
+                  quantile(late, 0.5), "tick"});
 }
 
 }  // namespace

@@ -6,23 +6,12 @@
 #include <cmath>
 
 #include "calibration/joint_solver.h"
+#include "engine/base/markup.h"
 #include "engine/base/units.h"
 
 namespace typodont::calibration {
 
 namespace {
-
-std::string escaped(std::string_view text) {
-  std::string out;
-  for (const char c : text) {
-    if (c == '<') out += "&lt;";
-    else if (c == '>') out += "&gt;";
-    else if (c == '&') out += "&amp;";
-    else if (c == '"') out += "&quot;";
-    else out += c;
-  }
-  return out;
-}
 
 // Touch by touch: a stem per residual, those set aside in red on the same axis (clipped, with an arrow's head).
 std::string residual_plot(const std::vector<double>& residuals, const std::vector<std::size_t>& rejected) {

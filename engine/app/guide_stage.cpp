@@ -10,7 +10,6 @@
 #include <cerrno>
 #include <charconv>
 #include <chrono>
-#include <cstdlib>
 #include <optional>
 #include <thread>
 #include <utility>
@@ -355,8 +354,6 @@ std::optional<Touch> parse_touch(const std::string& line, const ArmGeometry& arm
   return touch;
 }
 
-bool has_desktop() { return std::getenv("DISPLAY") || std::getenv("WAYLAND_DISPLAY"); }
-
 /// One step, from its first prompt to its end.
 class Guide {
  public:
@@ -394,7 +391,7 @@ class Guide {
 
  private:
   void open_screen() {
-    if (!options_.window || (options_.monitor < 0 && !has_desktop())) return;
+    if (!options_.window || (options_.monitor < 0 && !display::has_desktop())) return;
 #ifdef TYPODONT_WINDOW
     try {
       screen_.emplace(look_, options_.monitor);

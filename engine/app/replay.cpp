@@ -101,7 +101,7 @@ ReplayResult replay_session(const std::filesystem::path& session_file, const std
   ReplayResult result;
   result.truncated = session.truncated();
   result.identical = true;
-  session::Fnv1a force_hash;
+  Fnv1a force_hash;
   std::deque<Cut> waiting;  // made by the servo, not yet repeated on the volume
   const auto apply_through = [&](std::uint64_t cuts) {
     while (!waiting.empty() && waiting.front().index <= cuts) {

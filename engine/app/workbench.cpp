@@ -6,7 +6,6 @@
 #include <array>
 #include <chrono>
 #include <csignal>
-#include <cstdlib>
 #include <mutex>
 #include <optional>
 #include <thread>
@@ -208,7 +207,7 @@ void carver_thread(Session& s) {
         worked = true;
       }
     }
-    if (wiring.mesh_all.exchange(false)) view = TissueView();
+    if (wiring.mesh_all.exchange(false)) view = TissueView(s.tolerance);
     if (s.draw && (first || now() - meshed > kMeshInterval)) {
       meshed = now();
       first = false;
@@ -254,10 +253,6 @@ void recorder_thread(Session& s, session::SessionWriter& writer) {
     std::this_thread::sleep_for(5ms);
   }
   drain();
-}
-
-bool has_desktop() {
-  return std::getenv("DISPLAY") || std::getenv("WAYLAND_DISPLAY");
 }
 
 }  // namespace
@@ -320,7 +315,7 @@ struct Workbench::Impl {
 void Workbench::Impl::set_up() {
   // What this session needs.
   rig_file = options.rig;
-  if (rig_file.empty() && has_desktop()) rig_file = assets_folder() / "rigs/window.json";
+  if (rig_file.empty() && display::has_desktop()) rig_file = assets_folder() / "rigs/window.json";
   if (!rig_file.empty()) rig = display::load_rig(rig_file);
   if (rig && options.embedded) rig->screen.layout = display::Layout::kMono;
   const bool window = rig && (rig->kind == display::DisplayKind::kWindow || rig->kind == display::DisplayKind::kMirror);

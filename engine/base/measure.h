@@ -2,11 +2,20 @@
 #pragma once
 
 #include <algorithm>
+#include <cstddef>
 #include <vector>
 
 #include "engine/base/clock.h"
 
 namespace typodont {
+
+/// The value that a share (0..1) of them lies below. At least one value.
+inline double quantile(std::vector<double> values, double share) {
+  const auto wanted = static_cast<std::size_t>(share * static_cast<double>(values.size()));
+  const auto at = values.begin() + static_cast<std::ptrdiff_t>(std::min(wanted, values.size() - 1));
+  std::nth_element(values.begin(), at, values.end());
+  return *at;
+}
 
 struct MeasuredTimes {
   double median = 0, slow = 0;  // ns; slow: the 90th percentile
@@ -21,8 +30,7 @@ MeasuredTimes measure(int repeats, F&& work) {
     work();
     times.push_back(static_cast<double>(thread_cpu_time() - start));
   }
-  std::sort(times.begin(), times.end());
-  return {times[times.size() / 2], times[times.size() * 9 / 10]};
+  return {quantile(times, 0.5), quantile(times, 0.9)};
 }
 
 }  // namespace typodont

@@ -87,6 +87,9 @@ class Output {
   virtual std::vector<std::uint8_t> read() { return {}; }
 };
 
+/// Whether there is a desktop to open a window on.
+bool has_desktop();
+
 std::unique_ptr<Output> make_offscreen(gpu::Device& device, ivec2 size);
 
 #ifdef TYPODONT_WINDOW

@@ -15,6 +15,7 @@
 #include <unordered_set>
 
 #include "engine/base/error.h"
+#include "engine/base/fnv.h"
 #include "engine/base/units.h"
 #include "haptics/solid.h"
 #include "haptics/volume/leaf_history.h"
@@ -111,6 +112,17 @@ struct TissueVolume::Impl {
     }
     stroke.bytes = StrokeKept::Distance::bytes(stroke.distance) + StrokeKept::Labels::bytes(stroke.tissue) +
                    stroke.carved.size() * sizeof(glm::ivec3);
+  }
+
+  /// Bricks of a box that a cut or a filling has written to; lo > hi: it wrote nothing.
+  void mark_changed(const glm::ivec3& lo, const glm::ivec3& hi) {
+    if (lo.x > hi.x) return;
+    KeySet bricks;
+    insert_bricks(lo, hi, bricks);
+    for (const glm::ivec3& brick : bricks) {
+      changed.insert(brick);
+      if (carved.insert(brick).second && in_stroke) strokes.back().carved.push_back(brick);
+    }
   }
 
   void exchange(StrokeKept& stroke, bool back) {
@@ -377,13 +389,7 @@ void TissueVolume::carve(const Sweep& sweep) {
       }
     }
   }
-  if (changed_lo.x > changed_hi.x) return;
-  KeySet bricks;
-  insert_bricks(changed_lo, changed_hi, bricks);
-  for (const glm::ivec3& brick : bricks) {
-    v.changed.insert(brick);
-    if (v.carved.insert(brick).second && stroke) stroke->carved.push_back(brick);
-  }
+  v.mark_changed(changed_lo, changed_hi);
 }
 
 void TissueVolume::begin_stroke() {
@@ -464,13 +470,7 @@ void TissueVolume::fill(const Fill& filling) {
       }
     }
   }
-  if (changed_lo.x > changed_hi.x) return;
-  KeySet bricks;
-  insert_bricks(changed_lo, changed_hi, bricks);
-  for (const glm::ivec3& brick : bricks) {
-    v.changed.insert(brick);
-    if (v.carved.insert(brick).second && stroke) stroke->carved.push_back(brick);
-  }
+  v.mark_changed(changed_lo, changed_hi);
 }
 
 void TissueVolume::paint(Tissue label, const Solid& solid) {
@@ -544,22 +544,18 @@ PerTissue TissueVolume::volumes() const {
 }
 
 std::uint64_t TissueVolume::hash() const {
-  std::uint64_t hash = 0xcbf29ce484222325u;
-  const auto mix = [&](const void* bytes, std::size_t count) {
-    const auto* p = static_cast<const unsigned char*>(bytes);
-    for (std::size_t i = 0; i < count; ++i) hash = (hash ^ p[i]) * 0x100000001b3u;
-  };
+  Fnv1a hash;
   auto tissue = impl_->tissue->getConstAccessor();
   for (auto leaf = impl_->distance->tree().cbeginLeaf(); leaf; ++leaf) {
     const openvdb::Coord origin = leaf->origin();
-    mix(origin.data(), 3 * sizeof(int));
-    mix(leaf->buffer().data(), sizeof(float) * leaf->buffer().size());
+    hash.bytes(origin.data(), 3 * sizeof(int));
+    hash.bytes(leaf->buffer().data(), sizeof(float) * leaf->buffer().size());
     for (auto it = leaf->cbeginValueOn(); it; ++it) {
       const int label = tissue.getValue(it.getCoord());
-      mix(&label, sizeof label);
+      hash.bytes(&label, sizeof label);
     }
   }
-  return hash;
+  return hash.value;
 }
 
 }  // namespace typodont::haptics

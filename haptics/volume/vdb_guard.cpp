@@ -18,6 +18,7 @@
 #include <vector>
 
 #include "engine/base/error.h"
+#include "engine/base/fnv.h"
 
 namespace typodont::haptics {
 
@@ -34,16 +35,15 @@ constexpr rlim_t kTrialSeconds = 60;           // for reading a file on trial
 
 /// FNV-1a of the file's first `bytes` bytes.
 std::uint64_t hash_of(std::ifstream& in, std::uint64_t bytes) {
-  std::uint64_t hash = 0xcbf29ce484222325;
+  Fnv1a hash;
   std::vector<char> piece(1 << 16);
   in.seekg(0);
   while (bytes > 0 && in) {
     in.read(piece.data(), static_cast<std::streamsize>(std::min<std::uint64_t>(bytes, piece.size())));
-    for (std::streamsize i = 0; i < in.gcount(); ++i)
-      hash = (hash ^ static_cast<unsigned char>(piece[static_cast<std::size_t>(i)])) * 0x100000001b3;
+    hash.bytes(piece.data(), static_cast<std::size_t>(in.gcount()));
     bytes -= static_cast<std::uint64_t>(in.gcount());
   }
-  return hash;
+  return hash.value;
 }
 
 enum class Seal { kNone, kBroken, kUnbroken };

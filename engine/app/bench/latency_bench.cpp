@@ -14,6 +14,7 @@
 #include "engine/app/picture_stage.h"
 #include "engine/app/tissue_view.h"
 #include "engine/app/workbench.h"
+#include "engine/base/measure.h"
 #include "engine/base/units.h"
 #include "engine/session/session_file.h"
 
@@ -113,10 +114,9 @@ void picture_rows(bool quick, std::vector<BenchRow>& rows) {
       stage.draw(tick, {}, 1.0 / 60);
       times.push_back(to_seconds(now() - start));
     }
-    std::sort(times.begin(), times.end());
     rows.push_back(row("hand to finished picture, " + stage.device_name(),
                        fmt::format("{}, {}x{}, mono", quality.name, rig.screen.pixels.x, rig.screen.pixels.y),
-                       times[times.size() / 2], "step"));
+                       quantile(times, 0.5), "step"));
   }
 }
 

@@ -9,6 +9,7 @@
 #include "engine/app/picture_stage.h"
 #include "engine/app/scene.h"
 #include "engine/app/tissue_view.h"
+#include "engine/base/measure.h"
 
 namespace typodont {
 
@@ -78,12 +79,11 @@ std::vector<BenchRow> bench_render(bool quick) {
       stage->draw(moving, {}, 1.0 / 60);
       times.push_back(1e9 * static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC);
     }
-    std::nth_element(times.begin(), times.begin() + static_cast<std::ptrdiff_t>(times.size() / 2), times.end());
     rows.push_back({.name = "stereo frame, " + stage->device_name(),
                     .knob = fmt::format("{}, {}x{} an eye", quality.name, kEye.x, kEye.y),
                     .error = error,
                     .error_unit = "of 255, rms",
-                    .time_ns = times[times.size() / 2],
+                    .time_ns = quantile(times, 0.5),
                     .per = "frame",
                     .size = static_cast<double>(stats.triangles),
                     .size_unit = "triangles"});

@@ -8,6 +8,7 @@
 #include "engine/app/bench/parts.h"
 #include "engine/app/haptic_loop.h"
 #include "engine/app/tissue_view.h"
+#include "engine/base/measure.h"
 #include "engine/base/units.h"
 
 namespace typodont {
@@ -72,12 +73,8 @@ std::vector<BenchRow> bench_scaling(bool quick) {
         frames.push_back(static_cast<double>(thread_cpu_time() - drew));
       }
     }
-    const auto median = [](std::vector<double>& v) {
-      std::nth_element(v.begin(), v.begin() + static_cast<std::ptrdiff_t>(v.size() / 2), v.end());
-      return v[v.size() / 2];
-    };
-    row("servo and carver, drilling tick, median", median(ticks), "tick");
-    row("mesh of what a frame's drilling changed, median", median(frames), "frame");
+    row("servo and carver, drilling tick, median", quantile(ticks, 0.5), "tick");
+    row("mesh of what a frame's drilling changed, median", quantile(frames, 0.5), "frame");
   }
   return rows;
 }

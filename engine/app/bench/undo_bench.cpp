@@ -5,7 +5,7 @@
 
 #include "engine/app/bench/parts.h"
 #include "engine/app/scene.h"
-#include "engine/base/clock.h"
+#include "engine/base/measure.h"
 #include "engine/base/units.h"
 #include "haptics/carver.h"
 
@@ -45,14 +45,10 @@ std::vector<BenchRow> bench_undo(bool quick) {
       bytes = carver.volume().strokes().bytes;  // of this stroke alone: the one before is forgotten
       carver.undo();                            // the next one meets the same tooth
     }
-    const auto median = [](std::vector<double>& times) {
-      std::nth_element(times.begin(), times.begin() + static_cast<std::ptrdiff_t>(times.size() / 2), times.end());
-      return times[times.size() / 2];
-    };
     const std::string knob = fmt::format("{} passes through the crown", passes);
     const double kilobytes = static_cast<double>(bytes) / 1024;
-    rows.push_back({.name = "undo", .knob = knob, .time_ns = median(back), .per = "stroke", .size = kilobytes, .size_unit = "kB kept"});
-    rows.push_back({.name = "redo", .knob = knob, .time_ns = median(again), .per = "stroke", .size = kilobytes, .size_unit = "kB kept"});
+    rows.push_back({.name = "undo", .knob = knob, .time_ns = quantile(back, 0.5), .per = "stroke", .size = kilobytes, .size_unit = "kB kept"});
+    rows.push_back({.name = "redo", .knob = knob, .time_ns = quantile(again, 0.5), .per = "stroke", .size = kilobytes, .size_unit = "kB kept"});
   }
   return rows;
 }

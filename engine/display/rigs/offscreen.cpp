@@ -1,6 +1,8 @@
 // A picture in memory instead of a screen.
 #include "engine/display/output.h"
 
+#include <cstdlib>
+
 namespace typodont::display {
 
 namespace {
@@ -40,6 +42,8 @@ class Offscreen final : public Output {
 };
 
 }  // namespace
+
+bool has_desktop() { return std::getenv("DISPLAY") || std::getenv("WAYLAND_DISPLAY"); }
 
 std::unique_ptr<Output> make_offscreen(gpu::Device& device, ivec2 size) {
   return std::make_unique<Offscreen>(device, size);

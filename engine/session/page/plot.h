@@ -7,6 +7,8 @@
 #include <string_view>
 #include <vector>
 
+#include "engine/base/markup.h"
+
 namespace typodont::session {
 
 /// "3.14" or "3,14": with `decimals` places.
@@ -48,8 +50,6 @@ std::string histogram(const std::vector<double>& edges, const std::vector<double
 std::string session_plot(const std::vector<double>& values, std::optional<double> target, const std::string& label,
                          const NumberText& number);
 
-/// Safe inside HTML text and attributes.
-std::string escaped(std::string_view text);
 /// RFC 4648.
 std::string base64(const std::vector<unsigned char>& bytes);
 
