@@ -240,7 +240,7 @@ DenseTissue read_solids(const Json& json) {
   // Voxel centres lie on multiples of h, so that the same solid sampled in two domains has the same samples.
   const dvec3 first = glm::floor(lo / h), last = glm::ceil(hi / h);
   const dvec3 size = last - first + 1.0;
-  constexpr double kMaxVoxels = 4e8;
+  constexpr double kMaxVoxels = 6e8;
   if (size.x * size.y * size.z > kMaxVoxels) {
     json["voxel_mm"].fail(fmt::format("{:.3g} voxels", size.x * size.y * size.z),
                           fmt::format("at most {:.0g}: a larger voxel or a smaller domain", kMaxVoxels));
@@ -256,9 +256,9 @@ DenseTissue read_solids(const Json& json) {
   // matter in it, and mostly that all of it is air or deep inside.
   constexpr int kBlock = 8;
   const double reach = 0.5 * std::sqrt(3.0) * (kBlock - 1) * h;
-  const auto block = [&](const glm::ivec3& lo, std::vector<const Part*>& near) {
-    const glm::ivec3 end = glm::min(lo + kBlock, dense.size);
-    const dvec3 middle = dense.frame.to_world(dvec3(lo) + 0.5 * (kBlock - 1));
+  const auto block = [&](const glm::ivec3& from, std::vector<const Part*>& near) {
+    const glm::ivec3 end = glm::min(from + kBlock, dense.size);
+    const dvec3 middle = dense.frame.to_world(dvec3(from) + 0.5 * (kBlock - 1));
     near.clear();
     Tissue deep = Tissue::kAir;
     bool crossed = false, covered = false;  // by a label's border; by one solid, all of it beyond the band
@@ -275,9 +275,9 @@ DenseTissue read_solids(const Json& json) {
     }
     const bool uniform = near.empty() || (covered && !crossed);
     const auto clamped = static_cast<float>(near.empty() ? dense.band : -dense.band);
-    for (int x = lo.x; x < end.x; ++x) {
-      for (int y = lo.y; y < end.y; ++y) {
-        for (int z = lo.z; z < end.z; ++z) {
+    for (int x = from.x; x < end.x; ++x) {
+      for (int y = from.y; y < end.y; ++y) {
+        for (int z = from.z; z < end.z; ++z) {
           const std::size_t i = dense.at(x, y, z);
           if (uniform) {
             dense.distance[i] = clamped;
