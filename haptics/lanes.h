@@ -38,6 +38,8 @@ TYPODONT_KERNEL bool any_of(const I8& mask) {
 }
 
 TYPODONT_KERNEL void take_root(F8& v) {
+  // Through memory, or the compiler takes some of the eight one by one.
+  asm("" : "+m"(v));
   F8 root;
   for (int i = 0; i < 8; ++i) root[i] = std::sqrt(v[i]);
   v = root;

@@ -9,6 +9,7 @@
 #include "engine/base/check.h"
 #include "engine/base/units.h"
 #include "haptics/contact/contact_planes.h"
+#include "haptics/cut_front.h"
 #include "haptics/forces/friction.h"
 #include "haptics/forces/passivity.h"
 #include "haptics/forces/tip.h"
@@ -210,12 +211,13 @@ struct Servo::State {
     dvec3 center{0}, end{0};  // voxels, of the dome, and where the instrument's end was when it was begun
   } filling;
 
+  CutFront front;              // of the patch
   Pose cut_end;                // where the last cut ended …
   std::uint32_t cut_tool = 0;  // … and of which tool
   ServoTick sums;              // carries index, removed, energy, cuts
 
   State(const ServoSettings& s, int edge)
-      : settings(s), travel(patch_travel_for(tray(s), s.frame.voxel) * s.frame.voxel) {
+      : settings(s), travel(patch_travel_for(tray(s), s.frame.voxel) * s.frame.voxel), front(tray(s), s.frame.voxel) {
     for (const Tool& tool : tray(s)) tools.push_back({tool, ContactFinder(tool, s.frame.voxel)});
     patch.resize(edge);
   }
@@ -282,6 +284,7 @@ struct Servo::State {
     }
     filling.owed -= volume * h * h * h;
     if (!changed) return false;
+    front.forget();
     ++sums.cuts;
     cut_tool = in_hand;
     boxes.add(sums.cuts, lo, hi, {{center_W, X_WH.R}, X_WH, in_hand, false, filling.radius * h});
@@ -295,6 +298,7 @@ struct Servo::State {
 
   void take_up(std::uint32_t which) noexcept {
     in_hand = which;
+    front.forget();
     shares = {};
     stiffness_share = 1;
     budget = 0;
@@ -347,6 +351,7 @@ void Servo::adopt(SurfacePatch& fresh) noexcept {
   } else if (s.patch.number != 0 && s.boxes.since(fresh.cuts, lo, hi, filled)) {
     merge(fresh, s.patch, lo, hi, filled);
   }
+  if (fresh.edits != s.patch.edits || s.patch.number == 0) s.front.forget();
   std::swap(fresh, s.patch);
 }
 
@@ -598,7 +603,7 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
     const bool continues = sums.cuts > 0 && !edited && s.cut_tool == s.in_hand && same(s.X_WG, s.cut_end);
     const Sweep sweep(tool, s.X_WG, X_WB, settings.frame, continues);
     bool changed;
-    const PerTissue removed = carve(s.patch, sweep, &changed);
+    const PerTissue removed = carve(s.patch, sweep, &changed, &s.front);
     double energy = 0;
     for (std::size_t i = 1; i < removed.size(); ++i) {
       const double v = removed[i] * h * h * h;

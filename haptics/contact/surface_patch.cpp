@@ -122,14 +122,15 @@ PerTissue sample_tissue(const SurfacePatch& patch, const dvec3& p_V) noexcept {
   return shares;
 }
 
-PerTissue carve(SurfacePatch& patch, const Sweep& sweep, bool* changed) noexcept {
+PerTissue carve(SurfacePatch& patch, const Sweep& sweep, bool* changed, CutFront* front) noexcept {
   PerTissue removed{};
   if (changed) *changed = false;
   const glm::ivec3 a = glm::max(sweep.lo() - patch.lo, 0), b = glm::min(sweep.hi() - patch.lo, patch.n - 1);
   if (a.x > b.x || a.y > b.y || a.z > b.z) return removed;
   const std::size_t start = patch.at(a.x, a.y, a.z), edge = static_cast<std::size_t>(patch.n);
-  if (sweep.raise(a + patch.lo, b - a + 1, patch.distance.data() + start, edge * edge, edge,
-                  patch.tissue.data() + start, &removed)) {
+  if (front ? sweep.raise(*front, patch.lo, patch.n, patch.distance.data(), patch.tissue.data(), &removed)
+            : sweep.raise(a + patch.lo, b - a + 1, patch.distance.data() + start, edge * edge, edge,
+                          patch.tissue.data() + start, &removed)) {
     mark_cut(patch, a + patch.lo, b + patch.lo);
     if (changed) *changed = true;
   }
