@@ -200,6 +200,7 @@ struct Servo::State {
   Nanos last_t = 0;
 
   // Cutting.
+  double hardest = 0;          // J/m³, the greatest specific energy of all tissues
   double speed = 0;            // rad/s, free running
   bool breaking_through = false;  // the bur is free, but the hand has not caught up
   double budget = 0;           // J that may still be spent on cutting
@@ -219,6 +220,7 @@ struct Servo::State {
   State(const ServoSettings& s, int edge)
       : settings(s), travel(patch_travel_for(tray(s), s.frame.voxel) * s.frame.voxel), front(tray(s), s.frame.voxel) {
     for (const Tool& tool : tray(s)) tools.push_back({tool, ContactFinder(tool, s.frame.voxel)});
+    for (const Material& material : settings.materials) hardest = std::max(hardest, material.specific_energy);
     patch.resize(edge);
   }
 
@@ -494,10 +496,9 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
       found_at = c;
       // One-sided wall (Wang 2009): tissue harder than what is being cut gives way by that much less; softer tissue never
       // holds anything back.
-      if (may_cut && settings.boundary_walls && specific_energy > 0) {
+      if (may_cut && settings.boundary_walls && specific_energy > 0 && specific_energy < s.hardest) {
         for (int i = 0; i < contacts.count(); ++i) {
-          const ContactPlane plane = contacts.plane(i);
-          const double hardness = settings.materials[static_cast<std::size_t>(tissue_at(s.patch, plane.x - plane.n))].specific_energy;
+          const double hardness = settings.materials[static_cast<std::size_t>(tissue_at(s.patch, contacts.below(i)))].specific_energy;
           if (hardness > specific_energy) contacts.set_yields(i, specific_energy / hardness);
         }
       }

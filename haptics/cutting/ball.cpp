@@ -114,29 +114,11 @@ TYPODONT_KERNEL bool raise_groups(const Block& block, const Capsule& c, Work& wo
   return any_of(any_raised);
 }
 
-/// For each set of lanes: these lanes first.
-struct Compaction {
-  I8 order[256] = {};
-  Compaction() {
-    for (int mask = 0; mask < 256; ++mask) {
-      for (int lane = 0, next = 0; lane < 8; ++lane) {
-        if (mask >> lane & 1) order[mask][next++] = lane;
-      }
-    }
-  }
-};
-const Compaction kCompaction;
-
 /// Appends the lanes of a mask.
 TYPODONT_KERNEL void append(const I8& entries, const I8& mask, Work& work) {
   const unsigned which = bits_of(mask);
-  const I8& order = kCompaction.order[which];
   I8 first;
-#ifdef __clang__  // has no shuffle by a variable
-  for (int i = 0; i < 8; ++i) first[i] = entries[order[i]];
-#else
-  first = __builtin_shuffle(entries, order);
-#endif
+  gather_lanes(entries, kCompaction.order[which], first);
   *reinterpret_cast<I8*>(work.groups + work.count) = first;
   work.count += __builtin_popcount(which);
 }
