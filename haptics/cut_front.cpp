@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "haptics/sweep.h"
 
@@ -28,15 +29,31 @@ CutFront::CutFront(std::span<const Tool> tools, double voxel) {
   const std::size_t count = static_cast<std::size_t>(size_.x) * size_.y * size_.z;
   due_.assign(count + 8, 0);
   moved_ = due_;
-  heights_.assign(static_cast<std::size_t>(16 * size_.z * kDeep), 0);
+  heights_.assign(static_cast<std::size_t>(24 * size_.z * kDeep), 0);
   const std::size_t groups = std::min(2 * kRows * kRows * count, kGroups) + 40;
   groups_.x.assign(groups, 0);
   groups_.y.assign(groups, 0);
   groups_.z.assign(groups, 0);
   groups_.at.assign(groups, 0);
-  const std::size_t listed = std::min(count, kGroups) + 1;
-  blocks_.first.assign(listed, glm::ivec3(0));
-  blocks_.rows.assign(listed, 0);
+  groups_.found.assign(groups, {});
+}
+
+void CutFront::Groups::sort(int listed) noexcept {
+  std::array<int, kKinds> next{};
+  for (int i = 0; i < listed; ++i) ++next[static_cast<std::size_t>(found[static_cast<std::size_t>(i)].kind)];
+  run_count = 0;
+  int from = 0;
+  for (int kind = 0; kind < kKinds; ++kind) {
+    const int size = std::exchange(next[static_cast<std::size_t>(kind)], from);
+    if (size > 0) runs[static_cast<std::size_t>(run_count++)] = {kind, from, from + size};
+    from += size;
+  }
+  for (int i = 0; i < listed; ++i) {
+    const Found& group = found[static_cast<std::size_t>(i)];
+    const auto to = static_cast<std::size_t>(next[static_cast<std::size_t>(group.kind)]++);
+    x[to] = group.x, y[to] = group.y, z[to] = group.z, at[to] = group.at;
+  }
+  count = listed;
 }
 
 bool CutFront::holds(const glm::ivec3& lo, const glm::ivec3& hi) const noexcept {
@@ -49,7 +66,6 @@ void CutFront::come_to(const Pose& X_V, double way) noexcept {
   if (way_ < kRound) return;
   for (float& due : due_) due -= static_cast<float>(way_);
   groups_.until -= way_;
-  blocks_.until -= way_;
   way_ = 0;
 }
 
@@ -72,7 +88,7 @@ void CutFront::move_around(const glm::ivec3& lo, const glm::ivec3& hi) noexcept 
   }
   due_.swap(moved_);
   first_ = first;
-  groups_.until = blocks_.until = -1;
+  groups_.until = -1;
   known_ = true;
 }
 

@@ -4,6 +4,7 @@
 // before the head alone.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -19,6 +20,11 @@ class CutFront {
   /// Large enough for any of these tools.
   CutFront(std::span<const Tool> tools, double voxel);
 
+  /// Groups of the same kind, one after the other.
+  struct Run {
+    int kind, from, to;
+  };
+
   /// To be called when anything but the cuts of this tool lowered the field: fillings, strokes taken back, another tool.
   void forget() noexcept { known_ = false; }
 
@@ -28,10 +34,11 @@ class CutFront {
   static constexpr int kRows = 4, kDeep = 8;
   static constexpr double kRound = 512;  // voxels of way after which counting starts anew, so that floats keep their digits
   static constexpr float kNever = 1e9f;
+  static constexpr int kKinds = 20;  // of groups, at most
   static constexpr double kListed = 0.5;      // voxels of way for which what may change is listed …
   static constexpr double kMostListed = 0.2;  // … unless the head takes less than a few sweeps for that
 
-  /// Groups of eight samples along z that a ball may change before its way is `until`: first sample and where it
+  /// Groups of eight samples along z that the head may change before its way is `until`: first sample and where it
   /// lies in the patch.
   struct Groups {
     glm::ivec3 origin{0}, patch_lo{0};  // voxel from which they count; of the patch they were listed in
@@ -39,16 +46,18 @@ class CutFront {
     std::vector<std::int32_t> z, at;
     int count = 0;
     double until = -1;
-  };
+    int room() const { return static_cast<int>(x.size()) - 32; }
 
-  /// The same of any other head: blocks by their first voxel, and which of their rows.
-  struct Blocks {
-    glm::ivec3 patch_lo{0};
-    std::vector<glm::ivec3> first;
-    std::vector<std::uint32_t> rows;
-    int count = 0;
-    double until = -1;
-    int room() const { return static_cast<int>(first.size()) - 1; }
+    // Of a head that is no ball they are sorted by the pieces of its meridian that can be the closest.
+    struct Found {
+      float x, y;
+      std::int32_t z, at;
+      int kind;
+    };
+    std::vector<Found> found;
+    std::array<Run, kKinds> runs;
+    int run_count = 0;
+    void sort(int listed) noexcept;
   };
 
   /// Whether there is room for all blocks around lo..hi (voxels).
@@ -66,7 +75,6 @@ class CutFront {
   glm::ivec3 first_{0};        // block at the beginning of due_
   std::vector<float> due_, moved_;  // way at which a block may change; the same while they are shifted
   Groups groups_;
-  Blocks blocks_;
   std::vector<float> heights_;  // see ball.cpp
   bool known_ = false;
   double way_ = 0;  // voxels so far

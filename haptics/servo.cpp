@@ -196,6 +196,7 @@ struct Servo::State {
   dvec3 last_teeth_force{0};   // N
   double phase = 0;            // rad, of the spindle
   double last_depth = 0;       // m
+  bool idle = false;           // the last tick left nothing of a contact
   Pose last_hand;
   Nanos last_t = 0;
 
@@ -319,6 +320,40 @@ struct Servo::State {
     return total > 0 ? sum / total : 0;
   }
 
+  /// The rest of a tick of a tool that is far from everything, and was before: what the long way comes to when no contact,
+  /// force or state of one is left. False, and nothing done, where there may be more to it.
+  bool fly(const Pose& X_WT, const dvec3& moved, double dt, Nanos t, ServoTick& out, Cut& cut) noexcept {
+    const Tool& head = tool();
+    if (!idle || ending || head.fill != Tissue::kAir || settings.filter != ForceFilter::kNone ||
+        (settings.vibration.band > 0 && speed > 0)) {
+      return false;
+    }
+    const dvec3 c = settings.frame.to_voxels(X_WG.p), way = settings.frame.to_voxels(X_WT.p) - c;
+    if (!patch.holds(c, finder().reach() + 1)) return false;
+    const double room = clearance(c) - 1;
+    if (!(room > 1 && glm::dot(way, way) <= room * room)) return false;
+
+    const bool due = patch_due_for(patch_center_for(X_WG.p, X_WT.p, travel), patch.center_W, travel);
+    due_for = due ? due_for + dt : 0;
+    out.faults = due_for > kStaleTime ? bits(Fault::kStalePatch) : 0;
+    bridged = 0;
+    breaking_through = carved = false;
+    held.count = 0;
+    ramp = 1;
+    leap = std::max(0.0, (glm::dot(moved, moved) > kNoHand * kNoHand * dt * dt ? kLeapTime : leap) - dt);
+    given = std::clamp(-sums.energy, 0.0, given);
+    if (settings.passivity) {
+      passive_share({}, dvec3(0), moved, dt, settings.tick, sums.energy + given, passivity);
+    }
+    last_hand = X_WG = out.X_WG = X_WT;
+    last_t = t;
+    cut.n_C_W = dvec3(0);
+    out.spindle = speed;
+    out.energy = sums.energy;
+    out.spindle_energy = sums.spindle_energy;
+    return true;
+  }
+
   /// A lower bound of the head's distance to tissue; only right as far as it is positive.
   double clearance(const dvec3& c) const noexcept { return sample_linear(patch, c) - finder().reach(); }
 };
@@ -368,7 +403,8 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
   double dt = s.started ? to_seconds(hand.t - s.last_t) : settings.tick;
   if (!(dt > 0 && dt < 0.1)) dt = settings.tick;
 
-  out = ServoTick{};
+  static constexpr ServoTick kBlank{};
+  out = kBlank;
   out.index = sums.index++;
   out.t = hand.t;
   out.removed = sums.removed;
@@ -382,7 +418,7 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
     out.faults = bits(Fault::kBadInput);
     out.energy = sums.energy;
     out.spindle_energy = sums.spindle_energy;
-    s.started = false;
+    s.started = s.idle = false;
     s.last_force = s.last_spindle_force = s.last_teeth_force = s.last_sent = dvec3(0);
     s.normal_force = 0;
     s.friction = {};
@@ -441,6 +477,8 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
     s.budget = std::min(s.budget, 0.0);
   }
 
+  if (s.fly(X_WT, moved, dt, hand.t, out, cut)) return false;
+
   // Move the proxy toward the hand: freely while nothing is near, along the contacts otherwise.
   const dvec3 c0 = settings.frame.to_voxels(s.X_WG.p), target = settings.frame.to_voxels(X_WT.p);
   dvec3 c = c0;
@@ -457,7 +495,7 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
   if (s.rejoining > 0) s.overlap = std::max(s.overlap, overlap_before - kFreeSlew * pace_per_slew);
   s.rejoining = std::max(s.overlap > 0 && s.rejoining > 0 ? dt : 0.0, s.rejoining - dt);
   if (s.overlap < 0.01) s.overlap = 0;
-  const double specific_energy = s.mean(&Material::specific_energy);
+  const double specific_energy = may_cut ? s.mean(&Material::specific_energy) : 0;
 
   for (int look = 0; look < kMaxLooks; ++look) {
     const dvec3 way = target - c;
@@ -823,6 +861,8 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
   s.last_hand = X_WT;
   s.last_t = hand.t;
   s.started = true;
+  s.idle = s.normal_force <= 0 && s.overlap == 0 && s.rejoining == 0 && s.tip.sunk <= 0 && s.stored == 0 &&
+           s.rate == 0 && force == dvec3(0) && spindle_force == dvec3(0) && teeth_force == dvec3(0);
   cut.n_C_W = normal;
 
   out.X_WG = s.X_WG;

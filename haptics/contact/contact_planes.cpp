@@ -171,7 +171,7 @@ struct Found {
 };
 
 /// Looks around with the samples of the head: those that are near tissue are slid to where head and surface are closest.
-TYPODONT_DISPATCH("avx2", "default")
+TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 void look_around(const HeadSamples* samples, const FlatHead* head_at, const FlatField* field_at, float near,
                  RoughPlanes* planes, Found* found) {
   const FlatHead head = *head_at;
@@ -277,7 +277,7 @@ void look_around(const HeadSamples* samples, const FlatHead* head_at, const Flat
 }
 
 /// New normals and gaps of known points. `d`: how far the head has moved since they were found.
-TYPODONT_DISPATCH("avx2", "default")
+TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 float look_again(const FlatHead* head_at, RoughPlanes* planes, int count, const float* d) {
   const FlatHead head = *head_at;
   F8 least = {};
@@ -530,7 +530,7 @@ bool ContactFinder::refine(const SurfacePatch& patch, const Pose& X_VT, ContactS
 namespace {
 
 /// The plane whose normal is closest to `n`, the first of equal ones.
-TYPODONT_DISPATCH("avx2", "default") int most_along(const RoughPlanes* planes, int count, const float* n) {
+TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default") int most_along(const RoughPlanes* planes, int count, const float* n) {
   F8 most = F8{} - 2.0f;
   I8 index = {}, at = {0, 1, 2, 3, 4, 5, 6, 7};
   for (int k = 0; k < count; k += kBatch, at += 8) {
@@ -551,7 +551,7 @@ TYPODONT_DISPATCH("avx2", "default") int most_along(const RoughPlanes* planes, i
 }
 
 /// The plane of least n·d + room if that is below -slip, the first of equal ones; else -1.
-TYPODONT_DISPATCH("avx2", "default")
+TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 int most_violated(const RoughPlanes* planes, int count, const float* d, float overlap, float slack,
                   bool only_no_deeper, float slip) {
   F8 least = F8{} - slip;

@@ -224,12 +224,12 @@ TYPODONT_KERNEL bool raise_block(const Block& block, const Capsule& c, PerTissue
 
 // Compiled twice and chosen at run time. Every sample is computed by itself and FMA is off for the whole program, so
 // that every processor, and every way of cutting the work into rows, gives the same bits.
-TYPODONT_DISPATCH("avx2", "default")
+TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 bool raise_capsule(const Block* block, const Capsule* capsule, PerTissue* removed) {
   return block->size_z < 8 ? raise_block<true, true>(*block, *capsule, removed)
                            : raise_block<true, false>(*block, *capsule, removed);
 }
-TYPODONT_DISPATCH("avx2", "default")
+TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 bool raise_ball_ahead(const Block* block, const Capsule* capsule, PerTissue* removed) {
   return block->size_z < 8 ? raise_block<false, true>(*block, *capsule, removed)
                            : raise_block<false, false>(*block, *capsule, removed);
@@ -464,13 +464,13 @@ TYPODONT_KERNEL bool raise_due(BallFront& f, PerTissue* removed) {
   return any_of(any_raised);
 }
 
-TYPODONT_DISPATCH("avx2", "default")
+TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 bool raise_due_capsule(BallFront* front, PerTissue* removed) { return raise_due<true>(*front, removed); }
-TYPODONT_DISPATCH("avx2", "default")
+TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 bool raise_due_ball(BallFront* front, PerTissue* removed) { return raise_due<false>(*front, removed); }
-TYPODONT_DISPATCH("avx2", "default")
+TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 bool raise_listed_capsule(BallFront* front, PerTissue* removed) { return raise_listed<true>(*front, removed); }
-TYPODONT_DISPATCH("avx2", "default")
+TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 bool raise_listed_ball(BallFront* front, PerTissue* removed) { return raise_listed<false>(*front, removed); }
 
 }  // namespace
@@ -521,7 +521,7 @@ bool Sweep::raise_ball(CutFront& front, const glm::ivec3& patch_lo, int n, float
               groups.y.data(),
               groups.z.data(),
               groups.at.data(),
-              static_cast<int>(groups.x.size()) - 32,
+              groups.room(),
               groups.count};
   if (listed) return is_ball() ? raise_listed_ball(&f, removed) : raise_listed_capsule(&f, removed);
   const bool changed = is_ball() ? raise_due_ball(&f, removed) : raise_due_capsule(&f, removed);
