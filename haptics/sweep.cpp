@@ -58,6 +58,12 @@ bool Sweep::raise(const glm::ivec3& lo, const glm::ivec3& size, float* distance,
                  : raise_head(lo, size, distance, stride_x, stride_y, tissue, removed);
 }
 
+bool Sweep::holds_listed(const glm::ivec3& patch_lo, int n) const noexcept {
+  constexpr int kBlock = 8;  // groups lie in the blocks around the sweep
+  const glm::ivec3 lo = lo_ - patch_lo, hi = patch_lo + n - 1 - hi_;
+  return std::min({lo.x, lo.y, lo.z, hi.x, hi.y, hi.z}) > kBlock + 1;
+}
+
 bool Sweep::raise(CutFront& front, const glm::ivec3& patch_lo, int n, float* distance, const Tissue* tissue,
                   PerTissue* removed) const noexcept {
   // Since the front was last looked at the head may have gone some way in the air.

@@ -46,6 +46,8 @@ class Sweep {
                   PerTissue* removed) const noexcept;
   bool raise_head(CutFront& front, const glm::ivec3& patch_lo, int n, float* distance, const Tissue* tissue,
                   PerTissue* removed) const noexcept;
+  /// Whether what was listed around the head in another patch lies within this one.
+  bool holds_listed(const glm::ivec3& patch_lo, int n) const noexcept;
   Pose pose(int k) const noexcept;
   /// Between a capsule and its balls lies ab²/8r: nothing, for a short step that continues another.
   bool is_ball() const noexcept { return continues_ && glm::dot(ab_, ab_) < 8e-5f * radius_; }

@@ -1,7 +1,6 @@
 // Volume taken by a cut, by tissue. Private to haptics/cutting.
 #pragma once
 
-#include <algorithm>
 #include <cstdint>
 #include <cstring>
 
@@ -9,11 +8,6 @@
 #include "haptics/lanes.h"
 
 namespace typodont::haptics {
-
-/// Share of a voxel inside a surface that passes `distance` voxels from its centre.
-inline float share_inside(float distance) {
-  return std::clamp(0.5f - distance, 0.0f, 1.0f);
-}
 
 /// What the share of each voxel inside the surface falls by, where distances rise.
 TYPODONT_KERNEL void share_taken(const F8& was, const F8& is, F8& taken) {

@@ -418,7 +418,7 @@ TYPODONT_KERNEL bool raise_due(BallFront& f, PerTissue* removed) {
             }
           }
           const float* const heights = f.heights + 16 * z0;
-          F8 least_slack = F8{} + 1e9f;
+          F8 least_slack = F8{} + kNever;
           for (int row = 0; row < 16; ++row) {
             const int x = x0 + (row >> 2), y = y0 + (row & 3);
             if (!whole && (x < f.lo.x || x > f.hi.x || y < f.lo.y || y > f.hi.y)) continue;
@@ -438,7 +438,7 @@ TYPODONT_KERNEL bool raise_due(BallFront& f, PerTissue* removed) {
             if (any_of(taken > 0.0f)) account.add(taken, f.tissue + first);
             // Where the head has come to its deepest nothing changes any more.
             F8 slack = (raised ? now : least) - depth;
-            slack = now >= Sweep::kInner ? F8{} + 1e9f : slack;
+            slack = now >= Sweep::kInner ? F8{} + kNever : slack;
             least_slack = slack < least_slack ? slack : least_slack;
             live[row] |= static_cast<std::uint64_t>(bits_of(slack < f.ahead + f.slip)) << (z0 - stretch);
           }
@@ -492,7 +492,7 @@ bool Sweep::raise_ball(const glm::ivec3& lo, const glm::ivec3& size, float* dist
 bool Sweep::raise_ball(CutFront& front, const glm::ivec3& patch_lo, int n, float* distance, const Tissue* tissue,
                        PerTissue* removed) const noexcept {
   CutFront::Groups& groups = front.groups_;
-  const bool listed = front.way_ <= groups.until && groups.patch_lo == patch_lo;
+  const bool listed = front.way_ <= groups.until && (groups.patch_lo == patch_lo || holds_listed(patch_lo, n));
   if (!listed) groups.origin = front.first_ * glm::ivec3(CutFront::kRows, CutFront::kRows, CutFront::kDeep);
   groups.patch_lo = patch_lo;
   const glm::ivec3 origin = groups.origin, held = patch_lo - origin;

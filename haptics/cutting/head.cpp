@@ -27,6 +27,8 @@ struct FlatPiece {
   float ax, az, bx, bz, dx, dz, inverse2, cx, cz, radius;
   float nax, naz, nbx, nbz;
   float length;
+  float ux, uz, wx, wz;    // from an arc's centre to its ends
+  float corner_a, corner_b;  // tan(φ/2) where its outward normal turns by φ to its neighbour's
 };
 
 /// A pose of the head in voxels, counted from a voxel nearby, so that floats keep their digits.
@@ -133,16 +135,14 @@ TYPODONT_KERNEL void depth_below_pieces(const FlatPiece* pieces, unsigned set, c
       best = d2 < best ? d2 : best;
       outside |= below < 0.0f;
     } else {
-      const float ax = piece.ax, az = piece.az, bx = piece.bx, bz = piece.bz, cx = piece.cx, cz = piece.cz;
-      const float ux = ax - cx, uz = az - cz, wx = bx - cx, wz = bz - cz;
-      const F8 ex = rho - ax, ez = z - az, gx = rho - bx, gz = z - bz, vx = rho - cx, vz = z - cz;
+      // Its end at b is its neighbour's as well; that at a may be the tip.
+      const F8 ex = rho - piece.ax, ez = z - piece.az, vx = rho - piece.cx, vz = z - piece.cz;
       const I8 beyond = piece.dx * ez - piece.dz * ex < 0.0f;
       F8 length = vx * vx + vz * vz;
       take_root(length);
       const F8 off = piece.radius - length, on = off * off;
-      const F8 e2 = ex * ex + ez * ez, g2 = gx * gx + gz * gz, ends = e2 < g2 ? e2 : g2;
-      const I8 between = (ux * vz - uz * vx >= 0.0f) & (vx * wz - vz * wx >= 0.0f);
-      const F8 d2 = between ? on : ends;
+      const I8 between = (piece.ux * vz - piece.uz * vx >= 0.0f) & (vx * piece.wz - vz * piece.wx >= 0.0f);
+      const F8 d2 = between ? on : ex * ex + ez * ez;
       best = d2 < best ? d2 : best;
       outside |= beyond & (off < 0.0f);
     }
@@ -289,6 +289,7 @@ TYPODONT_KERNEL bool raise_run(const HeadFront& f, const CutFront::Run& run, Acc
     std::size_t moved = 0;
     for (int g = 0; g < end; ++g) {
       const std::int32_t first = f.at[g0 + g];
+      __builtin_prefetch(distance + f.at[g0 + g + 24]);
       float* const at = distance + first;
       const F8 old = *reinterpret_cast<const F8*>(at);
       const F8* const along = reinterpret_cast<const F8*>(heights + f.z[g0 + g]);
@@ -370,11 +371,16 @@ void flatten(const HeadField& head, FlatPiece* pieces) {
                              line ? piece.dz / length : (piece.ax - piece.cx) / r,
                              line ? -piece.dx / length : (piece.az - piece.cz) / r,
                              line ? piece.dz / length : (piece.bx - piece.cx) / r,
-                             line ? -piece.dx / length : (piece.bz - piece.cz) / r, length};
+                             line ? -piece.dx / length : (piece.bz - piece.cz) / r, length,
+                             piece.ax - piece.cx, piece.az - piece.cz, piece.bx - piece.cx, piece.bz - piece.cz, 0, 0};
     static_assert(sizeof(FlatPiece) == std::size(values) * sizeof(float));
     float flat[std::size(values)];
     for (std::size_t i = 0; i < std::size(values); ++i) flat[i] = static_cast<float>(values[i]);
     std::memcpy(&pieces[p], flat, sizeof flat);
+  }
+  for (int p = 0; p + 1 < head.count; ++p) {
+    const float c = std::clamp(pieces[p].nbx * pieces[p + 1].nax + pieces[p].nbz * pieces[p + 1].naz, -1.0f, 1.0f);
+    pieces[p].corner_b = pieces[p + 1].corner_a = std::min(std::sqrt((1 - c) / (1 + c)), kNoEnd);
   }
 }
 
@@ -484,17 +490,25 @@ class HeadPass {
     block.bound = known ? glm::dot(n, kMiddle) - d + 1e-3f : kHalf - d;
     block.bound_x = known ? -n.x : 0, block.bound_y = known ? -n.y : 0, block.bound_z = known ? -n.z : 0;
     block.pieces = pieces_;
-    const FlatPiece& only = pieces_[first];
-    bool smooth = false;
-    if (first == last && only.radius == 0) {
-      const float s = ((rho - only.ax) * only.dx + (at.z - only.az) * only.dz) * only.inverse2;
-      const float reach = (kHalf + ahead_) * std::sqrt(only.inverse2);
-      smooth = s > reach && s < 1 - reach;
-    } else if (first == last) {
+    // One piece is enough where all samples lie between its ends and, inside the head, on its side of what halves the
+    // corners there.
+    int nearest = first;
+    for (int i = first + 1; i <= last; ++i) nearest = seen_.to_piece[i][lane] < seen_.to_piece[nearest][lane] ? i : nearest;
+    const FlatPiece& only = pieces_[nearest];
+    float from_a, from_b;  // along the piece
+    if (only.radius == 0) {
+      from_a = (at.z - only.az) * only.nax - (rho - only.ax) * only.naz;
+      from_b = only.length - from_a;
+    } else {
       const float vx = rho - only.cx, vz = at.z - only.cz;
-      smooth = only.nax * vz - only.naz * vx > kHalf + ahead_ && vx * only.nbz - vz * only.nbx > kHalf + ahead_;
+      from_a = only.nax * vz - only.naz * vx, from_b = vx * only.nbz - vz * only.nbx;
     }
-    block.kind = smooth ? first : kManyPieces + static_cast<int>(set);
+    constexpr float kBent = 0.3f;  // more than a neighbour that is an arc may come nearer than a straight one
+    const float reach = kHalf + ahead_, deepest = std::max(reach - d, 0.0f);
+    const bool smooth = from_a > reach + (nearest > first ? kBent + deepest * only.corner_a : 0.0f) &&
+                        from_b > reach + (nearest < last ? kBent + deepest * only.corner_b : 0.0f) &&
+                        nearest - first <= 1 && last - nearest <= 1;
+    block.kind = smooth ? nearest : kManyPieces + static_cast<int>(set);
     return recedes ? Work::kLook : Work::kRaise;
   }
 
@@ -573,7 +587,7 @@ bool Sweep::raise_head(CutFront& front, const glm::ivec3& patch_lo, int n, float
   const unsigned all = (1u << head_.count) - 1;
   const glm::ivec3 step(kRows, kRows, kDeep);
 
-  if (continues_ && front.way_ <= groups.until && groups.patch_lo == patch_lo) {
+  if (continues_ && front.way_ <= groups.until && (groups.patch_lo == patch_lo || holds_listed(patch_lo, n))) {
     const HeadPose pose = head_pose(X_VB_);
     const glm::ivec3 held = patch_lo - groups.origin;
     const std::ptrdiff_t at = -((static_cast<std::ptrdiff_t>(held.x) * n + held.y) * n + held.z);
