@@ -143,6 +143,7 @@ struct OperatorWindow : testing::Test {
   void choose_block_and_script() {
     press("ctrl+Up");  // the user's own scenes come last
     press("ctrl+h");
+    std::this_thread::sleep_for(500ms);
     Desktop::xdotool(fmt::format("type --delay 20 'script:{}'", folder / "hand.csv"));
     std::this_thread::sleep_for(300ms);
   }

@@ -3,6 +3,7 @@
 #include <fcntl.h>
 #include <poll.h>
 #include <signal.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -47,7 +48,7 @@ void start(std::vector<std::string> words) {
 
 }  // namespace
 
-std::string run_self(const std::vector<std::string>& arguments, Progress& progress) {
+std::string run_self(const std::vector<std::string>& arguments, Progress& progress, int nice) {
   std::vector<std::string> words = self_with(arguments);
   const std::vector<char*> line = pointers(words);
   int ends[2];
@@ -56,6 +57,7 @@ std::string run_self(const std::vector<std::string>& arguments, Progress& progre
   if (child == 0) {
     dup2(ends[1], STDOUT_FILENO);
     if (const int nothing = open("/dev/null", O_WRONLY); nothing >= 0) dup2(nothing, STDERR_FILENO);
+    setpriority(PRIO_PROCESS, 0, nice);
     execv(line[0], line.data());
     _exit(127);
   }

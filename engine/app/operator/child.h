@@ -9,8 +9,8 @@
 namespace typodont {
 
 /// Runs `typodont ARGUMENTS` to its end and returns what it printed. Cancelled, it is ended at once. Throws Cancelled,
-/// RunFailure where it cannot be started.
-std::string run_self(const std::vector<std::string>& arguments, Progress& progress);
+/// RunFailure where it cannot be started. `nice`: 19 stands back for everything else.
+std::string run_self(const std::vector<std::string>& arguments, Progress& progress, int nice = 0);
 
 /// Starts `typodont ARGUMENTS`, which goes on by itself.
 void start_self(const std::vector<std::string>& arguments);

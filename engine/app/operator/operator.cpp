@@ -723,7 +723,7 @@ class Operator {
     picture_job_ = std::make_unique<Job>([file = pictured_](Progress& progress) {
       const fs::path picture = made_picture(file), folder = fs::path(picture).replace_extension();
       run_self({"render", file.string(), "--rig", "closeup", "--eye", "left", "--size", "640x480", "--out", folder.string()},
-               progress);
+               progress, 19);
       std::error_code code;
       fs::rename(folder / "left.png", picture, code);
       std::error_code ignored;
