@@ -368,6 +368,10 @@ Servo::~Servo() = default;
 Servo::Servo(Servo&&) noexcept = default;
 Servo& Servo::operator=(Servo&&) noexcept = default;
 
+void Servo::set_stiffness(const PerTissue& stiffness) noexcept {
+  for (std::size_t i = 0; i < stiffness.size(); ++i) state_->settings.materials[i].stiffness = stiffness[i];
+}
+
 void Servo::ramp_out() noexcept { state_->ending = true; }
 
 const SurfacePatch& Servo::patch() const noexcept { return state_->patch; }
