@@ -120,7 +120,7 @@ double travel_for(const Tool& tool, double voxel) {
 
 bool is_sound(const HandSample& hand) {
   const double norm2 = glm::dot(hand.X_WT.R, hand.X_WT.R);
-  return !(hand.faults & kNoPose) && is_finite(hand.X_WT.p) && std::abs(norm2 - 1) < 1e-3 && std::isfinite(hand.pedal) &&
+  return is_finite(hand.X_WT.p) && std::abs(norm2 - 1) < 1e-3 && std::isfinite(hand.pedal) &&
          glm::length(hand.X_WT.p) < 100.0;
 }
 
@@ -368,6 +368,10 @@ Servo::~Servo() = default;
 Servo::Servo(Servo&&) noexcept = default;
 Servo& Servo::operator=(Servo&&) noexcept = default;
 
+void Servo::set_stiffness(const PerTissue& stiffness) noexcept {
+  for (std::size_t i = 0; i < stiffness.size(); ++i) state_->settings.materials[i].stiffness = stiffness[i];
+}
+
 void Servo::ramp_out() noexcept { state_->ending = true; }
 
 const SurfacePatch& Servo::patch() const noexcept { return state_->patch; }
@@ -420,8 +424,10 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
   // Illegal input, or no hand: zero force in this very tick, and the proxy starts anew afterwards. What the hand did
   // meanwhile is not in the ledger: it felt nothing. A leap paid with the last force would leave a debt, and a ledger in
   // debt gives no force ever again.
-  if (!is_sound(hand)) {
-    out.X_WT = out.X_WG = s.X_WG;
+  const bool sound = is_sound(hand);
+  if (!sound || (hand.faults & kNoPose)) {
+    out.X_WT = sound ? Pose{hand.X_WT.p, glm::normalize(hand.X_WT.R)} : s.X_WG;  // where the device left it
+    out.X_WG = s.placed ? s.X_WG : out.X_WT;
     out.faults = hand.faults & kNoPose ? hand.faults & kNoPose : bits(Fault::kBadInput);
     if (settings.spindle.run_up_time > 0) s.speed *= std::exp(-settings.tick / settings.spindle.run_up_time);
     else s.speed = 0;
