@@ -59,6 +59,8 @@ void draw_actions(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   ImGui::BeginDisabled(!any || s.busy);
   const bool report = action(s.text("op.open_report"), "F2", keys::kF1 + 1);
   const bool curve = action(s.text("op.learning_curve"), "F3", keys::kF1 + 2);
+  const bool film = action(s.text("op.make_film"), "F4", keys::kF1 + 3);
+  const bool watch = action(s.text("op.watch"), "F6", keys::kF1 + 5);
   constexpr std::array kFormats = {"STL", "PLY", "OBJ"};
   const float format = 6 * w.style().unit;
   const bool mesh = ImGui::Button(fmt::format("{}   F7", s.text("op.export_mesh")).c_str(),
@@ -72,6 +74,8 @@ void draw_actions(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   if (any && !s.busy) {
     if (report) s.ask(Ask::kSessionReport);
     if (curve) s.ask(Ask::kLearningCurve);
+    if (film) s.ask(Ask::kFilm);
+    if (watch) s.ask(Ask::kWatch);
     if (mesh) s.ask(Ask::kExportMesh);
     if (go_on) s.ask(Ask::kGoOnFrom);
   }
@@ -126,7 +130,7 @@ void draw_archive_page(OperatorState& s, InterfaceWindow& w) {
   draw_sessions(s, w, {room.x - side - gap.x, height});
   ImGui::SameLine();
   begin_column("side", {side, height});
-  const float actions = 18.5f * u;
+  const float actions = 20.5f * u;
   draw_actions(s, w, {0, actions});
   draw_import(s, w, {0, height - actions - gap.y});
   ImGui::EndChild();

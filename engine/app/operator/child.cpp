@@ -7,7 +7,9 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
+#include <cstdlib>
 #include <filesystem>
 
 #include "engine/base/error.h"
@@ -16,7 +18,8 @@ namespace typodont {
 
 namespace {
 
-constexpr int kLook = 50;  // ms between looks at the wish to stop
+constexpr int kLook = 50;        // ms between looks at the wish to stop
+constexpr int kPatience = 3000;  // ms for one that was asked to stop
 
 std::vector<char*> pointers(std::vector<std::string>& words) {
   std::vector<char*> result;
@@ -30,6 +33,19 @@ std::vector<std::string> self_with(const std::vector<std::string>& arguments) {
   std::vector<std::string> words{std::filesystem::read_symlink("/proc/self/exe", code).string()};
   words.insert(words.end(), arguments.begin(), arguments.end());
   return words;
+}
+
+/// "film: 30 %", the last there is; 0: none.
+double share_in(const std::string& messages) {
+  const std::size_t sign = messages.rfind(" %\n");
+  if (sign == std::string::npos) return 0;
+  const std::size_t before = messages.rfind(' ', sign - 1);
+  return std::clamp(std::atof(messages.c_str() + (before == std::string::npos ? 0 : before + 1)) / 100, 0.0, 0.99);
+}
+
+std::string last_line(std::string messages) {
+  while (!messages.empty() && messages.back() == '\n') messages.pop_back();
+  return messages.substr(messages.rfind('\n') + 1);
 }
 
 /// The grandchild is nobody's to wait for.
@@ -51,41 +67,59 @@ void start(std::vector<std::string> words) {
 std::string run_self(const std::vector<std::string>& arguments, Progress& progress, int nice) {
   std::vector<std::string> words = self_with(arguments);
   const std::vector<char*> line = pointers(words);
-  int ends[2];
-  if (pipe2(ends, O_CLOEXEC) != 0) throw RunFailure("cannot start " + words[0]);
+  std::array<std::array<int, 2>, 2> ends{};  // of its output and of its messages
+  if (pipe2(ends[0].data(), O_CLOEXEC) != 0) throw RunFailure("cannot start " + words[0]);
+  if (pipe2(ends[1].data(), O_CLOEXEC) != 0) {
+    close(ends[0][0]), close(ends[0][1]);
+    throw RunFailure("cannot start " + words[0]);
+  }
   const pid_t child = fork();
   if (child == 0) {
-    dup2(ends[1], STDOUT_FILENO);
-    if (const int nothing = open("/dev/null", O_WRONLY); nothing >= 0) dup2(nothing, STDERR_FILENO);
+    dup2(ends[0][1], STDOUT_FILENO);
+    dup2(ends[1][1], STDERR_FILENO);
     setpriority(PRIO_PROCESS, 0, nice);
     execv(line[0], line.data());
     _exit(127);
   }
-  close(ends[1]);
+  close(ends[0][1]), close(ends[1][1]);
   struct Ended {  // in every case
     pid_t child;
-    int from;
+    std::array<int, 2> from;
     ~Ended() {
-      close(from);
+      for (const int one : from) close(one);
       if (child <= 0) return;
-      kill(child, SIGKILL);  // does nothing to one that has ended
+      kill(child, SIGINT);  // it leaves nothing half written …
+      for (int i = 0; i < kPatience / kLook; ++i) {
+        if (waitpid(child, nullptr, WNOHANG) == child) return;
+        poll(nullptr, 0, kLook);
+      }
+      kill(child, SIGKILL);  // … unless it does not answer
       waitpid(child, nullptr, 0);
     }
-  } ended{child, ends[0]};
+  } ended{child, {ends[0][0], ends[1][0]}};
   if (child < 0) throw RunFailure("cannot start " + words[0]);
-  std::string out;
-  std::array<char, 4096> piece;
-  while (true) {
-    progress.at(0.5);
-    pollfd waiting{ends[0], POLLIN, 0};
-    if (poll(&waiting, 1, kLook) <= 0) continue;
-    const ssize_t n = read(ends[0], piece.data(), piece.size());
-    if (n <= 0) break;
-    out.append(piece.data(), static_cast<std::size_t>(n));
+  std::array<std::string, 2> said;
+  std::array<pollfd, 2> waiting{pollfd{ended.from[0], POLLIN, 0}, pollfd{ended.from[1], POLLIN, 0}};
+  double share = 0;
+  while (waiting[0].fd >= 0 || waiting[1].fd >= 0) {
+    progress.at(share);
+    if (poll(waiting.data(), waiting.size(), kLook) <= 0) continue;
+    for (std::size_t i = 0; i < 2; ++i) {
+      if (waiting[i].fd < 0 || waiting[i].revents == 0) continue;
+      std::array<char, 4096> piece;
+      const ssize_t n = read(waiting[i].fd, piece.data(), piece.size());
+      if (n <= 0)
+        waiting[i].fd = -1;
+      else
+        said[i].append(piece.data(), static_cast<std::size_t>(n));
+    }
+    share = std::max(share, share_in(said[1]));
   }
-  waitpid(child, nullptr, 0);  // it has closed its output: it is about to end
+  int status = 0;
+  waitpid(child, &status, 0);  // it has closed its output: it is about to end
   ended.child = 0;
-  return out;
+  if ((WIFEXITED(status) && WEXITSTATUS(status) == 0) || !said[0].empty()) return said[0];
+  throw RunFailure(last_line(said[1]));
 }
 
 void start_self(const std::vector<std::string>& arguments) {

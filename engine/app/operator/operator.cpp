@@ -275,6 +275,12 @@ class Operator {
       case Ask::kLearningCurve:
         make_curve(chosen_session());
         break;
+      case Ask::kFilm:
+        make_film(chosen_session());
+        break;
+      case Ask::kWatch:
+        start_self({"replay", chosen_session().file.string(), "--show"});
+        break;
       case Ask::kExportMesh:
         export_mesh(chosen_session());
         break;
@@ -635,6 +641,19 @@ class Operator {
     when_done_ = [this, mesh] {
       say(fmt::format("{} {}", s_.text("op.written"), mesh.string()), false);
       log::info("surface written: {}", mesh.string());
+    };
+  }
+
+  void make_film(const SessionEntry& of) {
+    const fs::path from = of.file, film = fs::path(from).replace_extension(".mp4");
+    job_ = std::make_unique<Job>([=](Progress& progress) {
+      progress.stage("op.filming");
+      run_self({"replay", from.string(), "--film", film.string()}, progress);
+    });
+    when_done_ = [this, film] {
+      say(fmt::format("{} {}", s_.text("op.written"), film.string()), false);
+      log::info("film written: {}", film.string());
+      open_with_desktop(film.string());
     };
   }
 

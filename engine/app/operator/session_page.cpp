@@ -17,6 +17,7 @@ using namespace widgets;
 namespace keys = display::keys;
 
 constexpr double kSpeedStep = 0.05;
+constexpr double kNothing = 5e-4;  // of a score item, in its unit: what a field's rounding leaves
 
 std::string clock_text(double seconds) {
   const int whole = static_cast<int>(std::max(seconds, 0.0));
@@ -36,7 +37,9 @@ void draw_exercise(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
     for (int i = 0; i < count; ++i) {
       const ImVec4 color = i < current ? kGood : i == current ? ImGui::GetStyleColorVec4(ImGuiCol_Text) : kDim;
       ImGui::PushStyleColor(ImGuiCol_Text, color);
-      ImGui::TextWrapped("%s %s", i < current ? "✓" : i == current ? "▸" : "·", s.steps.text(i).in(s.language).c_str());
+      ImGui::TextUnformatted(i < current ? "✓" : i == current ? "▸" : "·");
+      ImGui::SameLine(1.2f * w.style().unit + ImGui::GetStyle().WindowPadding.x);
+      ImGui::TextWrapped("%s", s.steps.text(i).in(s.language).c_str());
       ImGui::PopStyleColor();
       if (i == current && s.step_shown != i) {
         ImGui::SetScrollHereY(0.6f);
@@ -81,7 +84,7 @@ void draw_score(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
                          : share > 0.8f  ? kGood
                          : share > 0.45f ? kWarn
                                          : kBad;
-    row(s.text(fmt::format("score.{}", item.name)), fmt::format("{:.3g} {}", item.value, item.unit), &color);
+    row(s.text(fmt::format("score.{}", item.name)), fmt::format("{:.3g} {}", std::abs(item.value) < kNothing ? 0.0 : item.value, item.unit), &color);
     ImGui::PopFont();
     if (share < 0) continue;
     const ImVec2 at = ImGui::GetCursorScreenPos();

@@ -48,6 +48,8 @@ enum class Ask {
   kArchive,          // recorded sessions, imports
   kSessionReport,    // of the session chosen there: made where there is none, opened in the browser
   kLearningCurve,    // of its trainee
+  kFilm,             // of the session
+  kWatch,            // the session again, in a window of its own
   kExportMesh,       // the tissue as it left it
   kGoOnFrom,         // a session from there
   kImport,           // a scan or mesh, as ImportForm says

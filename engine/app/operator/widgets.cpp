@@ -97,7 +97,8 @@ bool toggle_button(const char* text, bool on, ImVec2 size) {
 
 bool key(int code, bool control) {
   const ImGuiIO& io = ImGui::GetIO();
-  return !io.WantTextInput && io.KeyCtrl == control && ImGui::IsKeyPressed(code, false);
+  const bool writes = code < display::keys::kF1 || code > display::keys::kF1 + 11;
+  return !(io.WantTextInput && writes) && io.KeyCtrl == control && ImGui::IsKeyPressed(code, false);
 }
 
 void message_line(const OperatorState& s) {
