@@ -15,7 +15,9 @@ void main() {
   vec3 to_eye = normalize(frame.eye[VIEW].xyz - in_particle.xyz);
   vec3 right = normalize(cross(frame.up.xyz + 1e-3 * frame.key.xyz, to_eye)), up = cross(to_eye, right);
   vec4 middle = frame.clip_from_world[VIEW] * vec4(in_particle.xyz, 1.0);
-  float least = 0.0012 * middle.w * 0.35;
+  // A pixel there, m: clip space is so wide as the first row of the projection says.
+  mat4 clip = frame.clip_from_world[VIEW];
+  float least = 0.7 * frame.picture.x * middle.w / length(vec3(clip[0][0], clip[1][0], clip[2][0]));
   float radius = max(in_particle.w, least);
   float shown = min(in_particle.w * in_particle.w / (radius * radius) * 1.5, 1.0);
   gl_Position = frame.clip_from_world[VIEW] *

@@ -145,12 +145,17 @@ std::vector<render::MeshUpdate> tissue_inside(const haptics::TissueVolume& volum
   return updates;
 }
 
-void mark_difference(const haptics::TissueVolume& ideal, const dvec3& origin,
-                     std::vector<render::MeshUpdate>& updates) {
-  const ToothField field(ideal, kDifferenceReach);
+DifferenceToIdeal::DifferenceToIdeal(const haptics::TissueVolume& ideal) : field_(ideal, kDifferenceReach) {}
+
+void DifferenceToIdeal::mark(const dvec3& origin, std::vector<render::MeshUpdate>& updates) const {
   for (render::MeshUpdate& update : updates)
     for (render::Vertex& vertex : update.vertices)
-      vertex.difference = static_cast<float>(field.distance(origin + dvec3(vertex.p)));
+      vertex.difference = static_cast<float>(field_.distance(origin + dvec3(vertex.p)));
+}
+
+void mark_difference(const haptics::TissueVolume& ideal, const dvec3& origin,
+                     std::vector<render::MeshUpdate>& updates) {
+  DifferenceToIdeal(ideal).mark(origin, updates);
 }
 
 }  // namespace typodont

@@ -29,8 +29,28 @@ void ParticlePass::prepare(PassContext& context, int slot, std::span<const Parti
   }
 }
 
-void ParticlePass::record(PassContext& context, VkCommandBuffer commands, int slot, FrameStats& stats) {
-  if (!count) return;
+void ParticlePass::mark(std::span<const Particle> particles, const glm::dmat4& clip_from_world, const glm::ivec2& size,
+                        Tiles& tiles) {
+  const glm::mat4 clip(clip_from_world);
+  const float scale = glm::length(glm::vec3(clip[0][0], clip[1][0], clip[2][0])) * 0.5f * static_cast<float>(size.x);
+  for (const Particle& p : particles) {
+    const glm::vec4 c = clip * glm::vec4(p.p, 1);
+    if (c.w < 1e-6f) continue;
+    // The quad's corners lie √2 radii out; those nearer than its middle look a little larger.
+    const float reach = 1.6f * std::max(p.radius * scale / c.w, 0.7f) + 2;
+    const glm::vec2 middle = (0.5f + 0.5f * glm::vec2(c) / c.w) * glm::vec2(size);
+    if (middle.x + reach < 0 || middle.y + reach < 0 || middle.x - reach > static_cast<float>(size.x) ||
+        middle.y - reach > static_cast<float>(size.y))
+      continue;
+    const glm::ivec2 lo(glm::max(glm::floor(middle - reach), glm::vec2(0))), hi(glm::ceil(middle + reach));
+    tiles.mark({lo.x, lo.y, hi.x - lo.x, hi.y - lo.y});
+  }
+}
+
+void ParticlePass::record(PassContext& context, VkCommandBuffer commands, int slot, const ParticleCloud* cloud,
+                          FrameStats& stats) {
+  const std::vector<ParticleCloud::Run> runs = cloud ? cloud->runs() : std::vector<ParticleCloud::Run>{};
+  if (!count && runs.empty()) return;
   if (!pipeline) {
     gpu::PipelineOptions o = context.scene_pipeline(kSpirv_particle_vert, kSpirv_particle_frag);
     o.bindings = {{0, sizeof(Instance), VK_VERTEX_INPUT_RATE_INSTANCE}};
@@ -44,9 +64,17 @@ void ParticlePass::record(PassContext& context, VkCommandBuffer commands, int sl
   }
   vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, pipeline);
   const VkDeviceSize zero = 0;
-  vkCmdBindVertexBuffers(commands, 0, 1, &instances.buffers[static_cast<std::size_t>(slot)].buffer, &zero);
-  vkCmdDraw(commands, 4, count, 0, 0);
-  ++stats.commands;
+  if (count) {
+    vkCmdBindVertexBuffers(commands, 0, 1, &instances.buffers[static_cast<std::size_t>(slot)].buffer, &zero);
+    vkCmdDraw(commands, 4, count, 0, 0);
+    ++stats.commands;
+  }
+  for (const ParticleCloud::Run& run : runs) {
+    const VkBuffer buffer = cloud->instances();
+    vkCmdBindVertexBuffers(commands, 0, 1, &buffer, &zero);
+    vkCmdDraw(commands, 4, run.count, 0, run.first);
+    ++stats.commands;
+  }
 }
 
 void ParticlePass::destroy(gpu::Device& device) {
