@@ -12,6 +12,7 @@
 #include "haptics/forces/friction.h"
 #include "haptics/forces/passivity.h"
 #include "haptics/forces/tip.h"
+#include "haptics/forces/velocity_estimator.h"
 
 namespace typodont::haptics {
 
@@ -41,6 +42,7 @@ constexpr double kLostHand = 0.02;         // m: so far from where it was, a han
 constexpr double kCutSlew = 6;            // N/s, no faster does the proxy change the force of a cutting contact
 constexpr double kTissueSlew = 4;          // N/s, no faster does another tissue under the head change the force …
 constexpr double kUnpaid = 0.15e-3;        // J, … nor does a harder one store more than the ledger holds, beyond this
+constexpr double kDebt = 2e-9;             // J, more than rounding costs
 constexpr double kTeethSlew = 4;           // N/s, of the tangential force of the teeth
 constexpr double kDamperSlew = 4;          // N/s, of the damper while cutting
 constexpr double kTeethAhead = 50;         // ticks for which the spindle's work must suffice, or that force shrinks
@@ -117,7 +119,7 @@ double travel_for(const Tool& tool, double voxel) {
 
 bool is_sound(const HandSample& hand) {
   const double norm2 = glm::dot(hand.X_WT.R, hand.X_WT.R);
-  return is_finite(hand.X_WT.p) && std::abs(norm2 - 1) < 1e-3 && std::isfinite(hand.pedal) &&
+  return !(hand.faults & kNoPose) && is_finite(hand.X_WT.p) && std::abs(norm2 - 1) < 1e-3 && std::isfinite(hand.pedal) &&
          glm::length(hand.X_WT.p) < 100.0;
 }
 
@@ -176,7 +178,8 @@ struct Servo::State {
   FrictionState friction;
   TipState tip;
   PassivityState passivity;
-  double rate = 0;             // m/s, smoothed, of the depth
+  double rate = 0;             // m/s, smoothed, of the depth …
+  VelocityEstimator depth_speed;  // … where the hand moves by counts, whose differences would be felt as a buzz
   double given = 0;            // J that leading the tool out of tissue put into the coupling
   double stored = 0;           // J in the coupling
   double leap = 0;             // s left to follow a leap of the input
@@ -215,7 +218,7 @@ struct Servo::State {
   ServoTick sums;              // carries index, removed, energy, cuts
 
   State(const ServoSettings& s, int edge)
-      : settings(s), travel(patch_travel_for(tray(s), s.frame.voxel) * s.frame.voxel) {
+      : settings(s), travel(patch_travel_for(tray(s), s.frame.voxel) * s.frame.voxel), depth_speed(s.position_step) {
     for (const Tool& tool : tray(s)) tools.push_back({tool, ContactFinder(tool, s.frame.voxel)});
     patch.resize(edge);
   }
@@ -369,10 +372,15 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
   out.patch = s.patch.number;
   out.tool = s.in_hand;
 
-  // Illegal input: zero force in this very tick, and the proxy starts anew afterwards.
+  // Illegal input, or no hand: zero force in this very tick, and the proxy starts anew afterwards. What the hand did
+  // meanwhile is not in the ledger: it felt nothing. A leap paid with the last force would leave a debt, and a ledger in
+  // debt gives no force ever again.
   if (!is_sound(hand)) {
     out.X_WT = out.X_WG = s.X_WG;
-    out.faults = bits(Fault::kBadInput);
+    out.faults = hand.faults & kNoPose ? hand.faults & kNoPose : bits(Fault::kBadInput);
+    if (settings.spindle.run_up_time > 0) s.speed *= std::exp(-settings.tick / settings.spindle.run_up_time);
+    else s.speed = 0;
+    out.spindle = s.speed;
     out.energy = sums.energy;
     out.spindle_energy = sums.spindle_energy;
     s.started = false;
@@ -390,12 +398,14 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
     s.placed = true;
     s.last_hand = X_WT;
     s.last_depth = s.rate = 0;
+    s.depth_speed.reset();
     s.overlap = 0;
     s.given = s.stored = 0;
     s.friction = {};
     s.tip = {};
     s.ramp = 0;
   }
+  if (hand.faults & bits(Fault::kLetGo)) s.last_force = s.last_spindle_force = s.last_teeth_force = s.last_sent = dvec3(0);
   const dvec3 moved = X_WT.p - s.last_hand.p;
 
   // What the device did to the hand since the last tick: exactly last force × way (numbers.md, "Stability").
@@ -630,6 +640,8 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
   dvec3 p_held = p_WG;
   const dvec3 depth_vector = p_WG - X_WT.p;
   const double depth = glm::length(depth_vector);
+  VelocityEstimate sinking;
+  if (settings.position_step > 0) sinking = s.depth_speed.add(hand.t, {depth, 0, 0});
   double stored = 0;
   if ((((touching || s.breaking_through) && !lost) || bridging) && depth > 0) {
     normal = depth_vector / depth;
@@ -674,7 +686,8 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
     double magnitude = k * depth;
     if (settings.damping > 0 && s.started) {
       const double smooth = may_cut ? std::exp(-dt / kCutDampingTime) : 0.0;
-      const double rate = s.overlap > 0 ? 0 : (depth - s.last_depth) / dt;
+      const double measured = settings.position_step > 0 ? sinking.v.x : (depth - s.last_depth) / dt;
+      const double rate = s.overlap > 0 ? 0 : measured;
       double change = (rate - s.rate) * (1 - smooth);
       if (may_cut && !fresh) {  // the proxy sinks by fits and starts, voxel by voxel
         const double most = kDamperSlew * dt / settings.damping;
@@ -798,8 +811,10 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
   if (glm::length(moved) > kNoHand * dt) s.leap = kLeapTime;
   s.leap = std::max(0.0, s.leap - dt);
   if (s.overlap > 0 || s.leap > 0) s.given += std::max(0.0, stored - s.stored - std::max(0.0, -glm::dot(s.last_force, moved)));
-  // What the hand was given stays forgiven: a ledger in debt would never again allow a force.
-  if (!touching && s.tip.sunk <= 0) s.given = std::clamp(-sums.energy, 0.0, s.given);
+  // What the hand was given stays forgiven: a ledger in debt would never again allow a force. So is a debt of a contact
+  // that is over, whatever brought it: ticks that came late hold a force for longer than was foreseen.
+  const double forgiven = sums.energy < -kDebt ? -sums.energy : s.given;
+  if (!touching && s.tip.sunk <= 0) s.given = std::clamp(-sums.energy, 0.0, forgiven);
   s.stored = stored;
   if (settings.passivity) {
     const double passive = passive_share({}, force, moved, dt, settings.tick, sums.energy + s.given, s.passivity);

@@ -1,6 +1,7 @@
 #include "engine/app/workbench.h"
 
 #include <fmt/format.h>
+#include <pthread.h>
 
 #include <algorithm>
 #include <array>
@@ -78,7 +79,8 @@ struct Session {
   Session(const Scene& s, haptics::TissueVolume tissue)
       : scene(s), carver(std::move(tissue), haptics::tray(s.servo)), wiring(empty_patch(edge(s, carver.volume()))) {}
   void serve(const haptics::DeviceInfo& hand) {
-    servo.emplace(servo_settings(scene, carver.volume(), hand.rate, hand.vibration_band), edge(scene, carver.volume()));
+    servo.emplace(servo_settings(scene, carver.volume(), hand.rate, hand.vibration_band, hand.position_step),
+                  edge(scene, carver.volume()));
     loop.emplace(wiring, hand.rate);
   }
 
@@ -92,9 +94,17 @@ struct Session {
   }
 };
 
+/// As HapticDevice::contact means it.
+bool in_contact(const ServoTick& tick) {
+  constexpr std::uint32_t kUnknown =
+      haptics::kNoPose | bits(Fault::kPatchEdge) | bits(Fault::kDeepPenetration);
+  return tick.depth > 0 || (tick.faults & kUnknown) != 0;
+}
+
 void servo_thread(Session& s, haptics::HapticDevice& hand) {
   const RealtimeGranted granted = enter_realtime({.priority = 80, .core = RealtimeRequest::kOwnCore});
   s.loop->granted(granted.fifo, granted.pinned, granted.memory_locked, granted.note);
+  ::pthread_setname_np(::pthread_self(), "typodont-servo");
   Wiring& wiring = s.wiring;
   const Nanos period = from_seconds(1 / hand.info().rate);
   haptics::HandSample sample;
@@ -117,11 +127,14 @@ void servo_thread(Session& s, haptics::HapticDevice& hand) {
     sample.pedal = pedal.pass(sample.pedal, wiring.held.load(std::memory_order_relaxed));
     if (wiring.settings.fetch()) settings = wiring.settings.front();
     sample.pedal *= settings.speed_share;
+    sample.faults = hand.faults();
     const bool did_cut = s.servo->tick(sample, tick, cut);
     if (wiring.emergency.load(std::memory_order_relaxed)) break;
+    hand.contact(in_contact(tick));
     hand.write(settings.force_share * tick.f_T_W, settings.force_share * tick.tau_T_W);
     const Nanos wrote = now();
-    tick.faults |= hand.faults() | (wrote - woke > period ? bits(Fault::kOverrun) : 0);
+    // What the servo was told is in the tick; a replay tells it the same.
+    tick.faults |= (hand.faults() & ~haptics::kNoPose) | (wrote - woke > period ? bits(Fault::kOverrun) : 0);
     tick.cpu_time = thread_cpu_time() - cpu;
     ++ticks;
     if (did_cut) {
@@ -146,7 +159,9 @@ void servo_thread(Session& s, haptics::HapticDevice& hand) {
   while (!wiring.emergency && now() < faded && hand.read(sample)) {
     sample.pedal = 0;
     sample.tool = s.last.tool;
+    sample.faults = hand.faults();
     s.servo->tick(sample, tick, cut);
+    hand.contact(in_contact(tick));
     hand.write(settings.force_share * tick.f_T_W, settings.force_share * tick.tau_T_W);
   }
   hand.write(dvec3(0), dvec3(0));
@@ -264,7 +279,8 @@ void recorder_thread(Session& s, session::SessionWriter& writer) {
       wiring.record_to_render.publish({status.ticks, status.cuts, !status.lost.any()});
     }
   };
-  while (!wiring.stop.load(std::memory_order_relaxed)) {
+  // To the servo's last tick, which comes after it was asked to stop.
+  while (!wiring.stop.load(std::memory_order_relaxed) || !wiring.servo_ended) {
     drain();
     std::this_thread::sleep_for(5ms);
   }
@@ -720,8 +736,9 @@ void Workbench::Impl::end() {
   summary.tick_us_median = timing.work.quantile(0.5) * 1e-3;
   summary.tick_us_p999 = timing.work.quantile(0.999) * 1e-3;
   summary.worst_tick_us = static_cast<double>(timing.worst_tick) * 1e-3;
-  summary.jitter_us_p999 = timing.jitter.quantile(0.999) * 1e-3;
   summary.worst_jitter_us = static_cast<double>(timing.worst_jitter) * 1e-3;
+  // Of its bin the upper edge, which the worst may lie below.
+  summary.jitter_us_p999 = std::min(timing.jitter.quantile(0.999) * 1e-3, summary.worst_jitter_us);
   summary.loop = s.loop->report();
   if (stage && drawn > 0) {
     explain(fmt::format("picture: {} frames, {:.1f} ms each at the end, {:.0f} ms from hand to screen (estimated); quality "

@@ -261,7 +261,8 @@ void draw_device(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
                                   std::pair{Fault::kDeviceLost, "device_lost"},
                                   std::pair{Fault::kRingFull, "ring_full"},
                                   std::pair{Fault::kSlewLimit, "slew_limit"},
-                                  std::pair{Fault::kOverrun, "overrun"}};
+                                  std::pair{Fault::kOverrun, "overrun"},
+                                  std::pair{Fault::kLetGo, "let_go"}};
   for (const auto& [fault, name] : kFaults) {
     if (!(s.status.faults & bits(fault))) continue;
     any = true;
