@@ -19,7 +19,7 @@ class QualityLadder {
   /// True when the step changed. Only frames that were drawn count.
   bool frame_took(double seconds) {
     // One frame that was kept waiting is none of the picture's doing.
-    mean_ += 0.15 * (std::min(seconds, 4 * slow_) - mean_);
+    mean_ += 0.15 * (std::min(seconds, 2 * slow_) - mean_);
     ++frames_;
     if (frames_ >= kSettled && mean_ > slow_ && step_ + 1 < render::kQualityLadder.size()) {
       if (tried_ && frames_ < kTrial) patience_ = std::min(2 * patience_, kMostPatience);

@@ -339,7 +339,7 @@ struct Renderer::Impl {
     stats.frames = frames;
     stats.gpu_ms = gpu_ms;
     for (VkPipeline p :
-         {shadow.pipeline, tool.pipeline, background.pipeline, particles.pipeline, hud.pipeline,
+         {shadow.pipeline, tool.pipeline, background.pipeline, particles.pipeline, particles.cloud_pipeline, hud.pipeline,
           mirror.pipeline, hidden.pipeline, mask.pipeline})
       if (p) ++stats.pipelines;
     stats.pipelines += surface.pipelines() + (frame.cloud ? frame.cloud->pipelines() : 0);

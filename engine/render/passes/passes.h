@@ -82,7 +82,8 @@ struct BackgroundPass {
 
 struct ParticlePass {
   VkPipeline pipeline = VK_NULL_HANDLE;
-  SlotBuffers instances;
+  VkPipeline cloud_pipeline = VK_NULL_HANDLE;  // of those that live on the GPU
+  SlotBuffers corners;
   std::uint32_t count = 0;
   void prepare(PassContext& context, int slot, std::span<const Particle> particles);
   /// Where an eye sees them.
