@@ -5,7 +5,7 @@
 #include <chrono>
 #include <thread>
 
-#include "engine/app/live_views.h"
+#include "engine/app/followed_views.h"
 #include "engine/app/quality_ladder.h"
 #include "engine/app/teaching_views.h"
 #include "engine/base/json.h"
@@ -75,7 +75,7 @@ double area(const std::vector<render::MeshUpdate>& bricks) {
 }
 
 /// As the carver's and the drawing thread do, until there is a result or two seconds have passed.
-bool follow(LiveViews& views, const haptics::TissueVolume& tissue, std::uint64_t state, LiveViews::Bodies& bodies) {
+bool follow(FollowedViews& views, const haptics::TissueVolume& tissue, std::uint64_t state, FollowedViews::Bodies& bodies) {
   for (int i = 0; i < 400; ++i) {
     views.offer(tissue, state);
     if (views.take(bodies)) return true;
@@ -84,9 +84,9 @@ bool follow(LiveViews& views, const haptics::TissueVolume& tissue, std::uint64_t
   return false;
 }
 
-TEST(LiveViews, ASectionsFaceFollowsTheCut) {
-  LiveViews views;
-  LiveViews::Bodies bodies;
+TEST(FollowedViews, ASectionsFaceFollowsTheCut) {
+  FollowedViews views;
+  FollowedViews::Bodies bodies;
   const haptics::TissueVolume before = ball(3), after = ball(2);
   views.want(render::View::kSection, {0, 1, 0, 0});
   ASSERT_TRUE(follow(views, before, 1, bodies));
@@ -100,9 +100,9 @@ TEST(LiveViews, ASectionsFaceFollowsTheCut) {
   EXPECT_EQ(bodies.size(), 3u);
 }
 
-TEST(LiveViews, NothingWantedNothingDoneAndTheSameTissueIsNotLookedAtTwice) {
-  LiveViews views;
-  LiveViews::Bodies bodies;
+TEST(FollowedViews, NothingWantedNothingDoneAndTheSameTissueIsNotLookedAtTwice) {
+  FollowedViews views;
+  FollowedViews::Bodies bodies;
   const haptics::TissueVolume tissue = ball(2);
   const auto never = [&](std::uint64_t state) {
     for (int i = 0; i < 60; ++i) {
