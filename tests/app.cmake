@@ -21,3 +21,4 @@ if(NOT TYPODONT_SANITIZE)  # a sanitizer's shadow needs all the address space
   target_compile_definitions(stress_program PRIVATE TYPODONT_PROGRAM="$<TARGET_FILE:typodont>")
   add_dependencies(stress_program typodont)
 endif()
+typodont_test(unit_app_live_picture KIND unit SOURCES unit/app_live_picture_test.cpp LIBS typodont_app)

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <utility>
 
 #include "engine/base/error.h"
 #include "engine/base/units.h"
@@ -130,11 +131,11 @@ void surround(render::Renderer& renderer, const Surroundings& around) {
   renderer.cover(render::kWorkingTooth, around.covered);
 }
 
-float surface_tolerance(const display::DisplayRig& rig, double voxel) {
+float surface_tolerance(const display::DisplayRig& rig, double voxel, bool processor) {
   const display::Screen& screen = rig.screen;
   const double pixel = glm::length(screen.lower_right - screen.lower_left) /
                        std::max(display::eye_pixels(screen.layout, screen.pixels).x, 1);
-  return static_cast<float>(std::clamp(0.4 * pixel / voxel, 0.1, 0.6));
+  return static_cast<float>(std::clamp((processor ? 1.0 : 0.4) * pixel / voxel, 0.1, 0.6));
 }
 
 void PictureStage::surround(const Surroundings& around) {
@@ -207,6 +208,7 @@ render::FrameStats PictureStage::draw(const ServoTick& tick, std::span<const ren
   frame.view = view_;
   frame.section = section_;
   frame.particles = particles;
+  frame.cloud = cloud_;
   if (options_.hud) {
     frame.hud.visible = true;
     frame.hud.tool = fmt::format("{} {:.1f} mm", shape_name(tool().shape), tool().diameter / kMillimetre);
@@ -225,20 +227,35 @@ render::FrameStats PictureStage::draw(const ServoTick& tick, std::span<const ren
     ring_.abandon(device_);
     return stats;
   }
+  timing_.gpu = 1e-3 * stats.gpu_ms;
+  timing_.record = to_seconds(now() - began);
+  timing_.shown = timing_.record + timing_.gpu;
   if (!output_) {
     ring_.submit(device_);
-    ring_.wait_idle(device_);  // so that what a frame takes is known, and the quality can follow
+    ring_.wait_idle(device_);  // the caller's window shows it at once
+    timing_.shown = to_seconds(now() - began);
     return stats;
   }
+  const bool uncovered = std::exchange(missed_, false) || output_->needs_frame();
   const auto target = output_->acquire();
+  const Nanos acquired = now();
   if (target) {
-    compositor_->record(commands, renderer_->pictures(), screen.layout, *target, ring_.slot(), output_->first_row());
+    // What the picture's tiles left out is on the screen already: on a processor that is most of composing.
+    std::array<std::vector<display::Part>, 2> changed;
+    if (stats.drawn)
+      for (int e = 0; e < frame.views; ++e)
+        for (const render::PixelBox& b : renderer_->redrawn(e))
+          changed[static_cast<std::size_t>(e)].push_back({b.x, b.y, b.width, b.height});
+    compositor_->record(commands, renderer_->pictures(), screen.layout, *target, ring_.slot(), output_->first_row(),
+                        device_.processor && !uncovered ? &changed : nullptr);
     ring_.submit(device_, target->ready, target->done);
     output_->present();
     // Recording and queueing here, drawing there, and on average half a refresh until the screen shows it.
-    const double took = to_seconds(now() - began) + 1e-3 * stats.gpu_ms + 0.5 * output_->refresh_period();
-    latency_ += 0.1 * (std::min(took, 0.1) - latency_);
+    timing_.record += to_seconds(now() - acquired);
+    timing_.shown = to_seconds(now() - began) + timing_.gpu + 0.5 * output_->refresh_period();
+    latency_ += 0.1 * (std::min(timing_.shown, 0.1) - latency_);
   } else {
+    missed_ = true;
     ring_.submit(device_);
   }
   if (!options_.window) ring_.wait_idle(device_);

@@ -5,6 +5,7 @@
 #include <memory>
 #include <vector>
 
+#include "engine/app/picture_record.h"
 #include "engine/app/paint_file.h"
 #include "engine/app/stroke_book.h"
 #include "engine/base/latest.h"
@@ -102,6 +103,8 @@ struct Wiring {
   // HEADSET (which draws in RENDER's place) → SERVO, where a controller is the hand; → RECORDER
   Latest<XrHandSample> xr_hand;
   Ring<display::HmdTiming> xr_frames_to_recorder{1 << 12};
+  // RENDER → RECORDER
+  Ring<PictureTiming> pictures_to_recorder{1 << 12};
   // SERVO → RECORDER
   Ring<ServoTick> ticks_to_recorder{1 << 15};
   Ring<Cut> cuts_to_recorder{1 << 14};

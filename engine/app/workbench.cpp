@@ -10,16 +10,21 @@
 #include <mutex>
 #include <optional>
 #include <thread>
+#include <utility>
 
 #include "engine/app/debris_view.h"
+#include "engine/app/followed_views.h"
 #include "engine/app/hands.h"
 #include "engine/app/live_views.h"
 #include "engine/app/mouse_hand.h"
+#include "engine/app/picture_record.h"
 #include "engine/app/picture_stage.h"
 #include "engine/app/quality_ladder.h"
 #include "engine/app/resume.h"
 #include "engine/app/session_record.h"
 #include "engine/app/sound_link.h"
+#include "engine/app/task.h"
+#include "engine/app/teaching_views.h"
 #include "engine/app/tissue_view.h"
 #include "engine/app/wiring.h"
 #include "engine/app/xr_hand.h"
@@ -44,8 +49,9 @@ using namespace std::chrono_literals;
 
 constexpr double kRampOut = 0.02;  // s at the end of a session
 constexpr double kMirror = 22e-3;  // m, a mouth mirror of size 4, where the scene does not say
-constexpr int kHoldKey = ' ', kGoOnKey = 'R';
+constexpr int kHoldKey = ' ', kGoOnKey = 'R', kViewKey = 'V';
 constexpr Nanos kReviveInterval = 10 * kNanosPerSecond;  // a device lost more often than this is broken
+constexpr std::size_t kProcessorStep = 3;  // of the quality ladder, where a processor draws: about what it is quick enough for
 constexpr Nanos kOwnInterval = 30'000'000;               // ns between pictures from a viewpoint of one's own
 constexpr Nanos kMeshInterval = 16'000'000;              // ns between looks for changed bricks
 
@@ -69,9 +75,12 @@ struct Session {
   float tolerance = 0.1f;  // voxels, of the surface drawn
   Nanos began = 0;            // of recorded frames
   std::size_t xr_stream = 0;  // which of the recording's streams they are
+  std::size_t picture_stream = 0;  // the same, of a picture on a screen
   SoundLink* sound = nullptr;
   std::size_t left_stream = 0;  // of the recording, where there is a second hand
   std::filesystem::path save;  // of the tissue
+  std::optional<FollowedViews> followed;  // views that the trainee chooses, where no operator does
+  std::atomic<const DifferenceToIdeal*> ideal{nullptr};  // drawing thread → carver: mark the surface against it
 
   Session(const Scene& s, haptics::TissueVolume tissue)
       : scene(s), carver(std::move(tissue), haptics::tray(s.servo)), wiring(empty_patch(edge(s, carver.volume()))) {}
@@ -221,6 +230,7 @@ void carver_thread(Session& s) {
   TissueView view(s.tolerance);
   Nanos meshed = 0;
   bool first = true;
+  std::uint64_t changes = 1;  // of the tissue
   Cut cut;
   while (!wiring.stop.load(std::memory_order_relaxed)) {
     bool worked = false;
@@ -241,6 +251,7 @@ void carver_thread(Session& s) {
       painted = true;
     }
     if (worked || painted) {
+      ++changes;
       const TissueState state = s.book.state(s.carver.volume());
       wiring.tissue_to_render.publish(state);
       wiring.tissue_version.store(state.version, std::memory_order_relaxed);
@@ -258,12 +269,15 @@ void carver_thread(Session& s) {
       meshed = now();
       first = false;
       auto batch = std::make_unique<MeshBatch>(view.update(s.carver.volume()));
+      if (const DifferenceToIdeal* ideal = s.ideal.load(std::memory_order_acquire))
+        ideal->mark(s.carver.volume().frame().origin, *batch);
       if (s.watched && !batch->empty()) {
         auto copy = std::make_unique<MeshBatch>(*batch);
         if (wiring.bricks_to_watch.push(copy.get())) (void)copy.release();
       }
       if (!batch->empty() && wiring.bricks.push(batch.get())) (void)batch.release();
     }
+    if (s.followed) s.followed->offer(s.carver.volume(), changes);
     if (wiring.copy_wanted.exchange(false)) {
       auto copy = std::make_unique<haptics::TissueVolume>(s.carver.volume().clone());
       if (wiring.copies_to_watch.push(copy.get())) (void)copy.release();
@@ -295,6 +309,9 @@ void recorder_thread(Session& s, session::SessionWriter& writer) {
     while (wiring.xr_frames_to_recorder.pop(frame)) {
       writer.append(s.xr_stream, frame.t - s.began, xr_stream_row(frame));
     }
+    PictureTiming picture;
+    while (wiring.pictures_to_recorder.pop(picture))
+      writer.append(s.picture_stream, picture.t - s.began, picture_stream_row(picture));
     writer.count_ring_losses(wiring.ticks_to_recorder.dropped(), wiring.cuts_to_recorder.dropped());
     writer.heartbeat();
     if (s.operated) {
@@ -341,17 +358,21 @@ struct Workbench::Impl {
   Nanos began = 0, last_frame = 0, last_drawn = 0;
   ServoTick tick;  // the newest, as drawn
   std::uint64_t drawn = 0;
-  double frame_seconds = 0, frame_period = 0;  // s, smoothed
+  double frame_seconds = 0, frame_period = 0, photon_seconds = 0;  // s, smoothed
   SessionSettings settings;                    // as last sent to the servo
   std::optional<session::HandMeter> meter;     // where operated
   PerTissue volumes_before{};                  // m³, the same
   Nanos fault_time = 0;
   Nanos revived = -kReviveInterval;  // when the picture was last made anew
   std::uint32_t recent_faults = 0;
+  bool drew_last = false;  // the last turn drew a frame
+  render::View view = render::View::kLook;
+  std::unique_ptr<DifferenceToIdeal> ideal;  // made when it is first looked at
+  std::atomic<bool> no_ideal{false};
   std::string keys;  // what the hand and the keyboard do, drawn below the picture
   std::string failure;
   bool held = false, hand_gone = false;
-  std::jthread carver, servo, left, recorder;  // last: they refer to all of the above
+  std::jthread carver, servo, left, recorder, idealist;  // last: they refer to all of the above
 
   Impl(const Scene& s, const WorkbenchOptions& o) : scene(s), options(o) { set_up(); }
   ~Impl() { end(); }
@@ -372,6 +393,7 @@ struct Workbench::Impl {
   void follow_keys(const display::UserInput& input);
   void edit_tissue(const display::UserInput& input);
   void draw();
+  void show_next_view();
   void hold(bool on) noexcept;
   void report_hand();
   std::string hint() const;
@@ -454,6 +476,8 @@ void Workbench::Impl::set_up() {
     header.trainee = options.trainee;
     s.xr_stream = header.streams.size();
     if (headset) header.streams.push_back(xr_stream());
+    s.picture_stream = header.streams.size();
+    if (s.draw && window) header.streams.push_back(picture_stream());
     writer.emplace(options.record, header);
   }
   if (s.operated) {
@@ -464,11 +488,18 @@ void Workbench::Impl::set_up() {
   }
   if (s.draw && window) {
     make_stage(options.device);
-    s.tolerance = surface_tolerance(*rig, tissue.frame().voxel);
+    s.tolerance = surface_tolerance(*rig, tissue.frame().voxel, stage->device().processor);
     explain("drawn by " + stage->device_name());
+    explain(fmt::format("picture quality: begins at \"{}\"; steps down while a frame takes over {:.0f} ms, up when there is "
+                        "room", ladder.step().name, 1e3 / 30));
     explain(rig->head.tracker.empty() ? "head: at rest, the rig names no tracker" : "head: " + rig->head.tracker);
   }
-  if (s.debris && window) debris.emplace(scene.servo.materials, tissue);
+  if (s.debris && window) {
+    debris.emplace(scene.servo.materials, tissue);
+    debris->use(&stage->device());
+    explain(debris->cloud() ? "debris: moved by the GPU" : "debris: moved by the processor, which also draws");
+  }
+  if (s.draw && window && !options.operated) s.followed.emplace();
   if (options.explain) {
     for (const std::string& line : summary.explanations) log::info("{}", line);
   }
@@ -518,6 +549,7 @@ void Workbench::Impl::start() {
   const std::size_t tools = std::min<std::size_t>(haptics::tray(scene.servo).size(), 9);
   if (pointer) keys = "left button: drill   wheel: in and out   ";
   keys += "Z, Y: undo, redo   ";
+  if (s.followed) keys += "V: view   ";
   if (tools > 1) keys += fmt::format("1–{}: tools   ", tools);
   if (headset) headset->start(began);
 }
@@ -558,6 +590,7 @@ bool Workbench::Impl::step(const display::UserInput* input, glm::ivec2 picture_s
     }
     log::warn("{}; the picture is made anew", e.what());
     revived = now();
+    if (debris) debris->use(nullptr);
     stage.reset();
     make_stage(nullptr);
     s.wiring.mesh_all = true;
@@ -580,9 +613,15 @@ void Workbench::Impl::make_stage(gpu::Device* device) {
   haptics::ServoSettings shown = scene.servo;
   shown.materials = materials;
   stage.emplace(*rig, shown, look);
+  if (stage->device().processor && ladder.changes() == 0) {
+    ladder = QualityLadder(1.0 / 30, 1.0 / 90, kProcessorStep);
+    stage->set_quality(ladder.step());
+  }
   stage->surround(make_surroundings(scene));
   stage->hold_mirror(scene.mouth_mirror);
   if (views) views->attach(Eyes::kTrainee, &*stage);
+  if (debris) debris->use(&stage->device());
+  view = render::View::kLook;
 }
 
 /// The picture from a viewpoint of one's own, where it is wanted and due.
@@ -653,6 +692,7 @@ std::string Workbench::Impl::hint() const {
     text += fmt::format("motors {:.0f} %, up to {:.1f} N   {}", 100 * loop.heat, loop.bearable_force,
                         loop.armed ? "" : "no force until the hand is free   ");
   }
+  if (ladder.changes() > 0) text += fmt::format("picture: {}   ", ladder.step().name);
   return text + "space: stop";
 }
 
@@ -661,6 +701,7 @@ void Workbench::Impl::follow_keys(const display::UserInput& input) {
   for (const int key : input.pressed) {
     if (key == kHoldKey) hold(true);
     if (key == kGoOnKey) hold(false);
+    if (key == kViewKey && session->followed) show_next_view();
     const int place = key - '1';
     if (place >= 0 && place < 9 && place < static_cast<int>(haptics::tray(scene.servo).size())) {
       session->wiring.chosen_tool = place;
@@ -675,6 +716,37 @@ void Workbench::Impl::edit_tissue(const display::UserInput& input) {
     if (key == 'Y') session->wiring.tissue_commands.push(TissueCommand::kRedo);
     if (key == 'S') session->wiring.tissue_commands.push(TissueCommand::kSave);
   }
+}
+
+/// As it looks, cut open where the bur is, as glass, against the ideal where the scene has one, and again as it looks.
+void Workbench::Impl::show_next_view() {
+  using render::View;
+  constexpr std::array kOrder{View::kLook, View::kSection, View::kXray, View::kDifference};
+  const auto now_at = std::find(kOrder.begin(), kOrder.end(), view);
+  view = now_at + 1 == kOrder.end() || (now_at[1] == View::kDifference && no_ideal) ? View::kLook : now_at[1];
+  glm::dvec4 section{0, 0, 0, 1};
+  if (view == View::kSection) {
+    // Upright through the bur, facing the viewer: what lies behind it stays.
+    const dvec3 away = stage->rig().head.eye_center - tick.X_WG.p, level(away.x, away.y, 0);
+    const dvec3 n = glm::length(level) > 0.2 * glm::length(away) ? -glm::normalize(level) : dvec3(0, 1, 0);
+    section = {n, -glm::dot(n, tick.X_WG.p)};
+  }
+  if (view == View::kDifference && !idealist.joinable())
+    idealist = std::jthread([this] {
+      try {
+        if (const auto volume = ideal_tissue(scene, load_untouched(scene))) {
+          ideal = std::make_unique<DifferenceToIdeal>(*volume);
+          session->ideal.store(ideal.get(), std::memory_order_release);
+          session->wiring.mesh_all = true;  // what is drawn already is yet to be marked
+          return;
+        }
+      } catch (const std::exception& e) {
+        log::warn("no difference to an ideal: {}", e.what());
+      }
+      no_ideal = true;
+    });
+  stage->show_as(view, section);
+  session->followed->want(view, section);
 }
 
 /// What changed since the last picture.
@@ -695,6 +767,9 @@ void Workbench::Impl::collect() {
 void Workbench::Impl::draw() {
   Session& s = *session;
   collect();
+  if (FollowedViews::Bodies bodies; s.followed && s.followed->take(bodies))
+    for (const auto& [body, bricks] : bodies) stage->show_inside(body, bricks, s.carver.volume().frame().origin);
+  if (view == render::View::kDifference && no_ideal) show_next_view();  // there turned out to be none
   const double dt = to_seconds(now() - last_frame);
   last_frame = now();
   if (debris) {
@@ -715,15 +790,29 @@ void Workbench::Impl::draw() {
     stage->hold_mirror(hands.left ? s.wiring.mouth_mirror.front() : scene.mouth_mirror);
   }
   const bool chips = debris && look.debris;
-  const Nanos drawing = now();  // the trainee's picture alone: what else is drawn must not cost its quality
+  stage->show_cloud(chips ? debris->cloud() : nullptr);
   const auto stats = stage->draw(tick, chips ? debris->particles() : std::span<const render::Particle>{}, dt, hint());
   drawn += stats.drawn;
-  if (stats.drawn) count_frame();
-  if (stats.drawn) frame_seconds += 0.1 * (to_seconds(now() - drawing) - frame_seconds);
-  if (stats.drawn && ladder.frame_took(to_seconds(now() - drawing))) {
-    stage->set_quality(ladder.step());
-    log::info("picture quality: {}", ladder.step().name);
+  if (stats.drawn) {
+    count_frame();
+    // The trainee's picture alone: what else is drawn must not cost its quality.
+    const PictureStage::Timing& took = stage->timing();
+    frame_seconds += 0.1 * (took.cost() - frame_seconds);
+    // The hand's sample was that old when the frame began.
+    const Nanos zero = s.wiring.session_zero.load(std::memory_order_relaxed);
+    const double age = zero ? std::max(to_seconds(last_frame - zero - tick.t), 0.0) : 0.0;
+    photon_seconds += 0.1 * (age + took.shown - photon_seconds);
+    if (s.record)
+      s.wiring.pictures_to_recorder.push(
+          {last_frame, dt, took.record, took.gpu, age + took.shown, stats.redrawn, ladder.place()});
+    // Composing and presenting are the processor's work, too, where it plays the GPU: frames on end show what all takes.
+    const bool on_end = std::exchange(drew_last, true) && stage->device().processor && !options.embedded;
+    if (ladder.frame_took(on_end && dt > 1.0 / 30 ? std::max(dt, took.cost()) : took.cost())) {
+      stage->set_quality(ladder.step());
+      log::info("picture quality: {}, for a frame took {:.0f} ms", ladder.step().name, 1e3 * frame_seconds);
+    }
   }
+  if (!stats.drawn) drew_last = false;
   if (!stats.drawn && !options.embedded) std::this_thread::sleep_for(4ms);
 }
 
@@ -792,6 +881,12 @@ void Workbench::Impl::end() {
   // Of its bin the upper edge, which the worst may lie below.
   summary.jitter_us_p999 = std::min(timing.jitter.quantile(0.999) * 1e-3, summary.worst_jitter_us);
   summary.loop = s.loop->report();
+  if (stage && drawn > 0) {
+    explain(fmt::format("picture: {} frames, {:.1f} ms each at the end, {:.0f} ms from hand to screen (estimated); quality "
+                        "\"{}\", step {} of {}, after {} changes",
+                        drawn, 1e3 * frame_seconds, 1e3 * photon_seconds, ladder.step().name, ladder.place() + 1,
+                        render::kQualityLadder.size(), ladder.changes()));
+  }
   if (!summary.loop.words().empty()) explain("real time: " + std::string(summary.loop.words()));
 }
 
@@ -846,6 +941,7 @@ haptics::TissueVolume Workbench::take_tissue() {
   return std::move(impl_->session->carver.volume());
 }
 void Workbench::drop_picture() {
+  if (impl_->debris) impl_->debris->use(nullptr);
   if (impl_->views) impl_->views->attach(Eyes::kTrainee, nullptr), impl_->views->attach(Eyes::kOwn, nullptr);
   impl_->own_stage.reset();
   impl_->stage.reset();

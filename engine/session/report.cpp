@@ -178,6 +178,7 @@ class Page : private Words {
     faults();
     timing();
     headset();
+    picture();
     events();
     details();
     put("</main>\n<footer><p>{}</p></footer>\n</body>\n</html>\n",
@@ -226,6 +227,7 @@ class Page : private Words {
     }
     if (!course_.cpu_us.empty() || session_.loop()) link("timing", "timing");
     if (headset_frames()) link("headset", "headset");
+    if (picture_frames()) link("picture", "picture");
     if (!session_.events().empty()) link("events", "events");
     link("details", "details");
     put("</ul></nav>\n");
@@ -868,6 +870,54 @@ class Page : private Words {
     row("frame_margin", "margin_s", 1e3, "ms", true);
     row("head_error", "position_error_m", 1e3, "mm");
     row("head_angle_error", "angle_error_rad", 1 / kDegree, "°");
+    put("</tbody></table>\n</section>\n");
+  }
+
+  /// The stream that a picture on a screen leaves, a row a frame; null without one.
+  const StreamData* picture_frames() const {
+    const auto& specs = session_.header().streams;
+    for (std::size_t i = 0; i < specs.size() && i < session_.streams().size(); ++i)
+      if (specs[i].name == "picture" && !session_.streams()[i].t.empty()) return &session_.streams()[i];
+    return nullptr;
+  }
+
+  void picture() {
+    const StreamData* frames = picture_frames();
+    if (!frames) return;
+    const auto& specs = session_.header().streams;
+    const auto spec = std::find_if(specs.begin(), specs.end(), [](const StreamSpec& s) { return s.name == "picture"; });
+    const auto column = [&](std::string_view name) {
+      std::vector<double> values;
+      for (std::size_t c = 0; c < spec->columns.size() && c < frames->columns.size(); ++c)
+        if (spec->columns[c].name == name)
+          std::copy_if(frames->columns[c].begin(), frames->columns[c].end(), std::back_inserter(values),
+                       [](double v) { return std::isfinite(v); });
+      std::sort(values.begin(), values.end());
+      return values;
+    };
+    const auto mean = [](const std::vector<double>& v) {
+      return v.empty() ? 0.0 : std::accumulate(v.begin(), v.end(), 0.0) / static_cast<double>(v.size());
+    };
+    const std::vector<double> steps = column("quality_step");
+    put("<section id=\"picture\" aria-labelledby=\"h-picture\">\n<h2 id=\"h-picture\">{}</h2>\n<p>{}</p>\n"
+        "<table><caption>{}</caption><thead><tr><th scope=\"col\"></th><th scope=\"col\">{}</th><th scope=\"col\">99 %</th>"
+        "<th scope=\"col\">{}</th></tr></thead>\n<tbody>\n",
+        say("picture"),
+        say("picture_frames", frames->t.size(), number(100 * mean(column("redrawn")), 0),
+            steps.empty() ? 1 : static_cast<int>(steps.front()) + 1, steps.empty() ? 1 : static_cast<int>(steps.back()) + 1),
+        say("picture_caption"), say("median"), say("worst"));
+    const auto row = [&](const char* key, std::string_view name) {
+      const std::vector<double> values = column(name);
+      if (values.empty() || values.back() <= 0) return;
+      const auto at = [&](double q) {
+        return quantity(1e3 * values[static_cast<std::size_t>(q * static_cast<double>(values.size() - 1) + 0.5)], "ms");
+      };
+      put("<tr><th scope=\"row\">{}</th><td>{}</td><td>{}</td><td>{}</td></tr>\n", say(key), at(0.5), at(0.99), at(1));
+    };
+    row("frame_period", "period_s");
+    row("frame_record", "record_s");
+    row("frame_gpu", "gpu_s");
+    row("motion_to_photon", "motion_to_photon_s");
     put("</tbody></table>\n</section>\n");
   }
 

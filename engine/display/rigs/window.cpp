@@ -98,7 +98,8 @@ class Window final : public Output {
                   .format = format_,
                   .final_layout = VK_IMAGE_LAYOUT_PRESENT_SRC_KHR,
                   .ready = ready_[sync_],
-                  .done = done_[index_]};
+                  .done = done_[index_],
+                  .kept = std::exchange(drawn_[index_], std::uint8_t{1}) != 0};
   }
 
   void present() override {
@@ -271,6 +272,7 @@ class Window final : public Output {
 
     gpu::check(vkGetSwapchainImagesKHR(device_.device, swapchain_, &count, nullptr), "vkGetSwapchainImagesKHR");
     images_.resize(count);
+    drawn_.assign(count, std::uint8_t{0});
     gpu::check(vkGetSwapchainImagesKHR(device_.device, swapchain_, &count, images_.data()), "vkGetSwapchainImagesKHR");
     for (VkImage image : images_) {
       auto& views = views_.emplace_back();
@@ -326,6 +328,7 @@ class Window final : public Output {
   VkFormat format_ = VK_FORMAT_UNDEFINED;
   ivec2 extent_{0}, wanted_{0};
   std::vector<VkImage> images_;
+  std::vector<std::uint8_t> drawn_;  // which of them hold a frame
   std::vector<std::vector<VkImageView>> views_;
   std::vector<VkSemaphore> ready_, done_;
   std::size_t sync_ = 0;
