@@ -60,6 +60,7 @@ class PictureStage {
     view_ = view;
     section_ = section;
   }
+  render::View view() const { return view_; }
   /// A body that one view shows (render::kSectionFace …), instead of what it was; relative to `origin` (m, W).
   void show_inside(render::MeshId body, std::span<const render::MeshUpdate> bricks, const dvec3& origin);
 
@@ -115,5 +116,8 @@ class PictureStage {
   double angle_ = 0;
   std::size_t shown_tool_ = 0;  // of the tray
 };
+
+/// A device for such pictures, with what a window needs where there is one. Throws like PictureStage.
+gpu::Device make_picture_device(const PictureStage::Options& options);
 
 }  // namespace typodont
