@@ -4,6 +4,9 @@ find_package(TBB CONFIG REQUIRED)         # before OpenVDB and Ceres, which disa
 list(APPEND CMAKE_MODULE_PATH /usr/lib/${CMAKE_LIBRARY_ARCHITECTURE}/cmake/OpenVDB)
 find_package(OpenVDB MODULE REQUIRED)
 find_package(Eigen3 CONFIG REQUIRED)
+if(TYPODONT_SANITIZE)  # else, under AddressSanitizer, Eigen aligns memory in another way than the Ceres that frees it
+  target_compile_definitions(Eigen3::Eigen INTERFACE EIGEN_MALLOC_ALREADY_ALIGNED=1)
+endif()
 find_package(Ceres CONFIG REQUIRED)
 find_package(glm CONFIG REQUIRED)
 find_package(fmt CONFIG REQUIRED)

@@ -21,6 +21,7 @@ struct DeviceInfo {
   double continuous_force = 0;  // N that its motors bear for ever; 0: unknown
   double vibration_band = 0;    // Hz up to which it renders the spindle's vibration; 0: not at all
   double silence = 0;           // s without a force written, after which the watchdog sends zero; 0: what is usual
+  double position_step = 0;     // m, the least that its position moves by: a count of its encoders; 0: smooth, or unknown
   bool counts_from_rest = false;  // its pose counts from where it was opened: its home position, and there it must rest
 };
 
@@ -42,6 +43,9 @@ class HapticDevice {
   virtual bool read(HandSample& sample) noexcept = 0;
   /// Force and torque on the hand, W, N and N·m. Held until the next call; the destructor sends zero.
   virtual void write(const dvec3& f_T_W, const dvec3& tau_T_W) noexcept = 0;
+  /// Before write(): whether the tool touches tissue, or lies in it, or nobody knows, whatever the force. Motors that
+  /// were let go give no force until that has been false for a while. Servo thread.
+  virtual void contact(bool) noexcept {}
   /// Fault bits of the last read(), for the tick that uses it.
   virtual std::uint32_t faults() const noexcept { return 0; }
   /// Joint angles behind the sample of the last read(), rad, base first (an arm's three bodies, then its stylus' three

@@ -9,9 +9,11 @@
 #include "engine/base/check.h"
 #include "engine/base/units.h"
 #include "haptics/contact/contact_planes.h"
+#include "haptics/cut_front.h"
 #include "haptics/forces/friction.h"
 #include "haptics/forces/passivity.h"
 #include "haptics/forces/tip.h"
+#include "haptics/forces/velocity_estimator.h"
 
 namespace typodont::haptics {
 
@@ -41,6 +43,7 @@ constexpr double kLostHand = 0.02;         // m: so far from where it was, a han
 constexpr double kCutSlew = 6;            // N/s, no faster does the proxy change the force of a cutting contact
 constexpr double kTissueSlew = 4;          // N/s, no faster does another tissue under the head change the force …
 constexpr double kUnpaid = 0.15e-3;        // J, … nor does a harder one store more than the ledger holds, beyond this
+constexpr double kDebt = 2e-9;             // J, more than rounding costs
 constexpr double kTeethSlew = 4;           // N/s, of the tangential force of the teeth
 constexpr double kDamperSlew = 4;          // N/s, of the damper while cutting
 constexpr double kTeethAhead = 50;         // ticks for which the spindle's work must suffice, or that force shrinks
@@ -177,7 +180,8 @@ struct Servo::State {
   FrictionState friction;
   TipState tip;
   PassivityState passivity;
-  double rate = 0;             // m/s, smoothed, of the depth
+  double rate = 0;             // m/s, smoothed, of the depth …
+  VelocityEstimator depth_speed;  // … where the hand moves by counts, whose differences would be felt as a buzz
   double given = 0;            // J that leading the tool out of tissue put into the coupling
   double stored = 0;           // J in the coupling
   double leap = 0;             // s left to follow a leap of the input
@@ -196,10 +200,12 @@ struct Servo::State {
   dvec3 last_teeth_force{0};   // N
   double phase = 0;            // rad, of the spindle
   double last_depth = 0;       // m
+  bool idle = false;           // the last tick left nothing of a contact
   Pose last_hand;
   Nanos last_t = 0;
 
   // Cutting.
+  double hardest = 0;          // J/m³, the greatest specific energy of all tissues
   double speed = 0;            // rad/s, free running
   bool breaking_through = false;  // the bur is free, but the hand has not caught up
   double budget = 0;           // J that may still be spent on cutting
@@ -211,13 +217,16 @@ struct Servo::State {
     dvec3 center{0}, end{0};  // voxels, of the dome, and where the instrument's end was when it was begun
   } filling;
 
+  CutFront front;              // of the patch
   Pose cut_end;                // where the last cut ended …
   std::uint32_t cut_tool = 0;  // … and of which tool
   ServoTick sums;              // carries index, removed, energy, cuts
 
   State(const ServoSettings& s, int edge)
-      : settings(s), travel(patch_travel_for(tray(s), s.frame.voxel) * s.frame.voxel) {
+      : settings(s), travel(patch_travel_for(tray(s), s.frame.voxel) * s.frame.voxel), depth_speed(s.position_step),
+        front(tray(s), s.frame.voxel) {
     for (const Tool& tool : tray(s)) tools.push_back({tool, ContactFinder(tool, s.frame.voxel)});
+    for (const Material& material : settings.materials) hardest = std::max(hardest, material.specific_energy);
     patch.resize(edge);
   }
 
@@ -283,6 +292,7 @@ struct Servo::State {
     }
     filling.owed -= volume * h * h * h;
     if (!changed) return false;
+    front.forget();
     ++sums.cuts;
     cut_tool = in_hand;
     CutBoxes::Made made{{center_W, X_WH.R}, X_WH, in_hand, false, filling.radius * h, added};
@@ -298,6 +308,7 @@ struct Servo::State {
 
   void take_up(std::uint32_t which) noexcept {
     in_hand = which;
+    front.forget();
     shares = {};
     stiffness_share = 1;
     budget = 0;
@@ -316,6 +327,41 @@ struct Servo::State {
     return total > 0 ? sum / total : 0;
   }
 
+  /// The rest of a tick of a tool that is far from everything, and was before: what the long way comes to when no contact,
+  /// force or state of one is left. False, and nothing done, where there may be more to it.
+  bool fly(const Pose& X_WT, const dvec3& moved, double dt, Nanos t, ServoTick& out, Cut& cut) noexcept {
+    const Tool& head = tool();
+    if (!idle || ending || head.fill != Tissue::kAir || settings.filter != ForceFilter::kNone ||
+        (settings.vibration.band > 0 && speed > 0)) {
+      return false;
+    }
+    const dvec3 c = settings.frame.to_voxels(X_WG.p), way = settings.frame.to_voxels(X_WT.p) - c;
+    if (!patch.holds(c, finder().reach() + 1)) return false;
+    const double room = clearance(c) - 1;
+    if (!(room > 1 && glm::dot(way, way) <= room * room)) return false;
+
+    const bool due = patch_due_for(patch_center_for(X_WG.p, X_WT.p, travel), patch.center_W, travel);
+    due_for = due ? due_for + dt : 0;
+    out.faults = due_for > kStaleTime ? bits(Fault::kStalePatch) : 0;
+    bridged = 0;
+    breaking_through = carved = false;
+    held.count = 0;
+    ramp = 1;
+    leap = std::max(0.0, (glm::dot(moved, moved) > kNoHand * kNoHand * dt * dt ? kLeapTime : leap) - dt);
+    given = std::clamp(-sums.energy, 0.0, sums.energy < -kDebt ? -sums.energy : given);
+    if (settings.position_step > 0) depth_speed.add(t, dvec3(0));
+    if (settings.passivity) {
+      passive_share({}, dvec3(0), moved, dt, settings.tick, sums.energy + given, passivity);
+    }
+    last_hand = X_WG = out.X_WG = X_WT;
+    last_t = t;
+    cut.n_C_W = dvec3(0);
+    out.spindle = speed;
+    out.energy = sums.energy;
+    out.spindle_energy = sums.spindle_energy;
+    return true;
+  }
+
   /// A lower bound of the head's distance to tissue; only right as far as it is positive.
   double clearance(const dvec3& c) const noexcept { return sample_linear(patch, c) - finder().reach(); }
 };
@@ -324,6 +370,10 @@ Servo::Servo(const ServoSettings& settings, int patch_edge) : state_(std::make_u
 Servo::~Servo() = default;
 Servo::Servo(Servo&&) noexcept = default;
 Servo& Servo::operator=(Servo&&) noexcept = default;
+
+void Servo::set_stiffness(const PerTissue& stiffness) noexcept {
+  for (std::size_t i = 0; i < stiffness.size(); ++i) state_->settings.materials[i].stiffness = stiffness[i];
+}
 
 void Servo::ramp_out() noexcept { state_->ending = true; }
 
@@ -359,6 +409,7 @@ void Servo::adopt(SurfacePatch& fresh) noexcept {
   } else if (s.patch.number != 0 && s.boxes.since(fresh.cuts, lo, hi, filled)) {
     merge(fresh, s.patch, lo, hi, filled);
   }
+  if (fresh.edits != s.patch.edits || s.patch.number == 0) s.front.forget();
   std::swap(fresh, s.patch);
 }
 
@@ -373,7 +424,8 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
   double dt = s.started ? to_seconds(hand.t - s.last_t) : settings.tick;
   if (!(dt > 0 && dt < 0.1)) dt = settings.tick;
 
-  out = ServoTick{};
+  static constexpr ServoTick kBlank{};
+  out = kBlank;
   out.index = sums.index++;
   out.t = hand.t;
   out.removed = sums.removed;
@@ -381,13 +433,20 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
   out.patch = s.patch.number;
   out.tool = s.in_hand;
 
-  // Illegal input: zero force in this very tick, and the proxy starts anew afterwards.
-  if (!is_sound(hand)) {
-    out.X_WT = out.X_WG = s.X_WG;
-    out.faults = bits(Fault::kBadInput);
+  // Illegal input, or no hand: zero force in this very tick, and the proxy starts anew afterwards. What the hand did
+  // meanwhile is not in the ledger: it felt nothing. A leap paid with the last force would leave a debt, and a ledger in
+  // debt gives no force ever again.
+  const bool sound = is_sound(hand);
+  if (!sound || (hand.faults & kNoPose)) {
+    out.X_WT = sound ? Pose{hand.X_WT.p, glm::normalize(hand.X_WT.R)} : s.X_WG;  // where the device left it
+    out.X_WG = s.placed ? s.X_WG : out.X_WT;
+    out.faults = hand.faults & kNoPose ? hand.faults & kNoPose : bits(Fault::kBadInput);
+    if (settings.spindle.run_up_time > 0) s.speed *= std::exp(-settings.tick / settings.spindle.run_up_time);
+    else s.speed = 0;
+    out.spindle = s.speed;
     out.energy = sums.energy;
     out.spindle_energy = sums.spindle_energy;
-    s.started = false;
+    s.started = s.idle = false;
     s.last_force = s.last_spindle_force = s.last_teeth_force = s.last_sent = dvec3(0);
     s.normal_force = 0;
     s.friction = {};
@@ -402,12 +461,14 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
     s.placed = true;
     s.last_hand = X_WT;
     s.last_depth = s.rate = 0;
+    s.depth_speed.reset();
     s.overlap = 0;
     s.given = s.stored = 0;
     s.friction = {};
     s.tip = {};
     s.ramp = 0;
   }
+  if (hand.faults & bits(Fault::kLetGo)) s.last_force = s.last_spindle_force = s.last_teeth_force = s.last_sent = dvec3(0);
   const dvec3 moved = X_WT.p - s.last_hand.p;
 
   // What the device did to the hand since the last tick: exactly last force × way (numbers.md, "Stability").
@@ -454,6 +515,7 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
 
   // An edge that the hand draws earns little: what hard tissue gave way without being paid for, it waits for.
   const bool in_debt = scrapes && s.budget <= 0;
+  if (s.fly(X_WT, moved, dt, hand.t, out, cut)) return false;
 
   // Move the proxy toward the hand: freely while nothing is near, along the contacts otherwise.
   const dvec3 c0 = settings.frame.to_voxels(s.X_WG.p), target = settings.frame.to_voxels(X_WT.p);
@@ -471,7 +533,7 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
   if (s.rejoining > 0) s.overlap = std::max(s.overlap, overlap_before - kFreeSlew * pace_per_slew);
   s.rejoining = std::max(s.overlap > 0 && s.rejoining > 0 ? dt : 0.0, s.rejoining - dt);
   if (s.overlap < 0.01) s.overlap = 0;
-  const double specific_energy = s.mean(&Material::specific_energy);
+  const double specific_energy = may_cut ? s.mean(&Material::specific_energy) : 0;
 
   for (int look = 0; look < kMaxLooks; ++look) {
     const dvec3 way = target - c;
@@ -510,10 +572,9 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
       found_at = c;
       // One-sided wall (Wang 2009): tissue harder than what is being cut gives way by that much less; softer tissue never
       // holds anything back.
-      if (may_cut && settings.boundary_walls && specific_energy > 0) {
+      if (may_cut && settings.boundary_walls && specific_energy > 0 && specific_energy < s.hardest) {
         for (int i = 0; i < contacts.count(); ++i) {
-          const ContactPlane plane = contacts.plane(i);
-          const double hardness = settings.materials[static_cast<std::size_t>(tissue_at(s.patch, plane.x - plane.n))].specific_energy;
+          const double hardness = settings.materials[static_cast<std::size_t>(tissue_at(s.patch, contacts.below(i)))].specific_energy;
           if (hardness > specific_energy) contacts.set_yields(i, specific_energy / hardness);
         }
       }
@@ -619,7 +680,7 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
     const bool continues = sums.cuts > 0 && !edited && s.cut_tool == s.in_hand && same(s.X_WG, s.cut_end);
     const Sweep sweep(tool, s.X_WG, X_WB, settings.frame, continues);
     bool changed;
-    const PerTissue removed = carve(s.patch, sweep, &changed);
+    const PerTissue removed = carve(s.patch, sweep, &changed, &s.front);
     double energy = 0;
     for (std::size_t i = 1; i < removed.size(); ++i) {
       const double v = removed[i] * h * h * h;
@@ -651,6 +712,8 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
   dvec3 p_held = p_WG;
   const dvec3 depth_vector = p_WG - X_WT.p;
   const double depth = glm::length(depth_vector);
+  VelocityEstimate sinking;
+  if (settings.position_step > 0) sinking = s.depth_speed.add(hand.t, {depth, 0, 0});
   double stored = 0;
   if ((((touching || s.breaking_through) && !lost) || bridging) && depth > 0) {
     normal = depth_vector / depth;
@@ -695,7 +758,8 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
     double magnitude = k * depth;
     if (settings.damping > 0 && s.started) {
       const double smooth = may_cut ? std::exp(-dt / kCutDampingTime) : 0.0;
-      const double rate = s.overlap > 0 ? 0 : (depth - s.last_depth) / dt;
+      const double measured = settings.position_step > 0 ? sinking.v.x : (depth - s.last_depth) / dt;
+      const double rate = s.overlap > 0 ? 0 : measured;
       double change = (rate - s.rate) * (1 - smooth);
       if (may_cut && !fresh) {  // the proxy sinks by fits and starts, voxel by voxel
         const double most = kDamperSlew * dt / settings.damping;
@@ -819,8 +883,10 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
   if (glm::length(moved) > kNoHand * dt) s.leap = kLeapTime;
   s.leap = std::max(0.0, s.leap - dt);
   if (s.overlap > 0 || s.leap > 0) s.given += std::max(0.0, stored - s.stored - std::max(0.0, -glm::dot(s.last_force, moved)));
-  // What the hand was given stays forgiven: a ledger in debt would never again allow a force.
-  if (!touching && s.tip.sunk <= 0) s.given = std::clamp(-sums.energy, 0.0, s.given);
+  // What the hand was given stays forgiven: a ledger in debt would never again allow a force. So is a debt of a contact
+  // that is over, whatever brought it: ticks that came late hold a force for longer than was foreseen.
+  const double forgiven = sums.energy < -kDebt ? -sums.energy : s.given;
+  if (!touching && s.tip.sunk <= 0) s.given = std::clamp(-sums.energy, 0.0, forgiven);
   s.stored = stored;
   if (settings.passivity) {
     const double passive = passive_share({}, force, moved, dt, settings.tick, sums.energy + s.given, s.passivity);
@@ -838,6 +904,8 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
   s.last_hand = X_WT;
   s.last_t = hand.t;
   s.started = true;
+  s.idle = s.normal_force <= 0 && s.overlap == 0 && s.rejoining == 0 && s.tip.sunk <= 0 && s.stored == 0 &&
+           s.rate == 0 && force == dvec3(0) && spindle_force == dvec3(0) && teeth_force == dvec3(0);
   cut.n_C_W = normal;
 
   out.X_WG = s.X_WG;

@@ -25,6 +25,7 @@ struct ServoSettings {
   double force_limit = 20;      // N
   double torque_limit = 0.5;    // N·m
   double slew_limit = 0;        // N/s that the force may rise by; 0: as it comes
+  double position_step = 0;     // m, of the hand's device (DeviceInfo); the damper then goes by an estimate of velocity
   double ramp_time = 15e-3;     // s from nothing to the whole force at the start, and back at the end
   VibrationLaw vibration;       // of the spindle, through the arm; without a band there is none
   ForceFilter filter = ForceFilter::kNone;  // for comparison with the literature
@@ -47,7 +48,10 @@ struct HandSample {
   Pose X_WT;
   double pedal = 0;        // 0..1
   std::uint32_t tool = 0;  // the one that is wanted: taken up as soon as pedal, drill and tissue allow it
+  std::uint32_t faults = 0;  // Fault bits of the device; with one of kNoPose the pose is not where the hand is
 };
+/// The hand is not where the sample says, nor did it feel the last force: Servo::tick gives none, and begins anew after it.
+inline constexpr std::uint32_t kNoPose = bits(Fault::kBadInput) | bits(Fault::kDeviceLost);
 
 /// One hand in one tissue. Servo thread only; tick() is noexcept, never allocates, never locks, is deterministic: equal
 /// samples and equal patches give equal bits. Another tool is taken up in the first tick in which the pedal is up, the
@@ -65,6 +69,9 @@ class Servo {
 
   /// One tick. `cut` is filled and true returned when tissue was removed.
   bool tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept;
+
+  /// Other stiffnesses of the tissues, N/m, from the next tick on: where tissue is being made, and nothing recorded.
+  void set_stiffness(const PerTissue& stiffness) noexcept;
 
   /// From now on the force fades within ramp_time; for the end of a session.
   void ramp_out() noexcept;

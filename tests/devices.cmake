@@ -11,8 +11,14 @@ typodont_test(unit_devices KIND unit
 typodont_test(property_devices KIND property SOURCES property/device_parsers_test.cpp LIBS typodont_devices typodont_device_emulation)
 # The whole program with an emulated arm: one after the other, they watch real time.
 typodont_test(stress_hands KIND stress SOURCES stress/hands_live_test.cpp LIBS typodont_app typodont_device_emulation SERIAL)
-target_compile_definitions(stress_hands PRIVATE TYPODONT_PROGRAM="$<TARGET_FILE:typodont>")
-add_dependencies(stress_hands typodont)
+add_library(standin_clock SHARED support/emulation/standin_clock.cpp)
+target_link_libraries(standin_clock PRIVATE typodont_options ${CMAKE_DL_LIBS})
+target_compile_definitions(stress_hands PRIVATE TYPODONT_PROGRAM="$<TARGET_FILE:typodont>"
+                                                TYPODONT_STANDIN_CLOCK="$<TARGET_FILE:standin_clock>")
+add_dependencies(stress_hands typodont standin_clock)
+# Processes that die, a thousand each; by themselves, for they watch real time.
+typodont_test(stress_ends KIND stress SOURCES stress/device_ends_test.cpp LIBS typodont_devices typodont_device_emulation util
+              SERIAL)
 # Vendors' libraries, in name and interface: loaded under their vendor's soname before a driver asks for it.
 foreach(vendor hd dhd)
   add_library(standin_${vendor} SHARED support/emulation/standin_${vendor}.cpp)
@@ -36,6 +42,8 @@ find_program(UMOCKDEV_WRAPPER umockdev-wrapper)
 if(TYPODONT_HIDAPI AND UMOCKDEV_FOUND AND UMOCKDEV_WRAPPER AND NOT TYPODONT_SANITIZE)
   set(CMAKE_CROSSCOMPILING_EMULATOR ${UMOCKDEV_WRAPPER})  # what a test of this target is started by
   typodont_test(stress_umockdev KIND stress SOURCES stress/device_umockdev_test.cpp
-                LIBS typodont_devices PkgConfig::UMOCKDEV fmt::fmt)
+                LIBS typodont_devices typodont_session PkgConfig::UMOCKDEV fmt::fmt SERIAL)
+  target_compile_definitions(stress_umockdev PRIVATE TYPODONT_PROGRAM="$<TARGET_FILE:typodont>")
+  add_dependencies(stress_umockdev typodont)
   unset(CMAKE_CROSSCOMPILING_EMULATOR)
 endif()

@@ -40,6 +40,7 @@ Hands open_hands(const HandChoice& choice, const display::DisplayRig* rig, const
   options.rate = choice.rate;
   options.assets = assets_folder();
   options.X_WH = from.X_WH;
+  options.pedal_limit = from.pedal_limit;
   options.window = window;
   options.tools = choice.tools;
   const std::string& pedal = first_of(choice.pedal, from.pedal);

@@ -40,6 +40,7 @@ void HapticLoop::run(haptics::HapticDevice& hand, const std::function<void(const
   ServoTick tick_out;
   Cut cut;
   while (hand.read(sample)) {
+    sample.faults = hand.faults();
     const bool did_cut = tick(sample, tick_out, cut);
     hand.write(tick_out.f_T_W, tick_out.tau_T_W);
     each(tick_out, did_cut ? &cut : nullptr);

@@ -61,6 +61,10 @@ class PictureStage {
     section_ = section;
   }
   render::View view() const { return view_; }
+  /// The tool is drawn, or not.
+  void show_tool(bool shown) { options_.tool = shown; }
+  /// From another viewpoint, from the next frame on: screen and head of this rig.
+  void look_from(const display::DisplayRig& rig);
   /// A body that one view shows (render::kSectionFace …), instead of what it was; relative to `origin` (m, W).
   void show_inside(render::MeshId body, std::span<const render::MeshUpdate> bricks, const dvec3& origin);
 

@@ -102,7 +102,8 @@ ReplayResult replay_session(const std::filesystem::path& session_file, const std
   const Scene scene = scene_of(session);
 
   haptics::Carver carver(load_tissue(scene), haptics::tray(scene.servo));
-  const haptics::ServoSettings settings = servo_settings(scene, carver.volume(), header.servo_rate, header.vibration_band);
+  const haptics::ServoSettings settings = servo_settings(scene, carver.volume(), header.servo_rate, header.vibration_band,
+                                                        header.position_step);
   haptics::Servo servo(settings, haptics::patch_edge_for(haptics::tray(settings), settings.frame.voxel));
   haptics::SurfacePatch spare;
   spare.resize(servo.patch().n);
@@ -138,7 +139,7 @@ ReplayResult replay_session(const std::filesystem::path& session_file, const std
       }
       ServoTick tick;
       Cut cut;
-      if (servo.tick({recorded.t, recorded.X_WT, recorded.pedal, recorded.tool}, tick, cut)) waiting.push_back(cut);
+      if (servo.tick({recorded.t, recorded.X_WT, recorded.pedal, recorded.tool, recorded.faults}, tick, cut)) waiting.push_back(cut);
       session::add_forces(force_hash, {&tick, 1});
       const bool same = same_bits(tick.f_T_W, recorded.f_T_W) && same_bits(torque_as_recorded(tick.tau_T_W), recorded.tau_T_W) &&
                         tick.cuts == recorded.cuts && tick.tool == recorded.tool;

@@ -15,6 +15,7 @@ session::SessionHeader session_header(const Scene& scene, const std::filesystem:
   header.tools = tool_names(scene);
   header.servo_rate = rate;
   header.vibration_band = hand.info().vibration_band;
+  header.position_step = hand.info().position_step;
   header.voxel = tissue.frame().voxel;
   header.volumes_before = scene.resume.empty() ? tissue.volumes() : load_untouched(scene).volumes();
   header.files.push_back(session::describe_file(std::filesystem::absolute(scene.file)));

@@ -21,6 +21,7 @@ enum class Fault : std::uint32_t {
   kRingFull = 1u << 6,         // a tick or a cut did not reach its reader
   kSlewLimit = 1u << 7,        // the force rose faster than the device allows
   kOverrun = 1u << 8,          // the tick took longer than its period
+  kLetGo = 1u << 9,            // the servo was late, and the motors were let go: the hand did not feel the last force
 };
 constexpr std::uint32_t bits(Fault fault) {
   return static_cast<std::uint32_t>(fault);

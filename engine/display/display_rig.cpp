@@ -136,8 +136,8 @@ std::string_view name_of(Layout layout) noexcept { return kLayouts[static_cast<s
 DisplayRig load_rig(const std::filesystem::path& file) { return parse_rig(Json::load(file)); }
 
 DisplayRig parse_rig(const Json& json) {
-  json.allow_only({"display", "screen", "mirror", "head", "X_WH", "left_X_WH", "hand", "left_hand", "pedal", "calibration",
-                   "hmd"});
+  json.allow_only({"display", "screen", "mirror", "head", "X_WH", "left_X_WH", "hand", "left_hand", "pedal",
+                   "pedal_limit_s", "calibration", "hmd"});
   DisplayRig rig;
   rig.kind = static_cast<DisplayKind>(index_of(kKinds, json["display"]));
   if (const auto screen = json.find("screen"))
@@ -152,6 +152,7 @@ DisplayRig parse_rig(const Json& json) {
   rig.hand = json.string_or("hand", "");
   rig.left_hand = json.string_or("left_hand", "");
   rig.pedal = json.string_or("pedal", "");
+  rig.pedal_limit = json.number_or("pedal_limit_s", 0, 1, 3600);
   if (rig.kind != DisplayKind::kHmd) {
     try {
       (void)eye_views(rig);

@@ -73,6 +73,7 @@ struct DisplayRig {
   Pose X_WH;       // the haptic base
   Pose left_X_WH;  // that of the second hand's device
   std::string hand, left_hand, pedal;  // devices by address and serial, "woodenhaptics:1234567"; empty: not named
+  double pedal_limit = 0;  // s that the pedal may be held without a break; 0: what is usual
   HmdRig hmd;  // of a headset
 };
 

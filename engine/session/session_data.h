@@ -42,6 +42,7 @@ struct SessionHeader {
   std::vector<std::string> tools;     // Cut::tool counts into these; names or inline JSON
   std::vector<StreamSpec> streams;    // what else is recorded
   double servo_rate = 1000;           // Hz
+  double position_step = 0;           // m, the least that the hand's device moved by, a count of its encoders; a replay needs it
   double vibration_band = 0;          // Hz up to which the hand rendered the spindle's vibration; a replay needs it
   double voxel = 0;                   // m
   PerTissue volumes_before{};         // m³ of each tissue at the start

@@ -321,6 +321,8 @@ void SessionReader::Impl::read_header() {
   need(get_attribute(root, "servo_rate_Hz", header.servo_rate), "servo_rate_Hz");
   need(get_attribute(root, "voxel_mm", voxel_mm), "voxel_mm");
   get_attribute(root, "vibration_band_Hz", header.vibration_band);  // older files have none, and had no vibration
+  get_attribute(root, "position_step_m", header.position_step);  // older files have none, and took differences
+  if (!(header.position_step > 0 && header.position_step < 1)) header.position_step = 0;
   if (!std::isfinite(header.vibration_band) || header.vibration_band < 0) header.vibration_band = 0;
   need(read_text(group.get(), "scene", header.scene_json), "header/scene");
   need(read_text(group.get(), "rig", header.rig_json), "header/rig");

@@ -139,6 +139,7 @@ constexpr Entry kCatalogue[] = {
     {"fault.ring_full", {"A tick or cut did not reach its reader", "Ein Takt oder Schnitt kam nicht an", "有数据未送达"}},
     {"fault.slew_limit",
      {"Force rose faster than the device allows", "Kraft stieg schneller, als das Gerät erlaubt", "力上升速度超过设备允许值"}},
+    {"fault.let_go", {"The servo was late; the motors were let go", "Die Regelung kam zu spät; die Motoren wurden losgelassen", "伺服延迟，电机已断力"}},
     {"fault.overrun", {"Tick took longer than its period", "Takt dauerte länger als seine Periode", "周期超时"}},
     {"timing", {"Servo timing", "Servo-Zeitverhalten", "伺服时序"}},
     {"timing_caption",

@@ -180,6 +180,16 @@ glm::dmat3 jacobian(const Arm& arm, const dvec3& theta) {
   return {dvec3(-sA * r, cA * r, 0), arm.Lb * dvec3(cA * cB, sA * cB, -sB), arm.Lc * dvec3(cA * cC, sA * cC, sC)};
 }
 
+double position_step(const Arm& arm) {
+  const glm::dmat3 J = jacobian(arm, body_angles(arm, arm.home));
+  double sum = 0;
+  for (int i = 0; i < 3; ++i) {
+    const double count = 2 * kPi / arm.counts[static_cast<std::size_t>(i)] * arm.ratio(i);  // rad
+    sum += glm::dot(J[i], J[i]) * count * count;
+  }
+  return std::sqrt(sum);
+}
+
 dvec3 gravity_torque(const Arm& arm, const dvec3& theta) {
   constexpr double g = 9.81;  // m/s²
   return {0, -g * (arm.mass_b * arm.center_b + arm.mass_c * arm.Lb) * std::sin(theta.y),

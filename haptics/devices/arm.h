@@ -56,6 +56,8 @@ Pose stylus_pose(const Arm& arm, const Counts& counts);
 dvec3 stylus_position(const Arm& arm, const dvec3& theta);
 /// Columns: ∂p/∂A, ∂p/∂B, ∂p/∂C.
 glm::dmat3 jacobian(const Arm& arm, const dvec3& theta);
+/// m that the tip moves by a count of each of the three encoders together, in the home position.
+double position_step(const Arm& arm);
 /// N·m on the bodies that hold the arm up; zero where no masses are given.
 dvec3 gravity_torque(const Arm& arm, const dvec3& theta);
 

@@ -4,13 +4,14 @@
 
 #include <cmath>
 #include <cstdlib>
+#include <vector>
 
 #include "engine/base/clock.h"
+#include "engine/base/measure.h"
 #include "engine/base/units.h"
-#include "engine/contract/loop_timing.h"
 #include "haptics/carver.h"
 #include "haptics/devices/safe_device.h"
-#include "haptics/devices/velocity_estimator.h"
+#include "haptics/forces/velocity_estimator.h"
 #include "haptics/devices/woodenhaptics.h"
 #include "haptics/servo.h"
 #include "haptics/solid.h"
@@ -41,27 +42,32 @@ class MemoryBoard : public Link {
   unsigned sum_ = 0;
 };
 
-LoopTiming bare_loop(int ticks) {
+/// ns from each sample to its force written: kept one by one, for a histogram's finest bin is coarser than the bare loop.
+using Times = std::vector<double>;
+
+Times bare_loop(int ticks) {
   MemoryBoard board(1000);
-  LoopTiming timing;
+  Times times;
+  times.reserve(static_cast<std::size_t>(ticks));
   std::uint8_t report[64], command[15] = {};
   for (int i = 0; i < ticks; ++i) {
     board.read(report, 1);
     const Nanos woke = now();
     board.write(command);
-    timing.record(woke, now());
+    times.push_back(static_cast<double>(now() - woke));
   }
-  return timing;
+  return times;
 }
 
 /// `contact`: the servo between read and write, on a block under the arm's tip; else a fixed force.
-LoopTiming arm_loop(const Arm& arm, double rate, int ticks, bool contact) {
+Times arm_loop(const Arm& arm, double rate, int ticks, bool contact) {
   auto link = std::make_unique<MemoryBoard>(rate);
   Link& clock = *link;
   auto device = make_arm_device(std::move(link), ArmProtocol::kHidV2, arm, {});
   auto options = SafeDevice::options_for(device->info());
   options.clock = [&clock] { return clock.now(); };
   options.watchdog_thread = false;
+  const double device_step = device->info().position_step;
   SafeDevice hand(std::move(device), options);
   HandSample sample;
   hand.read(sample);
@@ -80,14 +86,15 @@ LoopTiming arm_loop(const Arm& arm, double rate, int ticks, bool contact) {
   settings.tick = 1 / rate;
   for (Material& m : settings.materials) m = {1000, 30e9, 0.2, 0.15, 2950, dvec3(0.9)};
   Carver carver(TissueVolume(block), tray(settings));
+  settings.position_step = device_step;
   Servo servo(settings, patch_edge_for(tray(settings), settings.frame.voxel));
   SurfacePatch patch;
   patch.resize(servo.patch().n);
   carver.cut_out(tip, patch);
   servo.adopt(patch);
 
-  LoopTiming timing;
-  timing.period = from_seconds(1 / rate);
+  Times times;
+  times.reserve(static_cast<std::size_t>(ticks));
   ServoTick tick;
   Cut cut;
   for (int i = 0; i < ticks; ++i) {
@@ -99,9 +106,9 @@ LoopTiming arm_loop(const Arm& arm, double rate, int ticks, bool contact) {
       f = tick.f_T_W;
     }
     hand.write(f, dvec3(0));
-    timing.record(woke, now());
+    times.push_back(static_cast<double>(now() - woke));
   }
-  return timing;
+  return times;
 }
 
 /// Velocity error of a path, m/s rms: against the truth now, and against the truth of the lag that is stated.
@@ -137,15 +144,15 @@ VelocityError velocity_error(double rate, double step, double noise, Path&& path
 
 std::vector<BenchRow> bench_devices(const DeviceBenchOptions& options) {
   std::vector<BenchRow> rows;
-  const LoopTiming bare = bare_loop(options.ticks);
-  const double floor = bare.work.quantile(0.5), floor_slow = bare.work.quantile(0.999);
-  const auto add = [&](const std::string& name, const std::string& knob, const LoopTiming& timing, bool self = false) {
+  const Times bare = bare_loop(options.ticks);
+  const double floor = quantile(bare, 0.5), floor_slow = quantile(bare, 0.999);
+  const auto add = [&](const std::string& name, const std::string& knob, const Times& times, bool self = false) {
     const auto row = [&](const char* which, double time, double to) {
       rows.push_back({.name = name + ", " + which, .knob = knob, .time_ns = time, .per = "tick",
                       .baseline = self ? "" : "no work", .ratio = self ? BenchRow::kNone : time / to});
     };
-    row("median", timing.work.quantile(0.5), floor);
-    row("99.9 %", timing.work.quantile(0.999), floor_slow);
+    row("median", quantile(times, 0.5), floor);
+    row("99.9 %", quantile(times, 0.999), floor_slow);
   };
   add("sample to force: the same loop, no work", "", bare, true);
   for (const char* preset : {"woody", "polhem_v3"}) {

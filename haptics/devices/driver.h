@@ -25,6 +25,7 @@ struct HandOptions {
   std::string pedal;                  // "", "auto", or a pedal's path or serial
   std::filesystem::path assets;       // where devices/*.json lie
   std::optional<double> force_limit;  // N; may only lower what the device states
+  double pedal_limit = 0;             // s that the pedal may be held without a break; 0: what is usual
   /// Hands that live in a window or a headset ("mouse:", "openxr:right") are opened by the program while it has one: it
   /// gets the scheme and what follows the colon. Empty: there is no window, and their drivers say so.
   std::function<std::unique_ptr<HapticDevice>(const std::string& scheme, const std::string& rest)> window;

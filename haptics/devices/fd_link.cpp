@@ -9,10 +9,12 @@
 #include <sys/file.h>
 #include <sys/ioctl.h>
 #include <sys/socket.h>
+#include <sys/un.h>
 #include <termios.h>
 #include <unistd.h>
 
 #include <cerrno>
+#include <cstddef>
 #include <cstring>
 #include <utility>
 
@@ -33,8 +35,8 @@ namespace {
 
 class FdLink : public Link {
  public:
-  /// `whole_lines`: what is written is a line of its own, so another process may write one too.
-  FdLink(Descriptor fd, bool whole_lines) : fd_(std::move(fd)), whole_lines_(whole_lines) {
+  /// `whole`: each write is a message of its own, so another process may write one too.
+  FdLink(Descriptor fd, bool whole) : fd_(std::move(fd)), whole_(whole) {
     ::fcntl(fd_.get(), F_SETFL, ::fcntl(fd_.get(), F_GETFL) | O_NONBLOCK);
   }
 
@@ -57,11 +59,11 @@ class FdLink : public Link {
     errno = kept;
     return n == static_cast<ssize_t>(bytes.size());
   }
-  int descriptor() const noexcept override { return whole_lines_ ? fd_.get() : -1; }
+  int descriptor() const noexcept override { return whole_ ? fd_.get() : -1; }
 
  private:
   Descriptor fd_;
-  bool whole_lines_;
+  bool whole_;
 };
 
 }  // namespace
@@ -77,6 +79,20 @@ Descriptor open_exclusively(const std::filesystem::path& node) {
   }
   if (::flock(fd.get(), LOCK_EX | LOCK_NB) != 0) {
     throw Error(node.string(), "", "another program holds this device", "a device that is free");
+  }
+  return fd;
+}
+
+Descriptor claim(const std::string& name, const std::string& where) {
+  Descriptor fd(::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0));
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  const std::string whole = "typodont/" + name;  // after a zero: Linux' abstract names, which leave no file behind
+  whole.copy(address.sun_path + 1, sizeof address.sun_path - 1);
+  const auto size = static_cast<socklen_t>(offsetof(sockaddr_un, sun_path) + 1 + whole.size());
+  if (fd.get() < 0 || ::bind(fd.get(), reinterpret_cast<const sockaddr*>(&address), size) != 0) {
+    throw Error(where, "", errno == EADDRINUSE ? "another program holds this device" : std::strerror(errno),
+                "a device that is free");
   }
   return fd;
 }
@@ -121,7 +137,7 @@ std::unique_ptr<Link> connect_tcp(const std::string& host, int port) {
   if (fd.get() < 0) throw Error(where, "", std::strerror(error), "a service that listens there");
   const int on = 1;
   ::setsockopt(fd.get(), IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
-  return link_over(std::move(fd));
+  return std::make_unique<FdLink>(std::move(fd), true);
 }
 
 }  // namespace typodont::haptics

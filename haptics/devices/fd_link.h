@@ -27,9 +27,13 @@ class Descriptor {
 /// the node: absent, no permission (with the command that mends it), or in use by another program.
 Descriptor open_exclusively(const std::filesystem::path& node);
 
+/// The same for a device that has no node, only a service: a name that one program on this computer can hold at a time,
+/// for as long as the descriptor is open. Throws Error naming `where`.
+Descriptor claim(const std::string& name, const std::string& where);
+
 /// A serial port in raw mode. Throws Error.
 std::unique_ptr<Link> open_serial(const std::filesystem::path& port);
-/// Throws Error when nobody listens.
+/// For protocols whose every message is one write(). Throws Error when nobody listens.
 std::unique_ptr<Link> connect_tcp(const std::string& host, int port);
 /// Takes over any stream descriptor (a pseudo terminal's end, a socket).
 std::unique_ptr<Link> link_over(Descriptor fd);

@@ -6,6 +6,7 @@
 #include <optional>
 #include <string_view>
 
+#include "haptics/devices/fd_link.h"
 #include "haptics/devices/link.h"
 #include "haptics/haptic_device.h"
 
@@ -20,7 +21,8 @@ struct HaplyState {
 /// One message of the service; nothing for other messages and for garbage. Never allocates.
 std::optional<HaplyState> parse_haply(std::string_view message) noexcept;
 
-/// Over a link that is connected to the service. Throws Error when it does not answer with a device.
-std::unique_ptr<HapticDevice> make_haply(std::unique_ptr<Link> link, const std::string& host, DeviceInfo identity);
+/// Over a link that is connected to the service. Throws Error when it does not answer with a device. `claimed`: kept as long.
+std::unique_ptr<HapticDevice> make_haply(std::unique_ptr<Link> link, const std::string& host, DeviceInfo identity,
+                                         Descriptor claimed = {});
 
 }  // namespace typodont::haptics

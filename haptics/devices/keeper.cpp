@@ -20,7 +20,7 @@ namespace typodont::haptics {
 namespace {
 
 struct Zero {
-  std::array<std::uint8_t, 65> bytes{};
+  std::array<std::uint8_t, 320> bytes{};  // the longest is a frame to a WebSocket service
   std::size_t size = 0;
 };
 

@@ -51,7 +51,6 @@ bool ReconnectingDevice::read(HandSample& sample) noexcept {
   if (device_) {
     HandSample raw;
     if (device_->read(raw)) {
-      faults_ = device_->faults();
       if (fresh_) {  // its own clock may have begun anew
         fresh_ = false;
         const Nanos t = options_.clock();

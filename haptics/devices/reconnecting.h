@@ -28,7 +28,10 @@ class ReconnectingDevice : public HapticDevice {
   const DeviceInfo& info() const noexcept override { return info_; }
   bool read(HandSample& sample) noexcept override;
   void write(const dvec3& f_T_W, const dvec3& tau_T_W) noexcept override;
-  std::uint32_t faults() const noexcept override { return faults_; }
+  void contact(bool touching) noexcept override {
+    if (device_) device_->contact(touching);
+  }
+  std::uint32_t faults() const noexcept override { return device_ ? device_->faults() : faults_; }
   std::span<const double> joints() const noexcept override;
   SafetyStatus safety() noexcept override;
   /// The servo thread's only: other threads and signal handlers reach the safety layer inside by themselves.

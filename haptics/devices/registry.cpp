@@ -35,6 +35,7 @@ class MountedDevice : public HapticDevice {
     const dquat R_HW = glm::conjugate(X_WH_.R);
     device_->write(R_HW * f_T_W, R_HW * (tau_T_W + glm::cross(p_ST_W, f_T_W)));
   }
+  void contact(bool touching) noexcept override { device_->contact(touching); }
   std::uint32_t faults() const noexcept override { return device_->faults(); }
   std::span<const double> joints() const noexcept override { return device_->joints(); }
   SafetyStatus safety() noexcept override { return device_->safety(); }
@@ -90,6 +91,7 @@ std::unique_ptr<HapticDevice> open_hand(const std::string& address, const HandOp
   }
   SafeDevice::Options safety = SafeDevice::options_for(device->info());
   if (options.force_limit) safety.limits.force = std::min(safety.limits.force, *options.force_limit);
+  if (options.pedal_limit > 0) safety.limits.pedal_time = options.pedal_limit;
   device = std::make_unique<SafeDevice>(std::move(device), std::move(safety));
   return mount(std::move(device), options.X_WH, options.X_ST);
 }

@@ -47,8 +47,10 @@ SafeDevice::SafeDevice(std::unique_ptr<HapticDevice> device, Options options)
       watchdog_ = std::thread([this] {
         enter_realtime({.priority = 85, .core = -1, .lock_memory = false});  // above the servo, asleep nearly always
         while (!ending_.load()) {
-          const Nanos wake = watch(options_.clock());
-          std::this_thread::sleep_for(std::chrono::nanoseconds(std::max<Nanos>(wake - options_.clock(), 0)));
+          const Nanos t = options_.clock(), wake = watch(t);
+          // Never longer than it was told, whatever the clock does meanwhile.
+          const Nanos rest = std::clamp<Nanos>(wake - options_.clock(), 0, wake - t);
+          std::this_thread::sleep_for(std::chrono::nanoseconds(rest));
         }
       });
     }
@@ -122,6 +124,10 @@ bool SafeDevice::read(HandSample& sample) noexcept {
     faults_ |= typodont::bits(Fault::kDeviceLost);
     return false;
   }
+  const Nanos away = options_.clock() - wrote_;
+  if (gives_force_ && wrote_ != 0 && (tripped_.load() || away < 0 || away > from_seconds(options_.limits.silence))) {
+    faults_ |= typodont::bits(Fault::kLetGo);  // the watchdog has sent zero by now
+  }
   const double norm2 = glm::dot(raw.X_WT.R, raw.X_WT.R);
   const bool sound = is_finite(raw.X_WT.p) && std::abs(norm2 - 1) < 1e-3 && std::isfinite(raw.pedal);
   if (!read_once_) {
@@ -180,6 +186,7 @@ void SafeDevice::write(const dvec3& f_T_W, const dvec3& tau_T_W) noexcept {
 
   // Did the servo fall silent? The watchdog may have seen it, or sleep as we did.
   const Nanos t = options_.clock();
+  wrote_ = t;
   const Nanos since = t - last_write_.load();
   if (tripped_.exchange(false) || (force_out_.load() && (since < 0 || since > from_seconds(limits.silence)))) {
     disarm(SafetyEvent::kWatchdog);
@@ -196,8 +203,9 @@ void SafeDevice::write(const dvec3& f_T_W, const dvec3& tau_T_W) noexcept {
   const bool stop = emergency_.load();
   if (stop) note(SafetyEvent::kEmergency);
   if (!armed_) {
-    const bool free = glm::length(f_T_W) < limits.free_force && glm::length(tau_T_W) < limits.free_force * 0.1;
-    free_for_ = free && faults_ == 0 ? free_for_ + dt_ : 0;
+    const bool free = !touching_ && glm::length(f_T_W) < limits.free_force && glm::length(tau_T_W) < limits.free_force * 0.1;
+    const double seen = std::min(dt_, 2 / info_.rate);  // what the hand did in a longer gap nobody saw
+    free_for_ = free && faults_ == 0 ? free_for_ + seen : 0;
     armed_ = free_for_ >= limits.free_time && !stop;
     thermal_.add(0, dt_, limits);
     send_zero();

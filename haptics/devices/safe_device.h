@@ -5,8 +5,8 @@
 //   servo ─ read ─▶ jump? clock? device fault? ─ trip                         │ zero
 //   watchdog thread: no write for 1.8 ms ─ trip ──────────────────────────────┘
 //
-// A trip sends zero at once. Force returns only after the servo has asked for none for a while (the hand is free of
-// contact) and then rises slowly. The drill stays off as long, and until the pedal has been let go once.
+// A trip sends zero at once. Force returns only after the hand has been free of contact for a while (the servo says so,
+// and asks for none) and then rises slowly. The drill stays off as long, and until the pedal has been let go once.
 #pragma once
 
 #include <atomic>
@@ -37,6 +37,7 @@ class SafeDevice : public HapticDevice {
   // Servo thread.
   const DeviceInfo& info() const noexcept override { return info_; }
   bool read(HandSample& sample) noexcept override;
+  void contact(bool touching) noexcept override { touching_ = touching; }
   void write(const dvec3& f_T_W, const dvec3& tau_T_W) noexcept override;
   std::uint32_t faults() const noexcept override { return faults_; }
   std::span<const double> joints() const noexcept override { return device_->joints(); }
@@ -74,7 +75,9 @@ class SafeDevice : public HapticDevice {
   bool read_once_ = false;
   HandSample last_;
   double dt_ = 0;
+  Nanos wrote_ = 0;
   bool armed_ = false;
+  bool touching_ = false;
   double gain_ = 0;
   double free_for_ = 0;
   dvec3 last_f_{0}, last_tau_{0};

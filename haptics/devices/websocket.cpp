@@ -107,9 +107,9 @@ WebSocket::WebSocket(std::unique_ptr<Link> link, const std::string& host, const 
   std::memcpy(in_.data(), answer.data() + head_end + 4, end_);
 }
 
-bool WebSocket::send_frame(std::uint8_t opcode, std::string_view payload) noexcept {
-  if (payload.size() > 1000) return false;
-  std::array<std::uint8_t, 1016> frame;
+WebSocket::Frame WebSocket::frame(std::uint8_t opcode, std::string_view payload) noexcept {
+  Frame out;
+  auto& frame = out.bytes;
   std::size_t n = 0;
   frame[n++] = static_cast<std::uint8_t>(0x80 | opcode);
   if (payload.size() < 126) {
@@ -126,7 +126,21 @@ bool WebSocket::send_frame(std::uint8_t opcode, std::string_view payload) noexce
   for (std::size_t i = 0; i < payload.size(); ++i) {
     frame[n++] = static_cast<std::uint8_t>(static_cast<std::uint8_t>(payload[i]) ^ (mask >> (8 * (i % 4))));
   }
-  return link_->write({frame.data(), n});
+  out.size = n;
+  return out;
+}
+
+bool WebSocket::send_frame(std::uint8_t opcode, std::string_view payload) noexcept {
+  if (payload.size() > kLongestSent || broken_.load()) return false;
+  const Frame out = frame(opcode, payload);
+  if (link_->write({out.bytes.data(), out.size})) return true;
+  broken_.store(true);
+  return false;
+}
+
+std::vector<std::uint8_t> WebSocket::frame_of(std::string_view text) {
+  const Frame out = frame(0x1, text.substr(0, kLongestSent));
+  return {out.bytes.begin(), out.bytes.begin() + static_cast<std::ptrdiff_t>(out.size)};
 }
 
 WebSocket::Parsed WebSocket::parse(std::string_view& message) noexcept {
@@ -192,6 +206,7 @@ WebSocket::Got WebSocket::receive(std::string_view& message, Nanos timeout) noex
       begin_ = 0;
     }
     // Twice the longest message fits, so a frame that fills the buffer was refused above.
+    if (broken_.load()) return Got::kLost;
     const Nanos left = std::max<Nanos>(until - link_->now(), 0);
     const int n = link_->read(std::span(in_).subspan(end_), left);
     if (n < 0) return Got::kLost;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <atomic>
 #include <memory>
 #include <optional>
 #include <string>
@@ -26,11 +27,21 @@ class WebSocket {
   /// The next whole text message, valid until the next call. Answers pings; a close, an overlong message or a broken
   /// frame is a loss. Servo thread, never allocates.
   Got receive(std::string_view& message, Nanos timeout) noexcept;
-  /// One frame in one call. Any thread, also a signal handler; at most 1000 bytes.
+  static constexpr std::size_t kLongestSent = 1000;
+  /// One frame in one call. Any thread, also a signal handler; at most kLongestSent bytes. A frame that does not go out
+  /// whole is a loss, and so is all that would follow it.
   bool send(std::string_view text) noexcept { return send_frame(0x1, text); }
   Nanos now() noexcept { return link_->now(); }
+  /// For a keeper (keeper.h): what to write, and into what.
+  std::vector<std::uint8_t> frame_of(std::string_view text);
+  int descriptor() const noexcept { return link_->descriptor(); }
 
  private:
+  struct Frame {
+    std::array<std::uint8_t, kLongestSent + 8> bytes;
+    std::size_t size = 0;
+  };
+  Frame frame(std::uint8_t opcode, std::string_view payload) noexcept;
   bool send_frame(std::uint8_t opcode, std::string_view payload) noexcept;
   enum class Parsed { kMessage, kMore, kBroken };
   Parsed parse(std::string_view& message) noexcept;
@@ -41,6 +52,7 @@ class WebSocket {
   std::vector<char> message_;  // fragments put together
   std::size_t length_ = 0;
   bool in_message_ = false;
+  std::atomic<bool> broken_{false};
 };
 
 }  // namespace typodont::haptics

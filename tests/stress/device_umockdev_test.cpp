@@ -1,6 +1,7 @@
 // Real hidraw nodes as far as the program can tell: udev, sysfs, /dev and ioctls come from umockdev, the reports from a
 // live emulation. Enumeration, permissions, opening, locking and report traffic go through hidapi and the kernel's
 // calls.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <linux/hidraw.h>
 #include <sys/ioctl.h>
@@ -12,20 +13,38 @@
 #include <cmath>
 #include <cstring>
 #include <deque>
+#include <filesystem>
+#include <map>
+#include <memory>
 #include <mutex>
+#include <string>
 #include <vector>
 
 #include "engine/base/error.h"
+#include "engine/base/json.h"
 #include "engine/contract/contact.h"
+#include "engine/session/session_file.h"
 #include "haptics/devices/arm_protocol.h"
 #include "haptics/devices/driver.h"
 #include "haptics/devices/hid.h"
 #include "haptics/devices/spacemouse.h"
+#include "tests/support/program.h"
 
 namespace typodont::haptics {
 namespace {
 
 using Bytes = std::vector<std::uint8_t>;
+
+/// All devices of a test are plugged into one testbed: it is what the environment names to libraries and programs.
+std::shared_ptr<UMockdevTestbed> testbed() {
+  static std::weak_ptr<UMockdevTestbed> current;
+  std::shared_ptr<UMockdevTestbed> bed = current.lock();
+  if (!bed) {
+    bed.reset(umockdev_testbed_new(), [](UMockdevTestbed* b) { g_object_unref(b); });
+    current = bed;
+  }
+  return bed;
+}
 
 /// One hidraw device. Its node is a pseudo terminal: one byte waits in it while reports are queued, so that poll()
 /// wakes.
@@ -33,7 +52,7 @@ class MockHid {
  public:
   MockHid(int number, std::uint16_t vendor, std::uint16_t product, std::string name, std::string serial,
           Bytes descriptor)
-      : descriptor_(std::move(descriptor)), bed_(umockdev_testbed_new()) {
+      : descriptor_(std::move(descriptor)), shared_(testbed()), bed_(shared_.get()) {
     node_ = fmt_node(number);
     char id[64];
     std::snprintf(id, sizeof id, "0003:%08X:%08X", vendor, product);
@@ -67,7 +86,7 @@ class MockHid {
     const std::string name_in_dev = node_.substr(5);
     const std::string record = "P: " + hid.substr(4) + "/hidraw/" + name_in_dev + "\nN: " + name_in_dev +
                                "\nE: DEVNAME=" + node_ +
-                               "\nE: MAJOR=240\nE: MINOR=0\nE: SUBSYSTEM=hidraw\nA: dev=240:0\n";
+                               "\nE: MAJOR=240\nE: MINOR=0\nE: SUBSYSTEM=hidraw\nA: dev=240:0\nL: device=../../../" + id + ".0001\n";
     GError* error = nullptr;
     EXPECT_TRUE(umockdev_testbed_add_from_string(bed_, record.c_str(), &error)) << (error ? error->message : "");
 
@@ -80,7 +99,6 @@ class MockHid {
   virtual ~MockHid() {
     umockdev_testbed_detach_ioctl(bed_, node_.c_str(), nullptr);
     g_object_unref(handler_);
-    g_object_unref(bed_);
   }
 
   void send(Bytes report) {
@@ -159,6 +177,7 @@ class MockHid {
   }
 
   Bytes descriptor_;
+  std::shared_ptr<UMockdevTestbed> shared_;
   UMockdevTestbed* bed_;
   UMockdevIoctlBase* handler_;
   std::string node_;
@@ -223,6 +242,127 @@ TEST(Umockdev, AnArmIsFoundSpokenToHeldAndLost) {
     hand->write(dvec3(0), dvec3(0));
   }
   EXPECT_FALSE(alive);
+}
+
+const Bytes kKeyboardDescriptor{0x05, 0x01, 0x09, 0x06, 0xa1, 0x01, 0xc0};
+/// A report 3 of two buttons and two axes of 12 bits, accelerator and brake of the simulation page.
+const Bytes kRheostatDescriptor{0x05, 0x01, 0x09, 0x04, 0xa1, 0x01, 0x85, 0x03, 0x05, 0x09, 0x19, 0x01, 0x29, 0x02, 0x15, 0x00,
+                                0x25, 0x01, 0x75, 0x01, 0x95, 0x02, 0x81, 0x02, 0x75, 0x06, 0x95, 0x01, 0x81, 0x03, 0x05, 0x02,
+                                0x09, 0xc4, 0x09, 0xc5, 0x15, 0x00, 0x26, 0xff, 0x0f, 0x75, 0x0c, 0x95, 0x02, 0x81, 0x02, 0xc0};
+
+/// `typodont run` beside emulated devices that it finds by itself, and what it recorded.
+class WholeProgram : public testing::Test {
+ protected:
+  WholeProgram() : folder(TYPODONT_PROGRAM) {
+    folder.write("scene.json", R"({"name": "block", "tissue": {"voxel_mm": 0.5, "solids": [
+      {"tissue": "enamel", "solid": {"box": {"center_mm": [0, 0, -100], "size_mm": [10, 10, 8]}}}]},
+      "tool": {"shape": "sphere", "diameter_mm": 2}, "spindle_krpm": 40, "parts": ["haptics"]})");
+  }
+  ~WholeProgram() override {
+    if (child > 0) folder.finish(child, SIGKILL);
+  }
+  /// Returns when it runs and records.
+  void start(const std::string& rig, const std::string& options) {
+    folder.write("rig.json", rig);
+    child = folder.start(fmt::format("run {} --rig {} --audio none: --record {} --json {}", folder / "scene.json",
+                                     folder / "rig.json", folder / "s.h5", options));
+    const auto bytes = [&] {
+      std::error_code none;
+      const auto size = std::filesystem::file_size(folder / "s.h5", none);
+      return none ? 0 : size;
+    };
+    std::uintmax_t first = 0;
+    const auto ended = [&] { return ::waitpid(child, nullptr, WNOHANG) == child; };
+    for (int i = 0; i < 6000 && (first == 0 || bytes() <= first); ++i) {  // the file grows as ticks arrive
+      if (first == 0) first = bytes();
+      ::usleep(10'000);
+      if (ended()) {
+        child = -1;
+        FAIL() << folder.said();
+      }
+    }
+    ASSERT_GT(bytes(), first) << folder.said();
+  }
+  Json end() {
+    const test::Ran ran = folder.finish(child);
+    child = -1;
+    EXPECT_EQ(ran.status, 0) << ran.err;
+    ticks = session::SessionReader(folder / "s.h5").ticks();
+    return Json::parse(ran.out, "what run printed");
+  }
+
+  test::ProgramFolder folder;
+  pid_t child = -1;
+  std::vector<ServoTick> ticks;
+};
+
+TEST_F(WholeProgram, ListsEveryDeviceWithModelSerialAndPermission) {
+  MockHid mouse(0, 0x046d, 0xc626, "SpaceNavigator", "SN-5", kSpaceMouseDescriptor);
+  MockHid arm(1, 0x1234, 0x0006, "WoodenHaptics", "WH-7", kArmDescriptor);
+  MockHid foot(2, 0x0c45, 0x7403, "FootSwitch", "FS-1", kKeyboardDescriptor);
+  MockHid rheostat(3, 0x1111, 0x2222, "Rheostat", "RH-9", kRheostatDescriptor);
+  const test::Ran ran = folder.run("devices --json");
+  ASSERT_EQ(ran.status, 0) << ran.err;
+  const Json found = Json::parse(ran.out, "devices");
+  std::map<std::string, std::string> kinds;
+  for (const Json& device : found["devices"].items()) {
+    kinds[device["model"].string() + " " + device["serial"].string()] = device["kind"].string();
+    EXPECT_TRUE(device["permitted"].boolean());
+  }
+  const std::map<std::string, std::string> expected{{"SpaceNavigator SN-5", "6-DoF mouse"},
+                                                    {"WoodenHaptics WH-7", "force feedback"},
+                                                    {"FootSwitch FS-1", "foot switch"},
+                                                    {"Rheostat RH-9", "rheostat pedal"}};
+  EXPECT_EQ(kinds, expected);
+}
+
+TEST_F(WholeProgram, AFootSwitchDrillsUntilItSticksWhileASpaceMouseSteersByRate) {
+  MockHid mouse(0, 0x046d, 0xc626, "SpaceNavigator", "SN-5", kSpaceMouseDescriptor);
+  MockHid foot(2, 0x0c45, 0x7403, "FootSwitch", "FS-1", kKeyboardDescriptor);
+  const auto step_on = [&](bool down) { foot.send({0, 0, static_cast<std::uint8_t>(down ? 4 : 0), 0, 0, 0, 0, 0}); };
+  start(R"({"display": "offscreen", "hand": "spacemouse:SN-5", "pedal": "FS-1", "pedal_limit_s": 1.5})", "");
+  for (int i = 0; i < 50; ++i) {  // a deflected cap repeats itself
+    mouse.send({1, 0x5e, 0x01, 0, 0, 0, 0});
+    ::usleep(20'000);
+  }
+  step_on(true);
+  ::usleep(3'500'000);
+  step_on(false);
+  ::usleep(500'000);
+  step_on(true);
+  ::usleep(500'000);
+  const std::string safety = end()["safety"].string();
+  EXPECT_NE(safety.find("pedal stuck"), std::string::npos) << safety;
+  // Up, down for as long as the rig allows, off while the foot stays, down again after it was up.
+  std::vector<std::pair<double, double>> stretches;  // pedal, s
+  for (std::size_t i = 1; i < ticks.size(); ++i) {
+    if (stretches.empty() || stretches.back().first != ticks[i].pedal) stretches.push_back({ticks[i].pedal, 0});
+    stretches.back().second += to_seconds(ticks[i].t - ticks[i - 1].t);
+  }
+  ASSERT_EQ(stretches.size(), 4u);
+  EXPECT_EQ(stretches[1].first, 1);
+  EXPECT_NEAR(stretches[1].second, 1.5, 0.005);
+  EXPECT_GT(stretches[2].second, 1);
+  EXPECT_EQ(stretches[3].first, 1);
+  EXPECT_GT(ticks.back().X_WT.p.x, 0.01);  // steered there at 50 mm/s, and stayed
+}
+
+TEST_F(WholeProgram, ARheostatModulatesTheDrillAndASpaceMouseSteersByPosition) {
+  MockHid mouse(0, 0x046d, 0xc626, "SpaceNavigator", "SN-5", kSpaceMouseDescriptor);
+  MockHid rheostat(3, 0x1111, 0x2222, "Rheostat", "RH-9", kRheostatDescriptor);
+  start(R"({"display": "offscreen", "hand": "spacemouse:SN-5,position"})", "--pedal auto");
+  for (int i = 0; i < 80; ++i) {
+    mouse.send({1, 0x5e, 0x01, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0});
+    ::usleep(20'000);
+    // Half-way, once the session runs: a pedal that is down at the start starts no drill.
+    if (i == 40) rheostat.send({3, 0, 0x00, 0x08, 0x00});
+  }
+  double farthest = 0;
+  end();
+  for (const ServoTick& tick : ticks) farthest = std::max(farthest, tick.X_WT.p.x);
+  EXPECT_NEAR(farthest, 0.03, 1e-4);  // the cap's full deflection is 30 mm, however long it is held
+  EXPECT_NEAR(ticks.back().pedal, 0.5, 1e-3);
+  EXPECT_GT(ticks.back().spindle, 0);
 }
 
 }  // namespace

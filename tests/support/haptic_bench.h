@@ -40,14 +40,14 @@ struct HapticBench {
     return s;
   }
 
-  const ServoTick& tick(const Pose& X_WT, double pedal = 0, std::uint32_t tool = 0) {
+  const ServoTick& tick(const Pose& X_WT, double pedal = 0, std::uint32_t tool = 0, std::uint32_t faults = 0) {
     if (t == 0) last.X_WT = last.X_WG = X_WT;
     if (carver.patch_due(last)) {
       carver.cut_out(carver.patch_center(last), spare);
       servo.adopt(spare);
     }
     const Nanos start = thread_cpu_time();
-    did_cut = servo.tick({t, X_WT, pedal, tool}, last, cut);
+    did_cut = servo.tick({t, X_WT, pedal, tool, faults}, last, cut);
     last.cpu_time = thread_cpu_time() - start;
     if (did_cut) carver.apply(cut);
     t += from_seconds(settings.tick);

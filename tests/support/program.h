@@ -2,6 +2,9 @@
 #pragma once
 
 #include <fmt/format.h>
+#include <signal.h>
+#include <sys/prctl.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -45,6 +48,28 @@ class ProgramFolder {
     const std::string out = *this / ".stdout", err = *this / ".stderr";
     const int status = std::system(fmt::format("{} {} {} >{} 2>{}", before, program_, arguments, out, err).c_str());
     return {WEXITSTATUS(status), read_text(out), read_text(err)};
+  }
+  /// The same in the background, without a desktop; `environment` as "NAME=VALUE …". It does not outlive the test.
+  pid_t start(const std::string& arguments, const std::string& environment = "") const {
+    const std::string out = *this / ".started_out", err = *this / ".started_err";
+    const std::string command =
+        fmt::format("exec env -u DISPLAY -u WAYLAND_DISPLAY {} {} {} <&- >{} 2>{}", environment, program_, arguments, out, err);
+    const pid_t child = ::fork();
+    if (child != 0) return child;
+    const rlimit none{0, 0};
+    ::setrlimit(RLIMIT_CORE, &none);
+    ::setsid();                          // so that stopping it concerns no terminal
+    ::prctl(PR_SET_PDEATHSIG, SIGKILL);  // a test that is killed leaves nothing running
+    ::execl("/bin/sh", "sh", "-c", command.c_str(), nullptr);
+    ::_exit(127);
+  }
+  std::string said() const { return read_text(*this / ".started_err"); }
+  /// Asks it to end. The status is -1 where it did not exit by itself.
+  Ran finish(pid_t child, int signal = SIGINT) const {
+    ::kill(child, signal);
+    int status = 0;
+    ::waitpid(child, &status, 0);
+    return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, read_text(*this / ".started_out"), said()};
   }
 
  private:

@@ -11,6 +11,7 @@
 #include <atomic>
 #include <cmath>
 #include <fstream>
+#include <random>
 #include <thread>
 
 #include "engine/base/error.h"
@@ -268,6 +269,19 @@ TEST(Haply, SpeaksToTheServiceOverARealSocketAndLeavesZeroBehind) {
   EXPECT_EQ(server.service.force, dvec3(0));
 }
 
+TEST(Haply, TheServiceIsOneProgramsAtATime) {
+  {
+    const Descriptor mine = claim("haply-test", "the service");
+    try {
+      claim("haply-test", "the service");
+      FAIL();
+    } catch (const Error& e) {
+      EXPECT_NE(std::string(e.what()).find("another program holds this device"), std::string::npos) << e.what();
+    }
+  }
+  claim("haply-test", "the service");
+}
+
 /// The same in memory and in simulated time.
 class HaplyLink : public Link {
  public:
@@ -496,6 +510,81 @@ TEST(OpenHaptics, ErrorsAreReportedAndTheEndLeavesNoForce) {
   EXPECT_EQ(library.get<const double*()>("standin_hd_force")()[0], 0);
   EXPECT_FALSE(library.get<bool()>("standin_hd_output")());
   EXPECT_THROW(driver("openhaptics").open("Nobody", {}), Error);
+}
+
+/// Around a vendor's device, with times so short that a thousand faults take no time.
+std::unique_ptr<SafeDevice> hasty(std::unique_ptr<HapticDevice> device) {
+  SafeDevice::Options options = SafeDevice::options_for(device->info());
+  options.watchdog_thread = false;
+  options.limits.silence = 100;  // no thread of ours is late here
+  options.limits.free_time = 1e-9;
+  options.limits.ramp_in = 1e-9;
+  options.limits.slew = 1e12;
+  return std::make_unique<SafeDevice>(std::move(device), options);
+}
+
+TEST(OpenHaptics, AThousandFaultsAtRandomMomentsEachTakeTheForceAwayWithinOneCallbackUntilTheHandIsFree) {
+  StandIn library(TYPODONT_STANDIN_HD);
+  auto* const step = library.get<bool()>("standin_hd_step");
+  auto* const force = library.get<const double*()>("standin_hd_force");
+  auto* const fail = library.get<void(unsigned)>("standin_hd_fail");
+  const auto hand = hasty(driver("openhaptics").open("", {}));
+  HandSample sample;
+  std::mt19937 random(3);
+  const auto ticks = [&](int n, const dvec3& f) {
+    for (int i = 0; i < n; ++i) {
+      ASSERT_TRUE(step());
+      ASSERT_TRUE(hand->read(sample));
+      hand->write(f, dvec3(0));
+    }
+  };
+  for (int i = 0; i < 1000; ++i) {
+    for (int tries = 0; tries == 0 || (force()[2] != 2 && tries < 20); ++tries) {  // a machine that stalls is a leap of time
+      ticks(5, dvec3(0));
+      ticks(2 + static_cast<int>(random() % 20), {0, 0, 2});
+    }
+    ASSERT_EQ(force()[2], 2) << i;
+    fail(0x0300 + static_cast<unsigned>(random() % 16));
+    ticks(1, {0, 0, 2});
+    step();
+    ASSERT_EQ(force()[2], 0) << i;
+    ASSERT_TRUE(hand->read(sample));
+    ticks(1 + static_cast<int>(random() % 10), {0, 0, 2});  // still in contact
+    ASSERT_EQ(force()[2], 0) << i;
+    ASSERT_TRUE(hand->take_events() & bits(SafetyEvent::kDeviceFault));
+  }
+}
+
+TEST(ForceDimension, AThousandFaultsAtRandomMomentsEachTakeTheForceAwayAtOnceUntilTheHandIsFree) {
+  StandIn library(TYPODONT_STANDIN_DHD);
+  auto* const wrench = library.get<const double*()>("standin_dhd_wrench");
+  auto* const fail = library.get<void(bool)>("standin_dhd_break");
+  HandOptions options;
+  options.rate = 8000;
+  const auto hand = hasty(driver("forcedimension").open("0", options));
+  HandSample sample;
+  std::mt19937 random(4);
+  const auto ticks = [&](int n, const dvec3& f) {
+    for (int i = 0; i < n; ++i) {
+      ASSERT_TRUE(hand->read(sample));
+      hand->write(f, dvec3(0));
+    }
+  };
+  for (int i = 0; i < 1000; ++i) {
+    for (int tries = 0; tries == 0 || (wrench()[2] != 2 && tries < 20); ++tries) {  // as above
+      ticks(3, dvec3(0));
+      ticks(2 + static_cast<int>(random() % 4), {0, 0, 2});
+    }
+    ASSERT_EQ(wrench()[2], 2) << i;
+    fail(true);
+    ASSERT_TRUE(hand->read(sample));
+    ASSERT_EQ(wrench()[2], 0) << i;
+    hand->write({0, 0, 2}, dvec3(0));
+    fail(false);
+    ticks(1 + static_cast<int>(random() % 3), {0, 0, 2});
+    ASSERT_EQ(wrench()[2], 0) << i;
+    ASSERT_TRUE(hand->take_events() & bits(SafetyEvent::kDeviceFault));
+  }
 }
 
 TEST(ForceDimension, PosesForcesAndTorquesPassThroughAndTheEndLeavesNoForce) {

@@ -87,6 +87,18 @@ TEST_F(Safety, NoForceBeforeTheHandWasFree) {
   EXPECT_EQ(told.force, dvec3(0));
 }
 
+TEST_F(Safety, AHandInTissueThatIsGivenNoForceIsNotTakenForAFreeOne) {
+  hand->contact(true);  // deep in it, or before there is a field, or with a share of zero: no force, and yet not free
+  ticks(500, dvec3(0));
+  EXPECT_FALSE(hand->armed());
+  hand->contact(false);
+  ticks(80, dvec3(0));
+  EXPECT_TRUE(hand->armed());
+  hand->contact(true);  // as hands are meant to be
+  ticks(300, {0, 0, 2});
+  EXPECT_DOUBLE_EQ(told.force.z, 2);
+}
+
 TEST_F(Safety, ForceRampsInSmoothlyOnceArmed) {
   while (!hand->armed()) ticks(1, dvec3(0));
   double last = 0;
@@ -161,6 +173,19 @@ TEST_F(Safety, TheWatchdogSendsZeroWhenTheServoIsSilent) {
   told.t += 10'000'000;
   ticks(1, {0, 0, 3});
   EXPECT_EQ(told.force, dvec3(0));
+}
+
+TEST_F(Safety, AServoThatWasLateIsToldThatTheHandWasLetGo) {
+  arm();
+  ticks(5, {0, 0, 3});
+  EXPECT_EQ(hand->faults() & typodont::bits(Fault::kLetGo), 0u);
+  told.t += 10'000'000;
+  ASSERT_TRUE(hand->read(sample));
+  EXPECT_NE(hand->faults() & typodont::bits(Fault::kLetGo), 0u);
+  hand->write({0, 0, 3}, dvec3(0));
+  EXPECT_EQ(told.force, dvec3(0));
+  ticks(1, {0, 0, 3});
+  EXPECT_EQ(hand->faults() & typodont::bits(Fault::kLetGo), 0u);  // said once
 }
 
 TEST_F(Safety, AWatchdogThatFiresInTheMiddleOfAWriteHasTheLastWord) {

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "engine/base/units.h"
-#include "haptics/devices/velocity_estimator.h"
+#include "haptics/forces/velocity_estimator.h"
 #include "engine/contract/loop_timing.h"
 #include "tests/support/no_alloc.h"
 
@@ -72,6 +72,18 @@ TEST(VelocityEstimator, IsExactlySilentAtRestHoweverTheLastCountFlickers) {
   }
   EXPECT_LE(worst,
             kStep / (VelocityEstimator::kWindow - 1) / 1e-3 * (1 + 1e-9));  // 1.2 mm/s, where a difference says 55
+}
+
+TEST(VelocityEstimator, IsAsQuietInFasterLoops) {
+  for (const Nanos period : {1'000'000, 500'000, 250'000, 100'000}) {
+    VelocityEstimator estimator(kStep);
+    double worst = 0;
+    for (Nanos t = 0; t < 2'000'000'000; t += period) {
+      const auto estimate = estimator.add(t, quantised({0.003 * to_seconds(t), 0, 0}));
+      if (t > 100'000'000) worst = std::max(worst, std::abs(estimate.v.x - 0.003));
+    }
+    EXPECT_LT(worst, 0.002) << period;
+  }
 }
 
 TEST(VelocityEstimator, IsTwentyTimesQuieterThanADifferenceInSlowMotion) {

@@ -274,6 +274,72 @@ TEST(Servo, AfterIllegalInputTheToolIsWhereItWasOutside) {
   EXPECT_LT(jump, 0.25);
 }
 
+TEST(Servo, AHandThatIsLostInContactAndComesBackElsewhereFeelsWhatItFeltBefore) {
+  HapticBench bench(sphere(0.1), settings(1.0_mm));
+  const auto press = [&] {
+    for (double z = 7.0_mm; z > 5.1_mm; z -= 0.02_mm) bench.tick({{0, 0, z}});
+    for (int i = 0; i < 50; ++i) bench.tick({{0, 0, 5.1_mm}});
+    return bench.last.f_T_W.z;
+  };
+  const double before = press();
+  EXPECT_NEAR(before, 0.4, 1e-3);
+  for (const Fault gone : {Fault::kDeviceLost, Fault::kBadInput}) {
+    for (int i = 0; i < 300; ++i) {  // the pose is still that of the last contact
+      bench.tick({{0, 0, 5.1_mm}}, 1, 0, bits(gone));
+      ASSERT_EQ(bench.last.f_T_W, dvec3(0));
+      ASSERT_EQ(bench.last.faults, bits(gone));
+    }
+    // Back where it rests, 30 mm away: with the last force that leap would have been a debt of 12 mJ.
+    for (int i = 0; i < 100; ++i) bench.tick({{30.0_mm, 0, 7.0_mm}});
+    EXPECT_EQ(bench.last.f_T_W, dvec3(0));
+    for (double x = 30.0_mm; x > 0; x -= 0.1_mm) bench.tick({{x, 0, 7.0_mm}});
+    EXPECT_NEAR(press(), before, 1e-6);
+    EXPECT_GE(bench.last.energy, -1e-9);
+  }
+}
+
+TEST(Servo, AHandThatWasHeldUpOrLetGoInContactFeelsTheNextContactAsEver) {
+  for (const std::uint32_t told : {bits(Fault::kLetGo), 0u}) {
+    HapticBench bench(sphere(0.1), settings(1.0_mm));
+    const auto press = [&] {
+      for (double z = 7.0_mm; z > 5.1_mm; z -= 0.02_mm) bench.tick({{0, 0, z}});
+      for (int i = 0; i < 50; ++i) bench.tick({{0, 0, 5.1_mm}});
+      return bench.last.f_T_W.z;
+    };
+    const double before = press();
+    const double paid = bench.last.energy;
+    bench.t += 80'000'000;  // the servo was away while the hand went out, with the last force or without one
+    bench.tick({{0, 0, 5.6_mm}}, 0, 0, told);
+    if (told) {
+      EXPECT_EQ(bench.last.energy, paid);
+    } else {
+      EXPECT_LT(bench.last.energy, -1e-6);
+    }
+    for (double z = 5.6_mm; z < 7.0_mm; z += 0.02_mm) bench.tick({{0, 0, z}});
+    EXPECT_NEAR(press(), before, 1e-6);
+  }
+}
+
+TEST(Servo, ADamperThatKnowsTheHandsCountsDoesNotBuzzWithThem) {
+  constexpr double kStep = 0.055e-3;
+  const auto buzz = [&](double told) {  // N, the largest change of force between two ticks beyond a count's own
+    ServoSettings s = settings(1.0_mm);
+    s.position_step = told;
+    HapticBench bench(sphere(0.1), s);
+    double worst = 0, last = 0;
+    for (int i = 0; i < 2000; ++i) {
+      const double z = 5.6_mm - 0.4_mm * std::sin(2 * kPi * i * 1e-3 / 2);  // slowly in and out
+      bench.tick({{0, 0, kStep * std::round(z / kStep)}});
+      const double f = bench.last.f_T_W.z;
+      if (i > 0 && f > 0.05 && last > 0.05) worst = std::max(worst, std::abs(f - last) - 1000 * kStep);
+      last = f;
+    }
+    return worst;
+  };
+  EXPECT_GT(buzz(0), 0.08);  // 2 Ns/m at 55 mm/s, which no hand had
+  EXPECT_LT(buzz(kStep), 0.02);
+}
+
 TEST(Servo, ATickAllocatesNothing) {
   ServoSettings s = settings(1.2_mm);
   s.spindle.free_speed = 300.0_krpm;

@@ -37,7 +37,7 @@ Course play(double stiffness, double rate, int delay, const std::function<double
   double early = 0, late = 0;
   const int ticks = static_cast<int>(1.2 * rate);
   for (int i = 0; i < ticks; ++i) {
-    std::rotate(force.begin(), force.end() - 1, force.end());
+    std::copy_backward(force.begin(), force.end() - 1, force.end());  // each force is a tick older
     force[0] = wall(z);
     const double f = force[static_cast<std::size_t>(delay)], end = (f - kPush) / kDamping;
     z += end * T + (v - end) * (1 - e) * kMass / kDamping;

@@ -83,6 +83,7 @@ class ForceDimensionDevice : public HapticDevice {
     unsigned short serial = 0;
     if (api_.serial && api_.serial(&serial, id_) >= 0) info_.serial = std::to_string(serial);
     info_.vibration_band = 250;  // Hz, a cautious choice of ours: stiff arms whose controller runs at 4 kHz
+    info_.position_step = 0.01e-3;  // m, as their maker states it for the omega (u)
     // The controller's own watchdog, in multiples of 125 µs (u), lets go when we die: 16 is 2 ms; 0 would switch it
     // off.
     if (api_.watchdog) api_.watchdog(16, id_);

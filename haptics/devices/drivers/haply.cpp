@@ -10,6 +10,7 @@
 #include "haptics/devices/driver.h"
 #include "haptics/devices/fd_link.h"
 #include "haptics/devices/json_scan.h"
+#include "haptics/devices/keeper.h"
 #include "haptics/devices/websocket.h"
 
 namespace typodont::haptics {
@@ -35,8 +36,8 @@ std::optional<dvec3> vector_of(const std::optional<JsonText>& json) {
 
 class HaplyDevice : public HapticDevice {
  public:
-  HaplyDevice(std::unique_ptr<Link> link, const std::string& host, DeviceInfo identity)
-      : socket_(std::move(link), host, "/"), info_(std::move(identity)) {
+  HaplyDevice(std::unique_ptr<Link> link, const std::string& host, DeviceInfo identity, Descriptor claimed)
+      : claimed_(std::move(claimed)), socket_(std::move(link), host, "/"), info_(std::move(identity)) {
     info_.force_limit = 8;       // N (u), peak as its maker states it
     info_.continuous_force = 4;  // N, a cautious choice: half the peak
     info_.max_stiffness = 3500;  // N/m (u)
@@ -53,6 +54,7 @@ class HaplyDevice : public HapticDevice {
     }
     info_.serial = state_.id.data();
     zero_ = frame_for(dvec3(0));
+    keeper_.emplace(socket_.descriptor(), socket_.frame_of({zero_.text.data(), zero_.size}));
   }
   ~HaplyDevice() override { release(); }
 
@@ -97,9 +99,13 @@ class HaplyDevice : public HapticDevice {
   }
   void write(const dvec3& f_T_W, const dvec3&) noexcept override {
     const Frame frame = frame_for(f_T_W);
+    keeper_->told(f_T_W != dvec3(0), now());  // before it goes out, so that no force is ever unknown
     socket_.send({frame.text.data(), frame.size});
   }
-  void release() noexcept override { socket_.send({zero_.text.data(), zero_.size}); }
+  void release() noexcept override {
+    socket_.send({zero_.text.data(), zero_.size});
+    if (keeper_) keeper_->told(false, now());
+  }
 
  private:
   struct Frame {
@@ -117,18 +123,21 @@ class HaplyDevice : public HapticDevice {
     return frame;
   }
 
+  Descriptor claimed_;  // the service would listen to two programs at once
   WebSocket socket_;
   DeviceInfo info_;
   HaplyState state_;
   Frame zero_;
+  std::optional<Keeper> keeper_;  // holds on to the connection when we cannot
   std::uint32_t faults_ = 0;
   bool started_ = false;
 };
 
 std::unique_ptr<HapticDevice> open(const std::string& rest, const HandOptions&) {
   if (!rest.empty()) throw Error("haply:" + rest, "", rest, "nothing after the colon: the service has one address");
-  return make_haply(connect_tcp("127.0.0.1", kPort), fmt::format("127.0.0.1:{}", kPort),
-                    {"haply:", "Haply Inverse3", ""});
+  const std::string service = fmt::format("127.0.0.1:{}", kPort);
+  auto link = connect_tcp("127.0.0.1", kPort);
+  return make_haply(std::move(link), service, {"haply:", "Haply Inverse3", ""}, claim("haply", service));
 }
 
 std::vector<FoundDevice> find() {
@@ -182,8 +191,9 @@ std::optional<HaplyState> parse_haply(std::string_view message) noexcept {
   return out;
 }
 
-std::unique_ptr<HapticDevice> make_haply(std::unique_ptr<Link> link, const std::string& host, DeviceInfo identity) {
-  return std::make_unique<HaplyDevice>(std::move(link), host, std::move(identity));
+std::unique_ptr<HapticDevice> make_haply(std::unique_ptr<Link> link, const std::string& host, DeviceInfo identity,
+                                         Descriptor claimed) {
+  return std::make_unique<HaplyDevice>(std::move(link), host, std::move(identity), std::move(claimed));
 }
 
 extern const Driver haply_driver;

@@ -111,7 +111,8 @@ class OpenHapticsDevice : public HapticDevice {
              number(kMaxStiffness) * kNewtonPerMillimetre,
              0,
              number(kMaxContinuousForce)};
-    info_.vibration_band = 100;  // Hz, a cautious choice of ours
+    info_.vibration_band = 100;      // Hz, a cautious choice of ours
+    info_.position_step = 0.055e-3;  // m, nominal, of the Touch; the Phantoms' is finer
     if (!(info_.force_limit > 0 && info_.force_limit < 100)) info_.force_limit = 3.3;  // the weakest of its kind
     ::sem_init(&fresh_, 0, 0);
     api_.enable(kForceOutput);

@@ -38,6 +38,7 @@ class ArmDevice : public HapticDevice {
     info_.max_stiffness = arm_.stiffness;
     info_.vibration_band = arm_.vibration_band;
     info_.silence = arm_.silence;
+    info_.position_step = position_step(arm_);
     info_.counts_from_rest = true;
   }
   ~ArmDevice() override { release(); }

@@ -27,7 +27,7 @@ EmulatedArm::EmulatedArm(SimTime& time, ArmProtocol protocol, haptics::Arm arm, 
   power_on_ = std::uniform_int_distribution<std::int64_t>(-32768, 32767)(random_);
   time_.on_step([this] {
     // The firmware lets go half a second after the last command; an arm without power at once.
-    if (unplugged || time_.true_now() - last_command_ > 500'000'000) amperes_ = dvec3(0);
+    if (unplugged || (watchdog && time_.true_now() - last_command_ > 500'000'000)) amperes_ = dvec3(0);
   });
 }
 
@@ -47,14 +47,24 @@ dvec3 EmulatedArm::force() const {
   return glm::inverse(glm::transpose(haptics::jacobian(arm_, theta()))) * tau;
 }
 
+std::int64_t EmulatedArm::counts_at(int i, const dvec3& theta) const {
+  const auto k = static_cast<std::size_t>(i);
+  return std::llround(arm_.sign[k] * theta[i] / arm_.ratio(i) * arm_.counts[k] / (2 * kPi)) - arm_.home[k];
+}
+
+void EmulatedArm::wrap_at(int i, const dvec3& theta) {
+  power_on_ = 32767 - counts_at(i, theta);
+}
+
 std::vector<std::uint8_t> EmulatedArm::report() {
   const dvec3 angles = theta();
   std::array<std::int64_t, 6> counts{};
   for (int i = 0; i < 3; ++i) {
     const auto k = static_cast<std::size_t>(i);
-    counts[k] = std::llround(arm_.sign[k] * angles[i] / arm_.ratio(i) * arm_.counts[k] / (2 * kPi)) - arm_.home[k] +
-                power_on_ + slip[k];
+    counts[k] = counts_at(i, angles) + power_on_ + slip[k];
+    if (leaping_reports > 0) counts[k] += std::uniform_int_distribution<std::int64_t>(1500, 30'000)(random_);
   }
+  leaping_reports = std::max(0, leaping_reports - 1);
   if (stylus && arm_.has_stylus()) {
     const dvec3 turned = stylus(to_seconds(time_.true_now()));
     for (int i = 0; i < 3; ++i) {

@@ -26,6 +26,9 @@ class EmulatedArm {
   /// A link to it; more than one may live.
   std::unique_ptr<haptics::Link> connect();
 
+  /// Chooses what the counters showed at power-on so that encoder i of a HID board wraps as the arm passes there.
+  void wrap_at(int i, const dvec3& theta);
+
   dvec3 amperes() const { return amperes_; }
   /// Force that the motors put on the hand now.
   dvec3 force() const;
@@ -35,9 +38,11 @@ class EmulatedArm {
   bool unplugged = false;
   bool silent = false;  // no report whatever the host writes
   int short_reports = 0, merged_reports = 0, garbage_reports = 0;
+  int leaping_reports = 0;  // all encoders somewhere else
   std::array<std::int64_t, 6> slip{};  // counts lost, for good
   int error = 0;                       // text: the board's own error
   bool refuses_writes = false;
+  bool watchdog = true;  // false: a firmware that never lets go, so that whatever does was the host's doing
   bool button = false;
 
  private:
@@ -45,6 +50,7 @@ class EmulatedArm {
   int read(std::span<std::uint8_t> buffer, Nanos timeout);
   bool write(std::span<const std::uint8_t> bytes);
   std::vector<std::uint8_t> report();
+  std::int64_t counts_at(int i, const dvec3& theta) const;
 
   SimTime& time_;
   haptics::ArmProtocol protocol_;

@@ -84,7 +84,7 @@ void LiveBoard::with(const std::function<void(EmulatedArm&)>& what) {
 void LiveBoard::serve() {
   enter_realtime({.priority = 82, .core = -1, .lock_memory = false});  // firmware is never late
   std::string in;
-  const Nanos real = now() - time_.true_now();
+  Nanos real = now() - time_.true_now();
   while (!ending_) {
     char buffer[512];
     pollfd waiting{master_.get(), POLLIN, 0};
@@ -105,28 +105,21 @@ void LiveBoard::serve() {
       double most = 0;
       for (int i = 0; i < 3; ++i) most = std::max(most, std::abs(board_.amperes()[i]));
       current_ = most;
+      now_ = to_seconds(time_.true_now());
       if (most > worst_) worst_ = most;
     }
     if (n > 0) [[maybe_unused]] const ssize_t sent = ::write(master_.get(), report, static_cast<std::size_t>(n));
+    // A board that was kept waiting does not catch up: the hand would leap.
+    real = std::max(real, now() - time_.true_now() - 2'000'000);
     sleep_until(real + time_.true_now());
   }
 }
 
-bool LiveBoard::wait_for_current(double seconds) const {
-  for (const Nanos end = now() + from_seconds(seconds); now() < end;) {
-    if (current() > 0) return true;
-    ::usleep(1000);
+bool LiveBoard::wait_for(const std::function<bool()>& what, double seconds) const {
+  for (const double end = time() + seconds; time() < end; ::usleep(300)) {
+    if (what()) return true;
   }
-  return false;
-}
-
-double LiveBoard::seconds_to_zero(double seconds) const {
-  const Nanos begin = now();
-  for (const Nanos end = begin + from_seconds(seconds); now() < end;) {
-    if (current() == 0) return to_seconds(now() - begin);
-    ::usleep(200);
-  }
-  return -1;
+  return what();
 }
 
 }  // namespace typodont::test

@@ -32,11 +32,20 @@ class LiveBoard {
   void with(const std::function<void(EmulatedArm&)>& what);
 
   double current() const { return current_.load(); }  // A, the largest of the motors'
-  bool spoken_to() const { return lines_.load() > 0; }
-  /// Waits, at most `seconds`; true when it came to be.
-  bool wait_for_current(double seconds) const;
-  /// s from now until no motor has a current; negative: not within `seconds`.
-  double seconds_to_zero(double seconds) const;
+  std::uint64_t lines() const { return lines_.load(); }  // commands that came since it was plugged in
+  /// s, of the board's own clock: it stands still while this machine keeps the board waiting, and so does the hand that
+  /// holds the arm. What a test waits for it counts in these.
+  double time() const { return now_.load(); }
+  /// Waits until that has come to be, at most so long by the board's clock; false: it did not.
+  bool wait_for(const std::function<bool()>& what, double seconds = 60) const;
+  void pass(double seconds) const {
+    wait_for([] { return false; }, seconds);
+  }
+  /// Whether the motors are let go, sooner or later. The firmware lets go by itself only where it is told to
+  /// (EmulatedArm::watchdog).
+  bool lets_go() const {
+    return wait_for([this] { return current() == 0; });
+  }
   /// The largest current seen since the last call, A.
   double take_worst() { return worst_.exchange(0); }
 
@@ -52,7 +61,7 @@ class LiveBoard {
   std::function<dvec3(double)> tip_;
   double began_ = 0;  // s, of the simulated time: when it was plugged in or last told how to move
   haptics::Descriptor master_, slave_;
-  std::atomic<double> current_{0}, worst_{0};
+  std::atomic<double> current_{0}, worst_{0}, now_{0};
   std::atomic<std::uint64_t> lines_{0};
   std::atomic<bool> ending_{false};
   std::thread thread_;

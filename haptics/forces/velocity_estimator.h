@@ -3,7 +3,8 @@
 // Janabi-Sharifi, Hayward & Chen 2000, "Discrete-time adaptive windowing for velocity estimation", end-fit FOAW: the
 // longest window whose samples all lie within the position noise of the straight line through its ends. Changed: the
 // test "every sample within d of the line" is kept as an interval of slopes, so a tick costs O(window), not O(window²);
-// and the three axes share the shortest of their windows, so that the vector has one lag.
+// the three axes share the shortest of their windows, so that the vector has one lag; and what is kept of the past is
+// spaced by kSpacing, so that loops of 4 or 10 kHz are as quiet as one of 1 kHz.
 #pragma once
 
 #include <algorithm>
@@ -27,36 +28,43 @@ class VelocityEstimator {
 
   /// Servo thread. Never allocates. Samples whose time does not rise start anew.
   VelocityEstimate add(Nanos t, const dvec3& p) noexcept {
-    if (count_ > 0 && t <= newest().t) count_ = 0;
-    head_ = (head_ + 1) % kWindow;
-    ring_[head_] = {t, p};
-    count_ = std::min(count_ + 1, kWindow);
-    if (count_ < 2) return {};
-
-    std::size_t window = count_ - 1;
-    for (int axis = 0; axis < 3; ++axis) window = std::min(window, longest(axis, window));
-    const Sample& end = newest();
-    const Sample& start = back(window);
-    const double span = to_seconds(end.t - start.t);
-    return {(end.p - start.p) / span, span / 2};
+    if (count_ > 0 && t <= newest_.t) count_ = 0;
+    const bool first = count_ == 0;
+    newest_ = {t, p};
+    VelocityEstimate estimate;
+    if (!first) {
+      std::size_t window = count_;
+      for (int axis = 0; axis < 3; ++axis) window = std::min(window, longest(axis, window));
+      const Sample& start = back(window);
+      const double span = to_seconds(t - start.t);
+      estimate = {(p - start.p) / span, span / 2};
+    }
+    if (first || t - back(1).t >= kSpacing) {
+      head_ = (head_ + 1) % kPast;
+      ring_[head_] = newest_;
+      count_ = std::min(count_ + 1, kPast);
+    }
+    return estimate;
   }
+  void reset() noexcept { count_ = 0; }
 
   static constexpr std::size_t kWindow = 48;  // samples; 47 ms of lag-free stillness at 1 kHz
+  static constexpr Nanos kSpacing = 750'000;  // ns; under the millisecond of a loop that jitters
 
  private:
+  static constexpr std::size_t kPast = kWindow - 1;
   struct Sample {
     Nanos t = 0;
     dvec3 p{0};
   };
-  const Sample& newest() const noexcept { return ring_[head_]; }
-  const Sample& back(std::size_t n) const noexcept { return ring_[(head_ + kWindow - n) % kWindow]; }
+  const Sample& back(std::size_t n) const noexcept { return ring_[(head_ + kPast + 1 - n) % kPast]; }
 
   std::size_t longest(int axis, std::size_t most) const noexcept {
     double low = -1e300, high = 1e300;  // slopes that pass every sample so far within the noise
     std::size_t best = 1;
     for (std::size_t n = 1; n <= most; ++n) {
-      const double dt = to_seconds(newest().t - back(n).t);
-      const double dx = newest().p[axis] - back(n).p[axis];
+      const double dt = to_seconds(newest_.t - back(n).t);
+      const double dx = newest_.p[axis] - back(n).p[axis];
       const double slope = dx / dt;
       if (slope >= low && slope <= high) best = n;
       low = std::max(low, (dx - noise_) / dt);
@@ -67,7 +75,8 @@ class VelocityEstimator {
   }
 
   double noise_;
-  std::array<Sample, kWindow> ring_{};
+  Sample newest_;
+  std::array<Sample, kPast> ring_{};
   std::size_t head_ = 0, count_ = 0;
 };
 

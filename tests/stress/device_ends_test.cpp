@@ -1,0 +1,374 @@
+// Processes that press with an arm and end: a thousand are killed, a thousand more end in every other way there is, each
+// at a random moment of its force. The arms are emulated boards on pseudo terminals whose firmware never lets go, so
+// that whatever does was the process itself, or its keeper.
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+#include <netinet/in.h>
+#include <poll.h>
+#include <pty.h>
+#include <signal.h>
+#include <sys/mman.h>
+#include <sys/resource.h>
+#include <sys/socket.h>
+#include <sys/wait.h>
+#include <time.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cstdio>
+#include <cstdlib>
+#include <functional>
+#include <memory>
+#include <new>
+#include <random>
+#include <string>
+#include <string_view>
+#include <thread>
+#include <vector>
+
+#include "engine/base/check.h"
+#include "engine/base/clock.h"
+#include "engine/base/realtime.h"
+#include "haptics/devices/exit_guard.h"
+#include "haptics/devices/fd_link.h"
+#include "haptics/devices/haply.h"
+#include "haptics/devices/safe_device.h"
+#include "haptics/devices/woodenhaptics.h"
+#include "tests/support/emulation/haply_service.h"
+
+namespace typodont::haptics {
+namespace {
+
+constexpr int kTimes = 1000;
+constexpr std::size_t kAtOnce = 10;
+
+/// A process that only wants to wake every millisecond, with a keeper's priority. How late it wakes is what this machine
+/// adds to the times measured here.
+class Witness {
+ public:
+  Witness() {
+    void* memory = ::mmap(nullptr, sizeof(Log), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
+    if (memory == MAP_FAILED) throw std::bad_alloc();
+    log_ = new (memory) Log;
+    child_ = ::fork();
+    if (child_ != 0) return;
+    enter_realtime({.priority = 85, .core = -1, .lock_memory = false});
+    for (Nanos due = now();;) {
+      due = std::max(due, now()) + 1'000'000;
+      const timespec until{due / kNanosPerSecond, due % kNanosPerSecond};
+      ::clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &until, nullptr);
+      const Nanos woke = now();
+      if (woke - due < kLate) continue;
+      log_->late[log_->count % kMost] = {due, woke};
+      ++log_->count;
+    }
+  }
+  ~Witness() {
+    ::kill(child_, SIGKILL);
+    ::waitpid(child_, nullptr, 0);
+    ::munmap(log_, sizeof(Log));
+  }
+  Witness(const Witness&) = delete;
+  Witness& operator=(const Witness&) = delete;
+
+  /// Whether it was late itself between two moments, both a while ago.
+  bool was_late(Nanos from, Nanos to) const {
+    for (std::size_t i = 0; i < std::min<std::size_t>(log_->count, kMost); ++i) {
+      if (log_->late[i].woke >= from && log_->late[i].due <= to) return true;
+    }
+    return false;
+  }
+
+ private:
+  static constexpr Nanos kLate = 3'000'000;  // ns
+  static constexpr std::size_t kMost = 1 << 16;
+  struct Late {
+    Nanos due, woke;
+  };
+  struct Log {
+    std::atomic<std::size_t> count{0};
+    std::array<Late, kMost> late{};
+  };
+  Log* log_ = nullptr;
+  pid_t child_ = -1;
+};
+
+/// The arm without what a keeper would need: the process is on its own.
+class Unkept : public Link {
+ public:
+  explicit Unkept(std::unique_ptr<Link> link) : link_(std::move(link)) {}
+  int read(std::span<std::uint8_t> buffer, Nanos timeout) noexcept override { return link_->read(buffer, timeout); }
+  bool write(std::span<const std::uint8_t> bytes) noexcept override { return link_->write(bytes); }
+
+ private:
+  std::unique_ptr<Link> link_;
+};
+
+std::atomic<bool> pressing{false};
+
+void throw_from_a_thread() {
+  std::thread([] { throw 1; }).join();
+}
+
+/// The child: presses as soon as it may, and ends as it is told.
+[[noreturn]] void press(const std::function<std::unique_ptr<HapticDevice>()>& open, const std::string& end, unsigned seed) {
+  const rlimit none{0, 0};
+  ::setrlimit(RLIMIT_CORE, &none);
+  ::dup2(::open("/dev/null", O_WRONLY), 2);
+  for (const int signal : {SIGTERM, SIGINT, SIGHUP, SIGQUIT}) ::signal(signal, SIG_DFL);  // whatever started us ignores
+  // After the guard's: libraries that wait for threads which a fork has not would hang the end of exit().
+  std::atexit(+[] { ::_exit(0); });
+  static SafeDevice* hand = nullptr;  // never destroyed: it shall not be what lets go
+  try {
+    auto device = open();
+    auto options = SafeDevice::options_for(device->info());
+    if (end != "kill") options.limits.silence = 100;  // nor shall the watchdog be
+    hand = new SafeDevice(std::move(device), options);
+  } catch (const std::exception&) {
+    ::_exit(98);
+  }
+  std::thread([] {
+    HandSample sample;
+    for (int armed = 0; hand->read(sample);) {
+      hand->write(hand->armed() ? dvec3(0, 0, 3) : dvec3(0), dvec3(0));
+      armed = hand->armed() ? armed + 1 : 0;
+      pressing = armed > 5;  // past the first fractions of a milliampere
+    }
+    ::_exit(97);
+  }).detach();
+  std::mt19937 random(seed);
+  const auto moment = static_cast<useconds_t>(random() % 40'000);
+  for (bool waited = false; !waited;) {
+    for (int i = 0; i < 100'000 && !pressing; ++i) ::usleep(500);
+    ::usleep(moment);
+    waited = pressing;
+  }
+  if (end == "exit") std::exit(0);
+  if (end == "quick_exit") std::quick_exit(0);
+  if (end == "abort") std::abort();
+  if (end == "exception") throw_from_a_thread();
+  if (end == "check") {
+    set_check_handler(release_all_devices);
+    TYPODONT_CHECK(end.empty());
+  }
+  constexpr std::pair<std::string_view, int> kSignals[]{{"term", SIGTERM}, {"int", SIGINT},   {"hup", SIGHUP}, {"quit", SIGQUIT},
+                                                        {"segv", SIGSEGV}, {"bus", SIGBUS},   {"fpe", SIGFPE}, {"ill", SIGILL}};
+  for (const auto& [name, signal] : kSignals) {
+    if (name == end) ::kill(::getpid(), signal);
+  }
+  for (;;) ::sleep(10);
+}
+
+std::unique_ptr<HapticDevice> open_arm(const std::string& port, const Arm& arm, bool kept) {
+  std::unique_ptr<Link> link = open_serial(port);
+  if (!kept) link = std::make_unique<Unkept>(std::move(link));
+  const ArmHello hello = greet_arm(*link, true, port);
+  return make_arm_device(std::move(link), hello.protocol, arm, {"woodenhaptics:" + port, arm.name, ""});
+}
+
+/// An arm's board at the other end of a pseudo terminal, and the process that presses with it.
+struct Victim {
+  Descriptor board, line;  // the line is kept open here, so that it is not hung up
+  pid_t pid = -1;
+  Nanos begun = 0;
+  std::string told, in;
+  double current = 0;    // A, the largest commanded last
+  bool asked = false;    // a command came; the report is due
+  Nanos answered = 0;
+  Nanos kill_at = 0, killed = 0, zero = 0;
+  bool forced = false;   // there was a force
+  bool gone = false;
+
+  void hear() {
+    char buffer[4096];
+    for (;;) {
+      pollfd waiting{board.get(), POLLIN, 0};
+      if (::poll(&waiting, 1, 0) <= 0 || !(waiting.revents & POLLIN)) break;
+      const ssize_t n = ::read(board.get(), buffer, sizeof buffer);
+      if (n <= 0) break;
+      in.append(buffer, static_cast<std::size_t>(n));
+    }
+    for (std::size_t end; (end = in.find('\n')) != std::string::npos; in.erase(0, end + 1)) {
+      int mA[3];
+      if (std::sscanf(in.c_str(), "[%d,%d,%d]", &mA[0], &mA[1], &mA[2]) != 3) continue;
+      asked = true;
+      current = 1e-3 * std::max({std::abs(mA[0]), std::abs(mA[1]), std::abs(mA[2])});
+      forced |= current > 0;
+      if (current == 0 && killed != 0 && zero == 0) zero = now();
+    }
+  }
+  void answer() {
+    if (!asked || now() < answered + 1'000'000) return;
+    constexpr std::string_view kReport = "[3,0,0,0,0,0,0,0]\n";  // at home, where it was put
+    [[maybe_unused]] const auto n = ::write(board.get(), kReport.data(), kReport.size());
+    answered = now();
+    asked = false;
+  }
+};
+
+class Ends : public testing::Test {
+ protected:
+  void begin(Victim& v, const std::string& how) {
+    v = {};
+    int board, line;
+    char name[128];
+    termios raw{};
+    ::cfmakeraw(&raw);
+    ASSERT_EQ(::openpty(&board, &line, name, &raw, nullptr), 0);
+    v.board = Descriptor(board), v.line = Descriptor(line);
+    v.begun = now();
+    v.told = how;
+    const auto seed = static_cast<unsigned>(random());
+    v.pid = ::fork();
+    if (v.pid == 0) press([&] { return open_arm(name, arm, how == "kill"); }, how, seed);
+  }
+  /// `count` processes; `done` is called for each that is gone and whose arm has nothing left to hear.
+  template <class How, class Done>
+  void campaign(int count, How how, Done done) {
+    enter_realtime({.priority = 82, .core = -1, .lock_memory = false});  // firmware is never late
+    std::vector<Victim> victims(kAtOnce);
+    int begun = 0, ended = 0;
+    while (ended < count) {
+      for (Victim& v : victims) {
+        if (v.pid < 0 && begun < count) begin(v, how(begun++));
+        if (HasFatalFailure()) return;
+      }
+      std::array<pollfd, kAtOnce> waiting;
+      for (std::size_t i = 0; i < kAtOnce; ++i) waiting[i] = {victims[i].board.get(), POLLIN, 0};
+      const timespec pause{0, 300'000};
+      ::ppoll(waiting.data(), waiting.size(), &pause, nullptr);
+      for (Victim& v : victims) {
+        if (v.pid < 0) continue;
+        if (!v.gone) v.gone = ::waitpid(v.pid, &status, WNOHANG) == v.pid;
+        v.hear();  // after it was seen to be gone: all that it said is heard
+        v.answer();
+        if (done(v)) {
+          ++ended;
+          v.pid = -1;
+        }
+      }
+    }
+  }
+
+  const Arm arm = read_arm("assets/devices/woody.json");
+  std::mt19937 random{1};
+  int status = 0;
+};
+
+TEST_F(Ends, AThousandProcessesAreKilledAndTheirKeepersLetGoWithinTwentyMilliseconds) {
+  const Witness witness;
+  std::vector<std::pair<Nanos, Nanos>> times;
+  int strange = 0;
+  campaign(
+      kTimes, [](int) { return "kill"; },
+      [&](Victim& v) {
+        if (v.killed == 0) {
+          if (v.gone) return ++strange, true;  // by itself: it was not to
+          if (v.current <= 0) return false;
+          if (v.kill_at == 0) v.kill_at = now() + static_cast<Nanos>(random() % 40'000'000);
+          if (now() < v.kill_at) return false;
+          v.killed = now();
+          ::kill(v.pid, SIGKILL);
+          return false;
+        }
+        if (!v.gone || v.zero == 0) return now() - v.killed > 30 * kNanosPerSecond;
+        times.push_back({v.killed, v.zero});
+        return true;
+      });
+  EXPECT_EQ(strange, 0);
+  ASSERT_EQ(times.size(), static_cast<std::size_t>(kTimes));  // every single one was let go
+  ::usleep(50'000);
+  int late = 0, excused = 0;
+  std::vector<double> took;
+  for (const auto& [killed, zero] : times) {
+    took.push_back(1e3 * to_seconds(zero - killed));
+    if (took.back() <= 20) continue;
+    ++(witness.was_late(killed, zero) ? excused : late);
+  }
+  std::sort(took.begin(), took.end());
+  fmt::print("zero after {:.2f} ms in the median, {:.2f} ms 99 %, {:.2f} ms worst; {} beyond 20 ms while this machine was late itself\n",
+             took[kTimes / 2], took[kTimes * 99 / 100], took.back(), excused);
+  EXPECT_EQ(late, 0);
+  EXPECT_LE(took[kTimes / 2], 20);
+}
+
+TEST_F(Ends, AThousandProcessesEndInEveryOtherWayAndTheLastThingSentIsZero) {
+  constexpr std::array kWays{"exit", "quick_exit", "abort", "exception", "check", "term", "int",
+                             "hup",  "quit",       "segv",  "bus",       "fpe",   "ill"};
+  int silent = 0, latched = 0, wrong = 0;
+  campaign(
+      kTimes, [&](int i) { return kWays[static_cast<std::size_t>(i) % kWays.size()]; },
+      [&](Victim& v) {
+        if (!v.gone) {
+          if (v.begun + 60 * kNanosPerSecond > now()) return false;
+          ADD_FAILURE() << v.told << " did not end it";
+          ::kill(v.pid, SIGKILL);
+          ::waitpid(v.pid, &status, 0);
+          return true;
+        }
+        wrong += WIFEXITED(status) && (WEXITSTATUS(status) == 97 || WEXITSTATUS(status) == 98);
+        silent += !v.forced;
+        latched += v.current != 0;
+        return true;
+      });
+  EXPECT_EQ(wrong, 0);
+  EXPECT_EQ(silent, 0);
+  EXPECT_EQ(latched, 0);
+}
+
+/// Haply's service, as far as a hand sees it: it gives back a state for every force, and keeps the last force.
+TEST(HaplyEnds, AProcessThatIsKilledOrStoppedLeavesNoForceWithTheService) {
+  const Descriptor listener(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0));
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  socklen_t length = sizeof address;
+  ASSERT_EQ(::bind(listener.get(), reinterpret_cast<sockaddr*>(&address), length), 0);
+  ASSERT_EQ(::listen(listener.get(), 1), 0);
+  ASSERT_EQ(::getsockname(listener.get(), reinterpret_cast<sockaddr*>(&address), &length), 0);
+  const int port = ntohs(address.sin_port);
+  std::mt19937 random(2);
+  for (int i = 0; i < 100; ++i) {
+    const pid_t child = ::fork();
+    if (child == 0) {
+      press([&] { return make_haply(connect_tcp("127.0.0.1", port), "127.0.0.1", {"haply:", "Haply Inverse3", ""}); }, "kill",
+            static_cast<unsigned>(i));
+    }
+    const Descriptor client(::accept(listener.get(), nullptr, nullptr));
+    test::HaplyService service;
+    bool connected = true;
+    const auto serve = [&] {
+      char buffer[4096];
+      pollfd waiting{client.get(), POLLIN, 0};
+      if (::poll(&waiting, 1, 20) <= 0) return;
+      const ssize_t n = ::recv(client.get(), buffer, sizeof buffer, 0);
+      connected = n > 0;
+      if (!connected) return;
+      const std::string answer = service.feed({buffer, static_cast<std::size_t>(n)});
+      ::usleep(1000);
+      if (!answer.empty()) connected = ::send(client.get(), answer.data(), answer.size(), MSG_NOSIGNAL) > 0;
+    };
+    const Nanos give_up = now() + 60 * kNanosPerSecond;
+    const auto pressed = [&] { return service.force != dvec3(0); };
+    const Nanos moment = static_cast<Nanos>(random() % 40'000'000);
+    for (Nanos since = 0; now() < give_up && connected;) {
+      serve();
+      if (pressed() && since == 0) since = now();
+      if (pressed() && now() - since >= moment) break;
+    }
+    ASSERT_TRUE(connected && pressed()) << i;
+    ::kill(child, i % 2 == 0 ? SIGKILL : SIGSTOP);
+    while (now() < give_up && connected && pressed()) serve();
+    EXPECT_FALSE(pressed()) << i;  // by a force of zero, not by a connection that broke
+    ::kill(child, SIGKILL);
+    ::waitpid(child, nullptr, 0);
+    while (now() < give_up && connected) serve();
+    EXPECT_EQ(service.force, dvec3(0)) << i;
+  }
+}
+
+}  // namespace
+}  // namespace typodont::haptics
