@@ -69,6 +69,7 @@ struct CutBoxes {
     std::uint32_t tool = 0;
     bool continues = false;
     double fill_radius = 0;  // m, of a filling around X_WA, pressed by a head at X_WB
+    PerTissue removed{};     // voxels³; less than nothing by a filling
   };
   std::array<Box, kCutHistory> boxes;
   std::array<Made, kCutHistory> made;
@@ -294,7 +295,9 @@ struct Servo::State {
     front.forget();
     ++sums.cuts;
     cut_tool = in_hand;
-    boxes.add(sums.cuts, lo, hi, {{center_W, X_WH.R}, X_WH, in_hand, false, filling.radius * h});
+    CutBoxes::Made made{{center_W, X_WH.R}, X_WH, in_hand, false, filling.radius * h, added};
+    for (double& v : made.removed) v = -v;
+    boxes.add(sums.cuts, lo, hi, made);
     cut = {sums.cuts, tick.index, tick.t, {center_W, X_WH.R}, X_WH, in_hand, {}, {}, 0, filling.radius * h};
     for (std::size_t i = 1; i < added.size(); ++i) {
       cut.removed[i] = -added[i] * h * h * h;
@@ -387,12 +390,21 @@ void Servo::adopt(SurfacePatch& fresh) noexcept {
     for (std::uint64_t i = s.boxes.first_after(fresh.cuts); i <= s.boxes.last; ++i) {
       const CutBoxes::Made& made = s.boxes.made[i % kCutHistory];
       const Tool& tool = s.tools[made.tool].tool;
+      PerTissue removed;  // in tissue that came back, more than it was where that was gone
       if (made.fill_radius > 0) {
-        fill(fresh, Fill(tool, made.X_WA.p, made.fill_radius, made.X_WB, s.settings.frame), nullptr);
+        removed = fill(fresh, Fill(tool, made.X_WA.p, made.fill_radius, made.X_WB, s.settings.frame), nullptr);
+        for (double& v : removed) v = -v;
       } else {
         const bool continues = made.continues && i != fresh.edited_at + 1;
-        carve(fresh, Sweep(tool, made.X_WA, made.X_WB, s.settings.frame, continues));
+        removed = carve(fresh, Sweep(tool, made.X_WA, made.X_WB, s.settings.frame, continues));
       }
+      const double voxel = s.settings.frame.voxel;
+      for (std::size_t t = 0; t < removed.size(); ++t) {
+        s.sums.removed[t] += (removed[t] - made.removed[t]) * voxel * voxel * voxel;
+      }
+    }
+    for (std::size_t i = 0; i < s.sums.removed.size(); ++i) {
+      s.sums.removed[i] -= fresh.taken_back[i] - s.patch.taken_back[i];
     }
   } else if (s.patch.number != 0 && s.boxes.since(fresh.cuts, lo, hi, filled)) {
     merge(fresh, s.patch, lo, hi, filled);
@@ -481,10 +493,16 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
   // Cutting power of this tick, from the push of the last: tangential force μ_c F_n at the rim, limited by the motor.
   const Tool& tool = s.tool();
   const ContactFinder& finder = s.finder();
-  const bool may_cut = settings.cutting && tool.cuts && s.speed > 0;
+  const bool scrapes = tool.cuts && tool.scrapes > 0;
+  const bool may_cut = settings.cutting && tool.cuts && (scrapes || s.speed > 0);
   SpindleLoad spindle{s.speed, 0};
   double tangential = 0;  // force of the teeth over normal force
-  if (may_cut && s.normal_force > 0) {
+  if (scrapes && may_cut && s.normal_force > 0) {
+    // An edge drawn over the surface cuts with the hand's own work: push × way along the surface.
+    const double way = glm::length(moved - glm::dot(moved, s.normal) * s.normal);
+    const double power = tool.scrapes * s.normal_force * way / dt;
+    s.budget = s.breaking_through ? 0.0 : std::min(s.budget + power * dt, power * kBudgetTime);
+  } else if (may_cut && s.normal_force > 0) {
     const double along = glm::dot(s.normal, X_WT.R * dvec3(0, 0, 1));
     const double efficiency = tool.side_efficiency + (tool.end_efficiency - tool.side_efficiency) * along * along;
     const double torque = tool.cutting_coefficient * efficiency * s.normal_force * tool.radius();
@@ -495,6 +513,8 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
     s.budget = std::min(s.budget, 0.0);
   }
 
+  // An edge that the hand draws earns little: what hard tissue gave way without being paid for, it waits for.
+  const bool in_debt = scrapes && s.budget <= 0;
   if (s.fly(X_WT, moved, dt, hand.t, out, cut)) return false;
 
   // Move the proxy toward the hand: freely while nothing is near, along the contacts otherwise.
@@ -545,7 +565,7 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
       finder.find(s.patch, {c, X_WT.R}, kContactRange, contacts);
       if (contacts.deepest() > ContactFinder::kSunk || clearance + finder.reach() < 0) {
         finder.find_way_out(s.patch, {c, X_WT.R}, contacts);
-      } else if (look == 0 && may_cut && s.carved && contacts.count() > 1) {
+      } else if (look == 0 && may_cut && s.carved && contacts.count() > 1 && !in_debt) {
         contacts.forgive(kBlur);
       }
       active = guess_active(contacts, s.held);
@@ -577,7 +597,7 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
     if (look == 0) {
       if (contacts.deepest() > overlap_before + slack + kDeep) s.overlap = contacts.deepest();
     }
-    const dvec3 pulled_to = s.normal_force > 0 && may_cut ? held_target(c0, target, s.normal) : target;
+    const dvec3 pulled_to = s.normal_force > 0 && may_cut && !scrapes ? held_target(c0, target, s.normal) : target;
     dvec3 next = nearest_allowed(contacts, c, s.overlap, slack, pulled_to, active);
     if (contacts.count() > 1 && active.count > 0) {  // rough planes chose which hold; exact ones say how far
       bool refined = false;
@@ -653,7 +673,7 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
 
   // Cut: everything the head sweeps on its way.
   bool cut_made = false;
-  s.carved = may_cut && touching && !deep;
+  s.carved = may_cut && touching && !deep && !in_debt;
   if (s.carved) {
     const Pose X_WB{p_WG, X_WT.R};
     const bool edited = s.patch.edits > 0 && sums.cuts == s.patch.edited_at;  // see Carver::apply
@@ -672,7 +692,7 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
       ++sums.cuts;
       s.cut_end = X_WB;
       s.cut_tool = s.in_hand;
-      s.boxes.add(sums.cuts, sweep.lo(), sweep.hi(), {s.X_WG, X_WB, s.in_hand, continues});
+      s.boxes.add(sums.cuts, sweep.lo(), sweep.hi(), {s.X_WG, X_WB, s.in_hand, continues, 0, removed});
       cut = {sums.cuts, out.index, hand.t, s.X_WG, {p_WG, X_WT.R}, s.in_hand, {}, {}, spindle.speed};
       for (std::size_t i = 0; i < removed.size(); ++i) cut.removed[i] = removed[i] * h * h * h;
       out.cutting_power = energy / dt;
@@ -757,7 +777,7 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
     }
     s.normal_force = k * depth;
     dvec3 sideways(0);
-    if (settings.friction && !may_cut) {  // a turning bur slips always; its tangential force is that of the teeth
+    if (settings.friction && (!may_cut || scrapes)) {  // a turning bur slips always; its tangential force is that of the teeth
       const FrictionLaw law{s.mean(&Material::static_friction), s.mean(&Material::dynamic_friction), settings.stiffness};
       sideways = friction_force(law, p_WG, s.X_WG.p, normal, s.normal_force, s.friction);
       force += sideways;

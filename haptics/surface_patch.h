@@ -17,6 +17,7 @@ struct SurfacePatch {
   std::uint64_t cuts = 0;       // cuts already in it when it was cut out
   std::uint32_t edits = 0;      // strokes taken back or brought again before it was cut out …
   std::uint64_t edited_at = 0;  // … and how many cuts there were at the last of these
+  PerTissue taken_back{};       // m³ that came back by these, less what went again
   dvec3 center_W{0, 0, 0};      // m, where it was asked for
   glm::ivec3 lo{0};             // voxel of sample (0,0,0)
   int n = 0;

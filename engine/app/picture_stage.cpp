@@ -32,7 +32,9 @@ constexpr const char* shape_name(haptics::HeadShape shape) {
   return "sphere";
 }
 
-gpu::Device make_device(const PictureStage::Options& options) {
+}  // namespace
+
+gpu::Device make_picture_device(const PictureStage::Options& options) {
   gpu::DeviceOptions device;
   device.validation = options.validation;
   if (options.window) {
@@ -46,11 +48,9 @@ gpu::Device make_device(const PictureStage::Options& options) {
   return gpu::Device::create(device);
 }
 
-}  // namespace
-
 render::ToolMesh tool_mesh(const haptics::Tool& tool) {
   render::ToolShape shape = render::tool_shape(shape_name(tool.shape), tool.diameter, tool.length);
-  if (!tool.cuts) shape.flutes = 0;
+  if (!tool.turns()) shape.flutes = 0;
   return render::make_tool_mesh(shape);
 }
 
@@ -59,7 +59,7 @@ PictureStage::PictureStage(const display::DisplayRig& rig, const haptics::ServoS
       rest_(rig.head),
       servo_(servo),
       options_(options),
-      device_(options.device ? *options.device : own_device_.emplace(make_device(options))) {
+      device_(options.device ? *options.device : own_device_.emplace(make_picture_device(options))) {
   if (options.window && !rig.head.tracker.empty()) tracker_.emplace(rig);
   ring_ = gpu::FrameRing::create(device_);
   first_panel_ = {rig.screen.lower_right - rig.screen.lower_left, rig.screen.upper_left - rig.screen.lower_left};

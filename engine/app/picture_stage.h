@@ -62,6 +62,7 @@ class PictureStage {
     view_ = view;
     section_ = section;
   }
+  render::View view() const { return view_; }
   /// The tool is drawn, or not.
   void show_tool(bool shown) { options_.tool = shown; }
   /// From another viewpoint, from the next frame on: screen and head of this rig.
@@ -134,5 +135,8 @@ class PictureStage {
   double angle_ = 0;
   std::size_t shown_tool_ = 0;  // of the tray
 };
+
+/// A device for such pictures, with what a window needs where there is one. Throws like PictureStage.
+gpu::Device make_picture_device(const PictureStage::Options& options);
 
 }  // namespace typodont

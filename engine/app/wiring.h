@@ -68,6 +68,14 @@ struct StrokeEdit {
   std::uint32_t patches = 0;  // cut out before it
 };
 
+/// The eyes before a screen, and how the scene is shown.
+struct SeenFrom {
+  Nanos t = 0;
+  dvec3 eye_W{0}, right_W{1, 0, 0};
+  double ipd = 0;
+  render::View view = render::View::kLook;
+};
+
 struct Wiring {
   explicit Wiring(const haptics::SurfacePatch& empty) : patch(empty) {}
 
@@ -112,6 +120,8 @@ struct Wiring {
   Latest<LoopReport> loop_to_recorder;
   // SERVO → RENDER: how the loop fares, how warm the motors are
   Latest<LoopReport> loop_to_render;
+  // RENDER → RECORDER, whenever it changed
+  Ring<SeenFrom> seen_to_recorder{1 << 10};
   // LEFT HAND → RENDER, RECORDER
   Latest<MouthMirror> mouth_mirror;
   Ring<haptics::HandSample> left_to_recorder{1 << 13};
@@ -126,6 +136,7 @@ struct Wiring {
   std::atomic<std::uint32_t> newest_faults{0};  // SERVO → RENDER
   std::atomic<Nanos> session_zero{0};  // SERVO → LEFT HAND: the clock's time at the session's zero; 0: not yet begun
   std::atomic<bool> stop{false};       // any thread → all: end the session
+  std::atomic<bool> nothing_more{false};  // all others have ended → RECORDER: what is in the rings is the rest
   std::atomic<bool> servo_ended{false};  // SERVO → RENDER: the hand is gone or the script has ended
 };
 

@@ -12,6 +12,7 @@
 #include <thread>
 #include <utility>
 
+#include "engine/app/damage.h"
 #include "engine/app/debris_view.h"
 #include "engine/app/followed_views.h"
 #include "engine/app/hands.h"
@@ -78,6 +79,8 @@ struct Session {
   std::size_t picture_stream = 0;  // the same, of a picture on a screen
   SoundLink* sound = nullptr;
   std::size_t left_stream = 0;  // of the recording, where there is a second hand
+  std::optional<std::size_t> head_stream;  // the same, where there is a screen
+  std::optional<TickNotes> notes;          // recorder thread, where recorded
   std::filesystem::path save;  // of the tissue
   std::optional<FollowedViews> followed;  // views that the trainee chooses, where no operator does
   std::atomic<const DifferenceToIdeal*> ideal{nullptr};  // drawing thread → carver: mark the surface against it
@@ -204,14 +207,19 @@ class TissueSaver {
   std::jthread thread_;  // a later one waits for an earlier one
 };
 
-void obey(Session& s, TissueCommand command, Nanos t, TissueSaver& saver) {
+/// True when the tissue is another one afterwards.
+bool obey(Session& s, TissueCommand command, Nanos t, TissueSaver& saver) {
   Wiring& wiring = s.wiring;
-  if (command == TissueCommand::kSave) return saver.start(s.carver.volume(), s.save);
+  if (command == TissueCommand::kSave) {
+    saver.start(s.carver.volume(), s.save);
+    return false;
+  }
   const bool redo = command == TissueCommand::kRedo;
   const StrokeEdit edit{t, redo, s.carver.cuts(), s.carver.patches()};
-  if (!(redo ? s.carver.redo() : s.carver.undo())) return;
+  if (!(redo ? s.carver.redo() : s.carver.undo())) return false;
   s.book.edited(redo, s.carver.volume());
   if (s.record) wiring.edits_to_recorder.push(edit);
+  return true;
 }
 
 /// The brush's stroke is one that can be taken back.
@@ -240,8 +248,9 @@ void carver_thread(Session& s) {
       worked = true;
     }
     TissueCommand command;
+    bool edited = false;  // then a patch is cut out before any later cut, and the servo knows which cuts to repeat
     while (wiring.tissue_commands.pop(command)) {
-      obey(s, command, wiring.tick_to_carver.front().t, saver);
+      edited |= obey(s, command, wiring.tick_to_carver.front().t, saver);
       worked = true;
     }
     BrushMove move;
@@ -256,7 +265,7 @@ void carver_thread(Session& s) {
       wiring.tissue_to_render.publish(state);
       wiring.tissue_version.store(state.version, std::memory_order_relaxed);
     }
-    if (wiring.tick_to_carver.fetch() || painted) {
+    if (wiring.tick_to_carver.fetch() || painted || edited) {
       const ServoTick& tick = wiring.tick_to_carver.front();
       if (is_finite(tick.X_WG.p) && (painted || s.carver.patch_due(tick))) {
         s.carver.cut_out(s.carver.patch_center(tick), wiring.patch.back());
@@ -289,6 +298,7 @@ void carver_thread(Session& s) {
 
 void recorder_thread(Session& s, session::SessionWriter& writer) {
   Wiring& wiring = s.wiring;
+  render::View viewed = render::View::kLook;
   const auto drain = [&] {
     ServoTick tick;
     Cut cut;
@@ -298,7 +308,17 @@ void recorder_thread(Session& s, session::SessionWriter& writer) {
     // After the patches: the edit that made one of them due is then there too.
     while (wiring.edits_to_recorder.pop(edit)) writer.append(event_of(edit));
     while (wiring.cuts_to_recorder.pop(cut)) writer.append({&cut, 1});
-    while (wiring.ticks_to_recorder.pop(tick)) writer.append({&tick, 1});
+    while (wiring.ticks_to_recorder.pop(tick)) {
+      writer.append({&tick, 1});
+      s.notes->add(tick, writer);
+    }
+    SeenFrom seen;
+    while (wiring.seen_to_recorder.pop(seen)) {
+      if (seen.view != viewed) writer.event(seen.t, session::EventKind::kView, view_name(seen.view));
+      viewed = seen.view;
+      const dvec3 &eye = seen.eye_W, &right = seen.right_W;
+      writer.append(*s.head_stream, seen.t, std::array{eye.x, eye.y, eye.z, right.x, right.y, right.z, seen.ipd, static_cast<double>(seen.view)});
+    }
     haptics::HandSample left;
     while (wiring.left_to_recorder.pop(left)) {
       const Pose& X = left.X_WT;
@@ -319,8 +339,7 @@ void recorder_thread(Session& s, session::SessionWriter& writer) {
       wiring.record_to_render.publish({status.ticks, status.cuts, !status.lost.any()});
     }
   };
-  // To the servo's last tick, which comes after it was asked to stop.
-  while (!wiring.stop.load(std::memory_order_relaxed) || !wiring.servo_ended) {
+  while (!wiring.nothing_more.load()) {
     drain();
     std::this_thread::sleep_for(5ms);
   }
@@ -360,7 +379,9 @@ struct Workbench::Impl {
   std::uint64_t drawn = 0;
   double frame_seconds = 0, frame_period = 0, photon_seconds = 0;  // s, smoothed
   SessionSettings settings;                    // as last sent to the servo
+  std::optional<SeenFrom> seen;                // as last given to the recording
   std::optional<session::HandMeter> meter;     // where operated
+  std::optional<DamageMeter> damage;           // the same
   PerTissue volumes_before{};                  // m³, the same
   Nanos fault_time = 0;
   Nanos revived = -kReviveInterval;  // when the picture was last made anew
@@ -390,6 +411,7 @@ struct Workbench::Impl {
   void count_frame();
   bool in_one_window() const { return options.embedded && own_size.x > 0; }
   void score_ticks();
+  void record_view();
   void follow_keys(const display::UserInput& input);
   void edit_tissue(const display::UserInput& input);
   void draw();
@@ -478,13 +500,25 @@ void Workbench::Impl::set_up() {
     if (headset) header.streams.push_back(xr_stream());
     s.picture_stream = header.streams.size();
     if (s.draw && window) header.streams.push_back(picture_stream());
+    if (s.draw && window) {
+      s.head_stream = header.streams.size();
+      header.streams.push_back(head_stream());
+    }
+    std::optional<std::size_t> heard;
+    if (sound) {
+      heard = header.streams.size();
+      header.streams.push_back(sound_stream());
+    }
+    s.notes.emplace(scene, heard);
     writer.emplace(options.record, header);
+    if (sound) writer->event(0, session::EventKind::kNote, sound->about());
   }
   if (s.operated) {
     meter.emplace(hand.rate);
     volumes_before = tissue.volumes();
     s.watched = s.draw && hmd;
     views = std::make_unique<LiveViews>(scene, tissue, s.wiring);
+    damage = damage_meter(scene);
   }
   if (s.draw && window) {
     make_stage(options.device);
@@ -793,6 +827,7 @@ void Workbench::Impl::draw() {
   stage->show_cloud(chips ? debris->cloud() : nullptr);
   const auto stats = stage->draw(tick, chips ? debris->particles() : std::span<const render::Particle>{}, dt, hint());
   drawn += stats.drawn;
+  record_view();
   if (stats.drawn) {
     count_frame();
     // The trainee's picture alone: what else is drawn must not cost its quality.
@@ -816,11 +851,23 @@ void Workbench::Impl::draw() {
   if (!stats.drawn && !options.embedded) std::this_thread::sleep_for(4ms);
 }
 
+/// Where it is seen from, and how: to the recording, whenever that changed.
+void Workbench::Impl::record_view() {
+  Wiring& wiring = session->wiring;
+  const Nanos zero = wiring.session_zero;
+  if (!session->head_stream || zero == 0) return;
+  const display::Head& head = stage->rig().head;
+  const SeenFrom now_seen{now() - zero, head.eye_center, head.right, head.ipd, stage->view()};
+  if (seen && seen->eye_W == now_seen.eye_W && seen->right_W == now_seen.right_W && seen->view == now_seen.view) return;
+  if (wiring.seen_to_recorder.push(now_seen)) seen = now_seen;
+}
+
 /// The hand's measures and the faults of the last second, from every tick.
 void Workbench::Impl::score_ticks() {
   ServoTick next;
   while (session->wiring.ticks_to_score.pop(next)) {
     meter->add({&next, 1});
+    if (damage) damage->add({&next, 1});
     if (views) views->explore(next);
     if (headset || !session->draw) tick = next;
     if (next.faults != 0) {
@@ -839,6 +886,9 @@ void Workbench::Impl::end() {
   servo.join();
   if (left.joinable()) left.join();
   carver.join();
+  Cut last_cut;  // of a tick that the servo was still in when the carver left
+  while (s.wiring.cuts_to_carver.pop(last_cut)) s.carver.apply(last_cut);
+  s.wiring.nothing_more = true;
   if (recorder.joinable()) recorder.join();
   if (headset) {
     drawn = headset->frames();
@@ -846,6 +896,10 @@ void Workbench::Impl::end() {
     if (!options.touches.empty()) write_touches(options.touches, headset->touches());
   }
   if (sound) sound->stop(s.last.t);
+  if (sound && writer && sound->stats().underruns + sound->stats().losses > 0) {
+    writer->event(s.last.t, session::EventKind::kNote,
+                  fmt::format("sound: {} gaps, the device away {} times", sound->stats().underruns, sound->stats().losses));
+  }
   MeshBatch* batch = nullptr;
   while (s.wiring.bricks.pop(batch)) delete batch;
   while (s.wiring.bricks_to_watch.pop(batch)) delete batch;
@@ -1005,6 +1059,7 @@ session::Score Workbench::score_so_far() {
     for (std::size_t i = 0; i < input.after.size(); ++i) input.after[i] -= removed[i];
   }
   if (m.meter) input.hand = m.meter->result();
+  if (m.damage) input.damage = m.damage->result();
   return session::score(input, session::rules_of_scene(Json::parse(m.scene.text, m.scene.file.string()), input));
 }
 const haptics::DeviceInfo& Workbench::hand() const {

@@ -14,6 +14,7 @@
 #include <cstring>
 #include <optional>
 #include <unordered_set>
+#include <vector>
 
 #include "engine/base/error.h"
 #include "engine/base/fnv.h"
@@ -89,6 +90,7 @@ struct TissueVolume::Impl {
   std::vector<StrokeKept> strokes;
   std::size_t done = 0;     // strokes in the tissue; those after it were undone
   bool in_stroke = false;   // the last one is still being made
+  PerTissue taken_back{};   // m³ that came back by undoing, less what went again
 
   Impl() { openvdb::initialize(); }
   void make_grids(float band_voxels) {
@@ -126,9 +128,38 @@ struct TissueVolume::Impl {
     }
   }
 
+  /// m³ of each tissue in these leaves: every voxel by its share inside the surface.
+  PerTissue volumes_in(const std::vector<openvdb::Coord>& leaves) const {
+    constexpr int n = openvdb::FloatTree::LeafNodeType::DIM;
+    PerTissue sum{};
+    for (const openvdb::Coord& origin : leaves) {
+      const auto* d = distance->tree().probeConstLeaf(origin);
+      const auto* t = tissue->tree().probeConstLeaf(origin);
+      const float* distances = d ? d->buffer().data() : nullptr;
+      const std::int32_t* labels = t ? t->buffer().data() : nullptr;
+      const float tile = d ? 0 : distance->tree().getValue(origin);
+      const std::int32_t label = t ? 0 : tissue->tree().getValue(origin);
+      for (int i = 0; i < n * n * n; ++i) {
+        const float share = std::clamp(0.5f - (distances ? distances[i] : tile), 0.0f, 1.0f);
+        const auto which = static_cast<std::size_t>(labels ? labels[i] : label);
+        if (which < sum.size()) sum[which] += static_cast<double>(share);
+      }
+    }
+    for (double& v : sum) v *= frame.voxel * frame.voxel * frame.voxel;
+    return sum;
+  }
+
   void exchange(StrokeKept& stroke, bool back) {
+    std::vector<openvdb::Coord> leaves;
+    for (const auto& [origin, kept] : stroke.distance) leaves.push_back(origin);
+    for (const auto& [origin, kept] : stroke.tissue) {
+      if (!stroke.distance.contains(origin)) leaves.push_back(origin);
+    }
+    const PerTissue before = volumes_in(leaves);
     StrokeKept::Distance::exchange(distance->tree(), stroke.distance);
     StrokeKept::Labels::exchange(tissue->tree(), stroke.tissue);
+    const PerTissue after = volumes_in(leaves);
+    for (std::size_t i = 0; i < taken_back.size(); ++i) taken_back[i] += after[i] - before[i];
     constexpr int n = openvdb::FloatTree::LeafNodeType::DIM;
     for (const auto& [origin, kept] : stroke.distance) insert_bricks(vec(origin), vec(origin) + n - 1, changed);
     for (const auto& [origin, kept] : stroke.tissue) insert_bricks(vec(origin), vec(origin) + n - 1, changed);
@@ -426,6 +457,10 @@ void TissueVolume::begin_stroke() {
   ++v.done;
   v.in_stroke = true;
 }
+
+void TissueVolume::end_stroke() { impl_->complete_stroke(); }
+
+const PerTissue& TissueVolume::taken_back() const { return impl_->taken_back; }
 
 bool TissueVolume::undo() {
   Impl& v = *impl_;
