@@ -17,6 +17,14 @@ class DebrisView {
   void add(const Cut& cut, const haptics::Tool& tool) noexcept {
     if (cut.fill_radius == 0) debris_.emit(cut, tool.radius(), materials_);
   }
+  /// A loose piece falls apart where it was.
+  void add(const LoosePiece& piece) noexcept {
+    Cut cut;
+    cut.index = piece.cut;
+    cut.X_WA.p = cut.X_WB.p = piece.center_W;
+    cut.removed = piece.removed;
+    debris_.emit(cut, piece.radius, materials_);
+  }
   void step(double dt) noexcept { debris_.step(dt, field_); }
   /// As the renderer draws them; valid until the next call.
   std::span<const render::Particle> particles();

@@ -69,6 +69,9 @@ struct Wiring {
   Latest<haptics::TissueVolume::Strokes> strokes_to_render{{}};
   // CARVER → RECORDER
   Ring<StrokeEdit> edits_to_recorder{1 << 10};
+  Ring<LoosePiece> pieces_to_recorder{1 << 10};
+  // CARVER → RENDER
+  Ring<LoosePiece> pieces_to_debris{1 << 10};
   // CARVER → RENDER
   Ring<MeshBatch*> bricks{256};
   // RENDER (window) → SERVO, where the mouse is the hand

@@ -9,6 +9,7 @@
 #include "engine/app/commands/commands.h"
 #include "engine/app/haptic_loop.h"
 #include "engine/app/replay_hand.h"
+#include "engine/app/resume.h"
 #include "engine/app/session_record.h"
 #include "engine/base/error.h"
 #include "engine/base/log.h"
@@ -45,6 +46,9 @@ class TickSink {
     if (cut) session_->append({cut, 1});
     session_->append({&tick, 1});
   }
+  void add(const LoosePiece& piece) {
+    if (session_) session_->append(event_of(piece));
+  }
   void finish(const session::SessionResult& result) {
     if (csv_) return csv_->finish();
     if (!session_->finish(result)) throw RunFailure(session_->status().message);
@@ -76,12 +80,17 @@ void run(const Options& options) {
 
   std::uint64_t ticks = 0;
   std::uint32_t faults = 0;
+  std::uint64_t pieces = 0;
   ServoTick last;
   std::vector<Nanos> times;
   loop.run(*hand, [&](const ServoTick& tick, const Cut* cut) {
     ServoTick row = tick;
     if (options.no_timing) row.cpu_time = 0;
     sink.add(row, cut, loop.fresh_patch());
+    for (const LoosePiece& piece : loop.carver().take_pieces()) {
+      sink.add(piece);
+      ++pieces;
+    }
     ++ticks;
     faults |= tick.faults;
     last = tick;
@@ -109,6 +118,7 @@ void run(const Options& options) {
         {"ticks", ticks},
         {"seconds", to_seconds(last.t)},
         {"cuts", last.cuts},
+        {"loose_pieces", pieces},
         {"removed_mm3", removed_json},
         {"energy_mJ", last.energy * 1e3},
         {"faults", faults},
