@@ -37,6 +37,8 @@ ArmGeometry to_geometry(const std::array<double, kArmParameters>& parameters);
 
 Pose stylus_pose(const ArmGeometry& geometry, const ArmReading& reading);  // X_HS, at the wrist's centre
 dvec3 tip_position(const ArmGeometry& geometry, const ArmReading& reading);  // p_HTip
+/// How the tip moves with each parameter, in the order of to_vector (m per m, rad or unit of scale).
+std::array<dvec3, kArmParameters> tip_derivatives(const ArmGeometry& geometry, const ArmReading& reading);
 
 /// One rest of the tip. Captures with one group share a socket (known empty) or a plate (known: its coordinates there).
 struct ArmCapture {
@@ -61,6 +63,7 @@ struct ArmResult {
   int degrees_of_freedom = 0;
   std::vector<std::size_t> rejected;
   std::vector<double> residuals;            // m, per capture
+  std::string misfit;                       // not empty: no arm of this kind explains the captures, do not use it
 };
 
 /// Throws Error when there is no capture, or one group mixes socket and plate.

@@ -2,21 +2,14 @@
 // the same seeded data.
 #pragma once
 
-#include <string>
 #include <vector>
+
+#include "engine/contract/bench_row.h"
 
 namespace typodont::calibration {
 
-struct BenchRow {
-  std::string task;    // "register", "register 60 % outliers", "delay", …
-  std::string method;  // "typodont", "Eigen umeyama", "OpenCV estimateAffine3D", "bound"
-  int touches = 0;     // pairs, samples, captures or corners
-  double error = 0;    // in error_unit, rms over the trials
-  std::string error_unit;
-  double time_us = 0;  // per solution, median; NaN for a bound
-};
-
-/// A few seconds; `quick` a fraction of one, with fewer trials.
+/// A few seconds; `quick` a fraction of one, with fewer trials. Names are "task, method"; the size is in touches: pairs,
+/// samples, captures or corners.
 std::vector<BenchRow> bench_rows(bool quick = false);
 
 }  // namespace typodont::calibration

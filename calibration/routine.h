@@ -86,6 +86,8 @@ void solve_arm_step(BenchState& bench, const Captures& captures);
 void solve_screen_step(BenchState& bench, const Captures& captures, double tip_radius = 0);
 /// `user_offset`: the user's systematic offset between seeing and feeling too, from the touches of register or verify.
 void solve_eyes_step(BenchState& bench, const Captures& captures, bool user_offset = false);
+/// What the alignments alone say of the eyes.
+EyesResult eyes_of(const BenchState& bench, const Captures& captures);
 /// First all captures jointly where they suffice (joint_solver.h), then the rigid registration.
 void solve_register_step(BenchState& bench, const Captures& captures);
 void solve_delay_step(BenchState& bench, const Captures& captures);

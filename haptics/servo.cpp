@@ -10,6 +10,7 @@
 #include "engine/base/units.h"
 #include "haptics/contact/contact_planes.h"
 #include "haptics/contact/smooth_contacts.h"
+#include "haptics/cut_front.h"
 #include "haptics/forces/friction.h"
 #include "haptics/forces/passivity.h"
 #include "haptics/forces/tip.h"
@@ -128,7 +129,7 @@ double travel_for(const Tool& tool, double voxel) {
 
 bool is_sound(const HandSample& hand) {
   const double norm2 = glm::dot(hand.X_WT.R, hand.X_WT.R);
-  return !(hand.faults & kNoPose) && is_finite(hand.X_WT.p) && std::abs(norm2 - 1) < 1e-3 && std::isfinite(hand.pedal) &&
+  return is_finite(hand.X_WT.p) && std::abs(norm2 - 1) < 1e-3 && std::isfinite(hand.pedal) &&
          glm::length(hand.X_WT.p) < 100.0;
 }
 
@@ -211,10 +212,12 @@ struct Servo::State {
   dvec3 last_teeth_force{0};   // N
   double phase = 0;            // rad, of the spindle
   double last_depth = 0;       // m
+  bool idle = false;           // the last tick left nothing of a contact
   Pose last_hand;
   Nanos last_t = 0;
 
   // Cutting.
+  double hardest = 0;          // J/m³, the greatest specific energy of all tissues
   double speed = 0;            // rad/s, free running
   bool breaking_through = false;  // the bur is free, but the hand has not caught up
   double budget = 0;           // J that may still be spent on cutting
@@ -226,6 +229,7 @@ struct Servo::State {
     dvec3 center{0}, end{0};  // voxels, of the dome, and where the instrument's end was when it was begun
   } filling;
 
+  CutFront front;              // of the patch
   Pose cut_end;                // where the last cut ended …
   std::uint32_t cut_tool = 0;  // … and of which tool
   Pose wide_end;               // where the last cut in the wide patch ended
@@ -233,11 +237,13 @@ struct Servo::State {
   ServoTick sums;              // carries index, removed, energy, cuts
 
   State(const ServoSettings& s, int edge)
-      : settings(s), travel(patch_travel_for(tray(s), s.frame.voxel) * s.frame.voxel), depth_speed(s.position_step) {
+      : settings(s), travel(patch_travel_for(tray(s), s.frame.voxel) * s.frame.voxel), depth_speed(s.position_step),
+        front(tray(s), s.frame.voxel) {
     for (const Tool& tool : tray(s)) {
       const double h = s.frame.voxel;
       tools.push_back({tool, ContactFinder(tool, h), SmoothContacts(tool, h), near_reach(tool) / h});
     }
+    for (const Material& material : settings.materials) hardest = std::max(hardest, material.specific_energy);
     patch.resize(edge);
   }
 
@@ -309,6 +315,7 @@ struct Servo::State {
     }
     filling.owed -= volume * h * h * h;
     if (!changed) return false;
+    front.forget();
     ++sums.cuts;
     cut_tool = in_hand;
     boxes.add(sums.cuts, lo, hi, {{center_W, X_WH.R}, X_WH, in_hand, false, filling.radius * h});
@@ -323,6 +330,7 @@ struct Servo::State {
   void take_up(std::uint32_t which) noexcept {
     in_hand = which;
     smooth().forget();
+    front.forget();
     shares = {};
     stiffness_share = 1;
     budget = 0;
@@ -339,6 +347,42 @@ struct Servo::State {
       total += shares[i];
     }
     return total > 0 ? sum / total : 0;
+  }
+
+  /// The rest of a tick of a tool that is far from everything, and was before: what the long way comes to when no contact,
+  /// force or state of one is left. False, and nothing done, where there may be more to it.
+  bool fly(const Pose& X_WT, const dvec3& moved, const dvec3& turned, double dt, Nanos t, ServoTick& out, Cut& cut) noexcept {
+    const Tool& head = tool();
+    if (!idle || ending || head.fill != Tissue::kAir || settings.filter != ForceFilter::kNone ||
+        (settings.vibration.band > 0 && speed > 0)) {
+      return false;
+    }
+    const dvec3 c = settings.frame.to_voxels(X_WG.p), way = settings.frame.to_voxels(X_WT.p) - c;
+    if (!patch.holds(c, reach() + 1)) return false;
+    double room = clearance(c) - 1;
+    if (smooth().any()) room = std::min(room, smooth().room(patch, {c, X_WT.R}) - 1);
+    if (!(room > 1 && glm::dot(way, way) <= room * room)) return false;
+
+    const bool due = patch_due_for(patch_center_for(X_WG.p, X_WT.p, travel), patch.center_W, travel);
+    due_for = due ? due_for + dt : 0;
+    out.faults = due_for > kStaleTime ? bits(Fault::kStalePatch) : 0;
+    bridged = 0;
+    breaking_through = carved = false;
+    held.count = 0;
+    ramp = 1;
+    leap = std::max(0.0, (glm::dot(moved, moved) > kNoHand * kNoHand * dt * dt ? kLeapTime : leap) - dt);
+    given = std::clamp(-sums.energy, 0.0, sums.energy < -kDebt ? -sums.energy : given);
+    if (settings.position_step > 0) depth_speed.add(t, dvec3(0));
+    if (settings.passivity) {
+      passive_share({}, dvec3(0), moved, dvec3(0), turned, dt, settings.tick, sums.energy + given, passivity);
+    }
+    last_hand = X_WG = out.X_WG = X_WT;
+    last_t = t;
+    cut.n_C_W = dvec3(0);
+    out.spindle = speed;
+    out.energy = sums.energy;
+    out.spindle_energy = sums.spindle_energy;
+    return true;
   }
 
   /// A lower bound of the head's distance to tissue; only right as far as it is positive.
@@ -386,6 +430,10 @@ Servo::~Servo() = default;
 Servo::Servo(Servo&&) noexcept = default;
 Servo& Servo::operator=(Servo&&) noexcept = default;
 
+void Servo::set_stiffness(const PerTissue& stiffness) noexcept {
+  for (std::size_t i = 0; i < stiffness.size(); ++i) state_->settings.materials[i].stiffness = stiffness[i];
+}
+
 void Servo::ramp_out() noexcept { state_->ending = true; }
 
 const SurfacePatch& Servo::patch() const noexcept { return state_->patch; }
@@ -418,6 +466,7 @@ void Servo::adopt(SurfacePatch& fresh) noexcept {
     merge(fresh, s.patch, lo, hi, filled);
     s.update_wide(fresh, false);
   }
+  if (fresh.edits != s.patch.edits || s.patch.number == 0) s.front.forget();
   std::swap(fresh, s.patch);
   s.smooth().forget();
 }
@@ -433,7 +482,8 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
   double dt = s.started ? to_seconds(hand.t - s.last_t) : settings.tick;
   if (!(dt > 0 && dt < 0.1)) dt = settings.tick;
 
-  out = ServoTick{};
+  static constexpr ServoTick kBlank{};
+  out = kBlank;
   out.index = sums.index++;
   out.t = hand.t;
   out.removed = sums.removed;
@@ -444,15 +494,17 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
   // Illegal input, or no hand: zero force in this very tick, and the proxy starts anew afterwards. What the hand did
   // meanwhile is not in the ledger: it felt nothing. A leap paid with the last force would leave a debt, and a ledger in
   // debt gives no force ever again.
-  if (!is_sound(hand)) {
-    out.X_WT = out.X_WG = s.X_WG;
+  const bool sound = is_sound(hand);
+  if (!sound || (hand.faults & kNoPose)) {
+    out.X_WT = sound ? Pose{hand.X_WT.p, glm::normalize(hand.X_WT.R)} : s.X_WG;  // where the device left it
+    out.X_WG = s.placed ? s.X_WG : out.X_WT;
     out.faults = hand.faults & kNoPose ? hand.faults & kNoPose : bits(Fault::kBadInput);
     if (settings.spindle.run_up_time > 0) s.speed *= std::exp(-settings.tick / settings.spindle.run_up_time);
     else s.speed = 0;
     out.spindle = s.speed;
     out.energy = sums.energy;
     out.spindle_energy = sums.spindle_energy;
-    s.started = false;
+    s.started = s.idle = false;
     s.last_force = s.last_torque = s.last_spindle_force = s.last_teeth_force = s.last_sent = dvec3(0);
     s.normal_force = s.head_force = 0;
     s.friction = {};
@@ -516,6 +568,8 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
     s.budget = std::min(s.budget, 0.0);
   }
 
+  if (s.fly(X_WT, moved, turned, dt, hand.t, out, cut)) return false;
+
   // Move the proxy toward the hand: freely while nothing is near, along the contacts otherwise.
   const dvec3 c0 = settings.frame.to_voxels(s.X_WG.p), target = settings.frame.to_voxels(X_WT.p);
   dvec3 c = c0;
@@ -533,7 +587,7 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
   if (s.rejoining > 0) s.overlap = std::max(s.overlap, overlap_before - kFreeSlew * pace_per_slew);
   s.rejoining = std::max(s.overlap > 0 && s.rejoining > 0 ? dt : 0.0, s.rejoining - dt);
   if (s.overlap < 0.01) s.overlap = 0;
-  const double specific_energy = s.mean(&Material::specific_energy);
+  const double specific_energy = may_cut ? s.mean(&Material::specific_energy) : 0;
 
   for (int look = 0; look < kMaxLooks; ++look) {
     const dvec3 way = target - c;
@@ -574,10 +628,9 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
       found_at = c;
       // One-sided wall (Wang 2009): tissue harder than what is being cut gives way by that much less; softer tissue never
       // holds anything back.
-      if (may_cut && settings.boundary_walls && specific_energy > 0) {
+      if (may_cut && settings.boundary_walls && specific_energy > 0 && specific_energy < s.hardest) {
         for (int i = 0; i < contacts.count(); ++i) {
-          const ContactPlane plane = contacts.plane(i);
-          const double hardness = settings.materials[static_cast<std::size_t>(tissue_at(s.patch, plane.x - plane.n))].specific_energy;
+          const double hardness = settings.materials[static_cast<std::size_t>(tissue_at(s.patch, contacts.below(i)))].specific_energy;
           if (hardness > specific_energy) contacts.set_yields(i, specific_energy / hardness);
         }
       }
@@ -685,7 +738,7 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
     const bool continues = sums.cuts > 0 && !edited && s.cut_tool == s.in_hand && same(s.X_WG, s.cut_end);
     const Sweep sweep(tool, s.X_WG, X_WB, settings.frame, continues);
     bool changed;
-    const PerTissue removed = carve(s.patch, sweep, &changed);
+    const PerTissue removed = carve(s.patch, sweep, &changed, &s.front);
     double energy = 0;
     for (std::size_t i = 1; i < removed.size(); ++i) {
       const double v = removed[i] * h * h * h;
@@ -923,6 +976,8 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
   s.last_hand = X_WT;
   s.last_t = hand.t;
   s.started = true;
+  s.idle = s.normal_force <= 0 && s.overlap == 0 && s.rejoining == 0 && s.tip.sunk <= 0 && s.stored == 0 &&
+           s.rate == 0 && force == dvec3(0) && spindle_force == dvec3(0) && teeth_force == dvec3(0);
   cut.n_C_W = normal;
 
   out.X_WG = s.X_WG;

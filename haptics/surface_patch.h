@@ -88,7 +88,8 @@ inline Tissue tissue_at(const SurfacePatch& patch, const dvec3& p_V) noexcept {
 
 /// Cuts the sweep out of the patch. Returns the removed volume per tissue in voxels³ (share of each voxel inside the
 /// surface before, less after). `changed`, where given: whether any sample did, be it only a distance in the air.
-PerTissue carve(SurfacePatch& patch, const Sweep& sweep, bool* changed = nullptr) noexcept;
+/// `front`, where given: what is known of this patch and tool.
+PerTissue carve(SurfacePatch& patch, const Sweep& sweep, bool* changed = nullptr, CutFront* front = nullptr) noexcept;
 
 /// Puts the filling into the patch. Returns the added volume per tissue in voxels³.
 PerTissue fill(SurfacePatch& patch, const Fill& filling, bool* changed) noexcept;

@@ -11,13 +11,14 @@ foreach(target acceptance_app acceptance_contact acceptance_tasks acceptance_dem
   add_dependencies(${target} typodont)
 endforeach()
 if(TYPODONT_WINDOW)
-  typodont_test(unit_operator KIND unit SOURCES unit/operator_steps_test.cpp unit/operator_exercise_test.cpp LIBS typodont_app)
+  typodont_test(unit_operator KIND unit SOURCES unit/operator_steps_test.cpp unit/operator_exercise_test.cpp unit/stroke_book_test.cpp LIBS typodont_app)
   typodont_test(acceptance_operator KIND acceptance SOURCES acceptance/app_operator_test.cpp LIBS typodont_render SERIAL)
   target_compile_definitions(acceptance_operator PRIVATE TYPODONT_PROGRAM="$<TARGET_FILE:typodont>")
   add_dependencies(acceptance_operator typodont)
 endif()
 if(NOT TYPODONT_SANITIZE)  # a sanitizer's shadow needs all the address space
-  typodont_test(stress_program KIND stress SOURCES stress/program_exhaustion_test.cpp)
+  typodont_test(stress_program KIND stress SOURCES stress/program_exhaustion_test.cpp stress/program_stall_test.cpp
+                stress/program_length_test.cpp LIBS typodont_session)
   target_compile_definitions(stress_program PRIVATE TYPODONT_PROGRAM="$<TARGET_FILE:typodont>")
   add_dependencies(stress_program typodont)
 endif()

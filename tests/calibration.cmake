@@ -12,3 +12,8 @@ typodont_test(stress_calibration KIND stress SOURCES stress/calibration_parsers_
 typodont_test(acceptance_calibration_guide KIND acceptance SOURCES acceptance/calibration_guide_test.cpp LIBS typodont_calibration)
 target_compile_definitions(acceptance_calibration_guide PRIVATE TYPODONT_PROGRAM="$<TARGET_FILE:typodont>")
 add_dependencies(acceptance_calibration_guide typodont)
+# The arm's step with an emulated arm, in real time.
+typodont_test(stress_calibration_live KIND stress SOURCES stress/calibration_live_test.cpp
+  LIBS typodont_calibration typodont_devices typodont_device_emulation SERIAL)
+target_compile_definitions(stress_calibration_live PRIVATE TYPODONT_PROGRAM="$<TARGET_FILE:typodont>")
+add_dependencies(stress_calibration_live typodont)

@@ -89,9 +89,6 @@ bool GuidedCapture::done() const { return taken() >= planned(); }
 Prompt GuidedCapture::prompt() const {
   Prompt prompt;
   const std::size_t i = taken();
-  if (done()) {
-    prompt.text = fmt::format("Done: {} of {} touches. More make it better.", i, planned());
-  }
   const auto show = [&](const dvec3& target) {
     prompt.target_D = target;
     prompt.dots = dots_for(bench_.rig, target);
@@ -152,6 +149,7 @@ Prompt GuidedCapture::prompt() const {
       prompt.text = fmt::format("Touch fixed mark {} of {}: the same three, in the same order, in every session.", i + 1, planned());
       break;
   }
+  if (done()) prompt.text = fmt::format("Done: {} of {} touches, d solves. More make it better.", i, planned());
   return prompt;
 }
 
@@ -269,9 +267,7 @@ Live GuidedCapture::judge(std::size_t index) const {
     }
     case Step::kEyes: {
       live.p_W = place(captures_.eyes[index].touch);
-      std::vector<EyeAlignment> alignments;
-      for (const EyeCapture& c : captures_.eyes) alignments.push_back({c.right, c.dot, place(c.touch)});
-      const EyesResult result = solve_eyes(alignments, bench_.rig);
+      const EyesResult result = eyes_of(bench_, captures_);
       take(result.residuals, result.rejected);
       break;
     }

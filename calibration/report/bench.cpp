@@ -20,7 +20,28 @@ namespace typodont::calibration {
 namespace {
 
 constexpr double kSigma = 2e-4;  // m
-const double kNone = std::nan("");
+constexpr double kNone = BenchRow::kNone;
+
+/// One row; `touches` are pairs, samples, captures or corners, `time_us` is for one solution.
+BenchRow row(const std::string& task, const std::string& method, int touches, double error, const char* unit,
+             double time_us) {
+  return {.name = task + ", " + method,
+          .knob = std::to_string(touches) + " touches",
+          .error = error,
+          .error_unit = unit,
+          .time_ns = time_us * 1e3,
+          .per = "solution",
+          .size = static_cast<double>(touches),
+          .size_unit = "touches"};
+}
+
+/// The rows of one task and size are beside one another; time over that of the last of them.
+void beside(std::vector<BenchRow>& rows, const char* method, std::size_t first) {
+  const BenchRow& other = rows.back();
+  for (std::size_t i = first; i + 1 < rows.size(); ++i) {
+    rows[i].baseline = method, rows[i].ratio = rows[i].time_ns / other.time_ns;
+  }
+}
 
 double microseconds(const std::function<void()>& work, int repeats) {
   std::vector<double> times;
@@ -85,8 +106,9 @@ void register_rows(std::vector<BenchRow>& rows, int trials) {
       Pose kept;
       const double time = microseconds([&, &solver = solve] { kept = solver(pairs.H, pairs.D); },
                                        std::max(1, 20'000 / count / (trials < 50 ? 10 : 1)));
-      rows.push_back({"register", method, count, std::sqrt(sum) * 1e3, "mm at the corners", time});
+      rows.push_back(row("register", method, count, std::sqrt(sum) * 1e3, "mm at the corners", time));
     }
+    beside(rows, solvers.back().first, rows.size() - solvers.size());
   }
   for (const double outliers : {0.0, 0.3, 0.6}) {
     const std::string task = "register, " + std::to_string(static_cast<int>(100 * outliers)) + " % outliers";
@@ -110,13 +132,14 @@ void register_rows(std::vector<BenchRow>& rows, int trials) {
 #endif
       }
       const Pairs pairs(random, count, outliers);
-      rows.push_back({task, "typodont", count, std::sqrt(ours) * 1e3, "mm at the corners",
-                      microseconds([&] { (void)register_points(pairs.H, pairs.D, known); }, 20)});
-      rows.push_back({task, "typodont, noise not told", count, std::sqrt(blind) * 1e3, "mm at the corners",
-                      microseconds([&] { (void)register_points(pairs.H, pairs.D); }, 1)});
+      rows.push_back(row(task, "typodont", count, std::sqrt(ours) * 1e3, "mm at the corners",
+                         microseconds([&] { (void)register_points(pairs.H, pairs.D, known); }, 20)));
+      rows.push_back(row(task, "typodont, noise not told", count, std::sqrt(blind) * 1e3, "mm at the corners",
+                         microseconds([&] { (void)register_points(pairs.H, pairs.D); }, 1)));
 #ifdef TYPODONT_CAMERA
-      rows.push_back({task, "OpenCV estimateAffine3D RANSAC", count, std::sqrt(theirs) * 1e3, "mm at the corners",
-                      microseconds([&] { (void)opencv_robust(pairs.H, pairs.D, 5 * kSigma, dvec3(0)); }, 20)});
+      rows.push_back(row(task, "OpenCV estimateAffine3D RANSAC", count, std::sqrt(theirs) * 1e3, "mm at the corners",
+                         microseconds([&] { (void)opencv_robust(pairs.H, pairs.D, 5 * kSigma, dvec3(0)); }, 20)));
+      beside(rows, "OpenCV estimateAffine3D RANSAC", rows.size() - 3);
 #else
       (void)theirs;
 #endif
@@ -168,11 +191,12 @@ void delay_rows(std::vector<BenchRow>& rows, int trials) {
       const dvec3 v = (hand(0.01 * i + 1e-5) - hand(0.01 * i - 1e-5)) / 2e-5;
       information += glm::dot(v, v);
     }
-    rows.push_back({"delay", "typodont", samples, std::sqrt(ours) * 1e3, "ms",
-                    microseconds([&] { (void)estimate_delay(a, b, {0.3}); }, 1)});
-    rows.push_back({"delay", "cross-correlation", samples, std::sqrt(plain) * 1e3, "ms",
-                    microseconds([&] { kept = correlation_delay(a, b, 0.01); }, 1)});
-    rows.push_back({"delay", "bound", samples, std::sqrt(2 * kSigma * kSigma / information) * 1e3, "ms", kNone});
+    rows.push_back(row("delay", "typodont", samples, std::sqrt(ours) * 1e3, "ms",
+                       microseconds([&] { (void)estimate_delay(a, b, {0.3}); }, 1)));
+    rows.push_back(row("delay", "cross-correlation", samples, std::sqrt(plain) * 1e3, "ms",
+                       microseconds([&] { kept = correlation_delay(a, b, 0.01); }, 1)));
+    beside(rows, "cross-correlation", rows.size() - 2);
+    rows.push_back(row("delay", "bound", samples, std::sqrt(2 * kSigma * kSigma / information) * 1e3, "ms", kNone));
   }
 }
 
@@ -196,9 +220,9 @@ void routine_rows(std::vector<BenchRow>& rows, bool quick) {
       joint.push_back(run.bench.joint->seconds * 1e6);
     }
     std::sort(arm.begin(), arm.end()), std::sort(joint.begin(), joint.end());
-    rows.push_back({"whole routine", "typodont, all together", captures, std::sqrt(error) * 1e3, "mm over the cube",
-                    joint[joint.size() / 2]});
-    rows.push_back({"arm alone", "typodont", static_cast<int>(310 * touches), kNone, "", arm[arm.size() / 2]});
+    rows.push_back(row("whole routine", "typodont, all together", captures, std::sqrt(error) * 1e3,
+                       "mm over the cube", joint[joint.size() / 2]));
+    rows.push_back(row("arm alone", "typodont", static_cast<int>(310 * touches), kNone, "", arm[arm.size() / 2]));
   }
 }
 
@@ -250,11 +274,12 @@ void camera_rows(std::vector<BenchRow>& rows, bool quick) {
       std::sort(list.begin(), list.end());
       return list.empty() ? kNone : list[list.size() / 2];
     };
-    rows.push_back(
-        {"camera", "typodont, panel and camera", corners, std::sqrt(ours), "pixels of focal length", median(our_time)});
+    rows.push_back(row("camera", "typodont, panel and camera", corners, std::sqrt(ours), "pixels of focal length",
+                       median(our_time)));
 #ifdef TYPODONT_CAMERA
-    rows.push_back({"camera", "OpenCV calibrateCamera, camera alone", corners, std::sqrt(theirs),
-                    "pixels of focal length", median(their_time)});
+    rows.push_back(row("camera", "OpenCV calibrateCamera, camera alone", corners, std::sqrt(theirs),
+                       "pixels of focal length", median(their_time)));
+    beside(rows, "OpenCV calibrateCamera", rows.size() - 2);
 #endif
   }
 }

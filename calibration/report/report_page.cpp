@@ -170,6 +170,7 @@ std::string report_page(const BenchState& bench, const std::string& title) {
     table += "</table><p>Not observable in these captures, and left as they were: ";
     for (std::size_t i = 0; i < r->not_observable.size(); ++i) table += (i ? "; " : "") + escaped(r->not_observable[i]);
     table += r->not_observable.empty() ? "nothing.</p>" : ".</p>";
+    if (!r->misfit.empty()) table += "<p>Not taken over: " + escaped(r->misfit) + ".</p>";
     body += section("Arm", fmt::format("Distance of the tip from where it was held: {} before, {} after.", mm(r->before_rms), mm(r->after_rms)),
                     table + residual_plot(r->residuals, r->rejected));
   }

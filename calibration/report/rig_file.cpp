@@ -72,6 +72,7 @@ Value steps_value(const BenchState& bench) {
   if (const auto& r = bench.arm_result) {
     Value step = {{"before_rms_mm", mm(r->before_rms)}, {"after_rms_mm", mm(r->after_rms)}, {"sigma_mm", mm(r->sigma)},
                   {"captures", r->residuals.size()}, {"rejected", r->rejected}, {"not_observable", r->not_observable}};
+    if (!r->misfit.empty()) step["misfit"] = r->misfit;
     for (const ArmParameter& p : r->parameters) {
       const bool angle = p.name.starts_with("offset"), ratio = p.name.starts_with("scale");
       const double unit = angle ? 1 / kDegree : ratio ? 1 : 1e3;

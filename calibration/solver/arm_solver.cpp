@@ -56,22 +56,71 @@ ArmGeometry to_geometry(const std::array<double, kArmParameters>& v) {
           {v[12], v[13], v[14]}};
 }
 
-Pose stylus_pose(const ArmGeometry& g, const ArmReading& reading) {
+namespace {
+
+/// The joints' true angles, and the axes that D, E and F turn about, in H.
+struct Joints {
   std::array<double, 6> q;
-  for (std::size_t i = 0; i < 6; ++i) q[i] = (i < 3 ? g.scale[i] : 1.0) * reading.angle[i] + g.offset[i];
+  dvec3 tilt_axis, axis[3];
+  dquat R;
+
+  Joints(const ArmGeometry& g, const ArmReading& reading) {
+    for (std::size_t i = 0; i < 6; ++i) q[i] = (i < 3 ? g.scale[i] : 1.0) * reading.angle[i] + g.offset[i];
+    // R = Rz(A) Ry(-C + π/2) Rx(D) Ry(E) Rx(F).
+    const dvec3 x(1, 0, 0), y(0, 1, 0), z(0, 0, 1);
+    const dquat turn = about(z, q[0]);
+    tilt_axis = turn * y;
+    R = turn * about(y, 0.5 * kPi - q[2]);
+    axis[0] = R * x, R = R * about(x, q[3]);
+    axis[1] = R * y, R = R * about(y, q[4]);
+    axis[2] = R * x, R = R * about(x, q[5]);
+  }
+};
+
+dvec3 wrist(const ArmGeometry& g, const std::array<double, 6>& q) {
   // WoodenHaptics: r = Lb sinB + Lc sinC, x = cosA r - ox, y = sinA r - oy, z = La + Lb cosB - Lc cosC - oz.
   const double r = g.upper * std::sin(q[1]) + g.fore * std::sin(q[2]);
-  Pose X_HS;
-  X_HS.p = dvec3(std::cos(q[0]) * r, std::sin(q[0]) * r, g.base + g.upper * std::cos(q[1]) - g.fore * std::cos(q[2])) -
-           g.origin;
-  // R = Rz(A) Ry(-C + π/2) Rx(D) Ry(E) Rx(F).
-  const dvec3 x(1, 0, 0), y(0, 1, 0), z(0, 0, 1);
-  X_HS.R = about(z, q[0]) * about(y, 0.5 * kPi - q[2]) * about(x, q[3]) * about(y, q[4]) * about(x, q[5]);
-  return X_HS;
+  return dvec3(std::cos(q[0]) * r, std::sin(q[0]) * r, g.base + g.upper * std::cos(q[1]) - g.fore * std::cos(q[2])) - g.origin;
+}
+
+}  // namespace
+
+Pose stylus_pose(const ArmGeometry& g, const ArmReading& reading) {
+  const Joints joints(g, reading);
+  return {wrist(g, joints.q), joints.R};
 }
 
 dvec3 tip_position(const ArmGeometry& geometry, const ArmReading& reading) {
   return stylus_pose(geometry, reading) * geometry.tip_S;
+}
+
+std::array<dvec3, kArmParameters> tip_derivatives(const ArmGeometry& g, const ArmReading& reading) {
+  const Joints joints(g, reading);
+  const auto& q = joints.q;
+  const dvec3 stylus = joints.R * g.tip_S, foot_to_tip = wrist(g, q) + g.origin + stylus;
+  const dvec3 out(std::cos(q[0]), std::sin(q[0]), 0), z(0, 0, 1);
+  const dvec3 by_a = glm::cross(z, foot_to_tip);
+  const dvec3 by_b = g.upper * (std::cos(q[1]) * out - std::sin(q[1]) * z);
+  const dvec3 by_c = g.fore * (std::cos(q[2]) * out + std::sin(q[2]) * z) - glm::cross(joints.tilt_axis, stylus);
+  const glm::dmat3 R = glm::mat3_cast(joints.R);
+  return {std::sin(q[1]) * out + std::cos(q[1]) * z,
+          std::sin(q[2]) * out - std::cos(q[2]) * z,
+          by_a,
+          by_b,
+          by_c,
+          by_a * reading.angle[0],
+          by_b * reading.angle[1],
+          by_c * reading.angle[2],
+          z,
+          dvec3(-1, 0, 0),
+          dvec3(0, -1, 0),
+          dvec3(0, 0, -1),
+          R[0],
+          R[1],
+          R[2],
+          glm::cross(joints.axis[0], stylus),
+          glm::cross(joints.axis[1], stylus),
+          glm::cross(joints.axis[2], stylus)};
 }
 
 ArmResult solve_arm(std::span<const ArmCapture> captures, const ArmGeometry& nominal) {
@@ -155,14 +204,9 @@ ArmResult solve_arm(std::span<const ArmCapture> captures, const ArmGeometry& nom
       if (!used[i]) continue;
       const dvec3 e = residual(geometry, i);
       for (int axis = 0; axis < 3; ++axis) r[row + axis] = e[axis];
+      const auto slopes = tip_derivatives(geometry, captures[i].reading);
       for (std::size_t p = 0; p < kArmParameters; ++p) {
-        const double h = 1e-3 * scales[p];
-        auto plus = values, minus = values;
-        plus[p] += h, minus[p] -= h;
-        const dvec3 slope = (tip_position(to_geometry(plus), captures[i].reading) -
-                             tip_position(to_geometry(minus), captures[i].reading)) *
-                            (scales[p] / (2 * h));
-        for (int axis = 0; axis < 3; ++axis) J(row + axis, static_cast<Eigen::Index>(p)) = slope[axis];
+        for (int axis = 0; axis < 3; ++axis) J(row + axis, static_cast<Eigen::Index>(p)) = slopes[p][axis] * scales[p];
       }
       const Group& group = groups[captures[i].group];
       const auto first = static_cast<Eigen::Index>(group.first_parameter - kArmParameters);
@@ -233,6 +277,11 @@ ArmResult solve_arm(std::span<const ArmCapture> captures, const ArmGeometry& nom
     const auto index = static_cast<Eigen::Index>(p);
     result.parameters.push_back({kNames[p], start[p], values[p],
                                  scales[p] * std::sqrt(covariance(index, index)), 1 - covariance(index, index)});
+  }
+  // A hand holds still within a millimetre: what is left far above that is another kind of arm, or another plate.
+  if (result.sigma > 2e-3) {
+    result.misfit = fmt::format("{:.1f} mm rms are left: these captures are not of a serial arm with this plate, or most of them slipped",
+                                result.after_rms * 1e3);
   }
   // Name the open directions one pivot at a time: the reduced echelon form mixes as few parameters as possible.
   if (open_axes.cols() > 0) {

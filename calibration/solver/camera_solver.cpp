@@ -228,6 +228,35 @@ dquat rotation(const double* angle_axis) {
   return {q[0], q[1], q[2], q[3]};
 }
 
+// The covariance of the last `wanted` unknowns of `order` (tangent ones, where they lie on a manifold). False when the
+// residuals do not determine everything.
+bool covariance_of_last(ceres::Problem& problem, const std::vector<double*>& order, Eigen::Index wanted,
+                        Eigen::MatrixXd& covariance) {
+  ceres::Problem::EvaluateOptions options;
+  options.parameter_blocks = order;
+  ceres::CRSMatrix J;
+  if (!problem.Evaluate(options, nullptr, nullptr, nullptr, &J)) return false;
+  Eigen::MatrixXd A = Eigen::MatrixXd::Zero(J.num_cols, J.num_cols);
+  for (std::size_t row = 0; row < static_cast<std::size_t>(J.num_rows); ++row) {
+    for (int k = J.rows[row]; k < J.rows[row + 1]; ++k) {
+      const auto a = static_cast<std::size_t>(k);
+      for (int l = J.rows[row]; l <= k; ++l) {
+        const auto b = static_cast<std::size_t>(l);
+        A(std::max(J.cols[a], J.cols[b]), std::min(J.cols[a], J.cols[b])) += J.values[a] * J.values[b];
+      }
+    }
+  }
+  if (!(A.diagonal().minCoeff() > 0)) return false;
+  const Eigen::VectorXd scale = A.diagonal().cwiseSqrt().cwiseInverse();
+  A = scale.asDiagonal() * A * scale.asDiagonal();
+  const Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>, Eigen::Lower> factor(A);  // in place
+  if (factor.info() != Eigen::Success || !(A.diagonal().minCoeff() > 1e-7)) return false;
+  const Eigen::MatrixXd last = A.bottomRightCorner(wanted, wanted).triangularView<Eigen::Lower>();
+  const Eigen::MatrixXd inverse = last.triangularView<Eigen::Lower>().solve(Eigen::MatrixXd::Identity(wanted, wanted));
+  covariance = scale.tail(wanted).asDiagonal() * (inverse.transpose() * inverse) * scale.tail(wanted).asDiagonal();
+  return true;
+}
+
 struct LessPoint {
   bool operator()(const dvec3& a, const dvec3& b) const {
     return std::tie(a.x, a.y, a.z) < std::tie(b.x, b.y, b.z);
@@ -384,42 +413,46 @@ CameraResult solve_camera(std::span<const Sighting> sightings, int width_px, int
   std::vector<int> distortion{4, 5, 6, 7, 8};
   problem.SetManifold(lens, new ceres::SubsetManifold(9, distortion));
   ceres::Solver::Summary summary;
-  solver.function_tolerance = 1e-3;  // only a start
+  // The first guess is near enough for whole steps: a cautious trust region took twice as many.
+  solver.initial_trust_region_radius = 1e8;
+  solver.function_tolerance = 0.1;  // only a start
   ceres::Solve(solver, &problem, &summary);
   problem.SetManifold(lens, nullptr);
-  solver.function_tolerance = 1e-12;
+  solver.function_tolerance = 1e-8;  // of chi-squared: a hundredth of the smallest sigma
   ceres::Solve(solver, &problem, &summary);
 
-  // Uncertainty.
-  ceres::Covariance::Options covariance_options;
-  covariance_options.algorithm_type = ceres::SPARSE_QR;
-  covariance_options.sparse_linear_algebra_library_type = ceres::SUITE_SPARSE;
-  ceres::Covariance covariance(covariance_options);
-  std::vector<std::pair<const double*, const double*>> blocks{{panel, panel}, {lens, lens}};
-  if (mirror) blocks.emplace_back(normal, normal), blocks.emplace_back(&offset, &offset);
-  if (!covariance.Compute(blocks, &problem)) {
+  // Uncertainty of what is asked for: it comes last in the normal equations, so that the last block of their Cholesky
+  // factor is all it takes (Ceres' own covariance, by a QR of everything, took as long as the solution).
+  std::vector<double*> order;
+  for (auto& [key, point] : touched) order.push_back(point.data());
+  for (auto& [id, camera] : cameras) order.push_back(camera.data());
+  order.push_back(lens), order.push_back(panel);
+  if (mirror) order.push_back(normal), order.push_back(&offset);
+  const Eigen::Index wanted = 9 + 8 + (mirror ? 3 : 0);
+  Eigen::MatrixXd C;
+  if (!covariance_of_last(problem, order, wanted, C)) {
     result.not_determined = "the pictures do not determine camera, panel and mirror together: take more, from more directions";
     return result;
   }
-  double P[64], L[81];
-  covariance.GetCovarianceBlock(panel, panel, P);
-  covariance.GetCovarianceBlock(lens, lens, L);
-  result.tilt_sigma = std::sqrt(std::max({P[0], P[9], P[18]}));
-  result.centre_sigma = {std::sqrt(P[27]), std::sqrt(P[36]), std::sqrt(P[45])};
-  result.width = panel[6], result.height = panel[7], result.width_sigma = std::sqrt(P[54]), result.height_sigma = std::sqrt(P[63]);
+  const auto variance = [&](Eigen::Index i) { return C(i, i); };
+  const Eigen::MatrixXd P = C.block<8, 8>(9, 9);
+  result.tilt_sigma = std::sqrt(std::max({P(0, 0), P(1, 1), P(2, 2)}));
+  result.centre_sigma = {std::sqrt(P(3, 3)), std::sqrt(P(4, 4)), std::sqrt(P(5, 5))};
+  result.width = panel[6], result.height = panel[7], result.width_sigma = std::sqrt(P(6, 6)), result.height_sigma = std::sqrt(P(7, 7));
   result.camera = {lens[0], lens[1], lens[2], lens[3], {lens[4], lens[5], lens[6], lens[7], lens[8]}};
-  const auto sd = [&](int i) { return std::sqrt(L[10 * i]); };
+  const auto sd = [&](Eigen::Index i) { return std::sqrt(variance(i)); };
   result.camera_sigma = {sd(0), sd(1), sd(2), sd(3), {sd(4), sd(5), sd(6), sd(7), sd(8)}};
   const Pose X{dvec3(panel[3], panel[4], panel[5]), rotation(panel)};
   const auto corner = [&](double x, double y) { return X * dvec3(x * panel[6], y * panel[7], 0); };
   result.panel = {corner(-0.5, -0.5), corner(0.5, -0.5), corner(-0.5, 0.5)};
   if (mirror) {
-    double N[9], O[1];
-    covariance.GetCovarianceBlock(normal, normal, N);
-    covariance.GetCovarianceBlock(&offset, &offset, O);
+    // The normal's two tangent directions, back in space.
+    RowMajor<3, 2> tangent;
+    ceres::SphereManifold<3>().PlusJacobian(normal, tangent.data());
+    const Matrix3d N = tangent * C.block<2, 2>(17, 17) * tangent.transpose();
     result.mirror = MirrorPlane{{normal[0], normal[1], normal[2]}, offset};
-    result.mirror_tilt_sigma = std::sqrt(std::max({N[0], N[4], N[8]}));
-    result.mirror_offset_sigma = std::sqrt(O[0]);
+    result.mirror_tilt_sigma = std::sqrt(N.diagonal().maxCoeff());
+    result.mirror_offset_sigma = std::sqrt(variance(19));
   }
   for (const auto& [id, camera] : cameras) {
     result.X_WK.push_back(inverse(Pose{dvec3(camera[3], camera[4], camera[5]), rotation(camera.data())}));

@@ -366,6 +366,21 @@ DelayResult estimate_delay(const Stream& a, const Stream& b, const DelayOptions&
   result.reference_time = matcher.start();
   const double motion = std::min(variance_of(track_a), variance_of(track_b));
 
+  // A stream that scatters no more than its own noise says nothing; what is taken for a larger scatter grows more certain
+  // with the number of samples.
+  const double sigma_q = noise_of(query), sigma_s = noise_of(sparse);
+  const auto rests = [](const Track& track, double sigma) {
+    return variance_of(track) <= 3 * sigma * sigma * (1 + 10 / std::sqrt(static_cast<double>(track.t.size()))) + 1e-20;
+  };
+  if (const bool q = rests(query, sigma_q), s = rests(sparse, sigma_s); q || s) {
+    result.sigma = window / std::sqrt(3.0);
+    result.noise = std::sqrt(sigma_q * sigma_q + sigma_s * sigma_s);
+    result.ambiguous = true;
+    result.reason = fmt::format("no motion: {} at rest, move the hand to and fro while recording",
+                                q && s ? "both streams are" : q == a_asks ? "stream A is" : "stream B is");
+    return result;
+  }
+
   // Every delay in the window, with and without a rotation between the frames.
   const double horizon = std::min(shared, std::max(30.0, 4 * window));
   const int half = std::min(1000, static_cast<int>(std::ceil(window / sparse.step)));
@@ -377,7 +392,6 @@ DelayResult estimate_delay(const Stream& a, const Stream& b, const DelayOptions&
     std::vector<Minimum> minima;  // best first
     double best() const { return minima.empty() ? std::numeric_limits<double>::infinity() : minima.front().mismatch; }
   } curves[2];
-  const double sigma_q = noise_of(query), sigma_s = noise_of(sparse);
   for (int rotate = 0; rotate < 2; ++rotate) {
     // Streams that agree to their noise as they are need no turn.
     if (rotate == 1 && curves[0].best() < 4 * (sigma_q * sigma_q + sigma_s * sigma_s) && sigma_q + sigma_s > 0) break;

@@ -1,5 +1,7 @@
 #include "calibration/joint_solver.h"
 
+#include <ceres/jet.h>
+
 #include <Eigen/Dense>
 #include <algorithm>
 #include <chrono>
@@ -7,20 +9,51 @@
 #include <map>
 #include <numeric>
 
-#include "calibration/solver/least_squares.h"
 #include "engine/base/error.h"
 
 namespace typodont::calibration {
 
 namespace {
 
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
 using Eigen::VectorXd;
+using Columns = Eigen::Matrix<double, 3, Eigen::Dynamic>;
 
 enum Kind { kArm, kPanel, kMirror, kEyes, kTouch, kKinds };
 constexpr const char* kKindNames[kKinds] = {"arm", "panel", "mirror", "eyes", "touch"};
 constexpr int kSizes[kKinds] = {3, 3, 1, 2, 3};
 
 dquat rotation_vector(const dvec3& v) { return glm::normalize(dquat(1, 0.5 * v.x, 0.5 * v.y, 0.5 * v.z)); }
+Vector3d eigen(const dvec3& v) { return {v.x, v.y, v.z}; }
+Matrix3d cross_matrix(const dvec3& v) {
+  Matrix3d m;
+  m << 0, -v.z, v.y, v.z, 0, -v.x, -v.y, v.x, 0;
+  return m;
+}
+/// d(R p) / dv for R = rotation_vector(v), `turned` being R p. v/2 is a Gibbs vector g: its turning speed in the outer
+/// frame is 2/(1+g²) (ġ + g × ġ) (Bauchau & Trainelli 2003, eq. 61).
+Matrix3d turn_derivative(const dvec3& v, const dvec3& turned) {
+  const dvec3 g = 0.5 * v;
+  return -cross_matrix(turned) * (Matrix3d::Identity() + cross_matrix(g)) / (1 + glm::dot(g, g));
+}
+
+/// closest_point and how it moves with left eye, left dot, right eye, right dot.
+dvec3 closest_point(const std::array<dvec3, 4>& points, Eigen::Matrix<double, 3, 12>& derivative) {
+  using Jet = ceres::Jet<double, 12>;
+  using Vector = Eigen::Matrix<Jet, 3, 1>;
+  Vector p[4];
+  for (int k = 0; k < 4; ++k) {
+    for (int i = 0; i < 3; ++i) p[k][i] = Jet(points[static_cast<std::size_t>(k)][i], 3 * k + i);
+  }
+  const Vector d = (p[1] - p[0]).normalized(), e = (p[3] - p[2]).normalized(), w = p[0] - p[2];
+  const Jet de = d.dot(e), dw = d.dot(w), ew = e.dot(w), det = 1.0 - de * de;
+  const Vector middle = 0.5 * (p[0] + d * ((de * ew - dw) / det) + p[2] + e * ((ew - de * dw) / det));
+  dvec3 at;
+  for (int i = 0; i < 3; ++i) at[i] = middle[i].a, derivative.row(i) = middle[i].v.transpose();
+  return at;
+}
+
 dvec3 triple(const VectorXd& x, Eigen::Index at) { return {x[at], x[at + 1], x[at + 2]}; }
 
 // Where the unknowns lie in the vector. All are offsets from the start, so that zero is the prior's mean.
@@ -124,48 +157,123 @@ class Model {
     return list;
   }
 
-  void residual(const VectorXd& x, std::size_t block, double* r) const {
+  /// The residual of a block and its derivatives by the block's unknowns, in their order.
+  void evaluate(const VectorXd& x, std::size_t block, double* r, Columns& J) const {
     const auto [kind, index] = blocks_[block];
     const ArmGeometry geometry = arm(x);
+    J.setZero();
+    const Eigen::Index after_arm = captures_.arm.empty() ? 0 : 18;
     const auto put = [&](const dvec3& e) { r[0] = e.x, r[1] = e.y, r[2] = e.z; };
+    const auto by_arm = [&](const ArmReading& reading, const dquat& R) {
+      const auto slopes = tip_derivatives(geometry, reading);
+      for (Eigen::Index p = 0; p < 18; ++p) J.col(p) = eigen(R * slopes[static_cast<std::size_t>(p)]);
+    };
     if (kind == kArm) {
       const auto& capture = captures_.arm[index];
       const auto& [at, X0] = place_.at(capture.group);
       dvec3 target = X0.p + triple(x, at);
-      if (capture.known) target += rotation_vector(triple(x, at + 3)) * X0.rotate(*capture.known);
+      by_arm(capture.reading, dquat(1, 0, 0, 0));
+      J.middleCols<3>(after_arm) = -Matrix3d::Identity();
+      if (capture.known) {
+        const dvec3 turn = triple(x, at + 3), turned = rotation_vector(turn) * X0.rotate(*capture.known);
+        target += turned;
+        J.middleCols<3>(after_arm + 3) = -turn_derivative(turn, turned);
+      }
       put(tip_position(geometry, capture.reading) - target);
       return;
     }
-    const auto held = [&](const Touch& touch) { return bench_.rig.X_WH * touch.at(geometry); };
+    const auto held = [&](const Touch& touch) {
+      if (touch.reading && after_arm > 0) by_arm(*touch.reading, bench_.rig.X_WH.R);
+      return bench_.rig.X_WH * touch.at(geometry);
+    };
     if (kind == kPanel) {
       const auto& capture = captures_.marks[index];
       put(held(capture.touch) - panel(x).at(capture.mark.u, capture.mark.v));
+      J.middleCols<8>(after_arm) = -by_panel(x, capture.mark);
       return;
     }
     if (kind == kMirror) {
       const MirrorPlane plane = *mirror(x);
-      r[0] = glm::dot(plane.normal, held(captures_.mirror[index])) - plane.offset;
+      const dvec3 p = held(captures_.mirror[index]);
+      r[0] = glm::dot(plane.normal, p) - plane.offset;
+      J.row(0) = (eigen(plane.normal).transpose() * J).eval();
+      const auto tilts = by_tilt(x);
+      for (Eigen::Index k = 0; k < 2; ++k) J(0, after_arm + k) = glm::dot(tilts[static_cast<std::size_t>(k)], p - pivot_);
+      J(0, after_arm + 2) = -1;
       return;
     }
     const Panel screen = panel(x);
     const auto plane = mirror(x);
-    const auto appears = [&](const PanelPoint& dot) {
+    const Eigen::Index seen = plane ? 11 : 8;  // unknowns of where a dot appears
+    const auto appears = [&](const PanelPoint& dot, Columns& D) {
       const dvec3 p = screen.at(dot.u, dot.v);
-      return plane ? plane->reflect(p) : p;
+      D.resize(3, seen);
+      D.leftCols<8>() = by_panel(x, dot);
+      if (!plane) return p;
+      const Vector3d n = eigen(plane->normal);
+      const double above = glm::dot(plane->normal, p) - plane->offset;
+      D.leftCols<8>() -= (2 * n * (n.transpose() * D.leftCols<8>())).eval();
+      const auto tilts = by_tilt(x);
+      for (Eigen::Index k = 0; k < 2; ++k) {
+        const dvec3& tilt = tilts[static_cast<std::size_t>(k)];
+        D.col(8 + k) = -2 * (above * eigen(tilt) + n * glm::dot(tilt, p - pivot_));
+      }
+      D.col(10) = 2 * n;
+      return plane->reflect(p);
     };
     if (kind == kEyes) {
       const auto& capture = captures_.eyes[index];
-      const dvec3 from = eye(x, capture.right), sight = glm::normalize(appears(capture.dot) - from);
-      const dvec3 across = glm::normalize(glm::cross(sight, dvec3(0.36, 0.48, 0.8))), e = held(capture.touch) - from;
-      r[0] = glm::dot(across, e), r[1] = glm::dot(glm::cross(sight, across), e);
+      Columns D;
+      const dvec3 from = eye(x, capture.right), dot = appears(capture.dot, D), e = held(capture.touch) - from;
+      const double distance = glm::length(dot - from);
+      const dvec3 sight = (dot - from) / distance, fixed(0.36, 0.48, 0.8), normal = glm::cross(sight, fixed);
+      const dvec3 across = glm::normalize(normal), other = glm::cross(sight, across);
+      r[0] = glm::dot(across, e), r[1] = glm::dot(other, e);
+      const auto unit = [](const dvec3& v, double length) -> Matrix3d {
+        return (Matrix3d::Identity() - eigen(v) * eigen(v).transpose()) / length;
+      };
+      // With the line of sight turn the two directions across it; with the eye also the way from it to the tip.
+      const Matrix3d by_sight = unit(across, glm::length(normal)) * -cross_matrix(fixed);
+      Eigen::Matrix<double, 2, 3> by_e, turned;
+      by_e << eigen(across).transpose(), eigen(other).transpose();
+      turned << eigen(e).transpose() * by_sight,
+          eigen(e).transpose() * (cross_matrix(sight) * by_sight - cross_matrix(across));
+      turned *= unit(sight, distance);
+      J.topRows<2>().leftCols(after_arm) = (by_e * J.leftCols(after_arm)).eval();
+      J.topRows<2>().middleCols(after_arm, seen) = turned * D;
+      J.topRows<2>().middleCols<3>(after_arm + seen) = -turned - by_e;
       return;
     }
     const auto& capture = captures_.registration[index];
-    put(held(capture.touch) - triple(x, layout_.offset) -
-        closest_point(eye(x, false), appears(capture.dots->left), eye(x, true), appears(capture.dots->right)));
+    Columns left, right;
+    Eigen::Matrix<double, 3, 12> C;
+    const dvec3 left_dot = appears(capture.dots->left, left), right_dot = appears(capture.dots->right, right);
+    const dvec3 middle = closest_point({eye(x, false), left_dot, eye(x, true), right_dot}, C);
+    put(held(capture.touch) - triple(x, layout_.offset) - middle);
+    J.middleCols(after_arm, seen) = -C.middleCols<3>(3) * left - C.middleCols<3>(9) * right;
+    J.middleCols<3>(after_arm + seen) = -C.leftCols<3>();
+    J.middleCols<3>(after_arm + seen + 3) = -C.middleCols<3>(6);
+    J.middleCols<3>(after_arm + seen + 6) = -Matrix3d::Identity();
   }
 
  private:
+  Eigen::Matrix<double, 3, 8> by_panel(const VectorXd& x, const PanelPoint& mark) const {
+    const dvec3 turn = triple(x, layout_.panel + 3);
+    const dquat R = rotation_vector(turn);
+    const dvec3 right = R * right_ * ((mark.u - 0.5) / width_), up = R * up_ * ((mark.v - 0.5) / height_);
+    const dvec3 turned = right * (width_ + x[layout_.panel + 6]) + up * (height_ + x[layout_.panel + 7]);
+    Eigen::Matrix<double, 3, 8> D;
+    D << Matrix3d::Identity(), turn_derivative(turn, turned), eigen(right), eigen(up);
+    return D;
+  }
+  /// How the mirror's normal moves with its two tilts.
+  std::array<dvec3, 2> by_tilt(const VectorXd& x) const {
+    const dvec3 long_normal = bench_.rig.mirror->normal + x[layout_.mirror] * tilt_a_ + x[layout_.mirror + 1] * tilt_b_;
+    const double length = glm::length(long_normal);
+    const dvec3 n = long_normal / length;
+    return {(tilt_a_ - n * glm::dot(n, tilt_a_)) / length, (tilt_b_ - n * glm::dot(n, tilt_b_)) / length};
+  }
+
   struct Block {
     Kind kind;
     std::size_t index;
@@ -199,6 +307,7 @@ JointResult solve_jointly(const BenchState& bench, const Captures& captures) {
   std::fill(sigma, sigma + kKinds, 2e-4);
   VectorXd x = VectorXd::Zero(n);
   Eigen::MatrixXd covariance;
+  Columns slopes;
   JointResult result;
   for (int k = 0; k < kKinds; ++k) result.kinds.push_back({kKindNames[k], 0, 0, 0, 0});
 
@@ -211,25 +320,18 @@ JointResult solve_jointly(const BenchState& bench, const Captures& captures) {
     for (std::size_t b = 0; b < blocks; ++b) {
       const Kind kind = model.kind(b);
       const int rows = kSizes[kind];
-      double r[3], plus[3], minus[3];
-      model.residual(x, b, r);
+      double r[3];
+      const std::vector<Eigen::Index> unknowns = model.unknowns(b);
+      slopes.resize(3, static_cast<Eigen::Index>(unknowns.size()));
+      model.evaluate(x, b, r, slopes);
       double length2 = 0;
       for (int i = 0; i < rows; ++i) length2 += r[i] * r[i];
       size[b] = std::sqrt(length2);
       lengths[kind].push_back(size[b]);
       if (!used[b]) continue;
       squares[kind] += length2, counts[kind] += rows;
-      const std::vector<Eigen::Index> unknowns = model.unknowns(b);
-      Eigen::MatrixXd J(rows, static_cast<Eigen::Index>(unknowns.size()));
-      VectorXd moved = x;
-      for (std::size_t k = 0; k < unknowns.size(); ++k) {
-        const Eigen::Index p = unknowns[k];
-        const double h = 1e-3 * scale[p];
-        moved[p] = x[p] + h, model.residual(moved, b, plus);
-        moved[p] = x[p] - h, model.residual(moved, b, minus);
-        moved[p] = x[p];
-        for (int i = 0; i < rows; ++i) J(i, static_cast<Eigen::Index>(k)) = (plus[i] - minus[i]) * (scale[p] / (2 * h));
-      }
+      Eigen::MatrixXd J = slopes.topRows(rows);
+      for (std::size_t k = 0; k < unknowns.size(); ++k) J.col(static_cast<Eigen::Index>(k)) *= scale[unknowns[k]];
       const double weight = 1 / (sigma[kind] * sigma[kind]);
       const VectorXd gradient = J.transpose() * Eigen::Map<VectorXd>(r, rows);
       const Eigen::MatrixXd information = J.transpose() * J;

@@ -13,6 +13,7 @@
 #include <numeric>
 #include <optional>
 
+#include "calibration/solver/near_rival.h"
 #include "calibration/statistics.h"
 #include "engine/base/error.h"
 #include "engine/base/units.h"
@@ -77,18 +78,27 @@ Fit fit_to(Points p_H, Points p_D, Indices pairs) {
   return fit;
 }
 
+std::size_t followers(Points p_H, Points p_D, const Pose& X_DH, double limit) {
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < p_H.size(); ++i) count += glm::length(X_DH * p_H[i] - p_D[i]) <= limit;
+  return count;
+}
+
 // Robust consensus without a known noise level, after Moisan & Stival 2004 (a contrario RANSAC): the number of false
 // alarms NFA(k) = tests · C(n,k) · C(k,3) · α_k^(k-3), α_k = chance that a stray point falls within the k-th residual.
 class Consensus {
  public:
-  /// `log_volume`: of the space in which stray points fall; nothing: the cube around all points.
-  Consensus(Points p_H, Points p_D, double false_alarm, std::optional<double> log_volume = {})
+  /// A normal cloud of `sigma` in which stray points fall; nothing: the cube around all points. Inside a cloud nothing
+  /// counts as tighter than a thirtieth of it: a few pairs that coincide to the last digit are an instrument's steps.
+  Consensus(Points p_H, Points p_D, double false_alarm, double sigma = 0)
       : p_H_(p_H),
         p_D_(p_D),
         n_(p_H.size()),
         false_alarm_(false_alarm),
-        floor_(64 * std::numeric_limits<double>::epsilon() * largest_coordinate(p_H, p_D)),
-        log_volume_(log_volume ? *log_volume : 3 * std::log(std::max({extent(p_H), extent(p_D), floor_, 1e-300}))),
+        floor_(std::max(64 * std::numeric_limits<double>::epsilon() * largest_coordinate(p_H, p_D), sigma / 30)),
+        // A normal cloud is nowhere denser than at its middle.
+        log_volume_(sigma > 0 ? 1.5 * std::log(2 * kPi) + 3 * std::log(sigma)
+                              : 3 * std::log(std::max({extent(p_H), extent(p_D), floor_, 1e-300}))),
         log_choose_(n_ + 1) {
     const double octaves = std::log2(std::max(floor_ * floor_, 1e-300));
     first_bin_ = bin_of_bits(std::exp2(std::floor(octaves)));
@@ -119,8 +129,7 @@ class Consensus {
       if (sigma <= floor_) break;
       std::vector<dvec3> h, d;
       for (const std::size_t i : best.fit.pairs) h.push_back(p_H_[i]), d.push_back(p_D_[i]);
-      const double densest = 1.5 * std::log(2 * kPi) + 3 * std::log(sigma);  // a normal cloud is nowhere denser
-      const Best core = Consensus(h, d, false_alarm_, densest).find_widest();
+      const Best core = Consensus(h, d, false_alarm_, sigma).find_widest();
       if (core.log_nfa > 0) break;
       Indices pairs;
       for (const std::size_t i : core.fit.pairs) pairs.push_back(best.fit.pairs[i]);
@@ -517,45 +526,82 @@ RegistrationResult register_points(Points p_H, Points p_D, const RegistrationOpt
     consensus = log_nfa < 0;
     if (consensus) fit = std::move(best);
   }
-  result.X_DH = fit.X_DH;
-  result.inliers = fit.pairs;
-  std::set_difference(everyone.begin(), everyone.end(), fit.pairs.begin(), fit.pairs.end(),
-                      std::back_inserter(result.outliers));
-  for (std::size_t i = 0; i < n; ++i) result.residuals.push_back(glm::length(fit.X_DH * p_H[i] - p_D[i]));
+  const auto spare = [](const Fit& f) { return std::sqrt(f.sse / (3 * static_cast<double>(f.pairs.size()) - 6)); };
+  // How far from its place a good pair may lie.
+  const auto reach = [&](double sigma, double dof) {
+    const double p = 1 - options.false_alarm / static_cast<double>(n);
+    return std::max(
+        rounding, options.known_sigma > 0 ? options.known_sigma * std::sqrt(chi_squared_quantile(p, 3))
+                                          : sigma * std::sqrt(3 * f_quantile(p, 3, std::max(1.0, dof))));
+  };
+  // Gives every pair to the nearer motion. A second one that many pairs would follow (those that follow both count too),
+  // or so near that some may have gone to the wrong one, is a rival; otherwise its pairs are outliers.
+  const auto part = [&](Split& split, double dof) {
+    const double limit = reach(split.sigma, dof);
+    const double doubtful = share_out(p_H, p_D, limit, split);
+    fit = fit_to(p_H, p_D, split.first);
+    if (10 * followers(p_H, p_D, split.X_second, limit) < 3 * split.first.size() && doubtful < 0.02) return false;
+    result.rivals.push_back({split.X_second, split.second});
+    return true;
+  };
+  const auto outliers_of = [&](const Fit& f) {
+    Indices rest;
+    std::set_difference(everyone.begin(), everyone.end(), f.pairs.begin(), f.pairs.end(), std::back_inserter(rest));
+    return rest;
+  };
+
+  // One motion, or two that nearly coincide? Told the noise, only where the residuals do not look like it (5 %).
+  bool too_noisy = false;
+  for (int round = 0; options.reject_outliers && consensus && !exact && round < 3; ++round) {
+    const double dof = 3 * static_cast<double>(fit.pairs.size()) - 6;
+    if (options.known_sigma > 0) {
+      const double excess = 1 - chi_squared_cdf(fit.sse / (options.known_sigma * options.known_sigma), std::max(1.0, dof));
+      too_noisy = excess < 1e-4;
+      if (excess > 0.05) break;
+    }
+    auto split = split_in_two(p_H, p_D, fit.pairs, options.known_sigma, rounding);
+    if (!split || split->log_nfa > std::log(1e-3) || part(*split, dof - 6)) break;
+  }
 
   // Others who agree on something else.
-  if (consensus) {
-    Indices rest = result.outliers;
+  if (consensus && result.rivals.empty()) {
+    Indices rest = outliers_of(fit);
     while (rest.size() >= 4) {
       std::vector<dvec3> h, d;
       for (const std::size_t i : rest) h.push_back(p_H[i]), d.push_back(p_D[i]);
       // Told the noise, four pairs that agree are an argument.
       const double chance = options.known_sigma > 0 ? 1e-3 : 1e-4;
       const auto [rival, log_nfa] = largest_agreement(h, d, options, 3 * fit.pairs.size() / 10);
-      if (log_nfa > std::log(chance) || 10 * rival.pairs.size() < 3 * fit.pairs.size()) break;
       // A loose agreement is wrong touches near their true places, not a second motion.
-      const auto spare = [](const Fit& f) { return std::sqrt(f.sse / (3 * static_cast<double>(f.pairs.size()) - 6)); };
-      if (spare(rival) > 4 * std::max(spare(fit), rounding)) break;
+      if (log_nfa > std::log(chance) || spare(rival) > 4 * std::max(spare(fit), rounding)) break;
       Indices pairs, left;
       for (const std::size_t i : rival.pairs) pairs.push_back(rest[i]);
       std::set_difference(rest.begin(), rest.end(), pairs.begin(), pairs.end(), std::back_inserter(left));
-      result.rivals.push_back({rival.X_DH, pairs});
+      Split split{fit.X_DH, rival.X_DH, fit.pairs, pairs, std::max(spare(fit), rounding), log_nfa};
+      part(split, 3 * static_cast<double>(fit.pairs.size()) - 6);
       rest = std::move(left);
     }
   }
 
-  // Three pairs that agree are too few to stand up against chance alone, but they agree within the noise that the
-  // others have, and next to ten or fewer that is enough for doubt.
-  if (consensus && result.rivals.empty() && result.outliers.size() >= 3 && fit.pairs.size() <= 10 &&
+  result.X_DH = fit.X_DH;
+  result.inliers = fit.pairs;
+  result.outliers = outliers_of(fit);
+  for (std::size_t i = 0; i < n; ++i) result.residuals.push_back(glm::length(fit.X_DH * p_H[i] - p_D[i]));
+
+  // Three outliers that agree are too few to stand up against chance alone, but they agree within the noise that the
+  // others have, and where three in ten would follow their motion that is enough for doubt.
+  if (consensus && result.rivals.empty() && result.outliers.size() >= 3 && result.outliers.size() <= 12 &&
       fit.pairs.size() >= 4) {
-    const double variance = std::max(fit.sse / (3 * static_cast<double>(fit.pairs.size()) - 6), rounding * rounding);
-    double least = variance * chi_squared_quantile(0.999, 3);
+    const double dof = 3 * static_cast<double>(fit.pairs.size()) - 6, sigma = std::max(spare(fit), rounding);
+    double least = options.known_sigma > 0 ? options.known_sigma * options.known_sigma * chi_squared_quantile(0.999, 3)
+                                           : sigma * sigma * 3 * f_quantile(0.999, 3, dof);
+    const double limit = reach(sigma, dof);
     const Indices& rest = result.outliers;
     for (std::size_t a = 0; a < rest.size(); ++a) {
       for (std::size_t b = a + 1; b < rest.size(); ++b) {
         for (std::size_t c = b + 1; c < rest.size(); ++c) {
           const Fit rival = fit_to(p_H, p_D, {rest[a], rest[b], rest[c]});
-          if (rival.sse > least) continue;
+          if (rival.sse > least || 10 * followers(p_H, p_D, rival.X_DH, limit) < 3 * fit.pairs.size()) continue;
           least = rival.sse;
           result.rivals.assign(1, {rival.X_DH, rival.pairs});
         }
@@ -609,6 +655,14 @@ RegistrationResult register_points(Points p_H, Points p_D, const RegistrationOpt
   }
   if (undetermined == 3) degeneracy.undetermined_H = {dvec3(1, 0, 0), dvec3(0, 1, 0), dvec3(0, 0, 1)};
   if (undetermined == 1) degeneracy.undetermined_H = {line};
+
+  if (too_noisy && result.rivals.empty() && degeneracy.defect == Defect::kNone) {
+    degeneracy = {Defect::kNoise,
+                  fmt::format("the residuals are {:.1f} times as large as the noise that was told: it is larger, or the "
+                              "pairs do not all show one rigid motion",
+                              std::sqrt(fit.sse / dof) / options.known_sigma),
+                  {}};
+  }
 
   // No rigid motion at all: a mirror image, or other units.
   const bool doubtful = !consensus || 5 * fit.pairs.size() < 4 * n || degeneracy.defect == Defect::kNoise ||

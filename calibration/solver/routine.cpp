@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 
 #include "calibration/joint_solver.h"
 #include "engine/base/error.h"
@@ -15,10 +16,26 @@ dvec3 PairCapture::shown(const RigGeometry& rig) const {
                        rig.appears(dots->right.u, dots->right.v));
 }
 
+namespace {
+
+// X_WH by which a touch lies where the panel says it is. Registration moves X_WH so that a point is felt where it is
+// seen, this user's offset included; where the tip truly is follows from the marks touched on the panel.
+Pose true_touches(const BenchState& bench, const Captures& captures) {
+  std::vector<MarkTouch> marks;
+  for (const MarkCapture& capture : captures.marks) marks.push_back({capture.mark, bench.rig.X_WH * capture.touch.at(bench.arm)});
+  const PanelResult touched = solve_panel(marks);
+  if (!touched.not_determined.empty()) return bench.rig.X_WH;
+  const std::array from{touched.panel.at(0, 0), touched.panel.at(1, 0), touched.panel.at(0, 1)};
+  const std::array to{bench.rig.panel.at(0, 0), bench.rig.panel.at(1, 0), bench.rig.panel.at(0, 1)};
+  return fit_rigid(from, to) * bench.rig.X_WH;
+}
+
+}  // namespace
+
 void solve_arm_step(BenchState& bench, const Captures& captures) {
   if (captures.arm.empty()) throw Error("arm: found no captures, expected the tip held in sockets or on a plate");
   bench.arm_result = solve_arm(captures.arm, bench.arm);
-  bench.arm = bench.arm_result->geometry;
+  if (bench.arm_result->misfit.empty()) bench.arm = bench.arm_result->geometry;
 }
 
 void solve_screen_step(BenchState& bench, const Captures& captures, double tip_radius) {
@@ -35,19 +52,25 @@ void solve_screen_step(BenchState& bench, const Captures& captures, double tip_r
   if (bench.mirror_result->not_determined.empty()) bench.rig.mirror = bench.mirror_result->mirror;
 }
 
-void solve_eyes_step(BenchState& bench, const Captures& captures, bool user_offset) {
+EyesResult eyes_of(const BenchState& bench, const Captures& captures) {
+  const Pose X = true_touches(bench, captures);
   std::vector<EyeAlignment> alignments;
   for (const EyeCapture& capture : captures.eyes) {
-    alignments.push_back({capture.right, capture.dot, bench.rig.X_WH * capture.touch.at(bench.arm)});
+    alignments.push_back({capture.right, capture.dot, X * capture.touch.at(bench.arm)});
   }
-  bench.eyes_result = solve_eyes(alignments, bench.rig);
+  return solve_eyes(alignments, bench.rig);
+}
+
+void solve_eyes_step(BenchState& bench, const Captures& captures, bool user_offset) {
+  bench.eyes_result = eyes_of(bench, captures);
   if (bench.eyes_result->not_determined.empty()) bench.rig.eyes = bench.eyes_result->eyes;
   if (!user_offset) return;
   // Where the points of the touches are seen follows from the eyes just found.
+  const Pose X = true_touches(bench, captures);
   std::vector<SeenTouch> touches;
   for (const auto* list : {&captures.registration, &captures.verification}) {
     for (const PairCapture& capture : *list) {
-      touches.push_back({capture.shown(bench.rig), bench.rig.X_WH * capture.touch.at(bench.arm)});
+      touches.push_back({capture.shown(bench.rig), X * capture.touch.at(bench.arm)});
     }
   }
   if (touches.size() < 4) throw Error(fmt::format("eyes: found {} touches of seen points, expected four or more for the user's offset; see typodont calibrate guide register", touches.size()));

@@ -47,7 +47,7 @@ class GuideHand {
     if (options.fast && !options.hand.starts_with("script:")) throw Error("--fast", "", options.hand, "a script: hand, others keep their own time");
     haptics::HandOptions hand;
     hand.paced = !options.fast;
-    hand.pedal = options.pedal;
+    hand.pedal = options.pedal == "none" ? "" : options.pedal;
     hand.assets = assets_folder();
     // Base and tool stay where the device says: where they are on the bench is what is being found out.
     device_ = haptics::open_hand(options.hand, hand);
@@ -367,6 +367,12 @@ class Guide {
               hand_->info().model);
   }
 
+  std::string device() const {
+    if (!hand_) return {};
+    const haptics::DeviceInfo& info = hand_->info();
+    return info.serial.empty() ? info.model : info.model + " " + info.serial;
+  }
+
   GuideEnd run() {
     if (capture_.taken() > 0) log::info("going on after {} touches", capture_.taken());
     cue(Cue::kReady);
@@ -513,7 +519,11 @@ class Guide {
 
 }  // namespace
 
-GuideEnd run_guide(GuidedCapture& guide, const GuideOptions& options) { return Guide(guide, options).run(); }
+GuideEnd run_guide(GuidedCapture& capture, const GuideOptions& options, std::string* device) {
+  Guide guide(capture, options);
+  if (device) *device = guide.device();
+  return guide.run();
+}
 
 void write_picture(const std::filesystem::path& file, const Picture& picture) {
   if (file.extension() == ".png") {

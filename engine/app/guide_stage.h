@@ -13,7 +13,7 @@ namespace typodont {
 struct GuideOptions {
   std::filesystem::path rig;   // its screen and mirror say how prompts are drawn
   std::string hand;            // address; empty: touches come from standard input only
-  std::string pedal = "auto";  // as haptics::HandOptions has it
+  std::string pedal = "auto";  // "none", or as haptics::HandOptions has it
   bool fast = false;           // scripted hands run as fast as they can, and wait for each prompt
   calibration::StillTouch::Limits still;
   bool window = true;          // where there is a hand, a desktop and a build with windows
@@ -25,8 +25,9 @@ struct GuideOptions {
 enum class GuideEnd { kSolve, kSkip, kStop };
 
 /// Runs the step of `guide` until it has its touches or somebody ends it. Every touch is on disk when it is answered.
+/// `device`, where given: the hand's model and serial, empty without a hand.
 /// Throws Error at set-up, RunFailure when the hand is gone before the step is done.
-GuideEnd run_guide(calibration::GuidedCapture& guide, const GuideOptions& options);
+GuideEnd run_guide(calibration::GuidedCapture& guide, const GuideOptions& options, std::string* device = nullptr);
 
 /// PGM, or PNG where the file's name ends so.
 void write_picture(const std::filesystem::path& file, const calibration::Picture& picture);

@@ -148,6 +148,16 @@ void PictureStage::show_inside(render::MeshId body, std::span<const render::Mesh
   if (!bricks.empty()) renderer_->place(body, {origin, {1, 0, 0, 0}});
 }
 
+void PictureStage::look_from(const display::DisplayRig& rig) {
+  const glm::ivec2 pixels = rig_.screen.pixels;
+  const display::Layout layout = rig_.screen.layout;
+  rig_.screen = rig.screen;
+  rig_.screen.pixels = pixels;
+  rig_.screen.layout = layout;
+  rig_.head = rest_ = rig.head;
+  first_panel_ = {rig.screen.lower_right - rig.screen.lower_left, rig.screen.upper_left - rig.screen.lower_left};
+}
+
 void PictureStage::follow_size() {
   if (!output_) return;
   const glm::ivec2 size = output_->size();

@@ -60,6 +60,10 @@ class PictureStage {
     view_ = view;
     section_ = section;
   }
+  /// The tool is drawn, or not.
+  void show_tool(bool shown) { options_.tool = shown; }
+  /// From another viewpoint, from the next frame on: screen and head of this rig.
+  void look_from(const display::DisplayRig& rig);
   /// A body that one view shows (render::kSectionFace …), instead of what it was; relative to `origin` (m, W).
   void show_inside(render::MeshId body, std::span<const render::MeshUpdate> bricks, const dvec3& origin);
 

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "engine/app/paint_file.h"
+#include "engine/app/stroke_book.h"
 #include "engine/base/latest.h"
 #include "engine/base/ring.h"
 #include "engine/contract/contact.h"
@@ -26,6 +27,13 @@ using MeshBatch = std::vector<render::MeshUpdate>;
 struct SessionSettings {
   double speed_share = 1;  // 0..1, of the pedal: how fast the drill may turn
   double force_share = 1;  // 0..1, of the force that reaches the hand
+  PerTissue stiffness = every_tissue(1);  // of the materials' own; only where not recorded
+
+  static constexpr PerTissue every_tissue(double share) {
+    PerTissue all{};
+    for (double& v : all) v = share;
+    return all;
+  }
 };
 
 /// How the recording fares, in passing.
@@ -44,6 +52,12 @@ struct XrHandSample {
 
 /// What a user asks of the tissue while a session runs.
 enum class TissueCommand { kUndo, kRedo, kSave };
+
+/// A piece of a brush stroke, as an instructor paints.
+struct BrushMove {
+  PaintStroke stroke;
+  bool begins = false;  // the brush was set down
+};
 
 /// A stroke taken back or brought again, between two cuts and between two patches: with these a replay is exact.
 struct StrokeEdit {
@@ -66,7 +80,7 @@ struct Wiring {
   Ring<Cut> cuts_to_debris{1 << 12};
   // UI → CARVER → UI
   Ring<TissueCommand> tissue_commands{64};
-  Latest<haptics::TissueVolume::Strokes> strokes_to_render{{}};
+  Latest<TissueState> tissue_to_render{{}};
   // CARVER → RECORDER
   Ring<StrokeEdit> edits_to_recorder{1 << 10};
   Ring<LoosePiece> pieces_to_recorder{1 << 10};
@@ -74,10 +88,14 @@ struct Wiring {
   Ring<LoosePiece> pieces_to_debris{1 << 10};
   // CARVER → RENDER
   Ring<MeshBatch*> bricks{256};
+  // CARVER → UI, where a headset draws in RENDER's place and an operator watches
+  Ring<MeshBatch*> bricks_to_watch{256};
+  // CARVER → WATCH (live_views.h): copies of the tissue, as they are asked for; WATCH → UI is inside LiveViews
+  Ring<haptics::TissueVolume*> copies_to_watch{4};
   // RENDER (window) → SERVO, where the mouse is the hand
   Latest<haptics::HandSample> pointer;
   // UI → CARVER, where an instructor paints
-  Ring<PaintStroke> paint_to_carver{1 << 10};
+  Ring<BrushMove> paint_to_carver{1 << 10};
   // UI → SERVO
   Latest<SessionSettings> settings;
   // SERVO → UI, where an operator watches
@@ -99,6 +117,8 @@ struct Wiring {
   Ring<haptics::HandSample> left_to_recorder{1 << 13};
   // SERVO → AUDIO: inside SoundLink (a ring of what the ear needs)
 
+  std::atomic<bool> copy_wanted{false};         // WATCH → CARVER
+  std::atomic<std::uint64_t> tissue_version{0};  // CARVER → WATCH: changes with the tissue
   std::atomic<bool> mesh_all{false};   // RENDER → CARVER: all bricks again, for a picture made anew
   std::atomic<bool> emergency{false};  // any thread → SERVO: no force from the next tick on, and the session's end
   std::atomic<std::int32_t> chosen_tool{-1};    // RENDER (window) → SERVO: by key; negative: the hand's own choice

@@ -13,6 +13,7 @@
 
 #include "engine/app/debris_view.h"
 #include "engine/app/hands.h"
+#include "engine/app/live_views.h"
 #include "engine/app/mouse_hand.h"
 #include "engine/app/picture_stage.h"
 #include "engine/app/quality_ladder.h"
@@ -45,6 +46,7 @@ constexpr double kRampOut = 0.02;  // s at the end of a session
 constexpr double kMirror = 22e-3;  // m, a mouth mirror of size 4, where the scene does not say
 constexpr int kHoldKey = ' ', kGoOnKey = 'R';
 constexpr Nanos kReviveInterval = 10 * kNanosPerSecond;  // a device lost more often than this is broken
+constexpr Nanos kOwnInterval = 30'000'000;               // ns between pictures from a viewpoint of one's own
 constexpr Nanos kMeshInterval = 16'000'000;              // ns between looks for changed bricks
 
 std::atomic<bool> g_asked_to_stop{false};
@@ -62,6 +64,8 @@ struct Session {
   ServoTick last;                       // the same
   std::uint32_t faults = 0;
   bool draw = false, record = false, debris = false, operated = false;
+  bool watched = false;  // bricks go to the operator too: the headset takes the others
+  StrokeBook book;       // carver thread until it has ended
   float tolerance = 0.1f;  // voxels, of the surface drawn
   Nanos began = 0;            // of recorded frames
   std::size_t xr_stream = 0;  // which of the recording's streams they are
@@ -86,6 +90,13 @@ struct Session {
     return patch;
   }
 };
+
+/// N/m
+PerTissue scaled(const MaterialTable& materials, const PerTissue& share) {
+  PerTissue stiffness{};
+  for (std::size_t i = 0; i < share.size(); ++i) stiffness[i] = share[i] * materials[i].stiffness;
+  return stiffness;
+}
 
 /// As HapticDevice::contact means it.
 bool in_contact(const ServoTick& tick) {
@@ -118,7 +129,10 @@ void servo_thread(Session& s, haptics::HapticDevice& hand) {
     }
     if (ticks == 0) wiring.session_zero = woke - sample.t;
     sample.pedal = pedal.pass(sample.pedal, wiring.held.load(std::memory_order_relaxed));
-    if (wiring.settings.fetch()) settings = wiring.settings.front();
+    if (wiring.settings.fetch()) {
+      settings = wiring.settings.front();
+      if (!s.record) s.servo->set_stiffness(scaled(s.scene.servo.materials, settings.stiffness));
+    }
     sample.pedal *= settings.speed_share;
     sample.faults = hand.faults();
     const bool did_cut = s.servo->tick(sample, tick, cut);
@@ -186,7 +200,19 @@ void obey(Session& s, TissueCommand command, Nanos t, TissueSaver& saver) {
   if (command == TissueCommand::kSave) return saver.start(s.carver.volume(), s.save);
   const bool redo = command == TissueCommand::kRedo;
   const StrokeEdit edit{t, redo, s.carver.cuts(), s.carver.patches()};
-  if ((redo ? s.carver.redo() : s.carver.undo()) && s.record) wiring.edits_to_recorder.push(edit);
+  if (!(redo ? s.carver.redo() : s.carver.undo())) return;
+  s.book.edited(redo, s.carver.volume());
+  if (s.record) wiring.edits_to_recorder.push(edit);
+}
+
+/// The brush's stroke is one that can be taken back.
+void brush(Session& s, const BrushMove& move) {
+  if (move.begins) {
+    s.carver.end_stroke();
+    s.carver.volume().begin_stroke();
+  }
+  paint(s.carver.volume(), {move.stroke});
+  s.book.painted(move.stroke, s.carver.volume());
 }
 
 void carver_thread(Session& s) {
@@ -200,6 +226,7 @@ void carver_thread(Session& s) {
     bool worked = false;
     while (wiring.cuts_to_carver.pop(cut)) {
       s.carver.apply(cut);
+      if (s.operated) s.book.cut(cut, s.carver.volume());
       worked = true;
     }
     for (const LoosePiece& piece : s.carver.take_pieces()) {
@@ -211,12 +238,16 @@ void carver_thread(Session& s) {
       obey(s, command, wiring.tick_to_carver.front().t, saver);
       worked = true;
     }
-    if (worked) wiring.strokes_to_render.publish(s.carver.volume().strokes());
-    PaintStroke stroke;
+    BrushMove move;
     bool painted = false;
-    while (wiring.paint_to_carver.pop(stroke)) {
-      paint(s.carver.volume(), {stroke});
+    while (wiring.paint_to_carver.pop(move)) {
+      brush(s, move);
       painted = true;
+    }
+    if (worked || painted) {
+      const TissueState state = s.book.state(s.carver.volume());
+      wiring.tissue_to_render.publish(state);
+      wiring.tissue_version.store(state.version, std::memory_order_relaxed);
     }
     if (wiring.tick_to_carver.fetch() || painted) {
       const ServoTick& tick = wiring.tick_to_carver.front();
@@ -231,7 +262,15 @@ void carver_thread(Session& s) {
       meshed = now();
       first = false;
       auto batch = std::make_unique<MeshBatch>(view.update(s.carver.volume()));
+      if (s.watched && !batch->empty()) {
+        auto copy = std::make_unique<MeshBatch>(*batch);
+        if (wiring.bricks_to_watch.push(copy.get())) (void)copy.release();
+      }
       if (!batch->empty() && wiring.bricks.push(batch.get())) (void)batch.release();
+    }
+    if (wiring.copy_wanted.exchange(false)) {
+      auto copy = std::make_unique<haptics::TissueVolume>(s.carver.volume().clone());
+      if (wiring.copies_to_watch.push(copy.get())) (void)copy.release();
     }
     if (!worked) std::this_thread::sleep_for(300us);
   }
@@ -293,12 +332,19 @@ struct Workbench::Impl {
   std::optional<session::SessionWriter> writer;
   std::optional<PictureStage> stage;
   std::optional<XrSession> headset;  // draws on a thread of its own, in the stage's place
+  std::unique_ptr<LiveViews> views;  // where operated
+  std::optional<PictureStage> own_stage;  // from a viewpoint of one's own
+  Viewpoint own_from;
+  glm::ivec2 own_size{0};            // 0: there is none
+  Nanos own_drawn = 0;
+  std::uint64_t own_frames = 0;
+  MaterialTable materials;           // as drawn
   QualityLadder ladder;
   std::optional<DebrisView> debris;
   dvec3 above{0, 0, 0};  // m, W: where the tool starts
 
   bool running = false;
-  Nanos began = 0, last_frame = 0;
+  Nanos began = 0, last_frame = 0, last_drawn = 0;
   ServoTick tick;  // the newest, as drawn
   std::uint64_t drawn = 0;
   double frame_seconds = 0, frame_period = 0;  // s, smoothed
@@ -324,6 +370,10 @@ struct Workbench::Impl {
   void start();
   bool step(const display::UserInput* input, glm::ivec2 picture_size);
   void make_stage(gpu::Device* device);
+  void collect();
+  void draw_own(double dt);
+  void count_frame();
+  bool in_one_window() const { return options.embedded && own_size.x > 0; }
   void score_ticks();
   void follow_keys(const display::UserInput& input);
   void edit_tissue(const display::UserInput& input);
@@ -355,6 +405,7 @@ void Workbench::Impl::set_up() {
               ? "picture: off, an offscreen rig shows nothing live; use 'typodont render' or 'typodont demo'"
               : "picture: off, the scene does not name \"render\"");
   s.operated = options.operated;
+  materials = scene.servo.materials;
   s.record = !options.record.empty();
   s.save = options.save;
   if (!scene.resume.empty()) explain("tissue: going on from " + scene.resume);
@@ -414,6 +465,8 @@ void Workbench::Impl::set_up() {
   if (s.operated) {
     meter.emplace(hand.rate);
     volumes_before = tissue.volumes();
+    s.watched = s.draw && hmd;
+    views = std::make_unique<LiveViews>(scene, tissue, s.wiring);
   }
   if (s.draw && window) {
     make_stage(options.device);
@@ -489,7 +542,11 @@ bool Workbench::Impl::step(const display::UserInput* input, glm::ivec2 picture_s
     if (!headset) return true;
   }
   try {
-    if (headset) return headset->step();
+    if (headset) {
+      collect();
+      draw_own(0.01);
+      return headset->step();
+    }
     const display::UserInput own = options.embedded ? display::UserInput() : stage->output().poll();
     if (own.close) return false;
     const display::UserInput& over = input && options.embedded ? *input : own;
@@ -522,13 +579,57 @@ void Workbench::Impl::make_stage(gpu::Device* device) {
   PictureStage::Options look;
   look.window = !options.embedded;
   look.embedded = options.embedded;
-  look.hud = !options.embedded;
+  look.hud = !options.operated;  // what the operator's window says need not stand in the trainee's picture
   look.device = device;
   look.monitor = options.monitor;
   look.quality = ladder.step();
-  stage.emplace(*rig, scene.servo, look);
+  haptics::ServoSettings shown = scene.servo;
+  shown.materials = materials;
+  stage.emplace(*rig, shown, look);
   stage->surround(make_surroundings(scene));
   stage->hold_mirror(scene.mouth_mirror);
+  if (views) views->attach(Eyes::kTrainee, &*stage);
+}
+
+/// The picture from a viewpoint of one's own, where it is wanted and due.
+void Workbench::Impl::draw_own(double dt) {
+  if (!views || own_size.x <= 0 || !options.device) {
+    if (own_stage) {
+      views->attach(Eyes::kOwn, nullptr);
+      own_stage.reset();
+    }
+    return;
+  }
+  if (now() - own_drawn < kOwnInterval) return;
+  own_drawn = now();
+  if (!own_stage) {
+    PictureStage::Options look;
+    look.embedded = true;
+    look.hud = false;
+    look.device = options.device;
+    look.quality = ladder.step();
+    haptics::ServoSettings shown = scene.servo;
+    shown.materials = materials;
+    own_stage.emplace(rig_of(own_from, views->middle(), own_size), shown, look);
+    own_stage->surround(make_surroundings(scene));
+    views->attach(Eyes::kOwn, &*own_stage);
+    views->advance();
+  }
+  own_stage->resize(own_size);
+  own_stage->look_from(rig_of(own_from, views->middle(), own_size));
+  const Look& look = views->look(Eyes::kOwn);
+  own_stage->hold_mirror(!look.mirror ? MouthMirror{} : hands.left ? session->wiring.mouth_mirror.front() : scene.mouth_mirror);
+  const auto particles = debris && look.debris ? debris->particles() : std::span<const render::Particle>{};
+  if (!own_stage->draw(tick, particles, dt).drawn) return;
+  ++own_frames;
+  if (in_one_window() || !stage) count_frame();
+}
+
+/// One more picture has been drawn.
+void Workbench::Impl::count_frame() {
+  const Nanos t = now();
+  if (last_drawn) frame_period += 0.1 * (std::min(to_seconds(t - last_drawn), 1.0) - frame_period);
+  last_drawn = t;
 }
 
 void Workbench::Impl::hold(bool on) noexcept {
@@ -582,17 +683,26 @@ void Workbench::Impl::edit_tissue(const display::UserInput& input) {
   }
 }
 
+/// What changed since the last picture.
+void Workbench::Impl::collect() {
+  Session& s = *session;
+  if (!headset && s.wiring.tick_to_render.fetch()) tick = s.wiring.tick_to_render.front();
+  MeshBatch* batch = nullptr;
+  while ((headset ? s.wiring.bricks_to_watch : s.wiring.bricks).pop(batch)) {
+    const std::unique_ptr<MeshBatch> owned(batch);
+    if (views)
+      views->take(*owned);
+    else
+      stage->show(*owned, s.carver.volume().frame().origin);
+  }
+  if (views) views->advance();
+}
+
 void Workbench::Impl::draw() {
   Session& s = *session;
-  if (s.wiring.tick_to_render.fetch()) tick = s.wiring.tick_to_render.front();
-  MeshBatch* batch = nullptr;
-  while (s.wiring.bricks.pop(batch)) {
-    const std::unique_ptr<MeshBatch> owned(batch);
-    stage->show(*owned, s.carver.volume().frame().origin);
-  }
+  collect();
   const double dt = to_seconds(now() - last_frame);
   last_frame = now();
-  frame_period += 0.1 * (std::min(dt, 1.0) - frame_period);
   if (debris) {
     Cut cut;
     while (s.wiring.cuts_to_debris.pop(cut)) debris->add(cut, haptics::tray(scene.servo)[cut.tool]);
@@ -601,10 +711,24 @@ void Workbench::Impl::draw() {
     debris->step(std::min(dt, 0.1));
   }
   if (hands.left && s.wiring.mouth_mirror.fetch()) stage->hold_mirror(s.wiring.mouth_mirror.front());
-  const auto stats = stage->draw(tick, debris ? debris->particles() : std::span<const render::Particle>{}, dt, hint());
+  draw_own(dt);
+  if (in_one_window()) {
+    frame_seconds += 0.1 * (to_seconds(now() - last_frame) - frame_seconds);
+    return std::this_thread::sleep_for(4ms);
+  }
+  const Look look = views ? views->look(Eyes::kTrainee) : Look{};
+  if (!look.mirror) {
+    stage->hold_mirror({});
+  } else if (views) {
+    stage->hold_mirror(hands.left ? s.wiring.mouth_mirror.front() : scene.mouth_mirror);
+  }
+  const bool chips = debris && look.debris;
+  const Nanos drawing = now();  // the trainee's picture alone: what else is drawn must not cost its quality
+  const auto stats = stage->draw(tick, chips ? debris->particles() : std::span<const render::Particle>{}, dt, hint());
   drawn += stats.drawn;
-  if (stats.drawn) frame_seconds += 0.1 * (to_seconds(now() - last_frame) - frame_seconds);
-  if (stats.drawn && ladder.frame_took(to_seconds(now() - last_frame))) {
+  if (stats.drawn) count_frame();
+  if (stats.drawn) frame_seconds += 0.1 * (to_seconds(now() - drawing) - frame_seconds);
+  if (stats.drawn && ladder.frame_took(to_seconds(now() - drawing))) {
     stage->set_quality(ladder.step());
     log::info("picture quality: {}", ladder.step().name);
   }
@@ -616,6 +740,8 @@ void Workbench::Impl::score_ticks() {
   ServoTick next;
   while (session->wiring.ticks_to_score.pop(next)) {
     meter->add({&next, 1});
+    if (views) views->explore(next);
+    if (headset || !session->draw) tick = next;
     if (next.faults != 0) {
       recent_faults = next.t - fault_time < kNanosPerSecond ? recent_faults | next.faults : next.faults;
       fault_time = next.t;
@@ -641,10 +767,16 @@ void Workbench::Impl::end() {
   if (sound) sound->stop(s.last.t);
   MeshBatch* batch = nullptr;
   while (s.wiring.bricks.pop(batch)) delete batch;
+  while (s.wiring.bricks_to_watch.pop(batch)) delete batch;
+  if (views) views->attach(Eyes::kTrainee, nullptr), views->attach(Eyes::kOwn, nullptr);
+  own_stage.reset();
+  views.reset();
+  haptics::TissueVolume* copy = nullptr;
+  while (s.wiring.copies_to_watch.pop(copy)) delete copy;
   std::signal(SIGINT, SIG_DFL);
   std::signal(SIGTERM, SIG_DFL);
 
-  if (!s.save.empty()) {
+  if (!s.save.empty() && options.save_at_end) {
     try {
       s.carver.volume().save(s.save);
     } catch (const std::exception& e) {
@@ -690,19 +822,46 @@ void Workbench::set(const SessionSettings& settings) {
 const SessionSettings& Workbench::settings() const {
   return impl_->settings;
 }
-void Workbench::paint(const PaintStroke& stroke) {
-  if (!impl_->writer) impl_->session->wiring.paint_to_carver.push(stroke);
+void Workbench::paint(const BrushMove& move) {
+  if (!impl_->writer) impl_->session->wiring.paint_to_carver.push(move);
+}
+std::vector<PaintStroke> Workbench::painted() const {
+  return impl_->session->book.paint(impl_->session->carver.volume());
+}
+void Workbench::color(Tissue tissue, const dvec3& color) {
+  Impl& m = *impl_;
+  m.materials[static_cast<std::size_t>(tissue)].color = color;
+  if (m.own_stage) {
+    m.views->attach(Eyes::kOwn, nullptr);
+    m.own_stage.reset();
+  }
+  if (!m.stage) return;
+  if (m.views) m.views->attach(Eyes::kTrainee, nullptr);
+  m.stage.reset();
+  m.make_stage(m.options.device);
+}
+LiveViews* Workbench::views() {
+  return impl_->views.get();
+}
+void Workbench::look_from(const Viewpoint& from, glm::ivec2 pixels) {
+  impl_->own_from = clamped(from);
+  impl_->own_size = pixels.x > 0 ? glm::max(pixels, glm::ivec2(16)) : glm::ivec2(0);
+}
+const gpu::Image* Workbench::own_picture() const {
+  return impl_->own_stage && impl_->own_frames > 0 ? &impl_->own_stage->pictures() : nullptr;
 }
 haptics::TissueVolume Workbench::take_tissue() {
   return std::move(impl_->session->carver.volume());
 }
 void Workbench::drop_picture() {
+  if (impl_->views) impl_->views->attach(Eyes::kTrainee, nullptr), impl_->views->attach(Eyes::kOwn, nullptr);
+  impl_->own_stage.reset();
   impl_->stage.reset();
 }
 void Workbench::make_picture(gpu::Device& device) {
-  if (!impl_->session->draw) return;
+  if (!impl_->session->draw || impl_->headset) return;
   impl_->make_stage(&device);
-  impl_->session->wiring.mesh_all = true;
+  if (!impl_->views) impl_->session->wiring.mesh_all = true;
 }
 void Workbench::emergency_stop() {
   Wiring& wiring = impl_->session->wiring;
@@ -728,7 +887,7 @@ WorkbenchStatus Workbench::status() {
   Wiring& wiring = m.session->wiring;
   wiring.record_to_render.fetch();
   WorkbenchStatus s;
-  if (!m.session->draw && wiring.tick_to_render.fetch()) m.tick = wiring.tick_to_render.front();
+  if (!m.session->draw && !m.meter && wiring.tick_to_render.fetch()) m.tick = wiring.tick_to_render.front();
   s.tick = m.tick;
   s.seconds = to_seconds(s.tick.t);
   s.faults = s.tick.t - m.fault_time < kNanosPerSecond ? m.recent_faults : 0;
@@ -738,13 +897,25 @@ WorkbenchStatus Workbench::status() {
   s.quality = m.ladder.step().name;
   s.frames = m.drawn;
   s.record = wiring.record_to_render.front();
+  wiring.tissue_to_render.fetch();
+  s.tissue = wiring.tissue_to_render.front();
+  s.own_frames = m.own_frames;
+  const LoopReport& loop = wiring.loop_to_render.front();
+  s.motor_heat = loop.heat;
+  s.bearable_force = loop.bearable_force;
+  s.armed = loop.armed;
+  s.real_time = loop.words();
   return s;
 }
 session::Score Workbench::score_so_far() {
   Impl& m = *impl_;
   session::ScoreInput input;
-  input.before = input.after = m.volumes_before;
-  for (std::size_t i = 0; i < input.after.size(); ++i) input.after[i] -= m.tick.removed[i];
+  if (m.views && m.views->judged()) input = *m.views->judged();  // the geometry as it was a moment ago
+  if (m.scene.resume.empty() || !m.views || !m.views->judged()) {  // the volumes as they are
+    input.before = input.after = m.volumes_before;
+    const PerTissue removed = m.session->wiring.tissue_to_render.front().removed;
+    for (std::size_t i = 0; i < input.after.size(); ++i) input.after[i] -= removed[i];
+  }
   if (m.meter) input.hand = m.meter->result();
   return session::score(input, session::rules_of_scene(Json::parse(m.scene.text, m.scene.file.string()), input));
 }
@@ -764,9 +935,9 @@ void Workbench::ask(TissueCommand command) {
   impl_->session->wiring.tissue_commands.push(command);
 }
 haptics::TissueVolume::Strokes Workbench::strokes() {
-  auto& latest = impl_->session->wiring.strokes_to_render;
+  auto& latest = impl_->session->wiring.tissue_to_render;
   latest.fetch();
-  return latest.front();
+  return latest.front().strokes;
 }
 WorkbenchSummary Workbench::stop() {
   impl_->end();

@@ -81,6 +81,10 @@ class Output {
   /// How large writing should be drawn here, 1: on an ordinary screen.
   virtual double scale() const { return 1; }
   virtual int first_row() const { return 0; }
+  /// The keyboard is this window's from now on.
+  virtual void take_focus() {}
+  /// Another window fills this monitor: this one moves to the next, where there is one.
+  virtual void leave_monitor(int) {}
   /// s between two pictures of the screen; 0 for a picture in memory.
   virtual double refresh_period() const { return 0; }
   /// Reads the composed picture back; RGBA bytes. Only a picture in memory can.

@@ -12,6 +12,7 @@
 #include <algorithm>
 #include <climits>
 #include <cstring>
+#include <optional>
 #include <unordered_set>
 
 #include "engine/base/error.h"
@@ -143,6 +144,26 @@ TissueVolume::~TissueVolume() = default;
 TissueVolume::TissueVolume(TissueVolume&&) noexcept = default;
 TissueVolume& TissueVolume::operator=(TissueVolume&&) noexcept = default;
 
+namespace {
+
+/// The one label of a whole leaf of n³ voxels that lies beyond the band inside the tissue; nothing for any other.
+std::optional<Tissue> uniform_inside(const DenseTissue& dense, const glm::ivec3& lo, const glm::ivec3& end, int n) {
+  if (end != lo + n) return std::nullopt;
+  const Tissue label = dense.tissue[dense.at(lo.x, lo.y, lo.z)];
+  const auto deep = static_cast<float>(-dense.band);
+  for (int x = lo.x; x < end.x; ++x) {
+    for (int y = lo.y; y < end.y; ++y) {
+      const std::size_t row = dense.at(x, y, lo.z);
+      for (std::size_t i = row; i < row + static_cast<std::size_t>(n); ++i) {
+        if (dense.distance[i] > deep || dense.tissue[i] != label) return std::nullopt;
+      }
+    }
+  }
+  return label;
+}
+
+}  // namespace
+
 TissueVolume::TissueVolume(const DenseTissue& dense) : impl_(std::make_unique<Impl>()) {
   Impl& v = *impl_;
   v.frame = dense.frame;
@@ -153,22 +174,27 @@ TissueVolume::TissueVolume(const DenseTissue& dense) : impl_(std::make_unique<Im
 
   // Leaf by leaf, so that voxels beyond the band never exist, not even for a moment.
   constexpr int n = openvdb::FloatTree::LeafNodeType::DIM;
-  const float to_voxels = static_cast<float>(1 / dense.frame.voxel);
+  const auto to_voxels = static_cast<float>(1 / dense.frame.voxel), band = static_cast<float>(dense.band);
   auto distance = v.distance->getAccessor();
   auto tissue = v.tissue->getAccessor();
   for (int x0 = 0; x0 < dense.size.x; x0 += n) {
     for (int y0 = 0; y0 < dense.size.y; y0 += n) {
       for (int z0 = 0; z0 < dense.size.z; z0 += n) {
         const glm::ivec3 end = glm::min(glm::ivec3(x0 + n, y0 + n, z0 + n), dense.size);
+        if (const auto label = uniform_inside(dense, {x0, y0, z0}, end, n)) {
+          distance.addTile(1, openvdb::Coord(x0, y0, z0), -band_voxels, false);
+          tissue.addTile(1, openvdb::Coord(x0, y0, z0), static_cast<int>(*label), *label != Tissue::kAir);
+          continue;
+        }
         for (int x = x0; x < end.x; ++x) {
           for (int y = y0; y < end.y; ++y) {
             for (int z = z0; z < end.z; ++z) {
               const std::size_t i = dense.at(x, y, z);
-              const float d = dense.distance[i] * to_voxels;
+              const float d = dense.distance[i];
               const openvdb::Coord at(x, y, z);
-              if (d < band_voxels && d > -band_voxels) {
-                distance.setValue(at, d);
-              } else if (d <= -band_voxels) {
+              if (d < band && d > -band) {
+                distance.setValue(at, d * to_voxels);
+              } else if (d <= -band) {
                 distance.setValueOff(at, -band_voxels);
               }
               if (dense.tissue[i] != Tissue::kAir) tissue.setValue(at, static_cast<int>(dense.tissue[i]));

@@ -208,6 +208,32 @@ TEST_F(GuidedBench, EveryTouchHasItsCueAndItsPicture) {
   EXPECT_TRUE(std::any_of(wav.begin() + 64, wav.end(), [](char c) { return c != 0; }));
 }
 
+TEST_F(GuidedBench, TwoStreamsOfOneMotionAreRecordedLiveAndTheirDelayKept) {
+  const auto hand = [&](const char* name, double lag) {
+    std::string csv = "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n";
+    for (int i = 0; i <= 3000; ++i) {
+      const double t = 0.01 * i, u = t - lag;
+      csv += fmt::format("{:.3f},{},{},{},1,0,0,0,0\n", t, 40 * std::sin(2.3 * u) + 9 * std::sin(7.1 * u + 1), 30 * std::sin(3.7 * u), 20 * std::cos(1.9 * u));
+    }
+    return folder.write(name, csv);
+  };
+  const std::string a = hand("a.csv", 0), b = hand("b.csv", 0.06);
+  const Ran ran = folder.run(fmt::format("calibrate delay --rig {} --hand script:{} --with script:{} --seconds 8", folder / "rig.json", a, b));
+  ASSERT_EQ(ran.status, 0) << ran.err;
+  EXPECT_THAT(ran.out, HasSubstr("to and fro"));
+  const auto captures = read_captures(RigFile::load(folder.path() / "rig.json").captures_folder());
+  EXPECT_GT(captures.delay_a.t.size(), 1000u);
+  const double delay = estimate_delay(captures.delay_a, captures.delay_b).delay;
+  EXPECT_NEAR(delay, 0.06, 0.02) << "in real time, on whatever machine this is";
+  EXPECT_THAT(test::read_text(folder / "rig.json"), HasSubstr("delay_ms"));
+  const Ran again = folder.run(fmt::format("calibrate delay --rig {} --json", folder / "rig.json"));
+  EXPECT_EQ(again.status, 0) << again.err;
+  const Ran still = folder.run(fmt::format("calibrate delay --hand script:{0} --with script:{0} --seconds 4", folder.write("rest.csv",
+      "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,10,20,30,1,0,0,0,0\n60,10,20,30,1,0,0,0,0\n")));
+  EXPECT_THAT(still.out + still.err, HasSubstr("no motion: both streams are at rest"));
+  EXPECT_EQ(folder.run("calibrate delay --hand script:x.csv").status, 2);
+}
+
 TEST(CalibrateHelp, EverySubcommandNamesAnExample) {
   const ProgramFolder folder{TYPODONT_PROGRAM};
   for (const char* step : {"--simulate", "arm", "screen", "eyes", "register", "delay", "verify", "solve", "drift", "guide", "status", "board", "camera"}) {

@@ -149,12 +149,26 @@ TEST(DelayLaws, ConstantVelocityIsReported) {
   }
 }
 
-TEST(DelayLaws, RestIsReported) {
+TEST(DelayLaws, AHandAtRestIsNamedAsNoMotion) {
+  for (const double noise : {0.0, 1e-5, 2e-4}) {
+    for (const double seconds : {0.5, 10.0, 60.0}) {
+      Recording s;
+      s.noise_a = noise, s.noise_b = 2 * noise, s.seconds = seconds, s.delay = 0.01;
+      const Recorded rest = record([](double) { return dvec3(0.1); }, s, 5), moving = record(hand, s, 5);
+      const DelayResult both = estimate_delay(rest.a, rest.b);
+      EXPECT_TRUE(both.ambiguous);
+      EXPECT_FALSE(both.rich);
+      EXPECT_GT(both.sigma, 0.1);
+      EXPECT_EQ(both.reason.find("no motion: both streams are at rest"), 0u) << noise << " " << seconds << " " << both.reason;
+      EXPECT_EQ(estimate_delay(rest.a, moving.b).reason.find("no motion: stream A is at rest"), 0u);
+      EXPECT_EQ(estimate_delay(moving.a, rest.b).reason.find("no motion: stream B is at rest"), 0u);
+    }
+  }
+  // A motion as small as the noise is one, where it is seen for long: whatever else may be said of it.
   Recording s;
-  const Recorded r = record([](double) { return dvec3(0.1); }, s, 5);
-  const DelayResult d = estimate_delay(r.a, r.b);
-  EXPECT_TRUE(d.ambiguous);
-  EXPECT_GT(d.sigma, 0.1);
+  s.seconds = 60;
+  const Recorded r = record([](double t) { return 2e-4 * dvec3(std::sin(9 * t + std::sin(t)), std::sin(7 * t), 0); }, s, 5);
+  EXPECT_EQ(estimate_delay(r.a, r.b).reason.find("no motion"), std::string::npos);
 }
 
 TEST(DelayLaws, PeriodicMotionIsReportedWithEveryCandidate) {

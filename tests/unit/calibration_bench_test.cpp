@@ -64,6 +64,24 @@ TEST(ArmGeometry, WoodenHapticsStandsAtHomeWhereItsMakersSay) {
   EXPECT_LT(glm::length(tip_position(arm, home) - dvec3(0.025, 0, 0.205)), 1e-15);
 }
 
+TEST(ArmGeometry, TheTipMovesWithEachParameterAsItsDerivativesSay) {
+  Noise random(4);
+  const auto scales = arm_parameter_scales();
+  for (int pose = 0; pose < 20; ++pose) {
+    auto parameters = to_vector(ArmGeometry{});
+    for (std::size_t p = 0; p < parameters.size(); ++p) parameters[p] += random.uniform(-5, 5) * scales[p];
+    ArmReading reading;
+    for (double& angle : reading.angle) angle = random.uniform(-1.5, 1.5);
+    const auto slopes = tip_derivatives(to_geometry(parameters), reading);
+    for (std::size_t p = 0; p < parameters.size(); ++p) {
+      auto more = parameters, less = parameters;
+      more[p] += 1e-6, less[p] -= 1e-6;
+      const dvec3 moved = (tip_position(to_geometry(more), reading) - tip_position(to_geometry(less), reading)) / 2e-6;
+      EXPECT_LT(glm::length(moved - slopes[p]), 1e-8) << arm_parameter_names()[p];
+    }
+  }
+}
+
 TEST(Panel, ThreeMarksOnOneLineAreNotEnough) {
   const std::vector<MarkTouch> touches{{{0, 0.5}, {0, 0, 0}}, {{0.5, 0.5}, {0.1, 0, 0}}, {{1, 0.5}, {0.2, 0, 0}}};
   EXPECT_NE(solve_panel(touches).not_determined, "");

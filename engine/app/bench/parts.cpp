@@ -1,7 +1,5 @@
 #include "engine/app/bench/parts.h"
 
-#include <fmt/format.h>
-
 #include "audio/bench.h"
 #include "calibration/bench.h"
 #include "engine/app/scene.h"
@@ -49,18 +47,7 @@ Rows sound(bool quick) {
 }
 
 Rows calibration(bool quick) {
-  Rows rows;
-  for (const calibration::BenchRow& r : calibration::bench_rows(quick)) {
-    rows.push_back({.name = r.task + ", " + r.method,
-                    .knob = fmt::format("{} touches", r.touches),
-                    .error = r.error,
-                    .error_unit = r.error_unit,
-                    .time_ns = r.time_us * 1e3,
-                    .per = "solution",
-                    .size = static_cast<double>(r.touches),
-                    .size_unit = "touches"});
-  }
-  return rows;
+  return calibration::bench_rows(quick);
 }
 
 constexpr BenchPart kParts[] = {

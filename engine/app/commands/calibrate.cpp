@@ -13,6 +13,7 @@
 #include "calibration/report_page.h"
 #include "calibration/rig_file.h"
 #include "engine/app/commands/commands.h"
+#include "engine/app/delay_capture.h"
 #include "engine/app/guide_stage.h"
 #include "engine/base/error.h"
 #include "engine/base/json.h"
@@ -102,14 +103,22 @@ void add_register(CLI::App& calibrate) {
 
 void add_delay(CLI::App& calibrate) {
   struct Options {
-    std::string a, b;
+    std::string a, b, rig;
+    DelayCaptureOptions live;
     double max_ms = 2000;
     Output out;
   };
   auto options = std::make_shared<Options>();
   CLI::App* command = calibrate.add_subcommand("delay", "time offset between two recordings of one motion");
-  command->add_option("--a", options->a, "CSV: t_s,x_mm,y_mm,z_mm")->required();
-  command->add_option("--b", options->b, "CSV: t_s,x_mm,y_mm,z_mm")->required();
+  command->add_option("--a", options->a, "CSV: t_s,x_mm,y_mm,z_mm");
+  command->add_option("--b", options->b, "CSV: t_s,x_mm,y_mm,z_mm");
+  command->add_option("--rig", options->rig, "rig file: the recordings are, or go, beside it, and the delay into it");
+  command->add_option("--hand", options->live.hand, "record A from this hand (typodont devices) …");
+  command->add_option("--with", options->live.with, "… and B at the same time from this one, or from opentrack:PORT");
+  command->add_option("--pedal", options->live.pedal, "\"none\", or the pedal's path or serial")->capture_default_str();
+  command->add_option("--seconds", options->live.seconds, "record at most so long; it ends sooner where 0.1 ms are reached")
+      ->check(CLI::Range(4.0, 600.0))
+      ->capture_default_str();
   command->add_option("--max-ms", options->max_ms, "search this far both ways")
       ->check(CLI::Range(1.0, 60000.0))
       ->capture_default_str();
@@ -117,10 +126,32 @@ void add_delay(CLI::App& calibrate) {
   command->footer(
       "Sign: delay_ms is positive when B lags A: b(t) = a(t - delay). When the clocks run apart, delay_ms holds at the\n"
       "first common moment, and delay_at_end_ms at the last.\n"
-      "Example: typodont calibrate delay --a haptic.csv --b tracker.csv --json");
+      "Example: typodont calibrate delay --a haptic.csv --b tracker.csv --json\n"
+      "Example: typodont calibrate delay --rig bench.json --hand haply: --with opentrack:4242");
   command->callback([options] {
-    const Stream a = read_stream(options->a), b = read_stream(options->b);
-    const DelayResult result = estimate_delay(a, b, {options->max_ms * 1e-3});
+    auto rig = options->rig.empty() ? std::nullopt : std::optional(RigFile::load(options->rig));
+    Captures captures;
+    if (const bool live = !options->live.hand.empty(); live != !options->live.with.empty() || (live && !options->a.empty())) {
+      throw Error("calibrate delay: found a part of it, expected --hand with --with, or --a with --b, or --rig");
+    } else if (live) {
+      const DelayCapture taken = capture_delay(options->live);
+      captures.delay_a = taken.a, captures.delay_b = taken.b;
+      if (rig) write_captures(rig->captures_folder(), captures);
+    } else if (!options->a.empty() && !options->b.empty()) {
+      captures.delay_a = read_stream(options->a), captures.delay_b = read_stream(options->b);
+    } else if (rig && options->a.empty() && options->b.empty()) {
+      const std::filesystem::path folder = rig->captures_folder();
+      captures.delay_a = read_stream(folder / "delay_a.csv"), captures.delay_b = read_stream(folder / "delay_b.csv");
+    } else {
+      throw Error("calibrate delay: found one recording, expected --a with --b, or --hand with --with, or --rig");
+    }
+    const DelayResult result = estimate_delay(captures.delay_a, captures.delay_b, {options->max_ms * 1e-3});
+    if (rig && !result.ambiguous) {
+      BenchState bench = rig->bench();
+      bench.delay = result;
+      rig->set(bench);
+      rig->save();
+    }
     if (result.ambiguous) log::warn("{}", result.reason);
     else if (!result.rich) log::warn("the motion was not rich enough for 0.1 ms: move faster, or longer");
     std::string text = fmt::format("delay   {:.4f} ms ± {:.4f} ms (positive: B lags A){}\n", result.delay * 1e3,
@@ -142,6 +173,7 @@ std::string summary(const BenchState& bench) {
     text += fmt::format("arm       {:.3f} mm rms before, {:.3f} after; {} captures, {} set aside\n", r->before_rms * 1e3,
                         r->after_rms * 1e3, r->residuals.size(), r->rejected.size());
     text += fmt::format("          not observable: {}\n", fmt::join(r->not_observable, "; "));
+    if (!r->misfit.empty()) text += fmt::format("          not taken over: {}\n", r->misfit);
   }
   if (const auto& r = bench.panel_result) {
     text += r->not_determined.empty()
@@ -187,7 +219,7 @@ struct HandOptions : GuideOptions {
 
   void add_to(CLI::App& command) {
     command.add_option("--hand", hand, "take touches from this hand: an address as typodont devices lists them, or script:HAND.csv");
-    command.add_option("--pedal", pedal, "\"auto\", or the pedal's path or serial")->capture_default_str();
+    command.add_option("--pedal", pedal, "\"auto\", \"none\", or the pedal's path or serial")->capture_default_str();
     command.add_option("--still-mm", still_mm, "a touch is refused when the tip strayed farther than this within 100 ms")
         ->capture_default_str()
         ->check(CLI::Range(0.001, 10.0));
@@ -332,6 +364,9 @@ void add_status(CLI::App& calibrate) {
       fmt::print("{:<9} {:>4} touches  {:<21} {}\n", name(step), guide.taken(), date.empty() ? "never solved" : date, advice);
       newest = std::max(newest, date);
     }
+    const std::string date = rig.step_date("delay");
+    fmt::print("{:<9} {:>4} streams  {:<21} {}\n", "delay", std::filesystem::exists(rig.captures_folder() / "delay_b.csv") ? 2 : 0,
+               date.empty() ? "never solved" : date, date.empty() ? "to do: calibrate delay --hand … --with …" : "done, skip it");
   });
 }
 
@@ -339,10 +374,12 @@ void add_status(CLI::App& calibrate) {
 bool guide_step(RigFile& rig, Step step, HandOptions& options) {
   GuidedCapture guide(rig.bench(), rig.captures_folder(), options.plate_pitch_mm * kMillimetre);
   guide.begin(step);
-  const GuideEnd end = run_guide(guide, options.complete());
+  std::string device;
+  const GuideEnd end = run_guide(guide, options.complete(), &device);
   if (end != GuideEnd::kSolve) return end == GuideEnd::kSkip;
   guide.solve();
   rig.set(guide.bench());
+  if (!device.empty()) rig.set_device("arm", device);
   if (step == Step::kDrift) rig.mark_done(name(step));
   rig.save();
   fmt::print("{}", summary(guide.bench()));
@@ -473,6 +510,7 @@ void simulate(const std::string& folder, const SimulationOptions& simulation, bo
     RigFile rig = RigFile::create(std::filesystem::path(folder) / "rig.json");
     write_captures(rig.captures_folder(), run.captures);
     rig.set(run.bench);
+    rig.mark_done(name(Step::kDrift));
     rig.set_device("arm", "simulated");
     write_file_atomically(std::filesystem::path(folder) / "report.html", report_page(run.bench, "Calibration of the simulated bench"));
     write_file_atomically(std::filesystem::path(folder) / "error_map.svg", error_map_svg(*run.bench.verification));

@@ -2,7 +2,6 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
-#include <algorithm>
 #include <memory>
 #include <nlohmann/json.hpp>
 
@@ -13,6 +12,7 @@
 #include "engine/app/session_record.h"
 #include "engine/base/error.h"
 #include "engine/base/log.h"
+#include "engine/base/measure.h"
 #include "engine/base/units.h"
 #include "engine/session/recorder.h"
 #include "engine/session/ticks_csv.h"
@@ -82,7 +82,7 @@ void run(const Options& options) {
   std::uint32_t faults = 0;
   std::uint64_t pieces = 0;
   ServoTick last;
-  std::vector<Nanos> times;
+  EvenSample times;  // ns
   loop.run(*hand, [&](const ServoTick& tick, const Cut* cut) {
     ServoTick row = tick;
     if (options.no_timing) row.cpu_time = 0;
@@ -94,18 +94,13 @@ void run(const Options& options) {
     ++ticks;
     faults |= tick.faults;
     last = tick;
-    times.push_back(tick.cpu_time);
+    times.add(static_cast<double>(tick.cpu_time));
   });
   const session::SessionResult result = session_result(loop.carver().volume());
   sink.finish(result);
   if (!options.save.empty()) loop.carver().volume().save(options.save);
 
-  std::sort(times.begin(), times.end());
-  const auto percentile = [&](double p) {
-    return times.empty()
-               ? 0.0
-               : static_cast<double>(times[static_cast<std::size_t>(p * static_cast<double>(times.size() - 1))]) * 1e-3;
-  };
+  const auto percentile = [&](double p) { return times.quantile(p) * 1e-3; };
   double removed = 0;
   nlohmann::ordered_json removed_json = nlohmann::ordered_json::object();
   for (int i = 1; i < kTissueCount; ++i) {

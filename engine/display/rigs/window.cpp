@@ -45,6 +45,7 @@ class Window final : public Output {
       const GLFWvidmode* mode = glfwGetVideoMode(monitor);
       size = {mode->width, mode->height};
     }
+    glfwWindowHint(GLFW_AUTO_ICONIFY, GLFW_FALSE);  // the trainee's picture stays while somebody works beside it
     window_ = glfwCreateWindow(size.x, size.y, options.title.c_str(), monitor, nullptr);
     if (!window_) {
       const char* why = nullptr;
@@ -118,6 +119,21 @@ class Window final : public Output {
     return exposed_ || stale_ || lost_ || size != wanted_;
   }
 
+  void take_focus() override { glfwFocusWindow(window_); }
+  void leave_monitor(int taken) override {
+    int count = 0;
+    GLFWmonitor** all = glfwGetMonitors(&count);
+    if (taken < 0 || taken >= count || count < 2) return;
+    ivec2 at, size, lo, room;
+    glfwGetWindowPos(window_, &at.x, &at.y);
+    glfwGetWindowSize(window_, &size.x, &size.y);
+    glfwGetMonitorWorkarea(all[taken], &lo.x, &lo.y, &room.x, &room.y);
+    const ivec2 middle = at + size / 2 - lo;
+    if (middle.x < 0 || middle.y < 0 || middle.x >= room.x || middle.y >= room.y) return;  // it is elsewhere
+    glfwGetMonitorWorkarea(all[(taken + 1) % count], &lo.x, &lo.y, &room.x, &room.y);
+    const ivec2 to = lo + glm::max((room - size) / 2, ivec2(0, 30));
+    glfwSetWindowPos(window_, to.x, to.y);
+  }
   void lose_surface() override { lost_ = true; }
   void resize(ivec2 size) override { glfwSetWindowSize(window_, size.x, size.y); }
 
