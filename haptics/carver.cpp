@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "engine/base/check.h"
+#include "haptics/contact/smooth_contacts.h"
 #include "haptics/servo.h"
 
 namespace typodont::haptics {
@@ -15,10 +16,12 @@ constexpr double kStrokePause = 0.3;  // s without a cut: another stroke
 }  // namespace
 
 Carver::Carver(TissueVolume volume, std::span<const Tool> tools)
-    : volume_(std::move(volume)), tools_(tools.begin(), tools.end()) {
+    : volume_(std::move(volume)), tools_(tools.begin(), tools.end()), watch_(volume_) {
   TYPODONT_CHECK(!tools_.empty());
   const double voxel = volume_.frame().voxel;
   travel_ = patch_travel_for(tools_, voxel) * voxel;
+  const WideGrid wide = wide_grid_for(tools_, voxel, travel_ / voxel);
+  wide_every_ = wide.every, wide_edge_ = wide.edge;
 }
 
 bool Carver::begins_stroke(const Cut& cut) const {
@@ -31,7 +34,9 @@ void Carver::apply(const Cut& cut) {
   in_stroke_ = true;
   cut_t_ = cut.t;
   if (cut.fill_radius > 0) {
-    volume_.fill(Fill(tools_[cut.tool], cut.X_WA.p, cut.fill_radius, cut.X_WB, volume_.frame()));
+    const VoxelBox filled =
+        volume_.fill(Fill(tools_[cut.tool], cut.X_WA.p, cut.fill_radius, cut.X_WB, volume_.frame()));
+    if (!filled.empty()) watch_.after_fill(volume_, filled.lo, filled.hi);
     cuts_ = cut.index;
     end_tool_ = cut.tool;
     return;
@@ -39,10 +44,29 @@ void Carver::apply(const Cut& cut) {
   // After an edit the head may stand in tissue that has come back: the sweep starts from its whole ball again.
   const bool edited = edits_ > 0 && cuts_ == edited_at_;
   const bool continues = cuts_ > 0 && !edited && cut.tool == end_tool_ && same(cut.X_WA, end_);
-  volume_.carve(Sweep(tools_[cut.tool], cut.X_WA, cut.X_WB, volume_.frame(), continues));
+  const VoxelBox carved = volume_.carve(Sweep(tools_[cut.tool], cut.X_WA, cut.X_WB, volume_.frame(), continues));
   cuts_ = cut.index;
   end_ = cut.X_WB;
   end_tool_ = cut.tool;
+  if (!carved.empty()) take_out_pieces(cut, carved);
+}
+
+void Carver::take_out_pieces(const Cut& cut, const VoxelBox& written) {
+  const std::vector<TissuePiece> pieces = watch_.after_cut(volume_, written.lo, written.hi);
+  for (const TissuePiece& piece : pieces) {
+    LoosePiece loose{cut.index, cut.t, {}, 0, volume_.take_out(piece)};
+    dvec3 lo(1e300), hi(-1e300);
+    for (const BlockPart& part : piece) {
+      lo = glm::min(lo, dvec3(part.key * 8)), hi = glm::max(hi, dvec3(part.key * 8 + 7));
+    }
+    const dvec3 edges = hi - lo;
+    loose.center_W = volume_.frame().to_world((lo + hi) / 2.0);
+    loose.radius = std::max({edges.x, edges.y, edges.z}) / 2 * volume_.frame().voxel;
+    for (std::size_t i = 0; i < loose_volume_.size(); ++i) loose_volume_[i] += loose.removed[i];
+    loose_.push_back(loose);
+    ++pieces_;
+  }
+  watch_.removed(pieces);
 }
 
 bool Carver::edit(bool done) {
@@ -50,11 +74,12 @@ bool Carver::edit(bool done) {
   in_stroke_ = false;
   ++edits_;
   edited_at_ = cuts_;
+  watch_.after_edit();
   return true;
 }
 
 bool Carver::patch_due(const ServoTick& tick) const {
-  if (patches_ == 0 || patch_edits_ != edits_) return true;
+  if (patches_ == 0 || patch_edits_ != edits_ || patch_pieces_ != pieces_) return true;
   return patch_due_for(patch_center(tick), center_W_, travel_);
 }
 
@@ -69,6 +94,8 @@ void Carver::cut_out(const dvec3& center_W, SurfacePatch& patch) {
   patch.edits = patch_edits_ = edits_;
   patch.edited_at = edited_at_;
   patch.taken_back = volume_.taken_back();
+  patch.pieces = patch_pieces_ = pieces_;
+  patch.loose = loose_volume_;
   patch.center_W = center_W;
   patch.lo = center - patch.n / 2;
   const glm::ivec3 hi = patch.lo + patch.n - 1;
@@ -76,6 +103,22 @@ void Carver::cut_out(const dvec3& center_W, SurfacePatch& patch) {
   volume_.cut_box(patch.lo, hi, patch.cut_lo, patch.cut_hi);
   volume_.copy(patch.lo, glm::ivec3(patch.n), patch.distance.data(), patch.tissue.data());
   center_W_ = center_W;
+  if (wide_edge_ == 0) return;
+  if (patch.wide.empty()) {
+    patch.wide.emplace_back();
+    patch.wide.front().resize(wide_edge_);
+    patch.wide.front().every = wide_every_;
+  }
+  SurfacePatch& wide = patch.wide.front();
+  wide.number = patch.number;
+  wide.lo = center / wide_every_ - wide_edge_ / 2;
+  wide.exact_outside = patch.exact_outside;
+  const glm::ivec3 top = wide.lo + wide_edge_ - 1;
+  volume_.cut_box(wide.lo * wide_every_, top * wide_every_, wide.cut_lo, wide.cut_hi);
+  if (wide.cut_lo.x <= wide.cut_hi.x) {
+    wide.cut_lo = wide.cut_lo / wide_every_ - 1, wide.cut_hi = wide.cut_hi / wide_every_ + 1;
+  }
+  volume_.copy_every(wide_every_, wide.lo, glm::ivec3(wide_edge_), wide.distance.data(), wide.tissue.data());
 }
 
 }  // namespace typodont::haptics

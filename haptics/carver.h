@@ -2,6 +2,7 @@
 #pragma once
 
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "engine/contract/contact.h"
@@ -17,8 +18,11 @@ class Carver {
   /// `tools` as Cut::tool numbers them.
   Carver(TissueVolume volume, std::span<const Tool> tools);
 
-  /// Cuts arrive in order and without gaps. Those with no pause between them are one stroke.
+  /// Cuts arrive in order and without gaps. Those with no pause between them are one stroke. Pieces that a cut sets loose
+  /// are taken out with it, in its stroke; a patch is then due. Equal cuts, equal pieces.
   void apply(const Cut& cut);
+  /// The pieces taken out since the last call.
+  std::vector<LoosePiece> take_pieces() { return std::exchange(loose_, {}); }
 
   /// Whether this cut, as the next one, would begin another stroke.
   bool begins_stroke(const Cut& cut) const;
@@ -49,6 +53,12 @@ class Carver {
   Pose end_;                   // where the last cut ended …
   std::uint32_t end_tool_ = 0;  // … and of which tool
   bool edit(bool done);
+  void take_out_pieces(const Cut& cut, const VoxelBox& written);
+
+  LoosePieces watch_;
+  std::vector<LoosePiece> loose_;              // taken out, not yet told of
+  PerTissue loose_volume_{};                   // m³, of all so far
+  std::uint32_t pieces_ = 0, patch_pieces_ = 0;  // taken out; the same when the last patch was cut out
 
   Nanos cut_t_ = 0;              // of the last cut
   bool in_stroke_ = false;
@@ -57,6 +67,7 @@ class Carver {
   std::uint32_t patches_ = 0;
   dvec3 center_W_{0};
   double travel_ = 0;  // m
+  int wide_every_ = 0, wide_edge_ = 0;  // of the wide patch, where a tool has a shank
 };
 
 }  // namespace typodont::haptics

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "haptics/solid.h"
+
 namespace typodont::haptics {
 
 namespace {
@@ -18,6 +20,8 @@ constexpr float kLabelled = 1.5f;  // voxels outside the new surface that carry 
 
 Fill::Fill(const Tool& tool, const dvec3& center_W, double radius, const Pose& X_WT, const VoxelFrame& frame)
     : label_(tool.fill),
+      within_(tool.fill_within.get()),
+      frame_(frame),
       head_(tool, frame.voxel),
       sphere_(tool.shape == HeadShape::kSphere),
       head_radius_(tool.radius() / frame.voxel),
@@ -45,12 +49,14 @@ bool Fill::lower(const glm::ivec3& lo, const glm::ivec3& size, float* distance, 
         if (d >= margin || static_cast<float>(d) >= old) continue;
         const dvec3 q = p - X_VT_.p;
         d = std::max(d, kClear - (sphere_ ? glm::length(q) - head_radius_ : head_.distance(R_TV_ * q)));
+        if (within_) d = std::max(d, within_->distance(frame_.to_world(p)) / frame_.voxel);
         const auto now = static_cast<float>(d);
         if (d >= margin || now >= old) continue;
         distance[i] = now;
         changed = true;
         if (old > 0 && now < kLabelled) tissue[i] = label_;
-        if (added) (*added)[static_cast<std::size_t>(tissue[i])] += share_inside(now) - share_inside(old);
+        // All that comes is the filling's, also where it fills up a voxel that stays the wall's, which has one label only.
+        if (added) (*added)[static_cast<std::size_t>(label_)] += share_inside(now) - share_inside(old);
       }
     }
   }

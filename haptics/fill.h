@@ -9,7 +9,7 @@
 
 namespace typodont::haptics {
 
-/// A ball of filling but for the head that presses it: it grows to half a voxel from the head's surface and no farther, so
+/// A ball of filling, inside the tool's limit where it has one, but for the head that presses it: it grows to half a voxel from the head's surface and no farther, so
 /// that it neither pushes nor holds the hand.
 class Fill {
  public:
@@ -27,6 +27,8 @@ class Fill {
 
  private:
   Tissue label_;
+  const Solid* within_;  // the tool's, or none
+  VoxelFrame frame_;
   HeadField head_;       // voxels
   bool sphere_;
   double head_radius_;   // of a ball, voxels

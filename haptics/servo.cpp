@@ -9,6 +9,7 @@
 #include "engine/base/check.h"
 #include "engine/base/units.h"
 #include "haptics/contact/contact_planes.h"
+#include "haptics/contact/smooth_contacts.h"
 #include "haptics/cut_front.h"
 #include "haptics/forces/friction.h"
 #include "haptics/forces/passivity.h"
@@ -24,8 +25,8 @@ constexpr double kContactRange = 0.8;      // contacts farther away than this do
 constexpr double kContactStep = 0.6;       // … because a step among several is no longer than this
 constexpr double kStep = 1.5;              // longest step between two looks at the contacts: nothing thinner is skipped
 constexpr double kConverged = 1e-6;        // the proxy has come to rest
-constexpr double kSettled = 1e-3;          // the same against a surface that was cut, which is rough by more than that,
-constexpr double kSettledCutting = 3e-3;   // … and while it is being cut, by more still
+constexpr double kSettled = 2e-4;          // the same where several contacts were looked at,
+constexpr double kSettledCutting = 3e-3;   // … and while they are cut, which leaves them rough by more
 constexpr int kSettlingLooks = 5;
 constexpr double kBlur = 0.2;              // what interpolation makes of a narrow cut: 0.09 where a ball is 3 voxels in radius
 constexpr double kSamePoints = 0.3;        // contacts found less than this ago, in voxels of way, still serve
@@ -41,6 +42,7 @@ constexpr double kLeapTime = 0.05;         // s that the proxy may take to follo
 constexpr double kNoHand = 2.0;            // m/s: what moves faster is a leap of the input, not a hand
 constexpr double kLostHand = 0.02;         // m: so far from where it was, a hand that comes back starts anew
 constexpr double kCutSlew = 6;            // N/s, no faster does the proxy change the force of a cutting contact
+constexpr double kGripSlew = 9;            // N/s, no faster does the force rise when the teeth catch
 constexpr double kTissueSlew = 4;          // N/s, no faster does another tissue under the head change the force …
 constexpr double kUnpaid = 0.15e-3;        // J, … nor does a harder one store more than the ledger holds, beyond this
 constexpr double kDebt = 2e-9;             // J, more than rounding costs
@@ -55,6 +57,7 @@ constexpr double kFadeTime = 0.1;          // s, time constant of a force that l
 constexpr double kFillWaits = 0.05;        // s that filling may wait for room
 constexpr double kFillStep = 0.25;         // voxels a tick that a dome may grow
 constexpr int kCutHistory = 8192;          // cuts a late patch may lack
+constexpr double kWideStep = 0.2;          // samples of the wide patch that a head moves between two cuts in it
 constexpr double kPedalUp = 0.01;          // of the pedal's way, and of the free speed: the drill stands
 
 /// Boxes of the last cuts, so that a fresh patch is brought up to date only where it may differ.
@@ -105,14 +108,19 @@ struct CutBoxes {
 
 /// A turning head that is pressed into tissue stays where it is until the hand leads it sideways by more than the teeth
 /// grip (a friction cone on the god-object): roughness of the cut surface then does not shake the hand. Returns the
-/// target as if that grip held back its tangential part.
-dvec3 held_target(const dvec3& from, const dvec3& target, const dvec3& n) {
+/// target as if that grip held back its tangential part. `moved`: the hand since the last tick. The lag sideways grows by
+/// `most` at most, so that teeth which catch do not stop the head dead.
+dvec3 held_target(const dvec3& from, const dvec3& target, const dvec3& n, const dvec3& moved, double most) {
   const dvec3 pull = from - target;
   const double pushed = glm::dot(pull, n);
   if (!(pushed > 0)) return target;
   const dvec3 sideways = pull - pushed * n;
   const double length = glm::length(sideways);
-  return target + sideways * (length > kToothGrip * pushed ? kToothGrip * pushed / length : 1.0);
+  const dvec3 lag = sideways * (length > kToothGrip * pushed ? kToothGrip * pushed / length : 1.0);
+  const dvec3 change = lag - (sideways + moved - glm::dot(moved, n) * n);  // since the last tick
+  const double size = glm::length(change);
+  if (size > most && glm::dot(change, lag) > 0) return target + lag - change * (1 - most / size);
+  return target + lag;
 }
 
 double travel_for(const Tool& tool, double voxel) {
@@ -130,7 +138,7 @@ bool is_sound(const HandSample& hand) {
 int patch_edge_for(std::span<const Tool> tools, double voxel) {
   double half = 0;
   for (const Tool& tool : tools) {
-    half = std::max(half, tool.reach() / voxel + Sweep::kMargin + 3 + travel_for(tool, voxel));
+    half = std::max(half, near_reach(tool) / voxel + Sweep::kMargin + 3 + travel_for(tool, voxel));
   }
   return 2 * static_cast<int>(std::ceil(half)) + 1;
 }
@@ -156,6 +164,8 @@ struct Servo::State {
   struct Held {  // a tool of the tray, made ready at set-up
     Tool tool;
     ContactFinder finder;
+    SmoothContacts smooth;
+    double reach;  // voxels, of head and safe end
   };
   ServoSettings settings;
   std::vector<Held> tools;
@@ -176,6 +186,7 @@ struct Servo::State {
   // Force.
   double stiffness_share = 1;  // of the coupling, by the tissue under the head
   double normal_force = 0;     // N, last tick
+  double head_force = 0;       // N, what of it lies on the part that cuts
   dvec3 normal{0};
   FrictionState friction;
   TipState tip;
@@ -191,6 +202,7 @@ struct Servo::State {
   double rejoining = 0;        // s left to find back from the bridge to the surface
   double due_for = 0;          // s that a new patch has been due
   dvec3 torque{0};             // N·m, of the contacts
+  dvec3 last_torque{0};        // N·m, as sent
   dvec3 last_force{0};         // N, what the tissue gave …
   dvec3 teeth_force{0};        // N, of the teeth before the limits
   dvec3 last_spindle_force{0}; // N, … and what the spindle fed through the teeth
@@ -220,27 +232,38 @@ struct Servo::State {
   CutFront front;              // of the patch
   Pose cut_end;                // where the last cut ended …
   std::uint32_t cut_tool = 0;  // … and of which tool
+  Pose wide_end;               // where the last cut in the wide patch ended
+  std::uint64_t wide_cut = 0;  // … and which cut that was
   ServoTick sums;              // carries index, removed, energy, cuts
 
   State(const ServoSettings& s, int edge)
       : settings(s), travel(patch_travel_for(tray(s), s.frame.voxel) * s.frame.voxel), depth_speed(s.position_step, 1),
         front(tray(s), s.frame.voxel) {
-    for (const Tool& tool : tray(s)) tools.push_back({tool, ContactFinder(tool, s.frame.voxel)});
+    for (const Tool& tool : tray(s)) {
+      const double h = s.frame.voxel;
+      tools.push_back({tool, ContactFinder(tool, h), SmoothContacts(tool, h), near_reach(tool) / h});
+    }
     for (const Material& material : settings.materials) hardest = std::max(hardest, material.specific_energy);
     patch.resize(edge);
   }
 
   const Tool& tool() const noexcept { return tools[in_hand].tool; }
   const ContactFinder& finder() const noexcept { return tools[in_hand].finder; }
+  SmoothContacts& smooth() noexcept { return tools[in_hand].smooth; }
+  double reach() const noexcept { return tools[in_hand].reach; }
 
   /// Whether that tool, held with its head at X_VT (voxels), would touch nothing. Uses `contacts`.
   bool would_be_free(std::uint32_t which, const Pose& X_VT) noexcept {
     const ContactFinder& other = tools[which].finder;
-    if (!patch.holds(X_VT.p, other.reach() + 1)) return false;
+    SmoothContacts& parts = tools[which].smooth;
+    const double far = tools[which].reach;
+    if (!patch.holds(X_VT.p, far + 1)) return false;
     const double distance = sample_linear(patch, X_VT.p);
-    if (distance > other.reach() + 2) return true;
+    parts.forget();
+    if (distance > far + 2 && parts.room(patch, X_VT) > kContactRange) return true;
     if (distance <= 0) return false;
     other.find(patch, X_VT, kContactRange, contacts);
+    if (parts.any()) parts.find(patch, X_VT, kContactRange, contacts);
     for (int i = 0; i < contacts.count(); ++i) {
       if (contacts.plane(i).gap <= 0) return false;
     }
@@ -308,6 +331,7 @@ struct Servo::State {
 
   void take_up(std::uint32_t which) noexcept {
     in_hand = which;
+    smooth().forget();
     front.forget();
     shares = {};
     stiffness_share = 1;
@@ -329,15 +353,16 @@ struct Servo::State {
 
   /// The rest of a tick of a tool that is far from everything, and was before: what the long way comes to when no contact,
   /// force or state of one is left. False, and nothing done, where there may be more to it.
-  bool fly(const Pose& X_WT, const dvec3& moved, double dt, Nanos t, ServoTick& out, Cut& cut) noexcept {
+  bool fly(const Pose& X_WT, const dvec3& moved, const dvec3& turned, double dt, Nanos t, ServoTick& out, Cut& cut) noexcept {
     const Tool& head = tool();
     if (!idle || ending || head.fill != Tissue::kAir || settings.filter != ForceFilter::kNone ||
         (settings.vibration.band > 0 && speed > 0)) {
       return false;
     }
     const dvec3 c = settings.frame.to_voxels(X_WG.p), way = settings.frame.to_voxels(X_WT.p) - c;
-    if (!patch.holds(c, finder().reach() + 1)) return false;
-    const double room = clearance(c) - 1;
+    if (!patch.holds(c, reach() + 1)) return false;
+    double room = clearance(c) - 1;
+    if (smooth().any()) room = std::min(room, smooth().room(patch, {c, X_WT.R}) - 1);
     if (!(room > 1 && glm::dot(way, way) <= room * room)) return false;
 
     const bool due = patch_due_for(patch_center_for(X_WG.p, X_WT.p, travel), patch.center_W, travel);
@@ -351,7 +376,7 @@ struct Servo::State {
     given = std::clamp(-sums.energy, 0.0, sums.energy < -kDebt ? -sums.energy : given);
     if (settings.position_step > 0) depth_speed.add(t, dvec3(0));
     if (settings.passivity) {
-      passive_share({}, dvec3(0), moved, dt, settings.tick, sums.energy + given, passivity);
+      passive_share({}, dvec3(0), moved, dvec3(0), turned, dt, settings.tick, sums.energy + given, passivity);
     }
     last_hand = X_WG = out.X_WG = X_WT;
     last_t = t;
@@ -363,7 +388,43 @@ struct Servo::State {
   }
 
   /// A lower bound of the head's distance to tissue; only right as far as it is positive.
-  double clearance(const dvec3& c) const noexcept { return sample_linear(patch, c) - finder().reach(); }
+  double clearance(const dvec3& c) const noexcept { return sample_linear(patch, c) - reach(); }
+
+  /// What was cut, in the wide patch too: in longer steps, which its coarser samples cannot tell.
+  void carve_wide(const Pose& X_WA, const Pose& X_WB, bool continues) noexcept {
+    if (patch.wide.empty()) return;
+    const VoxelFrame frame{settings.frame.origin, settings.frame.voxel * patch.wide.front().every};
+    const bool goes_on = continues && wide_cut + 1 >= sums.cuts;
+    if (!goes_on) wide_end = X_WA;
+    const double turned = 2.3 * std::sqrt(std::max(0.0, 2 - 2 * std::abs(glm::dot(X_WB.R, wide_end.R))));
+    const double moved = glm::length(X_WB.p - wide_end.p) + turned * tool().reach();
+    if (goes_on && moved < kWideStep * frame.voxel) {
+      wide_cut = sums.cuts;
+      return;
+    }
+    carve(patch.wide.front(), Sweep(tool(), wide_end, X_WB, frame, goes_on));
+    wide_end = X_WB;
+    wide_cut = sums.cuts;
+  }
+
+  /// Brings a fresh wide patch up to date with the cuts it lacks.
+  void update_wide(SurfacePatch& fresh, bool repeat) noexcept {
+    if (fresh.wide.empty()) return;
+    SurfacePatch& wide = fresh.wide.front();
+    const VoxelFrame frame{settings.frame.origin, settings.frame.voxel * wide.every};
+    if (repeat) {
+      for (std::uint64_t i = boxes.first_after(fresh.cuts); i <= boxes.last; ++i) {
+        const CutBoxes::Made& made = boxes.made[i % kCutHistory];
+        if (!(made.fill_radius > 0)) carve(wide, Sweep(tools[made.tool].tool, made.X_WA, made.X_WB, frame));
+      }
+      return;
+    }
+    glm::ivec3 lo, hi;
+    bool filled = false;
+    if (patch.wide.empty() || !boxes.since(fresh.cuts, lo, hi, filled) || filled) return;
+    const int n = wide.every, margin = static_cast<int>(Sweep::kMargin) + 1;
+    merge(wide, patch.wide.front(), glm::max(lo, glm::ivec3(-1'000'000)) / n - margin, glm::min(hi, glm::ivec3(1'000'000)) / n + margin);
+  }
 };
 
 Servo::Servo(const ServoSettings& settings, int patch_edge) : state_(std::make_unique<State>(settings, patch_edge)) {}
@@ -384,15 +445,18 @@ void Servo::adopt(SurfacePatch& fresh) noexcept {
   if (fresh.n != s.patch.n) return;  // sized at set-up; never differs
   glm::ivec3 lo, hi;
   bool filled = false;
-  if (s.patch.number != 0 && fresh.edits != s.patch.edits) {
-    // A stroke was taken back or brought again: the old patch knows nothing of that, so the cuts made since are repeated,
-    // as the carver repeats them.
+  const bool loose = fresh.pieces != s.patch.pieces;
+  for (std::size_t i = 0; i < fresh.loose.size(); ++i) s.sums.removed[i] += fresh.loose[i] - s.patch.loose[i];
+  if (s.patch.number != 0 && (loose || fresh.edits != s.patch.edits)) {
+    // A stroke was taken back or brought again, or a piece taken out: the old patch knows nothing of that, so the cuts made
+    // since are repeated, as the carver repeats them. What they had taken from such a piece before it was gone counts once.
     for (std::uint64_t i = s.boxes.first_after(fresh.cuts); i <= s.boxes.last; ++i) {
       const CutBoxes::Made& made = s.boxes.made[i % kCutHistory];
       const Tool& tool = s.tools[made.tool].tool;
       PerTissue removed;  // in tissue that came back, more than it was where that was gone
       if (made.fill_radius > 0) {
-        removed = fill(fresh, Fill(tool, made.X_WA.p, made.fill_radius, made.X_WB, s.settings.frame), nullptr);
+        bool changed;
+        removed = fill(fresh, Fill(tool, made.X_WA.p, made.fill_radius, made.X_WB, s.settings.frame), &changed);
         for (double& v : removed) v = -v;
       } else {
         const bool continues = made.continues && i != fresh.edited_at + 1;
@@ -406,11 +470,14 @@ void Servo::adopt(SurfacePatch& fresh) noexcept {
     for (std::size_t i = 0; i < s.sums.removed.size(); ++i) {
       s.sums.removed[i] -= fresh.taken_back[i] - s.patch.taken_back[i];
     }
+    s.update_wide(fresh, true);
   } else if (s.patch.number != 0 && s.boxes.since(fresh.cuts, lo, hi, filled)) {
     merge(fresh, s.patch, lo, hi, filled);
+    s.update_wide(fresh, false);
   }
-  if (fresh.edits != s.patch.edits || s.patch.number == 0) s.front.forget();
+  if (loose || fresh.edits != s.patch.edits || s.patch.number == 0) s.front.forget();
   std::swap(fresh, s.patch);
+  s.smooth().forget();
 }
 
 bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
@@ -447,8 +514,8 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
     out.energy = sums.energy;
     out.spindle_energy = sums.spindle_energy;
     s.started = s.idle = false;
-    s.last_force = s.last_spindle_force = s.last_teeth_force = s.last_sent = dvec3(0);
-    s.normal_force = 0;
+    s.last_force = s.last_torque = s.last_spindle_force = s.last_teeth_force = s.last_sent = dvec3(0);
+    s.normal_force = s.head_force = 0;
     s.friction = {};
     return false;
   }
@@ -468,11 +535,14 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
     s.tip = {};
     s.ramp = 0;
   }
-  if (hand.faults & bits(Fault::kLetGo)) s.last_force = s.last_spindle_force = s.last_teeth_force = s.last_sent = dvec3(0);
+  if (hand.faults & bits(Fault::kLetGo)) s.last_force = s.last_torque = s.last_spindle_force = s.last_teeth_force = s.last_sent = dvec3(0);
   const dvec3 moved = X_WT.p - s.last_hand.p;
 
-  // What the device did to the hand since the last tick: exactly last force × way (numbers.md, "Stability").
-  sums.energy -= glm::dot(s.last_force, moved);
+  // What the device did to the hand since the last tick: exactly last force × way (numbers.md, "Stability"), and last
+  // torque × turn.
+  const dvec3 turned = rotation_vector(s.last_hand.R, X_WT.R);
+  const double given_to_hand = glm::dot(s.last_force, moved) + glm::dot(s.last_torque, turned);
+  sums.energy -= given_to_hand;
   sums.spindle_energy += glm::dot(s.last_spindle_force, moved);
   s.teeth_energy += glm::dot(s.last_teeth_force, moved);
 
@@ -497,25 +567,25 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
   const bool may_cut = settings.cutting && tool.cuts && (scrapes || s.speed > 0);
   SpindleLoad spindle{s.speed, 0};
   double tangential = 0;  // force of the teeth over normal force
-  if (scrapes && may_cut && s.normal_force > 0) {
+  if (scrapes && may_cut && s.head_force > 0) {
     // An edge drawn over the surface cuts with the hand's own work: push × way along the surface.
     const double way = glm::length(moved - glm::dot(moved, s.normal) * s.normal);
-    const double power = tool.scrapes * s.normal_force * way / dt;
+    const double power = tool.scrapes * s.head_force * way / dt;
     s.budget = s.breaking_through ? 0.0 : std::min(s.budget + power * dt, power * kBudgetTime);
-  } else if (may_cut && s.normal_force > 0) {
+  } else if (may_cut && s.head_force > 0) {
     const double along = glm::dot(s.normal, X_WT.R * dvec3(0, 0, 1));
     const double efficiency = tool.side_efficiency + (tool.end_efficiency - tool.side_efficiency) * along * along;
-    const double torque = tool.cutting_coefficient * efficiency * s.normal_force * tool.radius();
+    const double torque = tool.cutting_coefficient * efficiency * s.head_force * tool.radius();
     tangential = tool.cutting_coefficient * efficiency;
     spindle = load_spindle(settings.spindle, s.speed, out.pedal, torque);
     s.budget = s.breaking_through ? 0.0 : std::min(s.budget + spindle.power * dt, spindle.power * kBudgetTime);
-  } else if (s.normal_force <= 0) {
+  } else if (s.head_force <= 0) {
     s.budget = std::min(s.budget, 0.0);
   }
 
   // An edge that the hand draws earns little: what hard tissue gave way without being paid for, it waits for.
   const bool in_debt = scrapes && s.budget <= 0;
-  if (s.fly(X_WT, moved, dt, hand.t, out, cut)) return false;
+  if (s.fly(X_WT, moved, turned, dt, hand.t, out, cut)) return false;
 
   // Move the proxy toward the hand: freely while nothing is near, along the contacts otherwise.
   const dvec3 c0 = settings.frame.to_voxels(s.X_WG.p), target = settings.frame.to_voxels(X_WT.p);
@@ -524,6 +594,7 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
   ContactSet& contacts = s.contacts;
   contacts.clear();
   ActivePlanes active;
+  SmoothContacts* const smooth_parts = s.smooth().any() ? &s.smooth() : nullptr;
   bool touching = false, lost = false, deep = false;
   int settled_looks = 0;
   dvec3 found_at(0), last_step(0);
@@ -538,11 +609,12 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
   for (int look = 0; look < kMaxLooks; ++look) {
     const dvec3 way = target - c;
     const double distance = glm::length(way);
-    if (!s.patch.holds(c, finder.reach() + 1)) {
+    if (!s.patch.holds(c, s.reach() + 1)) {
       lost = true;
       break;
     }
-    const double clearance = s.clearance(c);
+    const double head_clearance = s.clearance(c);
+    const double clearance = smooth_parts ? std::min(head_clearance, smooth_parts->room(s.patch, {c, X_WT.R})) : head_clearance;
     if (clearance > 2) {  // sphere tracing: as far as nothing can be met
       touching = false;
       if (distance <= clearance - 1) {
@@ -550,7 +622,7 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
         break;
       }
       const dvec3 next = c + way * ((clearance - 1) / distance);
-      if (!s.patch.holds(next, finder.reach() + 1)) {
+      if (!s.patch.holds(next, s.reach() + 1)) {
         lost = true;
         break;
       }
@@ -560,15 +632,16 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
 
     // The surface points found once serve as long as the head has hardly moved; a single exact one is always new.
     if (contacts.count() > 1 && !contacts.sunk() && glm::length(c - found_at) < kSamePoints) {
+      contacts.drop_added();
       finder.relinearize({c, X_WT.R}, contacts);
+      if (smooth_parts) smooth_parts->relinearize({c, X_WT.R}, contacts);
     } else {
       finder.find(s.patch, {c, X_WT.R}, kContactRange, contacts);
-      if (contacts.deepest() > ContactFinder::kSunk || clearance + finder.reach() < 0) {
+      if (contacts.deepest() > ContactFinder::kSunk || head_clearance + s.reach() < 0) {
         finder.find_way_out(s.patch, {c, X_WT.R}, contacts);
       } else if (look == 0 && may_cut && s.carved && contacts.count() > 1 && !in_debt) {
         contacts.forgive(kBlur);
       }
-      active = guess_active(contacts, s.held);
       found_at = c;
       // One-sided wall (Wang 2009): tissue harder than what is being cut gives way by that much less; softer tissue never
       // holds anything back.
@@ -578,6 +651,8 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
           if (hardness > specific_energy) contacts.set_yields(i, specific_energy / hardness);
         }
       }
+      if (smooth_parts) smooth_parts->find(s.patch, {c, X_WT.R}, kContactRange, contacts);
+      active = guess_active(contacts, s.held);
     }
     if (contacts.count() == 0 && sample_linear(s.patch, c) < -kStep) {  // wholly inside: no surface in reach
       deep = true;
@@ -597,12 +672,14 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
     if (look == 0) {
       if (contacts.deepest() > overlap_before + slack + kDeep) s.overlap = contacts.deepest();
     }
-    const dvec3 pulled_to = s.normal_force > 0 && may_cut && !scrapes ? held_target(c0, target, s.normal) : target;
+    const dvec3 pulled_to = s.normal_force > 0 && may_cut && !scrapes
+                                ? held_target(c0, target, s.normal, moved / h, kGripSlew * pace_per_slew)
+                                : target;
     dvec3 next = nearest_allowed(contacts, c, s.overlap, slack, pulled_to, active);
     if (contacts.count() > 1 && active.count > 0) {  // rough planes chose which hold; exact ones say how far
       bool refined = false;
       for (int i = 0; i < active.count; ++i) {
-        refined |= finder.refine(s.patch, {c, X_WT.R}, contacts, active.index[i]);
+        refined |= finder.refine(s.patch, {c, X_WT.R}, contacts, active.index[i], !may_cut);
       }
       if (refined) next = nearest_allowed(contacts, c, s.overlap, slack, pulled_to, active);
     }
@@ -646,7 +723,7 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
       const double a = glm::dot(step, step), b = glm::dot(step, shift), d = b * b - a * (glm::dot(shift, shift) - pace * pace);
       if (a > 0) c = c0 + std::clamp((b + std::sqrt(std::max(d, 0.0))) / a, 0.0, 1.0) * step;
     }
-    lost = lost && !s.patch.holds(c, finder.reach() + 1);
+    lost = lost && !s.patch.holds(c, s.reach() + 1);
   }
   // Beyond the patch the last contact's plane goes on (the intermediate surface of Adachi 1995; Mark 1996) until the carver
   // delivers: without cutting, and not for ever.
@@ -673,7 +750,7 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
 
   // Cut: everything the head sweeps on its way.
   bool cut_made = false;
-  s.carved = may_cut && touching && !deep && !in_debt;
+  s.carved = may_cut && touching && contacts.own() > 0 && !deep && !in_debt;
   if (s.carved) {
     const Pose X_WB{p_WG, X_WT.R};
     const bool edited = s.patch.edits > 0 && sums.cuts == s.patch.edited_at;  // see Carver::apply
@@ -695,6 +772,7 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
       s.boxes.add(sums.cuts, sweep.lo(), sweep.hi(), {s.X_WG, X_WB, s.in_hand, continues, 0, removed});
       cut = {sums.cuts, out.index, hand.t, s.X_WG, {p_WG, X_WT.R}, s.in_hand, {}, {}, spindle.speed};
       for (std::size_t i = 0; i < removed.size(); ++i) cut.removed[i] = removed[i] * h * h * h;
+      s.carve_wide(s.X_WG, X_WB, continues);
       out.cutting_power = energy / dt;
       s.budget -= energy;
     }
@@ -720,16 +798,23 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
     // Tissue under the head: at each contact a voxel deep, weighted by how much it pushes.
     PerTissue shares{};
     double total = 0;
-    dvec3 lever(0);  // where the push attacks, from the head's centre; voxels
+    dvec3 lever(0), on_head(0), on_smooth(0);  // where the push attacks, from the head's centre; voxels
     for (int i = 0; i < active.count; ++i) {
       const ContactPlane plane = contacts.plane(active.index[i]);
       const double weight = active.push[i];
       lever += weight * (plane.x - c);
       torque += weight * glm::cross(plane.x - c, plane.n);
       total += weight;
-      const dvec3 below = plane.x - plane.n;
-      if (!s.patch.holds(below, 0)) continue;
-      const PerTissue here = sample_tissue(s.patch, below);
+      (active.index[i] < contacts.own() ? on_head : on_smooth) += weight * plane.n;
+      dvec3 below = plane.x - plane.n;
+      const SurfacePatch* felt_in = &s.patch;
+      if (!s.patch.holds(below, 0)) {
+        if (s.patch.wide.empty()) continue;
+        felt_in = &s.patch.wide.front();
+        below = plane.x / static_cast<double>(felt_in->every) - plane.n;
+        if (!felt_in->holds(below, 0)) continue;
+      }
+      const PerTissue here = sample_tissue(*felt_in, below);
       for (std::size_t t = 1; t < here.size(); ++t) shares[t] += weight * here[t];
     }
     double labelled = 0;
@@ -770,12 +855,17 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
     }
     force = magnitude * normal;
     // Each contact pushes along its own normal; together they are the force, and they turn the tool about its centre.
-    if (tool.shape == HeadShape::kSphere) {
+    if (tool.shape == HeadShape::kSphere && !smooth_parts) {
       torque = dvec3(0);
     } else {
       torque *= h * h * magnitude / depth;
     }
     s.normal_force = k * depth;
+    s.head_force = s.normal_force;
+    if (contacts.own() < contacts.count() && glm::dot(on_smooth, on_smooth) > 0) {
+      const double head = glm::length(on_head);
+      s.head_force *= head / (head + glm::length(on_smooth));
+    }
     dvec3 sideways(0);
     if (settings.friction && (!may_cut || scrapes)) {  // a turning bur slips always; its tangential force is that of the teeth
       const FrictionLaw law{s.mean(&Material::static_friction), s.mean(&Material::dynamic_friction), settings.stiffness};
@@ -784,7 +874,7 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
     }
     if (tangential > 0) {  // the tissue pushes the teeth back, against their way; none at the pole, where they stand still
       const dvec3 axis = X_WT.R * dvec3(0, 0, 1);
-      spindle_force = tangential * s.normal_force * glm::cross(axis, normal);
+      spindle_force = tangential * s.head_force * glm::cross(axis, normal);
       const dvec3 change = spindle_force - s.teeth_force;
       const double size = glm::length(change), most = kTeethSlew * dt;
       if (size > most) spindle_force = s.teeth_force + change * (most / size);
@@ -794,7 +884,7 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
       if (needed > 0) spindle_force *= std::min(1.0, left / (kTeethAhead * needed));
     }
     s.teeth_force = spindle_force;
-    if (tool.shape != HeadShape::kSphere) {
+    if (tool.shape != HeadShape::kSphere || smooth_parts) {
       torque += h * glm::cross(lever, sideways + spindle_force);
       // Which of many contacts carry how much may change from tick to tick; what the wrist feels follows smoothly.
       if (contacts.count() > 1 && !fresh) torque += (s.torque - torque) * std::exp(-dt / kStiffnessTime);
@@ -805,7 +895,7 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
     out.depth = depth;
     out.n_C_W = normal;
   } else {
-    s.normal_force = 0;
+    s.normal_force = s.head_force = 0;
     s.rate = 0;
     s.friction = {};
     s.teeth_force = dvec3(0);
@@ -835,7 +925,7 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
   }
 
   // Area of the head on tissue: from the samples, or, where one query sufficed, of the cap under the tangent plane.
-  if (touching) {
+  if (touching && contacts.own() > 0) {
     out.contact_area = contacts.engaged_area() > 0 ? contacts.engaged_area() * h * h : kPi * tool.radius() * h;
   }
 
@@ -846,7 +936,7 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
     s.phase = advance_phase(s.phase, spindle.speed, dt);
     const double band = std::min(settings.vibration.band, 0.2 / settings.tick);
     spindle_force += vibration_force(settings.vibration, band, s.phase, spindle.speed, X_WT.R * dvec3(0, 0, 1), normal,
-                                     tangential * s.normal_force);
+                                     tangential * s.head_force);
   }
 
   // The literature's filters, for comparison.
@@ -882,14 +972,14 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
   // doing: that much is allowed for, as long as the contact lasts.
   if (glm::length(moved) > kNoHand * dt) s.leap = kLeapTime;
   s.leap = std::max(0.0, s.leap - dt);
-  if (s.overlap > 0 || s.leap > 0) s.given += std::max(0.0, stored - s.stored - std::max(0.0, -glm::dot(s.last_force, moved)));
+  if (s.overlap > 0 || s.leap > 0) s.given += std::max(0.0, stored - s.stored - std::max(0.0, -given_to_hand));
   // What the hand was given stays forgiven: a ledger in debt would never again allow a force. So is a debt of a contact
   // that is over, whatever brought it: ticks that came late hold a force for longer than was foreseen.
   const double forgiven = sums.energy < -kDebt ? -sums.energy : s.given;
   if (!touching && s.tip.sunk <= 0) s.given = std::clamp(-sums.energy, 0.0, forgiven);
   s.stored = stored;
   if (settings.passivity) {
-    const double passive = passive_share({}, force, moved, dt, settings.tick, sums.energy + s.given, s.passivity);
+    const double passive = passive_share({}, force, moved, torque, turned, dt, settings.tick, sums.energy + s.given, s.passivity);
     force *= passive;
     torque *= passive;
   }
@@ -898,6 +988,7 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
   s.last_depth = out.depth;
   s.X_WG = {p_held, X_WT.R};
   s.last_force = force;
+  s.last_torque = torque;
   s.last_spindle_force = spindle_force;
   s.last_teeth_force = teeth_force;
   s.last_sent = force + spindle_force;

@@ -9,6 +9,7 @@
 #include <thread>
 
 #include "engine/base/units.h"
+#include "haptics/mesh_solid.h"
 
 namespace typodont::haptics {
 
@@ -120,26 +121,42 @@ struct Combination : Solid {
   }
 };
 
-std::unique_ptr<Solid> read_combination(const Json& json, Operation operation) {
+std::unique_ptr<Solid> read_combination(const Json& json, Operation operation, const FindFile& find) {
   auto result = std::make_unique<Combination>();
   result->operation = operation;
-  for (const Json& item : json.items()) result->parts.push_back(read_solid(item));
+  for (const Json& item : json.items()) result->parts.push_back(read_solid(item, find));
   if (result->parts.empty()) json.fail("at least one solid");
   return result;
 }
 
 }  // namespace
 
-std::unique_ptr<Solid> read_solid(const Json& json) {
+std::vector<std::string> mesh_files(const Json& json) {
+  std::vector<std::string> files;
+  const auto take = [&](const Json& from) {
+    for (std::string& file : mesh_files(from)) files.push_back(std::move(file));
+  };
+  if (json.is_object()) {
+    for (const std::string& key : json.keys()) {
+      if (key == "mesh") files.push_back(json[key]["file"].string());
+      else if (key == "solids" || key == "solid" || key == "union" || key == "intersection" || key == "difference") take(json[key]);
+    }
+  } else {
+    for (const Json& item : json.items()) take(item);
+  }
+  return files;
+}
+
+std::unique_ptr<Solid> read_solid(const Json& json, const FindFile& find) {
   const auto keys = json.is_object() ? json.keys() : std::vector<std::string>{};
   if (keys.size() != 1) {
-    json.fail("an object with one of sphere, halfspace, box, cylinder, capsule, torus, union, intersection, difference");
+    json.fail("an object with one of sphere, halfspace, box, cylinder, capsule, torus, mesh, union, intersection, difference");
   }
   const Json value = json[keys[0]];
   const std::string& kind = keys[0];
-  if (kind == "union") return read_combination(value, Operation::kUnion);
-  if (kind == "intersection") return read_combination(value, Operation::kIntersection);
-  if (kind == "difference") return read_combination(value, Operation::kDifference);
+  if (kind == "union") return read_combination(value, Operation::kUnion, find);
+  if (kind == "intersection") return read_combination(value, Operation::kIntersection, find);
+  if (kind == "difference") return read_combination(value, Operation::kDifference, find);
   const auto center = [&] {
     const auto c = value.find("center_mm");
     return c ? read_mm(*c) : dvec3(0);
@@ -193,11 +210,17 @@ std::unique_ptr<Solid> read_solid(const Json& json) {
     if (s->minor >= s->major) value["minor_mm"].fail("less than major_mm");
     return s;
   }
+  if (kind == "mesh") {
+    value.allow_only({"file", "scale"});
+    const std::string name = value["file"].string();
+    const std::filesystem::path file = find ? find(name) : value.file().parent_path() / name;
+    return read_mesh_solid(file, value.number_or("scale", 1, 1e-6, 1e6) * kMillimetre);
+  }
   json.fail("\"" + kind + "\"",
-            "one of sphere, halfspace, box, cylinder, capsule, torus, union, intersection, difference");
+            "one of sphere, halfspace, box, cylinder, capsule, torus, mesh, union, intersection, difference");
 }
 
-DenseTissue read_solids(const Json& json) {
+DenseTissue read_solids(const Json& json, const FindFile& find) {
   json.allow_only({"voxel_mm", "band_mm", "domain_mm", "solids"});
   DenseTissue dense;
   const double h = json["voxel_mm"].number(0.01, 5) * kMillimetre;
@@ -213,7 +236,7 @@ DenseTissue read_solids(const Json& json) {
     item.allow_only({"tissue", "solid"});
     const auto tissue = tissue_named(item["tissue"].string());
     if (!tissue || *tissue == Tissue::kAir) item["tissue"].fail("the name of a tissue");
-    parts.push_back({*tissue, read_solid(item["solid"])});
+    parts.push_back({*tissue, read_solid(item["solid"], find)});
   }
   if (parts.empty()) json["solids"].fail("at least one solid");
 

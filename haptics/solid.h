@@ -1,6 +1,7 @@
 // Analytic solids: tissue for tests, teaching and benchmarks, with exact distances.
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -21,11 +22,17 @@ class Solid {
   virtual bool exact_outside() const { return true; }
 };
 
-/// Reads one of: sphere, halfspace, box, cylinder, capsule, torus, union, intersection, difference. Throws Error.
-std::unique_ptr<Solid> read_solid(const Json& json);
+/// Where a file lies that a solid names; without one it is looked for beside the JSON file.
+using FindFile = std::function<std::filesystem::path(const std::string& name)>;
+
+/// Reads one of: sphere, halfspace, box, cylinder, capsule, torus, mesh, union, intersection, difference. Throws Error.
+std::unique_ptr<Solid> read_solid(const Json& json, const FindFile& find = {});
 
 /// The "tissue" object of a scene with "solids": samples them on voxels. Later solids overwrite the label of earlier
 /// ones where they overlap. Throws Error, also when the volume would not fit into memory.
-DenseTissue read_solids(const Json& json);
+DenseTissue read_solids(const Json& json, const FindFile& find = {});
+
+/// Names of the mesh files in a solid or a "tissue" object, as they stand there.
+std::vector<std::string> mesh_files(const Json& json);
 
 }  // namespace typodont::haptics

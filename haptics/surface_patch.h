@@ -18,6 +18,8 @@ struct SurfacePatch {
   std::uint32_t edits = 0;      // strokes taken back or brought again before it was cut out …
   std::uint64_t edited_at = 0;  // … and how many cuts there were at the last of these
   PerTissue taken_back{};       // m³ that came back by these, less what went again
+  std::uint32_t pieces = 0;     // that cuts had set loose and that were taken out before …
+  PerTissue loose{};            // … and their volume, m³
   dvec3 center_W{0, 0, 0};      // m, where it was asked for
   glm::ivec3 lo{0};             // voxel of sample (0,0,0)
   int n = 0;
@@ -25,6 +27,8 @@ struct SurfacePatch {
   glm::ivec3 cut_lo{INT_MAX}, cut_hi{INT_MIN};  // … but for what was cut or filled in this box of voxels, inclusive
   std::vector<float> distance;
   std::vector<Tissue> tissue;
+  std::vector<SurfacePatch> wide;  // one where a tool has a shank: every `every`-th sample, in voxels as large, far around
+  int every = 1;
 
   void resize(int edge) {
     n = edge;

@@ -10,10 +10,17 @@
 #include "engine/contract/tissue.h"
 #include "haptics/fill.h"
 #include "haptics/sweep.h"
+#include "haptics/volume/loose_pieces.h"
 
 namespace typodont::haptics {
 
 class Solid;
+
+/// Voxels lo .. hi, inclusive; none where lo > hi.
+struct VoxelBox {
+  glm::ivec3 lo{1}, hi{0};
+  bool empty() const { return lo.x > hi.x; }
+};
 
 /// A whole box of tissue as plain arrays: what importers and analytic solids make. z runs fastest:
 /// index (x·size.y + y)·size.z + z.
@@ -58,11 +65,23 @@ class TissueVolume {
   /// Copies a box of samples starting at voxel `lo`: distances in voxels (clamped to the band), labels. z fastest.
   void copy(const glm::ivec3& lo, const glm::ivec3& size, float* distance, Tissue* tissue) const;
 
-  /// Takes away what the swept head covers: raises the field to its depth, wherever that is higher. Labels stay.
-  void carve(const Sweep& sweep);
+  /// Every n-th sample of a box, the first n·lo: distances in voxels n times as large, labels. Where something was cut the
+  /// field knows only what is near; deeper it then says no more than that it is deep.
+  void copy_every(int n, const glm::ivec3& lo, const glm::ivec3& size, float* distance, Tissue* tissue) const;
 
-  /// Adds a filling: lowers the field to it, wherever that is lower, and labels what was empty.
-  void fill(const Fill& filling);
+  /// Takes away what the swept head covers: raises the field to its depth, wherever that is higher. Labels stay.
+  /// Returns where it wrote.
+  VoxelBox carve(const Sweep& sweep);
+
+  /// Adds a filling: lowers the field to it, wherever that is lower, and labels what was empty. Returns where it wrote.
+  VoxelBox fill(const Fill& filling);
+
+  /// The samples of a block of 8³ that lie in tissue.
+  void solid_block(const glm::ivec3& key, SolidBits& bits) const;
+
+  /// Takes out a piece that hangs on to nothing, and with it what it meant for the distances around it. Labels stay.
+  /// Returns its volume per tissue, m³.
+  PerTissue take_out(const TissuePiece& piece);
 
   /// Gives all tissue inside the solid (voxel centres, one voxel beyond the surface included) another label.
   void paint(Tissue tissue, const Solid& solid);

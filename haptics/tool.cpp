@@ -6,7 +6,10 @@
 #include <string_view>
 #include <utility>
 
+#include <fmt/format.h>
+
 #include "engine/base/units.h"
+#include "haptics/solid.h"
 
 namespace typodont::haptics {
 
@@ -68,6 +71,18 @@ Meridian meridian(const Tool& tool) {
       m.line({r / 2, half}, {0, half});
       break;
     }
+    case HeadShape::kShaft: {
+      const double neck = tool.neck_diameter / 2, taper = -half + tool.neck_length;
+      m.line({0, -half}, {neck, -half});
+      if (tool.neck_length < tool.length) {
+        m.line({neck, -half}, {r, taper});
+        m.line({r, taper}, {r, half});
+      } else {
+        m.line({neck, -half}, {r, half});
+      }
+      m.line({r, half}, {0, half});
+      break;
+    }
     case HeadShape::kPear: {  // a round free end of full width, tangent cone to a neck half as wide
       const dvec2 center(0, -half + r);
       const dvec2 neck(r / 2, half);
@@ -100,6 +115,37 @@ Meridian meridian(const Tool& tool) {
 double Tool::reach() const {
   if (shape == HeadShape::kSphere) return radius();
   return std::hypot(radius(), length / 2);
+}
+
+std::optional<SmoothPart> shank_of(const Tool& tool) {
+  if (!(tool.shank_length > 0)) return std::nullopt;
+  Tool shape;
+  shape.name = "shank";
+  shape.shape = HeadShape::kShaft;
+  shape.cuts = false;
+  shape.diameter = tool.shank_diameter;
+  shape.neck_diameter = tool.neck_diameter;
+  shape.length = tool.shank_length;
+  shape.neck_length = std::min(tool.neck_length, tool.shank_length);
+  // From a ball it leaves where it is as wide as its neck.
+  const double neck = tool.neck_diameter / 2;
+  const double from = tool.shape == HeadShape::kSphere ? std::sqrt(std::max(tool.radius() * tool.radius() - neck * neck, 0.0)) : tool.half();
+  return SmoothPart{shape, from + shape.length / 2};
+}
+
+std::optional<SmoothPart> safe_end_of(const Tool& tool) {
+  if (!(tool.safe_length > 0)) return std::nullopt;
+  Tool shape;
+  shape.name = "safe end";
+  shape.shape = HeadShape::kRoundEndCylinder;
+  shape.cuts = false;
+  shape.diameter = tool.safe_diameter;
+  shape.length = std::max(tool.safe_length, tool.safe_diameter);  // the rest of it is inside the head
+  return SmoothPart{shape, -tool.half() - tool.safe_length + shape.length / 2};
+}
+
+double near_reach(const Tool& tool) {
+  return std::max(tool.reach(), tool.safe_length > 0 ? tool.half() + tool.safe_length : 0.0);
 }
 
 double Tool::distance(const dvec3& p) const {
@@ -273,7 +319,7 @@ std::vector<HeadSample> sample_head(const Tool& tool, int count) {
 
 Tool read_tool(const Json& json) {
   json.allow_only({"name", "iso_6360", "shape", "diameter_mm", "length_mm", "cuts", "side_efficiency",
-                   "end_efficiency", "cutting_coefficient", "scrapes", "sink_yield_N", "fill", "source"});
+                   "end_efficiency", "cutting_coefficient", "scrapes", "sink_yield_N", "shank", "safe_end", "fill", "source"});
   Tool tool;
   const std::string shape = json["shape"].string();
   const auto it = std::find_if(kShapes.begin(), kShapes.end(), [&](const auto& s) { return s.first == shape; });
@@ -302,14 +348,37 @@ Tool read_tool(const Json& json) {
   tool.scrapes = json.number_or("scrapes", 0, 0, 10);
   if (tool.scrapes > 0 && !tool.cuts) json["scrapes"].fail("0 for a tool that does not cut");
   tool.sink_yield = json.number_or("sink_yield_N", 0, 0, 20);
+  if (const auto shank = json.find("shank")) {
+    shank->allow_only({"length_mm", "diameter_mm", "neck_mm", "taper_mm"});
+    tool.shank_length = (*shank)["length_mm"].number(0.1, 40) * kMillimetre;
+    tool.shank_diameter = shank->number_or("diameter_mm", 1.6, 0.05, 10) * kMillimetre;
+    tool.neck_diameter = shank->number_or("neck_mm", tool.shank_diameter / kMillimetre, 0.05, 10) * kMillimetre;
+    tool.neck_length = shank->number_or("taper_mm", 0, 0, 40) * kMillimetre;
+    if (tool.neck_diameter > tool.shank_diameter) (*shank)["neck_mm"].fail("no wider than the shank");
+    if (tool.neck_diameter > tool.diameter * (1 + 1e-9)) {
+      shank->fail(fmt::format("a neck of {:g} mm", tool.neck_diameter / kMillimetre), "neck_mm no wider than the head");
+    }
+    // A step from neck to shank would be a hollow; it is a steep cone.
+    if (tool.neck_diameter < tool.shank_diameter) tool.neck_length = std::max(tool.neck_length, 0.01 * kMillimetre);
+  }
+  if (const auto end = json.find("safe_end")) {
+    end->allow_only({"length_mm", "diameter_mm"});
+    tool.safe_length = (*end)["length_mm"].number(0.02, 10) * kMillimetre;
+    tool.safe_diameter = (*end)["diameter_mm"].number(0.02, 10) * kMillimetre;
+    if (tool.safe_diameter > tool.diameter * (1 + 1e-9)) (*end)["diameter_mm"].fail("no wider than the head");
+  }
   if (const auto fill = json.find("fill")) {
-    fill->allow_only({"tissue", "rate_mm3_per_s", "reach_mm"});
+    fill->allow_only({"tissue", "rate_mm3_per_s", "reach_mm", "within"});
     const auto tissue = tissue_named((*fill)["tissue"].string());
     if (!tissue || *tissue == Tissue::kAir) (*fill)["tissue"].fail("the name of a tissue, e.g. composite");
     if (json.boolean_or("cuts", false)) json["cuts"].fail("false: what fills does not cut");
     tool.cuts = false;
     tool.fill = *tissue;
     tool.fill_rate = (*fill)["rate_mm3_per_s"].number(1e-3, 1000) * kCubicMillimetre;
+    if (const auto within = fill->find("within")) {
+      if (!mesh_files(*within).empty()) within->fail("a solid without a mesh: it is asked in every tick");
+      tool.fill_within = read_solid(*within);
+    }
     tool.fill_reach = fill->number_or("reach_mm", tool.radius() / kMillimetre, 0.05, 5) * kMillimetre;
   }
   return tool;

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <filesystem>
+#include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -12,10 +14,11 @@
 namespace typodont::haptics {
 
 /// A head is a surface of revolution about the tool's z axis; the shank leaves along +z, the free end points along -z.
-/// The origin of T is the head's centre: of the sphere; half way along the axis of every other shape.
-enum class HeadShape { kSphere, kCylinder, kRoundEndCylinder, kCone, kPear, kFlame, kInvertedCone };
+/// (A shaft is what shanks are made of; no scene names it.) The origin of T is the head's centre: of the sphere; half way along the axis of every other shape.
+enum class HeadShape { kSphere, kCylinder, kRoundEndCylinder, kCone, kPear, kFlame, kInvertedCone, kShaft };
 
 struct Tool;
+class Solid;
 
 /// The head's meridian, prepared for fast distances: a convex chain of lines and arcs in the half plane (ρ ≥ 0, z). The
 /// distance to it there is the distance to the surface of revolution. Lengths in any one unit. Never allocates.
@@ -59,13 +62,25 @@ struct Tool {
   double sink_yield = 0;           // N that softened tissue bears before this tip sinks into it; 0: it never does
   double cutting_coefficient = 0.3;  // μ_c: tangential cutting force / normal force (Preston, Archard)
 
+  // What of it never cuts: a shank, from the head's upper end to where the handpiece begins, widening from its neck; and
+  // a round-ended pin beyond the free end.
+  double shank_length = 0;         // m; 0: none is felt
+  double shank_diameter = 1.6e-3;  // m; friction grip, ISO 1797 type 3
+  double neck_diameter = 0;        // m
+  double neck_length = 0;          // m, of the taper
+  double safe_length = 0;          // m; 0: none
+  double safe_diameter = 0;        // m
+
   Tissue fill = Tissue::kAir;      // what this instrument puts down at its free end while the pedal is pressed …
   double fill_rate = 0;            // … in m³/s at full pedal …
-  double fill_reach = 0;           // … on tissue no farther than this from that end, m
+  double fill_reach = 0;           // … on tissue no farther than this from that end, m …
+  std::shared_ptr<const Solid> fill_within;  // … and inside this, where it is given: the cavity, or the tooth as it was
 
   /// Cuts while the spindle turns; other tools never do, or as the hand draws them.
   bool turns() const { return cuts && scrapes == 0; }
   double radius() const { return diameter / 2; }
+  /// Height of the head's ends on its axis, m.
+  double half() const { return shape == HeadShape::kSphere ? radius() : length / 2; }
   /// Distance from T's origin to the farthest point of the head, m.
   double reach() const;
   /// Signed distance from a point to the head's surface, m, negative inside; exact for every shape.
@@ -73,6 +88,17 @@ struct Tool {
   /// Radius of the head at height z on its axis, m; 0 outside its length. For drawing and sampling.
   double profile(double z) const;
 };
+
+/// A part that never cuts as a head of its own, with its middle at `z` on the tool's axis, m.
+struct SmoothPart {
+  Tool shape;
+  double z = 0;
+};
+/// nullopt where the tool has none.
+std::optional<SmoothPart> shank_of(const Tool& tool);
+std::optional<SmoothPart> safe_end_of(const Tool& tool);
+/// Distance from T's origin to the farthest point of head and safe end, m: what lies in the patch with the head.
+double near_reach(const Tool& tool);
 
 /// Sample points on the head with their share of its area, nearly even, deterministic.
 struct HeadSample {

@@ -3,9 +3,10 @@ typodont_test(acceptance_app KIND acceptance SOURCES acceptance/app_servo_test.c
               acceptance/app_feel_test.cpp acceptance/app_damage_test.cpp acceptance/app_expert_test.cpp
               acceptance/app_bench_test.cpp acceptance/app_undo_test.cpp
               LIBS typodont_app)
+typodont_test(acceptance_contact KIND acceptance SOURCES acceptance/app_contact_test.cpp LIBS typodont_app)
 typodont_test(acceptance_demo KIND acceptance SOURCES acceptance/app_demo_test.cpp LIBS typodont_app SERIAL TIMEOUT 900)
 typodont_test(acceptance_tasks KIND acceptance SOURCES acceptance/app_tasks_test.cpp LIBS typodont_app)
-foreach(target acceptance_app acceptance_tasks acceptance_demo)
+foreach(target acceptance_app acceptance_contact acceptance_tasks acceptance_demo)
   target_compile_definitions(${target} PRIVATE TYPODONT_PROGRAM="$<TARGET_FILE:typodont>")
   add_dependencies(${target} typodont)
 endforeach()

@@ -73,12 +73,23 @@ render::CloudParticle cloud_particle(const debris::Newborn& n, const dvec3& colo
 }
 
 void DebrisView::add(const Cut& cut, const haptics::Tool& tool) {
-  if (cut.fill_radius != 0) return;
-  if (!cloud_) return debris_.emit(cut, tool.radius(), materials_);
+  if (cut.fill_radius == 0) emit(cut, tool.radius());
+}
+
+void DebrisView::add(const LoosePiece& piece) {
+  Cut cut;
+  cut.index = piece.cut;
+  cut.X_WA.p = cut.X_WB.p = piece.center_W;
+  cut.removed = piece.removed;
+  emit(cut, piece.radius);
+}
+
+void DebrisView::emit(const Cut& cut, double radius) {
+  if (!cloud_) return debris_.emit(cut, radius, materials_);
   PerTissue born{};
   double dropped = 0;
   const std::size_t count =
-      debris::throw_chips(cut, tool.radius(), materials_, options_, cloud_->room(), newborn_, born, dropped);
+      debris::throw_chips(cut, radius, materials_, options_, cloud_->room(), newborn_, born, dropped);
   for (const debris::Newborn& n : std::span(newborn_).first(count)) {
     const render::CloudParticle particle = cloud_particle(n, materials_[static_cast<std::size_t>(n.tissue)].color);
     cloud_->add({&particle, 1});

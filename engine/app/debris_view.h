@@ -25,6 +25,8 @@ class DebrisView {
   void use(gpu::Device* device);
 
   void add(const Cut& cut, const haptics::Tool& tool);
+  /// A loose piece falls apart where it was.
+  void add(const LoosePiece& piece);
   void step(double dt);
   /// For render::Frame; null: particles() has them all.
   render::ParticleCloud* cloud() { return cloud_ ? &*cloud_ : nullptr; }
@@ -33,6 +35,8 @@ class DebrisView {
   const debris::Debris& debris() const { return debris_; }
 
  private:
+  void emit(const Cut& cut, double radius);
+
   MaterialTable materials_;
   debris::Debris debris_;
   debris::DebrisOptions options_;

@@ -16,6 +16,7 @@ constexpr const char* shape_name(haptics::HeadShape shape) {
   switch (shape) {
     case haptics::HeadShape::kSphere:
       return "sphere";
+    case haptics::HeadShape::kShaft:
     case haptics::HeadShape::kCylinder:
       return "cylinder";
     case haptics::HeadShape::kRoundEndCylinder:

@@ -7,6 +7,7 @@
 
 #include "engine/app/replay.h"
 #include "engine/base/error.h"
+#include "engine/base/units.h"
 #include "engine/session/session_file.h"
 
 namespace typodont {
@@ -40,6 +41,16 @@ haptics::TissueVolume resumed_tissue(const Scene& scene, const haptics::TissueVo
 session::SessionEvent event_of(const StrokeEdit& edit) {
   const nlohmann::ordered_json text{{"cuts", edit.cuts}, {"patches", edit.patches}};
   return {edit.t, edit.redo ? session::EventKind::kRedo : session::EventKind::kUndo, text.dump()};
+}
+
+session::SessionEvent event_of(const LoosePiece& piece) {
+  nlohmann::ordered_json text{{"cut", piece.cut}};
+  for (int axis = 0; axis < 3; ++axis) text["center_mm"].push_back(std::round(piece.center_W[axis] * 1e6) / 1e3);
+  for (int i = 1; i < kTissueCount; ++i) {
+    const double mm3 = piece.removed[static_cast<std::size_t>(i)] / kCubicMillimetre;
+    if (mm3 > 0) text["mm3"][std::string(name_of(static_cast<Tissue>(i)))] = mm3;
+  }
+  return {piece.t, session::EventKind::kPiece, text.dump()};
 }
 
 std::optional<StrokeEdit> edit_of(const session::SessionEvent& event) {

@@ -23,4 +23,7 @@ haptics::TissueVolume resumed_tissue(const Scene& scene, const haptics::TissueVo
 session::SessionEvent event_of(const StrokeEdit& edit);
 std::optional<StrokeEdit> edit_of(const session::SessionEvent& event);
 
+/// A loose piece, for the report: a replay finds it by itself.
+session::SessionEvent event_of(const LoosePiece& piece);
+
 }  // namespace typodont

@@ -157,6 +157,7 @@ Scene parse_scene(const Json& json, const fs::path& file) {
   json.allow_only({"name", "description", "tissue", "paint", "tool", "tools", "spindle_krpm", "spindle", "coupling", "materials",
                    "parts", "friction", "cutting", "passivity", "boundary_walls", "force_filter", "vibration", "score", "sound", "prepare",
                    "paint_file", "task", "surroundings", "mouth_mirror", "resume"});
+  const auto find = [&](const std::string& name) { return find_file(name, file.parent_path()); };
   Scene scene;
   scene.file = file;
   scene.text = json.text();
@@ -175,14 +176,14 @@ Scene parse_scene(const Json& json, const fs::path& file) {
       item.allow_only({"tissue", "solid"});
       const auto tissue = tissue_named(item["tissue"].string());
       if (!tissue || *tissue == Tissue::kAir) item["tissue"].fail("the name of a tissue");
-      haptics::read_solid(item["solid"]);
+      haptics::read_solid(item["solid"], find);
       scene.paint.push_back(item);
     }
   }
 
   if (const auto prepare = json.find("prepare")) {
     scene.prepare = prepare->items();
-    for (const Json& item : scene.prepare) haptics::read_solid(item);
+    for (const Json& item : scene.prepare) haptics::read_solid(item, find);
   }
 
   haptics::ServoSettings& servo = scene.servo;
@@ -303,17 +304,18 @@ haptics::TissueVolume load_tissue(const Scene& scene) {
 }
 
 haptics::TissueVolume load_untouched(const Scene& scene) {
+  const auto find = [&](const std::string& name) { return find_file(name, scene.file.parent_path()); };
   const auto read = [&] {
     if (const fs::path file = volume_file(scene); !file.empty()) return haptics::TissueVolume::load(file);
-    return haptics::TissueVolume(haptics::read_solids(*scene.tissue));
+    return haptics::TissueVolume(haptics::read_solids(*scene.tissue, find));
   };
   haptics::TissueVolume volume = read();
   for (const Json& item : scene.paint) {
-    const auto solid = haptics::read_solid(item["solid"]);
+    const auto solid = haptics::read_solid(item["solid"], find);
     volume.paint(*tissue_named(item["tissue"].string()), *solid);
   }
   if (!scene.paint_file.empty()) paint(volume, read_paint(scene.paint_file));
-  for (const Json& item : scene.prepare) volume = without_solid(volume, *haptics::read_solid(item));
+  for (const Json& item : scene.prepare) volume = without_solid(volume, *haptics::read_solid(item, find));
   return volume;
 }
 

@@ -3,6 +3,7 @@
 #include <array>
 
 #include "engine/session/hash.h"
+#include "haptics/solid.h"
 
 namespace typodont {
 
@@ -23,6 +24,14 @@ session::SessionHeader session_header(const Scene& scene, const std::filesystem:
     header.files.push_back(
         session::describe_file(std::filesystem::absolute(find_file(volume->string(), scene.file.parent_path()))));
   }
+  const auto add_meshes = [&](const Json& solids) {
+    for (const std::string& mesh : haptics::mesh_files(solids)) {
+      header.files.push_back(session::describe_file(std::filesystem::absolute(find_file(mesh, scene.file.parent_path()))));
+    }
+  };
+  add_meshes(*scene.tissue);
+  for (const Json& item : scene.paint) add_meshes(item);
+  for (const Json& item : scene.prepare) add_meshes(item);
   if (!scene.paint_file.empty()) header.files.push_back(session::describe_file(std::filesystem::absolute(scene.paint_file)));
   if (!scene.resume.empty()) {
     header.files.push_back(session::describe_file(std::filesystem::absolute(find_file(scene.resume, scene.file.parent_path()))));

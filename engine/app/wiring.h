@@ -92,6 +92,9 @@ struct Wiring {
   Latest<TissueState> tissue_to_render{{}};
   // CARVER → RECORDER
   Ring<StrokeEdit> edits_to_recorder{1 << 10};
+  Ring<LoosePiece> pieces_to_recorder{1 << 10};
+  // CARVER → RENDER
+  Ring<LoosePiece> pieces_to_debris{1 << 10};
   // CARVER → RENDER
   Ring<MeshBatch*> bricks{256};
   // CARVER → UI, where a headset draws in RENDER's place and an operator watches

@@ -247,6 +247,10 @@ void carver_thread(Session& s) {
       if (s.operated) s.book.cut(cut, s.carver.volume());
       worked = true;
     }
+    for (const LoosePiece& piece : s.carver.take_pieces()) {
+      if (s.debris) wiring.pieces_to_debris.push(piece);
+      if (s.record) wiring.pieces_to_recorder.push(piece);
+    }
     TissueCommand command;
     bool edited = false;  // then a patch is cut out before any later cut, and the servo knows which cuts to repeat
     while (wiring.tissue_commands.pop(command)) {
@@ -307,6 +311,8 @@ void recorder_thread(Session& s, session::SessionWriter& writer) {
     while (wiring.patches_to_recorder.pop(use)) writer.append({&use, 1});
     // After the patches: the edit that made one of them due is then there too.
     while (wiring.edits_to_recorder.pop(edit)) writer.append(event_of(edit));
+    LoosePiece piece;
+    while (wiring.pieces_to_recorder.pop(piece)) writer.append(event_of(piece));
     while (wiring.cuts_to_recorder.pop(cut)) writer.append({&cut, 1});
     while (wiring.ticks_to_recorder.pop(tick)) {
       writer.append({&tick, 1});
@@ -809,6 +815,8 @@ void Workbench::Impl::draw() {
   if (debris) {
     Cut cut;
     while (s.wiring.cuts_to_debris.pop(cut)) debris->add(cut, haptics::tray(scene.servo)[cut.tool]);
+    LoosePiece piece;
+    while (s.wiring.pieces_to_debris.pop(piece)) debris->add(piece);
     debris->step(std::min(dt, 0.1));
   }
   if (hands.left && s.wiring.mouth_mirror.fetch()) stage->hold_mirror(s.wiring.mouth_mirror.front());

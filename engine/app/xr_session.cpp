@@ -171,6 +171,8 @@ struct XrSession::Thread {
       if (debris) {
         Cut cut;
         while (wiring.cuts_to_debris.pop(cut)) debris->add(cut, haptics::tray(servo)[cut.tool]);
+        LoosePiece piece;
+        while (wiring.pieces_to_debris.pop(piece)) debris->add(piece);
         debris->step(std::min(dt, 0.1));
       }
       for (std::size_t i = 0; options.touches && i < 2; ++i)

@@ -67,6 +67,15 @@ struct Cut {
   double fill_radius = 0;  // m, of the ball that was filled; 0: a cut
 };
 
+/// A piece of tissue that a cut set loose and that was taken out. Carver → debris, recorder.
+struct LoosePiece {
+  std::uint64_t cut = 0;    // that set it loose
+  Nanos t = 0;              // of that cut
+  dvec3 center_W{0, 0, 0};  // m, of the box around it
+  double radius = 0;        // m, half the longest edge of that box
+  PerTissue removed{};      // m³
+};
+
 /// When the servo took up a surface patch: with the cuts this makes a replay exact. Servo → recorder.
 struct PatchUse {
   std::uint32_t patch = 0;       // its number, 1, 2, 3 …

@@ -25,7 +25,8 @@ std::string iso_date_now() {
 
 std::string_view name_of(EventKind kind) noexcept {
   static constexpr std::array<std::string_view, kEventKindCount> kNames = {"note", "tool", "view", "fault",
-                                                                          "task", "undo", "redo", "score"};
+                                                                          "task", "undo", "redo", "score",
+                                                                          "piece"};
   const auto i = static_cast<std::size_t>(kind);
   return i < kNames.size() ? kNames[i] : "unknown";
 }

@@ -55,8 +55,8 @@ struct SessionHeader {
 /// "2025-03-14T09:26:53Z".
 std::string iso_date_now();
 
-enum class EventKind : std::uint8_t { kNote, kTool, kView, kFault, kTask, kUndo, kRedo, kScore };
-inline constexpr int kEventKindCount = 8;
+enum class EventKind : std::uint8_t { kNote, kTool, kView, kFault, kTask, kUndo, kRedo, kScore, kPiece };
+inline constexpr int kEventKindCount = 9;
 std::string_view name_of(EventKind kind) noexcept;
 
 /// "stale_patch" of its bit; "unknown" for other numbers.

@@ -224,6 +224,7 @@ constexpr Entry kCatalogue[] = {
     {"event.task", {"Task", "Aufgabe", "任务"}},
     {"event.undo", {"Undo", "Rückgängig", "撤销"}},
     {"event.redo", {"Redo", "Wiederholen", "重做"}},
+    {"event.piece", {"Loose piece taken out", "Loses Stück entfernt", "移除游离碎块"}},
     {"event.score", {"Score", "Bewertung", "评分"}},
     {"details", {"How it was made", "Wie es entstand", "会话信息"}},
     {"scene", {"Scene", "Szene", "场景"}},

@@ -23,6 +23,9 @@ constexpr int kExactSteps = 4;        // cubic queries a contact may take on its
 constexpr double kStaysExact = 0.02;  // voxels a ball may move before a contact is made exact again: 2e-5 voxels of gap,
 constexpr double kStaysExactEdged = 2e-3;  // … and a head with edges, where the gap may change by as much as the way
 constexpr double kGained = 1e-4;      // voxels: the next step would gain the square of that
+// While nothing is cut the force's direction counts, and sideways a contact is off by the root of what a step still gains.
+constexpr int kFineSteps = 8;
+constexpr double kFineStays = 1e-3, kFineGained = 3e-8;
 constexpr int kBatch = 8;
 
 /// A piece of the head's meridian in floats; see HeadField::Piece.
@@ -381,8 +384,19 @@ void ContactSet::put(int i, const dvec3& c, const ContactPlane& plane) noexcept 
   rough_.yields[i] = static_cast<float>(plane.yields);
 }
 
+bool ContactSet::add(const ContactPlane& plane) noexcept {
+  if (count_ == RoughPlanes::kRoom) return false;
+  const glm::vec3 x(plane.x - origin_), n(plane.n);
+  rough_.x[count_] = x.x, rough_.y[count_] = x.y, rough_.z[count_] = x.z;
+  rough_.nx[count_] = n.x, rough_.ny[count_] = n.y, rough_.nz[count_] = n.z;
+  rough_.gap[count_] = static_cast<float>(plane.gap);
+  rough_.yields[count_] = 0;
+  ++count_, ++added_;
+  return true;
+}
+
 void ContactSet::clear() noexcept {
-  count_ = exact_count_ = 0;
+  count_ = exact_count_ = added_ = 0;
   sunk_ = false;
   engaged_area_ = deepest_ = 0;
   engaged_normal_ = dvec3(0);
@@ -467,7 +481,7 @@ void ContactSet::forgive(double most) noexcept {
 }
 
 void ContactFinder::find_way_out(const SurfacePatch& patch, const Pose& X_VT, ContactSet& set) const noexcept {
-  set.count_ = set.exact_count_ = 0;
+  set.count_ = set.exact_count_ = set.added_ = 0;
   set.deepest_ = 0;
   set.origin_ = X_VT.p;
   set.sunk_ = true;
@@ -498,17 +512,23 @@ void ContactFinder::relinearize(const Pose& X_VT, ContactSet& set) const noexcep
   }
 }
 
-bool ContactFinder::refine(const SurfacePatch& patch, const Pose& X_VT, ContactSet& set, int i) const noexcept {
-  if (set.sunk_) return false;
+void ContactFinder::see_again(const Pose& X_VT, ContactPlane& plane) const noexcept {
+  plane.gap = head_distance(X_VT, plane.x, plane.n);
+  plane.n = -plane.n;
+}
+
+bool ContactFinder::refine(const SurfacePatch& patch, const Pose& X_VT, ContactSet& set, int i, bool fine) const noexcept {
+  if (set.sunk_ || i >= set.own()) return false;
   const ContactSet::Exact* known = set.exact(i);
-  if (known && glm::length(known->c - X_VT.p) < (sphere_ ? kStaysExact : kStaysExactEdged)) return false;
+  const double stays = fine ? kFineStays : sphere_ ? kStaysExact : kStaysExactEdged;
+  if (known && glm::length(known->c - X_VT.p) < stays) return false;
   const ContactPlane rough = set.plane(i);
   if (!patch.holds(rough.x, 0)) return false;
   // From a point near the surface: onto it, then along it toward the head, as long as that brings them closer.
   ContactPlane best;
   best.gap = 1e300;
   dvec3 x = rough.x;
-  for (int step = 0; step < kExactSteps; ++step) {
+  for (int step = 0; step < (fine ? kFineSteps : kExactSteps); ++step) {
     if (step > 0 && !patch.holds(x, 0)) break;
     const FieldSample field = sample_cubic(patch, x);
     const double length = glm::length(field.gradient);
@@ -520,7 +540,7 @@ bool ContactFinder::refine(const SurfacePatch& patch, const Pose& X_VT, ContactS
     const double gap = head_distance(X_VT, x, m), gained = best.gap - gap;
     if (!(gained > 0)) break;
     best = {x, -m, gap, rough.yields};
-    if (gained < kGained) break;
+    if (gained < (fine ? kFineGained : kGained)) break;
     x -= (radius_ + gap) * (m - glm::dot(m, n) * n);
   }
   set.put(i, X_VT.p, best.gap < rough.gap + 0.5 ? best : rough);

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <memory>
+#include <utility>
 
 #include "haptics/surface_patch.h"
 #include "haptics/tool.h"
@@ -31,6 +32,11 @@ class ContactSet {
   static constexpr int kMax = RoughPlanes::kMax;
 
   int count() const { return count_; }
+  /// Of these the first so many are the head's own; the others were added.
+  int own() const { return count_ - added_; }
+  /// A contact of another part of the tool, which never yields. False when there is no more room.
+  bool add(const ContactPlane& plane) noexcept;
+  void drop_added() noexcept { count_ -= std::exchange(added_, 0); }
   /// Voxels² of the head that lies on tissue, and the sum of area × outward normal of the tissue there.
   double engaged_area() const { return engaged_area_; }
   const dvec3& engaged_normal() const { return engaged_normal_; }
@@ -65,7 +71,7 @@ class ContactSet {
   Exact* exact(int i) noexcept;
   void put(int i, const dvec3& c, const ContactPlane& plane) noexcept;
 
-  int count_ = 0, exact_count_ = 0;
+  int count_ = 0, exact_count_ = 0, added_ = 0;
   bool sunk_ = false;
   double engaged_area_ = 0, deepest_ = 0;
   dvec3 engaged_normal_{0};
@@ -99,8 +105,12 @@ class ContactFinder {
   void relinearize(const Pose& X_VT, ContactSet& set) const noexcept;
 
   /// Makes one contact exact on a smooth surface: slides it, by cubic queries, to where head and surface are closest.
-  /// Returns whether it had to: a contact stays exact for a little way.
-  bool refine(const SurfacePatch& patch, const Pose& X_VT, ContactSet& set, int i) const noexcept;
+  /// Returns whether it had to: a contact stays exact for a little way. `fine`: to a hundredth of a degree, for a head that
+  /// only touches.
+  bool refine(const SurfacePatch& patch, const Pose& X_VT, ContactSet& set, int i, bool fine = false) const noexcept;
+
+  /// A contact known from before as it is for the head at X_VT: normal and gap anew, no query.
+  void see_again(const Pose& X_VT, ContactPlane& plane) const noexcept;
 
  private:
   bool find_by_offset(const SurfacePatch& patch, const dvec3& c, ContactSet& set) const noexcept;

@@ -16,6 +16,7 @@ struct PassivityLaw {
   double memory = 0.05;       // s
   double turning = 2;         // m/s²: a hand that moves inward faster than turning × tick goes on moving inward …
   double human_tick = 1e-3;   // s, … in ticks this short; in longer ones it may go back as far as it came
+  double twisting = 20;       // rad/s²: the same of a hand that turns
   double credit = 0.8e-9;     // J, of the 1 nJ that rounding may cost
 };
 
@@ -24,17 +25,34 @@ struct PassivityState {
   double advance = 0;   // m in one tick: the longest way in lately, against the force
   dvec3 moved{0};       // m, the tick before
   double decay_for = 0, decay = 1;  // of `retreat`, in a tick as long as the last one
+  // The same of turns, rad.
+  double unturn = 0, turn_in = 0;
+  dvec3 turned{0};
 };
 
-/// The share, 0..1, of force `f` (N, on the hand) that may be given. `moved`: the hand's way in the last tick, m; `energy`:
-/// what the ledger holds, J.
-inline double passive_share(const PassivityLaw& law, const dvec3& f, const dvec3& moved, double dt, double tick,
-                            double energy, PassivityState& state) noexcept {
+/// The rotation vector, in W, that turns `from` into `to`; rad.
+inline dvec3 rotation_vector(const dquat& from, const dquat& to) noexcept {
+  const dquat q = to * glm::conjugate(from);
+  const dvec3 v(q.x, q.y, q.z);
+  const double sine = glm::length(v);
+  if (!(sine > 0)) return dvec3(0);
+  const double angle = 2 * std::atan2(sine, std::abs(q.w));
+  return v * ((q.w < 0 ? -angle : angle) / sine);
+}
+
+/// The share, 0..1, of force `f` and torque `tau` (N, N·m, on the hand) that may be given. `moved`, `turned`: the hand's way
+/// in the last tick, m, rad; `energy`: what the ledger holds, J.
+inline double passive_share(const PassivityLaw& law, const dvec3& f, const dvec3& moved, const dvec3& tau,
+                            const dvec3& turned, double dt, double tick, double energy, PassivityState& state) noexcept {
   if (dt != state.decay_for) state.decay_for = dt, state.decay = std::exp(-dt / law.memory);
   state.retreat *= state.decay;
   const double before = glm::length(state.moved);
   if (before > 0) state.retreat = std::max(state.retreat, -glm::dot(moved, state.moved) / before);
   state.moved = moved;
+  state.unturn *= state.decay;
+  const double turned_before = glm::length(state.turned);
+  if (turned_before > 0) state.unturn = std::max(state.unturn, -glm::dot(turned, state.turned) / turned_before);
+  state.turned = turned;
   const double strength = glm::length(f);
   if (!(strength > 0)) return 1;
   const double along = glm::dot(f, moved) / strength;  // > 0: with the force, outward
@@ -43,7 +61,16 @@ inline double passive_share(const PassivityLaw& law, const dvec3& f, const dvec3
   const double turn = law.turning * tick * tick;
   const double reversal = tick > 2.2 * law.human_tick ? turn + state.advance : turn + std::min(along, 0.0);
   const double way = std::max({law.margin * state.retreat, reversal, 1e-3 * turn});
-  return std::clamp((energy + law.credit) / (strength * way), 0.0, 1.0);
+  double at_stake = strength * way;
+  if (const double twist = glm::length(tau); twist > 0) {
+    const double out = glm::dot(tau, turned) / twist;  // > 0: with the torque
+    state.unturn = std::max(state.unturn, out);
+    state.turn_in = std::max(state.turn_in * std::exp(-dt / law.memory), -out);
+    const double twitch = law.twisting * tick * tick;
+    const double back = tick > 2.2 * law.human_tick ? twitch + state.turn_in : twitch + std::min(out, 0.0);
+    at_stake += twist * std::max({law.margin * state.unturn, back, 1e-3 * twitch});
+  }
+  return std::clamp((energy + law.credit) / at_stake, 0.0, 1.0);
 }
 
 }  // namespace typodont::haptics

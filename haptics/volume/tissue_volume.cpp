@@ -416,7 +416,33 @@ void TissueVolume::copy(const glm::ivec3& lo, const glm::ivec3& size, float* dis
   }
 }
 
-void TissueVolume::carve(const Sweep& sweep) {
+void TissueVolume::copy_every(int n, const glm::ivec3& lo, const glm::ivec3& size, float* distance, Tissue* tissue) const {
+  const Impl& v = *impl_;
+  auto distances = v.distance->getConstAccessor();
+  auto labels = v.tissue->getConstAccessor();
+  const float scale = 1.0f / static_cast<float>(n);
+  constexpr int m = FieldBrick::kCells;
+  glm::ivec3 brick(INT_MAX);
+  bool carved = false;
+  std::size_t i = 0;
+  for (int x = 0; x < size.x; ++x) {
+    for (int y = 0; y < size.y; ++y) {
+      for (int z = 0; z < size.z; ++z, ++i) {
+        const glm::ivec3 p = (lo + glm::ivec3(x, y, z)) * n;
+        float d = distances.getValue(coord(p));
+        if (d < -Sweep::kMargin && !v.carved.empty()) {
+          const glm::ivec3 in(floor_div(p.x, m), floor_div(p.y, m), floor_div(p.z, m));
+          if (in != brick) brick = in, carved = v.carved.contains(in);
+          if (carved) d = -Sweep::kMargin;
+        }
+        distance[i] = d * scale;
+        tissue[i] = d < 3.0f * static_cast<float>(n) ? static_cast<Tissue>(labels.getValue(coord(p))) : Tissue::kAir;
+      }
+    }
+  }
+}
+
+VoxelBox TissueVolume::carve(const Sweep& sweep) {
   Impl& v = *impl_;
   using Leaf = openvdb::FloatTree::LeafNodeType;
   constexpr int n = Leaf::DIM;
@@ -447,6 +473,7 @@ void TissueVolume::carve(const Sweep& sweep) {
     }
   }
   v.mark_changed(changed_lo, changed_hi);
+  return {changed_lo, changed_hi};
 }
 
 void TissueVolume::begin_stroke() {
@@ -495,7 +522,7 @@ TissueVolume TissueVolume::clone() const {
   return TissueVolume(std::move(copy));
 }
 
-void TissueVolume::fill(const Fill& filling) {
+VoxelBox TissueVolume::fill(const Fill& filling) {
   Impl& v = *impl_;
   using Leaf = openvdb::FloatTree::LeafNodeType;
   constexpr int n = Leaf::DIM;
@@ -532,6 +559,123 @@ void TissueVolume::fill(const Fill& filling) {
     }
   }
   v.mark_changed(changed_lo, changed_hi);
+  return {changed_lo, changed_hi};
+}
+
+void TissueVolume::solid_block(const glm::ivec3& key, SolidBits& bits) const {
+  const openvdb::Coord origin = coord(key * static_cast<int>(openvdb::FloatTree::LeafNodeType::DIM));
+  const auto& tree = impl_->distance->tree();
+  const auto* leaf = tree.probeConstLeaf(origin);
+  if (!leaf) {
+    bits.fill(tree.getValue(origin) < 0 ? ~std::uint64_t{0} : 0);
+    return;
+  }
+  const float* data = leaf->buffer().data();
+  for (std::size_t x = 0; x < bits.size(); ++x) {
+    std::uint64_t word = 0;
+    for (int i = 0; i < 64; ++i) word |= static_cast<std::uint64_t>(data[x * 64 + static_cast<std::size_t>(i)] < 0) << i;
+    bits[x] = word;
+  }
+}
+
+PerTissue TissueVolume::take_out(const TissuePiece& piece) {
+  Impl& v = *impl_;
+  PerTissue volume{};
+  if (piece.empty()) return volume;
+  using Leaf = openvdb::FloatTree::LeafNodeType;
+  constexpr int n = Leaf::DIM;
+  constexpr int kMargin = 4;                                        // voxels around it whose distances it may have made
+  constexpr float kEmpty = Sweep::kInner, kShell = 2, kClose = 0.25;  // voxels
+
+  glm::ivec3 lo(INT_MAX), hi(INT_MIN);
+  for (const BlockPart& part : piece) lo = glm::min(lo, part.key * n), hi = glm::max(hi, part.key * n + n - 1);
+  lo -= kMargin, hi += kMargin;
+  const glm::ivec3 size = hi - lo + 1;
+  const auto at = [&](const glm::ivec3& p) {
+    return (static_cast<std::size_t>(p.x - lo.x) * static_cast<std::size_t>(size.y) + static_cast<std::size_t>(p.y - lo.y)) *
+               static_cast<std::size_t>(size.z) + static_cast<std::size_t>(p.z - lo.z);
+  };
+  const std::size_t all = static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y) * static_cast<std::size_t>(size.z);
+  std::vector<float> old(all);
+  std::vector<Tissue> labels(all);
+  copy(lo, size, old.data(), labels.data());
+  std::vector<std::uint8_t> loose(all, 0);
+  for (const BlockPart& part : piece) {
+    for (int i = 0; i < n * n * n; ++i) {
+      if (part.bits[static_cast<std::size_t>(i / (n * n))] >> (i % (n * n)) & 1) {
+        loose[at(part.key * n + glm::ivec3(i / (n * n), i / n % n, i % n))] = 1;
+      }
+    }
+  }
+
+  // Distance to a body, as far as it matters, from the samples just beneath its surface and how deep each lies: spread from
+  // neighbour to neighbour by the vector to them (Danielsson 1980) as long as that brings anyone closer.
+  const auto place = [&](std::int32_t i) {
+    const int xy = i / size.z;
+    return glm::ivec3(xy / size.y, xy % size.y, i % size.z);
+  };
+  const auto distance_to = [&](bool to_loose) {
+    std::vector<float> d(all, 1e9f);
+    std::vector<std::int32_t> from(all, -1), queue;
+    for (std::size_t i = 0; i < all; ++i) {
+      if (!(old[i] < 0 && old[i] > -kShell) || (loose[i] != 0) != to_loose) continue;
+      d[i] = old[i], from[i] = static_cast<std::int32_t>(i);
+      queue.push_back(from[i]);
+    }
+    for (std::size_t head = 0; head < queue.size(); ++head) {
+      const std::int32_t f = from[static_cast<std::size_t>(queue[head])];
+      const glm::ivec3 p = place(queue[head]), source = place(f);
+      for (int step = 0; step < 27; ++step) {
+        const glm::ivec3 q = p + glm::ivec3(step / 9 - 1, step / 3 % 3 - 1, step % 3 - 1);
+        if (q.x < 0 || q.y < 0 || q.z < 0 || q.x >= size.x || q.y >= size.y || q.z >= size.z) continue;
+        const float there = glm::length(glm::vec3(q - source)) + old[static_cast<std::size_t>(f)];
+        const std::size_t i = at(q + lo);
+        if (there > kMargin + 1 || !(there < d[i] - 1e-4f)) continue;
+        d[i] = there, from[i] = f;
+        queue.push_back(static_cast<std::int32_t>(i));
+      }
+    }
+    return d;
+  };
+  const std::vector<float> to_body = distance_to(false), to_piece = distance_to(true);
+
+  auto accessor = v.distance->getAccessor();
+  StrokeKept* const stroke = v.stroke();
+  glm::ivec3 changed_lo(INT_MAX), changed_hi(INT_MIN);
+  for (int x0 = floor_div(lo.x, n) * n; x0 <= hi.x; x0 += n) {
+    for (int y0 = floor_div(lo.y, n) * n; y0 <= hi.y; y0 += n) {
+      for (int z0 = floor_div(lo.z, n) * n; z0 <= hi.z; z0 += n) {
+        const openvdb::Coord origin(x0, y0, z0);
+        const glm::ivec3 from = glm::max(lo, {x0, y0, z0}), to = glm::min(hi, glm::ivec3(x0, y0, z0) + n - 1);
+        Leaf* leaf = nullptr;
+        for (int x = from.x; x <= to.x; ++x) {
+          for (int y = from.y; y <= to.y; ++y) {
+            for (int z = from.z; z <= to.z; ++z) {
+              const std::size_t i = at({x, y, z});
+              const bool mine = loose[i] != 0;
+              if (!mine && (old[i] < 0 || to_piece[i] > to_body[i] + kClose || to_piece[i] > kMargin)) continue;
+              const float now = std::max(old[i], std::min(to_body[i], kEmpty));
+              if (!(now > old[i])) continue;
+              if (!leaf) {
+                auto* kept = stroke ? &StrokeKept::Distance::keep(stroke->distance, accessor, origin) : nullptr;
+                if (kept) kept->changed = true;
+                leaf = accessor.touchLeaf(origin);
+              }
+              leaf->setValueOn(leaf->coordToOffset({x, y, z}), now);
+              volume[static_cast<std::size_t>(labels[i])] += occupancy(old[i]) - occupancy(now);
+              changed_lo = glm::min(changed_lo, {x, y, z});
+              changed_hi = glm::max(changed_hi, {x, y, z});
+            }
+          }
+        }
+        if (leaf) leaf->setValuesOn();
+      }
+    }
+  }
+  v.mark_changed(changed_lo, changed_hi);
+  volume[0] = 0;
+  for (double& share : volume) share *= v.frame.voxel * v.frame.voxel * v.frame.voxel;
+  return volume;
 }
 
 void TissueVolume::paint(Tissue label, const Solid& solid) {

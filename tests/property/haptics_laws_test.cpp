@@ -163,6 +163,54 @@ TEST(Cutting, EveryHeadDrillsSmoothlyAndItsSpindleNeverFeedsTheHandMoreThanItWor
   }
 }
 
+TEST(Coupling, IsTheImplicitStepOfAToolWithoutMassAndStaysAtRestAtAnyStiffnessAndTick) {
+  // Zhao 2020, eq. 5, in one dimension: m Δv = h K (x_hand - x - h (v + Δv)), into a wall at 0 that nothing passes.
+  const auto implicit_force = [](double m, double k, double h, double hand) {
+    double x = 0.2_mm, v = 0;
+    for (int i = 0; i < 2000; ++i) {
+      v += h * k * (hand - x - h * v) / (m + h * h * k);
+      x += h * v;
+      if (x < 0) x = 0, v = 0;
+    }
+    return k * (x - hand);
+  };
+  const auto explicit_swing = [](double m, double k, double h, double hand) {  // in the open, about the hand
+    double x = hand + 1e-6, v = 0, widest = 0;
+    for (int i = 0; i < 400 && widest < 1; ++i) {
+      const double a = k * (hand - x) / m;
+      x += h * v, v += h * a;
+      widest = std::max(widest, std::abs(x - hand));
+    }
+    return widest;
+  };
+  for (const double k : {1e3, 1e5, 1e6}) {
+    for (const double h : {1e-4, 1e-3, 1e-2}) {
+      ServoSettings s;
+      s.tool.diameter = s.tool.length = 1.0_mm;
+      s.tool.cuts = false;
+      s.stiffness = k;
+      s.tick = h;
+      s.damping = 0;
+      s.passivity = s.friction = false;
+      s.force_limit = 1e9;
+      HapticBench bench(R"({"voxel_mm": 0.2, "domain_mm": [[-3,-3,-4],[3,3,3]], "solids": [{"tissue": "enamel", "solid": {"halfspace": {"normal": [0,0,1], "offset_mm": 0}}}]})", s);
+      const double depth = 0.4_mm;
+      for (double z = 1.0_mm; z > 0.5_mm - depth; z -= 20e-6) bench.tick({{0.1_mm, 0, z}});
+      double least = 1e300, most = 0;
+      for (int i = 0; i < 50; ++i) {
+        const double f = bench.tick({{0.1_mm, 0, 0.5_mm - depth}}).f_T_W.z;
+        least = std::min(least, f), most = std::max(most, f);
+      }
+      EXPECT_EQ(least, most) << k << " " << h;
+      EXPECT_NEAR(most / (k * depth), 1, 1e-6) << k << " " << h;
+      EXPECT_NEAR(implicit_force(1e-9, k, h, -depth) / most, 1, 1e-6) << k << " " << h;
+      if (h * h * k / 0.01 > 0.1) {
+        EXPECT_GT(explicit_swing(0.01, k, h, -depth), 1e-3) << "a tool of 10 g, stepped explicitly";
+      }
+    }
+  }
+}
+
 TEST(Tools, EveryToolOfTheCatalogueIsReadAndIsAHead) {
   int count = 0;
   for (const auto& entry : std::filesystem::directory_iterator("assets/tools")) {

@@ -103,6 +103,7 @@ TEST(Filling, PatchAndVolumeHoldTheSameBitsAndTheVolumeIsBalanced) {
   double grown = 0, told = 0;
   for (std::size_t i = 1; i < after.size(); ++i) grown += after[i] - before[i], told -= bench.last.removed[i];
   EXPECT_NEAR(grown, told, 1e-3 * told);
+  EXPECT_EQ(-bench.last.removed[kFilled], told) << "all of it is the filling's";
   EXPECT_NEAR(after[kFilled], told, 0.2 * told);  // a voxel has one label: what fills up half a voxel of dentin is dentin
 }
 
@@ -113,6 +114,33 @@ TEST(Filling, GrowsUpToTheHeadAndNeverPushesTheHand) {
   EXPECT_LT(jump, 0.02);
   EXPECT_LT(glm::length(bench.last.f_T_W), 0.03);
   EXPECT_EQ(bench.last.faults, 0u);
+}
+
+TEST(Filling, NeverLeavesTheSolidItIsKeptIn) {
+  ServoSettings s = filling();
+  // The cavity with its rim at half a millimetre above the tool's end: what would flow over it does not.
+  s.tools[0].fill_within = s.tool.fill_within = haptics::read_solid(Json::parse(R"({"box": {"center_mm": [0, 0, -5], "size_mm": [40, 40, 10.2]}})", "within"));
+  HapticBench bench(kCavity, s), free_bench(kCavity, filling());
+  const auto highest = [](const HapticBench& b) {
+    const haptics::SurfacePatch& patch = b.servo.patch();
+    double top = -1;
+    for (int x = 0; x < patch.n; ++x) {
+      for (int y = 0; y < patch.n; ++y) {
+        for (int z = 0; z < patch.n; ++z) {
+          const std::size_t i = patch.at(x, y, z);
+          if (patch.distance[i] < 0 && patch.tissue[i] == static_cast<Tissue>(kFilled)) {
+            top = std::max(top, b.settings.frame.to_world(dvec3(patch.lo + glm::ivec3(x, y, z))).z);
+          }
+        }
+      }
+    }
+    return top;
+  };
+  hold(bench, 800, end_at(0.5_mm, 0.0_mm), 1);
+  hold(free_bench, 800, end_at(0.5_mm, 0.0_mm), 1);
+  EXPECT_LE(highest(bench), 0.1_mm);
+  EXPECT_GT(highest(free_bench), 0.2_mm);
+  EXPECT_LT(bench.last.removed[kFilled], 0) << "but inside it does";
 }
 
 TEST(Filling, IsFeltWithItsOwnStiffness) {

@@ -56,7 +56,31 @@ Course theory(double stiffness, double rate, int delay) {
       stiffness, rate, delay, [&](double z) { return -stiffness * z; }, [] { return 0.0; });
 }
 
-Course servo(double stiffness, double rate, int delay, bool controller) {
+/// A ball of 2 mm above a wall, which `press` brings to a height above contact (m).
+class Wall {
+ public:
+  Wall(double stiffness, double rate, bool controller) : loop_(make(stiffness, rate, controller)), rate_(rate) {}
+  double press(double z) {
+    haptics::HandSample hand;
+    hand.t = t_;
+    t_ += from_seconds(1 / rate_);
+    hand.X_WT.p = dvec3(0.1_mm, 0.1_mm, 1.0_mm + z);
+    Cut cut;
+    loop_.tick(hand, tick_, cut);
+    return tick_.f_T_W.z;
+  }
+  double energy() const { return tick_.energy; }
+
+ private:
+  static HapticLoop make(double stiffness, double rate, bool controller);
+
+  HapticLoop loop_;
+  ServoTick tick_;
+  Nanos t_ = 0;
+  double rate_;
+};
+
+HapticLoop Wall::make(double stiffness, double rate, bool controller) {
   Scene scene = parse_scene(
       Json::parse(
           fmt::format(
@@ -69,22 +93,34 @@ Course servo(double stiffness, double rate, int delay, bool controller) {
           "bench"),
       {});
   scene.servo.force_limit = 1e3;
-  HapticLoop loop(scene, load_tissue(scene), rate);
-  ServoTick tick;
-  Cut cut;
-  Nanos t = 0;
-  const auto at = [&](double z) {
-    haptics::HandSample hand;
-    hand.t = t;
-    t += from_seconds(1 / rate);
-    hand.X_WT.p = dvec3(0.1_mm, 0.1_mm, 1.0_mm + z);
-    loop.tick(hand, tick, cut);
-    return tick.f_T_W.z;
-  };
+  return HapticLoop(scene, load_tissue(scene), rate);
+}
+
+Course servo(double stiffness, double rate, int delay, bool controller) {
+  Wall wall(stiffness, rate, controller);
+  const auto at = [&](double z) { return wall.press(z); };
   // In from outside, at 20 mm/s, as the hand must come.
   const double rest = -kPush / stiffness, way = 0.02 / rate;
   for (double z = 0.2_mm; z > 0.97 * rest; z -= way) at(z);
-  return play(stiffness, rate, delay, at, [&] { return tick.energy; });
+  return play(stiffness, rate, delay, at, [&] { return wall.energy(); });
+}
+
+/// How deep a hand at `speed` is when it first feels `force`, m, at a wall of 1 N/mm with the controller on.
+double first_felt(double speed, double force, double rate) {
+  Wall wall(1000, rate, true);
+  const double way = speed / rate;
+  double z = 0.3_mm;
+  while (z > -50e-3 && wall.press(z) < force) z -= way;
+  return -z;
+}
+
+/// The least depth at which any controller can give that force and keep its ledger above -1 nJ whatever the hand does next,
+/// if all it may suppose is that a hand goes back no farther in a tick than it came. What is held, F, may be asked back over
+/// that way a: F a <= E + ε; and while the hand goes on inward the ledger gains F a <= E + ε a tick, it doubles at most.
+double least_first_felt(double speed, double force, double rate) {
+  constexpr double kCredit = 1e-9;  // J
+  const double way = speed / rate;
+  return way * std::max(force / (1000 * way), std::ceil(std::log2(std::max(force * way / kCredit, 1.0))));
 }
 
 /// The stiffness at which excursions begin to grow, N/m.
@@ -124,6 +160,18 @@ std::vector<BenchRow> bench_stability(bool quick) {
         row("energy given by a wall of twice that, controller on",
             std::abs(servo(2 * expected, rate, 0, true).least_energy), "J");
     }
+  }
+  for (const double rate : {100.0, 200.0, 500.0, 1000.0, 4000.0}) {
+    const auto row = [&](const char* name, double depth) {
+      rows.push_back({.name = name,
+                      .knob = fmt::format("{:g} Hz", rate),
+                      .error = depth / kMillimetre,
+                      .error_unit = "depth, mm",
+                      .size = rate,
+                      .size_unit = "servo rate, Hz"});
+    };
+    row("first 0.1 N of a hand at 20 mm/s, controller on", first_felt(20e-3, 0.1, rate));
+    row("the least that any controller could promise a hand that may go back as it came", least_first_felt(20e-3, 0.1, rate));
   }
   return rows;
 }

@@ -10,6 +10,7 @@
 #include "engine/app/expert_hand.h"
 #include "engine/app/haptic_loop.h"
 #include "engine/app/replay_hand.h"
+#include "engine/app/resume.h"
 #include "engine/app/session_record.h"
 #include "engine/base/error.h"
 #include "engine/base/log.h"
@@ -49,6 +50,9 @@ class TickSink {
     session_->append({&tick, 1});
     notes_.add(tick, *session_);
   }
+  void add(const LoosePiece& piece) {
+    if (session_) session_->append(event_of(piece));
+  }
   void finish(const session::SessionResult& result) {
     if (csv_) return csv_->finish();
     if (!session_->finish(result)) throw RunFailure(session_->status().message);
@@ -87,12 +91,17 @@ void run(const Options& options) {
   if (expert) progress.emplace("expert");
   std::uint64_t ticks = 0;
   std::uint32_t faults = 0;
+  std::uint64_t pieces = 0;
   ServoTick last;
   EvenSample times;  // ns
   const auto each = [&](const ServoTick& tick, const Cut* cut) {
     ServoTick row = tick;
     if (options.no_timing) row.cpu_time = 0;
     sink.add(row, cut, loop.fresh_patch());
+    for (const LoosePiece& piece : loop.carver().take_pieces()) {
+      sink.add(piece);
+      ++pieces;
+    }
     ++ticks;
     if (experts) progress->at(experts->done());
     faults |= tick.faults;
@@ -121,6 +130,7 @@ void run(const Options& options) {
         {"ticks", ticks},
         {"seconds", to_seconds(last.t)},
         {"cuts", last.cuts},
+        {"loose_pieces", pieces},
         {"removed_mm3", removed_json},
         {"energy_mJ", last.energy * 1e3},
         {"faults", faults},

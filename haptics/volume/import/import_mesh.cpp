@@ -15,16 +15,12 @@
 #include "engine/base/error.h"
 #include "engine/base/units.h"
 #include "haptics/volume/import/import_scan.h"
+#include "haptics/volume/import/mesh.h"
 #include "haptics/volume/import/scan.h"
 
 namespace typodont::haptics::importing {
 
 namespace {
-
-struct Mesh {
-  std::vector<dvec3> points;                // m
-  std::vector<std::array<int, 3>> corners;  // of each triangle
-};
 
 // Polygons as a file has them: corners at the same place may be several points.
 struct Soup {
@@ -214,6 +210,8 @@ Soup read_with_assimp(const std::filesystem::path& file) {
   return soup;
 }
 
+}  // namespace
+
 Mesh read_mesh(const std::filesystem::path& file, double unit) {
   if (size_of_file(file) == 0) throw Error(file.string(), "", "an empty file", "a closed mesh");
   const Soup soup = lower_extension(file) == ".ply" ? PlyReader(file).read() : read_with_assimp(file);
@@ -258,6 +256,8 @@ Mesh read_mesh(const std::filesystem::path& file, double unit) {
   }
   return mesh;
 }
+
+namespace {
 
 // Triangles of the shells that bound the body from outside, and of those that lie within it (a pulp chamber, say).
 struct Shells {

@@ -1,0 +1,171 @@
+#include "haptics/contact/smooth_contacts.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace typodont::haptics {
+
+namespace {
+
+constexpr double kWide = 0.25e-3;     // m between samples of the wide patch
+constexpr double kBlurred = 0.5;      // wide voxels that a linear look may overestimate a distance by
+constexpr double kEnough = 3;         // voxels of room for which the shank is not looked at anew
+constexpr double kSameWay = 0.985;    // cosine: contacts that push alike, and lie closer together than …
+constexpr double kLedOut = 0.1;       // voxels a look: found deeper inside tissue it is led out so fast
+constexpr double kSamePlace = 2;      // … so many voxels, are one
+
+}  // namespace
+
+WideGrid wide_grid_for(std::span<const Tool> tools, double voxel, double travel) {
+  double reach = 0;
+  for (const Tool& tool : tools) {
+    if (const auto shank = shank_of(tool)) reach = std::max(reach, shank->z + std::hypot(shank->shape.length / 2, shank->shape.radius()));
+  }
+  if (reach == 0) return {};
+  const int every = std::max(2, static_cast<int>(std::lround(kWide / voxel)));
+  const double half = (reach / voxel + travel) / every + 6;  // a stencil, and the room that samples slide in
+  return {every, 2 * static_cast<int>(std::ceil(half)) + 1};
+}
+
+SmoothContacts::Part::Part(const SmoothPart& part, double voxel, double patch_voxel)
+    : finder(part.shape, patch_voxel),
+      z(part.z / voxel),
+      half(part.shape.length / 2 / voxel),
+      neck((part.shape.shape == HeadShape::kShaft ? part.shape.neck_diameter : part.shape.diameter) / 2 / voxel),
+      radius(part.shape.radius() / voxel),
+      taper(std::max(part.shape.neck_length / voxel, 1e-3)) {}
+
+SmoothContacts::SmoothContacts(const Tool& tool, double voxel) : head_(tool.radius() / voxel) {
+  every_ = std::max(2, static_cast<int>(std::lround(kWide / voxel)));
+  if (const auto part = shank_of(tool)) shank_.emplace(*part, voxel, every_ * voxel);
+  if (const auto part = safe_end_of(tool)) safe_end_.emplace(*part, voxel, voxel);
+}
+
+Pose SmoothContacts::in_part(const Part& part, const Pose& X_VT, int every) const noexcept {
+  return {(X_VT.p + X_VT.R * dvec3(0, 0, part.z)) / static_cast<double>(every), X_VT.R};
+}
+
+double SmoothContacts::room(const SurfacePatch& patch, const Pose& X_VT) noexcept {
+  if (!shank_ || patch.wide.empty()) return 1e300;
+  const Part& shank = *shank_;
+  if (known_) {
+    // An angle of 2 acos |q·q'| is no more than 2.3 √(2 - 2 |q·q'|).
+    const double turned = 2.3 * std::sqrt(std::max(0.0, 2 - 2 * std::abs(glm::dot(X_VT.R, at_.R))));
+    const double left = free_ - glm::length(X_VT.p - at_.p) - turned * (shank.z + shank.half);
+    if (left > kEnough) return left;
+  }
+  // Along its axis as far as the field says that nothing is near.
+  const SurfacePatch& wide = patch.wide.front();
+  const dvec3 axis = X_VT.R * dvec3(0, 0, 1), from = X_VT.p + (shank.z - shank.half) * axis;
+  const double slope = (shank.radius - shank.neck) / shank.taper;
+  const double top = 2 * shank.half, least_step = 0.3 * every_;
+  double least = 1e300;
+  for (double u = 0;;) {
+    const dvec3 p = (from + u * axis) / static_cast<double>(every_);
+    if (!wide.holds(p, 0)) {
+      least = 0;
+      break;
+    }
+    const double radius = std::min(shank.radius, shank.neck + slope * u);
+    const double clear = (sample_linear(wide, p) - kBlurred) * every_ - radius;
+    // What lies within s of here along the axis is clear by clear - s (1 + slope), so a third of that way loses little.
+    const double step = std::max(0.3 * clear / (1 + slope), least_step);
+    if (!fits(radius, wide, p)) least = std::min(least, clear - step * (1 + slope) / 2);
+    if (least <= 0 || u >= top) break;
+    u = std::min(u + step, top);
+  }
+  known_ = true;
+  free_ = least;
+  at_ = X_VT;
+  return least;
+}
+
+void SmoothContacts::look(const Part& part, const SurfacePatch& patch, const Pose& X, double near, bool shank) noexcept {
+  if (!patch.holds(X.p, part.finder.reach() + 1)) return;
+  part.finder.find(patch, X, near, set_);
+  if (set_.deepest() > ContactFinder::kSunk || sample_linear(patch, X.p) < -part.finder.reach()) {
+    part.finder.find_way_out(patch, X, set_);
+  }
+  if (shank) look_from_axis(part, patch, X, near);
+  // The closest, and others only where they push another way or lie elsewhere.
+  bool refused[ContactSet::kMax + 8] = {};
+  for (int taken = 0; taken < kMost && count_ < kRoom; ++taken) {
+    int best = -1;
+    for (int i = 0; i < set_.count(); ++i) {
+      if (!refused[i] && (best < 0 || set_.rough().gap[i] < set_.rough().gap[best])) best = i;
+    }
+    if (best < 0) return;
+    const ContactPlane plane = set_.plane(best);
+    const double u = std::max(glm::dot(plane.x - X.p, X.R * dvec3(0, 0, 1)) * every_ + part.half, 0.0);
+    if (shank && fits(std::min(part.radius, part.neck + (part.radius - part.neck) / part.taper * u), patch, plane.x)) {
+      refused[best] = true;
+      --taken;
+      continue;
+    }
+    contacts_[static_cast<std::size_t>(count_++)] = {plane, shank};
+    for (int i = 0; i < set_.count(); ++i) {
+      const ContactPlane other = set_.plane(i);
+      refused[i] |= i == best || (glm::dot(other.n, plane.n) > kSameWay && glm::length(other.x - plane.x) < kSamePlace);
+    }
+  }
+}
+
+/// Where something was cut, the wide field is too coarse to tell a neck from the wall of the hole that its own head made:
+/// what is hardly wider than the head goes where that went.
+bool SmoothContacts::fits(double radius, const SurfacePatch& patch, const dvec3& x) const noexcept {
+  if (radius >= head_ + every_ || patch.cut_lo.x > patch.cut_hi.x) return false;
+  const dvec3 off = glm::max(dvec3(patch.cut_lo) - x, x - dvec3(patch.cut_hi));
+  return std::max({off.x, off.y, off.z}) <= 2;
+}
+
+/// On an edge the samples of the field are too far apart to show it where it is; from the axis, where the field is smooth,
+/// its nearest point is known well.
+void SmoothContacts::look_from_axis(const Part& part, const SurfacePatch& patch, const Pose& X, double near) noexcept {
+  const dvec3 axis = X.R * dvec3(0, 0, 1);
+  const double half = part.half / every_, first = part.neck / every_, widest = part.radius / every_;
+  ContactPlane best;
+  best.gap = near;
+  for (double u = -half + first; u <= half; u += 0.7) {
+    const dvec3 p = X.p + u * axis;
+    const double around = sample_linear(patch, p);
+    if (around > widest + near + kBlurred || around < 1.5 || !is_true_around(patch, p, around)) continue;
+    const FieldSample field = sample_cubic(patch, p);
+    const double slope = glm::length(field.gradient);
+    if (std::abs(slope - 1) > 0.05) continue;
+    ContactPlane plane;
+    plane.x = p - field.value * field.gradient / slope;
+    part.finder.see_again(X, plane);
+    if (plane.gap < best.gap) best = plane;
+  }
+  if (best.gap < near) contacts_[static_cast<std::size_t>(count_++)] = {best, true};
+}
+
+void SmoothContacts::hand_over(ContactSet& set) const noexcept {
+  for (int i = 0; i < count_; ++i) {
+    const Known& known = contacts_[static_cast<std::size_t>(i)];
+    const double every = known.shank ? every_ : 1;
+    ContactPlane plane = known.plane;
+    plane.x *= every, plane.gap = std::max(plane.gap * every, -kLedOut), plane.yields = 0;
+    if (!set.add(plane)) return;
+  }
+}
+
+void SmoothContacts::find(const SurfacePatch& patch, const Pose& X_VT, double near, ContactSet& set) noexcept {
+  count_ = 0;
+  if (shank_ && room(patch, X_VT) <= near) {
+    look(*shank_, patch.wide.front(), in_part(*shank_, X_VT, every_), near / every_, true);
+  }
+  if (safe_end_) look(*safe_end_, patch, in_part(*safe_end_, X_VT, 1), near, false);
+  hand_over(set);
+}
+
+void SmoothContacts::relinearize(const Pose& X_VT, ContactSet& set) noexcept {
+  for (int i = 0; i < count_; ++i) {
+    Known& known = contacts_[static_cast<std::size_t>(i)];
+    const Part& part = known.shank ? *shank_ : *safe_end_;
+    part.finder.see_again(in_part(part, X_VT, known.shank ? every_ : 1), known.plane);
+  }
+  hand_over(set);
+}
+
+}  // namespace typodont::haptics

@@ -1,0 +1,214 @@
+// typodont servo and replay: what a scene's tissue and tools do under a hand, as a user meets it.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numeric>
+
+#include "engine/base/json.h"
+#include "engine/base/units.h"
+#include "engine/session/session_file.h"
+#include "engine/session/ticks_csv.h"
+#include "tests/support/program.h"
+
+namespace typodont {
+namespace {
+
+using namespace test;
+using testing::HasSubstr;
+
+constexpr const char* kHeader = "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n";
+
+double total(const PerTissue& v) { return std::accumulate(v.begin(), v.end(), 0.0); }
+
+class ServoOn : public testing::Test {
+ protected:
+  ProgramFolder folder{TYPODONT_PROGRAM};
+
+  Json servo(const std::string& out, const std::string& hand = "hand.csv") {
+    const Ran ran = folder.run(
+        fmt::format("servo {0}/scene.json --hand {0}/{1} --out {0}/{2} --json", folder.path().string(), hand, out));
+    EXPECT_EQ(ran.status, 0) << ran.err;
+    return Json::parse(ran.status == 0 ? ran.out : "{}", "out");
+  }
+  std::vector<ServoTick> ticks(const std::string& hand = "hand.csv") {
+    servo("t.csv", hand);
+    return session::read_ticks_csv(folder / "t.csv");
+  }
+  void expect_replayed() {
+    const Ran ran = folder.run(fmt::format("replay {0}/s.h5 --check --json", folder.path().string()));
+    EXPECT_EQ(ran.status, 0) << ran.err;
+    EXPECT_THAT(ran.out, HasSubstr("\"identical\":true"));
+  }
+  void stroke(const std::vector<std::array<double, 4>>& rows, int pedal) {
+    std::string csv = kHeader;
+    for (const auto& r : rows) csv += fmt::format("{},{},{},{},1,0,0,0,{}\n", r[0], r[1], r[2], r[3], pedal);
+    folder.write("hand.csv", csv);
+  }
+};
+
+constexpr const char* kCube = R"(ply
+format ascii 1.0
+element vertex 8
+property float x
+property float y
+property float z
+element face 6
+property list uchar int vertex_indices
+end_header
+-2 -2 -2
+2 -2 -2
+2 2 -2
+-2 2 -2
+-2 -2 2
+2 -2 2
+2 2 2
+-2 2 2
+4 0 3 2 1
+4 4 5 6 7
+4 0 1 5 4
+4 1 2 6 5
+4 2 3 7 6
+4 3 0 4 7
+)";
+
+std::string scene_of(const std::string& solid, const std::string& more) {
+  return fmt::format(R"({{"tissue": {{"voxel_mm": 0.1, "solids": [{{"tissue": "enamel", "solid": {}}}]}}, "friction": false, {}}})", solid, more);
+}
+
+using MeshSolid = ServoOn;
+
+TEST_F(MeshSolid, ACubeFromAFileIsFeltAsTheCubeItself) {
+  folder.write("cube.ply", kCube);
+  stroke({{0, 0, 0, 3.2}, {0.2, 0, 0, 2.2}, {0.6, 2.4, 0.5, 2.2}, {0.8, 2.4, 0.5, 1.0}}, 0);
+  const std::string tool = R"("tool": {"shape": "sphere", "diameter_mm": 1.0, "cuts": false})";
+  folder.write("scene.json", scene_of(R"({"mesh": {"file": "cube.ply", "scale": 1}})", tool));
+  const auto mesh = ticks();
+  folder.write("scene.json", scene_of(R"({"box": {"size_mm": [4, 4, 4]}})", tool));
+  const auto box = ticks();
+  ASSERT_EQ(mesh.size(), box.size());
+  double strongest = 0;
+  for (std::size_t i = 0; i < mesh.size(); ++i) {
+    EXPECT_LT(glm::length(mesh[i].f_T_W - box[i].f_T_W), 1e-5) << i;
+    strongest = std::max(strongest, glm::length(mesh[i].f_T_W));
+  }
+  EXPECT_GT(strongest, 0.25);
+}
+
+TEST_F(MeshSolid, CombinesWithOtherSolidsAndScales) {
+  folder.write("cube.ply", kCube);
+  stroke({{0, 0, 0, 3.0}, {0.5, 0, 0, 0.5}}, 0);
+  const std::string tool = R"("tool": {"shape": "sphere", "diameter_mm": 1.0, "cuts": false})";
+  folder.write("scene.json", scene_of(R"({"difference": [{"mesh": {"file": "cube.ply", "scale": 0.5}},
+    {"cylinder": {"radius_mm": 0.7, "height_mm": 9}}]})", tool));
+  EXPECT_LT(glm::length(ticks().back().f_T_W), 1e-3) << "a hole wide enough, through a cube of 2 mm";
+  folder.write("scene.json", scene_of(R"({"mesh": {"file": "cube.ply", "scale": 0.5}})", tool));
+  EXPECT_NEAR(ticks().back().f_T_W.z, 1.0 + 0.01, 1e-3) << "on top of it at z = 1 mm, a millimetre deep, and damped at 5 mm/s";
+}
+
+TEST_F(MeshSolid, AFileThatIsMissingOrOpenIsNamed) {
+  stroke({{0, 0, 0, 3}, {0.1, 0, 0, 3}}, 0);
+  folder.write("scene.json", scene_of(R"({"mesh": {"file": "none.stl"}})", R"("tool": "round_012")"));
+  const std::string at = folder.path().string();
+  Ran ran = folder.run(fmt::format("servo {0}/scene.json --hand {0}/hand.csv --out {0}/t.csv", at));
+  EXPECT_EQ(ran.status, 2);
+  EXPECT_THAT(ran.err, HasSubstr("none.stl"));
+  std::string open = kCube;
+  open.replace(open.find("element face 6"), 14, "element face 5");
+  folder.write("open.ply", open);
+  folder.write("scene.json", scene_of(R"({"mesh": {"file": "open.ply"}})", R"("tool": "round_012")"));
+  ran = folder.run(fmt::format("servo {0}/scene.json --hand {0}/hand.csv --out {0}/t.csv", at));
+  EXPECT_EQ(ran.status, 2);
+  EXPECT_THAT(ran.err, HasSubstr("open"));
+}
+
+using Pieces = ServoOn;
+
+TEST_F(Pieces, ACapSetLooseFallsOffCountsAsRemovedAndIsReplayed) {
+  folder.write("scene.json", R"({"tissue": {"voxel_mm": 0.1, "solids": [{"tissue": "dentin", "solid": {"union": [
+      {"box": {"center_mm": [0, 0, -2], "size_mm": [8, 6, 2]}},
+      {"cylinder": {"center_mm": [0, 0, 0], "radius_mm": 0.4, "height_mm": 3}},
+      {"box": {"center_mm": [0, 0, 1.6], "size_mm": [2, 2, 1]}}]}}]},
+    "tool": {"shape": "sphere", "diameter_mm": 0.8}, "spindle_krpm": 300, "coupling": {"stiffness_N_per_mm": 3}})");
+  stroke({{0, -1.2, 0, 0}, {2, 1.5, 0, 0}, {5, 1.5, 0, 0}, {5.1, 1.5, 0, 0.3}}, 1);
+  const Json result = servo("s.h5");
+  EXPECT_EQ(result["loose_pieces"].integer(), 1);
+  EXPECT_GT(result["removed_mm3"]["dentin"].number(), 4.2);
+  const session::SessionReader session(folder / "s.h5");
+  int told = 0;
+  for (const auto& event : session.events()) told += event.kind == session::EventKind::kPiece;
+  EXPECT_EQ(told, 1);
+  ASSERT_TRUE(session.result());
+  const double before = total(session.header().volumes_before), after = total(session.result()->volumes_after);
+  const ServoTick last = session.ticks(session.tick_count() - 1, 1).front();
+  EXPECT_NEAR(before - after, total(last.removed), 1e-5 * before);
+  expect_replayed();
+}
+
+using FillingCommand = ServoOn;
+
+TEST_F(FillingCommand, GrowsAtItsRateIsBookedToItselfAndIsReplayed) {
+  folder.write("scene.json", R"({"tissue": {"voxel_mm": 0.1, "solids": [{"tissue": "dentin", "solid": {"difference": [
+      {"box": {"size_mm": [6, 6, 4]}}, {"cylinder": {"center_mm": [0, 0, 2], "radius_mm": 1.2, "height_mm": 3}}]}}]},
+    "tool": {"shape": "round_end_cylinder", "diameter_mm": 0.6, "length_mm": 2, "fill": {"tissue": "composite", "rate_mm3_per_s": 2, "reach_mm": 0.6}},
+    "friction": false})");
+  stroke({{0, 0, 0, 1.8}, {0.15, 0, 0, 1.8}}, 1);
+  const Json result = servo("s.h5");
+  const session::SessionReader session(folder / "s.h5");
+  const ServoTick last = session.ticks(session.tick_count() - 1, 1).front();
+  const double filled = -last.removed[static_cast<std::size_t>(Tissue::kComposite)] / kCubicMillimetre;
+  const double to_the_wall = std::abs(last.removed[static_cast<std::size_t>(Tissue::kDentin)]) / kCubicMillimetre;
+  EXPECT_NEAR(filled, 0.3, 0.015);
+  EXPECT_EQ(to_the_wall, 0);
+  EXPECT_NEAR(total(session.result()->volumes_after) - total(session.header().volumes_before), filled * kCubicMillimetre, 1e-3 * filled * kCubicMillimetre);
+  expect_replayed();
+}
+
+using BoundaryWall = ServoOn;
+
+TEST_F(BoundaryWall, HoldsFromSoftToHardAndOnlyWhereItIsOn) {
+  // Caries over enamel: a bur pressed down through the caries stops before the enamel, or goes on into it without the wall.
+  const auto deepest = [&](const char* walls) {
+    folder.write("scene.json", fmt::format(R"({{"tissue": {{"voxel_mm": 0.1, "solids": [
+        {{"tissue": "caries", "solid": {{"box": {{"center_mm": [0, 0, 1], "size_mm": [6, 6, 2]}}}}}},
+        {{"tissue": "enamel", "solid": {{"box": {{"center_mm": [0, 0, -1], "size_mm": [6, 6, 2]}}}}}}]}},
+      "tool": {{"shape": "sphere", "diameter_mm": 1.0}}, "spindle_krpm": 100, "boundary_walls": {}}})", walls));
+    folder.write("path.csv", std::string(kHeader) + "0,0,0,2.6,1,0,0,0,1\n4,0,0,2.6,1,0,0,0,1\n");
+    folder.write("hand.json", R"({"path": "path.csv", "mass_kg": 0.15, "damping_Ns_per_m": 5, "stiffness_N_per_m": [2000, 2000, 0], "push_N": [0, 0, -1.5]})");
+    const auto all = ticks("hand.json");
+    return all.back().X_WG.p.z - 0.5e-3;
+  };
+  const double with = deepest("true"), without = deepest("false");
+  EXPECT_NEAR(with, 0.1e-3, 0.06e-3);
+  EXPECT_LT(without, -0.3e-3);
+}
+
+using SinkingTip = ServoOn;
+
+TEST_F(SinkingTip, AnExplorerSinksIntoCariesAboveItsYieldAndHoldsOnWithdrawalAndDoesNeitherInEnamel) {
+  const auto run = [&](const char* tissue) {
+    folder.write("scene.json", fmt::format(R"({{"tissue": {{"voxel_mm": 0.1, "solids": [{{"tissue": "{}", "solid": {{"box": {{"size_mm": [6, 6, 4]}}}}}}]}},
+      "tool": {{"shape": "sphere", "diameter_mm": 0.25, "cuts": false, "sink_yield_N": 0.1}}, "friction": false,
+      "coupling": {{"stiffness_N_per_mm": 2}}}})", tissue));
+    stroke({{0, 0, 0, 2.3}, {0.5, 0, 0, 1.5}, {0.8, 0, 0, 1.5}, {1.6, 0, 0, 2.6}}, 0);
+    return ticks();
+  };
+  const auto lowest = [](const std::vector<ServoTick>& all) {
+    double z = 1;
+    for (const ServoTick& tick : all) z = std::min(z, tick.X_WG.p.z);
+    return z - 2.125e-3;
+  };
+  const auto pull = [](const std::vector<ServoTick>& all) {
+    double f = 0;
+    for (const ServoTick& tick : all) f = std::min(f, tick.f_T_W.z);
+    return f;
+  };
+  const auto caries = run("caries"), enamel = run("enamel");
+  EXPECT_LT(lowest(caries), -0.05e-3);
+  EXPECT_LT(pull(caries), -0.05) << "it sticks";
+  EXPECT_GT(lowest(enamel), -1e-6);
+  EXPECT_GT(pull(enamel), -1e-3);
+}
+
+}  // namespace
+}  // namespace typodont

@@ -1,0 +1,186 @@
+// What of a tool never cuts: shank and safe end push back, turn the tool, and remove nothing.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numeric>
+
+#include "engine/base/error.h"
+#include "engine/base/units.h"
+#include "tests/support/haptic_bench.h"
+#include "tests/support/no_alloc.h"
+
+namespace typodont {
+namespace {
+
+using namespace literals;
+using haptics::HeadShape;
+using haptics::ServoSettings;
+using haptics::Tool;
+using test::HapticBench;
+
+double total(const PerTissue& v) { return std::accumulate(v.begin(), v.end(), 0.0); }
+
+Tool bur_with_shank() {
+  Tool tool;
+  tool.diameter = tool.length = 1.0_mm;
+  tool.shank_length = 8.0_mm;
+  tool.shank_diameter = 1.6_mm;
+  tool.neck_diameter = 0.6_mm;
+  tool.neck_length = 2.0_mm;
+  return tool;
+}
+
+ServoSettings settings(const Tool& tool, double damping = 0) {
+  ServoSettings s;
+  s.tool = tool;
+  s.friction = false;
+  s.damping = damping;
+  s.spindle.free_speed = 300.0_krpm;
+  return s;
+}
+
+/// A wall whose face lies at x = 0, from z = 3 mm up: beside the shank, and out of the head's reach below.
+constexpr const char* kWall = R"({"voxel_mm": 0.1, "solids": [
+  {"tissue": "enamel", "solid": {"box": {"center_mm": [2.5, 0, 6], "size_mm": [5, 8, 6]}}}]})";
+
+/// The tool's axis along z, its head at the origin's height, moved in x to `x` at 20 mm/s.
+void lean(HapticBench& bench, double x, double pedal = 0, int hold = 200) {
+  const double from = -1.2_mm;
+  for (double at = from; at < x; at += 20e-6) bench.tick({{at, 0, 0}}, pedal);
+  for (int i = 0; i < hold; ++i) bench.tick({{x, 0, 0}}, pedal);
+}
+
+TEST(Shank, PushesBackWithStiffnessTimesDepthAndTurnsTheToolAboutItsHead) {
+  HapticBench bench(kWall, settings(bur_with_shank()));
+  lean(bench, -0.6_mm);  // the shank of 0.8 mm in radius, 0.2 mm too far
+  EXPECT_NEAR(bench.last.f_T_W.x, -0.2, 5e-3);
+  EXPECT_NEAR(glm::length(bench.last.f_T_W), 0.2, 5e-3);
+  EXPECT_EQ(bench.last.tissue, Tissue::kEnamel);
+  EXPECT_NEAR(bench.last.X_WG.p.x, -0.8_mm, 5e-6);
+  // The wall touches it from 3 mm up: the torque about the head is force × that height, or more.
+  EXPECT_NEAR(bench.last.tau_T_W.x, 0, 1e-5);
+  EXPECT_LT(bench.last.tau_T_W.y, -0.2 * 2.9e-3);
+  EXPECT_GT(bench.last.tau_T_W.y, -0.2 * 8.6e-3);
+  EXPECT_EQ(bench.last.faults, 0u);
+}
+
+TEST(Shank, RemovesNothingHoweverHardItIsPressedWithTheDrillRunning) {
+  HapticBench bench(kWall, settings(bur_with_shank()));
+  const std::uint64_t before = bench.carver.volume().hash();
+  lean(bench, 1.0_mm, 1, 500);
+  EXPECT_GT(-bench.last.f_T_W.x, 1.5);
+  EXPECT_EQ(total(bench.last.removed), 0);
+  EXPECT_EQ(bench.carver.volume().hash(), before);
+}
+
+TEST(Shank, WithoutOneTheSameToolPassesFreely) {
+  Tool tool = bur_with_shank();
+  tool.shank_length = 0;
+  HapticBench bench(kWall, settings(tool));
+  lean(bench, 1.0_mm);
+  EXPECT_EQ(glm::length(bench.last.f_T_W), 0);
+}
+
+TEST(Shank, HoldsABurThatWouldCutDeeper) {
+  // A groove wide enough for the head, and not for the shank that widens above it.
+  Tool tool = bur_with_shank();
+  tool.neck_length = 1.0_mm;
+  constexpr const char* kGroove = R"({"voxel_mm": 0.1, "solids": [{"tissue": "dentin", "solid": {"difference": [
+    {"box": {"size_mm": [6, 6, 8]}}, {"box": {"center_mm": [0, 0, 3], "size_mm": [1.2, 8, 4]}}]}}]})";
+  HapticBench bench(kGroove, settings(tool, 2));
+  double z = 5.0_mm;
+  for (int i = 0; i < 4000; ++i) {
+    z = std::max(z - 5e-6, 2.0_mm);
+    bench.tick({{0, 0, z}}, 1);
+  }
+  // The shank is 1.2 mm wide 0.6 mm above its lower end at 0.4 mm: there the rim of the groove, at z = 4 mm, holds it.
+  // The rim of a difference is known to a tenth of a millimetre, which along so slim a cone is more than twice that.
+  EXPECT_NEAR(bench.last.X_WG.p.z, 3.0_mm, 0.3_mm);
+  EXPECT_GT(bench.last.f_T_W.z, 0.3);
+  EXPECT_EQ(total(bench.last.removed), 0);
+}
+
+TEST(Shank, FollowsTheHeadIntoTheHoleItDrills) {
+  Tool tool = bur_with_shank();
+  tool.neck_length = 8.0_mm;  // 1 mm wide only 3.2 mm above the head
+  constexpr const char* kBlock =
+      R"({"voxel_mm": 0.1, "solids": [{"tissue": "dentin", "solid": {"box": {"size_mm": [6, 6, 8]}}}]})";
+  Tool plain = tool;
+  plain.shank_length = 0;
+  double removed[2];
+  int which = 0;
+  for (const Tool& t : {tool, plain}) {
+    HapticBench bench(kBlock, settings(t, 2));
+    double z = 4.6_mm;
+    for (int i = 0; i < 3500; ++i) {
+      z -= 0.8e-6;
+      bench.tick({{0, 0, z}}, 1);
+    }
+    removed[which++] = total(bench.last.removed);
+  }
+  EXPECT_GT(removed[1], 0.7e-9);
+  EXPECT_NEAR(removed[0], removed[1], 1e-3 * removed[1]) << "the neck is narrower than the hole";
+}
+
+TEST(Shank, IsFeltWhereverTheToolIsTilted) {
+  // Lying on the edge of a block: head in the air beyond, shank across the edge.
+  constexpr const char* kBlock =
+      R"({"voxel_mm": 0.1, "solids": [{"tissue": "enamel", "solid": {"box": {"center_mm": [4, 0, -2], "size_mm": [6, 8, 4]}}}]})";
+  for (const double tilt : {60.0, 75.0, 90.0}) {
+    HapticBench bench(kBlock, settings(bur_with_shank()));
+    const double a = tilt * kPi / 180;
+    const dquat R = glm::angleAxis(a, dvec3(0, 1, 0));  // +z towards +x
+    // The axis passes the edge (1, ·, 0) at the height at which the shank, 0.8 mm in radius 4 mm up, would sink 0.2 mm in.
+    const dvec3 axis(std::sin(a), 0, std::cos(a)), out(-std::cos(a), 0, std::sin(a));
+    const dvec3 end = dvec3(1.0_mm, 0, 0) + (0.8_mm - 0.2_mm) * out - 4.4_mm * axis;
+    for (int i = 0; i <= 400; ++i) bench.tick({end + (1.0_mm - 5e-6 * std::min(i, 200)) * out, R}, 0);
+    for (int i = 0; i < 100; ++i) bench.tick({end, R}, 0);
+    const double along = glm::dot(bench.last.f_T_W, out);
+    EXPECT_NEAR(along, 0.2, 0.03) << tilt;
+    EXPECT_NEAR(std::abs(bench.last.tau_T_W.y), along * 4.4e-3, 0.1 * along * 4.4e-3) << tilt;
+  }
+}
+
+TEST(Shank, ATickAllocatesNothing) {
+  HapticBench bench(kWall, settings(bur_with_shank()));
+  lean(bench, -0.6_mm, 0, 1);
+  test::NoAlloc guard;
+  ServoTick out;
+  Cut cut;
+  for (int i = 0; i < 100; ++i) bench.servo.tick({bench.t + i * 1'000'000, {{-0.6_mm, 0, i * 1e-7}}, 0, 0}, out, cut);
+  EXPECT_EQ(guard.count(), 0u);
+}
+
+TEST(SafeEnd, StandsOnTheFloorWhileTheFlankCuts) {
+  Tool tool;
+  tool.shape = HeadShape::kCylinder;
+  tool.diameter = 1.0_mm;
+  tool.length = 3.0_mm;
+  tool.safe_diameter = 0.8_mm;
+  tool.safe_length = 0.4_mm;
+  constexpr const char* kBlock =
+      R"({"voxel_mm": 0.1, "solids": [{"tissue": "dentin", "solid": {"box": {"size_mm": [6, 6, 8]}}}]})";
+  HapticBench bench(kBlock, settings(tool, 2));
+  double z = 6.2_mm;
+  for (int i = 0; i < 1500; ++i) {  // pressed down: the pin of 0.4 mm holds
+    z = std::max(z - 2e-6, 5.5_mm);
+    bench.tick({{0, 0, z}}, 1);
+  }
+  EXPECT_EQ(total(bench.last.removed), 0);
+  EXPECT_NEAR(bench.last.X_WG.p.z, 4.0_mm + 0.4_mm + 1.5_mm, 5e-6);
+  EXPECT_NEAR(bench.last.f_T_W.z, 0.5 * 0.4, 0.01);  // dentin
+}
+
+TEST(Shank, IsReadFromAToolFileAndRefusedWhereItCannotBe) {
+  const Tool tool = haptics::read_tool(Json::parse(
+      R"({"shape": "sphere", "diameter_mm": 1.2, "shank": {"diameter_mm": 1.6, "neck_mm": 0.8, "taper_mm": 5, "length_mm": 8},
+          "safe_end": {"diameter_mm": 0.5, "length_mm": 0.3}})", "tool"));
+  EXPECT_DOUBLE_EQ(tool.shank_length, 8e-3);
+  EXPECT_DOUBLE_EQ(tool.neck_length, 5e-3);
+  EXPECT_DOUBLE_EQ(tool.safe_length, 0.3e-3);
+  EXPECT_THROW(haptics::read_tool(Json::parse(R"({"shape": "sphere", "diameter_mm": 1.2, "shank": {"length_mm": 8}})", "tool")), Error);
+  EXPECT_THROW(haptics::read_tool(Json::parse(R"({"shape": "sphere", "diameter_mm": 1.2, "shank": {"neck_mm": 0.5}})", "tool")), Error);
+}
+
+}  // namespace
+}  // namespace typodont
