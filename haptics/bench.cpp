@@ -16,6 +16,7 @@
 #include "engine/base/measure.h"
 #include "engine/base/units.h"
 #include "haptics/carver.h"
+#include "haptics/cut_front.h"
 #include "haptics/servo.h"
 #include "haptics/solid.h"
 #include "haptics/volume/csg_baseline.h"
@@ -318,9 +319,10 @@ void cut_rows(const Tool& tool, const std::string& knob, const DenseTissue& dens
     return Pose{dvec3(0, 0, kBlockTop + tool.length / 2 - 0.4e-3) + way * i * glm::normalize(dvec3(0.5, 0.2, -0.6))};
   };
   carver.cut_out(at(0).p, patch);
-  carve(patch, Sweep(tool, at(0), at(0), dense.frame));
+  CutFront front(std::span(&tool, 1), dense.frame.voxel);
+  carve(patch, Sweep(tool, at(0), at(0), dense.frame), nullptr, &front);
   const SurfacePatch before = patch;
-  carve(patch, Sweep(tool, at(0), at(1), dense.frame, true));
+  carve(patch, Sweep(tool, at(0), at(1), dense.frame, true), nullptr, &front);
   const std::vector<Stretch> stretches = changed_stretches(before, patch);
   double samples = 0;
   for (const Stretch& s : stretches) samples += static_cast<double>(s.count);
@@ -332,7 +334,7 @@ void cut_rows(const Tool& tool, const std::string& knob, const DenseTissue& dens
   });
   int step = 1;
   const double cut = batch_ns(51, 4, [&](int) {
-    carve(patch, Sweep(tool, at(step), at(step + 1), dense.frame, true));
+    carve(patch, Sweep(tool, at(step), at(step + 1), dense.frame, true), nullptr, &front);
     ++step;
   });
   rows.push_back({"floor: scan of the samples a cut changes", knob, BenchRow::kNone, "", scan, "cut", "", BenchRow::kNone,

@@ -21,9 +21,13 @@ Carver::Carver(TissueVolume volume, std::span<const Tool> tools)
   travel_ = patch_travel_for(tools_, voxel) * voxel;
 }
 
+bool Carver::begins_stroke(const Cut& cut) const {
+  return !in_stroke_ || cut.t < cut_t_ || to_seconds(cut.t - cut_t_) > kStrokePause;
+}
+
 void Carver::apply(const Cut& cut) {
   TYPODONT_CHECK(cut.index == cuts_ + 1 && cut.tool < tools_.size());
-  if (!in_stroke_ || cut.t < cut_t_ || to_seconds(cut.t - cut_t_) > kStrokePause) volume_.begin_stroke();
+  if (begins_stroke(cut)) volume_.begin_stroke();
   in_stroke_ = true;
   cut_t_ = cut.t;
   if (cut.fill_radius > 0) {
@@ -64,6 +68,7 @@ void Carver::cut_out(const dvec3& center_W, SurfacePatch& patch) {
   patch.cuts = cuts_;
   patch.edits = patch_edits_ = edits_;
   patch.edited_at = edited_at_;
+  patch.taken_back = volume_.taken_back();
   patch.center_W = center_W;
   patch.lo = center - patch.n / 2;
   const glm::ivec3 hi = patch.lo + patch.n - 1;

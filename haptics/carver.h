@@ -20,6 +20,9 @@ class Carver {
   /// Cuts arrive in order and without gaps. Those with no pause between them are one stroke.
   void apply(const Cut& cut);
 
+  /// Whether this cut, as the next one, would begin another stroke.
+  bool begins_stroke(const Cut& cut) const;
+
   /// Takes the last stroke back, or brings it again; false when there is none. A patch is due then, and the servo starts
   /// again from that: what it cut out of older ones does not count.
   bool undo() { return edit(volume_.undo()); }

@@ -9,6 +9,7 @@ namespace typodont::haptics {
 typedef float F8 __attribute__((vector_size(32), aligned(4), may_alias));
 typedef int I8 __attribute__((vector_size(32), aligned(4), may_alias));
 typedef double D4 __attribute__((vector_size(32), aligned(8), may_alias));
+typedef double D8 __attribute__((vector_size(64), aligned(8), may_alias));
 typedef float F4 __attribute__((vector_size(16), aligned(4), may_alias));
 typedef int I4 __attribute__((vector_size(16), aligned(4), may_alias));
 
@@ -38,9 +39,39 @@ TYPODONT_KERNEL bool any_of(const I8& mask) {
 }
 
 TYPODONT_KERNEL void take_root(F8& v) {
+  // Through memory, or the compiler takes some of the eight one by one.
+  asm("" : "+m"(v));
   F8 root;
   for (int i = 0; i < 8; ++i) root[i] = std::sqrt(v[i]);
   v = root;
+}
+
+/// For each set of lanes: these lanes first.
+struct Compaction {
+  I8 order[256] = {};
+  Compaction() {
+    for (int mask = 0; mask < 256; ++mask) {
+      for (int lane = 0, next = 0; lane < 8; ++lane) {
+        if (mask >> lane & 1) order[mask][next++] = lane;
+      }
+    }
+  }
+};
+inline const Compaction kCompaction;
+
+TYPODONT_KERNEL void gather_lanes(const F8& v, const I8& order, F8& first) {
+#ifdef __clang__  // has no shuffle by a variable
+  for (int i = 0; i < 8; ++i) first[i] = v[order[i]];
+#else
+  first = __builtin_shuffle(v, order);
+#endif
+}
+TYPODONT_KERNEL void gather_lanes(const I8& v, const I8& order, I8& first) {
+#ifdef __clang__
+  for (int i = 0; i < 8; ++i) first[i] = v[order[i]];
+#else
+  first = __builtin_shuffle(v, order);
+#endif
 }
 
 TYPODONT_KERNEL float sum_of(const F8& v) {

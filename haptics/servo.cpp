@@ -9,6 +9,7 @@
 #include "engine/base/check.h"
 #include "engine/base/units.h"
 #include "haptics/contact/contact_planes.h"
+#include "haptics/cut_front.h"
 #include "haptics/forces/friction.h"
 #include "haptics/forces/passivity.h"
 #include "haptics/forces/tip.h"
@@ -68,6 +69,7 @@ struct CutBoxes {
     std::uint32_t tool = 0;
     bool continues = false;
     double fill_radius = 0;  // m, of a filling around X_WA, pressed by a head at X_WB
+    PerTissue removed{};     // voxels³; less than nothing by a filling
   };
   std::array<Box, kCutHistory> boxes;
   std::array<Made, kCutHistory> made;
@@ -119,7 +121,7 @@ double travel_for(const Tool& tool, double voxel) {
 
 bool is_sound(const HandSample& hand) {
   const double norm2 = glm::dot(hand.X_WT.R, hand.X_WT.R);
-  return !(hand.faults & kNoPose) && is_finite(hand.X_WT.p) && std::abs(norm2 - 1) < 1e-3 && std::isfinite(hand.pedal) &&
+  return is_finite(hand.X_WT.p) && std::abs(norm2 - 1) < 1e-3 && std::isfinite(hand.pedal) &&
          glm::length(hand.X_WT.p) < 100.0;
 }
 
@@ -198,10 +200,12 @@ struct Servo::State {
   dvec3 last_teeth_force{0};   // N
   double phase = 0;            // rad, of the spindle
   double last_depth = 0;       // m
+  bool idle = false;           // the last tick left nothing of a contact
   Pose last_hand;
   Nanos last_t = 0;
 
   // Cutting.
+  double hardest = 0;          // J/m³, the greatest specific energy of all tissues
   double speed = 0;            // rad/s, free running
   bool breaking_through = false;  // the bur is free, but the hand has not caught up
   double budget = 0;           // J that may still be spent on cutting
@@ -213,13 +217,16 @@ struct Servo::State {
     dvec3 center{0}, end{0};  // voxels, of the dome, and where the instrument's end was when it was begun
   } filling;
 
+  CutFront front;              // of the patch
   Pose cut_end;                // where the last cut ended …
   std::uint32_t cut_tool = 0;  // … and of which tool
   ServoTick sums;              // carries index, removed, energy, cuts
 
   State(const ServoSettings& s, int edge)
-      : settings(s), travel(patch_travel_for(tray(s), s.frame.voxel) * s.frame.voxel), depth_speed(s.position_step) {
+      : settings(s), travel(patch_travel_for(tray(s), s.frame.voxel) * s.frame.voxel), depth_speed(s.position_step, 1),
+        front(tray(s), s.frame.voxel) {
     for (const Tool& tool : tray(s)) tools.push_back({tool, ContactFinder(tool, s.frame.voxel)});
+    for (const Material& material : settings.materials) hardest = std::max(hardest, material.specific_energy);
     patch.resize(edge);
   }
 
@@ -285,9 +292,12 @@ struct Servo::State {
     }
     filling.owed -= volume * h * h * h;
     if (!changed) return false;
+    front.forget();
     ++sums.cuts;
     cut_tool = in_hand;
-    boxes.add(sums.cuts, lo, hi, {{center_W, X_WH.R}, X_WH, in_hand, false, filling.radius * h});
+    CutBoxes::Made made{{center_W, X_WH.R}, X_WH, in_hand, false, filling.radius * h, added};
+    for (double& v : made.removed) v = -v;
+    boxes.add(sums.cuts, lo, hi, made);
     cut = {sums.cuts, tick.index, tick.t, {center_W, X_WH.R}, X_WH, in_hand, {}, {}, 0, filling.radius * h};
     for (std::size_t i = 1; i < added.size(); ++i) {
       cut.removed[i] = -added[i] * h * h * h;
@@ -298,6 +308,7 @@ struct Servo::State {
 
   void take_up(std::uint32_t which) noexcept {
     in_hand = which;
+    front.forget();
     shares = {};
     stiffness_share = 1;
     budget = 0;
@@ -316,6 +327,41 @@ struct Servo::State {
     return total > 0 ? sum / total : 0;
   }
 
+  /// The rest of a tick of a tool that is far from everything, and was before: what the long way comes to when no contact,
+  /// force or state of one is left. False, and nothing done, where there may be more to it.
+  bool fly(const Pose& X_WT, const dvec3& moved, double dt, Nanos t, ServoTick& out, Cut& cut) noexcept {
+    const Tool& head = tool();
+    if (!idle || ending || head.fill != Tissue::kAir || settings.filter != ForceFilter::kNone ||
+        (settings.vibration.band > 0 && speed > 0)) {
+      return false;
+    }
+    const dvec3 c = settings.frame.to_voxels(X_WG.p), way = settings.frame.to_voxels(X_WT.p) - c;
+    if (!patch.holds(c, finder().reach() + 1)) return false;
+    const double room = clearance(c) - 1;
+    if (!(room > 1 && glm::dot(way, way) <= room * room)) return false;
+
+    const bool due = patch_due_for(patch_center_for(X_WG.p, X_WT.p, travel), patch.center_W, travel);
+    due_for = due ? due_for + dt : 0;
+    out.faults = due_for > kStaleTime ? bits(Fault::kStalePatch) : 0;
+    bridged = 0;
+    breaking_through = carved = false;
+    held.count = 0;
+    ramp = 1;
+    leap = std::max(0.0, (glm::dot(moved, moved) > kNoHand * kNoHand * dt * dt ? kLeapTime : leap) - dt);
+    given = std::clamp(-sums.energy, 0.0, sums.energy < -kDebt ? -sums.energy : given);
+    if (settings.position_step > 0) depth_speed.add(t, dvec3(0));
+    if (settings.passivity) {
+      passive_share({}, dvec3(0), moved, dt, settings.tick, sums.energy + given, passivity);
+    }
+    last_hand = X_WG = out.X_WG = X_WT;
+    last_t = t;
+    cut.n_C_W = dvec3(0);
+    out.spindle = speed;
+    out.energy = sums.energy;
+    out.spindle_energy = sums.spindle_energy;
+    return true;
+  }
+
   /// A lower bound of the head's distance to tissue; only right as far as it is positive.
   double clearance(const dvec3& c) const noexcept { return sample_linear(patch, c) - finder().reach(); }
 };
@@ -324,6 +370,10 @@ Servo::Servo(const ServoSettings& settings, int patch_edge) : state_(std::make_u
 Servo::~Servo() = default;
 Servo::Servo(Servo&&) noexcept = default;
 Servo& Servo::operator=(Servo&&) noexcept = default;
+
+void Servo::set_stiffness(const PerTissue& stiffness) noexcept {
+  for (std::size_t i = 0; i < stiffness.size(); ++i) state_->settings.materials[i].stiffness = stiffness[i];
+}
 
 void Servo::ramp_out() noexcept { state_->ending = true; }
 
@@ -340,16 +390,26 @@ void Servo::adopt(SurfacePatch& fresh) noexcept {
     for (std::uint64_t i = s.boxes.first_after(fresh.cuts); i <= s.boxes.last; ++i) {
       const CutBoxes::Made& made = s.boxes.made[i % kCutHistory];
       const Tool& tool = s.tools[made.tool].tool;
+      PerTissue removed;  // in tissue that came back, more than it was where that was gone
       if (made.fill_radius > 0) {
-        fill(fresh, Fill(tool, made.X_WA.p, made.fill_radius, made.X_WB, s.settings.frame), nullptr);
+        removed = fill(fresh, Fill(tool, made.X_WA.p, made.fill_radius, made.X_WB, s.settings.frame), nullptr);
+        for (double& v : removed) v = -v;
       } else {
         const bool continues = made.continues && i != fresh.edited_at + 1;
-        carve(fresh, Sweep(tool, made.X_WA, made.X_WB, s.settings.frame, continues));
+        removed = carve(fresh, Sweep(tool, made.X_WA, made.X_WB, s.settings.frame, continues));
       }
+      const double voxel = s.settings.frame.voxel;
+      for (std::size_t t = 0; t < removed.size(); ++t) {
+        s.sums.removed[t] += (removed[t] - made.removed[t]) * voxel * voxel * voxel;
+      }
+    }
+    for (std::size_t i = 0; i < s.sums.removed.size(); ++i) {
+      s.sums.removed[i] -= fresh.taken_back[i] - s.patch.taken_back[i];
     }
   } else if (s.patch.number != 0 && s.boxes.since(fresh.cuts, lo, hi, filled)) {
     merge(fresh, s.patch, lo, hi, filled);
   }
+  if (fresh.edits != s.patch.edits || s.patch.number == 0) s.front.forget();
   std::swap(fresh, s.patch);
 }
 
@@ -364,7 +424,8 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
   double dt = s.started ? to_seconds(hand.t - s.last_t) : settings.tick;
   if (!(dt > 0 && dt < 0.1)) dt = settings.tick;
 
-  out = ServoTick{};
+  static constexpr ServoTick kBlank{};
+  out = kBlank;
   out.index = sums.index++;
   out.t = hand.t;
   out.removed = sums.removed;
@@ -375,15 +436,17 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
   // Illegal input, or no hand: zero force in this very tick, and the proxy starts anew afterwards. What the hand did
   // meanwhile is not in the ledger: it felt nothing. A leap paid with the last force would leave a debt, and a ledger in
   // debt gives no force ever again.
-  if (!is_sound(hand)) {
-    out.X_WT = out.X_WG = s.X_WG;
+  const bool sound = is_sound(hand);
+  if (!sound || (hand.faults & kNoPose)) {
+    out.X_WT = sound ? Pose{hand.X_WT.p, glm::normalize(hand.X_WT.R)} : s.X_WG;  // where the device left it
+    out.X_WG = s.placed ? s.X_WG : out.X_WT;
     out.faults = hand.faults & kNoPose ? hand.faults & kNoPose : bits(Fault::kBadInput);
     if (settings.spindle.run_up_time > 0) s.speed *= std::exp(-settings.tick / settings.spindle.run_up_time);
     else s.speed = 0;
     out.spindle = s.speed;
     out.energy = sums.energy;
     out.spindle_energy = sums.spindle_energy;
-    s.started = false;
+    s.started = s.idle = false;
     s.last_force = s.last_spindle_force = s.last_teeth_force = s.last_sent = dvec3(0);
     s.normal_force = 0;
     s.friction = {};
@@ -430,10 +493,16 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
   // Cutting power of this tick, from the push of the last: tangential force μ_c F_n at the rim, limited by the motor.
   const Tool& tool = s.tool();
   const ContactFinder& finder = s.finder();
-  const bool may_cut = settings.cutting && tool.cuts && s.speed > 0;
+  const bool scrapes = tool.cuts && tool.scrapes > 0;
+  const bool may_cut = settings.cutting && tool.cuts && (scrapes || s.speed > 0);
   SpindleLoad spindle{s.speed, 0};
   double tangential = 0;  // force of the teeth over normal force
-  if (may_cut && s.normal_force > 0) {
+  if (scrapes && may_cut && s.normal_force > 0) {
+    // An edge drawn over the surface cuts with the hand's own work: push × way along the surface.
+    const double way = glm::length(moved - glm::dot(moved, s.normal) * s.normal);
+    const double power = tool.scrapes * s.normal_force * way / dt;
+    s.budget = s.breaking_through ? 0.0 : std::min(s.budget + power * dt, power * kBudgetTime);
+  } else if (may_cut && s.normal_force > 0) {
     const double along = glm::dot(s.normal, X_WT.R * dvec3(0, 0, 1));
     const double efficiency = tool.side_efficiency + (tool.end_efficiency - tool.side_efficiency) * along * along;
     const double torque = tool.cutting_coefficient * efficiency * s.normal_force * tool.radius();
@@ -443,6 +512,10 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
   } else if (s.normal_force <= 0) {
     s.budget = std::min(s.budget, 0.0);
   }
+
+  // An edge that the hand draws earns little: what hard tissue gave way without being paid for, it waits for.
+  const bool in_debt = scrapes && s.budget <= 0;
+  if (s.fly(X_WT, moved, dt, hand.t, out, cut)) return false;
 
   // Move the proxy toward the hand: freely while nothing is near, along the contacts otherwise.
   const dvec3 c0 = settings.frame.to_voxels(s.X_WG.p), target = settings.frame.to_voxels(X_WT.p);
@@ -460,7 +533,7 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
   if (s.rejoining > 0) s.overlap = std::max(s.overlap, overlap_before - kFreeSlew * pace_per_slew);
   s.rejoining = std::max(s.overlap > 0 && s.rejoining > 0 ? dt : 0.0, s.rejoining - dt);
   if (s.overlap < 0.01) s.overlap = 0;
-  const double specific_energy = s.mean(&Material::specific_energy);
+  const double specific_energy = may_cut ? s.mean(&Material::specific_energy) : 0;
 
   for (int look = 0; look < kMaxLooks; ++look) {
     const dvec3 way = target - c;
@@ -492,17 +565,16 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
       finder.find(s.patch, {c, X_WT.R}, kContactRange, contacts);
       if (contacts.deepest() > ContactFinder::kSunk || clearance + finder.reach() < 0) {
         finder.find_way_out(s.patch, {c, X_WT.R}, contacts);
-      } else if (look == 0 && may_cut && s.carved && contacts.count() > 1) {
+      } else if (look == 0 && may_cut && s.carved && contacts.count() > 1 && !in_debt) {
         contacts.forgive(kBlur);
       }
       active = guess_active(contacts, s.held);
       found_at = c;
       // One-sided wall (Wang 2009): tissue harder than what is being cut gives way by that much less; softer tissue never
       // holds anything back.
-      if (may_cut && settings.boundary_walls && specific_energy > 0) {
+      if (may_cut && settings.boundary_walls && specific_energy > 0 && specific_energy < s.hardest) {
         for (int i = 0; i < contacts.count(); ++i) {
-          const ContactPlane plane = contacts.plane(i);
-          const double hardness = settings.materials[static_cast<std::size_t>(tissue_at(s.patch, plane.x - plane.n))].specific_energy;
+          const double hardness = settings.materials[static_cast<std::size_t>(tissue_at(s.patch, contacts.below(i)))].specific_energy;
           if (hardness > specific_energy) contacts.set_yields(i, specific_energy / hardness);
         }
       }
@@ -525,7 +597,7 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
     if (look == 0) {
       if (contacts.deepest() > overlap_before + slack + kDeep) s.overlap = contacts.deepest();
     }
-    const dvec3 pulled_to = s.normal_force > 0 && may_cut ? held_target(c0, target, s.normal) : target;
+    const dvec3 pulled_to = s.normal_force > 0 && may_cut && !scrapes ? held_target(c0, target, s.normal) : target;
     dvec3 next = nearest_allowed(contacts, c, s.overlap, slack, pulled_to, active);
     if (contacts.count() > 1 && active.count > 0) {  // rough planes chose which hold; exact ones say how far
       bool refined = false;
@@ -601,14 +673,14 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
 
   // Cut: everything the head sweeps on its way.
   bool cut_made = false;
-  s.carved = may_cut && touching && !deep;
+  s.carved = may_cut && touching && !deep && !in_debt;
   if (s.carved) {
     const Pose X_WB{p_WG, X_WT.R};
     const bool edited = s.patch.edits > 0 && sums.cuts == s.patch.edited_at;  // see Carver::apply
     const bool continues = sums.cuts > 0 && !edited && s.cut_tool == s.in_hand && same(s.X_WG, s.cut_end);
     const Sweep sweep(tool, s.X_WG, X_WB, settings.frame, continues);
     bool changed;
-    const PerTissue removed = carve(s.patch, sweep, &changed);
+    const PerTissue removed = carve(s.patch, sweep, &changed, &s.front);
     double energy = 0;
     for (std::size_t i = 1; i < removed.size(); ++i) {
       const double v = removed[i] * h * h * h;
@@ -620,7 +692,7 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
       ++sums.cuts;
       s.cut_end = X_WB;
       s.cut_tool = s.in_hand;
-      s.boxes.add(sums.cuts, sweep.lo(), sweep.hi(), {s.X_WG, X_WB, s.in_hand, continues});
+      s.boxes.add(sums.cuts, sweep.lo(), sweep.hi(), {s.X_WG, X_WB, s.in_hand, continues, 0, removed});
       cut = {sums.cuts, out.index, hand.t, s.X_WG, {p_WG, X_WT.R}, s.in_hand, {}, {}, spindle.speed};
       for (std::size_t i = 0; i < removed.size(); ++i) cut.removed[i] = removed[i] * h * h * h;
       out.cutting_power = energy / dt;
@@ -705,7 +777,7 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
     }
     s.normal_force = k * depth;
     dvec3 sideways(0);
-    if (settings.friction && !may_cut) {  // a turning bur slips always; its tangential force is that of the teeth
+    if (settings.friction && (!may_cut || scrapes)) {  // a turning bur slips always; its tangential force is that of the teeth
       const FrictionLaw law{s.mean(&Material::static_friction), s.mean(&Material::dynamic_friction), settings.stiffness};
       sideways = friction_force(law, p_WG, s.X_WG.p, normal, s.normal_force, s.friction);
       force += sideways;
@@ -832,6 +904,8 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
   s.last_hand = X_WT;
   s.last_t = hand.t;
   s.started = true;
+  s.idle = s.normal_force <= 0 && s.overlap == 0 && s.rejoining == 0 && s.tip.sunk <= 0 && s.stored == 0 &&
+           s.rate == 0 && force == dvec3(0) && spindle_force == dvec3(0) && teeth_force == dvec3(0);
   cut.n_C_W = normal;
 
   out.X_WG = s.X_WG;

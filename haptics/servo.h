@@ -70,6 +70,9 @@ class Servo {
   /// One tick. `cut` is filled and true returned when tissue was removed.
   bool tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept;
 
+  /// Other stiffnesses of the tissues, N/m, from the next tick on: where tissue is being made, and nothing recorded.
+  void set_stiffness(const PerTissue& stiffness) noexcept;
+
   /// From now on the force fades within ramp_time; for the end of a session.
   void ramp_out() noexcept;
 

@@ -240,7 +240,7 @@ DenseTissue read_solids(const Json& json) {
   // Voxel centres lie on multiples of h, so that the same solid sampled in two domains has the same samples.
   const dvec3 first = glm::floor(lo / h), last = glm::ceil(hi / h);
   const dvec3 size = last - first + 1.0;
-  constexpr double kMaxVoxels = 4e8;
+  constexpr double kMaxVoxels = 6e8;
   if (size.x * size.y * size.z > kMaxVoxels) {
     json["voxel_mm"].fail(fmt::format("{:.3g} voxels", size.x * size.y * size.z),
                           fmt::format("at most {:.0g}: a larger voxel or a smaller domain", kMaxVoxels));
@@ -252,37 +252,73 @@ DenseTissue read_solids(const Json& json) {
   dense.distance.resize(count);
   dense.tissue.resize(count);
 
-  // The label at a point: the last solid that holds it; just outside, the nearest solid's, so that a label can be read
-  // at the surface from either side.
-  const auto slab = [&](int x0, int x1) {
-    for (int x = x0; x < x1; ++x) {
-      for (int y = 0; y < dense.size.y; ++y) {
-        for (int z = 0; z < dense.size.z; ++z) {
+  // Block by block. A distance changes by no more than the way gone, so one look at a block's middle tells which solids
+  // matter in it, and mostly that all of it is air or deep inside.
+  constexpr int kBlock = 8;
+  const double reach = 0.5 * std::sqrt(3.0) * (kBlock - 1) * h;
+  const auto block = [&](const glm::ivec3& from, std::vector<const Part*>& near) {
+    const glm::ivec3 end = glm::min(from + kBlock, dense.size);
+    const dvec3 middle = dense.frame.to_world(dvec3(from) + 0.5 * (kBlock - 1));
+    near.clear();
+    Tissue deep = Tissue::kAir;
+    bool crossed = false, covered = false;  // by a label's border; by one solid, all of it beyond the band
+    for (const Part& part : parts) {
+      const double own = part.solid->distance(middle);
+      if (own - reach >= dense.band) continue;
+      near.push_back(&part);
+      covered = covered || own + reach <= -dense.band;
+      if (own + reach <= 0) {
+        deep = part.tissue;
+      } else if (own - reach <= 0) {
+        crossed = true;
+      }
+    }
+    const bool uniform = near.empty() || (covered && !crossed);
+    const auto clamped = static_cast<float>(near.empty() ? dense.band : -dense.band);
+    for (int x = from.x; x < end.x; ++x) {
+      for (int y = from.y; y < end.y; ++y) {
+        for (int z = from.z; z < end.z; ++z) {
+          const std::size_t i = dense.at(x, y, z);
+          if (uniform) {
+            dense.distance[i] = clamped;
+            dense.tissue[i] = deep;
+            continue;
+          }
+          // The label at a point: the last solid that holds it; just outside, the nearest solid's, so that a label can be
+          // read at the surface from either side.
           const dvec3 p = dense.frame.to_world(dvec3(x, y, z));
           double d = kInfinity;
           Tissue tissue = Tissue::kAir;
           bool inside = false;
-          for (const Part& part : parts) {
-            const double own = part.solid->distance(p);
+          for (const Part* part : near) {
+            const double own = part->solid->distance(p);
             if (own <= 0) {
-              tissue = part.tissue;
+              tissue = part->tissue;
               inside = true;
             } else if (!inside && own < d && own < 3 * h) {
-              tissue = part.tissue;
+              tissue = part->tissue;
             }
             d = std::min(d, own);
           }
-          const std::size_t i = dense.at(x, y, z);
           dense.distance[i] = static_cast<float>(std::clamp(d, -dense.band, dense.band));
           dense.tissue[i] = tissue;
         }
       }
     }
   };
+  const auto slab = [&](int x0, int x1) {  // in blocks
+    std::vector<const Part*> near;
+    for (int x = x0 * kBlock; x < std::min(x1 * kBlock, dense.size.x); x += kBlock) {
+      for (int y = 0; y < dense.size.y; y += kBlock) {
+        for (int z = 0; z < dense.size.z; z += kBlock) block({x, y, z}, near);
+      }
+    }
+  };
   const int threads = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
   std::vector<std::jthread> workers;
   for (int i = 0; i < threads; ++i) {
-    workers.emplace_back(slab, dense.size.x * i / threads, dense.size.x * (i + 1) / threads);
+    const int blocks = (dense.size.x + kBlock - 1) / kBlock;
+    workers.emplace_back(slab, blocks * i / threads, blocks * (i + 1) / threads);
   }
   workers.clear();
   return dense;

@@ -17,6 +17,7 @@ struct SurfacePatch {
   std::uint64_t cuts = 0;       // cuts already in it when it was cut out
   std::uint32_t edits = 0;      // strokes taken back or brought again before it was cut out …
   std::uint64_t edited_at = 0;  // … and how many cuts there were at the last of these
+  PerTissue taken_back{};       // m³ that came back by these, less what went again
   dvec3 center_W{0, 0, 0};      // m, where it was asked for
   glm::ivec3 lo{0};             // voxel of sample (0,0,0)
   int n = 0;
@@ -84,7 +85,8 @@ inline Tissue tissue_at(const SurfacePatch& patch, const dvec3& p_V) noexcept {
 
 /// Cuts the sweep out of the patch. Returns the removed volume per tissue in voxels³ (share of each voxel inside the
 /// surface before, less after). `changed`, where given: whether any sample did, be it only a distance in the air.
-PerTissue carve(SurfacePatch& patch, const Sweep& sweep, bool* changed = nullptr) noexcept;
+/// `front`, where given: what is known of this patch and tool.
+PerTissue carve(SurfacePatch& patch, const Sweep& sweep, bool* changed = nullptr, CutFront* front = nullptr) noexcept;
 
 /// Puts the filling into the patch. Returns the added volume per tissue in voxels³.
 PerTissue fill(SurfacePatch& patch, const Fill& filling, bool* changed) noexcept;

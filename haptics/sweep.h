@@ -8,6 +8,8 @@
 
 namespace typodont::haptics {
 
+class CutFront;
+
 /// A head moved from A to B: of a sphere the exact capsule, of any other head the union of poses close enough together
 /// that the scallops between them stay under 1/100 voxel.
 class Sweep {
@@ -26,6 +28,10 @@ class Sweep {
   bool raise(const glm::ivec3& lo, const glm::ivec3& size, float* distance, std::size_t stride_x, std::size_t stride_y,
              const Tissue* tissue, PerTissue* removed) const noexcept;
 
+  /// The same in a whole patch of n³ samples from voxel `patch_lo` on; `front` knows what can change in it.
+  bool raise(CutFront& front, const glm::ivec3& patch_lo, int n, float* distance, const Tissue* tissue,
+             PerTissue* removed) const noexcept;
+
   /// Distances are kept true as far as this from the new surface: the reach of the cubic interpolation.
   static constexpr float kMargin = 3.5f;
   /// Deeper inside the head all is equally empty: only the shell that matters is written, not the ball.
@@ -36,7 +42,15 @@ class Sweep {
                   std::size_t stride_y, const Tissue* tissue, PerTissue* removed) const noexcept;
   bool raise_head(const glm::ivec3& lo, const glm::ivec3& size, float* distance, std::size_t stride_x,
                   std::size_t stride_y, const Tissue* tissue, PerTissue* removed) const noexcept;
+  bool raise_ball(CutFront& front, const glm::ivec3& patch_lo, int n, float* distance, const Tissue* tissue,
+                  PerTissue* removed) const noexcept;
+  bool raise_head(CutFront& front, const glm::ivec3& patch_lo, int n, float* distance, const Tissue* tissue,
+                  PerTissue* removed) const noexcept;
+  /// Whether what was listed around the head in another patch lies within this one.
+  bool holds_listed(const glm::ivec3& patch_lo, int n) const noexcept;
   Pose pose(int k) const noexcept;
+  /// Between a capsule and its balls lies ab²/8r: nothing, for a short step that continues another.
+  bool is_ball() const noexcept { return continues_ && glm::dot(ab_, ab_) < 8e-5f * radius_; }
 
   bool sphere_, continues_;
   HeadField head_;         // other heads, in voxels
@@ -45,7 +59,8 @@ class Sweep {
   float inverse_length2_;  // 1/|ab|², 0 for a point
   float radius_;           // voxels
   int poses_;
-  double travel_;          // voxels, of the head's farthest point
+  double reach_;           // voxels
+  double travel_;          // voxels, of the head's farthest point; of a ball its centre
   Pose X_VA_, X_VB_;       // general heads: poses in voxels, absolute
   glm::ivec3 lo_, hi_;
 };

@@ -70,6 +70,10 @@ class TissueVolume {
   // Strokes: what is carved and painted from begin_stroke() on can be taken back as one, and brought again. Memory goes
   // with the leaves (8³ voxels) that were written to; nothing is kept before the first stroke.
   void begin_stroke();
+  /// Nothing more comes to the stroke that was begun; one that changed nothing is forgotten.
+  void end_stroke();
+  /// What came back by all undoing so far, less what went again, m³ (negative where fillings were taken back).
+  const PerTissue& taken_back() const;
   /// False when there is none. A stroke begun after an undo forgets what was undone.
   bool undo();
   bool redo();

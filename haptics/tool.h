@@ -55,6 +55,7 @@ struct Tool {
   bool cuts = true;                // false: probes and gauges touch, but never remove
   double side_efficiency = 1;      // share of the normal force that cuts when the contact is on the flank …
   double end_efficiency = 1;       // … and on the end; in between by the square of the cosine
+  double scrapes = 0;              // share of the push that cuts along the way of the hand: an edge that does not turn
   double sink_yield = 0;           // N that softened tissue bears before this tip sinks into it; 0: it never does
   double cutting_coefficient = 0.3;  // μ_c: tangential cutting force / normal force (Preston, Archard)
 
@@ -62,6 +63,8 @@ struct Tool {
   double fill_rate = 0;            // … in m³/s at full pedal …
   double fill_reach = 0;           // … on tissue no farther than this from that end, m
 
+  /// Cuts while the spindle turns; other tools never do, or as the hand draws them.
+  bool turns() const { return cuts && scrapes == 0; }
   double radius() const { return diameter / 2; }
   /// Distance from T's origin to the farthest point of the head, m.
   double reach() const;

@@ -12,11 +12,14 @@ vec2 disc(int i, int count) {
   return r * vec2(cos(a), sin(a));
 }
 
+const float kToolShadowReach = 10e-3;  // m: from farther off it throws none; as in passes/changed.cpp
+
 // How much of the key light passes a ball that `way` along the ray to the lamp is `miss` away from it: a penumbra that
-// widens with the way to go, and nothing where the ball lies behind.
+// widens with the way to go, nothing where the ball lies behind, and nothing from far off: the lamp is a wide one.
 float passes(float way, float miss, float radius) {
   float soft = 0.08e-3 + 0.12 * max(way, 0.0);
-  return mix(1.0, smoothstep(-soft, soft, miss - radius), smoothstep(0.0, radius, way));
+  float dark = smoothstep(0.0, radius, way) * (1.0 - smoothstep(0.5 * kToolShadowReach, kToolShadowReach, way));
+  return mix(1.0, smoothstep(-soft, soft, miss - radius), dark);
 }
 
 // The tool as a ball and a rod about its axis.
@@ -33,17 +36,24 @@ float tool_shadow(vec3 p) {
   return min(head, passes(way, length(k - way * l), frame.tool_end.w));
 }
 
-// Occlusion of the ambient light by the tool's head and shank (Quilez's sphere occlusion, twice).
+const float kToolReach = 3.0e-3;  // m: beyond it the tool takes no ambient light; as in passes/changed.cpp
+
+float fading(float d2) {
+  float f = clamp(1.0 - d2 / (kToolReach * kToolReach), 0.0, 1.0);
+  return f * f;
+}
+
+// Occlusion of the ambient light by the tool's head and shank (Quilez's sphere occlusion, twice), near them.
 float tool_occlusion(vec3 p, vec3 n) {
   if (frame.tool_head.w <= 0.0) return 1.0;
   vec3 c = frame.tool_head.xyz - p;
   float r = frame.tool_head.w, d2 = max(dot(c, c), r * r);
-  float head = max(dot(n, c), 0.0) / sqrt(d2) * r * r / d2;
+  float head = max(dot(n, c), 0.0) / sqrt(d2) * r * r / d2 * fading(d2);
   vec3 axis = frame.tool_end.xyz - frame.tool_head.xyz;
   float s = clamp(-dot(c, axis) / dot(axis, axis), 0.0, 1.0);
   vec3 k = c + s * axis;
   float q = frame.tool_end.w, k2 = max(dot(k, k), q * q);
-  float shank = max(dot(n, k), 0.0) / sqrt(k2) * q / sqrt(k2);
+  float shank = max(dot(n, k), 0.0) / sqrt(k2) * q / sqrt(k2) * fading(k2);
   return clamp(1.0 - 0.8 * head - 0.35 * shank, 0.0, 1.0);
 }
 
@@ -103,22 +113,20 @@ struct Look {
   float rough, translucent, metal, wet;
 };
 
-/// `gloss_normal`: of the wet film, which has ripples of its own.
-vec3 shade(vec3 n, vec3 gloss_normal, vec3 v, Look look, vec2 light) {
-  vec3 l = frame.key.xyz;
-  float nl = dot(n, l), nv = max(dot(n, v), 1e-3);
-  float open = light.y, key = light.x;
-
-  // Light wanders inside translucent tissue: it wraps round the form, red farthest, and bleeds into shadow edges.
-  vec3 wrap = look.translucent * vec3(0.42, 0.30, 0.24);
-  vec3 front = clamp((nl + wrap) / (1.0 + wrap), 0.0, 1.0);
-  vec3 arrives = mix(vec3(key), vec3(key, key * key * 0.25 + 0.75 * key, key), look.translucent * (1.0 - key));
-  arrives = mix(arrives, sqrt(arrives), 0.35 * look.translucent);
-  vec3 albedo = look.albedo * (1.0 - look.metal);
-  // Grazing translucent enamel turns cool and pale: short wavelengths scatter back.
+/// Grazing translucent enamel turns cool and pale: short wavelengths scatter back. `nv`: cosine to the viewer.
+vec3 tinted(vec3 albedo, float translucent, float nv) {
   float rim = (1.0 - nv) * (1.0 - nv) * (1.0 - nv);
-  albedo = mix(albedo, albedo * vec3(0.95, 0.985, 1.03) + 0.015, look.translucent * rim);
+  return mix(albedo, albedo * vec3(0.95, 0.985, 1.03) + 0.015, translucent * rim);
+}
 
+/// Light that arrives at tissue of this colour and goes out again in all directions, but for the colour itself.
+vec3 arriving(vec3 n, vec3 v, vec3 albedo, float translucent, vec2 light) {
+  float nl = dot(n, frame.key.xyz), open = light.y, key = light.x;
+  // Light wanders inside translucent tissue: it wraps round the form, red farthest, and bleeds into shadow edges.
+  vec3 wrap = translucent * vec3(0.42, 0.30, 0.24);
+  vec3 front = clamp((nl + wrap) / (1.0 + wrap), 0.0, 1.0);
+  vec3 arrives = mix(vec3(key), vec3(key, key * key * 0.25 + 0.75 * key, key), translucent * (1.0 - key));
+  arrives = mix(arrives, sqrt(arrives), 0.35 * translucent);
   // Light bounced between the walls of a cavity takes the walls' colour (Jimenez 2016, fitted multibounce).
   vec3 a = 2.0404 * albedo - 0.3324, b = -4.7951 * albedo + 0.6417, c = 2.7552 * albedo + 0.6903;
   vec3 opened = max(vec3(open), ((open * a + b) * open + c) * open);
@@ -126,12 +134,13 @@ vec3 shade(vec3 n, vec3 gloss_normal, vec3 v, Look look, vec2 light) {
   vec3 ambient = mix(vec3(0.60, 0.50, 0.45), vec3(0.88, 0.93, 1.00), sky) * frame.up.w * opened;
   // A weak fill from beside the viewer keeps the dark side readable.
   vec3 fill = vec3(0.16, 0.18, 0.21) * max(dot(n, v) + 0.3 * dot(n, frame.up.xyz), 0.0) * opened;
-  vec3 color = albedo * (front * arrives * frame.key.w * 0.3183 * vec3(1.0, 0.975, 0.94) + ambient + fill);
+  return front * arrives * frame.key.w * 0.3183 * vec3(1.0, 0.975, 0.94) + ambient + fill;
+}
 
-  // Gloss: the wet film over the tissue, or the metal itself.
-  n = gloss_normal;
-  nl = dot(n, l);
-  nv = max(dot(n, v), 1e-3);
+/// What the wet film over the tissue mirrors, or the metal itself.
+vec3 glossy(vec3 n, vec3 v, Look look, vec2 light) {
+  vec3 l = frame.key.xyz;
+  float nl = dot(n, l), nv = max(dot(n, v), 1e-3), open = light.y, key = light.x;
   float rough = mix(look.rough, min(look.rough, 0.16), look.wet);
   float alpha = max(rough * rough, 0.02), a2 = alpha * alpha;
   vec3 f0 = mix(vec3(0.045), look.albedo, look.metal);
@@ -143,12 +152,44 @@ vec3 shade(vec3 n, vec3 gloss_normal, vec3 v, Look look, vec2 light) {
   float k = 0.5 * alpha;
   float vis = 0.25 / ((nlc * (1.0 - k) + k) * (nv * (1.0 - k) + k));
   vec3 f = f0 + (1.0 - f0) * fifth_power(1.0 - lh);
-  color += f * (a2 / (kPi * d * d)) * vis * nlc * key * frame.key.w * gloss;
+  vec3 color = f * (a2 / (kPi * d * d)) * vis * nlc * key * frame.key.w * gloss;
   vec3 fr = f0 + (max(vec3(1.0 - rough), f0) - f0) * fifth_power(1.0 - nv);
   vec3 r = reflect(-v, n);
   float seen = clamp(open * open + 0.15, 0.0, 1.0) * mix(0.55 + 0.45 * key, 1.0, look.metal);
-  color += fr * room(r, rough) * gloss * seen;
-  return color;
+  return color + fr * room(r, rough) * gloss * seen;
+}
+
+/// Where light is worked out at corners: what of the gloss is broad, and the lamp's mirror image in it, which is not.
+struct CornerGloss {
+  vec3 broad;   // the room
+  vec3 lamp;    // times spot(n · half, width) in the pixel
+  float width;  // of the lamp's image
+};
+CornerGloss corner_gloss(vec3 n, vec3 v, vec3 half_way, Look look, vec2 light) {
+  float nl = max(dot(n, frame.key.xyz), 0.0), nv = max(dot(n, v), 1e-3);
+  float rough = mix(look.rough, min(look.rough, 0.16), look.wet);
+  float alpha = max(rough * rough, 0.02);
+  vec3 f0 = mix(vec3(0.045), look.albedo, look.metal);
+  float gloss = mix(mix(0.35, 1.0, look.wet), 1.0, look.metal), k = 0.5 * alpha;
+  vec3 f = f0 + (1.0 - f0) * fifth_power(1.0 - max(dot(frame.key.xyz, half_way), 0.0));
+  vec3 fr = f0 + (max(vec3(1.0 - rough), f0) - f0) * fifth_power(1.0 - nv);
+  float seen = clamp(light.y * light.y + 0.15, 0.0, 1.0) * mix(0.55 + 0.45 * light.x, 1.0, look.metal);
+  CornerGloss out_gloss;
+  out_gloss.broad = fr * room(reflect(-v, n), rough) * gloss * seen;
+  out_gloss.lamp = f * (0.25 * alpha * alpha / kPi / ((nl * (1.0 - k) + k) * (nv * (1.0 - k) + k))) * nl * light.x *
+                   frame.key.w * gloss;
+  out_gloss.width = alpha * alpha;
+  return out_gloss;
+}
+float spot(float nh, float width) {
+  float d = nh * nh * (width - 1.0) + 1.0;
+  return 1.0 / (d * d);
+}
+
+/// `gloss_normal`: of the wet film, which has ripples of its own.
+vec3 shade(vec3 n, vec3 gloss_normal, vec3 v, Look look, vec2 light) {
+  vec3 albedo = tinted(look.albedo * (1.0 - look.metal), look.translucent, max(dot(n, v), 1e-3));
+  return albedo * arriving(n, v, albedo, look.translucent, light) + glossy(gloss_normal, v, look, light);
 }
 
 // Khronos PBR Neutral (2024): keeps the colours of tissues as they are measured, rolls off only the highlights.

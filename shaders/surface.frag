@@ -6,13 +6,21 @@
 
 layout(location = 0) centroid in vec3 in_position;
 layout(location = 1) centroid in vec4 in_normal;
-layout(location = 2) centroid in vec3 in_light;
+layout(location = 2) centroid in vec4 in_light;
 layout(location = 3) flat in uint in_pair;
 layout(location = 4) centroid in vec3 in_mesh_position;
-layout(location = 5) centroid in vec4 in_beneath;
+layout(location = 5) centroid in vec4 in_first;
+layout(location = 6) centroid in vec3 in_second;
+layout(location = 7) flat in vec4 in_first_look;
+layout(location = 8) flat in vec4 in_second_look;
+layout(location = 9) centroid in vec3 in_room;
+layout(location = 10) centroid in vec4 in_lamp;
+layout(location = 11) centroid in vec3 in_half_way;
 layout(location = 0) out vec4 out_color;
 
-const uint kEnamel = 1u, kCaries = 3u, kPulp = 4u, kGingiva = 7u;
+const uint kEnamel = 1u, kCaries = 3u, kGingiva = 7u;
+
+bool holds(int what) { return (kHolds & what) != 0; }
 
 float hash(vec3 p) {
   p = fract(p * vec3(0.1031, 0.1030, 0.0973));
@@ -44,53 +52,64 @@ void main() {
     return;
   }
   uint a = in_pair & 255u, b = in_pair >> 8;
-  // Sharp to the pixel between sound tissues; decay has no edge.
-  float width = fwidth(in_light.z) + 1e-5;
-  float share = a == b ? 0.0 : clamp((in_light.z - 0.5) / width + 0.5, 0.0, 1.0);
-  if (a != b && (a == kCaries || b == kCaries)) share = smoothstep(0.12, 0.88, in_light.z);
-  vec4 color = mix(frame.tissue_color[a], frame.tissue_color[b], share);
-  vec4 look = mix(frame.tissue_look[a], frame.tissue_look[b], share);
-  vec2 light = kLightPerVertex ? in_light.xy : visibility(in_position, n);
+  vec3 color = in_first.rgb;
+  vec4 look = in_first_look;
+  uint main_tissue = a;
+  float share = 0.0;
+  if (holds(kHoldsPairs)) {
+    // Sharp to the pixel between sound tissues; the edge of decay is a little softer, but never as wide as a triangle,
+    // whose form would show.
+    float width = fwidth(in_light.w) + 1e-5;
+    share = a == b ? 0.0 : clamp((in_light.w - 0.5) / width + 0.5, 0.0, 1.0);
+    if (holds(kHoldsDecay) && a != b && (a == kCaries || b == kCaries)) share = smoothstep(0.5 - max(0.5 * width, 0.09), 0.5 + max(0.5 * width, 0.09), in_light.w);
+    color = mix(color, in_second, share);
+    look = mix(look, in_second_look, share);
+    if (share > 0.5) main_tissue = b;
+  }
+  vec2 light = kLightPerVertex ? vec2(1.0) : visibility(in_position, n);
 
-  // What lies beneath shows through, tinted by the way through.
-  color.rgb = color.rgb * (1.0 - 0.85 * in_beneath.w) + 0.85 * in_beneath.rgb * sqrt(color.rgb);
-  uint main_tissue = share > 0.5 ? b : a;
-  if (a == kCaries || b == kCaries) {
+  if (holds(kHoldsDecay) && (a == kCaries || b == kCaries)) {
     // Decay is never even: light brown where it begins, darkest where it is softest, and grained.
     float decay = a == b ? 1.0 : a == kCaries ? 1.0 - share : share;
+    float inward = a == b ? 1.0 : a == kCaries ? 1.0 - in_light.w : in_light.w;
     float grain = 0.65 * noise(in_mesh_position * 2600.0) + 0.35 * noise(in_mesh_position * 9000.0);
-    float core = smoothstep(0.35, 1.0, decay - 0.5 * in_beneath.w + 0.3 * (grain - 0.5));
-    color.rgb *= mix(1.0, mix(1.7, 0.55, core) * mix(0.8, 1.2, grain), decay);
+    float core = smoothstep(0.45, 1.0, inward - 0.5 * in_first.w + 0.3 * (grain - 0.5));
+    color *= mix(1.0, mix(1.7, 0.55, core) * mix(0.8, 1.2, grain), decay);
   }
   if (kView == 3 && a != kGingiva) {
     // Against the ideal: neutral within a twentieth of a millimetre, full colour from one millimetre on.
     float d = in_normal.w * 2.0;  // mm
     float much = smoothstep(0.04, 0.9, abs(d)) * 0.75 + 0.25 * smoothstep(0.04, 0.08, abs(d));
-    color.rgb = mix(vec3(0.62, 0.60, 0.56), d > 0.0 ? vec3(0.02, 0.12, 0.75) : vec3(0.75, 0.03, 0.02), much);
+    color = mix(vec3(0.62, 0.60, 0.56), d > 0.0 ? vec3(0.02, 0.12, 0.75) : vec3(0.75, 0.03, 0.02), much);
     look.xyz = vec3(0.6, 0.0, 0.15);
   }
   if (kGlass) {
     // As glass: clear where it is looked through, dense where it turns away.
     float turn = 1.0 - abs(dot(n, v));
     float alpha = mix(0.06, 0.80, turn * turn * turn) * (main_tissue == kEnamel ? 1.0 : 0.75);
-    vec3 glow = tone_map(shade(n, n, v, Look(mix(color.rgb, vec3(0.55, 0.75, 1.0), 0.35), 0.2, 0.5, 0.0, 0.9), vec2(1.0)));
+    vec3 glow = tone_map(shade(n, n, v, Look(mix(color, vec3(0.55, 0.75, 1.0), 0.35), 0.2, 0.5, 0.0, 0.9), vec2(1.0)));
     out_color = vec4(glow * alpha, alpha);
     return;
   }
+  if (kLightPerVertex) {
+    vec3 gloss = kView == 3 ? vec3(0.0) : in_room + in_lamp.rgb * spot(dot(n, in_half_way), in_lamp.w);
+    out_color = vec4(tone_map(color * in_light.rgb + gloss), 1.0);
+    return;
+  }
   vec3 gloss_normal = n;
-  if (!kLightPerVertex && kView != 3) {
-    if (main_tissue == kEnamel) {
+  if (kView != 3) {
+    if (holds(kHoldsEnamel) && main_tissue == kEnamel) {
       // Grooves hold stain; enamel is never one colour, nor quite smooth.
       float groove = smoothstep(0.80, 0.30, light.y);
-      color.rgb *= mix(vec3(1.0), vec3(0.80, 0.66, 0.48), groove);
-      color.rgb *= 0.955 + 0.09 * noise(in_mesh_position * 900.0);
+      color *= mix(vec3(1.0), vec3(0.80, 0.66, 0.48), groove);
+      color *= 0.955 + 0.09 * noise(in_mesh_position * 900.0);
       gloss_normal = bumped(n, in_mesh_position, 0.55e-3, 0.055);
-    } else if (main_tissue == kGingiva) {
+    } else if (holds(kHoldsGum) && main_tissue == kGingiva) {
       // Stippled like orange peel, and redder in places.
-      color.rgb *= mix(vec3(0.90, 0.74, 0.76), vec3(1.07, 1.10, 1.08), noise(in_mesh_position * 420.0));
+      color *= mix(vec3(0.90, 0.74, 0.76), vec3(1.07, 1.10, 1.08), noise(in_mesh_position * 420.0));
       n = bumped(n, in_mesh_position, 0.50e-3, 0.10);
       gloss_normal = bumped(n, in_mesh_position, 0.9e-3, 0.10);
     }
   }
-  out_color = vec4(tone_map(shade(n, gloss_normal, v, Look(color.rgb, look.x, color.a, look.y, look.z), light)), 1.0);
+  out_color = vec4(tone_map(shade(n, gloss_normal, v, Look(color, look.x, look.w, look.y, look.z), light)), 1.0);
 }

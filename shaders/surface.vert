@@ -10,10 +10,22 @@ layout(location = 2) in uvec4 in_tissue;  // the two tissues, the second's share
 
 layout(location = 0) centroid out vec3 out_position;
 layout(location = 1) centroid out vec4 out_normal;
-layout(location = 2) centroid out vec3 out_light;  // key, ambient; z: share of the second tissue
+layout(location = 2) centroid out vec4 out_light;   // where light is per corner, what arrives; w: the second's share
 layout(location = 3) flat out uint out_pair;
 layout(location = 4) centroid out vec3 out_mesh_position;
-layout(location = 5) centroid out vec4 out_beneath;  // colour, times its share; the share
+layout(location = 5) centroid out vec4 out_first;   // the first tissue's colour with what lies beneath; w: its share
+layout(location = 6) centroid out vec3 out_second;  // the second's
+layout(location = 7) flat out vec4 out_first_look;  // roughness, metal, wetness, translucency
+layout(location = 8) flat out vec4 out_second_look;
+// Where light is per corner: the gloss of the room, of the lamp, and the direction between lamp and eye.
+layout(location = 9) centroid out vec3 out_room;
+layout(location = 10) centroid out vec4 out_lamp;  // w: how wide it is mirrored
+layout(location = 11) centroid out vec3 out_half_way;
+
+/// What lies beneath shows through, tinted by the way through.
+vec3 over(vec3 color, vec3 beneath, float shows) {
+  return color * (1.0 - 0.85 * shows) + 0.85 * shows * beneath * sqrt(color);
+}
 
 void main() {
   vec4 p = vec4(in_position, 1.0);
@@ -25,9 +37,36 @@ void main() {
   gl_ClipDistance[1] = dot(frame.section, vec4(world, 1.0));
   out_position = world;
   out_normal = vec4(n, in_normal.w);
-  out_light = vec3(kLightPerVertex ? visibility(world, n) : vec2(1.0), float(in_tissue.z) / 255.0);
   out_pair = in_tissue.x | (in_tissue.y << 8);
   out_mesh_position = in_position;
-  float shows = float(in_tissue.w >> 4) / 15.0;
-  out_beneath = vec4(frame.tissue_color[in_tissue.w & 15u].rgb, 1.0) * shows;
+  float share = float(in_tissue.z) / 255.0, shows = float(in_tissue.w >> 4) / 15.0;
+  vec3 beneath = frame.tissue_color[in_tissue.w & 15u].rgb;
+  vec4 first = frame.tissue_color[in_tissue.x];
+  out_first = vec4(over(first.rgb, beneath, shows), shows);
+  out_first_look = vec4(frame.tissue_look[in_tissue.x].xyz, first.w);
+  out_second = out_first.rgb;
+  out_second_look = out_first_look;
+  if ((kHolds & kHoldsPairs) != 0) {
+    vec4 second = frame.tissue_color[in_tissue.y];
+    out_second = over(second.rgb, beneath, shows);
+    out_second_look = vec4(frame.tissue_look[in_tissue.y].xyz, second.w);
+  }
+  out_light = vec4(0.0, 0.0, 0.0, share);
+  out_room = vec3(0.0);
+  out_lamp = vec4(0.0);
+  out_half_way = vec3(0.0);
+  if (kLightPerVertex) {
+    vec2 light = visibility(world, n);
+    vec3 v = normalize(frame.eye[VIEW].xyz - world);
+    float nv = max(dot(n, v), 1e-3), second = in_tissue.x == in_tissue.y ? 0.0 : step(0.5, share);
+    vec4 look = mix(out_first_look, out_second_look, second);
+    vec3 color = mix(out_first.rgb, out_second, second);
+    out_first.rgb = tinted(out_first.rgb * (1.0 - out_first_look.y), out_first_look.w, nv);
+    out_second = tinted(out_second * (1.0 - out_second_look.y), out_second_look.w, nv);
+    out_light.rgb = arriving(n, v, color, look.w, light);
+    out_half_way = normalize(frame.key.xyz + v);
+    CornerGloss gloss = corner_gloss(n, v, out_half_way, Look(color, look.x, look.w, look.y, look.z), light);
+    out_room = gloss.broad;
+    out_lamp = vec4(gloss.lamp, gloss.width);
+  }
 }

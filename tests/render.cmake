@@ -8,6 +8,7 @@ typodont_test(unit_render KIND unit SOURCES unit/render_frame_test.cpp unit/rend
                                             unit/display_layout_test.cpp
               LIBS typodont_test_stage)
 typodont_test(property_render KIND property SOURCES property/render_ranges_test.cpp property/render_stereo_test.cpp
+                                                    property/render_changed_test.cpp
               LIBS typodont_test_stage)
 typodont_test(golden_render KIND golden SOURCES golden/render_golden_test.cpp golden/scene_golden_test.cpp
               LIBS typodont_test_stage typodont_app)
@@ -19,3 +20,4 @@ typodont_test(bench_render KIND bench SOURCES bench/render_bench.cpp LIBS typodo
 typodont_test(acceptance_render KIND acceptance SOURCES acceptance/render_command_test.cpp LIBS typodont_test_stage)
 target_compile_definitions(acceptance_render PRIVATE TYPODONT_PROGRAM="$<TARGET_FILE:typodont>")
 add_dependencies(acceptance_render typodont)
+typodont_test(property_debris_gpu KIND property SOURCES property/debris_gpu_test.cpp LIBS typodont_test_stage typodont_app)

@@ -1,23 +1,33 @@
 // Chips for the picture: born from cuts, bouncing off a coarse copy of the tissue. Render thread.
 #pragma once
 
+#include <optional>
 #include <span>
 #include <vector>
 
 #include "engine/debris/debris.h"
+#include "engine/render/particle_cloud.h"
 #include "engine/render/renderer.h"
 #include "haptics/tissue_volume.h"
 
 namespace typodont {
 
+/// The same law for the GPU.
+render::CloudLaw cloud_law(const debris::DebrisOptions& options, const debris::CoarseField& field, double least_shown);
+render::CloudParticle cloud_particle(const debris::Newborn& newborn, const dvec3& color);
+
+/// Moved by the GPU, where there is one: their number then costs the processor nothing. Where a processor plays the GPU
+/// it moves them itself, several times quicker than through compute.
 class DebrisView {
  public:
   DebrisView(const MaterialTable& materials, const haptics::TissueVolume& tissue);
+  /// What draws them from now on; null: nothing does, or it is about to go. Those in the air are gone.
+  void use(gpu::Device* device);
 
-  void add(const Cut& cut, const haptics::Tool& tool) noexcept {
-    if (cut.fill_radius == 0) debris_.emit(cut, tool.radius(), materials_);
-  }
-  void step(double dt) noexcept { debris_.step(dt, field_); }
+  void add(const Cut& cut, const haptics::Tool& tool);
+  void step(double dt);
+  /// For render::Frame; null: particles() has them all.
+  render::ParticleCloud* cloud() { return cloud_ ? &*cloud_ : nullptr; }
   /// As the renderer draws them; valid until the next call.
   std::span<const render::Particle> particles();
   const debris::Debris& debris() const { return debris_; }
@@ -25,6 +35,9 @@ class DebrisView {
  private:
   MaterialTable materials_;
   debris::Debris debris_;
+  debris::DebrisOptions options_;
+  std::optional<render::ParticleCloud> cloud_;
+  std::vector<debris::Newborn> newborn_;
   std::vector<float> distance_;
   debris::CoarseField field_;
   std::vector<debris::DebrisPoint> points_;

@@ -77,8 +77,12 @@ void run_demo(const DemoOptions& options) {
 
   const fs::path session_file = options.out / "session.h5", wav = options.out / "drill.wav",
                  mp4 = options.out / "session.mp4";
-  session::SessionWriter recorder(session_file, session_header(scene, rig_file, *hand, volume, kRate));
   SoundLink sound("wav:" + wav.string(), scene, /*live=*/false);
+  session::SessionHeader header = session_header(scene, rig_file, *hand, volume, kRate);
+  header.streams.push_back(sound_stream());
+  session::SessionWriter recorder(session_file, header);
+  recorder.event(0, session::EventKind::kNote, sound.about());
+  TickNotes notes(scene, 0);
   DebrisView debris(scene.servo.materials, volume);
   std::optional<session::FilmWriter> film;
 
@@ -96,6 +100,7 @@ void run_demo(const DemoOptions& options) {
     if (loop.fresh_patch()) recorder.append({loop.fresh_patch(), 1});
     if (did_cut) recorder.append({&cut, 1});
     recorder.append({&tick, 1});
+    notes.add(tick, recorder);
     sound.push(tick);
     if (did_cut) debris.add(cut, haptics::tray(scene.servo)[cut.tool]);
 

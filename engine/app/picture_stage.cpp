@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <utility>
 
 #include "engine/base/error.h"
 #include "engine/base/units.h"
@@ -31,7 +32,9 @@ constexpr const char* shape_name(haptics::HeadShape shape) {
   return "sphere";
 }
 
-gpu::Device make_device(const PictureStage::Options& options) {
+}  // namespace
+
+gpu::Device make_picture_device(const PictureStage::Options& options) {
   gpu::DeviceOptions device;
   device.validation = options.validation;
   if (options.window) {
@@ -45,11 +48,9 @@ gpu::Device make_device(const PictureStage::Options& options) {
   return gpu::Device::create(device);
 }
 
-}  // namespace
-
 render::ToolMesh tool_mesh(const haptics::Tool& tool) {
   render::ToolShape shape = render::tool_shape(shape_name(tool.shape), tool.diameter, tool.length);
-  if (!tool.cuts) shape.flutes = 0;
+  if (!tool.turns()) shape.flutes = 0;
   return render::make_tool_mesh(shape);
 }
 
@@ -58,7 +59,7 @@ PictureStage::PictureStage(const display::DisplayRig& rig, const haptics::ServoS
       rest_(rig.head),
       servo_(servo),
       options_(options),
-      device_(options.device ? *options.device : own_device_.emplace(make_device(options))) {
+      device_(options.device ? *options.device : own_device_.emplace(make_picture_device(options))) {
   if (options.window && !rig.head.tracker.empty()) tracker_.emplace(rig);
   ring_ = gpu::FrameRing::create(device_);
   first_panel_ = {rig.screen.lower_right - rig.screen.lower_left, rig.screen.upper_left - rig.screen.lower_left};
@@ -130,11 +131,11 @@ void surround(render::Renderer& renderer, const Surroundings& around) {
   renderer.cover(render::kWorkingTooth, around.covered);
 }
 
-float surface_tolerance(const display::DisplayRig& rig, double voxel) {
+float surface_tolerance(const display::DisplayRig& rig, double voxel, bool processor) {
   const display::Screen& screen = rig.screen;
   const double pixel = glm::length(screen.lower_right - screen.lower_left) /
                        std::max(display::eye_pixels(screen.layout, screen.pixels).x, 1);
-  return static_cast<float>(std::clamp(0.4 * pixel / voxel, 0.1, 0.6));
+  return static_cast<float>(std::clamp((processor ? 1.0 : 0.4) * pixel / voxel, 0.1, 0.6));
 }
 
 void PictureStage::surround(const Surroundings& around) {
@@ -145,6 +146,16 @@ void PictureStage::show_inside(render::MeshId body, std::span<const render::Mesh
   renderer_->remove(body);
   renderer_->update(body, bricks);
   if (!bricks.empty()) renderer_->place(body, {origin, {1, 0, 0, 0}});
+}
+
+void PictureStage::look_from(const display::DisplayRig& rig) {
+  const glm::ivec2 pixels = rig_.screen.pixels;
+  const display::Layout layout = rig_.screen.layout;
+  rig_.screen = rig.screen;
+  rig_.screen.pixels = pixels;
+  rig_.screen.layout = layout;
+  rig_.head = rest_ = rig.head;
+  first_panel_ = {rig.screen.lower_right - rig.screen.lower_left, rig.screen.upper_left - rig.screen.lower_left};
 }
 
 void PictureStage::follow_size() {
@@ -197,6 +208,7 @@ render::FrameStats PictureStage::draw(const ServoTick& tick, std::span<const ren
   frame.view = view_;
   frame.section = section_;
   frame.particles = particles;
+  frame.cloud = cloud_;
   if (options_.hud) {
     frame.hud.visible = true;
     frame.hud.tool = fmt::format("{} {:.1f} mm", shape_name(tool().shape), tool().diameter / kMillimetre);
@@ -215,20 +227,35 @@ render::FrameStats PictureStage::draw(const ServoTick& tick, std::span<const ren
     ring_.abandon(device_);
     return stats;
   }
+  timing_.gpu = 1e-3 * stats.gpu_ms;
+  timing_.record = to_seconds(now() - began);
+  timing_.shown = timing_.record + timing_.gpu;
   if (!output_) {
     ring_.submit(device_);
-    ring_.wait_idle(device_);  // so that what a frame takes is known, and the quality can follow
+    ring_.wait_idle(device_);  // the caller's window shows it at once
+    timing_.shown = to_seconds(now() - began);
     return stats;
   }
+  const bool uncovered = std::exchange(missed_, false) || output_->needs_frame();
   const auto target = output_->acquire();
+  const Nanos acquired = now();
   if (target) {
-    compositor_->record(commands, renderer_->pictures(), screen.layout, *target, ring_.slot(), output_->first_row());
+    // What the picture's tiles left out is on the screen already: on a processor that is most of composing.
+    std::array<std::vector<display::Part>, 2> changed;
+    if (stats.drawn)
+      for (int e = 0; e < frame.views; ++e)
+        for (const render::PixelBox& b : renderer_->redrawn(e))
+          changed[static_cast<std::size_t>(e)].push_back({b.x, b.y, b.width, b.height});
+    compositor_->record(commands, renderer_->pictures(), screen.layout, *target, ring_.slot(), output_->first_row(),
+                        device_.processor && !uncovered ? &changed : nullptr);
     ring_.submit(device_, target->ready, target->done);
     output_->present();
     // Recording and queueing here, drawing there, and on average half a refresh until the screen shows it.
-    const double took = to_seconds(now() - began) + 1e-3 * stats.gpu_ms + 0.5 * output_->refresh_period();
-    latency_ += 0.1 * (std::min(took, 0.1) - latency_);
+    timing_.record += to_seconds(now() - acquired);
+    timing_.shown = to_seconds(now() - began) + timing_.gpu + 0.5 * output_->refresh_period();
+    latency_ += 0.1 * (std::min(timing_.shown, 0.1) - latency_);
   } else {
+    missed_ = true;
     ring_.submit(device_);
   }
   if (!options_.window) ring_.wait_idle(device_);

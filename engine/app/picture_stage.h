@@ -23,9 +23,9 @@ render::ToolMesh tool_mesh(const haptics::Tool& tool);
 /// Gives the renderer what stands around the working tooth.
 void surround(render::Renderer& renderer, const Surroundings& around);
 
-/// How far triangles may lie from the surface, voxels: under half a pixel of this rig's screen, but never so far that
-/// form is lost. What a coarse screen cannot show is not made.
-float surface_tolerance(const display::DisplayRig& rig, double voxel);
+/// How far triangles may lie from the surface, voxels: under half a pixel of this rig's screen, a whole one where a
+/// processor draws, but never so far that form is lost. What a coarse screen cannot show is not made.
+float surface_tolerance(const display::DisplayRig& rig, double voxel, bool processor = false);
 
 class PictureStage {
  public:
@@ -54,12 +54,19 @@ class PictureStage {
 
   /// The mouth mirror in the other hand, from the next frame on; diameter 0: none.
   void hold_mirror(const MouthMirror& mirror) { mirror_ = mirror; }
+  /// Particles that live on the stage's device, from the next frame on; null: none.
+  void show_cloud(render::ParticleCloud* cloud) { cloud_ = cloud; }
   /// How the scene is shown, from the next frame on; `section` as in render::Frame. What a view shows beside the
   /// surface (engine/app/teaching_views.h) is given with show_inside().
   void show_as(render::View view, const glm::dvec4& section = {0, 0, 0, 1}) {
     view_ = view;
     section_ = section;
   }
+  render::View view() const { return view_; }
+  /// The tool is drawn, or not.
+  void show_tool(bool shown) { options_.tool = shown; }
+  /// From another viewpoint, from the next frame on: screen and head of this rig.
+  void look_from(const display::DisplayRig& rig);
   /// A body that one view shows (render::kSectionFace …), instead of what it was; relative to `origin` (m, W).
   void show_inside(render::MeshId body, std::span<const render::MeshUpdate> bricks, const dvec3& origin);
 
@@ -78,6 +85,16 @@ class PictureStage {
   /// The eyes (0 left, 1 right) and the composed screen of the last frame.
   render::Picture eye(int index);
   render::Picture screen();
+
+  /// What the last frame drawn took.
+  struct Timing {
+    double record = 0;  // s: preparing it and handing it over
+    double gpu = 0;     // s: drawing it, of the newest frame that is done
+    double shown = 0;   // s, estimated: from the start of draw() to the middle of the screen's next picture
+    /// What the picture costs, wherever its time goes; waiting for the screen is none of it.
+    double cost() const { return gpu > record ? gpu : record; }
+  };
+  const Timing& timing() const { return timing_; }
 
   /// Packets of the head tracker taken and dropped; nothing where the rig has none.
   std::optional<display::HeadTracker::Stats> tracker_stats() const;
@@ -107,13 +124,19 @@ class PictureStage {
   std::optional<render::Renderer> renderer_;
   std::optional<display::Compositor> compositor_;
   std::unique_ptr<display::Output> output_;
+  Timing timing_;
+  bool missed_ = false;  // a frame was drawn that no target took
   glm::ivec2 screen_size_{0};
   std::array<dvec3, 2> first_panel_{};  // m, right and up, as the rig file has it
   MouthMirror mirror_;
+  render::ParticleCloud* cloud_ = nullptr;
   render::View view_ = render::View::kLook;
   glm::dvec4 section_{0, 0, 0, 1};
   double angle_ = 0;
   std::size_t shown_tool_ = 0;  // of the tray
 };
+
+/// A device for such pictures, with what a window needs where there is one. Throws like PictureStage.
+gpu::Device make_picture_device(const PictureStage::Options& options);
 
 }  // namespace typodont

@@ -1,34 +1,51 @@
 // Steps down the ladder of quality while frames take too long, and back up when there is room. Drawing thread.
 #pragma once
 
+#include <algorithm>
+
 #include "engine/render/quality.h"
 
 namespace typodont {
 
 class QualityLadder {
  public:
-  /// `slow`: frames that take longer than this, s, step down; `quick`: shorter ones step up.
-  explicit QualityLadder(double slow = 1.0 / 30, double quick = 1.0 / 150, std::size_t first = 1)
+  /// `slow`: frames that take longer than this, s, step down; `quick`: shorter ones step up, later and later where the
+  /// step above proved too slow before.
+  explicit QualityLadder(double slow = 1.0 / 30, double quick = 1.0 / 90, std::size_t first = 1)
       : slow_(slow), quick_(quick), step_(first), mean_((slow + quick) / 2) {}
   const render::Quality& step() const { return render::kQualityLadder[step_]; }
+  int place() const { return static_cast<int>(step_); }  // 0: best
+  int changes() const { return changes_; }
   /// True when the step changed. Only frames that were drawn count.
   bool frame_took(double seconds) {
-    mean_ += 0.15 * (seconds - mean_);
-    if (++frames_ < 12) return false;
-    const std::size_t before = step_;
-    if (mean_ > slow_ && step_ + 1 < render::kQualityLadder.size()) ++step_;
-    if (mean_ < quick_ && step_ > 0) --step_;
-    if (step_ == before) return false;
-    frames_ = 0;
-    mean_ = (slow_ + quick_) / 2;
-    return true;
+    // One frame that was kept waiting is none of the picture's doing.
+    mean_ += 0.15 * (std::min(seconds, 2 * slow_) - mean_);
+    ++frames_;
+    if (frames_ >= kSettled && mean_ > slow_ && step_ + 1 < render::kQualityLadder.size()) {
+      if (tried_ && frames_ < kTrial) patience_ = std::min(2 * patience_, kMostPatience);
+      return go(step_ + 1, false);
+    }
+    if (frames_ >= patience_ && mean_ < quick_ && step_ > 0) return go(step_ - 1, true);
+    return false;
   }
 
  private:
+  static constexpr int kSettled = 12, kTrial = 240, kFirstPatience = 60, kMostPatience = 7200;  // frames
+
+  bool go(std::size_t step, bool up) {
+    step_ = step;
+    tried_ = up;
+    frames_ = 0;
+    mean_ = (slow_ + quick_) / 2;
+    ++changes_;
+    return true;
+  }
+
   double slow_, quick_;  // s
   std::size_t step_;
-  int frames_ = 0;
-  double mean_;  // s
+  int frames_ = 0, patience_ = kFirstPatience, changes_ = 0;
+  bool tried_ = false;  // the last change was up
+  double mean_;         // s
 };
 
 }  // namespace typodont

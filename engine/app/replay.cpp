@@ -2,14 +2,23 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <deque>
 #include <limits>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <numeric>
 
+#include "engine/app/haptic_loop.h"
+#include "engine/app/replay_hand.h"
 #include "engine/app/resume.h"
 #include "engine/app/scene.h"
+#include "engine/app/session_record.h"
 #include "engine/base/error.h"
 #include "engine/session/hash.h"
+#include "engine/session/recorder.h"
 #include "engine/session/session_file.h"
 #include "haptics/carver.h"
 
@@ -155,6 +164,69 @@ ReplayResult replay_session(const std::filesystem::path& session_file, const std
     result.identical = false;
     result.what_differs = "the tissue at the end";
   }
+  return result;
+}
+
+Scene scene_with(const session::SessionReader& session, const std::string& overrides, const std::string& where) {
+  const Scene own = scene_of(session);
+  const Json given = Json::parse(overrides, where);
+  if (!given.is_object()) given.fail("an object with keys of a scene");
+  auto json = nlohmann::ordered_json::parse(own.text);
+  const auto changes = nlohmann::ordered_json::parse(overrides);
+  for (const auto& [key, value] : changes.items()) json[key] = value;
+  return parse_scene(Json::parse(json.dump(2), where), own.file);
+}
+
+RerunResult rerun_session(const session::SessionReader& session, const Scene& scene, const std::filesystem::path& out,
+                          const std::function<void(double)>& progress) {
+  const double rate = session.header().servo_rate;
+  HapticLoop loop(scene, load_tissue(scene), rate);
+  std::unique_ptr<session::SessionWriter> writer;
+  if (!out.empty()) {
+    const auto hand = open_replay_hand(session.file(), rate, /*paced=*/false);
+    session::SessionHeader header = session_header(scene, {}, *hand, loop.carver().volume(), rate);
+    header.hand = "replay:" + session.file().string();
+    header.trainee = session.header().trainee;
+    header.date.clear();
+    session::WriterOptions options;
+    options.whole_or_nothing = true;
+    writer = std::make_unique<session::SessionWriter>(out, header, options);
+  }
+  RerunResult result;
+  TickNotes notes(scene, std::nullopt);
+  const auto sum = [](const PerTissue& v) { return std::accumulate(v.begin(), v.end(), 0.0); };
+  constexpr std::uint64_t kChunk = 65536;
+  double force2 = 0, tool2 = 0;
+  for (std::uint64_t first = 0; first < session.tick_count(); first += kChunk) {
+    for (const ServoTick& recorded : session.ticks(first, kChunk)) {
+      ServoTick tick;
+      Cut cut;
+      const bool did_cut = loop.tick({recorded.t, recorded.X_WT, recorded.pedal, recorded.tool}, tick, cut);
+      tick.cpu_time = 0;
+      if (writer) {
+        if (loop.fresh_patch()) writer->append({loop.fresh_patch(), 1});
+        if (did_cut) writer->append({&cut, 1});
+        writer->append({&tick, 1});
+        notes.add(tick, *writer);
+      }
+      const double off = glm::length(tick.f_T_W - recorded.f_T_W), tool_off = glm::length(tick.X_WG.p - recorded.X_WG.p);
+      force2 += off * off, tool2 += tool_off * tool_off;
+      result.force_off_max = std::max(result.force_off_max, off);
+      result.tool_off_max = std::max(result.tool_off_max, tool_off);
+      result.force_max = std::max(result.force_max, glm::length(tick.f_T_W));
+      result.force_max_before = std::max(result.force_max_before, glm::length(recorded.f_T_W));
+      result.removed = sum(tick.removed), result.removed_before = sum(recorded.removed);
+      result.seconds = to_seconds(tick.t);
+      result.cuts = tick.cuts;
+      ++result.ticks;
+    }
+    if (progress) progress(static_cast<double>(result.ticks) / static_cast<double>(session.tick_count()));
+  }
+  if (result.ticks > 0) {
+    result.force_off_rms = std::sqrt(force2 / static_cast<double>(result.ticks));
+    result.tool_off_rms = std::sqrt(tool2 / static_cast<double>(result.ticks));
+  }
+  if (writer && !writer->finish(session_result(loop.carver().volume()))) throw RunFailure(writer->status().message);
   return result;
 }
 

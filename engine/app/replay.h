@@ -28,6 +28,21 @@ struct ReplayResult {
 ReplayResult replay_session(const std::filesystem::path& session_file,
                             const std::function<void(double)>& progress = {});
 
+/// The same hand in another scene: another coupling, other friction, another filter, another tissue.
+struct RerunResult {
+  std::uint64_t ticks = 0, cuts = 0;
+  double seconds = 0;
+  double force_off_rms = 0, force_off_max = 0;  // N, of the difference of the two forces over all ticks
+  double force_max = 0, force_max_before = 0;   // N
+  double tool_off_rms = 0, tool_off_max = 0;    // m, of where the tool is drawn
+  double removed = 0, removed_before = 0;       // m³
+};
+/// The session's scene with these keys of `overrides` (a JSON object) in place of its own. Throws Error.
+Scene scene_with(const session::SessionReader& session, const std::string& overrides, const std::string& where);
+/// Feeds the recorded hand, tick by tick, to the scene's servo. `out`: the new session (.h5); empty: not kept.
+RerunResult rerun_session(const session::SessionReader& session, const Scene& scene, const std::filesystem::path& out,
+                          const std::function<void(double)>& progress = {});
+
 /// The scene a session was made with. Throws Error where its tissue is not there or has changed.
 Scene scene_of(const session::SessionReader& session);
 

@@ -1,7 +1,15 @@
 // What the program writes into a session beside the ticks.
 #pragma once
 
+#include <array>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "audio/tick_voice.h"
 #include "engine/app/scene.h"
+#include "engine/render/renderer.h"
+#include "engine/session/recorder.h"
 #include "engine/session/session_data.h"
 #include "haptics/haptic_device.h"
 
@@ -14,6 +22,31 @@ session::SessionHeader session_header(const Scene& scene, const std::filesystem:
 
 /// Samples of the second hand: its pose as held and its pedal, on the session's clock.
 session::StreamSpec left_hand_stream();
+
+/// The eyes before a screen, and how the scene is shown; a row whenever that changed.
+session::StreamSpec head_stream();
+/// "look", "section", "xray", "difference".
+std::string_view view_name(render::View view) noexcept;
+/// What the synthesizer was given, a hundred times a second.
+session::StreamSpec sound_stream();
+
+/// What a recording says beside its ticks, and read from them: tools taken up, faults that begin, what the sound was made
+/// of. Feed it every tick in order. The recorder's thread.
+class TickNotes {
+ public:
+  /// `sound`: the stream it goes to; nothing where there is no sound.
+  TickNotes(const Scene& scene, std::optional<std::size_t> sound);
+  void add(const ServoTick& tick, session::SessionWriter& writer) noexcept;
+
+ private:
+  std::vector<std::string> tools_;
+  std::optional<std::size_t> sound_;
+  audio::TickVoice voice_;
+  Nanos sounded_ = 0;
+  bool first_ = true;
+  std::uint32_t tool_ = 0;
+  std::array<Nanos, 32> fault_seen_{};  // when each bit was last set
+};
 
 /// Volumes, pulp distance and field hash at the end.
 session::SessionResult session_result(const haptics::TissueVolume& tissue);

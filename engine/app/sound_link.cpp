@@ -1,8 +1,11 @@
 #include "engine/app/sound_link.h"
 
+#include <fmt/format.h>
+
 #include <filesystem>
 
 #include "engine/base/units.h"
+#include "engine/session/hash.h"
 
 namespace typodont {
 
@@ -22,7 +25,7 @@ std::filesystem::path voice_of(const Scene& scene) {
 
 std::vector<bool> tools_that_cut(const Scene& scene) {
   std::vector<bool> cut;
-  for (const haptics::Tool& tool : haptics::tray(scene.servo)) cut.push_back(tool.cuts);
+  for (const haptics::Tool& tool : haptics::tray(scene.servo)) cut.push_back(tool.turns());
   return cut;
 }
 
@@ -31,7 +34,8 @@ std::vector<bool> tools_that_cut(const Scene& scene) {
 SoundLink::SoundLink(const std::string& address, const Scene& scene, bool live)
     : options_{live ? kHold : 0.0, scene.sound_lower_order},
       output_(audio::AudioOutput::open(address)), voice_(tools_that_cut(scene)) {
-  models_ = audio::load_sound_models(voice_of(scene));
+  voice_file_ = voice_of(scene);
+  models_ = audio::load_sound_models(voice_file_);
   models_.free_speed = scene.servo.spindle.free_speed;
   make_synth(output_->sample_rate());
   audio::AudioSource source;
@@ -42,6 +46,11 @@ SoundLink::SoundLink(const std::string& address, const Scene& scene, bool live)
 }
 
 SoundLink::~SoundLink() = default;
+
+std::string SoundLink::about() const {
+  const session::SourceFile file = session::describe_file(voice_file_);
+  return fmt::format("sound: {} {}, {:.0f} Hz, seed {}", voice_file_.filename().string(), file.hash, output_->sample_rate(), kSeed);
+}
 
 void SoundLink::make_synth(double sample_rate) {
   synth_ = std::make_unique<audio::DrillSynth>(models_, sample_rate, kSeed, options_);

@@ -1,6 +1,7 @@
 // From ticks to sound: the synthesizer of a scene and where its samples go. Application thread.
 #pragma once
 
+#include <filesystem>
 #include <memory>
 #include <string>
 
@@ -29,6 +30,8 @@ class SoundLink {
   /// The end; a file is complete only after this. Throws Error where it cannot be written.
   void stop(Nanos t);
   audio::AudioStats stats() const { return output_->stats(); }
+  /// The voice's file and its hash, and the sample rate: for a recording.
+  std::string about() const;
 
  private:
   static void render(void* self, std::span<float> mono, Nanos t_first) noexcept;
@@ -37,6 +40,7 @@ class SoundLink {
 
   audio::SynthOptions options_;
   std::unique_ptr<audio::AudioOutput> output_;
+  std::filesystem::path voice_file_;
   audio::SoundModels models_;
   audio::TickVoice voice_;  // audio thread
   std::unique_ptr<audio::DrillSynth> synth_;

@@ -121,50 +121,40 @@ SurroundingsPlan read_surroundings(const Json& json, const std::filesystem::path
   return plan;
 }
 
-Surroundings make_surroundings(const SurroundingsPlan& plan) {
-  const ToothField tooth(haptics::TissueVolume::load(plan.volume), kReach);
-  const dvec3 across = glm::cross(plan.crown, plan.arch), middle = 0.5 * (tooth.low() + tooth.high());
+struct SurroundingsShape::Impl {
+  SurroundingsPlan plan;
+  ToothField tooth;
   std::vector<ToothCopy> copies;
-  for (const NeighbourTooth& n : plan.neighbours) copies.emplace_back(n, plan);
-  /// How far p lies below the plane of the gum's edge, along the crown.
-  const auto below_plane = [&](const dvec3& p) {
-    return glm::dot(plan.margin - p, plan.margin_normal) / glm::dot(plan.crown, plan.margin_normal);
-  };
+  dvec3 across, middle;
+  double jaw_depth = kJawDepth, half_width = 0;
 
-  Surroundings result;
-  std::vector<SurroundingMesh>& meshes = result.meshes;
-  render::MeshId id = render::kWorkingTooth + 1;
-  for (const ToothCopy& copy : copies) {
-    dvec3 lo(1e9), hi(-1e9);
+  explicit Impl(const SurroundingsPlan& p)
+      : plan(p), tooth(haptics::TissueVolume::load(p.volume), kReach), across(glm::cross(p.crown, p.arch)),
+        middle(0.5 * (tooth.low() + tooth.high())) {
+    for (const NeighbourTooth& n : plan.neighbours) copies.emplace_back(n, plan);
+    if (!plan.gum) return;
+    // Deep enough for the roots.
     for (int corner = 0; corner < 8; ++corner)
-      grow(lo, hi,
-           copy.from_tooth({corner & 1 ? tooth.high().x : tooth.low().x, corner & 2 ? tooth.high().y : tooth.low().y,
-                            corner & 4 ? tooth.high().z : tooth.low().z}));
-    meshes.push_back({id++, lo,
-                      mesh_of_field(
-                          lo, hi, kToothVoxel, kToothTolerance,
-                          [&](const dvec3& p) {
-                            const double d = copy.distance(tooth, p);
-                            return plan.gum ? std::max(d, below_plane(p) - kRootShown) : d;
-                          },
-                          [&](const dvec3& p) { return tooth.tissue_at_surface(copy.to_tooth(p)); })});
+      jaw_depth = std::max(jaw_depth, 1.5e-3 + below_plane({corner & 1 ? tooth.high().x : tooth.low().x,
+                                                            corner & 2 ? tooth.high().y : tooth.low().y,
+                                                            corner & 4 ? tooth.high().z : tooth.low().z}));
+    // Half the width of the row of teeth where the gum begins: the jaw is a little wider.
+    for (double v = 0; v < 12e-3; v += 0.1e-3)
+      for (const double side : {-1.0, 1.0}) {
+        const dvec3 q = middle + across * (side * v) - plan.crown * glm::dot(middle - plan.margin, plan.crown);
+        if (tooth.distance(q) < 0) half_width = std::max(half_width, v);
+      }
   }
-  if (!plan.gum) return result;
 
-  // Deep enough for the roots.
-  double jaw_depth = kJawDepth;
-  for (int corner = 0; corner < 8; ++corner)
-    jaw_depth = std::max(jaw_depth, 1.5e-3 + below_plane({corner & 1 ? tooth.high().x : tooth.low().x,
-                                                          corner & 2 ? tooth.high().y : tooth.low().y,
-                                                          corner & 4 ? tooth.high().z : tooth.low().z}));
-  // Half the width of the row of teeth where the gum begins: the jaw is a little wider.
-  double half_width = 0;
-  for (double v = 0; v < 12e-3; v += 0.1e-3)
-    for (const double side : {-1.0, 1.0}) {
-      const dvec3 p = middle + across * (side * v) - plan.crown * glm::dot(middle - plan.margin, plan.crown);
-      if (tooth.distance(p) < 0) half_width = std::max(half_width, v);
-    }
-  const auto gum = [&](const dvec3& p) {
+  /// How far p lies below the plane of the gum's edge, along the crown.
+  double below_plane(const dvec3& p) const {
+    return glm::dot(plan.margin - p, plan.margin_normal) / glm::dot(plan.crown, plan.margin_normal);
+  }
+  double neighbour(const ToothCopy& copy, const dvec3& p) const {
+    const double d = copy.distance(tooth, p);
+    return plan.gum ? std::max(d, below_plane(p) - kRootShown) : d;
+  }
+  double gum(const dvec3& p) const {
     const double own = tooth.distance(p);
     double teeth = own, raise = 0;
     for (const ToothCopy& copy : copies) {
@@ -188,16 +178,55 @@ Surroundings make_surroundings(const SurroundingsPlan& plan) {
     jaw = smooth_max(jaw, depth - jaw_depth, 2e-3);
     const double body = smooth_max(smooth_min(jaw, collar, kCollarBlend), depth - jaw_depth, 0.5e-3);
     return std::max(body, -own - kGumInside);  // hollow where the working tooth stands: a bur must not find gum in it
-  };
-  const dvec3 reach = glm::abs(plan.arch) * (plan.length / 2 + 1e-3) + glm::abs(across) * (half_width + 4e-3);
-  const dvec3 edge = middle - plan.crown * glm::dot(middle - plan.margin, plan.crown);
+  }
+};
+
+SurroundingsShape::SurroundingsShape(const SurroundingsPlan& plan) : impl_(std::make_unique<const Impl>(plan)) {}
+SurroundingsShape::~SurroundingsShape() = default;
+SurroundingsShape::SurroundingsShape(SurroundingsShape&&) noexcept = default;
+SurroundingsShape& SurroundingsShape::operator=(SurroundingsShape&&) noexcept = default;
+bool SurroundingsShape::has_neighbours() const { return !impl_->copies.empty(); }
+bool SurroundingsShape::has_gum() const { return impl_->plan.gum; }
+double SurroundingsShape::neighbour(const dvec3& p_W) const {
+  double nearest = 1.0;
+  for (const ToothCopy& copy : impl_->copies) nearest = std::min(nearest, impl_->neighbour(copy, p_W));
+  return nearest;
+}
+double SurroundingsShape::gum(const dvec3& p_W) const { return impl_->plan.gum ? impl_->gum(p_W) : 1.0; }
+double SurroundingsShape::tooth(const dvec3& p_W) const { return impl_->tooth.distance(p_W); }
+
+Surroundings make_surroundings(const SurroundingsPlan& plan) {
+  const SurroundingsShape whole(plan);
+  const SurroundingsShape::Impl& shape = *whole.impl_;
+  const ToothField& tooth = shape.tooth;
+
+  Surroundings result;
+  std::vector<SurroundingMesh>& meshes = result.meshes;
+  render::MeshId id = render::kWorkingTooth + 1;
+  for (const ToothCopy& copy : shape.copies) {
+    dvec3 lo(1e9), hi(-1e9);
+    for (int corner = 0; corner < 8; ++corner)
+      grow(lo, hi,
+           copy.from_tooth({corner & 1 ? tooth.high().x : tooth.low().x, corner & 2 ? tooth.high().y : tooth.low().y,
+                            corner & 4 ? tooth.high().z : tooth.low().z}));
+    meshes.push_back({id++, lo,
+                      mesh_of_field(
+                          lo, hi, kToothVoxel, kToothTolerance, [&](const dvec3& p) { return shape.neighbour(copy, p); },
+                          [&](const dvec3& p) { return tooth.tissue_at_surface(copy.to_tooth(p)); })});
+  }
+  if (!plan.gum) return result;
+
+  const dvec3 reach = glm::abs(plan.arch) * (plan.length / 2 + 1e-3) + glm::abs(shape.across) * (shape.half_width + 4e-3);
+  const dvec3 edge = shape.middle - plan.crown * glm::dot(shape.middle - plan.margin, plan.crown);
   dvec3 lo = edge - reach, hi = edge + reach;
   grow(lo, hi, edge + reach + plan.crown * (plan.papilla + 3e-3));
   grow(lo, hi, edge - reach + plan.crown * (plan.papilla + 3e-3));
-  grow(lo, hi, edge + reach - plan.crown * (jaw_depth + 3e-3));
-  grow(lo, hi, edge - reach - plan.crown * (jaw_depth + 3e-3));
-  meshes.push_back(
-      {id, lo, mesh_of_field(lo, hi, kGumVoxel, kGumTolerance, gum, [](const dvec3&) { return Tissue::kGingiva; })});
+  grow(lo, hi, edge + reach - plan.crown * (shape.jaw_depth + 3e-3));
+  grow(lo, hi, edge - reach - plan.crown * (shape.jaw_depth + 3e-3));
+  meshes.push_back({id, lo,
+                    mesh_of_field(
+                        lo, hi, kGumVoxel, kGumTolerance, [&](const dvec3& p) { return shape.gum(p); },
+                        [](const dvec3&) { return Tissue::kGingiva; })});
   result.covered = glm::dvec4(plan.margin_normal, kCoveredBelow - glm::dot(plan.margin_normal, plan.margin));
   return result;
 }

@@ -1,8 +1,10 @@
 // What stands around the working tooth: its neighbours and the gum. Made from the tooth's own volume when a scene asks
-// for it ("surroundings"), drawn, and nothing more: not in the haptic field, never cut.
+// for it ("surroundings"). Drawn, and watched: a turning bur that gets into them is damage (damage.h). Not in the haptic
+// field, never cut.
 #pragma once
 
 #include <filesystem>
+#include <memory>
 #include <vector>
 
 #include "engine/base/json.h"
@@ -11,6 +13,7 @@
 namespace typodont {
 
 struct Scene;
+struct Surroundings;
 
 /// A tooth like the working one, mirrored where the two touch. Metres, W.
 struct NeighbourTooth {
@@ -35,6 +38,28 @@ struct SurroundingsPlan {
 /// Reads a scene's "surroundings" (docs/interface.md); `volume` is the scene's own. Throws Error.
 SurroundingsPlan read_surroundings(const Json& json, const std::filesystem::path& volume,
                                    const std::filesystem::path& beside);
+
+/// The same as distances, m, negative inside; far away, or where there is none, any positive number. Several threads may
+/// ask.
+class SurroundingsShape {
+ public:
+  /// Throws Error when the volume cannot be read.
+  explicit SurroundingsShape(const SurroundingsPlan& plan);
+  ~SurroundingsShape();
+  SurroundingsShape(SurroundingsShape&&) noexcept;
+  SurroundingsShape& operator=(SurroundingsShape&&) noexcept;
+
+  bool has_neighbours() const;
+  bool has_gum() const;
+  double neighbour(const dvec3& p_W) const;  // the nearest of them
+  double gum(const dvec3& p_W) const;
+  double tooth(const dvec3& p_W) const;  // the uncut working tooth
+
+ private:
+  friend Surroundings make_surroundings(const SurroundingsPlan& plan);
+  struct Impl;
+  std::unique_ptr<const Impl> impl_;
+};
 
 struct SurroundingMesh {
   render::MeshId id;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/app/damage.h"
 #include "engine/app/replay.h"
 #include "engine/app/tissue_edit.h"
 #include "engine/base/error.h"
@@ -282,11 +283,17 @@ JudgedSession judge_session(const session::SessionReader& session) {
   haptics::TissueVolume after = tissue_at_end(session, scene, load_tissue(scene));
   const TaskJudge judge(scene, start);
   session::ScoreInput input = session::score_input(session);
+  input.after = after.volumes();
   std::optional<session::Preparation> preparation = judge.judge(after, input);
   if (auto meter = judge.explore_meter()) {
     constexpr std::uint64_t kPieceTicks = 8192;  // read at a time
     for (std::uint64_t first = 0; first < session.tick_count(); first += kPieceTicks) meter->add(session.ticks(first, kPieceTicks));
     input.explore = meter->result();
+  }
+  if (auto meter = damage_meter(scene)) {
+    constexpr std::uint64_t kPieceTicks = 8192;  // read at a time
+    for (std::uint64_t first = 0; first < session.tick_count(); first += kPieceTicks) meter->add(session.ticks(first, kPieceTicks));
+    input.damage = meter->result();
   }
   const Json json = Json::parse(scene.text, session.file().string() + ": scene");
   session::Score score = session::score(input, session::rules_of_scene(json, input));

@@ -14,7 +14,8 @@ constexpr double kLook = 0.1e-3;      // m between looks along a row
 constexpr double kTravel = 20e-3;     // m/s in the air
 constexpr double kJoined = 0.6e-3;    // m; strokes that lie nearer are joined without lifting
 
-/// Turns T's z, the shank, to the axis.
+}  // namespace
+
 dquat toward(const dvec3& axis_W) {
   const dvec3 z(0, 0, 1), a = glm::normalize(axis_W);
   const dvec3 turn = glm::cross(z, a);
@@ -23,9 +24,7 @@ dquat toward(const dvec3& axis_W) {
   return glm::angleAxis(std::atan2(s, c), turn / s);
 }
 
-}  // namespace
-
-std::vector<Stroke> plan_strokes(const session::Preparation& in, const haptics::Tool& tool, double step) {
+std::vector<Stroke> plan_strokes(const session::Preparation& in, const haptics::Tool& tool, double step, double into) {
   const session::DenseField ideal = session::redistanced(in.ideal);
   const dquat R_WT = toward(in.axis_W);
   const dvec3 u = R_WT * dvec3(1, 0, 0), v = R_WT * dvec3(0, 1, 0), w = R_WT * dvec3(0, 0, 1);
@@ -33,9 +32,10 @@ std::vector<Stroke> plan_strokes(const session::Preparation& in, const haptics::
   for (const haptics::HeadSample& sample : haptics::sample_head(tool, 80)) head.push_back(R_WT * sample.p_TQ);
 
   // How far the head reaches into what should stay, and whether it has anything to take here.
+  const double allowed = kClear + into / in.frame.voxel;
   const auto clear_at = [&](const dvec3& p_W) {
     return std::all_of(head.begin(), head.end(), [&](const dvec3& h) {
-      return ideal.sample(in.frame.to_voxels(p_W + h)) > -kClear;
+      return ideal.sample(in.frame.to_voxels(p_W + h)) > -allowed;
     });
   };
   const auto useful_at = [&](const dvec3& p_W) {

@@ -16,9 +16,14 @@ struct Stroke {
   Pose from, to;
 };
 
+/// Turns T's z, the shank, to the axis.
+dquat toward(const dvec3& axis_W);
+
 /// Strokes from the opening down, layer by layer, row by row and across, each as long as the head stays clear of what
-/// the ideal leaves. The shank points along the preparation's axis. `step`: m between rows and layers.
-std::vector<Stroke> plan_strokes(const session::Preparation& preparation, const haptics::Tool& tool, double step);
+/// the ideal leaves, or reaches no more than `into` (m) into it. The shank points along the preparation's axis. `step`:
+/// m between rows and layers.
+std::vector<Stroke> plan_strokes(const session::Preparation& preparation, const haptics::Tool& tool, double step,
+                                 double into = 0);
 
 /// The same moved aside and deeper: a hand that does not look.
 std::vector<Stroke> displaced(std::vector<Stroke> strokes, const dvec3& by_W);

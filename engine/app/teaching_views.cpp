@@ -145,12 +145,56 @@ std::vector<render::MeshUpdate> tissue_inside(const haptics::TissueVolume& volum
   return updates;
 }
 
+DifferenceToIdeal::DifferenceToIdeal(const haptics::TissueVolume& ideal) : field_(ideal, kDifferenceReach) {}
+
+void DifferenceToIdeal::mark(const dvec3& origin, std::vector<render::MeshUpdate>& updates) const {
+  mark_difference(field_, origin, updates);
+}
+
+std::vector<render::MeshUpdate> tissues_left(const haptics::TissueVolume& volume, std::uint32_t hidden) {
+  const ToothField field(volume);
+  const double h = field.voxel();
+  const dvec3 origin = volume.frame().origin;
+  const dvec3 first = origin + h * glm::floor((field.low() - origin) / h);
+  const auto left = [&](Tissue t) { return t != Tissue::kAir && !(hidden >> static_cast<unsigned>(t) & 1u); };
+  std::vector<render::MeshUpdate> updates = mesh_of_field(
+      first, field.high(), h, 0.15f,
+      [&](const dvec3& p) {
+        const double whole = field.distance(p);
+        if (whole > h) return whole;
+        double share = 0;  // of what is left, binomial weights over 27 samples
+        for (int x = -1; x <= 1; ++x)
+          for (int y = -1; y <= 1; ++y)
+            for (int z = -1; z <= 1; ++z)
+              if (left(field.tissue(p + h * dvec3(x, y, z)))) share += (x ? 1 : 2) * (y ? 1 : 2) * (z ? 1 : 2) / 64.0;
+        // Outside the tissue labels thin out: there the surface is the tissue's own.
+        return std::max(whole, share > 0.999 ? -h : (0.5 - share) * 2 * h);
+      },
+      [&](const dvec3& p) {
+        const Tissue here = field.tissue(p);
+        if (left(here)) return here;
+        std::array<int, kTissueCount> around{};
+        for (int x = -1; x <= 1; ++x)
+          for (int y = -1; y <= 1; ++y)
+            for (int z = -1; z <= 1; ++z)
+              if (const Tissue t = field.tissue(p + h * dvec3(x, y, z)); left(t)) ++around[static_cast<std::size_t>(t)];
+        const auto most = std::max_element(around.begin(), around.end());
+        return *most ? static_cast<Tissue>(most - around.begin()) : Tissue::kAir;
+      });
+  for (render::MeshUpdate& update : updates)
+    for (render::Vertex& vertex : update.vertices) vertex.p += glm::vec3(first - origin);
+  return updates;
+}
+
 void mark_difference(const haptics::TissueVolume& ideal, const dvec3& origin,
                      std::vector<render::MeshUpdate>& updates) {
-  const ToothField field(ideal, kDifferenceReach);
+  mark_difference(ToothField(ideal, kDifferenceReach), origin, updates);
+}
+
+void mark_difference(const ToothField& ideal, const dvec3& origin, std::vector<render::MeshUpdate>& updates) {
   for (render::MeshUpdate& update : updates)
     for (render::Vertex& vertex : update.vertices)
-      vertex.difference = static_cast<float>(field.distance(origin + dvec3(vertex.p)));
+      vertex.difference = static_cast<float>(ideal.distance(origin + dvec3(vertex.p)));
 }
 
 }  // namespace typodont

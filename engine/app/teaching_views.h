@@ -4,6 +4,7 @@
 
 #include <vector>
 
+#include "engine/app/tooth_field.h"
 #include "engine/render/renderer.h"
 #include "haptics/tissue_volume.h"
 
@@ -17,8 +18,23 @@ std::vector<render::MeshUpdate> section_face(const haptics::TissueVolume& volume
 /// to the volume's origin.
 std::vector<render::MeshUpdate> tissue_inside(const haptics::TissueVolume& volume, Tissue tissue);
 
+/// The surface of what is left when the tissues of these bits (1 << tissue) are taken away.
+std::vector<render::MeshUpdate> tissues_left(const haptics::TissueVolume& volume, std::uint32_t hidden);
+
 /// Sets every corner's `difference` from the ideal tooth: how far it stands out of it (still to remove, > 0) or lies
 /// within it (gone and should have stayed, < 0). `origin`: of the updates' positions, m, W.
 void mark_difference(const haptics::TissueVolume& ideal, const dvec3& origin, std::vector<render::MeshUpdate>& updates);
+/// The same; the ideal's field reaches as far as differences are told apart.
+void mark_difference(const ToothField& ideal, const dvec3& origin, std::vector<render::MeshUpdate>& updates);
+
+/// The same against an ideal that is asked again and again: made once.
+class DifferenceToIdeal {
+ public:
+  explicit DifferenceToIdeal(const haptics::TissueVolume& ideal);
+  void mark(const dvec3& origin, std::vector<render::MeshUpdate>& updates) const;
+
+ private:
+  ToothField field_;
+};
 
 }  // namespace typodont

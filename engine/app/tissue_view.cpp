@@ -63,7 +63,7 @@ void TissueView::look_beneath(const haptics::TissueVolume& volume, render::MeshU
   const glm::ivec3 size = glm::ivec3(glm::ceil(dvec3(high) / voxel)) + kLook + 3 - lo;
   labels_.resize(static_cast<std::size_t>(size.x) * size.y * size.z);
   volume.copy(lo, size, nullptr, labels_.data());
-  const auto label = [&](const glm::ivec3& i) {
+  const auto label_at = [&](const glm::ivec3& i) -> const Tissue& {
     return labels_[(static_cast<std::size_t>(i.x) * size.y + static_cast<std::size_t>(i.y)) * size.z +
                    static_cast<std::size_t>(i.z)];
   };
@@ -72,29 +72,45 @@ void TissueView::look_beneath(const haptics::TissueVolume& volume, render::MeshU
       // Labels are whole voxels; the boundary drawn is that of their blurred shares, without steps.
       const dvec3 at = dvec3(v.p) / voxel - dvec3(lo);
       const glm::ivec3 nearest(glm::floor(at + 0.5));
-      double share[2] = {0, 0};
-      for (int x = -2; x <= 2; ++x)
-        for (int y = -2; y <= 2; ++y)
-          for (int z = -2; z <= 2; ++z) {
-            const glm::ivec3 i = nearest + glm::ivec3(x, y, z);
-            const Tissue found = label(i);
-            const dvec3 away = dvec3(i) - at;
-            for (int k = 0; k < 2; ++k)
-              if (found == v.tissue[static_cast<std::size_t>(k)]) share[k] += std::exp(-0.6 * glm::dot(away, away));
+      float weight[3][5];  // exp(−0.6 r²), a factor an axis
+      for (int axis = 0; axis < 3; ++axis)
+        for (int k = 0; k < 5; ++k) {
+          const auto away = static_cast<float>(nearest[axis] + k - 2 - at[axis]);
+          weight[axis][k] = std::exp(-0.6f * away * away);
+        }
+      float first = 0, second = 0;
+      for (int x = 0; x < 5; ++x)
+        for (int y = 0; y < 5; ++y) {
+          const Tissue* row = &label_at(nearest + glm::ivec3(x - 2, y - 2, -2));
+          const float across = weight[0][x] * weight[1][y];
+          for (int z = 0; z < 5; ++z) {
+            const float w = across * weight[2][z];
+            first += row[z] == v.tissue[0] ? w : 0;
+            second += row[z] == v.tissue[1] ? w : 0;
           }
-      if (share[0] + share[1] > 0) v.second = static_cast<float>(share[1] / (share[0] + share[1]));
+        }
+      if (first + second > 0) v.second = second / (first + second);
     }
     const double depth = depth_seen(own(v));
     if (depth == 0) continue;
-    const double reach = std::min(depth / voxel, static_cast<double>(kLook));  // voxels
-    const dvec3 start = dvec3(v.p) / voxel - dvec3(lo) + 0.5, inward = -dvec3(v.n);
-    for (double way = 0.75; way < reach; way += 0.25) {
-      const glm::ivec3 i(glm::floor(start + way * inward));
-      const Tissue found = label(i);
-      if (found == own(v)) continue;
+    const auto reach = static_cast<float>(std::min(depth / voxel, static_cast<double>(kLook)));  // voxels
+    // All of it lies within the labels, whose places are positive: cutting off is rounding down.
+    const glm::vec3 start(dvec3(v.p) / voxel - dvec3(lo) + 0.5), inward = -v.n;
+    const auto seen_at = [&](float way) { return label_at(glm::ivec3(start + way * inward)); };
+    const Tissue outside = own(v);
+    for (float way = 0.75f; way < reach; way += 0.5f) {
+      if (seen_at(way) == outside) continue;
+      // It began within the last step: to an eighth of a voxel.
+      float near = std::max(way - 0.5f, 0.5f), far = way;
+      for (int i = 0; i < 2; ++i) {
+        const float middle = 0.5f * (near + far);
+        (seen_at(middle) == outside ? near : far) = middle;
+      }
+      const Tissue found = seen_at(far);
       if (found == Tissue::kAir) break;
+      const float left = 1 - far / reach;
       v.under = found;
-      v.shows = static_cast<float>(std::pow(1 - way / reach, 1.5));
+      v.shows = left * std::sqrt(left);
       break;
     }
   }

@@ -62,14 +62,22 @@ std::array<double, kTissueCount> ToothField::shares(const dvec3& p_W) const {
   std::array<double, kTissueCount> out{};
   const dvec3 v = frame_.to_voxels(p_W) - dvec3(lo_);
   for (int a = 0; a < 3; ++a)
-    if (!(v[a] >= 0 && v[a] < size_[a] - 1)) return out;
+    if (!(v[a] >= 1 && v[a] < size_[a] - 2)) return out;
+  // Cubic B-spline weights: the boundary between labels, which are whole voxels, becomes a smooth one.
   const glm::ivec3 i(v);
-  const dvec3 f = v - dvec3(i);
-  for (int corner = 0; corner < 8; ++corner) {
-    const glm::ivec3 c(corner & 1, corner >> 1 & 1, corner >> 2);
-    const double weight = (c.x ? f.x : 1 - f.x) * (c.y ? f.y : 1 - f.y) * (c.z ? f.z : 1 - f.z);
-    out[static_cast<std::size_t>(tissue_[index(i + c)])] += weight;
+  double weight[3][4];
+  for (int a = 0; a < 3; ++a) {
+    const double f = v[a] - i[a], g = 1 - f;
+    weight[a][0] = g * g * g / 6;
+    weight[a][1] = (4 - 6 * f * f + 3 * f * f * f) / 6;
+    weight[a][2] = (4 - 6 * g * g + 3 * g * g * g) / 6;
+    weight[a][3] = f * f * f / 6;
   }
+  for (int x = 0; x < 4; ++x)
+    for (int y = 0; y < 4; ++y)
+      for (int z = 0; z < 4; ++z)
+        out[static_cast<std::size_t>(tissue_[index(i + glm::ivec3(x - 1, y - 1, z - 1))])] +=
+            weight[0][x] * weight[1][y] * weight[2][z];
   return out;
 }
 

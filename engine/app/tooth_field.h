@@ -25,7 +25,7 @@ class ToothField {
   Tissue tissue(const dvec3& p_W) const;
   /// Of the surface's point nearest to p, a little beneath it.
   Tissue tissue_at_surface(const dvec3& p_W) const;
-  /// How much of the tissue about p is `tissue`, 0..1: labels of the eight samples around, by their weights.
+  /// How much of the tissue about p is of each kind, 0..1: labels of the samples around, by cubic B-spline weights.
   std::array<double, kTissueCount> shares(const dvec3& p_W) const;
 
  private:

@@ -5,7 +5,9 @@
 #include <memory>
 #include <vector>
 
+#include "engine/app/picture_record.h"
 #include "engine/app/paint_file.h"
+#include "engine/app/stroke_book.h"
 #include "engine/base/latest.h"
 #include "engine/base/ring.h"
 #include "engine/contract/contact.h"
@@ -26,6 +28,13 @@ using MeshBatch = std::vector<render::MeshUpdate>;
 struct SessionSettings {
   double speed_share = 1;  // 0..1, of the pedal: how fast the drill may turn
   double force_share = 1;  // 0..1, of the force that reaches the hand
+  PerTissue stiffness = every_tissue(1);  // of the materials' own; only where not recorded
+
+  static constexpr PerTissue every_tissue(double share) {
+    PerTissue all{};
+    for (double& v : all) v = share;
+    return all;
+  }
 };
 
 /// How the recording fares, in passing.
@@ -45,12 +54,26 @@ struct XrHandSample {
 /// What a user asks of the tissue while a session runs.
 enum class TissueCommand { kUndo, kRedo, kSave };
 
+/// A piece of a brush stroke, as an instructor paints.
+struct BrushMove {
+  PaintStroke stroke;
+  bool begins = false;  // the brush was set down
+};
+
 /// A stroke taken back or brought again, between two cuts and between two patches: with these a replay is exact.
 struct StrokeEdit {
   Nanos t = 0;
   bool redo = false;
   std::uint64_t cuts = 0;     // in the tissue when it happened
   std::uint32_t patches = 0;  // cut out before it
+};
+
+/// The eyes before a screen, and how the scene is shown.
+struct SeenFrom {
+  Nanos t = 0;
+  dvec3 eye_W{0}, right_W{1, 0, 0};
+  double ipd = 0;
+  render::View view = render::View::kLook;
 };
 
 struct Wiring {
@@ -66,15 +89,19 @@ struct Wiring {
   Ring<Cut> cuts_to_debris{1 << 12};
   // UI → CARVER → UI
   Ring<TissueCommand> tissue_commands{64};
-  Latest<haptics::TissueVolume::Strokes> strokes_to_render{{}};
+  Latest<TissueState> tissue_to_render{{}};
   // CARVER → RECORDER
   Ring<StrokeEdit> edits_to_recorder{1 << 10};
   // CARVER → RENDER
   Ring<MeshBatch*> bricks{256};
+  // CARVER → UI, where a headset draws in RENDER's place and an operator watches
+  Ring<MeshBatch*> bricks_to_watch{256};
+  // CARVER → WATCH (live_views.h): copies of the tissue, as they are asked for; WATCH → UI is inside LiveViews
+  Ring<haptics::TissueVolume*> copies_to_watch{4};
   // RENDER (window) → SERVO, where the mouse is the hand
   Latest<haptics::HandSample> pointer;
   // UI → CARVER, where an instructor paints
-  Ring<PaintStroke> paint_to_carver{1 << 10};
+  Ring<BrushMove> paint_to_carver{1 << 10};
   // UI → SERVO
   Latest<SessionSettings> settings;
   // SERVO → UI, where an operator watches
@@ -84,6 +111,8 @@ struct Wiring {
   // HEADSET (which draws in RENDER's place) → SERVO, where a controller is the hand; → RECORDER
   Latest<XrHandSample> xr_hand;
   Ring<display::HmdTiming> xr_frames_to_recorder{1 << 12};
+  // RENDER → RECORDER
+  Ring<PictureTiming> pictures_to_recorder{1 << 12};
   // SERVO → RECORDER
   Ring<ServoTick> ticks_to_recorder{1 << 15};
   Ring<Cut> cuts_to_recorder{1 << 14};
@@ -91,11 +120,15 @@ struct Wiring {
   Latest<LoopReport> loop_to_recorder;
   // SERVO → RENDER: how the loop fares, how warm the motors are
   Latest<LoopReport> loop_to_render;
+  // RENDER → RECORDER, whenever it changed
+  Ring<SeenFrom> seen_to_recorder{1 << 10};
   // LEFT HAND → RENDER, RECORDER
   Latest<MouthMirror> mouth_mirror;
   Ring<haptics::HandSample> left_to_recorder{1 << 13};
   // SERVO → AUDIO: inside SoundLink (a ring of what the ear needs)
 
+  std::atomic<bool> copy_wanted{false};         // WATCH → CARVER
+  std::atomic<std::uint64_t> tissue_version{0};  // CARVER → WATCH: changes with the tissue
   std::atomic<bool> mesh_all{false};   // RENDER → CARVER: all bricks again, for a picture made anew
   std::atomic<bool> emergency{false};  // any thread → SERVO: no force from the next tick on, and the session's end
   std::atomic<std::int32_t> chosen_tool{-1};    // RENDER (window) → SERVO: by key; negative: the hand's own choice
@@ -103,6 +136,7 @@ struct Wiring {
   std::atomic<std::uint32_t> newest_faults{0};  // SERVO → RENDER
   std::atomic<Nanos> session_zero{0};  // SERVO → LEFT HAND: the clock's time at the session's zero; 0: not yet begun
   std::atomic<bool> stop{false};       // any thread → all: end the session
+  std::atomic<bool> nothing_more{false};  // all others have ended → RECORDER: what is in the rings is the rest
   std::atomic<bool> servo_ended{false};  // SERVO → RENDER: the hand is gone or the script has ended
 };
 

@@ -10,15 +10,22 @@
 #include <mutex>
 #include <optional>
 #include <thread>
+#include <utility>
 
+#include "engine/app/damage.h"
 #include "engine/app/debris_view.h"
+#include "engine/app/followed_views.h"
 #include "engine/app/hands.h"
+#include "engine/app/live_views.h"
 #include "engine/app/mouse_hand.h"
+#include "engine/app/picture_record.h"
 #include "engine/app/picture_stage.h"
 #include "engine/app/quality_ladder.h"
 #include "engine/app/resume.h"
 #include "engine/app/session_record.h"
 #include "engine/app/sound_link.h"
+#include "engine/app/task.h"
+#include "engine/app/teaching_views.h"
 #include "engine/app/tissue_view.h"
 #include "engine/app/wiring.h"
 #include "engine/app/xr_hand.h"
@@ -44,8 +51,10 @@ using namespace std::chrono_literals;
 
 constexpr double kRampOut = 0.02;  // s at the end of a session
 constexpr double kMirror = 22e-3;  // m, a mouth mirror of size 4, where the scene does not say
-constexpr int kHoldKey = ' ', kGoOnKey = 'R';
+constexpr int kHoldKey = ' ', kGoOnKey = 'R', kViewKey = 'V';
 constexpr Nanos kReviveInterval = 10 * kNanosPerSecond;  // a device lost more often than this is broken
+constexpr std::size_t kProcessorStep = 3;  // of the quality ladder, where a processor draws: about what it is quick enough for
+constexpr Nanos kOwnInterval = 30'000'000;               // ns between pictures from a viewpoint of one's own
 constexpr Nanos kMeshInterval = 16'000'000;              // ns between looks for changed bricks
 
 std::atomic<bool> g_asked_to_stop{false};
@@ -64,14 +73,21 @@ struct Session {
   double servo_cpu = 0;                 // s, the same
   std::uint32_t faults = 0;
   bool draw = false, record = false, debris = false, operated = false;
+  bool watched = false;  // bricks go to the operator too: the headset takes the others
+  StrokeBook book;       // carver thread until it has ended
   float tolerance = 0.1f;  // voxels, of the surface drawn
   Nanos began = 0;            // of recorded frames
   std::size_t xr_stream = 0;  // which of the recording's streams they are
+  std::size_t picture_stream = 0;  // the same, of a picture on a screen
   SoundLink* sound = nullptr;
   std::size_t left_stream = 0;  // of the recording, where there is a second hand
+  std::optional<std::size_t> head_stream;  // the same, where there is a screen
+  std::optional<TickNotes> notes;          // recorder thread, where recorded
   std::filesystem::path save;  // of the tissue
   std::uint64_t bricks_meshed = 0, triangles_made = 0, voxels_cut = 0;  // carver thread until it has ended
   std::uint64_t queries = 0;                                            // servo thread until it has ended
+  std::optional<FollowedViews> followed;  // views that the trainee chooses, where no operator does
+  std::atomic<const DifferenceToIdeal*> ideal{nullptr};  // drawing thread → carver: mark the surface against it
 
   Session(const Scene& s, haptics::TissueVolume tissue)
       : scene(s), carver(std::move(tissue), haptics::tray(s.servo)), wiring(empty_patch(edge(s, carver.volume()))) {}
@@ -90,6 +106,13 @@ struct Session {
     return patch;
   }
 };
+
+/// N/m
+PerTissue scaled(const MaterialTable& materials, const PerTissue& share) {
+  PerTissue stiffness{};
+  for (std::size_t i = 0; i < share.size(); ++i) stiffness[i] = share[i] * materials[i].stiffness;
+  return stiffness;
+}
 
 /// As HapticDevice::contact means it.
 bool in_contact(const ServoTick& tick) {
@@ -122,7 +145,10 @@ void servo_thread(Session& s, haptics::HapticDevice& hand) {
     }
     if (ticks == 0) wiring.session_zero = woke - sample.t;
     sample.pedal = pedal.pass(sample.pedal, wiring.held.load(std::memory_order_relaxed));
-    if (wiring.settings.fetch()) settings = wiring.settings.front();
+    if (wiring.settings.fetch()) {
+      settings = wiring.settings.front();
+      if (!s.record) s.servo->set_stiffness(scaled(s.scene.servo.materials, settings.stiffness));
+    }
     sample.pedal *= settings.speed_share;
     sample.faults = hand.faults();
     const bool did_cut = s.servo->tick(sample, tick, cut);
@@ -187,12 +213,29 @@ class TissueSaver {
   std::jthread thread_;  // a later one waits for an earlier one
 };
 
-void obey(Session& s, TissueCommand command, Nanos t, TissueSaver& saver) {
+/// True when the tissue is another one afterwards.
+bool obey(Session& s, TissueCommand command, Nanos t, TissueSaver& saver) {
   Wiring& wiring = s.wiring;
-  if (command == TissueCommand::kSave) return saver.start(s.carver.volume(), s.save);
+  if (command == TissueCommand::kSave) {
+    saver.start(s.carver.volume(), s.save);
+    return false;
+  }
   const bool redo = command == TissueCommand::kRedo;
   const StrokeEdit edit{t, redo, s.carver.cuts(), s.carver.patches()};
-  if ((redo ? s.carver.redo() : s.carver.undo()) && s.record) wiring.edits_to_recorder.push(edit);
+  if (!(redo ? s.carver.redo() : s.carver.undo())) return false;
+  s.book.edited(redo, s.carver.volume());
+  if (s.record) wiring.edits_to_recorder.push(edit);
+  return true;
+}
+
+/// The brush's stroke is one that can be taken back.
+void brush(Session& s, const BrushMove& move) {
+  if (move.begins) {
+    s.carver.end_stroke();
+    s.carver.volume().begin_stroke();
+  }
+  paint(s.carver.volume(), {move.stroke});
+  s.book.painted(move.stroke, s.carver.volume());
 }
 
 void carver_thread(Session& s) {
@@ -202,26 +245,34 @@ void carver_thread(Session& s) {
   Nanos meshed = 0;
   bool first = true;
   int idle = 0;  // turns without work
+  std::uint64_t changes = 1;  // of the tissue
   Cut cut;
   while (!wiring.stop.load(std::memory_order_relaxed)) {
     bool worked = false;
     while (wiring.cuts_to_carver.pop(cut)) {
       s.carver.apply(cut);
+      if (s.operated) s.book.cut(cut, s.carver.volume());
       worked = true;
     }
     TissueCommand command;
+    bool edited = false;  // then a patch is cut out before any later cut, and the servo knows which cuts to repeat
     while (wiring.tissue_commands.pop(command)) {
-      obey(s, command, wiring.tick_to_carver.front().t, saver);
+      edited |= obey(s, command, wiring.tick_to_carver.front().t, saver);
       worked = true;
     }
-    if (worked) wiring.strokes_to_render.publish(s.carver.volume().strokes());
-    PaintStroke stroke;
+    BrushMove move;
     bool painted = false;
-    while (wiring.paint_to_carver.pop(stroke)) {
-      paint(s.carver.volume(), {stroke});
+    while (wiring.paint_to_carver.pop(move)) {
+      brush(s, move);
       painted = true;
     }
-    if (wiring.tick_to_carver.fetch() || painted) {
+    if (worked || painted) {
+      ++changes;
+      const TissueState state = s.book.state(s.carver.volume());
+      wiring.tissue_to_render.publish(state);
+      wiring.tissue_version.store(state.version, std::memory_order_relaxed);
+    }
+    if (wiring.tick_to_carver.fetch() || painted || edited) {
       const ServoTick& tick = wiring.tick_to_carver.front();
       if (is_finite(tick.X_WG.p) && (painted || s.carver.patch_due(tick))) {
         s.carver.cut_out(s.carver.patch_center(tick), wiring.patch.back());
@@ -236,7 +287,18 @@ void carver_thread(Session& s) {
       auto batch = std::make_unique<MeshBatch>(view.update(s.carver.volume()));
       s.bricks_meshed += batch->size();
       for (const render::MeshUpdate& brick : *batch) s.triangles_made += brick.indices.size() / 3;
+      if (const DifferenceToIdeal* ideal = s.ideal.load(std::memory_order_acquire))
+        ideal->mark(s.carver.volume().frame().origin, *batch);
+      if (s.watched && !batch->empty()) {
+        auto copy = std::make_unique<MeshBatch>(*batch);
+        if (wiring.bricks_to_watch.push(copy.get())) (void)copy.release();
+      }
       if (!batch->empty() && wiring.bricks.push(batch.get())) (void)batch.release();
+    }
+    if (s.followed) s.followed->offer(s.carver.volume(), changes);
+    if (wiring.copy_wanted.exchange(false)) {
+      auto copy = std::make_unique<haptics::TissueVolume>(s.carver.volume().clone());
+      if (wiring.copies_to_watch.push(copy.get())) (void)copy.release();
     }
     // Where nothing was to do for 30 ms the hand is slow: at 3 cm/s it comes a tenth of a millimetre further until it is
     // looked after again. Looking more often took three hundredths of a core of an idle session.
@@ -249,6 +311,7 @@ void carver_thread(Session& s) {
 
 void recorder_thread(Session& s, session::SessionWriter& writer) {
   Wiring& wiring = s.wiring;
+  render::View viewed = render::View::kLook;
   const auto drain = [&] {
     ServoTick tick;
     Cut cut;
@@ -258,7 +321,17 @@ void recorder_thread(Session& s, session::SessionWriter& writer) {
     // After the patches: the edit that made one of them due is then there too.
     while (wiring.edits_to_recorder.pop(edit)) writer.append(event_of(edit));
     while (wiring.cuts_to_recorder.pop(cut)) writer.append({&cut, 1});
-    while (wiring.ticks_to_recorder.pop(tick)) writer.append({&tick, 1});
+    while (wiring.ticks_to_recorder.pop(tick)) {
+      writer.append({&tick, 1});
+      s.notes->add(tick, writer);
+    }
+    SeenFrom seen;
+    while (wiring.seen_to_recorder.pop(seen)) {
+      if (seen.view != viewed) writer.event(seen.t, session::EventKind::kView, view_name(seen.view));
+      viewed = seen.view;
+      const dvec3 &eye = seen.eye_W, &right = seen.right_W;
+      writer.append(*s.head_stream, seen.t, std::array{eye.x, eye.y, eye.z, right.x, right.y, right.z, seen.ipd, static_cast<double>(seen.view)});
+    }
     haptics::HandSample left;
     while (wiring.left_to_recorder.pop(left)) {
       const Pose& X = left.X_WT;
@@ -269,6 +342,9 @@ void recorder_thread(Session& s, session::SessionWriter& writer) {
     while (wiring.xr_frames_to_recorder.pop(frame)) {
       writer.append(s.xr_stream, frame.t - s.began, xr_stream_row(frame));
     }
+    PictureTiming picture;
+    while (wiring.pictures_to_recorder.pop(picture))
+      writer.append(s.picture_stream, picture.t - s.began, picture_stream_row(picture));
     writer.count_ring_losses(wiring.ticks_to_recorder.dropped(), wiring.cuts_to_recorder.dropped());
     writer.heartbeat();
     if (s.operated) {
@@ -276,8 +352,7 @@ void recorder_thread(Session& s, session::SessionWriter& writer) {
       wiring.record_to_render.publish({status.ticks, status.cuts, !status.lost.any()});
     }
   };
-  // To the servo's last tick, which comes after it was asked to stop.
-  while (!wiring.stop.load(std::memory_order_relaxed) || !wiring.servo_ended) {
+  while (!wiring.nothing_more.load()) {
     drain();
     std::this_thread::sleep_for(5ms);
   }
@@ -300,26 +375,39 @@ struct Workbench::Impl {
   std::optional<session::SessionWriter> writer;
   std::optional<PictureStage> stage;
   std::optional<XrSession> headset;  // draws on a thread of its own, in the stage's place
+  std::unique_ptr<LiveViews> views;  // where operated
+  std::optional<PictureStage> own_stage;  // from a viewpoint of one's own
+  Viewpoint own_from;
+  glm::ivec2 own_size{0};            // 0: there is none
+  Nanos own_drawn = 0;
+  std::uint64_t own_frames = 0;
+  MaterialTable materials;           // as drawn
   QualityLadder ladder;
   std::optional<DebrisView> debris;
   WorkCounts before;  // of the process, when the session began
   dvec3 above{0, 0, 0};  // m, W: where the tool starts
 
   bool running = false;
-  Nanos began = 0, last_frame = 0;
+  Nanos began = 0, last_frame = 0, last_drawn = 0;
   ServoTick tick;  // the newest, as drawn
   std::uint64_t drawn = 0;
-  double frame_seconds = 0, frame_period = 0;  // s, smoothed
+  double frame_seconds = 0, frame_period = 0, photon_seconds = 0;  // s, smoothed
   SessionSettings settings;                    // as last sent to the servo
+  std::optional<SeenFrom> seen;                // as last given to the recording
   std::optional<session::HandMeter> meter;     // where operated
+  std::optional<DamageMeter> damage;           // the same
   PerTissue volumes_before{};                  // m³, the same
   Nanos fault_time = 0;
   Nanos revived = -kReviveInterval;  // when the picture was last made anew
   std::uint32_t recent_faults = 0;
+  bool drew_last = false;  // the last turn drew a frame
+  render::View view = render::View::kLook;
+  std::unique_ptr<DifferenceToIdeal> ideal;  // made when it is first looked at
+  std::atomic<bool> no_ideal{false};
   std::string keys;  // what the hand and the keyboard do, drawn below the picture
   std::string failure;
   bool held = false, hand_gone = false;
-  std::jthread carver, servo, left, recorder;  // last: they refer to all of the above
+  std::jthread carver, servo, left, recorder, idealist;  // last: they refer to all of the above
 
   Impl(const Scene& s, const WorkbenchOptions& o) : scene(s), options(o) { set_up(); }
   ~Impl() { end(); }
@@ -332,12 +420,18 @@ struct Workbench::Impl {
   void start();
   bool step(const display::UserInput* input, glm::ivec2 picture_size);
   void make_stage(gpu::Device* device);
+  void collect();
+  void draw_own(double dt);
+  void count_frame();
+  bool in_one_window() const { return options.embedded && own_size.x > 0; }
   void score_ticks();
+  void record_view();
   void follow_keys(const display::UserInput& input);
   void edit_tissue(const display::UserInput& input);
   void draw();
   void count(const render::FrameStats& frame);
   void count_work(const WorkCounts& running);
+  void show_next_view();
   void hold(bool on) noexcept;
   void report_hand();
   std::string hint() const;
@@ -365,6 +459,7 @@ void Workbench::Impl::set_up() {
               ? "picture: off, an offscreen rig shows nothing live; use 'typodont render' or 'typodont demo'"
               : "picture: off, the scene does not name \"render\"");
   s.operated = options.operated;
+  materials = scene.servo.materials;
   s.record = !options.record.empty();
   s.save = options.save;
   if (!scene.resume.empty()) explain("tissue: going on from " + scene.resume);
@@ -419,19 +514,42 @@ void Workbench::Impl::set_up() {
     header.trainee = options.trainee;
     s.xr_stream = header.streams.size();
     if (headset) header.streams.push_back(xr_stream());
+    s.picture_stream = header.streams.size();
+    if (s.draw && window) header.streams.push_back(picture_stream());
+    if (s.draw && window) {
+      s.head_stream = header.streams.size();
+      header.streams.push_back(head_stream());
+    }
+    std::optional<std::size_t> heard;
+    if (sound) {
+      heard = header.streams.size();
+      header.streams.push_back(sound_stream());
+    }
+    s.notes.emplace(scene, heard);
     writer.emplace(options.record, header);
+    if (sound) writer->event(0, session::EventKind::kNote, sound->about());
   }
   if (s.operated) {
     meter.emplace(hand.rate);
     volumes_before = tissue.volumes();
+    s.watched = s.draw && hmd;
+    views = std::make_unique<LiveViews>(scene, tissue, s.wiring);
+    damage = damage_meter(scene);
   }
   if (s.draw && window) {
     make_stage(options.device);
-    s.tolerance = surface_tolerance(*rig, tissue.frame().voxel);
+    s.tolerance = surface_tolerance(*rig, tissue.frame().voxel, stage->device().processor);
     explain("drawn by " + stage->device_name());
+    explain(fmt::format("picture quality: begins at \"{}\"; steps down while a frame takes over {:.0f} ms, up when there is "
+                        "room", ladder.step().name, 1e3 / 30));
     explain(rig->head.tracker.empty() ? "head: at rest, the rig names no tracker" : "head: " + rig->head.tracker);
   }
-  if (s.debris && window) debris.emplace(scene.servo.materials, tissue);
+  if (s.debris && window) {
+    debris.emplace(scene.servo.materials, tissue);
+    debris->use(&stage->device());
+    explain(debris->cloud() ? "debris: moved by the GPU" : "debris: moved by the processor, which also draws");
+  }
+  if (s.draw && window && !options.operated) s.followed.emplace();
   if (options.explain) {
     for (const std::string& line : summary.explanations) log::info("{}", line);
   }
@@ -482,6 +600,7 @@ void Workbench::Impl::start() {
   const std::size_t tools = std::min<std::size_t>(haptics::tray(scene.servo).size(), 9);
   if (pointer) keys = "left button: drill   wheel: in and out   ";
   keys += "Z, Y: undo, redo   ";
+  if (s.followed) keys += "V: view   ";
   if (tools > 1) keys += fmt::format("1–{}: tools   ", tools);
   if (headset) headset->start(began);
 }
@@ -500,7 +619,11 @@ bool Workbench::Impl::step(const display::UserInput* input, glm::ivec2 picture_s
     if (!headset) return true;
   }
   try {
-    if (headset) return headset->step();
+    if (headset) {
+      collect();
+      draw_own(0.01);
+      return headset->step();
+    }
     const display::UserInput own = options.embedded ? display::UserInput() : stage->output().poll();
     if (own.close) return false;
     const display::UserInput& over = input && options.embedded ? *input : own;
@@ -518,6 +641,7 @@ bool Workbench::Impl::step(const display::UserInput* input, glm::ivec2 picture_s
     }
     log::warn("{}; the picture is made anew", e.what());
     revived = now();
+    if (debris) debris->use(nullptr);
     stage.reset();
     make_stage(nullptr);
     s.wiring.mesh_all = true;
@@ -533,13 +657,63 @@ void Workbench::Impl::make_stage(gpu::Device* device) {
   PictureStage::Options look;
   look.window = !options.embedded;
   look.embedded = options.embedded;
-  look.hud = !options.embedded;
+  look.hud = !options.operated;  // what the operator's window says need not stand in the trainee's picture
   look.device = device;
   look.monitor = options.monitor;
   look.quality = ladder.step();
-  stage.emplace(*rig, scene.servo, look);
+  haptics::ServoSettings shown = scene.servo;
+  shown.materials = materials;
+  stage.emplace(*rig, shown, look);
+  if (stage->device().processor && ladder.changes() == 0) {
+    ladder = QualityLadder(1.0 / 30, 1.0 / 90, kProcessorStep);
+    stage->set_quality(ladder.step());
+  }
   stage->surround(make_surroundings(scene));
   stage->hold_mirror(scene.mouth_mirror);
+  if (views) views->attach(Eyes::kTrainee, &*stage);
+  if (debris) debris->use(&stage->device());
+  view = render::View::kLook;
+}
+
+/// The picture from a viewpoint of one's own, where it is wanted and due.
+void Workbench::Impl::draw_own(double dt) {
+  if (!views || own_size.x <= 0 || !options.device) {
+    if (own_stage) {
+      views->attach(Eyes::kOwn, nullptr);
+      own_stage.reset();
+    }
+    return;
+  }
+  if (now() - own_drawn < kOwnInterval) return;
+  own_drawn = now();
+  if (!own_stage) {
+    PictureStage::Options look;
+    look.embedded = true;
+    look.hud = false;
+    look.device = options.device;
+    look.quality = ladder.step();
+    haptics::ServoSettings shown = scene.servo;
+    shown.materials = materials;
+    own_stage.emplace(rig_of(own_from, views->middle(), own_size), shown, look);
+    own_stage->surround(make_surroundings(scene));
+    views->attach(Eyes::kOwn, &*own_stage);
+    views->advance();
+  }
+  own_stage->resize(own_size);
+  own_stage->look_from(rig_of(own_from, views->middle(), own_size));
+  const Look& look = views->look(Eyes::kOwn);
+  own_stage->hold_mirror(!look.mirror ? MouthMirror{} : hands.left ? session->wiring.mouth_mirror.front() : scene.mouth_mirror);
+  const auto particles = debris && look.debris ? debris->particles() : std::span<const render::Particle>{};
+  if (!own_stage->draw(tick, particles, dt).drawn) return;
+  ++own_frames;
+  if (in_one_window() || !stage) count_frame();
+}
+
+/// One more picture has been drawn.
+void Workbench::Impl::count_frame() {
+  const Nanos t = now();
+  if (last_drawn) frame_period += 0.1 * (std::min(to_seconds(t - last_drawn), 1.0) - frame_period);
+  last_drawn = t;
 }
 
 void Workbench::Impl::hold(bool on) noexcept {
@@ -569,6 +743,7 @@ std::string Workbench::Impl::hint() const {
     text += fmt::format("motors {:.0f} %, up to {:.1f} N   {}", 100 * loop.heat, loop.bearable_force,
                         loop.armed ? "" : "no force until the hand is free   ");
   }
+  if (ladder.changes() > 0) text += fmt::format("picture: {}   ", ladder.step().name);
   return text + "space: stop";
 }
 
@@ -577,6 +752,7 @@ void Workbench::Impl::follow_keys(const display::UserInput& input) {
   for (const int key : input.pressed) {
     if (key == kHoldKey) hold(true);
     if (key == kGoOnKey) hold(false);
+    if (key == kViewKey && session->followed) show_next_view();
     const int place = key - '1';
     if (place >= 0 && place < 9 && place < static_cast<int>(haptics::tray(scene.servo).size())) {
       session->wiring.chosen_tool = place;
@@ -593,17 +769,60 @@ void Workbench::Impl::edit_tissue(const display::UserInput& input) {
   }
 }
 
+/// As it looks, cut open where the bur is, as glass, against the ideal where the scene has one, and again as it looks.
+void Workbench::Impl::show_next_view() {
+  using render::View;
+  constexpr std::array kOrder{View::kLook, View::kSection, View::kXray, View::kDifference};
+  const auto now_at = std::find(kOrder.begin(), kOrder.end(), view);
+  view = now_at + 1 == kOrder.end() || (now_at[1] == View::kDifference && no_ideal) ? View::kLook : now_at[1];
+  glm::dvec4 section{0, 0, 0, 1};
+  if (view == View::kSection) {
+    // Upright through the bur, facing the viewer: what lies behind it stays.
+    const dvec3 away = stage->rig().head.eye_center - tick.X_WG.p, level(away.x, away.y, 0);
+    const dvec3 n = glm::length(level) > 0.2 * glm::length(away) ? -glm::normalize(level) : dvec3(0, 1, 0);
+    section = {n, -glm::dot(n, tick.X_WG.p)};
+  }
+  if (view == View::kDifference && !idealist.joinable())
+    idealist = std::jthread([this] {
+      try {
+        if (const auto volume = ideal_tissue(scene, load_untouched(scene))) {
+          ideal = std::make_unique<DifferenceToIdeal>(*volume);
+          session->ideal.store(ideal.get(), std::memory_order_release);
+          session->wiring.mesh_all = true;  // what is drawn already is yet to be marked
+          return;
+        }
+      } catch (const std::exception& e) {
+        log::warn("no difference to an ideal: {}", e.what());
+      }
+      no_ideal = true;
+    });
+  stage->show_as(view, section);
+  session->followed->want(view, section);
+}
+
+/// What changed since the last picture.
+void Workbench::Impl::collect() {
+  Session& s = *session;
+  if (!headset && s.wiring.tick_to_render.fetch()) tick = s.wiring.tick_to_render.front();
+  MeshBatch* batch = nullptr;
+  while ((headset ? s.wiring.bricks_to_watch : s.wiring.bricks).pop(batch)) {
+    const std::unique_ptr<MeshBatch> owned(batch);
+    if (views)
+      views->take(*owned);
+    else
+      stage->show(*owned, s.carver.volume().frame().origin);
+  }
+  if (views) views->advance();
+}
+
 void Workbench::Impl::draw() {
   Session& s = *session;
-  if (s.wiring.tick_to_render.fetch()) tick = s.wiring.tick_to_render.front();
-  MeshBatch* batch = nullptr;
-  while (s.wiring.bricks.pop(batch)) {
-    const std::unique_ptr<MeshBatch> owned(batch);
-    stage->show(*owned, s.carver.volume().frame().origin);
-  }
+  collect();
+  if (FollowedViews::Bodies bodies; s.followed && s.followed->take(bodies))
+    for (const auto& [body, bricks] : bodies) stage->show_inside(body, bricks, s.carver.volume().frame().origin);
+  if (view == render::View::kDifference && no_ideal) show_next_view();  // there turned out to be none
   const double dt = to_seconds(now() - last_frame);
   last_frame = now();
-  frame_period += 0.1 * (std::min(dt, 1.0) - frame_period);
   if (debris) {
     Cut cut;
     while (s.wiring.cuts_to_debris.pop(cut)) debris->add(cut, haptics::tray(scene.servo)[cut.tool]);
@@ -611,14 +830,43 @@ void Workbench::Impl::draw() {
     debris->step(std::min(dt, 0.1));
   }
   if (hands.left && s.wiring.mouth_mirror.fetch()) stage->hold_mirror(s.wiring.mouth_mirror.front());
-  const auto stats = stage->draw(tick, debris ? debris->particles() : std::span<const render::Particle>{}, dt, hint());
-  drawn += stats.drawn;
-  if (stats.drawn) count(stats);
-  if (stats.drawn) frame_seconds += 0.1 * (to_seconds(now() - last_frame) - frame_seconds);
-  if (stats.drawn && ladder.frame_took(to_seconds(now() - last_frame))) {
-    stage->set_quality(ladder.step());
-    log::info("picture quality: {}", ladder.step().name);
+  draw_own(dt);
+  if (in_one_window()) {
+    frame_seconds += 0.1 * (to_seconds(now() - last_frame) - frame_seconds);
+    return std::this_thread::sleep_for(4ms);
   }
+  const Look look = views ? views->look(Eyes::kTrainee) : Look{};
+  if (!look.mirror) {
+    stage->hold_mirror({});
+  } else if (views) {
+    stage->hold_mirror(hands.left ? s.wiring.mouth_mirror.front() : scene.mouth_mirror);
+  }
+  const bool chips = debris && look.debris;
+  stage->show_cloud(chips ? debris->cloud() : nullptr);
+  const auto stats = stage->draw(tick, chips ? debris->particles() : std::span<const render::Particle>{}, dt, hint());
+  drawn += stats.drawn;
+  record_view();
+  if (stats.drawn) {
+    count(stats);
+    count_frame();
+    // The trainee's picture alone: what else is drawn must not cost its quality.
+    const PictureStage::Timing& took = stage->timing();
+    frame_seconds += 0.1 * (took.cost() - frame_seconds);
+    // The hand's sample was that old when the frame began.
+    const Nanos zero = s.wiring.session_zero.load(std::memory_order_relaxed);
+    const double age = zero ? std::max(to_seconds(last_frame - zero - tick.t), 0.0) : 0.0;
+    photon_seconds += 0.1 * (age + took.shown - photon_seconds);
+    if (s.record)
+      s.wiring.pictures_to_recorder.push(
+          {last_frame, dt, took.record, took.gpu, age + took.shown, stats.redrawn, ladder.place()});
+    // Composing and presenting are the processor's work, too, where it plays the GPU: frames on end show what all takes.
+    const bool on_end = std::exchange(drew_last, true) && stage->device().processor && !options.embedded;
+    if (ladder.frame_took(on_end && dt > 1.0 / 30 ? std::max(dt, took.cost()) : took.cost())) {
+      stage->set_quality(ladder.step());
+      log::info("picture quality: {}, for a frame took {:.0f} ms", ladder.step().name, 1e3 * frame_seconds);
+    }
+  }
+  if (!stats.drawn) drew_last = false;
   if (!stats.drawn && !options.embedded) std::this_thread::sleep_for(4ms);
 }
 
@@ -631,11 +879,25 @@ void Workbench::Impl::count(const render::FrameStats& frame) {
   work.pipelines = std::max(work.pipelines, static_cast<std::uint64_t>(frame.pipelines));
 }
 
+/// Where it is seen from, and how: to the recording, whenever that changed.
+void Workbench::Impl::record_view() {
+  Wiring& wiring = session->wiring;
+  const Nanos zero = wiring.session_zero;
+  if (!session->head_stream || zero == 0) return;
+  const display::Head& head = stage->rig().head;
+  const SeenFrom now_seen{now() - zero, head.eye_center, head.right, head.ipd, stage->view()};
+  if (seen && seen->eye_W == now_seen.eye_W && seen->right_W == now_seen.right_W && seen->view == now_seen.view) return;
+  if (wiring.seen_to_recorder.push(now_seen)) seen = now_seen;
+}
+
 /// The hand's measures and the faults of the last second, from every tick.
 void Workbench::Impl::score_ticks() {
   ServoTick next;
   while (session->wiring.ticks_to_score.pop(next)) {
     meter->add({&next, 1});
+    if (damage) damage->add({&next, 1});
+    if (views) views->explore(next);
+    if (headset || !session->draw) tick = next;
     if (next.faults != 0) {
       recent_faults = next.t - fault_time < kNanosPerSecond ? recent_faults | next.faults : next.faults;
       fault_time = next.t;
@@ -653,6 +915,9 @@ void Workbench::Impl::end() {
   servo.join();
   if (left.joinable()) left.join();
   carver.join();
+  Cut last_cut;  // of a tick that the servo was still in when the carver left
+  while (s.wiring.cuts_to_carver.pop(last_cut)) s.carver.apply(last_cut);
+  s.wiring.nothing_more = true;
   if (recorder.joinable()) recorder.join();
   if (headset) {
     drawn = headset->frames();
@@ -660,12 +925,22 @@ void Workbench::Impl::end() {
     if (!options.touches.empty()) write_touches(options.touches, headset->touches());
   }
   if (sound) sound->stop(s.last.t);
+  if (sound && writer && sound->stats().underruns + sound->stats().losses > 0) {
+    writer->event(s.last.t, session::EventKind::kNote,
+                  fmt::format("sound: {} gaps, the device away {} times", sound->stats().underruns, sound->stats().losses));
+  }
   MeshBatch* batch = nullptr;
   while (s.wiring.bricks.pop(batch)) delete batch;
+  while (s.wiring.bricks_to_watch.pop(batch)) delete batch;
+  if (views) views->attach(Eyes::kTrainee, nullptr), views->attach(Eyes::kOwn, nullptr);
+  own_stage.reset();
+  views.reset();
+  haptics::TissueVolume* copy = nullptr;
+  while (s.wiring.copies_to_watch.pop(copy)) delete copy;
   std::signal(SIGINT, SIG_DFL);
   std::signal(SIGTERM, SIG_DFL);
 
-  if (!s.save.empty()) {
+  if (!s.save.empty() && options.save_at_end) {
     try {
       s.carver.volume().save(s.save);
     } catch (const std::exception& e) {
@@ -689,6 +964,12 @@ void Workbench::Impl::end() {
   // Of its bin the upper edge, which the worst may lie below.
   summary.jitter_us_p999 = std::min(timing.jitter.quantile(0.999) * 1e-3, summary.worst_jitter_us);
   summary.loop = s.loop->report();
+  if (stage && drawn > 0) {
+    explain(fmt::format("picture: {} frames, {:.1f} ms each at the end, {:.0f} ms from hand to screen (estimated); quality "
+                        "\"{}\", step {} of {}, after {} changes",
+                        drawn, 1e3 * frame_seconds, 1e3 * photon_seconds, ladder.step().name, ladder.place() + 1,
+                        render::kQualityLadder.size(), ladder.changes()));
+  }
   if (!summary.loop.words().empty()) explain("real time: " + std::string(summary.loop.words()));
   count_work(process);
 }
@@ -732,19 +1013,47 @@ void Workbench::set(const SessionSettings& settings) {
 const SessionSettings& Workbench::settings() const {
   return impl_->settings;
 }
-void Workbench::paint(const PaintStroke& stroke) {
-  if (!impl_->writer) impl_->session->wiring.paint_to_carver.push(stroke);
+void Workbench::paint(const BrushMove& move) {
+  if (!impl_->writer) impl_->session->wiring.paint_to_carver.push(move);
+}
+std::vector<PaintStroke> Workbench::painted() const {
+  return impl_->session->book.paint(impl_->session->carver.volume());
+}
+void Workbench::color(Tissue tissue, const dvec3& color) {
+  Impl& m = *impl_;
+  m.materials[static_cast<std::size_t>(tissue)].color = color;
+  if (m.own_stage) {
+    m.views->attach(Eyes::kOwn, nullptr);
+    m.own_stage.reset();
+  }
+  if (!m.stage) return;
+  if (m.views) m.views->attach(Eyes::kTrainee, nullptr);
+  m.stage.reset();
+  m.make_stage(m.options.device);
+}
+LiveViews* Workbench::views() {
+  return impl_->views.get();
+}
+void Workbench::look_from(const Viewpoint& from, glm::ivec2 pixels) {
+  impl_->own_from = clamped(from);
+  impl_->own_size = pixels.x > 0 ? glm::max(pixels, glm::ivec2(16)) : glm::ivec2(0);
+}
+const gpu::Image* Workbench::own_picture() const {
+  return impl_->own_stage && impl_->own_frames > 0 ? &impl_->own_stage->pictures() : nullptr;
 }
 haptics::TissueVolume Workbench::take_tissue() {
   return std::move(impl_->session->carver.volume());
 }
 void Workbench::drop_picture() {
+  if (impl_->debris) impl_->debris->use(nullptr);
+  if (impl_->views) impl_->views->attach(Eyes::kTrainee, nullptr), impl_->views->attach(Eyes::kOwn, nullptr);
+  impl_->own_stage.reset();
   impl_->stage.reset();
 }
 void Workbench::make_picture(gpu::Device& device) {
-  if (!impl_->session->draw) return;
+  if (!impl_->session->draw || impl_->headset) return;
   impl_->make_stage(&device);
-  impl_->session->wiring.mesh_all = true;
+  if (!impl_->views) impl_->session->wiring.mesh_all = true;
 }
 void Workbench::emergency_stop() {
   Wiring& wiring = impl_->session->wiring;
@@ -770,7 +1079,7 @@ WorkbenchStatus Workbench::status() {
   Wiring& wiring = m.session->wiring;
   wiring.record_to_render.fetch();
   WorkbenchStatus s;
-  if (!m.session->draw && wiring.tick_to_render.fetch()) m.tick = wiring.tick_to_render.front();
+  if (!m.session->draw && !m.meter && wiring.tick_to_render.fetch()) m.tick = wiring.tick_to_render.front();
   s.tick = m.tick;
   s.seconds = to_seconds(s.tick.t);
   s.faults = s.tick.t - m.fault_time < kNanosPerSecond ? m.recent_faults : 0;
@@ -780,14 +1089,27 @@ WorkbenchStatus Workbench::status() {
   s.quality = m.ladder.step().name;
   s.frames = m.drawn;
   s.record = wiring.record_to_render.front();
+  wiring.tissue_to_render.fetch();
+  s.tissue = wiring.tissue_to_render.front();
+  s.own_frames = m.own_frames;
+  const LoopReport& loop = wiring.loop_to_render.front();
+  s.motor_heat = loop.heat;
+  s.bearable_force = loop.bearable_force;
+  s.armed = loop.armed;
+  s.real_time = loop.words();
   return s;
 }
 session::Score Workbench::score_so_far() {
   Impl& m = *impl_;
   session::ScoreInput input;
-  input.before = input.after = m.volumes_before;
-  for (std::size_t i = 0; i < input.after.size(); ++i) input.after[i] -= m.tick.removed[i];
+  if (m.views && m.views->judged()) input = *m.views->judged();  // the geometry as it was a moment ago
+  if (m.scene.resume.empty() || !m.views || !m.views->judged()) {  // the volumes as they are
+    input.before = input.after = m.volumes_before;
+    const PerTissue removed = m.session->wiring.tissue_to_render.front().removed;
+    for (std::size_t i = 0; i < input.after.size(); ++i) input.after[i] -= removed[i];
+  }
   if (m.meter) input.hand = m.meter->result();
+  if (m.damage) input.damage = m.damage->result();
   return session::score(input, session::rules_of_scene(Json::parse(m.scene.text, m.scene.file.string()), input));
 }
 const haptics::DeviceInfo& Workbench::hand() const {
@@ -806,9 +1128,9 @@ void Workbench::ask(TissueCommand command) {
   impl_->session->wiring.tissue_commands.push(command);
 }
 haptics::TissueVolume::Strokes Workbench::strokes() {
-  auto& latest = impl_->session->wiring.strokes_to_render;
+  auto& latest = impl_->session->wiring.tissue_to_render;
   latest.fetch();
-  return latest.front();
+  return latest.front().strokes;
 }
 WorkbenchSummary Workbench::stop() {
   impl_->end();

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "engine/app/look.h"
 #include "engine/app/scene.h"
 #include "engine/app/wiring.h"
 #include "engine/app/work_counts.h"
@@ -31,6 +32,7 @@ struct WorkbenchOptions {
   double seconds = 1e18;          // end by itself after so long
   bool explain = false;           // say what is active, and why the rest is not
   std::filesystem::path save;     // the tissue goes there at the end, and when asked for; empty: nowhere
+  bool save_at_end = true;        // else only when asked for
   std::string trainee;            // for the recording
   int monitor = -1;               // full screen on this one; −1: a window on the desktop
 
@@ -50,6 +52,12 @@ struct WorkbenchStatus {
   std::string_view quality;
   std::uint64_t frames = 0;
   RecordState record;
+  TissueState tissue;
+  std::uint64_t own_frames = 0;          // of the picture from a viewpoint of one's own
+  double motor_heat = 0;                 // 1: all the device's motors bear
+  double bearable_force = 0;             // N, while they are so warm; 0: the device does not say
+  bool armed = true;                     // force may flow: the hand has been free of contact
+  std::string_view real_time;            // what the system did not grant; empty: all is granted
 };
 
 struct WorkbenchSummary {
@@ -67,6 +75,7 @@ struct WorkbenchSummary {
 };
 
 class PictureStage;
+class LiveViews;
 
 /// One session. Its user's thread draws: constructed, started, stepped and stopped there. Every end, the destructor's
 /// too, sends zero force.
@@ -90,7 +99,19 @@ class Workbench {
   /// Its place in the tray; taken up as soon as pedal, drill and tissue allow.
   void choose_tool(int place);
   /// Only where not recorded: a recording holds cuts, not paint.
-  void paint(const PaintStroke& stroke);
+  void paint(const BrushMove& move);
+  /// After stop(): what was painted and not taken back.
+  std::vector<PaintStroke> painted() const;
+  /// Another colour of a tissue, sRGB, in all pictures. They are made anew.
+  void color(Tissue tissue, const dvec3& color);
+
+  /// What may be looked at while the session runs; null where not operated.
+  LiveViews* views();
+  /// A second picture from a viewpoint of one's own, on the operator's device: that is shown instead of the trainee's
+  /// where both would lie in one window. Pixels of 0: no more.
+  void look_from(const Viewpoint& from, glm::ivec2 pixels);
+  /// That picture; null while there is none.
+  const gpu::Image* own_picture() const;
   /// After stop(), once: the tissue as it was left.
   haptics::TissueVolume take_tissue();
   /// The device of an embedded picture is about to go, or is lost: the session goes on without one …

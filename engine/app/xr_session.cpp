@@ -133,6 +133,13 @@ struct XrSession::Thread {
     QualityLadder ladder(1.0 / 60, 1.0 / 250, stage.processor() ? 3 : 1);
     stage.set_quality(ladder.step());
     stage.surround(surroundings);
+    struct InUse {  // the particles must let go of the device before it goes, however this ends
+      std::optional<DebrisView>& debris;
+      ~InUse() {
+        if (debris) debris->use(nullptr);
+      }
+    } in_use{debris};
+    if (debris) debris->use(&stage.device());
     ServoTick tick = options.start;
     double opacity = 1;
     std::array<calibration::StillTouch, 2> still_tips{calibration::StillTouch(kStillController),
@@ -174,7 +181,8 @@ struct XrSession::Thread {
       hold_mirror(frame);
       const double step = dt / kFadeTime * (1 - kLostOpacity);
       opacity = std::clamp(opacity + (held ? step : -step), kLostOpacity, 1.0);
-      stage.draw(frame, {tick, opacity, debris ? debris->particles() : std::span<const render::Particle>{}, dt, mirror});
+      stage.draw(frame, {tick, opacity, debris ? debris->particles() : std::span<const render::Particle>{},
+                         debris ? debris->cloud() : nullptr, dt, mirror});
       if (options.tool_hand >= 0 && frame.focused)
         hmd.vibrate(options.tool_hand, held ? vibration_of(tick) : display::Vibration{});
       for (const display::HmdTiming& timing : hmd.timings())

@@ -74,6 +74,7 @@ render::Frame XrStage::picture(const display::HmdFrame& hmd_frame, const Scenery
   const ServoTick& tick = scenery.tick;
   frame.tool = {true, tick.X_WG, angle, tick.spindle, scenery.tool_opacity};
   frame.particles = scenery.particles;
+  frame.cloud = scenery.cloud;
   frame.mirror = scenery.mirror;
   return frame;
 }

@@ -36,6 +36,7 @@ class XrStage {
     ServoTick tick;
     double tool_opacity = 1;
     std::span<const render::Particle> particles;
+    render::ParticleCloud* cloud = nullptr;  // on this stage's device
     double dt = 0;  // s since the last frame, turns the bur
     MouthMirror mirror;  // diameter 0: none
   };
@@ -46,6 +47,7 @@ class XrStage {
 
   display::Hmd& hmd() { return *hmd_; }
   std::string device_name() const { return device_.name(); }
+  gpu::Device& device() { return device_; }
   bool processor() const { return device_.processor; }
   int validation_messages() const { return device_.validation_messages(); }
 

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <cstdint>
 #include <vector>
 
 #include "engine/base/clock.h"
@@ -16,6 +17,27 @@ inline double quantile(std::vector<double> values, double share) {
   std::nth_element(values.begin(), at, values.end());
   return *at;
 }
+
+/// Values for quantiles, of a run of any length in bounded memory: all of them up to kMost, then every second, fourth …
+class EvenSample {
+ public:
+  void add(double value) {
+    if (seen_++ % stride_ != 0) return;
+    values_.push_back(value);
+    if (values_.size() < kMost) return;
+    for (std::size_t i = 0; i < kMost / 2; ++i) values_[i] = values_[2 * i];
+    values_.resize(kMost / 2);
+    stride_ *= 2;
+  }
+  /// 0 while empty.
+  double quantile(double share) const { return values_.empty() ? 0 : typodont::quantile(values_, share); }
+
+  static constexpr std::size_t kMost = std::size_t{1} << 19;
+
+ private:
+  std::vector<double> values_;
+  std::uint64_t seen_ = 0, stride_ = 1;
+};
 
 struct MeasuredTimes {
   double median = 0, slow = 0;  // ns; slow: the 90th percentile

@@ -92,6 +92,7 @@ struct Debris::State {
     Tissue tissue;
   };
   std::vector<Chip> chips;
+  std::vector<Newborn> newborn;  // of one cut
   std::size_t first = 0, count = 0;
   double time = 0;
   float last_dt = 0;                // s, of the last step, which `keep` is for
@@ -216,33 +217,34 @@ Debris::Debris(const DebrisOptions& options) : state_(std::make_unique<State>())
   s.due.assign(options.capacity, kNever);
   s.first_due.assign(options.capacity / kGroup + 1, kNever);
   s.chips.resize(options.capacity);
+  s.newborn.resize(static_cast<std::size_t>(kTissueCount) * static_cast<std::size_t>(options.most_per_cut));
 }
 Debris::~Debris() = default;
 Debris::Debris(Debris&&) noexcept = default;
 Debris& Debris::operator=(Debris&&) noexcept = default;
 
-void Debris::emit(const Cut& cut, double head_radius, const MaterialTable& materials) noexcept {
-  State& s = *state_;
-  Stream random(s.options.seed, cut.index);
+std::size_t throw_chips(const Cut& cut, double head_radius, const MaterialTable& materials, const DebrisOptions& options,
+                        std::size_t room, std::span<Newborn> out, PerTissue& born, double& dropped) noexcept {
+  Stream random(options.seed, cut.index);
   const dvec3 axis = cut.X_WB.rotate({0, 0, 1});
   // The side of the head that cuts; where it is not told, all around the axis.
   const double told = glm::length(cut.n_C_W);
+  std::size_t count = 0;
   for (int t = 0; t < kTissueCount; ++t) {
     const auto tissue = static_cast<std::size_t>(t);
     const double volume = cut.removed[tissue], density = materials[tissue].density;
     if (!(volume > 0)) continue;
     const double mass = density * volume;
-    s.born[tissue] += mass;
+    born[tissue] += mass;
     const auto wanted = static_cast<std::size_t>(
-        std::clamp(std::ceil(volume / s.options.parcel_volume), 1.0, static_cast<double>(s.options.most_per_cut)));
-    const std::size_t number = std::min(wanted, s.options.capacity - s.count);
+        std::clamp(std::ceil(volume / options.parcel_volume), 1.0, static_cast<double>(options.most_per_cut)));
+    const std::size_t number = std::min(wanted, std::min(room, out.size()) - count);
     if (number == 0) {
-      s.dropped += mass;
+      dropped += mass;
       continue;
     }
     double given = 0;
     for (std::size_t k = 0; k < number; ++k) {
-      const std::size_t i = s.slot(s.count++);
       // The last takes what is left, so that the sum is the whole.
       const float share = static_cast<float>(k + 1 < number ? mass / static_cast<double>(number) : mass - given);
       given += share;
@@ -254,22 +256,31 @@ void Debris::emit(const Cut& cut, double head_radius, const MaterialTable& mater
       const dvec3 rim = glm::cross(cut.spindle * axis, head_radius * side);  // ω × r
       const double speed = glm::length(rim);
       // Scattered around the rim's velocity, and a little outward: towards the tissue it cannot go.
-      dvec3 v = rim + s.options.scatter * speed * random.in_ball();
+      dvec3 v = rim + options.scatter * speed * random.in_ball();
       if (told > 0) {
         const dvec3 n = cut.n_C_W / told;
         const double into = glm::dot(v, n);
         if (into < 0) v -= 2 * into * n;
       }
-      const dvec3 p = centre + head_radius * side;
-      const double chip =
-          s.options.least_chip * std::pow(s.options.greatest_chip / s.options.least_chip, random.uniform());
-      s.x[i] = static_cast<float>(p.x), s.y[i] = static_cast<float>(p.y), s.z[i] = static_cast<float>(p.z);
-      s.vx[i] = static_cast<float>(v.x), s.vy[i] = static_cast<float>(v.y), s.vz[i] = static_cast<float>(v.z);
-      s.chips[i] = {s.time, share, static_cast<float>(chip), static_cast<float>(density), static_cast<Tissue>(t)};
-      s.set_rate(i, static_cast<float>(
-                        drag_rate(glm::length(v), chip, density, s.options.air_density, s.options.air_viscosity)));
-      s.set_due(i, s.step + 1);
+      const double chip = options.least_chip * std::pow(options.greatest_chip / options.least_chip, random.uniform());
+      out[count++] = {centre + head_radius * side, v, chip, density, share, static_cast<Tissue>(t)};
     }
+  }
+  return count;
+}
+
+void Debris::emit(const Cut& cut, double head_radius, const MaterialTable& materials) noexcept {
+  State& s = *state_;
+  const std::size_t number = throw_chips(cut, head_radius, materials, s.options, s.options.capacity - s.count, s.newborn,
+                                         s.born, s.dropped);
+  for (const Newborn& n : std::span(s.newborn).first(number)) {
+    const std::size_t i = s.slot(s.count++);
+    s.x[i] = static_cast<float>(n.p_W.x), s.y[i] = static_cast<float>(n.p_W.y), s.z[i] = static_cast<float>(n.p_W.z);
+    s.vx[i] = static_cast<float>(n.v_W.x), s.vy[i] = static_cast<float>(n.v_W.y), s.vz[i] = static_cast<float>(n.v_W.z);
+    s.chips[i] = {s.time, n.mass, static_cast<float>(n.chip), static_cast<float>(n.density), n.tissue};
+    s.set_rate(i, static_cast<float>(drag_rate(glm::length(n.v_W), n.chip, n.density, s.options.air_density,
+                                               s.options.air_viscosity)));
+    s.set_due(i, s.step + 1);
   }
 }
 
@@ -359,7 +370,8 @@ std::size_t Debris::write_points(std::span<DebrisPoint> points) const noexcept {
     if (s.chips[at].mass0 <= 0) continue;
     const double volume = s.left(at) / s.chips[at].density;
     points[written++] = {
-        {s.x[at], s.y[at], s.z[at]}, static_cast<float>(std::cbrt(6 / kPi * volume)), s.chips[at].tissue};
+        {s.x[at], s.y[at], s.z[at]}, static_cast<float>(std::cbrt(6 / kPi * volume)), s.chips[at].tissue,
+        s.chips[at].diameter};
   }
   return written;
 }

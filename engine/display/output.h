@@ -24,6 +24,12 @@ struct Target {
   VkImageLayout final_layout = VK_IMAGE_LAYOUT_UNDEFINED;
   VkSemaphore ready = VK_NULL_HANDLE;  // wait for it before drawing
   VkSemaphore done = VK_NULL_HANDLE;   // signal it after drawing
+  bool kept = false;  // what was last composed into this image is still there
+};
+
+/// Pixels of an eye's picture.
+struct Part {
+  int x = 0, y = 0, width = 0, height = 0;
 };
 
 /// Composes the eyes by layout. Creates its pipeline for the first target.
@@ -35,9 +41,10 @@ class Compositor {
   Compositor& operator=(const Compositor&) = delete;
 
   /// `pictures`: two layers or one, in SHADER_READ_ONLY layout. `first_row`: where the target begins on the panel, so
-  /// that the rows of a row-interleaved panel keep their eye wherever the window stands.
+  /// that the rows of a row-interleaved panel keep their eye wherever the window stands. `changed`: what of each eye's
+  /// picture is new since the last record(); a target that kept an earlier frame gets no more than it lacks.
   void record(VkCommandBuffer commands, const gpu::Image& pictures, Layout layout, const Target& target, int slot,
-              int first_row = 0);
+              int first_row = 0, const std::array<std::vector<Part>, 2>* changed = nullptr);
 
  private:
   struct Impl;
@@ -81,6 +88,10 @@ class Output {
   /// How large writing should be drawn here, 1: on an ordinary screen.
   virtual double scale() const { return 1; }
   virtual int first_row() const { return 0; }
+  /// The keyboard is this window's from now on.
+  virtual void take_focus() {}
+  /// Another window fills this monitor: this one moves to the next, where there is one.
+  virtual void leave_monitor(int) {}
   /// s between two pictures of the screen; 0 for a picture in memory.
   virtual double refresh_period() const { return 0; }
   /// Reads the composed picture back; RGBA bytes. Only a picture in memory can.

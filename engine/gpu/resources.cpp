@@ -171,6 +171,105 @@ void upload(Device& device, const Image& image, std::span<const std::uint8_t> by
   buffer.destroy(device);
 }
 
+ShaderInputs ShaderInputs::create(Device& device, std::vector<Binding> wanted, std::size_t count,
+                                  std::uint32_t push_size) {
+  ShaderInputs inputs;
+  inputs.bindings = std::move(wanted);
+  std::vector<VkDescriptorSetLayoutBinding> bindings;
+  std::vector<VkDescriptorPoolSize> sizes;
+  VkShaderStageFlags stages = 0;
+  for (const Binding& b : inputs.bindings) {
+    bindings.push_back({static_cast<std::uint32_t>(bindings.size()), b.type, 1, b.stages, nullptr});
+    sizes.push_back({b.type, static_cast<std::uint32_t>(count)});
+    stages |= b.stages;
+  }
+  const VkDescriptorSetLayoutCreateInfo set_info{.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_CREATE_INFO,
+                                                 .bindingCount = static_cast<std::uint32_t>(bindings.size()),
+                                                 .pBindings = bindings.data()};
+  check(vkCreateDescriptorSetLayout(device.device, &set_info, nullptr, &inputs.set_layout),
+        "vkCreateDescriptorSetLayout");
+  const VkPushConstantRange range{stages, 0, push_size};
+  const VkPipelineLayoutCreateInfo layout{.sType = VK_STRUCTURE_TYPE_PIPELINE_LAYOUT_CREATE_INFO,
+                                          .setLayoutCount = 1,
+                                          .pSetLayouts = &inputs.set_layout,
+                                          .pushConstantRangeCount = push_size ? 1u : 0u,
+                                          .pPushConstantRanges = &range};
+  check(vkCreatePipelineLayout(device.device, &layout, nullptr, &inputs.layout), "vkCreatePipelineLayout");
+  const VkDescriptorPoolCreateInfo pool{.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO,
+                                        .maxSets = static_cast<std::uint32_t>(count),
+                                        .poolSizeCount = static_cast<std::uint32_t>(sizes.size()),
+                                        .pPoolSizes = sizes.data()};
+  check(vkCreateDescriptorPool(device.device, &pool, nullptr, &inputs.pool), "vkCreateDescriptorPool");
+  const std::vector<VkDescriptorSetLayout> layouts(count, inputs.set_layout);
+  inputs.sets.resize(count);
+  const VkDescriptorSetAllocateInfo allocate{.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_ALLOCATE_INFO,
+                                             .descriptorPool = inputs.pool,
+                                             .descriptorSetCount = static_cast<std::uint32_t>(count),
+                                             .pSetLayouts = layouts.data()};
+  check(vkAllocateDescriptorSets(device.device, &allocate, inputs.sets.data()), "vkAllocateDescriptorSets");
+  return inputs;
+}
+
+void ShaderInputs::destroy(Device& device) {
+  vkDestroyPipelineLayout(device.device, layout, nullptr);
+  vkDestroyDescriptorPool(device.device, pool, nullptr);
+  vkDestroyDescriptorSetLayout(device.device, set_layout, nullptr);
+  *this = {};
+}
+
+void ShaderInputs::fill(Device& device, std::size_t set, std::uint32_t binding, const Buffer& buffer) const {
+  const VkDescriptorBufferInfo info{buffer.buffer, 0, VK_WHOLE_SIZE};
+  const VkWriteDescriptorSet write{.sType = VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET,
+                                   .dstSet = sets[set],
+                                   .dstBinding = binding,
+                                   .descriptorCount = 1,
+                                   .descriptorType = bindings[binding].type,
+                                   .pBufferInfo = &info};
+  vkUpdateDescriptorSets(device.device, 1, &write, 0, nullptr);
+}
+
+void ShaderInputs::fill(Device& device, std::size_t set, std::uint32_t binding, VkSampler sampler,
+                        VkImageView view) const {
+  const VkDescriptorImageInfo info{sampler, view, VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL};
+  const VkWriteDescriptorSet write{.sType = VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET,
+                                   .dstSet = sets[set],
+                                   .dstBinding = binding,
+                                   .descriptorCount = 1,
+                                   .descriptorType = bindings[binding].type,
+                                   .pImageInfo = &info};
+  vkUpdateDescriptorSets(device.device, 1, &write, 0, nullptr);
+}
+
+VkSampler create_sampler(Device& device, const SamplerOptions& options) {
+  const VkSamplerCreateInfo info{.sType = VK_STRUCTURE_TYPE_SAMPLER_CREATE_INFO,
+                                 .magFilter = options.filter,
+                                 .minFilter = options.filter,
+                                 .addressModeU = options.beyond,
+                                 .addressModeV = options.beyond,
+                                 .addressModeW = options.beyond,
+                                 .compareEnable = options.compare,
+                                 .compareOp = VK_COMPARE_OP_LESS_OR_EQUAL,
+                                 .borderColor = options.border};
+  VkSampler sampler = VK_NULL_HANDLE;
+  check(vkCreateSampler(device.device, &info, nullptr, &sampler), "vkCreateSampler");
+  return sampler;
+}
+
+VkPipeline create_compute_pipeline(Device& device, std::span<const std::uint32_t> shader, VkPipelineLayout layout) {
+  const VkShaderModule module = create_module(device, shader);
+  const VkComputePipelineCreateInfo info{.sType = VK_STRUCTURE_TYPE_COMPUTE_PIPELINE_CREATE_INFO,
+                                         .stage = {.sType = VK_STRUCTURE_TYPE_PIPELINE_SHADER_STAGE_CREATE_INFO,
+                                                   .stage = VK_SHADER_STAGE_COMPUTE_BIT,
+                                                   .module = module,
+                                                   .pName = "main"},
+                                         .layout = layout};
+  VkPipeline pipeline = VK_NULL_HANDLE;
+  const VkResult result = vkCreateComputePipelines(device.device, VK_NULL_HANDLE, 1, &info, nullptr, &pipeline);
+  vkDestroyShaderModule(device.device, module, nullptr);
+  check(result, "vkCreateComputePipelines");
+  return pipeline;
+}
+
 VkPipeline create_pipeline(Device& device, const PipelineOptions& o) {
   std::vector<VkSpecializationMapEntry> entries;
   for (std::uint32_t i = 0; i < o.constants.size(); ++i) entries.push_back({i, 4 * i, 4});
@@ -224,8 +323,9 @@ VkPipeline create_pipeline(Device& device, const PipelineOptions& o) {
       .srcAlphaBlendFactor = VK_BLEND_FACTOR_ONE,
       .dstAlphaBlendFactor = VK_BLEND_FACTOR_ONE_MINUS_SRC_ALPHA,
       .alphaBlendOp = VK_BLEND_OP_ADD,
-      .colorWriteMask =
-          VK_COLOR_COMPONENT_R_BIT | VK_COLOR_COMPONENT_G_BIT | VK_COLOR_COMPONENT_B_BIT | VK_COLOR_COMPONENT_A_BIT};
+      .colorWriteMask = o.color_write ? VkColorComponentFlags{VK_COLOR_COMPONENT_R_BIT | VK_COLOR_COMPONENT_G_BIT |
+                                                              VK_COLOR_COMPONENT_B_BIT | VK_COLOR_COMPONENT_A_BIT}
+                                      : VkColorComponentFlags{0}};
   const bool color = o.color != VK_FORMAT_UNDEFINED;
   const VkPipelineColorBlendStateCreateInfo blend{.sType = VK_STRUCTURE_TYPE_PIPELINE_COLOR_BLEND_STATE_CREATE_INFO,
                                                   .attachmentCount = color ? 1u : 0u,

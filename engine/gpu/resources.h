@@ -63,6 +63,34 @@ std::vector<std::uint8_t> read_back(Device& device, const Image& image, std::uin
 /// Fills a sampled image of one layer, leaving it ready for shaders.
 void upload(Device& device, const Image& image, std::span<const std::uint8_t> bytes);
 
+/// What shaders are given beside vertices: bindings, sets that fill them, the layout of pipelines that read them.
+struct ShaderInputs {
+  struct Binding {
+    VkDescriptorType type = VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER;
+    VkShaderStageFlags stages = VK_SHADER_STAGE_FRAGMENT_BIT;
+  };
+  VkDescriptorSetLayout set_layout = VK_NULL_HANDLE;
+  VkPipelineLayout layout = VK_NULL_HANDLE;
+  VkDescriptorPool pool = VK_NULL_HANDLE;
+  std::vector<VkDescriptorSet> sets;
+  std::vector<Binding> bindings;
+
+  /// Bindings 0, 1, 2 …; as many sets of them; the size of what is pushed to all their stages.
+  static ShaderInputs create(Device& device, std::vector<Binding> bindings, std::size_t sets, std::uint32_t push_size);
+  void destroy(Device& device);
+  /// No frame may be reading the set.
+  void fill(Device& device, std::size_t set, std::uint32_t binding, const Buffer& buffer) const;
+  void fill(Device& device, std::size_t set, std::uint32_t binding, VkSampler sampler, VkImageView view) const;
+};
+
+struct SamplerOptions {
+  VkFilter filter = VK_FILTER_LINEAR;
+  VkSamplerAddressMode beyond = VK_SAMPLER_ADDRESS_MODE_CLAMP_TO_EDGE;
+  VkBorderColor border = VK_BORDER_COLOR_FLOAT_OPAQUE_BLACK;
+  bool compare = false;  // ≤
+};
+VkSampler create_sampler(Device& device, const SamplerOptions& options = {});
+
 struct VertexAttribute {
   std::uint32_t binding;
   VkFormat format;
@@ -81,11 +109,13 @@ struct PipelineOptions {
   bool depth_write = true;
   VkCompareOp depth_compare = VK_COMPARE_OP_LESS_OR_EQUAL;
   bool blend = false;  // premultiplied alpha
+  bool color_write = true;
   float depth_bias = 0, depth_bias_slope = 0;
   int samples = 1;
   std::uint32_t view_mask = 0;
   std::vector<std::uint32_t> constants;  // specialisation constants 0, 1, 2 … of the shaders
 };
 VkPipeline create_pipeline(Device& device, const PipelineOptions& options);
+VkPipeline create_compute_pipeline(Device& device, std::span<const std::uint32_t> shader, VkPipelineLayout layout);
 
 }  // namespace typodont::gpu

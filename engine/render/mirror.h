@@ -22,9 +22,6 @@ glm::dvec4 before_glass(const Pose& X_WM);
 
 /// Pixels of a picture of this size that the glass can cover for this eye: a box (x, y, width, height), generous;
 /// nothing when the glass is out of view or shows its back.
-struct PixelBox {
-  int x = 0, y = 0, width = 0, height = 0;
-};
 std::optional<PixelBox> glass_in(const Eye& eye, const MouthMirror& mirror, const glm::ivec2& size);
 
 /// Rim, stem and handle, in M.

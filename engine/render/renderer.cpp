@@ -15,21 +15,8 @@ namespace typodont::render {
 namespace {
 
 constexpr int kSlots = gpu::FrameRing::kSlots;
-
-VkSampler create_sampler(gpu::Device& device, bool compare, VkFilter filter, VkBorderColor border) {
-  const VkSamplerCreateInfo info{.sType = VK_STRUCTURE_TYPE_SAMPLER_CREATE_INFO,
-                                 .magFilter = filter,
-                                 .minFilter = filter,
-                                 .addressModeU = VK_SAMPLER_ADDRESS_MODE_CLAMP_TO_BORDER,
-                                 .addressModeV = VK_SAMPLER_ADDRESS_MODE_CLAMP_TO_BORDER,
-                                 .addressModeW = VK_SAMPLER_ADDRESS_MODE_CLAMP_TO_BORDER,
-                                 .compareEnable = compare,
-                                 .compareOp = VK_COMPARE_OP_LESS_OR_EQUAL,
-                                 .borderColor = border};
-  VkSampler sampler = VK_NULL_HANDLE;
-  gpu::check(vkCreateSampler(device.device, &info, nullptr, &sampler), "vkCreateSampler");
-  return sampler;
-}
+constexpr double kWorthWhile = 0.8;           // of the picture: drawn anew beyond it, all is
+constexpr std::size_t kMostTracked = 20'000;  // particles whose places on the picture are looked at
 
 /// IEC 61966-2-1
 dvec3 linear_light(const dvec3& srgb) {
@@ -62,9 +49,7 @@ struct Renderer::Impl {
   std::array<Look, kTissueCount> looks;
   PassContext context;
 
-  VkDescriptorSetLayout set_layout = VK_NULL_HANDLE;
-  VkDescriptorPool pool = VK_NULL_HANDLE;
-  std::array<VkDescriptorSet, 2 * kSlots> sets{};  // a slot's scene, and its scene in the mirror
+  gpu::ShaderInputs inputs;  // sets: a slot's scene, and its scene in the mirror
   std::array<gpu::Buffer, 2 * kSlots> frame_data;
   VkSampler compare = VK_NULL_HANDLE, nearest = VK_NULL_HANDLE, linear = VK_NULL_HANDLE;
   VkQueryPool queries = VK_NULL_HANDLE;
@@ -80,6 +65,7 @@ struct Renderer::Impl {
   ParticlePass particles;
   HudPass hud;
   HiddenPass hidden;
+  MaskPass mask;
   BrickStore bricks;
   bool keeps_depth = false;
   std::vector<gpu::Image> kept_depth;  // one of two layers where one pass draws both eyes, else one an eye
@@ -93,8 +79,12 @@ struct Renderer::Impl {
   MouthMirror last_mirror;
   std::vector<std::byte> last_particles;
   std::string last_hud;
-  std::uint64_t last_version = 0, settings_version = 1, last_settings = 0;
-  std::uint64_t shadow_version = 0;
+  std::uint64_t last_version = 0, last_order = 0, settings_version = 1, last_settings = 0;
+  std::uint64_t eyes_version = 0;  // rises when the eyes' pictures show the scene from elsewhere
+  std::uint64_t shadow_version = 0, shadow_order = 0;
+  // What the last frame drew anew, and what particles and writing cover of it.
+  std::array<Tiles, 2> tiles, particle_tiles, hud_tiles;
+  std::array<std::vector<PixelBox>, 2> redrawn;
   glm::mat4 shadow_light{0};
   glm::vec4 shadow_section{0};
   View shadow_view = View::kLook, last_view = View::kLook;
@@ -118,55 +108,30 @@ struct Renderer::Impl {
     mirror.destroy(device);
     hud.destroy(device);
     hidden.destroy(device);
+    mask.destroy(device);
     bricks.destroy(device);
     for (gpu::Buffer& b : frame_data) b.destroy(device);
     for (VkSampler s : {compare, nearest, linear}) vkDestroySampler(device.device, s, nullptr);
     if (queries) vkDestroyQueryPool(device.device, queries, nullptr);
-    vkDestroyDescriptorPool(device.device, pool, nullptr);
-    vkDestroyDescriptorSetLayout(device.device, set_layout, nullptr);
-    vkDestroyPipelineLayout(device.device, context.layout, nullptr);
+    inputs.destroy(device);
   }
   Impl(const Impl&) = delete;
   Impl& operator=(const Impl&) = delete;
 
   void create_layout() {
     constexpr VkShaderStageFlags kBoth = VK_SHADER_STAGE_VERTEX_BIT | VK_SHADER_STAGE_FRAGMENT_BIT;
-    std::array<VkDescriptorSetLayoutBinding, 5> bindings{};
-    for (std::uint32_t i = 0; i < bindings.size(); ++i)
-      bindings[i] = {i, i ? VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER : VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER, 1, kBoth,
-                     nullptr};
-    const VkDescriptorSetLayoutCreateInfo set_info{.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_CREATE_INFO,
-                                                   .bindingCount = bindings.size(),
-                                                   .pBindings = bindings.data()};
-    gpu::check(vkCreateDescriptorSetLayout(device.device, &set_info, nullptr, &set_layout),
-               "vkCreateDescriptorSetLayout");
-    const VkPushConstantRange range{kPushStages, 0, sizeof(shared::ObjectData)};
-    const VkPipelineLayoutCreateInfo layout{.sType = VK_STRUCTURE_TYPE_PIPELINE_LAYOUT_CREATE_INFO,
-                                            .setLayoutCount = 1,
-                                            .pSetLayouts = &set_layout,
-                                            .pushConstantRangeCount = 1,
-                                            .pPushConstantRanges = &range};
-    gpu::check(vkCreatePipelineLayout(device.device, &layout, nullptr, &context.layout), "vkCreatePipelineLayout");
-    const std::array<VkDescriptorPoolSize, 2> sizes{
-        {{VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER, 2 * kSlots}, {VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, 8 * kSlots}}};
-    const VkDescriptorPoolCreateInfo pool_info{.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO,
-                                               .maxSets = 2 * kSlots,
-                                               .poolSizeCount = sizes.size(),
-                                               .pPoolSizes = sizes.data()};
-    gpu::check(vkCreateDescriptorPool(device.device, &pool_info, nullptr, &pool), "vkCreateDescriptorPool");
-    std::array<VkDescriptorSetLayout, 2 * kSlots> layouts;
-    layouts.fill(set_layout);
-    const VkDescriptorSetAllocateInfo allocate{.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_ALLOCATE_INFO,
-                                               .descriptorPool = pool,
-                                               .descriptorSetCount = 2 * kSlots,
-                                               .pSetLayouts = layouts.data()};
-    gpu::check(vkAllocateDescriptorSets(device.device, &allocate, sets.data()), "vkAllocateDescriptorSets");
+    std::vector<gpu::ShaderInputs::Binding> bindings(5, {VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, kBoth});
+    bindings[0].type = VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER;
+    inputs = gpu::ShaderInputs::create(device, std::move(bindings), 2 * kSlots, sizeof(shared::ObjectData));
+    context.layout = inputs.layout;
     for (gpu::Buffer& b : frame_data)
       b = gpu::Buffer::create(device, sizeof(shared::FrameData), VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT);
     // Beyond the shadow map nothing stands before the lamp; beyond the atlas there is no letter.
-    compare = create_sampler(device, true, VK_FILTER_LINEAR, VK_BORDER_COLOR_FLOAT_OPAQUE_WHITE);
-    nearest = create_sampler(device, false, VK_FILTER_NEAREST, VK_BORDER_COLOR_FLOAT_OPAQUE_WHITE);
-    linear = create_sampler(device, false, VK_FILTER_LINEAR, VK_BORDER_COLOR_FLOAT_OPAQUE_BLACK);
+    constexpr VkSamplerAddressMode kBorder = VK_SAMPLER_ADDRESS_MODE_CLAMP_TO_BORDER;
+    constexpr VkBorderColor kWhite = VK_BORDER_COLOR_FLOAT_OPAQUE_WHITE;
+    compare = gpu::create_sampler(device, {.beyond = kBorder, .border = kWhite, .compare = true});
+    nearest = gpu::create_sampler(device, {.filter = VK_FILTER_NEAREST, .beyond = kBorder, .border = kWhite});
+    linear = gpu::create_sampler(device, {.beyond = kBorder});
     if (device.properties.limits.timestampComputeAndGraphics) {
       const VkQueryPoolCreateInfo info{.sType = VK_STRUCTURE_TYPE_QUERY_POOL_CREATE_INFO,
                                        .queryType = VK_QUERY_TYPE_TIMESTAMP,
@@ -229,6 +194,7 @@ struct Renderer::Impl {
     particles.destroy(device);
     destroy_pipeline(device, hud.pipeline);
     destroy_pipeline(device, hidden.pipeline);
+    destroy_pipeline(device, mask.pipeline);
   }
   void rebuild(int views) {
     vkDeviceWaitIdle(device.device);
@@ -246,6 +212,8 @@ struct Renderer::Impl {
     const dvec3 key = glm::normalize(frame.lights.key), up = glm::normalize(frame.lights.up);
     data.background = glm::vec4(frame.background == Background::kGradient ? 1.0f : 0.0f);
     data.background.w = frame.background == Background::kClear ? 0.0f : 1.0f;
+    const VkExtent2D drawn = pictures.options.size;
+    data.picture = glm::vec4(2.0f / static_cast<float>(drawn.width), 2.0f / static_cast<float>(drawn.height), 0, 0);
     data.clip = data.section = glm::vec4(0, 0, 0, 1);
     if (frame.view == View::kSection) data.section = glm::vec4(frame.section);
     data.key = glm::vec4(glm::dvec4(key, frame.lights.key_strength));
@@ -262,6 +230,10 @@ struct Renderer::Impl {
     // The lamp's parallel view: as wide as the working tooth's crown and what stands near it, as deep as everything.
     glm::dvec3 lo, hi, all_lo, all_hi;
     if (context.quality.shadow_map > 0 && bricks.bounds(lo, hi, all_lo, all_hi)) {
+      // In steps, so that the map stays where it is while a tooth is cut down.
+      constexpr double kStep = 2e-3;  // m
+      for (glm::dvec3* low : {&lo, &all_lo}) *low = kStep * glm::floor(*low / kStep);
+      for (glm::dvec3* high : {&hi, &all_hi}) *high = kStep * glm::ceil(*high / kStep);
       const glm::dvec3 middle = 0.5 * (lo + hi);
       const bool more = all_lo != lo || all_hi != hi;
       const double radius = 0.5 * glm::length(hi - lo) * (more ? 1.15 : 1.02) + 1e-6;
@@ -302,6 +274,7 @@ struct Renderer::Impl {
     const bool particles_same = last_particles.size() == frame.particles.size_bytes() &&
                                 (frame.particles.empty() || !std::memcmp(last_particles.data(), frame.particles.data(),
                                                                          frame.particles.size_bytes()));
+    if (frame.cloud && frame.cloud->changes()) return false;
     return last_settings == settings_version && last_view == frame.view && last_version == bricks.version && tool_same && particles_same &&
            same(frame.mirror.X_WM, last_mirror.X_WM) &&
            hud_key == last_hud && !std::memcmp(&data, &last_data, sizeof data);
@@ -309,25 +282,13 @@ struct Renderer::Impl {
 
   /// `i`: a slot, or kSlots + a slot for its scene in the mirror.
   void write_set(std::size_t i) {
-    const VkDescriptorBufferInfo buffer{frame_data[i].buffer, 0, sizeof(shared::FrameData)};
     // Without writing there is no atlas: the shadow map stands in, and no shader reads it there.
-    const VkImageView reflection = mirror.picture.image && i < kSlots ? mirror.picture.view : shadow.map.view;
-    const VkDescriptorImageInfo images[4] = {
-        {compare, shadow.map.layer_views[0], VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL},
-        {nearest, shadow.map.layer_views[0], VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL},
-        {linear, hud.atlas.image ? hud.atlas.layer_views[0] : shadow.map.layer_views[0],
-         VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL},
-        {linear, reflection, VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL}};
-    std::array<VkWriteDescriptorSet, 5> writes{};
-    for (std::uint32_t b = 0; b < writes.size(); ++b)
-      writes[b] = {.sType = VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET,
-                   .dstSet = sets[i],
-                   .dstBinding = b,
-                   .descriptorCount = 1,
-                   .descriptorType = b ? VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER : VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER,
-                   .pImageInfo = b ? &images[b - 1] : nullptr,
-                   .pBufferInfo = b ? nullptr : &buffer};
-    vkUpdateDescriptorSets(device.device, writes.size(), writes.data(), 0, nullptr);
+    const VkImageView map = shadow.map.layer_views[0];
+    inputs.fill(device, i, 0, frame_data[i]);
+    inputs.fill(device, i, 1, compare, map);
+    inputs.fill(device, i, 2, nearest, map);
+    inputs.fill(device, i, 3, linear, hud.atlas.image ? hud.atlas.layer_views[0] : map);
+    inputs.fill(device, i, 4, linear, mirror.picture.image && i < kSlots ? mirror.picture.view : shadow.map.view);
   }
 
   void read_time(int slot) {
@@ -369,17 +330,19 @@ struct Renderer::Impl {
       last_particles = bytes_of(frame.particles.data(), frame.particles.size());
       last_hud = hud_key;
       last_version = bricks.version;
+      last_order = bricks.order;
       last_settings = settings_version;
+      bricks.changed.clear();
       last_submitted = submitted;
       ++frames;
     }
     stats.frames = frames;
     stats.gpu_ms = gpu_ms;
     for (VkPipeline p :
-         {shadow.pipeline, tool.pipeline, background.pipeline, particles.pipeline, hud.pipeline,
-          mirror.pipeline, hidden.pipeline})
+         {shadow.pipeline, tool.pipeline, background.pipeline, particles.pipeline, particles.cloud_pipeline, hud.pipeline,
+          mirror.pipeline, hidden.pipeline, mask.pipeline})
       if (p) ++stats.pipelines;
-    stats.pipelines += surface.pipelines();
+    stats.pipelines += surface.pipelines() + (frame.cloud ? frame.cloud->pipelines() : 0);
     return stats;
   }
 
@@ -392,13 +355,85 @@ struct Renderer::Impl {
     return out;
   }
 
+  /// Marks in `tiles` what this frame changes of the last; false where that may be everything.
+  bool mark_changed(const shared::FrameData& data, const Frame& frame, int slot, const glm::ivec2& drawn) {
+    std::array<Tiles, 2> particles_now, hud_now;
+    const auto views = static_cast<std::size_t>(frame.views);
+    for (std::size_t e = 0; e < views; ++e) {
+      for (Tiles* t : {&tiles[e], &particles_now[e], &hud_now[e]}) t->clear(drawn);
+      hud.mark(slot, drawn, hud_now[e]);
+      const glm::dmat4 clip_from_world = frame.eyes[e].projection * frame.eyes[e].view;
+      // So many that all is full of them.
+      if (frame.particles.size() > kMostTracked)
+        particles_now[e].mark_all();
+      else
+        ParticlePass::mark(frame.particles, clip_from_world, drawn, particles_now[e]);
+    }
+    std::swap(particles_now, particle_tiles);
+    std::swap(hud_now, hud_tiles);
+
+    shared::FrameData now = data, before = last_data;
+    for (shared::FrameData* d : {&now, &before}) d->tool_head = d->tool_end = d->tool_motion = glm::vec4(0);
+    const bool eyes_stay = !std::memcmp(now.clip_from_world, before.clip_from_world, sizeof now.clip_from_world);
+    if (!eyes_stay || last_settings != settings_version) ++eyes_version;
+    // A pass that draws both eyes resolves all it draws; a headset's eyes never rest; glass is drawn in an order.
+    // Where particles of the GPU are, nobody here knows.
+    if (context.view_mask || keeps_depth || (frame.cloud && frame.cloud->changes()) || frame.view == View::kXray || last_view != frame.view ||
+        last_settings != settings_version || last_order != bricks.order || std::memcmp(&now, &before, sizeof now) ||
+        !same(frame.mirror.X_WM, last_mirror.X_WM))
+      return false;
+
+    bricks.mark_changed(frame, data, last_data, drawn, eyes_version, tiles);
+    const bool hud_changed = key_of(frame.hud) != last_hud;
+    const bool particles_changed = last_particles != bytes_of(frame.particles.data(), frame.particles.size());
+    for (std::size_t e = 0; e < views; ++e) {
+      const glm::dmat4 clip_from_world = frame.eyes[e].projection * frame.eyes[e].view;
+      const auto tool_at = [&](const Pose& X_WG) {
+        glm::dmat4 world_from_tool(glm::mat3_cast(X_WG.R));
+        world_from_tool[3] = glm::dvec4(X_WG.p, 1);
+        for (const ToolBody::Slice& s : tool_body.slices)
+          tiles[e].mark(seen_in(clip_from_world * world_from_tool, {-s.radius, -s.radius, s.low},
+                                {s.radius, s.radius, s.high}, drawn));
+      };
+      if (frame.tool.visible) tool_at(frame.tool.X_WG);
+      if (last_tool_visible) tool_at(last_tool);
+      if (particles_changed) {
+        tiles[e].mark(particles_now[e]);
+        tiles[e].mark(particle_tiles[e]);
+      }
+      if (hud_changed) {
+        tiles[e].mark(hud_now[e]);
+        tiles[e].mark(hud_tiles[e]);
+      }
+      // What the glass shows may be anywhere.
+      if (const auto glass = glass_in(frame.eyes[e], frame.mirror, drawn)) tiles[e].mark(*glass);
+    }
+    double share = 0;
+    for (std::size_t e = 0; e < views; ++e) share += tiles[e].share() / static_cast<double>(views);
+    return share < kWorthWhile;
+  }
+
   void draw(VkCommandBuffer commands, const Frame& frame, const shared::FrameData& data, int slot, FrameStats& stats) {
     hud.prepare(context, slot, frame.hud, size);
     particles.prepare(context, slot, frame.particles);
+    const auto views = static_cast<std::size_t>(frame.views);
 
     // Which eyes see the glass, and where.
     const VkExtent2D extent = pictures.options.size;
     const glm::ivec2 drawn_size(extent.width, extent.height);
+    const bool partly = mark_changed(data, frame, slot, drawn_size);
+    if (partly) {
+      stats.redrawn = 0;
+      std::array<std::vector<PixelBox>, 2> kept;
+      for (std::size_t e = 0; e < views; ++e) {
+        redrawn[e] = tiles[e].boxes(true, tiles[e].picture());
+        kept[e] = tiles[e].boxes(false, tiles[e].bounds());
+        stats.redrawn += tiles[e].share() / frame.views;
+      }
+      mask.prepare(context, slot, drawn_size, kept);
+    } else {
+      redrawn.fill({{0, 0, drawn_size.x, drawn_size.y}});
+    }
     std::array<std::optional<PixelBox>, 2> glass;
     for (int e = 0; e < frame.views; ++e) glass[e] = glass_in(frame.eyes[e], frame.mirror, drawn_size);
     const bool reflects = glass[0] || glass[1];
@@ -421,33 +456,41 @@ struct Renderer::Impl {
       vkCmdWriteTimestamp2(commands, VK_PIPELINE_STAGE_2_TOP_OF_PIPE_BIT, queries, first_query);
     }
 
-    // Shadow map: only when what casts shadows or the lamp changed.
-    if (data.light_size.w > 0 && (shadow_version != bricks.version || shadow_light != data.light_from_world ||
-                                  shadow_view != frame.view || shadow_section != data.section)) {
-      shadow.record(context, commands, sets[own], bricks, slot, frame.view, stats);
+    // Shadow map: only when what casts shadows or the lamp changed, and only where.
+    const bool other_light = shadow_light != data.light_from_world || shadow_view != frame.view ||
+                             shadow_section != data.section || shadow_order != bricks.order;
+    if (data.light_size.w > 0 && (other_light || shadow_version != bricks.version)) {
+      LampBox part;
+      for (const BoxInWorld& box : bricks.changed)
+        part.take(in_lamp(glm::dmat4(data.light_from_world), glm::vec3(box.lo), glm::vec3(box.hi)));
+      if (other_light) part = {glm::vec2(0), glm::vec2(1)};
+      shadow.record(context, commands, inputs.sets[own], bricks, slot, frame.view, data.light_from_world, part, stats);
       shadow_view = frame.view;
       shadow_section = data.section;
       shadow_version = bricks.version;
+      shadow_order = bricks.order;
       shadow_light = data.light_from_world;
     }
+
+    if (frame.cloud) frame.cloud->record(commands, slot);
 
     if (reflects) {
       FrameStats seen;  // in the mirror
       const std::vector<DrawGroup> groups = bricks.visible(device, slot, mirrored, bricks.mirror_indirect, seen);
-      begin_pictures(commands, mirror.picture);
+      begin_pictures(commands, mirror.picture, false);
       for (int view = 0; view < (context.view_mask ? 1 : frame.views); ++view) {
         const PixelBox all{0, 0, drawn_size.x, drawn_size.y};
         const PixelBox box = context.view_mask ? all : glass[static_cast<std::size_t>(view)].value_or(PixelBox{});
         if (box.width == 0) continue;
-        begin_scene(commands, mirror.picture, mirrored, view, box, {0.030f, 0.033f, 0.038f});
-        vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, context.layout, 0, 1, &sets[other], 0,
+        begin_scene(commands, mirror.picture, mirrored, view, box, false, {0.030f, 0.033f, 0.038f});
+        vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, context.layout, 0, 1, &inputs.sets[other], 0,
                                 nullptr);
         push_view(commands, context.layout, view);
         surface.record(context, commands, bricks, slot, bricks.mirror_indirect, groups, frame.view, false, seen);
         if (frame.tool.visible) tool.record(context, commands, tool_body, frame.tool.X_WG, seen);
         surface.record(context, commands, bricks, slot, bricks.mirror_indirect, groups, frame.view, true, seen);
-        particles.record(context, commands, slot, seen);
-        end_scene(commands, mirror.picture, view);
+        particles.record(context, commands, slot, frame.cloud, seen);
+        end_scene(commands, mirror.picture, view, {&all, 1});
         ++stats.mirror_passes;
       }
       end_pictures(commands, mirror.picture);
@@ -457,13 +500,18 @@ struct Renderer::Impl {
       stats.mirror_triangles = seen.triangles;
     }
 
-    const std::vector<DrawGroup> groups = bricks.visible(device, slot, frame, bricks.indirect, stats);
-    begin_pictures(commands, pictures);
+    const std::vector<DrawGroup> groups =
+        bricks.visible(device, slot, frame, bricks.indirect, stats, partly ? &tiles : nullptr);
+    begin_pictures(commands, pictures, partly);
     const int scene_passes = context.view_mask ? 1 : frame.views;
     for (int view = 0; view < scene_passes; ++view) {
-      begin_scene(commands, pictures, frame, view, {0, 0, drawn_size.x, drawn_size.y}, {0, 0, 0});
-      vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, context.layout, 0, 1, &sets[own], 0, nullptr);
+      const auto e = static_cast<std::size_t>(view);
+      const PixelBox all{0, 0, drawn_size.x, drawn_size.y}, box = partly ? tiles[e].bounds() : all;
+      if (box.width == 0) continue;
+      begin_scene(commands, pictures, frame, view, box, partly, {0, 0, 0});
+      vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, context.layout, 0, 1, &inputs.sets[own], 0, nullptr);
       push_view(commands, context.layout, view);
+      if (partly) mask.record(context, commands, slot, view, stats);
       hidden.record(context, commands, stats);
       surface.record(context, commands, bricks, slot, bricks.indirect, groups, frame.view, false, stats);
       if (frame.tool.visible) {
@@ -475,11 +523,12 @@ struct Renderer::Impl {
         tool.record(context, commands, mirror.body, frame.mirror.X_WM, stats);
         if (reflects) mirror.record_glass(context, commands, frame.mirror, stats);
       }
-      if (frame.background == Background::kGradient) background.record(context, commands, stats);
+      // Over what was there, black is drawn like any other background.
+      if (frame.background == Background::kGradient || partly) background.record(context, commands, stats);
       surface.record(context, commands, bricks, slot, bricks.indirect, groups, frame.view, true, stats);
-      particles.record(context, commands, slot, stats);
+      particles.record(context, commands, slot, frame.cloud, stats);
       hud.record(context, commands, slot, stats);
-      end_scene(commands, pictures, view);
+      end_scene(commands, pictures, view, redrawn[e]);
       ++stats.passes;
     }
     end_pictures(commands, pictures);
@@ -497,17 +546,18 @@ struct Renderer::Impl {
   bool resolves_in_pass() const { return context.samples > 1 && context.view_mask != 0; }
   bool resolves_by_command() const { return context.samples > 1 && context.view_mask == 0; }
 
-  void begin_pictures(VkCommandBuffer commands, const gpu::Image& target) {
+  void begin_pictures(VkCommandBuffer commands, const gpu::Image& target, bool partly) {
     const bool by_command = resolves_by_command();
-    gpu::transition(commands, target, VK_IMAGE_LAYOUT_UNDEFINED,
+    gpu::transition(commands, target, partly ? VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL : VK_IMAGE_LAYOUT_UNDEFINED,
                     by_command ? VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL : VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL,
                     VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, VK_ACCESS_2_NONE, by_command ? kResolve : kOutput,
-                    by_command ? VK_ACCESS_2_TRANSFER_WRITE_BIT : VK_ACCESS_2_COLOR_ATTACHMENT_WRITE_BIT);
+                    by_command ? VkAccessFlags2{VK_ACCESS_2_TRANSFER_WRITE_BIT}
+                               : VK_ACCESS_2_COLOR_ATTACHMENT_WRITE_BIT | VK_ACCESS_2_COLOR_ATTACHMENT_READ_BIT);
   }
 
-  /// Opens the pass of one eye, or of both where the device draws them in one.
+  /// Opens the pass of one eye, or of both where the device draws them in one. `partly`: over what the picture holds.
   void begin_scene(VkCommandBuffer commands, const gpu::Image& target, const Frame& frame, int view,
-                   const PixelBox& box, const glm::vec3& clear) {
+                   const PixelBox& box, bool partly, const glm::vec3& clear) {
     constexpr VkPipelineStageFlags2 kTests =
         VK_PIPELINE_STAGE_2_EARLY_FRAGMENT_TESTS_BIT | VK_PIPELINE_STAGE_2_LATE_FRAGMENT_TESTS_BIT;
     if (context.samples > 1)
@@ -535,7 +585,9 @@ struct Renderer::Impl {
         .resolveMode = in_pass ? VK_RESOLVE_MODE_AVERAGE_BIT : VK_RESOLVE_MODE_NONE,
         .resolveImageView = in_pass ? eye_view : VK_NULL_HANDLE,
         .resolveImageLayout = in_pass ? VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL : VK_IMAGE_LAYOUT_UNDEFINED,
-        .loadOp = VK_ATTACHMENT_LOAD_OP_CLEAR,
+        .loadOp = !partly               ? VK_ATTACHMENT_LOAD_OP_CLEAR
+                  : context.samples > 1 ? VK_ATTACHMENT_LOAD_OP_DONT_CARE
+                                        : VK_ATTACHMENT_LOAD_OP_LOAD,
         .storeOp = in_pass ? VK_ATTACHMENT_STORE_OP_DONT_CARE : VK_ATTACHMENT_STORE_OP_STORE,
         .clearValue = {.color = {{clear.r, clear.g, clear.b, frame.background == Background::kClear ? 0.0f : 1.0f}}}};
     const VkRenderingAttachmentInfo depth_info{
@@ -564,17 +616,21 @@ struct Renderer::Impl {
     vkCmdSetFrontFace(commands, frame.eyes[0].flip ? VK_FRONT_FACE_CLOCKWISE : VK_FRONT_FACE_COUNTER_CLOCKWISE);
   }
 
-  void end_scene(VkCommandBuffer commands, const gpu::Image& target, int view) {
+  /// `drawn`: what of the picture was, where its samples are yet to be averaged.
+  void end_scene(VkCommandBuffer commands, const gpu::Image& target, int view, std::span<const PixelBox> drawn) {
     vkCmdEndRendering(commands);
     if (!resolves_by_command()) return;
     gpu::transition(commands, color, VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL, VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL,
                     kOutput, VK_ACCESS_2_COLOR_ATTACHMENT_WRITE_BIT, kResolve, VK_ACCESS_2_TRANSFER_READ_BIT);
-    const VkExtent2D extent = target.options.size;
-    const VkImageResolve resolve{.srcSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 0, 1},
-                                 .dstSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, 0, static_cast<std::uint32_t>(view), 1},
-                                 .extent = {extent.width, extent.height, 1}};
+    std::vector<VkImageResolve> parts;
+    for (const PixelBox& b : drawn)
+      parts.push_back({.srcSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 0, 1},
+                       .srcOffset = {b.x, b.y, 0},
+                       .dstSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, 0, static_cast<std::uint32_t>(view), 1},
+                       .dstOffset = {b.x, b.y, 0},
+                       .extent = {static_cast<std::uint32_t>(b.width), static_cast<std::uint32_t>(b.height), 1}});
     vkCmdResolveImage(commands, color.image, VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL, target.image,
-                      VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, 1, &resolve);
+                      VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, static_cast<std::uint32_t>(parts.size()), parts.data());
   }
 
   void end_pictures(VkCommandBuffer commands, const gpu::Image& target) {
@@ -608,6 +664,7 @@ void Renderer::place(MeshId mesh, const Pose& X_WM) {
   if (now.p == X_WM.p && now.R == X_WM.R) return;
   now = X_WM;
   ++impl_->bricks.version;
+  ++impl_->bricks.order;
 }
 
 void Renderer::remove(MeshId mesh) {
@@ -617,6 +674,7 @@ void Renderer::remove(MeshId mesh) {
 void Renderer::cover(MeshId mesh, const glm::dvec4& beyond) {
   impl_->bricks.covers[mesh] = beyond;
   ++impl_->bricks.version;
+  ++impl_->bricks.order;
 }
 
 void Renderer::set_tool(const ToolMesh& tool) {
@@ -664,6 +722,10 @@ Renderer::DepthPicture Renderer::depth(int view) const {
 FrameStats Renderer::record(VkCommandBuffer commands, const Frame& frame, int slot, std::uint64_t submitted,
                             std::uint64_t finished) {
   return impl_->record(commands, frame, slot, submitted, finished);
+}
+
+std::span<const PixelBox> Renderer::redrawn(int view) const {
+  return impl_->redrawn[static_cast<std::size_t>(view)];
 }
 
 const gpu::Image& Renderer::pictures() const {

@@ -18,6 +18,7 @@
 #include "engine/contract/tissue.h"
 #include "engine/gpu/device.h"
 #include "engine/gpu/resources.h"
+#include "engine/render/particle_cloud.h"
 #include "engine/render/quality.h"
 #include "engine/render/tool_mesh.h"
 
@@ -111,16 +112,25 @@ struct Frame {
   View view = View::kLook;
   glm::dvec4 section{0, 0, 0, 1};  // xyz: unit normal, W, w: m; for View::kSection
   std::span<const Particle> particles;
+  ParticleCloud* cloud = nullptr;  // particles that live on the GPU: moved by as much as was asked, and drawn
   Hud hud;
   Lights lights;
   Background background = Background::kGradient;
+};
+
+/// Pixels of a picture.
+struct PixelBox {
+  int x = 0, y = 0, width = 0, height = 0;
+  bool operator==(const PixelBox&) const = default;
 };
 
 struct FrameStats {
   bool drawn = false;        // false: nothing had changed, no commands recorded
   std::uint64_t frames = 0;  // drawn since the start
   int views = 0;
+  double redrawn = 1;  // share of the pictures; the rest is as the last frame left it
   int bricks_drawn = 0, bricks_culled = 0, bricks_facing_away = 0, bricks_covered = 0;
+  int bricks_unchanged = 0;  // in view, but only in the part that stays
   std::uint64_t triangles = 0;
   int passes = 0;           // render passes recorded
   int commands = 0;         // draw calls recorded
@@ -162,6 +172,8 @@ class Renderer {
 
   /// The eyes' pictures: two layers (one when mono), sRGB bytes, ready to be sampled or copied after record().
   const gpu::Image& pictures() const;
+  /// What of an eye's picture the last record() drew anew.
+  std::span<const PixelBox> redrawn(int view) const;
   /// An eye's depth, D32, as a copy's source after record(); only where it is kept.
   struct DepthPicture {
     const gpu::Image* image = nullptr;

@@ -20,7 +20,8 @@ struct FrameData {
   vec4 tool_head;         // xyz: head centre, m; w: radius, m; 0: no tool
   vec4 tool_end;          // xyz: far end of the shank, m; w: its radius, m
   vec4 tool_motion;       // x: angle, rad; y: 0 sharp .. 1 wholly blurred by spin
-  vec4 background;        // 1 drawn, 0 black
+  vec4 background;        // x: 1 drawn, 0 black; w: its opacity
+  vec4 picture;           // xy: a pixel of the picture in clip space
   vec4 clip;              // only what has dot(clip.xyz, p) + clip.w > 0 is drawn; 0 0 0 1: everything
   vec4 section;           // the same, for tissue only
   vec4 mirror;            // x: the mouth mirror's radius, m; y: fog

@@ -32,13 +32,15 @@ namespace {
 constexpr std::uint64_t kPiece = 8192;  // ticks read at a time: memory does not grow with the session
 constexpr std::size_t kBins = 480;      // of the plots over time
 constexpr std::size_t kTableBins = 12;  // of their tables
+constexpr Nanos kSpeedOver = 20'000'000;  // ns, over which the hand's speed is taken: no noise of the encoders
 constexpr std::size_t kMostEvents = 200;
 
 /// Everything the page needs to know of the ticks, in one pass.
 struct Course {
   double t0 = 0, t1 = 1;  // s
   std::uint64_t count = 0;
-  Series force, depth, removed;           // N, mm, mm³
+  Series force, speed, spindle, depth, removed;  // N, mm/s, krpm, mm, mm³
+  double most_spindle = 0;                       // krpm
   std::vector<std::array<std::uint32_t, kTissueCount>> touched;  // ticks per bin and tissue in contact
   struct FaultCount {
     std::uint64_t ticks = 0;
@@ -83,7 +85,8 @@ Course course_of(const SessionReader& session) {
   }
   if (!(c.t1 > c.t0)) c.t1 = c.t0 + 1;
   const std::size_t bins = std::clamp<std::size_t>(c.count, 1, kBins);
-  Accumulator force(bins), depth(bins), removed(bins);
+  Accumulator force(bins), speed(bins), spindle(bins), depth(bins), removed(bins);
+  std::optional<ServoTick> moved_from;
   c.touched.resize(bins);
   HandMeter meter(session.header().servo_rate);
   for (std::uint64_t first = 0; first < c.count; first += kPiece) {
@@ -95,6 +98,12 @@ Course course_of(const SessionReader& session) {
       const auto bin = static_cast<std::size_t>(std::clamp(place, 0.0, static_cast<double>(bins - 1)));
       force.add(bin, glm::length(tick.f_T_W));
       depth.add(bin, tick.depth * 1e3);
+      spindle.add(bin, std::abs(tick.spindle) * 60 / (2 * kPi) / 1e3);
+      c.most_spindle = std::max(c.most_spindle, std::abs(tick.spindle) * 60 / (2 * kPi) / 1e3);
+      if (!moved_from || tick.t - moved_from->t >= kSpeedOver) {
+        if (moved_from) speed.add(bin, glm::length(tick.X_WT.p - moved_from->X_WT.p) * 1e3 / to_seconds(tick.t - moved_from->t));
+        moved_from = tick;
+      }
       removed.add(bin, std::accumulate(tick.removed.begin(), tick.removed.end(), 0.0) * 1e9);
       if (tick.depth > 0 || tick.contact_area > 0) ++c.touched[bin][static_cast<std::size_t>(tick.tissue)];
       for (std::size_t i = 0; i < c.faults.size(); ++i) {
@@ -106,6 +115,8 @@ Course course_of(const SessionReader& session) {
     }
   }
   c.force = force.series();
+  c.speed = speed.series();
+  c.spindle = spindle.series();
   c.depth = depth.series();
   c.removed = removed.series();
   c.hand = meter.result();
@@ -178,6 +189,7 @@ class Page : private Words {
     faults();
     timing();
     headset();
+    picture();
     events();
     details();
     put("</main>\n<footer><p>{}</p></footer>\n</body>\n</html>\n",
@@ -226,6 +238,7 @@ class Page : private Words {
     }
     if (!course_.cpu_us.empty() || session_.loop()) link("timing", "timing");
     if (headset_frames()) link("headset", "headset");
+    if (picture_frames()) link("picture", "picture");
     if (!session_.events().empty()) link("events", "events");
     link("details", "details");
     put("</ul></nav>\n");
@@ -663,6 +676,8 @@ class Page : private Words {
     put("<section id=\"course\" class=\"long\" aria-labelledby=\"h-course\">\n<h2 id=\"h-course\">{}</h2>\n", say("course"));
     plot("force", "force", "N", course_.force, 2);
     touched();
+    plot("speed", "speed", "mm/s", course_.speed, 1, "speed_note");
+    if (course_.most_spindle > 0) plot("spindle", "spindle", "krpm", course_.spindle, 0);
     plot("depth", "depth", "mm", course_.depth, 3, "depth_note");
     plot("removed_course", "removed", "mm³", course_.removed, 2);
     put("</section>\n");
@@ -707,7 +722,7 @@ class Page : private Words {
       put("<p>{}</p>\n</section>\n", say("no_faults"));
       return;
     }
-    put("<table><thead><tr><th scope=\"col\">{}</th><th scope=\"col\">{}</th><th scope=\"col\">{}</th></tr></thead>\n<tbody>\n",
+    put("<div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-labelledby=\"h-faults\"><table><thead><tr><th scope=\"col\">{}</th><th scope=\"col\">{}</th><th scope=\"col\">{}</th></tr></thead>\n<tbody>\n",
         say("fault"), say("ticks"), say("first_at"));
     for (std::size_t i = 0; i < course_.faults.size(); ++i) {
       const auto& f = course_.faults[i];
@@ -715,7 +730,7 @@ class Page : private Words {
       put("<tr><th scope=\"row\">{}</th><td>{}</td><td>{}</td></tr>\n", say("fault." + fault_names()[i].name), f.ticks,
           number(f.first, 3));
     }
-    put("</tbody></table>\n</section>\n");
+    put("</tbody></table></div>\n</section>\n");
   }
 
   void timing() {
@@ -735,7 +750,7 @@ class Page : private Words {
   void loop_times(const LoopReport& loop) {
     const LoopTiming& t = loop.timing;
     const double share = 100 * static_cast<double>(t.misses) / static_cast<double>(std::max<std::uint64_t>(t.ticks, 1));
-    put("<table><caption>{}</caption><thead><tr><th scope=\"col\"></th><th scope=\"col\">{}</th><th scope=\"col\">99 %</th>"
+    put("<div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-labelledby=\"h-timing\"><table><caption>{}</caption><thead><tr><th scope=\"col\"></th><th scope=\"col\">{}</th><th scope=\"col\">99 %</th>"
         "<th scope=\"col\">{}</th><th scope=\"col\">{}</th></tr></thead>\n<tbody>",
         say("loop_caption", t.ticks, t.misses, number(share, share > 0 && share < 0.01 ? 4 : 2),
             number(static_cast<double>(t.worst_index) * to_seconds(t.period), 2)),
@@ -748,7 +763,7 @@ class Page : private Words {
     };
     row("loop_work", t.work, t.worst_tick);
     row("loop_jitter", t.jitter, t.worst_jitter);
-    put("</tbody></table>\n");
+    put("</tbody></table></div>\n");
     int first = DurationHistogram::kBins, last = -1;
     for (int i = 0; i < DurationHistogram::kBins; ++i) {
       if (t.jitter.counts[static_cast<std::size_t>(i)] == 0) continue;
@@ -812,9 +827,9 @@ class Page : private Words {
       const auto bin = std::clamp<std::ptrdiff_t>(above - edges.begin() - 1, 0, static_cast<std::ptrdiff_t>(counts.size()) - 1);
       ++counts[static_cast<std::size_t>(bin)];
     }
-    put("<table><caption>{}</caption><thead><tr>"
+    put("<div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-labelledby=\"h-timing\"><table><caption>{}</caption><thead><tr>"
         "<th scope=\"col\">{}</th><th scope=\"col\">{}</th><th scope=\"col\">99 %</th><th scope=\"col\">{}</th><th scope=\"col\">{}</th>"
-        "</tr></thead>\n<tbody><tr><td class=\"text\">{}</td><td>{} µs</td><td>{} µs</td><td>{} µs</td><td>{} µs</td></tr></tbody></table>\n",
+        "</tr></thead>\n<tbody><tr><td class=\"text\">{}</td><td>{} µs</td><td>{} µs</td><td>{} µs</td><td>{} µs</td></tr></tbody></table></div>\n",
         say("timing_caption", number(period, 0)), say("ticks"), say("median"), three_nines(), say("worst"), us.size(), number(quantile(0.5)), number(quantile(0.99)),
         number(quantile(0.999)), number(us.back()));
     put("<div class=\"scroll\">{}</div>\n",
@@ -851,7 +866,7 @@ class Page : private Words {
     const std::size_t count = frames->t.size();
     const double drawn = sum(column("drawn", 1)), missed = sum(column("missed", 1));
     put("<section id=\"headset\" aria-labelledby=\"h-headset\">\n<h2 id=\"h-headset\">{}</h2>\n<p>{}</p>\n"
-        "<table><caption>{}</caption><thead><tr><th scope=\"col\"></th><th scope=\"col\">{}</th><th scope=\"col\">99 %</th>"
+        "<div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-labelledby=\"h-headset\"><table><caption>{}</caption><thead><tr><th scope=\"col\"></th><th scope=\"col\">{}</th><th scope=\"col\">99 %</th>"
         "<th scope=\"col\">{}</th></tr></thead>\n<tbody>\n",
         say("headset"), say("headset_frames", count, number(drawn, 0), number(missed, 0)), say("headset_caption"),
         say("median"), say("worst"));
@@ -868,20 +883,68 @@ class Page : private Words {
     row("frame_margin", "margin_s", 1e3, "ms", true);
     row("head_error", "position_error_m", 1e3, "mm");
     row("head_angle_error", "angle_error_rad", 1 / kDegree, "°");
+    put("</tbody></table></div>\n</section>\n");
+  }
+
+  /// The stream that a picture on a screen leaves, a row a frame; null without one.
+  const StreamData* picture_frames() const {
+    const auto& specs = session_.header().streams;
+    for (std::size_t i = 0; i < specs.size() && i < session_.streams().size(); ++i)
+      if (specs[i].name == "picture" && !session_.streams()[i].t.empty()) return &session_.streams()[i];
+    return nullptr;
+  }
+
+  void picture() {
+    const StreamData* frames = picture_frames();
+    if (!frames) return;
+    const auto& specs = session_.header().streams;
+    const auto spec = std::find_if(specs.begin(), specs.end(), [](const StreamSpec& s) { return s.name == "picture"; });
+    const auto column = [&](std::string_view name) {
+      std::vector<double> values;
+      for (std::size_t c = 0; c < spec->columns.size() && c < frames->columns.size(); ++c)
+        if (spec->columns[c].name == name)
+          std::copy_if(frames->columns[c].begin(), frames->columns[c].end(), std::back_inserter(values),
+                       [](double v) { return std::isfinite(v); });
+      std::sort(values.begin(), values.end());
+      return values;
+    };
+    const auto mean = [](const std::vector<double>& v) {
+      return v.empty() ? 0.0 : std::accumulate(v.begin(), v.end(), 0.0) / static_cast<double>(v.size());
+    };
+    const std::vector<double> steps = column("quality_step");
+    put("<section id=\"picture\" aria-labelledby=\"h-picture\">\n<h2 id=\"h-picture\">{}</h2>\n<p>{}</p>\n"
+        "<table><caption>{}</caption><thead><tr><th scope=\"col\"></th><th scope=\"col\">{}</th><th scope=\"col\">99 %</th>"
+        "<th scope=\"col\">{}</th></tr></thead>\n<tbody>\n",
+        say("picture"),
+        say("picture_frames", frames->t.size(), number(100 * mean(column("redrawn")), 0),
+            steps.empty() ? 1 : static_cast<int>(steps.front()) + 1, steps.empty() ? 1 : static_cast<int>(steps.back()) + 1),
+        say("picture_caption"), say("median"), say("worst"));
+    const auto row = [&](const char* key, std::string_view name) {
+      const std::vector<double> values = column(name);
+      if (values.empty() || values.back() <= 0) return;
+      const auto at = [&](double q) {
+        return quantity(1e3 * values[static_cast<std::size_t>(q * static_cast<double>(values.size() - 1) + 0.5)], "ms");
+      };
+      put("<tr><th scope=\"row\">{}</th><td>{}</td><td>{}</td><td>{}</td></tr>\n", say(key), at(0.5), at(0.99), at(1));
+    };
+    row("frame_period", "period_s");
+    row("frame_record", "record_s");
+    row("frame_gpu", "gpu_s");
+    row("motion_to_photon", "motion_to_photon_s");
     put("</tbody></table>\n</section>\n");
   }
 
   void events() {
     const auto& all = session_.events();
     if (all.empty()) return;
-    put("<section id=\"events\" class=\"long\" aria-labelledby=\"h-events\">\n<h2 id=\"h-events\">{}</h2>\n<table><thead><tr>"
+    put("<section id=\"events\" class=\"long\" aria-labelledby=\"h-events\">\n<h2 id=\"h-events\">{}</h2>\n<div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-labelledby=\"h-events\"><table><thead><tr>"
         "<th scope=\"col\">{}</th><th scope=\"col\" class=\"text\">{}</th></tr></thead>\n<tbody>\n",
         say("events"), say("when"), say("what"));
     for (std::size_t i = 0; i < std::min(all.size(), kMostEvents); ++i) {
       put("<tr><th scope=\"row\">{}</th><td class=\"text\">{}: {}</td></tr>\n", number(to_seconds(all[i].t), 2),
           say(fmt::format("event.{}", name_of(all[i].kind))), escaped(all[i].text));
     }
-    put("</tbody></table>\n");
+    put("</tbody></table></div>\n");
     if (all.size() > kMostEvents) put("<p class=\"soft\">{}</p>\n", say("more_events", all.size() - kMostEvents));
     put("</section>\n");
   }

@@ -58,6 +58,7 @@ void HandMeter::add(std::span<const ServoTick> ticks) {
 
     const double removed = std::accumulate(tick.removed.begin(), tick.removed.end(), 0.0);
     if (first_) removed_last_ = removed;
+    stroke_cut_ += std::max(0.0, removed - removed_last_);
     const bool contact = tick.depth > 0 || tick.contact_area > 0;
     if (contact) {
       const double force = glm::length(tick.f_T_W);
@@ -69,7 +70,7 @@ void HandMeter::add(std::span<const ServoTick> ticks) {
       if (!in_stroke_ || to_seconds(tick.t - last_contact_) > kFreeBetween) {
         end_stroke();
         in_stroke_ = true;
-        removed_at_begin_ = removed_last_;
+        stroke_cut_ = std::max(0.0, removed - removed_last_);
       }
       last_contact_ = tick.t;
     }
@@ -79,7 +80,7 @@ void HandMeter::add(std::span<const ServoTick> ticks) {
 }
 
 void HandMeter::end_stroke() {
-  if (in_stroke_ && removed_last_ - removed_at_begin_ > kLeastRemoved) ++strokes_;
+  if (in_stroke_ && stroke_cut_ > kLeastRemoved) ++strokes_;
   in_stroke_ = false;
 }
 
@@ -90,7 +91,7 @@ HandMeasures HandMeter::result() const {
   m.force_mean = contact_ticks_ ? force_sum_ / static_cast<double>(contact_ticks_) : 0;
   m.force_max = force_max_;
   m.path_length = path_;
-  m.strokes = strokes_ + (in_stroke_ && removed_last_ - removed_at_begin_ > kLeastRemoved ? 1 : 0);
+  m.strokes = strokes_ + (in_stroke_ && stroke_cut_ > kLeastRemoved ? 1 : 0);
   m.tremor_rms = tremor_ticks_ ? std::sqrt(tremor_square_ / static_cast<double>(tremor_ticks_)) : 0;
   m.faults = faults_;
   return m;
@@ -183,8 +184,14 @@ constexpr Measure kMeasures[] = {
     {"gingiva_removed_mm3", "mm³", Best::kAtMost,
      [](In in) -> Value {
        const auto i = static_cast<std::size_t>(Tissue::kGingiva);
-       if (in.before[i] <= 0) return std::nullopt;
-       return std::max(0.0, in.before[i] - in.after[i]) * kMm3;
+       const bool around = in.damage && in.damage->gum;
+       if (in.before[i] <= 0 && !around) return std::nullopt;
+       return (std::max(0.0, in.before[i] - in.after[i]) + (around ? in.damage->gum_volume : 0)) * kMm3;
+     }},
+    {"neighbour_removed_mm3", "mm³", Best::kAtMost,
+     [](In in) -> Value {
+       if (!in.damage || !in.damage->neighbours) return std::nullopt;
+       return in.damage->neighbour_volume * kMm3;
      }},
     {"protected_removed_mm3", "mm³", Best::kAtMost,
      [](In in) { return of_cavity<&CavityMeasures::kept_removed>(in, kMm3); }},
@@ -287,6 +294,7 @@ std::vector<ScoreRule> default_rules(const ScoreInput& input) {
              {"over_cut_depth_mm", 0, 0.3, 5, Best::kAtMost, ours},
              {"under_cut_depth_mm", 0, 0.3, 5, Best::kAtMost, ours},
              {"gingiva_removed_mm3", 0, 1, 5, Best::kAtMost, ours},
+             {"neighbour_removed_mm3", 0, 0.2, 15, Best::kAtMost, ours},
              {"protected_removed_mm3", 0, 0.2, 15, Best::kAtMost, ours},
              {"pulp_removed_mm3", 0, 0.05, 20, Best::kAtMost, ours},
              {"pulp_distance_mm", 0.5, 0.25, 5, Best::kAtLeast,

@@ -56,8 +56,15 @@ class HandMeter {
   // Strokes.
   bool in_stroke_ = false;
   Nanos last_contact_ = 0;
-  double removed_at_begin_ = 0, removed_last_ = 0;
+  double stroke_cut_ = 0, removed_last_ = 0;
   int strokes_ = 0;
+};
+
+/// What a turning bur did to what stands around the working tooth.
+struct DamageMeasures {
+  bool neighbours = false, gum = false;        // whether there are any
+  double neighbour_volume = 0, gum_volume = 0; // m³ that the bur was in
+  double first = -1;                           // s, when it first touched; negative: it did not
 };
 
 struct ScoreInput {
@@ -69,6 +76,7 @@ struct ScoreInput {
   std::optional<CavityMeasures> cavity;       // the geometry of the result, where it was measured
   std::optional<CavityMeasures> cavity_ideal; // and of the ideal: what a perfect hand would get
   std::optional<ExploreMeasures> explore;     // of a task that is to explore
+  std::optional<DamageMeasures> damage;       // where the scene has surroundings
 };
 
 /// Which side of the target costs points.

@@ -59,6 +59,9 @@ enum class EventKind : std::uint8_t { kNote, kTool, kView, kFault, kTask, kUndo,
 inline constexpr int kEventKindCount = 8;
 std::string_view name_of(EventKind kind) noexcept;
 
+/// "stale_patch" of its bit; "unknown" for other numbers.
+std::string_view fault_name(std::uint32_t bit) noexcept;
+
 /// Something that happened once: a tool was taken up, the view moved, a fault began, an instructor's note.
 struct SessionEvent {
   Nanos t = 0;  // since the session's start

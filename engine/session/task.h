@@ -14,9 +14,9 @@
 
 namespace typodont::session {
 
-/// What a step may wait for: the hand moved, touched, drilled; a tool, the speed, an undo, a redo, a view.
-inline constexpr std::array<std::string_view, 8> kStepDeeds = {"move",  "touch", "drill", "tool",
-                                                               "speed", "undo",  "redo",  "view"};
+/// What a step may wait for: the hand moved, touched, drilled; a tool, the speed, an undo, a redo, a view; the hold key.
+inline constexpr std::array<std::string_view, 9> kStepDeeds = {"move",  "touch", "drill", "tool",
+                                                               "speed", "undo",  "redo",  "view", "hold"};
 
 /// "text", or {"en": …, "de": …, "zh": …} with at least "en".
 struct TaskText {

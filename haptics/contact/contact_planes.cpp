@@ -1,6 +1,7 @@
 #include "haptics/contact/contact_planes.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <cstddef>
 #include <cstring>
@@ -122,12 +123,11 @@ TYPODONT_KERNEL void distance_from_head(const FlatHead& head, const F8& x, const
 /// The field around the head, from the same voxel as the head.
 struct FlatField {
   const float* samples;  // at that voxel, which need not be one of the patch
-  std::ptrdiff_t sx, sy;
+  int sx, sy;
   float lo[3], hi[3];  // between these a point may be sampled
 };
 
-TYPODONT_KERNEL void pairs_at(const float* samples, const std::ptrdiff_t (&at)[8], std::ptrdiff_t offset, F8& first,
-                              F8& second) {
+TYPODONT_KERNEL void pairs_at(const float* samples, const I8& at, std::ptrdiff_t offset, F8& first, F8& second) {
   double pair[8];  // two floats move as one double
   for (int i = 0; i < 8; ++i) std::memcpy(&pair[i], samples + at[i] + offset, sizeof(double));
   const D4 one = {pair[0], pair[1], pair[2], pair[3]}, two = {pair[4], pair[5], pair[6], pair[7]};
@@ -142,8 +142,7 @@ TYPODONT_KERNEL void sample_eight(const FlatField& field, const F8& x, const F8&
   const I8 ix = __builtin_convertvector(x, I8), iy = __builtin_convertvector(y, I8), iz = __builtin_convertvector(z, I8);
   const F8 u = x - __builtin_convertvector(ix, F8), v = y - __builtin_convertvector(iy, F8),
            w = z - __builtin_convertvector(iz, F8);
-  std::ptrdiff_t at[8];
-  for (int i = 0; i < 8; ++i) at[i] = ix[i] * field.sx + iy[i] * field.sy + iz[i];
+  const I8 at = ix * field.sx + iy * field.sy + iz;
   F8 f0, f1, a, b, d, e;
   pairs_at(field.samples, at, 0, f0, f1);
   const F8 z00 = f1 - f0;
@@ -172,7 +171,7 @@ struct Found {
 };
 
 /// Looks around with the samples of the head: those that are near tissue are slid to where head and surface are closest.
-TYPODONT_DISPATCH("avx2", "default")
+TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 void look_around(const HeadSamples* samples, const FlatHead* head_at, const FlatField* field_at, float near,
                  RoughPlanes* planes, Found* found) {
   const FlatHead head = *head_at;
@@ -196,7 +195,8 @@ void look_around(const HeadSamples* samples, const FlatHead* head_at, const Flat
     const I8 jx = __builtin_convertvector(qx + 0.5f, I8), jy = __builtin_convertvector(qy + 0.5f, I8),
              jz = __builtin_convertvector(qz + 0.5f, I8);
     F8 coarse;
-    for (int i = 0; i < 8; ++i) coarse[i] = field.samples[jx[i] * field.sx + jy[i] * field.sy + jz[i]];
+    const I8 j = jx * field.sx + jy * field.sy + jz;
+    for (int i = 0; i < 8; ++i) coarse[i] = field.samples[j[i]];
     if (!any_of(coarse < kNear + 0.87f)) continue;
 
     F8 value, gx, gy, gz;
@@ -254,12 +254,17 @@ void look_around(const HeadSamples* samples, const FlatHead* head_at, const Flat
     best = kept ? best : F8{} + 1e30f;
     least = best < least ? best : least;
     best_x -= head.cx, best_y -= head.cy, best_z -= head.cz;
-    for (int i = 0; i < 8; ++i) {  // without a branch: which are kept is not foreseeable
-      planes->x[count] = best_x[i], planes->y[count] = best_y[i], planes->z[count] = best_z[i];
-      planes->nx[count] = -best_mx[i], planes->ny[count] = -best_my[i], planes->nz[count] = -best_mz[i];
-      planes->gap[count] = best[i];
-      count += static_cast<int>(keep >> i & 1);
-    }
+    // Without a branch: which are kept is not foreseeable.
+    const I8& order = kCompaction.order[keep];
+    const auto put = [&](const F8& v, float* to) __attribute__((always_inline)) {
+      F8 first;
+      gather_lanes(v, order, first);
+      std::memcpy(to + count, &first, sizeof first);
+    };
+    put(best_x, planes->x), put(best_y, planes->y), put(best_z, planes->z);
+    put(-best_mx, planes->nx), put(-best_my, planes->ny), put(-best_mz, planes->nz);
+    put(best, planes->gap);
+    count += std::popcount(keep);
   }
   found->count = count;
   found->area = sum_of(area);
@@ -272,7 +277,7 @@ void look_around(const HeadSamples* samples, const FlatHead* head_at, const Flat
 }
 
 /// New normals and gaps of known points. `d`: how far the head has moved since they were found.
-TYPODONT_DISPATCH("avx2", "default")
+TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 float look_again(const FlatHead* head_at, RoughPlanes* planes, int count, const float* d) {
   const FlatHead head = *head_at;
   F8 least = {};
@@ -434,7 +439,7 @@ void ContactFinder::find(const SurfacePatch& patch, const Pose& X_VT, double nea
   const FlatHead head =
       flat_head(samples_->pieces, head_.count, sphere_, radius_, X_VT.R, X_VT.p - dvec3(base));
   const std::ptrdiff_t sy = patch.n, sx = sy * sy;
-  FlatField field{patch.distance.data() + (from.x * sx + from.y * sy + from.z), sx, sy, {}, {}};
+  FlatField field{patch.distance.data() + (from.x * sx + from.y * sy + from.z), static_cast<int>(sx), static_cast<int>(sy), {}, {}};
   for (int i = 0; i < 3; ++i) {
     field.lo[i] = static_cast<float>(std::max(3 - from[i], 0));
     field.hi[i] = static_cast<float>(patch.n - 4 - from[i]);
@@ -525,7 +530,7 @@ bool ContactFinder::refine(const SurfacePatch& patch, const Pose& X_VT, ContactS
 namespace {
 
 /// The plane whose normal is closest to `n`, the first of equal ones.
-TYPODONT_DISPATCH("avx2", "default") int most_along(const RoughPlanes* planes, int count, const float* n) {
+TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default") int most_along(const RoughPlanes* planes, int count, const float* n) {
   F8 most = F8{} - 2.0f;
   I8 index = {}, at = {0, 1, 2, 3, 4, 5, 6, 7};
   for (int k = 0; k < count; k += kBatch, at += 8) {
@@ -546,7 +551,7 @@ TYPODONT_DISPATCH("avx2", "default") int most_along(const RoughPlanes* planes, i
 }
 
 /// The plane of least n·d + room if that is below -slip, the first of equal ones; else -1.
-TYPODONT_DISPATCH("avx2", "default")
+TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 int most_violated(const RoughPlanes* planes, int count, const float* d, float overlap, float slack,
                   bool only_no_deeper, float slip) {
   F8 least = F8{} - slip;

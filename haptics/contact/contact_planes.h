@@ -39,6 +39,10 @@ class ContactSet {
 
   /// One of them: exact where it was refined, else as found.
   ContactPlane plane(int i) const noexcept;
+  /// A voxel deep in the tissue at one of them, as found.
+  dvec3 below(int i) const noexcept {
+    return origin_ + dvec3(rough_.x[i] - rough_.nx[i], rough_.y[i] - rough_.ny[i], rough_.z[i] - rough_.nz[i]);
+  }
   void set_yields(int i, double yields) noexcept;
   /// For a head in a place that it has emptied itself: planes that seem to overlap it by up to `most` voxels do so by
   /// interpolation only, and are moved back to touch.

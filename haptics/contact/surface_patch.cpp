@@ -48,29 +48,30 @@ struct Weights {
 };
 
 /// The sum over 6³ samples, from rows of eight whose first two weigh nothing. `out`: value, gradient.
-TYPODONT_DISPATCH("avx2", "default")
+TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 void cubic(const float* f, std::size_t sx, std::size_t sy, const double* fractions, double* out) {
   const Weights w(D4{fractions[0], fractions[1], fractions[2], 0});
-  D4 value[2] = {}, by_x[2] = {}, by_y[2] = {};
+  D8 value = {}, by_x = {}, by_y = {};
   for (std::size_t i = 0; i < 6; ++i) {
-    D4 sum0 = {}, sum1 = {}, slope0 = {}, slope1 = {};
+    D8 sum = {}, slope = {};
     for (std::size_t j = 0; j < 6; ++j) {
-      const float* const row = f + i * sx + j * sy;
-      const D4 r0 = __builtin_convertvector(*reinterpret_cast<const F4*>(row), D4);
-      const D4 r1 = __builtin_convertvector(*reinterpret_cast<const F4*>(row + 4), D4);
-      const double v = w.value[j][1], s = w.slope[j][1];
-      sum0 += v * r0, sum1 += v * r1;
-      slope0 += s * r0, slope1 += s * r1;
+      const D8 r = __builtin_convertvector(*reinterpret_cast<const F8*>(f + i * sx + j * sy), D8);
+      sum += w.value[j][1] * r;
+      slope += w.slope[j][1] * r;
     }
     const double v = w.value[i][0], s = w.slope[i][0];
-    value[0] += v * sum0, value[1] += v * sum1;
-    by_x[0] += s * sum0, by_x[1] += s * sum1;
-    by_y[0] += v * slope0, by_y[1] += v * slope1;
+    value += v * sum;
+    by_x += s * sum;
+    by_y += v * slope;
   }
   const D4 v0 = {0, 0, w.value[0][2], w.value[1][2]}, v1 = {w.value[2][2], w.value[3][2], w.value[4][2], w.value[5][2]};
   const D4 s0 = {0, 0, w.slope[0][2], w.slope[1][2]}, s1 = {w.slope[2][2], w.slope[3][2], w.slope[4][2], w.slope[5][2]};
-  const D4 sums[4] = {v0 * value[0] + v1 * value[1], v0 * by_x[0] + v1 * by_x[1], v0 * by_y[0] + v1 * by_y[1],
-                      s0 * value[0] + s1 * value[1]};
+  D4 sums[4];
+  const D8* const of[4] = {&value, &by_x, &by_y, &value};
+  for (int k = 0; k < 4; ++k) {
+    const D4 low = __builtin_shufflevector(*of[k], *of[k], 0, 1, 2, 3), high = __builtin_shufflevector(*of[k], *of[k], 4, 5, 6, 7);
+    sums[k] = k < 3 ? v0 * low + v1 * high : s0 * low + s1 * high;
+  }
   for (int k = 0; k < 4; ++k) out[k] = (sums[k][0] + sums[k][1]) + (sums[k][2] + sums[k][3]);
 }
 
@@ -131,14 +132,15 @@ PerTissue sample_tissue(const SurfacePatch& patch, const dvec3& p_V) noexcept {
   return shares;
 }
 
-PerTissue carve(SurfacePatch& patch, const Sweep& sweep, bool* changed) noexcept {
+PerTissue carve(SurfacePatch& patch, const Sweep& sweep, bool* changed, CutFront* front) noexcept {
   PerTissue removed{};
   if (changed) *changed = false;
   const glm::ivec3 a = glm::max(sweep.lo() - patch.lo, 0), b = glm::min(sweep.hi() - patch.lo, patch.n - 1);
   if (a.x > b.x || a.y > b.y || a.z > b.z) return removed;
   const std::size_t start = patch.at(a.x, a.y, a.z), edge = static_cast<std::size_t>(patch.n);
-  if (sweep.raise(a + patch.lo, b - a + 1, patch.distance.data() + start, edge * edge, edge,
-                  patch.tissue.data() + start, &removed)) {
+  if (front ? sweep.raise(*front, patch.lo, patch.n, patch.distance.data(), patch.tissue.data(), &removed)
+            : sweep.raise(a + patch.lo, b - a + 1, patch.distance.data() + start, edge * edge, edge,
+                          patch.tissue.data() + start, &removed)) {
     mark_cut(patch, a + patch.lo, b + patch.lo);
     if (changed) *changed = true;
   }

@@ -24,7 +24,8 @@ struct VelocityEstimate {
 class VelocityEstimator {
  public:
   /// `noise`: m, half the peak-to-peak position noise; for an encoder, its whole step is right.
-  explicit VelocityEstimator(double noise) : noise_(noise) {}
+  /// `axes`: how many move, the first ones.
+  explicit VelocityEstimator(double noise, int axes = 3) : noise_(noise), axes_(axes) {}
 
   /// Servo thread. Never allocates. Samples whose time does not rise start anew.
   VelocityEstimate add(Nanos t, const dvec3& p) noexcept {
@@ -34,7 +35,7 @@ class VelocityEstimator {
     VelocityEstimate estimate;
     if (!first) {
       std::size_t window = count_;
-      for (int axis = 0; axis < 3; ++axis) window = std::min(window, longest(axis, window));
+      for (int axis = 0; axis < axes_; ++axis) window = std::min(window, longest(axis, window));
       const Sample& start = back(window);
       const double span = to_seconds(t - start.t);
       estimate = {(p - start.p) / span, span / 2};
@@ -75,6 +76,7 @@ class VelocityEstimator {
   }
 
   double noise_;
+  int axes_;
   Sample newest_;
   std::array<Sample, kPast> ring_{};
   std::size_t head_ = 0, count_ = 0;

@@ -12,7 +12,9 @@
 #include <algorithm>
 #include <climits>
 #include <cstring>
+#include <optional>
 #include <unordered_set>
+#include <vector>
 
 #include "engine/base/error.h"
 #include "engine/base/fnv.h"
@@ -96,6 +98,7 @@ struct TissueVolume::Impl {
   std::vector<StrokeKept> strokes;
   std::size_t done = 0;     // strokes in the tissue; those after it were undone
   bool in_stroke = false;   // the last one is still being made
+  PerTissue taken_back{};   // m³ that came back by undoing, less what went again
 
   Impl() { openvdb::initialize(); }
   void make_grids(float band_voxels) {
@@ -133,9 +136,38 @@ struct TissueVolume::Impl {
     }
   }
 
+  /// m³ of each tissue in these leaves: every voxel by its share inside the surface.
+  PerTissue volumes_in(const std::vector<openvdb::Coord>& leaves) const {
+    constexpr int n = openvdb::FloatTree::LeafNodeType::DIM;
+    PerTissue sum{};
+    for (const openvdb::Coord& origin : leaves) {
+      const auto* d = distance->tree().probeConstLeaf(origin);
+      const auto* t = tissue->tree().probeConstLeaf(origin);
+      const float* distances = d ? d->buffer().data() : nullptr;
+      const std::int32_t* labels = t ? t->buffer().data() : nullptr;
+      const float tile = d ? 0 : distance->tree().getValue(origin);
+      const std::int32_t label = t ? 0 : tissue->tree().getValue(origin);
+      for (int i = 0; i < n * n * n; ++i) {
+        const float share = std::clamp(0.5f - (distances ? distances[i] : tile), 0.0f, 1.0f);
+        const auto which = static_cast<std::size_t>(labels ? labels[i] : label);
+        if (which < sum.size()) sum[which] += static_cast<double>(share);
+      }
+    }
+    for (double& v : sum) v *= frame.voxel * frame.voxel * frame.voxel;
+    return sum;
+  }
+
   void exchange(StrokeKept& stroke, bool back) {
+    std::vector<openvdb::Coord> leaves;
+    for (const auto& [origin, kept] : stroke.distance) leaves.push_back(origin);
+    for (const auto& [origin, kept] : stroke.tissue) {
+      if (!stroke.distance.contains(origin)) leaves.push_back(origin);
+    }
+    const PerTissue before = volumes_in(leaves);
     StrokeKept::Distance::exchange(distance->tree(), stroke.distance);
     StrokeKept::Labels::exchange(tissue->tree(), stroke.tissue);
+    const PerTissue after = volumes_in(leaves);
+    for (std::size_t i = 0; i < taken_back.size(); ++i) taken_back[i] += after[i] - before[i];
     constexpr int n = openvdb::FloatTree::LeafNodeType::DIM;
     for (const auto& [origin, kept] : stroke.distance) insert_bricks(vec(origin), vec(origin) + n - 1, changed);
     for (const auto& [origin, kept] : stroke.tissue) insert_bricks(vec(origin), vec(origin) + n - 1, changed);
@@ -151,6 +183,26 @@ TissueVolume::~TissueVolume() = default;
 TissueVolume::TissueVolume(TissueVolume&&) noexcept = default;
 TissueVolume& TissueVolume::operator=(TissueVolume&&) noexcept = default;
 
+namespace {
+
+/// The one label of a whole leaf of n³ voxels that lies beyond the band inside the tissue; nothing for any other.
+std::optional<Tissue> uniform_inside(const DenseTissue& dense, const glm::ivec3& lo, const glm::ivec3& end, int n) {
+  if (end != lo + n) return std::nullopt;
+  const Tissue label = dense.tissue[dense.at(lo.x, lo.y, lo.z)];
+  const auto deep = static_cast<float>(-dense.band);
+  for (int x = lo.x; x < end.x; ++x) {
+    for (int y = lo.y; y < end.y; ++y) {
+      const std::size_t row = dense.at(x, y, lo.z);
+      for (std::size_t i = row; i < row + static_cast<std::size_t>(n); ++i) {
+        if (dense.distance[i] > deep || dense.tissue[i] != label) return std::nullopt;
+      }
+    }
+  }
+  return label;
+}
+
+}  // namespace
+
 TissueVolume::TissueVolume(const DenseTissue& dense) : impl_(std::make_unique<Impl>()) {
   Impl& v = *impl_;
   v.frame = dense.frame;
@@ -161,22 +213,27 @@ TissueVolume::TissueVolume(const DenseTissue& dense) : impl_(std::make_unique<Im
 
   // Leaf by leaf, so that voxels beyond the band never exist, not even for a moment.
   constexpr int n = openvdb::FloatTree::LeafNodeType::DIM;
-  const float to_voxels = static_cast<float>(1 / dense.frame.voxel);
+  const auto to_voxels = static_cast<float>(1 / dense.frame.voxel), band = static_cast<float>(dense.band);
   auto distance = v.distance->getAccessor();
   auto tissue = v.tissue->getAccessor();
   for (int x0 = 0; x0 < dense.size.x; x0 += n) {
     for (int y0 = 0; y0 < dense.size.y; y0 += n) {
       for (int z0 = 0; z0 < dense.size.z; z0 += n) {
         const glm::ivec3 end = glm::min(glm::ivec3(x0 + n, y0 + n, z0 + n), dense.size);
+        if (const auto label = uniform_inside(dense, {x0, y0, z0}, end, n)) {
+          distance.addTile(1, openvdb::Coord(x0, y0, z0), -band_voxels, false);
+          tissue.addTile(1, openvdb::Coord(x0, y0, z0), static_cast<int>(*label), *label != Tissue::kAir);
+          continue;
+        }
         for (int x = x0; x < end.x; ++x) {
           for (int y = y0; y < end.y; ++y) {
             for (int z = z0; z < end.z; ++z) {
               const std::size_t i = dense.at(x, y, z);
-              const float d = dense.distance[i] * to_voxels;
+              const float d = dense.distance[i];
               const openvdb::Coord at(x, y, z);
-              if (d < band_voxels && d > -band_voxels) {
-                distance.setValue(at, d);
-              } else if (d <= -band_voxels) {
+              if (d < band && d > -band) {
+                distance.setValue(at, d * to_voxels);
+              } else if (d <= -band) {
                 distance.setValueOff(at, -band_voxels);
               }
               if (dense.tissue[i] != Tissue::kAir) tissue.setValue(at, static_cast<int>(dense.tissue[i]));
@@ -413,6 +470,10 @@ void TissueVolume::begin_stroke() {
   ++v.done;
   v.in_stroke = true;
 }
+
+void TissueVolume::end_stroke() { impl_->complete_stroke(); }
+
+const PerTissue& TissueVolume::taken_back() const { return impl_->taken_back; }
 
 bool TissueVolume::undo() {
   Impl& v = *impl_;

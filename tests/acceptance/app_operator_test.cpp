@@ -74,7 +74,8 @@ class Program {
 };
 
 struct OperatorWindow : testing::Test {
-  Desktop desktop{{1280, 800}};
+  static constexpr glm::ivec2 kScreen{2600, 800};  // the operator's window, and room beside it
+  Desktop desktop{kScreen};
   ProgramFolder folder{TYPODONT_PROGRAM};
 
   void SetUp() override {
@@ -105,7 +106,7 @@ struct OperatorWindow : testing::Test {
   }
   /// Colours in a part of the screen: an empty panel has a few, a shaded picture many.
   int colours(glm::ivec2 lo, glm::ivec2 hi) const {
-    const render::Picture p = desktop.screen({1280, 800});
+    const render::Picture p = desktop.screen(kScreen);
     std::set<std::uint32_t> seen;
     for (int y = lo.y; y < hi.y; ++y)
       for (int x = lo.x; x < hi.x; ++x) seen.insert(p.at(x, y)[0] << 16 | p.at(x, y)[1] << 8 | p.at(x, y)[2]);
@@ -122,9 +123,27 @@ struct OperatorWindow : testing::Test {
     Desktop::xdotool("key --delay 60 " + key);
     std::this_thread::sleep_for(150ms);
   }
+  /// Pixels in a part of the screen that differ clearly between two moments.
+  static int differing(const render::Picture& a, const render::Picture& b, glm::ivec2 lo, glm::ivec2 hi,
+                       int by = 24) {
+    int count = 0;
+    for (int y = lo.y; y < hi.y; ++y)
+      for (int x = lo.x; x < hi.x; ++x)
+        for (std::size_t c = 0; c < 3; ++c)
+          if (std::abs(a.at(x, y)[c] - b.at(x, y)[c]) > by) {
+            ++count;
+            break;
+          }
+    return count;
+  }
+  void type(const std::string& text) const {
+    Desktop::xdotool(fmt::format("type --delay 20 '{}'", text));
+    std::this_thread::sleep_for(300ms);
+  }
   void choose_block_and_script() {
     press("ctrl+Up");  // the user's own scenes come last
     press("ctrl+h");
+    std::this_thread::sleep_for(500ms);
     Desktop::xdotool(fmt::format("type --delay 20 'script:{}'", folder / "hand.csv"));
     std::this_thread::sleep_for(300ms);
   }
@@ -178,6 +197,150 @@ TEST_F(OperatorWindow, TerminatedInTheMiddleOfASessionItEndsItInOrder) {
   program.terminate();
   EXPECT_EQ(program.wait_for_end(), 0) << program.said();
   program.wait_for("session ended");
+}
+
+TEST_F(OperatorWindow, StepsAreDoneByWhatIsDoneAndStrokesTakenBackByKeysAreReplayedExactly) {
+  std::string scene = kScene;
+  const std::string steps = R"("steps": [)";
+  scene.replace(scene.find(steps), std::string::npos, steps + R"({"en": "1", "done": "drill"}, {"en": "2", "done": "undo"},
+    {"en": "3", "done": "redo"}, {"en": "4", "done": "view"}, {"en": "5", "done": "speed"}, {"en": "6", "done": "hold"}]}})");
+  folder.write("home/scenes/zz_block.json", scene);
+  folder.write("hand.csv", read_text(folder / "hand.csv") + "300,6.8,5.8,19,1,0,0,0,0\n");
+  Program program(folder);
+  open(program);
+  choose_block_and_script();
+  press("F5");
+  ASSERT_EQ(program.wait_for("session started: "), "block");
+  program.wait_for("step 1 done");
+  std::this_thread::sleep_for(4s);  // the hand has come to rest
+  for (const auto& [key, step] : {std::pair{"ctrl+z", 2}, {"ctrl+y", 3}, {"c", 4}, {"minus", 5}, {"h", 6}}) {
+    press(key);
+    program.wait_for(fmt::format("step {} done", step));
+  }
+  press("r");
+  press("F10");
+  const std::string session =
+      std::filesystem::path(program.wait_for("report written: ")).replace_extension(".h5").string();
+  press("F10");
+  press("ctrl+q");
+  EXPECT_EQ(program.wait_for_end(), 0) << program.said();
+  const Ran replay = folder.run("replay " + session + " --check");
+  EXPECT_EQ(replay.status, 0) << replay.out << replay.err;
+}
+
+TEST_F(OperatorWindow, ViewsChangeWhatIsShownHereAndTheTraineesScreenStaysAsItIsAndClean) {
+  folder.write("hand.csv", "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,6.8,5.8,19,1,0,0,0,0\n300,6.8,5.8,19,1,0,0,0,0\n");
+  Program program(folder);
+  open(program);
+  const std::string own = Desktop::xdotool("search --name Typodont");
+  choose_block_and_script();
+  press("Return");  // the address is typed
+  // The trainee's picture in a window of its own, beside this one.
+  for (int i = 0; i < 3; ++i) press("ctrl+p");
+  press("F5");
+  ASSERT_EQ(program.wait_for("session started: "), "block");
+  EXPECT_TRUE(eventually([&] { return Desktop::xdotool("search --name Typodont") != own; }));
+  const std::string windows = Desktop::xdotool("search --name Typodont");
+  ASSERT_NE(windows, own) << program.said();
+  std::string trainee;
+  for (std::size_t at = 0; at < windows.size();) {
+    const std::string id = windows.substr(at, windows.find('\n', at) - at);
+    at += id.size() + 1;
+    if (own.find(id) == std::string::npos) trainee = id;
+  }
+  Desktop::xdotool("windowmove " + trainee + " 1300 0");
+  Desktop::xdotool("windowfocus " + own.substr(0, own.find('\n')));
+  const glm::ivec2 lo{1300, 0}, hi{2580, 720}, mine{400, 100}, mine_hi{900, 560};
+  ASSERT_TRUE(eventually([&] { return colours(lo, hi) > 200 && colours(mine, mine_hi) > 200; }));
+  std::this_thread::sleep_for(2s);
+  const render::Picture before = desktop.screen(kScreen);
+  press("v");  // a viewpoint of one's own
+  ASSERT_TRUE(eventually([&] { return differing(before, desktop.screen(kScreen), mine, mine_hi) > 2000; }));
+  for (int i = 0; i < 5; ++i) press("j");
+  press("c");
+  std::this_thread::sleep_for(3s);
+  const render::Picture after = desktop.screen(kScreen);
+  EXPECT_GT(differing(before, after, mine, mine_hi), 2000);
+  // A slow machine may draw shadows and edges more simply meanwhile; what moves differs in tens of thousands of pixels.
+  EXPECT_LT(differing(before, after, lo, hi, 60), 3000) << "the trainee's picture moved";
+  // No writing there: its lower edge, where a lone user's has the tool, the speed and the keys, is one smooth ground.
+  const render::Picture edge = desktop.screen(kScreen);
+  int steps = 0;
+  for (int y = hi.y - 60; y < hi.y; ++y)
+    for (int x = lo.x + 1; x < lo.x + 300; ++x) steps += std::abs(edge.at(x, y)[1] - edge.at(x - 1, y)[1]) > 40;
+  EXPECT_EQ(steps, 0);
+  press("F10");
+  program.wait_for("session ended");
+  program.terminate();
+}
+
+TEST_F(OperatorWindow, ARecordingThatIsNotKeptLeavesNothing) {
+  Program program(folder);
+  open(program);
+  choose_block_and_script();
+  press("F5");
+  ASSERT_EQ(program.wait_for("session started: "), "block");
+  press("ctrl+r");
+  press("F10");
+  program.wait_for("session ended");
+  std::this_thread::sleep_for(500ms);
+  press("F10");
+  press("ctrl+q");
+  EXPECT_EQ(program.wait_for_end(), 0);
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(folder / "home/sessions"))
+    EXPECT_FALSE(entry.is_regular_file()) << entry.path();
+}
+
+TEST_F(OperatorWindow, ASurfaceIsSavedAMeshIsBroughtInAndAnExercisePaintedWithoutATerminal) {
+  Program program(folder);
+  open(program);
+  press("F8");
+  program.wait_for("computer checked: ");
+  press("F10");
+  // An instructor paints with the tool and keeps it as an exercise.
+  choose_block_and_script();
+  press("Return");
+  press("ctrl+e");
+  press("F5");
+  ASSERT_EQ(program.wait_for("session started: "), "block");
+  Desktop::xdotool("keydown p");
+  std::this_thread::sleep_for(3s);
+  Desktop::xdotool("keyup p");
+  press("F10");
+  program.wait_for("session ended");
+  std::this_thread::sleep_for(1s);
+  type("painted block");
+  press("F4");
+  const std::string exercise = program.wait_for("exercise saved: ");
+  EXPECT_NE(read_text(exercise).find("caries"), std::string::npos) << read_text(exercise);
+  EXPECT_TRUE(std::filesystem::exists(folder / "home/scenes/painted_block-ideal.vdb"));
+  const Ran seen = folder.run("render " + exercise + " --rig closeup --size 64x48 --out " + (folder / "seen"));
+  EXPECT_EQ(seen.status, 0) << seen.err;
+  press("F10");
+  press("ctrl+e");  // practising again
+  // A session of it, recorded; then its surface.
+  press("F5");
+  ASSERT_EQ(program.wait_for("session started: painted block"), "");
+  std::this_thread::sleep_for(1s);
+  press("F10");
+  program.wait_for("report written: ");
+  press("F10");
+  press("F7");
+  press("F7");
+  const std::string surface = program.wait_for("surface written: ");
+  EXPECT_GT(std::filesystem::file_size(surface), 10'000u);
+  // That surface is a mesh like any other.
+  press("ctrl+i");
+  type(surface);
+  press("Tab");
+  type("my tooth");
+  press("F9");
+  const std::string scene = program.wait_for("imported: ");
+  const Ran drawn = folder.run("render '" + scene + "' --rig closeup --size 64x48 --out " + (folder / "drawn"));
+  EXPECT_EQ(drawn.status, 0) << drawn.err;
+  press("F10");
+  press("ctrl+q");
+  EXPECT_EQ(program.wait_for_end(), 0) << program.said();
 }
 
 TEST(OperatorWindowWithoutADesktop, SaysSoInOneLineAndHelps) {

@@ -4,9 +4,11 @@
 #include <chrono>
 #include <thread>
 
+#include "engine/app/player.h"
 #include "engine/app/replay.h"
 #include "engine/app/resume.h"
 #include "engine/app/workbench.h"
+#include "engine/session/film.h"
 #include "engine/session/session_file.h"
 #include "tests/support/program.h"
 
@@ -85,6 +87,81 @@ TEST_F(UndoSession, IsReplayedBitForBitWithItsStrokesTakenBackInTheMiddleOfDrill
   // The tissue at the end from cuts and events alone is the same.
   const session::SessionReader session(folder.path() / "session.h5");
   EXPECT_EQ(tissue_at_end(session, scene_of(session), load_tissue(scene)).hash(), session.result()->field_hash);
+}
+
+TEST_F(UndoSession, TheTicksCountWhatIsGoneAndNotWhatWasTakenBack) {
+  run(scene, "session.h5", {{0.6, TissueCommand::kUndo}, {1.25, TissueCommand::kUndo}, {1.3, TissueCommand::kRedo}, {3.2, TissueCommand::kUndo}});
+  const session::SessionReader session(folder.path() / "session.h5");
+  const auto dentin = static_cast<std::size_t>(Tissue::kDentin);
+  const auto ticks = session.ticks();
+  const double gone = session.header().volumes_before[dentin] - session.result()->volumes_after[dentin];
+  double made = 0;
+  for (const Cut& cut : session.cuts()) made += cut.removed[dentin];
+  EXPECT_LT(gone, 0.9 * made) << "strokes were taken back";
+  EXPECT_NEAR(ticks.back().removed[dentin] / gone, 1, 2e-3);
+}
+
+TEST_F(UndoSession, IsPlayedForwardAndBackToTheSameTissueAsItWas) {
+  run(scene, "session.h5", {{0.6, TissueCommand::kUndo}, {1.25, TissueCommand::kUndo}, {1.3, TissueCommand::kRedo}, {4.1, TissueCommand::kUndo}});
+  SessionPlayer player(folder.path() / "session.h5");
+  const session::SessionReader session(folder.path() / "session.h5");
+  const auto then = [&](double t) { return tissue_at(session, scene, load_tissue(scene), from_seconds(t)); };
+  int back = 0;
+  double last = player.begin();
+  for (const double t : {0.4, 0.9, 0.7, 2.0, 1.28, 1.1, player.end(), 3.0, 0.0, player.end(), 2.5}) {
+    player.seek(t);
+    back += t < last;
+    last = t;
+    EXPECT_NEAR(volume(player.tissue()) / volume(then(t)), 1, 1e-9) << t;
+    EXPECT_EQ(player.tick().index, tick_at(session, from_seconds(t)).index) << t;
+  }
+  EXPECT_GE(back, 5);
+  player.seek(player.end());
+  EXPECT_EQ(player.tissue().hash(), session.result()->field_hash);
+}
+
+TEST(PlayClock, SeeksLoopsAndRunsBackwards) {
+  PlayClock clock;
+  clock.begin = 0, clock.end = 10;
+  clock.set_range(2, 6);
+  EXPECT_EQ(clock.at, 2);
+  clock.loop = true;
+  clock.advance(5);
+  EXPECT_NEAR(clock.at, 3, 1e-12);
+  clock.faster(true);
+  clock.advance(1);
+  EXPECT_NEAR(clock.at, 5, 1e-12);
+  clock.speed = -1;
+  clock.advance(3.5);
+  EXPECT_NEAR(clock.at, 5.5, 1e-12);
+  clock.loop = false;
+  clock.advance(100);
+  EXPECT_TRUE(clock.over);
+  EXPECT_EQ(clock.at, 2);
+  clock.seek(9);
+  EXPECT_EQ(clock.at, 6);
+  EXPECT_FALSE(clock.over);
+  for (int i = 0; i < 20; ++i) clock.faster(false);
+  EXPECT_NEAR(clock.speed, -0.125, 1e-12);
+}
+
+TEST_F(UndoSession, ItsHandMeetsAnotherContactAndIsFilmedBesideTheFirst) {
+  run(scene, "session.h5", {});
+  const test::Ran same = folder.run(fmt::format("replay {0}/session.h5 --with '{{}}' --json", folder.path().string()));
+  ASSERT_EQ(same.status, 0) << same.err;
+  const test::Ran other = folder.run(fmt::format(
+      "replay {0}/session.h5 --with '{{\"coupling\": {{\"stiffness_N_per_mm\": 0.5}}}}' --out {0}/soft.h5 --json", folder.path().string()));
+  ASSERT_EQ(other.status, 0) << other.err;
+  const Json a = Json::parse(same.out, "same"), b = Json::parse(other.out, "other");
+  EXPECT_LT(a["force_N"]["off_rms"].number(), 0.1 * b["force_N"]["off_rms"].number());
+  EXPECT_LT(b["force_N"]["max"].number(), 0.8 * b["force_N"]["max_before"].number());
+  EXPECT_TRUE(replay_session(folder.path() / "soft.h5").identical);
+  if (!session::find_ffmpeg()) return;
+  const test::Ran film = folder.run(fmt::format("replay {0}/session.h5 --beside {0}/soft.h5 --from 0.5 --to 1.5 --speed 2 --fps 8 --film {0}/both.mp4 --json",
+                                                folder.path().string()));
+  ASSERT_EQ(film.status, 0) << film.err;
+  EXPECT_EQ(Json::parse(film.out, "film")["frames"].number(), 4);
+  EXPECT_GT(std::filesystem::file_size(folder.path() / "both.mp4"), 1000u);
 }
 
 TEST_F(UndoSession, WhatIsTakenBackIsWholeAgain) {

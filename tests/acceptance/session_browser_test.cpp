@@ -23,7 +23,7 @@ class ReportInABrowser : public testing::Test {
       writer.append(test::random_ticks(2000, 5));
       EXPECT_TRUE(writer.finish({}));
     }
-    ReportOptions options;
+    ReportOptions& options = options_;
     ResultModel model;
     const glm::vec3 p[4] = {{0, 0, 0}, {4e-3f, 0, 0}, {0, 4e-3f, 0}, {0, 0, 4e-3f}};
     for (int k = 0; k < 4; ++k) {
@@ -43,6 +43,7 @@ class ReportInABrowser : public testing::Test {
                                     browser_ / "profile", arguments, page_),
                         "timeout 120");
   }
+  ReportOptions options_;
   typodont::test::ProgramFolder browser_;
   std::string page_;
 };
@@ -66,6 +67,20 @@ TEST_F(ReportInABrowser, IsThereOnLightAndDarkScreensAndOnPaper) {
   EXPECT_GT(dark.size(), 20000u);
   EXPECT_NE(light, dark);
   EXPECT_TRUE(typodont::test::read_text(browser_ / "page.pdf").starts_with("%PDF"));
+}
+
+TEST_F(ReportInABrowser, IsThereForScreenReadersKeyboardsWeakEyesTelephonesAndPaper) {
+  for (const Language language : {Language::kEnglish, Language::kGerman, Language::kChinese}) {
+    const SessionReader session(browser_ / "s.h5");
+    options_.language = language;
+    options_.earlier = {summarize(session)};
+    options_.expert = summarize(session);
+    const std::string page = browser_.write("read.html", report_html(session, options_));
+    const typodont::test::ProgramFolder python("/usr/bin/python3");
+    const typodont::test::Ran ran = python.run(fmt::format("{} {} {} {}", TYPODONT_PAGE_CHECK, TYPODONT_BROWSER, page, tag_of(language).substr(0, 2)), "timeout 280");
+    EXPECT_EQ(ran.status, 0) << ran.out << ran.err;
+    EXPECT_THAT(ran.out, HasSubstr("looked at"));
+  }
 }
 
 }  // namespace

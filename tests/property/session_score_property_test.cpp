@@ -1,6 +1,11 @@
 // Scores obey two laws, whatever the session: a perfect result scores full, and every worsening lowers the score.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <string_view>
+
 #include "engine/session/score.h"
 #include "tests/support/session_fixture.h"
 
@@ -104,6 +109,92 @@ TEST(ScoreLaws, PointsStayBetweenNothingAndTheirWeightAndAddUp) {
       sum += item.points;
     }
     ASSERT_DOUBLE_EQ(sum, s.points);
+  }
+}
+
+/// Every measure there is, alone: how a hand makes it worse from its target on, by `d` of its tolerance, which is 1 in
+/// SI units of a millimetre, a newton and so on.
+struct MeasureWorsening {
+  const char* name;
+  double target;  // in the measure's unit
+  void (*set)(ScoreInput&, double value);
+};
+const MeasureWorsening kMeasures[] = {
+    {"residual_caries_mm3", 0, [](ScoreInput& in, double v) { in.after[kCaries] = v * 1e-9; }},
+    {"residual_caries_percent", 0, [](ScoreInput& in, double v) { in.after[kCaries] = v / 100 * in.before[kCaries]; }},
+    {"over_cut_mm3", 0, [](ScoreInput& in, double v) { in.cavity->over_volume = v * 1e-9; }},
+    {"under_cut_mm3", 0, [](ScoreInput& in, double v) { in.cavity->under_volume = v * 1e-9; }},
+    {"over_cut_depth_mm", 0, [](ScoreInput& in, double v) { in.cavity->over.depth = v * 1e-3; }},
+    {"under_cut_depth_mm", 0, [](ScoreInput& in, double v) { in.cavity->under.depth = v * 1e-3; }},
+    {"contour_rms_um", 0, [](ScoreInput& in, double v) { in.cavity->contour = v * 1e-6; }},
+    {"floor_depth_mm", 2, [](ScoreInput& in, double v) { in.cavity->floor_depth = v * 1e-3; }},
+    {"floor_flatness_um", 0, [](ScoreInput& in, double v) { in.cavity->floor_flatness = v * 1e-6; }},
+    {"floor_tilt_deg", 0, [](ScoreInput& in, double v) { in.cavity->floor_tilt = v * 3.14159265358979 / 180; }},
+    {"taper_deg", 6, [](ScoreInput& in, double v) { in.cavity->taper = v * 3.14159265358979 / 180; }},
+    {"axial_depth_mm", 1, [](ScoreInput& in, double v) { in.cavity->wall_depth = v * 1e-3; }},
+    {"isthmus_mm", 1.5, [](ScoreInput& in, double v) { in.cavity->isthmus = v * 1e-3; }},
+    {"wall_thickness_mm", 2, [](ScoreInput& in, double v) { in.cavity->wall_thickness = v * 1e-3; }},
+    {"margin_roughness_um", 0, [](ScoreInput& in, double v) { in.cavity->margin_roughness = v * 1e-6; }},
+    {"healthy_removed_mm3", 0, [](ScoreInput& in, double v) { in.after[kEnamel] = in.before[kEnamel] - v * 1e-9; }},
+    {"gingiva_removed_mm3", 0, [](ScoreInput& in, double v) { in.damage->gum_volume = v * 1e-9; }},
+    {"neighbour_removed_mm3", 0, [](ScoreInput& in, double v) { in.damage->neighbour_volume = v * 1e-9; }},
+    {"protected_removed_mm3", 0, [](ScoreInput& in, double v) { in.cavity->kept_removed = v * 1e-9; }},
+    {"pulp_removed_mm3", 0, [](ScoreInput& in, double v) { in.after[kPulp] = in.before[kPulp] - v * 1e-9; }},
+    {"pulp_distance_mm", 1, [](ScoreInput& in, double v) { in.cavity->pulp_distance = v * 1e-3; }},
+    {"pulp_exposed_mm2", 0, [](ScoreInput& in, double v) { in.cavity->pulp_exposed = v * 1e-6; }},
+    {"lesions_found_percent", 100, [](ScoreInput& in, double v) { in.explore->found = static_cast<int>(v / 100 * in.explore->lesions); }},
+    {"false_finds", 0, [](ScoreInput& in, double v) { in.explore->false_finds = static_cast<int>(std::ceil(v)); }},
+    {"explored_percent", 90, [](ScoreInput& in, double v) { in.explore->explored = v / 100; }},
+    {"force_mean_N", 1, [](ScoreInput& in, double v) { in.hand.force_mean = v; }},
+    {"force_max_N", 3, [](ScoreInput& in, double v) { in.hand.force_max = v; }},
+    {"path_length_mm", 100, [](ScoreInput& in, double v) { in.hand.path_length = v * 1e-3; }},
+    {"time_s", 600, [](ScoreInput& in, double v) { in.hand.time = v; }},
+    {"contact_time_s", 300, [](ScoreInput& in, double v) { in.hand.contact_time = v; }},
+    {"strokes", 10, [](ScoreInput& in, double v) { in.hand.strokes = static_cast<int>(std::ceil(v)); }},
+    {"tremor_rms_um", 100, [](ScoreInput& in, double v) { in.hand.tremor_rms = v * 1e-6; }},
+};
+
+TEST(ScoreLaws, HoldForEveryMeasureThereIsOnBothSidesOfATargetThatHasTwo) {
+  std::vector<std::string> names;
+  for (const MeasureWorsening& m : kMeasures) names.emplace_back(m.name);
+  EXPECT_EQ(names.size(), known_score_names().size());
+  for (const std::string& name : known_score_names()) EXPECT_NE(std::find(names.begin(), names.end(), name), names.end()) << name;
+  Random random(4);
+  for (const MeasureWorsening& m : kMeasures) {
+    const bool explores = std::string_view(m.name).find("found") != std::string_view::npos || m.name == std::string_view("explored_percent") ||
+                          m.name == std::string_view("false_finds");
+    const bool at_least = m.name == std::string_view("pulp_distance_mm") || m.name == std::string_view("wall_thickness_mm") ||
+                          m.name == std::string_view("lesions_found_percent") || m.name == std::string_view("explored_percent");
+    const bool near = m.name == std::string_view("floor_depth_mm") || m.name == std::string_view("taper_deg") ||
+                      m.name == std::string_view("axial_depth_mm") || m.name == std::string_view("isthmus_mm");
+    for (const double way : {1.0, -1.0}) {
+      if (way < 0 ? !(at_least || near) : at_least) continue;
+      ScoreInput in = perfect(random, false);
+      if (explores) {
+        in.explore.emplace();
+        in.explore->lesions = 1000;
+        in.explore->found = 1000;
+        in.explore->explored = 1;
+      } else {
+        in.cavity.emplace();
+        in.cavity->has_ideal = true;
+        in.cavity->wanted = in.cavity->done = 1e-9;
+        in.damage = DamageMeasures{true, true, 0, 0, -1};
+      }
+      const ScoreRule rule{m.name, m.target, 10, 7, at_least ? Best::kAtLeast : near ? Best::kNear : Best::kAtMost, "", true};
+      m.set(in, m.target);
+      const Score full = score(in, std::array{rule});
+      ASSERT_EQ(full.items.size(), 1u) << m.name;
+      EXPECT_NEAR(full.points, full.full, 1e-9) << m.name;
+      double last = full.points;
+      for (double off = 0.4; off < 40; off *= 1.7) {  // in steps that even counts can follow
+        if (at_least && m.target - off < 0) break;
+        m.set(in, m.target + way * off * (m.name == std::string_view("false_finds") || m.name == std::string_view("strokes") ? 5 : 1));
+        const double points = score(in, std::array{rule}).points;
+        EXPECT_LT(points, last) << m.name << " off by " << way * off;
+        last = points;
+      }
+    }
   }
 }
 

@@ -1,6 +1,7 @@
 // Real hidraw nodes as far as the program can tell: udev, sysfs, /dev and ioctls come from umockdev, the reports from a
 // live emulation. Enumeration, permissions, opening, locking and report traffic go through hidapi and the kernel's
 // calls.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <linux/hidraw.h>
 #include <sys/ioctl.h>
@@ -14,6 +15,7 @@
 #include <deque>
 #include <filesystem>
 #include <map>
+#include <memory>
 #include <mutex>
 #include <string>
 #include <vector>
@@ -33,13 +35,24 @@ namespace {
 
 using Bytes = std::vector<std::uint8_t>;
 
+/// All devices of a test are plugged into one testbed: it is what the environment names to libraries and programs.
+std::shared_ptr<UMockdevTestbed> testbed() {
+  static std::weak_ptr<UMockdevTestbed> current;
+  std::shared_ptr<UMockdevTestbed> bed = current.lock();
+  if (!bed) {
+    bed.reset(umockdev_testbed_new(), [](UMockdevTestbed* b) { g_object_unref(b); });
+    current = bed;
+  }
+  return bed;
+}
+
 /// One hidraw device. Its node is a pseudo terminal: one byte waits in it while reports are queued, so that poll()
 /// wakes.
 class MockHid {
  public:
   MockHid(int number, std::uint16_t vendor, std::uint16_t product, std::string name, std::string serial,
           Bytes descriptor)
-      : descriptor_(std::move(descriptor)), bed_(umockdev_testbed_new()) {
+      : descriptor_(std::move(descriptor)), shared_(testbed()), bed_(shared_.get()) {
     node_ = fmt_node(number);
     char id[64];
     std::snprintf(id, sizeof id, "0003:%08X:%08X", vendor, product);
@@ -73,7 +86,7 @@ class MockHid {
     const std::string name_in_dev = node_.substr(5);
     const std::string record = "P: " + hid.substr(4) + "/hidraw/" + name_in_dev + "\nN: " + name_in_dev +
                                "\nE: DEVNAME=" + node_ +
-                               "\nE: MAJOR=240\nE: MINOR=0\nE: SUBSYSTEM=hidraw\nA: dev=240:0\n";
+                               "\nE: MAJOR=240\nE: MINOR=0\nE: SUBSYSTEM=hidraw\nA: dev=240:0\nL: device=../../../" + id + ".0001\n";
     GError* error = nullptr;
     EXPECT_TRUE(umockdev_testbed_add_from_string(bed_, record.c_str(), &error)) << (error ? error->message : "");
 
@@ -86,7 +99,6 @@ class MockHid {
   virtual ~MockHid() {
     umockdev_testbed_detach_ioctl(bed_, node_.c_str(), nullptr);
     g_object_unref(handler_);
-    g_object_unref(bed_);
   }
 
   void send(Bytes report) {
@@ -165,6 +177,7 @@ class MockHid {
   }
 
   Bytes descriptor_;
+  std::shared_ptr<UMockdevTestbed> shared_;
   UMockdevTestbed* bed_;
   UMockdevIoctlBase* handler_;
   std::string node_;
@@ -243,7 +256,7 @@ class WholeProgram : public testing::Test {
   WholeProgram() : folder(TYPODONT_PROGRAM) {
     folder.write("scene.json", R"({"name": "block", "tissue": {"voxel_mm": 0.5, "solids": [
       {"tissue": "enamel", "solid": {"box": {"center_mm": [0, 0, -100], "size_mm": [10, 10, 8]}}}]},
-      "tool": {"shape": "sphere", "diameter_mm": 2}, "parts": ["haptics"]})");
+      "tool": {"shape": "sphere", "diameter_mm": 2}, "spindle_krpm": 40, "parts": ["haptics"]})");
   }
   ~WholeProgram() override {
     if (child > 0) folder.finish(child, SIGKILL);
@@ -259,9 +272,14 @@ class WholeProgram : public testing::Test {
       return none ? 0 : size;
     };
     std::uintmax_t first = 0;
+    const auto ended = [&] { return ::waitpid(child, nullptr, WNOHANG) == child; };
     for (int i = 0; i < 6000 && (first == 0 || bytes() <= first); ++i) {  // the file grows as ticks arrive
       if (first == 0) first = bytes();
       ::usleep(10'000);
+      if (ended()) {
+        child = -1;
+        FAIL() << folder.said();
+      }
     }
     ASSERT_GT(bytes(), first) << folder.said();
   }
@@ -333,10 +351,11 @@ TEST_F(WholeProgram, ARheostatModulatesTheDrillAndASpaceMouseSteersByPosition) {
   MockHid mouse(0, 0x046d, 0xc626, "SpaceNavigator", "SN-5", kSpaceMouseDescriptor);
   MockHid rheostat(3, 0x1111, 0x2222, "Rheostat", "RH-9", kRheostatDescriptor);
   start(R"({"display": "offscreen", "hand": "spacemouse:SN-5,position"})", "--pedal auto");
-  rheostat.send({3, 0, 0x00, 0x08, 0x00});  // half-way
-  for (int i = 0; i < 50; ++i) {
+  for (int i = 0; i < 80; ++i) {
     mouse.send({1, 0x5e, 0x01, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0});
     ::usleep(20'000);
+    // Half-way, once the session runs: a pedal that is down at the start starts no drill.
+    if (i == 40) rheostat.send({3, 0, 0x00, 0x08, 0x00});
   }
   double farthest = 0;
   end();

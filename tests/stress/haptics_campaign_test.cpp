@@ -135,5 +135,66 @@ TEST(Campaign, AfterAnyNumberOfCutsTheFieldIsStillTheUnionOfTheirBalls) {
   EXPECT_GT(near, 50);
 }
 
+TEST(Campaign, AfterAnyNumberOfCutsAndFillingsInAnyOrderPatchAndVolumeHoldTheSameBitsAndNothingIsLost) {
+  constexpr const char* kBlock =
+      R"({"voxel_mm": 0.1, "solids": [{"tissue": "dentin", "solid": {"box": {"size_mm": [5, 5, 5]}}}]})";
+  haptics::TissueVolume volume(haptics::read_solids(Json::parse(kBlock, "tissue")));
+  const VoxelFrame frame = volume.frame();
+  std::mt19937_64 random(5);
+  std::uniform_real_distribution<double> uniform(-1, 1);
+  haptics::Tool bur, plugger;
+  plugger.cuts = false;
+  plugger.fill = Tissue::kAmalgam;
+  const PerTissue before = volume.volumes();
+  // A box of the volume as the servo holds it: dense, cut and filled by the same functions.
+  const glm::ivec3 lo = glm::ivec3(glm::round(frame.to_voxels(dvec3(0)))) - 32, size(65);
+  std::vector<float> distance(65 * 65 * 65);
+  std::vector<Tissue> label(distance.size());
+  volume.copy(lo, size, distance.data(), label.data());
+  PerTissue removed{}, added{};
+  dvec3 at(0);
+  for (int i = 0; i < campaign(2000); ++i) {
+    const dvec3 next = glm::clamp(at + 0.2_mm * dvec3(uniform(random), uniform(random), uniform(random)), -1.5_mm, 1.5_mm);
+    const double radius = 0.4_mm + 0.2_mm * uniform(random);
+    if (random() % 2) {
+      bur.diameter = bur.length = 2 * radius;
+      const haptics::Sweep sweep(bur, Pose{at}, Pose{next}, frame);
+      volume.carve(sweep);
+      const glm::ivec3 a = glm::max(sweep.lo(), lo), b = glm::min(sweep.hi(), lo + size - 1);
+      const glm::ivec3 from = a - lo;
+      const std::size_t first = static_cast<std::size_t>((from.x * 65 + from.y) * 65 + from.z);
+      sweep.raise(a, b - a + 1, distance.data() + first, 65 * 65, 65, label.data() + first, &removed);
+    } else {
+      plugger.diameter = plugger.length = 0.6_mm;
+      const haptics::Fill fill(plugger, next, radius, Pose{next + dvec3(0, 0, radius)}, frame);
+      volume.fill(fill);
+      const glm::ivec3 a = glm::max(fill.lo(), lo), b = glm::min(fill.hi(), lo + size - 1);
+      const glm::ivec3 from = a - lo;
+      const std::size_t first = static_cast<std::size_t>((from.x * 65 + from.y) * 65 + from.z);
+      fill.lower(a, b - a + 1, distance.data() + first, label.data() + first, 65 * 65, 65, &added);
+    }
+    at = next;
+  }
+  std::vector<float> kept(distance.size());
+  std::vector<Tissue> kept_label(label.size());
+  volume.copy(lo, size, kept.data(), kept_label.data());
+  for (std::size_t i = 0; i < kept.size(); ++i) {
+    ASSERT_EQ(kept[i], distance[i]) << i;
+    ASSERT_EQ(kept_label[i], label[i]) << i;
+    ASSERT_TRUE(std::isfinite(kept[i]));
+  }
+  // What was put down less what was taken is what is there: tissue by tissue, however often it changed hands.
+  const PerTissue after = volume.volumes();
+  const double voxel3 = std::pow(frame.voxel, 3);
+  double all_before = 0, all_after = 0, all_moved = 0, turnover = 0;
+  for (std::size_t t = 0; t < after.size(); ++t) {
+    all_before += before[t], all_after += after[t], all_moved += (added[t] - removed[t]) * voxel3;
+    turnover += (added[t] + removed[t]) * voxel3;
+  }
+  EXPECT_NEAR(all_after - all_before, all_moved, 1e-12 * (all_before + turnover));
+  EXPECT_GT(added[static_cast<std::size_t>(Tissue::kAmalgam)], 1000);
+  EXPECT_GT(removed[static_cast<std::size_t>(Tissue::kAmalgam)], 1000);
+}
+
 }  // namespace
 }  // namespace typodont

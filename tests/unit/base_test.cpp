@@ -8,6 +8,7 @@
 #include "engine/base/csv.h"
 #include "engine/base/error.h"
 #include "engine/base/json.h"
+#include "engine/base/measure.h"
 #include "engine/base/pose.h"
 #include "engine/base/units.h"
 #include "engine/contract/tissue.h"
@@ -106,6 +107,16 @@ TEST(NoAllocGuard, SeesAnAllocation) {
   EXPECT_EQ(guard.count(), 0u);
   auto p = std::make_unique<int>(3);
   EXPECT_GE(guard.count(), 1u);
+}
+
+TEST(EvenSample, IsExactWhileItFitsAndSpreadEvenlyOverAnyLengthAfterwards) {
+  EvenSample few, many;
+  for (int i = 0; i < 1001; ++i) few.add(1000 - i);
+  EXPECT_EQ(few.quantile(0.5), 500);
+  EXPECT_EQ(EvenSample().quantile(0.5), 0);
+  const auto n = 5 * static_cast<int>(EvenSample::kMost);
+  for (int i = 0; i < n; ++i) many.add(i);
+  for (const double share : {0.1, 0.5, 0.999}) EXPECT_NEAR(many.quantile(share), share * n, 1e-4 * n) << share;
 }
 
 }  // namespace

@@ -517,9 +517,9 @@ std::unique_ptr<SafeDevice> hasty(std::unique_ptr<HapticDevice> device) {
   SafeDevice::Options options = SafeDevice::options_for(device->info());
   options.watchdog_thread = false;
   options.limits.silence = 100;  // no thread of ours is late here
-  options.limits.free_time = 1e-6;
-  options.limits.ramp_in = 1e-6;
-  options.limits.slew = 1e9;
+  options.limits.free_time = 1e-9;
+  options.limits.ramp_in = 1e-9;
+  options.limits.slew = 1e12;
   return std::make_unique<SafeDevice>(std::move(device), options);
 }
 

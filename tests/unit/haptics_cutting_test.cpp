@@ -3,8 +3,10 @@
 
 #include <cmath>
 #include <cstdio>
+#include <span>
 
 #include "engine/base/units.h"
+#include "haptics/cut_front.h"
 #include "tests/support/haptic_bench.h"
 
 namespace typodont {
@@ -154,6 +156,50 @@ TEST(Carving, ShortStepsThatContinueEachOtherLeaveWhatAllTheirPosesDoWhateverThe
     tool.diameter = 1.2_mm;
     tool.length = shape == HeadShape::kSphere ? 1.2_mm : 3.0_mm;
     for (const double turn : {0.0, 2e-4}) expect_short_steps_leave_what_all_poses_do(tool, turn);
+  }
+}
+
+TEST(Carving, WhatIsKnownOfTheFrontOfTheCutsChangesNoBitOfThem) {
+  // Creeping, sliding and leaping, turned and not, continuing or not, taken up elsewhere in between, in two patches.
+  const haptics::DenseTissue block = haptics::read_solids(Json::parse(box(0.1), "tissue"));
+  for (int shape = 0; shape < 7; ++shape) {
+    haptics::Tool tool;
+    tool.shape = static_cast<haptics::HeadShape>(shape);
+    tool.diameter = 1.1_mm;
+    tool.length = shape == 0 ? 1.1_mm : 2.3_mm;
+    const std::span tools(&tool, 1);
+    haptics::Carver carver(haptics::TissueVolume(block), tools);
+    haptics::SurfacePatch known, plain;
+    plain.resize(haptics::patch_edge_for(tools, 0.1_mm) + 12);
+    carver.cut_out({0, 0, 2.5_mm}, plain);
+    known = plain;
+    haptics::CutFront front(tools, 0.1_mm);
+    Pose X{{0, 0, 2.51_mm + tool.length / 2}, glm::normalize(dquat(1, 0.1, 0.2, 0))};
+    dvec3 v(0, 0, -1);
+    double removed = 0;
+    for (int i = 0; i < 600; ++i) {
+      const auto wobble = [&](double rate) { return std::sin(rate * i + shape); };
+      const double step = i / 60 % 4 == 3 ? 30.0_um : i / 60 % 4 == 2 ? 0.1_um : 3.0_um;
+      v = glm::normalize(v + 0.3 * dvec3(wobble(1.3), wobble(2.1), wobble(3.7)) - 300.0 * (X.p - dvec3(0, 0, 2.3_mm)));
+      const dquat turn(1, 1e-3 * wobble(0.7), 1e-3 * wobble(1.9), 1e-3 * wobble(2.9));
+      const Pose Y{X.p + step * v, i / 100 % 2 ? glm::normalize(X.R * turn) : X.R};
+      const Sweep sweep(tool, X, Y, block.frame, i % 37 != 0);
+      bool changed_known, changed_plain;
+      const PerTissue a = carve(known, sweep, &changed_known, &front), b = carve(plain, sweep, &changed_plain);
+      ASSERT_EQ(changed_known, changed_plain) << shape << ", sweep " << i;
+      ASSERT_EQ(known.distance, plain.distance) << shape << ", sweep " << i;
+      EXPECT_NEAR(total(a), total(b), 1e-3) << shape << ", sweep " << i;
+      removed += total(b);
+      X = Y;
+      if (i % 37 == 36) X.p += 10.0_um * v;
+      if (i == 300) {  // another patch, a little aside
+        haptics::SurfacePatch aside = plain;
+        carver.cut_out({0.3_mm, -0.4_mm, 2.3_mm}, aside);
+        haptics::merge(aside, plain, plain.lo, plain.lo + plain.n - 1);
+        known = plain = aside;
+      }
+    }
+    EXPECT_GT(removed, 300) << shape;
   }
 }
 

@@ -1,8 +1,11 @@
 // An exercise made in the window is a scene like any other.
 #include <gtest/gtest.h>
 
+#include "engine/app/operator/archive.h"
 #include "engine/app/operator/exercise.h"
 #include "engine/app/operator/library.h"
+#include "engine/app/task.h"
+#include "engine/base/error.h"
 #include "engine/base/units.h"
 #include "tests/support/program.h"
 
@@ -36,6 +39,99 @@ TEST_F(Exercise, HoldsWhatWasPaintedWhereItWasPainted) {
   for (const SceneChoice& choice : find_scenes({}, pictures))
     found = found || (choice.file == file && choice.own && choice.fault.empty());
   EXPECT_TRUE(found) << "it is there to be chosen";
+}
+
+TEST_F(Exercise, TheInstructorsStiffnessColourStepsAndRulesAreTheScenes) {
+  const Scene base = parse_scene(Json::parse(kBase, "base.json"), folder / "base.json");
+  NewExercise made{.name = "Soft", .goal = "Take it out.", .steps = {"Feel it.", "Drill it."}, .base = &base};
+  auto& caries = made.tissues[static_cast<std::size_t>(Tissue::kCaries)];
+  caries.stiffness = 0.5;
+  caries.color = dvec3(0.1, 0.2, 0.3);
+  made.rules = rule_choices(base);
+  ASSERT_EQ(made.rules->size(), session::known_score_names().size());
+  for (RuleChoice& rule : *made.rules) {
+    EXPECT_FALSE(rule.counts) << rule.name;
+    if (rule.name != "residual_caries_mm3") continue;
+    rule.counts = true;
+    rule.from_ideal = false;
+    rule.target = 0.25f;
+    rule.tolerance = 2;
+    rule.weight = 70;
+  }
+  const Scene scene = read_scene(write_exercise(made));
+  const Material& was = base.servo.materials[static_cast<std::size_t>(Tissue::kCaries)];
+  const Material& is = scene.servo.materials[static_cast<std::size_t>(Tissue::kCaries)];
+  EXPECT_NEAR(is.stiffness, 0.5 * was.stiffness, 1e-9 * was.stiffness);
+  EXPECT_EQ(is.color, dvec3(0.1, 0.2, 0.3));
+  EXPECT_EQ(scene.servo.materials[static_cast<std::size_t>(Tissue::kEnamel)].stiffness,
+            base.servo.materials[static_cast<std::size_t>(Tissue::kEnamel)].stiffness);
+  ASSERT_TRUE(scene.task);
+  ASSERT_EQ(scene.task->steps.size(), 2u);
+  EXPECT_EQ(scene.task->steps[1].text[0], "Drill it.");
+  const auto rules = session::rules_of_scene(Json::parse(scene.text, "scene"), {});
+  ASSERT_EQ(rules.size(), 1u) << "nothing else counts";
+  EXPECT_EQ(rules[0].name, "residual_caries_mm3");
+  EXPECT_EQ(rules[0].target, 0.25);
+  EXPECT_EQ(rules[0].tolerance, 2);
+  EXPECT_EQ(rules[0].weight, 70);
+
+  // Made anew from that, it starts from the same rules.
+  const auto again = rule_choices(scene);
+  for (const RuleChoice& rule : again) EXPECT_EQ(rule.counts, rule.name == "residual_caries_mm3");
+}
+
+TEST_F(Exercise, AMeshIsTheIdealAndOneThatIsNoneIsRefusedBeforeAnythingIsThere) {
+  const Scene base = parse_scene(Json::parse(kBase, "base.json"), folder / "base.json");
+  // The block with its top taken down to 2 mm.
+  std::string obj;
+  for (const auto& v : {"-3 -3 -3", "3 -3 -3", "3 3 -3", "-3 3 -3", "-3 -3 2", "3 -3 2", "3 3 2", "-3 3 2"})
+    obj += fmt::format("v {}\n", v);
+  for (const auto& f : {"1 3 2", "1 4 3", "5 6 7", "5 7 8", "1 2 6", "1 6 5", "2 3 7", "2 7 6", "3 4 8", "3 8 7", "4 1 5", "4 5 8"})
+    obj += fmt::format("f {}\n", f);
+  folder.write("lower.obj", obj);
+  const Scene scene =
+      read_scene(write_exercise({.name = "Lower", .base = &base, .ideal_mesh = folder / "lower.obj"}));
+  const haptics::TissueVolume start = load_tissue(scene);
+  const auto ideal = ideal_tissue(scene, start);
+  ASSERT_TRUE(ideal);
+  const auto enamel = static_cast<std::size_t>(Tissue::kEnamel);
+  EXPECT_NEAR((start.volumes()[enamel] - ideal->volumes()[enamel]) / kCubicMillimetre, 36, 2);
+
+  folder.write("none.obj", "v 0 0 0\n");
+  EXPECT_THROW(write_exercise({.name = "None", .base = &base, .ideal_mesh = folder / "none.obj"}), Error);
+  EXPECT_FALSE(std::filesystem::exists(folder / "scenes/none.json"));
+}
+
+TEST_F(Exercise, ABroughtInToothStandsUprightWhereTheRigsLook) {
+  // A box 2 × 3 × 8 mm whose crown points along −y.
+  std::string obj;
+  for (const auto& v : {"50 0 0", "52 0 0", "52 8 0", "50 8 0", "50 0 3", "52 0 3", "52 8 3", "50 8 3"})
+    obj += fmt::format("v {}\n", v);
+  for (const auto& f : {"1 3 2", "1 4 3", "5 6 7", "5 7 8", "1 2 6", "1 6 5", "2 3 7", "2 7 6", "3 4 8", "3 8 7", "4 1 5", "4 5 8"})
+    obj += fmt::format("f {}\n", f);
+  folder.write("box.obj", obj);
+  NewTooth tooth{.input = folder / "box.obj", .name = "My box", .crown = Crown::kFront};
+  tooth.options.voxel = 0.2e-3;
+  Progress progress;
+  const Scene scene = read_scene(bring_in(tooth, progress));
+  EXPECT_EQ(progress.share(), 1);
+  const haptics::TissueVolume volume = load_tissue(scene);
+  glm::ivec3 lo, hi;
+  volume.bounds(lo, hi);
+  const dvec3 size = dvec3(hi - lo) * volume.frame().voxel / kMillimetre;
+  EXPECT_GT(size.z, size.x + 3) << "it stands";
+  EXPECT_GT(size.z, size.y + 3);
+  const dvec3 top = volume.frame().to_world(dvec3((lo.x + hi.x) / 2.0, (lo.y + hi.y) / 2.0, hi.z)) / kMillimetre;
+  EXPECT_NEAR(top.x, 6.8, 0.3);
+  EXPECT_NEAR(top.y, 6.0, 0.3);
+  EXPECT_NEAR(top.z, 20.2, 2) << "the band lies above it";
+
+  Progress cancelled;
+  cancelled.cancel();
+  tooth.name = "Another";
+  EXPECT_THROW(bring_in(tooth, cancelled), Cancelled);
+  EXPECT_FALSE(std::filesystem::exists(folder / "scenes/Another.json"));
+  EXPECT_FALSE(std::filesystem::exists(folder / "scenes/Another.vdb"));
 }
 
 TEST_F(Exercise, WhatIsChosenIsRememberedAndSpoiltMemoryIsForgotten) {

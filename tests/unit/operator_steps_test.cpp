@@ -52,9 +52,9 @@ TEST(Steps, TouchingCountsOnlyWhileTheHeadIsOnTissue) {
   EXPECT_EQ(ticks, 5);
 }
 
-TEST(Steps, ToolSpeedUndoAndViewAreSeenAsChanges) {
+TEST(Steps, ToolSpeedUndoViewAndHoldAreSeenAsChanges) {
   WatchedHand h{StepWatcher(task_of(R"({"en": "t", "done": "tool"}, {"en": "s", "done": "speed"}, {"en": "u", "done": "undo"},
-                               {"en": "v", "done": "view"})")),
+                               {"en": "v", "done": "view"}, {"en": "h", "done": "hold"})")),
          {}};
   h.after(0);
   h.deeds.tick.tool = 2;
@@ -68,6 +68,9 @@ TEST(Steps, ToolSpeedUndoAndViewAreSeenAsChanges) {
   EXPECT_TRUE(h.after(0.1));
   h.after(0.1);
   h.deeds.views = 1;
+  EXPECT_TRUE(h.after(0.1));
+  EXPECT_FALSE(h.after(0.1));
+  h.deeds.held = true;
   EXPECT_TRUE(h.after(0.1));
 }
 

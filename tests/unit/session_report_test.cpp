@@ -43,6 +43,34 @@ void record(const std::filesystem::path& file, std::size_t ticks, const std::str
   ASSERT_TRUE(writer.finish(result));
 }
 
+TEST(Report, TellsTheFramesOfAPictureOnlyWhereThereWasOne) {
+  const std::filesystem::path file = std::filesystem::path(testing::TempDir()) / "picture.h5";
+  SessionHeader header = some_header();
+  header.streams.push_back({"picture",
+                            {{"period_s", "s"}, {"record_s", "s"}, {"gpu_s", "s"}, {"motion_to_photon_s", "s"},
+                             {"redrawn", ""}, {"quality_step", ""}}});
+  const std::size_t stream = header.streams.size() - 1;
+  {
+    SessionWriter writer(file, header);
+    writer.append(random_ticks(20, 1));
+    for (int i = 0; i < 101; ++i) {
+      const double ms = (1 + 0.1 * i) * 1e-3;
+      writer.append(stream, i * 16'000'000, std::array<double, 6>{16e-3, 1e-3, ms, 2 * ms, 0.25, i < 50 ? 1.0 : 3.0});
+    }
+    ASSERT_TRUE(writer.finish({}));
+  }
+  const std::string html = report_html(SessionReader(file));
+  EXPECT_THAT(html, HasSubstr("101 frames were drawn because something had moved, on average 25 % of each anew; "
+                              "quality between steps 2 and 4 (1: best)."));
+  EXPECT_THAT(html, HasSubstr("<td>6.00\u00a0ms</td><td>10.9\u00a0ms</td><td>11.0\u00a0ms</td>"));  // the GPU's time
+  EXPECT_THAT(html, HasSubstr("<td>12.0\u00a0ms</td><td>21.8\u00a0ms</td><td>22.0\u00a0ms</td>"));  // hand to screen
+  ReportOptions german;
+  german.language = Language::kGerman;
+  EXPECT_THAT(report_html(SessionReader(file), german), HasSubstr("Bilder auf dem Schirm"));
+  record(file, 20);
+  EXPECT_THAT(report_html(SessionReader(file)), Not(HasSubstr("Frames of the picture")));
+}
+
 TEST(Report, TellsTheFramesOfAHeadsetOnlyWhereThereWasOne) {
   const std::filesystem::path file = std::filesystem::path(testing::TempDir()) / "headset.h5";
   SessionHeader header = some_header();

@@ -45,8 +45,9 @@ std::vector<BenchRow> bench_render(bool quick) {
   const Scene scene = read_scene(assets_folder() / "scenes/molar-caries.json");
   haptics::TissueVolume volume = load_tissue(scene);
   const dvec3 origin = volume.frame().origin;
-  TissueView view;
+  TissueView view(surface_tolerance(closeup(kEye), volume.frame().voxel, /*processor=*/true));
   const auto bricks = view.update(volume);
+  const Surroundings around = make_surroundings(scene);  // gum and neighbours, as in a session
   ServoTick tick;
   tick.X_WG.p = dvec3(6.8e-3, 5.5e-3, 19e-3);
   tick.spindle = 36000;
@@ -59,6 +60,7 @@ std::vector<BenchRow> bench_render(bool quick) {
   render::Picture reference;
   {
     const auto stage = stage_of(render::kQualityLadder.front(), 2 * kEye);
+    stage->surround(around);
     stage->show(bricks, origin);
     stage->draw(tick, {}, 0);
     reference = stage->screen();
@@ -66,6 +68,7 @@ std::vector<BenchRow> bench_render(bool quick) {
   std::vector<BenchRow> rows;
   for (const render::Quality& quality : render::kQualityLadder) {
     const auto stage = stage_of(quality, kEye);
+    stage->surround(around);
     stage->show(bricks, origin);
     const render::FrameStats stats = stage->draw(tick, {}, 0);
     const double error = difference(reference, stage->screen());

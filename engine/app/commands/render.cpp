@@ -114,7 +114,8 @@ ordered_json stats_json(const render::FrameStats& s) {
           {"bricks", {{"drawn", s.bricks_drawn},
             {"culled", s.bricks_culled},
             {"facing_away", s.bricks_facing_away},
-            {"covered", s.bricks_covered}}},
+            {"covered", s.bricks_covered},
+            {"unchanged", s.bricks_unchanged}}},
           {"triangles", s.triangles},
           {"passes", s.passes},
           {"commands", s.commands},
@@ -194,6 +195,9 @@ void run(const Options& options) {
   if (rig.mirror) skipped["background"] = "black: the hand shows through the mirror";
   if (drawn.views == 1) skipped["right"] = "mono: both eyes see the one view";
   frame["skipped"] = skipped;
+  const render::Quality& step = stage_options.quality;
+  frame["quality"] = {{"step", step.name}, {"samples", step.samples}, {"scale", step.scale}, {"light", step.light_per_vertex ? "per corner" : "per pixel"}};
+  frame["timing"] = {{"record_ms", stage.timing().record * 1e3}, {"gpu_ms", again.gpu_ms}};
   frame["device"] = stage.device_name();
   if (options.validate) frame["validation_messages"] = stage.validation_messages();
 

@@ -1,28 +1,36 @@
-// typodont replay: runs a recorded session again and says whether it comes out the same.
+// typodont replay: a recorded session again: checked bit for bit, watched, filmed, or its hand put into another scene.
 #include "engine/app/replay.h"
 
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <cstdio>
+#include <fstream>
+#include <iterator>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
 
 #include "engine/app/commands/commands.h"
+#include "engine/app/playback.h"
 #include "engine/base/error.h"
 #include "engine/base/log.h"
 #include "engine/base/progress.h"
+#include "engine/base/units.h"
+#include "engine/session/session_file.h"
 
 namespace typodont {
 
 namespace {
 
 struct Options {
-  std::string session;
-  bool check = false, json = false;
+  std::string session, with, out, eye;
+  double ipd = 0;
+  PlaybackOptions playback;
+  bool check = false, json = false, show = false;
 };
 
-void run(const Options& options) {
+void check(const Options& options) {
   ReplayResult result;
   {
     Progress progress("replay");
@@ -44,14 +52,114 @@ void run(const Options& options) {
   if (options.check && !result.identical) throw RunFailure("the replay differs: " + result.what_differs);
 }
 
+/// The recorded hand in a scene that differs in some keys.
+void rerun(const Options& options) {
+  std::string text = options.with, where = "--with";
+  if (!text.starts_with("{")) {
+    where = options.with;
+    std::ifstream in(options.with, std::ios::binary);
+    if (!in) throw Error(options.with, "", "not readable", "a JSON file, or {\"key\": …} itself");
+    text.assign(std::istreambuf_iterator<char>(in), {});
+  }
+  const session::SessionReader session(options.session);
+  const Scene scene = scene_with(session, text, where);
+  RerunResult r;
+  {
+    Progress progress("same hand");
+    r = rerun_session(session, scene, options.out, [&](double done) { progress.at(done); });
+  }
+  if (options.json) {
+    const nlohmann::ordered_json json = {
+        {"ticks", r.ticks},
+        {"seconds", r.seconds},
+        {"cuts", r.cuts},
+        {"force_N", {{"off_rms", r.force_off_rms}, {"off_max", r.force_off_max}, {"max", r.force_max}, {"max_before", r.force_max_before}}},
+        {"tool_mm", {{"off_rms", r.tool_off_rms * 1e3}, {"off_max", r.tool_off_max * 1e3}}},
+        {"removed_mm3", {{"now", r.removed / kCubicMillimetre}, {"before", r.removed_before / kCubicMillimetre}}},
+        {"out", options.out}};
+    fmt::print("{}\n", json.dump(2));
+    return;
+  }
+  fmt::print("{} ticks, {:.3f} s, {} cuts\n", r.ticks, r.seconds, r.cuts);
+  fmt::print("force: {:.4f} N rms and {:.4f} N at most from the recording's; at most {:.3f} N, before {:.3f} N\n", r.force_off_rms,
+             r.force_off_max, r.force_max, r.force_max_before);
+  fmt::print("tool: {:.4f} mm rms and {:.4f} mm at most from where it was\n", r.tool_off_rms * 1e3, r.tool_off_max * 1e3);
+  fmt::print("removed: {:.4f} mm³, before {:.4f} mm³\n", r.removed / kCubicMillimetre, r.removed_before / kCubicMillimetre);
+  if (!options.out.empty()) fmt::print("wrote {}\n", options.out);
+}
+
+void run(Options options) {
+  try {
+    if (session::repair_session(options.session)) log::warn("{}: was cut off; repaired as far as it goes", options.session);
+  } catch (const Error&) {  // no session, which is said below, or a place that cannot be written to: it is read as it is
+  }
+  PlaybackOptions& playback = options.playback;
+  playback.session = options.session;
+  if (!options.eye.empty()) {
+    dvec3 eye;
+    int end = 0;
+    const bool read = std::sscanf(options.eye.c_str(), "%lf,%lf,%lf%n", &eye.x, &eye.y, &eye.z, &end) == 3 &&
+                      end == static_cast<int>(options.eye.size()) && is_finite(eye);
+    if (!read) throw Error("", "--eye-mm", options.eye, "X,Y,Z between the eyes, in the workbench");
+    playback.eye_W = eye * kMillimetre;
+  }
+  if (options.ipd > 0) playback.ipd = options.ipd * kMillimetre;
+  if (playback.speed == 0) throw Error("", "--speed", "0", "how many times as fast; negative: backwards");
+  if (!options.out.empty() && options.with.empty()) throw Error("", "--out", options.out, "--with, whose session it is");
+  const bool film = !playback.film.empty();
+  if (film && options.show) throw Error("", "--show", "and --film", "one of them");
+  if (!options.with.empty()) rerun(options);
+  if (options.check || (options.with.empty() && !film && !options.show)) check(options);
+  if (options.show) show_session(playback);
+  if (film) {
+    PlaybackResult result;
+    {
+      Progress progress("film");
+      result = film_session(playback, progress);
+    }
+    if (!result.message.empty()) log::warn("{}", result.message);
+    if (options.json) {
+      const nlohmann::ordered_json json = {{"film", playback.film.string()}, {"frames", result.frames}, {"seconds", result.seconds}};
+      fmt::print("{}\n", json.dump());
+    } else {
+      fmt::print("wrote {}: {} frames, {:.2f} s\n", playback.film.string(), result.frames, result.seconds);
+    }
+  }
+}
+
 }  // namespace
 
 void add_replay_command(CLI::App& app) {
   auto options = std::make_shared<Options>();
-  CLI::App* command = app.add_subcommand("replay", "Run a recorded session again, bit for bit");
-  command->footer("Example:\n  typodont replay demo/session.h5 --check --json");
+  PlaybackOptions& p = options->playback;
+  CLI::App* command = app.add_subcommand("replay", "Run a recorded session again, bit for bit; watch it, film it");
+  command->footer(
+      "In the window: space pauses, arrows left and right seek 5 s, up and down change the speed, R plays backwards, L loops,\n"
+      "[ and ] set where the loop begins and ends, Backspace forgets that, Home and End, V another view, Esc ends.\n"
+      "Example:\n  typodont replay demo/session.h5 --check --json\n"
+      "  typodont replay student.h5 --beside expert.h5 --show\n"
+      "  typodont replay student.h5 --beside expert.h5 --from 20 --to 40 --speed 0.5 --film both.mp4\n"
+      "  typodont replay student.h5 --with '{\"force_filter\": \"slew\"}' --out slew.h5");
   command->add_option("session", options->session, "recorded session (.h5)")->required();
   command->add_flag("--check", options->check, "exit 1 where the replay differs from the recording");
+  command->add_flag("--show", options->show, "watch it in a window");
+  command->add_option("--film", p.film, "make a film of it (.mp4)");
+  command->add_option("--beside", p.beside, "another session at its right: an expert's, or the same hand in another scene");
+  command->add_option("--rig", p.rig, "rig file (JSON), or the name of one in assets/rigs; window, or closeup for a film");
+  command->add_option("--eye-mm", options->eye, "X,Y,Z: other eyes, where the head is in the workbench");
+  command->add_option("--ipd-mm", options->ipd, "distance between the eyes")->check(CLI::Range(0.0, 100.0));
+  command->add_option("--from", p.from, "where to begin, s of the recording");
+  command->add_option("--to", p.to, "where to end");
+  command->add_option("--speed", p.speed, "how many times as fast; negative: backwards")->check(CLI::Range(-64.0, 64.0));
+  command->add_option("--loop", p.loops, "how often a film shows it; a window loops unless 0")->check(CLI::Range(0, 1000));
+  command->add_option("--fps", p.fps, "pictures a second of a film")->check(CLI::Range(1.0, 240.0))->capture_default_str();
+  command->add_option("--view", p.view, "as it looks, or for teaching")
+      ->check(CLI::IsMember({"look", "section", "xray", "difference"}))
+      ->capture_default_str();
+  command->add_option("--monitor", p.monitor, "show it full screen on this monitor, 0 is the first")->check(CLI::NonNegativeNumber);
+  command->add_option("--with", options->with,
+                      "the same hand with another contact: a JSON file or object with keys of a scene that differ");
+  command->add_option("--out", options->out, "the session that --with makes (.h5)");
   command->add_flag("--json", options->json, "print the result as JSON");
   command->callback([options] { run(*options); });
 }

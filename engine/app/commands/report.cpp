@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "engine/app/commands/commands.h"
 #include "engine/app/session_report.h"
@@ -94,7 +95,10 @@ void run(const Options& options) {
     if (equals == std::string::npos || equals == 0) throw Error("--picture", "", argument, "NAME=FILE.png");
     pictures.push_back(read_picture(argument.substr(equals + 1), argument.substr(0, equals)));
   }
+  std::optional<Progress> progress("report");
+  progress->at(0.05);
   ReportOptions report = report_of(reader);
+  progress->at(0.7);
   report.language = language;
   report.more_pictures = std::move(pictures);
   if (!report.score) report.score = score_session(reader);
@@ -105,7 +109,12 @@ void run(const Options& options) {
     }
     report.earlier = earlier_sessions(options.earlier, reader);
   }
-  write_file_atomically(options.out, report_html(reader, report));
+  progress->at(0.8);
+  const std::string page = report_html(reader, report);
+  progress->at(0.95);
+  write_file_atomically(options.out, page);
+  progress->at(1);
+  progress.reset();  // the line is over before anything else is printed
 
   if (options.json) {
     nlohmann::json items = nlohmann::json::array();

@@ -2,16 +2,19 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
-#include <algorithm>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "engine/app/commands/commands.h"
+#include "engine/app/expert_hand.h"
 #include "engine/app/haptic_loop.h"
 #include "engine/app/replay_hand.h"
 #include "engine/app/session_record.h"
 #include "engine/base/error.h"
 #include "engine/base/log.h"
+#include "engine/base/measure.h"
+#include "engine/base/progress.h"
 #include "engine/base/units.h"
 #include "engine/session/recorder.h"
 #include "engine/session/ticks_csv.h"
@@ -30,7 +33,7 @@ struct Options {
 /// Where the ticks go: a table, or by its extension a session.
 class TickSink {
  public:
-  TickSink(const std::string& file, const session::SessionHeader& header) {
+  TickSink(const std::string& file, const session::SessionHeader& header, const Scene& scene) : notes_(scene, std::nullopt) {
     if (file.ends_with(".h5")) {
       session::WriterOptions options;
       options.whole_or_nothing = true;
@@ -44,6 +47,7 @@ class TickSink {
     if (patch) session_->append({patch, 1});
     if (cut) session_->append({cut, 1});
     session_->append({&tick, 1});
+    notes_.add(tick, *session_);
   }
   void finish(const session::SessionResult& result) {
     if (csv_) return csv_->finish();
@@ -53,6 +57,7 @@ class TickSink {
  private:
   std::unique_ptr<session::TicksCsvWriter> csv_;
   std::unique_ptr<session::SessionWriter> session_;
+  TickNotes notes_;
 };
 
 /// A path, a simulated hand, or a recorded one: whatever moves by itself and always the same.
@@ -65,38 +70,45 @@ std::unique_ptr<haptics::HapticDevice> open_deterministic_hand(const Options& op
 
 void run(const Options& options) {
   const Scene scene = read_scene(options.scene);
-  const auto hand = open_deterministic_hand(options, scene);
   HapticLoop loop(scene, load_tissue(scene), options.rate);
+  std::optional<Expert> expert;
+  if (options.hand == "expert:") expert.emplace(scene, load_untouched(scene));
+  const std::unique_ptr<haptics::HapticDevice> hand =
+      expert ? std::make_unique<ExpertHand>(expert->plan(loop.carver().volume()), options.rate) : open_deterministic_hand(options, scene);
 
   loop.stall_carver(options.stall_ms * 1e-3);
 
   session::SessionHeader header = session_header(scene, {}, *hand, loop.carver().volume(), options.rate);
   header.date.clear();  // same input, same bytes out
-  TickSink sink(options.out, header);
+  TickSink sink(options.out, header, scene);
 
+  auto* const experts = dynamic_cast<ExpertHand*>(hand.get());
+  std::optional<Progress> progress;
+  if (expert) progress.emplace("expert");
   std::uint64_t ticks = 0;
   std::uint32_t faults = 0;
   ServoTick last;
-  std::vector<Nanos> times;
-  loop.run(*hand, [&](const ServoTick& tick, const Cut* cut) {
+  EvenSample times;  // ns
+  const auto each = [&](const ServoTick& tick, const Cut* cut) {
     ServoTick row = tick;
     if (options.no_timing) row.cpu_time = 0;
     sink.add(row, cut, loop.fresh_patch());
     ++ticks;
+    if (experts) progress->at(experts->done());
     faults |= tick.faults;
     last = tick;
-    times.push_back(tick.cpu_time);
-  });
+    times.add(static_cast<double>(tick.cpu_time));
+  };
+  if (expert) {
+    run_expert(loop, *experts, *expert, each);
+  } else {
+    loop.run(*hand, each);
+  }
   const session::SessionResult result = session_result(loop.carver().volume());
   sink.finish(result);
   if (!options.save.empty()) loop.carver().volume().save(options.save);
 
-  std::sort(times.begin(), times.end());
-  const auto percentile = [&](double p) {
-    return times.empty()
-               ? 0.0
-               : static_cast<double>(times[static_cast<std::size_t>(p * static_cast<double>(times.size() - 1))]) * 1e-3;
-  };
+  const auto percentile = [&](double p) { return times.quantile(p) * 1e-3; };
   double removed = 0;
   nlohmann::ordered_json removed_json = nlohmann::ordered_json::object();
   for (int i = 1; i < kTissueCount; ++i) {
@@ -134,7 +146,7 @@ void add_servo_command(CLI::App& app) {
   command->footer(
       "Example:\n  typodont servo assets/scenes/molar-caries.json --hand hand.csv --out ticks.csv --rate 4000");
   command->add_option("scene", options->scene, "scene file (JSON)")->required();
-  command->add_option("--hand", options->hand, "HAND.csv, a path; HAND.json, a simulated hand; or replay:SESSION.h5")->required();
+  command->add_option("--hand", options->hand, "HAND.csv, a path; HAND.json, a simulated hand; replay:SESSION.h5; or expert:, a hand that knows the task")->required();
   command->add_option("--out", options->out, "ticks to write: .csv, or .h5 for a session")->required();
   command->add_option("--rate", options->rate, "servo rate, Hz")
       ->check(CLI::Range(10.0, 100000.0))

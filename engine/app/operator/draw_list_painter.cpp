@@ -30,41 +30,9 @@ void at_least(gpu::Device& device, gpu::Buffer& buffer, VkDeviceSize bytes, VkBu
 }  // namespace
 
 DrawListPainter::DrawListPainter(gpu::Device& device) : device_(device) {
-  const VkSamplerCreateInfo sampler{.sType = VK_STRUCTURE_TYPE_SAMPLER_CREATE_INFO,
-                                    .magFilter = VK_FILTER_LINEAR,
-                                    .minFilter = VK_FILTER_LINEAR,
-                                    .addressModeU = VK_SAMPLER_ADDRESS_MODE_CLAMP_TO_EDGE,
-                                    .addressModeV = VK_SAMPLER_ADDRESS_MODE_CLAMP_TO_EDGE,
-                                    .addressModeW = VK_SAMPLER_ADDRESS_MODE_CLAMP_TO_EDGE};
-  gpu::check(vkCreateSampler(device.device, &sampler, nullptr, &sampler_), "vkCreateSampler");
-  const VkDescriptorSetLayoutBinding binding{0, VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, 1,
-                                             VK_SHADER_STAGE_FRAGMENT_BIT, nullptr};
-  const VkDescriptorSetLayoutCreateInfo set_info{
-      .sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_CREATE_INFO, .bindingCount = 1, .pBindings = &binding};
-  gpu::check(vkCreateDescriptorSetLayout(device.device, &set_info, nullptr, &set_layout_),
-             "vkCreateDescriptorSetLayout");
-  const VkPushConstantRange range{VK_SHADER_STAGE_VERTEX_BIT | VK_SHADER_STAGE_FRAGMENT_BIT, 0, sizeof(Place)};
-  const VkPipelineLayoutCreateInfo layout{.sType = VK_STRUCTURE_TYPE_PIPELINE_LAYOUT_CREATE_INFO,
-                                          .setLayoutCount = 1,
-                                          .pSetLayouts = &set_layout_,
-                                          .pushConstantRangeCount = 1,
-                                          .pPushConstantRanges = &range};
-  gpu::check(vkCreatePipelineLayout(device.device, &layout, nullptr, &layout_), "vkCreatePipelineLayout");
-  constexpr std::uint32_t kSets = kSlots * static_cast<std::uint32_t>(kTextures);
-  const VkDescriptorPoolSize size{VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, kSets};
-  const VkDescriptorPoolCreateInfo pool{.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO,
-                                        .maxSets = kSets,
-                                        .poolSizeCount = 1,
-                                        .pPoolSizes = &size};
-  gpu::check(vkCreateDescriptorPool(device.device, &pool, nullptr, &pool_), "vkCreateDescriptorPool");
-  const std::vector<VkDescriptorSetLayout> layouts(kTextures, set_layout_);
-  for (auto& sets : sets_) {
-    const VkDescriptorSetAllocateInfo allocate{.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_ALLOCATE_INFO,
-                                               .descriptorPool = pool_,
-                                               .descriptorSetCount = static_cast<std::uint32_t>(kTextures),
-                                               .pSetLayouts = layouts.data()};
-    gpu::check(vkAllocateDescriptorSets(device.device, &allocate, sets.data()), "vkAllocateDescriptorSets");
-  }
+  sampler_ = gpu::create_sampler(device);
+  inputs_ = gpu::ShaderInputs::create(device, {{.stages = VK_SHADER_STAGE_VERTEX_BIT | VK_SHADER_STAGE_FRAGMENT_BIT}},
+                                      kSlots * kTextures, sizeof(Place));
   take_font_atlas();
 }
 
@@ -75,9 +43,7 @@ DrawListPainter::~DrawListPainter() {
       if (buffer.buffer) buffer.destroy(device_);
   font_.destroy(device_);
   if (pipeline_) vkDestroyPipeline(device_.device, pipeline_, nullptr);
-  vkDestroyPipelineLayout(device_.device, layout_, nullptr);
-  vkDestroyDescriptorPool(device_.device, pool_, nullptr);
-  vkDestroyDescriptorSetLayout(device_.device, set_layout_, nullptr);
+  inputs_.destroy(device_);
   vkDestroySampler(device_.device, sampler_, nullptr);
 }
 
@@ -114,7 +80,7 @@ void DrawListPainter::record(VkCommandBuffer commands, const ImDrawData& lists, 
     gpu::PipelineOptions o;
     o.vertex_shader = kSpirv_interface_vert;
     o.fragment_shader = kSpirv_interface_frag;
-    o.layout = layout_;
+    o.layout = inputs_.layout;
     o.bindings = {{0, sizeof(ImDrawVert), VK_VERTEX_INPUT_RATE_VERTEX}};
     o.attributes = {{0, VK_FORMAT_R32G32_SFLOAT, offsetof(ImDrawVert, pos)},
                     {0, VK_FORMAT_R32G32_SFLOAT, offsetof(ImDrawVert, uv)},
@@ -141,15 +107,8 @@ void DrawListPainter::record(VkCommandBuffer commands, const ImDrawData& lists, 
     vertex += list.VtxBuffer.Size;
     index += list.IdxBuffer.Size;
   }
-  for (std::size_t i = 0; i < textures_.size(); ++i) {
-    const VkDescriptorImageInfo image{sampler_, textures_[i].view, VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL};
-    const VkWriteDescriptorSet write{.sType = VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET,
-                                     .dstSet = sets_[s][i],
-                                     .descriptorCount = 1,
-                                     .descriptorType = VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER,
-                                     .pImageInfo = &image};
-    vkUpdateDescriptorSets(device_.device, 1, &write, 0, nullptr);
-  }
+  for (std::size_t i = 0; i < textures_.size(); ++i)
+    inputs_.fill(device_, s * kTextures + i, 0, sampler_, textures_[i].view);
 
   gpu::transition(commands, target.image, VK_IMAGE_ASPECT_COLOR_BIT, VK_IMAGE_LAYOUT_UNDEFINED,
                   VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, VK_ACCESS_2_NONE,
@@ -194,9 +153,9 @@ void DrawListPainter::record(VkCommandBuffer commands, const ImDrawData& lists, 
       const VkRect2D scissor{{x0, y0}, {static_cast<std::uint32_t>(x1 - x0), static_cast<std::uint32_t>(y1 - y0)}};
       vkCmdSetScissor(commands, 0, 1, &scissor);
       const Place place{{2 / display.x, 2 / display.y}, {-1, -1}, textures_[number].layer};
-      vkCmdPushConstants(commands, layout_, VK_SHADER_STAGE_VERTEX_BIT | VK_SHADER_STAGE_FRAGMENT_BIT, 0, sizeof place,
+      vkCmdPushConstants(commands, inputs_.layout, VK_SHADER_STAGE_VERTEX_BIT | VK_SHADER_STAGE_FRAGMENT_BIT, 0, sizeof place,
                          &place);
-      vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, layout_, 0, 1, &sets_[s][number], 0, nullptr);
+      vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, inputs_.layout, 0, 1, &inputs_.sets[s * kTextures + number], 0, nullptr);
       vkCmdDrawIndexed(commands, c.ElemCount, 1, first_index + c.IdxOffset,
                        first_vertex + static_cast<int>(c.VtxOffset), 0);
     }

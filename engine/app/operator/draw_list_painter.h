@@ -44,10 +44,7 @@ class DrawListPainter {
   gpu::Device& device_;
   gpu::Image font_;
   VkSampler sampler_ = VK_NULL_HANDLE;
-  VkDescriptorSetLayout set_layout_ = VK_NULL_HANDLE;
-  VkDescriptorPool pool_ = VK_NULL_HANDLE;
-  std::array<std::array<VkDescriptorSet, kTextures>, kSlots> sets_{};
-  VkPipelineLayout layout_ = VK_NULL_HANDLE;
+  gpu::ShaderInputs inputs_;  // a set for each slot's textures
   VkPipeline pipeline_ = VK_NULL_HANDLE;
   VkFormat format_ = VK_FORMAT_UNDEFINED;
   std::array<gpu::Buffer, kSlots> vertices_, indices_;

@@ -1,5 +1,7 @@
 #include "engine/app/operator/exercise.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cctype>
 #include <cmath>
@@ -9,6 +11,7 @@
 #include "engine/base/error.h"
 #include "engine/base/json.h"
 #include "engine/base/units.h"
+#include "haptics/import.h"
 
 namespace typodont {
 
@@ -35,24 +38,104 @@ Text paint_entry(const PaintStroke& s) {
 
 }  // namespace
 
+std::vector<RuleChoice> rule_choices(const Scene& base) {
+  std::vector<RuleChoice> choices;
+  for (const std::string& name : session::known_score_names()) {
+    RuleChoice choice;
+    choice.name = name;
+    choices.push_back(choice);
+  }
+  const Json json = Json::parse(base.text, base.file.string());
+  const auto task = json.find("task");
+  const auto block = task ? task : json.find("score");
+  const auto rules = block ? block->find("rules") : std::nullopt;
+  if (!rules) return choices;
+  for (const Json& rule : rules->items()) {
+    const auto found = std::find_if(choices.begin(), choices.end(),
+                                    [&](const RuleChoice& c) { return c.name == rule["name"].string(); });
+    if (found == choices.end()) continue;
+    found->counts = true;
+    found->from_ideal = !rule.has("target");
+    found->target = static_cast<float>(rule.number_or("target", 0));
+    found->tolerance = static_cast<float>(rule.number_or("tolerance", 1));
+    found->weight = static_cast<float>(rule.number_or("weight", 0));
+  }
+  return choices;
+}
+
+namespace {
+
+/// A file that lies beside the base is not beside the new scene.
+void keep_found(Text& json, const char* key, const fs::path& folder) {
+  if (!json.is_object() || !json.contains(key) || !json[key].is_string()) return;
+  const fs::path beside = folder / json[key].get<std::string>();
+  std::error_code code;
+  if (fs::exists(beside, code)) json[key] = fs::absolute(beside).string();
+}
+
+Text rules_of(const std::vector<RuleChoice>& choices) {
+  Text rules = Text::array();
+  for (const RuleChoice& c : choices) {
+    if (!c.counts) continue;
+    // Three figures: what was typed, not what a float makes of it.
+    const auto plain = [](float v) { return std::stod(fmt::format("{:.4g}", v)); };
+    Text rule = {{"name", c.name}, {"tolerance", plain(std::max(c.tolerance, 1e-6f))}, {"weight", plain(c.weight)}};
+    if (!c.from_ideal) rule["target"] = plain(c.target);
+    rule["source"] = "the instructor";
+    rules.push_back(rule);
+  }
+  return rules;
+}
+
+}  // namespace
+
 std::string exercise_json(const NewExercise& e, const std::string& ideal_file) {
   Text scene = Text::parse(e.base->text);
   scene["name"] = e.name;
   scene["description"] = e.goal;
   for (const PaintStroke& stroke : e.strokes) scene["paint"].push_back(paint_entry(stroke));
-  // A volume that lies beside the base is not beside the new scene.
-  if (scene["tissue"].contains("volume")) {
-    const fs::path beside = e.base->file.parent_path() / scene["tissue"]["volume"].get<std::string>();
-    std::error_code code;
-    if (fs::exists(beside, code)) scene["tissue"]["volume"] = fs::absolute(beside).string();
+  const fs::path folder = e.base->file.parent_path();
+  keep_found(scene["tissue"], "volume", folder);
+  keep_found(scene, "paint_file", folder);
+  if (scene.contains("surroundings")) keep_found(scene["surroundings"], "volume", folder);
+
+  for (std::size_t i = 1; i < e.tissues.size(); ++i) {
+    const TissueMade& made = e.tissues[i];
+    const std::string tissue(name_of(static_cast<Tissue>(i)));
+    if (made.color) scene["materials"][tissue]["color"] = {made.color->x, made.color->y, made.color->z};
+    if (made.stiffness == 1) continue;
+    // The base's strokes have changed it already, and will again.
+    const double painted = e.base->paint_file.empty() ? 1 : stiffness_factor(read_paint(e.base->paint_file), static_cast<Tissue>(i));
+    scene["materials"][tissue]["stiffness_N_per_mm"] =
+        made.stiffness * e.base->servo.materials[i].stiffness / painted / kNewtonPerMillimetre;
   }
-  if (!ideal_file.empty()) {
-    Text& task = scene["task"];
-    if (!task.is_object()) task = Text::object();
+
+  const bool ideal = !ideal_file.empty();
+  if (!ideal && !e.rules && e.steps.empty() && !scene.contains("task")) return scene.dump(2) + "\n";
+  Text task = scene.value("task", Text::object());
+  if (scene.contains("score")) {  // a task's rules stand in the task
+    if (scene["score"].contains("rules")) task["rules"] = scene["score"]["rules"];
+    scene.erase("score");
+  }
+  task["title"] = e.name;
+  task["goal"] = e.goal.empty() ? e.name : e.goal;
+  if (!e.steps.empty()) task["steps"] = e.steps;
+  if (task.contains("ideal")) {
+    for (const char* key : {"volume", "session"}) keep_found(task["ideal"], key, folder);
+    if (task["ideal"].contains("mesh")) keep_found(task["ideal"]["mesh"], "file", folder);
+  }
+  if (ideal) {
     task.erase("explore");
-    task["goal"] = e.goal.empty() ? e.name : e.goal;
-    task["ideal"] = {{"volume", ideal_file}};
+    if (e.ideal)
+      task["ideal"] = {{"volume", ideal_file}};
+    else
+      task["ideal"] = {{"mesh", {{"file", ideal_file}, {"unit_mm", e.mesh_unit_mm}}}};
   }
+  if (e.rules) {
+    task["rules"] = rules_of(*e.rules);
+    task["defaults"] = false;
+  }
+  scene["task"] = std::move(task);
   return scene.dump(2) + "\n";
 }
 
@@ -66,8 +149,21 @@ fs::path write_exercise(const NewExercise& e) {
   std::error_code code;
   fs::create_directories(folder, code);
   if (code) throw Error(folder.string(), "", code.message(), "a folder that can be made");
-  const std::string ideal = e.ideal ? stem + "-ideal.vdb" : "";
-  if (e.ideal) e.ideal->save(folder / ideal);
+  std::string ideal;
+  if (e.ideal) {
+    ideal = stem + "-ideal.vdb";
+    e.ideal->save(folder / ideal);
+  } else if (!e.ideal_mesh.empty()) {
+    // Read here, so that a mesh that is none is said now and not to a trainee.
+    haptics::ImportOptions options;
+    options.voxel = 0.5e-3;
+    options.mesh_unit = e.mesh_unit_mm * kMillimetre;
+    (void)haptics::import_tissue(e.ideal_mesh, options);
+    ideal = stem + "-ideal" + e.ideal_mesh.extension().string();
+    if (fs::absolute(e.ideal_mesh) != fs::absolute(folder / ideal))
+      fs::copy_file(e.ideal_mesh, folder / ideal, fs::copy_options::overwrite_existing, code);
+    if (code) throw Error((folder / ideal).string(), "", code.message(), "a place that can be written");
+  }
   write_file_atomically(file, exercise_json(e, ideal));
   return file;
 }

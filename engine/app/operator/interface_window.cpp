@@ -1,6 +1,7 @@
 #include "engine/app/operator/interface_window.h"
 
 #include <imgui.h>
+#include <imgui_internal.h>
 
 #include <algorithm>
 #include <array>
@@ -204,6 +205,7 @@ void InterfaceWindow::build_fonts() {
       const std::string_view text = session::text(key, language_);
       builder.AddText(text.data(), text.data() + text.size());
     }
+    builder.AddText(more_.data(), more_.data() + more_.size());
     builder.AddRanges(atlas.GetGlyphRangesChineseSimplifiedCommon());
     builder.BuildRanges(&chinese);
   }
@@ -240,6 +242,21 @@ bool InterfaceWindow::set_language(session::Language language) {
   build_fonts();
   painter_->take_font_atlas();
   return true;
+}
+
+void InterfaceWindow::will_show(const std::string& text) {
+  if (language_ != session::Language::kChinese) return;
+  bool missing = false;
+  for (const char* at = text.c_str(); *at;) {
+    unsigned code = 0;
+    at += ImTextCharFromUtf8(&code, at, nullptr);
+    missing = missing || (code > 0x7f && code < 0xffff && !style_.plain->FindGlyphNoFallback(static_cast<ImWchar>(code)));
+  }
+  if (!missing) return;
+  more_ += text;
+  wait_idle();
+  build_fonts();
+  painter_->take_font_atlas();
 }
 
 bool InterfaceWindow::poll(double most_seconds) {

@@ -40,6 +40,8 @@ class InterfaceWindow {
 
   /// Fonts that hold this language's writing. False where the computer has none for it; then nothing changes.
   bool set_language(session::Language language);
+  /// This will be shown too: fonts hold its writing from the next frame on. Between frames.
+  void will_show(const std::string& text);
 
   /// Looks at mouse and keyboard. True when a frame should be drawn: something was done, or `most_seconds` have passed
   /// since the last one.
@@ -78,7 +80,7 @@ class InterfaceWindow {
   session::Language language_ = session::Language::kEnglish;
   double scale_ = 1;
   display::UserInput input_;
-  std::string settings_file_;
+  std::string more_;  // what will_show() was given and the catalogue does not hold
   Nanos last_frame_ = 0, last_input_ = 0;
   std::uint64_t frames_ = 0;
 };

@@ -1,16 +1,23 @@
 #include "engine/app/operator/library.h"
 
 #include <fmt/format.h>
+#include <signal.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cctype>
+#include <cerrno>
 #include <cstdlib>
 #include <ctime>
+#include <fstream>
+#include <iterator>
 #include <nlohmann/json.hpp>
 
 #include "engine/app/scene.h"
 #include "engine/base/error.h"
+#include "engine/base/fnv.h"
 #include "engine/base/json.h"
+#include "engine/base/units.h"
 #include "engine/display/display_rig.h"
 #include "haptics/devices/driver.h"
 
@@ -37,17 +44,6 @@ std::string title_of(std::string name) {
   return name;
 }
 
-/// A name as a folder's or file's.
-std::string file_name_of(const std::string& text) {
-  std::string out;
-  for (const char c : text) {
-    const auto u = static_cast<unsigned char>(c);
-    out += std::isalnum(u) || u >= 0x80 || c == '-' || c == '.' ? c : '_';
-  }
-  while (!out.empty() && out.front() == '.') out.erase(0, 1);
-  return out;
-}
-
 fs::path memory_file() {
   return user_folder() / "settings.json";
 }
@@ -58,6 +54,30 @@ fs::path user_folder() {
   if (const char* set = std::getenv("TYPODONT_HOME"); set && *set) return set;
   const char* home = std::getenv("HOME");
   return fs::path(home && *home ? home : ".") / "Typodont";
+}
+
+std::string tool_title(const haptics::Tool& tool) {
+  std::string name = tool.name;
+  while (!name.empty() && (std::isdigit(static_cast<unsigned char>(name.back())) || name.back() == '_')) name.pop_back();
+  return fmt::format("{} {:.2g} mm", title_of(name), tool.diameter / kMillimetre);
+}
+
+std::string file_name_of(const std::string& text) {
+  std::string out;
+  for (const char c : text) {
+    const auto u = static_cast<unsigned char>(c);
+    out += std::isalnum(u) || u >= 0x80 || c == '-' || c == '.' ? c : '_';
+  }
+  while (!out.empty() && out.front() == '.') out.erase(0, 1);
+  return out;
+}
+
+fs::path made_picture(const fs::path& scene) {
+  std::ifstream in(scene, std::ios::binary);
+  const std::string text((std::istreambuf_iterator<char>(in)), {});
+  Fnv1a hash;
+  hash.bytes(text.data(), text.size());
+  return user_folder() / "pictures" / fmt::format("{}-{:016x}.png", scene.stem().string(), hash.value);
 }
 
 std::vector<SceneChoice> find_scenes(const OperatorState& s, std::vector<fs::path>& pictures) {
@@ -84,7 +104,8 @@ std::vector<SceneChoice> find_scenes(const OperatorState& s, std::vector<fs::pat
         choice.fault = e.what();
       }
       std::error_code code;
-      const fs::path picture = fs::path(file).replace_extension(".png");
+      fs::path picture = fs::path(file).replace_extension(".png");
+      if (!fs::is_regular_file(picture, code)) picture = made_picture(file);
       pictures.push_back(fs::is_regular_file(picture, code) ? picture : fs::path());
       scenes.push_back(std::move(choice));
     }
@@ -95,7 +116,7 @@ std::vector<SceneChoice> find_scenes(const OperatorState& s, std::vector<fs::pat
 std::vector<HandEntry> find_hands(const OperatorState& s) {
   std::vector<HandEntry> hands;
   for (const auto& d : haptics::list_devices()) {
-    if (d.address.empty()) continue;  // pedals
+    if (d.address.empty() || d.address.starts_with("mouse:")) continue;  // pedals; the mouse has its own line
     HandEntry choice{d.address, d.model, d.kind, d.permitted};
     if (d.force_limit > 0) choice.detail += fmt::format(", {:g} N", d.force_limit);
     if (!d.permitted) choice.detail += ": " + d.mend;
@@ -120,7 +141,10 @@ std::vector<RigChoice> find_rigs(const OperatorState& s) {
       } catch (const Error&) {
         continue;  // another version's, or half written: nothing to choose
       }
-      const std::string title = file.stem() == "window" ? s.text("op.second_window") : title_of(file.stem().string());
+      const bool shipped = folder == assets_folder() / "rigs";
+      const std::string title = shipped && file.stem() == "window"   ? s.text("op.second_window")
+                                : shipped && file.stem() == "mirror" ? s.text("op.half_mirror")
+                                                                     : title_of(file.stem().string());
       rigs.push_back({file, title, false});
     }
   }
@@ -141,6 +165,18 @@ fs::path new_session_file(const std::string& trainee, const std::string& scene) 
   return folder / fmt::format("{}_{}.h5", date, file_name_of(scene));
 }
 
+fs::path unkept_file() {
+  const fs::path folder = user_folder() / "sessions" / ".unkept";
+  std::error_code code;
+  fs::create_directories(folder, code);
+  if (code) return {};
+  for (const auto& entry : fs::directory_iterator(folder, code)) {
+    const int process = std::atoi(entry.path().stem().c_str());
+    if (process > 0 && process != getpid() && kill(process, 0) != 0 && errno == ESRCH) fs::remove(entry.path(), code);
+  }
+  return folder / fmt::format("{}.h5", getpid());
+}
+
 Remembered remembered() {
   Remembered r;
   std::error_code code;
@@ -153,6 +189,7 @@ Remembered remembered() {
     r.hand = json.string_or("hand", "");
     r.rig = json.string_or("rig", "");
     r.record = json.boolean_or("record", true);
+    r.monitor = static_cast<int>(json.number_or("monitor", -1, -1, 64));
     r.any = true;
   } catch (const Error&) {  // of another version, or spoilt: as if it were the first run
   }
@@ -161,7 +198,7 @@ Remembered remembered() {
 
 void remember(const Remembered& r) {
   const nlohmann::ordered_json json = {{"language", r.language}, {"trainee", r.trainee}, {"scene", r.scene},
-                                       {"hand", r.hand},         {"rig", r.rig},         {"record", r.record}};
+                                       {"hand", r.hand},         {"rig", r.rig},         {"record", r.record},   {"monitor", r.monitor}};
   try {
     std::error_code code;
     fs::create_directories(user_folder(), code);

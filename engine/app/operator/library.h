@@ -5,15 +5,25 @@
 #include <vector>
 
 #include "engine/app/operator/state.h"
+#include "haptics/tool.h"
 
 namespace typodont {
 
 /// The user's folder: ~/Typodont, with sessions/, scenes/ and rigs/ in it; $TYPODONT_HOME elsewhere.
 std::filesystem::path user_folder();
 
+/// Where the picture of a scene lies that has none beside it (NAME.png), once it was made; another when it changes.
+std::filesystem::path made_picture(const std::filesystem::path& scene);
+
 /// Shipped scenes, then the user's, by name. A scene that cannot be read is listed with its fault. `pictures[i]` is the
-/// picture beside scene i (NAME.png), or empty.
+/// picture beside scene i (NAME.png), or the one made of it, or empty.
 std::vector<SceneChoice> find_scenes(const OperatorState& s, std::vector<std::filesystem::path>& pictures);
+/// "round_012" → "Round 1.2 mm".
+std::string tool_title(const haptics::Tool& tool);
+
+/// A name as a folder's or file's.
+std::string file_name_of(const std::string& text);
+
 /// What is plugged in, the mouse, the trainee's last recordings, and one that is typed.
 std::vector<HandEntry> find_hands(const OperatorState& s);
 /// In this window, then rigs for screens and mirrors, shipped and the user's.
@@ -22,11 +32,16 @@ std::vector<RigChoice> find_rigs(const OperatorState& s);
 /// ~/Typodont/sessions/TRAINEE/DATE_SCENE.h5, its folder made.
 std::filesystem::path new_session_file(const std::string& trainee, const std::string& scene);
 
+/// A file for a recording that is not kept unless that is asked for before its end; those of programs that were killed
+/// are taken away. Empty where there is no room for one.
+std::filesystem::path unkept_file();
+
 /// What was chosen last time: language, trainee, scene, hand, picture. Silent where it cannot be read or written.
 struct Remembered {
   bool any = false;
   std::string language, trainee, scene, hand, rig;
   bool record = true;
+  int monitor = -1;  // full screen there; −1: a window
 };
 Remembered remembered();
 void remember(const Remembered& r);

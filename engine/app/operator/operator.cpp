@@ -2,24 +2,28 @@
 
 #include <fmt/format.h>
 #include <imgui.h>
-#include <signal.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <atomic>
 #include <chrono>
-#include <cstdio>
 #include <cstdlib>
+#include <functional>
 #include <memory>
 #include <optional>
+#include <set>
+#include <sstream>
 #include <thread>
 
+#include "engine/app/live_views.h"
+#include "engine/app/operator/archive.h"
+#include "engine/app/operator/child.h"
 #include "engine/app/operator/exercise.h"
 #include "engine/app/operator/job.h"
 #include "engine/app/operator/library.h"
 #include "engine/app/operator/state.h"
 #include "engine/app/picture_stage.h"
+#include "engine/app/replay.h"
+#include "engine/app/resume.h"
 #include "engine/app/scene.h"
 #include "engine/app/session_report.h"
 #include "engine/app/workbench.h"
@@ -42,35 +46,6 @@ constexpr double kSessionFrame = 0.05;  // s between frames of this window while
 constexpr Nanos kReviveInterval = 10 * kNanosPerSecond;
 constexpr Nanos kScoreInterval = 500'000'000;
 
-/// Opens a file with what the desktop has for it. Returns at once.
-void open_with_desktop(const fs::path& file) {
-  const pid_t first = fork();
-  if (first == 0) {  // the grandchild is nobody's to wait for
-    if (fork() == 0) {
-      execlp("xdg-open", "xdg-open", file.c_str(), static_cast<char*>(nullptr));
-      _exit(127);
-    }
-    _exit(0);
-  }
-  if (first > 0) waitpid(first, nullptr, 0);
-}
-
-/// This program's output, run with these arguments. Looks at `progress` while it waits.
-std::string run_self(const std::string& arguments, Progress& progress) {
-  std::error_code code;
-  const fs::path self = fs::read_symlink("/proc/self/exe", code);
-  const std::unique_ptr<std::FILE, int (*)(std::FILE*)> pipe(
-      popen(fmt::format("'{}' {} 2>/dev/null", self.string(), arguments).c_str(), "r"), pclose);
-  if (!pipe) throw RunFailure("cannot start " + self.string());
-  std::string out;
-  std::array<char, 4096> piece;
-  while (const std::size_t n = std::fread(piece.data(), 1, piece.size(), pipe.get())) {
-    out.append(piece.data(), n);
-    progress.at(0.5);
-  }
-  return out;
-}
-
 class Operator {
  public:
   Operator() : window_({}) {
@@ -87,6 +62,7 @@ class Operator {
     set_language(session::language_named(r.language).value_or(wanted));
     r.trainee.copy(s_.trainee.data(), s_.trainee.size() - 1);
     s_.record = r.record;
+    s_.monitor = r.monitor;
     rescan();
     for (std::size_t i = 0; i < s_.scenes.size(); ++i)
       if (s_.scenes[i].file.string() == r.scene) s_.scene = static_cast<int>(i);
@@ -98,6 +74,7 @@ class Operator {
 
   ~Operator() {
     job_.reset();
+    picture_job_.reset();
     bench_.reset();
     window_.wait_idle();
     for (gpu::Image& picture : s_.pictures) picture.destroy(window_.device());
@@ -128,7 +105,7 @@ class Operator {
       }
       bool drew = false;
       if (bench_) drew = step_session();
-      const bool finished = look_at_job();
+      const bool finished = look_at_job() || look_at_pictures();
       if (due || drew || finished) {
         draw();
         carry_out();
@@ -173,6 +150,9 @@ class Operator {
       case Page::kDoctor:
         draw_doctor_page(s_, window_);
         break;
+      case Page::kArchive:
+        draw_archive_page(s_, window_);
+        break;
     }
     draw_help(s_, window_);
     window_.end();
@@ -196,7 +176,7 @@ class Operator {
     switch (r.ask) {
       case Ask::kStart:
       case Ask::kAgain:
-        if (!bench_) start_session();
+        if (!bench_) start_session({});
         break;
       case Ask::kEndSession:
         if (bench_) end_session("");
@@ -224,10 +204,10 @@ class Operator {
         rescan();
         break;
       case Ask::kOpenReport:
-        if (!s_.outcome.report.empty()) open_with_desktop(s_.outcome.report);
+        if (!s_.outcome.report.empty()) open_with_desktop(s_.outcome.report.string());
         break;
       case Ask::kOpenFolder:
-        open_with_desktop(user_folder());
+        open_with_desktop(user_folder().string());
         break;
       case Ask::kDeleteRecording: {
         std::error_code code;
@@ -243,6 +223,34 @@ class Operator {
       case Ask::kTool:
         if (bench_) bench_->choose_tool(r.number);
         break;
+      case Ask::kUndo:
+        if (bench_) bench_->ask(TissueCommand::kUndo);
+        break;
+      case Ask::kRedo:
+        if (bench_) bench_->ask(TissueCommand::kRedo);
+        break;
+      case Ask::kSaveTissue:
+        if (!bench_) break;
+        bench_->ask(TissueCommand::kSave);
+        say(fmt::format("{} {}", s_.text("op.saved_as"), saved_.filename().string()), false);
+        break;
+      case Ask::kKeep:
+        s_.keep = r.number != 0;
+        break;
+      case Ask::kLook:
+        change_look();
+        break;
+      case Ask::kOwnView:
+        show_own_view(r.number != 0);
+        break;
+      case Ask::kColor: {
+        if (!bench_) break;
+        const auto& c = s_.colors[static_cast<std::size_t>(r.number)];
+        s_.live = nullptr;
+        window_.wait_idle();
+        bench_->color(static_cast<Tissue>(r.number), {c[0], c[1], c[2]});
+        break;
+      }
       case Ask::kHold:
         if (bench_) bench_->hold(r.number != 0);
         break;
@@ -257,6 +265,39 @@ class Operator {
         break;
       case Ask::kStepBack:
         s_.steps.back();
+        break;
+      case Ask::kArchive:
+        open_archive();
+        break;
+      case Ask::kSessionReport:
+        show_report(chosen_session());
+        break;
+      case Ask::kLearningCurve:
+        make_curve(chosen_session());
+        break;
+      case Ask::kFilm:
+        make_film(chosen_session());
+        break;
+      case Ask::kWatch:
+        start_self({"replay", chosen_session().file.string(), "--show"});
+        break;
+      case Ask::kExportMesh:
+        export_mesh(chosen_session());
+        break;
+      case Ask::kGoOnFrom:
+        if (!bench_) start_session(s_.page == Page::kArchive ? chosen_session().file : s_.outcome.recording);
+        break;
+      case Ask::kImport:
+        import();
+        break;
+      case Ask::kTutorial:
+        for (std::size_t i = 0; i < s_.scenes.size(); ++i)
+          if (s_.scenes[i].file.stem() == "tutorial" && !s_.scenes[i].own) s_.scene = static_cast<int>(i);
+        s_.first_run = s_.author = false;
+        if (!bench_) start_session({});
+        break;
+      case Ask::kWelcomed:
+        s_.first_run = false;
         break;
       case Ask::kCancel:
         if (job_) job_->progress().cancel();
@@ -292,6 +333,9 @@ class Operator {
         log::warn("{}", e.what());
       }
     }
+    std::string texts;
+    for (const SceneChoice& scene : s_.scenes) texts += scene.title + scene.description;
+    window_.will_show(texts);
     s_.hands = find_hands(s_);
     s_.rigs = find_rigs(s_);
 #ifdef TYPODONT_WINDOW
@@ -305,7 +349,8 @@ class Operator {
     within(s_.rig, s_.rigs.size());
   }
 
-  void start_session() {
+  /// `from`: a recorded session to go on from; empty: the scene that is chosen.
+  void start_session(const fs::path& from) {
     const SceneChoice& choice = s_.scenes.at(static_cast<std::size_t>(s_.scene));
     const RigChoice& rig = s_.rigs.at(static_cast<std::size_t>(s_.rig));
     const HandEntry& hand = s_.hands.at(static_cast<std::size_t>(s_.hand));
@@ -313,18 +358,24 @@ class Operator {
     job_.reset();
     s_.busy = false;
     say("", false);
-    s_.scene_title = choice.title;
-    s_.scene_goal = choice.description;
+    s_.scene_title = from.empty() ? choice.title : from.stem().string();
+    s_.scene_goal = from.empty() ? choice.description : "";
     s_.steps = {};
     s_.step_shown = -1;
+    picture_job_.reset();  // the session wants the computer for itself
+    const Page before = s_.page;
     s_.page = Page::kLoading;
     draw();
+    s_.page = before;  // where the session cannot begin
 
-    const Scene scene = read_scene(choice.file);
+    const Scene scene = from.empty() ? read_scene(choice.file) : with_resume(scene_of(session::SessionReader(from)), from);
     if (scene.task) {
       s_.steps = StepWatcher(*scene.task);
       if (!scene.task->title.empty()) s_.scene_title = scene.task->title.in(s_.language);
       s_.scene_goal = scene.task->goal.in(s_.language);
+      std::string texts = s_.scene_title + s_.scene_goal;
+      for (const session::TaskText& step : scene.task->steps) texts += step.in(s_.language);
+      window_.will_show(texts);
     }
     WorkbenchOptions options;
     options.rig = rig.file.string();
@@ -334,21 +385,33 @@ class Operator {
     authored_.reset();
     strokes_.clear();
     brush_down_ = false;
-    s_.strokes = 0;
     authored_scene_ = scene;
     options.embedded = rig.embedded;
     options.device = &window_.device();
     options.monitor = rig.embedded ? -1 : s_.monitor;
-    if (s_.record && !s_.author) options.record = new_session_file(options.trainee, scene.name);
+    // A session is written down from its beginning, wherever that is kept, so that it may still be kept at its end.
+    s_.keep = s_.record && !s_.author;
+    recording_ = s_.author ? fs::path() : new_session_file(options.trainee, scene.name);
+    written_ = s_.keep || s_.author ? recording_ : unkept_file();
+    options.record = written_;
+    saved_ = new_session_file(options.trainee, scene.name).replace_extension(".vdb");
+    options.save = saved_;
+    options.save_at_end = false;
     s_.outcome = {};
-    s_.outcome.recording = options.record;
     try {
       bench_.emplace(scene, options);
       s_.settings = {};
-      s_.tools = tool_names(scene);
+      s_.stiffness.fill(1);
+      for (std::size_t i = 0; i < s_.colors.size(); ++i) {
+        const dvec3 c = scene.servo.materials[i].color;
+        s_.colors[i] = {static_cast<float>(c.x), static_cast<float>(c.y), static_cast<float>(c.z)};
+      }
+      s_.tools.clear();
+      for (const haptics::Tool& tool : haptics::tray(scene.servo)) s_.tools.push_back(tool_title(tool));
       s_.device = bench_->hand();
       s_.recording = bench_->recording();
       s_.score = {};
+      s_.score_known = false;
       s_.forces.fill(0);
       s_.curve_at = 0;
       score_time_ = 0;
@@ -358,14 +421,18 @@ class Operator {
             glm::length(screen.lower_right - screen.lower_left) / glm::length(screen.upper_left - screen.lower_left);
         s_.live_upright = display::upright(stage->rig());
       }
+      begin_views(scene);
       s_.live_is_own = rig.embedded;
       bench_->start();
     } catch (...) {
       window_.wait_idle();
       bench_.reset();
       s_.live = nullptr;
-      s_.page = Page::kStart;
       throw;
+    }
+    if (!rig.embedded && s_.trainee_seen) {
+      window_.output().leave_monitor(s_.monitor);
+      window_.output().take_focus();
     }
     s_.page = Page::kSession;
     log::info("session started: {}", scene.name);
@@ -373,7 +440,8 @@ class Operator {
 
   /// True when the trainee's picture changed.
   bool step_session() {
-    const std::uint64_t before = s_.status.frames;
+    const std::uint64_t before = s_.status.frames + s_.status.own_frames;
+    bench_->look_from(s_.viewpoint, s_.own_view ? s_.live_size : glm::ivec2(0));
     if (!bench_->step(s_.live_input, s_.live_size)) {
       quit_ = Workbench::asked_to_stop();
       end_session("");
@@ -383,20 +451,63 @@ class Operator {
     s_.status = bench_->status();
     s_.settings = bench_->settings();
     s_.held = bench_->held();
-    s_.steps.follow({s_.status.tick, s_.settings, 0, 0, 0});
+    const int step = s_.steps.current();
+    if (s_.steps.follow({s_.status.tick, s_.settings, static_cast<int>(s_.status.tissue.undone),
+                     static_cast<int>(s_.status.tissue.redone), s_.look_changes, s_.held}))
+      log::info("step {} done", step + 1);
     PictureStage* stage = bench_->stage();
-    s_.live = stage && s_.status.frames > 0 ? &stage->pictures() : nullptr;
+    s_.live = s_.own_view                           ? bench_->own_picture()
+              : stage && bench_->status().frames > 0 ? &stage->pictures()
+                                                     : nullptr;
+    s_.look_in_work = bench_->views()->making(s_.own_view ? Eyes::kOwn : Eyes::kTrainee);
     const Nanos t = now();
     if (t - score_time_ > kScoreInterval) {
       score_time_ = t;
       s_.score = bench_->score_so_far();
+      s_.score_known = bench_->views()->score_known();
     }
     if (t - curve_time_ > 25'000'000) {
       curve_time_ = t;
       s_.forces[static_cast<std::size_t>(s_.curve_at)] = static_cast<float>(glm::length(s_.status.tick.f_T_W));
       s_.curve_at = (s_.curve_at + 1) % static_cast<int>(s_.forces.size());
     }
-    return s_.status.frames != before;
+    return s_.status.frames + s_.status.own_frames != before;
+  }
+
+  /// What may be looked at in this session, and how.
+  void begin_views(const Scene& scene) {
+    const LiveViews& views = *bench_->views();
+    s_.look = {};
+    s_.look_changes = 0;
+    s_.trainee_seen = bench_->stage() != nullptr;
+    s_.own_possible = scene.needs("render");
+    s_.own_view = !s_.trainee_seen && s_.own_possible;
+    s_.viewpoint = {};
+    if (s_.trainee_seen) {
+      const double distance = s_.viewpoint.distance;
+      s_.viewpoint = viewpoint_of(bench_->stage()->rig(), views.middle());
+      s_.viewpoint.distance = distance;
+    }
+    s_.has_ideal = views.has_ideal();
+    s_.has_surroundings = views.has_surroundings();
+    s_.has_mirror = scene.mouth_mirror.diameter > 0;
+    s_.has_debris = scene.needs("debris");
+    s_.tissues = views.tissues();
+    if (s_.author) s_.tissues |= 1u << static_cast<unsigned>(Tissue::kCaries);
+  }
+
+  void change_look() {
+    if (!bench_) return;
+    bench_->views()->look(s_.own_view ? Eyes::kOwn : Eyes::kTrainee, s_.look);
+    ++s_.look_changes;
+  }
+
+  void show_own_view(bool own) {
+    if (!bench_ || own == s_.own_view) return;
+    s_.own_view = own;
+    s_.live = nullptr;
+    s_.look = bench_->views()->look(own ? Eyes::kOwn : Eyes::kTrainee);
+    ++s_.look_changes;
   }
 
   void end_session(const std::string& why) {
@@ -412,11 +523,28 @@ class Operator {
     }
     window_.wait_idle();  // it may still be showing the picture
     if (s_.author && s_.outcome.failure.empty()) {
+      strokes_ = bench_->painted();
+      s_.exercise.rules = rule_choices(*authored_scene_);
+      s_.exercise.fresh = true;
       authored_ = std::make_unique<haptics::TissueVolume>(bench_->take_tissue());
     }
     bench_.reset();
     log::info("session ended: {:.1f} s", s_.outcome.summary.seconds);
+    keep_recording();
     if (!s_.outcome.recording.empty()) make_report();
+  }
+
+  /// In the trainee's folder, or nowhere.
+  void keep_recording() {
+    s_.outcome.recording.clear();
+    if (!s_.recording) return;
+    std::error_code code;
+    if (!s_.keep) {
+      fs::remove(written_, code);
+      return;
+    }
+    if (written_ != recording_) fs::rename(written_, recording_, code);
+    s_.outcome.recording = code ? written_ : recording_;
   }
 
   /// The brush follows the tool's head: a ball where it is set down, then one swept as far as it moves.
@@ -425,30 +553,127 @@ class Operator {
       brush_down_ = false;
       return;
     }
-    PaintStroke stroke;
+    BrushMove move;
+    PaintStroke& stroke = move.stroke;
     stroke.tissue = s_.paint_tissue;
     stroke.radius = static_cast<double>(s_.paint_radius_mm) * kMillimetre;
     stroke.b_W = s_.status.tick.X_WT.p;
-    stroke.a_W = brush_down_ ? strokes_.back().b_W : stroke.b_W;
+    stroke.a_W = brush_down_ ? brush_at_ : stroke.b_W;
     if (brush_down_ && glm::length(stroke.b_W - stroke.a_W) < 0.25 * stroke.radius) return;
-    bench_->paint(stroke);
-    strokes_.push_back(stroke);
-    s_.strokes = strokes_.size();
+    move.begins = !brush_down_;
+    bench_->paint(move);
+    brush_at_ = stroke.b_W;
     brush_down_ = true;
   }
 
   void save_exercise() {
     if (!authored_ || !authored_scene_) return;
-    const fs::path file = write_exercise({.name = s_.exercise_name.data(),
-                                          .goal = s_.exercise_goal.data(),
-                                          .base = &*authored_scene_,
-                                          .strokes = strokes_,
-                                          .ideal = s_.drilled_is_ideal ? authored_.get() : nullptr});
+    const ExerciseForm& form = s_.exercise;
+    NewExercise made{.name = form.name.data(),
+                     .goal = form.goal.data(),
+                     .base = &*authored_scene_,
+                     .strokes = strokes_,
+                     .ideal = form.ideal == IdealFrom::kDrilled ? authored_.get() : nullptr,
+                     .ideal_mesh = form.ideal == IdealFrom::kMesh ? form.mesh.data() : "",
+                     .mesh_unit_mm = static_cast<double>(form.mesh_unit_mm)};
+    std::istringstream lines(form.steps.data());
+    for (std::string line; std::getline(lines, line);)
+      if (line.find_first_not_of(" \t") != std::string::npos) made.steps.push_back(line);
+    for (std::size_t i = 1; i < kTissueCount; ++i) {
+      made.tissues[i].stiffness = static_cast<double>(s_.stiffness[i]);
+      const dvec3 is(s_.colors[i][0], s_.colors[i][1], s_.colors[i][2]);
+      if (glm::length(is - authored_scene_->servo.materials[i].color) > 2e-3) made.tissues[i].color = is;
+    }
+    if (std::any_of(form.rules.begin(), form.rules.end(), [](const RuleChoice& r) { return r.counts; }))
+      made.rules = form.rules;
+    const fs::path file = write_exercise(made);
     rescan();
-    for (std::size_t i = 0; i < s_.scenes.size(); ++i)
-      if (s_.scenes[i].file == file) s_.scene = static_cast<int>(i);
+    choose_scene(file);
     say(fmt::format("{} {}", s_.text("op.exercise_saved"), file.string()), false);
     log::info("exercise saved: {}", file.string());
+  }
+
+  void choose_scene(const fs::path& file) {
+    for (std::size_t i = 0; i < s_.scenes.size(); ++i)
+      if (s_.scenes[i].file == file) s_.scene = static_cast<int>(i);
+    s_.scene_shown = -1;
+  }
+
+  void open_archive() {
+    s_.page = Page::kArchive;
+    s_.sessions = find_sessions();
+    s_.session = std::clamp(s_.session, 0, std::max(static_cast<int>(s_.sessions.size()) - 1, 0));
+    say("", false);
+  }
+  const SessionEntry& chosen_session() const { return s_.sessions.at(static_cast<std::size_t>(s_.session)); }
+
+  void show_report(const SessionEntry& of) {
+    const fs::path report = fs::path(of.file).replace_extension(".html");
+    if (of.report) return open_with_desktop(report.string());
+    s_.outcome = {};
+    s_.outcome.recording = of.file;
+    make_report();
+    const auto then = std::exchange(when_done_, {});
+    when_done_ = [this, then, report] {
+      then();
+      s_.sessions = find_sessions();
+      open_with_desktop(report.string());
+    };
+  }
+
+  void make_curve(const SessionEntry& of) {
+    const fs::path folder = of.file.parent_path(), page = folder / "learning_curve.html";
+    const int language = static_cast<int>(s_.language);
+    job_ = std::make_unique<Job>(
+        [=](Progress& progress) { write_learning_curve(folder, page, language, progress); });
+    when_done_ = [this, page] {
+      say(fmt::format("{} {}", s_.text("op.written"), page.string()), false);
+      log::info("learning curve written: {}", page.string());
+      open_with_desktop(page.string());
+    };
+  }
+
+  void export_mesh(const SessionEntry& of) {
+    constexpr std::array kEndings = {".stl", ".ply", ".obj"};
+    const fs::path from = of.file,
+                   mesh = fs::path(from).replace_extension(kEndings.at(static_cast<std::size_t>(s_.mesh_format)));
+    job_ = std::make_unique<Job>([=](Progress& progress) { export_surface(from, mesh, progress); });
+    when_done_ = [this, mesh] {
+      say(fmt::format("{} {}", s_.text("op.written"), mesh.string()), false);
+      log::info("surface written: {}", mesh.string());
+    };
+  }
+
+  void make_film(const SessionEntry& of) {
+    const fs::path from = of.file, film = fs::path(from).replace_extension(".mp4");
+    job_ = std::make_unique<Job>([=](Progress& progress) {
+      progress.stage("op.filming");
+      run_self({"replay", from.string(), "--film", film.string()}, progress);
+    });
+    when_done_ = [this, film] {
+      say(fmt::format("{} {}", s_.text("op.written"), film.string()), false);
+      log::info("film written: {}", film.string());
+      open_with_desktop(film.string());
+    };
+  }
+
+  void import() {
+    const ImportForm& form = s_.import;
+    NewTooth tooth;
+    tooth.input = form.file.data();
+    tooth.name = form.name.data();
+    tooth.crown = static_cast<Crown>(form.crown);
+    tooth.options.preset = form.preset == 1 ? haptics::ImportPreset::kBone : haptics::ImportPreset::kTooth;
+    if (form.voxel_mm > 0) tooth.options.voxel = static_cast<double>(form.voxel_mm) * kMillimetre;
+    if (form.shell_mm > 0) tooth.options.shell = static_cast<double>(form.shell_mm) * kMillimetre;
+    const auto made = std::make_shared<fs::path>();
+    job_ = std::make_unique<Job>([tooth, made](Progress& progress) { *made = bring_in(tooth, progress); });
+    when_done_ = [this, made] {
+      rescan();
+      choose_scene(*made);
+      say(fmt::format("{} {}", s_.text("op.imported"), made->string()), false);
+      log::info("imported: {}", made->string());
+    };
   }
 
   void make_report() {
@@ -485,12 +710,57 @@ class Operator {
     const auto findings = std::make_shared<std::vector<DoctorFinding>>();
     job_ = std::make_unique<Job>([findings](Progress& progress) {
       progress.stage("op.looking", 0, 1);
-      const Json json = Json::parse(run_self("doctor --json", progress), "doctor");
+      const Json json = Json::parse(run_self({"doctor", "--json"}, progress), "doctor");
       for (const Json& c : json["checks"].items())
         findings->push_back(
             {c["name"].string(), c["state"].string(), c["found"].string(), c["without"].string(), c["mend"].string()});
     });
-    when_done_ = [this, findings] { s_.findings = *findings; };
+    when_done_ = [this, findings] {
+      s_.findings = *findings;
+      log::info("computer checked: {} findings", s_.findings.size());
+    };
+  }
+
+  /// Pictures of scenes that have none, one after another, while one chooses. True when one has come.
+  bool look_at_pictures() {
+    if (picture_job_) {
+      if (!picture_job_->done()) return false;
+      const bool made = !picture_job_->failure();
+      picture_job_.reset();
+      if (made) take_picture(pictured_);
+      return made;
+    }
+    if (bench_ || job_ || s_.page != Page::kStart) return false;
+    const auto wanting = [&](const SceneChoice& scene) {
+      return scene.picture < 0 && scene.fault.empty() && !tried_.contains(scene.file);
+    };
+    auto scene = s_.scenes.begin() + std::min<std::ptrdiff_t>(s_.scene, std::ssize(s_.scenes));
+    if (scene == s_.scenes.end() || !wanting(*scene)) scene = std::find_if(s_.scenes.begin(), s_.scenes.end(), wanting);
+    if (scene == s_.scenes.end()) return false;
+    pictured_ = scene->file;
+    tried_.insert(pictured_);
+    picture_job_ = std::make_unique<Job>([file = pictured_](Progress& progress) {
+      const fs::path picture = made_picture(file), folder = fs::path(picture).replace_extension();
+      run_self({"render", file.string(), "--rig", "closeup", "--eye", "left", "--size", "640x480", "--out", folder.string()},
+               progress, 19);
+      std::error_code code;
+      fs::rename(folder / "left.png", picture, code);
+      std::error_code ignored;
+      fs::remove_all(folder, ignored);
+      if (code) throw RunFailure("no picture");
+    });
+    return false;
+  }
+  void take_picture(const fs::path& file) {
+    for (SceneChoice& scene : s_.scenes) {
+      if (scene.file != file || scene.picture >= 0) continue;
+      try {
+        s_.pictures.push_back(window_.upload(render::read_png(made_picture(file))));
+        scene.picture = static_cast<int>(s_.pictures.size()) - 1;
+      } catch (const Error& e) {
+        log::warn("{}", e.what());
+      }
+    }
   }
 
   /// True when it has just ended.
@@ -518,6 +788,7 @@ class Operator {
     r.language = session::tag_of(s_.language);
     r.trainee = s_.trainee.data();
     r.record = s_.record;
+    r.monitor = s_.monitor;
     if (!s_.scenes.empty()) r.scene = s_.scenes[static_cast<std::size_t>(s_.scene)].file.string();
     if (!s_.hands.empty()) r.hand = s_.hands[static_cast<std::size_t>(s_.hand)].address;
     if (!s_.rigs.empty()) r.rig = s_.rigs[static_cast<std::size_t>(s_.rig)].title;
@@ -529,10 +800,15 @@ class Operator {
   std::optional<Workbench> bench_;
   std::unique_ptr<Job> job_;
   std::function<void()> when_done_;
+  std::unique_ptr<Job> picture_job_;
+  fs::path pictured_;         // the scene it draws
+  std::set<fs::path> tried_;  // scenes that had their turn
   std::unique_ptr<haptics::TissueVolume> authored_;  // as an authoring session left it
   std::optional<Scene> authored_scene_;
   std::vector<PaintStroke> strokes_;
   bool brush_down_ = false;
+  dvec3 brush_at_{0};
+  fs::path recording_, written_, saved_;  // where the session's recording should lie, where it is written; its tissue
   Nanos revived_ = -kReviveInterval;
   Nanos score_time_ = 0, curve_time_ = 0;
   bool quit_ = false;

@@ -1,6 +1,8 @@
 // After a session: the score explained item by item, the report, once more.
 #include <fmt/format.h>
 
+#include <utility>
+
 #include "engine/app/operator/widgets.h"
 #include "engine/base/units.h"
 #include "engine/display/keys.h"
@@ -56,18 +58,84 @@ void draw_items(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   end_panel();
 }
 
+/// One rule: whether it counts, and by what.
+void draw_rule(OperatorState& s, RuleChoice& rule) {
+  ImGui::TableNextRow();
+  ImGui::PushID(rule.name.c_str());
+  ImGui::TableNextColumn();
+  ImGui::Checkbox(s.text(fmt::format("score.{}", rule.name)), &rule.counts);
+  const auto number = [](const char* id, float& value) {
+    ImGui::SetNextItemWidth(-1);
+    ImGui::InputFloat(id, &value, 0, 0, "%.4g");
+  };
+  ImGui::TableNextColumn();
+  if (rule.counts) {
+    ImGui::Checkbox("##ideal", &rule.from_ideal);
+    ImGui::SameLine();
+    if (rule.from_ideal)
+      dim(s.text("op.as_ideal"));
+    else
+      number("##target", rule.target);
+  }
+  ImGui::TableNextColumn();
+  if (rule.counts) number("##tolerance", rule.tolerance);
+  ImGui::TableNextColumn();
+  if (rule.counts) number("##weight", rule.weight);
+  ImGui::TableNextColumn();
+  dim(std::string(session::unit_of(rule.name)));
+  ImGui::PopID();
+}
+
 /// What an instructor made becomes an exercise.
 void draw_exercise_form(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
+  const float u = w.style().unit;
+  ExerciseForm& f = s.exercise;
   begin_panel("exercise", s.text("op.new_exercise"), size, w);
   dim_wrapped(s.text("op.new_exercise_help"));
-  ImGui::Spacing();
   ImGui::SetNextItemWidth(-1);
-  ImGui::InputTextWithHint("##name", s.text("op.exercise_name"), s.exercise_name.data(), s.exercise_name.size());
-  ImGui::InputTextMultiline("##goal", s.exercise_goal.data(), s.exercise_goal.size(), {-1, 6 * w.style().unit});
-  ImGui::Checkbox(s.text("op.drilled_is_ideal"), &s.drilled_is_ideal);
-  ImGui::BeginDisabled(s.exercise_name[0] == 0);
+  if (std::exchange(f.fresh, false)) ImGui::SetKeyboardFocusHere();
+  ImGui::InputTextWithHint("##name", s.text("op.exercise_name"), f.name.data(), f.name.size());
+  heading(s.text("op.goal"), w);
+  ImGui::InputTextMultiline("##goal", f.goal.data(), f.goal.size(), {-1, 3.2f * u});
+  heading(s.text("op.steps_each_line"), w);
+  ImGui::InputTextMultiline("##steps", f.steps.data(), f.steps.size(), {-1, 4.5f * u});
+  heading(s.text("op.ideal"), w);
+  const auto from = [&](const char* text, IdealFrom which) {
+    if (ImGui::RadioButton(s.text(text), f.ideal == which)) f.ideal = which;
+  };
+  from("op.drilled_is_ideal", IdealFrom::kDrilled);
+  ImGui::SameLine();
+  from("op.ideal_of_base", IdealFrom::kBase);
+  ImGui::SameLine();
+  from("op.ideal_mesh", IdealFrom::kMesh);
+  if (f.ideal == IdealFrom::kMesh) {
+    ImGui::SetNextItemWidth(-12 * u);
+    ImGui::InputTextWithHint("##mesh", s.text("op.ideal_mesh_file"), f.mesh.data(), f.mesh.size());
+    ImGui::SameLine();
+    ImGui::SetNextItemWidth(-1);
+    ImGui::InputFloat("##unit", &f.mesh_unit_mm, 0, 0, "1 = %.4g mm");
+    f.mesh_unit_mm = std::clamp(f.mesh_unit_mm, 1e-6f, 1e6f);
+  }
+  const ImVec2 room = ImGui::GetContentRegionAvail();
+  const float button = ImGui::GetFrameHeightWithSpacing();
+  if (ImGui::BeginTable("rules", 5, ImGuiTableFlags_RowBg | ImGuiTableFlags_ScrollY | ImGuiTableFlags_SizingStretchProp,
+                        {0, std::max(room.y - button - 0.5f * u, 6 * u)})) {
+    ImGui::TableSetupScrollFreeze(0, 1);
+    ImGui::TableSetupColumn(s.text("op.counts"), 0, 3);
+    ImGui::TableSetupColumn(s.text("target"), 0, 1.5f);
+    ImGui::TableSetupColumn(s.text("op.tolerance"), 0, 0.9f);
+    ImGui::TableSetupColumn(s.text("points"), 0, 0.9f);
+    ImGui::TableSetupColumn("", 0, 0.5f);
+    ImGui::TableHeadersRow();
+    ImGui::PushFont(w.style().small);
+    for (RuleChoice& rule : f.rules) draw_rule(s, rule);
+    ImGui::PopFont();
+    ImGui::EndTable();
+  }
+  const bool can = f.name[0] != 0 && (f.ideal != IdealFrom::kMesh || f.mesh[0] != 0);
+  ImGui::BeginDisabled(!can);
   if (main_button(fmt::format("  {}   F4  ", s.text("op.save_exercise")).c_str(), {0, 0}) ||
-      (s.exercise_name[0] != 0 && ImGui::IsKeyPressed(keys::kF1 + 3, false)))
+      (can && ImGui::IsKeyPressed(keys::kF1 + 3, false)))
     s.ask(Ask::kSaveExercise);
   ImGui::EndDisabled();
   end_panel();
@@ -86,7 +154,7 @@ void draw_summary(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   ImGui::Separator();
   row(s.text("duration"), fmt::format("{:.1f} s", r.seconds));
   double removed = 0;
-  for (const double v : r.removed) removed += v;
+  for (const double v : s.status.tissue.removed) removed += v;  // not what was taken back
   row(s.text("volumes"), fmt::format("{:.2f} mm³", removed / kCubicMillimetre));
   row(s.text("op.servo_p999"), fmt::format("{:.1f} µs", r.tick_us_p999));
   row(s.text("op.missed"), fmt::format("{}", r.deadline_misses), r.deadline_misses ? &kWarn : nullptr);
@@ -140,6 +208,11 @@ void draw_result_page(OperatorState& s, InterfaceWindow& w) {
   if (ImGui::Button(fmt::format("  {}   F5  ", s.text("op.again")).c_str(), button) || key(keys::kF1 + 4))
     s.ask(Ask::kAgain);
   ImGui::SameLine();
+  if (!s.outcome.recording.empty()) {
+    if (ImGui::Button(fmt::format("  {}   F6  ", s.text("op.go_on_from")).c_str(), button) || key(keys::kF1 + 5))
+      s.ask(Ask::kGoOnFrom);
+    ImGui::SameLine();
+  }
   if (ImGui::Button(fmt::format("  {}   F10  ", s.text("op.to_start")).c_str(), button) || key(keys::kF1 + 9))
     s.ask(Ask::kToStart);
   if (!s.outcome.recording.empty()) {
@@ -198,18 +271,30 @@ void draw_help(OperatorState& s, InterfaceWindow& w) {
   const display::ivec2 size = w.size();
   ImGui::SetNextWindowPos({static_cast<float>(size.x) / 2, static_cast<float>(size.y) / 2}, 0, {0.5f, 0.5f});
   if (ImGui::BeginPopupModal(title, &s.help, ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoSavedSettings)) {
-    constexpr std::array kKeys = {std::pair{"F1", "op.key_help"},           std::pair{"F5", "op.key_start"},
-                                  std::pair{"F10", "op.key_end"},           std::pair{"Esc", "op.key_stop"},
-                                  std::pair{"1 … 9", "op.key_tools"},       std::pair{"+  −", "op.key_speed"},
-                                  std::pair{"F2", "op.key_report"},         std::pair{"F8", "op.key_doctor"},
-                                  std::pair{"Ctrl ↑ ↓", "op.key_exercise"}, std::pair{"N  B", "op.key_steps"},
-                                  std::pair{"H  R", "op.key_hold"},         std::pair{"P", "op.key_paint"},
-                                  std::pair{"Ctrl H", "op.key_hand"},       std::pair{"Tab  ← → ↑ ↓", "op.key_move"},
-                                  std::pair{"Ctrl Q", "op.key_quit"}};
-    for (const auto& [name, meaning] : kKeys) {
-      ImGui::TextUnformatted(name);
-      ImGui::SameLine(9 * u);
-      dim(s.text(meaning));
+    constexpr std::array kChoosing = {
+        std::pair{"F5", "op.key_start"},       std::pair{"Ctrl ↑ ↓", "op.key_exercise"}, std::pair{"Ctrl D  H", "op.key_hand"},
+        std::pair{"Ctrl P  M", "op.key_rig"},  std::pair{"Ctrl T  R", "op.key_trainee"}, std::pair{"Ctrl E", "op.key_author"},
+        std::pair{"Ctrl L", "op.key_language"}, std::pair{"F7", "op.key_archive"},       std::pair{"F8", "op.key_doctor"},
+        std::pair{"F9", "op.key_tutorial"},    std::pair{"F2", "op.key_report"},         std::pair{"F6", "op.key_go_on"},
+        std::pair{"Tab  ← → ↑ ↓", "op.key_move"}, std::pair{"F1", "op.key_help"},        std::pair{"Ctrl Q", "op.key_quit"}};
+    constexpr std::array kWorking = {
+        std::pair{"Esc", "op.key_stop"},        std::pair{"F10", "op.key_end"},          std::pair{"H  R", "op.key_hold"},
+        std::pair{"1 … 9", "op.key_tools"},     std::pair{"+  −", "op.key_speed"},       std::pair{"[  ]", "op.key_force"},
+        std::pair{"Ctrl Z  Y", "op.key_undo"},  std::pair{"Ctrl R  S", "op.key_keep"},   std::pair{"N  B", "op.key_steps"},
+        std::pair{"F C X D", "op.key_views"},   std::pair{",  .", "op.key_plane"},       std::pair{"Ctrl 1 … 9", "op.key_shown"},
+        std::pair{"V", "op.key_own_view"},      std::pair{"I J K L  U O", "op.key_turn"}, std::pair{"P", "op.key_paint"}};
+    for (std::size_t i = 0; i < kChoosing.size(); ++i) {
+      const auto put = [&](const std::pair<const char*, const char*>& one, float at) {
+        ImGui::SetCursorPosX(at);
+        ImGui::TextUnformatted(one.first);
+        ImGui::SameLine(at + 8 * u);
+        dim(s.text(one.second));
+      };
+      put(kChoosing[i], u);
+      ImGui::SameLine();
+      put(kWorking[i], 31 * u);
+      ImGui::SameLine();
+      ImGui::Dummy({u, 0});
     }
     ImGui::Spacing();
     dim_wrapped(s.text("op.mouse_help"));

@@ -17,6 +17,7 @@ using namespace widgets;
 namespace keys = display::keys;
 
 constexpr double kSpeedStep = 0.05;
+constexpr double kNothing = 5e-4;  // of a score item, in its unit: what a field's rounding leaves
 
 std::string clock_text(double seconds) {
   const int whole = static_cast<int>(std::max(seconds, 0.0));
@@ -36,7 +37,9 @@ void draw_exercise(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
     for (int i = 0; i < count; ++i) {
       const ImVec4 color = i < current ? kGood : i == current ? ImGui::GetStyleColorVec4(ImGuiCol_Text) : kDim;
       ImGui::PushStyleColor(ImGuiCol_Text, color);
-      ImGui::TextWrapped("%s %s", i < current ? "✓" : i == current ? "▸" : "·", s.steps.text(i).in(s.language).c_str());
+      ImGui::TextUnformatted(i < current ? "✓" : i == current ? "▸" : "·");
+      ImGui::SameLine(1.2f * w.style().unit + ImGui::GetStyle().WindowPadding.x);
+      ImGui::TextWrapped("%s", s.steps.text(i).in(s.language).c_str());
       ImGui::PopStyleColor();
       if (i == current && s.step_shown != i) {
         ImGui::SetScrollHereY(0.6f);
@@ -60,6 +63,10 @@ void draw_exercise(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
 void draw_score(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   const float u = w.style().unit;
   begin_panel("score", s.text("op.score_so_far"), size, w);
+  if (!s.score_known) {
+    dim("…");
+    return end_panel();
+  }
   if (s.score.full > 0) {
     ImGui::PushFont(w.style().large);
     ImGui::TextUnformatted(fmt::format("{:.0f}", s.score.points).c_str());
@@ -77,7 +84,7 @@ void draw_score(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
                          : share > 0.8f  ? kGood
                          : share > 0.45f ? kWarn
                                          : kBad;
-    row(s.text(fmt::format("score.{}", item.name)), fmt::format("{:.4g} {}", item.value, item.unit), &color);
+    row(s.text(fmt::format("score.{}", item.name)), fmt::format("{:.3g} {}", std::abs(item.value) < kNothing ? 0.0 : item.value, item.unit), &color);
     ImGui::PopFont();
     if (share < 0) continue;
     const ImVec2 at = ImGui::GetCursorScreenPos();
@@ -94,9 +101,9 @@ void draw_score(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
 void draw_removed(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   begin_panel("removed", s.text("removed"), size, w);
   bool any = false;
-  for (std::size_t i = 1; i < s.status.tick.removed.size(); ++i) {
-    const double mm3 = s.status.tick.removed[i] / kCubicMillimetre;
-    if (mm3 < 5e-4) continue;
+  for (std::size_t i = 1; i < s.status.tissue.removed.size(); ++i) {
+    const double mm3 = s.status.tissue.removed[i] / kCubicMillimetre;
+    if (std::abs(mm3) < 5e-4) continue;
     any = true;
     const bool alarm = static_cast<Tissue>(i) == Tissue::kPulp;
     row(s.text(fmt::format("tissue.{}", name_of(static_cast<Tissue>(i)))), fmt::format("{:.3f} mm³", mm3),
@@ -106,21 +113,49 @@ void draw_removed(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   end_panel();
 }
 
+/// What the mouse does over a picture from a viewpoint of one's own: turn, shift, come nearer.
+void turn(OperatorState& s, bool hovered, bool active) {
+  const ImGuiIO& io = ImGui::GetIO();
+  Viewpoint v = s.viewpoint;
+  if (active && io.MouseDown[0]) {
+    v.azimuth -= 0.008 * static_cast<double>(io.MouseDelta.x);
+    v.elevation += 0.008 * static_cast<double>(io.MouseDelta.y);
+  } else if (active && io.MouseDown[1]) {
+    v.shift += glm::dvec2(-io.MouseDelta.x, io.MouseDelta.y) * (0.15 * v.distance / std::max(s.live_size.y, 1));
+  }
+  if (hovered) v.distance *= std::pow(0.9, static_cast<double>(io.MouseWheel));
+  s.viewpoint = clamped(v);
+}
+
+/// The same by keys.
+void turn_by_keys(OperatorState& s) {
+  const ImGuiIO& io = ImGui::GetIO();
+  if (!s.own_view || io.WantTextInput || io.KeyCtrl) return;
+  Viewpoint v = s.viewpoint;
+  const auto pressed = [](int code) { return ImGui::IsKeyPressed(code) ? 1.0 : 0.0; };
+  v.azimuth += 0.1 * (pressed('J') - pressed('L'));
+  v.elevation += 0.1 * (pressed('I') - pressed('K'));
+  v.distance *= 1 + 0.1 * (pressed('U') - pressed('O'));
+  s.viewpoint = clamped(v);
+}
+
 void draw_live(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   ImGui::PushStyleVar(ImGuiStyleVar_WindowPadding, {0, 0});
   ImGui::PushStyleColor(ImGuiCol_ChildBg, ImVec4(0.03f, 0.032f, 0.035f, 1));
   ImGui::BeginChild("live", size, false, ImGuiWindowFlags_NoScrollbar | ImGuiWindowFlags_NoNav);
   s.live_hovered = false;
-  s.live_input = {};
+  s.live_input.left = false;  // the hand stays where it was while the pointer is elsewhere
+  s.live_input.wheel = 0;
   // This window's own picture fills the room there is; another's keeps its proportions.
-  const float aspect = s.live_is_own ? size.x / size.y : static_cast<float>(s.live_aspect);
+  const float aspect = s.live_is_own || s.own_view ? size.x / size.y : static_cast<float>(s.live_aspect);
   const ImVec2 fit = size.x / size.y > aspect ? ImVec2(size.y * aspect, size.y) : ImVec2(size.x, size.x / aspect);
   const ImVec2 at{std::floor((size.x - fit.x) / 2), std::floor((size.y - fit.y) / 2)};
   s.live_size = {static_cast<int>(fit.x), static_cast<int>(fit.y)};
   if (s.live) {
     ImGui::SetCursorPos(at);
     // A mirror turns the picture; here it is turned back.
-    const glm::dvec2 across = s.live_upright[0], up = s.live_upright[1];
+    const glm::dmat2 upright = s.own_view ? glm::dmat2(1) : s.live_upright;
+    const glm::dvec2 across = upright[0], up = upright[1];
     const auto corner = [&](double x, double y) {  // of the picture as the user sees it, to the texture
       const glm::dvec2 p = x * across + y * up;
       return ImVec2(static_cast<float>((p.x + 1) / 2), static_cast<float>((1 - p.y) / 2));
@@ -133,51 +168,280 @@ void draw_live(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
     ImGui::InvisibleButton("over", fit, ImGuiButtonFlags_MouseButtonLeft | ImGuiButtonFlags_MouseButtonRight);
     s.live_hovered = ImGui::IsItemHovered() || ImGui::IsItemActive();
     const ImGuiIO& io = ImGui::GetIO();
-    s.live_input.pointer = {2 * (io.MousePos.x - screen.x) / fit.x - 1, 1 - 2 * (io.MousePos.y - screen.y) / fit.y};
-    s.live_input.pointer = glm::clamp(s.live_input.pointer, glm::dvec2(-1.2), glm::dvec2(1.2));
-    s.live_input.left = ImGui::IsItemActive() && io.MouseDown[0];
-    s.live_input.wheel = s.live_hovered ? static_cast<double>(io.MouseWheel) : 0.0;
+    if (s.own_view) {
+      turn(s, ImGui::IsItemHovered(), ImGui::IsItemActive());
+    } else {
+      s.live_input.pointer = {2 * (io.MousePos.x - screen.x) / fit.x - 1, 1 - 2 * (io.MousePos.y - screen.y) / fit.y};
+      s.live_input.pointer = glm::clamp(s.live_input.pointer, glm::dvec2(-1.2), glm::dvec2(1.2));
+      s.live_input.left = ImGui::IsItemActive() && io.MouseDown[0];
+      s.live_input.wheel = s.live_hovered ? static_cast<double>(io.MouseWheel) : 0.0;
+    }
   } else {
-    const char* text = s.text("op.no_picture");
+    const char* text = s.text(s.own_view ? "op.loading" : "op.no_picture");
     const ImVec2 wide = ImGui::CalcTextSize(text);
     ImGui::SetCursorPos({(size.x - wide.x) / 2, (size.y - wide.y) / 2});
     dim(text);
   }
+  // Which picture this is, and what the mouse does in it.
+  const float u = w.style().unit;
+  ImGui::PushFont(w.style().small);
+  ImGui::SetCursorPos({0.7f * u, 0.6f * u});
+  dim(s.own_view ? s.text("op.own_view_help") : s.trainee_seen ? s.text("op.trainee_picture") : "");
+  if (s.look_in_work) {
+    ImGui::SetCursorPosX(0.7f * u);
+    dim(fmt::format("{} …", s.text("op.look_in_work")));
+  }
+  ImGui::PopFont();
   ImGui::EndChild();
   ImGui::PopStyleColor();
   ImGui::PopStyleVar();
 }
 
-void draw_strip(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
-  const float u = w.style().unit;
-  begin_panel("strip", nullptr, size, w);
-  ImGui::PushFont(w.style().large);
-  ImGui::TextUnformatted(clock_text(s.status.seconds).c_str());
-  ImGui::PopFont();
-  ImGui::SameLine(0, 1.5f * u);
-  ImGui::AlignTextToFramePadding();
-  if (s.recording) {
-    const ImVec2 at = ImGui::GetCursorScreenPos();
-    const bool good = s.status.record.complete;
-    ImGui::GetWindowDrawList()->AddCircleFilled({at.x + 0.4f * u, at.y + 0.85f * u}, 0.32f * u,
-                                                ImGui::GetColorU32(good ? kBad : kWarn));
-    ImGui::Dummy({0.9f * u, u});
-    ImGui::SameLine();
-    ImGui::AlignTextToFramePadding();
-    ImGui::TextUnformatted(s.text(good ? "op.recording" : "op.recording_incomplete"));
-  } else {
-    dim(s.text("op.not_recording"));
+/// Buttons one after the other, in as many lines as they need.
+class Flow {
+ public:
+  struct Item {
+    std::string label;
+    bool on = false, enabled = true;
+    bool lead = false;  // not a button: what the ones after it are about
+  };
+  explicit Flow(std::vector<Item> items) : items_(std::move(items)) {}
+
+  int lines(float width) const {
+    int lines = 1;
+    float x = 0;
+    for (const Item& item : items_) place(item, width, x, lines);
+    return lines;
   }
-  ImGui::SameLine(0, 1.5f * u);
-  const std::string hold = fmt::format("{}   {}", s.text(s.held ? "op.go_on" : "op.hold"), s.held ? "R" : "H");
-  if (toggle_button(hold.c_str(), s.held, {0, 0}) || (!s.held && key('H'))) s.ask(Ask::kHold, s.held ? 0 : 1);
-  if (s.held && key('R')) s.ask(Ask::kHold, 0);
-  const std::string end = fmt::format("{}   F10", s.text("op.end_session"));
-  const float width = ImGui::CalcTextSize(end.c_str()).x + 2 * ImGui::GetStyle().FramePadding.x;
-  ImGui::SameLine(ImGui::GetWindowWidth() - width - ImGui::GetStyle().WindowPadding.x);
-  if (ImGui::Button(end.c_str()) || key(keys::kF1 + 9)) s.ask(Ask::kEndSession);
-  end_panel();
-}
+  /// Which was pressed; −1: none.
+  int draw(float width) const {
+    int pressed = -1, line = 1;
+    float x = 0;
+    for (std::size_t i = 0; i < items_.size(); ++i) {
+      const int before = line;
+      place(items_[i], width, x, line);
+      if (i > 0 && line == before) ImGui::SameLine();
+      ImGui::PushID(static_cast<int>(i));
+      if (items_[i].lead) {
+        ImGui::AlignTextToFramePadding();
+        dim(items_[i].label);
+      } else {
+        ImGui::BeginDisabled(!items_[i].enabled);
+        if (toggle_button(items_[i].label.c_str(), items_[i].on, {0, 0})) pressed = static_cast<int>(i);
+        ImGui::EndDisabled();
+      }
+      ImGui::PopID();
+    }
+    return pressed;
+  }
+
+ private:
+  static void place(const Item& item, float width, float& x, int& line) {
+    const ImGuiStyle& style = ImGui::GetStyle();
+    const float wide = ImGui::CalcTextSize(item.label.c_str()).x + (item.lead ? 0 : 2 * style.FramePadding.x);
+    if (x > 0 && x + style.ItemSpacing.x + wide > width) {
+      x = 0;
+      ++line;
+    }
+    x += (x > 0 ? style.ItemSpacing.x : 0) + wide;
+  }
+  std::vector<Item> items_;
+};
+
+/// Below the picture: what is recorded and taken back, how the picture shows the work.
+class Deck {
+ public:
+  Deck(OperatorState& s, InterfaceWindow& w, float width)
+      : s_(s), w_(w), width_(width - 2 * ImGui::GetStyle().WindowPadding.x), session_(session_items()),
+        views_(view_items()), shown_(shown_items()) {}
+
+  float height() const {
+    ImGui::PushFont(w_.style().small);
+    const int lines = views_.lines(width_) + shown_.lines(width_);  // whatever is shown: the picture keeps its size
+    const float small = ImGui::GetFrameHeightWithSpacing();
+    ImGui::PopFont();
+    return 2 * ImGui::GetStyle().WindowPadding.y + first_line() +
+           static_cast<float>(session_.lines(width_) - 1) * ImGui::GetFrameHeightWithSpacing() +
+           (possible() ? static_cast<float>(lines) * small : 0);
+  }
+
+  void draw() {
+    begin_panel("deck", nullptr, {0, height()}, w_);
+    draw_clock();
+    act(session_.draw(width_));
+    if (possible()) {
+      ImGui::PushFont(w_.style().small);
+      look(views_.draw(width_));
+      if (s_.look.view == render::View::kSection) draw_plane();
+      if (s_.look.view == render::View::kLook) show(shown_.draw(width_));
+      ImGui::PopFont();
+    }
+    keys();
+    end_panel();
+  }
+
+ private:
+  bool possible() const { return s_.trainee_seen || s_.own_view || s_.own_possible; }
+  float first_line() const { return 2 * ImGui::GetFrameHeightWithSpacing() - ImGui::GetStyle().ItemSpacing.y; }
+
+  void draw_clock() {
+    const float u = w_.style().unit;
+    ImGui::PushFont(w_.style().large);
+    ImGui::TextUnformatted(clock_text(s_.status.seconds).c_str());
+    ImGui::PopFont();
+    ImGui::SameLine(0, 1.5f * u);
+    ImGui::AlignTextToFramePadding();
+    if (s_.recording && s_.keep) {
+      const ImVec2 at = ImGui::GetCursorScreenPos();
+      const bool good = s_.status.record.complete;
+      ImGui::GetWindowDrawList()->AddCircleFilled({at.x + 0.4f * u, at.y + 0.85f * u}, 0.32f * u,
+                                                  ImGui::GetColorU32(good ? kBad : kWarn));
+      ImGui::Dummy({0.9f * u, u});
+      ImGui::SameLine();
+      ImGui::AlignTextToFramePadding();
+      ImGui::TextUnformatted(s_.text(good ? "op.recording" : "op.recording_incomplete"));
+    } else {
+      dim(s_.text(s_.recording ? "op.not_kept" : "op.not_recording"));
+    }
+    if (!s_.message.empty()) {
+      ImGui::SameLine(0, 1.5f * u);
+      ImGui::PushStyleColor(ImGuiCol_Text, s_.message_is_error ? kBad : kGood);
+      const ImVec2 from = ImGui::GetCursorScreenPos();
+      const std::string end = end_label();
+      const float room = width_ - ImGui::GetCursorPosX() - ImGui::CalcTextSize(end.c_str()).x - 2 * u;
+      ImGui::PushClipRect(from, {from.x + std::max(room, 0.0f), from.y + 3 * u}, true);
+      ImGui::TextUnformatted(s_.message.c_str());
+      ImGui::PopClipRect();
+      ImGui::PopStyleColor();
+    }
+    const std::string end = end_label();
+    const float wide = ImGui::CalcTextSize(end.c_str()).x + 2 * ImGui::GetStyle().FramePadding.x;
+    ImGui::SameLine(ImGui::GetWindowWidth() - wide - ImGui::GetStyle().WindowPadding.x);
+    if (ImGui::Button(end.c_str()) || key(keys::kF1 + 9)) s_.ask(Ask::kEndSession);
+  }
+  std::string end_label() const { return fmt::format("{}   F10", s_.text("op.end_session")); }
+
+  std::vector<Flow::Item> session_items() const {
+    const auto& strokes = s_.status.tissue.strokes;
+    return {{fmt::format("{} ({})   Ctrl+Z", s_.text("op.undo"), strokes.done), false, strokes.done > 0},
+            {fmt::format("{} ({})   Ctrl+Y", s_.text("op.redo"), strokes.undone), false, strokes.undone > 0},
+            {fmt::format("{}   {}", s_.text(s_.held ? "op.go_on" : "op.hold"), s_.held ? "R" : "H"), s_.held},
+            {fmt::format("{}   Ctrl+R", s_.text("op.record")), s_.recording && s_.keep, s_.recording},
+            {fmt::format("{}   Ctrl+S", s_.text("op.save_tissue"))}};
+  }
+  void act(int pressed) {
+    if (pressed == 0) s_.ask(Ask::kUndo);
+    if (pressed == 1) s_.ask(Ask::kRedo);
+    if (pressed == 2) s_.ask(Ask::kHold, s_.held ? 0 : 1);
+    if (pressed == 3) s_.ask(Ask::kKeep, s_.keep ? 0 : 1);
+    if (pressed == 4) s_.ask(Ask::kSaveTissue);
+  }
+
+  static constexpr std::array kViews = {render::View::kLook, render::View::kSection, render::View::kXray,
+                                        render::View::kDifference};
+  std::vector<Flow::Item> view_items() const {
+    const auto label = [&](const char* name, const char* letter) { return fmt::format("{}  {}", s_.text(name), letter); };
+    return {{label("op.own_view", "V"), s_.own_view, s_.own_possible && (s_.trainee_seen || !s_.own_view)},
+            {label("op.view_look", "F"), s_.look.view == render::View::kLook},
+            {label("op.view_section", "C"), s_.look.view == render::View::kSection},
+            {label("op.view_xray", "X"), s_.look.view == render::View::kXray},
+            {label("op.view_difference", "D"), s_.look.view == render::View::kDifference, s_.has_ideal}};
+  }
+  void look(int pressed) {
+    if (pressed == 0) s_.ask(Ask::kOwnView, s_.own_view ? 0 : 1);
+    if (pressed > 0) see(kViews[static_cast<std::size_t>(pressed - 1)]);
+  }
+  void see(render::View view) {
+    if (s_.look.view == view || (view == render::View::kDifference && !s_.has_ideal)) return;
+    s_.look.view = view;
+    s_.ask(Ask::kLook);
+  }
+
+  void draw_plane() {
+    constexpr std::array kAxes = {"x", "y", "z"};
+    ImGui::AlignTextToFramePadding();
+    dim(s_.text("op.section_across"));
+    bool changed = false;
+    for (int axis = 0; axis < 3; ++axis) {
+      ImGui::SameLine();
+      if (toggle_button(kAxes[static_cast<std::size_t>(axis)], s_.look.section_axis == axis, {0, 0})) {
+        s_.look.section_axis = axis;
+        changed = true;
+      }
+    }
+    ImGui::SameLine();
+    auto at = static_cast<float>(s_.look.section / kMillimetre);
+    ImGui::SetNextItemWidth(-1);
+    if (ImGui::SliderFloat("##section", &at, -12, 12, "%.1f mm   ,  .", ImGuiSliderFlags_AlwaysClamp)) {
+      s_.look.section = static_cast<double>(at) * kMillimetre;
+      changed = true;
+    }
+    if (changed) s_.ask(Ask::kLook);
+  }
+
+  struct Shown {
+    std::string name;
+    Tissue tissue = Tissue::kAir;  // or else one of these
+    bool Look::*flag = nullptr;
+  };
+  std::vector<Shown> shown() const {
+    std::vector<Shown> list;
+    for (std::size_t i = 1; i < kTissueCount; ++i)
+      if (s_.tissues >> i & 1u)
+        list.push_back({s_.text(fmt::format("tissue.{}", name_of(static_cast<Tissue>(i)))), static_cast<Tissue>(i)});
+    if (s_.has_surroundings) list.push_back({s_.text("op.surroundings"), Tissue::kAir, &Look::surroundings});
+    list.push_back({s_.text("op.tool"), Tissue::kAir, &Look::tool});
+    if (s_.has_debris) list.push_back({s_.text("op.debris"), Tissue::kAir, &Look::debris});
+    if (s_.has_mirror) list.push_back({s_.text("op.mouth_mirror"), Tissue::kAir, &Look::mirror});
+    return list;
+  }
+  std::vector<Flow::Item> shown_items() const {
+    std::vector<Flow::Item> items{{s_.text("op.shown"), false, true, true}};
+    for (const Shown& one : shown()) items.push_back({one.name, one.flag ? s_.look.*one.flag : !s_.look.hides(one.tissue)});
+    return items;
+  }
+  void show(int pressed) {
+    if (pressed < 1) return;
+    const Shown one = shown()[static_cast<std::size_t>(pressed - 1)];
+    if (one.flag)
+      s_.look.*one.flag = !(s_.look.*one.flag);
+    else
+      s_.look.hidden ^= 1u << static_cast<unsigned>(one.tissue);
+    s_.ask(Ask::kLook);
+  }
+
+  void keys() {
+    if (key('Z', true) || key('Z')) s_.ask(Ask::kUndo);
+    if (key('Y', true) || key('Y')) s_.ask(Ask::kRedo);
+    if (key('S', true)) s_.ask(Ask::kSaveTissue);
+    if (key('R', true) && s_.recording) s_.ask(Ask::kKeep, s_.keep ? 0 : 1);
+    if (!s_.held && key('H')) s_.ask(Ask::kHold, 1);
+    if (s_.held && key('R')) s_.ask(Ask::kHold, 0);
+    if (!possible()) return;
+    if (key('V') && s_.own_possible && s_.trainee_seen) s_.ask(Ask::kOwnView, s_.own_view ? 0 : 1);
+    if (key('F')) see(render::View::kLook);
+    if (key('C')) see(render::View::kSection);
+    if (key('X')) see(render::View::kXray);
+    if (key('D')) see(render::View::kDifference);
+    if (s_.look.view == render::View::kLook) {
+      const int count = static_cast<int>(shown().size());
+      for (int i = 0; i < std::min(count, 9); ++i)
+        if (key('1' + i, true)) show(i + 1);
+    }
+    const ImGuiIO& io = ImGui::GetIO();
+    const double step = (ImGui::IsKeyPressed('.') ? 1 : 0) - (ImGui::IsKeyPressed(',') ? 1 : 0);
+    if (step != 0 && !io.WantTextInput && s_.look.view == render::View::kSection) {
+      s_.look.section = std::clamp(s_.look.section + step * 0.25e-3, -12e-3, 12e-3);
+      s_.ask(Ask::kLook);
+    }
+    turn_by_keys(s_);
+  }
+
+  OperatorState& s_;
+  InterfaceWindow& w_;
+  float width_;
+  Flow session_, views_, shown_;
+};
 
 void draw_tool(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   const float u = w.style().unit;
@@ -203,6 +467,11 @@ void draw_tool(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
     changed = true;
   }
   if (s.device.force_limit > 0) {
+    const double more = (ImGui::IsKeyPressed(']') ? kSpeedStep : 0) - (ImGui::IsKeyPressed('[') ? kSpeedStep : 0);
+    if (more != 0 && !ImGui::GetIO().WantTextInput) {
+      s.settings.force_share = std::clamp(s.settings.force_share + more, 0.0, 1.0);
+      changed = true;
+    }
     auto force = static_cast<float>(100 * s.settings.force_share);
     ImGui::SetNextItemWidth(-1);
     if (ImGui::SliderFloat("##force", &force, 0, 100, fmt::format("{} %.0f %%", s.text("op.force_share")).c_str(),
@@ -216,7 +485,8 @@ void draw_tool(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   end_panel();
 }
 
-/// The instructor's brush: at the tool's head, while the button or P is held down.
+/// The instructor's brush: at the tool's head, while the button or P is held down. What it paints gets its stiffness and
+/// colour wherever it is: a tissue has one.
 void draw_brush(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   begin_panel("brush", s.text("op.paint"), size, w);
   constexpr std::array kPaintable = {Tissue::kCaries, Tissue::kEnamel, Tissue::kDentin, Tissue::kPulp};
@@ -230,9 +500,20 @@ void draw_brush(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   ImGui::SetNextItemWidth(-1);
   ImGui::SliderFloat("##radius", &s.paint_radius_mm, 0.1f, 3, fmt::format("{} %.2f mm", s.text("op.radius")).c_str(),
                      ImGuiSliderFlags_AlwaysClamp | ImGuiSliderFlags_Logarithmic);
+  const auto tissue = static_cast<std::size_t>(s.paint_tissue);
+  ImGui::SetNextItemWidth(-1);
+  if (ImGui::SliderFloat("##stiffness", &s.stiffness[tissue], 0.05f, 3,
+                         fmt::format("{} × %.2f", s.text("op.stiffness")).c_str(),
+                         ImGuiSliderFlags_AlwaysClamp | ImGuiSliderFlags_Logarithmic)) {
+    s.settings.stiffness[tissue] = static_cast<double>(s.stiffness[tissue]);
+    s.ask(Ask::kSettings);
+  }
+  ImGui::SetNextItemWidth(-1);
+  ImGui::ColorEdit3("##color", s.colors[tissue].data(), ImGuiColorEditFlags_NoOptions);
+  if (ImGui::IsItemDeactivatedAfterEdit()) s.ask(Ask::kColor, static_cast<int>(tissue));
   toggle_button(fmt::format("{}   P", s.text("op.paint_hold")).c_str(), s.painting, {-1, 0});
   s.painting = ImGui::IsItemActive() || (!ImGui::GetIO().WantTextInput && ImGui::IsKeyDown('P'));
-  row(s.text("op.strokes"), fmt::format("{}", s.strokes));
+  row(s.text("op.strokes"), fmt::format("{}", s.status.tissue.painted));
   end_panel();
 }
 
@@ -250,9 +531,20 @@ void draw_device(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   ImGui::ProgressBar(static_cast<float>(std::min(force / limit, 1.0)), {-1, 0.4f * u}, "");
   ImGui::PopStyleColor();
   ImGui::PlotLines("##forces", s.forces.data(), static_cast<int>(s.forces.size()), s.curve_at, nullptr, 0,
-                   static_cast<float>(limit), {-1, 2.6f * u});
-  // Faults by name, or that all is well.
+                   static_cast<float>(limit), {ImGui::GetContentRegionAvail().x, 2.6f * u});
+  if (s.status.bearable_force > 0)
+    row(s.text("op.motors"), fmt::format("{:.0f} %, {:.1f} N", 100 * s.status.motor_heat, s.status.bearable_force),
+        s.status.motor_heat > 0.8 ? &kWarn : nullptr);
+  // What is wrong, in words, or that all is well.
   bool any = false;
+  const auto say = [&](const char* text) {
+    any = true;
+    ImGui::PushStyleColor(ImGuiCol_Text, kWarn);
+    ImGui::TextWrapped("%s", text);
+    ImGui::PopStyleColor();
+  };
+  if (s.held) say(s.text("op.is_held"));
+  if (s.status.bearable_force > 0 && !s.status.armed) say(s.text("op.not_armed"));
   constexpr std::array kFaults = {std::pair{Fault::kBadInput, "bad_input"},
                                   std::pair{Fault::kStalePatch, "stale_patch"},
                                   std::pair{Fault::kPatchEdge, "patch_edge"},
@@ -264,11 +556,7 @@ void draw_device(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
                                   std::pair{Fault::kOverrun, "overrun"},
                                   std::pair{Fault::kLetGo, "let_go"}};
   for (const auto& [fault, name] : kFaults) {
-    if (!(s.status.faults & bits(fault))) continue;
-    any = true;
-    ImGui::PushStyleColor(ImGuiCol_Text, kWarn);
-    ImGui::TextWrapped("%s", s.text(fmt::format("fault.{}", name)));
-    ImGui::PopStyleColor();
+    if (s.status.faults & bits(fault)) say(s.text(fmt::format("fault.{}", name)));
   }
   if (!any) {
     ImGui::PushStyleColor(ImGuiCol_Text, kGood);
@@ -289,6 +577,12 @@ void draw_timing(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   row(s.text("op.frame"), fmt::format("{:.1f} ms", s.status.frame_ms));
   row(s.text("op.frames"), fmt::format("{:.0f} /s", s.status.frames_per_second));
   row(s.text("op.quality"), std::string(s.status.quality));
+  if (!s.status.real_time.empty()) {
+    ImGui::PushStyleColor(ImGuiCol_Text, kWarn);
+    ImGui::TextWrapped("%s", s.text("op.no_real_time"));
+    if (ImGui::IsItemHovered()) ImGui::SetTooltip("%.*s", static_cast<int>(s.status.real_time.size()), s.status.real_time.data());
+    ImGui::PopStyleColor();
+  }
   ImGui::PopFont();
   end_panel();
 }
@@ -299,7 +593,7 @@ void draw_session_page(OperatorState& s, InterfaceWindow& w) {
   const float u = w.style().unit;
   begin_page(w);
   const ImVec2 room = ImGui::GetContentRegionAvail(), gap = ImGui::GetStyle().ItemSpacing;
-  const float side = std::clamp(0.21f * room.x, 14 * u, 20 * u), strip = 3.4f * u;
+  const float side = std::clamp(0.21f * room.x, 14 * u, 20 * u);
 
   begin_column("left", {side, room.y});
   const float removed = 7.5f * u, exercise = s.steps.count() > 0 ? 0.45f * room.y : 9 * u;
@@ -310,8 +604,9 @@ void draw_session_page(OperatorState& s, InterfaceWindow& w) {
 
   ImGui::SameLine();
   begin_column("middle", {room.x - 2 * side - 2 * gap.x, room.y});
-  draw_live(s, w, {ImGui::GetContentRegionAvail().x, room.y - strip - gap.y});
-  draw_strip(s, w, {0, strip});
+  Deck deck(s, w, ImGui::GetContentRegionAvail().x);
+  draw_live(s, w, {ImGui::GetContentRegionAvail().x, room.y - deck.height() - gap.y});
+  deck.draw();
   ImGui::EndChild();
 
   ImGui::SameLine();

@@ -23,8 +23,12 @@ void draw_header(OperatorState& s, InterfaceWindow& w) {
   dim(s.text("op.subtitle"));
 
   const char* doctor = s.text("op.check_computer");
-  const float right = ImGui::CalcTextSize(doctor).x + ImGui::CalcTextSize(s.text("op.keys")).x + 16 * u;
+  const std::string archive = fmt::format("{}   F7", s.text("op.archive"));
+  const float right = ImGui::CalcTextSize(doctor).x + ImGui::CalcTextSize(s.text("op.keys")).x +
+                      ImGui::CalcTextSize(archive.c_str()).x + 18 * u;
   ImGui::SameLine(ImGui::GetWindowWidth() - right);
+  if (ImGui::Button(archive.c_str())) s.ask(Ask::kArchive);
+  ImGui::SameLine();
   if (ImGui::Button(doctor)) s.ask(Ask::kDoctor);
   ImGui::SameLine();
   if (ImGui::Button(s.text("op.keys"))) s.help = true;
@@ -126,10 +130,6 @@ void draw_details(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
     } else {
       ImGui::TextWrapped("%s", scene.description.c_str());
     }
-    ImGui::Spacing();
-    ImGui::PushFont(w.style().small);
-    dim_wrapped(scene.file.filename().string());
-    ImGui::PopFont();
   }
   end_panel();
 }
@@ -189,6 +189,7 @@ void draw_set_up(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
 
   begin_panel("trainee", s.text("op.trainee"), {0, trainee_height}, w);
   ImGui::SetNextItemWidth(-1);
+  if (key('T', true)) ImGui::SetKeyboardFocusHere();
   ImGui::InputTextWithHint("##trainee", s.text("op.trainee_hint"), s.trainee.data(), s.trainee.size());
   ImGui::BeginDisabled(s.author);
   ImGui::Checkbox(s.text("op.record_this"), &s.record);
@@ -198,6 +199,33 @@ void draw_set_up(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   ImGui::EndChild();
 }
 
+/// What has no key of its own among the widgets.
+void follow_keys(OperatorState& s) {
+  const auto next = [](int chosen, std::size_t count) { return count ? (chosen + 1) % static_cast<int>(count) : 0; };
+  if (key('D', true)) s.hand = next(s.hand, s.hands.size());
+  if (key('P', true)) s.rig = next(s.rig, s.rigs.size());
+  if (key('M', true)) s.monitor = next(s.monitor + 1, s.monitors.size() + 1) - 1;
+  if (key('R', true)) s.record = !s.record;
+  if (key('E', true)) s.author = !s.author;
+  if (key('L', true)) {
+    const int count = s.chinese ? 3 : 2;
+    s.ask(Ask::kLanguage, (static_cast<int>(s.language) + 1) % count);
+  }
+}
+
+/// The first time: what to do first.
+void draw_first_run(OperatorState& s, InterfaceWindow& w) {
+  const float u = w.style().unit;
+  begin_panel("first_run", nullptr, {0, 4.9f * u}, w);
+  ImGui::TextWrapped("%s", s.text("op.first_run"));
+  if (main_button(fmt::format("  {}   F8  ", s.text("op.check_computer")).c_str(), {0, 0})) s.ask(Ask::kDoctor);
+  ImGui::SameLine();
+  if (main_button(fmt::format("  {}   F9  ", s.text("op.start_tutorial")).c_str(), {0, 0})) s.ask(Ask::kTutorial);
+  ImGui::SameLine();
+  if (ImGui::Button(s.text("op.not_now"))) s.ask(Ask::kWelcomed);
+  end_panel();
+}
+
 }  // namespace
 
 void draw_start_page(OperatorState& s, InterfaceWindow& w) {
@@ -205,6 +233,7 @@ void draw_start_page(OperatorState& s, InterfaceWindow& w) {
   begin_page(w);
   draw_header(s, w);
   ImGui::Dummy({0, 0.2f * u});
+  if (s.first_run) draw_first_run(s, w);
   const float foot = 3.2f * u, gap = ImGui::GetStyle().ItemSpacing.x;
   const ImVec2 room = ImGui::GetContentRegionAvail();
   const float height = room.y - foot - ImGui::GetStyle().ItemSpacing.y;
@@ -217,12 +246,7 @@ void draw_start_page(OperatorState& s, InterfaceWindow& w) {
 
   const ImVec2 button{13 * u, foot - 0.4f * u};
   begin_column("foot", {room.x - button.x - gap, foot - 0.4f * u});
-  if (s.first_run && s.message.empty()) {
-    dim_wrapped(s.text("op.first_run"));
-    if (ImGui::IsItemClicked()) s.ask(Ask::kDoctor);
-  } else {
-    message_line(s);
-  }
+  message_line(s);
   ImGui::EndChild();
   ImGui::SameLine();
   const bool can = s.scene >= 0 && s.scene < static_cast<int>(s.scenes.size()) &&
@@ -232,7 +256,10 @@ void draw_start_page(OperatorState& s, InterfaceWindow& w) {
   ImGui::EndDisabled();
   // F5 also while a name is being typed.
   if (can && (pressed || ImGui::IsKeyPressed(keys::kF1 + 4, false))) s.ask(Ask::kStart);
+  follow_keys(s);
+  if (key(keys::kF1 + 6)) s.ask(Ask::kArchive);
   if (key(keys::kF1 + 7)) s.ask(Ask::kDoctor);
+  if (key(keys::kF1 + 8)) s.ask(Ask::kTutorial);
   if (key(keys::kF1)) s.help = true;
   if (key('Q', true)) s.ask(Ask::kQuit);
   end_page();

@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "engine/app/look.h"
+#include "engine/app/operator/archive.h"
 #include "engine/app/operator/interface_window.h"
 #include "engine/app/operator/steps.h"
 #include "engine/app/workbench.h"
@@ -15,7 +17,7 @@
 
 namespace typodont {
 
-enum class Page { kStart, kLoading, kSession, kResult, kDoctor };
+enum class Page { kStart, kLoading, kSession, kResult, kDoctor, kArchive };
 
 enum class Ask {
   kStart,            // a session with what is chosen
@@ -31,11 +33,28 @@ enum class Ask {
   kDeleteRecording,  // of the session just ended
   kSettings,         // live settings have changed
   kTool,             // number: its place in the tray
+  kUndo,             // a stroke back …
+  kRedo,             // … and again
+  kSaveTissue,       // the preparation as it is
+  kKeep,             // number: 1 the recording is kept, 0 it is not
+  kLook,             // OperatorState::look has changed
+  kOwnView,          // number: 1 from a viewpoint of one's own, 0 the trainee's picture
+  kColor,            // OperatorState::colors has changed; number: the tissue
   kLoseDevice,       // for tests: as if the GPU had been reset
   kSaveExercise,     // what was painted, and perhaps drilled, as an exercise of one's own
   kHold,             // number: 1 no drill and no force for now, 0 go on
   kStepDone,         // tick the task's current step off
   kStepBack,         // take the last tick back
+  kArchive,          // recorded sessions, imports
+  kSessionReport,    // of the session chosen there: made where there is none, opened in the browser
+  kLearningCurve,    // of its trainee
+  kFilm,             // of the session
+  kWatch,            // the session again, in a window of its own
+  kExportMesh,       // the tissue as it left it
+  kGoOnFrom,         // a session from there
+  kImport,           // a scan or mesh, as ImportForm says
+  kTutorial,         // chosen and started
+  kWelcomed,         // the first look around is over
   kCancel,           // the long work that is under way
   kQuit,
 };
@@ -61,6 +80,32 @@ struct RigChoice {
   std::string title;
   bool embedded = false;
 };
+/// A rule an instructor may choose.
+struct RuleChoice {
+  std::string name;
+  bool counts = false;
+  bool from_ideal = true;  // the target is the ideal's own value
+  float target = 0, tolerance = 1, weight = 10;
+};
+/// What makes a new exercise's ideal.
+enum class IdealFrom { kBase, kDrilled, kMesh };
+struct ExerciseForm {
+  bool fresh = true;  // not yet looked at
+  std::array<char, 96> name{};
+  std::array<char, 512> goal{};
+  std::array<char, 1024> steps{};  // one a line
+  IdealFrom ideal = IdealFrom::kDrilled;
+  std::array<char, 512> mesh{};  // a file
+  float mesh_unit_mm = 1;
+  std::vector<RuleChoice> rules;
+};
+struct ImportForm {
+  std::array<char, 512> file{};
+  std::array<char, 96> name{};
+  int preset = 0;  // 0 tooth, 1 bone
+  int crown = 0;   // Crown
+  float voxel_mm = 0, shell_mm = 0;  // 0: as the file has it; the default
+};
 struct DoctorFinding {
   std::string name, state, found, without, mend;
 };
@@ -78,7 +123,7 @@ struct OperatorState {
   session::Language language = session::Language::kEnglish;
   bool chinese = false;  // this computer can write it
   bool first_run = false;
-  bool help = false;    // the list of keys is open
+  bool help = false;     // the list of keys is open
   std::string message;  // one line that matters now: an error, a hint
   bool message_is_error = false;
   std::vector<Request> asked;  // by the pages, this frame
@@ -99,6 +144,7 @@ struct OperatorState {
   // Session.
   WorkbenchStatus status;
   session::Score score;
+  bool score_known = false;  // the result has been looked at once
   haptics::DeviceInfo device;
   std::string scene_title, scene_goal;
   std::vector<std::string> tools;  // of the tray
@@ -106,10 +152,21 @@ struct OperatorState {
   bool painting = false;  // the brush is down
   Tissue paint_tissue = Tissue::kCaries;
   float paint_radius_mm = 0.6f;
-  std::size_t strokes = 0;  // painted so far
   int step_shown = -1;      // the page scrolled to it
   SessionSettings settings;
   bool recording = false;
+  bool keep = false;            // the recording, at the session's end
+  bool own_view = false;        // this window shows a viewpoint of its own, not the trainee's picture
+  bool trainee_seen = false;    // there is a trainee's picture to be shown here
+  bool own_possible = false;    // and one of one's own
+  Viewpoint viewpoint;
+  Look look;                    // of the picture that is shown here
+  bool look_in_work = false;    // parts of it are still being made
+  bool has_ideal = false, has_surroundings = false, has_mirror = false, has_debris = false;
+  std::uint32_t tissues = 0;    // in the scene, a bit each
+  int look_changes = 0;         // since the session's start
+  std::array<float, kTissueCount> stiffness{};  // author: of the material's own
+  std::array<std::array<float, 3>, kTissueCount> colors{};  // author: sRGB
   bool held = false;
   std::array<float, 240> forces{}, ticks_us{};  // the last seconds, for the curves
   int curve_at = 0;
@@ -123,9 +180,12 @@ struct OperatorState {
 
   // Result.
   Outcome outcome;
-  std::array<char, 96> exercise_name{};
-  std::array<char, 512> exercise_goal{};
-  bool drilled_is_ideal = true;
+  ExerciseForm exercise;
+
+  // Archive.
+  std::vector<SessionEntry> sessions;
+  int session = 0, mesh_format = 0;
+  ImportForm import;
 
   // Doctor.
   std::vector<DoctorFinding> findings;
@@ -145,6 +205,7 @@ void draw_loading_page(OperatorState& s, InterfaceWindow& w);
 void draw_session_page(OperatorState& s, InterfaceWindow& w);
 void draw_result_page(OperatorState& s, InterfaceWindow& w);
 void draw_doctor_page(OperatorState& s, InterfaceWindow& w);
+void draw_archive_page(OperatorState& s, InterfaceWindow& w);
 void draw_help(OperatorState& s, InterfaceWindow& w);
 
 }  // namespace typodont

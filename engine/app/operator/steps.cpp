@@ -53,6 +53,7 @@ bool StepWatcher::follow(const Deeds& now) {
                     : deed == "undo"  ? now.undone > start_.undone
                     : deed == "redo"  ? now.redone > start_.redone
                     : deed == "view"  ? now.views > start_.views
+                    : deed == "hold"  ? now.held && !start_.held
                                       : false;
   if (done) next();
   return done;

@@ -13,6 +13,7 @@ struct Deeds {
   ServoTick tick;
   SessionSettings settings;
   int undone = 0, redone = 0, views = 0;  // counts since the session's start
+  bool held = false;
 };
 
 class StepWatcher {

@@ -1,5 +1,7 @@
 #include "engine/app/operator/widgets.h"
 
+#include <algorithm>
+
 #include "engine/display/keys.h"
 
 namespace typodont::widgets {
@@ -53,13 +55,19 @@ void dim_wrapped(const std::string& text) {
   ImGui::PopStyleColor();
 }
 void row(const char* name, const std::string& value, const ImVec4* color) {
+  const float width = ImGui::CalcTextSize(value.c_str()).x, room = ImGui::GetContentRegionAvail().x;
+  const float left = ImGui::GetCursorPosX();
+  // The value is always whole; a name that is too long ends before it.
+  const ImVec2 from = ImGui::GetCursorScreenPos();
+  const float most = std::max(room - width - 0.5f * ImGui::GetFontSize(), 0.0f);
+  ImGui::PushClipRect(from, {from.x + most, from.y + ImGui::GetTextLineHeight()}, true);
   ImGui::PushStyleColor(ImGuiCol_Text, kDim);
   ImGui::TextUnformatted(name);
   ImGui::PopStyleColor();
-  const float width = ImGui::CalcTextSize(value.c_str()).x;
+  ImGui::PopClipRect();
+  if (ImGui::CalcTextSize(name).x > most && ImGui::IsItemHovered()) ImGui::SetTooltip("%s", name);
   ImGui::SameLine();
-  const float right = ImGui::GetCursorPosX() + ImGui::GetContentRegionAvail().x - width;
-  ImGui::SetCursorPosX(std::max(ImGui::GetCursorPosX(), right));
+  ImGui::SetCursorPosX(left + std::max(room - width, 0.0f));
   if (color) ImGui::PushStyleColor(ImGuiCol_Text, *color);
   ImGui::TextUnformatted(value.c_str());
   if (color) ImGui::PopStyleColor();
@@ -89,7 +97,8 @@ bool toggle_button(const char* text, bool on, ImVec2 size) {
 
 bool key(int code, bool control) {
   const ImGuiIO& io = ImGui::GetIO();
-  return !io.WantTextInput && io.KeyCtrl == control && ImGui::IsKeyPressed(code, false);
+  const bool writes = code < display::keys::kF1 || code > display::keys::kF1 + 11;
+  return !(io.WantTextInput && writes) && io.KeyCtrl == control && ImGui::IsKeyPressed(code, false);
 }
 
 void message_line(const OperatorState& s) {

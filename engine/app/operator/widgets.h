@@ -35,7 +35,7 @@ bool stop_button(const char* text, ImVec2 size);
 /// A button that is held down while `on`.
 bool toggle_button(const char* text, bool on, ImVec2 size);
 
-/// Pressed in this frame, while nobody is typing.
+/// Pressed in this frame; keys that write only while nobody is typing.
 bool key(int code, bool control = false);
 
 /// The line at the page's foot.

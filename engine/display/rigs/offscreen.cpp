@@ -2,6 +2,7 @@
 #include "engine/display/output.h"
 
 #include <cstdlib>
+#include <utility>
 
 namespace typodont::display {
 
@@ -23,11 +24,13 @@ class Offscreen final : public Output {
   Offscreen& operator=(const Offscreen&) = delete;
 
   std::optional<Target> acquire() override {
+    const bool kept = std::exchange(drawn_, true);
     return Target{.image = image_.image,
                   .layers = {image_.layer_views[0]},
                   .size = size_,
                   .format = image_.options.format,
-                  .final_layout = VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL};
+                  .final_layout = VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL,
+                  .kept = kept};
   }
   void present() override {}
   ivec2 size() const override { return size_; }
@@ -39,6 +42,7 @@ class Offscreen final : public Output {
   gpu::Device& device_;
   ivec2 size_;
   gpu::Image image_;
+  bool drawn_ = false;
 };
 
 }  // namespace

@@ -45,6 +45,7 @@ class Window final : public Output {
       const GLFWvidmode* mode = glfwGetVideoMode(monitor);
       size = {mode->width, mode->height};
     }
+    glfwWindowHint(GLFW_AUTO_ICONIFY, GLFW_FALSE);  // the trainee's picture stays while somebody works beside it
     window_ = glfwCreateWindow(size.x, size.y, options.title.c_str(), monitor, nullptr);
     if (!window_) {
       const char* why = nullptr;
@@ -97,7 +98,8 @@ class Window final : public Output {
                   .format = format_,
                   .final_layout = VK_IMAGE_LAYOUT_PRESENT_SRC_KHR,
                   .ready = ready_[sync_],
-                  .done = done_[index_]};
+                  .done = done_[index_],
+                  .kept = std::exchange(drawn_[index_], std::uint8_t{1}) != 0};
   }
 
   void present() override {
@@ -118,6 +120,21 @@ class Window final : public Output {
     return exposed_ || stale_ || lost_ || size != wanted_;
   }
 
+  void take_focus() override { glfwFocusWindow(window_); }
+  void leave_monitor(int taken) override {
+    int count = 0;
+    GLFWmonitor** all = glfwGetMonitors(&count);
+    if (taken < 0 || taken >= count || count < 2) return;
+    ivec2 at, size, lo, room;
+    glfwGetWindowPos(window_, &at.x, &at.y);
+    glfwGetWindowSize(window_, &size.x, &size.y);
+    glfwGetMonitorWorkarea(all[taken], &lo.x, &lo.y, &room.x, &room.y);
+    const ivec2 middle = at + size / 2 - lo;
+    if (middle.x < 0 || middle.y < 0 || middle.x >= room.x || middle.y >= room.y) return;  // it is elsewhere
+    glfwGetMonitorWorkarea(all[(taken + 1) % count], &lo.x, &lo.y, &room.x, &room.y);
+    const ivec2 to = lo + glm::max((room - size) / 2, ivec2(0, 30));
+    glfwSetWindowPos(window_, to.x, to.y);
+  }
   void lose_surface() override { lost_ = true; }
   void resize(ivec2 size) override { glfwSetWindowSize(window_, size.x, size.y); }
 
@@ -255,6 +272,7 @@ class Window final : public Output {
 
     gpu::check(vkGetSwapchainImagesKHR(device_.device, swapchain_, &count, nullptr), "vkGetSwapchainImagesKHR");
     images_.resize(count);
+    drawn_.assign(count, std::uint8_t{0});
     gpu::check(vkGetSwapchainImagesKHR(device_.device, swapchain_, &count, images_.data()), "vkGetSwapchainImagesKHR");
     for (VkImage image : images_) {
       auto& views = views_.emplace_back();
@@ -310,6 +328,7 @@ class Window final : public Output {
   VkFormat format_ = VK_FORMAT_UNDEFINED;
   ivec2 extent_{0}, wanted_{0};
   std::vector<VkImage> images_;
+  std::vector<std::uint8_t> drawn_;  // which of them hold a frame
   std::vector<std::vector<VkImageView>> views_;
   std::vector<VkSemaphore> ready_, done_;
   std::size_t sync_ = 0;

@@ -8,6 +8,7 @@ namespace typodont::render {
 
 namespace {
 
+constexpr float kPiece = 0.8e-3f;  // m: what is lit otherwise is found to this
 constexpr std::uint64_t kBlockVertices = 1u << 17, kBlockIndices = 3u << 18;
 
 std::int16_t snorm16(float v) {
@@ -51,6 +52,34 @@ void measure(Brick& brick, const MeshUpdate& u) {
     if (n != glm::vec3(0)) least = std::min(least, glm::dot(n, brick.cone_axis));
   }
   if (least > 0.05f) brick.cone_cutoff = std::sqrt(1 - least * least);
+}
+
+BrickKind kind_of(const MeshUpdate& u) {
+  bool gum = true, enamel = true, sound = true;
+  for (const Vertex& v : u.vertices)
+    for (const Tissue t : v.tissue) {
+      gum = gum && t == Tissue::kGingiva;
+      enamel = enamel && t == Tissue::kEnamel;
+      sound = sound && t != Tissue::kCaries && t != Tissue::kGingiva;
+    }
+  return gum ? BrickKind::kGum : enamel ? BrickKind::kEnamel : sound ? BrickKind::kSound : BrickKind::kAny;
+}
+
+glm::dmat4 matrix(const Pose& X) {
+  glm::dmat4 m(glm::mat3_cast(X.R));
+  m[3] = glm::dvec4(X.p, 1);
+  return m;
+}
+
+BoxInWorld in_world(const Pose& X_WM, const Brick& b) {
+  BoxInWorld box{glm::dvec3(1e9), glm::dvec3(-1e9)};
+  for (int corner = 0; corner < 8; ++corner) {
+    const glm::dvec3 p = X_WM * glm::dvec3(corner & 1 ? b.hi.x : b.lo.x, corner & 2 ? b.hi.y : b.lo.y,
+                                           corner & 4 ? b.hi.z : b.lo.z);
+    box.lo = glm::min(box.lo, p);
+    box.hi = glm::max(box.hi, p);
+  }
+  return box;
 }
 
 struct Planes {
@@ -112,6 +141,7 @@ void BrickStore::update(gpu::Device& device, MeshId id, std::span<const MeshUpda
   const bool first = mesh.bricks.empty();
   for (const MeshUpdate& u : updates) {
     if (const auto old = mesh.bricks.find(u.brick); old != mesh.bricks.end()) {
+      changed.push_back(in_world(mesh.X_WM, old->second));
       retire(old->second, frame);
       mesh.bricks.erase(old);
     }
@@ -122,7 +152,9 @@ void BrickStore::update(gpu::Device& device, MeshId id, std::span<const MeshUpda
     brick.vertices = static_cast<std::uint32_t>(u.vertices.size());
     brick.indices = static_cast<std::uint32_t>(u.indices.size());
     measure(brick, u);
+    brick.kind = kind_of(u);
     brick.first = first;
+    changed.push_back(in_world(mesh.X_WM, brick));
     std::uint64_t v = gpu::RangeAllocator::kNone, i = v;
     for (std::size_t k = 0; k < blocks.size() && brick.block < 0; ++k) {
       v = blocks[k].free_vertices.allocate(brick.vertices);
@@ -169,6 +201,7 @@ void BrickStore::remove(MeshId id, std::uint64_t frame) {
   for (const auto& [key, brick] : found->second.bricks) retire(brick, frame);
   meshes.erase(found);
   ++version;
+  ++order;
 }
 
 void BrickStore::retire(const Brick& brick, std::uint64_t frame) {
@@ -207,8 +240,82 @@ bool BrickStore::bounds(glm::dvec3& lo, glm::dvec3& hi, glm::dvec3& all_lo, glm:
   return true;
 }
 
+namespace {
+
+/// What covers a mesh's first bricks in this view, in the mesh; zero: nothing.
+glm::vec4 cover_of(const std::map<MeshId, glm::dvec4>& covers, MeshId id, View view, const Pose& X_WM) {
+  const auto found = covers.find(id);
+  if (found == covers.end() || view == View::kSection || view == View::kXray) return glm::vec4(0);
+  return glm::vec4(glm::dvec4(inverse(X_WM).rotate(dvec3(found->second)),
+                              found->second.w + glm::dot(dvec3(found->second), X_WM.p)));
+}
+
+}  // namespace
+
+void BrickStore::mark_changed(const Frame& frame, const shared::FrameData& data, const shared::FrameData& before,
+                              const glm::ivec2& size, std::uint64_t eyes, std::array<Tiles, 2>& tiles) {
+  const auto views = static_cast<std::size_t>(frame.views);
+  std::array<glm::dmat4, 2> clip_from_world;
+  for (std::size_t e = 0; e < views; ++e) clip_from_world[e] = frame.eyes[e].projection * frame.eyes[e].view;
+  const glm::dmat4 light_from_world(data.light_from_world);
+  const bool lit = data.light_size.w > 0;
+  std::vector<LampBox> in_map;
+  for (const BoxInWorld& box : changed) {
+    const glm::vec3 lo(box.lo), hi(box.hi);
+    for (std::size_t e = 0; e < views; ++e) tiles[e].mark(seen_in(clip_from_world[e], lo, hi, size));
+    if (!lit) continue;
+    LampBox part = in_lamp(light_from_world, lo, hi);
+    const float reach = lamp_reach(data);
+    part.lo -= reach;
+    part.hi += reach;
+    // Neighbours are told as one: what one more would mark, they mostly mark together.
+    if (!in_map.empty() && in_map.back().meets(part))
+      in_map.back().take(part);
+    else
+      in_map.push_back(part);
+  }
+  for (auto& [id, mesh] : meshes) {
+    if (!shown_in(frame.view, id)) continue;
+    const glm::dmat4 world_from_mesh = matrix(mesh.X_WM);
+    const glm::dmat4 light_from_mesh = light_from_world * world_from_mesh;
+    const glm::vec4 cover = cover_of(covers, id, frame.view, mesh.X_WM);
+    for (auto& [key, b] : mesh.bricks) {
+      if (b.seen_by != eyes) {
+        b.seen_by = eyes;
+        for (std::size_t e = 0; e < views; ++e)
+          b.seen[e] = seen_in(clip_from_world[e] * world_from_mesh, b.lo, b.hi, size);
+      }
+      if (b.first && covered(cover, b)) continue;
+      const auto lit_otherwise = [&](const glm::vec3& lo, const glm::vec3& hi) {
+        const glm::vec3 center(world_from_mesh * glm::dvec4(0.5f * (lo + hi), 1));
+        const float radius = 0.5f * glm::length(hi - lo);
+        if (tool_shades(data, center, radius) || tool_shades(before, center, radius)) return true;
+        if (in_map.empty()) return false;
+        const LampBox own = in_lamp(light_from_mesh, lo, hi);
+        return std::any_of(in_map.begin(), in_map.end(), [&](const LampBox& part) { return part.meets(own); });
+      };
+      if (!std::any_of(b.seen.begin(), b.seen.begin() + frame.views, [](const PixelBox& s) { return s.width > 0; }) ||
+          !lit_otherwise(b.lo, b.hi))
+        continue;
+      // Piece by piece: a brick of the gum is large.
+      const glm::vec3 extent = b.hi - b.lo;
+      const glm::ivec3 pieces = glm::clamp(glm::ivec3(glm::ceil(extent / kPiece)), glm::ivec3(1), glm::ivec3(8));
+      const glm::vec3 step = extent / glm::vec3(pieces);
+      glm::ivec3 i;
+      for (i.x = 0; i.x < pieces.x; ++i.x)
+        for (i.y = 0; i.y < pieces.y; ++i.y)
+          for (i.z = 0; i.z < pieces.z; ++i.z) {
+            const glm::vec3 lo = b.lo + glm::vec3(i) * step, hi = lo + step;
+            if (pieces != glm::ivec3(1) && !lit_otherwise(lo, hi)) continue;
+            for (std::size_t e = 0; e < views; ++e)
+              tiles[e].mark(seen_in(clip_from_world[e] * world_from_mesh, lo, hi, size));
+          }
+    }
+  }
+}
+
 std::vector<DrawGroup> BrickStore::visible(gpu::Device& device, int slot, const Frame& frame, SlotBuffers& into,
-                                           FrameStats& stats) {
+                                           FrameStats& stats, const std::array<Tiles, 2>* tiles) {
   std::size_t count = 0;
   for (const auto& [id, mesh] : meshes) count += mesh.bricks.size();
   gpu::Buffer& buffer = into.at_least(device, slot, count * sizeof(VkDrawIndexedIndirectCommand),
@@ -216,32 +323,25 @@ std::vector<DrawGroup> BrickStore::visible(gpu::Device& device, int slot, const 
   auto* out = buffer.mapped<VkDrawIndexedIndirectCommand>();
   std::uint32_t written = 0;
   std::vector<DrawGroup> groups;
-  std::vector<std::vector<VkDrawIndexedIndirectCommand>> by_block(blocks.size());
+  std::vector<std::vector<VkDrawIndexedIndirectCommand>> lists(blocks.size() * kBrickKinds);
   for (const auto& [id, mesh] : meshes) {
     if (!shown_in(frame.view, id)) continue;
     const Pose X_MW = inverse(mesh.X_WM);
-    const glm::dmat4 world_from_mesh = [&X_WM = mesh.X_WM] {
-      glm::dmat4 m(glm::mat3_cast(X_WM.R));
-      m[3] = glm::dvec4(X_WM.p, 1);
-      return m;
-    }();
     std::array<Planes, 2> frusta;
     std::array<glm::vec3, 2> eyes;
-    for (std::size_t e = 0; e < static_cast<std::size_t>(frame.views); ++e) {
-      frusta[e] = planes(frame.eyes[e].projection * frame.eyes[e].view * world_from_mesh);
+    const auto views = static_cast<std::size_t>(frame.views);
+    for (std::size_t e = 0; e < views; ++e) {
+      frusta[e] = planes(frame.eyes[e].projection * frame.eyes[e].view * matrix(mesh.X_WM));
       eyes[e] = glm::vec3(X_MW * frame.eyes[e].position);
     }
-    glm::vec4 cover(0);  // in the mesh
-    if (const auto found = covers.find(id); found != covers.end() && frame.view != View::kSection &&
-                                            frame.view != View::kXray)
-      cover = glm::vec4(glm::dvec4(X_MW.rotate(dvec3(found->second)),
-                                   found->second.w + glm::dot(dvec3(found->second), mesh.X_WM.p)));
-    for (auto& list : by_block) list.clear();
+    const glm::vec4 cover = cover_of(covers, id, frame.view, mesh.X_WM);
+    for (auto& list : lists) list.clear();
     for (const auto& [key, b] : mesh.bricks) {
-      bool out_of_view = true, away = true;
-      for (std::size_t e = 0; e < static_cast<std::size_t>(frame.views); ++e) {
+      bool out_of_view = true, away = true, unchanged = tiles != nullptr;
+      for (std::size_t e = 0; e < views; ++e) {
         out_of_view = out_of_view && outside(frusta[e], b);
         away = away && frame.view != View::kSection && faces_away(b, eyes[e]);  // a cut shows insides
+        unchanged = unchanged && !(*tiles)[e].touch(b.seen[e]);
       }
       if (b.first && covered(cover, b)) {
         ++stats.bricks_covered;
@@ -249,24 +349,30 @@ std::vector<DrawGroup> BrickStore::visible(gpu::Device& device, int slot, const 
         ++stats.bricks_culled;
       } else if (away) {
         ++stats.bricks_facing_away;
+      } else if (unchanged) {
+        ++stats.bricks_unchanged;
       } else {
         ++stats.bricks_drawn;
         stats.triangles += b.indices / 3;
-        by_block[static_cast<std::size_t>(b.block)].push_back(
+        // Views for teaching look at everything with the same code.
+        const auto kind = static_cast<std::size_t>(frame.view == View::kLook ? b.kind : BrickKind::kAny);
+        lists[static_cast<std::size_t>(b.block) * kBrickKinds + kind].push_back(
             {b.indices, 1, b.first_index, static_cast<std::int32_t>(b.first_vertex), 0});
       }
     }
-    for (std::size_t block = 0; block < by_block.size(); ++block) {
-      if (by_block[block].empty()) continue;
-      groups.push_back({id, static_cast<int>(block), written, static_cast<std::uint32_t>(by_block[block].size())});
-      std::memcpy(out + written, by_block[block].data(), by_block[block].size() * sizeof(*out));
-      written += static_cast<std::uint32_t>(by_block[block].size());
+    for (std::size_t i = 0; i < lists.size(); ++i) {
+      if (lists[i].empty()) continue;
+      groups.push_back({id, static_cast<int>(i / kBrickKinds), static_cast<BrickKind>(i % kBrickKinds), written,
+                        static_cast<std::uint32_t>(lists[i].size())});
+      std::memcpy(out + written, lists[i].data(), lists[i].size() * sizeof(*out));
+      written += static_cast<std::uint32_t>(lists[i].size());
     }
   }
   return groups;
 }
 
-std::vector<DrawGroup> BrickStore::all(gpu::Device& device, int slot, View view) {
+std::vector<DrawGroup> BrickStore::all(gpu::Device& device, int slot, View view, const glm::dmat4& light_from_world,
+                                       const LampBox& part) {
   std::size_t count = 0;
   for (const auto& [id, mesh] : meshes) count += mesh.bricks.size();
   gpu::Buffer& buffer = shadow_indirect.at_least(device, slot, count * sizeof(VkDrawIndexedIndirectCommand),
@@ -274,14 +380,16 @@ std::vector<DrawGroup> BrickStore::all(gpu::Device& device, int slot, View view)
   auto* out = buffer.mapped<VkDrawIndexedIndirectCommand>();
   std::uint32_t written = 0;
   std::vector<DrawGroup> groups;
-  for (const auto& [id, mesh] : meshes)
+  for (const auto& [id, mesh] : meshes) {
+    const glm::dmat4 light_from_mesh = light_from_world * matrix(mesh.X_WM);
     for (std::size_t block = 0; shown_in(view, id) && block < blocks.size(); ++block) {
       const std::uint32_t first = written;
       for (const auto& [key, b] : mesh.bricks)
-        if (b.block == static_cast<int>(block))
+        if (b.block == static_cast<int>(block) && part.meets(in_lamp(light_from_mesh, b.lo, b.hi)))
           out[written++] = {b.indices, 1, b.first_index, static_cast<std::int32_t>(b.first_vertex), 0};
-      if (written > first) groups.push_back({id, static_cast<int>(block), first, written - first});
+      if (written > first) groups.push_back({id, static_cast<int>(block), BrickKind::kAny, first, written - first});
     }
+  }
   return groups;
 }
 

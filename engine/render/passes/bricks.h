@@ -5,6 +5,7 @@
 #include <map>
 #include <unordered_map>
 
+#include "engine/render/passes/changed.h"
 #include "engine/render/passes/context.h"
 
 namespace typodont::render {
@@ -18,13 +19,25 @@ struct GpuVertex {
 static_assert(sizeof(GpuVertex) == 24);
 inline constexpr float kDifferenceRange = 2e-3f;  // m
 
+/// What a brick holds decides which code its pixels need.
+enum class BrickKind : std::uint8_t { kAny, kGum, kEnamel, kSound };
+inline constexpr std::size_t kBrickKinds = 4;
+/// The bits of kHolds in frame.glsl.
+constexpr std::uint32_t holds(BrickKind kind) {
+  constexpr std::array<std::uint32_t, kBrickKinds> kBits{15, 8, 4, 5};
+  return kBits[static_cast<std::size_t>(kind)];
+}
+
 struct Brick {
   int block = -1;
+  BrickKind kind = BrickKind::kAny;
   std::uint32_t first_vertex = 0, vertices = 0, first_index = 0, indices = 0;
   glm::vec3 lo{0}, hi{0};  // m, mesh
   glm::vec3 cone_axis{0, 0, 1};
   float cone_cutoff = 1;  // sine of the normals' spread about the axis; 1: they point everywhere
   bool first = false;     // it was there from the start and has not changed since
+  std::array<PixelBox, 2> seen;  // where each eye of BrickStore::eyes has it
+  std::uint64_t seen_by = 0;     // which eyes those were
 };
 
 struct Mesh {
@@ -41,6 +54,7 @@ struct BrickBlock {
 struct DrawGroup {
   MeshId mesh = 0;
   int block = 0;
+  BrickKind kind = BrickKind::kAny;
   std::uint32_t first = 0, count = 0;  // in the indirect buffer
 };
 
@@ -54,6 +68,8 @@ struct BrickStore {
   std::vector<BrickBlock> blocks;
   SlotBuffers indirect, shadow_indirect, mirror_indirect;
   std::uint64_t version = 1;  // rises with every change
+  std::uint64_t order = 1;    // rises when more than bricks changed: bodies placed, removed, covered
+  std::vector<BoxInWorld> changed;  // where bricks were and are that changed since the last frame
   int uploaded = 0;           // bricks since the last frame
   std::uint64_t uploaded_bytes = 0;
 
@@ -66,11 +82,16 @@ struct BrickStore {
   /// nothing.
   bool bounds(glm::dvec3& lo, glm::dvec3& hi, glm::dvec3& all_lo, glm::dvec3& all_hi) const;
   /// Commands for the bricks some eye sees, written into this slot's buffer of `into`; counts into
-  /// `stats`.
+  /// `stats`. `tiles`: of each eye's picture, what is drawn anew; null: all.
   std::vector<DrawGroup> visible(gpu::Device& device, int slot, const Frame& frame, SlotBuffers& into,
-                                 FrameStats& stats);
-  /// Commands for all bricks that the view shows.
-  std::vector<DrawGroup> all(gpu::Device& device, int slot, View view);
+                                 FrameStats& stats, const std::array<Tiles, 2>* tiles = nullptr);
+  /// Marks where the frame's eyes see what changed since the last frame, and all that is lit otherwise by it or by the
+  /// tool: as `data` has the tool now and `before` had it. `eyes` numbers the eyes' places.
+  void mark_changed(const Frame& frame, const shared::FrameData& data, const shared::FrameData& before,
+                    const glm::ivec2& size, std::uint64_t eyes, std::array<Tiles, 2>& tiles);
+  /// Commands for all bricks that the view shows and that lie in a part of the lamp's map.
+  std::vector<DrawGroup> all(gpu::Device& device, int slot, View view, const glm::dmat4& light_from_world,
+                             const LampBox& part);
   void draw(VkCommandBuffer commands, VkPipelineLayout layout, VkBuffer commands_buffer,
             std::span<const DrawGroup> groups) const;
   void destroy(gpu::Device& device);

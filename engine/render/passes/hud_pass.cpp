@@ -141,6 +141,22 @@ void HudPass::prepare(PassContext& context, int slot, const Hud& hud, glm::ivec2
   count = static_cast<std::uint32_t>(l.out.size());
 }
 
+void HudPass::mark(int slot, const glm::ivec2& size, Tiles& tiles) const {
+  const HudVertex* v = count ? vertices.buffers[static_cast<std::size_t>(slot)].mapped<HudVertex>() : nullptr;
+  for (std::uint32_t i = 0; i + 5 < count; i += 6) {
+    glm::vec2 lo(1e9f), hi(-1e9f);
+    for (std::uint32_t k = 0; k < 6; ++k) {
+      const glm::vec2 p(v[i + k].place[0], -v[i + k].place[1]);
+      lo = glm::min(lo, p);
+      hi = glm::max(hi, p);
+    }
+    const glm::vec2 edge(size);
+    const glm::ivec2 a(glm::clamp((0.5f + 0.5f * lo) * edge - 1.0f, glm::vec2(0), edge)),
+        b(glm::clamp((0.5f + 0.5f * hi) * edge + 2.0f, glm::vec2(0), edge));
+    tiles.mark({a.x, a.y, b.x - a.x, b.y - a.y});
+  }
+}
+
 void HudPass::record(PassContext& context, VkCommandBuffer commands, int slot, FrameStats& stats) {
   if (!count) return;
   if (!pipeline) {
@@ -151,7 +167,7 @@ void HudPass::record(PassContext& context, VkCommandBuffer commands, int slot, F
                     {0, VK_FORMAT_R32G32B32A32_SFLOAT, offsetof(HudVertex, box)}};
     o.cull = VK_CULL_MODE_NONE;
     o.depth_write = false;
-    o.depth_compare = VK_COMPARE_OP_ALWAYS;
+    o.depth_compare = VK_COMPARE_OP_LESS;  // before everything but what is not drawn at all (HiddenPass, MaskPass)
     o.blend = true;
     pipeline = gpu::create_pipeline(context.device, o);
   }

@@ -18,40 +18,76 @@ struct Instance {
 void ParticlePass::prepare(PassContext& context, int slot, std::span<const Particle> particles) {
   count = static_cast<std::uint32_t>(particles.size());
   if (!count) return;
-  gpu::Buffer& buffer =
-      instances.at_least(context.device, slot, particles.size() * sizeof(Instance), VK_BUFFER_USAGE_VERTEX_BUFFER_BIT);
+  // Six corners each: a processor that plays the GPU draws thousands of small instances many times more slowly.
+  gpu::Buffer& buffer = corners.at_least(context.device, slot, 6 * particles.size() * sizeof(Instance),
+                                         VK_BUFFER_USAGE_VERTEX_BUFFER_BIT);
   auto* out = buffer.mapped<Instance>();
   const auto unorm = [](float v) { return static_cast<std::uint8_t>(std::clamp(v, 0.0f, 1.0f) * 255.0f + 0.5f); };
-  for (std::size_t i = 0; i < particles.size(); ++i) {
-    const Particle& p = particles[i];
-    out[i] = {{p.p.x, p.p.y, p.p.z, p.radius},
-              {unorm(p.color.r), unorm(p.color.g), unorm(p.color.b), unorm(p.opacity)}};
+  for (const Particle& p : particles) {
+    const Instance own{{p.p.x, p.p.y, p.p.z, p.radius},
+                       {unorm(p.color.r), unorm(p.color.g), unorm(p.color.b), unorm(p.opacity)}};
+    out = std::fill_n(out, 6, own);
   }
 }
 
-void ParticlePass::record(PassContext& context, VkCommandBuffer commands, int slot, FrameStats& stats) {
-  if (!count) return;
-  if (!pipeline) {
-    gpu::PipelineOptions o = context.scene_pipeline(kSpirv_particle_vert, kSpirv_particle_frag);
-    o.bindings = {{0, sizeof(Instance), VK_VERTEX_INPUT_RATE_INSTANCE}};
-    o.attributes = {{0, VK_FORMAT_R32G32B32A32_SFLOAT, offsetof(Instance, place)},
-                    {0, VK_FORMAT_R8G8B8A8_UNORM, offsetof(Instance, color)}};
-    o.topology = VK_PRIMITIVE_TOPOLOGY_TRIANGLE_STRIP;
-    o.cull = VK_CULL_MODE_NONE;
-    o.depth_write = false;
-    o.blend = true;
-    pipeline = gpu::create_pipeline(context.device, o);
+void ParticlePass::mark(std::span<const Particle> particles, const glm::dmat4& clip_from_world, const glm::ivec2& size,
+                        Tiles& tiles) {
+  const glm::mat4 clip(clip_from_world);
+  const float scale = glm::length(glm::vec3(clip[0][0], clip[1][0], clip[2][0])) * 0.5f * static_cast<float>(size.x);
+  for (const Particle& p : particles) {
+    const glm::vec4 c = clip * glm::vec4(p.p, 1);
+    if (c.w < 1e-6f) continue;
+    // The quad's corners lie √2 radii out; those nearer than its middle look a little larger.
+    const float reach = 1.6f * std::max(p.radius * scale / c.w, 0.7f) + 2;
+    const glm::vec2 middle = (0.5f + 0.5f * glm::vec2(c) / c.w) * glm::vec2(size);
+    if (middle.x + reach < 0 || middle.y + reach < 0 || middle.x - reach > static_cast<float>(size.x) ||
+        middle.y - reach > static_cast<float>(size.y))
+      continue;
+    const glm::ivec2 lo(glm::max(glm::floor(middle - reach), glm::vec2(0))), hi(glm::ceil(middle + reach));
+    tiles.mark({lo.x, lo.y, hi.x - lo.x, hi.y - lo.y});
   }
-  vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, pipeline);
+}
+
+void ParticlePass::record(PassContext& context, VkCommandBuffer commands, int slot, const ParticleCloud* cloud,
+                          FrameStats& stats) {
+  const std::vector<ParticleCloud::Run> runs = cloud ? cloud->runs() : std::vector<ParticleCloud::Run>{};
+  if (!count && runs.empty()) return;
+  const auto chosen = [&](VkPipeline& own, bool corners_given) {
+    if (!own) {
+      gpu::PipelineOptions o = context.scene_pipeline(kSpirv_particle_vert, kSpirv_particle_frag);
+      o.bindings = {{0, sizeof(Instance),
+                     corners_given ? VK_VERTEX_INPUT_RATE_VERTEX : VK_VERTEX_INPUT_RATE_INSTANCE}};
+      o.attributes = {{0, VK_FORMAT_R32G32B32A32_SFLOAT, offsetof(Instance, place)},
+                      {0, VK_FORMAT_R8G8B8A8_UNORM, offsetof(Instance, color)}};
+      o.topology = corners_given ? VK_PRIMITIVE_TOPOLOGY_TRIANGLE_LIST : VK_PRIMITIVE_TOPOLOGY_TRIANGLE_STRIP;
+      o.cull = VK_CULL_MODE_NONE;
+      o.depth_write = false;
+      o.blend = true;
+      o.constants.insert(o.constants.end(), {0u, 0u, 0u, corners_given ? 1u : 0u});  // kView, kGlass, kHolds, kCorners
+      own = gpu::create_pipeline(context.device, o);
+    }
+    vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, own);
+  };
   const VkDeviceSize zero = 0;
-  vkCmdBindVertexBuffers(commands, 0, 1, &instances.buffers[static_cast<std::size_t>(slot)].buffer, &zero);
-  vkCmdDraw(commands, 4, count, 0, 0);
-  ++stats.commands;
+  if (count) {
+    chosen(pipeline, true);
+    vkCmdBindVertexBuffers(commands, 0, 1, &corners.buffers[static_cast<std::size_t>(slot)].buffer, &zero);
+    vkCmdDraw(commands, 6 * count, 1, 0, 0);
+    ++stats.commands;
+  }
+  for (const ParticleCloud::Run& run : runs) {
+    chosen(cloud_pipeline, false);
+    const VkBuffer buffer = cloud->instances();
+    vkCmdBindVertexBuffers(commands, 0, 1, &buffer, &zero);
+    vkCmdDraw(commands, 4, run.count, 0, run.first);
+    ++stats.commands;
+  }
 }
 
 void ParticlePass::destroy(gpu::Device& device) {
   destroy_pipeline(device, pipeline);
-  instances.destroy(device);
+  destroy_pipeline(device, cloud_pipeline);
+  corners.destroy(device);
 }
 
 }  // namespace typodont::render

@@ -2,6 +2,7 @@
 // nothing.
 #pragma once
 
+#include <algorithm>
 #include <string>
 
 #include "engine/render/passes/bricks.h"
@@ -13,22 +14,27 @@ namespace typodont::render {
 struct ShadowPass {
   gpu::Image map;
   VkPipeline pipeline = VK_NULL_HANDLE;
+  /// Draws the part of the map named anew; the rest stays.
   void record(PassContext& context, VkCommandBuffer commands, VkDescriptorSet set, BrickStore& bricks, int slot,
-              View view, FrameStats& stats);
+              View view, const glm::mat4& light_from_world, const LampBox& part, FrameStats& stats);
   void create_map(PassContext& context);  // cleared to "nothing there"
   void destroy(gpu::Device& device);
 };
 
 /// Tissue: what is solid, then, over the background, what the view draws as glass.
 struct SurfacePass {
-  VkPipeline pipeline = VK_NULL_HANDLE, glass_pipeline = VK_NULL_HANDLE;
+  std::array<VkPipeline, kBrickKinds> solid{};  // one for each kind of bricks that was drawn
+  VkPipeline glass_pipeline = VK_NULL_HANDLE;
   View made_for = View::kLook;  // its pipelines
   void record(PassContext& context, VkCommandBuffer commands, BrickStore& bricks, int slot,
               const SlotBuffers& indirect, std::span<const DrawGroup> groups, View view, bool glass,
               FrameStats& stats);
-  int pipelines() const { return (pipeline ? 1 : 0) + (glass_pipeline ? 1 : 0); }
+  int pipelines() const {
+    return static_cast<int>(kBrickKinds - static_cast<std::size_t>(std::count(solid.begin(), solid.end(), VkPipeline{}))) +
+           (glass_pipeline ? 1 : 0);
+  }
   void destroy(gpu::Device& device) {
-    destroy_pipeline(device, pipeline);
+    for (VkPipeline& p : solid) destroy_pipeline(device, p);
     destroy_pipeline(device, glass_pipeline);
   }
 };
@@ -38,6 +44,11 @@ struct ToolBody {
   gpu::Buffer vertices, indices;
   std::uint32_t index_count = 0;
   double head_radius = 0, shank_radius = 0, shank_end = 0;  // m: what shadows are made of
+  /// Pieces of it along its axis, in B, however it turns.
+  struct Slice {
+    float low = 0, high = 0, radius = 0;  // m
+  };
+  std::array<Slice, 8> slices{};
   void set(gpu::Device& device, const ToolMesh& mesh);
   void destroy(gpu::Device& device);
 };
@@ -71,10 +82,14 @@ struct BackgroundPass {
 
 struct ParticlePass {
   VkPipeline pipeline = VK_NULL_HANDLE;
-  SlotBuffers instances;
+  VkPipeline cloud_pipeline = VK_NULL_HANDLE;  // of those that live on the GPU
+  SlotBuffers corners;
   std::uint32_t count = 0;
   void prepare(PassContext& context, int slot, std::span<const Particle> particles);
-  void record(PassContext& context, VkCommandBuffer commands, int slot, FrameStats& stats);
+  /// Where an eye sees them.
+  static void mark(std::span<const Particle> particles, const glm::dmat4& clip_from_world, const glm::ivec2& size,
+                   Tiles& tiles);
+  void record(PassContext& context, VkCommandBuffer commands, int slot, const ParticleCloud* cloud, FrameStats& stats);
   void destroy(gpu::Device& device);
 };
 
@@ -85,6 +100,16 @@ struct HiddenPass {
   std::uint32_t count = 0;
   void set(gpu::Device& device, std::span<const glm::vec3> triangles);
   void record(PassContext& context, VkCommandBuffer commands, FrameStats& stats);
+  void destroy(gpu::Device& device);
+};
+
+/// What of the pictures stays is drawn first and nearest, into depth alone, so that nothing else is drawn there.
+struct MaskPass {
+  VkPipeline pipeline = VK_NULL_HANDLE;
+  SlotBuffers corners;
+  std::array<std::uint32_t, 2> first{}, count{};  // of each eye
+  void prepare(PassContext& context, int slot, const glm::ivec2& size, const std::array<std::vector<PixelBox>, 2>& kept);
+  void record(PassContext& context, VkCommandBuffer commands, int slot, int view, FrameStats& stats);
   void destroy(gpu::Device& device);
 };
 
@@ -101,6 +126,8 @@ struct HudPass {
   std::uint32_t count = 0;
   /// Before the frame's descriptor set is written: the atlas exists from here on.
   void prepare(PassContext& context, int slot, const Hud& hud, glm::ivec2 size);
+  /// Where it stands in a picture of this size: after prepare().
+  void mark(int slot, const glm::ivec2& size, Tiles& tiles) const;
   void record(PassContext& context, VkCommandBuffer commands, int slot, FrameStats& stats);
   void destroy(gpu::Device& device);
 };

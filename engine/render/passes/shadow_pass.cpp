@@ -5,7 +5,7 @@ namespace typodont::render {
 
 namespace {
 
-void begin_depth(VkCommandBuffer commands, const gpu::Image& map) {
+void begin_depth(VkCommandBuffer commands, const gpu::Image& map, const VkRect2D& part) {
   const VkRenderingAttachmentInfo depth{.sType = VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO,
                                         .imageView = map.layer_views[0],
                                         .imageLayout = VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL,
@@ -13,10 +13,12 @@ void begin_depth(VkCommandBuffer commands, const gpu::Image& map) {
                                         .storeOp = VK_ATTACHMENT_STORE_OP_STORE,
                                         .clearValue = {.depthStencil = {1.0f, 0}}};
   const VkRenderingInfo rendering{.sType = VK_STRUCTURE_TYPE_RENDERING_INFO,
-                                  .renderArea = {{0, 0}, map.options.size},
+                                  .renderArea = part,
                                   .layerCount = 1,
                                   .pDepthAttachment = &depth};
-  gpu::transition(commands, map, VK_IMAGE_LAYOUT_UNDEFINED, VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL,
+  const bool whole = part.extent.width == map.options.size.width && part.extent.height == map.options.size.height;
+  gpu::transition(commands, map, whole ? VK_IMAGE_LAYOUT_UNDEFINED : VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL,
+                  VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL,
                   VK_PIPELINE_STAGE_2_FRAGMENT_SHADER_BIT | VK_PIPELINE_STAGE_2_VERTEX_SHADER_BIT, VK_ACCESS_2_NONE,
                   VK_PIPELINE_STAGE_2_EARLY_FRAGMENT_TESTS_BIT, VK_ACCESS_2_DEPTH_STENCIL_ATTACHMENT_WRITE_BIT);
   vkCmdBeginRendering(commands, &rendering);
@@ -40,13 +42,14 @@ void ShadowPass::create_map(PassContext& context) {
                             .usage = VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT | VK_IMAGE_USAGE_SAMPLED_BIT,
                             .aspect = VK_IMAGE_ASPECT_DEPTH_BIT});
   gpu::run_once(context.device, [&](VkCommandBuffer commands) {
-    begin_depth(commands, map);
+    begin_depth(commands, map, {{0, 0}, map.options.size});
     end_depth(commands, map);
   });
 }
 
 void ShadowPass::record(PassContext& context, VkCommandBuffer commands, VkDescriptorSet set, BrickStore& bricks,
-                        int slot, View view, FrameStats& stats) {
+                        int slot, View view, const glm::mat4& light_from_world, const LampBox& part,
+                        FrameStats& stats) {
   if (!pipeline) {
     gpu::PipelineOptions o;
     o.vertex_shader = kSpirv_shadow_vert;
@@ -59,11 +62,17 @@ void ShadowPass::record(PassContext& context, VkCommandBuffer commands, VkDescri
     o.depth_bias_slope = 1.5f;
     pipeline = gpu::create_pipeline(context.device, o);
   }
-  const std::vector<DrawGroup> groups = bricks.all(context.device, slot, view);
-  begin_depth(commands, map);
   const VkExtent2D size = map.options.size;
-  const VkViewport viewport{0, 0, static_cast<float>(size.width), static_cast<float>(size.height), 0, 1};
-  const VkRect2D scissor{{0, 0}, size};
+  const glm::vec2 side(static_cast<float>(size.width), static_cast<float>(size.height));
+  const glm::ivec2 lo(glm::clamp(glm::floor(part.lo * side) - 1.0f, glm::vec2(0), side)),
+      hi(glm::clamp(glm::ceil(part.hi * side) + 1.0f, glm::vec2(0), side));
+  if (hi.x <= lo.x || hi.y <= lo.y) return;
+  const VkRect2D scissor{{lo.x, lo.y},
+                         {static_cast<std::uint32_t>(hi.x - lo.x), static_cast<std::uint32_t>(hi.y - lo.y)}};
+  const LampBox drawn{glm::vec2(lo) / side, glm::vec2(hi) / side};
+  const std::vector<DrawGroup> groups = bricks.all(context.device, slot, view, glm::dmat4(light_from_world), drawn);
+  begin_depth(commands, map, scissor);
+  const VkViewport viewport{0, 0, side.x, side.y, 0, 1};
   vkCmdSetViewport(commands, 0, 1, &viewport);
   vkCmdSetScissor(commands, 0, 1, &scissor);
   vkCmdSetFrontFace(commands, VK_FRONT_FACE_COUNTER_CLOCKWISE);

@@ -14,28 +14,41 @@ void SurfacePass::record(PassContext& context, VkCommandBuffer commands, BrickSt
     if (glassy_in(view, g.mesh) == glass) wanted.push_back(g);
   if (wanted.empty()) return;
   // Innermost first: bodies inside the tooth have higher numbers than the tooth.
-  if (glass) std::reverse(wanted.begin(), wanted.end());
+  if (glass) {
+    std::reverse(wanted.begin(), wanted.end());
+  } else {
+    std::stable_sort(wanted.begin(), wanted.end(),
+                     [](const DrawGroup& a, const DrawGroup& b) { return a.kind < b.kind; });
+  }
   if (view != made_for) {
     vkDeviceWaitIdle(context.device.device);
     destroy(context.device);
     made_for = view;
   }
-  VkPipeline& chosen = glass ? glass_pipeline : pipeline;
-  if (!chosen) {
-    gpu::PipelineOptions o = context.scene_pipeline(kSpirv_surface_vert, kSpirv_surface_frag);
-    o.bindings = {{0, sizeof(GpuVertex), VK_VERTEX_INPUT_RATE_VERTEX}};
-    o.attributes = {{0, VK_FORMAT_R32G32B32_SFLOAT, offsetof(GpuVertex, p)},
-                    {0, VK_FORMAT_R16G16B16A16_SNORM, offsetof(GpuVertex, n)},
-                    {0, VK_FORMAT_R8G8B8A8_UINT, offsetof(GpuVertex, tissue)}};
-    o.blend = glass;
-    o.depth_write = !glass;
-    if (view == View::kSection) o.cull = VK_CULL_MODE_NONE;   // where a body is cut open, its insides close it
-    o.constants.push_back(static_cast<std::uint32_t>(view));  // kView
-    o.constants.push_back(glass ? 1u : 0u);                   // kGlass
-    chosen = gpu::create_pipeline(context.device, o);
+  for (std::size_t i = 0; i < wanted.size();) {
+    const BrickKind kind = wanted[i].kind;
+    VkPipeline& chosen = glass ? glass_pipeline : solid[static_cast<std::size_t>(kind)];
+    if (!chosen) {
+      gpu::PipelineOptions o = context.scene_pipeline(kSpirv_surface_vert, kSpirv_surface_frag);
+      o.bindings = {{0, sizeof(GpuVertex), VK_VERTEX_INPUT_RATE_VERTEX}};
+      o.attributes = {{0, VK_FORMAT_R32G32B32_SFLOAT, offsetof(GpuVertex, p)},
+                      {0, VK_FORMAT_R16G16B16A16_SNORM, offsetof(GpuVertex, n)},
+                      {0, VK_FORMAT_R8G8B8A8_UINT, offsetof(GpuVertex, tissue)}};
+      o.blend = glass;
+      o.depth_write = !glass;
+      if (view == View::kSection) o.cull = VK_CULL_MODE_NONE;   // where a body is cut open, its insides close it
+      o.constants.push_back(static_cast<std::uint32_t>(view));  // kView
+      o.constants.push_back(glass ? 1u : 0u);                   // kGlass
+      o.constants.push_back(holds(kind));                       // kHolds
+      chosen = gpu::create_pipeline(context.device, o);
+    }
+    std::size_t end = i + 1;
+    while (end < wanted.size() && (glass || wanted[end].kind == kind)) ++end;
+    vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, chosen);
+    bricks.draw(commands, context.layout, indirect.buffers[static_cast<std::size_t>(slot)].buffer,
+                std::span(wanted).subspan(i, end - i));
+    i = end;
   }
-  vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, chosen);
-  bricks.draw(commands, context.layout, indirect.buffers[static_cast<std::size_t>(slot)].buffer, wanted);
   stats.commands += static_cast<int>(wanted.size());
 }
 

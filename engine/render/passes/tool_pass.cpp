@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cstring>
 
 #include "engine/render/passes/passes.h"
@@ -17,6 +18,26 @@ void ToolBody::set(gpu::Device& device, const ToolMesh& mesh) {
   // What its shadow is made of: a ball as wide as the head, and the shank.
   head_radius = shank_radius = shank_end = 0;
   for (const ToolVertex& v : mesh.vertices) shank_end = std::max(shank_end, static_cast<double>(v.hull_p.z));
+  float low = 0, high = 0;
+  for (const ToolVertex& v : mesh.vertices) {
+    low = std::min({low, v.p.z, v.hull_p.z});
+    high = std::max({high, v.p.z, v.hull_p.z});
+  }
+  const float step = (high - low) / static_cast<float>(slices.size());
+  for (std::size_t i = 0; i < slices.size(); ++i)
+    slices[i] = {low + step * static_cast<float>(i), low + step * static_cast<float>(i + 1), 0};
+  // A triangle may reach over several slices: each takes all the radii of the triangles that meet it.
+  for (std::size_t i = 0; i + 2 < mesh.indices.size(); i += 3) {
+    float from = 1e9f, to = -1e9f, radius = 0;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const ToolVertex& v = mesh.vertices[mesh.indices[i + k]];
+      from = std::min({from, v.p.z, v.hull_p.z});
+      to = std::max({to, v.p.z, v.hull_p.z});
+      radius = std::max({radius, glm::length(glm::vec2(v.p)), glm::length(glm::vec2(v.hull_p))});
+    }
+    for (Slice& s : slices)
+      if (from <= s.high && to >= s.low) s.radius = std::max(s.radius, radius);
+  }
   for (const ToolVertex& v : mesh.vertices) {
     const double r = glm::length(glm::dvec2(v.hull_p));
     if (v.hull_p.z < 0.1 * shank_end) head_radius = std::max(head_radius, r);

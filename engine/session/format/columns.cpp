@@ -303,4 +303,11 @@ const std::vector<FaultName>& fault_names() {
   return names;
 }
 
+std::string_view fault_name(std::uint32_t bit) noexcept {
+  for (const FaultName& fault : fault_names()) {
+    if (bits(fault.fault) == bit) return fault.name;
+  }
+  return "unknown";
+}
+
 }  // namespace typodont::session

@@ -5,11 +5,11 @@ namespace typodont::session {
 
 inline constexpr const char* kStyle = R"css(
 :root{color-scheme:light dark;--page:#fbfaf7;--card:#fff;--ink:#1d2126;--soft:#5a6370;--rule:#dcdad3;--accent:#0b6bcb;
---force:#c2410c;--depth:#0b6bcb;--removed:#7a4a21;--timing:#5b5bd6;--warn-ink:#7a2e00;--warn:#fff1e0;--good:#2f7d32;
+--force:#c2410c;--speed:#0f766e;--spindle:#7e22ce;--depth:#0b6bcb;--removed:#7a4a21;--timing:#5b5bd6;--warn-ink:#7a2e00;--warn:#fff1e0;--good:#2f7d32;
 --t-enamel:#8fa3b8;--t-dentin:#d99a1c;--t-caries:#6b3a12;--t-pulp:#c9344f;--t-cortical_bone:#a08f6a;--t-cancellous_bone:#c77f5e;
 --t-gingiva:#e0709a;--t-amalgam:#6f7780;--t-composite:#3f9d94}
 @media (prefers-color-scheme:dark){:root{--page:#14171b;--card:#1d2228;--ink:#e9ecef;--soft:#a5afba;--rule:#363d46;
---accent:#6db3ff;--force:#ff8a4c;--depth:#6db3ff;--removed:#d6a06c;--timing:#a7a4ff;--warn-ink:#ffd9b0;--warn:#3d2a14;--good:#7ccf80;
+--accent:#6db3ff;--force:#ff8a4c;--speed:#5eead4;--spindle:#d8b4fe;--depth:#6db3ff;--removed:#d6a06c;--timing:#a7a4ff;--warn-ink:#ffd9b0;--warn:#3d2a14;--good:#7ccf80;
 --t-enamel:#b9c8d8;--t-dentin:#f0b94a;--t-caries:#b5773f;--t-pulp:#ff6f86;--t-cortical_bone:#cdbb92;--t-cancellous_bone:#e5a182;
 --t-gingiva:#ff9cc0;--t-amalgam:#a8b1bb;--t-composite:#6fd0c6}}
 *{box-sizing:border-box}
@@ -48,6 +48,8 @@ figcaption{color:var(--soft);font-size:.9rem;margin-top:.3rem}
 svg{width:100%;height:auto;display:block}svg text{fill:var(--soft);font-size:12px;font-family:inherit}svg .unit{font-weight:600}
 .grid{stroke:var(--rule);stroke-width:1}.band{opacity:.28;stroke:none}.line{fill:none;stroke-width:1.6;stroke-linejoin:round}
 .plot.force .band,.force .key{fill:var(--force)}.plot.force .line{stroke:var(--force)}
+.plot.speed .band{fill:var(--speed)}.plot.speed .line{stroke:var(--speed)}
+.plot.spindle .band{fill:var(--spindle)}.plot.spindle .line{stroke:var(--spindle)}
 .plot.depth .band{fill:var(--depth)}.plot.depth .line{stroke:var(--depth)}
 .plot.removed .band{fill:var(--removed)}.plot.removed .line{stroke:var(--removed)}
 .curves{display:grid;grid-template-columns:repeat(auto-fit,minmax(19rem,1fr));gap:1.2rem;margin-bottom:1.2rem}
@@ -79,11 +81,11 @@ dl.list{display:grid;grid-template-columns:max-content 1fr;gap:.3rem 1.2rem;marg
 dl.list dd{margin:0;overflow-wrap:anywhere}code{font-family:ui-monospace,"DejaVu Sans Mono",monospace;font-size:.88em}
 footer{color:var(--soft);font-size:.9rem;padding-bottom:2.5rem}
 @media (max-width:44rem){.top{grid-template-columns:1fr}.plot:not(.sessions),.strip{min-width:38rem}.source{min-width:12rem}caption{max-width:80vw}dl.list{grid-template-columns:1fr}dl.list dd{margin-bottom:.5rem}}
-@media print{:root{color-scheme:light;--page:#fff;--card:#fff;--ink:#000;--soft:#444;--rule:#bbb;--force:#c2410c;--depth:#0b6bcb;
+@media print{:root{color-scheme:light;--page:#fff;--card:#fff;--ink:#000;--soft:#444;--rule:#bbb;--force:#c2410c;--speed:#0f766e;--spindle:#7e22ce;--depth:#0b6bcb;
 --removed:#7a4a21;--timing:#5b5bd6;--good:#2f7d32}
 html{font-size:10.5pt}nav,.skip,details:not([open]),.buttons,#viewer .soft{display:none}section{border:0;padding:0;margin:0 0 1rem;border-radius:0}
 section,figure,tr,.plot{break-inside:avoid}section.long{break-inside:auto}h2,h3{break-after:avoid}tfoot{display:table-row-group}header{margin-bottom:1.2rem}.scroll{overflow:visible}
-.pictures{grid-template-columns:repeat(2,1fr)}*{print-color-adjust:exact;-webkit-print-color-adjust:exact}header,main,footer{max-width:none;padding:0}}
+th,td{white-space:normal;padding:.25rem .4rem}.source{max-width:none}.pictures{grid-template-columns:repeat(2,1fr)}*{print-color-adjust:exact;-webkit-print-color-adjust:exact}header,main,footer{max-width:none;padding:0}}
 )css";
 
 }  // namespace typodont::session

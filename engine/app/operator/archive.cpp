@@ -1,0 +1,189 @@
+#include "engine/app/operator/archive.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <nlohmann/json.hpp>
+
+#include "engine/app/operator/library.h"
+#include "engine/app/replay.h"
+#include "engine/app/scene.h"
+#include "engine/app/session_report.h"
+#include "engine/base/error.h"
+#include "engine/base/json.h"
+#include "engine/base/log.h"
+#include "engine/base/units.h"
+#include "engine/session/report.h"
+#include "engine/session/session_file.h"
+#include "engine/surface/mesh_export.h"
+#include "haptics/tissue_volume.h"
+
+namespace typodont {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr dvec3 kStandsAt{6.8e-3, 6.0e-3, 20.2e-3};  // m: the middle of a crown's top, where the shipped rigs look
+
+/// The arrays turned so that the crown points along +z; by whole quarters, so no sample is made up.
+haptics::DenseTissue stood_up(haptics::DenseTissue in, Crown crown) {
+  if (crown == Crown::kUp) return in;
+  // Which axis of the file becomes which, right-handed: new i runs along old axis[i], turned round where sign is −1.
+  glm::ivec3 axis(0, 1, 2), sign(1);
+  switch (crown) {
+    case Crown::kUp:
+      return in;
+    case Crown::kDown:
+      axis = {0, 1, 2}, sign = {1, -1, -1};
+      break;
+    case Crown::kRight:
+      axis = {1, 2, 0};
+      break;
+    case Crown::kLeft:
+      axis = {2, 1, 0}, sign = {1, 1, -1};
+      break;
+    case Crown::kBack:
+      axis = {2, 0, 1};
+      break;
+    case Crown::kFront:
+      axis = {0, 2, 1}, sign = {1, 1, -1};
+      break;
+  }
+  haptics::DenseTissue out;
+  out.frame = in.frame;
+  out.band = in.band;
+  out.exact_outside = in.exact_outside;
+  for (int i = 0; i < 3; ++i) out.size[i] = in.size[axis[i]];
+  out.distance.resize(in.distance.size());
+  out.tissue.resize(in.tissue.size());
+  glm::ivec3 to, from;
+  for (to.x = 0; to.x < out.size.x; ++to.x)
+    for (to.y = 0; to.y < out.size.y; ++to.y)
+      for (to.z = 0; to.z < out.size.z; ++to.z) {
+        for (int i = 0; i < 3; ++i) from[axis[i]] = sign[i] > 0 ? to[i] : out.size[i] - 1 - to[i];
+        out.distance[out.at(to.x, to.y, to.z)] = in.distance[in.at(from.x, from.y, from.z)];
+        out.tissue[out.at(to.x, to.y, to.z)] = in.tissue[in.at(from.x, from.y, from.z)];
+      }
+  return out;
+}
+
+/// Moved so that the top of the tissue stands where the rigs look.
+void put_in_place(haptics::DenseTissue& tissue) {
+  glm::ivec3 lo(tissue.size), hi(-1), at;
+  for (at.x = 0; at.x < tissue.size.x; ++at.x)
+    for (at.y = 0; at.y < tissue.size.y; ++at.y)
+      for (at.z = 0; at.z < tissue.size.z; ++at.z)
+        if (tissue.distance[tissue.at(at.x, at.y, at.z)] < 0) lo = glm::min(lo, at), hi = glm::max(hi, at);
+  if (hi.x < 0) return;
+  const dvec3 top((lo.x + hi.x) / 2.0, (lo.y + hi.y) / 2.0, hi.z);
+  tissue.frame.origin += kStandsAt - tissue.frame.to_world(top);
+}
+
+}  // namespace
+
+std::vector<SessionEntry> find_sessions() {
+  std::vector<SessionEntry> sessions;
+  std::error_code code;
+  for (const auto& trainee : fs::directory_iterator(user_folder() / "sessions", code)) {
+    const std::string who = trainee.path().filename().string();
+    if (who.starts_with(".") || !trainee.is_directory(code)) continue;
+    for (const auto& entry : fs::directory_iterator(trainee.path(), code)) {
+      if (entry.path().extension() != ".h5") continue;
+      SessionEntry session;
+      session.file = entry.path();
+      session.trainee = who;
+      // 2026-11-20_10-15-00_scene
+      const std::string stem = entry.path().stem().string();
+      const bool dated = stem.size() > 20 && stem[10] == '_' && stem[19] == '_';
+      session.scene = dated ? stem.substr(20) : stem;
+      if (dated) {
+        std::string clock = stem.substr(11, 5);
+        std::replace(clock.begin(), clock.end(), '-', ':');
+        session.date = stem.substr(0, 10) + "  " + clock;
+      }
+      session.megabytes = static_cast<double>(entry.file_size(code)) * 1e-6;
+      session.report = fs::exists(fs::path(entry.path()).replace_extension(".html"), code);
+      sessions.push_back(std::move(session));
+    }
+  }
+  std::sort(sessions.begin(), sessions.end(),
+            [](const SessionEntry& a, const SessionEntry& b) { return a.file.filename() > b.file.filename(); });
+  return sessions;
+}
+
+fs::path bring_in(const NewTooth& tooth, Progress& progress) {
+  progress.stage("op.importing", 0, 0.9);
+  haptics::ImportOptions options = tooth.options;
+  options.progress = [&](double share) { progress.at(share); };
+  haptics::DenseTissue tissue = stood_up(haptics::import_tissue(tooth.input, options).tissue, tooth.crown);
+  put_in_place(tissue);
+  progress.stage("op.importing", 0.9, 1);
+  progress.at(0);
+  const fs::path folder = user_folder() / "scenes";
+  std::error_code code;
+  fs::create_directories(folder, code);
+  if (code) throw Error(folder.string(), "", code.message(), "a folder that can be made");
+  const std::string stem = file_name_of(tooth.name);
+  const fs::path volume = folder / (stem + ".vdb"), file = folder / (stem + ".json");
+  haptics::TissueVolume(tissue).save(volume);
+  const nlohmann::ordered_json scene = {
+      {"name", tooth.name},
+      {"description", tooth.input.filename().string()},
+      {"tissue", {{"volume", volume.filename().string()}}},
+      {"tools", {"round_012", "cylinder_010", "round_014", "explorer", "excavator_spoon"}},
+      {"spindle", "air_turbine"},
+      {"parts", {"haptics", "render", "sound", "debris", "record", "score"}}};
+  progress.at(0.9);
+  write_file_atomically(file, scene.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
+  progress.at(1);
+  return file;
+}
+
+void export_surface(const fs::path& session, const fs::path& mesh, Progress& progress) {
+  progress.stage("op.exporting");
+  surface::require_mesh_format(mesh);
+  const session::SessionReader reader(session);
+  const Scene scene = scene_of(reader);
+  progress.at(0.1);
+  const haptics::TissueVolume tissue = tissue_at_end(reader, scene, load_tissue(scene));
+  surface::SurfaceMesher mesher({.tolerance = 0.1f});
+  FieldBrick brick;
+  const std::vector<glm::ivec3> bricks = tissue.surface_bricks();
+  for (std::size_t i = 0; i < bricks.size(); ++i) {
+    progress.at(0.3 + 0.3 * static_cast<double>(i) / static_cast<double>(bricks.size()));
+    tissue.read_brick(bricks[i], brick);
+    mesher.put(brick);
+  }
+  mesher.remesh();
+  progress.at(0.8);
+  const surface::WholeMesh whole = surface::weld(mesher);
+  if (whole.triangles.empty()) throw Error(session.string(), "", "no surface", "tissue");
+  progress.at(0.9);
+  surface::write_mesh(mesh, whole, tissue.frame(), scene.servo.materials);
+  progress.at(1);
+}
+
+void write_learning_curve(const fs::path& folder, const fs::path& page, int language, Progress& progress) {
+  progress.stage("op.making_report");
+  std::vector<fs::path> files;
+  std::error_code code;
+  for (const auto& entry : fs::directory_iterator(folder, code))
+    if (entry.path().extension() == ".h5") files.push_back(entry.path());
+  std::sort(files.begin(), files.end());
+  std::vector<session::SessionSummary> sessions;
+  for (std::size_t i = 0; i < files.size(); ++i) {
+    progress.at(static_cast<double>(i) / static_cast<double>(files.size()));
+    try {
+      sessions.push_back(summary_of(session::SessionReader(files[i])));
+    } catch (const Error& e) {
+      log::warn("left out: {}", e.what());
+    }
+  }
+  if (sessions.empty()) throw Error(folder.string(), "", "no session that can be read", "sessions (.h5)");
+  write_file_atomically(page, session::learning_curve_html(sessions, static_cast<session::Language>(language)));
+  progress.at(1);
+}
+
+}  // namespace typodont

@@ -1,0 +1,42 @@
+// The user's own things: recorded sessions, and teeth brought in from scans and meshes.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "engine/base/progress.h"
+#include "haptics/import.h"
+
+namespace typodont {
+
+struct SessionEntry {
+  std::filesystem::path file;
+  std::string scene, trainee, date;  // as the file's name has them
+  double megabytes = 0;
+  bool report = false;  // there is one beside it
+};
+/// Of all trainees, newest first.
+std::vector<SessionEntry> find_sessions();
+
+/// Which way the crown of an imported tooth points in its file.
+enum class Crown { kUp, kDown, kRight, kLeft, kBack, kFront };  // +z −z +x −x +y −y
+
+struct NewTooth {
+  std::filesystem::path input;  // scan or closed mesh
+  std::string name;
+  haptics::ImportOptions options;
+  Crown crown = Crown::kUp;
+};
+/// Makes a volume of it, stood upright where the shipped rigs look, and a scene to practise on; both in the user's
+/// folder. Returns the scene. Throws Error, Cancelled: then nothing is there.
+std::filesystem::path bring_in(const NewTooth& tooth, Progress& progress);
+
+/// The tissue as a session left it, as a surface: .stl, .ply or .obj. Throws Error, Cancelled.
+void export_surface(const std::filesystem::path& session, const std::filesystem::path& mesh, Progress& progress);
+
+/// The page of a folder of sessions. Throws Error, Cancelled.
+void write_learning_curve(const std::filesystem::path& folder, const std::filesystem::path& page, int language,
+                          Progress& progress);
+
+}  // namespace typodont

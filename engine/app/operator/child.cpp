@@ -1,0 +1,133 @@
+#include "engine/app/operator/child.h"
+
+#include <fcntl.h>
+#include <poll.h>
+#include <signal.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdlib>
+#include <filesystem>
+
+#include "engine/base/error.h"
+
+namespace typodont {
+
+namespace {
+
+constexpr int kLook = 50;        // ms between looks at the wish to stop
+constexpr int kPatience = 3000;  // ms for one that was asked to stop
+
+std::vector<char*> pointers(std::vector<std::string>& words) {
+  std::vector<char*> result;
+  for (std::string& word : words) result.push_back(word.data());
+  result.push_back(nullptr);
+  return result;
+}
+
+std::vector<std::string> self_with(const std::vector<std::string>& arguments) {
+  std::error_code code;
+  std::vector<std::string> words{std::filesystem::read_symlink("/proc/self/exe", code).string()};
+  words.insert(words.end(), arguments.begin(), arguments.end());
+  return words;
+}
+
+/// "film: 30 %", the last there is; 0: none.
+double share_in(const std::string& messages) {
+  const std::size_t sign = messages.rfind(" %\n");
+  if (sign == std::string::npos) return 0;
+  const std::size_t before = messages.rfind(' ', sign - 1);
+  return std::clamp(std::atof(messages.c_str() + (before == std::string::npos ? 0 : before + 1)) / 100, 0.0, 0.99);
+}
+
+std::string last_line(std::string messages) {
+  while (!messages.empty() && messages.back() == '\n') messages.pop_back();
+  return messages.substr(messages.rfind('\n') + 1);
+}
+
+/// The grandchild is nobody's to wait for.
+void start(std::vector<std::string> words) {
+  const std::vector<char*> line = pointers(words);
+  const pid_t first = fork();
+  if (first == 0) {
+    if (fork() == 0) {
+      execvp(line[0], line.data());
+      _exit(127);
+    }
+    _exit(0);
+  }
+  if (first > 0) waitpid(first, nullptr, 0);
+}
+
+}  // namespace
+
+std::string run_self(const std::vector<std::string>& arguments, Progress& progress, int nice) {
+  std::vector<std::string> words = self_with(arguments);
+  const std::vector<char*> line = pointers(words);
+  std::array<std::array<int, 2>, 2> ends{};  // of its output and of its messages
+  if (pipe2(ends[0].data(), O_CLOEXEC) != 0) throw RunFailure("cannot start " + words[0]);
+  if (pipe2(ends[1].data(), O_CLOEXEC) != 0) {
+    close(ends[0][0]), close(ends[0][1]);
+    throw RunFailure("cannot start " + words[0]);
+  }
+  const pid_t child = fork();
+  if (child == 0) {
+    dup2(ends[0][1], STDOUT_FILENO);
+    dup2(ends[1][1], STDERR_FILENO);
+    setpriority(PRIO_PROCESS, 0, nice);
+    execv(line[0], line.data());
+    _exit(127);
+  }
+  close(ends[0][1]), close(ends[1][1]);
+  struct Ended {  // in every case
+    pid_t child;
+    std::array<int, 2> from;
+    ~Ended() {
+      for (const int one : from) close(one);
+      if (child <= 0) return;
+      kill(child, SIGINT);  // it leaves nothing half written …
+      for (int i = 0; i < kPatience / kLook; ++i) {
+        if (waitpid(child, nullptr, WNOHANG) == child) return;
+        poll(nullptr, 0, kLook);
+      }
+      kill(child, SIGKILL);  // … unless it does not answer
+      waitpid(child, nullptr, 0);
+    }
+  } ended{child, {ends[0][0], ends[1][0]}};
+  if (child < 0) throw RunFailure("cannot start " + words[0]);
+  std::array<std::string, 2> said;
+  std::array<pollfd, 2> waiting{pollfd{ended.from[0], POLLIN, 0}, pollfd{ended.from[1], POLLIN, 0}};
+  double share = 0;
+  while (waiting[0].fd >= 0 || waiting[1].fd >= 0) {
+    progress.at(share);
+    if (poll(waiting.data(), waiting.size(), kLook) <= 0) continue;
+    for (std::size_t i = 0; i < 2; ++i) {
+      if (waiting[i].fd < 0 || waiting[i].revents == 0) continue;
+      std::array<char, 4096> piece;
+      const ssize_t n = read(waiting[i].fd, piece.data(), piece.size());
+      if (n <= 0)
+        waiting[i].fd = -1;
+      else
+        said[i].append(piece.data(), static_cast<std::size_t>(n));
+    }
+    share = std::max(share, share_in(said[1]));
+  }
+  int status = 0;
+  waitpid(child, &status, 0);  // it has closed its output: it is about to end
+  ended.child = 0;
+  if ((WIFEXITED(status) && WEXITSTATUS(status) == 0) || !said[0].empty()) return said[0];
+  throw RunFailure(last_line(said[1]));
+}
+
+void start_self(const std::vector<std::string>& arguments) {
+  start(self_with(arguments));
+}
+
+void open_with_desktop(const std::string& file) {
+  start({"xdg-open", file});
+}
+
+}  // namespace typodont

@@ -1,0 +1,139 @@
+#include "engine/render/passes/changed.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace typodont::render {
+
+PixelBox seen_in(const glm::dmat4& clip_from_box, const glm::vec3& lo, const glm::vec3& hi, const glm::ivec2& size) {
+  glm::dvec2 least(1e9), most(-1e9);
+  for (int corner = 0; corner < 8; ++corner) {
+    const glm::dvec4 c = clip_from_box * glm::dvec4(corner & 1 ? hi.x : lo.x, corner & 2 ? hi.y : lo.y,
+                                                    corner & 4 ? hi.z : lo.z, 1);
+    if (c.w < 1e-6) return {0, 0, size.x, size.y};
+    const glm::dvec2 p = (0.5 + 0.5 * glm::dvec2(c) / c.w) * glm::dvec2(size);
+    least = glm::min(least, p);
+    most = glm::max(most, p);
+  }
+  const glm::dvec2 edge(size);
+  const glm::ivec2 a(glm::floor(glm::clamp(least - 1.0, glm::dvec2(0), edge))),
+      b(glm::ceil(glm::clamp(most + 1.0, glm::dvec2(0), edge)));
+  return {a.x, a.y, b.x - a.x, b.y - a.y};
+}
+
+void Tiles::clear(glm::ivec2 picture) {
+  size_ = picture;
+  count_ = (picture + kSide - 1) / kSide;
+  marked_.assign(static_cast<std::size_t>(count_.x) * static_cast<std::size_t>(count_.y), 0);
+}
+
+void Tiles::mark(const PixelBox& box) {
+  if (box.width <= 0 || box.height <= 0) return;
+  const int x0 = std::max(box.x / kSide, 0), x1 = std::min((box.x + box.width - 1) / kSide, count_.x - 1);
+  const int y0 = std::max(box.y / kSide, 0), y1 = std::min((box.y + box.height - 1) / kSide, count_.y - 1);
+  for (int y = y0; y <= y1; ++y)
+    for (int x = x0; x <= x1; ++x) marked_[static_cast<std::size_t>(y * count_.x + x)] = 1;
+}
+
+void Tiles::mark(const Tiles& other) {
+  if (other.marked_.size() != marked_.size()) return;
+  for (std::size_t i = 0; i < marked_.size(); ++i) marked_[i] |= other.marked_[i];
+}
+
+void Tiles::mark_all() { std::fill(marked_.begin(), marked_.end(), std::uint8_t{1}); }
+
+bool Tiles::touch(const PixelBox& box) const {
+  if (box.width <= 0 || box.height <= 0) return false;
+  const int x0 = std::max(box.x / kSide, 0), x1 = std::min((box.x + box.width - 1) / kSide, count_.x - 1);
+  const int y0 = std::max(box.y / kSide, 0), y1 = std::min((box.y + box.height - 1) / kSide, count_.y - 1);
+  for (int y = y0; y <= y1; ++y)
+    for (int x = x0; x <= x1; ++x)
+      if (marked_[static_cast<std::size_t>(y * count_.x + x)]) return true;
+  return false;
+}
+
+double Tiles::share() const {
+  if (marked_.empty()) return 0;
+  return static_cast<double>(std::count(marked_.begin(), marked_.end(), std::uint8_t{1})) /
+         static_cast<double>(marked_.size());
+}
+
+std::vector<PixelBox> Tiles::boxes(bool marked, const PixelBox& within) const {
+  std::vector<PixelBox> out;
+  const int x0 = within.x / kSide, x1 = (within.x + within.width + kSide - 1) / kSide;
+  const int y0 = within.y / kSide, y1 = (within.y + within.height + kSide - 1) / kSide;
+  for (int y = y0; y < std::min(y1, count_.y); ++y)
+    for (int x = x0; x < std::min(x1, count_.x); ++x) {
+      if ((marked_[static_cast<std::size_t>(y * count_.x + x)] != 0) != marked) continue;
+      int end = x + 1;
+      while (end < std::min(x1, count_.x) && (marked_[static_cast<std::size_t>(y * count_.x + end)] != 0) == marked)
+        ++end;
+      const PixelBox run{x * kSide, y * kSide, std::min(end * kSide, size_.x) - x * kSide,
+                         std::min((y + 1) * kSide, size_.y) - y * kSide};
+      x = end;
+      // A run as wide as the one above it makes that one taller.
+      const auto above = std::find_if(out.begin(), out.end(), [&](const PixelBox& b) {
+        return b.x == run.x && b.width == run.width && b.y + b.height == run.y;
+      });
+      if (above != out.end())
+        above->height += run.height;
+      else
+        out.push_back(run);
+    }
+  return out;
+}
+
+PixelBox Tiles::bounds() const {
+  glm::ivec2 lo = count_, hi(-1);
+  for (int y = 0; y < count_.y; ++y)
+    for (int x = 0; x < count_.x; ++x)
+      if (marked_[static_cast<std::size_t>(y * count_.x + x)]) {
+        lo = glm::min(lo, glm::ivec2(x, y));
+        hi = glm::max(hi, glm::ivec2(x, y));
+      }
+  if (hi.x < 0) return {};
+  const glm::ivec2 a = lo * kSide, b = glm::min((hi + 1) * kSide, size_);
+  return {a.x, a.y, b.x - a.x, b.y - a.y};
+}
+
+bool tool_shades(const shared::FrameData& data, const glm::vec3& center, float radius) {
+  constexpr float kToolReach = 3.0e-3f, kToolShadowReach = 10e-3f;  // m, as in lighting.glsl
+  constexpr int kPieces = 16;
+  if (data.tool_head.w <= 0) return false;
+  const glm::vec3 l(data.key), a(data.tool_head), e(data.tool_end);
+  const float thick = std::max(data.tool_head.w, data.tool_end.w);
+  for (int k = 0; k < kPieces; ++k) {
+    const glm::vec3 from = glm::mix(a, e, static_cast<float>(k) / kPieces) - center,
+                    to = glm::mix(a, e, static_cast<float>(k + 1) / kPieces) - center;
+    const auto nearest = [](const glm::vec3& p, const glm::vec3& q) {
+      const glm::vec3 d = q - p;
+      const float dd = glm::dot(d, d);
+      const float s = dd > 1e-14f ? glm::clamp(-glm::dot(p, d) / dd, 0.0f, 1.0f) : 0.0f;
+      return glm::length(p + s * d);
+    };
+    if (nearest(from, to) - radius < kToolReach) return true;
+    const float f = glm::dot(from, l), t = glm::dot(to, l), way = std::max(f, t) + radius;
+    if (way <= 0 || std::min(f, t) - radius > kToolShadowReach) continue;
+    const float soft = 0.08e-3f + 0.12f * way;
+    if (nearest(from - f * l, to - t * l) - radius < thick + soft) return true;
+  }
+  return false;
+}
+
+LampBox in_lamp(const glm::dmat4& light_from_box, const glm::vec3& lo, const glm::vec3& hi) {
+  LampBox box;
+  for (int corner = 0; corner < 8; ++corner) {
+    const glm::vec2 p(light_from_box * glm::dvec4(corner & 1 ? hi.x : lo.x, corner & 2 ? hi.y : lo.y,
+                                                  corner & 4 ? hi.z : lo.z, 1));
+    box.lo = glm::min(box.lo, p);
+    box.hi = glm::max(box.hi, p);
+  }
+  return box;
+}
+
+float lamp_reach(const shared::FrameData& data) {
+  // lighting.glsl: kOcclusionRadius, kPenumbra, the way off the surface, and the texels a look takes in.
+  return (2.2e-3f + 0.30e-3f + 0.27e-3f + 4 * data.light_size.z) / data.light_size.x;
+}
+
+}  // namespace typodont::render

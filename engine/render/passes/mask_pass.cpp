@@ -1,0 +1,52 @@
+#include <cstring>
+
+#include "engine/render/passes/passes.h"
+#include "shaders/hidden_frag.h"
+#include "shaders/hidden_vert.h"
+
+namespace typodont::render {
+
+void MaskPass::prepare(PassContext& context, int slot, const glm::ivec2& size,
+                       const std::array<std::vector<PixelBox>, 2>& kept) {
+  std::vector<glm::vec3> out;
+  for (std::size_t e = 0; e < kept.size(); ++e) {
+    first[e] = static_cast<std::uint32_t>(out.size());
+    for (const PixelBox& b : kept[e]) {
+      const glm::vec2 lo = 2.0f * glm::vec2(b.x, b.y) / glm::vec2(size) - 1.0f,
+                      hi = 2.0f * glm::vec2(b.x + b.width, b.y + b.height) / glm::vec2(size) - 1.0f;
+      for (const auto& [x, y] : {std::pair{lo.x, lo.y}, {hi.x, lo.y}, {hi.x, hi.y}, {lo.x, lo.y}, {hi.x, hi.y}, {lo.x, hi.y}})
+        out.push_back({x, y, static_cast<float>(e)});
+    }
+    count[e] = static_cast<std::uint32_t>(out.size()) - first[e];
+  }
+  if (out.empty()) return;
+  gpu::Buffer& buffer =
+      corners.at_least(context.device, slot, out.size() * sizeof(glm::vec3), VK_BUFFER_USAGE_VERTEX_BUFFER_BIT);
+  std::memcpy(buffer.memory.mapped, out.data(), out.size() * sizeof(glm::vec3));
+}
+
+void MaskPass::record(PassContext& context, VkCommandBuffer commands, int slot, int view, FrameStats& stats) {
+  const auto e = static_cast<std::size_t>(view);
+  if (!count[e]) return;
+  if (!pipeline) {
+    gpu::PipelineOptions o = context.scene_pipeline(kSpirv_hidden_vert, kSpirv_hidden_frag);
+    o.bindings = {{0, sizeof(glm::vec3), VK_VERTEX_INPUT_RATE_VERTEX}};
+    o.attributes = {{0, VK_FORMAT_R32G32B32_SFLOAT, 0}};
+    o.cull = VK_CULL_MODE_NONE;
+    o.depth_compare = VK_COMPARE_OP_ALWAYS;
+    o.color_write = false;
+    pipeline = gpu::create_pipeline(context.device, o);
+  }
+  vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, pipeline);
+  const VkDeviceSize zero = 0;
+  vkCmdBindVertexBuffers(commands, 0, 1, &corners.buffers[static_cast<std::size_t>(slot)].buffer, &zero);
+  vkCmdDraw(commands, count[e], 1, first[e], 0);
+  ++stats.commands;
+}
+
+void MaskPass::destroy(gpu::Device& device) {
+  destroy_pipeline(device, pipeline);
+  corners.destroy(device);
+}
+
+}  // namespace typodont::render

@@ -1,0 +1,95 @@
+#include "haptics/cut_front.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "haptics/sweep.h"
+
+namespace typodont::haptics {
+
+namespace {
+
+constexpr int kRoom = 2;           // blocks around what a cut needs, so that the front rarely moves
+constexpr std::size_t kGroups = 1 << 15;  // more than any dental bur's front has
+
+glm::ivec3 blocks(const glm::ivec3& voxel, int rows, int deep) {
+  const auto down = [](int v, int step) { return (v - (v % step + step) % step) / step; };
+  return {down(voxel.x, rows), down(voxel.y, rows), down(voxel.z, deep)};
+}
+
+}  // namespace
+
+CutFront::CutFront(std::span<const Tool> tools, double voxel) {
+  double reach = 0;
+  for (const Tool& tool : tools) reach = std::max(reach, tool.reach() / voxel);
+  const double edge = 2 * (reach + static_cast<double>(Sweep::kMargin) + 4);
+  const int across = static_cast<int>(std::ceil(edge / kRows)) + 1 + 2 * kRoom;
+  size_ = {across, across, static_cast<int>(std::ceil(edge / kDeep)) + 1 + 2 * kRoom};
+  const std::size_t count = static_cast<std::size_t>(size_.x) * size_.y * size_.z;
+  due_.assign(count + 8, 0);
+  moved_ = due_;
+  heights_.assign(static_cast<std::size_t>(24 * size_.z * kDeep), 0);
+  const std::size_t groups = std::min(2 * kRows * kRows * count, kGroups) + 40;
+  groups_.x.assign(groups, 0);
+  groups_.y.assign(groups, 0);
+  groups_.z.assign(groups, 0);
+  groups_.at.assign(groups, 0);
+  groups_.found.assign(groups, {});
+}
+
+void CutFront::Groups::sort(int listed) noexcept {
+  std::array<int, kKinds> next{};
+  for (int i = 0; i < listed; ++i) ++next[static_cast<std::size_t>(found[static_cast<std::size_t>(i)].kind)];
+  run_count = 0;
+  int from = 0;
+  for (int kind = 0; kind < kKinds; ++kind) {
+    const int size = std::exchange(next[static_cast<std::size_t>(kind)], from);
+    if (size > 0) runs[static_cast<std::size_t>(run_count++)] = {kind, from, from + size};
+    from += size;
+  }
+  for (int i = 0; i < listed; ++i) {
+    const Found& group = found[static_cast<std::size_t>(i)];
+    const auto to = static_cast<std::size_t>(next[static_cast<std::size_t>(group.kind)]++);
+    x[to] = group.x, y[to] = group.y, z[to] = group.z, at[to] = group.at;
+  }
+  count = listed;
+}
+
+bool CutFront::holds(const glm::ivec3& lo, const glm::ivec3& hi) const noexcept {
+  return glm::all(glm::lessThan(blocks(hi, kRows, kDeep) - blocks(lo, kRows, kDeep), size_));
+}
+
+void CutFront::come_to(const Pose& X_V, double way) noexcept {
+  X_V_ = X_V;
+  way_ += way;
+  if (way_ < kRound) return;
+  for (float& due : due_) due -= static_cast<float>(way_);
+  groups_.until -= way_;
+  way_ = 0;
+}
+
+void CutFront::move_around(const glm::ivec3& lo, const glm::ivec3& hi) noexcept {
+  const glm::ivec3 from = blocks(lo, kRows, kDeep), to = blocks(hi, kRows, kDeep);
+  const bool inside = glm::all(glm::lessThanEqual(first_, from)) && glm::all(glm::lessThan(to - first_, size_));
+  if (known_ && inside) return;
+  const glm::ivec3 first = from - (size_ - (to - from + 1)) / 2, shift = first - first_;
+  std::fill(moved_.begin(), moved_.end(), -kNever);
+  if (known_) {
+    const glm::ivec3 a = glm::max(shift, 0), b = glm::min(size_ + shift, size_);  // what stays, as it was counted
+    for (int x = a.x; x < b.x; ++x) {
+      for (int y = a.y; y < b.y; ++y) {
+        if (a.z >= b.z) break;
+        const float* const row = due_.data() + (x * size_.y + y) * size_.z;
+        const glm::ivec3 at = glm::ivec3(x, y, a.z) - shift;
+        std::copy(row + a.z, row + b.z, moved_.data() + (at.x * size_.y + at.y) * size_.z + at.z);
+      }
+    }
+  }
+  due_.swap(moved_);
+  first_ = first;
+  groups_.until = -1;
+  known_ = true;
+}
+
+}  // namespace typodont::haptics

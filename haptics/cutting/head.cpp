@@ -1,0 +1,666 @@
+// Sweeps of every head that is not a ball.
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+
+#include "engine/base/dispatch.h"
+#include "haptics/cut_front.h"
+#include "haptics/cutting/account.h"
+#include "haptics/lanes.h"
+#include "haptics/sweep.h"
+
+namespace typodont::haptics {
+
+namespace {
+
+constexpr int kRows = 4, kDeep = 8;  // a block of a general head's sweep: kRows × kRows rows of kDeep samples
+constexpr float kHalf = 4.1f;         // from its centre to a corner, |(1.5, 1.5, 3.5)|, and a little more
+constexpr float kNoEnd = 1e9f;        // a slack that never ends
+constexpr int kStretch = 64;          // samples of a row that are listed together
+constexpr unsigned kAllPieces = (1u << HeadField::kMaxPieces) - 1;
+constexpr int kManyPieces = HeadField::kMaxPieces;  // kinds of groups: one smooth piece, or from here on a set of them
+
+/// A piece of the meridian in floats: HeadField::Piece with its outward normals at either end; of a line its length.
+struct FlatPiece {
+  float ax, az, bx, bz, dx, dz, inverse2, cx, cz, radius;
+  float nax, naz, nbx, nbz;
+  float length;
+  float ux, uz, wx, wz;    // from an arc's centre to its ends
+  float corner_a, corner_b;  // tan(φ/2) where its outward normal turns by φ to its neighbour's
+};
+
+/// A pose of the head in voxels, counted from a voxel nearby, so that floats keep their digits.
+struct HeadPose {
+  glm::ivec3 base;
+  float p[3];  // the head from there
+  float R[9];  // from V to T, by columns
+};
+
+/// Eight blocks seen from a head: how far their centres are from it and from its pieces, and the way out.
+struct Seen {
+  F8 distance, to_piece[HeadField::kMaxPieces];
+  F8 x, y, z, rho, n_rho, n_z;  // centre and direction in T
+};
+
+/// `R`: from V to T, by columns; centres from the head's.
+TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
+void see_blocks(const FlatPiece* pieces, int count, const float* R, const F8* center, Seen* seen) {
+  const F8 vx = center[0], vy = center[1], vz = center[2];
+  const F8 x = R[0] * vx + R[3] * vy + R[6] * vz, y = R[1] * vx + R[4] * vy + R[7] * vz,
+           z = R[2] * vx + R[5] * vy + R[8] * vz;
+  F8 rho = x * x + y * y;
+  take_root(rho);
+  F8 best = F8{} + 1e30f, n_rho = {}, n_z = {};
+  I8 outside = {};
+  for (int p = 0; p < count; ++p) {
+    const FlatPiece& piece = pieces[p];
+    const F8 ex = rho - piece.ax, ez = z - piece.az;
+    const I8 beyond = piece.dx * ez - piece.dz * ex < 0.0f;
+    F8 d, fx, fz;
+    if (piece.radius == 0.0f) {
+      F8 s = (ex * piece.dx + ez * piece.dz) * piece.inverse2;
+      s = s < 0.0f ? F8{} : s;
+      s = s > 1.0f ? F8{} + 1.0f : s;
+      fx = ex - s * piece.dx, fz = ez - s * piece.dz;
+      outside |= beyond;
+    } else {
+      const F8 gx = rho - piece.bx, gz = z - piece.bz, wx = rho - piece.cx, wz = z - piece.cz;
+      F8 length = wx * wx + wz * wz;
+      length = length > 1e-12f ? length : F8{} + 1e-12f;
+      take_root(length);
+      const float ux = piece.ax - piece.cx, uz = piece.az - piece.cz, tx = piece.bx - piece.cx, tz = piece.bz - piece.cz;
+      const I8 between = (ux * wz - uz * wx >= 0.0f) & (wx * tz - wz * tx >= 0.0f);
+      const I8 first = ex * ex + ez * ez < gx * gx + gz * gz;
+      const F8 off = (length - piece.radius) / length;
+      fx = between ? off * wx : first ? ex : gx;
+      fz = between ? off * wz : first ? ez : gz;
+      outside |= beyond & (length > piece.radius);
+    }
+    d = fx * fx + fz * fz;
+    take_root(d);
+    seen->to_piece[p] = d;
+    const I8 nearer = d < best;
+    best = nearer ? d : best;
+    n_rho = nearer ? fx : n_rho;
+    n_z = nearer ? fz : n_z;
+  }
+  const F8 signed_best = outside ? best : -best;
+  // Where the centre lies on the surface the direction is of no use, nor needed: see bound below.
+  const F8 inverse = best > 1e-3f ? 1.0f / signed_best : F8{};
+  seen->distance = signed_best;
+  seen->n_rho = n_rho * inverse;
+  seen->n_z = n_z * inverse;
+  seen->x = x, seen->y = y, seen->z = z, seen->rho = rho;
+}
+
+/// A block and the head beside it.
+struct HeadBlock {
+  float* distance;
+  const Tissue* tissue;
+  std::ptrdiff_t at, stride_x, stride_y;  // of its first sample, inside the array or not
+  int from[3], to[3];                     // the part of it that is meant
+  glm::ivec3 first;                       // its first sample, from the pose's base
+  // No sample is deeper than this plane says: the distance from a convex head is convex.
+  float bound, bound_x, bound_y, bound_z;
+  const FlatPiece* pieces;
+  int kind;  // the piece that is the closest one to all samples, between its ends; or kManyPieces + a set of pieces
+};
+
+/// The depth of a sample depends on its voxel and the pose alone: pieces that are left out are not the closest, and where
+/// only one is left, between its ends, the same comes out in fewer steps.
+TYPODONT_KERNEL void depth_below_line(const FlatPiece& piece, const F8& rho, const F8& z, F8& depth) {
+  depth = (piece.ax - rho) * piece.nax + (piece.az - z) * piece.naz;
+}
+TYPODONT_KERNEL void depth_below_arc(const FlatPiece& piece, const F8& rho, const F8& z, F8& depth) {
+  const F8 vx = rho - piece.cx, vz = z - piece.cz;
+  depth = vx * vx + vz * vz;
+  take_root(depth);
+  depth = piece.radius - depth;
+}
+TYPODONT_KERNEL void depth_below_pieces(const FlatPiece* pieces, unsigned set, const F8& rho, const F8& z, F8& depth) {
+  F8 best = F8{} + 1e30f;
+  I8 outside = {};
+  for (; set != 0; set &= set - 1) {
+    const FlatPiece& piece = pieces[std::countr_zero(set)];
+    if (piece.radius == 0.0f) {
+      F8 below;
+      depth_below_line(piece, rho, z, below);
+      // Along the line, from its first end; beyond either end that is closest.
+      const F8 along = (z - piece.az) * piece.nax - (rho - piece.ax) * piece.naz;
+      F8 over = along < 0.0f ? along : F8{};
+      over = along > piece.length ? along - piece.length : over;
+      const F8 d2 = below * below + over * over;
+      best = d2 < best ? d2 : best;
+      outside |= below < 0.0f;
+    } else {
+      // Its end at b is its neighbour's as well; that at a may be the tip.
+      const F8 ex = rho - piece.ax, ez = z - piece.az, vx = rho - piece.cx, vz = z - piece.cz;
+      const I8 beyond = piece.dx * ez - piece.dz * ex < 0.0f;
+      F8 length = vx * vx + vz * vz;
+      take_root(length);
+      const F8 off = piece.radius - length, on = off * off;
+      const I8 between = (piece.ux * vz - piece.uz * vx >= 0.0f) & (vx * piece.wz - vz * piece.wx >= 0.0f);
+      const F8 d2 = between ? on : ex * ex + ez * ez;
+      best = d2 < best ? d2 : best;
+      outside |= beyond & (off < 0.0f);
+    }
+  }
+  take_root(best);
+  depth = outside ? -best : best;
+}
+
+/// What a look at a block found besides.
+struct BlockSlack {
+  float ahead = 0;        // given: samples with less slack than this are live
+  float slack = kNoEnd;   // how far the head may come nearer before anything changes, in the part that is meant
+  std::uint64_t* live = nullptr;  // given, or not: of each row, y fastest, a bit for each sample …
+  int shift = 0;                  // … from this one on
+};
+
+/// new = max(old, min(depth, kInner)), depths below -kMargin not counted. Returns whether anything changed. `may_raise`
+/// false: only looks.
+TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
+bool raise_head_block(const HeadPose* pose_at, const HeadBlock* block_at, bool may_raise, PerTissue* removed,
+                      BlockSlack* found) {
+  const HeadPose& pose = *pose_at;
+  const HeadBlock& block = *block_at;
+  const int* const from = block.from;
+  const int* const to = block.to;
+  const float* const R = pose.R;
+  const bool whole = from[2] == 0 && to[2] == kDeep;
+  const F8 steps = {0, 1, 2, 3, 4, 5, 6, 7};
+  const F8 vz = static_cast<float>(block.first.z) + steps - pose.p[2];
+  const F8 along_x = R[6] * vz, along_y = R[7] * vz, along_z = R[8] * vz;
+  const F8 bound = block.bound + steps * block.bound_z;
+  const FlatPiece* const pieces = block.pieces;
+  const FlatPiece& only = pieces[block.kind < kManyPieces ? block.kind : 0];
+  bool changed = false;
+  Account account{removed};
+  F8 least_slack = F8{} + kNoEnd;
+  const float near = found->ahead;
+  for (int ix = from[0]; ix < to[0]; ++ix) {
+    for (int iy = from[1]; iy < to[1]; ++iy) {
+      float* const row = block.distance + (block.at + ix * block.stride_x + iy * block.stride_y);
+      F8 old = F8{} + 1e9f;  // what lies outside the part is not raised
+      if (whole) {
+        old = *reinterpret_cast<const F8*>(row);
+      } else {
+        for (int i = from[2]; i < to[2]; ++i) old[i] = row[i];
+      }
+      F8 most = bound + (static_cast<float>(ix) * block.bound_x + static_cast<float>(iy) * block.bound_y);
+      most = most > Sweep::kInner ? F8{} + Sweep::kInner : most;
+      const F8 least = old > -Sweep::kMargin ? old : F8{} - Sweep::kMargin;
+      const I8 full = old >= Sweep::kInner;  // nothing more can come of these
+      F8 room = full ? F8{} + kNoEnd : least - most;
+      if (any_of(room < near)) {
+        const float vx = static_cast<float>(block.first.x + ix) - pose.p[0];
+        const float vy = static_cast<float>(block.first.y + iy) - pose.p[1];
+        const F8 x = (R[0] * vx + R[3] * vy) + along_x, y = (R[1] * vx + R[4] * vy) + along_y;
+        const F8 z = (R[2] * vx + R[5] * vy) + along_z;
+        F8 rho = x * x + y * y, depth;
+        take_root(rho);
+        if (block.kind >= kManyPieces) {
+          depth_below_pieces(pieces, static_cast<unsigned>(block.kind - kManyPieces), rho, z, depth);
+        } else if (only.radius == 0.0f) {
+          depth_below_line(only, rho, z, depth);
+        } else {
+          depth_below_arc(only, rho, z, depth);
+        }
+        depth = depth > Sweep::kInner ? F8{} + Sweep::kInner : depth;
+        const I8 raised = depth > least;
+        room = raised ? F8{} : least - depth;
+        room = full | (depth >= Sweep::kInner) ? F8{} + kNoEnd : room;
+        if (found->live) {
+          found->live[ix * kRows + iy] |= static_cast<std::uint64_t>(bits_of(room < near)) << found->shift;
+        }
+        if (may_raise && any_of(raised)) {
+          changed = true;
+          const F8 now = raised ? depth : old;
+          if (whole) {
+            *reinterpret_cast<F8*>(row) = now;
+          } else {
+            for (int i = from[2]; i < to[2]; ++i) row[i] = now[i];
+          }
+          F8 taken;
+          share_taken(old, now, taken);
+          if (removed && any_of(taken > 0.0f)) {
+            const Tissue* const labels = block.tissue + (row - block.distance);
+            if (whole) {
+              account.add(taken, labels);
+            } else {
+              for (int i = from[2]; i < to[2]; ++i) account.add(static_cast<double>(taken[i]), labels[i]);
+            }
+          }
+        }
+      }
+      least_slack = room < least_slack ? room : least_slack;
+    }
+  }
+  if (removed) account.close();
+  float least = least_slack[0];
+  for (int i = 1; i < 8; ++i) least = std::min(least, least_slack[i]);
+  found->slack = least;
+  return changed;
+}
+
+/// Groups that are listed; see BallFront. Positions count from the first voxel of the front's first block.
+struct HeadFront {
+  HeadPose pose;
+  const FlatPiece* pieces;
+  glm::ivec3 origin;  // of those positions, from the pose's base
+  float* distance;    // at the origin
+  const Tissue* tissue;
+  int lo_z, hi_z;     // what may be listed
+  float* heights;     // along x, y, z in T, of eight samples along z: 24 floats for each first one
+  const float* x;
+  const float* y;
+  const std::int32_t* z;
+  const std::int32_t* at;
+  const CutFront::Run* runs;
+  int run_count;
+};
+
+enum class Nearest { kLine, kArc, kSeveral };
+
+/// Groups that have the same closest pieces.
+template <Nearest nearest>
+TYPODONT_KERNEL bool raise_run(const HeadFront& f, const CutFront::Run& run, Account& account) {
+  constexpr int kChunk = 256;
+  const FlatPiece* const pieces = f.pieces;
+  const FlatPiece only = pieces[run.kind < kManyPieces ? run.kind : 0];
+  const unsigned set = static_cast<unsigned>(run.kind - kManyPieces);
+  const float* const R = f.pose.R;
+  float* const distance = f.distance;
+  const float* const heights = f.heights;
+  F8 moved_taken[kChunk];
+  std::int32_t moved_at[kChunk];
+  F8 common[3 * kChunk / 8];
+  I8 any_raised = {};
+  for (int g0 = run.from; g0 < run.to; g0 += kChunk) {
+    const int end = std::min(run.to - g0, kChunk);
+    for (int g = 0; g < end; g += 8) {
+      const F8 vx = *reinterpret_cast<const F8*>(f.x + g0 + g) + static_cast<float>(f.origin.x) - f.pose.p[0];
+      const F8 vy = *reinterpret_cast<const F8*>(f.y + g0 + g) + static_cast<float>(f.origin.y) - f.pose.p[1];
+      for (int i = 0; i < 3; ++i) common[i * (kChunk / 8) + g / 8] = R[i] * vx + R[3 + i] * vy;
+    }
+    const float* const common_x = reinterpret_cast<const float*>(common);
+    std::size_t moved = 0;
+    for (int g = 0; g < end; ++g) {
+      const std::int32_t first = f.at[g0 + g];
+      __builtin_prefetch(distance + f.at[g0 + g + 24]);
+      float* const at = distance + first;
+      const F8 old = *reinterpret_cast<const F8*>(at);
+      const F8* const along = reinterpret_cast<const F8*>(heights + f.z[g0 + g]);
+      const F8 x = common_x[g] + along[0], y = common_x[kChunk + g] + along[1], z = common_x[2 * kChunk + g] + along[2];
+      F8 rho = x * x + y * y, depth;
+      take_root(rho);
+      if constexpr (nearest == Nearest::kLine) {
+        depth_below_line(only, rho, z, depth);
+      } else if constexpr (nearest == Nearest::kArc) {
+        depth_below_arc(only, rho, z, depth);
+      } else {
+        depth_below_pieces(pieces, set, rho, z, depth);
+      }
+      depth = depth > Sweep::kInner ? F8{} + Sweep::kInner : depth;
+      const F8 least = old > -Sweep::kMargin ? old : F8{} - Sweep::kMargin;
+      const I8 raised = depth > least;
+      const F8 now = raised ? depth : old;
+      *reinterpret_cast<F8*>(at) = now;
+      any_raised |= raised;
+      F8 taken;
+      share_taken(old, now, taken);
+      moved_taken[moved] = taken;
+      moved_at[moved] = first;
+      moved += any_of(taken > 0.0f);
+    }
+    for (std::size_t m = 0; m < moved; ++m) account.add(moved_taken[m], f.tissue + moved_at[m]);
+  }
+  return any_of(any_raised);
+}
+
+TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
+bool raise_head_listed(const HeadFront* front, PerTissue* removed) {
+  const HeadFront& f = *front;
+  const F8 steps = {0, 1, 2, 3, 4, 5, 6, 7};
+  for (int z = f.lo_z; z <= f.hi_z; ++z) {
+    const F8 vz = static_cast<float>(f.origin.z + z) + steps - f.pose.p[2];
+    for (int i = 0; i < 3; ++i) *reinterpret_cast<F8*>(f.heights + 24 * z + 8 * i) = f.pose.R[6 + i] * vz;
+  }
+  bool changed = false;
+  Account account{removed};
+  for (int r = 0; r < f.run_count; ++r) {
+    const CutFront::Run& run = f.runs[r];
+    if (run.kind >= kManyPieces) {
+      changed |= raise_run<Nearest::kSeveral>(f, run, account);
+    } else if (f.pieces[run.kind].radius == 0.0f) {
+      changed |= raise_run<Nearest::kLine>(f, run, account);
+    } else {
+      changed |= raise_run<Nearest::kArc>(f, run, account);
+    }
+  }
+  account.close();
+  return changed;
+}
+
+/// How fast, at most, the head comes nearer to any sample around a point of its half plane: the greatest n·w over the
+/// normals of some neighbouring pieces, turned about the axis by as much as `kHalf` is seen from it. `w` in T.
+float fastest_advance(const FlatPiece& first, const FlatPiece& last, const glm::vec3& center, float rho,
+                      const glm::vec3& w) {
+  const float across = std::sqrt(w.x * w.x + w.y * w.y);
+  float along = across;  // the greatest part of w away from the axis
+  if (rho > kHalf) {
+    const float ux = center.x / rho, uy = center.y / rho, sine = kHalf / rho, cosine = std::sqrt(1 - sine * sine);
+    const float radial = w.x * ux + w.y * uy, round = std::abs(w.x * uy - w.y * ux);
+    if (!(radial > 0 && round * cosine <= radial * sine)) along = radial * cosine + round * sine;
+  }
+  // Normals turn from the first piece's to the last one's; the greatest is at w itself when that lies between.
+  if (first.nax * w.z - first.naz * along >= 0 && along * last.nbz - w.z * last.nbx >= 0) {
+    return std::sqrt(along * along + w.z * w.z);
+  }
+  return std::max(first.nax * along + first.naz * w.z, last.nbx * along + last.nbz * w.z);
+}
+
+void flatten(const HeadField& head, FlatPiece* pieces) {
+  for (int p = 0; p < head.count; ++p) {
+    const HeadField::Piece& piece = head.pieces[p];
+    const double length = std::sqrt(1 / piece.inverse2), r = piece.radius;
+    const bool line = r == 0;
+    const double values[] = {piece.ax, piece.az, piece.bx, piece.bz, piece.dx, piece.dz, piece.inverse2, piece.cx, piece.cz, r,
+                             line ? piece.dz / length : (piece.ax - piece.cx) / r,
+                             line ? -piece.dx / length : (piece.az - piece.cz) / r,
+                             line ? piece.dz / length : (piece.bx - piece.cx) / r,
+                             line ? -piece.dx / length : (piece.bz - piece.cz) / r, length,
+                             piece.ax - piece.cx, piece.az - piece.cz, piece.bx - piece.cx, piece.bz - piece.cz, 0, 0};
+    static_assert(sizeof(FlatPiece) == std::size(values) * sizeof(float));
+    float flat[std::size(values)];
+    for (std::size_t i = 0; i < std::size(values); ++i) flat[i] = static_cast<float>(values[i]);
+    std::memcpy(&pieces[p], flat, sizeof flat);
+  }
+  for (int p = 0; p + 1 < head.count; ++p) {
+    const float c = std::clamp(pieces[p].nbx * pieces[p + 1].nax + pieces[p].nbz * pieces[p + 1].naz, -1.0f, 1.0f);
+    pieces[p].corner_b = pieces[p + 1].corner_a = std::min(std::sqrt((1 - c) / (1 + c)), kNoEnd);
+  }
+}
+
+/// A box of samples that a head is cut out of.
+struct HeadTarget {
+  glm::ivec3 lo, size;
+  float* distance;
+  std::ptrdiff_t stride_x, stride_y;
+  const Tissue* tissue;
+};
+
+HeadPose head_pose(const Pose& X_VT) {
+  HeadPose pose;
+  pose.base = glm::ivec3(glm::floor(X_VT.p));
+  const glm::vec3 p(X_VT.p - dvec3(pose.base));
+  const glm::mat3 R(glm::transpose(glm::dmat3(X_VT.R)));
+  for (int i = 0; i < 3; ++i) pose.p[i] = p[i];
+  for (int i = 0; i < 9; ++i) pose.R[i] = R[i / 3][i % 3];
+  return pose;
+}
+
+/// One pose of a sweep, and the blocks beside it, eight by eight.
+class HeadPass {
+ public:
+  /// `after`: the head was cut out at `before`, `travel` voxels from here. `ahead`: how far it may go on while what is
+  /// found here holds.
+  HeadPass(const FlatPiece* pieces, int count, const Pose& X_VT, const Pose& before, bool after, double travel, double reach,
+           float ahead)
+      : pose_(head_pose(X_VT)), pieces_(pieces), count_(count), p_(X_VT.p - dvec3(pose_.base)), after_(after),
+        travel_(static_cast<float>(travel)), rounding_(4e-6f * (static_cast<float>(reach) + 8)), ahead_(ahead) {
+    const glm::dmat3 R_TV = glm::transpose(glm::dmat3(X_VT.R));
+    R_ = glm::mat3(R_TV);
+    // A point's way in T since the pose before: where the head recedes from all of a block nothing is left to cut.
+    const glm::dmat3 R_TA = glm::transpose(glm::dmat3(before.R));
+    turned_ = glm::mat3(R_TA - R_TV);
+    shifted_ = glm::vec3(R_TA * (X_VT.p - before.p));
+    for (int c = 0; c < 3; ++c) turn_ += glm::length(turned_[c]) * kHalf;
+  }
+
+  const HeadPose& pose() const { return pose_; }
+
+  /// Takes in a block by its first voxel; true when there are eight.
+  bool add(const glm::ivec3& block) {
+    blocks_[lanes_] = block;
+    const glm::vec3 c = glm::vec3(block - pose_.base) + kMiddle - p_;
+    for (int i = 0; i < 3; ++i) center_[i][lanes_] = c[i];
+    return ++lanes_ == 8;
+  }
+  int lanes() const { return lanes_; }
+
+  /// Looks at those taken in: what() then says what is to be done about each.
+  void look() {
+    for (int lane = lanes_; lane < 8; ++lane) {
+      for (int i = 0; i < 3; ++i) center_[i][lane] = center_[i][0];
+    }
+    see_blocks(pieces_, count_, &R_[0].x, center_, &seen_);
+    lanes_ = 0;
+  }
+
+  enum class Work { kNone, kLook, kRaise };  // of kLook it is known that the head recedes from all of it
+  /// `block` is filled unless nothing is to be done, not even `ahead`; then `slack` is how far the head may come nearer
+  /// before there is.
+  Work what(int lane, const HeadTarget& target, HeadBlock& block, float& slack, bool& clipped) const {
+    const float d = seen_.distance[lane];
+    slack = d - (Sweep::kMargin + kHalf);
+    if (slack > ahead_) return Work::kNone;
+    // Deep in the head at the pose before too: empty since then.
+    slack = kNoEnd;
+    if (after_ && d < -(Sweep::kInner + kHalf + travel_)) return Work::kNone;
+    const glm::ivec3 inside = blocks_[lane] - target.lo;
+    block.stride_x = target.stride_x, block.stride_y = target.stride_y;
+    block.at = inside.x * block.stride_x + inside.y * block.stride_y + inside.z;
+    const int extent[3] = {kRows, kRows, kDeep};
+    clipped = false;
+    for (int i = 0; i < 3; ++i) {
+      block.from[i] = std::max(-inside[i], 0);
+      block.to[i] = std::min(target.size[i] - inside[i], extent[i]);
+      clipped |= block.to[i] - block.from[i] != extent[i];
+    }
+    // Far out in the air: field and depth change by at most one per voxel each.
+    if (!clipped) {
+      slack = target.distance[block.at + block.stride_x + block.stride_y + 3] + d - 2 * kHalf;
+      if (slack > 1) return Work::kNone;
+    }
+    unsigned set = 0;
+    int first = 0, last = 0;
+    for (int i = count_ - 1; i >= 0; --i) {
+      if (!(seen_.to_piece[i][lane] < std::abs(d) + 2 * (kHalf + ahead_))) continue;
+      last = set == 0 ? i : last;
+      first = i;
+      set |= 1u << i;
+    }
+    const glm::vec3 from_head(center_[0][lane], center_[1][lane], center_[2][lane]);
+    const glm::vec3 at(seen_.x[lane], seen_.y[lane], seen_.z[lane]);
+    const float rho = seen_.rho[lane];
+    bool recedes = false;
+    if (after_) {
+      const float fastest = fastest_advance(pieces_[first], pieces_[last], at, rho, turned_ * from_head + shifted_);
+      recedes = fastest + turn_ <= -rounding_;
+    }
+    block.distance = target.distance, block.tissue = target.tissue;
+    block.first = blocks_[lane] - pose_.base;
+    const float out = rho > 1e-6f ? seen_.n_rho[lane] / rho : 0;
+    const glm::vec3 n = glm::vec3(out * at.x, out * at.y, seen_.n_z[lane]) * R_;  // in V
+    // Without a direction only the change by one per voxel is known.
+    const bool known = glm::dot(n, n) > 0.5f;
+    block.bound = known ? glm::dot(n, kMiddle) - d + 1e-3f : kHalf - d;
+    block.bound_x = known ? -n.x : 0, block.bound_y = known ? -n.y : 0, block.bound_z = known ? -n.z : 0;
+    block.pieces = pieces_;
+    // One piece is enough where all samples lie between its ends and, inside the head, on its side of what halves the
+    // corners there.
+    int nearest = first;
+    for (int i = first + 1; i <= last; ++i) nearest = seen_.to_piece[i][lane] < seen_.to_piece[nearest][lane] ? i : nearest;
+    const FlatPiece& only = pieces_[nearest];
+    float from_a, from_b;  // along the piece
+    if (only.radius == 0) {
+      from_a = (at.z - only.az) * only.nax - (rho - only.ax) * only.naz;
+      from_b = only.length - from_a;
+    } else {
+      const float vx = rho - only.cx, vz = at.z - only.cz;
+      from_a = only.nax * vz - only.naz * vx, from_b = vx * only.nbz - vz * only.nbx;
+    }
+    constexpr float kBent = 0.3f;  // more than a neighbour that is an arc may come nearer than a straight one
+    const float reach = kHalf + ahead_, deepest = std::max(reach - d, 0.0f);
+    const bool smooth = from_a > reach + (nearest > first ? kBent + deepest * only.corner_a : 0.0f) &&
+                        from_b > reach + (nearest < last ? kBent + deepest * only.corner_b : 0.0f) &&
+                        nearest - first <= 1 && last - nearest <= 1;
+    block.kind = smooth ? nearest : kManyPieces + static_cast<int>(set);
+    return recedes ? Work::kLook : Work::kRaise;
+  }
+
+ private:
+  static constexpr glm::vec3 kMiddle{(kRows - 1) / 2.0f, (kRows - 1) / 2.0f, (kDeep - 1) / 2.0f};
+
+  HeadPose pose_;
+  const FlatPiece* pieces_;
+  int count_;
+  glm::mat3 R_;       // from V to T
+  glm::vec3 p_;       // the head from its base
+  bool after_;
+  float travel_, rounding_, ahead_;
+  glm::mat3 turned_;
+  glm::vec3 shifted_;
+  float turn_ = 0;    // of a block's corner about its centre
+  glm::ivec3 blocks_[8];
+  F8 center_[3];      // from the head
+  Seen seen_;
+  int lanes_ = 0;
+};
+
+/// What groups of two neighbouring blocks have in common.
+int kind_of(int a, int b) {
+  if (a == b) return a;
+  const auto set = [](int kind) { return kind < kManyPieces ? 1u << kind : static_cast<unsigned>(kind - kManyPieces); };
+  return kManyPieces + static_cast<int>(set(a) | set(b));
+}
+
+}  // namespace
+
+bool Sweep::raise_head(const glm::ivec3& lo, const glm::ivec3& size, float* distance, std::size_t stride_x,
+                       std::size_t stride_y, const Tissue* tissue, PerTissue* removed) const noexcept {
+  bool changed = false;
+  FlatPiece pieces[HeadField::kMaxPieces];
+  flatten(head_, pieces);
+  const HeadTarget target{lo, size, distance, static_cast<std::ptrdiff_t>(stride_x), static_cast<std::ptrdiff_t>(stride_y),
+                          tissue};
+  const auto down = [](int v, int step) { return v - (v % step + step) % step; };
+  const glm::ivec3 first(down(lo.x, kRows), down(lo.y, kRows), down(lo.z, kDeep)), last = lo + size - 1;
+  for (int k = continues_ ? 1 : 0; k <= poses_; ++k) {
+    const Pose X_VT = k == 0 ? X_VA_ : k == poses_ ? X_VB_ : pose(k);
+    HeadPass pass(pieces, head_.count, X_VT, k == 1 ? X_VA_ : k > 1 ? pose(k - 1) : X_VT, k > 0, travel_, reach_, 0);
+    const auto raise = [&] {
+      const int lanes = pass.lanes();
+      pass.look();
+      for (int lane = 0; lane < lanes; ++lane) {
+        HeadBlock block;
+        float slack;
+        bool clipped;
+        BlockSlack found;
+        if (pass.what(lane, target, block, slack, clipped) != HeadPass::Work::kRaise) continue;
+        changed |= raise_head_block(&pass.pose(), &block, true, removed, &found);
+      }
+    };
+    for (int x0 = first.x; x0 <= last.x; x0 += kRows) {
+      for (int y0 = first.y; y0 <= last.y; y0 += kRows) {
+        for (int z0 = first.z; z0 <= last.z; z0 += kDeep) {
+          if (pass.add({x0, y0, z0})) raise();
+        }
+      }
+    }
+    if (pass.lanes() > 0) raise();
+  }
+  return changed;
+}
+
+bool Sweep::raise_head(CutFront& front, const glm::ivec3& patch_lo, int n, float* distance, const Tissue* tissue,
+                       PerTissue* removed) const noexcept {
+  static_assert(kRows == CutFront::kRows && kDeep == CutFront::kDeep && kStretch == 8 * kDeep);
+  static_assert(CutFront::kKinds > kManyPieces + static_cast<int>(kAllPieces));
+  CutFront::Groups& groups = front.groups_;
+  bool changed = false;
+  FlatPiece pieces[HeadField::kMaxPieces];
+  flatten(head_, pieces);
+  const unsigned all = (1u << head_.count) - 1;
+  const glm::ivec3 step(kRows, kRows, kDeep);
+
+  if (continues_ && front.way_ <= groups.until && (groups.patch_lo == patch_lo || holds_listed(patch_lo, n))) {
+    const HeadPose pose = head_pose(X_VB_);
+    const glm::ivec3 held = patch_lo - groups.origin;
+    const std::ptrdiff_t at = -((static_cast<std::ptrdiff_t>(held.x) * n + held.y) * n + held.z);
+    const HeadFront f{pose, pieces, groups.origin - pose.base, distance + at, tissue + at,
+                      // Groups reach to the ends of their blocks, and were listed when the head was up to a voxel away.
+                      std::max(((lo_.z - groups.origin.z) & ~7) - 16, 0),
+                      std::min(((hi_.z - groups.origin.z) | 7) + 16, front.size_.z * kDeep - 1), front.heights_.data(),
+                      groups.x.data(), groups.y.data(), groups.z.data(), groups.at.data(), groups.runs.data(),
+                      groups.run_count};
+    return raise_head_listed(&f, removed);
+  }
+
+  const HeadTarget target{patch_lo, glm::ivec3(n), distance, n * n, n, tissue};
+  const float ahead = travel_ > CutFront::kMostListed ? 0.0f : static_cast<float>(CutFront::kListed);
+  const float way = static_cast<float>(front.way_), slip = 1e-3f + 2e-6f * static_cast<float>(reach_);
+  const glm::ivec3 first = (lo_ - 1 - front.first_ * step) / step, last = (hi_ + 1 - front.first_ * step) / step;
+  groups.origin = front.first_ * step;
+  int listed = 0;
+  for (int k = continues_ ? 1 : 0; k <= 1; ++k) {
+    HeadPass pass(pieces, head_.count, k == 0 ? X_VA_ : X_VB_, X_VA_, k > 0, travel_, reach_, ahead + slip);
+    for (int x = first.x; x <= last.x; ++x) {
+      for (int y = first.y; y <= last.y; ++y) {
+        float* const row = front.due(front.first_ + glm::ivec3(x, y, 0));
+        for (int z0 = first.z; z0 <= last.z; z0 += 8) {  // a stretch
+          int lanes = 0, which[8];
+          for (int z = z0; z <= std::min(last.z, z0 + 7); ++z) {
+            if (row[z] >= way + ahead) continue;
+            which[lanes++] = z;
+            pass.add((front.first_ + glm::ivec3(x, y, z)) * step);
+          }
+          if (lanes == 0) continue;
+          std::uint64_t live[kRows * kRows] = {};
+          int kinds[9];
+          std::fill_n(kinds, 9, kManyPieces + static_cast<int>(all));
+          pass.look();
+          for (int lane = 0; lane < lanes; ++lane) {
+            HeadBlock block;
+            float slack;
+            bool clipped;
+            const int z = which[lane];
+            const HeadPass::Work work = pass.what(lane, target, block, slack, clipped);
+            if (work != HeadPass::Work::kNone) {
+              BlockSlack found{.ahead = ahead + slip, .live = live, .shift = (z - z0) * kDeep};
+              changed |= raise_head_block(&pass.pose(), &block, work == HeadPass::Work::kRaise, removed, &found);
+              slack = clipped ? 0 : found.slack;  // of the rest of it nothing is known
+              kinds[z - z0] = block.kind;
+            }
+            // What the head at A leaves is looked at again at B.
+            row[z] = k == 0 ? -CutFront::kNever : way + (slack - slip);
+          }
+          if (k == 0 || !(ahead > 0)) continue;
+          for (int r = 0; r < kRows * kRows; ++r) {
+            for (std::uint64_t rest = live[r]; rest != 0;) {
+              const int z = std::countr_zero(rest), block = z / kDeep;
+              rest &= z + 8 < kStretch ? ~std::uint64_t{0} << (z + 8) : 0;
+              const int gx = x * kRows + r / kRows, gy = y * kRows + r % kRows, gz = z0 * kDeep + z;
+              const auto i = static_cast<std::size_t>(std::min(listed++, groups.room()));
+              groups.found[i] = {static_cast<float>(gx), static_cast<float>(gy), 24 * gz,
+                                 (gx * n + gy) * n + gz,
+                                 kind_of(kinds[block], kinds[(z + 7) / kDeep])};
+            }
+          }
+        }
+      }
+    }
+  }
+  groups.until = -1;
+  groups.patch_lo = patch_lo;
+  if (ahead > 0 && listed <= groups.room()) {
+    groups.sort(listed);
+    groups.until = front.way_ + static_cast<double>(ahead);
+  }
+  return changed;
+}
+
+}  // namespace typodont::haptics

@@ -1,0 +1,92 @@
+// What a bur does to the teeth and the gum around the one that is worked on: found, measured, scored.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include "engine/app/damage.h"
+#include "engine/app/scene.h"
+#include "engine/base/units.h"
+#include "tests/support/program.h"
+
+namespace typodont {
+namespace {
+
+/// A ball as a tooth, and another one that touches it at x = 3 mm.
+class Damage : public testing::Test {
+ protected:
+  Damage() {
+    folder.write("ball.json", R"({"tissue": {"voxel_mm": 0.1, "solids": [{"tissue": "enamel", "solid": {"sphere": {"radius_mm": 3}}}]}, "tool": "round_012"})");
+    load_tissue(read_scene(folder.path() / "ball.json")).save(folder.path() / "ball.vdb");
+    folder.write("scene.json", scene(R"("surroundings": {"neighbours": [{"contact_mm": [3, 0, 0]}]},)"));
+  }
+  static std::string scene(const std::string& surroundings) {
+    return R"({"tissue": {"volume": "ball.vdb"}, )" + surroundings +
+           R"("tools": [{"shape": "sphere", "diameter_mm": 1.6}, "probe_who_621"], "spindle_krpm": 300,
+              "task": {"goal": "leave the neighbour alone", "ideal": {"remove": [{"sphere": {"center_mm": [0, 0, 3], "radius_mm": 1}}]}}})";
+  }
+  static ServoTick at(const dvec3& p_mm, double spindle = 1e4, std::uint32_t tool = 0) {
+    ServoTick tick;
+    tick.X_WT.p = tick.X_WG.p = p_mm * 1e-3;
+    tick.spindle = spindle;
+    tick.tool = tool;
+    return tick;
+  }
+  test::ProgramFolder folder{TYPODONT_PROGRAM};
+};
+
+/// Two balls of radius r and R, their centres d apart: what they share.
+double lens(double r, double R, double d) {
+  const double s = r + R - d;
+  return kPi * s * s * (d * d + 2 * d * r - 3 * r * r + 2 * d * R + 6 * r * R - 3 * R * R) / (12 * d);
+}
+
+TEST_F(Damage, IsTheVolumeThatTheTurningHeadWasInWithinAFewPercent) {
+  auto meter = damage_meter(read_scene(folder.path() / "scene.json"));
+  ASSERT_TRUE(meter);
+  // The neighbour's middle is at x = 6 mm.
+  for (double z = 5; z >= 3.3; z -= 0.02) meter->add({{at({6, 0, z})}});
+  const session::DamageMeasures m = meter->result();
+  EXPECT_TRUE(m.neighbours);
+  EXPECT_FALSE(m.gum);
+  EXPECT_NEAR(m.neighbour_volume * 1e9 / lens(0.8, 3.0, 3.3), 1, 0.12);
+  EXPECT_GE(m.first, 0);
+}
+
+TEST_F(Damage, IsNoneOfABurThatStandsStaysClearOrIsAProbe) {
+  auto meter = damage_meter(read_scene(folder.path() / "scene.json"));
+  for (double z = 5; z >= 3.2; z -= 0.02) {
+    meter->add({{at({6, 0, z}, 0)}});
+    meter->add({{at({6, 0, z}, 1e4, 1)}});
+    meter->add({{at({0, 0, z})}});
+  }
+  meter->add({{at({6, 0, 3.82})}});
+  EXPECT_EQ(meter->result().neighbour_volume, 0);
+  EXPECT_LT(meter->result().first, 0);
+}
+
+TEST_F(Damage, CostsPointsInTheReportAndIsNoItemOfASceneWithoutSurroundings) {
+  folder.write("clear.csv", "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,0,0,5,1,0,0,0,1\n1,0,0,3.2,1,0,0,0,1\n2,0,0,5,1,0,0,0,1\n3,6,0,5,1,0,0,0,1\n4,6,0,4,1,0,0,0,1\n");
+  folder.write("deep.csv", "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,0,0,5,1,0,0,0,1\n1,0,0,3.2,1,0,0,0,1\n2,0,0,5,1,0,0,0,1\n3,6,0,5,1,0,0,0,1\n4,6,0,3,1,0,0,0,1\n");
+  folder.write("alone.json", scene(""));
+  struct Judged {
+    double points, removed;
+  };
+  const auto judged = [&](const std::string& scene, const std::string& hand) {
+    EXPECT_EQ(folder.run(fmt::format("servo {0}/{1} --hand {0}/{2} --out {0}/s.h5", folder.path().string(), scene, hand)).status, 0);
+    const test::Ran report = folder.run(fmt::format("report {0}/s.h5 --out {0}/r.html --json", folder.path().string()));
+    EXPECT_EQ(report.status, 0) << report.err;
+    const Json json = Json::parse(report.out, "report");
+    Judged j{json["points"].number(), -1};
+    for (const Json& item : json["items"].items()) {
+      if (item["name"].string() == "neighbour_removed_mm3") j.removed = item["value"].number();
+    }
+    return j;
+  };
+  const Judged clear = judged("scene.json", "clear.csv"), deep = judged("scene.json", "deep.csv"), alone = judged("alone.json", "deep.csv");
+  EXPECT_EQ(clear.removed, 0);
+  EXPECT_NEAR(deep.removed / lens(0.8, 3.0, 3.0), 1, 0.12);
+  EXPECT_LT(deep.points, 0.9 * clear.points);
+  EXPECT_EQ(alone.removed, -1);
+}
+
+}  // namespace
+}  // namespace typodont

@@ -1,0 +1,124 @@
+// Hands that work through the real servo: an edge that the hand draws, and a hand that knows the task.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "engine/app/expert_hand.h"
+#include "engine/app/haptic_loop.h"
+#include "engine/app/task.h"
+#include "engine/base/error.h"
+#include "engine/base/units.h"
+#include "engine/session/task.h"
+#include "tests/support/program.h"
+
+namespace typodont {
+namespace {
+
+/// Removed, mm³, by an edge that goes to and fro over a block of this tissue, pressed by so many millimetres.
+double scraped(const std::string& tissue, double press_mm, double reach_mm, const std::string& tool = R"({"shape": "sphere", "diameter_mm": 1, "scrapes": 0.5})") {
+  const test::ProgramFolder folder(TYPODONT_PROGRAM);
+  folder.write("scene.json", fmt::format(R"({{"tissue": {{"voxel_mm": 0.1, "solids": [{{"tissue": "{}", "solid": {{"box": {{"size_mm": [6, 4, 3]}}}}}}]}},
+      "tool": {}, "spindle_krpm": 0, "materials": {{"amalgam": {{"specific_energy_J_per_mm3": 0.02}}}}}})", tissue, tool));
+  std::string hand = "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,0,0,4,1,0,0,0,0\n";
+  for (int i = 0; i < 20; ++i) {
+    hand += fmt::format("{},{},0,{},1,0,0,0,0\n", 0.5 + 0.2 * i, (i % 2 ? 1 : -1) * reach_mm, 2.0 - press_mm);
+  }
+  folder.write("hand.csv", hand);
+  const test::Ran ran = folder.run(fmt::format("servo {0}/scene.json --hand {0}/hand.csv --out {0}/out.csv --json", folder.path().string()));
+  EXPECT_EQ(ran.status, 0) << ran.err;
+  const Json removed = Json::parse(ran.out, "servo")["removed_mm3"];
+  return removed.has(tissue) ? removed[tissue].number() : 0;
+}
+
+TEST(Scraping, CarvesSoftAmalgamAndHardlyScratchesEnamel) {
+  const double amalgam = scraped("amalgam", 0.4, 1);
+  EXPECT_GT(amalgam, 0.15);
+  EXPECT_LT(scraped("enamel", 0.4, 1), 0.01 * amalgam);
+}
+
+TEST(Scraping, NeedsPushAndWayAndAnEdge) {
+  EXPECT_GT(scraped("amalgam", 0.4, 1), 1.5 * scraped("amalgam", 0.1, 1));
+  EXPECT_LT(scraped("amalgam", 0.4, 0), 0.05);
+  EXPECT_EQ(scraped("amalgam", 0.4, 1, R"({"shape": "sphere", "diameter_mm": 1, "cuts": false})"), 0);
+}
+
+struct Worked {
+  double percent = 0, seconds = 0;
+  std::string items;
+};
+/// Through servo and carver, tick by tick, and judged like any other session.
+Worked work(const std::string& name) {
+  const Scene scene = read_scene(assets_folder() / "scenes" / (name + ".json"));
+  const haptics::TissueVolume start = load_tissue(scene);
+  const TaskJudge judge(scene, start);
+  Expert expert(scene, start);
+  ExpertHand hand(expert.plan(start), 1000);
+  HapticLoop loop(scene, load_tissue(scene), 1000);
+  session::HandMeter meter(1000);
+  run_expert(loop, hand, expert, [&](const ServoTick& tick, const Cut*) { meter.add({&tick, 1}); });
+  session::ScoreInput input;
+  input.before = start.volumes();
+  input.after = loop.carver().volume().volumes();
+  input.hand = meter.result();
+  judge.judge(loop.carver().volume(), input);
+  const session::Score score = session::score(input, session::rules_of_scene(Json::parse(scene.text, "scene"), input));
+  Worked result{100 * score.points / score.full, input.hand.time, ""};
+  for (const session::ScoreItem& item : score.items) {
+    if (item.weight > 0) result.items += fmt::format("{} = {:.3f} {} (target {:.3f}): {:.1f} of {:.0f}\n", item.name, item.value, item.unit, item.target, item.points, item.weight);
+  }
+  fmt::print("{} by an expert's hand: {:.1f} % in {:.0f} s\n", name, result.percent, result.seconds);
+  return result;
+}
+
+TEST(ExpertHand, RemovesCariesThroughTheServoAndScoresHigh) {
+  const Worked worked = work("molar-caries");
+  EXPECT_GT(worked.percent, 80) << worked.items;
+}
+
+TEST(AmalgamFilling, ScoresFullForTheOldContourMoreForAFillingThatIsCarvedThanForOneThatIsNotAndNothingForNone) {
+  const Scene scene = read_scene(assets_folder() / "scenes/amalgam-filling.json");
+  const haptics::TissueVolume start = load_tissue(scene);
+  const TaskJudge judge(scene, start);
+  const auto percent = [&](const haptics::TissueVolume& after) {
+    session::ScoreInput input;
+    input.before = start.volumes();
+    input.after = after.volumes();
+    input.hand.time = 300;
+    judge.judge(after, input);
+    const session::Score score = session::score(input, session::rules_of_scene(Json::parse(scene.text, "scene"), input));
+    return 100 * score.points / score.full;
+  };
+  Expert expert(scene, start);
+  const std::vector<ExpertLeg> legs = expert.plan(start);
+  const auto carves = [](const ExpertLeg& leg) { return leg.kind == ExpertLeg::Kind::kScrape; };
+  EXPECT_GT(std::count_if(legs.begin(), legs.end(), carves), 50);
+  const double carved = percent(expert.planned());
+  Scene no_carver = scene;  // the condenser alone: filled, and left so
+  no_carver.servo.tools = {scene.servo.tools.front()};
+  Expert filler(no_carver, start);
+  filler.plan(start);
+  const double filled = percent(filler.planned());
+  fmt::print("amalgam-filling: contour {:.1f} %, filled and carved {:.1f} %, filled {:.1f} %\n", percent(*judge.ideal()), carved, filled);
+  EXPECT_GT(percent(*judge.ideal()), 97);
+  EXPECT_GT(carved, 60);
+  EXPECT_GT(carved, filled + 5);
+  EXPECT_LT(percent(start), 1);
+}
+
+TEST(ExpertHand, NeedsAnIdealAndAToolThatServes) {
+  const test::ProgramFolder folder(TYPODONT_PROGRAM);
+  const auto refused = [&](const std::string& rest) {
+    folder.write("scene.json", R"({"tissue": {"voxel_mm": 0.2, "solids": [{"tissue": "dentin", "solid": {"box": {"size_mm": [4, 4, 3]}}}]}, )" + rest + "}");
+    const test::Ran ran = folder.run(fmt::format("servo {0}/scene.json --hand expert: --out {0}/out.h5", folder.path().string()));
+    EXPECT_EQ(ran.status, 2) << ran.err;
+    EXPECT_FALSE(std::filesystem::exists(folder.path() / "out.h5"));
+    return ran.err;
+  };
+  EXPECT_NE(refused(R"("tool": "round_012")").find("ideal"), std::string::npos);
+  EXPECT_NE(refused(R"("tool": "probe_who_621", "task": {"goal": "cut", "ideal": {"remove": [{"sphere": {"center_mm": [0,0,1.5], "radius_mm": 1}}]}})").find("tools"),
+            std::string::npos);
+}
+
+}  // namespace
+}  // namespace typodont
