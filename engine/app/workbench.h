@@ -11,6 +11,7 @@
 #include "engine/app/look.h"
 #include "engine/app/scene.h"
 #include "engine/app/wiring.h"
+#include "engine/app/work_counts.h"
 #include "engine/contract/loop_timing.h"
 #include "engine/display/head_tracker.h"
 #include "engine/display/output.h"
@@ -70,6 +71,7 @@ struct WorkbenchSummary {
   PerTissue removed{};
   std::optional<display::HeadTracker::Stats> tracker;  // where a rig's tracker was listened to
   std::vector<std::string> explanations;
+  WorkCounts work;
 };
 
 class PictureStage;

@@ -5,10 +5,13 @@
 
 #include "engine/base/dispatch.h"
 #include "haptics/lanes.h"
+#include "haptics/work.h"
 
 namespace typodont::haptics {
 
 namespace {
+
+constinit thread_local std::uint64_t t_queries = 0;
 
 struct Cell {
   int x, y, z;
@@ -20,7 +23,6 @@ Cell cell_at(const SurfacePatch& patch, const dvec3& p_V) {
   const int x = static_cast<int>(q.x), y = static_cast<int>(q.y), z = static_cast<int>(q.z);
   return {x, y, z, q.x - x, q.y - y, q.z - z};
 }
-
 
 /// Weights and derivative weights of the six samples i-2 .. i+3 at three fractions, one per lane: the cubic B-spline
 /// convolved with its local prefilter (-1, 8, -1)/6.
@@ -75,7 +77,12 @@ void cubic(const float* f, std::size_t sx, std::size_t sy, const double* fractio
 
 }  // namespace
 
+std::uint64_t queries_of_this_thread() noexcept {
+  return t_queries;
+}
+
 double sample_linear(const SurfacePatch& patch, const dvec3& p_V) noexcept {
+  ++t_queries;
   const Cell c = cell_at(patch, p_V);
   const float* f = patch.distance.data() + patch.at(c.x, c.y, c.z);
   const std::size_t sy = static_cast<std::size_t>(patch.n), sx = sy * sy;
@@ -86,6 +93,7 @@ double sample_linear(const SurfacePatch& patch, const dvec3& p_V) noexcept {
 }
 
 FieldSample sample_linear_gradient(const SurfacePatch& patch, const dvec3& p_V) noexcept {
+  ++t_queries;
   const Cell c = cell_at(patch, p_V);
   const float* f = patch.distance.data() + patch.at(c.x, c.y, c.z);
   const std::size_t sy = static_cast<std::size_t>(patch.n), sx = sy * sy;
@@ -97,6 +105,7 @@ FieldSample sample_linear_gradient(const SurfacePatch& patch, const dvec3& p_V) 
 }
 
 FieldSample sample_cubic(const SurfacePatch& patch, const dvec3& p_V) noexcept {
+  ++t_queries;
   const Cell c = cell_at(patch, p_V);
   const std::size_t sy = static_cast<std::size_t>(patch.n), sx = sy * sy;
   const double fractions[3] = {c.u, c.v, c.w};

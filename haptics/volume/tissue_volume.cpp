@@ -22,6 +22,7 @@
 #include "haptics/solid.h"
 #include "haptics/volume/leaf_history.h"
 #include "haptics/volume/vdb_guard.h"
+#include "haptics/work.h"
 
 namespace typodont::haptics {
 
@@ -78,6 +79,13 @@ struct StrokeKept {
   std::vector<glm::ivec3> carved;  // bricks first cut by this stroke
   std::size_t bytes = 0;           // once it is complete
 };
+
+namespace {
+constinit thread_local std::uint64_t t_voxels_cut = 0;
+void count_voxels(const glm::ivec3& box) noexcept {
+  t_voxels_cut += static_cast<std::uint64_t>(box.x * box.y * box.z);
+}
+}  // namespace
 
 struct TissueVolume::Impl {
   openvdb::FloatGrid::Ptr distance;  // voxels
@@ -416,6 +424,10 @@ void TissueVolume::copy(const glm::ivec3& lo, const glm::ivec3& size, float* dis
   }
 }
 
+std::uint64_t voxels_cut_by_this_thread() noexcept {
+  return t_voxels_cut;
+}
+
 void TissueVolume::copy_every(int n, const glm::ivec3& lo, const glm::ivec3& size, float* distance, Tissue* tissue) const {
   const Impl& v = *impl_;
   auto distances = v.distance->getConstAccessor();
@@ -465,6 +477,7 @@ VoxelBox TissueVolume::carve(const Sweep& sweep) {
         const glm::ivec3 hi = glm::min(glm::ivec3(x0, y0, z0) + n - 1, sweep.hi());
         const int first = ((lo.x - x0) * n + (lo.y - y0)) * n + (lo.z - z0);
         if (!sweep.raise(lo, hi - lo + 1, leaf->buffer().data() + first, n * n, n, nullptr, nullptr)) continue;
+        count_voxels(hi - lo + 1);
         leaf->setValuesOn();
         if (kept) kept->changed = true;
         changed_lo = glm::min(changed_lo, lo);
@@ -546,6 +559,7 @@ VoxelBox TissueVolume::fill(const Fill& filling) {
         const glm::ivec3 hi = glm::min(glm::ivec3(x0, y0, z0) + n - 1, filling.hi());
         const int first = ((lo.x - x0) * n + (lo.y - y0)) * n + (lo.z - z0);
         if (!filling.lower(lo, hi - lo + 1, leaf->buffer().data() + first, tissue + first, n * n, n, nullptr)) continue;
+        count_voxels(hi - lo + 1);
         leaf->setValuesOn();
         if (kept) kept->changed = true;
         if (stroke) StrokeKept::Labels::keep(stroke->tissue, labels, origin).changed = true;

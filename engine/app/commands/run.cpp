@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <array>
 #include <memory>
 #include <nlohmann/json.hpp>
 
@@ -44,6 +45,9 @@ void run(const Options& options) {
         {"safety", haptics::describe_safety(s.loop.safety)},
         {"tick_us", {{"p50", s.tick_us_median}, {"p99_9", s.tick_us_p999}, {"worst", s.worst_tick_us}}},
         {"explain", s.explanations}};
+    std::array<WorkCount, kWorkCounts> room;
+    for (const WorkCount& c : listed(s.work, room)) json["work"][c.name] = c.value;
+    json["work"]["cpu_s"] = s.work.cpu_seconds, json["work"]["servo_cpu_s"] = s.work.servo_cpu_seconds;
     if (s.tracker) json["head_tracker"] = {{"samples", s.tracker->samples}, {"dropped", s.tracker->dropped}};
     fmt::print("{}\n", json.dump(2));
     return;
@@ -84,7 +88,7 @@ void add_run_command(CLI::App& app) {
   command->add_option("--save", w.save, "save the tissue here at the end, and whenever S is pressed (.vdb)");
   command->add_option("--resume", options->resume, "go on from a saved tissue (.vdb) or from a recorded session's end (.h5)");
   command->add_option("--seconds", w.seconds, "end after so long")->check(CLI::PositiveNumber);
-  command->add_flag("--explain", w.explain, "say what is active, and why the rest is not");
+  command->add_flag("--explain", w.explain, "say what is active, and why the rest is not; at the end, what was done, kind by kind");
   command->add_flag("--json", options->json, "print the summary as JSON");
   command->callback([options] { run(*options); });
 }

@@ -1,0 +1,67 @@
+#include "engine/app/work_counts.h"
+
+#include <link.h>
+
+#include <atomic>
+#include <ctime>
+#include <filesystem>
+#include <fstream>
+#include <string>
+
+namespace typodont {
+
+namespace {
+constinit std::atomic<std::uint64_t> g_allocations{0};
+}  // namespace
+
+void count_allocation() noexcept {
+  g_allocations.fetch_add(1, std::memory_order_relaxed);
+}
+
+std::span<const WorkCount> listed(const WorkCounts& c, std::span<WorkCount> room) {
+  const WorkCount all[kWorkCounts] = {{"ticks", "ticks of the servo", c.ticks},
+                                      {"queries", "looks into the field", c.queries},
+                                      {"patches", "patches cut out for the servo", c.patches},
+                                      {"voxels_cut", "voxels gone through by cuts", c.voxels_cut},
+                                      {"voxels_redistanced", "voxels re-distanced: a cut keeps the field's distances, so none ever", 0},
+                                      {"bricks_meshed", "bricks meshed", c.bricks_meshed},
+                                      {"triangles_made", "triangles made", c.triangles_made},
+                                      {"frames", "frames drawn", c.frames},
+                                      {"passes", "render passes", c.passes},
+                                      {"triangles_drawn", "triangles drawn", c.triangles_drawn},
+                                      {"bricks_skipped", "bricks not drawn: out of sight, facing away or covered", c.bricks_skipped},
+                                      {"pipelines", "shader pipelines", c.pipelines},
+                                      {"samples", "samples of sound", c.samples},
+                                      {"particles_stepped", "particles stepped", c.particles_stepped},
+                                      {"allocations", "allocations", c.allocations},
+                                      {"threads", "threads", c.threads},
+                                      {"libraries", "libraries loaded", c.libraries},
+                                      {"bytes_written", "bytes written", c.bytes_written}};
+  std::copy(std::begin(all), std::end(all), room.begin());
+  return room.first(kWorkCounts);
+}
+
+WorkCounts process_counts() {
+  WorkCounts c;
+  c.allocations = g_allocations.load(std::memory_order_relaxed);
+  std::error_code code;
+  for (auto it = std::filesystem::directory_iterator("/proc/self/task", code); !code && it != std::filesystem::directory_iterator(); it.increment(code)) ++c.threads;
+  dl_iterate_phdr(
+      [](dl_phdr_info* info, std::size_t, void* count) {
+        if (info->dlpi_name && *info->dlpi_name) ++*static_cast<std::uint64_t*>(count);
+        return 0;
+      },
+      &c.libraries);
+  std::ifstream io("/proc/self/io");
+  for (std::string key; io >> key;) {
+    std::uint64_t value = 0;
+    if (!(io >> value)) break;
+    if (key == "wchar:") c.bytes_written = value;
+  }
+  timespec t{};
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
+  c.cpu_seconds = static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
+  return c;
+}
+
+}  // namespace typodont

@@ -1,0 +1,96 @@
+// What a scene does not need is not done: `typodont run` counts its work, kind by kind. What the picture leaves out
+// (mono, bodies out of sight, untouched bricks, frames equal to the last) is tested in unit/render_frame_test.cpp.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "engine/base/json.h"
+#include "tests/support/program.h"
+
+namespace typodont {
+namespace {
+
+class Work : public testing::Test {
+ protected:
+  /// A block whose top is at z = 200 mm, and parts as named.
+  std::string scene(const char* parts, bool cuts = true) {
+    return folder.write("scene.json", fmt::format(R"({{"name": "block", "tissue": {{"voxel_mm": 0.25, "solids": [
+      {{"tissue": "enamel", "solid": {{"box": {{"center_mm": [25, 0, 196], "size_mm": [10, 10, 8]}}}}}}]}},
+      "tool": {{"shape": "sphere", "diameter_mm": 2, "cuts": {}}}, "parts": [{}]}})", cuts, parts));
+  }
+  /// A hand that goes to and fro by `reach_mm` at a height, the pedal down or not.
+  std::string hand(double height_mm, double reach_mm, double pedal) {
+    std::string csv = "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n";
+    for (int i = 0; i <= 400; ++i) {
+      const double t = 0.02 * i;
+      csv += fmt::format("{},{},0,{},1,0,0,0,{}\n", t, 25 + reach_mm * std::sin(3 * t), height_mm, pedal);
+    }
+    return folder.write("hand.csv", csv);
+  }
+  Json run(const std::string& what, double seconds, const std::string& more = "") {
+    const test::Ran ran = folder.run(fmt::format("run {} --hand script:{} --pedal none --audio none: --seconds {} --json {}", what,
+                                                 folder / "hand.csv", seconds, more));
+    EXPECT_EQ(ran.status, 0) << ran.err;
+    said = ran.err;
+    return Json::parse(ran.out, "run")["work"];
+  }
+
+  test::ProgramFolder folder{TYPODONT_PROGRAM};
+  std::string said;
+};
+
+TEST_F(Work, AnIdleHandCutsNothingDrawsNothingAndAllocatesNothing) {
+  hand(210, 0, 0);
+  const Json brief = run(scene("\"haptics\""), 1.5), lasting = run(scene("\"haptics\""), 4.5);
+  EXPECT_GT(lasting["ticks"].number(), 2 * brief["ticks"].number());
+  for (const char* kind : {"voxels_cut", "voxels_redistanced", "bricks_meshed", "triangles_made", "frames", "passes", "triangles_drawn", "pipelines", "samples", "particles_stepped"}) {
+    EXPECT_EQ(lasting[kind].integer(), 0) << kind;
+  }
+  EXPECT_LE(lasting["patches"].integer(), 2);
+  EXPECT_NEAR(lasting["allocations"].number(), brief["allocations"].number(), 20) << "three seconds more allocate nothing";
+  EXPECT_LT(lasting["bytes_written"].number(), brief["bytes_written"].number() + 4096);
+}
+
+TEST_F(Work, AnIdleSceneTakesLessThanAHundredthOfACoreBeyondTheDevicesLoop) {
+  hand(210, 0, 0);
+  const Json work = run(scene("\"haptics\""), 5);
+  EXPECT_LT(work["cpu_s"].number() - work["servo_cpu_s"].number(), 0.01 * 5);
+}
+
+TEST_F(Work, MotionInTheAirIsLookedAtButCutsNothing) {
+  hand(208, 8, 1);
+  const Json work = run(scene("\"haptics\""), 3);
+  EXPECT_GT(work["patches"].integer(), 2) << "the field goes with the tool";
+  EXPECT_EQ(work["voxels_cut"].integer(), 0);
+}
+
+TEST_F(Work, AToolThatDoesNotCutIsFeltAndLeavesTheTissueAlone) {
+  hand(200.8, 2, 1);
+  const Json probe = run(scene("\"haptics\"", false), 2);
+  EXPECT_EQ(probe["voxels_cut"].integer(), 0);
+  EXPECT_GT(probe["queries"].number(), probe["ticks"].number()) << "it is in touch";
+  const Json drill = run(scene("\"haptics\"", true), 2);
+  EXPECT_GT(drill["voxels_cut"].integer(), 0);
+}
+
+TEST_F(Work, SoundIsMadeOnlyWhereItIsNamedAndARecordingTakesOneThreadMore) {
+  hand(210, 0, 0);
+  const Json silent = run(scene("\"haptics\""), 1), recorded = run(scene("\"haptics\""), 1, "--record " + (folder / "s.h5"));
+  EXPECT_EQ(silent["samples"].integer(), 0);
+  EXPECT_EQ(recorded["threads"].integer(), silent["threads"].integer() + 1);
+  EXPECT_GT(recorded["bytes_written"].number(), silent["bytes_written"].number() + 10'000);
+  const Json heard = run(scene("\"haptics\", \"sound\""), 1, "--audio wav:" + (folder / "s.wav"));
+  EXPECT_GT(heard["samples"].number(), 20'000);
+}
+
+TEST_F(Work, IsToldInWordsWithTheReasonsForWhatIsOff) {
+  hand(210, 0, 0);
+  run(scene("\"haptics\""), 1, "--explain");
+  for (const char* words : {"looks into the field", "voxels re-distanced", "bricks meshed", "libraries loaded", "of a core beyond the device's loop",
+                            "recording: off", "sound: off, the scene does not name it", "debris: off"}) {
+    EXPECT_NE(said.find(words), std::string::npos) << words << "\n" << said;
+  }
+}
+
+}  // namespace
+}  // namespace typodont
