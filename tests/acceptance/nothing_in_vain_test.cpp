@@ -16,7 +16,7 @@ class Work : public testing::Test {
   std::string scene(const char* parts, bool cuts = true) {
     return folder.write("scene.json", fmt::format(R"({{"name": "block", "tissue": {{"voxel_mm": 0.25, "solids": [
       {{"tissue": "enamel", "solid": {{"box": {{"center_mm": [25, 0, 196], "size_mm": [10, 10, 8]}}}}}}]}},
-      "tool": {{"shape": "sphere", "diameter_mm": 2, "cuts": {}}}, "parts": [{}]}})", cuts, parts));
+      "tool": {{"shape": "sphere", "diameter_mm": 2, "cuts": {}}}, "spindle_krpm": 300, "parts": [{}]}})", cuts, parts));
   }
   /// A hand that goes to and fro by `reach_mm` at a height, the pedal down or not.
   std::string hand(double height_mm, double reach_mm, double pedal) {
@@ -28,8 +28,9 @@ class Work : public testing::Test {
     return folder.write("hand.csv", csv);
   }
   Json run(const std::string& what, double seconds, const std::string& more = "") {
-    const test::Ran ran = folder.run(fmt::format("run {} --hand script:{} --pedal none --audio none: --seconds {} --json {}", what,
-                                                 folder / "hand.csv", seconds, more));
+    const char* audio = more.find("--audio") == std::string::npos ? "--audio none:" : "";
+    const test::Ran ran = folder.run(fmt::format("run {} --hand script:{} --pedal none {} --seconds {} --json {}", what,
+                                                 folder / "hand.csv", audio, seconds, more));
     EXPECT_EQ(ran.status, 0) << ran.err;
     said = ran.err;
     return Json::parse(ran.out, "run")["work"];

@@ -42,7 +42,7 @@ tr.key th,tr.key td{font-weight:700}
 td .gauge{width:6rem;height:6px;margin:.5rem 0 0 auto}
 .source{color:var(--soft);font-size:.85rem;max-width:18rem}
 .swatch{display:inline-block;width:.8em;height:.8em;border-radius:3px;margin-right:.5em;vertical-align:-.05em;border:1px solid var(--rule)}
-.pictures{display:grid;grid-template-columns:repeat(auto-fit,minmax(17rem,1fr));gap:1rem}
+.pictures{display:grid;grid-template-columns:repeat(auto-fit,minmax(min(17rem,100%),1fr));gap:1rem}
 figure{margin:0}figure img{width:100%;height:auto;border-radius:8px;display:block;border:1px solid var(--rule)}
 figcaption{color:var(--soft);font-size:.9rem;margin-top:.3rem}
 svg{width:100%;height:auto;display:block}svg text{fill:var(--soft);font-size:12px;font-family:inherit}svg .unit{font-weight:600}
