@@ -33,20 +33,11 @@ class LiveArm : public testing::Test {
  protected:
   LiveArm() : folder(TYPODONT_PROGRAM) {
     // A Woody with encoders on its stylus, as patient as it may be with a busy machine.
-    const std::filesystem::path assets = folder.path() / "assets";
-    std::filesystem::create_directories(assets / "devices");
-    for (const auto& entry : std::filesystem::directory_iterator("assets")) {
-      if (entry.path().filename() != "devices") {
-        std::filesystem::create_symlink(std::filesystem::absolute(entry.path()), assets / entry.path().filename());
-      }
-    }
     std::string preset = test::read_text("assets/devices/woody.json");
     preset.insert(preset.find('{') + 1, "\"silence_ms\": 20,");
     const std::string bare = "[2000, 2000, 2000, 0, 0, 0]";
     preset.replace(preset.find(bare), bare.size(), "[2000, 2000, 2000, 8192, 8192, 8192]");
-    folder.write("assets/devices/woody_stylus.json", preset);
-    ::setenv("TYPODONT_ASSETS", assets.c_str(), 1);
-    board.emplace(folder.path() / "arm", haptics::read_arm(assets / "devices/woody_stylus.json"));
+    board.emplace(folder.path() / "arm", haptics::read_arm(folder.add_device("woody_stylus", preset)));
   }
   ~LiveArm() override {
     if (child > 0) ::kill(child, SIGKILL), ::waitpid(child, nullptr, 0);

@@ -47,17 +47,9 @@ class LiveHands : public testing::Test {
     folder.write("scene.json", kScene);
     // The shipped assets, and a Woody whose watchdog is as patient as it may be: what is tested here must not depend on
     // whether the machine stalls for a millisecond now and then. The usual 1.8 ms are tested in simulated time.
-    const std::filesystem::path assets = folder.path() / "assets";
-    std::filesystem::create_directories(assets / "devices");
-    for (const auto& entry : std::filesystem::directory_iterator("assets")) {
-      if (entry.path().filename() != "devices") {
-        std::filesystem::create_symlink(std::filesystem::absolute(entry.path()), assets / entry.path().filename());
-      }
-    }
     std::string preset = test::read_text("assets/devices/woody.json");
     preset.insert(preset.find('{') + 1, "\"silence_ms\": 20,");
-    folder.write("assets/devices/woody_patient.json", preset);
-    ::setenv("TYPODONT_ASSETS", assets.c_str(), 1);
+    folder.add_device("woody_patient", preset);
     board.with([](test::EmulatedArm& arm) { arm.watchdog = false; });
   }
   ~LiveHands() override {

@@ -43,6 +43,18 @@ class ProgramFolder {
     std::ofstream(path_ / name, std::ios::binary) << text;
     return (path_ / name).string();
   }
+  /// The shipped assets with one device more, `preset` under devices/NAME.json: from now on the program looks there.
+  std::string add_device(const std::string& name, const std::string& preset) const {
+    const std::filesystem::path assets = path_ / "assets";
+    std::filesystem::create_directories(assets / "devices");
+    for (const auto& entry : std::filesystem::directory_iterator("assets")) {
+      if (entry.path().filename() != "devices") {
+        std::filesystem::create_symlink(std::filesystem::absolute(entry.path()), assets / entry.path().filename());
+      }
+    }
+    ::setenv("TYPODONT_ASSETS", assets.c_str(), 1);
+    return write("assets/devices/" + name + ".json", preset);
+  }
   /// `before`: put in front of the program, e.g. "timeout 5" or an environment.
   Ran run(const std::string& arguments, const std::string& before = "") const {
     const std::string out = *this / ".stdout", err = *this / ".stderr";
