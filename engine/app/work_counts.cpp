@@ -18,27 +18,25 @@ void count_allocation() noexcept {
   g_allocations.fetch_add(1, std::memory_order_relaxed);
 }
 
-std::span<const WorkCount> listed(const WorkCounts& c, std::span<WorkCount> room) {
-  const WorkCount all[kWorkCounts] = {{"ticks", "ticks of the servo", c.ticks},
-                                      {"queries", "looks into the field", c.queries},
-                                      {"patches", "patches cut out for the servo", c.patches},
-                                      {"voxels_cut", "voxels gone through by cuts", c.voxels_cut},
-                                      {"voxels_redistanced", "voxels re-distanced: a cut keeps the field's distances, so none ever", 0},
-                                      {"bricks_meshed", "bricks meshed", c.bricks_meshed},
-                                      {"triangles_made", "triangles made", c.triangles_made},
-                                      {"frames", "frames drawn", c.frames},
-                                      {"passes", "render passes", c.passes},
-                                      {"triangles_drawn", "triangles drawn", c.triangles_drawn},
-                                      {"bricks_skipped", "bricks not drawn: out of sight, facing away or covered", c.bricks_skipped},
-                                      {"pipelines", "shader pipelines", c.pipelines},
-                                      {"samples", "samples of sound", c.samples},
-                                      {"particles_stepped", "particles stepped", c.particles_stepped},
-                                      {"allocations", "allocations", c.allocations},
-                                      {"threads", "threads", c.threads},
-                                      {"libraries", "libraries loaded", c.libraries},
-                                      {"bytes_written", "bytes written", c.bytes_written}};
-  std::copy(std::begin(all), std::end(all), room.begin());
-  return room.first(kWorkCounts);
+std::array<WorkCount, 18> listed(const WorkCounts& c) {
+  return {{{"ticks", "ticks of the servo", c.ticks},
+           {"queries", "looks into the field", c.queries},
+           {"patches", "patches cut out for the servo", c.patches},
+           {"voxels_cut", "voxels gone through by cuts", c.voxels_cut},
+           {"voxels_redistanced", "voxels re-distanced: a cut keeps the field's distances, so none ever", 0},
+           {"bricks_meshed", "bricks meshed", c.bricks_meshed},
+           {"triangles_made", "triangles made", c.triangles_made},
+           {"frames", "frames drawn", c.frames},
+           {"passes", "render passes", c.passes},
+           {"triangles_drawn", "triangles drawn", c.triangles_drawn},
+           {"bricks_skipped", "bricks not drawn: out of sight, facing away or covered", c.bricks_skipped},
+           {"pipelines", "shader pipelines", c.pipelines},
+           {"samples", "samples of sound", c.samples},
+           {"particles_stepped", "particles stepped", c.particles_stepped},
+           {"allocations", "allocations", c.allocations},
+           {"threads", "threads", c.threads},
+           {"libraries", "libraries loaded", c.libraries},
+           {"bytes_written", "bytes written", c.bytes_written}}};
 }
 
 WorkCounts process_counts() {

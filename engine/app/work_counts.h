@@ -2,8 +2,8 @@
 // ended; nothing is counted that is not also done.
 #pragma once
 
+#include <array>
 #include <cstdint>
-#include <span>
 
 namespace typodont {
 
@@ -14,7 +14,7 @@ struct WorkCounts {
   std::uint64_t voxels_cut = 0;             // gone through by cuts and fillings; none is ever re-distanced
   // Surface and picture.
   std::uint64_t bricks_meshed = 0, triangles_made = 0;
-  std::uint64_t frames = 0, passes = 0, draw_calls = 0, triangles_drawn = 0;
+  std::uint64_t frames = 0, passes = 0, triangles_drawn = 0;
   std::uint64_t bricks_skipped = 0;         // culled, facing away or covered
   std::uint64_t pipelines = 0;              // shaders joined to pipelines, most alive at once
   std::uint64_t samples = 0;                // of sound
@@ -30,8 +30,7 @@ struct WorkCount {
   std::uint64_t value;
 };
 /// All but the times, in order.
-std::span<const WorkCount> listed(const WorkCounts& counts, std::span<WorkCount> room);
-inline constexpr std::size_t kWorkCounts = 18;
+std::array<WorkCount, 18> listed(const WorkCounts& counts);
 
 /// What the process has done so far: bytes written, allocations, CPU time; threads and libraries it has now.
 WorkCounts process_counts();

@@ -881,7 +881,7 @@ void Workbench::Impl::draw() {
 void Workbench::Impl::count(const render::FrameStats& frame) {
   WorkCounts& work = summary.work;
   const auto plus = [](std::uint64_t& sum, auto value) { sum += static_cast<std::uint64_t>(value); };
-  plus(work.passes, frame.passes), plus(work.draw_calls, frame.commands);
+  plus(work.passes, frame.passes);
   plus(work.triangles_drawn, frame.triangles + frame.mirror_triangles);
   plus(work.bricks_skipped, frame.bricks_culled + frame.bricks_facing_away + frame.bricks_covered);
   work.pipelines = std::max(work.pipelines, static_cast<std::uint64_t>(frame.pipelines));
@@ -997,8 +997,7 @@ void Workbench::Impl::count_work(const WorkCounts& running_process) {
   work.cpu_seconds = running_process.cpu_seconds - before.cpu_seconds;
   work.servo_cpu_seconds = s.servo_cpu;
   if (!options.explain) return;
-  std::array<WorkCount, kWorkCounts> room;
-  for (const WorkCount& c : listed(work, room)) log::info("{:>14} {}", c.value, c.words);
+  for (const WorkCount& c : listed(work)) log::info("{:>14} {}", c.value, c.words);
   log::info("{:>13.2f} % of a core beyond the device's loop", 100 * (work.cpu_seconds - work.servo_cpu_seconds) / std::max(1e-9, to_seconds(now() - began)));
 }
 

@@ -1,4 +1,4 @@
-// Volume taken by a cut, by tissue. Private to haptics/cutting.
+// What a cut does to samples, and the volume that takes, by tissue. Private to haptics/cutting.
 #pragma once
 
 #include <cstdint>
@@ -6,8 +6,17 @@
 
 #include "engine/contract/tissue.h"
 #include "haptics/lanes.h"
+#include "haptics/sweep.h"
 
 namespace typodont::haptics {
+
+/// What every cut does, to eight samples: where `ahead` holds, a sample rises to its depth in the head if that is more than it
+/// is and than what is kept true (`least`).
+TYPODONT_KERNEL void raise_eight(const F8& old, const F8& depth, const I8& ahead, F8& least, I8& raised, F8& now) {
+  least = old > -Sweep::kMargin ? old : F8{} - Sweep::kMargin;
+  raised = ahead & (depth > least);
+  now = raised ? depth : old;
+}
 
 /// What the share of each voxel inside the surface falls by, where distances rise.
 TYPODONT_KERNEL void share_taken(const F8& was, const F8& is, F8& taken) {

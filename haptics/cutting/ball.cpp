@@ -84,9 +84,9 @@ TYPODONT_KERNEL bool raise_groups(const Block& block, const Capsule& c, Work& wo
     take_root(d2);
     F8 depth = radius - d2;
     depth = depth > Sweep::kInner ? F8{} + Sweep::kInner : depth;
-    const F8 least = old > -Sweep::kMargin ? old : F8{} - Sweep::kMargin;
-    const I8 raised = (dot > from) & (depth > least);
-    const F8 now = raised ? depth : old;
+    F8 least, now;
+    I8 raised;
+    raise_eight(old, depth, (dot > from), least, raised, now);
     if constexpr (!narrow) {
       *reinterpret_cast<F8*>(at) = now;
     } else {
@@ -342,9 +342,9 @@ TYPODONT_KERNEL bool raise_listed(const BallFront& f, PerTissue* removed) {
       F8 depth;
       I8 ahead;
       depth_of_eight<capsule>(c, from, F8{} + u_of[g], F8{} + v_of[g], heights + group_z[g0 + g], depth, ahead);
-      const F8 least = old > -Sweep::kMargin ? old : F8{} - Sweep::kMargin;
-      const I8 raised = ahead & (depth > least);
-      const F8 now = raised ? depth : old;
+      F8 least, now;
+      I8 raised;
+      raise_eight(old, depth, ahead, least, raised, now);
       *reinterpret_cast<F8*>(at) = now;
       any_raised |= raised;
       // Which groups count is not foreseeable: noted without a branch.
@@ -428,9 +428,9 @@ TYPODONT_KERNEL bool raise_due(BallFront& f, PerTissue* removed) {
             F8 depth;
             I8 ahead;
             depth_of_eight<capsule>(c, from, F8{} + u[row], F8{} + v[row], heights, depth, ahead);
-            const F8 least = old > -Sweep::kMargin ? old : F8{} - Sweep::kMargin;
-            const I8 raised = ahead & (depth > least);
-            const F8 now = raised ? depth : old;
+            F8 least, now;
+            I8 raised;
+            raise_eight(old, depth, ahead, least, raised, now);
             *reinterpret_cast<F8*>(at) = now;
             any_raised |= raised;
             F8 taken;

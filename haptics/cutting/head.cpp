@@ -304,9 +304,9 @@ TYPODONT_KERNEL bool raise_run(const HeadFront& f, const CutFront::Run& run, Acc
         depth_below_pieces(pieces, set, rho, z, depth);
       }
       depth = depth > Sweep::kInner ? F8{} + Sweep::kInner : depth;
-      const F8 least = old > -Sweep::kMargin ? old : F8{} - Sweep::kMargin;
-      const I8 raised = depth > least;
-      const F8 now = raised ? depth : old;
+      F8 least, now;
+      I8 raised;
+      raise_eight(old, depth, ~I8{}, least, raised, now);
       *reinterpret_cast<F8*>(at) = now;
       any_raised |= raised;
       F8 taken;

@@ -112,6 +112,12 @@ struct OperatorWindow : testing::Test {
       for (int x = lo.x; x < hi.x; ++x) seen.insert(p.at(x, y)[0] << 16 | p.at(x, y)[1] << 8 | p.at(x, y)[2]);
     return static_cast<int>(seen.size());
   }
+  /// Of the recording beside a report.
+  void expect_exact_replay(const std::string& report) const {
+    const std::filesystem::path session = std::filesystem::path(report).replace_extension(".h5");
+    const Ran replay = folder.run("replay " + session.string() + " --check");
+    EXPECT_EQ(replay.status, 0) << replay.out << replay.err;
+  }
   void open(const Program&) {
     EXPECT_TRUE(eventually([] { return !Desktop::xdotool("search --name Typodont").empty(); })) << "no window";
     EXPECT_TRUE(eventually([&] { return colours({0, 0}, {600, 400}) > 20; })) << "nothing drawn";
@@ -168,9 +174,7 @@ TEST_F(OperatorWindow, ByKeysAloneASessionIsChosenDrilledSteeredAndReported) {
   EXPECT_TRUE(std::filesystem::exists(folder / "home/settings.json"));
 
   // What was steered is in the recording: a replay is exact.
-  const std::string session = std::filesystem::path(report).replace_extension(".h5").string();
-  const Ran replay = folder.run("replay " + session + " --check");
-  EXPECT_EQ(replay.status, 0) << replay.out << replay.err;
+  expect_exact_replay(report);
 }
 
 TEST_F(OperatorWindow, EscapeStopsAtOnceAndKeepsTheRecording) {
@@ -182,10 +186,7 @@ TEST_F(OperatorWindow, EscapeStopsAtOnceAndKeepsTheRecording) {
   EXPECT_TRUE(eventually([&] { return colours({400, 200}, {900, 600}) > 200; }));
   press("Escape");
   program.wait_for("session ended");
-  const std::string session =
-      std::filesystem::path(program.wait_for("report written: ")).replace_extension(".h5").string();
-  const Ran replay = folder.run("replay " + session + " --check");
-  EXPECT_EQ(replay.status, 0) << replay.out << replay.err;
+  expect_exact_replay(program.wait_for("report written: "));
 }
 
 TEST_F(OperatorWindow, TerminatedInTheMiddleOfASessionItEndsItInOrder) {
@@ -219,13 +220,11 @@ TEST_F(OperatorWindow, StepsAreDoneByWhatIsDoneAndStrokesTakenBackByKeysAreRepla
   }
   press("r");
   press("F10");
-  const std::string session =
-      std::filesystem::path(program.wait_for("report written: ")).replace_extension(".h5").string();
+  const std::string report = program.wait_for("report written: ");
   press("F10");
   press("ctrl+q");
   EXPECT_EQ(program.wait_for_end(), 0) << program.said();
-  const Ran replay = folder.run("replay " + session + " --check");
-  EXPECT_EQ(replay.status, 0) << replay.out << replay.err;
+  expect_exact_replay(report);
 }
 
 TEST_F(OperatorWindow, ViewsChangeWhatIsShownHereAndTheTraineesScreenStaysAsItIsAndClean) {

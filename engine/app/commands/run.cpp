@@ -45,8 +45,7 @@ void run(const Options& options) {
         {"safety", haptics::describe_safety(s.loop.safety)},
         {"tick_us", {{"p50", s.tick_us_median}, {"p99_9", s.tick_us_p999}, {"worst", s.worst_tick_us}}},
         {"explain", s.explanations}};
-    std::array<WorkCount, kWorkCounts> room;
-    for (const WorkCount& c : listed(s.work, room)) json["work"][c.name] = c.value;
+    for (const WorkCount& c : listed(s.work)) json["work"][c.name] = c.value;
     json["work"]["cpu_s"] = s.work.cpu_seconds, json["work"]["servo_cpu_s"] = s.work.servo_cpu_seconds;
     if (s.tracker) json["head_tracker"] = {{"samples", s.tracker->samples}, {"dropped", s.tracker->dropped}};
     fmt::print("{}\n", json.dump(2));
