@@ -2,11 +2,13 @@
 
 #include <fmt/format.h>
 #include <pthread.h>
+#include <sched.h>
 
 #include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <cmath>
+#include <functional>
 #include <memory>
 #include <span>
 #include <string_view>
@@ -77,6 +79,54 @@ Tool head(HeadShape shape, double diameter, double length) {
   return tool;
 }
 
+/// The carver's thread. As in a session it works on another core, where there is one: what it reads and writes then does not
+/// drive the servo's code and data out of its caches.
+class OtherThread {
+ public:
+  OtherThread() : thread_([this] { loop(); }) {
+    cpu_set_t cores;
+    CPU_ZERO(&cores);
+    pthread_getaffinity_np(pthread_self(), sizeof cores, &cores);
+    const int here = sched_getcpu();
+    if (CPU_COUNT(&cores) < 2 || here < 0) return;
+    CPU_CLR(here, &cores);
+    pthread_setaffinity_np(thread_.native_handle(), sizeof cores, &cores);
+  }
+  ~OtherThread() {
+    work_ = nullptr;
+    hand_over();
+    thread_.join();
+  }
+  OtherThread(const OtherThread&) = delete;
+  OtherThread& operator=(const OtherThread&) = delete;
+
+  /// Returns when it is done.
+  void run(std::function<void()> work) {
+    work_ = std::move(work);
+    hand_over();
+    busy_.wait(true, std::memory_order_acquire);
+  }
+
+ private:
+  void hand_over() {
+    busy_.store(true, std::memory_order_release);
+    busy_.notify_one();
+  }
+  void loop() {
+    for (;;) {
+      busy_.wait(false, std::memory_order_acquire);
+      if (!work_) return;
+      work_();
+      busy_.store(false, std::memory_order_release);
+      busy_.notify_one();
+    }
+  }
+
+  std::atomic<bool> busy_{false};
+  std::function<void()> work_;
+  std::thread thread_;
+};
+
 /// Servo and carver in lock-step, as in the program's deterministic loop.
 struct Scene {
   ServoSettings settings;
@@ -86,6 +136,7 @@ struct Scene {
   ServoTick last;
   Cut cut;
   Nanos t = 0;
+  OtherThread carving;
 
   Scene(const DenseTissue& dense, ServoSettings s)
       : settings(with_tissue(std::move(s), dense)),
@@ -104,13 +155,13 @@ struct Scene {
   double tick(const Pose& X_WT, double pedal) {
     if (t == 0) last.X_WT = last.X_WG = X_WT;
     if (carver.patch_due(last)) {
-      carver.cut_out(carver.patch_center(last), spare);
+      carving.run([&] { carver.cut_out(carver.patch_center(last), spare); });
       servo.adopt(spare);
     }
     const Nanos start = thread_cpu_time();
     const bool cuts = servo.tick({t, X_WT, pedal}, last, cut);
     const double time = static_cast<double>(thread_cpu_time() - start);
-    if (cuts) carver.apply(cut);
+    if (cuts) carving.run([&] { carver.apply(cut); });
     t += from_seconds(settings.tick);
     return time;
   }

@@ -3,15 +3,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "haptics/share.h"
 #include "haptics/solid.h"
 
 namespace typodont::haptics {
 
 namespace {
-
-double share_inside(float distance) {
-  return std::clamp(0.5 - static_cast<double>(distance), 0.0, 1.0);
-}
 
 constexpr double kClear = 0.5;      // voxels that stay between head and filling, so that it comes out again without jamming
 constexpr float kLabelled = 1.5f;  // voxels outside the new surface that carry its label, so that it can be read there

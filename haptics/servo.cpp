@@ -213,6 +213,7 @@ struct Servo::State {
   double phase = 0;            // rad, of the spindle
   double last_depth = 0;       // m
   bool idle = false;           // the last tick left nothing of a contact
+  double room_around = 0;      // voxels that a tool which touches nothing may still move before it must look around
   Pose last_hand;
   Nanos last_t = 0;
 
@@ -359,11 +360,16 @@ struct Servo::State {
         (settings.vibration.band > 0 && speed > 0)) {
       return false;
     }
-    const dvec3 c = settings.frame.to_voxels(X_WG.p), way = settings.frame.to_voxels(X_WT.p) - c;
+    const dvec3 c = settings.frame.to_voxels(X_WG.p);
     if (!patch.holds(c, reach() + 1)) return false;
-    double room = clearance(c) - 1;
-    if (smooth().any()) room = std::min(room, smooth().room(patch, {c, X_WT.R}) - 1);
-    if (!(room > 1 && glm::dot(way, way) <= room * room)) return false;
+    const double way = glm::length(X_WT.p - X_WG.p) / settings.frame.voxel;
+    // What was free around the last place is so around the next, less the way there: looked at only when that runs out.
+    if (!(room_around > 1 && way <= room_around)) {
+      room_around = clearance(c) - 1;
+      if (smooth().any()) room_around = std::min(room_around, smooth().room(patch, {c, X_WT.R}) - 1);
+      if (!(room_around > 1 && way <= room_around)) return false;
+    }
+    room_around = smooth().any() ? 0 : room_around - way;  // those keep account of their room themselves, turns included
 
     const bool due = patch_due_for(patch_center_for(X_WG.p, X_WT.p, travel), patch.center_W, travel);
     due_for = due ? due_for + dt : 0;
@@ -478,6 +484,7 @@ void Servo::adopt(SurfacePatch& fresh) noexcept {
   if (loose || fresh.edits != s.patch.edits || s.patch.number == 0) s.front.forget();
   std::swap(fresh, s.patch);
   s.smooth().forget();
+  s.room_around = 0;
 }
 
 bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
@@ -491,12 +498,9 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
   double dt = s.started ? to_seconds(hand.t - s.last_t) : settings.tick;
   if (!(dt > 0 && dt < 0.1)) dt = settings.tick;
 
-  static constexpr ServoTick kBlank{};
-  out = kBlank;
-  out.index = sums.index++;
+  out = sums;
+  ++sums.index;
   out.t = hand.t;
-  out.removed = sums.removed;
-  out.cuts = sums.cuts;
   out.patch = s.patch.number;
   out.tool = s.in_hand;
 
@@ -586,6 +590,7 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
   // An edge that the hand draws earns little: what hard tissue gave way without being paid for, it waits for.
   const bool in_debt = scrapes && s.budget <= 0;
   if (s.fly(X_WT, moved, turned, dt, hand.t, out, cut)) return false;
+  s.room_around = 0;
 
   // Move the proxy toward the hand: freely while nothing is near, along the contacts otherwise.
   const dvec3 c0 = settings.frame.to_voxels(s.X_WG.p), target = settings.frame.to_voxels(X_WT.p);

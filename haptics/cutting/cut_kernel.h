@@ -9,11 +9,10 @@ TYPODONT_KERNEL Floats raised_to(Floats old, Floats depth, Mask ahead, Floats& l
   return pick(rises, depth, old);
 }
 
-/// What the share of each voxel inside the surface falls by, where distances rise. Counted in whole units (kShareUnit), so
-/// that sums do not depend on their order: every way of cutting the work into groups takes the same volume.
+/// What the share of each voxel inside the surface falls by, where distances rise; in units (haptics/share.h).
 TYPODONT_KERNEL Ints share_taken(Floats was, Floats is) {
   const Floats before = greater(was, all(-0.5f)), after = greater(lesser(is, all(0.5f)), before);
-  return as_ints(after + all(1.5f)) - as_ints(before + all(1.5f));  // in 1..2 floats are evenly spaced, and so are their bits
+  return as_ints(after + all(1.5f)) - as_ints(before + all(1.5f));
 }
 
 /// Volume taken, label by label: a running sum as long as the label stays the same.

@@ -9,12 +9,10 @@
 
 #include "engine/contract/tissue.h"
 #include "haptics/cut_front.h"
+#include "haptics/share.h"
 #include "haptics/tool.h"
 
 namespace typodont::haptics {
-
-/// A voxel's share inside the surface is counted in these.
-inline constexpr double kShareUnit = 1.0 / (1 << 23);
 
 /// A ball on its way, plain. Voxels, from some voxel nearby.
 struct Capsule {

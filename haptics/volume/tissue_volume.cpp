@@ -19,6 +19,7 @@
 #include "engine/base/error.h"
 #include "engine/base/fnv.h"
 #include "engine/base/units.h"
+#include "haptics/share.h"
 #include "haptics/solid.h"
 #include "haptics/volume/leaf_history.h"
 #include "haptics/volume/vdb_guard.h"
@@ -39,9 +40,6 @@ using KeySet = std::unordered_set<glm::ivec3, KeyHash>;
 openvdb::Coord coord(const glm::ivec3& v) { return {v.x, v.y, v.z}; }
 glm::ivec3 vec(const openvdb::Coord& c) { return {c.x(), c.y(), c.z()}; }
 int floor_div(int a, int b) { return a >= 0 ? a / b : -((-a + b - 1) / b); }
-
-/// The share of a voxel that lies inside a surface passing at `distance` voxels from its centre.
-double occupancy(float distance) { return std::clamp(0.5 - static_cast<double>(distance), 0.0, 1.0); }
 
 /// Multiplies all distances, clamped to the band: from voxels to mm and back.
 void rescale(openvdb::FloatGrid& grid, float factor) {
@@ -148,9 +146,8 @@ struct TissueVolume::Impl {
       const float tile = d ? 0 : distance->tree().getValue(origin);
       const std::int32_t label = t ? 0 : tissue->tree().getValue(origin);
       for (int i = 0; i < n * n * n; ++i) {
-        const float share = std::clamp(0.5f - (distances ? distances[i] : tile), 0.0f, 1.0f);
         const auto which = static_cast<std::size_t>(labels ? labels[i] : label);
-        if (which < sum.size()) sum[which] += static_cast<double>(share);
+        if (which < sum.size()) sum[which] += share_inside(distances ? distances[i] : tile);
       }
     }
     for (double& v : sum) v *= frame.voxel * frame.voxel * frame.voxel;
@@ -676,7 +673,7 @@ PerTissue TissueVolume::take_out(const TissuePiece& piece) {
                 leaf = accessor.touchLeaf(origin);
               }
               leaf->setValueOn(leaf->coordToOffset({x, y, z}), now);
-              volume[static_cast<std::size_t>(labels[i])] += occupancy(old[i]) - occupancy(now);
+              volume[static_cast<std::size_t>(labels[i])] += share_inside(old[i]) - share_inside(now);
               changed_lo = glm::min(changed_lo, {x, y, z});
               changed_hi = glm::max(changed_hi, {x, y, z});
             }
@@ -748,7 +745,7 @@ PerTissue TissueVolume::volumes() const {
   auto tissue = impl_->tissue->getConstAccessor();
   const double voxel3 = impl_->frame.voxel * impl_->frame.voxel * impl_->frame.voxel;
   for (auto it = impl_->distance->cbeginValueAll(); it; ++it) {
-    const double share = occupancy(*it);
+    const double share = share_inside(*it);
     if (share == 0) continue;
     if (it.isVoxelValue()) {
       volumes[static_cast<std::size_t>(tissue.getValue(it.getCoord()))] += share * voxel3;
