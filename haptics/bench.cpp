@@ -339,7 +339,28 @@ void slide_rows(const BenchOptions& options, std::vector<BenchRow>& rows) {
       return ns;
     };
     const double linear_ns = query(sample_linear_gradient, "direction, trilinear", 0);
-    query(sample_cubic, "direction, cubic", linear_ns);
+    const double cubic_ns = query(sample_cubic, "direction, cubic", linear_ns);
+
+    // The floor of a query: the same 6 × 6 rows of samples read and added up, where the points are known beforehand.
+    std::vector<const float*> corners;
+    for (const dvec3& p : points) {
+      const glm::ivec3 corner = glm::ivec3(p) - patch.lo - glm::ivec3(2, 2, 4);
+      corners.push_back(patch.distance.data() + patch.at(corner.x, corner.y, corner.z));
+    }
+    float sums[8] = {};
+    const std::size_t edge = static_cast<std::size_t>(patch.n);
+    const double scan_ns = batch_ns(51, 256, [&](int k) {
+      const float* const corner = corners[static_cast<std::size_t>(k)];
+      for (std::size_t row = 0; row < 36; ++row) {
+        const float* const samples = corner + row / 6 * edge * edge + row % 6 * edge;
+        for (int i = 0; i < 8; ++i) sums[i] += samples[i];
+      }
+    });
+    float read = 0;
+    for (const float sum : sums) read += sum;
+    rows.push_back({"floor: scan of the samples a cubic query reads", knob, BenchRow::kNone, "", scan_ns, "query", "", BenchRow::kNone,
+                    std::isfinite(read) ? 288.0 : 0.0, "samples"});
+    rows.push_back({"direction, cubic, against the floor", knob, BenchRow::kNone, "", cubic_ns, "query", "the scan", cubic_ns / scan_ns});
   }
 }
 
@@ -561,8 +582,8 @@ void free_air_row(const BenchOptions& options, std::vector<BenchRow>& rows) {
 }
 
 /// Drilling at 10 kHz on the clock, while another thread keeps a second core busy: how many ticks end after the next
-/// should have begun. As a session's servo does, the loop sleeps, then spins, and runs in front of others where it may.
-void deadline_rows(const BenchOptions& options, std::vector<BenchRow>& rows) {
+/// should have begun; or, not drilling, how many the machine misses by itself. As a session's servo does, the loop sleeps, then spins, and runs in front of others where it may.
+void deadline_rows(const BenchOptions& options, bool drilling, std::vector<BenchRow>& rows) {
   constexpr Nanos kPeriod = 100'000, kSpin = 40'000;
   ServoSettings settings;
   settings.tool = head(HeadShape::kSphere, 1.2e-3, 1.2e-3);
@@ -593,7 +614,7 @@ void deadline_rows(const BenchOptions& options, std::vector<BenchRow>& rows) {
       }
       scene.t += kPeriod;
       const Nanos start = thread_cpu_time();
-      scene.servo.tick({scene.t, hand.next(scene.last.f_T_W, settings.tick), 1}, scene.last, scene.cut);
+      if (drilling) scene.servo.tick({scene.t, hand.next(scene.last.f_T_W, settings.tick), 1}, scene.last, scene.cut);
       busy_ticks.push_back(static_cast<double>(thread_cpu_time() - start));
       const Nanos end = now();
       late.push_back(static_cast<double>(end - next));
@@ -607,6 +628,10 @@ void deadline_rows(const BenchOptions& options, std::vector<BenchRow>& rows) {
   renderer.join();
   const std::string knob = fmt::format("round 1.2 mm, voxel 0.1 mm, {}", in_front ? "SCHED_FIFO" : "ordinary priority");
   const double share = static_cast<double>(missed) / ticks;
+  if (!drilling) {
+    rows.push_back({"floor: 10 kHz beside a busy core, nothing done", knob, share, "of the deadlines missed", quantile(late, 0.5), "tick"});
+    return;
+  }
   rows.push_back({"drilling at 10 kHz beside a busy core, the tick", knob, share, "of the deadlines missed",
                   quantile(busy_ticks, 0.5), "tick"});
   rows.push_back({"drilling at 10 kHz beside a busy core, done after", knob, share, "of the deadlines missed",
@@ -621,7 +646,8 @@ std::vector<BenchRow> bench_contact(const BenchOptions& options) {
   drilling_rows(options, rows);
   removal_rows(options, rows);
   free_air_row(options, rows);
-  deadline_rows(options, rows);
+  deadline_rows(options, false, rows);
+  deadline_rows(options, true, rows);
   return rows;
 }
 

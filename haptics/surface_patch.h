@@ -95,7 +95,7 @@ PerTissue carve(SurfacePatch& patch, const Sweep& sweep, bool* changed = nullptr
 /// Puts the filling into the patch. Returns the added volume per tissue in voxels³.
 PerTissue fill(SurfacePatch& patch, const Fill& filling, bool* changed) noexcept;
 
-/// Takes over from `old` all that was cut in the inclusive box of voxels: the larger distance holds. Where something was
+/// Takes over from `old`, a patch of the same size, all that was cut in the inclusive box of voxels: the larger distance holds. Where something was
 /// `filled` meanwhile, what the old one has holds, labels included.
 void merge(SurfacePatch& patch, const SurfacePatch& old, const glm::ivec3& lo, const glm::ivec3& hi,
            bool filled = false) noexcept;
