@@ -185,6 +185,10 @@ std::optional<display::HeadTracker::Stats> PictureStage::tracker_stats() const {
 render::FrameStats PictureStage::draw(const ServoTick& tick, std::span<const render::Particle> particles, double dt,
                                       const std::string& hint) {
   const Nanos began = now();
+  if (output_ && !output_->visible()) {
+    missed_ = true;  // what it showed may be gone when it is back
+    return {};
+  }
   follow_size();
   if (tick.tool != shown_tool_) take_up(tick.tool);
   follow_head();
@@ -224,7 +228,7 @@ render::FrameStats PictureStage::draw(const ServoTick& tick, std::span<const ren
 
   const VkCommandBuffer commands = ring_.begin(device_);
   const render::FrameStats stats = renderer_->record(commands, frame, ring_.slot(), ring_.submitted, ring_.finished);
-  if (!stats.drawn && !(output_ && output_->needs_frame())) {
+  if (!stats.drawn && !(output_ && (missed_ || output_->needs_frame()))) {
     ring_.abandon(device_);
     return stats;
   }

@@ -125,7 +125,7 @@ class PictureStage {
   std::optional<display::Compositor> compositor_;
   std::unique_ptr<display::Output> output_;
   Timing timing_;
-  bool missed_ = false;  // a frame was drawn that no target took
+  bool missed_ = false;  // a frame was drawn that no target took, or none at all in a window that is minimised
   glm::ivec2 screen_size_{0};
   std::array<dvec3, 2> first_panel_{};  // m, right and up, as the rig file has it
   MouthMirror mirror_;
