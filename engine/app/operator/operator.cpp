@@ -14,18 +14,18 @@
 #include <sstream>
 #include <thread>
 
-#include "engine/app/live_views.h"
 #include "engine/app/operator/archive.h"
 #include "engine/app/operator/child.h"
 #include "engine/app/operator/exercise.h"
 #include "engine/app/operator/job.h"
 #include "engine/app/operator/library.h"
 #include "engine/app/operator/state.h"
-#include "engine/app/picture_stage.h"
-#include "engine/app/replay.h"
-#include "engine/app/resume.h"
+#include "engine/app/picture/live_views.h"
+#include "engine/app/picture/picture_stage.h"
+#include "engine/app/recording/replay.h"
+#include "engine/app/recording/resume.h"
+#include "engine/app/recording/session_report.h"
 #include "engine/app/scene.h"
-#include "engine/app/session_report.h"
 #include "engine/app/workbench.h"
 #include "engine/base/error.h"
 #include "engine/base/json.h"
