@@ -10,6 +10,7 @@
 #include <pty.h>
 #include <signal.h>
 #include <sys/mman.h>
+#include <sys/prctl.h>
 #include <sys/resource.h>
 #include <sys/socket.h>
 #include <sys/wait.h>
@@ -58,6 +59,7 @@ class Witness {
     log_ = new (memory) Log;
     child_ = ::fork();
     if (child_ != 0) return;
+    ::prctl(PR_SET_PDEATHSIG, SIGKILL);  // a test that is killed leaves nothing running
     enter_realtime({.priority = 85, .core = -1, .lock_memory = false});
     for (Nanos due = now();;) {
       due = std::max(due, now()) + 1'000'000;
@@ -156,6 +158,7 @@ constexpr std::array kOtherWays{Way{"exit"},
                         std::atomic<Nanos>& ends_at) {
   const rlimit none{0, 0};
   ::setrlimit(RLIMIT_CORE, &none);
+  ::prctl(PR_SET_PDEATHSIG, SIGKILL);  // stopped, it would outlive a test that is killed
   ::dup2(::open("/dev/null", O_WRONLY), 2);
   for (const Way& way : kOtherWays) {
     if (way.signal != 0) ::signal(way.signal, SIG_DFL);  // whatever started us ignores
