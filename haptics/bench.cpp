@@ -79,8 +79,8 @@ Tool head(HeadShape shape, double diameter, double length) {
   return tool;
 }
 
-/// The carver's thread. As in a session it works on another core, where there is one: what it reads and writes then does not
-/// drive the servo's code and data out of its caches.
+/// The carver's thread while it cuts out patches. As in a session it works on another core, where there is one: what it reads
+/// and writes then does not drive the servo's code and data out of its caches.
 class OtherThread {
  public:
   OtherThread() : thread_([this] { loop(); }) {
@@ -161,7 +161,7 @@ struct Scene {
     const Nanos start = thread_cpu_time();
     const bool cuts = servo.tick({t, X_WT, pedal}, last, cut);
     const double time = static_cast<double>(thread_cpu_time() - start);
-    if (cuts) carving.run([&] { carver.apply(cut); });
+    if (cuts) carver.apply(cut);
     t += from_seconds(settings.tick);
     return time;
   }

@@ -173,15 +173,28 @@ struct Found {
   float area, area_x, area_y, area_z;
 };
 
+/// Batches of samples on their way to the surface.
+struct OnTheWay {
+  static constexpr int kBatches = ContactSet::kMax / kBatch;
+  int from[kBatches];                              // of the head's samples
+  F8 qx[kBatches], qy[kBatches], qz[kBatches];     // those
+  F8 x[kBatches], y[kBatches], z[kBatches];        // where they have come to
+  F8 nx[kBatches], ny[kBatches], nz[kBatches];     // the field's direction there
+  I8 steep[kBatches], again[kBatches];             // it has one
+  F8 best[kBatches], best_x[kBatches], best_y[kBatches], best_z[kBatches];
+  F8 best_mx[kBatches], best_my[kBatches], best_mz[kBatches];
+};
+
 /// Looks around with the samples of the head: those that are near tissue are slid to where head and surface are closest.
+/// Each step waits long for its roots and quotients, so every one is taken by all batches before the next.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 void look_around(const HeadSamples* samples, const FlatHead* head_at, const FlatField* field_at, float near,
                  RoughPlanes* planes, Found* found) {
   const FlatHead head = *head_at;
   const FlatField field = *field_at;
   const float* R = head.R;
-  int count = 0;
-  F8 area = {}, area_x = {}, area_y = {}, area_z = {}, least = {};
+  OnTheWay w;
+  int batches = 0;
   for (int k = 0; k < ContactSet::kMax; k += kBatch) {
     F8 px, py, pz;
     std::memcpy(&px, samples->px + k, sizeof px);
@@ -200,13 +213,21 @@ void look_around(const HeadSamples* samples, const FlatHead* head_at, const Flat
     F8 coarse;
     const I8 j = jx * field.sx + jy * field.sy + jz;
     for (int i = 0; i < 8; ++i) coarse[i] = field.samples[j[i]];
-    if (!any_of(coarse < kNear + 0.87f)) continue;
+    w.from[batches] = k;
+    w.qx[batches] = qx, w.qy[batches] = qy, w.qz[batches] = qz;
+    batches += any_of(coarse < kNear + 0.87f);
+  }
 
+  // Onto the surface …
+  F8 area = {}, area_x = {}, area_y = {}, area_z = {}, least = {};
+  int close_batches = 0;
+  for (int b = 0; b < batches; ++b) {
+    const F8 qx = w.qx[b], qy = w.qy[b], qz = w.qz[b];
     F8 value, gx, gy, gz;
     sample_eight(field, qx, qy, qz, value, gx, gy, gz);
     const I8 close = value < kNear;
-    if (!any_of(close)) continue;
     F8 engaged, nx, ny, nz;  // fades over one voxel, so that area changes smoothly
+    const int k = w.from[b];
     std::memcpy(&engaged, samples->area + k, sizeof engaged);
     std::memcpy(&nx, samples->nx + k, sizeof nx);
     std::memcpy(&ny, samples->ny + k, sizeof ny);
@@ -217,46 +238,63 @@ void look_around(const HeadSamples* samples, const FlatHead* head_at, const Flat
     engaged *= share;
     area += engaged, area_x += engaged * nx, area_y += engaged * ny, area_z += engaged * nz;
 
-    // Onto the surface, then along it toward the head, as long as that brings them closer: twice. Only a point that was
-    // already nearly on the surface counts: across a ridge the step may end anywhere.
     F8 length2 = gx * gx + gy * gy + gz * gz;
     const I8 steep = close & (length2 > 0.01f);
     length2 = length2 > 0.01f ? length2 : F8{} + 0.01f;
     take_root(length2);
-    F8 inverse = 1.0f / length2;
+    const F8 inverse = 1.0f / length2;
     nx = gx * inverse, ny = gy * inverse, nz = gz * inverse;
     value = steep ? value : F8{};
-    F8 x = qx - value * nx, y = qy - value * ny, z = qz - value * nz;
+    const int to = close_batches;
+    w.qx[to] = qx, w.qy[to] = qy, w.qz[to] = qz;
+    w.x[to] = qx - value * nx, w.y[to] = qy - value * ny, w.z[to] = qz - value * nz;
+    w.nx[to] = nx, w.ny[to] = ny, w.nz[to] = nz;
+    w.steep[to] = steep;
+    // Only a point that was already nearly on the surface counts: across a ridge the step may end anywhere.
+    w.again[to] = steep & (value < kOnSurface) & (value > -kOnSurface);
+    close_batches += any_of(close);
+  }
+
+  // … then along it toward the head, as long as that brings them closer: twice.
+  for (int b = 0; b < close_batches; ++b) {
+    F8 x = w.x[b], y = w.y[b], z = w.z[b];
+    const F8 nx = w.nx[b], ny = w.ny[b], nz = w.nz[b];
+    const I8 on = w.again[b];
     F8 gap, mx, my, mz;
     distance_from_head(head, x - head.cx, y - head.cy, z - head.cz, gap, mx, my, mz);
-    const I8 on = steep & (value < kOnSurface) & (value > -kOnSurface);
-    F8 best = on ? gap : F8{} + 1e30f, best_x = x, best_y = y, best_z = z, best_mx = mx, best_my = my, best_mz = mz;
+    w.best[b] = on ? gap : F8{} + 1e30f;
+    w.best_x[b] = x, w.best_y[b] = y, w.best_z[b] = z;
+    w.best_mx[b] = mx, w.best_my[b] = my, w.best_mz[b] = mz;
 
     const F8 along = mx * nx + my * ny + mz * nz;
     const F8 way = on ? gap + head.thickness : F8{};
     x -= way * (mx - along * nx), y -= way * (my - along * ny), z -= way * (mz - along * nz);
     const I8 inside = (x > field.lo[0]) & (x < field.hi[0]) & (y > field.lo[1]) & (y < field.hi[1]) &
                       (z > field.lo[2]) & (z < field.hi[2]);
-    x = inside ? x : qx, y = inside ? y : qy, z = inside ? z : qz;
-    sample_eight(field, x, y, z, value, gx, gy, gz);
-    length2 = gx * gx + gy * gy + gz * gz;
-    const I8 again = steep & inside & (length2 > 0.01f) & (value < kOnSurface) & (value > -kOnSurface);
+    w.x[b] = inside ? x : w.qx[b], w.y[b] = inside ? y : w.qy[b], w.z[b] = inside ? z : w.qz[b];
+    w.again[b] = w.steep[b] & inside;
+  }
+  for (int b = 0; b < close_batches; ++b) {
+    F8 value, gx, gy, gz;
+    sample_eight(field, w.x[b], w.y[b], w.z[b], value, gx, gy, gz);
+    F8 length2 = gx * gx + gy * gy + gz * gz;
+    w.again[b] = w.again[b] & (length2 > 0.01f) & (value < kOnSurface) & (value > -kOnSurface);
     length2 = length2 > 0.01f ? length2 : F8{} + 0.01f;
     take_root(length2);
-    inverse = value / length2;
-    x -= inverse * gx, y -= inverse * gy, z -= inverse * gz;
+    const F8 inverse = value / length2;
+    w.x[b] -= inverse * gx, w.y[b] -= inverse * gy, w.z[b] -= inverse * gz;
+  }
+  int count = 0;
+  for (int b = 0; b < close_batches; ++b) {
+    const F8 x = w.x[b], y = w.y[b], z = w.z[b];
+    F8 gap, mx, my, mz, best = w.best[b];
     distance_from_head(head, x - head.cx, y - head.cy, z - head.cz, gap, mx, my, mz);
-    const I8 better = again & (gap < best);
+    const I8 better = w.again[b] & (gap < best);
     best = better ? gap : best;
-    best_x = better ? x : best_x, best_y = better ? y : best_y, best_z = better ? z : best_z;
-    best_mx = better ? mx : best_mx, best_my = better ? my : best_my, best_mz = better ? mz : best_mz;
-
     const I8 kept = best < near;
     const unsigned keep = bits_of(kept);
-    if (keep == 0) continue;
     best = kept ? best : F8{} + 1e30f;
     least = best < least ? best : least;
-    best_x -= head.cx, best_y -= head.cy, best_z -= head.cz;
     // Without a branch: which are kept is not foreseeable.
     const I8& order = kCompaction.order[keep];
     const auto put = [&](const F8& v, float* to) __attribute__((always_inline)) {
@@ -264,8 +302,12 @@ void look_around(const HeadSamples* samples, const FlatHead* head_at, const Flat
       gather_lanes(v, order, first);
       std::memcpy(to + count, &first, sizeof first);
     };
-    put(best_x, planes->x), put(best_y, planes->y), put(best_z, planes->z);
-    put(-best_mx, planes->nx), put(-best_my, planes->ny), put(-best_mz, planes->nz);
+    put((better ? x : w.best_x[b]) - head.cx, planes->x);
+    put((better ? y : w.best_y[b]) - head.cy, planes->y);
+    put((better ? z : w.best_z[b]) - head.cz, planes->z);
+    put(-(better ? mx : w.best_mx[b]), planes->nx);
+    put(-(better ? my : w.best_my[b]), planes->ny);
+    put(-(better ? mz : w.best_mz[b]), planes->nz);
     put(best, planes->gap);
     count += std::popcount(keep);
   }
