@@ -9,14 +9,17 @@
 
 #include "engine/base/dispatch.h"
 #include "engine/base/units.h"
+#include "haptics/contact/sharp_edge.h"
 #include "haptics/lanes.h"
 
 namespace typodont::haptics {
 
 namespace {
 
-constexpr double kMedialAxis = 1e-2;  // a gradient shorter by more: walls meeting at over 16°
 constexpr double kFootOff = 0.05;     // voxels; of a ball of four voxels' radius the linear look alone is off by as much
+constexpr double kUnbent = 2e-4;      // a gradient whose length is off by less, over a surface …
+constexpr double kBelow = 3;          // … that lies so many voxels of tissue away from any edge …
+constexpr double kAbove = 3.5;        // … and so many of air from where another wall is nearer, is that of one wall
 constexpr float kOnSurface = 0.25f;   // voxels
 constexpr float kNear = 1.5f;         // voxels: samples closer than this to the surface are looked at
 constexpr int kExactSteps = 4;        // cubic queries a contact may take on its way to the closest point
@@ -26,6 +29,7 @@ constexpr double kGained = 1e-4;      // voxels: the next step would gain the sq
 // While nothing is cut the force's direction counts, and sideways a contact is off by the root of what a step still gains.
 constexpr int kFineSteps = 8;
 constexpr double kFineStays = 1e-3, kFineGained = 3e-8;
+constexpr double kStillConverges = 0.95, kMostGain = 10;
 constexpr int kBatch = 8;
 
 /// A piece of the head's meridian in floats; see HeadField::Piece.
@@ -415,20 +419,34 @@ double ContactFinder::head_distance(const Pose& X_VT, const dvec3& x, dvec3& n) 
   return distance;
 }
 
-/// Offset surface (Kim & Park 2006, sec. 3.2): one query at the sphere's centre. Exact where the field outside the
-/// tissue is a true distance and smooth; a gradient shorter than 1 betrays a medial axis within the stencil.
+/// Offset surface (Kim & Park 2006, sec. 3.2): one query at the sphere's centre. Exact where the field outside the tissue is
+/// smooth, and nowhere more than the true distance; that it is no less shows in its foot, which lies on the surface. What the
+/// stencil must not see shows on the line through both: near an edge the tissue below the foot is less deep (then the edge is
+/// made of its faces), and near a medial axis the air above less wide.
 bool ContactFinder::find_by_offset(const SurfacePatch& patch, const dvec3& c, ContactSet& set) const noexcept {
   const FieldSample at = sample_cubic(patch, c);
   const double length = glm::length(at.gradient);
-  if (std::abs(length - 1) > kMedialAxis) return false;
-  if (at.value < 0.5) return false;  // the centre is inside: the field there is not what the offset needs
-  const dvec3 n = at.gradient / length;
-  // Near a medial axis the gradient is a mixture of two walls': its foot then hangs in the air between them.
-  if (!patch.holds(c - at.value * n, 0) || std::abs(sample_linear(patch, c - at.value * n)) > kFootOff) return false;
+  if (at.value < 0.5 || length < 0.5) return false;  // the centre is inside: the field there is not what the offset needs
+  dvec3 n = at.gradient / length;
+  double distance = at.value;
+  const dvec3 below = c - (distance + kBelow) * n;
+  const dvec3 above = c + kAbove * n;
+  if (!patch.holds(above, 0) || sample_linear(patch, above) < std::min(distance + kAbove, patch.band) - kFootOff) return false;
+  if (std::abs(length - 1) > kUnbent || !patch.holds(below, 0) || std::abs(sample_linear(patch, below) + kBelow) > kFootOff) {
+    dvec3 foot = c - distance * n;
+    if (nearest_on_edge(patch, c, foot, distance, foot)) {
+      distance = glm::length(c - foot);
+      n = (c - foot) / distance;
+    } else {
+      // Bent, or its foot in the air: a mixture of two walls'.
+      if (std::abs(length - 1) > kUnbent || !patch.holds(foot, 0)) return false;
+      if (std::abs(sample_linear(patch, foot)) > kFootOff) return false;
+    }
+  }
   set.origin_ = c;
-  set.put(0, c, {c - at.value * n, n, at.value - radius_, 1});
+  set.put(0, c, {c - distance * n, n, distance - radius_, 1});
   set.count_ = 1;
-  set.deepest_ = std::max(0.0, radius_ - at.value);
+  set.deepest_ = std::max(0.0, radius_ - distance);
   return true;
 }
 
@@ -446,7 +464,9 @@ FlatHead flat_head(const FlatPiece* pieces, int count, bool sphere, double radiu
 
 void ContactFinder::find(const SurfacePatch& patch, const Pose& X_VT, double near, ContactSet& set) const noexcept {
   set.clear();
-  if (sphere_ && is_true_around(patch, X_VT.p, sample_linear(patch, X_VT.p)) && find_by_offset(patch, X_VT.p, set)) return;
+  const bool uncut = patch.cut_lo.x > patch.cut_hi.x ? patch.exact_outside
+                                                     : is_true_around(patch, X_VT.p, sample_linear(patch, X_VT.p));
+  if (sphere_ && uncut && find_by_offset(patch, X_VT.p, set)) return;
 
   // Floats keep their digits when counted from a voxel nearby.
   const glm::ivec3 base = glm::ivec3(X_VT.p) - (static_cast<int>(reach_) + 8), from = base - patch.lo;
@@ -525,9 +545,11 @@ bool ContactFinder::refine(const SurfacePatch& patch, const Pose& X_VT, ContactS
   const ContactPlane rough = set.plane(i);
   if (!patch.holds(rough.x, 0)) return false;
   // From a point near the surface: onto it, then along it toward the head, as long as that brings them closer.
+  // Each slide is the same share of the one before on a surface that bends evenly: a fine one goes all the way (secant method).
   ContactPlane best;
   best.gap = 1e300;
-  dvec3 x = rough.x;
+  dvec3 x = rough.x, last_slide(0);
+  double gain = 1;
   for (int step = 0; step < (fine ? kFineSteps : kExactSteps); ++step) {
     if (step > 0 && !patch.holds(x, 0)) break;
     const FieldSample field = sample_cubic(patch, x);
@@ -541,7 +563,14 @@ bool ContactFinder::refine(const SurfacePatch& patch, const Pose& X_VT, ContactS
     if (!(gained > 0)) break;
     best = {x, -m, gap, rough.yields};
     if (gained < (fine ? kFineGained : kGained)) break;
-    x -= (radius_ + gap) * (m - glm::dot(m, n) * n);
+    const dvec3 slide = -(radius_ + gap) * (m - glm::dot(m, n) * n);
+    if (fine) {
+      const double before2 = glm::dot(last_slide, last_slide);
+      const double share = before2 > 0 ? glm::dot(slide, last_slide) / before2 : 0;
+      gain = share != 0 && std::abs(share) < kStillConverges ? std::min(gain / (1 - share), kMostGain) : 1;
+      last_slide = slide;
+    }
+    x += gain * slide;
   }
   set.put(i, X_VT.p, best.gap < rough.gap + 0.5 ? best : rough);
   return true;
