@@ -634,8 +634,9 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
       continue;
     }
 
-    // The surface points found once serve as long as the head has hardly moved; a single exact one is always new.
-    if (contacts.count() > 1 && !contacts.sunk() && glm::length(c - found_at) < kSamePoints) {
+    // The surface points found once serve as long as the head has hardly moved; a single exact one is always new, and so are
+    // those around a rim, which are told from the rough ones by queries.
+    if (contacts.count() > 1 && (may_cut || tool.shape == HeadShape::kSphere) && !contacts.sunk() && glm::length(c - found_at) < kSamePoints) {
       contacts.drop_added();
       finder.relinearize({c, X_WT.R}, contacts);
       if (smooth_parts) smooth_parts->relinearize({c, X_WT.R}, contacts);

@@ -30,6 +30,11 @@ constexpr double kGained = 1e-4;      // voxels: the next step would gain the sq
 constexpr int kFineSteps = 8;
 constexpr double kFineStays = 1e-3, kFineGained = 3e-8;
 constexpr double kStillConverges = 0.95, kMostGain = 10;
+// A rim that lies in the tissue: what its sides say about the way out is wrong, the tissue's normal is right …
+constexpr double kAskew = 0.99999;    // … where these differ, by their cosine, …
+constexpr double kSmooth = 0.05;      // … the tissue is smooth, its gradient no shorter than this from one, …
+constexpr double kSameWall = 0.9;     // … and the same around, by the cosine of its normals, …
+constexpr double kNearRim = 2;        // … as far as this many voxels from the rim, and from what of it is sunk
 constexpr int kBatch = 8;
 
 /// A piece of the head's meridian in floats; see HeadField::Piece.
@@ -388,6 +393,18 @@ void ContactSet::put(int i, const dvec3& c, const ContactPlane& plane) noexcept 
   rough_.yields[i] = static_cast<float>(plane.yields);
 }
 
+/// What was found roughly around a rim says the same as the rim.
+void ContactSet::put_beside(const ContactPlane& rim) noexcept {
+  const glm::vec3 x(rim.x - origin_), n(rim.n);
+  const auto near = static_cast<float>(kNearRim + 2 * std::abs(rim.gap));
+  for (int i = 0; i < own(); ++i) {
+    if (glm::length(glm::vec3(rough_.x[i], rough_.y[i], rough_.z[i]) - x) > near) continue;
+    rough_.x[i] = x.x, rough_.y[i] = x.y, rough_.z[i] = x.z;
+    rough_.nx[i] = n.x, rough_.ny[i] = n.y, rough_.nz[i] = n.z;
+    rough_.gap[i] = static_cast<float>(rim.gap);
+  }
+}
+
 bool ContactSet::add(const ContactPlane& plane) noexcept {
   if (count_ == RoughPlanes::kRoom) return false;
   const glm::vec3 x(plane.x - origin_), n(plane.n);
@@ -526,13 +543,15 @@ void ContactFinder::relinearize(const Pose& X_VT, ContactSet& set) const noexcep
   const glm::vec3 moved(X_VT.p - set.origin_);
   set.deepest_ = static_cast<double>(look_again(&head, &set.rough_, set.count_, &moved.x));
   for (int k = 0; k < set.exact_count_; ++k) {
-    ContactPlane& plane = set.exact_[static_cast<std::size_t>(k)].plane;
-    plane.gap = head_distance(X_VT, plane.x, plane.n);
-    plane.n = -plane.n;
+    see_again(X_VT, set.exact_[static_cast<std::size_t>(k)].plane);
   }
 }
 
 void ContactFinder::see_again(const Pose& X_VT, ContactPlane& plane) const noexcept {
+  if (plane.rim) {
+    plane.gap = glm::dot(plane.n, farthest(X_VT, -plane.n) - plane.x);
+    return;
+  }
   plane.gap = head_distance(X_VT, plane.x, plane.n);
   plane.n = -plane.n;
 }
@@ -572,7 +591,55 @@ bool ContactFinder::refine(const SurfacePatch& patch, const Pose& X_VT, ContactS
     }
     x += gain * slide;
   }
-  set.put(i, X_VT.p, best.gap < rough.gap + 0.5 ? best : rough);
+  if (best.gap >= rough.gap + 0.5) best = rough;
+  const bool rim = fine && touch_with_rim(patch, X_VT, best);
+  set.put(i, X_VT.p, best);
+  if (rim) set.put_beside(best);
+  return true;
+}
+
+/// The point of the head that lies farthest along a unit direction: on the rim of one of its pieces, or on an arc.
+dvec3 ContactFinder::farthest(const Pose& X_VT, const dvec3& along) const noexcept {
+  const dvec3 d = glm::conjugate(X_VT.R) * along;
+  const double out = std::hypot(d.x, d.y);
+  glm::dvec2 best(0);
+  double most = -1e300;
+  const auto try_point = [&](double rho, double z) {
+    if (const double reach = out * rho + d.z * z; reach > most) most = reach, best = {rho, z};
+  };
+  for (int i = 0; i < head_.count; ++i) {
+    const HeadField::Piece& piece = head_.pieces[i];
+    try_point(piece.ax, piece.az);
+    try_point(piece.bx, piece.bz);
+    if (piece.radius == 0) continue;
+    const double ux = piece.ax - piece.cx, uz = piece.az - piece.cz, wx = piece.bx - piece.cx, wz = piece.bz - piece.cz;
+    if (ux * d.z - uz * out >= 0 && out * wz - d.z * wx >= 0) try_point(piece.cx + piece.radius * out, piece.cz + piece.radius * d.z);
+  }
+  const dvec3 side = out > 1e-12 ? dvec3(d.x, d.y, 0) / out : dvec3(1, 0, 0);
+  return X_VT.p + X_VT.R * (best.x * side + dvec3(0, 0, best.y));
+}
+
+/// Where a sharp rim has sunk into smooth tissue the two sides of the rim each push their own way, and between them aside.
+/// The way out is the tissue's normal at the rim's deepest point.
+bool ContactFinder::touch_with_rim(const SurfacePatch& patch, const Pose& X_VT, ContactPlane& plane) const noexcept {
+  if (sphere_ || !patch.holds(plane.x, 0)) return false;
+  FieldSample field = sample_cubic(patch, plane.x);
+  double slope = glm::length(field.gradient);
+  if (std::abs(slope - 1) > kSmooth) return false;
+  const dvec3 wall = field.gradient / slope;
+  if (glm::dot(plane.n, wall) > kAskew) return false;
+  dvec3 n = wall, q;
+  for (int step = 0; step < 2; ++step) {
+    q = farthest(X_VT, -n);
+    if (!patch.holds(q, 0)) return false;
+    field = sample_cubic(patch, q);
+    slope = glm::length(field.gradient);
+    if (std::abs(slope - 1) > kSmooth) return false;
+    n = field.gradient / slope;
+  }
+  const double gap = field.value / slope;
+  if (glm::dot(n, wall) < kSameWall || glm::length(q - plane.x) > kNearRim + 2 * std::abs(gap)) return false;
+  plane = {q - gap * n, n, gap, plane.yields, true};
   return true;
 }
 

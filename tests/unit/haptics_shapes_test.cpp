@@ -160,5 +160,26 @@ TEST(Contact, AlongACreaseWithFrictionTheBallStaysSeatedAndIsHeldBackByTheDynami
   }
 }
 
+TEST(Contact, ATiltedCylinderStandsOnItsRimAndIsPushedAndTurnedByTheWallAlone) {
+  constexpr double kLength = 4.0_mm;
+  for (const double tilt : {10.0_deg, 30.0_deg, 50.0_deg, 80.0_deg}) {
+    haptics::ServoSettings s = probe();
+    s.tool.shape = haptics::HeadShape::kCylinder;
+    s.tool.length = kLength;
+    HapticBench bench(enamel(0.1, R"({"box": {"center_mm": [0.03, 0, -3], "size_mm": [12, 12, 6]}})"), s);
+    const dquat R(std::cos(tilt / 2), 0, std::sin(tilt / 2), 0);
+    const double low = kLength / 2 * std::cos(tilt) + kBall * std::sin(tilt);  // the rim's lowest point under the middle
+    const double aside = kLength / 2 * std::sin(tilt) - kBall * std::cos(tilt);
+    for (double z = low + 0.3_mm; z > low - 0.4_mm; z -= 4e-6) bench.tick({{0, 0, z}, R});
+    const Pose held{{0, 0, low - 0.4_mm}, R};
+    for (int i = 0; i < 50; ++i) bench.tick(held);
+    EXPECT_NEAR(bench.last.X_WG.p.x, 0, 2e-7) << tilt / kDegree;
+    EXPECT_NEAR(bench.last.X_WG.p.z, low, 2e-7) << tilt / kDegree;
+    EXPECT_NEAR(bench.last.f_T_W.z, 0.4, 1e-3) << tilt / kDegree;
+    EXPECT_LT(std::abs(bench.last.f_T_W.x), 2e-4) << tilt / kDegree;
+    EXPECT_NEAR(bench.last.tau_T_W.y, 0.4 * aside, 0.4 * 5e-6) << tilt / kDegree;
+  }
+}
+
 }  // namespace
 }  // namespace typodont
