@@ -5,9 +5,9 @@
 #include <chrono>
 #include <thread>
 
-#include "engine/app/followed_views.h"
-#include "engine/app/quality_ladder.h"
-#include "engine/app/teaching_views.h"
+#include "engine/app/picture/followed_views.h"
+#include "engine/app/picture/quality_ladder.h"
+#include "engine/app/picture/teaching_views.h"
 #include "engine/base/json.h"
 #include "engine/base/units.h"
 #include "haptics/solid.h"
