@@ -99,6 +99,7 @@ void Carver::cut_out(const dvec3& center_W, SurfacePatch& patch) {
   patch.center_W = center_W;
   patch.lo = center - patch.n / 2;
   const glm::ivec3 hi = patch.lo + patch.n - 1;
+  patch.band = volume_.band() / volume_.frame().voxel;
   patch.exact_outside = volume_.exact_outside();
   volume_.cut_box(patch.lo, hi, patch.cut_lo, patch.cut_hi);
   volume_.copy(patch.lo, glm::ivec3(patch.n), patch.distance.data(), patch.tissue.data());
@@ -112,6 +113,7 @@ void Carver::cut_out(const dvec3& center_W, SurfacePatch& patch) {
   SurfacePatch& wide = patch.wide.front();
   wide.number = patch.number;
   wide.lo = center / wide_every_ - wide_edge_ / 2;
+  wide.band = patch.band / wide_every_;
   wide.exact_outside = patch.exact_outside;
   const glm::ivec3 top = wide.lo + wide_edge_ - 1;
   volume_.cut_box(wide.lo * wide_every_, top * wide_every_, wide.cut_lo, wide.cut_hi);

@@ -25,9 +25,12 @@ constexpr double kContactRange = 0.8;      // contacts farther away than this do
 constexpr double kContactStep = 0.6;       // … because a step among several is no longer than this
 constexpr double kStep = 1.5;              // longest step between two looks at the contacts: nothing thinner is skipped
 constexpr double kConverged = 1e-6;        // the proxy has come to rest
-constexpr double kSettled = 2e-4;          // the same where several contacts were looked at,
+constexpr double kSettled = 2e-5;          // the same where several contacts were looked at,
 constexpr double kSettledCutting = 3e-3;   // … and while they are cut, which leaves them rough by more
-constexpr int kSettlingLooks = 5;
+constexpr int kSettlingLooks = 8, kSettlingLooksCutting = 5;
+constexpr int kRefiningRounds = 6;         // of a head that does not cut
+constexpr double kStillConverges = 0.95;   // share that a step may be of the one before …
+constexpr double kMostGain = 10;           // … and how many steps may be made at once
 constexpr double kBlur = 0.2;              // what interpolation makes of a narrow cut: 0.09 where a ball is 3 voxels in radius
 constexpr double kSamePoints = 0.3;        // contacts found less than this ago, in voxels of way, still serve
 constexpr double kToothGrip = 0.15;        // engaged teeth resist being led sideways up to this share of the push
@@ -202,7 +205,7 @@ struct Servo::State {
   double rejoining = 0;        // s left to find back from the bridge to the surface
   double due_for = 0;          // s that a new patch has been due
   dvec3 torque{0};             // N·m, of the contacts
-  dvec3 last_torque{0};        // N·m, as sent
+  dvec3 last_torque{0};        // N·m, as sent and felt
   dvec3 last_force{0};         // N, what the tissue gave …
   dvec3 teeth_force{0};        // N, of the teeth before the limits
   dvec3 last_spindle_force{0}; // N, … and what the spindle fed through the teeth
@@ -603,6 +606,7 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
   bool touching = false, lost = false, deep = false;
   int settled_looks = 0;
   dvec3 found_at(0), last_step(0);
+  double last_gain = 1;
   const double overlap_before = s.overlap;
   if (s.overlap > 0) s.overlap *= std::exp(-dt / kRecoveryTime);
   const double pace_per_slew = dt / (settings.stiffness * std::max(s.stiffness_share, 0.05)) / h;  // voxels per N/s
@@ -635,8 +639,9 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
       continue;
     }
 
-    // The surface points found once serve as long as the head has hardly moved; a single exact one is always new.
-    if (contacts.count() > 1 && !contacts.sunk() && glm::length(c - found_at) < kSamePoints) {
+    // The surface points found once serve as long as the head has hardly moved; a single exact one is always new, and so are
+    // those around a rim, which are told from the rough ones by queries.
+    if (contacts.count() > 1 && (may_cut || tool.shape == HeadShape::kSphere) && !contacts.sunk() && glm::length(c - found_at) < kSamePoints) {
       contacts.drop_added();
       finder.relinearize({c, X_WT.R}, contacts);
       if (smooth_parts) smooth_parts->relinearize({c, X_WT.R}, contacts);
@@ -681,24 +686,26 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
                                 ? held_target(c0, target, s.normal, moved / h, kGripSlew * pace_per_slew)
                                 : target;
     dvec3 next = nearest_allowed(contacts, c, s.overlap, slack, pulled_to, active);
-    if (contacts.count() > 1 && active.count > 0) {  // rough planes chose which hold; exact ones say how far
+    // Rough planes chose which hold; exact ones say how far, and others may hold then.
+    for (int round = 0; round < (may_cut ? 1 : kRefiningRounds) && contacts.count() > 1 && active.count > 0; ++round) {
       bool refined = false;
       for (int i = 0; i < active.count; ++i) {
         refined |= finder.refine(s.patch, {c, X_WT.R}, contacts, active.index[i], !may_cut);
       }
-      if (refined) next = nearest_allowed(contacts, c, s.overlap, slack, pulled_to, active);
+      if (!refined) break;
+      next = nearest_allowed(contacts, c, s.overlap, slack, pulled_to, active);
     }
     touching = contacts.count() > 0;
     dvec3 step = next - c;
-    // Along a smooth curved surface each step is the same share of the one before: all that are still to come at once.
-    if (contacts.count() == 1 && active.count == 1) {
+    // Along a smooth curved surface each step is the same share of the one before, of less than nothing in a hollow: all that
+    // are still to come at once (the secant method).
+    if ((contacts.count() == 1 || !may_cut) && active.count == 1) {
       const double before2 = glm::dot(last_step, last_step);
       const double share = before2 > 0 ? glm::dot(step, last_step) / before2 : 0;
       last_step = step;
-      if (share > 0 && share < 0.5) {
-        step *= 1 / (1 - share);
-        next = c + step;
-      }
+      last_gain = share != 0 && std::abs(share) < kStillConverges ? std::min(last_gain / (1 - share), contacts.count() > 1 ? 2.0 : kMostGain) : 1;
+      step *= last_gain;
+      next = c + step;
     }
     const double length = glm::length(step);
     const double longest = contacts.count() > 1 ? kContactStep : kStep;
@@ -708,7 +715,7 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
     }
     c = next;
     const double settled = contacts.count() > 1 ? may_cut ? kSettledCutting : kSettled : kConverged;
-    if (length < settled || ++settled_looks >= kSettlingLooks) break;
+    if (length < settled || ++settled_looks >= (may_cut ? kSettlingLooksCutting : kSettlingLooks)) break;
     // On a smooth surface each look squares the error; when nothing pushes, the target was reached.
     if (active.count == 0) {
       touching = false;
@@ -983,17 +990,19 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
   const double forgiven = sums.energy < -kDebt ? -sums.energy : s.given;
   if (!touching && s.tip.sunk <= 0) s.given = std::clamp(-sums.energy, 0.0, forgiven);
   s.stored = stored;
+  // An arm that gives no torque resists no turn, and none may be counted as if the hand had paid for it.
+  dvec3 felt_torque = settings.gives_torque ? torque : dvec3(0);
   if (settings.passivity) {
-    const double passive = passive_share({}, force, moved, torque, turned, dt, settings.tick, sums.energy + s.given, s.passivity);
+    const double passive = passive_share({}, force, moved, felt_torque, turned, dt, settings.tick, sums.energy + s.given, s.passivity);
     force *= passive;
-    torque *= passive;
+    torque *= passive, felt_torque *= passive;
   }
 
   s.normal = normal;
   s.last_depth = out.depth;
   s.X_WG = {p_held, X_WT.R};
   s.last_force = force;
-  s.last_torque = torque;
+  s.last_torque = felt_torque;
   s.last_spindle_force = spindle_force;
   s.last_teeth_force = teeth_force;
   s.last_sent = force + spindle_force;

@@ -24,6 +24,7 @@ struct ServoSettings {
   bool boundary_walls = true;   // one-sided walls from soft to hard tissue
   double force_limit = 20;      // N
   double torque_limit = 0.5;    // N·m
+  bool gives_torque = true;     // the hand's device resists turns (DeviceInfo); else its torque is for show, not in the ledger
   double slew_limit = 0;        // N/s that the force may rise by; 0: as it comes
   double position_step = 0;     // m, of the hand's device (DeviceInfo); the damper then goes by an estimate of velocity
   double ramp_time = 15e-3;     // s from nothing to the whole force at the start, and back at the end

@@ -63,6 +63,29 @@ struct Cylinder : Solid {
   }
 };
 
+/// A truncated cone, or one with a tip; the distance in the half-plane through its axis, to the outline there.
+struct Cone : Solid {
+  dvec3 center, axis;
+  double radius, top_radius, half;  // the radius below, at -half along the axis, and above
+
+  double distance(const dvec3& p) const override {
+    const dvec3 d = p - center;
+    const double z = glm::dot(d, axis);
+    const glm::dvec2 q(glm::length(d - z * axis), z), corner(radius, -half), side(top_radius - radius, 2 * half);
+    // To the ends and to the slope, each as far as it reaches.
+    const double below = glm::length(glm::dvec2(std::max(q.x - radius, 0.0), q.y + half));
+    const double above = glm::length(glm::dvec2(std::max(q.x - top_radius, 0.0), q.y - half));
+    const double s = std::clamp(glm::dot(q - corner, side) / glm::dot(side, side), 0.0, 1.0);
+    const double nearest = std::min({below, above, glm::length(q - corner - s * side)});
+    const double out = side.y * (q.x - corner.x) - side.x * (q.y - corner.y);  // of the slope
+    return std::abs(z) < half && out < 0 ? -nearest : nearest;
+  }
+  void bounds(dvec3& lo, dvec3& hi) const override {
+    const dvec3 wide = glm::sqrt(glm::max(1.0 - axis * axis, 0.0)), a = center - half * axis, b = center + half * axis;
+    lo = glm::min(a - radius * wide, b - top_radius * wide), hi = glm::max(a + radius * wide, b + top_radius * wide);
+  }
+};
+
 struct Capsule : Solid {
   dvec3 a, b;
   double radius;
@@ -115,10 +138,6 @@ struct Combination : Solid {
       hi = operation == Operation::kUnion ? glm::max(hi, h) : glm::min(hi, h);
     }
   }
-  bool exact_outside() const override {
-    return operation == Operation::kUnion &&
-           std::all_of(parts.begin(), parts.end(), [](const auto& part) { return part->exact_outside(); });
-  }
 };
 
 std::unique_ptr<Solid> read_combination(const Json& json, Operation operation, const FindFile& find) {
@@ -150,7 +169,7 @@ std::vector<std::string> mesh_files(const Json& json) {
 std::unique_ptr<Solid> read_solid(const Json& json, const FindFile& find) {
   const auto keys = json.is_object() ? json.keys() : std::vector<std::string>{};
   if (keys.size() != 1) {
-    json.fail("an object with one of sphere, halfspace, box, cylinder, capsule, torus, mesh, union, intersection, difference");
+    json.fail("an object with one of sphere, halfspace, box, cylinder, cone, capsule, torus, mesh, union, intersection, difference");
   }
   const Json value = json[keys[0]];
   const std::string& kind = keys[0];
@@ -192,6 +211,16 @@ std::unique_ptr<Solid> read_solid(const Json& json, const FindFile& find) {
     s->half = read_length(value["height_mm"]) / 2;
     return s;
   }
+  if (kind == "cone") {
+    value.allow_only({"center_mm", "axis", "radius_mm", "top_radius_mm", "height_mm"});
+    auto s = std::make_unique<Cone>();
+    s->center = center();
+    s->axis = value.has("axis") ? read_direction(value["axis"]) : dvec3(0, 0, 1);
+    s->radius = read_length(value["radius_mm"]);
+    s->top_radius = value.number_or("top_radius_mm", 0, 0, 1e6) * kMillimetre;
+    s->half = read_length(value["height_mm"]) / 2;
+    return s;
+  }
   if (kind == "capsule") {
     value.allow_only({"a_mm", "b_mm", "radius_mm"});
     auto s = std::make_unique<Capsule>();
@@ -217,7 +246,7 @@ std::unique_ptr<Solid> read_solid(const Json& json, const FindFile& find) {
     return read_mesh_solid(file, value.number_or("scale", 1, 1e-6, 1e6) * kMillimetre);
   }
   json.fail("\"" + kind + "\"",
-            "one of sphere, halfspace, box, cylinder, capsule, torus, mesh, union, intersection, difference");
+            "one of sphere, halfspace, box, cylinder, cone, capsule, torus, mesh, union, intersection, difference");
 }
 
 DenseTissue read_solids(const Json& json, const FindFile& find) {
@@ -270,7 +299,6 @@ DenseTissue read_solids(const Json& json, const FindFile& find) {
   }
   dense.frame = {first * h, h};
   dense.size = glm::ivec3(size);
-  dense.exact_outside = std::all_of(parts.begin(), parts.end(), [](const Part& p) { return p.solid->exact_outside(); });
   const std::size_t count = static_cast<std::size_t>(dense.size.x) * dense.size.y * dense.size.z;
   dense.distance.resize(count);
   dense.tissue.resize(count);

@@ -11,21 +11,20 @@
 
 namespace typodont::haptics {
 
-/// A closed shape with its signed distance, negative inside. Metres, frame W.
+/// A closed shape with its signed distance, negative inside; where shapes were intersected or taken away it may be less than
+/// the true one, never more. Metres, frame W.
 class Solid {
  public:
   virtual ~Solid() = default;
   virtual double distance(const dvec3& p_W) const = 0;
   /// Bounds; infinite for unbounded solids.
   virtual void bounds(dvec3& lo, dvec3& hi) const = 0;
-  /// True when `distance` is the true distance outside too; max of two distances (a difference) is not.
-  virtual bool exact_outside() const { return true; }
 };
 
 /// Where a file lies that a solid names; without one it is looked for beside the JSON file.
 using FindFile = std::function<std::filesystem::path(const std::string& name)>;
 
-/// Reads one of: sphere, halfspace, box, cylinder, capsule, torus, mesh, union, intersection, difference. Throws Error.
+/// Reads one of: sphere, halfspace, box, cylinder, cone, capsule, torus, mesh, union, intersection, difference. Throws Error.
 std::unique_ptr<Solid> read_solid(const Json& json, const FindFile& find = {});
 
 /// The "tissue" object of a scene with "solids": samples them on voxels. Later solids overwrite the label of earlier

@@ -23,7 +23,8 @@ struct SurfacePatch {
   dvec3 center_W{0, 0, 0};      // m, where it was asked for
   glm::ivec3 lo{0};             // voxel of sample (0,0,0)
   int n = 0;
-  bool exact_outside = false;   // distances outside the tissue are true distances …
+  double band = 1e300;          // voxels; farther from the surface the field tells no distance
+  bool exact_outside = false;   // distances outside the tissue are true ones, or at least never more …
   glm::ivec3 cut_lo{INT_MAX}, cut_hi{INT_MIN};  // … but for what was cut or filled in this box of voxels, inclusive
   std::vector<float> distance;
   std::vector<Tissue> tissue;
@@ -52,7 +53,7 @@ struct SurfacePatch {
 inline void mark_cut(SurfacePatch& patch, const glm::ivec3& lo, const glm::ivec3& hi) {
   patch.cut_lo = glm::min(patch.cut_lo, lo), patch.cut_hi = glm::max(patch.cut_hi, hi);
 }
-/// True when the field around p (in voxels), whose value there is `distance`, holds true distances: neither the samples
+/// True when the field around p (in voxels), whose value there is `distance`, is as it was before any cut: neither the samples
 /// of the cubic stencil nor the tissue that they are nearest to lie where something was cut.
 inline bool is_true_around(const SurfacePatch& patch, const dvec3& p_V, double distance) {
   constexpr double kStencil = 5.2;  // voxels from a point to the corners of its stencil, 3√3

@@ -20,7 +20,7 @@ if(TYPODONT_WINDOW)
 endif()
 if(NOT TYPODONT_SANITIZE)  # a sanitizer's shadow needs all the address space
   typodont_test(stress_program KIND stress SOURCES stress/program_exhaustion_test.cpp stress/program_stall_test.cpp
-                stress/program_length_test.cpp LIBS typodont_session)
+                stress/program_length_test.cpp stress/program_kill_test.cpp LIBS typodont_session)
   target_compile_definitions(stress_program PRIVATE TYPODONT_PROGRAM="$<TARGET_FILE:typodont>")
   add_dependencies(stress_program typodont)
   if(TYPODONT_WINDOW)

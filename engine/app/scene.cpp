@@ -289,10 +289,11 @@ std::filesystem::path volume_file(const Scene& scene) {
 }
 
 haptics::ServoSettings servo_settings(const Scene& scene, const haptics::TissueVolume& tissue, double rate,
-                                      double vibration_band, double position_step) {
+                                      double vibration_band, double position_step, bool gives_torque) {
   haptics::ServoSettings settings = scene.servo;
   if (!scene.vibration_band_set) settings.vibration.band = vibration_band;
   settings.position_step = position_step;
+  settings.gives_torque = gives_torque;
   settings.frame = tissue.frame();
   settings.tick = 1 / rate;
   return settings;

@@ -52,10 +52,10 @@ haptics::TissueVolume load_untouched(const Scene& scene);
 /// The same; of a scene that goes on from a half-done preparation, that one.
 haptics::TissueVolume load_tissue(const Scene& scene);
 
-/// The scene's servo settings completed for this tissue, servo rate (Hz) and the hand's vibration band (Hz), which the
-/// scene may overrule.
+/// The scene's servo settings completed for this tissue, servo rate (Hz) and what else the hand's device determines
+/// (haptics::DeviceInfo); its vibration band (Hz) the scene may overrule.
 haptics::ServoSettings servo_settings(const Scene& scene, const haptics::TissueVolume& tissue, double rate,
-                                      double vibration_band = 0, double position_step = 0);
+                                      double vibration_band = 0, double position_step = 0, bool gives_torque = true);
 
 /// What its tools are called, in their order.
 std::vector<std::string> tool_names(const Scene& scene);

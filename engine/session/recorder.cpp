@@ -219,7 +219,7 @@ void SessionWriter::Impl::create(const SessionHeader& header) {
   std::error_code code;
   if (std::filesystem::is_directory(file, code)) refuse("a directory");
   if (is_being_recorded(file)) refuse("a session that is being recorded");
-  written_to = options.whole_or_nothing ? std::filesystem::path(file.string() + fmt::format(".{}.partial", getpid())) : file;
+  written_to = file.string() + fmt::format(".{}.partial", getpid());
 
   H5 access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
   H5Pset_libver_bounds(access.get(), H5F_LIBVER_V110, H5F_LIBVER_V110);  // what SWMR needs
@@ -239,6 +239,18 @@ void SessionWriter::Impl::create(const SessionHeader& header) {
     refuse(why);
   }
   lock_fd = lock_while_recording(written_to);
+  // A live recording has its name from the moment on at which it can be opened after a kill, and not before.
+  if (!options.whole_or_nothing) {
+    std::filesystem::rename(written_to, file, code);
+    if (code) {
+      const std::string why = code.message();
+      h5.reset();
+      ::close(lock_fd);
+      std::filesystem::remove(written_to, code);
+      refuse(why);
+    }
+    written_to = file;
+  }
 }
 
 void SessionWriter::Impl::note_tool(const ServoTick& tick) noexcept {
@@ -273,6 +285,7 @@ bool SessionWriter::Impl::create_header(const SessionHeader& header) {
               set_attribute(root, "servo_rate_Hz", header.servo_rate) &&
               set_attribute(root, "vibration_band_Hz", header.vibration_band) &&
               set_attribute(root, "position_step_m", header.position_step) &&  // to the bit
+              set_attribute(root, "gives_torque", std::uint64_t{header.gives_torque}) &&
               set_attribute(root, "voxel_mm", header.voxel * 1e3) && write_text(group.get(), "scene", header.scene_json) &&
               write_text(group.get(), "rig", header.rig_json) && write_text(group.get(), "files", dump(files)) &&
               write_text(group.get(), "seeds", dump(seeds)) && write_text(group.get(), "tools", dump(header.tools)) &&

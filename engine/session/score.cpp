@@ -135,6 +135,7 @@ struct Measure {
   const char* unit;
   Best best;
   std::optional<double> (*value)(const ScoreInput&);
+  bool of_hand = false;  // says how the hand moved, not how the tissue is left
 };
 
 std::optional<double> if_caries(const ScoreInput& in, double value) {
@@ -223,13 +224,13 @@ constexpr Measure kMeasures[] = {
        if (!in.explore) return std::nullopt;
        return 100 * in.explore->explored;
      }},
-    {"force_mean_N", "N", Best::kAtMost, [](In in) -> Value { return in.hand.force_mean; }},
-    {"force_max_N", "N", Best::kAtMost, [](In in) -> Value { return in.hand.force_max; }},
-    {"path_length_mm", "mm", Best::kAtMost, [](In in) -> Value { return in.hand.path_length * 1e3; }},
-    {"time_s", "s", Best::kAtMost, [](In in) -> Value { return in.hand.time; }},
-    {"contact_time_s", "s", Best::kAtMost, [](In in) -> Value { return in.hand.contact_time; }},
-    {"strokes", "", Best::kAtMost, [](In in) -> Value { return in.hand.strokes; }},
-    {"tremor_rms_um", "µm", Best::kAtMost, [](In in) -> Value { return in.hand.tremor_rms * 1e6; }},
+    {"force_mean_N", "N", Best::kAtMost, [](In in) -> Value { return in.hand.force_mean; }, true},
+    {"force_max_N", "N", Best::kAtMost, [](In in) -> Value { return in.hand.force_max; }, true},
+    {"path_length_mm", "mm", Best::kAtMost, [](In in) -> Value { return in.hand.path_length * 1e3; }, true},
+    {"time_s", "s", Best::kAtMost, [](In in) -> Value { return in.hand.time; }, true},
+    {"contact_time_s", "s", Best::kAtMost, [](In in) -> Value { return in.hand.contact_time; }, true},
+    {"strokes", "", Best::kAtMost, [](In in) -> Value { return in.hand.strokes; }, true},
+    {"tremor_rms_um", "µm", Best::kAtMost, [](In in) -> Value { return in.hand.tremor_rms * 1e6; }, true},
 };
 
 const Measure* find_measure(std::string_view name) {
@@ -329,8 +330,33 @@ Best read_best(const Json& entry, Best fallback) {
   best->fail("at_most, at_least or near");
 }
 
-/// `ideal`: what a perfect hand would get, for targets that are not given; nullptr: not known yet, and not asked for.
-std::vector<ScoreRule> read_rules(const Json& list, const ScoreInput* ideal) {
+bool has_ideal(const ScoreInput& in) { return in.ideal || in.cavity_ideal; }
+
+/// What would be measured had the tissue been left as the ideal, by a hand that did no damage.
+ScoreInput as_the_ideal(const ScoreInput& input) {
+  ScoreInput in = input;
+  in.hand = {};
+  in.cavity = input.cavity_ideal;
+  in.after = input.ideal.value_or(input.before);
+  if (in.damage) in.damage->neighbour_volume = in.damage->gum_volume = 0;
+  return in;
+}
+
+/// A measure's target by default.
+std::optional<double> usual_target(std::string_view name) {
+  ScoreInput working, exploring;
+  exploring.explore.emplace();
+  for (const ScoreInput& in : {working, exploring}) {
+    for (const ScoreRule& rule : default_rules(in)) {
+      if (rule.name == name) return rule.target;
+    }
+  }
+  return std::nullopt;
+}
+
+/// `input`: what was measured; nullptr: nothing yet. A rule that names no target takes the ideal's own value; where that says
+/// nothing (the hand, exploring, a task without an ideal) the default's.
+std::vector<ScoreRule> read_rules(const Json& list, bool with_ideal, const ScoreInput* input) {
   std::vector<ScoreRule> rules;
   for (const Json& entry : list.items()) {
     entry.allow_only({"name", "target", "tolerance", "weight", "best", "source"});
@@ -343,9 +369,13 @@ std::vector<ScoreRule> read_rules(const Json& list, const ScoreInput* ideal) {
     }
     if (const auto target = entry.find("target")) {
       rule.target = target->number();
-    } else if (ideal) {
-      const auto value = measure->value(*ideal);
-      if (!value && ideal->cavity_ideal) entry.fail("no target", "a target: the ideal has none of this");
+    } else if (const auto usual = usual_target(rule.name); usual && (measure->of_hand || !with_ideal)) {
+      rule.target = *usual;
+    } else if (!with_ideal) {
+      entry.fail("no target", "a target: there is no ideal to take it from");
+    } else if (input) {
+      const auto value = measure->value(as_the_ideal(*input));
+      if (!value && input->cavity_ideal) entry.fail("no target", "a target: the ideal has none of this");
       if (!value) continue;  // the ideal was not measured
       rule.target = *value;
     }
@@ -363,7 +393,7 @@ std::vector<ScoreRule> read_rules(const Json& list, const ScoreInput* ideal) {
 
 void check_rules(const Json& block) {
   (void)block.boolean_or("defaults", true);
-  if (const auto list = block.find("rules")) read_rules(*list, nullptr);
+  if (const auto list = block.find("rules")) read_rules(*list, block.has("ideal"), nullptr);
 }
 
 std::vector<ScoreRule> rules_from(const Json& block, const ScoreInput& input) {
@@ -373,13 +403,21 @@ std::vector<ScoreRule> rules_from(const Json& block, const ScoreInput& input) {
 
 std::vector<ScoreRule> task_rules(const Json& block, const ScoreInput& input) {
   std::vector<ScoreRule> rules;
-  if (block.boolean_or("defaults", true)) rules = default_rules(input);
+  if (block.boolean_or("defaults", true)) {
+    rules = default_rules(input);
+    // An ideal may leave caries or open the pulp: then that is what is asked for, so that the ideal scores full.
+    if (has_ideal(input)) {
+      const ScoreInput ideal = as_the_ideal(input);
+      for (ScoreRule& rule : rules) {
+        const Measure& measure = *find_measure(rule.name);
+        const auto value = measure.of_hand ? std::nullopt : measure.value(ideal);
+        if (value) rule.target = rule.best == Best::kAtLeast ? std::min(rule.target, *value) : std::max(rule.target, *value);
+      }
+    }
+  }
   const auto list = block.find("rules");
   if (!list) return rules;
-  ScoreInput ideal = input;
-  if (input.cavity_ideal) ideal.cavity = input.cavity_ideal;
-  if (input.ideal) ideal.after = *input.ideal;
-  for (ScoreRule& rule : read_rules(*list, &ideal)) {
+  for (ScoreRule& rule : read_rules(*list, block.has("ideal") || has_ideal(input), &input)) {
     const auto same = std::find_if(rules.begin(), rules.end(), [&](const ScoreRule& r) { return r.name == rule.name; });
     if (same == rules.end()) {
       rules.push_back(std::move(rule));

@@ -119,7 +119,8 @@ std::string_view unit_of(std::string_view score_name);
 std::vector<ScoreRule> default_rules(const ScoreInput& input);
 /// A scene's "score" block: {"rules": [{"name", "target", "tolerance", "weight", "best", "source"}…], "defaults": true}.
 /// Rules replace the defaults of the same name; "defaults": false starts from none. A rule without a target takes what
-/// the ideal itself has. Throws Error.
+/// the ideal itself has, one about the hand or without an ideal the default's. Defaults that the ideal itself would miss
+/// take what it has. Throws Error.
 std::vector<ScoreRule> rules_from(const Json& block, const ScoreInput& input);
 /// The same of a "task", which holds other keys beside them.
 std::vector<ScoreRule> task_rules(const Json& task, const ScoreInput& input);

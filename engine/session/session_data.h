@@ -43,6 +43,7 @@ struct SessionHeader {
   std::vector<StreamSpec> streams;    // what else is recorded
   double servo_rate = 1000;           // Hz
   double position_step = 0;           // m, the least that the hand's device moved by, a count of its encoders; a replay needs it
+  bool gives_torque = true;           // whether the hand's device resisted turns; a replay needs it
   double vibration_band = 0;          // Hz up to which the hand rendered the spindle's vibration; a replay needs it
   double voxel = 0;                   // m
   PerTissue volumes_before{};         // m³ of each tissue at the start

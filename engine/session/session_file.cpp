@@ -323,6 +323,9 @@ void SessionReader::Impl::read_header() {
   get_attribute(root, "vibration_band_Hz", header.vibration_band);  // older files have none, and had no vibration
   get_attribute(root, "position_step_m", header.position_step);  // older files have none, and took differences
   if (!(header.position_step > 0 && header.position_step < 1)) header.position_step = 0;
+  std::uint64_t gives_torque = 1;  // older files have none, and counted the torque of any device
+  get_attribute(root, "gives_torque", gives_torque);
+  header.gives_torque = gives_torque != 0;
   if (!std::isfinite(header.vibration_band) || header.vibration_band < 0) header.vibration_band = 0;
   need(read_text(group.get(), "scene", header.scene_json), "header/scene");
   need(read_text(group.get(), "rig", header.rig_json), "header/rig");

@@ -9,14 +9,17 @@
 
 #include "engine/base/dispatch.h"
 #include "engine/base/units.h"
+#include "haptics/contact/sharp_edge.h"
 #include "haptics/lanes.h"
 
 namespace typodont::haptics {
 
 namespace {
 
-constexpr double kMedialAxis = 1e-2;  // a gradient shorter by more: walls meeting at over 16°
 constexpr double kFootOff = 0.05;     // voxels; of a ball of four voxels' radius the linear look alone is off by as much
+constexpr double kUnbent = 2e-4;      // a gradient whose length is off by less, over a surface …
+constexpr double kBelow = 3;          // … that lies so many voxels of tissue away from any edge …
+constexpr double kAbove = 3.5;        // … and so many of air from where another wall is nearer, is that of one wall
 constexpr float kOnSurface = 0.25f;   // voxels
 constexpr float kNear = 1.5f;         // voxels: samples closer than this to the surface are looked at
 constexpr int kExactSteps = 4;        // cubic queries a contact may take on its way to the closest point
@@ -26,6 +29,12 @@ constexpr double kGained = 1e-4;      // voxels: the next step would gain the sq
 // While nothing is cut the force's direction counts, and sideways a contact is off by the root of what a step still gains.
 constexpr int kFineSteps = 8;
 constexpr double kFineStays = 1e-3, kFineGained = 3e-8;
+constexpr double kStillConverges = 0.95, kMostGain = 10;
+// A rim that lies in the tissue: what its sides say about the way out is wrong, the tissue's normal is right …
+constexpr double kAskew = 0.99999;    // … where these differ, by their cosine, …
+constexpr double kSmooth = 0.05;      // … the tissue is smooth, its gradient no shorter than this from one, …
+constexpr double kSameWall = 0.9;     // … and the same around, by the cosine of its normals, …
+constexpr double kNearRim = 2;        // … as far as this many voxels from the rim, and from what of it is sunk
 constexpr int kBatch = 8;
 
 /// A piece of the head's meridian in floats; see HeadField::Piece.
@@ -426,6 +435,18 @@ void ContactSet::put(int i, const dvec3& c, const ContactPlane& plane) noexcept 
   rough_.yields[i] = static_cast<float>(plane.yields);
 }
 
+/// What was found roughly around a rim says the same as the rim.
+void ContactSet::put_beside(const ContactPlane& rim) noexcept {
+  const glm::vec3 x(rim.x - origin_), n(rim.n);
+  const auto near = static_cast<float>(kNearRim + 2 * std::abs(rim.gap));
+  for (int i = 0; i < own(); ++i) {
+    if (glm::length(glm::vec3(rough_.x[i], rough_.y[i], rough_.z[i]) - x) > near) continue;
+    rough_.x[i] = x.x, rough_.y[i] = x.y, rough_.z[i] = x.z;
+    rough_.nx[i] = n.x, rough_.ny[i] = n.y, rough_.nz[i] = n.z;
+    rough_.gap[i] = static_cast<float>(rim.gap);
+  }
+}
+
 bool ContactSet::add(const ContactPlane& plane) noexcept {
   if (count_ == RoughPlanes::kRoom) return false;
   const glm::vec3 x(plane.x - origin_), n(plane.n);
@@ -457,20 +478,34 @@ double ContactFinder::head_distance(const Pose& X_VT, const dvec3& x, dvec3& n) 
   return distance;
 }
 
-/// Offset surface (Kim & Park 2006, sec. 3.2): one query at the sphere's centre. Exact where the field outside the
-/// tissue is a true distance and smooth; a gradient shorter than 1 betrays a medial axis within the stencil.
+/// Offset surface (Kim & Park 2006, sec. 3.2): one query at the sphere's centre. Exact where the field outside the tissue is
+/// smooth, and nowhere more than the true distance; that it is no less shows in its foot, which lies on the surface. What the
+/// stencil must not see shows on the line through both: near an edge the tissue below the foot is less deep (then the edge is
+/// made of its faces), and near a medial axis the air above less wide.
 bool ContactFinder::find_by_offset(const SurfacePatch& patch, const dvec3& c, ContactSet& set) const noexcept {
   const FieldSample at = sample_cubic(patch, c);
   const double length = glm::length(at.gradient);
-  if (std::abs(length - 1) > kMedialAxis) return false;
-  if (at.value < 0.5) return false;  // the centre is inside: the field there is not what the offset needs
-  const dvec3 n = at.gradient / length;
-  // Near a medial axis the gradient is a mixture of two walls': its foot then hangs in the air between them.
-  if (!patch.holds(c - at.value * n, 0) || std::abs(sample_linear(patch, c - at.value * n)) > kFootOff) return false;
+  if (at.value < 0.5 || length < 0.5) return false;  // the centre is inside: the field there is not what the offset needs
+  dvec3 n = at.gradient / length;
+  double distance = at.value;
+  const dvec3 below = c - (distance + kBelow) * n;
+  const dvec3 above = c + kAbove * n;
+  if (!patch.holds(above, 0) || sample_linear(patch, above) < std::min(distance + kAbove, patch.band) - kFootOff) return false;
+  if (std::abs(length - 1) > kUnbent || !patch.holds(below, 0) || std::abs(sample_linear(patch, below) + kBelow) > kFootOff) {
+    dvec3 foot = c - distance * n;
+    if (nearest_on_edge(patch, c, foot, distance, foot)) {
+      distance = glm::length(c - foot);
+      n = (c - foot) / distance;
+    } else {
+      // Bent, or its foot in the air: a mixture of two walls'.
+      if (std::abs(length - 1) > kUnbent || !patch.holds(foot, 0)) return false;
+      if (std::abs(sample_linear(patch, foot)) > kFootOff) return false;
+    }
+  }
   set.origin_ = c;
-  set.put(0, c, {c - at.value * n, n, at.value - radius_, 1});
+  set.put(0, c, {c - distance * n, n, distance - radius_, 1});
   set.count_ = 1;
-  set.deepest_ = std::max(0.0, radius_ - at.value);
+  set.deepest_ = std::max(0.0, radius_ - distance);
   return true;
 }
 
@@ -488,7 +523,9 @@ FlatHead flat_head(const FlatPiece* pieces, int count, bool sphere, double radiu
 
 void ContactFinder::find(const SurfacePatch& patch, const Pose& X_VT, double near, ContactSet& set) const noexcept {
   set.clear();
-  if (sphere_ && is_true_around(patch, X_VT.p, sample_linear(patch, X_VT.p)) && find_by_offset(patch, X_VT.p, set)) return;
+  const bool uncut = patch.cut_lo.x > patch.cut_hi.x ? patch.exact_outside
+                                                     : is_true_around(patch, X_VT.p, sample_linear(patch, X_VT.p));
+  if (sphere_ && uncut && find_by_offset(patch, X_VT.p, set)) return;
 
   // Floats keep their digits when counted from a voxel nearby.
   const glm::ivec3 base = glm::ivec3(X_VT.p) - (static_cast<int>(reach_) + 8), from = base - patch.lo;
@@ -548,13 +585,15 @@ void ContactFinder::relinearize(const Pose& X_VT, ContactSet& set) const noexcep
   const glm::vec3 moved(X_VT.p - set.origin_);
   set.deepest_ = static_cast<double>(look_again(&head, &set.rough_, set.count_, &moved.x));
   for (int k = 0; k < set.exact_count_; ++k) {
-    ContactPlane& plane = set.exact_[static_cast<std::size_t>(k)].plane;
-    plane.gap = head_distance(X_VT, plane.x, plane.n);
-    plane.n = -plane.n;
+    see_again(X_VT, set.exact_[static_cast<std::size_t>(k)].plane);
   }
 }
 
 void ContactFinder::see_again(const Pose& X_VT, ContactPlane& plane) const noexcept {
+  if (plane.rim) {
+    plane.gap = glm::dot(plane.n, farthest(X_VT, -plane.n) - plane.x);
+    return;
+  }
   plane.gap = head_distance(X_VT, plane.x, plane.n);
   plane.n = -plane.n;
 }
@@ -567,9 +606,11 @@ bool ContactFinder::refine(const SurfacePatch& patch, const Pose& X_VT, ContactS
   const ContactPlane rough = set.plane(i);
   if (!patch.holds(rough.x, 0)) return false;
   // From a point near the surface: onto it, then along it toward the head, as long as that brings them closer.
+  // Each slide is the same share of the one before on a surface that bends evenly: a fine one goes all the way (secant method).
   ContactPlane best;
   best.gap = 1e300;
-  dvec3 x = rough.x;
+  dvec3 x = rough.x, last_slide(0);
+  double gain = 1;
   for (int step = 0; step < (fine ? kFineSteps : kExactSteps); ++step) {
     if (step > 0 && !patch.holds(x, 0)) break;
     const FieldSample field = sample_cubic(patch, x);
@@ -583,9 +624,64 @@ bool ContactFinder::refine(const SurfacePatch& patch, const Pose& X_VT, ContactS
     if (!(gained > 0)) break;
     best = {x, -m, gap, rough.yields};
     if (gained < (fine ? kFineGained : kGained)) break;
-    x -= (radius_ + gap) * (m - glm::dot(m, n) * n);
+    const dvec3 slide = -(radius_ + gap) * (m - glm::dot(m, n) * n);
+    if (fine) {
+      const double before2 = glm::dot(last_slide, last_slide);
+      const double share = before2 > 0 ? glm::dot(slide, last_slide) / before2 : 0;
+      gain = share != 0 && std::abs(share) < kStillConverges ? std::min(gain / (1 - share), kMostGain) : 1;
+      last_slide = slide;
+    }
+    x += gain * slide;
   }
-  set.put(i, X_VT.p, best.gap < rough.gap + 0.5 ? best : rough);
+  if (best.gap >= rough.gap + 0.5) best = rough;
+  const bool rim = fine && touch_with_rim(patch, X_VT, best);
+  set.put(i, X_VT.p, best);
+  if (rim) set.put_beside(best);
+  return true;
+}
+
+/// The point of the head that lies farthest along a unit direction: on the rim of one of its pieces, or on an arc.
+dvec3 ContactFinder::farthest(const Pose& X_VT, const dvec3& along) const noexcept {
+  const dvec3 d = glm::conjugate(X_VT.R) * along;
+  const double out = std::hypot(d.x, d.y);
+  glm::dvec2 best(0);
+  double most = -1e300;
+  const auto try_point = [&](double rho, double z) {
+    if (const double reach = out * rho + d.z * z; reach > most) most = reach, best = {rho, z};
+  };
+  for (int i = 0; i < head_.count; ++i) {
+    const HeadField::Piece& piece = head_.pieces[i];
+    try_point(piece.ax, piece.az);
+    try_point(piece.bx, piece.bz);
+    if (piece.radius == 0) continue;
+    const double ux = piece.ax - piece.cx, uz = piece.az - piece.cz, wx = piece.bx - piece.cx, wz = piece.bz - piece.cz;
+    if (ux * d.z - uz * out >= 0 && out * wz - d.z * wx >= 0) try_point(piece.cx + piece.radius * out, piece.cz + piece.radius * d.z);
+  }
+  const dvec3 side = out > 1e-12 ? dvec3(d.x, d.y, 0) / out : dvec3(1, 0, 0);
+  return X_VT.p + X_VT.R * (best.x * side + dvec3(0, 0, best.y));
+}
+
+/// Where a sharp rim has sunk into smooth tissue the two sides of the rim each push their own way, and between them aside.
+/// The way out is the tissue's normal at the rim's deepest point.
+bool ContactFinder::touch_with_rim(const SurfacePatch& patch, const Pose& X_VT, ContactPlane& plane) const noexcept {
+  if (sphere_ || !patch.holds(plane.x, 0)) return false;
+  FieldSample field = sample_cubic(patch, plane.x);
+  double slope = glm::length(field.gradient);
+  if (std::abs(slope - 1) > kSmooth) return false;
+  const dvec3 wall = field.gradient / slope;
+  if (glm::dot(plane.n, wall) > kAskew) return false;
+  dvec3 n = wall, q;
+  for (int step = 0; step < 2; ++step) {
+    q = farthest(X_VT, -n);
+    if (!patch.holds(q, 0)) return false;
+    field = sample_cubic(patch, q);
+    slope = glm::length(field.gradient);
+    if (std::abs(slope - 1) > kSmooth) return false;
+    n = field.gradient / slope;
+  }
+  const double gap = field.value / slope;
+  if (glm::dot(n, wall) < kSameWall || glm::length(q - plane.x) > kNearRim + 2 * std::abs(gap)) return false;
+  plane = {q - gap * n, n, gap, plane.yields, true};
   return true;
 }
 

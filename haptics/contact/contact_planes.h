@@ -16,6 +16,7 @@ struct ContactPlane {
   dvec3 n{0, 0, 1};   // unit, the way the head is pushed
   double gap = 0;     // distance between head and tissue here, negative where they overlap
   double yields = 1;  // share of the slack that this one gives: less where the tissue is harder than around
+  bool rim = false;   // a sharp rim of the head touches here: n is the tissue's, whatever the head's sides are
 };
 
 struct HeadSamples;
@@ -69,6 +70,7 @@ class ContactSet {
   static constexpr int kExact = 12;
 
   Exact* exact(int i) noexcept;
+  void put_beside(const ContactPlane& rim) noexcept;
   void put(int i, const dvec3& c, const ContactPlane& plane) noexcept;
 
   int count_ = 0, exact_count_ = 0, added_ = 0;
@@ -113,6 +115,8 @@ class ContactFinder {
   void see_again(const Pose& X_VT, ContactPlane& plane) const noexcept;
 
  private:
+  bool touch_with_rim(const SurfacePatch& patch, const Pose& X_VT, ContactPlane& plane) const noexcept;
+  dvec3 farthest(const Pose& X_VT, const dvec3& along) const noexcept;
   bool find_by_offset(const SurfacePatch& patch, const dvec3& c, ContactSet& set) const noexcept;
   double head_distance(const Pose& X_VT, const dvec3& x, dvec3& n) const noexcept;
 

@@ -9,6 +9,7 @@ namespace {
 
 constexpr double kWide = 0.25e-3;     // m between samples of the wide patch
 constexpr double kBlurred = 0.5;      // wide voxels that a linear look may overestimate a distance by
+constexpr double kEdgeOff = 0.4;      // … and, on an edge, a surface: a nearest point farther out was made by intersecting
 constexpr double kEnough = 3;         // voxels of room for which the shank is not looked at anew
 constexpr double kSameWay = 0.985;    // cosine: contacts that push alike, and lie closer together than …
 constexpr double kLedOut = 0.1;       // voxels a look: found deeper inside tissue it is led out so fast
@@ -134,6 +135,7 @@ void SmoothContacts::look_from_axis(const Part& part, const SurfacePatch& patch,
     if (std::abs(slope - 1) > 0.05) continue;
     ContactPlane plane;
     plane.x = p - field.value * field.gradient / slope;
+    if (!patch.holds(plane.x, 0) || sample_linear(patch, plane.x) > kEdgeOff) continue;
     part.finder.see_again(X, plane);
     if (plane.gap < best.gap) best = plane;
   }

@@ -106,7 +106,7 @@ class ScriptedHand : public HapticDevice {
  public:
   ScriptedHand(HandPath path, double rate, bool paced, std::string address)
       : path_(std::move(path)), ticker_(rate, paced) {
-    info_ = {std::move(address), "scripted hand", "", rate, 1e9, 0};
+    info_ = {std::move(address), "scripted hand", "", rate, 1e9, 0, 1e9};
   }
   const DeviceInfo& info() const noexcept override { return info_; }
   bool read(HandSample& sample) noexcept override {
@@ -128,7 +128,7 @@ class SimulatedHand : public HapticDevice {
  public:
   SimulatedHand(HandPath path, const HandModel& model, double rate, bool paced, std::string address)
       : path_(std::move(path)), model_(model), rate_(rate), ticker_(rate, paced) {
-    info_ = {std::move(address), "simulated hand", "", rate, 1e9, 0};
+    info_ = {std::move(address), "simulated hand", "", rate, 1e9, 0, 1e9};
     x_ = path_.rows.front().X_WT.p;
     last_path_ = x_;
   }

@@ -134,6 +134,36 @@ TEST(Passivity, AHandThatDithersAtTheSurfaceGetsNothingOutOfIt) {
   }
 }
 
+TEST(Passivity, AnArmThatGivesNoTorqueGetsNoCreditForTurnsItNeverResisted) {
+  // A long head is turned into the wall about its middle, held still, and drawn out: all that was put in came by turning.
+  const auto drawn_out = [&](bool gives_torque) {
+    ServoSettings s;
+    s.tool.shape = haptics::HeadShape::kCylinder;
+    s.tool.diameter = 1.0_mm, s.tool.length = 4.0_mm;
+    s.tool.cuts = false;
+    s.friction = false;
+    s.damping = 0;
+    s.gives_torque = gives_torque;
+    HapticBench bench(kWall, s);
+    Ledger ledger;
+    dvec3 last_p(0);
+    double z = 1.2_mm;
+    const auto tick = [&](double angle) {
+      const dvec3 held = bench.last.f_T_W, p(0, 0, z);
+      if (bench.t > 0) ledger.own_least = std::min(ledger.own_least, ledger.last -= glm::dot(held, p - last_p));
+      last_p = p;
+      ledger.least = std::min(ledger.least, bench.tick({p, {std::cos(angle / 2), 0, std::sin(angle / 2), 0}}).energy);
+    };
+    for (int i = 0; i <= 500; ++i) tick((90 - 40 * i / 500.0) * kDegree);
+    for (int i = 0; i < 700; ++i) z += std::min(4e-6, 2e-8 * i), tick(50.0_deg);
+    return ledger;
+  };
+  const Ledger arm = drawn_out(false);
+  EXPECT_GE(arm.least, -1e-9);
+  EXPECT_GE(arm.own_least, -1e-9) << "what the hand felt, counted outside";
+  EXPECT_LT(drawn_out(true).own_least, -1e-6) << "an arm that resisted the turn gives back through force what came by torque";
+}
+
 TEST(Passivity, WithoutTheControllerAWallReturnsStiffnessTimesSpeedTimesTickTimesDepth) {
   for (const double rate : {500.0, 1000.0, 4000.0}) {
     const double v = 50e-3, depth = 2.0_mm, k = 1000;

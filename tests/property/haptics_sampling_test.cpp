@@ -15,7 +15,7 @@ namespace {
 std::string random_solid(std::mt19937& random, int depth) {
   std::uniform_real_distribution<double> at(-2, 2), size(0.3, 2.5);
   const auto place = [&] { return fmt::format("[{:.3f}, {:.3f}, {:.3f}]", at(random), at(random), at(random)); };
-  switch (std::uniform_int_distribution<int>(0, depth > 0 ? 6 : 3)(random)) {
+  switch (std::uniform_int_distribution<int>(0, depth > 0 ? 7 : 4)(random)) {
     case 0: return fmt::format(R"({{"sphere": {{"center_mm": {}, "radius_mm": {:.3f}}}}})", place(), size(random));
     case 1: return fmt::format(R"({{"box": {{"center_mm": {}, "size_mm": [{:.3f}, {:.3f}, {:.3f}]}}}})", place(), size(random),
                                size(random), size(random));
@@ -23,6 +23,8 @@ std::string random_solid(std::mt19937& random, int depth) {
                                0.5 * size(random));
     case 3: return fmt::format(R"({{"cylinder": {{"center_mm": {}, "axis": {}, "radius_mm": {:.3f}, "height_mm": {:.3f}}}}})",
                                place(), place(), size(random), size(random));
+    case 4: return fmt::format(R"({{"cone": {{"center_mm": {}, "axis": {}, "radius_mm": {:.3f}, "top_radius_mm": {:.3f}, "height_mm": {:.3f}}}}})",
+                               place(), place(), size(random), size(random), size(random));
     default: break;
   }
   const char* kinds[] = {"union", "intersection", "difference"};

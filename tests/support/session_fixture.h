@@ -118,6 +118,7 @@ inline SessionHeader some_header() {
   h.servo_rate = 1000;
   h.vibration_band = 150;
   h.position_step = 0.055e-3;
+  h.gives_torque = false;
   h.voxel = 1e-4;
   h.volumes_before[1] = 3.25e-7;
   h.date = "2025-01-02T03:04:05Z";

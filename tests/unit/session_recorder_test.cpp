@@ -149,6 +149,7 @@ TEST(SessionFile, TheHeaderComesBack) {
   EXPECT_EQ(b.servo_rate, 1000);
   EXPECT_EQ(b.vibration_band, 150);
   EXPECT_EQ(b.position_step, 0.055e-3);
+  EXPECT_FALSE(b.gives_torque);
   EXPECT_DOUBLE_EQ(b.voxel, 1e-4);
   EXPECT_DOUBLE_EQ(b.volumes_before[1], 3.25e-7);
   EXPECT_EQ(b.date, h.date);

@@ -181,7 +181,51 @@ TEST(ScoreRules, OfASceneReplaceTheDefaultsOfTheSameName) {
   EXPECT_EQ(alone.size(), 1u);
 }
 
+const ScoreRule& rule_named(const std::vector<ScoreRule>& rules, const std::string& name) {
+  const auto it = std::find_if(rules.begin(), rules.end(), [&](const ScoreRule& r) { return r.name == name; });
+  EXPECT_NE(it, rules.end()) << name;
+  return *it;
+}
+
+TEST(ScoreRules, AnIdealThatLeavesCariesAndOpensThePulpScoresFullByTheDefaults) {
+  ScoreInput in = carious();
+  in.ideal = in.before;
+  (*in.ideal)[1] -= 7e-9;
+  (*in.ideal)[3] *= 0.2;
+  (*in.ideal)[4] -= 1.5e-9;
+  in.after = *in.ideal;
+  in.hand.force_max = 2;
+  const auto rules = rules_from(Json::parse("{}", "s"), in);
+  const Score ideal = score(in, rules);
+  EXPECT_DOUBLE_EQ(ideal.points, ideal.full);
+  EXPECT_NEAR(rule_named(rules, "residual_caries_percent").target, 20, 1e-9);
+  in.after[3] += 0.5e-9;
+  EXPECT_LT(score(in, rules).points, ideal.points);
+  in.after = *in.ideal;
+  in.after[4] -= 0.1e-9;
+  EXPECT_LT(score(in, rules).points, ideal.points);
+}
+
+TEST(ScoreRules, WithoutATargetNobodyIsMeasuredAgainstWhatHeDidHimself) {
+  ScoreInput in = carious();
+  in.damage = DamageMeasures{true, true, 5e-9, 3e-9, 1};
+  in.hand.force_max = 9;
+  const std::string block = R"({"rules": [{"name": "force_max_N", "tolerance": 1, "weight": 5}, {"name": "neighbour_removed_mm3", "tolerance": 1, "weight": 5},
+      {"name": "gingiva_removed_mm3", "tolerance": 1, "weight": 5}]})";
+  for (const bool with_ideal : {false, true}) {
+    if (with_ideal) {
+      in.ideal = in.before;
+      (*in.ideal)[3] = 0;
+    }
+    const auto rules = rules_from(Json::parse(block, "s"), in);
+    EXPECT_EQ(rule_named(rules, "force_max_N").target, 3);
+    EXPECT_EQ(rule_named(rules, "neighbour_removed_mm3").target, 0);
+    EXPECT_EQ(rule_named(rules, "gingiva_removed_mm3").target, 0);
+  }
+}
+
 TEST(ScoreRules, MistakesAreNamed) {
+  EXPECT_THAT(message_of(R"({"rules": [{"name": "taper_deg", "tolerance": 1, "weight": 1}]})"), HasSubstr("there is no ideal to take it from"));
   EXPECT_THAT(message_of(R"({"rulez": []})"), HasSubstr("\"rulez\": found an unknown key"));
   EXPECT_THAT(message_of(R"({"rules": [{"name": "beauty", "target": 0, "tolerance": 1, "weight": 1}]})"),
               HasSubstr("\"rules[0].name\": found \"beauty\", expected one of residual_caries_mm3"));

@@ -52,7 +52,8 @@ struct LiveSession {
   LiveSession(const Scene& s, haptics::TissueVolume tissue)
       : scene(s), carver(std::move(tissue), haptics::tray(s.servo)), wiring(empty_patch(edge(s, carver.volume()))) {}
   void serve(const haptics::DeviceInfo& hand) {
-    servo.emplace(servo_settings(scene, carver.volume(), hand.rate, hand.vibration_band, hand.position_step),
+    servo.emplace(servo_settings(scene, carver.volume(), hand.rate, hand.vibration_band, hand.position_step,
+                                 hand.torque_limit > 0),
                   edge(scene, carver.volume()));
     loop.emplace(wiring, hand.rate);
   }

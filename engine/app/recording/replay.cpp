@@ -103,7 +103,7 @@ ReplayResult replay_session(const std::filesystem::path& session_file, const std
 
   haptics::Carver carver(load_tissue(scene), haptics::tray(scene.servo));
   const haptics::ServoSettings settings = servo_settings(scene, carver.volume(), header.servo_rate, header.vibration_band,
-                                                        header.position_step);
+                                                        header.position_step, header.gives_torque);
   haptics::Servo servo(settings, haptics::patch_edge_for(haptics::tray(settings), settings.frame.voxel));
   haptics::SurfacePatch spare;
   spare.resize(servo.patch().n);

@@ -17,6 +17,7 @@ session::SessionHeader session_header(const Scene& scene, const std::filesystem:
   header.servo_rate = rate;
   header.vibration_band = hand.info().vibration_band;
   header.position_step = hand.info().position_step;
+  header.gives_torque = hand.info().torque_limit > 0;
   header.voxel = tissue.frame().voxel;
   header.volumes_before = scene.resume.empty() ? tissue.volumes() : load_untouched(scene).volumes();
   header.files.push_back(session::describe_file(std::filesystem::absolute(scene.file)));

@@ -1,0 +1,164 @@
+#include "haptics/contact/sharp_edge.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "engine/base/units.h"
+
+namespace typodont::haptics {
+
+namespace {
+
+constexpr int kDirections = 12;      // in which faces are looked for: those of a corner may be hit in few of them
+constexpr double kAside = 8;         // voxels from the foot, where they are looked for …
+constexpr double kDown = 6.8;        // … and aside and down by so much from it, beyond an edge …
+constexpr double kLeastAside = 5.2;  // … and found at least: the stencil then ends before the edge
+constexpr int kSteps = 3;            // onto a face
+constexpr double kOnFace = 1e-3;     // voxels
+constexpr double kClean = 1e-3;      // a gradient shorter or longer by more is that of no single face
+constexpr double kBelow = 4.5;       // voxels of tissue under a face where it is far from any other, …
+constexpr double kJustBelow = 3.7;   // … and where, at a corner, nothing better may be found of it …
+constexpr double kNotAsDeep = 0.05;  // … but for so much
+constexpr double kAlike = 0.98;      // cosine: a face found well and one found badly may be the same
+constexpr double kSameFace = 1e-5;   // 1 - cosine, and voxels off: what interpolation leaves of a plane
+constexpr double kConvex = 0.02;     // voxels that a face may stand out over another
+constexpr double kAgrees = 0.05;     // voxels between the nearest point's distance and the field's
+constexpr int kMostFaces = 3;
+
+struct Face {
+  dvec3 x{0}, n{0};  // a point on it, its outward normal
+  bool clean = false;  // far from any other face
+};
+
+/// The face that is met from `x` on, if its field is a plane's there.
+bool face_from(const SurfacePatch& patch, dvec3 x, const dvec3& foot, Face& face) noexcept {
+  const auto is_below = [&](const dvec3& p, const dvec3& n, double depth) {
+    const dvec3 q = p - depth * n;
+    return patch.holds(q, -2) && std::abs(sample_linear(patch, q) + depth) < kNotAsDeep;
+  };
+  for (int step = 0; step < kSteps; ++step) {
+    if (!patch.holds(x, 0)) return false;
+    const FieldSample at = sample_cubic(patch, x);
+    const double slope = glm::length(at.gradient);
+    if (slope < 0.5) return false;
+    const dvec3 n = at.gradient / slope;
+    if (std::abs(at.value) < kOnFace) {
+      face = {x - at.value * n, n, is_below(x - at.value * n, n, kBelow)};
+      return std::abs(slope - 1) < kClean && glm::length(face.x - foot) > kLeastAside && is_below(face.x, n, kJustBelow);
+    }
+    x -= at.value * n;
+  }
+  return false;
+}
+
+struct Faces {
+  int count = 0;
+  Face face[kDirections];
+
+  bool add(const Face& more) noexcept {
+    for (int i = 0; i < count; ++i) {
+      if (!more.clean && glm::dot(face[i].n, more.n) > kAlike) return true;
+      if (1 - glm::dot(face[i].n, more.n) < kSameFace && std::abs(glm::dot(face[i].n, more.x - face[i].x)) < kOnFace) {
+        return true;
+      }
+    }
+    if (count == kMostFaces) return false;
+    face[count++] = more;
+    return true;
+  }
+  bool convex() const noexcept {
+    for (int i = 0; i < count; ++i) {
+      for (int j = 0; j < count; ++j) {
+        if (glm::dot(face[j].n, face[i].x - face[j].x) > kConvex) return false;
+      }
+    }
+    return true;
+  }
+  double above(int i, const dvec3& p) const noexcept { return glm::dot(face[i].n, p - face[i].x); }
+
+  /// The point of their solid that is nearest to c: on one of the faces, on the line of two, or where three meet.
+  bool nearest(const dvec3& c, dvec3& p) const noexcept {
+    double least = 1e300;
+    for (unsigned which = 1; which < (1u << count); ++which) {
+      int on[kMostFaces], k = 0;
+      for (int i = 0; i < count; ++i) {
+        if (which >> i & 1u) on[k++] = i;
+      }
+      double gram[kMostFaces][kMostFaces + 1], push[kMostFaces];
+      bool solved = true;
+      for (int i = 0; i < k; ++i) {
+        for (int j = 0; j < k; ++j) gram[i][j] = glm::dot(face[on[i]].n, face[on[j]].n);
+        gram[i][k] = above(on[i], c);
+      }
+      for (int i = 0; i < k && solved; ++i) {
+        solved = gram[i][i] > 1e-4;
+        for (int row = i + 1; row < k && solved; ++row) {
+          const double f = gram[row][i] / gram[i][i];
+          for (int col = i; col <= k; ++col) gram[row][col] -= f * gram[i][col];
+        }
+      }
+      if (!solved) continue;
+      dvec3 at = c;
+      for (int i = k - 1; i >= 0; --i) {
+        push[i] = gram[i][k];
+        for (int j = i + 1; j < k; ++j) push[i] -= gram[i][j] * push[j];
+        push[i] /= gram[i][i];
+        solved = solved && push[i] >= 0;
+        at -= push[i] * face[on[i]].n;
+      }
+      for (int i = 0; i < count; ++i) solved = solved && above(i, at) < kOnFace;
+      const double distance = glm::length(c - at);
+      if (solved && distance < least) least = distance, p = at;
+    }
+    return least < 1e299;
+  }
+};
+
+}  // namespace
+
+bool nearest_on_edge(const SurfacePatch& patch, const dvec3& c, const dvec3& foot, double distance, dvec3& nearest) noexcept {
+  const dvec3 n = (c - foot) / distance;
+  const auto face_along = [&](const dvec3& u, Face& face) {
+    // Straight aside, and where that leads past the edge into the air, downward too.
+    return face_from(patch, foot + kAside * u, foot, face) || face_from(patch, foot + kDown * (u - n), foot, face);
+  };
+  const dvec3 aside = std::abs(n.x) < 0.6 ? dvec3(1, 0, 0) : dvec3(0, 1, 0);
+  const dvec3 u = glm::normalize(glm::cross(n, aside)), v = glm::cross(n, u);
+  Faces faces;
+  bool few = true;
+  Face most[2];  // the two that differ most
+  double cosine = 2;
+  Face found[kDirections];
+  int count = 0;
+  for (int i = 0; i < kDirections; ++i) {
+    const double a = 2 * kPi * i / kDirections;
+    Face face;
+    if (!face_along(std::cos(a) * u + std::sin(a) * v, face)) continue;
+    for (int j = 0; j < count; ++j) {
+      if (glm::dot(found[j].n, face.n) < cosine) cosine = glm::dot(found[j].n, face.n), most[0] = found[j], most[1] = face;
+    }
+    found[count++] = face;
+  }
+  for (const bool clean : {true, false}) {
+    for (int i = 0; i < count; ++i) {
+      if (found[i].clean == clean) few = faces.add(found[i]) && few;
+    }
+  }
+  if (faces.count < 2) return false;
+  // A rim has bent faces: their sections straight across it are what counts.
+  for (int turn = 0; !few && turn < 3; ++turn) {
+    const dvec3 across = glm::cross(glm::cross(most[0].n, most[1].n), n);
+    if (!(glm::length(across) > 1e-6)) return false;
+    const dvec3 w = glm::normalize(across);
+    if (!face_along(w, most[0]) || !face_along(-w, most[1])) return false;
+    faces.count = 0;
+    faces.add(most[0]), faces.add(most[1]);
+  }
+  if (!faces.convex() || !faces.nearest(c, nearest)) return false;
+  // Outside a true edge the field is either the distance or, of a solid made by intersection, that of the farthest face.
+  double farthest = -1e300;
+  for (int i = 0; i < faces.count; ++i) farthest = std::max(farthest, faces.above(i, c));
+  return std::min(std::abs(glm::length(c - nearest) - distance), std::abs(farthest - distance)) < kAgrees;
+}
+
+}  // namespace typodont::haptics

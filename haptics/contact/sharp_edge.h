@@ -1,0 +1,14 @@
+// Where the tissue has a convex edge or corner, sharper than samples can show: found from the faces that meet there.
+#pragma once
+
+#include "haptics/surface_patch.h"
+
+namespace typodont::haptics {
+
+/// A field interpolated from samples rounds every edge, within three voxels of it and of where its round part begins. The
+/// faces beside it are true again a stencil farther on: this takes their planes from there and the point of the solid
+/// between them that is nearest to `c`. `foot`: about where that should be, `distance`: what the field says at c, all in
+/// voxels. False where the faces are not found, enclose no convex solid, or contradict the field.
+bool nearest_on_edge(const SurfacePatch& patch, const dvec3& c, const dvec3& foot, double distance, dvec3& nearest) noexcept;
+
+}  // namespace typodont::haptics
