@@ -17,7 +17,7 @@
 #include "calibration/camera_solver.h"
 #include "calibration/rig_file.h"
 #include "calibration/routine.h"
-#include "engine/app/paint_file.h"
+#include "engine/app/task/paint_file.h"
 #include "engine/app/scene.h"
 #include "engine/base/error.h"
 #include "engine/base/json.h"
