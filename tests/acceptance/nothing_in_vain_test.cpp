@@ -6,7 +6,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <vector>
 
+#include "engine/base/error.h"
 #include "engine/base/json.h"
 #include "engine/session/session_file.h"
 #include "tests/support/desktop.h"
@@ -21,7 +23,8 @@ class Work : public testing::Test {
   std::string scene(const char* parts, bool cuts = true) {
     return folder.write("scene.json", fmt::format(R"({{"name": "block", "tissue": {{"voxel_mm": 0.25, "solids": [
       {{"tissue": "enamel", "solid": {{"box": {{"center_mm": [25, 0, 196], "size_mm": [10, 10, 8]}}}}}}]}},
-      "tool": {{"shape": "sphere", "diameter_mm": 2, "cuts": {}}}, "spindle_krpm": 300, "parts": [{}]}})", cuts, parts));
+      "tool": {{"shape": "sphere", "diameter_mm": 2, "cuts": {}}}, "spindle_krpm": 300, "parts": [{}]}})",
+                                                  cuts, parts));
   }
   /// A hand that goes to and fro by `reach_mm` at a height, the pedal down or not.
   std::string hand(double height_mm, double reach_mm, double pedal, double seconds = 8) {
@@ -48,11 +51,13 @@ TEST_F(Work, AnIdleHandCutsNothingDrawsNothingAndAllocatesNothing) {
   hand(210, 0, 0);
   const Json brief = run(scene("\"haptics\""), 1.5), lasting = run(scene("\"haptics\""), 4.5);
   EXPECT_GT(lasting["ticks"].number(), 2 * brief["ticks"].number());
-  for (const char* kind : {"voxels_cut", "voxels_redistanced", "bricks_meshed", "triangles_made", "frames", "passes", "triangles_drawn", "pipelines", "samples", "particles_stepped"}) {
+  for (const char* kind : {"voxels_cut", "voxels_redistanced", "bricks_meshed", "triangles_made", "frames", "passes",
+                           "triangles_drawn", "pipelines", "samples", "particles_stepped"}) {
     EXPECT_EQ(lasting[kind].integer(), 0) << kind;
   }
   EXPECT_LE(lasting["patches"].integer(), 2);
-  EXPECT_NEAR(lasting["allocations"].number(), brief["allocations"].number(), 20) << "three seconds more allocate nothing";
+  EXPECT_NEAR(lasting["allocations"].number(), brief["allocations"].number(), 20)
+      << "three seconds more allocate nothing";
   EXPECT_LT(lasting["bytes_written"].number(), brief["bytes_written"].number() + 4096);
 }
 
@@ -80,7 +85,8 @@ TEST_F(Work, AToolThatDoesNotCutIsFeltAndLeavesTheTissueAlone) {
 
 TEST_F(Work, SoundIsMadeOnlyWhereItIsNamedAndARecordingTakesOneThreadMore) {
   hand(210, 0, 0);
-  const Json silent = run(scene("\"haptics\""), 1), recorded = run(scene("\"haptics\""), 1, "--record " + (folder / "s.h5"));
+  const Json silent = run(scene("\"haptics\""), 1),
+             recorded = run(scene("\"haptics\""), 1, "--record " + (folder / "s.h5"));
   EXPECT_EQ(silent["samples"].integer(), 0);
   EXPECT_EQ(recorded["threads"].integer(), silent["threads"].integer() + 1);
   EXPECT_GT(recorded["bytes_written"].number(), silent["bytes_written"].number() + 10'000);
@@ -91,42 +97,56 @@ TEST_F(Work, SoundIsMadeOnlyWhereItIsNamedAndARecordingTakesOneThreadMore) {
 TEST_F(Work, IsToldInWordsWithTheReasonsForWhatIsOff) {
   hand(210, 0, 0);
   run(scene("\"haptics\""), 1, "--explain");
-  for (const char* words : {"looks into the field", "voxels re-distanced", "bricks meshed", "libraries loaded", "of a core beyond the device's loop",
-                            "recording: off", "sound: off, the scene does not name it", "debris: off"}) {
+  for (const char* words : {"looks into the field", "voxels re-distanced", "bricks meshed", "libraries loaded",
+                            "of a core beyond the device's loop", "recording: off",
+                            "sound: off, the scene does not name it", "debris: off"}) {
     EXPECT_NE(said.find(words), std::string::npos) << words << "\n" << said;
   }
 }
 
 #ifdef TYPODONT_WINDOW
 TEST_F(Work, AWindowThatIsMinimisedDrawsNoFrameAndIsDrawnAgainWhenItIsBack) {
-  hand(208, 8, 1, 60);  // to and fro: every frame differs from the last
+  hand(208, 8, 1, 120);  // to and fro: every frame differs from the last
   const test::Desktop desktop;
-  const pid_t child = folder.start(fmt::format("run {} --rig assets/rigs/window.json --hand script:{} --pedal none --audio none: --record {}",
-                                               scene("\"haptics\", \"render\""), folder / "hand.csv", folder / "s.h5"),
-                                   fmt::format("DISPLAY={}", std::getenv("DISPLAY")));
+  const pid_t child = folder.start(
+      fmt::format("run {} --rig assets/rigs/window.json --hand script:{} --pedal none --audio none: --record {}",
+                  scene("\"haptics\", \"render\""), folder / "hand.csv", folder / "s.h5"),
+      fmt::format("DISPLAY={}", std::getenv("DISPLAY")));
   std::string window;
-  for (int i = 0; i < 300 && window.empty(); ++i, ::usleep(100'000)) window = test::Desktop::xdotool("search --name Typodont");
+  for (int i = 0; i < 300 && window.empty(); ++i, ::usleep(100'000))
+    window = test::Desktop::xdotool("search --name Typodont");
   window = window.substr(0, window.find('\n'));
   ASSERT_FALSE(window.empty()) << folder.said();
-  ::usleep(2'000'000);
+  // As the recording has them while it is written.
+  const auto drawn_so_far = [&]() -> std::vector<Nanos> {
+    try {
+      const session::SessionReader session(folder / "s.h5");
+      const auto& streams = session.header().streams;
+      const auto picture =
+          std::find_if(streams.begin(), streams.end(), [](const auto& stream) { return stream.name == "picture"; });
+      if (picture != streams.end()) return session.streams()[static_cast<std::size_t>(picture - streams.begin())].t;
+    } catch (const Error&) {  // not there yet
+    }
+    return {};
+  };
+  const auto wait_for = [&](std::size_t frames) {
+    for (int i = 0; i < 300 && drawn_so_far().size() < frames; ++i) ::usleep(100'000);
+  };
+  wait_for(4);
   test::Desktop::xdotool("windowunmap " + window);
   ::usleep(4'000'000);
+  const std::size_t until_then = drawn_so_far().size();
   test::Desktop::xdotool("windowmap " + window);
-  ::usleep(2'000'000);
+  wait_for(until_then + 4);
   ASSERT_EQ(folder.finish(child).status, 0) << folder.said();
-  const session::SessionReader session(folder / "s.h5");
-  const auto picture = std::find_if(session.header().streams.begin(), session.header().streams.end(),
-                                    [](const auto& stream) { return stream.name == "picture"; });
-  ASSERT_NE(picture, session.header().streams.end());
-  const auto& drawn = session.streams()[static_cast<std::size_t>(picture - session.header().streams.begin())].t;
-  ASSERT_GT(drawn.size(), 4u);
+  const std::vector<Nanos> drawn = drawn_so_far();
+  ASSERT_GT(drawn.size(), until_then + 3) << "drawn again";
   std::size_t longest = 1;
   for (std::size_t i = 1; i < drawn.size(); ++i) {
     if (drawn[i] - drawn[i - 1] > drawn[longest] - drawn[longest - 1]) longest = i;
   }
   EXPECT_GT(to_seconds(drawn[longest] - drawn[longest - 1]), 3) << "hidden for four seconds";
   EXPECT_GT(longest, 2u) << "drawn before";
-  EXPECT_GT(drawn.size(), longest + 2) << "drawn after";
 }
 #endif
 
