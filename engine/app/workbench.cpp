@@ -14,7 +14,7 @@
 
 #include "engine/app/damage.h"
 #include "engine/app/debris_view.h"
-#include "engine/app/followed_views.h"
+#include "engine/app/detail.h"
 #include "engine/app/hands.h"
 #include "engine/app/live_views.h"
 #include "engine/app/mouse_hand.h"
@@ -25,7 +25,6 @@
 #include "engine/app/session_record.h"
 #include "engine/app/sound_link.h"
 #include "engine/app/task.h"
-#include "engine/app/teaching_views.h"
 #include "engine/app/tissue_view.h"
 #include "engine/app/wiring.h"
 #include "engine/app/xr_hand.h"
@@ -51,11 +50,12 @@ using namespace std::chrono_literals;
 
 constexpr double kRampOut = 0.02;  // s at the end of a session
 constexpr double kMirror = 22e-3;  // m, a mouth mirror of size 4, where the scene does not say
-constexpr int kHoldKey = ' ', kGoOnKey = 'R', kViewKey = 'V';
+constexpr int kHoldKey = ' ', kGoOnKey = 'R', kViewKey = 'V', kSuctionKey = 'A';
 constexpr Nanos kReviveInterval = 10 * kNanosPerSecond;  // a device lost more often than this is broken
 constexpr std::size_t kProcessorStep = 3;  // of the quality ladder, where a processor draws: about what it is quick enough for
 constexpr Nanos kOwnInterval = 30'000'000;               // ns between pictures from a viewpoint of one's own
-constexpr Nanos kMeshInterval = 16'000'000;              // ns between looks for changed bricks
+// ns between looks for changed bricks: no more often than they are drawn
+constexpr Nanos kMeshInterval = 16'000'000, kProcessorMeshInterval = 33'000'000;
 
 std::atomic<bool> g_asked_to_stop{false};
 void ask_to_stop(int) {
@@ -75,8 +75,8 @@ struct Session {
   bool draw = false, record = false, debris = false, operated = false;
   bool watched = false;  // bricks go to the operator too: the headset takes the others
   StrokeBook book;       // carver thread until it has ended
-  float tolerance = 0.1f;  // voxels, of the surface drawn
   Nanos began = 0;            // of recorded frames
+  Nanos mesh_interval = kMeshInterval;
   std::size_t xr_stream = 0;  // which of the recording's streams they are
   std::size_t picture_stream = 0;  // the same, of a picture on a screen
   SoundLink* sound = nullptr;
@@ -86,8 +86,6 @@ struct Session {
   std::filesystem::path save;  // of the tissue
   std::uint64_t bricks_meshed = 0, triangles_made = 0, voxels_cut = 0;  // carver thread until it has ended
   std::uint64_t queries = 0;                                            // servo thread until it has ended
-  std::optional<FollowedViews> followed;  // views that the trainee chooses, where no operator does
-  std::atomic<const DifferenceToIdeal*> ideal{nullptr};  // drawing thread → carver: mark the surface against it
 
   Session(const Scene& s, haptics::TissueVolume tissue)
       : scene(s), carver(std::move(tissue), haptics::tray(s.servo)), wiring(empty_patch(edge(s, carver.volume()))) {}
@@ -241,11 +239,10 @@ void brush(Session& s, const BrushMove& move) {
 void carver_thread(Session& s) {
   Wiring& wiring = s.wiring;
   TissueSaver saver;
-  TissueView view(s.tolerance);
+  TissueView view(wiring.tolerance);
   Nanos meshed = 0;
   bool first = true;
   int idle = 0;  // turns without work
-  std::uint64_t changes = 1;  // of the tissue
   Cut cut;
   while (!wiring.stop.load(std::memory_order_relaxed)) {
     bool worked = false;
@@ -271,7 +268,6 @@ void carver_thread(Session& s) {
       painted = true;
     }
     if (worked || painted) {
-      ++changes;
       const TissueState state = s.book.state(s.carver.volume());
       wiring.tissue_to_render.publish(state);
       wiring.tissue_version.store(state.version, std::memory_order_relaxed);
@@ -284,22 +280,19 @@ void carver_thread(Session& s) {
         worked = true;
       }
     }
-    if (wiring.mesh_all.exchange(false)) view = TissueView(s.tolerance);
-    if (s.draw && (first || now() - meshed > kMeshInterval)) {
+    if (s.draw && (first || now() - meshed > s.mesh_interval)) {
       meshed = now();
       first = false;
+      view.set_tolerance(wiring.tolerance);
       auto batch = std::make_unique<MeshBatch>(view.update(s.carver.volume()));
       s.bricks_meshed += batch->size();
       for (const render::MeshUpdate& brick : *batch) s.triangles_made += brick.indices.size() / 3;
-      if (const DifferenceToIdeal* ideal = s.ideal.load(std::memory_order_acquire))
-        ideal->mark(s.carver.volume().frame().origin, *batch);
       if (s.watched && !batch->empty()) {
         auto copy = std::make_unique<MeshBatch>(*batch);
         if (wiring.bricks_to_watch.push(copy.get())) (void)copy.release();
       }
       if (!batch->empty() && wiring.bricks.push(batch.get())) (void)batch.release();
     }
-    if (s.followed) s.followed->offer(s.carver.volume(), changes);
     if (wiring.copy_wanted.exchange(false)) {
       auto copy = std::make_unique<haptics::TissueVolume>(s.carver.volume().clone());
       if (wiring.copies_to_watch.push(copy.get())) (void)copy.release();
@@ -381,7 +374,8 @@ struct Workbench::Impl {
   std::optional<session::SessionWriter> writer;
   std::optional<PictureStage> stage;
   std::optional<XrSession> headset;  // draws on a thread of its own, in the stage's place
-  std::unique_ptr<LiveViews> views;  // where operated
+  Surroundings around;               // of the tooth, where a picture is drawn here
+  std::unique_ptr<LiveViews> views;  // where operated or drawn here
   std::optional<PictureStage> own_stage;  // from a viewpoint of one's own
   Viewpoint own_from;
   glm::ivec2 own_size{0};            // 0: there is none
@@ -389,6 +383,7 @@ struct Workbench::Impl {
   std::uint64_t own_frames = 0;
   MaterialTable materials;           // as drawn
   QualityLadder ladder;
+  std::optional<Detail> detail;      // of the tooth in the stage's picture
   std::optional<DebrisView> debris;
   WorkCounts before;  // of the process, when the session began
   dvec3 above{0, 0, 0};  // m, W: where the tool starts
@@ -407,13 +402,11 @@ struct Workbench::Impl {
   Nanos revived = -kReviveInterval;  // when the picture was last made anew
   std::uint32_t recent_faults = 0;
   bool drew_last = false;  // the last turn drew a frame
-  render::View view = render::View::kLook;
-  std::unique_ptr<DifferenceToIdeal> ideal;  // made when it is first looked at
-  std::atomic<bool> no_ideal{false};
+  bool sucking = false;    // the suction is on
   std::string keys;  // what the hand and the keyboard do, drawn below the picture
   std::string failure;
   bool held = false, hand_gone = false;
-  std::jthread carver, servo, left, recorder, idealist;  // last: they refer to all of the above
+  std::jthread carver, servo, left, recorder;  // last: they refer to all of the above
 
   Impl(const Scene& s, const WorkbenchOptions& o) : scene(s), options(o) { set_up(); }
   ~Impl() { end(); }
@@ -439,6 +432,7 @@ struct Workbench::Impl {
   void count_work(const WorkCounts& running);
   void show_next_view();
   void hold(bool on) noexcept;
+  void suck(bool on);
   void report_hand();
   std::string hint() const;
   void end();
@@ -539,12 +533,17 @@ void Workbench::Impl::set_up() {
     meter.emplace(hand.rate);
     volumes_before = tissue.volumes();
     s.watched = s.draw && hmd;
-    views = std::make_unique<LiveViews>(scene, tissue, s.wiring);
     damage = damage_meter(scene);
+  }
+  if ((s.draw && window) || s.operated) {
+    around = make_surroundings(scene);
+    views = std::make_unique<LiveViews>(scene, tissue, around, s.wiring, s.operated);
   }
   if (s.draw && window) {
     make_stage(options.device);
-    s.tolerance = surface_tolerance(*rig, tissue.frame().voxel, stage->device().processor);
+    detail.emplace(surface_tolerance(*rig, tissue.frame().voxel, ladder.step()), tissue.frame().voxel);
+    s.wiring.tolerance = detail->tolerance();
+    if (stage->device().processor) s.mesh_interval = kProcessorMeshInterval;
     explain("drawn by " + stage->device_name());
     explain(fmt::format("picture quality: begins at \"{}\"; steps down while a frame takes over {:.0f} ms, up when there is "
                         "room", ladder.step().name, 1e3 / 30));
@@ -553,9 +552,9 @@ void Workbench::Impl::set_up() {
   if (s.debris && window) {
     debris.emplace(scene.servo.materials, tissue);
     debris->use(&stage->device());
+    suck(scene.suction_on);
     explain(debris->cloud() ? "debris: moved by the GPU" : "debris: moved by the processor, which also draws");
   }
-  if (s.draw && window && !options.operated) s.followed.emplace();
   if (options.explain) {
     for (const std::string& line : summary.explanations) log::info("{}", line);
   }
@@ -606,7 +605,8 @@ void Workbench::Impl::start() {
   const std::size_t tools = std::min<std::size_t>(haptics::tray(scene.servo).size(), 9);
   if (pointer) keys = "left button: drill   wheel: in and out   ";
   keys += "Z, Y: undo, redo   ";
-  if (s.followed) keys += "V: view   ";
+  if (views && !options.operated) keys += "V: view   ";
+  if (debris) keys += "A: suction   ";
   if (tools > 1) keys += fmt::format("1–{}: tools   ", tools);
   if (headset) headset->start(began);
 }
@@ -648,9 +648,9 @@ bool Workbench::Impl::step(const display::UserInput* input, glm::ivec2 picture_s
     log::warn("{}; the picture is made anew", e.what());
     revived = now();
     if (debris) debris->use(nullptr);
+    views->attach(Eyes::kTrainee, nullptr);
     stage.reset();
     make_stage(nullptr);
-    s.wiring.mesh_all = true;
     return true;
   } catch (const std::exception& e) {  // the picture is lost: the session ends in order
     failure = e.what();
@@ -674,11 +674,18 @@ void Workbench::Impl::make_stage(gpu::Device* device) {
     ladder = QualityLadder(1.0 / 30, 1.0 / 90, kProcessorStep);
     stage->set_quality(ladder.step());
   }
-  stage->surround(make_surroundings(scene));
+  stage->surround(around);
   stage->hold_mirror(scene.mouth_mirror);
-  if (views) views->attach(Eyes::kTrainee, &*stage);
+  views->attach(Eyes::kTrainee, &*stage);
   if (debris) debris->use(&stage->device());
-  view = render::View::kLook;
+}
+
+/// The nozzle beside the tooth draws chips in, or not.
+void Workbench::Impl::suck(bool on) {
+  sucking = on;
+  constexpr double kBeside = 9e-3;  // m, behind the tooth as the trainee sees it
+  debris::Suction nozzle = scene.suction.value_or(debris::Suction{.p_W = above + dvec3(0, kBeside, 0)});
+  debris->suck(on ? std::optional(nozzle) : std::nullopt);
 }
 
 /// The picture from a viewpoint of one's own, where it is wanted and due.
@@ -701,7 +708,7 @@ void Workbench::Impl::draw_own(double dt) {
     haptics::ServoSettings shown = scene.servo;
     shown.materials = materials;
     own_stage.emplace(rig_of(own_from, views->middle(), own_size), shown, look);
-    own_stage->surround(make_surroundings(scene));
+    own_stage->surround(around);
     views->attach(Eyes::kOwn, &*own_stage);
     views->advance();
   }
@@ -749,6 +756,7 @@ std::string Workbench::Impl::hint() const {
     text += fmt::format("motors {:.0f} %, up to {:.1f} N   {}", 100 * loop.heat, loop.bearable_force,
                         loop.armed ? "" : "no force until the hand is free   ");
   }
+  if (sucking) text += "suction on   ";
   if (ladder.changes() > 0) text += fmt::format("picture: {}   ", ladder.step().name);
   return text + "space: stop";
 }
@@ -758,7 +766,8 @@ void Workbench::Impl::follow_keys(const display::UserInput& input) {
   for (const int key : input.pressed) {
     if (key == kHoldKey) hold(true);
     if (key == kGoOnKey) hold(false);
-    if (key == kViewKey && session->followed) show_next_view();
+    if (key == kViewKey && views && !options.operated) show_next_view();
+    if (key == kSuctionKey && debris) suck(!sucking);
     const int place = key - '1';
     if (place >= 0 && place < 9 && place < static_cast<int>(haptics::tray(scene.servo).size())) {
       session->wiring.chosen_tool = place;
@@ -779,31 +788,17 @@ void Workbench::Impl::edit_tissue(const display::UserInput& input) {
 void Workbench::Impl::show_next_view() {
   using render::View;
   constexpr std::array kOrder{View::kLook, View::kSection, View::kXray, View::kDifference};
-  const auto now_at = std::find(kOrder.begin(), kOrder.end(), view);
-  view = now_at + 1 == kOrder.end() || (now_at[1] == View::kDifference && no_ideal) ? View::kLook : now_at[1];
-  glm::dvec4 section{0, 0, 0, 1};
-  if (view == View::kSection) {
+  Look next = views->look(Eyes::kTrainee);
+  const auto now_at = std::find(kOrder.begin(), kOrder.end(), next.view);
+  const bool last = now_at + 1 == kOrder.end() || (now_at[1] == View::kDifference && !views->has_ideal());
+  next.view = last ? View::kLook : now_at[1];
+  if (next.view == View::kSection) {
     // Upright through the bur, facing the viewer: what lies behind it stays.
     const dvec3 away = stage->rig().head.eye_center - tick.X_WG.p, level(away.x, away.y, 0);
     const dvec3 n = glm::length(level) > 0.2 * glm::length(away) ? -glm::normalize(level) : dvec3(0, 1, 0);
-    section = {n, -glm::dot(n, tick.X_WG.p)};
+    next.plane = {n, -glm::dot(n, tick.X_WG.p)};
   }
-  if (view == View::kDifference && !idealist.joinable())
-    idealist = std::jthread([this] {
-      try {
-        if (const auto volume = ideal_tissue(scene, load_untouched(scene))) {
-          ideal = std::make_unique<DifferenceToIdeal>(*volume);
-          session->ideal.store(ideal.get(), std::memory_order_release);
-          session->wiring.mesh_all = true;  // what is drawn already is yet to be marked
-          return;
-        }
-      } catch (const std::exception& e) {
-        log::warn("no difference to an ideal: {}", e.what());
-      }
-      no_ideal = true;
-    });
-  stage->show_as(view, section);
-  session->followed->want(view, section);
+  views->look(Eyes::kTrainee, next);
 }
 
 /// What changed since the last picture.
@@ -813,10 +808,7 @@ void Workbench::Impl::collect() {
   MeshBatch* batch = nullptr;
   while ((headset ? s.wiring.bricks_to_watch : s.wiring.bricks).pop(batch)) {
     const std::unique_ptr<MeshBatch> owned(batch);
-    if (views)
-      views->take(*owned);
-    else
-      stage->show(*owned, s.carver.volume().frame().origin);
+    views->take(std::move(*owned));
   }
   if (views) views->advance();
 }
@@ -824,9 +816,6 @@ void Workbench::Impl::collect() {
 void Workbench::Impl::draw() {
   Session& s = *session;
   collect();
-  if (FollowedViews::Bodies bodies; s.followed && s.followed->take(bodies))
-    for (const auto& [body, bricks] : bodies) stage->show_inside(body, bricks, s.carver.volume().frame().origin);
-  if (view == render::View::kDifference && no_ideal) show_next_view();  // there turned out to be none
   const double dt = to_seconds(now() - last_frame);
   last_frame = now();
   if (debris) {
@@ -837,24 +826,21 @@ void Workbench::Impl::draw() {
     summary.work.particles_stepped += debris->debris().alive();
     debris->step(std::min(dt, 0.1));
   }
-  if (hands.left && s.wiring.mouth_mirror.fetch()) stage->hold_mirror(s.wiring.mouth_mirror.front());
+  if (hands.left) s.wiring.mouth_mirror.fetch();
   draw_own(dt);
   if (in_one_window()) {
     frame_seconds += 0.1 * (to_seconds(now() - last_frame) - frame_seconds);
     return std::this_thread::sleep_for(4ms);
   }
-  const Look look = views ? views->look(Eyes::kTrainee) : Look{};
-  if (!look.mirror) {
-    stage->hold_mirror({});
-  } else if (views) {
-    stage->hold_mirror(hands.left ? s.wiring.mouth_mirror.front() : scene.mouth_mirror);
-  }
+  const Look& look = views->look(Eyes::kTrainee);
+  stage->hold_mirror(!look.mirror ? MouthMirror{} : hands.left ? s.wiring.mouth_mirror.front() : scene.mouth_mirror);
   const bool chips = debris && look.debris;
   stage->show_cloud(chips ? debris->cloud() : nullptr);
   const auto stats = stage->draw(tick, chips ? debris->particles() : std::span<const render::Particle>{}, dt, hint());
   drawn += stats.drawn;
   record_view();
   if (stats.drawn) {
+    if (detail->follow(stats.pixel, ladder.step())) s.wiring.tolerance = detail->tolerance();
     count(stats);
     count_frame();
     // The trainee's picture alone: what else is drawn must not cost its quality.
@@ -904,7 +890,7 @@ void Workbench::Impl::score_ticks() {
   while (session->wiring.ticks_to_score.pop(next)) {
     meter->add({&next, 1});
     if (damage) damage->add({&next, 1});
-    if (views) views->explore(next);
+    views->explore(next);
     if (headset || !session->draw) tick = next;
     if (next.faults != 0) {
       recent_faults = next.t - fault_time < kNanosPerSecond ? recent_faults | next.faults : next.faults;
@@ -1034,7 +1020,7 @@ void Workbench::color(Tissue tissue, const dvec3& color) {
     m.own_stage.reset();
   }
   if (!m.stage) return;
-  if (m.views) m.views->attach(Eyes::kTrainee, nullptr);
+  m.views->attach(Eyes::kTrainee, nullptr);
   m.stage.reset();
   m.make_stage(m.options.device);
 }
@@ -1060,7 +1046,6 @@ void Workbench::drop_picture() {
 void Workbench::make_picture(gpu::Device& device) {
   if (!impl_->session->draw || impl_->headset) return;
   impl_->make_stage(&device);
-  if (!impl_->views) impl_->session->wiring.mesh_all = true;
 }
 void Workbench::emergency_stop() {
   Wiring& wiring = impl_->session->wiring;
