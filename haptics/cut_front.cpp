@@ -20,7 +20,7 @@ glm::ivec3 blocks(const glm::ivec3& voxel, int rows, int deep) {
 
 }  // namespace
 
-CutFront::CutFront(std::span<const Tool> tools, double voxel) {
+CutFront::CutFront(std::span<const Tool> tools, double voxel, int lanes) : lanes_(lanes) {
   double reach = 0;
   for (const Tool& tool : tools) reach = std::max(reach, tool.reach() / voxel);
   const double edge = 2 * (reach + static_cast<double>(Sweep::kMargin) + 4);
@@ -29,13 +29,17 @@ CutFront::CutFront(std::span<const Tool> tools, double voxel) {
   const std::size_t count = static_cast<std::size_t>(size_.x) * size_.y * size_.z;
   due_.assign(count + 8, 0);
   moved_ = due_;
-  heights_.assign(static_cast<std::size_t>(24 * size_.z * kDeep), 0);
-  const std::size_t groups = std::min(2 * kRows * kRows * count, kGroups) + 40;
-  groups_.x.assign(groups, 0);
-  groups_.y.assign(groups, 0);
-  groups_.z.assign(groups, 0);
-  groups_.at.assign(groups, 0);
-  groups_.found.assign(groups, {});
+  heights_.assign(static_cast<std::size_t>(3 * (size_.z * kDeep + kBeyond)), 0);
+  const std::size_t room = std::min(2 * kRows * kRows * count, kGroups) / 2 + Groups::kRoom;
+  for (Groups& part : parts_) {
+    part.x.assign(room, 0);
+    part.y.assign(room, 0);
+    part.z.assign(room, 0);
+    part.at.assign(room, 0);
+    part.length.assign(room, 0);
+    part.label.assign(room, 0);
+    part.found.assign(room, {});
+  }
 }
 
 void CutFront::Groups::sort(int listed) noexcept {
@@ -52,6 +56,7 @@ void CutFront::Groups::sort(int listed) noexcept {
     const Found& group = found[static_cast<std::size_t>(i)];
     const auto to = static_cast<std::size_t>(next[static_cast<std::size_t>(group.kind)]++);
     x[to] = group.x, y[to] = group.y, z[to] = group.z, at[to] = group.at;
+    label[to] = group.label, length[to] = group.length;
   }
   count = listed;
 }
@@ -65,7 +70,7 @@ void CutFront::come_to(const Pose& X_V, double way) noexcept {
   way_ += way;
   if (way_ < kRound) return;
   for (float& due : due_) due -= static_cast<float>(way_);
-  groups_.until -= way_;
+  for (Groups& part : parts_) part.until -= way_;
   way_ = 0;
 }
 
@@ -88,8 +93,27 @@ void CutFront::move_around(const glm::ivec3& lo, const glm::ivec3& hi) noexcept 
   }
   due_.swap(moved_);
   first_ = first;
-  groups_.until = -1;
+  for (Groups& part : parts_) {
+    if (!known_) part.until = -1;
+    const glm::ivec3 by = shift * glm::ivec3(kRows, kRows, kDeep);
+    const int by_at = (by.x * listed_n_ + by.y) * listed_n_ + by.z;
+    for (int i = 0; i < part.count; ++i) {
+      const auto at = static_cast<std::size_t>(i);
+      part.x[at] -= static_cast<float>(by.x), part.y[at] -= static_cast<float>(by.y);
+      part.z[at] -= by.z, part.at[at] -= by_at;
+    }
+  }
   known_ = true;
+}
+
+void CutFront::keep_listed(const glm::ivec3& patch_lo, int n, bool holds) noexcept {
+  if (listed_n_ != n || (listed_lo_ != patch_lo && !holds)) drop_listed();
+  listed_lo_ = patch_lo;
+  listed_n_ = n;
+}
+
+int CutFront::outdated() const noexcept {
+  return static_cast<int>(std::count_if(parts_.begin(), parts_.end(), [&](const Groups& part) { return way_ > part.until; }));
 }
 
 }  // namespace typodont::haptics

@@ -1,7 +1,7 @@
 // What of a patch the next cuts can still change. The field falls behind a head and stands still ahead of it: a sample that
 // lies `slack` voxels below what the head would make of it cannot change before the head has come that far. So each
 // block of voxels knows on which mile of the head's way it is to be looked at again, and most cuts look at the shell
-// before the head alone.
+// before the head alone. What lies there is listed for half a voxel of way, in parts that are listed anew by turns.
 #pragma once
 
 #include <array>
@@ -14,15 +14,31 @@
 
 namespace typodont::haptics {
 
+/// How many samples along z this processor raises at once: 8 or 16.
+int widest_group() noexcept;
+
 /// Of one tool in one patch and its successors; blocks of 4 × 4 × 8 voxels, z fastest. Buffers are sized once, at set-up.
 class CutFront {
  public:
-  /// Large enough for any of these tools.
-  CutFront(std::span<const Tool> tools, double voxel);
+  /// Large enough for any of these tools. `lanes`: of a group; which of them this processor has changes no bit.
+  CutFront(std::span<const Tool> tools, double voxel, int lanes = widest_group());
+
+  /// What is listed, is so in parts: of every fourth layer of blocks along x.
+  static constexpr int kParts = 4;
 
   /// Groups of the same kind, one after the other.
   struct Run {
     int kind, from, to;
+  };
+
+  /// Groups side by side, with room to read a few more.
+  struct Listed {
+    float* x;  // from the origin of the groups
+    float* y;
+    std::int32_t* z;
+    std::int32_t* at;     // from the sample at that origin
+    std::uint8_t* length;  // samples that may change …
+    std::uint8_t* label;   // … and what they are
   };
 
   /// To be called when anything but the cuts of this tool lowered the field: fillings, strokes taken back, another tool.
@@ -38,21 +54,24 @@ class CutFront {
   static constexpr double kListed = 0.5;      // voxels of way for which what may change is listed …
   static constexpr double kMostListed = 0.2;  // … unless the head takes less than a few sweeps for that
 
-  /// Groups of eight samples along z that the head may change before its way is `until`: first sample and where it
-  /// lies in the patch.
+  /// Groups of samples along z that the head may change before its way is `until`: first sample, where it lies in the
+  /// patch, how many may change, and their tissue.
   struct Groups {
-    glm::ivec3 origin{0}, patch_lo{0};  // voxel from which they count; of the patch they were listed in
     std::vector<float> x, y;
     std::vector<std::int32_t> z, at;
+    std::vector<std::uint8_t> length, label;
     int count = 0;
     double until = -1;
-    int room() const { return static_cast<int>(x.size()) - 32; }
+    int room() const { return static_cast<int>(x.size()) - kRoom; }
+    Listed listed() { return {x.data(), y.data(), z.data(), at.data(), length.data(), label.data()}; }
+    static constexpr int kRoom = 40;  // groups that may be looked at beyond the last
 
     // Of a head that is no ball they are sorted by the pieces of its meridian that can be the closest.
     struct Found {
       float x, y;
       std::int32_t z, at;
       int kind;
+      std::uint8_t length, label;
     };
     std::vector<Found> found;
     std::array<Run, kKinds> runs;
@@ -71,11 +90,28 @@ class CutFront {
     return due_.data() + (at.x * size_.y + at.y) * size_.z + at.z;
   }
 
+  /// Which of its parts a layer of blocks belongs to, counted from the front's first.
+  int part_of(int layer) const noexcept { return (first_.x + layer) & (kParts - 1); }
+  /// Says which patch they are in from now on; what was listed in another stays, where that holds it all (`holds`).
+  void keep_listed(const glm::ivec3& patch_lo, int n, bool holds) noexcept;
+  void drop_listed() noexcept {
+    for (Groups& part : parts_) part.until = -1;
+  }
+  /// How many parts are to be listed anew.
+  int outdated() const noexcept;
+
+  /// Table `k` of something that depends on the height of a sample alone.
+  float* heights(int k) noexcept { return heights_.data() + k * (size_.z * kDeep + kBeyond); }
+
+  static constexpr int kBeyond = 32;  // samples of a group that begins at the front's last one, and more
+  int lanes_;
   glm::ivec3 size_{0};         // blocks
   glm::ivec3 first_{0};        // block at the beginning of due_
   std::vector<float> due_, moved_;  // way at which a block may change; the same while they are shifted
-  Groups groups_;
-  std::vector<float> heights_;  // see ball.cpp
+  std::array<Groups, kParts> parts_;  // count from the first voxel of the front's first block
+  glm::ivec3 listed_lo_{0};           // of the patch they lie in, and its edge
+  int listed_n_ = 0;
+  std::vector<float> heights_;
   bool known_ = false;
   double way_ = 0;  // voxels so far
   Pose X_V_;        // where the head is, voxels

@@ -9,6 +9,7 @@
 namespace typodont::haptics {
 
 class CutFront;
+struct MeridianPiece;
 
 /// A head moved from A to B: of a sphere the exact capsule, of any other head the union of poses close enough together
 /// that the scallops between them stay under 1/100 voxel.
@@ -46,6 +47,9 @@ class Sweep {
                   PerTissue* removed) const noexcept;
   bool raise_head(CutFront& front, const glm::ivec3& patch_lo, int n, float* distance, const Tissue* tissue,
                   PerTissue* removed) const noexcept;
+  /// One part of the front of a head that is no ball; `listed`: groups found.
+  bool raise_due_head(CutFront& front, int part, float ahead, const MeridianPiece* pieces, const glm::ivec3& patch_lo, int n,
+                      float* distance, const Tissue* tissue, PerTissue* removed, int& listed) const noexcept;
   /// Whether what was listed around the head in another patch lies within this one.
   bool holds_listed(const glm::ivec3& patch_lo, int n) const noexcept;
   Pose pose(int k) const noexcept;

@@ -30,6 +30,10 @@ set_target_properties(standin_dhd PROPERTIES LIBRARY_OUTPUT_NAME dhd SOVERSION 3
 target_compile_definitions(unit_devices PRIVATE TYPODONT_STANDIN_HD="$<TARGET_FILE:standin_hd>"
                                                 TYPODONT_STANDIN_DHD="$<TARGET_FILE:standin_dhd>")
 target_link_libraries(unit_devices PRIVATE util ${CMAKE_DL_LIBS})
+typodont_test(acceptance_devices KIND acceptance SOURCES acceptance/devices_command_test.cpp LIBS typodont_base util)
+target_compile_definitions(acceptance_devices PRIVATE TYPODONT_PROGRAM="$<TARGET_FILE:typodont>"
+                           TYPODONT_STANDIN_HD="$<TARGET_FILE:standin_hd>" TYPODONT_STANDIN_DHD="$<TARGET_FILE:standin_dhd>")
+add_dependencies(acceptance_devices typodont standin_hd standin_dhd)
 add_executable(device_mortal support/emulation/mortal.cpp)
 target_link_libraries(device_mortal PRIVATE typodont_devices)
 target_compile_definitions(unit_devices PRIVATE TYPODONT_MORTAL="$<TARGET_FILE:device_mortal>")

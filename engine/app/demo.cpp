@@ -5,14 +5,14 @@
 #include <algorithm>
 #include <optional>
 
-#include "engine/app/debris_view.h"
+#include "engine/app/hands/scripted_student.h"
 #include "engine/app/haptic_loop.h"
-#include "engine/app/picture_stage.h"
-#include "engine/app/scripted_student.h"
-#include "engine/app/session_record.h"
-#include "engine/app/session_report.h"
+#include "engine/app/picture/debris_view.h"
+#include "engine/app/picture/picture_stage.h"
+#include "engine/app/picture/tissue_view.h"
+#include "engine/app/recording/session_record.h"
+#include "engine/app/recording/session_report.h"
 #include "engine/app/sound_link.h"
-#include "engine/app/tissue_view.h"
 #include "engine/base/error.h"
 #include "engine/base/log.h"
 #include "engine/base/progress.h"

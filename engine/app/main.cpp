@@ -4,11 +4,11 @@
 #include <exception>
 
 #include "engine/app/commands/commands.h"
-#include "engine/app/hands.h"
+#include "engine/app/hands/hands.h"
 #ifdef TYPODONT_WINDOW
 #include "engine/app/operator/operator.h"
 #endif
-#include "engine/app/replay_hand.h"
+#include "engine/app/hands/replay_hand.h"
 #include "engine/base/error.h"
 #include "engine/base/log.h"
 

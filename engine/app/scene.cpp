@@ -10,10 +10,10 @@
 #include <fstream>
 #include <sstream>
 
-#include "engine/app/paint_file.h"
-#include "engine/app/resume.h"
-#include "engine/app/surroundings.h"
-#include "engine/app/tissue_edit.h"
+#include "engine/app/picture/surroundings.h"
+#include "engine/app/recording/resume.h"
+#include "engine/app/task/paint_file.h"
+#include "engine/app/task/tissue_edit.h"
 #include "engine/base/error.h"
 #include "engine/base/units.h"
 #include "haptics/solid.h"

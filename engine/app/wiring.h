@@ -5,9 +5,9 @@
 #include <memory>
 #include <vector>
 
-#include "engine/app/picture_record.h"
-#include "engine/app/paint_file.h"
-#include "engine/app/stroke_book.h"
+#include "engine/app/picture/picture_record.h"
+#include "engine/app/task/paint_file.h"
+#include "engine/app/task/stroke_book.h"
 #include "engine/base/latest.h"
 #include "engine/base/ring.h"
 #include "engine/contract/contact.h"

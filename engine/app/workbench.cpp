@@ -1,7 +1,6 @@
 #include "engine/app/workbench.h"
 
 #include <fmt/format.h>
-#include <pthread.h>
 
 #include <algorithm>
 #include <array>
@@ -12,27 +11,27 @@
 #include <thread>
 #include <utility>
 
-#include "engine/app/damage.h"
-#include "engine/app/debris_view.h"
-#include "engine/app/detail.h"
-#include "engine/app/hands.h"
-#include "engine/app/live_views.h"
-#include "engine/app/mouse_hand.h"
-#include "engine/app/picture_record.h"
-#include "engine/app/picture_stage.h"
-#include "engine/app/quality_ladder.h"
-#include "engine/app/resume.h"
-#include "engine/app/session_record.h"
+#include "engine/app/hands/hands.h"
+#include "engine/app/hands/mouse_hand.h"
+#include "engine/app/headset/xr_hand.h"
+#include "engine/app/headset/xr_session.h"
+#include "engine/app/live/session.h"
+#include "engine/app/picture/debris_view.h"
+#include "engine/app/picture/detail.h"
+#include "engine/app/picture/live_views.h"
+#include "engine/app/picture/picture_record.h"
+#include "engine/app/picture/picture_stage.h"
+#include "engine/app/picture/quality_ladder.h"
+#include "engine/app/picture/tissue_view.h"
+#include "engine/app/recording/resume.h"
+#include "engine/app/recording/session_record.h"
 #include "engine/app/sound_link.h"
-#include "engine/app/task.h"
-#include "engine/app/tissue_view.h"
+#include "engine/app/task/damage.h"
+#include "engine/app/task/task.h"
 #include "engine/app/wiring.h"
-#include "engine/app/xr_hand.h"
-#include "engine/app/xr_session.h"
 #include "engine/base/check.h"
 #include "engine/base/error.h"
 #include "engine/base/log.h"
-#include "engine/base/realtime.h"
 #include "engine/base/units.h"
 #include "engine/contract/loop_timing.h"
 #include "engine/session/recorder.h"
@@ -48,314 +47,16 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr double kRampOut = 0.02;  // s at the end of a session
 constexpr double kMirror = 22e-3;  // m, a mouth mirror of size 4, where the scene does not say
 constexpr int kHoldKey = ' ', kGoOnKey = 'R', kViewKey = 'V', kSuctionKey = 'A';
 constexpr Nanos kReviveInterval = 10 * kNanosPerSecond;  // a device lost more often than this is broken
 constexpr std::size_t kProcessorStep = 3;  // of the quality ladder, where a processor draws: about what it is quick enough for
+constexpr Nanos kProcessorMeshInterval = 33'000'000;      // ns between looks for changed bricks, where a processor draws
 constexpr Nanos kOwnInterval = 30'000'000;               // ns between pictures from a viewpoint of one's own
-// ns between looks for changed bricks: no more often than they are drawn
-constexpr Nanos kMeshInterval = 16'000'000, kProcessorMeshInterval = 33'000'000;
 
 std::atomic<bool> g_asked_to_stop{false};
 void ask_to_stop(int) {
   g_asked_to_stop = true;
-}
-
-/// What a session consists of. Threads refer to it; it outlives them.
-struct Session {
-  const Scene& scene;
-  haptics::Carver carver;
-  Wiring wiring;
-  std::optional<haptics::Servo> servo;  // made for the hand, once that is known
-  std::optional<LoopWatch> loop;        // servo thread until it has ended
-  ServoTick last;                       // the same
-  double servo_cpu = 0;                 // s, the same
-  std::uint32_t faults = 0;
-  bool draw = false, record = false, debris = false, operated = false;
-  bool watched = false;  // bricks go to the operator too: the headset takes the others
-  StrokeBook book;       // carver thread until it has ended
-  Nanos began = 0;            // of recorded frames
-  Nanos mesh_interval = kMeshInterval;
-  std::size_t xr_stream = 0;  // which of the recording's streams they are
-  std::size_t picture_stream = 0;  // the same, of a picture on a screen
-  SoundLink* sound = nullptr;
-  std::size_t left_stream = 0;  // of the recording, where there is a second hand
-  std::optional<std::size_t> head_stream;  // the same, where there is a screen
-  std::optional<TickNotes> notes;          // recorder thread, where recorded
-  std::filesystem::path save;  // of the tissue
-  std::uint64_t bricks_meshed = 0, triangles_made = 0, voxels_cut = 0;  // carver thread until it has ended
-  std::uint64_t queries = 0;                                            // servo thread until it has ended
-
-  Session(const Scene& s, haptics::TissueVolume tissue)
-      : scene(s), carver(std::move(tissue), haptics::tray(s.servo)), wiring(empty_patch(edge(s, carver.volume()))) {}
-  void serve(const haptics::DeviceInfo& hand) {
-    servo.emplace(servo_settings(scene, carver.volume(), hand.rate, hand.vibration_band, hand.position_step),
-                  edge(scene, carver.volume()));
-    loop.emplace(wiring, hand.rate);
-  }
-
-  static int edge(const Scene& s, const haptics::TissueVolume& tissue) {
-    return haptics::patch_edge_for(haptics::tray(s.servo), tissue.frame().voxel);
-  }
-  static haptics::SurfacePatch empty_patch(int edge) {
-    haptics::SurfacePatch patch;
-    patch.resize(edge);
-    return patch;
-  }
-};
-
-/// N/m
-PerTissue scaled(const MaterialTable& materials, const PerTissue& share) {
-  PerTissue stiffness{};
-  for (std::size_t i = 0; i < share.size(); ++i) stiffness[i] = share[i] * materials[i].stiffness;
-  return stiffness;
-}
-
-/// As HapticDevice::contact means it.
-bool in_contact(const ServoTick& tick) {
-  constexpr std::uint32_t kUnknown =
-      haptics::kNoPose | bits(Fault::kPatchEdge) | bits(Fault::kDeepPenetration);
-  return tick.depth > 0 || (tick.faults & kUnknown) != 0;
-}
-
-void servo_thread(Session& s, haptics::HapticDevice& hand) {
-  const RealtimeGranted granted = enter_realtime({.priority = 80, .core = RealtimeRequest::kOwnCore});
-  s.loop->granted(granted.fifo, granted.pinned, granted.memory_locked, granted.note);
-  ::pthread_setname_np(::pthread_self(), "typodont-servo");
-  Wiring& wiring = s.wiring;
-  const Nanos period = from_seconds(1 / hand.info().rate);
-  haptics::HandSample sample;
-  SessionSettings settings;
-  PedalLock pedal;
-  ServoTick tick;
-  Cut cut;
-  std::uint64_t ticks = 0;
-  while (!wiring.stop.load(std::memory_order_relaxed) && hand.read(sample)) {
-    const Nanos woke = now(), cpu = thread_cpu_time();
-    const std::int32_t chosen = wiring.chosen_tool.load(std::memory_order_relaxed);
-    if (chosen >= 0) sample.tool = static_cast<std::uint32_t>(chosen);
-    if (wiring.patch.fetch()) {
-      haptics::SurfacePatch& fresh = wiring.patch.front();
-      const PatchUse use{fresh.number, ticks, fresh.cuts, fresh.center_W};
-      s.servo->adopt(fresh);
-      if (s.record) wiring.patches_to_recorder.push(use);
-    }
-    if (ticks == 0) wiring.session_zero = woke - sample.t;
-    sample.pedal = pedal.pass(sample.pedal, wiring.held.load(std::memory_order_relaxed));
-    if (wiring.settings.fetch()) {
-      settings = wiring.settings.front();
-      if (!s.record) s.servo->set_stiffness(scaled(s.scene.servo.materials, settings.stiffness));
-    }
-    sample.pedal *= settings.speed_share;
-    sample.faults = hand.faults();
-    const bool did_cut = s.servo->tick(sample, tick, cut);
-    if (wiring.emergency.load(std::memory_order_relaxed)) break;
-    hand.contact(in_contact(tick));
-    hand.write(settings.force_share * tick.f_T_W, settings.force_share * tick.tau_T_W);
-    const Nanos wrote = now();
-    // What the servo was told is in the tick; a replay tells it the same.
-    tick.faults |= (hand.faults() & ~haptics::kNoPose) | (wrote - woke > period ? bits(Fault::kOverrun) : 0);
-    tick.cpu_time = thread_cpu_time() - cpu;
-    ++ticks;
-    if (did_cut) {
-      if (!wiring.cuts_to_carver.push(cut)) tick.faults |= bits(Fault::kRingFull);
-      if (s.record) wiring.cuts_to_recorder.push(cut);
-      if (s.debris) wiring.cuts_to_debris.push(cut);
-    }
-    wiring.tick_to_carver.publish(tick);
-    if (s.draw || s.operated) wiring.tick_to_render.publish(tick);
-    if (s.record) wiring.ticks_to_recorder.push(tick);
-    if (s.sound) s.sound->push(tick);
-    s.faults |= tick.faults;
-    wiring.newest_faults.store(tick.faults, std::memory_order_relaxed);
-    s.last = tick;
-    s.loop->tick(woke, wrote, hand.safety());
-    if (s.operated) wiring.ticks_to_score.push(tick);
-  }
-  s.loop->publish();
-  // The end: the force fades within its ramp, the drill at rest. These ticks belong to no session and are not recorded.
-  s.servo->ramp_out();
-  const Nanos faded = now() + from_seconds(kRampOut);
-  while (!wiring.emergency && now() < faded && hand.read(sample)) {
-    sample.pedal = 0;
-    sample.tool = s.last.tool;
-    sample.faults = hand.faults();
-    s.servo->tick(sample, tick, cut);
-    hand.contact(in_contact(tick));
-    hand.write(settings.force_share * tick.f_T_W, settings.force_share * tick.tau_T_W);
-  }
-  hand.write(dvec3(0), dvec3(0));
-  hand.release();  // nor does an arm go on holding up its own weight
-  s.servo_cpu = to_seconds(thread_cpu_time());
-  s.queries = haptics::queries_of_this_thread();
-  wiring.servo_ended = true;
-}
-
-/// Writes a copy of the tissue beside the session, which goes on.
-class TissueSaver {
- public:
-  void start(const haptics::TissueVolume& tissue, const std::filesystem::path& file) {
-    if (file.empty()) return log::warn("nowhere to save to: start with --save VOLUME.vdb");
-    thread_ = std::jthread([copy = std::make_shared<haptics::TissueVolume>(tissue.clone()), file] {
-      try {
-        copy->save(file);
-        log::info("saved {}", file.string());
-      } catch (const std::exception& e) {
-        log::warn("not saved: {}", e.what());
-      }
-    });
-  }
-
- private:
-  std::jthread thread_;  // a later one waits for an earlier one
-};
-
-/// True when the tissue is another one afterwards.
-bool obey(Session& s, TissueCommand command, Nanos t, TissueSaver& saver) {
-  Wiring& wiring = s.wiring;
-  if (command == TissueCommand::kSave) {
-    saver.start(s.carver.volume(), s.save);
-    return false;
-  }
-  const bool redo = command == TissueCommand::kRedo;
-  const StrokeEdit edit{t, redo, s.carver.cuts(), s.carver.patches()};
-  if (!(redo ? s.carver.redo() : s.carver.undo())) return false;
-  s.book.edited(redo, s.carver.volume());
-  if (s.record) wiring.edits_to_recorder.push(edit);
-  return true;
-}
-
-/// The brush's stroke is one that can be taken back.
-void brush(Session& s, const BrushMove& move) {
-  if (move.begins) {
-    s.carver.end_stroke();
-    s.carver.volume().begin_stroke();
-  }
-  paint(s.carver.volume(), {move.stroke});
-  s.book.painted(move.stroke, s.carver.volume());
-}
-
-void carver_thread(Session& s) {
-  Wiring& wiring = s.wiring;
-  TissueSaver saver;
-  TissueView view(wiring.tolerance);
-  Nanos meshed = 0;
-  bool first = true;
-  int idle = 0;  // turns without work
-  Cut cut;
-  while (!wiring.stop.load(std::memory_order_relaxed)) {
-    bool worked = false;
-    while (wiring.cuts_to_carver.pop(cut)) {
-      s.carver.apply(cut);
-      if (s.operated) s.book.cut(cut, s.carver.volume());
-      worked = true;
-    }
-    for (const LoosePiece& piece : s.carver.take_pieces()) {
-      if (s.debris) wiring.pieces_to_debris.push(piece);
-      if (s.record) wiring.pieces_to_recorder.push(piece);
-    }
-    TissueCommand command;
-    bool edited = false;  // then a patch is cut out before any later cut, and the servo knows which cuts to repeat
-    while (wiring.tissue_commands.pop(command)) {
-      edited |= obey(s, command, wiring.tick_to_carver.front().t, saver);
-      worked = true;
-    }
-    BrushMove move;
-    bool painted = false;
-    while (wiring.paint_to_carver.pop(move)) {
-      brush(s, move);
-      painted = true;
-    }
-    if (worked || painted) {
-      const TissueState state = s.book.state(s.carver.volume());
-      wiring.tissue_to_render.publish(state);
-      wiring.tissue_version.store(state.version, std::memory_order_relaxed);
-    }
-    if (wiring.tick_to_carver.fetch() || painted || edited) {
-      const ServoTick& tick = wiring.tick_to_carver.front();
-      if (is_finite(tick.X_WG.p) && (painted || s.carver.patch_due(tick))) {
-        s.carver.cut_out(s.carver.patch_center(tick), wiring.patch.back());
-        wiring.patch.publish();
-        worked = true;
-      }
-    }
-    if (s.draw && (first || now() - meshed > s.mesh_interval)) {
-      meshed = now();
-      first = false;
-      view.set_tolerance(wiring.tolerance);
-      auto batch = std::make_unique<MeshBatch>(view.update(s.carver.volume()));
-      s.bricks_meshed += batch->size();
-      for (const render::MeshUpdate& brick : *batch) s.triangles_made += brick.indices.size() / 3;
-      if (s.watched && !batch->empty()) {
-        auto copy = std::make_unique<MeshBatch>(*batch);
-        if (wiring.bricks_to_watch.push(copy.get())) (void)copy.release();
-      }
-      if (!batch->empty() && wiring.bricks.push(batch.get())) (void)batch.release();
-    }
-    if (wiring.copy_wanted.exchange(false)) {
-      auto copy = std::make_unique<haptics::TissueVolume>(s.carver.volume().clone());
-      if (wiring.copies_to_watch.push(copy.get())) (void)copy.release();
-    }
-    // Where nothing was to do for 30 ms the hand is slow: at 3 cm/s it comes a tenth of a millimetre further until it is
-    // looked after again. Looking more often took three hundredths of a core of an idle session.
-    idle = worked ? 0 : std::min(idle + 1, 100);
-    if (!worked) std::this_thread::sleep_for(idle < 100 ? 300us : 3000us);
-  }
-  while (wiring.cuts_to_carver.pop(cut)) s.carver.apply(cut);
-  s.voxels_cut = haptics::voxels_cut_by_this_thread();
-}
-
-void recorder_thread(Session& s, session::SessionWriter& writer) {
-  Wiring& wiring = s.wiring;
-  render::View viewed = render::View::kLook;
-  const auto drain = [&] {
-    ServoTick tick;
-    Cut cut;
-    PatchUse use;
-    StrokeEdit edit;
-    while (wiring.patches_to_recorder.pop(use)) writer.append({&use, 1});
-    // After the patches: the edit that made one of them due is then there too.
-    while (wiring.edits_to_recorder.pop(edit)) writer.append(event_of(edit));
-    LoosePiece piece;
-    while (wiring.pieces_to_recorder.pop(piece)) writer.append(event_of(piece));
-    while (wiring.cuts_to_recorder.pop(cut)) writer.append({&cut, 1});
-    while (wiring.ticks_to_recorder.pop(tick)) {
-      writer.append({&tick, 1});
-      s.notes->add(tick, writer);
-    }
-    SeenFrom seen;
-    while (wiring.seen_to_recorder.pop(seen)) {
-      if (seen.view != viewed) writer.event(seen.t, session::EventKind::kView, view_name(seen.view));
-      viewed = seen.view;
-      const dvec3 &eye = seen.eye_W, &right = seen.right_W;
-      writer.append(*s.head_stream, seen.t, std::array{eye.x, eye.y, eye.z, right.x, right.y, right.z, seen.ipd, static_cast<double>(seen.view)});
-    }
-    haptics::HandSample left;
-    while (wiring.left_to_recorder.pop(left)) {
-      const Pose& X = left.X_WT;
-      writer.append(s.left_stream, left.t, std::array{X.p.x, X.p.y, X.p.z, X.R.w, X.R.x, X.R.y, X.R.z, left.pedal});
-    }
-    if (wiring.loop_to_recorder.fetch()) writer.loop(wiring.loop_to_recorder.front());
-    display::HmdTiming frame;
-    while (wiring.xr_frames_to_recorder.pop(frame)) {
-      writer.append(s.xr_stream, frame.t - s.began, xr_stream_row(frame));
-    }
-    PictureTiming picture;
-    while (wiring.pictures_to_recorder.pop(picture))
-      writer.append(s.picture_stream, picture.t - s.began, picture_stream_row(picture));
-    writer.count_ring_losses(wiring.ticks_to_recorder.dropped(), wiring.cuts_to_recorder.dropped());
-    writer.heartbeat();
-    if (s.operated) {
-      const session::WriterStatus& status = writer.status();
-      wiring.record_to_render.publish({status.ticks, status.cuts, !status.lost.any()});
-    }
-  };
-  while (!wiring.nothing_more.load()) {
-    drain();
-    std::this_thread::sleep_for(5ms);
-  }
-  drain();
 }
 
 }  // namespace
@@ -367,7 +68,7 @@ struct Workbench::Impl {
   WorkbenchSummary summary;
   std::filesystem::path rig_file;
   std::optional<display::DisplayRig> rig;
-  std::optional<Session> session;
+  std::optional<LiveSession> session;
   std::optional<Pointer> pointer;  // where the mouse is the hand
   Hands hands;
   std::optional<SoundLink> sound;
@@ -450,7 +151,7 @@ void Workbench::Impl::set_up() {
   HandChoice choice{options.hand, options.left_hand, options.pedal, options.rate, tool_names(scene)};
   choice.hand = hand_address(choice, rig ? &*rig : nullptr, window ? "mouse:" : hmd ? "openxr:right" : "");
 
-  Session& s = session.emplace(scene, load_tissue(scene));
+  LiveSession& s = session.emplace(scene, load_tissue(scene));
   const haptics::TissueVolume& tissue = s.carver.volume();
   s.draw = (window || hmd) && scene.needs("render");
   explain(s.draw ? fmt::format("picture: on, {}", rig_file.string())
@@ -561,7 +262,7 @@ void Workbench::Impl::set_up() {
 }
 
 void Workbench::Impl::start_headset(const std::string& hand_address) {
-  Session& s = *session;
+  LiveSession& s = *session;
   XrSession::Options o;
   if (hand_address.starts_with("openxr:")) {
     if (hand_address != "openxr:right" && hand_address != "openxr:left")
@@ -583,7 +284,7 @@ void Workbench::Impl::start_headset(const std::string& hand_address) {
 
 void Workbench::Impl::start() {
   // The first patch is there before the first tick.
-  Session& s = *session;
+  LiveSession& s = *session;
   tick.X_WT.p = tick.X_WG.p = above;
   s.carver.cut_out(above, s.wiring.patch.back());
   s.wiring.patch.publish();
@@ -613,7 +314,7 @@ void Workbench::Impl::start() {
 
 /// One turn of the drawing thread: a frame, or a short wait. False when the session is over.
 bool Workbench::Impl::step(const display::UserInput* input, glm::ivec2 picture_size) {
-  Session& s = *session;
+  LiveSession& s = *session;
   if (meter) score_ticks();
   if (s.wiring.servo_ended || g_asked_to_stop || to_seconds(now() - began) >= options.seconds) return false;
   if (sound && !headset) sound->advance(s.wiring.tick_to_render.front().t);
@@ -803,7 +504,7 @@ void Workbench::Impl::show_next_view() {
 
 /// What changed since the last picture.
 void Workbench::Impl::collect() {
-  Session& s = *session;
+  LiveSession& s = *session;
   if (!headset && s.wiring.tick_to_render.fetch()) tick = s.wiring.tick_to_render.front();
   MeshBatch* batch = nullptr;
   while ((headset ? s.wiring.bricks_to_watch : s.wiring.bricks).pop(batch)) {
@@ -814,7 +515,7 @@ void Workbench::Impl::collect() {
 }
 
 void Workbench::Impl::draw() {
-  Session& s = *session;
+  LiveSession& s = *session;
   collect();
   const double dt = to_seconds(now() - last_frame);
   last_frame = now();
@@ -903,7 +604,7 @@ void Workbench::Impl::score_ticks() {
 void Workbench::Impl::end() {
   if (!running) return;
   running = false;
-  Session& s = *session;
+  LiveSession& s = *session;
   const WorkCounts process = process_counts();
   s.wiring.stop = true;
   servo.join();
@@ -959,9 +660,9 @@ void Workbench::Impl::end() {
   summary.jitter_us_p999 = std::min(timing.jitter.quantile(0.999) * 1e-3, summary.worst_jitter_us);
   summary.loop = s.loop->report();
   if (stage && drawn > 0) {
-    explain(fmt::format("picture: {} frames, {:.1f} ms each at the end, {:.0f} ms from hand to screen (estimated); quality "
+    explain(fmt::format("picture: {} frames, {:.1f} a second, {:.1f} ms each at the end, {:.0f} ms from hand to screen (estimated); quality "
                         "\"{}\", step {} of {}, after {} changes",
-                        drawn, 1e3 * frame_seconds, 1e3 * photon_seconds, ladder.step().name, ladder.place() + 1,
+                        drawn, static_cast<double>(drawn) / std::max(summary.seconds, 1e-3), 1e3 * frame_seconds, 1e3 * photon_seconds, ladder.step().name, ladder.place() + 1,
                         render::kQualityLadder.size(), ladder.changes()));
   }
   if (!summary.loop.words().empty()) explain("real time: " + std::string(summary.loop.words()));
@@ -970,7 +671,7 @@ void Workbench::Impl::end() {
 
 /// What was done, once all threads have ended; `running`: the process while it still ran.
 void Workbench::Impl::count_work(const WorkCounts& running_process) {
-  Session& s = *session;
+  LiveSession& s = *session;
   WorkCounts& work = summary.work;
   work.ticks = summary.ticks, work.frames = drawn;
   work.queries = s.queries;

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "engine/app/look.h"
+#include "engine/app/picture/look.h"
 #include "engine/app/scene.h"
 #include "engine/app/wiring.h"
 #include "engine/app/work_counts.h"

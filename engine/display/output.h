@@ -79,6 +79,8 @@ class Output {
   /// Shows what was drawn into the last target; call after submitting.
   virtual void present() = 0;
   virtual ivec2 size() const = 0;
+  /// Whether anybody could see a picture there: not in a window that is minimised.
+  virtual bool visible() const { return true; }
   /// The screen lost what it showed (resized, uncovered): compose again although nothing moved.
   virtual bool needs_frame() const { return false; }
   virtual void resize(ivec2) {}

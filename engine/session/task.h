@@ -1,5 +1,5 @@
 // A scene's "task": what is asked for, in words and rules. Where the ideal's geometry comes from is the program's to
-// read (engine/app/task.h); here is what report and score need.
+// read (engine/app/task/task.h); here is what report and score need.
 #pragma once
 
 #include <array>

@@ -3,24 +3,22 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
+#include <cstring>
 
 #include "engine/base/dispatch.h"
-#include "haptics/cut_front.h"
-#include "haptics/cutting/account.h"
-#include "haptics/lanes.h"
+#include "haptics/cutting/lane_ops.h"
+#include "haptics/cutting/listed.h"
 #include "haptics/sweep.h"
 
 namespace typodont::haptics {
 
+namespace eight {
 namespace {
+#include "haptics/cutting/cut_kernel.h"
+}  // namespace
+}  // namespace eight
 
-/// What the kernels need, plain, so that they vectorise.
-struct Capsule {
-  float ax, ay, az;  // from base
-  float abx, aby, abz;
-  float inverse_length2, radius;
-  bool continues;
-};
+namespace {
 
 struct Block {
   float* distance;
@@ -52,7 +50,7 @@ TYPODONT_KERNEL bool raise_groups(const Block& block, const Capsule& c, Work& wo
   const auto* const all_u = reinterpret_cast<const float*>(work.u);
   const auto* const all_v = reinterpret_cast<const float*>(work.v);
   const auto* const base = reinterpret_cast<const std::int32_t*>(work.base);
-  F8 moved_taken[Work::kGroups];  // groups in which surface moved, and what they lost
+  I8 moved_taken[Work::kGroups];  // groups in which surface moved, and what they lost
   std::int32_t moved_at[Work::kGroups];
   int moved = 0;
   I8 any_raised = {};
@@ -84,9 +82,9 @@ TYPODONT_KERNEL bool raise_groups(const Block& block, const Capsule& c, Work& wo
     take_root(d2);
     F8 depth = radius - d2;
     depth = depth > Sweep::kInner ? F8{} + Sweep::kInner : depth;
-    F8 least, now;
+    F8 least;
     I8 raised;
-    raise_eight(old, depth, (dot > from), least, raised, now);
+    const F8 now = eight::raised_to(old, depth, (dot > from), least, raised);
     if constexpr (!narrow) {
       *reinterpret_cast<F8*>(at) = now;
     } else {
@@ -94,21 +92,19 @@ TYPODONT_KERNEL bool raise_groups(const Block& block, const Capsule& c, Work& wo
     }
     any_raised |= raised;
     // Which groups count is not foreseeable: noted without a branch.
-    share_taken(old, now, moved_taken[moved]);
+    moved_taken[moved] = eight::share_taken(old, now);
     moved_at[moved] = first;
-    moved += any_of(moved_taken[moved] > 0.0f);
+    moved += any_of(moved_taken[moved] > 0);
   }
   if (removed && moved > 0) {
-    Account account{removed};
+    eight::Taken taken{removed};
     for (int m = 0; m < moved; ++m) {
-      const Tissue* const labels = block.tissue + moved_at[m];
-      if constexpr (!narrow) {
-        account.add(moved_taken[m], labels);
-      } else {
-        for (int i = 0; i < size_z; ++i) account.add(static_cast<double>(moved_taken[m][i]), labels[i]);
-      }
+      const Tissue* labels = block.tissue + moved_at[m];
+      Tissue row[8] = {};
+      if constexpr (narrow) labels = std::copy_n(labels, size_z, row) - size_z;
+      taken.add(moved_taken[m], labels);
     }
-    account.close();
+    taken.close();
   }
   work.batches = work.count = 0;
   return any_of(any_raised);
@@ -235,48 +231,37 @@ bool raise_ball_ahead(const Block* block, const Capsule* capsule, PerTissue* rem
                            : raise_block<false, false>(*block, *capsule, removed);
 }
 
-/// A cut before which stands a front (CutFront), plain. Positions count from the first voxel of the front's first block.
-struct BallFront {
-  Capsule c;
-  glm::ivec3 origin;  // of those positions, from the base of c
-  float* distance;    // at the origin
-  const Tissue* tissue;
+/// What a look at all blocks before a ball needs besides.
+struct BallBlocks {
+  BallFront f;
+  const Tissue* tissue;  // at the origin
   int stride_x, stride_y;
-  glm::ivec3 lo, hi;             // what the sweep may reach, and a voxel more
-  glm::ivec3 held_lo, held_hi;   // what the patch holds
-  float* heights;  // of eight samples along z, 16 floats for each first one: see fill_heights()
-  int heights_end;
-  float* due;      // of the block at the origin
+  glm::ivec3 lo, hi;            // what the sweep may reach, and a voxel more
+  glm::ivec3 held_lo, held_hi;  // what the patch holds
+  float* due;                   // of the block at the origin
   int due_x, due_y;
-  float way;       // of the head, by the end of this sweep
-  float ahead;     // … and how much farther the groups that are listed serve; 0: none are listed
-  float slip;      // how far a depth may be off by rounding
-  float* x;        // groups
-  float* y;
-  std::int32_t* z;  // of their heights
-  std::int32_t* at;
-  int room, count;  // count > room: more than there is room for
+  float way;                    // of the head, by the end of this sweep
+  float ahead;                  // … and how much farther the groups that are listed serve; 0: none are listed
+  float slip;                   // how far a depth may be off by rounding
+  int lanes;                    // of a group
+  int part, first_layer;        // which part's layers of blocks are looked at, and whose the first one is
+  int room;                     // f.count > room: more than there is room for
 };
 
-/// Heights from A of the eight samples from each first one on. Of a ball just their squares, from B, and how far they lie
-/// ahead.
-template <bool capsule>
-TYPODONT_KERNEL void fill_heights(const BallFront& f) {
+TYPODONT_DISPATCH("avx2", "default")
+void fill_heights(const BallFront* f, bool capsule, int from, int to) {
   const F8 steps = {0, 1, 2, 3, 4, 5, 6, 7};
-  // Groups reach beyond the sweep to the ends of their blocks, and were listed when the head was up to a voxel away.
-  for (int z = std::max((f.lo.z & ~7) - 8, 0); z <= std::min((f.hi.z | 7) + 8, f.heights_end - 1); ++z) {
-    const F8 height = static_cast<float>(f.origin.z + z) + steps - f.c.az, dz = height - f.c.abz;
-    F8* const to = reinterpret_cast<F8*>(f.heights + 16 * z);
-    to[0] = capsule ? height : dz * dz;
-    to[1] = height * f.c.abz;
+  for (int z = from; z < to; z += 8) {
+    const F8 height = static_cast<float>(f->origin.z + z) + steps - f->c.az, off = height - f->c.abz;
+    *reinterpret_cast<F8*>(f->heights.apart + z) = capsule ? height : off * off;
+    *reinterpret_cast<F8*>(f->heights.ahead + z) = height * f->c.abz;
   }
 }
 
 /// Depth of eight samples of a row and what of it counts; rows as in raise_block().
 template <bool capsule>
-TYPODONT_KERNEL void depth_of_eight(const Capsule& c, float from, const F8& u, const F8& v, const float* heights, F8& depth,
-                                    I8& ahead) {
-  const F8 first = reinterpret_cast<const F8*>(heights)[0], second = reinterpret_cast<const F8*>(heights)[1];
+TYPODONT_KERNEL void depth_of_eight(const Capsule& c, float from, const F8& u, const F8& v, const F8& first, const F8& second,
+                                    F8& depth, I8& ahead) {
   F8 d2;
   if constexpr (capsule) {
     const F8 dot = (u * c.abx + v * c.aby) + second;
@@ -308,103 +293,65 @@ TYPODONT_KERNEL void row_terms(const BallFront& f, const F8& x, const F8& y, F8&
   }
 }
 
-/// Raises the groups that are listed.
-template <bool capsule>
-TYPODONT_KERNEL bool raise_listed(const BallFront& f, PerTissue* removed) {
-  constexpr int kChunk = 256, kAhead = 24;  // groups, fetched in time
-  const Capsule c = f.c;
-  const float from = c.continues ? 0.0f : -1e30f;
-  fill_heights<capsule>(f);
-  float* const distance = f.distance;
-  const float* const heights = f.heights;
-  const std::int32_t* const group_z = f.z;
-  const std::int32_t* const group_at = f.at;
-  const int count = f.count;
-  F8 moved_taken[kChunk];
-  std::int32_t moved_at[kChunk];
-  F8 u[kChunk / 8], v[kChunk / 8];
-  I8 any_raised = {};
-  Account account{removed};
-  for (int g0 = 0; g0 < count; g0 += kChunk) {
-    const int end = std::min(count - g0, kChunk);
-    for (int g = 0; g < end; g += 8) {
-      row_terms<capsule>(f, *reinterpret_cast<const F8*>(f.x + g0 + g), *reinterpret_cast<const F8*>(f.y + g0 + g), u[g / 8],
-                         v[g / 8]);
-    }
-    const float* const u_of = reinterpret_cast<const float*>(u);
-    const float* const v_of = reinterpret_cast<const float*>(v);
-    std::size_t moved = 0;
-    for (int g = 0; g < end; ++g) {
-      const std::int32_t first = group_at[g0 + g];
-      __builtin_prefetch(distance + group_at[g0 + g + kAhead]);
-      float* const at = distance + first;
-      const F8 old = *reinterpret_cast<const F8*>(at);
-      F8 depth;
-      I8 ahead;
-      depth_of_eight<capsule>(c, from, F8{} + u_of[g], F8{} + v_of[g], heights + group_z[g0 + g], depth, ahead);
-      F8 least, now;
-      I8 raised;
-      raise_eight(old, depth, ahead, least, raised, now);
-      *reinterpret_cast<F8*>(at) = now;
-      any_raised |= raised;
-      // Which groups count is not foreseeable: noted without a branch.
-      F8 taken;
-      share_taken(old, now, taken);
-      moved_taken[moved] = taken;
-      moved_at[moved] = first;
-      moved += any_of(taken > 0.0f);
-    }
-    for (std::size_t m = 0; m < moved; ++m) {
-      account.add(moved_taken[m], f.tissue + moved_at[m]);
-    }
-  }
-  account.close();
-  return any_of(any_raised);
-}
-
 /// Raises all blocks that are due, finds when they will be due again, and lists what may change until the head has come
 /// `ahead`.
 template <bool capsule>
-TYPODONT_KERNEL bool raise_due(BallFront& f, PerTissue* removed) {
+TYPODONT_KERNEL bool raise_due(BallBlocks& b, PerTissue* removed) {
+  BallFront& f = b.f;
   constexpr int kRows = 4, kDeep = 8, kStretch = 64;  // samples of a row that are listed together
   constexpr float kHalf = 4.1f, kNever = 1e9f;        // from a block's centre to its corners
   const Capsule c = f.c;
   const float from = c.continues ? 0.0f : -1e30f;
   const float length = std::sqrt(c.abx * c.abx + c.aby * c.aby + c.abz * c.abz);
-  const float outer = c.radius + Sweep::kMargin, enough = f.way + f.ahead;
-  fill_heights<capsule>(f);
+  const float outer = c.radius + Sweep::kMargin, enough = b.way + b.ahead;
   const F8 row_x[2] = {{0, 0, 0, 0, 1, 1, 1, 1}, {2, 2, 2, 2, 3, 3, 3, 3}}, row_y = {0, 1, 2, 3, 0, 1, 2, 3};
   I8 any_raised = {};
-  Account account{removed};
+  eight::Taken taken{removed};
   f.count = 0;
-  for (int x0 = f.lo.x & ~(kRows - 1); x0 <= f.hi.x; x0 += kRows) {
-    for (int y0 = f.lo.y & ~(kRows - 1); y0 <= f.hi.y; y0 += kRows) {
-      float* const due = f.due + (x0 / kRows) * f.due_x + (y0 / kRows) * f.due_y;
+  // What lies in the shell before the head, in time: it was last looked at many cuts ago.
+  const auto fetch_column = [&](int x0, int y0) {
+    const float* const due = b.due + (x0 / kRows) * b.due_x + (y0 / kRows) * b.due_y;
+    const float bx = static_cast<float>(f.origin.x + x0) + 1.5f - c.ax - c.abx;
+    const float by = static_cast<float>(f.origin.y + y0) + 1.5f - c.ay - c.aby;
+    for (int z0 = b.lo.z & ~(kDeep - 1); z0 <= b.hi.z; z0 += kDeep) {
+      const float bz = static_cast<float>(f.origin.z + z0) + 3.5f - c.az - c.abz;
+      const float off = std::sqrt(bx * bx + by * by + bz * bz) - c.radius;
+      if (due[z0 / kDeep] >= enough || off > kHalf + Sweep::kMargin || off < -(kHalf + Sweep::kInner)) continue;
+      const float* const block = f.distance + (x0 * b.stride_x + y0 * b.stride_y + z0);
+      for (int row = 0; row < 16; ++row) __builtin_prefetch(block + ((row >> 2) * b.stride_x + (row & 3) * b.stride_y));
+    }
+  };
+  for (int x0 = b.lo.x & ~(kRows - 1); x0 <= b.hi.x; x0 += kRows) {
+    if (((x0 / kRows + b.first_layer) & (CutFront::kParts - 1)) != b.part) continue;
+    fetch_column(x0, b.lo.y & ~(kRows - 1));
+    for (int y0 = b.lo.y & ~(kRows - 1); y0 <= b.hi.y; y0 += kRows) {
+      if (y0 + kRows <= b.hi.y) fetch_column(x0, y0 + kRows);
+      float* const due = b.due + (x0 / kRows) * b.due_x + (y0 / kRows) * b.due_y;
       const float bx = static_cast<float>(f.origin.x + x0) + 1.5f - c.ax - c.abx;
       const float by = static_cast<float>(f.origin.y + y0) + 1.5f - c.ay - c.aby;
       float u[16], v[16];
       bool rows_known = false;
-      for (int stretch = f.lo.z & ~(kDeep - 1); stretch <= f.hi.z; stretch += kStretch) {
+      for (int stretch = b.lo.z & ~(kDeep - 1); stretch <= b.hi.z; stretch += kStretch) {
         std::uint64_t live[16] = {};
         bool listed = false;
-        const int end = std::min(f.hi.z, stretch + kStretch - 1);
+        const int end = std::min(b.hi.z, stretch + kStretch - 1);
         for (int z0 = stretch; z0 <= end; z0 += kDeep) {
           float& block_due = due[z0 / kDeep];
           if (block_due >= enough) continue;
           const float bz = static_cast<float>(f.origin.z + z0) + 3.5f - c.az - c.abz;
-          const float away = std::sqrt(bx * bx + by * by + bz * bz) - (kHalf + outer + f.slip);
-          if (away - length >= f.ahead) {
-            block_due = f.way + away;
+          const float away = std::sqrt(bx * bx + by * by + bz * bz) - (kHalf + outer + b.slip);
+          if (away - length >= b.ahead) {
+            block_due = b.way + away;
             continue;
           }
-          const bool whole = x0 >= f.held_lo.x && y0 >= f.held_lo.y && z0 >= f.held_lo.z && x0 + kRows - 1 <= f.held_hi.x &&
-                             y0 + kRows - 1 <= f.held_hi.y && z0 + kDeep - 1 <= f.held_hi.z;
+          const bool whole = x0 >= b.held_lo.x && y0 >= b.held_lo.y && z0 >= b.held_lo.z && x0 + kRows - 1 <= b.held_hi.x &&
+                             y0 + kRows - 1 <= b.held_hi.y && z0 + kDeep - 1 <= b.held_hi.z;
           // Far out in the air: field and depth change by at most one per voxel each.
           if (whole) {
-            const float middle = f.distance[(x0 + 1) * f.stride_x + (y0 + 1) * f.stride_y + z0 + 3];
-            const float least = middle - kHalf - f.slip, slack = least - (length - Sweep::kMargin - away);
-            if (least >= Sweep::kInner || slack >= f.ahead) {
-              block_due = least >= Sweep::kInner ? kNever : f.way + slack;
+            const float middle = f.distance[(x0 + 1) * b.stride_x + (y0 + 1) * b.stride_y + z0 + 3];
+            const float least = middle - kHalf - b.slip, slack = least - (length - Sweep::kMargin - away);
+            if (least >= Sweep::kInner || slack >= b.ahead) {
+              block_due = least >= Sweep::kInner ? kNever : b.way + slack;
               continue;
             }
           }
@@ -417,61 +364,61 @@ TYPODONT_KERNEL bool raise_due(BallFront& f, PerTissue* removed) {
               std::memcpy(v + 8 * half, &v8, sizeof v8);
             }
           }
-          const float* const heights = f.heights + 16 * z0;
+          const F8 first_terms = *reinterpret_cast<const F8*>(f.heights.apart + z0);
+          const F8 second_terms = *reinterpret_cast<const F8*>(f.heights.ahead + z0);
           F8 least_slack = F8{} + kNever;
           for (int row = 0; row < 16; ++row) {
             const int x = x0 + (row >> 2), y = y0 + (row & 3);
-            if (!whole && (x < f.lo.x || x > f.hi.x || y < f.lo.y || y > f.hi.y)) continue;
-            const int first = x * f.stride_x + y * f.stride_y + z0;
+            if (!whole && (x < b.lo.x || x > b.hi.x || y < b.lo.y || y > b.hi.y)) continue;
+            const int first = x * b.stride_x + y * b.stride_y + z0;
             float* const at = f.distance + first;
             const F8 old = *reinterpret_cast<const F8*>(at);
             F8 depth;
             I8 ahead;
-            depth_of_eight<capsule>(c, from, F8{} + u[row], F8{} + v[row], heights, depth, ahead);
-            F8 least, now;
+            depth_of_eight<capsule>(c, from, F8{} + u[row], F8{} + v[row], first_terms, second_terms, depth, ahead);
+            F8 least;
             I8 raised;
-            raise_eight(old, depth, ahead, least, raised, now);
+            const F8 now = eight::raised_to(old, depth, ahead, least, raised);
             *reinterpret_cast<F8*>(at) = now;
             any_raised |= raised;
-            F8 taken;
-            share_taken(old, now, taken);
-            if (any_of(taken > 0.0f)) account.add(taken, f.tissue + first);
+            const I8 lost = eight::share_taken(old, now);
+            if (any_of(lost > 0)) taken.add(lost, b.tissue + first);
             // Where the head has come to its deepest nothing changes any more.
             F8 slack = (raised ? now : least) - depth;
             slack = now >= Sweep::kInner ? F8{} + kNever : slack;
             least_slack = slack < least_slack ? slack : least_slack;
-            live[row] |= static_cast<std::uint64_t>(bits_of(slack < f.ahead + f.slip)) << (z0 - stretch);
+            live[row] |= static_cast<std::uint64_t>(bits_of(slack < b.ahead + b.slip)) << (z0 - stretch);
+            __builtin_prefetch(b.tissue + first);  // listed soon
           }
           float slack = least_slack[0];
           for (int i = 1; i < 8; ++i) slack = std::min(slack, least_slack[i]);
-          block_due = whole ? f.way + (slack - f.slip) : f.way;
+          block_due = whole ? b.way + (slack - b.slip) : b.way;
           listed = true;
         }
-        if (!listed || !(f.ahead > 0)) continue;
+        if (!listed || !(b.ahead > 0)) continue;
         for (int row = 0; row < 16; ++row) {
           for (std::uint64_t rest = live[row]; rest != 0;) {
-            const int z = std::countr_zero(rest);
-            rest &= z + 8 < kStretch ? ~std::uint64_t{0} << (z + 8) : 0;
-            const int i = std::min(f.count++, f.room), x = x0 + (row >> 2), y = y0 + (row & 3);
-            f.x[i] = static_cast<float>(x), f.y[i] = static_cast<float>(y), f.z[i] = 16 * (stretch + z);
-            f.at[i] = x * f.stride_x + y * f.stride_y + stretch + z;
+            const int z = std::countr_zero(rest), x = x0 + (row >> 2), y = y0 + (row & 3);
+            const int at = x * b.stride_x + y * b.stride_y + stretch + z;
+            std::uint8_t label;
+            const int samples = with_one_label(b.tissue + at, f.distance + at, b.lanes, label), i = std::min(f.count++, b.room);
+            rest &= z + samples < kStretch ? ~std::uint64_t{0} << (z + samples) : 0;
+            f.groups.x[i] = static_cast<float>(x), f.groups.y[i] = static_cast<float>(y), f.groups.z[i] = stretch + z;
+            f.groups.at[i] = at;
+            f.groups.length[i] = static_cast<std::uint8_t>(samples), f.groups.label[i] = label;
           }
         }
       }
     }
   }
-  account.close();
+  taken.close();
   return any_of(any_raised);
 }
 
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
-bool raise_due_capsule(BallFront* front, PerTissue* removed) { return raise_due<true>(*front, removed); }
+bool raise_due_capsule(BallBlocks* blocks, PerTissue* removed) { return raise_due<true>(*blocks, removed); }
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
-bool raise_due_ball(BallFront* front, PerTissue* removed) { return raise_due<false>(*front, removed); }
-TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
-bool raise_listed_capsule(BallFront* front, PerTissue* removed) { return raise_listed<true>(*front, removed); }
-TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
-bool raise_listed_ball(BallFront* front, PerTissue* removed) { return raise_listed<false>(*front, removed); }
+bool raise_due_ball(BallBlocks* blocks, PerTissue* removed) { return raise_due<false>(*blocks, removed); }
 
 }  // namespace
 
@@ -491,49 +438,60 @@ bool Sweep::raise_ball(const glm::ivec3& lo, const glm::ivec3& size, float* dist
 
 bool Sweep::raise_ball(CutFront& front, const glm::ivec3& patch_lo, int n, float* distance, const Tissue* tissue,
                        PerTissue* removed) const noexcept {
-  CutFront::Groups& groups = front.groups_;
-  const bool listed = front.way_ <= groups.until && (groups.patch_lo == patch_lo || holds_listed(patch_lo, n));
-  if (!listed) groups.origin = front.first_ * glm::ivec3(CutFront::kRows, CutFront::kRows, CutFront::kDeep);
-  groups.patch_lo = patch_lo;
-  const glm::ivec3 origin = groups.origin, held = patch_lo - origin;
+  front.keep_listed(patch_lo, n, holds_listed(patch_lo, n));
+  const glm::ivec3 origin = front.first_ * glm::ivec3(CutFront::kRows, CutFront::kRows, CutFront::kDeep);
+  const glm::ivec3 held = patch_lo - origin;
   const std::ptrdiff_t at = -((static_cast<std::ptrdiff_t>(held.x) * n + held.y) * n + held.z);
-  // What is listed serves longer when the head is slow; a fast one outruns any list.
-  const double ahead = travel_ > CutFront::kMostListed ? 0 : CutFront::kListed;
-  BallFront f{{a_.x, a_.y, a_.z, ab_.x, ab_.y, ab_.z, inverse_length2_, radius_, continues_},
-              origin - base_,
-              distance + at,
-              tissue + at,
-              n * n,
-              n,
-              lo_ - 1 - origin,
-              hi_ + 1 - origin,
-              held,
-              held + n - 1,
-              front.heights_.data(),
-              front.size_.z * CutFront::kDeep,
-              front.due_.data(),
-              front.size_.y * front.size_.z,
-              front.size_.z,
-              static_cast<float>(front.way_),
-              static_cast<float>(ahead),
-              1e-3f + 2e-6f * (radius_ + kMargin),
-              groups.x.data(),
-              groups.y.data(),
-              groups.z.data(),
-              groups.at.data(),
-              groups.room(),
-              groups.count};
-  if (listed) return is_ball() ? raise_listed_ball(&f, removed) : raise_listed_capsule(&f, removed);
-  const bool changed = is_ball() ? raise_due_ball(&f, removed) : raise_due_capsule(&f, removed);
-  groups.until = -1;
-  if (ahead > 0 && f.count <= f.room) {
-    groups.until = front.way_ + ahead;
-    groups.count = f.count;
-    for (int i = f.count; i % 8 != 0; ++i) {  // looked at eight by eight
-      groups.x[static_cast<std::size_t>(i)] = groups.x[static_cast<std::size_t>(f.count - 1)];
-      groups.y[static_cast<std::size_t>(i)] = groups.y[static_cast<std::size_t>(f.count - 1)];
-      groups.z[static_cast<std::size_t>(i)] = groups.z[static_cast<std::size_t>(f.count - 1)];
-      groups.at[static_cast<std::size_t>(i)] = groups.at[static_cast<std::size_t>(f.count - 1)];
+  // Groups reach beyond the sweep, and were listed when the head was up to a voxel away.
+  const int heights_from = std::max(((lo_.z - 1 - origin.z) & ~7) - 8, 0);
+  const int heights_to = std::min(((hi_.z + 1 - origin.z) | 7) + 8, front.size_.z * CutFront::kDeep) + 16;
+  BallBlocks b{.f = {.c = {a_.x, a_.y, a_.z, ab_.x, ab_.y, ab_.z, inverse_length2_, radius_, continues_},
+                     .origin = origin - base_,
+                     .distance = distance + at,
+                     .heights = {front.heights(0), front.heights(1)},
+                     .groups = {},
+                     .count = 0},
+               .tissue = tissue + at,
+               .stride_x = n * n,
+               .stride_y = n,
+               .lo = lo_ - 1 - origin,
+               .hi = hi_ + 1 - origin,
+               .held_lo = held,
+               .held_hi = held + n - 1,
+               .due = front.due_.data(),
+               .due_x = front.size_.y * front.size_.z,
+               .due_y = front.size_.z,
+               .way = static_cast<float>(front.way_),
+               .ahead = 0,
+               .slip = 1e-3f + 2e-6f * (radius_ + kMargin),
+               .lanes = front.lanes_,
+               .part = 0,
+               .first_layer = front.part_of(0),
+               .room = front.parts_[0].room()};
+  const bool capsule = !is_ball();
+  fill_heights(&b.f, capsule, heights_from, heights_to);
+  // What is listed serves longer when the head is slow; a fast one outruns any list. Where several parts are listed at
+  // once they are to last for different ways.
+  const double ahead = travel_ > CutFront::kMostListed ? 0 : CutFront::kListed / std::max(front.outdated(), 1);
+  int anew = 0;
+  bool changed = false;
+  for (int part = 0; part < CutFront::kParts; ++part) {
+    CutFront::Groups& groups = front.parts_[static_cast<std::size_t>(part)];
+    b.f.groups = groups.listed();
+    b.f.count = groups.count;
+    if (front.way_ <= groups.until) {
+      changed |= raise_listed_ball(b.f, capsule, front.lanes_, removed);
+      continue;
+    }
+    const double lasts = ahead * ++anew;
+    b.part = part;
+    b.ahead = static_cast<float>(lasts);
+    changed |= capsule ? raise_due_capsule(&b, removed) : raise_due_ball(&b, removed);
+    groups.until = -1;
+    groups.count = 0;
+    if (lasts > 0 && b.f.count <= b.room) {
+      groups.until = front.way_ + lasts;
+      groups.count = b.f.count;
     }
   }
   return changed;

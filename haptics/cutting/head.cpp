@@ -6,12 +6,18 @@
 #include <cstring>
 
 #include "engine/base/dispatch.h"
-#include "haptics/cut_front.h"
-#include "haptics/cutting/account.h"
-#include "haptics/lanes.h"
+#include "haptics/cutting/lane_ops.h"
+#include "haptics/cutting/listed.h"
 #include "haptics/sweep.h"
 
 namespace typodont::haptics {
+
+namespace eight {
+namespace {
+#include "haptics/cutting/cut_kernel.h"
+#include "haptics/cutting/depth_kernel.h"
+}  // namespace
+}  // namespace eight
 
 namespace {
 
@@ -20,23 +26,6 @@ constexpr float kHalf = 4.1f;         // from its centre to a corner, |(1.5, 1.5
 constexpr float kNoEnd = 1e9f;        // a slack that never ends
 constexpr int kStretch = 64;          // samples of a row that are listed together
 constexpr unsigned kAllPieces = (1u << HeadField::kMaxPieces) - 1;
-constexpr int kManyPieces = HeadField::kMaxPieces;  // kinds of groups: one smooth piece, or from here on a set of them
-
-/// A piece of the meridian in floats: HeadField::Piece with its outward normals at either end; of a line its length.
-struct FlatPiece {
-  float ax, az, bx, bz, dx, dz, inverse2, cx, cz, radius;
-  float nax, naz, nbx, nbz;
-  float length;
-  float ux, uz, wx, wz;    // from an arc's centre to its ends
-  float corner_a, corner_b;  // tan(φ/2) where its outward normal turns by φ to its neighbour's
-};
-
-/// A pose of the head in voxels, counted from a voxel nearby, so that floats keep their digits.
-struct HeadPose {
-  glm::ivec3 base;
-  float p[3];  // the head from there
-  float R[9];  // from V to T, by columns
-};
 
 /// Eight blocks seen from a head: how far their centres are from it and from its pieces, and the way out.
 struct Seen {
@@ -46,7 +35,7 @@ struct Seen {
 
 /// `R`: from V to T, by columns; centres from the head's.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
-void see_blocks(const FlatPiece* pieces, int count, const float* R, const F8* center, Seen* seen) {
+void see_blocks(const MeridianPiece* pieces, int count, const float* R, const F8* center, Seen* seen) {
   const F8 vx = center[0], vy = center[1], vz = center[2];
   const F8 x = R[0] * vx + R[3] * vy + R[6] * vz, y = R[1] * vx + R[4] * vy + R[7] * vz,
            z = R[2] * vx + R[5] * vy + R[8] * vz;
@@ -55,7 +44,7 @@ void see_blocks(const FlatPiece* pieces, int count, const float* R, const F8* ce
   F8 best = F8{} + 1e30f, n_rho = {}, n_z = {};
   I8 outside = {};
   for (int p = 0; p < count; ++p) {
-    const FlatPiece& piece = pieces[p];
+    const MeridianPiece& piece = pieces[p];
     const F8 ex = rho - piece.ax, ez = z - piece.az;
     const I8 beyond = piece.dx * ez - piece.dz * ex < 0.0f;
     F8 d, fx, fz;
@@ -104,52 +93,9 @@ struct HeadBlock {
   glm::ivec3 first;                       // its first sample, from the pose's base
   // No sample is deeper than this plane says: the distance from a convex head is convex.
   float bound, bound_x, bound_y, bound_z;
-  const FlatPiece* pieces;
+  const MeridianPiece* pieces;
   int kind;  // the piece that is the closest one to all samples, between its ends; or kManyPieces + a set of pieces
 };
-
-/// The depth of a sample depends on its voxel and the pose alone: pieces that are left out are not the closest, and where
-/// only one is left, between its ends, the same comes out in fewer steps.
-TYPODONT_KERNEL void depth_below_line(const FlatPiece& piece, const F8& rho, const F8& z, F8& depth) {
-  depth = (piece.ax - rho) * piece.nax + (piece.az - z) * piece.naz;
-}
-TYPODONT_KERNEL void depth_below_arc(const FlatPiece& piece, const F8& rho, const F8& z, F8& depth) {
-  const F8 vx = rho - piece.cx, vz = z - piece.cz;
-  depth = vx * vx + vz * vz;
-  take_root(depth);
-  depth = piece.radius - depth;
-}
-TYPODONT_KERNEL void depth_below_pieces(const FlatPiece* pieces, unsigned set, const F8& rho, const F8& z, F8& depth) {
-  F8 best = F8{} + 1e30f;
-  I8 outside = {};
-  for (; set != 0; set &= set - 1) {
-    const FlatPiece& piece = pieces[std::countr_zero(set)];
-    if (piece.radius == 0.0f) {
-      F8 below;
-      depth_below_line(piece, rho, z, below);
-      // Along the line, from its first end; beyond either end that is closest.
-      const F8 along = (z - piece.az) * piece.nax - (rho - piece.ax) * piece.naz;
-      F8 over = along < 0.0f ? along : F8{};
-      over = along > piece.length ? along - piece.length : over;
-      const F8 d2 = below * below + over * over;
-      best = d2 < best ? d2 : best;
-      outside |= below < 0.0f;
-    } else {
-      // Its end at b is its neighbour's as well; that at a may be the tip.
-      const F8 ex = rho - piece.ax, ez = z - piece.az, vx = rho - piece.cx, vz = z - piece.cz;
-      const I8 beyond = piece.dx * ez - piece.dz * ex < 0.0f;
-      F8 length = vx * vx + vz * vz;
-      take_root(length);
-      const F8 off = piece.radius - length, on = off * off;
-      const I8 between = (piece.ux * vz - piece.uz * vx >= 0.0f) & (vx * piece.wz - vz * piece.wx >= 0.0f);
-      const F8 d2 = between ? on : ex * ex + ez * ez;
-      best = d2 < best ? d2 : best;
-      outside |= beyond & (off < 0.0f);
-    }
-  }
-  take_root(best);
-  depth = outside ? -best : best;
-}
 
 /// What a look at a block found besides.
 struct BlockSlack {
@@ -174,10 +120,10 @@ bool raise_head_block(const HeadPose* pose_at, const HeadBlock* block_at, bool m
   const F8 vz = static_cast<float>(block.first.z) + steps - pose.p[2];
   const F8 along_x = R[6] * vz, along_y = R[7] * vz, along_z = R[8] * vz;
   const F8 bound = block.bound + steps * block.bound_z;
-  const FlatPiece* const pieces = block.pieces;
-  const FlatPiece& only = pieces[block.kind < kManyPieces ? block.kind : 0];
+  const MeridianPiece* const pieces = block.pieces;
+  const MeridianPiece& only = pieces[block.kind < kManyPieces ? block.kind : 0];
   bool changed = false;
-  Account account{removed};
+  eight::Taken taken{removed};
   F8 least_slack = F8{} + kNoEnd;
   const float near = found->ahead;
   for (int ix = from[0]; ix < to[0]; ++ix) {
@@ -202,17 +148,18 @@ bool raise_head_block(const HeadPose* pose_at, const HeadBlock* block_at, bool m
         F8 rho = x * x + y * y, depth;
         take_root(rho);
         if (block.kind >= kManyPieces) {
-          depth_below_pieces(pieces, static_cast<unsigned>(block.kind - kManyPieces), rho, z, depth);
+          depth = eight::depth_below_pieces(pieces, static_cast<unsigned>(block.kind - kManyPieces), rho, z);
         } else if (only.radius == 0.0f) {
-          depth_below_line(only, rho, z, depth);
+          depth = eight::depth_below_line(only, rho, z);
         } else {
-          depth_below_arc(only, rho, z, depth);
+          depth = eight::depth_below_arc(only, rho, z);
         }
         depth = depth > Sweep::kInner ? F8{} + Sweep::kInner : depth;
         const I8 raised = depth > least;
         room = raised ? F8{} : least - depth;
         room = full | (depth >= Sweep::kInner) ? F8{} + kNoEnd : room;
         if (found->live) {
+          __builtin_prefetch(block.tissue + (row - block.distance));  // listed soon
           found->live[ix * kRows + iy] |= static_cast<std::uint64_t>(bits_of(room < near)) << found->shift;
         }
         if (may_raise && any_of(raised)) {
@@ -223,130 +170,40 @@ bool raise_head_block(const HeadPose* pose_at, const HeadBlock* block_at, bool m
           } else {
             for (int i = from[2]; i < to[2]; ++i) row[i] = now[i];
           }
-          F8 taken;
-          share_taken(old, now, taken);
-          if (removed && any_of(taken > 0.0f)) {
-            const Tissue* const labels = block.tissue + (row - block.distance);
-            if (whole) {
-              account.add(taken, labels);
-            } else {
-              for (int i = from[2]; i < to[2]; ++i) account.add(static_cast<double>(taken[i]), labels[i]);
+          const I8 lost = eight::share_taken(old, now);
+          if (removed && any_of(lost > 0)) {
+            const Tissue* labels = block.tissue + (row - block.distance);
+            Tissue part[kDeep] = {};
+            if (!whole) {
+              std::copy(labels + from[2], labels + to[2], part + from[2]);
+              labels = part;
             }
+            taken.add(lost, labels);
           }
         }
       }
       least_slack = room < least_slack ? room : least_slack;
     }
   }
-  if (removed) account.close();
+  if (removed) taken.close();
   float least = least_slack[0];
   for (int i = 1; i < 8; ++i) least = std::min(least, least_slack[i]);
   found->slack = least;
   return changed;
 }
 
-/// Groups that are listed; see BallFront. Positions count from the first voxel of the front's first block.
-struct HeadFront {
-  HeadPose pose;
-  const FlatPiece* pieces;
-  glm::ivec3 origin;  // of those positions, from the pose's base
-  float* distance;    // at the origin
-  const Tissue* tissue;
-  int lo_z, hi_z;     // what may be listed
-  float* heights;     // along x, y, z in T, of eight samples along z: 24 floats for each first one
-  const float* x;
-  const float* y;
-  const std::int32_t* z;
-  const std::int32_t* at;
-  const CutFront::Run* runs;
-  int run_count;
-};
-
-enum class Nearest { kLine, kArc, kSeveral };
-
-/// Groups that have the same closest pieces.
-template <Nearest nearest>
-TYPODONT_KERNEL bool raise_run(const HeadFront& f, const CutFront::Run& run, Account& account) {
-  constexpr int kChunk = 256;
-  const FlatPiece* const pieces = f.pieces;
-  const FlatPiece only = pieces[run.kind < kManyPieces ? run.kind : 0];
-  const unsigned set = static_cast<unsigned>(run.kind - kManyPieces);
-  const float* const R = f.pose.R;
-  float* const distance = f.distance;
-  const float* const heights = f.heights;
-  F8 moved_taken[kChunk];
-  std::int32_t moved_at[kChunk];
-  F8 common[3 * kChunk / 8];
-  I8 any_raised = {};
-  for (int g0 = run.from; g0 < run.to; g0 += kChunk) {
-    const int end = std::min(run.to - g0, kChunk);
-    for (int g = 0; g < end; g += 8) {
-      const F8 vx = *reinterpret_cast<const F8*>(f.x + g0 + g) + static_cast<float>(f.origin.x) - f.pose.p[0];
-      const F8 vy = *reinterpret_cast<const F8*>(f.y + g0 + g) + static_cast<float>(f.origin.y) - f.pose.p[1];
-      for (int i = 0; i < 3; ++i) common[i * (kChunk / 8) + g / 8] = R[i] * vx + R[3 + i] * vy;
-    }
-    const float* const common_x = reinterpret_cast<const float*>(common);
-    std::size_t moved = 0;
-    for (int g = 0; g < end; ++g) {
-      const std::int32_t first = f.at[g0 + g];
-      __builtin_prefetch(distance + f.at[g0 + g + 24]);
-      float* const at = distance + first;
-      const F8 old = *reinterpret_cast<const F8*>(at);
-      const F8* const along = reinterpret_cast<const F8*>(heights + f.z[g0 + g]);
-      const F8 x = common_x[g] + along[0], y = common_x[kChunk + g] + along[1], z = common_x[2 * kChunk + g] + along[2];
-      F8 rho = x * x + y * y, depth;
-      take_root(rho);
-      if constexpr (nearest == Nearest::kLine) {
-        depth_below_line(only, rho, z, depth);
-      } else if constexpr (nearest == Nearest::kArc) {
-        depth_below_arc(only, rho, z, depth);
-      } else {
-        depth_below_pieces(pieces, set, rho, z, depth);
-      }
-      depth = depth > Sweep::kInner ? F8{} + Sweep::kInner : depth;
-      F8 least, now;
-      I8 raised;
-      raise_eight(old, depth, ~I8{}, least, raised, now);
-      *reinterpret_cast<F8*>(at) = now;
-      any_raised |= raised;
-      F8 taken;
-      share_taken(old, now, taken);
-      moved_taken[moved] = taken;
-      moved_at[moved] = first;
-      moved += any_of(taken > 0.0f);
-    }
-    for (std::size_t m = 0; m < moved; ++m) account.add(moved_taken[m], f.tissue + moved_at[m]);
-  }
-  return any_of(any_raised);
-}
-
-TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
-bool raise_head_listed(const HeadFront* front, PerTissue* removed) {
-  const HeadFront& f = *front;
+TYPODONT_DISPATCH("avx2", "default")
+void fill_heights(const HeadFront* f, int from, int to) {
   const F8 steps = {0, 1, 2, 3, 4, 5, 6, 7};
-  for (int z = f.lo_z; z <= f.hi_z; ++z) {
-    const F8 vz = static_cast<float>(f.origin.z + z) + steps - f.pose.p[2];
-    for (int i = 0; i < 3; ++i) *reinterpret_cast<F8*>(f.heights + 24 * z + 8 * i) = f.pose.R[6 + i] * vz;
+  for (int z = from; z < to; z += 8) {
+    const F8 height = static_cast<float>(f->origin.z + z) + steps - f->pose.p[2];
+    for (int i = 0; i < 3; ++i) *reinterpret_cast<F8*>(f->along[i] + z) = f->pose.R[6 + i] * height;
   }
-  bool changed = false;
-  Account account{removed};
-  for (int r = 0; r < f.run_count; ++r) {
-    const CutFront::Run& run = f.runs[r];
-    if (run.kind >= kManyPieces) {
-      changed |= raise_run<Nearest::kSeveral>(f, run, account);
-    } else if (f.pieces[run.kind].radius == 0.0f) {
-      changed |= raise_run<Nearest::kLine>(f, run, account);
-    } else {
-      changed |= raise_run<Nearest::kArc>(f, run, account);
-    }
-  }
-  account.close();
-  return changed;
 }
 
 /// How fast, at most, the head comes nearer to any sample around a point of its half plane: the greatest n·w over the
 /// normals of some neighbouring pieces, turned about the axis by as much as `kHalf` is seen from it. `w` in T.
-float fastest_advance(const FlatPiece& first, const FlatPiece& last, const glm::vec3& center, float rho,
+float fastest_advance(const MeridianPiece& first, const MeridianPiece& last, const glm::vec3& center, float rho,
                       const glm::vec3& w) {
   const float across = std::sqrt(w.x * w.x + w.y * w.y);
   float along = across;  // the greatest part of w away from the axis
@@ -362,7 +219,7 @@ float fastest_advance(const FlatPiece& first, const FlatPiece& last, const glm::
   return std::max(first.nax * along + first.naz * w.z, last.nbx * along + last.nbz * w.z);
 }
 
-void flatten(const HeadField& head, FlatPiece* pieces) {
+void flatten(const HeadField& head, MeridianPiece* pieces) {
   for (int p = 0; p < head.count; ++p) {
     const HeadField::Piece& piece = head.pieces[p];
     const double length = std::sqrt(1 / piece.inverse2), r = piece.radius;
@@ -373,7 +230,7 @@ void flatten(const HeadField& head, FlatPiece* pieces) {
                              line ? piece.dz / length : (piece.bx - piece.cx) / r,
                              line ? -piece.dx / length : (piece.bz - piece.cz) / r, length,
                              piece.ax - piece.cx, piece.az - piece.cz, piece.bx - piece.cx, piece.bz - piece.cz, 0, 0};
-    static_assert(sizeof(FlatPiece) == std::size(values) * sizeof(float));
+    static_assert(sizeof(MeridianPiece) == std::size(values) * sizeof(float));
     float flat[std::size(values)];
     for (std::size_t i = 0; i < std::size(values); ++i) flat[i] = static_cast<float>(values[i]);
     std::memcpy(&pieces[p], flat, sizeof flat);
@@ -407,7 +264,7 @@ class HeadPass {
  public:
   /// `after`: the head was cut out at `before`, `travel` voxels from here. `ahead`: how far it may go on while what is
   /// found here holds.
-  HeadPass(const FlatPiece* pieces, int count, const Pose& X_VT, const Pose& before, bool after, double travel, double reach,
+  HeadPass(const MeridianPiece* pieces, int count, const Pose& X_VT, const Pose& before, bool after, double travel, double reach,
            float ahead)
       : pose_(head_pose(X_VT)), pieces_(pieces), count_(count), p_(X_VT.p - dvec3(pose_.base)), after_(after),
         travel_(static_cast<float>(travel)), rounding_(4e-6f * (static_cast<float>(reach) + 8)), ahead_(ahead) {
@@ -494,7 +351,7 @@ class HeadPass {
     // corners there.
     int nearest = first;
     for (int i = first + 1; i <= last; ++i) nearest = seen_.to_piece[i][lane] < seen_.to_piece[nearest][lane] ? i : nearest;
-    const FlatPiece& only = pieces_[nearest];
+    const MeridianPiece& only = pieces_[nearest];
     float from_a, from_b;  // along the piece
     if (only.radius == 0) {
       from_a = (at.z - only.az) * only.nax - (rho - only.ax) * only.naz;
@@ -516,7 +373,7 @@ class HeadPass {
   static constexpr glm::vec3 kMiddle{(kRows - 1) / 2.0f, (kRows - 1) / 2.0f, (kDeep - 1) / 2.0f};
 
   HeadPose pose_;
-  const FlatPiece* pieces_;
+  const MeridianPiece* pieces_;
   int count_;
   glm::mat3 R_;       // from V to T
   glm::vec3 p_;       // the head from its base
@@ -543,7 +400,7 @@ int kind_of(int a, int b) {
 bool Sweep::raise_head(const glm::ivec3& lo, const glm::ivec3& size, float* distance, std::size_t stride_x,
                        std::size_t stride_y, const Tissue* tissue, PerTissue* removed) const noexcept {
   bool changed = false;
-  FlatPiece pieces[HeadField::kMaxPieces];
+  MeridianPiece pieces[HeadField::kMaxPieces];
   flatten(head_, pieces);
   const HeadTarget target{lo, size, distance, static_cast<std::ptrdiff_t>(stride_x), static_cast<std::ptrdiff_t>(stride_y),
                           tissue};
@@ -576,39 +433,22 @@ bool Sweep::raise_head(const glm::ivec3& lo, const glm::ivec3& size, float* dist
   return changed;
 }
 
-bool Sweep::raise_head(CutFront& front, const glm::ivec3& patch_lo, int n, float* distance, const Tissue* tissue,
-                       PerTissue* removed) const noexcept {
-  static_assert(kRows == CutFront::kRows && kDeep == CutFront::kDeep && kStretch == 8 * kDeep);
-  static_assert(CutFront::kKinds > kManyPieces + static_cast<int>(kAllPieces));
-  CutFront::Groups& groups = front.groups_;
-  bool changed = false;
-  FlatPiece pieces[HeadField::kMaxPieces];
-  flatten(head_, pieces);
+/// Raises all blocks of a part that are due, finds when they will be due again, and lists what may change until the head
+/// has come `ahead`.
+bool Sweep::raise_due_head(CutFront& front, int part, float ahead, const MeridianPiece* pieces, const glm::ivec3& patch_lo, int n,
+                           float* distance, const Tissue* tissue, PerTissue* removed, int& listed) const noexcept {
+  CutFront::Groups& groups = front.parts_[static_cast<std::size_t>(part)];
   const unsigned all = (1u << head_.count) - 1;
-  const glm::ivec3 step(kRows, kRows, kDeep);
-
-  if (continues_ && front.way_ <= groups.until && (groups.patch_lo == patch_lo || holds_listed(patch_lo, n))) {
-    const HeadPose pose = head_pose(X_VB_);
-    const glm::ivec3 held = patch_lo - groups.origin;
-    const std::ptrdiff_t at = -((static_cast<std::ptrdiff_t>(held.x) * n + held.y) * n + held.z);
-    const HeadFront f{pose, pieces, groups.origin - pose.base, distance + at, tissue + at,
-                      // Groups reach to the ends of their blocks, and were listed when the head was up to a voxel away.
-                      std::max(((lo_.z - groups.origin.z) & ~7) - 16, 0),
-                      std::min(((hi_.z - groups.origin.z) | 7) + 16, front.size_.z * kDeep - 1), front.heights_.data(),
-                      groups.x.data(), groups.y.data(), groups.z.data(), groups.at.data(), groups.runs.data(),
-                      groups.run_count};
-    return raise_head_listed(&f, removed);
-  }
-
   const HeadTarget target{patch_lo, glm::ivec3(n), distance, n * n, n, tissue};
-  const float ahead = travel_ > CutFront::kMostListed ? 0.0f : static_cast<float>(CutFront::kListed);
   const float way = static_cast<float>(front.way_), slip = 1e-3f + 2e-6f * static_cast<float>(reach_);
+  const glm::ivec3 step(kRows, kRows, kDeep), held = patch_lo - front.first_ * step;
+  const std::ptrdiff_t origin = -((static_cast<std::ptrdiff_t>(held.x) * n + held.y) * n + held.z);
   const glm::ivec3 first = (lo_ - 1 - front.first_ * step) / step, last = (hi_ + 1 - front.first_ * step) / step;
-  groups.origin = front.first_ * step;
-  int listed = 0;
+  bool changed = false;
   for (int k = continues_ ? 1 : 0; k <= 1; ++k) {
     HeadPass pass(pieces, head_.count, k == 0 ? X_VA_ : X_VB_, X_VA_, k > 0, travel_, reach_, ahead + slip);
     for (int x = first.x; x <= last.x; ++x) {
+      if (front.part_of(x) != part) continue;
       for (int y = first.y; y <= last.y; ++y) {
         float* const row = front.due(front.first_ + glm::ivec3(x, y, 0));
         for (int z0 = first.z; z0 <= last.z; z0 += 8) {  // a stretch
@@ -620,8 +460,8 @@ bool Sweep::raise_head(CutFront& front, const glm::ivec3& patch_lo, int n, float
           }
           if (lanes == 0) continue;
           std::uint64_t live[kRows * kRows] = {};
-          int kinds[9];
-          std::fill_n(kinds, 9, kManyPieces + static_cast<int>(all));
+          int kinds[8];
+          std::fill_n(kinds, 8, kManyPieces + static_cast<int>(all));
           pass.look();
           for (int lane = 0; lane < lanes; ++lane) {
             HeadBlock block;
@@ -641,24 +481,74 @@ bool Sweep::raise_head(CutFront& front, const glm::ivec3& patch_lo, int n, float
           if (k == 0 || !(ahead > 0)) continue;
           for (int r = 0; r < kRows * kRows; ++r) {
             for (std::uint64_t rest = live[r]; rest != 0;) {
-              const int z = std::countr_zero(rest), block = z / kDeep;
-              rest &= z + 8 < kStretch ? ~std::uint64_t{0} << (z + 8) : 0;
+              const int z = std::countr_zero(rest);
               const int gx = x * kRows + r / kRows, gy = y * kRows + r % kRows, gz = z0 * kDeep + z;
-              const auto i = static_cast<std::size_t>(std::min(listed++, groups.room()));
-              groups.found[i] = {static_cast<float>(gx), static_cast<float>(gy), 24 * gz,
-                                 (gx * n + gy) * n + gz,
-                                 kind_of(kinds[block], kinds[(z + 7) / kDeep])};
+              const int at = (gx * n + gy) * n + gz;
+              std::uint8_t label;
+              const int end = std::min(z + with_one_label(tissue + origin + at, distance + origin + at, front.lanes_, label), kStretch);
+              const std::uint64_t these = end < kStretch ? rest & ((std::uint64_t{1} << end) - 1) : rest;
+              rest &= ~these;
+              const int last_live = static_cast<int>(std::bit_width(these)) - 1;
+              int kind = kinds[z / kDeep];
+              for (int block = z / kDeep + 1; block <= last_live / kDeep; ++block) kind = kind_of(kind, kinds[block]);
+              groups.found[static_cast<std::size_t>(std::min(listed++, groups.room()))] = {
+                  static_cast<float>(gx), static_cast<float>(gy), gz, at, kind, static_cast<std::uint8_t>(last_live - z + 1), label};
             }
           }
         }
       }
     }
   }
-  groups.until = -1;
-  groups.patch_lo = patch_lo;
-  if (ahead > 0 && listed <= groups.room()) {
-    groups.sort(listed);
-    groups.until = front.way_ + static_cast<double>(ahead);
+  return changed;
+}
+
+bool Sweep::raise_head(CutFront& front, const glm::ivec3& patch_lo, int n, float* distance, const Tissue* tissue,
+                       PerTissue* removed) const noexcept {
+  static_assert(kRows == CutFront::kRows && kDeep == CutFront::kDeep && kStretch == 8 * kDeep);
+  static_assert(CutFront::kKinds > kManyPieces + static_cast<int>(kAllPieces));
+  MeridianPiece pieces[HeadField::kMaxPieces];
+  flatten(head_, pieces);
+  const glm::ivec3 step(kRows, kRows, kDeep), from = front.first_ * step, held = patch_lo - from;
+  const std::ptrdiff_t origin = -((static_cast<std::ptrdiff_t>(held.x) * n + held.y) * n + held.z);
+  front.keep_listed(patch_lo, n, continues_ && holds_listed(patch_lo, n));
+  if (!continues_) front.drop_listed();
+
+  const HeadPose pose = head_pose(X_VB_);
+  HeadFront f{.pose = pose,
+              .pieces = pieces,
+              .origin = from - pose.base,
+              .distance = distance + origin,
+              .along = {front.heights(0), front.heights(1), front.heights(2)},
+              .groups = {},
+              .runs = nullptr,
+              .run_count = 0};
+  const int outdated = front.outdated();
+  if (outdated < CutFront::kParts) {
+    // Groups reach to the ends of their blocks, and were listed when the head was up to a voxel away.
+    const int lo = std::max(((lo_.z - from.z) & ~7) - 16, 0), hi = std::min(((hi_.z - from.z) | 7) + 16, front.size_.z * kDeep - 1);
+    fill_heights(&f, lo, hi + 16);
+  }
+  // Where several parts are listed at once they are to last for different ways.
+  const double ahead = travel_ > CutFront::kMostListed ? 0 : CutFront::kListed / std::max(outdated, 1);
+  int anew = 0;
+  bool changed = false;
+  for (int part = 0; part < CutFront::kParts; ++part) {
+    CutFront::Groups& groups = front.parts_[static_cast<std::size_t>(part)];
+    if (front.way_ <= groups.until) {
+      f.groups = groups.listed();
+      f.runs = groups.runs.data(), f.run_count = groups.run_count;
+      changed |= raise_listed_head(f, front.lanes_, removed);
+      continue;
+    }
+    const double lasts = ahead * ++anew;
+    int listed = 0;
+    changed |= raise_due_head(front, part, static_cast<float>(lasts), pieces, patch_lo, n, distance, tissue, removed, listed);
+    groups.until = -1;
+    groups.count = 0;
+    if (lasts > 0 && listed <= groups.room()) {
+      groups.sort(listed);
+      groups.until = front.way_ + lasts;
+    }
   }
   return changed;
 }

@@ -5,6 +5,7 @@
 
 #include <array>
 #include <atomic>
+#include <cstddef>
 #include <cstdlib>
 #include <mutex>
 
@@ -18,9 +19,21 @@ constexpr std::size_t kMost = 8;
 std::array<std::atomic<HapticDevice*>, kMost> guarded{};
 static_assert(std::atomic<HapticDevice*>::is_always_lock_free, "read inside signal handlers");
 
-constexpr std::array kSignals{SIGINT, SIGTERM, SIGHUP, SIGQUIT, SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT};
+// All that end a process which does not handle them, SIGKILL aside.
+constexpr std::array kSignals{SIGINT,  SIGTERM,   SIGHUP,  SIGQUIT,   SIGSEGV, SIGBUS,  SIGFPE, SIGILL,
+                              SIGABRT, SIGPIPE,   SIGALRM, SIGUSR1,   SIGUSR2, SIGTRAP, SIGSYS, SIGXCPU,
+                              SIGXFSZ, SIGVTALRM, SIGPROF, SIGSTKFLT, SIGIO,   SIGPWR};
 std::array<struct sigaction, kSignals.size()> before{};
 std::atomic<bool> forbidden{false};
+
+/// A thread that has overflown its stack has nowhere else to run its handler.
+void keep_a_stack_for_handlers() {
+  static std::array<std::byte, 64 * 1024> memory;
+  stack_t now{};
+  if (::sigaltstack(nullptr, &now) != 0 || !(now.ss_flags & SS_DISABLE)) return;  // a sanitizer's, or a debugger's
+  const stack_t stack{memory.data(), 0, memory.size()};
+  ::sigaltstack(&stack, nullptr);
+}
 
 void on_signal(int signal, siginfo_t* info, void* context) {
   release_all_devices();
@@ -40,6 +53,7 @@ void on_signal(int signal, siginfo_t* info, void* context) {
 void install_exit_guard() {
   static std::once_flag once;
   std::call_once(once, [] {
+    keep_a_stack_for_handlers();
     std::atexit(+[] { release_all_devices(); });
     std::at_quick_exit(+[] { release_all_devices(); });
     for (std::size_t i = 0; i < kSignals.size(); ++i) {

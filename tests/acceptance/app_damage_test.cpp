@@ -2,8 +2,8 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
-#include "engine/app/damage.h"
 #include "engine/app/scene.h"
+#include "engine/app/task/damage.h"
 #include "engine/base/units.h"
 #include "tests/support/program.h"
 

@@ -4,9 +4,9 @@
 
 #include <algorithm>
 
-#include "engine/app/expert_hand.h"
+#include "engine/app/hands/expert_hand.h"
 #include "engine/app/haptic_loop.h"
-#include "engine/app/task.h"
+#include "engine/app/task/task.h"
 #include "engine/base/error.h"
 #include "engine/base/units.h"
 #include "engine/session/task.h"

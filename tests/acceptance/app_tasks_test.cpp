@@ -7,11 +7,11 @@
 #include <filesystem>
 #include <functional>
 
+#include "engine/app/hands/task_student.h"
 #include "engine/app/haptic_loop.h"
-#include "engine/app/paint_file.h"
-#include "engine/app/task.h"
-#include "engine/app/task_student.h"
-#include "engine/app/tissue_edit.h"
+#include "engine/app/task/paint_file.h"
+#include "engine/app/task/task.h"
+#include "engine/app/task/tissue_edit.h"
 #include "engine/base/units.h"
 #include "engine/session/task.h"
 #include "engine/surface/mesh_export.h"

@@ -1,10 +1,15 @@
 // What a scene does not need is not done: `typodont run` counts its work, kind by kind. What the picture leaves out
 // (mono, bodies out of sight, untouched bricks, frames equal to the last) is tested in unit/render_frame_test.cpp.
 #include <gtest/gtest.h>
+#include <unistd.h>
 
+#include <algorithm>
 #include <cmath>
+#include <cstdlib>
 
 #include "engine/base/json.h"
+#include "engine/session/session_file.h"
+#include "tests/support/desktop.h"
 #include "tests/support/program.h"
 
 namespace typodont {
@@ -19,10 +24,9 @@ class Work : public testing::Test {
       "tool": {{"shape": "sphere", "diameter_mm": 2, "cuts": {}}}, "spindle_krpm": 300, "parts": [{}]}})", cuts, parts));
   }
   /// A hand that goes to and fro by `reach_mm` at a height, the pedal down or not.
-  std::string hand(double height_mm, double reach_mm, double pedal) {
+  std::string hand(double height_mm, double reach_mm, double pedal, double seconds = 8) {
     std::string csv = "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n";
-    for (int i = 0; i <= 400; ++i) {
-      const double t = 0.02 * i;
+    for (double t = 0; t <= seconds; t += 0.02) {
       csv += fmt::format("{},{},0,{},1,0,0,0,{}\n", t, 25 + reach_mm * std::sin(3 * t), height_mm, pedal);
     }
     return folder.write("hand.csv", csv);
@@ -92,6 +96,39 @@ TEST_F(Work, IsToldInWordsWithTheReasonsForWhatIsOff) {
     EXPECT_NE(said.find(words), std::string::npos) << words << "\n" << said;
   }
 }
+
+#ifdef TYPODONT_WINDOW
+TEST_F(Work, AWindowThatIsMinimisedDrawsNoFrameAndIsDrawnAgainWhenItIsBack) {
+  hand(208, 8, 1, 60);  // to and fro: every frame differs from the last
+  const test::Desktop desktop;
+  const pid_t child = folder.start(fmt::format("run {} --rig assets/rigs/window.json --hand script:{} --pedal none --audio none: --record {}",
+                                               scene("\"haptics\", \"render\""), folder / "hand.csv", folder / "s.h5"),
+                                   fmt::format("DISPLAY={}", std::getenv("DISPLAY")));
+  std::string window;
+  for (int i = 0; i < 300 && window.empty(); ++i, ::usleep(100'000)) window = test::Desktop::xdotool("search --name Typodont");
+  window = window.substr(0, window.find('\n'));
+  ASSERT_FALSE(window.empty()) << folder.said();
+  ::usleep(2'000'000);
+  test::Desktop::xdotool("windowunmap " + window);
+  ::usleep(4'000'000);
+  test::Desktop::xdotool("windowmap " + window);
+  ::usleep(2'000'000);
+  ASSERT_EQ(folder.finish(child).status, 0) << folder.said();
+  const session::SessionReader session(folder / "s.h5");
+  const auto picture = std::find_if(session.header().streams.begin(), session.header().streams.end(),
+                                    [](const auto& stream) { return stream.name == "picture"; });
+  ASSERT_NE(picture, session.header().streams.end());
+  const auto& drawn = session.streams()[static_cast<std::size_t>(picture - session.header().streams.begin())].t;
+  ASSERT_GT(drawn.size(), 4u);
+  std::size_t longest = 1;
+  for (std::size_t i = 1; i < drawn.size(); ++i) {
+    if (drawn[i] - drawn[i - 1] > drawn[longest] - drawn[longest - 1]) longest = i;
+  }
+  EXPECT_GT(to_seconds(drawn[longest] - drawn[longest - 1]), 3) << "hidden for four seconds";
+  EXPECT_GT(longest, 2u) << "drawn before";
+  EXPECT_GT(drawn.size(), longest + 2) << "drawn after";
+}
+#endif
 
 }  // namespace
 }  // namespace typodont

@@ -8,9 +8,9 @@
 #include <ctime>
 #include <glm/gtc/matrix_transform.hpp>
 
-#include "engine/app/picture_stage.h"
+#include "engine/app/picture/picture_stage.h"
+#include "engine/app/picture/tissue_view.h"
 #include "engine/app/scene.h"
-#include "engine/app/tissue_view.h"
 #include "tests/support/stage.h"
 
 namespace typodont::test {

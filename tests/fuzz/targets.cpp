@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
+#include <memory>
 #include <string>
 
 #include "audio/ar_model.h"
@@ -16,6 +17,7 @@
 #include "calibration/camera_solver.h"
 #include "calibration/rig_file.h"
 #include "calibration/routine.h"
+#include "engine/app/paint_file.h"
 #include "engine/app/scene.h"
 #include "engine/base/error.h"
 #include "engine/base/json.h"
@@ -24,13 +26,17 @@
 #include "engine/render/picture.h"
 #include "engine/session/session_file.h"
 #include "engine/session/ticks_csv.h"
+#include "haptics/devices/arm.h"
 #include "haptics/devices/arm_protocol.h"
 #include "haptics/devices/haply.h"
 #include "haptics/devices/hid_descriptor.h"
 #include "haptics/devices/scripted.h"
 #include "haptics/devices/spacemouse.h"
+#include "haptics/devices/websocket.h"
 #include "haptics/import.h"
+#include "haptics/spindle.h"
 #include "haptics/tissue_volume.h"
+#include "haptics/tool.h"
 
 namespace typodont::test {
 
@@ -167,6 +173,65 @@ void hid_descriptor(Bytes bytes) {
     (void)haptics::field_value(field, report);
 }
 
+void tool(Bytes bytes) {
+  attempt([&] { (void)haptics::read_tool(Json::parse(text_of(bytes), "fuzz")); });
+}
+void motor(Bytes bytes) {
+  attempt([&] { (void)haptics::read_spindle(Json::parse(text_of(bytes), "fuzz")); });
+}
+void arm_preset(Bytes bytes) {
+  attempt([&] { (void)haptics::read_arm(as_file(bytes, "arm.json")); });
+}
+void paint_strokes(Bytes bytes) {
+  attempt([&] { (void)read_paint(as_file(bytes, "paint.json")); });
+}
+/// A hand in JSON beside the path it names.
+void hand_model(Bytes bytes) {
+  constexpr std::string_view kPath = "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,0,0,0,1,0,0,0,0\n1,1,0,0,1,0,0,0,1\n";
+  as_file(std::as_bytes(std::span(kPath)), "path.csv");
+  attempt([&] {
+    haptics::HandSample sample;
+    const auto hand = haptics::open_scripted_hand(as_file(bytes, "model.json"), 1000, false);
+    for (int i = 0; i < 10 && hand->read(sample); ++i) hand->write(dvec3(0, 0, 1), dvec3(0));
+  });
+}
+/// A service that shakes hands as it should and then says these bytes.
+class Service : public haptics::Link {
+ public:
+  explicit Service(Bytes bytes) : said_(text_of(bytes)) {}
+  int read(std::span<std::uint8_t> buffer, Nanos) noexcept override {
+    const std::size_t n = std::min(buffer.size(), said_.size() - at_);
+    if (n == 0) return -1;
+    std::copy_n(said_.begin() + static_cast<std::ptrdiff_t>(at_), n, buffer.begin());
+    at_ += n;
+    return static_cast<int>(n);
+  }
+  bool write(std::span<const std::uint8_t> bytes) noexcept override {
+    const std::string_view asked(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+    constexpr std::string_view kKey = "Sec-WebSocket-Key: ";
+    if (const std::size_t at = asked.find(kKey); at != std::string_view::npos) {
+      const std::string_view key = asked.substr(at + kKey.size());
+      said_.insert(0, "HTTP/1.1 101 Switching Protocols\r\nUpgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Accept: " +
+                          haptics::websocket_accept(key.substr(0, key.find('\r'))) + "\r\n\r\n");
+    }
+    return true;
+  }
+
+ private:
+  std::string said_;
+  std::size_t at_ = 0;
+};
+void websocket(Bytes bytes) {
+  attempt([&] {
+    haptics::WebSocket socket(std::make_unique<Service>(bytes), "fuzz", "/");
+    std::string_view message;
+    for (auto got = haptics::WebSocket::Got::kMessage; got == haptics::WebSocket::Got::kMessage;) {
+      got = socket.receive(message, 0);
+      if (got == haptics::WebSocket::Got::kMessage) (void)haptics::parse_haply(message);
+    }
+  });
+}
+
 constexpr FuzzTarget kTargets[] = {{"json", json},
                                    {"scene", scene},
                                    {"display_rig", display_rig},
@@ -188,7 +253,13 @@ constexpr FuzzTarget kTargets[] = {{"json", json},
                                    {"mesh_obj", import_as<kObj>},
                                    {"opentrack", opentrack},
                                    {"device_reports", device_reports},
-                                   {"hid_descriptor", hid_descriptor}};
+                                   {"hid_descriptor", hid_descriptor},
+                                   {"tool", tool},
+                                   {"motor", motor},
+                                   {"arm_preset", arm_preset},
+                                   {"paint_strokes", paint_strokes},
+                                   {"hand_model", hand_model},
+                                   {"websocket", websocket}};
 
 }  // namespace
 

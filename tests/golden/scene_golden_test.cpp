@@ -2,11 +2,11 @@
 // tolerance is for eyes, as in render_golden_test.cpp.
 #include <gtest/gtest.h>
 
-#include "engine/app/picture_stage.h"
+#include "engine/app/picture/picture_stage.h"
+#include "engine/app/picture/surroundings.h"
+#include "engine/app/picture/teaching_views.h"
+#include "engine/app/picture/tissue_view.h"
 #include "engine/app/scene.h"
-#include "engine/app/surroundings.h"
-#include "engine/app/teaching_views.h"
-#include "engine/app/tissue_view.h"
 #include "tests/support/stage.h"
 
 namespace typodont::test {

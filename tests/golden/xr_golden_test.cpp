@@ -4,7 +4,7 @@
 
 #include <cstring>
 
-#include "engine/app/xr_stage.h"
+#include "engine/app/headset/xr_stage.h"
 #include "engine/base/units.h"
 #include "tests/support/stage.h"
 #include "tests/support/tooth_mesh.h"

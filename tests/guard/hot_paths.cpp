@@ -9,8 +9,8 @@
 
 #include "audio/drill_synth.h"
 #include "calibration/registration_solver.h"
+#include "engine/app/picture/tissue_view.h"
 #include "engine/app/scene.h"
-#include "engine/app/tissue_view.h"
 #include "engine/base/units.h"
 #include "engine/debris/debris.h"
 #include "tests/support/haptic_bench.h"

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "engine/app/debris_view.h"
+#include "engine/app/picture/debris_view.h"
 #include "engine/base/units.h"
 #include "tests/support/stage.h"
 

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 #include <linux/hidraw.h>
 #include <sys/ioctl.h>
+#include <sys/stat.h>
 #include <termios.h>
 #include <umockdev.h>
 #include <unistd.h>
@@ -110,6 +111,14 @@ class MockHid {
     const std::scoped_lock lock(mutex_);
     gone_ = true;
     wake();
+  }
+  /// Nobody but root may open it, and everybody may see that it is there.
+  void forbid() {
+    gchar* name = umockdev_testbed_get_root_dir(bed_);
+    const std::string root = name;
+    g_free(name);
+    ::chmod(root.c_str(), 0755);
+    ::chmod((root + node_).c_str(), 0);
   }
 
  protected:
@@ -314,6 +323,23 @@ TEST_F(WholeProgram, ListsEveryDeviceWithModelSerialAndPermission) {
                                                     {"FootSwitch FS-1", "foot switch"},
                                                     {"Rheostat RH-9", "rheostat pedal"}};
   EXPECT_EQ(kinds, expected);
+}
+
+TEST_F(WholeProgram, WhatMayNotBeOpenedIsListedWithTheCommandThatMendsIt) {
+  MockHid mouse(0, 0x046d, 0xc626, "SpaceNavigator", "SN-5", kSpaceMouseDescriptor);
+  MockHid arm(1, 0x1234, 0x0006, "WoodenHaptics", "WH-7", kArmDescriptor);
+  MockHid foot(2, 0x0c45, 0x7403, "FootSwitch", "FS-1", kKeyboardDescriptor);
+  for (MockHid* device : {&mouse, &arm, &foot}) device->forbid();
+  std::filesystem::permissions(folder.path(), std::filesystem::perms::all);
+  const std::string user = ::geteuid() == 0 ? "setpriv --reuid=65534 --regid=65534 --clear-groups" : "";
+  const test::Ran listed = folder.run("devices --json", user);
+  ASSERT_EQ(listed.status, 0) << listed.err;
+  const Json found = Json::parse(listed.out, "devices");
+  ASSERT_EQ(found["devices"].items().size(), 3u) << listed.out;
+  for (const Json& device : found["devices"].items()) {
+    EXPECT_FALSE(device["permitted"].boolean()) << device["model"].string();
+    EXPECT_NE(device["mend"].string().find("sudo typodont devices --install-udev"), std::string::npos);
+  }
 }
 
 TEST_F(WholeProgram, AFootSwitchDrillsUntilItSticksWhileASpaceMouseSteersByRate) {

@@ -1,11 +1,16 @@
-// Sessions of any length: what is kept in memory does not grow with them. Nine minutes in every test run, eight hours and more in
-// ./run stress 80.
+// Sessions of any length: memory, open files and threads do not grow with them, the file in proportion. Nine minutes in every
+// test run, eight hours and more in ./run stress 80.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
+#include <unistd.h>
 
+#include <algorithm>
+#include <filesystem>
+#include <iterator>
 #include <string>
+#include <system_error>
 
 #include "tests/support/campaign.h"
 #include "tests/support/program.h"
@@ -22,22 +27,44 @@ std::string hand_of(int minutes) {
   return hand + fmt::format("{},-1,0,6,1,0,0,0,0\n", 60 * minutes);
 }
 
-TEST(LongSession, TwiceAsLongTakesNoMoreMemoryWithEveryTickRecorded) {
+struct Most {
+  double memory_kib = 0;
+  std::ptrdiff_t open_files = 0, threads = 0;
+  double file_bytes = 0;
+};
+
+std::ptrdiff_t entries(const std::string& folder) {
+  std::error_code gone;
+  const std::filesystem::directory_iterator it(folder, gone);
+  return gone ? 0 : std::distance(begin(it), end(it));
+}
+
+TEST(LongSession, TwiceAsLongTakesNoMoreMemoryHandlesOrThreadsAndTwiceTheFileWithEveryTickRecorded) {
   const ProgramFolder folder(TYPODONT_PROGRAM);
   folder.write("scene.json", R"({"tissue": {"voxel_mm": 0.2, "solids": [{"tissue": "dentin", "solid": {"sphere": {"radius_mm": 4}}}]},
     "tool": "round_012", "spindle_krpm": 300})");
-  const auto peak_kib = [&](int minutes) {
+  const auto session_of = [&](int minutes) {
     folder.write("hand.csv", hand_of(minutes));
     const pid_t child = folder.start(fmt::format("servo {} --hand {} --out {}", folder / "scene.json", folder / "hand.csv", folder / "out.h5"));
+    Most most;
     int status = -1;
     rusage used{};
-    EXPECT_EQ(::wait4(child, &status, 0, &used), child);
+    while (::wait4(child, &status, WNOHANG, &used) == 0) {
+      most.open_files = std::max(most.open_files, entries(fmt::format("/proc/{}/fd", child)));
+      most.threads = std::max(most.threads, entries(fmt::format("/proc/{}/task", child)));
+      ::usleep(20'000);
+    }
     EXPECT_EQ(status, 0) << folder.said();
-    return static_cast<double>(used.ru_maxrss);
+    most.memory_kib = static_cast<double>(used.ru_maxrss);
+    most.file_bytes = static_cast<double>(std::filesystem::file_size(folder / "out.h5"));
+    return most;
   };
   // In the first minutes HDF5's own caches fill up.
-  const double once = peak_kib(campaign(3)), twice = peak_kib(campaign(6));
-  EXPECT_LT(twice, 1.05 * once) << "KiB";
+  const Most once = session_of(campaign(3)), twice = session_of(campaign(6));
+  EXPECT_LT(twice.memory_kib, 1.05 * once.memory_kib);
+  EXPECT_LE(twice.open_files, once.open_files);
+  EXPECT_LE(twice.threads, once.threads);
+  EXPECT_LT(twice.file_bytes, 2.1 * once.file_bytes);
 }
 
 }  // namespace

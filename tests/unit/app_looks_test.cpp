@@ -5,14 +5,14 @@
 
 #include <cmath>
 
-#include "engine/app/debris_view.h"
-#include "engine/app/detail.h"
-#include "engine/app/picture_stage.h"
+#include "engine/app/picture/debris_view.h"
+#include "engine/app/picture/detail.h"
+#include "engine/app/picture/picture_stage.h"
+#include "engine/app/picture/surroundings.h"
+#include "engine/app/picture/teaching_views.h"
+#include "engine/app/picture/tissue_view.h"
+#include "engine/app/picture/tooth_field.h"
 #include "engine/app/scene.h"
-#include "engine/app/surroundings.h"
-#include "engine/app/teaching_views.h"
-#include "engine/app/tissue_view.h"
-#include "engine/app/tooth_field.h"
 #include "engine/base/error.h"
 #include "engine/base/units.h"
 #include "haptics/solid.h"

@@ -631,6 +631,63 @@ TEST(ForceDimension, ADeviceThatStopsAnsweringGetsZeroAndIsLost) {
   breaks(false);
 }
 
+std::vector<FoundDevice> found_by(const std::string& scheme) {
+  return driver(scheme).find();
+}
+
+TEST(ForceDimension, IsListedWithModelSerialAndLimitAndOpenedForThatOnlyOnce) {
+  StandIn library(TYPODONT_STANDIN_DHD);
+  auto* const opened = library.get<int()>("standin_dhd_opened");
+  found_by("forcedimension");
+  const int before = opened();
+  for (int i = 0; i < 5; ++i) {
+    const auto found = found_by("forcedimension");
+    ASSERT_EQ(found.size(), 1u);
+    EXPECT_EQ(found[0].address, "forcedimension:0");
+    EXPECT_EQ(found[0].model, "sigma.7 (stand-in)");
+    EXPECT_EQ(found[0].serial, "4711");
+    EXPECT_EQ(found[0].force_limit, 12);
+    EXPECT_TRUE(found[0].permitted);
+  }
+  EXPECT_EQ(opened(), before);
+  EXPECT_FALSE(library.get<bool()>("standin_dhd_powered")()) << "a list switches no force on";
+}
+
+TEST(ForceDimension, IsOpenedBySerialAndAListBesideItLeavesItAlone) {
+  StandIn library(TYPODONT_STANDIN_DHD);
+  auto* const opened = library.get<int()>("standin_dhd_opened");
+  auto device = driver("forcedimension").open("4711", {});
+  EXPECT_EQ(device->info().serial, "4711");
+  const int before = opened();
+  EXPECT_EQ(found_by("forcedimension").size(), 1u);
+  EXPECT_EQ(opened(), before);
+  EXPECT_TRUE(library.get<bool()>("standin_dhd_powered")());
+  EXPECT_THROW(driver("forcedimension").open("4712", {}), Error);
+}
+
+TEST(OpenHaptics, DevicesAreListedByTheNamesOfTheVendorsSetUpWithModelSerialAndLimit) {
+  StandIn library(TYPODONT_STANDIN_HD);
+  const auto folder = std::filesystem::temp_directory_path() / ("typodont_hd_" + std::to_string(::getpid()));
+  std::filesystem::create_directories(folder / "config");
+  ::setenv("GTDD_HOME", folder.c_str(), 1);
+  auto found = found_by("openhaptics");
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_FALSE(found[0].permitted);
+  EXPECT_NE(found[0].mend.find("set-up program"), std::string::npos);
+  for (const char* name : {"Default Device", "Left"}) std::ofstream(folder / "config" / (name + std::string(".config"))) << "";
+  found = found_by("openhaptics");
+  ASSERT_EQ(found.size(), 2u);
+  EXPECT_EQ(found[0].address, "openhaptics:Default Device");
+  EXPECT_EQ(found[0].model, "Touch (stand-in)");
+  EXPECT_EQ(found[0].serial, "S-0001");
+  EXPECT_DOUBLE_EQ(found[0].force_limit, 3.3);
+  EXPECT_TRUE(found[0].permitted);
+  EXPECT_FALSE(found[1].permitted) << "named, but not there";
+  EXPECT_FALSE(library.get<bool()>("standin_hd_output")());
+  ::unsetenv("GTDD_HOME");
+  std::filesystem::remove_all(folder);
+}
+
 TEST(Registry, AnUnknownAddressIsRefusedWithTheListOfKnownOnes) {
   for (const char* bad : {"", "nonsense", "nonsense:", "WOODENHAPTICS:"}) {
     try {

@@ -4,7 +4,7 @@
 #include "engine/app/operator/archive.h"
 #include "engine/app/operator/exercise.h"
 #include "engine/app/operator/library.h"
-#include "engine/app/task.h"
+#include "engine/app/task/task.h"
 #include "engine/base/error.h"
 #include "engine/base/units.h"
 #include "tests/support/program.h"

@@ -1,9 +1,9 @@
 // What is shown of a session goes back with its strokes.
 #include <gtest/gtest.h>
 
-#include "engine/app/look.h"
+#include "engine/app/picture/look.h"
 #include "engine/app/scene.h"
-#include "engine/app/stroke_book.h"
+#include "engine/app/task/stroke_book.h"
 #include "engine/base/units.h"
 
 namespace typodont {

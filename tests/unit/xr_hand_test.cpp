@@ -1,7 +1,7 @@
 // The controller as a hand: nothing it does may make the tool jump.
 #include <gtest/gtest.h>
 
-#include "engine/app/xr_hand.h"
+#include "engine/app/headset/xr_hand.h"
 #include "engine/base/error.h"
 #include "engine/base/units.h"
 #include "tests/support/no_alloc.h"

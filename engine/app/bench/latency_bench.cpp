@@ -11,8 +11,8 @@
 
 #include "audio/sound_file.h"
 #include "engine/app/bench/parts.h"
-#include "engine/app/picture_stage.h"
-#include "engine/app/tissue_view.h"
+#include "engine/app/picture/picture_stage.h"
+#include "engine/app/picture/tissue_view.h"
 #include "engine/app/workbench.h"
 #include "engine/base/measure.h"
 #include "engine/base/units.h"

@@ -6,9 +6,9 @@
 #include <ctime>
 
 #include "engine/app/bench/parts.h"
-#include "engine/app/picture_stage.h"
+#include "engine/app/picture/picture_stage.h"
+#include "engine/app/picture/tissue_view.h"
 #include "engine/app/scene.h"
-#include "engine/app/tissue_view.h"
 #include "engine/base/measure.h"
 
 namespace typodont {

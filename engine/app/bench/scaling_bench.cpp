@@ -9,7 +9,7 @@
 
 #include "engine/app/bench/parts.h"
 #include "engine/app/haptic_loop.h"
-#include "engine/app/tissue_view.h"
+#include "engine/app/picture/tissue_view.h"
 #include "engine/base/measure.h"
 #include "engine/base/units.h"
 

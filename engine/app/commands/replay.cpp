@@ -1,5 +1,5 @@
 // typodont replay: a recorded session again: checked bit for bit, watched, filmed, or its hand put into another scene.
-#include "engine/app/replay.h"
+#include "engine/app/recording/replay.h"
 
 #include <fmt/format.h>
 
@@ -12,7 +12,7 @@
 #include <string>
 
 #include "engine/app/commands/commands.h"
-#include "engine/app/playback.h"
+#include "engine/app/recording/playback.h"
 #include "engine/base/error.h"
 #include "engine/base/log.h"
 #include "engine/base/progress.h"

@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "engine/app/commands/commands.h"
-#include "engine/app/resume.h"
+#include "engine/app/recording/resume.h"
 #include "engine/app/workbench.h"
 #include "engine/base/log.h"
 #include "engine/base/units.h"

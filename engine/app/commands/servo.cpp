@@ -7,11 +7,11 @@
 #include <optional>
 
 #include "engine/app/commands/commands.h"
-#include "engine/app/expert_hand.h"
+#include "engine/app/hands/expert_hand.h"
+#include "engine/app/hands/replay_hand.h"
 #include "engine/app/haptic_loop.h"
-#include "engine/app/replay_hand.h"
-#include "engine/app/resume.h"
-#include "engine/app/session_record.h"
+#include "engine/app/recording/resume.h"
+#include "engine/app/recording/session_record.h"
 #include "engine/base/error.h"
 #include "engine/base/log.h"
 #include "engine/base/measure.h"

@@ -7,9 +7,9 @@
 #include <nlohmann/json.hpp>
 
 #include "engine/app/operator/library.h"
-#include "engine/app/replay.h"
+#include "engine/app/recording/replay.h"
+#include "engine/app/recording/session_report.h"
 #include "engine/app/scene.h"
-#include "engine/app/session_report.h"
 #include "engine/base/error.h"
 #include "engine/base/json.h"
 #include "engine/base/log.h"

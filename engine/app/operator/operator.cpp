@@ -14,18 +14,18 @@
 #include <sstream>
 #include <thread>
 
-#include "engine/app/live_views.h"
 #include "engine/app/operator/archive.h"
 #include "engine/app/operator/child.h"
 #include "engine/app/operator/exercise.h"
 #include "engine/app/operator/job.h"
 #include "engine/app/operator/library.h"
 #include "engine/app/operator/state.h"
-#include "engine/app/picture_stage.h"
-#include "engine/app/replay.h"
-#include "engine/app/resume.h"
+#include "engine/app/picture/live_views.h"
+#include "engine/app/picture/picture_stage.h"
+#include "engine/app/recording/replay.h"
+#include "engine/app/recording/resume.h"
+#include "engine/app/recording/session_report.h"
 #include "engine/app/scene.h"
-#include "engine/app/session_report.h"
 #include "engine/app/workbench.h"
 #include "engine/base/error.h"
 #include "engine/base/json.h"
@@ -33,6 +33,7 @@
 #include "engine/base/units.h"
 #include "engine/session/report.h"
 #include "engine/session/session_file.h"
+#include "haptics/devices/driver.h"
 
 namespace typodont {
 
@@ -44,6 +45,7 @@ using namespace std::chrono_literals;
 constexpr double kIdleFrame = 1.0;      // s between frames while nothing happens
 constexpr double kSessionFrame = 0.05;  // s between frames of this window while a session runs
 constexpr Nanos kReviveInterval = 10 * kNanosPerSecond;
+constexpr Nanos kDeviceInterval = 2 * kNanosPerSecond;  // between two looks at what is plugged in: each takes milliseconds
 constexpr Nanos kScoreInterval = 500'000'000;
 
 class Operator {
@@ -68,8 +70,7 @@ class Operator {
       if (s_.scenes[i].file.string() == r.scene) s_.scene = static_cast<int>(i);
     for (std::size_t i = 0; i < s_.rigs.size(); ++i)
       if (s_.rigs[i].title == r.rig) s_.rig = static_cast<int>(i);
-    for (std::size_t i = 0; i < s_.hands.size(); ++i)
-      if (!r.hand.empty() && s_.hands[i].address == r.hand) s_.hand = static_cast<int>(i);
+    if (!r.hand.empty()) choose_hand(r.hand);
   }
 
   ~Operator() {
@@ -105,7 +106,7 @@ class Operator {
       }
       bool drew = false;
       if (bench_) drew = step_session();
-      const bool finished = look_at_job() || look_at_pictures();
+      const bool finished = look_at_job() || look_at_pictures() || look_at_devices();
       if (due || drew || finished) {
         draw();
         carry_out();
@@ -721,6 +722,23 @@ class Operator {
     };
   }
 
+  /// What is plugged in or out while hands are chosen. True when the list is another.
+  bool look_at_devices() {
+    if (bench_ || job_ || s_.page != Page::kStart || now() - plugged_looked_ < kDeviceInterval) return false;
+    plugged_looked_ = now();
+    if (plugged_.look().empty()) return false;
+    const std::string chosen = s_.hands.at(static_cast<std::size_t>(s_.hand)).address;
+    s_.hands = find_hands(s_);
+    s_.hand = 0;
+    choose_hand(chosen);
+    return true;
+  }
+  /// Where it is there.
+  void choose_hand(const std::string& address) {
+    for (std::size_t i = 0; i < s_.hands.size(); ++i)
+      if (s_.hands[i].address == address) s_.hand = static_cast<int>(i);
+  }
+
   /// Pictures of scenes that have none, one after another, while one chooses. True when one has come.
   bool look_at_pictures() {
     if (picture_job_) {
@@ -810,6 +828,8 @@ class Operator {
   dvec3 brush_at_{0};
   fs::path recording_, written_, saved_;  // where the session's recording should lie, where it is written; its tissue
   Nanos revived_ = -kReviveInterval;
+  haptics::DeviceWatch plugged_;
+  Nanos plugged_looked_ = 0;
   Nanos score_time_ = 0, curve_time_ = 0;
   bool quit_ = false;
 };

@@ -7,10 +7,10 @@
 #include <string>
 #include <vector>
 
-#include "engine/app/look.h"
 #include "engine/app/operator/archive.h"
 #include "engine/app/operator/interface_window.h"
 #include "engine/app/operator/steps.h"
+#include "engine/app/picture/look.h"
 #include "engine/app/workbench.h"
 #include "engine/session/score.h"
 #include "engine/session/strings.h"

@@ -78,9 +78,9 @@ class Window final : public Output {
   std::optional<Target> acquire() override {
     show_finished();
     pace();
+    if (!visible()) return std::nullopt;
     ivec2 size{0};
     glfwGetFramebufferSize(window_, &size.x, &size.y);
-    if (size.x == 0 || size.y == 0) return std::nullopt;  // minimised
     if (lost_) {
       create_surface();
       lost_ = false;
@@ -123,6 +123,13 @@ class Window final : public Output {
   }
 
   ivec2 size() const override { return extent_; }
+
+  bool visible() const override {
+    ivec2 size{0};
+    glfwGetFramebufferSize(window_, &size.x, &size.y);
+    // X11 keeps a minimised window's size and takes it off the screen; others take its size.
+    return size.x > 0 && size.y > 0 && glfwGetWindowAttrib(window_, GLFW_VISIBLE) == GLFW_TRUE;
+  }
 
   bool needs_frame() const override {
     ivec2 size{0};

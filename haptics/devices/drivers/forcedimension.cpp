@@ -12,6 +12,8 @@
 #include "engine/base/realtime.h"
 #include "engine/contract/contact.h"
 #include "haptics/devices/driver.h"
+#include "haptics/devices/fd_link.h"
+#include "haptics/devices/vendor_devices.h"
 #include "haptics/devices/vendor_library.h"
 
 namespace typodont::haptics {
@@ -24,18 +26,19 @@ struct Api {
   VendorLibrary library{kLibraries, "Force Dimension's SDK 3, from forcedimension.com"};
   int (*count)();
   int (*open)(char);
+  int (*open_serial)(int);
   int (*close)(char);
   int (*enable_force)(unsigned char, char);
   int (*position)(double*, double*, double*, char);
   int (*frame)(double[3][3], char);
   unsigned int (*buttons)(char);
   int (*set_force)(double, double, double, double, double, double, char);
-  int (*velocity_threshold)(const unsigned char, char);
   int (*watchdog)(unsigned char, char);
   const char* (*name)(char);
   int (*serial)(unsigned short*, char);
   int (*joint_angles)(double*, char);
   bool (*has_wrist)(char);
+  const char* (*last_error)();
 
   Api() {
     library.get(count, "dhdGetDeviceCount");
@@ -46,14 +49,17 @@ struct Api {
     library.get(frame, "dhdGetOrientationFrame");
     library.get(buttons, "dhdGetButtonMask");
     library.get(set_force, "dhdSetForceAndTorque");
-    library.find(velocity_threshold, "dhdSetVelocityThreshold");
     library.find(watchdog, "dhdSetWatchdog");
     library.find(name, "dhdGetSystemName");
     library.find(serial, "dhdGetSerialNumber");
     library.find(joint_angles, "dhdGetJointAngles");
     library.find(has_wrist, "dhdHasWrist");
+    library.find(open_serial, "dhdOpenSerial");
+    library.find(last_error, "dhdErrorGetLastStr");
   }
 };
+
+constexpr int kMost = 16;  // devices at once; a greater number is a serial
 
 /// Peak force and stiffness that the makers recommend, by the words in the system's name.
 struct Known {
@@ -66,23 +72,56 @@ constexpr Known kKnown[] = {{"sigma", 12, 4000, 0.4},
                             {"delta", 12, 4000, 0},
                             {"Falcon", 8, 3000, 0}};
 
+/// The one that is open under `id`, as it describes itself.
+DeviceInfo describe(const Api& api, char id, const std::string& address, double rate) {
+  const char* name = api.name ? api.name(id) : nullptr;
+  DeviceInfo info{address, name ? name : "Force Dimension", "", rate, 8, 3000, 0, 0};
+  for (const Known& k : kKnown) {
+    if (info.model.find(k.word) == std::string::npos) continue;
+    info.force_limit = k.force, info.max_stiffness = k.stiffness, info.torque_limit = k.torque;
+    break;
+  }
+  unsigned short serial = 0;
+  if (api.serial && api.serial(&serial, id) >= 0) info.serial = std::to_string(serial);
+  return info;
+}
+
+FoundDevice found(int number) {
+  return {fmt::format("forcedimension:{}", number), "force feedback", "Force Dimension", "", "libdhd", 0, true, ""};
+}
+FoundDevice found(int number, const DeviceInfo& info) {
+  FoundDevice device = found(number);
+  device.model = info.model, device.serial = info.serial, device.force_limit = info.force_limit;
+  return device;
+}
+/// Why the last one did not open, as far as the library tells.
+std::string refusal(const Api& api) {
+  const char* said = api.last_error ? api.last_error() : nullptr;
+  return said && *said ? said : "it does not open";
+}
+
+VendorDevices& devices() {
+  static VendorDevices all;
+  return all;
+}
+
 class ForceDimensionDevice : public HapticDevice {
  public:
-  ForceDimensionDevice(const std::string& address, int id, double rate) : period_(from_seconds(1 / rate)) {
-    const int opened = api_.open(static_cast<char>(id));
-    if (opened < 0)
-      throw Error(address, "", fmt::format("{} devices, none opens", api_.count()), "a device that is on");
-    id_ = static_cast<char>(opened);
-    const char* name = api_.name ? api_.name(id_) : nullptr;
-    info_ = {address, name ? name : "Force Dimension", "", rate, 8, 3000, 0, 0};
-    for (const Known& k : kKnown) {
-      if (info_.model.find(k.word) == std::string::npos) continue;
-      info_.force_limit = k.force, info_.max_stiffness = k.stiffness, info_.torque_limit = k.torque;
-      break;
+  ForceDimensionDevice(const std::string& address, int which, double rate) : period_(from_seconds(1 / rate)) {
+    int opened = -1;
+    if (which < kMost) {
+      opened = api_.open(static_cast<char>(which));
+    } else if (api_.open_serial) {
+      opened = api_.open_serial(which);
     }
-    unsigned short serial = 0;
-    if (api_.serial && api_.serial(&serial, id_) >= 0) info_.serial = std::to_string(serial);
-    info_.vibration_band = 250;  // Hz, a cautious choice of ours: stiff arms whose controller runs at 4 kHz
+    if (opened < 0) {
+      throw Error(address, "", fmt::format("{} devices, and this one: {}", api_.count(), refusal(api_)),
+                  "a device that is on, free and yours to open; see: typodont devices");
+    }
+    id_ = static_cast<char>(opened);
+    info_ = describe(api_, id_, address, rate);
+    if (which < kMost) use_.is(found(which, info_));
+    info_.vibration_band = 250;     // Hz, a cautious choice of ours: stiff arms whose controller runs at 4 kHz
     info_.position_step = 0.01e-3;  // m, as their maker states it for the omega (u)
     // The controller's own watchdog, in multiples of 125 µs (u), lets go when we die: 16 is 2 ms; 0 would switch it
     // off.
@@ -137,6 +176,7 @@ class ForceDimensionDevice : public HapticDevice {
  private:
   void send(const dvec3& f, const dvec3& tau) noexcept { api_.set_force(f.x, f.y, f.z, tau.x, tau.y, tau.z, id_); }
 
+  VendorDevices::Use use_{devices()};
   Api api_;
   DeviceInfo info_;
   char id_ = 0;
@@ -150,25 +190,34 @@ class ForceDimensionDevice : public HapticDevice {
 
 std::vector<FoundDevice> find() {
   if (!VendorLibrary::present(kLibraries)) return {};
-  std::vector<FoundDevice> devices;
   const Api api;
-  for (int i = 0; i < std::clamp(api.count(), 0, 16); ++i) {
-    devices.push_back(
-        {fmt::format("forcedimension:{}", i), "force feedback", "Force Dimension", "", "libdhd", 0, true, ""});
-  }
-  return devices;
+  std::vector<FoundDevice> plain;
+  for (int i = 0; i < std::clamp(api.count(), 0, kMost); ++i) plain.push_back(found(i));
+  return devices().list(std::move(plain), [&](std::size_t i) {
+    const int number = static_cast<int>(i), id = api.open(static_cast<char>(number));
+    if (id < 0) {
+      FoundDevice closed = found(number);
+      closed.permitted = false;
+      closed.mend = fmt::format("turning it on, ending the program that holds it, or {} (the library says: {})",
+                                kMendPermission, refusal(api));
+      return closed;
+    }
+    const FoundDevice open = found(number, describe(api, static_cast<char>(id), "", 0));
+    api.close(static_cast<char>(id));
+    return open;
+  });
 }
 
 std::unique_ptr<HapticDevice> open(const std::string& rest, const HandOptions& options) {
   const std::string address = "forcedimension:" + rest;
-  int id = 0;
+  int which = 0;
   if (!rest.empty()) {
-    const auto [end, error] = std::from_chars(rest.data(), rest.data() + rest.size(), id);
-    if (error != std::errc() || end != rest.data() + rest.size() || id < 0 || id > 15) {
-      throw Error(address, "", rest, "a number from 0 to 15");
+    const auto [end, error] = std::from_chars(rest.data(), rest.data() + rest.size(), which);
+    if (error != std::errc() || end != rest.data() + rest.size() || which < 0) {
+      throw Error(address, "", rest, "a number from 0 to 15, or a serial");
     }
   }
-  return std::make_unique<ForceDimensionDevice>(address, id, std::clamp(options.rate, 500.0, 8000.0));
+  return std::make_unique<ForceDimensionDevice>(address, which, std::clamp(options.rate, 500.0, 8000.0));
 }
 
 }  // namespace
@@ -176,7 +225,7 @@ std::unique_ptr<HapticDevice> open(const std::string& rest, const HandOptions& o
 extern const Driver forcedimension_driver;
 const Driver forcedimension_driver{
     .scheme = "forcedimension",
-    .rest = "[NUMBER]",
+    .rest = "[NUMBER or SERIAL]",
     .about = "Force Dimension omega, sigma, lambda, delta and Falcon",
     .open = open,
     .find = find,

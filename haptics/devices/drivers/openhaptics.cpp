@@ -2,13 +2,17 @@
 //
 // The vendor's scheduler owns the 1 kHz: its callback samples the device, hands the sample to the servo and sends the
 // newest force the servo has given. A force older than two callbacks is not sent again: the callback is a watchdog too.
+#include <fmt/format.h>
 #include <semaphore.h>
 #include <time.h>
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <cerrno>
 #include <cmath>
+#include <cstdlib>
+#include <filesystem>
 #include <glm/gtc/quaternion.hpp>
 
 #include "engine/base/clock.h"
@@ -17,6 +21,8 @@
 #include "engine/base/units.h"
 #include "engine/contract/contact.h"
 #include "haptics/devices/driver.h"
+#include "haptics/devices/fd_link.h"
+#include "haptics/devices/vendor_devices.h"
 #include "haptics/devices/vendor_library.h"
 
 namespace typodont::haptics {
@@ -91,29 +97,63 @@ struct Api {
   }
 };
 
+/// kInvalid when there is no such device; "" is the default device.
+HHD init(const Api& api, const std::string& name) {
+  const HHD device = api.init(name.empty() ? nullptr : name.c_str());
+  return api.get_error().code == 0 ? device : kInvalid;
+}
+
+/// The current device, as it describes itself.
+DeviceInfo describe(const Api& api, const std::string& name) {
+  const auto text = [&](unsigned int what) {
+    const char* s = api.get_string(what);
+    return std::string(s ? s : "");
+  };
+  const auto number = [&](unsigned int what) {
+    double value = 0;
+    api.get_doubles(what, &value);
+    return value;
+  };
+  DeviceInfo info{"openhaptics:" + name,
+                  text(kModelType),
+                  text(kSerialNumber),
+                  1000,
+                  number(kMaxForce),
+                  number(kMaxStiffness) * kNewtonPerMillimetre,
+                  0,
+                  number(kMaxContinuousForce)};
+  if (!(info.force_limit > 0 && info.force_limit < 100)) info.force_limit = 3.3;  // the weakest of its kind
+  return info;
+}
+
+constexpr const char* kDefaultName = "Default Device";
+
+FoundDevice found(const std::string& name) {
+  return {"openhaptics:" + name, "force feedback", name, "", "libHD.so", 0, true, ""};
+}
+FoundDevice found(const std::string& name, const DeviceInfo& info) {
+  FoundDevice device = found(name);
+  device.model = info.model, device.serial = info.serial, device.force_limit = info.force_limit;
+  return device;
+}
+
+VendorDevices& devices() {
+  static VendorDevices all;
+  return all;
+}
+
 class OpenHapticsDevice : public HapticDevice {
  public:
   OpenHapticsDevice(const std::string& name) {
-    device_ = api_.init(name.empty() ? nullptr : name.c_str());
-    if (device_ == kInvalid || api_.get_error().code != 0) {
+    device_ = init(api_, name);
+    if (device_ == kInvalid) {
       throw Error("openhaptics:" + name, "", "the library finds no such device", "a device its own test program finds");
     }
     api_.make_current(device_);
-    const auto text = [&](unsigned int what) {
-      const char* s = api_.get_string(what);
-      return std::string(s ? s : "");
-    };
-    info_ = {"openhaptics:" + name,
-             text(kModelType),
-             text(kSerialNumber),
-             1000,
-             number(kMaxForce),
-             number(kMaxStiffness) * kNewtonPerMillimetre,
-             0,
-             number(kMaxContinuousForce)};
+    info_ = describe(api_, name);
     info_.vibration_band = 100;      // Hz, a cautious choice of ours
     info_.position_step = 0.055e-3;  // m, nominal, of the Touch; the Phantoms' is finer
-    if (!(info_.force_limit > 0 && info_.force_limit < 100)) info_.force_limit = 3.3;  // the weakest of its kind
+    use_.is(found(name.empty() ? kDefaultName : name, info_));
     ::sem_init(&fresh_, 0, 0);
     api_.enable(kForceOutput);
     api_.enable(kMaxForceClamping);
@@ -169,12 +209,6 @@ class OpenHapticsDevice : public HapticDevice {
     bool error = false;
   };
 
-  double number(unsigned int what) {
-    double value = 0;
-    api_.get_doubles(what, &value);
-    return value;
-  }
-
   static unsigned int on_schedule(void* self) { return static_cast<OpenHapticsDevice*>(self)->step(); }
 
   unsigned int step() noexcept {
@@ -203,6 +237,7 @@ class OpenHapticsDevice : public HapticDevice {
     return kContinue;
   }
 
+  VendorDevices::Use use_{devices()};
   Api api_;
   HHD device_ = kInvalid;
   DeviceInfo info_;
@@ -215,10 +250,44 @@ class OpenHapticsDevice : public HapticDevice {
   int age_ = 1000;          // callbacks since the servo gave a force; scheduler's thread
 };
 
+/// The devices that the vendor's set-up program has given names: a file each.
+std::vector<std::string> configured_names() {
+  const char* home = std::getenv("GTDD_HOME");
+  const std::filesystem::path folder = std::filesystem::path(home ? home : "/usr/share/3DSystems") / "config";
+  std::vector<std::string> names;
+  std::error_code none;
+  for (const auto& file : std::filesystem::directory_iterator(folder, none)) {
+    if (file.path().extension() == ".config") names.push_back(file.path().stem().string());
+  }
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
 std::vector<FoundDevice> find() {
   if (!VendorLibrary::present(kLibraries)) return {};
-  return {{"openhaptics:", "force feedback", "OpenHaptics is installed; devices are named in its own set-up program",
-           "", "libHD.so", 0, true, ""}};
+  const Api api;
+  const std::vector<std::string> names = configured_names();
+  if (names.empty()) {
+    FoundDevice none = found(kDefaultName);
+    none.permitted = false;
+    none.mend = "naming the device in 3D Systems' set-up program (Touch_Setup)";
+    return {none};
+  }
+  std::vector<FoundDevice> plain;
+  for (const std::string& name : names) plain.push_back(found(name));
+  return devices().list(std::move(plain), [&](std::size_t i) {
+    const HHD device = init(api, names[i]);
+    if (device == kInvalid) {
+      FoundDevice closed = found(names[i]);
+      closed.permitted = false;
+      closed.mend = fmt::format("turning it on, ending the program that holds it, or {}", kMendPermission);
+      return closed;
+    }
+    api.make_current(device);
+    const FoundDevice open = found(names[i], describe(api, names[i]));
+    api.disable_device(device);
+    return open;
+  });
 }
 
 std::unique_ptr<HapticDevice> open(const std::string& rest, const HandOptions&) {

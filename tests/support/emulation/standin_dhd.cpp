@@ -6,7 +6,8 @@ double place[3] = {0, 0, 0};
 double wrench[6] = {0, 0, 0, 0, 0, 0};
 unsigned int buttons = 0;
 unsigned char watchdog = 0;
-bool broken = false, force_on = false, is_open = false;
+bool broken = false, force_on = false, is_open = false, locked = false;
+int opened = 0;
 }  // namespace
 
 extern "C" {
@@ -16,9 +17,16 @@ int dhdGetDeviceCount() {
   return 1;
 }
 int dhdOpenID(char id) {
-  if (id != 0) return -1;
+  if (id != 0 || locked || is_open) return -1;
   is_open = true;
+  ++opened;
   return 0;
+}
+int dhdOpenSerial(int serial) {
+  return serial == 4711 ? dhdOpenID(0) : -1;
+}
+const char* dhdErrorGetLastStr() {
+  return locked ? "device is in use" : "";
 }
 int dhdClose(char) {
   is_open = false;
@@ -46,14 +54,12 @@ int dhdSetForceAndTorque(double fx, double fy, double fz, double tx, double ty, 
   std::memcpy(wrench, w, sizeof wrench);
   return 0;
 }
-int dhdSetVelocityThreshold(unsigned char, char) {
-  return 0;
-}
 int dhdSetWatchdog(unsigned char periods, char) {
   watchdog = periods;
   return 0;
 }
 const char* dhdGetSystemName(char) {
+  if (!is_open) return "";  // it must be open to tell
   return "sigma.7 (stand-in)";
 }
 int dhdGetJointAngles(double* out, char) {
@@ -64,6 +70,7 @@ bool dhdHasWrist(char) {
   return true;
 }
 int dhdGetSerialNumber(unsigned short* out, char) {
+  if (!is_open) return -1;
   *out = 4711;
   return 0;
 }
@@ -74,6 +81,12 @@ void standin_dhd_place(double x, double y, double z) {
 }
 void standin_dhd_break(bool on) {
   broken = on;
+}
+void standin_dhd_lock(bool on) {
+  locked = on;
+}
+int standin_dhd_opened() {
+  return opened;
 }
 void standin_dhd_press(unsigned int mask) {
   buttons = mask;

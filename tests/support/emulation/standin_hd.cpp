@@ -46,6 +46,7 @@ void hdGetIntegerv(unsigned int what, int* out) {
   if (what == 0x2000) *out = buttons;
 }
 const char* hdGetString(unsigned int what) {
+  if (!initialised) return nullptr;
   return what == 0x2501 ? "Touch (stand-in)" : "S-0001";
 }
 void hdSetDoublev(unsigned int what, const double* value) {

@@ -1,0 +1,87 @@
+// A hand that knows how the task should be left, and does it: "--hand expert:" of `typodont servo`. Other than a path it
+// sees where its tool is, leads it where it should go, presses while tissue is in the way, and waits until it has gone.
+// What it does through the servo, in real tissue, is a session to learn from, and to compare with.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "engine/app/haptic_loop.h"
+#include "engine/app/scene.h"
+#include "engine/app/task/task.h"
+#include "haptics/haptic_device.h"
+
+namespace typodont {
+
+/// One thing to do after another.
+struct ExpertLeg {
+  enum class Kind {
+    kMove,    // through the air
+    kCut,     // along a line, as fast as the tissue goes
+    kScrape,  // along a line, to and fro until the tool lies on it
+    kWait,    // for `seconds`, or until so much `volume` was put down; the pedal as it is
+    kTake,    // another tool, when the drill stands
+  } kind = Kind::kMove;
+  Pose to;
+  double pedal = 0;
+  std::uint32_t tool = 0;
+  double seconds = 0;
+  double volume = 0;  // m³
+};
+
+/// Plans what takes tissue to what the scene's task wants, with the tools of its tray that leave it closest to that.
+/// Cavities, crowns and caries are cut; fillings are put down in layers and carved.
+class Expert {
+ public:
+  /// Throws Error where the task names no ideal.
+  Expert(const Scene& scene, const haptics::TissueVolume& start);
+  /// From how it is now; empty where nothing is left that is worth it. Throws Error where the tray has nothing that could
+  /// begin.
+  std::vector<ExpertLeg> plan(const haptics::TissueVolume& now);
+  /// What a hand of endless patience would leave by the last plan, without a servo.
+  const haptics::TissueVolume& planned() const { return *planned_; }
+
+ private:
+  const Scene& scene_;
+  TaskJudge judge_;
+  double whole_;  // m³ that the task changes
+  std::optional<haptics::TissueVolume> planned_;
+  int plans_ = 0;
+};
+
+class ExpertHand final : public haptics::HapticDevice {
+ public:
+  ExpertHand(std::vector<ExpertLeg> legs, double rate);
+  const haptics::DeviceInfo& info() const noexcept override { return info_; }
+  bool read(haptics::HandSample& sample) noexcept override;
+  void write(const dvec3&, const dvec3&) noexcept override {}
+  /// What came of the last sample: the eyes of this hand.
+  void see(const ServoTick& tick) noexcept { seen_ = tick; }
+  /// Where it has come to the end of its plan: goes on with this.
+  void go_on(std::vector<ExpertLeg> legs);
+  double done() const { return static_cast<double>(leg_) / static_cast<double>(legs_.size()); }
+
+ private:
+  void next_leg() noexcept;
+
+  haptics::DeviceInfo info_;
+  std::vector<ExpertLeg> legs_;
+  double dt_;
+  ServoTick seen_;
+  std::size_t leg_ = 0;
+  std::uint64_t ticks_ = 0;
+  Pose from_;             // where this leg began
+  double along_ = 0;      // m of it that the wanted place has come
+  double filled_ = 0;     // m³ in the tissue when it began, more or less than at the start
+  double waited_ = 0;     // s that it has stood still
+  double worst_ = 0;      // m, how far the tool was off the line, this time along it
+  int times_ = 0;         // along the line
+  dvec3 lead_{0};         // m, by which the hand leads the tool
+};
+
+/// The hand at work until there is nothing left to do: it does its plan, looks at what came of it, and does the rest.
+void run_expert(HapticLoop& loop, ExpertHand& hand, Expert& expert, const std::function<void(const ServoTick&, const Cut*)>& each);
+
+}  // namespace typodont

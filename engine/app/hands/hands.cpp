@@ -1,0 +1,156 @@
+#include "engine/app/hands/hands.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+
+#include "engine/app/scene.h"
+#include "engine/base/error.h"
+#include "engine/base/realtime.h"
+#include "haptics/devices/driver.h"
+#include "haptics/devices/pedal.h"
+#include "haptics/devices/safe_device.h"
+
+namespace typodont {
+
+namespace {
+
+constexpr Nanos kPublish = 100'000'000;  // ns between two reports of the loop
+
+const std::string& first_of(const std::string& asked, const std::string& rig) {
+  return asked.empty() ? rig : asked;
+}
+
+}  // namespace
+
+std::string hand_address(const HandChoice& choice, const display::DisplayRig* rig, const std::string& usual) {
+  if (!choice.hand.empty()) return choice.hand;
+  if (rig && !rig->hand.empty()) return rig->hand;
+  if (usual.empty())
+    throw Error("--hand", "", "nothing", "a hand, e.g. --hand script:HAND.csv: there is no window for the mouse");
+  return usual;
+}
+
+Hands open_hands(const HandChoice& choice, const display::DisplayRig* rig, const WindowHands& window) {
+  const display::DisplayRig none;
+  const display::DisplayRig& from = rig ? *rig : none;
+  haptics::HandOptions options;
+  options.rate = choice.rate;
+  options.assets = assets_folder();
+  options.X_WH = from.X_WH;
+  options.pedal_limit = from.pedal_limit;
+  options.window = window;
+  options.tools = choice.tools;
+  const std::string& pedal = first_of(choice.pedal, from.pedal);
+  options.pedal = pedal == "none" ? "" : pedal.empty() ? "auto" : pedal;
+  Hands hands;
+  hands.right = haptics::open_live_hand(choice.hand, options);
+
+  const std::string& left = first_of(choice.left_hand, from.left_hand);
+  if (!left.empty()) {
+    if (left == choice.hand) throw Error("--left-hand", "", left, "another device than --hand");
+    options.X_WH = from.left_X_WH;
+    options.pedal.clear();
+    hands.left = haptics::open_live_hand(left, options);
+  }
+  return hands;
+}
+
+std::string in_words(const haptics::DeviceInfo& info) {
+  return fmt::format("{} ({:g} Hz{}{})", info.model, info.rate,
+                     info.force_limit > 0 && info.force_limit < 1e6 ? fmt::format(", up to {:g} N", info.force_limit)
+                     : info.force_limit > 0                         ? ""
+                                                                    : ", without force",
+                     info.vibration_band > 0 ? fmt::format(", vibration up to {:g} Hz", info.vibration_band) : "");
+}
+
+void add_window_drivers() {
+  const auto opened_by_the_window = [](const std::string& scheme, const char* needed) {
+    return [scheme, needed](const std::string& rest, const haptics::HandOptions& options) {
+      if (!options.window) throw Error("--hand", "", scheme + ":" + rest, needed);
+      auto hand = options.window(scheme, rest);
+      if (options.pedal.empty()) return hand;
+      auto pedal = haptics::open_pedal(options.pedal);
+      if (!pedal) return hand;
+      return haptics::with_pedal(std::move(hand), std::move(pedal),
+                                 [which = options.pedal] { return haptics::open_pedal(which); });
+    };
+  };
+  haptics::Driver mouse;
+  mouse.scheme = "mouse";
+  mouse.about = "the mouse over the window: left button drills, wheel goes in and out";
+  mouse.hardware = false;
+  mouse.open = opened_by_the_window("mouse", "a window rig for it to move in");
+  mouse.find = [] {
+    std::vector<haptics::FoundDevice> found;
+    const char* desktop = std::getenv("WAYLAND_DISPLAY");
+    if (!desktop) desktop = std::getenv("DISPLAY");
+    if (desktop) found.push_back({"mouse:", "mouse", "the pointer over the window", "", desktop, 0, true, ""});
+    return found;
+  };
+  haptics::add_driver(std::move(mouse));
+
+  haptics::Driver xr;
+  xr.scheme = "openxr";
+  xr.rest = "right or left";
+  xr.about = "a headset's controller: the trigger drills";
+  xr.hardware = false;
+  xr.open = opened_by_the_window("openxr", "a headset's rig, and a scene that names \"render\"");
+  xr.find = [] {
+    // Where the loader looks for the active runtime (OpenXR loader specification), as far as that is plain.
+    std::vector<std::filesystem::path> places;
+    if (const char* file = std::getenv("XR_RUNTIME_JSON")) places.emplace_back(file);
+    if (const char* home = std::getenv("XDG_CONFIG_HOME")) places.push_back(std::filesystem::path(home) / "openxr/1/active_runtime.json");
+    else if (const char* user = std::getenv("HOME")) places.push_back(std::filesystem::path(user) / ".config/openxr/1/active_runtime.json");
+    places.emplace_back("/etc/xdg/openxr/1/active_runtime.json");
+    std::vector<haptics::FoundDevice> found;
+    std::error_code code;
+    for (const auto& place : places) {
+      if (!std::filesystem::exists(place, code)) continue;
+      found.push_back({"openxr:right", "headset's controller", "OpenXR runtime", "", place.string(), 0, true, ""});
+      break;
+    }
+    return found;
+  };
+  haptics::add_driver(std::move(xr));
+}
+
+void LoopWatch::tick(Nanos woke, Nanos done, const haptics::SafetyStatus& safety) noexcept {
+  report_.timing.record(woke, done);
+  report_.heat = safety.heat;
+  report_.worst_heat = std::max(report_.worst_heat, safety.heat);
+  report_.bearable_force = safety.bearable_force;
+  report_.armed = safety.armed;
+  report_.safety |= safety.events;
+  if (done - published_ > kPublish) publish();
+}
+
+void LoopWatch::publish() noexcept {
+  published_ = report_.timing.last_woke;
+  wiring_.loop_to_recorder.publish(report_);
+  wiring_.loop_to_render.publish(report_);
+}
+
+void hold_hands(Wiring& wiring, bool hold) noexcept {
+  wiring.held = hold;
+  hold ? haptics::emergency_stop_all() : haptics::clear_emergency_all();
+}
+
+void left_hand_thread(Wiring& wiring, haptics::HapticDevice& hand, double mirror, bool record) {
+  enter_realtime({.priority = 78, .core = -1, .lock_memory = false});  // below the hand that drills
+  haptics::HandSample sample;
+  while (!wiring.stop.load(std::memory_order_relaxed) && hand.read(sample)) {
+    hand.write(dvec3(0), dvec3(0));  // arms answer only to who speaks to them
+    wiring.mouth_mirror.publish({sample.X_WT * mirror_in_tool(), mirror, 0});
+    const Nanos zero = wiring.session_zero.load(std::memory_order_relaxed);
+    if (record && zero != 0) {
+      sample.t = now() - zero;  // on the session's clock, whatever the device's own
+      wiring.left_to_recorder.push(sample);
+    }
+  }
+  hand.write(dvec3(0), dvec3(0));
+}
+
+}  // namespace typodont

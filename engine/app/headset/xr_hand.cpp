@@ -1,0 +1,82 @@
+#include "engine/app/headset/xr_hand.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "engine/base/error.h"
+#include "engine/base/realtime.h"
+#include "engine/base/units.h"
+
+namespace typodont {
+
+namespace {
+
+constexpr double kFollowTime = 10e-3;   // s: 90 positions a second feel like one hand
+constexpr double kReturnTime = 0.4;     // s from the frozen tool to the hand that came back
+constexpr double kGive = 0.02;          // m/(s·N): a lost hand yields to the force, which fades within 50 ms at 1 N/mm
+constexpr double kMostGive = 0.05;      // m/s
+constexpr double kReleased = 0.1;       // of the trigger's way
+constexpr Nanos kStale = 150'000'000;   // ns: an older sample is of a hand that nobody sees
+
+class XrHand : public haptics::HapticDevice {
+ public:
+  XrHand(Wiring& wiring, const std::string& address, const Pose& start, double rate)
+      : wiring_(wiring), rate_(rate), filter_(start), start_(now()) {
+    info_ = {address, "headset controller", "", rate, 0, 0};
+  }
+  const haptics::DeviceInfo& info() const noexcept override { return info_; }
+
+  bool read(haptics::HandSample& sample) noexcept override {
+    const Nanos t = from_seconds(static_cast<double>(index_++) / rate_);
+    sleep_until(start_ + t);
+    if (wiring_.xr_hand.fetch()) wanted_ = wiring_.xr_hand.front();
+    const bool seen = wanted_.tracked && now() - wanted_.t < kStale;
+    sample = filter_.next(wanted_, seen, force_, t, 1 / rate_);
+    return true;  // the servo decides when to end
+  }
+  void write(const dvec3& f_T_W, const dvec3&) noexcept override { force_ = f_T_W; }
+  std::uint32_t faults() const noexcept override { return filter_.lost() ? bits(Fault::kDeviceLost) : 0; }
+
+ private:
+  Wiring& wiring_;
+  double rate_;
+  haptics::DeviceInfo info_;
+  XrHandSample wanted_;
+  XrHandFilter filter_;
+  dvec3 force_{0};
+  Nanos start_;
+  std::uint64_t index_ = 0;
+};
+
+}  // namespace
+
+haptics::HandSample XrHandFilter::next(const XrHandSample& wanted, bool seen, const dvec3& f_T_W, Nanos t,
+                                       double dt) noexcept {
+  if (!seen) {
+    lost_ = true;
+    const double force = glm::length(f_T_W);
+    if (force > 0) pose_.p += f_T_W * (std::min(kGive * force, kMostGive) / force * dt);
+    return {t, pose_, 0};
+  }
+  if (lost_) {
+    lost_ = released_ = false;
+    from_ = pose_;
+    back_ = 0;
+  }
+  back_ += dt;
+  released_ = released_ || wanted.pedal < kReleased;
+  if (back_ < kReturnTime) {
+    const double s = back_ / kReturnTime, smooth = s * s * (3 - 2 * s);
+    pose_ = interpolate(from_, wanted.X_WT, smooth);
+    return {t, pose_, 0};
+  }
+  pose_ = interpolate(pose_, wanted.X_WT, 1 - std::exp(-dt / kFollowTime));
+  return {t, pose_, released_ ? wanted.pedal : 0};
+}
+
+std::unique_ptr<haptics::HapticDevice> make_xr_hand(Wiring& wiring, const std::string& address, const Pose& start,
+                                                    double rate) {
+  return std::make_unique<XrHand>(wiring, address, start, rate);
+}
+
+}  // namespace typodont

@@ -1,0 +1,376 @@
+#include "engine/app/headset/xr_session.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <condition_variable>
+#include <cstdio>
+#include <cstdlib>
+#include <limits>
+#include <mutex>
+#include <optional>
+#include <thread>
+
+#include "calibration/still_touch.h"
+#include "engine/app/headset/xr_stage.h"
+#include "engine/app/picture/debris_view.h"
+#include "engine/app/picture/detail.h"
+#include "engine/app/picture/quality_ladder.h"
+#include "engine/app/picture/surroundings.h"
+#include "engine/base/error.h"
+#include "engine/base/log.h"
+#include "engine/base/units.h"
+#include "haptics/devices/exit_guard.h"
+
+namespace typodont {
+
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr double kFadeTime = 0.25;     // s in which a lost tool becomes half transparent, and whole again
+constexpr double kLostOpacity = 0.35;
+constexpr double kFullForce = 3;       // N that shake a controller fully
+constexpr double kSlowest = 60, kFastest = 320;     // Hz a controller can make felt
+constexpr double kFastSpindle = 400 * kKrpm;        // rad/s
+constexpr double kMirrorDiameter = 22e-3;  // m, size 4
+// What is a controller's tip at rest, and an arm's.
+constexpr calibration::StillTouch::Limits kStillController{0.15, 2e-3}, kStillArm{0.15, 0.5e-3};
+constexpr double kLongestFrame = 20;   // s: the slowest processor has drawn it by then
+constexpr double kLeaveTime = 2;       // s for the runtime to end the session in its own way
+
+/// Amplitude from the force on the hand, frequency from the drill: far below the spindle's, which no controller makes.
+display::Vibration vibration_of(const ServoTick& tick) {
+  const double force = glm::length(tick.f_T_W);
+  const double running = tick.spindle > 1 ? 0.04 : 0;  // an idle drill is just felt
+  const double speed = std::clamp(std::abs(tick.spindle) / kFastSpindle, 0.0, 1.0);
+  return {std::clamp(running + force / kFullForce, 0.0, 1.0), kSlowest + (kFastest - kSlowest) * speed};
+}
+
+/// A thread of ours hangs in the runtime for good. Whatever the program does to end, it ends: with its own status, and
+/// without the destructors that such a thread could trip over.
+void end_hard_at_exit() {
+  on_exit(
+      [](int status, void*) {
+        haptics::release_all_devices();
+        std::fflush(nullptr);
+        _exit(status);
+      },
+      nullptr);
+}
+
+}  // namespace
+
+/// Everything the headset's thread touches besides the wiring. It outlives a thread that was given up.
+struct XrSession::Thread {
+  display::DisplayRig rig;
+  haptics::ServoSettings servo;
+  dvec3 origin;  // m, W, of the tissue
+  double voxel;  // m, the same
+  Wiring& wiring;
+  Options options;
+  std::optional<DebrisView> debris;
+  Surroundings surroundings;
+  MouthMirror mirror;          // as the scene has it, or in the other hand
+  MouthMirror scene_mirror;
+  int mirror_hand = -1;        // the controller that holds it
+
+  display::RuntimeGate gate;
+  std::atomic<bool> leave{false};
+  std::atomic<Nanos> began{0};
+  std::atomic<std::uint64_t> frames{0};
+
+  enum class Phase { kOpening, kAwake, kOver };
+  std::mutex mutex;  // guards what follows: looked at a hundred times a second, written three times
+  std::condition_variable changed;
+  Phase phase = Phase::kOpening;
+  std::exception_ptr failure;
+  std::vector<std::string> explanations;
+  std::vector<Touch> touches;
+
+  std::thread thread;
+
+  Thread(const display::DisplayRig& r, const Scene& scene, const haptics::TissueVolume& tissue, Wiring& w,
+         const Options& o)
+      : rig(r), servo(scene.servo), origin(tissue.frame().origin), voxel(tissue.frame().voxel), wiring(w), options(o) {
+    if (options.debris) debris.emplace(scene.servo.materials, tissue);
+    surroundings = make_surroundings(scene);
+    mirror = scene_mirror = scene.mouth_mirror;
+  }
+
+  void enter(Phase next, std::exception_ptr error = nullptr) {
+    {
+      const std::lock_guard lock(mutex);
+      phase = next;
+      if (error) failure = error;
+    }
+    changed.notify_all();
+  }
+
+  void run() {
+    std::exception_ptr error;
+    try {
+      XrStage stage(rig, servo, options.work_W, gate, {});
+      {
+        const std::lock_guard lock(mutex);
+        explanations = stage.hmd().explanations();
+        explanations.push_back("drawn by " + stage.device_name());
+      }
+      stage.hmd().wake();
+      enter(Phase::kAwake);
+      frame_loop(stage);
+    } catch (...) {
+      error = std::current_exception();
+    }
+    publish_hand(nullptr);
+    gate.done();
+    enter(Phase::kOver, error);
+  }
+
+  void frame_loop(XrStage& stage) {
+    display::Hmd& hmd = stage.hmd();
+    QualityLadder ladder(1.0 / 60, 1.0 / 250, stage.processor() ? 3 : 1);
+    stage.set_quality(ladder.step());
+    stage.surround(surroundings);
+    Detail detail(wiring.tolerance, voxel);
+    struct InUse {  // the particles must let go of the device before it goes, however this ends
+      std::optional<DebrisView>& debris;
+      ~InUse() {
+        if (debris) debris->use(nullptr);
+      }
+    } in_use{debris};
+    if (debris) debris->use(&stage.device());
+    ServoTick tick = options.start;
+    double opacity = 1;
+    std::array<calibration::StillTouch, 2> still_tips{calibration::StillTouch(kStillController),
+                                                      calibration::StillTouch(kStillController)},
+        still_arms{calibration::StillTouch(kStillArm), calibration::StillTouch(kStillArm)};
+    Nanos last_frame = now(), leave_until = 0;
+    while (hmd.poll()) {
+      if (leave && !leave_until) {
+        leave_until = now() + from_seconds(kLeaveTime);
+        hmd.request_exit();
+        continue;
+      }
+      if (leave_until && now() > leave_until) break;
+      if (!hmd.running()) {  // taken off: the bench waits, the tool is out of the hand
+        publish_hand(nullptr);
+        std::this_thread::sleep_for(10ms);
+        continue;
+      }
+      const display::HmdFrame frame = hmd.wait();
+      const Nanos woke = now();
+      const double dt = to_seconds(woke - last_frame);
+      last_frame = woke;
+      if (wiring.tick_to_render.fetch()) tick = wiring.tick_to_render.front();
+      MeshBatch* batch = nullptr;
+      while (wiring.bricks.pop(batch)) {
+        const std::unique_ptr<MeshBatch> owned(batch);
+        stage.show(*owned, origin);
+      }
+      if (debris) {
+        Cut cut;
+        while (wiring.cuts_to_debris.pop(cut)) debris->add(cut, haptics::tray(servo)[cut.tool]);
+        LoosePiece piece;
+        while (wiring.pieces_to_debris.pop(piece)) debris->add(piece);
+        debris->step(std::min(dt, 0.1));
+      }
+      for (std::size_t i = 0; options.touches && i < 2; ++i)
+        if (frame.hands[i].tracked) take_touch(woke, frame.hands[i], tick, still_tips[i], still_arms[i]);
+      const bool held = publish_hand(&frame);
+      for (const display::HmdHand& hand : frame.hands)
+        if (hand.change_tool) choose_next_tool(tick);
+      hold_mirror(frame);
+      const double step = dt / kFadeTime * (1 - kLostOpacity);
+      opacity = std::clamp(opacity + (held ? step : -step), kLostOpacity, 1.0);
+      const double pixel =
+          stage.draw(frame, {tick, opacity, debris ? debris->particles() : std::span<const render::Particle>{},
+                             debris ? debris->cloud() : nullptr, dt, mirror});
+      if (detail.follow(pixel, ladder.step())) wiring.tolerance = detail.tolerance();
+      if (options.tool_hand >= 0 && frame.focused)
+        hmd.vibrate(options.tool_hand, held ? vibration_of(tick) : display::Vibration{});
+      for (const display::HmdTiming& timing : hmd.timings())
+        if (options.record && began) wiring.xr_frames_to_recorder.push(timing);
+      if (!frame.draw) continue;
+      frames.fetch_add(1, std::memory_order_relaxed);
+      if (ladder.frame_took(to_seconds(now() - woke))) {
+        stage.set_quality(ladder.step());
+        log::info("picture quality: {}", ladder.step().name);
+      }
+    }
+  }
+
+  void take_touch(Nanos t, const display::HmdHand& controller, const ServoTick& tick, calibration::StillTouch& tip,
+                  calibration::StillTouch& arm) {
+    using Verdict = calibration::StillTouch::Verdict;
+    const Verdict of_tip = tip.add(t, controller.X_DT.p, controller.pedal, false);
+    const Verdict of_arm = arm.add(t, inverse(rig.X_WH) * tick.X_WT.p, controller.pedal, false);
+    if (of_tip == Verdict::kNone && of_arm == Verdict::kNone) return;
+    if (of_tip != Verdict::kTaken || of_arm != Verdict::kTaken) {
+      log::info("touch: not taken, hold both still");
+      return;
+    }
+    const std::lock_guard lock(mutex);
+    touches.push_back({arm.point(), tip.point()});
+    log::info("touch {}: taken", touches.size());
+  }
+
+  /// The mirror's button takes the mouth mirror into the hand that the tool is not in, and lays it away again. Out of
+  /// sight it stays where it was.
+  void hold_mirror(const display::HmdFrame& frame) {
+    for (int i = 0; i < 2; ++i) {
+      if (!frame.hands[static_cast<std::size_t>(i)].mirror) continue;
+      mirror_hand = mirror_hand >= 0 ? -1 : options.tool_hand >= 0 ? 1 - options.tool_hand : i;
+      mirror = scene_mirror;
+    }
+    if (mirror_hand < 0) return;
+    const display::HmdHand& hand = frame.hands[static_cast<std::size_t>(mirror_hand)];
+    if (hand.tracked) mirror = {hand.X_WT * mirror_in_tool(), kMirrorDiameter, scene_mirror.fog};
+  }
+
+  /// The next of the tray; the servo takes it up when pedal, drill and tissue allow it.
+  void choose_next_tool(const ServoTick& tick) {
+    const auto tools = static_cast<std::int32_t>(haptics::tray(servo).size());
+    const std::int32_t chosen = wiring.chosen_tool;
+    wiring.chosen_tool = ((chosen >= 0 ? chosen : static_cast<std::int32_t>(tick.tool)) + 1) % tools;
+  }
+
+  /// True where the tool is not in a controller, or that is seen.
+  bool publish_hand(const display::HmdFrame* frame) {
+    if (options.tool_hand < 0) return true;
+    const display::HmdHand hand = frame ? frame->hands[static_cast<std::size_t>(options.tool_hand)] : display::HmdHand{};
+    wiring.xr_hand.publish({hand.X_WT, hand.pedal, hand.tracked, now()});
+    return hand.tracked;
+  }
+};
+
+XrSession::XrSession(const display::DisplayRig& rig, const Scene& scene, const haptics::TissueVolume& tissue,
+                     Wiring& wiring, const Options& options)
+    : thread_(std::make_shared<Thread>(rig, scene, tissue, wiring, options)), stall_(rig.hmd.stall) {
+  thread_->thread = std::thread([state = thread_] { state->run(); });
+  std::unique_lock lock(thread_->mutex);
+  // The headset has its time to be put on (wake() counts it); a call of the runtime has as much to come back.
+  while (thread_->phase == Thread::Phase::kOpening) {
+    thread_->changed.wait_for(lock, 20ms);
+    if (thread_->gate.silent() < std::max(rig.hmd.wait, stall_)) continue;
+    lock.unlock();
+    const std::string call = thread_->gate.call();
+    stop();
+    throw Error("OpenXR", "", fmt::format("no answer of the runtime for {:g} s (in {})", std::max(rig.hmd.wait, stall_), call),
+                "a runtime that works: restart it");
+  }
+  const std::exception_ptr failure = thread_->phase == Thread::Phase::kOver ? thread_->failure : nullptr;
+  lock.unlock();
+  if (!failure) return;
+  stop();
+  std::rethrow_exception(failure);
+}
+
+XrSession::~XrSession() {
+  stop();
+}
+
+void XrSession::start(Nanos began) {
+  thread_->began = began;
+}
+
+bool XrSession::step() {
+  {
+    const std::lock_guard lock(thread_->mutex);
+    if (thread_->failure) std::rethrow_exception(thread_->failure);
+    if (thread_->phase == Thread::Phase::kOver) return false;
+  }
+  const double silent = thread_->gate.silent();
+  if (silent > stall_)
+    throw RunFailure(fmt::format("headset: the runtime has not answered for {:.1f} s (in {})", silent, thread_->gate.call()));
+  if (thread_->gate.busy() > kLongestFrame) throw RunFailure("headset: its picture does not come: the GPU hangs");
+  return true;
+}
+
+void XrSession::stop() {
+  if (!thread_->thread.joinable()) return;
+  thread_->leave = true;
+  for (;;) {
+    {
+      const std::lock_guard lock(thread_->mutex);
+      if (thread_->phase == Thread::Phase::kOver) break;
+    }
+    // It hangs in a call: it is left there, with what it holds, and never heard of again.
+    if (thread_->gate.silent() > stall_ && thread_->gate.give_up()) {
+      thread_->thread.detach();
+      end_hard_at_exit();
+      return;
+    }
+    if (thread_->gate.busy() > kLongestFrame) {  // not in the runtime, and not coming to an end: the GPU hangs
+      log::error("headset: its thread does not end");
+      haptics::release_all_devices();
+      std::fflush(nullptr);
+      _exit(1);
+    }
+    std::this_thread::sleep_for(5ms);
+  }
+  thread_->thread.join();
+}
+
+std::uint64_t XrSession::frames() const {
+  return thread_->frames.load(std::memory_order_relaxed);
+}
+
+std::vector<std::string> XrSession::explanations() const {
+  const std::lock_guard lock(thread_->mutex);
+  return thread_->explanations;
+}
+
+std::vector<XrSession::Touch> XrSession::touches() const {
+  const std::lock_guard lock(thread_->mutex);
+  return thread_->touches;
+}
+
+void write_touches(const std::filesystem::path& file, std::span<const XrSession::Touch> touches) {
+  std::string text = "hx_mm,hy_mm,hz_mm,dx_mm,dy_mm,dz_mm\n";
+  for (const XrSession::Touch& t : touches) {
+    const dvec3 h = t.p_H / kMillimetre, d = t.p_D / kMillimetre;
+    text += fmt::format("{:.4f},{:.4f},{:.4f},{:.4f},{:.4f},{:.4f}\n", h.x, h.y, h.z, d.x, d.y, d.z);
+  }
+  write_file_atomically(file, text);
+}
+
+session::StreamSpec xr_stream() {
+  return {"headset",
+          {{"drawn", ""},
+           {"missed", ""},
+           {"pose_to_submit_s", "s"},
+           {"margin_s", "s"},
+           {"position_error_m", "m"},
+           {"angle_error_rad", "rad"},
+           {"head_x_m", "m"},
+           {"head_y_m", "m"},
+           {"head_z_m", "m"},
+           {"head_qw", ""},
+           {"head_qx", ""},
+           {"head_qy", ""},
+           {"head_qz", ""}}};
+}
+
+std::vector<double> xr_stream_row(const display::HmdTiming& timing) {
+  constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+  const Pose& X = timing.X_WH;
+  return {timing.drawn ? 1.0 : 0.0,
+          static_cast<double>(timing.missed),
+          timing.pose_to_submit,
+          timing.margin > -1e8 ? timing.margin : kUnknown,
+          timing.judged ? timing.position_error : kUnknown,
+          timing.judged ? timing.angle_error : kUnknown,
+          X.p.x,
+          X.p.y,
+          X.p.z,
+          X.R.w,
+          X.R.x,
+          X.R.y,
+          X.R.z};
+}
+
+}  // namespace typodont

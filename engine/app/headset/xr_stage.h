@@ -1,0 +1,65 @@
+// Pictures of the bench in a headset: Vulkan made the runtime's way, a renderer, and what goes into each frame. The
+// headset's thread.
+#pragma once
+
+#include <optional>
+#include <span>
+
+#include "engine/app/picture/surroundings.h"
+#include "engine/contract/contact.h"
+#include "engine/display/hmd.h"
+#include "engine/render/renderer.h"
+#include "haptics/servo.h"
+
+namespace typodont {
+
+class XrStage {
+ public:
+  struct Options {
+    render::Quality quality = render::kQualityLadder[2];
+    bool validation = false;
+  };
+  /// Opens runtime, headset, device and session; `work_W`: what is worth looking at. Throws Error.
+  XrStage(const display::DisplayRig& rig, const haptics::ServoSettings& servo, const dvec3& work_W,
+          display::RuntimeGate& gate, const Options& options);
+  ~XrStage();
+  XrStage(const XrStage&) = delete;
+  XrStage& operator=(const XrStage&) = delete;
+
+  void show(std::span<const render::MeshUpdate> bricks, const dvec3& origin);
+  /// What stands still around it; before its first bricks.
+  void surround(const Surroundings& around);
+  void set_quality(const render::Quality& quality);
+
+  /// What is drawn around the tissue.
+  struct Scenery {
+    ServoTick tick;
+    double tool_opacity = 1;
+    std::span<const render::Particle> particles;
+    render::ParticleCloud* cloud = nullptr;  // on this stage's device
+    double dt = 0;  // s since the last frame, turns the bur
+    MouthMirror mirror;  // diameter 0: none
+  };
+  /// The picture as the renderer is asked for it. `angle`: of the bur, rad.
+  static render::Frame picture(const display::HmdFrame& frame, const Scenery& scenery, double angle, bool see_through);
+  /// Draws the frame that hmd().wait() began and hands it over; without a picture where none is wanted.
+  /// What a pixel covers of the tooth (render::FrameStats::pixel); 0 where nothing was drawn.
+  double draw(const display::HmdFrame& frame, const Scenery& scenery);
+
+  display::Hmd& hmd() { return *hmd_; }
+  std::string device_name() const { return device_.name(); }
+  gpu::Device& device() { return device_; }
+  bool processor() const { return device_.processor; }
+  int validation_messages() const { return device_.validation_messages(); }
+
+ private:
+  std::unique_ptr<display::Hmd> hmd_;
+  gpu::Device device_;
+  gpu::FrameRing ring_;
+  std::optional<render::Renderer> renderer_;
+  std::vector<haptics::Tool> tools_;
+  std::uint32_t shown_tool_ = 0;
+  double angle_ = 0;
+};
+
+}  // namespace typodont

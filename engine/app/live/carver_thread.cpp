@@ -1,0 +1,138 @@
+#include "engine/app/live/session.h"
+
+#include <algorithm>
+#include <chrono>
+#include <exception>
+#include <filesystem>
+#include <memory>
+#include <thread>
+
+#include "engine/app/picture/tissue_view.h"
+#include "engine/app/task/paint_file.h"
+#include "engine/base/log.h"
+#include "haptics/work.h"
+
+namespace typodont {
+
+namespace {
+
+using namespace std::chrono_literals;
+
+
+/// Writes a copy of the tissue beside the session, which goes on.
+class TissueSaver {
+ public:
+  void start(const haptics::TissueVolume& tissue, const std::filesystem::path& file) {
+    if (file.empty()) return log::warn("nowhere to save to: start with --save VOLUME.vdb");
+    thread_ = std::jthread([copy = std::make_shared<haptics::TissueVolume>(tissue.clone()), file] {
+      try {
+        copy->save(file);
+        log::info("saved {}", file.string());
+      } catch (const std::exception& e) {
+        log::warn("not saved: {}", e.what());
+      }
+    });
+  }
+
+ private:
+  std::jthread thread_;  // a later one waits for an earlier one
+};
+
+/// True when the tissue is another one afterwards.
+bool obey(LiveSession& s, TissueCommand command, Nanos t, TissueSaver& saver) {
+  Wiring& wiring = s.wiring;
+  if (command == TissueCommand::kSave) {
+    saver.start(s.carver.volume(), s.save);
+    return false;
+  }
+  const bool redo = command == TissueCommand::kRedo;
+  const StrokeEdit edit{t, redo, s.carver.cuts(), s.carver.patches()};
+  if (!(redo ? s.carver.redo() : s.carver.undo())) return false;
+  s.book.edited(redo, s.carver.volume());
+  if (s.record) wiring.edits_to_recorder.push(edit);
+  return true;
+}
+
+/// The brush's stroke is one that can be taken back.
+void brush(LiveSession& s, const BrushMove& move) {
+  if (move.begins) {
+    s.carver.end_stroke();
+    s.carver.volume().begin_stroke();
+  }
+  paint(s.carver.volume(), {move.stroke});
+  s.book.painted(move.stroke, s.carver.volume());
+}
+
+}  // namespace
+
+void carver_thread(LiveSession& s) {
+  Wiring& wiring = s.wiring;
+  TissueSaver saver;
+  TissueView view(wiring.tolerance);
+  Nanos meshed = 0;
+  bool first = true;
+  int idle = 0;  // turns without work
+  Cut cut;
+  while (!wiring.stop.load(std::memory_order_relaxed)) {
+    bool worked = false;
+    while (wiring.cuts_to_carver.pop(cut)) {
+      s.carver.apply(cut);
+      if (s.operated) s.book.cut(cut, s.carver.volume());
+      worked = true;
+    }
+    for (const LoosePiece& piece : s.carver.take_pieces()) {
+      if (s.debris) wiring.pieces_to_debris.push(piece);
+      if (s.record) wiring.pieces_to_recorder.push(piece);
+    }
+    TissueCommand command;
+    bool edited = false;  // then a patch is cut out before any later cut, and the servo knows which cuts to repeat
+    while (wiring.tissue_commands.pop(command)) {
+      edited |= obey(s, command, wiring.tick_to_carver.front().t, saver);
+      worked = true;
+    }
+    BrushMove move;
+    bool painted = false;
+    while (wiring.paint_to_carver.pop(move)) {
+      brush(s, move);
+      painted = true;
+    }
+    if (worked || painted) {
+      const TissueState state = s.book.state(s.carver.volume());
+      wiring.tissue_to_render.publish(state);
+      wiring.tissue_version.store(state.version, std::memory_order_relaxed);
+    }
+    if (wiring.tick_to_carver.fetch() || painted || edited) {
+      const ServoTick& tick = wiring.tick_to_carver.front();
+      if (is_finite(tick.X_WG.p) && (painted || s.carver.patch_due(tick))) {
+        s.carver.cut_out(s.carver.patch_center(tick), wiring.patch.back());
+        wiring.patch.publish();
+        worked = true;
+      }
+    }
+    if (s.draw && (first || now() - meshed > s.mesh_interval)) {
+      meshed = now();
+      first = false;
+      view.set_tolerance(wiring.tolerance);
+      auto batch = std::make_unique<MeshBatch>(view.update(s.carver.volume()));
+      s.bricks_meshed += batch->size();
+      for (const render::MeshUpdate& brick : *batch) s.triangles_made += brick.indices.size() / 3;
+      if (s.watched && !batch->empty()) {
+        auto copy = std::make_unique<MeshBatch>(*batch);
+        if (wiring.bricks_to_watch.push(copy.get())) (void)copy.release();
+      }
+      if (!batch->empty() && wiring.bricks.push(batch.get())) (void)batch.release();
+    }
+    if (wiring.copy_wanted.exchange(false)) {
+      auto copy = std::make_unique<haptics::TissueVolume>(s.carver.volume().clone());
+      if (wiring.copies_to_watch.push(copy.get())) (void)copy.release();
+    }
+    // Where nothing was to do for 30 ms the hand is slow: at 3 cm/s it comes a tenth of a millimetre further until it is
+    // looked after again. Looking more often took three hundredths of a core of an idle session.
+    idle = worked ? 0 : std::min(idle + 1, 100);
+    if (!worked) std::this_thread::sleep_for(idle < 100 ? 300us : 3000us);
+  }
+  while (wiring.cuts_to_carver.pop(cut)) s.carver.apply(cut);
+  s.voxels_cut = haptics::voxels_cut_by_this_thread();
+}
+
+}  // namespace typodont

@@ -1,0 +1,74 @@
+#include "engine/app/live/session.h"
+
+#include <array>
+#include <chrono>
+#include <thread>
+
+#include "engine/app/headset/xr_session.h"
+#include "engine/app/picture/picture_record.h"
+#include "engine/app/recording/resume.h"
+#include "engine/app/recording/session_record.h"
+
+namespace typodont {
+
+namespace {
+
+using namespace std::chrono_literals;
+
+
+
+}  // namespace
+
+void recorder_thread(LiveSession& s, session::SessionWriter& writer) {
+  Wiring& wiring = s.wiring;
+  render::View viewed = render::View::kLook;
+  const auto drain = [&] {
+    ServoTick tick;
+    Cut cut;
+    PatchUse use;
+    StrokeEdit edit;
+    while (wiring.patches_to_recorder.pop(use)) writer.append({&use, 1});
+    // After the patches: the edit that made one of them due is then there too.
+    while (wiring.edits_to_recorder.pop(edit)) writer.append(event_of(edit));
+    LoosePiece piece;
+    while (wiring.pieces_to_recorder.pop(piece)) writer.append(event_of(piece));
+    while (wiring.cuts_to_recorder.pop(cut)) writer.append({&cut, 1});
+    while (wiring.ticks_to_recorder.pop(tick)) {
+      writer.append({&tick, 1});
+      s.notes->add(tick, writer);
+    }
+    SeenFrom seen;
+    while (wiring.seen_to_recorder.pop(seen)) {
+      if (seen.view != viewed) writer.event(seen.t, session::EventKind::kView, view_name(seen.view));
+      viewed = seen.view;
+      const dvec3 &eye = seen.eye_W, &right = seen.right_W;
+      writer.append(*s.head_stream, seen.t, std::array{eye.x, eye.y, eye.z, right.x, right.y, right.z, seen.ipd, static_cast<double>(seen.view)});
+    }
+    haptics::HandSample left;
+    while (wiring.left_to_recorder.pop(left)) {
+      const Pose& X = left.X_WT;
+      writer.append(s.left_stream, left.t, std::array{X.p.x, X.p.y, X.p.z, X.R.w, X.R.x, X.R.y, X.R.z, left.pedal});
+    }
+    if (wiring.loop_to_recorder.fetch()) writer.loop(wiring.loop_to_recorder.front());
+    display::HmdTiming frame;
+    while (wiring.xr_frames_to_recorder.pop(frame)) {
+      writer.append(s.xr_stream, frame.t - s.began, xr_stream_row(frame));
+    }
+    PictureTiming picture;
+    while (wiring.pictures_to_recorder.pop(picture))
+      writer.append(s.picture_stream, picture.t - s.began, picture_stream_row(picture));
+    writer.count_ring_losses(wiring.ticks_to_recorder.dropped(), wiring.cuts_to_recorder.dropped());
+    writer.heartbeat();
+    if (s.operated) {
+      const session::WriterStatus& status = writer.status();
+      wiring.record_to_render.publish({status.ticks, status.cuts, !status.lost.any()});
+    }
+  };
+  while (!wiring.nothing_more.load()) {
+    drain();
+    std::this_thread::sleep_for(5ms);
+  }
+  drain();
+}
+
+}  // namespace typodont

@@ -1,0 +1,72 @@
+// What a live session consists of, and the threads that work on it: each has a file of its own here, and they meet in
+// wiring.h only. The workbench draws; it starts and joins them.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+
+#include "engine/app/hands/hands.h"
+#include "engine/app/recording/session_record.h"
+#include "engine/app/scene.h"
+#include "engine/app/sound_link.h"
+#include "engine/app/task/stroke_book.h"
+#include "engine/app/wiring.h"
+#include "engine/session/recorder.h"
+#include "haptics/carver.h"
+#include "haptics/haptic_device.h"
+#include "haptics/servo.h"
+
+namespace typodont {
+
+/// What a session consists of. Threads refer to it; it outlives them.
+struct LiveSession {
+  const Scene& scene;
+  haptics::Carver carver;
+  Wiring wiring;
+  std::optional<haptics::Servo> servo;  // made for the hand, once that is known
+  std::optional<LoopWatch> loop;        // servo thread until it has ended
+  ServoTick last;                       // the same
+  double servo_cpu = 0;                 // s, the same
+  std::uint32_t faults = 0;
+  bool draw = false, record = false, debris = false, operated = false;
+  bool watched = false;  // bricks go to the operator too: the headset takes the others
+  StrokeBook book;       // carver thread until it has ended
+  Nanos mesh_interval = 16'000'000;  // ns between looks for changed bricks: no more often than they are drawn
+  Nanos began = 0;            // of recorded frames
+  std::size_t xr_stream = 0;  // which of the recording's streams they are
+  std::size_t picture_stream = 0;  // the same, of a picture on a screen
+  SoundLink* sound = nullptr;
+  std::size_t left_stream = 0;  // of the recording, where there is a second hand
+  std::optional<std::size_t> head_stream;  // the same, where there is a screen
+  std::optional<TickNotes> notes;          // recorder thread, where recorded
+  std::filesystem::path save;  // of the tissue
+  std::uint64_t bricks_meshed = 0, triangles_made = 0, voxels_cut = 0;  // carver thread until it has ended
+  std::uint64_t queries = 0;                                            // servo thread until it has ended
+
+  LiveSession(const Scene& s, haptics::TissueVolume tissue)
+      : scene(s), carver(std::move(tissue), haptics::tray(s.servo)), wiring(empty_patch(edge(s, carver.volume()))) {}
+  void serve(const haptics::DeviceInfo& hand) {
+    servo.emplace(servo_settings(scene, carver.volume(), hand.rate, hand.vibration_band, hand.position_step),
+                  edge(scene, carver.volume()));
+    loop.emplace(wiring, hand.rate);
+  }
+
+  static int edge(const Scene& s, const haptics::TissueVolume& tissue) {
+    return haptics::patch_edge_for(haptics::tray(s.servo), tissue.frame().voxel);
+  }
+  static haptics::SurfacePatch empty_patch(int edge) {
+    haptics::SurfacePatch patch;
+    patch.resize(edge);
+    return patch;
+  }
+};
+
+/// Reads the hand, whose pace is the clock; feels, cuts, writes the force. Zero force when it returns.
+void servo_thread(LiveSession& s, haptics::HapticDevice& hand);
+/// Owns the tissue: repeats the servo's cuts on it, cuts patches out of it, meshes what changed, undoes.
+void carver_thread(LiveSession& s);
+/// Takes everything that is recorded out of its rings and to the file.
+void recorder_thread(LiveSession& s, session::SessionWriter& writer);
+
+}  // namespace typodont

@@ -1,0 +1,78 @@
+// Triangles of a field given as functions of W: what is only looked at (surroundings, insides), through the same mesher
+// as the tissue.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "engine/app/picture/tissue_view.h"
+#include "engine/surface/surface_mesher.h"
+
+namespace typodont {
+
+/// Over the box lo … hi, m, W; vertices relative to lo. `distance(p)`: m, negative inside; `label(p)`: the tissue
+/// there, asked near the surface. `tolerances`: voxels, a mesh for each.
+template <std::size_t kMeshes, class Distance, class Label>
+std::array<std::vector<render::MeshUpdate>, kMeshes> meshes_of_field(const dvec3& lo, const dvec3& hi, double voxel,
+                                                                     const std::array<float, kMeshes>& tolerances,
+                                                                     Distance&& distance, Label&& label) {
+  // What is drawn here is round: flattened, the field's slope is nowhere one, by which the mesher knows a crease.
+  constexpr float kFlat = 0.3f, kBand = 4 * kFlat;
+  const VoxelFrame frame{lo, voxel};
+  const glm::ivec3 bricks(glm::ceil((hi - lo) / (voxel * FieldBrick::kCells)));
+  const glm::ivec3 size = bricks * FieldBrick::kCells + 3;  // one sample of apron below, two above
+  std::vector<float> samples(static_cast<std::size_t>(size.x) * size.y * size.z);
+  const auto at = [&](const glm::ivec3& i) {
+    return (static_cast<std::size_t>(i.x) * size.y + static_cast<std::size_t>(i.y)) * size.z +
+           static_cast<std::size_t>(i.z);
+  };
+  glm::ivec3 i;
+  for (i.x = 0; i.x < size.x; ++i.x)
+    for (i.y = 0; i.y < size.y; ++i.y)
+      for (i.z = 0; i.z < size.z; ++i.z)
+        samples[at(i)] =
+            std::clamp(kFlat * static_cast<float>(distance(frame.to_world(dvec3(i - 1))) / voxel), -kBand, kBand);
+
+  std::vector<surface::SurfaceMesher> meshers;
+  for (const float tolerance : tolerances) meshers.emplace_back(surface::MesherOptions{.tolerance = tolerance});
+  FieldBrick brick;
+  glm::ivec3 key;
+  for (key.x = 0; key.x < bricks.x; ++key.x)
+    for (key.y = 0; key.y < bricks.y; ++key.y)
+      for (key.z = 0; key.z < bricks.z; ++key.z) {
+        const glm::ivec3 first = key * FieldBrick::kCells;
+        bool inside = false, outside = false;
+        for (i.x = 0; i.x < FieldBrick::kSamples; ++i.x)
+          for (i.y = 0; i.y < FieldBrick::kSamples; ++i.y)
+            for (i.z = 0; i.z < FieldBrick::kSamples; ++i.z) {
+              const float d = samples[at(first + i)];
+              brick.distance[FieldBrick::at(i.x, i.y, i.z)] = d;
+              (d < 0 ? inside : outside) = true;
+            }
+        if (!inside || !outside) continue;
+        brick.key = key;
+        for (i.x = 0; i.x < FieldBrick::kSamples; ++i.x)
+          for (i.y = 0; i.y < FieldBrick::kSamples; ++i.y)
+            for (i.z = 0; i.z < FieldBrick::kSamples; ++i.z) {
+              const std::size_t s = FieldBrick::at(i.x, i.y, i.z);
+              brick.tissue[s] =
+                  std::abs(brick.distance[s]) < 3 * kFlat ? label(frame.to_world(dvec3(first + i - 1))) : Tissue::kAir;
+            }
+        for (surface::SurfaceMesher& mesher : meshers) mesher.put(brick);
+      }
+  std::array<std::vector<render::MeshUpdate>, kMeshes> updates;
+  for (std::size_t m = 0; m < kMeshes; ++m)
+    for (const glm::ivec3& done : meshers[m].remesh())
+      updates[m].push_back(brick_update(done, meshers[m].find(done), voxel));
+  return updates;
+}
+
+/// One such mesh.
+template <class Distance, class Label>
+std::vector<render::MeshUpdate> mesh_of_field(const dvec3& lo, const dvec3& hi, double voxel, float tolerance,
+                                              Distance&& distance, Label&& label) {
+  return meshes_of_field<1>(lo, hi, voxel, {tolerance}, distance, label)[0];
+}
+
+}  // namespace typodont

@@ -1,0 +1,333 @@
+#include "engine/app/picture/live_views.h"
+
+#include <sys/resource.h>
+#include <sys/syscall.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+
+#include "engine/app/picture/teaching_views.h"
+#include "engine/app/task/task.h"
+#include "engine/base/error.h"
+#include "engine/base/log.h"
+
+namespace typodont {
+
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr Nanos kGiveFor = 4'000'000;               // ns a turn that pictures may be given bricks
+constexpr Nanos kJudgeInterval = 2 * kNanosPerSecond;
+constexpr Nanos kBodiesInterval = 120'000'000;  // ns between copies: one keeps the carver from its patches for some ms
+constexpr int kNice = 5;                            // beside the hand and the picture
+constexpr double kDifferenceReach = 3e-3;            // m
+constexpr std::size_t kMostUnexplored = 600'000;     // ticks: ten minutes
+
+constexpr std::array kInside = {render::kSectionFace, render::kInsidePulp, render::kInsideCaries, render::kInsideDentin};
+
+}  // namespace
+
+bool LiveViews::Wish::needs_bodies() const {
+  return look.view == render::View::kSection || look.view == render::View::kXray ||
+         (look.view == render::View::kLook && look.hidden != 0);
+}
+
+LiveViews::LiveViews(const Scene& scene, const haptics::TissueVolume& tissue, const Surroundings& around,
+                     Wiring& wiring, bool judged)
+    : scene_(scene),
+      wiring_(wiring),
+      around_(around),
+      judged_at_all_(judged),
+      origin_W_(tissue.frame().origin),
+      judging_(judged) {
+  glm::ivec3 lo, hi;
+  tissue.bounds(lo, hi);
+  middle_W_ = tissue.frame().to_world(0.5 * dvec3(lo + hi));
+  const PerTissue volumes = tissue.volumes();
+  for (std::size_t i = 1; i < volumes.size(); ++i)
+    if (volumes[i] > 0) tissues_ |= 1u << i;
+  if (judged) start();
+}
+
+void LiveViews::start() {
+  if (!thread_.joinable()) thread_ = std::jthread([this] { run(); });
+}
+
+LiveViews::~LiveViews() {
+  {
+    const std::lock_guard lock(mutex_);
+    stop_ = true;
+  }
+  wished_.notify_all();
+}
+
+void LiveViews::all_again(Picture& picture) {
+  picture.pending.clear();
+  for (const auto& [key, update] : bricks_) picture.pending.push_back(key);
+}
+
+void LiveViews::attach(Eyes eyes, PictureStage* stage) {
+  Picture& picture = pictures_[index(eyes)];
+  picture.stage = stage;
+  picture.pending.clear();
+  picture.replaced = false;
+  if (!stage) {
+    const std::lock_guard lock(mutex_);
+    wishes_[index(eyes)] = {};
+    return;
+  }
+  ++picture.stages;
+  all_again(picture);
+  const Look wanted = picture.look;
+  picture.look = {};
+  picture.wish = {};
+  picture.wish.stage = picture.stages;
+  picture.made = true;
+  look(eyes, wanted);
+}
+
+void LiveViews::take(MeshBatch batch) {
+  for (render::MeshUpdate& update : batch) {
+    for (Picture& picture : pictures_)
+      if (picture.stage && !picture.replaced) picture.pending.push_back(update.brick);
+    if (update.indices.empty())
+      bricks_.erase(update.brick);
+    else
+      bricks_[update.brick] = std::move(update);
+  }
+}
+
+/// As far as it goes without what the thread makes.
+void LiveViews::show_as(Picture& p) {
+  const bool difference = p.look.view == render::View::kDifference;
+  p.stage->show_as(difference && !ideal_ ? render::View::kLook : p.look.view, p.wish.plane);
+}
+
+void LiveViews::look(Eyes eyes, const Look& wanted) {
+  Picture& p = pictures_[index(eyes)];
+  const Look before = p.look;
+  p.look = wanted;
+  if (!p.stage) return;
+  if (wanted.tool != before.tool) p.stage->show_tool(wanted.tool);
+  if (wanted.surroundings != before.surroundings) {
+    p.stage->surround(wanted.surroundings ? around_ : Surroundings());
+    if (!wanted.surroundings)
+      for (const SurroundingMesh& mesh : around_.meshes) p.stage->show_inside(mesh.id, {}, mesh.origin);
+    if (!p.replaced) all_again(p);  // what the gum had covered
+  }
+  Wish wish;
+  wish.look.view = wanted.view;
+  wish.stage = p.stages;
+  if (wanted.view == render::View::kSection) {
+    wish.look.section_axis = wanted.section_axis;
+    wish.look.section = wanted.section;
+    wish.look.plane = wanted.plane;
+    wish.plane = section_plane(wanted, middle_W_, p.stage->rig().head.eye_center);
+  }
+  if (wanted.view == render::View::kLook) wish.look.hidden = wanted.hidden;
+  if (wish == p.wish) return;
+  if (wish.look.view != p.wish.look.view)
+    for (const render::MeshId body : kInside) p.stage->show_inside(body, {}, origin_W_);
+  if (p.replaced && wish.look.hidden == 0) {
+    p.stage->show_inside(render::kWorkingTooth, {}, origin_W_);
+    p.replaced = false;
+    all_again(p);
+  }
+  if (wish.look.view == render::View::kDifference) all_again(p);
+  p.wish = wish;
+  p.made = !wish.needs_bodies() && (wish.look.view != render::View::kDifference || ideal_);
+  show_as(p);
+  {
+    const std::lock_guard lock(mutex_);
+    wishes_[index(eyes)] = wish;
+  }
+  if (!p.made) start();
+  wished_.notify_all();
+}
+
+bool LiveViews::making(Eyes eyes) const {
+  const Picture& p = pictures_[index(eyes)];
+  return p.stage && !p.made;
+}
+
+bool LiveViews::give(Picture& p) {
+  if (!p.stage || p.pending.empty()) return false;
+  std::sort(p.pending.begin(), p.pending.end());
+  p.pending.erase(std::unique(p.pending.begin(), p.pending.end()), p.pending.end());
+  const Nanos until = now() + kGiveFor;
+  const bool mark = p.wish.look.view == render::View::kDifference && ideal_;
+  while (!p.pending.empty() && now() < until) {
+    std::vector<render::MeshUpdate> some;
+    while (!p.pending.empty() && some.size() < 16) {
+      const auto found = bricks_.find(p.pending.back());
+      some.push_back(found != bricks_.end() ? found->second : render::MeshUpdate{p.pending.back(), {}, {}});
+      p.pending.pop_back();
+    }
+    if (mark) mark_difference(*ideal_, origin_W_, some);
+    p.stage->show(some, origin_W_);
+  }
+  return true;
+}
+
+bool LiveViews::advance() {
+  std::vector<Made> made;
+  {
+    const std::lock_guard lock(mutex_);
+    made.swap(made_);
+    if (gave_up_) judging_ = false;
+    if (fresh_judged_) judged_ = std::exchange(fresh_judged_, std::nullopt);
+    if (fresh_explore_) explore_ = std::exchange(fresh_explore_, std::nullopt);
+    if (fresh_ideal_) ideal_ = std::move(fresh_ideal_);
+  }
+  bool gave = false;
+  for (Picture& p : pictures_) {
+    if (!p.stage || p.made || p.wish.look.view != render::View::kDifference || !ideal_) continue;
+    p.made = true;
+    all_again(p);
+    show_as(p);
+  }
+  for (Made& m : made) {
+    Picture& p = pictures_[index(m.eyes)];
+    if (!p.stage || !(m.wish == p.wish)) continue;  // another look was asked for meanwhile
+    for (const Body& body : m.bodies) {
+      p.stage->show_inside(body.mesh, body.bricks, origin_W_);
+      if (body.mesh != render::kWorkingTooth) continue;
+      p.replaced = true;
+      p.pending.clear();
+    }
+    p.made = true;
+    gave = true;
+  }
+  for (Picture& p : pictures_) gave |= give(p);
+  return gave;
+}
+
+void LiveViews::explore(const ServoTick& tick) {
+  if (!scene_.task || !scene_.task->explore) return;
+  if (!explore_) {
+    if (unexplored_.size() < kMostUnexplored) unexplored_.push_back(tick);
+    return;
+  }
+  if (!unexplored_.empty()) explore_->add(std::exchange(unexplored_, {}));
+  explore_->add({&tick, 1});
+  if (judged_) judged_->explore = explore_->result();
+}
+
+/// As it is now; null when the session ends first.
+std::unique_ptr<haptics::TissueVolume> LiveViews::copy_of_tissue() {
+  wiring_.copy_wanted = true;
+  while (true) {
+    haptics::TissueVolume* copy = nullptr;
+    if (wiring_.copies_to_watch.pop(copy)) return std::unique_ptr<haptics::TissueVolume>(copy);
+    {
+      const std::lock_guard lock(mutex_);
+      if (stop_ || wiring_.stop) return nullptr;
+    }
+    std::this_thread::sleep_for(1ms);
+  }
+}
+
+void LiveViews::run() {
+  setpriority(PRIO_PROCESS, static_cast<id_t>(syscall(SYS_gettid)), kNice);
+  std::optional<TaskJudge> judge;
+  PerTissue before{};
+  if (judged_at_all_) try {
+      const haptics::TissueVolume start = load_untouched(scene_);
+      before = start.volumes();
+      judge.emplace(scene_, start);
+      const std::lock_guard lock(mutex_);
+      fresh_explore_ = judge->explore_meter();
+    } catch (const Error& e) {
+      log::warn("no score while the session runs: {}", e.what());
+      const std::lock_guard lock(mutex_);
+      gave_up_ = true;
+    }
+
+  constexpr std::uint64_t kNever = ~std::uint64_t{0};
+  std::array<Wish, 2> shown;                               // what was last made …
+  std::array<std::uint64_t, 2> shown_version{kNever, kNever};  // … of which tissue
+  std::array<Nanos, 2> bodies_due{0, 0};
+  std::uint64_t judged_version = kNever;
+  Nanos judge_due = 0;
+  bool ideal_made = false;
+  while (true) {
+    std::array<Wish, 2> wishes;
+    {
+      std::unique_lock lock(mutex_);
+      const bool follows = std::any_of(shown.begin(), shown.end(), [](const Wish& w) { return w.needs_bodies(); });
+      wished_.wait_for(lock, follows ? 25ms : 100ms, [&] { return stop_ || !(wishes_ == shown); });
+      if (stop_) return;
+      wishes = wishes_;
+    }
+    if (has_ideal() && !ideal_made &&
+        std::any_of(wishes.begin(), wishes.end(),
+                    [](const Wish& w) { return w.look.view == render::View::kDifference; })) {
+      ideal_made = true;
+      try {
+        const auto own = judge ? std::nullopt : ideal_tissue(scene_, load_untouched(scene_));
+        auto field = std::make_shared<const ToothField>(judge ? *judge->ideal() : own.value(), kDifferenceReach);
+        const std::lock_guard lock(mutex_);
+        fresh_ideal_ = std::move(field);
+      } catch (const std::exception& e) {
+        log::warn("no difference to an ideal: {}", e.what());
+      }
+    }
+    const std::uint64_t version = wiring_.tissue_version;
+    std::array<bool, 2> make{};
+    for (std::size_t i = 0; i < 2; ++i) {
+      const bool other = !(wishes[i] == shown[i]);
+      make[i] = wishes[i].needs_bodies() && (other || (version != shown_version[i] && now() >= bodies_due[i]));
+      if (other && !make[i]) shown[i] = wishes[i];
+    }
+    const bool judging = judge && version != judged_version && now() >= judge_due;
+    if (!make[0] && !make[1] && !judging) continue;
+    const auto tissue = copy_of_tissue();
+    if (!tissue) return;
+    for (std::size_t i = 0; i < 2; ++i) {
+      if (!make[i]) continue;
+      const Nanos began = now();
+      Made made{static_cast<Eyes>(i), wishes[i], bodies_of(wishes[i], *tissue)};
+      shown[i] = wishes[i];
+      shown_version[i] = version;
+      bodies_due[i] = now() + std::max(kBodiesInterval, now() - began);
+      const std::lock_guard lock(mutex_);
+      made_.push_back(std::move(made));
+    }
+    if (!judging) continue;
+    const Nanos began = now();
+    session::ScoreInput input;
+    try {
+      input.before = before;
+      input.after = tissue->volumes();
+      (void)judge->judge(*tissue, input);
+    } catch (const std::exception& e) {
+      log::warn("no score while the session runs: {}", e.what());
+      judge.reset();
+      const std::lock_guard lock(mutex_);
+      gave_up_ = true;
+      continue;
+    }
+    judged_version = version;
+    judge_due = now() + std::max(kJudgeInterval, 2 * (now() - began));
+    const std::lock_guard lock(mutex_);
+    fresh_judged_ = std::move(input);
+  }
+}
+
+std::vector<LiveViews::Body> LiveViews::bodies_of(const Wish& wish, const haptics::TissueVolume& tissue) const {
+  std::vector<Body> bodies;
+  if (wish.look.view == render::View::kSection) {
+    bodies.push_back({render::kSectionFace, section_face(tissue, dvec3(wish.plane), -wish.plane.w)});
+  } else if (wish.look.view == render::View::kXray) {
+    bodies.push_back({render::kInsidePulp, tissue_inside(tissue, Tissue::kPulp)});
+    bodies.push_back({render::kInsideCaries, tissue_inside(tissue, Tissue::kCaries)});
+    bodies.push_back({render::kInsideDentin, tissue_inside(tissue, Tissue::kDentin)});
+  } else {
+    bodies.push_back({render::kWorkingTooth, tissues_left(tissue, wish.look.hidden)});
+  }
+  return bodies;
+}
+
+}  // namespace typodont

@@ -1,0 +1,315 @@
+#include "engine/app/picture/picture_stage.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "engine/base/error.h"
+#include "engine/base/units.h"
+
+namespace typodont {
+
+namespace {
+
+constexpr double kReadEvery = 0.1;  // s between numbers of the writing: quicker ones nobody reads
+
+constexpr const char* shape_name(haptics::HeadShape shape) {
+  switch (shape) {
+    case haptics::HeadShape::kSphere:
+      return "sphere";
+    case haptics::HeadShape::kShaft:
+    case haptics::HeadShape::kCylinder:
+      return "cylinder";
+    case haptics::HeadShape::kRoundEndCylinder:
+      return "round_end_cylinder";
+    case haptics::HeadShape::kCone:
+      return "cone";
+    case haptics::HeadShape::kPear:
+      return "pear";
+    case haptics::HeadShape::kFlame:
+      return "flame";
+    case haptics::HeadShape::kInvertedCone:
+      return "inverted_cone";
+  }
+  return "sphere";
+}
+
+/// As the catalogue calls it, without its size: "round" of round_012; an inline tool goes by its form.
+std::string catalogue_name(const haptics::Tool& tool) {
+  std::string name = tool.name;
+  if (name.empty()) name = tool.shape == haptics::HeadShape::kSphere ? "round" : shape_name(tool.shape);
+  const std::size_t size = name.find_last_not_of("0123456789");
+  if (size != std::string::npos && size + 1 < name.size() && name[size] == '_') name.resize(size);
+  std::replace(name.begin(), name.end(), '_', ' ');
+  return name;
+}
+
+}  // namespace
+
+gpu::Device make_picture_device(const PictureStage::Options& options) {
+  gpu::DeviceOptions device;
+  device.validation = options.validation;
+  if (options.window) {
+#ifdef TYPODONT_WINDOW
+    device.instance_extensions = display::window_extensions();
+    device.present = true;
+#else
+    throw Error("this build", "", "no window support", "a build with TYPODONT_WINDOW=ON, or an offscreen rig");
+#endif
+  }
+  return gpu::Device::create(device);
+}
+
+render::ToolMesh tool_mesh(const haptics::Tool& tool) {
+  render::ToolShape shape = render::tool_shape(shape_name(tool.shape), tool.diameter, tool.length);
+  if (!tool.turns()) shape.flutes = 0;
+  return render::make_tool_mesh(shape);
+}
+
+PictureStage::PictureStage(const display::DisplayRig& rig, const haptics::ServoSettings& servo, const Options& options)
+    : rig_(rig),
+      rest_(rig.head),
+      servo_(servo),
+      options_(options),
+      device_(options.device ? *options.device : own_device_.emplace(make_picture_device(options))) {
+  if (options.window && !rig.head.tracker.empty()) tracker_.emplace(rig);
+  ring_ = gpu::FrameRing::create(device_);
+  first_panel_ = {rig.screen.lower_right - rig.screen.lower_left, rig.screen.upper_left - rig.screen.lower_left};
+#ifdef TYPODONT_WINDOW
+  if (options.window) {
+    display::WindowOptions window;
+    window.size = rig.screen.pixels;
+    window.output = options.monitor;
+    window.stereo_surface = rig.screen.layout == display::Layout::kFrameSequential;
+    output_ = display::make_window(device_, window);
+  }
+#endif
+  const glm::ivec2 eye = display::eye_pixels(rig.screen.layout, rig.screen.pixels);
+  if (!output_ && !options.embedded)
+    output_ = display::make_offscreen(device_, display::screen_pixels(rig.screen.layout, eye));
+  screen_size_ = output_ ? output_->size() : eye;
+  renderer_.emplace(device_, eye, options.quality, servo.materials);
+  compositor_.emplace(device_);
+  take_up(0);
+}
+
+const haptics::Tool& PictureStage::tool() const {
+  return haptics::tray(servo_)[shown_tool_];
+}
+
+void PictureStage::take_up(std::uint32_t tool_index) {
+  shown_tool_ = std::min<std::size_t>(tool_index, haptics::tray(servo_).size() - 1);
+  renderer_->set_tool(tool_mesh(tool()));
+}
+
+PictureStage::~PictureStage() {
+  vkDeviceWaitIdle(device_.device);  // also where the device is lost
+  output_.reset();
+  compositor_.reset();
+  renderer_.reset();
+  ring_.destroy(device_);
+  if (own_device_) own_device_->destroy();
+}
+
+void PictureStage::show(std::span<const render::MeshUpdate> bricks, const dvec3& origin) {
+  renderer_->update(render::kWorkingTooth, bricks);
+  renderer_->place(render::kWorkingTooth, {origin, {1, 0, 0, 0}});
+}
+
+bool PictureStage::resize(glm::ivec2 eye_size) {
+  eye_size = glm::max(eye_size, glm::ivec2(16));
+  if (eye_size == screen_size_) return false;
+  vkDeviceWaitIdle(device_.device);  // the caller's window may still be showing the old ones
+  screen_size_ = eye_size;
+  renderer_->resize(eye_size);
+  // The panel takes the picture's proportions: it grows about its middle, so that what was seen stays in sight.
+  display::Screen& screen = rig_.screen;
+  const dvec3 right = screen.lower_right - screen.lower_left, up = screen.upper_left - screen.lower_left;
+  const dvec3 middle = (screen.lower_right + screen.upper_left) / 2.0;
+  const double wanted = static_cast<double>(eye_size.x) / eye_size.y;
+  const double width = std::max(glm::length(first_panel_[0]), wanted * glm::length(first_panel_[1]));
+  const dvec3 half_right = width / 2 * glm::normalize(right), half_up = width / wanted / 2 * glm::normalize(up);
+  screen.lower_left = middle - half_right - half_up;
+  screen.lower_right = middle + half_right - half_up;
+  screen.upper_left = middle - half_right + half_up;
+  return true;
+}
+
+void surround(render::Renderer& renderer, const Surroundings& around, bool coarse) {
+  for (const SurroundingMesh& mesh : around.meshes) {
+    renderer.remove(mesh.id);
+    renderer.update(mesh.id, coarse ? mesh.coarse : mesh.bricks);
+    renderer.place(mesh.id, {mesh.origin, {1, 0, 0, 0}});
+  }
+  renderer.cover(render::kWorkingTooth, around.covered);
+}
+
+void PictureStage::surround(const Surroundings& around) {
+  around_ = around;
+  coarse_around_ = screen_pixel(rig_) / options_.quality.scale * options_.quality.surface_error > around_.coarse_from;
+  typodont::surround(*renderer_, around_, coarse_around_);
+}
+
+/// What stands around is fine or coarse by what a pixel shows of the tooth it stands around.
+void PictureStage::follow_pixels(double pixel) {
+  if (pixel <= 0 || around_.meshes.empty()) return;
+  const double error = pixel * options_.quality.surface_error;
+  const bool coarse = error > around_.coarse_from * (coarse_around_ ? 0.85 : 1.0);  // a head that sways changes nothing
+  if (coarse == coarse_around_) return;
+  coarse_around_ = coarse;
+  typodont::surround(*renderer_, around_, coarse_around_);
+}
+
+void PictureStage::show_inside(render::MeshId body, std::span<const render::MeshUpdate> bricks, const dvec3& origin) {
+  renderer_->remove(body);
+  renderer_->update(body, bricks);
+  if (!bricks.empty()) renderer_->place(body, {origin, {1, 0, 0, 0}});
+}
+
+void PictureStage::look_from(const display::DisplayRig& rig) {
+  const glm::ivec2 pixels = rig_.screen.pixels;
+  const display::Layout layout = rig_.screen.layout;
+  rig_.screen = rig.screen;
+  rig_.screen.pixels = pixels;
+  rig_.screen.layout = layout;
+  rig_.head = rest_ = rig.head;
+  first_panel_ = {rig.screen.lower_right - rig.screen.lower_left, rig.screen.upper_left - rig.screen.lower_left};
+}
+
+void PictureStage::follow_size() {
+  if (!output_) return;
+  const glm::ivec2 size = output_->size();
+  if (size == screen_size_ || size.x <= 0 || size.y <= 0) return;
+  ring_.wait_idle(device_);
+  screen_size_ = size;
+  // A stereo surface holds each eye in a layer of its own, as large as the window.
+  const bool layers = options_.window && rig_.screen.layout == display::Layout::kFrameSequential;
+  renderer_->resize(layers ? size : display::eye_pixels_in(rig_.screen.layout, size));
+}
+
+void PictureStage::follow_head() {
+  if (!tracker_) return;
+  tracker_->poll();
+  const display::Head head = tracker_->at(now() + from_seconds(latency_));
+  if (display::sees(rig_, head)) rig_.head = head;  // else as last seen: nobody's eyes are behind the picture
+}
+
+std::optional<display::HeadTracker::Stats> PictureStage::tracker_stats() const {
+  if (!tracker_) return std::nullopt;
+  return tracker_->stats();
+}
+
+render::FrameStats PictureStage::draw(const ServoTick& tick, std::span<const render::Particle> particles, double dt,
+                                      const std::string& hint) {
+  const Nanos began = now();
+  if (output_ && !output_->visible()) {
+    missed_ = true;  // what it showed may be gone when it is back
+    return {};
+  }
+  follow_size();
+  if (tick.tool != shown_tool_) take_up(tick.tool);
+  follow_head();
+  render::Frame frame;
+  const auto eyes = display::eye_views(rig_);
+  for (std::size_t e = 0; e < 2; ++e) {
+    frame.eyes[e] = {eyes[e].view, eyes[e].projection, eyes[e].position, eyes[e].flip};
+  }
+  frame.views = rig_.screen.layout == display::Layout::kMono ? 1 : 2;
+
+  // The lamp hangs over the user's left shoulder, wherever the rig puts the user; it stays there when the head moves.
+  const display::Screen& screen = rig_.screen;
+  const dvec3 middle = (screen.lower_right + screen.upper_left) / 2.0;
+  const dvec3 toward = glm::normalize(rest_.eye_center - middle), up = glm::cross(toward, rest_.right);
+  frame.lights.key = glm::normalize(0.9 * toward + 0.3 * up - 0.7 * rest_.right);
+  frame.lights.up = up;
+  if (rig_.mirror) frame.background = render::Background::kBlack;
+
+  angle_ = std::fmod(angle_ + tick.spindle * dt, 2 * kPi);
+  frame.tool = {options_.tool, tick.X_WG, angle_, tick.spindle};
+  frame.mirror = mirror_;
+  frame.view = view_;
+  frame.section = section_;
+  frame.particles = particles;
+  frame.cloud = cloud_;
+  if (options_.hud) {
+    frame.hud.visible = true;
+    frame.hud.tool = fmt::format("{} {:.1f} mm", catalogue_name(tool()), tool().diameter / kMillimetre);
+    read_age_ += dt;
+    if (dt <= 0 || read_age_ >= kReadEvery) {
+      read_age_ = 0;
+      read_force_ = glm::length(tick.f_T_W);
+      read_spindle_ = tick.spindle;
+    }
+    frame.hud.speed_krpm = read_spindle_ / kKrpm;
+    frame.hud.force = read_force_;
+    frame.hud.force_limit = options_.force_limit;
+    frame.hud.hint = hint;
+    frame.hud.upright = display::upright(rig_);
+    frame.hud.aspect =
+        glm::length(screen.lower_right - screen.lower_left) / glm::length(screen.upper_left - screen.lower_left);
+  }
+
+  const VkCommandBuffer commands = ring_.begin(device_);
+  const render::FrameStats stats = renderer_->record(commands, frame, ring_.slot(), ring_.submitted, ring_.finished);
+  if (!stats.drawn && !(output_ && (missed_ || output_->needs_frame()))) {
+    ring_.abandon(device_);
+    return stats;
+  }
+  follow_pixels(stats.pixel);
+  timing_.gpu = 1e-3 * stats.gpu_ms;
+  timing_.record = to_seconds(now() - began);
+  timing_.shown = timing_.record + timing_.gpu;
+  if (!output_) {
+    ring_.submit(device_);
+    ring_.wait_idle(device_);  // the caller's window shows it at once
+    timing_.shown = to_seconds(now() - began);
+    return stats;
+  }
+  const bool uncovered = std::exchange(missed_, false) || output_->needs_frame();
+  const auto target = output_->acquire();
+  const Nanos acquired = now();
+  if (target) {
+    // What the picture's tiles left out is on the screen already: on a processor that is most of composing.
+    std::array<std::vector<display::Part>, 2> changed;
+    if (stats.drawn)
+      for (int e = 0; e < frame.views; ++e)
+        for (const render::PixelBox& b : renderer_->redrawn(e))
+          changed[static_cast<std::size_t>(e)].push_back({b.x, b.y, b.width, b.height});
+    compositor_->record(commands, renderer_->pictures(), screen.layout, *target, ring_.slot(), output_->first_row(),
+                        device_.processor && !uncovered ? &changed : nullptr);
+    ring_.submit(device_, target->ready, target->done);
+    output_->present();
+    // Recording and queueing here, drawing there, and on average half a refresh until the screen shows it.
+    timing_.record += to_seconds(now() - acquired);
+    timing_.shown = to_seconds(now() - began) + timing_.gpu + 0.5 * output_->refresh_period();
+    latency_ += 0.1 * (std::min(timing_.shown, 0.1) - latency_);
+  } else {
+    missed_ = true;
+    ring_.submit(device_);
+  }
+  if (!options_.window) ring_.wait_idle(device_);
+  return stats;
+}
+
+void PictureStage::set_quality(const render::Quality& quality) {
+  vkDeviceWaitIdle(device_.device);
+  options_.quality = quality;
+  renderer_->set_quality(quality);
+}
+
+render::Picture PictureStage::eye(int index) {
+  ring_.wait_idle(device_);
+  const gpu::Image& image = renderer_->pictures();
+  const int layer = std::min(index, static_cast<int>(image.options.layers) - 1);
+  return {{static_cast<int>(image.options.size.width), static_cast<int>(image.options.size.height)},
+          gpu::read_back(device_, image, static_cast<std::uint32_t>(layer), VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL)};
+}
+
+render::Picture PictureStage::screen() {
+  ring_.wait_idle(device_);
+  return {output_->size(), output_->read()};
+}
+
+}  // namespace typodont

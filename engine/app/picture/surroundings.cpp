@@ -1,0 +1,243 @@
+#include "engine/app/picture/surroundings.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "engine/app/picture/field_mesh.h"
+#include "engine/app/picture/tooth_field.h"
+#include "engine/app/scene.h"
+#include "engine/base/error.h"
+#include "engine/base/units.h"
+
+namespace typodont {
+
+namespace {
+
+constexpr double kToothVoxel = 0.15e-3, kGumVoxel = 0.36e-3;     // m: they are looked at, not worked on
+// voxels, fine and coarse
+constexpr std::array<float, 2> kToothTolerance{0.15f, 0.45f}, kGumTolerance{0.12f, 0.30f};
+constexpr double kCoarseFrom = 25e-6;  // m
+constexpr double kRootShown = 2.5e-3;                            // m below the gum's edge; neighbours end there
+constexpr double kReach = 3e-3;                                  // m around the tooth in which its distance is known
+constexpr double kGumInside = 0.4e-3;     // m, so deep does the gum reach into the working tooth, to leave no gap
+constexpr double kJawDepth = 9e-3;        // m below the gum's edge, at least
+constexpr double kCoveredBelow = 0.6e-3;  // m below its edge the gum is thick enough to hide the root
+constexpr double kCollarBlend = 1.0e-3;   // m
+
+/// Smooth minimum (Quilez): rounds the corner where two solids meet, k wide.
+double smooth_min(double a, double b, double k) {
+  const double h = std::max(k - std::abs(a - b), 0.0) / k;
+  return std::min(a, b) - h * h * k * 0.25;
+}
+double smooth_max(double a, double b, double k) {
+  return -smooth_min(-a, -b, k);
+}
+
+/// Where a neighbour's point lies in the tooth it is a copy of.
+struct ToothCopy {
+  NeighbourTooth place;
+  dvec3 arch, crown, across;
+  double least_scale;
+
+  ToothCopy(const NeighbourTooth& n, const SurroundingsPlan& plan)
+      : place(n),
+        arch(plan.arch),
+        crown(plan.crown),
+        across(glm::cross(plan.crown, plan.arch)),
+        least_scale(std::min({n.scale.x, n.scale.y, n.scale.z})) {}
+
+  /// `from_tooth`: the other way round.
+  dvec3 to_tooth(const dvec3& p_W) const {
+    const dvec3 r = p_W - place.contact;
+    const double c = std::cos(place.turn), s = std::sin(place.turn);
+    const double u = glm::dot(r, arch), v = glm::dot(r, across), w = glm::dot(r, crown);
+    return place.contact - arch * ((c * u + s * v) / place.scale.x) + across * ((c * v - s * u) / place.scale.y) +
+           crown * (w / place.scale.z);
+  }
+  dvec3 from_tooth(const dvec3& p_W) const {
+    const dvec3 r = p_W - place.contact;
+    const double u = -glm::dot(r, arch) * place.scale.x, v = glm::dot(r, across) * place.scale.y;
+    const double c = std::cos(place.turn), s = std::sin(place.turn);
+    return place.contact + arch * (c * u - s * v) + across * (s * u + c * v) +
+           crown * (glm::dot(r, crown) * place.scale.z);
+  }
+  double distance(const ToothField& tooth, const dvec3& p_W) const {
+    return tooth.distance(to_tooth(p_W)) * least_scale;
+  }
+};
+
+void grow(dvec3& lo, dvec3& hi, const dvec3& p) {
+  lo = glm::min(lo, p);
+  hi = glm::max(hi, p);
+}
+
+}  // namespace
+
+SurroundingsPlan read_surroundings(const Json& json, const std::filesystem::path& volume,
+                                   const std::filesystem::path& beside) {
+  json.allow_only({"volume", "crown", "arch", "neighbours", "gum"});
+  SurroundingsPlan plan;
+  const auto direction = [](const Json& value) {
+    const dvec3 v = value.vec3();
+    if (glm::length(v) < 1e-9) value.fail("a direction, not zero");
+    return glm::normalize(v);
+  };
+  if (const auto v = json.find("volume")) {
+    plan.volume = find_file(v->string(), beside);
+  } else if (!volume.empty()) {
+    plan.volume = volume;
+  } else {
+    json.fail("no \"volume\" in a scene whose tissue is made of solids", "\"volume\"");
+  }
+  if (const auto v = json.find("crown")) plan.crown = direction(*v);
+  if (const auto v = json.find("arch")) plan.arch = direction(*v);
+  if (std::abs(glm::dot(plan.arch, plan.crown)) > 0.2)
+    json.fail("arch nearly along crown", "them square to each other");
+  plan.arch = glm::normalize(plan.arch - plan.crown * glm::dot(plan.arch, plan.crown));
+  if (const auto list = json.find("neighbours")) {
+    if (list->items().size() > 8) list->fail("at most 8 neighbours");
+    for (const Json& item : list->items()) {
+      item.allow_only({"contact_mm", "scale", "turn_deg"});
+      NeighbourTooth tooth;
+      tooth.contact = item["contact_mm"].vec3() * kMillimetre;
+      if (const auto scale = item.find("scale")) {
+        tooth.scale = scale->vec3();
+        for (int a = 0; a < 3; ++a)
+          if (tooth.scale[a] < 0.3 || tooth.scale[a] > 3) scale->fail("three factors from 0.3 to 3");
+      }
+      tooth.turn = item.number_or("turn_deg", 0, -180, 180) * kPi / 180;
+      plan.neighbours.push_back(tooth);
+    }
+  }
+  if (const auto gum = json.find("gum")) {
+    gum->allow_only({"margin_mm", "normal", "papilla_mm", "thickness_mm", "length_mm"});
+    plan.gum = true;
+    plan.margin = (*gum)["margin_mm"].vec3() * kMillimetre;
+    plan.margin_normal = plan.crown;
+    if (const auto v = gum->find("normal")) plan.margin_normal = direction(*v);
+    if (glm::dot(plan.margin_normal, plan.crown) < 0.5) gum->fail("normal far from crown", "them within 60°");
+    plan.papilla = gum->number_or("papilla_mm", plan.papilla / kMillimetre, 0, 10) * kMillimetre;
+    plan.thickness = gum->number_or("thickness_mm", plan.thickness / kMillimetre, 0.1, 5) * kMillimetre;
+    plan.length = gum->number_or("length_mm", plan.length / kMillimetre, 5, 100) * kMillimetre;
+  }
+  return plan;
+}
+
+struct SurroundingsShape::Impl {
+  SurroundingsPlan plan;
+  ToothField tooth;
+  std::vector<ToothCopy> copies;
+  dvec3 across, middle;
+  double jaw_depth = kJawDepth, half_width = 0;
+
+  explicit Impl(const SurroundingsPlan& p)
+      : plan(p), tooth(haptics::TissueVolume::load(p.volume), kReach), across(glm::cross(p.crown, p.arch)),
+        middle(0.5 * (tooth.low() + tooth.high())) {
+    for (const NeighbourTooth& n : plan.neighbours) copies.emplace_back(n, plan);
+    if (!plan.gum) return;
+    // Deep enough for the roots.
+    for (int corner = 0; corner < 8; ++corner)
+      jaw_depth = std::max(jaw_depth, 1.5e-3 + below_plane({corner & 1 ? tooth.high().x : tooth.low().x,
+                                                            corner & 2 ? tooth.high().y : tooth.low().y,
+                                                            corner & 4 ? tooth.high().z : tooth.low().z}));
+    // Half the width of the row of teeth where the gum begins: the jaw is a little wider.
+    for (double v = 0; v < 12e-3; v += 0.1e-3)
+      for (const double side : {-1.0, 1.0}) {
+        const dvec3 q = middle + across * (side * v) - plan.crown * glm::dot(middle - plan.margin, plan.crown);
+        if (tooth.distance(q) < 0) half_width = std::max(half_width, v);
+      }
+  }
+
+  /// How far p lies below the plane of the gum's edge, along the crown.
+  double below_plane(const dvec3& p) const {
+    return glm::dot(plan.margin - p, plan.margin_normal) / glm::dot(plan.crown, plan.margin_normal);
+  }
+  double neighbour(const ToothCopy& copy, const dvec3& p) const {
+    const double d = copy.distance(tooth, p);
+    return plan.gum ? std::max(d, below_plane(p) - kRootShown) : d;
+  }
+  double gum(const dvec3& p) const {
+    const double own = tooth.distance(p);
+    double teeth = own, raise = 0;
+    for (const ToothCopy& copy : copies) {
+      teeth = smooth_min(teeth, copy.distance(tooth, p), 1.8e-3);
+      // Between two teeth the gum climbs towards their contact and fills the gap beneath it.
+      const double away = glm::dot(p - copy.place.contact, plan.arch) / 2.0e-3;
+      raise = std::max(raise, plan.papilla * std::exp(-away * away));
+    }
+    const double deep = below_plane(p) + raise;  // below the gum's edge here
+    // The collar: no thickness at its edge, swelling on the root below it.
+    const double swell = plan.thickness * 1.5;
+    const double thick = deep > 0 ? plan.thickness * (1 - std::exp(-deep / swell)) : deep / 1.5;
+    const double collar = teeth - thick;
+    // The jaw beneath: a bar along the arch with rounded edges, wider further down.
+    const dvec3 r = p - middle;
+    const double depth = below_plane(p), down = std::max(depth, 0.0);
+    const double side = std::abs(glm::dot(r, across)) - (half_width + 0.6e-3 + 0.9e-3 * (1 - std::exp(-down / 3e-3)));
+    const double end = std::abs(glm::dot(r, plan.arch)) - plan.length / 2;
+    double jaw = smooth_max(side, 1.4e-3 - depth, 4e-3);
+    jaw = smooth_max(jaw, end, 4e-3);
+    jaw = smooth_max(jaw, depth - jaw_depth, 2e-3);
+    const double body = smooth_max(smooth_min(jaw, collar, kCollarBlend), depth - jaw_depth, 0.5e-3);
+    return std::max(body, -own - kGumInside);  // hollow where the working tooth stands: a bur must not find gum in it
+  }
+};
+
+SurroundingsShape::SurroundingsShape(const SurroundingsPlan& plan) : impl_(std::make_unique<const Impl>(plan)) {}
+SurroundingsShape::~SurroundingsShape() = default;
+SurroundingsShape::SurroundingsShape(SurroundingsShape&&) noexcept = default;
+SurroundingsShape& SurroundingsShape::operator=(SurroundingsShape&&) noexcept = default;
+bool SurroundingsShape::has_neighbours() const { return !impl_->copies.empty(); }
+bool SurroundingsShape::has_gum() const { return impl_->plan.gum; }
+double SurroundingsShape::neighbour(const dvec3& p_W) const {
+  double nearest = 1.0;
+  for (const ToothCopy& copy : impl_->copies) nearest = std::min(nearest, impl_->neighbour(copy, p_W));
+  return nearest;
+}
+double SurroundingsShape::gum(const dvec3& p_W) const { return impl_->plan.gum ? impl_->gum(p_W) : 1.0; }
+double SurroundingsShape::tooth(const dvec3& p_W) const { return impl_->tooth.distance(p_W); }
+
+Surroundings make_surroundings(const SurroundingsPlan& plan) {
+  const SurroundingsShape whole(plan);
+  const SurroundingsShape::Impl& shape = *whole.impl_;
+  const ToothField& tooth = shape.tooth;
+
+  Surroundings result;
+  result.coarse_from = kCoarseFrom;
+  std::vector<SurroundingMesh>& meshes = result.meshes;
+  render::MeshId id = render::kWorkingTooth + 1;
+  for (const ToothCopy& copy : shape.copies) {
+    dvec3 lo(1e9), hi(-1e9);
+    for (int corner = 0; corner < 8; ++corner)
+      grow(lo, hi,
+           copy.from_tooth({corner & 1 ? tooth.high().x : tooth.low().x, corner & 2 ? tooth.high().y : tooth.low().y,
+                            corner & 4 ? tooth.high().z : tooth.low().z}));
+    auto [fine, coarse] = meshes_of_field<2>(
+        lo, hi, kToothVoxel, kToothTolerance, [&](const dvec3& p) { return shape.neighbour(copy, p); },
+        [&](const dvec3& p) { return tooth.tissue_at_surface(copy.to_tooth(p)); });
+    meshes.push_back({id++, lo, std::move(fine), std::move(coarse)});
+  }
+  if (!plan.gum) return result;
+
+  const dvec3 reach = glm::abs(plan.arch) * (plan.length / 2 + 1e-3) + glm::abs(shape.across) * (shape.half_width + 4e-3);
+  const dvec3 edge = shape.middle - plan.crown * glm::dot(shape.middle - plan.margin, plan.crown);
+  dvec3 lo = edge - reach, hi = edge + reach;
+  grow(lo, hi, edge + reach + plan.crown * (plan.papilla + 3e-3));
+  grow(lo, hi, edge - reach + plan.crown * (plan.papilla + 3e-3));
+  grow(lo, hi, edge + reach - plan.crown * (shape.jaw_depth + 3e-3));
+  grow(lo, hi, edge - reach - plan.crown * (shape.jaw_depth + 3e-3));
+  auto [fine, coarse] = meshes_of_field<2>(
+      lo, hi, kGumVoxel, kGumTolerance, [&](const dvec3& p) { return shape.gum(p); },
+      [](const dvec3&) { return Tissue::kGingiva; });
+  meshes.push_back({id, lo, std::move(fine), std::move(coarse)});
+  result.covered = glm::dvec4(plan.margin_normal, kCoveredBelow - glm::dot(plan.margin_normal, plan.margin));
+  return result;
+}
+
+Surroundings make_surroundings(const Scene& scene) {
+  if (!scene.surroundings) return {};
+  return make_surroundings(read_surroundings(*scene.surroundings, volume_file(scene), scene.file.parent_path()));
+}
+
+}  // namespace typodont

@@ -1,0 +1,151 @@
+#include "engine/app/picture/tissue_view.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace typodont {
+
+namespace {
+
+/// 21 bits an axis: bricks of any volume that fits into memory.
+std::uint64_t brick_number(const glm::ivec3& key) {
+  const auto part = [](int v) { return static_cast<std::uint64_t>(v + (1 << 20)) & 0x1fffff; };
+  return part(key.x) << 42 | part(key.y) << 21 | part(key.z);
+}
+
+}  // namespace
+
+render::MeshUpdate brick_update(const glm::ivec3& key, const surface::BrickMesh* mesh, double voxel) {
+  render::MeshUpdate update;
+  update.brick = brick_number(key);
+  if (!mesh) return update;
+  update.vertices.reserve(mesh->vertices.size());
+  for (const surface::SurfaceVertex& v : mesh->vertices) {
+    render::Vertex out;
+    out.p = v.position * static_cast<float>(voxel);
+    out.n = v.normal;
+    out.tissue = {v.tissue[0], v.tissue[1]};
+    out.second = static_cast<float>(v.second) / 255.0f;
+    update.vertices.push_back(out);
+  }
+  update.indices = mesh->indices;
+  return update;
+}
+
+namespace {
+
+constexpr int kLook = 14;  // voxels under a corner, at most
+constexpr int kAnewAtOnce = 32;  // bricks: some milliseconds, so that the hand's patches are never kept waiting
+
+/// m: how deep one sees into a tissue. Enamel lets the colour of dentin and of decay through, thin dentin that of pulp.
+constexpr double depth_seen(Tissue tissue) {
+  switch (tissue) {
+    case Tissue::kEnamel:
+      return 1.7e-3;
+    case Tissue::kDentin:
+      return 0.9e-3;
+    case Tissue::kCaries:
+      return 0.5e-3;
+    default:
+      return 0;
+  }
+}
+
+}  // namespace
+
+void TissueView::look_beneath(const haptics::TissueVolume& volume, render::MeshUpdate& update) {
+  const double voxel = volume.frame().voxel;
+  const auto own = [](const render::Vertex& v) { return v.tissue[v.second > 0.5f ? 1 : 0]; };
+  if (update.vertices.empty()) return;
+  // Labels as far around the surface as anything looks, no farther: most of a brick holds none of it.
+  glm::vec3 low(update.vertices.front().p), high(low);
+  for (const render::Vertex& v : update.vertices) low = glm::min(low, v.p), high = glm::max(high, v.p);
+  const glm::ivec3 lo = glm::ivec3(glm::floor(dvec3(low) / voxel)) - kLook - 2;
+  const glm::ivec3 size = glm::ivec3(glm::ceil(dvec3(high) / voxel)) + kLook + 3 - lo;
+  labels_.resize(static_cast<std::size_t>(size.x) * size.y * size.z);
+  volume.copy(lo, size, nullptr, labels_.data());
+  const auto label_at = [&](const glm::ivec3& i) -> const Tissue& {
+    return labels_[(static_cast<std::size_t>(i.x) * size.y + static_cast<std::size_t>(i.y)) * size.z +
+                   static_cast<std::size_t>(i.z)];
+  };
+  for (render::Vertex& v : update.vertices) {
+    if (v.tissue[0] != v.tissue[1] && v.tissue[0] != Tissue::kAir) {
+      // Labels are whole voxels; the boundary drawn is that of their blurred shares, without steps.
+      const dvec3 at = dvec3(v.p) / voxel - dvec3(lo);
+      const glm::ivec3 nearest(glm::floor(at + 0.5));
+      float weight[3][5];  // exp(−0.6 r²), a factor an axis
+      for (int axis = 0; axis < 3; ++axis)
+        for (int k = 0; k < 5; ++k) {
+          const auto away = static_cast<float>(nearest[axis] + k - 2 - at[axis]);
+          weight[axis][k] = std::exp(-0.6f * away * away);
+        }
+      float first = 0, second = 0;
+      for (int x = 0; x < 5; ++x)
+        for (int y = 0; y < 5; ++y) {
+          const Tissue* row = &label_at(nearest + glm::ivec3(x - 2, y - 2, -2));
+          const float across = weight[0][x] * weight[1][y];
+          for (int z = 0; z < 5; ++z) {
+            const float w = across * weight[2][z];
+            first += row[z] == v.tissue[0] ? w : 0;
+            second += row[z] == v.tissue[1] ? w : 0;
+          }
+        }
+      if (first + second > 0) v.second = second / (first + second);
+    }
+    const double depth = depth_seen(own(v));
+    if (depth == 0) continue;
+    const auto reach = static_cast<float>(std::min(depth / voxel, static_cast<double>(kLook)));  // voxels
+    // All of it lies within the labels, whose places are positive: cutting off is rounding down.
+    const glm::vec3 start(dvec3(v.p) / voxel - dvec3(lo) + 0.5), inward = -v.n;
+    const auto seen_at = [&](float way) { return label_at(glm::ivec3(start + way * inward)); };
+    const Tissue outside = own(v);
+    for (float way = 0.75f; way < reach; way += 0.5f) {
+      if (seen_at(way) == outside) continue;
+      // It began within the last step: to an eighth of a voxel.
+      float near = std::max(way - 0.5f, 0.5f), far = way;
+      for (int i = 0; i < 2; ++i) {
+        const float middle = 0.5f * (near + far);
+        (seen_at(middle) == outside ? near : far) = middle;
+      }
+      const Tissue found = seen_at(far);
+      if (found == Tissue::kAir) break;
+      const float left = 1 - far / reach;
+      v.under = found;
+      v.shows = left * std::sqrt(left);
+      break;
+    }
+  }
+}
+
+TissueView::TissueView(float tolerance) : mesher_({.tolerance = tolerance}), tolerance_(tolerance) {}
+
+void TissueView::set_tolerance(float tolerance) {
+  if (tolerance == tolerance_) return;
+  tolerance_ = tolerance;
+  mesher_.set_tolerance(tolerance);
+  another_tolerance_ = true;
+}
+
+std::vector<render::MeshUpdate> TissueView::update(haptics::TissueVolume& volume) {
+  const auto changed = volume.take_changed_bricks();
+  for (const glm::ivec3& key : started_ ? changed : volume.surface_bricks()) {
+    volume.read_brick(key, brick_);
+    mesher_.put(brick_);
+  }
+  if (std::exchange(another_tolerance_, false) && started_) outdated_ = volume.surface_bricks();
+  started_ = true;
+  for (int i = 0; i < kAnewAtOnce && !outdated_.empty(); ++i) {
+    volume.read_brick(outdated_.back(), brick_);
+    mesher_.put(brick_);
+    outdated_.pop_back();
+  }
+  std::vector<render::MeshUpdate> updates;
+  for (const glm::ivec3& key : mesher_.remesh()) {
+    updates.push_back(brick_update(key, mesher_.find(key), volume.frame().voxel));
+    look_beneath(volume, updates.back());
+  }
+  return updates;
+}
+
+}  // namespace typodont

@@ -1,0 +1,113 @@
+#include "engine/app/picture/tooth_field.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace typodont {
+
+ToothField::ToothField(const haptics::TissueVolume& volume, double reach)
+    : frame_(volume.frame()), band_(volume.band()), reach_(reach) {
+  glm::ivec3 hi;
+  volume.bounds(lo_, hi);
+  low_ = frame_.to_world(dvec3(lo_));
+  high_ = frame_.to_world(dvec3(hi));
+  const int room = static_cast<int>(reach / frame_.voxel) + 1;
+  lo_ -= room;
+  size_ = glm::max(hi + room - lo_ + 1, glm::ivec3(2));
+  distance_.resize(static_cast<std::size_t>(size_.x) * size_.y * size_.z);
+  tissue_.resize(distance_.size());
+  volume.copy(lo_, size_, distance_.data(), tissue_.data());
+  if (reach > 0) extend();
+}
+
+double ToothField::distance(const dvec3& p_W) const {
+  const dvec3 v = frame_.to_voxels(p_W) - dvec3(lo_);
+  for (int a = 0; a < 3; ++a)
+    if (!(v[a] >= 0 && v[a] < size_[a] - 1)) return band_ + reach_;
+  const glm::ivec3 i(v);
+  const dvec3 f = v - dvec3(i);
+  const auto at = [&](int x, int y, int z) { return static_cast<double>(distance_[index(i + glm::ivec3(x, y, z))]); };
+  const auto along_z = [&](int x, int y) { return glm::mix(at(x, y, 0), at(x, y, 1), f.z); };
+  const auto along_y = [&](int x) { return glm::mix(along_z(x, 0), along_z(x, 1), f.y); };
+  return glm::mix(along_y(0), along_y(1), f.x) * frame_.voxel;
+}
+
+Tissue ToothField::tissue(const dvec3& p_W) const {
+  const glm::ivec3 i(glm::floor(frame_.to_voxels(p_W) - dvec3(lo_) + 0.5));
+  for (int a = 0; a < 3; ++a)
+    if (i[a] < 0 || i[a] >= size_[a]) return Tissue::kAir;
+  return tissue_[index(i)];
+}
+
+Tissue ToothField::tissue_at_surface(const dvec3& p_W) const {
+  constexpr double kStep = 0.1e-3;  // m
+  dvec3 p = p_W;
+  for (int round = 0; round < 4; ++round) {
+    const double away = distance(p) + kStep;
+    if (std::abs(away) < 0.3 * kStep) break;
+    dvec3 slope;
+    for (int a = 0; a < 3; ++a) {
+      dvec3 step(0);
+      step[a] = kStep;
+      slope[a] = (distance(p + step) - distance(p - step)) / (2 * kStep);
+    }
+    const double steep = glm::dot(slope, slope);
+    if (steep < 0.05) break;
+    p -= slope * (away / steep);
+  }
+  return tissue(p);
+}
+
+std::array<double, kTissueCount> ToothField::shares(const dvec3& p_W) const {
+  std::array<double, kTissueCount> out{};
+  const dvec3 v = frame_.to_voxels(p_W) - dvec3(lo_);
+  for (int a = 0; a < 3; ++a)
+    if (!(v[a] >= 1 && v[a] < size_[a] - 2)) return out;
+  // Cubic B-spline weights: the boundary between labels, which are whole voxels, becomes a smooth one.
+  const glm::ivec3 i(v);
+  double weight[3][4];
+  for (int a = 0; a < 3; ++a) {
+    const double f = v[a] - i[a], g = 1 - f;
+    weight[a][0] = g * g * g / 6;
+    weight[a][1] = (4 - 6 * f * f + 3 * f * f * f) / 6;
+    weight[a][2] = (4 - 6 * g * g + 3 * g * g * g) / 6;
+    weight[a][3] = f * f * f / 6;
+  }
+  for (int x = 0; x < 4; ++x)
+    for (int y = 0; y < 4; ++y)
+      for (int z = 0; z < 4; ++z)
+        out[static_cast<std::size_t>(tissue_[index(i + glm::ivec3(x - 1, y - 1, z - 1))])] +=
+            weight[0][x] * weight[1][y] * weight[2][z];
+  return out;
+}
+
+/// Distances beyond the band: by steps from voxel to voxel, forth and back (chamfer).
+void ToothField::extend() {
+  const auto far = static_cast<float>((band_ + reach_) / frame_.voxel);
+  const auto beyond = static_cast<float>(0.99 * band_ / frame_.voxel);
+  for (float& d : distance_)
+    if (d > beyond) d = far;
+  const std::ptrdiff_t dz = 1, dy = size_.z, dx = static_cast<std::ptrdiff_t>(size_.y) * size_.z;
+  const std::array<std::pair<std::ptrdiff_t, float>, 10> steps{{{dx, 1.0f},
+                                                                {dy, 1.0f},
+                                                                {dz, 1.0f},
+                                                                {dx + dy, 1.414f},
+                                                                {dx - dy, 1.414f},
+                                                                {dx + dz, 1.414f},
+                                                                {dx - dz, 1.414f},
+                                                                {dy + dz, 1.414f},
+                                                                {dy - dz, 1.414f},
+                                                                {dx + dy + dz, 1.732f}}};
+  const auto n = static_cast<std::ptrdiff_t>(distance_.size());
+  const auto pull = [&](std::ptrdiff_t i, std::ptrdiff_t sign) {
+    float& d = distance_[static_cast<std::size_t>(i)];
+    if (d <= beyond) return;
+    for (const auto& [step, length] : steps)
+      if (const std::ptrdiff_t k = i + sign * step; k >= 0 && k < n)
+        d = std::min(d, distance_[static_cast<std::size_t>(k)] + length);
+  };
+  for (std::ptrdiff_t i = 0; i < n; ++i) pull(i, -1);
+  for (std::ptrdiff_t i = n; i-- > 0;) pull(i, 1);
+}
+
+}  // namespace typodont

@@ -1,0 +1,316 @@
+#include "engine/app/recording/playback.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <memory>
+#include <thread>
+#include <vector>
+
+#include "engine/app/picture/debris_view.h"
+#include "engine/app/picture/pair_stage.h"
+#include "engine/app/picture/picture_stage.h"
+#include "engine/app/picture/surroundings.h"
+#include "engine/app/picture/teaching_views.h"
+#include "engine/app/recording/player.h"
+#include "engine/app/sound_link.h"
+#include "engine/app/task/task.h"
+#include "engine/base/error.h"
+#include "engine/base/progress.h"
+#include "engine/base/units.h"
+#include "engine/display/keys.h"
+#include "engine/render/picture.h"
+#include "engine/session/film.h"
+
+namespace typodont {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double kJump = 5;  // s that an arrow key goes
+constexpr std::array<const char*, 4> kViews = {"look", "section", "xray", "difference"};
+
+display::DisplayRig rig_of(const PlaybackOptions& options) {
+  const char* usual = options.film.empty() ? "window" : "closeup";
+  const std::string named = options.rig.empty() ? usual : options.rig;
+  std::error_code code;
+  fs::path file = named;
+  if (!fs::exists(file, code)) file = assets_folder() / "rigs" / (named + ".json");
+  if (!fs::exists(file, code)) throw Error(named, "", "no such file", "a rig file, or the name of one in assets/rigs");
+  display::DisplayRig rig = display::load_rig(file);
+  if (rig.kind == display::DisplayKind::kHmd)
+    throw Error(file.string(), "\"display\"", "hmd", "window, mirror or offscreen: a session is watched on a screen");
+  rig.head.tracker.clear();
+  if (options.eye_W) rig.head.eye_center = *options.eye_W;
+  if (options.ipd) rig.head.ipd = *options.ipd;
+  return rig;
+}
+
+/// One recording and its picture.
+class Side {
+ public:
+  Side(const fs::path& file, std::string name) : player_(file), name_(std::move(name)) {}
+
+  SessionPlayer& player() { return player_; }
+  const haptics::ServoSettings& servo() const { return player_.scene().servo; }
+
+  void attach(PictureStage& stage) {
+    stage_ = &stage;
+    stage.surround(make_surroundings(player_.scene()));
+    stage.hold_mirror(player_.scene().mouth_mirror);
+    player_.smooth_to(surface_tolerance(stage.rig(), player_.tissue().frame().voxel));
+    if (player_.scene().needs("debris")) debris_.emplace(servo().materials, player_.tissue());
+  }
+
+  void show_as(const std::string& view) {
+    view_ = view;
+    if (view == "difference" && !ideal_) {
+      const Scene& scene = player_.scene();
+      ideal_ = ideal_tissue(scene, load_untouched(scene));
+      if (!ideal_) view_ = "look";
+    }
+    player_.smooth_to(surface_tolerance(stage_->rig(), player_.tissue().frame().voxel));
+    stage_->show_as(render::View::kLook);
+    inside_cuts_ = ~std::uint64_t{0};
+  }
+  const std::string& view() const { return view_; }
+
+  /// To `t` seconds after the recording's begin; `dt` since the last picture.
+  void go(double t, double dt) {
+    player_.seek(player_.begin() + t);
+    std::vector<render::MeshUpdate> surface = player_.take_surface();
+    const dvec3 origin = player_.tissue().frame().origin;
+    if (view_ == "difference" && ideal_) {
+      mark_difference(*ideal_, origin, surface);
+      stage_->show_as(render::View::kDifference);
+    }
+    stage_->show(surface, origin);
+    if (view_ == "section" || view_ == "xray") look_inside();
+    if (debris_) {
+      for (const Cut& cut : player_.fresh_cuts()) debris_->add(cut, haptics::tray(servo())[cut.tool]);
+      debris_->step(std::clamp(dt, 0.0, 0.1));
+    }
+  }
+  std::span<const render::Particle> particles() { return debris_ ? debris_->particles() : std::span<const render::Particle>{}; }
+  std::string hint(const PlayClock& clock) const {
+    const ServoTick& tick = player_.tick();
+    return fmt::format("{}{:.1f} / {:.1f} s   x{:.3g}{}{}   {}", name_, to_seconds(tick.t), player_.end(), clock.speed,
+                       clock.loop ? "   loop" : "", clock.paused ? "   paused" : "",
+                       haptics::tray(servo())[std::min<std::size_t>(tick.tool, haptics::tray(servo()).size() - 1)].name);
+  }
+
+ private:
+  /// What the tissue's cut changes is made anew only when it was cut.
+  void look_inside() {
+    const haptics::TissueVolume& volume = player_.tissue();
+    const std::uint64_t cuts = player_.tick().cuts;
+    const dvec3 origin = volume.frame().origin;
+    if (view_ == "section") {
+      const dvec3 away = glm::normalize(player_.tick().X_WG.p - stage_->rig().head.eye_center), up(0, 0, 1);
+      const dvec3 level = away - up * glm::dot(away, up);
+      const dvec3 n = glm::length(level) > 0.2 ? glm::normalize(level) : dvec3(0, 1, 0);
+      if (inside_cuts_ == ~std::uint64_t{0}) {  // through the middle of what is done, once and for all of it
+        dvec3 middle(0);
+        for (const Cut& cut : player_.session().cuts()) middle += cut.X_WB.p;
+        const auto count = static_cast<double>(player_.session().cuts().size());
+        plane_ = {n, -glm::dot(n, count > 0 ? middle / count : player_.tick().X_WG.p)};
+      }
+      if (cuts != inside_cuts_) stage_->show_inside(render::kSectionFace, section_face(volume, dvec3(plane_), -plane_.w), origin);
+      stage_->show_as(render::View::kSection, plane_);
+    } else {
+      if (cuts != inside_cuts_) {
+        stage_->show_inside(render::kInsidePulp, tissue_inside(volume, Tissue::kPulp), origin);
+        stage_->show_inside(render::kInsideCaries, tissue_inside(volume, Tissue::kCaries), origin);
+        stage_->show_inside(render::kInsideDentin, tissue_inside(volume, Tissue::kDentin), origin);
+      }
+      stage_->show_as(render::View::kXray);
+    }
+    inside_cuts_ = cuts;
+  }
+
+  SessionPlayer player_;
+  std::string name_;
+  PictureStage* stage_ = nullptr;
+  std::optional<DebrisView> debris_;
+  std::optional<haptics::TissueVolume> ideal_;
+  std::string view_ = "look";
+  std::uint64_t inside_cuts_ = ~std::uint64_t{0};
+  glm::dvec4 plane_{0, 0, 1, 0};
+};
+
+/// The sessions, the screen, and where playing stands.
+class Playback {
+ public:
+  explicit Playback(const PlaybackOptions& options) {
+    const display::DisplayRig rig = rig_of(options);
+    const bool pair = !options.beside.empty();
+    sides_.push_back(std::make_unique<Side>(options.session, pair ? options.session.stem().string() + "   " : ""));
+    if (pair) sides_.push_back(std::make_unique<Side>(options.beside, options.beside.stem().string() + "   "));
+    PictureStage::Options look;
+    look.quality = render::kQualityLadder[1];
+    look.window = options.film.empty();
+    look.monitor = options.monitor;
+    if (pair) {
+      pair_.emplace(rig, std::array{sides_[0]->servo(), sides_[1]->servo()}, look);
+      for (std::size_t k = 0; k < 2; ++k) sides_[k]->attach(pair_->side(k));
+    } else {
+      stage_.emplace(rig, sides_[0]->servo(), look);
+      sides_[0]->attach(*stage_);
+    }
+    double longest = 0;
+    for (const auto& side : sides_) longest = std::max(longest, side->player().end() - side->player().begin());
+    const double zero = sides_[0]->player().begin();
+    clock.begin = 0;
+    clock.end = longest;
+    clock.set_range(std::max(options.from - zero, 0.0), options.to - zero);
+    if (!(clock.to > clock.from)) throw Error("", "--from, --to", fmt::format("{} to {} s", options.from, options.to), fmt::format("a part of {:.3f} s", longest));
+    clock.speed = options.speed;
+    clock.at = options.speed < 0 ? clock.to : clock.from;
+    for (const auto& side : sides_) side->show_as(options.view);
+    if (options.view != sides_[0]->view()) throw Error("", "--view", options.view, "a session whose task names an ideal");
+  }
+
+  void draw(double dt) {
+    for (const auto& side : sides_) side->go(clock.at, dt * clock.speed);
+    if (pair_) {
+      pair_->draw({sides_[0]->player().tick(), sides_[1]->player().tick()}, {sides_[0]->particles(), sides_[1]->particles()}, dt,
+                  {sides_[0]->hint(clock), sides_[1]->hint(clock)});
+    } else {
+      stage_->draw(sides_[0]->player().tick(), sides_[0]->particles(), dt, sides_[0]->hint(clock));
+    }
+  }
+  void next_view() {
+    const auto now = std::find(kViews.begin(), kViews.end(), sides_[0]->view());
+    for (const auto& side : sides_) side->show_as(kViews[static_cast<std::size_t>(now - kViews.begin() + 1) % kViews.size()]);
+  }
+  render::Picture screen() { return pair_ ? pair_->screen() : stage_->screen(); }
+  display::Output& output() { return pair_ ? pair_->output() : stage_->output(); }
+  Side& first() { return *sides_[0]; }
+
+  PlayClock clock;
+
+ private:
+  std::vector<std::unique_ptr<Side>> sides_;
+  std::optional<PictureStage> stage_;
+  std::optional<PairStage> pair_;
+};
+
+std::vector<std::uint8_t> rgb_of(const render::Picture& picture) {
+  std::vector<std::uint8_t> rgb;
+  rgb.reserve(picture.rgba.size() / 4 * 3);
+  for (std::size_t i = 0; i < picture.rgba.size(); i += 4)
+    rgb.insert(rgb.end(), picture.rgba.begin() + static_cast<std::ptrdiff_t>(i), picture.rgba.begin() + static_cast<std::ptrdiff_t>(i) + 3);
+  return rgb;
+}
+
+}  // namespace
+
+void show_session(const PlaybackOptions& options) {
+  Playback playback(options);
+  PlayClock& clock = playback.clock;
+  clock.loop = options.loops != 0;
+  Nanos last = now();
+  while (true) {
+    const display::UserInput input = playback.output().poll();
+    if (input.close) return;
+    for (const int key : input.pressed) {
+      namespace keys = display::keys;
+      switch (key) {
+        case keys::kEscape: return;
+        case ' ':
+          if (clock.over) clock.seek(clock.speed < 0 ? clock.to : clock.from);
+          else clock.paused = !clock.paused;
+          break;
+        case keys::kLeft: clock.seek(clock.at - kJump); break;
+        case keys::kRight: clock.seek(clock.at + kJump); break;
+        case keys::kUp: clock.faster(true); break;
+        case keys::kDown: clock.faster(false); break;
+        case keys::kHome: clock.seek(clock.from); break;
+        case keys::kEnd: clock.seek(clock.to); break;
+        case 'L': clock.loop = !clock.loop; break;
+        case 'R': clock.speed = -clock.speed; clock.over = false; break;
+        case 'V': playback.next_view(); break;
+        case '[': clock.set_range(clock.at, clock.to); break;
+        case ']': clock.set_range(clock.from, clock.at); break;
+        case keys::kBackspace: clock.set_range(clock.begin, clock.end); break;
+        default: break;
+      }
+    }
+    const double dt = std::min(to_seconds(now() - last), 0.25);
+    last = now();
+    clock.advance(dt);
+    playback.draw(dt);
+    if (clock.paused || clock.over) std::this_thread::sleep_for(std::chrono::milliseconds(4));
+  }
+}
+
+PlaybackResult film_session(const PlaybackOptions& options, Progress& progress) {
+  Playback playback(options);
+  PlayClock& clock = playback.clock;
+  const int times = std::max(1, options.loops);
+  clock.loop = times > 1;
+  const double length = (clock.to - clock.from) / std::abs(clock.speed) * times;
+  std::optional<SoundLink> sound;
+  fs::path wav;
+  SessionPlayer& player = playback.first().player();
+  if (options.speed == 1 && times == 1 && player.scene().needs("sound")) {
+    wav = options.film;
+    wav += ".wav";
+    sound.emplace("wav:" + wav.string(), player.scene(), /*live=*/false);
+  }
+  const auto remove_wav = [&] {
+    std::error_code code;
+    if (!wav.empty()) fs::remove(wav, code);
+  };
+  PlaybackResult result;
+  try {
+    std::optional<session::FilmWriter> film;
+    const auto frames = static_cast<std::uint64_t>(std::max(1.0, std::round(length * options.fps)));
+    std::uint64_t heard = 0;
+    std::vector<ServoTick> ticks;
+    std::size_t tick = 0;
+    for (; result.frames < frames; ++result.frames) {
+      progress.at(static_cast<double>(result.frames) / static_cast<double>(frames));
+      playback.draw(1 / options.fps);
+      const render::Picture screen = playback.screen();
+      if (!film) film.emplace(options.film, session::FilmOptions{screen.size.x, screen.size.y, options.fps});
+      film->add(rgb_of(screen));
+      if (sound) {
+        const Nanos zero = from_seconds(player.begin() + clock.from), until = from_seconds(player.begin() + clock.at);
+        while (true) {
+          if (tick == ticks.size()) {
+            ticks = player.session().ticks(heard, 4096);
+            heard += ticks.size();
+            tick = 0;
+            if (ticks.empty()) break;
+          }
+          if (ticks[tick].t > until) break;
+          if (ticks[tick].t >= zero) {
+            ServoTick shifted = ticks[tick];
+            shifted.t -= zero;
+            sound->push(shifted);
+          }
+          ++tick;
+        }
+        sound->advance(until - zero);
+      }
+      clock.advance(1 / options.fps);
+    }
+    result.seconds = static_cast<double>(frames) / options.fps;
+    if (sound) sound->stop(from_seconds(result.seconds));
+    std::optional<fs::path> heard_file;
+    if (sound) heard_file = wav;
+    if (!film->finish(heard_file)) throw RunFailure(film->message());
+    result.message = film->message();
+  } catch (...) {
+    remove_wav();
+    throw;
+  }
+  remove_wav();
+  return result;
+}
+
+}  // namespace typodont

@@ -1,0 +1,148 @@
+#include "engine/app/recording/player.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "engine/app/recording/replay.h"
+#include "engine/app/recording/resume.h"
+#include "engine/base/error.h"
+
+namespace typodont {
+
+namespace {
+
+constexpr std::uint64_t kBlock = 4096;  // ticks read at once
+constexpr double kSlowest = 0.125, kFastest = 16;
+
+}  // namespace
+
+SessionPlayer::SessionPlayer(const std::filesystem::path& file) : session_(file), scene_(scene_of(session_)) {
+  if (session_.tick_count() == 0) throw Error(file.string(), "", "no ticks", "a recorded session");
+  begin_ = to_seconds(session_.ticks(0, 1).front().t);
+  end_ = to_seconds(session_.ticks(session_.tick_count() - 1, 1).front().t);
+  std::vector<StrokeEdit> edits;
+  for (const session::SessionEvent& event : session_.events()) {
+    if (const auto edit = edit_of(event)) edits.push_back(*edit);
+  }
+  auto edit = edits.begin();
+  const auto add_edits = [&](std::uint64_t before_cut) {
+    for (; edit != edits.end() && edit->cuts < before_cut; ++edit) deeds_.push_back({edit->t, nullptr, edit->redo});
+  };
+  for (const Cut& cut : session_.cuts()) {
+    add_edits(cut.index);
+    deeds_.push_back({cut.t, &cut, false});
+  }
+  add_edits(UINT64_MAX);
+  // In their order, whatever the clocks of two threads say.
+  for (std::size_t i = 1; i < deeds_.size(); ++i) deeds_[i].t = std::max(deeds_[i].t, deeds_[i - 1].t);
+  from_the_start();
+  seek(begin_);
+}
+
+void SessionPlayer::from_the_start() {
+  carver_.emplace(load_tissue(scene_), haptics::tray(scene_.servo));
+  next_ = 0;
+  done_.clear();
+  view_.reset();
+}
+
+void SessionPlayer::smooth_to(float tolerance) {
+  tolerance_ = tolerance;
+  view_.reset();
+}
+
+std::vector<render::MeshUpdate> SessionPlayer::take_surface() {
+  if (!view_) view_.emplace(tolerance_);
+  return view_->update(carver_->volume());
+}
+
+void SessionPlayer::go_on(Nanos t) {
+  haptics::Carver& carver = *carver_;
+  for (; next_ < deeds_.size() && deeds_[next_].t <= t; ++next_) {
+    const Deed& deed = deeds_[next_];
+    if (deed.cut) {
+      // Played from another moment on, cuts may not begin at the first: the carver counts its own.
+      Cut cut = *deed.cut;
+      cut.index = carver.cuts() + 1;
+      if (carver.begins_stroke(cut)) {
+        carver.volume().end_stroke();
+        const auto before = carver.volume().strokes();
+        done_.push_back({Done::Kind::kStroke, next_, before.done + 1, before.undone > 0});
+      }
+      carver.apply(cut);
+      fresh_.push_back(*deed.cut);
+    } else if (deed.redo ? carver.redo() : carver.undo()) {
+      done_.push_back({deed.redo ? Done::Kind::kRedo : Done::Kind::kUndo, next_, 0, false});
+    }
+  }
+}
+
+void SessionPlayer::go_back(Nanos t) {
+  haptics::Carver& carver = *carver_;
+  while (next_ > 0 && deeds_[next_ - 1].t > t) {
+    if (done_.empty()) return from_the_start();
+    const Done last = done_.back();
+    if (last.forgets) return from_the_start();
+    done_.pop_back();
+    next_ = last.first;
+    if (last.kind == Done::Kind::kStroke) {
+      carver.end_stroke();
+      carver.volume().end_stroke();
+      if (carver.volume().strokes().done == last.strokes) carver.undo();  // else it changed nothing
+    } else if (last.kind == Done::Kind::kUndo) {
+      carver.redo();
+    } else {
+      carver.undo();
+    }
+  }
+}
+
+void SessionPlayer::seek(double seconds) {
+  const Nanos t = from_seconds(std::clamp(seconds, begin_, end_));
+  fresh_.clear();
+  const bool back = next_ > 0 && deeds_[next_ - 1].t > t;
+  if (back) go_back(t);
+  go_on(t);
+  if (back) fresh_.clear();
+  if (block_.empty() || block_.front().t > t || block_.back().t <= t) {
+    std::uint64_t first = 0, last = session_.tick_count();  // bisected: the wanted tick lies in [first, last)
+    while (last - first > 1) {
+      const std::uint64_t middle = first + (last - first) / 2;
+      (session_.ticks(middle, 1).front().t <= t ? first : last) = middle;
+    }
+    block_ = session_.ticks(first, kBlock);
+  }
+  const auto after = std::upper_bound(block_.begin(), block_.end(), t, [](Nanos v, const ServoTick& tick) { return v < tick.t; });
+  tick_ = after == block_.begin() ? block_.front() : *(after - 1);
+}
+
+void PlayClock::set_range(double a, double b) {
+  from = std::clamp(std::min(a, b), begin, end);
+  to = std::clamp(std::max(a, b), begin, end);
+  at = std::clamp(at, from, to);
+}
+
+void PlayClock::advance(double dt) {
+  if (paused || over) return;
+  const double length = to - from;
+  at += speed * dt;
+  if (at >= from && at <= to) return;
+  if (!loop || !(length > 0)) {
+    over = true;
+    at = std::clamp(at, from, to);
+    return;
+  }
+  at = from + std::fmod(std::fmod(at - from, length) + length, length);
+}
+
+void PlayClock::seek(double t) {
+  at = std::clamp(t, from, to);
+  over = false;
+}
+
+void PlayClock::faster(bool up) {
+  const double sign = speed < 0 ? -1 : 1;
+  speed = sign * std::clamp(std::abs(speed) * (up ? 2 : 0.5), kSlowest, kFastest);
+}
+
+}  // namespace typodont

@@ -1,0 +1,233 @@
+#include "engine/app/recording/replay.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <deque>
+#include <limits>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <numeric>
+
+#include "engine/app/hands/replay_hand.h"
+#include "engine/app/haptic_loop.h"
+#include "engine/app/recording/resume.h"
+#include "engine/app/recording/session_record.h"
+#include "engine/app/scene.h"
+#include "engine/base/error.h"
+#include "engine/session/hash.h"
+#include "engine/session/recorder.h"
+#include "engine/session/session_file.h"
+#include "haptics/carver.h"
+
+namespace typodont {
+
+namespace {
+
+bool same_bits(const dvec3& a, const dvec3& b) {
+  return std::memcmp(&a, &b, sizeof a) == 0;
+}
+
+/// The session file keeps torques in N·mm: what comes back of one is rounded twice.
+dvec3 torque_as_recorded(const dvec3& tau) {
+  return tau * 1e3 / 1e3;
+}
+
+/// A file that has changed since makes a replay of another tissue: say so instead of finding a difference later.
+void require_same_files(const session::SessionHeader& header) {
+  // The scene comes first and the rig last: both are in the session itself.
+  const std::size_t end = header.files.size() - (header.rig_json.empty() || header.files.empty() ? 0 : 1);
+  for (std::size_t i = 1; i < end; ++i) {
+    const session::SourceFile& file = header.files[i];
+    const session::SourceFile now = session::describe_file(file.path);
+    if (now.hash != file.hash)
+      throw Error(file.path, "", now.hash, file.hash + ", the tissue the session was made with");
+  }
+}
+
+std::vector<StrokeEdit> edits_of(const session::SessionReader& session) {
+  std::vector<StrokeEdit> edits;
+  for (const session::SessionEvent& event : session.events()) {
+    if (const auto edit = edit_of(event)) edits.push_back(*edit);
+  }
+  return edits;
+}
+
+void repeat(haptics::Carver& carver, const StrokeEdit& edit) {
+  edit.redo ? carver.redo() : carver.undo();
+}
+
+}  // namespace
+
+Scene scene_of(const session::SessionReader& session) {
+  const session::SessionHeader& header = session.header();
+  require_same_files(header);
+  const std::filesystem::path scene_file = header.files.empty() ? "scene.json" : header.files[0].path;
+  return parse_scene(Json::parse(header.scene_json, session.file().string() + " (scene)"), scene_file);
+}
+
+haptics::TissueVolume tissue_at(const session::SessionReader& session, const Scene& scene, haptics::TissueVolume start, Nanos t) {
+  haptics::Carver carver(std::move(start), haptics::tray(scene.servo));
+  const std::vector<StrokeEdit> edits = edits_of(session);
+  auto edit = edits.begin();
+  for (const Cut& cut : session.cuts()) {
+    if (cut.t > t) break;
+    for (; edit != edits.end() && edit->cuts < cut.index; ++edit) repeat(carver, *edit);
+    carver.apply(cut);
+  }
+  for (; edit != edits.end() && edit->t <= t; ++edit) repeat(carver, *edit);
+  carver.end_stroke();
+  return std::move(carver.volume());
+}
+
+haptics::TissueVolume tissue_at_end(const session::SessionReader& session, const Scene& scene, haptics::TissueVolume start) {
+  return tissue_at(session, scene, std::move(start), std::numeric_limits<Nanos>::max());
+}
+
+ServoTick tick_at(const session::SessionReader& session, Nanos t) {
+  if (session.tick_count() == 0) throw Error(session.file().string(), "", "no ticks", "a recorded session");
+  std::uint64_t first = 0, end = session.tick_count();  // bisected: the wanted tick lies in [first, end)
+  while (end - first > 1) {
+    const std::uint64_t middle = first + (end - first) / 2;
+    (session.ticks(middle, 1).front().t <= t ? first : end) = middle;
+  }
+  return session.ticks(first, 1).front();
+}
+
+ReplayResult replay_session(const std::filesystem::path& session_file, const std::function<void(double)>& progress) {
+  const session::SessionReader session(session_file);
+  const session::SessionHeader& header = session.header();
+  const Scene scene = scene_of(session);
+
+  haptics::Carver carver(load_tissue(scene), haptics::tray(scene.servo));
+  const haptics::ServoSettings settings = servo_settings(scene, carver.volume(), header.servo_rate, header.vibration_band,
+                                                        header.position_step);
+  haptics::Servo servo(settings, haptics::patch_edge_for(haptics::tray(settings), settings.frame.voxel));
+  haptics::SurfacePatch spare;
+  spare.resize(servo.patch().n);
+
+  ReplayResult result;
+  result.truncated = session.truncated();
+  result.identical = true;
+  Fnv1a force_hash;
+  std::deque<Cut> waiting;  // made by the servo, not yet repeated on the volume
+  const auto apply_through = [&](std::uint64_t cuts) {
+    while (!waiting.empty() && waiting.front().index <= cuts) {
+      carver.apply(waiting.front());
+      waiting.pop_front();
+    }
+  };
+  const std::vector<StrokeEdit> edits = edits_of(session);
+  auto edit = edits.begin();
+  const auto edit_through = [&](std::uint32_t patches) {  // those made before patch number `patches` + 1 was cut out
+    for (; edit != edits.end() && edit->patches <= patches; ++edit) {
+      apply_through(edit->cuts);
+      repeat(carver, *edit);
+    }
+  };
+  auto patch = session.patches().begin();
+  constexpr std::uint64_t kChunk = 65536;
+  for (std::uint64_t first = 0; first < session.tick_count(); first += kChunk) {
+    for (const ServoTick& recorded : session.ticks(first, kChunk)) {
+      for (; patch != session.patches().end() && patch->first_tick <= recorded.index; ++patch) {
+        edit_through(patch->patch - 1);
+        apply_through(patch->cuts);
+        carver.cut_out(patch->center_W, spare);
+        servo.adopt(spare);
+      }
+      ServoTick tick;
+      Cut cut;
+      if (servo.tick({recorded.t, recorded.X_WT, recorded.pedal, recorded.tool, recorded.faults}, tick, cut)) waiting.push_back(cut);
+      session::add_forces(force_hash, {&tick, 1});
+      const bool same = same_bits(tick.f_T_W, recorded.f_T_W) && same_bits(torque_as_recorded(tick.tau_T_W), recorded.tau_T_W) &&
+                        tick.cuts == recorded.cuts && tick.tool == recorded.tool;
+      if (!same && result.identical) {
+        result.identical = false;
+        result.first_difference = recorded.index;
+        result.what_differs = fmt::format("force at tick {}", recorded.index);
+      }
+      ++result.ticks;
+      result.seconds = to_seconds(recorded.t);
+      result.ticks_with_faults += recorded.faults != 0;
+    }
+    if (progress) progress(static_cast<double>(result.ticks) / static_cast<double>(session.tick_count()));
+  }
+  edit_through(UINT32_MAX);
+  apply_through(UINT64_MAX);
+  const std::uint64_t field = carver.volume().hash();
+  result.field_hash = fmt::format("{:016x}", field);
+  result.force_hash = fmt::format("{:016x}", force_hash.value);
+  if (session.result() && session.result()->field_hash != 0 && session.result()->field_hash != field &&
+      result.identical) {
+    result.identical = false;
+    result.what_differs = "the tissue at the end";
+  }
+  return result;
+}
+
+Scene scene_with(const session::SessionReader& session, const std::string& overrides, const std::string& where) {
+  const Scene own = scene_of(session);
+  const Json given = Json::parse(overrides, where);
+  if (!given.is_object()) given.fail("an object with keys of a scene");
+  auto json = nlohmann::ordered_json::parse(own.text);
+  const auto changes = nlohmann::ordered_json::parse(overrides);
+  for (const auto& [key, value] : changes.items()) json[key] = value;
+  return parse_scene(Json::parse(json.dump(2), where), own.file);
+}
+
+RerunResult rerun_session(const session::SessionReader& session, const Scene& scene, const std::filesystem::path& out,
+                          const std::function<void(double)>& progress) {
+  const double rate = session.header().servo_rate;
+  HapticLoop loop(scene, load_tissue(scene), rate);
+  std::unique_ptr<session::SessionWriter> writer;
+  if (!out.empty()) {
+    const auto hand = open_replay_hand(session.file(), rate, /*paced=*/false);
+    session::SessionHeader header = session_header(scene, {}, *hand, loop.carver().volume(), rate);
+    header.hand = "replay:" + session.file().string();
+    header.trainee = session.header().trainee;
+    header.date.clear();
+    session::WriterOptions options;
+    options.whole_or_nothing = true;
+    writer = std::make_unique<session::SessionWriter>(out, header, options);
+  }
+  RerunResult result;
+  TickNotes notes(scene, std::nullopt);
+  const auto sum = [](const PerTissue& v) { return std::accumulate(v.begin(), v.end(), 0.0); };
+  constexpr std::uint64_t kChunk = 65536;
+  double force2 = 0, tool2 = 0;
+  for (std::uint64_t first = 0; first < session.tick_count(); first += kChunk) {
+    for (const ServoTick& recorded : session.ticks(first, kChunk)) {
+      ServoTick tick;
+      Cut cut;
+      const bool did_cut = loop.tick({recorded.t, recorded.X_WT, recorded.pedal, recorded.tool}, tick, cut);
+      tick.cpu_time = 0;
+      if (writer) {
+        if (loop.fresh_patch()) writer->append({loop.fresh_patch(), 1});
+        if (did_cut) writer->append({&cut, 1});
+        writer->append({&tick, 1});
+        notes.add(tick, *writer);
+      }
+      const double off = glm::length(tick.f_T_W - recorded.f_T_W), tool_off = glm::length(tick.X_WG.p - recorded.X_WG.p);
+      force2 += off * off, tool2 += tool_off * tool_off;
+      result.force_off_max = std::max(result.force_off_max, off);
+      result.tool_off_max = std::max(result.tool_off_max, tool_off);
+      result.force_max = std::max(result.force_max, glm::length(tick.f_T_W));
+      result.force_max_before = std::max(result.force_max_before, glm::length(recorded.f_T_W));
+      result.removed = sum(tick.removed), result.removed_before = sum(recorded.removed);
+      result.seconds = to_seconds(tick.t);
+      result.cuts = tick.cuts;
+      ++result.ticks;
+    }
+    if (progress) progress(static_cast<double>(result.ticks) / static_cast<double>(session.tick_count()));
+  }
+  if (result.ticks > 0) {
+    result.force_off_rms = std::sqrt(force2 / static_cast<double>(result.ticks));
+    result.tool_off_rms = std::sqrt(tool2 / static_cast<double>(result.ticks));
+  }
+  if (writer && !writer->finish(session_result(loop.carver().volume()))) throw RunFailure(writer->status().message);
+  return result;
+}
+
+}  // namespace typodont

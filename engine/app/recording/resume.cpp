@@ -1,0 +1,69 @@
+#include "engine/app/recording/resume.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "engine/app/recording/replay.h"
+#include "engine/base/error.h"
+#include "engine/base/units.h"
+#include "engine/session/session_file.h"
+
+namespace typodont {
+
+Scene with_resume(const Scene& scene, const std::filesystem::path& file) {
+  if (file.extension() != ".vdb" && file.extension() != ".h5")
+    throw Error("--resume", "", file.string(), "a volume (.vdb) or a session (.h5)");
+  auto json = nlohmann::ordered_json::parse(scene.text);
+  json["resume"] = std::filesystem::absolute(file).string();
+  return parse_scene(Json::parse(json.dump(2), scene.file.string()), scene.file);
+}
+
+haptics::TissueVolume resumed_tissue(const Scene& scene, const haptics::TissueVolume& untouched) {
+  const std::filesystem::path file = find_file(scene.resume, scene.file.parent_path());
+  haptics::TissueVolume tissue = [&] {
+    if (file.extension() == ".vdb") return haptics::TissueVolume::load(file);
+    const session::SessionReader session(file);
+    const Scene its = scene_of(session);
+    return tissue_at_end(session, its, load_tissue(its));
+  }();
+  const VoxelFrame &is = tissue.frame(), &expected = untouched.frame();
+  if (std::abs(is.voxel - expected.voxel) > 1e-9 || glm::length(is.origin - expected.origin) > 1e-6) {
+    const auto words = [](const VoxelFrame& f) {
+      return fmt::format("voxels of {:.4f} mm from ({:.3f}, {:.3f}, {:.3f}) mm", f.voxel * 1e3, f.origin.x * 1e3, f.origin.y * 1e3, f.origin.z * 1e3);
+    };
+    throw Error(file.string(), "", words(is), words(expected) + ", as the scene's tissue has them");
+  }
+  return tissue;
+}
+
+session::SessionEvent event_of(const StrokeEdit& edit) {
+  const nlohmann::ordered_json text{{"cuts", edit.cuts}, {"patches", edit.patches}};
+  return {edit.t, edit.redo ? session::EventKind::kRedo : session::EventKind::kUndo, text.dump()};
+}
+
+session::SessionEvent event_of(const LoosePiece& piece) {
+  nlohmann::ordered_json text{{"cut", piece.cut}};
+  for (int axis = 0; axis < 3; ++axis) text["center_mm"].push_back(std::round(piece.center_W[axis] * 1e6) / 1e3);
+  for (int i = 1; i < kTissueCount; ++i) {
+    const double mm3 = piece.removed[static_cast<std::size_t>(i)] / kCubicMillimetre;
+    if (mm3 > 0) text["mm3"][std::string(name_of(static_cast<Tissue>(i)))] = mm3;
+  }
+  return {piece.t, session::EventKind::kPiece, text.dump()};
+}
+
+std::optional<StrokeEdit> edit_of(const session::SessionEvent& event) {
+  if (event.kind != session::EventKind::kUndo && event.kind != session::EventKind::kRedo) return std::nullopt;
+  const Json json = Json::parse(event.text, "session event");
+  json.allow_only({"cuts", "patches"});
+  const auto count = [&](const char* key, double most) {
+    const double n = json[key].number();
+    if (!(n >= 0 && n <= most && n == std::floor(n))) json[key].fail("a count");
+    return n;
+  };
+  return StrokeEdit{event.t, event.kind == session::EventKind::kRedo, static_cast<std::uint64_t>(count("cuts", 9e15)),
+                    static_cast<std::uint32_t>(count("patches", 4e9))};
+}
+
+}  // namespace typodont

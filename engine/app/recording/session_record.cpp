@@ -1,0 +1,127 @@
+#include "engine/app/recording/session_record.h"
+
+#include <array>
+
+#include "engine/session/hash.h"
+#include "haptics/solid.h"
+
+namespace typodont {
+
+session::SessionHeader session_header(const Scene& scene, const std::filesystem::path& rig_file,
+                                      const haptics::HapticDevice& hand, const haptics::TissueVolume& tissue,
+                                      double rate) {
+  session::SessionHeader header;
+  header.scene_json = scene.text;
+  header.hand = hand.info().address;
+  header.tools = tool_names(scene);
+  header.servo_rate = rate;
+  header.vibration_band = hand.info().vibration_band;
+  header.position_step = hand.info().position_step;
+  header.voxel = tissue.frame().voxel;
+  header.volumes_before = scene.resume.empty() ? tissue.volumes() : load_untouched(scene).volumes();
+  header.files.push_back(session::describe_file(std::filesystem::absolute(scene.file)));
+  if (const auto volume = scene.tissue->find("volume")) {
+    header.files.push_back(
+        session::describe_file(std::filesystem::absolute(find_file(volume->string(), scene.file.parent_path()))));
+  }
+  const auto add_meshes = [&](const Json& solids) {
+    for (const std::string& mesh : haptics::mesh_files(solids)) {
+      header.files.push_back(session::describe_file(std::filesystem::absolute(find_file(mesh, scene.file.parent_path()))));
+    }
+  };
+  add_meshes(*scene.tissue);
+  for (const Json& item : scene.paint) add_meshes(item);
+  for (const Json& item : scene.prepare) add_meshes(item);
+  if (!scene.paint_file.empty()) header.files.push_back(session::describe_file(std::filesystem::absolute(scene.paint_file)));
+  if (!scene.resume.empty()) {
+    header.files.push_back(session::describe_file(std::filesystem::absolute(find_file(scene.resume, scene.file.parent_path()))));
+  }
+  if (!rig_file.empty()) {
+    header.rig_json = Json::load(rig_file).text();
+    header.files.push_back(session::describe_file(std::filesystem::absolute(rig_file)));
+  }
+  header.date = session::iso_date_now();
+  return header;
+}
+
+session::StreamSpec left_hand_stream() {
+  return {"left_hand",
+          {{"x_m", "m"}, {"y_m", "m"}, {"z_m", "m"}, {"qw", ""}, {"qx", ""}, {"qy", ""}, {"qz", ""}, {"pedal", ""}}};
+}
+
+session::StreamSpec head_stream() {
+  return {"head",
+          {{"eye_x_m", "m"}, {"eye_y_m", "m"}, {"eye_z_m", "m"}, {"right_x", ""}, {"right_y", ""}, {"right_z", ""}, {"ipd_m", "m"}, {"view", ""}}};
+}
+
+std::string_view view_name(render::View view) noexcept {
+  switch (view) {
+    case render::View::kSection: return "section";
+    case render::View::kXray: return "xray";
+    case render::View::kDifference: return "difference";
+    case render::View::kLook: break;
+  }
+  return "look";
+}
+
+session::StreamSpec sound_stream() {
+  return {"sound",
+          {{"spindle_rad_per_s", "rad/s"},
+           {"pedal", ""},
+           {"contact_area_m2", "m2"},
+           {"force_N", "N"},
+           {"removal_m3_per_s", "m3/s"},
+           {"slip_m_per_s", "m/s"},
+           {"tissue", ""}}};
+}
+
+namespace {
+
+constexpr Nanos kSoundEvery = 10'000'000;               // ns
+constexpr Nanos kFaultAgain = kNanosPerSecond;          // a fault that was away for less has not begun anew
+
+std::vector<bool> that_turn(const Scene& scene) {
+  std::vector<bool> turn;
+  for (const haptics::Tool& tool : haptics::tray(scene.servo)) turn.push_back(tool.turns());
+  return turn;
+}
+
+}  // namespace
+
+TickNotes::TickNotes(const Scene& scene, std::optional<std::size_t> sound)
+    : tools_(tool_names(scene)), sound_(sound), voice_(that_turn(scene)) {
+  fault_seen_.fill(-2 * kFaultAgain);
+}
+
+void TickNotes::add(const ServoTick& tick, session::SessionWriter& writer) noexcept {
+  if (tick.tool != tool_ || (first_ && tools_.size() > 1)) {
+    tool_ = tick.tool;
+    if (tool_ < tools_.size()) writer.event(tick.t, session::EventKind::kTool, tools_[tool_]);
+  }
+  for (std::size_t bit = 0; tick.faults >> bit != 0 && bit < fault_seen_.size(); ++bit) {
+    if (!(tick.faults >> bit & 1u)) continue;
+    if (tick.t - fault_seen_[bit] > kFaultAgain) {
+      writer.event(tick.t, session::EventKind::kFault, session::fault_name(1u << bit));
+    }
+    fault_seen_[bit] = tick.t;
+  }
+  if (sound_) {
+    const audio::SoundState s = voice_.state_of(tick);
+    if (first_ || tick.t - sounded_ >= kSoundEvery) {
+      sounded_ = tick.t;
+      writer.append(*sound_, tick.t, std::array{s.spindle, s.pedal, s.contact_area, s.force, s.removal_rate, s.slip_speed,
+                                                static_cast<double>(s.tissue)});
+    }
+  }
+  first_ = false;
+}
+
+session::SessionResult session_result(const haptics::TissueVolume& tissue) {
+  session::SessionResult result;
+  result.volumes_after = tissue.volumes();
+  result.has_volumes = true;
+  result.field_hash = tissue.hash();
+  return result;
+}
+
+}  // namespace typodont

@@ -1,0 +1,76 @@
+#include "engine/app/task/damage.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "engine/app/scene.h"
+
+namespace typodont {
+
+namespace {
+
+constexpr double kCell = 0.1e-3;   // m
+constexpr double kMoved = 0.01e-3; // m of way, of any part of the head, after which it is looked at again
+constexpr double kSlack = 0.01e-3; // m, more than the fields' own error: touching is not yet damage
+
+std::uint64_t cell_of(const dvec3& p_W) {
+  constexpr double kHalf = 1 << 20;
+  const auto at = [](double v) { return static_cast<std::uint64_t>(std::clamp(std::floor(v / kCell) + kHalf, 0.0, 2 * kHalf - 1)); };
+  return at(p_W.x) << 42 | at(p_W.y) << 21 | at(p_W.z);
+}
+
+}  // namespace
+
+DamageMeter::DamageMeter(SurroundingsShape shape, std::span<const haptics::Tool> tools) : shape_(std::move(shape)) {
+  for (const haptics::Tool& tool : tools) heads_.push_back({tool.turns(), tool.reach(), haptics::HeadField(tool, 1)});
+}
+
+void DamageMeter::add(std::span<const ServoTick> ticks) {
+  for (const ServoTick& tick : ticks) {
+    const Head& head = heads_[std::min<std::size_t>(tick.tool, heads_.size() - 1)];
+    if (!head.turns || !(tick.spindle > 0) || !is_finite(tick.X_WG.p)) continue;
+    const double near = head.reach + kCell;
+    if (shape_.neighbour(tick.X_WG.p) > near && shape_.gum(tick.X_WG.p) > near) continue;
+    if (last_ && last_tool_ == tick.tool) {
+      const double turned = 2 * std::acos(std::min(1.0, std::abs(glm::dot(last_->R, tick.X_WG.R))));
+      if (glm::length(tick.X_WG.p - last_->p) + turned * head.reach < kMoved) continue;
+    }
+    last_ = tick.X_WG;
+    last_tool_ = tick.tool;
+    sweep(tick, head);
+  }
+}
+
+void DamageMeter::sweep(const ServoTick& tick, const Head& head) {
+  const std::size_t before = neighbour_.size() + gum_.size();
+  const glm::dmat3 R_TW = glm::transpose(glm::dmat3(tick.X_WG.R));
+  const glm::ivec3 lo(glm::floor((tick.X_WG.p - head.reach) / kCell)), hi(glm::floor((tick.X_WG.p + head.reach) / kCell));
+  for (int x = lo.x; x <= hi.x; ++x) {
+    for (int y = lo.y; y <= hi.y; ++y) {
+      for (int z = lo.z; z <= hi.z; ++z) {
+        const dvec3 p_W = (dvec3(x, y, z) + 0.5) * kCell;
+        if (head.field.distance(R_TW * (p_W - tick.X_WG.p)) > 0) continue;
+        if (shape_.neighbour(p_W) < -kSlack) {
+          neighbour_.insert(cell_of(p_W));
+        } else if (shape_.gum(p_W) < -kSlack && shape_.tooth(p_W) > kSlack) {  // the gum reaches into the tooth it hides
+          gum_.insert(cell_of(p_W));
+        }
+      }
+    }
+  }
+  if (first_ < 0 && neighbour_.size() + gum_.size() > before) first_ = to_seconds(tick.t);
+}
+
+session::DamageMeasures DamageMeter::result() const {
+  constexpr double kVolume = kCell * kCell * kCell;
+  return {shape_.has_neighbours(), shape_.has_gum(), static_cast<double>(neighbour_.size()) * kVolume,
+          static_cast<double>(gum_.size()) * kVolume, first_};
+}
+
+std::optional<DamageMeter> damage_meter(const Scene& scene) {
+  if (!scene.surroundings) return std::nullopt;
+  return DamageMeter(SurroundingsShape(read_surroundings(*scene.surroundings, volume_file(scene), scene.file.parent_path())),
+                     haptics::tray(scene.servo));
+}
+
+}  // namespace typodont

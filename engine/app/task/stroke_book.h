@@ -1,0 +1,77 @@
+// What each stroke took away or painted, beside the volume that can take it back: so that what is shown while a session
+// runs goes back too. Carver's thread.
+#pragma once
+
+#include <vector>
+
+#include "engine/app/task/paint_file.h"
+#include "engine/contract/contact.h"
+#include "haptics/tissue_volume.h"
+
+namespace typodont {
+
+/// How the tissue stands.
+struct TissueState {
+  haptics::TissueVolume::Strokes strokes;
+  std::uint32_t undone = 0, redone = 0;  // times since the session's start
+  PerTissue removed{};                   // m³, of the strokes that stand
+  std::size_t painted = 0;               // brush strokes that stand
+  std::uint64_t version = 0;             // changes with the tissue
+};
+
+class StrokeBook {
+ public:
+  /// After the volume did it.
+  void cut(const Cut& cut, const haptics::TissueVolume& volume) {
+    PerTissue& sum = entry(volume).removed;
+    for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += cut.removed[i];
+    for (std::size_t i = 0; i < sum.size(); ++i) state_.removed[i] += cut.removed[i];
+    ++state_.version;
+  }
+  void painted(const PaintStroke& stroke, const haptics::TissueVolume& volume) {
+    entry(volume).paint.push_back(stroke);
+    ++state_.painted;
+    ++state_.version;
+  }
+  /// A stroke was taken back, or brought again.
+  void edited(bool redo, const haptics::TissueVolume& volume) {
+    ++(redo ? state_.redone : state_.undone);
+    ++state_.version;
+    const std::size_t done = volume.strokes().done;
+    if (entries_.size() < done) entries_.resize(done);
+    state_.removed = {};
+    state_.painted = 0;
+    for (std::size_t k = 0; k < done; ++k) {
+      for (std::size_t i = 0; i < state_.removed.size(); ++i) state_.removed[i] += entries_[k].removed[i];
+      state_.painted += entries_[k].paint.size();
+    }
+  }
+  TissueState state(const haptics::TissueVolume& volume) const {
+    TissueState state = state_;
+    state.strokes = volume.strokes();
+    return state;
+  }
+  /// What was painted and not taken back, in its order.
+  std::vector<PaintStroke> paint(const haptics::TissueVolume& volume) const {
+    std::vector<PaintStroke> all;
+    for (std::size_t k = 0; k < std::min(volume.strokes().done, entries_.size()); ++k)
+      all.insert(all.end(), entries_[k].paint.begin(), entries_[k].paint.end());
+    return all;
+  }
+
+ private:
+  struct Entry {
+    PerTissue removed{};
+    std::vector<PaintStroke> paint;
+  };
+  /// Of the stroke that is being made; those that were undone before it are forgotten.
+  Entry& entry(const haptics::TissueVolume& volume) {
+    entries_.resize(std::max<std::size_t>(volume.strokes().done, 1));
+    return entries_.back();
+  }
+
+  std::vector<Entry> entries_;
+  TissueState state_;
+};
+
+}  // namespace typodont

@@ -1,0 +1,306 @@
+#include "engine/app/task/task.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "engine/app/recording/replay.h"
+#include "engine/app/task/damage.h"
+#include "engine/app/task/tissue_edit.h"
+#include "engine/base/error.h"
+#include "engine/base/units.h"
+#include "engine/session/report.h"
+#include "haptics/import.h"
+
+namespace typodont {
+
+namespace {
+
+constexpr double kMargin = session::kPulpReach + 0.5e-3;  // m around what was changed: how far scores look
+constexpr float kChanged = 0.02f;                         // voxels; less is the same
+
+std::vector<std::unique_ptr<haptics::Solid>> read_solids(const std::vector<Json>& list) {
+  std::vector<std::unique_ptr<haptics::Solid>> solids;
+  for (const Json& item : list) solids.push_back(haptics::read_solid(item));
+  return solids;
+}
+
+/// The sharp edge between labelled and other voxels as a smooth distance in voxels: a voxel counts by how much of the
+/// 27 around it are labelled, so that the surface passes between them and not in steps.
+std::vector<float> label_distance(const DenseCopy& copy, const std::vector<Tissue>& wanted) {
+  const glm::ivec3 n = copy.field.size;
+  std::vector<float> marked(copy.tissue.size());
+  for (std::size_t i = 0; i < marked.size(); ++i) {
+    marked[i] = std::find(wanted.begin(), wanted.end(), copy.tissue[i]) != wanted.end() ? 1.0f : 0.0f;
+  }
+  // A box of three along each axis.
+  for (int axis = 0; axis < 3; ++axis) {
+    std::vector<float> blurred(marked.size());
+    for (int x = 0; x < n.x; ++x) {
+      for (int y = 0; y < n.y; ++y) {
+        for (int z = 0; z < n.z; ++z) {
+          glm::ivec3 lo(x, y, z), hi(x, y, z);
+          lo[axis] = std::max(0, lo[axis] - 1);
+          hi[axis] = std::min(n[axis] - 1, hi[axis] + 1);
+          blurred[copy.field.at(x, y, z)] = (marked[copy.field.at(lo.x, lo.y, lo.z)] + marked[copy.field.at(x, y, z)] +
+                                             marked[copy.field.at(hi.x, hi.y, hi.z)]) / 3;
+        }
+      }
+    }
+    marked = std::move(blurred);
+  }
+  session::DenseField field{n, std::move(marked)};
+  // About one per voxel where it crosses; a little outward, so that what is labelled at corners is within.
+  for (float& v : field.distance) v = (0.5f - v) * 3 - 0.4f;
+  return session::redistanced(field).distance;
+}
+
+/// A whole other tissue, sampled where `at` is sampled.
+void sample_volume(const haptics::TissueVolume& other, DenseCopy& at) {
+  const DenseCopy from = dense_copy(other);
+  const double ratio = from.frame.voxel / at.frame.voxel;
+  const glm::ivec3 n = at.field.size;
+  for (int x = 0; x < n.x; ++x) {
+    for (int y = 0; y < n.y; ++y) {
+      for (int z = 0; z < n.z; ++z) {
+        const dvec3 p = from.frame.to_voxels(at.frame.to_world(dvec3(x, y, z)));
+        const std::size_t i = at.field.at(x, y, z);
+        at.field.distance[i] = static_cast<float>(from.field.sample(p) * ratio);
+        const glm::ivec3 near = glm::clamp(glm::ivec3(glm::round(p)), glm::ivec3(0), from.field.size - 1);
+        const Tissue label = from.tissue[from.field.at(near.x, near.y, near.z)];
+        if (label != Tissue::kAir) at.tissue[i] = label;
+      }
+    }
+  }
+}
+
+/// The surface of a closed mesh: where it lies off the tissue's own surface by more than a voxel, that is to go.
+void take_mesh(const Json& json, const std::filesystem::path& beside, DenseCopy& copy) {
+  json.allow_only({"file", "unit_mm"});
+  haptics::ImportOptions options;
+  options.voxel = copy.frame.voxel;
+  options.mesh_unit = json.number_or("unit_mm", 1, 1e-6, 1e6) * kMillimetre;
+  const haptics::TissueVolume mesh(haptics::import_tissue(find_file(json["file"].string(), beside), options).tissue);
+  DenseCopy wanted = copy;
+  sample_volume(mesh, wanted);
+  for (std::size_t i = 0; i < copy.field.distance.size(); ++i) {
+    const float d = wanted.field.distance[i];
+    if (d > copy.field.distance[i] + 1) copy.field.distance[i] = d;
+  }
+}
+
+void take_solids(const Json& ideal, DenseCopy& copy) {
+  ideal.allow_only({"remove", "remove_tissue", "grow_mm", "keep"});
+  std::vector<std::unique_ptr<haptics::Solid>> remove, keep;
+  if (const auto list = ideal.find("remove")) remove = read_solids(list->items());
+  if (const auto list = ideal.find("keep")) keep = read_solids(list->items());
+  std::vector<float> labelled;
+  if (const auto list = ideal.find("remove_tissue")) {
+    std::vector<Tissue> wanted;
+    for (const Json& item : list->items()) {
+      const auto tissue = tissue_named(item.string());
+      if (!tissue || *tissue == Tissue::kAir) item.fail("the name of a tissue");
+      wanted.push_back(*tissue);
+    }
+    labelled = label_distance(copy, wanted);
+  }
+  if (remove.empty() && labelled.empty()) ideal.fail("an ideal that removes nothing", "remove, remove_tissue, or both");
+  const double grow = ideal.number_or("grow_mm", 0, -5, 5) * kMillimetre;
+  const double h = copy.frame.voxel;
+  const glm::ivec3 n = copy.field.size;
+  for (int x = 0; x < n.x; ++x) {
+    for (int y = 0; y < n.y; ++y) {
+      for (int z = 0; z < n.z; ++z) {
+        const std::size_t i = copy.field.at(x, y, z);
+        const dvec3 p_W = copy.frame.to_world(dvec3(x, y, z));
+        double gone = 1e9;
+        for (const auto& solid : remove) gone = std::min(gone, solid->distance(p_W));
+        if (!labelled.empty()) gone = std::min(gone, static_cast<double>(labelled[i]) * h);
+        gone -= grow;
+        for (const auto& solid : keep) gone = std::max(gone, -solid->distance(p_W));
+        copy.field.distance[i] = std::max(copy.field.distance[i], static_cast<float>(-gone / h));
+      }
+    }
+  }
+}
+
+session::Preparation cropped(const session::Preparation& in) {
+  const glm::ivec3 n = in.before.size;
+  glm::ivec3 lo(n), hi(-1);
+  const auto differ = [](float a, float b) { return std::abs(a - b) > kChanged && std::min(a, b) < 1.5f; };
+  for (int x = 0; x < n.x; ++x) {
+    for (int y = 0; y < n.y; ++y) {
+      for (int z = 0; z < n.z; ++z) {
+        const std::size_t i = in.before.at(x, y, z);
+        if (!differ(in.before.distance[i], in.after.distance[i]) &&
+            (in.ideal.distance.empty() || !differ(in.before.distance[i], in.ideal.distance[i]))) {
+          continue;
+        }
+        lo = glm::min(lo, glm::ivec3(x, y, z));
+        hi = glm::max(hi, glm::ivec3(x, y, z));
+      }
+    }
+  }
+  if (hi.x < 0) lo = hi = n / 2;
+  const auto margin = static_cast<int>(std::ceil(kMargin / in.frame.voxel));
+  lo = glm::max(lo - margin, glm::ivec3(0));
+  hi = glm::min(hi + margin, n - 1);
+
+  session::Preparation out;
+  out.frame = {in.frame.to_world(dvec3(lo)), in.frame.voxel};
+  out.axis_W = in.axis_W;
+  const glm::ivec3 size = hi - lo + 1;
+  const auto cut = [&](const auto& values, auto& to) {
+    if (values.empty()) return;
+    to.reserve(static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y) * static_cast<std::size_t>(size.z));
+    for (int x = lo.x; x <= hi.x; ++x) {
+      for (int y = lo.y; y <= hi.y; ++y) {
+        const auto row = values.begin() + static_cast<std::ptrdiff_t>(in.before.at(x, y, lo.z));
+        to.insert(to.end(), row, row + size.z);
+      }
+    }
+  };
+  out.before.size = out.after.size = out.ideal.size = size;
+  cut(in.before.distance, out.before.distance);
+  cut(in.after.distance, out.after.distance);
+  cut(in.ideal.distance, out.ideal.distance);
+  cut(in.tissue, out.tissue);
+  cut(in.keep, out.keep);
+  return out;
+}
+
+/// Voxels inside any of the solids.
+std::vector<bool> inside(const std::vector<std::unique_ptr<haptics::Solid>>& solids, const DenseCopy& copy) {
+  std::vector<bool> result;
+  if (solids.empty()) return result;
+  result.resize(copy.field.distance.size());
+  const glm::ivec3 n = copy.field.size;
+  for (int x = 0; x < n.x; ++x) {
+    for (int y = 0; y < n.y; ++y) {
+      for (int z = 0; z < n.z; ++z) {
+        const dvec3 p_W = copy.frame.to_world(dvec3(x, y, z));
+        result[copy.field.at(x, y, z)] =
+            std::any_of(solids.begin(), solids.end(), [&](const auto& solid) { return solid->distance(p_W) <= 0; });
+      }
+    }
+  }
+  return result;
+}
+
+haptics::TissueVolume copy_of(const haptics::TissueVolume& volume) {
+  return from_dense(dense_copy(volume), volume.band());
+}
+
+}  // namespace
+
+std::optional<haptics::TissueVolume> ideal_tissue(const Scene& scene, const haptics::TissueVolume& start) {
+  if (!scene.task || !scene.task->ideal) return std::nullopt;
+  const Json& ideal = *scene.task->ideal;
+  const std::filesystem::path beside = scene.file.parent_path();
+  DenseCopy copy = dense_copy(start);
+  if (ideal.has("volume")) {
+    ideal.allow_only({"volume"});
+    sample_volume(haptics::TissueVolume::load(find_file(ideal["volume"].string(), beside)), copy);
+  } else if (ideal.has("session")) {
+    // As somebody left it.
+    ideal.allow_only({"session"});
+    const session::SessionReader session(find_file(ideal["session"].string(), beside));
+    sample_volume(tissue_at_end(session, scene_of(session), copy_of(start)), copy);
+  } else if (ideal.has("unprepared")) {
+    ideal.allow_only({"unprepared"});
+    if (!ideal["unprepared"].boolean() || scene.prepare.empty()) {
+      ideal.fail("\"unprepared\": true in a scene that prepares something");
+    }
+    Scene whole = scene;
+    whole.prepare.clear();
+    sample_volume(load_tissue(whole), copy);
+  } else if (ideal.has("mesh")) {
+    ideal.allow_only({"mesh"});
+    take_mesh(ideal["mesh"], beside, copy);
+  } else {
+    take_solids(ideal, copy);
+  }
+  return from_dense(copy, start.band());
+}
+
+TaskJudge::TaskJudge(const Scene& scene, const haptics::TissueVolume& start)
+    : start_(copy_of(start)), ideal_(ideal_tissue(scene, start)), task_(scene.task) {
+  if (!task_) return;
+  protect_ = read_solids(task_->protect);
+  region_ = read_solids(task_->region);
+}
+
+session::Preparation TaskJudge::preparation(const haptics::TissueVolume& after) const {
+  // A box that holds all three.
+  glm::ivec3 lo, hi;
+  start_.bounds(lo, hi);
+  const auto include = [&](const haptics::TissueVolume& other) {
+    glm::ivec3 a, b;
+    other.bounds(a, b);
+    if (a.x > b.x) return;
+    const auto to_start = [&](const glm::ivec3& v) { return glm::round(start_.frame().to_voxels(other.frame().to_world(dvec3(v)))); };
+    lo = glm::min(lo, glm::ivec3(to_start(a)));
+    hi = glm::max(hi, glm::ivec3(to_start(b)));
+  };
+  include(after);
+  if (ideal_) include(*ideal_);
+  const dvec3 origin_W = start_.frame().to_world(dvec3(lo));
+  const glm::ivec3 size = hi - lo + 1;
+  // All lie on the same lattice; only where they begin differs.
+  const auto copy_box = [&](const haptics::TissueVolume& volume) {
+    return dense_copy(volume, glm::ivec3(glm::round(volume.frame().to_voxels(origin_W))), size);
+  };
+  session::Preparation in;
+  DenseCopy before = copy_box(start_);
+  in.frame = before.frame;
+  if (task_) in.axis_W = task_->axis_W;
+  in.keep = inside(protect_, before);
+  in.before = std::move(before.field);
+  in.tissue = std::move(before.tissue);
+  in.after = copy_box(after).field;
+  if (ideal_) in.ideal = copy_box(*ideal_).field;
+  return cropped(in);
+}
+
+std::optional<session::Preparation> TaskJudge::judge(const haptics::TissueVolume& after, session::ScoreInput& input) const {
+  if (task_ && task_->explore) return std::nullopt;
+  session::Preparation in = preparation(after);
+  session::CavityAndIdeal measured = session::measure_against_ideal(in);
+  input.cavity = measured.result;
+  input.cavity_ideal = measured.ideal;
+  if (ideal_) input.ideal = ideal_->volumes();
+  return in;
+}
+
+std::optional<session::ExploreMeter> TaskJudge::explore_meter() const {
+  if (!task_ || !task_->explore) return std::nullopt;
+  const DenseCopy copy = dense_copy(start_);
+  return session::ExploreMeter(copy.frame, copy.field, copy.tissue, inside(region_, copy));
+}
+
+JudgedSession judge_session(const session::SessionReader& session) {
+  Scene scene = scene_of(session);
+  haptics::TissueVolume start = load_untouched(scene);
+  haptics::TissueVolume after = tissue_at_end(session, scene, load_tissue(scene));
+  const TaskJudge judge(scene, start);
+  session::ScoreInput input = session::score_input(session);
+  input.after = after.volumes();
+  std::optional<session::Preparation> preparation = judge.judge(after, input);
+  if (auto meter = judge.explore_meter()) {
+    constexpr std::uint64_t kPieceTicks = 8192;  // read at a time
+    for (std::uint64_t first = 0; first < session.tick_count(); first += kPieceTicks) meter->add(session.ticks(first, kPieceTicks));
+    input.explore = meter->result();
+  }
+  if (auto meter = damage_meter(scene)) {
+    constexpr std::uint64_t kPieceTicks = 8192;  // read at a time
+    for (std::uint64_t first = 0; first < session.tick_count(); first += kPieceTicks) meter->add(session.ticks(first, kPieceTicks));
+    input.damage = meter->result();
+  }
+  const Json json = Json::parse(scene.text, session.file().string() + ": scene");
+  session::Score score = session::score(input, session::rules_of_scene(json, input));
+  std::optional<haptics::TissueVolume> ideal;
+  if (judge.ideal()) ideal = copy_of(*judge.ideal());
+  return {std::move(scene),       std::move(start), std::move(after), std::move(ideal),
+          std::move(preparation), std::move(input), std::move(score)};
+}
+
+}  // namespace typodont

@@ -1,0 +1,121 @@
+#include "engine/session/page/course.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <optional>
+
+#include "engine/base/json.h"
+#include "engine/base/units.h"
+#include "engine/contract/safety_event.h"
+#include "engine/session/format/columns.h"
+#include "engine/session/task.h"
+
+namespace typodont::session {
+
+namespace {
+
+constexpr std::uint64_t kPiece = 8192;    // ticks read at a time
+constexpr std::size_t kBins = 480;        // of the plots over time
+constexpr Nanos kSpeedOver = 20'000'000;  // ns, over which the hand's speed is taken: no noise of the encoders
+
+struct Accumulator {
+  std::vector<double> least, sum, greatest;
+  std::vector<std::uint64_t> count;
+  explicit Accumulator(std::size_t n) : least(n, 1e300), sum(n, 0), greatest(n, -1e300), count(n, 0) {}
+  void add(std::size_t bin, double v) {
+    if (!std::isfinite(v)) return;
+    least[bin] = std::min(least[bin], v);
+    greatest[bin] = std::max(greatest[bin], v);
+    sum[bin] += v;
+    ++count[bin];
+  }
+  Series series() const {
+    Series s;
+    for (std::size_t i = 0; i < sum.size(); ++i) {
+      const bool some = count[i] > 0;
+      s.least.push_back(some ? least[i] : std::nan(""));
+      s.mean.push_back(some ? sum[i] / static_cast<double>(count[i]) : std::nan(""));
+      s.greatest.push_back(some ? greatest[i] : std::nan(""));
+    }
+    return s;
+  }
+};
+
+}  // namespace
+
+Course course_of(const SessionReader& session) {
+  Course c;
+  c.count = session.tick_count();
+  c.faults.resize(fault_names().size());
+  if (c.count > 0) {
+    c.t0 = to_seconds(session.ticks(0, 1).front().t);
+    c.t1 = to_seconds(session.ticks(c.count - 1, 1).front().t);
+  }
+  if (!(c.t1 > c.t0)) c.t1 = c.t0 + 1;
+  const std::size_t bins = std::clamp<std::size_t>(c.count, 1, kBins);
+  Accumulator force(bins), speed(bins), spindle(bins), depth(bins), removed(bins);
+  std::optional<ServoTick> moved_from;
+  c.touched.resize(bins);
+  HandMeter meter(session.header().servo_rate);
+  for (std::uint64_t first = 0; first < c.count; first += kPiece) {
+    const auto ticks = session.ticks(first, kPiece);
+    meter.add(ticks);
+    for (const ServoTick& tick : ticks) {
+      const double t = to_seconds(tick.t);
+      const double place = (t - c.t0) / (c.t1 - c.t0) * static_cast<double>(bins);
+      const auto bin = static_cast<std::size_t>(std::clamp(place, 0.0, static_cast<double>(bins - 1)));
+      force.add(bin, glm::length(tick.f_T_W));
+      depth.add(bin, tick.depth * 1e3);
+      spindle.add(bin, std::abs(tick.spindle) * 60 / (2 * kPi) / 1e3);
+      c.most_spindle = std::max(c.most_spindle, std::abs(tick.spindle) * 60 / (2 * kPi) / 1e3);
+      if (!moved_from || tick.t - moved_from->t >= kSpeedOver) {
+        if (moved_from) speed.add(bin, glm::length(tick.X_WT.p - moved_from->X_WT.p) * 1e3 / to_seconds(tick.t - moved_from->t));
+        moved_from = tick;
+      }
+      removed.add(bin, std::accumulate(tick.removed.begin(), tick.removed.end(), 0.0) * 1e9);
+      if (tick.depth > 0 || tick.contact_area > 0) ++c.touched[bin][static_cast<std::size_t>(tick.tissue)];
+      for (std::size_t i = 0; i < c.faults.size(); ++i) {
+        if (!(tick.faults & bits(fault_names()[i].fault))) continue;
+        if (c.faults[i].ticks++ == 0) c.faults[i].first = t;
+      }
+      if (tick.cpu_time > 0) c.cpu_us.push_back(static_cast<float>(static_cast<double>(tick.cpu_time) / 1e3));
+      c.removed_total = tick.removed;
+    }
+  }
+  c.force = force.series();
+  c.speed = speed.series();
+  c.spindle = spindle.series();
+  c.depth = depth.series();
+  c.removed = removed.series();
+  c.hand = meter.result();
+  return c;
+}
+
+ScoreInput input_of(const SessionReader& session, const Course& course) {
+  ScoreInput in;
+  in.before = session.header().volumes_before;
+  in.hand = course.hand;
+  const auto& result = session.result();
+  if (result && result->has_volumes) {
+    in.after = result->volumes_after;
+  } else {
+    for (std::size_t i = 0; i < kTissueCount; ++i) in.after[i] = std::max(0.0, in.before[i] - course.removed_total[i]);
+  }
+  if (result && result->has_ideal) in.ideal = result->volumes_ideal;
+  if (result && result->min_pulp_distance >= 0) in.pulp_distance = result->min_pulp_distance;
+  return in;
+}
+
+Score score_of(const SessionReader& session, const ScoreInput& input) {
+  if (session.header().scene_json.empty()) return score(input, default_rules(input));
+  return score(input, rules_of_scene(Json::parse(session.header().scene_json, session.file().string() + ": scene"), input));
+}
+
+std::string scene_name_of(const SessionReader& session) {
+  if (session.header().scene_json.empty()) return "";
+  const Json scene = Json::parse(session.header().scene_json, session.file().string() + ": scene");
+  return scene.is_object() ? scene.string_or("name", "") : "";
+}
+
+}  // namespace typodont::session

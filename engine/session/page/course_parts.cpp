@@ -1,0 +1,302 @@
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <numeric>
+
+#include "engine/base/units.h"
+#include "engine/contract/safety_event.h"
+#include "engine/session/format/columns.h"
+#include "engine/session/page/page.h"
+
+namespace typodont::session {
+
+namespace {
+
+constexpr std::size_t kTableBins = 12;  // of the tables beside the plots over time
+constexpr std::size_t kMostEvents = 200;
+
+}  // namespace
+
+void Page::frame_row(const FrameStream& frames, const char* key, std::string_view column, double scale, const char* unit,
+                     bool least_is_worst) {
+  std::vector<double> values = frames.column(column, scale);
+  if (values.empty() || (values.front() == 0 && values.back() == 0)) return;  // never measured
+  if (least_is_worst) std::reverse(values.begin(), values.end());
+  const auto at = [&](double q) {
+    return quantity(values[static_cast<std::size_t>(q * static_cast<double>(values.size() - 1) + 0.5)], unit);
+  };
+  put("<tr><th scope=\"row\">{}</th><td>{}</td><td>{}</td><td>{}</td></tr>\n", say(key), at(0.5), at(0.99), at(1));
+}
+
+std::vector<TimePlot::Mark> Page::marks() const {
+  std::vector<TimePlot::Mark> result;
+  for (const SessionEvent& e : session_.events()) {
+    if (result.size() == kMostEvents) break;
+    const std::string kind(name_of(e.kind));
+    result.push_back({to_seconds(e.t), fmt::format("{}: {}", say("event." + kind), e.text), kind});
+  }
+  for (std::size_t i = 0; i < course_.faults.size(); ++i) {
+    if (course_.faults[i].ticks == 0) continue;
+    result.push_back({course_.faults[i].first, say("fault." + fault_names()[i].name), "fault"});
+  }
+  return result;
+}
+
+void Page::plot(const char* key, const char* css, const char* unit, const Series& s, int decimals, const char* note) {
+  double sum = 0, greatest = 0;
+  std::size_t n = 0;
+  for (std::size_t i = 0; i < s.mean.size(); ++i) {
+    if (std::isnan(s.mean[i])) continue;
+    sum += s.mean[i];
+    greatest = std::max(greatest, s.greatest[i]);
+    ++n;
+  }
+  const double mean = n ? sum / static_cast<double>(n) : 0;
+  TimePlot p;
+  p.t0 = course_.t0;
+  p.t1 = course_.t1;
+  p.unit = unit;
+  p.css = css;
+  p.time_label = say("time_axis");
+  p.label = say("plot_alt", say(key), number(mean, decimals), unit, number(greatest, decimals), unit);
+  p.marks = marks();
+  put("<h3>{} ({})</h3>\n", say(key), unit);
+  if (note) put("<p class=\"soft\">{}</p>\n", say(note));
+  put("<div class=\"scroll\">{}</div>", time_plot(p, s, number_text()));
+  // The plot as numbers, for those who cannot see it.
+  put("\n<details><summary>{}</summary><table><caption>{} ({})</caption><thead><tr><th scope=\"col\">{}</th><th scope=\"col\">{}</th>"
+      "<th scope=\"col\">{}</th></tr></thead><tbody>",
+      say("as_table"), say(key), unit, say("from_to"), say("mean"), say("greatest"));
+  const std::size_t bins = s.mean.size(), rows = std::min(bins, kTableBins);
+  for (std::size_t r = 0; r < rows; ++r) {
+    const std::size_t from = r * bins / rows, to = (r + 1) * bins / rows;
+    double row_sum = 0, row_greatest = 0;
+    std::size_t row_n = 0;
+    for (std::size_t i = from; i < to; ++i) {
+      if (std::isnan(s.mean[i])) continue;
+      row_sum += s.mean[i];
+      row_greatest = std::max(row_greatest, s.greatest[i]);
+      ++row_n;
+    }
+    const auto t_of = [&](std::size_t bin) {
+      return course_.t0 + (course_.t1 - course_.t0) * static_cast<double>(bin) / static_cast<double>(bins);
+    };
+    put("<tr><th scope=\"row\">{}–{}</th><td>{}</td><td>{}</td></tr>", number(t_of(from), 1), number(t_of(to), 1),
+        row_n ? number(row_sum / static_cast<double>(row_n), decimals) : "–", row_n ? number(row_greatest, decimals) : "–");
+  }
+  put("</tbody></table></details>\n");
+}
+
+void Page::over_time() {
+  if (course_.count == 0) return;
+  put("<section id=\"course\" class=\"long\" aria-labelledby=\"h-course\">\n<h2 id=\"h-course\">{}</h2>\n", say("course"));
+  plot("force", "force", "N", course_.force, 2);
+  touched();
+  plot("speed", "speed", "mm/s", course_.speed, 1, "speed_note");
+  if (course_.most_spindle > 0) plot("spindle", "spindle", "krpm", course_.spindle, 0);
+  plot("depth", "depth", "mm", course_.depth, 3, "depth_note");
+  plot("removed_course", "removed", "mm³", course_.removed, 2);
+  put("</section>\n");
+}
+
+void Page::touched() {
+  std::vector<std::string> css(course_.touched.size());
+  std::array<std::uint64_t, kTissueCount> total{};
+  std::uint64_t all = 0;
+  for (std::size_t bin = 0; bin < css.size(); ++bin) {
+    const auto& counts = course_.touched[bin];
+    const auto most = std::max_element(counts.begin() + 1, counts.end());
+    if (*most > 0) css[bin] = fmt::format("s-{}", name_of(static_cast<Tissue>(most - counts.begin())));
+    for (std::size_t i = 1; i < kTissueCount; ++i) {
+      total[i] += counts[i];
+      all += counts[i];
+    }
+  }
+  if (all == 0) return;
+  std::vector<std::string> shares;
+  for (std::size_t i = 1; i < kTissueCount; ++i) {
+    if (total[i] > 0) {
+      shares.push_back(fmt::format("{} {} %", tissue_text(i), number(100.0 * static_cast<double>(total[i]) / static_cast<double>(all), 0)));
+    }
+  }
+  put("<h3>{}</h3>\n", say("touched"));
+  put("<div class=\"scroll\">{}</div>\n",
+      strip(css, fmt::format("{}: {}", say("touched"), fmt::join(shares, ", "))));
+  put("<ul class=\"legend\" aria-hidden=\"true\">");
+  std::size_t k = 0;
+  for (std::size_t i = 1; i < kTissueCount; ++i) {
+    if (total[i] > 0) put("<li><span class=\"swatch s-{}\"></span>{}</li>", name_of(static_cast<Tissue>(i)), shares[k++]);
+  }
+  put("</ul>\n");
+}
+
+void Page::faults() {
+  if (course_.count == 0) return;
+  put("<section id=\"faults\" aria-labelledby=\"h-faults\">\n<h2 id=\"h-faults\">{}</h2>\n", say("faults"));
+  if (course_.hand.faults == 0) {
+    put("<p>{}</p>\n</section>\n", say("no_faults"));
+    return;
+  }
+  put("<div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-labelledby=\"h-faults\"><table><thead><tr><th scope=\"col\">{}</th><th scope=\"col\">{}</th><th scope=\"col\">{}</th></tr></thead>\n<tbody>\n",
+      say("fault"), say("ticks"), say("first_at"));
+  for (std::size_t i = 0; i < course_.faults.size(); ++i) {
+    const auto& f = course_.faults[i];
+    if (f.ticks == 0) continue;
+    put("<tr><th scope=\"row\">{}</th><td>{}</td><td>{}</td></tr>\n", say("fault." + fault_names()[i].name), f.ticks,
+        number(f.first, 3));
+  }
+  put("</tbody></table></div>\n</section>\n");
+}
+
+void Page::timing() {
+  if (course_.cpu_us.empty() && !session_.loop()) return;
+  put("<section id=\"timing\" aria-labelledby=\"h-timing\">\n<h2 id=\"h-timing\">{}</h2>\n", say("timing"));
+  cpu_times();
+  if (session_.loop()) {
+    loop_times(*session_.loop());
+    real_time(*session_.loop());
+  }
+  put("</section>\n");
+}
+
+void Page::loop_times(const LoopReport& loop) {
+  const LoopTiming& t = loop.timing;
+  const double share = 100 * static_cast<double>(t.misses) / static_cast<double>(std::max<std::uint64_t>(t.ticks, 1));
+  put("<div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-labelledby=\"h-timing\"><table><caption>{}</caption><thead><tr><th scope=\"col\"></th><th scope=\"col\">{}</th><th scope=\"col\">99 %</th>"
+      "<th scope=\"col\">{}</th><th scope=\"col\">{}</th></tr></thead>\n<tbody>",
+      say("loop_caption", t.ticks, t.misses, number(share, share > 0 && share < 0.01 ? 4 : 2),
+          number(static_cast<double>(t.worst_index) * to_seconds(t.period), 2)),
+      say("median"), three_nines(), say("worst"));
+  const auto row = [&](const char* key, const DurationHistogram& h, Nanos worst) {
+    // A quantile is the end of its bin, which may lie beyond the worst one in it.
+    const auto us = [&](double q) { return number(std::min(h.quantile(q), static_cast<double>(worst)) / 1e3); };
+    put("<tr><th scope=\"row\">{}</th><td>{} µs</td><td>{} µs</td><td>{} µs</td><td>{} µs</td></tr>\n", say(key), us(0.5),
+        us(0.99), us(0.999), number(static_cast<double>(worst) / 1e3));
+  };
+  row("loop_work", t.work, t.worst_tick);
+  row("loop_jitter", t.jitter, t.worst_jitter);
+  put("</tbody></table></div>\n");
+  int first = DurationHistogram::kBins, last = -1;
+  for (int i = 0; i < DurationHistogram::kBins; ++i) {
+    if (t.jitter.counts[static_cast<std::size_t>(i)] == 0) continue;
+    first = std::min(first, i);
+    last = i;
+  }
+  if (last < 0) return;
+  // A whole decade at least, so that its axis has marks.
+  first = std::max(0, std::min(first, last - 27));
+  last = std::min(DurationHistogram::kBins - 1, std::max(last, first + 27));
+  std::vector<double> edges{DurationHistogram::upper_edge(first) / 1e3 * std::exp2(-1.0 / DurationHistogram::kPerOctave)}, counts;
+  for (int i = first; i <= last; ++i) {
+    edges.push_back(DurationHistogram::upper_edge(i) / 1e3);
+    counts.push_back(t.jitter.counts[static_cast<std::size_t>(i)]);
+  }
+  const auto us = [&](double q) {
+    return number(std::min(t.jitter.quantile(q), static_cast<double>(t.worst_jitter)) / 1e3);
+  };
+  put("<div class=\"scroll\">{}</div>\n",
+      histogram(edges, counts, "µs",
+                say("loop_jitter_alt", t.jitter.total(), us(0.5), us(0.99), number(static_cast<double>(t.worst_jitter) / 1e3)),
+                number_text()));
+}
+
+void Page::real_time(const LoopReport& loop) {
+  put("<h3>{}</h3>\n<dl class=\"list\">", say("realtime"));
+  const auto entry = [&](const char* key, const std::string& value) {
+    put("<dt>{}</dt><dd>{}</dd>", say(key), value);
+  };
+  const auto granted = [&](bool yes) { return say(yes ? "realtime.yes" : "realtime.no"); };
+  entry("realtime.fifo", granted(loop.fifo));
+  entry("realtime.pinned", granted(loop.pinned));
+  entry("realtime.locked", granted(loop.memory_locked));
+  if (loop.bearable_force > 0) {  // a hand with motors
+    entry("motor_heat", say("motor_heat_value", number(100 * loop.worst_heat, 0)));
+    std::vector<std::string> events;
+    for (const auto& [event, name] : kSafetyEventNames) {
+      if (loop.safety & bits(event)) events.push_back(say(fmt::format("safety.{}", name)));
+    }
+    entry("safety", events.empty() ? say("safety.none") : fmt::format("{}", fmt::join(events, "; ")));
+  }
+  put("</dl>\n");
+}
+
+void Page::cpu_times() {
+  if (course_.cpu_us.empty()) return;
+  std::vector<float>& us = course_.cpu_us;
+  std::sort(us.begin(), us.end());
+  const auto quantile = [&](double q) {
+    return static_cast<double>(us[static_cast<std::size_t>(q * static_cast<double>(us.size() - 1) + 0.5)]);
+  };
+  const double period = 1e6 / session_.header().servo_rate;
+  // Twelve bins to a decade.
+  const double lo = std::floor(std::log10(std::max(1e-2, static_cast<double>(us.front()))));
+  const double hi = std::max(lo + 1, std::ceil(std::log10(std::max(1e-2, static_cast<double>(us.back())) * 1.0001)));
+  std::vector<double> edges, counts;
+  for (int i = 0; i <= static_cast<int>(12 * (hi - lo)); ++i) edges.push_back(std::pow(10.0, lo + i / 12.0));
+  counts.resize(edges.size() - 1);
+  for (const float v : us) {
+    const auto above = std::upper_bound(edges.begin(), edges.end(), static_cast<double>(v));
+    const auto bin = std::clamp<std::ptrdiff_t>(above - edges.begin() - 1, 0, static_cast<std::ptrdiff_t>(counts.size()) - 1);
+    ++counts[static_cast<std::size_t>(bin)];
+  }
+  put("<div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-labelledby=\"h-timing\"><table><caption>{}</caption><thead><tr>"
+      "<th scope=\"col\">{}</th><th scope=\"col\">{}</th><th scope=\"col\">99 %</th><th scope=\"col\">{}</th><th scope=\"col\">{}</th>"
+      "</tr></thead>\n<tbody><tr><td class=\"text\">{}</td><td>{} µs</td><td>{} µs</td><td>{} µs</td><td>{} µs</td></tr></tbody></table></div>\n",
+      say("timing_caption", number(period, 0)), say("ticks"), say("median"), three_nines(), say("worst"), us.size(), number(quantile(0.5)), number(quantile(0.99)),
+      number(quantile(0.999)), number(us.back()));
+  put("<div class=\"scroll\">{}</div>\n",
+      histogram(edges, counts, "µs",
+                say("histogram_alt", us.size(), number(quantile(0.5)), number(quantile(0.99)), number(us.back())),
+                number_text()));
+}
+
+void Page::headset() {
+  const auto shown = frames_of(session_, "headset");
+  if (!shown) return;
+  put("<section id=\"headset\" aria-labelledby=\"h-headset\">\n<h2 id=\"h-headset\">{}</h2>\n<p>{}</p>\n"
+      "<div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-labelledby=\"h-headset\"><table><caption>{}</caption><thead><tr><th scope=\"col\"></th><th scope=\"col\">{}</th><th scope=\"col\">99 %</th>"
+      "<th scope=\"col\">{}</th></tr></thead>\n<tbody>\n",
+      say("headset"), say("headset_frames", shown->count(), number(shown->sum("drawn"), 0), number(shown->sum("missed"), 0)), say("headset_caption"),
+      say("median"), say("worst"));
+  frame_row(*shown, "pose_to_submit", "pose_to_submit_s", 1e3, "ms");
+  frame_row(*shown, "frame_margin", "margin_s", 1e3, "ms", true);
+  frame_row(*shown, "head_error", "position_error_m", 1e3, "mm");
+  frame_row(*shown, "head_angle_error", "angle_error_rad", 1 / kDegree, "°");
+  put("</tbody></table></div>\n</section>\n");
+}
+
+void Page::picture() {
+  const auto shown = frames_of(session_, "picture");
+  if (!shown) return;
+  const std::vector<double> steps = shown->column("quality_step");
+  put("<section id=\"picture\" aria-labelledby=\"h-picture\">\n<h2 id=\"h-picture\">{}</h2>\n<p>{}</p>\n"
+      "<table><caption>{}</caption><thead><tr><th scope=\"col\"></th><th scope=\"col\">{}</th><th scope=\"col\">99 %</th>"
+      "<th scope=\"col\">{}</th></tr></thead>\n<tbody>\n",
+      say("picture"),
+      say("picture_frames", shown->count(), number(100 * shown->mean("redrawn"), 0),
+          steps.empty() ? 1 : static_cast<int>(steps.front()) + 1, steps.empty() ? 1 : static_cast<int>(steps.back()) + 1),
+      say("picture_caption"), say("median"), say("worst"));
+  frame_row(*shown, "frame_period", "period_s", 1e3, "ms");
+  frame_row(*shown, "frame_record", "record_s", 1e3, "ms");
+  frame_row(*shown, "frame_gpu", "gpu_s", 1e3, "ms");
+  frame_row(*shown, "motion_to_photon", "motion_to_photon_s", 1e3, "ms");
+  put("</tbody></table>\n</section>\n");
+}
+
+void Page::events() {
+  const auto& all = session_.events();
+  if (all.empty()) return;
+  put("<section id=\"events\" class=\"long\" aria-labelledby=\"h-events\">\n<h2 id=\"h-events\">{}</h2>\n<div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-labelledby=\"h-events\"><table><thead><tr>"
+      "<th scope=\"col\">{}</th><th scope=\"col\" class=\"text\">{}</th></tr></thead>\n<tbody>\n",
+      say("events"), say("when"), say("what"));
+  for (std::size_t i = 0; i < std::min(all.size(), kMostEvents); ++i) {
+    put("<tr><th scope=\"row\">{}</th><td class=\"text\">{}: {}</td></tr>\n", number(to_seconds(all[i].t), 2),
+        say(fmt::format("event.{}", name_of(all[i].kind))), escaped(all[i].text));
+  }
+  put("</tbody></table></div>\n");
+  if (all.size() > kMostEvents) put("<p class=\"soft\">{}</p>\n", say("more_events", all.size() - kMostEvents));
+  put("</section>\n");
+}
+
+}  // namespace typodont::session

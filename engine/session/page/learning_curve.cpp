@@ -1,0 +1,87 @@
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <optional>
+#include <tuple>
+
+#include "engine/session/page/page.h"
+#include "engine/session/page/plot.h"
+
+namespace typodont::session {
+
+std::string learning_curve_html(std::span<const SessionSummary> sessions, Language language) {
+  const Words words{language};
+  std::string out = page_head(language, words.say("title.curve"));
+  const auto put = [&]<class... Args>(fmt::format_string<Args...> format, Args&&... args) {
+    fmt::format_to(std::back_inserter(out), format, std::forward<Args>(args)...);
+  };
+  std::vector<SessionSummary> all(sessions.begin(), sessions.end());
+  std::stable_sort(all.begin(), all.end(), [](const SessionSummary& a, const SessionSummary& b) {
+    return std::tie(a.date, a.file) < std::tie(b.date, b.file);
+  });
+  // Only sessions on the same scene can be compared.
+  std::vector<std::string> scenes;
+  for (const SessionSummary& s : all) {
+    if (std::find(scenes.begin(), scenes.end(), s.scene) == scenes.end()) scenes.push_back(s.scene);
+  }
+  put("<header><h1>{}</h1><p class=\"where\">{}</p></header>\n<main>\n", words.say("title.curve"),
+      words.say("sessions_count", all.size()));
+  for (std::size_t k = 0; k < scenes.size(); ++k) {
+    std::vector<const SessionSummary*> mine;
+    for (const SessionSummary& s : all) {
+      if (s.scene == scenes[k]) mine.push_back(&s);
+    }
+    put("<section class=\"long\" aria-labelledby=\"scene-{0}\"><h2 id=\"scene-{0}\">{1}</h2>\n<div class=\"curves\">\n", k,
+        scenes[k].empty() ? words.say("scene") : escaped(scenes[k]));
+    const auto curve = [&](const std::string& title, const std::string& unit, std::optional<double> target,
+                           const std::function<std::optional<double>(const SessionSummary&)>& value) {
+      std::vector<double> values;
+      for (const SessionSummary* s : mine) values.push_back(value(*s).value_or(std::nan("")));
+      const auto first = std::find_if(values.begin(), values.end(), [](double v) { return !std::isnan(v); });
+      const auto last = std::find_if(values.rbegin(), values.rend(), [](double v) { return !std::isnan(v); });
+      if (first == values.end()) return;
+      put("<figure>{}<figcaption>{}{}</figcaption></figure>\n",
+          session_plot(values, target,
+                       words.say("curve_alt", title, words.quantity(*first, unit), words.quantity(*last, unit)),
+                       words.number_text()),
+          title, unit.empty() ? std::string() : fmt::format(" ({})", unit));
+    };
+    curve(words.say("score"), "%", 100.0, [](const SessionSummary& s) -> std::optional<double> {
+      if (s.score.full <= 0) return std::nullopt;
+      return 100 * s.score.points / s.score.full;
+    });
+    for (const ScoreItem& item : mine.back()->score.items) {
+      if (item.weight <= 0) continue;
+      curve(words.name_of_item(item.name), item.unit, item.target, [&](const SessionSummary& s) -> std::optional<double> {
+        for (const ScoreItem& other : s.score.items) {
+          if (other.name == item.name) return other.value;
+        }
+        return std::nullopt;
+      });
+    }
+    put("</div>\n<div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-labelledby=\"scene-{}\"><table><thead><tr><th "
+        "scope=\"col\">{}</th><th scope=\"col\">{}</th><th scope=\"col\">{}</th>",
+        k, words.say("session_file"), words.say("date"), words.say("score"));
+    for (const ScoreItem& item : mine.back()->score.items) {
+      if (item.weight > 0) put("<th scope=\"col\">{}</th>", words.name_of_item(item.name));
+    }
+    put("</tr></thead>\n<tbody>\n");
+    for (const SessionSummary* s : mine) {
+      put("<tr><th scope=\"row\">{}{}</th><td>{}</td><td>{}\u00a0%</td>", escaped(s->file),
+          s->truncated ? " (" + words.say("cut_off") + ")" : std::string(), words.date(s->date),
+          words.number(s->score.full > 0 ? 100 * s->score.points / s->score.full : 0, 0));
+      for (const ScoreItem& item : mine.back()->score.items) {
+        if (item.weight <= 0) continue;
+        const auto& items = s->score.items;
+        const auto it = std::find_if(items.begin(), items.end(), [&](const ScoreItem& i) { return i.name == item.name; });
+        put("<td>{}</td>", it == items.end() ? std::string() : words.quantity(it->value, it->unit));
+      }
+      put("</tr>\n");
+    }
+    put("</tbody></table></div>\n</section>\n");
+  }
+  put("</main>\n<footer><p>{}</p></footer>\n</body>\n</html>\n", words.say("made_by", TYPODONT_VERSION));
+  return out;
+}
+
+}  // namespace typodont::session

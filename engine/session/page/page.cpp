@@ -1,0 +1,189 @@
+#include "engine/session/page/page.h"
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+
+#include "engine/base/json.h"
+#include "engine/contract/safety_event.h"
+#include "engine/session/page/style.h"
+
+namespace typodont::session {
+
+std::string page_head(Language language, const std::string& title) {
+  return fmt::format(
+      "<!doctype html>\n<html lang=\"{}\">\n<head>\n<meta charset=\"utf-8\">\n"
+      "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; img-src data:; style-src 'unsafe-inline'; "
+      "script-src 'unsafe-inline'\">\n"
+      "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>{}</title>\n<style>{}</style>\n"
+      "</head>\n<body>\n",
+      tag_of(language), escaped(title), kStyle);
+}
+Page::Page(const SessionReader& session, const ReportOptions& options)
+    : Words{options.language}, session_(session), options_(options), course_(course_of(session)),
+      input_(options.input ? *options.input : input_of(session, course_)), score_(options.score ? *options.score : score_of(session, input_)) {
+  scene_name_ = scene_name_of(session);
+  if (!session.header().scene_json.empty()) {
+    const Json scene = Json::parse(session.header().scene_json, session.file().string() + ": scene");
+    if (const auto task = scene.find("task")) task_ = read_task(*task);
+  }
+}
+
+std::string Page::html() {
+  out_ = page_head(language, title());
+  put("<a class=\"skip\" href=\"#result\">{}</a>\n", say("skip"));
+  head();
+  put("<main>\n");
+  warnings();
+  summary();
+  task();
+  result_views();
+  pictures();
+  items();
+  comparison();
+  volumes();
+  over_time();
+  faults();
+  timing();
+  headset();
+  picture();
+  events();
+  details();
+  put("</main>\n<footer><p>{}</p></footer>\n</body>\n</html>\n",
+      say("made_by", escaped(session_.header().program_version)));
+  return std::move(out_);
+}
+
+std::string Page::tissue_text(std::size_t i) const {
+  return say(fmt::format("tissue.{}", name_of(static_cast<Tissue>(i))));
+}
+
+std::string Page::title() const {
+  if (task_ && !task_->title.empty()) return fmt::format("{}: {}", say("title"), task_->title.in(language));
+  return scene_name_.empty() ? say("title") : fmt::format("{}: {}", say("title"), scene_name_);
+}
+
+std::string Page::duration_text() const {
+  const double s = duration();
+  if (s < 60) return fmt::format("{} s", number(s, 1));
+  return fmt::format("{}:{:02d} min", static_cast<int>(s) / 60, static_cast<int>(s) % 60);
+}
+
+double Page::healthy_removed() const {
+  const std::array<ScoreRule, 1> rule = {ScoreRule{"healthy_removed_mm3", 0, 1, 0, Best::kAtMost, ""}};
+  const Score s = session::score(input_, rule);
+  return s.items.empty() ? 0 : s.items.front().value;
+}
+
+void Page::gauge(double share) {
+  put("<div class=\"gauge\" aria-hidden=\"true\"><i style=\"width:{:.1f}%\"></i></div>",
+      100 * std::clamp(share, 0.0, 1.0));
+}
+
+void Page::head() {
+  const SessionHeader& h = session_.header();
+  put("<header>\n<h1>{}</h1>\n<p class=\"where\">", escaped(title()));
+  std::vector<std::string> parts;
+  if (!h.trainee.empty()) parts.push_back(escaped(h.trainee));
+  if (!h.date.empty()) parts.push_back(fmt::format("<time datetime=\"{0}\">{1}</time>", escaped(h.date), date(h.date)));
+  parts.push_back(duration_text());
+  put("{}</p>\n</header>\n<nav aria-label=\"{}\"><ul>", fmt::join(parts, " · "), say("contents"));
+  const auto link = [&](const char* id, const char* key) { put("<li><a href=\"#{}\">{}</a></li>", id, say(key)); };
+  link("result", "result");
+  if (task_) link("task", "task");
+  if (options_.result) link("form", "form");
+  if (!all_pictures().empty()) link("pictures", "pictures");
+  link("items", "items");
+  if (compares()) link("comparison", "comparison");
+  link("volumes", "volumes");
+  if (course_.count > 0) {
+    link("course", "course");
+    link("faults", "faults");
+  }
+  if (!course_.cpu_us.empty() || session_.loop()) link("timing", "timing");
+  if (frames_of(session_, "headset")) link("headset", "headset");
+  if (frames_of(session_, "picture")) link("picture", "picture");
+  if (!session_.events().empty()) link("events", "events");
+  link("details", "details");
+  put("</ul></nav>\n");
+}
+
+void Page::warnings() {
+  std::vector<std::string> texts;
+  if (session_.truncated()) texts.push_back(say("warn.truncated"));
+  if (session_.lost().any()) {
+    const Lost& l = session_.lost();
+    texts.push_back(say("warn.lost", l.ticks_ring + l.ticks_disk, l.cuts_ring + l.cuts_disk));
+  }
+  if (course_.count == 0) texts.push_back(say("warn.no_ticks"));
+  if (texts.empty()) return;
+  put("<div class=\"warn\" role=\"note\" aria-label=\"{}\">", say("attention"));
+  for (const auto& t : texts) put("<p>{}</p>", t);
+  put("</div>\n");
+}
+
+void Page::summary() {
+  put("<section id=\"result\" aria-labelledby=\"h-result\">\n<h2 id=\"h-result\">{}</h2>\n<div class=\"top\">\n<div>", say("result"));
+  if (score_.full > 0) {
+    const double share = score_.points / score_.full;
+    put("<p class=\"big\" style=\"margin:0\">{}<small> %</small></p>", number(100 * share, 0));
+    gauge(share);
+    put("<p class=\"soft\">{}</p>", say("points_of", number(score_.points, 1), number(score_.full, 0)));
+  }
+  put("</div>\n<dl class=\"key\">");
+  const auto fact = [&](const std::string& name, const std::string& value) {
+    put("<div><dt>{}</dt><dd>{}</dd></div>", name, value);
+  };
+  const auto caries = static_cast<std::size_t>(Tissue::kCaries);
+  if (input_.before[caries] > 0) {
+    fact(say("residual_caries"), fmt::format("{} ({}\u00a0%)", quantity(input_.after[caries] * 1e9, "mm³"),
+                                             number(100 * input_.after[caries] / input_.before[caries], 1)));
+  }
+  fact(say("score.healthy_removed_mm3"), quantity(healthy_removed(), "mm³"));
+  fact(say("duration"), duration_text());
+  if (course_.count > 0) {
+    fact(say("score.force_max_N"), quantity(course_.hand.force_max, "N"));
+    fact(say("score.force_mean_N"), quantity(course_.hand.force_mean, "N"));
+    fact(say("faults"), fmt::format("{}", course_.hand.faults));
+  }
+  put("</dl>\n</div>\n</section>\n");
+}
+
+void Page::task() {
+  if (!task_) return;
+  put("<section id=\"task\" aria-labelledby=\"h-task\">\n<h2 id=\"h-task\">{}</h2>\n<p>{}</p>\n", say("task"),
+      escaped(task_->goal.in(language)));
+  if (!task_->steps.empty()) {
+    put("<ol class=\"steps\">");
+    for (const TaskText& step : task_->steps) put("<li>{}</li>", escaped(step.in(language)));
+    put("</ol>\n");
+  }
+  put("</section>\n");
+}
+
+void Page::details() {
+  const SessionHeader& h = session_.header();
+  put("<section id=\"details\" class=\"long\" aria-labelledby=\"h-details\">\n<h2 id=\"h-details\">{}</h2>\n<dl class=\"list\">", say("details"));
+  const auto entry = [&](const char* key, const std::string& value) {
+    if (!value.empty()) put("<dt>{}</dt><dd>{}</dd>", say(key), value);
+  };
+  entry("scene", escaped(scene_name_));
+  entry("hand", escaped(h.hand));
+  std::vector<std::string> texts;
+  for (const auto& tool : h.tools) texts.push_back(escaped(tool));
+  entry("tools", fmt::format("{}", fmt::join(texts, ", ")));
+  entry("servo_rate", fmt::format("{} Hz", number(h.servo_rate, 0)));
+  if (h.voxel > 0) entry("voxel", fmt::format("{} mm", number(h.voxel * 1e3, 3)));
+  entry("program", "Typodont " + escaped(h.program_version));
+  entry("compiler", escaped(h.compiler));
+  texts.clear();
+  for (const auto& [name, seed] : h.seeds) texts.push_back(fmt::format("{} {}", escaped(name), seed));
+  entry("seeds", fmt::format("{}", fmt::join(texts, ", ")));
+  texts.clear();
+  for (const auto& f : h.files) texts.push_back(fmt::format("{} <code>{}</code>", escaped(f.path), escaped(f.hash)));
+  entry("files", fmt::format("{}", fmt::join(texts, "<br>")));
+  entry("session_file", escaped(session_.file().filename().string()));
+  put("</dl>\n</section>\n");
+}
+
+}  // namespace typodont::session

@@ -1,0 +1,103 @@
+// The report of one session as a page: its parts in the order in which they stand there. The parts on the result are in
+// result_parts.cpp, those on the course of the session in course_parts.cpp, the rest in page.cpp.
+#pragma once
+
+#include <fmt/format.h>
+
+#include <iterator>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "engine/session/page/course.h"
+#include "engine/session/page/frame_stream.h"
+#include "engine/session/page/plot.h"
+#include "engine/session/page/words.h"
+#include "engine/session/report.h"
+#include "engine/session/task.h"
+
+namespace typodont::session {
+
+/// From the doctype to the body's start: nothing is loaded from anywhere.
+std::string page_head(Language language, const std::string& title);
+
+/// Writes one page; holds what every part of it needs.
+class Page : private Words {
+ public:
+  Page(const SessionReader& session, const ReportOptions& options);
+
+  std::string html();
+
+ private:
+  template <class... Args>
+  void put(fmt::format_string<Args...> format, Args&&... args) {
+    fmt::format_to(std::back_inserter(out_), format, std::forward<Args>(args)...);
+  }
+  void gauge(double share);
+  std::string tissue_text(std::size_t i) const;
+  std::string title() const;
+  double duration() const { return course_.count > 0 ? course_.t1 - course_.t0 : 0; }
+  std::string duration_text() const;
+  double healthy_removed() const;
+  bool has_ideal() const { return options_.preparation && !options_.preparation->ideal.distance.empty(); }
+  bool compares() const { return !options_.earlier.empty() || options_.expert; }
+
+  void head();
+  void warnings();
+  void summary();
+  void task();
+
+  /// The views that are drawn and that the turnable one starts from.
+  struct Views {
+    ModelView above, front, side, angled;
+    dvec3 to_right{1, 0, 0};
+  };
+  Views views() const;
+  void result_views();
+  void worst_places();
+  void color_bar();
+  void viewer(const Views& at);
+  /// Positions in 16 bits over the result's bounds, normals and deviations in 8.
+  std::string model_data(const Views& at) const;
+  void sections(const Views& at);
+
+  std::vector<SessionPicture> all_pictures() const;
+  void pictures();
+  void items();
+  void comparison();
+  void volumes();
+
+  std::vector<TimePlot::Mark> marks() const;
+  void plot(const char* key, const char* css, const char* unit, const Series& s, int decimals, const char* note = nullptr);
+  void over_time();
+  /// Under the force: which tissue answers.
+  void touched();
+  void faults();
+  void timing();
+  std::string three_nines() const { return language == Language::kGerman ? "99,9 %" : "99.9 %"; }
+  /// Median, 99 %, 99.9 % and worst of what a live loop counted.
+  void loop_times(const LoopReport& loop);
+  void real_time(const LoopReport& loop);
+  void cpu_times();
+
+  void frame_row(const FrameStream& frames, const char* key, std::string_view column, double scale, const char* unit,
+                 bool least_is_worst = false);
+  void headset();
+  void picture();
+
+  void events();
+  void details();
+
+  const SessionReader& session_;
+  const ReportOptions& options_;
+  Course course_;
+  ScoreInput input_;
+  Score score_;
+  std::string scene_name_;
+  std::optional<Task> task_;
+  std::string out_;
+};
+
+}  // namespace typodont::session

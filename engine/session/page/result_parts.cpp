@@ -1,0 +1,314 @@
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+
+#include "engine/base/units.h"
+#include "engine/session/page/model_colors.h"
+#include "engine/session/page/page.h"
+#include "engine/session/page/section.h"
+#include "engine/session/page/viewer.h"
+
+namespace typodont::session {
+
+namespace {
+
+/// In the order of the session.
+int rank_of(const SessionPicture& p) {
+  return p.name.starts_with("before") ? 0 : p.name.starts_with("during") ? 1 : p.name.starts_with("after") ? 2 : 3;
+}
+
+const ScoreItem* item_of(const Score& score, const std::string& name) {
+  const auto it = std::find_if(score.items.begin(), score.items.end(), [&](const ScoreItem& i) { return i.name == name; });
+  return it == score.items.end() ? nullptr : &*it;
+}
+
+}  // namespace
+
+Page::Views Page::views() const {
+  const dvec3 axis = options_.preparation ? options_.preparation->axis_W : dvec3(0, 0, 1);
+  const dvec3 other = std::abs(axis.x) < 0.7 ? dvec3(1, 0, 0) : dvec3(0, 0, 1);
+  const dvec3 right = glm::normalize(other - glm::dot(other, axis) * axis), away = glm::cross(axis, right);
+  return {{-axis, away}, {away, axis}, {-right, axis}, {glm::normalize(-0.75 * axis + 0.6 * away - 0.3 * right), axis}, right};
+}
+
+void Page::result_views() {
+  if (!options_.result) return;
+  const ResultModel& model = *options_.result;
+  const Views at = views();
+  put("<section id=\"form\" class=\"long\" aria-labelledby=\"h-form\">\n<h2 id=\"h-form\">{}</h2>\n", say("form"));
+  if (has_ideal()) {
+    put("<p class=\"soft\">{}</p>\n", say("form_note"));
+    worst_places();
+  }
+  put("<div class=\"pictures\">\n");
+  const auto picture = [&](const ModelView& view, bool difference, const std::string& caption) {
+    put("<figure><img alt=\"{}\" src=\"data:image/png;base64,{}\"><figcaption>{}</figcaption></figure>\n",
+        escaped(say("picture.alt", caption)), base64(draw_model(model, view, {420, 320}, difference)), escaped(caption));
+  };
+  picture(at.above, false, say("view.above"));
+  picture(at.angled, false, say("view.angled"));
+  if (has_ideal()) {
+    const auto map = [&](const char* key) { return fmt::format("{}: {}", say("difference"), say(key)); };
+    picture(at.above, true, map("view.above"));
+    picture(at.front, true, map("view.front"));
+    picture(at.side, true, map("view.side"));
+    picture(at.angled, true, map("view.angled"));
+  }
+  put("</div>\n");
+  if (has_ideal()) color_bar();
+  viewer(at);
+  sections(at);
+  put("</section>\n");
+}
+
+void Page::worst_places() {
+  if (!input_.cavity) return;
+  const CavityMeasures& c = *input_.cavity;
+  const auto say_place = [&](const char* key, const Place& place) {
+    if (!(place.depth > 0)) return;
+    put("<p>{}</p>\n", say(key, quantity(place.depth * 1e3, "mm"), number(place.p_W.x * 1e3, 1), number(place.p_W.y * 1e3, 1),
+                          number(place.p_W.z * 1e3, 1)));
+  };
+  say_place("worst_over", c.over);
+  say_place("worst_under", c.under);
+}
+
+void Page::color_bar() {
+  const auto css = [](std::size_t i) {
+    const auto& c = kDifferenceColors[i];
+    return fmt::format("rgb({},{},{})", c[0], c[1], c[2]);
+  };
+  const std::string full = number(kFullColor * 1e3, 1);
+  put("<div class=\"colorbar\" role=\"img\" aria-label=\"{0}\"><i style=\"background:linear-gradient(90deg,{1},{2},{3})\"></i>"
+      "<span>−{4} mm {5}</span><span>0</span><span>+{4} mm {6}</span></div>\n",
+      escaped(say("colorbar_alt")), css(2), css(1), css(0), full, say("too_deep"), say("too_much"));
+}
+
+void Page::viewer(const Views& at) {
+  put("<h3>{}</h3>\n<noscript><p class=\"soft\">{}</p></noscript>\n<div id=\"viewer\" hidden>\n<div class=\"buttons\" role=\"group\" "
+      "aria-label=\"{}\">",
+      say("turn"), say("no_script"), say("show"));
+  const auto mode = [&](const char* name, const char* key) {
+    put("<button type=\"button\" data-mode=\"{}\" aria-pressed=\"false\">{}</button>", name, say(key));
+  };
+  mode("result", "form");
+  if (has_ideal()) mode("difference", "difference");
+  if (options_.ideal) mode("ideal", "ideal");
+  put("</div>\n<div class=\"buttons\" role=\"group\" aria-label=\"{}\">", say("view"));
+  for (const char* name : {"above", "front", "side", "angled"}) {
+    put("<button type=\"button\" data-look=\"{}\">{}</button>", name, say(std::string("view.") + name));
+  }
+  put("<button type=\"button\" data-look=\"reset\">{}</button>\n<label>{} <input type=\"range\" name=\"cut\" min=\"5\" max=\"100\" "
+      "value=\"100\"></label></div>\n<canvas tabindex=\"0\" role=\"img\" aria-label=\"{}\"></canvas>\n<p class=\"soft\">{}</p>\n"
+      "<p aria-live=\"polite\" class=\"hush\"></p>\n</div>\n",
+      say("reset"), say("cut_open"), escaped(say("viewer_alt")), say("viewer_keys"));
+  put("<script type=\"application/json\" id=\"model-data\">{}</script>\n<script>{}</script>\n", model_data(at), kViewerScript);
+}
+
+std::string Page::model_data(const Views& at) const {
+  std::vector<const ResultModel*> models{&*options_.result};
+  if (options_.ideal) models.push_back(&*options_.ideal);
+  glm::vec3 lo(1e9f), hi(-1e9f);
+  for (const ResultModel* m : models) {
+    for (const auto& v : m->vertices) lo = glm::min(lo, v.p_W), hi = glm::max(hi, v.p_W);
+  }
+  const glm::vec3 middle = 0.5f * (lo + hi), extent = hi - lo;
+  const float largest = std::max({extent.x, extent.y, extent.z, 1e-6f}), step = largest / 2 / 32767;
+  const auto raw = []<class T>(const std::vector<T>& values) {
+    const auto* p = reinterpret_cast<const unsigned char*>(values.data());
+    return base64(std::vector<unsigned char>(p, p + values.size() * sizeof(T)));
+  };
+  std::vector<std::string> meshes;
+  for (const ResultModel* m : models) {
+    std::vector<std::int16_t> position;
+    std::vector<std::int8_t> normal, off;
+    std::vector<std::uint8_t> tissue;
+    for (const auto& v : m->vertices) {
+      for (int k = 0; k < 3; ++k) {
+        position.push_back(static_cast<std::int16_t>(std::lround((v.p_W[k] - middle[k]) / step)));
+        normal.push_back(static_cast<std::int8_t>(std::lround(127 * std::clamp(v.n[k], -1.0f, 1.0f))));
+      }
+      tissue.push_back(static_cast<std::uint8_t>(v.tissue));
+      off.push_back(static_cast<std::int8_t>(std::lround(127 * std::clamp(v.off / static_cast<float>(kFullColor), -1.0f, 1.0f))));
+    }
+    std::vector<std::uint32_t> index;
+    for (const auto& t : m->triangles) index.insert(index.end(), t.begin(), t.end());
+    meshes.push_back(fmt::format("{{\"position\":\"{}\",\"normal\":\"{}\",\"tissue\":\"{}\",\"off\":\"{}\",\"index\":\"{}\"}}",
+                                 raw(position), raw(normal), raw(tissue), raw(off), raw(index)));
+  }
+  const auto vec = [](const dvec3& v) { return fmt::format("[{:.5f},{:.5f},{:.5f}]", v.x, v.y, v.z); };
+  const auto view = [&](const ModelView& v) { return fmt::format("{{\"back\":{},\"up\":{}}}", vec(-v.look_W), vec(v.up_W)); };
+  std::vector<std::string> tissues, difference;
+  for (const auto& c : kTissueColors) tissues.push_back(fmt::format("[{},{},{}]", c[0], c[1], c[2]));
+  for (const auto& c : kDifferenceColors) difference.push_back(fmt::format("[{},{},{}]", c[0], c[1], c[2]));
+  // It turns about what was worked on.
+  glm::vec3 focus(0);
+  if (options_.preparation) {
+    const Preparation& p = *options_.preparation;
+    focus = (glm::vec3(p.frame.to_world(0.5 * dvec3(p.before.size))) - middle) / step;
+  }
+  return fmt::format("{{\"has_ideal\":{},\"focus\":{},\"extent\":{:.6g},\"step\":{:.6g},\"tissues\":[{}],\"difference\":[{}],\"view\":{{"
+                     "\"above\":{},\"front\":{},\"side\":{},\"angled\":{},\"slice\":{}}},\"meshes\":[{}]}}",
+                     has_ideal() ? "true" : "false", vec(dvec3(focus)), glm::length(extent), step, fmt::join(tissues, ","), fmt::join(difference, ","),
+                     view(at.above), view(at.front), view(at.side), view(at.angled), vec(-at.front.look_W), fmt::join(meshes, ","));
+}
+
+void Page::sections(const Views& at) {
+  if (!options_.preparation) return;
+  // Through the worst place where there is one, else through the middle of what was looked at.
+  const Preparation& p = *options_.preparation;
+  dvec3 through = p.frame.to_world(0.5 * dvec3(p.before.size));
+  if (input_.cavity) {
+    const Place &over = input_.cavity->over, &under = input_.cavity->under;
+    const Place& worst = over.depth > under.depth ? over : under;
+    if (worst.depth > 0) through = worst.p_W;
+  }
+  const std::string front = section_svg(p, through, at.to_right, say("section_alt"));
+  const std::string side = section_svg(p, through, glm::cross(p.axis_W, at.to_right), say("section_alt"));
+  if (front.empty() && side.empty()) return;
+  put("<h3>{}</h3>\n<p class=\"soft\">{}</p>\n<div class=\"pictures\">\n", say("sections"), say("sections_note"));
+  for (const std::string& svg : {front, side}) {
+    if (!svg.empty()) put("<figure>{}</figure>\n", svg);
+  }
+  put("</div>\n<ul class=\"legend\" aria-hidden=\"true\"><li class=\"k-was\">{}</li><li class=\"k-is\">{}</li>", say("before"), say("form"));
+  if (has_ideal()) put("<li class=\"k-ideal\">{}</li>", say("ideal"));
+  put("</ul>\n");
+}
+
+std::vector<SessionPicture> Page::all_pictures() const {
+  std::vector<SessionPicture> all;
+  if (session_.result()) all = session_.result()->pictures;
+  for (const SessionPicture& p : options_.more_pictures) {
+    std::erase_if(all, [&](const SessionPicture& q) { return q.name == p.name; });
+    all.push_back(p);
+  }
+  std::stable_sort(all.begin(), all.end(), [](const SessionPicture& a, const SessionPicture& b) {
+    return std::pair(rank_of(a), a.name) < std::pair(rank_of(b), b.name);
+  });
+  return all;
+}
+
+void Page::pictures() {
+  const auto all = all_pictures();
+  if (all.empty()) return;
+  put("<section id=\"pictures\" class=\"long\" aria-labelledby=\"h-pictures\">\n<h2 id=\"h-pictures\">{}</h2>\n"
+      "<div class=\"pictures\">\n",
+      say("pictures"));
+  for (const SessionPicture& p : all) {
+    const std::string key = "picture." + p.name.substr(0, p.name.find('_'));
+    const std::string caption = !p.title.empty() ? p.title : has_text(key) ? say(key) : p.name;
+    put("<figure><img alt=\"{}\" src=\"data:image/png;base64,{}\"><figcaption>{}</figcaption></figure>\n",
+        escaped(say("picture.alt", caption)), base64(p.png), escaped(caption));
+  }
+  put("</div>\n</section>\n");
+}
+
+void Page::items() {
+  put("<section id=\"items\" class=\"long\" aria-labelledby=\"h-items\">\n<h2 id=\"h-items\">{}</h2>\n<div class=\"scroll\" "
+      "tabindex=\"0\" role=\"region\" aria-labelledby=\"h-items\">\n<table><caption>{} {}: {} %.</caption>\n<thead><tr>"
+      "<th scope=\"col\">{}</th><th scope=\"col\">{}</th><th scope=\"col\">{}</th><th scope=\"col\">{}</th><th scope=\"col\">{}</th>"
+      "<th scope=\"col\" class=\"text\">{}</th></tr></thead>\n<tbody>\n",
+      say("items"), say("completion_note"), say("completion"), number(100 * score_.completion, 0), say("item"), say("value"),
+      say("target"), say("tolerance"), say("points"), say("source"));
+  // What counts first.
+  std::vector<const ScoreItem*> order;
+  for (const ScoreItem& item : score_.items) order.push_back(&item);
+  std::stable_sort(order.begin(), order.end(), [](auto* a, auto* b) { return a->weight > b->weight; });
+  for (const ScoreItem* item : order) {
+    put("<tr><th scope=\"row\">{}</th><td>{}</td>", name_of_item(item->name),
+        std::isnan(item->value) ? say("not_there") : quantity(item->value, item->unit));
+    if (item->weight > 0) {
+      put("<td>{}</td><td>{}</td><td>{} / {}", target(*item), quantity(item->tolerance, item->unit),
+          number(item->points, 1), number(item->weight, 0));
+      gauge(item->points / item->weight);
+      // The sources of the default rules are in the catalogue, by their English text.
+      put("</td><td class=\"text source\">{}</td></tr>\n", escaped(text(item->source, language)));
+    } else {
+      put("<td></td><td></td><td>{}</td><td class=\"text source\"></td></tr>\n", say("not_counted"));
+    }
+  }
+  put("</tbody>\n<tfoot><tr><th scope=\"row\">{}</th><td></td><td></td><td></td><td>{} / {}</td><td></td></tr></tfoot>\n"
+      "</table></div>\n</section>\n",
+      say("score"), number(score_.points, 1), number(score_.full, 0));
+}
+
+void Page::comparison() {
+  if (!compares()) return;
+  struct Column {
+    std::string title;
+    const Score* score;
+  };
+  std::vector<Column> columns{{say("this_session"), &score_}};
+  if (!options_.earlier.empty()) {
+    const SessionSummary& last = options_.earlier.back();
+    columns.push_back({say("last_session"), &last.score});
+    const auto best = std::max_element(options_.earlier.begin(), options_.earlier.end(), [](const auto& a, const auto& b) {
+      return a.score.points < b.score.points;
+    });
+    columns.push_back({say("best_session"), &best->score});
+  }
+  if (options_.expert) columns.push_back({say("expert"), &options_.expert->score});
+  put("<section id=\"comparison\" class=\"long\" aria-labelledby=\"h-comparison\">\n<h2 id=\"h-comparison\">{}</h2>\n<div class=\"scroll\" "
+      "tabindex=\"0\" role=\"region\" aria-labelledby=\"h-comparison\"><table>",
+      say("comparison"));
+  if (!options_.earlier.empty()) put("<caption>{}</caption>", say("earlier_count", options_.earlier.size()));
+  put("<thead><tr><th scope=\"col\">{}</th>", say("item"));
+  for (const Column& c : columns) put("<th scope=\"col\">{}</th>", c.title);
+  put("</tr></thead>\n<tbody>\n");
+  for (const ScoreItem& item : score_.items) {
+    if (item.weight <= 0) continue;
+    put("<tr><th scope=\"row\">{}</th>", name_of_item(item.name));
+    for (const Column& c : columns) {
+      const ScoreItem* other = item_of(*c.score, item.name);
+      put("<td>{}</td>", other ? quantity(other->value, other->unit) : "–");
+    }
+    put("</tr>\n");
+  }
+  put("</tbody>\n<tfoot><tr><th scope=\"row\">{}</th>", say("score"));
+  for (const Column& c : columns) put("<td>{} %</td>", number(c.score->full > 0 ? 100 * c.score->points / c.score->full : 0, 0));
+  put("</tr></tfoot>\n</table></div>\n");
+  if (!options_.earlier.empty()) {
+    std::vector<double> values;
+    for (const SessionSummary& s : options_.earlier) values.push_back(s.score.full > 0 ? 100 * s.score.points / s.score.full : 0);
+    values.push_back(score_.full > 0 ? 100 * score_.points / score_.full : 0);
+    put("<figure>{}<figcaption>{} (%)</figcaption></figure>\n",
+        session_plot(values, 100.0, say("curve_alt", say("score"), quantity(values.front(), "%"), quantity(values.back(), "%")),
+                     number_text()),
+        say("score"));
+  }
+  put("</section>\n");
+}
+
+void Page::volumes() {
+  put("<section id=\"volumes\" aria-labelledby=\"h-volumes\">\n<h2 id=\"h-volumes\">{}</h2>\n<div class=\"scroll\" tabindex=\"0\" "
+      "role=\"region\" aria-labelledby=\"h-volumes\">\n<table><caption>{}</caption>\n<thead><tr><th scope=\"col\">{}</th>"
+      "<th scope=\"col\">{}</th><th scope=\"col\">{}</th><th scope=\"col\">{}</th>",
+      say("volumes"), say("volumes_caption"), say("tissue"), say("before"), say("removed"), say("after"));
+  if (input_.ideal) put("<th scope=\"col\">{}</th>", say("ideal"));
+  put("<th scope=\"col\">{}</th></tr></thead>\n<tbody>\n", say("share_removed"));
+  double before_sum = 0, after_sum = 0, ideal_sum = 0;
+  for (std::size_t i = 1; i < kTissueCount; ++i) {
+    const double before = input_.before[i] * 1e9, after = input_.after[i] * 1e9;
+    const double ideal = input_.ideal ? (*input_.ideal)[i] * 1e9 : 0;
+    if (before <= 0 && after <= 0 && ideal <= 0) continue;
+    before_sum += before;
+    after_sum += after;
+    ideal_sum += ideal;
+    put("<tr{}><th scope=\"row\"><span class=\"swatch s-{}\" aria-hidden=\"true\"></span>{}</th><td>{}</td><td>{}</td><td>{}</td>",
+        static_cast<Tissue>(i) == Tissue::kCaries ? " class=\"key\"" : "", name_of(static_cast<Tissue>(i)), tissue_text(i),
+        number(before, 2), number(before - after, 2), number(after, 2));
+    if (input_.ideal) put("<td>{}</td>", number(ideal, 2));
+    if (before > 0) {
+      put("<td>{} %</td></tr>\n", number(100 * (before - after) / before, 1));
+    } else {
+      put("<td></td></tr>\n");
+    }
+  }
+  put("</tbody>\n<tfoot><tr><th scope=\"row\">Σ</th><td>{}</td><td>{}</td><td>{}</td>", number(before_sum, 2),
+      number(before_sum - after_sum, 2), number(after_sum, 2));
+  if (input_.ideal) put("<td>{}</td>", number(ideal_sum, 2));
+  put("<td></td></tr></tfoot>\n</table></div>\n</section>\n");
+}
+
+}  // namespace typodont::session

@@ -1,0 +1,55 @@
+// Text of a kernel, included once within each namespace of lanes (lane_ops.h): what a cut does to samples, and the volume
+// that takes, by tissue.
+
+/// What every cut does: where `ahead` holds, a sample rises to its depth in the head, kInner at most, if that is more than
+/// it is and than what is kept true (`least`).
+TYPODONT_KERNEL Floats raised_to(Floats old, Floats depth, Mask ahead, Floats& least, Mask& rises) {
+  least = greater(old, all(-Sweep::kMargin));
+  rises = ahead & more(depth, least);
+  return pick(rises, depth, old);
+}
+
+/// What the share of each voxel inside the surface falls by, where distances rise. Counted in whole units (kShareUnit), so
+/// that sums do not depend on their order: every way of cutting the work into groups takes the same volume.
+TYPODONT_KERNEL Ints share_taken(Floats was, Floats is) {
+  const Floats before = greater(was, all(-0.5f)), after = greater(lesser(is, all(0.5f)), before);
+  return as_ints(after + all(1.5f)) - as_ints(before + all(1.5f));  // in 1..2 floats are evenly spaced, and so are their bits
+}
+
+/// Volume taken, label by label: a running sum as long as the label stays the same.
+struct Taken {
+  PerTissue* removed;
+  Ints units = {};
+  int groups = 0;
+  std::uint8_t label = 0;
+
+  /// Of as many samples that have this label.
+  TYPODONT_KERNEL void add(Ints taken, std::uint8_t group_label) {
+    if (group_label != label) {
+      close();
+      label = group_label;
+    }
+    units += taken;
+    if (++groups == 255) close();  // a voxel is 2^23 of them
+  }
+  /// Of samples that have these labels.
+  TYPODONT_KERNEL void add(Ints taken, const Tissue* labels) {
+    std::uint64_t parts[kLanes / 8], differ = 0;
+    std::memcpy(parts, labels, sizeof parts);
+    for (const std::uint64_t part : parts) differ |= part ^ (parts[0] & 0xff) * 0x0101010101010101u;
+    if (!differ) {
+      add(taken, static_cast<std::uint8_t>(parts[0]));
+      return;
+    }
+    for (int i = 0; i < kLanes; ++i) (*removed)[static_cast<std::size_t>(labels[i])] += kShareUnit * taken[i];
+  }
+  TYPODONT_KERNEL void close() {
+    std::int32_t apart[kLanes];  // a copy, so that the sums stay in a register
+    std::memcpy(apart, &units, sizeof apart);
+    std::int64_t sum = 0;
+    for (const std::int32_t part : apart) sum += part;
+    (*removed)[label] += kShareUnit * static_cast<double>(sum);
+    units = Ints{};
+    groups = 0;
+  }
+};

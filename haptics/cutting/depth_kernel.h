@@ -1,0 +1,41 @@
+// Text of a kernel, included once within each namespace of lanes (lane_ops.h): how deep samples lie in a head, from where
+// they are in its half plane. The depth of a sample depends on its voxel and the pose alone: pieces that are left out are
+// not the closest, and where only one is left, between its ends, the same comes out in fewer steps.
+
+TYPODONT_KERNEL Floats depth_below_line(const MeridianPiece& piece, Floats rho, Floats z) {
+  return (all(piece.ax) - rho) * all(piece.nax) + (all(piece.az) - z) * all(piece.naz);
+}
+
+TYPODONT_KERNEL Floats depth_below_arc(const MeridianPiece& piece, Floats rho, Floats z) {
+  const Floats vx = rho - all(piece.cx), vz = z - all(piece.cz);
+  return all(piece.radius) - root(vx * vx + vz * vz);
+}
+
+/// Of several pieces, each a bit of `set`.
+TYPODONT_KERNEL Floats depth_below_pieces(const MeridianPiece* pieces, unsigned set, Floats rho, Floats z) {
+  const Floats none = all(0.0f);
+  Floats best = all(1e30f);
+  Mask outside = nowhere();
+  for (; set != 0; set &= set - 1) {
+    const MeridianPiece& piece = pieces[std::countr_zero(set)];
+    if (piece.radius == 0.0f) {
+      const Floats below = depth_below_line(piece, rho, z);
+      // Along the line, from its first end; beyond either end that is closest.
+      const Floats along = (z - all(piece.az)) * all(piece.nax) - (rho - all(piece.ax)) * all(piece.naz);
+      const Floats over = pick(more(along, all(piece.length)), along - all(piece.length), lesser(along, none));
+      best = lesser(best, below * below + over * over);
+      outside |= more(none, below);
+    } else {
+      // Its end at b is its neighbour's as well; that at a may be the tip.
+      const Floats ex = rho - all(piece.ax), ez = z - all(piece.az), vx = rho - all(piece.cx), vz = z - all(piece.cz);
+      const Mask beyond = more(none, all(piece.dx) * ez - all(piece.dz) * ex);
+      const Floats off = all(piece.radius) - root(vx * vx + vz * vz);
+      const Mask between = no_less(all(piece.ux) * vz - all(piece.uz) * vx, none) &
+                           no_less(vx * all(piece.wz) - vz * all(piece.wx), none);
+      best = lesser(best, pick(between, off * off, ex * ex + ez * ez));
+      outside |= beyond & more(none, off);
+    }
+  }
+  const Floats depth = root(best);
+  return pick(outside, none - depth, depth);
+}

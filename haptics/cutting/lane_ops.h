@@ -1,0 +1,76 @@
+// What the textual kernels of this folder are written in: as many floats as a processor takes at once, eight by GCC's
+// vectors or sixteen where there is AVX-512. Every operation is exact or rounds as IEEE says, so both compute the same bits.
+// Private to haptics/cutting.
+#pragma once
+
+#include "haptics/lanes.h"
+
+#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__)
+#define TYPODONT_SIXTEEN_LANES 1
+#include <immintrin.h>
+#endif
+
+// All of it is inlined: nothing is passed in registers that a plain processor has not got.
+#pragma GCC diagnostic ignored "-Wpsabi"
+
+namespace typodont::haptics {
+
+namespace eight {
+
+using Floats = F8;
+using Ints = I8;
+using Mask = I8;
+constexpr int kLanes = 8;
+
+TYPODONT_KERNEL Floats load(const float* p) { return *reinterpret_cast<const F8*>(p); }
+TYPODONT_KERNEL void store(float* p, Floats v) { *reinterpret_cast<F8*>(p) = v; }
+TYPODONT_KERNEL Floats all(float v) { return F8{} + v; }
+TYPODONT_KERNEL Mask first(int count) { return I8{0, 1, 2, 3, 4, 5, 6, 7} < count; }
+TYPODONT_KERNEL Mask nowhere() { return I8{}; }
+TYPODONT_KERNEL Mask more(Floats a, Floats b) { return a > b; }
+TYPODONT_KERNEL Mask no_less(Floats a, Floats b) { return a >= b; }
+TYPODONT_KERNEL Floats pick(Mask mask, Floats yes, Floats no) { return mask ? yes : no; }
+TYPODONT_KERNEL Floats lesser(Floats a, Floats b) { return a < b ? a : b; }
+TYPODONT_KERNEL Floats greater(Floats a, Floats b) { return a > b ? a : b; }
+TYPODONT_KERNEL Floats root(Floats v) {
+  take_root(v);
+  return v;
+}
+TYPODONT_KERNEL Ints as_ints(Floats v) { return (Ints)v; }
+TYPODONT_KERNEL bool any(Mask mask) { return any_of(mask); }
+
+}  // namespace eight
+
+#ifdef TYPODONT_SIXTEEN_LANES
+#pragma GCC push_options
+#pragma GCC target("arch=x86-64-v4")
+namespace sixteen {
+
+using Floats = __m512;
+typedef int Ints __attribute__((vector_size(64)));
+using Mask = unsigned;  // a bit for each
+constexpr int kLanes = 16;
+constexpr __mmask16 kEvery = 0xffff;
+
+TYPODONT_KERNEL Floats load(const float* p) { return _mm512_loadu_ps(p); }
+TYPODONT_KERNEL void store(float* p, Floats v) { _mm512_storeu_ps(p, v); }
+TYPODONT_KERNEL Floats all(float v) { return _mm512_set1_ps(v); }
+TYPODONT_KERNEL Mask first(int count) { return (1u << count) - 1; }
+TYPODONT_KERNEL Mask nowhere() { return 0; }
+TYPODONT_KERNEL Mask more(Floats a, Floats b) { return _mm512_cmp_ps_mask(a, b, _CMP_GT_OQ); }
+TYPODONT_KERNEL Mask no_less(Floats a, Floats b) { return _mm512_cmp_ps_mask(a, b, _CMP_GE_OQ); }
+TYPODONT_KERNEL Floats pick(Mask mask, Floats yes, Floats no) {
+  return _mm512_mask_blend_ps(static_cast<__mmask16>(mask), no, yes);
+}
+// The masked forms: GCC 12 takes the plain ones' unused operand for one that was forgotten.
+TYPODONT_KERNEL Floats lesser(Floats a, Floats b) { return _mm512_maskz_min_ps(kEvery, a, b); }
+TYPODONT_KERNEL Floats greater(Floats a, Floats b) { return _mm512_maskz_max_ps(kEvery, a, b); }
+TYPODONT_KERNEL Floats root(Floats v) { return _mm512_maskz_sqrt_ps(kEvery, v); }
+TYPODONT_KERNEL Ints as_ints(Floats v) { return (Ints)_mm512_castps_si512(v); }
+TYPODONT_KERNEL bool any(Mask mask) { return mask != 0; }
+
+}  // namespace sixteen
+#pragma GCC pop_options
+#endif
+
+}  // namespace typodont::haptics

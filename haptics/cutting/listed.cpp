@@ -1,0 +1,80 @@
+#include "haptics/cutting/listed.h"
+
+#include <algorithm>
+#include <bit>
+#include <cstring>
+
+#include "engine/base/dispatch.h"
+#include "haptics/cutting/lane_ops.h"
+#include "haptics/sweep.h"
+
+namespace typodont::haptics {
+
+namespace {
+
+enum class Nearest { kLine, kArc, kSeveral };
+
+}  // namespace
+
+// Compiled for each width of lanes and chosen at run time. Every sample is computed by itself, volumes are counted in whole
+// units and FMA is off for the whole program, so that every processor gives the same bits.
+namespace eight {
+namespace {
+
+#include "haptics/cutting/cut_kernel.h"
+#include "haptics/cutting/depth_kernel.h"
+#include "haptics/cutting/listed_kernel.h"
+
+TYPODONT_DISPATCH("avx2", "default")
+bool ball(const BallFront* f, PerTissue* removed) { return raise_ball<false>(*f, removed); }
+TYPODONT_DISPATCH("avx2", "default")
+bool capsule(const BallFront* f, PerTissue* removed) { return raise_ball<true>(*f, removed); }
+TYPODONT_DISPATCH("avx2", "default")
+bool head(const HeadFront* f, PerTissue* removed) { return raise_head(*f, removed); }
+
+}  // namespace
+}  // namespace eight
+
+#ifdef TYPODONT_SIXTEEN_LANES
+#pragma GCC push_options
+#pragma GCC target("arch=x86-64-v4")
+namespace sixteen {
+namespace {
+
+#include "haptics/cutting/cut_kernel.h"
+#include "haptics/cutting/depth_kernel.h"
+#include "haptics/cutting/listed_kernel.h"
+
+bool ball(const BallFront* f, PerTissue* removed) { return raise_ball<false>(*f, removed); }
+bool capsule(const BallFront* f, PerTissue* removed) { return raise_ball<true>(*f, removed); }
+bool head(const HeadFront* f, PerTissue* removed) { return raise_head(*f, removed); }
+
+}  // namespace
+}  // namespace sixteen
+#pragma GCC pop_options
+#endif
+
+int widest_group() noexcept {
+#ifdef TYPODONT_SIXTEEN_LANES
+  if (__builtin_cpu_supports("x86-64-v4")) return sixteen::kLanes;
+#endif
+  return eight::kLanes;
+}
+
+bool raise_listed_ball(const BallFront& front, bool capsule, int lanes, PerTissue* removed) noexcept {
+#ifdef TYPODONT_SIXTEEN_LANES
+  if (lanes == sixteen::kLanes) return capsule ? sixteen::capsule(&front, removed) : sixteen::ball(&front, removed);
+#endif
+  (void)lanes;
+  return capsule ? eight::capsule(&front, removed) : eight::ball(&front, removed);
+}
+
+bool raise_listed_head(const HeadFront& front, int lanes, PerTissue* removed) noexcept {
+#ifdef TYPODONT_SIXTEEN_LANES
+  if (lanes == sixteen::kLanes) return sixteen::head(&front, removed);
+#endif
+  (void)lanes;
+  return eight::head(&front, removed);
+}
+
+}  // namespace typodont::haptics

@@ -1,0 +1,91 @@
+// The groups of samples that are listed before a head (CutFront), raised: most cuts are just this. Private to
+// haptics/cutting.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <cstring>
+#include <glm/glm.hpp>
+
+#include "engine/contract/tissue.h"
+#include "haptics/cut_front.h"
+#include "haptics/tool.h"
+
+namespace typodont::haptics {
+
+/// A voxel's share inside the surface is counted in these.
+inline constexpr double kShareUnit = 1.0 / (1 << 23);
+
+/// A ball on its way, plain. Voxels, from some voxel nearby.
+struct Capsule {
+  float ax, ay, az;
+  float abx, aby, abz;
+  float inverse_length2, radius;
+  bool continues;
+};
+
+/// A cut before which stands a front, plain. Positions count from the first voxel of the front's first block.
+struct BallFront {
+  Capsule c;
+  glm::ivec3 origin;  // of those positions, from the base of c
+  float* distance;    // at the origin
+  struct {            // of each height …
+    float* apart;     // … from A, or, where the ball at B is all, its square from B,
+    float* ahead;     // … and × way
+  } heights;
+  CutFront::Listed groups;
+  int count;
+};
+
+/// A piece of the meridian in floats: HeadField::Piece with its outward normals at either end; of a line its length.
+struct MeridianPiece {
+  float ax, az, bx, bz, dx, dz, inverse2, cx, cz, radius;
+  float nax, naz, nbx, nbz;
+  float length;
+  float ux, uz, wx, wz;    // from an arc's centre to its ends
+  float corner_a, corner_b;  // tan(φ/2) where its outward normal turns by φ to its neighbour's
+};
+inline constexpr int kManyPieces = HeadField::kMaxPieces;  // kinds of groups: one smooth piece, or from here on a set of them
+
+/// A pose of the head in voxels, counted from a voxel nearby, so that floats keep their digits.
+struct HeadPose {
+  glm::ivec3 base;
+  float p[3];  // the head from there
+  float R[9];  // from V to T, by columns
+};
+
+/// The same before a head that is no ball.
+struct HeadFront {
+  HeadPose pose;
+  const MeridianPiece* pieces;
+  glm::ivec3 origin;  // from the pose's base
+  float* distance;
+  float* along[3];    // of each height: along x, y, z in T
+  CutFront::Listed groups;
+  const CutFront::Run* runs;
+  int run_count;
+};
+
+/// How many of the samples of a group, `lanes` at most, have one label. Where no surface can ever be, any label will do.
+inline int with_one_label(const Tissue* labels, const float* distance, int lanes, std::uint8_t& label) {
+  label = static_cast<std::uint8_t>(labels[0]);
+  std::uint64_t differ = 0, part;
+  for (int i = 0; i < lanes; i += 8) {
+    std::memcpy(&part, labels + i, sizeof part);
+    differ |= part ^ label * 0x0101010101010101u;
+  }
+  if (!differ) return lanes;
+  for (int i = 0; i < lanes; ++i) {
+    const auto other = static_cast<std::uint8_t>(labels[i]);
+    if (other == label || (labels[i] == Tissue::kAir && distance[i] >= 0.5f)) continue;
+    if (label != static_cast<std::uint8_t>(Tissue::kAir) || !std::all_of(distance, distance + i, [](float d) { return d >= 0.5f; })) return i;
+    label = other;
+  }
+  return lanes;
+}
+
+/// Return whether anything changed; volume taken is added to `removed`.
+bool raise_listed_ball(const BallFront& front, bool capsule, int lanes, PerTissue* removed) noexcept;
+bool raise_listed_head(const HeadFront& front, int lanes, PerTissue* removed) noexcept;
+
+}  // namespace typodont::haptics
