@@ -1,4 +1,8 @@
 #version 460
+// One triangle over an eye's place on the target: the viewport is that place.
+layout(location = 0) out vec2 out_place;  // 0..1 over the eye's picture
+
 void main() {
-  gl_Position = vec4(vec2((gl_VertexIndex << 1) & 2, gl_VertexIndex & 2) * 2.0 - 1.0, 0.0, 1.0);
+  out_place = vec2((gl_VertexIndex << 1) & 2, gl_VertexIndex & 2);
+  gl_Position = vec4(out_place * 2.0 - 1.0, 0.0, 1.0);
 }

@@ -71,7 +71,7 @@ void run_demo(const DemoOptions& options) {
   PictureStage stage(rig, scene.servo, look);
   stage.surround(make_surroundings(scene));
   stage.hold_mirror(scene.mouth_mirror);
-  TissueView view(surface_tolerance(rig, volume.frame().voxel));
+  TissueView view(surface_tolerance(rig, volume.frame().voxel, look.quality));
   stage.show(view.update(volume), volume.frame().origin);
   log::info("drawing with {}: {} triangles", stage.device_name(), view.mesher().triangle_count());
 

@@ -25,6 +25,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
+constexpr double kLitrePerMinute = 1e-3 / 60;  // m³/s
 constexpr std::array<std::string_view, 6> kParts = {"haptics", "render", "sound", "debris", "record", "score"};
 
 std::string names_in(const fs::path& folder) {
@@ -156,7 +157,7 @@ Scene read_scene(const fs::path& file) {
 Scene parse_scene(const Json& json, const fs::path& file) {
   json.allow_only({"name", "description", "tissue", "paint", "tool", "tools", "spindle_krpm", "spindle", "coupling", "materials",
                    "parts", "friction", "cutting", "passivity", "boundary_walls", "force_filter", "vibration", "score", "sound", "prepare",
-                   "paint_file", "task", "surroundings", "mouth_mirror", "resume"});
+                   "paint_file", "task", "surroundings", "mouth_mirror", "suction", "resume"});
   const auto find = [&](const std::string& name) { return find_file(name, file.parent_path()); };
   Scene scene;
   scene.file = file;
@@ -270,6 +271,19 @@ Scene parse_scene(const Json& json, const fs::path& file) {
     scene.surroundings = *surroundings;
   }
   if (const auto mirror = json.find("mouth_mirror")) scene.mouth_mirror = read_mouth_mirror(*mirror);
+  if (const auto suction = json.find("suction")) {
+    suction->allow_only({"position_mm", "flow_l_per_min", "radius_mm", "on"});
+    const debris::Suction usual;
+    if (const auto p = suction->find("position_mm"))
+      scene.suction = {.p_W = p->vec3() * kMillimetre,
+                       .flow = suction->number_or("flow_l_per_min", usual.flow / kLitrePerMinute, 1, 2000) * kLitrePerMinute,
+                       .radius = suction->number_or("radius_mm", usual.radius / kMillimetre, 0.5, 20) * kMillimetre};
+    else
+      for (const char* key : {"flow_l_per_min", "radius_mm"})
+        if (suction->has(key)) suction->fail("position_mm beside it");
+    scene.suction_on = suction->boolean_or("on", true);
+    if (scene.suction_on && !scene.needs("debris")) suction->fail("\"debris\" among the parts, or \"on\": false");
+  }
   if (const auto sound = json.find("sound")) {
     sound->allow_only({"lower_order"});
     scene.sound_lower_order = sound->boolean_or("lower_order", false);

@@ -8,6 +8,7 @@
 
 #include "engine/base/json.h"
 #include "engine/contract/mouth_mirror.h"
+#include "engine/debris/debris.h"
 #include "engine/session/task.h"
 #include "haptics/servo.h"
 #include "haptics/tissue_volume.h"
@@ -31,6 +32,8 @@ struct Scene {
   bool vibration_band_set = false;  // the scene says how far the spindle's vibration goes; otherwise the hand's device
   std::optional<Json> surroundings;  // what stands around the tooth (surroundings.h)
   MouthMirror mouth_mirror;              // where the other hand holds it; diameter 0: none
+  std::optional<debris::Suction> suction;  // where its nozzle is held; nothing: beside the tooth
+  bool suction_on = false;                 // when the session begins
   bool sound_lower_order = false;   // models may be cut to the order at which nothing is lost
 
   bool needs(std::string_view part) const { return parts.contains(std::string(part)); }

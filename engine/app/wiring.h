@@ -132,7 +132,7 @@ struct Wiring {
 
   std::atomic<bool> copy_wanted{false};         // WATCH → CARVER
   std::atomic<std::uint64_t> tissue_version{0};  // CARVER → WATCH: changes with the tissue
-  std::atomic<bool> mesh_all{false};   // RENDER → CARVER: all bricks again, for a picture made anew
+  std::atomic<float> tolerance{0.1f};  // RENDER → CARVER: voxels that triangles may lie off the surface (detail.h)
   std::atomic<bool> emergency{false};  // any thread → SERVO: no force from the next tick on, and the session's end
   std::atomic<std::int32_t> chosen_tool{-1};    // RENDER (window) → SERVO: by key; negative: the hand's own choice
   std::atomic<bool> held{false};                // RENDER → SERVO: the emergency key; no drill until it is let go on

@@ -17,12 +17,11 @@
 #include "engine/app/headset/xr_session.h"
 #include "engine/app/live/session.h"
 #include "engine/app/picture/debris_view.h"
-#include "engine/app/picture/followed_views.h"
+#include "engine/app/picture/detail.h"
 #include "engine/app/picture/live_views.h"
 #include "engine/app/picture/picture_record.h"
 #include "engine/app/picture/picture_stage.h"
 #include "engine/app/picture/quality_ladder.h"
-#include "engine/app/picture/teaching_views.h"
 #include "engine/app/picture/tissue_view.h"
 #include "engine/app/recording/resume.h"
 #include "engine/app/recording/session_record.h"
@@ -49,9 +48,10 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr double kMirror = 22e-3;  // m, a mouth mirror of size 4, where the scene does not say
-constexpr int kHoldKey = ' ', kGoOnKey = 'R', kViewKey = 'V';
+constexpr int kHoldKey = ' ', kGoOnKey = 'R', kViewKey = 'V', kSuctionKey = 'A';
 constexpr Nanos kReviveInterval = 10 * kNanosPerSecond;  // a device lost more often than this is broken
 constexpr std::size_t kProcessorStep = 3;  // of the quality ladder, where a processor draws: about what it is quick enough for
+constexpr Nanos kProcessorMeshInterval = 33'000'000;      // ns between looks for changed bricks, where a processor draws
 constexpr Nanos kOwnInterval = 30'000'000;               // ns between pictures from a viewpoint of one's own
 
 std::atomic<bool> g_asked_to_stop{false};
@@ -75,7 +75,8 @@ struct Workbench::Impl {
   std::optional<session::SessionWriter> writer;
   std::optional<PictureStage> stage;
   std::optional<XrSession> headset;  // draws on a thread of its own, in the stage's place
-  std::unique_ptr<LiveViews> views;  // where operated
+  Surroundings around;               // of the tooth, where a picture is drawn here
+  std::unique_ptr<LiveViews> views;  // where operated or drawn here
   std::optional<PictureStage> own_stage;  // from a viewpoint of one's own
   Viewpoint own_from;
   glm::ivec2 own_size{0};            // 0: there is none
@@ -83,6 +84,7 @@ struct Workbench::Impl {
   std::uint64_t own_frames = 0;
   MaterialTable materials;           // as drawn
   QualityLadder ladder;
+  std::optional<Detail> detail;      // of the tooth in the stage's picture
   std::optional<DebrisView> debris;
   WorkCounts before;  // of the process, when the session began
   dvec3 above{0, 0, 0};  // m, W: where the tool starts
@@ -101,13 +103,11 @@ struct Workbench::Impl {
   Nanos revived = -kReviveInterval;  // when the picture was last made anew
   std::uint32_t recent_faults = 0;
   bool drew_last = false;  // the last turn drew a frame
-  render::View view = render::View::kLook;
-  std::unique_ptr<DifferenceToIdeal> ideal;  // made when it is first looked at
-  std::atomic<bool> no_ideal{false};
+  bool sucking = false;    // the suction is on
   std::string keys;  // what the hand and the keyboard do, drawn below the picture
   std::string failure;
   bool held = false, hand_gone = false;
-  std::jthread carver, servo, left, recorder, idealist;  // last: they refer to all of the above
+  std::jthread carver, servo, left, recorder;  // last: they refer to all of the above
 
   Impl(const Scene& s, const WorkbenchOptions& o) : scene(s), options(o) { set_up(); }
   ~Impl() { end(); }
@@ -133,6 +133,7 @@ struct Workbench::Impl {
   void count_work(const WorkCounts& running);
   void show_next_view();
   void hold(bool on) noexcept;
+  void suck(bool on);
   void report_hand();
   std::string hint() const;
   void end();
@@ -233,12 +234,17 @@ void Workbench::Impl::set_up() {
     meter.emplace(hand.rate);
     volumes_before = tissue.volumes();
     s.watched = s.draw && hmd;
-    views = std::make_unique<LiveViews>(scene, tissue, s.wiring);
     damage = damage_meter(scene);
+  }
+  if ((s.draw && window) || s.operated) {
+    around = make_surroundings(scene);
+    views = std::make_unique<LiveViews>(scene, tissue, around, s.wiring, s.operated);
   }
   if (s.draw && window) {
     make_stage(options.device);
-    s.tolerance = surface_tolerance(*rig, tissue.frame().voxel, stage->device().processor);
+    detail.emplace(surface_tolerance(*rig, tissue.frame().voxel, ladder.step()), tissue.frame().voxel);
+    s.wiring.tolerance = detail->tolerance();
+    if (stage->device().processor) s.mesh_interval = kProcessorMeshInterval;
     explain("drawn by " + stage->device_name());
     explain(fmt::format("picture quality: begins at \"{}\"; steps down while a frame takes over {:.0f} ms, up when there is "
                         "room", ladder.step().name, 1e3 / 30));
@@ -247,9 +253,9 @@ void Workbench::Impl::set_up() {
   if (s.debris && window) {
     debris.emplace(scene.servo.materials, tissue);
     debris->use(&stage->device());
+    suck(scene.suction_on);
     explain(debris->cloud() ? "debris: moved by the GPU" : "debris: moved by the processor, which also draws");
   }
-  if (s.draw && window && !options.operated) s.followed.emplace();
   if (options.explain) {
     for (const std::string& line : summary.explanations) log::info("{}", line);
   }
@@ -300,7 +306,8 @@ void Workbench::Impl::start() {
   const std::size_t tools = std::min<std::size_t>(haptics::tray(scene.servo).size(), 9);
   if (pointer) keys = "left button: drill   wheel: in and out   ";
   keys += "Z, Y: undo, redo   ";
-  if (s.followed) keys += "V: view   ";
+  if (views && !options.operated) keys += "V: view   ";
+  if (debris) keys += "A: suction   ";
   if (tools > 1) keys += fmt::format("1–{}: tools   ", tools);
   if (headset) headset->start(began);
 }
@@ -342,9 +349,9 @@ bool Workbench::Impl::step(const display::UserInput* input, glm::ivec2 picture_s
     log::warn("{}; the picture is made anew", e.what());
     revived = now();
     if (debris) debris->use(nullptr);
+    views->attach(Eyes::kTrainee, nullptr);
     stage.reset();
     make_stage(nullptr);
-    s.wiring.mesh_all = true;
     return true;
   } catch (const std::exception& e) {  // the picture is lost: the session ends in order
     failure = e.what();
@@ -368,11 +375,18 @@ void Workbench::Impl::make_stage(gpu::Device* device) {
     ladder = QualityLadder(1.0 / 30, 1.0 / 90, kProcessorStep);
     stage->set_quality(ladder.step());
   }
-  stage->surround(make_surroundings(scene));
+  stage->surround(around);
   stage->hold_mirror(scene.mouth_mirror);
-  if (views) views->attach(Eyes::kTrainee, &*stage);
+  views->attach(Eyes::kTrainee, &*stage);
   if (debris) debris->use(&stage->device());
-  view = render::View::kLook;
+}
+
+/// The nozzle beside the tooth draws chips in, or not.
+void Workbench::Impl::suck(bool on) {
+  sucking = on;
+  constexpr double kBeside = 9e-3;  // m, behind the tooth as the trainee sees it
+  debris::Suction nozzle = scene.suction.value_or(debris::Suction{.p_W = above + dvec3(0, kBeside, 0)});
+  debris->suck(on ? std::optional(nozzle) : std::nullopt);
 }
 
 /// The picture from a viewpoint of one's own, where it is wanted and due.
@@ -395,7 +409,7 @@ void Workbench::Impl::draw_own(double dt) {
     haptics::ServoSettings shown = scene.servo;
     shown.materials = materials;
     own_stage.emplace(rig_of(own_from, views->middle(), own_size), shown, look);
-    own_stage->surround(make_surroundings(scene));
+    own_stage->surround(around);
     views->attach(Eyes::kOwn, &*own_stage);
     views->advance();
   }
@@ -443,6 +457,7 @@ std::string Workbench::Impl::hint() const {
     text += fmt::format("motors {:.0f} %, up to {:.1f} N   {}", 100 * loop.heat, loop.bearable_force,
                         loop.armed ? "" : "no force until the hand is free   ");
   }
+  if (sucking) text += "suction on   ";
   if (ladder.changes() > 0) text += fmt::format("picture: {}   ", ladder.step().name);
   return text + "space: stop";
 }
@@ -452,7 +467,8 @@ void Workbench::Impl::follow_keys(const display::UserInput& input) {
   for (const int key : input.pressed) {
     if (key == kHoldKey) hold(true);
     if (key == kGoOnKey) hold(false);
-    if (key == kViewKey && session->followed) show_next_view();
+    if (key == kViewKey && views && !options.operated) show_next_view();
+    if (key == kSuctionKey && debris) suck(!sucking);
     const int place = key - '1';
     if (place >= 0 && place < 9 && place < static_cast<int>(haptics::tray(scene.servo).size())) {
       session->wiring.chosen_tool = place;
@@ -473,31 +489,17 @@ void Workbench::Impl::edit_tissue(const display::UserInput& input) {
 void Workbench::Impl::show_next_view() {
   using render::View;
   constexpr std::array kOrder{View::kLook, View::kSection, View::kXray, View::kDifference};
-  const auto now_at = std::find(kOrder.begin(), kOrder.end(), view);
-  view = now_at + 1 == kOrder.end() || (now_at[1] == View::kDifference && no_ideal) ? View::kLook : now_at[1];
-  glm::dvec4 section{0, 0, 0, 1};
-  if (view == View::kSection) {
+  Look next = views->look(Eyes::kTrainee);
+  const auto now_at = std::find(kOrder.begin(), kOrder.end(), next.view);
+  const bool last = now_at + 1 == kOrder.end() || (now_at[1] == View::kDifference && !views->has_ideal());
+  next.view = last ? View::kLook : now_at[1];
+  if (next.view == View::kSection) {
     // Upright through the bur, facing the viewer: what lies behind it stays.
     const dvec3 away = stage->rig().head.eye_center - tick.X_WG.p, level(away.x, away.y, 0);
     const dvec3 n = glm::length(level) > 0.2 * glm::length(away) ? -glm::normalize(level) : dvec3(0, 1, 0);
-    section = {n, -glm::dot(n, tick.X_WG.p)};
+    next.plane = {n, -glm::dot(n, tick.X_WG.p)};
   }
-  if (view == View::kDifference && !idealist.joinable())
-    idealist = std::jthread([this] {
-      try {
-        if (const auto volume = ideal_tissue(scene, load_untouched(scene))) {
-          ideal = std::make_unique<DifferenceToIdeal>(*volume);
-          session->ideal.store(ideal.get(), std::memory_order_release);
-          session->wiring.mesh_all = true;  // what is drawn already is yet to be marked
-          return;
-        }
-      } catch (const std::exception& e) {
-        log::warn("no difference to an ideal: {}", e.what());
-      }
-      no_ideal = true;
-    });
-  stage->show_as(view, section);
-  session->followed->want(view, section);
+  views->look(Eyes::kTrainee, next);
 }
 
 /// What changed since the last picture.
@@ -507,10 +509,7 @@ void Workbench::Impl::collect() {
   MeshBatch* batch = nullptr;
   while ((headset ? s.wiring.bricks_to_watch : s.wiring.bricks).pop(batch)) {
     const std::unique_ptr<MeshBatch> owned(batch);
-    if (views)
-      views->take(*owned);
-    else
-      stage->show(*owned, s.carver.volume().frame().origin);
+    views->take(std::move(*owned));
   }
   if (views) views->advance();
 }
@@ -518,9 +517,6 @@ void Workbench::Impl::collect() {
 void Workbench::Impl::draw() {
   LiveSession& s = *session;
   collect();
-  if (FollowedViews::Bodies bodies; s.followed && s.followed->take(bodies))
-    for (const auto& [body, bricks] : bodies) stage->show_inside(body, bricks, s.carver.volume().frame().origin);
-  if (view == render::View::kDifference && no_ideal) show_next_view();  // there turned out to be none
   const double dt = to_seconds(now() - last_frame);
   last_frame = now();
   if (debris) {
@@ -531,24 +527,21 @@ void Workbench::Impl::draw() {
     summary.work.particles_stepped += debris->debris().alive();
     debris->step(std::min(dt, 0.1));
   }
-  if (hands.left && s.wiring.mouth_mirror.fetch()) stage->hold_mirror(s.wiring.mouth_mirror.front());
+  if (hands.left) s.wiring.mouth_mirror.fetch();
   draw_own(dt);
   if (in_one_window()) {
     frame_seconds += 0.1 * (to_seconds(now() - last_frame) - frame_seconds);
     return std::this_thread::sleep_for(4ms);
   }
-  const Look look = views ? views->look(Eyes::kTrainee) : Look{};
-  if (!look.mirror) {
-    stage->hold_mirror({});
-  } else if (views) {
-    stage->hold_mirror(hands.left ? s.wiring.mouth_mirror.front() : scene.mouth_mirror);
-  }
+  const Look& look = views->look(Eyes::kTrainee);
+  stage->hold_mirror(!look.mirror ? MouthMirror{} : hands.left ? s.wiring.mouth_mirror.front() : scene.mouth_mirror);
   const bool chips = debris && look.debris;
   stage->show_cloud(chips ? debris->cloud() : nullptr);
   const auto stats = stage->draw(tick, chips ? debris->particles() : std::span<const render::Particle>{}, dt, hint());
   drawn += stats.drawn;
   record_view();
   if (stats.drawn) {
+    if (detail->follow(stats.pixel, ladder.step())) s.wiring.tolerance = detail->tolerance();
     count(stats);
     count_frame();
     // The trainee's picture alone: what else is drawn must not cost its quality.
@@ -598,7 +591,7 @@ void Workbench::Impl::score_ticks() {
   while (session->wiring.ticks_to_score.pop(next)) {
     meter->add({&next, 1});
     if (damage) damage->add({&next, 1});
-    if (views) views->explore(next);
+    views->explore(next);
     if (headset || !session->draw) tick = next;
     if (next.faults != 0) {
       recent_faults = next.t - fault_time < kNanosPerSecond ? recent_faults | next.faults : next.faults;
@@ -667,9 +660,9 @@ void Workbench::Impl::end() {
   summary.jitter_us_p999 = std::min(timing.jitter.quantile(0.999) * 1e-3, summary.worst_jitter_us);
   summary.loop = s.loop->report();
   if (stage && drawn > 0) {
-    explain(fmt::format("picture: {} frames, {:.1f} ms each at the end, {:.0f} ms from hand to screen (estimated); quality "
+    explain(fmt::format("picture: {} frames, {:.1f} a second, {:.1f} ms each at the end, {:.0f} ms from hand to screen (estimated); quality "
                         "\"{}\", step {} of {}, after {} changes",
-                        drawn, 1e3 * frame_seconds, 1e3 * photon_seconds, ladder.step().name, ladder.place() + 1,
+                        drawn, static_cast<double>(drawn) / std::max(summary.seconds, 1e-3), 1e3 * frame_seconds, 1e3 * photon_seconds, ladder.step().name, ladder.place() + 1,
                         render::kQualityLadder.size(), ladder.changes()));
   }
   if (!summary.loop.words().empty()) explain("real time: " + std::string(summary.loop.words()));
@@ -728,7 +721,7 @@ void Workbench::color(Tissue tissue, const dvec3& color) {
     m.own_stage.reset();
   }
   if (!m.stage) return;
-  if (m.views) m.views->attach(Eyes::kTrainee, nullptr);
+  m.views->attach(Eyes::kTrainee, nullptr);
   m.stage.reset();
   m.make_stage(m.options.device);
 }
@@ -754,7 +747,6 @@ void Workbench::drop_picture() {
 void Workbench::make_picture(gpu::Device& device) {
   if (!impl_->session->draw || impl_->headset) return;
   impl_->make_stage(&device);
-  if (!impl_->views) impl_->session->wiring.mesh_all = true;
 }
 void Workbench::emergency_stop() {
   Wiring& wiring = impl_->session->wiring;

@@ -2,6 +2,7 @@
 #include <array>
 #include <deque>
 #include <map>
+#include <optional>
 
 #include "engine/display/output.h"
 #include "shaders/compose_frag.h"
@@ -12,14 +13,41 @@ namespace typodont::display {
 namespace {
 constexpr int kSlots = gpu::FrameRing::kSlots;
 constexpr std::size_t kRemembered = 6;  // frames: as many as a window's images, and more
-constexpr int kOneLayer = 8;  // compose.frag: the whole target from one eye
+
+/// How pixels of the target come from the eyes: kMix of compose.frag.
+enum class Mix : std::uint32_t { kOneEye, kRows, kAnaglyph };
+constexpr std::size_t kMixes = 3;
+constexpr Mix mix_of(Layout layout) {
+  return layout == Layout::kRowInterleaved ? Mix::kRows : layout == Layout::kAnaglyph ? Mix::kAnaglyph : Mix::kOneEye;
+}
+
+/// Where of the target an eye's picture goes.
+struct Place {
+  ivec2 lo{0}, size{0};
+};
+Place place_of(int eye, Layout how, const ivec2& target) {
+  Place place{{0, 0}, target};
+  if (how == Layout::kSideBySide || how == Layout::kTwoOutputs) {
+    place.size.x = target.x / 2;
+    place.lo.x = eye * place.size.x;
+  } else if (how == Layout::kTopBottom || how == Layout::kFrameSequential) {
+    place.size.y = target.y / 2;
+    place.lo.y = eye * place.size.y;
+  }
+  return place;
+}
+
+bool same(const VkRect2D& a, const VkRect2D& b) {
+  return a.offset.x == b.offset.x && a.offset.y == b.offset.y && a.extent.width == b.extent.width &&
+         a.extent.height == b.extent.height;
+}
 }  // namespace
 
 struct Compositor::Impl {
   gpu::Device& device;
   gpu::ShaderInputs inputs;
   VkSampler sampler = VK_NULL_HANDLE;
-  VkPipeline pipeline = VK_NULL_HANDLE;
+  std::array<std::array<VkPipeline, 2>, kMixes> pipelines{};  // by mix, and whether sizes fit
   VkFormat format = VK_FORMAT_UNDEFINED;
 
   // What the last frames changed, by their number, and which of them each target holds.
@@ -37,34 +65,34 @@ struct Compositor::Impl {
   }
   ~Impl() {
     vkDeviceWaitIdle(device.device);
-    if (pipeline) vkDestroyPipeline(device.device, pipeline, nullptr);
+    destroy_pipelines();
     vkDestroySampler(device.device, sampler, nullptr);
     inputs.destroy(device);
   }
   Impl(const Impl&) = delete;
   Impl& operator=(const Impl&) = delete;
 
-  /// Where in the target an eye's part is seen; a pixel more all round, for pictures are stretched.
-  VkRect2D place(const Part& part, int eye, Layout how, const ivec2& picture, const ivec2& target) const {
-    ivec2 lo(0), extent = target;
-    if (how == Layout::kSideBySide || how == Layout::kTwoOutputs) {
-      extent.x = target.x / 2;
-      lo.x = eye * extent.x;
-    } else if (how == Layout::kTopBottom || how == Layout::kFrameSequential) {
-      extent.y = target.y / 2;
-      lo.y = eye * extent.y;
-    }
-    const dvec2 scale = dvec2(extent) / dvec2(picture);
-    const double more = picture == extent ? 0 : 2;
-    const dvec2 edge(extent);
+  void destroy_pipelines() {
+    for (auto& of_mix : pipelines)
+      for (VkPipeline& p : of_mix) {
+        if (p) vkDestroyPipeline(device.device, p, nullptr);
+        p = VK_NULL_HANDLE;
+      }
+  }
+
+  /// Where in the target an eye's part is seen; a pixel more all round where pictures are stretched.
+  static VkRect2D seen(const Part& part, const Place& place, const ivec2& picture) {
+    const dvec2 scale = dvec2(place.size) / dvec2(picture);
+    const double more = picture == place.size ? 0 : 2;
+    const dvec2 edge(place.size);
     const ivec2 from(glm::clamp(glm::floor(dvec2(part.x, part.y) * scale - more), dvec2(0), edge)),
         to(glm::clamp(glm::ceil(dvec2(part.x + part.width, part.y + part.height) * scale + more), dvec2(0), edge));
-    return {{lo.x + from.x, lo.y + from.y},
+    return {{place.lo.x + from.x, place.lo.y + from.y},
             {static_cast<std::uint32_t>(to.x - from.x), static_cast<std::uint32_t>(to.y - from.y)}};
   }
 
-  /// What of the target is to be drawn; nothing: all of it.
-  std::vector<VkRect2D> lacking(const gpu::Image& pictures, Layout how, const Target& target, int row,
+  /// What of the target is to be drawn, of each eye's place; nothing: all of it.
+  std::optional<std::array<std::vector<VkRect2D>, 2>> lacking(const gpu::Image& pictures, Layout how, const Target& target, int row,
                                 const Parts* changed) {
     const VkExtent2D now = pictures.options.size;
     if (!changed || now.width != size.width || now.height != size.height || how != layout || row != first_row) {
@@ -80,37 +108,39 @@ struct Compositor::Impl {
     const auto held = holds.find(target.image);
     const std::uint64_t behind = held == holds.end() ? ~0ull : frame - held->second;
     holds[target.image] = frame;
-    std::vector<VkRect2D> parts;
     // A stereo surface has a layer an eye; where it lacks more than is remembered, it gets everything.
-    if (!changed || !target.kept || behind > history.size() || target.layers.size() > 1) return parts;
+    if (!changed || !target.kept || behind > history.size() || target.layers.size() > 1) return std::nullopt;
     const ivec2 picture(static_cast<int>(now.width), static_cast<int>(now.height));
+    std::array<std::vector<VkRect2D>, 2> parts;
     for (std::size_t i = history.size() - behind; i < history.size(); ++i)
-      for (int eye = 0; eye < 2; ++eye)
+      for (int eye = 0; eye < 2; ++eye) {
+        // Where both eyes share every place, a pixel drawn for one is drawn for both.
+        auto& of_place = parts[mix_of(how) == Mix::kOneEye ? static_cast<std::size_t>(eye) : 0];
         for (const Part& part : history[i][static_cast<std::size_t>(eye)]) {
-          const VkRect2D rect = place(part, eye, how, picture, target.size);
-          const auto same = [&](const VkRect2D& r) {
-            return r.offset.x == rect.offset.x && r.offset.y == rect.offset.y && r.extent.width == rect.extent.width &&
-                   r.extent.height == rect.extent.height;
-          };
-          if (std::none_of(parts.begin(), parts.end(), same)) parts.push_back(rect);
+          const VkRect2D rect = seen(part, place_of(eye, how, target.size), picture);
+          if (std::none_of(of_place.begin(), of_place.end(), [&](const VkRect2D& r) { return same(r, rect); }))
+            of_place.push_back(rect);
         }
+      }
     return parts;
   }
 
-  void prepare(VkFormat target_format) {
-    if (format == target_format) return;
-    if (pipeline) {
+  VkPipeline pipeline(VkFormat target_format, Mix mix, bool fits) {
+    if (format != target_format) {
       vkDeviceWaitIdle(device.device);
-      vkDestroyPipeline(device.device, pipeline, nullptr);
+      destroy_pipelines();
+      format = target_format;
     }
+    VkPipeline& made = pipelines[static_cast<std::size_t>(mix)][fits];
+    if (made) return made;
     gpu::PipelineOptions o;
     o.vertex_shader = kSpirv_compose_vert;
     o.fragment_shader = kSpirv_compose_frag;
     o.layout = inputs.layout;
     o.cull = VK_CULL_MODE_NONE;
     o.color = target_format;
-    pipeline = gpu::create_pipeline(device, o);
-    format = target_format;
+    o.constants = {static_cast<std::uint32_t>(mix), fits ? 1u : 0u};
+    return made = gpu::create_pipeline(device, o);
   }
 };
 
@@ -120,23 +150,25 @@ Compositor::~Compositor() = default;
 void Compositor::record(VkCommandBuffer commands, const gpu::Image& pictures, Layout layout, const Target& target,
                         int slot, int first_row, const std::array<std::vector<Part>, 2>* changed) {
   Impl& m = *impl_;
-  m.prepare(target.format);
   m.inputs.fill(m.device, static_cast<std::size_t>(slot), 0, m.sampler, pictures.alias_view);
   const VkDescriptorSet set = m.inputs.sets[static_cast<std::size_t>(slot)];
-  const std::vector<VkRect2D> parts = m.lacking(pictures, layout, target, first_row, changed);
+  const auto parts = m.lacking(pictures, layout, target, first_row, changed);
 
   gpu::transition(commands, target.image, VK_IMAGE_ASPECT_COLOR_BIT,
-                  parts.empty() ? VK_IMAGE_LAYOUT_UNDEFINED : target.final_layout,
+                  parts ? target.final_layout : VK_IMAGE_LAYOUT_UNDEFINED,
                   VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, VK_ACCESS_2_NONE,
                   VK_PIPELINE_STAGE_2_COLOR_ATTACHMENT_OUTPUT_BIT,
                   VK_ACCESS_2_COLOR_ATTACHMENT_WRITE_BIT | VK_ACCESS_2_COLOR_ATTACHMENT_READ_BIT);
   const VkExtent2D extent{static_cast<std::uint32_t>(target.size.x), static_cast<std::uint32_t>(target.size.y)};
-  for (std::size_t layer = 0; layer < target.layers.size(); ++layer) {
+  // Where the halves of an odd size leave a column or a row to nobody, it is black.
+  const bool covered_by_eyes = target.size.x % 2 == 0 && target.size.y % 2 == 0;
+  for (std::size_t target_layer = 0; target_layer < target.layers.size(); ++target_layer) {
     const VkRenderingAttachmentInfo info{.sType = VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO,
-                                         .imageView = target.layers[layer],
+                                         .imageView = target.layers[target_layer],
                                          .imageLayout = VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL,
-                                         .loadOp = parts.empty() ? VK_ATTACHMENT_LOAD_OP_DONT_CARE
-                                                                 : VK_ATTACHMENT_LOAD_OP_LOAD,
+                                         .loadOp = parts           ? VK_ATTACHMENT_LOAD_OP_LOAD
+                                                   : covered_by_eyes ? VK_ATTACHMENT_LOAD_OP_DONT_CARE
+                                                                     : VK_ATTACHMENT_LOAD_OP_CLEAR,
                                          .storeOp = VK_ATTACHMENT_STORE_OP_STORE};
     const VkRenderingInfo rendering{.sType = VK_STRUCTURE_TYPE_RENDERING_INFO,
                                     .renderArea = {{0, 0}, extent},
@@ -144,19 +176,29 @@ void Compositor::record(VkCommandBuffer commands, const gpu::Image& pictures, La
                                     .colorAttachmentCount = 1,
                                     .pColorAttachments = &info};
     vkCmdBeginRendering(commands, &rendering);
-    const VkViewport viewport{0, 0, static_cast<float>(extent.width), static_cast<float>(extent.height), 0, 1};
-    vkCmdSetViewport(commands, 0, 1, &viewport);
     vkCmdSetFrontFace(commands, VK_FRONT_FACE_COUNTER_CLOCKWISE);
-    vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, m.pipeline);
     vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, m.inputs.layout, 0, 1, &set, 0, nullptr);
     const bool stereo_surface = target.layers.size() > 1;
-    const glm::ivec4 place(target.size, stereo_surface ? kOneLayer : static_cast<int>(layout),
-                           stereo_surface ? static_cast<int>(layer) : first_row);
-    vkCmdPushConstants(commands, m.inputs.layout, VK_SHADER_STAGE_FRAGMENT_BIT, 0, sizeof place, &place);
-    const VkRect2D everything{{0, 0}, extent};
-    for (const VkRect2D& part : parts.empty() ? std::vector{everything} : parts) {
-      vkCmdSetScissor(commands, 0, 1, &part);
-      vkCmdDraw(commands, 3, 1, 0, 0);
+    const Mix mix = stereo_surface ? Mix::kOneEye : mix_of(layout);
+    const int last = static_cast<int>(pictures.options.layers) - 1;
+    const bool two_places = !stereo_surface && mix == Mix::kOneEye && layout != Layout::kMono;
+    for (int eye = 0; eye < (two_places ? 2 : 1); ++eye) {
+      const Place place = stereo_surface ? Place{{0, 0}, target.size} : place_of(eye, layout, target.size);
+      const bool fits = place.size == ivec2(static_cast<int>(pictures.options.size.width),
+                                            static_cast<int>(pictures.options.size.height));
+      vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, m.pipeline(target.format, mix, fits));
+      const int layer = std::min(stereo_surface ? static_cast<int>(target_layer) : eye, last);
+      const glm::ivec4 push(place.lo, mix == Mix::kRows ? first_row : layer, last);
+      vkCmdPushConstants(commands, m.inputs.layout, VK_SHADER_STAGE_FRAGMENT_BIT, 0, sizeof push, &push);
+      const VkViewport viewport{static_cast<float>(place.lo.x), static_cast<float>(place.lo.y),
+                                static_cast<float>(place.size.x), static_cast<float>(place.size.y), 0, 1};
+      vkCmdSetViewport(commands, 0, 1, &viewport);
+      const VkRect2D everything{{place.lo.x, place.lo.y},
+                                {static_cast<std::uint32_t>(place.size.x), static_cast<std::uint32_t>(place.size.y)}};
+      for (const VkRect2D& part : parts ? (*parts)[static_cast<std::size_t>(eye)] : std::vector{everything}) {
+        vkCmdSetScissor(commands, 0, 1, &part);
+        vkCmdDraw(commands, 3, 1, 0, 0);
+      }
     }
     vkCmdEndRendering(commands);
   }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <optional>
 
 #include "engine/base/check.h"
 #include "engine/base/units.h"
@@ -31,16 +32,6 @@ std::vector<std::byte> bytes_of(const T* data, std::size_t count) {
   return {p, p + count * sizeof(T)};
 }
 
-/// All of a Hud that shows, as bytes to compare.
-std::string key_of(const Hud& hud) {
-  if (!hud.visible) return {};
-  std::string key = hud.tool + '\n' + hud.hint + '\n';
-  const double numbers[] = {hud.speed_krpm,   hud.force,        hud.force_limit,  hud.aspect,
-                            hud.upright[0].x, hud.upright[0].y, hud.upright[1].x, hud.upright[1].y};
-  key.append(reinterpret_cast<const char*>(numbers), sizeof numbers);
-  return key;
-}
-
 }  // namespace
 
 struct Renderer::Impl {
@@ -67,6 +58,7 @@ struct Renderer::Impl {
   HiddenPass hidden;
   MaskPass mask;
   BrickStore bricks;
+  std::optional<SceneBounds> bounds;  // of this frame
   bool keeps_depth = false;
   std::vector<gpu::Image> kept_depth;  // one of two layers where one pass draws both eyes, else one an eye
 
@@ -228,8 +220,8 @@ struct Renderer::Impl {
     }
 
     // The lamp's parallel view: as wide as the working tooth's crown and what stands near it, as deep as everything.
-    glm::dvec3 lo, hi, all_lo, all_hi;
-    if (context.quality.shadow_map > 0 && bricks.bounds(lo, hi, all_lo, all_hi)) {
+    if (context.quality.shadow_map > 0 && bounds) {
+      auto [lo, hi, all_lo, all_hi] = *bounds;
       // In steps, so that the map stays where it is while a tooth is cut down.
       constexpr double kStep = 2e-3;  // m
       for (glm::dvec3* low : {&lo, &all_lo}) *low = kStep * glm::floor(*low / kStep);
@@ -302,6 +294,25 @@ struct Renderer::Impl {
     timed[i] = false;
   }
 
+  /// m: what a pixel covers of the working tooth, or of all there is, where that is nearest to an eye.
+  double pixel_on_tooth(const Frame& frame) const {
+    if (!bounds) return 0;
+    constexpr double kNearest = 1e-3;  // m: an eye within the box looks at least that far
+    double least = 1e9;
+    for (int e = 0; e < frame.views; ++e) {
+      const Eye& eye = frame.eyes[static_cast<std::size_t>(e)];
+      const glm::dmat4 clip = eye.projection * eye.view;
+      double closest = 1e9;
+      for (int corner = 0; corner < 8; ++corner)
+        closest = std::min(closest, (clip * glm::dvec4(corner & 1 ? bounds->hi.x : bounds->lo.x,
+                                                   corner & 2 ? bounds->hi.y : bounds->lo.y,
+                                                   corner & 4 ? bounds->hi.z : bounds->lo.z, 1)).w);
+      const double wide = 2 * std::max(closest, kNearest) / std::abs(eye.projection[0][0]);  // m, of the picture there
+      least = std::min(least, wide / pictures.options.size.width);
+    }
+    return least;
+  }
+
   FrameStats record(VkCommandBuffer commands, const Frame& frame, int slot, std::uint64_t submitted,
                     std::uint64_t finished) {
     TYPODONT_CHECK(frame.views == 1 || frame.views == 2);
@@ -310,9 +321,11 @@ struct Renderer::Impl {
     if (frame.views != last_views) rebuild(frame.views);
 
     FrameStats stats;
+    bounds = bricks.bounds();
+    stats.pixel = pixel_on_tooth(frame);
     shared::FrameData data{};
     fill(data, frame);
-    const std::string hud_key = key_of(frame.hud);
+    const std::string hud_key = HudPass::shown(frame.hud, size);
     stats.views = frame.views;
     stats.bricks_uploaded = bricks.uploaded;
     stats.bytes_uploaded = bricks.uploaded_bytes;
@@ -384,7 +397,7 @@ struct Renderer::Impl {
       return false;
 
     bricks.mark_changed(frame, data, last_data, drawn, eyes_version, tiles);
-    const bool hud_changed = key_of(frame.hud) != last_hud;
+    const bool hud_changed = HudPass::shown(frame.hud, this->size) != last_hud;
     const bool particles_changed = last_particles != bytes_of(frame.particles.data(), frame.particles.size());
     for (std::size_t e = 0; e < views; ++e) {
       const glm::dmat4 clip_from_world = frame.eyes[e].projection * frame.eyes[e].view;

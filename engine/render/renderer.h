@@ -137,6 +137,7 @@ struct FrameStats {
   int bricks_uploaded = 0;  // since the last frame
   std::uint64_t bytes_uploaded = 0;
   int pipelines = 0;  // alive
+  double pixel = 0;   // m: what a pixel drawn covers of the working tooth where that is nearest to an eye; 0: no tooth
   // The scene once more, as the mouth mirror shows it: passes of `passes`, drawn only where an eye sees the glass.
   int mirror_passes = 0, mirror_bricks = 0;
   std::uint64_t mirror_triangles = 0;

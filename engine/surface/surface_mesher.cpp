@@ -292,6 +292,8 @@ SurfaceMesher::~SurfaceMesher() = default;
 SurfaceMesher::SurfaceMesher(SurfaceMesher&&) noexcept = default;
 SurfaceMesher& SurfaceMesher::operator=(SurfaceMesher&&) noexcept = default;
 
+void SurfaceMesher::set_tolerance(float tolerance) { state_->options.tolerance = tolerance; }
+
 void SurfaceMesher::put(const FieldBrick& brick) {
   Brick& entry = state_->bricks[brick.key];
   state_->contourer.contour(brick, state_->options.tolerance, entry.contour);

@@ -57,6 +57,9 @@ class SurfaceMesher {
   SurfaceMesher(SurfaceMesher&&) noexcept;
   SurfaceMesher& operator=(SurfaceMesher&&) noexcept;
 
+  /// Of bricks put from now on. Bricks put with different tolerances join without cracks all the same.
+  void set_tolerance(float tolerance);
+
   /// Takes a brick whose samples are new or have changed. Every brick whose 17³ cell corners have both signs must be
   /// put, and every brick whose 19³ samples changed must be put again, before remesh().
   void put(const FieldBrick& brick);

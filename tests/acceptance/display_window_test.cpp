@@ -57,6 +57,7 @@ struct Window : testing::Test {
     ring.submit(device, target ? target->ready : VK_NULL_HANDLE, target ? target->done : VK_NULL_HANDLE);
     if (target) window->present();
     EXPECT_FALSE(window->poll().close);
+    EXPECT_FALSE(window->poll().close);  // by the second one it is shown
     return target.has_value();
   }
   bool shown_as_drawn(glm::ivec2 size) {

@@ -85,6 +85,30 @@ TEST(Incremental, SharedVerticesAreTheSameBitsInBothBricks) {
   EXPECT_TRUE(t.closed && t.oriented) << t.complaint;
 }
 
+TEST(Incremental, BricksOfDifferentTolerancesJoinWithoutCracksAndEndAsIfMadeAtOnce) {
+  CutBlock block(4);
+  block.cut({33, 29, 40}, 11);
+  SurfaceMesher mesher({.tolerance = 0.05f});
+  const std::vector<glm::ivec3> keys = block.keys();
+  for (const glm::ivec3& key : keys) put(mesher, block.brick(key));
+  mesher.remesh();
+  mesher.set_tolerance(0.4f);
+  const std::size_t fine = mesher.triangle_count();
+  for (std::size_t i = 0; i < keys.size(); ++i) {
+    put(mesher, block.brick(keys[i]));
+    if (i % 7 != 0) continue;
+    mesher.remesh();
+    const auto t = test::topology_of(weld(mesher));
+    ASSERT_TRUE(t.closed && t.oriented && t.manifold) << i << ": " << t.complaint;
+  }
+  mesher.remesh();
+  EXPECT_LT(mesher.triangle_count(), fine);
+  SurfaceMesher coarse({.tolerance = 0.4f});
+  for (const glm::ivec3& key : keys) put(coarse, block.brick(key));
+  coarse.remesh();
+  EXPECT_EQ(mesher.hash(), coarse.hash());
+}
+
 TEST(Incremental, BricksTheSurfaceHasLeftAreReportedOnceAndForgotten) {
   CutBlock block(2);
   SurfaceMesher mesher;

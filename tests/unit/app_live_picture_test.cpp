@@ -3,11 +3,13 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
+#include <set>
 #include <thread>
+#include <utility>
 
-#include "engine/app/picture/followed_views.h"
+#include "engine/app/picture/live_views.h"
 #include "engine/app/picture/quality_ladder.h"
-#include "engine/app/picture/teaching_views.h"
+#include "engine/app/picture/tissue_view.h"
 #include "engine/base/json.h"
 #include "engine/base/units.h"
 #include "haptics/solid.h"
@@ -63,61 +65,99 @@ haptics::TissueVolume ball(double radius_mm) {
       "solids")));
 }
 
-/// mm²
-double area(const std::vector<render::MeshUpdate>& bricks) {
-  double sum = 0;
-  for (const auto& b : bricks)
-    for (std::size_t i = 0; i + 2 < b.indices.size(); i += 3) {
-      const glm::dvec3 p = b.vertices[b.indices[i]].p, q = b.vertices[b.indices[i + 1]].p, r = b.vertices[b.indices[i + 2]].p;
-      sum += 0.5e6 * glm::length(glm::cross(q - p, r - p));
-    }
-  return sum;
-}
+/// Live views beside a carver that answers as the bench's does.
+struct Watched {
+  static constexpr glm::ivec2 kPicture{160, 120};
+  Scene scene = parse_scene(Json::parse(R"({"tissue": {"solids": []}, "tool": "round_012"})", "scene.json"), "scene.json");
+  haptics::TissueVolume tissue = ball(3);
+  Wiring wiring{haptics::SurfacePatch()};
+  Surroundings around;
+  PictureStage stage{rig(), scene.servo, {.embedded = true, .hud = false, .tool = false}};
+  LiveViews views{scene, tissue, around, wiring, /*judged=*/false};
 
-/// As the carver's and the drawing thread do, until there is a result or two seconds have passed.
-bool follow(FollowedViews& views, const haptics::TissueVolume& tissue, std::uint64_t state, FollowedViews::Bodies& bodies) {
-  for (int i = 0; i < 400; ++i) {
-    views.offer(tissue, state);
-    if (views.take(bodies)) return true;
-    std::this_thread::sleep_for(5ms);
+  std::set<std::uint64_t> there;  // bricks shown
+
+  static display::DisplayRig rig() { return rig_of({.elevation = 0.1, .distance = 0.15}, {0, 0, 0}, kPicture); }
+  Watched() {
+    views.attach(Eyes::kTrainee, &stage);
+    show();
   }
-  return false;
-}
-
-TEST(FollowedViews, ASectionsFaceFollowsTheCut) {
-  FollowedViews views;
-  FollowedViews::Bodies bodies;
-  const haptics::TissueVolume before = ball(3), after = ball(2);
-  views.want(render::View::kSection, {0, 1, 0, 0});
-  ASSERT_TRUE(follow(views, before, 1, bodies));
-  ASSERT_EQ(bodies.size(), 1u);
-  EXPECT_EQ(bodies[0].first, render::kSectionFace);
-  EXPECT_NEAR(area(bodies[0].second), kPi * 9, 0.3);
-  ASSERT_TRUE(follow(views, after, 2, bodies));
-  EXPECT_NEAR(area(bodies[0].second), kPi * 4, 0.3);
-  views.want(render::View::kXray, {0, 0, 0, 1});
-  ASSERT_TRUE(follow(views, after, 2, bodies));
-  EXPECT_EQ(bodies.size(), 3u);
-}
-
-TEST(FollowedViews, NothingWantedNothingDoneAndTheSameTissueIsNotLookedAtTwice) {
-  FollowedViews views;
-  FollowedViews::Bodies bodies;
-  const haptics::TissueVolume tissue = ball(2);
-  const auto never = [&](std::uint64_t state) {
-    for (int i = 0; i < 60; ++i) {
-      views.offer(tissue, state);
-      if (views.take(bodies)) return false;
+  ~Watched() {
+    wiring.stop = true;
+    views.attach(Eyes::kTrainee, nullptr);
+  }
+  void show() {
+    TissueView view(0.1f);
+    MeshBatch batch = view.update(tissue);
+    std::set<std::uint64_t> now_there;
+    for (const render::MeshUpdate& brick : batch) now_there.insert(brick.brick);
+    for (const std::uint64_t brick : std::exchange(there, now_there))
+      if (!now_there.contains(brick)) batch.push_back({brick, {}, {}});
+    views.take(std::move(batch));
+  }
+  void cut_to(double radius_mm) {
+    tissue = ball(radius_mm);
+    ++wiring.tissue_version;
+    show();
+  }
+  /// Turns of carver and picture for so long; pixels of the last frame that show tissue.
+  int turns(int count) {
+    for (int i = 0; i < count; ++i) {
+      if (wiring.copy_wanted.exchange(false)) {
+        auto copy = std::make_unique<haptics::TissueVolume>(tissue.clone());
+        if (wiring.copies_to_watch.push(copy.get())) (void)copy.release();
+      }
+      views.advance();
+      stage.draw({}, {}, 0.01);
       std::this_thread::sleep_for(5ms);
     }
-    return true;
-  };
-  EXPECT_TRUE(never(1));
-  views.want(render::View::kDifference, {0, 0, 0, 1});
-  EXPECT_TRUE(never(2));
-  views.want(render::View::kSection, {0, 1, 0, 0});
-  ASSERT_TRUE(follow(views, tissue, 3, bodies));
-  EXPECT_TRUE(never(3));
+    const render::Picture picture = stage.eye(0);
+    int shown = 0;
+    for (std::size_t i = 0; i < picture.rgba.size(); i += 4) shown += picture.rgba[i] > 90;
+    return shown;
+  }
+  void look_as(render::View view) {
+    Look look = views.look(Eyes::kTrainee);
+    look.view = view;
+    if (view == render::View::kSection) look.plane = {0, 1, 0, 0};
+    views.look(Eyes::kTrainee, look);
+  }
+};
+
+TEST(LiveViews, ASectionFollowsTheCutAndAnotherViewTakesItsPlace) {
+  Watched watched;
+  watched.turns(2);
+  EXPECT_FALSE(watched.views.started());
+  watched.look_as(render::View::kSection);
+  EXPECT_TRUE(watched.views.started());
+  EXPECT_TRUE(watched.views.making(Eyes::kTrainee));
+  const int before = watched.turns(160);
+  EXPECT_FALSE(watched.views.making(Eyes::kTrainee));
+  watched.cut_to(2);
+  const int after = watched.turns(160);
+  // The face is a disc of the ball's radius: 4/9 of it is left, as far as it is bright.
+  EXPECT_GT(static_cast<double>(after) / before, 0.25);
+  EXPECT_LT(static_cast<double>(after) / before, 0.6);
+  watched.look_as(render::View::kXray);
+  watched.turns(160);
+  EXPECT_FALSE(watched.views.making(Eyes::kTrainee));
+  EXPECT_EQ(watched.stage.view(), render::View::kXray);
+}
+
+TEST(LiveViews, NothingWantedNothingDoneAndTheSameTissueIsNotLookedAtTwice) {
+  Watched watched;
+  watched.cut_to(2.5);
+  watched.turns(30);
+  EXPECT_FALSE(watched.wiring.copy_wanted);
+  EXPECT_FALSE(watched.views.started());
+  watched.look_as(render::View::kSection);
+  watched.turns(160);
+  ASSERT_FALSE(watched.views.making(Eyes::kTrainee));
+  for (int i = 0; i < 60; ++i) {
+    EXPECT_FALSE(watched.wiring.copy_wanted);
+    watched.views.advance();
+    std::this_thread::sleep_for(5ms);
+  }
 }
 
 }  // namespace

@@ -5,6 +5,8 @@
 
 #include <cmath>
 
+#include "engine/app/picture/debris_view.h"
+#include "engine/app/picture/detail.h"
 #include "engine/app/picture/picture_stage.h"
 #include "engine/app/picture/surroundings.h"
 #include "engine/app/picture/teaching_views.h"
@@ -132,6 +134,86 @@ TEST(SurfaceTolerance, FollowsThePixelsOfTheScreen) {
     return n;
   };
   EXPECT_GT(triangles(closeup), 1.7 * static_cast<double>(triangles(bench)));
+}
+
+TEST(Detail, FollowsThePixelsAndOverlooksAHeadThatSways) {
+  const render::Quality& quality = render::kQualityLadder[0];
+  Detail detail(surface_tolerance(60e-6, 100e-6, quality), 100e-6);
+  const float first = detail.tolerance();
+  EXPECT_NEAR(first, 0.24f, 1e-4f);
+  for (const double pixel : {66e-6, 54e-6, 60e-6, 0.0}) EXPECT_FALSE(detail.follow(pixel, quality)) << pixel;
+  EXPECT_TRUE(detail.follow(33e-6, quality));  // nearer
+  EXPECT_NEAR(detail.tolerance(), 0.132f, 1e-4f);
+  EXPECT_TRUE(detail.follow(33e-6, render::kQualityLadder.back()));  // a lower step forgives more
+  EXPECT_GT(detail.tolerance(), 0.3f);
+}
+
+TEST(TissueViewTest, AnotherToleranceComesABitAtATimeAndEndsAsIfItHadBeenThereFromTheStart) {
+  haptics::TissueVolume volume = solids(kCrownWithPulp), same = solids(kCrownWithPulp);
+  TissueView view(0.1f);
+  const std::size_t all = view.update(volume).size();
+  const std::size_t fine = view.mesher().triangle_count();
+  view.set_tolerance(0.5f);
+  std::size_t updates = 0;
+  while (!view.update(volume).empty()) ASSERT_LT(++updates, 1000u);
+  EXPECT_GT(updates, all / 100);
+  EXPECT_LT(view.mesher().triangle_count(), fine);
+  TissueView fresh(0.5f);
+  fresh.update(same);
+  EXPECT_EQ(view.mesher().hash(), fresh.mesher().hash());
+}
+
+TEST_F(Around, TheCoarseOnesAreTheSameShapeWithFewerTriangles) {
+  const auto triangles = [](const std::vector<render::MeshUpdate>& bricks) {
+    std::size_t n = 0;
+    for (const auto& b : bricks) n += b.indices.size() / 3;
+    return n;
+  };
+  for (const SurroundingMesh& mesh : meshes) {
+    EXPECT_LT(triangles(mesh.coarse), 0.8 * static_cast<double>(triangles(mesh.bricks)));
+    glm::vec3 lo(1e9f), hi(-1e9f), coarse_lo(1e9f), coarse_hi(-1e9f);
+    for (const auto& b : mesh.bricks)
+      for (const auto& v : b.vertices) lo = glm::min(lo, v.p), hi = glm::max(hi, v.p);
+    for (const auto& b : mesh.coarse)
+      for (const auto& v : b.vertices) coarse_lo = glm::min(coarse_lo, v.p), coarse_hi = glm::max(coarse_hi, v.p);
+    EXPECT_LT(glm::length(lo - coarse_lo), 0.2e-3f);
+    EXPECT_LT(glm::length(hi - coarse_hi), 0.2e-3f);
+  }
+}
+
+TEST(SuctionInAScene, IsReadAndMistakesAreNamed) {
+  const auto scene = [](const std::string& suction, const char* parts = "[\"haptics\", \"render\", \"debris\"]") {
+    return parse_scene(Json::parse(R"({"tissue": {"solids": []}, "tool": "round_012", "parts": )" + std::string(parts) +
+                                       R"(, "suction": )" + suction + "}", "scene.json"), "scene.json");
+  };
+  const Scene plain = scene(R"({"position_mm": [1, 2, 3], "flow_l_per_min": 60, "radius_mm": 5})");
+  ASSERT_TRUE(plain.suction && plain.suction_on);
+  EXPECT_LT(glm::length(plain.suction->p_W - dvec3(1e-3, 2e-3, 3e-3)), 1e-12);
+  EXPECT_NEAR(plain.suction->flow, 1e-3, 1e-12);
+  EXPECT_NEAR(plain.suction->radius, 5e-3, 1e-12);
+  EXPECT_FALSE(scene(R"({"on": false})").suction);
+  EXPECT_THROW(scene(R"({"flow_l_per_min": 60})"), Error);
+  EXPECT_THROW(scene(R"({"flow": 60})"), Error);
+  EXPECT_THROW(scene(R"({"position_mm": [0, 0, 0]})", R"(["haptics"])"), Error);
+}
+
+TEST(SuctionOfTheView, EmptiesTheAirOfChips) {
+  const haptics::TissueVolume volume = solids(kCrownWithPulp);
+  const MaterialTable materials = load_materials();
+  const auto left_after = [&](bool sucked) {
+    DebrisView view(materials, volume);
+    Cut cut;
+    cut.X_WA.p = cut.X_WB.p = kMiddle + dvec3(0, 0, 5e-3);
+    cut.removed[static_cast<std::size_t>(Tissue::kEnamel)] = 0.05e-9;
+    view.add(cut, load_tool("round_012"));
+    if (sucked) view.suck(debris::Suction{.p_W = kMiddle + dvec3(0, 3e-3, 6e-3)});
+    for (int i = 0; i < 30; ++i) view.step(0.01);
+    double seen = 0;
+    for (const render::Particle& p : view.particles()) seen += p.opacity > 0 && p.radius > 0;
+    return std::pair(seen, view.debris().ledger().sucked);
+  };
+  EXPECT_EQ(left_after(false).second, 0);
+  EXPECT_GT(left_after(true).second, 0);
 }
 
 TEST(SurroundingsFile, MistakesAreNamed) {

@@ -51,6 +51,21 @@ TEST(Frame, NothingMovedNoNewFrame) {
   EXPECT_FALSE(stage.draw(frame).drawn);
 }
 
+TEST(Frame, WritingIsDrawnOnlyWhenWhatItSaysChanges) {
+  Stage stage({160, 128});
+  stage.renderer->update(0, tooth_mesh(0, 0.6e-3));
+  render::Frame frame = full_frame(desk(0.03, 0.024, 0.35), {});
+  frame.hud.force_limit = 5;
+  EXPECT_TRUE(stage.draw(frame).drawn);
+  frame.hud.force += 0.001;       // "1.20 N" still, and no pixel of the bar
+  frame.hud.speed_krpm += 0.2;    // "300 krpm" still
+  EXPECT_FALSE(stage.draw(frame).drawn);
+  frame.hud.speed_krpm += 0.4;
+  EXPECT_TRUE(stage.draw(frame).drawn);
+  frame.hud.hint += " now";
+  EXPECT_TRUE(stage.draw(frame).drawn);
+}
+
 TEST(Frame, TheShadowMapIsRedrawnOnlyWhenTheTissueChanges) {
   Stage stage({160, 128});
   const auto tooth = tooth_mesh(0, 0.6e-3);

@@ -45,8 +45,6 @@ std::vector<BenchRow> bench_render(bool quick) {
   const Scene scene = read_scene(assets_folder() / "scenes/molar-caries.json");
   haptics::TissueVolume volume = load_tissue(scene);
   const dvec3 origin = volume.frame().origin;
-  TissueView view(surface_tolerance(closeup(kEye), volume.frame().voxel, /*processor=*/true));
-  const auto bricks = view.update(volume);
   const Surroundings around = make_surroundings(scene);  // gum and neighbours, as in a session
   ServoTick tick;
   tick.X_WG.p = dvec3(6.8e-3, 5.5e-3, 19e-3);
@@ -57,17 +55,21 @@ std::vector<BenchRow> bench_render(bool quick) {
     options.quality = quality;
     return std::make_unique<PictureStage>(closeup(eye), scene.servo, options);
   };
+  const auto bricks_for = [&](const render::Quality& quality, const glm::ivec2& eye) {
+    return TissueView(surface_tolerance(closeup(eye), volume.frame().voxel, quality)).update(volume);
+  };
   render::Picture reference;
   {
     const auto stage = stage_of(render::kQualityLadder.front(), 2 * kEye);
     stage->surround(around);
-    stage->show(bricks, origin);
+    stage->show(bricks_for(render::kQualityLadder.front(), 2 * kEye), origin);
     stage->draw(tick, {}, 0);
     reference = stage->screen();
   }
   std::vector<BenchRow> rows;
   for (const render::Quality& quality : render::kQualityLadder) {
     const auto stage = stage_of(quality, kEye);
+    const auto bricks = bricks_for(quality, kEye);
     stage->surround(around);
     stage->show(bricks, origin);
     const render::FrameStats stats = stage->draw(tick, {}, 0);

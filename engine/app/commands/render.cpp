@@ -164,7 +164,7 @@ void run(const Options& options) {
   PictureStage stage(rig, scene.servo, stage_options);
   stage.surround(make_surroundings(scene));
   stage.hold_mirror(scene.mouth_mirror);
-  TissueView view(surface_tolerance(rig, volume.frame().voxel));
+  TissueView view(surface_tolerance(rig, volume.frame().voxel, stage_options.quality));
   std::vector<render::MeshUpdate> surface = view.update(volume);
   if (ideal) mark_difference(*ideal, volume.frame().origin, surface);
   stage.show(surface, volume.frame().origin);

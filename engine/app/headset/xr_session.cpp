@@ -17,6 +17,7 @@
 #include "calibration/still_touch.h"
 #include "engine/app/headset/xr_stage.h"
 #include "engine/app/picture/debris_view.h"
+#include "engine/app/picture/detail.h"
 #include "engine/app/picture/quality_ladder.h"
 #include "engine/app/picture/surroundings.h"
 #include "engine/base/error.h"
@@ -68,6 +69,7 @@ struct XrSession::Thread {
   display::DisplayRig rig;
   haptics::ServoSettings servo;
   dvec3 origin;  // m, W, of the tissue
+  double voxel;  // m, the same
   Wiring& wiring;
   Options options;
   std::optional<DebrisView> debris;
@@ -93,7 +95,7 @@ struct XrSession::Thread {
 
   Thread(const display::DisplayRig& r, const Scene& scene, const haptics::TissueVolume& tissue, Wiring& w,
          const Options& o)
-      : rig(r), servo(scene.servo), origin(tissue.frame().origin), wiring(w), options(o) {
+      : rig(r), servo(scene.servo), origin(tissue.frame().origin), voxel(tissue.frame().voxel), wiring(w), options(o) {
     if (options.debris) debris.emplace(scene.servo.materials, tissue);
     surroundings = make_surroundings(scene);
     mirror = scene_mirror = scene.mouth_mirror;
@@ -133,6 +135,7 @@ struct XrSession::Thread {
     QualityLadder ladder(1.0 / 60, 1.0 / 250, stage.processor() ? 3 : 1);
     stage.set_quality(ladder.step());
     stage.surround(surroundings);
+    Detail detail(wiring.tolerance, voxel);
     struct InUse {  // the particles must let go of the device before it goes, however this ends
       std::optional<DebrisView>& debris;
       ~InUse() {
@@ -183,8 +186,10 @@ struct XrSession::Thread {
       hold_mirror(frame);
       const double step = dt / kFadeTime * (1 - kLostOpacity);
       opacity = std::clamp(opacity + (held ? step : -step), kLostOpacity, 1.0);
-      stage.draw(frame, {tick, opacity, debris ? debris->particles() : std::span<const render::Particle>{},
-                         debris ? debris->cloud() : nullptr, dt, mirror});
+      const double pixel =
+          stage.draw(frame, {tick, opacity, debris ? debris->particles() : std::span<const render::Particle>{},
+                             debris ? debris->cloud() : nullptr, dt, mirror});
+      if (detail.follow(pixel, ladder.step())) wiring.tolerance = detail.tolerance();
       if (options.tool_hand >= 0 && frame.focused)
         hmd.vibrate(options.tool_hand, held ? vibration_of(tick) : display::Vibration{});
       for (const display::HmdTiming& timing : hmd.timings())

@@ -79,10 +79,10 @@ render::Frame XrStage::picture(const display::HmdFrame& hmd_frame, const Scenery
   return frame;
 }
 
-void XrStage::draw(const display::HmdFrame& hmd_frame, const Scenery& scenery) {
+double XrStage::draw(const display::HmdFrame& hmd_frame, const Scenery& scenery) {
   if (!hmd_frame.draw) {
     hmd_->submit(hmd_frame);
-    return;
+    return 0;
   }
   if (const auto hidden = hmd_->hidden()) {
     ring_.wait_idle(device_);
@@ -96,7 +96,7 @@ void XrStage::draw(const display::HmdFrame& hmd_frame, const Scenery& scenery) {
   angle_ = std::fmod(angle_ + scenery.tick.spindle * scenery.dt, 2 * kPi);
   const render::Frame frame = picture(hmd_frame, scenery, angle_, hmd_->see_through());
   const VkCommandBuffer commands = ring_.begin(device_);
-  renderer_->record(commands, frame, ring_.slot(), ring_.submitted, ring_.finished);
+  const render::FrameStats stats = renderer_->record(commands, frame, ring_.slot(), ring_.submitted, ring_.finished);
   std::array<display::Hmd::Depth, 2> depth;
   for (int e = 0; e < 2; ++e) {
     const render::Renderer::DepthPicture d = renderer_->depth(e);
@@ -105,6 +105,7 @@ void XrStage::draw(const display::HmdFrame& hmd_frame, const Scenery& scenery) {
   hmd_->record(commands, renderer_->pictures(), depth);
   ring_.submit(device_);
   hmd_->submit(hmd_frame);
+  return stats.pixel;
 }
 
 }  // namespace typodont

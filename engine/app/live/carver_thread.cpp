@@ -18,7 +18,6 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr Nanos kMeshInterval = 16'000'000;  // ns between looks for changed bricks
 
 /// Writes a copy of the tissue beside the session, which goes on.
 class TissueSaver {
@@ -69,11 +68,10 @@ void brush(LiveSession& s, const BrushMove& move) {
 void carver_thread(LiveSession& s) {
   Wiring& wiring = s.wiring;
   TissueSaver saver;
-  TissueView view(s.tolerance);
+  TissueView view(wiring.tolerance);
   Nanos meshed = 0;
   bool first = true;
   int idle = 0;  // turns without work
-  std::uint64_t changes = 1;  // of the tissue
   Cut cut;
   while (!wiring.stop.load(std::memory_order_relaxed)) {
     bool worked = false;
@@ -99,7 +97,6 @@ void carver_thread(LiveSession& s) {
       painted = true;
     }
     if (worked || painted) {
-      ++changes;
       const TissueState state = s.book.state(s.carver.volume());
       wiring.tissue_to_render.publish(state);
       wiring.tissue_version.store(state.version, std::memory_order_relaxed);
@@ -112,22 +109,19 @@ void carver_thread(LiveSession& s) {
         worked = true;
       }
     }
-    if (wiring.mesh_all.exchange(false)) view = TissueView(s.tolerance);
-    if (s.draw && (first || now() - meshed > kMeshInterval)) {
+    if (s.draw && (first || now() - meshed > s.mesh_interval)) {
       meshed = now();
       first = false;
+      view.set_tolerance(wiring.tolerance);
       auto batch = std::make_unique<MeshBatch>(view.update(s.carver.volume()));
       s.bricks_meshed += batch->size();
       for (const render::MeshUpdate& brick : *batch) s.triangles_made += brick.indices.size() / 3;
-      if (const DifferenceToIdeal* ideal = s.ideal.load(std::memory_order_acquire))
-        ideal->mark(s.carver.volume().frame().origin, *batch);
       if (s.watched && !batch->empty()) {
         auto copy = std::make_unique<MeshBatch>(*batch);
         if (wiring.bricks_to_watch.push(copy.get())) (void)copy.release();
       }
       if (!batch->empty() && wiring.bricks.push(batch.get())) (void)batch.release();
     }
-    if (s.followed) s.followed->offer(s.carver.volume(), changes);
     if (wiring.copy_wanted.exchange(false)) {
       auto copy = std::make_unique<haptics::TissueVolume>(s.carver.volume().clone());
       if (wiring.copies_to_watch.push(copy.get())) (void)copy.release();

@@ -2,14 +2,11 @@
 // wiring.h only. The workbench draws; it starts and joins them.
 #pragma once
 
-#include <atomic>
 #include <cstdint>
 #include <filesystem>
 #include <optional>
 
 #include "engine/app/hands/hands.h"
-#include "engine/app/picture/followed_views.h"
-#include "engine/app/picture/teaching_views.h"
 #include "engine/app/recording/session_record.h"
 #include "engine/app/scene.h"
 #include "engine/app/sound_link.h"
@@ -35,7 +32,7 @@ struct LiveSession {
   bool draw = false, record = false, debris = false, operated = false;
   bool watched = false;  // bricks go to the operator too: the headset takes the others
   StrokeBook book;       // carver thread until it has ended
-  float tolerance = 0.1f;  // voxels, of the surface drawn
+  Nanos mesh_interval = 16'000'000;  // ns between looks for changed bricks: no more often than they are drawn
   Nanos began = 0;            // of recorded frames
   std::size_t xr_stream = 0;  // which of the recording's streams they are
   std::size_t picture_stream = 0;  // the same, of a picture on a screen
@@ -46,8 +43,6 @@ struct LiveSession {
   std::filesystem::path save;  // of the tissue
   std::uint64_t bricks_meshed = 0, triangles_made = 0, voxels_cut = 0;  // carver thread until it has ended
   std::uint64_t queries = 0;                                            // servo thread until it has ended
-  std::optional<FollowedViews> followed;  // views that the trainee chooses, where no operator does
-  std::atomic<const DifferenceToIdeal*> ideal{nullptr};  // drawing thread → carver: mark the surface against it
 
   LiveSession(const Scene& s, haptics::TissueVolume tissue)
       : scene(s), carver(std::move(tissue), haptics::tray(s.servo)), wiring(empty_patch(edge(s, carver.volume()))) {}

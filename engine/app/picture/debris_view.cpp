@@ -1,6 +1,8 @@
 #include "engine/app/picture/debris_view.h"
 
 #include <algorithm>
+#include <cmath>
+#include <utility>
 
 namespace typodont {
 
@@ -10,6 +12,8 @@ constexpr double kCoarse = 4e-4;      // m: chips bounce off the tooth's shape, 
 constexpr float kLeastShown = 3e-5f;  // m: smaller ones are drawn this large, and fainter
 // The finest dust hangs in the air as mist: a parcel of it is wide and thin. As in shaders/debris.comp.
 constexpr float kMistChip = 12e-6f;  // m
+constexpr double kSuctionStep = 0.5e-3;  // s
+constexpr int kLumps = 8;  // cuts that throw chips together, where a processor draws
 constexpr float kMistWidth = 2.5f, kMistOpacity = 0.16f;
 
 }  // namespace
@@ -42,9 +46,20 @@ DebrisView::DebrisView(const MaterialTable& materials, const haptics::TissueVolu
 
 void DebrisView::use(gpu::Device* device) {
   cloud_.reset();
+  // Each chip costs such a device as much to draw as triangles of the tooth: fewer, of more mass each.
+  lumps_ = device && device->processor ? kLumps : 1;
   if (!device || device->processor) return;
   newborn_.resize(static_cast<std::size_t>(kTissueCount) * static_cast<std::size_t>(options_.most_per_cut));
   cloud_.emplace(*device, cloud_law(options_, field_, kLeastShown), distance_);
+  suck(suction_);
+}
+
+void DebrisView::suck(const std::optional<debris::Suction>& suction) {
+  suction_ = suction;
+  if (!cloud_) return;
+  const debris::Suction off{.p_W = {}, .flow = 0, .radius = 0};
+  const debris::Suction& s = suction_ ? *suction_ : off;
+  cloud_->suck(s.p_W, s.flow, s.radius);
 }
 
 render::CloudLaw cloud_law(const debris::DebrisOptions& options, const debris::CoarseField& field, double least_shown) {
@@ -73,7 +88,13 @@ render::CloudParticle cloud_particle(const debris::Newborn& n, const dvec3& colo
 }
 
 void DebrisView::add(const Cut& cut, const haptics::Tool& tool) {
-  if (cut.fill_radius == 0) emit(cut, tool.radius());
+  if (cut.fill_radius != 0) return;
+  for (std::size_t t = 0; t < kTissueCount; ++t) lump_[t] += cut.removed[t];
+  if (++lumped_ < lumps_) return;
+  Cut whole = cut;
+  whole.removed = std::exchange(lump_, {});
+  lumped_ = 0;
+  emit(whole, tool.radius());
 }
 
 void DebrisView::add(const LoosePiece& piece) {
@@ -97,10 +118,11 @@ void DebrisView::emit(const Cut& cut, double radius) {
 }
 
 void DebrisView::step(double dt) {
-  if (cloud_)
-    cloud_->advance(dt);
-  else
-    debris_.step(dt, field_);
+  if (cloud_) return cloud_->advance(dt);
+  if (!suction_) return debris_.step(dt, field_);
+  // Near the nozzle air is so quick that a whole frame's step would carry chips past it.
+  const int steps = std::max(1, static_cast<int>(std::ceil(dt / kSuctionStep)));
+  for (int i = 0; i < steps; ++i) debris_.step(dt / steps, field_, &*suction_);
 }
 
 std::span<const render::Particle> DebrisView::particles() {

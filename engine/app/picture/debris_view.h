@@ -27,6 +27,8 @@ class DebrisView {
   void add(const Cut& cut, const haptics::Tool& tool);
   /// A loose piece falls apart where it was.
   void add(const LoosePiece& piece);
+  /// A nozzle that draws chips in, from now on; nothing: switched off.
+  void suck(const std::optional<debris::Suction>& suction);
   void step(double dt);
   /// For render::Frame; null: particles() has them all.
   render::ParticleCloud* cloud() { return cloud_ ? &*cloud_ : nullptr; }
@@ -40,6 +42,9 @@ class DebrisView {
   MaterialTable materials_;
   debris::Debris debris_;
   debris::DebrisOptions options_;
+  std::optional<debris::Suction> suction_;
+  int lumps_ = 1, lumped_ = 0;  // cuts that throw their chips together; those that wait
+  PerTissue lump_{};            // m³, of these
   std::optional<render::ParticleCloud> cloud_;
   std::vector<debris::Newborn> newborn_;
   std::vector<float> distance_;

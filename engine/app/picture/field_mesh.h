@@ -3,6 +3,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "engine/app/picture/tissue_view.h"
@@ -11,10 +12,11 @@
 namespace typodont {
 
 /// Over the box lo … hi, m, W; vertices relative to lo. `distance(p)`: m, negative inside; `label(p)`: the tissue
-/// there, asked near the surface. `tolerance`: voxels.
-template <class Distance, class Label>
-std::vector<render::MeshUpdate> mesh_of_field(const dvec3& lo, const dvec3& hi, double voxel, float tolerance,
-                                              Distance&& distance, Label&& label) {
+/// there, asked near the surface. `tolerances`: voxels, a mesh for each.
+template <std::size_t kMeshes, class Distance, class Label>
+std::array<std::vector<render::MeshUpdate>, kMeshes> meshes_of_field(const dvec3& lo, const dvec3& hi, double voxel,
+                                                                     const std::array<float, kMeshes>& tolerances,
+                                                                     Distance&& distance, Label&& label) {
   // What is drawn here is round: flattened, the field's slope is nowhere one, by which the mesher knows a crease.
   constexpr float kFlat = 0.3f, kBand = 4 * kFlat;
   const VoxelFrame frame{lo, voxel};
@@ -32,7 +34,8 @@ std::vector<render::MeshUpdate> mesh_of_field(const dvec3& lo, const dvec3& hi, 
         samples[at(i)] =
             std::clamp(kFlat * static_cast<float>(distance(frame.to_world(dvec3(i - 1))) / voxel), -kBand, kBand);
 
-  surface::SurfaceMesher mesher({.tolerance = tolerance});
+  std::vector<surface::SurfaceMesher> meshers;
+  for (const float tolerance : tolerances) meshers.emplace_back(surface::MesherOptions{.tolerance = tolerance});
   FieldBrick brick;
   glm::ivec3 key;
   for (key.x = 0; key.x < bricks.x; ++key.x)
@@ -56,11 +59,20 @@ std::vector<render::MeshUpdate> mesh_of_field(const dvec3& lo, const dvec3& hi, 
               brick.tissue[s] =
                   std::abs(brick.distance[s]) < 3 * kFlat ? label(frame.to_world(dvec3(first + i - 1))) : Tissue::kAir;
             }
-        mesher.put(brick);
+        for (surface::SurfaceMesher& mesher : meshers) mesher.put(brick);
       }
-  std::vector<render::MeshUpdate> updates;
-  for (const glm::ivec3& done : mesher.remesh()) updates.push_back(brick_update(done, mesher.find(done), voxel));
+  std::array<std::vector<render::MeshUpdate>, kMeshes> updates;
+  for (std::size_t m = 0; m < kMeshes; ++m)
+    for (const glm::ivec3& done : meshers[m].remesh())
+      updates[m].push_back(brick_update(done, meshers[m].find(done), voxel));
   return updates;
+}
+
+/// One such mesh.
+template <class Distance, class Label>
+std::vector<render::MeshUpdate> mesh_of_field(const dvec3& lo, const dvec3& hi, double voxel, float tolerance,
+                                              Distance&& distance, Label&& label) {
+  return meshes_of_field<1>(lo, hi, voxel, {tolerance}, distance, label)[0];
 }
 
 }  // namespace typodont

@@ -20,7 +20,7 @@ using namespace std::chrono_literals;
 
 constexpr Nanos kGiveFor = 4'000'000;               // ns a turn that pictures may be given bricks
 constexpr Nanos kJudgeInterval = 2 * kNanosPerSecond;
-constexpr Nanos kBodiesInterval = 300'000'000;
+constexpr Nanos kBodiesInterval = 120'000'000;  // ns between copies: one keeps the carver from its patches for some ms
 constexpr int kNice = 5;                            // beside the hand and the picture
 constexpr double kDifferenceReach = 3e-3;            // m
 constexpr std::size_t kMostUnexplored = 600'000;     // ticks: ten minutes
@@ -34,16 +34,25 @@ bool LiveViews::Wish::needs_bodies() const {
          (look.view == render::View::kLook && look.hidden != 0);
 }
 
-LiveViews::LiveViews(const Scene& scene, const haptics::TissueVolume& tissue, Wiring& wiring)
-    : scene_(scene), wiring_(wiring), origin_W_(tissue.frame().origin) {
+LiveViews::LiveViews(const Scene& scene, const haptics::TissueVolume& tissue, const Surroundings& around,
+                     Wiring& wiring, bool judged)
+    : scene_(scene),
+      wiring_(wiring),
+      around_(around),
+      judged_at_all_(judged),
+      origin_W_(tissue.frame().origin),
+      judging_(judged) {
   glm::ivec3 lo, hi;
   tissue.bounds(lo, hi);
   middle_W_ = tissue.frame().to_world(0.5 * dvec3(lo + hi));
   const PerTissue volumes = tissue.volumes();
   for (std::size_t i = 1; i < volumes.size(); ++i)
     if (volumes[i] > 0) tissues_ |= 1u << i;
-  if (scene.surroundings) around_ = make_surroundings(scene);
-  thread_ = std::jthread([this] { run(); });
+  if (judged) start();
+}
+
+void LiveViews::start() {
+  if (!thread_.joinable()) thread_ = std::jthread([this] { run(); });
 }
 
 LiveViews::~LiveViews() {
@@ -79,14 +88,14 @@ void LiveViews::attach(Eyes eyes, PictureStage* stage) {
   look(eyes, wanted);
 }
 
-void LiveViews::take(const MeshBatch& batch) {
-  for (const render::MeshUpdate& update : batch) {
+void LiveViews::take(MeshBatch batch) {
+  for (render::MeshUpdate& update : batch) {
+    for (Picture& picture : pictures_)
+      if (picture.stage && !picture.replaced) picture.pending.push_back(update.brick);
     if (update.indices.empty())
       bricks_.erase(update.brick);
     else
-      bricks_[update.brick] = update;
-    for (Picture& picture : pictures_)
-      if (picture.stage && !picture.replaced) picture.pending.push_back(update.brick);
+      bricks_[update.brick] = std::move(update);
   }
 }
 
@@ -114,6 +123,7 @@ void LiveViews::look(Eyes eyes, const Look& wanted) {
   if (wanted.view == render::View::kSection) {
     wish.look.section_axis = wanted.section_axis;
     wish.look.section = wanted.section;
+    wish.look.plane = wanted.plane;
     wish.plane = section_plane(wanted, middle_W_, p.stage->rig().head.eye_center);
   }
   if (wanted.view == render::View::kLook) wish.look.hidden = wanted.hidden;
@@ -133,6 +143,7 @@ void LiveViews::look(Eyes eyes, const Look& wanted) {
     const std::lock_guard lock(mutex_);
     wishes_[index(eyes)] = wish;
   }
+  if (!p.made) start();
   wished_.notify_all();
 }
 
@@ -222,17 +233,17 @@ void LiveViews::run() {
   setpriority(PRIO_PROCESS, static_cast<id_t>(syscall(SYS_gettid)), kNice);
   std::optional<TaskJudge> judge;
   PerTissue before{};
-  try {
-    const haptics::TissueVolume start = load_untouched(scene_);
-    before = start.volumes();
-    judge.emplace(scene_, start);
-    const std::lock_guard lock(mutex_);
-    fresh_explore_ = judge->explore_meter();
-  } catch (const Error& e) {
-    log::warn("no score while the session runs: {}", e.what());
-    const std::lock_guard lock(mutex_);
-    gave_up_ = true;
-  }
+  if (judged_at_all_) try {
+      const haptics::TissueVolume start = load_untouched(scene_);
+      before = start.volumes();
+      judge.emplace(scene_, start);
+      const std::lock_guard lock(mutex_);
+      fresh_explore_ = judge->explore_meter();
+    } catch (const Error& e) {
+      log::warn("no score while the session runs: {}", e.what());
+      const std::lock_guard lock(mutex_);
+      gave_up_ = true;
+    }
 
   constexpr std::uint64_t kNever = ~std::uint64_t{0};
   std::array<Wish, 2> shown;                               // what was last made …
@@ -245,17 +256,23 @@ void LiveViews::run() {
     std::array<Wish, 2> wishes;
     {
       std::unique_lock lock(mutex_);
-      wished_.wait_for(lock, 100ms, [&] { return stop_ || !(wishes_ == shown); });
+      const bool follows = std::any_of(shown.begin(), shown.end(), [](const Wish& w) { return w.needs_bodies(); });
+      wished_.wait_for(lock, follows ? 25ms : 100ms, [&] { return stop_ || !(wishes_ == shown); });
       if (stop_) return;
       wishes = wishes_;
     }
-    if (judge && judge->has_ideal() && !ideal_made &&
+    if (has_ideal() && !ideal_made &&
         std::any_of(wishes.begin(), wishes.end(),
                     [](const Wish& w) { return w.look.view == render::View::kDifference; })) {
       ideal_made = true;
-      auto field = std::make_shared<const ToothField>(*judge->ideal(), kDifferenceReach);
-      const std::lock_guard lock(mutex_);
-      fresh_ideal_ = std::move(field);
+      try {
+        const auto own = judge ? std::nullopt : ideal_tissue(scene_, load_untouched(scene_));
+        auto field = std::make_shared<const ToothField>(judge ? *judge->ideal() : own.value(), kDifferenceReach);
+        const std::lock_guard lock(mutex_);
+        fresh_ideal_ = std::move(field);
+      } catch (const std::exception& e) {
+        log::warn("no difference to an ideal: {}", e.what());
+      }
     }
     const std::uint64_t version = wiring_.tissue_version;
     std::array<bool, 2> make{};

@@ -1,6 +1,7 @@
 // What a session shows beyond the tooth's surface, and how it stands by the rules: section, tissues inside, difference
 // from the ideal, score so far. Made on a thread of its own from copies the carver makes for it, so that the hand never
-// waits; the bricks drawn so far are kept, so that a picture may join or be looked at otherwise at any time.
+// waits; the bricks drawn so far are kept, so that a picture may join or be looked at otherwise at any time. The thread
+// starts when there is something for it: at once where somebody watches the score, else with the first look that needs it.
 #pragma once
 
 #include <condition_variable>
@@ -26,8 +27,9 @@ enum class Eyes { kTrainee, kOwn };
 
 class LiveViews {
  public:
-  /// `tissue` is only read here.
-  LiveViews(const Scene& scene, const haptics::TissueVolume& tissue, Wiring& wiring);
+  /// `tissue` is only read here; `around` outlives this. `judged`: the score so far is wanted, too.
+  LiveViews(const Scene& scene, const haptics::TissueVolume& tissue, const Surroundings& around, Wiring& wiring,
+            bool judged);
   /// Waits for what its thread is making.
   ~LiveViews();
   LiveViews(const LiveViews&) = delete;
@@ -37,13 +39,15 @@ class LiveViews {
   /// A picture that is there from now on, or that is gone (null).
   void attach(Eyes eyes, PictureStage* stage);
   /// What the carver changed.
-  void take(const MeshBatch& bricks);
+  void take(MeshBatch bricks);
   void look(Eyes eyes, const Look& look);
   const Look& look(Eyes eyes) const { return pictures_[index(eyes)].look; }
   /// Once a turn: gives the pictures what is there for them, a few milliseconds' worth. True when one was given something.
   bool advance();
   /// True while a look is still being made.
   bool making(Eyes eyes) const;
+  /// Its thread runs.
+  bool started() const { return thread_.joinable(); }
 
   /// Tissues the scene holds, a bit each; whether it names an ideal; the middle of the tooth.
   std::uint32_t tissues() const { return tissues_; }
@@ -89,13 +93,15 @@ class LiveViews {
   void all_again(Picture& picture);
   void show_as(Picture& picture);
   bool give(Picture& picture);
+  void start();
   void run();
   std::unique_ptr<haptics::TissueVolume> copy_of_tissue();
   std::vector<Body> bodies_of(const Wish& wish, const haptics::TissueVolume& tissue) const;
 
   const Scene& scene_;
   Wiring& wiring_;
-  Surroundings around_;
+  const Surroundings& around_;
+  const bool judged_at_all_;
   dvec3 origin_W_{0}, middle_W_{0};
   std::uint32_t tissues_ = 0;
 
@@ -103,7 +109,7 @@ class LiveViews {
   std::unordered_map<std::uint64_t, render::MeshUpdate> bricks_;
   std::array<Picture, 2> pictures_;
   std::optional<session::ScoreInput> judged_;
-  bool judging_ = true;
+  bool judging_;
   std::shared_ptr<const ToothField> ideal_;
   std::optional<session::ExploreMeter> explore_;
   std::vector<ServoTick> unexplored_;  // ticks that wait for the meter

@@ -63,6 +63,7 @@ Viewpoint viewpoint_of(const display::DisplayRig& rig, const dvec3& middle_W) {
 }
 
 glm::dvec4 section_plane(const Look& look, const dvec3& middle_W, const dvec3& p_WE) {
+  if (look.plane != glm::dvec4(0)) return look.plane;
   dvec3 n(0);
   n[std::clamp(look.section_axis, 0, 2)] = 1;
   const double at = glm::dot(n, middle_W) + look.section;

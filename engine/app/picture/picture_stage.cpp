@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -11,6 +12,8 @@
 namespace typodont {
 
 namespace {
+
+constexpr double kReadEvery = 0.1;  // s between numbers of the writing: quicker ones nobody reads
 
 constexpr const char* shape_name(haptics::HeadShape shape) {
   switch (shape) {
@@ -31,6 +34,16 @@ constexpr const char* shape_name(haptics::HeadShape shape) {
       return "inverted_cone";
   }
   return "sphere";
+}
+
+/// As the catalogue calls it, without its size: "round" of round_012; an inline tool goes by its form.
+std::string catalogue_name(const haptics::Tool& tool) {
+  std::string name = tool.name;
+  if (name.empty()) name = tool.shape == haptics::HeadShape::kSphere ? "round" : shape_name(tool.shape);
+  const std::size_t size = name.find_last_not_of("0123456789");
+  if (size != std::string::npos && size + 1 < name.size() && name[size] == '_') name.resize(size);
+  std::replace(name.begin(), name.end(), '_', ' ');
+  return name;
 }
 
 }  // namespace
@@ -124,23 +137,29 @@ bool PictureStage::resize(glm::ivec2 eye_size) {
   return true;
 }
 
-void surround(render::Renderer& renderer, const Surroundings& around) {
+void surround(render::Renderer& renderer, const Surroundings& around, bool coarse) {
   for (const SurroundingMesh& mesh : around.meshes) {
-    renderer.update(mesh.id, mesh.bricks);
+    renderer.remove(mesh.id);
+    renderer.update(mesh.id, coarse ? mesh.coarse : mesh.bricks);
     renderer.place(mesh.id, {mesh.origin, {1, 0, 0, 0}});
   }
   renderer.cover(render::kWorkingTooth, around.covered);
 }
 
-float surface_tolerance(const display::DisplayRig& rig, double voxel, bool processor) {
-  const display::Screen& screen = rig.screen;
-  const double pixel = glm::length(screen.lower_right - screen.lower_left) /
-                       std::max(display::eye_pixels(screen.layout, screen.pixels).x, 1);
-  return static_cast<float>(std::clamp((processor ? 1.0 : 0.4) * pixel / voxel, 0.1, 0.6));
+void PictureStage::surround(const Surroundings& around) {
+  around_ = around;
+  coarse_around_ = screen_pixel(rig_) / options_.quality.scale * options_.quality.surface_error > around_.coarse_from;
+  typodont::surround(*renderer_, around_, coarse_around_);
 }
 
-void PictureStage::surround(const Surroundings& around) {
-  typodont::surround(*renderer_, around);
+/// What stands around is fine or coarse by what a pixel shows of the tooth it stands around.
+void PictureStage::follow_pixels(double pixel) {
+  if (pixel <= 0 || around_.meshes.empty()) return;
+  const double error = pixel * options_.quality.surface_error;
+  const bool coarse = error > around_.coarse_from * (coarse_around_ ? 0.85 : 1.0);  // a head that sways changes nothing
+  if (coarse == coarse_around_) return;
+  coarse_around_ = coarse;
+  typodont::surround(*renderer_, around_, coarse_around_);
 }
 
 void PictureStage::show_inside(render::MeshId body, std::span<const render::MeshUpdate> bricks, const dvec3& origin) {
@@ -216,9 +235,15 @@ render::FrameStats PictureStage::draw(const ServoTick& tick, std::span<const ren
   frame.cloud = cloud_;
   if (options_.hud) {
     frame.hud.visible = true;
-    frame.hud.tool = fmt::format("{} {:.1f} mm", shape_name(tool().shape), tool().diameter / kMillimetre);
-    frame.hud.speed_krpm = tick.spindle / kKrpm;
-    frame.hud.force = glm::length(tick.f_T_W);
+    frame.hud.tool = fmt::format("{} {:.1f} mm", catalogue_name(tool()), tool().diameter / kMillimetre);
+    read_age_ += dt;
+    if (dt <= 0 || read_age_ >= kReadEvery) {
+      read_age_ = 0;
+      read_force_ = glm::length(tick.f_T_W);
+      read_spindle_ = tick.spindle;
+    }
+    frame.hud.speed_krpm = read_spindle_ / kKrpm;
+    frame.hud.force = read_force_;
     frame.hud.force_limit = options_.force_limit;
     frame.hud.hint = hint;
     frame.hud.upright = display::upright(rig_);
@@ -232,6 +257,7 @@ render::FrameStats PictureStage::draw(const ServoTick& tick, std::span<const ren
     ring_.abandon(device_);
     return stats;
   }
+  follow_pixels(stats.pixel);
   timing_.gpu = 1e-3 * stats.gpu_ms;
   timing_.record = to_seconds(now() - began);
   timing_.shown = timing_.record + timing_.gpu;
@@ -269,6 +295,7 @@ render::FrameStats PictureStage::draw(const ServoTick& tick, std::span<const ren
 
 void PictureStage::set_quality(const render::Quality& quality) {
   vkDeviceWaitIdle(device_.device);
+  options_.quality = quality;
   renderer_->set_quality(quality);
 }
 

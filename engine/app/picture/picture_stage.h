@@ -6,6 +6,7 @@
 #include <optional>
 #include <span>
 
+#include "engine/app/picture/detail.h"
 #include "engine/app/picture/surroundings.h"
 #include "engine/contract/contact.h"
 #include "engine/display/display_rig.h"
@@ -21,11 +22,7 @@ namespace typodont {
 render::ToolMesh tool_mesh(const haptics::Tool& tool);
 
 /// Gives the renderer what stands around the working tooth.
-void surround(render::Renderer& renderer, const Surroundings& around);
-
-/// How far triangles may lie from the surface, voxels: under half a pixel of this rig's screen, a whole one where a
-/// processor draws, but never so far that form is lost. What a coarse screen cannot show is not made.
-float surface_tolerance(const display::DisplayRig& rig, double voxel, bool processor = false);
+void surround(render::Renderer& renderer, const Surroundings& around, bool coarse = false);
 
 class PictureStage {
  public:
@@ -111,6 +108,7 @@ class PictureStage {
   void take_up(std::uint32_t tool_index);
   const haptics::Tool& tool() const;
   void follow_head();
+  void follow_pixels(double pixel);
 
   display::DisplayRig rig_;
   display::Head rest_;  // the head as the rig file has it
@@ -128,6 +126,9 @@ class PictureStage {
   bool missed_ = false;  // a frame was drawn that no target took, or none at all in a window that is minimised
   glm::ivec2 screen_size_{0};
   std::array<dvec3, 2> first_panel_{};  // m, right and up, as the rig file has it
+  Surroundings around_;
+  bool coarse_around_ = false;
+  double read_age_ = 1, read_force_ = 0, read_spindle_ = 0;  // s, N, rad/s: what the writing says, and how long it has
   MouthMirror mirror_;
   render::ParticleCloud* cloud_ = nullptr;
   render::View view_ = render::View::kLook;

@@ -1,6 +1,7 @@
 #include "engine/app/picture/surroundings.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "engine/app/picture/field_mesh.h"
@@ -14,7 +15,9 @@ namespace typodont {
 namespace {
 
 constexpr double kToothVoxel = 0.15e-3, kGumVoxel = 0.36e-3;     // m: they are looked at, not worked on
-constexpr float kToothTolerance = 0.15f, kGumTolerance = 0.12f;  // voxels
+// voxels, fine and coarse
+constexpr std::array<float, 2> kToothTolerance{0.15f, 0.45f}, kGumTolerance{0.12f, 0.30f};
+constexpr double kCoarseFrom = 25e-6;  // m
 constexpr double kRootShown = 2.5e-3;                            // m below the gum's edge; neighbours end there
 constexpr double kReach = 3e-3;                                  // m around the tooth in which its distance is known
 constexpr double kGumInside = 0.4e-3;     // m, so deep does the gum reach into the working tooth, to leave no gap
@@ -201,6 +204,7 @@ Surroundings make_surroundings(const SurroundingsPlan& plan) {
   const ToothField& tooth = shape.tooth;
 
   Surroundings result;
+  result.coarse_from = kCoarseFrom;
   std::vector<SurroundingMesh>& meshes = result.meshes;
   render::MeshId id = render::kWorkingTooth + 1;
   for (const ToothCopy& copy : shape.copies) {
@@ -209,10 +213,10 @@ Surroundings make_surroundings(const SurroundingsPlan& plan) {
       grow(lo, hi,
            copy.from_tooth({corner & 1 ? tooth.high().x : tooth.low().x, corner & 2 ? tooth.high().y : tooth.low().y,
                             corner & 4 ? tooth.high().z : tooth.low().z}));
-    meshes.push_back({id++, lo,
-                      mesh_of_field(
-                          lo, hi, kToothVoxel, kToothTolerance, [&](const dvec3& p) { return shape.neighbour(copy, p); },
-                          [&](const dvec3& p) { return tooth.tissue_at_surface(copy.to_tooth(p)); })});
+    auto [fine, coarse] = meshes_of_field<2>(
+        lo, hi, kToothVoxel, kToothTolerance, [&](const dvec3& p) { return shape.neighbour(copy, p); },
+        [&](const dvec3& p) { return tooth.tissue_at_surface(copy.to_tooth(p)); });
+    meshes.push_back({id++, lo, std::move(fine), std::move(coarse)});
   }
   if (!plan.gum) return result;
 
@@ -223,10 +227,10 @@ Surroundings make_surroundings(const SurroundingsPlan& plan) {
   grow(lo, hi, edge - reach + plan.crown * (plan.papilla + 3e-3));
   grow(lo, hi, edge + reach - plan.crown * (shape.jaw_depth + 3e-3));
   grow(lo, hi, edge - reach - plan.crown * (shape.jaw_depth + 3e-3));
-  meshes.push_back({id, lo,
-                    mesh_of_field(
-                        lo, hi, kGumVoxel, kGumTolerance, [&](const dvec3& p) { return shape.gum(p); },
-                        [](const dvec3&) { return Tissue::kGingiva; })});
+  auto [fine, coarse] = meshes_of_field<2>(
+      lo, hi, kGumVoxel, kGumTolerance, [&](const dvec3& p) { return shape.gum(p); },
+      [](const dvec3&) { return Tissue::kGingiva; });
+  meshes.push_back({id, lo, std::move(fine), std::move(coarse)});
   result.covered = glm::dvec4(plan.margin_normal, kCoveredBelow - glm::dot(plan.margin_normal, plan.margin));
   return result;
 }

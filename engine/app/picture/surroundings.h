@@ -65,11 +65,13 @@ struct SurroundingMesh {
   render::MeshId id;
   dvec3 origin;  // m, W, of its vertices
   std::vector<render::MeshUpdate> bricks;
+  std::vector<render::MeshUpdate> coarse;  // the same with fewer triangles
 };
 struct Surroundings {
   std::vector<SurroundingMesh> meshes;
   /// The uncut tooth lies within the gum where dot(covered, (p_W, 1)) < 0: nobody sees it there. Zero: nowhere.
   glm::dvec4 covered{0};
+  double coarse_from = 0;  // m that triangles may be off the surface: from then on the coarse ones will do
 };
 /// Deterministic. Throws Error when the volume cannot be read.
 Surroundings make_surroundings(const SurroundingsPlan& plan);

@@ -145,12 +145,6 @@ std::vector<render::MeshUpdate> tissue_inside(const haptics::TissueVolume& volum
   return updates;
 }
 
-DifferenceToIdeal::DifferenceToIdeal(const haptics::TissueVolume& ideal) : field_(ideal, kDifferenceReach) {}
-
-void DifferenceToIdeal::mark(const dvec3& origin, std::vector<render::MeshUpdate>& updates) const {
-  mark_difference(field_, origin, updates);
-}
-
 std::vector<render::MeshUpdate> tissues_left(const haptics::TissueVolume& volume, std::uint32_t hidden) {
   const ToothField field(volume);
   const double h = field.voxel();

@@ -27,14 +27,4 @@ void mark_difference(const haptics::TissueVolume& ideal, const dvec3& origin, st
 /// The same; the ideal's field reaches as far as differences are told apart.
 void mark_difference(const ToothField& ideal, const dvec3& origin, std::vector<render::MeshUpdate>& updates);
 
-/// The same against an ideal that is asked again and again: made once.
-class DifferenceToIdeal {
- public:
-  explicit DifferenceToIdeal(const haptics::TissueVolume& ideal);
-  void mark(const dvec3& origin, std::vector<render::MeshUpdate>& updates) const;
-
- private:
-  ToothField field_;
-};
-
 }  // namespace typodont

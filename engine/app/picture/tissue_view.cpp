@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace typodont {
 
@@ -35,6 +36,7 @@ render::MeshUpdate brick_update(const glm::ivec3& key, const surface::BrickMesh*
 namespace {
 
 constexpr int kLook = 14;  // voxels under a corner, at most
+constexpr int kAnewAtOnce = 32;  // bricks: some milliseconds, so that the hand's patches are never kept waiting
 
 /// m: how deep one sees into a tissue. Enamel lets the colour of dentin and of decay through, thin dentin that of pulp.
 constexpr double depth_seen(Tissue tissue) {
@@ -116,7 +118,14 @@ void TissueView::look_beneath(const haptics::TissueVolume& volume, render::MeshU
   }
 }
 
-TissueView::TissueView(float tolerance) : mesher_({.tolerance = tolerance}) {}
+TissueView::TissueView(float tolerance) : mesher_({.tolerance = tolerance}), tolerance_(tolerance) {}
+
+void TissueView::set_tolerance(float tolerance) {
+  if (tolerance == tolerance_) return;
+  tolerance_ = tolerance;
+  mesher_.set_tolerance(tolerance);
+  another_tolerance_ = true;
+}
 
 std::vector<render::MeshUpdate> TissueView::update(haptics::TissueVolume& volume) {
   const auto changed = volume.take_changed_bricks();
@@ -124,7 +133,13 @@ std::vector<render::MeshUpdate> TissueView::update(haptics::TissueVolume& volume
     volume.read_brick(key, brick_);
     mesher_.put(brick_);
   }
+  if (std::exchange(another_tolerance_, false) && started_) outdated_ = volume.surface_bricks();
   started_ = true;
+  for (int i = 0; i < kAnewAtOnce && !outdated_.empty(); ++i) {
+    volume.read_brick(outdated_.back(), brick_);
+    mesher_.put(brick_);
+    outdated_.pop_back();
+  }
   std::vector<render::MeshUpdate> updates;
   for (const glm::ivec3& key : mesher_.remesh()) {
     updates.push_back(brick_update(key, mesher_.find(key), volume.frame().voxel));

@@ -21,6 +21,10 @@ class TissueView {
   /// volume's origin: place the mesh there.
   std::vector<render::MeshUpdate> update(haptics::TissueVolume& volume);
 
+  /// Another tolerance from now on: bricks made with the last one are made anew, some with each update().
+  void set_tolerance(float tolerance);
+  float tolerance() const { return tolerance_; }
+
   const surface::SurfaceMesher& mesher() const { return mesher_; }
 
  private:
@@ -30,6 +34,9 @@ class TissueView {
   surface::SurfaceMesher mesher_;
   FieldBrick brick_;
   bool started_ = false;
+  float tolerance_;
+  bool another_tolerance_ = false;      // since the last update
+  std::vector<glm::ivec3> outdated_;  // bricks, yet to be made with this tolerance
 };
 
 }  // namespace typodont

@@ -76,6 +76,7 @@ class Window final : public Output {
   Window& operator=(const Window&) = delete;
 
   std::optional<Target> acquire() override {
+    show_finished();
     pace();
     if (!visible()) return std::nullopt;
     ivec2 size{0};
@@ -102,7 +103,16 @@ class Window final : public Output {
                   .kept = std::exchange(drawn_[index_], std::uint8_t{1}) != 0};
   }
 
+  /// Where a processor draws, presenting waits until it has: meanwhile the next frame is prepared, and this one is
+  /// shown with the next acquire(), or the second poll() when there is none.
   void present() override {
+    unshown_ = true;
+    polls_ = 0;
+    if (!device_.processor) show_finished();
+  }
+
+  void show_finished() {
+    if (!std::exchange(unshown_, false)) return;
     const VkPresentInfoKHR info{.sType = VK_STRUCTURE_TYPE_PRESENT_INFO_KHR,
                                 .waitSemaphoreCount = 1,
                                 .pWaitSemaphores = &done_[index_],
@@ -165,6 +175,7 @@ class Window final : public Output {
   }
 
   UserInput poll() override {
+    if (++polls_ > 1) show_finished();
     glfwPollEvents();
     UserInput input = std::exchange(events_, {});
     input.close = glfwWindowShouldClose(window_);
@@ -307,6 +318,7 @@ class Window final : public Output {
 
   void destroy_swapchain() {
     vkDeviceWaitIdle(device_.device);
+    unshown_ = false;
     for (auto& views : views_)
       for (VkImageView view : views) vkDestroyImageView(device_.device, view, nullptr);
     for (const auto* list : {&ready_, &done_})
@@ -341,6 +353,8 @@ class Window final : public Output {
   std::size_t sync_ = 0;
   std::uint32_t index_ = 0;
   bool stale_ = false, lost_ = false, exposed_ = true;
+  bool unshown_ = false;  // the last target was handed over, and is yet to be shown
+  int polls_ = 0;         // since then
   UserInput events_;  // since the last poll
   Nanos next_ = 0;
 };

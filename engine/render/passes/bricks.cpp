@@ -218,7 +218,8 @@ void BrickStore::collect(std::uint64_t finished) {
   }
 }
 
-bool BrickStore::bounds(glm::dvec3& lo, glm::dvec3& hi, glm::dvec3& all_lo, glm::dvec3& all_hi) const {
+std::optional<SceneBounds> BrickStore::bounds() const {
+  glm::dvec3 lo, hi, all_lo, all_hi;
   lo = all_lo = glm::dvec3(1e9);
   hi = all_hi = glm::dvec3(-1e9);
   for (const auto& [id, mesh] : meshes)
@@ -232,12 +233,12 @@ bool BrickStore::bounds(glm::dvec3& lo, glm::dvec3& hi, glm::dvec3& all_lo, glm:
         lo = glm::min(lo, p);
         hi = glm::max(hi, p);
       }
-  if (all_lo.x > all_hi.x) return false;
+  if (all_lo.x > all_hi.x) return std::nullopt;
   if (lo.x > hi.x) {
     lo = all_lo;
     hi = all_hi;
   }
-  return true;
+  return SceneBounds{lo, hi, all_lo, all_hi};
 }
 
 namespace {

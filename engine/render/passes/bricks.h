@@ -3,6 +3,7 @@
 
 #include <deque>
 #include <map>
+#include <optional>
 #include <unordered_map>
 
 #include "engine/render/passes/changed.h"
@@ -62,6 +63,11 @@ struct DrawGroup {
 bool shown_in(View view, MeshId mesh);
 bool glassy_in(View view, MeshId mesh);
 
+/// m, W: of the working tooth (of everything where there is none) and of everything.
+struct SceneBounds {
+  glm::dvec3 lo, hi, all_lo, all_hi;
+};
+
 struct BrickStore {
   std::map<MeshId, Mesh> meshes;
   std::map<MeshId, glm::dvec4> covers;  // where a mesh's first bricks lie within another body (Renderer::cover)
@@ -78,9 +84,8 @@ struct BrickStore {
   /// Gives back the room of bricks that no unfinished frame draws any more.
   void collect(std::uint64_t finished);
 
-  /// Bounds of the working tooth (of everything where there is none) and of everything, in W; false when there is
-  /// nothing.
-  bool bounds(glm::dvec3& lo, glm::dvec3& hi, glm::dvec3& all_lo, glm::dvec3& all_hi) const;
+  /// Nothing when there is nothing.
+  std::optional<SceneBounds> bounds() const;
   /// Commands for the bricks some eye sees, written into this slot's buffer of `into`; counts into
   /// `stats`. `tiles`: of each eye's picture, what is drawn anew; null: all.
   std::vector<DrawGroup> visible(gpu::Device& device, int slot, const Frame& frame, SlotBuffers& into,

@@ -98,10 +98,15 @@ PixelBox Tiles::bounds() const {
 
 bool tool_shades(const shared::FrameData& data, const glm::vec3& center, float radius) {
   constexpr float kToolReach = 3.0e-3f, kToolShadowReach = 10e-3f;  // m, as in lighting.glsl
-  constexpr int kPieces = 16;
+  constexpr int kPieces = 6;
   if (data.tool_head.w <= 0) return false;
   const glm::vec3 l(data.key), a(data.tool_head), e(data.tool_end);
   const float thick = std::max(data.tool_head.w, data.tool_end.w);
+  // Most of what there is lies farther from the tool than it reaches in any direction.
+  const float most = std::max(kToolReach, kToolShadowReach + thick + 0.08e-3f + 0.12f * (kToolShadowReach + 2 * radius));
+  const glm::vec3 axis = e - a;
+  const float along = glm::clamp(glm::dot(center - a, axis) / std::max(glm::dot(axis, axis), 1e-14f), 0.0f, 1.0f);
+  if (glm::length(a + along * axis - center) - radius > most) return false;
   for (int k = 0; k < kPieces; ++k) {
     const glm::vec3 from = glm::mix(a, e, static_cast<float>(k) / kPieces) - center,
                     to = glm::mix(a, e, static_cast<float>(k + 1) / kPieces) - center;

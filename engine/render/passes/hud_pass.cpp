@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <string_view>
 
@@ -85,6 +86,14 @@ struct Layout {
   }
 };
 
+std::string speed_text(const Hud& hud) { return fmt::format("{:.0f} krpm", hud.speed_krpm); }
+std::string force_text(const Hud& hud) { return fmt::format("{:.2f} N", hud.force); }
+/// Of the bar, in steps that are smaller than a pixel on most screens.
+double force_share(const Hud& hud) {
+  constexpr double kSteps = 256;
+  return hud.force_limit > 0 ? std::round(kSteps * std::clamp(hud.force / hud.force_limit, 0.0, 1.0)) / kSteps : 0.0;
+}
+
 Color force_color(double share) {
   // green to amber to red
   const double t = std::clamp(share, 0.0, 1.0);
@@ -95,8 +104,19 @@ Color force_color(double share) {
 
 }  // namespace
 
+std::string HudPass::shown(const Hud& hud, glm::ivec2 size) {
+  if (!hud.visible) return {};
+  return fmt::format("{}\n{}\n{}\n{}\n{}\n{} {} {} {} {} {} {}", hud.tool, hud.hint, speed_text(hud), force_text(hud),
+                     force_share(hud), hud.aspect, hud.upright[0].x, hud.upright[0].y, hud.upright[1].x,
+                     hud.upright[1].y, size.x, size.y);
+}
+
 void HudPass::prepare(PassContext& context, int slot, const Hud& hud, glm::ivec2 size) {
-  count = 0;
+  std::string says = shown(hud, size);
+  std::string& said_before = said[static_cast<std::size_t>(slot)];
+  if (says == said_before) return;
+  said_before = std::move(says);
+  count[static_cast<std::size_t>(slot)] = 0;
   if (!hud.visible) return;
   if (!atlas.image) {
     atlas = gpu::Image::create(context.device, {.size = {font::kWidth, font::kHeight},
@@ -111,7 +131,7 @@ void HudPass::prepare(PassContext& context, int slot, const Hud& hud, glm::ivec2
   const bool turned = std::abs(hud.upright[0].x) < 0.5;  // the panel stands on its side
   l.aspect = turned ? 1 / pixels : pixels;
   const double h = 0.062, margin = 0.05, pad = 0.035;
-  const std::string speed = fmt::format("{:.0f} krpm", hud.speed_krpm);
+  const std::string speed = speed_text(hud);
   const double wide = std::max(0.74, Layout::width(hud.tool, h) + Layout::width(speed, h) + 2 * pad + h);
   // Panel at the lower left: tool, speed, force.
   const glm::dvec2 lo{-l.aspect + margin, -1 + margin}, hi{lo.x + wide, lo.y + 0.245};
@@ -119,8 +139,8 @@ void HudPass::prepare(PassContext& context, int slot, const Hud& hud, glm::ivec2
   const double y1 = hi.y - pad - 0.75 * h, y2 = y1 - 1.35 * h;
   l.text({lo.x + pad, y1}, h, hud.tool, kInk);
   l.text({hi.x - pad - Layout::width(speed, h), y1}, h, speed, hud.speed_krpm > 0 ? kInk : kFaint);
-  const double share = hud.force_limit > 0 ? std::clamp(hud.force / hud.force_limit, 0.0, 1.0) : 0.0;
-  const std::string force = fmt::format("{:.2f} N", hud.force);
+  const double share = force_share(hud);
+  const std::string force = force_text(hud);
   const double bar_end = hi.x - pad - Layout::width("00.00 N", h) - 0.02;
   const glm::dvec2 bar_lo{lo.x + pad, y2 + 0.0}, bar_hi{bar_end, y2 + 0.5 * h};
   l.box(bar_lo, bar_hi, kTrack);
@@ -138,12 +158,13 @@ void HudPass::prepare(PassContext& context, int slot, const Hud& hud, glm::ivec2
   gpu::Buffer& buffer =
       vertices.at_least(context.device, slot, l.out.size() * sizeof(HudVertex), VK_BUFFER_USAGE_VERTEX_BUFFER_BIT);
   std::memcpy(buffer.memory.mapped, l.out.data(), l.out.size() * sizeof(HudVertex));
-  count = static_cast<std::uint32_t>(l.out.size());
+  count[static_cast<std::size_t>(slot)] = static_cast<std::uint32_t>(l.out.size());
 }
 
 void HudPass::mark(int slot, const glm::ivec2& size, Tiles& tiles) const {
-  const HudVertex* v = count ? vertices.buffers[static_cast<std::size_t>(slot)].mapped<HudVertex>() : nullptr;
-  for (std::uint32_t i = 0; i + 5 < count; i += 6) {
+  const std::uint32_t corners = count[static_cast<std::size_t>(slot)];
+  const HudVertex* v = corners ? vertices.buffers[static_cast<std::size_t>(slot)].mapped<HudVertex>() : nullptr;
+  for (std::uint32_t i = 0; i + 5 < corners; i += 6) {
     glm::vec2 lo(1e9f), hi(-1e9f);
     for (std::uint32_t k = 0; k < 6; ++k) {
       const glm::vec2 p(v[i + k].place[0], -v[i + k].place[1]);
@@ -158,7 +179,8 @@ void HudPass::mark(int slot, const glm::ivec2& size, Tiles& tiles) const {
 }
 
 void HudPass::record(PassContext& context, VkCommandBuffer commands, int slot, FrameStats& stats) {
-  if (!count) return;
+  const std::uint32_t corners = count[static_cast<std::size_t>(slot)];
+  if (!corners) return;
   if (!pipeline) {
     gpu::PipelineOptions o = context.scene_pipeline(kSpirv_hud_vert, kSpirv_hud_frag);
     o.bindings = {{0, sizeof(HudVertex), VK_VERTEX_INPUT_RATE_VERTEX}};
@@ -174,7 +196,7 @@ void HudPass::record(PassContext& context, VkCommandBuffer commands, int slot, F
   vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, pipeline);
   const VkDeviceSize zero = 0;
   vkCmdBindVertexBuffers(commands, 0, 1, &vertices.buffers[static_cast<std::size_t>(slot)].buffer, &zero);
-  vkCmdDraw(commands, count, 1, 0, 0);
+  vkCmdDraw(commands, corners, 1, 0, 0);
   ++stats.commands;
 }
 

@@ -123,8 +123,12 @@ struct HudPass {
   VkPipeline pipeline = VK_NULL_HANDLE;
   gpu::Image atlas;
   SlotBuffers vertices;
-  std::uint32_t count = 0;
-  /// Before the frame's descriptor set is written: the atlas exists from here on.
+  // Of each slot: what its vertices say, and how many they are.
+  std::array<std::string, gpu::FrameRing::kSlots> said;
+  std::array<std::uint32_t, gpu::FrameRing::kSlots> count{};
+  /// All that shows of it in a picture of this size, as bytes to compare: equal ones are the same pixels.
+  static std::string shown(const Hud& hud, glm::ivec2 size);
+  /// Before the frame's descriptor set is written: the atlas exists from here on. Lays out only what says something new.
   void prepare(PassContext& context, int slot, const Hud& hud, glm::ivec2 size);
   /// Where it stands in a picture of this size: after prepare().
   void mark(int slot, const glm::ivec2& size, Tiles& tiles) const;
