@@ -17,7 +17,7 @@ namespace {
 constexpr double kToothVoxel = 0.15e-3, kGumVoxel = 0.36e-3;     // m: they are looked at, not worked on
 // voxels, fine and coarse
 constexpr std::array<float, 2> kToothTolerance{0.15f, 0.45f}, kGumTolerance{0.12f, 0.30f};
-constexpr double kCoarseFrom = 25e-6;  // m
+constexpr double kCoarseFrom = 45e-6;  // m
 constexpr double kRootShown = 2.5e-3;                            // m below the gum's edge; neighbours end there
 constexpr double kReach = 3e-3;                                  // m around the tooth in which its distance is known
 constexpr double kGumInside = 0.4e-3;     // m, so deep does the gum reach into the working tooth, to leave no gap
