@@ -58,6 +58,8 @@ constexpr double kBridgeTime = 0.5;        // s for which the last contact's pla
 constexpr double kRejoinTime = 0.3;        // s for finding back from there to the surface without a step
 constexpr double kFadeTime = 0.1;          // s, time constant of a force that lost its patch
 constexpr double kFillWaits = 0.05;        // s that filling may wait for room
+constexpr double kOneSurface = 0.5;        // slope of the field below which a place lies midway between surfaces
+constexpr double kFillLook = 0.25;         // voxels between looks for something to fill on
 constexpr double kFillStep = 0.25;         // voxels a tick that a dome may grow
 constexpr int kCutHistory = 8192;          // cuts a late patch may lack
 constexpr double kWideStep = 0.2;          // samples of the wide patch that a head moves between two cuts in it
@@ -292,8 +294,17 @@ struct Servo::State {
       if (!patch.holds(end, reach + static_cast<double>(Sweep::kMargin))) return false;
       const FieldSample at = sample_linear_gradient(patch, end);
       const double slope = glm::length(at.gradient);
-      if (at.value > reach || (at.value > 0 && slope < 0.5)) return false;  // nothing there to put it on
-      filling.center = at.value > 0 ? end - at.value / slope * at.gradient / slope : end;
+      if (at.value > reach) return false;  // nothing there to put it on
+      filling.center = end;
+      if (at.value > 0 && slope >= kOneSurface) {
+        filling.center -= at.value / slope * at.gradient / slope;
+      } else if (at.value > 0) {  // midway between walls: on what lies before the instrument
+        const dvec3 ahead = X_WH.R * dvec3(0, 0, -1);
+        double way = 0;
+        while (way <= reach && sample_linear(patch, end + way * ahead) > 0) way += kFillLook;
+        if (way > reach) return false;
+        filling.center += way * ahead;
+      }
       filling.end = end;
       filling.radius = 0;
       filling.area = 1;

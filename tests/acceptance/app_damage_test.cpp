@@ -4,7 +4,9 @@
 
 #include "engine/app/scene.h"
 #include "engine/app/task/damage.h"
+#include "engine/app/picture/surroundings.h"
 #include "engine/base/units.h"
+#include "engine/session/score.h"
 #include "tests/support/program.h"
 
 namespace typodont {
@@ -61,6 +63,43 @@ TEST_F(Damage, IsNoneOfABurThatStandsStaysClearOrIsAProbe) {
   meter->add({{at({6, 0, 3.82})}});
   EXPECT_EQ(meter->result().neighbour_volume, 0);
   EXPECT_LT(meter->result().first, 0);
+}
+
+TEST_F(Damage, OfTheGumIsWhatTheTurningHeadWasInWithoutTheToothAndCostsPoints) {
+  folder.write("gum.json", scene(R"("surroundings": {"neighbours": [], "gum": {"margin_mm": [0, 0, -0.5], "thickness_mm": 1.2, "papilla_mm": 0, "length_mm": 12}},)"));
+  const Scene with_gum = read_scene(folder.path() / "gum.json");
+  const SurroundingsShape shape(read_surroundings(*with_gum.surroundings, volume_file(with_gum), with_gum.file.parent_path()));
+  ASSERT_TRUE(shape.has_gum());
+  // Counted anew where the head is held: what is gum and not tooth, on points twice as near as the meter's cells.
+  const dvec3 held = {0, 2.8e-3, -2.4e-3};
+  const double radius = 0.8e-3, step = 0.05e-3;
+  double expected = 0;
+  for (double x = -radius; x < radius; x += step) {
+    for (double y = -radius; y < radius; y += step) {
+      for (double z = -radius; z < radius; z += step) {
+        const dvec3 p(x, y, z);
+        if (glm::length(p) < radius && shape.gum(held + p) < 0 && shape.tooth(held + p) > 0) expected += step * step * step;
+      }
+    }
+  }
+  ASSERT_GT(expected, 0.1e-9);
+  auto meter = damage_meter(with_gum);
+  meter->add({{at(held * 1e3, 0)}});     // it stands
+  meter->add({{at(held * 1e3, 1e4, 1)}}); // a probe
+  EXPECT_EQ(meter->result().gum_volume, 0);
+  meter->add({{at(held * 1e3)}});
+  const session::DamageMeasures m = meter->result();
+  EXPECT_TRUE(m.gum);
+  EXPECT_NEAR(m.gum_volume / expected, 1, 0.15);
+  EXPECT_EQ(m.neighbour_volume, 0);
+
+  session::ScoreInput unharmed, harmed;
+  unharmed.before[1] = unharmed.after[1] = harmed.before[1] = harmed.after[1] = 100e-9;
+  unharmed.damage = session::DamageMeasures{false, true, 0, 0, -1};
+  harmed.damage = m;
+  const session::Score sound = session::score(unharmed, session::default_rules(unharmed)), hurt = session::score(harmed, session::default_rules(harmed));
+  EXPECT_EQ(sound.full, hurt.full);
+  EXPECT_LT(hurt.points, sound.points);
 }
 
 TEST_F(Damage, CostsPointsInTheReportAndIsNoItemOfASceneWithoutSurroundings) {

@@ -30,13 +30,21 @@ constexpr double kMostLead = 1.6e-3;     // m
 constexpr double kReactionTime = 0.05;   // s
 constexpr double kJoined = 0.6e-3;       // m; strokes that lie nearer are joined without lifting
 constexpr double kAbove = 1.0e-3;        // m over everything, to travel
-constexpr double kAside = 0.06e-3;       // m
-constexpr double kLeastPortion = 0.01e-9; // m³ of filling that is worth its way
+constexpr double kAside = 0.12e-3;       // m between places looked at for filling
+constexpr int kHeadPoints = 120;
+constexpr double kDown = 0.04e-3;        // m, how finely it is looked how far an instrument comes down
+constexpr double kFree = 0.1;            // voxels that stay between it and what it comes down on
+constexpr double kPortionHeight = 0.6, kLayer = 0.3, kPortionRadius = 0.98;  // shares of the instrument's reach
+constexpr double kBeside = 0.2e-3, kNudge = 0.02e-3; // m: so near a wall it is put against it, in such steps
+constexpr double kHeadFree = 0.5;        // voxels that a portion leaves between itself and the head
+constexpr double kOneSurface = 0.5;      // slope of the field below which a place lies midway between surfaces
+constexpr double kProud = 0.12e-3;       // m that an instrument's end stands above the contour at most
+constexpr double kWorthPortion = 0.015e-9; // m³ that is wanted at a place and worth a portion
 constexpr double kMostFilling = 0.5;     // s at one place
 constexpr double kRunUp = 1.0;           // s for the drill
 constexpr double kWorthIt = 0.9;         // another tool must leave less than this share of what the last one left
 constexpr double kLeastGain = 0.03;      // of the whole task, that a tool must bring
-constexpr int kMostRounds = 4;           // of doing and looking
+constexpr int kMostVain = 3, kMostCuts = 4;  // of doing and looking
 constexpr std::size_t kMostTools = 3;
 constexpr std::size_t kMostTried = 5;
 
@@ -46,6 +54,16 @@ double left_to_do(const session::Preparation& in) {
   for (std::size_t i = 0; i < in.after.distance.size(); ++i) {
     sum += std::abs(session::share_inside(static_cast<double>(in.after.distance[i])) -
                     session::share_inside(static_cast<double>(in.ideal.distance[i])));
+  }
+  return sum * in.frame.voxel * in.frame.voxel * in.frame.voxel;
+}
+
+/// m³ that should be full and are not.
+double missing_in(const session::Preparation& in) {
+  double sum = 0;
+  for (std::size_t i = 0; i < in.after.distance.size(); ++i) {
+    sum += std::max(0.0, session::share_inside(static_cast<double>(in.ideal.distance[i])) -
+                             session::share_inside(static_cast<double>(in.after.distance[i])));
   }
   return sum * in.frame.voxel * in.frame.voxel * in.frame.voxel;
 }
@@ -93,23 +111,29 @@ class Plan {
       take(static_cast<std::uint32_t>(which), !by_hand);
       for (const Stroke& s : strokes) {
         if (legs_.empty() || glm::length(s.from.p - legs_.back().to.p) > kJoined) go_over(s.from);
-        add(ExpertLeg::Kind::kCut, s.from);
+        add(by_hand ? ExpertLeg::Kind::kMove : ExpertLeg::Kind::kCut, s.from);
         add(by_hand ? ExpertLeg::Kind::kScrape : ExpertLeg::Kind::kCut, s.to);
       }
       lift();
     }
   }
 
-  /// Puts filling into what should be full, layer upon layer, until it stands above the contour everywhere.
-  void fill() {
-    std::size_t finest = tools_.size();
-    for (std::size_t i = 0; i < tools_.size(); ++i) {
-      if (tools_[i].fill == Tissue::kAir) continue;
-      if (finest == tools_.size() || tools_[i].fill_reach < tools_[finest].fill_reach) finest = i;
+  /// How many instruments of the tray fill.
+  std::size_t fillers() const {
+    return static_cast<std::size_t>(std::count_if(tools_.begin(), tools_.end(), [](const haptics::Tool& t) { return t.fill != Tissue::kAir; }));
+  }
+  /// Puts one layer of filling into what should be full: portions where the instrument comes down lowest, with the finest
+  /// instrument but `coarser`. Nothing where it stands above the contour everywhere.
+  void fill(std::size_t coarser) {
+    std::vector<std::uint32_t> by_reach;
+    for (std::uint32_t i = 0; i < tools_.size(); ++i) {
+      if (tools_[i].fill != Tissue::kAir) by_reach.push_back(i);
     }
-    if (finest < tools_.size()) fill_with(static_cast<std::uint32_t>(finest));
+    std::stable_sort(by_reach.begin(), by_reach.end(), [&](auto a, auto b) { return tools_[a].fill_reach < tools_[b].fill_reach; });
+    fill_with(by_reach[coarser]);
   }
 
+  bool idle() const { return legs_.empty(); }
   std::vector<ExpertLeg> take_legs() { return std::move(legs_); }
   haptics::TissueVolume take_state() { return std::move(state_); }
 
@@ -128,10 +152,9 @@ class Plan {
     lift();
     add(ExpertLeg::Kind::kMove, over(to));
   }
-  /// Up, across and down: what was just put down lies between.
-  void hop(const Pose& to, double by) {
+  /// Up, across at this height, and down: what was just put down lies between.
+  void hop(const Pose& to, double height) {
     Pose up = legs_.back().to, across = to;
-    const double height = std::max(glm::dot(up.p, axis_), glm::dot(to.p, axis_)) + by;
     up.p += (height - glm::dot(up.p, axis_)) * axis_;
     across.p += (height - glm::dot(to.p, axis_)) * axis_;
     add(ExpertLeg::Kind::kMove, up);
@@ -148,88 +171,186 @@ class Plan {
     if (drill) add(ExpertLeg::Kind::kWait, here, kRunUp);
   }
 
+  /// A place for a portion: the instrument's end stands over the surface, the portion grows from the point nearest to it.
+  struct Portion {
+    Pose X_WT;
+    dvec3 center;       // m
+    double height = 0;  // m along the axis, of the center
+    double aside = 0;   // voxels, from the nearest wall
+  };
+
   void fill_with(std::uint32_t which) {
     const haptics::Tool& tool = tools_[which];
-    const Pose upright{dvec3(0), toward(axis_)};
-    const dvec3 u = upright.R * dvec3(1, 0, 0), v = upright.R * dvec3(0, 1, 0), w = upright.R * dvec3(0, 0, 1);
-    const double half = tool.shape == haptics::HeadShape::kSphere ? tool.radius() : tool.length / 2;
-    const double reach = tool.fill_reach, spacing = 0.6 * reach;
-    std::vector<dvec3> head;
-    for (const haptics::HeadSample& sample : haptics::sample_head(tool, 60)) head.push_back(upright.R * sample.p_TQ);
+    session::Preparation layer = judge_.preparation(state_);
+    const Instrument instrument(tool, axis_);
+    std::vector<Portion> portions = places_for(instrument, layer);
+    if (portions.empty()) return;
+    // Along the walls first: what is left open there, no instrument reaches any more.
+    std::stable_sort(portions.begin(), portions.end(), [](const Portion& a, const Portion& b) { return a.aside < b.aside; });
+    double lowest = 1e9;
+    for (const Portion& portion : portions) lowest = std::min(lowest, portion.height);
+    const double above = top_of(layer.frame, layer.after) + instrument.half + kAbove;
+    bool any = false;
+    for (double window = kLayer * tool.fill_reach; !any && lowest + window < above; window *= 2) {  // higher, where below nothing is to be gained
+      for (const Portion& first : portions) {
+        if (first.height > lowest + window) continue;
+        // Once more: what was just put down is in the way.
+        const std::optional<Portion> portion = place_at(instrument, layer, glm::dot(first.X_WT.p, instrument.u), glm::dot(first.X_WT.p, instrument.v));
+        if (!portion || portion->height > lowest + window) continue;
+        const haptics::Fill dome(tool, portion->center, kPortionRadius * tool.fill_reach, portion->X_WT, layer.frame);
+        const double volume = put(dome, layer);
+        state_.fill(haptics::Fill(tool, portion->center, kPortionRadius * tool.fill_reach, portion->X_WT, state_.frame()));
+        if (!any) take(which, false);
+        any = true;
+        hop(portion->X_WT, above);
+        pedal_ = 1;
+        add(ExpertLeg::Kind::kWait, portion->X_WT, kMostFilling, volume);
+        pedal_ = 0;
+      }
+    }
+    if (any) lift();
+  }
 
-    session::Preparation layer = judge_.preparation(state_);  // and what was filled since
-    dvec3 lo(1e9), hi(-1e9);
-    const glm::ivec3 n = layer.after.size;
-    for (int x = 0; x < n.x; ++x) {
-      for (int y = 0; y < n.y; ++y) {
-        for (int z = 0; z < n.z; ++z) {
-          const std::size_t i = layer.after.at(x, y, z);
-          if (layer.after.distance[i] < 0 || layer.ideal.distance[i] >= 0) continue;
-          const dvec3 p = layer.frame.to_world(dvec3(x, y, z)), q(glm::dot(p, u), glm::dot(p, v), glm::dot(p, w));
+  /// The dome into the layer; m³ that came.
+  static double put(const haptics::Fill& dome, session::Preparation& layer) {
+    const glm::ivec3 from = glm::max(dome.lo(), glm::ivec3(0)), to = glm::min(dome.hi(), layer.after.size - 1);
+    if (glm::any(glm::lessThan(to, from))) return 0;
+    const std::size_t at = layer.after.at(from.x, from.y, from.z), row = static_cast<std::size_t>(layer.after.size.z);
+    PerTissue added{};
+    dome.lower(from, to - from + 1, &layer.after.distance[at], &layer.tissue[at], row * static_cast<std::size_t>(layer.after.size.y), row,
+               &added);
+    return std::accumulate(added.begin(), added.end(), 0.0) * std::pow(layer.frame.voxel, 3);
+  }
+
+  /// A tool that fills, held upright.
+  struct Instrument {
+    const haptics::Tool& tool;
+    dquat R_WT;
+    dvec3 u, v, w;            // its axes in W
+    double half;              // m from the head's middle to its free end
+    std::vector<dvec3> head;  // m, its surface in W, about its middle
+    haptics::HeadField field; // m
+    Instrument(const haptics::Tool& t, const dvec3& axis)
+        : tool(t),
+          R_WT(toward(axis)),
+          u(R_WT * dvec3(1, 0, 0)),
+          v(R_WT * dvec3(0, 1, 0)),
+          w(R_WT * dvec3(0, 0, 1)),
+          half(t.shape == haptics::HeadShape::kSphere ? t.radius() : t.length / 2),
+          field(t, 1) {
+      for (const haptics::HeadSample& sample : haptics::sample_head(t, kHeadPoints)) head.push_back(R_WT * sample.p_TQ);
+    }
+  };
+
+  /// Where a portion would bring something that is wanted.
+  static std::vector<Portion> places_for(const Instrument& instrument, const session::Preparation& layer) {
+    glm::dvec2 lo(1e9), hi(-1e9);
+    for (int x = 0; x < layer.after.size.x; ++x) {
+      for (int y = 0; y < layer.after.size.y; ++y) {
+        for (int z = 0; z < layer.after.size.z; ++z) {
+          if (!to_fill(layer, layer.after.at(x, y, z))) continue;
+          const dvec3 p = layer.frame.to_world(dvec3(x, y, z));
+          const glm::dvec2 q(glm::dot(p, instrument.u), glm::dot(p, instrument.v));
           lo = glm::min(lo, q), hi = glm::max(hi, q);
         }
       }
     }
-    if (lo.x > hi.x) return;
-    bool taken = false;
-    for (double c = lo.z; c <= hi.z + 0.6 * reach; c += 0.5 * spacing) {
-      for (double b = lo.y; b <= hi.y + 0.5 * spacing; b += spacing) {
-        for (double a = lo.x; a <= hi.x + 0.5 * spacing; a += spacing) {
-          const dvec3 end = a * u + b * v + c * w;  // of the instrument
-          const dvec3 q = layer.frame.to_voxels(end);
-          // Over or inside what is to be filled, in the open, with something in reach to put it on, and not yet standing
-          // above the contour here.
-          const double ideal = layer.ideal.sample(q) * layer.frame.voxel, is = layer.after.sample(q) * layer.frame.voxel;
-          if (is < -0.4 * reach || is > 0.8 * reach || ideal > 0.6 * reach) continue;
-          bool below = false;  // something is to be filled within the dome
-          for (double depth = 0; depth < reach && !below; depth += 0.1e-3) {
-            const dvec3 p = layer.frame.to_voxels(end - depth * w);
-            below = layer.ideal.sample(p) < 0.5 && layer.after.sample(p) > 0 && opening(layer, p);
-          }
-          if (!below) continue;
-          // The head beside it where a wall is in its way.
-          Pose X_WT{end + half * w, upright.R};
-          const auto clear = [&] {
-            return std::all_of(head.begin(), head.end(), [&](const dvec3& h) {
-              return layer.after.sample(layer.frame.to_voxels(X_WT.p + h)) > -0.1;
-            });
-          };
-          bool fits = clear();
-          for (double aside = 0; !fits && aside < tool.radius() + spacing; aside += kAside) {
-            const dvec3 slope = layer.after.gradient(layer.frame.to_voxels(X_WT.p - (half - tool.radius()) * w), 2);
-            const dvec3 level = slope - glm::dot(slope, w) * w;
-            if (!(glm::length(level) > 0.1)) break;
-            X_WT.p += kAside * glm::normalize(level);
-            fits = clear();
-          }
-          if (!fits) continue;
-          const dvec3 at_end = layer.frame.to_voxels(X_WT.p - half * w), g = layer.after.gradient(at_end);
-          const double gap = layer.after.sample(at_end) * layer.frame.voxel;
-          if (gap < 0.05e-3 || gap > 0.8 * reach || !(glm::length(g) > 0.3)) continue;
-          const dvec3 center = X_WT.p - half * w - gap * glm::normalize(g);
-          const haptics::Fill dome(tool, center, 0.9 * reach, X_WT, layer.frame);
-          const glm::ivec3 from = glm::max(dome.lo(), glm::ivec3(0)), to = glm::min(dome.hi(), n - 1);
-          if (glm::any(glm::lessThan(to, from))) continue;
-          const std::size_t at = layer.after.at(from.x, from.y, from.z), row = static_cast<std::size_t>(n.z);
-          PerTissue added{};
-          dome.lower(from, to - from + 1, &layer.after.distance[at], &layer.tissue[at], row * static_cast<std::size_t>(n.y), row, &added);
-          const double volume = std::accumulate(added.begin(), added.end(), 0.0) * std::pow(layer.frame.voxel, 3);
-          if (volume < kLeastPortion) continue;
-          state_.fill(haptics::Fill(tool, center, 0.9 * reach, X_WT, state_.frame()));
-          if (!taken) take(which, false);
-          taken = true;
-          hop(X_WT, 1.6 * reach);
-          pedal_ = 1;
-          add(ExpertLeg::Kind::kWait, X_WT, kMostFilling, volume);
-          pedal_ = 0;
+    const double edge = 0.5 * instrument.tool.fill_reach;
+    std::vector<Portion> portions;
+    for (double b = lo.y - edge; b <= hi.y + edge; b += kAside) {
+      for (double a = lo.x - edge; a <= hi.x + edge; a += kAside) {
+        if (const auto portion = place_at(instrument, layer, a, b)) portions.push_back(*portion);
+      }
+    }
+    return portions;
+  }
+
+  /// Down at this place until the instrument stands on something, and up again by what a portion is to be high.
+  static std::optional<Portion> place_at(const Instrument& instrument, const session::Preparation& layer, double a, double b) {
+    const double half = instrument.half, reach = instrument.tool.fill_reach, h = layer.frame.voxel;
+    const auto at = [&](double c) { return a * instrument.u + b * instrument.v + c * instrument.w; };
+    const auto end = [&](double c) { return layer.frame.to_voxels(at(c - half)); };
+    const auto clear = [&](double c) {
+      return std::all_of(instrument.head.begin(), instrument.head.end(), [&](const dvec3& p) {
+        return layer.after.sample(layer.frame.to_voxels(at(c) + p)) > kFree;
+      });
+    };
+    const dvec3 size = dvec3(layer.after.size - 1) * h;
+    const double middle = glm::dot(layer.frame.to_world(dvec3(layer.after.size - 1) * 0.5), instrument.w), span = 0.5 * glm::length(size);
+    double c = middle + span + half;
+    while (c > middle - span && clear(c - kDown)) c -= kDown;
+    // Up against the wall beside it: a slit between the two would stay open.
+    dvec3 aside = layer.after.gradient(end(c + reach));
+    aside -= glm::dot(aside, instrument.w) * instrument.w;
+    if (layer.after.sample(end(c + reach)) * h < instrument.tool.radius() + kBeside && glm::length(aside) > kOneSurface) {
+      const dvec3 step = kNudge * glm::normalize(aside);
+      for (double moved = 0; moved < kBeside; moved += kNudge) {
+        a -= glm::dot(step, instrument.u), b -= glm::dot(step, instrument.v);
+        if (clear(c)) continue;
+        a += glm::dot(step, instrument.u), b += glm::dot(step, instrument.v);
+        break;
+      }
+    }
+    const auto below = [&] {  // m to what lies below the end
+      double way = 0;
+      while (way < reach && layer.after.sample(end(c - way)) > 0) way += kDown;
+      return way;
+    };
+    for (const double from = c; below() < kPortionHeight * reach && c < from + kPortionHeight * reach; c += 0.5 * kDown) {
+      if (layer.ideal.sample(end(c)) * h > kProud) break;
+    }
+    const double gap = layer.after.sample(end(c)) * h;
+    if (gap <= 0 || gap > reach) return std::nullopt;
+    // As the servo finds it: the nearest surface, or midway between walls what lies below.
+    dvec3 center = at(c - half);
+    const dvec3 g = layer.after.gradient(end(c));
+    if (glm::length(g) >= kOneSurface) {
+      center -= gap * glm::normalize(g);
+    } else {
+      const double way = below();
+      if (way >= reach) return std::nullopt;
+      center -= way * instrument.w;
+    }
+    if (wanted_in(layer, instrument, at(c), center) < kWorthPortion) return std::nullopt;
+    return Portion{{at(c), instrument.R_WT}, center, glm::dot(center, instrument.w), layer.after.sample(end(c + reach))};
+  }
+
+  /// m³ that should be full, are not, and would be by a portion about `center` under the instrument.
+  static double wanted_in(const session::Preparation& in, const Instrument& instrument, const dvec3& held_W, const dvec3& center_W) {
+    const dvec3 c = in.frame.to_voxels(center_W);
+    const double r = kPortionRadius * instrument.tool.fill_reach / in.frame.voxel;
+    const dquat R_TW = glm::conjugate(instrument.R_WT);
+    const glm::ivec3 lo = glm::max(glm::ivec3(glm::ceil(c - r)), glm::ivec3(0)), hi = glm::min(glm::ivec3(glm::floor(c + r)), in.after.size - 1);
+    int count = 0;
+    for (int x = lo.x; x <= hi.x; ++x) {
+      for (int y = lo.y; y <= hi.y; ++y) {
+        for (int z = lo.z; z <= hi.z; ++z) {
+          const dvec3 p(x, y, z);
+          if (glm::length(p - c) > r || !to_fill(in, in.after.at(x, y, z))) continue;
+          if (instrument.field.distance(R_TW * (in.frame.to_world(p) - held_W)) > kHeadFree * in.frame.voxel) ++count;
         }
       }
     }
-    if (taken) lift();
+    return count * in.frame.voxel * in.frame.voxel * in.frame.voxel;
   }
 
-  /// Open at the start of the task at this place: what is to be filled, not what only lies outside the tooth.
-  static bool opening(const session::Preparation& in, const dvec3& p) { return in.ideal.sample(p) < in.before.sample(p) - 0.2; }
+  /// Empty, and to be filled: not what only lies outside the tooth.
+  static bool to_fill(const session::Preparation& in, std::size_t i) {
+    return in.after.distance[i] > 0 && in.ideal.distance[i] < 0 && in.ideal.distance[i] < in.before.distance[i] - 0.2f;
+  }
+
+  /// m along the axis, of the highest tissue.
+  double top_of(const VoxelFrame& frame, const session::DenseField& field) const {
+    double top = -1e9;
+    for (int x = 0; x < field.size.x; ++x) {
+      for (int y = 0; y < field.size.y; ++y) {
+        for (int z = 0; z < field.size.z; ++z) {
+          if (field.distance[field.at(x, y, z)] < 0) top = std::max(top, glm::dot(frame.to_world(dvec3(x, y, z)), axis_));
+        }
+      }
+    }
+    return top;
+  }
 
   double whole_;  // m³
   std::span<const haptics::Tool> tools_;
@@ -253,20 +374,35 @@ Expert::Expert(const Scene& scene, const haptics::TissueVolume& start) : scene_(
 
 std::vector<ExpertLeg> Expert::plan(const haptics::TissueVolume& now) {
   Plan plan(scene_, now, judge_, whole_);
-  plan.fill();
-  plan.cut(/*by_hand=*/false);
-  plan.cut(/*by_hand=*/true);
+  // What the finest instrument leaves open under its own filling, one that reaches farther gets at.
+  const double missing = missing_in(judge_.preparation(now));
+  vain_ = missing > missing_ - kWorthPortion ? vain_ + 1 : 0;
+  missing_ = std::min(missing_, missing);
+  if (vain_ > kMostVain) vain_ = 0, ++instrument_;
+  if (cuts_ == 0) {
+    for (; instrument_ < plan.fillers() && plan.idle(); ++instrument_) {
+      plan.fill(instrument_);
+      if (!plan.idle()) break;
+    }
+  }
   std::vector<ExpertLeg> legs = plan.take_legs();
+  if (!legs.empty()) {
+    ++layers_;
+  } else if (cuts_ < kMostCuts) {
+    plan.cut(/*by_hand=*/false);
+    plan.cut(/*by_hand=*/true);
+    legs = plan.take_legs();
+    if (!legs.empty()) ++cuts_;
+  }
   planned_ = plan.take_state();
-  if (legs.empty() && plans_ == 0) {
+  if (legs.empty() && layers_ + cuts_ == 0) {
     throw Error(scene_.file.string(), "\"tools\"", "no tool that brings the tissue nearer to the task's ideal", "one that cuts or fills there");
   }
-  ++plans_;
   return legs;
 }
 
 void run_expert(HapticLoop& loop, ExpertHand& hand, Expert& expert, const std::function<void(const ServoTick&, const Cut*)>& each) {
-  for (int round = 0; round < kMostRounds; ++round) {
+  while (true) {
     loop.run(hand, [&](const ServoTick& tick, const Cut* cut) {
       each(tick, cut);
       hand.see(tick);

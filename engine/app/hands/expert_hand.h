@@ -37,7 +37,8 @@ class Expert {
  public:
   /// Throws Error where the task names no ideal.
   Expert(const Scene& scene, const haptics::TissueVolume& start);
-  /// From how it is now; empty where nothing is left that is worth it. Throws Error where the tray has nothing that could
+  /// What to do next, from how it is now: a layer of filling, or all cutting and carving. Empty where nothing is left that is
+  /// worth it. Throws Error where the tray has nothing that could
   /// begin.
   std::vector<ExpertLeg> plan(const haptics::TissueVolume& now);
   /// What a hand of endless patience would leave by the last plan, without a servo.
@@ -48,7 +49,10 @@ class Expert {
   TaskJudge judge_;
   double whole_;  // m³ that the task changes
   std::optional<haptics::TissueVolume> planned_;
-  int plans_ = 0;
+  int layers_ = 0, cuts_ = 0;  // planned so far
+  double missing_ = 1e9;       // m³ of filling, at the least when it looked
+  int vain_ = 0;               // layers in a row that brought nothing
+  std::size_t instrument_ = 0; // that fills, from the finest
 };
 
 class ExpertHand final : public haptics::HapticDevice {
