@@ -28,6 +28,7 @@ endif()
 if(TYPODONT_WINDOW)
   find_package(glfw3 CONFIG REQUIRED)
   pkg_check_modules(IMGUI REQUIRED IMPORTED_TARGET imgui)
+  pkg_check_modules(XEXT REQUIRED IMPORTED_TARGET x11 xext)
 endif()
 if(TYPODONT_OPENXR)
   find_package(OpenXR CONFIG REQUIRED)  # its headers: the loader is opened at run time, in a headset only

@@ -147,8 +147,9 @@ struct Compositor::Impl {
 Compositor::Compositor(gpu::Device& device) : impl_(std::make_unique<Impl>(device)) {}
 Compositor::~Compositor() = default;
 
-void Compositor::record(VkCommandBuffer commands, const gpu::Image& pictures, Layout layout, const Target& target,
-                        int slot, int first_row, const std::array<std::vector<Part>, 2>* changed) {
+std::optional<std::vector<Part>> Compositor::record(VkCommandBuffer commands, const gpu::Image& pictures, Layout layout,
+                                                    const Target& target, int slot, int first_row,
+                                                    const std::array<std::vector<Part>, 2>* changed) {
   Impl& m = *impl_;
   m.inputs.fill(m.device, static_cast<std::size_t>(slot), 0, m.sampler, pictures.alias_view);
   const VkDescriptorSet set = m.inputs.sets[static_cast<std::size_t>(slot)];
@@ -206,6 +207,13 @@ void Compositor::record(VkCommandBuffer commands, const gpu::Image& pictures, La
                   target.final_layout, VK_PIPELINE_STAGE_2_COLOR_ATTACHMENT_OUTPUT_BIT,
                   VK_ACCESS_2_COLOR_ATTACHMENT_WRITE_BIT, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT,
                   VK_ACCESS_2_MEMORY_READ_BIT);
+  if (!parts) return std::nullopt;
+  std::vector<Part> drawn;
+  for (const auto& of_eye : *parts)
+    for (const VkRect2D& r : of_eye)
+      if (r.extent.width > 0 && r.extent.height > 0)
+        drawn.push_back({r.offset.x, r.offset.y, static_cast<int>(r.extent.width), static_cast<int>(r.extent.height)});
+  return drawn;
 }
 
 }  // namespace typodont::display

@@ -27,7 +27,7 @@ struct Target {
   bool kept = false;  // what was last composed into this image is still there
 };
 
-/// Pixels of an eye's picture.
+/// Pixels of a picture.
 struct Part {
   int x = 0, y = 0, width = 0, height = 0;
 };
@@ -42,8 +42,9 @@ class Compositor {
 
   /// `pictures`: two layers or one, in SHADER_READ_ONLY layout. `first_row`: where the target begins on the panel, so
   /// that the rows of a row-interleaved panel keep their eye wherever the window stands. `changed`: what of each eye's
-  /// picture is new since the last record(); a target that kept an earlier frame gets no more than it lacks.
-  void record(VkCommandBuffer commands, const gpu::Image& pictures, Layout layout, const Target& target, int slot,
+  /// picture is new since the last record(); a target that kept an earlier frame gets no more than it lacks. Returns
+  /// the parts of the target that are drawn; nothing: all of it.
+  std::optional<std::vector<Part>> record(VkCommandBuffer commands, const gpu::Image& pictures, Layout layout, const Target& target, int slot,
               int first_row = 0, const std::array<std::vector<Part>, 2>* changed = nullptr);
 
  private:
@@ -76,8 +77,8 @@ class Output {
   virtual ~Output() = default;
   /// The next target, or nothing: minimised, or lost for the moment. Throws RunFailure when it is lost for good.
   virtual std::optional<Target> acquire() = 0;
-  /// Shows what was drawn into the last target; call after submitting.
-  virtual void present() = 0;
+  /// Shows what was drawn into the last target: all of it, or these parts of it; call after submitting.
+  virtual void present(const std::optional<std::vector<Part>>& drawn = std::nullopt) = 0;
   virtual ivec2 size() const = 0;
   /// Whether anybody could see a picture there: not in a window that is minimised.
   virtual bool visible() const { return true; }

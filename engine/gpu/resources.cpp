@@ -74,13 +74,15 @@ Image Image::create(Device& device, const ImageOptions& options) {
                                .mipLevels = 1,
                                .arrayLayers = options.layers,
                                .samples = static_cast<VkSampleCountFlagBits>(options.samples),
-                               .tiling = VK_IMAGE_TILING_OPTIMAL,
+                               .tiling = options.mapped ? VK_IMAGE_TILING_LINEAR : VK_IMAGE_TILING_OPTIMAL,
                                .usage = options.usage,
                                .initialLayout = VK_IMAGE_LAYOUT_UNDEFINED};
   check(vkCreateImage(device.device, &info, nullptr, &image.image), "vkCreateImage");
   VkMemoryRequirements requirements;
   vkGetImageMemoryRequirements(device.device, image.image, &requirements);
-  image.memory = device.allocate(requirements, 0, VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT, true);
+  constexpr VkMemoryPropertyFlags kMapped = VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT;
+  image.memory = options.mapped ? device.allocate(requirements, kMapped, VK_MEMORY_PROPERTY_HOST_CACHED_BIT, true)
+                                : device.allocate(requirements, 0, VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT, true);
   check(vkBindImageMemory(device.device, image.image, image.memory.memory, image.memory.offset), "vkBindImageMemory");
   constexpr VkImageUsageFlags kViewed =
       VK_IMAGE_USAGE_SAMPLED_BIT | VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT | VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT;
@@ -91,6 +93,13 @@ Image Image::create(Device& device, const ImageOptions& options) {
   for (std::uint32_t layer = 0; layer < options.layers; ++layer)
     image.layer_views.push_back(create_view(device, image, options.format, layer, 1, VK_IMAGE_VIEW_TYPE_2D));
   return image;
+}
+
+Image::Rows Image::rows(Device& device) const {
+  const VkImageSubresource all{options.aspect, 0, 0};
+  VkSubresourceLayout lies{};
+  vkGetImageSubresourceLayout(device.device, image, &all, &lies);
+  return {memory.mapped + lies.offset, static_cast<std::size_t>(lies.rowPitch)};
 }
 
 void Image::destroy(Device& device) {

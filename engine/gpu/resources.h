@@ -36,6 +36,7 @@ struct ImageOptions {
   int samples = 1;
   VkImageUsageFlags usage = 0;
   VkImageAspectFlags aspect = VK_IMAGE_ASPECT_COLOR_BIT;
+  bool mapped = false;  // rows one after another in memory that the host reads: what a processor draws needs no copy
 };
 
 struct Image {
@@ -48,6 +49,12 @@ struct Image {
 
   static Image create(Device& device, const ImageOptions& options);
   void destroy(Device& device);
+  /// Of a mapped image of one layer. No frame may be drawing it.
+  struct Rows {
+    const std::byte* first = nullptr;
+    std::size_t pitch = 0;  // bytes from one to the next
+  };
+  Rows rows(Device& device) const;
 };
 
 /// One image barrier over all layers.

@@ -2,7 +2,9 @@
 // does to the window in between.
 #include <gtest/gtest.h>
 
+#include <array>
 #include <chrono>
+#include <optional>
 #include <random>
 #include <thread>
 
@@ -23,6 +25,7 @@ struct Window : testing::Test {
   std::optional<display::Compositor> compositor;
   std::unique_ptr<display::Output> window;
   render::Frame frame = frame_of(desk(0.03, 0.0225, 0.35));
+  bool shown_in_parts = false;
 
   void SetUp() override {
     ASSERT_GT(desktop.process, 0) << "Xvfb is needed (apt install xvfb)";
@@ -45,25 +48,37 @@ struct Window : testing::Test {
     device.destroy();
   }
 
-  /// One frame; false where there was nothing to show it on.
-  bool show() {
-    frame.lights.ambient += 1e-6;  // a new frame
+  /// One frame; false where there was nothing to show it on. `parts`: only the tool moves, and the window is given no
+  /// more than what changed.
+  bool show(bool parts = false) {
+    if (parts) {
+      frame.tool.visible = true;
+      frame.tool.X_WG.p.x += 2e-5;
+    } else {
+      frame.lights.ambient += 1e-6;  // a new frame
+    }
     const VkCommandBuffer commands = ring.begin(device);
     renderer->record(commands, frame, ring.slot(), ring.submitted, ring.finished);
     const auto target = window->acquire();
+    std::array<std::vector<display::Part>, 2> changed;
+    for (int e = 0; e < 2; ++e)
+      for (const render::PixelBox& b : renderer->redrawn(e))
+        changed[static_cast<std::size_t>(e)].push_back({b.x, b.y, b.width, b.height});
+    std::optional<std::vector<display::Part>> drawn;
     if (target)
-      compositor->record(commands, renderer->pictures(), display::Layout::kSideBySide, *target, ring.slot(),
-                         window->first_row());
+      drawn = compositor->record(commands, renderer->pictures(), display::Layout::kSideBySide, *target, ring.slot(),
+                                 window->first_row(), parts ? &changed : nullptr);
     ring.submit(device, target ? target->ready : VK_NULL_HANDLE, target ? target->done : VK_NULL_HANDLE);
-    if (target) window->present();
+    if (target) window->present(drawn);
+    shown_in_parts = drawn.has_value();
     EXPECT_FALSE(window->poll().close);
     EXPECT_FALSE(window->poll().close);  // by the second one it is shown
     return target.has_value();
   }
-  bool shown_as_drawn(glm::ivec2 size) {
+  bool shown_as_drawn(glm::ivec2 size, bool parts = false) {
     // The desktop shows a frame a little after it was presented.
     for (int attempt = 0; attempt < 100; ++attempt) {
-      show();
+      show(parts);
       const render::Picture screen = desktop.screen(size);
       const render::Picture eyes[2] = {
           {kEye, gpu::read_back(device, renderer->pictures(), 0, VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL)},
@@ -93,6 +108,15 @@ TEST_F(Window, ShowsTheComposedPictureAndSurvivesResizing) {
   window->resize({320, 200});
   for (int i = 0; i < 20; ++i) show();
   EXPECT_EQ(window->size(), glm::ivec2(320, 200));
+}
+
+TEST_F(Window, GivenOnlyWhatChangedItShowsTheRestAsItWas) {
+  EXPECT_TRUE(shown_as_drawn({400, 300}));
+  for (int i = 0; i < 20; ++i) EXPECT_TRUE(show(true));
+  EXPECT_TRUE(shown_in_parts);
+  EXPECT_TRUE(shown_as_drawn({400, 300}, true));
+  window->resize({600, 450});
+  EXPECT_TRUE(shown_as_drawn({600, 450}, true)) << "all of it, where nothing was kept";
 }
 
 TEST_F(Window, SurvivesAStormOfSizes) {

@@ -277,10 +277,10 @@ render::FrameStats PictureStage::draw(const ServoTick& tick, std::span<const ren
       for (int e = 0; e < frame.views; ++e)
         for (const render::PixelBox& b : renderer_->redrawn(e))
           changed[static_cast<std::size_t>(e)].push_back({b.x, b.y, b.width, b.height});
-    compositor_->record(commands, renderer_->pictures(), screen.layout, *target, ring_.slot(), output_->first_row(),
-                        device_.processor && !uncovered ? &changed : nullptr);
+    const auto drawn = compositor_->record(commands, renderer_->pictures(), screen.layout, *target, ring_.slot(),
+                                           output_->first_row(), device_.processor && !uncovered ? &changed : nullptr);
     ring_.submit(device_, target->ready, target->done);
-    output_->present();
+    output_->present(drawn);
     // Recording and queueing here, drawing there, and on average half a refresh until the screen shows it.
     timing_.record += to_seconds(now() - acquired);
     timing_.shown = to_seconds(now() - began) + timing_.gpu + 0.5 * output_->refresh_period();

@@ -1,4 +1,5 @@
-// A window on the desktop, through GLFW. Resizing, minimising and a lost surface are ordinary events here; a lost
+// A window on the desktop, through GLFW; its picture presented by Vulkan, or, where a processor draws, through memory
+// shared with the desktop. Resizing, minimising and a lost surface are ordinary events here; a lost
 // device is reported to the caller, who sets everything up again.
 #define GLFW_INCLUDE_VULKAN
 #include <GLFW/glfw3.h>
@@ -12,6 +13,7 @@
 #include "engine/base/clock.h"
 #include "engine/base/error.h"
 #include "engine/display/output.h"
+#include "engine/display/rigs/shared_picture.h"
 
 namespace typodont::display {
 
@@ -64,8 +66,11 @@ class Window final : public Output {
       if (action == GLFW_PRESS && button < 3) self(w).events_.clicked[static_cast<std::size_t>(button)] = true;
     });
     try {
-      create_surface();
-      create_swapchain();
+      if (device.processor && !options.stereo_surface) shared_ = SharedPicture::open(device, window_);
+      if (!shared_) {
+        create_surface();
+        create_swapchain();
+      }
     } catch (...) {
       destroy();
       throw;
@@ -81,6 +86,15 @@ class Window final : public Output {
     if (!visible()) return std::nullopt;
     ivec2 size{0};
     glfwGetFramebufferSize(window_, &size.x, &size.y);
+    if (shared_) {
+      if (std::exchange(lost_, false) || stale_ || size != extent_) {
+        stale_ = !shared_->resize(size);
+        wanted_ = extent_ = size;
+        if (stale_) return std::nullopt;
+      }
+      exposed_ = false;
+      return shared_->target();
+    }
     if (lost_) {
       create_surface();
       lost_ = false;
@@ -105,7 +119,8 @@ class Window final : public Output {
 
   /// Where a processor draws, presenting waits until it has: meanwhile the next frame is prepared, and this one is
   /// shown with the next acquire(), or the second poll() when there is none.
-  void present() override {
+  void present(const std::optional<std::vector<Part>>& drawn) override {
+    parts_ = drawn;
     unshown_ = true;
     polls_ = 0;
     if (!device_.processor) show_finished();
@@ -113,6 +128,7 @@ class Window final : public Output {
 
   void show_finished() {
     if (!std::exchange(unshown_, false)) return;
+    if (shared_) return parts_ ? shared_->show(*parts_) : shared_->show_all();
     const VkPresentInfoKHR info{.sType = VK_STRUCTURE_TYPE_PRESENT_INFO_KHR,
                                 .waitSemaphoreCount = 1,
                                 .pWaitSemaphores = &done_[index_],
@@ -332,6 +348,7 @@ class Window final : public Output {
   }
 
   void destroy() {
+    shared_.reset();
     destroy_swapchain();
     if (surface_) vkDestroySurfaceKHR(device_.instance, surface_, nullptr);
     surface_ = VK_NULL_HANDLE;
@@ -342,6 +359,8 @@ class Window final : public Output {
   gpu::Device& device_;
   WindowOptions options_;
   GLFWwindow* window_ = nullptr;
+  std::unique_ptr<SharedPicture> shared_;  // in the place of all Vulkan presents with
+  std::optional<std::vector<Part>> parts_;  // of the last target, that were drawn
   VkSurfaceKHR surface_ = VK_NULL_HANDLE;
   VkSwapchainKHR swapchain_ = VK_NULL_HANDLE;
   VkFormat format_ = VK_FORMAT_UNDEFINED;

@@ -1,0 +1,150 @@
+#include "engine/display/rigs/shared_picture.h"
+
+#include <dlfcn.h>
+#include <sys/ipc.h>
+#include <sys/shm.h>
+// After the standard's and our own headers: Xlib defines names like None, Bool and Status as macros.
+#include <X11/Xlib.h>
+#include <X11/Xutil.h>
+#include <X11/extensions/XShm.h>
+
+#include <algorithm>
+#include <array>
+#include <cstring>
+#include <utility>
+
+namespace typodont::display {
+
+namespace {
+
+bool refused;  // by the X server, while attaching
+int note_refusal(::Display*, XErrorEvent*) {
+  refused = true;
+  return 0;
+}
+
+class XPicture final : public SharedPicture {
+ public:
+  XPicture(gpu::Device& device, ::Display* display, ::Window window, const XWindowAttributes& looks)
+      : device_(device), display_(display), window_(window), visual_(looks.visual), depth_(looks.depth),
+        context_(XCreateGC(display, window, 0, nullptr)) {}
+  ~XPicture() override {
+    drop();
+    XFreeGC(display_, context_);
+  }
+  XPicture(const XPicture&) = delete;
+  XPicture& operator=(const XPicture&) = delete;
+
+  bool resize(ivec2 size) override {
+    drop();
+    size_ = size;
+    shared_ = XShmCreateImage(display_, visual_, static_cast<unsigned>(depth_), ZPixmap, nullptr, &segment_,
+                              static_cast<unsigned>(size.x), static_cast<unsigned>(size.y));
+    if (!shared_) return false;
+    if (shared_->bits_per_pixel != 32 || shared_->byte_order != LSBFirst) return drop(), false;
+    const auto bytes = static_cast<std::size_t>(shared_->bytes_per_line) * static_cast<std::size_t>(size.y);
+    segment_.shmid = ::shmget(IPC_PRIVATE, bytes, IPC_CREAT | 0600);
+    if (segment_.shmid < 0) return drop(), false;
+    void* memory = ::shmat(segment_.shmid, nullptr, 0);
+    if (memory != reinterpret_cast<void*>(-1)) {
+      segment_.shmaddr = shared_->data = static_cast<char*>(memory);
+      segment_.readOnly = True;  // to the server
+      refused = false;
+      XSync(display_, False);
+      const auto before = XSetErrorHandler(note_refusal);
+      attached_ = XShmAttach(display_, &segment_) != 0;
+      XSync(display_, False);
+      XSetErrorHandler(before);
+      attached_ = attached_ && !refused;
+    }
+    ::shmctl(segment_.shmid, IPC_RMID, nullptr);  // it goes with the last of us that holds it, however we end
+    if (!attached_) return drop(), false;
+    image_ = gpu::Image::create(device_, {.size = {static_cast<std::uint32_t>(size.x), static_cast<std::uint32_t>(size.y)},
+                                          .format = VK_FORMAT_B8G8R8A8_UNORM,
+                                          .usage = VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT,
+                                          .mapped = true});
+    return true;
+  }
+
+  Target target() override {
+    return {.image = image_.image,
+            .layers = {image_.layer_views[0]},
+            .size = size_,
+            .format = image_.options.format,
+            .final_layout = VK_IMAGE_LAYOUT_GENERAL,
+            .kept = std::exchange(drawn_, true)};
+  }
+
+  void show(std::span<const Part> parts) override {
+    // All that was submitted: the last frame, which nothing follows yet.
+    gpu::check(vkQueueWaitIdle(device_.queue), "vkQueueWaitIdle");
+    XSync(display_, False);  // the server has read the frame before
+    const gpu::Image::Rows rows = image_.rows(device_);
+    for (const Part& p : parts) {
+      for (int y = p.y; y < p.y + p.height; ++y) {
+        const auto row = static_cast<std::size_t>(y), left = 4 * static_cast<std::size_t>(p.x);
+        std::memcpy(shared_->data + row * static_cast<std::size_t>(shared_->bytes_per_line) + left,
+                    rows.first + row * rows.pitch + left, 4 * static_cast<std::size_t>(p.width));
+      }
+      XShmPutImage(display_, window_, context_, shared_, p.x, p.y, p.x, p.y, static_cast<unsigned>(p.width),
+                   static_cast<unsigned>(p.height), False);
+    }
+    XFlush(display_);
+  }
+  void show_all() override { show(std::array{Part{0, 0, size_.x, size_.y}}); }
+
+ private:
+  void drop() {
+    vkDeviceWaitIdle(device_.device);
+    image_.destroy(device_);
+    drawn_ = false;
+    if (std::exchange(attached_, false)) {
+      XShmDetach(display_, &segment_);
+      XSync(display_, False);
+    }
+    if (char* memory = std::exchange(segment_.shmaddr, nullptr)) ::shmdt(memory);
+    if (shared_) {
+      shared_->data = nullptr;
+      XDestroyImage(shared_);
+      shared_ = nullptr;
+    }
+  }
+
+  gpu::Device& device_;
+  ::Display* display_;
+  ::Window window_;
+  ::Visual* visual_;
+  int depth_;
+  ::GC context_;
+  ivec2 size_{0};
+  gpu::Image image_;
+  bool drawn_ = false, attached_ = false;
+  XImage* shared_ = nullptr;
+  XShmSegmentInfo segment_{};
+};
+
+}  // namespace
+
+std::unique_ptr<SharedPicture> SharedPicture::open(gpu::Device& device, GLFWwindow* window) {
+  // A GLFW made for another desktop has no such functions.
+  const auto display_of = reinterpret_cast<::Display* (*)()>(::dlsym(RTLD_DEFAULT, "glfwGetX11Display"));
+  const auto window_of = reinterpret_cast<::Window (*)(GLFWwindow*)>(::dlsym(RTLD_DEFAULT, "glfwGetX11Window"));
+  if (!display_of || !window_of) return nullptr;
+  ::Display* display = display_of();
+  if (!display || !XShmQueryExtension(display)) return nullptr;
+  const ::Window id = window_of(window);
+  XWindowAttributes looks{};
+  if (!XGetWindowAttributes(display, id, &looks)) return nullptr;
+  const ::Visual& v = *looks.visual;
+  if (v.red_mask != 0xff0000 || v.green_mask != 0xff00 || v.blue_mask != 0xff) return nullptr;
+  VkImageFormatProperties can{};
+  if (vkGetPhysicalDeviceImageFormatProperties(device.physical, VK_FORMAT_B8G8R8A8_UNORM, VK_IMAGE_TYPE_2D,
+                                               VK_IMAGE_TILING_LINEAR, VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT, 0,
+                                               &can) != VK_SUCCESS)
+    return nullptr;
+  auto picture = std::make_unique<XPicture>(device, display, id, looks);
+  if (!picture->resize({1, 1})) return nullptr;  // the server is on another machine
+  return picture;
+}
+
+}  // namespace typodont::display
