@@ -23,6 +23,8 @@ class Ring {
   }
   /// Consumer thread.
   bool pop(T& value) noexcept { return queue_.pop(value); }
+  /// Consumer thread: how many values are there to pop; more may come meanwhile.
+  std::size_t ready() const noexcept { return queue_.read_available(); }
   /// Any thread: how many values found no room.
   std::uint64_t dropped() const noexcept { return dropped_.load(std::memory_order_relaxed); }
 

@@ -11,13 +11,7 @@
 
 namespace typodont {
 
-namespace {
-
 using namespace std::chrono_literals;
-
-
-
-}  // namespace
 
 void recorder_thread(LiveSession& s, session::SessionWriter& writer) {
   Wiring& wiring = s.wiring;
@@ -27,13 +21,16 @@ void recorder_thread(LiveSession& s, session::SessionWriter& writer) {
     Cut cut;
     PatchUse use;
     StrokeEdit edit;
+    // What these ticks name, patches and cuts, came before them; what later ones name may come after it was looked for
+    // here, and a program killed then would leave ticks without it.
+    const std::size_t ticks = wiring.ticks_to_recorder.ready();
     while (wiring.patches_to_recorder.pop(use)) writer.append({&use, 1});
     // After the patches: the edit that made one of them due is then there too.
     while (wiring.edits_to_recorder.pop(edit)) writer.append(event_of(edit));
     LoosePiece piece;
     while (wiring.pieces_to_recorder.pop(piece)) writer.append(event_of(piece));
     while (wiring.cuts_to_recorder.pop(cut)) writer.append({&cut, 1});
-    while (wiring.ticks_to_recorder.pop(tick)) {
+    for (std::size_t i = 0; i < ticks && wiring.ticks_to_recorder.pop(tick); ++i) {
       writer.append({&tick, 1});
       s.notes->add(tick, writer);
     }
