@@ -440,8 +440,9 @@ void drilling_rows(const BenchOptions& options, std::vector<BenchRow>& rows) {
                                                 {"round 4 mm", head(HeadShape::kSphere, 4e-3, 4e-3)},
                                                 {"flame 1.2 x 4 mm", head(HeadShape::kFlame, 1.2e-3, 4e-3)},
                                                 {"cylinder 1 x 4 mm", head(HeadShape::kCylinder, 1e-3, 4e-3)}};
-  for (const auto& [name, tool] : heads) {
-    const std::string knob = fmt::format("{}, voxel {:g} mm", name, voxel_mm);
+  for (const auto& named : heads) {
+    const Tool& tool = named.second;
+    const std::string knob = fmt::format("{}, voxel {:g} mm", named.first, voxel_mm);
     ServoSettings settings;
     settings.tool = tool;
     settings.spindle.free_speed = 300e3 / 60 * 2 * kPi;
