@@ -101,6 +101,7 @@ struct Window : testing::Test {
 };
 
 TEST_F(Window, ShowsTheComposedPictureAndSurvivesResizing) {
+  EXPECT_EQ(window->size(), glm::ivec2(400, 300)) << "before its first frame, too";
   EXPECT_TRUE(shown_as_drawn({400, 300}));
   window->resize({600, 450});
   EXPECT_TRUE(shown_as_drawn({600, 450})) << "stretched into the larger window";

@@ -67,7 +67,9 @@ class Window final : public Output {
     });
     try {
       if (device.processor && !options.stereo_surface) shared_ = SharedPicture::open(device, window_);
-      if (!shared_) {
+      if (shared_) {
+        fit_shared();
+      } else {
         create_surface();
         create_swapchain();
       }
@@ -87,11 +89,7 @@ class Window final : public Output {
     ivec2 size{0};
     glfwGetFramebufferSize(window_, &size.x, &size.y);
     if (shared_) {
-      if (std::exchange(lost_, false) || stale_ || size != extent_) {
-        stale_ = !shared_->resize(size);
-        wanted_ = extent_ = size;
-        if (stale_) return std::nullopt;
-      }
+      if ((std::exchange(lost_, false) || stale_ || size != extent_) && !fit_shared()) return std::nullopt;
       exposed_ = false;
       return shared_->target();
     }
@@ -236,6 +234,14 @@ class Window final : public Output {
     }
     gpu::check(result, "swapchain");
     return false;
+  }
+
+  /// False where there is no memory to share any more; asked again with the next frame.
+  bool fit_shared() {
+    glfwGetFramebufferSize(window_, &wanted_.x, &wanted_.y);
+    extent_ = glm::max(wanted_, ivec2(1));
+    stale_ = !shared_->resize(extent_);
+    return !stale_;
   }
 
   void create_surface() {
