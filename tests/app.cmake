@@ -17,6 +17,9 @@ if(TYPODONT_WINDOW)
   typodont_test(acceptance_operator KIND acceptance SOURCES acceptance/app_operator_test.cpp LIBS typodont_render SERIAL)
   target_compile_definitions(acceptance_operator PRIVATE TYPODONT_PROGRAM="$<TARGET_FILE:typodont>")
   add_dependencies(acceptance_operator typodont)
+  typodont_test(acceptance_player KIND acceptance SOURCES acceptance/app_player_test.cpp LIBS typodont_render)
+  target_compile_definitions(acceptance_player PRIVATE TYPODONT_PROGRAM="$<TARGET_FILE:typodont>")
+  add_dependencies(acceptance_player typodont)
 endif()
 if(NOT TYPODONT_SANITIZE)  # a sanitizer's shadow needs all the address space
   typodont_test(stress_program KIND stress SOURCES stress/program_exhaustion_test.cpp stress/program_stall_test.cpp
