@@ -48,6 +48,12 @@ bool look(vec3 p, out float d, out vec3 g) {
   return true;
 }
 
+// How near the way from a to b comes to c.
+float passes(vec3 a, vec3 b, vec3 c) {
+  vec3 way = b - a;
+  return length(c - a - clamp(dot(c - a, way) / max(dot(way, way), 1e-20), 0.0, 1.0) * way);
+}
+
 // The finest dust is mist, as in engine/app/debris_view.cpp.
 void show(uint s, vec3 p, float diameter, float chip, float bytes) {
   bool mist = chip < 12e-6;
@@ -71,17 +77,19 @@ void main() {
   own.place.w += dt;
   if (rate < 0.0) rate = drag_rate(length(v), diameter, own.chip.y);  // just born
   bool resting = rate >= kStuck;
+  vec3 before = p;
   if (!resting) {
     float keep = 1.0 / (1.0 + rate * dt);
     if (sink.w != 0.0) {
       vec3 d = sink.xyz - p;
-      float r2 = dot(d, d) + 1e-12;
-      v += (1.0 - keep) / keep * sink.w / (r2 * sqrt(r2)) * d;
+      float r2 = dot(d, d) + 1e-12, r = sqrt(r2);
+      // A step is as long as a picture: the air carries as far as to the nozzle, not beyond it.
+      v += (1.0 - keep) / keep * min(sink.w / r2, r / dt) / r * d;
     }
     v = (v + gravity.xyz * dt) * keep;
     p += v * dt;
   }
-  if (sink.w != 0.0 && length(sink.xyz - p) < air.z) {
+  if (sink.w != 0.0 && passes(before, p, sink.xyz) < air.z) {
     mass = 0.0;
     v = vec3(0.0);
     rate = kStuck;

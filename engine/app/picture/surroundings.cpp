@@ -215,7 +215,11 @@ Surroundings make_surroundings(const SurroundingsPlan& plan) {
                             corner & 4 ? tooth.high().z : tooth.low().z}));
     auto [fine, coarse] = meshes_of_field<2>(
         lo, hi, kToothVoxel, kToothTolerance, [&](const dvec3& p) { return shape.neighbour(copy, p); },
-        [&](const dvec3& p) { return tooth.tissue_at_surface(copy.to_tooth(p)); });
+        [&](const dvec3& p) {
+          // No pulp where the root ends, out of sight: cut open for teaching, one looks upon that end from within.
+          const Tissue found = tooth.tissue_at_surface(copy.to_tooth(p));
+          return found == Tissue::kPulp ? Tissue::kDentin : found;
+        });
     meshes.push_back({id++, lo, std::move(fine), std::move(coarse)});
   }
   if (!plan.gum) return result;
