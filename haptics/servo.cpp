@@ -51,6 +51,7 @@ constexpr double kUnpaid = 0.15e-3;        // J, … nor does a harder one store
 constexpr double kDebt = 2e-9;             // J, more than rounding costs
 constexpr double kTeethSlew = 4;           // N/s, of the tangential force of the teeth
 constexpr double kDamperSlew = 4;          // N/s, of the damper while cutting
+constexpr double kCutSlewInAll = 18;       // N/s: the teeth's force waits where with all that changes besides it would be more
 constexpr double kTeethAhead = 50;         // ticks for which the spindle's work must suffice, or that force shrinks
 constexpr double kFreeSlew = 14;           // N/s, of a force that ends because the bur broke through
 constexpr double kStaleTime = 0.02;        // s a patch may be due before that is a fault
@@ -126,6 +127,12 @@ dvec3 held_target(const dvec3& from, const dvec3& target, const dvec3& n, const 
   const double size = glm::length(change);
   if (size > most && glm::dot(change, lag) > 0) return target + lag - change * (1 - most / size);
   return target + lag;
+}
+
+/// The largest share of a step, 0..1, with |rest + share step| <= most, or what comes nearest to that.
+double largest_share(const dvec3& step, const dvec3& rest, double most) {
+  const double a = glm::dot(step, step), b = -glm::dot(step, rest), d = b * b - a * (glm::dot(rest, rest) - most * most);
+  return a > 0 ? std::clamp((b + std::sqrt(std::max(d, 0.0))) / a, 0.0, 1.0) : 1.0;
 }
 
 double travel_for(const Tool& tool, double voxel) {
@@ -741,11 +748,7 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
   if (at_a_pace) {
     const dvec3 step = c - c0, carried = (s.X_WG.p - s.last_hand.p) / h, shift = moved / h;
     const double pace = (s.breaking_through ? kFreeSlew : kCutSlew) * pace_per_slew;
-    if (glm::length(c - target - carried) > pace) {
-      // The largest share of the step with |share step - shift| <= pace, or what comes nearest to that.
-      const double a = glm::dot(step, step), b = glm::dot(step, shift), d = b * b - a * (glm::dot(shift, shift) - pace * pace);
-      if (a > 0) c = c0 + std::clamp((b + std::sqrt(std::max(d, 0.0))) / a, 0.0, 1.0) * step;
-    }
+    if (glm::length(c - target - carried) > pace) c = c0 + largest_share(step, -shift, pace) * step;
     lost = lost && !s.patch.holds(c, s.reach() + 1);
   }
   // Beyond the patch the last contact's plane goes on (the intermediate surface of Adachi 1995; Mark 1996) until the carver
@@ -900,7 +903,9 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
       spindle_force = tangential * s.head_force * glm::cross(axis, normal);
       const dvec3 change = spindle_force - s.teeth_force;
       const double size = glm::length(change), most = kTeethSlew * dt;
-      if (size > most) spindle_force = s.teeth_force + change * (most / size);
+      const dvec3 step = change * (size > most ? most / size : 1.0);
+      const dvec3 rest = force + s.teeth_force - s.last_force - s.last_teeth_force;
+      spindle_force = s.teeth_force + largest_share(step, rest, kCutSlewInAll * dt) * step;
       // Never more to the hand than the spindle itself has done.
       const double left = std::max(0.0, s.spindle_work - s.teeth_energy);
       const double needed = std::max(0.0, glm::dot(spindle_force, moved));
