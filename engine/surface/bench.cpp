@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "engine/base/measure.h"
-#include "engine/surface/mesh_export.h"
+#include "engine/contract/field_brick.h"
 #include "engine/surface/surface_mesher.h"
 
 namespace typodont::surface {
@@ -16,28 +16,9 @@ std::string knob(double tolerance) {
   return tolerance < 0 ? "full resolution" : fmt::format("tolerance {:g}", tolerance);
 }
 
-double greatest_error(const WholeMesh& mesh, const std::function<double(const glm::dvec3&)>& distance) {
-  constexpr int n = 6;
-  double worst = 0;
-  for (const auto& t : mesh.triangles) {
-    const glm::dvec3 a = mesh.vertices[t[0]].position, b = mesh.vertices[t[1]].position,
-                     c = mesh.vertices[t[2]].position;
-    for (int i = 0; i <= n; ++i) {
-      for (int j = 0; i + j <= n; ++j) {
-        const glm::dvec3 p =
-            (static_cast<double>(i) * a + static_cast<double>(j) * b + static_cast<double>(n - i - j) * c) /
-            static_cast<double>(n);
-        worst = std::max(worst, std::abs(distance(p)));
-      }
-    }
-  }
-  return worst;
-}
-
-}  // namespace
-
-std::vector<FieldBrick> bench_bricks(const glm::dvec3& low, const glm::dvec3& high,
-                                     const std::function<double(const glm::dvec3&)>& distance) {
+/// Bricks of a distance given by a formula, in voxels: those with surface within [low, high].
+std::vector<FieldBrick> bricks_of(const glm::dvec3& low, const glm::dvec3& high,
+                                  const std::function<double(const glm::dvec3&)>& distance) {
   std::vector<FieldBrick> bricks;
   const glm::ivec3 first(glm::floor(low / 16.0)), last(glm::floor(high / 16.0));
   FieldBrick brick;
@@ -63,11 +44,31 @@ std::vector<FieldBrick> bench_bricks(const glm::dvec3& low, const glm::dvec3& hi
   return bricks;
 }
 
+}  // namespace
+
+double greatest_error(const WholeMesh& mesh, const std::function<double(const glm::dvec3&)>& distance) {
+  constexpr int n = 6;
+  double worst = 0;
+  for (const auto& t : mesh.triangles) {
+    const glm::dvec3 a = mesh.vertices[t[0]].position, b = mesh.vertices[t[1]].position,
+                     c = mesh.vertices[t[2]].position;
+    for (int i = 0; i <= n; ++i) {
+      for (int j = 0; i + j <= n; ++j) {
+        const glm::dvec3 p =
+            (static_cast<double>(i) * a + static_cast<double>(j) * b + static_cast<double>(n - i - j) * c) /
+            static_cast<double>(n);
+        worst = std::max(worst, std::abs(distance(p)));
+      }
+    }
+  }
+  return worst;
+}
+
 std::vector<BenchRow> bench_sphere(const BenchOptions& options) {
   const double radius = 50;
   const glm::dvec3 centre(8.3, 7.6, 8.9);
   const auto sphere = [=](const glm::dvec3& p) { return glm::length(p - centre) - radius; };
-  const std::vector<FieldBrick> bricks = bench_bricks(centre - radius - 2.0, centre + radius + 2.0, sphere);
+  const std::vector<FieldBrick> bricks = bricks_of(centre - radius - 2.0, centre + radius + 2.0, sphere);
   std::vector<BenchRow> rows;
   for (const double tolerance : options.tolerances) {
     SurfaceMesher mesher({.tolerance = static_cast<float>(tolerance)});
@@ -89,49 +90,6 @@ std::vector<BenchRow> bench_sphere(const BenchOptions& options) {
     row.size = triangles;
       row.size_unit = "triangles";
     rows.push_back(row);
-  }
-  return rows;
-}
-
-std::vector<BenchRow> bench_tissue(std::span<const FieldBrick> whole, std::span<const FieldBrick> drilled,
-                                   double baseline, const BenchOptions& options) {
-  std::vector<BenchRow> rows;
-  for (const double tolerance : options.tolerances) {
-    const MesherOptions mesher_options{.tolerance = static_cast<float>(tolerance)};
-    double triangles = 0;
-    auto add = [&](const char* name, double time, const char* per) {
-      BenchRow row;
-      row.name = name;
-      row.knob = knob(tolerance);
-      row.error = std::max(tolerance, 0.0);
-      row.error_unit = "voxel, allowed beyond full resolution";
-      row.time_ns = time;
-      row.per = per;
-      row.size = triangles;
-      row.size_unit = "triangles";
-      if (baseline > 0) {
-        row.baseline = "OpenVDB volumeToMesh of the whole";
-        row.ratio = time / (baseline * 1e9);
-      }
-      rows.push_back(row);
-    };
-    const double time = measure(options.repeats, [&] {
-                          SurfaceMesher fresh(mesher_options);
-                          for (const FieldBrick& brick : whole) fresh.put(brick);
-                          fresh.remesh();
-                          triangles = static_cast<double>(fresh.triangle_count());
-                        }).median;
-    add("whole extraction", time, "whole");
-    if (drilled.empty()) continue;
-    SurfaceMesher mesher(mesher_options);
-    for (const FieldBrick& brick : whole) mesher.put(brick);
-    mesher.remesh();
-    const double frame = measure(options.repeats, [&] {
-                           for (const FieldBrick& brick : drilled) mesher.put(brick);
-                           mesher.remesh();
-                         }).median;
-    triangles = static_cast<double>(mesher.triangle_count());
-    add("drilling frame", frame, "frame");
   }
   return rows;
 }

@@ -2,12 +2,11 @@
 #pragma once
 
 #include <functional>
-#include <span>
 #include <string>
 #include <vector>
 
 #include "engine/contract/bench_row.h"
-#include "engine/contract/field_brick.h"
+#include "engine/surface/mesh_export.h"
 
 namespace typodont::surface {
 
@@ -17,17 +16,10 @@ struct BenchOptions {
   double floor_32 = 6.5e-6;                                  // s, the floor of a 32³ dirty block (a mean of 5–8 µs)
 };
 
-/// Bricks of a distance given by a formula, in voxels: those with surface within [low, high].
-std::vector<FieldBrick> bench_bricks(const glm::dvec3& low, const glm::dvec3& high,
-                                     const std::function<double(const glm::dvec3&)>& distance);
-
 /// A sphere of 50 voxels: N·ε/R in `error`, time per brick against the floor.
 std::vector<BenchRow> bench_sphere(const BenchOptions& options);
 
-/// Any tissue: whole extraction, and the update after one frame of drilling with a head of `radius` voxels, whose
-/// bricks (all that share samples with the cut) are `drilled`. `baseline` in s (0: none) is another mesher's time for
-/// the whole.
-std::vector<BenchRow> bench_tissue(std::span<const FieldBrick> whole, std::span<const FieldBrick> drilled,
-                                   double baseline, const BenchOptions& options);
+/// Greatest |distance| over a fine net of points on every triangle.
+double greatest_error(const WholeMesh& mesh, const std::function<double(const glm::dvec3&)>& distance);
 
 }  // namespace typodont::surface

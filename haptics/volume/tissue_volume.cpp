@@ -410,10 +410,13 @@ void TissueVolume::copy(const glm::ivec3& lo, const glm::ivec3& size, float* dis
         for (int x = std::max(x0, lo.x); x < std::min(x0 + n, end.x); ++x) {
           for (int y = std::max(y0, lo.y); y < std::min(y0 + n, end.y); ++y) {
             Tissue* row = tissue + ((static_cast<std::size_t>(x - lo.x)) * size.y + (y - lo.y)) * size.z - lo.z;
-            for (int z = std::max(z0, lo.z); z < std::min(z0 + n, end.z); ++z) {
-              const int label = data ? data[((x - x0) * n + (y - y0)) * n + (z - z0)] : tile;
-              row[z] = static_cast<Tissue>(label);
+            const int* labels = data ? data + ((x - x0) * n + (y - y0)) * n - z0 : nullptr;
+            if (labels && lo.z <= z0 && z0 + n <= end.z) {  // mostly; a length known beforehand is a few instructions
+              for (int z = 0; z < n; ++z) row[z0 + z] = static_cast<Tissue>(labels[z0 + z]);
+              continue;
             }
+            for (int z = std::max(z0, lo.z); z < std::min(z0 + n, end.z); ++z)
+              row[z] = static_cast<Tissue>(labels ? labels[z] : tile);
           }
         }
       }

@@ -26,6 +26,7 @@ std::vector<BenchRow> bench_recording(bool quick);
 std::vector<BenchRow> bench_latency(bool quick);
 std::vector<BenchRow> bench_scaling(bool quick);
 std::vector<BenchRow> bench_stability(bool quick);
+std::vector<BenchRow> bench_surface(bool quick);
 std::vector<BenchRow> bench_undo(bool quick);
 
 }  // namespace typodont

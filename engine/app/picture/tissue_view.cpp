@@ -58,11 +58,17 @@ void TissueView::look_beneath(const haptics::TissueVolume& volume, render::MeshU
   const double voxel = volume.frame().voxel;
   const auto own = [](const render::Vertex& v) { return v.tissue[v.second > 0.5f ? 1 : 0]; };
   if (update.vertices.empty()) return;
-  // Labels as far around the surface as anything looks, no farther: most of a brick holds none of it.
+  // Labels where they are looked for, no farther: under the corners and a little around them.
+  const auto reach_of = [&](const render::Vertex& v) {  // voxels
+    return static_cast<float>(std::min(depth_seen(own(v)) / voxel, static_cast<double>(kLook)));
+  };
   glm::vec3 low(update.vertices.front().p), high(low);
-  for (const render::Vertex& v : update.vertices) low = glm::min(low, v.p), high = glm::max(high, v.p);
-  const glm::ivec3 lo = glm::ivec3(glm::floor(dvec3(low) / voxel)) - kLook - 2;
-  const glm::ivec3 size = glm::ivec3(glm::ceil(dvec3(high) / voxel)) + kLook + 3 - lo;
+  for (const render::Vertex& v : update.vertices) {
+    const glm::vec3 end = v.p - reach_of(v) * static_cast<float>(voxel) * v.n;
+    low = glm::min(low, glm::min(v.p, end)), high = glm::max(high, glm::max(v.p, end));
+  }
+  const glm::ivec3 lo = glm::ivec3(glm::floor(dvec3(low) / voxel)) - 3;
+  const glm::ivec3 size = glm::ivec3(glm::ceil(dvec3(high) / voxel)) + 4 - lo;
   labels_.resize(static_cast<std::size_t>(size.x) * size.y * size.z);
   volume.copy(lo, size, nullptr, labels_.data());
   const auto label_at = [&](const glm::ivec3& i) -> const Tissue& {
@@ -93,9 +99,8 @@ void TissueView::look_beneath(const haptics::TissueVolume& volume, render::MeshU
         }
       if (first + second > 0) v.second = second / (first + second);
     }
-    const double depth = depth_seen(own(v));
-    if (depth == 0) continue;
-    const auto reach = static_cast<float>(std::min(depth / voxel, static_cast<double>(kLook)));  // voxels
+    const float reach = reach_of(v);
+    if (reach == 0) continue;
     // All of it lies within the labels, whose places are positive: cutting off is rounding down.
     const glm::vec3 start(dvec3(v.p) / voxel - dvec3(lo) + 0.5), inward = -v.n;
     const auto seen_at = [&](float way) { return label_at(glm::ivec3(start + way * inward)); };
