@@ -31,7 +31,7 @@ constexpr int kSettlingLooks = 8, kSettlingLooksCutting = 5;
 constexpr int kRefiningRounds = 6;         // of a head that does not cut
 constexpr double kStillConverges = 0.95;   // share that a step may be of the one before …
 constexpr double kMostGain = 10;           // … and how many steps may be made at once
-constexpr double kBlur = 0.35;            // what interpolation makes of a narrow cut: 0.09 where a ball is 3 voxels in radius, most at points
+constexpr double kBlur = 0.2;              // what interpolation makes of a narrow cut: 0.09 where a ball is 3 voxels in radius
 constexpr double kSamePoints = 0.3;        // contacts found less than this ago, in voxels of way, still serve
 constexpr double kToothGrip = 0.15;        // engaged teeth resist being led sideways up to this share of the push
 constexpr double kMostSlack = 1.0;         // deeper in one tick the surface that was found says nothing
@@ -667,8 +667,8 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
       finder.find(s.patch, {c, X_WT.R}, kContactRange, contacts);
       if (contacts.deepest() > ContactFinder::kSunk || head_clearance + s.reach() < 0) {
         finder.find_way_out(s.patch, {c, X_WT.R}, contacts);
-      } else if (may_cut && s.carved && contacts.count() > 1 && !in_debt) {
-        contacts.forgive(c0, c, kBlur);
+      } else if (look == 0 && may_cut && s.carved && contacts.count() > 1 && !in_debt) {
+        contacts.forgive(kBlur);
       }
       found_at = c;
       // One-sided wall (Wang 2009): tissue harder than what is being cut gives way by that much less; softer tissue never

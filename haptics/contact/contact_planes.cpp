@@ -461,7 +461,7 @@ bool ContactSet::add(const ContactPlane& plane) noexcept {
 void ContactSet::clear() noexcept {
   count_ = exact_count_ = added_ = 0;
   sunk_ = false;
-  engaged_area_ = deepest_ = forgiven_ = 0;
+  engaged_area_ = deepest_ = 0;
   engaged_normal_ = dvec3(0);
 }
 
@@ -548,23 +548,14 @@ void ContactFinder::find(const SurfacePatch& patch, const Pose& X_VT, double nea
   std::fill_n(set.rough_.yields, found.count, 1.0f);
 }
 
-/// What of an overlap of the head at `c` cannot be: it would reach back to where the head has emptied its place.
-double ContactSet::undue(const dvec3& n, double gap, const dvec3& c) const noexcept {
-  const double most = std::min(0.0, glm::dot(n, c - emptied_));
-  return std::clamp(most - gap, 0.0, forgiven_);
-}
-
-void ContactSet::forgive(const dvec3& emptied, const dvec3& c, double most) noexcept {
-  emptied_ = emptied;
-  forgiven_ = most;
+void ContactSet::forgive(double most) noexcept {
   for (int i = 0; i < count_; ++i) {
     float& gap = rough_.gap[i];
-    if (!(gap < 0)) continue;
-    const auto back = static_cast<float>(undue({rough_.nx[i], rough_.ny[i], rough_.nz[i]}, static_cast<double>(gap), c));
-    rough_.x[i] -= back * rough_.nx[i];
-    rough_.y[i] -= back * rough_.ny[i];
-    rough_.z[i] -= back * rough_.nz[i];
-    gap += back;
+    if (!(gap < 0) || static_cast<double>(gap) < -most) continue;
+    rough_.x[i] += gap * rough_.nx[i];
+    rough_.y[i] += gap * rough_.ny[i];
+    rough_.z[i] += gap * rough_.nz[i];
+    gap = 0;
   }
 }
 
@@ -642,13 +633,7 @@ bool ContactFinder::refine(const SurfacePatch& patch, const Pose& X_VT, ContactS
     }
     x += gain * slide;
   }
-  if (best.gap >= rough.gap + 0.5) {
-    best = rough;
-  } else if (set.forgiven_ > 0 && best.gap < 0) {
-    const double back = set.undue(best.n, best.gap, X_VT.p);
-    best.x -= back * best.n;
-    best.gap += back;
-  }
+  if (best.gap >= rough.gap + 0.5) best = rough;
   const bool rim = fine && touch_with_rim(patch, X_VT, best);
   set.put(i, X_VT.p, best);
   if (rim) set.put_beside(best);

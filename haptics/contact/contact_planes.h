@@ -51,9 +51,9 @@ class ContactSet {
     return origin_ + dvec3(rough_.x[i] - rough_.nx[i], rough_.y[i] - rough_.ny[i], rough_.z[i] - rough_.nz[i]);
   }
   void set_yields(int i, double yields) noexcept;
-  /// For a head at `c` that has emptied its place at `emptied` itself, both in voxels: planes that would overlap it there by
-  /// up to `most` do so by interpolation only, and are moved back to touch it there. So are those that are made exact later.
-  void forgive(const dvec3& emptied, const dvec3& c, double most) noexcept;
+  /// For a head in a place that it has emptied itself: planes that seem to overlap it by up to `most` voxels do so by
+  /// interpolation only, and are moved back to touch.
+  void forgive(double most) noexcept;
   void clear() noexcept;
   const RoughPlanes& rough() const { return rough_; }
   /// The head lies so deep that its own shape says nothing about the way out: see find_way_out().
@@ -71,7 +71,6 @@ class ContactSet {
 
   Exact* exact(int i) noexcept;
   void put_beside(const ContactPlane& rim) noexcept;
-  double undue(const dvec3& n, double gap, const dvec3& c) const noexcept;
   void put(int i, const dvec3& c, const ContactPlane& plane) noexcept;
 
   int count_ = 0, exact_count_ = 0, added_ = 0;
@@ -79,8 +78,6 @@ class ContactSet {
   double engaged_area_ = 0, deepest_ = 0;
   dvec3 engaged_normal_{0};
   dvec3 origin_{0};  // of the rough planes' points
-  dvec3 emptied_{0};
-  double forgiven_ = 0;  // voxels, the most; 0: nothing is
   RoughPlanes rough_{};
   std::array<Exact, kExact> exact_;
 };

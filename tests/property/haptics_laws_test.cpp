@@ -163,44 +163,6 @@ TEST(Cutting, EveryHeadDrillsSmoothlyAndItsSpindleNeverFeedsTheHandMoreThanItWor
   }
 }
 
-// In a cut no wider than a few voxels, of a flame's tip or a sharp rim, interpolation leaves as much tissue as a tick's
-// energy buys: the head must not wait for it, nor step to and fro between two places that it has emptied.
-TEST(Cutting, PointedAndSharpRimmedHeadsRemoveTheSameVolumeWhateverTheVoxelAndTheRate) {
-  struct Run {
-    const char* what;
-    HeadShape shape;
-    double diameter, length, push, swing, tilt, start;
-  };
-  for (const Run& run : {Run{"flame, upright", HeadShape::kFlame, 1.1_mm, 3.4_mm, 1.3, 0, 0, 0.03_mm},
-                         Run{"flame, swung", HeadShape::kFlame, 1.1_mm, 3.4_mm, 1.3, 1.0_mm, 0, 0.02_mm},
-                         Run{"flame, tilted", HeadShape::kFlame, 1.1_mm, 3.4_mm, 2.0, 0.3_mm, 0.4, 0.02_mm},
-                         Run{"inverted cone, pressed", HeadShape::kInvertedCone, 1.1_mm, 1.0_mm, 1.5, 0, 0, 0.02_mm}}) {
-    double first = 0;
-    for (const auto& [voxel_mm, rate] : {std::pair(0.1, 1000.0), std::pair(0.1, 4000.0), std::pair(0.05, 1000.0), std::pair(0.05, 4000.0)}) {
-      ServoSettings s;
-      s.tool.shape = run.shape;
-      s.tool.diameter = run.diameter;
-      s.tool.length = run.length;
-      s.spindle.free_speed = 240.0_krpm;
-      s.tick = 1 / rate;
-      char block[200];
-      std::snprintf(block, sizeof block, R"({"voxel_mm": %g, "solids": [{"tissue": "enamel", "solid": {"box": {"size_mm": [5,5,4]}}}]})", voxel_mm);
-      HapticBench bench(block, s);
-      dvec3 x(0, 0, 2.0_mm + run.start + run.length / 2 / std::cos(run.tilt)), v(0), f(0);
-      for (double t = 0; t < 0.8; t += s.tick) {
-        v += s.tick * (dvec3(2000 * (run.swing * std::sin(2 * kPi * t) - x.x), -2000 * x.y, -run.push) - 5.0 * v + f) / 0.15;
-        x += s.tick * v;
-        f = bench.tick({x, glm::angleAxis(run.tilt, dvec3(0, 1, 0))}, 1).f_T_W;
-        ASSERT_EQ(bench.last.faults, 0u);
-      }
-      const double removed = bench.last.removed[static_cast<std::size_t>(Tissue::kEnamel)];
-      if (first == 0) first = removed;
-      EXPECT_GT(removed, 0.03_mm3) << run.what;
-      EXPECT_NEAR(removed / first, 1, 0.02) << run.what << ", h = " << voxel_mm << " mm at " << rate << " Hz";
-    }
-  }
-}
-
 TEST(Coupling, IsTheImplicitStepOfAToolWithoutMassAndStaysAtRestAtAnyStiffnessAndTick) {
   // Zhao 2020, eq. 5, in one dimension: m Δv = h K (x_hand - x - h (v + Δv)), into a wall at 0 that nothing passes.
   const auto implicit_force = [](double m, double k, double h, double hand) {
