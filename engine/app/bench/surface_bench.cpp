@@ -3,13 +3,10 @@
 // volumeToMesh makes them, or the whole of TissueView, "picture": bricks read from the carver's volume, triangles, and
 // what is seen beneath the surface.
 #include <fmt/format.h>
-#include <openvdb/openvdb.h>
-#include <openvdb/tools/SignedFloodFill.h>
-#include <openvdb/tools/VolumeToMesh.h>
-#include <tbb/global_control.h>
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 
 #include "engine/app/bench/parts.h"
 #include "engine/app/picture/tissue_view.h"
@@ -19,15 +16,16 @@
 #include "engine/surface/bench.h"
 #include "engine/surface/mesh_export.h"
 #include "haptics/carver.h"
+#include "haptics/volume/mesh_baseline.h"
 
 namespace typodont {
 
 namespace {
 
-using openvdb::FloatGrid;
+using haptics::MeshBaseline;
 using namespace literals;
 
-constexpr float kBand = 4;  // voxels, of volumeToMesh's grids: OpenVDB's own are no narrower than 3
+constexpr double kBand = MeshBaseline::kBand;  // voxels
 
 /// The shipped molar, resampled.
 haptics::TissueVolume molar(double voxel) {
@@ -82,15 +80,8 @@ haptics::TissueVolume ball(double radius_voxels) {
       {}));
 }
 
-FloatGrid::Ptr level_set() {
-  auto grid = FloatGrid::create(kBand);
-  grid->setGridClass(openvdb::GRID_LEVEL_SET);
-  return grid;
-}
-
-FloatGrid::Ptr ball_grid(double radius) {
-  const FloatGrid::Ptr grid = level_set();
-  auto out = grid->getAccessor();
+std::unique_ptr<MeshBaseline> ball_grid(double radius) {
+  auto grid = std::make_unique<MeshBaseline>();
   const int reach = static_cast<int>(radius) + 15;
   for (int x = -reach; x <= reach; ++x)
     for (int y = -reach; y <= reach; ++y) {
@@ -102,28 +93,27 @@ FloatGrid::Ptr ball_grid(double radius) {
       for (int z = static_cast<int>(kCentre.z - far) - 1; z <= kCentre.z + far; ++z) {
         if (std::abs(z - kCentre.z) < near - 1) z = static_cast<int>(kCentre.z + near) - 1;
         const double d = glm::length(dvec3(x, y, z) - kCentre) - radius;
-        if (std::abs(d) < kBand) out.setValue({x, y, z}, static_cast<float>(d));
+        if (std::abs(d) < kBand) grid->set({x, y, z}, static_cast<float>(d));
       }
     }
-  openvdb::tools::signedFloodFill(grid->tree());
+  grid->finish();
   return grid;
 }
 
 /// What volumeToMesh takes: the same samples, in voxels.
-FloatGrid::Ptr grid_of(const haptics::TissueVolume& volume) {
+std::unique_ptr<MeshBaseline> grid_of(const haptics::TissueVolume& volume) {
   glm::ivec3 lo, hi;
   volume.bounds(lo, hi);
   const glm::ivec3 size = hi - lo + 1;
   std::vector<float> distance(static_cast<std::size_t>(size.x) * size.y * size.z);
   volume.copy(lo, size, distance.data(), nullptr);
-  const FloatGrid::Ptr grid = level_set();
-  auto out = grid->getAccessor();
+  auto grid = std::make_unique<MeshBaseline>();
   std::size_t s = 0;
   for (int x = 0; x < size.x; ++x)
     for (int y = 0; y < size.y; ++y)
       for (int z = 0; z < size.z; ++z)
-        if (const float d = distance[s++]; std::abs(d) < kBand) out.setValue({lo.x + x, lo.y + y, lo.z + z}, d);
-  openvdb::tools::signedFloodFill(grid->tree());
+        if (const float d = distance[s++]; std::abs(d) < kBand) grid->set(lo + glm::ivec3(x, y, z), d);
+  grid->finish();
   return grid;
 }
 
@@ -132,19 +122,12 @@ struct Extraction {
   surface::WholeMesh mesh;
 };
 
-Extraction volume_to_mesh(const FloatGrid& grid, int repeats) {
-  const tbb::global_control one(tbb::global_control::max_allowed_parallelism, 1);
-  std::vector<openvdb::Vec3s> points;
-  std::vector<openvdb::Vec3I> triangles;
-  std::vector<openvdb::Vec4I> quads;
+Extraction volume_to_mesh(const MeshBaseline& grid, int repeats) {
+  MeshBaseline::Mesh theirs;
   Extraction out;
-  out.ns = measure(repeats, [&] { openvdb::tools::volumeToMesh(grid, points, triangles, quads, 0.0, 0.0); }).median;
-  for (const auto& p : points) out.mesh.vertices.push_back({glm::vec3(p.x(), p.y(), p.z()), {}, Tissue::kEnamel});
-  for (const auto& t : triangles) out.mesh.triangles.push_back({t[0], t[1], t[2]});
-  for (const auto& q : quads) {
-    out.mesh.triangles.push_back({q[0], q[1], q[2]});
-    out.mesh.triangles.push_back({q[0], q[2], q[3]});
-  }
+  out.ns = grid.extract(repeats, theirs);
+  for (const glm::vec3& p : theirs.points) out.mesh.vertices.push_back({p, {}, Tissue::kEnamel});
+  for (const auto& t : theirs.triangles) out.mesh.triangles.push_back({t[0], t[1], t[2]});
   return out;
 }
 
@@ -234,7 +217,7 @@ void ball_row(int repeats, std::vector<BenchRow>& rows) {
   const dvec3 centre = kCentre - volume.frame().origin / volume.frame().voxel;
   const double allowed = error(surface::weld(view.mesher()), centre, radius);
   for (double finer = radius;; finer *= 1.1) {
-    const FloatGrid::Ptr grid = ball_grid(finer);
+    const auto grid = ball_grid(finer);
     if (error(volume_to_mesh(*grid, 1).mesh, kCentre, finer) > allowed && finer < 6 * radius) continue;
     const Extraction theirs = volume_to_mesh(*grid, repeats);
     for (const auto& [what, ns] : {std::pair{"triangles", quantile(times, 0.5)}, {"picture", picture}})
@@ -255,7 +238,6 @@ void ball_row(int repeats, std::vector<BenchRow>& rows) {
 }  // namespace
 
 std::vector<BenchRow> bench_surface(bool quick) {
-  openvdb::initialize();
   surface::BenchOptions options;
   if (quick) options.repeats = 3;
   std::vector<BenchRow> rows = surface::bench_sphere(options);
