@@ -1,4 +1,4 @@
-#include "haptics/volume/mesh_baseline.h"
+#include "haptics/mesh_baseline.h"
 
 #include <openvdb/openvdb.h>
 #include <openvdb/tools/SignedFloodFill.h>

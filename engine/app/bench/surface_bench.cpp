@@ -16,7 +16,7 @@
 #include "engine/surface/bench.h"
 #include "engine/surface/mesh_export.h"
 #include "haptics/carver.h"
-#include "haptics/volume/mesh_baseline.h"
+#include "haptics/mesh_baseline.h"
 
 namespace typodont {
 

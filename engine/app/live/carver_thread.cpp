@@ -18,7 +18,6 @@ namespace {
 
 using namespace std::chrono_literals;
 
-
 /// Writes a copy of the tissue beside the session, which goes on.
 class TissueSaver {
  public:
