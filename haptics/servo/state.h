@@ -4,7 +4,7 @@
 
 #include <vector>
 
-#include "haptics/contact/contact_planes.h"
+#include "haptics/contact/nearest_allowed.h"
 #include "haptics/contact/smooth_contacts.h"
 #include "haptics/cut_front.h"
 #include "haptics/forces/friction.h"
