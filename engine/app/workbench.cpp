@@ -103,6 +103,7 @@ struct Workbench::Impl {
   Nanos revived = -kReviveInterval;  // when the picture was last made anew
   std::uint32_t recent_faults = 0;
   bool drew_last = false;  // the last turn drew a frame
+  std::uint64_t ladder_cuts = 0;  // when the ladder last looked at a frame
   bool sucking = false;    // the suction is on
   std::string keys;  // what the hand and the keyboard do, drawn below the picture
   std::string failure;
@@ -556,13 +557,20 @@ void Workbench::Impl::draw() {
           {last_frame, dt, took.record, took.gpu, age + took.shown, stats.redrawn, ladder.place()});
     // Composing and presenting are the processor's work, too, where it plays the GPU: frames on end show what all takes.
     const bool on_end = std::exchange(drew_last, true) && stage->device().processor && !options.embedded;
-    if (ladder.frame_took(on_end && dt > 1.0 / 30 ? std::max(dt, took.cost()) : took.cost())) {
+    // Of a picture at rest only what its level of detail made finer is drawn anew, a few bricks at a time: cheap frames,
+    // which say nothing of what the next step would cost. Following them it would climb, refine, and fall for ever.
+    const bool refined = stats.redrawn < 1 && stage->tool_at_rest() && tick.cuts == ladder_cuts;
+    ladder_cuts = tick.cuts;
+    if (!refined && ladder.frame_took(on_end && dt > 1.0 / 30 ? std::max(dt, took.cost()) : took.cost())) {
       stage->set_quality(ladder.step());
       log::info("picture quality: {}, for a frame took {:.0f} ms", ladder.step().name, 1e3 * frame_seconds);
     }
   }
   if (!stats.drawn) drew_last = false;
-  if (!stats.drawn && !options.embedded) std::this_thread::sleep_for(4ms);
+  // Asking the desktop for news costs more than all the rest of a turn: where nothing moved for half a second it is asked
+  // forty times a second.
+  if (!stats.drawn && !options.embedded)
+    std::this_thread::sleep_for(last_frame - last_drawn > kNanosPerSecond / 2 ? 25ms : 4ms);
 }
 
 void Workbench::Impl::count(const render::FrameStats& frame) {
