@@ -407,7 +407,7 @@ EndSection
     if (process == 0) {
       close(fds[0]);
       const std::string fd = std::to_string(fds[1]), config = folder / "xorg.conf", log = folder / "xorg.log";
-      std::freopen((folder / "xorg.out").c_str(), "w", stderr);
+      if (!std::freopen((folder / "xorg.out").c_str(), "w", stderr)) _exit(126);
       execl(TYPODONT_XORG, "Xorg", "-displayfd", fd.c_str(), "-config", config.c_str(), "-logfile", log.c_str(), "-noreset", "-novtswitch",
             "-nolisten", "tcp", static_cast<char*>(nullptr));
       _exit(127);
@@ -418,7 +418,8 @@ EndSection
     close(fds[0]);
     setenv("DISPLAY", fmt::format(":{}", number).c_str(), 1);
     unsetenv("WAYLAND_DISPLAY");
-    for (const char* command : {"xrandr --addmode DUMMY1 1024x768", "xrandr --output DUMMY1 --mode 1024x768 --right-of DUMMY0"})
+    // The last: an output is connected once somebody has asked again.
+    for (const char* command : {"xrandr --addmode DUMMY1 1024x768", "xrandr --output DUMMY1 --mode 1024x768 --right-of DUMMY0", "xrandr --query > /dev/null"})
       EXPECT_EQ(std::system(command), 0) << command << "\n" << read_text(log());
   }
   ~TwoScreens() {

@@ -126,7 +126,7 @@ auto turned(Shape shape, double angle, const dvec3& by) {
 
 TEST(AnalyticCavities, OfAnySizeLeanTurnAndPlaceHaveTheirVolumeDepthTaperAndWidthToTheFieldsError) {
   Random random(21);
-  for (int i = 0; i < 16; ++i) {
+  for (int i = 0; i < 8; ++i) {
     const double a = 1.7e-3 + random.number(0.4e-3), b = 0.9e-3 + random.number(0.2e-3), d = 1.4e-3 + random.number(0.5e-3);
     const double lean = random.number(7) * kDegree, t = std::tan(lean);
     const dvec3 by(random.number(0.4e-3), random.number(0.4e-3), 0);
@@ -189,7 +189,7 @@ const Spoilt kSpoilt[] = {
     {"over_cut_depth_mm", 0.3, [](double by) { return without(tapered_box({1.4e-3 + 0.3e-3 * by, 1e-3}, 1.5e-3, 0)); }},
     {"under_cut_depth_mm", 0.3, [](double by) { return without(tapered_box({1.4e-3 - 0.3e-3 * by, 1e-3}, 1.5e-3, 0)); }},
     {"pulp_distance_mm", 0.25, [](double by) { return without(tapered_box({1.4e-3, 1e-3}, 1.5e-3 + 0.4e-3 * by, 0)); }},
-    {"pulp_exposed_mm2", 1, [](double by) { return without(tapered_box({1.4e-3, 1e-3}, 1.5e-3 + 0.8e-3 * by, 0)); }},
+    {"pulp_exposed_mm2", 1, [](double by) { return without(tapered_box({1.4e-3, 1e-3}, 1.85e-3 + 0.35e-3 * by, 0)); }},
     {"wall_thickness_mm", 0.4,
      [](double by) {
        DenseField cut = without(tapered_box({1.4e-3 + 0.4e-3 * by, 1e-3}, 1.5e-3, 0));
@@ -220,7 +220,7 @@ TEST(CavityLaws, EveryMeasureOfRealGeometryCostsTheMoreTheWorseItIs) {
       in.after = spoilt.worse(by);
       input.cavity = measure_cavity(in);
       const Score s = score(input, rules);
-      EXPECT_LT(s.points, last - 0.05) << spoilt.rule << " by " << by << ": " << s.items.front().value << " after " << both.ideal->floor_depth.value_or(0);
+      EXPECT_LT(s.points, last - 0.05) << spoilt.rule << " by " << by << ": " << s.items.front().value;
       last = s.points;
     }
   }

@@ -137,8 +137,11 @@ TEST_F(Exercise, ARuleWithoutATargetIsRefusedWithItsNameAndReplacesNothing) {
   for (const auto& entry : std::filesystem::directory_iterator(folder.path() / "scenes")) there.push_back(entry.path().filename().string());
   EXPECT_EQ(there, std::vector<std::string>{"pit.json"});
   // What the hand did has a usual target, and is there to begin with.
-  for (const RuleChoice& rule : rule_choices(base))
-    if (rule.name == "force_max_N") EXPECT_EQ(rule.target, 3);
+  for (const RuleChoice& rule : rule_choices(base)) {
+    if (rule.name == "force_max_N") {
+      EXPECT_EQ(rule.target, 3);
+    }
+  }
 }
 
 TEST_F(Exercise, ABroughtInToothStandsUprightWhereTheRigsLook) {
