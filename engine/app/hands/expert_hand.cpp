@@ -178,7 +178,7 @@ class Plan {
     dvec3 center;       // m
     double radius = 0;  // m
     double height = 0;  // m along the axis, of the center
-    double aside = 0;   // voxels, from the nearest wall
+    int enclosed = 0;    // voxels of tissue in reach about the center
   };
 
   void fill_with(std::uint32_t which) {
@@ -187,8 +187,8 @@ class Plan {
     const Instrument instrument(tool, axis_);
     std::vector<Portion> portions = places_for(instrument, layer);
     if (portions.empty()) return;
-    // Along the walls first: what is left open there, no instrument reaches any more.
-    std::stable_sort(portions.begin(), portions.end(), [](const Portion& a, const Portion& b) { return a.aside < b.aside; });
+    // Corners first, then along the walls: what is left open there, no instrument reaches any more.
+    std::stable_sort(portions.begin(), portions.end(), [](const Portion& a, const Portion& b) { return a.enclosed > b.enclosed; });
     double lowest = 1e9;
     for (const Portion& portion : portions) lowest = std::min(lowest, portion.height);
     const double above = top_of(layer.frame, layer.after) + instrument.half + kAbove;
@@ -314,15 +314,14 @@ class Plan {
       if (way >= reach) return std::nullopt;
       center -= way * instrument.w;
     }
-    const double radius = portion_radius(layer, instrument, at(c), center);
-    if (radius <= 0) return std::nullopt;
-    return Portion{{at(c), instrument.R_WT}, center, radius, glm::dot(center, instrument.w), layer.after.sample(end(c + reach))};
+    Portion portion{{at(c), instrument.R_WT}, center, 0, glm::dot(center, instrument.w), 0};
+    return measure_portion(layer, instrument, portion) ? std::optional(portion) : std::nullopt;
   }
 
-  /// How large a portion about `center` under the instrument brings most of what should be full and is not, for the least
-  /// that is to be carved away again; nothing where it would not be worth it. m
-  static double portion_radius(const session::Preparation& in, const Instrument& instrument, const dvec3& held_W, const dvec3& center_W) {
-    const dvec3 c = in.frame.to_voxels(center_W);
+  /// How large a portion there brings most of what should be full and is not, for the least that is to be carved away
+  /// again; false where it would not be worth it.
+  static bool measure_portion(const session::Preparation& in, const Instrument& instrument, Portion& portion) {
+    const dvec3 c = in.frame.to_voxels(portion.center);
     const double most = kPortionRadius * instrument.tool.fill_reach / in.frame.voxel;
     const dquat R_TW = glm::conjugate(instrument.R_WT);
     const glm::ivec3 lo = glm::max(glm::ivec3(glm::ceil(c - most)), glm::ivec3(0)), hi = glm::min(glm::ivec3(glm::floor(c + most)), in.after.size - 1);
@@ -333,21 +332,25 @@ class Plan {
           const dvec3 p(x, y, z);
           const double away = glm::length(p - c);
           const std::size_t i = in.after.at(x, y, z);
-          if (away > most || in.after.distance[i] <= 0) continue;
-          if (instrument.field.distance(R_TW * (in.frame.to_world(p) - held_W)) <= kHeadFree * in.frame.voxel) continue;
+          if (away > most) continue;
+          if (in.after.distance[i] <= 0) {
+            ++portion.enclosed;
+            continue;
+          }
+          if (instrument.field.distance(R_TW * (in.frame.to_world(p) - portion.X_WT.p)) <= kHeadFree * in.frame.voxel) continue;
           ++(to_fill(in, i) ? wanted : excess)[static_cast<std::size_t>(away)];
         }
       }
     }
-    double gain = 0, best = 0, radius = 0, sum = 0;
+    double gain = 0, best = 0, sum = 0;
     for (std::size_t k = 0; k < wanted.size(); ++k) {
       sum += wanted[k];
       gain += wanted[k] - kCarvedAgain * excess[k];
       if (gain <= best || sum * std::pow(in.frame.voxel, 3) < kWorthPortion) continue;
       best = gain;
-      radius = std::min(static_cast<double>(k + 1), most) * in.frame.voxel;
+      portion.radius = std::min(static_cast<double>(k + 1), most) * in.frame.voxel;
     }
-    return radius;
+    return portion.radius > 0;
   }
 
   /// Empty, and to be filled: not what only lies outside the tooth.
