@@ -104,7 +104,7 @@ class Output {
   virtual int first_row() const { return 0; }
   /// The keyboard is this window's from now on.
   virtual void take_focus() {}
-  /// Another window fills this monitor: this one moves to the next, where there is one.
+  /// Another window fills this monitor: this one moves to the next, where there is one, and becomes no larger than that.
   virtual void leave_monitor(int) {}
   /// s between two pictures of the screen; 0 for a picture in memory.
   virtual double refresh_period() const { return 0; }
@@ -122,6 +122,7 @@ struct WindowOptions {
   std::string title = "Typodont";
   ivec2 size{1280, 720};
   int output = -1;                      // full screen on this monitor; −1: a window
+  bool fits_screen = false;             // a window is made no larger than the screen has room for
   bool stereo_surface = false;          // two layers, for frame-sequential displays
   bool composed = false;                // a Compositor fills it: where a processor draws, its targets are memory
   double most_frames_per_second = 120;  // where presenting does not wait for the screen

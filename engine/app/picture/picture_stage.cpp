@@ -15,6 +15,12 @@ namespace {
 
 constexpr double kReadEvery = 0.1;  // s between numbers of the writing: quicker ones nobody reads
 
+/// What no pixel tells apart: a hundredth of what one shows of the tool.
+bool looks_same(const Pose& a, const Pose& b) {
+  const dquat turn = a.R * (glm::dot(a.R, b.R) < 0 ? -1.0 : 1.0) - b.R;
+  return glm::length(a.p - b.p) <= 1e-7 && glm::length(turn) <= 2.5e-6;  // m; half an angle in rad
+}
+
 constexpr const char* shape_name(haptics::HeadShape shape) {
   switch (shape) {
     case haptics::HeadShape::kSphere:
@@ -228,7 +234,9 @@ render::FrameStats PictureStage::draw(const ServoTick& tick, std::span<const ren
   if (rig_.mirror) frame.background = render::Background::kBlack;
 
   angle_ = std::fmod(angle_ + tick.spindle * dt, 2 * kPi);
-  frame.tool = {options_.tool, tick.X_WG, angle_, tick.spindle};
+  at_rest_ = looks_same(tick.X_WG, shown_at_);
+  if (!at_rest_) shown_at_ = tick.X_WG;
+  frame.tool = {options_.tool, shown_at_, angle_, tick.spindle};
   frame.mirror = mirror_;
   frame.view = view_;
   frame.section = section_;

@@ -30,6 +30,8 @@ void ensure_glfw() {
   if (!glfwVulkanSupported()) throw Error("window", "", "no Vulkan on this desktop", "a Vulkan driver that presents");
 }
 
+const ivec2 kTitle(0, 30);  // a desktop's title bar stands above the window
+
 class Window final : public Output {
  public:
   Window(gpu::Device& device, const WindowOptions& options) : device_(device), options_(options) {
@@ -46,6 +48,10 @@ class Window final : public Output {
       monitor = monitors[options.output];
       const GLFWvidmode* mode = glfwGetVideoMode(monitor);
       size = {mode->width, mode->height};
+    } else if (options.fits_screen && glfwGetPrimaryMonitor()) {
+      ivec2 lo, room{0};
+      glfwGetMonitorWorkarea(glfwGetPrimaryMonitor(), &lo.x, &lo.y, &room.x, &room.y);
+      if (room.x > 0 && room.y > kTitle.y) size = glm::min(size, room - kTitle);
     }
     glfwWindowHint(GLFW_AUTO_ICONIFY, GLFW_FALSE);  // the trainee's picture stays while somebody works beside it
     window_ = glfwCreateWindow(size.x, size.y, options.title.c_str(), monitor, nullptr);
@@ -169,7 +175,9 @@ class Window final : public Output {
     const ivec2 middle = at + size / 2 - lo;
     if (middle.x < 0 || middle.y < 0 || middle.x >= room.x || middle.y >= room.y) return;  // it is elsewhere
     glfwGetMonitorWorkarea(all[(taken + 1) % count], &lo.x, &lo.y, &room.x, &room.y);
-    const ivec2 to = lo + glm::max((room - size) / 2, ivec2(0, 30));
+    const ivec2 fits = glm::min(size, room - kTitle);
+    const ivec2 to = lo + glm::max((room - fits) / 2, kTitle);
+    if (fits != size) glfwSetWindowSize(window_, fits.x, fits.y);
     glfwSetWindowPos(window_, to.x, to.y);
   }
   void lose_surface() override { lost_ = true; }
