@@ -31,7 +31,6 @@ constexpr int kSettlingLooks = 8, kSettlingLooksCutting = 5;
 constexpr int kRefiningRounds = 6;         // of a head that does not cut
 constexpr double kStillConverges = 0.95;   // share that a step may be of the one before …
 constexpr double kMostGain = 10;           // … and how many steps may be made at once
-constexpr double kBlur = 0.2;              // what interpolation makes of a narrow cut: 0.09 where a ball is 3 voxels in radius
 constexpr double kSamePoints = 0.3;        // contacts found less than this ago, in voxels of way, still serve
 constexpr double kToothGrip = 0.15;        // engaged teeth resist being led sideways up to this share of the push
 constexpr double kMostSlack = 1.0;         // deeper in one tick the surface that was found says nothing
@@ -53,6 +52,8 @@ constexpr double kTeethSlew = 4;           // N/s, of the tangential force of th
 constexpr double kDamperSlew = 4;          // N/s, of the damper while cutting
 constexpr double kCutSlewInAll = 18;       // N/s: the teeth's force waits where with all that changes besides it would be more
 constexpr double kTeethAhead = 50;         // ticks for which the spindle's work must suffice, or that force shrinks
+constexpr double kWallFelt = 0.1e-3;       // m that a head may have got into harder tissue, and still meets the wall before it
+constexpr int kWallRounds = 4;             // planes that hold in place of such as give way
 constexpr double kFreeSlew = 14;           // N/s, of a force that ends because the bur broke through
 constexpr double kStaleTime = 0.02;        // s a patch may be due before that is a fault
 constexpr double kBridgeTime = 0.5;        // s for which the last contact's plane stands in for a patch
@@ -233,7 +234,9 @@ struct Servo::State {
   double hardest = 0;          // J/m³, the greatest specific energy of all tissues
   double speed = 0;            // rad/s, free running
   bool breaking_through = false;  // the bur is free, but the hand has not caught up
-  double budget = 0;           // J that may still be spent on cutting
+  double budget = 0;           // J that may still be spent on cutting …
+  double wall = 0;             // … and where a wall held the head in the last tick: softer over harder specific energy, and
+  double wall_budget = 0;      // … J that may be spent beyond it
   PerTissue shares{};          // of the tissue under the head
   struct Filling {
     double owed = 0;     // m³
@@ -357,7 +360,7 @@ struct Servo::State {
     front.forget();
     shares = {};
     stiffness_share = 1;
-    budget = 0;
+    budget = wall_budget = wall = 0;
     torque = dvec3(0);
     friction = {};
     tip = {};
@@ -371,6 +374,30 @@ struct Servo::State {
       total += shares[i];
     }
     return total > 0 ? sum / total : 0;
+  }
+
+  /// Softer over harder specific energy where the head comes from softer tissue and stands before harder; else 1.
+  double wall_at(const ContactPlane& plane) const noexcept {
+    const dvec3 before = plane.x + kWallFelt / settings.frame.voxel * plane.n, behind = plane.x - 0.5 * plane.n;
+    if (!patch.holds(before, 0) || !patch.holds(behind, 0)) return 1;
+    const auto energy_at = [&](const dvec3& p) {
+      return settings.materials[static_cast<std::size_t>(tissue_at(patch, p))].specific_energy;
+    };
+    const double softer = energy_at(before), harder = energy_at(behind);
+    return softer > 0 && softer < harder ? softer / harder : 1;
+  }
+
+  /// Lets those of the holding planes that lie in a wall give way by `yields` at most. Whether any did by more before.
+  bool hold_at_walls(const ActivePlanes& active, double yields) noexcept {
+    bool changed = false;
+    for (int i = 0; i < active.count; ++i) {
+      const int index = active.index[i];
+      const ContactPlane plane = contacts.plane(index);
+      if (index >= contacts.own() || plane.yields <= yields || wall_at(plane) == 1) continue;
+      contacts.set_yields(index, yields);
+      changed = true;
+    }
+    return changed;
   }
 
   /// The rest of a tick of a tool that is far from everything, and was before: what the long way comes to when no contact,
@@ -474,6 +501,7 @@ void Servo::adopt(SurfacePatch& fresh) noexcept {
   bool filled = false;
   const bool loose = fresh.pieces != s.patch.pieces;
   for (std::size_t i = 0; i < fresh.loose.size(); ++i) s.sums.removed[i] += fresh.loose[i] - s.patch.loose[i];
+  if (fresh.edits != s.patch.edits) s.carved = false;
   if (s.patch.number != 0 && (loose || fresh.edits != s.patch.edits)) {
     // A stroke was taken back or brought again, or a piece taken out: the old patch knows nothing of that, so the cuts made
     // since are repeated, as the carver repeats them. What they had taken from such a piece before it was gone counts once.
@@ -551,6 +579,7 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
     // After illegal input the tool is where it was: outside.
     if (!s.placed || glm::length(X_WT.p - s.X_WG.p) > kLostHand) s.X_WG = X_WT;
     s.placed = true;
+    s.carved = false;
     s.last_hand = X_WT;
     s.last_depth = s.rate = 0;
     s.depth_speed.reset();
@@ -591,22 +620,26 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
   const bool scrapes = tool.cuts && tool.scrapes > 0;
   const bool may_cut = settings.cutting && tool.cuts && (scrapes || s.speed > 0);
   SpindleLoad spindle{s.speed, 0};
+  double power = 0;
   double tangential = 0;  // force of the teeth over normal force
   if (scrapes && may_cut && s.head_force > 0) {
     // An edge drawn over the surface cuts with the hand's own work: push × way along the surface.
     const double way = glm::length(moved - glm::dot(moved, s.normal) * s.normal);
-    const double power = tool.scrapes * s.head_force * way / dt;
-    s.budget = s.breaking_through ? 0.0 : std::min(s.budget + power * dt, power * kBudgetTime);
+    power = tool.scrapes * s.head_force * way / dt;
   } else if (may_cut && s.head_force > 0) {
     const double along = glm::dot(s.normal, X_WT.R * dvec3(0, 0, 1));
     const double efficiency = tool.side_efficiency + (tool.end_efficiency - tool.side_efficiency) * along * along;
     const double torque = tool.cutting_coefficient * efficiency * s.head_force * tool.radius();
     tangential = tool.cutting_coefficient * efficiency;
     spindle = load_spindle(settings.spindle, s.speed, out.pedal, torque);
-    s.budget = s.breaking_through ? 0.0 : std::min(s.budget + spindle.power * dt, spindle.power * kBudgetTime);
+    power = spindle.power;
+  }
+  if (may_cut && s.head_force > 0) {
+    s.budget = s.breaking_through ? 0.0 : std::min(s.budget + power * dt, power * kBudgetTime);
   } else if (s.head_force <= 0) {
     s.budget = std::min(s.budget, 0.0);
   }
+  s.wall_budget = s.wall > 0 ? std::min(s.wall_budget + s.wall * power * dt, s.wall * power * kBudgetTime) : 0.0;
 
   // An edge that the hand draws earns little: what hard tissue gave way without being paid for, it waits for.
   const bool in_debt = scrapes && s.budget <= 0;
@@ -616,7 +649,7 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
   // Move the proxy toward the hand: freely while nothing is near, along the contacts otherwise.
   const dvec3 c0 = settings.frame.to_voxels(s.X_WG.p), target = settings.frame.to_voxels(X_WT.p);
   dvec3 c = c0;
-  double slack = 0;
+  double slack = 0, wall_yields = 0;
   ContactSet& contacts = s.contacts;
   contacts.clear();
   ActivePlanes active;
@@ -631,8 +664,12 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
   if (s.rejoining > 0) s.overlap = std::max(s.overlap, overlap_before - kFreeSlew * pace_per_slew);
   s.rejoining = std::max(s.overlap > 0 && s.rejoining > 0 ? dt : 0.0, s.rejoining - dt);
   if (s.overlap < 0.01) s.overlap = 0;
+  const bool walled = may_cut && settings.boundary_walls;
   const double specific_energy = may_cut ? s.mean(&Material::specific_energy) : 0;
 
+  const dvec3 carried = (s.X_WG.p - s.last_hand.p) / h;
+  const bool paced = (may_cut || s.rejoining > 0) && s.normal_force > 0;
+  const double pace = kCutSlew * pace_per_slew;
   for (int look = 0; look < kMaxLooks; ++look) {
     const dvec3 way = target - c;
     const double distance = glm::length(way);
@@ -667,13 +704,12 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
       finder.find(s.patch, {c, X_WT.R}, kContactRange, contacts);
       if (contacts.deepest() > ContactFinder::kSunk || head_clearance + s.reach() < 0) {
         finder.find_way_out(s.patch, {c, X_WT.R}, contacts);
-      } else if (look == 0 && may_cut && s.carved && contacts.count() > 1 && !in_debt) {
-        contacts.forgive(kBlur);
+      } else if (may_cut && s.carved && !in_debt) {
+        finder.forgive({c0, s.X_WG.R}, {c, X_WT.R}, contacts);
       }
       found_at = c;
-      // One-sided wall (Wang 2009): tissue harder than what is being cut gives way by that much less; softer tissue never
-      // holds anything back.
-      if (may_cut && settings.boundary_walls && specific_energy > 0 && specific_energy < s.hardest) {
+      // Tissue harder than what is being cut gives way by that much less; softer tissue never holds anything back.
+      if (walled && specific_energy > 0 && specific_energy < s.hardest) {
         for (int i = 0; i < contacts.count(); ++i) {
           const double hardness = settings.materials[static_cast<std::size_t>(tissue_at(s.patch, contacts.below(i)))].specific_energy;
           if (hardness > specific_energy) contacts.set_yields(i, specific_energy / hardness);
@@ -691,10 +727,13 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
     if (look == 0 || !touching) {
       // How much the head may sink in this tick: the budget buys area × depth + the cap of a first touch.
       if (may_cut && s.budget > 0 && specific_energy > 0) {
-        const double volume = s.budget / specific_energy / (h * h * h);
-        const double area = glm::length(contacts.engaged_normal());
-        const double cap = kPi * tool.radius() / h;
-        slack = std::min(2 * volume / (area + std::sqrt(area * area + 4 * cap * volume)), kMostSlack);
+        const double area = glm::length(contacts.engaged_normal()), cap = kPi * tool.radius() / h;
+        const auto bought_by = [&](double energy) {
+          const double volume = std::max(energy, 0.0) / specific_energy / (h * h * h);
+          return volume > 0 ? std::min(2 * volume / (area + std::sqrt(area * area + 4 * cap * volume)), kMostSlack) : 0.0;
+        };
+        slack = bought_by(s.budget);
+        wall_yields = bought_by(std::min(s.wall_budget, s.budget)) / slack;
       }
     }
     if (look == 0) {
@@ -713,6 +752,11 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
       if (!refined) break;
       next = nearest_allowed(contacts, c, s.overlap, slack, pulled_to, active);
     }
+    // One-sided wall (Wang 2009): coming from softer tissue a bur gets through the boundary of harder only as slowly as if it
+    // had the softer's share of its power.
+    for (int round = 0; walled && slack > 0 && round < kWallRounds && s.hold_at_walls(active, wall_yields); ++round) {
+      next = nearest_allowed(contacts, c, s.overlap, slack, pulled_to, active);
+    }
     touching = contacts.count() > 0;
     dvec3 step = next - c;
     // Along a smooth curved surface each step is the same share of the one before, of less than nothing in a hollow: all that
@@ -724,6 +768,10 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
       last_gain = share != 0 && std::abs(share) < kStillConverges ? std::min(last_gain / (1 - share), contacts.count() > 1 ? 2.0 : kMostGain) : 1;
       step *= last_gain;
       next = c + step;
+    }
+    if (paced && active.count > 0 && glm::length(next - target - carried) > pace) {
+      c = next;
+      break;
     }
     const double length = glm::length(step);
     const double longest = contacts.count() > 1 ? kContactStep : kStep;
@@ -743,12 +791,12 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
   // A bur that comes free, over the rim of its own cut or through the last of the tissue, follows the hand at a pace: what
   // the hand feels changes by so much at most, where the proxy can see to that. The proxy only lags behind, so this takes
   // energy, never gives.
-  const bool at_a_pace = (may_cut || s.rejoining > 0) && !deep && s.normal_force > 0;
+  const bool at_a_pace = paced && !deep;
   s.breaking_through = at_a_pace && !touching;
   if (at_a_pace) {
-    const dvec3 step = c - c0, carried = (s.X_WG.p - s.last_hand.p) / h, shift = moved / h;
-    const double pace = (s.breaking_through ? kFreeSlew : kCutSlew) * pace_per_slew;
-    if (glm::length(c - target - carried) > pace) c = c0 + largest_share(step, -shift, pace) * step;
+    const dvec3 step = c - c0, shift = moved / h;
+    const double most = s.breaking_through ? kFreeSlew * pace_per_slew : pace;
+    if (glm::length(c - target - carried) > most) c = c0 + largest_share(step, -shift, most) * step;
     lost = lost && !s.patch.holds(c, s.reach() + 1);
   }
   // Beyond the patch the last contact's plane goes on (the intermediate surface of Adachi 1995; Mark 1996) until the carver
@@ -772,6 +820,11 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
   s.due_for = due ? s.due_for + dt : 0;
   if (s.due_for > kStaleTime) faults |= bits(Fault::kStalePatch);
   s.held = touching ? held_by(contacts, active) : HeldBy{};
+  s.wall = 0;
+  for (int i = 0; walled && touching && i < active.count; ++i) {
+    const double wall = active.index[i] < contacts.own() ? s.wall_at(contacts.plane(active.index[i])) : 1.0;
+    if (wall < 1) s.wall = s.wall > 0 ? std::min(s.wall, wall) : wall;
+  }
   const dvec3 p_WG = c == target ? X_WT.p : settings.frame.to_world(c);
 
   // Cut: everything the head sweeps on its way.
@@ -801,6 +854,7 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
       s.carve_wide(s.X_WG, X_WB, continues);
       out.cutting_power = energy / dt;
       s.budget -= energy;
+      s.wall_budget -= energy;
     }
   }
 
@@ -810,7 +864,6 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
   }
 
   s.spindle_work += out.cutting_power * dt;
-
   // Contact seen from the hand.
   dvec3 force(0), torque(0), normal(0), spindle_force(0);
   dvec3 p_held = p_WG;
@@ -898,18 +951,17 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
       sideways = friction_force(law, p_WG, s.X_WG.p, normal, s.normal_force, s.friction);
       force += sideways;
     }
-    if (tangential > 0) {  // the tissue pushes the teeth back, against their way; none at the pole, where they stand still
-      const dvec3 axis = X_WT.R * dvec3(0, 0, 1);
-      spindle_force = tangential * s.head_force * glm::cross(axis, normal);
-      const dvec3 change = spindle_force - s.teeth_force;
+    // The tissue pushes the teeth back, against their way; none at the pole, where they stand still.
+    spindle_force = tangential * s.head_force * glm::cross(X_WT.R * dvec3(0, 0, 1), normal);
+    if (const dvec3 change = spindle_force - s.teeth_force; change != dvec3(0)) {
       const double size = glm::length(change), most = kTeethSlew * dt;
       const dvec3 step = change * (size > most ? most / size : 1.0);
       const dvec3 rest = force + s.teeth_force - s.last_force - s.last_teeth_force;
       spindle_force = s.teeth_force + largest_share(step, rest, kCutSlewInAll * dt) * step;
-      // Never more to the hand than the spindle itself has done.
-      const double left = std::max(0.0, s.spindle_work - s.teeth_energy);
-      const double needed = std::max(0.0, glm::dot(spindle_force, moved));
-      if (needed > 0) spindle_force *= std::min(1.0, left / (kTeethAhead * needed));
+    }
+    // Never more to the hand than the spindle itself has done.
+    if (const double needed = glm::dot(spindle_force, moved); needed > 0) {
+      spindle_force *= std::min(1.0, std::max(0.0, s.spindle_work - s.teeth_energy) / (kTeethAhead * needed));
     }
     s.teeth_force = spindle_force;
     if (tool.shape != HeadShape::kSphere || smooth_parts) {
