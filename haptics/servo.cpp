@@ -53,6 +53,7 @@ constexpr double kDamperSlew = 4;          // N/s, of the damper while cutting
 constexpr double kCutSlewInAll = 18;       // N/s: the teeth's force waits where with all that changes besides it would be more
 constexpr double kTeethAhead = 50;         // ticks for which the spindle's work must suffice, or that force shrinks
 constexpr double kWallFelt = 0.1e-3;       // m that a head may have got into harder tissue, and still meets the wall before it
+constexpr double kLeastThrough = 0.1;      // of the power that it cuts with there
 constexpr int kWallRounds = 4;             // planes that hold in place of such as give way
 constexpr double kFreeSlew = 14;           // N/s, of a force that ends because the bur broke through
 constexpr double kStaleTime = 0.02;        // s a patch may be due before that is a fault
@@ -235,8 +236,8 @@ struct Servo::State {
   double speed = 0;            // rad/s, free running
   bool breaking_through = false;  // the bur is free, but the hand has not caught up
   double budget = 0;           // J that may still be spent on cutting …
-  double wall = 0;             // … and where a wall held the head in the last tick: softer over harder specific energy, and
-  double wall_budget = 0;      // … J that may be spent beyond it
+  double wall = 0;             // … and where a wall held the head in the last tick: the share of the power, 0..1, that is left,
+  double wall_budget = 0;      // … and J of it
   PerTissue shares{};          // of the tissue under the head
   struct Filling {
     double owed = 0;     // m³
@@ -376,7 +377,8 @@ struct Servo::State {
     return total > 0 ? sum / total : 0;
   }
 
-  /// Softer over harder specific energy where the head comes from softer tissue and stands before harder; else 1.
+  /// Where the head comes from softer tissue and stands before harder, the share of its power that it cuts with: softer over
+  /// harder specific energy; else 1.
   double wall_at(const ContactPlane& plane) const noexcept {
     const dvec3 before = plane.x + kWallFelt / settings.frame.voxel * plane.n, behind = plane.x - 0.5 * plane.n;
     if (!patch.holds(before, 0) || !patch.holds(behind, 0)) return 1;
@@ -384,7 +386,7 @@ struct Servo::State {
       return settings.materials[static_cast<std::size_t>(tissue_at(patch, p))].specific_energy;
     };
     const double softer = energy_at(before), harder = energy_at(behind);
-    return softer > 0 && softer < harder ? softer / harder : 1;
+    return softer > 0 && softer < harder ? std::max(softer / harder, kLeastThrough) : 1;
   }
 
   /// Lets those of the holding planes that lie in a wall give way by `yields` at most. Whether any did by more before.
