@@ -50,6 +50,7 @@ constexpr double kUnpaid = 0.15e-3;        // J, … nor does a harder one store
 constexpr double kDebt = 2e-9;             // J, more than rounding costs
 constexpr double kTeethSlew = 4;           // N/s, of the tangential force of the teeth
 constexpr double kDamperSlew = 4;          // N/s, of the damper while cutting
+constexpr double kTissueWaits = 16;        // N/s: another tissue waits where with the depth's change it would be more
 constexpr double kCutSlewInAll = 18;       // N/s: the teeth's force waits where with all that changes besides it would be more
 constexpr double kTeethAhead = 50;         // ticks for which the spindle's work must suffice, or that force shrinks
 constexpr double kWallFelt = 0.1e-3;       // m that a head may have got into harder tissue, and still meets the wall before it
@@ -910,7 +911,9 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
     double stiffness_share = wanted;
     if (!fresh) {
       // Under a deep push a change of stiffness is a large change of force, and a rise is energy that no hand put in.
-      const double most = kTissueSlew * dt / (settings.stiffness * depth);
+      // Where the depth alone changes it by much, this waits.
+      const dvec3 change = settings.stiffness * s.stiffness_share * depth_vector - s.normal_force * s.normal;
+      const double most = std::clamp(kTissueWaits * dt - glm::length(change), 0.0, kTissueSlew * dt) / (settings.stiffness * depth);
       const double step = (wanted - s.stiffness_share) * (1 - std::exp(-dt / kStiffnessTime));
       const double paid = 2 * std::max(sums.energy + s.given, kUnpaid) / (settings.stiffness * depth * depth);
       stiffness_share = s.stiffness_share + std::clamp(step, -most, most);
