@@ -24,7 +24,8 @@ namespace {
 constexpr double kContactRange = 0.8;      // contacts farther away than this do not matter yet …
 constexpr double kContactStep = 0.6;       // … because a step among several is no longer than this
 constexpr double kStep = 1.5;              // longest step between two looks at the contacts: nothing thinner is skipped
-constexpr double kConverged = 1e-6;        // the proxy has come to rest
+constexpr double kConverged = 1e-6;        // the proxy has come to rest,
+constexpr double kForeseen = 1e-7;         // … or will have, within this
 constexpr double kSettled = 2e-5;          // the same where several contacts were looked at,
 constexpr double kSettledCutting = 3e-3;   // … and while they are cut, which leaves them rough by more
 constexpr int kSettlingLooks = 8, kSettlingLooksCutting = 5;
@@ -624,7 +625,7 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
   bool touching = false, lost = false, deep = false;
   int settled_looks = 0;
   dvec3 found_at(0), last_step(0);
-  double last_gain = 1;
+  double last_gain = 1, last_length = 0;
   const double overlap_before = s.overlap;
   if (s.overlap > 0) s.overlap *= std::exp(-dt / kRecoveryTime);
   const double pace_per_slew = dt / (settings.stiffness * std::max(s.stiffness_share, 0.05)) / h;  // voxels per N/s
@@ -654,6 +655,7 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
         break;
       }
       c = next;
+      last_length = 0;
       continue;
     }
 
@@ -722,18 +724,24 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
       const double share = before2 > 0 ? glm::dot(step, last_step) / before2 : 0;
       last_step = step;
       last_gain = share != 0 && std::abs(share) < kStillConverges ? std::min(last_gain / (1 - share), contacts.count() > 1 ? 2.0 : kMostGain) : 1;
-      step *= last_gain;
+      // Toward the tissue each look goes the whole way as it is.
+      const dvec3 n = contacts.plane(active.index[0]).n;
+      step += (last_gain - 1) * (step - glm::dot(step, n) * n);
       next = c + step;
     }
     const double length = glm::length(step);
     const double longest = contacts.count() > 1 ? kContactStep : kStep;
     if (length > longest) {
       c += step * (longest / length);
+      last_length = 0;
       continue;
     }
     c = next;
     const double settled = contacts.count() > 1 ? may_cut ? kSettledCutting : kSettled : kConverged;
-    if (length < settled || ++settled_looks >= (may_cut ? kSettlingLooksCutting : kSettlingLooks)) break;
+    // What is still to come, where each step is at most the share of the one before that this one was.
+    const bool foreseen = contacts.count() == 1 && length < last_length && length * length < kForeseen * (last_length - length);
+    last_length = length;
+    if (length < settled || foreseen || ++settled_looks >= (may_cut ? kSettlingLooksCutting : kSettlingLooks)) break;
     // On a smooth surface each look squares the error; when nothing pushes, the target was reached.
     if (active.count == 0) {
       touching = false;
