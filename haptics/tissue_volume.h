@@ -69,6 +69,16 @@ class TissueVolume {
   /// field knows only what is near; deeper it then says no more than that it is deep.
   void copy_every(int n, const glm::ivec3& lo, const glm::ivec3& size, float* distance, Tissue* tissue) const;
 
+  /// From now on the blocks of 8³ samples that carve() and fill() write to are remembered, or no longer.
+  void remember_writes(bool wanted);
+  /// As copy() and copy_every(), of boxes that were copied whole before: only what those may have changed since. Forgets it then.
+  struct Copied {
+    glm::ivec3 lo, size;  // voxels, or every n-th
+    float* distance;
+    Tissue* tissue;
+  };
+  void copy_written(const Copied& box, int n, const Copied* every);
+
   /// Takes away what the swept head covers: raises the field to its depth, wherever that is higher. Labels stay.
   /// Returns where it wrote.
   VoxelBox carve(const Sweep& sweep);

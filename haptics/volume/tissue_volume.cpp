@@ -93,6 +93,9 @@ struct TissueVolume::Impl {
   bool exact_outside = true;
   KeySet changed;   // bricks since take_changed_bricks
   KeySet carved;    // bricks ever cut: distances outside the tissue are no longer true there
+  bool remembers = false;  // which leaves, counted in leaves, were written to …
+  KeySet written;
+  glm::ivec3 written_lo{INT_MAX}, written_hi{INT_MIN};  // … and between which voxels
   std::vector<StrokeKept> strokes;
   std::size_t done = 0;     // strokes in the tissue; those after it were undone
   bool in_stroke = false;   // the last one is still being made
@@ -126,6 +129,7 @@ struct TissueVolume::Impl {
   /// Bricks of a box that a cut or a filling has written to; lo > hi: it wrote nothing.
   void mark_changed(const glm::ivec3& lo, const glm::ivec3& hi) {
     if (lo.x > hi.x) return;
+    if (remembers) written_lo = glm::min(written_lo, lo), written_hi = glm::max(written_hi, hi);
     KeySet bricks;
     insert_bricks(lo, hi, bricks);
     for (const glm::ivec3& brick : bricks) {
@@ -153,6 +157,9 @@ struct TissueVolume::Impl {
     for (double& v : sum) v *= frame.voxel * frame.voxel * frame.voxel;
     return sum;
   }
+
+  /// See TissueVolume; of the samples between two, inclusive.
+  void copy_every(int n, const Copied& box, const glm::ivec3& from, const glm::ivec3& to) const;
 
   void exchange(StrokeKept& stroke, bool back) {
     std::vector<openvdb::Coord> leaves;
@@ -429,26 +436,73 @@ std::uint64_t voxels_cut_by_this_thread() noexcept {
 }
 
 void TissueVolume::copy_every(int n, const glm::ivec3& lo, const glm::ivec3& size, float* distance, Tissue* tissue) const {
-  const Impl& v = *impl_;
+  impl_->copy_every(n, {lo, size, distance, tissue}, lo, lo + size - 1);
+}
+
+void TissueVolume::remember_writes(bool wanted) {
+  Impl& v = *impl_;
+  v.remembers = wanted;
+  v.written.clear();
+  v.written_lo = glm::ivec3(INT_MAX), v.written_hi = glm::ivec3(INT_MIN);
+}
+
+void TissueVolume::copy_written(const Copied& box, int n, const Copied* every) {
+  Impl& v = *impl_;
+  constexpr int m = openvdb::FloatTree::LeafNodeType::DIM;
+  auto distances = v.distance->getConstAccessor();
+  auto labels = v.tissue->getConstAccessor();
+  for (const glm::ivec3& key : v.written) {
+    const glm::ivec3 first = key * m, lo = glm::max(first, box.lo), hi = glm::min(first + m, box.lo + box.size);
+    const auto* leaf = distances.probeConstLeaf(coord(first));
+    const auto* label = labels.probeConstLeaf(coord(first));
+    const Tissue tile = label ? Tissue::kAir : static_cast<Tissue>(labels.getValue(coord(first)));
+    for (int x = lo.x; x < hi.x; ++x) {
+      for (int y = lo.y; y < hi.y; ++y) {
+        const std::size_t row = (static_cast<std::size_t>(x - box.lo.x) * box.size.y + (y - box.lo.y)) * box.size.z;
+        for (int z = lo.z; z < hi.z; ++z) {
+          const std::size_t to = row + static_cast<std::size_t>(z - box.lo.z);
+          const auto from = static_cast<openvdb::Index>(((x - first.x) * m + (y - first.y)) * m + (z - first.z));
+          box.distance[to] = leaf->getValue(from);
+          box.tissue[to] = label ? static_cast<Tissue>(label->getValue(from)) : tile;
+        }
+      }
+    }
+  }
+  if (every && v.written_lo.x <= v.written_hi.x) {
+    // Whole bricks: in one that was never cut before deep samples change too.
+    constexpr int cells = FieldBrick::kCells;
+    const auto brick = [](int a) { return floor_div(a, cells); };
+    const glm::ivec3 a = v.written_lo - 2, b = v.written_hi + 1;
+    const glm::ivec3 from = glm::ivec3(brick(a.x), brick(a.y), brick(a.z)) * cells;
+    const glm::ivec3 to = glm::ivec3(brick(b.x) + 1, brick(b.y) + 1, brick(b.z) + 1) * cells;
+    const auto down = [n](const glm::ivec3& p) { return glm::ivec3(floor_div(p.x, n), floor_div(p.y, n), floor_div(p.z, n)); };
+    v.copy_every(n, *every, glm::max(down(from), every->lo), glm::min(down(to) + 1, every->lo + every->size - 1));
+  }
+  remember_writes(v.remembers);
+}
+
+void TissueVolume::Impl::copy_every(int n, const Copied& box, const glm::ivec3& from, const glm::ivec3& to) const {
+  const Impl& v = *this;
   auto distances = v.distance->getConstAccessor();
   auto labels = v.tissue->getConstAccessor();
   const float scale = 1.0f / static_cast<float>(n);
   constexpr int m = FieldBrick::kCells;
   glm::ivec3 brick(INT_MAX);
   bool carved = false;
-  std::size_t i = 0;
-  for (int x = 0; x < size.x; ++x) {
-    for (int y = 0; y < size.y; ++y) {
-      for (int z = 0; z < size.z; ++z, ++i) {
-        const glm::ivec3 p = (lo + glm::ivec3(x, y, z)) * n;
+  for (int x = from.x; x <= to.x; ++x) {
+    for (int y = from.y; y <= to.y; ++y) {
+      std::size_t i = (static_cast<std::size_t>(x - box.lo.x) * box.size.y + (y - box.lo.y)) * box.size.z +
+                      static_cast<std::size_t>(from.z - box.lo.z);
+      for (int z = from.z; z <= to.z; ++z, ++i) {
+        const glm::ivec3 p = glm::ivec3(x, y, z) * n;
         float d = distances.getValue(coord(p));
         if (d < -Sweep::kMargin && !v.carved.empty()) {
           const glm::ivec3 in(floor_div(p.x, m), floor_div(p.y, m), floor_div(p.z, m));
           if (in != brick) brick = in, carved = v.carved.contains(in);
           if (carved) d = -Sweep::kMargin;
         }
-        distance[i] = d * scale;
-        tissue[i] = d < 3.0f * static_cast<float>(n) ? static_cast<Tissue>(labels.getValue(coord(p))) : Tissue::kAir;
+        box.distance[i] = d * scale;
+        box.tissue[i] = d < 3.0f * static_cast<float>(n) ? static_cast<Tissue>(labels.getValue(coord(p))) : Tissue::kAir;
       }
     }
   }
@@ -480,6 +534,7 @@ VoxelBox TissueVolume::carve(const Sweep& sweep) {
         count_voxels(hi - lo + 1);
         leaf->setValuesOn();
         if (kept) kept->changed = true;
+        if (v.remembers) v.written.insert({x0 / n, y0 / n, z0 / n});
         changed_lo = glm::min(changed_lo, lo);
         changed_hi = glm::max(changed_hi, hi);
       }
@@ -562,6 +617,7 @@ VoxelBox TissueVolume::fill(const Fill& filling) {
         count_voxels(hi - lo + 1);
         leaf->setValuesOn();
         if (kept) kept->changed = true;
+        if (v.remembers) v.written.insert({x0 / n, y0 / n, z0 / n});
         if (stroke) StrokeKept::Labels::keep(stroke->tissue, labels, origin).changed = true;
         for (int i = 0; i < n * n * n; ++i) {
           if (tissue[i] == before[i]) continue;
