@@ -100,7 +100,7 @@ void Carver::cut_out(const dvec3& center_W, SurfacePatch& patch) {
   patch.lo = center - patch.n / 2;
   patch.band = volume_.band() / volume_.frame().voxel;
   patch.exact_outside = volume_.exact_outside();
-  volume_.copy(patch.lo, glm::ivec3(patch.n), patch.distance.data(), patch.tissue.data());
+  volume_.copy_for_patch(patch.lo, glm::ivec3(patch.n), patch.distance.data(), patch.tissue.data());
   center_W_ = center_W;
   if (wide_edge_ > 0 && patch.wide.empty()) {
     patch.wide.emplace_back();
@@ -131,6 +131,7 @@ bool Carver::bring_up_to_date(SurfacePatch& patch) {
 
 void Carver::say_where_cut(SurfacePatch& patch) const {
   volume_.cut_box(patch.lo, patch.lo + patch.n - 1, patch.cut_lo, patch.cut_hi);
+  volume_.filled_box(patch.lo, patch.lo + patch.n - 1, patch.filled_lo, patch.filled_hi);
   for (SurfacePatch& wide : patch.wide) {
     volume_.cut_box(wide.lo * wide_every_, (wide.lo + wide_edge_ - 1) * wide_every_, wide.cut_lo, wide.cut_hi);
     if (wide.cut_lo.x > wide.cut_hi.x) continue;

@@ -47,6 +47,8 @@ void expect_equal(const SurfacePatch& a, const SurfacePatch& b) {
   EXPECT_EQ(a.cut_hi, b.cut_hi);
   EXPECT_EQ(a.distance, b.distance);
   EXPECT_EQ(a.tissue, b.tissue);
+  EXPECT_EQ(a.filled_lo, b.filled_lo);
+  EXPECT_EQ(a.filled_hi, b.filled_hi);
   ASSERT_EQ(a.wide.size(), b.wide.size());
   if (!a.wide.empty()) expect_equal(a.wide.front(), b.wide.front());
 }
