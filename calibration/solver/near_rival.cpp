@@ -6,14 +6,11 @@
 #include <cstdint>
 #include <limits>
 
-#include "calibration/registration_solver.h"
+#include "calibration/solver/agreement.h"
 
 namespace typodont::calibration {
 
 namespace {
-
-using Points = std::span<const dvec3>;
-using Indices = std::vector<std::size_t>;
 
 constexpr std::size_t kLeast = 3;     // pairs of a motion
 constexpr std::size_t kSearched = 64;  // of more pairs, so many are looked at before all are

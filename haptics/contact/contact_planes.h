@@ -23,7 +23,8 @@ struct HeadSamples;
 
 /// Planes side by side in floats; surface points from where the head's centre was when they were found.
 struct RoughPlanes {
-  static constexpr int kMax = 256, kRoom = kMax + 8;  // the last batch of eight may not be full
+  static constexpr int kMax = 256, kBatch = 8;     // so many are looked at side by side
+  static constexpr int kRoom = kMax + kBatch;      // the last batch may not be full
   alignas(32) float x[kRoom], y[kRoom], z[kRoom], nx[kRoom], ny[kRoom], nz[kRoom], gap[kRoom], yields[kRoom];
 };
 
@@ -125,27 +126,5 @@ class ContactFinder {
   double radius_, reach_;             // voxels
   std::unique_ptr<HeadSamples> samples_;  // voxels
 };
-
-/// Which planes hold the god-object: at most three, with how hard each pushes.
-struct ActivePlanes {
-  int count = 0;
-  int index[3] = {};
-  double push[3] = {};
-};
-
-/// The normals of the planes that held the head in the last look: most likely their like do so in the next.
-struct HeldBy {
-  int count = 0;
-  dvec3 n[3];
-};
-HeldBy held_by(const ContactSet& set, const ActivePlanes& active) noexcept;
-/// The planes of a new look that are most like those; a guess for nearest_allowed().
-ActivePlanes guess_active(const ContactSet& set, const HeldBy& before) noexcept;
-
-/// The point nearest to `target` with n_i·(p - c) ≥ -(gap_i + overlap + slack yields_i) for all planes: the god-object's
-/// step. Where no such point exists (a head wedged in its own slot), overlapping planes only keep it from going deeper.
-/// `active` holds a guess of the answer's planes, of the same look, or none.
-dvec3 nearest_allowed(const ContactSet& set, const dvec3& c, double overlap, double slack, const dvec3& target,
-                      ActivePlanes& active) noexcept;
 
 }  // namespace typodont::haptics

@@ -512,6 +512,39 @@ TEST(OpenHaptics, ErrorsAreReportedAndTheEndLeavesNoForce) {
   EXPECT_THROW(driver("openhaptics").open("Nobody", {}), Error);
 }
 
+TEST(OpenHaptics, TheEndOfOneOfTwoArmsTakesItsForceAndLeavesTheOtherItsScheduler) {
+  StandIn library(TYPODONT_STANDIN_HD);
+  auto* const step = library.get<bool()>("standin_hd_step");
+  auto* const force = library.get<const double*()>("standin_hd_force");
+  auto* const second_force = library.get<const double*()>("standin_hd_second_force");
+  auto right = driver("openhaptics").open("", {});
+  auto left = driver("openhaptics").open("Second", {});
+  const auto push = [&](HapticDevice& device) {
+    device.write({1, 0, 0}, dvec3(0));
+    EXPECT_TRUE(step());
+  };
+  push(*right);
+  push(*left);
+  EXPECT_EQ(force()[0], 1);
+  EXPECT_EQ(second_force()[0], 1);
+  left.reset();
+  EXPECT_EQ(second_force()[0], 0);
+  for (int i = 0; i < 4; ++i) step();
+  EXPECT_EQ(force()[0], 0) << "a silent servo loses its force";
+  push(*right);
+  EXPECT_EQ(force()[0], 1);
+  HandSample sample;
+  EXPECT_TRUE(right->read(sample));
+  left = driver("openhaptics").open("Second", {});  // and taken up again
+  push(*left);
+  EXPECT_EQ(second_force()[0], 1);
+  right.reset();
+  left.reset();
+  EXPECT_FALSE(step()) << "the last one stops the scheduler";
+  EXPECT_EQ(force()[0], 0);
+  EXPECT_EQ(second_force()[0], 0);
+}
+
 /// Around a vendor's device, with times so short that a thousand faults take no time.
 std::unique_ptr<SafeDevice> hasty(std::unique_ptr<HapticDevice> device) {
   SafeDevice::Options options = SafeDevice::options_for(device->info());

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <random>
 #include <span>
 #include <vector>
 
@@ -338,6 +339,23 @@ TEST(Servo, ADamperThatKnowsTheHandsCountsDoesNotBuzzWithThem) {
   };
   EXPECT_GT(buzz(0), 0.08);  // 2 Ns/m at 55 mm/s, which no hand had
   EXPECT_LT(buzz(kStep), 0.02);
+}
+
+TEST(Servo, FeelsTheSphereInTheVeryTickInWhichAToolGetsThereHoweverItFlewBefore) {
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> any(0, 1);
+  HapticBench bench(sphere(0.1), settings(1.0_mm));
+  const dvec3 u(0.6, 0.48, 0.64);
+  double r = 7.0_mm;
+  int touches = 0;
+  for (int i = 0; i < 5000; ++i) {
+    r = std::clamp(r + (any(random) < 0.3 ? 1.2_mm : 0.1_mm) * (2 * any(random) - 1), 5.3_mm, 7.5_mm);
+    const ServoTick& tick = bench.tick({r * u});
+    const double depth = std::max(0.0, 5.5_mm - r);
+    ASSERT_NEAR(tick.depth, depth, 1e-3 * depth + 1e-9) << "tick " << i;
+    touches += depth > 0;
+  }
+  EXPECT_GT(touches, 300);
 }
 
 TEST(Servo, ATickAllocatesNothing) {

@@ -10,10 +10,13 @@
 #include <array>
 #include <atomic>
 #include <cerrno>
+#include <chrono>
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
 #include <glm/gtc/quaternion.hpp>
+#include <mutex>
+#include <thread>
 
 #include "engine/base/clock.h"
 #include "engine/base/error.h"
@@ -142,6 +145,27 @@ VendorDevices& devices() {
   return all;
 }
 
+/// The library has one scheduler for all arms: the first one starts it, the last one stops it.
+class Scheduler {
+ public:
+  void join(const Api& api) {
+    const std::lock_guard lock(mutex_);
+    if (arms_++ == 0) api.start_scheduler();
+  }
+  void leave(const Api& api) {
+    const std::lock_guard lock(mutex_);
+    if (--arms_ == 0) api.stop_scheduler();
+  }
+
+ private:
+  std::mutex mutex_;
+  int arms_ = 0;
+};
+Scheduler& scheduler() {
+  static Scheduler one;
+  return one;
+}
+
 class OpenHapticsDevice : public HapticDevice {
  public:
   OpenHapticsDevice(const std::string& name) {
@@ -158,13 +182,15 @@ class OpenHapticsDevice : public HapticDevice {
     api_.enable(kForceOutput);
     api_.enable(kMaxForceClamping);
     task_ = api_.schedule(&OpenHapticsDevice::on_schedule, this, 0xffff);
-    api_.start_scheduler();
+    scheduler().join(api_);
   }
 
   ~OpenHapticsDevice() override {
     ending_.store(true);
-    api_.stop_scheduler();
     api_.unschedule(task_);
+    scheduler().leave(api_);
+    // For other arms it goes on turning; a callback takes microseconds, unless the library hangs in it.
+    for (int i = 0; stepping_.load() && i < 100; ++i) std::this_thread::sleep_for(std::chrono::milliseconds(1));
     api_.make_current(device_);
     api_.begin_frame(device_);
     const double zero[3] = {0, 0, 0};
@@ -209,10 +235,16 @@ class OpenHapticsDevice : public HapticDevice {
     bool error = false;
   };
 
-  static unsigned int on_schedule(void* self) { return static_cast<OpenHapticsDevice*>(self)->step(); }
+  static unsigned int on_schedule(void* self) {
+    auto& device = *static_cast<OpenHapticsDevice*>(self);
+    device.stepping_.store(true);
+    const bool ending = device.ending_.load();
+    if (!ending) device.step();
+    device.stepping_.store(false);
+    return ending ? kDone : kContinue;
+  }
 
-  unsigned int step() noexcept {
-    if (ending_.load()) return kDone;
+  void step() noexcept {
     api_.begin_frame(device_);
     double X[16] = {};  // columns; millimetres
     int buttons = 0;
@@ -234,7 +266,6 @@ class OpenHapticsDevice : public HapticDevice {
         now(), {dvec3(X[12], X[13], X[14]) * kMillimetre, glm::normalize(glm::quat_cast(R))}, buttons & 1 ? 1.0 : 0.0};
     samples_.publish();
     ::sem_post(&fresh_);
-    return kContinue;
   }
 
   VendorDevices::Use use_{devices()};
@@ -244,7 +275,7 @@ class OpenHapticsDevice : public HapticDevice {
   unsigned long task_ = 0;
   sem_t fresh_{};
   std::uint32_t faults_ = 0;
-  std::atomic<bool> ending_{false}, released_{true};
+  std::atomic<bool> ending_{false}, stepping_{false}, released_{true};
   Latest<Sample> samples_;  // scheduler → servo
   Latest<dvec3> forces_;    // servo → scheduler
   int age_ = 1000;          // callbacks since the servo gave a force; scheduler's thread

@@ -1,16 +1,20 @@
-// Stands in for 3D Systems' libHD.so in tests: the same C interface, no hardware, and its scheduler runs only when the
-// test says so.
+// Stands in for 3D Systems' libHD.so in tests: the same C interface, two arms ("Default Device" and "Second") without
+// hardware, and one scheduler for both, which turns only when the test says so.
 #include <cstring>
 
 namespace {
 
+constexpr unsigned int kArms = 2;
 double transform[16] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
-double force[3] = {0, 0, 0};
+double force[kArms + 1][3] = {};  // by handle; 0 is none
 int buttons = 0;
-unsigned int error = 0;
-bool output_enabled = false, initialised = false;
-unsigned int (*callback)(void*) = nullptr;
-void* callback_data = nullptr;
+unsigned int error = 0, current = 0;
+bool output_enabled[kArms + 1] = {}, initialised[kArms + 1] = {}, running = false;
+struct Task {
+  unsigned int (*callback)(void*) = nullptr;
+  void* data = nullptr;
+};
+Task tasks[kArms];
 
 struct ErrorInfo {
   unsigned int code;
@@ -24,15 +28,21 @@ extern "C" {
 
 // The interface.
 unsigned int hdInitDevice(const char* name) {
-  if (name && std::strcmp(name, "Default Device") != 0) return 0xFFFFFFFF;
-  initialised = true;
-  return 1;
+  const bool second = name && std::strcmp(name, "Second") == 0;
+  if (name && !second && std::strcmp(name, "Default Device") != 0) return 0xFFFFFFFF;
+  current = second ? 2 : 1;
+  initialised[current] = true;
+  return current;
 }
-void hdDisableDevice(unsigned int) {
-  initialised = false;
+void hdDisableDevice(unsigned int device) {
+  initialised[device] = false;
 }
-void hdMakeCurrentDevice(unsigned int) {}
-void hdBeginFrame(unsigned int) {}
+void hdMakeCurrentDevice(unsigned int device) {
+  current = device;
+}
+void hdBeginFrame(unsigned int device) {
+  current = device;
+}
 void hdEndFrame(unsigned int) {}
 void hdGetDoublev(unsigned int what, double* out) {
   if (what == 0x2052) std::memcpy(out, transform, sizeof transform);
@@ -46,32 +56,39 @@ void hdGetIntegerv(unsigned int what, int* out) {
   if (what == 0x2000) *out = buttons;
 }
 const char* hdGetString(unsigned int what) {
-  if (!initialised) return nullptr;
+  if (!initialised[current]) return nullptr;
   return what == 0x2501 ? "Touch (stand-in)" : "S-0001";
 }
 void hdSetDoublev(unsigned int what, const double* value) {
-  if (what == 0x2700) std::memcpy(force, value, sizeof force);
+  if (what == 0x2700) std::memcpy(force[current], value, sizeof force[current]);
 }
 void hdEnable(unsigned int what) {
-  if (what == 0x4000) output_enabled = true;
+  if (what == 0x4000) output_enabled[current] = true;
 }
 void hdDisable(unsigned int what) {
-  if (what == 0x4000) output_enabled = false;
+  if (what == 0x4000) output_enabled[current] = false;
 }
 ErrorInfo hdGetError() {
   const ErrorInfo info{error, 0, 1};
   error = 0;
   return info;
 }
-void hdStartScheduler() {}
-void hdStopScheduler() {}
-unsigned long hdScheduleAsynchronous(unsigned int (*f)(void*), void* data, unsigned short) {
-  callback = f;
-  callback_data = data;
-  return 7;
+void hdStartScheduler() {
+  running = true;
 }
-void hdUnschedule(unsigned long) {
-  callback = nullptr;
+void hdStopScheduler() {
+  running = false;
+}
+unsigned long hdScheduleAsynchronous(unsigned int (*f)(void*), void* data, unsigned short) {
+  for (unsigned long i = 0; i < kArms; ++i) {
+    if (tasks[i].callback) continue;
+    tasks[i] = {f, data};
+    return i + 7;
+  }
+  return 0;
+}
+void hdUnschedule(unsigned long handle) {
+  tasks[handle - 7] = {};
 }
 
 // For the test.
@@ -84,15 +101,23 @@ void standin_hd_press(int mask) {
 void standin_hd_fail(unsigned int code) {
   error = code;
 }
+// One turn of the scheduler. False when nothing is scheduled any more.
 bool standin_hd_step() {
-  if (!callback) return false;
-  if (callback(callback_data) == 0) callback = nullptr;
-  return callback != nullptr;
+  if (!running) return false;
+  bool any = false;
+  for (Task& task : tasks) {
+    if (task.callback && task.callback(task.data) == 0) task = {};
+    any |= task.callback != nullptr;
+  }
+  return any;
 }
 const double* standin_hd_force() {
-  return force;
+  return force[1];
+}
+const double* standin_hd_second_force() {
+  return force[2];
 }
 bool standin_hd_output() {
-  return output_enabled && initialised;
+  return output_enabled[1] && initialised[1];
 }
 }

@@ -1,0 +1,359 @@
+#include "calibration/solver/agreement.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstdint>
+#include <map>
+#include <numeric>
+#include <tuple>
+#include <utility>
+
+#include "calibration/statistics.h"
+#include "engine/base/units.h"
+
+namespace typodont::calibration {
+
+namespace {
+
+// The size of the place the points fill, as the edge of a cube; flat sets count as the cube they could have filled.
+double extent(Points points) {
+  dvec3 low(std::numeric_limits<double>::infinity()), high = -low;
+  for (const dvec3& p : points) low = glm::min(low, p), high = glm::max(high, p);
+  const dvec3 size = high - low;
+  return std::max({size.x, size.y, size.z});
+}
+
+// Robust consensus without a known noise level, after Moisan & Stival 2004 (a contrario RANSAC): the number of false
+// alarms NFA(k) = tests · C(n,k) · C(k,3) · α_k^(k-3), α_k = chance that a stray point falls within the k-th residual.
+class Consensus {
+ public:
+  /// A normal cloud of `sigma` in which stray points fall; nothing: the cube around all points. Inside a cloud nothing
+  /// counts as tighter than a thirtieth of it: a few pairs that coincide to the last digit are an instrument's steps.
+  Consensus(Points p_H, Points p_D, double false_alarm, double sigma = 0)
+      : p_H_(p_H),
+        p_D_(p_D),
+        n_(p_H.size()),
+        false_alarm_(false_alarm),
+        floor_(std::max(rounding_of(p_H, p_D), sigma / 30)),
+        // A normal cloud is nowhere denser than at its middle.
+        log_volume_(sigma > 0 ? 1.5 * std::log(2 * kPi) + 3 * std::log(sigma)
+                              : 3 * std::log(std::max({extent(p_H), extent(p_D), floor_, 1e-300}))),
+        log_choose_(n_ + 1) {
+    const double octaves = std::log2(std::max(floor_ * floor_, 1e-300));
+    first_bin_ = bin_of_bits(std::exp2(std::floor(octaves)));
+    for (std::size_t b = 0; b < kBins; ++b) {
+      // The upper edge of bin b: the next power of two, in quarters.
+      const double edge =
+          std::exp2(std::floor(octaves) + static_cast<double>(b / 4)) * (1 + static_cast<double>(b % 4 + 1) / 4);
+      log_alpha_[b] = log_alpha(edge);
+    }
+    for (std::size_t k = 0; k <= n_; ++k) {
+      const auto n = static_cast<double>(n_), kd = static_cast<double>(k);
+      log_choose_[k] = std::lgamma(n + 1) - std::lgamma(kd + 1) - std::lgamma(n - kd + 1) +
+                       (k >= 3 ? std::log(kd * (kd - 1) * (kd - 2) / 6) : 0.0);
+    }
+  }
+
+  /// The tightest consensus there is. Wrong touches near their true places also agree, loosely; so look inside what was
+  /// found for a core far tighter than chance would put into a normal cloud of its size, and start again from that.
+  Agreement find() const {
+    Agreement best = find_widest();
+    while (best.log_nfa < 0 && best.fit.pairs.size() >= 5) {
+      const double sigma = sigma_of(best.fit);
+      if (sigma <= floor_) break;
+      std::vector<dvec3> h, d;
+      for (const std::size_t i : best.fit.pairs) h.push_back(p_H_[i]), d.push_back(p_D_[i]);
+      const Agreement core = Consensus(h, d, false_alarm_, sigma).find_widest();
+      if (core.log_nfa > 0) break;
+      Indices pairs;
+      for (const std::size_t i : core.fit.pairs) pairs.push_back(best.fit.pairs[i]);
+      const Fit fit = grow(fit_to(p_H_, p_D_, std::move(pairs)));
+      if (fit.pairs.size() < 4 || sigma_of(fit) > 0.7 * sigma) break;
+      best = {fit, nfa_of(fit)};
+    }
+    return best;
+  }
+
+ private:
+  Agreement find_widest() const {
+    std::vector<Candidate> top;
+    std::vector<double> r2(n_);
+    for_each_triple([&](std::size_t i, std::size_t j, std::size_t k) {
+      const dvec3 h[3] = {p_H_[i], p_H_[j], p_H_[k]}, d[3] = {p_D_[i], p_D_[j], p_D_[k]};
+      Candidate candidate{fit_rigid(h, d), 0, 0};
+      residuals(candidate.X_DH, r2);
+      std::tie(candidate.log_nfa, candidate.count) = best_nfa(r2);
+      keep(top, candidate);
+      return static_cast<double>(top.front().count) / static_cast<double>(n_);
+    });
+    Agreement best;
+    for (const Candidate& candidate : top) {
+      const Fit fit = grow(candidate);
+      const double nfa = nfa_of(fit);
+      if (nfa < best.log_nfa) best = {fit, nfa};
+    }
+    return best;
+  }
+
+  struct Candidate {
+    Pose X_DH;
+    double log_nfa;
+    std::size_t count;
+  };
+
+  template <class F>
+  void for_each_triple(F visit) const {
+    if (n_ <= 20) {  // at most 1140: all of them
+      for (std::size_t i = 0; i < n_; ++i) {
+        for (std::size_t j = i + 1; j < n_; ++j) {
+          for (std::size_t k = j + 1; k < n_; ++k) (void)visit(i, j, k);
+        }
+      }
+      return;
+    }
+    // With 30 % good pairs one triple in 37 is good: 1500 miss all with probability 1e-18. Once many agree, fewer will
+    // do: 1e-9 of missing a better triple of that share.
+    Noise random(1);
+    double needed = 1500;
+    for (int draw = 0; draw < needed; ++draw) {
+      const std::size_t i = random.index(n_), j = random.index(n_), k = random.index(n_);
+      if (i == j || j == k || i == k) continue;
+      const double share = visit(i, j, k);
+      needed = std::clamp(std::log(1e-9) / std::log1p(-std::min(0.99, share * share * share)), 100.0, 1500.0);
+    }
+  }
+
+  void residuals(const Pose& X_DH, std::vector<double>& r2) const {
+    const glm::dmat3 R = glm::mat3_cast(X_DH.R);
+    for (std::size_t i = 0; i < n_; ++i) {
+      const dvec3 r = R * p_H_[i] + X_DH.p - p_D_[i];
+      r2[i] = glm::dot(r, r);
+    }
+  }
+
+  double log_alpha(double r2) const {
+    return std::min(0.0, std::log(4 * kPi / 3) + 1.5 * std::log(std::max(r2, floor_ * floor_)) - log_volume_);
+  }
+  double log_nfa(double log_alpha_k, std::size_t k) const {
+    return std::log(static_cast<double>(n_)) + log_choose_[k] + static_cast<double>(k - 3) * log_alpha_k;
+  }
+
+  // Four bins an octave, straight from the bits of the number: sorting would take most of the time.
+  static std::int64_t bin_of_bits(double x) { return static_cast<std::int64_t>(std::bit_cast<std::uint64_t>(x) >> 50); }
+
+  std::pair<double, std::size_t> best_nfa(const std::vector<double>& r2) const {
+    std::array<std::uint32_t, kBins> counts{};
+    std::size_t low = kBins, high = 0;
+    for (const double r : r2) {
+      const auto bin = static_cast<std::size_t>(std::clamp<std::int64_t>(bin_of_bits(r) - first_bin_, 0, kBins - 1));
+      ++counts[bin];
+      low = std::min(low, bin), high = std::max(high, bin);
+    }
+    std::pair<double, std::size_t> best{std::numeric_limits<double>::infinity(), 0};
+    std::size_t k = 0;
+    for (std::size_t b = low; b <= high; ++b) {
+      k += counts[b];
+      if (counts[b] > 0 && k >= 4) best = std::min(best, {log_nfa(log_alpha_[b], k), k});
+    }
+    return best;
+  }
+
+  double nfa_of(const Fit& fit) const {
+    if (fit.pairs.size() < 4) return std::numeric_limits<double>::infinity();
+    std::vector<double> r2(n_);
+    residuals(fit.X_DH, r2);
+    double worst = 0;
+    for (const std::size_t i : fit.pairs) worst = std::max(worst, r2[i]);
+    return log_nfa(log_alpha(worst), fit.pairs.size());
+  }
+
+  static void keep(std::vector<Candidate>& top, const Candidate& candidate) {
+    constexpr std::size_t kKept = 8;
+    if (top.size() == kKept && candidate.log_nfa >= top.back().log_nfa) return;
+    const auto place = std::upper_bound(top.begin(), top.end(), candidate,
+                                        [](const auto& a, const auto& b) { return a.log_nfa < b.log_nfa; });
+    top.insert(place, candidate);
+    if (top.size() > kKept) top.pop_back();
+  }
+
+  Fit grow(const Candidate& candidate) const {
+    std::vector<double> r2(n_);
+    residuals(candidate.X_DH, r2);
+    Indices order(n_);
+    std::iota(order.begin(), order.end(), 0u);
+    std::sort(order.begin(), order.end(), [&](auto a, auto b) { return r2[a] < r2[b]; });
+    order.resize(candidate.count);
+    std::sort(order.begin(), order.end());
+    return grow(fit_to(p_H_, p_D_, order));
+  }
+
+  // Refits and takes in everything within the noise of the fit, until nothing changes. Starting from too few, the
+  // threshold widens by itself: a ball of radius tσ cut out of a normal cloud has an rms of at least tσ/√5.
+  Fit grow(Fit fit) const {
+    std::vector<double> r2(n_);
+    for (int round = 0; round < 60; ++round) {
+      const auto k = static_cast<double>(fit.pairs.size());
+      if (fit.pairs.size() < 4) break;
+      const double dof = 3 * k - 6;
+      const double variance = std::max(fit.sse / dof, floor_ * floor_);
+      auto& quantile = quantiles_[fit.pairs.size()];
+      if (quantile == 0) quantile = f_quantile(1 - false_alarm_ / static_cast<double>(n_), 3, dof);
+      const double limit = 3 * variance * quantile;
+      residuals(fit.X_DH, r2);
+      Indices inside;
+      for (std::size_t i = 0; i < n_; ++i) {
+        if (r2[i] <= limit) inside.push_back(i);
+      }
+      if (inside == fit.pairs || inside.size() < 4) break;
+      fit = fit_to(p_H_, p_D_, std::move(inside));
+    }
+    return fit;
+  }
+
+  Points p_H_, p_D_;
+  std::size_t n_;
+  double false_alarm_;
+  double floor_;
+  double log_volume_;
+  std::vector<double> log_choose_;
+  static constexpr std::size_t kBins = 512;
+  std::int64_t first_bin_ = 0;
+  std::array<double, kBins> log_alpha_{};
+  mutable std::map<std::size_t, double> quantiles_;
+};
+
+// Where the noise of a touch is known, "within the noise" is a number, and a hypothesis is judged by counting: random
+// triples whose edges have the same length on both sides, each refitted to all that agrees before it is counted (Chum,
+// Matas & Kittler 2003), until a larger set is missed with a chance of 1e-9 only.
+class KnownNoise {
+ public:
+  KnownNoise(Points p_H, Points p_D, double sigma, double false_alarm)
+      : p_H_(p_H), p_D_(p_D), n_(p_H.size()), edge_(5 * std::sqrt(2.0) * sigma) {
+    const double floor = rounding_of(p_H, p_D);
+    limit2_ =
+        std::max(sigma * sigma * chi_squared_quantile(1 - false_alarm / static_cast<double>(n_), 3), floor * floor);
+    edge_ = std::max(edge_, 2 * floor);
+  }
+
+  /// `all` is the fit to every pair. Sets smaller than `least` are of no interest.
+  Agreement find(const Fit& all, std::size_t least) const {
+    Agreement best{grow(all, 0), 0};
+    // Four good pairs of sixteen are missed with a chance of 1e-9; of a few pairs every triple soon had its turn.
+    const double most = std::min(3000.0, 4 * std::pow(static_cast<double>(n_), 3));
+    double needed = needed_for(std::max(least, best.fit.pairs.size()));
+    std::uint64_t state = 1;
+    std::vector<bool> agrees(n_);
+    const auto mark = [&] {
+      agrees.assign(n_, false);
+      for (const std::size_t i : best.fit.pairs) agrees[i] = true;
+    };
+    mark();
+    for (double draw = 0; draw < std::min(needed, most); ++draw) {
+      const std::size_t i = random_index(state), j = random_index(state), k = random_index(state);
+      if (i == j || j == k || i == k || !same_length(i, j) || !same_length(j, k) || !same_length(i, k)) continue;
+      if (agrees[i] && agrees[j] && agrees[k]) continue;  // would find the same again
+      const dvec3 h[3] = {p_H_[i], p_H_[j], p_H_[k]}, d[3] = {p_D_[i], p_D_[j], p_D_[k]};
+      const std::size_t have = best.fit.pairs.size();
+      const Fit fit = grow({fit_rigid(h, d), {}, 0}, have / 2);
+      const std::size_t found = fit.pairs.size();
+      if (found < have || (found == have && fit.sse >= best.fit.sse)) continue;
+      best.fit = fit;
+      mark();
+      needed = needed_for(std::max(least, found));
+    }
+    // The chance that stray pairs agree so well, as Consensus has it.
+    const auto n = static_cast<double>(n_), k = static_cast<double>(best.fit.pairs.size());
+    if (k < 4) return {std::move(best.fit)};
+    const double edge = std::max({extent(p_H_), extent(p_D_), 1e-300});
+    const double log_alpha = std::min(0.0, std::log(4 * kPi / 3) + 1.5 * std::log(limit2_) - 3 * std::log(edge));
+    best.log_nfa = std::log(n) + std::lgamma(n + 1) - std::lgamma(k + 1) - std::lgamma(n - k + 1) +
+                   std::log(k * (k - 1) * (k - 2) / 6) + (k - 3) * log_alpha;
+    return best;
+  }
+
+ private:
+  // SplitMix64: the generators of the library take longer to seed than all of this takes to run.
+  std::size_t random_index(std::uint64_t& state) const {
+    std::uint64_t z = (state += 0x9E3779B97F4A7C15u);
+    z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9u;
+    z = (z ^ (z >> 27)) * 0x94D049BB133111EBu;
+    return static_cast<std::size_t>((z >> 32) * n_ >> 32);
+  }
+
+  bool same_length(std::size_t i, std::size_t j) const {
+    return std::abs(glm::length(p_H_[i] - p_H_[j]) - glm::length(p_D_[i] - p_D_[j])) <= edge_;
+  }
+
+  double needed_for(std::size_t count) const {
+    const auto n = static_cast<double>(n_), k = static_cast<double>(count);
+    if (count == n_) return 0;
+    return std::log(1e-9) / std::log1p(-std::min(0.99, k * (k - 1) * (k - 2) / (n * (n - 1) * (n - 2))));
+  }
+
+  // Refits to whatever agrees until that stays the same. Not worth it where fewer than `least` agree at first.
+  Fit grow(Fit fit, std::size_t least) const {
+    for (int round = 0; round < 20; ++round) {
+      const glm::dmat3 R = glm::mat3_cast(fit.X_DH.R);
+      Indices inside;
+      inside.reserve(n_);
+      for (std::size_t i = 0; i < n_; ++i) {
+        const dvec3 r = R * p_H_[i] + fit.X_DH.p - p_D_[i];
+        if (glm::dot(r, r) <= limit2_) inside.push_back(i);
+      }
+      if (inside == fit.pairs) break;
+      if (inside.size() < std::max<std::size_t>(3, round == 0 ? least : 0)) {
+        fit.pairs.clear();
+        break;
+      }
+      fit = fit_to(p_H_, p_D_, std::move(inside));
+    }
+    return fit;
+  }
+
+  Points p_H_, p_D_;
+  std::size_t n_;
+  double edge_, limit2_ = 0;
+};
+
+}  // namespace
+
+Fit fit_to(Points p_H, Points p_D, Indices pairs) {
+  std::vector<dvec3> h, d;
+  for (const std::size_t i : pairs) h.push_back(p_H[i]), d.push_back(p_D[i]);
+  Fit fit{fit_rigid(h, d), std::move(pairs), 0};
+  for (std::size_t i = 0; i < h.size(); ++i) {
+    const dvec3 r = fit.X_DH * h[i] - d[i];
+    fit.sse += glm::dot(r, r);
+  }
+  return fit;
+}
+
+double sigma_of(const Fit& fit) {
+  return std::sqrt(fit.sse / (3 * static_cast<double>(fit.pairs.size()) - 6));
+}
+
+std::size_t followers(Points p_H, Points p_D, const Pose& X_DH, double limit) {
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < p_H.size(); ++i) count += glm::length(X_DH * p_H[i] - p_D[i]) <= limit;
+  return count;
+}
+
+double rounding_of(Points p_H, Points p_D) {
+  double largest = 0;
+  for (const Points points : {p_H, p_D}) {
+    for (const dvec3& p : points) largest = std::max({largest, std::abs(p.x), std::abs(p.y), std::abs(p.z)});
+  }
+  return 64 * std::numeric_limits<double>::epsilon() * largest;
+}
+
+Agreement largest_agreement(Points p_H, Points p_D, const RegistrationOptions& options, std::size_t least) {
+  if (!(options.known_sigma > 0)) return Consensus(p_H, p_D, options.false_alarm).find();
+  Indices everyone(p_H.size());
+  std::iota(everyone.begin(), everyone.end(), 0u);
+  const KnownNoise search(p_H, p_D, options.known_sigma, options.false_alarm);
+  return search.find(fit_to(p_H, p_D, std::move(everyone)), least);
+}
+
+}  // namespace typodont::calibration

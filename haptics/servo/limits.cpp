@@ -1,0 +1,58 @@
+// What bounds the force: the device's limits, the ramps at start and end, and the energy ledger.
+#include <algorithm>
+#include <cmath>
+
+#include "haptics/servo/state.h"
+
+namespace typodont::haptics {
+
+void Servo::State::limit(Touch& now) noexcept {
+  if (!now.touching && !ending) ramp = 1;  // begun in the open: nothing to ramp
+  ramp = std::clamp(ramp + (ending ? -1 : 1) * now.dt / std::max(settings.ramp_time, now.dt), 0.0, 1.0);
+  const double magnitude = glm::length(now.force + now.spindle_force);
+  double share = ramp;
+  if (magnitude * share > settings.force_limit) {
+    share = settings.force_limit / magnitude;
+    now.faults |= bits(Fault::kForceLimit);
+  }
+  const double twist = glm::length(now.torque);
+  if (twist * share > settings.torque_limit) {
+    now.torque *= settings.torque_limit / (twist * share);
+    now.faults |= bits(Fault::kForceLimit);
+  }
+  if (settings.slew_limit > 0) {
+    const double risen = magnitude * share - glm::length(last_sent), most = settings.slew_limit * now.dt;
+    if (risen > most) {
+      share *= (magnitude * share - risen + most) / (magnitude * share);
+      now.faults |= bits(Fault::kSlewLimit);
+    }
+  }
+  now.force *= share;
+  now.spindle_force *= share;
+  now.teeth_force *= share;
+  now.torque *= share;
+}
+
+dvec3 Servo::State::keep_passive(Touch& now) noexcept {
+  // Leading the tool out of tissue, or a leap of the input against it, raises what the coupling stores without a hand's
+  // doing: that much is allowed for, as long as the contact lasts.
+  if (glm::length(now.moved) > kNoHand * now.dt) leap = kLeapTime;
+  leap = std::max(0.0, leap - now.dt);
+  if (overlap > 0 || leap > 0) given += std::max(0.0, now.stored - stored - std::max(0.0, -now.given_to_hand));
+  // What the hand was given stays forgiven: a ledger in debt would never again allow a force. So is a debt of a contact
+  // that is over, whatever brought it: ticks that came late hold a force for longer than was foreseen.
+  const double forgiven = sums.energy < -kDebt ? -sums.energy : given;
+  if (!now.touching && tip.sunk <= 0) given = std::clamp(-sums.energy, 0.0, forgiven);
+  stored = now.stored;
+  // An arm that gives no torque resists no turn, and none may be counted as if the hand had paid for it.
+  dvec3 felt_torque = settings.gives_torque ? now.torque : dvec3(0);
+  if (settings.passivity) {
+    const double passive = passive_share({}, now.force, now.moved, felt_torque, now.turned, now.dt, settings.tick,
+                                         sums.energy + given, passivity);
+    now.force *= passive;
+    now.torque *= passive, felt_torque *= passive;
+  }
+  return felt_torque;
+}
+
+}  // namespace typodont::haptics

@@ -1,0 +1,306 @@
+// The proxy: where the tool is held, outside the tissue, as near to the hand as its contacts allow.
+#include <algorithm>
+#include <cmath>
+
+#include "haptics/servo/state.h"
+
+namespace typodont::haptics {
+
+namespace {
+
+constexpr double kContactRange = 0.8;      // contacts farther away than this do not matter yet …
+constexpr double kContactStep = 0.6;       // … because a step among several is no longer than this
+constexpr double kStep = 1.5;              // longest step between two looks at the contacts: nothing thinner is skipped
+constexpr double kConverged = 1e-6;        // the proxy has come to rest,
+constexpr double kForeseen = 1e-7;         // … or will have, within this
+constexpr double kSettled = 2e-5;          // the same where several contacts were looked at,
+constexpr double kSettledCutting = 3e-3;   // … and while they are cut, which leaves them rough by more
+constexpr int kSettlingLooks = 8, kSettlingLooksCutting = 5;
+constexpr int kRefiningRounds = 6;         // of a head that does not cut
+constexpr double kStillConverges = 0.95;   // share that a step may be of the one before …
+constexpr double kMostGain = 10;           // … and how many steps may be made at once,
+constexpr double kMostGainOfMany = 2;      // … of several contacts
+constexpr double kBlur = 0.2;              // what interpolation makes of a narrow cut: 0.09 where a ball is 3 voxels in radius
+constexpr double kSamePoints = 0.3;        // contacts found less than this ago, in voxels of way, still serve
+constexpr double kToothGrip = 0.15;        // engaged teeth resist being led sideways up to this share of the push
+constexpr double kMostSlack = 1.0;         // deeper in one tick the surface that was found says nothing
+constexpr int kMaxLooks = 48;              // per tick, free flight included
+constexpr double kDeep = 0.6;              // more overlap than cutting or rounding leaves: led out slowly
+constexpr double kRecoveryTime = 0.006;    // s, time constant of leading the tool out of tissue
+constexpr double kCutSlew = 6;            // N/s, no faster does the proxy change the force of a cutting contact
+constexpr double kGripSlew = 9;            // N/s, no faster does the force rise when the teeth catch
+constexpr double kBridgeTime = 0.5;        // s for which the last contact's plane stands in for a patch
+constexpr double kRejoinTime = 0.3;        // s for finding back from there to the surface without a step
+
+/// A turning head that is pressed into tissue stays where it is until the hand leads it sideways by more than the teeth
+/// grip (a friction cone on the god-object): roughness of the cut surface then does not shake the hand. Returns the
+/// target as if that grip held back its tangential part. `moved`: the hand since the last tick. The lag sideways grows by
+/// `most` at most, so that teeth which catch do not stop the head dead.
+dvec3 held_target(const dvec3& from, const dvec3& target, const dvec3& n, const dvec3& moved, double most) {
+  const dvec3 pull = from - target;
+  const double pushed = glm::dot(pull, n);
+  if (!(pushed > 0)) return target;
+  const dvec3 sideways = pull - pushed * n;
+  const double length = glm::length(sideways);
+  const dvec3 lag = sideways * (length > kToothGrip * pushed ? kToothGrip * pushed / length : 1.0);
+  const dvec3 change = lag - (sideways + moved - glm::dot(moved, n) * n);  // since the last tick
+  const double size = glm::length(change);
+  if (size > most && glm::dot(change, lag) > 0) return target + lag - change * (1 - most / size);
+  return target + lag;
+}
+
+}  // namespace
+
+double largest_share(const dvec3& step, const dvec3& rest, double most) {
+  const double a = glm::dot(step, step), b = -glm::dot(step, rest), d = b * b - a * (glm::dot(rest, rest) - most * most);
+  return a > 0 ? std::clamp((b + std::sqrt(std::max(d, 0.0))) / a, 0.0, 1.0) : 1.0;
+}
+
+bool Servo::State::would_be_free(std::uint32_t which, const Pose& X_VT) noexcept {
+  const ContactFinder& other = tools[which].finder;
+  SmoothContacts& parts = tools[which].smooth;
+  const double far = tools[which].reach;
+  if (!patch.holds(X_VT.p, far + 1)) return false;
+  const double distance = sample_linear(patch, X_VT.p);
+  parts.forget();
+  if (distance > far + 2 && parts.room(patch, X_VT) > kContactRange) return true;
+  if (distance <= 0) return false;
+  other.find(patch, X_VT, kContactRange, contacts);
+  if (parts.any()) parts.find(patch, X_VT, kContactRange, contacts);
+  for (int i = 0; i < contacts.count(); ++i) {
+    if (contacts.plane(i).gap <= 0) return false;
+  }
+  return true;
+}
+
+bool Servo::State::fly(Now& now) noexcept {
+  const Tool& head = tool();
+  ServoTick& out = now.out;
+  if (!idle || ending || head.fill != Tissue::kAir || settings.filter != ForceFilter::kNone ||
+      (settings.vibration.band > 0 && speed > 0)) {
+    return false;
+  }
+  const dvec3 c = settings.frame.to_voxels(X_WG.p);
+  if (!patch.holds(c, reach() + 1)) return false;
+  const double way = glm::length(now.X_WT.p - X_WG.p) / settings.frame.voxel;
+  // What was free around the last place is so around the next, less the way there: looked at only when that runs out.
+  if (!(room_around > 1 && way <= room_around)) {
+    room_around = clearance(c) - 1;
+    if (smooth().any()) room_around = std::min(room_around, smooth().room(patch, {c, now.X_WT.R}) - 1);
+    if (!(room_around > 1 && way <= room_around)) return false;
+  }
+  room_around = smooth().any() ? 0 : room_around - way;  // those keep account of their room themselves, turns included
+
+  const bool due = patch_due_for(patch_center_for(X_WG.p, now.X_WT.p, travel), patch.center_W, travel);
+  due_for = due ? due_for + now.dt : 0;
+  out.faults = due_for > kStaleTime ? bits(Fault::kStalePatch) : 0;
+  bridged = 0;
+  breaking_through = carved = false;
+  held.count = 0;
+  ramp = 1;
+  const bool leaps = glm::dot(now.moved, now.moved) > kNoHand * kNoHand * now.dt * now.dt;
+  leap = std::max(0.0, (leaps ? kLeapTime : leap) - now.dt);
+  given = std::clamp(-sums.energy, 0.0, sums.energy < -kDebt ? -sums.energy : given);
+  if (settings.position_step > 0) depth_speed.add(now.hand.t, dvec3(0));
+  if (settings.passivity) {
+    passive_share({}, dvec3(0), now.moved, dvec3(0), now.turned, now.dt, settings.tick, sums.energy + given, passivity);
+  }
+  last_hand = X_WG = out.X_WG = now.X_WT;
+  last_t = now.hand.t;
+  now.cut.n_C_W = dvec3(0);
+  out.spindle = speed;
+  out.energy = sums.energy;
+  out.spindle_energy = sums.spindle_energy;
+  return true;
+}
+
+/// What overlap there is is led out of the tissue, as fast as the hand may feel it.
+void Servo::State::lead_out(Touch& now) noexcept {
+  now.overlap_before = overlap;
+  if (overlap > 0) overlap *= std::exp(-now.dt / kRecoveryTime);
+  now.pace_per_slew =
+      now.dt / (settings.stiffness * std::max(stiffness_share, 0.05)) / settings.frame.voxel;  // voxels per N/s
+  if (rejoining > 0) overlap = std::max(overlap, now.overlap_before - kFreeSlew * now.pace_per_slew);
+  rejoining = std::max(overlap > 0 && rejoining > 0 ? now.dt : 0.0, rejoining - now.dt);
+  if (overlap < 0.01) overlap = 0;
+}
+
+/// Finds all that the head and the smooth parts touch at c, voxels.
+void Servo::State::look_around(Touch& now, const dvec3& c, bool first_look, bool center_inside) noexcept {
+  const Pose X_VT{c, now.X_WT.R};
+  finder().find(patch, X_VT, kContactRange, contacts);
+  if (contacts.deepest() > ContactFinder::kSunk || center_inside) {
+    finder().find_way_out(patch, X_VT, contacts);
+  } else if (first_look && now.may_cut && carved && contacts.count() > 1 && !now.in_debt) {
+    contacts.forgive(kBlur);
+  }
+  // One-sided wall (Wang 2009): tissue harder than what is being cut gives way by that much less; softer tissue never
+  // holds anything back.
+  if (settings.boundary_walls && now.specific_energy > 0 && now.specific_energy < hardest) {
+    for (int i = 0; i < contacts.count(); ++i) {
+      const auto under = static_cast<std::size_t>(tissue_at(patch, contacts.below(i)));
+      const double hardness = settings.materials[under].specific_energy;
+      if (hardness > now.specific_energy) contacts.set_yields(i, now.specific_energy / hardness);
+    }
+  }
+  if (smooth().any()) smooth().find(patch, X_VT, kContactRange, contacts);
+  now.active = guess_active(contacts, held);
+}
+
+/// How far the head may sink in this tick, voxels: the budget buys area × depth + the cap of a first touch.
+double Servo::State::room_to_sink(const Touch& now) const noexcept {
+  if (!(budget > 0 && now.specific_energy > 0)) return now.slack;
+  const double h = settings.frame.voxel;
+  const double volume = budget / now.specific_energy / (h * h * h);
+  const double area = glm::length(contacts.engaged_normal());
+  const double cap = kPi * tool().radius() / h;
+  return std::min(2 * volume / (area + std::sqrt(area * area + 4 * cap * volume)), kMostSlack);
+}
+
+void Servo::State::move_proxy(Touch& now) noexcept {
+  const ContactFinder& head = finder();
+  SmoothContacts* const smooth_parts = smooth().any() ? &smooth() : nullptr;
+  const bool ball = tool().shape == HeadShape::kSphere;
+  const dvec3 c0 = now.c0 = settings.frame.to_voxels(X_WG.p), target = now.target = settings.frame.to_voxels(now.X_WT.p);
+  dvec3 c = c0;
+  contacts.clear();
+  room_around = 0;  // what is found from here on holds for this place alone
+  int settled_looks = 0;
+  dvec3 found_at(0), last_step(0);
+  double last_gain = 1, last_length = 0;
+  lead_out(now);
+  now.specific_energy = now.may_cut ? mean(&Material::specific_energy) : 0;
+
+  for (int look = 0; look < kMaxLooks; ++look) {
+    const dvec3 way = target - c;
+    const double distance = glm::length(way);
+    if (!patch.holds(c, reach() + 1)) {
+      now.lost = true;
+      break;
+    }
+    const double head_free = clearance(c);
+    const double free = smooth_parts ? std::min(head_free, smooth_parts->room(patch, {c, now.X_WT.R})) : head_free;
+    if (free > 2) {  // sphere tracing: as far as nothing can be met
+      now.touching = false;
+      if (distance <= free - 1) {
+        c = target;
+        break;
+      }
+      const dvec3 next = c + way * ((free - 1) / distance);
+      if (!patch.holds(next, reach() + 1)) {
+        now.lost = true;
+        break;
+      }
+      c = next;
+      last_length = 0;
+      continue;
+    }
+
+    // The surface points found once serve as long as the head has hardly moved; a single exact one is always new, and so
+    // are those around a rim, which are told from the rough ones by queries.
+    if (contacts.count() > 1 && (now.may_cut || ball) && !contacts.sunk() && glm::length(c - found_at) < kSamePoints) {
+      contacts.drop_added();
+      head.relinearize({c, now.X_WT.R}, contacts);
+      if (smooth_parts) smooth_parts->relinearize({c, now.X_WT.R}, contacts);
+    } else {
+      look_around(now, c, look == 0, head_free + reach() < 0);
+      found_at = c;
+    }
+    if (contacts.count() == 0 && sample_linear(patch, c) < -kStep) {  // wholly inside: no surface in reach
+      now.deep = true;
+      c = target;
+      now.touching = false;
+      break;
+    }
+    if (look == 0 || !now.touching) now.slack = room_to_sink(now);
+    if (look == 0 && contacts.deepest() > now.overlap_before + now.slack + kDeep) overlap = contacts.deepest();
+    dvec3 pulled_to = target;
+    if (normal_force > 0 && now.may_cut && !now.scrapes) {
+      pulled_to = held_target(c0, target, normal, now.moved / settings.frame.voxel, kGripSlew * now.pace_per_slew);
+    }
+    dvec3 next = nearest_allowed(contacts, c, overlap, now.slack, pulled_to, now.active);
+    // Rough planes chose which hold; exact ones say how far, and others may hold then.
+    const int rounds = now.may_cut ? 1 : kRefiningRounds;
+    for (int round = 0; round < rounds && contacts.count() > 1 && now.active.count > 0; ++round) {
+      bool refined = false;
+      for (int i = 0; i < now.active.count; ++i) {
+        refined |= head.refine(patch, {c, now.X_WT.R}, contacts, now.active.index[i], !now.may_cut);
+      }
+      if (!refined) break;
+      next = nearest_allowed(contacts, c, overlap, now.slack, pulled_to, now.active);
+    }
+    now.touching = contacts.count() > 0;
+    dvec3 step = next - c;
+    // Along a smooth curved surface each step is the same share of the one before, of less than nothing in a hollow: all
+    // that are still to come at once (the secant method).
+    if ((contacts.count() == 1 || !now.may_cut) && now.active.count == 1) {
+      const double before2 = glm::dot(last_step, last_step);
+      const double share = before2 > 0 ? glm::dot(step, last_step) / before2 : 0;
+      const double most = contacts.count() > 1 ? kMostGainOfMany : kMostGain;
+      last_step = step;
+      last_gain = share != 0 && std::abs(share) < kStillConverges ? std::min(last_gain / (1 - share), most) : 1;
+      // Toward the tissue each look goes the whole way as it is.
+      const dvec3 n = contacts.plane(now.active.index[0]).n;
+      step += (last_gain - 1) * (step - glm::dot(step, n) * n);
+      next = c + step;
+    }
+    const double length = glm::length(step);
+    const double longest = contacts.count() > 1 ? kContactStep : kStep;
+    if (length > longest) {
+      c += step * (longest / length);
+      last_length = 0;
+      continue;
+    }
+    c = next;
+    const double settled = contacts.count() > 1 ? now.may_cut ? kSettledCutting : kSettled : kConverged;
+    // What is still to come, where each step is at most the share of the one before that this one was.
+    const bool foreseen = contacts.count() == 1 && length < last_length && length * length < kForeseen * (last_length - length);
+    last_length = length;
+    if (length < settled || foreseen || ++settled_looks >= (now.may_cut ? kSettlingLooksCutting : kSettlingLooks)) break;
+    // On a smooth surface each look squares the error; when nothing pushes, the target was reached.
+    if (now.active.count == 0) {
+      now.touching = false;
+      break;
+    }
+  }
+  now.c = c;
+}
+
+void Servo::State::follow(Touch& now) noexcept {
+  const double h = settings.frame.voxel;
+  // A bur that comes free, over the rim of its own cut or through the last of the tissue, follows the hand at a pace: what
+  // the hand feels changes by so much at most, where the proxy can see to that. The proxy only lags behind, so this takes
+  // energy, never gives.
+  const bool at_a_pace = (now.may_cut || rejoining > 0) && !now.deep && normal_force > 0;
+  breaking_through = at_a_pace && !now.touching;
+  if (at_a_pace) {
+    const dvec3 step = now.c - now.c0, carried = (X_WG.p - last_hand.p) / h, shift = now.moved / h;
+    const double pace = (breaking_through ? kFreeSlew : kCutSlew) * now.pace_per_slew;
+    if (glm::length(now.c - now.target - carried) > pace) now.c = now.c0 + largest_share(step, -shift, pace) * step;
+    now.lost = now.lost && !patch.holds(now.c, reach() + 1);
+  }
+  // Beyond the patch the last contact's plane goes on (the intermediate surface of Adachi 1995; Mark 1996) until the carver
+  // delivers: without cutting, and not for ever.
+  bridged = now.lost ? bridged + now.dt : 0;
+  now.bridging = now.lost && normal_force > 0 && bridged < kBridgeTime;
+  if (now.bridging) {
+    const double under = glm::dot(now.c0 - now.target, normal);
+    now.c = under > 0 ? now.target + under * normal : now.target;
+    now.touching = breaking_through = false;
+    rejoining = kRejoinTime;
+    contacts.clear();
+    now.active.count = 0;
+  }
+  if (overlap > 0) now.faults |= bits(Fault::kDeepPenetration);
+  if (now.deep) now.faults |= bits(Fault::kDeepPenetration);
+  if (now.lost) now.faults |= bits(Fault::kPatchEdge);
+  // A patch that has long been due: the carver is late. What the patch holds is still true, so the force stays.
+  const bool due = patch.number == 0 ||
+                   patch_due_for(patch_center_for(X_WG.p, now.X_WT.p, travel), patch.center_W, travel);
+  due_for = due ? due_for + now.dt : 0;
+  if (due_for > kStaleTime) now.faults |= bits(Fault::kStalePatch);
+  held = now.touching ? held_by(contacts, now.active) : HeldBy{};
+  now.p_WG = now.c == now.target ? now.X_WT.p : settings.frame.to_world(now.c);
+}
+
+}  // namespace typodont::haptics
