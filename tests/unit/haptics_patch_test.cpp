@@ -1,8 +1,14 @@
 // Patches on their way from the carver to the servo: kept up to date while the servo goes on cutting.
 #include <gtest/gtest.h>
 
+#include <atomic>
+#include <chrono>
+#include <cmath>
+#include <deque>
 #include <random>
+#include <thread>
 
+#include "engine/base/ring.h"
 #include "engine/base/units.h"
 #include "haptics/patch_exchange.h"
 #include "tests/support/haptic_bench.h"
@@ -163,6 +169,69 @@ TEST(PatchExchange, TheServoTakesWhatLacksNothingAndLeavesTheRestToTheCarverForA
   SurfacePatch check = bench.spare;
   bench.carver.volume().copy(bench.servo.patch().lo, glm::ivec3(check.n), check.distance.data(), check.tissue.data());
   EXPECT_EQ(bench.servo.patch().distance, check.distance);
+}
+
+/// What a live session records of its patches.
+struct Use {
+  std::uint64_t tick, cuts;
+  std::uint32_t number;
+  dvec3 center_W;
+};
+
+TEST(PatchExchange, ARunOfTwoThreadsIsRepeatedToTheBitFromWhenItsPatchesWereTaken) {
+  constexpr int kTicks = 1200;
+  haptics::ServoSettings settings;
+  settings.tool.diameter = settings.tool.length = 1.2_mm;
+  settings.spindle.free_speed = 300.0_krpm;
+  const auto hand = [](int i) { return Pose{{1.2_mm * std::sin(0.004 * i), 0.3_mm * std::sin(0.011 * i), 2.6_mm - 0.6e-6 * i}}; };
+  HapticBench live(kBlock, settings), again(kBlock, settings);
+  PatchExchange exchange(live.spare);
+  exchange.offer(live.carver, hand(0).p);
+  Ring<Cut> cuts(1 << 12);
+  Latest<ServoTick> ticks;
+  std::atomic<bool> stop = false;
+  std::jthread carver([&] {
+    Cut cut;
+    while (!stop) {
+      while (cuts.pop(cut)) live.carver.apply(cut);
+      exchange.keep_up(live.carver, ticks.front().patch);
+      if (ticks.fetch() && live.carver.patch_due(ticks.front())) exchange.offer(live.carver, live.carver.patch_center(ticks.front()));
+      std::this_thread::yield();
+    }
+  });
+  std::vector<Use> uses;
+  std::vector<dvec3> forces;
+  ServoTick tick;
+  Cut cut;
+  for (int i = 0; i < kTicks; ++i) {
+    if (SurfacePatch* const fresh = exchange.take(live.servo.patch(), tick.cuts, now())) {
+      uses.push_back({static_cast<std::uint64_t>(i), fresh->cuts, fresh->number, fresh->center_W});
+      live.servo.adopt(*fresh);
+    }
+    if (live.servo.tick({i * 1'000'000LL, hand(i), 1}, tick, cut)) {
+      ASSERT_TRUE(cuts.push(cut));
+    }
+    ticks.publish(tick);
+    forces.push_back(tick.f_T_W);
+    std::this_thread::sleep_for(std::chrono::microseconds(200));
+  }
+  stop = true;
+  carver.join();
+  EXPECT_GT(uses.size(), 1u);
+  EXPECT_GT(tick.cuts, 50u);
+
+  std::deque<Cut> waiting;
+  auto use = uses.begin();
+  for (int i = 0; i < kTicks; ++i) {
+    for (; use != uses.end() && use->tick == static_cast<std::uint64_t>(i); ++use) {
+      for (; !waiting.empty() && waiting.front().index <= use->cuts; waiting.pop_front()) again.carver.apply(waiting.front());
+      ASSERT_EQ(again.carver.cuts(), use->cuts);
+      again.carver.cut_out(use->center_W, again.spare);
+      again.servo.adopt(again.spare);
+    }
+    if (again.servo.tick({i * 1'000'000LL, hand(i), 1}, tick, cut)) waiting.push_back(cut);
+    ASSERT_EQ(tick.f_T_W, forces[static_cast<std::size_t>(i)]) << i;
+  }
 }
 
 }  // namespace
