@@ -11,7 +11,8 @@ namespace {
 constexpr double kContactRange = 0.8;      // contacts farther away than this do not matter yet …
 constexpr double kContactStep = 0.6;       // … because a step among several is no longer than this
 constexpr double kStep = 1.5;              // longest step between two looks at the contacts: nothing thinner is skipped
-constexpr double kConverged = 1e-6;        // the proxy has come to rest
+constexpr double kConverged = 1e-6;        // the proxy has come to rest,
+constexpr double kForeseen = 1e-7;         // … or will have, within this
 constexpr double kSettled = 2e-5;          // the same where several contacts were looked at,
 constexpr double kSettledCutting = 3e-3;   // … and while they are cut, which leaves them rough by more
 constexpr int kSettlingLooks = 8, kSettlingLooksCutting = 5;
@@ -207,7 +208,7 @@ void Servo::State::move_proxy(Touch& now) noexcept {
   room_around = 0;  // what is found from here on holds for this place alone
   int settled_looks = 0;
   dvec3 found_at(0), last_step(0);
-  double last_gain = 1;
+  double last_gain = 1, last_length = 0;
   lead_out(now);
   const bool walled = now.may_cut && settings.boundary_walls;
   now.specific_energy = now.may_cut ? mean(&Material::specific_energy) : 0;
@@ -233,6 +234,7 @@ void Servo::State::move_proxy(Touch& now) noexcept {
         break;
       }
       c = next;
+      last_length = 0;
       continue;
     }
 
@@ -284,7 +286,9 @@ void Servo::State::move_proxy(Touch& now) noexcept {
       const double most = contacts.count() > 1 ? kMostGainOfMany : kMostGain;
       last_step = step;
       last_gain = share != 0 && std::abs(share) < kStillConverges ? std::min(last_gain / (1 - share), most) : 1;
-      step *= last_gain;
+      // Toward the tissue each look goes the whole way as it is.
+      const dvec3 n = contacts.plane(now.active.index[0]).n;
+      step += (last_gain - 1) * (step - glm::dot(step, n) * n);
       next = c + step;
     }
     // No farther than the hand may feel in this tick: from there on another tick looks.
@@ -296,11 +300,15 @@ void Servo::State::move_proxy(Touch& now) noexcept {
     const double longest = contacts.count() > 1 ? kContactStep : kStep;
     if (length > longest) {
       c += step * (longest / length);
+      last_length = 0;
       continue;
     }
     c = next;
     const double settled = contacts.count() > 1 ? now.may_cut ? kSettledCutting : kSettled : kConverged;
-    if (length < settled || ++settled_looks >= (now.may_cut ? kSettlingLooksCutting : kSettlingLooks)) break;
+    // What is still to come, where each step is at most the share of the one before that this one was.
+    const bool foreseen = contacts.count() == 1 && length < last_length && length * length < kForeseen * (last_length - length);
+    last_length = length;
+    if (length < settled || foreseen || ++settled_looks >= (now.may_cut ? kSettlingLooksCutting : kSettlingLooks)) break;
     // On a smooth surface each look squares the error; when nothing pushes, the target was reached.
     if (now.active.count == 0) {
       now.touching = false;

@@ -147,10 +147,10 @@ TEST(Campaign, AfterAnyNumberOfCutsAndFillingsInAnyOrderPatchAndVolumeHoldTheSam
   plugger.fill = Tissue::kAmalgam;
   const PerTissue before = volume.volumes();
   // A box of the volume as the servo holds it: dense, cut and filled by the same functions.
-  const glm::ivec3 lo = glm::ivec3(glm::round(frame.to_voxels(dvec3(0)))) - 32, size(65);
-  std::vector<float> distance(65 * 65 * 65);
-  std::vector<Tissue> label(distance.size());
-  volume.copy(lo, size, distance.data(), label.data());
+  haptics::SurfacePatch patch;
+  patch.resize(65);
+  patch.lo = glm::ivec3(glm::round(frame.to_voxels(dvec3(0)))) - 32;
+  volume.copy_for_patch(patch.lo, glm::ivec3(65), patch.distance.data(), patch.tissue.data());
   PerTissue removed{}, added{};
   dvec3 at(0);
   for (int i = 0; i < campaign(2000); ++i) {
@@ -160,27 +160,24 @@ TEST(Campaign, AfterAnyNumberOfCutsAndFillingsInAnyOrderPatchAndVolumeHoldTheSam
       bur.diameter = bur.length = 2 * radius;
       const haptics::Sweep sweep(bur, Pose{at}, Pose{next}, frame);
       volume.carve(sweep);
-      const glm::ivec3 a = glm::max(sweep.lo(), lo), b = glm::min(sweep.hi(), lo + size - 1);
-      const glm::ivec3 from = a - lo;
-      const std::size_t first = static_cast<std::size_t>((from.x * 65 + from.y) * 65 + from.z);
-      sweep.raise(a, b - a + 1, distance.data() + first, 65 * 65, 65, label.data() + first, &removed);
+      const PerTissue took = haptics::carve(patch, sweep);
+      for (std::size_t t = 0; t < took.size(); ++t) removed[t] += took[t];
     } else {
       plugger.diameter = plugger.length = 0.6_mm;
       const haptics::Fill fill(plugger, next, radius, Pose{next + dvec3(0, 0, radius)}, frame);
       volume.fill(fill);
-      const glm::ivec3 a = glm::max(fill.lo(), lo), b = glm::min(fill.hi(), lo + size - 1);
-      const glm::ivec3 from = a - lo;
-      const std::size_t first = static_cast<std::size_t>((from.x * 65 + from.y) * 65 + from.z);
-      fill.lower(a, b - a + 1, distance.data() + first, label.data() + first, 65 * 65, 65, &added);
+      bool changed;
+      const PerTissue put = haptics::fill(patch, fill, &changed);
+      for (std::size_t t = 0; t < put.size(); ++t) added[t] += put[t];
     }
     at = next;
   }
-  std::vector<float> kept(distance.size());
-  std::vector<Tissue> kept_label(label.size());
-  volume.copy(lo, size, kept.data(), kept_label.data());
+  std::vector<float> kept(patch.distance.size());
+  std::vector<Tissue> kept_label(patch.tissue.size());
+  volume.copy_for_patch(patch.lo, glm::ivec3(65), kept.data(), kept_label.data());
   for (std::size_t i = 0; i < kept.size(); ++i) {
-    ASSERT_EQ(kept[i], distance[i]) << i;
-    ASSERT_EQ(kept_label[i], label[i]) << i;
+    ASSERT_EQ(kept[i], patch.distance[i]) << i;
+    ASSERT_EQ(kept_label[i], patch.tissue[i]) << i;
     ASSERT_TRUE(std::isfinite(kept[i]));
   }
   // What was put down less what was taken is what is there: tissue by tissue, however often it changed hands.
