@@ -28,7 +28,9 @@ double travel_for(const Tool& tool, double voxel) {
 int patch_edge_for(std::span<const Tool> tools, double voxel) {
   double half = 0;
   for (const Tool& tool : tools) {
-    half = std::max(half, near_reach(tool) / voxel + Sweep::kMargin + 3 + travel_for(tool, voxel));
+    // A portion of filling lies beyond the head's end, and is put down only where the patch holds all of it.
+    const double reach = std::max(near_reach(tool), tool.fill == Tissue::kAir ? 0.0 : tool.half() + tool.fill_reach);
+    half = std::max(half, reach / voxel + Sweep::kMargin + 3 + travel_for(tool, voxel));
   }
   return 2 * static_cast<int>(std::ceil(half)) + 1;
 }

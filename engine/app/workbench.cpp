@@ -16,13 +16,8 @@
 #include "engine/app/headset/xr_hand.h"
 #include "engine/app/headset/xr_session.h"
 #include "engine/app/live/session.h"
-#include "engine/app/picture/debris_view.h"
-#include "engine/app/picture/detail.h"
-#include "engine/app/picture/live_views.h"
+#include "engine/app/picture/live_picture.h"
 #include "engine/app/picture/picture_record.h"
-#include "engine/app/picture/picture_stage.h"
-#include "engine/app/picture/quality_ladder.h"
-#include "engine/app/picture/tissue_view.h"
 #include "engine/app/recording/resume.h"
 #include "engine/app/recording/session_record.h"
 #include "engine/app/sound_link.h"
@@ -49,10 +44,6 @@ using namespace std::chrono_literals;
 
 constexpr double kMirror = 22e-3;  // m, a mouth mirror of size 4, where the scene does not say
 constexpr int kHoldKey = ' ', kGoOnKey = 'R', kViewKey = 'V', kSuctionKey = 'A';
-constexpr Nanos kReviveInterval = 10 * kNanosPerSecond;  // a device lost more often than this is broken
-constexpr std::size_t kProcessorStep = 3;  // of the quality ladder, where a processor draws: about what it is quick enough for
-constexpr Nanos kProcessorMeshInterval = 33'000'000;      // ns between looks for changed bricks, where a processor draws
-constexpr Nanos kOwnInterval = 30'000'000;               // ns between pictures from a viewpoint of one's own
 
 std::atomic<bool> g_asked_to_stop{false};
 void ask_to_stop(int) {
@@ -73,38 +64,20 @@ struct Workbench::Impl {
   Hands hands;
   std::optional<SoundLink> sound;
   std::optional<session::SessionWriter> writer;
-  std::optional<PictureStage> stage;
-  std::optional<XrSession> headset;  // draws on a thread of its own, in the stage's place
-  Surroundings around;               // of the tooth, where a picture is drawn here
-  std::unique_ptr<LiveViews> views;  // where operated or drawn here
-  std::optional<PictureStage> own_stage;  // from a viewpoint of one's own
-  Viewpoint own_from;
-  glm::ivec2 own_size{0};            // 0: there is none
-  Nanos own_drawn = 0;
-  std::uint64_t own_frames = 0;
-  MaterialTable materials;           // as drawn
-  QualityLadder ladder;
-  std::optional<Detail> detail;      // of the tooth in the stage's picture
-  std::optional<DebrisView> debris;
+  std::optional<LivePicture> picture;  // where operated or drawn here
+  std::optional<XrSession> headset;    // draws on a thread of its own, in the trainee's picture's place
   WorkCounts before;  // of the process, when the session began
   dvec3 above{0, 0, 0};  // m, W: where the tool starts
 
   bool running = false;
-  Nanos began = 0, last_frame = 0, last_drawn = 0;
-  ServoTick tick;  // the newest, as drawn
-  std::uint64_t drawn = 0;
-  double frame_seconds = 0, frame_period = 0, photon_seconds = 0;  // s, smoothed
+  Nanos began = 0;
+  ServoTick tick;                              // the newest, as drawn
   SessionSettings settings;                    // as last sent to the servo
-  std::optional<SeenFrom> seen;                // as last given to the recording
   std::optional<session::HandMeter> meter;     // where operated
   std::optional<DamageMeter> damage;           // the same
   PerTissue volumes_before{};                  // m³, the same
   Nanos fault_time = 0;
-  Nanos revived = -kReviveInterval;  // when the picture was last made anew
   std::uint32_t recent_faults = 0;
-  bool drew_last = false;  // the last turn drew a frame
-  std::uint64_t ladder_cuts = 0;  // when the ladder last looked at a frame
-  bool sucking = false;    // the suction is on
   std::string keys;  // what the hand and the keyboard do, drawn below the picture
   std::string failure;
   bool held = false, hand_gone = false;
@@ -120,21 +93,11 @@ struct Workbench::Impl {
   void start_headset(const std::string& hand_address);
   void start();
   bool step(const display::UserInput* input, glm::ivec2 picture_size);
-  void make_stage(gpu::Device* device);
-  void collect();
-  void draw_own(double dt);
-  void count_frame();
-  bool in_one_window() const { return options.embedded && own_size.x > 0; }
   void score_ticks();
-  void record_view();
   void follow_keys(const display::UserInput& input);
   void edit_tissue(const display::UserInput& input);
-  void draw();
-  void count(const render::FrameStats& frame);
   void count_work(const WorkCounts& running);
-  void show_next_view();
   void hold(bool on) noexcept;
-  void suck(bool on);
   void report_hand();
   std::string hint() const;
   void end();
@@ -161,7 +124,6 @@ void Workbench::Impl::set_up() {
               ? "picture: off, an offscreen rig shows nothing live; use 'typodont render' or 'typodont demo'"
               : "picture: off, the scene does not name \"render\"");
   s.operated = options.operated;
-  materials = scene.servo.materials;
   s.record = !options.record.empty();
   s.save = options.save;
   if (!scene.resume.empty()) explain("tissue: going on from " + scene.resume);
@@ -238,24 +200,8 @@ void Workbench::Impl::set_up() {
     damage = damage_meter(scene);
   }
   if ((s.draw && window) || s.operated) {
-    around = make_surroundings(scene);
-    views = std::make_unique<LiveViews>(scene, tissue, around, s.wiring, s.operated);
-  }
-  if (s.draw && window) {
-    make_stage(options.device);
-    detail.emplace(surface_tolerance(*rig, tissue.frame().voxel, ladder.step()), tissue.frame().voxel);
-    s.wiring.tolerance = detail->tolerance();
-    if (stage->device().processor) s.mesh_interval = kProcessorMeshInterval;
-    explain("drawn by " + stage->device_name());
-    explain(fmt::format("picture quality: begins at \"{}\"; steps down while a frame takes over {:.0f} ms, up when there is "
-                        "room", ladder.step().name, 1e3 / 30));
-    explain(rig->head.tracker.empty() ? "head: at rest, the rig names no tracker" : "head: " + rig->head.tracker);
-  }
-  if (s.debris && window) {
-    debris.emplace(scene.servo.materials, tissue);
-    debris->use(&stage->device());
-    suck(scene.suction_on);
-    explain(debris->cloud() ? "debris: moved by the GPU" : "debris: moved by the processor, which also draws");
+    picture.emplace(scene, options, s, above, hands.left != nullptr);
+    if (s.draw && window) picture->open(*rig, summary.explanations);
   }
   if (options.explain) {
     for (const std::string& line : summary.explanations) log::info("{}", line);
@@ -303,12 +249,13 @@ void Workbench::Impl::start() {
     left = std::jthread(left_hand_thread, std::ref(s.wiring), std::ref(*hands.left),
                         scene.mouth_mirror.diameter > 0 ? scene.mouth_mirror.diameter : kMirror, s.record);
   if (writer) recorder = std::jthread(recorder_thread, std::ref(s), std::ref(*writer));
-  began = last_frame = now();
+  began = now();
+  if (picture) picture->begin();
   const std::size_t tools = std::min<std::size_t>(haptics::tray(scene.servo).size(), 9);
   if (pointer) keys = "left button: drill   wheel: in and out   ";
   keys += "Z, Y: undo, redo   ";
-  if (views && !options.operated) keys += "V: view   ";
-  if (debris) keys += "A: suction   ";
+  if (picture && !options.operated) keys += "V: view   ";
+  if (picture && picture->shows_debris()) keys += "A: suction   ";
   if (tools > 1) keys += fmt::format("1–{}: tools   ", tools);
   if (headset) headset->start(began);
 }
@@ -321,114 +268,39 @@ bool Workbench::Impl::step(const display::UserInput* input, glm::ivec2 picture_s
   if (sound && !headset) sound->advance(s.wiring.tick_to_render.front().t);
   s.wiring.loop_to_render.fetch();
   report_hand();
-  if (!s.draw || headset || !stage) {
+  if (!s.draw || headset || !picture || !picture->stage()) {
     std::this_thread::sleep_for(10ms);
     if (sound && (headset || options.audio.starts_with("wav:"))) sound->advance(now() - began);
     if (!headset) return true;
   }
   try {
     if (headset) {
-      collect();
-      draw_own(0.01);
+      if (picture) {
+        picture->collect();
+        picture->draw_own(tick, 0.01);
+      }
       return headset->step();
     }
-    const display::UserInput own = options.embedded ? display::UserInput() : stage->output().poll();
+    const display::UserInput own = options.embedded ? display::UserInput() : picture->stage()->output().poll();
     if (own.close) return false;
     const display::UserInput& over = input && options.embedded ? *input : own;
     if (pointer) s.wiring.pointer.publish(pointer->follow(over, now() - began));
-    if (options.embedded && stage->resize(picture_size) && pointer) pointer->follow_rig(stage->rig());
+    PictureStage& stage = *picture->stage();
+    if (options.embedded && stage.resize(picture_size) && pointer) pointer->follow_rig(stage.rig());
     follow_keys(over);
     edit_tissue(over);
-    draw();
+    picture->draw(tick, hint(), summary.work);
     return true;
   } catch (const gpu::DeviceLost& e) {
     if (options.device) throw;  // the operator makes a new one for both
-    if (now() - revived < kReviveInterval) {
-      failure = e.what();
-      return false;
-    }
     log::warn("{}; the picture is made anew", e.what());
-    revived = now();
-    if (debris) debris->use(nullptr);
-    views->attach(Eyes::kTrainee, nullptr);
-    stage.reset();
-    make_stage(nullptr);
-    return true;
+    if (picture->revive()) return true;
+    failure = e.what();
+    return false;
   } catch (const std::exception& e) {  // the picture is lost: the session ends in order
     failure = e.what();
     return false;
   }
-}
-
-/// The picture of this rig, on the operator's device or one of its own.
-void Workbench::Impl::make_stage(gpu::Device* device) {
-  PictureStage::Options look;
-  look.window = !options.embedded;
-  look.embedded = options.embedded;
-  look.hud = !options.operated;  // what the operator's window says need not stand in the trainee's picture
-  look.device = device;
-  look.monitor = options.monitor;
-  look.quality = ladder.step();
-  haptics::ServoSettings shown = scene.servo;
-  shown.materials = materials;
-  stage.emplace(*rig, shown, look);
-  if (stage->device().processor && ladder.changes() == 0) {
-    ladder = QualityLadder(1.0 / 30, 1.0 / 90, kProcessorStep);
-    stage->set_quality(ladder.step());
-  }
-  stage->surround(around);
-  stage->hold_mirror(scene.mouth_mirror);
-  views->attach(Eyes::kTrainee, &*stage);
-  if (debris) debris->use(&stage->device());
-}
-
-/// The nozzle beside the tooth draws chips in, or not.
-void Workbench::Impl::suck(bool on) {
-  sucking = on;
-  constexpr double kBeside = 9e-3;  // m, behind the tooth as the trainee sees it
-  debris::Suction nozzle = scene.suction.value_or(debris::Suction{.p_W = above + dvec3(0, kBeside, 0)});
-  debris->suck(on ? std::optional(nozzle) : std::nullopt);
-}
-
-/// The picture from a viewpoint of one's own, where it is wanted and due.
-void Workbench::Impl::draw_own(double dt) {
-  if (!views || own_size.x <= 0 || !options.device) {
-    if (own_stage) {
-      views->attach(Eyes::kOwn, nullptr);
-      own_stage.reset();
-    }
-    return;
-  }
-  if (now() - own_drawn < kOwnInterval) return;
-  own_drawn = now();
-  if (!own_stage) {
-    PictureStage::Options look;
-    look.embedded = true;
-    look.hud = false;
-    look.device = options.device;
-    look.quality = ladder.step();
-    haptics::ServoSettings shown = scene.servo;
-    shown.materials = materials;
-    own_stage.emplace(rig_of(own_from, views->middle(), own_size), shown, look);
-    own_stage->surround(around);
-    views->attach(Eyes::kOwn, &*own_stage);
-    views->advance();
-  }
-  own_stage->resize(own_size);
-  own_stage->look_from(rig_of(own_from, views->middle(), own_size));
-  const Look& look = views->look(Eyes::kOwn);
-  own_stage->hold_mirror(!look.mirror ? MouthMirror{} : hands.left ? session->wiring.mouth_mirror.front() : scene.mouth_mirror);
-  const auto particles = debris && look.debris ? debris->particles() : std::span<const render::Particle>{};
-  if (!own_stage->draw(tick, particles, dt).drawn) return;
-  ++own_frames;
-  if (in_one_window() || !stage) count_frame();
-}
-
-/// One more picture has been drawn.
-void Workbench::Impl::count_frame() {
-  const Nanos t = now();
-  if (last_drawn) frame_period += 0.1 * (std::min(to_seconds(t - last_drawn), 1.0) - frame_period);
-  last_drawn = t;
 }
 
 void Workbench::Impl::hold(bool on) noexcept {
@@ -458,8 +330,8 @@ std::string Workbench::Impl::hint() const {
     text += fmt::format("motors {:.0f} %, up to {:.1f} N   {}", 100 * loop.heat, loop.bearable_force,
                         loop.armed ? "" : "no force until the hand is free   ");
   }
-  if (sucking) text += "suction on   ";
-  if (ladder.changes() > 0) text += fmt::format("picture: {}   ", ladder.step().name);
+  if (picture && picture->sucking()) text += "suction on   ";
+  if (picture && picture->ladder().changes() > 0) text += fmt::format("picture: {}   ", picture->ladder().step().name);
   return text + "space: stop";
 }
 
@@ -468,8 +340,8 @@ void Workbench::Impl::follow_keys(const display::UserInput& input) {
   for (const int key : input.pressed) {
     if (key == kHoldKey) hold(true);
     if (key == kGoOnKey) hold(false);
-    if (key == kViewKey && views && !options.operated) show_next_view();
-    if (key == kSuctionKey && debris) suck(!sucking);
+    if (key == kViewKey && !options.operated) picture->show_next_view(tick);
+    if (key == kSuctionKey) picture->switch_suction();
     const int place = key - '1';
     if (place >= 0 && place < 9 && place < static_cast<int>(haptics::tray(scene.servo).size())) {
       session->wiring.chosen_tool = place;
@@ -486,120 +358,13 @@ void Workbench::Impl::edit_tissue(const display::UserInput& input) {
   }
 }
 
-/// As it looks, cut open where the bur is, as glass, against the ideal where the scene has one, and again as it looks.
-void Workbench::Impl::show_next_view() {
-  using render::View;
-  constexpr std::array kOrder{View::kLook, View::kSection, View::kXray, View::kDifference};
-  Look next = views->look(Eyes::kTrainee);
-  const auto now_at = std::find(kOrder.begin(), kOrder.end(), next.view);
-  const bool last = now_at + 1 == kOrder.end() || (now_at[1] == View::kDifference && !views->has_ideal());
-  next.view = last ? View::kLook : now_at[1];
-  if (next.view == View::kSection) {
-    // Upright through the bur, facing the viewer: what lies behind it stays.
-    const dvec3 away = stage->rig().head.eye_center - tick.X_WG.p, level(away.x, away.y, 0);
-    const dvec3 n = glm::length(level) > 0.2 * glm::length(away) ? -glm::normalize(level) : dvec3(0, 1, 0);
-    next.plane = {n, -glm::dot(n, tick.X_WG.p)};
-  }
-  views->look(Eyes::kTrainee, next);
-}
-
-/// What changed since the last picture.
-void Workbench::Impl::collect() {
-  LiveSession& s = *session;
-  if (!headset && s.wiring.tick_to_render.fetch()) tick = s.wiring.tick_to_render.front();
-  MeshBatch* batch = nullptr;
-  while ((headset ? s.wiring.bricks_to_watch : s.wiring.bricks).pop(batch)) {
-    const std::unique_ptr<MeshBatch> owned(batch);
-    views->take(std::move(*owned));
-  }
-  if (views) views->advance();
-}
-
-void Workbench::Impl::draw() {
-  LiveSession& s = *session;
-  collect();
-  const double dt = to_seconds(now() - last_frame);
-  last_frame = now();
-  if (debris) {
-    Cut cut;
-    while (s.wiring.cuts_to_debris.pop(cut)) debris->add(cut, haptics::tray(scene.servo)[cut.tool]);
-    LoosePiece piece;
-    while (s.wiring.pieces_to_debris.pop(piece)) debris->add(piece);
-    summary.work.particles_stepped += debris->debris().alive();
-    debris->step(std::min(dt, 0.1));
-  }
-  if (hands.left) s.wiring.mouth_mirror.fetch();
-  draw_own(dt);
-  if (in_one_window()) {
-    frame_seconds += 0.1 * (to_seconds(now() - last_frame) - frame_seconds);
-    return std::this_thread::sleep_for(4ms);
-  }
-  const Look& look = views->look(Eyes::kTrainee);
-  stage->hold_mirror(!look.mirror ? MouthMirror{} : hands.left ? s.wiring.mouth_mirror.front() : scene.mouth_mirror);
-  const bool chips = debris && look.debris;
-  stage->show_cloud(chips ? debris->cloud() : nullptr);
-  const auto stats = stage->draw(tick, chips ? debris->particles() : std::span<const render::Particle>{}, dt, hint());
-  drawn += stats.drawn;
-  record_view();
-  if (stats.drawn) {
-    if (detail->follow(stats.pixel, ladder.step())) s.wiring.tolerance = detail->tolerance();
-    count(stats);
-    count_frame();
-    // The trainee's picture alone: what else is drawn must not cost its quality.
-    const PictureStage::Timing& took = stage->timing();
-    frame_seconds += 0.1 * (took.cost() - frame_seconds);
-    // The hand's sample was that old when the frame began.
-    const Nanos zero = s.wiring.session_zero.load(std::memory_order_relaxed);
-    const double age = zero ? std::max(to_seconds(last_frame - zero - tick.t), 0.0) : 0.0;
-    photon_seconds += 0.1 * (age + took.shown - photon_seconds);
-    if (s.record)
-      s.wiring.pictures_to_recorder.push(
-          {last_frame, dt, took.record, took.gpu, age + took.shown, stats.redrawn, ladder.place()});
-    // Composing and presenting are the processor's work, too, where it plays the GPU: frames on end show what all takes.
-    const bool on_end = std::exchange(drew_last, true) && stage->device().processor && !options.embedded;
-    // Of a picture at rest only what its level of detail made finer is drawn anew, a few bricks at a time: cheap frames,
-    // which say nothing of what the next step would cost. Following them it would climb, refine, and fall for ever.
-    const bool refined = stats.redrawn < 1 && stage->tool_at_rest() && tick.cuts == ladder_cuts;
-    ladder_cuts = tick.cuts;
-    if (!refined && ladder.frame_took(on_end && dt > 1.0 / 30 ? std::max(dt, took.cost()) : took.cost())) {
-      stage->set_quality(ladder.step());
-      log::info("picture quality: {}, for a frame took {:.0f} ms", ladder.step().name, 1e3 * frame_seconds);
-    }
-  }
-  if (!stats.drawn) drew_last = false;
-  // Asking the desktop for news costs more than all the rest of a turn: where nothing moved for half a second it is asked
-  // forty times a second.
-  if (!stats.drawn && !options.embedded)
-    std::this_thread::sleep_for(last_frame - last_drawn > kNanosPerSecond / 2 ? 25ms : 4ms);
-}
-
-void Workbench::Impl::count(const render::FrameStats& frame) {
-  WorkCounts& work = summary.work;
-  const auto plus = [](std::uint64_t& sum, auto value) { sum += static_cast<std::uint64_t>(value); };
-  plus(work.passes, frame.passes);
-  plus(work.triangles_drawn, frame.triangles + frame.mirror_triangles);
-  plus(work.bricks_skipped, frame.bricks_culled + frame.bricks_facing_away + frame.bricks_covered);
-  work.pipelines = std::max(work.pipelines, static_cast<std::uint64_t>(frame.pipelines));
-}
-
-/// Where it is seen from, and how: to the recording, whenever that changed.
-void Workbench::Impl::record_view() {
-  Wiring& wiring = session->wiring;
-  const Nanos zero = wiring.session_zero;
-  if (!session->head_stream || zero == 0) return;
-  const display::Head& head = stage->rig().head;
-  const SeenFrom now_seen{now() - zero, head.eye_center, head.right, head.ipd, stage->view()};
-  if (seen && seen->eye_W == now_seen.eye_W && seen->right_W == now_seen.right_W && seen->view == now_seen.view) return;
-  if (wiring.seen_to_recorder.push(now_seen)) seen = now_seen;
-}
-
 /// The hand's measures and the faults of the last second, from every tick.
 void Workbench::Impl::score_ticks() {
   ServoTick next;
   while (session->wiring.ticks_to_score.pop(next)) {
     meter->add({&next, 1});
     if (damage) damage->add({&next, 1});
-    views->explore(next);
+    picture->views()->explore(next);
     if (headset || !session->draw) tick = next;
     if (next.faults != 0) {
       recent_faults = next.t - fault_time < kNanosPerSecond ? recent_faults | next.faults : next.faults;
@@ -622,8 +387,8 @@ void Workbench::Impl::end() {
   while (s.wiring.cuts_to_carver.pop(last_cut)) s.carver.apply(last_cut);
   s.wiring.nothing_more = true;
   if (recorder.joinable()) recorder.join();
+  summary.frames = headset ? headset->frames() : picture ? picture->frames() : 0;
   if (headset) {
-    drawn = headset->frames();
     headset->stop();
     if (!options.touches.empty()) write_touches(options.touches, headset->touches());
   }
@@ -635,9 +400,7 @@ void Workbench::Impl::end() {
   MeshBatch* batch = nullptr;
   while (s.wiring.bricks.pop(batch)) delete batch;
   while (s.wiring.bricks_to_watch.pop(batch)) delete batch;
-  if (views) views->attach(Eyes::kTrainee, nullptr), views->attach(Eyes::kOwn, nullptr);
-  own_stage.reset();
-  views.reset();
+  if (picture) picture->close();
   haptics::TissueVolume* copy = nullptr;
   while (s.wiring.copies_to_watch.pop(copy)) delete copy;
   std::signal(SIGINT, SIG_DFL);
@@ -654,7 +417,7 @@ void Workbench::Impl::end() {
   summary.seconds = to_seconds(s.last.t);
   const LoopTiming& timing = s.loop->report().timing;
   summary.ticks = timing.ticks;
-  summary.frames = drawn;
+  PictureStage* const stage = picture ? picture->stage() : nullptr;
   if (stage) summary.tracker = stage->tracker_stats();
   summary.cuts = s.last.cuts;
   summary.removed = s.last.removed;
@@ -667,11 +430,13 @@ void Workbench::Impl::end() {
   // Of its bin the upper edge, which the worst may lie below.
   summary.jitter_us_p999 = std::min(timing.jitter.quantile(0.999) * 1e-3, summary.worst_jitter_us);
   summary.loop = s.loop->report();
-  if (stage && drawn > 0) {
+  if (stage && summary.frames > 0) {
+    const QualityLadder& ladder = picture->ladder();
     explain(fmt::format("picture: {} frames, {:.1f} a second, {:.1f} ms each at the end, {:.0f} ms from hand to screen (estimated); quality "
                         "\"{}\", step {} of {}, after {} changes",
-                        drawn, static_cast<double>(drawn) / std::max(summary.seconds, 1e-3), 1e3 * frame_seconds, 1e3 * photon_seconds, ladder.step().name, ladder.place() + 1,
-                        render::kQualityLadder.size(), ladder.changes()));
+                        summary.frames, static_cast<double>(summary.frames) / std::max(summary.seconds, 1e-3),
+                        1e3 * picture->frame_seconds(), 1e3 * picture->photon_seconds(), ladder.step().name,
+                        ladder.place() + 1, render::kQualityLadder.size(), ladder.changes()));
   }
   if (!summary.loop.words().empty()) explain("real time: " + std::string(summary.loop.words()));
   count_work(process);
@@ -681,7 +446,7 @@ void Workbench::Impl::end() {
 void Workbench::Impl::count_work(const WorkCounts& running_process) {
   LiveSession& s = *session;
   WorkCounts& work = summary.work;
-  work.ticks = summary.ticks, work.frames = drawn;
+  work.ticks = summary.ticks, work.frames = summary.frames;
   work.queries = s.queries;
   work.patches = s.carver.patches(), work.voxels_cut = s.voxels_cut;
   work.bricks_meshed = s.bricks_meshed, work.triangles_made = s.triangles_made;
@@ -722,39 +487,25 @@ std::vector<PaintStroke> Workbench::painted() const {
   return impl_->session->book.paint(impl_->session->carver.volume());
 }
 void Workbench::color(Tissue tissue, const dvec3& color) {
-  Impl& m = *impl_;
-  m.materials[static_cast<std::size_t>(tissue)].color = color;
-  if (m.own_stage) {
-    m.views->attach(Eyes::kOwn, nullptr);
-    m.own_stage.reset();
-  }
-  if (!m.stage) return;
-  m.views->attach(Eyes::kTrainee, nullptr);
-  m.stage.reset();
-  m.make_stage(m.options.device);
+  if (impl_->picture) impl_->picture->color(tissue, color);
 }
 LiveViews* Workbench::views() {
-  return impl_->views.get();
+  return impl_->picture ? impl_->picture->views() : nullptr;
 }
 void Workbench::look_from(const Viewpoint& from, glm::ivec2 pixels) {
-  impl_->own_from = clamped(from);
-  impl_->own_size = pixels.x > 0 ? glm::max(pixels, glm::ivec2(16)) : glm::ivec2(0);
+  if (impl_->picture) impl_->picture->look_from(from, pixels);
 }
 const gpu::Image* Workbench::own_picture() const {
-  return impl_->own_stage && impl_->own_frames > 0 ? &impl_->own_stage->pictures() : nullptr;
+  return impl_->picture ? impl_->picture->own_picture() : nullptr;
 }
 haptics::TissueVolume Workbench::take_tissue() {
   return std::move(impl_->session->carver.volume());
 }
 void Workbench::drop_picture() {
-  if (impl_->debris) impl_->debris->use(nullptr);
-  if (impl_->views) impl_->views->attach(Eyes::kTrainee, nullptr), impl_->views->attach(Eyes::kOwn, nullptr);
-  impl_->own_stage.reset();
-  impl_->stage.reset();
+  if (impl_->picture) impl_->picture->drop();
 }
 void Workbench::make_picture(gpu::Device& device) {
-  if (!impl_->session->draw || impl_->headset) return;
-  impl_->make_stage(&device);
+  if (impl_->picture) impl_->picture->make(&device);
 }
 void Workbench::emergency_stop() {
   Wiring& wiring = impl_->session->wiring;
@@ -785,14 +536,17 @@ WorkbenchStatus Workbench::status() {
   s.seconds = to_seconds(s.tick.t);
   s.faults = s.tick.t - m.fault_time < kNanosPerSecond ? m.recent_faults : 0;
   s.timing = wiring.loop_to_render.front().timing;
-  s.frame_ms = m.frame_seconds * 1e3;
-  s.frames_per_second = m.frame_period > 0 ? 1 / m.frame_period : 0;
-  s.quality = m.ladder.step().name;
-  s.frames = m.drawn;
+  if (m.picture) {
+    const LivePicture& picture = *m.picture;
+    s.frame_ms = picture.frame_seconds() * 1e3;
+    s.frames_per_second = picture.frame_period() > 0 ? 1 / picture.frame_period() : 0;
+    s.quality = picture.ladder().step().name;
+    s.frames = picture.frames();
+    s.own_frames = picture.own_frames();
+  }
   s.record = wiring.record_to_render.front();
   wiring.tissue_to_render.fetch();
   s.tissue = wiring.tissue_to_render.front();
-  s.own_frames = m.own_frames;
   const LoopReport& loop = wiring.loop_to_render.front();
   s.motor_heat = loop.heat;
   s.bearable_force = loop.bearable_force;
@@ -803,8 +557,10 @@ WorkbenchStatus Workbench::status() {
 session::Score Workbench::score_so_far() {
   Impl& m = *impl_;
   session::ScoreInput input;
-  if (m.views && m.views->judged()) input = *m.views->judged();  // the geometry as it was a moment ago
-  if (m.scene.resume.empty() || !m.views || !m.views->judged()) {  // the volumes as they are
+  LiveViews* const views = m.picture ? m.picture->views() : nullptr;
+  const bool judged = views && views->judged();
+  if (judged) input = *views->judged();  // the geometry as it was a moment ago
+  if (m.scene.resume.empty() || !judged) {  // the volumes as they are
     input.before = input.after = m.volumes_before;
     const PerTissue removed = m.session->wiring.tissue_to_render.front().removed;
     for (std::size_t i = 0; i < input.after.size(); ++i) input.after[i] -= removed[i];
@@ -820,7 +576,7 @@ bool Workbench::recording() const {
   return impl_->writer.has_value();
 }
 PictureStage* Workbench::stage() {
-  return impl_->stage ? &*impl_->stage : nullptr;
+  return impl_->picture ? impl_->picture->stage() : nullptr;
 }
 void Workbench::hold(bool on) noexcept {
   impl_->hold(on);

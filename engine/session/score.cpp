@@ -318,6 +318,17 @@ std::vector<ScoreRule> default_rules(const ScoreInput& input) {
   return rules;
 }
 
+std::optional<double> usual_target(std::string_view name) {
+  ScoreInput working, exploring;
+  exploring.explore.emplace();
+  for (const ScoreInput& in : {working, exploring}) {
+    for (const ScoreRule& rule : default_rules(in)) {
+      if (rule.name == name) return rule.target;
+    }
+  }
+  return std::nullopt;
+}
+
 namespace {
 
 Best read_best(const Json& entry, Best fallback) {
@@ -342,18 +353,6 @@ ScoreInput as_the_ideal(const ScoreInput& input) {
   return in;
 }
 
-/// A measure's target by default.
-std::optional<double> usual_target(std::string_view name) {
-  ScoreInput working, exploring;
-  exploring.explore.emplace();
-  for (const ScoreInput& in : {working, exploring}) {
-    for (const ScoreRule& rule : default_rules(in)) {
-      if (rule.name == name) return rule.target;
-    }
-  }
-  return std::nullopt;
-}
-
 /// `input`: what was measured; nullptr: nothing yet. A rule that names no target takes the ideal's own value; where that says
 /// nothing (the hand, exploring, a task without an ideal) the default's.
 std::vector<ScoreRule> read_rules(const Json& list, bool with_ideal, const ScoreInput* input) {
@@ -372,10 +371,10 @@ std::vector<ScoreRule> read_rules(const Json& list, bool with_ideal, const Score
     } else if (const auto usual = usual_target(rule.name); usual && (measure->of_hand || !with_ideal)) {
       rule.target = *usual;
     } else if (!with_ideal) {
-      entry.fail("no target", "a target: there is no ideal to take it from");
+      entry.fail(fmt::format("{} without a target", rule.name), "a target: there is no ideal to take it from");
     } else if (input) {
       const auto value = measure->value(as_the_ideal(*input));
-      if (!value && input->cavity_ideal) entry.fail("no target", "a target: the ideal has none of this");
+      if (!value && input->cavity_ideal) entry.fail(fmt::format("{} without a target", rule.name), "a target: the ideal has nothing of this kind");
       if (!value) continue;  // the ideal was not measured
       rule.target = *value;
     }

@@ -115,6 +115,9 @@ struct Score {
 std::vector<std::string> known_score_names();
 std::string_view unit_of(std::string_view score_name);
 
+/// A measure's target where neither rule nor ideal says one; nothing where there is no usual one.
+std::optional<double> usual_target(std::string_view score_name);
+
 /// The rules where a scene says nothing.
 std::vector<ScoreRule> default_rules(const ScoreInput& input);
 /// A scene's "score" block: {"rules": [{"name", "target", "tolerance", "weight", "best", "source"}…], "defaults": true}.

@@ -17,7 +17,7 @@ struct PassivityLaw {
   double turning = 2;         // m/s²: a hand that moves inward faster than turning × tick goes on moving inward …
   double human_tick = 1e-3;   // s, … in ticks this short; in longer ones it may go back as far as it came
   double twisting = 20;       // rad/s²: the same of a hand that turns
-  double credit = 0.8e-9;     // J, of the 1 nJ that rounding may cost
+  double credit = 0.5e-9;     // J, of the 1 nJ that rounding and a sudden turn may cost
 };
 
 struct PassivityState {

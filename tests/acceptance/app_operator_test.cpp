@@ -4,6 +4,7 @@
 #include <chrono>
 #include <functional>
 #include <set>
+#include <sstream>
 #include <thread>
 
 #include "tests/support/desktop.h"
@@ -341,6 +342,153 @@ TEST_F(OperatorWindow, ASurfaceIsSavedAMeshIsBroughtInAndAnExercisePaintedWithou
   press("ctrl+q");
   EXPECT_EQ(program.wait_for_end(), 0) << program.said();
 }
+
+TEST_F(OperatorWindow, OfARecordingAFilmAndALearningCurveAreMadeByKeysAndWhatIsCancelledLeavesNothing) {
+  Program program(folder);
+  open(program);
+  choose_block_and_script();
+  press("F5");
+  const std::filesystem::path report = program.wait_for("report written: ");
+  const std::filesystem::path film = std::filesystem::path(report).replace_extension(".mp4");
+  press("F10");
+  press("F7");
+  const auto files = [&] { return std::distance(std::filesystem::directory_iterator(report.parent_path()), {}); };
+  const auto before = files();
+  press("F4");
+  press("Escape");
+  std::this_thread::sleep_for(2s);
+  EXPECT_TRUE(eventually([&] { return files() == before; })) << "a cancelled film left something";
+  press("F4");
+  EXPECT_EQ(program.wait_for("film written: "), film.string());
+  EXPECT_GT(std::filesystem::file_size(film), 10'000u);
+  press("F3");
+  EXPECT_NE(read_text(program.wait_for("learning curve written: ")).find("<html"), std::string::npos);
+  press("F10");
+  press("ctrl+q");
+  EXPECT_EQ(program.wait_for_end(), 0) << program.said();
+}
+
+#ifdef TYPODONT_XORG
+/// Two screens side by side, the second smaller, on a driver that draws nowhere.
+struct TwoScreens {
+  ProgramFolder folder{TYPODONT_PROGRAM};
+  pid_t process = -1;
+  TwoScreens() {
+    folder.write("xorg.conf", R"(
+Section "ServerFlags"
+  Option "AutoAddDevices" "false"
+  Option "DontVTSwitch" "true"
+EndSection
+Section "Device"
+  Identifier "nowhere"
+  Driver "dummy"
+  VideoRam 256000
+EndSection
+Section "Monitor"
+  Identifier "any"
+  HorizSync 5-1000
+  VertRefresh 5-200
+EndSection
+Section "Screen"
+  Identifier "screen"
+  Device "nowhere"
+  Monitor "any"
+  DefaultDepth 24
+  SubSection "Display"
+    Depth 24
+    Virtual 3200 1200
+    Modes "1280x960"
+  EndSubSection
+EndSection
+)");
+    int fds[2];
+    if (pipe(fds) != 0) return;
+    process = fork();
+    if (process == 0) {
+      close(fds[0]);
+      const std::string fd = std::to_string(fds[1]), config = folder / "xorg.conf", log = folder / "xorg.log";
+      if (!std::freopen((folder / "xorg.out").c_str(), "w", stderr)) _exit(126);
+      execl(TYPODONT_XORG, "Xorg", "-displayfd", fd.c_str(), "-config", config.c_str(), "-logfile", log.c_str(), "-noreset", "-novtswitch",
+            "-nolisten", "tcp", static_cast<char*>(nullptr));
+      _exit(127);
+    }
+    close(fds[1]);
+    std::string number;
+    for (char c = 0; read(fds[0], &c, 1) == 1 && c != '\n';) number += c;
+    close(fds[0]);
+    setenv("DISPLAY", fmt::format(":{}", number).c_str(), 1);
+    unsetenv("WAYLAND_DISPLAY");
+    // The last: an output is connected once somebody has asked again.
+    for (const char* command : {"xrandr --addmode DUMMY1 1024x768", "xrandr --output DUMMY1 --mode 1024x768 --right-of DUMMY0", "xrandr --query > /dev/null"})
+      EXPECT_EQ(std::system(command), 0) << command << "\n" << read_text(log());
+  }
+  ~TwoScreens() {
+    if (process <= 0) return;
+    kill(process, SIGTERM);
+    waitpid(process, nullptr, 0);
+  }
+  std::string log() const { return folder / "xorg.log"; }
+};
+
+/// x, y, width, height of a window.
+glm::ivec4 place_of(const std::string& window) {
+  const std::string shell = Desktop::xdotool("getwindowgeometry --shell " + window);
+  const auto number = [&](const std::string& name) {
+    const auto at = shell.find("\n" + name + "=");
+    return at == std::string::npos ? -1 : std::stoi(shell.substr(at + name.size() + 2));
+  };
+  return {number("X"), number("Y"), number("WIDTH"), number("HEIGHT")};
+}
+
+TEST(OperatorWindowOnTwoScreens, TheTraineesPictureFillsTheOneChosenAndTheWindowStandsWholeOnTheOther) {
+  const TwoScreens screens;
+  ProgramFolder folder(TYPODONT_PROGRAM);
+  std::filesystem::create_directories(folder / "home/scenes");
+  folder.write("home/scenes/zz_block.json", kScene);
+  folder.write("hand.csv", "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,6.8,5.8,19,1,0,0,0,0\n300,6.8,5.8,19,1,0,0,0,0\n");
+  Program program(folder);
+  const auto windows = [] {
+    std::vector<std::string> ids;
+    std::istringstream lines(Desktop::xdotool("search --name Typodont"));
+    for (std::string id; std::getline(lines, id);) ids.push_back(id);
+    return ids;
+  };
+  ASSERT_TRUE(OperatorWindow::eventually([&] { return windows().size() == 1; })) << program.said();
+  const std::string own = windows().front();
+  std::this_thread::sleep_for(1s);
+  Desktop::xdotool("windowfocus " + own);
+  OperatorWindow::press("ctrl+Up");
+  OperatorWindow::press("ctrl+h");
+  std::this_thread::sleep_for(500ms);
+  Desktop::xdotool(fmt::format("type --delay 20 'script:{}'", folder / "hand.csv"));
+  std::this_thread::sleep_for(300ms);
+  OperatorWindow::press("Return");
+  for (int i = 0; i < 3; ++i) OperatorWindow::press("ctrl+p");  // a window of its own …
+  const glm::ivec4 first(0, 0, 1280, 960), second(1280, 0, 1024, 768);
+  for (const glm::ivec4& chosen : {first, second}) {  // … on the first screen, then on the second
+    OperatorWindow::press("ctrl+m");
+    OperatorWindow::press("F5");
+    program.wait_for("session started: ");
+    ASSERT_TRUE(OperatorWindow::eventually([&] { return windows().size() == 2; })) << program.said();
+    const auto both = windows();
+    const std::string trainee = both[both[0] == own ? 1 : 0];
+    EXPECT_TRUE(OperatorWindow::eventually([&] { return place_of(trainee) == chosen; })) << program.said();
+    const glm::ivec4 other = chosen == first ? second : first;
+    const auto stands_there = [&] {
+      const glm::ivec4 at = place_of(own);
+      return at.x >= other.x && at.y >= other.y && at.x + at.z <= other.x + other.z && at.y + at.w <= other.y + other.w;
+    };
+    EXPECT_TRUE(OperatorWindow::eventually(stands_there)) << place_of(own).x << ", " << place_of(own).y;
+    OperatorWindow::press("F10");
+    ASSERT_TRUE(OperatorWindow::eventually([&] { return windows().size() == 1; }));
+    OperatorWindow::press("F10");
+    std::this_thread::sleep_for(500ms);
+    OperatorWindow::press("F10");
+  }
+  OperatorWindow::press("ctrl+q");
+  EXPECT_EQ(program.wait_for_end(), 0) << program.said();
+}
+#endif
 
 TEST(OperatorWindowWithoutADesktop, SaysSoInOneLineAndHelps) {
   const ProgramFolder folder(TYPODONT_PROGRAM);

@@ -1,6 +1,9 @@
 // Scores of geometry obey the same laws: the ideal scores full, and whatever is cut too much or left lowers the score,
 // the more the lower.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
+
+#include <string_view>
 
 #include "engine/base/units.h"
 #include "engine/session/score.h"
@@ -108,6 +111,119 @@ TEST(CavityLaws, AskedForAndNotThereEarnsNothingButCounts) {
   EXPECT_TRUE(std::isnan(item->value));
   EXPECT_EQ(item->points, 0);
   EXPECT_EQ(item->weight, 1);
+}
+
+constexpr double kDegree = kPi / 180, kUm = 1e-6, kMm3 = 1e-9;
+
+/// `shape` about the vertical through the middle, turned and moved: on no voxel's edge.
+template <class Shape>
+auto turned(Shape shape, double angle, const dvec3& by) {
+  return [=](const dvec3& p) {
+    const dvec3 q = p - by - kMiddle;
+    return shape(kMiddle + dvec3(std::cos(angle) * q.x + std::sin(angle) * q.y, -std::sin(angle) * q.x + std::cos(angle) * q.y, q.z));
+  };
+}
+
+TEST(AnalyticCavities, OfAnySizeLeanTurnAndPlaceHaveTheirVolumeDepthTaperAndWidthToTheFieldsError) {
+  Random random(21);
+  for (int i = 0; i < 8; ++i) {
+    const double a = 1.7e-3 + random.number(0.4e-3), b = 0.9e-3 + random.number(0.2e-3), d = 1.4e-3 + random.number(0.5e-3);
+    const double lean = random.number(7) * kDegree, t = std::tan(lean);
+    const dvec3 by(random.number(0.4e-3), random.number(0.4e-3), 0);
+    Preparation in = a_block();
+    in.ideal = in.before;
+    in.after = without(turned(tapered_box({a, b}, d, lean), random.number(kPi), by));
+    const CavityMeasures box = measure_cavity(in);
+    const double volume = 4 * (a * b * d + (a + b) * t * d * d / 2 + t * t * d * d * d / 3);
+    EXPECT_NEAR(box.over_volume, volume, 0.01 * volume) << i;
+    EXPECT_NEAR(box.floor_depth.value(), d, 8 * kUm) << i;
+    EXPECT_LT(box.floor_flatness.value(), 8 * kUm) << i;
+    EXPECT_NEAR(box.taper.value() / kDegree, 2 * lean / kDegree, 0.5) << i;
+    EXPECT_NEAR(box.isthmus.value(), 2 * (b + t * d / 2), 25 * kUm) << i;
+
+    in.after = without(turned(tapered_hole(b, d, lean), 0, by));
+    const CavityMeasures hole = measure_cavity(in);
+    const double top = b + t * d, cone = kPi * d / 3 * (b * b + b * top + top * top);
+    EXPECT_NEAR(hole.over_volume, cone, 0.01 * cone) << i;
+    EXPECT_NEAR(hole.floor_depth.value(), d, 8 * kUm) << i;
+    EXPECT_NEAR(hole.taper.value() / kDegree, 2 * lean / kDegree, 0.6) << i;
+    EXPECT_NEAR(hole.isthmus.value(), 2 * (b + t * d / 2), 25 * kUm) << i;
+  }
+}
+
+/// One rule alone, its target what the ideal has; the shape made worse in real geometry, step by step.
+struct Spoilt {
+  const char* rule;
+  double tolerance;
+  DenseField (*worse)(double);  // by 0 (the ideal) and more
+};
+const Spoilt kSpoilt[] = {
+    {"floor_depth_mm", 0.3, [](double by) { return without(tapered_box({1.4e-3, 1e-3}, 1.5e-3 + 0.3e-3 * by, 0)); }},
+    {"floor_depth_mm", 0.3, [](double by) { return without(tapered_box({1.4e-3, 1e-3}, 1.5e-3 - 0.3e-3 * by, 0)); }},
+    {"floor_flatness_um", 60,
+     [](double by) {
+       return without([=](const dvec3& p) {
+         const double wave = 0.12e-3 * by * std::sin((p.x - kMiddle.x) * 2 * kPi / 0.9e-3);
+         return std::max({std::abs(p.x - kMiddle.x) - 1.4e-3, std::abs(p.y - kMiddle.y) - 1e-3, kTop - 1.5e-3 + wave - p.z});
+       });
+     }},
+    {"floor_tilt_deg", 5,
+     [](double by) {
+       return without([=](const dvec3& p) {
+         const double tilt = 12 * kDegree * by;
+         const double floor = (p.z - (kTop - 1.5e-3)) * std::cos(tilt) - (p.x - kMiddle.x) * std::sin(tilt);
+         return std::max({std::abs(p.x - kMiddle.x) - 1.4e-3, std::abs(p.y - kMiddle.y) - 1e-3, -floor});
+       });
+     }},
+    {"taper_deg", 6, [](double by) { return without(tapered_box({1.4e-3, 1e-3}, 1.5e-3, (3 + 6 * by) * kDegree)); }},
+    {"taper_deg", 6, [](double by) { return without(tapered_box({1.6e-3, 1.2e-3}, 1.5e-3, (3 - 6 * by) * kDegree)); }},
+    {"isthmus_mm", 0.3, [](double by) { return without(tapered_box({1.9e-3, 0.75e-3 + 0.3e-3 * by}, 1.5e-3, 0)); }},
+    {"margin_roughness_um", 40,
+     [](double by) {
+       return without([=](const dvec3& p) {
+         const double angle = std::atan2(p.y - kMiddle.y, p.x - kMiddle.x);
+         return std::max(std::hypot(p.x - kMiddle.x, p.y - kMiddle.y) - 1.5e-3 - 0.15e-3 * by * std::cos(24 * angle), kTop - 1.5e-3 - p.z);
+       });
+     }},
+    {"contour_rms_um", 100, [](double by) { return without(tapered_box({1.4e-3 + 0.3e-3 * by, 1e-3}, 1.5e-3, 0)); }},
+    {"over_cut_depth_mm", 0.3, [](double by) { return without(tapered_box({1.4e-3 + 0.3e-3 * by, 1e-3}, 1.5e-3, 0)); }},
+    {"under_cut_depth_mm", 0.3, [](double by) { return without(tapered_box({1.4e-3 - 0.3e-3 * by, 1e-3}, 1.5e-3, 0)); }},
+    {"pulp_distance_mm", 0.25, [](double by) { return without(tapered_box({1.4e-3, 1e-3}, 1.5e-3 + 0.4e-3 * by, 0)); }},
+    {"pulp_exposed_mm2", 1, [](double by) { return without(tapered_box({1.4e-3, 1e-3}, 1.85e-3 + 0.35e-3 * by, 0)); }},
+    {"wall_thickness_mm", 0.4,
+     [](double by) {
+       DenseField cut = without(tapered_box({1.4e-3 + 0.4e-3 * by, 1e-3}, 1.5e-3, 0));
+       const DenseField end = sampled(kBlock, [](const dvec3& p) { return p.x - 6.5e-3; });
+       for (std::size_t i = 0; i < cut.distance.size(); ++i) cut.distance[i] = std::max(cut.distance[i], end.distance[i]);
+       return cut;
+     }},
+};
+
+TEST(CavityLaws, EveryMeasureOfRealGeometryCostsTheMoreTheWorseItIs) {
+  for (const Spoilt& spoilt : kSpoilt) {
+    Preparation in = a_block();
+    in.ideal = in.after = spoilt.worse(0);
+    if (std::string_view(spoilt.rule) == "wall_thickness_mm")
+      in.before = sampled(kBlock, [](const dvec3& p) { return std::max(block(p), p.x - 6.5e-3); });
+    for (int x = 0; x < kBlock.x; ++x)
+      for (int y = 0; y < kBlock.y; ++y)
+        for (int z = 0; z < kBlock.z; ++z)
+          if (ball(kMiddle - dvec3(0, 0, 2.4e-3), 0.5e-3)(kVoxel * dvec3(x, y, z)) < 0) in.tissue[in.before.at(x, y, z)] = Tissue::kPulp;
+    ScoreInput input;
+    const CavityAndIdeal both = measure_against_ideal(in);
+    input.cavity = both.result;
+    input.cavity_ideal = both.ideal;
+    const auto rules = rules_from(Json::parse(fmt::format(R"({{"defaults": false, "rules": [{{"name": "{}", "tolerance": {}, "weight": 10}}]}})", spoilt.rule, spoilt.tolerance), "rules"), input);
+    double last = score(input, rules).points;
+    ASSERT_NEAR(last, 10, 1e-9) << spoilt.rule;
+    for (const double by : {0.35, 0.7, 1.0}) {
+      in.after = spoilt.worse(by);
+      input.cavity = measure_cavity(in);
+      const Score s = score(input, rules);
+      EXPECT_LT(s.points, last - 0.05) << spoilt.rule << " by " << by << ": " << s.items.front().value;
+      last = s.points;
+    }
+  }
 }
 
 }  // namespace

@@ -15,6 +15,11 @@ namespace {
 constexpr const char* kBase = R"({"name": "block", "tissue": {"voxel_mm": 0.1, "solids": [
  {"tissue": "enamel", "solid": {"box": {"center_mm": [0, 0, 0], "size_mm": [6, 6, 6]}}}]}, "tool": "round_012"})";
 
+std::filesystem::path saved(const NewExercise& exercise) {
+  Progress progress;
+  return write_exercise(exercise, progress);
+}
+
 struct Exercise : testing::Test {
   test::ProgramFolder folder{""};
   void SetUp() override { setenv("TYPODONT_HOME", folder.path().c_str(), 1); }
@@ -25,7 +30,7 @@ TEST_F(Exercise, HoldsWhatWasPaintedWhereItWasPainted) {
   const Scene base = parse_scene(Json::parse(kBase, "base.json"), folder / "base.json");
   const std::vector<PaintStroke> strokes = {{Tissue::kCaries, {0, 0, 2e-3}, {0, 0, 2e-3}, 1e-3},
                                             {Tissue::kCaries, {0, 0, 2e-3}, {1e-3, 0, 2e-3}, 1e-3}};
-  const auto file = write_exercise({.name = "My caries", .goal = "Take it out.", .base = &base, .strokes = strokes});
+  const auto file = saved({.name = "My caries", .goal = "Take it out.", .base = &base, .strokes = strokes});
   EXPECT_EQ(file, folder.path() / "scenes/my_caries.json");
 
   const Scene scene = read_scene(file);
@@ -58,7 +63,7 @@ TEST_F(Exercise, TheInstructorsStiffnessColourStepsAndRulesAreTheScenes) {
     rule.tolerance = 2;
     rule.weight = 70;
   }
-  const Scene scene = read_scene(write_exercise(made));
+  const Scene scene = read_scene(saved(made));
   const Material& was = base.servo.materials[static_cast<std::size_t>(Tissue::kCaries)];
   const Material& is = scene.servo.materials[static_cast<std::size_t>(Tissue::kCaries)];
   EXPECT_NEAR(is.stiffness, 0.5 * was.stiffness, 1e-9 * was.stiffness);
@@ -90,7 +95,7 @@ TEST_F(Exercise, AMeshIsTheIdealAndOneThatIsNoneIsRefusedBeforeAnythingIsThere) 
     obj += fmt::format("f {}\n", f);
   folder.write("lower.obj", obj);
   const Scene scene =
-      read_scene(write_exercise({.name = "Lower", .base = &base, .ideal_mesh = folder / "lower.obj"}));
+      read_scene(saved({.name = "Lower", .base = &base, .ideal_mesh = folder / "lower.obj"}));
   const haptics::TissueVolume start = load_tissue(scene);
   const auto ideal = ideal_tissue(scene, start);
   ASSERT_TRUE(ideal);
@@ -98,8 +103,45 @@ TEST_F(Exercise, AMeshIsTheIdealAndOneThatIsNoneIsRefusedBeforeAnythingIsThere) 
   EXPECT_NEAR((start.volumes()[enamel] - ideal->volumes()[enamel]) / kCubicMillimetre, 36, 2);
 
   folder.write("none.obj", "v 0 0 0\n");
-  EXPECT_THROW(write_exercise({.name = "None", .base = &base, .ideal_mesh = folder / "none.obj"}), Error);
+  EXPECT_THROW(saved({.name = "None", .base = &base, .ideal_mesh = folder / "none.obj"}), Error);
   EXPECT_FALSE(std::filesystem::exists(folder / "scenes/none.json"));
+}
+
+TEST_F(Exercise, ARuleWithoutATargetIsRefusedWithItsNameAndReplacesNothing) {
+  const Scene base = parse_scene(Json::parse(kBase, "base.json"), folder / "base.json");
+  const auto counting = [&](const std::string& name, bool from_ideal) {
+    std::vector<RuleChoice> rules = rule_choices(base);
+    for (RuleChoice& rule : rules) {
+      if (rule.name != name) continue;
+      rule.counts = true;
+      rule.from_ideal = from_ideal;
+    }
+    return rules;
+  };
+  const auto refused = [&](const NewExercise& made) {
+    try {
+      saved(made);
+      return std::string();
+    } catch (const Error& e) {
+      return std::string(e.what());
+    }
+  };
+  const auto file = saved({.name = "Pit", .goal = "First.", .base = &base, .rules = counting("floor_depth_mm", false)});
+  const std::string first = test::read_text(file.string());
+  // No ideal at all; then one where nothing was taken away.
+  EXPECT_NE(refused({.name = "Pit", .goal = "Second.", .base = &base, .rules = counting("floor_depth_mm", true)}).find("floor_depth_mm"), std::string::npos);
+  haptics::TissueVolume bare = load_tissue(base);
+  EXPECT_NE(refused({.name = "Pit", .goal = "Third.", .base = &base, .ideal = &bare, .rules = counting("taper_deg", true)}).find("taper_deg"), std::string::npos);
+  EXPECT_EQ(test::read_text(file.string()), first);
+  std::vector<std::string> there;
+  for (const auto& entry : std::filesystem::directory_iterator(folder.path() / "scenes")) there.push_back(entry.path().filename().string());
+  EXPECT_EQ(there, std::vector<std::string>{"pit.json"});
+  // What the hand did has a usual target, and is there to begin with.
+  for (const RuleChoice& rule : rule_choices(base)) {
+    if (rule.name == "force_max_N") {
+      EXPECT_EQ(rule.target, 3);
+    }
+  }
 }
 
 TEST_F(Exercise, ABroughtInToothStandsUprightWhereTheRigsLook) {

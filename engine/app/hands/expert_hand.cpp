@@ -22,7 +22,7 @@ constexpr double kAhead = 0.045e-3;      // m that the wanted place may lead the
 constexpr double kThere = 0.02e-3;       // m
 constexpr double kNearLine = 0.05e-3;    // m, the same for an edge: so near the line is good enough
 constexpr int kMostTimes = 8;            // along one line with an edge
-constexpr double kAllowance = 0.045e-3;  // m farther than wanted: so much less than asked for does a bur do
+constexpr double kAllowance = 0.015e-3;  // m farther than wanted: so much less than asked for does a bur do
 constexpr double kPatience = 1.2;        // s without getting on before it leaves a stroke
 constexpr double kScrapeGain = 8, kMostScrapeLead = 0.5e-3;  // the same of an edge in soft filling
 constexpr double kGain = 25;             // lead over how far the tool is off: how hard it presses
@@ -35,28 +35,19 @@ constexpr int kHeadPoints = 120;
 constexpr double kDown = 0.04e-3;        // m, how finely it is looked how far an instrument comes down
 constexpr double kFree = 0.1;            // voxels that stay between it and what it comes down on
 constexpr double kPortionHeight = 0.6, kLayer = 0.3, kPortionRadius = 0.98;  // shares of the instrument's reach
+constexpr double kBelowWall = 0.8;       // of the instrument's radius: lower, so that the nearest surface is not the wall's
 constexpr double kBeside = 0.2e-3, kNudge = 0.02e-3; // m: so near a wall it is put against it, in such steps
 constexpr double kHeadFree = 0.5;        // voxels that a portion leaves between itself and the head
 constexpr double kOneSurface = 0.5;      // slope of the field below which a place lies midway between surfaces
 constexpr double kProud = 0.12e-3;       // m that an instrument's end stands above the contour at most
+constexpr double kCarvedAgain = 0.4;     // what is too much counts so much of what is wanted
 constexpr double kWorthPortion = 0.015e-9; // m³ that is wanted at a place and worth a portion
 constexpr double kMostFilling = 0.5;     // s at one place
 constexpr double kRunUp = 1.0;           // s for the drill
-constexpr double kWorthIt = 0.9;         // another tool must leave less than this share of what the last one left
-constexpr double kLeastGain = 0.03;      // of the whole task, that a tool must bring
+constexpr double kLeastGain = 0.015;     // of a full score, that a tool must bring
 constexpr int kMostVain = 3, kMostCuts = 4;  // of doing and looking
 constexpr std::size_t kMostTools = 3;
 constexpr std::size_t kMostTried = 5;
-
-/// m³ of tissue too much and too little.
-double left_to_do(const session::Preparation& in) {
-  double sum = 0;
-  for (std::size_t i = 0; i < in.after.distance.size(); ++i) {
-    sum += std::abs(session::share_inside(static_cast<double>(in.after.distance[i])) -
-                    session::share_inside(static_cast<double>(in.ideal.distance[i])));
-  }
-  return sum * in.frame.voxel * in.frame.voxel * in.frame.voxel;
-}
 
 /// m³ that should be full and are not.
 double missing_in(const session::Preparation& in) {
@@ -70,25 +61,25 @@ double missing_in(const session::Preparation& in) {
 
 class Plan {
  public:
-  Plan(const Scene& scene, const haptics::TissueVolume& start, const TaskJudge& judge, double whole)
-      : whole_(whole), tools_(haptics::tray(scene.servo)), judge_(judge), state_(start.clone()), axis_(glm::normalize(scene.task->axis_W)) {
+  Plan(const Scene& scene, const haptics::TissueVolume& now, const TaskJudge& judge)
+      : scene_(scene), tools_(haptics::tray(scene.servo)), judge_(judge), state_(now.clone()), axis_(glm::normalize(scene.task->axis_W)) {
     glm::ivec3 lo, hi;
-    start.bounds(lo, hi);
+    now.bounds(lo, hi);
     for (int corner = 0; corner < 8; ++corner) {
-      const dvec3 p = start.frame().to_world(dvec3(corner & 1 ? hi.x : lo.x, corner & 2 ? hi.y : lo.y, corner & 4 ? hi.z : lo.z));
+      const dvec3 p = now.frame().to_world(dvec3(corner & 1 ? hi.x : lo.x, corner & 2 ? hi.y : lo.y, corner & 4 ? hi.z : lo.z));
       top_ = std::max(top_, glm::dot(p, axis_));
     }
     for (const haptics::Tool& tool : tools_) above_ = std::max(above_, top_ + tool.reach() + kAbove);
   }
 
-  /// With the tool that leaves least, then with others as long as they bring it nearer.
+  /// With the tool that scores most, then with others as long as they bring more.
   void cut(bool by_hand) {
     std::vector<bool> used(tools_.size());
     for (std::size_t round = 0; round < kMostTools; ++round) {
       session::Preparation now = judge_.preparation(state_);
-      const double before = left_to_do(now);
       now.before = now.after;  // what is to go is what is there now
-      double best = std::min(kWorthIt * before, before - kLeastGain * whole_);
+      const double before = score_of(state_);
+      double best = before + kLeastGain;
       std::size_t which = tools_.size(), tried = 0;
       std::vector<Stroke> strokes;
       for (std::size_t i = 0; i < tools_.size(); ++i) {
@@ -98,15 +89,15 @@ class Plan {
                                                      by_hand ? 0 : kAllowance);
         haptics::TissueVolume after = state_.clone();
         carve_strokes(after, tool, candidate);
-        const double left = left_to_do(judge_.preparation(after));
-        if (left >= best) continue;
-        best = left;
+        const double share = score_of(after);
+        if (share <= best) continue;
+        best = share;
         which = i;
         strokes = std::move(candidate);
       }
       if (which == tools_.size()) return;
       used[which] = true;
-      log::info("{}: {} strokes, from {:.2f} to {:.2f} mm³ off", tools_[which].name, strokes.size(), before * 1e9, best * 1e9);
+      log::info("{}: {} strokes, from {:.1f} to {:.1f} % of the points", tools_[which].name, strokes.size(), 100 * before, 100 * best);
       carve_strokes(state_, tools_[which], strokes);
       take(static_cast<std::uint32_t>(which), !by_hand);
       for (const Stroke& s : strokes) {
@@ -138,6 +129,16 @@ class Plan {
   haptics::TissueVolume take_state() { return std::move(state_); }
 
  private:
+  /// Of full, were it left so by a hand without fault.
+  double score_of(const haptics::TissueVolume& left) const {
+    session::ScoreInput input;
+    input.before = judge_.start().volumes();
+    input.after = left.volumes();
+    judge_.judge(left, input);
+    const session::Score score = session::score(input, session::rules_of_scene(Json::parse(scene_.text, scene_.file.string()), input));
+    return score.full > 0 ? score.points / score.full : 0;
+  }
+
   void add(ExpertLeg::Kind kind, const Pose& to, double seconds = 0, double volume = 0) {
     legs_.push_back({kind, to, pedal_, tool_, seconds, volume});
   }
@@ -175,8 +176,9 @@ class Plan {
   struct Portion {
     Pose X_WT;
     dvec3 center;       // m
+    double radius = 0;  // m
     double height = 0;  // m along the axis, of the center
-    double aside = 0;   // voxels, from the nearest wall
+    int enclosed = 0;    // voxels of tissue in reach about the center
   };
 
   void fill_with(std::uint32_t which) {
@@ -185,8 +187,8 @@ class Plan {
     const Instrument instrument(tool, axis_);
     std::vector<Portion> portions = places_for(instrument, layer);
     if (portions.empty()) return;
-    // Along the walls first: what is left open there, no instrument reaches any more.
-    std::stable_sort(portions.begin(), portions.end(), [](const Portion& a, const Portion& b) { return a.aside < b.aside; });
+    // Corners first, then along the walls: what is left open there, no instrument reaches any more.
+    std::stable_sort(portions.begin(), portions.end(), [](const Portion& a, const Portion& b) { return a.enclosed > b.enclosed; });
     double lowest = 1e9;
     for (const Portion& portion : portions) lowest = std::min(lowest, portion.height);
     const double above = top_of(layer.frame, layer.after) + instrument.half + kAbove;
@@ -197,9 +199,9 @@ class Plan {
         // Once more: what was just put down is in the way.
         const std::optional<Portion> portion = place_at(instrument, layer, glm::dot(first.X_WT.p, instrument.u), glm::dot(first.X_WT.p, instrument.v));
         if (!portion || portion->height > lowest + window) continue;
-        const haptics::Fill dome(tool, portion->center, kPortionRadius * tool.fill_reach, portion->X_WT, layer.frame);
+        const haptics::Fill dome(tool, portion->center, portion->radius, portion->X_WT, layer.frame);
         const double volume = put(dome, layer);
-        state_.fill(haptics::Fill(tool, portion->center, kPortionRadius * tool.fill_reach, portion->X_WT, state_.frame()));
+        state_.fill(haptics::Fill(tool, portion->center, portion->radius, portion->X_WT, state_.frame()));
         if (!any) take(which, false);
         any = true;
         hop(portion->X_WT, above);
@@ -296,7 +298,8 @@ class Plan {
       while (way < reach && layer.after.sample(end(c - way)) > 0) way += kDown;
       return way;
     };
-    for (const double from = c; below() < kPortionHeight * reach && c < from + kPortionHeight * reach; c += 0.5 * kDown) {
+    const double height = std::min(kPortionHeight * reach, kBelowWall * instrument.tool.radius());
+    for (const double from = c; below() < height && c < from + height; c += 0.5 * kDown) {
       if (layer.ideal.sample(end(c)) * h > kProud) break;
     }
     const double gap = layer.after.sample(end(c)) * h;
@@ -311,27 +314,43 @@ class Plan {
       if (way >= reach) return std::nullopt;
       center -= way * instrument.w;
     }
-    if (wanted_in(layer, instrument, at(c), center) < kWorthPortion) return std::nullopt;
-    return Portion{{at(c), instrument.R_WT}, center, glm::dot(center, instrument.w), layer.after.sample(end(c + reach))};
+    Portion portion{{at(c), instrument.R_WT}, center, 0, glm::dot(center, instrument.w), 0};
+    return measure_portion(layer, instrument, portion) ? std::optional(portion) : std::nullopt;
   }
 
-  /// m³ that should be full, are not, and would be by a portion about `center` under the instrument.
-  static double wanted_in(const session::Preparation& in, const Instrument& instrument, const dvec3& held_W, const dvec3& center_W) {
-    const dvec3 c = in.frame.to_voxels(center_W);
-    const double r = kPortionRadius * instrument.tool.fill_reach / in.frame.voxel;
+  /// How large a portion there brings most of what should be full and is not, for the least that is to be carved away
+  /// again; false where it would not be worth it.
+  static bool measure_portion(const session::Preparation& in, const Instrument& instrument, Portion& portion) {
+    const dvec3 c = in.frame.to_voxels(portion.center);
+    const double most = kPortionRadius * instrument.tool.fill_reach / in.frame.voxel;
     const dquat R_TW = glm::conjugate(instrument.R_WT);
-    const glm::ivec3 lo = glm::max(glm::ivec3(glm::ceil(c - r)), glm::ivec3(0)), hi = glm::min(glm::ivec3(glm::floor(c + r)), in.after.size - 1);
-    int count = 0;
+    const glm::ivec3 lo = glm::max(glm::ivec3(glm::ceil(c - most)), glm::ivec3(0)), hi = glm::min(glm::ivec3(glm::floor(c + most)), in.after.size - 1);
+    std::vector<int> wanted(static_cast<std::size_t>(most) + 1), excess(wanted.size());  // voxels, by their distance from the center
     for (int x = lo.x; x <= hi.x; ++x) {
       for (int y = lo.y; y <= hi.y; ++y) {
         for (int z = lo.z; z <= hi.z; ++z) {
           const dvec3 p(x, y, z);
-          if (glm::length(p - c) > r || !to_fill(in, in.after.at(x, y, z))) continue;
-          if (instrument.field.distance(R_TW * (in.frame.to_world(p) - held_W)) > kHeadFree * in.frame.voxel) ++count;
+          const double away = glm::length(p - c);
+          const std::size_t i = in.after.at(x, y, z);
+          if (away > most) continue;
+          if (in.after.distance[i] <= 0) {
+            ++portion.enclosed;
+            continue;
+          }
+          if (instrument.field.distance(R_TW * (in.frame.to_world(p) - portion.X_WT.p)) <= kHeadFree * in.frame.voxel) continue;
+          ++(to_fill(in, i) ? wanted : excess)[static_cast<std::size_t>(away)];
         }
       }
     }
-    return count * in.frame.voxel * in.frame.voxel * in.frame.voxel;
+    double gain = 0, best = 0, sum = 0;
+    for (std::size_t k = 0; k < wanted.size(); ++k) {
+      sum += wanted[k];
+      gain += wanted[k] - kCarvedAgain * excess[k];
+      if (gain <= best || sum * std::pow(in.frame.voxel, 3) < kWorthPortion) continue;
+      best = gain;
+      portion.radius = std::min(static_cast<double>(k + 1), most) * in.frame.voxel;
+    }
+    return portion.radius > 0;
   }
 
   /// Empty, and to be filled: not what only lies outside the tooth.
@@ -352,7 +371,7 @@ class Plan {
     return top;
   }
 
-  double whole_;  // m³
+  const Scene& scene_;
   std::span<const haptics::Tool> tools_;
   const TaskJudge& judge_;
   haptics::TissueVolume state_;
@@ -365,15 +384,14 @@ class Plan {
 
 }  // namespace
 
-Expert::Expert(const Scene& scene, const haptics::TissueVolume& start) : scene_(scene), judge_(scene, start), whole_(0) {
+Expert::Expert(const Scene& scene, const haptics::TissueVolume& start) : scene_(scene), judge_(scene, start) {
   if (!judge_.has_ideal()) {
     throw Error(scene.file.string(), "\"task\"", "no \"ideal\"", "a task that says how it should be left");
   }
-  whole_ = left_to_do(judge_.preparation(start));
 }
 
 std::vector<ExpertLeg> Expert::plan(const haptics::TissueVolume& now) {
-  Plan plan(scene_, now, judge_, whole_);
+  Plan plan(scene_, now, judge_);
   // What the finest instrument leaves open under its own filling, one that reaches farther gets at.
   const double missing = missing_in(judge_.preparation(now));
   vain_ = missing > missing_ - kWorthPortion ? vain_ + 1 : 0;

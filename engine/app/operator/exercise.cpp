@@ -8,10 +8,11 @@
 #include <nlohmann/json.hpp>
 
 #include "engine/app/operator/library.h"
+#include "engine/app/task/damage.h"
+#include "engine/app/task/task.h"
 #include "engine/base/error.h"
 #include "engine/base/json.h"
 #include "engine/base/units.h"
-#include "haptics/import.h"
 
 namespace typodont {
 
@@ -43,6 +44,7 @@ std::vector<RuleChoice> rule_choices(const Scene& base) {
   for (const std::string& name : session::known_score_names()) {
     RuleChoice choice;
     choice.name = name;
+    choice.target = static_cast<float>(session::usual_target(name).value_or(0));
     choices.push_back(choice);
   }
   const Json json = Json::parse(base.text, base.file.string());
@@ -139,32 +141,59 @@ std::string exercise_json(const NewExercise& e, const std::string& ideal_file) {
   return scene.dump(2) + "\n";
 }
 
-fs::path write_exercise(const NewExercise& e) {
+namespace {
+
+/// What a trainee's session would stumble over, a mesh that is none or a rule without a target, is said now. Throws Error.
+void try_out(const std::string& text, const fs::path& file) {
+  const Json json = Json::parse(text, file.filename().string());
+  const Scene scene = parse_scene(json, file);
+  const haptics::TissueVolume start = load_tissue(scene);
+  session::ScoreInput input;
+  input.before = input.after = start.volumes();
+  TaskJudge(scene, start).judge(start, input);
+  if (const auto meter = damage_meter(scene)) input.damage = meter->result();
+  (void)session::rules_of_scene(json, input);
+}
+
+}  // namespace
+
+fs::path write_exercise(const NewExercise& e, Progress& progress) {
+  progress.stage("op.saving_exercise");
   std::string stem;
   for (const char c : e.name) {
     const auto u = static_cast<unsigned char>(c);
     stem += std::isalnum(u) || u >= 0x80 || c == '-' ? static_cast<char>(std::tolower(u)) : '_';
   }
   const fs::path folder = user_folder() / "scenes", file = folder / (stem + ".json");
+  // Made and tried out aside, so that one that cannot be used replaces none.
+  const fs::path aside = folder / ("." + stem + "-new");
+  struct Removed {
+    fs::path folder;
+    ~Removed() {
+      std::error_code ignored;
+      fs::remove_all(folder, ignored);
+    }
+  } const removed{aside};
   std::error_code code;
-  fs::create_directories(folder, code);
-  if (code) throw Error(folder.string(), "", code.message(), "a folder that can be made");
+  fs::create_directories(aside, code);
+  if (code) throw Error(aside.string(), "", code.message(), "a folder that can be made");
   std::string ideal;
   if (e.ideal) {
     ideal = stem + "-ideal.vdb";
-    e.ideal->save(folder / ideal);
+    e.ideal->save(aside / ideal);
   } else if (!e.ideal_mesh.empty()) {
-    // Read here, so that a mesh that is none is said now and not to a trainee.
-    haptics::ImportOptions options;
-    options.voxel = 0.5e-3;
-    options.mesh_unit = e.mesh_unit_mm * kMillimetre;
-    (void)haptics::import_tissue(e.ideal_mesh, options);
     ideal = stem + "-ideal" + e.ideal_mesh.extension().string();
-    if (fs::absolute(e.ideal_mesh) != fs::absolute(folder / ideal))
-      fs::copy_file(e.ideal_mesh, folder / ideal, fs::copy_options::overwrite_existing, code);
-    if (code) throw Error((folder / ideal).string(), "", code.message(), "a place that can be written");
+    fs::copy_file(e.ideal_mesh, aside / ideal, code);
+    if (code) throw Error(e.ideal_mesh.string(), "", code.message(), "a mesh that can be read, and a place that can be written");
   }
-  write_file_atomically(file, exercise_json(e, ideal));
+  progress.at(0.2);
+  const std::string text = exercise_json(e, ideal);
+  try_out(text, aside / (stem + ".json"));
+  progress.at(0.9);
+  if (!ideal.empty()) fs::rename(aside / ideal, folder / ideal, code);
+  if (code) throw Error((folder / ideal).string(), "", code.message(), "a place that can be written");
+  write_file_atomically(file, text);
+  progress.at(1);
   return file;
 }
 

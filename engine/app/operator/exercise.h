@@ -11,6 +11,7 @@
 #include "engine/app/operator/state.h"
 #include "engine/app/scene.h"
 #include "engine/app/wiring.h"
+#include "engine/base/progress.h"
 #include "haptics/tissue_volume.h"
 
 namespace typodont {
@@ -39,8 +40,8 @@ std::vector<RuleChoice> rule_choices(const Scene& base);
 /// The scene as text. `ideal_file`: where the ideal lies, beside the scene; empty: none but the base's.
 std::string exercise_json(const NewExercise& exercise, const std::string& ideal_file);
 
-/// Writes ~/Typodont/scenes/NAME.json, and the ideal beside it as NAME-ideal. An exercise of that name is replaced.
-/// Returns the scene file. Throws Error.
-std::filesystem::path write_exercise(const NewExercise& exercise);
+/// Writes ~/Typodont/scenes/NAME.json, and the ideal beside it as NAME-ideal, once both were tried out as a session would
+/// use them. An exercise of that name is replaced. Returns the scene file. Throws Error, Cancelled: then nothing has changed.
+std::filesystem::path write_exercise(const NewExercise& exercise, Progress& progress);
 
 }  // namespace typodont

@@ -526,6 +526,7 @@ class Operator {
     if (s_.author && s_.outcome.failure.empty()) {
       strokes_ = bench_->painted();
       s_.exercise.rules = rule_choices(*authored_scene_);
+      s_.exercise.base_aims = authored_scene_->task && authored_scene_->task->ideal;
       s_.exercise.fresh = true;
       authored_ = std::make_unique<haptics::TissueVolume>(bench_->take_tissue());
     }
@@ -587,11 +588,16 @@ class Operator {
     }
     if (std::any_of(form.rules.begin(), form.rules.end(), [](const RuleChoice& r) { return r.counts; }))
       made.rules = form.rules;
-    const fs::path file = write_exercise(made);
-    rescan();
-    choose_scene(file);
-    say(fmt::format("{} {}", s_.text("op.exercise_saved"), file.string()), false);
-    log::info("exercise saved: {}", file.string());
+    if (made.rules)
+      for (RuleChoice& rule : *made.rules) rule.from_ideal = rule.from_ideal && form.aims();
+    const auto file = std::make_shared<fs::path>();
+    job_ = std::make_unique<Job>([made, file](Progress& progress) { *file = write_exercise(made, progress); });
+    when_done_ = [this, file] {
+      rescan();
+      choose_scene(*file);
+      say(fmt::format("{} {}", s_.text("op.exercise_saved"), file->string()), false);
+      log::info("exercise saved: {}", file->string());
+    };
   }
 
   void choose_scene(const fs::path& file) {

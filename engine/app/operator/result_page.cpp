@@ -70,9 +70,12 @@ void draw_rule(OperatorState& s, RuleChoice& rule) {
   };
   ImGui::TableNextColumn();
   if (rule.counts) {
-    ImGui::Checkbox("##ideal", &rule.from_ideal);
-    ImGui::SameLine();
-    if (rule.from_ideal)
+    const bool aims = s.exercise.aims();
+    if (aims) {
+      ImGui::Checkbox("##ideal", &rule.from_ideal);
+      ImGui::SameLine();
+    }
+    if (rule.from_ideal && aims)
       dim(s.text("op.as_ideal"));
     else
       number("##target", rule.target);
@@ -132,7 +135,7 @@ void draw_exercise_form(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
     ImGui::PopFont();
     ImGui::EndTable();
   }
-  const bool can = f.name[0] != 0 && (f.ideal != IdealFrom::kMesh || f.mesh[0] != 0);
+  const bool can = !s.busy && f.name[0] != 0 && (f.ideal != IdealFrom::kMesh || f.mesh[0] != 0);
   ImGui::BeginDisabled(!can);
   if (main_button(fmt::format("  {}   F4  ", s.text("op.save_exercise")).c_str(), {0, 0}) ||
       (can && ImGui::IsKeyPressed(keys::kF1 + 3, false)))

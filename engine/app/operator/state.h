@@ -84,7 +84,7 @@ struct RigChoice {
 struct RuleChoice {
   std::string name;
   bool counts = false;
-  bool from_ideal = true;  // the target is the ideal's own value
+  bool from_ideal = true;  // the target is the ideal's own value, where there is one
   float target = 0, tolerance = 1, weight = 10;
 };
 /// What makes a new exercise's ideal.
@@ -95,6 +95,8 @@ struct ExerciseForm {
   std::array<char, 512> goal{};
   std::array<char, 1024> steps{};  // one a line
   IdealFrom ideal = IdealFrom::kDrilled;
+  bool base_aims = false;  // the base has an ideal
+  bool aims() const { return ideal != IdealFrom::kBase || base_aims; }
   std::array<char, 512> mesh{};  // a file
   float mesh_unit_mm = 1;
   std::vector<RuleChoice> rules;

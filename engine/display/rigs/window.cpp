@@ -30,6 +30,8 @@ void ensure_glfw() {
   if (!glfwVulkanSupported()) throw Error("window", "", "no Vulkan on this desktop", "a Vulkan driver that presents");
 }
 
+const ivec2 kTitle(0, 30);  // a desktop's title bar stands above the window
+
 class Window final : public Output {
  public:
   Window(gpu::Device& device, const WindowOptions& options) : device_(device), options_(options) {
@@ -46,6 +48,10 @@ class Window final : public Output {
       monitor = monitors[options.output];
       const GLFWvidmode* mode = glfwGetVideoMode(monitor);
       size = {mode->width, mode->height};
+    } else if (options.fits_screen && glfwGetPrimaryMonitor()) {
+      ivec2 lo, room{0};
+      glfwGetMonitorWorkarea(glfwGetPrimaryMonitor(), &lo.x, &lo.y, &room.x, &room.y);
+      if (room.x > 0 && room.y > kTitle.y) size = glm::min(size, room - kTitle);
     }
     glfwWindowHint(GLFW_AUTO_ICONIFY, GLFW_FALSE);  // the trainee's picture stays while somebody works beside it
     window_ = glfwCreateWindow(size.x, size.y, options.title.c_str(), monitor, nullptr);
@@ -66,7 +72,7 @@ class Window final : public Output {
       if (action == GLFW_PRESS && button < 3) self(w).events_.clicked[static_cast<std::size_t>(button)] = true;
     });
     try {
-      if (device.processor && !options.stereo_surface) shared_ = SharedPicture::open(device, window_);
+      if (device.processor && !options.stereo_surface) shared_ = SharedPicture::open(device, window_, options.composed);
       if (shared_) {
         fit_shared();
       } else {
@@ -83,13 +89,17 @@ class Window final : public Output {
   Window& operator=(const Window&) = delete;
 
   std::optional<Target> acquire() override {
-    show_finished();
+    // What the processor composes is shown only once the next frame is on its way: the device never waits for that.
+    if (!(shared_ && options_.composed)) show_finished();
     pace();
     if (!visible()) return std::nullopt;
     ivec2 size{0};
     glfwGetFramebufferSize(window_, &size.x, &size.y);
     if (shared_) {
-      if ((std::exchange(lost_, false) || stale_ || size != extent_) && !fit_shared()) return std::nullopt;
+      if (std::exchange(lost_, false) || stale_ || size != extent_) {
+        unshown_ = false;  // it has another size
+        if (!fit_shared()) return std::nullopt;
+      }
       exposed_ = false;
       return shared_->target();
     }
@@ -116,9 +126,11 @@ class Window final : public Output {
   }
 
   /// Where a processor draws, presenting waits until it has: meanwhile the next frame is prepared, and this one is
-  /// shown with the next acquire(), or the second poll() when there is none.
-  void present(const std::optional<std::vector<Part>>& drawn) override {
+  /// shown with the next acquire() or present(), or the second poll() when there is none.
+  void present(const std::optional<std::vector<Part>>& drawn, std::function<void()> finish) override {
+    show_finished();
     parts_ = drawn;
+    finish_ = std::move(finish);
     unshown_ = true;
     polls_ = 0;
     if (!device_.processor) show_finished();
@@ -126,7 +138,7 @@ class Window final : public Output {
 
   void show_finished() {
     if (!std::exchange(unshown_, false)) return;
-    if (shared_) return parts_ ? shared_->show(*parts_) : shared_->show_all();
+    if (shared_) return parts_ ? shared_->show(*parts_, finish_) : shared_->show_all(finish_);
     const VkPresentInfoKHR info{.sType = VK_STRUCTURE_TYPE_PRESENT_INFO_KHR,
                                 .waitSemaphoreCount = 1,
                                 .pWaitSemaphores = &done_[index_],
@@ -163,7 +175,9 @@ class Window final : public Output {
     const ivec2 middle = at + size / 2 - lo;
     if (middle.x < 0 || middle.y < 0 || middle.x >= room.x || middle.y >= room.y) return;  // it is elsewhere
     glfwGetMonitorWorkarea(all[(taken + 1) % count], &lo.x, &lo.y, &room.x, &room.y);
-    const ivec2 to = lo + glm::max((room - size) / 2, ivec2(0, 30));
+    const ivec2 fits = glm::min(size, room - kTitle);
+    const ivec2 to = lo + glm::max((room - fits) / 2, kTitle);
+    if (fits != size) glfwSetWindowSize(window_, fits.x, fits.y);
     glfwSetWindowPos(window_, to.x, to.y);
   }
   void lose_surface() override { lost_ = true; }
@@ -367,6 +381,7 @@ class Window final : public Output {
   GLFWwindow* window_ = nullptr;
   std::unique_ptr<SharedPicture> shared_;  // in the place of all Vulkan presents with
   std::optional<std::vector<Part>> parts_;  // of the last target, that were drawn
+  std::function<void()> finish_;            // composes it, where the processor does
   VkSurfaceKHR surface_ = VK_NULL_HANDLE;
   VkSwapchainKHR swapchain_ = VK_NULL_HANDLE;
   VkFormat format_ = VK_FORMAT_UNDEFINED;

@@ -163,6 +163,7 @@ constexpr Entry kOperator[] = {
     {"op.exercise_name", {"name of the exercise", "Name der Übung", "练习名称"}},
     {"op.drilled_is_ideal", {"what I drilled", "was ich gebohrt habe", "我的钻削结果"}},
     {"op.save_exercise", {"Save the exercise", "Übung speichern", "保存练习"}},
+    {"op.saving_exercise", {"Saving the exercise", "Übung wird gespeichert", "正在保存练习"}},
     {"op.exercise_saved", {"Saved:", "Gespeichert:", "已保存："}},
     {"op.key_paint",
      {"paint, while making an exercise (hold)", "malen, beim Erstellen einer Übung (halten)",

@@ -1,0 +1,274 @@
+#include "engine/app/picture/live_picture.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <thread>
+#include <utility>
+
+#include "engine/app/picture/picture_record.h"
+#include "engine/app/picture/tissue_view.h"
+#include "engine/base/log.h"
+
+namespace typodont {
+
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr Nanos kReviveInterval = 10 * kNanosPerSecond;  // a device lost more often than this is broken
+constexpr std::size_t kProcessorStep = 3;  // of the quality ladder, where a processor draws: about what it is quick enough for
+constexpr Nanos kProcessorMeshInterval = 33'000'000;  // ns between looks for changed bricks, where a processor draws
+constexpr Nanos kOwnInterval = 30'000'000;            // ns between pictures from a viewpoint of one's own
+
+}  // namespace
+
+LivePicture::LivePicture(const Scene& scene, const WorkbenchOptions& options, LiveSession& session, const dvec3& above,
+                         bool left_hand)
+    : scene_(scene),
+      options_(options),
+      session_(session),
+      above_(above),
+      left_hand_(left_hand),
+      shown_(scene.servo),
+      around_(make_surroundings(scene)),
+      views_(std::make_unique<LiveViews>(scene, session.carver.volume(), around_, session.wiring, session.operated)),
+      revived_(-kReviveInterval) {}
+
+void LivePicture::open(const display::DisplayRig& rig, std::vector<std::string>& explanations) {
+  rig_ = &rig;
+  make(options_.device);
+  const double voxel = session_.carver.volume().frame().voxel;
+  detail_.emplace(surface_tolerance(rig, voxel, ladder_.step()), voxel);
+  session_.wiring.tolerance = detail_->tolerance();
+  if (stage_->device().processor) session_.mesh_interval = kProcessorMeshInterval;
+  explanations.push_back("drawn by " + stage_->device_name());
+  explanations.push_back(fmt::format("picture quality: begins at \"{}\"; steps down while a frame takes over {:.0f} ms, "
+                                     "up when there is room",
+                                     ladder_.step().name, 1e3 / 30));
+  explanations.push_back(rig.head.tracker.empty() ? "head: at rest, the rig names no tracker" : "head: " + rig.head.tracker);
+  if (!session_.debris) return;
+  debris_.emplace(scene_.servo.materials, session_.carver.volume());
+  debris_->use(&stage_->device());
+  suck(scene_.suction_on);
+  explanations.push_back(debris_->cloud() ? "debris: moved by the GPU" : "debris: moved by the processor, which also draws");
+}
+
+void LivePicture::make(gpu::Device* device) {
+  if (!rig_) return;
+  PictureStage::Options look;
+  look.window = !options_.embedded;
+  look.embedded = options_.embedded;
+  look.hud = !options_.operated;  // what the operator's window says need not stand in the trainee's picture
+  look.device = device;
+  look.monitor = options_.monitor;
+  look.quality = ladder_.step();
+  stage_.emplace(*rig_, shown_, look);
+  if (stage_->device().processor && ladder_.changes() == 0) {
+    ladder_ = QualityLadder(1.0 / 30, 1.0 / 90, kProcessorStep);
+    stage_->set_quality(ladder_.step());
+  }
+  stage_->surround(around_);
+  stage_->hold_mirror(scene_.mouth_mirror);
+  views_->attach(Eyes::kTrainee, &*stage_);
+  if (debris_) debris_->use(&stage_->device());
+}
+
+void LivePicture::drop() {
+  if (debris_) debris_->use(nullptr);
+  if (views_) views_->attach(Eyes::kTrainee, nullptr), views_->attach(Eyes::kOwn, nullptr);
+  own_stage_.reset();
+  stage_.reset();
+}
+
+void LivePicture::close() {
+  views_.reset();
+  own_stage_.reset();
+}
+
+bool LivePicture::revive() {
+  if (now() - revived_ < kReviveInterval) return false;
+  revived_ = now();
+  drop();
+  make(nullptr);
+  return true;
+}
+
+void LivePicture::color(Tissue tissue, const dvec3& color) {
+  shown_.materials[static_cast<std::size_t>(tissue)].color = color;
+  views_->attach(Eyes::kOwn, nullptr);
+  own_stage_.reset();
+  if (!stage_) return;
+  views_->attach(Eyes::kTrainee, nullptr);
+  stage_.reset();
+  make(options_.device);
+}
+
+/// The nozzle beside the tooth draws chips in, or not.
+void LivePicture::suck(bool on) {
+  sucking_ = on;
+  constexpr double kBeside = 9e-3;  // m, behind the tooth as the trainee sees it
+  debris::Suction nozzle = scene_.suction.value_or(debris::Suction{.p_W = above_ + dvec3(0, kBeside, 0)});
+  debris_->suck(on ? std::optional(nozzle) : std::nullopt);
+}
+
+void LivePicture::switch_suction() {
+  if (debris_) suck(!sucking_);
+}
+
+void LivePicture::look_from(const Viewpoint& from, glm::ivec2 pixels) {
+  own_from_ = clamped(from);
+  own_size_ = pixels.x > 0 ? glm::max(pixels, glm::ivec2(16)) : glm::ivec2(0);
+}
+
+void LivePicture::show_next_view(const ServoTick& tick) {
+  using render::View;
+  constexpr std::array kOrder{View::kLook, View::kSection, View::kXray, View::kDifference};
+  Look next = views_->look(Eyes::kTrainee);
+  const auto now_at = std::find(kOrder.begin(), kOrder.end(), next.view);
+  const bool last = now_at + 1 == kOrder.end() || (now_at[1] == View::kDifference && !views_->has_ideal());
+  next.view = last ? View::kLook : now_at[1];
+  if (next.view == View::kSection) {
+    // Upright through the bur, facing the viewer: what lies behind it stays.
+    const dvec3 away = stage_->rig().head.eye_center - tick.X_WG.p, level(away.x, away.y, 0);
+    const dvec3 n = glm::length(level) > 0.2 * glm::length(away) ? -glm::normalize(level) : dvec3(0, 1, 0);
+    next.plane = {n, -glm::dot(n, tick.X_WG.p)};
+  }
+  views_->look(Eyes::kTrainee, next);
+}
+
+void LivePicture::collect() {
+  MeshBatch* batch = nullptr;
+  while ((session_.watched ? session_.wiring.bricks_to_watch : session_.wiring.bricks).pop(batch)) {
+    const std::unique_ptr<MeshBatch> owned(batch);
+    views_->take(std::move(*owned));
+  }
+  views_->advance();
+}
+
+MouthMirror LivePicture::mirror_for(const Look& look) {
+  if (!look.mirror) return {};
+  return left_hand_ ? session_.wiring.mouth_mirror.front() : scene_.mouth_mirror;
+}
+
+void LivePicture::draw_own(const ServoTick& tick, double dt) {
+  if (own_size_.x <= 0 || !options_.device) {
+    if (own_stage_) {
+      views_->attach(Eyes::kOwn, nullptr);
+      own_stage_.reset();
+    }
+    return;
+  }
+  if (now() - own_drawn_ < kOwnInterval) return;
+  own_drawn_ = now();
+  if (!own_stage_) {
+    PictureStage::Options look;
+    look.embedded = true;
+    look.hud = false;
+    look.device = options_.device;
+    look.quality = ladder_.step();
+    own_stage_.emplace(rig_of(own_from_, views_->middle(), own_size_), shown_, look);
+    own_stage_->surround(around_);
+    views_->attach(Eyes::kOwn, &*own_stage_);
+    views_->advance();
+  }
+  own_stage_->resize(own_size_);
+  own_stage_->look_from(rig_of(own_from_, views_->middle(), own_size_));
+  const Look& look = views_->look(Eyes::kOwn);
+  own_stage_->hold_mirror(mirror_for(look));
+  const auto particles = debris_ && look.debris ? debris_->particles() : std::span<const render::Particle>{};
+  if (!own_stage_->draw(tick, particles, dt).drawn) return;
+  ++own_frames_;
+  if (in_one_window() || !stage_) count_frame();
+}
+
+void LivePicture::move_debris(double dt, WorkCounts& work) {
+  Cut cut;
+  while (session_.wiring.cuts_to_debris.pop(cut)) debris_->add(cut, haptics::tray(scene_.servo)[cut.tool]);
+  LoosePiece piece;
+  while (session_.wiring.pieces_to_debris.pop(piece)) debris_->add(piece);
+  work.particles_stepped += debris_->debris().alive();
+  debris_->step(std::min(dt, 0.1));
+}
+
+void LivePicture::draw(ServoTick& tick, const std::string& hint, WorkCounts& work) {
+  Wiring& wiring = session_.wiring;
+  if (wiring.tick_to_render.fetch()) tick = wiring.tick_to_render.front();
+  collect();
+  const double dt = to_seconds(now() - last_turn_);
+  last_turn_ = now();
+  if (debris_) move_debris(dt, work);
+  if (left_hand_) wiring.mouth_mirror.fetch();
+  draw_own(tick, dt);
+  if (in_one_window()) {
+    frame_seconds_ += 0.1 * (to_seconds(now() - last_turn_) - frame_seconds_);
+    return std::this_thread::sleep_for(4ms);
+  }
+  const Look& look = views_->look(Eyes::kTrainee);
+  stage_->hold_mirror(mirror_for(look));
+  const bool chips = debris_ && look.debris;
+  stage_->show_cloud(chips ? debris_->cloud() : nullptr);
+  const auto stats = stage_->draw(tick, chips ? debris_->particles() : std::span<const render::Particle>{}, dt, hint);
+  frames_ += stats.drawn;
+  record_view();
+  if (stats.drawn) {
+    work.passes += stats.passes;
+    work.triangles_drawn += stats.triangles + stats.mirror_triangles;
+    work.bricks_skipped += stats.bricks_culled + stats.bricks_facing_away + stats.bricks_covered;
+    work.pipelines = std::max(work.pipelines, static_cast<std::uint64_t>(stats.pipelines));
+    follow(stats, dt, tick);
+    return;
+  }
+  drew_last_ = false;
+  // Asking the desktop for news costs more than all the rest of a turn: where nothing moved for half a second it is asked
+  // forty times a second.
+  if (!options_.embedded) std::this_thread::sleep_for(last_turn_ - last_drawn_ > kNanosPerSecond / 2 ? 25ms : 4ms);
+}
+
+/// What a frame of the trainee's says of the next: how fine, at which step of the ladder. The trainee's picture alone: what
+/// else is drawn must not cost its quality.
+void LivePicture::follow(const render::FrameStats& stats, double dt, const ServoTick& tick) {
+  Wiring& wiring = session_.wiring;
+  if (detail_->follow(stats.pixel, ladder_.step())) wiring.tolerance = detail_->tolerance();
+  count_frame();
+  const PictureStage::Timing& took = stage_->timing();
+  frame_seconds_ += 0.1 * (took.cost() - frame_seconds_);
+  // The hand's sample was that old when the frame began.
+  const Nanos zero = wiring.session_zero.load(std::memory_order_relaxed);
+  const double age = zero ? std::max(to_seconds(last_turn_ - zero - tick.t), 0.0) : 0.0;
+  photon_seconds_ += 0.1 * (age + took.shown - photon_seconds_);
+  if (session_.record) {
+    wiring.pictures_to_recorder.push({last_turn_, dt, took.record, took.gpu, age + took.shown, stats.redrawn, ladder_.place()});
+  }
+  // Composing and presenting are the processor's work, too, where it plays the GPU: frames on end show what all takes.
+  const bool on_end = std::exchange(drew_last_, true) && stage_->device().processor && !options_.embedded;
+  // Of a picture at rest only what its level of detail made finer is drawn anew, a few bricks at a time: cheap frames,
+  // which say nothing of what the next step would cost. Following them it would climb, refine, and fall for ever.
+  const bool refined = stats.redrawn < 1 && stage_->tool_at_rest() && tick.cuts == ladder_cuts_;
+  ladder_cuts_ = tick.cuts;
+  if (!refined && ladder_.frame_took(on_end && dt > 1.0 / 30 ? std::max(dt, took.cost()) : took.cost())) {
+    stage_->set_quality(ladder_.step());
+    log::info("picture quality: {}, for a frame took {:.0f} ms", ladder_.step().name, 1e3 * frame_seconds_);
+  }
+}
+
+/// One more picture has been drawn.
+void LivePicture::count_frame() {
+  const Nanos t = now();
+  if (last_drawn_) frame_period_ += 0.1 * (std::min(to_seconds(t - last_drawn_), 1.0) - frame_period_);
+  last_drawn_ = t;
+}
+
+/// Where it is seen from, and how: to the recording, whenever that changed.
+void LivePicture::record_view() {
+  Wiring& wiring = session_.wiring;
+  const Nanos zero = wiring.session_zero;
+  if (!session_.head_stream || zero == 0) return;
+  const display::Head& head = stage_->rig().head;
+  const SeenFrom now_seen{now() - zero, head.eye_center, head.right, head.ipd, stage_->view()};
+  if (seen_ && seen_->eye_W == now_seen.eye_W && seen_->right_W == now_seen.right_W && seen_->view == now_seen.view) return;
+  if (wiring.seen_to_recorder.push(now_seen)) seen_ = now_seen;
+}
+
+}  // namespace typodont
