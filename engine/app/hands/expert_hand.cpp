@@ -18,6 +18,8 @@ namespace {
 constexpr double kTravel = 40e-3;        // m/s in the air
 constexpr double kCutPace = 8e-3;        // m/s along a stroke where nothing is in the way
 constexpr double kScrapePace = 12e-3;    // m/s of an edge drawn by hand
+constexpr double kSlowing = 0.06;        // s before a stroke's end: slower than the hand reacts, or it cuts on into what should stay
+constexpr double kEndPace = 0.4e-3;      // m/s there
 constexpr double kAhead = 0.045e-3;      // m that the wanted place may lead the tool
 constexpr double kThere = 0.02e-3;       // m
 constexpr double kNearLine = 0.05e-3;    // m, the same for an edge: so near the line is good enough
@@ -472,7 +474,9 @@ bool ExpertHand::read(haptics::HandSample& sample) noexcept {
     along_ = length;
     done = seen_.tool == leg.tool || waited_ > 10;
   } else {
-    const double pace = leg.kind == Kind::kMove ? kTravel : leg.kind == Kind::kCut ? kCutPace : kScrapePace;
+    const double pace = leg.kind == Kind::kMove  ? kTravel
+                        : leg.kind == Kind::kCut ? std::min(kCutPace, kEndPace + (length - along_) / kSlowing)
+                                                 : kScrapePace;
     const bool may = leg.kind != Kind::kCut || off < kAhead;
     if (may && along_ < length) {
       along_ = std::min(length, along_ + pace * dt_);
