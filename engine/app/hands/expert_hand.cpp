@@ -436,11 +436,12 @@ void run_expert(HapticLoop& loop, ExpertHand& hand, Expert& expert, const std::f
 void ExpertHand::go_on(std::vector<ExpertLeg> legs) {
   legs_ = std::move(legs);
   leg_ = 0;
+  way_ = way_out_.size();
   along_ = waited_ = worst_ = 0;
   times_ = 0;
 }
 
-ExpertHand::ExpertHand(std::vector<ExpertLeg> legs, double rate) : legs_(std::move(legs)), dt_(1 / rate), from_(legs_.front().to) {
+ExpertHand::ExpertHand(std::vector<ExpertLeg> legs, double rate) : legs_(std::move(legs)), dt_(1 / rate), from_(legs_.front().to), free_(from_) {
   info_.address = "expert:";
   info_.model = "a hand that knows the task";
   info_.rate = rate;
@@ -448,23 +449,42 @@ ExpertHand::ExpertHand(std::vector<ExpertLeg> legs, double rate) : legs_(std::mo
 }
 
 void ExpertHand::next_leg() noexcept {
-  from_ = legs_[leg_].to;
-  ++leg_;
+  const bool out = way_ < way_out_.size();
+  const ExpertLeg& leg = out ? way_out_[way_] : legs_[leg_];
+  from_ = leg.to;
+  if (leg.kind == ExpertLeg::Kind::kMove) free_ = leg.to;
+  ++(out ? way_ : leg_);
   along_ = waited_ = worst_ = 0;
   times_ = 0;
 }
 
+void ExpertHand::leave() noexcept {
+  const ExpertLeg& left = legs_[leg_];
+  const dvec3 shank = left.to.R * dvec3(0, 0, 1);
+  const auto over = [&](Pose pose) {
+    pose.p += std::max(0.0, glm::dot(free_.p - pose.p, shank)) * shank;
+    return pose;
+  };
+  way_out_.fill(left);
+  for (ExpertLeg& leg : way_out_) leg.kind = ExpertLeg::Kind::kMove;
+  way_out_[0].to = over({seen_.X_WG.p, left.to.R});
+  way_out_[1].to = over(legs_[std::min(leg_ + 1, legs_.size() - 1)].to);
+  next_leg();
+  from_ = {seen_.X_WG.p, left.to.R};
+  way_ = 0;
+}
+
 bool ExpertHand::read(haptics::HandSample& sample) noexcept {
-  if (leg_ >= legs_.size()) return false;
+  if (leg_ >= legs_.size() && way_ >= way_out_.size()) return false;
   using Kind = ExpertLeg::Kind;
-  const ExpertLeg& leg = legs_[leg_];
+  const ExpertLeg leg = way_ < way_out_.size() ? way_out_[way_] : legs_[leg_];
   const bool back = leg.kind == Kind::kScrape && times_ % 2 == 1;
   const Pose &a = back ? leg.to : from_, &b = back ? from_ : leg.to;
   const double length = glm::length(b.p - a.p);
   const auto place = [&] { return length > 0 ? a.p + (along_ / length) * (b.p - a.p) : b.p; };
   double off = glm::length(place() - seen_.X_WG.p);
   waited_ += dt_;
-  bool done = false;
+  bool done = false, stuck = false;
   if (leg.kind == Kind::kWait) {
     along_ = length;
     const double now = -std::accumulate(seen_.removed.begin(), seen_.removed.end(), 0.0);
@@ -484,7 +504,8 @@ bool ExpertHand::read(haptics::HandSample& sample) noexcept {
     }
     if (leg.kind == Kind::kScrape) worst_ = std::max(worst_, off);
     done = along_ >= length && (leg.kind != Kind::kCut || off < kThere);
-    done = done || waited_ > kPatience;
+    stuck = !done && waited_ > kPatience;
+    done = done || stuck;
     if (done && leg.kind == Kind::kScrape && worst_ > kNearLine && ++times_ < kMostTimes) {
       done = false;
       along_ = length - along_;
@@ -503,7 +524,10 @@ bool ExpertHand::read(haptics::HandSample& sample) noexcept {
   sample.X_WT = {place() + lead_, glm::slerp(a.R, b.R, share)};
   sample.pedal = leg.pedal;
   sample.tool = leg.tool;
-  if (done) next_leg();
+  if (done && stuck && leg.kind == Kind::kCut)
+    leave();
+  else if (done)
+    next_leg();
   return true;
 }
 
