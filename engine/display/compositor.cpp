@@ -4,6 +4,8 @@
 #include <map>
 #include <optional>
 
+#include "engine/display/compose/by_processor.h"
+#include "engine/display/compose/places.h"
 #include "engine/display/output.h"
 #include "shaders/compose_frag.h"
 #include "shaders/compose_vert.h"
@@ -14,32 +16,12 @@ namespace {
 constexpr int kSlots = gpu::FrameRing::kSlots;
 constexpr std::size_t kRemembered = 6;  // frames: as many as a window's images, and more
 
-/// How pixels of the target come from the eyes: kMix of compose.frag.
-enum class Mix : std::uint32_t { kOneEye, kRows, kAnaglyph };
-constexpr std::size_t kMixes = 3;
-constexpr Mix mix_of(Layout layout) {
-  return layout == Layout::kRowInterleaved ? Mix::kRows : layout == Layout::kAnaglyph ? Mix::kAnaglyph : Mix::kOneEye;
-}
-
-/// Where of the target an eye's picture goes.
-struct Place {
-  ivec2 lo{0}, size{0};
-};
-Place place_of(int eye, Layout how, const ivec2& target) {
-  Place place{{0, 0}, target};
-  if (how == Layout::kSideBySide || how == Layout::kTwoOutputs) {
-    place.size.x = target.x / 2;
-    place.lo.x = eye * place.size.x;
-  } else if (how == Layout::kTopBottom || how == Layout::kFrameSequential) {
-    place.size.y = target.y / 2;
-    place.lo.y = eye * place.size.y;
-  }
-  return place;
-}
-
 bool same(const VkRect2D& a, const VkRect2D& b) {
   return a.offset.x == b.offset.x && a.offset.y == b.offset.y && a.extent.width == b.extent.width &&
          a.extent.height == b.extent.height;
+}
+Part part_of(const VkRect2D& r) {
+  return {r.offset.x, r.offset.y, static_cast<int>(r.extent.width), static_cast<int>(r.extent.height)};
 }
 }  // namespace
 
@@ -59,6 +41,22 @@ struct Compositor::Impl {
   Layout layout = Layout::kMono;
   int first_row = 0;
 
+  // Where the processor composes: copies of the eyes' pictures, complete where something changed, and what to do with
+  // them once they are there. Of each frame in flight.
+  struct ByHand {
+    gpu::Buffer eyes;
+    VkExtent2D size{};
+    std::uint32_t layers = 0;
+    Layout layout = Layout::kMono;
+    int first_row = 0;
+    HostPixels to;
+    ivec2 target{0};
+    std::array<std::vector<VkRect2D>, 2> parts;  // of the target
+    bool waits = false;                          // to be composed
+  };
+  std::array<ByHand, kSlots> by_hand;
+  ProcessorComposer composer;
+
   explicit Impl(gpu::Device& d) : device(d) {
     inputs = gpu::ShaderInputs::create(d, {{}}, kSlots, sizeof(glm::ivec4));
     sampler = gpu::create_sampler(d);
@@ -66,6 +64,7 @@ struct Compositor::Impl {
   ~Impl() {
     vkDeviceWaitIdle(device.device);
     destroy_pipelines();
+    for (ByHand& b : by_hand) b.eyes.destroy(device);
     vkDestroySampler(device.device, sampler, nullptr);
     inputs.destroy(device);
   }
@@ -142,6 +141,80 @@ struct Compositor::Impl {
     o.constants = {static_cast<std::uint32_t>(mix), fits ? 1u : 0u};
     return made = gpu::create_pipeline(device, o);
   }
+
+  /// Copies what of the pictures the target lacks to where the processor composes it from.
+  void fetch(VkCommandBuffer commands, const gpu::Image& pictures, Layout how, const Target& target, int slot, int row,
+             const std::optional<std::array<std::vector<VkRect2D>, 2>>& parts) {
+    ByHand& job = by_hand[static_cast<std::size_t>(slot)];
+    const VkExtent2D now = pictures.options.size;
+    const std::uint32_t layers = pictures.options.layers;
+    const VkDeviceSize layer_bytes = VkDeviceSize{4} * now.width * now.height;
+    // A pixel more: the last one has a neighbour too.
+    if (job.size.width != now.width || job.size.height != now.height || job.layers != layers) {
+      job.eyes.destroy(device);
+      job.eyes = gpu::Buffer::create_readback(device, layers * layer_bytes + 4);
+    }
+    job.size = now;
+    job.layers = layers;
+    job.layout = how;
+    job.first_row = row;
+    job.to = target.memory;
+    job.target = target.size;
+    job.waits = true;
+    for (std::size_t eye = 0; eye < 2; ++eye) {
+      const Place place = place_of(static_cast<int>(eye), how, target.size);
+      job.parts[eye] = parts ? (*parts)[eye]
+                             : std::vector{VkRect2D{{place.lo.x, place.lo.y},
+                                                    {static_cast<std::uint32_t>(place.size.x),
+                                                     static_cast<std::uint32_t>(place.size.y)}}};
+      if (eye == 1 && !two_places(how)) job.parts[eye].clear();
+    }
+
+    std::vector<VkBufferImageCopy> copies;
+    for (std::uint32_t layer = 0; layer < layers; ++layer) {
+      // Where both eyes share every place, each is wanted wherever something is.
+      const std::size_t eye = two_places(how) ? layer : 0;
+      const Place place = place_of(static_cast<int>(layer), how, target.size);
+      const dvec2 scale = dvec2(now.width, now.height) / dvec2(place.size);
+      for (const VkRect2D& r : job.parts[eye]) {
+        const dvec2 lo(r.offset.x - place.lo.x, r.offset.y - place.lo.y);
+        const ivec2 from(glm::max(glm::floor(lo * scale - 1.0), dvec2(0))),
+            to(glm::min(glm::ceil((lo + dvec2(r.extent.width, r.extent.height)) * scale + 1.0), dvec2(now.width, now.height)));
+        if (to.x <= from.x || to.y <= from.y) continue;
+        copies.push_back(
+            {.bufferOffset = layer * layer_bytes + VkDeviceSize{4} * (static_cast<VkDeviceSize>(from.y) * now.width + static_cast<VkDeviceSize>(from.x)),
+             .bufferRowLength = now.width,
+             .imageSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, 0, layer, 1},
+             .imageOffset = {from.x, from.y, 0},
+             .imageExtent = {static_cast<std::uint32_t>(to.x - from.x), static_cast<std::uint32_t>(to.y - from.y), 1}});
+      }
+    }
+    if (copies.empty()) return;
+    gpu::transition(commands, pictures, VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL, VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL,
+                    VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, VK_ACCESS_2_MEMORY_WRITE_BIT, VK_PIPELINE_STAGE_2_COPY_BIT,
+                    VK_ACCESS_2_TRANSFER_READ_BIT);
+    vkCmdCopyImageToBuffer(commands, pictures.image, VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL, job.eyes.buffer,
+                           static_cast<std::uint32_t>(copies.size()), copies.data());
+    gpu::transition(commands, pictures, VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL, VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL,
+                    VK_PIPELINE_STAGE_2_COPY_BIT, VK_ACCESS_2_NONE, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT,
+                    VK_ACCESS_2_MEMORY_READ_BIT);
+    gpu::show_host(commands, VK_PIPELINE_STAGE_2_COPY_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT);
+  }
+
+  void compose(int slot) {
+    ByHand& job = by_hand[static_cast<std::size_t>(slot)];
+    job.waits = false;
+    const std::size_t layer_bytes = std::size_t{4} * job.size.width * job.size.height;
+    EyePixels eyes{.size = {static_cast<int>(job.size.width), static_cast<int>(job.size.height)}};
+    for (std::size_t e = 0; e < 2; ++e)
+      eyes.first[e] = job.eyes.mapped<std::uint8_t>(std::min<std::size_t>(e, job.layers - 1) * layer_bytes);
+    for (std::size_t e = 0; e < 2; ++e) {
+      const int eye = mix_of(job.layout) == Mix::kRows ? job.first_row : static_cast<int>(e);
+      for (const VkRect2D& r : job.parts[e])
+        composer.compose(eyes, mix_of(job.layout), place_of(static_cast<int>(e), job.layout, job.target), eye, part_of(r),
+                         job.to.first, job.to.pitch);
+    }
+  }
 };
 
 Compositor::Compositor(gpu::Device& device) : impl_(std::make_unique<Impl>(device)) {}
@@ -151,9 +224,23 @@ std::optional<std::vector<Part>> Compositor::record(VkCommandBuffer commands, co
                                                     const Target& target, int slot, int first_row,
                                                     const std::array<std::vector<Part>, 2>* changed) {
   Impl& m = *impl_;
+  auto parts = m.lacking(pictures, layout, target, first_row, changed);
+  const auto listed = [&]() -> std::optional<std::vector<Part>> {
+    if (!parts) return std::nullopt;
+    std::vector<Part> drawn;
+    for (const auto& of_eye : *parts)
+      for (const VkRect2D& r : of_eye)
+        if (r.extent.width > 0 && r.extent.height > 0) drawn.push_back(part_of(r));
+    return drawn;
+  };
+  if (target.memory.first) {
+    // A frame that was never composed is lacking, too.
+    if (m.by_hand[static_cast<std::size_t>(slot)].waits) parts.reset();
+    m.fetch(commands, pictures, layout, target, slot, first_row, parts);
+    return listed();
+  }
   m.inputs.fill(m.device, static_cast<std::size_t>(slot), 0, m.sampler, pictures.alias_view);
   const VkDescriptorSet set = m.inputs.sets[static_cast<std::size_t>(slot)];
-  const auto parts = m.lacking(pictures, layout, target, first_row, changed);
 
   gpu::transition(commands, target.image, VK_IMAGE_ASPECT_COLOR_BIT,
                   parts ? target.final_layout : VK_IMAGE_LAYOUT_UNDEFINED,
@@ -182,8 +269,7 @@ std::optional<std::vector<Part>> Compositor::record(VkCommandBuffer commands, co
     const bool stereo_surface = target.layers.size() > 1;
     const Mix mix = stereo_surface ? Mix::kOneEye : mix_of(layout);
     const int last = static_cast<int>(pictures.options.layers) - 1;
-    const bool two_places = !stereo_surface && mix == Mix::kOneEye && layout != Layout::kMono;
-    for (int eye = 0; eye < (two_places ? 2 : 1); ++eye) {
+    for (int eye = 0; eye < (!stereo_surface && two_places(layout) ? 2 : 1); ++eye) {
       const Place place = stereo_surface ? Place{{0, 0}, target.size} : place_of(eye, layout, target.size);
       const bool fits = place.size == ivec2(static_cast<int>(pictures.options.size.width),
                                             static_cast<int>(pictures.options.size.height));
@@ -207,13 +293,9 @@ std::optional<std::vector<Part>> Compositor::record(VkCommandBuffer commands, co
                   target.final_layout, VK_PIPELINE_STAGE_2_COLOR_ATTACHMENT_OUTPUT_BIT,
                   VK_ACCESS_2_COLOR_ATTACHMENT_WRITE_BIT, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT,
                   VK_ACCESS_2_MEMORY_READ_BIT);
-  if (!parts) return std::nullopt;
-  std::vector<Part> drawn;
-  for (const auto& of_eye : *parts)
-    for (const VkRect2D& r : of_eye)
-      if (r.extent.width > 0 && r.extent.height > 0)
-        drawn.push_back({r.offset.x, r.offset.y, static_cast<int>(r.extent.width), static_cast<int>(r.extent.height)});
-  return drawn;
+  return listed();
 }
+
+void Compositor::compose(int slot) { impl_->compose(slot); }
 
 }  // namespace typodont::display

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <glm/glm.hpp>
 #include <memory>
 #include <optional>
@@ -15,8 +16,15 @@
 
 namespace typodont::display {
 
+/// A picture in the host's memory: BGRA bytes, rows `pitch` bytes apart.
+struct HostPixels {
+  std::uint8_t* first = nullptr;
+  std::size_t pitch = 0;
+};
+
 /// What the composed frame is drawn into.
 struct Target {
+  HostPixels memory;  // where it is set there is no image: the processor composes, once the eyes are drawn
   VkImage image = VK_NULL_HANDLE;
   std::vector<VkImageView> layers;  // one, or two where the surface is stereo itself
   ivec2 size{0};
@@ -46,6 +54,8 @@ class Compositor {
   /// the parts of the target that are drawn; nothing: all of it.
   std::optional<std::vector<Part>> record(VkCommandBuffer commands, const gpu::Image& pictures, Layout layout, const Target& target, int slot,
               int first_row = 0, const std::array<std::vector<Part>, 2>* changed = nullptr);
+  /// Where the target is memory: fills it, once the device has done what was recorded for the slot.
+  void compose(int slot);
 
  private:
   struct Impl;
@@ -77,8 +87,9 @@ class Output {
   virtual ~Output() = default;
   /// The next target, or nothing: minimised, or lost for the moment. Throws RunFailure when it is lost for good.
   virtual std::optional<Target> acquire() = 0;
-  /// Shows what was drawn into the last target: all of it, or these parts of it; call after submitting.
-  virtual void present(const std::optional<std::vector<Part>>& drawn = std::nullopt) = 0;
+  /// Shows what was drawn into the last target: all of it, or these parts of it; call after submitting. Where the target
+  /// is memory `finish` waits for the device and composes; it is called when it is time to show it.
+  virtual void present(const std::optional<std::vector<Part>>& drawn = std::nullopt, std::function<void()> finish = {}) = 0;
   virtual ivec2 size() const = 0;
   /// Whether anybody could see a picture there: not in a window that is minimised.
   virtual bool visible() const { return true; }
@@ -113,6 +124,7 @@ struct WindowOptions {
   int output = -1;                      // full screen on this monitor; −1: a window
   bool fits_screen = false;             // a window is made no larger than the screen has room for
   bool stereo_surface = false;          // two layers, for frame-sequential displays
+  bool composed = false;                // a Compositor fills it: where a processor draws, its targets are memory
   double most_frames_per_second = 120;  // where presenting does not wait for the screen
 };
 /// What Device::create needs for a window. Throws Error where there is no desktop to open one on.

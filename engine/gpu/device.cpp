@@ -429,6 +429,11 @@ void FrameRing::abandon(Device&) {
   check(vkEndCommandBuffer(slots[static_cast<std::size_t>(slot())].commands), "vkEndCommandBuffer");
 }
 
+void FrameRing::wait(Device& device, int of_slot) {
+  check(vkWaitForFences(device.device, 1, &slots[static_cast<std::size_t>(of_slot)].done, VK_TRUE, UINT64_MAX),
+        "vkWaitForFences");
+}
+
 void FrameRing::wait_idle(Device& device) {
   for (Slot& s : slots) check(vkWaitForFences(device.device, 1, &s.done, VK_TRUE, UINT64_MAX), "vkWaitForFences");
   finished = submitted;

@@ -136,6 +136,8 @@ struct FrameRing {
   void submit(Device& device, VkSemaphore wait = VK_NULL_HANDLE, VkSemaphore signal = VK_NULL_HANDLE);
   /// Closes the command buffer unused.
   void abandon(Device& device);
+  /// For what was last submitted in a slot.
+  void wait(Device& device, int of_slot);
   void wait_idle(Device& device);
 };
 

@@ -136,6 +136,17 @@ void transition(VkCommandBuffer commands, const Image& image, VkImageLayout from
   transition(commands, image.image, image.options.aspect, from, to, source_stage, source_access, stage, access);
 }
 
+void show_host(VkCommandBuffer commands, VkPipelineStageFlags2 stage, VkAccessFlags2 access) {
+  const VkMemoryBarrier2 to_host{.sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER_2,
+                                 .srcStageMask = stage,
+                                 .srcAccessMask = access,
+                                 .dstStageMask = VK_PIPELINE_STAGE_2_HOST_BIT,
+                                 .dstAccessMask = VK_ACCESS_2_HOST_READ_BIT};
+  const VkDependencyInfo dependency{
+      .sType = VK_STRUCTURE_TYPE_DEPENDENCY_INFO, .memoryBarrierCount = 1, .pMemoryBarriers = &to_host};
+  vkCmdPipelineBarrier2(commands, &dependency);
+}
+
 std::vector<std::uint8_t> read_back(Device& device, const Image& image, std::uint32_t layer, VkImageLayout layout) {
   const VkExtent2D size = image.options.size;
   const std::size_t bytes = std::size_t{4} * size.width * size.height;
@@ -148,14 +159,7 @@ std::vector<std::uint8_t> read_back(Device& device, const Image& image, std::uin
     vkCmdCopyImageToBuffer(commands, image.image, VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL, buffer.buffer, 1, &copy);
     transition(commands, image, VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL, layout, VK_PIPELINE_STAGE_2_COPY_BIT,
                VK_ACCESS_2_NONE, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, VK_ACCESS_2_MEMORY_READ_BIT);
-    const VkMemoryBarrier2 to_host{.sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER_2,
-                                   .srcStageMask = VK_PIPELINE_STAGE_2_COPY_BIT,
-                                   .srcAccessMask = VK_ACCESS_2_TRANSFER_WRITE_BIT,
-                                   .dstStageMask = VK_PIPELINE_STAGE_2_HOST_BIT,
-                                   .dstAccessMask = VK_ACCESS_2_HOST_READ_BIT};
-    const VkDependencyInfo dependency{
-        .sType = VK_STRUCTURE_TYPE_DEPENDENCY_INFO, .memoryBarrierCount = 1, .pMemoryBarriers = &to_host};
-    vkCmdPipelineBarrier2(commands, &dependency);
+    show_host(commands, VK_PIPELINE_STAGE_2_COPY_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT);
   });
   std::vector<std::uint8_t> pixels(bytes);
   std::memcpy(pixels.data(), buffer.memory.mapped, bytes);

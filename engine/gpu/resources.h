@@ -65,6 +65,9 @@ void transition(VkCommandBuffer commands, VkImage image, VkImageAspectFlags aspe
                 VkImageLayout to, VkPipelineStageFlags2 source_stage, VkAccessFlags2 source_access,
                 VkPipelineStageFlags2 stage, VkAccessFlags2 access);
 
+/// What those stages wrote is there for the host once the commands are done.
+void show_host(VkCommandBuffer commands, VkPipelineStageFlags2 stage, VkAccessFlags2 access);
+
 /// Copies one layer of a colour image (4 bytes a pixel), lying in `layout`, to the host; waits for it.
 std::vector<std::uint8_t> read_back(Device& device, const Image& image, std::uint32_t layer, VkImageLayout layout);
 /// Fills a sampled image of one layer, leaving it ready for shaders.

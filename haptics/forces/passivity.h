@@ -17,7 +17,7 @@ struct PassivityLaw {
   double turning = 2;         // m/s²: a hand that moves inward faster than turning × tick goes on moving inward …
   double human_tick = 1e-3;   // s, … in ticks this short; in longer ones it may go back as far as it came
   double twisting = 20;       // rad/s²: the same of a hand that turns
-  double credit = 0.8e-9;     // J, of the 1 nJ that rounding may cost
+  double credit = 0.5e-9;     // J, of the 1 nJ that rounding and a sudden turn may cost
 };
 
 struct PassivityState {
@@ -53,16 +53,18 @@ inline double passive_share(const PassivityLaw& law, const dvec3& f, const dvec3
   const double turned_before = glm::length(state.turned);
   if (turned_before > 0) state.unturn = std::max(state.unturn, -glm::dot(turned, state.turned) / turned_before);
   state.turned = turned;
-  const double strength = glm::length(f);
-  if (!(strength > 0)) return 1;
-  const double along = glm::dot(f, moved) / strength;  // > 0: with the force, outward
-  state.retreat = std::max(state.retreat, along);
-  state.advance = std::max(state.advance * std::exp(-dt / law.memory), -along);
-  const double turn = law.turning * tick * tick;
-  const double reversal = tick > 2.2 * law.human_tick ? turn + state.advance : turn + std::min(along, 0.0);
-  const double way = std::max({law.margin * state.retreat, reversal, 1e-3 * turn});
-  double at_stake = strength * way;
-  if (const double twist = glm::length(tau); twist > 0) {
+  const double strength = glm::length(f), twist = glm::length(tau);
+  if (!(strength > 0 || twist > 0)) return 1;
+  double at_stake = 0;
+  if (strength > 0) {
+    const double along = glm::dot(f, moved) / strength;  // > 0: with the force, outward
+    state.retreat = std::max(state.retreat, along);
+    state.advance = std::max(state.advance * std::exp(-dt / law.memory), -along);
+    const double turn = law.turning * tick * tick;
+    const double reversal = tick > 2.2 * law.human_tick ? turn + state.advance : turn + std::min(along, 0.0);
+    at_stake = strength * std::max({law.margin * state.retreat, reversal, 1e-3 * turn});
+  }
+  if (twist > 0) {  // of a tool whose force has gone, too: its torque follows later
     const double out = glm::dot(tau, turned) / twist;  // > 0: with the torque
     state.unturn = std::max(state.unturn, out);
     state.turn_in = std::max(state.turn_in * std::exp(-dt / law.memory), -out);

@@ -35,7 +35,7 @@ struct Window : testing::Test {
     renderer.emplace(device, kEye, render::kQualityLadder[0], render::default_colors());
     renderer->update(0, tooth_mesh(2e-3, 0.5e-3));
     compositor.emplace(device);
-    window = display::make_window(device, {.size = {400, 300}});
+    window = display::make_window(device, {.size = {400, 300}, .composed = true});
   }
   void TearDown() override {
     if (!device.device) return;
@@ -69,7 +69,11 @@ struct Window : testing::Test {
       drawn = compositor->record(commands, renderer->pictures(), display::Layout::kSideBySide, *target, ring.slot(),
                                  window->first_row(), parts ? &changed : nullptr);
     ring.submit(device, target ? target->ready : VK_NULL_HANDLE, target ? target->done : VK_NULL_HANDLE);
-    if (target) window->present(drawn);
+    if (target)
+      window->present(drawn, [this, slot = ring.slot()] {
+        ring.wait(device, slot);
+        compositor->compose(slot);
+      });
     shown_in_parts = drawn.has_value();
     EXPECT_FALSE(window->poll().close);
     EXPECT_FALSE(window->poll().close);  // by the second one it is shown
@@ -173,7 +177,7 @@ TEST_F(Window, AMonitorThatIsNotThereIsNamed) {
 }
 
 TEST_F(Window, FullScreenFillsTheChosenMonitor) {
-  window = display::make_window(device, {.output = 0});
+  window = display::make_window(device, {.output = 0, .composed = true});
   for (int i = 0; i < 5; ++i) show();
   EXPECT_EQ(window->size(), glm::ivec2(800, 600));
 }

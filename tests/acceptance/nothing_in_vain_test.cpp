@@ -105,6 +105,49 @@ TEST_F(Work, IsToldInWordsWithTheReasonsForWhatIsOff) {
 }
 
 #ifdef TYPODONT_WINDOW
+/// When the frames of a recorded session were drawn, also while it is still written; none before it has any.
+std::vector<Nanos> drawn_in(const std::string& file) {
+  try {
+    const session::SessionReader session(file);
+    const auto& streams = session.header().streams;
+    const auto picture =
+        std::find_if(streams.begin(), streams.end(), [](const auto& stream) { return stream.name == "picture"; });
+    if (picture != streams.end()) return session.streams()[static_cast<std::size_t>(picture - streams.begin())].t;
+  } catch (const Error&) {  // not there yet
+  }
+  return {};
+}
+
+TEST_F(Work, AWindowInWhichNothingMovesIsNotDrawnAgainAndTakesAFewHundredthsOfACore) {
+  hand(208, 0, 0, 60);
+  const test::Desktop desktop;
+  const auto session = [&](double seconds) {
+    return run(fmt::format("{} --rig assets/rigs/window.json", scene("\"haptics\", \"render\", \"debris\"")), seconds,
+               "--record " + (folder / "s.h5"));
+  };
+  const Json brief = session(5);
+  const std::vector<Nanos> first = drawn_in(folder / "s.h5");
+  const Json lasting = session(11);
+  const std::vector<Nanos> drawn = drawn_in(folder / "s.h5");
+  ASSERT_FALSE(first.empty() || drawn.empty()) << said;
+  // Begun and refined where that was possible in the first seconds; then nothing.
+  EXPECT_LT(to_seconds(drawn.back()), 5) << drawn.size() << " frames";
+  EXPECT_LT(drawn.size(), 40u);
+  const auto besides = [](const Json& work) { return work["cpu_s"].number() - work["servo_cpu_s"].number(); };
+  EXPECT_LT(besides(lasting) - besides(brief), 0.03 * 6) << "with the asking for the desktop's news, and the recording";
+}
+
+TEST_F(Work, ParticlesAreSteppedOnlyWhereTheSceneHasDebrisAndAfterSomethingWasCut) {
+  const test::Desktop desktop;
+  const auto stepped = [&](const char* parts, double height_mm) {
+    hand(height_mm, 2, 1);
+    return run(fmt::format("{} --rig assets/rigs/window.json", scene(parts)), 3)["particles_stepped"].integer();
+  };
+  EXPECT_EQ(stepped("\"haptics\", \"render\"", 200.8), 0);
+  EXPECT_EQ(stepped("\"haptics\", \"render\", \"debris\"", 210), 0);
+  EXPECT_GT(stepped("\"haptics\", \"render\", \"debris\"", 200.8), 0);
+}
+
 TEST_F(Work, AWindowThatIsMinimisedDrawsNoFrameAndIsDrawnAgainWhenItIsBack) {
   hand(208, 8, 1, 120);  // to and fro: every frame differs from the last
   const test::Desktop desktop;
@@ -117,18 +160,7 @@ TEST_F(Work, AWindowThatIsMinimisedDrawsNoFrameAndIsDrawnAgainWhenItIsBack) {
     window = test::Desktop::xdotool("search --name Typodont");
   window = window.substr(0, window.find('\n'));
   ASSERT_FALSE(window.empty()) << folder.said();
-  // As the recording has them while it is written.
-  const auto drawn_so_far = [&]() -> std::vector<Nanos> {
-    try {
-      const session::SessionReader session(folder / "s.h5");
-      const auto& streams = session.header().streams;
-      const auto picture =
-          std::find_if(streams.begin(), streams.end(), [](const auto& stream) { return stream.name == "picture"; });
-      if (picture != streams.end()) return session.streams()[static_cast<std::size_t>(picture - streams.begin())].t;
-    } catch (const Error&) {  // not there yet
-    }
-    return {};
-  };
+  const auto drawn_so_far = [&] { return drawn_in(folder / "s.h5"); };
   const auto wait_for = [&](std::size_t frames) {
     for (int i = 0; i < 300 && drawn_so_far().size() < frames; ++i) ::usleep(100'000);
   };

@@ -7,6 +7,7 @@
 #include <random>
 
 #include "engine/base/units.h"
+#include "haptics/forces/passivity.h"
 #include "tests/support/haptic_bench.h"
 
 namespace typodont {
@@ -68,6 +69,17 @@ TEST(Passivity, TheLedgerNeverFallsBelowOneNanojouleForSmoothHandsAtAnyRateAndSt
         }
       }
     }
+  }
+}
+
+TEST(Passivity, ATorqueWhoseForceHasGoneIsPaidForToo) {
+  // A hand that turns on with the torque at 5 rad/s: what it is given in the next tick is in the ledger already.
+  const dvec3 torque(2e-5, 0, 0), turned(5e-3, 0, 0);
+  for (const double energy : {-1e-8, 0.0, 1e-8, 1e-7, 1e-6}) {
+    haptics::PassivityState state;
+    const double share = haptics::passive_share({}, dvec3(0), dvec3(0), torque, turned, 1e-3, 1e-3, energy, state);
+    EXPECT_LE(share * glm::dot(torque, turned), std::max(energy, 0.0) + 1e-9) << energy;
+    EXPECT_TRUE(energy < 1e-6 || share == 1);
   }
 }
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <string_view>
+#include <utility>
 
 #include "haptics/carver.h"
 #include "haptics/servo.h"
@@ -27,15 +28,18 @@ struct HapticBench {
   bool did_cut = false;
   Nanos t = 0;
 
-  HapticBench(std::string_view tissue_json, haptics::ServoSettings s)
-      : settings(complete(s, tissue_json)),
-        carver(haptics::TissueVolume(haptics::read_solids(Json::parse(tissue_json, "tissue"))), haptics::tray(settings)),
+  HapticBench(std::string_view tissue_json, const haptics::ServoSettings& s)
+      : HapticBench(haptics::TissueVolume(haptics::read_solids(Json::parse(tissue_json, "tissue"))), s) {}
+
+  HapticBench(haptics::TissueVolume volume, const haptics::ServoSettings& s)
+      : settings(complete(s, volume.frame())),
+        carver(std::move(volume), haptics::tray(settings)),
         servo(settings, haptics::patch_edge_for(haptics::tray(settings), settings.frame.voxel)) {
     spare.resize(servo.patch().n);
   }
 
-  static haptics::ServoSettings complete(haptics::ServoSettings s, std::string_view tissue_json) {
-    s.frame = haptics::read_solids(Json::parse(tissue_json, "tissue")).frame;
+  static haptics::ServoSettings complete(haptics::ServoSettings s, const VoxelFrame& frame) {
+    s.frame = frame;
     s.materials = plain_materials();
     return s;
   }

@@ -1,6 +1,9 @@
 // Every layout is decoded back into the two eyes.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <utility>
+
 #include "tests/support/stage.h"
 #include "tests/support/tooth_mesh.h"
 
@@ -67,6 +70,58 @@ TEST_F(Layouts, MonoIsTheOneEye) {
   frame.views = 1;
   stage.draw(frame, Layout::kMono);
   EXPECT_EQ(compare(stage.screen, stage.eye(0), 0).pixels, 0);
+}
+
+// The processor's own way of composing, against the shader's: every layout, pictures that fit and pictures that are
+// stretched, whole and in parts.
+TEST_F(Layouts, TheProcessorComposesWhatTheShaderComposes) {
+  std::vector<std::uint8_t> memory;
+  for (const double scale : {1.0, 0.4, 0.73}) {
+    render::Quality quality = render::kQualityLadder[2];
+    quality.scale = scale;
+    stage.renderer->set_quality(quality);
+    for (const Layout layout : {Layout::kMono, Layout::kSideBySide, Layout::kTopBottom, Layout::kRowInterleaved,
+                                Layout::kAnaglyph, Layout::kTwoOutputs, Layout::kFrameSequential}) {
+      frame.hud.speed_krpm += 1;
+      frame.views = layout == Layout::kMono ? 1 : 2;
+      stage.draw(frame, layout);
+      const render::Picture whole = stage.screen;
+      memory.assign(whole.rgba.size(), 77);
+      display::Target target;
+      target.memory = {memory.data(), 4 * static_cast<std::size_t>(whole.size.x)};
+      target.size = whole.size;
+      const auto compose = [&](const std::array<std::vector<display::Part>, 2>* changed) {
+        target.kept = changed != nullptr;
+        gpu::run_once(stage.device, [&](VkCommandBuffer commands) {
+          stage.compositor->record(commands, stage.renderer->pictures(), layout, target, 0, 0, changed);
+        });
+        stage.compositor->compose(0);
+        for (std::size_t i = 0; i < memory.size(); i += 4) std::swap(memory[i], memory[i + 2]);
+        const Difference d = compare({whole.size, memory}, whole, scale == 1.0 ? 0 : 2);
+        for (std::size_t i = 0; i < memory.size(); i += 4) std::swap(memory[i], memory[i + 2]);
+        EXPECT_EQ(d.pixels, 0) << "layout " << static_cast<int>(layout) << " scale " << scale << " worst " << d.worst;
+      };
+      compose(nullptr);
+      // What lies outside the parts is not looked at again.
+      const std::array<std::vector<display::Part>, 2> none, some{{{{3, 5, 31, 17}, {20, 40, 9, 5}}, {{7, 11, 13, 23}}}};
+      compose(&none);
+      const std::vector<std::uint8_t> old = memory;
+      std::fill(memory.begin(), memory.end(), std::uint8_t{77});
+      target.kept = true;
+      gpu::run_once(stage.device, [&](VkCommandBuffer commands) {
+        stage.compositor->record(commands, stage.renderer->pictures(), layout, target, 0, 0, &some);
+      });
+      stage.compositor->compose(0);
+      int written = 0;
+      for (std::size_t i = 0; i < memory.size(); ++i) {
+        if (memory[i] == 77) continue;
+        ++written;
+        ASSERT_EQ(memory[i], old[i]) << "layout " << static_cast<int>(layout) << " byte " << i;
+      }
+      EXPECT_GT(written, 1000);
+      EXPECT_LT(written, static_cast<int>(memory.size()) / 2);
+    }
+  }
 }
 
 }  // namespace

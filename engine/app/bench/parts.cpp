@@ -76,7 +76,11 @@ constexpr BenchPart kParts[] = {
      bench_latency},
     {"undo", "Undo", "A stroke taken back and brought again on the CT molar, and the memory it takes.", bench_undo},
     {"scaling", "Scaling",
-     "The same drilling in ever larger bodies: what must not grow, and what grows with the surface.", bench_scaling}};
+     "The same drilling in ever larger bodies: what must not grow, and what grows with the surface.", bench_scaling},
+    {"length", "Length",
+     "Eight hours in simulated time: pits drilled, filled and felt, all recorded, every stroke kept for undo. Each row is "
+     "of what was done since the row before it.",
+     bench_length}};
 
 }  // namespace
 

@@ -24,6 +24,7 @@ std::span<const BenchPart> bench_parts();
 std::vector<BenchRow> bench_render(bool quick);
 std::vector<BenchRow> bench_recording(bool quick);
 std::vector<BenchRow> bench_latency(bool quick);
+std::vector<BenchRow> bench_length(bool quick);
 std::vector<BenchRow> bench_scaling(bool quick);
 std::vector<BenchRow> bench_stability(bool quick);
 std::vector<BenchRow> bench_surface(bool quick);

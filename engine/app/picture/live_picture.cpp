@@ -221,7 +221,9 @@ void LivePicture::draw(ServoTick& tick, const std::string& hint, WorkCounts& wor
     return;
   }
   drew_last_ = false;
-  if (!options_.embedded) std::this_thread::sleep_for(4ms);
+  // Asking the desktop for news costs more than all the rest of a turn: where nothing moved for half a second it is asked
+  // forty times a second.
+  if (!options_.embedded) std::this_thread::sleep_for(last_turn_ - last_drawn_ > kNanosPerSecond / 2 ? 25ms : 4ms);
 }
 
 /// What a frame of the trainee's says of the next: how fine, at which step of the ladder. The trainee's picture alone: what
@@ -241,7 +243,11 @@ void LivePicture::follow(const render::FrameStats& stats, double dt, const Servo
   }
   // Composing and presenting are the processor's work, too, where it plays the GPU: frames on end show what all takes.
   const bool on_end = std::exchange(drew_last_, true) && stage_->device().processor && !options_.embedded;
-  if (ladder_.frame_took(on_end && dt > 1.0 / 30 ? std::max(dt, took.cost()) : took.cost())) {
+  // Of a picture at rest only what its level of detail made finer is drawn anew, a few bricks at a time: cheap frames,
+  // which say nothing of what the next step would cost. Following them it would climb, refine, and fall for ever.
+  const bool refined = stats.redrawn < 1 && stage_->tool_at_rest() && tick.cuts == ladder_cuts_;
+  ladder_cuts_ = tick.cuts;
+  if (!refined && ladder_.frame_took(on_end && dt > 1.0 / 30 ? std::max(dt, took.cost()) : took.cost())) {
     stage_->set_quality(ladder_.step());
     log::info("picture quality: {}, for a frame took {:.0f} ms", ladder_.step().name, 1e3 * frame_seconds_);
   }

@@ -104,6 +104,7 @@ class LivePicture {
   std::uint64_t frames_ = 0, own_frames_ = 0;
   double frame_seconds_ = 0, frame_period_ = 0, photon_seconds_ = 0;
   bool drew_last_ = false;        // the last turn drew a frame
+  std::uint64_t ladder_cuts_ = 0;  // when the ladder last looked at one
   std::optional<SeenFrom> seen_;  // as last given to the recording
 };
 

@@ -15,6 +15,12 @@ namespace {
 
 constexpr double kReadEvery = 0.1;  // s between numbers of the writing: quicker ones nobody reads
 
+/// What no pixel tells apart: a hundredth of what one shows of the tool.
+bool looks_same(const Pose& a, const Pose& b) {
+  const dquat turn = a.R * (glm::dot(a.R, b.R) < 0 ? -1.0 : 1.0) - b.R;
+  return glm::length(a.p - b.p) <= 1e-7 && glm::length(turn) <= 2.5e-6;  // m; half an angle in rad
+}
+
 constexpr const char* shape_name(haptics::HeadShape shape) {
   switch (shape) {
     case haptics::HeadShape::kSphere:
@@ -83,6 +89,7 @@ PictureStage::PictureStage(const display::DisplayRig& rig, const haptics::ServoS
     window.size = rig.screen.pixels;
     window.output = options.monitor;
     window.stereo_surface = rig.screen.layout == display::Layout::kFrameSequential;
+    window.composed = true;
     output_ = display::make_window(device_, window);
   }
 #endif
@@ -227,7 +234,9 @@ render::FrameStats PictureStage::draw(const ServoTick& tick, std::span<const ren
   if (rig_.mirror) frame.background = render::Background::kBlack;
 
   angle_ = std::fmod(angle_ + tick.spindle * dt, 2 * kPi);
-  frame.tool = {options_.tool, tick.X_WG, angle_, tick.spindle};
+  at_rest_ = looks_same(tick.X_WG, shown_at_);
+  if (!at_rest_) shown_at_ = tick.X_WG;
+  frame.tool = {options_.tool, shown_at_, angle_, tick.spindle};
   frame.mirror = mirror_;
   frame.view = view_;
   frame.section = section_;
@@ -280,11 +289,24 @@ render::FrameStats PictureStage::draw(const ServoTick& tick, std::span<const ren
     const auto drawn = compositor_->record(commands, renderer_->pictures(), screen.layout, *target, ring_.slot(),
                                            output_->first_row(), device_.processor && !uncovered ? &changed : nullptr);
     ring_.submit(device_, target->ready, target->done);
-    output_->present(drawn);
     // Recording and queueing here, drawing there, and on average half a refresh until the screen shows it.
+    const auto shown = [this, began](double more) {
+      timing_.shown = to_seconds(now() - began) + more + 0.5 * output_->refresh_period();
+      latency_ += 0.1 * (std::min(timing_.shown, 0.1) - latency_);
+    };
     timing_.record += to_seconds(now() - acquired);
-    timing_.shown = to_seconds(now() - began) + timing_.gpu + 0.5 * output_->refresh_period();
-    latency_ += 0.1 * (std::min(timing_.shown, 0.1) - latency_);
+    if (target->memory.first) {
+      output_->present(drawn, [this, slot = ring_.slot(), shown] {
+        ring_.wait(device_, slot);
+        compositor_->compose(slot);
+        shown(0);
+      });
+    } else {
+      const Nanos handed = now();
+      output_->present(drawn);
+      timing_.record += to_seconds(now() - handed);
+      shown(timing_.gpu);
+    }
   } else {
     missed_ = true;
     ring_.submit(device_);

@@ -92,6 +92,8 @@ class PictureStage {
     double cost() const { return gpu > record ? gpu : record; }
   };
   const Timing& timing() const { return timing_; }
+  /// The last call of draw() had the tool where the one before it had it.
+  bool tool_at_rest() const { return at_rest_; }
 
   /// Packets of the head tracker taken and dropped; nothing where the rig has none.
   std::optional<display::HeadTracker::Stats> tracker_stats() const;
@@ -134,6 +136,8 @@ class PictureStage {
   render::View view_ = render::View::kLook;
   glm::dvec4 section_{0, 0, 0, 1};
   double angle_ = 0;
+  Pose shown_at_;  // the tool
+  bool at_rest_ = false;
   std::size_t shown_tool_ = 0;  // of the tray
 };
 

@@ -67,14 +67,9 @@ void TissueView::look_beneath(const haptics::TissueVolume& volume, render::MeshU
     const glm::vec3 end = v.p - reach_of(v) * static_cast<float>(voxel) * v.n;
     low = glm::min(low, glm::min(v.p, end)), high = glm::max(high, glm::max(v.p, end));
   }
-  const glm::ivec3 lo = glm::ivec3(glm::floor(dvec3(low) / voxel)) - 3;
-  const glm::ivec3 size = glm::ivec3(glm::ceil(dvec3(high) / voxel)) + 4 - lo;
-  labels_.resize(static_cast<std::size_t>(size.x) * size.y * size.z);
-  volume.copy(lo, size, nullptr, labels_.data());
-  const auto label_at = [&](const glm::ivec3& i) -> const Tissue& {
-    return labels_[(static_cast<std::size_t>(i.x) * size.y + static_cast<std::size_t>(i.y)) * size.z +
-                   static_cast<std::size_t>(i.z)];
-  };
+  labels_.look_at(volume, glm::ivec3(glm::floor(dvec3(low) / voxel)) - 3, glm::ivec3(glm::ceil(dvec3(high) / voxel)) + 3);
+  if (labels_.only() != Tissue::kAir) return;  // nothing else shows through, and no boundary runs here
+  const glm::ivec3 lo = labels_.origin();
   for (render::Vertex& v : update.vertices) {
     if (v.tissue[0] != v.tissue[1] && v.tissue[0] != Tissue::kAir) {
       // Labels are whole voxels; the boundary drawn is that of their blurred shares, without steps.
@@ -89,12 +84,12 @@ void TissueView::look_beneath(const haptics::TissueVolume& volume, render::MeshU
       float first = 0, second = 0;
       for (int x = 0; x < 5; ++x)
         for (int y = 0; y < 5; ++y) {
-          const Tissue* row = &label_at(nearest + glm::ivec3(x - 2, y - 2, -2));
           const float across = weight[0][x] * weight[1][y];
           for (int z = 0; z < 5; ++z) {
+            const Tissue label = labels_.at(nearest + glm::ivec3(x - 2, y - 2, z - 2));
             const float w = across * weight[2][z];
-            first += row[z] == v.tissue[0] ? w : 0;
-            second += row[z] == v.tissue[1] ? w : 0;
+            first += label == v.tissue[0] ? w : 0;
+            second += label == v.tissue[1] ? w : 0;
           }
         }
       if (first + second > 0) v.second = second / (first + second);
@@ -103,7 +98,7 @@ void TissueView::look_beneath(const haptics::TissueVolume& volume, render::MeshU
     if (reach == 0) continue;
     // All of it lies within the labels, whose places are positive: cutting off is rounding down.
     const glm::vec3 start(dvec3(v.p) / voxel - dvec3(lo) + 0.5), inward = -v.n;
-    const auto seen_at = [&](float way) { return label_at(glm::ivec3(start + way * inward)); };
+    const auto seen_at = [&](float way) { return labels_.at(glm::ivec3(start + way * inward)); };
     const Tissue outside = own(v);
     for (float way = 0.75f; way < reach; way += 0.5f) {
       if (seen_at(way) == outside) continue;
@@ -146,6 +141,7 @@ std::vector<render::MeshUpdate> TissueView::update(haptics::TissueVolume& volume
     outdated_.pop_back();
   }
   std::vector<render::MeshUpdate> updates;
+  labels_.forget();
   for (const glm::ivec3& key : mesher_.remesh()) {
     updates.push_back(brick_update(key, mesher_.find(key), volume.frame().voxel));
     look_beneath(volume, updates.back());

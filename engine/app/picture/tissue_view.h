@@ -3,6 +3,7 @@
 
 #include <vector>
 
+#include "engine/app/picture/label_blocks.h"
 #include "engine/render/renderer.h"
 #include "engine/surface/surface_mesher.h"
 #include "haptics/tissue_volume.h"
@@ -30,7 +31,7 @@ class TissueView {
  private:
   void look_beneath(const haptics::TissueVolume& volume, render::MeshUpdate& update);
 
-  std::vector<Tissue> labels_;
+  LabelBlocks labels_;  // of this update
   surface::SurfaceMesher mesher_;
   FieldBrick brick_;
   bool started_ = false;

@@ -32,7 +32,7 @@ class Offscreen final : public Output {
                   .final_layout = VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL,
                   .kept = kept};
   }
-  void present(const std::optional<std::vector<Part>>&) override {}
+  void present(const std::optional<std::vector<Part>>&, std::function<void()>) override {}
   ivec2 size() const override { return size_; }
   std::vector<std::uint8_t> read() override {
     return gpu::read_back(device_, image_, 0, VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL);

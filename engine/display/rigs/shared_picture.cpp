@@ -25,9 +25,9 @@ int note_refusal(::Display*, XErrorEvent*) {
 
 class XPicture final : public SharedPicture {
  public:
-  XPicture(gpu::Device& device, ::Display* display, ::Window window, const XWindowAttributes& looks)
+  XPicture(gpu::Device& device, ::Display* display, ::Window window, const XWindowAttributes& looks, bool composed)
       : device_(device), display_(display), window_(window), visual_(looks.visual), depth_(looks.depth),
-        context_(XCreateGC(display, window, 0, nullptr)) {}
+        composed_(composed), context_(XCreateGC(display, window, 0, nullptr)) {}
   ~XPicture() override {
     drop();
     XFreeGC(display_, context_);
@@ -59,6 +59,7 @@ class XPicture final : public SharedPicture {
     }
     ::shmctl(segment_.shmid, IPC_RMID, nullptr);  // it goes with the last of us that holds it, however we end
     if (!attached_) return drop(), false;
+    if (composed_) return true;
     image_ = gpu::Image::create(device_, {.size = {static_cast<std::uint32_t>(size.x), static_cast<std::uint32_t>(size.y)},
                                           .format = VK_FORMAT_B8G8R8A8_UNORM,
                                           .usage = VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT,
@@ -67,6 +68,10 @@ class XPicture final : public SharedPicture {
   }
 
   Target target() override {
+    if (composed_)
+      return {.memory = {reinterpret_cast<std::uint8_t*>(shared_->data), static_cast<std::size_t>(shared_->bytes_per_line)},
+              .size = size_,
+              .kept = std::exchange(drawn_, true)};
     return {.image = image_.image,
             .layers = {image_.layer_views[0]},
             .size = size_,
@@ -75,25 +80,31 @@ class XPicture final : public SharedPicture {
             .kept = std::exchange(drawn_, true)};
   }
 
-  void show(std::span<const Part> parts) override {
-    // All that was submitted: the last frame, which nothing follows yet.
-    gpu::check(vkQueueWaitIdle(device_.queue), "vkQueueWaitIdle");
+  void show(std::span<const Part> parts, const std::function<void()>& finish) override {
+    if (!composed_) gpu::check(vkQueueWaitIdle(device_.queue), "vkQueueWaitIdle");  // the last frame, which nothing follows yet
     XSync(display_, False);  // the server has read the frame before
+    if (composed_)
+      finish();
+    else
+      copy(parts);
+    for (const Part& p : parts)
+      XShmPutImage(display_, window_, context_, shared_, p.x, p.y, p.x, p.y, static_cast<unsigned>(p.width),
+                   static_cast<unsigned>(p.height), False);
+    XFlush(display_);
+  }
+  ivec2 size() const override { return size_; }
+
+ private:
+  void copy(std::span<const Part> parts) {
     const gpu::Image::Rows rows = image_.rows(device_);
-    for (const Part& p : parts) {
+    for (const Part& p : parts)
       for (int y = p.y; y < p.y + p.height; ++y) {
         const auto row = static_cast<std::size_t>(y), left = 4 * static_cast<std::size_t>(p.x);
         std::memcpy(shared_->data + row * static_cast<std::size_t>(shared_->bytes_per_line) + left,
                     rows.first + row * rows.pitch + left, 4 * static_cast<std::size_t>(p.width));
       }
-      XShmPutImage(display_, window_, context_, shared_, p.x, p.y, p.x, p.y, static_cast<unsigned>(p.width),
-                   static_cast<unsigned>(p.height), False);
-    }
-    XFlush(display_);
   }
-  void show_all() override { show(std::array{Part{0, 0, size_.x, size_.y}}); }
 
- private:
   void drop() {
     vkDeviceWaitIdle(device_.device);
     image_.destroy(device_);
@@ -115,6 +126,7 @@ class XPicture final : public SharedPicture {
   ::Window window_;
   ::Visual* visual_;
   int depth_;
+  bool composed_;
   ::GC context_;
   ivec2 size_{0};
   gpu::Image image_;
@@ -125,7 +137,7 @@ class XPicture final : public SharedPicture {
 
 }  // namespace
 
-std::unique_ptr<SharedPicture> SharedPicture::open(gpu::Device& device, GLFWwindow* window) {
+std::unique_ptr<SharedPicture> SharedPicture::open(gpu::Device& device, GLFWwindow* window, bool composed) {
   // A GLFW made for another desktop has no such functions.
   const auto display_of = reinterpret_cast<::Display* (*)()>(::dlsym(RTLD_DEFAULT, "glfwGetX11Display"));
   const auto window_of = reinterpret_cast<::Window (*)(GLFWwindow*)>(::dlsym(RTLD_DEFAULT, "glfwGetX11Window"));
@@ -142,7 +154,7 @@ std::unique_ptr<SharedPicture> SharedPicture::open(gpu::Device& device, GLFWwind
                                                VK_IMAGE_TILING_LINEAR, VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT, 0,
                                                &can) != VK_SUCCESS)
     return nullptr;
-  auto picture = std::make_unique<XPicture>(device, display, id, looks);
+  auto picture = std::make_unique<XPicture>(device, display, id, looks, composed);
   if (!picture->resize({1, 1})) return nullptr;  // the server is on another machine
   return picture;
 }

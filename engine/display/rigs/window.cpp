@@ -72,7 +72,7 @@ class Window final : public Output {
       if (action == GLFW_PRESS && button < 3) self(w).events_.clicked[static_cast<std::size_t>(button)] = true;
     });
     try {
-      if (device.processor && !options.stereo_surface) shared_ = SharedPicture::open(device, window_);
+      if (device.processor && !options.stereo_surface) shared_ = SharedPicture::open(device, window_, options.composed);
       if (shared_) {
         fit_shared();
       } else {
@@ -89,13 +89,17 @@ class Window final : public Output {
   Window& operator=(const Window&) = delete;
 
   std::optional<Target> acquire() override {
-    show_finished();
+    // What the processor composes is shown only once the next frame is on its way: the device never waits for that.
+    if (!(shared_ && options_.composed)) show_finished();
     pace();
     if (!visible()) return std::nullopt;
     ivec2 size{0};
     glfwGetFramebufferSize(window_, &size.x, &size.y);
     if (shared_) {
-      if ((std::exchange(lost_, false) || stale_ || size != extent_) && !fit_shared()) return std::nullopt;
+      if (std::exchange(lost_, false) || stale_ || size != extent_) {
+        unshown_ = false;  // it has another size
+        if (!fit_shared()) return std::nullopt;
+      }
       exposed_ = false;
       return shared_->target();
     }
@@ -122,9 +126,11 @@ class Window final : public Output {
   }
 
   /// Where a processor draws, presenting waits until it has: meanwhile the next frame is prepared, and this one is
-  /// shown with the next acquire(), or the second poll() when there is none.
-  void present(const std::optional<std::vector<Part>>& drawn) override {
+  /// shown with the next acquire() or present(), or the second poll() when there is none.
+  void present(const std::optional<std::vector<Part>>& drawn, std::function<void()> finish) override {
+    show_finished();
     parts_ = drawn;
+    finish_ = std::move(finish);
     unshown_ = true;
     polls_ = 0;
     if (!device_.processor) show_finished();
@@ -132,7 +138,7 @@ class Window final : public Output {
 
   void show_finished() {
     if (!std::exchange(unshown_, false)) return;
-    if (shared_) return parts_ ? shared_->show(*parts_) : shared_->show_all();
+    if (shared_) return parts_ ? shared_->show(*parts_, finish_) : shared_->show_all(finish_);
     const VkPresentInfoKHR info{.sType = VK_STRUCTURE_TYPE_PRESENT_INFO_KHR,
                                 .waitSemaphoreCount = 1,
                                 .pWaitSemaphores = &done_[index_],
@@ -375,6 +381,7 @@ class Window final : public Output {
   GLFWwindow* window_ = nullptr;
   std::unique_ptr<SharedPicture> shared_;  // in the place of all Vulkan presents with
   std::optional<std::vector<Part>> parts_;  // of the last target, that were drawn
+  std::function<void()> finish_;            // composes it, where the processor does
   VkSurfaceKHR surface_ = VK_NULL_HANDLE;
   VkSwapchainKHR swapchain_ = VK_NULL_HANDLE;
   VkFormat format_ = VK_FORMAT_UNDEFINED;
