@@ -32,7 +32,7 @@ struct ExpertLeg {
   double volume = 0;  // m³
 };
 
-/// Plans what takes tissue to what the scene's task wants, with the tools of its tray that score most.
+/// Plans what takes tissue to what the scene's task wants, with the tools of its tray that leave it closest to that.
 /// Cavities, crowns and caries are cut; fillings are put down in layers and carved.
 class Expert {
  public:
@@ -48,6 +48,7 @@ class Expert {
  private:
   const Scene& scene_;
   TaskJudge judge_;
+  double whole_;  // m³ that the task changes
   std::optional<haptics::TissueVolume> planned_;
   int layers_ = 0, cuts_ = 0;  // planned so far
   double missing_ = 1e9;       // m³ of filling, at the least when it looked
