@@ -116,9 +116,12 @@ Servo::State::Push Servo::State::feel_tissue(const Touch& now, bool many_contact
   return push;
 }
 
-/// What the depth's change leaves for others to change the force by in this tick, N.
+/// What the depth's change leaves for others to change the force by in this tick, N. What the hand's own way does to it does
+/// not count: a hand that meets the tissue is met by the damper at once.
 double Servo::State::spare_change(const Touch& now, double depth) const noexcept {
-  const dvec3 change = settings.stiffness * stiffness_share * depth * now.normal - normal_force * normal;
+  const double k = settings.stiffness * stiffness_share;
+  const dvec3 own = -k * glm::dot(now.moved, now.normal) * now.normal;
+  const dvec3 change = k * depth * now.normal - normal_force * normal - own;
   return std::max(kRestWaits * now.dt - glm::length(change), 0.0);
 }
 
