@@ -6,7 +6,6 @@
 #include <openvdb/io/File.h>
 #include <openvdb/openvdb.h>
 #include <openvdb/tools/ChangeBackground.h>
-#include <openvdb/tools/Dense.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -386,42 +385,53 @@ void TissueVolume::bounds(glm::ivec3& lo, glm::ivec3& hi) const {
   if (box.empty()) lo = {0, 0, 0}, hi = {-1, -1, -1};
 }
 
-void TissueVolume::copy(const glm::ivec3& lo, const glm::ivec3& size, float* distance, Tissue* tissue) const {
-  if (distance) {
-    const openvdb::CoordBBox box(coord(lo), coord(lo + size - 1));
-    openvdb::tools::Dense<float, openvdb::tools::LayoutZYX> to(box, distance);
-    openvdb::tools::copyToDense(*impl_->distance, to, /*serial=*/true);
-  }
-  if (!tissue) return;
-  // Labels are bytes in messages and int32 in the grid: copied leaf by leaf, without a detour over a dense int array.
-  const std::size_t count = static_cast<std::size_t>(size.x) * size.y * size.z;
-  static_assert(sizeof(Tissue) == 1);
-  std::memset(tissue, 0, count);
-  auto accessor = impl_->tissue->getConstAccessor();
-  constexpr int n = openvdb::Int32Tree::LeafNodeType::DIM;
+namespace {
+
+/// Leaf by leaf into a dense block of [lo, lo + size), z running quickest. What no leaf holds is its tile's, or
+/// `background`, which the block is filled with already.
+template <class Grid, class Out>
+void copy_leaves(const Grid& grid, typename Grid::ValueType background, const glm::ivec3& lo, const glm::ivec3& size, Out* out) {
+  auto accessor = grid.getConstAccessor();
+  constexpr int n = Grid::TreeType::LeafNodeType::DIM;
   const glm::ivec3 end = lo + size;
   for (int x0 = floor_div(lo.x, n) * n; x0 < end.x; x0 += n) {
     for (int y0 = floor_div(lo.y, n) * n; y0 < end.y; y0 += n) {
       for (int z0 = floor_div(lo.z, n) * n; z0 < end.z; z0 += n) {
         const auto* leaf = accessor.probeConstLeaf(openvdb::Coord(x0, y0, z0));
-        const auto tile = leaf ? 0 : accessor.getValue(openvdb::Coord(x0, y0, z0));
-        if (!leaf && tile == 0) continue;
-        const int* data = leaf ? leaf->buffer().data() : nullptr;
+        const auto tile = leaf ? background : accessor.getValue(openvdb::Coord(x0, y0, z0));
+        if (!leaf && tile == background) continue;
+        const auto* data = leaf ? leaf->buffer().data() : nullptr;
         for (int x = std::max(x0, lo.x); x < std::min(x0 + n, end.x); ++x) {
           for (int y = std::max(y0, lo.y); y < std::min(y0 + n, end.y); ++y) {
-            Tissue* row = tissue + ((static_cast<std::size_t>(x - lo.x)) * size.y + (y - lo.y)) * size.z - lo.z;
-            const int* labels = data ? data + ((x - x0) * n + (y - y0)) * n - z0 : nullptr;
-            if (labels && lo.z <= z0 && z0 + n <= end.z) {  // mostly; a length known beforehand is a few instructions
-              for (int z = 0; z < n; ++z) row[z0 + z] = static_cast<Tissue>(labels[z0 + z]);
+            Out* row = out + ((static_cast<std::size_t>(x - lo.x)) * size.y + (y - lo.y)) * size.z - lo.z;
+            const auto* values = data ? data + ((x - x0) * n + (y - y0)) * n - z0 : nullptr;
+            if (values && lo.z <= z0 && z0 + n <= end.z) {  // mostly; a length known beforehand is a few instructions
+              for (int z = 0; z < n; ++z) row[z0 + z] = static_cast<Out>(values[z0 + z]);
               continue;
             }
             for (int z = std::max(z0, lo.z); z < std::min(z0 + n, end.z); ++z)
-              row[z] = static_cast<Tissue>(labels ? labels[z] : tile);
+              row[z] = static_cast<Out>(values ? values[z] : tile);
           }
         }
       }
     }
   }
+}
+
+}  // namespace
+
+void TissueVolume::copy(const glm::ivec3& lo, const glm::ivec3& size, float* distance, Tissue* tissue) const {
+  const std::size_t count = static_cast<std::size_t>(size.x) * size.y * size.z;
+  if (distance) {
+    const float background = impl_->distance->background();
+    std::fill_n(distance, count, background);
+    copy_leaves(*impl_->distance, background, lo, size, distance);
+  }
+  if (!tissue) return;
+  // Labels are bytes in messages and int32 in the grid.
+  static_assert(sizeof(Tissue) == 1);
+  std::memset(tissue, 0, count);
+  copy_leaves(*impl_->tissue, 0, lo, size, tissue);
 }
 
 std::uint64_t voxels_cut_by_this_thread() noexcept {

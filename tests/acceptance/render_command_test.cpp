@@ -143,6 +143,10 @@ TEST_F(RenderCommand, AFrameIsDrawnOnceAndAnUnchangedOneNot) {
   EXPECT_EQ(frame["unchanged"]["commands"].integer(), 0);
   EXPECT_EQ(frame["unchanged"]["passes"].integer(), 0);
   EXPECT_EQ(frame["unchanged"]["frames"].integer(), 1);
+  const Json timing = frame["timing"];
+  EXPECT_GT(timing["record_ms"].number(), 0);
+  EXPECT_GT(timing["gpu_ms"].number(), 0);
+  EXPECT_NEAR(timing["frames_per_second"].number() * timing["frame_ms"].number(), 1e3, 1e-6);
 }
 
 TEST_F(RenderCommand, EveryLayoutHasItsScreenAndMonoOneView) {

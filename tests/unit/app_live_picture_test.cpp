@@ -7,6 +7,7 @@
 #include <thread>
 #include <utility>
 
+#include "engine/app/picture/label_blocks.h"
 #include "engine/app/picture/live_views.h"
 #include "engine/app/picture/quality_ladder.h"
 #include "engine/app/picture/tissue_view.h"
@@ -63,6 +64,37 @@ haptics::TissueVolume ball(double radius_mm) {
         {{"tissue": "dentin", "solid": {{"sphere": {{"center_mm": [0, 0, 0], "radius_mm": {}}}}}}}]}})",
                   radius_mm),
       "solids")));
+}
+
+TEST(LabelBlocks, HoldWhatTheVolumeHoldsAndForgetIt) {
+  LabelBlocks labels;
+  for (const double radius_mm : {3.0, 2.2}) {
+    const haptics::TissueVolume tissue = ball(radius_mm);
+    labels.forget();
+    glm::ivec3 least, most;
+    tissue.bounds(least, most);
+    const glm::ivec3 middle = (least + most) / 2;
+    int one = 0;
+    for (const auto& [low, high] : {std::pair{least - glm::ivec3(9, 20, 3), middle + glm::ivec3(2, 5, 1)},
+                                    {middle - 4, middle + glm::ivec3(7, 5, 3)},
+                                    {most + 40, most + glm::ivec3(50, 55, 41)}}) {
+      labels.look_at(tissue, low, high);
+      const glm::ivec3 size = high - low + 1;
+      std::vector<Tissue> all(static_cast<std::size_t>(size.x) * size.y * size.z);
+      tissue.copy(low, size, nullptr, all.data());
+      std::size_t i = 0;
+      bool some = false;
+      for (int x = 0; x < size.x; ++x)
+        for (int y = 0; y < size.y; ++y)
+          for (int z = 0; z < size.z; ++z, ++i) {
+            ASSERT_EQ(labels.at(low + glm::ivec3(x, y, z) - labels.origin()), all[i]) << x << " " << y << " " << z;
+            some = some || all[i] != Tissue::kAir;
+          }
+      EXPECT_TRUE(!some || labels.only() == Tissue::kDentin);
+      one += labels.only() == Tissue::kDentin;
+    }
+    EXPECT_EQ(one, 2);
+  }
 }
 
 /// Live views beside a carver that answers as the bench's does.
