@@ -30,6 +30,7 @@ constexpr double kCutSlew = 6;            // N/s, no faster does the proxy chang
 constexpr double kGripSlew = 9;            // N/s, no faster does the force rise when the teeth catch
 constexpr double kWallFelt = 0.1e-3;       // m that a head may have got into harder tissue, and still meets the wall before it
 constexpr double kLeastThrough = 0.1;      // of the power that it cuts with there
+constexpr double kWallFrom = 0.2;          // softer over harder, above which there is no wall: a bur leads from caries into dentin
 constexpr int kWallRounds = 4;             // planes that hold in place of such as give way
 constexpr double kBridgeTime = 0.5;        // s for which the last contact's plane stands in for a patch
 constexpr double kRejoinTime = 0.3;        // s for finding back from there to the surface without a step
@@ -129,7 +130,7 @@ void Servo::State::lead_out(Touch& now) noexcept {
   now.carried = (X_WG.p - last_hand.p) / settings.frame.voxel;
 }
 
-/// Where the head comes from softer tissue and stands before harder, the share of its power that it cuts with: softer over
+/// Where the head comes from softer tissue and stands before much harder, the share of its power that it cuts with: softer over
 /// harder specific energy; else 1.
 double Servo::State::wall_at(const ContactPlane& plane) const noexcept {
   const dvec3 before = plane.x + kWallFelt / settings.frame.voxel * plane.n, behind = plane.x - 0.5 * plane.n;
@@ -138,7 +139,7 @@ double Servo::State::wall_at(const ContactPlane& plane) const noexcept {
     return settings.materials[static_cast<std::size_t>(tissue_at(patch, p))].specific_energy;
   };
   const double softer = energy_at(before), harder = energy_at(behind);
-  return softer > 0 && softer < harder ? std::max(softer / harder, kLeastThrough) : 1;
+  return softer > 0 && softer < kWallFrom * harder ? std::max(softer / harder, kLeastThrough) : 1;
 }
 
 /// The least such share of what holds the head; 0 where no wall does.
