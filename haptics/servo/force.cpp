@@ -17,6 +17,7 @@ constexpr double kDamperSlew = 4;         // N/s, of the damper while cutting
 constexpr double kRestWaits = 16;         // N/s: another tissue and the damper wait where with the depth's change it would be more
 constexpr double kCutSlewInAll = 18;      // N/s: the teeth's force waits where all that changes would come to more
 constexpr double kTeethAhead = 50;        // ticks for which the spindle's work must suffice, or that force shrinks
+constexpr double kLanding = 0.1;          // s of a contact in which a hand that comes down is damped at once
 constexpr double kFadeTime = 0.1;         // s, time constant of a force that lost its patch
 
 }  // namespace
@@ -35,6 +36,7 @@ void Servo::State::feel(Touch& now) noexcept {
     now.out.contact_area = contacts.engaged_area() > 0 ? contacts.engaged_area() * h * h : kPi * head.radius() * h;
   }
   const bool held_back = ((now.touching || breaking_through) && !now.lost) || now.bridging;
+  contact_for = held_back && depth > 0 ? contact_for + now.dt : 0;
   if (!(held_back && depth > 0)) {
     normal_force = head_force = 0;
     rate = 0;
@@ -143,7 +145,8 @@ double Servo::State::damped(const Touch& now, double push, double depth, double 
   const double measured = settings.position_step > 0 ? sinking : (depth - last_depth) / now.dt;
   double change = ((overlap > 0 ? 0 : measured) - rate) * (1 - smooth);
   if (now.may_cut && normal_force > 0) {  // the proxy sinks by fits and starts, voxel by voxel
-    const double most = std::min(spare_change(now, depth), kDamperSlew * now.dt) / settings.damping;
+    const double slew = kDamperSlew * now.dt;
+    const double most = (contact_for > kLanding ? std::min(spare_change(now, depth), slew) : slew) / settings.damping;
     change = std::clamp(change, -most, most);
   }
   rate += change;

@@ -118,6 +118,7 @@ struct Servo::State {
   double rate = 0;             // m/s, smoothed, of the depth …
   VelocityEstimator depth_speed;  // … where the hand moves by counts, whose differences would be felt as a buzz
   double last_depth = 0;       // m
+  double contact_for = 0;      // s
   double given = 0;            // J that leading the tool out of tissue put into the coupling
   double stored = 0;           // J in the coupling
   double ramp = 0;             // 0..1, of the force at start and end
