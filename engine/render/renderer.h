@@ -47,13 +47,13 @@ struct MeshUpdate {
 using MeshId = std::uint32_t;
 inline constexpr MeshId kWorkingTooth = 0;
 // Bodies that only one view shows.
-inline constexpr MeshId kSectionFace = 1000;                                           // View::kSection
-inline constexpr MeshId kInsidePulp = 1001, kInsideCaries = 1002, kInsideDentin = 1003;  // View::kXray
+inline constexpr MeshId kSectionFace = 1000, kSectionFaceAround = 1001;                  // View::kSection
+inline constexpr MeshId kInsidePulp = 1002, kInsideCaries = 1003, kInsideDentin = 1004;  // View::kXray
 
 /// How the scene is shown: as it looks, or for teaching.
 enum class View {
   kLook,
-  kSection,     // tissue only where section · (p, 1) > 0, with the face cut through the working tooth
+  kSection,     // tissue only where section · (p, 1) > 0, with the faces cut through the bodies
   kXray,        // the working tooth as glass, with the tissues inside it; nothing around it
   kDifference,  // the working tooth against an ideal: blue still to remove, red should have stayed (Vertex::difference)
 };

@@ -2,6 +2,8 @@
 // tolerance is for eyes, as in render_golden_test.cpp.
 #include <gtest/gtest.h>
 
+#include <cstdlib>
+
 #include "engine/app/picture/picture_stage.h"
 #include "engine/app/picture/surroundings.h"
 #include "engine/app/picture/teaching_views.h"
@@ -44,6 +46,7 @@ TEST(GoldenScene, MolarAmongItsNeighboursInTheMouthMirrorCutOpenAndAsGlass) {
   stage.hold_mirror({});
   const glm::dvec4 plane{0, 1, 0, -5.8e-3};
   stage.show_inside(render::kSectionFace, section_face(volume, {0, 1, 0}, 5.8e-3), origin);
+  stage.show_inside(render::kSectionFaceAround, surroundings_shape(scene)->section_face({0, 1, 0}, 5.8e-3, origin), origin);
   stage.show_as(render::View::kSection, plane);
   draw("scene_section");
   stage.show_inside(render::kInsidePulp, tissue_inside(volume, Tissue::kPulp), origin);
@@ -52,6 +55,49 @@ TEST(GoldenScene, MolarAmongItsNeighboursInTheMouthMirrorCutOpenAndAsGlass) {
   stage.show_as(render::View::kXray);
   draw("scene_xray");
   EXPECT_EQ(stage.validation_messages(), 0);
+}
+
+TEST(HalfMirror, ShowsTheSceneLitAsThePictureBehindItWouldBe) {
+  const Scene scene = read_scene(assets_folder() / "scenes/molar-caries.json");
+  haptics::TissueVolume volume = load_tissue(scene);
+  const Surroundings around = make_surroundings(scene);
+  display::DisplayRig open = display::load_rig(assets_folder() / "rigs/closeup.json");
+  open.screen.pixels = {640, 256};
+  // The same picture in a half mirror: its panel is the picture's mirror image, left and right exchanged.
+  display::DisplayRig half = open;
+  half.kind = display::DisplayKind::kMirror;
+  half.mirror = display::Mirror{glm::normalize(dvec3(0, -0.66, 0.75)), 60e-3};
+  half.screen.lower_left = display::reflect(*half.mirror, open.screen.lower_right);
+  half.screen.lower_right = display::reflect(*half.mirror, open.screen.lower_left);
+  half.screen.upper_left =
+      display::reflect(*half.mirror, open.screen.lower_right + open.screen.upper_left - open.screen.lower_left);
+  const auto picture = [&](const display::DisplayRig& rig) {
+    PictureStage::Options options;
+    options.hud = options.tool = false;
+    PictureStage stage(rig, scene.servo, options);
+    stage.surround(around);
+    TissueView view;
+    stage.show(view.update(volume), volume.frame().origin);
+    stage.draw({}, {}, 0);
+    return stage.eye(0);
+  };
+  const render::Picture straight = picture(open), reflected = picture(half);
+  ASSERT_EQ(straight.size, reflected.size);
+  int shown = 0, other = 0;
+  for (int y = 0; y < straight.size.y; ++y)
+    for (int x = 0; x < straight.size.x; ++x) {
+      const auto at = [&](const render::Picture& p, int column) { return p.rgba.data() + 4 * (y * p.size.x + column); };
+      const auto *a = at(straight, x), *b = at(reflected, straight.size.x - 1 - x);
+      if (b[0] + b[1] + b[2] < 60) continue;  // black where the hand shows through
+      ++shown;
+      for (int c = 0; c < 3; ++c)
+        if (std::abs(a[c] - b[c]) > 4) {
+          ++other;
+          break;
+        }
+    }
+  EXPECT_GT(shown, 20000);
+  EXPECT_LT(other, shown / 50);  // samples of a pixel are not mirrored: outlines differ a little
 }
 
 }  // namespace

@@ -84,6 +84,59 @@ TEST_F(Around, TheGumHugsTheToothAndStaysBelowTheCrown) {
   EXPECT_GT(on_tooth / all, 0.05);
 }
 
+TEST_F(Around, CutOpenTheirFaceCoversAllThatThePlaneMeetsInThem) {
+  const SurroundingsShape shape = *surroundings_shape(scene);
+  const dvec3 n = glm::normalize(dvec3(0.1, 1, -0.05)), origin(1e-3, 2e-3, 3e-3);
+  const double offset = glm::dot(n, dvec3(6.8e-3, 5.6e-3, 16e-3));
+  std::vector<std::array<glm::dvec2, 3>> face;  // x and z tell the points of this plane apart
+  double gum_z = 1, root_z = 1;
+  bool pulp = false, enamel = false;
+  for (const auto& tile : shape.section_face(n, offset, origin))
+    for (std::size_t i = 0; i < tile.indices.size(); i += 3) {
+      std::array<glm::dvec2, 3> t;
+      for (std::size_t k = 0; k < 3; ++k) {
+        const render::Vertex& v = tile.vertices[tile.indices[i + k]];
+        const dvec3 p = origin + dvec3(v.p);
+        ASSERT_NEAR(glm::dot(n, p), offset, 20e-6);
+        t[k] = {p.x, p.z};
+        const Tissue tissue = v.tissue[v.second > 0.5f];
+        (tissue == Tissue::kGingiva ? gum_z : root_z) = std::min(tissue == Tissue::kGingiva ? gum_z : root_z, p.z);
+        pulp |= tissue == Tissue::kPulp;
+        enamel |= tissue == Tissue::kEnamel;
+      }
+      face.push_back(t);
+    }
+  EXPECT_TRUE(pulp && enamel);
+  EXPECT_LT(root_z, 11e-3);  // the neighbours' roots are in it, deep beneath the gum's edge at 14.5 mm
+  EXPECT_LT(gum_z, root_z);
+  const auto covered = [&](const glm::dvec2& q) {
+    return std::any_of(face.begin(), face.end(), [&](const auto& t) {
+      const auto side = [&](int a, int b) {
+        const glm::dvec2 u = t[b] - t[a], v = q - t[a];
+        return u.x * v.y - u.y * v.x;
+      };
+      const double s0 = side(0, 1), s1 = side(1, 2), s2 = side(2, 0);
+      return (s0 >= 0 && s1 >= 0 && s2 >= 0) || (s0 <= 0 && s1 <= 0 && s2 <= 0);
+    });
+  };
+  int within = 0, without = 0;
+  for (double x = -9e-3; x < 23e-3; x += 0.43e-3)
+    for (double z = 4e-3; z < 22e-3; z += 0.43e-3) {
+      const dvec3 p(x, (offset - n.x * x - n.z * z) / n.y, z);
+      const double nearest = std::min(shape.neighbour(p), shape.gum(p)), own = shape.tooth(p);
+      if (nearest < -0.15e-3 && own > 0.1e-3) {
+        EXPECT_TRUE(covered({x, z})) << x << " " << z;
+        ++within;
+      }
+      if (nearest > 0.15e-3) {
+        EXPECT_FALSE(covered({x, z})) << x << " " << z;
+        ++without;
+      }
+    }
+  EXPECT_GT(within, 300);
+  EXPECT_GT(without, 300);
+}
+
 TEST_F(Around, WhatIsSaidToBeCoveredLiesWithinTheGum) {
   // From a corner of the uncut tooth below the plane, straight out, one leaves the gum: so the corner lay within it.
   struct Triangle {

@@ -66,7 +66,7 @@ glm::dvec4 parse_plane(const std::string& text) {
 }
 
 /// What a view for teaching shows beside the surface.
-void add_view(PictureStage& stage, const Options& options, const haptics::TissueVolume& volume) {
+void add_view(PictureStage& stage, const Options& options, const Scene& scene, const haptics::TissueVolume& volume) {
   const dvec3 origin = volume.frame().origin;
   if (options.view == "section") {
     glm::dvec4 plane;
@@ -82,6 +82,8 @@ void add_view(PictureStage& stage, const Options& options, const haptics::Tissue
       plane = parse_plane(options.plane);
     }
     stage.show_inside(render::kSectionFace, section_face(volume, dvec3(plane), -plane.w), origin);
+    if (const auto around = surroundings_shape(scene))
+      stage.show_inside(render::kSectionFaceAround, around->section_face(dvec3(plane), -plane.w, origin), origin);
     stage.show_as(render::View::kSection, plane);
   } else if (options.view == "xray") {
     stage.show_inside(render::kInsidePulp, tissue_inside(volume, Tissue::kPulp), origin);
@@ -169,7 +171,7 @@ void run(const Options& options) {
   std::vector<render::MeshUpdate> surface = view.update(volume);
   if (ideal) mark_difference(*ideal, volume.frame().origin, surface);
   stage.show(surface, volume.frame().origin);
-  add_view(stage, options, volume);
+  add_view(stage, options, scene, volume);
   const render::FrameStats drawn = stage.draw(tick, {}, 0);
   const render::FrameStats again = stage.draw(tick, {}, 0);
 

@@ -25,7 +25,8 @@ constexpr int kNice = 5;                            // beside the hand and the p
 constexpr double kDifferenceReach = 3e-3;            // m
 constexpr std::size_t kMostUnexplored = 600'000;     // ticks: ten minutes
 
-constexpr std::array kInside = {render::kSectionFace, render::kInsidePulp, render::kInsideCaries, render::kInsideDentin};
+constexpr std::array kInside = {render::kSectionFace, render::kSectionFaceAround, render::kInsidePulp,
+                                render::kInsideCaries, render::kInsideDentin};
 
 }  // namespace
 
@@ -113,8 +114,10 @@ void LiveViews::look(Eyes eyes, const Look& wanted) {
   if (wanted.tool != before.tool) p.stage->show_tool(wanted.tool);
   if (wanted.surroundings != before.surroundings) {
     p.stage->surround(wanted.surroundings ? around_ : Surroundings());
-    if (!wanted.surroundings)
+    if (!wanted.surroundings) {
+      p.stage->show_inside(render::kSectionFaceAround, {}, origin_W_);
       for (const SurroundingMesh& mesh : around_.meshes) p.stage->show_inside(mesh.id, {}, mesh.origin);
+    }
     if (!p.replaced) all_again(p);  // what the gum had covered
   }
   Wish wish;
@@ -124,6 +127,7 @@ void LiveViews::look(Eyes eyes, const Look& wanted) {
     wish.look.section_axis = wanted.section_axis;
     wish.look.section = wanted.section;
     wish.look.plane = wanted.plane;
+    wish.look.surroundings = wanted.surroundings;
     wish.plane = section_plane(wanted, middle_W_, p.stage->rig().head.eye_center);
   }
   if (wanted.view == render::View::kLook) wish.look.hidden = wanted.hidden;
@@ -252,6 +256,7 @@ void LiveViews::run() {
   std::uint64_t judged_version = kNever;
   Nanos judge_due = 0;
   bool ideal_made = false;
+  std::optional<SurroundingsShape> surroundings;  // made when first cut open: it takes a while, and memory
   while (true) {
     std::array<Wish, 2> wishes;
     {
@@ -275,10 +280,11 @@ void LiveViews::run() {
       }
     }
     const std::uint64_t version = wiring_.tissue_version;
-    std::array<bool, 2> make{};
+    std::array<bool, 2> make{}, around{};
     for (std::size_t i = 0; i < 2; ++i) {
       const bool other = !(wishes[i] == shown[i]);
       make[i] = wishes[i].needs_bodies() && (other || (version != shown_version[i] && now() >= bodies_due[i]));
+      around[i] = other && wishes[i].look.view == render::View::kSection && wishes[i].look.surroundings && has_surroundings();
       if (other && !make[i]) shown[i] = wishes[i];
     }
     const bool judging = judge && version != judged_version && now() >= judge_due;
@@ -294,6 +300,19 @@ void LiveViews::run() {
       bodies_due[i] = now() + std::max(kBodiesInterval, now() - began);
       const std::lock_guard lock(mutex_);
       made_.push_back(std::move(made));
+    }
+    for (std::size_t i = 0; i < 2; ++i) {  // after the tooth's: what stands around is looked at less
+      if (!around[i]) continue;
+      try {
+        if (!surroundings) surroundings = surroundings_shape(scene_);
+        const glm::dvec4& plane = wishes[i].plane;
+        Made made{static_cast<Eyes>(i), wishes[i],
+                  {{render::kSectionFaceAround, surroundings->section_face(dvec3(plane), -plane.w, origin_W_)}}};
+        const std::lock_guard lock(mutex_);
+        made_.push_back(std::move(made));
+      } catch (const std::exception& e) {
+        log::warn("no section of what stands around the tooth: {}", e.what());
+      }
     }
     if (!judging) continue;
     const Nanos began = now();

@@ -227,7 +227,8 @@ render::FrameStats PictureStage::draw(const ServoTick& tick, std::span<const ren
 
   // The lamp hangs over the user's left shoulder, wherever the rig puts the user; it stays there when the head moves.
   const display::Screen& screen = rig_.screen;
-  const dvec3 middle = (screen.lower_right + screen.upper_left) / 2.0;
+  const display::Screen seen = rig_.mirror ? display::reflect(*rig_.mirror, screen) : screen;
+  const dvec3 middle = (seen.lower_right + seen.upper_left) / 2.0;
   const dvec3 toward = glm::normalize(rest_.eye_center - middle), up = glm::cross(toward, rest_.right);
   frame.lights.key = glm::normalize(0.9 * toward + 0.3 * up - 0.7 * rest_.right);
   frame.lights.up = up;

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "engine/app/picture/field_mesh.h"
+#include "engine/app/picture/plane_face.h"
 #include "engine/app/picture/tooth_field.h"
 #include "engine/app/scene.h"
 #include "engine/base/error.h"
@@ -24,6 +25,9 @@ constexpr double kGumInside = 0.4e-3;     // m, so deep does the gum reach into 
 constexpr double kJawDepth = 9e-3;        // m below the gum's edge, at least
 constexpr double kCoveredBelow = 0.6e-3;  // m below its edge the gum is thick enough to hide the root
 constexpr double kCollarBlend = 1.0e-3;   // m
+constexpr double kToothFace = 0.10e-3, kGumFace = 0.20e-3;  // m: cells of the faces of a section
+constexpr double kFaceOverlap = 0.05e-3;  // m that the gum's face reaches under those of the teeth, to leave no gap
+constexpr double kFaceUnder = 10e-6;      // m that it lies behind them
 
 /// Smooth minimum (Quilez): rounds the corner where two solids meet, k wide.
 double smooth_min(double a, double b, double k) {
@@ -67,6 +71,9 @@ struct ToothCopy {
   }
 };
 
+struct Box {
+  dvec3 lo, hi;  // m, W
+};
 void grow(dvec3& lo, dvec3& hi, const dvec3& p) {
   lo = glm::min(lo, p);
   hi = glm::max(hi, p);
@@ -149,6 +156,25 @@ struct SurroundingsShape::Impl {
       }
   }
 
+  Box box(const ToothCopy& copy) const {
+    Box b{dvec3(1e9), dvec3(-1e9)};
+    for (int corner = 0; corner < 8; ++corner)
+      grow(b.lo, b.hi,
+           copy.from_tooth({corner & 1 ? tooth.high().x : tooth.low().x, corner & 2 ? tooth.high().y : tooth.low().y,
+                            corner & 4 ? tooth.high().z : tooth.low().z}));
+    return b;
+  }
+  Box gum_box() const {
+    const dvec3 reach = glm::abs(plan.arch) * (plan.length / 2 + 1e-3) + glm::abs(across) * (half_width + 4e-3);
+    const dvec3 edge = middle - plan.crown * glm::dot(middle - plan.margin, plan.crown);
+    Box b{edge - reach, edge + reach};
+    grow(b.lo, b.hi, edge + reach + plan.crown * (plan.papilla + 3e-3));
+    grow(b.lo, b.hi, edge - reach + plan.crown * (plan.papilla + 3e-3));
+    grow(b.lo, b.hi, edge + reach - plan.crown * (jaw_depth + 3e-3));
+    grow(b.lo, b.hi, edge - reach - plan.crown * (jaw_depth + 3e-3));
+    return b;
+  }
+
   /// How far p lies below the plane of the gum's edge, along the crown.
   double below_plane(const dvec3& p) const {
     return glm::dot(plan.margin - p, plan.margin_normal) / glm::dot(plan.crown, plan.margin_normal);
@@ -198,6 +224,47 @@ double SurroundingsShape::neighbour(const dvec3& p_W) const {
 double SurroundingsShape::gum(const dvec3& p_W) const { return impl_->plan.gum ? impl_->gum(p_W) : 1.0; }
 double SurroundingsShape::tooth(const dvec3& p_W) const { return impl_->tooth.distance(p_W); }
 
+std::vector<render::MeshUpdate> SurroundingsShape::section_face(const dvec3& normal, double offset,
+                                                                const dvec3& origin) const {
+  const Impl& shape = *impl_;
+  std::vector<render::MeshUpdate> face;
+  std::uint64_t body = 0;
+  const auto add = [&](std::vector<render::MeshUpdate> of_body) {
+    for (render::MeshUpdate& update : of_body) {
+      update.brick |= body << 60;  // above the tiles' own numbers
+      face.push_back(std::move(update));
+    }
+    ++body;
+  };
+  // Out of sight a neighbour's surface ends soon beneath the gum; its face shows the root as far as the gum holds it.
+  const auto with_root = [&](const ToothCopy& copy, const dvec3& p) {
+    const double whole = copy.distance(shape.tooth, p);
+    return shape.plan.gum && whole < kToothFace ? std::min(shape.neighbour(copy, p), std::max(whole, shape.gum(p))) : whole;
+  };
+  for (const ToothCopy& copy : shape.copies) {
+    const auto [lo, hi] = shape.box(copy);
+    add(plane_face({normal, offset}, lo, hi, kToothFace, origin, [&](const dvec3& p) { return with_root(copy, p); },
+                   [&](const dvec3& p) { return shape.tooth.shares(copy.to_tooth(p)); }));
+  }
+  if (!shape.plan.gum) return face;
+  const auto [lo, hi] = shape.gum_box();
+  add(plane_face(
+      {normal, offset, kFaceUnder}, lo, hi, kGumFace, origin,
+      [&](const dvec3& p) {
+        double d = shape.gum(p);
+        if (d > kGumFace) return d;
+        d = std::max(d, -shape.tooth.distance(p) - kFaceOverlap);
+        for (const ToothCopy& copy : shape.copies) d = std::max(d, -copy.distance(shape.tooth, p) - kFaceOverlap);
+        return d;
+      },
+      [](const dvec3&) {
+        std::array<double, kTissueCount> all{};
+        all[static_cast<std::size_t>(Tissue::kGingiva)] = 1;
+        return all;
+      }));
+  return face;
+}
+
 Surroundings make_surroundings(const SurroundingsPlan& plan) {
   const SurroundingsShape whole(plan);
   const SurroundingsShape::Impl& shape = *whole.impl_;
@@ -208,11 +275,7 @@ Surroundings make_surroundings(const SurroundingsPlan& plan) {
   std::vector<SurroundingMesh>& meshes = result.meshes;
   render::MeshId id = render::kWorkingTooth + 1;
   for (const ToothCopy& copy : shape.copies) {
-    dvec3 lo(1e9), hi(-1e9);
-    for (int corner = 0; corner < 8; ++corner)
-      grow(lo, hi,
-           copy.from_tooth({corner & 1 ? tooth.high().x : tooth.low().x, corner & 2 ? tooth.high().y : tooth.low().y,
-                            corner & 4 ? tooth.high().z : tooth.low().z}));
+    const auto [lo, hi] = shape.box(copy);
     auto [fine, coarse] = meshes_of_field<2>(
         lo, hi, kToothVoxel, kToothTolerance, [&](const dvec3& p) { return shape.neighbour(copy, p); },
         [&](const dvec3& p) {
@@ -224,13 +287,7 @@ Surroundings make_surroundings(const SurroundingsPlan& plan) {
   }
   if (!plan.gum) return result;
 
-  const dvec3 reach = glm::abs(plan.arch) * (plan.length / 2 + 1e-3) + glm::abs(shape.across) * (shape.half_width + 4e-3);
-  const dvec3 edge = shape.middle - plan.crown * glm::dot(shape.middle - plan.margin, plan.crown);
-  dvec3 lo = edge - reach, hi = edge + reach;
-  grow(lo, hi, edge + reach + plan.crown * (plan.papilla + 3e-3));
-  grow(lo, hi, edge - reach + plan.crown * (plan.papilla + 3e-3));
-  grow(lo, hi, edge + reach - plan.crown * (shape.jaw_depth + 3e-3));
-  grow(lo, hi, edge - reach - plan.crown * (shape.jaw_depth + 3e-3));
+  const auto [lo, hi] = shape.gum_box();
   auto [fine, coarse] = meshes_of_field<2>(
       lo, hi, kGumVoxel, kGumTolerance, [&](const dvec3& p) { return shape.gum(p); },
       [](const dvec3&) { return Tissue::kGingiva; });
@@ -242,6 +299,11 @@ Surroundings make_surroundings(const SurroundingsPlan& plan) {
 Surroundings make_surroundings(const Scene& scene) {
   if (!scene.surroundings) return {};
   return make_surroundings(read_surroundings(*scene.surroundings, volume_file(scene), scene.file.parent_path()));
+}
+
+std::optional<SurroundingsShape> surroundings_shape(const Scene& scene) {
+  if (!scene.surroundings) return std::nullopt;
+  return SurroundingsShape(read_surroundings(*scene.surroundings, volume_file(scene), scene.file.parent_path()));
 }
 
 }  // namespace typodont

@@ -5,6 +5,7 @@
 
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "engine/base/json.h"
@@ -55,6 +56,10 @@ class SurroundingsShape {
   double gum(const dvec3& p_W) const;
   double tooth(const dvec3& p_W) const;  // the uncut working tooth
 
+  /// The face that a plane cuts through them (as section_face of the tooth): the neighbours with their roots, the gum
+  /// around all. Positions relative to `origin`, m, W.
+  std::vector<render::MeshUpdate> section_face(const dvec3& normal, double offset, const dvec3& origin) const;
+
  private:
   friend Surroundings make_surroundings(const SurroundingsPlan& plan);
   struct Impl;
@@ -77,5 +82,6 @@ struct Surroundings {
 Surroundings make_surroundings(const SurroundingsPlan& plan);
 /// What the scene wants to stand around its tooth; nothing where it does not say.
 Surroundings make_surroundings(const Scene& scene);
+std::optional<SurroundingsShape> surroundings_shape(const Scene& scene);
 
 }  // namespace typodont

@@ -117,6 +117,8 @@ class Side {
         for (const Cut& cut : player_.session().cuts()) middle += cut.X_WB.p;
         const auto count = static_cast<double>(player_.session().cuts().size());
         plane_ = {n, -glm::dot(n, count > 0 ? middle / count : player_.tick().X_WG.p)};
+        if (const auto around = surroundings_shape(player_.scene()))
+          stage_->show_inside(render::kSectionFaceAround, around->section_face(dvec3(plane_), -plane_.w, origin), origin);
       }
       if (cuts != inside_cuts_) stage_->show_inside(render::kSectionFace, section_face(volume, dvec3(plane_), -plane_.w), origin);
       stage_->show_as(render::View::kSection, plane_);

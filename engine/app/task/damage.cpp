@@ -68,9 +68,9 @@ session::DamageMeasures DamageMeter::result() const {
 }
 
 std::optional<DamageMeter> damage_meter(const Scene& scene) {
-  if (!scene.surroundings) return std::nullopt;
-  return DamageMeter(SurroundingsShape(read_surroundings(*scene.surroundings, volume_file(scene), scene.file.parent_path())),
-                     haptics::tray(scene.servo));
+  auto shape = surroundings_shape(scene);
+  if (!shape) return std::nullopt;
+  return DamageMeter(std::move(*shape), haptics::tray(scene.servo));
 }
 
 }  // namespace typodont

@@ -124,9 +124,9 @@ bool shown_in(View view, MeshId mesh) {
     case View::kDifference:
       return mesh < kSectionFace;
     case View::kSection:
-      return mesh <= kSectionFace;
+      return mesh <= kSectionFaceAround;
     case View::kXray:
-      return mesh == kWorkingTooth || mesh > kSectionFace;
+      return mesh == kWorkingTooth || mesh > kSectionFaceAround;
   }
   return true;
 }
