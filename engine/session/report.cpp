@@ -35,7 +35,7 @@ std::string report_html(const SessionReader& session, const ReportOptions& optio
 
 SessionSummary summarize(const SessionReader& session, std::optional<Score> score) {
   return {session.file().filename().string(), session.header().date, session.header().trainee, scene_name_of(session),
-          session.truncated(), score ? std::move(*score) : score_session(session)};
+          session.truncated(), score ? std::move(*score) : score_session(session), task_title_of(session)};
 }
 
 }  // namespace typodont::session

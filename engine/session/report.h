@@ -12,6 +12,7 @@
 #include "engine/session/score.h"
 #include "engine/session/session_file.h"
 #include "engine/session/strings.h"
+#include "engine/session/task.h"
 
 namespace typodont::session {
 
@@ -20,6 +21,7 @@ struct SessionSummary {
   std::string file, date, trainee, scene;
   bool truncated = false;
   Score score;
+  TaskText title;  // of the scene's task; empty where it has none
 };
 
 /// What the program knows beyond the file: geometry, and other sessions to compare with.

@@ -273,6 +273,21 @@ TEST(LearningCurve, ShowsEverySessionOfASceneInTheOrderOfDatesWithWhatCounts) {
   EXPECT_THAT(html, Not(HasSubstr("<script")));
 }
 
+TEST(LearningCurve, NamesAnExerciseInTheReadersLanguage) {
+  TemporaryFolder folder;
+  SessionHeader header = some_header();
+  header.scene_json =
+      R"({"name": "plain", "task": {"title": {"en": "Class I cavity", "de": "Kavität der Klasse I", "zh": "I 类洞"}, "goal": "g"}})";
+  {
+    SessionWriter writer(folder / "a.h5", header);
+    ASSERT_TRUE(writer.finish({}));
+  }
+  const std::vector<SessionSummary> sessions{summarize(SessionReader(folder / "a.h5"))};
+  EXPECT_THAT(learning_curve_html(sessions, Language::kEnglish), HasSubstr(">Class I cavity</h2>"));
+  EXPECT_THAT(learning_curve_html(sessions, Language::kGerman), HasSubstr(">Kavität der Klasse I</h2>"));
+  EXPECT_THAT(learning_curve_html(sessions, Language::kChinese), HasSubstr(">I 类洞</h2>"));
+}
+
 /// A tetrahedron whose points are off the ideal by -0.5 to 0.5 mm.
 ResultModel some_model() {
   ResultModel model;
@@ -325,7 +340,7 @@ TEST(Report, ComparesWithEarlierSessionsAndTheExpert) {
   TemporaryFolder folder;
   record(folder / "s.h5", 500);
   ReportOptions options = with_result();
-  SessionSummary earlier{"a.h5", "2025-01-01T00:00:00Z", "", "x", false, *options.score};
+  SessionSummary earlier{"a.h5", "2025-01-01T00:00:00Z", "", "x", false, *options.score, {}};
   earlier.score.points = 0.25 * earlier.score.full;
   SessionSummary expert = earlier;
   expert.score.points = 0.9 * expert.score.full;

@@ -9,7 +9,6 @@
 #include "engine/base/units.h"
 #include "engine/contract/safety_event.h"
 #include "engine/session/format/columns.h"
-#include "engine/session/task.h"
 
 namespace typodont::session {
 
@@ -116,6 +115,14 @@ std::string scene_name_of(const SessionReader& session) {
   if (session.header().scene_json.empty()) return "";
   const Json scene = Json::parse(session.header().scene_json, session.file().string() + ": scene");
   return scene.is_object() ? scene.string_or("name", "") : "";
+}
+
+TaskText task_title_of(const SessionReader& session) {
+  if (session.header().scene_json.empty()) return {};
+  const Json scene = Json::parse(session.header().scene_json, session.file().string() + ": scene");
+  const auto task = scene.is_object() ? scene.find("task") : std::nullopt;
+  const auto title = task && task->is_object() ? task->find("title") : std::nullopt;
+  return title ? read_task_text(*title) : TaskText{};
 }
 
 }  // namespace typodont::session

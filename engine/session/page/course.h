@@ -9,6 +9,7 @@
 #include "engine/session/page/plot.h"
 #include "engine/session/session_file.h"
 #include "engine/session/score.h"
+#include "engine/session/task.h"
 
 namespace typodont::session {
 
@@ -37,5 +38,7 @@ ScoreInput input_of(const SessionReader& session, const Course& course);
 Score score_of(const SessionReader& session, const ScoreInput& input);
 /// Empty where the recording has no scene.
 std::string scene_name_of(const SessionReader& session);
+/// Of the scene's task; empty where it has none.
+TaskText task_title_of(const SessionReader& session);
 
 }  // namespace typodont::session

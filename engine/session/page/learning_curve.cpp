@@ -9,6 +9,16 @@
 
 namespace typodont::session {
 
+namespace {
+
+/// The task's title in the reader's language, else the scene's name.
+std::string heading_of(const SessionSummary& session, const Words& words, Language language) {
+  if (!session.title.empty()) return session.title.in(language);
+  return session.scene.empty() ? words.say("scene") : session.scene;
+}
+
+}  // namespace
+
 std::string learning_curve_html(std::span<const SessionSummary> sessions, Language language) {
   const Words words{language};
   std::string out = page_head(language, words.say("title.curve"));
@@ -32,7 +42,7 @@ std::string learning_curve_html(std::span<const SessionSummary> sessions, Langua
       if (s.scene == scenes[k]) mine.push_back(&s);
     }
     put("<section class=\"long\" aria-labelledby=\"scene-{0}\"><h2 id=\"scene-{0}\">{1}</h2>\n<div class=\"curves\">\n", k,
-        scenes[k].empty() ? words.say("scene") : escaped(scenes[k]));
+        escaped(heading_of(*mine.back(), words, language)));
     const auto curve = [&](const std::string& title, const std::string& unit, std::optional<double> target,
                            const std::function<std::optional<double>(const SessionSummary&)>& value) {
       std::vector<double> values;
