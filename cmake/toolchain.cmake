@@ -36,6 +36,8 @@ if(TYPODONT_SANITIZE)
       add_compile_options(-Wno-error=tsan)
     endif()
   else()
-    add_compile_options(-fno-sanitize=alignment)  # oneTBB's end iterators are not aligned as Clang would have them
+    # oneTBB's end iterators are not aligned as Clang would have them; functions of vendors' libraries, found at run time,
+    # are declared by us and so of types of ours.
+    add_compile_options(-fno-sanitize=alignment,function)
   endif()
 endif()

@@ -98,29 +98,45 @@ void Carver::cut_out(const dvec3& center_W, SurfacePatch& patch) {
   patch.loose = loose_volume_;
   patch.center_W = center_W;
   patch.lo = center - patch.n / 2;
-  const glm::ivec3 hi = patch.lo + patch.n - 1;
   patch.band = volume_.band() / volume_.frame().voxel;
   patch.exact_outside = volume_.exact_outside();
-  volume_.cut_box(patch.lo, hi, patch.cut_lo, patch.cut_hi);
-  volume_.copy(patch.lo, glm::ivec3(patch.n), patch.distance.data(), patch.tissue.data());
+  volume_.copy_for_patch(patch.lo, glm::ivec3(patch.n), patch.distance.data(), patch.tissue.data());
   center_W_ = center_W;
-  if (wide_edge_ == 0) return;
-  if (patch.wide.empty()) {
+  if (wide_edge_ > 0 && patch.wide.empty()) {
     patch.wide.emplace_back();
     patch.wide.front().resize(wide_edge_);
     patch.wide.front().every = wide_every_;
   }
-  SurfacePatch& wide = patch.wide.front();
-  wide.number = patch.number;
-  wide.lo = center / wide_every_ - wide_edge_ / 2;
-  wide.band = patch.band / wide_every_;
-  wide.exact_outside = patch.exact_outside;
-  const glm::ivec3 top = wide.lo + wide_edge_ - 1;
-  volume_.cut_box(wide.lo * wide_every_, top * wide_every_, wide.cut_lo, wide.cut_hi);
-  if (wide.cut_lo.x <= wide.cut_hi.x) {
+  for (SurfacePatch& wide : patch.wide) {
+    wide.number = patch.number;
+    wide.lo = center / wide_every_ - wide_edge_ / 2;
+    wide.band = patch.band / wide_every_;
+    wide.exact_outside = patch.exact_outside;
+    volume_.copy_every(wide_every_, wide.lo, glm::ivec3(wide_edge_), wide.distance.data(), wide.tissue.data());
+  }
+  say_where_cut(patch);
+}
+
+bool Carver::bring_up_to_date(SurfacePatch& patch) {
+  if (patch.number != patches_ || patch_edits_ != edits_ || patch_pieces_ != pieces_) return false;
+  const auto whole = [](SurfacePatch& p) {
+    return TissueVolume::Copied{p.lo, glm::ivec3(p.n), p.distance.data(), p.tissue.data()};
+  };
+  const TissueVolume::Copied wide = patch.wide.empty() ? TissueVolume::Copied{} : whole(patch.wide.front());
+  volume_.copy_written(whole(patch), wide_every_, patch.wide.empty() ? nullptr : &wide);
+  patch.cuts = cuts_;
+  say_where_cut(patch);
+  return true;
+}
+
+void Carver::say_where_cut(SurfacePatch& patch) const {
+  volume_.cut_box(patch.lo, patch.lo + patch.n - 1, patch.cut_lo, patch.cut_hi);
+  volume_.filled_box(patch.lo, patch.lo + patch.n - 1, patch.filled_lo, patch.filled_hi);
+  for (SurfacePatch& wide : patch.wide) {
+    volume_.cut_box(wide.lo * wide_every_, (wide.lo + wide_edge_ - 1) * wide_every_, wide.cut_lo, wide.cut_hi);
+    if (wide.cut_lo.x > wide.cut_hi.x) continue;
     wide.cut_lo = wide.cut_lo / wide_every_ - 1, wide.cut_hi = wide.cut_hi / wide_every_ + 1;
   }
-  volume_.copy_every(wide_every_, wide.lo, glm::ivec3(wide_edge_), wide.distance.data(), wide.tissue.data());
 }
 
 }  // namespace typodont::haptics

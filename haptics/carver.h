@@ -40,6 +40,10 @@ class Carver {
   dvec3 patch_center(const ServoTick& tick) const;
   /// Fills a patch around `center_W`. The patch keeps its size.
   void cut_out(const dvec3& center_W, SurfacePatch& patch);
+  /// Brings the patch that was cut out last to what it would be if it were cut out now, touching only what cuts and fillings
+  /// have written to since remember_writes(). False, and nothing done, where more has happened and another one is due.
+  bool bring_up_to_date(SurfacePatch& patch);
+  void remember_writes(bool wanted) { volume_.remember_writes(wanted); }
 
   TissueVolume& volume() { return volume_; }
   const TissueVolume& volume() const { return volume_; }
@@ -54,6 +58,7 @@ class Carver {
   std::uint32_t end_tool_ = 0;  // … and of which tool
   bool edit(bool done);
   void take_out_pieces(const Cut& cut, const VoxelBox& written);
+  void say_where_cut(SurfacePatch& patch) const;
 
   LoosePieces watch_;
   std::vector<LoosePiece> loose_;              // taken out, not yet told of

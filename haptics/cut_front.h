@@ -43,6 +43,8 @@ class CutFront {
 
   /// To be called when anything but the cuts of this tool lowered the field: fillings, strokes taken back, another tool.
   void forget() noexcept { known_ = false; }
+  /// When only labels changed.
+  void list_anew() noexcept { drop_listed(); }
 
  private:
   friend class Sweep;

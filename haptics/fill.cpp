@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "haptics/label.h"
 #include "haptics/share.h"
 #include "haptics/solid.h"
 
@@ -11,7 +12,7 @@ namespace typodont::haptics {
 namespace {
 
 constexpr double kClear = 0.5;      // voxels that stay between head and filling, so that it comes out again without jamming
-constexpr float kLabelled = 1.5f;  // voxels outside the new surface that carry its label, so that it can be read there
+constexpr float kLabelled = 1;      // voxels outside the new surface that carry its label, so that it can be read there
 
 }  // namespace
 
@@ -51,7 +52,7 @@ bool Fill::lower(const glm::ivec3& lo, const glm::ivec3& size, float* distance, 
         if (d >= margin || now >= old) continue;
         distance[i] = now;
         changed = true;
-        if (old > 0 && now < kLabelled) tissue[i] = label_;
+        if (old > 0 && now < kLabelled) tissue[i] = filled(tissue[i], label_);
         // All that comes is the filling's, also where it fills up a voxel that stays the wall's, which has one label only.
         if (added) (*added)[static_cast<std::size_t>(label_)] += share_inside(now) - share_inside(old);
       }

@@ -20,7 +20,7 @@ class Fill {
   const glm::ivec3& hi() const { return hi_; }
 
   /// Lowers the distances of a block of voxels, lo .. lo+size-1, to that from the filling (at least -Sweep::kInner),
-  /// wherever that is less, and labels what was empty. z runs fastest; the strides are in samples. Adds to `added`, where
+  /// wherever that is less, and labels what was empty (label.h). z runs fastest; the strides are in samples. Adds to `added`, where
   /// given, the volume per tissue in voxels³. Returns whether any sample changed. Any thread.
   bool lower(const glm::ivec3& lo, const glm::ivec3& size, float* distance, Tissue* tissue, std::size_t stride_x,
              std::size_t stride_y, PerTissue* added) const noexcept;

@@ -84,6 +84,7 @@ void Servo::State::begin_anew(const Pose& X_WT) noexcept {
   // After illegal input the tool is where it was: outside.
   if (!placed || glm::length(X_WT.p - X_WG.p) > kLostHand) X_WG = X_WT;
   placed = true;
+  carved = false;
   last_hand = X_WT;
   last_depth = rate = 0;
   depth_speed.reset();
@@ -130,7 +131,7 @@ void Servo::State::take_up(std::uint32_t which) noexcept {
   front.forget();
   shares = {};
   stiffness_share = 1;
-  budget = 0;
+  budget = wall_budget = wall = 0;
   torque = dvec3(0);
   friction = {};
   tip = {};

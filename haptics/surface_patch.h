@@ -7,6 +7,7 @@
 
 #include "engine/contract/field_brick.h"
 #include "haptics/fill.h"
+#include "haptics/label.h"
 #include "haptics/sweep.h"
 
 namespace typodont::haptics {
@@ -26,8 +27,9 @@ struct SurfacePatch {
   double band = 1e300;          // voxels; farther from the surface the field tells no distance
   bool exact_outside = false;   // distances outside the tissue are true ones, or at least never more …
   glm::ivec3 cut_lo{INT_MAX}, cut_hi{INT_MIN};  // … but for what was cut or filled in this box of voxels, inclusive
+  glm::ivec3 filled_lo{INT_MAX}, filled_hi{INT_MIN};  // the filled voxels lie in this one
   std::vector<float> distance;
-  std::vector<Tissue> tissue;
+  std::vector<Tissue> tissue;  // see label.h
   std::vector<SurfacePatch> wide;  // one where a tool has a shank: every `every`-th sample, in voxels as large, far around
   int every = 1;
 
@@ -85,10 +87,10 @@ PerTissue sample_tissue(const SurfacePatch& patch, const dvec3& p_V) noexcept;
 /// The label of the nearest voxel; the patch must hold it.
 inline Tissue tissue_at(const SurfacePatch& patch, const dvec3& p_V) noexcept {
   const dvec3 q = p_V - dvec3(patch.lo) + 0.5;
-  return patch.tissue[patch.at(static_cast<int>(q.x), static_cast<int>(q.y), static_cast<int>(q.z))];
+  return shown(patch.tissue[patch.at(static_cast<int>(q.x), static_cast<int>(q.y), static_cast<int>(q.z))]);
 }
 
-/// Cuts the sweep out of the patch. Returns the removed volume per tissue in voxels³ (share of each voxel inside the
+/// Cuts the sweep out of the patch, and takes the label of a filling off what it laid bare. Returns the removed volume per tissue in voxels³ (share of each voxel inside the
 /// surface before, less after). `changed`, where given: whether any sample did, be it only a distance in the air.
 /// `front`, where given: what is known of this patch and tool.
 PerTissue carve(SurfacePatch& patch, const Sweep& sweep, bool* changed = nullptr, CutFront* front = nullptr) noexcept;

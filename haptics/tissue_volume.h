@@ -41,7 +41,8 @@ struct DenseTissue {
 /// Sole owner of the tissue. One thread at a time (the carver's). Set-up functions throw Error.
 ///
 /// File format (.vdb): grids "distance" (float, mm, level set, background = band) and "tissue" (int32 labels, see
-/// contract/tissue.h), both with the voxel in mm as linear transform, and metadata "typodont_version".
+/// contract/tissue.h), both with the voxel in mm as linear transform, and metadata "typodont_version". Where something was
+/// filled, a third, "tissue_before_filling": the label from before, plus one.
 class TissueVolume {
  public:
   explicit TissueVolume(const DenseTissue& dense);
@@ -64,13 +65,27 @@ class TissueVolume {
 
   /// Copies a box of samples starting at voxel `lo`: distances in voxels (clamped to the band), labels. z fastest.
   void copy(const glm::ivec3& lo, const glm::ivec3& size, float* distance, Tissue* tissue) const;
+  /// The same with labels as a patch keeps them: see label.h.
+  void copy_for_patch(const glm::ivec3& lo, const glm::ivec3& size, float* distance, Tissue* labels) const;
+  /// A box around all that was filled within lo .. hi; a_lo > a_hi when nothing was.
+  void filled_box(const glm::ivec3& lo, const glm::ivec3& hi, glm::ivec3& a_lo, glm::ivec3& a_hi) const;
 
   /// Every n-th sample of a box, the first n·lo: distances in voxels n times as large, labels. Where something was cut the
   /// field knows only what is near; deeper it then says no more than that it is deep.
   void copy_every(int n, const glm::ivec3& lo, const glm::ivec3& size, float* distance, Tissue* tissue) const;
 
-  /// Takes away what the swept head covers: raises the field to its depth, wherever that is higher. Labels stay.
-  /// Returns where it wrote.
+  /// From now on the blocks of 8³ samples that carve() and fill() write to are remembered, or no longer.
+  void remember_writes(bool wanted);
+  /// As copy_for_patch() and copy_every(), of boxes that were copied whole before: only what those may have changed since. Forgets it then.
+  struct Copied {
+    glm::ivec3 lo, size;  // voxels, or every n-th
+    float* distance;
+    Tissue* tissue;
+  };
+  void copy_written(const Copied& box, int n, const Copied* every);
+
+  /// Takes away what the swept head covers: raises the field to its depth, wherever that is higher. Labels stay,
+  /// but those of a filling where none is left. Returns where it wrote.
   VoxelBox carve(const Sweep& sweep);
 
   /// Adds a filling: lowers the field to it, wherever that is lower, and labels what was empty. Returns where it wrote.

@@ -15,6 +15,7 @@
 #include "engine/contract/mouth_mirror.h"
 #include "engine/display/hmd.h"
 #include "engine/render/renderer.h"
+#include "haptics/patch_exchange.h"
 #include "haptics/servo.h"
 #include "haptics/tissue_volume.h"
 
@@ -83,7 +84,7 @@ struct Wiring {
   Ring<Cut> cuts_to_carver{1 << 14};
   Latest<ServoTick> tick_to_carver;
   // CARVER → SERVO
-  Latest<haptics::SurfacePatch> patch;
+  haptics::PatchExchange patch;
   // SERVO → RENDER
   Latest<ServoTick> tick_to_render;
   Ring<Cut> cuts_to_debris{1 << 12};

@@ -233,8 +233,7 @@ void Workbench::Impl::start() {
   // The first patch is there before the first tick.
   LiveSession& s = *session;
   tick.X_WT.p = tick.X_WG.p = above;
-  s.carver.cut_out(above, s.wiring.patch.back());
-  s.wiring.patch.publish();
+  s.wiring.patch.offer(s.carver, above);
 
   g_asked_to_stop = false;
   set_check_handler(haptics::release_all_devices);  // a broken assumption, too, ends in zero force

@@ -27,11 +27,29 @@ class Latest {
     publish();
   }
 
+  /// Takes what was published back into back(), to change it, unless the reader has fetched it meanwhile: then false.
+  bool take_back() noexcept {
+    std::uint8_t there = middle_.load(std::memory_order_relaxed);
+    if (!(there & kFresh) || !middle_.compare_exchange_strong(there, back_, std::memory_order_acq_rel)) return false;
+    back_ = there & kIndex;
+    return true;
+  }
+
   // Reader thread.
   /// Takes the newest value if there is one; true when it changed since the last fetch.
   bool fetch() noexcept {
     if (!(middle_.load(std::memory_order_relaxed) & kFresh)) return false;
     front_ = middle_.exchange(front_, std::memory_order_acq_rel) & kIndex;
+    return true;
+  }
+  /// Puts what was fetched back as if it had not been, unless there is something newer: then false.
+  bool give_back() noexcept {
+    std::uint8_t there = middle_.load(std::memory_order_relaxed);
+    if ((there & kFresh) ||
+        !middle_.compare_exchange_strong(there, static_cast<std::uint8_t>(front_ | kFresh), std::memory_order_acq_rel)) {
+      return false;
+    }
+    front_ = there;
     return true;
   }
   T& front() noexcept { return slots_[front_]; }

@@ -335,7 +335,8 @@ TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 float look_again(const FlatHead* head_at, RoughPlanes* planes, int count, const float* d) {
   const FlatHead head = *head_at;
   F8 least = {};
-  for (int k = 0; k < count; k += kBatch) {
+  I8 at = {0, 1, 2, 3, 4, 5, 6, 7};
+  for (int k = 0; k < count; k += kBatch, at += 8) {
     F8 x, y, z, gap, mx, my, mz;
     std::memcpy(&x, planes->x + k, sizeof x);
     std::memcpy(&y, planes->y + k, sizeof y);
@@ -346,11 +347,40 @@ float look_again(const FlatHead* head_at, RoughPlanes* planes, int count, const 
     std::memcpy(planes->ny + k, &my, sizeof my);
     std::memcpy(planes->nz + k, &mz, sizeof mz);
     std::memcpy(planes->gap + k, &gap, sizeof gap);
-    least = gap < least ? gap : least;
+    least = (gap < least) & (at < count) ? gap : least;
   }
   float deepest = 0;
   for (int i = 0; i < 8; ++i) deepest = -least[i] > deepest ? -least[i] : deepest;
   return deepest;
+}
+
+/// Points that lie in the head come out of it, and touch it if it is still there. `d`: where it is, from where they are counted.
+TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
+void come_out(const FlatHead* head_at, RoughPlanes* planes, int count, const float* d) {
+  const FlatHead head = *head_at;
+  for (int k = 0; k < count; k += kBatch) {
+    F8 x, y, z, gap, nx, ny, nz, off, mx, my, mz;
+    std::memcpy(&gap, planes->gap + k, sizeof gap);
+    std::memcpy(&x, planes->x + k, sizeof x);
+    std::memcpy(&y, planes->y + k, sizeof y);
+    std::memcpy(&z, planes->z + k, sizeof z);
+    std::memcpy(&nx, planes->nx + k, sizeof nx);
+    std::memcpy(&ny, planes->ny + k, sizeof ny);
+    std::memcpy(&nz, planes->nz + k, sizeof nz);
+    distance_from_head(head, x - d[0], y - d[1], z - d[2], off, mx, my, mz);
+    const I8 in = off < 0.0f;
+    off = in ? off : F8{};
+    x -= off * mx, y -= off * my, z -= off * mz;
+    nx = in ? -mx : nx, ny = in ? -my : ny, nz = in ? -mz : nz;
+    gap = in ? F8{} : gap;
+    std::memcpy(planes->gap + k, &gap, sizeof gap);
+    std::memcpy(planes->x + k, &x, sizeof x);
+    std::memcpy(planes->y + k, &y, sizeof y);
+    std::memcpy(planes->z + k, &z, sizeof z);
+    std::memcpy(planes->nx + k, &nx, sizeof nx);
+    std::memcpy(planes->ny + k, &ny, sizeof ny);
+    std::memcpy(planes->nz + k, &nz, sizeof nz);
+  }
 }
 
 }  // namespace
@@ -460,7 +490,7 @@ bool ContactSet::add(const ContactPlane& plane) noexcept {
 
 void ContactSet::clear() noexcept {
   count_ = exact_count_ = added_ = 0;
-  sunk_ = false;
+  sunk_ = forgiving_ = false;
   engaged_area_ = deepest_ = 0;
   engaged_normal_ = dvec3(0);
 }
@@ -548,15 +578,15 @@ void ContactFinder::find(const SurfacePatch& patch, const Pose& X_VT, double nea
   std::fill_n(set.rough_.yields, found.count, 1.0f);
 }
 
-void ContactSet::forgive(double most) noexcept {
-  for (int i = 0; i < count_; ++i) {
-    float& gap = rough_.gap[i];
-    if (!(gap < 0) || static_cast<double>(gap) < -most) continue;
-    rough_.x[i] += gap * rough_.nx[i];
-    rough_.y[i] += gap * rough_.ny[i];
-    rough_.z[i] += gap * rough_.nz[i];
-    gap = 0;
-  }
+void ContactFinder::forgive(const Pose& X_VE, const Pose& X_VT, ContactSet& set) const noexcept {
+  if (set.sunk_ || set.exact_count_ > 0) return;  // what is exact already was found where nothing was cut
+  set.forgiving_ = true;
+  set.emptied_ = X_VE;
+  const FlatHead head = flat_head(samples_->pieces, head_.count, sphere_, radius_, X_VE.R, dvec3(0));
+  const glm::vec3 from(X_VE.p - set.origin_);
+  come_out(&head, &set.rough_, set.count_, &from.x);
+  if (same(X_VE, X_VT)) set.deepest_ = 0;
+  else relinearize(X_VT, set);
 }
 
 void ContactFinder::find_way_out(const SurfacePatch& patch, const Pose& X_VT, ContactSet& set) const noexcept {
@@ -634,6 +664,14 @@ bool ContactFinder::refine(const SurfacePatch& patch, const Pose& X_VT, ContactS
     x += gain * slide;
   }
   if (best.gap >= rough.gap + 0.5) best = rough;
+  if (set.forgiving_ && best.gap < 0) {
+    dvec3 n;
+    const double off = head_distance(set.emptied_, best.x, n);
+    if (off < 0) {
+      best.x -= off * n;
+      see_again(X_VT, best);
+    }
+  }
   const bool rim = fine && touch_with_rim(patch, X_VT, best);
   set.put(i, X_VT.p, best);
   if (rim) set.put_beside(best);

@@ -52,9 +52,6 @@ class ContactSet {
     return origin_ + dvec3(rough_.x[i] - rough_.nx[i], rough_.y[i] - rough_.ny[i], rough_.z[i] - rough_.nz[i]);
   }
   void set_yields(int i, double yields) noexcept;
-  /// For a head in a place that it has emptied itself: planes that seem to overlap it by up to `most` voxels do so by
-  /// interpolation only, and are moved back to touch.
-  void forgive(double most) noexcept;
   void clear() noexcept;
   const RoughPlanes& rough() const { return rough_; }
   /// The head lies so deep that its own shape says nothing about the way out: see find_way_out().
@@ -79,6 +76,8 @@ class ContactSet {
   double engaged_area_ = 0, deepest_ = 0;
   dvec3 engaged_normal_{0};
   dvec3 origin_{0};  // of the rough planes' points
+  bool forgiving_ = false;
+  Pose emptied_;  // where the head is known to have emptied its place; voxels
   RoughPlanes rough_{};
   std::array<Exact, kExact> exact_;
 };
@@ -106,6 +105,11 @@ class ContactFinder {
 
   /// The same surface points seen from a head that has moved a little: new normals and gaps, no query.
   void relinearize(const Pose& X_VT, ContactSet& set) const noexcept;
+
+  /// For a head that has emptied its place at `X_VE`, and is now at `X_VT`: surface points that seem to lie in that place do so
+  /// by interpolation only, however narrow the cut, and come out to where the head touched them. So do those of contacts
+  /// that are made exact later.
+  void forgive(const Pose& X_VE, const Pose& X_VT, ContactSet& set) const noexcept;
 
   /// Makes one contact exact on a smooth surface: slides it, by cubic queries, to where head and surface are closest.
   /// Returns whether it had to: a contact stays exact for a little way. `fine`: to a hundredth of a degree, for a head that

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "engine/base/dispatch.h"
+#include "haptics/cut_front.h"
 #include "haptics/lanes.h"
 #include "haptics/work.h"
 
@@ -93,6 +94,16 @@ void take_greater(float* to, const float* from, const int* size, std::ptrdiff_t 
   }
 }
 
+/// Where distances changed in that box.
+bool relabel(SurfacePatch& patch, const glm::ivec3& changed_lo, const glm::ivec3& changed_hi) {
+  const glm::ivec3 lo = glm::max(glm::max(changed_lo - 1, patch.filled_lo), patch.lo + 1);
+  const glm::ivec3 hi = glm::min(glm::min(changed_hi + 1, patch.filled_hi), patch.lo + patch.n - 2);
+  if (lo.x > hi.x || lo.y > hi.y || lo.z > hi.z) return false;
+  const std::size_t at = patch.at(lo.x - patch.lo.x, lo.y - patch.lo.y, lo.z - patch.lo.z);
+  const std::ptrdiff_t edge = patch.n;
+  return restore_labels(hi - lo + 1, patch.distance.data() + at, patch.tissue.data() + at, edge * edge, edge);
+}
+
 }  // namespace
 
 std::uint64_t queries_of_this_thread() noexcept {
@@ -138,7 +149,7 @@ PerTissue sample_tissue(const SurfacePatch& patch, const dvec3& p_V) noexcept {
   double total = 0;
   for (int corner = 0; corner < 8; ++corner) {
     const int i = corner >> 2, j = corner >> 1 & 1, k = corner & 1;
-    const Tissue tissue = patch.tissue[patch.at(c.x + i, c.y + j, c.z + k)];
+    const Tissue tissue = shown(patch.tissue[patch.at(c.x + i, c.y + j, c.z + k)]);
     if (tissue == Tissue::kAir) continue;
     const double weight = (i ? c.u : 1 - c.u) * (j ? c.v : 1 - c.v) * (k ? c.w : 1 - c.w);
     shares[static_cast<std::size_t>(tissue)] += weight;
@@ -160,6 +171,7 @@ PerTissue carve(SurfacePatch& patch, const Sweep& sweep, bool* changed, CutFront
             : sweep.raise(a + patch.lo, b - a + 1, patch.distance.data() + start, edge * edge, edge,
                           patch.tissue.data() + start, &removed)) {
     mark_cut(patch, a + patch.lo, b + patch.lo);
+    if (relabel(patch, a + patch.lo, b + patch.lo) && front) front->list_anew();
     if (changed) *changed = true;
   }
   removed[0] = 0;
@@ -174,7 +186,10 @@ PerTissue fill(SurfacePatch& patch, const Fill& filling, bool* changed) noexcept
   const std::size_t start = patch.at(a.x, a.y, a.z), edge = static_cast<std::size_t>(patch.n);
   *changed = filling.lower(a + patch.lo, b - a + 1, patch.distance.data() + start, patch.tissue.data() + start,
                            edge * edge, edge, &added);
-  if (*changed) patch.exact_outside = false;
+  if (!*changed) return added;
+  patch.exact_outside = false;
+  patch.filled_lo = glm::min(patch.filled_lo, a + patch.lo), patch.filled_hi = glm::max(patch.filled_hi, b + patch.lo);
+  relabel(patch, a + patch.lo, b + patch.lo);
   return added;
 }
 
@@ -198,6 +213,8 @@ void merge(SurfacePatch& patch, const SurfacePatch& old, const glm::ivec3& box_l
     }
   }
   mark_cut(patch, lo, hi);
+  if (filled) patch.filled_lo = glm::min(patch.filled_lo, lo), patch.filled_hi = glm::max(patch.filled_hi, hi);
+  relabel(patch, lo, hi);
 }
 
 }  // namespace typodont::haptics

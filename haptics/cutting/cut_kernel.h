@@ -35,12 +35,13 @@ struct Taken {
   TYPODONT_KERNEL void add(Ints taken, const Tissue* labels) {
     std::uint64_t parts[kLanes / 8], differ = 0;
     std::memcpy(parts, labels, sizeof parts);
+    for (std::uint64_t& part : parts) part &= kShown * 0x0101010101010101u;
     for (const std::uint64_t part : parts) differ |= part ^ (parts[0] & 0xff) * 0x0101010101010101u;
     if (!differ) {
       add(taken, static_cast<std::uint8_t>(parts[0]));
       return;
     }
-    for (int i = 0; i < kLanes; ++i) (*removed)[static_cast<std::size_t>(labels[i])] += kShareUnit * taken[i];
+    for (int i = 0; i < kLanes; ++i) (*removed)[static_cast<std::size_t>(shown(labels[i]))] += kShareUnit * taken[i];
   }
   TYPODONT_KERNEL void close() {
     std::int32_t apart[kLanes];  // a copy, so that the sums stay in a register

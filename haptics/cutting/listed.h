@@ -9,6 +9,7 @@
 
 #include "engine/contract/tissue.h"
 #include "haptics/cut_front.h"
+#include "haptics/label.h"
 #include "haptics/share.h"
 #include "haptics/tool.h"
 
@@ -66,16 +67,17 @@ struct HeadFront {
 
 /// How many of the samples of a group, `lanes` at most, have one label. Where no surface can ever be, any label will do.
 inline int with_one_label(const Tissue* labels, const float* distance, int lanes, std::uint8_t& label) {
-  label = static_cast<std::uint8_t>(labels[0]);
+  label = static_cast<std::uint8_t>(shown(labels[0]));
   std::uint64_t differ = 0, part;
   for (int i = 0; i < lanes; i += 8) {
     std::memcpy(&part, labels + i, sizeof part);
+    part &= kShown * 0x0101010101010101u;
     differ |= part ^ label * 0x0101010101010101u;
   }
   if (!differ) return lanes;
   for (int i = 0; i < lanes; ++i) {
-    const auto other = static_cast<std::uint8_t>(labels[i]);
-    if (other == label || (labels[i] == Tissue::kAir && distance[i] >= 0.5f)) continue;
+    const auto other = static_cast<std::uint8_t>(shown(labels[i]));
+    if (other == label || (other == static_cast<std::uint8_t>(Tissue::kAir) && distance[i] >= 0.5f)) continue;
     if (label != static_cast<std::uint8_t>(Tissue::kAir) || !std::all_of(distance, distance + i, [](float d) { return d >= 0.5f; })) return i;
     label = other;
   }

@@ -20,11 +20,11 @@ void Servo::State::earn(Now& now) noexcept {
   now.scrapes = bur.cuts && bur.scrapes > 0;
   now.may_cut = settings.cutting && bur.cuts && (now.scrapes || speed > 0);
   now.spindle = {speed, 0};
+  double power = 0;
   if (now.scrapes && now.may_cut && head_force > 0) {
     // An edge drawn over the surface cuts with the hand's own work: push × way along the surface.
     const double way = glm::length(now.moved - glm::dot(now.moved, normal) * normal);
-    const double power = bur.scrapes * head_force * way / now.dt;
-    budget = breaking_through ? 0.0 : std::min(budget + power * now.dt, power * kBudgetTime);
+    power = bur.scrapes * head_force * way / now.dt;
   } else if (now.may_cut && head_force > 0) {
     // Tangential force μ_c F_n at the rim, limited by the motor.
     const double along = glm::dot(normal, now.X_WT.R * dvec3(0, 0, 1));
@@ -32,10 +32,14 @@ void Servo::State::earn(Now& now) noexcept {
     const double load = bur.cutting_coefficient * efficiency * head_force * bur.radius();
     now.tangential = bur.cutting_coefficient * efficiency;
     now.spindle = load_spindle(settings.spindle, speed, now.out.pedal, load);
-    budget = breaking_through ? 0.0 : std::min(budget + now.spindle.power * now.dt, now.spindle.power * kBudgetTime);
+    power = now.spindle.power;
+  }
+  if (now.may_cut && head_force > 0) {
+    budget = breaking_through ? 0.0 : std::min(budget + power * now.dt, power * kBudgetTime);
   } else if (head_force <= 0) {
     budget = std::min(budget, 0.0);
   }
+  wall_budget = wall > 0 ? std::min(wall_budget + wall * power * now.dt, wall * power * kBudgetTime) : 0.0;
   // An edge that the hand draws earns little: what hard tissue gave way without being paid for, it waits for.
   now.in_debt = now.scrapes && budget <= 0;
 }
@@ -66,6 +70,7 @@ bool Servo::State::take_away(Touch& now) noexcept {
   carve_wide(X_WG, X_WB, continues);
   now.out.cutting_power = energy / now.dt;
   budget -= energy;
+  wall_budget -= energy;
   spindle_work += now.out.cutting_power * now.dt;
   return true;
 }
@@ -90,6 +95,7 @@ void Servo::State::carve_wide(const Pose& X_WA, const Pose& X_WB, bool continues
 void Servo::State::catch_up(SurfacePatch& fresh) noexcept {
   const bool loose = fresh.pieces != patch.pieces;
   const bool edited = loose || fresh.edits != patch.edits;
+  if (fresh.edits != patch.edits) carved = false;
   for (std::size_t i = 0; i < fresh.loose.size(); ++i) sums.removed[i] += fresh.loose[i] - patch.loose[i];
   glm::ivec3 lo, hi;
   bool filled = false;

@@ -14,6 +14,7 @@ constexpr double kTissueSlew = 4;         // N/s, no faster does another tissue 
 constexpr double kUnpaid = 0.15e-3;       // J, … nor does a harder one store more than the ledger holds, beyond this
 constexpr double kTeethSlew = 4;          // N/s, of the tangential force of the teeth
 constexpr double kDamperSlew = 4;         // N/s, of the damper while cutting
+constexpr double kRestWaits = 16;         // N/s: another tissue and the damper wait where with the depth's change it would be more
 constexpr double kCutSlewInAll = 18;      // N/s: the teeth's force waits where all that changes would come to more
 constexpr double kTeethAhead = 50;        // ticks for which the spindle's work must suffice, or that force shrinks
 constexpr double kFadeTime = 0.1;         // s, time constant of a force that lost its patch
@@ -115,12 +116,21 @@ Servo::State::Push Servo::State::feel_tissue(const Touch& now, bool many_contact
   return push;
 }
 
+/// What the depth's change leaves for others to change the force by in this tick, N. What the hand's own way does to it does
+/// not count: a hand that meets the tissue is met by the damper at once.
+double Servo::State::spare_change(const Touch& now, double depth) const noexcept {
+  const double k = settings.stiffness * stiffness_share;
+  const dvec3 own = -k * glm::dot(now.moved, now.normal) * now.normal;
+  const dvec3 change = k * depth * now.normal - normal_force * normal - own;
+  return std::max(kRestWaits * now.dt - glm::length(change), 0.0);
+}
+
 /// The coupling's stiffness relative to enamel's 1 N/mm: that of the tissue under the head, followed smoothly.
 double Servo::State::follow_stiffness(const Touch& now, double depth) noexcept {
   const double wanted = mean(&Material::stiffness) / 1000.0;
   if (normal_force <= 0) return stiffness_share = wanted;
   // Under a deep push a change of stiffness is a large change of force, and a rise is energy that no hand put in.
-  const double most = kTissueSlew * now.dt / (settings.stiffness * depth);
+  const double most = std::min(spare_change(now, depth), kTissueSlew * now.dt) / (settings.stiffness * depth);
   const double step = (wanted - stiffness_share) * (1 - std::exp(-now.dt / kStiffnessTime));
   const double paid = 2 * std::max(sums.energy + given, kUnpaid) / (settings.stiffness * depth * depth);
   double share = stiffness_share + std::clamp(step, -most, most);
@@ -136,7 +146,7 @@ double Servo::State::damped(const Touch& now, double push, double depth, double 
   const double measured = settings.position_step > 0 ? sinking : (depth - last_depth) / now.dt;
   double change = ((overlap > 0 ? 0 : measured) - rate) * (1 - smooth);
   if (now.may_cut && normal_force > 0) {  // the proxy sinks by fits and starts, voxel by voxel
-    const double most = kDamperSlew * now.dt / settings.damping;
+    const double most = std::min(spare_change(now, depth), kDamperSlew * now.dt) / settings.damping;
     change = std::clamp(change, -most, most);
   }
   rate += change;
@@ -145,18 +155,16 @@ double Servo::State::damped(const Touch& now, double push, double depth, double 
 
 /// The tissue pushes the teeth back, against their way; not at the pole, where they stand still.
 void Servo::State::feel_teeth(Touch& now) noexcept {
-  if (now.tangential > 0) {
-    const dvec3 axis = now.X_WT.R * dvec3(0, 0, 1);
-    const dvec3 wanted = now.tangential * head_force * glm::cross(axis, now.normal);
-    const dvec3 change = wanted - teeth_force;
+  now.spindle_force = now.tangential * head_force * glm::cross(now.X_WT.R * dvec3(0, 0, 1), now.normal);
+  if (const dvec3 change = now.spindle_force - teeth_force; change != dvec3(0)) {
     const double size = glm::length(change), most = kTeethSlew * now.dt;
     const dvec3 step = change * (size > most ? most / size : 1.0);
     const dvec3 rest = now.force + teeth_force - last_force - last_teeth_force;
     now.spindle_force = teeth_force + largest_share(step, rest, kCutSlewInAll * now.dt) * step;
-    // Never more to the hand than the spindle itself has done.
-    const double left = std::max(0.0, spindle_work - teeth_energy);
-    const double needed = std::max(0.0, glm::dot(now.spindle_force, now.moved));
-    if (needed > 0) now.spindle_force *= std::min(1.0, left / (kTeethAhead * needed));
+  }
+  // Never more to the hand than the spindle itself has done.
+  if (const double needed = glm::dot(now.spindle_force, now.moved); needed > 0) {
+    now.spindle_force *= std::min(1.0, std::max(0.0, spindle_work - teeth_energy) / (kTeethAhead * needed));
   }
   teeth_force = now.spindle_force;
 }

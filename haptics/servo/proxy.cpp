@@ -11,7 +11,8 @@ namespace {
 constexpr double kContactRange = 0.8;      // contacts farther away than this do not matter yet …
 constexpr double kContactStep = 0.6;       // … because a step among several is no longer than this
 constexpr double kStep = 1.5;              // longest step between two looks at the contacts: nothing thinner is skipped
-constexpr double kConverged = 1e-6;        // the proxy has come to rest
+constexpr double kConverged = 1e-6;        // the proxy has come to rest,
+constexpr double kForeseen = 1e-7;         // … or will have, within this
 constexpr double kSettled = 2e-5;          // the same where several contacts were looked at,
 constexpr double kSettledCutting = 3e-3;   // … and while they are cut, which leaves them rough by more
 constexpr int kSettlingLooks = 8, kSettlingLooksCutting = 5;
@@ -19,7 +20,6 @@ constexpr int kRefiningRounds = 6;         // of a head that does not cut
 constexpr double kStillConverges = 0.95;   // share that a step may be of the one before …
 constexpr double kMostGain = 10;           // … and how many steps may be made at once,
 constexpr double kMostGainOfMany = 2;      // … of several contacts
-constexpr double kBlur = 0.2;              // what interpolation makes of a narrow cut: 0.09 where a ball is 3 voxels in radius
 constexpr double kSamePoints = 0.3;        // contacts found less than this ago, in voxels of way, still serve
 constexpr double kToothGrip = 0.15;        // engaged teeth resist being led sideways up to this share of the push
 constexpr double kMostSlack = 1.0;         // deeper in one tick the surface that was found says nothing
@@ -28,6 +28,10 @@ constexpr double kDeep = 0.6;              // more overlap than cutting or round
 constexpr double kRecoveryTime = 0.006;    // s, time constant of leading the tool out of tissue
 constexpr double kCutSlew = 6;            // N/s, no faster does the proxy change the force of a cutting contact
 constexpr double kGripSlew = 9;            // N/s, no faster does the force rise when the teeth catch
+constexpr double kWallFelt = 0.1e-3;       // m that a head may have got into harder tissue, and still meets the wall before it
+constexpr double kLeastThrough = 0.1;      // of the power that it cuts with there
+constexpr double kWallFrom = 0.2;          // softer over harder, above which there is no wall: a bur leads from caries into dentin
+constexpr int kWallRounds = 4;             // planes that hold in place of such as give way
 constexpr double kBridgeTime = 0.5;        // s for which the last contact's plane stands in for a patch
 constexpr double kRejoinTime = 0.3;        // s for finding back from there to the surface without a step
 
@@ -122,19 +126,54 @@ void Servo::State::lead_out(Touch& now) noexcept {
   if (rejoining > 0) overlap = std::max(overlap, now.overlap_before - kFreeSlew * now.pace_per_slew);
   rejoining = std::max(overlap > 0 && rejoining > 0 ? now.dt : 0.0, rejoining - now.dt);
   if (overlap < 0.01) overlap = 0;
+  now.paced = (now.may_cut || rejoining > 0) && normal_force > 0;
+  now.carried = (X_WG.p - last_hand.p) / settings.frame.voxel;
+}
+
+/// Where the head comes from softer tissue and stands before much harder, the share of its power that it cuts with: softer over
+/// harder specific energy; else 1.
+double Servo::State::wall_at(const ContactPlane& plane) const noexcept {
+  const dvec3 before = plane.x + kWallFelt / settings.frame.voxel * plane.n, behind = plane.x - 0.5 * plane.n;
+  if (!patch.holds(before, 0) || !patch.holds(behind, 0)) return 1;
+  const auto energy_at = [&](const dvec3& p) {
+    return settings.materials[static_cast<std::size_t>(tissue_at(patch, p))].specific_energy;
+  };
+  const double softer = energy_at(before), harder = energy_at(behind);
+  return softer > 0 && softer < kWallFrom * harder ? std::max(softer / harder, kLeastThrough) : 1;
+}
+
+/// The least such share of what holds the head; 0 where no wall does.
+double Servo::State::wall_of(const ActivePlanes& active) const noexcept {
+  double least = 1;
+  for (int i = 0; i < active.count; ++i) {
+    if (active.index[i] < contacts.own()) least = std::min(least, wall_at(contacts.plane(active.index[i])));
+  }
+  return least < 1 ? least : 0;
+}
+
+/// Lets those of the holding planes that lie in a wall give way by `yields` at most. Whether any did by more before.
+bool Servo::State::hold_at_walls(const ActivePlanes& active, double yields) noexcept {
+  bool changed = false;
+  for (int i = 0; i < active.count; ++i) {
+    const int index = active.index[i];
+    const ContactPlane plane = contacts.plane(index);
+    if (index >= contacts.own() || plane.yields <= yields || wall_at(plane) == 1) continue;
+    contacts.set_yields(index, yields);
+    changed = true;
+  }
+  return changed;
 }
 
 /// Finds all that the head and the smooth parts touch at c, voxels.
-void Servo::State::look_around(Touch& now, const dvec3& c, bool first_look, bool center_inside) noexcept {
+void Servo::State::look_around(Touch& now, const dvec3& c, bool center_inside) noexcept {
   const Pose X_VT{c, now.X_WT.R};
   finder().find(patch, X_VT, kContactRange, contacts);
   if (contacts.deepest() > ContactFinder::kSunk || center_inside) {
     finder().find_way_out(patch, X_VT, contacts);
-  } else if (first_look && now.may_cut && carved && contacts.count() > 1 && !now.in_debt) {
-    contacts.forgive(kBlur);
+  } else if (now.may_cut && carved && !now.in_debt) {
+    finder().forgive({now.c0, X_WG.R}, X_VT, contacts);
   }
-  // One-sided wall (Wang 2009): tissue harder than what is being cut gives way by that much less; softer tissue never
-  // holds anything back.
+  // Tissue harder than what is being cut gives way by that much less; softer tissue never holds anything back.
   if (settings.boundary_walls && now.specific_energy > 0 && now.specific_energy < hardest) {
     for (int i = 0; i < contacts.count(); ++i) {
       const auto under = static_cast<std::size_t>(tissue_at(patch, contacts.below(i)));
@@ -146,14 +185,18 @@ void Servo::State::look_around(Touch& now, const dvec3& c, bool first_look, bool
   now.active = guess_active(contacts, held);
 }
 
-/// How far the head may sink in this tick, voxels: the budget buys area × depth + the cap of a first touch.
-double Servo::State::room_to_sink(const Touch& now) const noexcept {
-  if (!(budget > 0 && now.specific_energy > 0)) return now.slack;
+/// How far the head may sink in this tick: the budget buys area × depth + the cap of a first touch.
+void Servo::State::find_room_to_sink(Touch& now) const noexcept {
+  if (!(budget > 0 && now.specific_energy > 0)) return;
   const double h = settings.frame.voxel;
-  const double volume = budget / now.specific_energy / (h * h * h);
   const double area = glm::length(contacts.engaged_normal());
   const double cap = kPi * tool().radius() / h;
-  return std::min(2 * volume / (area + std::sqrt(area * area + 4 * cap * volume)), kMostSlack);
+  const auto bought_by = [&](double energy) {
+    const double volume = std::max(energy, 0.0) / now.specific_energy / (h * h * h);
+    return volume > 0 ? std::min(2 * volume / (area + std::sqrt(area * area + 4 * cap * volume)), kMostSlack) : 0.0;
+  };
+  now.slack = bought_by(budget);
+  now.slack_at_walls = bought_by(std::min(wall_budget, budget)) / now.slack;
 }
 
 void Servo::State::move_proxy(Touch& now) noexcept {
@@ -166,8 +209,9 @@ void Servo::State::move_proxy(Touch& now) noexcept {
   room_around = 0;  // what is found from here on holds for this place alone
   int settled_looks = 0;
   dvec3 found_at(0), last_step(0);
-  double last_gain = 1;
+  double last_gain = 1, last_length = 0;
   lead_out(now);
+  const bool walled = now.may_cut && settings.boundary_walls;
   now.specific_energy = now.may_cut ? mean(&Material::specific_energy) : 0;
 
   for (int look = 0; look < kMaxLooks; ++look) {
@@ -191,6 +235,7 @@ void Servo::State::move_proxy(Touch& now) noexcept {
         break;
       }
       c = next;
+      last_length = 0;
       continue;
     }
 
@@ -201,7 +246,7 @@ void Servo::State::move_proxy(Touch& now) noexcept {
       head.relinearize({c, now.X_WT.R}, contacts);
       if (smooth_parts) smooth_parts->relinearize({c, now.X_WT.R}, contacts);
     } else {
-      look_around(now, c, look == 0, head_free + reach() < 0);
+      look_around(now, c, head_free + reach() < 0);
       found_at = c;
     }
     if (contacts.count() == 0 && sample_linear(patch, c) < -kStep) {  // wholly inside: no surface in reach
@@ -210,7 +255,7 @@ void Servo::State::move_proxy(Touch& now) noexcept {
       now.touching = false;
       break;
     }
-    if (look == 0 || !now.touching) now.slack = room_to_sink(now);
+    if (look == 0 || !now.touching) find_room_to_sink(now);
     if (look == 0 && contacts.deepest() > now.overlap_before + now.slack + kDeep) overlap = contacts.deepest();
     dvec3 pulled_to = target;
     if (normal_force > 0 && now.may_cut && !now.scrapes) {
@@ -227,6 +272,11 @@ void Servo::State::move_proxy(Touch& now) noexcept {
       if (!refined) break;
       next = nearest_allowed(contacts, c, overlap, now.slack, pulled_to, now.active);
     }
+    // One-sided wall (Wang 2009): coming from softer tissue a bur gets through the boundary of harder only as slowly as if it
+    // had the softer's share of its power.
+    for (int round = 0; walled && now.slack > 0 && round < kWallRounds && hold_at_walls(now.active, now.slack_at_walls); ++round) {
+      next = nearest_allowed(contacts, c, overlap, now.slack, pulled_to, now.active);
+    }
     now.touching = contacts.count() > 0;
     dvec3 step = next - c;
     // Along a smooth curved surface each step is the same share of the one before, of less than nothing in a hollow: all
@@ -237,18 +287,29 @@ void Servo::State::move_proxy(Touch& now) noexcept {
       const double most = contacts.count() > 1 ? kMostGainOfMany : kMostGain;
       last_step = step;
       last_gain = share != 0 && std::abs(share) < kStillConverges ? std::min(last_gain / (1 - share), most) : 1;
-      step *= last_gain;
+      // Toward the tissue each look goes the whole way as it is.
+      const dvec3 n = contacts.plane(now.active.index[0]).n;
+      step += (last_gain - 1) * (step - glm::dot(step, n) * n);
       next = c + step;
+    }
+    // No farther than the hand may feel in this tick: from there on another tick looks.
+    if (now.paced && now.active.count > 0 && glm::length(next - target - now.carried) > kCutSlew * now.pace_per_slew) {
+      c = next;
+      break;
     }
     const double length = glm::length(step);
     const double longest = contacts.count() > 1 ? kContactStep : kStep;
     if (length > longest) {
       c += step * (longest / length);
+      last_length = 0;
       continue;
     }
     c = next;
     const double settled = contacts.count() > 1 ? now.may_cut ? kSettledCutting : kSettled : kConverged;
-    if (length < settled || ++settled_looks >= (now.may_cut ? kSettlingLooksCutting : kSettlingLooks)) break;
+    // What is still to come, where each step is at most the share of the one before that this one was.
+    const bool foreseen = contacts.count() == 1 && length < last_length && length * length < kForeseen * (last_length - length);
+    last_length = length;
+    if (length < settled || foreseen || ++settled_looks >= (now.may_cut ? kSettlingLooksCutting : kSettlingLooks)) break;
     // On a smooth surface each look squares the error; when nothing pushes, the target was reached.
     if (now.active.count == 0) {
       now.touching = false;
@@ -256,19 +317,19 @@ void Servo::State::move_proxy(Touch& now) noexcept {
     }
   }
   now.c = c;
+  wall = walled && now.touching ? wall_of(now.active) : 0;
 }
 
 void Servo::State::follow(Touch& now) noexcept {
-  const double h = settings.frame.voxel;
   // A bur that comes free, over the rim of its own cut or through the last of the tissue, follows the hand at a pace: what
   // the hand feels changes by so much at most, where the proxy can see to that. The proxy only lags behind, so this takes
   // energy, never gives.
-  const bool at_a_pace = (now.may_cut || rejoining > 0) && !now.deep && normal_force > 0;
+  const bool at_a_pace = now.paced && !now.deep;
   breaking_through = at_a_pace && !now.touching;
   if (at_a_pace) {
-    const dvec3 step = now.c - now.c0, carried = (X_WG.p - last_hand.p) / h, shift = now.moved / h;
+    const dvec3 step = now.c - now.c0, shift = now.moved / settings.frame.voxel;
     const double pace = (breaking_through ? kFreeSlew : kCutSlew) * now.pace_per_slew;
-    if (glm::length(now.c - now.target - carried) > pace) now.c = now.c0 + largest_share(step, -shift, pace) * step;
+    if (glm::length(now.c - now.target - now.carried) > pace) now.c = now.c0 + largest_share(step, -shift, pace) * step;
     now.lost = now.lost && !patch.holds(now.c, reach() + 1);
   }
   // Beyond the patch the last contact's plane goes on (the intermediate surface of Adachi 1995; Mark 1996) until the carver

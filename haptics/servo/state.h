@@ -55,9 +55,12 @@ struct Touch : Now {
   // The proxy.
   dvec3 c0{0}, c{0};         // voxels, before and after
   dvec3 target{0};           // voxels, the hand
-  double slack = 0;          // voxels that the head may sink
+  double slack = 0;          // voxels that the head may sink …
+  double slack_at_walls = 0; // … and what share of it a wall lets through
   double overlap_before = 0;   // voxels
   double pace_per_slew = 0;    // voxels that the proxy may move for each N/s
+  bool paced = false;        // … where the hand must feel no step: what it is led by changes by that at most
+  dvec3 carried{0};          // voxels by which it led in the last tick
   ActivePlanes active{};
   bool touching = false;
   bool lost = false;         // no field there
@@ -134,7 +137,9 @@ struct Servo::State {
   double hardest = 0;          // J/m³, the greatest specific energy of all tissues
   double speed = 0;            // rad/s, free running
   bool breaking_through = false;  // the bur is free, but the hand has not caught up
-  double budget = 0;           // J that may still be spent on cutting
+  double budget = 0;           // J that may still be spent on cutting …
+  double wall = 0;             // … and where a wall held the head in the last tick: the share of the power, 0..1, that is left,
+  double wall_budget = 0;      // … and J of it
   PerTissue shares{};          // of the tissue under the head
   CutFront front;              // of the patch
   Pose cut_end;                // where the last cut ended …
@@ -225,9 +230,13 @@ struct Servo::State {
     dvec3 lever{0}, torque{0}, on_head{0}, on_smooth{0};
   };
   void lead_out(Touch& now) noexcept;
-  void look_around(Touch& now, const dvec3& c, bool first_look, bool center_inside) noexcept;
-  double room_to_sink(const Touch& now) const noexcept;
+  double wall_at(const ContactPlane& plane) const noexcept;
+  double wall_of(const ActivePlanes& active) const noexcept;
+  bool hold_at_walls(const ActivePlanes& active, double yields) noexcept;
+  void look_around(Touch& now, const dvec3& c, bool center_inside) noexcept;
+  void find_room_to_sink(Touch& now) const noexcept;
   Push feel_tissue(const Touch& now, bool many_contacts) noexcept;
+  double spare_change(const Touch& now, double depth) const noexcept;
   double follow_stiffness(const Touch& now, double depth) noexcept;
   double damped(const Touch& now, double push, double depth, double sinking) noexcept;
   void feel_teeth(Touch& now) noexcept;

@@ -18,6 +18,7 @@
 #include "engine/base/error.h"
 #include "engine/base/fnv.h"
 #include "engine/base/units.h"
+#include "haptics/label.h"
 #include "haptics/share.h"
 #include "haptics/solid.h"
 #include "haptics/volume/leaf_history.h"
@@ -78,6 +79,9 @@ struct StrokeKept {
 };
 
 namespace {
+/// What a value of the grid of labels shows.
+Tissue shown_in(std::int32_t label) { return shown(static_cast<Tissue>(label)); }
+
 constinit thread_local std::uint64_t t_voxels_cut = 0;
 void count_voxels(const glm::ivec3& box) noexcept {
   t_voxels_cut += static_cast<std::uint64_t>(box.x * box.y * box.z);
@@ -92,6 +96,10 @@ struct TissueVolume::Impl {
   bool exact_outside = true;
   KeySet changed;   // bricks since take_changed_bricks
   KeySet carved;    // bricks ever cut: distances outside the tissue are no longer true there
+  KeySet filled;    // leaves, counted in leaves, that may hold labels of a filling: see label.h
+  bool remembers = false;  // which leaves, counted in leaves, were written to …
+  KeySet written;
+  glm::ivec3 written_lo{INT_MAX}, written_hi{INT_MIN};  // … and between which voxels
   std::vector<StrokeKept> strokes;
   std::size_t done = 0;     // strokes in the tissue; those after it were undone
   bool in_stroke = false;   // the last one is still being made
@@ -125,6 +133,7 @@ struct TissueVolume::Impl {
   /// Bricks of a box that a cut or a filling has written to; lo > hi: it wrote nothing.
   void mark_changed(const glm::ivec3& lo, const glm::ivec3& hi) {
     if (lo.x > hi.x) return;
+    if (remembers) written_lo = glm::min(written_lo, lo), written_hi = glm::max(written_hi, hi);
     KeySet bricks;
     insert_bricks(lo, hi, bricks);
     for (const glm::ivec3& brick : bricks) {
@@ -145,13 +154,23 @@ struct TissueVolume::Impl {
       const float tile = d ? 0 : distance->tree().getValue(origin);
       const std::int32_t label = t ? 0 : tissue->tree().getValue(origin);
       for (int i = 0; i < n * n * n; ++i) {
-        const auto which = static_cast<std::size_t>(labels ? labels[i] : label);
+        const auto which = static_cast<std::size_t>(shown_in(labels ? labels[i] : label));
         if (which < sum.size()) sum[which] += share_inside(distances ? distances[i] : tile);
       }
     }
     for (double& v : sum) v *= frame.voxel * frame.voxel * frame.voxel;
     return sum;
   }
+
+  /// See TissueVolume; of the samples between two, inclusive.
+  void copy_every(int n, const Copied& box, const glm::ivec3& from, const glm::ivec3& to) const;
+
+  // The two parts of labels, in files apart. The second grid has the label from before, plus one; nowhere: none.
+  openvdb::Int32Grid::Ptr take_before(openvdb::Int32Grid& labels) const;
+  void put_before(const openvdb::Int32Grid& before, const std::string& name);
+
+  /// Where distances changed in that box: labels of fillings that are no longer there go.
+  void restore_labels(const TissueVolume& self, glm::ivec3 lo, glm::ivec3 hi);
 
   void exchange(StrokeKept& stroke, bool back) {
     std::vector<openvdb::Coord> leaves;
@@ -248,7 +267,15 @@ namespace {
 struct Grids {
   openvdb::FloatGrid::Ptr distance;
   openvdb::Int32Grid::Ptr tissue;
+  openvdb::Int32Grid::Ptr before;  // or none
+
+  openvdb::GridCPtrVec all() const {
+    openvdb::GridCPtrVec grids{distance, tissue};
+    if (before) grids.push_back(before);
+    return grids;
+  }
 };
+constexpr const char* kBeforeFilling = "tissue_before_filling";
 
 /// Throws Error naming `name`.
 Grids read_grids(const std::filesystem::path& file, const std::string& name) {
@@ -265,6 +292,7 @@ Grids read_grids(const std::filesystem::path& file, const std::string& name) {
     };
     typed.operator()<openvdb::FloatGrid>("distance", grids.distance);
     typed.operator()<openvdb::Int32Grid>("tissue", grids.tissue);
+    if (vdb.hasGrid(kBeforeFilling)) typed.operator()<openvdb::Int32Grid>(kBeforeFilling, grids.before);
   } catch (const openvdb::Exception& e) {
     throw Error(name, "", e.what(), "a tissue volume (.vdb)");
   } catch (const std::bad_alloc&) {
@@ -289,14 +317,16 @@ TissueVolume TissueVolume::load(const std::filesystem::path& file) {
   std::error_code code;
   if (!std::filesystem::is_regular_file(file, code)) throw Error(name, "", "no such file", "a tissue volume (.vdb)");
   auto impl = std::make_unique<Impl>();
+  openvdb::Int32Grid::Ptr before;
   {
     const TrustedVdb trusted(file, [&](const std::filesystem::path& from, const std::filesystem::path& to) {
       const Grids grids = read_grids(from, name);
-      write_grids(to, {grids.distance, grids.tissue});
+      write_grids(to, grids.all());
     });
     const Grids grids = read_grids(trusted.path(), name);
     impl->distance = grids.distance;
     impl->tissue = grids.tissue;
+    before = grids.before;
   }
 
   const auto& transform = impl->distance->transform();
@@ -325,7 +355,38 @@ TissueVolume TissueVolume::load(const std::filesystem::path& file) {
       throw Error(name, "tissue", fmt::format("label {}", *it), fmt::format("0 to {}", kTissueCount - 1));
     }
   }
+  if (before) impl->put_before(*before, name);
   return TissueVolume(std::move(impl));
+}
+
+openvdb::Int32Grid::Ptr TissueVolume::Impl::take_before(openvdb::Int32Grid& labels) const {
+  openvdb::Int32Grid::Ptr before;
+  for (const glm::ivec3& key : filled) {
+    auto* leaf = labels.tree().probeLeaf(coord(key * static_cast<int>(openvdb::Int32Tree::LeafNodeType::DIM)));
+    if (!leaf) continue;
+    for (auto it = leaf->beginValueOn(); it; ++it) {
+      const auto label = static_cast<Tissue>(*it);
+      if (!is_filled(label)) continue;
+      if (!before) before = openvdb::Int32Grid::create(0);
+      before->tree().setValue(it.getCoord(), static_cast<int>(emptied(label)) + 1);
+      it.setValue(static_cast<int>(shown(label)));
+    }
+  }
+  return before;
+}
+
+/// Throws Error naming `name`.
+void TissueVolume::Impl::put_before(const openvdb::Int32Grid& before, const std::string& name) {
+  constexpr int n = openvdb::Int32Tree::LeafNodeType::DIM;
+  auto labels = tissue->getAccessor();
+  for (auto it = before.cbeginValueOn(); it; ++it) {
+    if (!it.isVoxelValue() || *it < 1 || *it > kTissueCount) {
+      throw Error(name, kBeforeFilling, fmt::format("{}", *it), fmt::format("voxels of 1 to {}", kTissueCount));
+    }
+    const openvdb::Coord at = it.getCoord();
+    labels.setValue(at, static_cast<int>(haptics::filled(static_cast<Tissue>(*it - 1), shown_in(labels.getValue(at)))));
+    filled.insert({floor_div(at.x(), n), floor_div(at.y(), n), floor_div(at.z(), n)});
+  }
 }
 
 void TissueVolume::save(const std::filesystem::path& file) const {
@@ -347,13 +408,15 @@ void TissueVolume::save(const std::filesystem::path& file) const {
   distance->insertMeta("typodont_units", openvdb::StringMetadata("mm"));
   distance->insertMeta("typodont_exact_outside", openvdb::BoolMetadata(v.exact_outside && v.carved.empty()));
   auto tissue = v.tissue->deepCopy();
+  const auto before = v.take_before(*tissue);
   tissue->setName("tissue");
   tissue->setTransform(transform());
+  if (before) before->setName(kBeforeFilling), before->setTransform(transform());
 
   const std::string partial = fmt::format("{}.{}.partial", file.string(), getpid());
   std::error_code code;
   try {
-    write_grids(partial, {distance, tissue});
+    write_grids(partial, Grids{distance, tissue, before}.all());
     std::filesystem::rename(partial, file);
   } catch (const std::exception& e) {
     std::filesystem::remove(partial, code);
@@ -421,6 +484,47 @@ void copy_leaves(const Grid& grid, typename Grid::ValueType background, const gl
 }  // namespace
 
 void TissueVolume::copy(const glm::ivec3& lo, const glm::ivec3& size, float* distance, Tissue* tissue) const {
+  copy_for_patch(lo, size, distance, tissue);
+  if (!tissue || impl_->filled.empty()) return;
+  const std::size_t count = static_cast<std::size_t>(size.x) * size.y * size.z;
+  std::transform(tissue, tissue + count, tissue, shown);
+}
+
+void TissueVolume::filled_box(const glm::ivec3& lo, const glm::ivec3& hi, glm::ivec3& a_lo, glm::ivec3& a_hi) const {
+  a_lo = glm::ivec3(INT_MAX), a_hi = glm::ivec3(INT_MIN);
+  constexpr int n = openvdb::Int32Tree::LeafNodeType::DIM;
+  for (const glm::ivec3& key : impl_->filled) {
+    const glm::ivec3 from = glm::max(lo, key * n), to = glm::min(hi, key * n + n - 1);
+    if (from.x > to.x || from.y > to.y || from.z > to.z) continue;
+    a_lo = glm::min(a_lo, from), a_hi = glm::max(a_hi, to);
+  }
+}
+
+void TissueVolume::Impl::restore_labels(const TissueVolume& self, glm::ivec3 lo, glm::ivec3 hi) {
+  if (lo.x > hi.x || filled.empty()) return;
+  self.filled_box(lo - 1, hi + 1, lo, hi);
+  if (lo.x > hi.x) return;
+  const glm::ivec3 size = hi - lo + 3;  // a sample more on every side
+  const std::ptrdiff_t stride_y = size.z, stride_x = stride_y * size.y;
+  std::vector<float> distances(static_cast<std::size_t>(stride_x * size.x));
+  std::vector<Tissue> labels(distances.size());
+  self.copy_for_patch(lo - 1, size, distances.data(), labels.data());
+  const std::vector<Tissue> before = labels;
+  const std::ptrdiff_t first = stride_x + stride_y + 1;
+  if (!haptics::restore_labels(size - 2, distances.data() + first, labels.data() + first, stride_x, stride_y)) return;
+  auto accessor = tissue->getAccessor();
+  constexpr int mask = ~(openvdb::Int32Tree::LeafNodeType::DIM - 1);
+  for (std::ptrdiff_t i = 0; i < static_cast<std::ptrdiff_t>(labels.size()); ++i) {
+    const auto at = static_cast<std::size_t>(i);
+    if (labels[at] == before[at]) continue;
+    const openvdb::Coord p = coord(lo - 1 + glm::ivec3(i / stride_x, i / stride_y % size.y, i % stride_y));
+    if (in_stroke) StrokeKept::Labels::keep(strokes.back().tissue, accessor, {p.x() & mask, p.y() & mask, p.z() & mask}).changed = true;
+    if (remembers) written.insert({floor_div(p.x(), 8), floor_div(p.y(), 8), floor_div(p.z(), 8)});
+    accessor.setValue(p, static_cast<int>(labels[at]));
+  }
+}
+
+void TissueVolume::copy_for_patch(const glm::ivec3& lo, const glm::ivec3& size, float* distance, Tissue* tissue) const {
   const std::size_t count = static_cast<std::size_t>(size.x) * size.y * size.z;
   if (distance) {
     const float background = impl_->distance->background();
@@ -439,26 +543,74 @@ std::uint64_t voxels_cut_by_this_thread() noexcept {
 }
 
 void TissueVolume::copy_every(int n, const glm::ivec3& lo, const glm::ivec3& size, float* distance, Tissue* tissue) const {
-  const Impl& v = *impl_;
+  impl_->copy_every(n, {lo, size, distance, tissue}, lo, lo + size - 1);
+}
+
+void TissueVolume::remember_writes(bool wanted) {
+  Impl& v = *impl_;
+  v.remembers = wanted;
+  v.written.clear();
+  v.written_lo = glm::ivec3(INT_MAX), v.written_hi = glm::ivec3(INT_MIN);
+}
+
+void TissueVolume::copy_written(const Copied& box, int n, const Copied* every) {
+  Impl& v = *impl_;
+  constexpr int m = openvdb::FloatTree::LeafNodeType::DIM;
+  auto distances = v.distance->getConstAccessor();
+  auto labels = v.tissue->getConstAccessor();
+  for (const glm::ivec3& key : v.written) {
+    const glm::ivec3 first = key * m, lo = glm::max(first, box.lo), hi = glm::min(first + m, box.lo + box.size);
+    const auto* leaf = distances.probeConstLeaf(coord(first));
+    const auto* label = labels.probeConstLeaf(coord(first));
+    const float distance = leaf ? 0 : distances.getValue(coord(first));
+    const Tissue tile = label ? Tissue::kAir : static_cast<Tissue>(labels.getValue(coord(first)));
+    for (int x = lo.x; x < hi.x; ++x) {
+      for (int y = lo.y; y < hi.y; ++y) {
+        const std::size_t row = (static_cast<std::size_t>(x - box.lo.x) * box.size.y + (y - box.lo.y)) * box.size.z;
+        for (int z = lo.z; z < hi.z; ++z) {
+          const std::size_t to = row + static_cast<std::size_t>(z - box.lo.z);
+          const auto from = static_cast<openvdb::Index>(((x - first.x) * m + (y - first.y)) * m + (z - first.z));
+          box.distance[to] = leaf ? leaf->getValue(from) : distance;
+          box.tissue[to] = label ? static_cast<Tissue>(label->getValue(from)) : tile;
+        }
+      }
+    }
+  }
+  if (every && v.written_lo.x <= v.written_hi.x) {
+    // Whole bricks: in one that was never cut before deep samples change too.
+    constexpr int cells = FieldBrick::kCells;
+    const auto brick = [](int a) { return floor_div(a, cells); };
+    const glm::ivec3 a = v.written_lo - 2, b = v.written_hi + 1;
+    const glm::ivec3 from = glm::ivec3(brick(a.x), brick(a.y), brick(a.z)) * cells;
+    const glm::ivec3 to = glm::ivec3(brick(b.x) + 1, brick(b.y) + 1, brick(b.z) + 1) * cells;
+    const auto down = [n](const glm::ivec3& p) { return glm::ivec3(floor_div(p.x, n), floor_div(p.y, n), floor_div(p.z, n)); };
+    v.copy_every(n, *every, glm::max(down(from), every->lo), glm::min(down(to) + 1, every->lo + every->size - 1));
+  }
+  remember_writes(v.remembers);
+}
+
+void TissueVolume::Impl::copy_every(int n, const Copied& box, const glm::ivec3& from, const glm::ivec3& to) const {
+  const Impl& v = *this;
   auto distances = v.distance->getConstAccessor();
   auto labels = v.tissue->getConstAccessor();
   const float scale = 1.0f / static_cast<float>(n);
   constexpr int m = FieldBrick::kCells;
   glm::ivec3 brick(INT_MAX);
   bool carved = false;
-  std::size_t i = 0;
-  for (int x = 0; x < size.x; ++x) {
-    for (int y = 0; y < size.y; ++y) {
-      for (int z = 0; z < size.z; ++z, ++i) {
-        const glm::ivec3 p = (lo + glm::ivec3(x, y, z)) * n;
+  for (int x = from.x; x <= to.x; ++x) {
+    for (int y = from.y; y <= to.y; ++y) {
+      std::size_t i = (static_cast<std::size_t>(x - box.lo.x) * box.size.y + (y - box.lo.y)) * box.size.z +
+                      static_cast<std::size_t>(from.z - box.lo.z);
+      for (int z = from.z; z <= to.z; ++z, ++i) {
+        const glm::ivec3 p = glm::ivec3(x, y, z) * n;
         float d = distances.getValue(coord(p));
         if (d < -Sweep::kMargin && !v.carved.empty()) {
           const glm::ivec3 in(floor_div(p.x, m), floor_div(p.y, m), floor_div(p.z, m));
           if (in != brick) brick = in, carved = v.carved.contains(in);
           if (carved) d = -Sweep::kMargin;
         }
-        distance[i] = d * scale;
-        tissue[i] = d < 3.0f * static_cast<float>(n) ? static_cast<Tissue>(labels.getValue(coord(p))) : Tissue::kAir;
+        box.distance[i] = d * scale;
+        box.tissue[i] = d < 3.0f * static_cast<float>(n) ? shown_in(labels.getValue(coord(p))) : Tissue::kAir;
       }
     }
   }
@@ -490,12 +642,14 @@ VoxelBox TissueVolume::carve(const Sweep& sweep) {
         count_voxels(hi - lo + 1);
         leaf->setValuesOn();
         if (kept) kept->changed = true;
+        if (v.remembers) v.written.insert({x0 / n, y0 / n, z0 / n});
         changed_lo = glm::min(changed_lo, lo);
         changed_hi = glm::max(changed_hi, hi);
       }
     }
   }
   v.mark_changed(changed_lo, changed_hi);
+  v.restore_labels(*this, changed_lo, changed_hi);
   return {changed_lo, changed_hi};
 }
 
@@ -542,6 +696,7 @@ TissueVolume TissueVolume::clone() const {
   copy->tissue = v.tissue->deepCopy();
   copy->frame = v.frame, copy->band = v.band, copy->exact_outside = v.exact_outside;
   copy->carved = v.carved;
+  copy->filled = v.filled;
   return TissueVolume(std::move(copy));
 }
 
@@ -563,7 +718,7 @@ VoxelBox TissueVolume::fill(const Fill& filling) {
         const bool was_tile = !distance.probeConstLeaf(origin);
         Leaf* leaf = distance.touchLeaf(origin);
         if (kept && was_tile) kept->changed = true;
-        copy({x0, y0, z0}, glm::ivec3(n), nullptr, tissue);
+        copy_for_patch({x0, y0, z0}, glm::ivec3(n), nullptr, tissue);
         std::copy_n(tissue, n * n * n, before);
         const glm::ivec3 lo = glm::max(glm::ivec3(x0, y0, z0), filling.lo());
         const glm::ivec3 hi = glm::min(glm::ivec3(x0, y0, z0) + n - 1, filling.hi());
@@ -572,10 +727,12 @@ VoxelBox TissueVolume::fill(const Fill& filling) {
         count_voxels(hi - lo + 1);
         leaf->setValuesOn();
         if (kept) kept->changed = true;
+        if (v.remembers) v.written.insert({x0 / n, y0 / n, z0 / n});
         if (stroke) StrokeKept::Labels::keep(stroke->tissue, labels, origin).changed = true;
         for (int i = 0; i < n * n * n; ++i) {
           if (tissue[i] == before[i]) continue;
           labels.setValue(origin.offsetBy(i / (n * n), i / n % n, i % n), static_cast<int>(tissue[i]));
+          v.filled.insert({x0 / n, y0 / n, z0 / n});
         }
         changed_lo = glm::min(changed_lo, lo);
         changed_hi = glm::max(changed_hi, hi);
@@ -583,6 +740,7 @@ VoxelBox TissueVolume::fill(const Fill& filling) {
     }
   }
   v.mark_changed(changed_lo, changed_hi);
+  v.restore_labels(*this, changed_lo, changed_hi);
   return {changed_lo, changed_hi};
 }
 
@@ -697,6 +855,7 @@ PerTissue TissueVolume::take_out(const TissuePiece& piece) {
     }
   }
   v.mark_changed(changed_lo, changed_hi);
+  v.restore_labels(*this, changed_lo, changed_hi);
   volume[0] = 0;
   for (double& share : volume) share *= v.frame.voxel * v.frame.voxel * v.frame.voxel;
   return volume;
@@ -714,12 +873,13 @@ void TissueVolume::paint(Tissue label, const Solid& solid) {
     for (int y = a.y; y <= b.y; ++y) {
       for (int z = a.z; z <= b.z; ++z) {
         const openvdb::Coord at(x, y, z);
-        if (accessor.getValue(at) == 0 || solid.distance(v.frame.to_world(dvec3(x, y, z))) > 0) continue;
+        const std::int32_t was = accessor.getValue(at);
+        if (shown_in(was) == Tissue::kAir || solid.distance(v.frame.to_world(dvec3(x, y, z))) > 0) continue;
         if (StrokeKept* const stroke = v.stroke()) {
           constexpr int mask = ~(openvdb::Int32Tree::LeafNodeType::DIM - 1);
           StrokeKept::Labels::keep(stroke->tissue, accessor, {x & mask, y & mask, z & mask}).changed = true;
         }
-        accessor.setValue(at, static_cast<int>(label));
+        accessor.setValue(at, (was & ~kShown) | static_cast<int>(label));
       }
     }
   }
@@ -761,12 +921,12 @@ PerTissue TissueVolume::volumes() const {
     const double share = share_inside(*it);
     if (share == 0) continue;
     if (it.isVoxelValue()) {
-      volumes[static_cast<std::size_t>(tissue.getValue(it.getCoord()))] += share * voxel3;
+      volumes[static_cast<std::size_t>(shown_in(tissue.getValue(it.getCoord())))] += share * voxel3;
       continue;
     }
     openvdb::CoordBBox box;
     it.getBoundingBox(box);
-    for (auto c = box.begin(); c; ++c) volumes[static_cast<std::size_t>(tissue.getValue(*c))] += share * voxel3;
+    for (auto c = box.begin(); c; ++c) volumes[static_cast<std::size_t>(shown_in(tissue.getValue(*c)))] += share * voxel3;
   }
   volumes[0] = 0;
   return volumes;

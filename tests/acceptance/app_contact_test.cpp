@@ -129,7 +129,7 @@ TEST_F(Pieces, ACapSetLooseFallsOffCountsAsRemovedAndIsReplayed) {
       {"box": {"center_mm": [0, 0, -2], "size_mm": [8, 6, 2]}},
       {"cylinder": {"center_mm": [0, 0, 0], "radius_mm": 0.4, "height_mm": 3}},
       {"box": {"center_mm": [0, 0, 1.6], "size_mm": [2, 2, 1]}}]}}]},
-    "tool": {"shape": "sphere", "diameter_mm": 0.8}, "spindle_krpm": 300, "coupling": {"stiffness_N_per_mm": 3}})");
+    "tool": {"shape": "sphere", "diameter_mm": 0.9}, "spindle_krpm": 300, "coupling": {"stiffness_N_per_mm": 3}})");
   stroke({{0, -1.2, 0, 0}, {2, 1.5, 0, 0}, {5, 1.5, 0, 0}, {5.1, 1.5, 0, 0.3}}, 1);
   const Json result = servo("s.h5");
   EXPECT_EQ(result["loose_pieces"].integer(), 1);
@@ -166,21 +166,27 @@ TEST_F(FillingCommand, GrowsAtItsRateIsBookedToItselfAndIsReplayed) {
 
 using BoundaryWall = ServoOn;
 
-TEST_F(BoundaryWall, HoldsFromSoftToHardAndOnlyWhereItIsOn) {
-  // Caries over enamel: a bur pressed down through the caries stops before the enamel, or goes on into it without the wall.
-  const auto deepest = [&](const char* walls) {
-    folder.write("scene.json", fmt::format(R"({{"tissue": {{"voxel_mm": 0.1, "solids": [
-        {{"tissue": "caries", "solid": {{"box": {{"center_mm": [0, 0, 1], "size_mm": [6, 6, 2]}}}}}},
+TEST_F(BoundaryWall, HoldsABurThatComesFromSofterTissueLongBeforeItGetsThroughAndOnlyWhereItIsOn) {
+  // Caries over enamel: a bur pressed down through the caries stands at the enamel, or goes on into it without the wall.
+  const auto deepest = [&](const char* tool, double half, const char* walls, double voxel) {
+    folder.write("scene.json", fmt::format(R"({{"tissue": {{"voxel_mm": {}, "solids": [
+        {{"tissue": "caries", "solid": {{"box": {{"center_mm": [0, 0, 0.5], "size_mm": [6, 6, 1]}}}}}},
         {{"tissue": "enamel", "solid": {{"box": {{"center_mm": [0, 0, -1], "size_mm": [6, 6, 2]}}}}}}]}},
-      "tool": {{"shape": "sphere", "diameter_mm": 1.0}}, "spindle_krpm": 100, "boundary_walls": {}}})", walls));
-    folder.write("path.csv", std::string(kHeader) + "0,0,0,2.6,1,0,0,0,1\n4,0,0,2.6,1,0,0,0,1\n");
+      "tool": {}, "spindle_krpm": 100, "boundary_walls": {}}})", voxel, tool, walls));
+    folder.write("path.csv", fmt::format("{}0,0,0,{},1,0,0,0,1\n1.3,0,0,{},1,0,0,0,1\n", kHeader, 1.1 + half, 1.1 + half));
     folder.write("hand.json", R"({"path": "path.csv", "mass_kg": 0.15, "damping_Ns_per_m": 5, "stiffness_N_per_m": [2000, 2000, 0], "push_N": [0, 0, -1.5]})");
     const auto all = ticks("hand.json");
-    return all.back().X_WG.p.z - 0.5e-3;
+    return all.back().X_WG.p.z * 1e3 - half;
   };
-  const double with = deepest("true"), without = deepest("false");
-  EXPECT_NEAR(with, 0.1e-3, 0.06e-3);
-  EXPECT_LT(without, -0.3e-3);
+  for (const double voxel : {0.1, 0.05}) {
+    for (const auto& [tool, half] : {std::pair(R"({"shape": "sphere", "diameter_mm": 1.0})", 0.5),
+                                     std::pair(R"({"shape": "cylinder", "diameter_mm": 0.9, "length_mm": 3})", 1.5)}) {
+      const double with = deepest(tool, half, "true", voxel), without = deepest(tool, half, "false", voxel);
+      EXPECT_GT(with, -0.07) << tool;
+      EXPECT_LT(without, 1.4 * with) << tool;
+      EXPECT_LT(without, -0.07) << tool;
+    }
+  }
 }
 
 using SinkingTip = ServoOn;

@@ -23,13 +23,14 @@ struct Felt {
 };
 
 /// Runs the scene for so many seconds with the head starting at `start_mm`.
-Felt drill(const std::string& scene, const dvec3& start_mm, double newton, double seconds, const std::string& more = "") {
+Felt drill(const std::string& scene, const dvec3& start_mm, double newton, double seconds, const std::string& more = "",
+           double phase = 0) {
   ProgramFolder folder(TYPODONT_PROGRAM);
   folder.write("scene.json", scene);
   std::string path = "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n";
   for (int i = 0; i <= static_cast<int>(seconds * 200); ++i) {
     const double t = i / 200.0;
-    path += fmt::format("{},{},{},{},1,0,0,0,1\n", t, start_mm.x + 2 * std::sin(2 * std::numbers::pi * t), start_mm.y,
+    path += fmt::format("{},{},{},{},1,0,0,0,1\n", t, start_mm.x + 2 * std::sin(2 * std::numbers::pi * t + phase), start_mm.y,
                         start_mm.z);
   }
   folder.write("path.csv", path);
@@ -50,11 +51,10 @@ Felt drill(const std::string& scene, const dvec3& start_mm, double newton, doubl
   return felt;
 }
 
-std::string molar(const std::string& tool) {
-  Json scene = Json::load("assets/scenes/molar-caries.json");
-  std::string text = scene.text();
-  const auto at = text.find("round_012");
-  return text.replace(at, 9, tool);
+std::string molar(const std::string& tool, const std::string& motor = "air_turbine") {
+  std::string text = Json::load("assets/scenes/molar-caries.json").text();
+  text.replace(text.find("air_turbine"), 11, motor);
+  return text.replace(text.find("round_012"), 9, tool);
 }
 
 constexpr dvec3 kFissure{6.7, 5.8, 20.2};
@@ -66,6 +66,26 @@ TEST(Feel, DrillingTheMolarChangesTheForceByLessThan20MillinewtonATick) {
     EXPECT_GT(felt.most_force, 1.4) << tool;
     EXPECT_GT(felt.removed, 0.5) << tool;
     EXPECT_EQ(felt.faults, 0u) << tool;
+  }
+}
+
+TEST(Feel, WhateverTheBurTheMotorThePushThePlaceAndThePhaseDrillingTheMolarIsNoStep) {
+  struct Run {
+    const char *tool, *motor;
+    dvec3 start;
+    double newton, phase;
+    const char* more;
+  };
+  for (const Run& run : {Run{"round_018", "electric_1_5", {7.455, 6.074, 20.2}, 1.21, 6.157, ""},
+                         Run{"round_023", "electric_1_5", {6.3, 5.3, 20.2}, 1.9, 0.67, "--stall-carver-ms 200"},
+                         Run{"round_006", "electric_1_5", {7.1, 5.9, 20.2}, 1.45, 5.38, "--stall-carver-ms 200"},
+                         Run{"round_010", "air_turbine", {7.1, 6.6, 20.2}, 1.03, 0.241, ""},
+                         Run{"inverted_cone_012", "air_turbine", {5.7, 6.1, 20.2}, 1.8, 0.724, ""},
+                         Run{"cone_016", "electric_1_5", {6.7, 5.0, 20.2}, 1.55, 2.3, ""}}) {
+    const Felt felt = drill(molar(run.tool, run.motor), run.start, run.newton, 2.0, run.more, run.phase);
+    EXPECT_LT(felt.worst_step, 0.02) << run.tool;
+    EXPECT_GT(felt.most_force, 0.9 * run.newton) << run.tool;
+    EXPECT_GT(felt.removed, 0.3) << run.tool;
   }
 }
 
@@ -83,7 +103,7 @@ TEST(Feel, ABreakThroughAndAHardShellOverASoftCoreAreNoSteps) {
     {"tissue": "caries", "solid": {"box": {"size_mm": [8, 6, 0.8]}}}]},
     "tool": {"shape": "sphere", "diameter_mm": 1.2, "end_efficiency": 0.6}, "spindle": "air_turbine"})";
   // A head alone: a shank, wider than the slot, would end the fall with a blow that is no step of the cut.
-  const Felt felt = drill(shell, {0, 0, 1.25}, 2.5, 5);
+  const Felt felt = drill(shell, {0, 0, 1.25}, 2.5, 6);
   EXPECT_LT(felt.worst_step, 0.02);
   EXPECT_GT(felt.removed, 1);
   EXPECT_LT(felt.end_z_mm, -5);  // it did come through

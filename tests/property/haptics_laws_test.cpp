@@ -163,6 +163,51 @@ TEST(Cutting, EveryHeadDrillsSmoothlyAndItsSpindleNeverFeedsTheHandMoreThanItWor
   }
 }
 
+// In a cut no wider than a few voxels, of a flame's tip or a sharp rim, interpolation leaves as much tissue as a tick's
+// energy buys: the head must not wait for it, nor step to and fro between two places that it has emptied.
+TEST(Cutting, TheSamePushRemovesTheSameVolumeWithEveryHeadUprightTiltedOrSwungWhateverTheVoxelAndTheRate) {
+  struct Run {
+    const char* what;
+    HeadShape shape;
+    double diameter, length, push, swing, tilt;
+    const char* tissue;
+  };
+  const char* const enamel = R"([{"tissue": "enamel", "solid": {"box": {"size_mm": [5,5,4]}}}])";
+  const char* const cap = R"([{"tissue": "dentin", "solid": {"box": {"size_mm": [5,5,4]}}}, {"tissue": "enamel", "solid": {"box": {"size_mm": [5,5,0.8], "center_mm": [0,0,1.6]}}}])";
+  for (const Run& run : {Run{"flame, upright", HeadShape::kFlame, 1.1_mm, 3.4_mm, 1.3, 0, 0, cap},
+                         Run{"flame, hardly pressed", HeadShape::kFlame, 1.2_mm, 4.0_mm, 0.8, 0, 0, enamel},
+                         Run{"flame, tilted and swung", HeadShape::kFlame, 1.1_mm, 3.4_mm, 2.0, 0.3_mm, 0.4, enamel},
+                         Run{"inverted cone, upright", HeadShape::kInvertedCone, 1.1_mm, 1.0_mm, 1.5, 0, 0, enamel},
+                         Run{"inverted cone, on its rim", HeadShape::kInvertedCone, 1.0_mm, 0.9_mm, 1.2, 0, 0.5, cap},
+                         Run{"cylinder, end on", HeadShape::kCylinder, 1.0_mm, 4.0_mm, 1.5, 0, 0, cap},
+                         Run{"cylinder, lying", HeadShape::kCylinder, 0.9_mm, 3.0_mm, 1.5, 0, kPi / 2, enamel},
+                         Run{"ball, swung", HeadShape::kSphere, 0.8_mm, 0.8_mm, 1.0, 1.0_mm, 0, cap}}) {
+    double least = 1e300, most = 0;
+    for (const auto& [voxel_mm, rate] : {std::pair(0.1, 1000.0), std::pair(0.1, 4000.0), std::pair(0.05, 1000.0), std::pair(0.07, 2000.0)}) {
+      ServoSettings s;
+      s.tool.shape = run.shape;
+      s.tool.diameter = run.diameter;
+      s.tool.length = run.length;
+      s.spindle.free_speed = 240.0_krpm;
+      s.tick = 1 / rate;
+      HapticBench bench(R"({"voxel_mm": )" + std::to_string(voxel_mm) + R"(, "solids": )" + run.tissue + "}", s);
+      const double above = run.length / 2 * std::cos(run.tilt) + (run.shape == HeadShape::kSphere ? 0 : run.diameter / 2 * std::sin(run.tilt));
+      dvec3 x(0, 0, 2.0_mm + 0.03_mm + above), v(0), f(0);
+      for (double t = 0; t < 0.5; t += s.tick) {
+        v += s.tick * (dvec3(2000 * (run.swing * std::sin(2 * kPi * t) - x.x), -2000 * x.y, -run.push) - 5.0 * v + f) / 0.15;
+        x += s.tick * v;
+        f = bench.tick({x, glm::angleAxis(run.tilt, dvec3(0, 1, 0))}, 1).f_T_W;
+        ASSERT_EQ(bench.last.faults, 0u) << run.what;
+      }
+      double removed = 0;
+      for (const double one : bench.last.removed) removed += one;
+      least = std::min(least, removed), most = std::max(most, removed);
+    }
+    EXPECT_GT(least, 0.02_mm3) << run.what;
+    EXPECT_LT(most / least, 1.02) << run.what;
+  }
+}
+
 TEST(Coupling, IsTheImplicitStepOfAToolWithoutMassAndStaysAtRestAtAnyStiffnessAndTick) {
   // Zhao 2020, eq. 5, in one dimension: m Δv = h K (x_hand - x - h (v + Δv)), into a wall at 0 that nothing passes.
   const auto implicit_force = [](double m, double k, double h, double hand) {

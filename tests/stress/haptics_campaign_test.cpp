@@ -1,5 +1,4 @@
-// Seeded random campaigns on the worst shapes: nothing passes through, no energy from nothing, no drift. Short here;
-// ./run stress makes them long.
+// Seeded random campaigns of cuts and fillings: no drift, nothing lost. Short here; ./run stress makes them long.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -14,84 +13,7 @@ namespace typodont {
 namespace {
 
 using namespace literals;
-using haptics::HeadShape;
-using haptics::ServoSettings;
 using test::campaign;
-using test::HapticBench;
-
-struct Worst {
-  const char* name;
-  const char* tissue;
-};
-
-constexpr Worst kWorst[] = {
-    {"a sheet of a tenth of a millimetre",
-     R"({"voxel_mm": 0.1, "band_mm": 0.8, "solids": [{"tissue": "enamel", "solid": {"box": {"size_mm": [5, 5, 0.1]}}}]})"},
-    {"a V-groove of 40 degrees", R"({"voxel_mm": 0.1, "solids": [{"tissue": "enamel", "solid": {"difference": [
-      {"box": {"size_mm": [5, 5, 3]}}, {"intersection": [{"box": {"size_mm": [6, 6, 6]}},
-      {"halfspace": {"normal": [0.94, 0, -0.342], "offset_mm": 0}}, {"halfspace": {"normal": [-0.94, 0, -0.342], "offset_mm": 0}}]}]}}]})"},
-    {"two balls that touch", R"({"voxel_mm": 0.1, "solids": [
-      {"tissue": "enamel", "solid": {"sphere": {"center_mm": [-1.5, 0, 0], "radius_mm": 1.5}}},
-      {"tissue": "dentin", "solid": {"sphere": {"center_mm": [1.5, 0, 0], "radius_mm": 1.5}}}]})"},
-    {"a tunnel hardly wider than the head",
-     R"({"voxel_mm": 0.1, "solids": [{"tissue": "dentin", "solid": {"difference": [
-      {"box": {"size_mm": [4, 4, 4]}}, {"cylinder": {"axis": [0, 0, 1], "radius_mm": 0.55, "height_mm": 9}}]}}]})"},
-    {"a pin thinner than three voxels",
-     R"({"voxel_mm": 0.1, "solids": [{"tissue": "enamel", "solid": {"cylinder": {"axis": [0, 0, 1], "radius_mm": 0.13, "height_mm": 4}}}]})"}};
-
-/// A hand that wanders like a person's, at up to `speed` m/s, near the body.
-class Wanderer {
- public:
-  Wanderer(std::uint32_t seed, double speed) : random_(seed), speed_(speed) {}
-  dvec3 next(double dt) {
-    const auto push = [&] { return normal_(random_); };
-    v_ += std::sqrt(dt) * 3.0 * speed_ * dvec3(push(), push(), push()) - dt * (6.0 * v_ + 40.0 * p_);
-    if (const double length = glm::length(v_); length > speed_) v_ *= speed_ / length;
-    return p_ += dt * v_;
-  }
-
- private:
-  std::mt19937 random_;
-  std::normal_distribution<double> normal_{0, 1};
-  double speed_;
-  dvec3 p_{0, 0, 3.0_mm}, v_{0};
-};
-
-TEST(Campaign, OnTheWorstShapesForcesStayBoundedAndAProbingHandGetsNoEnergy) {
-  for (const Worst& worst : kWorst) {
-    for (const double speed : {0.02, 0.1, 0.4}) {
-      ServoSettings s;
-      s.tool.diameter = s.tool.length = 1.0_mm;
-      s.cutting = false;
-      HapticBench bench(worst.tissue, s);
-      Wanderer hand(static_cast<std::uint32_t>(1000 * speed), speed);
-      for (int i = 0; i < campaign(2500); ++i) {
-        const ServoTick& tick = bench.tick({hand.next(1e-3)});
-        ASSERT_TRUE(is_finite(tick.f_T_W) && is_finite(tick.X_WG.p)) << worst.name << ", tick " << i;
-        ASSERT_LE(glm::length(tick.f_T_W), s.force_limit * (1 + 1e-9)) << worst.name << ", tick " << i;
-        ASSERT_GE(tick.energy, -1e-9) << worst.name << ", tick " << i << ", " << speed << " m/s";
-      }
-    }
-  }
-}
-
-TEST(Campaign, DrillingTheWorstShapesKeepsForcesBoundedAndTheSpindlesShareBelowItsWork) {
-  for (const Worst& worst : kWorst) {
-    ServoSettings s;
-    s.tool.diameter = s.tool.length = 1.0_mm;
-    s.spindle.free_speed = 200.0_krpm;
-    HapticBench bench(worst.tissue, s);
-    Wanderer hand(7, 0.03);
-    double work = 0;
-    for (int i = 0; i < campaign(2500); ++i) {
-      const ServoTick& tick = bench.tick({hand.next(1e-3)}, 1);
-      ASSERT_TRUE(is_finite(tick.f_T_W) && is_finite(tick.X_WG.p)) << worst.name << ", tick " << i;
-      ASSERT_LE(glm::length(tick.f_T_W), s.force_limit * (1 + 1e-9)) << worst.name << ", tick " << i;
-      work += tick.cutting_power * 1e-3;
-      ASSERT_LE(tick.spindle_energy, work + 1e-7) << worst.name << ", tick " << i;
-    }
-  }
-}
 
 TEST(Campaign, AfterAnyNumberOfCutsTheFieldIsStillTheUnionOfTheirBalls) {
   // Where only balls were taken from a block far inside, the field is the deepest of them, to the float's last digits.
@@ -147,40 +69,37 @@ TEST(Campaign, AfterAnyNumberOfCutsAndFillingsInAnyOrderPatchAndVolumeHoldTheSam
   plugger.fill = Tissue::kAmalgam;
   const PerTissue before = volume.volumes();
   // A box of the volume as the servo holds it: dense, cut and filled by the same functions.
-  const glm::ivec3 lo = glm::ivec3(glm::round(frame.to_voxels(dvec3(0)))) - 32, size(65);
-  std::vector<float> distance(65 * 65 * 65);
-  std::vector<Tissue> label(distance.size());
-  volume.copy(lo, size, distance.data(), label.data());
+  haptics::SurfacePatch patch;
+  patch.resize(65);
+  patch.lo = glm::ivec3(glm::round(frame.to_voxels(dvec3(0)))) - 32;
+  volume.copy_for_patch(patch.lo, glm::ivec3(65), patch.distance.data(), patch.tissue.data());
   PerTissue removed{}, added{};
   dvec3 at(0);
-  for (int i = 0; i < campaign(2000); ++i) {
+  for (int i = 0; i < campaign(10000); ++i) {  // ./run stress: a million
     const dvec3 next = glm::clamp(at + 0.2_mm * dvec3(uniform(random), uniform(random), uniform(random)), -1.5_mm, 1.5_mm);
     const double radius = 0.4_mm + 0.2_mm * uniform(random);
     if (random() % 2) {
       bur.diameter = bur.length = 2 * radius;
       const haptics::Sweep sweep(bur, Pose{at}, Pose{next}, frame);
       volume.carve(sweep);
-      const glm::ivec3 a = glm::max(sweep.lo(), lo), b = glm::min(sweep.hi(), lo + size - 1);
-      const glm::ivec3 from = a - lo;
-      const std::size_t first = static_cast<std::size_t>((from.x * 65 + from.y) * 65 + from.z);
-      sweep.raise(a, b - a + 1, distance.data() + first, 65 * 65, 65, label.data() + first, &removed);
+      const PerTissue took = haptics::carve(patch, sweep);
+      for (std::size_t t = 0; t < took.size(); ++t) removed[t] += took[t];
     } else {
       plugger.diameter = plugger.length = 0.6_mm;
       const haptics::Fill fill(plugger, next, radius, Pose{next + dvec3(0, 0, radius)}, frame);
       volume.fill(fill);
-      const glm::ivec3 a = glm::max(fill.lo(), lo), b = glm::min(fill.hi(), lo + size - 1);
-      const glm::ivec3 from = a - lo;
-      const std::size_t first = static_cast<std::size_t>((from.x * 65 + from.y) * 65 + from.z);
-      fill.lower(a, b - a + 1, distance.data() + first, label.data() + first, 65 * 65, 65, &added);
+      bool changed;
+      const PerTissue put = haptics::fill(patch, fill, &changed);
+      for (std::size_t t = 0; t < put.size(); ++t) added[t] += put[t];
     }
     at = next;
   }
-  std::vector<float> kept(distance.size());
-  std::vector<Tissue> kept_label(label.size());
-  volume.copy(lo, size, kept.data(), kept_label.data());
+  std::vector<float> kept(patch.distance.size());
+  std::vector<Tissue> kept_label(patch.tissue.size());
+  volume.copy_for_patch(patch.lo, glm::ivec3(65), kept.data(), kept_label.data());
   for (std::size_t i = 0; i < kept.size(); ++i) {
-    ASSERT_EQ(kept[i], distance[i]) << i;
-    ASSERT_EQ(kept_label[i], label[i]) << i;
+    ASSERT_EQ(kept[i], patch.distance[i]) << i;
+    ASSERT_EQ(kept_label[i], patch.tissue[i]) << i;
     ASSERT_TRUE(std::isfinite(kept[i]));
   }
   // What was put down less what was taken is what is there: tissue by tissue, however often it changed hands.

@@ -1,7 +1,11 @@
 // Filling: composite put into a cavity, felt while it grows, and taken out again.
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <cmath>
+#include <filesystem>
+#include <random>
+#include <string>
 
 #include "engine/base/units.h"
 #include "tests/support/haptic_bench.h"
@@ -96,7 +100,7 @@ TEST(Filling, PatchAndVolumeHoldTheSameBitsAndTheVolumeIsBalanced) {
   const haptics::SurfacePatch& patch = bench.servo.patch();
   std::vector<float> distance(patch.distance.size());
   std::vector<Tissue> tissue(patch.tissue.size());
-  bench.carver.volume().copy(patch.lo, glm::ivec3(patch.n), distance.data(), tissue.data());
+  bench.carver.volume().copy_for_patch(patch.lo, glm::ivec3(patch.n), distance.data(), tissue.data());
   EXPECT_EQ(patch.distance, distance);
   EXPECT_EQ(patch.tissue, tissue);
   const PerTissue after = bench.carver.volume().volumes();
@@ -128,7 +132,7 @@ TEST(Filling, NeverLeavesTheSolidItIsKeptIn) {
       for (int y = 0; y < patch.n; ++y) {
         for (int z = 0; z < patch.n; ++z) {
           const std::size_t i = patch.at(x, y, z);
-          if (patch.distance[i] < 0 && patch.tissue[i] == static_cast<Tissue>(kFilled)) {
+          if (patch.distance[i] < 0 && haptics::shown(patch.tissue[i]) == static_cast<Tissue>(kFilled)) {
             top = std::max(top, b.settings.frame.to_world(dvec3(patch.lo + glm::ivec3(x, y, z))).z);
           }
         }
@@ -179,14 +183,122 @@ TEST(Filling, TheSameCutsThatMadeACavityTakeTheFillingOutToTheBit) {
   };
   cut();
   const auto cavity = patch.distance;
+  const auto labels = patch.tissue;
   bool changed;
   for (int i = 1; i <= 8; ++i) {
     fill(patch, Fill(condenser(), {-2.1_mm, 0.2_mm, -0.4_mm}, i * 0.05_mm, end_at(0, 1.5_mm), bench.settings.frame), &changed);
     EXPECT_TRUE(changed);
   }
   EXPECT_NE(patch.distance, cavity);
+  EXPECT_NE(patch.tissue, labels);
   cut();
   EXPECT_EQ(patch.distance, cavity);
+  EXPECT_EQ(patch.tissue, labels);
+}
+
+TEST(Filling, TheWallOfACavityThatWasFilledAndEmptiedFeelsAsBefore) {
+  const auto feel = [](bool filled, const dvec3& toward) {
+    ServoSettings s = filling();
+    Tool probe;
+    probe.diameter = probe.length = 0.6_mm;
+    probe.cuts = false;
+    s.tools.push_back(probe);
+    s.damping = 0;
+    HapticBench bench(kCavity, s);
+    std::uint64_t index = 0;
+    const auto drill = [&](double to) {  // a pit in the floor, 1.2 mm wide
+      bench.carver.apply({++index, 0, static_cast<Nanos>(index), {{0.3_mm, 0, 2.0_mm}}, {{0.3_mm, 0, to}}, 1, {}, {}, 0});
+    };
+    drill(-0.1_mm);
+    if (filled) {
+      for (int i = 0; i < 3; ++i) {
+        bench.carver.apply({++index, 0, static_cast<Nanos>(index), {{0.3_mm, 0, -0.6_mm + i * 0.2_mm}}, end_at(0.3_mm, 1.0_mm), 0, {}, {}, 0, 0.4_mm});
+      }
+      EXPECT_GT(bench.carver.volume().volumes()[kFilled], 0.2_mm3);
+    }
+    drill(-0.13_mm);
+    const dvec3 start(0.3_mm, 0, 0.1_mm);
+    bench.tick({start}, 0, 2);
+    EXPECT_EQ(bench.last.tool, 2u);
+    for (int i = 0; i < 400; ++i) bench.tick({start + i * 2e-6 * toward}, 0, 2);
+    EXPECT_EQ(bench.last.tissue, Tissue::kDentin);
+    EXPECT_GT(glm::length(bench.last.f_T_W), 0.02);
+    return glm::length(bench.last.f_T_W) / bench.last.depth;
+  };
+  for (const dvec3& toward : {dvec3(0, 0, -1), dvec3(0.6, 0, -0.8), dvec3(-0.5, 0.5, -0.7)}) {
+    EXPECT_NEAR(feel(true, toward), 500, 0.01);
+    EXPECT_NEAR(feel(false, toward), 500, 0.01);
+  }
+}
+
+TEST(Filling, WhateverIsFilledAndEmptiedAgainTheLabelsAreThoseOfTheCavityAlsoAfterUndoAndFromAFile) {
+  const Tool plugger = condenser();
+  Tool bur;
+  std::mt19937_64 random(11);
+  const auto uniform = [&](double lo, double hi) { return std::uniform_real_distribution<double>(lo, hi)(random); };
+  const auto everything = [](const haptics::TissueVolume& volume) {
+    glm::ivec3 lo, hi;
+    volume.bounds(lo, hi);
+    std::vector<Tissue> labels(static_cast<std::size_t>((hi.x - lo.x + 1) * (hi.y - lo.y + 1) * (hi.z - lo.z + 1)));
+    volume.copy_for_patch(lo, hi - lo + 1, nullptr, labels.data());
+    return labels;
+  };
+  // Enamel over dentin, and a pocket across both.
+  constexpr const char* kLayers = R"({"voxel_mm": 0.1, "solids": [{"tissue": "enamel", "solid": {"box": {"size_mm": [4,4,3]}}},
+    {"tissue": "dentin", "solid": {"box": {"center_mm": [0,0,-0.5], "size_mm": [4,4,2]}}}]})";
+  for (int round = 0; round < 6; ++round) {
+    haptics::TissueVolume volume(haptics::read_solids(Json::parse(kLayers, "layers")));
+    bur.diameter = bur.length = uniform(0.8, 1.4) * kMillimetre;
+    const Pose a{dvec3(uniform(-1, 1), uniform(-1, 1), 1.2) * kMillimetre}, b{dvec3(uniform(-1, 1), uniform(-1, 1), 0.1) * kMillimetre};
+    const Sweep pocket(bur, a, b, volume.frame());
+    volume.begin_stroke();
+    volume.carve(pocket);
+    const std::vector<Tissue> cavity = everything(volume);
+    const PerTissue left = volume.volumes();
+    volume.begin_stroke();
+    for (int i = 0; i < 12; ++i) {
+      const dvec3 at = glm::mix(a.p, b.p, uniform(0, 1)) + uniform(-0.3, 0.3) * dvec3(1e-3, 1e-3, 0);
+      volume.fill(Fill(plugger, at, uniform(0.05, 0.6) * kMillimetre, {{0, 0, 9.0_mm}}, volume.frame()));
+    }
+    const std::vector<Tissue> filled = everything(volume);
+    ASSERT_GT(volume.volumes()[kFilled], 0);
+    ASSERT_NE(filled, cavity);
+
+    const std::filesystem::path file = std::filesystem::temp_directory_path() / ("filled_" + std::to_string(getpid()) + ".vdb");
+    volume.save(file);
+    haptics::TissueVolume loaded = haptics::TissueVolume::load(file);
+    std::filesystem::remove(file);
+    EXPECT_TRUE(everything(loaded) == filled);
+    loaded.begin_stroke();
+    // Everything is taken out, and a little of what is around it here and there.
+    bur.diameter = bur.length = bur.diameter + 0.02_mm;
+    const Sweep wider(bur, a, b, volume.frame());
+    haptics::TissueVolume never(haptics::read_solids(Json::parse(kLayers, "layers")));
+    never.carve(pocket);
+    never.carve(wider);
+    const auto empty = [&](haptics::TissueVolume& v) {
+      v.begin_stroke();
+      for (int i = 0; i < 20; ++i) {  // what rose above the pocket or was put beside it
+        for (int k = 0; k < 20; ++k) {
+          bur.diameter = bur.length = 1.6_mm;
+          const Pose p{dvec3(-1.9 + 0.2 * i, -1.9 + 0.2 * k, 2.2) * kMillimetre};
+          v.carve(Sweep(bur, p, p, v.frame()));
+        }
+      }
+      v.carve(pocket);
+      v.carve(wider);
+      v.end_stroke();
+    };
+    empty(volume), empty(loaded), empty(never);
+    EXPECT_TRUE(everything(volume) == everything(never)) << round;
+    EXPECT_TRUE(everything(loaded) == everything(never)) << round;
+    EXPECT_EQ(volume.volumes()[kFilled], 0) << round;
+    ASSERT_TRUE(volume.undo());
+    EXPECT_TRUE(everything(volume) == filled);
+    ASSERT_TRUE(volume.undo());
+    EXPECT_TRUE(everything(volume) == cavity);
+    EXPECT_EQ(volume.volumes(), left);
+  }
 }
 
 TEST(Filling, ATickAllocatesNothing) {

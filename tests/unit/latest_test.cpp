@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cstdlib>
 #include <thread>
 
 #include "engine/base/ring.h"
@@ -32,6 +33,44 @@ TEST(Latest, AReaderNeverSeesHalfAValueAndNeverGoesBack) {
     ASSERT_GT(block.words[0], seen);
     seen = block.words[0];
   }
+}
+
+TEST(Latest, WhatIsTakenBackOrGivenBackIsNeverInTwoHands) {
+  Latest<Block> latest;
+  EXPECT_FALSE(latest.take_back()) << "nothing was published";
+  for (auto& w : latest.back().words) w = 1;
+  latest.publish();
+  ASSERT_TRUE(latest.take_back());
+  EXPECT_FALSE(latest.fetch());
+  EXPECT_EQ(latest.back().words[0], 1u);
+  latest.publish();
+  ASSERT_TRUE(latest.fetch());
+  EXPECT_FALSE(latest.take_back()) << "the reader has it";
+  ASSERT_TRUE(latest.give_back());
+  ASSERT_TRUE(latest.take_back());
+  latest.publish();
+
+  constexpr std::uint64_t kLast = 100'000;
+  std::jthread writer([&] {
+    for (std::uint64_t i = 2; i <= kLast; ++i) {
+      const bool mine = latest.take_back();
+      for (auto& w : latest.back().words) {
+        if (mine && w != i - 1) std::abort();
+        w = i;
+      }
+      latest.publish();
+    }
+  });
+  std::uint64_t seen = 1, given_back = 0;
+  while (seen < kLast) {
+    if (!latest.fetch()) continue;
+    const Block block = latest.front();
+    for (const auto w : block.words) ASSERT_EQ(w, block.words[0]);
+    ASSERT_GE(block.words[0], seen);
+    seen = block.words[0];
+    given_back += seen < kLast && latest.give_back();
+  }
+  EXPECT_GT(given_back, 0u);
 }
 
 TEST(Ring, KeepsOrderAcrossThreadsAndCountsWhatFoundNoRoom) {

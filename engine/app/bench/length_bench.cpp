@@ -85,7 +85,8 @@ std::vector<BenchRow> bench_length(bool quick) {
   EvenSample ticks, whole;
   ServoTick tick;
   Cut cut;
-  std::uint64_t count = 0;
+  std::uint64_t count = 0, recorded = 0;
+  double recording = 0;  // ns, of those since
   for (int mark = 1; mark <= kLast; ++mark) {
     for (const auto end = static_cast<std::uint64_t>(mark * unit * kRate); count < end; ++count) {
       const haptics::HandSample hand = hand_at(static_cast<double>(count) / kRate);
@@ -93,11 +94,13 @@ std::vector<BenchRow> bench_length(bool quick) {
       const bool did_cut = loop.tick(hand, tick, cut);
       whole.add(static_cast<double>(thread_cpu_time() - start));
       ticks.add(static_cast<double>(tick.cpu_time));
+      const Nanos ticked = thread_cpu_time();
       if (loop.fresh_patch()) writer.append({loop.fresh_patch(), 1});
       if (did_cut) writer.append({&cut, 1});
       writer.append({&tick, 1});
+      if (count % 1000 == 0) writer.flush();  // no more than a second may be lost
+      recording += static_cast<double>(thread_cpu_time() - ticked);
       (void)loop.carver().take_pieces();
-      if (count % 500 == 0) writer.flush();  // as the recorder empties its rings, twice a second
     }
     if ((mark & (mark - 1)) != 0) continue;  // 1, 2, 4, 8
     writer.flush();
@@ -115,6 +118,7 @@ std::vector<BenchRow> bench_length(bool quick) {
     const auto strokes = loop.carver().volume().strokes();
     row("servo, 99 %", BenchRow::kNone, "", ticks.quantile(0.99));
     row("servo and carver, 99 %", BenchRow::kNone, "", whole.quantile(0.99));
+    row("recorder, mean", BenchRow::kNone, "", recording / static_cast<double>(count - recorded));
     row("memory of the process", resident_megabytes(), "MB");
     row("kept for undo", static_cast<double>(strokes.bytes) / 1e6, "MB");
     row("strokes that can be taken back", static_cast<double>(strokes.done), "strokes");
@@ -123,6 +127,7 @@ std::vector<BenchRow> bench_length(bool quick) {
     row("open files", entries("/proc/self/fd"), "files");
     row("threads", entries("/proc/self/task"), "threads");
     ticks = whole = EvenSample();
+    recording = 0, recorded = count;
   }
   writer.finish({});
   fs::remove(file);

@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <functional>
+#include <random>
 
 #include "engine/app/bench/parts.h"
 #include "engine/app/haptic_loop.h"
@@ -22,24 +23,36 @@ constexpr double kMass = 0.15, kDamping = 5, kPush = 4;  // kg, N·s/m, N
 constexpr int kMostDelay = 2;
 
 struct Course {
-  double growth = 0;        // largest excursion of the last quarter over that of the second
+  bool grows = false;       // the largest excursion of the last quarter is more than that of the second, or off the wall
   double least_energy = 0;  // J
 };
 
-/// `wall` gives the force (N) for a height above its surface (m). The mass is integrated exactly between ticks.
-Course play(double stiffness, double rate, int delay, const std::function<double(double)>& wall,
+/// How the servo is clocked.
+struct Clock {
+  double rate = 1000;  // Hz
+  int delay = 0;       // ticks until a force arrives
+  double jitter = 0;   // of the period, either way
+};
+
+/// `wall` gives the force (N) for a height above its surface (m), so long after the last (s). The mass is integrated
+/// exactly between ticks.
+Course play(double stiffness, const Clock& clock, const std::function<double(double, double)>& wall,
             const std::function<double()>& energy) {
-  const double T = 1 / rate, e = std::exp(-kDamping / kMass * T), rest = -kPush / stiffness;
-  double z = 0.97 * rest, v = 0;
+  const double rest = -kPush / stiffness;
+  std::mt19937 random(1);
+  std::uniform_real_distribution<double> either_way(-clock.jitter, clock.jitter);
+  double T = 1 / clock.rate, z = 0.97 * rest, v = 0;
   std::array<double, kMostDelay + 1> force{};
   force.fill(kPush);
   Course course;
   double early = 0, late = 0;
-  const int ticks = static_cast<int>(1.2 * rate);
+  const int ticks = static_cast<int>(1.2 * clock.rate);
   for (int i = 0; i < ticks; ++i) {
     std::copy_backward(force.begin(), force.end() - 1, force.end());  // each force is a tick older
-    force[0] = wall(z);
-    const double f = force[static_cast<std::size_t>(delay)], end = (f - kPush) / kDamping;
+    force[0] = wall(z, T);
+    T = (1 + either_way(random)) / clock.rate;
+    const double e = std::exp(-kDamping / kMass * T);
+    const double f = force[static_cast<std::size_t>(clock.delay)], end = (f - kPush) / kDamping;
     z += end * T + (v - end) * (1 - e) * kMass / kDamping;
     v = end + (v - end) * e;
     course.least_energy = std::min(course.least_energy, energy());
@@ -47,23 +60,23 @@ Course play(double stiffness, double rate, int delay, const std::function<double
     if (i >= ticks / 4 && i < ticks / 2) early = std::max(early, excursion);
     if (i >= 3 * ticks / 4) late = std::max(late, excursion);
   }
-  course.growth = late / early;
+  course.grows = late > early || late > std::abs(rest);
   return course;
 }
 
-Course theory(double stiffness, double rate, int delay) {
+Course theory(double stiffness, const Clock& clock) {
   return play(
-      stiffness, rate, delay, [&](double z) { return -stiffness * z; }, [] { return 0.0; });
+      stiffness, clock, [&](double z, double) { return -stiffness * z; }, [] { return 0.0; });
 }
 
 /// A ball of 2 mm above a wall, which `press` brings to a height above contact (m).
 class Wall {
  public:
-  Wall(double stiffness, double rate, bool controller) : loop_(make(stiffness, rate, controller)), rate_(rate) {}
-  double press(double z) {
+  Wall(double stiffness, double rate, bool controller) : loop_(make(stiffness, rate, controller)) {}
+  /// So long after the last time, s.
+  double press(double z, double after) {
     haptics::HandSample hand;
-    hand.t = t_;
-    t_ += from_seconds(1 / rate_);
+    hand.t = t_ += from_seconds(after);
     hand.X_WT.p = dvec3(0.1_mm, 0.1_mm, 1.0_mm + z);
     Cut cut;
     loop_.tick(hand, tick_, cut);
@@ -77,7 +90,6 @@ class Wall {
   HapticLoop loop_;
   ServoTick tick_;
   Nanos t_ = 0;
-  double rate_;
 };
 
 HapticLoop Wall::make(double stiffness, double rate, bool controller) {
@@ -96,13 +108,13 @@ HapticLoop Wall::make(double stiffness, double rate, bool controller) {
   return HapticLoop(scene, load_tissue(scene), rate);
 }
 
-Course servo(double stiffness, double rate, int delay, bool controller) {
-  Wall wall(stiffness, rate, controller);
-  const auto at = [&](double z) { return wall.press(z); };
+Course servo(double stiffness, const Clock& clock, bool controller) {
+  Wall wall(stiffness, clock.rate, controller);
+  const auto at = [&](double z, double after) { return wall.press(z, after); };
   // In from outside, at 20 mm/s, as the hand must come.
-  const double rest = -kPush / stiffness, way = 0.02 / rate;
-  for (double z = 0.2_mm; z > 0.97 * rest; z -= way) at(z);
-  return play(stiffness, rate, delay, at, [&] { return wall.energy(); });
+  const double rest = -kPush / stiffness, way = 0.02 / clock.rate;
+  for (double z = 0.2_mm; z > 0.97 * rest; z -= way) at(z, 1 / clock.rate);
+  return play(stiffness, clock, at, [&] { return wall.energy(); });
 }
 
 /// How deep a hand at `speed` is when it first feels `force`, m, at a wall of 1 N/mm with the controller on.
@@ -110,7 +122,7 @@ double first_felt(double speed, double force, double rate) {
   Wall wall(1000, rate, true);
   const double way = speed / rate;
   double z = 0.3_mm;
-  while (z > -50e-3 && wall.press(z) < force) z -= way;
+  while (z > -50e-3 && wall.press(z, 1 / rate) < force) z -= way;
   return -z;
 }
 
@@ -129,7 +141,7 @@ double critical(double guess, F&& course) {
   double low = 0.2 * guess, high = 5 * guess;
   for (int i = 0; i < 18; ++i) {
     const double middle = std::sqrt(low * high);
-    (course(middle).growth > 1 ? high : low) = middle;
+    (course(middle).grows ? high : low) = middle;
   }
   return std::sqrt(low * high);
 }
@@ -139,37 +151,39 @@ double critical(double guess, F&& course) {
 std::vector<BenchRow> bench_stability(bool quick) {
   std::vector<BenchRow> rows;
   const std::vector<double> rates = quick ? std::vector<double>{1000} : std::vector<double>{500, 1000, 2000, 4000};
-  for (const int delay : {0, 1, 2}) {
+  const auto rate_row = [&](std::string name, double rate, double value, const char* unit) {
+    rows.push_back({.name = std::move(name),
+                    .knob = fmt::format("{:g} Hz", rate),
+                    .error = value,
+                    .error_unit = unit,
+                    .size = rate,
+                    .size_unit = "servo rate, Hz"});
+  };
+  struct Kind {
+    const char* name;
+    int delay;
+    double jitter;
+  };
+  for (const Kind& kind : {Kind{"no delay", 0, 0}, {"delay of 1 tick", 1, 0}, {"delay of 2 ticks", 2, 0},
+                           {"jitter of 20 %", 0, 0.2}, {"jitter of 50 %", 0, 0.5}, {"delay of 1 tick, jitter of 50 %", 1, 0.5}}) {
     for (const double rate : rates) {
+      const Clock clock{rate, kind.delay, kind.jitter};
+      const double guess = 2 * kDamping * rate / (1 + 2 * kind.delay);  // Colgate: b > K T / 2; a delay adds to T / 2
+      const double expected = critical(guess, [&](double k) { return theory(k, clock); });
+      const double found = critical(guess, [&](double k) { return servo(k, clock, false); });
       const auto row = [&](std::string name, double value, const char* unit) {
-        rows.push_back({.name = std::move(name),
-                        .knob = fmt::format("{:g} Hz", rate),
-                        .error = value,
-                        .error_unit = unit,
-                        .size = rate,
-                        .size_unit = "servo rate, Hz"});
+        rate_row(std::move(name), rate, value, unit);
       };
-      const double guess = 2 * kDamping * rate / (1 + 2 * delay);  // Colgate: b > K T / 2; a delay adds to T / 2
-      const double expected = critical(guess, [&](double k) { return theory(k, rate, delay); });
-      const double found = critical(guess, [&](double k) { return servo(k, rate, delay, false); });
-      const std::string name = delay == 0 ? "no delay" : fmt::format("delay of {} tick{}", delay, delay > 1 ? "s" : "");
-      row("theory, " + name, expected, "critical stiffness, N/m");
-      row("servo without the controller, " + name, found, "critical stiffness, N/m");
-      row("servo against theory, " + name, std::abs(found / expected - 1), "relative");
-      if (delay == 0)
-        row("energy given by a wall of twice that, controller on",
-            std::abs(servo(2 * expected, rate, 0, true).least_energy), "J");
+      row(fmt::format("theory, {}", kind.name), expected, "critical stiffness, N/m");
+      row(fmt::format("servo without the controller, {}", kind.name), found, "critical stiffness, N/m");
+      row(fmt::format("servo against theory, {}", kind.name), std::abs(found / expected - 1), "relative");
+      if (kind.delay == 0)
+        row(fmt::format("energy given by a wall of twice that, controller on, {}", kind.name),
+            std::abs(servo(2 * expected, clock, true).least_energy), "J");
     }
   }
   for (const double rate : {100.0, 200.0, 500.0, 1000.0, 4000.0}) {
-    const auto row = [&](const char* name, double depth) {
-      rows.push_back({.name = name,
-                      .knob = fmt::format("{:g} Hz", rate),
-                      .error = depth / kMillimetre,
-                      .error_unit = "depth, mm",
-                      .size = rate,
-                      .size_unit = "servo rate, Hz"});
-    };
+    const auto row = [&](const char* name, double depth) { rate_row(name, rate, depth / kMillimetre, "depth, mm"); };
     row("first 0.1 N of a hand at 20 mm/s, controller on", first_felt(20e-3, 0.1, rate));
     row("the least that any controller could promise a hand that may go back as it came", least_first_felt(20e-3, 0.1, rate));
   }

@@ -18,11 +18,13 @@ namespace {
 constexpr double kTravel = 40e-3;        // m/s in the air
 constexpr double kCutPace = 8e-3;        // m/s along a stroke where nothing is in the way
 constexpr double kScrapePace = 12e-3;    // m/s of an edge drawn by hand
+constexpr double kSlowing = 0.06;        // s before a stroke's end: slower than the hand reacts, or it cuts on into what should stay
+constexpr double kEndPace = 0.4e-3;      // m/s there
 constexpr double kAhead = 0.045e-3;      // m that the wanted place may lead the tool
 constexpr double kThere = 0.02e-3;       // m
 constexpr double kNearLine = 0.05e-3;    // m, the same for an edge: so near the line is good enough
 constexpr int kMostTimes = 8;            // along one line with an edge
-constexpr double kAllowance = 0.015e-3;  // m farther than wanted: so much less than asked for does a bur do
+constexpr double kAllowance = 0.045e-3;  // m farther than wanted: so much less than asked for does a bur do, and a round one leaves ridges
 constexpr double kPatience = 1.2;        // s without getting on before it leaves a stroke
 constexpr double kScrapeGain = 8, kMostScrapeLead = 0.5e-3;  // the same of an edge in soft filling
 constexpr double kGain = 25;             // lead over how far the tool is off: how hard it presses
@@ -44,10 +46,21 @@ constexpr double kCarvedAgain = 0.4;     // what is too much counts so much of w
 constexpr double kWorthPortion = 0.015e-9; // m³ that is wanted at a place and worth a portion
 constexpr double kMostFilling = 0.5;     // s at one place
 constexpr double kRunUp = 1.0;           // s for the drill
-constexpr double kLeastGain = 0.015;     // of a full score, that a tool must bring
+constexpr double kWorthIt = 0.9;         // another tool must leave less than this share of what the last one left
+constexpr double kLeastGain = 0.03;      // of the whole task, that a tool must bring
 constexpr int kMostVain = 3, kMostCuts = 4;  // of doing and looking
 constexpr std::size_t kMostTools = 3;
 constexpr std::size_t kMostTried = 5;
+
+/// m³ of tissue too much and too little.
+double left_to_do(const session::Preparation& in) {
+  double sum = 0;
+  for (std::size_t i = 0; i < in.after.distance.size(); ++i) {
+    sum += std::abs(session::share_inside(static_cast<double>(in.after.distance[i])) -
+                    session::share_inside(static_cast<double>(in.ideal.distance[i])));
+  }
+  return sum * in.frame.voxel * in.frame.voxel * in.frame.voxel;
+}
 
 /// m³ that should be full and are not.
 double missing_in(const session::Preparation& in) {
@@ -61,8 +74,8 @@ double missing_in(const session::Preparation& in) {
 
 class Plan {
  public:
-  Plan(const Scene& scene, const haptics::TissueVolume& now, const TaskJudge& judge)
-      : scene_(scene), tools_(haptics::tray(scene.servo)), judge_(judge), state_(now.clone()), axis_(glm::normalize(scene.task->axis_W)) {
+  Plan(const Scene& scene, const haptics::TissueVolume& now, const TaskJudge& judge, double whole)
+      : whole_(whole), tools_(haptics::tray(scene.servo)), judge_(judge), state_(now.clone()), axis_(glm::normalize(scene.task->axis_W)) {
     glm::ivec3 lo, hi;
     now.bounds(lo, hi);
     for (int corner = 0; corner < 8; ++corner) {
@@ -72,14 +85,14 @@ class Plan {
     for (const haptics::Tool& tool : tools_) above_ = std::max(above_, top_ + tool.reach() + kAbove);
   }
 
-  /// With the tool that scores most, then with others as long as they bring more.
+  /// With the tool that leaves least, then with others as long as they bring it nearer.
   void cut(bool by_hand) {
     std::vector<bool> used(tools_.size());
     for (std::size_t round = 0; round < kMostTools; ++round) {
       session::Preparation now = judge_.preparation(state_);
+      const double before = left_to_do(now);
       now.before = now.after;  // what is to go is what is there now
-      const double before = score_of(state_);
-      double best = before + kLeastGain;
+      double best = std::min(kWorthIt * before, before - kLeastGain * whole_);
       std::size_t which = tools_.size(), tried = 0;
       std::vector<Stroke> strokes;
       for (std::size_t i = 0; i < tools_.size(); ++i) {
@@ -89,15 +102,15 @@ class Plan {
                                                      by_hand ? 0 : kAllowance);
         haptics::TissueVolume after = state_.clone();
         carve_strokes(after, tool, candidate);
-        const double share = score_of(after);
-        if (share <= best) continue;
-        best = share;
+        const double left = left_to_do(judge_.preparation(after));
+        if (left >= best) continue;
+        best = left;
         which = i;
         strokes = std::move(candidate);
       }
       if (which == tools_.size()) return;
       used[which] = true;
-      log::info("{}: {} strokes, from {:.1f} to {:.1f} % of the points", tools_[which].name, strokes.size(), 100 * before, 100 * best);
+      log::info("{}: {} strokes, from {:.2f} to {:.2f} mm³ off", tools_[which].name, strokes.size(), before * 1e9, best * 1e9);
       carve_strokes(state_, tools_[which], strokes);
       take(static_cast<std::uint32_t>(which), !by_hand);
       for (const Stroke& s : strokes) {
@@ -129,16 +142,6 @@ class Plan {
   haptics::TissueVolume take_state() { return std::move(state_); }
 
  private:
-  /// Of full, were it left so by a hand without fault.
-  double score_of(const haptics::TissueVolume& left) const {
-    session::ScoreInput input;
-    input.before = judge_.start().volumes();
-    input.after = left.volumes();
-    judge_.judge(left, input);
-    const session::Score score = session::score(input, session::rules_of_scene(Json::parse(scene_.text, scene_.file.string()), input));
-    return score.full > 0 ? score.points / score.full : 0;
-  }
-
   void add(ExpertLeg::Kind kind, const Pose& to, double seconds = 0, double volume = 0) {
     legs_.push_back({kind, to, pedal_, tool_, seconds, volume});
   }
@@ -371,7 +374,7 @@ class Plan {
     return top;
   }
 
-  const Scene& scene_;
+  double whole_;  // m³
   std::span<const haptics::Tool> tools_;
   const TaskJudge& judge_;
   haptics::TissueVolume state_;
@@ -384,14 +387,15 @@ class Plan {
 
 }  // namespace
 
-Expert::Expert(const Scene& scene, const haptics::TissueVolume& start) : scene_(scene), judge_(scene, start) {
+Expert::Expert(const Scene& scene, const haptics::TissueVolume& start) : scene_(scene), judge_(scene, start), whole_(0) {
   if (!judge_.has_ideal()) {
     throw Error(scene.file.string(), "\"task\"", "no \"ideal\"", "a task that says how it should be left");
   }
+  whole_ = left_to_do(judge_.preparation(start));
 }
 
 std::vector<ExpertLeg> Expert::plan(const haptics::TissueVolume& now) {
-  Plan plan(scene_, now, judge_);
+  Plan plan(scene_, now, judge_, whole_);
   // What the finest instrument leaves open under its own filling, one that reaches farther gets at.
   const double missing = missing_in(judge_.preparation(now));
   vain_ = missing > missing_ - kWorthPortion ? vain_ + 1 : 0;
@@ -434,11 +438,12 @@ void run_expert(HapticLoop& loop, ExpertHand& hand, Expert& expert, const std::f
 void ExpertHand::go_on(std::vector<ExpertLeg> legs) {
   legs_ = std::move(legs);
   leg_ = 0;
+  way_ = way_out_.size();
   along_ = waited_ = worst_ = 0;
   times_ = 0;
 }
 
-ExpertHand::ExpertHand(std::vector<ExpertLeg> legs, double rate) : legs_(std::move(legs)), dt_(1 / rate), from_(legs_.front().to) {
+ExpertHand::ExpertHand(std::vector<ExpertLeg> legs, double rate) : legs_(std::move(legs)), dt_(1 / rate), from_(legs_.front().to), free_(from_) {
   info_.address = "expert:";
   info_.model = "a hand that knows the task";
   info_.rate = rate;
@@ -446,23 +451,42 @@ ExpertHand::ExpertHand(std::vector<ExpertLeg> legs, double rate) : legs_(std::mo
 }
 
 void ExpertHand::next_leg() noexcept {
-  from_ = legs_[leg_].to;
-  ++leg_;
+  const bool out = way_ < way_out_.size();
+  const ExpertLeg& leg = out ? way_out_[way_] : legs_[leg_];
+  from_ = leg.to;
+  if (leg.kind == ExpertLeg::Kind::kMove) free_ = leg.to;
+  ++(out ? way_ : leg_);
   along_ = waited_ = worst_ = 0;
   times_ = 0;
 }
 
+void ExpertHand::leave() noexcept {
+  const ExpertLeg& left = legs_[leg_];
+  const dvec3 shank = left.to.R * dvec3(0, 0, 1);
+  const auto over = [&](Pose pose) {
+    pose.p += std::max(0.0, glm::dot(free_.p - pose.p, shank)) * shank;
+    return pose;
+  };
+  way_out_.fill(left);
+  for (ExpertLeg& leg : way_out_) leg.kind = ExpertLeg::Kind::kMove;
+  way_out_[0].to = over({seen_.X_WG.p, left.to.R});
+  way_out_[1].to = over(legs_[std::min(leg_ + 1, legs_.size() - 1)].to);
+  next_leg();
+  from_ = {seen_.X_WG.p, left.to.R};
+  way_ = 0;
+}
+
 bool ExpertHand::read(haptics::HandSample& sample) noexcept {
-  if (leg_ >= legs_.size()) return false;
+  if (leg_ >= legs_.size() && way_ >= way_out_.size()) return false;
   using Kind = ExpertLeg::Kind;
-  const ExpertLeg& leg = legs_[leg_];
+  const ExpertLeg leg = way_ < way_out_.size() ? way_out_[way_] : legs_[leg_];
   const bool back = leg.kind == Kind::kScrape && times_ % 2 == 1;
   const Pose &a = back ? leg.to : from_, &b = back ? from_ : leg.to;
   const double length = glm::length(b.p - a.p);
   const auto place = [&] { return length > 0 ? a.p + (along_ / length) * (b.p - a.p) : b.p; };
   double off = glm::length(place() - seen_.X_WG.p);
   waited_ += dt_;
-  bool done = false;
+  bool done = false, stuck = false;
   if (leg.kind == Kind::kWait) {
     along_ = length;
     const double now = -std::accumulate(seen_.removed.begin(), seen_.removed.end(), 0.0);
@@ -472,7 +496,9 @@ bool ExpertHand::read(haptics::HandSample& sample) noexcept {
     along_ = length;
     done = seen_.tool == leg.tool || waited_ > 10;
   } else {
-    const double pace = leg.kind == Kind::kMove ? kTravel : leg.kind == Kind::kCut ? kCutPace : kScrapePace;
+    const double pace = leg.kind == Kind::kMove  ? kTravel
+                        : leg.kind == Kind::kCut ? std::min(kCutPace, kEndPace + (length - along_) / kSlowing)
+                                                 : kScrapePace;
     const bool may = leg.kind != Kind::kCut || off < kAhead;
     if (may && along_ < length) {
       along_ = std::min(length, along_ + pace * dt_);
@@ -480,7 +506,8 @@ bool ExpertHand::read(haptics::HandSample& sample) noexcept {
     }
     if (leg.kind == Kind::kScrape) worst_ = std::max(worst_, off);
     done = along_ >= length && (leg.kind != Kind::kCut || off < kThere);
-    done = done || waited_ > kPatience;
+    stuck = !done && waited_ > kPatience;
+    done = done || stuck;
     if (done && leg.kind == Kind::kScrape && worst_ > kNearLine && ++times_ < kMostTimes) {
       done = false;
       along_ = length - along_;
@@ -499,7 +526,10 @@ bool ExpertHand::read(haptics::HandSample& sample) noexcept {
   sample.X_WT = {place() + lead_, glm::slerp(a.R, b.R, share)};
   sample.pedal = leg.pedal;
   sample.tool = leg.tool;
-  if (done) next_leg();
+  if (done && stuck && leg.kind == Kind::kCut)
+    leave();
+  else if (done)
+    next_leg();
   return true;
 }
 

@@ -3,6 +3,7 @@
 // What it does through the servo, in real tissue, is a session to learn from, and to compare with.
 #pragma once
 
+#include <array>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -31,7 +32,7 @@ struct ExpertLeg {
   double volume = 0;  // m³
 };
 
-/// Plans what takes tissue to what the scene's task wants, with the tools of its tray that score most.
+/// Plans what takes tissue to what the scene's task wants, with the tools of its tray that leave it closest to that.
 /// Cavities, crowns and caries are cut; fillings are put down in layers and carved.
 class Expert {
  public:
@@ -47,6 +48,7 @@ class Expert {
  private:
   const Scene& scene_;
   TaskJudge judge_;
+  double whole_;  // m³ that the task changes
   std::optional<haptics::TissueVolume> planned_;
   int layers_ = 0, cuts_ = 0;  // planned so far
   double missing_ = 1e9;       // m³ of filling, at the least when it looked
@@ -68,14 +70,20 @@ class ExpertHand final : public haptics::HapticDevice {
 
  private:
   void next_leg() noexcept;
+  /// Leaves a stroke that it cannot finish: out the way the shank points, over to where the next begins. Straight there it
+  /// would press through what should stay.
+  void leave() noexcept;
 
   haptics::DeviceInfo info_;
   std::vector<ExpertLeg> legs_;
   double dt_;
   ServoTick seen_;
   std::size_t leg_ = 0;
+  std::array<ExpertLeg, 2> way_out_;      // of a stroke that it left …
+  std::size_t way_ = 2;                   // … and where on it: 2, it is at its plan
   std::uint64_t ticks_ = 0;
   Pose from_;             // where this leg began
+  Pose free_;             // where it last went through the air
   double along_ = 0;      // m of it that the wanted place has come
   double filled_ = 0;     // m³ in the tissue when it began, more or less than at the start
   double waited_ = 0;     // s that it has stood still

@@ -79,6 +79,7 @@ void carver_thread(LiveSession& s) {
       if (s.operated) s.book.cut(cut, s.carver.volume());
       worked = true;
     }
+    const bool awaited = wiring.patch.keep_up(s.carver, wiring.tick_to_carver.front().patch);
     for (const LoosePiece& piece : s.carver.take_pieces()) {
       if (s.debris) wiring.pieces_to_debris.push(piece);
       if (s.record) wiring.pieces_to_recorder.push(piece);
@@ -103,8 +104,7 @@ void carver_thread(LiveSession& s) {
     if (wiring.tick_to_carver.fetch() || painted || edited) {
       const ServoTick& tick = wiring.tick_to_carver.front();
       if (is_finite(tick.X_WG.p) && (painted || s.carver.patch_due(tick))) {
-        s.carver.cut_out(s.carver.patch_center(tick), wiring.patch.back());
-        wiring.patch.publish();
+        wiring.patch.offer(s.carver, s.carver.patch_center(tick));
         worked = true;
       }
     }
@@ -128,7 +128,7 @@ void carver_thread(LiveSession& s) {
     // Where nothing was to do for 30 ms the hand is slow: at 3 cm/s it comes a tenth of a millimetre further until it is
     // looked after again. Looking more often took three hundredths of a core of an idle session.
     idle = worked ? 0 : std::min(idle + 1, 100);
-    if (!worked) std::this_thread::sleep_for(idle < 100 ? 300us : 3000us);
+    if (!worked) std::this_thread::sleep_for(awaited ? 20us : idle < 100 ? 300us : 3000us);
   }
   while (wiring.cuts_to_carver.pop(cut)) s.carver.apply(cut);
   s.voxels_cut = haptics::voxels_cut_by_this_thread();

@@ -26,7 +26,6 @@ class TaskJudge {
   TaskJudge(const Scene& scene, const haptics::TissueVolume& start);
 
   bool has_ideal() const { return ideal_.has_value(); }
-  const haptics::TissueVolume& start() const { return start_; }
   const haptics::TissueVolume* ideal() const { return ideal_ ? &*ideal_ : nullptr; }
 
   /// Adds to `input` what the geometry of `after` says, and returns what it was read from (not of a task that is to

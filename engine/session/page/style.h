@@ -62,7 +62,7 @@ svg{width:100%;height:auto;display:block}svg text{fill:var(--soft);font-size:12p
 .s-cancellous_bone{fill:var(--t-cancellous_bone);background:var(--t-cancellous_bone)}
 .s-gingiva{fill:var(--t-gingiva);background:var(--t-gingiva)}.s-amalgam{fill:var(--t-amalgam);background:var(--t-amalgam)}
 .s-composite{fill:var(--t-composite);background:var(--t-composite)}
-.steps{margin:.4rem 0 0;padding-left:1.4rem}
+.steps{margin:.4rem 0 0;padding-left:2.1rem}
 .colorbar{display:grid;grid-template-columns:1fr 1fr 1fr;font-size:.85rem;color:var(--soft);margin:.6rem 0 1rem}
 .colorbar i{grid-column:1/4;height:12px;border-radius:6px;border:1px solid var(--rule)}.colorbar span:nth-of-type(2){text-align:center}
 .colorbar span:nth-of-type(3){text-align:right}
@@ -84,7 +84,7 @@ footer{color:var(--soft);font-size:.9rem;padding-bottom:2.5rem}
 @media print{:root{color-scheme:light;--page:#fff;--card:#fff;--ink:#000;--soft:#444;--rule:#bbb;--force:#c2410c;--speed:#0f766e;--spindle:#7e22ce;--depth:#0b6bcb;
 --removed:#7a4a21;--timing:#5b5bd6;--good:#2f7d32}
 html{font-size:10.5pt}nav,.skip,details:not([open]),.buttons,#viewer .soft{display:none}section{border:0;padding:0;margin:0 0 1rem;border-radius:0}
-section,figure,tr,.plot{break-inside:avoid}section.long{break-inside:auto}h2,h3{break-after:avoid}tfoot{display:table-row-group}header{margin-bottom:1.2rem}.scroll{overflow:visible}
+section,figure,tr,.plot{break-inside:avoid}section.long{break-inside:auto}h2,h3,h3+p{break-after:avoid}tfoot{display:table-row-group}header{margin-bottom:1.2rem}.scroll{overflow:visible}
 th,td{white-space:normal;padding:.25rem .4rem}.source{max-width:none}.pictures{grid-template-columns:repeat(2,1fr)}*{print-color-adjust:exact;-webkit-print-color-adjust:exact}header,main,footer{max-width:none;padding:0}}
 )css";
 

@@ -43,7 +43,9 @@ static void check_header(const std::filesystem::path& file) {
     for (; c != EOF && c != '\n' && line.size() <= kLongestText; c = in.get()) line += static_cast<char>(c);
     if (!line.empty() && line.back() == '\r') line.pop_back();
     if (line.empty()) return;
-    const bool text = line[0] == '#' || line.starts_with("content:") || line.find(":=") != std::string::npos;
+    // A key's value, where no field is named before it.
+    const bool pair = line.find(":=") < line.find(": ");
+    const bool text = line[0] == '#' || line.starts_with("content:") || pair;
     const bool field = number == 1 || names || text || line.find(": ") != std::string::npos;
     if (!field || line.size() > (text ? kLongestText : kLongest)) {
       throw Error(file.string(), fmt::format("line {}", number), excerpt(line),

@@ -1,0 +1,71 @@
+// A voxel's label as patch and volume keep it: the tissue it shows, and, where a filling was put into the air, the label that
+// the air had: a cavity that is emptied again is the cavity it was. Both in one byte.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <glm/glm.hpp>
+
+#include "engine/contract/tissue.h"
+
+namespace typodont::haptics {
+
+inline constexpr int kBeforeShift = 4;
+inline constexpr std::uint8_t kShown = 0x0f;
+static_assert(kTissueCount < kShown);
+
+inline Tissue shown(Tissue label) noexcept { return static_cast<Tissue>(static_cast<std::uint8_t>(label) & kShown); }
+inline bool is_filled(Tissue label) noexcept { return static_cast<std::uint8_t>(label) > kShown; }
+
+/// The label of a voxel of air that comes to lie in a filling, or beside one.
+inline Tissue filled(Tissue label, Tissue filling) noexcept {
+  const int before = is_filled(label) ? static_cast<std::uint8_t>(label) >> kBeforeShift : static_cast<int>(label) + 1;
+  return static_cast<Tissue>(before << kBeforeShift | static_cast<int>(filling));
+}
+/// What it was before.
+inline Tissue emptied(Tissue label) noexcept {
+  return is_filled(label) ? static_cast<Tissue>((static_cast<std::uint8_t>(label) >> kBeforeShift) - 1) : label;
+}
+
+/// Gives the voxels of a box their labels from before the filling, wherever they lie in the air and none of their 26
+/// neighbours is filled and solid. Around the box there is a sample more on every side. A function of distances and labels
+/// alone, so that it does not matter after which of the cuts it is called. True when it changed any.
+inline bool restore_labels(const glm::ivec3& size, const float* distance, Tissue* label, std::ptrdiff_t stride_x,
+                           std::ptrdiff_t stride_y) noexcept {
+  bool changed = false;
+  const auto beside_filling = [&](std::ptrdiff_t i) {
+    for (std::ptrdiff_t x = -stride_x; x <= stride_x; x += stride_x) {
+      for (std::ptrdiff_t y = -stride_y; y <= stride_y; y += stride_y) {
+        for (std::ptrdiff_t j = i + x + y - 1; j <= i + x + y + 1; ++j) {
+          if (is_filled(label[j]) && distance[j] <= 0) return true;
+        }
+      }
+    }
+    return false;
+  };
+  for (int x = 0; x < size.x; ++x) {
+    for (int y = 0; y < size.y; ++y) {
+      const std::ptrdiff_t row = x * stride_x + y * stride_y;
+      for (int z = 0; z < size.z; ++z) {
+        if (z + 8 <= size.z) {  // mostly there is nothing
+          std::uint64_t eight;
+          std::memcpy(&eight, label + row + z, sizeof eight);
+          if (!(eight & 0xf0f0f0f0f0f0f0f0u)) {
+            z += 7;
+            continue;
+          }
+        }
+        const std::ptrdiff_t i = row + z;
+        if (!is_filled(label[i]) || distance[i] <= 0) continue;
+        const Tissue before = emptied(label[i]);
+        if ((before == Tissue::kAir && distance[i] < 0.5f) || beside_filling(i)) continue;  // air has no volume
+        label[i] = before;
+        changed = true;
+      }
+    }
+  }
+  return changed;
+}
+
+}  // namespace typodont::haptics

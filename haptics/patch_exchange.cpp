@@ -1,0 +1,52 @@
+#include "haptics/patch_exchange.h"
+
+namespace typodont::haptics {
+
+namespace {
+
+constexpr Nanos kPatience = 5'000'000;  // ns that the servo waits: a hand that cuts comes less than a quarter of a millimetre
+
+}  // namespace
+
+void PatchExchange::offer(Carver& carver, const dvec3& center_W) {
+  carver.cut_out(center_W, way_.back());
+  offered_ = way_.back().number;
+  offered_cuts_ = way_.back().cuts;
+  offered_tissue_ = tissue_of(way_.back());
+  way_.publish();
+  carver.remember_writes(offered_tissue_ == held_tissue_);
+}
+
+bool PatchExchange::keep_up(Carver& carver, std::uint32_t held) {
+  if (offered_ == 0) return false;
+  if (held == offered_) {
+    held_tissue_ = offered_tissue_;
+    offered_ = 0;
+    carver.remember_writes(false);
+    return false;
+  }
+  if (offered_tissue_ == held_tissue_ && carver.cuts() > offered_cuts_ && way_.take_back()) {
+    if (carver.bring_up_to_date(way_.back())) offered_cuts_ = carver.cuts();
+    way_.publish();
+  }
+  return true;
+}
+
+SurfacePatch* PatchExchange::take(const SurfacePatch& held, std::uint64_t cuts, Nanos t) noexcept {
+  while (way_.fetch()) {
+    SurfacePatch& fresh = way_.front();
+    if (held.number == 0 || fresh.cuts >= cuts || tissue_of(fresh) != tissue_of(held)) {
+      waiting_since_ = 0;
+      return &fresh;
+    }
+    if (waiting_since_ == 0) waiting_since_ = t;
+    if (t - waiting_since_ >= kPatience) {
+      waiting_since_ = 0;
+      return &fresh;
+    }
+    if (way_.give_back()) break;  // else there is a newer one
+  }
+  return nullptr;
+}
+
+}  // namespace typodont::haptics

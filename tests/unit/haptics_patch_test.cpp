@@ -1,0 +1,238 @@
+// Patches on their way from the carver to the servo: kept up to date while the servo goes on cutting.
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <chrono>
+#include <cmath>
+#include <deque>
+#include <random>
+#include <thread>
+
+#include "engine/base/ring.h"
+#include "engine/base/units.h"
+#include "haptics/patch_exchange.h"
+#include "tests/support/haptic_bench.h"
+#include "tests/support/no_alloc.h"
+
+namespace typodont {
+namespace {
+
+using namespace literals;
+using haptics::Carver;
+using haptics::PatchExchange;
+using haptics::SurfacePatch;
+using haptics::Tool;
+using test::HapticBench;
+
+constexpr const char* kBlock = R"({"voxel_mm": 0.1, "band_mm": 1.2, "solids": [{"tissue": "dentin", "solid": {"box": {"size_mm": [6, 6, 4]}}}]})";
+
+std::vector<Tool> bur_with_shank_and_condenser() {
+  std::vector<Tool> tools(2);
+  tools[0].diameter = tools[0].length = 1.2_mm;
+  tools[0].shank_length = 5.0_mm;
+  tools[0].shank_diameter = 1.0_mm;
+  tools[1].diameter = tools[1].length = 0.8_mm;
+  tools[1].cuts = false;
+  tools[1].fill = Tissue::kComposite;
+  tools[1].fill_reach = 0.6_mm;
+  return tools;
+}
+
+haptics::TissueVolume block() { return haptics::TissueVolume(haptics::read_solids(Json::parse(kBlock, "block"))); }
+
+SurfacePatch patch_for(const std::vector<Tool>& tools) {
+  SurfacePatch patch;
+  patch.resize(haptics::patch_edge_for(tools, 0.1_mm));
+  return patch;
+}
+
+void expect_equal(const SurfacePatch& a, const SurfacePatch& b) {
+  EXPECT_EQ(a.cuts, b.cuts);
+  EXPECT_EQ(a.lo, b.lo);
+  EXPECT_EQ(a.cut_lo, b.cut_lo);
+  EXPECT_EQ(a.cut_hi, b.cut_hi);
+  EXPECT_EQ(a.distance, b.distance);
+  EXPECT_EQ(a.tissue, b.tissue);
+  EXPECT_EQ(a.filled_lo, b.filled_lo);
+  EXPECT_EQ(a.filled_hi, b.filled_hi);
+  ASSERT_EQ(a.wide.size(), b.wide.size());
+  if (!a.wide.empty()) expect_equal(a.wide.front(), b.wide.front());
+}
+
+TEST(PatchExchange, APatchBroughtUpToDateHoldsTheBitsOfOneCutOutThen) {
+  const std::vector<Tool> tools = bur_with_shank_and_condenser();
+  std::mt19937_64 random(5);
+  const auto uniform = [&](double lo, double hi) { return std::uniform_real_distribution<double>(lo, hi)(random); };
+  Carver kept(block(), tools), fresh(block(), tools);
+  SurfacePatch a = patch_for(tools), b = a;
+  dvec3 at(0, 0, 2.2_mm);
+  std::uint64_t index = 0;
+  int filled = 0;
+  for (int patch = 0; patch < 12; ++patch) {
+    kept.cut_out(at, a);
+    kept.remember_writes(true);
+    for (int round = 0; round < 3; ++round) {
+      for (int i = 0; i < 20; ++i) {
+        Cut cut;
+        cut.index = ++index;
+        cut.t = static_cast<Nanos>(index) * 1'000'000;
+        cut.X_WA.p = at;
+        at += 20e-6 * dvec3(uniform(-1, 1), uniform(-1, 1), uniform(-1.5, 1));
+        cut.X_WB.p = at;
+        if (i % 7 == 6) {
+          cut.tool = 1;
+          cut.fill_radius = uniform(0.1, 0.5) * kMillimetre;
+          cut.X_WA.p = at + dvec3(uniform(-0.4, 0.4), 0, -0.7) * kMillimetre;
+          ++filled;
+        }
+        kept.apply(cut);
+        fresh.apply(cut);
+      }
+      ASSERT_TRUE(kept.bring_up_to_date(a));
+    }
+    fresh.cut_out(a.center_W, b);
+    ASSERT_EQ(a.number, b.number);
+    expect_equal(a, b);
+  }
+  EXPECT_GT(filled, 50);
+}
+
+TEST(PatchExchange, TheServoTakesWhatLacksNothingAndLeavesTheRestToTheCarverForAWhile) {
+  haptics::ServoSettings settings;
+  settings.tool.diameter = settings.tool.length = 1.2_mm;
+  settings.spindle.free_speed = 300.0_krpm;
+  HapticBench bench(kBlock, settings);
+  PatchExchange exchange(bench.spare);
+  ServoTick tick;
+  Cut cut;
+  std::vector<Cut> made;
+  int i = 0;
+  const auto drill = [&](int ticks) {
+    for (const int end = i + ticks; i < end; ++i) {
+      const Pose hand{{0.1_mm * std::sin(0.01 * i), 0, 2.6_mm - 2e-6 * i}};
+      if (bench.servo.tick({i * 1'000'000LL, hand, 1}, tick, cut)) made.push_back(cut);
+    }
+  };
+  const auto carve = [&] {
+    for (const Cut& c : made) bench.carver.apply(c);
+    made.clear();
+  };
+  const auto take = [&](Nanos t) {
+    test::NoAlloc guard;
+    SurfacePatch* const patch = exchange.take(bench.servo.patch(), tick.cuts, t);
+    if (patch) bench.servo.adopt(*patch);
+    EXPECT_EQ(guard.count(), 0u);
+    return patch != nullptr;
+  };
+  exchange.offer(bench.carver, {0, 0, 2.6_mm});
+  EXPECT_TRUE(take(1)) << "the first one";
+  EXPECT_FALSE(exchange.keep_up(bench.carver, bench.servo.patch().number)) << "it has been taken";
+  drill(200);
+  ASSERT_GT(made.size(), 50u);
+  carve();
+
+  exchange.offer(bench.carver, {0, 0, 2.4_mm});
+  drill(5);
+  ASSERT_FALSE(made.empty());
+  EXPECT_FALSE(take(10)) << "it lacks cuts";
+  carve();
+  EXPECT_TRUE(exchange.keep_up(bench.carver, tick.patch));
+  EXPECT_EQ(tick.patch, 1u);
+  EXPECT_TRUE(take(11));
+  EXPECT_EQ(bench.servo.patch().number, 2u);
+  EXPECT_EQ(bench.servo.patch().cuts, tick.cuts);
+  drill(1);
+  EXPECT_EQ(tick.patch, 2u);
+  EXPECT_FALSE(exchange.keep_up(bench.carver, tick.patch));
+  carve();
+
+  // A carver that does not keep up is not waited for for ever.
+  exchange.offer(bench.carver, {0, 0, 2.5_mm});
+  drill(3);
+  EXPECT_FALSE(take(1'000'000));
+  EXPECT_FALSE(take(4'000'000));
+  EXPECT_TRUE(take(7'000'000)) << "brought up to date by the servo itself";
+  carve();
+  drill(1);
+  EXPECT_FALSE(exchange.keep_up(bench.carver, tick.patch));
+
+  // Tissue that has come back is not waited for either, nor changed on its way.
+  carve();
+  ASSERT_TRUE(bench.carver.undo());
+  exchange.offer(bench.carver, {0, 0, 2.5_mm});
+  drill(2);
+  const std::uint64_t cuts = tick.cuts - made.size();
+  carve();
+  EXPECT_TRUE(exchange.keep_up(bench.carver, tick.patch));
+  EXPECT_TRUE(take(8'000'000));
+  EXPECT_EQ(bench.servo.patch().cuts, cuts);
+  SurfacePatch check = bench.spare;
+  bench.carver.volume().copy(bench.servo.patch().lo, glm::ivec3(check.n), check.distance.data(), check.tissue.data());
+  EXPECT_EQ(bench.servo.patch().distance, check.distance);
+}
+
+/// What a live session records of its patches.
+struct Use {
+  std::uint64_t tick, cuts;
+  std::uint32_t number;
+  dvec3 center_W;
+};
+
+TEST(PatchExchange, ARunOfTwoThreadsIsRepeatedToTheBitFromWhenItsPatchesWereTaken) {
+  constexpr int kTicks = 1200;
+  haptics::ServoSettings settings;
+  settings.tool.diameter = settings.tool.length = 1.2_mm;
+  settings.spindle.free_speed = 300.0_krpm;
+  const auto hand = [](int i) { return Pose{{1.2_mm * std::sin(0.004 * i), 0.3_mm * std::sin(0.011 * i), 2.6_mm - 0.6e-6 * i}}; };
+  HapticBench live(kBlock, settings), again(kBlock, settings);
+  PatchExchange exchange(live.spare);
+  exchange.offer(live.carver, hand(0).p);
+  Ring<Cut> cuts(1 << 12);
+  Latest<ServoTick> ticks;
+  std::atomic<bool> stop = false;
+  std::jthread carver([&] {
+    Cut cut;
+    while (!stop) {
+      while (cuts.pop(cut)) live.carver.apply(cut);
+      exchange.keep_up(live.carver, ticks.front().patch);
+      if (ticks.fetch() && live.carver.patch_due(ticks.front())) exchange.offer(live.carver, live.carver.patch_center(ticks.front()));
+      std::this_thread::yield();
+    }
+  });
+  std::vector<Use> uses;
+  std::vector<dvec3> forces;
+  ServoTick tick;
+  Cut cut;
+  for (int i = 0; i < kTicks; ++i) {
+    if (SurfacePatch* const fresh = exchange.take(live.servo.patch(), tick.cuts, now())) {
+      uses.push_back({static_cast<std::uint64_t>(i), fresh->cuts, fresh->number, fresh->center_W});
+      live.servo.adopt(*fresh);
+    }
+    if (live.servo.tick({i * 1'000'000LL, hand(i), 1}, tick, cut)) {
+      ASSERT_TRUE(cuts.push(cut));
+    }
+    ticks.publish(tick);
+    forces.push_back(tick.f_T_W);
+    std::this_thread::sleep_for(std::chrono::microseconds(200));
+  }
+  stop = true;
+  carver.join();
+  EXPECT_GT(uses.size(), 1u);
+  EXPECT_GT(tick.cuts, 50u);
+
+  std::deque<Cut> waiting;
+  auto use = uses.begin();
+  for (int i = 0; i < kTicks; ++i) {
+    for (; use != uses.end() && use->tick == static_cast<std::uint64_t>(i); ++use) {
+      for (; !waiting.empty() && waiting.front().index <= use->cuts; waiting.pop_front()) again.carver.apply(waiting.front());
+      ASSERT_EQ(again.carver.cuts(), use->cuts);
+      again.carver.cut_out(use->center_W, again.spare);
+      again.servo.adopt(again.spare);
+    }
+    if (again.servo.tick({i * 1'000'000LL, hand(i), 1}, tick, cut)) waiting.push_back(cut);
+    ASSERT_EQ(tick.f_T_W, forces[static_cast<std::size_t>(i)]) << i;
+  }
+}
+
+}  // namespace
+}  // namespace typodont
