@@ -25,7 +25,7 @@ constexpr double kGumInside = 0.4e-3;     // m, so deep does the gum reach into 
 constexpr double kJawDepth = 9e-3;        // m below the gum's edge, at least
 constexpr double kCoveredBelow = 0.6e-3;  // m below its edge the gum is thick enough to hide the root
 constexpr double kCollarBlend = 1.0e-3;   // m
-constexpr double kToothFace = 0.10e-3, kGumFace = 0.20e-3;  // m: cells of the faces of a section
+constexpr double kToothFace = 0.15e-3, kGumFace = 0.30e-3;  // m: cells of the faces of a section
 constexpr double kFaceOverlap = 0.05e-3;  // m that the gum's face reaches under those of the teeth, to leave no gap
 constexpr double kFaceUnder = 10e-6;      // m that it lies behind them
 
