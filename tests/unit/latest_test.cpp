@@ -73,6 +73,27 @@ TEST(Latest, WhatIsTakenBackOrGivenBackIsNeverInTwoHands) {
   EXPECT_GT(given_back, 0u);
 }
 
+// The value is next to nothing, so that the two threads meet where one looks and the other takes back.
+TEST(Latest, FetchesNothingOldWhereTheWriterTakesBackWhatItHasSeen) {
+  constexpr std::uint64_t kLast = 100'000;
+  for (int round = 0; round < 10; ++round) {
+    Latest<std::uint64_t> latest;
+    latest.publish(1);
+    std::jthread writer([&] {
+      for (std::uint64_t i = 2; i <= kLast; ++i) {
+        latest.take_back();
+        latest.publish(i);
+      }
+    });
+    std::uint64_t seen = 0;
+    while (seen < kLast) {
+      if (!latest.fetch()) continue;
+      ASSERT_GT(latest.front(), seen);
+      seen = latest.front();
+    }
+  }
+}
+
 TEST(Ring, KeepsOrderAcrossThreadsAndCountsWhatFoundNoRoom) {
   Ring<std::uint64_t> ring(1024);
   constexpr std::uint64_t kLast = 200'000;
