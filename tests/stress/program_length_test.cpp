@@ -11,6 +11,7 @@
 #include <iterator>
 #include <string>
 #include <system_error>
+#include <vector>
 
 #include "tests/support/campaign.h"
 #include "tests/support/program.h"
@@ -27,7 +28,7 @@ std::string hand_of(int minutes) {
   return hand + fmt::format("{},-1,0,6,1,0,0,0,0\n", 60 * minutes);
 }
 
-struct Most {
+struct Used {
   double memory_kib = 0;
   std::ptrdiff_t open_files = 0, threads = 0;
   double file_bytes = 0;
@@ -43,24 +44,34 @@ TEST(LongSession, TwiceAsLongTakesNoMoreMemoryHandlesOrThreadsAndTwiceTheFileWit
   const ProgramFolder folder(TYPODONT_PROGRAM);
   folder.write("scene.json", R"({"tissue": {"voxel_mm": 0.2, "solids": [{"tissue": "dentin", "solid": {"sphere": {"radius_mm": 4}}}]},
     "tool": "round_012", "spindle_krpm": 300})");
+  // What it was mostly, in the second half: at the start a scene is open for a moment, which one look sees and another misses.
+  const auto mostly = [](std::vector<std::ptrdiff_t> counts) {
+    if (counts.empty()) return std::ptrdiff_t{0};
+    const auto middle = counts.begin() + static_cast<std::ptrdiff_t>(3 * counts.size() / 4);
+    std::nth_element(counts.begin() + static_cast<std::ptrdiff_t>(counts.size() / 2), middle, counts.end());
+    return *middle;
+  };
   const auto session_of = [&](int minutes) {
     folder.write("hand.csv", hand_of(minutes));
     const pid_t child = folder.start(fmt::format("servo {} --hand {} --out {}", folder / "scene.json", folder / "hand.csv", folder / "out.h5"));
-    Most most;
+    Used all;
+    std::vector<std::ptrdiff_t> open_files, threads;
     int status = -1;
     rusage used{};
     while (::wait4(child, &status, WNOHANG, &used) == 0) {
-      most.open_files = std::max(most.open_files, entries(fmt::format("/proc/{}/fd", child)));
-      most.threads = std::max(most.threads, entries(fmt::format("/proc/{}/task", child)));
+      open_files.push_back(entries(fmt::format("/proc/{}/fd", child)));
+      threads.push_back(entries(fmt::format("/proc/{}/task", child)));
       ::usleep(20'000);
     }
     EXPECT_EQ(status, 0) << folder.said();
-    most.memory_kib = static_cast<double>(used.ru_maxrss);
-    most.file_bytes = static_cast<double>(std::filesystem::file_size(folder / "out.h5"));
-    return most;
+    all.open_files = mostly(open_files);
+    all.threads = mostly(threads);
+    all.memory_kib = static_cast<double>(used.ru_maxrss);
+    all.file_bytes = static_cast<double>(std::filesystem::file_size(folder / "out.h5"));
+    return all;
   };
   // In the first minutes HDF5's own caches fill up.
-  const Most once = session_of(campaign(3)), twice = session_of(campaign(6));
+  const Used once = session_of(campaign(3)), twice = session_of(campaign(6));
   EXPECT_LT(twice.memory_kib, 1.05 * once.memory_kib);
   EXPECT_LE(twice.open_files, once.open_files);
   EXPECT_LE(twice.threads, once.threads);
