@@ -38,9 +38,16 @@ class Latest {
   // Reader thread.
   /// Takes the newest value if there is one; true when it changed since the last fetch.
   bool fetch() noexcept {
-    if (!(middle_.load(std::memory_order_relaxed) & kFresh)) return false;
-    front_ = middle_.exchange(front_, std::memory_order_acq_rel) & kIndex;
-    return true;
+    // Not a plain exchange: after this look the writer may take back what was seen, and leave an old value there. Each
+    // further turn means that the writer has published meanwhile.
+    std::uint8_t there = middle_.load(std::memory_order_relaxed);
+    while (there & kFresh) {
+      if (middle_.compare_exchange_strong(there, front_, std::memory_order_acq_rel, std::memory_order_relaxed)) {
+        front_ = there & kIndex;
+        return true;
+      }
+    }
+    return false;
   }
   /// Puts what was fetched back as if it had not been, unless there is something newer: then false.
   bool give_back() noexcept {
