@@ -10,7 +10,7 @@
 
 namespace typodont::haptics {
 
-/// One carver, one servo, each in its thread. Wait-free on the servo's side.
+/// One carver, one servo, each in its thread. Nobody waits: lock-free on the servo's side (Latest).
 class PatchExchange {
  public:
   /// `empty`: a patch of the right size.

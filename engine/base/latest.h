@@ -1,5 +1,6 @@
-// The newest value, from one thread to one other (triple buffer). Wait-free on both sides: nobody ever waits, nobody
-// ever sees half a value. Values that the reader never looked at are overwritten; use ring.h where each one counts.
+// The newest value, from one thread to one other (triple buffer). Nobody ever waits, nobody ever sees half a value: wait-free
+// on the writer's side, lock-free on the reader's, who looks again when the writer has just published. Values that the reader
+// never looked at are overwritten; use ring.h where each one counts.
 #pragma once
 
 #include <array>
