@@ -32,7 +32,7 @@ class EvenSample {
   /// 0 while empty.
   double quantile(double share) const { return values_.empty() ? 0 : typodont::quantile(values_, share); }
 
-  static constexpr std::size_t kMost = std::size_t{1} << 19;
+  static constexpr std::size_t kMost = std::size_t{1} << 17;
 
  private:
   std::vector<double> values_;

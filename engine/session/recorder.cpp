@@ -23,6 +23,8 @@ namespace typodont::session {
 
 namespace {
 
+constexpr hsize_t kLargestChunkBytes = 1 << 16;  // of any dataset
+
 /// Rows of fixed-size cells, column by column: buffered here, written a chunk at a time. A chunk is compressed when it
 /// is written, so whole chunks are written once; a heartbeat may write part of one, which is then written again.
 class Table {
@@ -224,6 +226,10 @@ void SessionWriter::Impl::create(const SessionHeader& header) {
   H5 access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
   H5Pset_libver_bounds(access.get(), H5F_LIBVER_V110, H5F_LIBVER_V110);  // what SWMR needs
   H5Pset_fclose_degree(access.get(), H5F_CLOSE_STRONG);
+  // Rows come in order, so of a column's chunks the one being filled is all that is worth keeping: HDF5's own habit of a
+  // megabyte a column is 50 MB that nobody asks for again, filling up over the first minutes. For the file, since SWMR opens
+  // its datasets anew and forgets what each was given.
+  H5Pset_cache(access.get(), 0, 11, kLargestChunkBytes, 1.0);
   H5 creation(H5Pcreate(H5P_FILE_CREATE), H5Pclose);
   H5Pset_obj_track_times(creation.get(), false);
   errno = 0;
@@ -340,7 +346,7 @@ bool SessionWriter::Impl::create_tables(const SessionHeader& header) {
     }
   }
 
-  const hsize_t zero = 0, unlimited = H5S_UNLIMITED, chunk = 1 << 16;
+  const hsize_t zero = 0, unlimited = H5S_UNLIMITED, chunk = kLargestChunkBytes;
   H5 properties(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
   H5Pset_obj_track_times(properties.get(), false);
   H5Pset_chunk(properties.get(), 1, &chunk);
