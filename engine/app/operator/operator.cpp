@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <cmath>
 #include <cstdlib>
 #include <functional>
 #include <memory>
@@ -42,7 +43,8 @@ namespace {
 namespace fs = std::filesystem;
 using namespace std::chrono_literals;
 
-constexpr double kIdleFrame = 1.0;      // s between frames while nothing happens
+constexpr double kIdleFrame = 60;       // s between frames while nothing happens
+constexpr Nanos kIdleWait = 21'000'000;  // ns, between looks at what is no event of the desktop
 constexpr double kSessionFrame = 0.05;  // s between frames of this window while a session runs
 constexpr Nanos kReviveInterval = 10 * kNanosPerSecond;
 constexpr Nanos kDeviceInterval = 2 * kNanosPerSecond;  // between two looks at what is plugged in: each takes milliseconds
@@ -99,7 +101,7 @@ class Operator {
   /// One look at what was done, one frame where there is something to show.
   void turn() {
     {
-      const bool due = window_.poll(bench_ || s_.busy ? kSessionFrame : kIdleFrame);
+      const bool due = window_.poll((bench_ && !at_rest_) || s_.busy ? kSessionFrame : kIdleFrame);
       if (window_.input().close) {
         quit_ = true;
         return;
@@ -110,10 +112,11 @@ class Operator {
       if (due || drew || finished) {
         draw();
         carry_out();
-      } else if (!bench_) {
-        std::this_thread::sleep_for(8ms);
-      } else {
+      } else if (bench_ && !at_rest_) {
         std::this_thread::sleep_for(2ms);
+      } else {
+        std::this_thread::sleep_for(4ms);  // a mouse says where it is a thousand times a second
+        window_.output().wait(kIdleWait);
       }
     }
   }
@@ -441,7 +444,7 @@ class Operator {
 
   /// True when the trainee's picture changed.
   bool step_session() {
-    const std::uint64_t before = s_.status.frames + s_.status.own_frames;
+    const WorkbenchStatus before = s_.status;
     bench_->look_from(s_.viewpoint, s_.own_view ? s_.live_size : glm::ivec2(0));
     if (!bench_->step(s_.live_input, s_.live_size)) {
       quit_ = Workbench::asked_to_stop();
@@ -472,7 +475,18 @@ class Operator {
       s_.forces[static_cast<std::size_t>(s_.curve_at)] = static_cast<float>(glm::length(s_.status.tick.f_T_W));
       s_.curve_at = (s_.curve_at + 1) % static_cast<int>(s_.forces.size());
     }
-    return s_.status.frames + s_.status.own_frames != before;
+    at_rest_ = nothing_moves(before);
+    const bool next_second = std::floor(before.seconds) != std::floor(s_.status.seconds);  // the clock's
+    return s_.status.frames + s_.status.own_frames != before.frames + before.own_frames || next_second;
+  }
+
+  /// Nothing that the session's page shows has changed but the clock, nor will, of itself.
+  bool nothing_moves(const WorkbenchStatus& before) const {
+    const WorkbenchStatus& is = s_.status;
+    return is.tick.X_WT.p == before.tick.X_WT.p && is.tick.X_WT.R == before.tick.X_WT.R && is.tick.spindle == before.tick.spindle && is.tick.tool == before.tick.tool &&
+           is.tick.cuts == before.tick.cuts && is.tissue.version == before.tissue.version && is.faults == before.faults &&
+           is.frames == before.frames && is.own_frames == before.own_frames && !s_.look_in_work &&
+           std::all_of(s_.forces.begin(), s_.forces.end(), [](float f) { return f == 0; });
   }
 
   /// What may be looked at in this session, and how.
@@ -837,6 +851,7 @@ class Operator {
   haptics::DeviceWatch plugged_;
   Nanos plugged_looked_ = 0;
   Nanos score_time_ = 0, curve_time_ = 0;
+  bool at_rest_ = false;  // the session: see nothing_moves()
   bool quit_ = false;
 };
 
