@@ -38,6 +38,7 @@ void Servo::State::earn(Now& now) noexcept {
   if (now.may_cut && head_force > 0) {
     const double most = now.scrapes || wall > 0 ? power * kHeldTime : std::max(budget, power * kBudgetTime);
     budget = std::min(budget + power * now.dt, most);
+    if (!now.scrapes) budget = std::max(budget, -power * kHeldTime);  // a bur that was put into tissue is not held for it
   } else if (head_force <= 0) {
     budget = std::min(budget, 0.0);
   }

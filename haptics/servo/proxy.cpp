@@ -28,6 +28,8 @@ constexpr double kDeep = 0.6;              // more overlap than cutting or round
 constexpr double kRecoveryTime = 0.006;    // s, time constant of leading the tool out of tissue
 constexpr double kCutSlew = 6;            // N/s, no faster does the proxy change the force of a cutting contact
 constexpr double kGripSlew = 9;            // N/s, no faster does the force rise when the teeth catch
+constexpr double kFreeDebt = 0.003;        // s of the motor's work that a bur may have cut in advance; it goes slower then, …
+constexpr double kStandingDebt = 0.012;    // … and stands
 constexpr double kWallFelt = 0.1e-3;       // m that a head may have got into harder tissue, and still meets the wall before it
 constexpr double kLeastThrough = 0.1;      // of the power that it cuts with there
 constexpr double kWallFrom = 0.2;          // softer over harder, above which there is no wall: a bur leads from caries into dentin
@@ -207,6 +209,13 @@ void Servo::State::find_room_to_sink(Touch& now) const noexcept {
   now.slack_at_walls = bought_by(std::min(wall_budget, budget)) / now.slack;
 }
 
+/// The share of its way, 0..1, that a bur may go which has cut more than its motor has worked for: it waits until that is paid, as
+/// long as it is pushed. So does a sharp rim in a pit too shallow for its wall to be felt.
+double Servo::State::share_in_debt(const Touch& now) const noexcept {
+  if (!(carved && budget < 0 && now.may_cut && !now.scrapes && glm::dot(now.target - now.c0, normal) < 0)) return 1;
+  return std::clamp((kStandingDebt + budget / now.spindle.power) / (kStandingDebt - kFreeDebt), 0.0, 1.0);
+}
+
 void Servo::State::move_proxy(Touch& now) noexcept {
   const ContactFinder& head = finder();
   SmoothContacts* const smooth_parts = smooth().any() ? &smooth() : nullptr;
@@ -325,7 +334,7 @@ void Servo::State::move_proxy(Touch& now) noexcept {
       break;
     }
   }
-  now.c = c;
+  now.c = now.touching ? c0 + share_in_debt(now) * (c - c0) : c;
   wall = walled && now.touching ? wall_of(now.active) : 0;
 }
 
