@@ -48,6 +48,7 @@ struct Renderer::Impl {
   std::array<bool, kSlots> timed{};
 
   gpu::Image pictures, color, depth;
+  gpu::Image scene, scene_depth;  // where layered(): the pictures without what lies over the scene, and how far it is
   ShadowPass shadow;
   SurfacePass surface;
   ToolPass tool;
@@ -77,7 +78,7 @@ struct Renderer::Impl {
   std::uint64_t eyes_version = 0;  // rises when the eyes' pictures show the scene from elsewhere
   std::uint64_t shadow_version = 0, shadow_order = 0;
   // What the last frame drew anew, and what particles and writing cover of it.
-  std::array<Tiles, 2> tiles, particle_tiles, hud_tiles;
+  std::array<Tiles, 2> tiles, over_tiles, particle_tiles, hud_tiles;
   std::array<std::vector<PixelBox>, 2> redrawn;
   glm::mat4 shadow_light{0};
   glm::vec4 shadow_section{0};
@@ -157,11 +158,24 @@ struct Renderer::Impl {
                                       .samples = context.samples,
                                       .usage = VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT | VK_IMAGE_USAGE_TRANSFER_SRC_BIT});
     depth = gpu::Image::create(device, {.size = extent,
-                                        .layers = together,
+                                        .layers = layered() ? layers : together,
                                         .format = kDepthFormat,
                                         .samples = context.samples,
-                                        .usage = VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT,
+                                        .usage = VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT |
+                                                 (layered() ? VkImageUsageFlags{VK_IMAGE_USAGE_TRANSFER_SRC_BIT} : 0u),
                                         .aspect = VK_IMAGE_ASPECT_DEPTH_BIT});
+    if (layered()) {
+      scene = gpu::Image::create(device, {.size = extent,
+                                          .layers = layers,
+                                          .format = kColorFormat,
+                                          .usage = VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT | VK_IMAGE_USAGE_TRANSFER_SRC_BIT});
+      scene_depth = gpu::Image::create(
+          device, {.size = extent,
+                   .layers = layers,
+                   .format = kDepthFormat,
+                   .usage = VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT | VK_IMAGE_USAGE_TRANSFER_DST_BIT,
+                   .aspect = VK_IMAGE_ASPECT_DEPTH_BIT});
+    }
     for (int i = 0; keeps_depth && i < (context.view_mask ? 1 : views); ++i)
       kept_depth.push_back(gpu::Image::create(
           device, {.size = extent,
@@ -176,10 +190,17 @@ struct Renderer::Impl {
     pictures.destroy(device);
     color.destroy(device);
     depth.destroy(device);
+    scene.destroy(device);
+    scene_depth.destroy(device);
     for (gpu::Image& image : kept_depth) image.destroy(device);
     kept_depth.clear();
     mirror.destroy_pictures(device);
   }
+  /// The scene is kept apart from the chips that fly before it and the writing over it: they change nearly all of the
+  /// picture in every frame, and restoring a pixel costs a copy, drawing it anew triangles and light. Where samples are
+  /// averaged, or one pass draws both eyes, all goes into one picture.
+  bool layered() const { return context.samples == 1 && !context.view_mask && !keeps_depth; }
+
   /// Their pipelines depend on samples, views and quality.
   void destroy_passes() {
     surface.destroy(device);
@@ -370,12 +391,13 @@ struct Renderer::Impl {
     return out;
   }
 
-  /// Marks in `tiles` what this frame changes of the last; false where that may be everything.
+  /// Marks in `tiles` what this frame changes of the last, in `over_tiles` what particles and writing do; false where
+  /// that may be everything.
   bool mark_changed(const shared::FrameData& data, const Frame& frame, int slot, const glm::ivec2& drawn) {
     std::array<Tiles, 2> particles_now, hud_now;
     const auto views = static_cast<std::size_t>(frame.views);
     for (std::size_t e = 0; e < views; ++e) {
-      for (Tiles* t : {&tiles[e], &particles_now[e], &hud_now[e]}) t->clear(drawn);
+      for (Tiles* t : {&tiles[e], &over_tiles[e], &particles_now[e], &hud_now[e]}) t->clear(drawn);
       hud.mark(slot, drawn, hud_now[e]);
       const glm::dmat4 clip_from_world = frame.eyes[e].projection * frame.eyes[e].view;
       // So many that all is full of them.
@@ -413,13 +435,14 @@ struct Renderer::Impl {
       if (frame.tool.visible) tool_at(frame.tool.X_WG);
       if (last_tool_visible) tool_at(last_tool);
       if (particles_changed) {
-        tiles[e].mark(particles_now[e]);
-        tiles[e].mark(particle_tiles[e]);
+        over_tiles[e].mark(particles_now[e]);
+        over_tiles[e].mark(particle_tiles[e]);
       }
       if (hud_changed) {
-        tiles[e].mark(hud_now[e]);
-        tiles[e].mark(hud_tiles[e]);
+        over_tiles[e].mark(hud_now[e]);
+        over_tiles[e].mark(hud_tiles[e]);
       }
+      if (!layered()) tiles[e].mark(over_tiles[e]);
       // What the glass shows may be anywhere.
       if (const auto glass = glass_in(frame.eyes[e], frame.mirror, drawn)) tiles[e].mark(*glass);
     }
@@ -437,17 +460,25 @@ struct Renderer::Impl {
     const VkExtent2D extent = pictures.options.size;
     const glm::ivec2 drawn_size(extent.width, extent.height);
     const bool partly = mark_changed(data, frame, slot, drawn_size);
+    std::array<std::vector<PixelBox>, 2> scene_boxes;
     if (partly) {
       stats.redrawn = 0;
       std::array<std::vector<PixelBox>, 2> kept;
       for (std::size_t e = 0; e < views; ++e) {
-        redrawn[e] = tiles[e].boxes(true, tiles[e].picture());
+        scene_boxes[e] = tiles[e].boxes(true, tiles[e].picture());
         kept[e] = tiles[e].boxes(false, tiles[e].bounds());
-        stats.redrawn += tiles[e].share() / frame.views;
+        // What lies over the scene is blended: chips or writing go over a restored scene, all of them or none.
+        Tiles shown = tiles[e];
+        shown.mark(over_tiles[e]);
+        for (const Tiles* over : {&particle_tiles[e], &hud_tiles[e], &particle_tiles[e]})
+          if (layered() && shown.touch(*over)) shown.mark(*over);
+        redrawn[e] = shown.boxes(true, shown.picture());
+        stats.redrawn += shown.share() / frame.views;
       }
       mask.prepare(context, slot, drawn_size, kept);
     } else {
-      redrawn.fill({{0, 0, drawn_size.x, drawn_size.y}});
+      scene_boxes.fill({{0, 0, drawn_size.x, drawn_size.y}});
+      redrawn = scene_boxes;
     }
     std::array<std::optional<PixelBox>, 2> glass;
     for (int e = 0; e < frame.views; ++e) glass[e] = glass_in(frame.eyes[e], frame.mirror, drawn_size);
@@ -517,13 +548,15 @@ struct Renderer::Impl {
 
     const std::vector<DrawGroup> groups =
         bricks.visible(device, slot, frame, bricks.indirect, stats, partly ? &tiles : nullptr);
-    begin_pictures(commands, pictures, partly);
+    gpu::Image& target = layered() ? scene : pictures;
+    begin_pictures(commands, target, partly);
+    if (layered()) begin_depth(commands, partly);
     const int scene_passes = context.view_mask ? 1 : frame.views;
     for (int view = 0; view < scene_passes; ++view) {
       const auto e = static_cast<std::size_t>(view);
       const PixelBox all{0, 0, drawn_size.x, drawn_size.y}, box = partly ? tiles[e].bounds() : all;
       if (box.width == 0) continue;
-      begin_scene(commands, pictures, frame, view, box, partly, {0, 0, 0});
+      begin_scene(commands, target, frame, view, box, partly, {0, 0, 0});
       vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, context.layout, 0, 1, &inputs.sets[own], 0, nullptr);
       push_view(commands, context.layout, view);
       if (partly) mask.record(context, commands, slot, view, stats);
@@ -541,12 +574,17 @@ struct Renderer::Impl {
       // Over what was there, black is drawn like any other background.
       if (frame.background == Background::kGradient || partly) background.record(context, commands, stats);
       surface.record(context, commands, bricks, slot, bricks.indirect, groups, frame.view, true, stats);
-      particles.record(context, commands, slot, frame.cloud, stats);
-      hud.record(context, commands, slot, stats);
-      end_scene(commands, pictures, view, redrawn[e]);
+      if (!layered()) {
+        particles.record(context, commands, slot, frame.cloud, stats);
+        hud.record(context, commands, slot, stats);
+      }
+      end_scene(commands, target, view, redrawn[e]);
       ++stats.passes;
     }
-    end_pictures(commands, pictures);
+    if (layered())
+      lay_over(commands, frame, slot, partly, scene_boxes, stats);
+    else
+      end_pictures(commands, pictures);
     if (queries) {
       vkCmdWriteTimestamp2(commands, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, queries, first_query + 1);
       timed[own] = true;
@@ -555,6 +593,10 @@ struct Renderer::Impl {
 
   static constexpr VkPipelineStageFlags2 kOutput = VK_PIPELINE_STAGE_2_COLOR_ATTACHMENT_OUTPUT_BIT;
   static constexpr VkPipelineStageFlags2 kResolve = VK_PIPELINE_STAGE_2_RESOLVE_BIT;
+  static constexpr VkPipelineStageFlags2 kTests =
+      VK_PIPELINE_STAGE_2_EARLY_FRAGMENT_TESTS_BIT | VK_PIPELINE_STAGE_2_LATE_FRAGMENT_TESTS_BIT;
+  static constexpr VkAccessFlags2 kDepthUse =
+      VK_ACCESS_2_DEPTH_STENCIL_ATTACHMENT_WRITE_BIT | VK_ACCESS_2_DEPTH_STENCIL_ATTACHMENT_READ_BIT;
 
   /// Samples are averaged at the end of the pass where one pass draws both eyes, by a command of its own where each eye
   /// has its pass: lavapipe 22.3 averages into the first layer whatever layer the pass names, and says nothing.
@@ -563,7 +605,9 @@ struct Renderer::Impl {
 
   void begin_pictures(VkCommandBuffer commands, const gpu::Image& target, bool partly) {
     const bool by_command = resolves_by_command();
-    gpu::transition(commands, target, partly ? VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL : VK_IMAGE_LAYOUT_UNDEFINED,
+    const VkImageLayout between =
+        &target == &scene ? VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL : VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL;
+    gpu::transition(commands, target, partly ? between : VK_IMAGE_LAYOUT_UNDEFINED,
                     by_command ? VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL : VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL,
                     VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, VK_ACCESS_2_NONE, by_command ? kResolve : kOutput,
                     by_command ? VkAccessFlags2{VK_ACCESS_2_TRANSFER_WRITE_BIT}
@@ -573,15 +617,15 @@ struct Renderer::Impl {
   /// Opens the pass of one eye, or of both where the device draws them in one. `partly`: over what the picture holds.
   void begin_scene(VkCommandBuffer commands, const gpu::Image& target, const Frame& frame, int view,
                    const PixelBox& box, bool partly, const glm::vec3& clear) {
-    constexpr VkPipelineStageFlags2 kTests =
-        VK_PIPELINE_STAGE_2_EARLY_FRAGMENT_TESTS_BIT | VK_PIPELINE_STAGE_2_LATE_FRAGMENT_TESTS_BIT;
     if (context.samples > 1)
       gpu::transition(commands, color, VK_IMAGE_LAYOUT_UNDEFINED, VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL,
                       kOutput | kResolve, VK_ACCESS_2_COLOR_ATTACHMENT_WRITE_BIT | VK_ACCESS_2_TRANSFER_READ_BIT,
                       kOutput, VK_ACCESS_2_COLOR_ATTACHMENT_WRITE_BIT);
-    gpu::transition(commands, depth, VK_IMAGE_LAYOUT_UNDEFINED, VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL, kTests,
-                    VK_ACCESS_2_DEPTH_STENCIL_ATTACHMENT_WRITE_BIT, kTests,
-                    VK_ACCESS_2_DEPTH_STENCIL_ATTACHMENT_WRITE_BIT | VK_ACCESS_2_DEPTH_STENCIL_ATTACHMENT_READ_BIT);
+    const bool layer = &target == &scene;
+    if (!layer)
+      gpu::transition(commands, depth, VK_IMAGE_LAYOUT_UNDEFINED, VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL, kTests,
+                      VK_ACCESS_2_DEPTH_STENCIL_ATTACHMENT_WRITE_BIT, kTests,
+                      VK_ACCESS_2_DEPTH_STENCIL_ATTACHMENT_WRITE_BIT | VK_ACCESS_2_DEPTH_STENCIL_ATTACHMENT_READ_BIT);
     const gpu::Image* kept = keeps_depth && &target == &pictures ? &kept_depth[context.view_mask ? 0 : static_cast<std::size_t>(view)] : nullptr;
     if (kept)
       gpu::transition(commands, *kept, VK_IMAGE_LAYOUT_UNDEFINED, VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL,
@@ -607,13 +651,13 @@ struct Renderer::Impl {
         .clearValue = {.color = {{clear.r, clear.g, clear.b, frame.background == Background::kClear ? 0.0f : 1.0f}}}};
     const VkRenderingAttachmentInfo depth_info{
         .sType = VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO,
-        .imageView = kept_direct ? kept->view : depth.view,
+        .imageView = kept_direct ? kept->view : layered() ? (layer && !partly ? scene_depth : depth).layer_views[static_cast<std::size_t>(view)] : depth.view,
         .imageLayout = VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL,
         .resolveMode = kept_resolved ? VK_RESOLVE_MODE_SAMPLE_ZERO_BIT : VK_RESOLVE_MODE_NONE,
         .resolveImageView = kept_resolved ? kept->view : VK_NULL_HANDLE,
         .resolveImageLayout = kept_resolved ? VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL : VK_IMAGE_LAYOUT_UNDEFINED,
         .loadOp = VK_ATTACHMENT_LOAD_OP_CLEAR,
-        .storeOp = kept_direct ? VK_ATTACHMENT_STORE_OP_STORE : VK_ATTACHMENT_STORE_OP_DONT_CARE,
+        .storeOp = kept_direct || layer ? VK_ATTACHMENT_STORE_OP_STORE : VK_ATTACHMENT_STORE_OP_DONT_CARE,
         .clearValue = {.depthStencil = {1.0f, 0}}};
     const VkRect2D area{{box.x, box.y}, {static_cast<std::uint32_t>(box.width), static_cast<std::uint32_t>(box.height)}};
     const VkRenderingInfo rendering{.sType = VK_STRUCTURE_TYPE_RENDERING_INFO,
@@ -646,6 +690,97 @@ struct Renderer::Impl {
                        .extent = {static_cast<std::uint32_t>(b.width), static_cast<std::uint32_t>(b.height), 1}});
     vkCmdResolveImage(commands, color.image, VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL, target.image,
                       VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, static_cast<std::uint32_t>(parts.size()), parts.data());
+  }
+
+  /// Where layered: all anew is drawn into the depth that stays, parts into another one, whose rest is masked.
+  void begin_depth(VkCommandBuffer commands, bool partly) {
+    gpu::transition(commands, partly ? depth : scene_depth, VK_IMAGE_LAYOUT_UNDEFINED,
+                    VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, VK_ACCESS_2_NONE,
+                    kTests, kDepthUse);
+  }
+
+  /// The scene's new parts into the pictures, and over them what flies before it and the writing.
+  void lay_over(VkCommandBuffer commands, const Frame& frame, int slot, bool partly,
+                const std::array<std::vector<PixelBox>, 2>& scene_boxes, FrameStats& stats) {
+    constexpr VkPipelineStageFlags2 kCopy = VK_PIPELINE_STAGE_2_COPY_BIT;
+    const auto copy = [&](const gpu::Image& from, const gpu::Image& to, const std::array<std::vector<PixelBox>, 2>& boxes) {
+      std::vector<VkImageCopy> parts;
+      for (std::uint32_t e = 0; e < static_cast<std::uint32_t>(frame.views); ++e)
+        for (const PixelBox& b : boxes[e])
+          parts.push_back({.srcSubresource = {from.options.aspect, 0, e, 1},
+                           .srcOffset = {b.x, b.y, 0},
+                           .dstSubresource = {to.options.aspect, 0, e, 1},
+                           .dstOffset = {b.x, b.y, 0},
+                           .extent = {static_cast<std::uint32_t>(b.width), static_cast<std::uint32_t>(b.height), 1}});
+      if (parts.empty()) return;
+      vkCmdCopyImage(commands, from.image, VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL, to.image,
+                     VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, static_cast<std::uint32_t>(parts.size()), parts.data());
+    };
+    if (partly) {
+      gpu::transition(commands, depth, VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL, VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL,
+                      kTests, kDepthUse, kCopy, VK_ACCESS_2_TRANSFER_READ_BIT);
+      gpu::transition(commands, scene_depth, VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL, VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL,
+                      kTests, kDepthUse, kCopy, VK_ACCESS_2_TRANSFER_WRITE_BIT);
+      copy(depth, scene_depth, scene_boxes);
+      gpu::transition(commands, scene_depth, VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL,
+                      kCopy, VK_ACCESS_2_TRANSFER_WRITE_BIT, kTests, kDepthUse);
+    }
+    gpu::transition(commands, scene, VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL, VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL,
+                    kOutput, VK_ACCESS_2_COLOR_ATTACHMENT_WRITE_BIT, kCopy, VK_ACCESS_2_TRANSFER_READ_BIT);
+    gpu::transition(commands, pictures, partly ? VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL : VK_IMAGE_LAYOUT_UNDEFINED,
+                    VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, VK_ACCESS_2_NONE, kCopy,
+                    VK_ACCESS_2_TRANSFER_WRITE_BIT);
+    copy(scene, pictures, redrawn);
+    gpu::transition(commands, pictures, VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL,
+                    kCopy, VK_ACCESS_2_TRANSFER_WRITE_BIT, kOutput,
+                    VK_ACCESS_2_COLOR_ATTACHMENT_WRITE_BIT | VK_ACCESS_2_COLOR_ATTACHMENT_READ_BIT);
+    const VkExtent2D extent = pictures.options.size;
+    for (int view = 0; view < frame.views; ++view) {
+      const auto e = static_cast<std::size_t>(view);
+      Tiles over;
+      over.clear({extent.width, extent.height});
+      for (const PixelBox& b : redrawn[e]) over.mark(b);
+      const bool chips = frame.cloud || over.touch(particle_tiles[e]), writing = over.touch(hud_tiles[e]);
+      if (!chips && !writing) continue;
+      begin_over(commands, frame, view, extent);
+      vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, context.layout, 0, 1,
+                              &inputs.sets[static_cast<std::size_t>(slot)], 0, nullptr);
+      push_view(commands, context.layout, view);
+      if (chips) particles.record(context, commands, slot, frame.cloud, stats);
+      if (writing) hud.record(context, commands, slot, stats);
+      vkCmdEndRendering(commands);
+      ++stats.passes;
+    }
+    gpu::transition(commands, pictures, VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL, VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL,
+                    kOutput, VK_ACCESS_2_COLOR_ATTACHMENT_WRITE_BIT, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT,
+                    VK_ACCESS_2_SHADER_SAMPLED_READ_BIT | VK_ACCESS_2_TRANSFER_READ_BIT);
+  }
+
+  /// Opens the pass of what lies over an eye's scene.
+  void begin_over(VkCommandBuffer commands, const Frame& frame, int view, const VkExtent2D& extent) {
+    const auto e = static_cast<std::size_t>(view);
+    const VkRenderingAttachmentInfo color_info{.sType = VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO,
+                                               .imageView = pictures.layer_views[e],
+                                               .imageLayout = VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL,
+                                               .loadOp = VK_ATTACHMENT_LOAD_OP_LOAD,
+                                               .storeOp = VK_ATTACHMENT_STORE_OP_STORE};
+    const VkRenderingAttachmentInfo depth_info{.sType = VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO,
+                                               .imageView = scene_depth.layer_views[e],
+                                               .imageLayout = VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL,
+                                               .loadOp = VK_ATTACHMENT_LOAD_OP_LOAD,
+                                               .storeOp = VK_ATTACHMENT_STORE_OP_STORE};
+    const VkRect2D area{{0, 0}, extent};
+    const VkRenderingInfo rendering{.sType = VK_STRUCTURE_TYPE_RENDERING_INFO,
+                                    .renderArea = area,
+                                    .layerCount = 1,
+                                    .colorAttachmentCount = 1,
+                                    .pColorAttachments = &color_info,
+                                    .pDepthAttachment = &depth_info};
+    vkCmdBeginRendering(commands, &rendering);
+    const VkViewport viewport{0, 0, static_cast<float>(extent.width), static_cast<float>(extent.height), 0, 1};
+    vkCmdSetViewport(commands, 0, 1, &viewport);
+    vkCmdSetScissor(commands, 0, 1, &area);
+    vkCmdSetFrontFace(commands, frame.eyes[0].flip ? VK_FRONT_FACE_CLOCKWISE : VK_FRONT_FACE_COUNTER_CLOCKWISE);
   }
 
   void end_pictures(VkCommandBuffer commands, const gpu::Image& target) {

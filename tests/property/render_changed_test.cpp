@@ -90,7 +90,7 @@ TEST_P(ChangedPixels, OnlyWhatChangesIsDrawnAndThePictureIsTheWholeOne) {
   EXPECT_LT(least, 0.6) << "so little was ever enough";
 }
 
-INSTANTIATE_TEST_SUITE_P(Steps, ChangedPixels, testing::Values(1, 4));
+INSTANTIATE_TEST_SUITE_P(Steps, ChangedPixels, testing::Values(1, 4, 6));
 
 }  // namespace
 }  // namespace typodont::test

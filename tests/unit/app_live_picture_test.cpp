@@ -34,6 +34,23 @@ TEST(QualityLadder, StepsDownWhileFramesAreSlowAndStopsAtTheLastStep) {
   EXPECT_EQ(ladder.step().name, render::kQualityLadder.back().name);
 }
 
+TEST(QualityLadder, IsAtItsLastStepWithinTwoSecondsOfFramesThatTakeATenth) {
+  QualityLadder ladder;
+  double seconds = 0;
+  while (ladder.step().name != render::kQualityLadder.back().name && seconds < 10) {
+    ladder.frame_took(0.1);
+    seconds += 0.1;
+  }
+  EXPECT_LT(seconds, 0.9 * static_cast<double>(render::kQualityLadder.size()));
+}
+
+TEST(QualityLadder, TheFramesThatMakePipelinesDoNotCount) {
+  QualityLadder ladder;
+  EXPECT_FALSE(ladder.frame_took(2.0));
+  EXPECT_FALSE(ladder.frame_took(2.0));
+  EXPECT_EQ(frames_until_change(ladder, 0.025, 2000), -1);
+}
+
 TEST(QualityLadder, StaysWhereFramesAreInTime) {
   QualityLadder ladder;
   EXPECT_EQ(frames_until_change(ladder, 0.025, 2000), -1);

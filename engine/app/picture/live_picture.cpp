@@ -18,7 +18,6 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr Nanos kReviveInterval = 10 * kNanosPerSecond;  // a device lost more often than this is broken
-constexpr std::size_t kProcessorStep = 3;  // of the quality ladder, where a processor draws: about what it is quick enough for
 constexpr Nanos kProcessorMeshInterval = 33'000'000;  // ns between looks for changed bricks, where a processor draws
 constexpr Nanos kBriefWait = 4'000'000;  // ns, between looks at what is moving
 constexpr Nanos kOwnInterval = 30'000'000;            // ns between pictures from a viewpoint of one's own
@@ -47,7 +46,7 @@ void LivePicture::open(const display::DisplayRig& rig, std::vector<std::string>&
   explanations.push_back("drawn by " + stage_->device_name());
   explanations.push_back(fmt::format("picture quality: begins at \"{}\"; steps down while a frame takes over {:.0f} ms, "
                                      "up when there is room",
-                                     ladder_.step().name, 1e3 / 30));
+                                     ladder_.step().name, 1e3 * ladder_.slow()));
   explanations.push_back(rig.head.tracker.empty() ? "head: at rest, the rig names no tracker" : "head: " + rig.head.tracker);
   if (!session_.debris) return;
   debris_.emplace(scene_.servo.materials, session_.carver.volume());
@@ -67,7 +66,7 @@ void LivePicture::make(gpu::Device* device) {
   look.quality = ladder_.step();
   stage_.emplace(*rig_, shown_, look);
   if (stage_->device().processor && ladder_.changes() == 0) {
-    ladder_ = QualityLadder(1.0 / 30, 1.0 / 90, kProcessorStep);
+    ladder_ = QualityLadder::for_processor();
     stage_->set_quality(ladder_.step());
   }
   stage_->surround(around_);
@@ -251,7 +250,7 @@ void LivePicture::follow(const render::FrameStats& stats, double dt, const Servo
   // which say nothing of what the next step would cost. Following them it would climb, refine, and fall for ever.
   const bool refined = stats.redrawn < 1 && stage_->tool_at_rest() && tick.cuts == ladder_cuts_;
   ladder_cuts_ = tick.cuts;
-  if (!refined && ladder_.frame_took(on_end && dt > 1.0 / 30 ? std::max(dt, took.cost()) : took.cost())) {
+  if (!refined && ladder_.frame_took(on_end && dt > ladder_.slow() ? std::max(dt, took.cost()) : took.cost())) {
     stage_->set_quality(ladder_.step());
     log::info("picture quality: {}, for a frame took {:.0f} ms", ladder_.step().name, 1e3 * frame_seconds_);
   }

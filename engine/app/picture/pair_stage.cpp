@@ -56,7 +56,14 @@ void PairStage::follow_size() {
   size_ = size;
   const glm::ivec2 half = half_of(size);
   for (auto& stage : stages_) stage->resize(half);
+  fit();
+}
+
+void PairStage::fit() {
   const gpu::ImageOptions like = stages_[0]->pictures().options;
+  const VkExtent2D had = both_.options.size;
+  if (both_.image && had.width == like.size.width && had.height == like.size.height) return;
+  ring_.wait_idle(device_);
   both_.destroy(device_);
   both_ = gpu::Image::create(device_, {.size = like.size,
                                        .layers = 2,
@@ -65,14 +72,19 @@ void PairStage::follow_size() {
                                        .usage = VK_IMAGE_USAGE_SAMPLED_BIT | VK_IMAGE_USAGE_TRANSFER_DST_BIT});
 }
 
-void PairStage::draw(const std::array<ServoTick, 2>& ticks, const std::array<std::span<const render::Particle>, 2>& particles,
+std::array<render::FrameStats, 2> PairStage::draw(const std::array<ServoTick, 2>& ticks, const std::array<std::span<const render::Particle>, 2>& particles,
                      double dt, const std::array<std::string, 2>& hints) {
   follow_size();
   bool drawn = output_->needs_frame();
-  for (std::size_t k = 0; k < 2; ++k) drawn |= stages_[k]->draw(ticks[k], particles[k], dt, hints[k]).drawn;
-  if (!drawn) return;
+  std::array<render::FrameStats, 2> stats;
+  for (std::size_t k = 0; k < 2; ++k) {
+    stats[k] = stages_[k]->draw(ticks[k], particles[k], dt, hints[k]);
+    drawn |= stats[k].drawn;
+  }
+  if (!drawn) return stats;
+  fit();
   const auto target = output_->acquire();
-  if (!target) return;
+  if (!target) return stats;
   const VkCommandBuffer commands = ring_.begin(device_);
   gpu::transition(commands, both_, VK_IMAGE_LAYOUT_UNDEFINED, VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL,
                   VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, 0, VK_PIPELINE_STAGE_2_TRANSFER_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT);
@@ -96,6 +108,7 @@ void PairStage::draw(const std::array<ServoTick, 2>& ticks, const std::array<std
   ring_.submit(device_, target->ready, target->done);
   output_->present();
   ring_.wait_idle(device_);
+  return stats;
 }
 
 render::Picture PairStage::screen() {

@@ -21,8 +21,8 @@ class PairStage {
   PairStage& operator=(const PairStage&) = delete;
 
   PictureStage& side(std::size_t which) { return *stages_[which]; }
-  /// Both drawn, and shown together.
-  void draw(const std::array<ServoTick, 2>& ticks, const std::array<std::span<const render::Particle>, 2>& particles,
+  /// Both drawn, and shown together. What each side's picture took.
+  std::array<render::FrameStats, 2> draw(const std::array<ServoTick, 2>& ticks, const std::array<std::span<const render::Particle>, 2>& particles,
             double dt, const std::array<std::string, 2>& hints);
   /// What is on the screen; only where it is not a window.
   render::Picture screen();
@@ -30,6 +30,8 @@ class PairStage {
 
  private:
   void follow_size();
+  /// The picture of both to what each is drawn at.
+  void fit();
 
   gpu::Device device_;
   gpu::FrameRing ring_;

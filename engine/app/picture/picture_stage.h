@@ -78,6 +78,7 @@ class PictureStage {
 
   /// Another step of the quality ladder, from the next frame on.
   void set_quality(const render::Quality& quality);
+  const render::Quality& quality() const { return options_.quality; }
 
   /// The eyes (0 left, 1 right) and the composed screen of the last frame.
   render::Picture eye(int index);

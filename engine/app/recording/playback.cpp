@@ -10,8 +10,10 @@
 #include <vector>
 
 #include "engine/app/picture/debris_view.h"
+#include "engine/app/picture/detail.h"
 #include "engine/app/picture/pair_stage.h"
 #include "engine/app/picture/picture_stage.h"
+#include "engine/app/picture/quality_ladder.h"
 #include "engine/app/picture/surroundings.h"
 #include "engine/app/picture/teaching_views.h"
 #include "engine/app/recording/player.h"
@@ -55,13 +57,16 @@ class Side {
   Side(const fs::path& file, std::string name) : player_(file), name_(std::move(name)) {}
 
   SessionPlayer& player() { return player_; }
+  PictureStage& stage() { return *stage_; }
   const haptics::ServoSettings& servo() const { return player_.scene().servo; }
 
   void attach(PictureStage& stage) {
     stage_ = &stage;
     stage.surround(make_surroundings(player_.scene()));
     stage.hold_mirror(player_.scene().mouth_mirror);
-    player_.smooth_to(surface_tolerance(stage.rig(), player_.tissue().frame().voxel));
+    const double voxel = player_.tissue().frame().voxel;
+    detail_.emplace(surface_tolerance(stage.rig(), voxel), voxel);
+    player_.smooth_to(detail_->tolerance());
     if (player_.scene().needs("debris")) debris_.emplace(servo().materials, player_.tissue());
   }
 
@@ -72,7 +77,7 @@ class Side {
       ideal_ = ideal_tissue(scene, load_untouched(scene));
       if (!ideal_) view_ = "look";
     }
-    player_.smooth_to(surface_tolerance(stage_->rig(), player_.tissue().frame().voxel));
+    player_.smooth_to(detail_->tolerance());
     stage_->show_as(render::View::kLook);
     inside_cuts_ = ~std::uint64_t{0};
   }
@@ -93,6 +98,10 @@ class Side {
       for (const Cut& cut : player_.fresh_cuts()) debris_->add(cut, haptics::tray(servo())[cut.tool]);
       debris_->step(std::clamp(dt, 0.0, 0.1));
     }
+  }
+  /// As fine as the last picture could show it, from the next one on.
+  void follow(const render::FrameStats& stats, const render::Quality& quality) {
+    if (stats.drawn && detail_->follow(stats.pixel, quality)) player_.smooth_to(detail_->tolerance());
   }
   std::span<const render::Particle> particles() { return debris_ ? debris_->particles() : std::span<const render::Particle>{}; }
   std::string hint(const PlayClock& clock) const {
@@ -136,6 +145,7 @@ class Side {
   SessionPlayer player_;
   std::string name_;
   PictureStage* stage_ = nullptr;
+  std::optional<Detail> detail_;
   std::optional<DebrisView> debris_;
   std::optional<haptics::TissueVolume> ideal_;
   std::string view_ = "look";
@@ -162,6 +172,8 @@ class Playback {
       stage_.emplace(rig, sides_[0]->servo(), look);
       sides_[0]->attach(*stage_);
     }
+    // A film takes the time it needs; somebody who watches wants it to move.
+    if (look.window) follow_time(sides_[0]->stage().device().processor);
     double longest = 0;
     for (const auto& side : sides_) longest = std::max(longest, side->player().end() - side->player().begin());
     const double zero = sides_[0]->player().begin();
@@ -177,12 +189,18 @@ class Playback {
 
   void draw(double dt) {
     for (const auto& side : sides_) side->go(clock.at, dt * clock.speed);
+    const Nanos began = now();
+    std::array<render::FrameStats, 2> stats;
     if (pair_) {
-      pair_->draw({sides_[0]->player().tick(), sides_[1]->player().tick()}, {sides_[0]->particles(), sides_[1]->particles()}, dt,
+      stats = pair_->draw({sides_[0]->player().tick(), sides_[1]->player().tick()}, {sides_[0]->particles(), sides_[1]->particles()}, dt,
                   {sides_[0]->hint(clock), sides_[1]->hint(clock)});
     } else {
-      stage_->draw(sides_[0]->player().tick(), sides_[0]->particles(), dt, sides_[0]->hint(clock));
+      stats[0] = stage_->draw(sides_[0]->player().tick(), sides_[0]->particles(), dt, sides_[0]->hint(clock));
     }
+    for (std::size_t k = 0; k < sides_.size(); ++k) sides_[k]->follow(stats[k], sides_[k]->stage().quality());
+    if (!ladder_ || !(stats[0].drawn || stats[1].drawn)) return;
+    const double took = to_seconds(now() - began);
+    if (ladder_->frame_took(stage_ ? std::max(took, stage_->timing().cost()) : took)) set_quality(ladder_->step());
   }
   void next_view() {
     const auto now = std::find(kViews.begin(), kViews.end(), sides_[0]->view());
@@ -195,9 +213,18 @@ class Playback {
   PlayClock clock;
 
  private:
+  void follow_time(bool processor) {
+    ladder_ = processor ? QualityLadder::for_processor() : QualityLadder();
+    set_quality(ladder_->step());
+  }
+  void set_quality(const render::Quality& quality) {
+    for (const auto& side : sides_) side->stage().set_quality(quality);
+  }
+
   std::vector<std::unique_ptr<Side>> sides_;
   std::optional<PictureStage> stage_;
   std::optional<PairStage> pair_;
+  std::optional<QualityLadder> ladder_;
 };
 
 std::vector<std::uint8_t> rgb_of(const render::Picture& picture) {

@@ -52,6 +52,13 @@ bool Tiles::touch(const PixelBox& box) const {
   return false;
 }
 
+bool Tiles::touch(const Tiles& other) const {
+  if (other.marked_.size() != marked_.size()) return false;
+  for (std::size_t i = 0; i < marked_.size(); ++i)
+    if (marked_[i] && other.marked_[i]) return true;
+  return false;
+}
+
 double Tiles::share() const {
   if (marked_.empty()) return 0;
   return static_cast<double>(std::count(marked_.begin(), marked_.end(), std::uint8_t{1})) /

@@ -23,12 +23,13 @@ PixelBox seen_in(const glm::dmat4& clip_from_box, const glm::vec3& lo, const glm
 /// Tiles of one eye's picture.
 class Tiles {
  public:
-  static constexpr int kSide = 32;  // pixels
+  static constexpr int kSide = 16;  // pixels
   void clear(glm::ivec2 picture);
   void mark(const PixelBox& box);
   void mark(const Tiles& other);
   void mark_all();
   bool touch(const PixelBox& box) const;
+  bool touch(const Tiles& other) const;
   double share() const;  // of the picture
   bool operator==(const Tiles&) const = default;
   /// The tiles that are marked (or are not) within `within`, as few boxes.
