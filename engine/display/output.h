@@ -75,11 +75,11 @@ struct UserInput {
   struct Key {
     int code;
     bool down;
+    std::uint32_t typed = 0;  // a code point that was written, and then no key
   };
-  std::vector<Key> keys;             // in their order, releases and repeats too
-  std::vector<std::uint32_t> typed;  // code points
-  std::array<bool, 3> clicked{};     // left, right, middle: went down since the last poll
-  dvec2 pixel{-1, -1};               // of the pointer, from the picture's upper left
+  std::vector<Key> keys;          // in their order, releases, repeats and writing too
+  std::array<bool, 3> clicked{};  // left, right, middle: went down since the last poll
+  dvec2 pixel{-1, -1};            // of the pointer, from the picture's upper left
   bool focused = true;
 };
 

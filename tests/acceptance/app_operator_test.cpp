@@ -7,6 +7,7 @@
 #include <sstream>
 #include <thread>
 
+#include "engine/base/json.h"
 #include "tests/support/desktop.h"
 #include "tests/support/program.h"
 
@@ -80,7 +81,7 @@ struct OperatorWindow : testing::Test {
   ProgramFolder folder{TYPODONT_PROGRAM};
 
   void SetUp() override {
-    ASSERT_GT(desktop.process, 0) << "Xvfb is needed (apt install xvfb)";
+    ASSERT_GT(desktop.server.process, 0) << "Xvfb is needed (apt install xvfb)";
     ASSERT_FALSE(Desktop::xdotool("version").empty()) << "xdotool is needed (apt install xdotool)";
     std::filesystem::create_directories(folder / "home/scenes");
     folder.write("home/scenes/zz_block.json", kScene);
@@ -338,9 +339,52 @@ TEST_F(OperatorWindow, ASurfaceIsSavedAMeshIsBroughtInAndAnExercisePaintedWithou
   const std::string scene = program.wait_for("imported: ");
   const Ran drawn = folder.run("render '" + scene + "' --rig closeup --size 64x48 --out " + (folder / "drawn"));
   EXPECT_EQ(drawn.status, 0) << drawn.err;
+  // So is one in metres, picked from the list of what lies in a folder while its path is being typed.
+  std::filesystem::create_directories(folder / "teeth");
+  std::string cube = "ply\nformat ascii 1.0\nelement vertex 8\nproperty float x\nproperty float y\nproperty float z\nelement face 6\nproperty list uchar int vertex_indices\nend_header\n";
+  for (int i = 0; i < 8; ++i) cube += fmt::format("{} {} {}\n", i & 1 ? 0.006 : 0, i & 2 ? 0.006 : 0, i & 4 ? 0.008 : 0);
+  folder.write("teeth/cube.ply", cube + "4 0 2 3 1\n4 4 5 7 6\n4 0 1 5 4\n4 2 6 7 3\n4 0 4 6 2\n4 1 3 7 5\n");
+  press("ctrl+i");
+  press("ctrl+a");
+  type(folder / "teeth");
+  press("ctrl+o");
+  press("Down");  // the first is the folder above
+  press("Return");
+  press("ctrl+i");
+  press("Tab");
+  press("ctrl+a");
+  type("cube");
+  for (int i = 0; i < 3; ++i) press("Tab");  // past voxel and enamel
+  press("ctrl+a");
+  type("1000");
+  press("Tab");
+  press("F9");
+  program.wait_for("home/scenes/cube.json");
+  const Ran measured = folder.run("mesh '" + (folder / "home/scenes/cube.vdb") + "' --json --out " + (folder / "cube.stl"));
+  EXPECT_NE(measured.out.find("\"size_mm\""), std::string::npos) << measured.err;
+  EXPECT_NEAR(Json::parse(measured.out, "mesh")["size_mm"].items().at(2).number(), 8, 0.2);
   press("F10");
   press("ctrl+q");
   EXPECT_EQ(program.wait_for_end(), 0) << program.said();
+}
+
+TEST_F(OperatorWindow, APreparationSavedInASessionThatIsNotKeptIsGoneOnFrom) {
+  Program program(folder);
+  open(program);
+  choose_block_and_script();
+  press("F5");
+  program.wait_for("step 2 done");
+  press("ctrl+s");
+  const std::string saved = program.wait_for("saved ");
+  press("ctrl+r");
+  press("F10");
+  program.wait_for("session ended");
+  press("F10");
+  press("F7");
+  press("F5");
+  EXPECT_EQ(program.wait_for("going on from "), saved);
+  press("Escape");
+  expect_exact_replay(program.wait_for("report written: "));
 }
 
 TEST_F(OperatorWindow, OfARecordingAFilmAndALearningCurveAreMadeByKeysAndWhatIsCancelledLeavesNothing) {
@@ -372,8 +416,15 @@ TEST_F(OperatorWindow, OfARecordingAFilmAndALearningCurveAreMadeByKeysAndWhatIsC
 /// Two screens side by side, the second smaller, on a driver that draws nowhere.
 struct TwoScreens {
   ProgramFolder folder{TYPODONT_PROGRAM};
-  pid_t process = -1;
-  TwoScreens() {
+  XServer server;
+
+  TwoScreens() : server({TYPODONT_XORG, "-config", config(folder), "-logfile", log(folder), "-noreset", "-novtswitch"}, folder / "xorg.out") {
+    // The last: an output is connected once somebody has asked again.
+    for (const char* command : {"xrandr --addmode DUMMY1 1024x768", "xrandr --output DUMMY1 --mode 1024x768 --right-of DUMMY0", "xrandr --query > /dev/null"})
+      EXPECT_EQ(std::system(command), 0) << command << "\n" << read_text(log(folder));
+  }
+  static std::string log(const ProgramFolder& folder) { return folder / "xorg.log"; }
+  static std::string config(const ProgramFolder& folder) {
     folder.write("xorg.conf", R"(
 Section "ServerFlags"
   Option "AutoAddDevices" "false"
@@ -401,33 +452,8 @@ Section "Screen"
   EndSubSection
 EndSection
 )");
-    int fds[2];
-    if (pipe(fds) != 0) return;
-    process = fork();
-    if (process == 0) {
-      close(fds[0]);
-      const std::string fd = std::to_string(fds[1]), config = folder / "xorg.conf", log = folder / "xorg.log";
-      if (!std::freopen((folder / "xorg.out").c_str(), "w", stderr)) _exit(126);
-      execl(TYPODONT_XORG, "Xorg", "-displayfd", fd.c_str(), "-config", config.c_str(), "-logfile", log.c_str(), "-noreset", "-novtswitch",
-            "-nolisten", "tcp", static_cast<char*>(nullptr));
-      _exit(127);
-    }
-    close(fds[1]);
-    std::string number;
-    for (char c = 0; read(fds[0], &c, 1) == 1 && c != '\n';) number += c;
-    close(fds[0]);
-    setenv("DISPLAY", fmt::format(":{}", number).c_str(), 1);
-    unsetenv("WAYLAND_DISPLAY");
-    // The last: an output is connected once somebody has asked again.
-    for (const char* command : {"xrandr --addmode DUMMY1 1024x768", "xrandr --output DUMMY1 --mode 1024x768 --right-of DUMMY0", "xrandr --query > /dev/null"})
-      EXPECT_EQ(std::system(command), 0) << command << "\n" << read_text(log());
+    return folder / "xorg.conf";
   }
-  ~TwoScreens() {
-    if (process <= 0) return;
-    kill(process, SIGTERM);
-    waitpid(process, nullptr, 0);
-  }
-  std::string log() const { return folder / "xorg.log"; }
 };
 
 /// x, y, width, height of a window.

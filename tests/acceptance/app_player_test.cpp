@@ -22,7 +22,7 @@ struct Watched : testing::Test {
   ProgramFolder folder{TYPODONT_PROGRAM};
 
   void SetUp() override {
-    ASSERT_GT(desktop.process, 0) << "Xvfb is needed (apt install xvfb)";
+    ASSERT_GT(desktop.server.process, 0) << "Xvfb is needed (apt install xvfb)";
     ASSERT_FALSE(Desktop::xdotool("version").empty()) << "xdotool is needed (apt install xdotool)";
     folder.write("block.json",
                  R"({"name": "block", "tissue": {"voxel_mm": 0.1, "solids": [{"tissue": "enamel", "solid":

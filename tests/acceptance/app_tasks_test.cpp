@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <functional>
+#include <random>
 
 #include "engine/app/hands/task_student.h"
 #include "engine/app/haptic_loop.h"
@@ -124,6 +125,62 @@ INSTANTIATE_TEST_SUITE_P(All, SolvableTask,
                                          Solvable{"tutorial", "round_008", 0.2, {0.8, 0.8, -0.3}}),
                          [](const auto& param) {
                            std::string name = param.param.name;
+                           std::replace(name.begin(), name.end(), '-', '_');
+                           return name;
+                         });
+
+/// A ball of tissue is lost that should have stayed, or left that should have gone, at a place that the dice choose;
+/// nothing is mended by it.
+void worsen(DenseCopy& after, const DenseCopy& before, const DenseCopy& ideal, bool lose, std::mt19937& dice) {
+  const glm::ivec3 n = after.field.size;
+  std::uniform_real_distribution<double> share(0, 1);
+  const double radius = (0.25e-3 + 0.45e-3 * share(dice)) / after.frame.voxel;
+  std::vector<glm::ivec3> places;  // a little below the surface that is perfect, or above it where there was tissue
+  for (int x = 0; x < n.x; ++x) {
+    for (int y = 0; y < n.y; ++y) {
+      for (int z = 0; z < n.z; ++z) {
+        const std::size_t i = after.field.at(x, y, z);
+        const float wanted = ideal.field.distance[i];
+        if (lose ? wanted < -1 && wanted > -4 : wanted > 1 && wanted < 4 && before.field.distance[i] < -1) places.push_back({x, y, z});
+      }
+    }
+  }
+  ASSERT_FALSE(places.empty());
+  const glm::ivec3 c = places[static_cast<std::size_t>(share(dice) * static_cast<double>(places.size() - 1))];
+  for (int x = 0; x < n.x; ++x) {
+    for (int y = 0; y < n.y; ++y) {
+      for (int z = 0; z < n.z; ++z) {
+        const std::size_t i = after.field.at(x, y, z);
+        const auto ball = static_cast<float>(glm::length(dvec3(x, y, z) - dvec3(c)) - radius);
+        float& d = after.field.distance[i];
+        d = lose ? std::max(d, -ball) : std::min(d, std::max(ball, before.field.distance[i]));
+      }
+    }
+  }
+}
+
+class ShippedTask : public testing::TestWithParam<const char*> {};
+
+TEST_P(ShippedTask, LosesPointsWithEveryRandomWorseningOfItsIdeal) {
+  const TaskBench bench(GetParam());
+  const DenseCopy ideal = dense_copy(*bench.judge.ideal());
+  const DenseCopy before = dense_copy(bench.start, glm::ivec3(glm::round(bench.start.frame().to_voxels(ideal.frame.origin))), ideal.field.size);
+  const session::Score perfect = bench.score(*bench.judge.ideal());
+  std::mt19937 dice(29);
+  const bool filled = bench.scene.task->ideal->has("unprepared");  // the ideal adds: there is nothing it takes away
+  for (const bool lose : {true, filled}) {
+    DenseCopy after = ideal;
+    worsen(after, before, ideal, lose, dice);
+    const session::Score worse = bench.score(from_dense(after, bench.start.band()));
+    EXPECT_LT(worse.points, perfect.points) << explained(worse);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(All, ShippedTask,
+                         testing::Values("tutorial", "class-1-cavity", "class-2-cavity", "crown-preparation", "root-canal-access",
+                                         "remove-caries", "molar-caries", "amalgam-filling"),
+                         [](const auto& param) {
+                           std::string name = param.param;
                            std::replace(name.begin(), name.end(), '-', '_');
                            return name;
                          });

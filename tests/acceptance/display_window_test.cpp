@@ -29,7 +29,7 @@ struct Window : testing::Test {
   bool shown_in_parts = false;
 
   void SetUp() override {
-    ASSERT_GT(desktop.process, 0) << "Xvfb is needed (apt install xvfb)";
+    ASSERT_GT(desktop.server.process, 0) << "Xvfb is needed (apt install xvfb)";
     const auto extensions = display::window_extensions();
     device = gpu::Device::create({.validation = true, .instance_extensions = extensions, .present = true});
     ring = gpu::FrameRing::create(device);

@@ -43,7 +43,7 @@ TEST(EverythingAtOnce, OnTwoCoresNothingIsLostUncountedForcesStayWithinLimitsAnd
   CPU_SET(1, &two);
   ASSERT_EQ(::sched_setaffinity(0, sizeof two, &two), 0) << "the program inherits it";
   const Desktop desktop;
-  ASSERT_GT(desktop.process, 0) << "Xvfb is needed (apt install xvfb)";
+  ASSERT_GT(desktop.server.process, 0) << "Xvfb is needed (apt install xvfb)";
   const ProgramFolder folder(TYPODONT_PROGRAM);
   constexpr std::array kTools{"round_012", "cone_012", "cylinder_010"};
   for (int round = 0; round < std::min(20, campaign(1)); ++round) {

@@ -19,22 +19,25 @@
 
 namespace typodont::test {
 
-/// Xvfb with its framebuffer in a file (XWD format), gone with this object.
-struct Desktop {
+/// An X server, DISPLAY its name, gone with this object.
+struct XServer {
   pid_t process = -1;
-  std::filesystem::path folder;
 
-  explicit Desktop(glm::ivec2 size = {800, 600}) {
-    char pattern[] = "/tmp/typodont_xvfb_XXXXXX";
-    folder = mkdtemp(pattern);
+  /// `command`: the program and its arguments, without the display's number, which is its own choice. What it says goes
+  /// to the file, where one is named.
+  explicit XServer(std::vector<std::string> command, const std::string& said = "") {
     int fds[2];
     if (pipe(fds) != 0) return;
+    // A key that a slow machine lets go late must not repeat (-r).
+    command.insert(command.end(), {"-displayfd", std::to_string(fds[1]), "-nolisten", "tcp", "-r"});
+    std::vector<char*> arguments;
+    for (std::string& argument : command) arguments.push_back(argument.data());
+    arguments.push_back(nullptr);
     process = fork();
     if (process == 0) {
       close(fds[0]);
-      const std::string fd = std::to_string(fds[1]), screen = fmt::format("{}x{}x24", size.x, size.y);
-      execlp("Xvfb", "Xvfb", "-displayfd", fd.c_str(), "-screen", "0", screen.c_str(), "-fbdir", folder.c_str(),
-             "-nolisten", "tcp", static_cast<char*>(nullptr));
+      if (!said.empty() && !std::freopen(said.c_str(), "w", stderr)) _exit(126);
+      execvp(arguments[0], arguments.data());
       _exit(127);
     }
     close(fds[1]);
@@ -45,19 +48,38 @@ struct Desktop {
     setenv("DISPLAY", fmt::format(":{}", number).c_str(), 1);
     unsetenv("WAYLAND_DISPLAY");
   }
-  ~Desktop() {
-    if (process > 0) {
-      kill(process, SIGTERM);
-      waitpid(process, nullptr, 0);
-    }
-    std::filesystem::remove_all(folder);
+  ~XServer() {
+    if (process <= 0) return;
+    kill(process, SIGTERM);
+    waitpid(process, nullptr, 0);
   }
-  Desktop(const Desktop&) = delete;
-  Desktop& operator=(const Desktop&) = delete;
+  XServer(const XServer&) = delete;
+  XServer& operator=(const XServer&) = delete;
+};
+
+/// A folder of its own for the framebuffer, gone with this object.
+struct FramebufferFolder {
+  std::filesystem::path path;
+  FramebufferFolder() {
+    char pattern[] = "/tmp/typodont_xvfb_XXXXXX";
+    path = mkdtemp(pattern);
+  }
+  ~FramebufferFolder() { std::filesystem::remove_all(path); }
+  FramebufferFolder(const FramebufferFolder&) = delete;
+  FramebufferFolder& operator=(const FramebufferFolder&) = delete;
+};
+
+/// Xvfb with its framebuffer in a file (XWD format).
+struct Desktop {
+  FramebufferFolder folder;
+  XServer server;
+
+  explicit Desktop(glm::ivec2 size = {800, 600})
+      : server({"Xvfb", "-screen", "0", fmt::format("{}x{}x24", size.x, size.y), "-fbdir", folder.path.string()}) {}
 
   /// The upper left part of the screen.
   render::Picture screen(glm::ivec2 size) const {
-    std::ifstream in(folder / "Xvfb_screen0", std::ios::binary);
+    std::ifstream in(folder.path / "Xvfb_screen0", std::ios::binary);
     const std::vector<char> bytes((std::istreambuf_iterator<char>(in)), {});
     const auto word = [&](std::size_t i) {  // XWD headers are big-endian
       std::uint32_t v = 0;

@@ -1,13 +1,21 @@
 // An exercise made in the window is a scene like any other.
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <numeric>
+
 #include "engine/app/operator/archive.h"
 #include "engine/app/operator/exercise.h"
+#include "engine/app/operator/file_field.h"
 #include "engine/app/operator/library.h"
+#include "engine/app/recording/session_report.h"
 #include "engine/app/task/task.h"
 #include "engine/base/error.h"
 #include "engine/base/units.h"
+#include "engine/session/recorder.h"
+#include "engine/session/session_file.h"
 #include "tests/support/program.h"
+#include "tests/support/session_fixture.h"
 
 namespace typodont {
 namespace {
@@ -174,6 +182,57 @@ TEST_F(Exercise, ABroughtInToothStandsUprightWhereTheRigsLook) {
   EXPECT_THROW(bring_in(tooth, cancelled), Cancelled);
   EXPECT_FALSE(std::filesystem::exists(folder / "scenes/Another.json"));
   EXPECT_FALSE(std::filesystem::exists(folder / "scenes/Another.vdb"));
+}
+
+TEST_F(Exercise, AMeshMayBeInMetresOrInches) {
+  std::string obj;
+  for (const auto& v : {"0 0 0", "1 0 0", "1 1 0", "0 1 0", "0 0 1", "1 0 1", "1 1 1", "0 1 1"}) obj += fmt::format("v {}\n", v);
+  for (const auto& f : {"1 4 3 2", "5 6 7 8", "1 2 6 5", "2 3 7 6", "3 4 8 7", "4 1 5 8"}) obj += fmt::format("f {}\n", f);
+  folder.write("unit.obj", obj);
+  for (const double unit : {7e-3, 25.4e-3}) {
+    NewTooth tooth{.input = folder / "unit.obj", .name = "Cube"};
+    tooth.options.voxel = 0.5e-3;
+    tooth.options.mesh_unit = unit;
+    Progress progress;
+    const auto volumes = load_tissue(read_scene(bring_in(tooth, progress))).volumes();
+    EXPECT_NEAR(std::cbrt(std::accumulate(volumes.begin(), volumes.end(), 0.0)), unit, 0.02 * unit);
+  }
+}
+
+TEST_F(Exercise, FilesOfTheKindThatIsAskedForAreListedAndWhatCannotBeReadIsEmpty) {
+  std::filesystem::create_directories(folder / "scans/old");
+  for (const char* name : {"scans/b.STL", "scans/a.ply", "scans/c.txt", "scans/.hidden.stl", "scans/d.nii.gz"}) folder.write(name, "");
+  FileChooser chooser;
+  look_into(chooser, folder / "scans", kToothEndings);
+  EXPECT_EQ(chooser.folders, std::vector<std::filesystem::path>{"old"});
+  EXPECT_EQ(chooser.files, (std::vector<std::filesystem::path>{"a.ply", "b.STL", "d.nii.gz"}));
+  look_into(chooser, folder / "nowhere", kMeshEndings);
+  EXPECT_TRUE(chooser.files.empty());
+}
+
+/// A recording of a second, as the trainee's of that folder.
+std::filesystem::path session_of(const std::filesystem::path& folder, const std::string& file, const std::string& scene) {
+  std::filesystem::create_directories(folder);
+  session::SessionHeader header = session::test::some_header();
+  header.scene_json = fmt::format("{{\"name\": \"{}\"}}", scene);
+  header.streams.clear();
+  session::SessionWriter writer(folder / file, header);
+  writer.append(session::test::random_ticks(1000, 1));
+  writer.finish({});
+  return folder / file;
+}
+
+TEST_F(Exercise, ReportsCompareWithTheNewestSessionThatWasMadeTheExpertsOfTheSameExercise) {
+  const auto ours = session_of(folder / "sessions/bo", "2026-02-02_10-00-00_pit.h5", "pit");
+  const session::SessionReader reader(ours);
+  const auto experts = expert_folder(ours.parent_path());
+  EXPECT_FALSE(expert_session(experts, reader));
+  make_expert(session_of(folder / "sessions/ada", "2026-01-01_10-00-00_pit.h5", "pit"));
+  make_expert(session_of(folder / "sessions/ada", "2026-03-01_10-00-00_other.h5", "other"));
+  ASSERT_TRUE(expert_session(experts, reader));
+  EXPECT_EQ(expert_session(experts, reader)->file, "2026-01-01_10-00-00_pit.h5");
+  EXPECT_THROW(make_expert(folder / "sessions/ada/none.h5"), Error);
+  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(experts), {}), 2) << "nothing half written";
 }
 
 TEST_F(Exercise, WhatIsChosenIsRememberedAndSpoiltMemoryIsForgotten) {

@@ -1,7 +1,11 @@
-// What it costs to take a stroke back on the CT molar, and to remember it.
+// What it costs to take a stroke back, and to remember it: on the CT molar, and on a block of fine voxels with burs of
+// all sizes.
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <span>
+#include <string>
+#include <string_view>
 
 #include "engine/app/bench/parts.h"
 #include "engine/app/scene.h"
@@ -11,45 +15,86 @@
 
 namespace typodont {
 
-std::vector<BenchRow> bench_undo(bool quick) {
-  const Scene scene = read_scene(assets_folder() / "scenes/molar-caries.json");
-  haptics::Carver carver(load_tissue(scene), haptics::tray(scene.servo));
+namespace {
+
+constexpr std::string_view kBlock = R"({"name": "block", "tissue": {"voxel_mm": 0.05, "solids": [
+  {"tissue": "dentin", "solid": {"box": {"center_mm": [0, 0, -3.5], "size_mm": [12, 10, 3]}}},
+  {"tissue": "enamel", "solid": {"box": {"center_mm": [0, 0, -1], "size_mm": [12, 10, 2]}}}]},
+  "tools": ["round_012", "cylinder_012", "flame_018", "round_040"]})";
+
+/// The spread of burs and sizes of a stroke: passes side by side, straight through, each pass the bur's way across.
+struct Cutter {
+  haptics::Carver& carver;
+  dvec3 low, high;  // m, of the tissue
+  Nanos t = 0;
+
+  /// One stroke: `passes` of tool `tool`, `apart` from each other, its head's centre at height `z`.
+  void stroke(std::uint32_t tool, int passes, double apart, double z) {
+    t += kNanosPerSecond;
+    const double middle = 0.5 * (low.y + high.y);
+    for (int pass = 0; pass < passes; ++pass) {
+      const double y = middle + apart * (pass - 0.5 * passes);
+      for (double x = low.x; x < high.x; x += 0.1e-3) {
+        Cut cut;
+        cut.index = carver.cuts() + 1, cut.t = t += 1'000'000, cut.tool = tool;
+        cut.X_WA.p = {x, y, z}, cut.X_WB.p = {x + 0.1e-3, y, z};
+        carver.apply(cut);
+      }
+    }
+  }
+};
+
+/// Rows of one kind of stroke, made `repeats` times at heights z(repeat).
+template <typename Height>
+void measure(std::vector<BenchRow>& rows, Cutter& cutter, std::uint32_t tool, int passes, double apart, int repeats, const Height& z,
+             const std::string& knob) {
+  haptics::Carver& carver = cutter.carver;
+  std::vector<double> back, again;
+  std::size_t bytes = 0;
+  for (int repeat = 0; repeat < repeats; ++repeat) {
+    cutter.stroke(tool, passes, apart, z(repeat));
+    const Nanos start = thread_cpu_time();
+    carver.undo();
+    const Nanos undone = thread_cpu_time();
+    carver.redo();
+    again.push_back(static_cast<double>(thread_cpu_time() - undone));
+    back.push_back(static_cast<double>(undone - start));
+    (void)carver.volume().take_changed_bricks();
+    bytes = carver.volume().strokes().bytes;  // of this stroke alone: the one before is forgotten
+    carver.undo();                            // the next one meets the same tissue
+  }
+  const double kilobytes = static_cast<double>(bytes) / 1024;
+  rows.push_back({.name = "undo", .knob = knob, .time_ns = quantile(back, 0.5), .per = "stroke", .size = kilobytes, .size_unit = "kB kept"});
+  rows.push_back({.name = "redo", .knob = knob, .time_ns = quantile(again, 0.5), .per = "stroke", .size = kilobytes, .size_unit = "kB kept"});
+}
+
+Cutter cutter_of(haptics::Carver& carver) {
   glm::ivec3 lo, hi;
   carver.volume().bounds(lo, hi);
   const VoxelFrame frame = carver.volume().frame();
-  const dvec3 low = frame.to_world(dvec3(lo)), high = frame.to_world(dvec3(hi)), middle = 0.5 * (low + high);
+  return {carver, frame.to_world(dvec3(lo)), frame.to_world(dvec3(hi))};
+}
+
+}  // namespace
+
+std::vector<BenchRow> bench_undo(bool quick) {
   std::vector<BenchRow> rows;
-  Nanos t = 0;
-  // Straight through the crown, under its top, in passes side by side.
-  for (const int passes : {1, 4, 16}) {
-    std::vector<double> back, again;
-    std::size_t bytes = 0;
-    for (int repeat = 0; repeat < (quick ? 3 : 15); ++repeat) {
-      t += kNanosPerSecond;
-      for (int pass = 0; pass < passes; ++pass) {
-        const double y = middle.y + 0.2e-3 * (pass - 0.5 * passes), z = high.z - 2.5e-3 - 0.1e-3 * repeat;
-        for (double x = low.x; x < high.x; x += 0.1e-3) {
-          Cut cut;
-          cut.index = carver.cuts() + 1, cut.t = t += 1'000'000;
-          cut.X_WA.p = {x, y, z}, cut.X_WB.p = {x + 0.1e-3, y, z};
-          carver.apply(cut);
-        }
-      }
-      const Nanos start = thread_cpu_time();
-      carver.undo();
-      const Nanos undone = thread_cpu_time();
-      carver.redo();
-      again.push_back(static_cast<double>(thread_cpu_time() - undone));
-      back.push_back(static_cast<double>(undone - start));
-      (void)carver.volume().take_changed_bricks();
-      bytes = carver.volume().strokes().bytes;  // of this stroke alone: the one before is forgotten
-      carver.undo();                            // the next one meets the same tooth
-    }
-    const std::string knob = fmt::format("{} passes through the crown", passes);
-    const double kilobytes = static_cast<double>(bytes) / 1024;
-    rows.push_back({.name = "undo", .knob = knob, .time_ns = quantile(back, 0.5), .per = "stroke", .size = kilobytes, .size_unit = "kB kept"});
-    rows.push_back({.name = "redo", .knob = knob, .time_ns = quantile(again, 0.5), .per = "stroke", .size = kilobytes, .size_unit = "kB kept"});
+  {
+    const Scene scene = read_scene(assets_folder() / "scenes/molar-caries.json");
+    haptics::Carver carver(load_tissue(scene), haptics::tray(scene.servo));
+    Cutter cutter = cutter_of(carver);
+    for (const int passes : {1, 4, 16})  // through the crown, under its top
+      measure(rows, cutter, 0, passes, 0.2e-3, quick ? 3 : 15, [&](int repeat) { return cutter.high.z - 2.5e-3 - 0.1e-3 * repeat; },
+              fmt::format("{} passes through the crown", passes));
   }
+  const Scene scene = parse_scene(Json::parse(kBlock, "block"), assets_folder() / "scenes/block.json");
+  const std::span<const haptics::Tool> tools = haptics::tray(scene.servo);
+  haptics::Carver carver(load_tissue(scene), tools);
+  Cutter cutter = cutter_of(carver);
+  for (std::uint32_t tool = 0; tool < tools.size(); ++tool)
+    for (const int passes : {4, 16})
+      measure(rows, cutter, tool, passes, 0.4 * tools[tool].diameter, quick ? 1 : 5, [&](int repeat) { return -0.1e-3 * repeat; },
+              fmt::format("{} passes of {} at h = 0.05 mm", passes, tools[tool].name));
   return rows;
 }
 

@@ -90,8 +90,9 @@ std::vector<SessionEntry> find_sessions() {
     const std::string who = trainee.path().filename().string();
     if (who.starts_with(".") || !trainee.is_directory(code)) continue;
     for (const auto& entry : fs::directory_iterator(trainee.path(), code)) {
-      if (entry.path().extension() != ".h5") continue;
       SessionEntry session;
+      session.recorded = entry.path().extension() == ".h5";
+      if (!session.recorded && entry.path().extension() != ".vdb") continue;
       session.file = entry.path();
       session.trainee = who;
       // 2026-11-20_10-15-00_scene
@@ -111,6 +112,20 @@ std::vector<SessionEntry> find_sessions() {
   std::sort(sessions.begin(), sessions.end(),
             [](const SessionEntry& a, const SessionEntry& b) { return a.file.filename() > b.file.filename(); });
   return sessions;
+}
+
+void make_expert(const fs::path& session) {
+  const fs::path folder = expert_folder(session.parent_path());
+  std::error_code code;
+  fs::create_directories(folder, code);
+  // Whole or not at all: found under its name once it is there.
+  const fs::path copy = folder / session.filename(), half = folder / fmt::format(".{}", session.filename().string());
+  if (!code) fs::copy_file(session, half, fs::copy_options::overwrite_existing, code);
+  if (!code) fs::rename(half, copy, code);
+  if (!code) return;
+  std::error_code ignored;
+  fs::remove(half, ignored);
+  throw Error(copy.string(), "", code.message(), "a file that can be written");
 }
 
 fs::path bring_in(const NewTooth& tooth, Progress& progress) {
@@ -144,10 +159,15 @@ fs::path bring_in(const NewTooth& tooth, Progress& progress) {
 void export_surface(const fs::path& session, const fs::path& mesh, Progress& progress) {
   progress.stage("op.exporting");
   surface::require_mesh_format(mesh);
-  const session::SessionReader reader(session);
-  const Scene scene = scene_of(reader);
-  progress.at(0.1);
-  const haptics::TissueVolume tissue = tissue_at_end(reader, scene, load_tissue(scene));
+  MaterialTable materials = load_materials();
+  const haptics::TissueVolume tissue = [&] {
+    if (session.extension() == ".vdb") return haptics::TissueVolume::load(session);
+    const session::SessionReader reader(session);
+    const Scene scene = scene_of(reader);
+    materials = scene.servo.materials;
+    progress.at(0.1);
+    return tissue_at_end(reader, scene, load_tissue(scene));
+  }();
   surface::SurfaceMesher mesher({.tolerance = 0.1f});
   FieldBrick brick;
   const std::vector<glm::ivec3> bricks = tissue.surface_bricks();
@@ -161,7 +181,7 @@ void export_surface(const fs::path& session, const fs::path& mesh, Progress& pro
   const surface::WholeMesh whole = surface::weld(mesher);
   if (whole.triangles.empty()) throw Error(session.string(), "", "no surface", "tissue");
   progress.at(0.9);
-  surface::write_mesh(mesh, whole, tissue.frame(), scene.servo.materials);
+  surface::write_mesh(mesh, whole, tissue.frame(), materials);
   progress.at(1);
 }
 

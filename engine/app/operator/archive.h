@@ -14,10 +14,14 @@ struct SessionEntry {
   std::filesystem::path file;
   std::string scene, trainee, date;  // as the file's name has them
   double megabytes = 0;
-  bool report = false;  // there is one beside it
+  bool report = false;    // there is one beside it
+  bool recorded = true;   // else a preparation as it was saved, without its course
 };
 /// Of all trainees, newest first.
 std::vector<SessionEntry> find_sessions();
+
+/// From now on reports of this exercise compare with this session: a copy of it, as the trainee "expert"'s. Throws Error.
+void make_expert(const std::filesystem::path& session);
 
 /// Which way the crown of an imported tooth points in its file.
 enum class Crown { kUp, kDown, kRight, kLeft, kBack, kFront };  // +z −z +x −x +y −y
@@ -32,7 +36,7 @@ struct NewTooth {
 /// folder. Returns the scene. Throws Error, Cancelled: then nothing is there.
 std::filesystem::path bring_in(const NewTooth& tooth, Progress& progress);
 
-/// The tissue as a session left it, as a surface: .stl, .ply or .obj. Throws Error, Cancelled.
+/// The tissue as a session left it, or as it was saved, as a surface: .stl, .ply or .obj. Throws Error, Cancelled.
 void export_surface(const std::filesystem::path& session, const std::filesystem::path& mesh, Progress& progress);
 
 /// The page of a folder of sessions. Throws Error, Cancelled.

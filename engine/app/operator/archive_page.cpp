@@ -41,7 +41,7 @@ void draw_sessions(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
       ImGui::TableNextColumn();
       ImGui::TextUnformatted(one.trainee.c_str());
       ImGui::TableNextColumn();
-      dim(fmt::format("{:.1f} MB", one.megabytes));
+      dim(one.recorded ? fmt::format("{:.1f} MB", one.megabytes) : s.text("op.saved_state"));
     }
     ImGui::EndTable();
   }
@@ -56,11 +56,15 @@ bool action(const char* text, const char* name, int code) {
 void draw_actions(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   begin_panel("actions", s.text("op.of_session"), size, w);
   const bool any = s.session >= 0 && s.session < static_cast<int>(s.sessions.size());
-  ImGui::BeginDisabled(!any || s.busy);
+  const bool course = any && s.sessions[static_cast<std::size_t>(s.session)].recorded;
+  ImGui::BeginDisabled(!course || s.busy);
   const bool report = action(s.text("op.open_report"), "F2", keys::kF1 + 1);
   const bool curve = action(s.text("op.learning_curve"), "F3", keys::kF1 + 2);
   const bool film = action(s.text("op.make_film"), "F4", keys::kF1 + 3);
   const bool watch = action(s.text("op.watch"), "F6", keys::kF1 + 5);
+  const bool expert = action(s.text("op.make_expert"), "F8", keys::kF1 + 7);
+  ImGui::EndDisabled();
+  ImGui::BeginDisabled(!any || s.busy);
   constexpr std::array kFormats = {"STL", "PLY", "OBJ"};
   const float format = 6 * w.style().unit;
   const bool mesh = ImGui::Button(fmt::format("{}   F7", s.text("op.export_mesh")).c_str(),
@@ -71,11 +75,14 @@ void draw_actions(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   ImGui::Combo("##format", &s.mesh_format, kFormats.data(), static_cast<int>(kFormats.size()));
   const bool go_on = action(s.text("op.go_on_from"), "F5", keys::kF1 + 4);
   ImGui::EndDisabled();
-  if (any && !s.busy) {
+  if (course && !s.busy) {
     if (report) s.ask(Ask::kSessionReport);
     if (curve) s.ask(Ask::kLearningCurve);
     if (film) s.ask(Ask::kFilm);
     if (watch) s.ask(Ask::kWatch);
+    if (expert) s.ask(Ask::kExpert);
+  }
+  if (any && !s.busy) {
     if (mesh) s.ask(Ask::kExportMesh);
     if (go_on) s.ask(Ask::kGoOnFrom);
   }
@@ -89,9 +96,8 @@ void draw_import(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   dim_wrapped(s.text("op.import_help"));
   ImGui::PopFont();
   ImportForm& f = s.import;
-  ImGui::SetNextItemWidth(-1);
   if (key('I', true)) ImGui::SetKeyboardFocusHere();
-  ImGui::InputTextWithHint("##file", s.text("op.import_file"), f.file.data(), f.file.size());
+  file_field("file", s.text("op.import_file"), f.file, f.chooser, kToothEndings, s, w);
   ImGui::SetNextItemWidth(-1);
   ImGui::InputTextWithHint("##name", s.text("op.import_name"), f.name.data(), f.name.size());
   const float half = 0.5f * (ImGui::GetContentRegionAvail().x - ImGui::GetStyle().ItemSpacing.x);
@@ -103,11 +109,19 @@ void draw_import(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
                              s.text("op.crown_left"), s.text("op.crown_back"), s.text("op.crown_front")};
   ImGui::SetNextItemWidth(half);
   ImGui::Combo("##crown", &f.crown, crowns.data(), static_cast<int>(crowns.size()));
-  ImGui::SetNextItemWidth(half);
-  ImGui::InputFloat("##voxel", &f.voxel_mm, 0, 0, fmt::format("{} %.3f mm", s.text(f.voxel_mm > 0 ? "op.voxel" : "op.voxel_of_file")).c_str());
+  const auto length = [&](const char* id, float& mm, const char* name, const char* without) {
+    ImGui::SetNextItemWidth(half);
+    ImGui::InputFloat(id, &mm, 0, 0, mm > 0 ? fmt::format("{} %.4g mm", s.text(name)).c_str() : s.text(without),
+                      ImGuiInputTextFlags_AutoSelectAll);
+  };
+  length("##voxel", f.voxel_mm, "op.voxel", "op.voxel_of_file");
   ImGui::SameLine();
+  length("##shell", f.shell_mm, "op.shell", "op.shell_usual");
   ImGui::SetNextItemWidth(half);
-  ImGui::InputFloat("##shell", &f.shell_mm, 0, 0, fmt::format("{} %.2f mm", s.text(f.shell_mm > 0 ? "op.shell" : "op.shell_usual")).c_str());
+  unit_field(f.unit_mm);
+  if (ImGui::IsItemHovered()) ImGui::SetTooltip("%s", s.text("op.unit_help"));
+  ImGui::SameLine();
+  length("##spacing", f.spacing_mm, "op.spacing", "op.spacing_of_file");
   ImGui::BeginDisabled(s.busy || f.file[0] == 0 || f.name[0] == 0);
   const bool pressed = main_button(fmt::format("{}   F9", s.text("op.import_do")).c_str(), {-1, 0});
   ImGui::EndDisabled();
@@ -130,7 +144,7 @@ void draw_archive_page(OperatorState& s, InterfaceWindow& w) {
   draw_sessions(s, w, {room.x - side - gap.x, height});
   ImGui::SameLine();
   begin_column("side", {side, height});
-  const float actions = 20.5f * u;
+  const float actions = 21.5f * u;
   draw_actions(s, w, {0, actions});
   draw_import(s, w, {0, height - actions - gap.y});
   ImGui::EndChild();

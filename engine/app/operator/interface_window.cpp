@@ -263,26 +263,19 @@ bool InterfaceWindow::poll(double most_seconds) {
   const display::UserInput before = input_;
   input_ = output_->poll();
   const Nanos t = now();
-  const bool used = input_.close || !input_.keys.empty() || !input_.typed.empty() || input_.wheel != 0 ||
+  const bool used = input_.close || !input_.keys.empty() || input_.wheel != 0 ||
                     input_.pixel != before.pixel || input_.left != before.left || input_.right != before.right ||
                     input_.focused != before.focused;
   if (used) last_input_ = t;
   ImGuiIO& io = ImGui::GetIO();
-  // ImGui 1.86 takes states, not events: a key that went down and up between two polls is down for this frame.
-  for (const auto& key : input_.keys)
-    if (key.code >= 0 && key.code < keys::kCount && key.down) io.KeysDown[key.code] = true;
-  io.KeyCtrl = io.KeysDown[keys::kLeftControl] || io.KeysDown[keys::kRightControl];
-  io.KeyShift = io.KeysDown[keys::kLeftShift] || io.KeysDown[keys::kRightShift];
-  io.KeyAlt = io.KeysDown[keys::kLeftAlt] || io.KeysDown[keys::kRightAlt];
-  io.KeySuper = io.KeysDown[keys::kLeftSuper] || io.KeysDown[keys::kRightSuper];
-  for (const std::uint32_t code : input_.typed) io.AddInputCharacter(code);
+  keys_.add(input_.keys);
   if (input_.focused != before.focused) io.AddFocusEvent(input_.focused);
   io.MousePos = {static_cast<float>(input_.pixel.x), static_cast<float>(input_.pixel.y)};
   io.MouseDown[0] = input_.left || input_.clicked[0];
   io.MouseDown[1] = input_.right || input_.clicked[1];
   io.MouseDown[2] = input_.middle || input_.clicked[2];
   io.MouseWheel += static_cast<float>(input_.wheel);
-  return used || output_->needs_frame() || to_seconds(t - last_input_) < kSettle ||
+  return used || !keys_.empty() || output_->needs_frame() || to_seconds(t - last_input_) < kSettle ||
          to_seconds(t - last_frame_) >= most_seconds;
 }
 
@@ -299,14 +292,23 @@ void InterfaceWindow::begin() {
   last_frame_ = t;
   const display::ivec2 size = output_->size();
   io.DisplaySize = {static_cast<float>(std::max(size.x, 1)), static_cast<float>(std::max(size.y, 1))};
+  // ImGui 1.86 takes states, not events.
+  for (const KeyQueue::Key& key : keys_.next()) {
+    if (key.typed)
+      io.AddInputCharacter(key.typed);
+    else
+      io.KeysDown[key.code] = key.down;
+  }
+  io.KeyCtrl = io.KeysDown[keys::kLeftControl] || io.KeysDown[keys::kRightControl];
+  io.KeyShift = io.KeysDown[keys::kLeftShift] || io.KeysDown[keys::kRightShift];
+  io.KeyAlt = io.KeysDown[keys::kLeftAlt] || io.KeysDown[keys::kRightAlt];
+  io.KeySuper = io.KeysDown[keys::kLeftSuper] || io.KeysDown[keys::kRightSuper];
   painter_->new_frame();
   ImGui::NewFrame();
 }
 
 void InterfaceWindow::end() {
   ImGui::Render();
-  for (const auto& key : input_.keys)  // what came up since, comes up for the next frame
-    if (key.code >= 0 && key.code < keys::kCount && !key.down) ImGui::GetIO().KeysDown[key.code] = false;
   const VkCommandBuffer commands = ring_.begin(device_);
   const auto target = output_->acquire();
   if (!target) {

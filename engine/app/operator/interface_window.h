@@ -7,6 +7,7 @@
 #include <string>
 
 #include "engine/app/operator/draw_list_painter.h"
+#include "engine/app/operator/key_queue.h"
 #include "engine/base/clock.h"
 #include "engine/display/output.h"
 #include "engine/gpu/device.h"
@@ -80,6 +81,7 @@ class InterfaceWindow {
   session::Language language_ = session::Language::kEnglish;
   double scale_ = 1;
   display::UserInput input_;
+  KeyQueue keys_;
   std::string more_;  // what will_show() was given and the catalogue does not hold
   Nanos last_frame_ = 0, last_input_ = 0;
   std::uint64_t frames_ = 0;

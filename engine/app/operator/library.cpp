@@ -92,7 +92,8 @@ std::vector<SceneChoice> find_scenes(const OperatorState& s, std::vector<fs::pat
       choice.title = title_of(file.stem().string());
       try {
         const Json json = Json::load(file);
-        choice.title = title_of(json.string_or("name", file.stem().string()));
+        choice.name = json.string_or("name", file.stem().string());
+        choice.title = title_of(choice.name);
         choice.description = json.string_or("description", "");
         if (const auto block = json.find("task")) {
           const session::Task task = session::read_task(*block);
@@ -163,6 +164,10 @@ fs::path new_session_file(const std::string& trainee, const std::string& scene) 
   char date[32];
   std::strftime(date, sizeof date, "%Y-%m-%d_%H-%M-%S", &local);
   return folder / fmt::format("{}_{}.h5", date, file_name_of(scene));
+}
+
+fs::path expert_folder(const fs::path& trainee_folder) {
+  return trainee_folder.parent_path() / "expert";
 }
 
 fs::path unkept_file() {

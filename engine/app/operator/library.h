@@ -32,6 +32,9 @@ std::vector<RigChoice> find_rigs(const OperatorState& s);
 /// ~/Typodont/sessions/TRAINEE/DATE_SCENE.h5, its folder made.
 std::filesystem::path new_session_file(const std::string& trainee, const std::string& scene);
 
+/// Where sessions lie that reports compare with, beside a trainee's folder: those of the trainee "expert".
+std::filesystem::path expert_folder(const std::filesystem::path& trainee_folder);
+
 /// A file for a recording that is not kept unless that is asked for before its end; those of programs that were killed
 /// are taken away. Empty where there is no room for one.
 std::filesystem::path unkept_file();

@@ -206,6 +206,11 @@ class Operator {
       case Ask::kWatch:
         start_self({"replay", chosen_session().file.string(), "--show"});
         break;
+      case Ask::kExpert:
+        make_expert(chosen_session().file);
+        s_.sessions = find_sessions();
+        s_.say(s_.text("op.is_expert"));
+        break;
       case Ask::kExportMesh:
         make_surface(s_, work_, chosen_session());
         break;
@@ -226,7 +231,7 @@ class Operator {
     }
   }
 
-  /// `from`: a recorded session to go on from; empty: the scene that is chosen.
+  /// `from`: a session or saved preparation to go on from; empty: the scene that is chosen.
   void start_session(const fs::path& from) {
     if (desk_.running()) return;
     const SceneChoice& choice = s_.scenes.at(static_cast<std::size_t>(s_.scene));
@@ -242,8 +247,16 @@ class Operator {
     s_.page = Page::kLoading;
     draw();
     s_.page = before;  // where the session cannot begin
-    const Scene scene = from.empty() ? read_scene(choice.file) : with_resume(scene_of(session::SessionReader(from)), from);
+    const Scene scene = from.empty() ? read_scene(choice.file) : with_resume(scene_left_at(from), from);
     desk_.start(scene, rig, hand.address.empty() ? s_.address.data() : hand.address);
+  }
+
+  /// The scene of a recording, or of a preparation that was saved: the exercise its name has.
+  Scene scene_left_at(const fs::path& from) const {
+    if (from.extension() != ".vdb") return scene_of(session::SessionReader(from));
+    for (const SceneChoice& choice : s_.scenes)
+      if (choice.fault.empty() && file_name_of(choice.name) == chosen_session().scene) return read_scene(choice.file);
+    throw Error(from.string(), "", fmt::format("no exercise \"{}\"", chosen_session().scene), "the exercise it was made in");
   }
 
   /// True when the trainee's picture changed.

@@ -112,12 +112,9 @@ void draw_exercise_form(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   ImGui::SameLine();
   from("op.ideal_mesh", IdealFrom::kMesh);
   if (f.ideal == IdealFrom::kMesh) {
-    ImGui::SetNextItemWidth(-12 * u);
-    ImGui::InputTextWithHint("##mesh", s.text("op.ideal_mesh_file"), f.mesh.data(), f.mesh.size());
-    ImGui::SameLine();
-    ImGui::SetNextItemWidth(-1);
-    ImGui::InputFloat("##unit", &f.mesh_unit_mm, 0, 0, "1 = %.4g mm");
-    f.mesh_unit_mm = std::clamp(f.mesh_unit_mm, 1e-6f, 1e6f);
+    file_field("mesh", s.text("op.ideal_mesh_file"), f.mesh, f.chooser, kMeshEndings, s, w);
+    ImGui::SetNextItemWidth(12 * u);
+    unit_field(f.mesh_unit_mm);
   }
   const ImVec2 room = ImGui::GetContentRegionAvail();
   const float button = ImGui::GetFrameHeightWithSpacing();

@@ -25,6 +25,8 @@ NewTooth tooth_of(const ImportForm& form) {
   tooth.options.preset = form.preset == 1 ? haptics::ImportPreset::kBone : haptics::ImportPreset::kTooth;
   if (form.voxel_mm > 0) tooth.options.voxel = static_cast<double>(form.voxel_mm) * kMillimetre;
   if (form.shell_mm > 0) tooth.options.shell = static_cast<double>(form.shell_mm) * kMillimetre;
+  if (form.spacing_mm > 0) tooth.options.spacing = dvec3(static_cast<double>(form.spacing_mm) * kMillimetre);
+  tooth.options.mesh_unit = static_cast<double>(form.unit_mm) * kMillimetre;
   return tooth;
 }
 

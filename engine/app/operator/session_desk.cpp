@@ -95,6 +95,7 @@ void SessionDesk::start(const Scene& scene, const RigChoice& rig, const std::str
   }
   s_.page = Page::kSession;
   log::info("session started: {}", scene.name);
+  if (!scene.resume.empty()) log::info("going on from {}", scene.resume);
 }
 
 SessionDesk::Turn SessionDesk::step() {

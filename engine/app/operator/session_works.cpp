@@ -7,6 +7,7 @@
 
 #include "engine/app/operator/archive.h"
 #include "engine/app/operator/child.h"
+#include "engine/app/operator/library.h"
 #include "engine/app/recording/session_report.h"
 #include "engine/base/log.h"
 #include "engine/session/report.h"
@@ -40,6 +41,7 @@ void make_report(OperatorState& s, LongWork& work, const fs::path& recording, st
         *score = *options.score;
         progress.stage("op.making_report", 0.6, 1);
         options.earlier = earlier_sessions(recording.parent_path(), reader);
+        options.expert = expert_session(expert_folder(recording.parent_path()), reader);
         progress.at(0.5);
         write_file_atomically(report, session::report_html(reader, options));
         progress.at(1);

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "engine/app/operator/archive.h"
+#include "engine/app/operator/file_field.h"
 #include "engine/app/operator/interface_window.h"
 #include "engine/app/operator/steps.h"
 #include "engine/app/picture/look.h"
@@ -50,6 +51,7 @@ enum class Ask {
   kSessionReport,    // of the session chosen there: made where there is none, opened in the browser
   kLearningCurve,    // of its trainee
   kFilm,             // of the session
+  kExpert,           // the session is what reports of its exercise compare with
   kWatch,            // the session again, in a window of its own
   kExportMesh,       // the tissue as it left it
   kGoOnFrom,         // a session from there
@@ -66,6 +68,7 @@ struct Request {
 
 struct SceneChoice {
   std::filesystem::path file;
+  std::string name;  // as recordings are called after it
   std::string title, description;
   std::string fault;  // why it cannot be used; empty: it can
   int picture = -1;   // place in OperatorState::pictures
@@ -99,15 +102,19 @@ struct ExerciseForm {
   bool base_aims = false;  // the base has an ideal
   bool aims() const { return ideal != IdealFrom::kBase || base_aims; }
   std::array<char, 512> mesh{};  // a file
+  FileChooser chooser;
   float mesh_unit_mm = 1;
   std::vector<RuleChoice> rules;
 };
 struct ImportForm {
   std::array<char, 512> file{};
+  FileChooser chooser;
   std::array<char, 96> name{};
   int preset = 0;  // 0 tooth, 1 bone
   int crown = 0;   // Crown
   float voxel_mm = 0, shell_mm = 0;  // 0: as the file has it; the default
+  float unit_mm = 1;                 // of a mesh
+  float spacing_mm = 0;              // of a scan's samples; 0: as the file says
 };
 struct DoctorFinding {
   std::string name, state, found, without, mend;

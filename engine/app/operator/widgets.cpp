@@ -97,8 +97,10 @@ bool toggle_button(const char* text, bool on, ImVec2 size) {
 
 bool key(int code, bool control) {
   const ImGuiIO& io = ImGui::GetIO();
-  const bool writes = code < display::keys::kF1 || code > display::keys::kF1 + 11;
-  return !(io.WantTextInput && writes) && io.KeyCtrl == control && ImGui::IsKeyPressed(code, false);
+  const bool function_key = code >= display::keys::kF1 && code <= display::keys::kF1 + 11;
+  const bool edits = std::string_view("ACVXYZ").find(static_cast<char>(code)) != std::string_view::npos;
+  const bool theirs = io.WantTextInput && !function_key && (!control || edits);
+  return !theirs && io.KeyCtrl == control && ImGui::IsKeyPressed(code, false);
 }
 
 void message_line(const OperatorState& s) {

@@ -3,7 +3,9 @@
 
 #include <imgui.h>
 
+#include <span>
 #include <string>
+#include <string_view>
 
 #include "engine/app/operator/state.h"
 
@@ -35,8 +37,14 @@ bool stop_button(const char* text, ImVec2 size);
 /// A button that is held down while `on`.
 bool toggle_button(const char* text, bool on, ImVec2 size);
 
-/// Pressed in this frame; keys that write only while nobody is typing.
+/// Pressed in this frame. While somebody is typing, keys that write are theirs, and with Ctrl those that edit.
 bool key(int code, bool control = false);
+
+/// A path, and with Ctrl+O the list of what lies there. `endings`: of files, in small letters.
+void file_field(const char* id, const char* hint, std::span<char> text, FileChooser& chooser,
+                std::span<const std::string_view> endings, OperatorState& s, InterfaceWindow& w);
+/// Millimetres a mesh's unit has.
+void unit_field(float& unit_mm);
 
 /// The line at the page's foot.
 void message_line(const OperatorState& s);

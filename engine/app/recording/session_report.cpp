@@ -1,6 +1,7 @@
 #include "engine/app/recording/session_report.h"
 
 #include <algorithm>
+#include <tuple>
 
 #include "engine/app/picture/tissue_view.h"
 #include "engine/app/task/task.h"
@@ -67,27 +68,47 @@ session::SessionSummary summary_of(const session::SessionReader& session) {
   }
 }
 
-std::vector<session::SessionSummary> earlier_sessions(const std::filesystem::path& folder,
-                                                      const session::SessionReader& session) {
-  const session::SessionSummary own = session::summarize(session);
-  std::vector<session::SessionSummary> earlier;
+namespace {
+
+/// Those that `wanted` says, by what their files hold; not this one, and not what is no session.
+template <typename Wanted>
+std::vector<session::SessionSummary> others_in(const std::filesystem::path& folder, const session::SessionReader& session,
+                                               const Wanted& wanted) {
+  std::vector<session::SessionSummary> others;
   std::error_code code;
   for (const auto& entry : std::filesystem::directory_iterator(folder, code)) {
     if (entry.path().extension() != ".h5" || std::filesystem::equivalent(entry.path(), session.file(), code)) continue;
     try {
       const session::SessionReader other(entry.path());
-      const session::SessionSummary summary = session::summarize(other);
-      if (summary.scene != own.scene || summary.trainee != own.trainee) continue;
-      if (!own.date.empty() && summary.date >= own.date) continue;
-      earlier.push_back(summary_of(other));
+      session::SessionSummary summary = session::summarize(other);
+      if (wanted(summary)) others.push_back(std::move(summary));
     } catch (const Error& e) {
       log::warn("left out: {}", e.what());
     }
   }
-  std::sort(earlier.begin(), earlier.end(), [](const auto& a, const auto& b) {
-    return std::tie(a.date, a.file) < std::tie(b.date, b.file);
+  std::sort(others.begin(), others.end(),
+            [](const auto& a, const auto& b) { return std::tie(a.date, a.file) < std::tie(b.date, b.file); });
+  return others;
+}
+
+}  // namespace
+
+std::vector<session::SessionSummary> earlier_sessions(const std::filesystem::path& folder,
+                                                      const session::SessionReader& session) {
+  const session::SessionSummary own = session::summarize(session);
+  auto earlier = others_in(folder, session, [&](const session::SessionSummary& other) {
+    return other.scene == own.scene && other.trainee == own.trainee && (own.date.empty() || other.date < own.date);
   });
+  for (session::SessionSummary& one : earlier) one = summary_of(session::SessionReader(folder / one.file));
   return earlier;
+}
+
+std::optional<session::SessionSummary> expert_session(const std::filesystem::path& folder,
+                                                      const session::SessionReader& session) {
+  const session::SessionSummary own = session::summarize(session);
+  const auto same = others_in(folder, session, [&](const session::SessionSummary& other) { return other.scene == own.scene; });
+  if (same.empty()) return std::nullopt;
+  return summary_of(session::SessionReader(folder / same.back().file));
 }
 
 }  // namespace typodont

@@ -21,4 +21,8 @@ session::SessionSummary summary_of(const session::SessionReader& session);
 std::vector<session::SessionSummary> earlier_sessions(const std::filesystem::path& folder,
                                                       const session::SessionReader& session);
 
+/// The newest session in `folder` of the same scene, whoever made it, other than this one.
+std::optional<session::SessionSummary> expert_session(const std::filesystem::path& folder,
+                                                      const session::SessionReader& session);
+
 }  // namespace typodont

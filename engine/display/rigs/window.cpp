@@ -68,7 +68,7 @@ class Window final : public Output {
       if (action == GLFW_PRESS) self(w).events_.pressed.push_back(key);
       self(w).events_.keys.push_back({key, action != GLFW_RELEASE});
     });
-    glfwSetCharCallback(window_, [](GLFWwindow* w, unsigned code) { self(w).events_.typed.push_back(code); });
+    glfwSetCharCallback(window_, [](GLFWwindow* w, unsigned code) { self(w).events_.keys.push_back({0, false, code}); });
     glfwSetMouseButtonCallback(window_, [](GLFWwindow* w, int button, int action, int) {
       if (action == GLFW_PRESS && button < 3) self(w).events_.clicked[static_cast<std::size_t>(button)] = true;
     });

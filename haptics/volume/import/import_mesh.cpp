@@ -325,7 +325,7 @@ Imported import_mesh(const std::filesystem::path& file, const ImportOptions& opt
     throw Error(
         file.string(), "size",
         fmt::format("a body {:.4g} mm long at {:g} mm a unit", longest / kMillimetre, options.mesh_unit / kMillimetre),
-        fmt::format("{} of {:g} to {:g} mm; give the unit with --unit-mm", tooth ? "a tooth" : "a bone",
+        fmt::format("{} of {:g} to {:g} mm; say what its unit is (--unit-mm)", tooth ? "a tooth" : "a bone",
                     least / kMillimetre, most / kMillimetre));
   }
   const double voxel = options.voxel.value_or(0.1e-3);

@@ -1,0 +1,31 @@
+// What was done on the keyboard, handed to the pages frame by frame. A page sees the state of the keys once a frame; on a
+// busy computer much may be done between two frames, and none of it is lost or comes out of its order. Main thread.
+#pragma once
+
+#include <array>
+#include <deque>
+#include <span>
+#include <vector>
+
+#include "engine/display/keys.h"
+#include "engine/display/output.h"
+
+namespace typodont {
+
+class KeyQueue {
+ public:
+  using Key = display::UserInput::Key;
+
+  void add(std::span<const Key> done);
+  /// For one frame: no key more than once, a pressed key with the Ctrl or Shift it was pressed with, and nothing that was
+  /// typed after a key that may lead elsewhere, until it has.
+  std::vector<Key> next();
+  bool empty() const { return waiting_.empty(); }
+
+ private:
+  std::deque<Key> waiting_;
+  std::array<bool, display::keys::kCount> down_{};  // after the last frame
+  int frames_until_text_ = 0;
+};
+
+}  // namespace typodont

@@ -1,0 +1,111 @@
+// However much is done on the keyboard between two frames, the pages see all of it, in its order.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <random>
+#include <string>
+
+#include "engine/app/operator/key_queue.h"
+
+namespace typodont {
+namespace {
+
+namespace keys = display::keys;
+using Key = KeyQueue::Key;
+
+std::vector<Key> press(int code) { return {{code, true}, {code, false}}; }
+std::vector<Key> write(char c) { return {{std::toupper(c), true}, {0, false, static_cast<std::uint32_t>(c)}, {std::toupper(c), false}}; }
+
+TEST(KeyQueue, AKeyPressedTwiceBetweenTwoFramesIsPressedTwice) {
+  KeyQueue queue;
+  for (int i = 0; i < 2; ++i) queue.add(press('M'));
+  int downs = 0, frames = 0;
+  for (bool was = false; !queue.empty(); ++frames) {
+    for (const Key& key : queue.next()) {
+      EXPECT_NE(key.down, was);
+      was = key.down;
+      downs += key.down;
+    }
+  }
+  EXPECT_EQ(downs, 2);
+  EXPECT_EQ(frames, 4);
+}
+
+TEST(KeyQueue, WhatIsTypedAfterAKeyThatLeadsElsewhereComesWhenItHas) {
+  KeyQueue queue;
+  queue.add(std::vector<Key>{{keys::kLeftControl, true}, {'H', true}, {'H', false}, {keys::kLeftControl, false}});
+  queue.add(write('s'));
+  for (int frame = 0; frame < 3; ++frame)
+    for (const Key& key : queue.next()) EXPECT_EQ(key.typed, 0u) << "the field does not take text yet";
+  std::string typed;
+  while (!queue.empty())
+    for (const Key& key : queue.next())
+      if (key.typed) typed += static_cast<char>(key.typed);
+  EXPECT_EQ(typed, "s");
+}
+
+TEST(KeyQueue, AKeyGoesDownWithTheControlKeyItWasPressedWith) {
+  KeyQueue queue;
+  queue.add(std::vector<Key>{{keys::kLeftControl, true}});
+  queue.next();
+  queue.add(std::vector<Key>{{'Z', true}, {keys::kLeftControl, false}, {'Z', false}, {'Y', true}, {keys::kRightControl, true}, {'Y', false}});
+  bool control = true;
+  std::string pressed;
+  while (!queue.empty()) {
+    std::string now;
+    for (const Key& key : queue.next()) {
+      if (key.code >= keys::kLeftShift)
+        control = key.down;
+      else if (key.down)
+        now += static_cast<char>(key.code);
+    }
+    for (const char c : now) pressed += fmt::format("{}{} ", control ? "Ctrl " : "", c);
+  }
+  EXPECT_EQ(pressed, "Ctrl Z Y ");
+}
+
+TEST(KeyQueue, AHeldKeyThatRepeatsIsDownOnce) {
+  KeyQueue queue;
+  queue.add(std::vector<Key>{{'P', true}, {'P', true}, {'P', true}});
+  EXPECT_EQ(queue.next().size(), 1u);
+  EXPECT_TRUE(queue.empty());
+  queue.add(std::vector<Key>{{'P', true}, {'P', false}, {-1, true}, {keys::kCount, true}});
+  EXPECT_EQ(queue.next().size(), 1u);
+  EXPECT_TRUE(queue.empty());
+}
+
+TEST(KeyQueue, LosesAndReordersNothingHoweverItIsCutIntoFrames) {
+  std::mt19937 dice(11);
+  for (int round = 0; round < 200; ++round) {
+    KeyQueue queue;
+    std::string meant, got;
+    const auto take = [&] {
+      bool away = false;
+      for (const Key& key : queue.next()) {
+        if (key.typed) {
+          EXPECT_FALSE(away);
+          got += static_cast<char>(key.typed);
+        } else if (key.down && key.code >= keys::kEscape) {
+          away = true;
+          got += '|';
+        }
+      }
+    };
+    for (int i = 0; i < 30; ++i) {
+      if (dice() % 4 == 0) {
+        queue.add(press(keys::kTab));
+        meant += '|';
+      } else {
+        const char c = static_cast<char>('a' + dice() % 3);
+        queue.add(write(c));
+        meant += c;
+      }
+      if (dice() % 3 == 0) take();
+    }
+    while (!queue.empty()) take();
+    EXPECT_EQ(got, meant);
+  }
+}
+
+}  // namespace
+}  // namespace typodont
