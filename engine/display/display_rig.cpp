@@ -207,7 +207,19 @@ Screen reflect(const Mirror& mirror, const Screen& screen) {
   return virtual_screen;
 }
 
-EyeView eye_view(const Screen& panel, const std::optional<Mirror>& mirror, const dvec3& p_WE, const ClipRange& range) {
+dvec3 glass_shift(const Screen& panel, const Mirror& mirror, const dvec3& p_WC) {
+  if (mirror.glass_thickness <= 0) return dvec3(0);
+  // Snell: a plate moves what is seen through it along its normal towards the eye by t (1 − cos θ / √(n² − sin² θ)).
+  const Screen screen = reflect(mirror, panel);
+  const dvec3 middle = 0.5 * (screen.lower_right + screen.upper_left);
+  const dvec3 to_eye = glm::dot(mirror.normal, p_WC) > mirror.offset ? mirror.normal : -mirror.normal;
+  const double cosine = std::abs(glm::dot(glm::normalize(middle - p_WC), mirror.normal));
+  const double sine2 = 1 - cosine * cosine, index2 = mirror.glass_index * mirror.glass_index;
+  return mirror.glass_thickness * (1 - cosine / std::sqrt(index2 - sine2)) * to_eye;
+}
+
+EyeView eye_view(const Screen& panel, const std::optional<Mirror>& mirror, const dvec3& p_WE, const ClipRange& range,
+                 const dvec3& shift) {
   const Screen screen = mirror ? reflect(*mirror, panel) : panel;
   const dvec3 right_edge = screen.lower_right - screen.lower_left, up_edge = screen.upper_left - screen.lower_left;
   const dvec3 v_r = glm::normalize(right_edge), v_u = glm::normalize(up_edge);
@@ -227,16 +239,6 @@ EyeView eye_view(const Screen& panel, const std::optional<Mirror>& mirror, const
   eye.frustum = {glm::dot(v_r, v_a) * range.near / d, glm::dot(v_r, v_b) * range.near / d,
                  glm::dot(v_u, v_a) * range.near / d, glm::dot(v_u, v_c) * range.near / d, range.near, range.far};
 
-  dvec3 shift{0};
-  if (mirror && mirror->glass_thickness > 0) {
-    // Snell: a plate moves what is seen through it along its normal towards the eye by t (1 − cos θ / √(n² − sin² θ)).
-    // Taken for the ray to the middle of the picture, where the work is.
-    const dvec3 middle = screen.lower_left + 0.5 * right_edge + 0.5 * up_edge;
-    const dvec3 to_eye = glm::dot(mirror->normal, p_WE) > mirror->offset ? mirror->normal : -mirror->normal;
-    const double cosine = std::abs(glm::dot(glm::normalize(middle - p_WE), mirror->normal));
-    const double sine2 = 1 - cosine * cosine, index2 = mirror->glass_index * mirror->glass_index;
-    shift = mirror->glass_thickness * (1 - cosine / std::sqrt(index2 - sine2)) * to_eye;
-  }
   const glm::dmat3 rows = glm::transpose(glm::dmat3(v_r, v_u, v_n));
   eye.view = dmat4(rows);
   eye.view[3] = glm::dvec4(rows * (shift - p_WE), 1);
@@ -274,7 +276,8 @@ ClipRange clip_range(const DisplayRig& rig) {
 std::array<EyeView, 2> eye_views(const DisplayRig& rig) {
   const auto eyes = eye_positions(rig.head, rig.screen.layout);
   const ClipRange range = clip_range(rig);
-  return {eye_view(rig.screen, rig.mirror, eyes[0], range), eye_view(rig.screen, rig.mirror, eyes[1], range)};
+  const dvec3 shift = rig.mirror ? glass_shift(rig.screen, *rig.mirror, rig.head.eye_center) : dvec3(0);
+  return {eye_view(rig.screen, rig.mirror, eyes[0], range, shift), eye_view(rig.screen, rig.mirror, eyes[1], range, shift)};
 }
 
 dmat2 upright(const DisplayRig& rig) {

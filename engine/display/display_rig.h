@@ -35,7 +35,7 @@ struct Screen {
 };
 
 /// A half mirror: the plane normal · p = offset, in W. The glass is optional: its thickness and refractive index move
-/// what is seen through it (the hand) towards the eye, and the picture follows.
+/// what is seen through it (the hand) towards the eyes, and the picture follows (glass_shift).
 struct Mirror {
   dvec3 normal{0, 1, 0};  // unit
   double offset = 0;      // m
@@ -111,9 +111,17 @@ dmat4 reflection(const Mirror& mirror);
 /// The panel as it stands behind the mirror.
 Screen reflect(const Mirror& mirror, const Screen& screen);
 
+/// m, W: how far a half mirror's glass moves what is seen through it, for the ray from p_WC, half-way between the eyes,
+/// to the middle of the picture, where the work is. One shift for both eyes, so that points stay in their rows (an eye's
+/// own would take them out of them by what refraction itself does, hundredths of a pixel); through 3 mm of glass at 45
+/// degrees what lies a centimetre off the middle is drawn within 0.05 mm of where its own ray shows it.
+dvec3 glass_shift(const Screen& screen, const Mirror& mirror, const dvec3& p_WC);
+
 /// Kooima 2009, generalised perspective projection, from the eye at p_WE to the screen, seen in the mirror if there is
 /// one (real eye, reflected screen). Throws Error when the eye lies behind the picture or in its plane.
-EyeView eye_view(const Screen& screen, const std::optional<Mirror>& mirror, const dvec3& p_WE, const ClipRange& range);
+/// `shift`: of what is seen, as glass_shift has it.
+EyeView eye_view(const Screen& screen, const std::optional<Mirror>& mirror, const dvec3& p_WE, const ClipRange& range,
+                 const dvec3& shift = dvec3(0));
 
 /// Positions of the left and right eye, or of the point half-way between them twice when the layout is mono.
 std::array<dvec3, 2> eye_positions(const Head& head, Layout layout);

@@ -2,6 +2,7 @@
 
 #include <random>
 
+#include "engine/base/units.h"
 #include "engine/display/display_rig.h"
 
 namespace typodont::display {
@@ -64,6 +65,47 @@ TEST(Frusta, NoVerticalParallaxWhenTheEyesLieAlongTheScreensRows) {
     const dvec3 p =
         c.middle + g.uniform(-0.15, 0.15) * c.normal + g.uniform(-0.2, 0.2) * c.right + g.uniform(-0.2, 0.2) * c.up;
     EXPECT_NEAR(ndc(a, p).y, ndc(b, p).y, 1e-10);
+  }
+}
+
+TEST(Frusta, ThickGlassLeavesPointsInTheirRowsAndDrawsThemNearTheirOwnRays) {
+  Generator g;
+  for (int i = 0; i < 500; ++i) {
+    DisplayRig rig;
+    const auto c = g.screen();
+    rig.screen = c.screen;
+    // A mirror askew, 30 cm and more from the picture, which is seen at 10 to 50 degrees to the glass's normal.
+    const dvec3 seen_eye = c.middle + g.uniform(0.35, 0.6) * c.normal + g.uniform(-0.02, 0.02) * c.right;
+    const double turn = g.uniform(0, 2 * kPi), tilt = g.uniform(10, 50) * kPi / 180;
+    const dvec3 aside = std::cos(turn) * c.right + std::sin(turn) * c.up;
+    Mirror mirror{glm::normalize(std::cos(tilt) * c.normal + std::sin(tilt) * aside), 0};
+    mirror.offset = glm::dot(mirror.normal, c.middle) + 0.2;
+    mirror.glass_thickness = g.uniform(1e-3, 6e-3);
+    mirror.glass_index = g.uniform(1.4, 1.7);
+    rig.mirror = mirror;
+    const Screen behind = reflect(mirror, c.screen);
+    rig.head.eye_center = reflect(mirror, seen_eye);
+    rig.head.right = glm::normalize(behind.lower_right - behind.lower_left);
+    const auto eyes = eye_views(rig);
+    const dvec3 middle = 0.5 * (behind.lower_right + behind.upper_left), up = behind.upper_left - behind.lower_left;
+    const dvec3 to_eye = glm::dot(mirror.normal, rig.head.eye_center) > mirror.offset ? mirror.normal : -mirror.normal;
+    for (int k = 0; k < 10; ++k) {
+      const dvec3 p = middle + 0.01 * g.uniform(0, 1) * g.direction();
+      EXPECT_NEAR(ndc(eyes[0], p).y, ndc(eyes[1], p).y, 1e-10);
+      for (const EyeView& eye : eyes) {
+        // Its own ray through the plate, solved for.
+        double shift = 0;
+        for (int round = 0; round < 60; ++round) {
+          const double cosine = std::abs(glm::dot(glm::normalize(p + shift * to_eye - eye.position), mirror.normal));
+          shift = mirror.glass_thickness * (1 - cosine / std::sqrt(mirror.glass_index * mirror.glass_index - 1 + cosine * cosine));
+        }
+        const dvec3 looks = p + shift * to_eye;
+        const EyeView thin = eye_view(c.screen, mirror, eye.position, {});
+        const dvec2 apart = dvec2(ndc(eye, p)) - dvec2(ndc(thin, looks));
+        const dvec2 size{glm::length(behind.lower_right - behind.lower_left), glm::length(up)};
+        EXPECT_LT(glm::length(0.5 * apart * size), 0.06 * mirror.glass_thickness);
+      }
+    }
   }
 }
 

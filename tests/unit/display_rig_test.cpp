@@ -96,7 +96,7 @@ TEST(MirrorPlane, ThickGlassMovesThePictureTowardsTheEyeByItsApparentShift) {
   const EyeView thin = eye_view(panel, mirror, eye, {});
   mirror.glass_thickness = 6e-3;
   mirror.glass_index = 1.5;
-  const EyeView thick = eye_view(panel, mirror, eye, {});
+  const EyeView thick = eye_view(panel, mirror, eye, {}, glass_shift(panel, mirror, eye));
   const dvec3 shift = dvec3(thick.view[3]) - dvec3(thin.view[3]);
   EXPECT_NEAR(shift.z, 2e-3, 1e-12);  // towards the eye is +z in its frame
   EXPECT_NEAR(std::hypot(shift.x, shift.y), 0, 1e-12);
