@@ -31,7 +31,8 @@ namespace {
 namespace fs = std::filesystem;
 using namespace std::chrono_literals;
 
-constexpr double kIdleFrame = 1.0;      // s between frames while nothing happens
+constexpr double kIdleFrame = 60;       // s between frames while nothing happens
+constexpr Nanos kIdleWait = 21'000'000;  // ns, between looks at what is no event of the desktop
 constexpr double kSessionFrame = 0.05;  // s between frames of this window while a session runs
 constexpr Nanos kReviveInterval = 10 * kNanosPerSecond;
 
@@ -53,7 +54,8 @@ class Operator {
  private:
   /// One look at what was done, one frame where there is something to show.
   void turn() {
-    const bool due = window_.poll(desk_.running() || s_.busy ? kSessionFrame : kIdleFrame);
+    const auto moving = [&] { return desk_.running() && !desk_.at_rest(); };
+    const bool due = window_.poll(moving() || s_.busy ? kSessionFrame : kIdleFrame);
     if (window_.input().close) {
       quit_ = true;
       return;
@@ -63,8 +65,11 @@ class Operator {
     if (due || drew || finished) {
       draw();
       carry_out();
+    } else if (moving()) {
+      std::this_thread::sleep_for(2ms);
     } else {
-      std::this_thread::sleep_for(desk_.running() ? 2ms : 8ms);
+      std::this_thread::sleep_for(4ms);  // a mouse says where it is a thousand times a second
+      window_.output().wait(kIdleWait);
     }
   }
 

@@ -2,6 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
+
 #include "engine/app/operator/exercise.h"
 #include "engine/app/operator/library.h"
 #include "engine/app/picture/live_views.h"
@@ -96,7 +99,7 @@ void SessionDesk::start(const Scene& scene, const RigChoice& rig, const std::str
 }
 
 SessionDesk::Turn SessionDesk::step() {
-  const std::uint64_t before = s_.status.frames + s_.status.own_frames;
+  const WorkbenchStatus before = s_.status;
   bench_->look_from(s_.viewpoint, s_.own_view ? s_.live_size : glm::ivec2(0));
   if (!bench_->step(s_.live_input, s_.live_size)) return Turn::kOver;
   if (s_.author) paint();
@@ -123,7 +126,18 @@ SessionDesk::Turn SessionDesk::step() {
     s_.forces[static_cast<std::size_t>(s_.curve_at)] = static_cast<float>(glm::length(s_.status.tick.f_T_W));
     s_.curve_at = (s_.curve_at + 1) % static_cast<int>(s_.forces.size());
   }
-  return s_.status.frames + s_.status.own_frames != before ? Turn::kChanged : Turn::kSame;
+  at_rest_ = nothing_moves(before);
+  const bool next_second = std::floor(before.seconds) != std::floor(s_.status.seconds);
+  return s_.status.frames + s_.status.own_frames != before.frames + before.own_frames || next_second ? Turn::kChanged : Turn::kSame;
+}
+
+bool SessionDesk::nothing_moves(const WorkbenchStatus& before) const {
+  const WorkbenchStatus& is = s_.status;
+  return is.tick.X_WT.p == before.tick.X_WT.p && is.tick.X_WT.R == before.tick.X_WT.R &&
+         is.tick.spindle == before.tick.spindle && is.tick.tool == before.tick.tool && is.tick.cuts == before.tick.cuts &&
+         is.tissue.version == before.tissue.version && is.faults == before.faults && is.frames == before.frames &&
+         is.own_frames == before.own_frames && !s_.look_in_work &&
+         std::all_of(s_.forces.begin(), s_.forces.end(), [](float f) { return f == 0; });
 }
 
 /// What may be looked at in this session, and how.

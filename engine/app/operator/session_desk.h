@@ -31,8 +31,10 @@ class SessionDesk {
   /// Throws what keeps it from beginning; then there is none.
   void start(const Scene& scene, const RigChoice& rig, const std::string& hand);
   enum class Turn { kSame, kChanged, kOver };
-  /// kChanged: the trainee's picture is another; kOver: it has to be ended.
+  /// kChanged: the trainee's picture is another, or the clock shows the next second; kOver: it has to be ended.
   Turn step();
+  /// After a turn: nothing that the session's page shows has changed but the clock, nor will, of itself.
+  bool at_rest() const { return at_rest_; }
   /// `why`: where that was no ordinary end. The recording is where it should be afterwards.
   void end(const std::string& why);
 
@@ -55,6 +57,7 @@ class SessionDesk {
   void show_own_view(bool own);
   void paint();
   void keep_recording();
+  bool nothing_moves(const WorkbenchStatus& before) const;
 
   OperatorState& s_;
   InterfaceWindow& window_;
@@ -65,6 +68,7 @@ class SessionDesk {
   dvec3 brush_at_{0};
   std::filesystem::path recording_, written_, saved_;  // where the recording should lie, where it is written; the tissue
   Nanos score_time_ = 0, curve_time_ = 0;
+  bool at_rest_ = false;
 };
 
 }  // namespace typodont
