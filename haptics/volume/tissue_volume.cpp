@@ -64,6 +64,7 @@ struct StrokeKept {
   Labels::Stroke tissue;
   std::vector<glm::ivec3> carved;  // bricks first cut by this stroke
   std::size_t bytes = 0;           // once it is complete
+  std::optional<PerTissue> back;   // m³ that come back when it is undone; since it was for the first time
 };
 
 namespace {
@@ -132,21 +133,38 @@ struct TissueVolume::Impl {
 
   /// m³ of each tissue in these leaves: every voxel by its share inside the surface.
   PerTissue volumes_in(const std::vector<openvdb::Coord>& leaves) const {
-    constexpr int n = openvdb::FloatTree::LeafNodeType::DIM;
-    PerTissue sum{};
+    constexpr int n = openvdb::FloatTree::LeafNodeType::DIM, count = n * n * n;
+    std::array<std::int64_t, kTissueCount> units{};
     for (const openvdb::Coord& origin : leaves) {
       const auto* d = distance->tree().probeConstLeaf(origin);
       const auto* t = tissue->tree().probeConstLeaf(origin);
       const float* distances = d ? d->buffer().data() : nullptr;
       const std::int32_t* labels = t ? t->buffer().data() : nullptr;
-      const float tile = d ? 0 : distance->tree().getValue(origin);
-      const std::int32_t label = t ? 0 : tissue->tree().getValue(origin);
-      for (int i = 0; i < n * n * n; ++i) {
-        const auto which = static_cast<std::size_t>(shown_in(labels ? labels[i] : label));
-        if (which < sum.size()) sum[which] += share_inside(distances ? distances[i] : tile);
+      const std::int32_t tile = d ? 0 : units_inside(distance->tree().getValue(origin));
+      const std::int32_t label = t ? labels[0] : tissue->tree().getValue(origin);
+      std::int32_t differ = 0;
+      if (labels)
+        for (int i = 1; i < count; ++i) differ |= labels[i] ^ label;
+      const auto add = [&](std::int32_t of, std::int64_t more) {
+        const auto which = static_cast<std::size_t>(shown_in(of));
+        if (which < units.size()) units[which] += more;
+      };
+      if (differ != 0) {
+        for (int i = 0; i < count; ++i) add(labels[i], distances ? units_inside(distances[i]) : tile);
+        continue;
       }
+      // One tissue, as in most: a sum without looking it up voxel by voxel.
+      std::int64_t sum = distances ? 0 : std::int64_t{count} * tile;
+      for (int row = 0; distances && row < count; row += n * n) {
+        std::int32_t part = 0;
+        for (int i = row; i < row + n * n; ++i) part += units_inside(distances[i]);
+        sum += part;
+      }
+      add(label, sum);
     }
-    for (double& v : sum) v *= frame.voxel * frame.voxel * frame.voxel;
+    PerTissue sum{};
+    for (std::size_t i = 0; i < sum.size(); ++i)
+      sum[i] = static_cast<double>(units[i]) * kShareUnit * frame.voxel * frame.voxel * frame.voxel;
     return sum;
   }
 
@@ -166,14 +184,16 @@ struct TissueVolume::Impl {
     for (const auto& [origin, kept] : stroke.tissue) {
       if (!stroke.distance.contains(origin)) leaves.push_back(origin);
     }
-    const PerTissue before = volumes_in(leaves);
+    const PerTissue before = stroke.back ? PerTissue{} : volumes_in(leaves);
     StrokeKept::Distance::exchange(distance->tree(), stroke.distance);
     StrokeKept::Labels::exchange(tissue->tree(), stroke.tissue);
-    const PerTissue after = volumes_in(leaves);
-    for (std::size_t i = 0; i < taken_back.size(); ++i) taken_back[i] += after[i] - before[i];
+    if (!stroke.back) {  // a stroke is undone before it is brought again
+      stroke.back = volumes_in(leaves);
+      for (std::size_t i = 0; i < before.size(); ++i) (*stroke.back)[i] -= before[i];
+    }
+    for (std::size_t i = 0; i < taken_back.size(); ++i) taken_back[i] += back ? (*stroke.back)[i] : -(*stroke.back)[i];
     constexpr int n = openvdb::FloatTree::LeafNodeType::DIM;
-    for (const auto& [origin, kept] : stroke.distance) insert_bricks(vec(origin), vec(origin) + n - 1, changed);
-    for (const auto& [origin, kept] : stroke.tissue) insert_bricks(vec(origin), vec(origin) + n - 1, changed);
+    for (const openvdb::Coord& origin : leaves) insert_bricks(vec(origin), vec(origin) + n - 1, changed);
     for (const glm::ivec3& brick : stroke.carved) {
       if (back) carved.erase(brick);
       else carved.insert(brick);
