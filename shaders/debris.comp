@@ -54,6 +54,13 @@ float passes(vec3 a, vec3 b, vec3 c) {
   return length(c - a - clamp(dot(c - a, way) / max(dot(way, way), 1e-20), 0.0, 1.0) * way);
 }
 
+// What the air moves at in a step as long as a picture: as far as to the nozzle (engine/debris/motion).
+vec3 drawn_air(vec3 p) {
+  vec3 d = sink.xyz - p;
+  float near = inversesqrt(dot(d, d) + 1e-12), pull = sink.w * near * near * near, dt = gravity.w;
+  return (pull * dt < 1.0 / 3.0 ? pull * (1.0 + 2.0 * dt * pull) : 1.0 / dt) * d;
+}
+
 // The finest dust is mist, as in engine/app/debris_view.cpp.
 void show(uint s, vec3 p, float diameter, float chip, float bytes) {
   bool mist = chip < 12e-6;
@@ -81,10 +88,7 @@ void main() {
   if (!resting) {
     float keep = 1.0 / (1.0 + rate * dt);
     if (sink.w != 0.0) {
-      vec3 d = sink.xyz - p;
-      float r2 = dot(d, d) + 1e-12, r = sqrt(r2);
-      // A step is as long as a picture: the air carries as far as to the nozzle, not beyond it.
-      v += (1.0 - keep) / keep * min(sink.w / r2, r / dt) / r * d;
+      v += (1.0 - keep) / keep * drawn_air(p);
     }
     v = (v + gravity.xyz * dt) * keep;
     p += v * dt;
@@ -107,7 +111,9 @@ void main() {
       stays = dot(v, v) < kRestSpeed * kRestSpeed;
     }
     if (stays) v = vec3(0.0);
-    rate = stays ? kStuck : drag_rate(length(v), diameter, own.chip.y);
+    // Drag goes by the speed in the air, which suction moves.
+    vec3 slip = sink.w != 0.0 ? v - drawn_air(p) : v;
+    rate = stays ? kStuck : drag_rate(length(slip), diameter, own.chip.y);
   }
   own.place.xyz = p;
   own.motion = vec4(v, mass);

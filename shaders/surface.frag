@@ -71,7 +71,8 @@ void main() {
   if (holds(kHoldsDecay) && (a == kCaries || b == kCaries)) {
     // Decay is never even: light brown where it begins, darkest where it is softest, and grained.
     float decay = a == b ? 1.0 : a == kCaries ? 1.0 - share : share;
-    float inward = a == b ? 1.0 : a == kCaries ? 1.0 - in_light.w : in_light.w;
+    // Shares are blurred over two voxels: deep in a triangle's all-decay corner they reach about 0.8, no more.
+    float inward = a == b ? 1.0 : min((a == kCaries ? 1.0 - in_light.w : in_light.w) / 0.8, 1.0);
     float grain = 0.65 * noise(in_mesh_position * 2600.0) + 0.35 * noise(in_mesh_position * 9000.0);
     float core = smoothstep(0.45, 1.0, inward - 0.5 * in_first.w + 0.3 * (grain - 0.5));
     color *= mix(1.0, mix(1.7, 0.55, core) * mix(0.8, 1.2, grain), decay);

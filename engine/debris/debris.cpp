@@ -1,6 +1,7 @@
 #include "engine/debris/debris.h"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <cstring>
@@ -15,7 +16,7 @@ namespace {
 
 constexpr std::uint32_t kNever = std::numeric_limits<std::uint32_t>::max();
 constexpr float kStuck = std::numeric_limits<float>::infinity();  // 1/s: the drag of a particle at rest
-constexpr std::uint32_t kRestSteps = 512;   // how often one at rest looks whether the tissue under it is gone
+constexpr std::uint32_t kRestSteps = 1024;  // how often one at rest looks whether the tissue under it is gone
 constexpr std::uint32_t kMostSteps = 1024;  // how long one in flight goes unattended
 constexpr std::size_t kGroup = 32;          // particles looked after together
 constexpr double kRestSpeed = 0.05;         // m/s
@@ -44,36 +45,54 @@ class Stream {
   std::uint64_t state_;
 };
 
-struct Contact {
+/// The field about a point: linear between the samples of one cell.
+class Contact {
+ public:
+  Contact(const CoarseField& field, const glm::dvec3& p_W) {
+    if (!field.distance) return;
+    const glm::dvec3 q = (p_W - field.origin) * (1 / field.spacing);
+    const glm::dvec3 low = glm::floor(q);
+    const glm::ivec3 i(low);
+    if (!glm::all(glm::greaterThanEqual(low, glm::dvec3(0))) ||
+        !glm::all(glm::lessThan(low, glm::dvec3(field.size - 1)))) {
+      return;
+    }
+    f_ = q - low;
+    const std::size_t sy = static_cast<std::size_t>(field.size.z), sx = sy * static_cast<std::size_t>(field.size.y);
+    const float* d = field.distance + static_cast<std::size_t>(i.x) * sx + static_cast<std::size_t>(i.y) * sy +
+                     static_cast<std::size_t>(i.z);
+    d_ = {d[0], d[1], d[sy], d[sy + 1], d[sx], d[sx + 1], d[sx + sy], d[sx + sy + 1]};
+    for (std::size_t k = 0; k < 4; ++k) x_[k] = glm::mix(d_[k], d_[k + 4], f_.x);
+    inside = true;
+    distance = glm::mix(glm::mix(x_[0], x_[2], f_.y), glm::mix(x_[1], x_[3], f_.y), f_.z);
+  }
+  /// Of any length, where `inside`.
+  glm::dvec3 gradient() const {
+    return {glm::mix(glm::mix(d_[4] - d_[0], d_[6] - d_[2], f_.y), glm::mix(d_[5] - d_[1], d_[7] - d_[3], f_.y), f_.z),
+            glm::mix(x_[2] - x_[0], x_[3] - x_[1], f_.z),
+            glm::mix(x_[1], x_[3], f_.y) - glm::mix(x_[0], x_[2], f_.y)};
+  }
   bool inside = false;  // of the field's box
   double distance = 0;  // m
-  glm::dvec3 gradient{0};
+
+ private:
+  glm::dvec3 f_{0};             // within the cell
+  std::array<double, 8> d_{};   // at its corners
+  std::array<double, 4> x_{};   // between those along x
 };
 
-Contact sample(const CoarseField& field, const glm::dvec3& p_W) {
-  Contact out;
-  if (!field.distance) return out;
-  const glm::dvec3 q = (p_W - field.origin) / field.spacing;
-  const glm::dvec3 low = glm::floor(q);
-  const glm::ivec3 i(low);
-  if (!glm::all(glm::greaterThanEqual(low, glm::dvec3(0))) ||
-      !glm::all(glm::lessThan(low, glm::dvec3(field.size - 1)))) {
-    return out;
-  }
-  const glm::dvec3 f = q - low;
-  const std::size_t sy = static_cast<std::size_t>(field.size.z), sx = sy * static_cast<std::size_t>(field.size.y);
-  const float* d = field.distance + static_cast<std::size_t>(i.x) * sx + static_cast<std::size_t>(i.y) * sy +
-                   static_cast<std::size_t>(i.z);
-  const double d000 = d[0], d001 = d[1], d010 = d[sy], d011 = d[sy + 1];
-  const double d100 = d[sx], d101 = d[sx + 1], d110 = d[sx + sy], d111 = d[sx + sy + 1];
-  const double x00 = glm::mix(d000, d100, f.x), x01 = glm::mix(d001, d101, f.x);
-  const double x10 = glm::mix(d010, d110, f.x), x11 = glm::mix(d011, d111, f.x);
-  const double y0 = glm::mix(x00, x10, f.y), y1 = glm::mix(x01, x11, f.y);
-  out.inside = true;
-  out.distance = glm::mix(y0, y1, f.z);
-  const double gx = glm::mix(glm::mix(d100 - d000, d110 - d010, f.y), glm::mix(d101 - d001, d111 - d011, f.y), f.z);
-  out.gradient = glm::dvec3(gx, glm::mix(x10 - x00, x11 - x01, f.z), y1 - y0) / field.spacing;
-  return out;
+/// What the air moves at.
+glm::dvec3 drawn_air(const Suction& suction, const glm::dvec3& p_W, double dt) {
+  const glm::dvec3 way = suction.p_W - p_W;
+  const double r = std::max(glm::length(way), 1e-6);
+  return air_drawn(suction.flow / (4 * kPi), r, dt) / r * way;
+}
+
+/// Whether the straight way from a to b comes so near to c.
+bool passed_within(double radius, const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& c) {
+  const glm::dvec3 way = b - a;
+  const double on = glm::clamp(glm::dot(c - a, way) / std::max(glm::dot(way, way), 1e-20), 0.0, 1.0);
+  return glm::length(c - a - on * way) < radius;
 }
 
 }  // namespace
@@ -89,6 +108,7 @@ struct Debris::State {
     float mass0;                                       // kg at birth; 0: sucked away
     float diameter;                                    // m, of one chip
     float density;                                     // kg/m³
+    float stokes;                                      // 1/s, drag of a slow one
     Tissue tissue;
   };
   std::vector<Chip> chips;
@@ -99,6 +119,8 @@ struct Debris::State {
   std::uint32_t step = kMostSteps;  // counted from here, so that a phase can be taken off
   PerTissue born{};
   double decayed = 0, sucked = 0, dropped = 0;
+  double gravity = 0;               // m/s²
+  double density_by_viscosity = 0;  // s/m², of the air
   bool drawn = false;  // suction was on in the last step, from here:
   glm::dvec3 nozzle_W{0};
   double flow = 0;
@@ -136,7 +158,7 @@ void Debris::State::attend(std::size_t s, double dt, const CoarseField& field, c
   const bool resting = rate[s] >= kStuck;
   glm::dvec3 p = position(s), v = velocity(s);
   const double nozzle = suction ? glm::length(suction->p_W - p) : 0;
-  if (suction && nozzle < suction->radius) {
+  if (suction && (nozzle < suction->radius || passed_within(suction->radius, p - v * dt, p, suction->p_W))) {
     sucked += left(s);
     decayed += chips[s].mass0 - left(s);
     chips[s].mass0 = 0;
@@ -145,7 +167,7 @@ void Debris::State::attend(std::size_t s, double dt, const CoarseField& field, c
     set_due(s, kNever);
     return;
   }
-  const Contact contact = sample(field, p);
+  const Contact contact(field, p);
   const double radius = 0.5 * chips[s].diameter;
   if (resting) {
     if (contact.inside && contact.distance < 0.5 * field.spacing) {
@@ -153,8 +175,9 @@ void Debris::State::attend(std::size_t s, double dt, const CoarseField& field, c
       return;
     }
   } else if (contact.inside && contact.distance < radius) {
-    const double length = glm::length(contact.gradient);
-    const glm::dvec3 n = length > 1e-9 ? contact.gradient / length : glm::dvec3(0, 0, 1);
+    const glm::dvec3 gradient = contact.gradient();
+    const double length = glm::length(gradient);
+    const glm::dvec3 n = length > 1e-12 ? gradient / length : glm::dvec3(0, 0, 1);
     p += (radius - contact.distance) * n;
     const double approach = glm::dot(v, n);
     if (approach < 0) {
@@ -170,38 +193,39 @@ void Debris::State::attend(std::size_t s, double dt, const CoarseField& field, c
     }
     vx[s] = static_cast<float>(v.x), vy[s] = static_cast<float>(v.y), vz[s] = static_cast<float>(v.z);
   }
-  const double speed = glm::length(v);
-  const double stokes = 18 * options.air_viscosity / (chips[s].density * chips[s].diameter * chips[s].diameter);
-  const double reynolds = options.air_density * speed * chips[s].diameter / options.air_viscosity;
-  set_rate(s, static_cast<float>(reynolds < kStokesReynolds ? stokes
-                                                            : drag_rate(speed, chips[s].diameter, chips[s].density,
-                                                                        options.air_density, options.air_viscosity)));
+  // Drag goes by the speed in the air, which suction moves.
+  const glm::dvec3 air = suction ? drawn_air(*suction, p, dt) : glm::dvec3(0);
+  const double speed = glm::length(v - air);
+  const double stokes = chips[s].stokes;
+  const double reynolds = speed * chips[s].diameter * density_by_viscosity;
+  const double factor = reynolds < kStokesReynolds ? 1 : drag_factor(reynolds);
+  set_rate(s, static_cast<float>(stokes * factor));
 
-  // Until it could touch the tissue or reach the nozzle, or its drag has changed. It gets no quicker than it is, or
-  // than it falls in the end, or than the air around it; and the air at most four times so on half the way to the sink.
-  double quickest = std::max(speed, glm::length(options.gravity_W) / stokes);
-  double clearance = std::numeric_limits<double>::max();
-  if (field.distance) {
-    clearance = contact.distance - radius - 0.5 * field.spacing;
-    if (!contact.inside) {
-      const glm::dvec3 low = field.origin, high = field.origin + field.spacing * glm::dvec3(field.size - 1);
-      const glm::dvec3 away = p - glm::clamp(p, low, high);
-      clearance = glm::length(away);
-      // What leaves the box and is pulled away from it does not come back: drag turns nothing round.
-      if (!suction && glm::dot(away, v) >= 0 && glm::dot(away, options.gravity_W) >= 0) {
-        clearance = std::numeric_limits<double>::max();
-      }
-    }
+  // Until it could touch the tissue or reach the nozzle, or its drag has changed. In the air it gets no quicker than it
+  // is or than it falls in the end; the air itself, on half the way to the sink, is on the mean less than twice as quick.
+  // What flies away and is pulled away does not come back but with the air: drag turns nothing round.
+  const double falls = gravity / stokes, drift = 2 * glm::length(air);
+  const double own = suction ? speed + falls : std::max(speed, falls);
+  const auto soon = [&](double clearance, const glm::dvec3& away) {
+    const bool leaves = glm::dot(away, v) >= 0 && glm::dot(away, options.gravity_W) >= 0;
+    return clearance / std::max((leaves ? drift : own + drift) * dt, 1e-12);
+  };
+  double calm = kMostSteps;  // steps
+  if (field.distance && contact.inside) {
+    // Between samples the field is no steeper than √3, and no farther off than half a spacing.
+    const double off = contact.distance - radius;
+    calm = std::max(off - 0.5 * field.spacing, off / std::sqrt(3.0)) / ((own + drift) * dt);
+  } else if (field.distance) {
+    const glm::dvec3 low = field.origin, high = field.origin + field.spacing * glm::dvec3(field.size - 1);
+    const glm::dvec3 away = p - glm::clamp(p, low, high);
+    calm = std::min(calm, soon(glm::length(away), away));
   }
-  if (suction) {
-    quickest += suction->flow / (kPi * nozzle * nozzle);
-    clearance = std::min({clearance, 0.5 * nozzle, nozzle - 0.5 * suction->radius});
-  }
-  auto steps = static_cast<std::uint32_t>(std::clamp(clearance / (quickest * dt), 1.0, double{kMostSteps}));
+  if (suction) calm = std::min(calm, soon(std::min(0.5 * nozzle, nozzle - 0.5 * suction->radius), p - suction->p_W));
+  auto steps = static_cast<std::uint32_t>(std::clamp(calm, 1.0, double{kMostSteps}));
   if (reynolds > kStokesReynolds) {
-    const double excess = rate[s] / stokes - 1;                // 0.15 Re^0.687
-    const double sensitivity = 0.687 * excess / (1 + excess);  // d log rate / d log speed
-    const double change = glm::length(options.gravity_W - static_cast<double>(rate[s]) * v) * dt;  // of speed, a step
+    const double sensitivity = 0.687 * (factor - 1) / factor;  // d log rate / d log speed; factor − 1: 0.15 Re^0.687
+    // Of that speed, a step. Where drag is so strong that within one it would overtake, it ends up as it falls in this air.
+    const double change = glm::length(options.gravity_W - static_cast<double>(rate[s]) * (v - air)) * dt;
     steps = static_cast<std::uint32_t>(
         std::clamp(kDragError * speed / (sensitivity * change), 1.0, static_cast<double>(steps)));
   }
@@ -211,6 +235,8 @@ void Debris::State::attend(std::size_t s, double dt, const CoarseField& field, c
 Debris::Debris(const DebrisOptions& options) : state_(std::make_unique<State>()) {
   State& s = *state_;
   s.options = options;
+  s.gravity = glm::length(options.gravity_W);
+  s.density_by_viscosity = options.air_density / options.air_viscosity;
   for (auto* array : {&s.x, &s.y, &s.z, &s.vx, &s.vy, &s.vz, &s.rate, &s.keep}) {
     array->resize(options.capacity);
   }
@@ -277,7 +303,9 @@ void Debris::emit(const Cut& cut, double head_radius, const MaterialTable& mater
     const std::size_t i = s.slot(s.count++);
     s.x[i] = static_cast<float>(n.p_W.x), s.y[i] = static_cast<float>(n.p_W.y), s.z[i] = static_cast<float>(n.p_W.z);
     s.vx[i] = static_cast<float>(n.v_W.x), s.vy[i] = static_cast<float>(n.v_W.y), s.vz[i] = static_cast<float>(n.v_W.z);
-    s.chips[i] = {s.time, n.mass, static_cast<float>(n.chip), static_cast<float>(n.density), n.tissue};
+    s.chips[i] = {s.time, n.mass, static_cast<float>(n.chip), static_cast<float>(n.density),
+                  static_cast<float>(drag_rate(0, n.chip, n.density, s.options.air_density, s.options.air_viscosity)),
+                  n.tissue};
     s.set_rate(i, static_cast<float>(drag_rate(glm::length(n.v_W), n.chip, n.density, s.options.air_density,
                                                s.options.air_viscosity)));
     s.set_due(i, s.step + 1);
@@ -325,16 +353,15 @@ void Debris::step(double dt, const CoarseField& field, const Suction* suction) n
   move(motion, s.first, end, step_length, around);
   move(motion, 0, wrapped, step_length, around);
 
-  for (std::size_t group = 0; group * kGroup < s.options.capacity; ++group) {
-    if (s.first_due[group] > s.step) continue;
-    s.first_due[group] = kNever;
-    const std::size_t last = std::min((group + 1) * kGroup, s.options.capacity);
-    for (std::size_t i = group * kGroup; i < last; ++i) {
-      if (s.due[i] <= s.step) {
+  for (std::size_t at = 0; at < s.options.capacity; at += kGroup) {
+    std::uint32_t& first_due = s.first_due[at / kGroup];
+    if (first_due > s.step) continue;
+    first_due = kNever;
+    for (std::size_t i = at; i < std::min(at + kGroup, s.options.capacity); ++i) {
+      if (s.due[i] <= s.step)
         s.attend(i, dt, field, suction);
-      } else {
-        s.first_due[group] = std::min(s.first_due[group], s.due[i]);
-      }
+      else
+        first_due = std::min(first_due, s.due[i]);
     }
   }
 }

@@ -61,6 +61,8 @@ struct Weaver {
   void triangle(const Corner& a, const Corner& b, const Corner& c, BrickMesh& mesh);
 };
 
+constexpr float kSmallEdge = 2.5f;  // voxels
+
 glm::vec3 area_normal(const Corner& a, const Corner& b, const Corner& c) {
   return glm::cross(b.data->position - a.data->position, c.data->position - a.data->position);
 }
@@ -125,8 +127,10 @@ void Weaver::triangle(const Corner& a, const Corner& b, const Corner& c, BrickMe
     low = static_cast<Tissue>(std::min(best, next));
     high = static_cast<Tissue>(std::max(best, next));
   }
-  // On a crease the corner takes the normal of the smooth corners beside it, or the triangle's own.
+  // On a crease a corner takes the normal of its side: of the smooth corners beside it, or the triangle's own. A gentle one
+  // (a fissure's floor, narrower than a cell) shades as if it were round, where triangles are as small as cells.
   glm::vec3 side(0);
+  bool small = false;
   if (a.data->crease || b.data->crease || c.data->crease) {
     for (const Corner* corner : corners) {
       if (!corner->data->crease) side += corner->data->normal;
@@ -134,8 +138,12 @@ void Weaver::triangle(const Corner& a, const Corner& b, const Corner& c, BrickMe
     if (glm::dot(side, side) < 1e-12f) side = area_normal(a, b, c);
     const float length = glm::length(side);
     side = length > 1e-12f ? side / length : a.data->normal;
+    small = glm::distance(a.data->position, b.data->position) < kSmallEdge && glm::distance(b.data->position, c.data->position) < kSmallEdge &&
+            glm::distance(c.data->position, a.data->position) < kSmallEdge;
   }
-  for (const Corner* corner : corners) mesh.indices.push_back(copy_of(*corner, low, high, side, mesh));
+  for (const Corner* corner : corners) {
+    mesh.indices.push_back(copy_of(*corner, low, high, small && corner->data->gentle ? corner->data->normal : side, mesh));
+  }
 }
 
 // `around`[o]: this brick (0) and its lower neighbours (bit a of o: one lower along axis a); nullptr where there is

@@ -1,12 +1,8 @@
-// The only translation unit of the haptics that includes OpenVDB. Grids hold voxels, not metres: OpenVDB refuses
-// transforms under 15 µm in metres, and distances in voxels are what sampling and cutting work in.
+// The tissue in OpenVDB's grids. They hold voxels, not metres: OpenVDB refuses transforms under 15 µm in metres, and distances
+// in voxels are what sampling and cutting work in.
 #include "haptics/tissue_volume.h"
 
-#include <fmt/format.h>
-#include <openvdb/io/File.h>
 #include <openvdb/openvdb.h>
-#include <openvdb/tools/ChangeBackground.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <climits>
@@ -15,14 +11,13 @@
 #include <unordered_set>
 #include <vector>
 
-#include "engine/base/error.h"
 #include "engine/base/fnv.h"
-#include "engine/base/units.h"
 #include "haptics/label.h"
 #include "haptics/share.h"
 #include "haptics/solid.h"
+#include "haptics/volume/emptied_piece.h"
 #include "haptics/volume/leaf_history.h"
-#include "haptics/volume/vdb_guard.h"
+#include "haptics/volume/volume_file.h"
 #include "haptics/work.h"
 
 namespace typodont::haptics {
@@ -40,13 +35,6 @@ using KeySet = std::unordered_set<glm::ivec3, KeyHash>;
 openvdb::Coord coord(const glm::ivec3& v) { return {v.x, v.y, v.z}; }
 glm::ivec3 vec(const openvdb::Coord& c) { return {c.x(), c.y(), c.z()}; }
 int floor_div(int a, int b) { return a >= 0 ? a / b : -((-a + b - 1) / b); }
-
-/// Multiplies all distances, clamped to the band: from voxels to mm and back.
-void rescale(openvdb::FloatGrid& grid, float factor) {
-  const float band = grid.background();
-  for (auto it = grid.beginValueAll(); it; ++it) it.setValue(std::clamp(*it, -band, band) * factor);
-  openvdb::tools::changeBackground(grid.tree(), band * factor, /*threaded=*/false);
-}
 
 std::vector<glm::ivec3> sorted(const KeySet& keys) {
   std::vector<glm::ivec3> list(keys.begin(), keys.end());
@@ -165,9 +153,9 @@ struct TissueVolume::Impl {
   /// See TissueVolume; of the samples between two, inclusive.
   void copy_every(int n, const Copied& box, const glm::ivec3& from, const glm::ivec3& to) const;
 
-  // The two parts of labels, in files apart. The second grid has the label from before, plus one; nowhere: none.
+  // The two parts of labels, which files keep apart: see StoredVolume.
   openvdb::Int32Grid::Ptr take_before(openvdb::Int32Grid& labels) const;
-  void put_before(const openvdb::Int32Grid& before, const std::string& name);
+  void put_before(const openvdb::Int32Grid& before);
 
   /// Where distances changed in that box: labels of fillings that are no longer there go.
   void restore_labels(const TissueVolume& self, glm::ivec3 lo, glm::ivec3 hi);
@@ -262,100 +250,15 @@ TissueVolume::TissueVolume(const DenseTissue& dense) : impl_(std::make_unique<Im
   v.tissue->pruneGrid();
 }
 
-namespace {
-
-struct Grids {
-  openvdb::FloatGrid::Ptr distance;
-  openvdb::Int32Grid::Ptr tissue;
-  openvdb::Int32Grid::Ptr before;  // or none
-
-  openvdb::GridCPtrVec all() const {
-    openvdb::GridCPtrVec grids{distance, tissue};
-    if (before) grids.push_back(before);
-    return grids;
-  }
-};
-constexpr const char* kBeforeFilling = "tissue_before_filling";
-
-/// Throws Error naming `name`.
-Grids read_grids(const std::filesystem::path& file, const std::string& name) {
-  Grids grids;
-  try {
-    openvdb::io::File vdb(file.string());
-    vdb.setCopyMaxBytes(0);  // read now, all of it: a truncated file must fail here and not in the middle of a session
-    vdb.open(false);
-    const auto typed = [&]<class Grid>(const char* grid_name, typename Grid::Ptr& grid) {
-      if (!vdb.hasGrid(grid_name)) throw Error(name, "", fmt::format("no grid \"{}\"", grid_name), "a tissue volume");
-      const auto base = vdb.readGrid(grid_name);
-      grid = openvdb::gridPtrCast<Grid>(base);
-      if (!grid) throw Error(name, grid_name, base->valueType(), Grid().valueType());
-    };
-    typed.operator()<openvdb::FloatGrid>("distance", grids.distance);
-    typed.operator()<openvdb::Int32Grid>("tissue", grids.tissue);
-    if (vdb.hasGrid(kBeforeFilling)) typed.operator()<openvdb::Int32Grid>(kBeforeFilling, grids.before);
-  } catch (const openvdb::Exception& e) {
-    throw Error(name, "", e.what(), "a tissue volume (.vdb)");
-  } catch (const std::bad_alloc&) {
-    throw Error(name, "", "sizes beyond this machine's memory", "a tissue volume (.vdb)");
-  }
-  return grids;
-}
-
-/// Throws what OpenVDB throws.
-void write_grids(const std::filesystem::path& file, const openvdb::GridCPtrVec& grids) {
-  openvdb::io::File vdb(file.string());
-  vdb.setCompression(openvdb::io::COMPRESS_ACTIVE_MASK | openvdb::io::COMPRESS_BLOSC);
-  vdb.write(grids);
-  vdb.close();
-  seal_vdb(file);
-}
-
-}  // namespace
-
 TissueVolume TissueVolume::load(const std::filesystem::path& file) {
-  const std::string name = file.string();
-  std::error_code code;
-  if (!std::filesystem::is_regular_file(file, code)) throw Error(name, "", "no such file", "a tissue volume (.vdb)");
+  StoredVolume stored = read_volume(file);
   auto impl = std::make_unique<Impl>();
-  openvdb::Int32Grid::Ptr before;
-  {
-    const TrustedVdb trusted(file, [&](const std::filesystem::path& from, const std::filesystem::path& to) {
-      const Grids grids = read_grids(from, name);
-      write_grids(to, grids.all());
-    });
-    const Grids grids = read_grids(trusted.path(), name);
-    impl->distance = grids.distance;
-    impl->tissue = grids.tissue;
-    before = grids.before;
-  }
-
-  const auto& transform = impl->distance->transform();
-  const openvdb::Vec3d size = transform.voxelSize();
-  if (!transform.isLinear() || !transform.hasUniformScale() || size.x() < 1e-3 || size.x() > 10) {
-    throw Error(name, "distance", "a voxel that is not a cube of 0.001 to 10 mm", "a tissue volume");
-  }
-  const openvdb::Vec3d origin = transform.indexToWorld(openvdb::Vec3d(0, 0, 0));
-  impl->frame.voxel = size.x() * kMillimetre;
-  impl->frame.origin = dvec3(origin.x(), origin.y(), origin.z()) * kMillimetre;
-  const float mm_to_voxels = static_cast<float>(1 / size.x());
-  const float band = impl->distance->background();
-  if (!(band > 0) || !std::isfinite(band)) throw Error(name, "distance", fmt::format("band {}", band), "above 0");
-  impl->band = static_cast<double>(band) * kMillimetre;
-  if (const auto flag = impl->distance->getMetadata<openvdb::BoolMetadata>("typodont_exact_outside")) {
-    impl->exact_outside = flag->value();
-  }
-
-  // A file made elsewhere may hold anything, so every value is checked once.
-  for (auto it = impl->distance->cbeginValueAll(); it; ++it) {
-    if (!std::isfinite(*it)) throw Error(name, "distance", "a value that is not finite", "distances in mm");
-  }
-  rescale(*impl->distance, mm_to_voxels);
-  for (auto it = impl->tissue->cbeginValueAll(); it; ++it) {
-    if (*it < 0 || *it >= kTissueCount) {
-      throw Error(name, "tissue", fmt::format("label {}", *it), fmt::format("0 to {}", kTissueCount - 1));
-    }
-  }
-  if (before) impl->put_before(*before, name);
+  impl->distance = std::move(stored.distance);
+  impl->tissue = std::move(stored.tissue);
+  impl->frame = stored.frame;
+  impl->band = stored.band;
+  impl->exact_outside = stored.exact_outside;
+  if (stored.before) impl->put_before(*stored.before);
   return TissueVolume(std::move(impl));
 }
 
@@ -375,14 +278,10 @@ openvdb::Int32Grid::Ptr TissueVolume::Impl::take_before(openvdb::Int32Grid& labe
   return before;
 }
 
-/// Throws Error naming `name`.
-void TissueVolume::Impl::put_before(const openvdb::Int32Grid& before, const std::string& name) {
+void TissueVolume::Impl::put_before(const openvdb::Int32Grid& before) {
   constexpr int n = openvdb::Int32Tree::LeafNodeType::DIM;
   auto labels = tissue->getAccessor();
   for (auto it = before.cbeginValueOn(); it; ++it) {
-    if (!it.isVoxelValue() || *it < 1 || *it > kTissueCount) {
-      throw Error(name, kBeforeFilling, fmt::format("{}", *it), fmt::format("voxels of 1 to {}", kTissueCount));
-    }
     const openvdb::Coord at = it.getCoord();
     labels.setValue(at, static_cast<int>(haptics::filled(static_cast<Tissue>(*it - 1), shown_in(labels.getValue(at)))));
     filled.insert({floor_div(at.x(), n), floor_div(at.y(), n), floor_div(at.z(), n)});
@@ -391,37 +290,9 @@ void TissueVolume::Impl::put_before(const openvdb::Int32Grid& before, const std:
 
 void TissueVolume::save(const std::filesystem::path& file) const {
   const Impl& v = *impl_;
-  const double mm = v.frame.voxel / kMillimetre;
-  const auto transform = [&] {
-    auto t = openvdb::math::Transform::createLinearTransform(mm);
-    const dvec3 o = v.frame.origin / kMillimetre;
-    t->postTranslate({o.x, o.y, o.z});
-    return t;
-  };
-  auto distance = v.distance->deepCopy();
-  const auto scale = static_cast<float>(mm);
-  rescale(*distance, scale);
-  distance->setName("distance");
-  distance->setGridClass(openvdb::GRID_LEVEL_SET);
-  distance->setTransform(transform());
-  distance->insertMeta("typodont_version", openvdb::StringMetadata(TYPODONT_VERSION));
-  distance->insertMeta("typodont_units", openvdb::StringMetadata("mm"));
-  distance->insertMeta("typodont_exact_outside", openvdb::BoolMetadata(v.exact_outside && v.carved.empty()));
   auto tissue = v.tissue->deepCopy();
   const auto before = v.take_before(*tissue);
-  tissue->setName("tissue");
-  tissue->setTransform(transform());
-  if (before) before->setName(kBeforeFilling), before->setTransform(transform());
-
-  const std::string partial = fmt::format("{}.{}.partial", file.string(), getpid());
-  std::error_code code;
-  try {
-    write_grids(partial, Grids{distance, tissue, before}.all());
-    std::filesystem::rename(partial, file);
-  } catch (const std::exception& e) {
-    std::filesystem::remove(partial, code);
-    throw Error(file.string(), "", e.what(), "a writable place");
-  }
+  write_volume(file, {v.distance->deepCopy(), tissue, before, v.frame, v.band, v.exact_outside && v.carved.empty()});
 }
 
 const VoxelFrame& TissueVolume::frame() const { return impl_->frame; }
@@ -766,60 +637,24 @@ PerTissue TissueVolume::take_out(const TissuePiece& piece) {
   if (piece.empty()) return volume;
   using Leaf = openvdb::FloatTree::LeafNodeType;
   constexpr int n = Leaf::DIM;
-  constexpr int kMargin = 4;                                        // voxels around it whose distances it may have made
-  constexpr float kEmpty = Sweep::kInner, kShell = 2, kClose = 0.25;  // voxels
 
   glm::ivec3 lo(INT_MAX), hi(INT_MIN);
   for (const BlockPart& part : piece) lo = glm::min(lo, part.key * n), hi = glm::max(hi, part.key * n + n - 1);
-  lo -= kMargin, hi += kMargin;
-  const glm::ivec3 size = hi - lo + 1;
-  const auto at = [&](const glm::ivec3& p) {
-    return (static_cast<std::size_t>(p.x - lo.x) * static_cast<std::size_t>(size.y) + static_cast<std::size_t>(p.y - lo.y)) *
-               static_cast<std::size_t>(size.z) + static_cast<std::size_t>(p.z - lo.z);
-  };
-  const std::size_t all = static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y) * static_cast<std::size_t>(size.z);
-  std::vector<float> old(all);
+  lo -= kPieceMargin, hi += kPieceMargin;
+  PieceBox box{hi - lo + 1, {}, {}};
+  const std::size_t all = box.at({box.size.x, 0, 0});
+  box.distance.resize(all);
+  box.loose.resize(all);
   std::vector<Tissue> labels(all);
-  copy(lo, size, old.data(), labels.data());
-  std::vector<std::uint8_t> loose(all, 0);
+  copy(lo, box.size, box.distance.data(), labels.data());
   for (const BlockPart& part : piece) {
     for (int i = 0; i < n * n * n; ++i) {
       if (part.bits[static_cast<std::size_t>(i / (n * n))] >> (i % (n * n)) & 1) {
-        loose[at(part.key * n + glm::ivec3(i / (n * n), i / n % n, i % n))] = 1;
+        box.loose[box.at(part.key * n + glm::ivec3(i / (n * n), i / n % n, i % n) - lo)] = 1;
       }
     }
   }
-
-  // Distance to a body, as far as it matters, from the samples just beneath its surface and how deep each lies: spread from
-  // neighbour to neighbour by the vector to them (Danielsson 1980) as long as that brings anyone closer.
-  const auto place = [&](std::int32_t i) {
-    const int xy = i / size.z;
-    return glm::ivec3(xy / size.y, xy % size.y, i % size.z);
-  };
-  const auto distance_to = [&](bool to_loose) {
-    std::vector<float> d(all, 1e9f);
-    std::vector<std::int32_t> from(all, -1), queue;
-    for (std::size_t i = 0; i < all; ++i) {
-      if (!(old[i] < 0 && old[i] > -kShell) || (loose[i] != 0) != to_loose) continue;
-      d[i] = old[i], from[i] = static_cast<std::int32_t>(i);
-      queue.push_back(from[i]);
-    }
-    for (std::size_t head = 0; head < queue.size(); ++head) {
-      const std::int32_t f = from[static_cast<std::size_t>(queue[head])];
-      const glm::ivec3 p = place(queue[head]), source = place(f);
-      for (int step = 0; step < 27; ++step) {
-        const glm::ivec3 q = p + glm::ivec3(step / 9 - 1, step / 3 % 3 - 1, step % 3 - 1);
-        if (q.x < 0 || q.y < 0 || q.z < 0 || q.x >= size.x || q.y >= size.y || q.z >= size.z) continue;
-        const float there = glm::length(glm::vec3(q - source)) + old[static_cast<std::size_t>(f)];
-        const std::size_t i = at(q + lo);
-        if (there > kMargin + 1 || !(there < d[i] - 1e-4f)) continue;
-        d[i] = there, from[i] = f;
-        queue.push_back(static_cast<std::int32_t>(i));
-      }
-    }
-    return d;
-  };
-  const std::vector<float> to_body = distance_to(false), to_piece = distance_to(true);
+  const std::vector<float> after = without_piece(box);
 
   auto accessor = v.distance->getAccessor();
   StrokeKept* const stroke = v.stroke();
@@ -833,18 +668,15 @@ PerTissue TissueVolume::take_out(const TissuePiece& piece) {
         for (int x = from.x; x <= to.x; ++x) {
           for (int y = from.y; y <= to.y; ++y) {
             for (int z = from.z; z <= to.z; ++z) {
-              const std::size_t i = at({x, y, z});
-              const bool mine = loose[i] != 0;
-              if (!mine && (old[i] < 0 || to_piece[i] > to_body[i] + kClose || to_piece[i] > kMargin)) continue;
-              const float now = std::max(old[i], std::min(to_body[i], kEmpty));
-              if (!(now > old[i])) continue;
+              const std::size_t i = box.at(glm::ivec3(x, y, z) - lo);
+              if (!(after[i] > box.distance[i])) continue;
               if (!leaf) {
                 auto* kept = stroke ? &StrokeKept::Distance::keep(stroke->distance, accessor, origin) : nullptr;
                 if (kept) kept->changed = true;
                 leaf = accessor.touchLeaf(origin);
               }
-              leaf->setValueOn(leaf->coordToOffset({x, y, z}), now);
-              volume[static_cast<std::size_t>(labels[i])] += share_inside(old[i]) - share_inside(now);
+              leaf->setValueOn(leaf->coordToOffset({x, y, z}), after[i]);
+              volume[static_cast<std::size_t>(labels[i])] += share_inside(box.distance[i]) - share_inside(after[i]);
               changed_lo = glm::min(changed_lo, {x, y, z});
               changed_hi = glm::max(changed_hi, {x, y, z});
             }

@@ -209,6 +209,40 @@ TEST(Debris, SuctionDrawsTheDustIn) {
   EXPECT_GT(sucked[1], 0.3);
 }
 
+TEST(Debris, ANozzleTakesAsMuchInAPicturesStepsAsInTinyOnes) {
+  // Air near a nozzle is so quick that a step as long as a picture would carry chips past it.
+  const Floor floor;
+  const Suction suction{{0, 0.009, 0.003}, 5e-3, 2e-3};
+  double sucked[2];
+  for (const int tiny : {0, 1}) {
+    Debris debris;
+    Cut cut = cut_of(1, 0.5);
+    cut.spindle = 100 * kKrpm;
+    debris.emit(cut, 0.6_mm, table());
+    for (int i = 0; i < 5; ++i) debris.step(1.0 / 60, floor.field);
+    for (int i = 0; i < (tiny ? 600 : 6); ++i) debris.step(tiny ? 1.0 / 3600 : 1.0 / 36, floor.field, &suction);
+    sucked[tiny] = debris.ledger().sucked / total(debris.ledger().born);
+  }
+  // The first of the long steps goes by the drag of air at rest.
+  EXPECT_GT(sucked[1], 0.1);
+  EXPECT_NEAR(sucked[0], sucked[1], 0.25 * sucked[1]);
+}
+
+TEST(Debris, ChipsDrawnInAreSlowedByTheAirTheyMoveInNotByTheRoom) {
+  // Far from tissue, in air that is drawn sideways, light dust takes the speed of the air.
+  Debris debris({.least_chip = 6e-6, .greatest_chip = 6e-6, .gravity_W = {0, 0, 0}, .scatter = 0});
+  Cut cut = cut_of(1, 1e-4);
+  cut.spindle = 0;
+  debris.emit(cut, 0.6_mm, table());
+  const Suction suction{{0.1, 0, 0}, 5e-3, 4e-3};
+  for (int i = 0; i < 40; ++i) debris.step(1e-3, {}, &suction);
+  std::vector<DebrisPoint> point(1);
+  ASSERT_EQ(debris.write_points(point), 1u);
+  const dvec3 way = suction.p_W - dvec3(point[0].p_W);
+  const double air = suction.flow / (4 * kPi * glm::dot(way, way));
+  EXPECT_NEAR(glm::length(dvec3(debris.velocity(0))), air, 0.02 * air);
+}
+
 TEST(Debris, MassDecaysAndVanishesAfterItsLifetime) {
   Debris debris({.decay_time = 0.5, .lifetime = 2});
   debris.emit(cut_of(1, 0.1), 0.6_mm, table());

@@ -12,7 +12,6 @@ constexpr double kCoarse = 4e-4;      // m: chips bounce off the tooth's shape, 
 constexpr float kLeastShown = 3e-5f;  // m: smaller ones are drawn this large, and fainter
 // The finest dust hangs in the air as mist: a parcel of it is wide and thin. As in shaders/debris.comp.
 constexpr float kMistChip = 12e-6f;  // m
-constexpr double kSuctionStep = 0.5e-3;  // s
 constexpr int kLumps = 8;  // cuts that throw chips together, where a processor draws
 constexpr float kMistWidth = 2.5f, kMistOpacity = 0.16f;
 
@@ -119,10 +118,7 @@ void DebrisView::emit(const Cut& cut, double radius) {
 
 void DebrisView::step(double dt) {
   if (cloud_) return cloud_->advance(dt);
-  if (!suction_) return debris_.step(dt, field_);
-  // Near the nozzle air is so quick that a whole frame's step would carry chips past it.
-  const int steps = std::max(1, static_cast<int>(std::ceil(dt / kSuctionStep)));
-  for (int i = 0; i < steps; ++i) debris_.step(dt / steps, field_, &*suction_);
+  debris_.step(dt, field_, suction_ ? &*suction_ : nullptr);
 }
 
 std::span<const render::Particle> DebrisView::particles() {

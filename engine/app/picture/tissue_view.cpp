@@ -113,6 +113,8 @@ void TissueView::look_beneath(const haptics::TissueVolume& volume, render::MeshU
       const float left = 1 - far / reach;
       v.under = found;
       v.shows = left * std::sqrt(left);
+      // Labels are whole voxels: decay within one or two of the corner is the lesion beside it, whose edge is drawn, not one beneath.
+      if (found == Tissue::kCaries) v.shows *= std::clamp(0.5f * (far - 1), 0.f, 1.f);
       break;
     }
   }

@@ -17,7 +17,7 @@ struct Motion {
 struct Surroundings {
   float gravity[3];    // m/s²
   float sink[3];       // m, where air is drawn to …
-  float strength = 0;  // m³/s/sr: … at strength/r²; 0: air at rest
+  float strength = 0;  // m³/s/sr: … at strength/r², and no farther than there; 0: air at rest
 };
 
 /// Semi-implicit Euler for particles first … last−1, drag being rate·(v − air): v ← keep·(v + g·dt) + (1 − keep)·air,
@@ -26,6 +26,9 @@ void move(const Motion& motion, std::size_t first, std::size_t last, float dt, c
 
 /// The memory traffic of move() and hardly more: the least that a step can cost.
 void copy_through(const Motion& motion, std::size_t count) noexcept;
+
+/// m/s, the mean in a step of air so far from a sink, m.
+double air_drawn(double strength, double distance, double dt) noexcept;
 
 /// keep = 1/(1 + rate·dt), for a step of another length.
 void set_keep(const float* rate, float* keep, std::size_t count, float dt) noexcept;

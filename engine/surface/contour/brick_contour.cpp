@@ -26,6 +26,7 @@ constexpr int kLevels = 5;                // blocks of 1³, 2³, 4³, 8³, 16³ 
 // whose normals spread by less than kSmoothSpread (a variance) has none.
 constexpr float kCreaseCosine = 0.97f;
 constexpr float kSmoothSpread = 0.008f;
+constexpr float kGentleCosine = 0.44f;  // 64°: see ContourVertex::gentle
 // The four vertices around an edge make a facet of about the cell's side s. On a surface of curvature κ its middle sags
 // by about s²κ/4 below them; so the vertices stand kLift·s²κ outside the surface, and facets err as far outward as
 // inward. They are moved along the surface by kCentre of the way to the cell's middle, which evens the facets' sizes.
@@ -66,7 +67,7 @@ struct Node {
   Moments moments;
   glm::vec3 position{0};         // of its vertex, in cell corners
   Tissue tissue = Tissue::kAir;  // kAir: several
-  bool crease = false;
+  bool crease = false, gentle = false;
   std::uint16_t vertex = kNone;
 };
 
@@ -417,11 +418,18 @@ void Contourer::Scratch::find_patches() {
           const glm::vec3 mean = patch.moments.normals() / patch.moments.count();
           const float length = glm::length(mean);
           if (1 - length * length < kSmoothSpread) continue;
-          for (int i = 0; i < cell.edges && !patch.crease; ++i) {
+          glm::vec3 normals[12];
+          int count = 0;
+          for (int i = 0; i < cell.edges; ++i) {
             const std::uint8_t e = cell.edge[static_cast<std::size_t>(i)];
             if (cell.patch[e] != p - first) continue;
             const float* n = crossing_of(at, e).normal;
-            patch.crease = glm::dot(glm::vec3(n[0], n[1], n[2]), mean) < kCreaseCosine * length;
+            normals[count] = {n[0], n[1], n[2]};
+            patch.crease |= glm::dot(normals[count++], mean) < kCreaseCosine * length;
+          }
+          patch.gentle = patch.crease;
+          for (int i = 1; i < count && patch.gentle; ++i) {
+            for (int j = 0; j < i; ++j) patch.gentle &= glm::dot(normals[i], normals[j]) > kGentleCosine;
           }
         }
         const int index = BrickContour::cell_index(x, y, z);
@@ -539,6 +547,7 @@ void Contourer::Scratch::place_vertices(int top, BrickContour& out) {
     vertex.position = origin + position;
     vertex.normal = unit_or_up(node.moments.normals());
     vertex.crease = node.crease;
+    vertex.gentle = node.gentle;
     vertex.tissue[0] = vertex.tissue[1] = node.tissue;
     out.vertices.push_back(vertex);
   };

@@ -19,6 +19,7 @@ struct ContourVertex {
   Tissue tissue[2]{};     // the two commonest around it, the commonest first
   float second = 0;       // 0..0.5, share of the second among the two
   bool crease = false;    // on a sharp edge: `normal` is only a mean
+  bool gentle = false;    // that mean is what it is shaded by: no two of its cell's normals differ by more than 64°
 };
 
 struct BrickContour {
