@@ -112,6 +112,17 @@ void CutFront::keep_listed(const glm::ivec3& patch_lo, int n, bool holds) noexce
   listed_n_ = n;
 }
 
+std::vector<std::ptrdiff_t> CutFront::listed_in(const glm::ivec3& patch_lo, int n) const {
+  const glm::ivec3 origin = first_ * glm::ivec3(kRows, kRows, kDeep) - patch_lo;
+  std::vector<std::ptrdiff_t> list;
+  for (const Groups& part : parts_) {
+    for (int i = 0; i < part.count; ++i) {
+      list.push_back((static_cast<std::ptrdiff_t>(origin.x) * n + origin.y) * n + origin.z + part.at[static_cast<std::size_t>(i)]);
+    }
+  }
+  return list;
+}
+
 int CutFront::outdated() const noexcept {
   return static_cast<int>(std::count_if(parts_.begin(), parts_.end(), [&](const Groups& part) { return way_ > part.until; }));
 }

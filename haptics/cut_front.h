@@ -1,10 +1,11 @@
 // What of a patch the next cuts can still change. The field falls behind a head and stands still ahead of it: a sample that
 // lies `slack` voxels below what the head would make of it cannot change before the head has come that far. So each
 // block of voxels knows on which mile of the head's way it is to be looked at again, and most cuts look at the shell
-// before the head alone. What lies there is listed for half a voxel of way, in parts that are listed anew by turns.
+// before the head alone. What lies there is listed for a voxel of way, in parts that are listed anew by turns.
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -43,6 +44,8 @@ class CutFront {
 
   /// To be called when anything but the cuts of this tool lowered the field: fillings, strokes taken back, another tool.
   void forget() noexcept { known_ = false; }
+  /// Where the groups that are listed now begin, from the first sample of a patch of edge n that begins at that voxel.
+  std::vector<std::ptrdiff_t> listed_in(const glm::ivec3& patch_lo, int n) const;
   /// When only labels changed.
   void list_anew() noexcept { drop_listed(); }
 
@@ -53,8 +56,10 @@ class CutFront {
   static constexpr double kRound = 512;  // voxels of way after which counting starts anew, so that floats keep their digits
   static constexpr float kNever = 1e9f;
   static constexpr int kKinds = 20;  // of groups, at most
-  static constexpr double kListed = 0.5;      // voxels of way for which what may change is listed …
-  static constexpr double kMostListed = 0.2;  // … unless the head takes less than a few sweeps for that
+  // Voxels of way for which what may change is listed: the longer, the less often, but the more groups. Of a head with pieces
+  // also the more of them whose samples have several in reach.
+  static constexpr double kListedOfBall = 1, kListedOfHead = 0.5;
+  static constexpr double kMostListed = 0.2;  // nothing is where the head takes less than a few sweeps for that
 
   /// Groups of samples along z that the head may change before its way is `until`: first sample, where it lies in the
   /// patch, how many may change, and their tissue.

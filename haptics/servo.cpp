@@ -19,6 +19,18 @@ bool is_sound(const HandSample& hand) {
          glm::length(hand.X_WT.p) < 100.0;
 }
 
+/// Piece by piece: the compiler would make a string instruction of it, which is slow to start.
+void copy_tick(const ServoTick& from, ServoTick& to) noexcept {
+  typedef double Pair __attribute__((vector_size(16), aligned(8), may_alias));
+  constexpr std::size_t kPairs = sizeof(ServoTick) / sizeof(Pair);
+  static_assert(sizeof(ServoTick) % sizeof(Pair) == 8 && alignof(ServoTick) == 8);
+  const auto* const source = reinterpret_cast<const Pair*>(&from);
+  auto* const target = reinterpret_cast<Pair*>(&to);
+  const auto copy = [&]<std::size_t... I>(std::index_sequence<I...>) { ((target[I] = source[I]), ...); };
+  copy(std::make_index_sequence<kPairs>());
+  to.tool = from.tool;  // the last word
+}
+
 double travel_for(const Tool& tool, double voxel) {
   return std::max({8.0, 1e-3 / voxel, 0.25 * tool.reach() / voxel});
 }
@@ -95,7 +107,7 @@ void Servo::State::begin_anew(const Pose& X_WT) noexcept {
   ramp = 0;
 }
 
-void Servo::State::account(Now& now) noexcept {
+inline void Servo::State::account(Now& now) noexcept {
   if (now.hand.faults & bits(Fault::kLetGo)) {
     last_force = last_torque = last_spindle_force = last_teeth_force = last_sent = dvec3(0);
   }
@@ -197,7 +209,7 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
   now.dt = s.started ? to_seconds(hand.t - s.last_t) : settings.tick;
   if (!(now.dt > 0 && now.dt < 0.1)) now.dt = settings.tick;
 
-  out = s.sums;
+  copy_tick(s.sums, out);
   ++s.sums.index;
   out.t = hand.t;
   out.patch = s.patch.number;
@@ -211,7 +223,9 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
     s.rest(now, sound);
     return false;
   }
-  now.X_WT = out.X_WT = Pose{hand.X_WT.p, glm::normalize(hand.X_WT.R)};
+  const dquat R_WT = glm::normalize(hand.X_WT.R);
+  now.X_WT.p = out.X_WT.p = hand.X_WT.p;
+  now.X_WT.R = out.X_WT.R = R_WT;
   out.pedal = std::clamp(hand.pedal, 0.0, 1.0);
   if (!s.started) s.begin_anew(now.X_WT);
 

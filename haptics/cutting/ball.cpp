@@ -472,7 +472,7 @@ bool Sweep::raise_ball(CutFront& front, const glm::ivec3& patch_lo, int n, float
   fill_heights(&b.f, capsule, heights_from, heights_to);
   // What is listed serves longer when the head is slow; a fast one outruns any list. Where several parts are listed at
   // once they are to last for different ways.
-  const double ahead = travel_ > CutFront::kMostListed ? 0 : CutFront::kListed / std::max(front.outdated(), 1);
+  const double ahead = travel_ > CutFront::kMostListed ? 0 : CutFront::kListedOfBall / std::max(front.outdated(), 1);
   int anew = 0;
   bool changed = false;
   for (int part = 0; part < CutFront::kParts; ++part) {

@@ -529,7 +529,7 @@ bool Sweep::raise_head(CutFront& front, const glm::ivec3& patch_lo, int n, float
     fill_heights(&f, lo, hi + 16);
   }
   // Where several parts are listed at once they are to last for different ways.
-  const double ahead = travel_ > CutFront::kMostListed ? 0 : CutFront::kListed / std::max(outdated, 1);
+  const double ahead = travel_ > CutFront::kMostListed ? 0 : CutFront::kListedOfHead / std::max(outdated, 1);
   int anew = 0;
   bool changed = false;
   for (int part = 0; part < CutFront::kParts; ++part) {

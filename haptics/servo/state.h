@@ -180,8 +180,9 @@ struct Servo::State {
   /// A tick without a sound pose or without a hand: no force, and what follows begins anew.
   void rest(Now& now, bool sound) noexcept;
   void begin_anew(const Pose& X_WT) noexcept;
-  /// The ledger: what the device did to the hand since the last tick.
-  void account(Now& now) noexcept;
+  /// The ledger: what the device did to the hand since the last tick. Inlined: through memory, a pose is read in other pieces
+  /// than it was just written in, and waits until those have arrived.
+  [[gnu::always_inline]] inline void account(Now& now) noexcept;
   /// The spindle's free speed follows the pedal.
   void run_spindle(const Now& now) noexcept;
   /// Takes what the hand wants, where neither that tool nor the one in the hand touches or turns.
