@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <utility>
 
 #include "engine/base/check.h"
@@ -23,12 +24,12 @@ bool is_sound(const HandSample& hand) {
 void copy_tick(const ServoTick& from, ServoTick& to) noexcept {
   typedef double Pair __attribute__((vector_size(16), aligned(8), may_alias));
   constexpr std::size_t kPairs = sizeof(ServoTick) / sizeof(Pair);
-  static_assert(sizeof(ServoTick) % sizeof(Pair) == 8 && alignof(ServoTick) == 8);
+  static_assert(sizeof(ServoTick) % sizeof(Pair) == 8 && offsetof(ServoTick, tool) == sizeof(ServoTick) - 8);
   const auto* const source = reinterpret_cast<const Pair*>(&from);
   auto* const target = reinterpret_cast<Pair*>(&to);
   const auto copy = [&]<std::size_t... I>(std::index_sequence<I...>) { ((target[I] = source[I]), ...); };
   copy(std::make_index_sequence<kPairs>());
-  to.tool = from.tool;  // the last word
+  to.tool = from.tool;  // all of the last eight bytes that is anything
 }
 
 double travel_for(const Tool& tool, double voxel) {
