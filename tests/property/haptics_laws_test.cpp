@@ -219,6 +219,7 @@ TEST(Cutting, WhatTheMotorWorksIsCutHoweverTheHandSwingsOverTheRimsOfItsOwnCuts)
   for (const Run& run : {Run{"ball, stuck in its hole", HeadShape::kSphere, 1.1_mm, 1.1_mm, 1.5, 1.6e-3, 0.01},
                          Run{"ball, rolling", HeadShape::kSphere, 1.1_mm, 1.1_mm, 0.7, 0.4e-3, 0.03},
                          Run{"pear", HeadShape::kPear, 1.0_mm, 2.0_mm, 1.4, 1.0e-3, 0.02},
+                         Run{"cylinder in a pit too shallow for its wall", HeadShape::kCylinder, 1.0_mm, 3.5_mm, 1.1, 0.8e-3, 0.1},
                          Run{"round-end cylinder", HeadShape::kRoundEndCylinder, 1.0_mm, 3.5_mm, 1.6, 1.2e-3, 0.02}}) {
     double least = 1e300, most = 0;
     for (const auto& [voxel_mm, rate] : {std::pair(0.1, 1000.0), std::pair(0.1, 4000.0), std::pair(0.06, 1000.0)}) {
