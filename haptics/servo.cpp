@@ -76,7 +76,7 @@ void Servo::State::rest(Now& now, bool sound) noexcept {
   out.spindle_energy = sums.spindle_energy;
   started = idle = false;
   last_force = last_torque = last_spindle_force = last_teeth_force = last_sent = dvec3(0);
-  normal_force = head_force = 0;
+  normal_force = head_force = pressing = 0;
   friction = {};
 }
 

@@ -1,11 +1,16 @@
 #include "engine/app/work_counts.h"
 
 #include <link.h>
+#include <unistd.h>
 
+#include <algorithm>
 #include <atomic>
+#include <cstdlib>
 #include <ctime>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
+#include <sstream>
 #include <string>
 
 namespace typodont {
@@ -18,7 +23,7 @@ void count_allocation() noexcept {
   g_allocations.fetch_add(1, std::memory_order_relaxed);
 }
 
-std::array<WorkCount, 18> listed(const WorkCounts& c) {
+std::array<WorkCount, 20> listed(const WorkCounts& c) {
   return {{{"ticks", "ticks of the servo", c.ticks},
            {"queries", "looks into the field", c.queries},
            {"patches", "patches cut out for the servo", c.patches},
@@ -31,6 +36,8 @@ std::array<WorkCount, 18> listed(const WorkCounts& c) {
            {"triangles_drawn", "triangles drawn", c.triangles_drawn},
            {"bricks_skipped", "bricks not drawn: out of sight, facing away or covered", c.bricks_skipped},
            {"pipelines", "shader pipelines", c.pipelines},
+           {"turns", "turns of the drawing thread", c.turns},
+           {"desktop_requests", "requests made of the desktop", c.desktop_requests},
            {"samples", "samples of sound", c.samples},
            {"particles_stepped", "particles stepped", c.particles_stepped},
            {"allocations", "allocations", c.allocations},
@@ -60,6 +67,19 @@ WorkCounts process_counts() {
   clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
   c.cpu_seconds = static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
   return c;
+}
+
+double seconds_since_command() {
+  std::ifstream in("/proc/self/stat");
+  const std::string line((std::istreambuf_iterator<char>(in)), {});
+  std::istringstream fields(line.substr(std::min(line.rfind(')') + 1, line.size())));  // the name may hold anything
+  constexpr int kStartTime = 20;  // the field of that name, counted from the one after the name
+  std::string field;
+  for (int i = 0; i < kStartTime; ++i) fields >> field;
+  timespec t{};
+  clock_gettime(CLOCK_BOOTTIME, &t);
+  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec) -
+         std::strtod(field.c_str(), nullptr) / static_cast<double>(::sysconf(_SC_CLK_TCK));
 }
 
 }  // namespace typodont

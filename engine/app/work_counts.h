@@ -17,6 +17,8 @@ struct WorkCounts {
   std::uint64_t frames = 0, passes = 0, triangles_drawn = 0;
   std::uint64_t bricks_skipped = 0;         // culled, facing away or covered
   std::uint64_t pipelines = 0;              // shaders joined to pipelines, most alive at once
+  std::uint64_t turns = 0;                  // of the drawing thread, in most of which it draws nothing
+  std::uint64_t desktop_requests = 0;       // what the desktop was asked or told
   std::uint64_t samples = 0;                // of sound
   std::uint64_t particles_stepped = 0;
   // The process.
@@ -30,10 +32,13 @@ struct WorkCount {
   std::uint64_t value;
 };
 /// All but the times, in order.
-std::array<WorkCount, 18> listed(const WorkCounts& counts);
+std::array<WorkCount, 20> listed(const WorkCounts& counts);
 
 /// What the process has done so far: bytes written, allocations, CPU time; threads and libraries it has now.
 WorkCounts process_counts();
+
+/// s since the command was given, as far as the system says: to 10 ms.
+double seconds_since_command();
 
 /// operator new of this program counts here; programs without it have none. One relaxed addition an allocation, and the
 /// loops that must not wait make none.

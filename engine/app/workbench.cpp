@@ -97,6 +97,8 @@ struct Workbench::Impl {
   void follow_keys(const display::UserInput& input);
   void edit_tissue(const display::UserInput& input);
   void count_work(const WorkCounts& running);
+  /// So far; 0 where the picture is part of somebody else's window.
+  std::uint64_t desktop_requests() { return picture && picture->stage() && !options.embedded ? picture->stage()->output().requests() : 0; }
   void hold(bool on) noexcept;
   void report_hand();
   std::string hint() const;
@@ -241,6 +243,7 @@ void Workbench::Impl::start() {
   std::signal(SIGTERM, ask_to_stop);
   running = true;
   before = process_counts();
+  before.desktop_requests = desktop_requests();
   s.began = now();
   carver = std::jthread(carver_thread, std::ref(s));
   servo = std::jthread(servo_thread, std::ref(s), std::ref(*hands.right));
@@ -262,6 +265,7 @@ void Workbench::Impl::start() {
 /// One turn of the drawing thread: a frame, or a short wait. False when the session is over.
 bool Workbench::Impl::step(const display::UserInput* input, glm::ivec2 picture_size) {
   LiveSession& s = *session;
+  ++summary.work.turns;
   if (meter) score_ticks();
   if (s.wiring.servo_ended || g_asked_to_stop || to_seconds(now() - began) >= options.seconds) return false;
   if (sound && !headset) sound->advance(s.wiring.tick_to_render.front().t);
@@ -377,7 +381,8 @@ void Workbench::Impl::end() {
   if (!running) return;
   running = false;
   LiveSession& s = *session;
-  const WorkCounts process = process_counts();
+  WorkCounts process = process_counts();
+  process.desktop_requests = desktop_requests();
   s.wiring.stop = true;
   servo.join();
   if (left.joinable()) left.join();
@@ -414,6 +419,9 @@ void Workbench::Impl::end() {
   }
   if (writer && !writer->finish(session_result(s.carver.volume()))) failure = writer->status().message;
   summary.seconds = to_seconds(s.last.t);
+  const auto since_command = [at = now(), age = seconds_since_command()](Nanos t) { return t ? age - to_seconds(at - t) : 0; };
+  summary.first_tick_s = since_command(s.first_tick);
+  if (picture) summary.first_frame_s = since_command(picture->first_shown());
   const LoopTiming& timing = s.loop->report().timing;
   summary.ticks = timing.ticks;
   PictureStage* const stage = picture ? picture->stage() : nullptr;
@@ -450,6 +458,7 @@ void Workbench::Impl::count_work(const WorkCounts& running_process) {
   work.patches = s.carver.patches(), work.voxels_cut = s.voxels_cut;
   work.bricks_meshed = s.bricks_meshed, work.triangles_made = s.triangles_made;
   if (sound) work.samples = sound->stats().samples;
+  work.desktop_requests = running_process.desktop_requests - before.desktop_requests;
   work.threads = running_process.threads, work.libraries = running_process.libraries;
   work.allocations = running_process.allocations - before.allocations;
   work.bytes_written = process_counts().bytes_written - before.bytes_written;

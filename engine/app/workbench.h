@@ -64,6 +64,7 @@ struct WorkbenchSummary {
   double seconds = 0;
   std::uint64_t ticks = 0, frames = 0, cuts = 0;
   std::uint32_t faults = 0;  // bits seen
+  double first_tick_s = 0, first_frame_s = 0;  // since the command; 0: there was none
   std::uint64_t deadline_misses = 0;
   double tick_us_median = 0, tick_us_p999 = 0, worst_tick_us = 0;
   double jitter_us_p999 = 0, worst_jitter_us = 0;  // |time between two wake-ups - period|

@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "engine/base/clock.h"
 #include "engine/display/display_rig.h"
 #include "engine/gpu/resources.h"
 
@@ -99,6 +100,10 @@ class Output {
   /// As if the desktop had taken the surface away: for tests of what then happens.
   virtual void lose_surface() {}
   virtual UserInput poll() { return {}; }
+  /// Until the user or the desktop does something, or for so long.
+  virtual void wait(Nanos most);
+  /// What the desktop was asked or told so far, by all windows of the program.
+  virtual std::uint64_t requests() const { return 0; }
   /// How large writing should be drawn here, 1: on an ordinary screen.
   virtual double scale() const { return 1; }
   virtual int first_row() const { return 0; }

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstring>
 #include <optional>
+#include <utility>
 
 #include "engine/base/check.h"
 #include "engine/base/units.h"
@@ -60,6 +61,7 @@ struct Renderer::Impl {
   MaskPass mask;
   BrickStore bricks;
   std::optional<SceneBounds> bounds;  // of this frame
+  std::uint64_t bounds_version = 0;   // of the bricks they are of
   bool keeps_depth = false;
   std::vector<gpu::Image> kept_depth;  // one of two layers where one pass draws both eyes, else one an eye
 
@@ -342,7 +344,7 @@ struct Renderer::Impl {
     if (frame.views != last_views) rebuild(frame.views);
 
     FrameStats stats;
-    bounds = bricks.bounds();
+    if (std::exchange(bounds_version, bricks.version) != bricks.version) bounds = bricks.bounds();
     stats.pixel = pixel_on_tooth(frame);
     shared::FrameData data{};
     fill(data, frame);

@@ -10,7 +10,8 @@ namespace typodont::haptics {
 
 namespace {
 
-constexpr double kBudgetTime = 0.05;  // s, cutting energy that may wait for a voxel to yield
+constexpr double kBudgetTime = 0.5;   // s, cutting energy that may wait for a voxel to yield or a bur that came free to land again,
+constexpr double kHeldTime = 0.05;    // … before a wall, or under an edge that the hand draws
 constexpr double kWideStep = 0.2;     // samples of the wide patch that a head moves between two cuts in it
 
 }  // namespace
@@ -25,21 +26,22 @@ void Servo::State::earn(Now& now) noexcept {
     // An edge drawn over the surface cuts with the hand's own work: push × way along the surface.
     const double way = glm::length(now.moved - glm::dot(now.moved, normal) * normal);
     power = bur.scrapes * head_force * way / now.dt;
-  } else if (now.may_cut && head_force > 0) {
+  } else if (now.may_cut && pressing > 0) {
     // Tangential force μ_c F_n at the rim, limited by the motor.
-    const double along = glm::dot(normal, now.X_WT.R * dvec3(0, 0, 1));
+    const double along = glm::dot(pressed, now.X_WT.R * dvec3(0, 0, 1));
     const double efficiency = bur.side_efficiency + (bur.end_efficiency - bur.side_efficiency) * along * along;
-    const double load = bur.cutting_coefficient * efficiency * head_force * bur.radius();
+    const double load = bur.cutting_coefficient * efficiency * pressing * bur.radius();
     now.tangential = bur.cutting_coefficient * efficiency;
     now.spindle = load_spindle(settings.spindle, speed, now.out.pedal, load);
     power = now.spindle.power;
   }
   if (now.may_cut && head_force > 0) {
-    budget = breaking_through ? 0.0 : std::min(budget + power * now.dt, power * kBudgetTime);
+    const double most = now.scrapes || wall > 0 ? power * kHeldTime : std::max(budget, power * kBudgetTime);
+    budget = std::min(budget + power * now.dt, most);
   } else if (head_force <= 0) {
     budget = std::min(budget, 0.0);
   }
-  wall_budget = wall > 0 ? std::min(wall_budget + wall * power * now.dt, wall * power * kBudgetTime) : 0.0;
+  wall_budget = wall > 0 ? std::min(wall_budget + wall * power * now.dt, wall * power * kHeldTime) : 0.0;
   // An edge that the hand draws earns little: what hard tissue gave way without being paid for, it waits for.
   now.in_debt = now.scrapes && budget <= 0;
 }

@@ -36,7 +36,7 @@ void Servo::State::feel(Touch& now) noexcept {
   }
   const bool held_back = ((now.touching || breaking_through) && !now.lost) || now.bridging;
   if (!(held_back && depth > 0)) {
-    normal_force = head_force = 0;
+    normal_force = head_force = pressing = 0;
     rate = 0;
     friction = {};
     teeth_force = dvec3(0);
@@ -59,6 +59,8 @@ void Servo::State::feel(Touch& now) noexcept {
     const double on_head = glm::length(push.on_head);
     head_force *= on_head / (on_head + glm::length(push.on_smooth));
   }
+  if (const dvec3 pushes = push.on_head + push.on_smooth; pushes != dvec3(0)) pressed = glm::normalize(pushes);
+  pressing = head_force * std::max(0.0, glm::dot(pressed, now.normal));
   dvec3 sideways(0);
   // A turning bur slips always; its tangential force is that of the teeth.
   if (settings.friction && (!now.may_cut || now.scrapes)) {
@@ -93,8 +95,8 @@ Servo::State::Push Servo::State::feel_tissue(const Touch& now, bool many_contact
     if (many_contacts) {
       push.lever += weight * (plane.x - now.c);
       push.torque += weight * glm::cross(plane.x - now.c, plane.n);
-      (which < contacts.own() ? push.on_head : push.on_smooth) += weight * plane.n;
     }
+    (which < contacts.own() ? push.on_head : push.on_smooth) += weight * plane.n;
     dvec3 below = plane.x - plane.n;
     const SurfacePatch* felt_in = &patch;
     if (!patch.holds(below, 0)) {
@@ -155,7 +157,7 @@ double Servo::State::damped(const Touch& now, double push, double depth, double 
 
 /// The tissue pushes the teeth back, against their way; not at the pole, where they stand still.
 void Servo::State::feel_teeth(Touch& now) noexcept {
-  now.spindle_force = now.tangential * head_force * glm::cross(now.X_WT.R * dvec3(0, 0, 1), now.normal);
+  now.spindle_force = now.tangential * pressing * glm::cross(now.X_WT.R * dvec3(0, 0, 1), pressed);
   if (const dvec3 change = now.spindle_force - teeth_force; change != dvec3(0)) {
     const double size = glm::length(change), most = kTeethSlew * now.dt;
     const dvec3 step = change * (size > most ? most / size : 1.0);
@@ -198,7 +200,7 @@ void Servo::State::vibrate(Touch& now) noexcept {
   phase = advance_phase(phase, now.spindle.speed, now.dt);
   const double band = std::min(settings.vibration.band, 0.2 / settings.tick);
   now.spindle_force += vibration_force(settings.vibration, band, phase, now.spindle.speed, now.X_WT.R * dvec3(0, 0, 1),
-                                       now.normal, now.tangential * head_force);
+                                       now.normal, now.tangential * pressing);
 }
 
 }  // namespace typodont::haptics

@@ -6,7 +6,21 @@
 
 namespace typodont::haptics {
 
+namespace {
+
+constexpr double kDrillingSlew = 18.5;  // N/s, no faster does the force change while a bur cuts, hand and all, …
+constexpr double kMostLag = 0.05;       // N, … where it need not stay behind by more than this for it
+
+}  // namespace
+
 void Servo::State::limit(Touch& now) noexcept {
+  // A hand that lands in its own cut, after a fall from the rim or through a soft place, is no step either. (What the spindle
+  // sends through the arm is meant to be felt.)
+  if (now.may_cut && !now.scrapes && normal_force > 0 && last_force != dvec3(0)) {
+    const dvec3 change = now.force + now.teeth_force - last_force - last_teeth_force;
+    const double size = glm::length(change), over = size - kDrillingSlew * now.dt;
+    if (over > 0) now.force -= change * (std::min(over, kMostLag) / size);
+  }
   if (!now.touching && !ending) ramp = 1;  // begun in the open: nothing to ramp
   ramp = std::clamp(ramp + (ending ? -1 : 1) * now.dt / std::max(settings.ramp_time, now.dt), 0.0, 1.0);
   const double magnitude = glm::length(now.force + now.spindle_force);

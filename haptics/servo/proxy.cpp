@@ -52,6 +52,14 @@ dvec3 held_target(const dvec3& from, const dvec3& target, const dvec3& n, const 
   return target + lag;
 }
 
+/// The share of `step` that a proxy may go which leads by no more than `pace` otherwise than before, or hardly more than it must
+/// because the hand goes by -rest: a hand that is fast beside a head stuck in its hole does not keep it from sinking.
+double paced_share(const dvec3& step, const dvec3& rest, double pace) {
+  const double length2 = glm::dot(step, step);
+  const double nearest = length2 > 0 ? std::clamp(-glm::dot(step, rest) / length2, 0.0, 1.0) : 0.0;
+  return largest_share(step, rest, std::max(pace, std::hypot(glm::length(rest + nearest * step), pace / 2)));
+}
+
 }  // namespace
 
 double largest_share(const dvec3& step, const dvec3& rest, double most) {
@@ -212,6 +220,7 @@ void Servo::State::move_proxy(Touch& now) noexcept {
   double last_gain = 1, last_length = 0;
   lead_out(now);
   const bool walled = now.may_cut && settings.boundary_walls;
+  const dvec3 shift = now.moved / settings.frame.voxel;
   now.specific_energy = now.may_cut ? mean(&Material::specific_energy) : 0;
 
   for (int look = 0; look < kMaxLooks; ++look) {
@@ -293,7 +302,7 @@ void Servo::State::move_proxy(Touch& now) noexcept {
       next = c + step;
     }
     // No farther than the hand may feel in this tick: from there on another tick looks.
-    if (now.paced && now.active.count > 0 && glm::length(next - target - now.carried) > kCutSlew * now.pace_per_slew) {
+    if (now.paced && now.active.count > 0 && paced_share(next - c0, -shift, kCutSlew * now.pace_per_slew) < 1) {
       c = next;
       break;
     }
@@ -328,8 +337,7 @@ void Servo::State::follow(Touch& now) noexcept {
   breaking_through = at_a_pace && !now.touching;
   if (at_a_pace) {
     const dvec3 step = now.c - now.c0, shift = now.moved / settings.frame.voxel;
-    const double pace = (breaking_through ? kFreeSlew : kCutSlew) * now.pace_per_slew;
-    if (glm::length(now.c - now.target - now.carried) > pace) now.c = now.c0 + largest_share(step, -shift, pace) * step;
+    now.c = now.c0 + paced_share(step, -shift, (breaking_through ? kFreeSlew : kCutSlew) * now.pace_per_slew) * step;
     now.lost = now.lost && !patch.holds(now.c, reach() + 1);
   }
   // Beyond the patch the last contact's plane goes on (the intermediate surface of Adachi 1995; Mark 1996) until the carver

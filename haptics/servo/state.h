@@ -112,6 +112,8 @@ struct Servo::State {
   double normal_force = 0;     // N, last tick
   double head_force = 0;       // N, what of it lies on the part that cuts
   dvec3 normal{0};
+  dvec3 pressed{0};            // unit, the way the contacts push the head, …
+  double pressing = 0;         // N, … and what of head_force lies along it: the rest leads a proxy that follows at a pace
   FrictionState friction;
   TipState tip;
   PassivityState passivity;

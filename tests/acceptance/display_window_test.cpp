@@ -8,6 +8,7 @@
 #include <random>
 #include <thread>
 
+#include "engine/base/clock.h"
 #include "tests/support/desktop.h"
 #include "tests/support/stage.h"
 #include "tests/support/tooth_mesh.h"
@@ -142,6 +143,31 @@ TEST_F(Window, ShowsAgainAfterItWasHidden) {
   for (int i = 0; i < 10; ++i) show();
   Desktop::xdotool("windowmap " + id.substr(0, id.find('\n')));
   EXPECT_TRUE(shown_as_drawn({400, 300}));
+}
+
+TEST_F(Window, AsksTheDesktopForNothingWhileThatIsSilent) {
+  EXPECT_TRUE(shown_as_drawn({400, 300}));
+  Desktop::xdotool("mousemove 200 150");
+  window->wait(kNanosPerSecond);
+  while (std::abs(window->poll().pixel.x - 200) > 0.5) window->wait(kNanosPerSecond);
+  window->poll();
+  const std::uint64_t before = window->requests();
+  for (int i = 0; i < 1000; ++i) {
+    EXPECT_NEAR(window->poll().pixel.y, 150, 0.5) << "known without asking";
+    EXPECT_TRUE(window->visible());
+    EXPECT_FALSE(window->needs_frame());
+  }
+  EXPECT_EQ(window->requests(), before);
+}
+
+TEST_F(Window, WaitsForTheDesktopAndNoLongerThanItIsSilent) {
+  EXPECT_TRUE(shown_as_drawn({400, 300}));
+  constexpr Nanos kLong = 600 * kNanosPerSecond;
+  std::thread mouse([] { Desktop::xdotool("mousemove 20 30 sleep 0.2 mousemove 120 130"); });
+  const Nanos began = now();
+  while (std::abs(window->poll().pixel.x - 120) > 0.5) window->wait(kLong);
+  mouse.join();
+  EXPECT_LT(now() - began, kLong) << "a wait would have lasted that long";
 }
 
 TEST_F(Window, ALostSurfaceIsMadeAnewWithinAFrame) {

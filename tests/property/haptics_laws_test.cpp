@@ -208,6 +208,52 @@ TEST(Cutting, TheSamePushRemovesTheSameVolumeWithEveryHeadUprightTiltedOrSwungWh
   }
 }
 
+// A hand that swings ±1.8 mm rolls a weak bur over the rims of its own pits or sticks in them: whichever it does, and while it comes
+// free and lands again, what the motor's torque does is cut.
+TEST(Cutting, WhatTheMotorWorksIsCutHoweverTheHandSwingsOverTheRimsOfItsOwnCuts) {
+  struct Run {
+    const char* what;
+    HeadShape shape;
+    double diameter, length, push, stall_torque, alike;  // the last: how much the volumes may differ, share
+  };
+  for (const Run& run : {Run{"ball, stuck in its hole", HeadShape::kSphere, 1.1_mm, 1.1_mm, 1.5, 1.6e-3, 0.01},
+                         Run{"ball, rolling", HeadShape::kSphere, 1.1_mm, 1.1_mm, 0.7, 0.4e-3, 0.03},
+                         Run{"pear", HeadShape::kPear, 1.0_mm, 2.0_mm, 1.4, 1.0e-3, 0.02},
+                         Run{"round-end cylinder", HeadShape::kRoundEndCylinder, 1.0_mm, 3.5_mm, 1.6, 1.2e-3, 0.02}}) {
+    double least = 1e300, most = 0;
+    for (const auto& [voxel_mm, rate] : {std::pair(0.1, 1000.0), std::pair(0.1, 4000.0), std::pair(0.06, 1000.0)}) {
+      ServoSettings s;
+      s.tool.shape = run.shape;
+      s.tool.diameter = run.diameter;
+      s.tool.length = run.length;
+      s.spindle.free_speed = 320.0_krpm;
+      s.spindle.stall_torque = run.stall_torque;
+      s.tick = 1 / rate;
+      HapticBench bench(R"({"voxel_mm": )" + std::to_string(voxel_mm) +
+                            R"(, "solids": [{"tissue": "enamel", "solid": {"box": {"size_mm": [6,4,3]}}}]})", s);
+      dvec3 x(0, 0, 1.53_mm + run.length / 2), v(0), f(0);
+      double work = 0, worst = 0;
+      for (double t = 0; t < 2.2; t += s.tick) {  // at rest in the end: nothing earned waits in flight
+        const double swing = t < 2 ? 1.8_mm * std::sin(2 * kPi * t) : 0;
+        v += s.tick * (dvec3(2000 * (swing - x.x), -2000 * x.y, -run.push) - 5.0 * v + f) / 0.15;
+        x += s.tick * v;
+        const ServoTick& tick = bench.tick({x}, 1);
+        if (t > 0.3) worst = std::max(worst, glm::length(tick.f_T_W - f) * rate / 1000);
+        f = tick.f_T_W;
+        work += s.spindle.stall_torque * (1 - tick.spindle / s.spindle.free_speed) * tick.spindle * s.tick;
+        ASSERT_EQ(tick.faults, 0u) << run.what;
+      }
+      const double removed = bench.last.removed[static_cast<std::size_t>(Tissue::kEnamel)];
+      const double energy = bench.settings.materials[static_cast<std::size_t>(Tissue::kEnamel)].specific_energy * removed;
+      EXPECT_NEAR(energy / work, 1, 0.01) << run.what << " " << voxel_mm << " " << rate;
+      EXPECT_LT(worst, 0.02) << run.what;  // N a millisecond
+      least = std::min(least, removed), most = std::max(most, removed);
+    }
+    std::printf("%s: %.4f to %.4f mm3\n", run.what, least * 1e9, most * 1e9);
+    EXPECT_LT(most / least, 1 + run.alike) << run.what;
+  }
+}
+
 TEST(Coupling, IsTheImplicitStepOfAToolWithoutMassAndStaysAtRestAtAnyStiffnessAndTick) {
   // Zhao 2020, eq. 5, in one dimension: m Δv = h K (x_hand - x - h (v + Δv)), into a wall at 0 that nothing passes.
   const auto implicit_force = [](double m, double k, double h, double hand) {

@@ -11,6 +11,7 @@
 
 #include "engine/app/bench/parts.h"
 #include "engine/app/haptic_loop.h"
+#include "engine/base/log.h"
 #include "engine/base/measure.h"
 #include "engine/base/units.h"
 #include "engine/session/recorder.h"
@@ -115,6 +116,7 @@ std::vector<BenchRow> bench_length(bool quick) {
                       .size = mark * unit / 3600,
                       .size_unit = "hours of session"});
     };
+    const std::size_t first = rows.size();
     const auto strokes = loop.carver().volume().strokes();
     row("servo, 99 %", BenchRow::kNone, "", ticks.quantile(0.99));
     row("servo and carver, 99 %", BenchRow::kNone, "", whole.quantile(0.99));
@@ -126,6 +128,10 @@ std::vector<BenchRow> bench_length(bool quick) {
     row("recording", static_cast<double>(fs::file_size(file)) / static_cast<double>(count), "bytes a tick");
     row("open files", entries("/proc/self/fd"), "files");
     row("threads", entries("/proc/self/task"), "threads");
+    for (std::size_t i = first; i < rows.size(); ++i) {  // the next are hours away
+      const BenchRow& r = rows[i];
+      log::info("{}, {}: {}", r.name, knob, std::isfinite(r.time_ns) ? fmt::format("{:.3g} us", r.time_ns * 1e-3) : fmt::format("{:.6g} {}", r.error, r.error_unit));
+    }
     ticks = whole = EvenSample();
     recording = 0, recorded = count;
   }

@@ -32,6 +32,7 @@ void run(const Options& options) {
   if (options.json) {
     nlohmann::ordered_json json = {
         {"seconds", s.seconds},
+        {"start", {{"first_tick_s", s.first_tick_s}, {"first_frame_s", s.first_frame_s}}},
         {"ticks", s.ticks},
         {"frames", s.frames},
         {"cuts", s.cuts},
@@ -53,7 +54,9 @@ void run(const Options& options) {
   }
   fmt::print("{:.2f} s, {} ticks, {} frames, {:.3f} mm³ removed in {} cuts\n", s.seconds, s.ticks, s.frames,
              removed / kCubicMillimetre, s.cuts);
-  fmt::print("servo: median {:.1f} µs, 99.9 % {:.1f} µs, worst {:.1f} µs, {} deadlines missed, faults {}\n",
+  fmt::print("start: first tick {:.2f} s after the command", s.first_tick_s);
+  if (s.first_frame_s > 0) fmt::print(", first frame {:.2f} s", s.first_frame_s);
+  fmt::print("\nservo: median {:.1f} µs, 99.9 % {:.1f} µs, worst {:.1f} µs, {} deadlines missed, faults {}\n",
              s.tick_us_median, s.tick_us_p999, s.worst_tick_us, s.deadline_misses, s.faults);
   fmt::print("beat: 99.9 % within {:.1f} µs, worst {:.1f} µs off{}\n", s.jitter_us_p999, s.worst_jitter_us,
              s.loop.words().empty() ? "" : fmt::format("; {}", s.loop.words()));

@@ -126,9 +126,10 @@ void carver_thread(LiveSession& s) {
       if (wiring.copies_to_watch.push(copy.get())) (void)copy.release();
     }
     // Where nothing was to do for 30 ms the hand is slow: at 3 cm/s it comes a tenth of a millimetre further until it is
-    // looked after again. Looking more often took three hundredths of a core of an idle session.
-    idle = worked ? 0 : std::min(idle + 1, 100);
-    if (!worked) std::this_thread::sleep_for(awaited ? 20us : idle < 100 ? 300us : 3000us);
+    // looked after again; after a second it rests, and comes half a millimetre far at 10 m/s². Looking more often took
+    // three hundredths of a core of an idle session, and four thousandths.
+    idle = worked ? 0 : std::min(idle + 1, 400);
+    if (!worked) std::this_thread::sleep_for(awaited ? 20us : idle < 100 ? 300us : idle < 400 ? 3000us : 10'000us);
   }
   while (wiring.cuts_to_carver.pop(cut)) s.carver.apply(cut);
   s.voxels_cut = haptics::voxels_cut_by_this_thread();

@@ -67,7 +67,7 @@ void servo_thread(LiveSession& s, haptics::HapticDevice& hand) {
     // What the servo was told is in the tick; a replay tells it the same.
     tick.faults |= (hand.faults() & ~haptics::kNoPose) | (wrote - woke > period ? bits(Fault::kOverrun) : 0);
     tick.cpu_time = thread_cpu_time() - cpu;
-    ++ticks;
+    if (++ticks == 1) s.first_tick = wrote;
     if (did_cut) {
       if (!wiring.cuts_to_carver.push(cut)) tick.faults |= bits(Fault::kRingFull);
       if (s.record) wiring.cuts_to_recorder.push(cut);

@@ -28,6 +28,7 @@ struct LiveSession {
   std::optional<LoopWatch> loop;        // servo thread until it has ended
   ServoTick last;                       // the same
   double servo_cpu = 0;                 // s, the same
+  Nanos first_tick = 0;                 // when it was done, the same
   std::uint32_t faults = 0;
   bool draw = false, record = false, debris = false, operated = false;
   bool watched = false;  // bricks go to the operator too: the headset takes the others

@@ -24,7 +24,7 @@ std::string tool_title(const haptics::Tool& tool);
 /// A name as a folder's or file's.
 std::string file_name_of(const std::string& text);
 
-/// What is plugged in, the mouse, the trainee's last recordings, and one that is typed.
+/// What is plugged in, the mouse, and one that is typed.
 std::vector<HandEntry> find_hands(const OperatorState& s);
 /// In this window, then rigs for screens and mirrors, shipped and the user's.
 std::vector<RigChoice> find_rigs(const OperatorState& s);

@@ -12,6 +12,7 @@
 #include "engine/app/operator/steps.h"
 #include "engine/app/picture/look.h"
 #include "engine/app/workbench.h"
+#include "engine/base/log.h"
 #include "engine/session/score.h"
 #include "engine/session/strings.h"
 
@@ -198,6 +199,15 @@ struct OperatorState {
   std::string busy_what;
 
   void ask(Ask what, int number = 0) { asked.push_back({what, number}); }
+  void say(std::string text) {
+    message = std::move(text);
+    message_is_error = false;
+  }
+  void fail(std::string text) {
+    message = std::move(text);
+    message_is_error = true;
+    log::error("{}", message);
+  }
   const char* text(std::string_view key) const { return session::text(key, language).data(); }
 };
 

@@ -19,6 +19,7 @@ using namespace std::chrono_literals;
 
 constexpr Nanos kReviveInterval = 10 * kNanosPerSecond;  // a device lost more often than this is broken
 constexpr Nanos kProcessorMeshInterval = 33'000'000;  // ns between looks for changed bricks, where a processor draws
+constexpr Nanos kBriefWait = 4'000'000;  // ns, between looks at what is moving
 constexpr Nanos kOwnInterval = 30'000'000;            // ns between pictures from a viewpoint of one's own
 
 }  // namespace
@@ -194,6 +195,7 @@ void LivePicture::move_debris(double dt, WorkCounts& work) {
 void LivePicture::draw(ServoTick& tick, const std::string& hint, WorkCounts& work) {
   Wiring& wiring = session_.wiring;
   if (wiring.tick_to_render.fetch()) tick = wiring.tick_to_render.front();
+  if (frames_ > 0 && ++turns_since_first_ == 2) first_shown_ = now();  // a window shows a frame with the second poll after it
   collect();
   const double dt = to_seconds(now() - last_turn_);
   last_turn_ = now();
@@ -220,9 +222,11 @@ void LivePicture::draw(ServoTick& tick, const std::string& hint, WorkCounts& wor
     return;
   }
   drew_last_ = false;
-  // Asking the desktop for news costs more than all the rest of a turn: where nothing moved for half a second it is asked
-  // forty times a second.
-  if (!options_.embedded) std::this_thread::sleep_for(last_turn_ - last_drawn_ > kNanosPerSecond / 2 ? 25ms : 4ms);
+  if (options_.embedded) return;  // whoever shows it waits
+  // Where nothing moved for half a second the hand is looked at forty times a second; a mouse ends the longer wait, but
+  // some say where they are a thousand times a second.
+  if (last_turn_ - last_drawn_ > kNanosPerSecond / 2) stage_->output().wait(25'000'000);
+  if (now() - last_turn_ < kBriefWait) std::this_thread::sleep_for(std::chrono::nanoseconds(kBriefWait));
 }
 
 /// What a frame of the trainee's says of the next: how fine, at which step of the ladder. The trainee's picture alone: what

@@ -67,6 +67,8 @@ class LivePicture {
   const QualityLadder& ladder() const { return ladder_; }
   std::uint64_t frames() const { return frames_; }
   std::uint64_t own_frames() const { return own_frames_; }
+  /// When the first was on the screen, at the latest; 0: there was none.
+  Nanos first_shown() const { return first_shown_; }
   /// s, smoothed: what a frame takes, how long after the last it comes, and from hand to screen (estimated).
   double frame_seconds() const { return frame_seconds_; }
   double frame_period() const { return frame_period_; }
@@ -102,6 +104,8 @@ class LivePicture {
   Nanos last_turn_ = 0, last_drawn_ = 0;
   Nanos revived_;                 // when the picture was last made anew
   std::uint64_t frames_ = 0, own_frames_ = 0;
+  int turns_since_first_ = 0;
+  Nanos first_shown_ = 0;
   double frame_seconds_ = 0, frame_period_ = 0, photon_seconds_ = 0;
   bool drew_last_ = false;        // the last turn drew a frame
   std::uint64_t ladder_cuts_ = 0;  // when the ladder last looked at one

@@ -1,7 +1,9 @@
 // A picture in memory instead of a screen.
 #include "engine/display/output.h"
 
+#include <chrono>
 #include <cstdlib>
+#include <thread>
 #include <utility>
 
 namespace typodont::display {
@@ -46,6 +48,8 @@ class Offscreen final : public Output {
 };
 
 }  // namespace
+
+void Output::wait(Nanos most) { std::this_thread::sleep_for(std::chrono::nanoseconds(most)); }
 
 bool has_desktop() { return std::getenv("DISPLAY") || std::getenv("WAYLAND_DISPLAY"); }
 

@@ -13,6 +13,8 @@
 #include <cstring>
 #include <utility>
 
+#include "engine/display/rigs/desktop_events.h"
+
 namespace typodont::display {
 
 namespace {
@@ -138,12 +140,9 @@ class XPicture final : public SharedPicture {
 }  // namespace
 
 std::unique_ptr<SharedPicture> SharedPicture::open(gpu::Device& device, GLFWwindow* window, bool composed) {
-  // A GLFW made for another desktop has no such functions.
-  const auto display_of = reinterpret_cast<::Display* (*)()>(::dlsym(RTLD_DEFAULT, "glfwGetX11Display"));
+  ::Display* const display = x_server();
   const auto window_of = reinterpret_cast<::Window (*)(GLFWwindow*)>(::dlsym(RTLD_DEFAULT, "glfwGetX11Window"));
-  if (!display_of || !window_of) return nullptr;
-  ::Display* display = display_of();
-  if (!display || !XShmQueryExtension(display)) return nullptr;
+  if (!display || !window_of || !XShmQueryExtension(display)) return nullptr;
   const ::Window id = window_of(window);
   XWindowAttributes looks{};
   if (!XGetWindowAttributes(display, id, &looks)) return nullptr;

@@ -13,6 +13,7 @@
 #include "engine/base/clock.h"
 #include "engine/base/error.h"
 #include "engine/display/output.h"
+#include "engine/display/rigs/desktop_events.h"
 #include "engine/display/rigs/shared_picture.h"
 
 namespace typodont::display {
@@ -71,6 +72,7 @@ class Window final : public Output {
     glfwSetMouseButtonCallback(window_, [](GLFWwindow* w, int button, int action, int) {
       if (action == GLFW_PRESS && button < 3) self(w).events_.clicked[static_cast<std::size_t>(button)] = true;
     });
+    ask();
     try {
       if (device.processor && !options.stereo_surface) shared_ = SharedPicture::open(device, window_, options.composed);
       if (shared_) {
@@ -93,10 +95,8 @@ class Window final : public Output {
     if (!(shared_ && options_.composed)) show_finished();
     pace();
     if (!visible()) return std::nullopt;
-    ivec2 size{0};
-    glfwGetFramebufferSize(window_, &size.x, &size.y);
     if (shared_) {
-      if (std::exchange(lost_, false) || stale_ || size != extent_) {
+      if (std::exchange(lost_, false) || stale_ || pixels_ != extent_) {
         unshown_ = false;  // it has another size
         if (!fit_shared()) return std::nullopt;
       }
@@ -108,7 +108,7 @@ class Window final : public Output {
       lost_ = false;
       stale_ = true;
     }
-    if (!swapchain_ || stale_ || size != wanted_) create_swapchain();
+    if (!swapchain_ || stale_ || pixels_ != wanted_) create_swapchain();
     if (!swapchain_) return std::nullopt;
     sync_ = (sync_ + 1) % ready_.size();
     const VkResult result =
@@ -150,18 +150,9 @@ class Window final : public Output {
 
   ivec2 size() const override { return extent_; }
 
-  bool visible() const override {
-    ivec2 size{0};
-    glfwGetFramebufferSize(window_, &size.x, &size.y);
-    // X11 keeps a minimised window's size and takes it off the screen; others take its size.
-    return size.x > 0 && size.y > 0 && glfwGetWindowAttrib(window_, GLFW_VISIBLE) == GLFW_TRUE;
-  }
-
-  bool needs_frame() const override {
-    ivec2 size{0};
-    glfwGetFramebufferSize(window_, &size.x, &size.y);
-    return exposed_ || stale_ || lost_ || size != wanted_;
-  }
+  // X11 keeps a minimised window's size and takes it off the screen; others take its size.
+  bool visible() const override { return on_screen_ && pixels_.x > 0 && pixels_.y > 0; }
+  bool needs_frame() const override { return exposed_ || stale_ || lost_ || pixels_ != wanted_; }
 
   void take_focus() override { glfwFocusWindow(window_); }
   void leave_monitor(int taken) override {
@@ -181,7 +172,10 @@ class Window final : public Output {
     glfwSetWindowPos(window_, to.x, to.y);
   }
   void lose_surface() override { lost_ = true; }
-  void resize(ivec2 size) override { glfwSetWindowSize(window_, size.x, size.y); }
+  void resize(ivec2 size) override {
+    glfwSetWindowSize(window_, size.x, size.y);
+    ask();
+  }
 
   int first_row() const override {
     int x = 0, y = 0;
@@ -195,33 +189,46 @@ class Window final : public Output {
     return std::max(static_cast<double>(x), 0.5);
   }
 
-  double refresh_period() const override {
-    GLFWmonitor* monitor = glfwGetWindowMonitor(window_);
+  double refresh_period() const override { return refresh_period_; }
+
+  UserInput poll() override {
+    if (++polls_ > 1) show_finished();
+    const std::uint64_t news = take_desktop_events();
+    if (std::exchange(heard_, news) != news) ask();
+    UserInput input = std::exchange(events_, {});
+    input.close = glfwWindowShouldClose(window_);
+    const dvec2 at = cursor_ / dvec2(glm::max(size_, ivec2(1)));
+    input.pointer = {2 * at.x - 1, 1 - 2 * at.y};
+    input.left = glfwGetMouseButton(window_, GLFW_MOUSE_BUTTON_LEFT) == GLFW_PRESS;
+    input.right = glfwGetMouseButton(window_, GLFW_MOUSE_BUTTON_RIGHT) == GLFW_PRESS;
+    input.middle = glfwGetMouseButton(window_, GLFW_MOUSE_BUTTON_MIDDLE) == GLFW_PRESS;
+    input.pixel = at * dvec2(extent_);
+    input.focused = focused_;
+    return input;
+  }
+
+  void wait(Nanos most) override { wait_for_desktop(most); }
+  std::uint64_t requests() const override { return desktop_requests(); }
+
+ private:
+  static Window& self(GLFWwindow* w) { return *static_cast<Window*>(glfwGetWindowUserPointer(w)); }
+
+  /// What only the desktop knows of the window, each by a round trip.
+  void ask() {
+    glfwGetFramebufferSize(window_, &pixels_.x, &pixels_.y);
+    glfwGetWindowSize(window_, &size_.x, &size_.y);
+    glfwGetCursorPos(window_, &cursor_.x, &cursor_.y);
+    on_screen_ = glfwGetWindowAttrib(window_, GLFW_VISIBLE) == GLFW_TRUE;
+    focused_ = glfwGetWindowAttrib(window_, GLFW_FOCUSED) == GLFW_TRUE;
+  }
+
+  /// s between two pictures of the screen it is on.
+  static double period_of(GLFWwindow* window) {
+    GLFWmonitor* monitor = glfwGetWindowMonitor(window);
     if (!monitor) monitor = glfwGetPrimaryMonitor();
     const GLFWvidmode* mode = monitor ? glfwGetVideoMode(monitor) : nullptr;
     return 1.0 / (mode && mode->refreshRate > 0 ? mode->refreshRate : 60);
   }
-
-  UserInput poll() override {
-    if (++polls_ > 1) show_finished();
-    glfwPollEvents();
-    UserInput input = std::exchange(events_, {});
-    input.close = glfwWindowShouldClose(window_);
-    int w = 1, h = 1;
-    glfwGetWindowSize(window_, &w, &h);
-    double x = 0, y = 0;
-    glfwGetCursorPos(window_, &x, &y);
-    input.pointer = {2 * x / std::max(w, 1) - 1, 1 - 2 * y / std::max(h, 1)};
-    input.left = glfwGetMouseButton(window_, GLFW_MOUSE_BUTTON_LEFT) == GLFW_PRESS;
-    input.right = glfwGetMouseButton(window_, GLFW_MOUSE_BUTTON_RIGHT) == GLFW_PRESS;
-    input.middle = glfwGetMouseButton(window_, GLFW_MOUSE_BUTTON_MIDDLE) == GLFW_PRESS;
-    input.pixel = dvec2(x * extent_.x / std::max(w, 1), y * extent_.y / std::max(h, 1));
-    input.focused = glfwGetWindowAttrib(window_, GLFW_FOCUSED) == GLFW_TRUE;
-    return input;
-  }
-
- private:
-  static Window& self(GLFWwindow* w) { return *static_cast<Window*>(glfwGetWindowUserPointer(w)); }
 
   /// Presenting does not wait for the screen everywhere (Xvfb): never faster than the limit.
   void pace() {
@@ -252,7 +259,8 @@ class Window final : public Output {
 
   /// False where there is no memory to share any more; asked again with the next frame.
   bool fit_shared() {
-    glfwGetFramebufferSize(window_, &wanted_.x, &wanted_.y);
+    wanted_ = pixels_;
+    refresh_period_ = period_of(window_);
     extent_ = glm::max(wanted_, ivec2(1));
     stale_ = !shared_->resize(extent_);
     return !stale_;
@@ -277,7 +285,8 @@ class Window final : public Output {
     if (layers > caps.maxImageArrayLayers)
       throw Error("window", "layout", fmt::format("a surface of {} layer", caps.maxImageArrayLayers),
                   "two layers, which frame_sequential needs; side_by_side works on any surface");
-    glfwGetFramebufferSize(window_, &wanted_.x, &wanted_.y);
+    wanted_ = pixels_;
+    refresh_period_ = period_of(window_);
     VkExtent2D extent = caps.currentExtent;
     if (extent.width == UINT32_MAX)
       extent = {
@@ -396,6 +405,11 @@ class Window final : public Output {
   bool unshown_ = false;  // the last target was handed over, and is yet to be shown
   int polls_ = 0;         // since then
   UserInput events_;  // since the last poll
+  std::uint64_t heard_ = 0;  // of the desktop's events, when it was last asked
+  ivec2 pixels_{0}, size_{0};
+  dvec2 cursor_{0, 0};
+  bool on_screen_ = false, focused_ = false;
+  double refresh_period_ = 1.0 / 60;
   Nanos next_ = 0;
 };
 

@@ -1,0 +1,104 @@
+#include "engine/app/operator/choices.h"
+
+#include <algorithm>
+#include <cstdlib>
+
+#include "engine/app/operator/library.h"
+
+namespace typodont {
+
+namespace fs = std::filesystem;
+
+namespace {
+constexpr Nanos kDeviceInterval = 2 * kNanosPerSecond;  // between two looks at what is plugged in: each takes milliseconds
+}
+
+Choices::Choices(OperatorState& s, InterfaceWindow& w) : s_(s), window_(w), pictures_(s, w) {
+  s_.chinese = can_show(session::Language::kChinese);
+  const Remembered r = remembered();
+  s_.first_run = !r.any;
+  session::Language wanted = session::Language::kEnglish;
+  for (const char* name : {"LC_ALL", "LC_MESSAGES", "LANG"}) {
+    const char* value = std::getenv(name);
+    if (!value || !*value) continue;
+    wanted = session::language_named(value).value_or(wanted);
+    break;
+  }
+  set_language(session::language_named(r.language).value_or(wanted));
+  r.trainee.copy(s_.trainee.data(), s_.trainee.size() - 1);
+  s_.record = r.record;
+  s_.monitor = r.monitor;
+  rescan();
+  for (std::size_t i = 0; i < s_.scenes.size(); ++i)
+    if (s_.scenes[i].file.string() == r.scene) s_.scene = static_cast<int>(i);
+  for (std::size_t i = 0; i < s_.rigs.size(); ++i)
+    if (s_.rigs[i].title == r.rig) s_.rig = static_cast<int>(i);
+  if (!r.hand.empty()) choose_hand(r.hand);
+}
+
+void Choices::set_language(session::Language language) {
+  if (window_.set_language(language)) s_.language = language;
+}
+
+void Choices::rescan() {
+  std::vector<fs::path> files;
+  s_.scenes = find_scenes(s_, files);
+  pictures_.load(files);
+  std::string texts;
+  for (const SceneChoice& scene : s_.scenes) texts += scene.title + scene.description;
+  window_.will_show(texts);
+  s_.hands = find_hands(s_);
+  s_.rigs = find_rigs(s_);
+#ifdef TYPODONT_WINDOW
+  s_.monitors = display::monitors();
+#endif
+  const auto within = [](int& chosen, std::size_t count) {
+    chosen = std::clamp(chosen, 0, std::max(static_cast<int>(count) - 1, 0));
+  };
+  within(s_.scene, s_.scenes.size());
+  within(s_.hand, s_.hands.size());
+  within(s_.rig, s_.rigs.size());
+}
+
+void Choices::choose_scene(const fs::path& file) {
+  for (std::size_t i = 0; i < s_.scenes.size(); ++i)
+    if (s_.scenes[i].file == file) s_.scene = static_cast<int>(i);
+  s_.scene_shown = -1;
+}
+
+void Choices::choose_tutorial() {
+  for (std::size_t i = 0; i < s_.scenes.size(); ++i)
+    if (s_.scenes[i].file.stem() == "tutorial" && !s_.scenes[i].own) s_.scene = static_cast<int>(i);
+  s_.first_run = s_.author = false;
+}
+
+/// Where it is there.
+void Choices::choose_hand(const std::string& address) {
+  for (std::size_t i = 0; i < s_.hands.size(); ++i)
+    if (s_.hands[i].address == address) s_.hand = static_cast<int>(i);
+}
+
+bool Choices::look_at_devices() {
+  if (now() - plugged_looked_ < kDeviceInterval) return false;
+  plugged_looked_ = now();
+  if (plugged_.look().empty()) return false;
+  const std::string chosen = s_.hands.at(static_cast<std::size_t>(s_.hand)).address;
+  s_.hands = find_hands(s_);
+  s_.hand = 0;
+  choose_hand(chosen);
+  return true;
+}
+
+void Choices::remember() const {
+  Remembered r;
+  r.language = session::tag_of(s_.language);
+  r.trainee = s_.trainee.data();
+  r.record = s_.record;
+  r.monitor = s_.monitor;
+  if (!s_.scenes.empty()) r.scene = s_.scenes[static_cast<std::size_t>(s_.scene)].file.string();
+  if (!s_.hands.empty()) r.hand = s_.hands[static_cast<std::size_t>(s_.hand)].address;
+  if (!s_.rigs.empty()) r.rig = s_.rigs[static_cast<std::size_t>(s_.rig)].title;
+  typodont::remember(r);
+}
+
+}  // namespace typodont

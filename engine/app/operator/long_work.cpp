@@ -1,0 +1,41 @@
+#include "engine/app/operator/long_work.h"
+
+#include <utility>
+
+namespace typodont {
+
+void LongWork::begin(std::function<void(Progress&)> work, std::function<void()> then) {
+  job_.reset();
+  then_ = std::move(then);
+  job_ = std::make_unique<Job>(std::move(work));
+}
+
+void LongWork::cancel() {
+  if (job_) job_->progress().cancel();
+}
+
+void LongWork::drop() {
+  job_.reset();
+  s_.busy = false;
+}
+
+bool LongWork::look() {
+  if (!job_) return false;
+  s_.busy = !job_->done();
+  s_.busy_share = job_->progress().share();
+  s_.busy_what = s_.text(job_->progress().what());
+  if (s_.busy) return false;
+  const auto finished = std::move(job_);
+  const auto then = std::exchange(then_, {});
+  try {
+    if (finished->failure()) std::rethrow_exception(finished->failure());
+    if (then) then();
+  } catch (const Cancelled&) {
+    s_.say(s_.text("op.cancelled"));
+  } catch (const std::exception& e) {
+    s_.fail(e.what());
+  }
+  return true;
+}
+
+}  // namespace typodont

@@ -1,0 +1,80 @@
+#include "engine/app/operator/scene_works.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <memory>
+#include <sstream>
+
+#include "engine/app/operator/archive.h"
+#include "engine/app/operator/exercise.h"
+#include "engine/base/log.h"
+#include "engine/base/units.h"
+
+namespace typodont {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+NewTooth tooth_of(const ImportForm& form) {
+  NewTooth tooth;
+  tooth.input = form.file.data();
+  tooth.name = form.name.data();
+  tooth.crown = static_cast<Crown>(form.crown);
+  tooth.options.preset = form.preset == 1 ? haptics::ImportPreset::kBone : haptics::ImportPreset::kTooth;
+  if (form.voxel_mm > 0) tooth.options.voxel = static_cast<double>(form.voxel_mm) * kMillimetre;
+  if (form.shell_mm > 0) tooth.options.shell = static_cast<double>(form.shell_mm) * kMillimetre;
+  return tooth;
+}
+
+NewExercise exercise_of(const OperatorState& s, const Authored& authored) {
+  const ExerciseForm& form = s.exercise;
+  NewExercise made{.name = form.name.data(),
+                   .goal = form.goal.data(),
+                   .base = &authored.scene,
+                   .strokes = authored.strokes,
+                   .ideal = form.ideal == IdealFrom::kDrilled ? &authored.tissue : nullptr,
+                   .ideal_mesh = form.ideal == IdealFrom::kMesh ? form.mesh.data() : "",
+                   .mesh_unit_mm = static_cast<double>(form.mesh_unit_mm)};
+  std::istringstream lines(form.steps.data());
+  for (std::string line; std::getline(lines, line);)
+    if (line.find_first_not_of(" \t") != std::string::npos) made.steps.push_back(line);
+  for (std::size_t i = 1; i < kTissueCount; ++i) {
+    made.tissues[i].stiffness = static_cast<double>(s.stiffness[i]);
+    const dvec3 is(s.colors[i][0], s.colors[i][1], s.colors[i][2]);
+    if (glm::length(is - authored.scene.servo.materials[i].color) > 2e-3) made.tissues[i].color = is;
+  }
+  if (std::any_of(form.rules.begin(), form.rules.end(), [](const RuleChoice& r) { return r.counts; }))
+    made.rules = form.rules;
+  if (made.rules)
+    for (RuleChoice& rule : *made.rules) rule.from_ideal = rule.from_ideal && form.aims();
+  return made;
+}
+
+/// Both come with a scene: it is looked for, chosen, and told of.
+void begin(OperatorState& s, LongWork& work, Choices& choices, const char* text, const char* words,
+           std::function<fs::path(Progress&)> make) {
+  const auto file = std::make_shared<fs::path>();
+  work.begin([make = std::move(make), file](Progress& progress) { *file = make(progress); },
+             [&s, &choices, text, words, file] {
+               choices.rescan();
+               choices.choose_scene(*file);
+               s.say(fmt::format("{} {}", s.text(text), file->string()));
+               log::info("{}: {}", words, file->string());
+             });
+}
+
+}  // namespace
+
+void bring_in(OperatorState& s, LongWork& work, Choices& choices) {
+  begin(s, work, choices, "op.imported", "imported",
+        [tooth = tooth_of(s.import)](Progress& progress) { return bring_in(tooth, progress); });
+}
+
+void save_exercise(OperatorState& s, LongWork& work, Choices& choices, const Authored& authored) {
+  begin(s, work, choices, "op.exercise_saved", "exercise saved",
+        [made = exercise_of(s, authored)](Progress& progress) { return write_exercise(made, progress); });
+}
+
+}  // namespace typodont

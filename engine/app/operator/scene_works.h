@@ -1,0 +1,17 @@
+// Exercises of one's own, made beside the window: from a scan or mesh, and from what an author painted and drilled. Main
+// thread.
+#pragma once
+
+#include "engine/app/operator/choices.h"
+#include "engine/app/operator/long_work.h"
+#include "engine/app/operator/session_desk.h"
+#include "engine/app/operator/state.h"
+
+namespace typodont {
+
+/// As OperatorState::import says; chosen once it is there.
+void bring_in(OperatorState& s, LongWork& work, Choices& choices);
+/// As OperatorState::exercise says, of what was authored, which stays until the work has ended; chosen once it is there.
+void save_exercise(OperatorState& s, LongWork& work, Choices& choices, const Authored& authored);
+
+}  // namespace typodont

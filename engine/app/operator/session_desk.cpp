@@ -1,0 +1,295 @@
+#include "engine/app/operator/session_desk.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "engine/app/operator/exercise.h"
+#include "engine/app/operator/library.h"
+#include "engine/app/picture/live_views.h"
+#include "engine/app/picture/picture_stage.h"
+#include "engine/base/log.h"
+#include "engine/base/units.h"
+
+namespace typodont {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr Nanos kScoreInterval = 500'000'000;
+constexpr Nanos kCurveInterval = 25'000'000;
+
+}  // namespace
+
+void SessionDesk::show_task(const Scene& scene) {
+  s_.steps = {};
+  s_.step_shown = -1;
+  if (!scene.task) return;
+  s_.steps = StepWatcher(*scene.task);
+  if (!scene.task->title.empty()) s_.scene_title = scene.task->title.in(s_.language);
+  s_.scene_goal = scene.task->goal.in(s_.language);
+  std::string texts = s_.scene_title + s_.scene_goal;
+  for (const session::TaskText& step : scene.task->steps) texts += step.in(s_.language);
+  window_.will_show(texts);
+}
+
+void SessionDesk::start(const Scene& scene, const RigChoice& rig, const std::string& hand) {
+  show_task(scene);
+  WorkbenchOptions options;
+  options.rig = rig.file.string();
+  options.hand = hand;
+  options.trainee = s_.trainee.data();
+  options.operated = true;
+  options.embedded = rig.embedded;
+  options.device = &window_.device();
+  options.monitor = rig.embedded ? -1 : s_.monitor;
+  authored_.reset();
+  brush_down_ = false;
+  scene_ = scene;
+  // A session is written down from its beginning, wherever that is kept, so that it may still be kept at its end.
+  s_.keep = s_.record && !s_.author;
+  recording_ = s_.author ? fs::path() : new_session_file(options.trainee, scene.name);
+  written_ = s_.keep || s_.author ? recording_ : unkept_file();
+  options.record = written_;
+  saved_ = new_session_file(options.trainee, scene.name).replace_extension(".vdb");
+  options.save = saved_;
+  options.save_at_end = false;
+  s_.outcome = {};
+  try {
+    bench_.emplace(scene, options);
+    s_.settings = {};
+    s_.stiffness.fill(1);
+    for (std::size_t i = 0; i < s_.colors.size(); ++i) {
+      const dvec3 c = scene.servo.materials[i].color;
+      s_.colors[i] = {static_cast<float>(c.x), static_cast<float>(c.y), static_cast<float>(c.z)};
+    }
+    s_.tools.clear();
+    for (const haptics::Tool& tool : haptics::tray(scene.servo)) s_.tools.push_back(tool_title(tool));
+    s_.device = bench_->hand();
+    s_.recording = bench_->recording();
+    s_.score = {};
+    s_.score_known = false;
+    s_.forces.fill(0);
+    s_.curve_at = 0;
+    score_time_ = 0;
+    if (PictureStage* stage = bench_->stage()) {
+      const display::Screen& screen = stage->rig().screen;
+      s_.live_aspect =
+          glm::length(screen.lower_right - screen.lower_left) / glm::length(screen.upper_left - screen.lower_left);
+      s_.live_upright = display::upright(stage->rig());
+    }
+    begin_views(scene);
+    s_.live_is_own = rig.embedded;
+    bench_->start();
+  } catch (...) {
+    window_.wait_idle();
+    bench_.reset();
+    s_.live = nullptr;
+    throw;
+  }
+  if (!rig.embedded && s_.trainee_seen) {
+    window_.output().leave_monitor(s_.monitor);
+    window_.output().take_focus();
+  }
+  s_.page = Page::kSession;
+  log::info("session started: {}", scene.name);
+}
+
+SessionDesk::Turn SessionDesk::step() {
+  const WorkbenchStatus before = s_.status;
+  bench_->look_from(s_.viewpoint, s_.own_view ? s_.live_size : glm::ivec2(0));
+  if (!bench_->step(s_.live_input, s_.live_size)) return Turn::kOver;
+  if (s_.author) paint();
+  s_.status = bench_->status();
+  s_.settings = bench_->settings();
+  s_.held = bench_->held();
+  const int step = s_.steps.current();
+  if (s_.steps.follow({s_.status.tick, s_.settings, static_cast<int>(s_.status.tissue.undone),
+                       static_cast<int>(s_.status.tissue.redone), s_.look_changes, s_.held}))
+    log::info("step {} done", step + 1);
+  PictureStage* stage = bench_->stage();
+  s_.live = s_.own_view                            ? bench_->own_picture()
+            : stage && bench_->status().frames > 0 ? &stage->pictures()
+                                                   : nullptr;
+  s_.look_in_work = bench_->views()->making(s_.own_view ? Eyes::kOwn : Eyes::kTrainee);
+  const Nanos t = now();
+  if (t - score_time_ > kScoreInterval) {
+    score_time_ = t;
+    s_.score = bench_->score_so_far();
+    s_.score_known = bench_->views()->score_known();
+  }
+  if (t - curve_time_ > kCurveInterval) {
+    curve_time_ = t;
+    s_.forces[static_cast<std::size_t>(s_.curve_at)] = static_cast<float>(glm::length(s_.status.tick.f_T_W));
+    s_.curve_at = (s_.curve_at + 1) % static_cast<int>(s_.forces.size());
+  }
+  at_rest_ = nothing_moves(before);
+  const bool next_second = std::floor(before.seconds) != std::floor(s_.status.seconds);
+  return s_.status.frames + s_.status.own_frames != before.frames + before.own_frames || next_second ? Turn::kChanged : Turn::kSame;
+}
+
+bool SessionDesk::nothing_moves(const WorkbenchStatus& before) const {
+  const WorkbenchStatus& is = s_.status;
+  return is.tick.X_WT.p == before.tick.X_WT.p && is.tick.X_WT.R == before.tick.X_WT.R &&
+         is.tick.spindle == before.tick.spindle && is.tick.tool == before.tick.tool && is.tick.cuts == before.tick.cuts &&
+         is.tissue.version == before.tissue.version && is.faults == before.faults && is.frames == before.frames &&
+         is.own_frames == before.own_frames && !s_.look_in_work &&
+         std::all_of(s_.forces.begin(), s_.forces.end(), [](float f) { return f == 0; });
+}
+
+/// What may be looked at in this session, and how.
+void SessionDesk::begin_views(const Scene& scene) {
+  const LiveViews& views = *bench_->views();
+  s_.look = {};
+  s_.look_changes = 0;
+  s_.trainee_seen = bench_->stage() != nullptr;
+  s_.own_possible = scene.needs("render");
+  s_.own_view = !s_.trainee_seen && s_.own_possible;
+  s_.viewpoint = {};
+  if (s_.trainee_seen) {
+    const double distance = s_.viewpoint.distance;
+    s_.viewpoint = viewpoint_of(bench_->stage()->rig(), views.middle());
+    s_.viewpoint.distance = distance;
+  }
+  s_.has_ideal = views.has_ideal();
+  s_.has_surroundings = views.has_surroundings();
+  s_.has_mirror = scene.mouth_mirror.diameter > 0;
+  s_.has_debris = scene.needs("debris");
+  s_.tissues = views.tissues();
+  if (s_.author) s_.tissues |= 1u << static_cast<unsigned>(Tissue::kCaries);
+}
+
+bool SessionDesk::carry_out(const Request& r) {
+  switch (r.ask) {
+    case Ask::kSettings:
+      if (bench_) bench_->set(s_.settings);
+      return true;
+    case Ask::kTool:
+      if (bench_) bench_->choose_tool(r.number);
+      return true;
+    case Ask::kUndo:
+      if (bench_) bench_->ask(TissueCommand::kUndo);
+      return true;
+    case Ask::kRedo:
+      if (bench_) bench_->ask(TissueCommand::kRedo);
+      return true;
+    case Ask::kSaveTissue:
+      if (!bench_) return true;
+      bench_->ask(TissueCommand::kSave);
+      s_.say(fmt::format("{} {}", s_.text("op.saved_as"), saved_.filename().string()));
+      return true;
+    case Ask::kKeep:
+      s_.keep = r.number != 0;
+      return true;
+    case Ask::kLook:
+      change_look();
+      return true;
+    case Ask::kOwnView:
+      show_own_view(r.number != 0);
+      return true;
+    case Ask::kColor: {
+      if (!bench_) return true;
+      const auto& c = s_.colors[static_cast<std::size_t>(r.number)];
+      s_.live = nullptr;
+      window_.wait_idle();
+      bench_->color(static_cast<Tissue>(r.number), {c[0], c[1], c[2]});
+      return true;
+    }
+    case Ask::kHold:
+      if (bench_) bench_->hold(r.number != 0);
+      return true;
+    case Ask::kStepDone:
+      s_.steps.next();
+      return true;
+    case Ask::kStepBack:
+      s_.steps.back();
+      return true;
+    default:
+      return false;
+  }
+}
+
+void SessionDesk::change_look() {
+  if (!bench_) return;
+  bench_->views()->look(s_.own_view ? Eyes::kOwn : Eyes::kTrainee, s_.look);
+  ++s_.look_changes;
+}
+
+void SessionDesk::show_own_view(bool own) {
+  if (!bench_ || own == s_.own_view) return;
+  s_.own_view = own;
+  s_.live = nullptr;
+  s_.look = bench_->views()->look(own ? Eyes::kOwn : Eyes::kTrainee);
+  ++s_.look_changes;
+}
+
+/// The brush follows the tool's head: a ball where it is set down, then one swept as far as it moves.
+void SessionDesk::paint() {
+  if (!s_.painting) {
+    brush_down_ = false;
+    return;
+  }
+  BrushMove move;
+  PaintStroke& stroke = move.stroke;
+  stroke.tissue = s_.paint_tissue;
+  stroke.radius = static_cast<double>(s_.paint_radius_mm) * kMillimetre;
+  stroke.b_W = s_.status.tick.X_WT.p;
+  stroke.a_W = brush_down_ ? brush_at_ : stroke.b_W;
+  if (brush_down_ && glm::length(stroke.b_W - stroke.a_W) < 0.25 * stroke.radius) return;
+  move.begins = !brush_down_;
+  bench_->paint(move);
+  brush_at_ = stroke.b_W;
+  brush_down_ = true;
+}
+
+void SessionDesk::end(const std::string& why) {
+  s_.score = bench_->score_so_far();
+  s_.outcome.score = s_.score;
+  s_.live = nullptr;
+  s_.page = Page::kResult;
+  if (why.empty())
+    s_.say("");
+  else
+    s_.fail(why);
+  try {
+    s_.outcome.summary = bench_->stop();
+  } catch (const std::exception& e) {
+    s_.outcome.failure = e.what();
+  }
+  window_.wait_idle();  // it may still be showing the picture
+  if (s_.author && s_.outcome.failure.empty()) {
+    s_.exercise.rules = rule_choices(*scene_);
+    s_.exercise.base_aims = scene_->task && scene_->task->ideal;
+    s_.exercise.fresh = true;
+    std::vector<PaintStroke> strokes = bench_->painted();
+    authored_.reset(new Authored{*scene_, bench_->take_tissue(), std::move(strokes)});
+  }
+  bench_.reset();
+  log::info("session ended: {:.1f} s", s_.outcome.summary.seconds);
+  keep_recording();
+}
+
+/// In the trainee's folder, or nowhere.
+void SessionDesk::keep_recording() {
+  s_.outcome.recording.clear();
+  if (!s_.recording) return;
+  std::error_code code;
+  if (!s_.keep) {
+    fs::remove(written_, code);
+    return;
+  }
+  if (written_ != recording_) fs::rename(written_, recording_, code);
+  s_.outcome.recording = code ? written_ : recording_;
+}
+
+void SessionDesk::drop_picture() {
+  if (bench_) bench_->drop_picture();
+}
+
+void SessionDesk::make_picture() {
+  if (bench_) bench_->make_picture(window_.device());
+}
+
+}  // namespace typodont

@@ -1,0 +1,22 @@
+// What is made of recorded sessions, beside the window: reports, learning curves, films, surfaces. Main thread.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+
+#include "engine/app/operator/long_work.h"
+#include "engine/app/operator/state.h"
+
+namespace typodont {
+
+/// Of a recording that ended just now, or was found; written beside it, into the state's outcome. `then`: afterwards.
+void make_report(OperatorState& s, LongWork& work, const std::filesystem::path& recording, std::function<void()> then = {});
+/// In the browser; made where there is none.
+void show_report(OperatorState& s, LongWork& work, const SessionEntry& of);
+/// Of all sessions beside this one.
+void make_curve(OperatorState& s, LongWork& work, const SessionEntry& of);
+void make_film(OperatorState& s, LongWork& work, const SessionEntry& of);
+/// Of the tissue as it was left; OperatorState::mesh_format says as what.
+void make_surface(OperatorState& s, LongWork& work, const SessionEntry& of);
+
+}  // namespace typodont

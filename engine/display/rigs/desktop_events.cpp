@@ -1,0 +1,42 @@
+#include "engine/display/rigs/desktop_events.h"
+
+#include <GLFW/glfw3.h>
+#include <dlfcn.h>
+#include <poll.h>
+// After the standard's and our own headers: Xlib defines names like None, Bool and Status as macros.
+#include <X11/Xlib.h>
+
+#include <chrono>
+#include <thread>
+
+namespace typodont::display {
+
+_XDisplay* x_server() {
+  // A GLFW made for another desktop has no such function.
+  static const auto display_of = reinterpret_cast<::Display* (*)()>(::dlsym(RTLD_DEFAULT, "glfwGetX11Display"));
+  return display_of ? display_of() : nullptr;
+}
+
+std::uint64_t take_desktop_events() {
+  static std::uint64_t news = 0;
+  ::Display* const server = x_server();
+  if (server && XPending(server) == 0) return news;
+  glfwPollEvents();
+  return ++news;
+}
+
+void wait_for_desktop(Nanos most) {
+  ::Display* const server = x_server();
+  if (!server) return std::this_thread::sleep_for(std::chrono::nanoseconds(most));
+  if (XPending(server) > 0) return;
+  pollfd link{ConnectionNumber(server), POLLIN, 0};
+  const timespec patience{most / kNanosPerSecond, most % kNanosPerSecond};
+  ::ppoll(&link, 1, &patience, nullptr);
+}
+
+std::uint64_t desktop_requests() {
+  ::Display* const server = x_server();
+  return server ? NextRequest(server) : 0;
+}
+
+}  // namespace typodont::display
