@@ -173,7 +173,7 @@ void start_rows(const Folder& folder, std::vector<BenchRow>& rows) {
       if (!std::isfinite(time(fmt::format("run '{}' --hand script:{} --audio none: --seconds {} --json {}", scene, hand.string(), seconds, rig)).end)) return std::nan("");
       return Json::load(said)["start"][key].number();
     };
-    tick = std::min(tick, live(0.01, "", "first_tick_s"));
+    tick = std::min(tick, live(0.5, "", "first_tick_s"));
     const std::string rig = fmt::format("--rig '{}'", (assets_folder() / "rigs/window.json").string());
     if (desktop) frame = std::min(frame, live(3, rig.c_str(), "first_frame_s"));
     const Took took = time(fmt::format("render '{}' --out '{}' --size 1280x1024", scene, folder.path.string()));
