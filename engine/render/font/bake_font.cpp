@@ -31,7 +31,8 @@ int main(int argc, char** argv) {
   const float scale = stbtt_ScaleForPixelHeight(&font, kSize);
   std::vector<int> characters;
   for (int c = 32; c < 127; ++c) characters.push_back(c);
-  for (int c : {0xb0, 0xb1, 0xb2, 0xb3, 0xb5, 0xb7, 0xd7, 0xd8, 0xf8}) characters.push_back(c);
+  for (int c = 0xa1; c <= 0xff; ++c) characters.push_back(c);  // hints are in the reader's language
+  for (int c : {0x2013, 0x2014, 0x2019, 0x2026}) characters.push_back(c);
 
   struct Glyph {
     int code, x, y, w, h, left, top;

@@ -61,7 +61,11 @@ struct Layout {
     const auto byte = [&](std::size_t k) { return static_cast<unsigned char>(text[k]); };
     int code = byte(i++);
     if (code >= 0xc0) {
-      code = code < 0xe0 && i < text.size() ? ((code & 0x1f) << 6) | (byte(i) & 0x3f) : '?';
+      // Two or three bytes in all: dashes and the like have three.
+      const std::size_t more = code < 0xe0 ? 1 : code < 0xf0 ? 2 : 0;
+      const bool whole = more > 0 && i + more <= text.size();
+      code = whole ? code & (more == 1 ? 0x1f : 0x0f) : '?';
+      for (std::size_t k = 0; whole && k < more; ++k) code = code << 6 | (byte(i + k) & 0x3f);
       while (i < text.size() && (byte(i) & 0xc0) == 0x80) ++i;
     }
     const font::Glyph* g = glyph(code);
