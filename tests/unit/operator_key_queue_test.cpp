@@ -64,6 +64,16 @@ TEST(KeyQueue, AKeyGoesDownWithTheControlKeyItWasPressedWith) {
   EXPECT_EQ(pressed, "Ctrl Z Y ");
 }
 
+TEST(KeyQueue, EscapeOvertakesWhatWaits) {
+  KeyQueue queue;
+  queue.add(press(keys::kTab));
+  queue.add(write('a'));
+  queue.add(press(keys::kEscape));
+  bool stopped = false;
+  for (const Key& key : queue.next()) stopped = stopped || (key.code == keys::kEscape && key.down);
+  EXPECT_TRUE(stopped);
+}
+
 TEST(KeyQueue, AHeldKeyThatRepeatsIsDownOnce) {
   KeyQueue queue;
   queue.add(std::vector<Key>{{'P', true}, {'P', true}, {'P', true}});

@@ -1,12 +1,18 @@
 #include "engine/app/operator/key_queue.h"
 
+#include <algorithm>
+
 namespace typodont {
 
 namespace keys = display::keys;
 
 namespace {
-// ImGui moves the focus in the frame after the one that asked for it, and there a field does not take text yet.
-constexpr int kFramesUntilText = 3;
+// ImGui moves the focus, or opens a list, in the frame after the one that asked for it; a field takes text, and a list is
+// gone through, after that.
+constexpr int kFramesUntilThere = 3;
+
+/// Acts on what has the focus.
+bool goes_on_there(int code) { return code >= keys::kEnter && code <= keys::kEnd && code != keys::kInsert; }
 }  // namespace
 
 void KeyQueue::add(std::span<const Key> done) {
@@ -17,22 +23,25 @@ std::vector<KeyQueue::Key> KeyQueue::next() {
   std::vector<Key> frame;
   std::array<bool, keys::kCount> seen{};
   bool pressed = false;
-  if (frames_until_text_ > 0) --frames_until_text_;
+  if (frames_until_there_ > 0) --frames_until_there_;
+  // Emergency stop waits for nothing.
+  const auto stop = std::find_if(waiting_.begin(), waiting_.end(), [](const Key& k) { return k.code == keys::kEscape && k.down; });
+  if (stop != waiting_.end()) std::rotate(waiting_.begin(), stop, stop + 1);
   while (!waiting_.empty()) {
     const Key key = waiting_.front();
     if (key.typed != 0) {
-      if (frames_until_text_ > 0) break;
+      if (frames_until_there_ > 0) break;
       frame.push_back(key);
     } else if (key.code >= 0 && key.code < keys::kCount) {
       const auto code = static_cast<std::size_t>(key.code);
       if (down_[code] != key.down) {  // else it repeats, which the pages do themselves
         const bool modifies = key.code >= keys::kLeftShift;
-        if (seen[code] || (modifies && pressed)) break;
+        if (seen[code] || (modifies && pressed) || (key.down && frames_until_there_ > 0 && goes_on_there(key.code))) break;
         seen[code] = true;
         down_[code] = key.down;
         const bool control = down_[keys::kLeftControl] || down_[keys::kRightControl];
         pressed = pressed || (key.down && !modifies);
-        if (key.down && !modifies && (control || key.code >= keys::kEscape)) frames_until_text_ = kFramesUntilText;
+        if (key.down && !modifies && (control || key.code >= keys::kEscape)) frames_until_there_ = kFramesUntilThere;
         frame.push_back(key);
       }
     }

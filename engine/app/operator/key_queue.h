@@ -17,15 +17,15 @@ class KeyQueue {
   using Key = display::UserInput::Key;
 
   void add(std::span<const Key> done);
-  /// For one frame: no key more than once, a pressed key with the Ctrl or Shift it was pressed with, and nothing that was
-  /// typed after a key that may lead elsewhere, until it has.
+  /// For one frame: no key more than once, a pressed key with the Ctrl or Shift it was pressed with, and no text and no
+  /// arrow or Enter after a key that may lead elsewhere, until it has. Esc overtakes everything.
   std::vector<Key> next();
   bool empty() const { return waiting_.empty(); }
 
  private:
   std::deque<Key> waiting_;
   std::array<bool, display::keys::kCount> down_{};  // after the last frame
-  int frames_until_text_ = 0;
+  int frames_until_there_ = 0;
 };
 
 }  // namespace typodont
