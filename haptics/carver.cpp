@@ -28,6 +28,12 @@ bool Carver::begins_stroke(const Cut& cut) const {
   return !in_stroke_ || cut.t < cut_t_ || to_seconds(cut.t - cut_t_) > kStrokePause;
 }
 
+void Carver::rest(Nanos t) {
+  if (!in_stroke_ || to_seconds(t - cut_t_) <= kStrokePause) return;
+  in_stroke_ = false;
+  volume_.end_stroke();
+}
+
 void Carver::apply(const Cut& cut) {
   TYPODONT_CHECK(cut.index == cuts_ + 1 && cut.tool < tools_.size());
   if (begins_stroke(cut)) volume_.begin_stroke();

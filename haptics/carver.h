@@ -33,6 +33,9 @@ class Carver {
   bool redo() { return edit(volume_.redo()); }
   /// The next cut begins another stroke.
   void end_stroke() { in_stroke_ = false; }
+  /// All cuts up to then have been applied, t on their clock: where the last stroke is over by then, what its undoing needs
+  /// is worked out now, so that it need not be when it is asked for.
+  void rest(Nanos t);
 
   /// True when the servo needs a fresh patch: it has none, or the tool moved far from the last one's centre.
   bool patch_due(const ServoTick& tick) const;

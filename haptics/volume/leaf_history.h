@@ -5,6 +5,7 @@
 #include <openvdb/openvdb.h>
 
 #include <memory>
+#include <optional>
 #include <unordered_map>
 #include <vector>
 
@@ -51,6 +52,23 @@ class LeafHistory {
       if (kept.leaf) tree.addLeaf(kept.leaf.release());
       kept.leaf = std::move(there);
     }
+  }
+
+  /// The values of one leaf.
+  struct Values {
+    const Value* samples = nullptr;  // of its voxels; null: all are the tile's
+    Value tile{};
+  };
+  static Values there(const Tree& tree, const openvdb::Coord& origin) {
+    const Leaf* leaf = tree.probeConstLeaf(origin);
+    return leaf ? Values{leaf->buffer().data(), {}} : Values{nullptr, tree.getValue(origin)};
+  }
+  /// Before the stroke; nothing where it did not write.
+  static std::optional<Values> before(const Stroke& stroke, const openvdb::Coord& origin) {
+    const auto it = stroke.find(origin);
+    if (it == stroke.end()) return std::nullopt;
+    const Kept& kept = it->second;
+    return kept.leaf ? Values{kept.leaf->buffer().data(), {}} : Values{nullptr, kept.tile};
   }
 
   static std::size_t bytes(const Stroke& stroke) {

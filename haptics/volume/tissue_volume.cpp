@@ -5,6 +5,7 @@
 #include <openvdb/openvdb.h>
 
 #include <algorithm>
+#include <array>
 #include <climits>
 #include <cstring>
 #include <optional>
@@ -62,14 +63,54 @@ struct StrokeKept {
   using Labels = LeafHistory<openvdb::Int32Tree>;
   Distance::Stroke distance;
   Labels::Stroke tissue;
-  std::vector<glm::ivec3> carved;  // bricks first cut by this stroke
-  std::size_t bytes = 0;           // once it is complete
-  std::optional<PerTissue> back;   // m³ that come back when it is undone; since it was for the first time
+  std::vector<glm::ivec3> carved;   // bricks first cut by this stroke
+  // Once it is complete:
+  std::vector<glm::ivec3> bricks;  // that are others when it is undone or brought again
+  PerTissue back{};                // m³ that come back when it is undone
+  std::size_t bytes = 0;
 };
 
 namespace {
 /// What a value of the grid of labels shows.
 Tissue shown_in(std::int32_t label) { return shown(static_cast<Tissue>(label)); }
+
+/// What leaves hold of each tissue: every voxel by its share inside the surface.
+class LeafVolumes {
+ public:
+  void add(const StrokeKept::Distance::Values& distance, const StrokeKept::Labels::Values& tissue) {
+    constexpr int n = openvdb::FloatTree::LeafNodeType::DIM, count = n * n * n;
+    const std::int32_t tile = distance.samples ? 0 : units_inside(distance.tile);
+    const std::int32_t label = tissue.samples ? tissue.samples[0] : tissue.tile;
+    std::int32_t differ = 0;
+    if (tissue.samples)
+      for (int i = 1; i < count; ++i) differ |= tissue.samples[i] ^ label;
+    if (differ != 0) {
+      for (int i = 0; i < count; ++i) count_in(tissue.samples[i], distance.samples ? units_inside(distance.samples[i]) : tile);
+      return;
+    }
+    // One tissue, as in most: a sum without looking it up voxel by voxel.
+    std::int64_t sum = distance.samples ? 0 : std::int64_t{count} * tile;
+    for (int row = 0; distance.samples && row < count; row += n * n) {
+      std::int32_t part = 0;
+      for (int i = row; i < row + n * n; ++i) part += units_inside(distance.samples[i]);
+      sum += part;
+    }
+    count_in(label, sum);
+  }
+  /// m³, of voxels that wide.
+  PerTissue sum(double voxel) const {
+    PerTissue sum{};
+    for (std::size_t i = 0; i < sum.size(); ++i) sum[i] = static_cast<double>(units_[i]) * kShareUnit * voxel * voxel * voxel;
+    return sum;
+  }
+
+ private:
+  void count_in(std::int32_t label, std::int64_t units) {
+    const auto which = static_cast<std::size_t>(shown_in(label));
+    if (which < units_.size()) units_[which] += units;
+  }
+  std::array<std::int64_t, kTissueCount> units_{};
+};
 
 constinit thread_local std::uint64_t t_voxels_cut = 0;
 void count_voxels(const glm::ivec3& box) noexcept {
@@ -115,8 +156,27 @@ struct TissueVolume::Impl {
       --done;
       return;
     }
+    std::vector<openvdb::Coord> leaves;
+    for (const auto& [origin, kept] : stroke.distance) leaves.push_back(origin);
+    for (const auto& [origin, kept] : stroke.tissue) {
+      if (!stroke.distance.contains(origin)) leaves.push_back(origin);
+    }
+    KeySet bricks;
+    LeafVolumes before, after;
+    constexpr int n = openvdb::FloatTree::LeafNodeType::DIM;
+    for (const openvdb::Coord& origin : leaves) {
+      insert_bricks(vec(origin), vec(origin) + n - 1, bricks);
+      const auto distances = StrokeKept::Distance::there(distance->tree(), origin);
+      const auto labels = StrokeKept::Labels::there(tissue->tree(), origin);
+      after.add(distances, labels);
+      before.add(StrokeKept::Distance::before(stroke.distance, origin).value_or(distances),
+                 StrokeKept::Labels::before(stroke.tissue, origin).value_or(labels));
+    }
+    stroke.bricks.assign(bricks.begin(), bricks.end());
+    const PerTissue was = before.sum(frame.voxel), is = after.sum(frame.voxel);
+    for (std::size_t i = 0; i < was.size(); ++i) stroke.back[i] = was[i] - is[i];
     stroke.bytes = StrokeKept::Distance::bytes(stroke.distance) + StrokeKept::Labels::bytes(stroke.tissue) +
-                   stroke.carved.size() * sizeof(glm::ivec3);
+                   (stroke.carved.size() + stroke.bricks.size()) * sizeof(glm::ivec3);
   }
 
   /// Bricks of a box that a cut or a filling has written to; lo > hi: it wrote nothing.
@@ -131,43 +191,6 @@ struct TissueVolume::Impl {
     }
   }
 
-  /// m³ of each tissue in these leaves: every voxel by its share inside the surface.
-  PerTissue volumes_in(const std::vector<openvdb::Coord>& leaves) const {
-    constexpr int n = openvdb::FloatTree::LeafNodeType::DIM, count = n * n * n;
-    std::array<std::int64_t, kTissueCount> units{};
-    for (const openvdb::Coord& origin : leaves) {
-      const auto* d = distance->tree().probeConstLeaf(origin);
-      const auto* t = tissue->tree().probeConstLeaf(origin);
-      const float* distances = d ? d->buffer().data() : nullptr;
-      const std::int32_t* labels = t ? t->buffer().data() : nullptr;
-      const std::int32_t tile = d ? 0 : units_inside(distance->tree().getValue(origin));
-      const std::int32_t label = t ? labels[0] : tissue->tree().getValue(origin);
-      std::int32_t differ = 0;
-      if (labels)
-        for (int i = 1; i < count; ++i) differ |= labels[i] ^ label;
-      const auto add = [&](std::int32_t of, std::int64_t more) {
-        const auto which = static_cast<std::size_t>(shown_in(of));
-        if (which < units.size()) units[which] += more;
-      };
-      if (differ != 0) {
-        for (int i = 0; i < count; ++i) add(labels[i], distances ? units_inside(distances[i]) : tile);
-        continue;
-      }
-      // One tissue, as in most: a sum without looking it up voxel by voxel.
-      std::int64_t sum = distances ? 0 : std::int64_t{count} * tile;
-      for (int row = 0; distances && row < count; row += n * n) {
-        std::int32_t part = 0;
-        for (int i = row; i < row + n * n; ++i) part += units_inside(distances[i]);
-        sum += part;
-      }
-      add(label, sum);
-    }
-    PerTissue sum{};
-    for (std::size_t i = 0; i < sum.size(); ++i)
-      sum[i] = static_cast<double>(units[i]) * kShareUnit * frame.voxel * frame.voxel * frame.voxel;
-    return sum;
-  }
-
   /// See TissueVolume; of the samples between two, inclusive.
   void copy_every(int n, const Copied& box, const glm::ivec3& from, const glm::ivec3& to) const;
 
@@ -179,21 +202,10 @@ struct TissueVolume::Impl {
   void restore_labels(const TissueVolume& self, glm::ivec3 lo, glm::ivec3 hi);
 
   void exchange(StrokeKept& stroke, bool back) {
-    std::vector<openvdb::Coord> leaves;
-    for (const auto& [origin, kept] : stroke.distance) leaves.push_back(origin);
-    for (const auto& [origin, kept] : stroke.tissue) {
-      if (!stroke.distance.contains(origin)) leaves.push_back(origin);
-    }
-    const PerTissue before = stroke.back ? PerTissue{} : volumes_in(leaves);
     StrokeKept::Distance::exchange(distance->tree(), stroke.distance);
     StrokeKept::Labels::exchange(tissue->tree(), stroke.tissue);
-    if (!stroke.back) {  // a stroke is undone before it is brought again
-      stroke.back = volumes_in(leaves);
-      for (std::size_t i = 0; i < before.size(); ++i) (*stroke.back)[i] -= before[i];
-    }
-    for (std::size_t i = 0; i < taken_back.size(); ++i) taken_back[i] += back ? (*stroke.back)[i] : -(*stroke.back)[i];
-    constexpr int n = openvdb::FloatTree::LeafNodeType::DIM;
-    for (const openvdb::Coord& origin : leaves) insert_bricks(vec(origin), vec(origin) + n - 1, changed);
+    for (std::size_t i = 0; i < taken_back.size(); ++i) taken_back[i] += back ? stroke.back[i] : -stroke.back[i];
+    changed.insert(stroke.bricks.begin(), stroke.bricks.end());
     for (const glm::ivec3& brick : stroke.carved) {
       if (back) carved.erase(brick);
       else carved.insert(brick);

@@ -39,6 +39,7 @@ class Walks {
       at = next;
     }
   }
+  Nanos t() const { return t_; }  // of the last cut
 
  private:
   double uniform(double low, double high) { return std::uniform_real_distribution<double>(low, high)(random_); }
@@ -95,6 +96,31 @@ TEST(Undo, ANewStrokeForgetsWhatWasUndone) {
   EXPECT_EQ(carver.volume().hash(), one);
   EXPECT_EQ(carver.volume().strokes().done, 1u);
   EXPECT_EQ(carver.volume().strokes().undone, 1u);
+}
+
+TEST(Undo, RestingInThePausesBetweenStrokesChangesNeitherStrokesNorWhatUndoingBringsBack) {
+  const Tool bur = round_bur(1.2e-3);
+  Carver rested(block(), {&bur, 1}), other(block(), {&bur, 1});
+  Walks walks(11), same_walks(11);
+  for (int stroke = 1; stroke <= 6; ++stroke) {
+    walks.make_stroke(rested), same_walks.make_stroke(other);
+    rested.rest(walks.t() + 200'000'000);  // too early: the same stroke may go on
+    Cut cut;
+    cut.index = rested.cuts() + 1, cut.t = walks.t() + 250'000'000;
+    cut.X_WA.p = dvec3(0, 0, 2.6) * kMillimetre, cut.X_WB.p = dvec3(0.3 * stroke, 0.2, 2.5) * kMillimetre;
+    rested.apply(cut), other.apply(cut);
+    rested.rest(walks.t() + 600'000'000);
+    EXPECT_EQ(rested.volume().strokes().done, static_cast<std::size_t>(stroke));
+  }
+  const PerTissue before = other.volume().volumes();
+  for (int stroke = 0; stroke < 6; ++stroke) {
+    ASSERT_TRUE(rested.undo() && other.undo());
+    EXPECT_EQ(rested.volume().hash(), other.volume().hash());
+    EXPECT_EQ(rested.volume().taken_back(), other.volume().taken_back());
+    for (std::size_t tissue = 1; tissue < before.size(); ++tissue)
+      EXPECT_NEAR(rested.volume().taken_back()[tissue], other.volume().volumes()[tissue] - before[tissue], 1e-15) << "m³";
+  }
+  EXPECT_EQ(rested.volume().strokes().bytes, other.volume().strokes().bytes);
 }
 
 TEST(Undo, PaintIsTakenBackWithItsStroke) {

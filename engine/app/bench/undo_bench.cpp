@@ -49,11 +49,14 @@ template <typename Height>
 void measure(std::vector<BenchRow>& rows, Cutter& cutter, std::uint32_t tool, int passes, double apart, int repeats, const Height& z,
              const std::string& knob) {
   haptics::Carver& carver = cutter.carver;
-  std::vector<double> back, again;
+  std::vector<double> rest, back, again;
   std::size_t bytes = 0;
   for (int repeat = 0; repeat < repeats; ++repeat) {
     cutter.stroke(tool, passes, apart, z(repeat));
+    const Nanos ended = thread_cpu_time();
+    carver.rest(cutter.t + kNanosPerSecond);
     const Nanos start = thread_cpu_time();
+    rest.push_back(static_cast<double>(start - ended));
     carver.undo();
     const Nanos undone = thread_cpu_time();
     carver.redo();
@@ -64,6 +67,7 @@ void measure(std::vector<BenchRow>& rows, Cutter& cutter, std::uint32_t tool, in
     carver.undo();                            // the next one meets the same tissue
   }
   const double kilobytes = static_cast<double>(bytes) / 1024;
+  rows.push_back({.name = "made ready in the pause after it", .knob = knob, .time_ns = quantile(rest, 0.5), .per = "stroke", .size = kilobytes, .size_unit = "kB kept"});
   rows.push_back({.name = "undo", .knob = knob, .time_ns = quantile(back, 0.5), .per = "stroke", .size = kilobytes, .size_unit = "kB kept"});
   rows.push_back({.name = "redo", .knob = knob, .time_ns = quantile(again, 0.5), .per = "stroke", .size = kilobytes, .size_unit = "kB kept"});
 }

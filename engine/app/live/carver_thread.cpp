@@ -79,6 +79,7 @@ void carver_thread(LiveSession& s) {
       if (s.operated) s.book.cut(cut, s.carver.volume());
       worked = true;
     }
+    s.carver.rest(wiring.tick_to_carver.front().t);  // of the turn before: its cuts are all applied
     const bool awaited = wiring.patch.keep_up(s.carver, wiring.tick_to_carver.front().patch);
     for (const LoosePiece& piece : s.carver.take_pieces()) {
       if (s.debris) wiring.pieces_to_debris.push(piece);
