@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <cstring>
+#include <type_traits>
 #include <utility>
 
 #include "engine/base/check.h"
@@ -20,16 +22,17 @@ bool is_sound(const HandSample& hand) {
          glm::length(hand.X_WT.p) < 100.0;
 }
 
-/// Piece by piece: the compiler would make a string instruction of it, which is slow to start.
+/// Piece by piece: the compiler would make a string instruction of the whole, which is slow to start.
 void copy_tick(const ServoTick& from, ServoTick& to) noexcept {
-  typedef double Pair __attribute__((vector_size(16), aligned(8), may_alias));
-  constexpr std::size_t kPairs = sizeof(ServoTick) / sizeof(Pair);
-  static_assert(sizeof(ServoTick) % sizeof(Pair) == 8 && offsetof(ServoTick, tool) == sizeof(ServoTick) - 8);
-  const auto* const source = reinterpret_cast<const Pair*>(&from);
-  auto* const target = reinterpret_cast<Pair*>(&to);
-  const auto copy = [&]<std::size_t... I>(std::index_sequence<I...>) { ((target[I] = source[I]), ...); };
-  copy(std::make_index_sequence<kPairs>());
-  to.tool = from.tool;  // all of the last eight bytes that is anything
+  static_assert(std::is_trivially_copyable_v<ServoTick> && sizeof(ServoTick) % 8 == 0);
+  constexpr std::size_t kPiece = 16, kPieces = sizeof(ServoTick) / kPiece, kRest = sizeof(ServoTick) % kPiece;
+  const auto* const source = reinterpret_cast<const std::byte*>(&from);
+  auto* const target = reinterpret_cast<std::byte*>(&to);
+  const auto copy = [&]<std::size_t... I>(std::index_sequence<I...>) {
+    (std::memcpy(target + kPiece * I, source + kPiece * I, kPiece), ...);
+  };
+  copy(std::make_index_sequence<kPieces>());
+  if constexpr (kRest > 0) std::memcpy(target + kPiece * kPieces, source + kPiece * kPieces, kRest);
 }
 
 double travel_for(const Tool& tool, double voxel) {
