@@ -37,6 +37,16 @@ TEST(BenchCommand, MeasuresThePartsNamedEvenWhereACommandHasTheSameName) {
   EXPECT_THAT(read_text(folder / "page/sound_1.svg"), HasSubstr("</svg>"));
 }
 
+TEST(BenchCommand, EveryPartThatNeedsNoPictureRunsToItsEnd) {
+  ProgramFolder folder(TYPODONT_PROGRAM);
+  const Ran ran = folder.run(fmt::format("bench contact stability devices debris calibration scaling --quick --out {}", folder / "rows.csv"));
+  ASSERT_EQ(ran.status, 0) << ran.err;
+  const std::string csv = read_text(folder / "rows.csv");
+  for (const char* part : {"contact", "stability", "devices", "debris", "calibration", "scaling"}) {
+    EXPECT_THAT(csv, HasSubstr(fmt::format("\n{},", part)));
+  }
+}
+
 TEST(PerformancePage, GrowthExponentsAreThoseOfThePowersTheyWereMadeFrom) {
   std::vector<BenchRow> rows;
   for (const double n : {10.0, 100.0, 1000.0}) {
