@@ -659,20 +659,8 @@ struct Renderer::Impl {
         .loadOp = VK_ATTACHMENT_LOAD_OP_CLEAR,
         .storeOp = kept_direct || layer ? VK_ATTACHMENT_STORE_OP_STORE : VK_ATTACHMENT_STORE_OP_DONT_CARE,
         .clearValue = {.depthStencil = {1.0f, 0}}};
-    const VkRect2D area{{box.x, box.y}, {static_cast<std::uint32_t>(box.width), static_cast<std::uint32_t>(box.height)}};
-    const VkRenderingInfo rendering{.sType = VK_STRUCTURE_TYPE_RENDERING_INFO,
-                                    .renderArea = area,
-                                    .layerCount = 1,
-                                    .viewMask = context.view_mask,
-                                    .colorAttachmentCount = 1,
-                                    .pColorAttachments = &color_info,
-                                    .pDepthAttachment = &depth_info};
-    vkCmdBeginRendering(commands, &rendering);
-    const VkViewport viewport{0, 0, static_cast<float>(extent.width), static_cast<float>(extent.height), 0, 1};
-    vkCmdSetViewport(commands, 0, 1, &viewport);
-    vkCmdSetScissor(commands, 0, 1, &area);
-    // A mirrored view turns every triangle's winding round, once.
-    vkCmdSetFrontFace(commands, frame.eyes[0].flip ? VK_FRONT_FACE_CLOCKWISE : VK_FRONT_FACE_COUNTER_CLOCKWISE);
+    begin_pass(commands, frame, color_info, depth_info, context.view_mask, extent,
+               {{box.x, box.y}, {static_cast<std::uint32_t>(box.width), static_cast<std::uint32_t>(box.height)}});
   }
 
   /// `drawn`: what of the picture was, where its samples are yet to be averaged.
@@ -769,10 +757,17 @@ struct Renderer::Impl {
                                                .imageLayout = VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL,
                                                .loadOp = VK_ATTACHMENT_LOAD_OP_LOAD,
                                                .storeOp = VK_ATTACHMENT_STORE_OP_STORE};
-    const VkRect2D area{{0, 0}, extent};
+    begin_pass(commands, frame, color_info, depth_info, 0, extent, {{0, 0}, extent});
+  }
+
+  /// With all that is dynamic set, for a picture of that extent, of which `area` is drawn.
+  static void begin_pass(VkCommandBuffer commands, const Frame& frame, const VkRenderingAttachmentInfo& color_info,
+                         const VkRenderingAttachmentInfo& depth_info, std::uint32_t view_mask, const VkExtent2D& extent,
+                         const VkRect2D& area) {
     const VkRenderingInfo rendering{.sType = VK_STRUCTURE_TYPE_RENDERING_INFO,
                                     .renderArea = area,
                                     .layerCount = 1,
+                                    .viewMask = view_mask,
                                     .colorAttachmentCount = 1,
                                     .pColorAttachments = &color_info,
                                     .pDepthAttachment = &depth_info};
@@ -780,6 +775,7 @@ struct Renderer::Impl {
     const VkViewport viewport{0, 0, static_cast<float>(extent.width), static_cast<float>(extent.height), 0, 1};
     vkCmdSetViewport(commands, 0, 1, &viewport);
     vkCmdSetScissor(commands, 0, 1, &area);
+    // A mirrored view turns every triangle's winding round, once.
     vkCmdSetFrontFace(commands, frame.eyes[0].flip ? VK_FRONT_FACE_CLOCKWISE : VK_FRONT_FACE_COUNTER_CLOCKWISE);
   }
 
