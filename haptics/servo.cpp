@@ -96,7 +96,8 @@ void Servo::State::rest(Now& now, bool sound) noexcept {
   friction = {};
 }
 
-void Servo::State::begin_anew(const Pose& X_WT) noexcept {
+void Servo::State::begin_anew(const Pose& X_WT, Nanos t) noexcept {
+  began = t;
   // After illegal input the tool is where it was: outside.
   if (!placed || glm::length(X_WT.p - X_WG.p) > kLostHand) X_WG = X_WT;
   placed = true;
@@ -231,7 +232,7 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
   now.X_WT.p = out.X_WT.p = hand.X_WT.p;
   now.X_WT.R = out.X_WT.R = R_WT;
   out.pedal = std::clamp(hand.pedal, 0.0, 1.0);
-  if (!s.started) s.begin_anew(now.X_WT);
+  if (!s.started) s.begin_anew(now.X_WT, hand.t);
 
   s.account(now);
   s.run_spindle(now);

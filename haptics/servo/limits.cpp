@@ -48,11 +48,12 @@ void Servo::State::limit(Touch& now) noexcept {
 }
 
 dvec3 Servo::State::keep_passive(Touch& now) noexcept {
-  // Leading the tool out of tissue, or a leap of the input against it, raises what the coupling stores without a hand's
-  // doing: that much is allowed for, as long as the contact lasts.
+  // Leading a tool out of tissue that it was born in, or a leap of the input against it, raises what the coupling stores
+  // without a hand's doing: that much is allowed for, as long as the contact lasts. What raises it later the hand pays for.
   if (glm::length(now.moved) > kNoHand * now.dt) leap = kLeapTime;
   leap = std::max(0.0, leap - now.dt);
-  if (overlap > 0 || leap > 0) given += std::max(0.0, now.stored - stored - std::max(0.0, -now.given_to_hand));
+  const bool born_inside = overlap > 0 && to_seconds(now.hand.t - began) < kLeapTime;
+  if (born_inside || leap > 0) given += std::max(0.0, now.stored - stored - std::max(0.0, -now.given_to_hand));
   // What the hand was given stays forgiven: a ledger in debt would never again allow a force. So is a debt of a contact
   // that is over, whatever brought it: ticks that came late hold a force for longer than was foreseen.
   const double forgiven = sums.energy < -kDebt ? -sums.energy : given;

@@ -99,6 +99,7 @@ struct Servo::State {
   bool started = false;
   double overlap = 0;          // voxels of overlap still being led out
   double leap = 0;             // s left to follow a leap of the input
+  Nanos began = 0;             // when the hand came, or came back
   double bridged = 0;          // s without a field under the tool
   double rejoining = 0;        // s left to find back from the bridge to the surface
   double due_for = 0;          // s that a new patch has been due
@@ -179,7 +180,7 @@ struct Servo::State {
   // servo.cpp
   /// A tick without a sound pose or without a hand: no force, and what follows begins anew.
   void rest(Now& now, bool sound) noexcept;
-  void begin_anew(const Pose& X_WT) noexcept;
+  void begin_anew(const Pose& X_WT, Nanos t) noexcept;
   /// The ledger: what the device did to the hand since the last tick. Inlined: through memory, a pose is read in other pieces
   /// than it was just written in, and waits until those have arrived.
   [[gnu::always_inline]] inline void account(Now& now) noexcept;
