@@ -230,7 +230,6 @@ void Servo::State::move_proxy(Touch& now) noexcept {
   lead_out(now);
   const bool walled = now.may_cut && settings.boundary_walls;
   const dvec3 shift = now.moved / settings.frame.voxel;
-  now.specific_energy = now.may_cut ? mean(&Material::specific_energy) : 0;
 
   for (int look = 0; look < kMaxLooks; ++look) {
     const dvec3 way = target - c;
