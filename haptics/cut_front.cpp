@@ -43,22 +43,30 @@ CutFront::CutFront(std::span<const Tool> tools, double voxel, int lanes) : lanes
 }
 
 void CutFront::Groups::sort(int listed) noexcept {
-  std::array<int, kKinds> next{};
-  for (int i = 0; i < listed; ++i) ++next[static_cast<std::size_t>(found[static_cast<std::size_t>(i)].kind)];
+  const auto bin = [](const Found& group) { return static_cast<std::size_t>(group.kind * kStages + group.stage); };
+  std::array<int, kKinds * kStages> next{};
+  for (int i = 0; i < listed; ++i) ++next[bin(found[static_cast<std::size_t>(i)])];
   run_count = 0;
   int from = 0;
-  for (int kind = 0; kind < kKinds; ++kind) {
-    const int size = std::exchange(next[static_cast<std::size_t>(kind)], from);
-    if (size > 0) runs[static_cast<std::size_t>(run_count++)] = {kind, from, from + size};
+  for (int i = 0; i < kKinds * kStages; ++i) {
+    const int size = std::exchange(next[static_cast<std::size_t>(i)], from);
+    if (size > 0) runs[static_cast<std::size_t>(run_count++)] = {i / kStages, i % kStages, from, from + size};
     from += size;
   }
   for (int i = 0; i < listed; ++i) {
     const Found& group = found[static_cast<std::size_t>(i)];
-    const auto to = static_cast<std::size_t>(next[static_cast<std::size_t>(group.kind)]++);
+    const auto to = static_cast<std::size_t>(next[bin(group)]++);
     x[to] = group.x, y[to] = group.y, z[to] = group.z, at[to] = group.at;
     label[to] = group.label, length[to] = group.length;
   }
   count = listed;
+}
+
+int CutFront::Groups::count_by(double way) const noexcept {
+  const int stage = static_cast<int>((way - (until - lasts)) / lasts * kStages);
+  int many = 0;
+  for (int r = 0; r < run_count && runs[static_cast<std::size_t>(r)].stage <= stage; ++r) many = runs[static_cast<std::size_t>(r)].to;
+  return many;
 }
 
 bool CutFront::holds(const glm::ivec3& lo, const glm::ivec3& hi) const noexcept {

@@ -27,9 +27,19 @@ class CutFront {
   /// What is listed, is so in parts: of every fourth layer of blocks along x.
   static constexpr int kParts = 4;
 
-  /// Groups of the same kind, one after the other.
+  /// Groups of the same kind, one after the other. Before the head has come `stage` quarters of what the list lasts for
+  /// they cannot change.
   struct Run {
-    int kind, from, to;
+    int kind, stage, from, to;
+  };
+  static constexpr int kStages = 4;
+
+  /// A group as it is found.
+  struct Found {
+    float x, y;
+    std::int32_t z, at;
+    int kind, stage;
+    std::uint8_t length, label;
   };
 
   /// Groups side by side, with room to read a few more.
@@ -68,22 +78,18 @@ class CutFront {
     std::vector<std::int32_t> z, at;
     std::vector<std::uint8_t> length, label;
     int count = 0;
-    double until = -1;
+    double until = -1, lasts = 0;  // voxels of way
     int room() const { return static_cast<int>(x.size()) - kRoom; }
     Listed listed() { return {x.data(), y.data(), z.data(), at.data(), length.data(), label.data()}; }
     static constexpr int kRoom = 40;  // groups that may be looked at beyond the last
 
-    // Of a head that is no ball they are sorted by the pieces of its meridian that can be the closest.
-    struct Found {
-      float x, y;
-      std::int32_t z, at;
-      int kind;
-      std::uint8_t length, label;
-    };
+    // Sorted by the pieces of the meridian that can be the closest (of a ball there is one), and by when they may change.
     std::vector<Found> found;
-    std::array<Run, kKinds> runs;
+    std::array<Run, kKinds * kStages> runs;
     int run_count = 0;
     void sort(int listed) noexcept;
+    /// How many of one kind may have changed when the head has come so far.
+    int count_by(double way) const noexcept;
   };
 
   /// Whether there is room for all blocks around lo..hi (voxels).

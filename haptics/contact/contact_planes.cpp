@@ -193,6 +193,7 @@ struct OnTheWay {
   int from[kBatches];                              // of the head's samples
   F8 qx[kBatches], qy[kBatches], qz[kBatches];     // those
   F8 x[kBatches], y[kBatches], z[kBatches];        // where they have come to
+  F8 value[kBatches], gx[kBatches], gy[kBatches], gz[kBatches];  // the field there
   F8 nx[kBatches], ny[kBatches], nz[kBatches];     // the field's direction there
   I8 steep[kBatches], again[kBatches];             // it has one
   F8 best[kBatches], best_x[kBatches], best_y[kBatches], best_z[kBatches];
@@ -200,7 +201,7 @@ struct OnTheWay {
 };
 
 /// Looks around with the samples of the head: those that are near tissue are slid to where head and surface are closest.
-/// Each step waits long for its roots and quotients, so every one is taken by all batches before the next.
+/// Each step waits long for what it reads, its roots and its quotients, so every one is taken by all batches before the next.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 void look_around(const HeadSamples* samples, const FlatHead* head_at, const FlatField* field_at, float near,
                  RoughPlanes* planes, Found* found) {
@@ -233,12 +234,12 @@ void look_around(const HeadSamples* samples, const FlatHead* head_at, const Flat
   }
 
   // Onto the surface …
+  for (int b = 0; b < batches; ++b) sample_eight(field, w.qx[b], w.qy[b], w.qz[b], w.value[b], w.gx[b], w.gy[b], w.gz[b]);
   F8 area = {}, area_x = {}, area_y = {}, area_z = {}, least = {};
   int close_batches = 0;
   for (int b = 0; b < batches; ++b) {
-    const F8 qx = w.qx[b], qy = w.qy[b], qz = w.qz[b];
-    F8 value, gx, gy, gz;
-    sample_eight(field, qx, qy, qz, value, gx, gy, gz);
+    const F8 qx = w.qx[b], qy = w.qy[b], qz = w.qz[b], gx = w.gx[b], gy = w.gy[b], gz = w.gz[b];
+    F8 value = w.value[b];
     const I8 close = value < kNear;
     F8 engaged, nx, ny, nz;  // fades over one voxel, so that area changes smoothly
     const int k = w.from[b];
@@ -288,9 +289,9 @@ void look_around(const HeadSamples* samples, const FlatHead* head_at, const Flat
     w.x[b] = inside ? x : w.qx[b], w.y[b] = inside ? y : w.qy[b], w.z[b] = inside ? z : w.qz[b];
     w.again[b] = w.steep[b] & inside;
   }
+  for (int b = 0; b < close_batches; ++b) sample_eight(field, w.x[b], w.y[b], w.z[b], w.value[b], w.gx[b], w.gy[b], w.gz[b]);
   for (int b = 0; b < close_batches; ++b) {
-    F8 value, gx, gy, gz;
-    sample_eight(field, w.x[b], w.y[b], w.z[b], value, gx, gy, gz);
+    const F8 value = w.value[b], gx = w.gx[b], gy = w.gy[b], gz = w.gz[b];
     F8 length2 = gx * gx + gy * gy + gz * gz;
     w.again[b] = w.again[b] & (length2 > 0.01f) & (value < kOnSurface) & (value > -kOnSurface);
     length2 = length2 > 0.01f ? length2 : F8{} + 0.01f;

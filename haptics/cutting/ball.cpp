@@ -8,6 +8,7 @@
 #include "engine/base/dispatch.h"
 #include "haptics/cutting/lane_ops.h"
 #include "haptics/cutting/listed.h"
+#include "haptics/cutting/slack_rows.h"
 #include "haptics/sweep.h"
 
 namespace typodont::haptics {
@@ -245,7 +246,8 @@ struct BallBlocks {
   float slip;                   // how far a depth may be off by rounding
   int lanes;                    // of a group
   int part, first_layer;        // which part's layers of blocks are looked at, and whose the first one is
-  int room;                     // f.count > room: more than there is room for
+  CutFront::Found* found;       // the groups that were listed,
+  int listed, room;             // … so many: listed > room: more than there is room for
 };
 
 TYPODONT_DISPATCH("avx2", "default")
@@ -298,7 +300,7 @@ TYPODONT_KERNEL void row_terms(const BallFront& f, const F8& x, const F8& y, F8&
 template <bool capsule>
 TYPODONT_KERNEL bool raise_due(BallBlocks& b, PerTissue* removed) {
   BallFront& f = b.f;
-  constexpr int kRows = 4, kDeep = 8, kStretch = 64;  // samples of a row that are listed together
+  constexpr int kRows = 4, kDeep = 8, kStretch = SlackRows::kStretch;
   constexpr float kHalf = 4.1f, kNever = 1e9f;        // from a block's centre to its corners
   const Capsule c = f.c;
   const float from = c.continues ? 0.0f : -1e30f;
@@ -307,7 +309,7 @@ TYPODONT_KERNEL bool raise_due(BallBlocks& b, PerTissue* removed) {
   const F8 row_x[2] = {{0, 0, 0, 0, 1, 1, 1, 1}, {2, 2, 2, 2, 3, 3, 3, 3}}, row_y = {0, 1, 2, 3, 0, 1, 2, 3};
   I8 any_raised = {};
   eight::Taken taken{removed};
-  f.count = 0;
+  b.listed = 0;
   // What lies in the shell before the head, in time: it was last looked at many cuts ago.
   const auto fetch_column = [&](int x0, int y0) {
     const float* const due = b.due + (x0 / kRows) * b.due_x + (y0 / kRows) * b.due_y;
@@ -333,6 +335,7 @@ TYPODONT_KERNEL bool raise_due(BallBlocks& b, PerTissue* removed) {
       bool rows_known = false;
       for (int stretch = b.lo.z & ~(kDeep - 1); stretch <= b.hi.z; stretch += kStretch) {
         std::uint64_t live[16] = {};
+        SlackRows slack_of;
         bool listed = false;
         const int end = std::min(b.hi.z, stretch + kStretch - 1);
         for (int z0 = stretch; z0 <= end; z0 += kDeep) {
@@ -367,6 +370,7 @@ TYPODONT_KERNEL bool raise_due(BallBlocks& b, PerTissue* removed) {
           const F8 first_terms = *reinterpret_cast<const F8*>(f.heights.apart + z0);
           const F8 second_terms = *reinterpret_cast<const F8*>(f.heights.ahead + z0);
           F8 least_slack = F8{} + kNever;
+          if (!listed) slack_of.forget();
           for (int row = 0; row < 16; ++row) {
             const int x = x0 + (row >> 2), y = y0 + (row & 3);
             if (!whole && (x < b.lo.x || x > b.hi.x || y < b.lo.y || y > b.hi.y)) continue;
@@ -387,6 +391,7 @@ TYPODONT_KERNEL bool raise_due(BallBlocks& b, PerTissue* removed) {
             F8 slack = (raised ? now : least) - depth;
             slack = now >= Sweep::kInner ? F8{} + kNever : slack;
             least_slack = slack < least_slack ? slack : least_slack;
+            slack_of.put(row, z0 - stretch, slack);
             live[row] |= static_cast<std::uint64_t>(bits_of(slack < b.ahead + b.slip)) << (z0 - stretch);
             __builtin_prefetch(b.tissue + first);  // listed soon
           }
@@ -401,11 +406,11 @@ TYPODONT_KERNEL bool raise_due(BallBlocks& b, PerTissue* removed) {
             const int z = std::countr_zero(rest), x = x0 + (row >> 2), y = y0 + (row & 3);
             const int at = x * b.stride_x + y * b.stride_y + stretch + z;
             std::uint8_t label;
-            const int samples = with_one_label(b.tissue + at, f.distance + at, b.lanes, label), i = std::min(f.count++, b.room);
+            const int samples = with_one_label(b.tissue + at, f.distance + at, b.lanes, label);
             rest &= z + samples < kStretch ? ~std::uint64_t{0} << (z + samples) : 0;
-            f.groups.x[i] = static_cast<float>(x), f.groups.y[i] = static_cast<float>(y), f.groups.z[i] = stretch + z;
-            f.groups.at[i] = at;
-            f.groups.length[i] = static_cast<std::uint8_t>(samples), f.groups.label[i] = label;
+            b.found[std::min(b.listed++, b.room)] = {
+                static_cast<float>(x), static_cast<float>(y), stretch + z, at, 0, stage_of(slack_of.least(row, z) - b.slip, b.ahead),
+                static_cast<std::uint8_t>(samples), label};
           }
         }
       }
@@ -467,6 +472,8 @@ bool Sweep::raise_ball(CutFront& front, const glm::ivec3& patch_lo, int n, float
                .lanes = front.lanes_,
                .part = 0,
                .first_layer = front.part_of(0),
+               .found = nullptr,
+               .listed = 0,
                .room = front.parts_[0].room()};
   const bool capsule = !is_ball();
   fill_heights(&b.f, capsule, heights_from, heights_to);
@@ -477,21 +484,23 @@ bool Sweep::raise_ball(CutFront& front, const glm::ivec3& patch_lo, int n, float
   bool changed = false;
   for (int part = 0; part < CutFront::kParts; ++part) {
     CutFront::Groups& groups = front.parts_[static_cast<std::size_t>(part)];
-    b.f.groups = groups.listed();
-    b.f.count = groups.count;
     if (front.way_ <= groups.until) {
+      b.f.groups = groups.listed();
+      b.f.count = groups.count_by(front.way_);
       changed |= raise_listed_ball(b.f, capsule, front.lanes_, removed);
       continue;
     }
     const double lasts = ahead * ++anew;
     b.part = part;
     b.ahead = static_cast<float>(lasts);
+    b.found = groups.found.data();
     changed |= capsule ? raise_due_capsule(&b, removed) : raise_due_ball(&b, removed);
     groups.until = -1;
     groups.count = 0;
-    if (lasts > 0 && b.f.count <= b.room) {
+    if (lasts > 0 && b.listed <= b.room) {
+      groups.sort(b.listed);
       groups.until = front.way_ + lasts;
-      groups.count = b.f.count;
+      groups.lasts = lasts;
     }
   }
   return changed;

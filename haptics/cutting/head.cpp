@@ -492,7 +492,7 @@ bool Sweep::raise_due_head(CutFront& front, int part, float ahead, const Meridia
               int kind = kinds[z / kDeep];
               for (int block = z / kDeep + 1; block <= last_live / kDeep; ++block) kind = kind_of(kind, kinds[block]);
               groups.found[static_cast<std::size_t>(std::min(listed++, groups.room()))] = {
-                  static_cast<float>(gx), static_cast<float>(gy), gz, at, kind, static_cast<std::uint8_t>(last_live - z + 1), label};
+                  static_cast<float>(gx), static_cast<float>(gy), gz, at, kind, 0, static_cast<std::uint8_t>(last_live - z + 1), label};
             }
           }
         }
@@ -548,6 +548,7 @@ bool Sweep::raise_head(CutFront& front, const glm::ivec3& patch_lo, int n, float
     if (lasts > 0 && listed <= groups.room()) {
       groups.sort(listed);
       groups.until = front.way_ + lasts;
+      groups.lasts = lasts;
     }
   }
   return changed;

@@ -3,6 +3,8 @@
 // Private to haptics/cutting.
 #pragma once
 
+#include <cstdint>
+
 #include "haptics/lanes.h"
 
 #if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__)
@@ -25,7 +27,9 @@ constexpr int kLanes = 8;
 TYPODONT_KERNEL Floats load(const float* p) { return *reinterpret_cast<const F8*>(p); }
 TYPODONT_KERNEL void store(float* p, Floats v) { *reinterpret_cast<F8*>(p) = v; }
 TYPODONT_KERNEL Floats all(float v) { return F8{} + v; }
+TYPODONT_KERNEL Floats as_floats(const std::int32_t* p) { return __builtin_convertvector(*reinterpret_cast<const I8*>(p), F8); }
 TYPODONT_KERNEL Mask first(int count) { return I8{0, 1, 2, 3, 4, 5, 6, 7} < count; }
+TYPODONT_KERNEL Mask everywhere() { return ~I8{}; }
 TYPODONT_KERNEL Mask nowhere() { return I8{}; }
 TYPODONT_KERNEL Mask more(Floats a, Floats b) { return a > b; }
 TYPODONT_KERNEL Mask no_less(Floats a, Floats b) { return a >= b; }
@@ -38,6 +42,7 @@ TYPODONT_KERNEL Floats root(Floats v) {
 }
 TYPODONT_KERNEL Ints as_ints(Floats v) { return (Ints)v; }
 TYPODONT_KERNEL bool any(Mask mask) { return any_of(mask); }
+TYPODONT_KERNEL bool every(Mask mask) { return !any_of(~mask); }
 
 }  // namespace eight
 
@@ -55,7 +60,9 @@ constexpr __mmask16 kEvery = 0xffff;
 TYPODONT_KERNEL Floats load(const float* p) { return _mm512_loadu_ps(p); }
 TYPODONT_KERNEL void store(float* p, Floats v) { _mm512_storeu_ps(p, v); }
 TYPODONT_KERNEL Floats all(float v) { return _mm512_set1_ps(v); }
+TYPODONT_KERNEL Floats as_floats(const std::int32_t* p) { return _mm512_maskz_cvtepi32_ps(kEvery, _mm512_loadu_si512(p)); }
 TYPODONT_KERNEL Mask first(int count) { return (1u << count) - 1; }
+TYPODONT_KERNEL Mask everywhere() { return kEvery; }
 TYPODONT_KERNEL Mask nowhere() { return 0; }
 TYPODONT_KERNEL Mask more(Floats a, Floats b) { return _mm512_cmp_ps_mask(a, b, _CMP_GT_OQ); }
 TYPODONT_KERNEL Mask no_less(Floats a, Floats b) { return _mm512_cmp_ps_mask(a, b, _CMP_GE_OQ); }
@@ -68,6 +75,7 @@ TYPODONT_KERNEL Floats greater(Floats a, Floats b) { return _mm512_maskz_max_ps(
 TYPODONT_KERNEL Floats root(Floats v) { return _mm512_maskz_sqrt_ps(kEvery, v); }
 TYPODONT_KERNEL Ints as_ints(Floats v) { return (Ints)_mm512_castps_si512(v); }
 TYPODONT_KERNEL bool any(Mask mask) { return mask != 0; }
+TYPODONT_KERNEL bool every(Mask mask) { return (mask & kEvery) == kEvery; }
 
 }  // namespace sixteen
 #pragma GCC pop_options

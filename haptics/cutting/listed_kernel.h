@@ -9,55 +9,88 @@ TYPODONT_KERNEL void fetch(const float* group) {
   if constexpr (kLanes * sizeof(float) >= 64) __builtin_prefetch(group + kLanes - 1);  // mostly in two lines
 }
 
-template <bool capsule>
-TYPODONT_KERNEL bool raise_ball(const BallFront& f, PerTissue* removed) {
-  const Capsule c = f.c;
-  const Floats from = all(c.continues ? 0.0f : -1e30f), radius = all(c.radius);
-  float* const distance = f.distance;
-  const float* const apart = f.heights.apart;
-  const float* const ahead = f.heights.ahead;
-  const std::int32_t* const group_z = f.groups.z;
-  const std::int32_t* const group_at = f.groups.at;
-  const std::uint8_t* const group_label = f.groups.label;
-  const std::uint8_t* const group_length = f.groups.length;
-  const int count = f.count;
+/// Whether as many groups as there are lanes, from this one on, may all change in all of their samples.
+TYPODONT_KERNEL bool all_whole(const std::uint8_t* length) {
+  constexpr std::uint64_t kWhole = kLanes * 0x0101010101010101u;
+  std::uint64_t parts[kLanes / 8], differ = 0;
+  std::memcpy(parts, length, sizeof parts);
+  for (const std::uint64_t part : parts) differ |= part ^ kWhole;
+  return differ == 0;
+}
+
+/// What the samples of some groups' rows have in common.
+struct BallRows {
   alignas(64) float u[kChunk], v[kChunk];
+};
+
+/// One group after the other. `ahead`: all of their samples lie ahead of A; `whole`: all of them may change. What is known of
+/// all is not asked of each.
+template <bool capsule, bool ahead, bool whole>
+TYPODONT_KERNEL void raise_groups(const BallFront& f, const Capsule& c, const BallRows& rows, int g0, int from_g, int to_g, Mask& raised,
+                                  Taken& taken) {
+  const Floats from = all(c.continues ? 0.0f : -1e30f), radius = all(c.radius);
+  for (int g = from_g; g < to_g; ++g) {
+    const std::int32_t z = f.groups.z[g0 + g];
+    float* const at = f.distance + f.groups.at[g0 + g];
+    fetch(f.distance + f.groups.at[g0 + g + kAhead]);
+    Floats d2, dot;
+    if constexpr (capsule) {
+      const Floats height = load(f.heights.apart + z);
+      dot = (all(rows.u[g]) * all(c.abx) + all(rows.v[g]) * all(c.aby)) + load(f.heights.ahead + z);
+      const Floats s = lesser(greater(dot * all(c.inverse_length2), all(0.0f)), all(1.0f));
+      const Floats dx = all(rows.u[g]) - s * all(c.abx), dy = all(rows.v[g]) - s * all(c.aby), dz = height - s * all(c.abz);
+      d2 = dx * dx + dy * dy + dz * dz;
+    } else {
+      d2 = all(rows.u[g]) + load(f.heights.apart + z);
+      if constexpr (!ahead) dot = all(rows.v[g]) + load(f.heights.ahead + z);
+    }
+    Mask may = everywhere();
+    if constexpr (!ahead) may = more(dot, from);
+    if constexpr (!whole) may &= first(f.groups.length[g0 + g]);
+    Mask rises;
+    const Floats old = load(at), depth = lesser(radius - root(d2), all(Sweep::kInner));
+    Floats least;
+    const Floats now = raised_to(old, depth, may, least, rises);
+    store(at, now);
+    raised |= rises;
+    taken.add(share_taken(old, now), f.groups.label[g0 + g]);
+  }
+}
+
+template <bool capsule>
+TYPODONT_KERNEL bool raise_ball(const BallFront& front, PerTissue* removed) {
+  const BallFront f = front;
+  const Capsule c = f.c;
+  constexpr float kSlip = 1e-3f;  // voxels; more than rounding does to where the plane through A lies
+  const float low = std::min((kLanes - 1) * c.abz, 0.0f) - kSlip * (std::abs(c.abx) + std::abs(c.aby) + std::abs(c.abz));
+  BallRows rows;
   Mask raised = nowhere();
   Taken taken{removed};
-  for (int g0 = 0; g0 < count; g0 += kChunk) {
-    const int end = std::min(count - g0, kChunk);
+  for (int g0 = 0; g0 < f.count; g0 += kChunk) {
+    const int end = std::min(f.count - g0, kChunk);
+    bool ahead[kChunk / kLanes];
     for (int g = 0; g < end; g += kLanes) {
       const Floats px = load(f.groups.x + g0 + g) + all(static_cast<float>(f.origin.x)) - all(c.ax);
       const Floats py = load(f.groups.y + g0 + g) + all(static_cast<float>(f.origin.y)) - all(c.ay);
+      const Floats pz = as_floats(f.groups.z + g0 + g) + all(static_cast<float>(f.origin.z) - c.az);
+      const Floats along = px * all(c.abx) + py * all(c.aby);
       if constexpr (capsule) {
-        store(u + g, px), store(v + g, py);
+        store(rows.u + g, px), store(rows.v + g, py);
       } else {
         const Floats qx = px - all(c.abx), qy = py - all(c.aby);
-        store(u + g, qx * qx + qy * qy), store(v + g, px * all(c.abx) + py * all(c.aby));
+        store(rows.u + g, qx * qx + qy * qy), store(rows.v + g, along);
       }
+      ahead[g / kLanes] = !c.continues || every(more(along + pz * all(c.abz), all(-low)));
     }
-    for (int g = 0; g < end; ++g) {
-      const std::int32_t z = group_z[g0 + g];
-      float* const at = distance + group_at[g0 + g];
-      fetch(distance + group_at[g0 + g + kAhead]);
-      Floats d2, dot;
-      if constexpr (capsule) {
-        const Floats height = load(apart + z);
-        dot = (all(u[g]) * all(c.abx) + all(v[g]) * all(c.aby)) + load(ahead + z);
-        const Floats s = lesser(greater(dot * all(c.inverse_length2), all(0.0f)), all(1.0f));
-        const Floats dx = all(u[g]) - s * all(c.abx), dy = all(v[g]) - s * all(c.aby), dz = height - s * all(c.abz);
-        d2 = dx * dx + dy * dy + dz * dz;
+    for (int g = 0; g < end; g += kLanes) {
+      const int to = std::min(g + kLanes, end);
+      if (!all_whole(f.groups.length + g0 + g)) {
+        raise_groups<capsule, false, false>(f, c, rows, g0, g, to, raised, taken);
+      } else if (ahead[g / kLanes]) {
+        raise_groups<capsule, true, true>(f, c, rows, g0, g, to, raised, taken);
       } else {
-        d2 = all(u[g]) + load(apart + z);
-        dot = all(v[g]) + load(ahead + z);
+        raise_groups<capsule, false, true>(f, c, rows, g0, g, to, raised, taken);
       }
-      Mask rises;
-      const Floats old = load(at), depth = lesser(radius - root(d2), all(Sweep::kInner));
-      Floats least;
-      const Floats now = raised_to(old, depth, more(dot, from) & first(group_length[g0 + g]), least, rises);
-      store(at, now);
-      raised |= rises;
-      taken.add(share_taken(old, now), group_label[g0 + g]);
     }
   }
   taken.close();
