@@ -76,6 +76,7 @@ Servo::State::State(const ServoSettings& s, int edge)
     tools.push_back({tool, ContactFinder(tool, h), SmoothContacts(tool, h), near_reach(tool) / h});
   }
   for (const Material& material : settings.materials) hardest = std::max(hardest, material.specific_energy);
+  if (settings.position_step > 0) passivity_law.jumps = 0;  // what jumps are counts: no hand moves so
   patch.resize(edge);
 }
 
@@ -118,6 +119,8 @@ inline void Servo::State::account(Now& now) noexcept {
   }
   now.moved = now.X_WT.p - last_hand.p;
   now.turned = rotation_vector(last_hand.R, now.X_WT.R);
+  const bool leaps = glm::dot(now.moved, now.moved) > kNoHand * kNoHand * now.dt * now.dt;
+  leap = std::max(0.0, (leaps ? kLeapTime : leap) - now.dt);
   // Exactly last force × way (numbers.md, "Stability"), and last torque × turn.
   now.given_to_hand = glm::dot(last_force, now.moved) + glm::dot(last_torque, now.turned);
   sums.energy -= now.given_to_hand;

@@ -10,13 +10,19 @@ namespace typodont::haptics {
 
 /// A force held for a tick gives the hand exactly F·Δx, and Δx is known only afterwards: an observer alone (Hannaford & Ryu
 /// 2002) sees the loss a tick too late. So the force is bounded beforehand by what the ledger holds over the way the hand
-/// may retreat in the next tick, foreseen from how fast it retreated lately and how fast a hand can turn round.
+/// may retreat in the next tick, foreseen from how fast it retreated lately, how fast a hand can turn round, and how abruptly
+/// this one has changed its pace: a hand that moves by counts, or along straight strokes, does so again.
 struct PassivityLaw {
   double margin = 2.5;        // of the fastest retreat lately: a tick may be missed, a retreat may quicken
   double memory = 0.05;       // s
   double turning = 2;         // m/s²: a hand that moves inward faster than turning × tick goes on moving inward …
   double human_tick = 1e-3;   // s, … in ticks this short; in longer ones it may go back as far as it came
   double twisting = 20;       // rad/s²: the same of a hand that turns
+  double jumps = 1;           // of the greatest change of pace lately that may come again; 0: they are a device's counts …
+  double jump_memory = 1;     // s, while the hand moves: one that lies quite still may still go on as it came
+  double leap = 2;            // m/s: a greater one is no hand's
+  double clock_memory = 10;   // s, of the longest tick: a clock that misses some goes on missing them, …
+  double most_missed = 3;     // … though what is longer than so many is a pause
   double credit = 0.5e-9;     // J, of the 1 nJ that rounding and a sudden turn may cost
 };
 
@@ -24,7 +30,9 @@ struct PassivityState {
   double retreat = 0;   // m in one tick: the longest way back lately, out of the tissue or against its own direction
   double advance = 0;   // m in one tick: the longest way in lately, against the force
   dvec3 moved{0};       // m, the tick before
-  double decay_for = 0, decay = 1;  // of `retreat`, in a tick as long as the last one
+  double decay_for = 0, decay = 1, slow_decay = 1, clock_decay = 1;  // of `retreat`, `jump` and `longest`, in a tick as long as the last one
+  double jump = 0;      // m/s: the greatest change of pace lately
+  double longest = 0;   // s, the longest tick lately
   // The same of turns, rad.
   double unturn = 0, turn_in = 0;
   dvec3 turned{0};
@@ -45,7 +53,19 @@ inline dvec3 rotation_vector(const dquat& from, const dquat& to) noexcept {
 /// in the last tick, m, rad; `energy`: what the ledger holds, J.
 inline double passive_share(const PassivityLaw& law, const dvec3& f, const dvec3& moved, const dvec3& tau,
                             const dvec3& turned, double dt, double tick, double energy, PassivityState& state) noexcept {
-  if (dt != state.decay_for) state.decay_for = dt, state.decay = std::exp(-dt / law.memory);
+  dvec3 change = moved - state.moved;
+  if (dt != state.decay_for) {
+    if (state.decay_for > 0) change = moved - state.moved * (dt / state.decay_for);
+    state.decay_for = dt, state.decay = std::exp(-dt / law.memory), state.slow_decay = std::exp(-dt / law.jump_memory);
+    state.clock_decay = std::exp(-dt / law.clock_memory);
+  }
+  const double strength = glm::length(f), twist = glm::length(tau);
+  const double along_force = strength > 0 ? glm::dot(change, f) / strength : 0;
+  const double change2 = strength > 0 ? along_force * along_force : glm::dot(change, change);
+  if (state.moved != dvec3(0)) state.jump *= state.slow_decay;
+  if (const double known = state.jump * dt, leap = law.leap * dt; change2 > known * known && change2 < leap * leap) {
+    state.jump = std::sqrt(change2) / dt;
+  }
   state.retreat *= state.decay;
   const double before = glm::length(state.moved);
   if (before > 0) state.retreat = std::max(state.retreat, -glm::dot(moved, state.moved) / before);
@@ -54,7 +74,10 @@ inline double passive_share(const PassivityLaw& law, const dvec3& f, const dvec3
   const double turned_before = glm::length(state.turned);
   if (turned_before > 0) state.unturn = std::max(state.unturn, -glm::dot(turned, state.turned) / turned_before);
   state.turned = turned;
-  const double strength = glm::length(f), twist = glm::length(tau);
+  if (dt != tick || state.longest != tick) {
+    state.longest = tick + (state.longest - tick) * state.clock_decay;
+    if (dt < law.most_missed * tick) state.longest = std::max(state.longest, dt);
+  }
   if (!(strength > 0 || twist > 0)) return 1;
   double at_stake = 0;
   if (strength > 0) {
@@ -63,7 +86,8 @@ inline double passive_share(const PassivityLaw& law, const dvec3& f, const dvec3
     state.advance = std::max(state.advance * std::exp(-dt / law.memory), -along);
     const double turn = law.turning * tick * tick;
     const double reversal = tick > 2.2 * law.human_tick ? turn + state.advance : turn + std::min(along, 0.0);
-    at_stake = strength * std::max({law.margin * state.retreat, reversal, 1e-3 * turn});
+    const double jumped = (along / dt + state.jump) * law.jumps * state.longest;
+    at_stake = strength * std::max({law.margin * state.retreat, reversal, jumped, 1e-3 * turn});
   }
   if (twist > 0) {  // of a tool whose force has gone, too: its torque follows later
     const double out = glm::dot(tau, turned) / twist;  // > 0: with the torque

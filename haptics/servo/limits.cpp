@@ -50,8 +50,6 @@ void Servo::State::limit(Touch& now) noexcept {
 dvec3 Servo::State::keep_passive(Touch& now) noexcept {
   // Leading a tool out of tissue that it was born in, or a leap of the input against it, raises what the coupling stores
   // without a hand's doing: that much is allowed for, as long as the contact lasts. What raises it later the hand pays for.
-  if (glm::length(now.moved) > kNoHand * now.dt) leap = kLeapTime;
-  leap = std::max(0.0, leap - now.dt);
   const bool born_inside = overlap > 0 && to_seconds(now.hand.t - began) < kLeapTime;
   if (born_inside || leap > 0) given += std::max(0.0, now.stored - stored - std::max(0.0, -now.given_to_hand));
   // What the hand was given stays forgiven: a ledger in debt would never again allow a force. So is a debt of a contact
@@ -62,7 +60,7 @@ dvec3 Servo::State::keep_passive(Touch& now) noexcept {
   // An arm that gives no torque resists no turn, and none may be counted as if the hand had paid for it.
   dvec3 felt_torque = settings.gives_torque ? now.torque : dvec3(0);
   if (settings.passivity) {
-    const double passive = passive_share({}, now.force, now.moved, felt_torque, now.turned, now.dt, settings.tick,
+    const double passive = passive_share(passivity_law, now.force, now.moved, felt_torque, now.turned, now.dt, settings.tick,
                                          sums.energy + given, passivity);
     now.force *= passive;
     now.torque *= passive, felt_torque *= passive;

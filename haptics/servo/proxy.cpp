@@ -117,12 +117,10 @@ bool Servo::State::fly(Now& now) noexcept {
   breaking_through = carved = false;
   held.count = 0;
   ramp = 1;
-  const bool leaps = glm::dot(now.moved, now.moved) > kNoHand * kNoHand * now.dt * now.dt;
-  leap = std::max(0.0, (leaps ? kLeapTime : leap) - now.dt);
   given = std::clamp(-sums.energy, 0.0, sums.energy < -kDebt ? -sums.energy : given);
   if (settings.position_step > 0) depth_speed.add(now.hand.t, dvec3(0));
   if (settings.passivity) {
-    passive_share({}, dvec3(0), now.moved, dvec3(0), now.turned, now.dt, settings.tick, sums.energy + given, passivity);
+    passive_share(passivity_law, dvec3(0), now.moved, dvec3(0), now.turned, now.dt, settings.tick, sums.energy + given, passivity);
   }
   last_hand = X_WG = out.X_WG = now.X_WT;
   last_t = now.hand.t;

@@ -117,6 +117,7 @@ struct Servo::State {
   double pressing = 0;         // N, … and what of head_force lies along it: the rest leads a proxy that follows at a pace
   FrictionState friction;
   TipState tip;
+  PassivityLaw passivity_law;
   PassivityState passivity;
   double rate = 0;             // m/s, smoothed, of the depth …
   VelocityEstimator depth_speed;  // … where the hand moves by counts, whose differences would be felt as a buzz

@@ -130,6 +130,33 @@ TEST(Passivity, TheLedgerHoldsWithJitterMissingTicksAndACoarseEncoder) {
   }
 }
 
+TEST(Passivity, TheLedgerHoldsForAHandThatStandsOneCountDeepAndComesOutAgain) {
+  for (const double rate : {333.0, 1000.0, 4000.0, 10000.0}) {
+    for (const double stiffness : {500.0, 1500.0, 8000.0}) {
+      const auto path = [&](int, double t) {
+        const double wave = std::sin(2 * kPi * 0.9 * t);
+        return 0.055_mm * std::round((0.02_mm - 0.06_mm * wave * wave) / 0.055_mm);
+      };
+      EXPECT_GE(run(rate, stiffness, 2, true, 2, path, rate < 2000 ? 0.4 : 0).least, -1e-9) << rate << " " << stiffness;
+    }
+  }
+}
+
+TEST(Passivity, TheLedgerHoldsForAHandThatStartsAndStopsAbruptlyInContact) {
+  for (const double rate : {150.0, 250.0, 500.0, 1000.0, 4000.0}) {
+    for (const double speed : {8e-3, 40e-3, 120e-3}) {
+      for (const double deep : {0.07_mm, 0.3_mm, 1.1_mm}) {
+        const double stroke = (1.0_mm + deep) / speed;
+        const auto path = [&](int, double t) {  // out, in, still, out
+          const double at = std::fmod(t, 2 * stroke + 0.25), in = std::clamp(at - 0.05, 0.0, stroke);
+          return 1.0_mm - speed * (at < stroke + 0.2 ? in : stroke - std::clamp(at - stroke - 0.2, 0.0, stroke));
+        };
+        EXPECT_GE(run(rate, 2000, 2, true, 1.5, path, 0.3).least, -1e-9) << rate << " " << speed << " " << deep;
+      }
+    }
+  }
+}
+
 TEST(Passivity, AHandThatDithersAtTheSurfaceGetsNothingOutOfIt) {
   std::mt19937 random(11);
   std::normal_distribution<double> noise(0, 1);
