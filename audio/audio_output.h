@@ -35,6 +35,7 @@ struct AudioStats {
   std::uint64_t clipped = 0;     // samples limited to full scale
   double sample_rate = 0;
   double latency = 0;  // s from a tick to its sample leaving the program, the device's own latency not included
+  double device_latency = 0;  // s that the device says it adds; 0 for files
 };
 
 /// Owned by the application thread; start, advance and stop are called there.

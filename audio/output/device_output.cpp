@@ -108,6 +108,7 @@ AudioStats DeviceOutput::stats() const {
   stats.recoveries = recoveries_;
   stats.sample_rate = opened_.sample_rate;
   stats.latency = options_.buffer / opened_.sample_rate + to_seconds(kMargin);
+  stats.device_latency = opened_.device_latency;
   return stats;
 }
 

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <filesystem>
 
 #include "engine/base/units.h"
@@ -32,17 +33,12 @@ std::vector<bool> tools_that_cut(const Scene& scene) {
 }  // namespace
 
 SoundLink::SoundLink(const std::string& address, const Scene& scene, bool live)
-    : options_{live ? kHold : 0.0, scene.sound_lower_order},
+    : live_(live), options_{live ? kHold : 0.0, scene.sound_lower_order},
       output_(audio::AudioOutput::open(address)), voice_(tools_that_cut(scene)) {
   voice_file_ = voice_of(scene);
   models_ = audio::load_sound_models(voice_file_);
   models_.free_speed = scene.servo.spindle.free_speed;
   make_synth(output_->sample_rate());
-  audio::AudioSource source;
-  source.self = this;
-  source.render = render;
-  source.rate_changed = [](void* self, double rate) { static_cast<SoundLink*>(self)->make_synth(rate); };
-  output_->start(source, 0);
 }
 
 SoundLink::~SoundLink() = default;
@@ -61,18 +57,35 @@ void SoundLink::push(const ServoTick& tick) noexcept {
 }
 
 void SoundLink::advance(Nanos t) {
+  if (!begun_) {
+    audio::AudioSource source;
+    source.self = this;
+    source.render = render;
+    source.rate_changed = [](void* self, double rate) { static_cast<SoundLink*>(self)->make_synth(rate); };
+    zero_ = now() - t;
+    device_latency_ = output_->stats().device_latency;
+    output_->start(source, live_ ? t : 0);
+    begun_ = true;
+  }
   output_->advance(t);
 }
 
 void SoundLink::stop(Nanos t) {
-  output_->advance(t);
+  advance(t);
   output_->stop();
 }
 
 void SoundLink::render(void* self, std::span<float> mono, Nanos t_first) noexcept {
   auto* link = static_cast<SoundLink*>(self);
   ServoTick tick;
-  while (link->ticks_.pop(tick)) link->synth_->push(link->voice_.state_of(tick));
+  bool heard = false;
+  while (link->ticks_.pop(tick)) {
+    link->synth_->push(link->voice_.state_of(tick));
+    heard = true;
+  }
+  // A tick that came too late for its sample sounds in the first of these, one that came in time in its own.
+  if (heard && link->live_)
+    link->latency_.store(to_seconds(now() - link->zero_ - std::min(tick.t, t_first)) + link->device_latency_, std::memory_order_relaxed);
   link->synth_->render(mono, t_first);
 }
 

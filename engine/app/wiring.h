@@ -138,7 +138,7 @@ struct Wiring {
   std::atomic<std::int32_t> chosen_tool{-1};    // RENDER (window) → SERVO: by key; negative: the hand's own choice
   std::atomic<bool> held{false};                // RENDER → SERVO: the emergency key; no drill until it is let go on
   std::atomic<std::uint32_t> newest_faults{0};  // SERVO → RENDER
-  std::atomic<Nanos> session_zero{0};  // SERVO → LEFT HAND: the clock's time at the session's zero; 0: not yet begun
+  std::atomic<Nanos> session_zero{0};  // SERVO → LEFT HAND, RENDER, RECORDER: the clock's time at the session's zero; 0: not yet begun
   std::atomic<bool> stop{false};       // any thread → all: end the session
   std::atomic<bool> nothing_more{false};  // all others have ended → RECORDER: what is in the rings is the rest
   std::atomic<bool> servo_ended{false};  // SERVO → RENDER: the hand is gone or the script has ended

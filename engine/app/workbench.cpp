@@ -93,6 +93,8 @@ struct Workbench::Impl {
   void start_headset(const std::string& hand_address);
   void start();
   bool step(const display::UserInput* input, glm::ivec2 picture_size);
+  void take_tick();
+  void advance_sound();
   void score_ticks();
   void follow_keys(const display::UserInput& input);
   void edit_tissue(const display::UserInput& input);
@@ -244,7 +246,6 @@ void Workbench::Impl::start() {
   running = true;
   before = process_counts();
   before.desktop_requests = desktop_requests();
-  s.began = now();
   carver = std::jthread(carver_thread, std::ref(s));
   servo = std::jthread(servo_thread, std::ref(s), std::ref(*hands.right));
   if (hands.left)
@@ -262,18 +263,32 @@ void Workbench::Impl::start() {
   if (headset) headset->start(began);
 }
 
+/// Where nothing is drawn: who draws takes it itself.
+void Workbench::Impl::take_tick() {
+  Latest<ServoTick>& newest = session->wiring.tick_to_render;
+  if (newest.fetch()) tick = newest.front();
+}
+
+/// The sound keeps the session's clock, which begins with the first tick.
+void Workbench::Impl::advance_sound() {
+  const Nanos zero = session->wiring.session_zero.load(std::memory_order_relaxed);
+  if (zero == 0) return;
+  if (!session->draw) take_tick();
+  // A headset takes the ticks on its own thread.
+  sound->advance(sound->live() || headset ? now() - zero : session->wiring.tick_to_render.front().t);
+}
+
 /// One turn of the drawing thread: a frame, or a short wait. False when the session is over.
 bool Workbench::Impl::step(const display::UserInput* input, glm::ivec2 picture_size) {
   LiveSession& s = *session;
   ++summary.work.turns;
   if (meter) score_ticks();
   if (s.wiring.servo_ended || g_asked_to_stop || to_seconds(now() - began) >= options.seconds) return false;
-  if (sound && !headset) sound->advance(s.wiring.tick_to_render.front().t);
+  if (sound) advance_sound();
   s.wiring.loop_to_render.fetch();
   report_hand();
   if (!s.draw || headset || !picture || !picture->stage()) {
     std::this_thread::sleep_for(10ms);
-    if (sound && (headset || options.audio.starts_with("wav:"))) sound->advance(now() - began);
     if (!headset) return true;
   }
   try {
@@ -544,7 +559,7 @@ WorkbenchStatus Workbench::status() {
   Wiring& wiring = m.session->wiring;
   wiring.record_to_render.fetch();
   WorkbenchStatus s;
-  if (!m.session->draw && !m.meter && wiring.tick_to_render.fetch()) m.tick = wiring.tick_to_render.front();
+  if (!m.session->draw && !m.meter) m.take_tick();
   s.tick = m.tick;
   s.seconds = to_seconds(s.tick.t);
   s.faults = s.tick.t - m.fault_time < kNanosPerSecond ? m.recent_faults : 0;

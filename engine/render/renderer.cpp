@@ -10,7 +10,9 @@
 #include "engine/base/units.h"
 #include "engine/render/look.h"
 #include "engine/render/mirror.h"
+#include "engine/render/passes/frame_data.h"
 #include "engine/render/passes/passes.h"
+#include "engine/render/passes/targets.h"
 
 namespace typodont::render {
 
@@ -19,13 +21,6 @@ namespace {
 constexpr int kSlots = gpu::FrameRing::kSlots;
 constexpr double kWorthWhile = 0.8;           // of the picture: drawn anew beyond it, all is
 constexpr std::size_t kMostTracked = 20'000;  // particles whose places on the picture are looked at
-
-/// IEC 61966-2-1
-dvec3 linear_light(const dvec3& srgb) {
-  dvec3 out;
-  for (int i = 0; i < 3; ++i) out[i] = srgb[i] <= 0.04045 ? srgb[i] / 12.92 : std::pow((srgb[i] + 0.055) / 1.055, 2.4);
-  return out;
-}
 
 template <class T>
 std::vector<std::byte> bytes_of(const T* data, std::size_t count) {
@@ -47,8 +42,7 @@ struct Renderer::Impl {
   VkQueryPool queries = VK_NULL_HANDLE;
   std::array<bool, kSlots> timed{};
 
-  gpu::Image pictures, color, depth;
-  gpu::Image scene, scene_depth;  // where layered(): the pictures without what lies over the scene, and how far it is
+  Targets targets;
   ShadowPass shadow;
   SurfacePass surface;
   ToolPass tool;
@@ -62,8 +56,6 @@ struct Renderer::Impl {
   BrickStore bricks;
   std::optional<SceneBounds> bounds;  // of this frame
   std::uint64_t bounds_version = 0;   // of the bricks they are of
-  bool keeps_depth = false;
-  std::vector<gpu::Image> kept_depth;  // one of two layers where one pass draws both eyes, else one an eye
 
   // What the last frame was made of: equal means nothing moved.
   int last_views = 0;
@@ -79,7 +71,7 @@ struct Renderer::Impl {
   std::uint64_t shadow_version = 0, shadow_order = 0;
   // What the last frame drew anew, and what particles and writing cover of it.
   std::array<Tiles, 2> tiles, over_tiles, particle_tiles, hud_tiles;
-  std::array<std::vector<PixelBox>, 2> redrawn;
+  EyeBoxes redrawn;
   glm::mat4 shadow_light{0};
   glm::vec4 shadow_section{0};
   View shadow_view = View::kLook, last_view = View::kLook;
@@ -87,7 +79,7 @@ struct Renderer::Impl {
   double gpu_ms = 0;
 
   Impl(gpu::Device& d, glm::ivec2 s, const Quality& quality, const MaterialTable& m)
-      : device(d), size(s), looks(looks_of(m)), context{.device = d} {
+      : device(d), size(s), looks(looks_of(m)), context{.device = d}, targets(context) {
     context.quality = quality;
     create_layout();
     create_pictures(2);
@@ -135,72 +127,6 @@ struct Renderer::Impl {
     }
   }
 
-  void create_pictures(int views) {
-    const double scale = std::clamp(context.quality.scale, 0.1, 1.0);
-    const VkExtent2D extent{static_cast<std::uint32_t>(std::max(1.0, std::round(size.x * scale))),
-                            static_cast<std::uint32_t>(std::max(1.0, std::round(size.y * scale)))};
-    const auto layers = static_cast<std::uint32_t>(views);
-    context.samples = std::clamp(context.quality.samples, 1, std::min(device.max_samples, 4));
-    if (context.samples == 2) context.samples = 1;  // 1 and 4 are what every device has
-    context.view_mask = views == 2 && device.multiview ? 3 : 0;
-    pictures = gpu::Image::create(device, {.size = extent,
-                                           .layers = layers,
-                                           .format = kColorFormat,
-                                           .alias = kColorBytes,
-                                           .usage = VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT | VK_IMAGE_USAGE_SAMPLED_BIT |
-                                                    VK_IMAGE_USAGE_TRANSFER_SRC_BIT | VK_IMAGE_USAGE_TRANSFER_DST_BIT});
-    const std::uint32_t together = context.view_mask ? layers : 1;  // passes of their own share these
-    if (context.samples > 1)
-      color =
-          gpu::Image::create(device, {.size = extent,
-                                      .layers = together,
-                                      .format = kColorFormat,
-                                      .samples = context.samples,
-                                      .usage = VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT | VK_IMAGE_USAGE_TRANSFER_SRC_BIT});
-    depth = gpu::Image::create(device, {.size = extent,
-                                        .layers = layered() ? layers : together,
-                                        .format = kDepthFormat,
-                                        .samples = context.samples,
-                                        .usage = VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT |
-                                                 (layered() ? VkImageUsageFlags{VK_IMAGE_USAGE_TRANSFER_SRC_BIT} : 0u),
-                                        .aspect = VK_IMAGE_ASPECT_DEPTH_BIT});
-    if (layered()) {
-      scene = gpu::Image::create(device, {.size = extent,
-                                          .layers = layers,
-                                          .format = kColorFormat,
-                                          .usage = VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT | VK_IMAGE_USAGE_TRANSFER_SRC_BIT});
-      scene_depth = gpu::Image::create(
-          device, {.size = extent,
-                   .layers = layers,
-                   .format = kDepthFormat,
-                   .usage = VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT | VK_IMAGE_USAGE_TRANSFER_DST_BIT,
-                   .aspect = VK_IMAGE_ASPECT_DEPTH_BIT});
-    }
-    for (int i = 0; keeps_depth && i < (context.view_mask ? 1 : views); ++i)
-      kept_depth.push_back(gpu::Image::create(
-          device, {.size = extent,
-                   .layers = together,
-                   .format = kDepthFormat,
-                   .usage = VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT | VK_IMAGE_USAGE_TRANSFER_SRC_BIT,
-                   .aspect = VK_IMAGE_ASPECT_DEPTH_BIT}));
-    last_views = views;
-    ++settings_version;
-  }
-  void destroy_pictures() {
-    pictures.destroy(device);
-    color.destroy(device);
-    depth.destroy(device);
-    scene.destroy(device);
-    scene_depth.destroy(device);
-    for (gpu::Image& image : kept_depth) image.destroy(device);
-    kept_depth.clear();
-    mirror.destroy_pictures(device);
-  }
-  /// The scene is kept apart from the chips that fly before it and the writing over it: they change nearly all of the
-  /// picture in every frame, and restoring a pixel costs a copy, drawing it anew triangles and light. Where samples are
-  /// averaged, or one pass draws both eyes, all goes into one picture.
-  bool layered() const { return context.samples == 1 && !context.view_mask && !keeps_depth; }
-
   /// Their pipelines depend on samples, views and quality.
   void destroy_passes() {
     surface.destroy(device);
@@ -211,6 +137,15 @@ struct Renderer::Impl {
     destroy_pipeline(device, hidden.pipeline);
     destroy_pipeline(device, mask.pipeline);
   }
+  void create_pictures(int views) {
+    targets.create(size, views);
+    last_views = views;
+    ++settings_version;
+  }
+  void destroy_pictures() {
+    targets.destroy();
+    mirror.destroy_pictures(device);
+  }
   void rebuild(int views) {
     vkDeviceWaitIdle(device.device);
     destroy_pictures();
@@ -218,68 +153,8 @@ struct Renderer::Impl {
     create_pictures(views);
   }
 
-  void fill(shared::FrameData& data, const Frame& frame) const {
-    for (int e = 0; e < 2; ++e) {
-      const Eye& eye = frame.eyes[static_cast<std::size_t>(e < frame.views ? e : 0)];
-      data.clip_from_world[e] = glm::mat4(eye.projection * eye.view);
-      data.eye[e] = glm::vec4(glm::dvec4(eye.position, 1));
-    }
-    const dvec3 key = glm::normalize(frame.lights.key), up = glm::normalize(frame.lights.up);
-    data.background = glm::vec4(frame.background == Background::kGradient ? 1.0f : 0.0f);
-    data.background.w = frame.background == Background::kClear ? 0.0f : 1.0f;
-    const VkExtent2D drawn = pictures.options.size;
-    data.picture = glm::vec4(2.0f / static_cast<float>(drawn.width), 2.0f / static_cast<float>(drawn.height), 0, 0);
-    data.clip = data.section = glm::vec4(0, 0, 0, 1);
-    if (frame.view == View::kSection) data.section = glm::vec4(frame.section);
-    data.key = glm::vec4(glm::dvec4(key, frame.lights.key_strength));
-    const bool given = frame.lights.window != dvec3(0);
-    const dvec3 window = glm::normalize(given ? frame.lights.window : glm::cross(up, key) + 0.55 * up);
-    data.window = glm::vec4(glm::dvec4(window, 0));
-    data.up = glm::vec4(glm::dvec4(up, frame.lights.ambient));
-    for (std::size_t t = 0; t < looks.size(); ++t) {
-      const Look& look = looks[t];
-      data.tissue_color[t] = glm::vec4(glm::dvec4(linear_light(look.color), look.translucency));
-      data.tissue_look[t] = glm::vec4(glm::dvec4(look.roughness, look.metal, look.wetness, 0));
-    }
-
-    // The lamp's parallel view: as wide as the working tooth's crown and what stands near it, as deep as everything.
-    if (context.quality.shadow_map > 0 && bounds) {
-      auto [lo, hi, all_lo, all_hi] = *bounds;
-      // In steps, so that the map stays where it is while a tooth is cut down.
-      constexpr double kStep = 2e-3;  // m
-      for (glm::dvec3* low : {&lo, &all_lo}) *low = kStep * glm::floor(*low / kStep);
-      for (glm::dvec3* high : {&hi, &all_hi}) *high = kStep * glm::ceil(*high / kStep);
-      const glm::dvec3 middle = 0.5 * (lo + hi);
-      const bool more = all_lo != lo || all_hi != hi;
-      const double radius = 0.5 * glm::length(hi - lo) * (more ? 1.15 : 1.02) + 1e-6;
-      double reach = radius;
-      for (int corner = 0; corner < 8; ++corner)
-        reach = std::max(reach, std::abs(glm::dot(key, dvec3(corner & 1 ? all_hi.x : all_lo.x, corner & 2 ? all_hi.y : all_lo.y,
-                                                             corner & 4 ? all_hi.z : all_lo.z) - middle)));
-      const glm::dvec3 side = std::abs(key.x) < 0.8 ? glm::dvec3(1, 0, 0) : glm::dvec3(0, 1, 0);
-      const glm::dvec3 x = glm::normalize(glm::cross(side, key)), y = glm::cross(key, x);
-      glm::dmat4 m(0.0);
-      for (int i = 0; i < 3; ++i) {
-        m[i][0] = x[i] / (2 * radius);
-        m[i][1] = y[i] / (2 * radius);
-        m[i][2] = -key[i] / (2 * reach);
-      }
-      m[3] = glm::dvec4(0.5 - glm::dot(x, middle) / (2 * radius), 0.5 - glm::dot(y, middle) / (2 * radius),
-                        0.5 + glm::dot(key, middle) / (2 * reach), 1);
-      data.light_from_world = glm::mat4(m);
-      data.light_size = glm::vec4(glm::dvec4(2 * radius, 2 * reach, 2 * radius / context.quality.shadow_map, 1));
-    }
-
-    data.mirror = glm::vec4(glm::dvec4(0.5 * frame.mirror.diameter, frame.mirror.fog, 0, 0));
-    if (frame.tool.visible && tool_body.index_count) {
-      data.tool_head = glm::vec4(glm::dvec4(frame.tool.X_WG.p, tool_body.head_radius));
-      data.tool_end = glm::vec4(glm::dvec4(frame.tool.X_WG * dvec3(0, 0, tool_body.shank_end), tool_body.shank_radius));
-      // The eye gathers about 15 ms: from a turn of a tenth of a blade's pitch in that time to a whole one.
-      constexpr double kExposure = 15e-3, kPitch = 2 * kPi / 8;
-      const double pitches = std::abs(frame.tool.spindle) * kExposure / kPitch;
-      const double blur = std::clamp((pitches - 0.1) / 0.9, 0.0, 1.0);
-      data.tool_motion = glm::vec4(blur < 1 ? std::remainder(frame.tool.angle, 2 * kPi) : 0.0, blur, 0, 0);
-    }
+  shared::FrameData data_of(const Frame& frame) const {
+    return frame_data_of(frame, context.quality, looks, tool_body, targets.pictures.options.size, bounds);
   }
 
   bool same_as_last(const shared::FrameData& data, const Frame& frame, const std::string& hud_key) const {
@@ -331,7 +206,7 @@ struct Renderer::Impl {
                                                    corner & 2 ? bounds->hi.y : bounds->lo.y,
                                                    corner & 4 ? bounds->hi.z : bounds->lo.z, 1)).w);
       const double wide = 2 * std::max(closest, kNearest) / std::abs(eye.projection[0][0]);  // m, of the picture there
-      least = std::min(least, wide / pictures.options.size.width);
+      least = std::min(least, wide / targets.pictures.options.size.width);
     }
     return least;
   }
@@ -346,8 +221,7 @@ struct Renderer::Impl {
     FrameStats stats;
     if (std::exchange(bounds_version, bricks.version) != bricks.version) bounds = bricks.bounds();
     stats.pixel = pixel_on_tooth(frame);
-    shared::FrameData data{};
-    fill(data, frame);
+    const shared::FrameData data = data_of(frame);
     const std::string hud_key = HudPass::shown(frame.hud, size);
     stats.views = frame.views;
     stats.bricks_uploaded = bricks.uploaded;
@@ -417,7 +291,7 @@ struct Renderer::Impl {
     if (!eyes_stay || last_settings != settings_version) ++eyes_version;
     // A pass that draws both eyes resolves all it draws; a headset's eyes never rest; glass is drawn in an order.
     // Where particles of the GPU are, nobody here knows.
-    if (context.view_mask || keeps_depth || (frame.cloud && frame.cloud->changes()) || frame.view == View::kXray || last_view != frame.view ||
+    if (context.view_mask || targets.keeps_depth || (frame.cloud && frame.cloud->changes()) || frame.view == View::kXray || last_view != frame.view ||
         last_settings != settings_version || last_order != bricks.order || std::memcmp(&now, &before, sizeof now) ||
         !same(frame.mirror.X_WM, last_mirror.X_WM))
       return false;
@@ -444,7 +318,7 @@ struct Renderer::Impl {
         over_tiles[e].mark(hud_now[e]);
         over_tiles[e].mark(hud_tiles[e]);
       }
-      if (!layered()) tiles[e].mark(over_tiles[e]);
+      if (!targets.layered()) tiles[e].mark(over_tiles[e]);
       // What the glass shows may be anywhere.
       if (const auto glass = glass_in(frame.eyes[e], frame.mirror, drawn)) tiles[e].mark(*glass);
     }
@@ -453,19 +327,48 @@ struct Renderer::Impl {
     return share < kWorthWhile;
   }
 
+  /// The picture in the mouth mirror's glass: where each eye sees it.
+  void draw_reflection(VkCommandBuffer commands, const Frame& mirrored, const std::array<std::optional<PixelBox>, 2>& glass,
+                       int slot, FrameStats& stats) {
+    const VkExtent2D extent = targets.pictures.options.size;
+    const PixelBox all{0, 0, static_cast<int>(extent.width), static_cast<int>(extent.height)};
+    FrameStats seen;  // in the mirror
+    const std::vector<DrawGroup> groups = bricks.visible(device, slot, mirrored, bricks.mirror_indirect, seen);
+    targets.begin(commands, mirror.picture, false);
+    for (int view = 0; view < (context.view_mask ? 1 : mirrored.views); ++view) {
+      const PixelBox box = context.view_mask ? all : glass[static_cast<std::size_t>(view)].value_or(PixelBox{});
+      if (box.width == 0) continue;
+      targets.begin_scene(commands, mirror.picture, mirrored, view, box, false, {0.030f, 0.033f, 0.038f});
+      vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, context.layout, 0, 1,
+                              &inputs.sets[static_cast<std::size_t>(kSlots + slot)], 0, nullptr);
+      push_view(commands, context.layout, view);
+      surface.record(context, commands, bricks, slot, bricks.mirror_indirect, groups, mirrored.view, false, seen);
+      if (mirrored.tool.visible) tool.record(context, commands, tool_body, mirrored.tool.X_WG, seen);
+      surface.record(context, commands, bricks, slot, bricks.mirror_indirect, groups, mirrored.view, true, seen);
+      particles.record(context, commands, slot, mirrored.cloud, seen);
+      targets.end_scene(commands, mirror.picture, view, {&all, 1});
+      ++stats.mirror_passes;
+    }
+    targets.end(commands, mirror.picture);
+    stats.passes += stats.mirror_passes;
+    stats.commands += seen.commands;
+    stats.mirror_bricks = seen.bricks_drawn;
+    stats.mirror_triangles = seen.triangles;
+  }
+
   void draw(VkCommandBuffer commands, const Frame& frame, const shared::FrameData& data, int slot, FrameStats& stats) {
     hud.prepare(context, slot, frame.hud, size);
     particles.prepare(context, slot, frame.particles);
     const auto views = static_cast<std::size_t>(frame.views);
 
     // Which eyes see the glass, and where.
-    const VkExtent2D extent = pictures.options.size;
+    const VkExtent2D extent = targets.pictures.options.size;
     const glm::ivec2 drawn_size(extent.width, extent.height);
     const bool partly = mark_changed(data, frame, slot, drawn_size);
-    std::array<std::vector<PixelBox>, 2> scene_boxes;
+    EyeBoxes scene_boxes;
     if (partly) {
       stats.redrawn = 0;
-      std::array<std::vector<PixelBox>, 2> kept;
+      EyeBoxes kept;
       for (std::size_t e = 0; e < views; ++e) {
         scene_boxes[e] = tiles[e].boxes(true, tiles[e].picture());
         kept[e] = tiles[e].boxes(false, tiles[e].bounds());
@@ -473,7 +376,7 @@ struct Renderer::Impl {
         Tiles shown = tiles[e];
         shown.mark(over_tiles[e]);
         for (const Tiles* over : {&particle_tiles[e], &hud_tiles[e], &particle_tiles[e]})
-          if (layered() && shown.touch(*over)) shown.mark(*over);
+          if (targets.layered() && shown.touch(*over)) shown.mark(*over);
         redrawn[e] = shown.boxes(true, shown.picture());
         stats.redrawn += shown.share() / frame.views;
       }
@@ -494,9 +397,8 @@ struct Renderer::Impl {
     const Frame mirrored = reflects ? in_mirror(frame) : Frame{};
     const auto own = static_cast<std::size_t>(slot), other = static_cast<std::size_t>(kSlots + slot);
     if (reflects) {
-      mirror.create_picture(context, extent, pictures.options.layers);
-      shared::FrameData reflected_data{};
-      fill(reflected_data, mirrored);
+      mirror.create_picture(context, extent, targets.pictures.options.layers);
+      shared::FrameData reflected_data = data_of(mirrored);
       reflected_data.clip = glm::vec4(before_glass(frame.mirror.X_WM));
       std::memcpy(frame_data[other].memory.mapped, &reflected_data, sizeof reflected_data);
       write_set(other);
@@ -527,43 +429,18 @@ struct Renderer::Impl {
 
     if (frame.cloud) frame.cloud->record(commands, slot);
 
-    if (reflects) {
-      FrameStats seen;  // in the mirror
-      const std::vector<DrawGroup> groups = bricks.visible(device, slot, mirrored, bricks.mirror_indirect, seen);
-      begin_pictures(commands, mirror.picture, false);
-      for (int view = 0; view < (context.view_mask ? 1 : frame.views); ++view) {
-        const PixelBox all{0, 0, drawn_size.x, drawn_size.y};
-        const PixelBox box = context.view_mask ? all : glass[static_cast<std::size_t>(view)].value_or(PixelBox{});
-        if (box.width == 0) continue;
-        begin_scene(commands, mirror.picture, mirrored, view, box, false, {0.030f, 0.033f, 0.038f});
-        vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, context.layout, 0, 1, &inputs.sets[other], 0,
-                                nullptr);
-        push_view(commands, context.layout, view);
-        surface.record(context, commands, bricks, slot, bricks.mirror_indirect, groups, frame.view, false, seen);
-        if (frame.tool.visible) tool.record(context, commands, tool_body, frame.tool.X_WG, seen);
-        surface.record(context, commands, bricks, slot, bricks.mirror_indirect, groups, frame.view, true, seen);
-        particles.record(context, commands, slot, frame.cloud, seen);
-        end_scene(commands, mirror.picture, view, {&all, 1});
-        ++stats.mirror_passes;
-      }
-      end_pictures(commands, mirror.picture);
-      stats.passes += stats.mirror_passes;
-      stats.commands += seen.commands;
-      stats.mirror_bricks = seen.bricks_drawn;
-      stats.mirror_triangles = seen.triangles;
-    }
+    if (reflects) draw_reflection(commands, mirrored, glass, slot, stats);
 
     const std::vector<DrawGroup> groups =
         bricks.visible(device, slot, frame, bricks.indirect, stats, partly ? &tiles : nullptr);
-    gpu::Image& target = layered() ? scene : pictures;
-    begin_pictures(commands, target, partly);
-    if (layered()) begin_depth(commands, partly);
+    const gpu::Image& target = targets.scene();
+    targets.begin(commands, target, partly);
     const int scene_passes = context.view_mask ? 1 : frame.views;
     for (int view = 0; view < scene_passes; ++view) {
       const auto e = static_cast<std::size_t>(view);
       const PixelBox all{0, 0, drawn_size.x, drawn_size.y}, box = partly ? tiles[e].bounds() : all;
       if (box.width == 0) continue;
-      begin_scene(commands, target, frame, view, box, partly, {0, 0, 0});
+      targets.begin_scene(commands, target, frame, view, box, partly, {0, 0, 0});
       vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, context.layout, 0, 1, &inputs.sets[own], 0, nullptr);
       push_view(commands, context.layout, view);
       if (partly) mask.record(context, commands, slot, view, stats);
@@ -581,155 +458,28 @@ struct Renderer::Impl {
       // Over what was there, black is drawn like any other background.
       if (frame.background == Background::kGradient || partly) background.record(context, commands, stats);
       surface.record(context, commands, bricks, slot, bricks.indirect, groups, frame.view, true, stats);
-      if (!layered()) {
+      if (!targets.layered()) {
         particles.record(context, commands, slot, frame.cloud, stats);
         hud.record(context, commands, slot, stats);
       }
-      end_scene(commands, target, view, redrawn[e]);
+      targets.end_scene(commands, target, view, redrawn[e]);
       ++stats.passes;
     }
-    if (layered())
+    if (targets.layered())
       lay_over(commands, frame, slot, partly, scene_boxes, stats);
     else
-      end_pictures(commands, pictures);
+      targets.end(commands, targets.pictures);
     if (queries) {
       vkCmdWriteTimestamp2(commands, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, queries, first_query + 1);
       timed[own] = true;
     }
   }
 
-  static constexpr VkPipelineStageFlags2 kOutput = VK_PIPELINE_STAGE_2_COLOR_ATTACHMENT_OUTPUT_BIT;
-  static constexpr VkPipelineStageFlags2 kResolve = VK_PIPELINE_STAGE_2_RESOLVE_BIT;
-  static constexpr VkPipelineStageFlags2 kTests =
-      VK_PIPELINE_STAGE_2_EARLY_FRAGMENT_TESTS_BIT | VK_PIPELINE_STAGE_2_LATE_FRAGMENT_TESTS_BIT;
-  static constexpr VkAccessFlags2 kDepthUse =
-      VK_ACCESS_2_DEPTH_STENCIL_ATTACHMENT_WRITE_BIT | VK_ACCESS_2_DEPTH_STENCIL_ATTACHMENT_READ_BIT;
-
-  /// Samples are averaged at the end of the pass where one pass draws both eyes, by a command of its own where each eye
-  /// has its pass: lavapipe 22.3 averages into the first layer whatever layer the pass names, and says nothing.
-  bool resolves_in_pass() const { return context.samples > 1 && context.view_mask != 0; }
-  bool resolves_by_command() const { return context.samples > 1 && context.view_mask == 0; }
-
-  void begin_pictures(VkCommandBuffer commands, const gpu::Image& target, bool partly) {
-    const bool by_command = resolves_by_command();
-    const VkImageLayout between =
-        &target == &scene ? VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL : VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL;
-    gpu::transition(commands, target, partly ? between : VK_IMAGE_LAYOUT_UNDEFINED,
-                    by_command ? VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL : VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL,
-                    VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, VK_ACCESS_2_NONE, by_command ? kResolve : kOutput,
-                    by_command ? VkAccessFlags2{VK_ACCESS_2_TRANSFER_WRITE_BIT}
-                               : VK_ACCESS_2_COLOR_ATTACHMENT_WRITE_BIT | VK_ACCESS_2_COLOR_ATTACHMENT_READ_BIT);
-  }
-
-  /// Opens the pass of one eye, or of both where the device draws them in one. `partly`: over what the picture holds.
-  void begin_scene(VkCommandBuffer commands, const gpu::Image& target, const Frame& frame, int view,
-                   const PixelBox& box, bool partly, const glm::vec3& clear) {
-    if (context.samples > 1)
-      gpu::transition(commands, color, VK_IMAGE_LAYOUT_UNDEFINED, VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL,
-                      kOutput | kResolve, VK_ACCESS_2_COLOR_ATTACHMENT_WRITE_BIT | VK_ACCESS_2_TRANSFER_READ_BIT,
-                      kOutput, VK_ACCESS_2_COLOR_ATTACHMENT_WRITE_BIT);
-    const bool layer = &target == &scene;
-    if (!layer)
-      gpu::transition(commands, depth, VK_IMAGE_LAYOUT_UNDEFINED, VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL, kTests,
-                      VK_ACCESS_2_DEPTH_STENCIL_ATTACHMENT_WRITE_BIT, kTests,
-                      VK_ACCESS_2_DEPTH_STENCIL_ATTACHMENT_WRITE_BIT | VK_ACCESS_2_DEPTH_STENCIL_ATTACHMENT_READ_BIT);
-    const gpu::Image* kept = keeps_depth && &target == &pictures ? &kept_depth[context.view_mask ? 0 : static_cast<std::size_t>(view)] : nullptr;
-    if (kept)
-      gpu::transition(commands, *kept, VK_IMAGE_LAYOUT_UNDEFINED, VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL,
-                      VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, VK_ACCESS_2_NONE, kTests | kOutput,
-                      VK_ACCESS_2_DEPTH_STENCIL_ATTACHMENT_WRITE_BIT | VK_ACCESS_2_COLOR_ATTACHMENT_WRITE_BIT |
-                          VK_ACCESS_2_DEPTH_STENCIL_ATTACHMENT_READ_BIT);
-    const bool kept_direct = kept && context.samples == 1, kept_resolved = kept && context.samples > 1;
-    const VkExtent2D extent = target.options.size;
-    const VkImageView eye_view =
-        context.view_mask ? target.view : target.layer_views[static_cast<std::size_t>(view)];
-    const bool in_pass = resolves_in_pass();
-    const VkRenderingAttachmentInfo color_info{
-        .sType = VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO,
-        .imageView = context.samples > 1 ? color.view : eye_view,
-        .imageLayout = VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL,
-        .resolveMode = in_pass ? VK_RESOLVE_MODE_AVERAGE_BIT : VK_RESOLVE_MODE_NONE,
-        .resolveImageView = in_pass ? eye_view : VK_NULL_HANDLE,
-        .resolveImageLayout = in_pass ? VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL : VK_IMAGE_LAYOUT_UNDEFINED,
-        .loadOp = !partly               ? VK_ATTACHMENT_LOAD_OP_CLEAR
-                  : context.samples > 1 ? VK_ATTACHMENT_LOAD_OP_DONT_CARE
-                                        : VK_ATTACHMENT_LOAD_OP_LOAD,
-        .storeOp = in_pass ? VK_ATTACHMENT_STORE_OP_DONT_CARE : VK_ATTACHMENT_STORE_OP_STORE,
-        .clearValue = {.color = {{clear.r, clear.g, clear.b, frame.background == Background::kClear ? 0.0f : 1.0f}}}};
-    const VkRenderingAttachmentInfo depth_info{
-        .sType = VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO,
-        .imageView = kept_direct ? kept->view : layered() ? (layer && !partly ? scene_depth : depth).layer_views[static_cast<std::size_t>(view)] : depth.view,
-        .imageLayout = VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL,
-        .resolveMode = kept_resolved ? VK_RESOLVE_MODE_SAMPLE_ZERO_BIT : VK_RESOLVE_MODE_NONE,
-        .resolveImageView = kept_resolved ? kept->view : VK_NULL_HANDLE,
-        .resolveImageLayout = kept_resolved ? VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL : VK_IMAGE_LAYOUT_UNDEFINED,
-        .loadOp = VK_ATTACHMENT_LOAD_OP_CLEAR,
-        .storeOp = kept_direct || layer ? VK_ATTACHMENT_STORE_OP_STORE : VK_ATTACHMENT_STORE_OP_DONT_CARE,
-        .clearValue = {.depthStencil = {1.0f, 0}}};
-    begin_pass(commands, frame, color_info, depth_info, context.view_mask, extent,
-               {{box.x, box.y}, {static_cast<std::uint32_t>(box.width), static_cast<std::uint32_t>(box.height)}});
-  }
-
-  /// `drawn`: what of the picture was, where its samples are yet to be averaged.
-  void end_scene(VkCommandBuffer commands, const gpu::Image& target, int view, std::span<const PixelBox> drawn) {
-    vkCmdEndRendering(commands);
-    if (!resolves_by_command()) return;
-    gpu::transition(commands, color, VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL, VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL,
-                    kOutput, VK_ACCESS_2_COLOR_ATTACHMENT_WRITE_BIT, kResolve, VK_ACCESS_2_TRANSFER_READ_BIT);
-    std::vector<VkImageResolve> parts;
-    for (const PixelBox& b : drawn)
-      parts.push_back({.srcSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 0, 1},
-                       .srcOffset = {b.x, b.y, 0},
-                       .dstSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, 0, static_cast<std::uint32_t>(view), 1},
-                       .dstOffset = {b.x, b.y, 0},
-                       .extent = {static_cast<std::uint32_t>(b.width), static_cast<std::uint32_t>(b.height), 1}});
-    vkCmdResolveImage(commands, color.image, VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL, target.image,
-                      VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, static_cast<std::uint32_t>(parts.size()), parts.data());
-  }
-
-  /// Where layered: all anew is drawn into the depth that stays, parts into another one, whose rest is masked.
-  void begin_depth(VkCommandBuffer commands, bool partly) {
-    gpu::transition(commands, partly ? depth : scene_depth, VK_IMAGE_LAYOUT_UNDEFINED,
-                    VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, VK_ACCESS_2_NONE,
-                    kTests, kDepthUse);
-  }
-
-  /// The scene's new parts into the pictures, and over them what flies before it and the writing.
-  void lay_over(VkCommandBuffer commands, const Frame& frame, int slot, bool partly,
-                const std::array<std::vector<PixelBox>, 2>& scene_boxes, FrameStats& stats) {
-    constexpr VkPipelineStageFlags2 kCopy = VK_PIPELINE_STAGE_2_COPY_BIT;
-    const auto copy = [&](const gpu::Image& from, const gpu::Image& to, const std::array<std::vector<PixelBox>, 2>& boxes) {
-      std::vector<VkImageCopy> parts;
-      for (std::uint32_t e = 0; e < static_cast<std::uint32_t>(frame.views); ++e)
-        for (const PixelBox& b : boxes[e])
-          parts.push_back({.srcSubresource = {from.options.aspect, 0, e, 1},
-                           .srcOffset = {b.x, b.y, 0},
-                           .dstSubresource = {to.options.aspect, 0, e, 1},
-                           .dstOffset = {b.x, b.y, 0},
-                           .extent = {static_cast<std::uint32_t>(b.width), static_cast<std::uint32_t>(b.height), 1}});
-      if (parts.empty()) return;
-      vkCmdCopyImage(commands, from.image, VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL, to.image,
-                     VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, static_cast<std::uint32_t>(parts.size()), parts.data());
-    };
-    if (partly) {
-      gpu::transition(commands, depth, VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL, VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL,
-                      kTests, kDepthUse, kCopy, VK_ACCESS_2_TRANSFER_READ_BIT);
-      gpu::transition(commands, scene_depth, VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL, VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL,
-                      kTests, kDepthUse, kCopy, VK_ACCESS_2_TRANSFER_WRITE_BIT);
-      copy(depth, scene_depth, scene_boxes);
-      gpu::transition(commands, scene_depth, VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL,
-                      kCopy, VK_ACCESS_2_TRANSFER_WRITE_BIT, kTests, kDepthUse);
-    }
-    gpu::transition(commands, scene, VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL, VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL,
-                    kOutput, VK_ACCESS_2_COLOR_ATTACHMENT_WRITE_BIT, kCopy, VK_ACCESS_2_TRANSFER_READ_BIT);
-    gpu::transition(commands, pictures, partly ? VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL : VK_IMAGE_LAYOUT_UNDEFINED,
-                    VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, VK_ACCESS_2_NONE, kCopy,
-                    VK_ACCESS_2_TRANSFER_WRITE_BIT);
-    copy(scene, pictures, redrawn);
-    gpu::transition(commands, pictures, VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL,
-                    kCopy, VK_ACCESS_2_TRANSFER_WRITE_BIT, kOutput,
-                    VK_ACCESS_2_COLOR_ATTACHMENT_WRITE_BIT | VK_ACCESS_2_COLOR_ATTACHMENT_READ_BIT);
-    const VkExtent2D extent = pictures.options.size;
+  /// What flies before the scene, and the writing, over what of the scene is restored.
+  void lay_over(VkCommandBuffer commands, const Frame& frame, int slot, bool partly, const EyeBoxes& scene_boxes,
+                FrameStats& stats) {
+    targets.restore_scene(commands, frame.views, partly, scene_boxes, redrawn);
+    const VkExtent2D extent = targets.pictures.options.size;
     for (int view = 0; view < frame.views; ++view) {
       const auto e = static_cast<std::size_t>(view);
       Tiles over;
@@ -737,7 +487,7 @@ struct Renderer::Impl {
       for (const PixelBox& b : redrawn[e]) over.mark(b);
       const bool chips = frame.cloud || over.touch(particle_tiles[e]), writing = over.touch(hud_tiles[e]);
       if (!chips && !writing) continue;
-      begin_over(commands, frame, view, extent);
+      targets.begin_over(commands, frame, view);
       vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, context.layout, 0, 1,
                               &inputs.sets[static_cast<std::size_t>(slot)], 0, nullptr);
       push_view(commands, context.layout, view);
@@ -746,60 +496,7 @@ struct Renderer::Impl {
       vkCmdEndRendering(commands);
       ++stats.passes;
     }
-    gpu::transition(commands, pictures, VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL, VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL,
-                    kOutput, VK_ACCESS_2_COLOR_ATTACHMENT_WRITE_BIT, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT,
-                    VK_ACCESS_2_SHADER_SAMPLED_READ_BIT | VK_ACCESS_2_TRANSFER_READ_BIT);
-  }
-
-  /// Opens the pass of what lies over an eye's scene.
-  void begin_over(VkCommandBuffer commands, const Frame& frame, int view, const VkExtent2D& extent) {
-    const auto e = static_cast<std::size_t>(view);
-    const VkRenderingAttachmentInfo color_info{.sType = VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO,
-                                               .imageView = pictures.layer_views[e],
-                                               .imageLayout = VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL,
-                                               .loadOp = VK_ATTACHMENT_LOAD_OP_LOAD,
-                                               .storeOp = VK_ATTACHMENT_STORE_OP_STORE};
-    const VkRenderingAttachmentInfo depth_info{.sType = VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO,
-                                               .imageView = scene_depth.layer_views[e],
-                                               .imageLayout = VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL,
-                                               .loadOp = VK_ATTACHMENT_LOAD_OP_LOAD,
-                                               .storeOp = VK_ATTACHMENT_STORE_OP_STORE};
-    begin_pass(commands, frame, color_info, depth_info, 0, extent, {{0, 0}, extent});
-  }
-
-  /// With all that is dynamic set, for a picture of that extent, of which `area` is drawn.
-  static void begin_pass(VkCommandBuffer commands, const Frame& frame, const VkRenderingAttachmentInfo& color_info,
-                         const VkRenderingAttachmentInfo& depth_info, std::uint32_t view_mask, const VkExtent2D& extent,
-                         const VkRect2D& area) {
-    const VkRenderingInfo rendering{.sType = VK_STRUCTURE_TYPE_RENDERING_INFO,
-                                    .renderArea = area,
-                                    .layerCount = 1,
-                                    .viewMask = view_mask,
-                                    .colorAttachmentCount = 1,
-                                    .pColorAttachments = &color_info,
-                                    .pDepthAttachment = &depth_info};
-    vkCmdBeginRendering(commands, &rendering);
-    const VkViewport viewport{0, 0, static_cast<float>(extent.width), static_cast<float>(extent.height), 0, 1};
-    vkCmdSetViewport(commands, 0, 1, &viewport);
-    vkCmdSetScissor(commands, 0, 1, &area);
-    // A mirrored view turns every triangle's winding round, once.
-    vkCmdSetFrontFace(commands, frame.eyes[0].flip ? VK_FRONT_FACE_CLOCKWISE : VK_FRONT_FACE_COUNTER_CLOCKWISE);
-  }
-
-  void end_pictures(VkCommandBuffer commands, const gpu::Image& target) {
-    const bool by_command = resolves_by_command();
-    gpu::transition(commands, target,
-                    by_command ? VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL : VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL,
-                    VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL, by_command ? kResolve : kOutput,
-                    by_command ? VK_ACCESS_2_TRANSFER_WRITE_BIT : VK_ACCESS_2_COLOR_ATTACHMENT_WRITE_BIT,
-                    VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT,
-                    VK_ACCESS_2_SHADER_SAMPLED_READ_BIT | VK_ACCESS_2_TRANSFER_READ_BIT);
-    if (&target != &pictures) return;
-    for (const gpu::Image& image : kept_depth)
-      gpu::transition(commands, image, VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL, VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL,
-                      kOutput | VK_PIPELINE_STAGE_2_LATE_FRAGMENT_TESTS_BIT,
-                      VK_ACCESS_2_DEPTH_STENCIL_ATTACHMENT_WRITE_BIT | VK_ACCESS_2_COLOR_ATTACHMENT_WRITE_BIT,
-                      VK_PIPELINE_STAGE_2_COPY_BIT, VK_ACCESS_2_TRANSFER_READ_BIT);
+    targets.end_over(commands);
   }
 };
 
@@ -858,17 +555,17 @@ void Renderer::set_hidden(std::span<const glm::vec3> corners) {
 }
 
 void Renderer::keep_depth(bool keep) {
-  if (keep == impl_->keeps_depth) return;
+  if (keep == impl_->targets.keeps_depth) return;
   vkDeviceWaitIdle(impl_->device.device);
   impl_->destroy_pictures();
-  impl_->keeps_depth = keep;
+  impl_->targets.keeps_depth = keep;
   impl_->create_pictures(impl_->last_views);
 }
 
 Renderer::DepthPicture Renderer::depth(int view) const {
-  if (impl_->kept_depth.empty()) return {};
-  const bool together = impl_->kept_depth.size() == 1;
-  return {&impl_->kept_depth[together ? 0 : static_cast<std::size_t>(view)],
+  if (impl_->targets.kept_depth.empty()) return {};
+  const bool together = impl_->targets.kept_depth.size() == 1;
+  return {&impl_->targets.kept_depth[together ? 0 : static_cast<std::size_t>(view)],
           together ? static_cast<std::uint32_t>(view) : 0};
 }
 
@@ -882,7 +579,7 @@ std::span<const PixelBox> Renderer::redrawn(int view) const {
 }
 
 const gpu::Image& Renderer::pictures() const {
-  return impl_->pictures;
+  return impl_->targets.pictures;
 }
 
 }  // namespace typodont::render

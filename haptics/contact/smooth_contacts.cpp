@@ -9,8 +9,10 @@ namespace {
 
 constexpr double kWide = 0.25e-3;     // m between samples of the wide patch
 constexpr double kBlurred = 0.5;      // wide voxels that a linear look may overestimate a distance by
+constexpr double kAtBand = 1e-3;      // wide voxels: rounding
 constexpr double kEdgeOff = 0.4;      // … and, on an edge, a surface: a nearest point farther out was made by intersecting
-constexpr double kEnough = 3;         // voxels of room for which the shank is not looked at anew
+constexpr double kEnough = 3;         // voxels of room for which the shank is not looked at anew, nor is it while half of …
+constexpr double kClose = 0.8;        // … less is left, but for what is so near that its contacts are looked for
 constexpr double kSameWay = 0.985;    // cosine: contacts that push alike, and lie closer together than …
 constexpr double kLedOut = 0.1;       // voxels a look: found deeper inside tissue it is led out so fast
 constexpr double kSamePlace = 2;      // … so many voxels, are one
@@ -53,7 +55,7 @@ double SmoothContacts::room(const SurfacePatch& patch, const Pose& X_VT) noexcep
     // An angle of 2 acos |q·q'| is no more than 2.3 √(2 - 2 |q·q'|).
     const double turned = 2.3 * std::sqrt(std::max(0.0, 2 - 2 * std::abs(glm::dot(X_VT.R, at_.R))));
     const double left = free_ - glm::length(X_VT.p - at_.p) - turned * (shank.z + shank.half);
-    if (left > kEnough) return left;
+    if (left > std::max(kClose, std::min(kEnough, free_ / 2))) return left;
   }
   // Along its axis as far as the field says that nothing is near.
   const SurfacePatch& wide = patch.wide.front();
@@ -68,7 +70,10 @@ double SmoothContacts::room(const SurfacePatch& patch, const Pose& X_VT) noexcep
       break;
     }
     const double radius = std::min(shank.radius, shank.neck + slope * u);
-    const double clear = (sample_linear(wide, p) - kBlurred) * every_ - radius;
+    const double around = sample_linear(wide, p);
+    // Among samples that are all beyond the band nothing is nearer than that, but for what a sphere bulges between them.
+    const double blurred = around > wide.band - kAtBand ? 3 / (8 * wide.band) : kBlurred;
+    const double clear = (around - blurred) * every_ - radius;
     // What lies within s of here along the axis is clear by clear - s (1 + slope), so a third of that way loses little.
     const double step = std::max(0.3 * clear / (1 + slope), least_step);
     if (!fits(radius, wide, p)) least = std::min(least, clear - step * (1 + slope) / 2);

@@ -1,11 +1,14 @@
 // What of a tool never cuts: shank and safe end push back, turn the tool, and remove nothing.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <numeric>
+#include <random>
 
 #include "engine/base/error.h"
 #include "engine/base/units.h"
+#include "haptics/contact/smooth_contacts.h"
 #include "tests/support/haptic_bench.h"
 #include "tests/support/no_alloc.h"
 
@@ -139,6 +142,52 @@ TEST(Shank, IsFeltWhereverTheToolIsTilted) {
     EXPECT_NEAR(along, 0.2, 0.03) << tilt;
     EXPECT_NEAR(std::abs(bench.last.tau_T_W.y), along * 4.4e-3, 0.1 * along * 4.4e-3) << tilt;
   }
+}
+
+TEST(Shank, ItsRoomIsNeverMoreThanThereIsHoweverNarrowTheBand) {
+  std::mt19937_64 random(7);
+  std::uniform_real_distribution<double> any(-1, 1);
+  int told = 0;
+  for (const double band : {0.6, 1.0, 1.5, 3.0}) {
+    for (const double diameter : {1.6_mm, 2.35_mm}) {
+      Tool tool = bur_with_shank();
+      tool.shank_diameter = diameter;
+      HapticBench bench(fmt::format(R"({{"voxel_mm": 0.1, "band_mm": {}, "solids": [
+        {{"tissue": "enamel", "solid": {{"box": {{"center_mm": [5, 0, 6], "size_mm": [5, 16, 6]}}}}}}]}})", band), settings(tool));
+      bench.tick({{-2.0_mm, 0, 0}});
+      const haptics::SurfacePatch& patch = bench.servo.patch();
+      const haptics::SmoothPart shank = *haptics::shank_of(tool);
+      haptics::SmoothContacts contacts(tool, 0.1_mm);
+      const VoxelFrame& frame = bench.settings.frame;
+      for (int i = 0; i < 300; ++i) {
+        const Pose X_WT{dvec3(any(random) * 1.0_mm, any(random) * 1.0_mm, any(random) * 1.0_mm),
+                        glm::normalize(glm::angleAxis(0.3 * any(random), dvec3(0, 1, 0)))};
+        const double room = contacts.room(patch, {frame.to_voxels(X_WT.p), X_WT.R});
+        double clear = 1e9;  // m, of the shank's flank to the block's face and edges
+        for (int k = 0; k <= 100; ++k) {
+          const double u = k / 100.0 * shank.shape.length;
+          const double radius = std::min(diameter / 2, tool.neck_diameter / 2 + (diameter - tool.neck_diameter) / 2 * u / tool.neck_length);
+          const dvec3 p = X_WT * dvec3(0, 0, shank.z - shank.shape.length / 2 + u);
+          const dvec3 off = glm::max(glm::abs(p - dvec3(5, 0, 6) * 1e-3) - dvec3(2.5, 8, 3) * 1e-3, dvec3(0));
+          clear = std::min(clear, glm::length(off) - radius);
+        }
+        EXPECT_LE(room, std::max(clear / 0.1_mm, 0.0) + 1e-3) << band << " " << diameter << " " << i;
+        told += room > 0.8;
+      }
+    }
+  }
+  EXPECT_GT(told, 1000);  // of 2400: it does tell of room
+}
+
+TEST(Shank, IsNotLookedForWhereTheBandSaysThatNothingIsNear) {
+  Tool tool = bur_with_shank();
+  tool.shank_diameter = 2.35_mm;
+  HapticBench bench(R"({"voxel_mm": 0.1, "band_mm": 1.5, "solids": [{"tissue": "enamel", "solid": {"box": {"center_mm": [9, 0, 0], "size_mm": [4, 4, 4]}}}]})",
+                    settings(tool));
+  bench.tick({{0, 0, 0}});
+  haptics::SmoothContacts contacts(tool, 0.1_mm);
+  // A contact that is farther off than 0.8 voxels is not looked for.
+  EXPECT_GT(contacts.room(bench.servo.patch(), {bench.settings.frame.to_voxels(dvec3(0)), {1, 0, 0, 0}}), 2.0);
 }
 
 TEST(Shank, ATickAllocatesNothing) {

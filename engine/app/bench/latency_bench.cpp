@@ -12,6 +12,7 @@
 #include <fstream>
 #include <thread>
 
+#include "audio/audio_output.h"
 #include "audio/sound_file.h"
 #include "engine/app/bench/parts.h"
 #include "engine/app/picture/picture_stage.h"
@@ -85,6 +86,7 @@ void step_rows(const Folder& folder, std::vector<BenchRow>& rows) {
   }
   if (felt < 0) return;
   rows.push_back(row("hand to force", "step onto enamel, 1 kHz", std::max(felt - moved, 1e-3), "step"));
+  // A file is made by the ticks' own time: what it shows is what the synthesizer adds.
   const audio::Recording recording = audio::read_recording(wav);
   const std::vector<double> samples = recording.mono();
   for (std::size_t i = static_cast<std::size_t>(moved * recording.rate); i < samples.size(); ++i) {
@@ -93,6 +95,22 @@ void step_rows(const Folder& folder, std::vector<BenchRow>& rows) {
     rows.push_back(
         row("hand to sound, into a file", "step onto enamel", std::max(heard - moved, 1 / recording.rate), "step"));
     break;
+  }
+  // A device plays as time goes by: a hundred times a second the recording says how long a tick took to be heard.
+  const std::vector<audio::AudioDevice> devices = audio::audio_devices();
+  const auto card = std::find_if(devices.begin(), devices.end(), [](const audio::AudioDevice& d) { return d.is_default; });
+  if (card == devices.end()) return;
+  options.audio = "portaudio:" + card->name;
+  run_workbench(read_scene(file), options);
+  const session::SessionReader played(session);
+  const auto& streams = played.header().streams;
+  for (std::size_t i = 0; i < streams.size(); ++i) {
+    if (streams[i].name != "sound") continue;
+    std::vector<double> seconds = played.streams()[i].columns.back();  // latency_s
+    std::erase_if(seconds, [](double v) { return !std::isfinite(v); });
+    if (seconds.empty()) continue;
+    for (const auto& [name, q] : {std::pair{"median", 0.5}, {"99 %", 0.99}})
+      rows.push_back(row(fmt::format("hand to sound, {}", name), fmt::format("{}, its own share included", card->name), quantile(seconds, q), "tick"));
   }
 }
 

@@ -38,7 +38,10 @@ void recorder_thread(LiveSession& s, session::SessionWriter& writer) {
     while (wiring.cuts_to_recorder.pop(cut)) writer.append({&cut, 1});
     for (std::size_t i = 0; i < ticks && wiring.ticks_to_recorder.pop(tick); ++i) {
       writer.append({&tick, 1});
-      s.notes->add(tick, writer);
+      if (s.sound)
+        s.notes->add(tick, writer, s.sound->latency());
+      else
+        s.notes->add(tick, writer);
     }
     SeenFrom seen;
     while (wiring.seen_to_recorder.pop(seen)) {
@@ -53,13 +56,14 @@ void recorder_thread(LiveSession& s, session::SessionWriter& writer) {
       writer.append(s.left_stream, left.t, std::array{X.p.x, X.p.y, X.p.z, X.R.w, X.R.x, X.R.y, X.R.z, left.pedal});
     }
     if (wiring.loop_to_recorder.fetch()) writer.loop(wiring.loop_to_recorder.front());
+    // Pictures of before the first tick belong to no session.
+    const Nanos zero = wiring.session_zero.load(std::memory_order_relaxed);
     display::HmdTiming frame;
-    while (wiring.xr_frames_to_recorder.pop(frame)) {
-      writer.append(s.xr_stream, frame.t - s.began, xr_stream_row(frame));
-    }
+    while (wiring.xr_frames_to_recorder.pop(frame))
+      if (zero != 0 && frame.t >= zero) writer.append(s.xr_stream, frame.t - zero, xr_stream_row(frame));
     PictureTiming picture;
     while (wiring.pictures_to_recorder.pop(picture))
-      writer.append(s.picture_stream, picture.t - s.began, picture_stream_row(picture));
+      if (zero != 0 && picture.t >= zero) writer.append(s.picture_stream, picture.t - zero, picture_stream_row(picture));
     writer.count_ring_losses(wiring.ticks_to_recorder.dropped(), wiring.cuts_to_recorder.dropped());
     writer.heartbeat();
     if (s.operated) {

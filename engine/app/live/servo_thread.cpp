@@ -74,9 +74,9 @@ void servo_thread(LiveSession& s, haptics::HapticDevice& hand) {
       if (s.debris) wiring.cuts_to_debris.push(cut);
     }
     wiring.tick_to_carver.publish(tick);
-    if (s.draw || s.operated) wiring.tick_to_render.publish(tick);
+    if (s.sound) s.sound->push(tick);  // before it is published: a file is made up to the newest that is
+    if (s.draw || s.operated || s.sound) wiring.tick_to_render.publish(tick);
     if (s.record) wiring.ticks_to_recorder.push(tick);
-    if (s.sound) s.sound->push(tick);
     s.faults |= tick.faults;
     wiring.newest_faults.store(tick.faults, std::memory_order_relaxed);
     s.last = tick;

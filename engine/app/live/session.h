@@ -34,8 +34,7 @@ struct LiveSession {
   bool watched = false;  // bricks go to the operator too: the headset takes the others
   StrokeBook book;       // carver thread until it has ended
   Nanos mesh_interval = 16'000'000;  // ns between looks for changed bricks: no more often than they are drawn
-  Nanos began = 0;            // of recorded frames
-  std::size_t xr_stream = 0;  // which of the recording's streams they are
+  std::size_t xr_stream = 0;       // which of the recording's streams a headset's frames are
   std::size_t picture_stream = 0;  // the same, of a picture on a screen
   SoundLink* sound = nullptr;
   std::size_t left_stream = 0;  // of the recording, where there is a second hand

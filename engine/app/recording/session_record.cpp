@@ -73,7 +73,8 @@ session::StreamSpec sound_stream() {
            {"force_N", "N"},
            {"removal_m3_per_s", "m3/s"},
            {"slip_m_per_s", "m/s"},
-           {"tissue", ""}}};
+           {"tissue", ""},
+           {"latency_s", "s"}}};
 }
 
 namespace {
@@ -94,7 +95,7 @@ TickNotes::TickNotes(const Scene& scene, std::optional<std::size_t> sound)
   fault_seen_.fill(-2 * kFaultAgain);
 }
 
-void TickNotes::add(const ServoTick& tick, session::SessionWriter& writer) noexcept {
+void TickNotes::add(const ServoTick& tick, session::SessionWriter& writer, double sound_latency) noexcept {
   if (tick.tool != tool_ || (first_ && tools_.size() > 1)) {
     tool_ = tick.tool;
     if (tool_ < tools_.size()) writer.event(tick.t, session::EventKind::kTool, tools_[tool_]);
@@ -111,7 +112,7 @@ void TickNotes::add(const ServoTick& tick, session::SessionWriter& writer) noexc
     if (first_ || tick.t - sounded_ >= kSoundEvery) {
       sounded_ = tick.t;
       writer.append(*sound_, tick.t, std::array{s.spindle, s.pedal, s.contact_area, s.force, s.removal_rate, s.slip_speed,
-                                                static_cast<double>(s.tissue)});
+                                                static_cast<double>(s.tissue), sound_latency});
     }
   }
   first_ = false;

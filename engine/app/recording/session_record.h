@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -36,7 +37,9 @@ class TickNotes {
  public:
   /// `sound`: the stream it goes to; nothing where there is no sound.
   TickNotes(const Scene& scene, std::optional<std::size_t> sound);
-  void add(const ServoTick& tick, session::SessionWriter& writer) noexcept;
+  /// `sound_latency`: s from a tick to its sound, NaN where unknown.
+  void add(const ServoTick& tick, session::SessionWriter& writer,
+           double sound_latency = std::numeric_limits<double>::quiet_NaN()) noexcept;
 
  private:
   std::vector<std::string> tools_;

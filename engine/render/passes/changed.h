@@ -13,6 +13,8 @@
 
 namespace typodont::render {
 
+using EyeBoxes = std::array<std::vector<PixelBox>, 2>;  // parts of each eye's picture
+
 struct BoxInWorld {
   glm::dvec3 lo, hi;  // m, W
 };

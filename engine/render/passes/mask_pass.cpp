@@ -7,7 +7,7 @@
 namespace typodont::render {
 
 void MaskPass::prepare(PassContext& context, int slot, const glm::ivec2& size,
-                       const std::array<std::vector<PixelBox>, 2>& kept) {
+                       const EyeBoxes& kept) {
   std::vector<glm::vec3> out;
   for (std::size_t e = 0; e < kept.size(); ++e) {
     first[e] = static_cast<std::uint32_t>(out.size());

@@ -108,7 +108,7 @@ struct MaskPass {
   VkPipeline pipeline = VK_NULL_HANDLE;
   SlotBuffers corners;
   std::array<std::uint32_t, 2> first{}, count{};  // of each eye
-  void prepare(PassContext& context, int slot, const glm::ivec2& size, const std::array<std::vector<PixelBox>, 2>& kept);
+  void prepare(PassContext& context, int slot, const glm::ivec2& size, const EyeBoxes& kept);
   void record(PassContext& context, VkCommandBuffer commands, int slot, int view, FrameStats& stats);
   void destroy(gpu::Device& device);
 };

@@ -157,6 +157,7 @@ void Page::timing() {
     loop_times(*session_.loop());
     real_time(*session_.loop());
   }
+  sound_times();
   put("</section>\n");
 }
 
@@ -249,6 +250,16 @@ void Page::cpu_times() {
       histogram(edges, counts, "µs",
                 say("histogram_alt", us.size(), number(quantile(0.5)), number(quantile(0.99)), number(us.back())),
                 number_text()));
+}
+
+void Page::sound_times() {
+  const auto heard = frames_of(session_, "sound");
+  if (!heard || heard->column("latency_s").empty()) return;  // silent, or into a file
+  put("<div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-labelledby=\"h-timing\"><table><caption>{}</caption><thead><tr><th scope=\"col\"></th>"
+      "<th scope=\"col\">{}</th><th scope=\"col\">99 %</th><th scope=\"col\">{}</th></tr></thead>\n<tbody>\n",
+      say("sound_caption"), say("median"), say("worst"));
+  frame_row(*heard, "hand_to_sound", "latency_s", 1e3, "ms");
+  put("</tbody></table></div>\n");
 }
 
 void Page::headset() {

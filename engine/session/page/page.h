@@ -81,6 +81,7 @@ class Page : private Words {
   void loop_times(const LoopReport& loop);
   void real_time(const LoopReport& loop);
   void cpu_times();
+  void sound_times();
 
   void frame_row(const FrameStream& frames, const char* key, std::string_view column, double scale, const char* unit,
                  bool least_is_worst = false);

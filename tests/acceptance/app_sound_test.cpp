@@ -1,0 +1,43 @@
+// Sound of a live session: on the session's clock, however long the program took to start.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdlib>
+
+#include "audio/sound_file.h"
+#include "engine/session/session_file.h"
+#include "tests/support/program.h"
+
+namespace typodont {
+namespace {
+
+using test::ProgramFolder;
+
+TEST(LiveSound, ATapIsHeardInTheFileWithinTwoMillisecondsOfTheTickThatFeelsIt) {
+  const ProgramFolder folder(TYPODONT_PROGRAM);
+  const std::string scene = folder.write("scene.json", R"({
+    "tissue": {"voxel_mm": 0.2, "solids": [{"tissue": "enamel", "solid": {"box": {"size_mm": [8, 8, 4]}}}]},
+    "tool": "explorer", "parts": ["haptics", "sound"]})");
+  const std::string hand = folder.write("hand.csv",
+                                        "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,0,0,2.8,1,0,0,0,0\n0.333,0,0,2.8,1,0,0,0,0\n"
+                                        "0.337,0,0,2,1,0,0,0,0\n0.5,0,0,2,1,0,0,0,0\n");
+  // The first start fills caches, the second finds them: neither may shift the sound.
+  for (const std::string_view run : {"first", "second"}) {
+    const std::string wav = folder / fmt::format("{}.wav", run), session = folder / fmt::format("{}.h5", run);
+    const auto ran = folder.run(fmt::format("run {} --hand script:{} --audio wav:{} --record {}", scene, hand, wav, session), "env -u DISPLAY -u WAYLAND_DISPLAY");
+    ASSERT_EQ(ran.status, 0) << ran.err;
+    double felt = -1;
+    for (const ServoTick& tick : session::SessionReader(session).ticks())
+      if (felt < 0 && glm::length(tick.f_T_W) > 0.05) felt = to_seconds(tick.t);
+    ASSERT_GT(felt, 0.3);
+    const audio::Recording heard = audio::read_recording(wav);
+    const std::vector<double> samples = heard.mono();
+    const auto first = std::find_if(samples.begin(), samples.end(), [](double v) { return std::abs(v) > 1e-4; });
+    ASSERT_NE(first, samples.end());
+    EXPECT_NEAR(static_cast<double>(first - samples.begin()) / heard.rate, felt, 2e-3) << run;
+    EXPECT_NEAR(static_cast<double>(samples.size()) / heard.rate, 0.5, 2e-3) << run;
+  }
+}
+
+}  // namespace
+}  // namespace typodont
