@@ -379,7 +379,6 @@ TYPODONT_KERNEL bool raise_due(BallBlocks& b, PerTissue* removed) {
           const F8 first_terms = *reinterpret_cast<const F8*>(f.heights.apart + z0);
           const F8 second_terms = *reinterpret_cast<const F8*>(f.heights.ahead + z0);
           F8 least_slack = F8{} + kNever;
-          if (!listed) slack_of.forget();
           for (int row = 0; row < 16; ++row) {
             const int x = x0 + (row >> 2), y = y0 + (row & 3);
             if (!whole && (x < b.lo.x || x > b.hi.x || y < b.lo.y || y > b.hi.y)) continue;
@@ -418,7 +417,7 @@ TYPODONT_KERNEL bool raise_due(BallBlocks& b, PerTissue* removed) {
             const int samples = with_one_label(b.tissue + at, f.distance + at, b.lanes, label);
             rest &= z + samples < kStretch ? ~std::uint64_t{0} << (z + samples) : 0;
             b.found[std::min(b.listed++, b.room)] = {
-                static_cast<float>(x), static_cast<float>(y), stretch + z, at, side_of(c, f.origin + glm::ivec3(x, y, stretch + z), b.lanes), stage_of(slack_of.least(row, z) - b.slip, b.ahead),
+                static_cast<float>(x), static_cast<float>(y), stretch + z, at, side_of(c, f.origin + glm::ivec3(x, y, stretch + z), b.lanes), stage_of(slack_of.least(row, z, live[row] >> z) - b.slip, b.ahead),
                 static_cast<std::uint8_t>(samples), label};
           }
         }
