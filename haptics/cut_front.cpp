@@ -62,13 +62,6 @@ void CutFront::Groups::sort(int listed) noexcept {
   count = listed;
 }
 
-int CutFront::Groups::count_by(double way) const noexcept {
-  const int stage = static_cast<int>((way - (until - lasts)) / lasts * kStages);
-  int many = 0;
-  for (int r = 0; r < run_count && runs[static_cast<std::size_t>(r)].stage <= stage; ++r) many = runs[static_cast<std::size_t>(r)].to;
-  return many;
-}
-
 bool CutFront::holds(const glm::ivec3& lo, const glm::ivec3& hi) const noexcept {
   return glm::all(glm::lessThan(blocks(hi, kRows, kDeep) - blocks(lo, kRows, kDeep), size_));
 }

@@ -27,12 +27,12 @@ class CutFront {
   /// What is listed, is so in parts: of every fourth layer of blocks along x.
   static constexpr int kParts = 4;
 
-  /// Groups of the same kind, one after the other. Before the head has come `stage` quarters of what the list lasts for
+  /// Groups of the same kind, one after the other. Before the head has come `stage` eighths of what the list lasts for
   /// they cannot change.
   struct Run {
     int kind, stage, from, to;
   };
-  static constexpr int kStages = 4;
+  static constexpr int kStages = 8;
 
   /// A group as it is found.
   struct Found {
@@ -83,13 +83,13 @@ class CutFront {
     Listed listed() { return {x.data(), y.data(), z.data(), at.data(), length.data(), label.data()}; }
     static constexpr int kRoom = 40;  // groups that may be looked at beyond the last
 
-    // Sorted by the pieces of the meridian that can be the closest (of a ball there is one), and by when they may change.
+    // Sorted by the pieces of the meridian that can be the closest (of a ball: by where they lie beside it), and by when they may change.
     std::vector<Found> found;
     std::array<Run, kKinds * kStages> runs;
     int run_count = 0;
     void sort(int listed) noexcept;
-    /// How many of one kind may have changed when the head has come so far.
-    int count_by(double way) const noexcept;
+    /// To which stage the head has come.
+    int stage(double way) const noexcept { return static_cast<int>((way - (until - lasts)) / lasts * kStages); }
   };
 
   /// Whether there is room for all blocks around lo..hi (voxels).

@@ -295,6 +295,15 @@ TYPODONT_KERNEL void row_terms(const BallFront& f, const F8& x, const F8& y, F8&
   }
 }
 
+/// Whether a group lies ahead of a ball that moves as it does now, beside it or behind it. It only sorts: what is alike is done
+/// at once.
+inline int side_of(const Capsule& c, const glm::ivec3& group, int lanes) {
+  const float first = (static_cast<float>(group.x) - c.ax) * c.abx + (static_cast<float>(group.y) - c.ay) * c.aby +
+                      (static_cast<float>(group.z) - c.az) * c.abz;
+  const float last = first + static_cast<float>(lanes - 1) * c.abz;
+  return first > 0 && last > 0 ? 0 : first > 0 || last > 0 ? 1 : 2;
+}
+
 /// Raises all blocks that are due, finds when they will be due again, and lists what may change until the head has come
 /// `ahead`.
 template <bool capsule>
@@ -370,7 +379,6 @@ TYPODONT_KERNEL bool raise_due(BallBlocks& b, PerTissue* removed) {
           const F8 first_terms = *reinterpret_cast<const F8*>(f.heights.apart + z0);
           const F8 second_terms = *reinterpret_cast<const F8*>(f.heights.ahead + z0);
           F8 least_slack = F8{} + kNever;
-          if (!listed) slack_of.forget();
           for (int row = 0; row < 16; ++row) {
             const int x = x0 + (row >> 2), y = y0 + (row & 3);
             if (!whole && (x < b.lo.x || x > b.hi.x || y < b.lo.y || y > b.hi.y)) continue;
@@ -409,7 +417,7 @@ TYPODONT_KERNEL bool raise_due(BallBlocks& b, PerTissue* removed) {
             const int samples = with_one_label(b.tissue + at, f.distance + at, b.lanes, label);
             rest &= z + samples < kStretch ? ~std::uint64_t{0} << (z + samples) : 0;
             b.found[std::min(b.listed++, b.room)] = {
-                static_cast<float>(x), static_cast<float>(y), stretch + z, at, 0, stage_of(slack_of.least(row, z) - b.slip, b.ahead),
+                static_cast<float>(x), static_cast<float>(y), stretch + z, at, side_of(c, f.origin + glm::ivec3(x, y, stretch + z), b.lanes), stage_of(slack_of.least(row, z, live[row] >> z) - b.slip, b.ahead),
                 static_cast<std::uint8_t>(samples), label};
           }
         }
@@ -455,7 +463,8 @@ bool Sweep::raise_ball(CutFront& front, const glm::ivec3& patch_lo, int n, float
                      .distance = distance + at,
                      .heights = {front.heights(0), front.heights(1)},
                      .groups = {},
-                     .count = 0},
+                     .range_count = 0,
+                     .ranges = {}},
                .tissue = tissue + at,
                .stride_x = n * n,
                .stride_y = n,
@@ -486,7 +495,15 @@ bool Sweep::raise_ball(CutFront& front, const glm::ivec3& patch_lo, int n, float
     CutFront::Groups& groups = front.parts_[static_cast<std::size_t>(part)];
     if (front.way_ <= groups.until) {
       b.f.groups = groups.listed();
-      b.f.count = groups.count_by(front.way_);
+      b.f.range_count = 0;
+      const int stage = groups.stage(front.way_);
+      for (int r = 0, side = -1; r < groups.run_count; ++r) {
+        const CutFront::Run& run = groups.runs[static_cast<std::size_t>(r)];
+        if (run.stage > stage) continue;
+        if (run.kind != side) b.f.ranges[b.f.range_count++] = {run.from, run.to};
+        b.f.ranges[b.f.range_count - 1].to = run.to;
+        side = run.kind;
+      }
       changed |= raise_listed_ball(b.f, capsule, front.lanes_, removed);
       continue;
     }

@@ -33,7 +33,10 @@ struct BallFront {
     float* ahead;     // … and × way
   } heights;
   CutFront::Listed groups;
-  int count;
+  int range_count;
+  struct {
+    int from, to;
+  } ranges[3];  // of the groups that may have changed by now: ahead of the ball, beside it, behind it
 };
 
 /// A piece of the meridian in floats: HeadField::Piece with its outward normals at either end; of a line its length.

@@ -58,41 +58,49 @@ TYPODONT_KERNEL void raise_groups(const BallFront& f, const Capsule& c, const Ba
 }
 
 template <bool capsule>
-TYPODONT_KERNEL bool raise_ball(const BallFront& front, PerTissue* removed) {
-  const BallFront f = front;
-  const Capsule c = f.c;
+TYPODONT_KERNEL void raise_range(const BallFront& f, const Capsule& c, int from, int to, Mask& raised, Taken& taken) {
   constexpr float kSlip = 1e-3f;  // voxels; more than rounding does to where the plane through A lies
-  const float low = std::min((kLanes - 1) * c.abz, 0.0f) - kSlip * (std::abs(c.abx) + std::abs(c.aby) + std::abs(c.abz));
+  const float slip = kSlip * (std::abs(c.abx) + std::abs(c.aby) + std::abs(c.abz)), last = (kLanes - 1) * c.abz;
+  const float low = std::min(last, 0.0f) - slip, high = std::max(last, 0.0f) + slip;
   BallRows rows;
-  Mask raised = nowhere();
-  Taken taken{removed};
-  for (int g0 = 0; g0 < f.count; g0 += kChunk) {
-    const int end = std::min(f.count - g0, kChunk);
-    bool ahead[kChunk / kLanes];
+  for (int g0 = from; g0 < to; g0 += kChunk) {
+    const int end = std::min(to - g0, kChunk);
+    enum : std::uint8_t { kAllBehind, kBeside, kAllAhead } where[kChunk / kLanes];
     for (int g = 0; g < end; g += kLanes) {
       const Floats px = load(f.groups.x + g0 + g) + all(static_cast<float>(f.origin.x)) - all(c.ax);
       const Floats py = load(f.groups.y + g0 + g) + all(static_cast<float>(f.origin.y)) - all(c.ay);
       const Floats pz = as_floats(f.groups.z + g0 + g) + all(static_cast<float>(f.origin.z) - c.az);
-      const Floats along = px * all(c.abx) + py * all(c.aby);
+      const Floats along = px * all(c.abx) + py * all(c.aby), first = along + pz * all(c.abz);
       if constexpr (capsule) {
         store(rows.u + g, px), store(rows.v + g, py);
       } else {
         const Floats qx = px - all(c.abx), qy = py - all(c.aby);
         store(rows.u + g, qx * qx + qy * qy), store(rows.v + g, along);
       }
-      ahead[g / kLanes] = !c.continues || every(more(along + pz * all(c.abz), all(-low)));
+      const bool ahead = !c.continues || every(more(first, all(-low)));
+      where[g / kLanes] = ahead ? kAllAhead : every(more(all(-high), first)) ? kAllBehind : kBeside;
     }
     for (int g = 0; g < end; g += kLanes) {
-      const int to = std::min(g + kLanes, end);
+      if (where[g / kLanes] == kAllBehind) continue;  // never rises
+      const int until = std::min(g + kLanes, end);
       if (!all_whole(f.groups.length + g0 + g)) {
-        raise_groups<capsule, false, false>(f, c, rows, g0, g, to, raised, taken);
-      } else if (ahead[g / kLanes]) {
-        raise_groups<capsule, true, true>(f, c, rows, g0, g, to, raised, taken);
+        raise_groups<capsule, false, false>(f, c, rows, g0, g, until, raised, taken);
+      } else if (where[g / kLanes] == kAllAhead) {
+        raise_groups<capsule, true, true>(f, c, rows, g0, g, until, raised, taken);
       } else {
-        raise_groups<capsule, false, true>(f, c, rows, g0, g, to, raised, taken);
+        raise_groups<capsule, false, true>(f, c, rows, g0, g, until, raised, taken);
       }
     }
   }
+}
+
+template <bool capsule>
+TYPODONT_KERNEL bool raise_ball(const BallFront& front, PerTissue* removed) {
+  const BallFront f = front;
+  const Capsule c = f.c;
+  Mask raised = nowhere();
+  Taken taken{removed};
+  for (int r = 0; r < f.range_count; ++r) raise_range<capsule>(f, c, f.ranges[r].from, f.ranges[r].to, raised, taken);
   taken.close();
   return any(raised);
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cstdint>
 #include <cstring>
 
 #include "haptics/cut_front.h"
@@ -14,26 +15,25 @@ class SlackRows {
  public:
   static constexpr int kStretch = 64;  // samples of a row that are listed together
 
-  TYPODONT_KERNEL void forget() {
-    for (int i = 0; i < 16 * kRow; i += 8) store(i, F8{} + kNever);
-  }
   /// Of eight samples of a row.
-  TYPODONT_KERNEL void put(int row, int z, const F8& slack) { store(row * kRow + z, slack); }
-  /// The least of a group that begins there.
-  TYPODONT_KERNEL float least(int row, int z) const {
+  TYPODONT_KERNEL void put(int row, int z, const F8& slack) { std::memcpy(rows_ + row * kRow + z, &slack, sizeof slack); }
+  /// The least of sixteen from there on, of those that are told by a bit each: the others may never have been put.
+  TYPODONT_KERNEL float least(int row, int z, std::uint64_t which) const {
+    const I8 bits = I8{} + static_cast<int>(which & 0xffff), one = {1, 2, 4, 8, 16, 32, 64, 128};
     F8 low, high;
     std::memcpy(&low, rows_ + row * kRow + z, sizeof low);
     std::memcpy(&high, rows_ + row * kRow + z + 8, sizeof high);
+    low = (bits & one) != 0 ? low : F8{} + kNever;
+    high = (bits & (one << 8)) != 0 ? high : F8{} + kNever;
     const F8 both = low < high ? low : high;
-    float least = both[0];
-    for (int i = 1; i < 8; ++i) least = std::min(least, both[i]);
-    return least;
+    const F4 first = __builtin_shufflevector(both, both, 0, 1, 2, 3), second = __builtin_shufflevector(both, both, 4, 5, 6, 7);
+    const F4 least = first < second ? first : second;
+    return std::min(std::min(least[0], least[1]), std::min(least[2], least[3]));
   }
 
  private:
   static constexpr int kRow = kStretch + 16;  // a group may reach beyond the stretch
   static constexpr float kNever = 1e9f;
-  TYPODONT_KERNEL void store(int at, const F8& v) { std::memcpy(rows_ + at, &v, sizeof v); }
 
   float rows_[16 * kRow];
 };
