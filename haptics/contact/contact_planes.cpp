@@ -20,6 +20,11 @@ constexpr double kFootOff = 0.05;     // voxels; of a ball of four voxels' radiu
 constexpr double kUnbent = 2e-4;      // a gradient whose length is off by less, over a surface …
 constexpr double kBelow = 3;          // … that lies so many voxels of tissue away from any edge …
 constexpr double kAbove = 3.5;        // … and so many of air from where another wall is nearer, is that of one wall
+constexpr double kMostBehind = 4;     // voxels that a hand may be under the surface which its ball lies on
+constexpr double kStraight = 1e-8;    // voxels², how far aside from straight above a point of the wall …
+constexpr int kMostSteps = 6;         // … after so many steps along it at most …
+constexpr double kUneven = 1e-3;      // … while the field's gradient is no longer or shorter than one by more than this,
+constexpr double kEven = 5e-5;        // … and than this where nothing else is near
 constexpr float kOnSurface = 0.25f;   // voxels
 constexpr float kNear = 1.5f;         // voxels: samples closer than this to the surface are looked at
 constexpr int kExactSteps = 4;        // cubic queries a contact may take on its way to the closest point
@@ -490,7 +495,7 @@ bool ContactSet::add(const ContactPlane& plane) noexcept {
 
 void ContactSet::clear() noexcept {
   count_ = exact_count_ = added_ = 0;
-  sunk_ = forgiving_ = false;
+  sunk_ = flat_ = forgiving_ = false;
   engaged_area_ = deepest_ = 0;
   engaged_normal_ = dvec3(0);
 }
@@ -539,6 +544,60 @@ bool ContactFinder::find_by_offset(const SurfacePatch& patch, const dvec3& c, Co
   return true;
 }
 
+/// Between flat walls every contact is known as it is, however near the crease.
+bool ContactFinder::find_in_crease(const SurfacePatch& patch, const dvec3& c, double near, ContactSet& set) const noexcept {
+  const FieldSample at = sample_cubic(patch, c);
+  FlatWalls walls;
+  if (at.value < 0.5 || glm::length(at.gradient) < 0.1 || !walls_of_crease(patch, c, at, walls)) return false;
+  set.origin_ = c;
+  for (int i = 0; i < walls.count; ++i) {
+    const double gap = walls.height[i] - radius_;
+    if (gap >= near) continue;
+    set.put(set.count_++, c, {c - walls.height[i] * walls.n[i], walls.n[i], gap, 1, true});
+    set.deepest_ = std::max(set.deepest_, -gap);
+  }
+  set.flat_ = true;
+  return true;
+}
+
+bool ContactFinder::seat(const SurfacePatch& patch, const dvec3& target, const dvec3& c, dvec3& seated, ContactSet& set,
+                         bool& alone) const noexcept {
+  if (!sphere_ || !patch.holds(target, kBelow + kMostBehind)) return false;
+  FieldSample at = sample_cubic(patch, target);
+  double slope = glm::length(at.gradient);
+  if (at.value < -kMostBehind || at.value > radius_ || slope < 0.5 || !is_true_around(patch, target, std::abs(at.value))) return false;
+  // From the hand onto the wall, and along it to where the hand is straight above or below.
+  dvec3 x = target, n;
+  double height = 0, uneven = 0;
+  for (int step = 0;; ++step) {
+    n = at.gradient / slope;
+    x -= at.value * n;
+    if (!patch.holds(x, 0)) return false;
+    height = glm::dot(target - x, n);
+    const dvec3 aside = target - x - height * n;
+    if (step > 0 && glm::dot(aside, aside) < kStraight) break;
+    if (step == kMostSteps) return false;
+    x += aside;
+    at = sample_cubic(patch, x);
+    slope = glm::length(at.gradient);
+    uneven = std::abs(slope - 1);
+    if (uneven > kUneven) return false;
+  }
+  const double deep = std::max(kBelow, 1 - height);
+  const dvec3 below = x - deep * n, on = target + (radius_ - height) * n;
+  if (std::abs(sample_linear(patch, below) + deep) > kFootOff) return false;
+  if (height > radius_ || glm::length(on - c) > kMostSeated || !patch.holds(on, 0)) return false;
+  seated = on;
+  const dvec3 above = on + kAbove * n;
+  alone = uneven < kEven && patch.holds(above, 0) && sample_linear(patch, above) >= std::min(radius_ + kAbove, patch.band) - kFootOff;
+  if (!alone) return true;
+  set.clear();
+  set.origin_ = on;
+  set.put(0, on, {on - radius_ * n, n, 0, 1});
+  set.count_ = 1;
+  return true;
+}
+
 namespace {
 
 FlatHead flat_head(const FlatPiece* pieces, int count, bool sphere, double radius, const dquat& R, const dvec3& c) {
@@ -555,7 +614,7 @@ void ContactFinder::find(const SurfacePatch& patch, const Pose& X_VT, double nea
   set.clear();
   const bool uncut = patch.cut_lo.x > patch.cut_hi.x ? patch.exact_outside
                                                      : is_true_around(patch, X_VT.p, sample_linear(patch, X_VT.p));
-  if (sphere_ && uncut && find_by_offset(patch, X_VT.p, set)) return;
+  if (sphere_ && uncut && (find_by_offset(patch, X_VT.p, set) || find_in_crease(patch, X_VT.p, near, set))) return;
 
   // Floats keep their digits when counted from a voxel nearby.
   const glm::ivec3 base = glm::ivec3(X_VT.p) - (static_cast<int>(reach_) + 8), from = base - patch.lo;
@@ -629,7 +688,7 @@ void ContactFinder::see_again(const Pose& X_VT, ContactPlane& plane) const noexc
 }
 
 bool ContactFinder::refine(const SurfacePatch& patch, const Pose& X_VT, ContactSet& set, int i, bool fine) const noexcept {
-  if (set.sunk_ || i >= set.own()) return false;
+  if (set.sunk_ || set.flat_ || i >= set.own()) return false;
   const ContactSet::Exact* known = set.exact(i);
   const double stays = fine ? kFineStays : sphere_ ? kStaysExact : kStaysExactEdged;
   if (known && glm::length(known->c - X_VT.p) < stays) return false;

@@ -56,6 +56,8 @@ class ContactSet {
   const RoughPlanes& rough() const { return rough_; }
   /// The head lies so deep that its own shape says nothing about the way out: see find_way_out().
   bool sunk() const { return sunk_; }
+  /// The planes are the flat walls of a groove themselves: exact, from where they were found.
+  bool flat() const { return flat_; }
 
  private:
   friend class ContactFinder;
@@ -72,7 +74,7 @@ class ContactSet {
   void put(int i, const dvec3& c, const ContactPlane& plane) noexcept;
 
   int count_ = 0, exact_count_ = 0, added_ = 0;
-  bool sunk_ = false;
+  bool sunk_ = false, flat_ = false;
   double engaged_area_ = 0, deepest_ = 0;
   dvec3 engaged_normal_{0};
   dvec3 origin_{0};  // of the rough planes' points
@@ -96,6 +98,14 @@ class ContactFinder {
   /// sample of the head that has tissue near, or a single exact one where the offset surface is smooth. The patch must
   /// hold the head.
   void find(const SurfacePatch& patch, const Pose& X_VT, double near, ContactSet& set) const noexcept;
+
+  /// Where a ball that is pulled from `c` to `target` (voxels) comes to rest if one smooth wall holds it. Walls that are
+  /// parallel have their normals in common, so the wall is looked up where the hand is, however narrow the hollow that
+  /// the ball itself lies in. False, and `seated` untouched, where that is not known. `alone`: nothing else of the tissue is
+  /// near, and `set` holds that contact.
+  bool seat(const SurfacePatch& patch, const dvec3& target, const dvec3& c, dvec3& seated, ContactSet& set,
+            bool& alone) const noexcept;
+  static constexpr double kMostSeated = 1.5;  // voxels from where the ball was
 
   /// Of a head that overlaps tissue by more than `kSunk`, put there by no hand: from each of its samples inside, and from
   /// its centre, the nearest way out of the tissue, as far in as the field is a distance. No contact when even that is
@@ -123,6 +133,7 @@ class ContactFinder {
   bool touch_with_rim(const SurfacePatch& patch, const Pose& X_VT, ContactPlane& plane) const noexcept;
   dvec3 farthest(const Pose& X_VT, const dvec3& along) const noexcept;
   bool find_by_offset(const SurfacePatch& patch, const dvec3& c, ContactSet& set) const noexcept;
+  bool find_in_crease(const SurfacePatch& patch, const dvec3& c, double near, ContactSet& set) const noexcept;
   double head_distance(const Pose& X_VT, const dvec3& x, dvec3& n) const noexcept;
 
   HeadField head_;  // voxels

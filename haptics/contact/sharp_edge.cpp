@@ -23,7 +23,11 @@ constexpr double kAlike = 0.98;      // cosine: a face found well and one found 
 constexpr double kSameFace = 1e-5;   // 1 - cosine, and voxels off: what interpolation leaves of a plane
 constexpr double kConvex = 0.02;     // voxels that a face may stand out over another
 constexpr double kAgrees = 0.05;     // voxels between the nearest point's distance and the field's
-constexpr int kMostFaces = 3;
+constexpr int kMostFaces = FlatWalls::kMost;
+constexpr double kFarther = 1.5;     // voxels farther from a groove its wall must …
+constexpr double kFlat = 1e-10, kFlatOff = 2e-5;  // … be the same, by 1 - cosine and voxels off: what floats leave of a plane
+constexpr int kMostMisses = 6;       // directions in which a groove shows no wall
+constexpr double kFilled = 0.15;     // voxels by which interpolation fills a groove at most, for each unit its walls' normals differ
 
 struct Face {
   dvec3 x{0}, n{0};  // a point on it, its outward normal
@@ -51,6 +55,15 @@ bool face_from(const SurfacePatch& patch, dvec3 x, const dvec3& foot, Face& face
   return false;
 }
 
+/// The same plane a little farther from the groove: nothing of the other wall is in it.
+bool goes_on(const SurfacePatch& patch, const Face& face, const dvec3& foot) noexcept {
+  const dvec3 away = face.x - foot, along = away - glm::dot(away, face.n) * face.n;
+  const dvec3 p = face.x + kFarther * glm::normalize(along);
+  if (!patch.holds(p, 0)) return false;
+  const FieldSample at = sample_cubic(patch, p);
+  return std::abs(at.value) < kFlatOff && 1 - glm::dot(at.gradient, face.n) / glm::length(at.gradient) < kFlat;
+}
+
 struct Faces {
   int count = 0;
   Face face[kDirections];
@@ -70,6 +83,14 @@ struct Faces {
     for (int i = 0; i < count; ++i) {
       for (int j = 0; j < count; ++j) {
         if (glm::dot(face[j].n, face[i].x - face[j].x) > kConvex) return false;
+      }
+    }
+    return true;
+  }
+  bool concave() const noexcept {
+    for (int i = 0; i < count; ++i) {
+      for (int j = 0; j < count; ++j) {
+        if (glm::dot(face[j].n, face[i].x - face[j].x) < -kConvex) return false;
       }
     }
     return true;
@@ -159,6 +180,33 @@ bool nearest_on_edge(const SurfacePatch& patch, const dvec3& c, const dvec3& foo
   double farthest = -1e300;
   for (int i = 0; i < faces.count; ++i) farthest = std::max(farthest, faces.above(i, c));
   return std::min(std::abs(glm::length(c - nearest) - distance), std::abs(farthest - distance)) < kAgrees;
+}
+
+bool walls_of_crease(const SurfacePatch& patch, const dvec3& c, const FieldSample& at, FlatWalls& walls) noexcept {
+  const double slope = glm::length(at.gradient);
+  const dvec3 n = at.gradient / slope, foot = c - at.value * n;
+  const dvec3 aside = std::abs(n.x) < 0.6 ? dvec3(1, 0, 0) : dvec3(0, 1, 0);
+  const dvec3 u = glm::normalize(glm::cross(n, aside)), v = glm::cross(n, u);
+  Faces faces;
+  for (int i = 0, misses = 0; i < kDirections; ++i) {
+    const double a = 2 * kPi * i / kDirections;
+    Face face;
+    if (face_from(patch, foot + kAside * (std::cos(a) * u + std::sin(a) * v), foot, face) && goes_on(patch, face, foot)) {
+      face.clean = true;
+      if (!faces.add(face)) return false;
+    } else if (++misses > kMostMisses) {
+      return false;
+    }
+  }
+  if (faces.count < 2 || !faces.concave()) return false;
+  double least = 1e300, most_apart = 0;
+  for (int i = 0; i < faces.count; ++i) {
+    walls.n[i] = faces.face[i].n, walls.height[i] = faces.above(i, c);
+    least = std::min(least, walls.height[i]);
+    for (int j = 0; j < i; ++j) most_apart = std::max(most_apart, glm::length(walls.n[i] - walls.n[j]));
+  }
+  walls.count = faces.count;
+  return std::abs(at.value - least) < kAgrees + kFilled * most_apart;
 }
 
 }  // namespace typodont::haptics

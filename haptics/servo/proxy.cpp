@@ -20,6 +20,11 @@ constexpr int kRefiningRounds = 6;         // of a head that does not cut
 constexpr double kStillConverges = 0.95;   // share that a step may be of the one before …
 constexpr double kMostGain = 10;           // … and how many steps may be made at once,
 constexpr double kMostGainOfMany = 2;      // … of several contacts
+// A ball lies where its wall says that it does, unless it overlaps tissue there by so many voxels, however roughly that was found, …
+constexpr double kNoSeat = 0.1;
+constexpr double kSeated = 4e-3;           // … other walls by so many, …
+constexpr double kSameWall = 0.9, kSeatedAlong = 0.02;  // … its own beside there, which normals tell by their cosine, …
+constexpr double kSeatedAlone = 2e-4;      // … or a single exact contact moves it by so many
 constexpr double kSamePoints = 0.3;        // contacts found less than this ago, in voxels of way, still serve
 constexpr double kToothGrip = 0.15;        // engaged teeth resist being led sideways up to this share of the push
 constexpr double kMostSlack = 1.0;         // deeper in one tick the surface that was found says nothing
@@ -217,6 +222,15 @@ double Servo::State::share_in_debt(const Touch& now) const noexcept {
   return std::clamp((kStandingDebt + budget / now.spindle.power) / (kStandingDebt - kFreeDebt), 0.0, 1.0);
 }
 
+/// Whether none of the planes that hold a ball where its wall says that it lies is another wall in its way.
+bool Servo::State::nothing_in_the_way(const Touch& now) const noexcept {
+  for (int i = 0; i < now.active.count; ++i) {
+    const ContactPlane plane = contacts.plane(now.active.index[i]);
+    if (plane.gap < (glm::dot(plane.n, normal) > kSameWall ? -kSeatedAlong : -kSeated)) return false;
+  }
+  return true;
+}
+
 void Servo::State::move_proxy(Touch& now) noexcept {
   const ContactFinder& head = finder();
   SmoothContacts* const smooth_parts = smooth().any() ? &smooth() : nullptr;
@@ -231,6 +245,22 @@ void Servo::State::move_proxy(Touch& now) noexcept {
   lead_out(now);
   const bool walled = now.may_cut && settings.boundary_walls;
   const dvec3 shift = now.moved / settings.frame.voxel;
+
+  // A ball that slides along one smooth wall needs no search: the wall says where it will lie. Where more of the tissue is near,
+  // a look shows whether that is in the way.
+  bool seated = false;
+  if (ball && normal_force > 0 && !now.may_cut && overlap == 0 && !now.paced && patch.holds(c0, reach() + 1) &&
+      !(smooth_parts && smooth_parts->room(patch, {c0, now.X_WT.R}) <= kContactRange + ContactFinder::kMostSeated)) {
+    bool alone = false;
+    seated = head.seat(patch, target, c0, c, contacts, alone);
+    if (alone) {
+      now.active = {1, {0}, {glm::length(c - target)}};
+      now.touching = true;
+      now.c = c;
+      wall = 0;
+      return;
+    }
+  }
 
   for (int look = 0; look < kMaxLooks; ++look) {
     const dvec3 way = target - c;
@@ -259,13 +289,17 @@ void Servo::State::move_proxy(Touch& now) noexcept {
 
     // The surface points found once serve as long as the head has hardly moved; a single exact one is always new, and so
     // are those around a rim, which are told from the rough ones by queries.
-    if (contacts.count() > 1 && (now.may_cut || ball) && !contacts.sunk() && glm::length(c - found_at) < kSamePoints) {
+    if (contacts.count() > 1 && (now.may_cut || ball) && !contacts.sunk() && !contacts.flat() && glm::length(c - found_at) < kSamePoints) {
       contacts.drop_added();
       head.relinearize({c, now.X_WT.R}, contacts);
       if (smooth_parts) smooth_parts->relinearize({c, now.X_WT.R}, contacts);
     } else {
       look_around(now, c, head_free + reach() < 0);
       found_at = c;
+    }
+    if (seated && contacts.deepest() > kNoSeat) {
+      c = c0, look = -1, seated = false;
+      continue;
     }
     if (contacts.count() == 0 && sample_linear(patch, c) < -kStep) {  // wholly inside: no surface in reach
       now.deep = true;
@@ -296,17 +330,24 @@ void Servo::State::move_proxy(Touch& now) noexcept {
       next = nearest_allowed(contacts, c, overlap, now.slack, pulled_to, now.active);
     }
     now.touching = contacts.count() > 0;
+    if (seated) {
+      if (contacts.count() > 1 ? nothing_in_the_way(now) : glm::length(next - c) < kSeatedAlone) break;
+      c = c0, look = -1, seated = false;
+      continue;
+    }
     dvec3 step = next - c;
     // Along a smooth curved surface each step is the same share of the one before, of less than nothing in a hollow: all
-    // that are still to come at once (the secant method).
-    if ((contacts.count() == 1 || !now.may_cut) && now.active.count == 1) {
+    // that are still to come at once (the secant method). Two planes of one hollow only hold back.
+    if ((contacts.count() == 1 || !now.may_cut) && now.active.count > 0) {
       const double before2 = glm::dot(last_step, last_step);
       const double share = before2 > 0 ? glm::dot(step, last_step) / before2 : 0;
-      const double most = contacts.count() > 1 ? kMostGainOfMany : kMostGain;
+      const double most = now.active.count > 1 ? 1 : contacts.count() > 1 ? kMostGainOfMany : kMostGain;
       last_step = step;
-      last_gain = share != 0 && std::abs(share) < kStillConverges ? std::min(last_gain / (1 - share), most) : 1;
+      last_gain = share != 0 && share < kStillConverges ? std::min(last_gain / (1 - share), most) : 1;
       // Toward the tissue each look goes the whole way as it is.
-      const dvec3 n = contacts.plane(now.active.index[0]).n;
+      dvec3 n(0);
+      for (int i = 0; i < now.active.count; ++i) n += now.active.push[i] * contacts.plane(now.active.index[i]).n;
+      n = glm::normalize(n);
       step += (last_gain - 1) * (step - glm::dot(step, n) * n);
       next = c + step;
     }

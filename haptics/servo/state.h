@@ -239,6 +239,7 @@ struct Servo::State {
   bool hold_at_walls(const ActivePlanes& active, double yields) noexcept;
   void look_around(Touch& now, const dvec3& c, bool center_inside) noexcept;
   void find_room_to_sink(Touch& now) const noexcept;
+  bool nothing_in_the_way(const Touch& now) const noexcept;
   double share_in_debt(const Touch& now) const noexcept;
   Push feel_tissue(const Touch& now, bool many_contacts) noexcept;
   double spare_change(const Touch& now, double depth) const noexcept;

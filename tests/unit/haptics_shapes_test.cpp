@@ -114,6 +114,14 @@ TEST(Contact, InABoreForceIsTrueToTwoHundredthsOfADegreeAndHalvingTheVoxelQuarte
   EXPECT_LT(round_in(0.05, 0.9_mm).direction, 0.02_deg);  // hardly wider than the ball
 }
 
+TEST(Contact, InABoreHardlyWiderThanTheBallForceIsTrueToTwoHundredthsOfADegreeFromEightVoxelsOn) {
+  for (const double wide : {0.8_mm, 1.0_mm}) {
+    EXPECT_LT(round_in(0.1, wide).direction, 0.02_deg) << wide;
+    EXPECT_LT(round_in(0.1, wide).magnitude, 2e-4) << wide;
+  }
+  EXPECT_LT(round_in(0.05, 0.6_mm).direction, 0.02_deg);
+}
+
 TEST(Contact, InATaperedHoleForceIsTrueToTwoHundredthsOfADegree) {
   // Walls 8° from the axis: 1.9 mm at the middle of the block, less below.
   const double slope = std::tan(8.0_deg), middle = 1.9_mm;
@@ -136,6 +144,24 @@ TEST(Contact, InATaperedHoleForceIsTrueToTwoHundredthsOfADegree) {
   EXPECT_LT(middling.magnitude, 2e-4);
   EXPECT_LT(fine.direction, middling.direction / 4);
   EXPECT_LT(fine.magnitude, middling.magnitude / 8);
+}
+
+TEST(Contact, InAVGrooveOfAnyAngleAndTurnTheBallSeatsAndIsPushedBackToTwoHundredthsOfADegree) {
+  for (const double degrees : {17.0, 48.0, 61.0, 72.0, 77.0, 81.0, 86.0}) {
+    for (const double turn : {0.0, 0.7}) {
+      const double half_angle = degrees * kDegree, c = std::cos(half_angle), s = std::sin(half_angle);
+      const dquat R = glm::angleAxis(turn, dvec3(0, 0, 1));
+      const dvec3 n = R * dvec3(c, 0, -s), m = R * dvec3(-c, 0, -s), along = R * dvec3(0, 1, 0);
+      const std::string solid = fmt::format(R"({{"difference": [{{"box": {{"center_mm": [0, 0, -1], "size_mm": [9, 9, 9]}}}},
+          {{"intersection": [{{"halfspace": {{"normal": [{}, {}, {}], "offset_mm": 0}}}},
+                             {{"halfspace": {{"normal": [{}, {}, {}], "offset_mm": 0}}}}]}}]}})", n.x, n.y, n.z, m.x, m.y, m.z);
+      const dvec3 seat(0, 0, kBall / s), push(0, 0, 0.2_mm);
+      const Error error = slide(enamel(0.1, solid), seat - 0.5_mm * along + push, [&](double way) { return seat + (way - 0.5) * 1.0_mm * along - push; },
+                                [&](const dvec3&) { return push; });
+      EXPECT_LT(error.direction, 0.02_deg) << degrees << " turned by " << turn;
+      EXPECT_LT(error.magnitude, 2e-4) << degrees << " turned by " << turn;
+    }
+  }
 }
 
 TEST(Contact, AlongACreaseWithFrictionTheBallStaysSeatedAndIsHeldBackByTheDynamicCoefficient) {
