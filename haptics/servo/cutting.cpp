@@ -13,6 +13,7 @@ namespace {
 constexpr double kBudgetTime = 0.5;   // s, cutting energy that may wait for a voxel to yield or a bur that came free to land again,
 constexpr double kHeldTime = 0.05;    // … before a wall, or under an edge that the hand draws
 constexpr double kOwedVolume = 8e-12; // … or m³ of tissue that a motor works for, however weak, where a tip or a flank broke in so far at once
+constexpr double kOwedVoxels = 8;     // … and these many voxels at least
 constexpr double kWideStep = 0.2;     // samples of the wide patch that a head moves between two cuts in it
 
 }  // namespace
@@ -40,8 +41,10 @@ void Servo::State::earn(Now& now) noexcept {
   if (now.may_cut && head_force > 0) {
     const double most = now.scrapes || wall > 0 ? power * kHeldTime : std::max(budget, power * kBudgetTime);
     budget = std::min(budget + power * now.dt, most);
-    // A bur that was put into tissue is not held for it.
-    if (!now.scrapes) budget = std::max(budget, -std::max(power * kHeldTime, kOwedVolume * now.specific_energy));
+    if (!now.scrapes) {  // a bur that was put into tissue is not held for it
+      const double h = settings.frame.voxel, owed = std::max(kOwedVolume, kOwedVoxels * h * h * h);
+      budget = std::max(budget, -std::max(power * kHeldTime, owed * now.specific_energy));
+    }
   } else if (head_force <= 0) {
     budget = std::min(budget, 0.0);
   }
