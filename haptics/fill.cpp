@@ -14,6 +14,22 @@ namespace {
 constexpr double kClear = 0.5;      // voxels that stay between head and filling, so that it comes out again without jamming
 constexpr float kLabelled = 1;      // voxels outside the new surface that carry its label, so that it can be read there
 
+/// Where on its axis a head is widest, nearest to its free end; m.
+double widest_at(const Tool& tool) {
+  const double half = tool.length / 2;
+  switch (tool.shape) {
+    case HeadShape::kSphere: return 0;
+    case HeadShape::kRoundEndCylinder:
+    case HeadShape::kPear: return -half + tool.radius();
+    case HeadShape::kFlame: return -half + tool.length / 3;
+    case HeadShape::kCone:
+    case HeadShape::kShaft: return half;
+    case HeadShape::kCylinder:
+    case HeadShape::kInvertedCone: break;
+  }
+  return -half;
+}
+
 }  // namespace
 
 Fill::Fill(const Tool& tool, const dvec3& center_W, double radius, const Pose& X_WT, const VoxelFrame& frame)
@@ -23,6 +39,7 @@ Fill::Fill(const Tool& tool, const dvec3& center_W, double radius, const Pose& X
       head_(tool, frame.voxel),
       sphere_(tool.shape == HeadShape::kSphere),
       head_radius_(tool.radius() / frame.voxel),
+      widest_at_(widest_at(tool) / frame.voxel),
       center_(frame.to_voxels(center_W)),
       radius_(radius / frame.voxel),
       X_VT_{frame.to_voxels(X_WT.p), X_WT.R},
@@ -45,8 +62,11 @@ bool Fill::lower(const glm::ivec3& lo, const glm::ivec3& size, float* distance, 
         const float old = distance[i];
         double d = std::max(glm::length(p - center_) - radius_, inner);
         if (d >= margin || static_cast<float>(d) >= old) continue;
-        const dvec3 q = p - X_VT_.p;
-        d = std::max(d, kClear - (sphere_ ? glm::length(q) - head_radius_ : head_.distance(R_TV_ * q)));
+        const dvec3 q = R_TV_ * (p - X_VT_.p);
+        const double to_head = q.z > widest_at_ ? std::hypot(q.x, q.y) - head_radius_
+                               : sphere_        ? glm::length(q) - head_radius_
+                                                : head_.distance(q);
+        d = std::max(d, kClear - to_head);
         if (within_) d = std::max(d, within_->distance(frame_.to_world(p)) / frame_.voxel);
         const auto now = static_cast<float>(d);
         if (d >= margin || now >= old) continue;

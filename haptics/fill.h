@@ -9,8 +9,8 @@
 
 namespace typodont::haptics {
 
-/// A ball of filling, inside the tool's limit where it has one, but for the head that presses it: it grows to half a voxel from the head's surface and no farther, so
-/// that it neither pushes nor holds the hand.
+/// A ball of filling, inside the tool's limit where it has one, but for the head that presses it and for the head's way out along
+/// its axis: it grows to half a voxel from these and no farther, so that it neither pushes nor holds the hand.
 class Fill {
  public:
   Fill(const Tool& tool, const dvec3& center_W, double radius, const Pose& X_WT, const VoxelFrame& frame);
@@ -31,7 +31,8 @@ class Fill {
   VoxelFrame frame_;
   HeadField head_;       // voxels
   bool sphere_;
-  double head_radius_;   // of a ball, voxels
+  double head_radius_;   // voxels
+  double widest_at_;     // voxels along the head's axis
   dvec3 center_;         // voxels
   double radius_;
   Pose X_VT_;            // of the head, voxels

@@ -12,6 +12,7 @@ namespace {
 
 constexpr double kBudgetTime = 0.5;   // s, cutting energy that may wait for a voxel to yield or a bur that came free to land again,
 constexpr double kHeldTime = 0.05;    // … before a wall, or under an edge that the hand draws
+constexpr double kOwedVoxels = 8;     // … or voxels of tissue that a motor works for, however weak, where a tip broke in so far at once
 constexpr double kWideStep = 0.2;     // samples of the wide patch that a head moves between two cuts in it
 
 }  // namespace
@@ -21,6 +22,7 @@ void Servo::State::earn(Now& now) noexcept {
   now.scrapes = bur.cuts && bur.scrapes > 0;
   now.may_cut = settings.cutting && bur.cuts && (now.scrapes || speed > 0);
   now.spindle = {speed, 0};
+  now.specific_energy = now.may_cut ? mean(&Material::specific_energy) : 0;
   double power = 0;
   if (now.scrapes && now.may_cut && head_force > 0) {
     // An edge drawn over the surface cuts with the hand's own work: push × way along the surface.
@@ -38,7 +40,10 @@ void Servo::State::earn(Now& now) noexcept {
   if (now.may_cut && head_force > 0) {
     const double most = now.scrapes || wall > 0 ? power * kHeldTime : std::max(budget, power * kBudgetTime);
     budget = std::min(budget + power * now.dt, most);
-    if (!now.scrapes) budget = std::max(budget, -power * kHeldTime);  // a bur that was put into tissue is not held for it
+    if (!now.scrapes) {  // a bur that was put into tissue is not held for it
+      const double h = settings.frame.voxel;
+      budget = std::max(budget, -std::max(power * kHeldTime, kOwedVoxels * now.specific_energy * h * h * h));
+    }
   } else if (head_force <= 0) {
     budget = std::min(budget, 0.0);
   }

@@ -36,6 +36,7 @@ constexpr double kGripSlew = 9;            // N/s, no faster does the force rise
 constexpr double kFreeDebt = 0.003;        // s of the motor's work that a bur may have cut in advance; it goes slower then, …
 constexpr double kStandingDebt = 0.012;    // … and stands
 constexpr double kWallFelt = 0.1e-3;       // m that a head may have got into harder tissue, and still meets the wall before it
+constexpr double kBorder = 0.5;            // voxels that show either tissue on both sides of where one ends
 constexpr double kLeastThrough = 0.1;      // of the power that it cuts with there
 constexpr double kWallFrom = 0.2;          // softer over harder, above which there is no wall: a bur leads from caries into dentin
 constexpr int kWallRounds = 4;             // planes that hold in place of such as give way
@@ -146,7 +147,7 @@ void Servo::State::lead_out(Touch& now) noexcept {
 /// Where the head comes from softer tissue and stands before much harder, the share of its power that it cuts with: softer over
 /// harder specific energy; else 1.
 double Servo::State::wall_at(const ContactPlane& plane) const noexcept {
-  const dvec3 before = plane.x + kWallFelt / settings.frame.voxel * plane.n, behind = plane.x - 0.5 * plane.n;
+  const dvec3 before = plane.x + (kWallFelt / settings.frame.voxel + kBorder) * plane.n, behind = plane.x - 0.5 * plane.n;
   if (!patch.holds(before, 0) || !patch.holds(behind, 0)) return 1;
   const auto energy_at = [&](const dvec3& p) {
     return settings.materials[static_cast<std::size_t>(tissue_at(patch, p))].specific_energy;
@@ -242,7 +243,6 @@ void Servo::State::move_proxy(Touch& now) noexcept {
   lead_out(now);
   const bool walled = now.may_cut && settings.boundary_walls;
   const dvec3 shift = now.moved / settings.frame.voxel;
-  now.specific_energy = now.may_cut ? mean(&Material::specific_energy) : 0;
 
   // A ball that slides along one smooth wall needs no search: the wall says where it will lie. Where more of the tissue is near,
   // a look shows whether that is in the way.

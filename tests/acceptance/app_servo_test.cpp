@@ -95,6 +95,45 @@ TEST(ServoCommand, TwiceThePushRemovesTwiceTheVolumeAtConstantSpeed) {
   EXPECT_NEAR(removed(1.6) / removed(0.8), 2, 0.06);
 }
 
+// Each motor of assets/motors/, run up in the air, then pressed on what it is made for.
+TEST(ServoCommand, RemovalGrowsWithThePushAlongEveryMotorsTorqueSpeedLineAndTheMotorsWorkIsWhatWasCut) {
+  ProgramFolder folder(TYPODONT_PROGRAM);
+  struct Run {
+    const char *motor, *tissue, *tool;
+    double free_krpm, stall_Nmm, energy_J_per_mm3, radius_mm, half_mm, cut_s;
+  };
+  constexpr const char* kBall = R"({"shape": "sphere", "diameter_mm": 1.4})";
+  constexpr const char* kBone = R"({"shape": "round_end_cylinder", "diameter_mm": 2.2, "length_mm": 6})";
+  constexpr const char* kCylinder = R"({"shape": "cylinder", "diameter_mm": 0.9, "length_mm": 3})";
+  for (const Run& run : {Run{"air_turbine", "enamel", kBall, 350, 1.6, 30, 0.7, 0.7, 1.0},
+                         Run{"electric_1_5", "dentin", kCylinder, 200, 6.0, 8, 0.45, 1.5, 0.6},
+                         Run{"implant", "cortical_bone", kBone, 0.8, 500, 3, 1.1, 3, 2.0}}) {
+    for (const double newton : {0.7, 1.3, 2.2}) {
+      folder.write("scene.json", fmt::format(R"({{"tissue": {{"voxel_mm": 0.1, "solids": [{{"tissue": "{}", "solid": {{"box":
+          {{"center_mm": [0, 0, -2.5], "size_mm": [5, 5, 5]}}}}}}]}}, "tool": {}, "spindle": "{}"}})", run.tissue, run.tool, run.motor));
+      constexpr double kPressed = 3.5, kSettled = 0.15;  // s
+      const double end = kPressed + kSettled + run.cut_s, top = run.half_mm + 0.02;
+      folder.write("path.csv", fmt::format("t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal,push_z_N\n0,0,0,{0},1,0,0,0,1,0\n{1},0,0,{0},1,0,0,0,1,0\n"
+                                           "{2},0,0,{0},1,0,0,0,1,{3}\n{4},0,0,{0},1,0,0,0,1,{3}\n", top, kPressed, kPressed + 0.01, -newton, end));
+      folder.write("hand.json", R"({"path": "path.csv", "mass_kg": 0.15, "damping_Ns_per_m": 5, "stiffness_N_per_m": [2000, 2000, 0]})");
+      const Ran ran = folder.run(fmt::format("servo {0}/scene.json --hand {0}/hand.json --out {0}/t.csv", folder.path().string()));
+      ASSERT_EQ(ran.status, 0) << ran.err;
+      double work = 0, at_first = 0, removed = 0;  // J, mm³
+      for (const ServoTick& tick : session::read_ticks_csv(folder / "t.csv")) {
+        const double t = to_seconds(tick.t), krpm = tick.spindle / kKrpm;
+        removed = 0;
+        for (const double v : tick.removed) removed += v / kCubicMillimetre;
+        if (t < kPressed + kSettled) at_first = removed;
+        if (t >= kPressed) work += run.stall_Nmm * 1e-3 * (1 - krpm / run.free_krpm) * tick.spindle * 1e-3;
+      }
+      const double torque = 0.3 * newton * run.radius_mm;  // N·mm
+      const double power = torque * 1e-3 * (1 - torque / run.stall_Nmm) * run.free_krpm * kKrpm;
+      EXPECT_NEAR((removed - at_first) * run.energy_J_per_mm3 / (power * run.cut_s), 1, 0.03) << run.motor << " " << newton;
+      EXPECT_NEAR(removed * run.energy_J_per_mm3 / work, 1, 0.01) << run.motor << " " << newton;
+    }
+  }
+}
+
 TEST(ServoCommand, SavedTissueIsASceneAgain) {
   ProgramFolder folder(TYPODONT_PROGRAM);
   folder.write("scene.json", drill_scene());

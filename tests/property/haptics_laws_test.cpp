@@ -4,6 +4,7 @@
 #include <cmath>
 #include <filesystem>
 #include <random>
+#include <tuple>
 
 #include "engine/base/units.h"
 #include "haptics/forces/friction.h"
@@ -252,6 +253,33 @@ TEST(Cutting, WhatTheMotorWorksIsCutHoweverTheHandSwingsOverTheRimsOfItsOwnCuts)
     }
     std::printf("%s: %.4f to %.4f mm3\n", run.what, least * 1e9, most * 1e9);
     EXPECT_LT(most / least, 1 + run.alike) << run.what;
+  }
+}
+
+// A tip thinner than a voxel breaks in by whole voxels, for which a motor of 10 mW works many ticks.
+TEST(Cutting, APointedHeadCutsNoMoreThanAWeakMotorWorks) {
+  for (const auto& [shape, diameter, length] : {std::tuple(HeadShape::kFlame, 1.7_mm, 5.0_mm), std::tuple(HeadShape::kCone, 1.4_mm, 4.0_mm)}) {
+    for (const double voxel_mm : {0.1, 0.06}) {
+      ServoSettings s;
+      s.tool.shape = shape;
+      s.tool.diameter = diameter;
+      s.tool.length = length;
+      s.spindle.free_speed = 3.0_krpm;
+      s.spindle.stall_torque = 0.3;
+      HapticBench bench(R"({"voxel_mm": )" + std::to_string(voxel_mm) + R"(, "solids": [{"tissue": "dentin", "solid": {"box": {"size_mm": [4,4,3]}}}]})", s);
+      dvec3 x(0, 0, 1.52_mm + length / 2), v(0), f(0);
+      double work = 0;
+      for (double t = 0; t < 2; t += s.tick) {
+        v += s.tick * (dvec3(-2000 * x.x, -2000 * x.y, -0.9) - 5.0 * v + f) / 0.15;
+        x += s.tick * v;
+        const ServoTick& tick = bench.tick({x}, 1);
+        f = tick.f_T_W;
+        work += s.spindle.stall_torque * (1 - tick.spindle / s.spindle.free_speed) * tick.spindle * s.tick;
+      }
+      const auto dentin = static_cast<std::size_t>(Tissue::kDentin);
+      EXPECT_LT(bench.settings.materials[dentin].specific_energy * bench.last.removed[dentin], 1.03 * work) << length << " " << voxel_mm;
+      EXPECT_GT(bench.last.removed[dentin], 0.001_mm3);
+    }
   }
 }
 

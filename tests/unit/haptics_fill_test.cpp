@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <random>
 #include <string>
+#include <tuple>
 
 #include "engine/base/units.h"
 #include "tests/support/haptic_bench.h"
@@ -118,6 +119,26 @@ TEST(Filling, GrowsUpToTheHeadAndNeverPushesTheHand) {
   EXPECT_LT(jump, 0.02);
   EXPECT_LT(glm::length(bench.last.f_T_W), 0.03);
   EXPECT_EQ(bench.last.faults, 0u);
+}
+
+TEST(Filling, LetsEveryHeadOutAlongItsAxisHoweverLongItStoodInIt) {
+  for (const auto& [shape, diameter, length] : {std::tuple(HeadShape::kSphere, 0.8_mm, 0.8_mm), std::tuple(HeadShape::kPear, 0.9_mm, 1.8_mm),
+                                                std::tuple(HeadShape::kInvertedCone, 1.0_mm, 1.0_mm), std::tuple(HeadShape::kFlame, 1.0_mm, 2.4_mm)}) {
+    ServoSettings s = filling();
+    s.tool.shape = s.tools[0].shape = shape;
+    s.tool.diameter = s.tools[0].diameter = diameter;
+    s.tool.length = s.tools[0].length = length;
+    s.tool.fill_rate = s.tools[0].fill_rate = 6 * kCubicMillimetre;
+    HapticBench bench(kCavity, s);
+    double z = -0.4_mm + length / 2;
+    hold(bench, 800, {{0.3_mm, 0.1_mm, z}}, 1);
+    EXPECT_LT(bench.last.removed[kFilled], -0.03_mm3);
+    for (int i = 0; i < 600; ++i) {
+      z += 5e-6;
+      bench.tick({{0.3_mm, 0.1_mm, z}}, 0);
+      ASSERT_LT(glm::length(bench.last.f_T_W), 0.03) << static_cast<int>(shape) << " " << i;
+    }
+  }
 }
 
 TEST(Filling, NeverLeavesTheSolidItIsKeptIn) {

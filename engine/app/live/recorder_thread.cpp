@@ -13,6 +13,12 @@ namespace typodont {
 
 using namespace std::chrono_literals;
 
+namespace {
+
+constexpr auto kTurn = 25ms;  // a twentieth of what may be lost; the ring of ticks holds eight seconds at 4 kHz
+
+}  // namespace
+
 void recorder_thread(LiveSession& s, session::SessionWriter& writer) {
   Wiring& wiring = s.wiring;
   render::View viewed = render::View::kLook;
@@ -67,7 +73,7 @@ void recorder_thread(LiveSession& s, session::SessionWriter& writer) {
   };
   while (!wiring.nothing_more.load()) {
     drain();
-    std::this_thread::sleep_for(5ms);
+    std::this_thread::sleep_for(kTurn);
   }
   drain();
 }

@@ -7,7 +7,9 @@
 #include <cstdint>
 #include <cstring>
 #include <span>
+#include <utility>
 
+#include "engine/app/operator/drawn_tiles.h"
 #include "shaders/interface_frag.h"
 #include "shaders/interface_vert.h"
 
@@ -19,6 +21,12 @@ struct Place {  // interface.vert
   float scale[2], shift[2];
   std::int32_t layer;
 };
+
+constexpr std::size_t kRemembered = 8;  // targets: more than a swapchain has images
+
+VkRect2D rectangle(const display::Part& p) {
+  return {{p.x, p.y}, {static_cast<std::uint32_t>(p.width), static_cast<std::uint32_t>(p.height)}};
+}
 
 /// Large enough for `bytes`, with room to grow.
 void at_least(gpu::Device& device, gpu::Buffer& buffer, VkDeviceSize bytes, VkBufferUsageFlags usage) {
@@ -57,23 +65,25 @@ void DrawListPainter::take_font_atlas() {
                                        .usage = VK_IMAGE_USAGE_SAMPLED_BIT | VK_IMAGE_USAGE_TRANSFER_DST_BIT});
   gpu::upload(device_, font_, std::span(pixels, static_cast<std::size_t>(width) * static_cast<std::size_t>(height)));
   ImGui::GetIO().Fonts->SetTexID(nullptr);  // the first texture
-  textures_.assign(1, {font_.view, -1});
+  textures_.assign(1, {font_.view, -1, 0});
+  holds_.clear();
 }
 
 void DrawListPainter::new_frame() {
   textures_.resize(1);
 }
 
-void* DrawListPainter::texture(VkImageView array_view, int layer) {
+void* DrawListPainter::texture(VkImageView array_view, std::uint64_t shows, int layer) {
   for (std::size_t i = 1; i < textures_.size(); ++i)
     if (textures_[i].view == array_view && textures_[i].layer == layer) return reinterpret_cast<void*>(i);
   if (textures_.size() == kTextures) return nullptr;
-  textures_.push_back({array_view, layer});
+  textures_.push_back({array_view, layer, shows});
   return reinterpret_cast<void*>(textures_.size() - 1);
 }
 
-void DrawListPainter::record(VkCommandBuffer commands, const ImDrawData& lists, const display::Target& target, int slot,
-                             const std::array<float, 4>& clear) {
+std::optional<std::vector<display::Part>> DrawListPainter::record(VkCommandBuffer commands, const ImDrawData& lists,
+                                                                  const display::Target& target, int slot,
+                                                                  const std::array<float, 4>& clear, bool all) {
   if (format_ != target.format) {
     vkDeviceWaitIdle(device_.device);
     if (pipeline_) vkDestroyPipeline(device_.device, pipeline_, nullptr);
@@ -93,7 +103,61 @@ void DrawListPainter::record(VkCommandBuffer commands, const ImDrawData& lists, 
     format_ = target.format;
   }
 
-  const auto s = static_cast<std::size_t>(slot);
+  std::vector<std::uint64_t> shown;
+  for (const Texture& t : textures_)
+    shown.push_back(mixed(mixed(reinterpret_cast<std::uint64_t>(t.view), t.shows), static_cast<std::uint64_t>(t.layer)));
+  std::vector<std::uint64_t> tiles = drawn_tiles(lists, target.size, shown);
+  if (!target.kept) holds_.erase(target.image);
+  const auto held = holds_.find(target.image);
+  // Lists that were made for another size are stretched into this one.
+  const bool fits = lists.DisplaySize.x == static_cast<float>(target.size.x) && lists.DisplaySize.y == static_cast<float>(target.size.y);
+  const bool whole = all || !fits || held == holds_.end() || held->second.size() != tiles.size();
+  const std::vector<display::Part> parts = whole ? std::vector{display::Part{0, 0, target.size.x, target.size.y}}
+                                                 : differing_parts(held->second, tiles, target.size);
+  if (whole && holds_.size() > kRemembered) holds_.clear();  // of images that are no more
+  if (fits)
+    holds_[target.image] = std::move(tiles);
+  else
+    holds_.erase(target.image);
+  if (parts.empty()) return parts;
+
+  gpu::transition(commands, target.image, VK_IMAGE_ASPECT_COLOR_BIT, whole ? VK_IMAGE_LAYOUT_UNDEFINED : target.final_layout,
+                  VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, VK_ACCESS_2_NONE,
+                  VK_PIPELINE_STAGE_2_COLOR_ATTACHMENT_OUTPUT_BIT,
+                  VK_ACCESS_2_COLOR_ATTACHMENT_READ_BIT | VK_ACCESS_2_COLOR_ATTACHMENT_WRITE_BIT);
+  VkClearValue background{};
+  std::copy(clear.begin(), clear.end(), background.color.float32);
+  const VkRenderingAttachmentInfo info{.sType = VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO,
+                                       .imageView = target.layers[0],
+                                       .imageLayout = VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL,
+                                       .loadOp = whole ? VK_ATTACHMENT_LOAD_OP_CLEAR : VK_ATTACHMENT_LOAD_OP_LOAD,
+                                       .storeOp = VK_ATTACHMENT_STORE_OP_STORE,
+                                       .clearValue = background};
+  const VkRenderingInfo rendering{
+      .sType = VK_STRUCTURE_TYPE_RENDERING_INFO,
+      .renderArea = {{0, 0}, {static_cast<std::uint32_t>(target.size.x), static_cast<std::uint32_t>(target.size.y)}},
+      .layerCount = 1,
+      .colorAttachmentCount = 1,
+      .pColorAttachments = &info};
+  vkCmdBeginRendering(commands, &rendering);
+  if (!whole) {
+    const VkClearAttachment empty{VK_IMAGE_ASPECT_COLOR_BIT, 0, background};
+    std::vector<VkClearRect> places;
+    for (const display::Part& p : parts) places.push_back({rectangle(p), 0, 1});
+    vkCmdClearAttachments(commands, 1, &empty, static_cast<std::uint32_t>(places.size()), places.data());
+  }
+  draw(commands, lists, target, static_cast<std::size_t>(slot), parts);
+  vkCmdEndRendering(commands);
+  gpu::transition(commands, target.image, VK_IMAGE_ASPECT_COLOR_BIT, VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL,
+                  target.final_layout, VK_PIPELINE_STAGE_2_COLOR_ATTACHMENT_OUTPUT_BIT,
+                  VK_ACCESS_2_COLOR_ATTACHMENT_WRITE_BIT, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT,
+                  VK_ACCESS_2_MEMORY_READ_BIT);
+  return whole ? std::nullopt : std::optional(parts);
+}
+
+void DrawListPainter::draw(VkCommandBuffer commands, const ImDrawData& lists, const display::Target& target, std::size_t s,
+                           const std::vector<display::Part>& parts) {
+  if (lists.TotalIdxCount == 0) return;
   const auto vertex_bytes = sizeof(ImDrawVert) * static_cast<std::size_t>(lists.TotalVtxCount);
   const auto index_bytes = sizeof(ImDrawIdx) * static_cast<std::size_t>(lists.TotalIdxCount);
   at_least(device_, vertices_[s], vertex_bytes, VK_BUFFER_USAGE_VERTEX_BUFFER_BIT);
@@ -110,34 +174,14 @@ void DrawListPainter::record(VkCommandBuffer commands, const ImDrawData& lists, 
   for (std::size_t i = 0; i < textures_.size(); ++i)
     inputs_.fill(device_, s * kTextures + i, 0, sampler_, textures_[i].view);
 
-  gpu::transition(commands, target.image, VK_IMAGE_ASPECT_COLOR_BIT, VK_IMAGE_LAYOUT_UNDEFINED,
-                  VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, VK_ACCESS_2_NONE,
-                  VK_PIPELINE_STAGE_2_COLOR_ATTACHMENT_OUTPUT_BIT, VK_ACCESS_2_COLOR_ATTACHMENT_WRITE_BIT);
-  VkClearValue background{};
-  std::copy(clear.begin(), clear.end(), background.color.float32);
-  const VkRenderingAttachmentInfo info{.sType = VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO,
-                                       .imageView = target.layers[0],
-                                       .imageLayout = VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL,
-                                       .loadOp = VK_ATTACHMENT_LOAD_OP_CLEAR,
-                                       .storeOp = VK_ATTACHMENT_STORE_OP_STORE,
-                                       .clearValue = background};
-  const VkRenderingInfo rendering{
-      .sType = VK_STRUCTURE_TYPE_RENDERING_INFO,
-      .renderArea = {{0, 0}, {static_cast<std::uint32_t>(target.size.x), static_cast<std::uint32_t>(target.size.y)}},
-      .layerCount = 1,
-      .colorAttachmentCount = 1,
-      .pColorAttachments = &info};
-  vkCmdBeginRendering(commands, &rendering);
   const VkViewport viewport{0, 0, static_cast<float>(target.size.x), static_cast<float>(target.size.y), 0, 1};
   vkCmdSetViewport(commands, 0, 1, &viewport);
   vkCmdSetFrontFace(commands, VK_FRONT_FACE_COUNTER_CLOCKWISE);
-  if (lists.TotalIdxCount > 0) {
-    vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, pipeline_);
-    const VkDeviceSize zero = 0;
-    vkCmdBindVertexBuffers(commands, 0, 1, &vertices_[s].buffer, &zero);
-    vkCmdBindIndexBuffer(commands, indices_[s].buffer, 0,
-                         sizeof(ImDrawIdx) == 2 ? VK_INDEX_TYPE_UINT16 : VK_INDEX_TYPE_UINT32);
-  }
+  vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, pipeline_);
+  const VkDeviceSize zero = 0;
+  vkCmdBindVertexBuffers(commands, 0, 1, &vertices_[s].buffer, &zero);
+  vkCmdBindIndexBuffer(commands, indices_[s].buffer, 0,
+                       sizeof(ImDrawIdx) == 2 ? VK_INDEX_TYPE_UINT16 : VK_INDEX_TYPE_UINT32);
   const ImVec2 display = lists.DisplaySize;
   int first_vertex = 0;
   std::uint32_t first_index = 0;
@@ -146,27 +190,26 @@ void DrawListPainter::record(VkCommandBuffer commands, const ImDrawData& lists, 
     for (const ImDrawCmd& c : list.CmdBuffer) {
       const auto number = std::min(reinterpret_cast<std::uintptr_t>(c.GetTexID()), textures_.size() - 1);
       const ImVec4 r = c.ClipRect;
-      const int x0 = std::max(static_cast<int>(r.x), 0), y0 = std::max(static_cast<int>(r.y), 0);
-      const int x1 = std::min(static_cast<int>(r.z), target.size.x),
-                y1 = std::min(static_cast<int>(r.w), target.size.y);
-      if (x1 <= x0 || y1 <= y0) continue;
-      const VkRect2D scissor{{x0, y0}, {static_cast<std::uint32_t>(x1 - x0), static_cast<std::uint32_t>(y1 - y0)}};
-      vkCmdSetScissor(commands, 0, 1, &scissor);
-      const Place place{{2 / display.x, 2 / display.y}, {-1, -1}, textures_[number].layer};
-      vkCmdPushConstants(commands, inputs_.layout, VK_SHADER_STAGE_VERTEX_BIT | VK_SHADER_STAGE_FRAGMENT_BIT, 0, sizeof place,
-                         &place);
-      vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, inputs_.layout, 0, 1, &inputs_.sets[s * kTextures + number], 0, nullptr);
-      vkCmdDrawIndexed(commands, c.ElemCount, 1, first_index + c.IdxOffset,
-                       first_vertex + static_cast<int>(c.VtxOffset), 0);
+      bool bound = false;
+      for (const display::Part& p : parts) {
+        const int x0 = std::max(static_cast<int>(r.x), p.x), y0 = std::max(static_cast<int>(r.y), p.y);
+        const int x1 = std::min(static_cast<int>(r.z), p.x + p.width), y1 = std::min(static_cast<int>(r.w), p.y + p.height);
+        if (x1 <= x0 || y1 <= y0) continue;
+        if (!std::exchange(bound, true)) {
+          const Place place{{2 / display.x, 2 / display.y}, {-1, -1}, textures_[number].layer};
+          vkCmdPushConstants(commands, inputs_.layout, VK_SHADER_STAGE_VERTEX_BIT | VK_SHADER_STAGE_FRAGMENT_BIT, 0, sizeof place,
+                             &place);
+          vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, inputs_.layout, 0, 1, &inputs_.sets[s * kTextures + number], 0, nullptr);
+        }
+        const VkRect2D scissor = rectangle({x0, y0, x1 - x0, y1 - y0});
+        vkCmdSetScissor(commands, 0, 1, &scissor);
+        vkCmdDrawIndexed(commands, c.ElemCount, 1, first_index + c.IdxOffset,
+                         first_vertex + static_cast<int>(c.VtxOffset), 0);
+      }
     }
     first_vertex += list.VtxBuffer.Size;
     first_index += static_cast<std::uint32_t>(list.IdxBuffer.Size);
   }
-  vkCmdEndRendering(commands);
-  gpu::transition(commands, target.image, VK_IMAGE_ASPECT_COLOR_BIT, VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL,
-                  target.final_layout, VK_PIPELINE_STAGE_2_COLOR_ATTACHMENT_OUTPUT_BIT,
-                  VK_ACCESS_2_COLOR_ATTACHMENT_WRITE_BIT, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT,
-                  VK_ACCESS_2_MEMORY_READ_BIT);
 }
 
 }  // namespace typodont

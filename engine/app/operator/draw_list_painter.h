@@ -1,7 +1,11 @@
-// Dear ImGui's draw lists on our Vulkan: one pipeline, dynamic rendering, two frames in flight. Render thread.
+// Dear ImGui's draw lists on our Vulkan: one pipeline, dynamic rendering, two frames in flight. A target that still holds
+// an earlier frame is drawn where that differs. Render thread.
 #pragma once
 
 #include <array>
+#include <cstdint>
+#include <map>
+#include <optional>
 #include <vector>
 
 #include "engine/display/output.h"
@@ -26,11 +30,13 @@ class DrawListPainter {
   /// Forgets the last frame's textures.
   void new_frame();
   /// A picture for ImGui::Image during this frame: sRGB bytes (a UNORM view), ready for shaders. At most 60 a frame.
-  void* texture(VkImageView array_view, int layer = 0);
+  /// `shows`: another number once it shows something else.
+  void* texture(VkImageView array_view, std::uint64_t shows, int layer = 0);
 
-  /// Draws into the target; whatever was there is overwritten.
-  void record(VkCommandBuffer commands, const ImDrawData& lists, const display::Target& target, int slot,
-              const std::array<float, 4>& clear);
+  /// Draws what the target lacks of this frame; all of it where it holds none, or where `all` is wanted. Returns the parts
+  /// that were drawn; nothing: all.
+  std::optional<std::vector<display::Part>> record(VkCommandBuffer commands, const ImDrawData& lists, const display::Target& target,
+                                                   int slot, const std::array<float, 4>& clear, bool all = false);
 
  private:
   static constexpr int kSlots = gpu::FrameRing::kSlots;
@@ -39,7 +45,11 @@ class DrawListPainter {
   struct Texture {
     VkImageView view;
     int layer;
+    std::uint64_t shows;
   };
+
+  void draw(VkCommandBuffer commands, const ImDrawData& lists, const display::Target& target, std::size_t slot,
+            const std::vector<display::Part>& parts);
 
   gpu::Device& device_;
   gpu::Image font_;
@@ -49,6 +59,7 @@ class DrawListPainter {
   VkFormat format_ = VK_FORMAT_UNDEFINED;
   std::array<gpu::Buffer, kSlots> vertices_, indices_;
   std::vector<Texture> textures_;
+  std::map<VkImage, std::vector<std::uint64_t>> holds_;  // the tiles of the frame that a target was given last
 };
 
 }  // namespace typodont

@@ -310,20 +310,22 @@ void InterfaceWindow::begin() {
 void InterfaceWindow::end() {
   ImGui::Render();
   const VkCommandBuffer commands = ring_.begin(device_);
+  const bool screen_lost_it = output_->needs_frame();
   const auto target = output_->acquire();
   if (!target) {
     ring_.abandon(device_);
     return;
   }
   const ImVec4 back = ImGui::GetStyle().Colors[ImGuiCol_WindowBg];
-  painter_->record(commands, *ImGui::GetDrawData(), *target, ring_.slot(), {back.x, back.y, back.z, 1});
+  const auto drawn = painter_->record(commands, *ImGui::GetDrawData(), *target, ring_.slot(), {back.x, back.y, back.z, 1}, screen_lost_it);
   ring_.submit(device_, target->ready, target->done);
-  output_->present();
+  output_->present(drawn);
   ++frames_;
 }
 
-void* InterfaceWindow::texture(const gpu::Image& picture, int layer) {
-  return painter_->texture(picture.alias_view ? picture.alias_view : picture.view, layer);
+void* InterfaceWindow::texture(const gpu::Image& picture, std::uint64_t shows) {
+  // One that was destroyed may have left its handle to another, which was uploaded since.
+  return painter_->texture(picture.alias_view ? picture.alias_view : picture.view, shows << 32 | uploads_);
 }
 
 gpu::Image InterfaceWindow::upload(const render::Picture& picture) {
@@ -332,6 +334,7 @@ gpu::Image InterfaceWindow::upload(const render::Picture& picture) {
                 .format = VK_FORMAT_R8G8B8A8_UNORM,
                 .usage = VK_IMAGE_USAGE_SAMPLED_BIT | VK_IMAGE_USAGE_TRANSFER_DST_BIT});
   gpu::upload(device_, image, picture.rgba);
+  ++uploads_;
   return image;
 }
 

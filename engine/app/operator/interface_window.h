@@ -53,8 +53,8 @@ class InterfaceWindow {
   void begin();
   void end();
 
-  /// A picture for ImGui::Image in this frame.
-  void* texture(const gpu::Image& picture, int layer = 0);
+  /// A picture for ImGui::Image in this frame. `shows`: another number once one that was drawn anew shows something else.
+  void* texture(const gpu::Image& picture, std::uint64_t shows = 0);
   /// A picture that stays: uploaded once; the caller destroys it after wait_idle().
   gpu::Image upload(const render::Picture& picture);
   void wait_idle();
@@ -84,7 +84,7 @@ class InterfaceWindow {
   KeyQueue keys_;
   std::string more_;  // what will_show() was given and the catalogue does not hold
   Nanos last_frame_ = 0, last_input_ = 0;
-  std::uint64_t frames_ = 0;
+  std::uint64_t frames_ = 0, uploads_ = 0;
 };
 
 /// True where the computer has a font for the language.

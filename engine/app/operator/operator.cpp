@@ -32,7 +32,8 @@ namespace fs = std::filesystem;
 using namespace std::chrono_literals;
 
 constexpr double kIdleFrame = 60;       // s between frames while nothing happens
-constexpr Nanos kIdleWait = 21'000'000;  // ns, between looks at what is no event of the desktop
+constexpr Nanos kIdleWait = 25'000'000;  // ns, between looks at what is no event of the desktop
+constexpr Nanos kBriefWait = 4'000'000;  // ns
 constexpr double kSessionFrame = 0.05;  // s between frames of this window while a session runs
 constexpr Nanos kReviveInterval = 10 * kNanosPerSecond;
 
@@ -68,8 +69,9 @@ class Operator {
     } else if (moving()) {
       std::this_thread::sleep_for(2ms);
     } else {
-      std::this_thread::sleep_for(4ms);  // a mouse says where it is a thousand times a second
+      const Nanos since = now();
       window_.output().wait(kIdleWait);
+      if (now() - since < kBriefWait) std::this_thread::sleep_for(4ms);  // a mouse says where it is a thousand times a second
     }
   }
 

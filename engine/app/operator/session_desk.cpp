@@ -127,14 +127,14 @@ SessionDesk::Turn SessionDesk::step() {
     s_.curve_at = (s_.curve_at + 1) % static_cast<int>(s_.forces.size());
   }
   at_rest_ = nothing_moves(before);
+  if (!looks_same(s_.status.tick.X_WT, rests_at_)) rests_at_ = s_.status.tick.X_WT;
   const bool next_second = std::floor(before.seconds) != std::floor(s_.status.seconds);
   return s_.status.frames + s_.status.own_frames != before.frames + before.own_frames || next_second ? Turn::kChanged : Turn::kSame;
 }
 
 bool SessionDesk::nothing_moves(const WorkbenchStatus& before) const {
   const WorkbenchStatus& is = s_.status;
-  return is.tick.X_WT.p == before.tick.X_WT.p && is.tick.X_WT.R == before.tick.X_WT.R &&
-         is.tick.spindle == before.tick.spindle && is.tick.tool == before.tick.tool && is.tick.cuts == before.tick.cuts &&
+  return looks_same(is.tick.X_WT, rests_at_) && is.tick.spindle == before.tick.spindle && is.tick.tool == before.tick.tool && is.tick.cuts == before.tick.cuts &&
          is.tissue.version == before.tissue.version && is.faults == before.faults && is.frames == before.frames &&
          is.own_frames == before.own_frames && !s_.look_in_work &&
          std::all_of(s_.forces.begin(), s_.forces.end(), [](float f) { return f == 0; });

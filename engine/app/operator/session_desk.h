@@ -69,6 +69,7 @@ class SessionDesk {
   std::filesystem::path recording_, written_, saved_;  // where the recording should lie, where it is written; the tissue
   Nanos score_time_ = 0, curve_time_ = 0;
   bool at_rest_ = false;
+  Pose rests_at_;  // where the tool came to rest
 };
 
 }  // namespace typodont

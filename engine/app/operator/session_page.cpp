@@ -161,7 +161,7 @@ void draw_live(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
       return ImVec2(static_cast<float>((p.x + 1) / 2), static_cast<float>((1 - p.y) / 2));
     };
     const ImVec2 screen = ImGui::GetCursorScreenPos();
-    ImGui::GetWindowDrawList()->AddImageQuad(w.texture(*s.live), screen, {screen.x + fit.x, screen.y},
+    ImGui::GetWindowDrawList()->AddImageQuad(w.texture(*s.live, s.status.frames + s.status.own_frames), screen, {screen.x + fit.x, screen.y},
                                              {screen.x + fit.x, screen.y + fit.y}, {screen.x, screen.y + fit.y},
                                              corner(-1, 1), corner(1, 1), corner(1, -1), corner(-1, -1));
     ImGui::SetCursorPos(at);

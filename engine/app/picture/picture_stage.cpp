@@ -15,12 +15,6 @@ namespace {
 
 constexpr double kReadEvery = 0.1;  // s between numbers of the writing: quicker ones nobody reads
 
-/// What no pixel tells apart: a hundredth of what one shows of the tool.
-bool looks_same(const Pose& a, const Pose& b) {
-  const dquat turn = a.R * (glm::dot(a.R, b.R) < 0 ? -1.0 : 1.0) - b.R;
-  return glm::length(a.p - b.p) <= 1e-7 && glm::length(turn) <= 2.5e-6;  // m; half an angle in rad
-}
-
 constexpr const char* shape_name(haptics::HeadShape shape) {
   switch (shape) {
     case haptics::HeadShape::kSphere:
@@ -53,6 +47,11 @@ std::string catalogue_name(const haptics::Tool& tool) {
 }
 
 }  // namespace
+
+bool looks_same(const Pose& a, const Pose& b) {
+  const dquat turn = a.R * (glm::dot(a.R, b.R) < 0 ? -1.0 : 1.0) - b.R;
+  return glm::length(a.p - b.p) <= 1e-7 && glm::length(turn) <= 2.5e-6;  // m; half an angle in rad
+}
 
 gpu::Device make_picture_device(const PictureStage::Options& options) {
   gpu::DeviceOptions device;

@@ -24,6 +24,9 @@ render::ToolMesh tool_mesh(const haptics::Tool& tool);
 /// Gives the renderer what stands around the working tooth.
 void surround(render::Renderer& renderer, const Surroundings& around, bool coarse = false);
 
+/// What no pixel tells apart: a hundredth of what one shows of the tool.
+bool looks_same(const Pose& a, const Pose& b);
+
 class PictureStage {
  public:
   struct Options {
