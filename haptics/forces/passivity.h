@@ -32,7 +32,7 @@ struct PassivityState {
   double advance = 0;   // m in one tick: the longest way in lately, against the force
   dvec3 moved{0}, moved_before{0};  // m, the tick before, and the one before that
   double decay_for = 0, decay = 1, jump_decay = 1, count_decay = 1, clock_decay = 1;  // in a tick as long as the last one
-  double jump = 0;      // m/s: the greatest change of pace lately
+  double jump = 0;      // m/s: the greatest change of pace along the force lately
   double count = 0;     // m/s: of steps with stillness around them
   int lone_steps = 0;
   double longest = 0;   // s, the longest tick lately
@@ -63,9 +63,11 @@ inline double passive_share(const PassivityLaw& law, const dvec3& f, const dvec3
     state.count_decay = std::exp(-dt / law.count_memory), state.clock_decay = std::exp(-dt / law.clock_memory);
   }
   const double strength = glm::length(f), twist = glm::length(tau);
-  const double along_force = strength > 0 ? glm::dot(change, f) / strength : 0;
-  const double change2 = strength > 0 ? along_force * along_force : glm::dot(change, change);
   state.jump *= state.jump_decay;
+  if (strength > 0) {  // what it does in the open, on the way here, says little
+    const double jump = std::abs(glm::dot(change, f)) / (strength * dt);
+    if (jump < law.leap) state.jump = std::max(state.jump, jump);
+  }
   if (state.moved != dvec3(0)) {
     state.count *= state.count_decay;
     // One that stands alone may be a stroke's end; the second is a count.
@@ -74,9 +76,6 @@ inline double passive_share(const PassivityLaw& law, const dvec3& f, const dvec3
       if (state.lone_steps > 0 && step < law.leap) state.count = std::max(state.count, step);
       state.lone_steps = 1;
     }
-  }
-  if (const double known = state.jump * dt, leap = law.leap * dt; change2 > known * known && change2 < leap * leap) {
-    state.jump = std::sqrt(change2) / dt;
   }
   state.retreat *= state.decay;
   const double before = glm::length(state.moved);
