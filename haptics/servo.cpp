@@ -46,10 +46,13 @@ double travel_for(const Tool& tool, double voxel) {
 /// is larger alike, but for the limit of a nanojoule. A device's hand is a hand, whatever the scene, and its jumps are counts.
 PassivityLaw law_for(const ServoSettings& settings) {
   PassivityLaw law;
+  if (settings.position_step > 0) {
+    law.jumps = 0;
+    return law;
+  }
   const double size = kOfSize / settings.stiffness;
   law.credit = std::min(law.credit, size * kLeastCredit);
-  if (settings.position_step > 0) law.jumps = 0;
-  else law.turning = size * kLeastTurning;
+  law.turning = size * kLeastTurning;
   return law;
 }
 
