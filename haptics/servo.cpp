@@ -16,7 +16,7 @@ namespace {
 
 constexpr double kOfSize = 1000;       // N/m, of the coupling in a scene as large as a tooth …
 constexpr double kLeastCredit = 1e-10; // J, … what the ledger may be overdrawn by there, …
-constexpr double kLeastTurning = 0.5;  // m/s², … and what a hand may do that has not shown how abruptly it moves
+constexpr double kLeastTurning = 1.2;  // m/s², … and what a hand may do that has not shown how abruptly it moves
 constexpr double kLostHand = 0.02;  // m: so far from where it was, a hand that comes back starts anew
 
 bool is_sound(const HandSample& hand) {
