@@ -14,6 +14,9 @@ namespace typodont::haptics {
 
 namespace {
 
+constexpr double kOfSize = 1000;       // N/m, of the coupling in a scene as large as a tooth …
+constexpr double kLeastCredit = 1e-10; // J, … what the ledger may be overdrawn by there, …
+constexpr double kLeastTurning = 1.2;  // m/s², … and what a hand may do that has not shown how abruptly it moves
 constexpr double kLostHand = 0.02;  // m: so far from where it was, a hand that comes back starts anew
 
 bool is_sound(const HandSample& hand) {
@@ -37,6 +40,20 @@ void copy_tick(const ServoTick& from, ServoTick& to) noexcept {
 
 double travel_for(const Tool& tool, double voxel) {
   return std::max({8.0, 1e-3 / voxel, 0.25 * tool.reach() / voxel});
+}
+
+/// A scene that is larger, with a coupling softer by as much, has the same forces: what the law foresees of a hand and gives it
+/// is larger alike, but for the limit of a nanojoule. A device's hand is a hand, whatever the scene, and its jumps are counts.
+PassivityLaw law_for(const ServoSettings& settings) {
+  PassivityLaw law;
+  if (settings.position_step > 0) {
+    law.jumps = 0;
+    return law;
+  }
+  const double size = kOfSize / settings.stiffness;
+  law.credit = std::min(law.credit, size * kLeastCredit);
+  law.turning = size * kLeastTurning;
+  return law;
 }
 
 }  // namespace
@@ -76,7 +93,7 @@ Servo::State::State(const ServoSettings& s, int edge)
     tools.push_back({tool, ContactFinder(tool, h), SmoothContacts(tool, h), near_reach(tool) / h});
   }
   for (const Material& material : settings.materials) hardest = std::max(hardest, material.specific_energy);
-  if (settings.position_step > 0) passivity_law.jumps = 0;  // what jumps are counts: no hand moves so
+  passivity_law = law_for(settings);
   patch.resize(edge);
 }
 

@@ -19,7 +19,8 @@ struct PassivityLaw {
   double human_tick = 1e-3;   // s, … in ticks this short; in longer ones it may go back as far as it came
   double twisting = 20;       // rad/s²: the same of a hand that turns
   double jumps = 1;           // of the greatest change of pace lately that may come again; 0: they are a device's counts …
-  double jump_memory = 1;     // s, while the hand moves: one that lies quite still may still go on as it came
+  double jump_memory = 0.3;   // s
+  double count_memory = 1;    // s, in ticks that move, of steps with stillness around them: those come after any pause
   double leap = 2;            // m/s: a greater one is no hand's
   double clock_memory = 10;   // s, of the longest tick: a clock that misses some goes on missing them, …
   double most_missed = 3;     // … though what is longer than so many is a pause
@@ -29,9 +30,11 @@ struct PassivityLaw {
 struct PassivityState {
   double retreat = 0;   // m in one tick: the longest way back lately, out of the tissue or against its own direction
   double advance = 0;   // m in one tick: the longest way in lately, against the force
-  dvec3 moved{0};       // m, the tick before
-  double decay_for = 0, decay = 1, slow_decay = 1, clock_decay = 1;  // of `retreat`, `jump` and `longest`, in a tick as long as the last one
-  double jump = 0;      // m/s: the greatest change of pace lately
+  dvec3 moved{0}, moved_before{0};  // m, the tick before, and the one before that
+  double decay_for = 0, decay = 1, jump_decay = 1, count_decay = 1, clock_decay = 1;  // in a tick as long as the last one
+  double jump = 0;      // m/s: the greatest change of pace along the force lately
+  double count = 0;     // m/s: of steps with stillness around them
+  int lone_steps = 0;
   double longest = 0;   // s, the longest tick lately
   // The same of turns, rad.
   double unturn = 0, turn_in = 0;
@@ -56,20 +59,28 @@ inline double passive_share(const PassivityLaw& law, const dvec3& f, const dvec3
   dvec3 change = moved - state.moved;
   if (dt != state.decay_for) {
     if (state.decay_for > 0) change = moved - state.moved * (dt / state.decay_for);
-    state.decay_for = dt, state.decay = std::exp(-dt / law.memory), state.slow_decay = std::exp(-dt / law.jump_memory);
-    state.clock_decay = std::exp(-dt / law.clock_memory);
+    state.decay_for = dt, state.decay = std::exp(-dt / law.memory), state.jump_decay = std::exp(-dt / law.jump_memory);
+    state.count_decay = std::exp(-dt / law.count_memory), state.clock_decay = std::exp(-dt / law.clock_memory);
   }
   const double strength = glm::length(f), twist = glm::length(tau);
-  const double along_force = strength > 0 ? glm::dot(change, f) / strength : 0;
-  const double change2 = strength > 0 ? along_force * along_force : glm::dot(change, change);
-  if (state.moved != dvec3(0)) state.jump *= state.slow_decay;
-  if (const double known = state.jump * dt, leap = law.leap * dt; change2 > known * known && change2 < leap * leap) {
-    state.jump = std::sqrt(change2) / dt;
+  state.jump *= state.jump_decay;
+  if (strength > 0) {  // what it does in the open, on the way here, says little
+    const double jump = std::abs(glm::dot(change, f)) / (strength * dt);
+    if (jump < law.leap) state.jump = std::max(state.jump, jump);
+  }
+  if (state.moved != dvec3(0)) {
+    state.count *= state.count_decay;
+    // One that stands alone may be a stroke's end; the second is a count.
+    if (moved == dvec3(0) && state.moved_before == dvec3(0)) {
+      const double step = glm::length(state.moved) / dt;
+      if (state.lone_steps > 0 && step < law.leap) state.count = std::max(state.count, step);
+      state.lone_steps = 1;
+    }
   }
   state.retreat *= state.decay;
   const double before = glm::length(state.moved);
   if (before > 0) state.retreat = std::max(state.retreat, -glm::dot(moved, state.moved) / before);
-  state.moved = moved;
+  state.moved_before = state.moved, state.moved = moved;
   state.unturn *= state.decay;
   const double turned_before = glm::length(state.turned);
   if (turned_before > 0) state.unturn = std::max(state.unturn, -glm::dot(turned, state.turned) / turned_before);
@@ -84,10 +95,10 @@ inline double passive_share(const PassivityLaw& law, const dvec3& f, const dvec3
     const double along = glm::dot(f, moved) / strength;  // > 0: with the force, outward
     state.retreat = std::max(state.retreat, along);
     state.advance = std::max(state.advance * std::exp(-dt / law.memory), -along);
-    const double turn = law.turning * tick * tick;
-    const double reversal = tick > 2.2 * law.human_tick ? turn + state.advance : turn + std::min(along, 0.0);
-    const double jumped = (along / dt + state.jump) * law.jumps * state.longest;
-    at_stake = strength * std::max({law.margin * state.retreat, reversal, jumped, 1e-3 * turn});
+    const double twitch = law.turning * tick * tick;
+    const double turn = std::max(twitch, law.jumps * std::max(state.jump, state.count) * state.longest);
+    const double reversal = tick > 2.2 * law.human_tick ? turn + state.advance : turn + along * (law.jumps > 0 ? state.longest / dt : 1.0);
+    at_stake = strength * std::max({law.margin * state.retreat, reversal, 1e-3 * twitch});
   }
   if (twist > 0) {  // of a tool whose force has gone, too: its torque follows later
     const double out = glm::dot(tau, turned) / twist;  // > 0: with the torque
