@@ -419,7 +419,12 @@ void Workbench::Impl::end() {
   MeshBatch* batch = nullptr;
   while (s.wiring.bricks.pop(batch)) delete batch;
   while (s.wiring.bricks_to_watch.pop(batch)) delete batch;
-  if (picture) picture->close();
+  if (picture) {
+    summary.debris = picture->settle_debris();
+    picture->close();
+  }
+  if (headset) summary.debris = headset->debris();
+  summary.debris_cuts_lost = s.wiring.cuts_to_debris.dropped();
   haptics::TissueVolume* copy = nullptr;
   while (s.wiring.copies_to_watch.pop(copy)) delete copy;
   std::signal(SIGINT, SIG_DFL);

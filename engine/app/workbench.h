@@ -13,6 +13,7 @@
 #include "engine/app/wiring.h"
 #include "engine/app/work_counts.h"
 #include "engine/contract/loop_timing.h"
+#include "engine/debris/debris.h"
 #include "engine/display/head_tracker.h"
 #include "engine/display/output.h"
 #include "engine/session/score.h"
@@ -71,6 +72,8 @@ struct WorkbenchSummary {
   LoopReport loop;                                 // the same in full, what was granted, how warm the motors were
   PerTissue removed{};
   std::optional<display::HeadTracker::Stats> tracker;  // where a rig's tracker was listened to
+  std::optional<debris::DebrisLedger> debris;  // where the scene has debris and something was drawn
+  std::uint64_t debris_cuts_lost = 0;          // that its ring had no room for: their chips are in nobody's account
   std::vector<std::string> explanations;
   WorkCounts work;
 };

@@ -243,6 +243,8 @@ struct Renderer::Impl {
       last_order = bricks.order;
       last_settings = settings_version;
       bricks.changed.clear();
+    }
+    if (stats.drawn) {
       last_submitted = submitted;
       ++frames;
     }
@@ -377,6 +379,11 @@ struct Renderer::Impl {
           if (targets.layered() && shown.touch(*over)) shown.mark(*over);
         redrawn[e] = shown.boxes(true, shown.picture());
         stats.redrawn += shown.share() / frame.views;
+      }
+      // What moved is seen by neither eye.
+      if (stats.redrawn <= 0 && last_version == bricks.version) {
+        stats.drawn = false;
+        return;
       }
       mask.prepare(context, slot, drawn_size, kept);
     } else {

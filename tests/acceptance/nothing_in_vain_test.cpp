@@ -18,6 +18,8 @@
 namespace typodont {
 namespace {
 
+constexpr double kEnamelDensity = 2.95;  // mg/mm³, as assets/materials/hard_tissue.json has it
+
 class Work : public testing::Test {
  protected:
   /// A block whose top is at z = 200 mm, and parts as named.
@@ -35,13 +37,15 @@ class Work : public testing::Test {
     }
     return folder.write("hand.csv", csv);
   }
-  Json run(const std::string& what, double seconds, const std::string& more = "") {
+  Json run(const std::string& what, double seconds, const std::string& more = "") { return all_of(what, seconds, more)["work"]; }
+  /// All that it says of a session.
+  Json all_of(const std::string& what, double seconds, const std::string& more = "") {
     const char* audio = more.find("--audio") == std::string::npos ? "--audio none:" : "";
     const test::Ran ran = folder.run(fmt::format("run {} --hand script:{} --pedal none {} --seconds {} --json {}", what,
                                                  folder / "hand.csv", audio, seconds, more));
     EXPECT_EQ(ran.status, 0) << ran.err;
     said = ran.err;
-    return Json::parse(ran.out, "run")["work"];
+    return Json::parse(ran.out, "run");
   }
 
   test::ProgramFolder folder{TYPODONT_PROGRAM};
@@ -146,26 +150,38 @@ TEST_F(Work, AWindowInWhichNothingMovesIsNotDrawnAgainAndAsksTheDesktopForNothin
   EXPECT_LT(more("allocations"), 40 * more("turns")) << "a line of writing is put together, nothing more";
 }
 
-TEST_F(Work, ParticlesAreSteppedOnlyWhereTheSceneHasDebrisAndAfterSomethingWasCut) {
+TEST_F(Work, ParticlesAreSteppedOnlyWhereTheSceneHasDebrisAndAfterSomethingWasCutAndTheirMassIsWhatWasCut) {
   const test::Desktop desktop;
-  const auto stepped = [&](const char* parts, double height_mm) {
+  const auto session = [&](const char* parts, double height_mm) {
     hand(height_mm, 2, 1);
-    return run(fmt::format("{} --rig assets/rigs/window.json", scene(parts)), 3)["particles_stepped"].integer();
+    return all_of(fmt::format("{} --rig assets/rigs/window.json", scene(parts)), 3);
   };
-  EXPECT_EQ(stepped("\"haptics\", \"render\"", 200.8), 0);
-  EXPECT_EQ(stepped("\"haptics\", \"render\", \"debris\"", 210), 0);
-  EXPECT_GT(stepped("\"haptics\", \"render\", \"debris\"", 200.8), 0);
+  const Json without = session("\"haptics\", \"render\"", 200.8);
+  EXPECT_EQ(without["work"]["particles_stepped"].integer(), 0);
+  EXPECT_FALSE(without.has("debris"));
+  EXPECT_EQ(session("\"haptics\", \"render\", \"debris\"", 210)["work"]["particles_stepped"].integer(), 0);
+  const Json cut = session("\"haptics\", \"render\", \"debris\"", 200.8), mass = cut["debris"];
+  EXPECT_GT(cut["work"]["particles_stepped"].integer(), 0);
+  ASSERT_GT(cut["removed_mm3"].number(), 0);
+  ASSERT_EQ(mass["cuts_lost"].integer(), 0);
+  const double born = mass["born_mg"]["enamel"].number();
+  EXPECT_NEAR(born, kEnamelDensity * cut["removed_mm3"].number(), 1e-6 * born);
+  EXPECT_NEAR(mass["in_the_air_mg"].number() + mass["decayed_mg"].number() + mass["sucked_mg"].number() + mass["no_room_mg"].number(),
+              born, 1e-5 * born);
 }
 
 TEST_F(Work, AWindowThatIsMinimisedDrawsNoFrameAndIsDrawnAgainWhenItIsBack) {
-  hand(208, 8, 1, 120);  // to and fro: every frame differs from the last
+  hand(208, 8, 1, 120);  // to and fro before the eyes: every frame differs from the last
+  folder.write("rig.json", R"({"display": "window", "screen": {"corners_mm": {"lower_left": [5, -15, 200],
+    "lower_right": [45, -15, 200], "upper_left": [5, 15, 200]}, "pixels": [320, 240], "layout": "mono"},
+    "head": {"eye_center_mm": [25, 0, 500], "ipd_mm": 63}})");
   const test::Desktop desktop;
   const pid_t child = folder.start(
-      fmt::format("run {} --rig assets/rigs/window.json --hand script:{} --pedal none --audio none: --record {}",
-                  scene("\"haptics\", \"render\""), folder / "hand.csv", folder / "s.h5"),
+      fmt::format("run {} --rig {} --hand script:{} --pedal none --audio none: --record {}",
+                  scene("\"haptics\", \"render\""), folder / "rig.json", folder / "hand.csv", folder / "s.h5"),
       fmt::format("DISPLAY={}", std::getenv("DISPLAY")));
   std::string window;
-  for (int i = 0; i < 300 && window.empty(); ++i, ::usleep(100'000))
+  for (int i = 0; i < 1800 && window.empty(); ++i, ::usleep(100'000))
     window = test::Desktop::xdotool("search --name Typodont");
   window = window.substr(0, window.find('\n'));
   ASSERT_FALSE(window.empty()) << folder.said();

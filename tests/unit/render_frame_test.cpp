@@ -53,6 +53,29 @@ TEST(Frame, NothingMovedNoNewFrame) {
   EXPECT_FALSE(stage.draw(frame).drawn);
 }
 
+TEST(Frame, WhatMovesOutOfSightIsNoNewFrameUntilItIsSeen) {
+  Stage stage({160, 128}, render::kQualityLadder[0], Passes::kTwo);
+  stage.renderer->update(0, tooth_mesh(0, 0.6e-3));
+  stage.renderer->set_tool(render::make_tool_mesh(render::tool_shape("sphere", 1.4e-3, 0)));
+  render::Frame frame = full_frame(desk(0.03, 0.024, 0.35), {});
+  const double seen = frame.tool.X_WG.p.x;
+  EXPECT_TRUE(stage.draw(frame).drawn);
+  const render::Picture with = stage.eye(0);
+  frame.tool.X_WG.p.x = seen + 0.5;
+  EXPECT_TRUE(stage.draw(frame).drawn) << "it is gone";
+  const render::Picture without = stage.eye(0);
+  EXPECT_GT(compare(with, without, 8).pixels, 100);
+  for (int i = 1; i < 5; ++i) {
+    frame.tool.X_WG.p.x = seen + 0.5 + 0.01 * i;
+    const render::FrameStats stats = stage.draw(frame);
+    EXPECT_FALSE(stats.drawn);
+    EXPECT_EQ(stats.commands, 0);
+  }
+  frame.tool.X_WG.p.x = seen;
+  EXPECT_TRUE(stage.draw(frame).drawn) << "it is back";
+  EXPECT_EQ(compare(stage.eye(0), with, 0).pixels, 0);
+}
+
 TEST(Frame, WritingIsDrawnOnlyWhenWhatItSaysChanges) {
   Stage stage({160, 128});
   stage.renderer->update(0, tooth_mesh(0, 0.6e-3));

@@ -3,6 +3,7 @@
 
 #include <CLI/CLI.hpp>
 #include <array>
+#include <cmath>
 #include <memory>
 #include <nlohmann/json.hpp>
 
@@ -22,6 +23,20 @@ struct Options {
   WorkbenchOptions workbench;
   bool json = false;
 };
+
+/// Where the mass of the chips went, in mg; null: only the GPU that moves them knows.
+nlohmann::ordered_json debris_json(const debris::DebrisLedger& ledger, std::uint64_t cuts_lost) {
+  const auto number = [](double kg) { return std::isfinite(kg) ? nlohmann::ordered_json(kg * 1e6) : nlohmann::ordered_json(); };
+  nlohmann::ordered_json born = nlohmann::ordered_json::object();
+  for (std::size_t t = 0; t < kTissueCount; ++t)
+    if (ledger.born[t] > 0) born[std::string(name_of(static_cast<Tissue>(t)))] = number(ledger.born[t]);
+  return {{"born_mg", born},
+          {"in_the_air_mg", number(ledger.alive)},
+          {"decayed_mg", number(ledger.decayed)},
+          {"sucked_mg", number(ledger.sucked)},
+          {"no_room_mg", number(ledger.dropped)},
+          {"cuts_lost", cuts_lost}};
+}
 
 void run(const Options& options) {
   Scene scene = read_scene(options.scene);
@@ -48,6 +63,7 @@ void run(const Options& options) {
         {"explain", s.explanations}};
     for (const WorkCount& c : listed(s.work)) json["work"][c.name] = c.value;
     json["work"]["cpu_s"] = s.work.cpu_seconds, json["work"]["servo_cpu_s"] = s.work.servo_cpu_seconds;
+    if (s.debris) json["debris"] = debris_json(*s.debris, s.debris_cuts_lost);
     if (s.tracker) json["head_tracker"] = {{"samples", s.tracker->samples}, {"dropped", s.tracker->dropped}};
     fmt::print("{}\n", json.dump(2));
     return;

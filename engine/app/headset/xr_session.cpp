@@ -90,6 +90,7 @@ struct XrSession::Thread {
   std::exception_ptr failure;
   std::vector<std::string> explanations;
   std::vector<Touch> touches;
+  std::optional<debris::DebrisLedger> debris_mass;
 
   std::thread thread;
 
@@ -127,6 +128,11 @@ struct XrSession::Thread {
     }
     publish_hand(nullptr);
     gate.done();
+    if (debris) {
+      debris->follow(wiring, haptics::tray(servo));
+      const std::lock_guard lock(mutex);
+      debris_mass = debris->settle();
+    }
     enter(Phase::kOver, error);
   }
 
@@ -172,10 +178,7 @@ struct XrSession::Thread {
         stage.show(*owned, origin);
       }
       if (debris) {
-        Cut cut;
-        while (wiring.cuts_to_debris.pop(cut)) debris->add(cut, haptics::tray(servo)[cut.tool]);
-        LoosePiece piece;
-        while (wiring.pieces_to_debris.pop(piece)) debris->add(piece);
+        debris->follow(wiring, haptics::tray(servo));
         debris->step(std::min(dt, 0.1));
       }
       for (std::size_t i = 0; options.touches && i < 2; ++i)
@@ -322,6 +325,11 @@ std::uint64_t XrSession::frames() const {
 std::vector<std::string> XrSession::explanations() const {
   const std::lock_guard lock(thread_->mutex);
   return thread_->explanations;
+}
+
+std::optional<debris::DebrisLedger> XrSession::debris() const {
+  const std::lock_guard lock(thread_->mutex);
+  return thread_->debris_mass;
 }
 
 std::vector<XrSession::Touch> XrSession::touches() const {

@@ -4,12 +4,14 @@
 
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "engine/app/scene.h"
 #include "engine/app/wiring.h"
+#include "engine/debris/debris.h"
 #include "engine/display/display_rig.h"
 #include "engine/session/session_data.h"
 
@@ -42,6 +44,8 @@ class XrSession {
   void stop();
   std::uint64_t frames() const;
   std::vector<std::string> explanations() const;
+  /// Once it has stopped: where the mass of the chips went. Nothing: it had none, or hangs.
+  std::optional<debris::DebrisLedger> debris() const;
   /// The tool's head, held by an arm, and a controller's tip at one place: in the arm's base H and the headset's space D.
   struct Touch {
     dvec3 p_H, p_D;  // m

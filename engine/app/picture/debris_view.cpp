@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 namespace typodont {
@@ -89,11 +90,15 @@ render::CloudParticle cloud_particle(const debris::Newborn& n, const dvec3& colo
 void DebrisView::add(const Cut& cut, const haptics::Tool& tool) {
   if (cut.fill_radius != 0) return;
   for (std::size_t t = 0; t < kTissueCount; ++t) lump_[t] += cut.removed[t];
-  if (++lumped_ < lumps_) return;
-  Cut whole = cut;
-  whole.removed = std::exchange(lump_, {});
-  lumped_ = 0;
-  emit(whole, tool.radius());
+  last_ = cut;
+  last_radius_ = tool.radius();
+  if (++lumped_ >= lumps_) throw_lump();
+}
+
+void DebrisView::throw_lump() {
+  if (std::exchange(lumped_, 0) == 0) return;
+  last_.removed = std::exchange(lump_, {});
+  emit(last_, last_radius_);
 }
 
 void DebrisView::add(const LoosePiece& piece) {
@@ -104,12 +109,27 @@ void DebrisView::add(const LoosePiece& piece) {
   emit(cut, piece.radius);
 }
 
+void DebrisView::follow(Wiring& wiring, std::span<const haptics::Tool> tray) {
+  Cut cut;
+  while (wiring.cuts_to_debris.pop(cut)) add(cut, tray[cut.tool]);
+  LoosePiece piece;
+  while (wiring.pieces_to_debris.pop(piece)) add(piece);
+}
+
+debris::DebrisLedger DebrisView::settle() {
+  throw_lump();
+  debris::DebrisLedger ledger = debris_.ledger();
+  double given = 0;
+  for (std::size_t t = 0; t < kTissueCount; ++t) ledger.born[t] += given_[t], given += given_[t];
+  ledger.dropped += given_dropped_;
+  if (given > 0) ledger.alive = ledger.decayed = ledger.sucked = std::numeric_limits<double>::quiet_NaN();
+  return ledger;
+}
+
 void DebrisView::emit(const Cut& cut, double radius) {
   if (!cloud_) return debris_.emit(cut, radius, materials_);
-  PerTissue born{};
-  double dropped = 0;
   const std::size_t count =
-      debris::throw_chips(cut, radius, materials_, options_, cloud_->room(), newborn_, born, dropped);
+      debris::throw_chips(cut, radius, materials_, options_, cloud_->room(), newborn_, given_, given_dropped_);
   for (const debris::Newborn& n : std::span(newborn_).first(count)) {
     const render::CloudParticle particle = cloud_particle(n, materials_[static_cast<std::size_t>(n.tissue)].color);
     cloud_->add({&particle, 1});

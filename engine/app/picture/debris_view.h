@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "engine/app/wiring.h"
 #include "engine/debris/debris.h"
 #include "engine/render/particle_cloud.h"
 #include "engine/render/renderer.h"
@@ -27,6 +28,8 @@ class DebrisView {
   void add(const Cut& cut, const haptics::Tool& tool);
   /// A loose piece falls apart where it was.
   void add(const LoosePiece& piece);
+  /// Chips of all that was cut in a live session since the last call. `tray`: the tools the cuts name.
+  void follow(Wiring& wiring, std::span<const haptics::Tool> tray);
   /// A nozzle that draws chips in, from now on; nothing: switched off.
   void suck(const std::optional<debris::Suction>& suction);
   void step(double dt);
@@ -34,9 +37,13 @@ class DebrisView {
   render::ParticleCloud* cloud() { return cloud_ ? &*cloud_ : nullptr; }
   /// As the renderer draws them; valid until the next call.
   std::span<const render::Particle> particles();
-  const debris::Debris& debris() const { return debris_; }
+  std::size_t alive() const { return cloud_ ? cloud_->alive() : debris_.alive(); }
+  /// The end: cuts that waited for others throw their chips, too. Where all mass went; what only a GPU knows, which took
+  /// it over, is not a number.
+  debris::DebrisLedger settle();
 
  private:
+  void throw_lump();
   void emit(const Cut& cut, double radius);
 
   MaterialTable materials_;
@@ -45,6 +52,10 @@ class DebrisView {
   std::optional<debris::Suction> suction_;
   int lumps_ = 1, lumped_ = 0;  // cuts that throw their chips together; those that wait
   PerTissue lump_{};            // m³, of these
+  Cut last_;                    // of these the last, and its tool's radius, m
+  double last_radius_ = 0;
+  PerTissue given_{};           // kg, to the GPU
+  double given_dropped_ = 0;    // kg, of it
   std::optional<render::ParticleCloud> cloud_;
   std::vector<debris::Newborn> newborn_;
   std::vector<float> distance_;

@@ -82,6 +82,12 @@ void LivePicture::drop() {
   stage_.reset();
 }
 
+std::optional<debris::DebrisLedger> LivePicture::settle_debris() {
+  if (!debris_) return std::nullopt;
+  debris_->follow(session_.wiring, haptics::tray(scene_.servo));
+  return debris_->settle();
+}
+
 void LivePicture::close() {
   views_.reset();
   own_stage_.reset();
@@ -184,11 +190,8 @@ void LivePicture::draw_own(const ServoTick& tick, double dt) {
 }
 
 void LivePicture::move_debris(double dt, WorkCounts& work) {
-  Cut cut;
-  while (session_.wiring.cuts_to_debris.pop(cut)) debris_->add(cut, haptics::tray(scene_.servo)[cut.tool]);
-  LoosePiece piece;
-  while (session_.wiring.pieces_to_debris.pop(piece)) debris_->add(piece);
-  work.particles_stepped += debris_->debris().alive();
+  debris_->follow(session_.wiring, haptics::tray(scene_.servo));
+  work.particles_stepped += debris_->alive();
   debris_->step(std::min(dt, 0.1));
 }
 

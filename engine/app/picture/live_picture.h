@@ -35,6 +35,8 @@ class LivePicture {
   PictureStage* stage() { return stage_ ? &*stage_ : nullptr; }
   /// Null once closed.
   LiveViews* views() { return views_.get(); }
+  /// The session is over: where the mass of all that was cut went.
+  std::optional<debris::DebrisLedger> settle_debris();
   /// The session is over: waits for what is still being made. The trainee's last picture stays.
   void close();
 
