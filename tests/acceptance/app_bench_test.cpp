@@ -35,6 +35,14 @@ TEST(BenchCommand, MeasuresThePartsNamedEvenWhereACommandHasTheSameName) {
   EXPECT_THAT(page, HasSubstr("## Sound"));
   EXPECT_THAT(page, HasSubstr("(page/sound_1.svg)"));
   EXPECT_THAT(read_text(folder / "page/sound_1.svg"), HasSubstr("</svg>"));
+  // One part measured anew, the other's rows kept as they were.
+  const Ran again = folder.run(fmt::format("bench recording --quick --keep {0}/rows.csv --out {0}/again.csv", folder.path().string()));
+  ASSERT_EQ(again.status, 0) << again.err;
+  const auto of_sound = [](const std::string& text) {
+    return text.substr(text.find("\nsound,"), text.rfind("\nsound,") - text.find("\nsound,"));
+  };
+  EXPECT_EQ(of_sound(read_text(folder / "again.csv")), of_sound(csv));
+  EXPECT_THAT(read_text(folder / "again.csv"), HasSubstr("\nrecording,"));
 }
 
 TEST(BenchCommand, EveryPartThatNeedsNoPictureRunsToItsEnd) {

@@ -181,7 +181,7 @@ TEST_F(Work, AWindowThatIsMinimisedDrawsNoFrameAndIsDrawnAgainWhenItIsBack) {
                   scene("\"haptics\", \"render\""), folder / "rig.json", folder / "hand.csv", folder / "s.h5"),
       fmt::format("DISPLAY={}", std::getenv("DISPLAY")));
   std::string window;
-  for (int i = 0; i < 300 && window.empty(); ++i, ::usleep(100'000))
+  for (int i = 0; i < 1800 && window.empty(); ++i, ::usleep(100'000))
     window = test::Desktop::xdotool("search --name Typodont");
   window = window.substr(0, window.find('\n'));
   ASSERT_FALSE(window.empty()) << folder.said();

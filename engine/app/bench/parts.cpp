@@ -79,7 +79,8 @@ constexpr BenchPart kParts[] = {
      "The same drilling in ever larger bodies: what must not grow, and what grows with the surface.", bench_scaling},
     {"length", "Length",
      "Eight hours in simulated time: pits drilled, filled and felt, all recorded, every stroke kept for undo. Each row is "
-     "of what was done since the row before it.",
+     "of what was done since the row before it. Memory grows by what is kept for undo, which has no end by contract, with the "
+     "allocator's share of it, and by where the recording's chunks are.",
      bench_length}};
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <ctime>
 #include <fstream>
 #include <memory>
@@ -49,12 +50,14 @@ std::string machine() {
 
 struct Options {
   std::vector<std::string> names;
-  std::string out, page;
+  std::string out, page, keep;
   bool quick = false, json = false;
 };
 
+constexpr std::string_view kColumns = "part,case,knob,error,error_unit,time_ns,per,baseline,ratio,size,size_unit";
+
 std::string csv(const std::vector<MeasuredPart>& parts) {
-  std::string text = "# " + machine() + "\npart,case,knob,error,error_unit,time_ns,per,baseline,ratio,size,size_unit\n";
+  std::string text = fmt::format("# {}\n{}\n", machine(), kColumns);
   for (const MeasuredPart& m : parts) {
     for (const BenchRow& r : m.rows) {
       text += fmt::format("{},{},{},{},{},{},{},{},{},{},{}\n", m.part->name, quoted(r.name), quoted(r.knob),
@@ -63,6 +66,46 @@ std::string csv(const std::vector<MeasuredPart>& parts) {
     }
   }
   return text;
+}
+
+/// One line of such a file.
+std::vector<std::string> cells_of(const std::string& line) {
+  std::vector<std::string> cells(1);
+  bool quoted_now = false;
+  for (const char c : line) {
+    if (c == '"')
+      quoted_now = !quoted_now;
+    else if (c == ',' && !quoted_now)
+      cells.emplace_back();
+    else
+      cells.back() += c;
+  }
+  return cells;
+}
+
+/// The rows that `file` has of a part. Throws Error where it is no such file.
+std::vector<BenchRow> kept_rows(const std::string& file, std::string_view part) {
+  std::ifstream in(file);
+  if (!in) throw Error(file, "", "cannot be read", "rows as --out writes them");
+  std::vector<BenchRow> rows;
+  int number = 0;
+  for (std::string line; std::getline(in, line);) {
+    ++number;
+    if (line.empty() || line[0] == '#' || line == kColumns) continue;
+    const std::vector<std::string> c = cells_of(line);
+    const auto value = [&](std::size_t i) {
+      if (c[i].empty()) return BenchRow::kNone;
+      char* end = nullptr;
+      const double v = std::strtod(c[i].c_str(), &end);
+      if (*end != 0) throw Error(file, fmt::format("line {}", number), c[i], "a number");
+      return v;
+    };
+    if (c.size() != 11) throw Error(file, fmt::format("line {}", number), fmt::format("{} cells", c.size()), std::string(kColumns));
+    if (c[0] != part) continue;
+    rows.push_back({.name = c[1], .knob = c[2], .error = value(3), .error_unit = c[4], .time_ns = value(5), .per = c[6],
+                    .baseline = c[7], .ratio = value(8), .size = value(9), .size_unit = c[10]});
+  }
+  return rows;
 }
 
 void print_json(const std::vector<MeasuredPart>& parts) {
@@ -102,8 +145,12 @@ void run(const Options& options) {
   std::vector<MeasuredPart> measured;
   for (const BenchPart& part : bench_parts()) {
     if (!options.names.empty() &&
-        std::find(options.names.begin(), options.names.end(), part.name) == options.names.end())
+        std::find(options.names.begin(), options.names.end(), part.name) == options.names.end()) {
+      if (options.keep.empty()) continue;
+      std::vector<BenchRow> kept = kept_rows(options.keep, part.name);
+      if (!kept.empty()) measured.push_back({&part, std::move(kept)});
       continue;
+    }
     log::info("measuring {}", part.name);
     measured.push_back({&part, part.rows(options.quick)});
   }
@@ -126,6 +173,7 @@ void add_bench_command(CLI::App& app) {
   for (const BenchPart& part : bench_parts()) names.emplace_back(part.name);
   command->add_option("name", options->names, "parts to measure; all when none is named")->check(CLI::IsMember(names));
   command->add_option("--out", options->out, "write the rows as CSV, with machine, compiler, flags and date");
+  command->add_option("--keep", options->keep, "of the parts not named take the rows that this CSV has of them")->check(CLI::ExistingFile);
   command->add_option("--page", options->page, "write them as a page (.md) with plots beside it");
   command->add_flag("--quick", options->quick, "fewer repeats: a look, not a measurement");
   command->add_flag("--json", options->json, "print the rows as JSON");
