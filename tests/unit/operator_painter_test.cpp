@@ -66,7 +66,7 @@ struct Painter : testing::Test {
     ImGui::TextUnformatted(clock.c_str());
     ImGui::ProgressBar(bar, {180, 12}, "");
     ImGui::Button("a button");
-    if (with_picture) ImGui::Image(painter->texture(picture.view, shows, 0), {90, 70});
+    if (with_picture) ImGui::Image(painter->texture(picture.view, shows), {90, 70});
     ImGui::End();
     ImGui::SetNextWindowPos(panel);
     ImGui::SetNextWindowSize({120, 60});

@@ -7,6 +7,7 @@
 #include <cstdlib>
 #include <ctime>
 #include <fstream>
+#include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -83,11 +84,11 @@ std::vector<std::string> cells_of(const std::string& line) {
   return cells;
 }
 
-/// The rows that `file` has of a part. Throws Error where it is no such file.
-std::vector<BenchRow> kept_rows(const std::string& file, std::string_view part) {
+/// The rows that `file` has, by part. Throws Error where it is no such file.
+std::map<std::string, std::vector<BenchRow>> kept_rows(const std::string& file) {
   std::ifstream in(file);
   if (!in) throw Error(file, "", "cannot be read", "rows as --out writes them");
-  std::vector<BenchRow> rows;
+  std::map<std::string, std::vector<BenchRow>> rows;
   int number = 0;
   for (std::string line; std::getline(in, line);) {
     ++number;
@@ -101,9 +102,8 @@ std::vector<BenchRow> kept_rows(const std::string& file, std::string_view part) 
       return v;
     };
     if (c.size() != 11) throw Error(file, fmt::format("line {}", number), fmt::format("{} cells", c.size()), std::string(kColumns));
-    if (c[0] != part) continue;
-    rows.push_back({.name = c[1], .knob = c[2], .error = value(3), .error_unit = c[4], .time_ns = value(5), .per = c[6],
-                    .baseline = c[7], .ratio = value(8), .size = value(9), .size_unit = c[10]});
+    rows[c[0]].push_back({.name = c[1], .knob = c[2], .error = value(3), .error_unit = c[4], .time_ns = value(5), .per = c[6],
+                          .baseline = c[7], .ratio = value(8), .size = value(9), .size_unit = c[10]});
   }
   return rows;
 }
@@ -142,13 +142,14 @@ void print_table(const std::vector<MeasuredPart>& parts) {
 }
 
 void run(const Options& options) {
+  std::map<std::string, std::vector<BenchRow>> kept;
+  if (!options.keep.empty()) kept = kept_rows(options.keep);
   std::vector<MeasuredPart> measured;
   for (const BenchPart& part : bench_parts()) {
     if (!options.names.empty() &&
         std::find(options.names.begin(), options.names.end(), part.name) == options.names.end()) {
-      if (options.keep.empty()) continue;
-      std::vector<BenchRow> kept = kept_rows(options.keep, part.name);
-      if (!kept.empty()) measured.push_back({&part, std::move(kept)});
+      const auto rows = kept.find(std::string(part.name));
+      if (rows != kept.end()) measured.push_back({&part, rows->second});
       continue;
     }
     log::info("measuring {}", part.name);

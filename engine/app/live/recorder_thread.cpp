@@ -2,6 +2,7 @@
 
 #include <array>
 #include <chrono>
+#include <cmath>
 #include <thread>
 
 #include "engine/app/headset/xr_session.h"
@@ -38,10 +39,7 @@ void recorder_thread(LiveSession& s, session::SessionWriter& writer) {
     while (wiring.cuts_to_recorder.pop(cut)) writer.append({&cut, 1});
     for (std::size_t i = 0; i < ticks && wiring.ticks_to_recorder.pop(tick); ++i) {
       writer.append({&tick, 1});
-      if (s.sound)
-        s.notes->add(tick, writer, s.sound->latency());
-      else
-        s.notes->add(tick, writer);
+      s.notes->add(tick, writer, s.sound ? s.sound->latency() : std::nan(""));
     }
     SeenFrom seen;
     while (wiring.seen_to_recorder.pop(seen)) {

@@ -73,11 +73,11 @@ void DrawListPainter::new_frame() {
   textures_.resize(1);
 }
 
-void* DrawListPainter::texture(VkImageView array_view, std::uint64_t shows, int layer) {
+void* DrawListPainter::texture(VkImageView array_view, std::uint64_t shows) {
   for (std::size_t i = 1; i < textures_.size(); ++i)
-    if (textures_[i].view == array_view && textures_[i].layer == layer) return reinterpret_cast<void*>(i);
+    if (textures_[i].view == array_view) return reinterpret_cast<void*>(i);
   if (textures_.size() == kTextures) return nullptr;
-  textures_.push_back({array_view, layer, shows});
+  textures_.push_back({array_view, 0, shows});
   return reinterpret_cast<void*>(textures_.size() - 1);
 }
 

@@ -29,9 +29,9 @@ class DrawListPainter {
 
   /// Forgets the last frame's textures.
   void new_frame();
-  /// A picture for ImGui::Image during this frame: sRGB bytes (a UNORM view), ready for shaders. At most 60 a frame.
-  /// `shows`: another number once it shows something else.
-  void* texture(VkImageView array_view, std::uint64_t shows, int layer = 0);
+  /// A picture for ImGui::Image during this frame, the first layer: sRGB bytes (a UNORM view), ready for shaders. At most 60
+  /// a frame. `shows`: another number once it shows something else.
+  void* texture(VkImageView array_view, std::uint64_t shows);
 
   /// Draws what the target lacks of this frame; all of it where it holds none, or where `all` is wanted. Returns the parts
   /// that were drawn; nothing: all.
@@ -44,7 +44,7 @@ class DrawListPainter {
 
   struct Texture {
     VkImageView view;
-    int layer;
+    int layer;  // of an array; negative: the font's coverage
     std::uint64_t shows;
   };
 
