@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "engine/base/dispatch.h"
+#include "haptics/contact/cubic.h"
 #include "haptics/cut_front.h"
 #include "haptics/lanes.h"
 #include "haptics/work.h"
@@ -13,6 +14,7 @@ namespace typodont::haptics {
 namespace {
 
 constinit thread_local std::uint64_t t_queries = 0;
+const int kCubicLanes = widest_cubic();
 
 struct Cell {
   int x, y, z;
@@ -23,57 +25,6 @@ Cell cell_at(const SurfacePatch& patch, const dvec3& p_V) {
   const dvec3 q = p_V - dvec3(patch.lo);  // all positive: inside the patch
   const int x = static_cast<int>(q.x), y = static_cast<int>(q.y), z = static_cast<int>(q.z);
   return {x, y, z, q.x - x, q.y - y, q.z - z};
-}
-
-/// Weights and derivative weights of the six samples i-2 .. i+3 at three fractions, one per lane: the cubic B-spline
-/// convolved with its local prefilter (-1, 8, -1)/6.
-struct Weights {
-  D4 value[6], slope[6];
-
-  TYPODONT_KERNEL explicit Weights(const D4& t) {
-    const D4 t2 = t * t, t3 = t2 * t, s = 1.0 - t;
-    const D4 b[4] = {s * s * s / 6.0, (3.0 * t3 - 6.0 * t2 + 4.0) / 6.0, (-3.0 * t3 + 3.0 * t2 + 3.0 * t + 1.0) / 6.0,
-                     t3 / 6.0};
-    const D4 d[4] = {-s * s / 2.0, (3.0 * t2 - 4.0 * t) / 2.0, (-3.0 * t2 + 2.0 * t + 1.0) / 2.0, t2 / 2.0};
-    fold(b, value);
-    fold(d, slope);
-  }
-  static TYPODONT_KERNEL void fold(const D4 (&b)[4], D4 (&w)[6]) {
-    w[0] = b[0] * (-1.0 / 6);
-    w[1] = (8.0 * b[0] - b[1]) * (1.0 / 6);
-    w[2] = (8.0 * b[1] - b[0] - b[2]) * (1.0 / 6);
-    w[3] = (8.0 * b[2] - b[1] - b[3]) * (1.0 / 6);
-    w[4] = (8.0 * b[3] - b[2]) * (1.0 / 6);
-    w[5] = b[3] * (-1.0 / 6);
-  }
-};
-
-/// The sum over 6³ samples, from rows of eight whose first two weigh nothing. `out`: value, gradient.
-TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
-void cubic(const float* f, std::size_t sx, std::size_t sy, const double* fractions, double* out) {
-  const Weights w(D4{fractions[0], fractions[1], fractions[2], 0});
-  D8 value = {}, by_x = {}, by_y = {};
-  for (std::size_t i = 0; i < 6; ++i) {
-    D8 sum = {}, slope = {};
-    for (std::size_t j = 0; j < 6; ++j) {
-      const D8 r = __builtin_convertvector(*reinterpret_cast<const F8*>(f + i * sx + j * sy), D8);
-      sum += w.value[j][1] * r;
-      slope += w.slope[j][1] * r;
-    }
-    const double v = w.value[i][0], s = w.slope[i][0];
-    value += v * sum;
-    by_x += s * sum;
-    by_y += v * slope;
-  }
-  const D4 v0 = {0, 0, w.value[0][2], w.value[1][2]}, v1 = {w.value[2][2], w.value[3][2], w.value[4][2], w.value[5][2]};
-  const D4 s0 = {0, 0, w.slope[0][2], w.slope[1][2]}, s1 = {w.slope[2][2], w.slope[3][2], w.slope[4][2], w.slope[5][2]};
-  D4 sums[4];
-  const D8* const of[4] = {&value, &by_x, &by_y, &value};
-  for (int k = 0; k < 4; ++k) {
-    const D4 low = __builtin_shufflevector(*of[k], *of[k], 0, 1, 2, 3), high = __builtin_shufflevector(*of[k], *of[k], 4, 5, 6, 7);
-    sums[k] = k < 3 ? v0 * low + v1 * high : s0 * low + s1 * high;
-  }
-  for (int k = 0; k < 4; ++k) out[k] = (sums[k][0] + sums[k][1]) + (sums[k][2] + sums[k][3]);
 }
 
 /// The greater of two, over a box of samples.
@@ -139,7 +90,7 @@ FieldSample sample_cubic(const SurfacePatch& patch, const dvec3& p_V) noexcept {
   const std::size_t sy = static_cast<std::size_t>(patch.n), sx = sy * sy;
   const double fractions[3] = {c.u, c.v, c.w};
   double out[4];
-  cubic(patch.distance.data() + patch.at(c.x - 2, c.y - 2, c.z - 4), sx, sy, fractions, out);
+  cubic(patch.distance.data() + patch.at(c.x - 2, c.y - 2, c.z - 4), sx, sy, fractions, out, kCubicLanes);
   return {out[0], {out[1], out[2], out[3]}};
 }
 

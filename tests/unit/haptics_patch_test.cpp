@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <array>
 #include <chrono>
 #include <cmath>
 #include <deque>
@@ -10,6 +11,7 @@
 
 #include "engine/base/ring.h"
 #include "engine/base/units.h"
+#include "haptics/contact/cubic.h"
 #include "haptics/patch_exchange.h"
 #include "tests/support/haptic_bench.h"
 #include "tests/support/no_alloc.h"
@@ -233,6 +235,47 @@ TEST(PatchExchange, ARunOfTwoThreadsIsRepeatedToTheBitFromWhenItsPatchesWereTake
     if (again.servo.tick({i * 1'000'000LL, hand(i), 1}, tick, cut)) waiting.push_back(cut);
     ASSERT_EQ(tick.f_T_W, forces[static_cast<std::size_t>(i)]) << i;
   }
+}
+
+TEST(SurfacePatch, ACubicQueryGivesTheSameBitsHoweverManyLanesAProcessorHas) {
+  std::mt19937 random(7);
+  std::uniform_real_distribution<float> distance(-12, 12);
+  std::uniform_real_distribution<double> fraction(0, 1);
+  std::vector<float> samples(6 * 6 * 8);
+  for (int i = 0; i < 2000; ++i) {
+    for (float& sample : samples) sample = distance(random);
+    const double fractions[3] = {fraction(random), i % 10 ? fraction(random) : 0, fraction(random)};
+    std::array<double, 4> narrow, wide;
+    haptics::cubic(samples.data(), 48, 8, fractions, narrow.data(), 2);
+    for (int lanes = 4; lanes <= haptics::widest_cubic(); lanes *= 2) {
+      haptics::cubic(samples.data(), 48, 8, fractions, wide.data(), lanes);
+      ASSERT_EQ(wide, narrow) << lanes << " lanes, " << i;
+    }
+  }
+}
+
+TEST(SurfacePatch, ACubicQueryReproducesACubicAndOfAConstantNoGradientIsLeft) {
+  std::vector<float> samples(6 * 6 * 8);
+  const auto query = [&](auto field, const dvec3& at) {
+    for (int x = 0; x < 6; ++x) {
+      for (int y = 0; y < 6; ++y) {
+        for (int z = 0; z < 8; ++z) samples[static_cast<std::size_t>((x * 6 + y) * 8 + z)] = static_cast<float>(field(x - 2, y - 2, z - 4));
+      }
+    }
+    std::array<double, 4> out;
+    haptics::cubic(samples.data(), 48, 8, &at.x, out.data(), haptics::widest_cubic());
+    return out;
+  };
+  const dvec3 p(0.3125, 0.71875, 0.171875);  // whole numbers of samples make every float exact
+  const auto cubic = [](double x, double y, double z) { return x * x * x - 2 * y * y * y + 3 * z * z * z + x * y * z - 4 * y * y + 5; };
+  const auto out = query(cubic, p);
+  EXPECT_NEAR(out[0], cubic(p.x, p.y, p.z), 1e-6);
+  EXPECT_NEAR(out[1], 3 * p.x * p.x + p.y * p.z, 1e-6);
+  EXPECT_NEAR(out[2], -6 * p.y * p.y + p.x * p.z - 8 * p.y, 1e-6);
+  EXPECT_NEAR(out[3], 9 * p.z * p.z + p.x * p.y, 1e-6);
+  const auto constant = query([](int, int, int) { return 11.25; }, p);
+  EXPECT_NEAR(constant[0], 11.25, 1e-13);
+  for (int axis = 1; axis < 4; ++axis) EXPECT_NEAR(constant[static_cast<std::size_t>(axis)], 0, 1e-13);
 }
 
 }  // namespace

@@ -1,0 +1,164 @@
+#include "haptics/contact/cubic.h"
+
+#include "haptics/lanes.h"
+
+#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__)
+#define TYPODONT_WIDE_CUBIC 1
+#include <immintrin.h>
+#endif
+
+// All of it is inlined: nothing is passed in registers that a plain processor has not got.
+#pragma GCC diagnostic ignored "-Wpsabi"
+
+namespace typodont::haptics {
+
+namespace {
+
+typedef double D2 __attribute__((vector_size(16), aligned(8), may_alias));
+
+constexpr int kLead = 2;  // samples of a row before those that weigh anything
+
+/// Of each of the eight samples of a row: its weight and that weight's derivative as polynomials of the fraction.
+struct Polynomials {
+  alignas(64) double value[4][8] = {}, slope[3][8] = {};
+};
+
+/// The cubic B-spline convolved with its local prefilter (-1, 8, -1)/6, on samples i-2 .. i+3.
+constexpr Polynomials weights() {
+  constexpr double kSpline[4][4] = {{1, -3, 3, -1}, {4, 0, -6, 3}, {1, 3, 3, -3}, {0, 0, 0, 1}};  // sixths
+  Polynomials p;
+  for (int j = 0; j < 6; ++j) {
+    for (int power = 0; power < 4; ++power) {
+      const auto spline = [&](int k) { return k < 0 || k > 3 ? 0.0 : kSpline[k][power]; };
+      p.value[power][kLead + j] = (8 * spline(j - 1) - spline(j) - spline(j - 2)) / 36;
+      if (power > 0) p.slope[power - 1][kLead + j] = power * p.value[power][kLead + j];
+    }
+  }
+  return p;
+}
+
+// A float times a weight of no more than 29 binary digits is exact in doubles, so that it does not matter whether a processor
+// rounds between product and sum: with and without FMA the same bits. Added to this, numbers below 2 are rounded to multiples of 2^-29.
+constexpr double kGrid = 1.5 * (1 << 23);
+
+/// The sum of the weights of a sample and all behind it (`skip` 0), or just of those (1), on the grid. Their differences are
+/// the weights, and add up to exactly 1, those of the slope to 0, however the sums were rounded.
+constexpr Polynomials sums(int skip) {
+  const Polynomials of_each = weights();
+  Polynomials p;
+  for (int j = 0; j < 8; ++j) {
+    const int first = j + skip;
+    for (int power = 0; power < 4; ++power) {
+      double sum = 0;
+      for (int k = first; k < 8; ++k) sum += of_each.value[power][k];
+      if (first <= kLead) sum = power == 0 ? 1 : 0;
+      p.value[power][j] = sum;
+      if (power > 0) p.slope[power - 1][j] = power * sum;
+    }
+    p.value[0][j] += kGrid;
+    p.slope[0][j] += kGrid;
+  }
+  return p;
+}
+
+constexpr Polynomials kWeights = weights(), kSums = sums(0), kSumsAfter = sums(1);
+
+}  // namespace
+
+namespace by_two {
+namespace {
+
+using Lanes = D2;
+constexpr int kLanes = 2;
+
+TYPODONT_KERNEL Lanes widened(const float* p) { return Lanes{p[0], p[1]}; }
+TYPODONT_KERNEL Lanes exact_product_added(const Lanes& a, double b, const Lanes& sum) { return sum + a * b; }
+TYPODONT_KERNEL void add_by_fours(const Lanes& v, int at, double* sums) { *reinterpret_cast<D2*>(sums + at % 4) += v; }
+TYPODONT_KERNEL void add_across(const double (&sums)[4][4], double* out) {
+  for (int k = 0; k < 4; ++k) out[k] = (sums[k][0] + sums[k][1]) + (sums[k][2] + sums[k][3]);
+}
+#include "haptics/contact/cubic_kernel.h"
+
+void cubic(const float* f, std::size_t sx, std::size_t sy, const double* t, double* out) { sum_up(f, sx, sy, t, out); }
+
+}  // namespace
+}  // namespace by_two
+
+#ifdef TYPODONT_WIDE_CUBIC
+/// Across four sums each: all four at once.
+#define TYPODONT_ADD_ACROSS                                                                        \
+  TYPODONT_KERNEL void add_across(const double (&sums)[4][4], double* out) {                       \
+    const D4* const s = reinterpret_cast<const D4*>(sums);                                         \
+    const D4 a = __builtin_shufflevector(s[0], s[1], 0, 4, 2, 6) + __builtin_shufflevector(s[0], s[1], 1, 5, 3, 7); \
+    const D4 b = __builtin_shufflevector(s[2], s[3], 0, 4, 2, 6) + __builtin_shufflevector(s[2], s[3], 1, 5, 3, 7); \
+    *reinterpret_cast<D4*>(out) = __builtin_shufflevector(a, b, 0, 1, 4, 5) + __builtin_shufflevector(a, b, 2, 3, 6, 7); \
+  }
+
+#pragma GCC push_options
+#pragma GCC target("arch=x86-64-v3")
+namespace by_four {
+namespace {
+
+using Lanes = D4;
+constexpr int kLanes = 4;
+
+TYPODONT_KERNEL Lanes widened(const float* p) { return (Lanes)_mm256_cvtps_pd(_mm_loadu_ps(p)); }
+TYPODONT_KERNEL Lanes exact_product_added(const Lanes& a, double b, const Lanes& sum) {
+  return (Lanes)_mm256_fmadd_pd((__m256d)a, _mm256_set1_pd(b), (__m256d)sum);
+}
+TYPODONT_KERNEL void add_by_fours(const Lanes& v, int, double* sums) { *reinterpret_cast<D4*>(sums) += v; }
+TYPODONT_ADD_ACROSS
+#include "haptics/contact/cubic_kernel.h"
+
+void cubic(const float* f, std::size_t sx, std::size_t sy, const double* t, double* out) { sum_up(f, sx, sy, t, out); }
+
+}  // namespace
+}  // namespace by_four
+#pragma GCC pop_options
+
+#pragma GCC push_options
+#pragma GCC target("arch=x86-64-v4")
+namespace by_eight {
+namespace {
+
+using Lanes = D8;
+constexpr int kLanes = 8;
+
+// The masked form: GCC 12 takes the plain one's unused operand for one that was forgotten.
+TYPODONT_KERNEL Lanes widened(const float* p) { return (Lanes)_mm512_maskz_cvtps_pd(0xff, _mm256_loadu_ps(p)); }
+TYPODONT_KERNEL Lanes exact_product_added(const Lanes& a, double b, const Lanes& sum) {
+  return (Lanes)_mm512_fmadd_pd((__m512d)a, _mm512_set1_pd(b), (__m512d)sum);
+}
+TYPODONT_KERNEL void add_by_fours(const Lanes& v, int, double* sums) {
+  *reinterpret_cast<D4*>(sums) = __builtin_shufflevector(v, v, 0, 1, 2, 3) + __builtin_shufflevector(v, v, 4, 5, 6, 7);
+}
+TYPODONT_ADD_ACROSS
+#include "haptics/contact/cubic_kernel.h"
+
+void cubic(const float* f, std::size_t sx, std::size_t sy, const double* t, double* out) { sum_up(f, sx, sy, t, out); }
+
+}  // namespace
+}  // namespace by_eight
+#pragma GCC pop_options
+#undef TYPODONT_ADD_ACROSS
+#endif
+
+int widest_cubic() noexcept {
+#ifdef TYPODONT_WIDE_CUBIC
+  if (__builtin_cpu_supports("x86-64-v4")) return by_eight::kLanes;
+  if (__builtin_cpu_supports("x86-64-v3")) return by_four::kLanes;
+#endif
+  return by_two::kLanes;
+}
+
+void cubic(const float* corner, std::size_t stride_x, std::size_t stride_y, const double* fractions, double* out,
+           int lanes) noexcept {
+#ifdef TYPODONT_WIDE_CUBIC
+  if (lanes == by_eight::kLanes) return by_eight::cubic(corner, stride_x, stride_y, fractions, out);
+  if (lanes == by_four::kLanes) return by_four::cubic(corner, stride_x, stride_y, fractions, out);
+#endif
+  (void)lanes;
+  by_two::cubic(corner, stride_x, stride_y, fractions, out);
+}
+
+}  // namespace typodont::haptics

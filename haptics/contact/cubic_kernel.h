@@ -1,0 +1,62 @@
+// Text of a kernel, included once for each width of `Lanes` (cubic.cpp): the tricubic sum and its gradient.
+
+/// A polynomial of t, for as many samples of a row as there are lanes, from `at` on.
+template <std::size_t powers>
+TYPODONT_KERNEL Lanes at_fraction(const double (&c)[powers][8], int at, double t, double t2) {
+  Lanes p = *reinterpret_cast<const Lanes*>(c[1] + at) * t;
+  if constexpr (powers == 4) {
+    p += (*reinterpret_cast<const Lanes*>(c[2] + at) + *reinterpret_cast<const Lanes*>(c[3] + at) * t) * t2;
+  } else {
+    p += *reinterpret_cast<const Lanes*>(c[2] + at) * t2;
+  }
+  return *reinterpret_cast<const Lanes*>(c[0] + at) + p;
+}
+
+/// Weights of the samples of a row.
+template <std::size_t powers>
+TYPODONT_KERNEL void weigh(const double (&c)[powers][8], double t, double* weights) {
+  const double t2 = t * t;
+  for (int at = 0; at < 8; at += kLanes) *reinterpret_cast<Lanes*>(weights + at) = at_fraction(c, at, t, t2);
+}
+/// The same in multiples of kGrid that add up as exactly as they should.
+template <std::size_t powers>
+TYPODONT_KERNEL void weigh_on_grid(const double (&from)[powers][8], const double (&after)[powers][8], double t, double* weights) {
+  const double t2 = t * t;
+  for (int at = 0; at < 8; at += kLanes) {
+    *reinterpret_cast<Lanes*>(weights + at) = at_fraction(from, at, t, t2) - at_fraction(after, at, t, t2);
+  }
+}
+
+TYPODONT_KERNEL void sum_up(const float* f, std::size_t stride_x, std::size_t stride_y, const double* fractions, double* out) {
+  alignas(64) double x[8], x_slope[8], y[8], y_slope[8], z[8], z_slope[8];
+  weigh_on_grid(kSums.value, kSumsAfter.value, fractions[1], y);
+  weigh_on_grid(kSums.slope, kSumsAfter.slope, fractions[1], y_slope);
+  weigh(kWeights.value, fractions[0], x);
+  weigh(kWeights.slope, fractions[0], x_slope);
+  weigh(kWeights.value, fractions[2], z);
+  weigh(kWeights.slope, fractions[2], z_slope);
+  alignas(64) double sums[4][4] = {};  // sample k of a row goes into sum k mod 4, whatever the width
+  for (int at = 0; at < 8; at += kLanes) {
+    Lanes value = {}, by_x = {}, by_y = {};
+#pragma GCC unroll 6
+    for (int i = 0; i < 6; ++i) {
+      const float* const rows = f + static_cast<std::size_t>(i) * stride_x + at;
+      Lanes sum = {}, slope = {};
+#pragma GCC unroll 6
+      for (int j = 0; j < 6; ++j) {
+        const Lanes row = widened(rows + static_cast<std::size_t>(j) * stride_y);
+        sum = exact_product_added(row, y[kLead + j], sum);
+        slope = exact_product_added(row, y_slope[kLead + j], slope);
+      }
+      value += sum * x[kLead + i];
+      by_x += sum * x_slope[kLead + i];
+      by_y += slope * x[kLead + i];
+    }
+    const Lanes along = *reinterpret_cast<const Lanes*>(z + at), along_slope = *reinterpret_cast<const Lanes*>(z_slope + at);
+    add_by_fours(value * along, at, sums[0]);
+    add_by_fours(by_x * along, at, sums[1]);
+    add_by_fours(by_y * along, at, sums[2]);
+    add_by_fours(value * along_slope, at, sums[3]);
+  }
+  add_across(sums, out);
+}
