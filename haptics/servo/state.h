@@ -61,6 +61,7 @@ struct Touch : Now {
   double pace_per_slew = 0;    // voxels that the proxy may move for each N/s
   bool paced = false;        // … where the hand must feel no step: what it is led by changes by that at most
   dvec3 carried{0};          // voxels by which it led in the last tick
+  dvec3 held_off{0};         // voxels, of the hand, where only what the head touches and its debt hold it, no pace
   ActivePlanes active{};
   bool touching = false;
   bool lost = false;         // no field there
