@@ -27,6 +27,8 @@ constexpr std::array<std::pair<std::string_view, HeadShape>, 7> kShapes = {{
     {"inverted_cone", HeadShape::kInvertedCone},
 }};
 
+constexpr double kBluntEnd = 0.1;  // diameters of height above the free end, below which samples are no denser
+
 /// A convex meridian (ρ ≥ 0, z) as a chain of straight lines and arcs, from the free end to the shank end.
 /// Every head is one: the distance to it in the half plane is the distance to the surface of revolution.
 struct Piece {
@@ -259,12 +261,6 @@ double Tool::profile(double z) const {
   }
   return (lo + hi) / 2;
 }
-
-namespace {
-
-constexpr double kBluntEnd = 0.1;  // diameters from the free end, where the samples are no denser
-
-}  // namespace
 
 std::vector<HeadSample> sample_head(const Tool& tool, int count) {
   const double golden = kPi * (3 - std::sqrt(5.0));
