@@ -27,6 +27,8 @@ constexpr std::array<std::pair<std::string_view, HeadShape>, 7> kShapes = {{
     {"inverted_cone", HeadShape::kInvertedCone},
 }};
 
+constexpr double kBluntEnd = 0.1;  // diameters of height above the free end, below which samples are no denser
+
 /// A convex meridian (ρ ≥ 0, z) as a chain of straight lines and arcs, from the free end to the shank end.
 /// Every head is one: the distance to it in the half plane is the distance to the surface of revolution.
 struct Piece {
@@ -273,14 +275,16 @@ std::vector<HeadSample> sample_head(const Tool& tool, int count) {
     }
     return samples;
   }
-  // Walk the meridian by area: the i-th sample sits at the (i + 1/2)/count quantile of 2πρ ds, at golden angles around.
+  // Walk the meridian: the i-th sample sits at the (i + 1/2)/count quantile, at golden angles around; half of them by area, half
+  // by area over squared height above the free end, so that a tip has as many in each octave of its length.
   const Meridian m = meridian(tool);
   struct Step {
     dvec2 q;
-    double area;
+    double area, near_end;
   };
   std::vector<Step> steps;
-  double total = 0;
+  double total = 0, total_near_end = 0;
+  const double end = -tool.half(), blunt = kBluntEnd * tool.diameter;
   for (int i = 0; i < m.count; ++i) {
     const Piece& piece = m.pieces[static_cast<std::size_t>(i)];
     constexpr int kFine = 512;
@@ -297,22 +301,25 @@ std::vector<HeadSample> sample_head(const Tool& tool, int count) {
       const dvec2 q0 = at(k / static_cast<double>(kFine)), q1 = at((k + 1) / static_cast<double>(kFine));
       const dvec2 q = (q0 + q1) / 2.0;
       const double area = 2 * kPi * q.x * glm::length(q1 - q0);
+      const double height = q.y - end, near_end = area / (height * height + blunt * blunt);
       total += area;
-      steps.push_back({q, area});
+      total_near_end += near_end;
+      steps.push_back({q, area, near_end});
     }
   }
   double sum = 0;
   std::size_t step = 0;
+  const auto share = [&](const Step& s) { return (s.area / total + s.near_end / total_near_end) / 2; };
   for (int i = 0; i < count; ++i) {
-    const double wanted = total * (i + 0.5) / count;
-    while (step + 1 < steps.size() && sum + steps[step].area < wanted) sum += steps[step++].area;
+    const double wanted = (i + 0.5) / count;
+    while (step + 1 < steps.size() && sum + share(steps[step]) < wanted) sum += share(steps[step++]);
     const dvec2 q = steps[step].q;
     const dvec3 p(q.x * std::cos(golden * i), q.x * std::sin(golden * i), q.y);
     const double e = 1e-4 * tool.diameter;
     const dvec3 n = glm::normalize(dvec3(tool.distance(p + dvec3(e, 0, 0)) - tool.distance(p - dvec3(e, 0, 0)),
                                          tool.distance(p + dvec3(0, e, 0)) - tool.distance(p - dvec3(0, e, 0)),
                                          tool.distance(p + dvec3(0, 0, e)) - tool.distance(p - dvec3(0, 0, e))));
-    samples.push_back({p, n, total / count});
+    samples.push_back({p, n, steps[step].area / (share(steps[step]) * count)});
   }
   return samples;
 }

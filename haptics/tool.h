@@ -100,7 +100,8 @@ std::optional<SmoothPart> safe_end_of(const Tool& tool);
 /// Distance from T's origin to the farthest point of head and safe end, m: what lies in the patch with the head.
 double near_reach(const Tool& tool);
 
-/// Sample points on the head with their share of its area, nearly even, deterministic.
+/// Sample points on the head with the area that each stands for, deterministic: even on a ball, on other heads half of them near
+/// the free end, which touches first and often alone.
 struct HeadSample {
   dvec3 p_TQ;    // m
   dvec3 n_T;     // unit, out of the head

@@ -374,6 +374,7 @@ void Servo::State::move_proxy(Touch& now) noexcept {
     }
   }
   now.c = now.touching ? c0 + share_in_debt(now) * (c - c0) : c;
+  now.held_off = now.c - target;
   wall = walled && now.touching ? wall_of(now.active) : 0;
 }
 

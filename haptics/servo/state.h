@@ -61,6 +61,7 @@ struct Touch : Now {
   double pace_per_slew = 0;    // voxels that the proxy may move for each N/s
   bool paced = false;        // … where the hand must feel no step: what it is led by changes by that at most
   dvec3 carried{0};          // voxels by which it led in the last tick
+  dvec3 held_off{0};         // voxels from the hand to where contacts and debt alone hold the head, without pace
   ActivePlanes active{};
   bool touching = false;
   bool lost = false;         // no field there
@@ -113,7 +114,7 @@ struct Servo::State {
   double normal_force = 0;     // N, last tick
   double head_force = 0;       // N, what of it lies on the part that cuts
   dvec3 normal{0};
-  dvec3 pressed{0};            // unit, the way the contacts push the head, …
+  dvec3 pressed{0};            // unit, the way contacts and debt push the head, …
   double pressing = 0;         // N, … and what of head_force lies along it: the rest leads a proxy that follows at a pace
   FrictionState friction;
   TipState tip;
