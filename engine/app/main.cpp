@@ -9,8 +9,10 @@
 #include "engine/app/operator/operator.h"
 #endif
 #include "engine/app/hands/replay_hand.h"
+#include "engine/base/cache.h"
 #include "engine/base/error.h"
 #include "engine/base/log.h"
+#include "engine/gpu/driver_cache.h"
 
 int main(int argc, char** argv) {
   using namespace typodont;
@@ -32,6 +34,7 @@ int main(int argc, char** argv) {
   add_bench_command(app);
   add_replay_driver();
   add_window_drivers();
+  if (const auto kept = cache::folder(); !kept.empty()) gpu::keep_driver_cache(kept / "driver");
   try {
     if (argc == 1) {
       try {

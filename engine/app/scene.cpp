@@ -12,6 +12,7 @@
 
 #include "engine/app/picture/surroundings.h"
 #include "engine/app/recording/resume.h"
+#include "engine/app/sampled_tissue.h"
 #include "engine/app/task/paint_file.h"
 #include "engine/app/task/tissue_edit.h"
 #include "engine/base/error.h"
@@ -322,7 +323,7 @@ haptics::TissueVolume load_untouched(const Scene& scene) {
   const auto find = [&](const std::string& name) { return find_file(name, scene.file.parent_path()); };
   const auto read = [&] {
     if (const fs::path file = volume_file(scene); !file.empty()) return haptics::TissueVolume::load(file);
-    return haptics::TissueVolume(haptics::read_solids(*scene.tissue, find));
+    return haptics::TissueVolume(sampled_tissue(*scene.tissue, find));
   };
   haptics::TissueVolume volume = read();
   for (const Json& item : scene.paint) {

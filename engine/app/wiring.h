@@ -1,6 +1,7 @@
 // Every channel between threads, on one page. Each is written by one thread and read by one other.
 #pragma once
 
+#include <array>
 #include <atomic>
 #include <memory>
 #include <vector>
@@ -134,6 +135,7 @@ struct Wiring {
   std::atomic<bool> copy_wanted{false};         // WATCH → CARVER
   std::atomic<std::uint64_t> tissue_version{0};  // CARVER → WATCH: changes with the tissue
   std::atomic<float> tolerance{0.1f};  // RENDER → CARVER: voxels that triangles may lie off the surface (detail.h)
+  std::array<std::atomic<bool>, 2> tissue_in_sight{};  // RENDER, HEADSET → CARVER: of either of Eyes; else none is meshed
   std::atomic<bool> emergency{false};  // any thread → SERVO: no force from the next tick on, and the session's end
   std::atomic<std::int32_t> chosen_tool{-1};    // RENDER (window) → SERVO: by key; negative: the hand's own choice
   std::atomic<bool> held{false};                // RENDER → SERVO: the emergency key; no drill until it is let go on

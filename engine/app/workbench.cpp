@@ -295,7 +295,7 @@ bool Workbench::Impl::step(const display::UserInput* input, glm::ivec2 picture_s
     if (headset) {
       if (picture) {
         picture->collect();
-        picture->draw_own(tick, 0.01);
+        picture->draw_own(tick, 0.01, summary.work);
       }
       return headset->step();
     }
@@ -473,7 +473,8 @@ void Workbench::Impl::end() {
 void Workbench::Impl::count_work(const WorkCounts& running_process) {
   LiveSession& s = *session;
   WorkCounts& work = summary.work;
-  work.ticks = summary.ticks, work.frames = summary.frames;
+  work.ticks = summary.ticks, work.frames = summary.frames + (picture ? picture->own_frames() : 0);
+  if (headset) headset->add_work(work);
   work.queries = s.queries;
   work.patches = s.carver.patches(), work.voxels_cut = s.voxels_cut;
   work.bricks_meshed = s.bricks_meshed, work.triangles_made = s.triangles_made;

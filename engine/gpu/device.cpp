@@ -7,6 +7,7 @@
 
 #include "engine/base/error.h"
 #include "engine/base/log.h"
+#include "engine/gpu/driver_cache.h"
 
 namespace typodont::gpu {
 
@@ -160,6 +161,7 @@ Device Device::create(const DeviceOptions& options) {
     throw Error("Vulkan", "", "no validation layer", "apt install vulkan-validationlayers");
   Device d;
   d.messages_ = std::make_shared<int>(0);
+  check_driver_cache();
   VkDebugUtilsMessengerCreateInfoEXT messenger{
       .sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_MESSENGER_CREATE_INFO_EXT,
       .messageSeverity =
@@ -247,6 +249,7 @@ Device Device::create(const DeviceOptions& options) {
     if (result != VK_SUCCESS)
       throw Error("Vulkan", d.name(), name_of(result), "multiview, dynamic rendering and multiDrawIndirect");
     vkGetDeviceQueue(d.device, d.queue_family, 0, &d.queue);
+    d.pipelines = open_pipelines(d.device, d.properties);
   } catch (...) {
     d.destroy();
     throw;
@@ -259,6 +262,7 @@ void Device::destroy() {
     vkDeviceWaitIdle(device);
     for (Block& block : blocks_) vkFreeMemory(device, block.memory, nullptr);
     blocks_.clear();
+    close_pipelines(device, properties, std::exchange(pipelines, VK_NULL_HANDLE));
     vkDestroyDevice(device, nullptr);
     device = VK_NULL_HANDLE;
   }
@@ -271,6 +275,7 @@ void Device::destroy() {
     }
     vkDestroyInstance(instance, nullptr);
     instance = VK_NULL_HANDLE;
+    note_driver_cache();
   }
 }
 

@@ -277,7 +277,7 @@ VkPipeline create_compute_pipeline(Device& device, std::span<const std::uint32_t
                                                    .pName = "main"},
                                          .layout = layout};
   VkPipeline pipeline = VK_NULL_HANDLE;
-  const VkResult result = vkCreateComputePipelines(device.device, VK_NULL_HANDLE, 1, &info, nullptr, &pipeline);
+  const VkResult result = vkCreateComputePipelines(device.device, device.pipelines, 1, &info, nullptr, &pipeline);
   vkDestroyShaderModule(device.device, module, nullptr);
   check(result, "vkCreateComputePipelines");
   return pipeline;
@@ -367,7 +367,7 @@ VkPipeline create_pipeline(Device& device, const PipelineOptions& o) {
                                           .pDynamicState = &dynamic,
                                           .layout = o.layout};
   VkPipeline pipeline = VK_NULL_HANDLE;
-  const VkResult result = vkCreateGraphicsPipelines(device.device, VK_NULL_HANDLE, 1, &info, nullptr, &pipeline);
+  const VkResult result = vkCreateGraphicsPipelines(device.device, device.pipelines, 1, &info, nullptr, &pipeline);
   for (std::uint32_t i = 0; i < stage_count; ++i) vkDestroyShaderModule(device.device, stages[i].module, nullptr);
   check(result, "vkCreateGraphicsPipelines");
   return pipeline;

@@ -69,6 +69,7 @@ struct Renderer::Impl {
   std::uint64_t last_version = 0, last_order = 0, settings_version = 1, last_settings = 0;
   std::uint64_t eyes_version = 0;  // rises when the eyes' pictures show the scene from elsewhere
   std::uint64_t shadow_version = 0, shadow_order = 0;
+  LampBox unlit;  // of the shadow map: what changed since it was drawn, in frames that were not
   // What the last frame drew anew, and what particles and writing cover of it.
   std::array<Tiles, 2> tiles, over_tiles, particle_tiles, hud_tiles;
   EyeBoxes redrawn;
@@ -242,6 +243,7 @@ struct Renderer::Impl {
       last_version = bricks.version;
       last_order = bricks.order;
       last_settings = settings_version;
+      unlit = {};
       bricks.changed.clear();
     }
     if (stats.drawn) {
@@ -267,9 +269,11 @@ struct Renderer::Impl {
     return out;
   }
 
-  /// Marks in `tiles` what this frame changes of the last, in `over_tiles` what particles and writing do; false where
-  /// that may be everything.
-  bool mark_changed(const shared::FrameData& data, const Frame& frame, int slot, const glm::ivec2& drawn) {
+  enum class Changed { kNothing, kParts, kAll };
+
+  /// What this frame changes of the last: marked in `tiles`, and in `over_tiles` what particles and writing do, where it is
+  /// a part.
+  Changed mark_changed(const shared::FrameData& data, const Frame& frame, int slot, const glm::ivec2& drawn) {
     std::array<Tiles, 2> particles_now, hud_now;
     const auto views = static_cast<std::size_t>(frame.views);
     for (std::size_t e = 0; e < views; ++e) {
@@ -289,14 +293,12 @@ struct Renderer::Impl {
     for (shared::FrameData* d : {&now, &before}) d->tool_head = d->tool_end = d->tool_motion = glm::vec4(0);
     const bool eyes_stay = !std::memcmp(now.clip_from_world, before.clip_from_world, sizeof now.clip_from_world);
     if (!eyes_stay || last_settings != settings_version) ++eyes_version;
-    // A pass that draws both eyes resolves all it draws; a headset's eyes never rest; glass is drawn in an order.
-    // Where particles of the GPU are, nobody here knows.
-    if (context.view_mask || targets.keeps_depth || (frame.cloud && frame.cloud->changes()) || frame.view == View::kXray || last_view != frame.view ||
+    // A headset's eyes never rest; glass is drawn in an order. Where particles of the GPU are, nobody here knows.
+    if (targets.keeps_depth || (frame.cloud && frame.cloud->changes()) || frame.view == View::kXray || last_view != frame.view ||
         last_settings != settings_version || last_order != bricks.order || std::memcmp(&now, &before, sizeof now) ||
         !same(frame.mirror.X_WM, last_mirror.X_WM))
-      return false;
+      return Changed::kAll;
 
-    bricks.mark_changed(frame, data, last_data, drawn, eyes_version, tiles);
     const bool hud_changed = HudPass::shown(frame.hud, this->size) != last_hud;
     const bool particles_changed = last_particles != bytes_of(frame.particles.data(), frame.particles.size());
     for (std::size_t e = 0; e < views; ++e) {
@@ -322,9 +324,24 @@ struct Renderer::Impl {
       // What the glass shows may be anywhere.
       if (const auto glass = glass_in(frame.eyes[e], frame.mirror, drawn)) tiles[e].mark(*glass);
     }
-    double share = 0;
-    for (std::size_t e = 0; e < views; ++e) share += tiles[e].share() / static_cast<double>(views);
-    return share < kWorthWhile;
+    const auto marked = [&](const std::array<Tiles, 2>& of) {
+      double share = 0;
+      for (std::size_t e = 0; e < views; ++e) share += of[e].share() / static_cast<double>(views);
+      return share;
+    };
+    // A pass that draws both eyes resolves all it draws.
+    if (context.view_mask && marked(tiles) > 0) return Changed::kAll;
+    bricks.mark_changed(frame, data, last_data, drawn, eyes_version, tiles);
+    const double share = marked(tiles);
+    if (share <= 0 && marked(over_tiles) <= 0) return Changed::kNothing;
+    return share < kWorthWhile && !context.view_mask ? Changed::kParts : Changed::kAll;
+  }
+
+  LampBox changed_in_lamp(const shared::FrameData& data) const {
+    LampBox part;
+    for (const BoxInWorld& box : bricks.changed)
+      part.take(in_lamp(glm::dmat4(data.light_from_world), glm::vec3(box.lo), glm::vec3(box.hi)));
+    return part;
   }
 
   /// The picture in the mouth mirror's glass: where each eye sees it.
@@ -364,7 +381,16 @@ struct Renderer::Impl {
     // Which eyes see the glass, and where.
     const VkExtent2D extent = targets.pictures.options.size;
     const glm::ivec2 drawn_size(extent.width, extent.height);
-    const bool partly = mark_changed(data, frame, slot, drawn_size);
+    const Changed changed = mark_changed(data, frame, slot, drawn_size);
+    if (changed == Changed::kNothing) {  // all that did is out of sight
+      unlit.take(changed_in_lamp(data));
+      bricks.changed.clear();
+      last_version = bricks.version;
+      stats.drawn = false;
+      stats.redrawn = 0;
+      return;
+    }
+    const bool partly = changed == Changed::kParts;
     EyeBoxes scene_boxes;
     if (partly) {
       stats.redrawn = 0;
@@ -379,11 +405,6 @@ struct Renderer::Impl {
           if (targets.layered() && shown.touch(*over)) shown.mark(*over);
         redrawn[e] = shown.boxes(true, shown.picture());
         stats.redrawn += shown.share() / frame.views;
-      }
-      // What moved is seen by neither eye.
-      if (stats.redrawn <= 0 && last_version == bricks.version) {
-        stats.drawn = false;
-        return;
       }
       mask.prepare(context, slot, drawn_size, kept);
     } else {
@@ -415,9 +436,8 @@ struct Renderer::Impl {
     const bool other_light = shadow_light != data.light_from_world || shadow_view != frame.view ||
                              shadow_section != data.section || shadow_order != bricks.order;
     if (data.light_size.w > 0 && (other_light || shadow_version != bricks.version)) {
-      LampBox part;
-      for (const BoxInWorld& box : bricks.changed)
-        part.take(in_lamp(glm::dmat4(data.light_from_world), glm::vec3(box.lo), glm::vec3(box.hi)));
+      LampBox part = unlit;
+      part.take(changed_in_lamp(data));
       if (other_light) part = {glm::vec2(0), glm::vec2(1)};
       shadow.record(context, commands, inputs.sets[own], bricks, slot, frame.view, data.light_from_world, part, stats);
       shadow_view = frame.view;

@@ -129,18 +129,27 @@ std::vector<Nanos> drawn_in(const std::string& file) {
   return {};
 }
 
+/// A small window's rig whose screen lies about (x, 0, 200) mm, seen from above.
+std::string rig_at(double x_mm, double half_mm = 20, const char* layout = "mono") {
+  return fmt::format(R"({{"display": "window", "screen": {{"corners_mm": {{"lower_left": [{}, {}, 200],
+    "lower_right": [{}, {}, 200], "upper_left": [{}, {}, 200]}}, "pixels": [320, 240], "layout": "{}"}},
+    "head": {{"eye_center_mm": [{}, 0, 500], "ipd_mm": 63}}}})",
+                     x_mm - half_mm, -0.75 * half_mm, x_mm + half_mm, -0.75 * half_mm, x_mm - half_mm, 0.75 * half_mm, layout, x_mm);
+}
+
 TEST_F(Work, AWindowInWhichNothingMovesIsNotDrawnAgainAndAsksTheDesktopForNothing) {
   hand(208, 0, 0, 60);
   const test::Desktop desktop;
   const auto session = [&](double seconds) {
-    return run(fmt::format("{} --rig assets/rigs/window.json", scene("\"haptics\", \"render\", \"debris\"")), seconds,
-               "--record " + (folder / "s.h5"));
+    return run(fmt::format("{} --rig {}", scene("\"haptics\", \"render\", \"debris\""), folder.write("rig.json", rig_at(25))),
+               seconds, "--record " + (folder / "s.h5"));
   };
   const Json brief = session(5);
   const std::vector<Nanos> first = drawn_in(folder / "s.h5");
   const Json lasting = session(11);
   const std::vector<Nanos> drawn = drawn_in(folder / "s.h5");
   ASSERT_FALSE(first.empty() || drawn.empty()) << said;
+  ASSERT_GT(lasting["triangles_drawn"].integer(), 0) << "the block is seen";
   // Begun and refined where that was possible in the first seconds; then nothing.
   EXPECT_LT(to_seconds(drawn.back()), 5) << drawn.size() << " frames";
   EXPECT_LT(drawn.size(), 40u);
@@ -168,6 +177,71 @@ TEST_F(Work, ParticlesAreSteppedOnlyWhereTheSceneHasDebrisAndAfterSomethingWasCu
   EXPECT_NEAR(born, kEnamelDensity * cut["removed_mm3"].number(), 1e-6 * born);
   EXPECT_NEAR(mass["in_the_air_mg"].number() + mass["decayed_mg"].number() + mass["sucked_mg"].number() + mass["no_room_mg"].number(),
               born, 1e-5 * born);
+}
+
+TEST_F(Work, AToothOutOfSightIsCutButNotMeshedAndNotDrawnUnlessAMirrorShowsIt) {
+  hand(200.8, 2, 1);
+  const test::Desktop desktop;
+  const auto session = [&](const std::string& scene_file, double screen_mm) {
+    return run(fmt::format("{} --rig {} --save {}", scene_file, folder.write("rig.json", rig_at(screen_mm)), folder / "cut.vdb"), 3);
+  };
+  const std::string plain = scene("\"haptics\", \"render\"");
+  const Json away = session(plain, 225);
+  EXPECT_GT(away["voxels_cut"].integer(), 0);
+  EXPECT_GT(away["frames"].integer(), 0) << "the writing";
+  for (const char* kind : {"bricks_meshed", "triangles_made", "triangles_drawn", "bricks_skipped"})
+    EXPECT_EQ(away[kind].integer(), 0) << kind;
+  // What was cut meanwhile is there all the same, in the volume and in whatever is made of it.
+  const std::string exported = folder / "cut.ply", sound = folder / "sound.ply";
+  ASSERT_EQ(folder.run(fmt::format("mesh {} --out {}", folder / "cut.vdb", exported)).status, 0);
+  ASSERT_EQ(folder.run(fmt::format("mesh {} --out {}", plain, sound)).status, 0);
+  EXPECT_NE(test::read_text(exported), test::read_text(sound));
+  const Json seen = session(plain, 25);
+  for (const char* kind : {"bricks_meshed", "triangles_made", "triangles_drawn"}) EXPECT_GT(seen[kind].integer(), 0) << kind;
+  // A glass in the middle of that other screen, turned so that it shows what stands 200 mm beside it.
+  std::string mirrored = test::read_text(plain);
+  mirrored.insert(1, R"("mouth_mirror": {"translation_mm": [225, 0, 200], "normal": [-0.7071, 0, 0.7071], "diameter_mm": 22}, )");
+  const Json reflected = session(folder.write("mirrored.json", mirrored), 225);
+  EXPECT_GT(reflected["bricks_meshed"].integer(), 0);
+  EXPECT_GT(reflected["triangles_drawn"].integer(), 0);
+}
+
+TEST_F(Work, TeethThatNobodyTouchesAreMeshedOnceHoweverMuchIsCutBesideThem) {
+  const test::Desktop desktop;
+  // From so far that all is drawn as coarsely as it ever is: nothing is made finer on the way.
+  const std::string rig = folder.write("rig.json", rig_at(25, 200));
+  const std::string row = folder.write("row.json", R"({"name": "row", "tissue": {"voxel_mm": 0.25, "solids": [
+    {"tissue": "enamel", "solid": {"box": {"center_mm": [25, 0, 196], "size_mm": [10, 10, 8]}}},
+    {"tissue": "enamel", "solid": {"sphere": {"center_mm": [-5, 0, 196], "radius_mm": 18}}},
+    {"tissue": "enamel", "solid": {"sphere": {"center_mm": [55, 0, 196], "radius_mm": 18}}}]},
+    "tool": {"shape": "sphere", "diameter_mm": 1}, "spindle_krpm": 300, "parts": ["haptics", "render"]})");
+  const auto meshed = [&](double height_mm) {
+    hand(height_mm, 0.2, 1);
+    const Json work = run(fmt::format("{} --rig {}", row, rig), 2);
+    EXPECT_EQ(work["voxels_cut"].integer() > 0, height_mm < 201);
+    return work["bricks_meshed"].number();
+  };
+  const double untouched = meshed(210), cut = meshed(200.4);
+  EXPECT_GT(untouched, 500);
+  EXPECT_GT(cut, untouched);
+  EXPECT_LT(cut, 1.9 * untouched);
+}
+
+TEST_F(Work, AMonoPictureIsDrawnOnce) {
+  const auto drawn = [&](const char* layout) {
+    const test::Ran ran = folder.run(fmt::format("render {} --rig {} --out {} --json", scene("\"haptics\", \"render\""),
+                                                 folder.write("rig.json", rig_at(25, 20, layout)), folder / "pictures"));
+    EXPECT_EQ(ran.status, 0) << ran.err;
+    return Json::parse(ran.out, "render");
+  };
+  const Json mono = drawn("mono"), stereo = drawn("side_by_side");
+  EXPECT_EQ(mono["frame"]["views"].integer(), 1);
+  EXPECT_EQ(stereo["frame"]["views"].integer(), 2);
+  EXPECT_TRUE(mono["skipped"].has("right"));
+  EXPECT_FALSE(stereo["skipped"].has("right"));
+  // Where the device draws both eyes in one pass there are as many.
+  EXPECT_LE(mono["frame"]["passes"].integer(), stereo["frame"]["passes"].integer());
+  EXPECT_LE(mono["frame"]["commands"].integer(), stereo["frame"]["commands"].integer());
 }
 
 TEST_F(Work, AWindowThatIsMinimisedDrawsNoFrameAndIsDrawnAgainWhenItIsBack) {

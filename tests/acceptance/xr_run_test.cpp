@@ -49,6 +49,11 @@ TEST_F(HeadsetRun, AControllerDrillsIsFeltAndRecordedUntilTheUserLeaves) {
   ASSERT_EQ(ran.status, 0) << ran.err;
   const Json json = Json::parse(ran.out, "summary");
   EXPECT_GT(json["frames"].number(), 30);
+  // Its work is counted like a screen's.
+  const Json work = json["work"];
+  EXPECT_EQ(work["frames"].number(), json["frames"].number());
+  EXPECT_GE(work["passes"].number(), work["frames"].number());
+  for (const char* kind : {"bricks_meshed", "triangles_drawn", "pipelines"}) EXPECT_GT(work[kind].integer(), 0) << kind;
   EXPECT_GT(json["cuts"].number(), 0);
   EXPECT_GT(json["removed_mm3"].number(), 0.1);
   EXPECT_EQ(xr.violations(), "");

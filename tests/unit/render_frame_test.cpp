@@ -1,6 +1,9 @@
 #include <gtest/gtest.h>
 
+#include <map>
+
 #include "engine/base/error.h"
+#include "engine/render/sight.h"
 #include "tests/support/stage.h"
 #include "tests/support/tooth_mesh.h"
 
@@ -74,6 +77,72 @@ TEST(Frame, WhatMovesOutOfSightIsNoNewFrameUntilItIsSeen) {
   frame.tool.X_WG.p.x = seen;
   EXPECT_TRUE(stage.draw(frame).drawn) << "it is back";
   EXPECT_EQ(compare(stage.eye(0), with, 0).pixels, 0);
+}
+
+TEST(Frame, TissueThatChangesOutOfSightIsNoNewFrameAndIsThereOnceItIsSeen) {
+  constexpr render::MeshId kOther = 1;  // beside the picture
+  const Pose X_WM{dvec3(30e-3, 0, 0), {1, 0, 0, 0}};
+  const auto tooth = tooth_mesh(0, 0.4e-3);
+  for (const Passes passes : {Passes::kTwo, Passes::kOne}) {
+    Stage stage({160, 128}, render::kQualityLadder[0], passes), fresh({160, 128}, render::kQualityLadder[0], passes);
+    std::vector<render::MeshUpdate> left;  // of the other
+    for (Stage* s : {&stage, &fresh}) {
+      s->renderer->update(0, tooth);
+      s->renderer->place(kOther, X_WM);
+    }
+    stage.renderer->update(kOther, tooth);
+    const render::Frame close = frame_of(desk(0.02, 0.016, 0.35));
+    ASSERT_TRUE(stage.draw(close).drawn);
+    const render::Picture before = stage.eye(0);
+    for (const render::MeshUpdate& brick : tooth) {
+      const render::MeshUpdate gone{brick.brick, {}, {}};
+      stage.renderer->update(kOther, std::span(&gone, 1));
+      const render::FrameStats stats = stage.draw(close);
+      EXPECT_EQ(stats.commands > 0, stats.drawn);
+      if (!stats.drawn) continue;
+      stage.renderer->update(kOther, std::span(&brick, 1));  // without it the lamp's map lies elsewhere
+      left.push_back(brick);
+    }
+    EXPECT_LT(2 * left.size(), tooth.size());
+    stage.draw(close);
+    EXPECT_LE(compare(stage.eye(0), before, 1).pixels, 0);
+    const render::Frame wide = frame_of(desk(0.1, 0.08, 0.35));
+    fresh.renderer->update(kOther, left);
+    stage.draw(wide);
+    fresh.draw(wide);
+    for (int e = 0; e < 2; ++e) EXPECT_EQ(compare(stage.eye(e), fresh.eye(e), 0).pixels, 0);
+  }
+}
+
+TEST(Frame, ABodyIsInSightBeforeAnEyeInAMirrorsGlassOrByItsShadow) {
+  const auto at = [](const dvec3& middle) { return render::BoxInWorld{middle - 5e-3, middle + 5e-3}; };
+  render::Frame frame = frame_of(desk(0.03, 0.024, 0.35));
+  const dvec3 toward = glm::normalize(dvec3(0, -0.6, 0.8)), beside(0.2, 0, 0);
+  EXPECT_TRUE(render::in_sight(frame, at(dvec3(0))));
+  EXPECT_TRUE(render::in_sight(frame, at({18e-3, 0, 0}))) << "a corner of it";
+  EXPECT_FALSE(render::in_sight(frame, at(beside)));
+  EXPECT_FALSE(render::in_sight(frame, at(0.5 * toward))) << "behind the eyes";
+  // Between the lamp and what is seen.
+  EXPECT_TRUE(render::in_sight(frame, at(30e-3 * frame.lights.key)));
+  EXPECT_FALSE(render::in_sight(frame, at(beside + 30e-3 * frame.lights.key)));
+  // A glass in the middle of the picture that shows what stands to the right of it; and its back.
+  const dvec3 half_way = glm::normalize(toward + dvec3(1, 0, 0));
+  frame.mirror = {{dvec3(0), rotation_between({0, 0, 1}, half_way)}, 16e-3, 0};
+  EXPECT_TRUE(render::in_sight(frame, at(beside)));
+  EXPECT_FALSE(render::in_sight(frame, at(-beside)));
+  frame.mirror.X_WM.R = rotation_between({0, 0, 1}, -half_way);
+  EXPECT_FALSE(render::in_sight(frame, at(beside)));
+  // One eye is enough.
+  frame.mirror = {};
+  frame.eyes[0] = frame_of(desk(0.03, 0.024, 0.35, {0, 0.6, -0.8})).eyes[0];
+  EXPECT_TRUE(render::in_sight(frame, at(dvec3(0))));
+  frame.views = 1;
+  frame.eyes[0] = frame_of([&] {
+    display::DisplayRig other = desk(0.03, 0.024, 0.35);
+    for (dvec3* p : {&other.screen.lower_left, &other.screen.lower_right, &other.screen.upper_left, &other.head.eye_center}) *p -= beside;
+    return other;
+  }()).eyes[0];
+  EXPECT_FALSE(render::in_sight(frame, at(dvec3(0)))) << "mono: the second does not count";
 }
 
 TEST(Frame, WritingIsDrawnOnlyWhenWhatItSaysChanges) {

@@ -18,6 +18,8 @@
 #include "engine/app/headset/xr_stage.h"
 #include "engine/app/picture/debris_view.h"
 #include "engine/app/picture/detail.h"
+#include "engine/app/picture/live_views.h"
+#include "engine/app/picture/picture_stage.h"
 #include "engine/app/picture/quality_ladder.h"
 #include "engine/app/picture/surroundings.h"
 #include "engine/base/error.h"
@@ -70,6 +72,7 @@ struct XrSession::Thread {
   haptics::ServoSettings servo;
   dvec3 origin;  // m, W, of the tissue
   double voxel;  // m, the same
+  std::optional<render::BoxInWorld> reach;  // of the tissue
   Wiring& wiring;
   Options options;
   std::optional<DebrisView> debris;
@@ -91,12 +94,13 @@ struct XrSession::Thread {
   std::vector<std::string> explanations;
   std::vector<Touch> touches;
   std::optional<debris::DebrisLedger> debris_mass;
+  WorkCounts work;  // the thread's own until it has ended
 
   std::thread thread;
 
   Thread(const display::DisplayRig& r, const Scene& scene, const haptics::TissueVolume& tissue, Wiring& w,
          const Options& o)
-      : rig(r), servo(scene.servo), origin(tissue.frame().origin), voxel(tissue.frame().voxel), wiring(w), options(o) {
+      : rig(r), servo(scene.servo), origin(tissue.frame().origin), voxel(tissue.frame().voxel), reach(tissue_reach(scene, tissue)), wiring(w), options(o) {
     if (options.debris) debris.emplace(scene.servo.materials, tissue);
     surroundings = make_surroundings(scene);
     mirror = scene_mirror = scene.mouth_mirror;
@@ -164,6 +168,7 @@ struct XrSession::Thread {
       if (leave_until && now() > leave_until) break;
       if (!hmd.running()) {  // taken off: the bench waits, the tool is out of the hand
         publish_hand(nullptr);
+        see_tissue(false);
         std::this_thread::sleep_for(10ms);
         continue;
       }
@@ -179,6 +184,7 @@ struct XrSession::Thread {
       }
       if (debris) {
         debris->follow(wiring, haptics::tray(servo));
+        work.particles_stepped += debris->alive();
         debris->step(std::min(dt, 0.1));
       }
       for (std::size_t i = 0; options.touches && i < 2; ++i)
@@ -189,10 +195,12 @@ struct XrSession::Thread {
       hold_mirror(frame);
       const double step = dt / kFadeTime * (1 - kLostOpacity);
       opacity = std::clamp(opacity + (held ? step : -step), kLostOpacity, 1.0);
-      const double pixel =
-          stage.draw(frame, {tick, opacity, debris ? debris->particles() : std::span<const render::Particle>{},
-                             debris ? debris->cloud() : nullptr, dt, mirror});
-      if (detail.follow(pixel, ladder.step())) wiring.tolerance = detail.tolerance();
+      const XrStage::Scenery scenery{tick, opacity, debris ? debris->particles() : std::span<const render::Particle>{},
+                                     debris ? debris->cloud() : nullptr, dt, mirror};
+      see_tissue(!reach || render::in_sight(XrStage::picture(frame, scenery, 0, false), *reach));
+      const render::FrameStats drawn = stage.draw(frame, scenery);
+      if (drawn.drawn) count_frame(drawn, work);
+      if (detail.follow(drawn.pixel, ladder.step())) wiring.tolerance = detail.tolerance();
       if (options.tool_hand >= 0 && frame.focused)
         hmd.vibrate(options.tool_hand, held ? vibration_of(tick) : display::Vibration{});
       for (const display::HmdTiming& timing : hmd.timings())
@@ -240,6 +248,8 @@ struct XrSession::Thread {
     const std::int32_t chosen = wiring.chosen_tool;
     wiring.chosen_tool = ((chosen >= 0 ? chosen : static_cast<std::int32_t>(tick.tool)) + 1) % tools;
   }
+
+  void see_tissue(bool seen) { wiring.tissue_in_sight[static_cast<std::size_t>(Eyes::kTrainee)] = seen; }
 
   /// True where the tool is not in a controller, or that is seen.
   bool publish_hand(const display::HmdFrame* frame) {
@@ -330,6 +340,17 @@ std::vector<std::string> XrSession::explanations() const {
 std::optional<debris::DebrisLedger> XrSession::debris() const {
   const std::lock_guard lock(thread_->mutex);
   return thread_->debris_mass;
+}
+
+void XrSession::add_work(WorkCounts& work) const {
+  const std::lock_guard lock(thread_->mutex);
+  if (thread_->phase != Thread::Phase::kOver) return;
+  const WorkCounts& own = thread_->work;
+  work.passes += own.passes;
+  work.triangles_drawn += own.triangles_drawn;
+  work.bricks_skipped += own.bricks_skipped;
+  work.pipelines += own.pipelines;
+  work.particles_stepped += own.particles_stepped;
 }
 
 std::vector<XrSession::Touch> XrSession::touches() const {

@@ -11,6 +11,7 @@
 
 #include "engine/app/scene.h"
 #include "engine/app/wiring.h"
+#include "engine/app/work_counts.h"
 #include "engine/debris/debris.h"
 #include "engine/display/display_rig.h"
 #include "engine/session/session_data.h"
@@ -46,6 +47,8 @@ class XrSession {
   std::vector<std::string> explanations() const;
   /// Once it has stopped: where the mass of the chips went. Nothing: it had none, or hangs.
   std::optional<debris::DebrisLedger> debris() const;
+  /// Once it has stopped: adds what its thread drew and moved. Nothing where it hangs.
+  void add_work(WorkCounts& work) const;
   /// The tool's head, held by an arm, and a controller's tip at one place: in the arm's base H and the headset's space D.
   struct Touch {
     dvec3 p_H, p_D;  // m

@@ -79,10 +79,10 @@ render::Frame XrStage::picture(const display::HmdFrame& hmd_frame, const Scenery
   return frame;
 }
 
-double XrStage::draw(const display::HmdFrame& hmd_frame, const Scenery& scenery) {
+render::FrameStats XrStage::draw(const display::HmdFrame& hmd_frame, const Scenery& scenery) {
   if (!hmd_frame.draw) {
     hmd_->submit(hmd_frame);
-    return 0;
+    return {};
   }
   if (const auto hidden = hmd_->hidden()) {
     ring_.wait_idle(device_);
@@ -105,7 +105,7 @@ double XrStage::draw(const display::HmdFrame& hmd_frame, const Scenery& scenery)
   hmd_->record(commands, renderer_->pictures(), depth);
   ring_.submit(device_);
   hmd_->submit(hmd_frame);
-  return stats.pixel;
+  return stats;
 }
 
 }  // namespace typodont

@@ -43,8 +43,7 @@ class XrStage {
   /// The picture as the renderer is asked for it. `angle`: of the bur, rad.
   static render::Frame picture(const display::HmdFrame& frame, const Scenery& scenery, double angle, bool see_through);
   /// Draws the frame that hmd().wait() began and hands it over; without a picture where none is wanted.
-  /// What a pixel covers of the tooth (render::FrameStats::pixel); 0 where nothing was drawn.
-  double draw(const display::HmdFrame& frame, const Scenery& scenery);
+  render::FrameStats draw(const display::HmdFrame& frame, const Scenery& scenery);
 
   display::Hmd& hmd() { return *hmd_; }
   std::string device_name() const { return device_.name(); }

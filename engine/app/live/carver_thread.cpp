@@ -109,7 +109,10 @@ void carver_thread(LiveSession& s) {
         worked = true;
       }
     }
-    if (s.draw && (first || now() - meshed > s.mesh_interval)) {
+    // What nobody sees waits: the volume knows what changed since it was last meshed.
+    const auto& seen = wiring.tissue_in_sight;
+    const bool in_sight = std::any_of(seen.begin(), seen.end(), [](const auto& eyes) { return eyes.load(std::memory_order_relaxed); });
+    if (s.draw && in_sight && (first || now() - meshed > s.mesh_interval)) {
       meshed = now();
       first = false;
       view.set_tolerance(wiring.tolerance);

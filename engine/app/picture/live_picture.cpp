@@ -33,6 +33,7 @@ LivePicture::LivePicture(const Scene& scene, const WorkbenchOptions& options, Li
       left_hand_(left_hand),
       shown_(scene.servo),
       around_(make_surroundings(scene)),
+      reach_(tissue_reach(scene, session.carver.volume())),
       views_(std::make_unique<LiveViews>(scene, session.carver.volume(), around_, session.wiring, session.operated)),
       revived_(-kReviveInterval) {}
 
@@ -48,6 +49,7 @@ void LivePicture::open(const display::DisplayRig& rig, std::vector<std::string>&
                                      "up when there is room",
                                      ladder_.step().name, 1e3 * ladder_.slow()));
   explanations.push_back(rig.head.tracker.empty() ? "head: at rest, the rig names no tracker" : "head: " + rig.head.tracker);
+  look_for_tissue();
   if (!session_.debris) return;
   debris_.emplace(scene_.servo.materials, session_.carver.volume());
   debris_->use(&stage_->device());
@@ -158,7 +160,17 @@ MouthMirror LivePicture::mirror_for(const Look& look) {
   return left_hand_ ? session_.wiring.mouth_mirror.front() : scene_.mouth_mirror;
 }
 
-void LivePicture::draw_own(const ServoTick& tick, double dt) {
+/// Of what no picture shows, the carver makes no surface.
+void LivePicture::look_for_tissue() {
+  const auto sees = [&](Eyes eyes, const PictureStage* stage) {
+    session_.wiring.tissue_in_sight[static_cast<std::size_t>(eyes)] = stage && stage->in_sight(reach_);
+  };
+  if (rig_) sees(Eyes::kTrainee, stage_ && !in_one_window() ? &*stage_ : nullptr);
+  sees(Eyes::kOwn, own_stage_ ? &*own_stage_ : nullptr);
+}
+
+void LivePicture::draw_own(const ServoTick& tick, double dt, WorkCounts& work) {
+  look_for_tissue();
   if (own_size_.x <= 0 || !options_.device) {
     if (own_stage_) {
       views_->attach(Eyes::kOwn, nullptr);
@@ -184,9 +196,11 @@ void LivePicture::draw_own(const ServoTick& tick, double dt) {
   const Look& look = views_->look(Eyes::kOwn);
   own_stage_->hold_mirror(mirror_for(look));
   const auto particles = debris_ && look.debris ? debris_->particles() : std::span<const render::Particle>{};
-  if (!own_stage_->draw(tick, particles, dt).drawn) return;
+  const auto stats = own_stage_->draw(tick, particles, dt);
+  if (!stats.drawn) return;
   ++own_frames_;
-  if (in_one_window() || !stage_) count_frame();
+  count_frame(stats, work);
+  if (in_one_window() || !stage_) frame_shown();
 }
 
 void LivePicture::move_debris(double dt, WorkCounts& work) {
@@ -204,7 +218,7 @@ void LivePicture::draw(ServoTick& tick, const std::string& hint, WorkCounts& wor
   last_turn_ = now();
   if (debris_) move_debris(dt, work);
   if (left_hand_) wiring.mouth_mirror.fetch();
-  draw_own(tick, dt);
+  draw_own(tick, dt, work);
   if (in_one_window()) {
     frame_seconds_ += 0.1 * (to_seconds(now() - last_turn_) - frame_seconds_);
     return std::this_thread::sleep_for(4ms);
@@ -217,10 +231,7 @@ void LivePicture::draw(ServoTick& tick, const std::string& hint, WorkCounts& wor
   frames_ += stats.drawn;
   record_view();
   if (stats.drawn) {
-    work.passes += stats.passes;
-    work.triangles_drawn += stats.triangles + stats.mirror_triangles;
-    work.bricks_skipped += stats.bricks_culled + stats.bricks_facing_away + stats.bricks_covered;
-    work.pipelines = std::max(work.pipelines, static_cast<std::uint64_t>(stats.pipelines));
+    count_frame(stats, work);
     follow(stats, dt, tick);
     return;
   }
@@ -237,7 +248,7 @@ void LivePicture::draw(ServoTick& tick, const std::string& hint, WorkCounts& wor
 void LivePicture::follow(const render::FrameStats& stats, double dt, const ServoTick& tick) {
   Wiring& wiring = session_.wiring;
   if (detail_->follow(stats.pixel, ladder_.step())) wiring.tolerance = detail_->tolerance();
-  count_frame();
+  frame_shown();
   const PictureStage::Timing& took = stage_->timing();
   frame_seconds_ += 0.1 * (took.cost() - frame_seconds_);
   // The hand's sample was that old when the frame began.
@@ -260,7 +271,7 @@ void LivePicture::follow(const render::FrameStats& stats, double dt, const Servo
 }
 
 /// One more picture has been drawn.
-void LivePicture::count_frame() {
+void LivePicture::frame_shown() {
   const Nanos t = now();
   if (last_drawn_) frame_period_ += 0.1 * (std::min(to_seconds(t - last_drawn_), 1.0) - frame_period_);
   last_drawn_ = t;

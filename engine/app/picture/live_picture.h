@@ -52,7 +52,7 @@ class LivePicture {
   /// One turn: a frame of each picture that shows something new, or a short wait. `tick`: the newest is put there.
   void draw(ServoTick& tick, const std::string& hint, WorkCounts& work);
   /// The picture from a viewpoint of one's own, where it is wanted and due; `dt`: s since the last turn.
-  void draw_own(const ServoTick& tick, double dt);
+  void draw_own(const ServoTick& tick, double dt, WorkCounts& work);
   /// Pixels of 0: no more.
   void look_from(const Viewpoint& from, glm::ivec2 pixels);
   const gpu::Image* own_picture() const { return own_stage_ && own_frames_ > 0 ? &own_stage_->pictures() : nullptr; }
@@ -77,12 +77,13 @@ class LivePicture {
   double photon_seconds() const { return photon_seconds_; }
 
  private:
+  void look_for_tissue();
   bool in_one_window() const { return options_.embedded && own_size_.x > 0; }
   MouthMirror mirror_for(const Look& look);
   void suck(bool on);
   void move_debris(double dt, WorkCounts& work);
   void follow(const render::FrameStats& stats, double dt, const ServoTick& tick);
-  void count_frame();
+  void frame_shown();
   void record_view();
 
   const Scene& scene_;
@@ -93,6 +94,7 @@ class LivePicture {
   const display::DisplayRig* rig_ = nullptr;
   haptics::ServoSettings shown_;  // the scene's, with tissues in the colours they are drawn in
   Surroundings around_;           // of the tooth
+  std::optional<render::BoxInWorld> reach_;  // of the tissue
   QualityLadder ladder_;
   std::optional<Detail> detail_;  // of the tooth in the trainee's picture
   std::optional<DebrisView> debris_;

@@ -67,6 +67,22 @@ gpu::Device make_picture_device(const PictureStage::Options& options) {
   return gpu::Device::create(device);
 }
 
+std::optional<render::BoxInWorld> tissue_reach(const Scene& scene, const haptics::TissueVolume& tissue) {
+  const auto tools = haptics::tray(scene.servo);
+  const bool grows = std::any_of(tools.begin(), tools.end(), [](const haptics::Tool& tool) { return tool.fill != Tissue::kAir; });
+  if (grows || !scene.resume.empty()) return std::nullopt;
+  glm::ivec3 lo, hi;  // with the band: some margin
+  tissue.bounds(lo, hi);
+  return render::BoxInWorld{tissue.frame().to_world(dvec3(lo)), tissue.frame().to_world(dvec3(hi))};
+}
+
+void count_frame(const render::FrameStats& stats, WorkCounts& work) {
+  work.passes += static_cast<std::uint64_t>(stats.passes);
+  work.triangles_drawn += stats.triangles + stats.mirror_triangles;
+  work.bricks_skipped += static_cast<std::uint64_t>(stats.bricks_culled + stats.bricks_facing_away + stats.bricks_covered);
+  work.pipelines = std::max(work.pipelines, static_cast<std::uint64_t>(stats.pipelines));
+}
+
 render::ToolMesh tool_mesh(const haptics::Tool& tool) {
   render::ToolShape shape = render::tool_shape(shape_name(tool.shape), tool.diameter, tool.length);
   if (!tool.turns()) shape.flutes = 0;
@@ -207,6 +223,30 @@ std::optional<display::HeadTracker::Stats> PictureStage::tracker_stats() const {
   return tracker_->stats();
 }
 
+/// Eyes, lamp and mouth mirror: what says what could be seen.
+render::Frame PictureStage::look() const {
+  render::Frame frame;
+  const auto eyes = display::eye_views(rig_);
+  for (std::size_t e = 0; e < 2; ++e) {
+    frame.eyes[e] = {eyes[e].view, eyes[e].projection, eyes[e].position, eyes[e].flip};
+  }
+  frame.views = rig_.screen.layout == display::Layout::kMono ? 1 : 2;
+
+  // The lamp hangs over the user's left shoulder, wherever the rig puts the user; it stays there when the head moves.
+  const display::Screen seen = rig_.mirror ? display::reflect(*rig_.mirror, rig_.screen) : rig_.screen;
+  const dvec3 middle = (seen.lower_right + seen.upper_left) / 2.0;
+  const dvec3 toward = glm::normalize(rest_.eye_center - middle), up = glm::cross(toward, rest_.right);
+  frame.lights.key = glm::normalize(0.9 * toward + 0.3 * up - 0.7 * rest_.right);
+  frame.lights.up = up;
+  if (rig_.mirror) frame.background = render::Background::kBlack;
+  frame.mirror = mirror_;
+  return frame;
+}
+
+bool PictureStage::in_sight(const std::optional<render::BoxInWorld>& box) const {
+  return (!output_ || output_->visible()) && (!box || render::in_sight(look(), *box));
+}
+
 render::FrameStats PictureStage::draw(const ServoTick& tick, std::span<const render::Particle> particles, double dt,
                                       const std::string& hint) {
   const Nanos began = now();
@@ -217,27 +257,12 @@ render::FrameStats PictureStage::draw(const ServoTick& tick, std::span<const ren
   follow_size();
   if (tick.tool != shown_tool_) take_up(tick.tool);
   follow_head();
-  render::Frame frame;
-  const auto eyes = display::eye_views(rig_);
-  for (std::size_t e = 0; e < 2; ++e) {
-    frame.eyes[e] = {eyes[e].view, eyes[e].projection, eyes[e].position, eyes[e].flip};
-  }
-  frame.views = rig_.screen.layout == display::Layout::kMono ? 1 : 2;
-
-  // The lamp hangs over the user's left shoulder, wherever the rig puts the user; it stays there when the head moves.
   const display::Screen& screen = rig_.screen;
-  const display::Screen seen = rig_.mirror ? display::reflect(*rig_.mirror, screen) : screen;
-  const dvec3 middle = (seen.lower_right + seen.upper_left) / 2.0;
-  const dvec3 toward = glm::normalize(rest_.eye_center - middle), up = glm::cross(toward, rest_.right);
-  frame.lights.key = glm::normalize(0.9 * toward + 0.3 * up - 0.7 * rest_.right);
-  frame.lights.up = up;
-  if (rig_.mirror) frame.background = render::Background::kBlack;
-
+  render::Frame frame = look();
   angle_ = std::fmod(angle_ + tick.spindle * dt, 2 * kPi);
   at_rest_ = looks_same(tick.X_WG, shown_at_);
   if (!at_rest_) shown_at_ = tick.X_WG;
   frame.tool = {options_.tool, shown_at_, angle_, tick.spindle};
-  frame.mirror = mirror_;
   frame.view = view_;
   frame.section = section_;
   frame.particles = particles;

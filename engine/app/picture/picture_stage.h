@@ -8,12 +8,15 @@
 
 #include "engine/app/picture/detail.h"
 #include "engine/app/picture/surroundings.h"
+#include "engine/app/scene.h"
+#include "engine/app/work_counts.h"
 #include "engine/contract/contact.h"
 #include "engine/display/display_rig.h"
 #include "engine/display/head_tracker.h"
 #include "engine/display/output.h"
 #include "engine/render/picture.h"
 #include "engine/render/renderer.h"
+#include "engine/render/sight.h"
 #include "haptics/servo.h"
 
 namespace typodont {
@@ -23,6 +26,13 @@ render::ToolMesh tool_mesh(const haptics::Tool& tool);
 
 /// Gives the renderer what stands around the working tooth.
 void surround(render::Renderer& renderer, const Surroundings& around, bool coarse = false);
+
+/// Where tissue may be while the scene is worked on: what is seen of it elsewhere is none. Nothing: anywhere, for some
+/// tool of the tray puts tissue down, or what was cut before the session can be brought again.
+std::optional<render::BoxInWorld> tissue_reach(const Scene& scene, const haptics::TissueVolume& tissue);
+
+/// One more frame is drawn.
+void count_frame(const render::FrameStats& stats, WorkCounts& work);
 
 /// What no pixel tells apart: a hundredth of what one shows of the tool.
 bool looks_same(const Pose& a, const Pose& b);
@@ -74,6 +84,9 @@ class PictureStage {
   render::FrameStats draw(const ServoTick& tick, std::span<const render::Particle> particles, double dt,
                           const std::string& hint = "");
 
+  /// Whether the next frame could show anything of what lies within the box; nothing: it may lie anywhere.
+  bool in_sight(const std::optional<render::BoxInWorld>& box) const;
+
   /// The eyes' pictures as they are drawn, for a shader.
   const gpu::Image& pictures() const { return renderer_->pictures(); }
   /// Where embedded: the pictures' size. The rig's panel takes their proportions. True when it changed.
@@ -110,6 +123,7 @@ class PictureStage {
   int validation_messages() const { return device_.validation_messages(); }
 
  private:
+  render::Frame look() const;
   void follow_size();
   void take_up(std::uint32_t tool_index);
   const haptics::Tool& tool() const;

@@ -10,14 +10,11 @@
 
 #include "engine/render/mirror.h"
 #include "engine/render/shared.h"
+#include "engine/render/sight.h"
 
 namespace typodont::render {
 
 using EyeBoxes = std::array<std::vector<PixelBox>, 2>;  // parts of each eye's picture
-
-struct BoxInWorld {
-  glm::dvec3 lo, hi;  // m, W
-};
 
 /// Pixels that a box of a mesh can cover, a pixel more all round; the whole picture where it reaches behind the eye.
 PixelBox seen_in(const glm::dmat4& clip_from_box, const glm::vec3& lo, const glm::vec3& hi, const glm::ivec2& size);

@@ -1,0 +1,111 @@
+#include "engine/app/sampled_tissue.h"
+
+#include <zlib.h>
+
+#include <algorithm>
+#include <memory>
+#include <optional>
+
+#include "engine/base/cache.h"
+#include "engine/base/clock.h"
+#include "engine/base/error.h"
+
+namespace typodont {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr Nanos kWorthKeeping = kNanosPerSecond / 2;  // without a mesh
+constexpr std::uintmax_t kMostKept = 1u << 30;  // bytes, of all
+constexpr const char* kSuffix = ".tissue.gz";
+
+struct Close {
+  void operator()(gzFile file) const { gzclose(file); }
+};
+using File = std::unique_ptr<gzFile_s, Close>;
+
+/// What is kept but for the voxels.
+struct Head {
+  VoxelFrame frame;
+  glm::ivec3 size{0};
+  double band = 0;
+  bool exact_outside = false;
+};
+
+/// In pieces: zlib counts in ints. False where it did not go.
+template <class Bytes, class Step>
+bool in_pieces(Bytes* data, std::size_t size, Step&& step) {
+  constexpr std::size_t kPiece = 1u << 28;
+  for (std::size_t at = 0; at < size;) {
+    const int done = step(data + at, static_cast<unsigned>(std::min(kPiece, size - at)));
+    if (done <= 0) return false;
+    at += static_cast<std::size_t>(done);
+  }
+  return true;
+}
+
+template <class T>
+bool put(gzFile file, const T* data, std::size_t count) {
+  return in_pieces(reinterpret_cast<const char*>(data), count * sizeof(T),
+                   [&](const char* p, unsigned n) { return gzwrite(file, p, n); });
+}
+template <class T>
+bool get(gzFile file, T* data, std::size_t count) {
+  return in_pieces(reinterpret_cast<char*>(data), count * sizeof(T), [&](char* p, unsigned n) { return gzread(file, p, n); });
+}
+
+/// Throws Error.
+void write(const fs::path& path, const haptics::DenseTissue& dense) {
+  const File file(gzopen(path.c_str(), "wb1"));  // mostly one value: more would take longer and save little
+  const Head head{dense.frame, dense.size, dense.band, dense.exact_outside};
+  const bool written = file && put(file.get(), &head.frame, 1) && put(file.get(), &head.size, 1) && put(file.get(), &head.band, 1) &&
+                       put(file.get(), &head.exact_outside, 1) && put(file.get(), dense.distance.data(), dense.distance.size()) &&
+                       put(file.get(), dense.tissue.data(), dense.tissue.size()) && gzflush(file.get(), Z_FINISH) == Z_OK;
+  if (!written) throw Error(path.string(), "", "not written", "a writable place");
+}
+
+/// False where the file does not hold that.
+bool read(const fs::path& path, haptics::DenseTissue& dense) {
+  const File file(gzopen(path.c_str(), "rb"));
+  Head head;
+  if (!file || !get(file.get(), &head.frame, 1) || !get(file.get(), &head.size, 1) || !get(file.get(), &head.band, 1) ||
+      !get(file.get(), &head.exact_outside, 1))
+    return false;
+  const auto count = static_cast<std::size_t>(head.size.x) * static_cast<std::size_t>(head.size.y) * static_cast<std::size_t>(head.size.z);
+  dense = {.frame = head.frame, .size = head.size, .distance = std::vector<float>(count), .tissue = std::vector<Tissue>(count),
+           .band = head.band, .exact_outside = head.exact_outside};
+  return get(file.get(), dense.distance.data(), count) && get(file.get(), dense.tissue.data(), count);
+}
+
+/// Nothing where a file of it cannot be read: sampling it will say why.
+std::optional<std::uint64_t> key_of(const Json& tissue, const haptics::FindFile& find) {
+  Fnv1a key;
+  cache::add_program(key);
+  const std::string text = tissue.text();
+  key.bytes(text.data(), text.size());
+  for (const std::string& name : haptics::mesh_files(tissue)) {
+    const auto content = cache::hash_of(find(name));
+    if (!content) return std::nullopt;
+    key.add(*content);
+  }
+  return key.value;
+}
+
+}  // namespace
+
+haptics::DenseTissue sampled_tissue(const Json& tissue, const haptics::FindFile& find) {
+  const fs::path in = cache::folder().empty() ? fs::path() : cache::folder() / "tissue";
+  const auto key = in.empty() ? std::nullopt : key_of(tissue, find);
+  if (key) {
+    haptics::DenseTissue kept;
+    if (const fs::path file = cache::find(in, *key, kSuffix); !file.empty() && read(file, kept)) return kept;
+  }
+  const Nanos began = now();
+  haptics::DenseTissue dense = haptics::read_solids(tissue, find);
+  if (key && (!haptics::mesh_files(tissue).empty() || now() - began > kWorthKeeping))
+    cache::keep(in, *key, kSuffix, kMostKept, [&](const fs::path& file) { write(file, dense); });
+  return dense;
+}
+
+}  // namespace typodont

@@ -1,0 +1,13 @@
+// A scene's solids on voxels. Where that takes long (a mesh's distances do), what was sampled is kept between runs, under
+// a key made of the solids, the meshes' bytes and this program, so that the next start need not wait for it.
+#pragma once
+
+#include "engine/base/json.h"
+#include "haptics/solid.h"
+
+namespace typodont {
+
+/// As haptics::read_solids(), bit for bit, kept or not. Throws Error.
+haptics::DenseTissue sampled_tissue(const Json& tissue, const haptics::FindFile& find);
+
+}  // namespace typodont

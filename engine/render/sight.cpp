@@ -1,0 +1,47 @@
+#include "engine/render/sight.h"
+
+#include <algorithm>
+#include <array>
+
+#include "engine/render/mirror.h"
+
+namespace typodont::render {
+
+namespace {
+
+/// The box, and as far behind it, seen from the lamp, as its shadow is drawn: the lamp's map is about as deep as it.
+std::array<glm::dvec4, 16> corners_with_shadow(const BoxInWorld& box, const dvec3& key) {
+  constexpr double kShadow = 2;  // box diagonals
+  const dvec3 far = -kShadow * glm::length(box.hi - box.lo) * glm::normalize(key);
+  std::array<glm::dvec4, 16> corners;
+  for (std::size_t i = 0; i < corners.size(); ++i) {
+    const dvec3 p(i & 1 ? box.hi.x : box.lo.x, i & 2 ? box.hi.y : box.lo.y, i & 4 ? box.hi.z : box.lo.z);
+    corners[i] = glm::dvec4(i & 8 ? p + far : p, 1);
+  }
+  return corners;
+}
+
+/// False where all of them lie beyond one side of what the eye sees, or beyond that plane.
+bool before(const Eye& eye, const std::array<glm::dvec4, 16>& corners, const glm::dvec4& plane = {0, 0, 0, 1}) {
+  const glm::dmat4 rows = glm::transpose(eye.projection * eye.view);
+  const std::array sides{rows[3] + rows[0], rows[3] - rows[0], rows[3] + rows[1], rows[3] - rows[1],
+                         rows[2],           rows[3] - rows[2], plane};
+  return std::none_of(sides.begin(), sides.end(), [&](const glm::dvec4& side) {
+    return std::all_of(corners.begin(), corners.end(), [&](const glm::dvec4& p) { return glm::dot(side, p) < 0; });
+  });
+}
+
+}  // namespace
+
+bool in_sight(const Frame& frame, const BoxInWorld& box) {
+  const auto corners = corners_with_shadow(box, frame.lights.key);
+  for (int e = 0; e < frame.views; ++e) {
+    const Eye& eye = frame.eyes[static_cast<std::size_t>(e)];
+    if (before(eye, corners)) return true;
+    const Pose& X_WM = frame.mirror.X_WM;
+    if (glass_in(eye, frame.mirror, {1, 1}) && before(reflected(eye, X_WM), corners, before_glass(X_WM))) return true;
+  }
+  return false;
+}
+
+}  // namespace typodont::render

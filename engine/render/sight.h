@@ -1,0 +1,16 @@
+// What a frame could show at all: for whoever makes surfaces, so that none is made that nobody sees. A pure function.
+#pragma once
+
+#include "engine/render/renderer.h"
+
+namespace typodont::render {
+
+struct BoxInWorld {
+  glm::dvec3 lo, hi;  // m, W
+};
+
+/// Whether the frame could show anything of what lies within the box: before an eye, in a mouth mirror's glass that an
+/// eye sees, or by the shadow it throws there. Generous: true where it may be.
+bool in_sight(const Frame& frame, const BoxInWorld& box);
+
+}  // namespace typodont::render
