@@ -45,7 +45,7 @@ void Servo::State::earn(Now& now) noexcept {
       const double h = settings.frame.voxel, owed = std::max(kOwedVolume, kOwedVoxels * h * h * h);
       budget = std::max(budget, -std::max(power * kHeldTime, owed * now.specific_energy));
     }
-  } else if (head_force <= 0) {
+  } else if (normal_force <= 0) {  // where only the shank holds, the head has what it earned, and need not earn it again
     budget = std::min(budget, 0.0);
   }
   wall_budget = wall > 0 ? std::min(wall_budget + wall * power * now.dt, wall * power * kHeldTime) : 0.0;

@@ -103,7 +103,8 @@ TEST(Feel, ABreakThroughAndAHardShellOverASoftCoreAreNoSteps) {
     {"tissue": "caries", "solid": {"box": {"size_mm": [8, 6, 0.8]}}}]},
     "tool": {"shape": "sphere", "diameter_mm": 1.2, "end_efficiency": 0.6}, "spindle": "air_turbine"})";
   // A head alone: a shank, wider than the slot, would end the fall with a blow that is no step of the cut.
-  const Felt felt = drill(shell, {0, 0, 1.25}, 2.5, 6);
+  // The wall of the lower shell holds the bur for some four seconds, or six, by how it happens to lie in its slot.
+  const Felt felt = drill(shell, {0, 0, 1.25}, 2.5, 9);
   EXPECT_LT(felt.worst_step, 0.02);
   EXPECT_GT(felt.removed, 1);
   EXPECT_LT(felt.end_z_mm, -5);  // it did come through

@@ -261,6 +261,34 @@ TEST(Cutting, WhatTheMotorWorksIsCutHoweverTheHandSwingsOverTheRimsOfItsOwnCuts)
   }
 }
 
+// A bur that has drilled as deep as its shank, wider than the hole, lets it: what it is pushed with then rests on the shank.
+TEST(Cutting, AMotorWhoseBurIsHeldByItsShankDoesNoWorkThatCutsNothing) {
+  ServoSettings s;
+  s.tool.diameter = s.tool.length = 0.7_mm;
+  s.tool.neck_diameter = 0.4_mm;
+  s.tool.neck_length = 1.5_mm;
+  s.tool.shank_diameter = 1.6_mm;
+  s.tool.shank_length = 12.0_mm;
+  s.spindle.free_speed = 180.0_krpm;
+  s.spindle.stall_torque = 5e-3;
+  const auto dentin = static_cast<std::size_t>(Tissue::kDentin);
+  HapticBench bench(R"({"voxel_mm": 0.1, "solids": [{"tissue": "dentin", "solid": {"box": {"size_mm": [4,4,6]}}}]})", s);
+  dvec3 x(0, 0, 3.03_mm + s.tool.length / 2), v(0), f(0);
+  double work = 0, late = 0;
+  for (int i = 0; i < 3000; ++i) {
+    v += 1e-3 * (dvec3(-2000 * x.x, -2000 * x.y, -1.8) - 5.0 * v + f) / 0.15;
+    x += 1e-3 * v;
+    const ServoTick& tick = bench.tick({x}, 1);
+    f = tick.f_T_W;
+    const double one = s.spindle.stall_torque * (1 - tick.spindle / s.spindle.free_speed) * tick.spindle * 1e-3;
+    work += one;
+    if (i >= 2800) late += one;
+  }
+  EXPECT_GT(bench.last.X_WG.p.z, -2.0_mm);  // the shank did hold it
+  EXPECT_NEAR(bench.settings.materials[dentin].specific_energy * bench.last.removed[dentin] / work, 1, 0.01);
+  EXPECT_LT(late, 0.01 * work);
+}
+
 // A tip thinner than a voxel breaks in by whole voxels, for which a motor of 10 mW works many ticks.
 TEST(Cutting, APointedHeadCutsNoMoreThanAWeakMotorWorks) {
   for (const auto& [shape, diameter, length] : {std::tuple(HeadShape::kFlame, 1.7_mm, 5.0_mm), std::tuple(HeadShape::kCone, 1.4_mm, 4.0_mm)}) {
