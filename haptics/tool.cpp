@@ -262,7 +262,7 @@ double Tool::profile(double z) const {
   return (lo + hi) / 2;
 }
 
-std::vector<HeadSample> sample_head(const Tool& tool, int count) {
+std::vector<HeadSample> sample_head(const Tool& tool, int count, double near_end) {
   const double golden = kPi * (3 - std::sqrt(5.0));
   std::vector<HeadSample> samples;
   samples.reserve(static_cast<std::size_t>(count));
@@ -275,8 +275,8 @@ std::vector<HeadSample> sample_head(const Tool& tool, int count) {
     }
     return samples;
   }
-  // Walk the meridian: the i-th sample sits at the (i + 1/2)/count quantile, at golden angles around; half of them by area, half
-  // by area over squared height above the free end, so that a tip has as many in each octave of its length.
+  // Walk the meridian: the i-th sample sits at the (i + 1/2)/count quantile, at golden angles around; those near the end by area
+  // over squared height above it, so that a tip has as many in each octave of its length.
   const Meridian m = meridian(tool);
   struct Step {
     dvec2 q;
@@ -309,7 +309,7 @@ std::vector<HeadSample> sample_head(const Tool& tool, int count) {
   }
   double sum = 0;
   std::size_t step = 0;
-  const auto share = [&](const Step& s) { return (s.area / total + s.near_end / total_near_end) / 2; };
+  const auto share = [&](const Step& s) { return (1 - near_end) * s.area / total + near_end * s.near_end / total_near_end; };
   for (int i = 0; i < count; ++i) {
     const double wanted = (i + 0.5) / count;
     while (step + 1 < steps.size() && sum + share(steps[step]) < wanted) sum += share(steps[step++]);

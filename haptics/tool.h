@@ -100,14 +100,15 @@ std::optional<SmoothPart> safe_end_of(const Tool& tool);
 /// Distance from T's origin to the farthest point of head and safe end, m: what lies in the patch with the head.
 double near_reach(const Tool& tool);
 
-/// Sample points on the head with the area that each stands for, deterministic: even on a ball, on other heads half of them near
-/// the free end, which touches first and often alone.
+/// Sample points on the head with the area that each stands for, deterministic.
 struct HeadSample {
   dvec3 p_TQ;    // m
   dvec3 n_T;     // unit, out of the head
   double area;   // m²
 };
-std::vector<HeadSample> sample_head(const Tool& tool, int count);
+/// Nearly even, but for a share of them that lies near the free end of heads other than a ball: it touches first, and often
+/// alone.
+std::vector<HeadSample> sample_head(const Tool& tool, int count, double near_end = 0);
 
 /// From a scene's inline object or a file of assets/tools/. Throws Error.
 Tool read_tool(const Json& json);

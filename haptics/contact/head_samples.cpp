@@ -17,6 +17,7 @@ namespace {
 constexpr float kOnSurface = HeadSamples::kOnSurface;
 constexpr float kNear = 1.5f;  // voxels: samples closer than this to the surface are looked at
 constexpr int kBatch = RoughPlanes::kBatch;
+constexpr double kNearEnd = 0.5;  // of the samples
 
 /// The head where it is looked at, from some voxel near it.
 struct FlatHead {
@@ -355,7 +356,7 @@ HeadSamples::HeadSamples(const Tool& tool, const HeadField& head, double voxel)
       ball_radius(tool.shape == HeadShape::kSphere ? static_cast<float>(tool.radius() / voxel) : 0.0f),
       thickness(static_cast<float>(tool.radius() / voxel)),
       reach(static_cast<float>(tool.reach() / voxel)) {
-  std::vector<HeadSample> list = sample_head(tool, ContactSet::kMax);
+  std::vector<HeadSample> list = sample_head(tool, ContactSet::kMax, kNearEnd);
   // Neighbours into one batch: halved across the longest side until eight are left.
   const auto halve = [&](auto&& self, std::size_t from, std::size_t count) -> void {
     if (count <= kBatch) return;
