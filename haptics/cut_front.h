@@ -68,7 +68,7 @@ class CutFront {
   static constexpr int kKinds = 20;  // of groups, at most
   // Voxels of way for which what may change is listed: the longer, the less often, but the more groups. Of a head with pieces
   // also the more of them whose samples have several in reach.
-  static constexpr double kListedOfBall = 1, kListedOfHead = 0.5;
+  static constexpr double kListedOfBall = 1, kListedOfHead = 0.75;
   static constexpr double kMostListed = 0.2;  // nothing is where the head takes less than a few sweeps for that
 
   /// Groups of samples along z that the head may change before its way is `until`: first sample, where it lies in the

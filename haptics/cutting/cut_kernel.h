@@ -5,7 +5,7 @@
 /// it is and than what is kept true (`least`).
 TYPODONT_KERNEL Floats raised_to(Floats old, Floats depth, Mask ahead, Floats& least, Mask& rises) {
   least = greater(old, all(-Sweep::kMargin));
-  rises = ahead & more(depth, least);
+  rises = more_where(ahead, depth, least);
   return pick(rises, depth, old);
 }
 

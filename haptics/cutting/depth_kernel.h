@@ -11,31 +11,49 @@ TYPODONT_KERNEL Floats depth_below_arc(const MeridianPiece& piece, Floats rho, F
   return all(piece.radius) - root(vx * vx + vz * vz);
 }
 
+/// How far samples are from some pieces, squared, and whether they lie outside any.
+struct NearestPiece {
+  Floats square;
+  Mask outside;
+
+  TYPODONT_KERNEL void meet_line(const MeridianPiece& piece, Floats rho, Floats z) {
+    const Floats in = all(piece.ax) - rho, down = all(piece.az) - z;
+    const Floats below = in * all(piece.nax) + down * all(piece.naz);
+    // Along the line, from its first end; beyond either end that is closest.
+    const Floats along = in * all(piece.naz) - down * all(piece.nax);
+    const Floats over = along - greater(lesser(along, all(piece.length)), all(0.0f));
+    square = lesser(square, below * below + over * over);
+    outside |= more(all(0.0f), below);
+  }
+  TYPODONT_KERNEL void meet_arc(const MeridianPiece& piece, Floats rho, Floats z) {
+    const Floats none = all(0.0f);
+    // Its end at b is its neighbour's as well; that at a may be the tip.
+    const Floats ex = rho - all(piece.ax), ez = z - all(piece.az), vx = rho - all(piece.cx), vz = z - all(piece.cz);
+    const Mask beyond = more(none, all(piece.dx) * ez - all(piece.dz) * ex);
+    const Floats off = all(piece.radius) - root(vx * vx + vz * vz);
+    const Mask between = no_less(all(piece.ux) * vz - all(piece.uz) * vx, none) &
+                         no_less(vx * all(piece.wz) - vz * all(piece.wx), none);
+    square = lesser(square, pick(between, off * off, ex * ex + ez * ez));
+    outside |= beyond & more(none, off);
+  }
+  TYPODONT_KERNEL Floats depth() const {
+    const Floats depth = root(square);
+    return pick(outside, all(0.0f) - depth, depth);
+  }
+};
+
+TYPODONT_KERNEL NearestPiece no_piece_yet() { return {all(1e30f), nowhere()}; }
+
 /// Of several pieces, each a bit of `set`.
 TYPODONT_KERNEL Floats depth_below_pieces(const MeridianPiece* pieces, unsigned set, Floats rho, Floats z) {
-  const Floats none = all(0.0f);
-  Floats best = all(1e30f);
-  Mask outside = nowhere();
+  NearestPiece nearest = no_piece_yet();
   for (; set != 0; set &= set - 1) {
     const MeridianPiece& piece = pieces[std::countr_zero(set)];
     if (piece.radius == 0.0f) {
-      const Floats below = depth_below_line(piece, rho, z);
-      // Along the line, from its first end; beyond either end that is closest.
-      const Floats along = (z - all(piece.az)) * all(piece.nax) - (rho - all(piece.ax)) * all(piece.naz);
-      const Floats over = pick(more(along, all(piece.length)), along - all(piece.length), lesser(along, none));
-      best = lesser(best, below * below + over * over);
-      outside |= more(none, below);
+      nearest.meet_line(piece, rho, z);
     } else {
-      // Its end at b is its neighbour's as well; that at a may be the tip.
-      const Floats ex = rho - all(piece.ax), ez = z - all(piece.az), vx = rho - all(piece.cx), vz = z - all(piece.cz);
-      const Mask beyond = more(none, all(piece.dx) * ez - all(piece.dz) * ex);
-      const Floats off = all(piece.radius) - root(vx * vx + vz * vz);
-      const Mask between = no_less(all(piece.ux) * vz - all(piece.uz) * vx, none) &
-                           no_less(vx * all(piece.wz) - vz * all(piece.wx), none);
-      best = lesser(best, pick(between, off * off, ex * ex + ez * ez));
-      outside |= beyond & more(none, off);
+      nearest.meet_arc(piece, rho, z);
     }
   }
-  const Floats depth = root(best);
-  return pick(outside, none - depth, depth);
+  return nearest.depth();
 }

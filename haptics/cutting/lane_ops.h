@@ -32,6 +32,7 @@ TYPODONT_KERNEL Mask first(int count) { return I8{0, 1, 2, 3, 4, 5, 6, 7} < coun
 TYPODONT_KERNEL Mask everywhere() { return ~I8{}; }
 TYPODONT_KERNEL Mask nowhere() { return I8{}; }
 TYPODONT_KERNEL Mask more(Floats a, Floats b) { return a > b; }
+TYPODONT_KERNEL Mask more_where(Mask where, Floats a, Floats b) { return where & (a > b); }
 TYPODONT_KERNEL Mask no_less(Floats a, Floats b) { return a >= b; }
 TYPODONT_KERNEL Floats pick(Mask mask, Floats yes, Floats no) { return mask ? yes : no; }
 TYPODONT_KERNEL Floats lesser(Floats a, Floats b) { return a < b ? a : b; }
@@ -65,6 +66,9 @@ TYPODONT_KERNEL Mask first(int count) { return (1u << count) - 1; }
 TYPODONT_KERNEL Mask everywhere() { return kEvery; }
 TYPODONT_KERNEL Mask nowhere() { return 0; }
 TYPODONT_KERNEL Mask more(Floats a, Floats b) { return _mm512_cmp_ps_mask(a, b, _CMP_GT_OQ); }
+TYPODONT_KERNEL Mask more_where(Mask where, Floats a, Floats b) {
+  return _mm512_mask_cmp_ps_mask(static_cast<__mmask16>(where), a, b, _CMP_GT_OQ);
+}
 TYPODONT_KERNEL Mask no_less(Floats a, Floats b) { return _mm512_cmp_ps_mask(a, b, _CMP_GE_OQ); }
 TYPODONT_KERNEL Floats pick(Mask mask, Floats yes, Floats no) {
   return _mm512_mask_blend_ps(static_cast<__mmask16>(mask), no, yes);

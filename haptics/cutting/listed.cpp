@@ -10,12 +10,6 @@
 
 namespace typodont::haptics {
 
-namespace {
-
-enum class Nearest { kLine, kArc, kSeveral };
-
-}  // namespace
-
 // Compiled for each width of lanes and chosen at run time. Every sample is computed by itself, volumes are counted in whole
 // units and FMA is off for the whole program, so that every processor gives the same bits.
 namespace eight {

@@ -105,12 +105,35 @@ TYPODONT_KERNEL bool raise_ball(const BallFront& front, PerTissue* removed) {
   return any(raised);
 }
 
+/// What makes the depth of samples of a head, the same for all groups of a run.
+struct BelowLine {
+  MeridianPiece piece;
+  TYPODONT_KERNEL Floats depth(Floats rho, Floats z) const { return depth_below_line(piece, rho, z); }
+};
+struct BelowArc {
+  MeridianPiece piece;
+  TYPODONT_KERNEL Floats depth(Floats rho, Floats z) const { return depth_below_arc(piece, rho, z); }
+};
+/// One piece with its ends, or two.
+template <bool first_bent, bool second, bool second_bent>
+struct BelowEnds {
+  MeridianPiece pieces[2];
+  TYPODONT_KERNEL Floats depth(Floats rho, Floats z) const {
+    NearestPiece nearest = no_piece_yet();
+    first_bent ? nearest.meet_arc(pieces[0], rho, z) : nearest.meet_line(pieces[0], rho, z);
+    if constexpr (second) second_bent ? nearest.meet_arc(pieces[1], rho, z) : nearest.meet_line(pieces[1], rho, z);
+    return nearest.depth();
+  }
+};
+struct BelowAny {
+  const MeridianPiece* pieces;
+  unsigned set;
+  TYPODONT_KERNEL Floats depth(Floats rho, Floats z) const { return depth_below_pieces(pieces, set, rho, z); }
+};
+
 /// Groups that have the same closest pieces.
-template <Nearest nearest>
-TYPODONT_KERNEL void raise_run(const HeadFront& f, const CutFront::Run& run, Mask& raised, Taken& taken) {
-  const MeridianPiece* const pieces = f.pieces;
-  const MeridianPiece only = pieces[run.kind < kManyPieces ? run.kind : 0];
-  const unsigned set = static_cast<unsigned>(run.kind - kManyPieces);
+template <class Below>
+TYPODONT_KERNEL void raise_run(const HeadFront& f, const CutFront::Run& run, const Below below, Mask& raised, Taken& taken) {
   const float* const R = f.pose.R;
   float* const distance = f.distance;
   const float* const along_x = f.along[0];
@@ -133,15 +156,7 @@ TYPODONT_KERNEL void raise_run(const HeadFront& f, const CutFront::Run& run, Mas
       float* const at = distance + group_at[g0 + g];
       fetch(distance + group_at[g0 + g + kAhead]);
       const Floats x = all(common[0][g]) + load(along_x + height), y = all(common[1][g]) + load(along_y + height);
-      const Floats z = all(common[2][g]) + load(along_z + height), rho = root(x * x + y * y);
-      Floats depth;
-      if constexpr (nearest == Nearest::kLine) {
-        depth = depth_below_line(only, rho, z);
-      } else if constexpr (nearest == Nearest::kArc) {
-        depth = depth_below_arc(only, rho, z);
-      } else {
-        depth = depth_below_pieces(pieces, set, rho, z);
-      }
+      const Floats z = all(common[2][g]) + load(along_z + height), depth = below.depth(root(x * x + y * y), z);
       Mask rises;
       Floats least;
       const Floats old = load(at), now = raised_to(old, lesser(depth, all(Sweep::kInner)), first(group_length[g0 + g]), least, rises);
@@ -155,14 +170,26 @@ TYPODONT_KERNEL void raise_run(const HeadFront& f, const CutFront::Run& run, Mas
 TYPODONT_KERNEL bool raise_head(const HeadFront& f, PerTissue* removed) {
   Mask raised = nowhere();
   Taken taken{removed};
+  const MeridianPiece* const pieces = f.pieces;
   for (int r = 0; r < f.run_count; ++r) {
     const CutFront::Run& run = f.runs[r];
-    if (run.kind >= kManyPieces) {
-      raise_run<Nearest::kSeveral>(f, run, raised, taken);
-    } else if (f.pieces[run.kind].radius == 0.0f) {
-      raise_run<Nearest::kLine>(f, run, raised, taken);
+    const unsigned set = run.kind < kManyPieces ? 1u << run.kind : static_cast<unsigned>(run.kind - kManyPieces);
+    const MeridianPiece& one = pieces[std::countr_zero(set)];
+    const MeridianPiece& other = pieces[std::bit_width(set) - 1];
+    const bool bent = one.radius != 0.0f, other_bent = other.radius != 0.0f;
+    if (run.kind < kManyPieces) {
+      bent ? raise_run(f, run, BelowArc{one}, raised, taken) : raise_run(f, run, BelowLine{one}, raised, taken);
+    } else if (std::popcount(set) == 1) {
+      bent ? raise_run(f, run, BelowEnds<true, false, false>{{one, one}}, raised, taken)
+           : raise_run(f, run, BelowEnds<false, false, false>{{one, one}}, raised, taken);
+    } else if (std::popcount(set) > 2) {
+      raise_run(f, run, BelowAny{pieces, set}, raised, taken);
+    } else if (bent) {
+      other_bent ? raise_run(f, run, BelowEnds<true, true, true>{{one, other}}, raised, taken)
+                 : raise_run(f, run, BelowEnds<true, true, false>{{one, other}}, raised, taken);
     } else {
-      raise_run<Nearest::kArc>(f, run, raised, taken);
+      other_bent ? raise_run(f, run, BelowEnds<false, true, true>{{one, other}}, raised, taken)
+                 : raise_run(f, run, BelowEnds<false, true, false>{{one, other}}, raised, taken);
     }
   }
   taken.close();
