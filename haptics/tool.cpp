@@ -301,10 +301,10 @@ std::vector<HeadSample> sample_head(const Tool& tool, int count, double near_end
       const dvec2 q0 = at(k / static_cast<double>(kFine)), q1 = at((k + 1) / static_cast<double>(kFine));
       const dvec2 q = (q0 + q1) / 2.0;
       const double area = 2 * kPi * q.x * glm::length(q1 - q0);
-      const double height = q.y - end, near_end = area / (height * height + blunt * blunt);
+      const double height = q.y - end, weight = area / (height * height + blunt * blunt);
       total += area;
-      total_near_end += near_end;
-      steps.push_back({q, area, near_end});
+      total_near_end += weight;
+      steps.push_back({q, area, weight});
     }
   }
   double sum = 0;
