@@ -41,7 +41,9 @@ struct Taken {
       add(taken, static_cast<std::uint8_t>(parts[0]));
       return;
     }
-    for (int i = 0; i < kLanes; ++i) (*removed)[static_cast<std::size_t>(shown(labels[i]))] += kShareUnit * taken[i];
+    std::int32_t apart[kLanes];
+    std::memcpy(apart, &taken, sizeof apart);
+    for (int i = 0; i < kLanes; ++i) (*removed)[static_cast<std::size_t>(shown(labels[i]))] += kShareUnit * apart[i];
   }
   TYPODONT_KERNEL void close() {
     std::int32_t apart[kLanes];  // a copy, so that the sums stay in a register

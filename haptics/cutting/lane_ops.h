@@ -1,5 +1,6 @@
 // What the textual kernels of this folder are written in: as many floats as a processor takes at once, eight by GCC's
-// vectors or sixteen where there is AVX-512. Every operation is exact or rounds as IEEE says, so both compute the same bits.
+// vectors (as two halves where it has four lanes) or sixteen where there is AVX-512. Every operation is exact or rounds as IEEE
+// says, so all compute the same bits.
 // Private to haptics/cutting.
 #pragma once
 
@@ -46,6 +47,73 @@ TYPODONT_KERNEL bool any(Mask mask) { return any_of(mask); }
 TYPODONT_KERNEL bool every(Mask mask) { return !any_of(~mask); }
 
 }  // namespace eight
+
+/// Eight floats as two halves, for processors that have four lanes: GCC takes comparisons of wider vectors apart to the last one.
+namespace halves {
+
+struct Floats {
+  F4 low, high;
+};
+struct Ints {
+  I4 low, high;
+};
+using Mask = Ints;
+constexpr int kLanes = 8;
+
+TYPODONT_KERNEL Floats operator+(const Floats& a, const Floats& b) { return {a.low + b.low, a.high + b.high}; }
+TYPODONT_KERNEL Floats operator-(const Floats& a, const Floats& b) { return {a.low - b.low, a.high - b.high}; }
+TYPODONT_KERNEL Floats operator*(const Floats& a, const Floats& b) { return {a.low * b.low, a.high * b.high}; }
+TYPODONT_KERNEL Ints operator-(const Ints& a, const Ints& b) { return {a.low - b.low, a.high - b.high}; }
+TYPODONT_KERNEL Ints operator&(const Ints& a, const Ints& b) { return {a.low & b.low, a.high & b.high}; }
+TYPODONT_KERNEL Ints operator|(const Ints& a, const Ints& b) { return {a.low | b.low, a.high | b.high}; }
+TYPODONT_KERNEL void operator+=(Ints& a, const Ints& b) { a = {a.low + b.low, a.high + b.high}; }
+TYPODONT_KERNEL void operator|=(Ints& a, const Ints& b) { a = a | b; }
+TYPODONT_KERNEL void operator&=(Ints& a, const Ints& b) { a = a & b; }
+
+TYPODONT_KERNEL Floats load(const float* p) { return {*reinterpret_cast<const F4*>(p), *reinterpret_cast<const F4*>(p + 4)}; }
+TYPODONT_KERNEL void store(float* p, const Floats& v) {
+  *reinterpret_cast<F4*>(p) = v.low;
+  *reinterpret_cast<F4*>(p + 4) = v.high;
+}
+TYPODONT_KERNEL Floats all(float v) { return {F4{} + v, F4{} + v}; }
+TYPODONT_KERNEL Floats as_floats(const std::int32_t* p) {
+  return {__builtin_convertvector(*reinterpret_cast<const I4*>(p), F4), __builtin_convertvector(*reinterpret_cast<const I4*>(p + 4), F4)};
+}
+TYPODONT_KERNEL Mask first(int count) { return {I4{0, 1, 2, 3} < count, I4{4, 5, 6, 7} < count}; }
+TYPODONT_KERNEL Mask everywhere() { return {~I4{}, ~I4{}}; }
+TYPODONT_KERNEL Mask nowhere() { return {I4{}, I4{}}; }
+TYPODONT_KERNEL Mask more(const Floats& a, const Floats& b) { return {a.low > b.low, a.high > b.high}; }
+TYPODONT_KERNEL Mask more_where(const Mask& where, const Floats& a, const Floats& b) { return where & more(a, b); }
+TYPODONT_KERNEL Mask no_less(const Floats& a, const Floats& b) { return {a.low >= b.low, a.high >= b.high}; }
+TYPODONT_KERNEL Floats pick(const Mask& mask, const Floats& yes, const Floats& no) {
+  return {mask.low ? yes.low : no.low, mask.high ? yes.high : no.high};
+}
+TYPODONT_KERNEL Floats lesser(const Floats& a, const Floats& b) {
+  return {a.low < b.low ? a.low : b.low, a.high < b.high ? a.high : b.high};
+}
+TYPODONT_KERNEL Floats greater(const Floats& a, const Floats& b) {
+  return {a.low > b.low ? a.low : b.low, a.high > b.high ? a.high : b.high};
+}
+TYPODONT_KERNEL F4 root(const F4& v) {
+#ifdef __SSE2__
+  return (F4)__builtin_ia32_sqrtps(v);
+#else
+  return F4{std::sqrt(v[0]), std::sqrt(v[1]), std::sqrt(v[2]), std::sqrt(v[3])};
+#endif
+}
+TYPODONT_KERNEL Floats root(const Floats& v) { return {root(v.low), root(v.high)}; }
+TYPODONT_KERNEL Ints as_ints(const Floats& v) { return {(I4)v.low, (I4)v.high}; }
+TYPODONT_KERNEL bool any(const Mask& mask) {
+  const I4 both = mask.low | mask.high;
+#ifdef __SSE2__
+  return __builtin_ia32_movmskps((F4)both) != 0;
+#else
+  return (both[0] | both[1] | both[2] | both[3]) != 0;
+#endif
+}
+TYPODONT_KERNEL bool every(const Mask& mask) { return !any({~mask.low, ~mask.high}); }
+
+}  // namespace halves
 
 #ifdef TYPODONT_SIXTEEN_LANES
 #pragma GCC push_options

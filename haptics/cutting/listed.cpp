@@ -4,7 +4,6 @@
 #include <bit>
 #include <cstring>
 
-#include "engine/base/dispatch.h"
 #include "haptics/cutting/lane_ops.h"
 #include "haptics/sweep.h"
 
@@ -12,6 +11,21 @@ namespace typodont::haptics {
 
 // Compiled for each width of lanes and chosen at run time. Every sample is computed by itself, volumes are counted in whole
 // units and FMA is off for the whole program, so that every processor gives the same bits.
+namespace halves {
+namespace {
+
+#include "haptics/cutting/cut_kernel.h"
+#include "haptics/cutting/depth_kernel.h"
+#include "haptics/cutting/listed_kernel.h"
+
+bool ball(const BallFront* f, PerTissue* removed) { return raise_ball<false>(*f, removed); }
+bool capsule(const BallFront* f, PerTissue* removed) { return raise_ball<true>(*f, removed); }
+bool head(const HeadFront* f, PerTissue* removed) { return raise_head(*f, removed); }
+
+}  // namespace
+}  // namespace halves
+
+#ifdef TYPODONT_SIXTEEN_LANES
 namespace eight {
 namespace {
 
@@ -19,17 +33,13 @@ namespace {
 #include "haptics/cutting/depth_kernel.h"
 #include "haptics/cutting/listed_kernel.h"
 
-TYPODONT_DISPATCH("avx2", "default")
-bool ball(const BallFront* f, PerTissue* removed) { return raise_ball<false>(*f, removed); }
-TYPODONT_DISPATCH("avx2", "default")
-bool capsule(const BallFront* f, PerTissue* removed) { return raise_ball<true>(*f, removed); }
-TYPODONT_DISPATCH("avx2", "default")
-bool head(const HeadFront* f, PerTissue* removed) { return raise_head(*f, removed); }
+__attribute__((target("avx2"))) bool ball(const BallFront* f, PerTissue* removed) { return raise_ball<false>(*f, removed); }
+__attribute__((target("avx2"))) bool capsule(const BallFront* f, PerTissue* removed) { return raise_ball<true>(*f, removed); }
+__attribute__((target("avx2"))) bool head(const HeadFront* f, PerTissue* removed) { return raise_head(*f, removed); }
 
 }  // namespace
 }  // namespace eight
 
-#ifdef TYPODONT_SIXTEEN_LANES
 #pragma GCC push_options
 #pragma GCC target("arch=x86-64-v4")
 namespace sixteen {
@@ -52,23 +62,25 @@ int widest_group() noexcept {
 #ifdef TYPODONT_SIXTEEN_LANES
   if (__builtin_cpu_supports("x86-64-v4")) return sixteen::kLanes;
 #endif
-  return eight::kLanes;
+  return halves::kLanes;
 }
 
 bool raise_listed_ball(const BallFront& front, bool capsule, int lanes, PerTissue* removed) noexcept {
 #ifdef TYPODONT_SIXTEEN_LANES
   if (lanes == sixteen::kLanes) return capsule ? sixteen::capsule(&front, removed) : sixteen::ball(&front, removed);
+  if (__builtin_cpu_supports("avx2")) return capsule ? eight::capsule(&front, removed) : eight::ball(&front, removed);
 #endif
   (void)lanes;
-  return capsule ? eight::capsule(&front, removed) : eight::ball(&front, removed);
+  return capsule ? halves::capsule(&front, removed) : halves::ball(&front, removed);
 }
 
 bool raise_listed_head(const HeadFront& front, int lanes, PerTissue* removed) noexcept {
 #ifdef TYPODONT_SIXTEEN_LANES
   if (lanes == sixteen::kLanes) return sixteen::head(&front, removed);
+  if (__builtin_cpu_supports("avx2")) return eight::head(&front, removed);
 #endif
   (void)lanes;
-  return eight::head(&front, removed);
+  return halves::head(&front, removed);
 }
 
 }  // namespace typodont::haptics
