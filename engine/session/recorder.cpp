@@ -17,90 +17,13 @@
 #include "engine/base/error.h"
 #include "engine/session/format/hdf5.h"
 #include "engine/session/format/layout.h"
+#include "engine/session/format/table.h"
 
 namespace typodont::session {
 
 namespace {
 
 constexpr hsize_t kLargestChunkBytes = 1 << 16;  // of any dataset
-
-/// Rows of fixed-size cells, column by column: buffered here, written a chunk at a time. A chunk is compressed when it
-/// is written, so whole chunks are written once; a heartbeat may write part of one, which is then written again.
-class Table {
- public:
-  struct Spec {
-    std::string name, unit, text, labels;
-    H5 type;
-    std::size_t size;
-  };
-
-  bool create(hid_t file, const std::string& path, const std::string& text, std::vector<Spec> specs, std::size_t chunk,
-              int deflate) {
-    chunk_ = chunk;
-    H5 group_properties(H5Pcreate(H5P_GROUP_CREATE), H5Pclose);
-    H5Pset_obj_track_times(group_properties.get(), false);  // equal sessions, equal bytes
-    H5 group(H5Gcreate2(file, path.c_str(), H5P_DEFAULT, group_properties.get(), H5P_DEFAULT), H5Gclose);
-    if (!group || !set_attribute(group.get(), "description", text)) return false;
-    for (Spec& spec : specs) {
-      H5 properties(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
-      const hsize_t chunk_rows = chunk, zero = 0, unlimited = H5S_UNLIMITED;
-      H5Pset_obj_track_times(properties.get(), false);
-      H5Pset_chunk(properties.get(), 1, &chunk_rows);
-      H5Pset_shuffle(properties.get());
-      H5Pset_deflate(properties.get(), static_cast<unsigned>(deflate));
-      H5Pset_fletcher32(properties.get());  // so that a damaged chunk is known to be damaged
-      H5 space(H5Screate_simple(1, &zero, &unlimited), H5Sclose);
-      H5 dataset(H5Dcreate2(group.get(), spec.name.c_str(), spec.type.get(), space.get(), H5P_DEFAULT,
-                            properties.get(), H5P_DEFAULT),
-                 H5Dclose);
-      if (!dataset || !set_attribute(dataset.get(), "unit", spec.unit) ||
-          !set_attribute(dataset.get(), "description", spec.text) ||
-          (!spec.labels.empty() && !set_attribute(dataset.get(), "labels", spec.labels))) {
-        return false;
-      }
-      columns_.push_back({std::move(dataset), std::move(spec.type), spec.size, std::vector<std::byte>(spec.size * chunk)});
-    }
-    return true;
-  }
-
-  std::byte* cell(std::size_t column) { return columns_[column].buffer.data() + columns_[column].size * buffered_; }
-  void end_row() { ++buffered_; }
-  std::size_t buffered() const { return buffered_; }
-  std::uint64_t written() const { return written_; }
-  /// The chunk in the file would be complete: time to write.
-  bool full() const { return buffered_ > 0 && (written_ + buffered_) % chunk_ == 0; }
-  void drop() { buffered_ = 0; }
-
-  bool write() {
-    if (buffered_ == 0) return true;
-    const hsize_t end = written_ + buffered_, offset = written_, count = buffered_;
-    H5 memory(H5Screate_simple(1, &count, nullptr), H5Sclose);
-    for (Data& column : columns_) {
-      if (H5Dset_extent(column.dataset.get(), &end) < 0) return false;
-      H5 space(H5Dget_space(column.dataset.get()), H5Sclose);
-      if (H5Sselect_hyperslab(space.get(), H5S_SELECT_SET, &offset, nullptr, &count, nullptr) < 0 ||
-          H5Dwrite(column.dataset.get(), column.type.get(), memory.get(), space.get(), H5P_DEFAULT,
-                   column.buffer.data()) < 0) {
-        return false;
-      }
-    }
-    written_ = end;
-    buffered_ = 0;
-    return true;
-  }
-
-  void close() { columns_.clear(); }
-
- private:
-  struct Data {
-    H5 dataset, type;
-    std::size_t size;
-    std::vector<std::byte> buffer;
-  };
-  std::vector<Data> columns_;
-  std::size_t chunk_ = 1, buffered_ = 0;
-  hsize_t written_ = 0;
-};
 
 template <class Message>
 std::vector<Table::Spec> specs_of(const std::vector<Column<Message>>& columns) {
@@ -121,22 +44,6 @@ Table::Spec number(const char* name, const char* unit, const char* text, Type ty
 }
 Table::Spec fixed_text(const char* name, const char* text, std::size_t size) {
   return {name, "", text, "", h5_string_type(size), size};
-}
-
-/// A one-dimensional or scalar dataset that exists from the start and is overwritten in place.
-bool create_numbers(hid_t parent, const char* name, const char* unit, const char* text, hid_t type, hsize_t count,
-                    const void* initial, H5& dataset) {
-  H5 properties(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
-  H5Pset_obj_track_times(properties.get(), false);
-  H5Pset_alloc_time(properties.get(), H5D_ALLOC_TIME_EARLY);
-  H5 space(count == 0 ? H5Screate(H5S_SCALAR) : H5Screate_simple(1, &count, nullptr), H5Sclose);
-  dataset = H5(H5Dcreate2(parent, name, type, space.get(), H5P_DEFAULT, properties.get(), H5P_DEFAULT), H5Dclose);
-  return dataset && set_attribute(dataset.get(), "unit", unit) && set_attribute(dataset.get(), "description", text) &&
-         H5Dwrite(dataset.get(), type, H5S_ALL, H5S_ALL, H5P_DEFAULT, initial) >= 0;
-}
-
-bool overwrite(const H5& dataset, hid_t type, const void* value) {
-  return H5Dwrite(dataset.get(), type, H5S_ALL, H5S_ALL, H5P_DEFAULT, value) >= 0;
 }
 
 bool plain_name(const std::string& name) {

@@ -14,7 +14,9 @@
 #include "engine/base/log.h"
 #include "engine/base/units.h"
 #include "engine/display/xr/api.h"
+#include "engine/display/xr/eye_pictures.h"
 #include "engine/display/xr/input.h"
+#include "engine/display/xr/placement.h"
 
 namespace typodont::display {
 
@@ -27,14 +29,6 @@ constexpr double kNear = 0.02, kFar = 30;  // m, D
 constexpr XrViewConfigurationType kStereo = XR_VIEW_CONFIGURATION_TYPE_PRIMARY_STEREO;
 constexpr XrSpaceLocationFlags kLocated = XR_SPACE_LOCATION_ORIENTATION_VALID_BIT | XR_SPACE_LOCATION_POSITION_VALID_BIT;
 constexpr XrViewStateFlags kViewsValid = XR_VIEW_STATE_ORIENTATION_VALID_BIT | XR_VIEW_STATE_POSITION_VALID_BIT;
-constexpr VkFormat kPictures = VK_FORMAT_R8G8B8A8_SRGB;  // what the renderer draws
-
-struct Swapchain {
-  XrSwapchain handle = XR_NULL_HANDLE;
-  VkFormat format = VK_FORMAT_UNDEFINED;
-  std::vector<VkImage> images;
-  bool held = false;
-};
 
 /// A frame whose poses can be judged once its time has come.
 struct Shown {
@@ -51,7 +45,6 @@ class OpenXrHmd final : public Hmd {
     XrGraphicsRequirementsVulkanKHR requirements{XR_TYPE_GRAPHICS_REQUIREMENTS_VULKAN_KHR};
     api.call("xrGetVulkanGraphicsRequirements2KHR", api.GetVulkanGraphicsRequirements2KHR, api.instance(), system_,
              &requirements);
-    if (rig_.X_WD) X_WD_ = *rig_.X_WD;
   }
   ~OpenXrHmd() override { end(); }
 
@@ -81,18 +74,18 @@ class OpenXrHmd final : public Hmd {
   }
 
   void begin(gpu::Device& device, const dvec3& work_W) override {
-    work_W_ = work_W;
+    placement_.emplace(rig_, work_W);
     const XrGraphicsBindingVulkanKHR binding{XR_TYPE_GRAPHICS_BINDING_VULKAN_KHR, nullptr,       device.instance,
                                              device.physical,                     device.device, device.queue_family,
                                              0};
     const XrSessionCreateInfo info{XR_TYPE_SESSION_CREATE_INFO, &binding, 0, system_};
     api.call("xrCreateSession", api.CreateSession, api.instance(), &info, &session_);
     create_spaces();
-    create_swapchains();
+    pictures_.emplace(api, session_, name_, size_, rig_.depth);
     choose_blend();
     choose_refresh_rate();
     input_ = std::make_unique<Input>(api, session_);
-    explain(fmt::format("headset depth: {}", wants_depth_            ? "handed over"
+    explain(fmt::format("headset depth: {}", wants_depth()           ? "handed over"
                                              : !rig_.depth           ? "off in the rig"
                                                                      : "not taken by the runtime"));
     explain(fmt::format("headset hidden area: {}",
@@ -112,10 +105,7 @@ class OpenXrHmd final : public Hmd {
 
   void end() override {
     input_.reset();
-    for (Swapchain* chain : {&color_, &depth_}) {
-      if (chain->handle) api.attempt("xrDestroySwapchain", api.DestroySwapchain, chain->handle);
-      *chain = {};
-    }
+    pictures_.reset();
     if (passthrough_layer_)
       api.attempt("xrDestroyPassthroughLayerFB", api.DestroyPassthroughLayerFB, passthrough_layer_);
     if (passthrough_) api.attempt("xrDestroyPassthroughFB", api.DestroyPassthroughFB, passthrough_);
@@ -160,81 +150,38 @@ class OpenXrHmd final : public Hmd {
       shown_.timing.missed = std::max(0, static_cast<int>(std::lround(std::min(periods, 1e6))) - 1);
     }
     last_display_time_ = display_time_;
-    follow_space();
+    placement_->follow(display_time_);
 
     XrSpaceLocation head{XR_TYPE_SPACE_LOCATION};
     api.call("xrLocateSpace", api.LocateSpace, view_space_, space_, display_time_, &head);
     shown_.located = (head.locationFlags & kLocated) == kLocated;
     const Input::State hands = input_->read(space_, display_time_);
     frame.focused = hands.focused;
-    if (hands.recentre) recentre();
+    if (hands.recentre) placement_->recentre();
     if (shown_.located) {
       shown_.X_DV = pose_of(head.pose);
-      if (!rig_.X_WD && !placed_) place(shown_.X_DV);
-      frame.X_WH = shown_.timing.X_WH = in_workbench(shown_.X_DV);
+      placement_->see(shown_.X_DV);
+      frame.X_WH = shown_.timing.X_WH = placement_->in_workbench(shown_.X_DV);
     }
-    const bool placed = rig_.X_WD || placed_;
+    const bool placed = placement_->known();
     frame.draw = state.shouldRender && locate_eyes(frame) && placed;
     for (std::size_t i = 0; i < 2 && placed; ++i) {
       const Input::Hand& hand = hands.hands[i];
       frame.hands[i] = {hand.tracked, {}, {}, hand.pedal, hand.change_tool, hand.mirror};
       if (!hand.tracked) continue;
       frame.hands[i].X_DT = hand.X_DA * Pose{rig_.tip, {1, 0, 0, 0}};
-      frame.hands[i].X_WT = in_workbench(frame.hands[i].X_DT);
+      frame.hands[i].X_WT = placement_->in_workbench(frame.hands[i].X_DT);
     }
     judge(state.predictedDisplayPeriod);
     return frame;
   }
 
   void record(VkCommandBuffer commands, const gpu::Image& pictures, const std::array<Depth, 2>& depth) override {
-    const VkExtent2D size = pictures.options.size;
-    drawn_size_ = {static_cast<std::int32_t>(std::min<std::uint32_t>(size.width, static_cast<std::uint32_t>(size_.x))),
-                   static_cast<std::int32_t>(std::min<std::uint32_t>(size.height, static_cast<std::uint32_t>(size_.y)))};
-    const VkExtent3D extent{static_cast<std::uint32_t>(drawn_size_.width), static_cast<std::uint32_t>(drawn_size_.height), 1};
-    const VkImage color = acquire(color_);
-    gpu::transition(commands, pictures, VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL, VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL,
-                    VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, VK_ACCESS_2_MEMORY_WRITE_BIT, VK_PIPELINE_STAGE_2_TRANSFER_BIT,
-                    VK_ACCESS_2_TRANSFER_READ_BIT);
-    open_for_copy(commands, color, VK_IMAGE_ASPECT_COLOR_BIT);
-    for (std::uint32_t eye = 0; eye < 2; ++eye) {
-      const VkImageSubresourceLayers from{VK_IMAGE_ASPECT_COLOR_BIT, 0, std::min(eye, pictures.options.layers - 1), 1},
-          to{VK_IMAGE_ASPECT_COLOR_BIT, 0, eye, 1};
-      if (color_.format == kPictures) {
-        const VkImageCopy copy{.srcSubresource = from, .dstSubresource = to, .extent = extent};
-        vkCmdCopyImage(commands, pictures.image, VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL, color,
-                       VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, 1, &copy);
-      } else {  // turns one encoding into the other
-        const VkOffset3D end{drawn_size_.width, drawn_size_.height, 1};
-        const VkImageBlit blit{from, {{0, 0, 0}, end}, to, {{0, 0, 0}, end}};
-        vkCmdBlitImage(commands, pictures.image, VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL, color,
-                       VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, 1, &blit, VK_FILTER_NEAREST);
-      }
-    }
-    gpu::transition(commands, color, VK_IMAGE_ASPECT_COLOR_BIT, VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL,
-                    VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL, VK_PIPELINE_STAGE_2_TRANSFER_BIT,
-                    VK_ACCESS_2_TRANSFER_WRITE_BIT, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, VK_ACCESS_2_MEMORY_READ_BIT);
-    gpu::transition(commands, pictures, VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL, VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL,
-                    VK_PIPELINE_STAGE_2_TRANSFER_BIT, VK_ACCESS_2_NONE, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT,
-                    VK_ACCESS_2_MEMORY_READ_BIT);
-    has_depth_ = wants_depth_ && depth[0].image && depth[1].image;
-    if (!has_depth_) return;
-    const VkImage target = acquire(depth_);
-    open_for_copy(commands, target, VK_IMAGE_ASPECT_DEPTH_BIT);
-    for (std::uint32_t eye = 0; eye < 2; ++eye) {
-      const VkImageCopy copy{.srcSubresource = {VK_IMAGE_ASPECT_DEPTH_BIT, 0, depth[eye].layer, 1},
-                             .dstSubresource = {VK_IMAGE_ASPECT_DEPTH_BIT, 0, eye, 1},
-                             .extent = extent};
-      vkCmdCopyImage(commands, depth[eye].image->image, VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL, target,
-                     VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, 1, &copy);
-    }
-    gpu::transition(commands, target, VK_IMAGE_ASPECT_DEPTH_BIT, VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL,
-                    VK_IMAGE_LAYOUT_DEPTH_STENCIL_ATTACHMENT_OPTIMAL, VK_PIPELINE_STAGE_2_TRANSFER_BIT,
-                    VK_ACCESS_2_TRANSFER_WRITE_BIT, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, VK_ACCESS_2_MEMORY_READ_BIT);
+    pictures_->record(commands, pictures, depth);
   }
 
   void submit(const HmdFrame& frame) override {
-    release(color_);
-    release(depth_);
+    pictures_->release();
     std::array<XrCompositionLayerDepthInfoKHR, 2> depths{};
     std::array<XrCompositionLayerProjectionView, 2> views{};
     XrCompositionLayerProjection projection{XR_TYPE_COMPOSITION_LAYER_PROJECTION};
@@ -243,11 +190,11 @@ class OpenXrHmd final : public Hmd {
     if (frame.draw) {
       for (std::uint32_t eye = 0; eye < 2; ++eye) {
         views[eye] = {XR_TYPE_COMPOSITION_LAYER_PROJECTION_VIEW, nullptr, views_[eye].pose, views_[eye].fov,
-                      {color_.handle, {{0, 0}, drawn_size_}, eye}};
-        if (!has_depth_) continue;
+                      pictures_->color(eye)};
+        if (!pictures_->has_depth()) continue;
         depths[eye] = {XR_TYPE_COMPOSITION_LAYER_DEPTH_INFO_KHR,
                        nullptr,
-                       {depth_.handle, {{0, 0}, drawn_size_}, eye},
+                       pictures_->depth(eye),
                        0,
                        1,
                        static_cast<float>(kNear),
@@ -293,7 +240,7 @@ class OpenXrHmd final : public Hmd {
   }
 
   ivec2 eye_pixels() const override { return size_; }
-  bool wants_depth() const override { return wants_depth_; }
+  bool wants_depth() const override { return pictures_ && pictures_->wants_depth(); }
   bool see_through() const override { return blend_ != XR_ENVIRONMENT_BLEND_MODE_OPAQUE || passthrough_layer_; }
   std::optional<std::vector<glm::vec3>> hidden() override { return std::exchange(fresh_hidden_, std::nullopt); }
   std::vector<HmdTiming> timings() override { return std::exchange(timings_, {}); }
@@ -347,51 +294,6 @@ class OpenXrHmd final : public Hmd {
     };
     create(space_type_, space_);
     create(XR_REFERENCE_SPACE_TYPE_VIEW, view_space_);
-  }
-
-  Swapchain create_swapchain(VkFormat format, XrSwapchainUsageFlags usage) {
-    Swapchain chain;
-    chain.format = format;
-    const XrSwapchainCreateInfo info{XR_TYPE_SWAPCHAIN_CREATE_INFO,
-                                     nullptr,
-                                     0,
-                                     usage | XR_SWAPCHAIN_USAGE_TRANSFER_DST_BIT | XR_SWAPCHAIN_USAGE_SAMPLED_BIT,
-                                     format,
-                                     1,
-                                     static_cast<std::uint32_t>(size_.x),
-                                     static_cast<std::uint32_t>(size_.y),
-                                     1,
-                                     2,
-                                     1};
-    api.call("xrCreateSwapchain", api.CreateSwapchain, session_, &info, &chain.handle);
-    std::uint32_t count = 0;
-    api.call("xrEnumerateSwapchainImages", api.EnumerateSwapchainImages, chain.handle, 0u, &count,
-             static_cast<XrSwapchainImageBaseHeader*>(nullptr));
-    std::vector<XrSwapchainImageVulkanKHR> images(count, {XR_TYPE_SWAPCHAIN_IMAGE_VULKAN_KHR, nullptr, VK_NULL_HANDLE});
-    api.call("xrEnumerateSwapchainImages", api.EnumerateSwapchainImages, chain.handle, count, &count,
-             reinterpret_cast<XrSwapchainImageBaseHeader*>(images.data()));
-    for (const XrSwapchainImageVulkanKHR& image : images) chain.images.push_back(image.image);
-    return chain;
-  }
-
-  void create_swapchains() {
-    const auto offered =
-        api.list<std::int64_t>("xrEnumerateSwapchainFormats", api.EnumerateSwapchainFormats, 0, session_);
-    const auto offers = [&](VkFormat format) { return std::find(offered.begin(), offered.end(), format) != offered.end(); };
-    // Ours first, so that pictures are copied; a linear one last: a compositor takes its bytes as light.
-    VkFormat format = VK_FORMAT_UNDEFINED;
-    for (const VkFormat f : {kPictures, VK_FORMAT_B8G8R8A8_SRGB, VK_FORMAT_R16G16B16A16_SFLOAT,
-                             VK_FORMAT_R8G8B8A8_UNORM, VK_FORMAT_B8G8R8A8_UNORM})
-      if (format == VK_FORMAT_UNDEFINED && offers(f)) format = f;
-    if (format == VK_FORMAT_UNDEFINED) throw Error("OpenXR", name_, "no swapchain format known here", "an 8-bit sRGB one");
-    color_ = create_swapchain(format, XR_SWAPCHAIN_USAGE_COLOR_ATTACHMENT_BIT);
-    wants_depth_ = rig_.depth && api.has(XR_KHR_COMPOSITION_LAYER_DEPTH_EXTENSION_NAME) && offers(VK_FORMAT_D32_SFLOAT);
-    if (!wants_depth_) return;
-    try {
-      depth_ = create_swapchain(VK_FORMAT_D32_SFLOAT, XR_SWAPCHAIN_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT);
-    } catch (const RunFailure&) {  // offered, but not as this driver shares images: a picture is worth more
-      wants_depth_ = false;
-    }
   }
 
   void choose_blend() {
@@ -452,7 +354,8 @@ class OpenXrHmd final : public Hmd {
       case XR_TYPE_EVENT_DATA_REFERENCE_SPACE_CHANGE_PENDING: {
         const auto& change = reinterpret_cast<const XrEventDataReferenceSpaceChangePending&>(event);
         if (change.session == session_ && change.referenceSpaceType == space_type_) {
-          moves_.push_back({change.changeTime, change.poseValid ? std::optional(pose_of(change.poseInPreviousSpace)) : std::nullopt});
+          placement_->will_move(change.changeTime,
+                                change.poseValid ? std::optional(pose_of(change.poseInPreviousSpace)) : std::nullopt);
         }
         break;
       }
@@ -509,49 +412,6 @@ class OpenXrHmd final : public Hmd {
     }
   }
 
-  /// The space moved: what was measured stays where it is in the room; what was put before the user is put there again.
-  void follow_space() {
-    while (!moves_.empty() && display_time_ >= moves_.front().time) {
-      const auto& X_old_new = moves_.front().X_old_new;
-      if (!rig_.X_WD) {
-        placed_ = false;
-      } else if (X_old_new) {
-        X_WD_ = X_WD_ * *X_old_new;
-      } else {
-        log::warn("headset: its space moved, nobody knows how far: register it with the arm again");
-      }
-      moves_.pop_front();
-    }
-  }
-
-  void recentre() {
-    if (rig_.X_WD)
-      log::info("headset: not recentred, the space is measured");
-    else
-      placed_ = false;
-  }
-
-  /// Puts the work before the user: W's y away from the user, its z up (the user sits where W's negative y is).
-  void place(const Pose& X_DV) {
-    dvec3 forward = X_DV.R * dvec3(0, 0, -1);
-    forward.y = 0;
-    if (glm::length(forward) < 0.05) {  // looks straight up or down: the top of the head or the chin points forward
-      forward = X_DV.R * dvec3(0, (X_DV.R * dvec3(0, 0, -1)).y < 0 ? 1 : -1, 0);
-      forward.y = 0;
-    }
-    forward = glm::normalize(forward);
-    const dvec3 up(0, 1, 0), right = glm::cross(forward, up);
-    const dquat R_DW(glm::dmat3(right, forward, up));
-    const dvec3 p_DWork = X_DV.p + rig_.distance * forward - rig_.below * up;
-    X_WD_.R = glm::normalize(glm::conjugate(R_DW));
-    X_WD_.p = work_W_ - X_WD_.R * (p_DWork / rig_.magnify);
-    placed_ = true;
-  }
-
-  Pose in_workbench(const Pose& X_DQ) const {
-    return {X_WD_.p + X_WD_.R * (X_DQ.p / rig_.magnify), X_WD_.R * X_DQ.R};
-  }
-
   /// True when both eyes are known.
   bool locate_eyes(HmdFrame& frame) {
     const XrViewLocateInfo info{XR_TYPE_VIEW_LOCATE_INFO, nullptr, kStereo, display_time_, space_};
@@ -569,7 +429,7 @@ class OpenXrHmd final : public Hmd {
       if (!(fov.angleLeft < fov.angleRight && fov.angleDown < fov.angleUp)) return false;
       const double near = kNear / rig_.magnify, far = kFar / rig_.magnify;
       EyeView& eye = frame.eyes[e];
-      const Pose X_WE = in_workbench(pose_of(views_[e].pose));
+      const Pose X_WE = placement_->in_workbench(pose_of(views_[e].pose));
       eye.position = X_WE.p;
       const glm::dmat3 R_EW = glm::mat3_cast(glm::conjugate(X_WE.R));
       eye.view = dmat4(R_EW);
@@ -651,32 +511,6 @@ class OpenXrHmd final : public Hmd {
     }
   }
 
-  VkImage acquire(Swapchain& chain) {
-    std::uint32_t index = 0;
-    const XrSwapchainImageAcquireInfo acquire_info{XR_TYPE_SWAPCHAIN_IMAGE_ACQUIRE_INFO};
-    api.call("xrAcquireSwapchainImage", api.AcquireSwapchainImage, chain.handle, &acquire_info, &index);
-    const XrSwapchainImageWaitInfo wait_info{XR_TYPE_SWAPCHAIN_IMAGE_WAIT_INFO, nullptr, XR_INFINITE_DURATION};
-    api.call("xrWaitSwapchainImage", api.WaitSwapchainImage, chain.handle, &wait_info);
-    chain.held = true;
-    return chain.images.at(index);
-  }
-  void release(Swapchain& chain) {
-    if (!chain.held) return;
-    const XrSwapchainImageReleaseInfo info{XR_TYPE_SWAPCHAIN_IMAGE_RELEASE_INFO};
-    api.call("xrReleaseSwapchainImage", api.ReleaseSwapchainImage, chain.handle, &info);
-    chain.held = false;
-  }
-  static void open_for_copy(VkCommandBuffer commands, VkImage image, VkImageAspectFlags aspect) {
-    gpu::transition(commands, image, aspect, VK_IMAGE_LAYOUT_UNDEFINED, VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL,
-                    VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, VK_ACCESS_2_NONE, VK_PIPELINE_STAGE_2_TRANSFER_BIT,
-                    VK_ACCESS_2_TRANSFER_WRITE_BIT);
-  }
-
-  struct Move {
-    XrTime time;
-    std::optional<Pose> X_old_new;  // the new space in the old one
-  };
-
   HmdRig rig_;
   Api api;
   XrSystemId system_ = XR_NULL_SYSTEM_ID;
@@ -684,14 +518,12 @@ class OpenXrHmd final : public Hmd {
   XrSession session_ = XR_NULL_HANDLE;
   XrReferenceSpaceType space_type_ = XR_REFERENCE_SPACE_TYPE_LOCAL;
   XrSpace space_ = XR_NULL_HANDLE, view_space_ = XR_NULL_HANDLE;
-  Swapchain color_, depth_;
+  std::optional<EyePictures> pictures_;
   XrPassthroughFB passthrough_ = XR_NULL_HANDLE;
   XrPassthroughLayerFB passthrough_layer_ = XR_NULL_HANDLE;
   XrEnvironmentBlendMode blend_ = XR_ENVIRONMENT_BLEND_MODE_OPAQUE;
   std::unique_ptr<Input> input_;
-  bool wants_depth_ = false, has_depth_ = false;
   ivec2 size_{1};
-  XrExtent2Di drawn_size_{1, 1};
 
   bool running_ = false, over_ = false, asked_to_exit_ = false;
   XrTime display_time_ = 0, last_display_time_ = 0;
@@ -699,10 +531,7 @@ class OpenXrHmd final : public Hmd {
   bool mask_asked_ = false;
   std::array<std::array<float, 4>, 2> mask_fov_{};
   std::optional<std::vector<glm::vec3>> fresh_hidden_;
-  dvec3 work_W_{0};
-  Pose X_WD_;
-  bool placed_ = false;
-  std::deque<Move> moves_;
+  std::optional<Placement> placement_;
   Shown shown_;
   std::deque<Shown> pending_;
   std::vector<HmdTiming> timings_;

@@ -1,0 +1,74 @@
+// Below a session's picture: what is recorded and taken back, how the picture shows the work.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "engine/app/operator/widgets.h"
+
+namespace typodont {
+
+/// Buttons one after the other, in as many lines as they need.
+class Flow {
+ public:
+  struct Item {
+    std::string label;
+    bool on = false, enabled = true;
+    bool lead = false;  // not a button: what the ones after it are about
+  };
+  explicit Flow(std::vector<Item> items) : items_(std::move(items)) {}
+
+  int lines(float width) const;
+  /// Which was pressed; −1: none.
+  int draw(float width) const;
+
+ private:
+  static void place(const Item& item, float width, float& x, int& line);
+  std::vector<Item> items_;
+};
+
+/// Drawn in one frame.
+class SessionControls {
+ public:
+  SessionControls(OperatorState& s, InterfaceWindow& w, float width);
+
+  float height() const;
+  void draw();
+  /// There is a picture to look at.
+  bool possible() const;
+
+ private:
+  float first_line() const;
+
+  void draw_clock();
+  std::string end_label() const;
+
+  std::vector<Flow::Item> session_items() const;
+  void act(int pressed);
+
+  static constexpr std::array kViews = {render::View::kLook, render::View::kSection, render::View::kXray,
+                                        render::View::kDifference};
+  std::vector<Flow::Item> view_items() const;
+  void look(int pressed);
+  void see(render::View view);
+
+  void draw_plane();
+
+  struct Shown {
+    std::string name;
+    Tissue tissue = Tissue::kAir;  // or else one of these
+    bool Look::*flag = nullptr;
+  };
+  std::vector<Shown> shown() const;
+  std::vector<Flow::Item> shown_items() const;
+  void show(int pressed);
+
+  void keys();
+
+  OperatorState& s_;
+  InterfaceWindow& w_;
+  float width_;
+  Flow session_, views_, shown_;
+};
+
+}  // namespace typodont

@@ -1,0 +1,53 @@
+// Datasets that grow or are overwritten while a session is recorded.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "engine/session/format/hdf5.h"
+
+namespace typodont::session {
+
+/// Rows of fixed-size cells, column by column: buffered here, written a chunk at a time. A chunk is compressed when it
+/// is written, so whole chunks are written once; a heartbeat may write part of one, which is then written again.
+class Table {
+ public:
+  struct Spec {
+    std::string name, unit, text, labels;
+    H5 type;
+    std::size_t size;
+  };
+
+  bool create(hid_t file, const std::string& path, const std::string& text, std::vector<Spec> specs, std::size_t chunk,
+              int deflate);
+
+  std::byte* cell(std::size_t column) { return columns_[column].buffer.data() + columns_[column].size * buffered_; }
+  void end_row() { ++buffered_; }
+  std::size_t buffered() const { return buffered_; }
+  std::uint64_t written() const { return written_; }
+  /// The chunk in the file would be complete: time to write.
+  bool full() const { return buffered_ > 0 && (written_ + buffered_) % chunk_ == 0; }
+  void drop() { buffered_ = 0; }
+
+  bool write();
+  void close() { columns_.clear(); }
+
+ private:
+  struct Data {
+    H5 dataset, type;
+    std::size_t size;
+    std::vector<std::byte> buffer;
+  };
+  std::vector<Data> columns_;
+  std::size_t chunk_ = 1, buffered_ = 0;
+  hsize_t written_ = 0;
+};
+
+/// A one-dimensional or scalar dataset that exists from the start and is overwritten in place.
+bool create_numbers(hid_t parent, const char* name, const char* unit, const char* text, hid_t type, hsize_t count,
+                    const void* initial, H5& dataset);
+bool overwrite(const H5& dataset, hid_t type, const void* value);
+
+}  // namespace typodont::session

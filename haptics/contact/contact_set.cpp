@@ -1,0 +1,72 @@
+#include "haptics/contact/contact_set.h"
+
+#include <algorithm>
+
+namespace typodont::haptics {
+
+ContactPlane ContactSet::plane(int i) const noexcept {
+  for (int k = 0; k < exact_count_; ++k) {
+    if (exact_[static_cast<std::size_t>(k)].index == i) return exact_[static_cast<std::size_t>(k)].plane;
+  }
+  return {origin_ + dvec3(rough_.x[i], rough_.y[i], rough_.z[i]), dvec3(rough_.nx[i], rough_.ny[i], rough_.nz[i]),
+          static_cast<double>(rough_.gap[i]), static_cast<double>(rough_.yields[i])};
+}
+
+ContactSet::Exact* ContactSet::exact(int i) noexcept {
+  for (int k = 0; k < exact_count_; ++k) {
+    if (exact_[static_cast<std::size_t>(k)].index == i) return &exact_[static_cast<std::size_t>(k)];
+  }
+  return nullptr;
+}
+
+void ContactSet::set_yields(int i, double yields) noexcept {
+  rough_.yields[i] = static_cast<float>(yields);
+  if (Exact* known = exact(i)) known->plane.yields = yields;
+}
+
+/// Keeps a contact that was made exact; where there is no more room, in place of the first.
+void ContactSet::put(int i, const dvec3& c, const ContactPlane& plane) noexcept {
+  Exact* slot = exact(i);
+  if (!slot) {
+    if (exact_count_ == kExact) std::move(exact_.begin() + 1, exact_.end(), exact_.begin()), --exact_count_;
+    slot = &exact_[static_cast<std::size_t>(exact_count_++)];
+  }
+  *slot = {i, c, plane};
+  const glm::vec3 x(plane.x - origin_), n(plane.n);
+  rough_.x[i] = x.x, rough_.y[i] = x.y, rough_.z[i] = x.z;
+  rough_.nx[i] = n.x, rough_.ny[i] = n.y, rough_.nz[i] = n.z;
+  rough_.gap[i] = static_cast<float>(plane.gap);
+  rough_.yields[i] = static_cast<float>(plane.yields);
+}
+
+/// What was found roughly around a rim says the same as the rim.
+void ContactSet::put_beside(const ContactPlane& rim, double within) noexcept {
+  const glm::vec3 x(rim.x - origin_), n(rim.n);
+  const auto near = static_cast<float>(within);
+  for (int i = 0; i < own(); ++i) {
+    if (glm::length(glm::vec3(rough_.x[i], rough_.y[i], rough_.z[i]) - x) > near) continue;
+    rough_.x[i] = x.x, rough_.y[i] = x.y, rough_.z[i] = x.z;
+    rough_.nx[i] = n.x, rough_.ny[i] = n.y, rough_.nz[i] = n.z;
+    rough_.gap[i] = static_cast<float>(rim.gap);
+  }
+}
+
+bool ContactSet::add(const ContactPlane& plane) noexcept {
+  if (count_ == RoughPlanes::kRoom) return false;
+  const glm::vec3 x(plane.x - origin_), n(plane.n);
+  rough_.x[count_] = x.x, rough_.y[count_] = x.y, rough_.z[count_] = x.z;
+  rough_.nx[count_] = n.x, rough_.ny[count_] = n.y, rough_.nz[count_] = n.z;
+  rough_.gap[count_] = static_cast<float>(plane.gap);
+  rough_.yields[count_] = 0;
+  ++count_, ++added_;
+  return true;
+}
+
+void ContactSet::clear() noexcept {
+  count_ = exact_count_ = added_ = 0;
+  sunk_ = flat_ = forgiving_ = false;
+  engaged_area_ = deepest_ = 0;
+  engaged_normal_ = dvec3(0);
+}
+
+}  // namespace typodont::haptics

@@ -1,0 +1,92 @@
+// The tissue's grids, and the strokes in which they were edited. Private to haptics/volume: whoever includes it compiles OpenVDB.
+#pragma once
+
+#include <openvdb/openvdb.h>
+
+#include <climits>
+#include <unordered_set>
+#include <vector>
+
+#include "haptics/label.h"
+#include "haptics/tissue_volume.h"
+#include "haptics/volume/leaf_history.h"
+
+namespace typodont::haptics {
+
+struct KeyHash {
+  std::size_t operator()(const glm::ivec3& k) const {
+    return static_cast<std::size_t>(k.x) * 73856093u ^ static_cast<std::size_t>(k.y) * 19349663u ^
+           static_cast<std::size_t>(k.z) * 83492791u;
+  }
+};
+using KeySet = std::unordered_set<glm::ivec3, KeyHash>;
+
+inline openvdb::Coord coord(const glm::ivec3& v) { return {v.x, v.y, v.z}; }
+inline glm::ivec3 vec(const openvdb::Coord& c) { return {c.x(), c.y(), c.z()}; }
+inline int floor_div(int a, int b) { return a >= 0 ? a / b : -((-a + b - 1) / b); }
+
+/// All bricks that read any of the samples in the inclusive box: a brick reads one sample beyond its cells on each side.
+void insert_bricks(const glm::ivec3& lo, const glm::ivec3& hi, KeySet& keys);
+
+/// What a value of the grid of labels shows.
+inline Tissue shown_in(std::int32_t label) { return shown(static_cast<Tissue>(label)); }
+
+/// All that one stroke changed, as it was before; once undone, as it was after.
+struct StrokeKept {
+  using Distance = LeafHistory<openvdb::FloatTree>;
+  using Labels = LeafHistory<openvdb::Int32Tree>;
+  Distance::Stroke distance;
+  Labels::Stroke tissue;
+  std::vector<glm::ivec3> carved;   // bricks first cut by this stroke
+  // Once it is complete:
+  std::vector<glm::ivec3> bricks;  // that are others when it is undone or brought again
+  PerTissue back{};                // m³ that come back when it is undone
+  std::size_t bytes = 0;
+};
+
+struct TissueVolume::Impl {
+  openvdb::FloatGrid::Ptr distance;  // voxels
+  openvdb::Int32Grid::Ptr tissue;
+  VoxelFrame frame;
+  double band = 0;  // m
+  bool exact_outside = true;
+  KeySet changed;   // bricks since take_changed_bricks
+  KeySet carved;    // bricks ever cut: distances outside the tissue are no longer true there
+  KeySet filled;    // leaves, counted in leaves, that may hold labels of a filling: see label.h
+  bool remembers = false;  // which leaves, counted in leaves, were written to …
+  KeySet written;
+  glm::ivec3 written_lo{INT_MAX}, written_hi{INT_MIN};  // … and between which voxels
+  std::vector<StrokeKept> strokes;
+  std::size_t done = 0;     // strokes in the tissue; those after it were undone
+  bool in_stroke = false;   // the last one is still being made
+  PerTissue taken_back{};   // m³ that came back by undoing, less what went again
+
+  Impl() { openvdb::initialize(); }
+  void make_grids(float band_voxels) {
+    distance = openvdb::FloatGrid::create(band_voxels);
+    tissue = openvdb::Int32Grid::create(0);
+  }
+
+  StrokeKept* stroke() { return in_stroke ? &strokes.back() : nullptr; }
+
+  /// Drops leaves that were looked at only, and a stroke that changed nothing.
+  void complete_stroke();
+
+  /// Bricks of a box that a cut or a filling has written to; lo > hi: it wrote nothing.
+  void mark_changed(const glm::ivec3& lo, const glm::ivec3& hi);
+
+  /// See TissueVolume; of the samples between two, inclusive.
+  void copy_every(int n, const Copied& box, const glm::ivec3& from, const glm::ivec3& to) const;
+
+  // The two parts of labels, which files keep apart: see StoredVolume.
+  openvdb::Int32Grid::Ptr take_before(openvdb::Int32Grid& labels) const;
+  void put_before(const openvdb::Int32Grid& before);
+
+  /// Where distances changed in that box: labels of fillings that are no longer there go.
+  void restore_labels(const TissueVolume& self, glm::ivec3 lo, glm::ivec3 hi);
+
+  /// What a stroke changed, for what is there now.
+  void exchange(StrokeKept& stroke, bool back);
+};
+
+}  // namespace typodont::haptics
