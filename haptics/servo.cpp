@@ -53,6 +53,7 @@ PassivityLaw law_for(const ServoSettings& settings) {
   const double size = kOfSize / settings.stiffness;
   law.credit = std::min(law.credit, size * kLeastCredit);
   law.turning = size * kLeastTurning;
+  law.long_way *= size;
   return law;
 }
 

@@ -11,20 +11,41 @@ namespace typodont::haptics {
 /// A force held for a tick gives the hand exactly F·Δx, and Δx is known only afterwards: an observer alone (Hannaford & Ryu
 /// 2002) sees the loss a tick too late. So the force is bounded beforehand by what the ledger holds over the way the hand
 /// may retreat in the next tick, foreseen from how fast it retreated lately, how fast a hand can turn round, and how abruptly
-/// this one has changed its pace: a hand that moves by counts, or along straight strokes, does so again.
+/// this one has changed its pace: a hand that moves by counts, or along straight strokes, does so again. Most hands go on
+/// inward once they have begun to. One that has turned round at full pace, in the open, too, or that comes by leaps, on an
+/// uneven clock or seldom, may go back as fast as it ever came.
 struct PassivityLaw {
   double margin = 2.5;        // of the fastest retreat lately: a tick may be missed, a retreat may quicken
   double memory = 0.05;       // s
   double turning = 2;         // m/s²: a hand that moves inward faster than turning × tick goes on moving inward …
-  double human_tick = 1e-3;   // s, … in ticks this short; in longer ones it may go back as far as it came
+  double human_tick = 1e-3;   // s, … in ticks this short; in longer ones it may go back as far as it came, …
+  double long_way = 0.08e-3;  // m, … and where that is so far in a tick
   double twisting = 20;       // rad/s²: the same of a hand that turns
   double jumps = 1;           // of the greatest change of pace lately that may come again; 0: they are a device's counts …
   double jump_memory = 0.3;   // s
   double count_memory = 1;    // s, in ticks that move, of steps with stillness around them: those come after any pause
+  double faster = 1.2;        // of the greatest pace lately, what a hand may go back at that can turn at once, …
+  double again = 3;           // … and of its greatest change of pace lately, by what it may change
+  double hold = 1;            // s of motion, so long both are known undiminished (a hand at rest forgets nothing), …
+  double hold_free = 0.15;    // s, … paces of a hand that touches nothing: it may fly in fast and come down slowly …
+  double fading = 0.5;        // s, … and then fade
+  double uneven = 1.5;        // of the longest tick lately, what an uneven clock or hand may miss
   double leap = 2;            // m/s: a greater one is no hand's
   double clock_memory = 10;   // s, of the longest tick: a clock that misses some goes on missing them, …
-  double most_missed = 3;     // … though what is longer than so many is a pause
+  double most_missed = 5;     // … though what is longer than so many is a pause
   double credit = 0.5e-9;     // J, of the 1 nJ that rounding and a sudden turn may cost
+};
+
+/// The greatest of something lately.
+struct Lately {
+  double most = 0, age = 0;
+  void see(double x, double dt, double hold, double fade) noexcept {
+    if (x >= 0.8 * most) {  // as much again: it goes on being so
+      most = std::max(most, x), age = 0;
+    } else if ((age += dt) > hold) {
+      most *= fade;
+    }
+  }
 };
 
 struct PassivityState {
@@ -35,6 +56,11 @@ struct PassivityState {
   double jump = 0;      // m/s: the greatest change of pace along the force lately
   double count = 0;     // m/s: of steps with stillness around them
   int lone_steps = 0;
+  Lately pace, change;  // m/s, of the hand, in the open, too, and from tick to tick
+  dvec3 heading{0};     // m/s, when it last moved
+  double fade = 1;      // in a tick as long as the last one
+  double since_turn = 1e9;  // s of motion since it last turned round at a pace worth the name
+  double rough = 0;     // 0..1, in what share of its last ten ticks of motion the pace changed by a third or more
   double longest = 0;   // s, the longest tick lately
   // The same of turns, rad.
   double unturn = 0, turn_in = 0;
@@ -52,6 +78,35 @@ inline dvec3 rotation_vector(const dquat& from, const dquat& to) noexcept {
   return v * ((q.w < 0 ? -angle : angle) / sine);
 }
 
+/// What a hand that moves, or just stopped, shows of how abruptly it does so. `moved`, `change`: m in this tick, and more than in the last.
+inline void learn(const PassivityLaw& law, const dvec3& moved, const dvec3& change, double dt, bool touches, PassivityState& state) noexcept {
+  const double pace = glm::length(moved) / dt, changed = glm::length(change) / dt;
+  if (pace < law.leap) state.pace.see(pace, dt, touches ? law.hold : law.hold_free, state.fade);
+  if (changed < law.leap) state.change.see(changed, dt, law.hold, state.fade);
+  state.rough += 0.1 * ((changed > 0.3 * std::max(pace, state.pace.most) ? 1.0 : 0.0) - state.rough);
+  state.since_turn += dt;
+  if (moved == dvec3(0)) return;
+  if (glm::dot(moved, state.heading) < 0 && pace > 0.3 * state.pace.most) state.since_turn = 0;
+  state.heading = moved / dt;
+}
+
+/// How far a hand may go outward in the next tick that can turn at once, m, times how surely this is one, 0..1. `along`: m/s,
+/// outward; `twitch`: m that any hand may go.
+inline double abrupt_way(const PassivityLaw& law, double along, double tick, double twitch, const PassivityState& state) noexcept {
+  const bool uneven_clock = state.longest > tick;
+  double sure = 1;
+  const bool rests = glm::dot(state.moved, state.moved) < 0.04 * state.pace.most * tick * state.pace.most * tick;
+  if (!(tick > 2.2 * law.human_tick || uneven_clock || rests)) {
+    const double turned_lately = (law.hold + law.fading - state.since_turn) / law.fading;
+    const double leaps = 4 * (state.pace.most * tick / law.long_way - 0.75);
+    sure = std::clamp(std::max({turned_lately, leaps, 10 * state.rough - 2}), 0.0, 1.0);
+    if (sure == 0) return 0;
+  }
+  const double next = (uneven_clock || state.rough > 0.25 ? law.uneven : 1) * std::max(state.longest, tick);
+  const double turns = std::max(twitch, law.again * state.change.most * next) + along * next;
+  return sure * std::max(0.0, std::min(turns, std::max(twitch, law.faster * state.pace.most * next)));
+}
+
 /// The share, 0..1, of force `f` and torque `tau` (N, N·m, on the hand) that may be given. `moved`, `turned`: the hand's way
 /// in the last tick, m, rad; `energy`: what the ledger holds, J.
 inline double passive_share(const PassivityLaw& law, const dvec3& f, const dvec3& moved, const dvec3& tau,
@@ -61,6 +116,7 @@ inline double passive_share(const PassivityLaw& law, const dvec3& f, const dvec3
     if (state.decay_for > 0) change = moved - state.moved * (dt / state.decay_for);
     state.decay_for = dt, state.decay = std::exp(-dt / law.memory), state.jump_decay = std::exp(-dt / law.jump_memory);
     state.count_decay = std::exp(-dt / law.count_memory), state.clock_decay = std::exp(-dt / law.clock_memory);
+    state.fade = std::exp(-dt / law.fading);
   }
   const double strength = glm::length(f), twist = glm::length(tau);
   state.jump *= state.jump_decay;
@@ -77,6 +133,7 @@ inline double passive_share(const PassivityLaw& law, const dvec3& f, const dvec3
       state.lone_steps = 1;
     }
   }
+  if (law.jumps > 0 && (moved != dvec3(0) || state.moved != dvec3(0))) learn(law, moved, change, dt, strength > 0, state);
   state.retreat *= state.decay;
   const double before = glm::length(state.moved);
   if (before > 0) state.retreat = std::max(state.retreat, -glm::dot(moved, state.moved) / before);
@@ -97,8 +154,9 @@ inline double passive_share(const PassivityLaw& law, const dvec3& f, const dvec3
     state.advance = std::max(state.advance * std::exp(-dt / law.memory), -along);
     const double twitch = law.turning * tick * tick;
     const double turn = std::max(twitch, law.jumps * std::max(state.jump, state.count) * state.longest);
-    const double reversal = tick > 2.2 * law.human_tick ? turn + state.advance : turn + along * (law.jumps > 0 ? state.longest / dt : 1.0);
-    at_stake = strength * std::max({law.margin * state.retreat, reversal, 1e-3 * twitch});
+    const double reversal = tick > 2.2 * law.human_tick ? turn + (law.jumps > 0 ? along : state.advance) : turn + along * (law.jumps > 0 ? state.longest / dt : 1.0);
+    const double abrupt = law.jumps > 0 ? abrupt_way(law, along / dt, tick, twitch, state) : 0;
+    at_stake = strength * std::max({law.margin * state.retreat, reversal, abrupt, 1e-3 * twitch});
   }
   if (twist > 0) {  // of a tool whose force has gone, too: its torque follows later
     const double out = glm::dot(tau, turned) / twist;  // > 0: with the torque

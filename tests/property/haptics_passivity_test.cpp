@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <functional>
 #include <random>
+#include <string>
 #include <vector>
 
 #include "engine/base/units.h"
@@ -157,6 +158,56 @@ TEST(Passivity, TheLedgerHoldsForAHandThatComesStandsATwelfthOfASecondAndGoesAbr
       }
     }
   }
+}
+
+/// One of many scripted hands: in from a millimetre above, then smooth, along straight strokes or in counts, at any rate and
+/// stiffness, on an even clock or a jittered one that misses ticks.
+struct RandomHand {
+  double rate, stiffness, jitter;
+  std::function<double(int, double)> height;
+  std::string what;
+};
+
+RandomHand random_hand(unsigned seed) {
+  std::mt19937 random(seed);
+  const auto between = [&](double a, double b) { return std::uniform_real_distribution<double>(a, b)(random); };
+  constexpr double kRates[] = {250, 400, 500, 700, 1000, 2000, 4000, 10000}, kStiffness[] = {200, 500, 1000, 3000, 8000};
+  RandomHand hand{kRates[random() % 8], kStiffness[random() % 5], random() % 3 == 0 ? 0.5 : 0, {}, {}};
+  const double deep = between(0.1, 1.5) * 1e-3, high = 1.0_mm, speed = between(2, 100) * 1e-3, hertz = between(0.5, 5);
+  const double rest = between(0.02, 0.4), quantum = random() % 3 == 0 ? 0.055_mm : 0;
+  std::function<double(double)> path;
+  switch (random() % 3) {
+    case 0:
+      path = [=](double t) { return (high - deep) / 2 + (high + deep) / 2 * std::cos(2 * kPi * hertz * t); };
+      break;
+    case 1:  // straight down and up
+      path = [=](double t) {
+        const double way = high + deep, at = std::fmod(speed * t, 2 * way);
+        return high - std::min(at, 2 * way - at);
+      };
+      break;
+    default:  // the same with rests
+      path = [=](double t) {
+        const double stroke = (high + deep) / speed, at = std::fmod(t, 2 * (stroke + rest));
+        return high - speed * (at < stroke + rest ? std::min(at, stroke) : std::max(2 * stroke + rest - at, 0.0));
+      };
+  }
+  hand.height = [=](int, double t) { return quantum > 0 ? quantum * std::round(path(t) / quantum) : path(t); };
+  hand.what = fmt::format("{} Hz, {} N/m, jitter {}, {} mm deep, {} mm/s, {} Hz, counts of {}", hand.rate, hand.stiffness, hand.jitter, deep * 1e3,
+                          speed * 1e3, hertz, quantum);
+  return hand;
+}
+
+TEST(Passivity, TheLedgerHoldsForNinetyNineInAHundredScriptedHandsSmoothStraightAndInCounts) {
+  int held = 0;
+  constexpr int kHands = 300;
+  for (unsigned seed = 1; seed <= kHands; ++seed) {
+    const RandomHand hand = random_hand(seed);
+    const Ledger ledger = run(hand.rate, hand.stiffness, seed % 2 ? 2 : 0, true, hand.rate > 3000 ? 0.6 : 1.5, hand.height, hand.jitter);
+    held += ledger.least >= -1e-9;
+    if (ledger.least < -1e-9) std::printf("%u: %g J, %s\n", seed, ledger.least, hand.what.c_str());
+  }
+  EXPECT_GE(held, kHands * 99 / 100);
 }
 
 TEST(Passivity, TheSameSceneInAnyUnitsGivesTheSameForces) {
