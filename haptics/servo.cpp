@@ -53,7 +53,7 @@ PassivityLaw law_for(const ServoSettings& settings) {
   const double size = kOfSize / settings.stiffness;
   law.credit = std::min(law.credit, size * kLeastCredit);
   law.turning = size * kLeastTurning;
-  law.long_way *= size;
+  law.long_way *= std::max(size, 1.0);
   return law;
 }
 

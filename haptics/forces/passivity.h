@@ -19,7 +19,7 @@ struct PassivityLaw {
   double memory = 0.05;       // s
   double turning = 2;         // m/s²: a hand that moves inward faster than turning × tick goes on moving inward …
   double human_tick = 1e-3;   // s, … in ticks this short; in longer ones it may go back as far as it came, …
-  double long_way = 0.08e-3;  // m, … and where that is so far in a tick
+  double long_way = 0.3e-3;  // m, … and where that is so far in a tick
   double twisting = 20;       // rad/s²: the same of a hand that turns
   double jumps = 1;           // of the greatest change of pace lately that may come again; 0: they are a device's counts …
   double jump_memory = 0.3;   // s
@@ -30,6 +30,7 @@ struct PassivityLaw {
   double hold_free = 0.15;    // s, … paces of a hand that touches nothing: it may fly in fast and come down slowly …
   double fading = 0.5;        // s, … and then fade
   double uneven = 1.5;        // of the longest tick lately, what an uneven clock or hand may miss
+  double still = 1e-4;        // m/s: slower than that is rounding, or rest
   double leap = 2;            // m/s: a greater one is no hand's
   double clock_memory = 10;   // s, of the longest tick: a clock that misses some goes on missing them, …
   double most_missed = 5;     // … though what is longer than so many is a pause
@@ -83,17 +84,17 @@ inline void learn(const PassivityLaw& law, const dvec3& moved, const dvec3& chan
   const double pace = glm::length(moved) / dt, changed = glm::length(change) / dt;
   if (pace < law.leap) state.pace.see(pace, dt, touches ? law.hold : law.hold_free, state.fade);
   if (changed < law.leap) state.change.see(changed, dt, law.hold, state.fade);
-  state.rough += 0.1 * ((changed > 0.3 * std::max(pace, state.pace.most) ? 1.0 : 0.0) - state.rough);
+  state.rough += 0.1 * ((changed > std::max(0.3 * std::max(pace, state.pace.most), law.still) ? 1.0 : 0.0) - state.rough);
   state.since_turn += dt;
   if (moved == dvec3(0)) return;
-  if (glm::dot(moved, state.heading) < 0 && pace > 0.3 * state.pace.most) state.since_turn = 0;
+  if (glm::dot(moved, state.heading) < 0 && pace > std::max(0.3 * state.pace.most, law.still)) state.since_turn = 0;
   state.heading = moved / dt;
 }
 
 /// How far a hand may go outward in the next tick that can turn at once, m, times how surely this is one, 0..1. `along`: m/s,
 /// outward; `twitch`: m that any hand may go.
 inline double abrupt_way(const PassivityLaw& law, double along, double tick, double twitch, const PassivityState& state) noexcept {
-  const bool uneven_clock = state.longest > tick;
+  const bool uneven_clock = state.longest > 1.02 * tick;  // more than a clock in nanoseconds rounds
   double sure = 1;
   const bool rests = glm::dot(state.moved, state.moved) < 0.04 * state.pace.most * tick * state.pace.most * tick;
   if (!(tick > 2.2 * law.human_tick || uneven_clock || rests)) {
