@@ -53,12 +53,13 @@ struct PassivityState {
   double retreat = 0;   // m in one tick: the longest way back lately, out of the tissue or against its own direction
   double advance = 0;   // m in one tick: the longest way in lately, against the force
   dvec3 moved{0}, moved_before{0};  // m, the tick before, and the one before that
-  double decay_for = 0, decay = 1, jump_decay = 1, count_decay = 1, clock_decay = 1;  // in a tick as long as the last one
+  double way = 0;       // m, of the tick before
+  double decay_for = 0, per_second = 0, decay = 1, jump_decay = 1, count_decay = 1, clock_decay = 1;  // in a tick as long as the last one
   double jump = 0;      // m/s: the greatest change of pace along the force lately
   double count = 0;     // m/s: of steps with stillness around them
   int lone_steps = 0;
   Lately pace, change;  // m/s, of the hand, in the open, too, and from tick to tick
-  dvec3 heading{0};     // m/s, when it last moved
+  dvec3 heading{0};     // m, its way when it last moved
   double fade = 1;      // in a tick as long as the last one
   double since_turn = 1e9;  // s of motion since it last turned round at a pace worth the name
   double rough = 0;     // 0..1, in what share of its last ten ticks of motion the pace changed by a third or more
@@ -79,16 +80,18 @@ inline dvec3 rotation_vector(const dquat& from, const dquat& to) noexcept {
   return v * ((q.w < 0 ? -angle : angle) / sine);
 }
 
-/// What a hand that moves, or just stopped, shows of how abruptly it does so. `moved`, `change`: m in this tick, and more than in the last.
-inline void learn(const PassivityLaw& law, const dvec3& moved, const dvec3& change, double dt, bool touches, PassivityState& state) noexcept {
-  const double pace = glm::length(moved) / dt, changed = glm::length(change) / dt;
+/// What a hand that moves, or just stopped, shows of how abruptly it does so. `moved`, `change`: m in this tick, and more than in
+/// the last; `way`: how long that is.
+inline void learn(const PassivityLaw& law, const dvec3& moved, double way, const dvec3& change, double dt, bool touches,
+                  PassivityState& state) noexcept {
+  const double pace = way * state.per_second, changed = glm::length(change) * state.per_second;
   if (pace < law.leap) state.pace.see(pace, dt, touches ? law.hold : law.hold_free, state.fade);
   if (changed < law.leap) state.change.see(changed, dt, law.hold, state.fade);
-  state.rough += 0.1 * ((changed > std::max(0.3 * std::max(pace, state.pace.most), law.still) ? 1.0 : 0.0) - state.rough);
+  state.rough += 0.1 * ((changed > 0.3 * std::max(pace, state.pace.most) ? 1.0 : 0.0) - state.rough);
   state.since_turn += dt;
-  if (moved == dvec3(0)) return;
-  if (glm::dot(moved, state.heading) < 0 && pace > std::max(0.3 * state.pace.most, law.still)) state.since_turn = 0;
-  state.heading = moved / dt;
+  if (way == 0) return;
+  if (glm::dot(moved, state.heading) < 0 && pace > 0.3 * state.pace.most) state.since_turn = 0;
+  state.heading = moved;
 }
 
 /// How far a hand may go outward in the next tick that can turn at once, m, times how surely this is one, 0..1. `along`: m/s,
@@ -117,7 +120,7 @@ inline double passive_share(const PassivityLaw& law, const dvec3& f, const dvec3
     if (state.decay_for > 0) change = moved - state.moved * (dt / state.decay_for);
     state.decay_for = dt, state.decay = std::exp(-dt / law.memory), state.jump_decay = std::exp(-dt / law.jump_memory);
     state.count_decay = std::exp(-dt / law.count_memory), state.clock_decay = std::exp(-dt / law.clock_memory);
-    state.fade = std::exp(-dt / law.fading);
+    state.fade = std::exp(-dt / law.fading), state.per_second = 1 / dt;
   }
   const double strength = glm::length(f), twist = glm::length(tau);
   state.jump *= state.jump_decay;
@@ -125,23 +128,24 @@ inline double passive_share(const PassivityLaw& law, const dvec3& f, const dvec3
     const double jump = std::abs(glm::dot(change, f)) / (strength * dt);
     if (jump < law.leap) state.jump = std::max(state.jump, jump);
   }
-  if (state.moved != dvec3(0)) {
+  const double way = glm::length(moved), before = state.way;
+  if (before > 0) {
     state.count *= state.count_decay;
     // One that stands alone may be a stroke's end; the second is a count.
-    if (moved == dvec3(0) && state.moved_before == dvec3(0)) {
-      const double step = glm::length(state.moved) / dt;
+    if (way == 0 && state.moved_before == dvec3(0)) {
+      const double step = before / dt;
       if (state.lone_steps > 0 && step < law.leap) state.count = std::max(state.count, step);
       state.lone_steps = 1;
     }
   }
-  if (law.jumps > 0 && (moved != dvec3(0) || state.moved != dvec3(0))) learn(law, moved, change, dt, strength > 0, state);
+  if (law.jumps > 0 && (way > 0 || before > 0)) learn(law, moved, way, change, dt, strength > 0, state);
   state.retreat *= state.decay;
-  const double before = glm::length(state.moved);
   if (before > 0) state.retreat = std::max(state.retreat, -glm::dot(moved, state.moved) / before);
-  state.moved_before = state.moved, state.moved = moved;
+  state.moved_before = state.moved, state.moved = moved, state.way = way;
   state.unturn *= state.decay;
-  const double turned_before = glm::length(state.turned);
-  if (turned_before > 0) state.unturn = std::max(state.unturn, -glm::dot(turned, state.turned) / turned_before);
+  if (state.turned != dvec3(0)) {  // most hands only move
+    state.unturn = std::max(state.unturn, -glm::dot(turned, state.turned) / glm::length(state.turned));
+  }
   state.turned = turned;
   if (dt != tick || state.longest != tick) {
     state.longest = tick + (state.longest - tick) * state.clock_decay;
