@@ -87,10 +87,10 @@ inline void learn(const PassivityLaw& law, const dvec3& moved, double way, const
   const double pace = way * state.per_second, changed = glm::length(change) * state.per_second;
   if (pace < law.leap) state.pace.see(pace, dt, touches ? law.hold : law.hold_free, state.fade);
   if (changed < law.leap) state.change.see(changed, dt, law.hold, state.fade);
-  state.rough += 0.1 * ((changed > 0.3 * std::max(pace, state.pace.most) ? 1.0 : 0.0) - state.rough);
+  state.rough += 0.1 * ((changed > std::max(0.3 * std::max(pace, state.pace.most), law.still) ? 1.0 : 0.0) - state.rough);
   state.since_turn += dt;
   if (way == 0) return;
-  if (glm::dot(moved, state.heading) < 0 && pace > 0.3 * state.pace.most) state.since_turn = 0;
+  if (glm::dot(moved, state.heading) < 0 && pace > std::max(0.3 * state.pace.most, law.still)) state.since_turn = 0;
   state.heading = moved;
 }
 
