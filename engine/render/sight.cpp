@@ -23,15 +23,19 @@ std::array<glm::dvec4, 16> corners_with_shadow(const BoxInWorld& box, const dvec
 
 /// False where all of them lie beyond one side of what the eye sees, or beyond that plane.
 bool before(const Eye& eye, const std::array<glm::dvec4, 16>& corners, const glm::dvec4& plane = {0, 0, 0, 1}) {
-  const glm::dmat4 rows = glm::transpose(eye.projection * eye.view);
-  const std::array sides{rows[3] + rows[0], rows[3] - rows[0], rows[3] + rows[1], rows[3] - rows[1],
-                         rows[2],           rows[3] - rows[2], plane};
-  return std::none_of(sides.begin(), sides.end(), [&](const glm::dvec4& side) {
+  const auto beyond = [&](const glm::dvec4& side) {
     return std::all_of(corners.begin(), corners.end(), [&](const glm::dvec4& p) { return glm::dot(side, p) < 0; });
-  });
+  };
+  const auto sides = frustum_planes(eye.projection * eye.view);
+  return !beyond(plane) && std::none_of(sides.begin(), sides.end(), beyond);
 }
 
 }  // namespace
+
+std::array<glm::dvec4, 6> frustum_planes(const glm::dmat4& clip_from) {
+  const glm::dmat4 rows = glm::transpose(clip_from);
+  return {rows[3] + rows[0], rows[3] - rows[0], rows[3] + rows[1], rows[3] - rows[1], rows[2], rows[3] - rows[2]};
+}
 
 bool in_sight(const Frame& frame, const BoxInWorld& box) {
   const auto corners = corners_with_shadow(box, frame.lights.key);

@@ -1,6 +1,8 @@
 // What a frame could show at all: for whoever makes surfaces, so that none is made that nobody sees. A pure function.
 #pragma once
 
+#include <array>
+
 #include "engine/render/renderer.h"
 
 namespace typodont::render {
@@ -8,6 +10,9 @@ namespace typodont::render {
 struct BoxInWorld {
   glm::dvec3 lo, hi;  // m, W
 };
+
+/// What an eye sees is where dot(plane, (p, 1)) ≥ 0 for all six (Gribb & Hartmann 2001, depth 0..1).
+std::array<glm::dvec4, 6> frustum_planes(const glm::dmat4& clip_from);
 
 /// Whether the frame could show anything of what lies within the box: before an eye, in a mouth mirror's glass that an
 /// eye sees, or by the shadow it throws there. Generous: true where it may be.

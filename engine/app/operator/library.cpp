@@ -9,13 +9,11 @@
 #include <cerrno>
 #include <cstdlib>
 #include <ctime>
-#include <fstream>
-#include <iterator>
 #include <nlohmann/json.hpp>
 
 #include "engine/app/scene.h"
+#include "engine/base/cache.h"
 #include "engine/base/error.h"
-#include "engine/base/fnv.h"
 #include "engine/base/json.h"
 #include "engine/base/units.h"
 #include "engine/display/display_rig.h"
@@ -73,11 +71,8 @@ std::string file_name_of(const std::string& text) {
 }
 
 fs::path made_picture(const fs::path& scene) {
-  std::ifstream in(scene, std::ios::binary);
-  const std::string text((std::istreambuf_iterator<char>(in)), {});
-  Fnv1a hash;
-  hash.bytes(text.data(), text.size());
-  return user_folder() / "pictures" / fmt::format("{}-{:016x}.png", scene.stem().string(), hash.value);
+  const std::uint64_t content = cache::hash_of(scene).value_or(Fnv1a{}.value);
+  return user_folder() / "pictures" / fmt::format("{}-{:016x}.png", scene.stem().string(), content);
 }
 
 std::vector<SceneChoice> find_scenes(const OperatorState& s, std::vector<fs::path>& pictures) {

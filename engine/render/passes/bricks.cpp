@@ -86,11 +86,10 @@ struct Planes {
   std::array<glm::vec4, 6> plane;
 };
 
-/// Inside is where all six are positive (Gribb & Hartmann 2001, depth 0..1).
 Planes planes(const glm::dmat4& clip_from_mesh) {
-  const glm::dmat4 rows = glm::transpose(clip_from_mesh);
-  return {{glm::vec4(rows[3] + rows[0]), glm::vec4(rows[3] - rows[0]), glm::vec4(rows[3] + rows[1]),
-           glm::vec4(rows[3] - rows[1]), glm::vec4(rows[2]), glm::vec4(rows[3] - rows[2])}};
+  Planes p;
+  std::ranges::transform(frustum_planes(clip_from_mesh), p.plane.begin(), [](const glm::dvec4& v) { return glm::vec4(v); });
+  return p;
 }
 
 bool outside(const Planes& p, const Brick& b) {
