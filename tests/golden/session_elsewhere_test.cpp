@@ -21,11 +21,6 @@ namespace {
 using namespace test;
 using testing::HasSubstr;
 
-std::string text_of(const std::filesystem::path& file) {
-  std::ifstream in(file);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
-
 std::string output_of(const std::string& command) {
   std::string out;
   std::FILE* pipe = popen((command + " 2>&1").c_str(), "r");
@@ -65,7 +60,8 @@ TEST(SessionFromTheLibrarysOwnTool, HasEveryTickAndNeedsOnlyFiltersThatEveryHdf5
 TEST(SessionFromR, RunsTheDocumentedExampleAndHasEveryTick) {
   TemporaryFolder folder;
   const auto ticks = recorded(folder / "session.h5");
-  const std::string document = text_of("docs/session_format.md"), fence = "```r\n";
+  std::ifstream page("docs/session_format.md");
+  const std::string document{std::istreambuf_iterator<char>(page), {}}, fence = "```r\n";
   const auto at = document.find(fence);
   ASSERT_NE(at, std::string::npos);
   const auto begin = at + fence.size();
