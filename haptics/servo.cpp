@@ -47,7 +47,7 @@ double travel_for(const Tool& tool, double voxel) {
 PassivityLaw law_for(const ServoSettings& settings) {
   PassivityLaw law;
   if (settings.position_step > 0) {
-    law.jumps = 0;
+    law.in_counts = true;
     return law;
   }
   const double size = kOfSize / settings.stiffness;

@@ -11,25 +11,25 @@ namespace typodont::haptics {
 /// A force held for a tick gives the hand exactly F·Δx, and Δx is known only afterwards: an observer alone (Hannaford & Ryu
 /// 2002) sees the loss a tick too late. So the force is bounded beforehand by what the ledger holds over the way the hand
 /// may retreat in the next tick, foreseen from how fast it retreated lately, how fast a hand can turn round, and how abruptly
-/// this one has changed its pace: a hand that moves by counts, or along straight strokes, does so again. Most hands go on
-/// inward once they have begun to. One that has turned round at full pace, in the open, too, or that comes by leaps, on an
+/// this one has changed its pace, in the open, too: a hand that trembles, or moves by counts or along straight strokes, does so
+/// again. Most hands go on inward once they have begun to. One that has turned round at full pace, or that comes by leaps, on an
 /// uneven clock or seldom, may go back as fast as it ever came.
 struct PassivityLaw {
   double margin = 2.5;        // of the fastest retreat lately: a tick may be missed, a retreat may quicken
   double memory = 0.05;       // s
   double turning = 2;         // m/s²: a hand that moves inward faster than turning × tick goes on moving inward …
   double human_tick = 1e-3;   // s, … in ticks this short; in longer ones it may go back as far as it came, …
-  double long_way = 0.3e-3;  // m, … and where that is so far in a tick
+  double long_way = 0.3e-3;   // m, … and where that is so far in a tick
   double twisting = 20;       // rad/s²: the same of a hand that turns
-  double jumps = 1;           // of the greatest change of pace lately that may come again; 0: they are a device's counts …
-  double jump_memory = 0.3;   // s
-  double count_memory = 1;    // s, in ticks that move, of steps with stillness around them: those come after any pause
-  double faster = 1.2;        // of the greatest pace lately, what a hand may go back at that can turn at once, …
-  double again = 3;           // … and of its greatest change of pace lately, by what it may change
-  double hold = 1;            // s of motion, so long both are known undiminished (a hand at rest forgets nothing), …
+  bool in_counts = false;     // the hand is a device's: its changes of pace are counts, which no hand makes, and say nothing
+  double faster = 1.2;        // of the greatest pace lately: faster no hand goes back
+  double again = 3;           // of the greatest change of pace lately: by as much may one change that can turn at once, …
+  double outdone = 0.5;       // … by once that, and this share of the mean change, any other: one stroke's end is not outdone
+  double in_mean = 0.01;      // what a tick weighs in that mean
+  double hold = 1;            // s of motion, so long pace and change are known undiminished (a hand at rest forgets nothing), …
   double hold_free = 0.15;    // s, … paces of a hand that touches nothing: it may fly in fast and come down slowly …
   double fading = 0.5;        // s, … and then fade
-  double uneven = 1.5;        // of the longest tick lately, what an uneven clock or hand may miss
+  double uneven = 1.5;        // of the longest tick lately, what an uneven clock may miss
   double still = 1e-4;        // m/s: slower than that is rounding, or rest
   double leap = 2;            // m/s: a greater one is no hand's
   double clock_memory = 10;   // s, of the longest tick: a clock that misses some goes on missing them, …
@@ -52,17 +52,14 @@ struct Lately {
 struct PassivityState {
   double retreat = 0;   // m in one tick: the longest way back lately, out of the tissue or against its own direction
   double advance = 0;   // m in one tick: the longest way in lately, against the force
-  dvec3 moved{0}, moved_before{0};  // m, the tick before, and the one before that
+  dvec3 moved{0};       // m, the tick before
   double way = 0;       // m, of the tick before
-  double decay_for = 0, per_second = 0, decay = 1, jump_decay = 1, count_decay = 1, clock_decay = 1;  // in a tick as long as the last one
-  double jump = 0;      // m/s: the greatest change of pace along the force lately
-  double count = 0;     // m/s: of steps with stillness around them
-  int lone_steps = 0;
-  Lately pace, change;  // m/s, of the hand, in the open, too, and from tick to tick
+  double decay_for = 0, per_second = 0, decay = 1, clock_decay = 1;  // in a tick as long as the last one
+  Lately pace, change;  // m/s, of the hand, in the open, too, and from tick to tick, …
+  double mean_change = 0;  // … and its mean in the last hundred ticks of motion
   dvec3 heading{0};     // m, its way when it last moved
   double fade = 1;      // in a tick as long as the last one
   double since_turn = 1e9;  // s of motion since it last turned round at a pace worth the name
-  double rough = 0;     // 0..1, in what share of its last ten ticks of motion the pace changed by a third or more
   double longest = 0;   // s, the longest tick lately
   // The same of turns, rad.
   double unturn = 0, turn_in = 0;
@@ -86,29 +83,34 @@ inline void learn(const PassivityLaw& law, const dvec3& moved, double way, const
                   PassivityState& state) noexcept {
   const double pace = way * state.per_second, changed = glm::length(change) * state.per_second;
   if (pace < law.leap) state.pace.see(pace, dt, touches ? law.hold : law.hold_free, state.fade);
-  if (changed < law.leap) state.change.see(changed, dt, law.hold, state.fade);
-  state.rough += 0.1 * ((changed > std::max(0.3 * std::max(pace, state.pace.most), law.still) ? 1.0 : 0.0) - state.rough);
+  if (changed < law.leap) {
+    state.change.see(changed, dt, law.hold, state.fade);
+    state.mean_change += law.in_mean * (changed - state.mean_change);
+  }
   state.since_turn += dt;
   if (way == 0) return;
   if (glm::dot(moved, state.heading) < 0 && pace > std::max(0.3 * state.pace.most, law.still)) state.since_turn = 0;
   state.heading = moved;
 }
 
-/// How far a hand may go outward in the next tick that can turn at once, m, times how surely this is one, 0..1. `along`: m/s,
-/// outward; `twitch`: m that any hand may go.
-inline double abrupt_way(const PassivityLaw& law, double along, double tick, double twitch, const PassivityState& state) noexcept {
-  const bool uneven_clock = state.longest > 1.02 * tick;  // more than a clock in nanoseconds rounds
-  double sure = 1;
+/// How surely a hand may turn at once, 0..1: it has lately, leaps, comes on an uneven clock or seldom, or rests. `uneven_clock`:
+/// ticks of another length than asked for.
+inline double abruptness(const PassivityLaw& law, double tick, bool uneven_clock, const PassivityState& state) noexcept {
   const bool rests = glm::dot(state.moved, state.moved) < 0.04 * state.pace.most * tick * state.pace.most * tick;
-  if (!(tick > 2.2 * law.human_tick || uneven_clock || rests)) {
-    const double turned_lately = (law.hold + law.fading - state.since_turn) / law.fading;
-    const double leaps = 4 * (state.pace.most * tick / law.long_way - 0.75);
-    sure = std::clamp(std::max({turned_lately, leaps, 10 * state.rough - 2}), 0.0, 1.0);
-    if (sure == 0) return 0;
-  }
-  const double next = (uneven_clock || state.rough > 0.25 ? law.uneven : 1) * std::max(state.longest, tick);
-  const double turns = std::max(twitch, law.again * state.change.most * next) + along * next;
-  return sure * std::max(0.0, std::min(turns, std::max(twitch, law.faster * state.pace.most * next)));
+  if (tick > 2.2 * law.human_tick || uneven_clock || rests) return 1;
+  const double turned_lately = (law.hold + law.fading - state.since_turn) / law.fading;
+  const double leaps = 4 * (state.pace.most * tick / law.long_way - 0.75);
+  return std::clamp(std::max(turned_lately, leaps), 0.0, 1.0);
+}
+
+/// How far the hand may go outward in the next tick, m: it changes its pace as it lately did, or by more if it can turn at once,
+/// but goes hardly faster than it lately went. `along`: m/s, outward; `twitch`: m that any hand may go.
+inline double way_back(const PassivityLaw& law, double along, double tick, double twitch, const PassivityState& state) noexcept {
+  const bool uneven_clock = state.longest > 1.02 * tick;  // more than a clock in nanoseconds rounds
+  const double next = (uneven_clock ? law.uneven : 1) * std::max(state.longest, tick);
+  const double at_once = law.again * state.change.most, likely = state.change.most + law.outdone * state.mean_change;
+  const double turn = std::max(twitch, (likely + (at_once - likely) * abruptness(law, tick, uneven_clock, state)) * next);
+  return std::min(turn + along * next, std::max(twitch, law.faster * state.pace.most * next));
 }
 
 /// The share, 0..1, of force `f` and torque `tau` (N, N·m, on the hand) that may be given. `moved`, `turned`: the hand's way
@@ -118,30 +120,15 @@ inline double passive_share(const PassivityLaw& law, const dvec3& f, const dvec3
   dvec3 change = moved - state.moved;
   if (dt != state.decay_for) {
     if (state.decay_for > 0) change = moved - state.moved * (dt / state.decay_for);
-    state.decay_for = dt, state.decay = std::exp(-dt / law.memory), state.jump_decay = std::exp(-dt / law.jump_memory);
-    state.count_decay = std::exp(-dt / law.count_memory), state.clock_decay = std::exp(-dt / law.clock_memory);
+    state.decay_for = dt, state.decay = std::exp(-dt / law.memory), state.clock_decay = std::exp(-dt / law.clock_memory);
     state.fade = std::exp(-dt / law.fading), state.per_second = 1 / dt;
   }
   const double strength = glm::length(f), twist = glm::length(tau);
-  state.jump *= state.jump_decay;
-  if (strength > 0) {  // what it does in the open, on the way here, says little
-    const double jump = std::abs(glm::dot(change, f)) / (strength * dt);
-    if (jump < law.leap) state.jump = std::max(state.jump, jump);
-  }
   const double way = glm::length(moved), before = state.way;
-  if (before > 0) {
-    state.count *= state.count_decay;
-    // One that stands alone may be a stroke's end; the second is a count.
-    if (way == 0 && state.moved_before == dvec3(0)) {
-      const double step = before / dt;
-      if (state.lone_steps > 0 && step < law.leap) state.count = std::max(state.count, step);
-      state.lone_steps = 1;
-    }
-  }
-  if (law.jumps > 0 && (way > 0 || before > 0)) learn(law, moved, way, change, dt, strength > 0, state);
+  if (!law.in_counts && (way > 0 || before > 0)) learn(law, moved, way, change, dt, strength > 0, state);
   state.retreat *= state.decay;
   if (before > 0) state.retreat = std::max(state.retreat, -glm::dot(moved, state.moved) / before);
-  state.moved_before = state.moved, state.moved = moved, state.way = way;
+  state.moved = moved, state.way = way;
   state.unturn *= state.decay;
   if (state.turned != dvec3(0)) {  // most hands only move
     state.unturn = std::max(state.unturn, -glm::dot(turned, state.turned) / glm::length(state.turned));
@@ -158,10 +145,9 @@ inline double passive_share(const PassivityLaw& law, const dvec3& f, const dvec3
     state.retreat = std::max(state.retreat, along);
     state.advance = std::max(state.advance * std::exp(-dt / law.memory), -along);
     const double twitch = law.turning * tick * tick;
-    const double turn = std::max(twitch, law.jumps * std::max(state.jump, state.count) * state.longest);
-    const double reversal = tick > 2.2 * law.human_tick ? turn + (law.jumps > 0 ? along : state.advance) : turn + along * (law.jumps > 0 ? state.longest / dt : 1.0);
-    const double abrupt = law.jumps > 0 ? abrupt_way(law, along / dt, tick, twitch, state) : 0;
-    at_stake = strength * std::max({law.margin * state.retreat, reversal, abrupt, 1e-3 * twitch});
+    const double back = !law.in_counts ? way_back(law, along / dt, tick, twitch, state)
+                                       : twitch + (tick > 2.2 * law.human_tick ? state.advance : along);
+    at_stake = strength * std::max({law.margin * state.retreat, back, 1e-3 * twitch});
   }
   if (twist > 0) {  // of a tool whose force has gone, too: its torque follows later
     const double out = glm::dot(tau, turned) / twist;  // > 0: with the torque

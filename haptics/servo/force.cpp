@@ -164,8 +164,9 @@ void Servo::State::feel_teeth(Touch& now) noexcept {
     const dvec3 rest = now.force + teeth_force - last_force - last_teeth_force;
     now.spindle_force = teeth_force + largest_share(step, rest, kCutSlewInAll * now.dt) * step;
   }
-  // Never more to the hand than the spindle itself has done.
-  if (const double needed = glm::dot(now.spindle_force, now.moved); needed > 0) {
+  // Never more to the hand than the spindle itself has done, should the hand go with it as abruptly as it lately did.
+  const double abruptly = passivity.change.most * now.dt;
+  if (const double needed = glm::dot(now.spindle_force, now.moved) + abruptly * glm::length(now.spindle_force); needed > 0) {
     now.spindle_force *= std::min(1.0, std::max(0.0, spindle_work - teeth_energy) / (kTeethAhead * needed));
   }
   teeth_force = now.spindle_force;
