@@ -1,11 +1,12 @@
 // libFuzzer's side: TYPODONT_FUZZ_TARGET names which of the targets eats.
+#include <oneapi/tbb/global_control.h>
+#include <pthread.h>
+#include <unistd.h>
+
 #include <algorithm>
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
-#include <oneapi/tbb/global_control.h>
-#include <pthread.h>
-#include <unistd.h>
 
 #include "engine/base/log.h"
 #include "tests/fuzz/targets.h"
