@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <csignal>
 #include <cstdint>
 #include <cstdlib>
 #include <cstring>
@@ -65,6 +66,7 @@ Seal seal_of(const std::filesystem::path& file) {
 bool succeeds_elsewhere(const std::filesystem::path& message, const std::function<void()>& work) {
   const pid_t child = fork();
   if (child == 0) {
+    for (int s = 1; s < NSIG; ++s) std::signal(s, SIG_DFL);  // what the program does about them is not the child's
     const rlimit none{0, 0}, seconds{kTrialSeconds, kTrialSeconds};
     setrlimit(RLIMIT_CORE, &none);
     setrlimit(RLIMIT_CPU, &seconds);

@@ -5,6 +5,7 @@
 #include <fstream>
 #include <memory>
 
+#include "engine/base/cache.h"
 #include "engine/base/csv.h"
 #include "engine/base/error.h"
 #include "engine/base/json.h"
@@ -100,6 +101,11 @@ TEST(Csv, UnknownMissingAndRaggedColumnsAreErrors) {
 
 TEST(WriteFileAtomically, AnUnwritablePlaceIsAnErrorAndLeavesNothing) {
   EXPECT_THAT(message_of([] { write_file_atomically("/nowhere/at/all.txt", "x"); }), HasSubstr("/nowhere/at/all.txt"));
+}
+
+TEST(Tests, KeepWhatTheyMakeInTheirBuildFolder) {
+  const auto program = std::filesystem::read_symlink("/proc/self/exe");  // BUILD/tests/unit_base
+  EXPECT_EQ(cache::folder(), program.parent_path().parent_path() / "cache/typodont");
 }
 
 TEST(NoAllocGuard, SeesAnAllocation) {

@@ -286,7 +286,7 @@ render::FrameStats PictureStage::draw(const ServoTick& tick, std::span<const ren
   }
 
   const VkCommandBuffer commands = ring_.begin(device_);
-  const render::FrameStats stats = renderer_->record(commands, frame, ring_.slot(), ring_.submitted, ring_.finished);
+  render::FrameStats stats = renderer_->record(commands, frame, ring_.slot(), ring_.submitted, ring_.finished);
   if (!stats.drawn && !(output_ && (missed_ || output_->needs_frame()))) {
     ring_.abandon(device_);
     return stats;
@@ -313,6 +313,7 @@ render::FrameStats PictureStage::draw(const ServoTick& tick, std::span<const ren
           changed[static_cast<std::size_t>(e)].push_back({b.x, b.y, b.width, b.height});
     const auto drawn = compositor_->record(commands, renderer_->pictures(), screen.layout, *target, ring_.slot(),
                                            output_->first_row(), device_.processor && !uncovered ? &changed : nullptr);
+    if (!target->memory.first) stats.passes += static_cast<int>(target->layers.size());  // in memory it is composed without
     ring_.submit(device_, target->ready, target->done);
     // Recording and queueing here, drawing there, and on average half a refresh until the screen shows it.
     const auto shown = [this, began](double more) {
