@@ -49,6 +49,15 @@ Fill::Fill(const Tool& tool, const dvec3& center_W, double radius, const Pose& X
   hi_ = glm::ivec3(glm::floor(center_ + reach));
 }
 
+double Fill::kept_out(const dvec3& p) const noexcept {
+  const dvec3 q = R_TV_ * (p - X_VT_.p);
+  const double to_head = q.z > widest_at_ ? std::hypot(q.x, q.y) - head_radius_
+                         : sphere_        ? glm::length(q) - head_radius_
+                                          : head_.distance(q);
+  const double by_head = kClear - to_head;
+  return within_ ? std::max(by_head, within_->distance(frame_.to_world(p)) / frame_.voxel) : by_head;
+}
+
 bool Fill::lower(const glm::ivec3& lo, const glm::ivec3& size, float* distance, Tissue* tissue, std::size_t stride_x,
                  std::size_t stride_y, PerTissue* added) const noexcept {
   bool changed = false;
@@ -62,12 +71,7 @@ bool Fill::lower(const glm::ivec3& lo, const glm::ivec3& size, float* distance, 
         const float old = distance[i];
         double d = std::max(glm::length(p - center_) - radius_, inner);
         if (d >= margin || static_cast<float>(d) >= old) continue;
-        const dvec3 q = R_TV_ * (p - X_VT_.p);
-        const double to_head = q.z > widest_at_ ? std::hypot(q.x, q.y) - head_radius_
-                               : sphere_        ? glm::length(q) - head_radius_
-                                                : head_.distance(q);
-        d = std::max(d, kClear - to_head);
-        if (within_) d = std::max(d, within_->distance(frame_.to_world(p)) / frame_.voxel);
+        d = std::max(d, kept_out(p));
         const auto now = static_cast<float>(d);
         if (d >= margin || now >= old) continue;
         distance[i] = now;

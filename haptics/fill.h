@@ -25,6 +25,9 @@ class Fill {
   bool lower(const glm::ivec3& lo, const glm::ivec3& size, float* distance, Tissue* tissue, std::size_t stride_x,
              std::size_t stride_y, PerTissue* added) const noexcept;
 
+  /// How far p (voxels) lies outside of where head, its way out and the tool's limit let filling lie, in voxels; negative inside.
+  double kept_out(const dvec3& p) const noexcept;
+
  private:
   Tissue label_;
   const Solid* within_;  // the tool's, or none

@@ -155,7 +155,10 @@ struct Servo::State {
     double owed = 0;     // m³
     double radius = -1;  // voxels, of the dome that grows; negative: none
     double area = 1;     // voxels², of its surface that is free
-    dvec3 center{0}, end{0};  // voxels, of the dome, and where the instrument's end was when it was begun
+    dvec3 center{0}, end{0};  // voxels, of the dome, and where the instrument's end was when it was begun …
+    dvec3 root{0};            // … there: what finds no room in its dome flows on from here
+    bool idle = false;        // the last tick found no room in the dome, …
+    bool full = false;        // … nor is there any farther on
   } filling;
 
   ServoTick sums;              // carries index, removed, energy, cuts
@@ -240,6 +243,7 @@ struct Servo::State {
   double wall_of(const ActivePlanes& active) const noexcept;
   bool hold_at_walls(const ActivePlanes& active, double yields) noexcept;
   void look_around(Touch& now, const dvec3& c, bool center_inside) noexcept;
+  bool hovers(const ActivePlanes& active) const noexcept;
   void find_room_to_sink(Touch& now) const noexcept;
   bool nothing_in_the_way(const Touch& now) const noexcept;
   double share_in_debt(const Touch& now) const noexcept;
@@ -249,7 +253,10 @@ struct Servo::State {
   double damped(const Touch& now, double push, double depth, double sinking) noexcept;
   void feel_teeth(Touch& now) noexcept;
   void take_up(std::uint32_t which) noexcept;
+  bool put_down(Touch& now) noexcept;
   bool begin_dome(const Pose& X_WH, double reach) noexcept;
+  bool flow_on(const Fill& instrument, double reach) noexcept;
+  bool lies_open(const dvec3& from, const dvec3& to) const noexcept;
   void repeat_cuts(SurfacePatch& fresh) noexcept;
   void carve_wide(const Pose& X_WA, const Pose& X_WB, bool continues) noexcept;
   void update_wide(SurfacePatch& fresh, bool repeat) noexcept;

@@ -9,6 +9,7 @@
 #include <tuple>
 
 #include "engine/base/units.h"
+#include "tests/support/campaign.h"
 #include "tests/support/haptic_bench.h"
 #include "tests/support/no_alloc.h"
 
@@ -83,11 +84,64 @@ TEST(Filling, GrowsAtTheChosenRateAndStopsWithThePedal) {
   }
 }
 
+TEST(Filling, WhatIsAskedForIsPutDownWhereverThereIsRoomWithWhateverInstrumentStillOrMoving) {
+  std::mt19937_64 random(23);
+  const auto uniform = [&](double lo, double hi) { return std::uniform_real_distribution<double>(lo, hi)(random); };
+  for (int round = 0; round < test::campaign(12); ++round) {
+    ServoSettings s = filling();
+    Tool& tool = s.tools[0];
+    constexpr HeadShape kShapes[] = {HeadShape::kRoundEndCylinder, HeadShape::kCylinder, HeadShape::kSphere};
+    tool.shape = kShapes[round % 3];
+    tool.diameter = uniform(0.5, 1.4) * kMillimetre;
+    if (tool.shape == HeadShape::kSphere) tool.length = tool.diameter;
+    tool.fill_reach = uniform(0.3, 1.2) * kMillimetre;
+    tool.fill_rate = uniform(1, 8) * kCubicMillimetre;
+    s.tool = tool;
+    s.tick = round % 2 ? 1e-3 : 2.5e-4;
+    HapticBench bench(kCavity, s);
+    const double aside = 1.4_mm - tool.radius(), speed = round % 4 ? uniform(0.1, 2) * 1e-3 : 0, turned = uniform(0, 6);
+    const double z = -0.5_mm + uniform(0.02_mm, 0.6 * tool.fill_reach) + tool.half();
+    const double seconds = std::min(0.5, 6.0 * kCubicMillimetre / tool.fill_rate);  // of 18 mm³ that the cavity holds
+    const auto at = [&](double t) {
+      return Pose{{aside * std::cos(turned + speed * t / 1e-3), aside * std::sin(turned + speed * t / 1e-3), z}};
+    };
+    for (int i = 0; i < 20; ++i) bench.tick(at(0), 0);
+    double asked = 0;
+    std::uint32_t faults = 0;
+    for (double t = 0; t < seconds; t += s.tick) {
+      faults |= bench.tick(at(t), 1).faults;
+      asked += s.tick * tool.fill_rate;
+    }
+    double put = 0;
+    for (const double v : bench.last.removed) put -= v;
+    EXPECT_NEAR(put / asked, 1, 0.02) << round;
+    EXPECT_EQ(faults & bits(Fault::kNoRoom), 0u) << round;
+  }
+}
+
+TEST(Filling, WhatFindsNoRoomIsSaidAndNeverCrossesAWallThatItsReachDoesNot) {
+  // A pit that the instrument nearly fills, in a block whose sides are two millimetres away.
+  ServoSettings s = filling();
+  s.tools[0].fill_within = s.tool.fill_within = haptics::read_solid(Json::parse(R"({"box": {"center_mm": [0, 0, -5], "size_mm": [40, 40, 14]}})", "within"));
+  HapticBench bench(R"({"voxel_mm": 0.1, "domain_mm": [[-4,-4,-4],[4,4,4]], "solids": [{"tissue": "dentin", "solid": {"difference": [
+    {"box": {"size_mm": [5,5,4]}}, {"cylinder": {"center_mm": [0,0,1.5], "axis": [0,0,1], "radius_mm": 0.9, "height_mm": 3}}]}}]})", s);
+  std::uint32_t faults = 0;
+  for (int i = 0; i < 3000; ++i) faults |= bench.tick(end_at(0, 0.3_mm), 1).faults;
+  const double pit = kPi * 0.81 * 2;  // mm³
+  EXPECT_TRUE(faults & bits(Fault::kNoRoom));
+  EXPECT_TRUE(bench.last.faults & bits(Fault::kNoRoom));
+  EXPECT_LT(-bench.last.removed[kFilled] / kCubicMillimetre, pit - kPi * 0.25 * 1.5);
+  EXPECT_GT(-bench.last.removed[kFilled] / kCubicMillimetre, 0.6 * (pit - kPi * 0.25 * 1.7));
+  hold(bench, 3, end_at(0, 0.3_mm), 0);
+  EXPECT_EQ(bench.last.faults, 0u);
+}
+
 TEST(Filling, NothingComesOutWhereThereIsNothingToPutItOn) {
   HapticBench bench(kCavity, filling());
   hold(bench, 200, end_at(0, 1.2_mm), 1);  // in the middle of the cavity, 1.5 mm from every wall
   EXPECT_EQ(bench.last.removed[kFilled], 0);
   EXPECT_EQ(bench.last.cuts, 0u);
+  EXPECT_TRUE(bench.last.faults & bits(Fault::kNoRoom));
 }
 
 TEST(Filling, PatchAndVolumeHoldTheSameBitsAndTheVolumeIsBalanced) {

@@ -139,7 +139,7 @@ TEST(SessionFormat, EveryFaultHasANameOfItsOwnAndABitOfItsOwn) {
     EXPECT_EQ(all & bits(fault.fault), 0u) << fault.name;
     all |= bits(fault.fault);
   }
-  EXPECT_EQ(all, (bits(Fault::kLetGo) << 1) - 1) << "a fault without a name";
+  EXPECT_EQ(all, (bits(Fault::kNoRoom) << 1) - 1) << "a fault without a name";
 }
 
 }  // namespace

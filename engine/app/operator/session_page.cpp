@@ -303,7 +303,8 @@ void draw_device(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
                                   std::pair{Fault::kRingFull, "ring_full"},
                                   std::pair{Fault::kSlewLimit, "slew_limit"},
                                   std::pair{Fault::kOverrun, "overrun"},
-                                  std::pair{Fault::kLetGo, "let_go"}};
+                                  std::pair{Fault::kLetGo, "let_go"},
+                                  std::pair{Fault::kNoRoom, "no_room"}};
   for (const auto& [fault, name] : kFaults) {
     if (s.status.faults & bits(fault)) say(s.text(fmt::format("fault.{}", name)));
   }

@@ -299,6 +299,7 @@ const std::vector<FaultName>& fault_names() {
       {Fault::kDeepPenetration, "deep_penetration"}, {Fault::kDeviceLost, "device_lost"},
       {Fault::kRingFull, "ring_full"},          {Fault::kSlewLimit, "slew_limit"},
       {Fault::kOverrun, "overrun"},             {Fault::kLetGo, "let_go"},
+      {Fault::kNoRoom, "no_room"},
   };
   return names;
 }
