@@ -15,6 +15,7 @@ constexpr double kFillLook = 0.25;    // voxels between looks for something to f
 constexpr double kFillStep = 0.25;    // voxels that a dome may grow at once
 constexpr int kFillTries = 4;         // such steps in one tick
 constexpr double kOpen = 0.5;         // voxels of air, beyond what the instrument keeps free, that are room
+constexpr int kFillLooks = 20000;     // voxels in one tick, for room to flow on to: tenths of a millisecond
 constexpr double kFlowsOn = 3;        // reaches from where it was begun that filling gets through filling
 constexpr double kThin = 1.5;         // voxels of tissue that do not part two places: where filling meets a wall they share voxels
 
@@ -96,22 +97,25 @@ bool Servo::State::lies_open(const dvec3& from, const dvec3& to) const noexcept 
   return true;
 }
 
-/// A dome in which nothing more finds room grows at once as far as the open place nearest to where it was begun, or, where
-/// that is out of its reach, goes on with another there. False when there is no such place.
+/// A dome in which nothing more finds room grows at once as far as an open place near where it was begun, or, where that is
+/// out of its reach, goes on with another there. Looks on in the next tick where it has looked enough in this one. False when
+/// no such place is found.
 bool Servo::State::flow_on(const Fill& instrument, double reach) noexcept {
-  if (filling.full) return false;
   const glm::ivec3 middle(glm::round(filling.root));
-  const int most = static_cast<int>(kFlowsOn * reach);
-  double nearest = kFlowsOn * reach;
   dvec3 place(0);
+  double nearest = kFlowsOn * reach;
+  const double none = nearest;
+  int left = kFillLooks;
   const auto look_at = [&](const glm::ivec3& v) {
+    --left;
     const double away = glm::length(dvec3(v) - filling.root);
     if (away >= nearest || !patch.holds(dvec3(v), kFillTries * kFillStep + static_cast<double>(Sweep::kMargin))) return;
     const glm::ivec3 at = v - patch.lo;
     if (patch.distance[patch.at(at.x, at.y, at.z)] < kOpen || instrument.kept_out(dvec3(v)) > -kOpen) return;
     if (lies_open(filling.root, dvec3(v))) nearest = away, place = dvec3(v);
   };
-  for (int s = 0; s <= most && s < nearest + 1; ++s) {  // shells of a cube
+  for (; nearest == none && left > 0 && filling.shell < none; ++filling.shell) {  // of a cube
+    const int s = filling.shell;
     for (int x = -s; x <= s; ++x) {
       for (int y = -s; y <= s; ++y) {
         const int every = std::abs(x) == s || std::abs(y) == s ? 1 : std::max(2 * s, 1);
@@ -119,10 +123,8 @@ bool Servo::State::flow_on(const Fill& instrument, double reach) noexcept {
       }
     }
   }
-  if (nearest >= kFlowsOn * reach) {
-    filling.full = true;
-    return false;
-  }
+  if (nearest == none) return false;
+  --filling.shell;  // there may be more of it
   const double away = glm::length(place - filling.center);
   if (filling.center == filling.root && away < reach && away > filling.radius) {
     filling.radius = away;

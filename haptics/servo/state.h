@@ -158,7 +158,7 @@ struct Servo::State {
     dvec3 center{0}, end{0};  // voxels, of the dome, and where the instrument's end was when it was begun …
     dvec3 root{0};            // … there: what finds no room in its dome flows on from here
     bool idle = false;        // the last tick found no room in the dome, …
-    bool full = false;        // … nor is there any farther on
+    int shell = 0;            // … nor is there any nearer to root, voxels
   } filling;
 
   ServoTick sums;              // carries index, removed, energy, cuts
