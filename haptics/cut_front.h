@@ -27,12 +27,12 @@ class CutFront {
   /// What is listed, is so in parts: of every fourth layer of blocks along x.
   static constexpr int kParts = 4;
 
-  /// Groups of the same kind, one after the other. Before the head has come `stage` eighths of what the list lasts for
-  /// they cannot change.
+  /// Groups of the same kind, one after the other. Of a ball: before the head has come `stage` eighths of what the list lasts for
+  /// they cannot change. Of other heads: kNarrow where no more than kNarrowest samples of each may change, else 0.
   struct Run {
     int kind, stage, from, to;
   };
-  static constexpr int kStages = 8;
+  static constexpr int kStages = 8, kNarrow = 1, kNarrowest = 8;
 
   /// A group as it is found.
   struct Found {

@@ -41,17 +41,16 @@ constexpr Polynomials weights() {
 // rounds between product and sum: with and without FMA the same bits. Added to this, numbers below 2 are rounded to multiples of 2^-29.
 constexpr double kGrid = 1.5 * (1 << 23);
 
-/// The sum of the weights of a sample and all behind it (`skip` 0), or just of those (1), on the grid. Their differences are
+/// The sum of the weights of a sample and all behind it, on the grid. Their differences are
 /// the weights, and add up to exactly 1, those of the slope to 0, however the sums were rounded.
-constexpr Polynomials sums(int skip) {
+constexpr Polynomials sums() {
   const Polynomials of_each = weights();
   Polynomials p;
   for (int j = 0; j < 8; ++j) {
-    const int first = j + skip;
     for (int power = 0; power < 4; ++power) {
       double sum = 0;
-      for (int k = first; k < 8; ++k) sum += of_each.value[power][k];
-      if (first <= kLead) sum = power == 0 ? 1 : 0;
+      for (int k = j; k < 8; ++k) sum += of_each.value[power][k];
+      if (j <= kLead) sum = power == 0 ? 1 : 0;
       p.value[power][j] = sum;
       if (power > 0) p.slope[power - 1][j] = power * sum;
     }
@@ -61,7 +60,7 @@ constexpr Polynomials sums(int skip) {
   return p;
 }
 
-constexpr Polynomials kWeights = weights(), kSums = sums(0), kSumsAfter = sums(1);
+constexpr Polynomials kWeights = weights(), kSums = sums();
 
 }  // namespace
 
@@ -73,6 +72,7 @@ constexpr int kLanes = 2;
 
 TYPODONT_KERNEL Lanes widened(const float* p) { return Lanes{p[0], p[1]}; }
 TYPODONT_KERNEL Lanes exact_product_added(const Lanes& a, double b, const Lanes& sum) { return sum + a * b; }
+TYPODONT_KERNEL Lanes one_on(const Lanes& v, const Lanes& after) { return __builtin_shufflevector(v, after, 1, 2); }
 TYPODONT_KERNEL void add_by_fours(const Lanes& v, int at, double* sums) { *reinterpret_cast<D2*>(sums + at % 4) += v; }
 TYPODONT_KERNEL void add_across(const double (&sums)[4][4], double* out) {
   for (int k = 0; k < 4; ++k) out[k] = (sums[k][0] + sums[k][1]) + (sums[k][2] + sums[k][3]);
@@ -106,6 +106,7 @@ TYPODONT_KERNEL Lanes widened(const float* p) { return (Lanes)_mm256_cvtps_pd(_m
 TYPODONT_KERNEL Lanes exact_product_added(const Lanes& a, double b, const Lanes& sum) {
   return (Lanes)_mm256_fmadd_pd((__m256d)a, _mm256_set1_pd(b), (__m256d)sum);
 }
+TYPODONT_KERNEL Lanes one_on(const Lanes& v, const Lanes& after) { return __builtin_shufflevector(v, after, 1, 2, 3, 4); }
 TYPODONT_KERNEL void add_by_fours(const Lanes& v, int, double* sums) { *reinterpret_cast<D4*>(sums) += v; }
 TYPODONT_ADD_ACROSS
 #include "haptics/contact/cubic_kernel.h"
@@ -129,6 +130,7 @@ TYPODONT_KERNEL Lanes widened(const float* p) { return (Lanes)_mm512_maskz_cvtps
 TYPODONT_KERNEL Lanes exact_product_added(const Lanes& a, double b, const Lanes& sum) {
   return (Lanes)_mm512_fmadd_pd((__m512d)a, _mm512_set1_pd(b), (__m512d)sum);
 }
+TYPODONT_KERNEL Lanes one_on(const Lanes& v, const Lanes& after) { return __builtin_shufflevector(v, after, 1, 2, 3, 4, 5, 6, 7, 8); }
 TYPODONT_KERNEL void add_by_fours(const Lanes& v, int, double* sums) {
   *reinterpret_cast<D4*>(sums) = __builtin_shufflevector(v, v, 0, 1, 2, 3) + __builtin_shufflevector(v, v, 4, 5, 6, 7);
 }

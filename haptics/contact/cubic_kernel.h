@@ -20,21 +20,25 @@ TYPODONT_KERNEL void weigh(const double (&c)[powers][8], double t, double* weigh
 }
 /// The same in multiples of kGrid that add up as exactly as they should.
 template <std::size_t powers>
-TYPODONT_KERNEL void weigh_on_grid(const double (&from)[powers][8], const double (&after)[powers][8], double t, double* weights) {
+TYPODONT_KERNEL void weigh_on_grid(const double (&sums)[powers][8], double t, double* weights) {
   const double t2 = t * t;
-  for (int at = 0; at < 8; at += kLanes) {
-    *reinterpret_cast<Lanes*>(weights + at) = at_fraction(from, at, t, t2) - at_fraction(after, at, t, t2);
+  Lanes after = Lanes{} + kGrid;  // behind the last sample is nothing
+  for (int at = 8 - kLanes; at >= 0; at -= kLanes) {
+    const Lanes from = at_fraction(sums, at, t, t2);
+    *reinterpret_cast<Lanes*>(weights + at) = from - one_on(from, after);
+    after = from;
   }
 }
 
 TYPODONT_KERNEL void sum_up(const float* f, std::size_t stride_x, std::size_t stride_y, const double* fractions, double* out) {
   alignas(64) double x[8], x_slope[8], y[8], y_slope[8], z[8], z_slope[8];
-  weigh_on_grid(kSums.value, kSumsAfter.value, fractions[1], y);
-  weigh_on_grid(kSums.slope, kSumsAfter.slope, fractions[1], y_slope);
+  weigh_on_grid(kSums.value, fractions[1], y);
+  weigh_on_grid(kSums.slope, fractions[1], y_slope);
   weigh(kWeights.value, fractions[0], x);
   weigh(kWeights.slope, fractions[0], x_slope);
   weigh(kWeights.value, fractions[2], z);
   weigh(kWeights.slope, fractions[2], z_slope);
+  asm("" : "+m"(x), "+m"(x_slope), "+m"(y), "+m"(y_slope));  // read from memory, each for all lanes
   alignas(64) double sums[4][4] = {};  // sample k of a row goes into sum k mod 4, whatever the width
   for (int at = 0; at < 8; at += kLanes) {
     Lanes value = {}, by_x = {}, by_y = {};

@@ -25,6 +25,7 @@ constexpr int kRows = 4, kDeep = 8;  // a block of a general head's sweep: kRows
 constexpr float kHalf = 4.1f;         // from its centre to a corner, |(1.5, 1.5, 3.5)|, and a little more
 constexpr float kNoEnd = 1e9f;        // a slack that never ends
 constexpr int kStretch = 64;          // samples of a row that are listed together
+constexpr float kBent = 0.3f;         // more than a neighbour that is an arc may come nearer than a straight one
 constexpr unsigned kAllPieces = (1u << HeadField::kMaxPieces) - 1;
 
 /// Eight blocks seen from a head: how far their centres are from it and from its pieces, and the way out.
@@ -201,6 +202,23 @@ void fill_heights(const HeadFront* f, int from, int to) {
   }
 }
 
+float root(float v) { return std::sqrt(v); }
+TYPODONT_KERNEL F8 root(const F8& v) { return eight::root(v); }
+
+/// How far a point lies from the ends of a piece, along it, and how deep below it. Floats, or eight of them.
+template <class T>
+TYPODONT_KERNEL void ends_of(const MeridianPiece& piece, const T& rho, const T& z, T& from_a, T& from_b, T& depth) {
+  if (piece.radius == 0) {
+    from_a = (z - piece.az) * piece.nax - (rho - piece.ax) * piece.naz;
+    from_b = piece.length - from_a;
+    depth = (piece.ax - rho) * piece.nax + (piece.az - z) * piece.naz;
+  } else {
+    const T x = rho - piece.cx, y = z - piece.cz;
+    from_a = piece.nax * y - piece.naz * x, from_b = x * piece.nbz - y * piece.nbx;
+    depth = piece.radius - root(x * x + y * y);
+  }
+}
+
 /// How fast, at most, the head comes nearer to any sample around a point of its half plane: the greatest n·w over the
 /// normals of some neighbouring pieces, turned about the axis by as much as `kHalf` is seen from it. `w` in T.
 float fastest_advance(const MeridianPiece& first, const MeridianPiece& last, const glm::vec3& center, float rho,
@@ -259,6 +277,33 @@ HeadPose head_pose(const Pose& X_VT) {
   return pose;
 }
 
+/// Which of two neighbouring pieces, a bit each, is the only one that can be the closest to any of `count` samples along z while
+/// the head comes `ahead`. `first`, `last`: those two, or one. `v`: the first sample from the head, in V.
+TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
+unsigned lone_piece(const MeridianPiece* pieces, int first, int last, const float* R, const float* v, int count, float ahead) {
+  const F8 steps = {0, 1, 2, 3, 4, 5, 6, 7};
+  I8 shared[2] = {};
+  for (int i = 0; i < count; i += 8) {
+    const F8 height = v[2] + static_cast<float>(i) + steps;
+    const F8 x = (R[0] * v[0] + R[3] * v[1]) + R[6] * height, y = (R[1] * v[0] + R[4] * v[1]) + R[7] * height;
+    const F8 z = (R[2] * v[0] + R[5] * v[1]) + R[8] * height;
+    F8 rho = x * x + y * y;
+    take_root(rho);
+    const I8 meant = I8{0, 1, 2, 3, 4, 5, 6, 7} + i < count;
+    for (int piece = first; piece <= last; ++piece) {
+      F8 from_a, from_b, depth;
+      ends_of(pieces[piece], rho, z, from_a, from_b, depth);
+      F8 deepest = depth + ahead;
+      deepest = deepest > 0.0f ? deepest : F8{};
+      shared[piece - first] |= meant & ((from_a <= ahead + (piece > first ? kBent + deepest * pieces[piece].corner_a : F8{})) |
+                                        (from_b <= ahead + (piece < last ? kBent + deepest * pieces[piece].corner_b : F8{})));
+    }
+  }
+  unsigned alone = 0;
+  for (int piece = first; piece <= last; ++piece) alone |= static_cast<unsigned>(!any_of(shared[piece - first])) << piece;
+  return alone;
+}
+
 /// One pose of a sweep, and the blocks beside it, eight by eight.
 class HeadPass {
  public:
@@ -295,6 +340,16 @@ class HeadPass {
     }
     see_blocks(pieces_, count_, &R_[0].x, center_, &seen_);
     lanes_ = 0;
+  }
+
+  /// A group of samples from that voxel on, which is known to be of a kind, is perhaps of one with a single piece.
+  int kind_of_group(const glm::ivec3& first_voxel, int kind, int count) const {
+    const auto set = static_cast<unsigned>(kind - kManyPieces);
+    const int first = std::countr_zero(set), last = static_cast<int>(std::bit_width(set)) - 1;
+    if (last - first > 1) return kind;
+    const glm::vec3 v = glm::vec3(first_voxel - pose_.base) - glm::vec3(pose_.p[0], pose_.p[1], pose_.p[2]);
+    const unsigned alone = lone_piece(pieces_, first, last, pose_.R, &v.x, count, ahead_);
+    return alone != 0 ? std::countr_zero(alone) : kind;
   }
 
   enum class Work { kNone, kLook, kRaise };  // of kLook it is known that the head recedes from all of it
@@ -352,15 +407,8 @@ class HeadPass {
     int nearest = first;
     for (int i = first + 1; i <= last; ++i) nearest = seen_.to_piece[i][lane] < seen_.to_piece[nearest][lane] ? i : nearest;
     const MeridianPiece& only = pieces_[nearest];
-    float from_a, from_b;  // along the piece
-    if (only.radius == 0) {
-      from_a = (at.z - only.az) * only.nax - (rho - only.ax) * only.naz;
-      from_b = only.length - from_a;
-    } else {
-      const float vx = rho - only.cx, vz = at.z - only.cz;
-      from_a = only.nax * vz - only.naz * vx, from_b = vx * only.nbz - vz * only.nbx;
-    }
-    constexpr float kBent = 0.3f;  // more than a neighbour that is an arc may come nearer than a straight one
+    float from_a, from_b, below;
+    ends_of(only, rho, at.z, from_a, from_b, below);
     const float reach = kHalf + ahead_, deepest = std::max(reach - d, 0.0f);
     const bool smooth = from_a > reach + (nearest > first ? kBent + deepest * only.corner_a : 0.0f) &&
                         from_b > reach + (nearest < last ? kBent + deepest * only.corner_b : 0.0f) &&
@@ -491,8 +539,11 @@ bool Sweep::raise_due_head(CutFront& front, int part, float ahead, const Meridia
               const int last_live = static_cast<int>(std::bit_width(these)) - 1;
               int kind = kinds[z / kDeep];
               for (int block = z / kDeep + 1; block <= last_live / kDeep; ++block) kind = kind_of(kind, kinds[block]);
+              const int live_lanes = last_live - z + 1;
+              if (kind >= kManyPieces) kind = pass.kind_of_group(front.first_ * step + glm::ivec3(gx, gy, gz), kind, live_lanes);
+              const int narrow = live_lanes <= CutFront::kNarrowest && front.lanes_ > CutFront::kNarrowest ? CutFront::kNarrow : 0;
               groups.found[static_cast<std::size_t>(std::min(listed++, groups.room()))] = {
-                  static_cast<float>(gx), static_cast<float>(gy), gz, at, kind, 0, static_cast<std::uint8_t>(last_live - z + 1), label};
+                  static_cast<float>(gx), static_cast<float>(gy), gz, at, kind, narrow, static_cast<std::uint8_t>(live_lanes), label};
             }
           }
         }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <cstring>
+#include <type_traits>
 
 #include "haptics/cutting/lane_ops.h"
 #include "haptics/sweep.h"
@@ -20,7 +21,7 @@ namespace {
 
 bool ball(const BallFront* f, PerTissue* removed) { return raise_ball<false>(*f, removed); }
 bool capsule(const BallFront* f, PerTissue* removed) { return raise_ball<true>(*f, removed); }
-bool head(const HeadFront* f, PerTissue* removed) { return raise_head(*f, removed); }
+bool head(const HeadFront* f, PerTissue* removed) { return raise_head(*f, false, removed); }
 
 }  // namespace
 }  // namespace halves
@@ -35,7 +36,7 @@ namespace {
 
 __attribute__((target("avx2"))) bool ball(const BallFront* f, PerTissue* removed) { return raise_ball<false>(*f, removed); }
 __attribute__((target("avx2"))) bool capsule(const BallFront* f, PerTissue* removed) { return raise_ball<true>(*f, removed); }
-__attribute__((target("avx2"))) bool head(const HeadFront* f, PerTissue* removed) { return raise_head(*f, removed); }
+__attribute__((target("avx2"))) bool head(const HeadFront* f, PerTissue* removed) { return raise_head(*f, false, removed); }
 
 }  // namespace
 }  // namespace eight
@@ -51,10 +52,22 @@ namespace {
 
 bool ball(const BallFront* f, PerTissue* removed) { return raise_ball<false>(*f, removed); }
 bool capsule(const BallFront* f, PerTissue* removed) { return raise_ball<true>(*f, removed); }
-bool head(const HeadFront* f, PerTissue* removed) { return raise_head(*f, removed); }
+bool head(const HeadFront* f, PerTissue* removed) { return raise_head(*f, false, removed); }
 
 }  // namespace
 }  // namespace sixteen
+
+namespace eight_masked {
+namespace {
+
+#include "haptics/cutting/cut_kernel.h"
+#include "haptics/cutting/depth_kernel.h"
+#include "haptics/cutting/listed_kernel.h"
+
+bool head(const HeadFront* f, PerTissue* removed) { return raise_head(*f, true, removed); }
+
+}  // namespace
+}  // namespace eight_masked
 #pragma GCC pop_options
 #endif
 
@@ -76,7 +89,10 @@ bool raise_listed_ball(const BallFront& front, bool capsule, int lanes, PerTissu
 
 bool raise_listed_head(const HeadFront& front, int lanes, PerTissue* removed) noexcept {
 #ifdef TYPODONT_SIXTEEN_LANES
-  if (lanes == sixteen::kLanes) return sixteen::head(&front, removed);
+  if (lanes == sixteen::kLanes) {
+    const bool wide = sixteen::head(&front, removed), narrow = eight_masked::head(&front, removed);
+    return wide || narrow;
+  }
   if (__builtin_cpu_supports("avx2")) return eight::head(&front, removed);
 #endif
   (void)lanes;

@@ -110,6 +110,11 @@ struct BelowLine {
   MeridianPiece piece;
   TYPODONT_KERNEL Floats depth(Floats rho, Floats z) const { return depth_below_line(piece, rho, z); }
 };
+/// A line across the axis, as heads end in: how far from the axis is all the same.
+struct BelowEnd {
+  MeridianPiece piece;
+  TYPODONT_KERNEL Floats depth(Floats z) const { return (all(piece.az) - z) * all(piece.naz); }
+};
 struct BelowArc {
   MeridianPiece piece;
   TYPODONT_KERNEL Floats depth(Floats rho, Floats z) const { return depth_below_arc(piece, rho, z); }
@@ -155,8 +160,14 @@ TYPODONT_KERNEL void raise_run(const HeadFront& f, const CutFront::Run& run, con
       const std::int32_t height = group_z[g0 + g];
       float* const at = distance + group_at[g0 + g];
       fetch(distance + group_at[g0 + g + kAhead]);
-      const Floats x = all(common[0][g]) + load(along_x + height), y = all(common[1][g]) + load(along_y + height);
-      const Floats z = all(common[2][g]) + load(along_z + height), depth = below.depth(root(x * x + y * y), z);
+      const Floats z = all(common[2][g]) + load(along_z + height);
+      Floats depth;
+      if constexpr (std::is_same_v<Below, BelowEnd>) {
+        depth = below.depth(z);
+      } else {
+        const Floats x = all(common[0][g]) + load(along_x + height), y = all(common[1][g]) + load(along_y + height);
+        depth = below.depth(root(x * x + y * y), z);
+      }
       Mask rises;
       Floats least;
       const Floats old = load(at), now = raised_to(old, lesser(depth, all(Sweep::kInner)), first(group_length[g0 + g]), least, rises);
@@ -167,18 +178,22 @@ TYPODONT_KERNEL void raise_run(const HeadFront& f, const CutFront::Run& run, con
   }
 }
 
-TYPODONT_KERNEL bool raise_head(const HeadFront& f, PerTissue* removed) {
+/// All groups that are `narrow`, or all others.
+TYPODONT_KERNEL bool raise_head(const HeadFront& f, bool narrow, PerTissue* removed) {
   Mask raised = nowhere();
   Taken taken{removed};
   const MeridianPiece* const pieces = f.pieces;
   for (int r = 0; r < f.run_count; ++r) {
     const CutFront::Run& run = f.runs[r];
+    if ((run.stage == CutFront::kNarrow) != narrow) continue;
     const unsigned set = run.kind < kManyPieces ? 1u << run.kind : static_cast<unsigned>(run.kind - kManyPieces);
     const MeridianPiece& one = pieces[std::countr_zero(set)];
     const MeridianPiece& other = pieces[std::bit_width(set) - 1];
     const bool bent = one.radius != 0.0f, other_bent = other.radius != 0.0f;
     if (run.kind < kManyPieces) {
-      bent ? raise_run(f, run, BelowArc{one}, raised, taken) : raise_run(f, run, BelowLine{one}, raised, taken);
+      bent                 ? raise_run(f, run, BelowArc{one}, raised, taken)
+      : one.nax == 0.0f ? raise_run(f, run, BelowEnd{one}, raised, taken)
+                           : raise_run(f, run, BelowLine{one}, raised, taken);
     } else if (std::popcount(set) == 1) {
       bent ? raise_run(f, run, BelowEnds<true, false, false>{{one, one}}, raised, taken)
            : raise_run(f, run, BelowEnds<false, false, false>{{one, one}}, raised, taken);
