@@ -62,13 +62,22 @@ bool Fill::lower(const glm::ivec3& lo, const glm::ivec3& size, float* distance, 
                  std::size_t stride_y, PerTissue* added) const noexcept {
   bool changed = false;
   const double inner = -static_cast<double>(Sweep::kInner), margin = static_cast<double>(Sweep::kMargin);
+  const double reach = radius_ + margin;
+  const auto full = static_cast<float>(inner);  // no ball makes it lower
   for (int x = 0; x < size.x; ++x) {
     for (int y = 0; y < size.y; ++y) {
       const std::size_t row = static_cast<std::size_t>(x) * stride_x + static_cast<std::size_t>(y) * stride_y;
-      for (int z = 0; z < size.z; ++z) {
+      // No farther along z than the ball lies, and a little more.
+      const dvec3 first = dvec3(lo + glm::ivec3(x, y, 0)) - center_;
+      const double chord2 = reach * reach - first.x * first.x - first.y * first.y;
+      if (chord2 < 0) continue;
+      const double chord = std::sqrt(chord2);
+      const int from = std::max(0, static_cast<int>(-first.z - chord)), to = std::min(size.z, static_cast<int>(chord - first.z) + 2);
+      for (int z = from; z < to; ++z) {
         const std::size_t i = row + static_cast<std::size_t>(z);
-        const dvec3 p(lo + glm::ivec3(x, y, z));
         const float old = distance[i];
+        if (old <= full) continue;
+        const dvec3 p(lo + glm::ivec3(x, y, z));
         double d = std::max(glm::length(p - center_) - radius_, inner);
         if (d >= margin || static_cast<float>(d) >= old) continue;
         d = std::max(d, kept_out(p));
