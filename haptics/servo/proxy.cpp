@@ -29,7 +29,6 @@ constexpr double kSamePoints = 0.3;        // contacts found less than this ago,
 constexpr double kToothGrip = 0.15;        // engaged teeth resist being led sideways up to this share of the push
 constexpr double kMostSlack = 1.0;         // deeper in one tick the surface that was found says nothing
 constexpr int kMaxLooks = 48;              // per tick, free flight included
-constexpr double kHovers = 0.01;           // voxels beneath a head that has yet to land
 constexpr double kDeep = 0.6;              // more overlap than cutting or rounding leaves: led out slowly
 constexpr double kRecoveryTime = 0.006;    // s, time constant of leading the tool out of tissue
 constexpr double kCutSlew = 6;            // N/s, no faster does the proxy change the force of a cutting contact
@@ -67,18 +66,6 @@ double paced_share(const dvec3& step, const dvec3& rest, double pace) {
   const double length2 = glm::dot(step, step);
   const double nearest = length2 > 0 ? std::clamp(-glm::dot(step, rest) / length2, 0.0, 1.0) : 0.0;
   return largest_share(step, rest, std::max(pace, std::hypot(glm::length(rest + nearest * step), pace / 2)));
-}
-
-/// A bur far behind the hand that has come out over the rim of its hole lands before it catches up: what its motor works is cut
-/// meanwhile. The step, less what of it lies across `pressed` and would make the hand feel more than `pace`.
-dvec3 sunk_first(const dvec3& step, const dvec3& shift, const dvec3& pressed, double pace) {
-  const dvec3 change = step - shift;
-  const double along = glm::dot(change, pressed);
-  if (!(along < 0)) return step;
-  const double down = std::max(along, -pace);
-  const dvec3 across = change - along * pressed;
-  const double most = std::sqrt(pace * pace - down * down), length = glm::length(across);
-  return shift + down * pressed + (length > most ? most / length : 1.0) * across;
 }
 
 }  // namespace
@@ -210,13 +197,6 @@ void Servo::State::look_around(Touch& now, const dvec3& c, bool center_inside) n
   }
   if (smooth().any()) smooth().find(patch, X_VT, kContactRange, contacts);
   now.active = guess_active(contacts, held);
-}
-
-/// Whether the head touches none of what holds it yet.
-bool Servo::State::hovers(const ActivePlanes& active) const noexcept {
-  double nearest = kContactRange;
-  for (int i = 0; i < active.count; ++i) nearest = std::min(nearest, contacts.plane(active.index[i]).gap);
-  return nearest > kHovers;
 }
 
 /// How far the head may sink in this tick: the budget buys area × depth + the cap of a first touch.
@@ -370,12 +350,7 @@ void Servo::State::move_proxy(Touch& now) noexcept {
       next = c + step;
     }
     // No farther than the hand may feel in this tick: from there on another tick looks.
-    const double pace = kCutSlew * now.pace_per_slew;
-    if (now.paced && now.active.count > 0 && paced_share(next - c0, -shift, pace) < 1) {
-      if (look == 0 && !now.scrapes && hovers(now.active)) {
-        ActivePlanes on_the_way = now.active;  // what holds the head is what keeps it from the hand
-        next = nearest_allowed(contacts, c, overlap, now.slack, c0 + sunk_first(next - c0, shift, pressed, pace), on_the_way);
-      }
+    if (now.paced && now.active.count > 0 && paced_share(next - c0, -shift, kCutSlew * now.pace_per_slew) < 1) {
       c = next;
       break;
     }

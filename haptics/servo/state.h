@@ -243,7 +243,6 @@ struct Servo::State {
   double wall_of(const ActivePlanes& active) const noexcept;
   bool hold_at_walls(const ActivePlanes& active, double yields) noexcept;
   void look_around(Touch& now, const dvec3& c, bool center_inside) noexcept;
-  bool hovers(const ActivePlanes& active) const noexcept;
   void find_room_to_sink(Touch& now) const noexcept;
   bool nothing_in_the_way(const Touch& now) const noexcept;
   double share_in_debt(const Touch& now) const noexcept;

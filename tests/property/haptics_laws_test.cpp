@@ -261,34 +261,6 @@ TEST(Cutting, WhatTheMotorWorksIsCutHoweverTheHandSwingsOverTheRimsOfItsOwnCuts)
   }
 }
 
-// A ball that a hand draws on at 30 mm/s comes out over the rim of its hole again and again, a millimetre behind the hand.
-TEST(Cutting, ABurThatComesOutOverTheRimOfItsHoleFarBehindTheHandLandsAndCutsBeforeItCatchesUp) {
-  double least = 1e300, most = 0;
-  for (const auto& [voxel_mm, rate] : {std::pair(0.1, 1000.0), std::pair(0.05, 1000.0), std::pair(0.1, 4000.0)}) {
-    ServoSettings s;
-    s.tool.diameter = s.tool.length = 1.0_mm;
-    s.spindle.free_speed = 200.0_krpm;
-    s.spindle.stall_torque = 1e-3;
-    s.tick = 1 / rate;
-    const auto dentin = static_cast<std::size_t>(Tissue::kDentin);
-    HapticBench bench(R"({"voxel_mm": )" + std::to_string(voxel_mm) + R"(, "solids": [{"tissue": "dentin", "solid": {"box": {"size_mm": [14,3,3]}}}]})", s);
-    dvec3 x(-5.0_mm, 0, 2.02_mm), v(0), f(0);
-    double work = 0;
-    for (double t = 0; t < 0.2; t += s.tick) {
-      const dvec3 led(20000 * (-5.0_mm + 0.03 * t - x.x) - 40 * (v.x - 0.03), -2000 * x.y - 5 * v.y, -1.0 - 5 * v.z);
-      v += s.tick * (led + f) / 0.15;
-      x += s.tick * v;
-      const ServoTick& tick = bench.tick({x}, 1);
-      f = tick.f_T_W;
-      work += s.spindle.stall_torque * (1 - tick.spindle / s.spindle.free_speed) * tick.spindle * s.tick;
-    }
-    const double removed = bench.last.removed[dentin];
-    EXPECT_GT(bench.settings.materials[dentin].specific_energy * removed / work, 0.98) << voxel_mm << " " << rate;
-    least = std::min(least, removed), most = std::max(most, removed);
-  }
-  EXPECT_LT(most / least, 1.02);
-}
-
 // A bur that has drilled as deep as its shank, wider than the hole, lets it: what it is pushed with then rests on the shank.
 TEST(Cutting, AMotorWhoseBurIsHeldByItsShankDoesNoWorkThatCutsNothing) {
   ServoSettings s;
