@@ -101,6 +101,7 @@ bool Servo::State::lies_open(const dvec3& from, const dvec3& to) const noexcept 
 /// out of its reach, goes on with another there. Looks on in the next tick where it has looked enough in this one. False when
 /// no such place is found.
 bool Servo::State::flow_on(const Fill& instrument, double reach) noexcept {
+  if (!patch.holds(filling.root, 1)) return false;
   const glm::ivec3 middle(glm::round(filling.root));
   dvec3 place(0);
   double nearest = kFlowsOn * reach;
