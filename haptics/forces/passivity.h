@@ -24,7 +24,8 @@ struct PassivityLaw {
   bool in_counts = false;     // the hand is a device's: its changes of pace are counts, which no hand makes, and say nothing
   double faster = 1.2;        // of the greatest pace lately: faster no hand goes back
   double again = 3;           // of the greatest change of pace lately: by as much may one change that can turn at once, …
-  double outdone = 0.5;       // … by once that, and this share of the mean change, any other: one stroke's end is not outdone
+  double outdone = 0.6;       // … by once that any other, and by this share of the mean change …
+  double lonely = 0.1;        // … beyond this share of the greatest: what one stroke's start or end shows is not outdone
   double in_mean = 0.01;      // what a tick weighs in that mean
   double hold = 1;            // s of motion, so long pace and change are known undiminished (a hand at rest forgets nothing), …
   double hold_free = 0.15;    // s, … paces of a hand that touches nothing: it may fly in fast and come down slowly …
@@ -108,7 +109,8 @@ inline double abruptness(const PassivityLaw& law, double tick, bool uneven_clock
 inline double way_back(const PassivityLaw& law, double along, double tick, double twitch, const PassivityState& state) noexcept {
   const bool uneven_clock = state.longest > 1.02 * tick;  // more than a clock in nanoseconds rounds
   const double next = (uneven_clock ? law.uneven : 1) * std::max(state.longest, tick);
-  const double at_once = law.again * state.change.most, likely = state.change.most + law.outdone * state.mean_change;
+  const double at_once = law.again * state.change.most, restless = std::max(0.0, state.mean_change - law.lonely * state.change.most);
+  const double likely = state.change.most + law.outdone * restless;
   const double turn = std::max(twitch, (likely + (at_once - likely) * abruptness(law, tick, uneven_clock, state)) * next);
   return std::min(turn + along * next, std::max(twitch, law.faster * state.pace.most * next));
 }
