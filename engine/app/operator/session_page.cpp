@@ -8,6 +8,7 @@
 #include "engine/app/operator/session_controls.h"
 #include "engine/base/units.h"
 #include "engine/display/keys.h"
+#include "engine/session/format/columns.h"
 
 namespace typodont {
 
@@ -294,18 +295,7 @@ void draw_device(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   };
   if (s.held) say(s.text("op.is_held"));
   if (s.status.bearable_force > 0 && !s.status.armed) say(s.text("op.not_armed"));
-  constexpr std::array kFaults = {std::pair{Fault::kBadInput, "bad_input"},
-                                  std::pair{Fault::kStalePatch, "stale_patch"},
-                                  std::pair{Fault::kPatchEdge, "patch_edge"},
-                                  std::pair{Fault::kForceLimit, "force_limit"},
-                                  std::pair{Fault::kDeepPenetration, "deep_penetration"},
-                                  std::pair{Fault::kDeviceLost, "device_lost"},
-                                  std::pair{Fault::kRingFull, "ring_full"},
-                                  std::pair{Fault::kSlewLimit, "slew_limit"},
-                                  std::pair{Fault::kOverrun, "overrun"},
-                                  std::pair{Fault::kLetGo, "let_go"},
-                                  std::pair{Fault::kNoRoom, "no_room"}};
-  for (const auto& [fault, name] : kFaults) {
+  for (const auto& [fault, name] : session::fault_names()) {
     if (s.status.faults & bits(fault)) say(s.text(fmt::format("fault.{}", name)));
   }
   if (!any) {

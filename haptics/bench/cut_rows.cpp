@@ -1,0 +1,90 @@
+#include <algorithm>
+#include <cstddef>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "engine/base/dispatch.h"
+#include "haptics/bench/rows.h"
+#include "haptics/bench/timing.h"
+#include "haptics/cut_front.h"
+
+namespace typodont::haptics::bench {
+
+namespace {
+
+/// The samples that differ between two patches, as stretches along z.
+struct Stretch {
+  std::size_t from, count;
+};
+std::vector<Stretch> changed_stretches(const SurfacePatch& before, const SurfacePatch& after) {
+  std::vector<Stretch> list;
+  for (std::size_t i = 0; i < after.distance.size(); ++i) {
+    if (after.distance[i] == before.distance[i]) continue;
+    if (!list.empty() && list.back().from + list.back().count == i) {
+      ++list.back().count;
+    } else {
+      list.push_back({i, 1});
+    }
+  }
+  return list;
+}
+
+/// Reads and writes groups of samples, as wide as the processor takes them.
+TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
+void scan_groups(float* samples, const std::ptrdiff_t* from, std::size_t groups, int lanes, float least) {
+  for (std::size_t g = 0; g < groups; ++g) {
+    float* const group = samples + from[g];
+    for (int half = 0; half < lanes; half += 8) {
+      for (int i = half; i < half + 8; ++i) group[i] = std::max(group[i], least);
+    }
+  }
+}
+
+}  // namespace
+
+void cut_rows(const Tool& tool, const std::string& knob, const DenseTissue& dense, std::vector<BenchRow>& rows) {
+  Carver carver(TissueVolume(dense), std::span(&tool, 1));
+  SurfacePatch patch;
+  patch.resize(patch_edge_for(std::span(&tool, 1), dense.frame.voxel));
+  constexpr int kCycle = 34;  // cuts of 0.03 voxel, as in drilling, in which all that is listed is listed anew
+  const double way = 0.03 * dense.frame.voxel;
+  const auto at = [&](int i) {
+    return Pose{dvec3(0, 0, kBlockTop + tool.length / 2 - 0.4e-3) + way * i * glm::normalize(dvec3(0.5, 0.2, -0.6))};
+  };
+  carver.cut_out(at(0).p, patch);
+  CutFront front(std::span(&tool, 1), dense.frame.voxel);
+  carve(patch, Sweep(tool, at(0), at(0), dense.frame), nullptr, &front);
+  int step = 0;
+  const auto cut_on = [&](int) {
+    carve(patch, Sweep(tool, at(step), at(step + 1), dense.frame, true), nullptr, &front);
+    ++step;
+  };
+  for (int i = 0; i < 2 * kCycle; ++i) cut_on(i);
+  const SurfacePatch before = patch;
+  cut_on(0);
+  const std::vector<Stretch> stretches = changed_stretches(before, patch);
+  const std::vector<std::ptrdiff_t> groups = front.listed_in(patch.lo, patch.n);
+  double samples = 0;
+  for (const Stretch& s : stretches) samples += static_cast<double>(s.count);
+  const double scan = batch_ns(51, 16, [&](int k) {
+    const float rise = 1e-9f * static_cast<float>(k);
+    for (const Stretch& s : stretches) {
+      for (std::size_t i = s.from; i < s.from + s.count; ++i) patch.distance[i] = std::max(patch.distance[i], rise - 9);
+    }
+  });
+  const double same = batch_ns(51, 16, [&](int k) {
+    scan_groups(patch.distance.data(), groups.data(), groups.size(), widest_group(), 1e-9f * static_cast<float>(k) - 9);
+  });
+  const double cut = batch_ns(5, kCycle, cut_on);
+  const double lanes = static_cast<double>(groups.size()) * widest_group();
+  rows.push_back({"floor: scan of the samples a cut changes", knob, BenchRow::kNone, "", scan, "cut", "", BenchRow::kNone,
+                  samples, "samples"});
+  rows.push_back({"floor: scan of the samples a cut reads and writes", knob, BenchRow::kNone, "", same, "cut", "", BenchRow::kNone,
+                  lanes, "samples"});
+  rows.push_back({"cut alone, 0.03 voxel", knob, BenchRow::kNone, "", cut, "cut", "the scan", cut / scan, samples, "samples"});
+  rows.push_back({"cut alone, 0.03 voxel, by what it reads and writes", knob, BenchRow::kNone, "", cut, "cut", "that scan", cut / same,
+                  lanes, "samples"});
+}
+
+}  // namespace typodont::haptics::bench

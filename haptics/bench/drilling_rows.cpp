@@ -1,0 +1,55 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <utility>
+
+#include "haptics/bench/rows.h"
+#include "haptics/bench/timing.h"
+
+namespace typodont::haptics::bench {
+
+void drilling_rows(const BenchOptions& options, std::vector<BenchRow>& rows) {
+  const double voxel_mm = *std::min_element(options.voxels_mm.begin(), options.voxels_mm.end());
+  const DenseTissue dense = tissue(kBlock, voxel_mm);
+  double whole = 0;
+  for (const double volume : TissueVolume(dense).volumes()) whole += volume;
+  const std::pair<const char*, Tool> heads[] = {{"round 1.2 mm", head(HeadShape::kSphere, 1.2e-3, 1.2e-3)},
+                                                {"round 4 mm", head(HeadShape::kSphere, 4e-3, 4e-3)},
+                                                {"flame 1.2 x 4 mm", head(HeadShape::kFlame, 1.2e-3, 4e-3)},
+                                                {"cylinder 1 x 4 mm", head(HeadShape::kCylinder, 1e-3, 4e-3)}};
+  for (const auto& named : heads) {
+    const Tool& tool = named.second;
+    const std::string knob = fmt::format("{}, voxel {:g} mm", named.first, voxel_mm);
+    ServoSettings settings;
+    settings.tool = tool;
+    settings.spindle.free_speed = 300e3 / 60 * 2 * kPi;
+    double error = 0;
+    std::unique_ptr<Scene> last;
+    const std::vector<double> ticks = least_of([&] {
+      last = std::make_unique<Scene>(dense, settings);
+      DrillingHand hand(tool);
+      std::vector<double> run;
+      double work = 0;
+      for (int i = 0; i < options.ticks; ++i) {
+        run.push_back(last->tick(hand.next(last->last.f_T_W, settings.tick), 1));
+        work += last->last.cutting_power * settings.tick;
+      }
+      double left = 0;
+      for (const double volume : last->carver.volume().volumes()) left += volume;
+      // The servo's ledger against the volume that the carver holds: energy spent over specific energy.
+      error = std::abs(work / 8e9 / (whole - left) - 1);
+      return run;
+    });
+    Scene& scene = *last;
+    rows.push_back(
+        {"drilling tick, median", knob, error, "volume against energy", quantile(ticks, 0.5), "tick"});
+    rows.push_back(
+        {"drilling tick, 99.9 %", knob, error, "volume against energy", quantile(ticks, 0.999), "tick"});
+    cut_rows(tool, knob, dense, rows);
+    hand_over_rows(scene, knob, rows);
+  }
+}
+
+}  // namespace typodont::haptics::bench

@@ -1,0 +1,59 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdint>
+
+#include "haptics/bench/rows.h"
+#include "haptics/bench/timing.h"
+
+namespace typodont::haptics::bench {
+
+void hand_over_rows(Scene& scene, const std::string& knob, std::vector<BenchRow>& rows) {
+  SurfacePatch fresh = scene.servo.patch();
+  scene.carver.cut_out(scene.last.X_WG.p, fresh);
+  rows.push_back({"patch cut-out", fmt::format("{0}, {1}³", knob, fresh.n), BenchRow::kNone, "",
+                  batch_ns(21, 4, [&](int) { scene.carver.cut_out(scene.last.X_WG.p, fresh); }), "patch"});
+  rows.push_back({"patch hand-over, nothing lacking", knob, BenchRow::kNone, "",
+                  batch_ns(21, 64,
+                           [&](int) {
+                             fresh.cuts = scene.last.cuts;
+                             scene.servo.adopt(fresh);
+                           }),
+                  "patch"});
+  // As in a session (PatchExchange): cuts that are made while a patch is cut out the carver puts in …
+  std::vector<double> kept_up, handed_over;
+  const double clock = clock_ns();
+  for (int i = 0; i < 9; ++i) {
+    scene.carver.cut_out(scene.last.X_WG.p, fresh);
+    scene.carver.remember_writes(true);
+    const std::uint64_t wanted = scene.last.cuts + 16;
+    for (int tick = 0; tick < 200 && scene.last.cuts < wanted; ++tick) {
+      const Pose deeper{scene.last.X_WT.p - dvec3(0, 0, 1e-6), scene.last.X_WT.R};
+      scene.t += from_seconds(scene.settings.tick);
+      if (scene.servo.tick({scene.t, deeper, 1}, scene.last, scene.cut)) scene.carver.apply(scene.cut);
+    }
+    scene.carving.run([&] {
+      const Nanos start = thread_cpu_time();
+      scene.carver.bring_up_to_date(fresh);
+      kept_up.push_back(static_cast<double>(thread_cpu_time() - start) - clock);
+    });
+    thread_cpu_time();  // the clock itself is slow the first time after a wait
+    const Nanos start = thread_cpu_time();
+    scene.servo.adopt(fresh);
+    handed_over.push_back(static_cast<double>(thread_cpu_time() - start) - clock);
+    scene.carver.remember_writes(false);
+  }
+  rows.push_back({"16 cuts put into a patch by the carver", knob, BenchRow::kNone, "", quantile(kept_up, 0.5), "patch"});
+  rows.push_back({"patch hand-over, 16 cuts made meanwhile", knob, BenchRow::kNone, "", std::max(quantile(handed_over, 0.5), 0.0), "patch"});
+  // … unless it comes too late.
+  scene.carver.cut_out(scene.last.X_WG.p, fresh);
+  rows.push_back({"patch hand-over, 16 cuts put in by the servo", knob, BenchRow::kNone, "",
+                  batch_ns(21, 64,
+                           [&](int) {
+                             fresh.cuts = scene.last.cuts - std::min<std::uint64_t>(scene.last.cuts, 16);
+                             scene.servo.adopt(fresh);
+                           }),
+                  "patch"});
+}
+
+}  // namespace typodont::haptics::bench

@@ -1,0 +1,35 @@
+// The rows of `typodont bench contact`, part by part.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "engine/contract/bench_row.h"
+#include "haptics/bench.h"
+#include "haptics/bench/scene.h"
+
+namespace typodont::haptics::bench {
+
+/// A hand that slides on a ball, by voxel probing, by looks of either order, and by the servo; then queries alone.
+void slide_rows(const BenchOptions& options, std::vector<BenchRow>& rows);
+
+/// A hand that drills into a block, with four heads: ticks, cuts alone, patches.
+void drilling_rows(const BenchOptions& options, std::vector<BenchRow>& rows);
+
+/// The cut of one tick by itself, beside two floors: reading and writing just the samples that it changes, and reading and
+/// writing the same groups of samples as it does. Both known beforehand.
+void cut_rows(const Tool& tool, const std::string& knob, const DenseTissue& dense, std::vector<BenchRow>& rows);
+
+/// A patch cut out beside a drilling servo, and handed over to it. `scene`: while it drills, pedal down; it is left a little deeper.
+void hand_over_rows(Scene& scene, const std::string& knob, std::vector<BenchRow>& rows);
+
+/// A stroke of a ball along the surface, in steps: error of the volume, time per step.
+void removal_rows(const BenchOptions& options, std::vector<BenchRow>& rows);
+
+/// A tick with no tissue near.
+void free_air_row(const BenchOptions& options, std::vector<BenchRow>& rows);
+
+/// Drilling at 10 kHz on the clock.
+void deadline_rows(const BenchOptions& options, std::vector<BenchRow>& rows);
+
+}  // namespace typodont::haptics::bench

@@ -1,0 +1,81 @@
+// What the rows of contact and cutting are measured on: analytic solids, servo and carver in lock-step, a simulated hand.
+#pragma once
+
+#include <atomic>
+#include <functional>
+#include <string_view>
+#include <thread>
+
+#include "haptics/carver.h"
+#include "haptics/servo.h"
+#include "haptics/solid.h"
+
+namespace typodont::haptics::bench {
+
+/// `solids` as in a scene file.
+DenseTissue tissue(std::string_view solids, double voxel_mm);
+
+inline constexpr std::string_view kBall = R"([{"tissue": "enamel", "solid": {"sphere": {"radius_mm": 4}}}])";
+inline constexpr std::string_view kBlock = R"([{"tissue": "dentin", "solid": {"box": {"size_mm": [6, 6, 4]}}}])";
+inline constexpr double kBallRadius = 4e-3, kBlockTop = 2e-3;  // m
+
+Tool head(HeadShape shape, double diameter, double length);
+
+double degrees_between(const dvec3& a, const dvec3& b);
+
+/// The carver's thread while it cuts out patches. As in a session it works on another core, where there is one: what it reads
+/// and writes then does not drive the servo's code and data out of its caches.
+class OtherThread {
+ public:
+  OtherThread();
+  ~OtherThread();
+  OtherThread(const OtherThread&) = delete;
+  OtherThread& operator=(const OtherThread&) = delete;
+
+  /// Returns when it is done.
+  void run(std::function<void()> work);
+
+ private:
+  void hand_over();
+  void loop();
+
+  std::atomic<bool> busy_{false};
+  std::function<void()> work_;
+  std::thread thread_;
+};
+
+/// Servo and carver in lock-step, as in the program's deterministic loop.
+struct Scene {
+  ServoSettings settings;
+  Carver carver;
+  Servo servo;
+  SurfacePatch spare;
+  ServoTick last;
+  Cut cut;
+  Nanos t = 0;
+  OtherThread carving;
+
+  Scene(const DenseTissue& dense, ServoSettings settings);
+
+  /// One tick; returns its CPU time, ns.
+  double tick(const Pose& X_WT, double pedal);
+};
+
+/// A simulated hand (0.15 kg, 5 N·s/m) that pushes with 1 N and swings sideways.
+class DrillingHand {
+ public:
+  explicit DrillingHand(const Tool& tool) : x_(0, 0, kBlockTop + tool.length / 2 + 2e-5) {}
+  Pose next(const dvec3& force, double dt) {
+    const double swing = 1e-3 * std::sin(2 * kPi * t_);
+    v_ += dt * (dvec3(2000 * (swing - x_.x), -2000 * x_.y, -1) - 5.0 * v_ + force) / 0.15;
+    x_ += dt * v_;
+    t_ += dt;
+    return {x_};
+  }
+
+ private:
+  dvec3 x_, v_{0};
+  double t_ = 0;
+};
+
+}  // namespace typodont::haptics::bench

@@ -1,0 +1,181 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "engine/base/dispatch.h"
+#include "haptics/bench/rows.h"
+#include "haptics/bench/timing.h"
+#include "haptics/bench/voxel_probe.h"
+#include "haptics/lanes.h"
+
+namespace typodont::haptics::bench {
+
+namespace {
+
+/// Where a hand slides on a ball: 0.4 mm deep, around it askew, 20 mm/s.
+dvec3 sliding(int tick, double radius) {
+  const double angle = 0.02 * 1e-3 * tick / radius + 0.3;
+  const dvec3 u = glm::normalize(dvec3(1, 0.3, 0.2)), v = glm::normalize(glm::cross(u, dvec3(0.2, -0.1, 1)));
+  return (radius - 4e-4) * (std::cos(angle) * u + std::sin(angle) * v);
+}
+
+constexpr int kApproach = 50;  // ticks until the force's ramp is over
+
+/// A slide on one sphere with one voxel size.
+struct Slide {
+  const BenchOptions& options;
+  std::vector<BenchRow>& rows;
+  DenseTissue dense;
+  std::string knob;
+  ServoSettings settings;
+  double radius;  // of the way of the head's centre, m
+  dvec3 outside;
+
+  Slide(const BenchOptions& o, double voxel_mm, std::vector<BenchRow>& r)
+      : options(o), rows(r), dense(tissue(kBall, voxel_mm)), knob(fmt::format("voxel {:g} mm", voxel_mm)) {
+    settings.tool = head(HeadShape::kSphere, 1.2e-3, 1.2e-3);
+    settings.friction = false;  // it would tilt the force
+    settings.damping = 0;
+    settings.cutting = false;
+    radius = kBallRadius + settings.tool.radius();
+    outside = 1.1 * sliding(0, radius);
+  }
+
+  void add(const char* name, double error, double ns, const char* work, const char* baseline = "", double of_it = 0) {
+    rows.push_back({name, knob, error, "degree, greatest", ns, work, baseline, of_it > 0 ? ns / of_it : BenchRow::kNone});
+  }
+
+  /// Returns the median tick, ns.
+  double by_voxel_probing() {
+    VoxelProbe probe(dense, settings.tool.radius(), outside);
+    const double clock = clock_ns();
+    double error = 0;
+    std::vector<double> times;
+    for (int i = 0; i < options.ticks; ++i) {
+      const dvec3 p = sliding(i, radius);
+      const Nanos start = thread_cpu_time();
+      const dvec3 push = probe.push(p);
+      times.push_back(static_cast<double>(thread_cpu_time() - start) - clock);
+      if (i > kApproach) error = std::max(error, degrees_between(push, p));
+    }
+    const double ns = quantile(times, 0.5);
+    add("slide on a sphere, voxel probing", error, ns, "tick");
+    return ns;
+  }
+
+  /// A god-object on the offset surface with one query a look: what the order of interpolation buys.
+  template <class Sample>
+  void by_looks(Sample sample, const char* name, double probing_ns) {
+    Scene still(dense, settings);
+    double error = 0;
+    const std::vector<double> ticks = least_of([&] {
+      std::vector<double> run;
+      dvec3 c = dense.frame.to_voxels(outside);
+      error = 0;
+      for (int i = 0; i < options.ticks; ++i) {
+        const dvec3 p = sliding(i, radius), goal = dense.frame.to_voxels(p);
+        still.last.X_WT.p = p, still.last.X_WG.p = dense.frame.to_world(c);
+        if (still.carver.patch_due(still.last)) still.carver.cut_out(still.carver.patch_center(still.last), still.spare);
+        const Nanos start = thread_cpu_time();
+        for (int look = 0; look < 8; ++look) {
+          const FieldSample at = sample(still.spare, c);
+          const dvec3 n = glm::normalize(at.gradient);
+          c = goal + n * (settings.tool.radius() / dense.frame.voxel - at.value + glm::dot(n, c - goal));
+        }
+        run.push_back(static_cast<double>(thread_cpu_time() - start));
+        if (i > kApproach) error = std::max(error, degrees_between(c - goal, p));
+      }
+      return run;
+    });
+    add(name, error, quantile(ticks, 0.5), "tick", "voxel probing", probing_ns);
+  }
+
+  void by_servo(double probing_ns) {
+    double error = 0;
+    const std::vector<double> times = least_of([&] {
+      Scene scene(dense, settings);
+      error = 0;
+      std::vector<double> run;
+      scene.tick({outside}, 0);
+      for (int i = 0; i < options.ticks; ++i) {
+        const dvec3 p = sliding(i, radius);
+        run.push_back(scene.tick({p}, 0));
+        if (i > kApproach) error = std::max(error, degrees_between(scene.last.f_T_W, p));
+      }
+      return run;
+    });
+    add("slide on a sphere, median", error, quantile(times, 0.5), "tick", "voxel probing", probing_ns);
+    add("slide on a sphere, 99.9 %", error, quantile(times, 0.999), "tick", "voxel probing", probing_ns);
+  }
+
+  /// Queries alone, in batches, around the head's centre; and their floor.
+  void queries() {
+    Scene scene(dense, settings);
+    scene.tick({sliding(0, radius)}, 0);
+    const SurfacePatch& patch = scene.servo.patch();
+    std::vector<dvec3> points;
+    const dvec3 center = dense.frame.to_voxels(patch.center_W);
+    for (int i = 0; i < 256; ++i)
+      points.push_back(center + 2.0 * dvec3(std::sin(1.1 * i), std::sin(1.7 * i), std::sin(2.3 * i)));
+    const auto query = [&](auto sample, const char* name, double linear_ns) {
+      double worst = 0, sum = 0;
+      for (const dvec3& p : points)
+        worst = std::max(worst, degrees_between(sample(patch, p).gradient, dense.frame.to_world(p)));
+      const double ns =
+          batch_ns(51, 256, [&](int k) { sum += sample(patch, points[static_cast<std::size_t>(k)]).value; });
+      if (!std::isfinite(sum)) worst = std::nan("");
+      add(name, worst, ns, "query", linear_ns > 0 ? "trilinear" : "", linear_ns);
+      return ns;
+    };
+    const double linear_ns = query(sample_linear_gradient, "direction, trilinear", 0);
+    const double cubic_ns = query(sample_cubic, "direction, cubic", linear_ns);
+    query_floor(patch, points, cubic_ns);
+  }
+
+  /// The floor of a query: the same 6 × 6 rows of samples read and added up, where the points are known beforehand.
+  void query_floor(const SurfacePatch& patch, const std::vector<dvec3>& points, double cubic_ns);
+};
+
+/// Adds up 6 × 6 rows of eight samples, six sums side by side, so that no addition waits for the one before.
+TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
+void scan_rows(const float* corner, std::size_t edge, float* sum) {
+  F8 sums[6] = {};
+  for (std::size_t i = 0; i < 6; ++i) {
+    for (std::size_t j = 0; j < 6; ++j) sums[j] += *reinterpret_cast<const F8*>(corner + (i * edge + j) * edge);
+  }
+  *sum += sum_of(((sums[0] + sums[1]) + (sums[2] + sums[3])) + (sums[4] + sums[5]));
+}
+
+void Slide::query_floor(const SurfacePatch& patch, const std::vector<dvec3>& points, double cubic_ns) {
+  std::vector<const float*> corners;
+  for (const dvec3& p : points) {
+    const glm::ivec3 corner = glm::ivec3(p) - patch.lo - glm::ivec3(2, 2, 4);
+    corners.push_back(patch.distance.data() + patch.at(corner.x, corner.y, corner.z));
+  }
+  float read = 0;
+  const std::size_t edge = static_cast<std::size_t>(patch.n);
+  const double scan_ns = batch_ns(51, 256, [&](int k) { scan_rows(corners[static_cast<std::size_t>(k)], edge, &read); });
+  rows.push_back({"floor: scan of the samples a cubic query reads", knob, BenchRow::kNone, "", scan_ns, "query", "", BenchRow::kNone,
+                  std::isfinite(read) ? 288.0 : 0.0, "samples"});
+  rows.push_back({"direction, cubic, against the floor", knob, BenchRow::kNone, "", cubic_ns, "query", "the scan", cubic_ns / scan_ns});
+}
+
+}  // namespace
+
+void slide_rows(const BenchOptions& options, std::vector<BenchRow>& rows) {
+  for (const double voxel_mm : options.voxels_mm) {
+    Slide slide(options, voxel_mm, rows);
+    const double probing_ns = slide.by_voxel_probing();
+    slide.by_looks(sample_linear_gradient, "slide on a sphere, eight trilinear looks", probing_ns);
+    slide.by_looks(sample_cubic, "slide on a sphere, eight cubic looks", probing_ns);
+    slide.by_servo(probing_ns);
+    slide.queries();
+  }
+}
+
+}  // namespace typodont::haptics::bench
