@@ -2,13 +2,13 @@
 
 #include <fmt/format.h>
 #include <sndfile.h>
-#include <unistd.h>
 
 #include <cerrno>
 #include <cmath>
 #include <cstring>
 
 #include "engine/base/error.h"
+#include "engine/base/partial_file.h"
 
 namespace typodont::audio {
 
@@ -64,48 +64,39 @@ Recording read_recording(const std::filesystem::path& file) {
 }
 
 struct WavWriter::Impl {
-  std::filesystem::path file, partial;
+  explicit Impl(const std::filesystem::path& file) : partial(file) {}
+  PartialFile partial;
   SoundFile sound;
 };
 
 WavWriter::WavWriter(const std::filesystem::path& file, double rate, SampleFormat format)
-    : impl_(std::make_unique<Impl>()) {
-  impl_->file = file;
-  impl_->partial = file.string() + fmt::format(".{}.partial", getpid());
-  std::error_code code;
-  if (std::filesystem::is_directory(file, code)) throw Error(file.string(), "", "a directory", "a file name");
+    : impl_(std::make_unique<Impl>(file)) {
   SF_INFO info{};
   info.channels = 1;
   info.samplerate = static_cast<int>(std::lround(rate));
   info.format = SF_FORMAT_WAV | (format == SampleFormat::kPcm16 ? SF_FORMAT_PCM_16 : SF_FORMAT_FLOAT);
-  impl_->sound.reset(sf_open(impl_->partial.c_str(), SFM_WRITE, &info));
+  impl_->sound.reset(sf_open(impl_->partial.path().c_str(), SFM_WRITE, &info));
   if (!impl_->sound) throw Error(file.string(), "", sf_strerror(nullptr), "a writable place");
   // A float file otherwise carries the time of its making: the same sound would not be the same bytes.
   sf_command(impl_->sound.get(), SFC_SET_ADD_PEAK_CHUNK, nullptr, SF_FALSE);
   sf_command(impl_->sound.get(), SFC_SET_CLIPPING, nullptr, SF_TRUE);
 }
 
-WavWriter::~WavWriter() {
-  impl_->sound.reset();
-  std::error_code code;
-  std::filesystem::remove(impl_->partial, code);
-}
+WavWriter::~WavWriter() = default;
 
 void WavWriter::write(std::span<const float> mono) {
   const auto count = static_cast<sf_count_t>(mono.size());
   if (sf_writef_float(impl_->sound.get(), mono.data(), count) != count) {
-    throw Error(impl_->file.string(), "", sf_strerror(impl_->sound.get()), "room for the sound");
+    throw Error(impl_->partial.file().string(), "", sf_strerror(impl_->sound.get()), "room for the sound");
   }
 }
 
 void WavWriter::finish() {
   if (!impl_->sound) return;
   if (sf_close(impl_->sound.release()) != 0) {
-    throw Error(impl_->file.string(), "", "an error on closing", "room for the sound");
+    throw Error(impl_->partial.file().string(), "", "an error on closing", "room for the sound");
   }
-  std::error_code code;
-  std::filesystem::rename(impl_->partial, impl_->file, code);
-  if (code) throw Error(impl_->file.string(), "", code.message(), "a writable place");
+  impl_->partial.keep();
 }
 
 }  // namespace typodont::audio

@@ -1,7 +1,6 @@
 #include "engine/base/json.h"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
@@ -13,6 +12,7 @@
 #include <sstream>
 
 #include "engine/base/error.h"
+#include "engine/base/partial_file.h"
 
 namespace typodont {
 
@@ -232,18 +232,13 @@ std::string Json::text() const {
 }
 
 void write_file_atomically(const std::filesystem::path& file, std::string_view bytes) {
-  const std::filesystem::path partial = file.string() + fmt::format(".{}.partial", getpid());
-  std::ofstream out(partial, std::ios::binary);
-  if (!out) throw Error(file.string(), "", std::strerror(errno), "a writable place");
+  PartialFile partial(file);
+  errno = 0;
+  std::ofstream out(partial.path(), std::ios::binary);
   out.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
   out.close();
-  std::error_code code;
-  if (out) std::filesystem::rename(partial, file, code);
-  if (!out || code) {
-    const std::string why = code ? code.message() : std::strerror(errno);
-    std::filesystem::remove(partial, code);
-    throw Error(file.string(), "", why, "a writable place");
-  }
+  if (!out) throw Error(file.string(), "", errno ? std::strerror(errno) : "a short write", "a writable place");
+  partial.keep();
 }
 
 }  // namespace typodont

@@ -15,6 +15,9 @@
 #include <string_view>
 #include <vector>
 
+#include "engine/base/error.h"
+#include "engine/base/partial_file.h"
+
 extern char** environ;
 
 namespace typodont::session {
@@ -73,7 +76,12 @@ std::optional<std::filesystem::path> find_ffmpeg() {
 }
 
 struct FilmWriter::Impl {
-  std::filesystem::path file, pictures, with_sound, log;
+  /// ffmpeg's files on the way.
+  struct Parts {
+    explicit Parts(const std::filesystem::path& file) : pictures(file, "pictures"), with_sound(file, "sound"), log(file, "log") {}
+    PartialFile pictures, with_sound, log;
+  };
+  std::optional<Parts> parts;
   std::filesystem::path ffmpeg;
   std::size_t frame_bytes = 0;
   std::uint64_t frames = 0;
@@ -83,10 +91,7 @@ struct FilmWriter::Impl {
 
   void open(const FilmOptions& options);
   void stop_encoder(bool& good);
-  void remove_leftovers() const {
-    std::error_code code;
-    for (const auto& f : {pictures, with_sound, log}) std::filesystem::remove(f, code);
-  }
+  std::string complaint() const { return first_line(parts->log.path()); }
 };
 
 void FilmWriter::Impl::open(const FilmOptions& options) {
@@ -113,8 +118,8 @@ void FilmWriter::Impl::open(const FilmOptions& options) {
                    fmt::format("{}", options.fps), "-i", "pipe:0",
                    // Every player decodes 4:2:0, which needs even sides.
                    "-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2", "-c:v", "libx264", "-preset", "veryfast", "-crf", "20",
-                   "-pix_fmt", "yuv420p", "-movflags", "+faststart", "-f", "mp4", pictures.string()},
-                  ends[0], log);
+                   "-pix_fmt", "yuv420p", "-movflags", "+faststart", "-f", "mp4", parts->pictures.path().string()},
+                  ends[0], parts->log.path());
   close(ends[0]);
   if (encoder < 0) {
     close(ends[1]);
@@ -132,17 +137,17 @@ void FilmWriter::Impl::stop_encoder(bool& good) {
 }
 
 FilmWriter::FilmWriter(const std::filesystem::path& file, const FilmOptions& options) : impl_(std::make_unique<Impl>()) {
-  impl_->file = file;
-  impl_->pictures = file.string() + fmt::format(".{}.pictures.partial", getpid());
-  impl_->with_sound = file.string() + fmt::format(".{}.sound.partial", getpid());
-  impl_->log = file.string() + fmt::format(".{}.log.partial", getpid());
-  impl_->open(options);
+  try {
+    impl_->parts.emplace(file);
+    impl_->open(options);
+  } catch (const Error& error) {
+    impl_->message = fmt::format("no film: {}", error.what());
+  }
 }
 
 FilmWriter::~FilmWriter() {
   bool good = false;
   if (impl_->encoder > 0) impl_->stop_encoder(good);
-  impl_->remove_leftovers();
 }
 
 bool FilmWriter::add(std::span<const std::uint8_t> rgb) noexcept {
@@ -158,7 +163,7 @@ bool FilmWriter::add(std::span<const std::uint8_t> rgb) noexcept {
     if (n <= 0) {
       bool good = false;
       s.stop_encoder(good);
-      s.message = fmt::format("no film: ffmpeg gave up: {}", first_line(s.log));
+      s.message = fmt::format("no film: ffmpeg gave up: {}", s.complaint());
       return false;
     }
     rgb = rgb.subspan(static_cast<std::size_t>(n));
@@ -170,36 +175,38 @@ bool FilmWriter::add(std::span<const std::uint8_t> rgb) noexcept {
 bool FilmWriter::finish(const std::optional<std::filesystem::path>& wav) noexcept {
   Impl& s = *impl_;
   if (s.input < 0) {
-    s.remove_leftovers();
+    s.parts.reset();
     return false;
   }
   bool good = false;
   s.stop_encoder(good);
   if (!good || s.frames == 0) {
     if (s.message.empty()) {
-      s.message = s.frames == 0 ? "no film: no frames" : fmt::format("no film: ffmpeg gave up: {}", first_line(s.log));
+      s.message = s.frames == 0 ? "no film: no frames" : fmt::format("no film: ffmpeg gave up: {}", s.complaint());
     }
-    s.remove_leftovers();
+    s.parts.reset();
     return false;
   }
-  std::filesystem::path made = s.pictures;
+  PartialFile* made = &s.parts->pictures;
   if (wav) {
-    const pid_t pid = start({s.ffmpeg.string(), "-hide_banner", "-loglevel", "error", "-y", "-i", s.pictures.string(), "-i",
+    const pid_t pid = start({s.ffmpeg.string(), "-hide_banner", "-loglevel", "error", "-y", "-i", made->path().string(), "-i",
                              wav->string(), "-map", "0:v", "-map", "1:a", "-c:v", "copy", "-c:a", "aac", "-b:a", "160k",
-                             "-movflags", "+faststart", "-f", "mp4", s.with_sound.string()},
-                            -1, s.log);
+                             "-movflags", "+faststart", "-f", "mp4", s.parts->with_sound.path().string()},
+                            -1, s.parts->log.path());
     if (pid > 0 && ended_well(pid)) {
-      made = s.with_sound;
+      made = &s.parts->with_sound;
     } else {
-      s.message = fmt::format("the film is silent: {}", first_line(s.log));
+      s.message = fmt::format("the film is silent: {}", s.complaint());
     }
   }
-  std::error_code code;
-  std::filesystem::rename(made, s.file, code);
-  if (code) s.message = fmt::format("no film: {}: {}", s.file.string(), code.message());
-  const bool there = !code;
-  s.remove_leftovers();
-  return there;
+  try {
+    made->keep();
+  } catch (const Error& error) {
+    s.message = fmt::format("no film: {}", error.what());
+    good = false;
+  }
+  s.parts.reset();
+  return good;
 }
 
 const std::string& FilmWriter::message() const noexcept { return impl_->message; }

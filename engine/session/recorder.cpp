@@ -15,6 +15,7 @@
 #include <optional>
 
 #include "engine/base/error.h"
+#include "engine/base/partial_file.h"
 #include "engine/session/format/hdf5.h"
 #include "engine/session/format/layout.h"
 #include "engine/session/format/table.h"
@@ -70,6 +71,7 @@ PerTissue in_mm3(const PerTissue& volumes) {
 
 struct SessionWriter::Impl {
   std::filesystem::path file, written_to;
+  std::optional<PartialFile> partial;  // where `written_to` is not `file`
   WriterOptions options;
   WriterStatus status;
   int lock_fd = -1;
@@ -124,10 +126,8 @@ void SessionWriter::Impl::create(const SessionHeader& header) {
     for (const auto& column : stream.columns) good = good && plain_name(column.name) && column.name != "t_ns";
     if (!good) throw Error(file.string(), "stream " + stream.name, "an impossible name", "letters, digits and _");
   }
-  std::error_code code;
-  if (std::filesystem::is_directory(file, code)) refuse("a directory");
   if (is_being_recorded(file)) refuse("a session that is being recorded");
-  written_to = file.string() + fmt::format(".{}.partial", getpid());
+  written_to = partial.emplace(file).path();
 
   H5 access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
   H5Pset_libver_bounds(access.get(), H5F_LIBVER_V110, H5F_LIBVER_V110);  // what SWMR needs
@@ -145,22 +145,18 @@ void SessionWriter::Impl::create(const SessionHeader& header) {
   if (!create_header(header) || !create_tables(header) || !create_result() || !create_loop() ||
       H5Fflush(h5.get(), H5F_SCOPE_GLOBAL) < 0 ||
       H5Fstart_swmr_write(h5.get()) < 0) {
-    const std::string why = h5_reason();
-    h5.reset();
-    std::filesystem::remove(written_to, code);
-    refuse(why);
+    refuse(h5_reason());
   }
   lock_fd = lock_while_recording(written_to);
   // A live recording has its name from the moment on at which it can be opened after a kill, and not before.
   if (!options.whole_or_nothing) {
-    std::filesystem::rename(written_to, file, code);
-    if (code) {
-      const std::string why = code.message();
-      h5.reset();
+    try {
+      partial->keep();
+    } catch (const Error&) {
       ::close(lock_fd);
-      std::filesystem::remove(written_to, code);
-      refuse(why);
+      throw;
     }
+    partial.reset();
     written_to = file;
   }
 }
@@ -448,8 +444,6 @@ SessionWriter::~SessionWriter() {
   if (impl_->status.state == WriterStatus::State::kFinished) return;
   impl_->write_all();
   impl_->close();
-  std::error_code code;
-  if (impl_->options.whole_or_nothing) std::filesystem::remove(impl_->written_to, code);
 }
 
 void SessionWriter::append(std::span<const ServoTick> ticks) noexcept {
@@ -553,15 +547,18 @@ bool SessionWriter::finish(const SessionResult& result) noexcept {
       s.fail(errno ? std::strerror(errno) : h5_reason());
     }
   }
-  const bool whole = s.open() && s.close();
-  std::error_code code;
-  if (whole && s.options.whole_or_nothing) {
-    std::filesystem::rename(s.written_to, s.file, code);
-    if (code) s.fail(code.message());
+  bool whole = s.open() && s.close();
+  if (whole && s.partial) {
+    try {
+      s.partial->keep();
+    } catch (const Error& error) {
+      s.fail(error.what());
+      whole = false;
+    }
   }
-  if (!whole || code) {
+  if (!whole) {
     s.close();
-    if (s.options.whole_or_nothing) std::filesystem::remove(s.written_to, code);
+    s.partial.reset();
     return false;
   }
   s.status.state = WriterStatus::State::kFinished;

@@ -12,6 +12,7 @@
 
 #include "engine/base/error.h"
 #include "engine/base/json.h"
+#include "engine/base/partial_file.h"
 #include "engine/session/format/hdf5.h"
 #include "engine/session/format/layout.h"
 #include "engine/session/recorder.h"
@@ -455,7 +456,7 @@ const std::optional<SessionResult>& SessionReader::result() const { return impl_
 const std::optional<LoopReport>& SessionReader::loop() const { return impl_->loop; }
 
 bool repair_session(const std::filesystem::path& file) {
-  const std::filesystem::path partial = file.string() + fmt::format(".{}.repaired", getpid());
+  PartialFile partial(file, "repaired");
   {
     const SessionReader reader(file);
     // One that was closed by its writer, even without its end, is an ordinary file already.
@@ -463,7 +464,7 @@ bool repair_session(const std::filesystem::path& file) {
     WriterOptions options;
     options.lost_before = reader.lost();
     options.disk_reserve = 0;
-    SessionWriter writer(partial, reader.header(), options);
+    SessionWriter writer(partial.path(), reader.header(), options);
     writer.append(reader.patches());
     writer.append(reader.cuts());
     if (reader.loop()) writer.loop(*reader.loop());
@@ -480,18 +481,10 @@ bool repair_session(const std::filesystem::path& file) {
     for (std::uint64_t first = 0; first < reader.tick_count(); first += kPiece) writer.append(reader.ticks(first, kPiece));
     writer.flush();
     if (writer.status().state != WriterStatus::State::kRecording) {
-      std::error_code code;
-      std::filesystem::remove(partial, code);
       throw Error(file.string(), "", writer.status().message, "a writable place to repair it");
     }
   }
-  std::error_code code;
-  std::filesystem::rename(partial, file, code);
-  if (code) {
-    const std::string why = code.message();
-    std::filesystem::remove(partial, code);
-    throw Error(file.string(), "", why, "a writable place to repair it");
-  }
+  partial.keep();
   return true;
 }
 

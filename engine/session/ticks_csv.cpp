@@ -1,7 +1,6 @@
 #include "engine/session/ticks_csv.h"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
@@ -89,20 +88,14 @@ std::vector<std::string> ticks_csv_columns() {
   return names;
 }
 
-TicksCsvWriter::TicksCsvWriter(const std::filesystem::path& file)
-    : file_(file), partial_(file.string() + fmt::format(".{}.partial", getpid())) {
-  std::error_code code;
-  if (std::filesystem::is_directory(file, code)) throw Error(file.string(), "", "a directory", "a file to write");
-  out_ = std::fopen(partial_.c_str(), "wb");
+TicksCsvWriter::TicksCsvWriter(const std::filesystem::path& file) : partial_(file) {
+  out_ = std::fopen(partial_.path().c_str(), "wb");
   if (!out_) throw Error(file.string(), "", std::strerror(errno), "a writable place");
   buffer_ = fmt::format("{}\n", fmt::join(ticks_csv_columns(), ","));
 }
 
 TicksCsvWriter::~TicksCsvWriter() {
-  if (!out_) return;
-  std::fclose(out_);
-  std::error_code code;
-  std::filesystem::remove(partial_, code);
+  if (out_) std::fclose(out_);
 }
 
 void TicksCsvWriter::append(std::span<const ServoTick> ticks) {
@@ -122,7 +115,7 @@ void TicksCsvWriter::append(std::span<const ServoTick> ticks) {
 void TicksCsvWriter::write_out() {
   errno = 0;
   if (std::fwrite(buffer_.data(), 1, buffer_.size(), out_) != buffer_.size()) {
-    throw Error(file_.string(), "", errno ? std::strerror(errno) : "a short write", "a writable place");
+    throw Error(partial_.file().string(), "", errno ? std::strerror(errno) : "a short write", "a writable place");
   }
   buffer_.clear();
 }
@@ -130,19 +123,10 @@ void TicksCsvWriter::write_out() {
 void TicksCsvWriter::finish() {
   write_out();
   errno = 0;
-  std::FILE* out = std::exchange(out_, nullptr);
-  std::error_code code;
-  if (std::fclose(out) != 0) {
-    const std::string why = errno ? std::strerror(errno) : "a short write";
-    std::filesystem::remove(partial_, code);
-    throw Error(file_.string(), "", why, "a writable place");
+  if (std::fclose(std::exchange(out_, nullptr)) != 0) {
+    throw Error(partial_.file().string(), "", errno ? std::strerror(errno) : "a short write", "a writable place");
   }
-  std::filesystem::rename(partial_, file_, code);
-  if (code) {
-    const std::string why = code.message();
-    std::filesystem::remove(partial_, code);
-    throw Error(file_.string(), "", why, "a writable place");
-  }
+  partial_.keep();
 }
 
 std::vector<ServoTick> read_ticks_csv(const std::filesystem::path& file) {

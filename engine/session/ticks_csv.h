@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "engine/base/partial_file.h"
 #include "engine/contract/contact.h"
 
 namespace typodont::session {
@@ -25,7 +26,7 @@ class TicksCsvWriter {
 
  private:
   void write_out();
-  std::filesystem::path file_, partial_;
+  PartialFile partial_;
   std::FILE* out_;
   std::string buffer_;
 };

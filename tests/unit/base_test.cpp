@@ -1,8 +1,12 @@
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <memory>
 
 #include "engine/base/cache.h"
@@ -10,6 +14,7 @@
 #include "engine/base/error.h"
 #include "engine/base/json.h"
 #include "engine/base/measure.h"
+#include "engine/base/partial_file.h"
 #include "engine/base/pose.h"
 #include "engine/base/units.h"
 #include "engine/contract/tissue.h"
@@ -34,6 +39,11 @@ std::filesystem::path temporary(const std::string& name, const std::string& text
   const auto file = std::filesystem::temp_directory_path() / ("typodont_base_" + name);
   std::ofstream(file) << text;
   return file;
+}
+
+std::string text_of(const std::filesystem::path& file) {
+  std::ifstream in(file);
+  return {std::istreambuf_iterator<char>(in), {}};
 }
 
 TEST(Pose, InnerLettersMeet) {
@@ -101,6 +111,39 @@ TEST(Csv, UnknownMissingAndRaggedColumnsAreErrors) {
 
 TEST(WriteFileAtomically, AnUnwritablePlaceIsAnErrorAndLeavesNothing) {
   EXPECT_THAT(message_of([] { write_file_atomically("/nowhere/at/all.txt", "x"); }), HasSubstr("/nowhere/at/all.txt"));
+}
+
+TEST(PartialFile, OneThatIsNotKeptLeavesNothingAndTheFileAsItWas) {
+  const auto file = temporary("kept.txt", "before");
+  std::filesystem::path written;
+  {
+    PartialFile partial(file);
+    written = partial.path();
+    std::ofstream(written) << "half";
+  }
+  EXPECT_FALSE(std::filesystem::exists(written));
+  EXPECT_EQ(text_of(file), "before");
+  PartialFile partial(file);
+  std::ofstream(partial.path()) << "after";
+  partial.keep();
+  EXPECT_FALSE(std::filesystem::exists(written));
+  EXPECT_EQ(text_of(file), "after");
+}
+
+TEST(PartialFile, WhatAKilledProcessLeftOfTheSameFileGoesAndWhatALivingOneWritesStays) {
+  const pid_t dead = fork();
+  if (dead == 0) _exit(0);
+  waitpid(dead, nullptr, 0);
+  const auto file = temporary("left.txt", "");
+  const auto named = [&](pid_t process, const char* rest) { return temporary(fmt::format("left.txt.{}{}", process, rest), ""); };
+  const auto left = named(dead, ".partial"), other_kind = named(dead, ".log.partial"), living = named(getppid(), ".partial");
+  const auto no_process = temporary("left.txt.notes.partial", "");
+  const PartialFile partial(file);
+  EXPECT_FALSE(std::filesystem::exists(left));
+  for (const auto& stays : {file, other_kind, living, no_process}) {
+    EXPECT_TRUE(std::filesystem::exists(stays)) << stays;
+    std::filesystem::remove(stays);
+  }
 }
 
 TEST(Tests, KeepWhatTheyMakeInTheirBuildFolder) {
