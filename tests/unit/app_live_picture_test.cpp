@@ -1,11 +1,16 @@
 // What a live session's picture goes by: the ladder of quality, the surface as the carver gives it out, and views for
 // teaching that follow the cut.
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
+#include <filesystem>
 #include <map>
 #include <set>
 #include <thread>
@@ -276,6 +281,33 @@ TEST(CarverThread, APictureThatTookNothingForLongHasAllOfTheSurfaceOnceItTakesAg
     return shown == expected;
   });
   EXPECT_TRUE(all);
+}
+
+TEST(CarverThread, DoesNotWaitForTissueThatIsBeingSaved) {
+  const std::string folder = testing::TempDir() + fmt::format("typodont_save_{}", ::getpid());
+  std::filesystem::create_directories(folder);
+  Carved carved;
+  carved.session.save = folder + "/tissue.vdb";
+  // What is written first goes into a pipe, which nobody reads yet.
+  const std::string pipe = fmt::format("{}.{}.partial", carved.session.save.string(), ::getpid());
+  ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
+  carved.start();
+  carved.session.wiring.tissue_commands.push(TissueCommand::kSave);
+  std::this_thread::sleep_for(50ms);
+  carved.session.wiring.tissue_commands.push(TissueCommand::kSave);
+  EXPECT_TRUE(carved.paint({Tissue::kCaries, dvec3(0), dvec3(0), 0.5_mm}));
+  const int reader = ::open(pipe.c_str(), O_RDWR | O_NONBLOCK);
+  ASSERT_GE(reader, 0);
+  EXPECT_TRUE(Carved::within_ten_seconds([&] {
+    std::array<char, 4096> piece;
+    while (::read(reader, piece.data(), piece.size()) > 0) {
+    }
+    return std::filesystem::is_regular_file(carved.session.save);
+  }));
+  ::close(reader);
+  carved.session.wiring.stop = true;
+  carved.carver.join();
+  std::filesystem::remove_all(folder);
 }
 
 }  // namespace

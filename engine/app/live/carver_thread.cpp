@@ -25,9 +25,11 @@ class TissueSaver {
  public:
   void start(const haptics::TissueVolume& tissue, const std::filesystem::path& file) {
     if (file.empty()) return log::warn("nowhere to save to: start with --save VOLUME.vdb");
-    thread_ = std::jthread([copy = std::make_shared<haptics::TissueVolume>(tissue.clone()), file] {
+    // A later one waits for an earlier one, and the carver for neither.
+    thread_ = std::jthread([earlier = std::move(thread_), tissue = tissue.clone(), file]() mutable {
+      if (earlier.joinable()) earlier.join();
       try {
-        copy->save(file);
+        tissue.save(file);
         log::info("saved {}", file.string());
       } catch (const std::exception& e) {
         log::warn("not saved: {}", e.what());
@@ -36,7 +38,7 @@ class TissueSaver {
   }
 
  private:
-  std::jthread thread_;  // a later one waits for an earlier one
+  std::jthread thread_;
 };
 
 /// Bricks on their way to a picture. While that takes none (its device is being made anew), what its ring has no room for
