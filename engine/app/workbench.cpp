@@ -576,6 +576,8 @@ WorkbenchStatus Workbench::status() {
   s.record = wiring.record_to_render.front();
   wiring.tissue_to_render.fetch();
   s.tissue = wiring.tissue_to_render.front();
+  s.saved = wiring.saved;
+  s.not_saved = wiring.not_saved;
   const LoopReport& loop = wiring.loop_to_render.front();
   s.motor_heat = loop.heat;
   s.bearable_force = loop.bearable_force;

@@ -302,9 +302,10 @@ TEST(CarverThread, DoesNotWaitForTissueThatIsBeingSaved) {
     std::array<char, 4096> piece;
     while (::read(reader, piece.data(), piece.size()) > 0) {
     }
-    return std::filesystem::is_regular_file(carved.session.save);
+    return std::filesystem::is_regular_file(carved.session.save) && carved.session.wiring.saved == 1;
   }));
   ::close(reader);
+  EXPECT_EQ(carved.session.wiring.not_saved, 1u) << "what went into the pipe is no file, and that is said";
   carved.session.wiring.stop = true;
   carved.carver.join();
   std::filesystem::remove_all(folder);

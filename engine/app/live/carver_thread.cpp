@@ -23,21 +23,26 @@ using namespace std::chrono_literals;
 /// Writes a copy of the tissue beside the session, which goes on.
 class TissueSaver {
  public:
+  explicit TissueSaver(Wiring& wiring) : wiring_(wiring) {}
+
   void start(const haptics::TissueVolume& tissue, const std::filesystem::path& file) {
     if (file.empty()) return log::warn("nowhere to save to: start with --save VOLUME.vdb");
     // A later one waits for an earlier one, and the carver for neither.
-    thread_ = std::jthread([earlier = std::move(thread_), tissue = tissue.clone(), file]() mutable {
+    thread_ = std::jthread([&wiring = wiring_, earlier = std::move(thread_), tissue = tissue.clone(), file]() mutable {
       if (earlier.joinable()) earlier.join();
       try {
         tissue.save(file);
         log::info("saved {}", file.string());
+        ++wiring.saved;
       } catch (const std::exception& e) {
         log::warn("not saved: {}", e.what());
+        ++wiring.not_saved;
       }
     });
   }
 
  private:
+  Wiring& wiring_;
   std::jthread thread_;
 };
 
@@ -88,7 +93,7 @@ void brush(LiveSession& s, const BrushMove& move) {
 
 void carver_thread(LiveSession& s) {
   Wiring& wiring = s.wiring;
-  TissueSaver saver;
+  TissueSaver saver(wiring);
   TissueView view(wiring.tolerance);
   Outbox to_picture(wiring.bricks), to_watch(wiring.bricks_to_watch);
   Nanos meshed = 0;
