@@ -282,8 +282,12 @@ void SessionDesk::keep_recording() {
     fs::remove(written_, code);
     return;
   }
-  if (written_ != recording_) fs::rename(written_, recording_, code);
+  if (written_ != recording_) {
+    fs::rename(written_, recording_, code);
+    if (code) fs::copy_file(written_, recording_, code);  // the trainee's folder lies on another disk
+  }
   s_.outcome.recording = code ? written_ : recording_;
+  if (code) s_.fail(fmt::format("{}: {} ({})", recording_.string(), code.message(), written_.string()));
 }
 
 void SessionDesk::drop_picture() {
