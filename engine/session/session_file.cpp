@@ -456,11 +456,19 @@ const std::optional<LoopReport>& SessionReader::loop() const { return impl_->loo
 
 bool repair_session(const std::filesystem::path& file) {
   const std::filesystem::path partial = file.string() + fmt::format(".{}.repaired", getpid());
+  struct Removed {  // however this ends; once it is in place there is nothing to remove
+    const std::filesystem::path& file;
+    ~Removed() {
+      std::error_code ignored;
+      std::filesystem::remove(file, ignored);
+    }
+  } const removed{partial};
   {
     const SessionReader reader(file);
     // One that was closed by its writer, even without its end, is an ordinary file already.
     if (!reader.impl_->marked || reader.being_recorded()) return false;
     WriterOptions options;
+    options.rewrites = true;
     options.lost_before = reader.lost();
     options.disk_reserve = 0;
     SessionWriter writer(partial, reader.header(), options);
@@ -479,19 +487,12 @@ bool repair_session(const std::filesystem::path& file) {
     constexpr std::uint64_t kPiece = 4096;
     for (std::uint64_t first = 0; first < reader.tick_count(); first += kPiece) writer.append(reader.ticks(first, kPiece));
     writer.flush();
-    if (writer.status().state != WriterStatus::State::kRecording) {
-      std::error_code code;
-      std::filesystem::remove(partial, code);
+    if (writer.status().state != WriterStatus::State::kRecording)
       throw Error(file.string(), "", writer.status().message, "a writable place to repair it");
-    }
   }
   std::error_code code;
   std::filesystem::rename(partial, file, code);
-  if (code) {
-    const std::string why = code.message();
-    std::filesystem::remove(partial, code);
-    throw Error(file.string(), "", why, "a writable place to repair it");
-  }
+  if (code) throw Error(file.string(), "", code.message(), "a writable place to repair it");
   return true;
 }
 
