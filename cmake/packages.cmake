@@ -1,4 +1,4 @@
-# All packages in one place; the order matters where said.
+# Packages; the order matters where said. What reads scans and meshes, and OpenCV, are found where they are used.
 find_package(Threads REQUIRED)            # before glslang
 find_package(TBB CONFIG REQUIRED)         # before OpenVDB and Ceres, which disagree on how to find it
 list(APPEND CMAKE_MODULE_PATH /usr/lib/${CMAKE_LIBRARY_ARCHITECTURE}/cmake/OpenVDB)
@@ -14,6 +14,7 @@ find_package(nlohmann_json CONFIG REQUIRED)
 find_package(CLI11 CONFIG REQUIRED)
 find_package(Vulkan REQUIRED)
 find_package(PNG REQUIRED)
+find_package(ZLIB REQUIRED)
 find_package(HDF5 REQUIRED COMPONENTS C)
 find_package(PkgConfig REQUIRED)
 pkg_check_modules(SNDFILE REQUIRED IMPORTED_TARGET sndfile)

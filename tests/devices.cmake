@@ -6,7 +6,7 @@ typodont_test(bench_devices KIND bench SOURCES bench/device_bench.cpp LIBS typod
 typodont_test(stress_devices KIND stress SOURCES stress/device_faults_test.cpp LIBS typodont_devices typodont_device_emulation)
 typodont_test(unit_devices KIND unit
   SOURCES unit/device_arm_test.cpp unit/device_protocols_test.cpp unit/device_safety_test.cpp
-          unit/device_links_test.cpp unit/device_timing_test.cpp unit/device_hotplug_test.cpp
+          unit/device_links_test.cpp unit/device_vendors_test.cpp unit/device_registry_test.cpp unit/device_timing_test.cpp unit/device_hotplug_test.cpp
   LIBS typodont_devices typodont_device_emulation)
 typodont_test(property_devices KIND property SOURCES property/device_parsers_test.cpp LIBS typodont_devices typodont_device_emulation)
 # The whole program with an emulated arm: one after the other, they watch real time.

@@ -1,4 +1,4 @@
-# Every parser of outside data, driven by coverage where the compiler is Clang with TYPODONT_FUZZ (./run fuzz), and by the
+# Every parser of outside data, driven by coverage where the preset is fuzz (./run fuzz), and by the
 # kept corpus everywhere.
 add_library(typodont_fuzz_targets STATIC fuzz/targets.cpp)
 target_link_libraries(typodont_fuzz_targets PUBLIC typodont_app typodont_import)

@@ -156,15 +156,6 @@ void LatticeFilter::set(const std::vector<double>& reflection, double level) noe
   level_ = level;
 }
 
-void LatticeFilter::set_blend(const ArModel& a, const ArModel& b, double w) noexcept {
-  TYPODONT_CHECK(a.order() == sine_.size() && b.order() == sine_.size());
-  for (std::size_t i = 0; i < sine_.size(); ++i) {
-    sine_[i] = (1 - w) * a.reflection[i] + w * b.reflection[i];
-    cosine_[i] = std::sqrt((1 - sine_[i]) * (1 + sine_[i]));
-  }
-  level_ = std::sqrt((1 - w) * power_of(a) + w * power_of(b));
-}
-
 double LatticeFilter::next(double noise) noexcept {
   // Gray & Markel 1975, fig. 3: stage m turns (forward, delayed backward) by the angle whose sine is k_m. In the
   // normalised scale the unit noise is the forward input, and the output has unit variance.

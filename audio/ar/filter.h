@@ -53,8 +53,6 @@ class LatticeFilter {
   double next(double noise) noexcept;
   /// Jumps to other coefficients of the same order between two samples; states are kept.
   void set(const std::vector<double>& reflection, double level) noexcept;
-  /// The blend (1 − w)·a + w·b of two models' reflection coefficients; stable for every w in 0…1.
-  void set_blend(const ArModel& a, const ArModel& b, double w) noexcept;
   double energy() const noexcept;  // Σ of the states' squares
   double level() const noexcept { return level_; }
 

@@ -134,6 +134,7 @@ struct Wiring {
 
   std::atomic<bool> copy_wanted{false};         // WATCH → CARVER
   std::atomic<std::uint64_t> tissue_version{0};  // CARVER → WATCH: changes with the tissue
+  std::atomic<std::uint32_t> saved{0}, not_saved{0};  // CARVER (a thread of its for that) → UI: times the tissue was, and could not be
   std::atomic<float> tolerance{0.1f};  // RENDER → CARVER: voxels that triangles may lie off the surface (detail.h)
   std::array<std::atomic<bool>, 2> tissue_in_sight{};  // RENDER, HEADSET → CARVER: of either of Eyes; else none is meshed
   std::atomic<bool> emergency{false};  // any thread → SERVO: no force from the next tick on, and the session's end

@@ -284,14 +284,14 @@ bool Workbench::Impl::step(const display::UserInput* input, glm::ivec2 picture_s
   ++summary.work.turns;
   if (meter) score_ticks();
   if (s.wiring.servo_ended || g_asked_to_stop || to_seconds(now() - began) >= options.seconds) return false;
-  if (sound) advance_sound();
   s.wiring.loop_to_render.fetch();
   report_hand();
-  if (!s.draw || headset || !picture || !picture->stage()) {
-    std::this_thread::sleep_for(10ms);
-    if (!headset) return true;
-  }
   try {
+    if (sound) advance_sound();
+    if (!s.draw || headset || !picture || !picture->stage()) {
+      std::this_thread::sleep_for(10ms);
+      if (!headset) return true;
+    }
     if (headset) {
       if (picture) {
         picture->collect();
@@ -315,7 +315,7 @@ bool Workbench::Impl::step(const display::UserInput* input, glm::ivec2 picture_s
     if (picture->revive()) return true;
     failure = e.what();
     return false;
-  } catch (const std::exception& e) {  // the picture is lost: the session ends in order
+  } catch (const std::exception& e) {  // picture or sound are lost: the session ends in order
     failure = e.what();
     return false;
   }
@@ -399,9 +399,15 @@ void Workbench::Impl::end() {
   WorkCounts process = process_counts();
   process.desktop_requests = desktop_requests();
   s.wiring.stop = true;
-  servo.join();
-  if (left.joinable()) left.join();
-  carver.join();
+  for (std::jthread* thread : {&servo, &left, &carver})
+    if (thread->joinable()) thread->join();
+  const auto try_to = [&](const auto& part) {  // one that cannot end well fails the run, and costs nothing else
+    try {
+      part();
+    } catch (const std::exception& e) {
+      if (failure.empty()) failure = e.what();
+    }
+  };
   Cut last_cut;  // of a tick that the servo was still in when the carver left
   while (s.wiring.cuts_to_carver.pop(last_cut)) s.carver.apply(last_cut);
   s.wiring.nothing_more = true;
@@ -409,9 +415,9 @@ void Workbench::Impl::end() {
   summary.frames = headset ? headset->frames() : picture ? picture->frames() : 0;
   if (headset) {
     headset->stop();
-    if (!options.touches.empty()) write_touches(options.touches, headset->touches());
+    if (!options.touches.empty()) try_to([&] { write_touches(options.touches, headset->touches()); });
   }
-  if (sound) sound->stop(s.last.t);
+  if (sound) try_to([&] { sound->stop(s.last.t); });
   if (sound && writer && sound->stats().underruns + sound->stats().losses > 0) {
     writer->event(s.last.t, session::EventKind::kNote,
                   fmt::format("sound: {} gaps, the device away {} times", sound->stats().underruns, sound->stats().losses));
@@ -420,7 +426,7 @@ void Workbench::Impl::end() {
   while (s.wiring.bricks.pop(batch)) delete batch;
   while (s.wiring.bricks_to_watch.pop(batch)) delete batch;
   if (picture) {
-    summary.debris = picture->settle_debris();
+    try_to([&] { summary.debris = picture->settle_debris(); });
     picture->close();
   }
   if (headset) summary.debris = headset->debris();
@@ -430,13 +436,7 @@ void Workbench::Impl::end() {
   std::signal(SIGINT, SIG_DFL);
   std::signal(SIGTERM, SIG_DFL);
 
-  if (!s.save.empty() && options.save_at_end) {
-    try {
-      s.carver.volume().save(s.save);
-    } catch (const std::exception& e) {
-      failure = e.what();
-    }
-  }
+  if (!s.save.empty() && options.save_at_end) try_to([&] { s.carver.volume().save(s.save); });
   if (writer && !writer->finish(session_result(s.carver.volume()))) failure = writer->status().message;
   summary.seconds = to_seconds(s.last.t);
   const auto since_command = [at = now(), age = seconds_since_command()](Nanos t) { return t ? age - to_seconds(at - t) : 0; };
@@ -576,6 +576,8 @@ WorkbenchStatus Workbench::status() {
   s.record = wiring.record_to_render.front();
   wiring.tissue_to_render.fetch();
   s.tissue = wiring.tissue_to_render.front();
+  s.saved = wiring.saved;
+  s.not_saved = wiring.not_saved;
   const LoopReport& loop = wiring.loop_to_render.front();
   s.motor_heat = loop.heat;
   s.bearable_force = loop.bearable_force;

@@ -54,6 +54,7 @@ struct WorkbenchStatus {
   std::uint64_t frames = 0;
   RecordState record;
   TissueState tissue;
+  std::uint32_t saved = 0, not_saved = 0;  // times the tissue was saved when asked for, and could not be
   std::uint64_t own_frames = 0;          // of the picture from a viewpoint of one's own
   double motor_heat = 0;                 // 1: all the device's motors bear
   double bearable_force = 0;             // N, while they are so warm; 0: the device does not say

@@ -21,6 +21,8 @@ class Ring {
     dropped_.fetch_add(1, std::memory_order_relaxed);
     return false;
   }
+  /// Producer thread: the next push() finds room.
+  bool has_room() const noexcept { return queue_.write_available() > 0; }
   /// Consumer thread.
   bool pop(T& value) noexcept { return queue_.pop(value); }
   /// Consumer thread: how many values are there to pop; more may come meanwhile.

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstring>
 #include <optional>
+#include <span>
 #include <utility>
 
 #include "engine/base/check.h"
@@ -21,12 +22,6 @@ namespace {
 constexpr int kSlots = gpu::FrameRing::kSlots;
 constexpr double kWorthWhile = 0.8;           // of the picture: drawn anew beyond it, all is
 constexpr std::size_t kMostTracked = 20'000;  // particles whose places on the picture are looked at
-
-template <class T>
-std::vector<std::byte> bytes_of(const T* data, std::size_t count) {
-  const auto* p = reinterpret_cast<const std::byte*>(data);
-  return {p, p + count * sizeof(T)};
-}
 
 }  // namespace
 
@@ -158,15 +153,17 @@ struct Renderer::Impl {
     return frame_data_of(frame, context.quality, looks, tool_body, targets.pictures.options.size, bounds);
   }
 
+  bool same_particles(const Frame& frame) const {
+    const auto bytes = std::as_bytes(frame.particles);
+    return bytes.size() == last_particles.size() && (bytes.empty() || !std::memcmp(bytes.data(), last_particles.data(), bytes.size()));
+  }
+
   bool same_as_last(const shared::FrameData& data, const Frame& frame, const std::string& hud_key) const {
     const bool tool_same = frame.tool.visible == last_tool_visible &&
                            (!frame.tool.visible || (!std::memcmp(&frame.tool.X_WG, &last_tool, sizeof(Pose)) &&
                                                     frame.tool.opacity == last_opacity));
-    const bool particles_same = last_particles.size() == frame.particles.size_bytes() &&
-                                (frame.particles.empty() || !std::memcmp(last_particles.data(), frame.particles.data(),
-                                                                         frame.particles.size_bytes()));
     if (frame.cloud && frame.cloud->changes()) return false;
-    return last_settings == settings_version && last_view == frame.view && last_version == bricks.version && tool_same && particles_same &&
+    return last_settings == settings_version && last_view == frame.view && last_version == bricks.version && tool_same && same_particles(frame) &&
            same(frame.mirror.X_WM, last_mirror.X_WM) &&
            hud_key == last_hud && !std::memcmp(&data, &last_data, sizeof data);
   }
@@ -238,7 +235,8 @@ struct Renderer::Impl {
       last_tool_visible = frame.tool.visible;
       last_mirror = frame.mirror;
       last_view = frame.view;
-      last_particles = bytes_of(frame.particles.data(), frame.particles.size());
+      const auto particle_bytes = std::as_bytes(frame.particles);
+      last_particles.assign(particle_bytes.begin(), particle_bytes.end());
       last_hud = hud_key;
       last_version = bricks.version;
       last_order = bricks.order;
@@ -300,7 +298,7 @@ struct Renderer::Impl {
       return Changed::kAll;
 
     const bool hud_changed = HudPass::shown(frame.hud, this->size) != last_hud;
-    const bool particles_changed = last_particles != bytes_of(frame.particles.data(), frame.particles.size());
+    const bool particles_changed = !same_particles(frame);
     for (std::size_t e = 0; e < views; ++e) {
       const glm::dmat4 clip_from_world = frame.eyes[e].projection * frame.eyes[e].view;
       const auto tool_at = [&](const Pose& X_WG) {

@@ -450,7 +450,7 @@ void SessionWriter::append(std::span<const ServoTick> ticks) noexcept {
   for (const ServoTick& tick : ticks) {
     impl_->add(impl_->ticks, tick_columns(), tick);
     impl_->last_t = tick.t;
-    if (tick.tool != impl_->last_tool) impl_->note_tool(tick);
+    if (tick.tool != impl_->last_tool && !impl_->options.rewrites) impl_->note_tool(tick);
     if (impl_->ticks.full()) impl_->write_all();
   }
 }

@@ -25,7 +25,8 @@ struct WriterOptions {
   std::uint64_t disk_reserve = 16u << 20;      // bytes to leave free: below, rows are counted instead of written
   std::function<std::uint64_t()> free_bytes;  // what is left on the disk; empty: the file system is asked
   bool whole_or_nothing = false;  // write beside FILE and rename in finish(); for results, not for live sessions
-  Lost lost_before;               // to start counting from, when a session is rewritten
+  bool rewrites = false;          // a recorded session: all its events are given, so none is made of its ticks
+  Lost lost_before;               // the same: to start counting from
 };
 
 /// How the recording fares. `message` says in words what was refused, once it was.

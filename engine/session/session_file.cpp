@@ -462,6 +462,7 @@ bool repair_session(const std::filesystem::path& file) {
     // One that was closed by its writer, even without its end, is an ordinary file already.
     if (!reader.impl_->marked || reader.being_recorded()) return false;
     WriterOptions options;
+    options.rewrites = true;
     options.lost_before = reader.lost();
     options.disk_reserve = 0;
     SessionWriter writer(partial.path(), reader.header(), options);
@@ -480,9 +481,8 @@ bool repair_session(const std::filesystem::path& file) {
     constexpr std::uint64_t kPiece = 4096;
     for (std::uint64_t first = 0; first < reader.tick_count(); first += kPiece) writer.append(reader.ticks(first, kPiece));
     writer.flush();
-    if (writer.status().state != WriterStatus::State::kRecording) {
+    if (writer.status().state != WriterStatus::State::kRecording)
       throw Error(file.string(), "", writer.status().message, "a writable place to repair it");
-    }
   }
   partial.keep();
   return true;

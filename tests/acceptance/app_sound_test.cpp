@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <cstdlib>
+#include <filesystem>
 
 #include "audio/sound_file.h"
 #include "engine/session/session_file.h"
@@ -37,6 +38,23 @@ TEST(LiveSound, ATapIsHeardInTheFileWithinTwoMillisecondsOfTheTickThatFeelsIt) {
     EXPECT_NEAR(static_cast<double>(first - samples.begin()) / heard.rate, felt, 2e-3) << run;
     EXPECT_NEAR(static_cast<double>(samples.size()) / heard.rate, 0.5, 2e-3) << run;
   }
+}
+
+TEST(LiveSound, WhereTheDiskIsFullTheSessionEndsInOrderAndItsRecordingIsWhole) {
+  const ProgramFolder folder(TYPODONT_PROGRAM);
+  const std::string scene = folder.write("scene.json", R"({
+    "tissue": {"voxel_mm": 0.2, "solids": [{"tissue": "enamel", "solid": {"box": {"size_mm": [8, 8, 4]}}}]},
+    "tool": "explorer", "parts": ["haptics", "sound"]})");
+  const std::string hand = folder.write("hand.csv", "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,0,0,2.8,1,0,0,0,0\n60,0,0,2.8,1,0,0,0,0\n");
+  const std::string session = folder / "session.h5";
+  // Writing beyond 250 kB fails: the sound gets there within two seconds, the recording does not.
+  const auto ran = folder.run(fmt::format("run {} --hand script:{} --audio wav:{} --record {} --seconds 30'", scene, hand, folder / "sound.wav", session),
+                              "bash -c 'ulimit -c 0; ulimit -f 250; trap \"\" XFSZ; exec env -u DISPLAY -u WAYLAND_DISPLAY");
+  EXPECT_EQ(ran.status, 1) << ran.err;
+  EXPECT_NE(ran.err.find("sound.wav"), std::string::npos) << ran.err;
+  EXPECT_FALSE(session::SessionReader(session).truncated());
+  for (const auto& entry : std::filesystem::directory_iterator(folder.path()))
+    EXPECT_EQ(entry.path().string().find(".partial"), std::string::npos) << entry.path();
 }
 
 }  // namespace

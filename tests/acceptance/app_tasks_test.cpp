@@ -24,6 +24,45 @@ namespace {
 
 namespace fs = std::filesystem;
 
+/// The same moved aside and deeper: a hand that does not look.
+std::vector<Stroke> displaced(std::vector<Stroke> strokes, const dvec3& by_W) {
+  for (Stroke& s : strokes) {
+    s.from.p += by_W;
+    s.to.p += by_W;
+  }
+  return strokes;
+}
+
+/// The strokes as a hand's path with the drill running; between strokes that do not meet it goes by `above_W` (a height
+/// along the axis clear of the tissue, m).
+haptics::HandPath path_of(const std::vector<Stroke>& strokes, const dvec3& axis_W, double above_W, double speed) {
+  constexpr double kTravel = 20e-3;   // m/s in the air
+  constexpr double kJoined = 0.6e-3;  // m; strokes that lie nearer are joined without lifting
+  haptics::HandPath path;
+  const auto go = [&](const Pose& to, double at_speed) {
+    if (path.rows.empty()) {
+      path.rows.push_back({0, to, 1, dvec3(0)});
+      return;
+    }
+    const haptics::HandPath::Row& last = path.rows.back();
+    path.rows.push_back({last.t + std::max(2e-3, glm::length(to.p - last.X_WT.p) / at_speed), to, 1, dvec3(0)});
+  };
+  const auto lifted = [&](Pose pose) {
+    pose.p += (above_W - glm::dot(pose.p, axis_W)) * axis_W;
+    return pose;
+  };
+  for (const Stroke& s : strokes) {
+    if (path.rows.empty() || glm::length(s.from.p - path.rows.back().X_WT.p) > kJoined) {
+      if (!path.rows.empty()) go(lifted(path.rows.back().X_WT), kTravel);
+      go(lifted(s.from), kTravel);
+    }
+    go(s.from, speed);
+    go(s.to, speed);
+  }
+  if (!path.rows.empty()) go(lifted(path.rows.back().X_WT), kTravel);
+  return path;
+}
+
 /// A hand that made no mistake in anything but geometry.
 session::ScoreInput steady_hand(const haptics::TissueVolume& start) {
   session::ScoreInput input;
@@ -316,11 +355,11 @@ TEST(Tasks, AnIdealCanBeDrilledByOneselfAndTheSameSessionScoresFullAgainstIt) {
   EXPECT_EQ(end, picture("after", "--at 100"));  // beyond the last tick nothing moves
 }
 
-TEST(PaintFile, IsReadAsItWasWrittenAndPaintsAndSoftens) {
+TEST(PaintFile, IsReadAndPaintsAndSoftens) {
   const fs::path file = fs::temp_directory_path() / fmt::format("typodont_paint_{}.json", getpid());
-  const std::vector<PaintStroke> strokes = {{Tissue::kCaries, {0, 0, 2.4e-3}, {1e-3, 0, 2.4e-3}, 0.5e-3, 0.5},
-                                            {Tissue::kPulp, {0, 0, 0}, {0, 0, 0}, 1e-3, 1}};
-  write_paint(file, strokes);
+  write_file_atomically(file, R"({"strokes": [
+      {"tissue": "caries", "a_mm": [0, 0, 2.4], "b_mm": [1, 0, 2.4], "radius_mm": 0.5, "stiffness_factor": 0.5},
+      {"tissue": "pulp", "a_mm": [0, 0, 0], "radius_mm": 1}]})");
   const Json json = Json::parse(fmt::format(R"({{"tissue": {{"voxel_mm": 0.2, "solids": [{{"tissue": "dentin", "solid":
       {{"box": {{"size_mm": [8, 8, 5]}}}}}}]}}, "tool": "round_012", "paint_file": "{}"}})", file.string()), "scene");
   const Scene scene = parse_scene(json, "scene.json");

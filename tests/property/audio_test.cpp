@@ -113,20 +113,6 @@ TEST(EveryPath, OfTheLatticesCoefficientsNeverMakesEnergy) {
   }
 }
 
-TEST(EveryBlend, OfModelsByTheLatticeHasAPowerBetweenTheirs) {
-  std::mt19937 random(6);
-  for (int trial = 0; trial < 10; ++trial) {
-    const ArModel a = random_model(random, 8, 0.6), b = random_model(random, 8, 0.6);
-    const double low = std::min(power_of(a), power_of(b)), high = std::max(power_of(a), power_of(b));
-    LatticeFilter lattice(a);
-    lattice.set_blend(a, b, 0.37);
-    double sum = 0;
-    for (const double e : white(200000, static_cast<std::uint64_t>(trial))) sum += std::pow(lattice.next(e), 2);
-    EXPECT_GT(sum / 200000, 0.95 * low);
-    EXPECT_LT(sum / 200000, 1.05 * high);
-  }
-}
-
 TEST(EveryOrderAndForm, OfOneModelGivesTheSameSound) {
   std::mt19937 random(7);
   for (int trial = 0; trial < 40; ++trial) {

@@ -1,12 +1,22 @@
-// What a live session's picture goes by: the ladder of quality, and views for teaching that follow the cut.
+// What a live session's picture goes by: the ladder of quality, the surface as the carver gives it out, and views for
+// teaching that follow the cut.
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
+#include <algorithm>
+#include <array>
 #include <chrono>
+#include <cmath>
+#include <filesystem>
+#include <map>
 #include <set>
 #include <thread>
 #include <utility>
 
+#include "engine/app/live/session.h"
 #include "engine/app/picture/label_blocks.h"
 #include "engine/app/picture/live_views.h"
 #include "engine/app/picture/quality_ladder.h"
@@ -19,6 +29,7 @@ namespace typodont {
 namespace {
 
 using namespace std::chrono_literals;
+using namespace typodont::literals;
 
 int frames_until_change(QualityLadder& ladder, double seconds, int most) {
   for (int i = 1; i <= most; ++i)
@@ -207,6 +218,97 @@ TEST(LiveViews, NothingWantedNothingDoneAndTheSameTissueIsNotLookedAtTwice) {
     watched.views.advance();
     std::this_thread::sleep_for(5ms);
   }
+}
+
+/// The carver's thread alone, at a brush's strokes.
+struct Carved {
+  Scene scene = parse_scene(Json::parse(R"({"tissue": {"solids": []}, "tool": "round_012"})", "scene.json"), "scene.json");
+  LiveSession session{scene, ball(2)};
+  std::vector<PaintStroke> strokes;
+  std::jthread carver;
+
+  ~Carved() {
+    session.wiring.stop = true;
+    if (carver.joinable()) carver.join();
+    MeshBatch* batch = nullptr;
+    while (session.wiring.bricks.pop(batch)) delete batch;
+  }
+  void start() { carver = std::jthread(carver_thread, std::ref(session)); }
+  /// One that the carver answers within ten seconds.
+  bool paint(const PaintStroke& stroke) {
+    strokes.push_back(stroke);
+    const std::uint64_t before = session.wiring.tissue_version;
+    session.wiring.paint_to_carver.push({stroke, true});
+    return within_ten_seconds([&] { return session.wiring.tissue_version != before; });
+  }
+  static bool within_ten_seconds(const auto& reached) {
+    for (int i = 0; i < 10'000 && !reached(); ++i) std::this_thread::sleep_for(1ms);
+    return reached();
+  }
+};
+
+TEST(CarverThread, APictureThatTookNothingForLongHasAllOfTheSurfaceOnceItTakesAgain) {
+  Carved carved;
+  LiveSession& s = carved.session;
+  s.draw = true;
+  s.mesh_interval = 0;
+  s.wiring.tissue_in_sight[0] = true;
+  carved.start();
+  for (int i = 0; i < 400; ++i) {
+    const double a = 0.1 * i, z = 0.01 * i - 2;  // mm: a spiral about the ball
+    const double r = std::sqrt(4 - z * z);
+    const dvec3 at = dvec3(r * std::cos(a), r * std::sin(a), z) * kMillimetre;
+    ASSERT_TRUE(carved.paint({Tissue::kCaries, at, at, 0.2_mm}));
+    std::this_thread::sleep_for(500us);  // a batch each
+  }
+
+  haptics::TissueVolume same = ball(2);
+  paint(same, carved.strokes);
+  TissueView view(0.1f);
+  std::map<std::uint64_t, std::size_t> expected, shown;  // corners of decay by brick
+  const auto decay = [](const render::MeshUpdate& brick) {
+    return static_cast<std::size_t>(std::count_if(brick.vertices.begin(), brick.vertices.end(), [](const render::Vertex& v) {
+      return v.tissue[0] == Tissue::kCaries || v.tissue[1] == Tissue::kCaries;
+    }));
+  };
+  for (const render::MeshUpdate& brick : view.update(same)) expected[brick.brick] = decay(brick);
+  const bool all = Carved::within_ten_seconds([&] {
+    MeshBatch* batch = nullptr;
+    while (s.wiring.bricks.pop(batch)) {
+      const std::unique_ptr<MeshBatch> owned(batch);
+      for (const render::MeshUpdate& brick : *owned) shown[brick.brick] = decay(brick);
+    }
+    return shown == expected;
+  });
+  EXPECT_TRUE(all);
+}
+
+TEST(CarverThread, DoesNotWaitForTissueThatIsBeingSaved) {
+  const std::string folder = testing::TempDir() + fmt::format("typodont_save_{}", ::getpid());
+  std::filesystem::create_directories(folder);
+  Carved carved;
+  carved.session.save = folder + "/tissue.vdb";
+  // What is written first goes into a pipe, which nobody reads yet.
+  const std::string pipe = fmt::format("{}.{}.partial", carved.session.save.string(), ::getpid());
+  ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
+  carved.start();
+  carved.session.wiring.tissue_commands.push(TissueCommand::kSave);
+  std::this_thread::sleep_for(50ms);
+  carved.session.wiring.tissue_commands.push(TissueCommand::kSave);
+  EXPECT_TRUE(carved.paint({Tissue::kCaries, dvec3(0), dvec3(0), 0.5_mm}));
+  const int reader = ::open(pipe.c_str(), O_RDWR | O_NONBLOCK);
+  ASSERT_GE(reader, 0);
+  EXPECT_TRUE(Carved::within_ten_seconds([&] {
+    std::array<char, 4096> piece;
+    while (::read(reader, piece.data(), piece.size()) > 0) {
+    }
+    return std::filesystem::is_regular_file(carved.session.save) && carved.session.wiring.saved == 1;
+  }));
+  ::close(reader);
+  EXPECT_EQ(carved.session.wiring.not_saved, 1u) << "what went into the pipe is no file, and that is said";
+  carved.session.wiring.stop = true;
+  carved.carver.join();
+  std::filesystem::remove_all(folder);
 }
 
 }  // namespace

@@ -184,6 +184,19 @@ TEST_F(Exercise, ABroughtInToothStandsUprightWhereTheRigsLook) {
   EXPECT_FALSE(std::filesystem::exists(folder / "scenes/Another.vdb"));
 }
 
+TEST_F(Exercise, OfAToothWhoseSceneCannotBeWrittenNothingIsLeft) {
+  std::string obj;
+  for (const auto& v : {"0 0 0", "4 0 0", "0 4 0", "0 0 4"}) obj += fmt::format("v {}\n", v);
+  for (const auto& f : {"1 3 2", "1 2 4", "1 4 3", "2 3 4"}) obj += fmt::format("f {}\n", f);
+  folder.write("corner.obj", obj);
+  std::filesystem::create_directories(folder / "scenes/Corner.json/in the way");
+  NewTooth tooth{.input = folder / "corner.obj", .name = "Corner"};
+  tooth.options.voxel = 0.5e-3;
+  Progress progress;
+  EXPECT_THROW(bring_in(tooth, progress), Error);
+  EXPECT_FALSE(std::filesystem::exists(folder / "scenes/Corner.vdb"));
+}
+
 TEST_F(Exercise, AMeshMayBeInMetresOrInches) {
   std::string obj;
   for (const auto& v : {"0 0 0", "1 0 0", "1 1 0", "0 1 0", "0 0 1", "1 0 1", "1 1 1", "0 1 1"}) obj += fmt::format("v {}\n", v);

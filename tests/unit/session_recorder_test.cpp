@@ -244,6 +244,27 @@ TEST(SessionFile, AWriterThatEndsWithoutFinishLeavesATruncatedSessionWithEveryth
   EXPECT_TRUE(same_for_replay(reader.ticks()[776], ticks[776]));
 }
 
+TEST(SessionFile, RepairedHoldsEveryEventOnce) {
+  TemporaryFolder folder;
+  auto ticks = random_ticks(900, 7);
+  for (std::size_t i = 0; i < ticks.size(); ++i) ticks[i].tool = static_cast<std::uint32_t>(i / 300 % 2);  // another one is taken up twice
+  SessionWriter writer(folder / "open.h5", some_header());
+  writer.event(0, EventKind::kNote, "the beginning");
+  writer.append(ticks);
+  writer.flush();
+  std::filesystem::copy_file(folder / "open.h5", folder / "cut.h5");  // as a kill would leave it
+  const std::vector<SessionEvent> before = SessionReader(folder / "cut.h5").events();
+  ASSERT_EQ(before.size(), 3u);
+  ASSERT_TRUE(repair_session(folder / "cut.h5"));
+  const SessionReader repaired(folder / "cut.h5");
+  ASSERT_EQ(repaired.events().size(), before.size());
+  for (std::size_t i = 0; i < before.size(); ++i) {
+    EXPECT_EQ(repaired.events()[i].t, before[i].t);
+    EXPECT_EQ(repaired.events()[i].text, before[i].text);
+  }
+  EXPECT_EQ(repaired.tick_count(), ticks.size());
+}
+
 TEST(SessionFile, AnUnfinishedResultLeavesNothingBehind) {
   TemporaryFolder folder;
   {

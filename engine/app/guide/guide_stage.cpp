@@ -273,7 +273,7 @@ class GuideScreen {
   }
 
   void destroy() {
-    ring_.wait_idle(device_);
+    vkDeviceWaitIdle(device_.device);  // not the ring's: of a lost device that throws
     output_.reset();
     compositor_.reset();
     pictures_.destroy(device_);

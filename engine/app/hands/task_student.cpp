@@ -11,8 +11,6 @@ namespace {
 
 constexpr double kClear = 0.05;       // voxels that a head may reach into what should stay: the field's own error
 constexpr double kLook = 0.1e-3;      // m between looks along a row
-constexpr double kTravel = 20e-3;     // m/s in the air
-constexpr double kJoined = 0.6e-3;    // m; strokes that lie nearer are joined without lifting
 
 }  // namespace
 
@@ -113,42 +111,8 @@ std::vector<Stroke> plan_strokes(const session::Preparation& in, const haptics::
   return strokes;
 }
 
-std::vector<Stroke> displaced(std::vector<Stroke> strokes, const dvec3& by_W) {
-  for (Stroke& s : strokes) {
-    s.from.p += by_W;
-    s.to.p += by_W;
-  }
-  return strokes;
-}
-
 void carve_strokes(haptics::TissueVolume& volume, const haptics::Tool& tool, const std::vector<Stroke>& strokes) {
   for (const Stroke& s : strokes) volume.carve(haptics::Sweep(tool, s.from, s.to, volume.frame()));
-}
-
-haptics::HandPath path_of(const std::vector<Stroke>& strokes, const dvec3& axis_W, double above_W, double speed) {
-  haptics::HandPath path;
-  const auto go = [&](const Pose& to, double at_speed) {
-    if (path.rows.empty()) {
-      path.rows.push_back({0, to, 1, dvec3(0)});
-      return;
-    }
-    const haptics::HandPath::Row& last = path.rows.back();
-    path.rows.push_back({last.t + std::max(2e-3, glm::length(to.p - last.X_WT.p) / at_speed), to, 1, dvec3(0)});
-  };
-  const auto lifted = [&](Pose pose) {
-    pose.p += (above_W - glm::dot(pose.p, axis_W)) * axis_W;
-    return pose;
-  };
-  for (const Stroke& s : strokes) {
-    if (path.rows.empty() || glm::length(s.from.p - path.rows.back().X_WT.p) > kJoined) {
-      if (!path.rows.empty()) go(lifted(path.rows.back().X_WT), kTravel);
-      go(lifted(s.from), kTravel);
-    }
-    go(s.from, speed);
-    go(s.to, speed);
-  }
-  if (!path.rows.empty()) go(lifted(path.rows.back().X_WT), kTravel);
-  return path;
 }
 
 }  // namespace typodont

@@ -1,11 +1,10 @@
-// Hands that know a task's ideal: where to put the head so that it takes away what should go and nothing else. For tests
-// of tasks, and for demonstrations of any scene.
+// Hands that know a task's ideal: where to put the head so that it takes away what should go and nothing else. For the
+// expert hand, and for tests of tasks.
 #pragma once
 
 #include <vector>
 
 #include "engine/session/cavity.h"
-#include "haptics/devices/scripted.h"
 #include "haptics/tissue_volume.h"
 #include "haptics/tool.h"
 
@@ -25,14 +24,7 @@ dquat toward(const dvec3& axis_W);
 std::vector<Stroke> plan_strokes(const session::Preparation& preparation, const haptics::Tool& tool, double step,
                                  double into = 0);
 
-/// The same moved aside and deeper: a hand that does not look.
-std::vector<Stroke> displaced(std::vector<Stroke> strokes, const dvec3& by_W);
-
 /// Takes the strokes out of the tissue as they are, without a servo: what a hand of endless patience would leave.
 void carve_strokes(haptics::TissueVolume& volume, const haptics::Tool& tool, const std::vector<Stroke>& strokes);
-
-/// The strokes as a hand's path with the drill running; between strokes that do not meet it goes by `above_W` (a height
-/// along the axis clear of the tissue, m).
-haptics::HandPath path_of(const std::vector<Stroke>& strokes, const dvec3& axis_W, double above_W, double speed);
 
 }  // namespace typodont

@@ -38,7 +38,7 @@ XrStage::XrStage(const display::DisplayRig& rig, const haptics::ServoSettings& s
 }
 
 XrStage::~XrStage() {
-  ring_.wait_idle(device_);
+  vkDeviceWaitIdle(device_.device);  // not the ring's: of a lost device that throws
   hmd_->end();
   renderer_.reset();
   ring_.destroy(device_);

@@ -4,8 +4,10 @@
 #include <chrono>
 #include <exception>
 #include <filesystem>
+#include <iterator>
 #include <memory>
 #include <thread>
+#include <utility>
 
 #include "engine/app/picture/tissue_view.h"
 #include "engine/app/task/paint_file.h"
@@ -21,20 +23,45 @@ using namespace std::chrono_literals;
 /// Writes a copy of the tissue beside the session, which goes on.
 class TissueSaver {
  public:
+  explicit TissueSaver(Wiring& wiring) : wiring_(wiring) {}
+
   void start(const haptics::TissueVolume& tissue, const std::filesystem::path& file) {
     if (file.empty()) return log::warn("nowhere to save to: start with --save VOLUME.vdb");
-    thread_ = std::jthread([copy = std::make_shared<haptics::TissueVolume>(tissue.clone()), file] {
+    // A later one waits for an earlier one, and the carver for neither.
+    thread_ = std::jthread([&wiring = wiring_, earlier = std::move(thread_), tissue = tissue.clone(), file]() mutable {
+      if (earlier.joinable()) earlier.join();
       try {
-        copy->save(file);
+        tissue.save(file);
         log::info("saved {}", file.string());
+        ++wiring.saved;
       } catch (const std::exception& e) {
         log::warn("not saved: {}", e.what());
+        ++wiring.not_saved;
       }
     });
   }
 
  private:
-  std::jthread thread_;  // a later one waits for an earlier one
+  Wiring& wiring_;
+  std::jthread thread_;
+};
+
+/// Bricks on their way to a picture. While that takes none (its device is being made anew), what its ring has no room for
+/// waits here, of each brick the newest: one that was lost would be shown as it was until it is cut again.
+class Outbox {
+ public:
+  explicit Outbox(Ring<MeshBatch*>& ring) : ring_(ring) {}
+
+  void send(MeshBatch bricks) {
+    for (const render::MeshUpdate& brick : bricks)
+      std::erase_if(waiting_, [&](const render::MeshUpdate& older) { return older.brick == brick.brick; });
+    waiting_.insert(waiting_.end(), std::make_move_iterator(bricks.begin()), std::make_move_iterator(bricks.end()));
+    if (!waiting_.empty() && ring_.has_room()) ring_.push(new MeshBatch(std::exchange(waiting_, {})));
+  }
+
+ private:
+  Ring<MeshBatch*>& ring_;
+  MeshBatch waiting_;
 };
 
 /// True when the tissue is another one afterwards.
@@ -66,8 +93,9 @@ void brush(LiveSession& s, const BrushMove& move) {
 
 void carver_thread(LiveSession& s) {
   Wiring& wiring = s.wiring;
-  TissueSaver saver;
+  TissueSaver saver(wiring);
   TissueView view(wiring.tolerance);
+  Outbox to_picture(wiring.bricks), to_watch(wiring.bricks_to_watch);
   Nanos meshed = 0;
   bool first = true;
   int idle = 0;  // turns without work
@@ -116,14 +144,11 @@ void carver_thread(LiveSession& s) {
       meshed = now();
       first = false;
       view.set_tolerance(wiring.tolerance);
-      auto batch = std::make_unique<MeshBatch>(view.update(s.carver.volume()));
-      s.bricks_meshed += batch->size();
-      for (const render::MeshUpdate& brick : *batch) s.triangles_made += brick.indices.size() / 3;
-      if (s.watched && !batch->empty()) {
-        auto copy = std::make_unique<MeshBatch>(*batch);
-        if (wiring.bricks_to_watch.push(copy.get())) (void)copy.release();
-      }
-      if (!batch->empty() && wiring.bricks.push(batch.get())) (void)batch.release();
+      MeshBatch bricks = view.update(s.carver.volume());
+      s.bricks_meshed += bricks.size();
+      for (const render::MeshUpdate& brick : bricks) s.triangles_made += brick.indices.size() / 3;
+      if (s.watched) to_watch.send(bricks);
+      to_picture.send(std::move(bricks));
     }
     if (wiring.copy_wanted.exchange(false)) {
       auto copy = std::make_unique<haptics::TissueVolume>(s.carver.volume().clone());

@@ -135,7 +135,6 @@ fs::path bring_in(const NewTooth& tooth, Progress& progress) {
   haptics::DenseTissue tissue = stood_up(haptics::import_tissue(tooth.input, options).tissue, tooth.crown);
   put_in_place(tissue);
   progress.stage("op.importing", 0.9, 1);
-  progress.at(0);
   const fs::path folder = user_folder() / "scenes";
   std::error_code code;
   fs::create_directories(folder, code);
@@ -150,9 +149,13 @@ fs::path bring_in(const NewTooth& tooth, Progress& progress) {
       {"tools", {"round_012", "cylinder_010", "round_014", "explorer", "excavator_spoon"}},
       {"spindle", "air_turbine"},
       {"parts", {"haptics", "render", "sound", "debris", "record", "score"}}};
-  progress.at(0.9);
-  write_file_atomically(file, scene.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
-  progress.at(1);
+  try {
+    write_file_atomically(file, scene.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
+    progress.at(1);
+  } catch (...) {
+    fs::remove(file, code), fs::remove(volume, code);
+    throw;
+  }
   return file;
 }
 

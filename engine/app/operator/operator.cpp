@@ -182,14 +182,13 @@ class Operator {
       case Ask::kOpenFolder:
         open_with_desktop(user_folder().string());
         break;
-      case Ask::kDeleteRecording: {
-        std::error_code code;
-        fs::remove(s_.outcome.recording, code);
-        fs::remove(s_.outcome.report, code);
+      case Ask::kDeleteRecording:
+        work_.drop();  // a report of it may be in the making
+        fs::remove(s_.outcome.report);
+        fs::remove(s_.outcome.recording);  // what cannot be deleted is said, and stays here to be deleted
         s_.outcome.recording = s_.outcome.report = fs::path();
         s_.say(s_.text("op.deleted"));
         break;
-      }
       case Ask::kSaveExercise:
         if (const Authored* authored = desk_.authored()) save_exercise(s_, work_, choices_, *authored);
         break;

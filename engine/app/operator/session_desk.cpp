@@ -106,6 +106,9 @@ SessionDesk::Turn SessionDesk::step() {
   s_.status = bench_->status();
   s_.settings = bench_->settings();
   s_.held = bench_->held();
+  const std::string save = saved_.filename().string();
+  if (s_.status.saved > before.saved) s_.say(fmt::format("{} {}", s_.text("op.saved_as"), save));
+  if (s_.status.not_saved > before.not_saved) s_.fail(fmt::format("{} {}", s_.text("op.not_saved"), save));
   const int step = s_.steps.current();
   if (s_.steps.follow({s_.status.tick, s_.settings, static_cast<int>(s_.status.tissue.undone),
                        static_cast<int>(s_.status.tissue.redone), s_.look_changes, s_.held}))
@@ -177,9 +180,7 @@ bool SessionDesk::carry_out(const Request& r) {
       if (bench_) bench_->ask(TissueCommand::kRedo);
       return true;
     case Ask::kSaveTissue:
-      if (!bench_) return true;
-      bench_->ask(TissueCommand::kSave);
-      s_.say(fmt::format("{} {}", s_.text("op.saved_as"), saved_.filename().string()));
+      if (bench_) bench_->ask(TissueCommand::kSave);
       return true;
     case Ask::kKeep:
       s_.keep = r.number != 0;
@@ -281,8 +282,12 @@ void SessionDesk::keep_recording() {
     fs::remove(written_, code);
     return;
   }
-  if (written_ != recording_) fs::rename(written_, recording_, code);
+  if (written_ != recording_) {
+    fs::rename(written_, recording_, code);
+    if (code) fs::copy_file(written_, recording_, code);  // the trainee's folder lies on another disk
+  }
   s_.outcome.recording = code ? written_ : recording_;
+  if (code) s_.fail(fmt::format("{}: {} ({})", recording_.string(), code.message(), written_.string()));
 }
 
 void SessionDesk::drop_picture() {

@@ -298,8 +298,7 @@ void LiveViews::run() {
       shown[i] = wishes[i];
       shown_version[i] = version;
       bodies_due[i] = now() + std::max(kBodiesInterval, now() - began);
-      const std::lock_guard lock(mutex_);
-      made_.push_back(std::move(made));
+      keep(std::move(made));
     }
     for (std::size_t i = 0; i < 2; ++i) {  // after the tooth's: what stands around is looked at less
       if (!around[i]) continue;
@@ -308,8 +307,7 @@ void LiveViews::run() {
         const glm::dvec4& plane = wishes[i].plane;
         Made made{static_cast<Eyes>(i), wishes[i],
                   {{render::kSectionFaceAround, surroundings->section_face(dvec3(plane), -plane.w, origin_W_)}}};
-        const std::lock_guard lock(mutex_);
-        made_.push_back(std::move(made));
+        keep(std::move(made));
       } catch (const std::exception& e) {
         log::warn("no section of what stands around the tooth: {}", e.what());
       }
@@ -333,6 +331,13 @@ void LiveViews::run() {
     const std::lock_guard lock(mutex_);
     fresh_judged_ = std::move(input);
   }
+}
+
+/// In place of what was made for the same before and nobody has taken.
+void LiveViews::keep(Made made) {
+  const std::lock_guard lock(mutex_);
+  std::erase_if(made_, [&](const Made& old) { return old.eyes == made.eyes && old.bodies[0].mesh == made.bodies[0].mesh; });
+  made_.push_back(std::move(made));
 }
 
 std::vector<LiveViews::Body> LiveViews::bodies_of(const Wish& wish, const haptics::TissueVolume& tissue) const {

@@ -97,6 +97,7 @@ class LiveViews {
   void run();
   std::unique_ptr<haptics::TissueVolume> copy_of_tissue();
   std::vector<Body> bodies_of(const Wish& wish, const haptics::TissueVolume& tissue) const;
+  void keep(Made made);
 
   const Scene& scene_;
   Wiring& wiring_;

@@ -27,19 +27,6 @@ std::vector<PaintStroke> read_paint(const std::filesystem::path& file) {
   return strokes;
 }
 
-void write_paint(const std::filesystem::path& file, const std::vector<PaintStroke>& strokes) {
-  std::string text = "{ \"strokes\": [";
-  for (std::size_t i = 0; i < strokes.size(); ++i) {
-    const PaintStroke& s = strokes[i];
-    const auto mm = [](const dvec3& p) {
-      return fmt::format("[{:.4f}, {:.4f}, {:.4f}]", p.x / kMillimetre, p.y / kMillimetre, p.z / kMillimetre);
-    };
-    text += fmt::format("{}\n  {{ \"tissue\": \"{}\", \"a_mm\": {}, \"b_mm\": {}, \"radius_mm\": {:.4f}, \"stiffness_factor\": {:.3f} }}",
-                        i ? "," : "", name_of(s.tissue), mm(s.a_W), mm(s.b_W), s.radius / kMillimetre, s.stiffness_factor);
-  }
-  write_file_atomically(file, text + "\n] }\n");
-}
-
 void paint(haptics::TissueVolume& volume, const std::vector<PaintStroke>& strokes) {
   for (const PaintStroke& s : strokes) {
     const auto mm = [](const dvec3& p) { return fmt::format("[{},{},{}]", p.x / kMillimetre, p.y / kMillimetre, p.z / kMillimetre); };

@@ -23,8 +23,6 @@ struct PaintStroke {
 
 /// Throws Error.
 std::vector<PaintStroke> read_paint(const std::filesystem::path& file);
-/// Whole or not at all. Throws Error when the place is not writable.
-void write_paint(const std::filesystem::path& file, const std::vector<PaintStroke>& strokes);
 
 /// In their order: later strokes cover earlier ones.
 void paint(haptics::TissueVolume& volume, const std::vector<PaintStroke>& strokes);

@@ -197,6 +197,9 @@ constexpr Entry kOperator[] = {
     {"op.not_kept", {"The recording will not be kept", "Aufzeichnung wird nicht behalten", "记录不会保留"}},
     {"op.save_tissue", {"Save", "Sichern", "保存"}},
     {"op.saved_as", {"Saved:", "Gesichert:", "已保存："}},
+    {"op.not_saved",
+     {"Not saved; make room on the disk and save again:", "Nicht gesichert; auf der Platte Platz schaffen und noch einmal sichern:",
+      "未保存；请腾出磁盘空间后再保存："}},
     {"op.own_view", {"Own viewpoint", "Eigener Blickpunkt", "自由视角"}},
     {"op.own_view_help",
      {"Own viewpoint: the trainee's picture stays as it is. Drag to turn, right button shifts, wheel comes nearer; "

@@ -1,0 +1,315 @@
+// Devices behind their vendors' libraries, over stand-ins for these.
+#include <dlfcn.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <random>
+
+#include "engine/base/error.h"
+#include "engine/contract/contact.h"
+#include "haptics/devices/driver.h"
+#include "haptics/devices/safe_device.h"
+
+namespace typodont::haptics {
+namespace {
+
+/// A stand-in library loaded under its vendor's name, before the driver asks for it.
+class StandIn {
+ public:
+  explicit StandIn(const char* path) : handle_(::dlopen(path, RTLD_NOW | RTLD_LOCAL)) {
+    EXPECT_NE(handle_, nullptr) << ::dlerror();
+  }
+  template <class F>
+  F* get(const char* name) {
+    return reinterpret_cast<F*>(::dlsym(handle_, name));
+  }
+
+ private:
+  void* handle_;
+};
+
+const Driver& driver(const std::string& scheme) {
+  for (const Driver& d : drivers()) {
+    if (d.scheme == scheme) return d;
+  }
+  throw Error("no driver " + scheme);
+}
+
+TEST(OpenHaptics, SamplesInMillimetresBecomeMetresAndForcesArriveInTheCallback) {
+  StandIn library(TYPODONT_STANDIN_HD);
+  auto* const step = library.get<bool()>("standin_hd_step");
+  auto* const force = library.get<const double*()>("standin_hd_force");
+  library.get<void(double, double, double)>("standin_hd_place")(10, -20, 30);
+  library.get<void(int)>("standin_hd_press")(1);
+  auto device = driver("openhaptics").open("", {});
+  EXPECT_EQ(device->info().model, "Touch (stand-in)");
+  EXPECT_DOUBLE_EQ(device->info().force_limit, 3.3);
+  EXPECT_DOUBLE_EQ(device->info().max_stiffness, 400);
+  EXPECT_DOUBLE_EQ(device->info().continuous_force, 0.88);
+
+  HandSample sample;
+  ASSERT_TRUE(step());
+  ASSERT_TRUE(device->read(sample));
+  EXPECT_LT(glm::length(sample.X_WT.p - dvec3(0.010, -0.020, 0.030)), 1e-15);
+  EXPECT_EQ(sample.pedal, 1);
+  ASSERT_EQ(device->joints().size(), 6u);
+  for (std::size_t i = 0; i < 6; ++i) EXPECT_DOUBLE_EQ(device->joints()[i], 0.1 * static_cast<double>(i + 1));
+  device->write({0.5, 0, -1}, dvec3(0));
+  step();
+  EXPECT_EQ(force()[0], 0.5);
+  EXPECT_EQ(force()[2], -1);
+}
+
+TEST(OpenHaptics, ASilentServoLosesItsForceAfterTwoCallbacksAndReleaseAtTheNext) {
+  StandIn library(TYPODONT_STANDIN_HD);
+  auto* const step = library.get<bool()>("standin_hd_step");
+  auto* const force = library.get<const double*()>("standin_hd_force");
+  auto device = driver("openhaptics").open("Default Device", {});
+  device->write({1, 0, 0}, dvec3(0));
+  for (int i = 0; i < 3; ++i) {
+    step();
+    EXPECT_EQ(force()[0], 1);
+  }
+  step();
+  EXPECT_EQ(force()[0], 0);
+  device->write({1, 0, 0}, dvec3(0));
+  step();
+  EXPECT_EQ(force()[0], 1);
+  device->release();
+  step();
+  EXPECT_EQ(force()[0], 0);
+}
+
+TEST(OpenHaptics, ErrorsAreReportedAndTheEndLeavesNoForce) {
+  StandIn library(TYPODONT_STANDIN_HD);
+  auto* const step = library.get<bool()>("standin_hd_step");
+  auto device = driver("openhaptics").open("", {});
+  HandSample sample;
+  library.get<void(unsigned)>("standin_hd_fail")(0x0300);
+  step();
+  ASSERT_TRUE(device->read(sample));
+  EXPECT_EQ(device->faults(), bits(Fault::kBadInput));
+  EXPECT_FALSE(device->read(sample));  // no callback for 100 ms: lost
+  EXPECT_EQ(device->faults(), bits(Fault::kDeviceLost));
+  device->write({1, 0, 0}, dvec3(0));
+  step();
+  device.reset();
+  EXPECT_EQ(library.get<const double*()>("standin_hd_force")()[0], 0);
+  EXPECT_FALSE(library.get<bool()>("standin_hd_output")());
+  EXPECT_THROW(driver("openhaptics").open("Nobody", {}), Error);
+}
+
+TEST(OpenHaptics, TheEndOfOneOfTwoArmsTakesItsForceAndLeavesTheOtherItsScheduler) {
+  StandIn library(TYPODONT_STANDIN_HD);
+  auto* const step = library.get<bool()>("standin_hd_step");
+  auto* const force = library.get<const double*()>("standin_hd_force");
+  auto* const second_force = library.get<const double*()>("standin_hd_second_force");
+  auto right = driver("openhaptics").open("", {});
+  auto left = driver("openhaptics").open("Second", {});
+  const auto push = [&](HapticDevice& device) {
+    device.write({1, 0, 0}, dvec3(0));
+    EXPECT_TRUE(step());
+  };
+  push(*right);
+  push(*left);
+  EXPECT_EQ(force()[0], 1);
+  EXPECT_EQ(second_force()[0], 1);
+  left.reset();
+  EXPECT_EQ(second_force()[0], 0);
+  for (int i = 0; i < 4; ++i) step();
+  EXPECT_EQ(force()[0], 0) << "a silent servo loses its force";
+  push(*right);
+  EXPECT_EQ(force()[0], 1);
+  HandSample sample;
+  EXPECT_TRUE(right->read(sample));
+  left = driver("openhaptics").open("Second", {});  // and taken up again
+  push(*left);
+  EXPECT_EQ(second_force()[0], 1);
+  right.reset();
+  left.reset();
+  EXPECT_FALSE(step()) << "the last one stops the scheduler";
+  EXPECT_EQ(force()[0], 0);
+  EXPECT_EQ(second_force()[0], 0);
+}
+
+/// Around a vendor's device, with times so short that a thousand faults take no time.
+std::unique_ptr<SafeDevice> hasty(std::unique_ptr<HapticDevice> device) {
+  SafeDevice::Options options = SafeDevice::options_for(device->info());
+  options.watchdog_thread = false;
+  options.limits.silence = 100;  // no thread of ours is late here
+  options.limits.free_time = 1e-9;
+  options.limits.ramp_in = 1e-9;
+  options.limits.slew = 1e12;
+  return std::make_unique<SafeDevice>(std::move(device), options);
+}
+
+TEST(OpenHaptics, AThousandFaultsAtRandomMomentsEachTakeTheForceAwayWithinOneCallbackUntilTheHandIsFree) {
+  StandIn library(TYPODONT_STANDIN_HD);
+  auto* const step = library.get<bool()>("standin_hd_step");
+  auto* const force = library.get<const double*()>("standin_hd_force");
+  auto* const fail = library.get<void(unsigned)>("standin_hd_fail");
+  const auto hand = hasty(driver("openhaptics").open("", {}));
+  HandSample sample;
+  std::mt19937 random(3);
+  const auto ticks = [&](int n, const dvec3& f) {
+    for (int i = 0; i < n; ++i) {
+      ASSERT_TRUE(step());
+      ASSERT_TRUE(hand->read(sample));
+      hand->write(f, dvec3(0));
+    }
+  };
+  for (int i = 0; i < 1000; ++i) {
+    for (int tries = 0; tries == 0 || (force()[2] != 2 && tries < 20); ++tries) {  // a machine that stalls is a leap of time
+      ticks(5, dvec3(0));
+      ticks(2 + static_cast<int>(random() % 20), {0, 0, 2});
+    }
+    ASSERT_EQ(force()[2], 2) << i;
+    fail(0x0300 + static_cast<unsigned>(random() % 16));
+    ticks(1, {0, 0, 2});
+    step();
+    ASSERT_EQ(force()[2], 0) << i;
+    ASSERT_TRUE(hand->read(sample));
+    ticks(1 + static_cast<int>(random() % 10), {0, 0, 2});  // still in contact
+    ASSERT_EQ(force()[2], 0) << i;
+    ASSERT_TRUE(hand->take_events() & bits(SafetyEvent::kDeviceFault));
+  }
+}
+
+TEST(ForceDimension, AThousandFaultsAtRandomMomentsEachTakeTheForceAwayAtOnceUntilTheHandIsFree) {
+  StandIn library(TYPODONT_STANDIN_DHD);
+  auto* const wrench = library.get<const double*()>("standin_dhd_wrench");
+  auto* const fail = library.get<void(bool)>("standin_dhd_break");
+  HandOptions options;
+  options.rate = 8000;
+  const auto hand = hasty(driver("forcedimension").open("0", options));
+  HandSample sample;
+  std::mt19937 random(4);
+  const auto ticks = [&](int n, const dvec3& f) {
+    for (int i = 0; i < n; ++i) {
+      ASSERT_TRUE(hand->read(sample));
+      hand->write(f, dvec3(0));
+    }
+  };
+  for (int i = 0; i < 1000; ++i) {
+    for (int tries = 0; tries == 0 || (wrench()[2] != 2 && tries < 20); ++tries) {  // as above
+      ticks(3, dvec3(0));
+      ticks(2 + static_cast<int>(random() % 4), {0, 0, 2});
+    }
+    ASSERT_EQ(wrench()[2], 2) << i;
+    fail(true);
+    ASSERT_TRUE(hand->read(sample));
+    ASSERT_EQ(wrench()[2], 0) << i;
+    hand->write({0, 0, 2}, dvec3(0));
+    fail(false);
+    ticks(1 + static_cast<int>(random() % 3), {0, 0, 2});
+    ASSERT_EQ(wrench()[2], 0) << i;
+    ASSERT_TRUE(hand->take_events() & bits(SafetyEvent::kDeviceFault));
+  }
+}
+
+TEST(ForceDimension, PosesForcesAndTorquesPassThroughAndTheEndLeavesNoForce) {
+  StandIn library(TYPODONT_STANDIN_DHD);
+  auto* const wrench = library.get<const double*()>("standin_dhd_wrench");
+  library.get<void(double, double, double)>("standin_dhd_place")(0.01, 0.02, 0.03);
+  library.get<void(unsigned)>("standin_dhd_press")(1);
+  auto device = driver("forcedimension").open("0", {});
+  EXPECT_EQ(device->info().serial, "4711");
+  EXPECT_EQ(device->info().force_limit, 12);  // by its name, a sigma
+  EXPECT_EQ(library.get<unsigned char()>("standin_dhd_watchdog")(), 16);
+  HandSample sample;
+  ASSERT_TRUE(device->read(sample));
+  EXPECT_EQ(sample.X_WT.p, dvec3(0.01, 0.02, 0.03));
+  EXPECT_LT(glm::length(sample.X_WT.rotate({1, 0, 0}) - dvec3(0, 1, 0)), 1e-12);
+  EXPECT_EQ(sample.pedal, 1);
+  ASSERT_EQ(device->joints().size(), 6u);  // base and wrist; the grip is no joint of the pose
+  for (std::size_t i = 0; i < 6; ++i) EXPECT_DOUBLE_EQ(device->joints()[i], 0.1 * static_cast<double>(i + 1));
+  device->write({1, 2, 3}, {0.1, 0.2, 0.3});
+  EXPECT_EQ(wrench()[2], 3);
+  EXPECT_EQ(wrench()[5], 0.3);
+  device->release();
+  EXPECT_EQ(wrench()[2], 0);
+  device->write({1, 2, 3}, {0.1, 0.2, 0.3});
+  device.reset();
+  for (int i = 0; i < 6; ++i) EXPECT_EQ(wrench()[i], 0);
+  EXPECT_FALSE(library.get<bool()>("standin_dhd_powered")());
+}
+
+TEST(ForceDimension, ADeviceThatStopsAnsweringGetsZeroAndIsLost) {
+  StandIn library(TYPODONT_STANDIN_DHD);
+  auto* const breaks = library.get<void(bool)>("standin_dhd_break");
+  auto device = driver("forcedimension").open("", {});
+  HandSample sample;
+  ASSERT_TRUE(device->read(sample));
+  device->write({1, 2, 3}, dvec3(0));
+  breaks(true);
+  EXPECT_TRUE(device->read(sample));
+  EXPECT_EQ(device->faults(), bits(Fault::kBadInput));
+  EXPECT_EQ(library.get<const double*()>("standin_dhd_wrench")()[2], 0);
+  for (int i = 0; i < 1000 && device->read(sample); ++i) {
+  }
+  EXPECT_EQ(device->faults(), bits(Fault::kDeviceLost));
+  breaks(false);
+}
+
+std::vector<FoundDevice> found_by(const std::string& scheme) {
+  return driver(scheme).find();
+}
+
+TEST(ForceDimension, IsListedWithModelSerialAndLimitAndOpenedForThatOnlyOnce) {
+  StandIn library(TYPODONT_STANDIN_DHD);
+  auto* const opened = library.get<int()>("standin_dhd_opened");
+  found_by("forcedimension");
+  const int before = opened();
+  for (int i = 0; i < 5; ++i) {
+    const auto found = found_by("forcedimension");
+    ASSERT_EQ(found.size(), 1u);
+    EXPECT_EQ(found[0].address, "forcedimension:0");
+    EXPECT_EQ(found[0].model, "sigma.7 (stand-in)");
+    EXPECT_EQ(found[0].serial, "4711");
+    EXPECT_EQ(found[0].force_limit, 12);
+    EXPECT_TRUE(found[0].permitted);
+  }
+  EXPECT_EQ(opened(), before);
+  EXPECT_FALSE(library.get<bool()>("standin_dhd_powered")()) << "a list switches no force on";
+}
+
+TEST(ForceDimension, IsOpenedBySerialAndAListBesideItLeavesItAlone) {
+  StandIn library(TYPODONT_STANDIN_DHD);
+  auto* const opened = library.get<int()>("standin_dhd_opened");
+  auto device = driver("forcedimension").open("4711", {});
+  EXPECT_EQ(device->info().serial, "4711");
+  const int before = opened();
+  EXPECT_EQ(found_by("forcedimension").size(), 1u);
+  EXPECT_EQ(opened(), before);
+  EXPECT_TRUE(library.get<bool()>("standin_dhd_powered")());
+  EXPECT_THROW(driver("forcedimension").open("4712", {}), Error);
+}
+
+TEST(OpenHaptics, DevicesAreListedByTheNamesOfTheVendorsSetUpWithModelSerialAndLimit) {
+  StandIn library(TYPODONT_STANDIN_HD);
+  const auto folder = std::filesystem::temp_directory_path() / ("typodont_hd_" + std::to_string(::getpid()));
+  std::filesystem::create_directories(folder / "config");
+  ::setenv("GTDD_HOME", folder.c_str(), 1);
+  auto found = found_by("openhaptics");
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_FALSE(found[0].permitted);
+  EXPECT_NE(found[0].mend.find("set-up program"), std::string::npos);
+  for (const char* name : {"Default Device", "Left"}) std::ofstream(folder / "config" / (name + std::string(".config"))) << "";
+  found = found_by("openhaptics");
+  ASSERT_EQ(found.size(), 2u);
+  EXPECT_EQ(found[0].address, "openhaptics:Default Device");
+  EXPECT_EQ(found[0].model, "Touch (stand-in)");
+  EXPECT_EQ(found[0].serial, "S-0001");
+  EXPECT_DOUBLE_EQ(found[0].force_limit, 3.3);
+  EXPECT_TRUE(found[0].permitted);
+  EXPECT_FALSE(found[1].permitted) << "named, but not there";
+  EXPECT_FALSE(library.get<bool()>("standin_hd_output")());
+  ::unsetenv("GTDD_HOME");
+  std::filesystem::remove_all(folder);
+}
+
+}  // namespace
+}  // namespace typodont::haptics

@@ -1,0 +1,76 @@
+// What the pages for people name is there: files, links, options of commands.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <regex>
+#include <set>
+#include <string>
+#include <vector>
+
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string text_of(const fs::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+std::vector<fs::path> pages() {
+  std::vector<fs::path> found;
+  for (const auto& entry : fs::directory_iterator("."))
+    if (entry.path().extension() == ".md") found.push_back(entry.path().filename());
+  for (const char* top : {"engine", "haptics", "audio", "calibration", "shaders", "assets", "docs", "tests"})
+    for (const auto& entry : fs::recursive_directory_iterator(top))
+      if (entry.path().extension() == ".md") found.push_back(entry.path());
+  return found;
+}
+
+/// Each first group of the pattern.
+std::set<std::string> all(const std::string& text, const std::regex& pattern) {
+  std::set<std::string> found;
+  for (std::sregex_iterator it(text.begin(), text.end(), pattern), end; it != end; ++it) found.insert((*it)[1]);
+  return found;
+}
+
+TEST(Readme, EveryLinkLeadsToAFile) {
+  static const std::regex link(R"(\]\(([^)#:\s]+)(#[^)]*)?\))");
+  std::size_t links = 0;
+  for (const fs::path& page : pages())
+    for (const std::string& to : all(text_of(page), link)) {
+      EXPECT_TRUE(fs::exists(page.parent_path() / to)) << page << ": " << to;
+      ++links;
+    }
+  EXPECT_GT(links, 30u);
+}
+
+TEST(Readme, EveryPathOfTheTreeIsThere) {
+  static const std::regex path(R"re([`\s(]((?:engine|haptics|audio|calibration|shaders|assets|docs|tests|cmake)/[\w./-]*\w\.[a-z]+)[`\s,.:;)])re");
+  std::size_t paths = 0;
+  for (const fs::path& page : pages())
+    for (const std::string& name : all(text_of(page), path)) {
+      EXPECT_TRUE(fs::exists(name) || fs::exists(page.parent_path() / name)) << page << ": " << name;
+      ++paths;
+    }
+  EXPECT_GT(paths, 30u);
+}
+
+TEST(Readme, EveryOptionIsOneOfTheProgram) {
+  std::set<std::string> options{"--help", "--json", "--version"};
+  static const std::regex string(R"re("((?:-\w,)?--[a-z][a-z-]+(?:,[\w-]+)*)")re"), option(R"((--[a-z][a-z-]*\w))");
+  for (const auto& entry : fs::directory_iterator("engine/app/commands"))
+    for (const std::string& declared : all(text_of(entry.path()), string)) options.merge(all(declared, option));
+  EXPECT_GT(options.size(), 60u);
+  static const std::regex named(R"re((?:^|[\s`[])(--[a-z][a-z-]*\w))re");
+  for (const fs::path& page : pages()) {
+    std::ifstream in(page);
+    for (std::string line; std::getline(in, line);) {
+      if (line.find("--") == std::string::npos || line.find("cmake") != std::string::npos || line.find("ctest") != std::string::npos) continue;
+      for (const std::string& name : all(line, named)) EXPECT_TRUE(options.contains(name)) << page << ": " << name;
+    }
+  }
+}
+
+}  // namespace
