@@ -17,7 +17,7 @@ constexpr double kFillStep = 0.25;    // voxels that a dome may grow in a tick, 
 constexpr double kMostFillStep = 1;   // … and a small one, …
 constexpr double kFillAhead = 0.01;   // … by what comes in so many s
 constexpr double kLeastFillStep = 1e-3;
-constexpr double kLeastShare = 1e-3;
+constexpr double kBuried = 0.01;      // share of its surface, of which a dome must have more free to go on
 constexpr double kOpen = 0.5;         // voxels of air, beyond what the instrument keeps free, that are room
 constexpr double kFlowsOn = 3;        // reaches from where it was begun that filling gets through filling
 constexpr double kFlowStep = 0.5;     // voxels between looks along its ways
@@ -64,10 +64,9 @@ bool Servo::State::put_down(Touch& now) noexcept {
   const PerTissue added = haptics::fill(patch, dome, &changed);
   double volume = 0;
   for (const double v : added) volume += v;
-  filling.idle = !(volume > 0);
   filling.owed -= volume * voxel;
-  const double whole = 4 * kPi / 3 * (std::pow(filling.radius, 3) - std::pow(before, 3));
-  filling.share = std::clamp(volume / whole, kLeastShare, 1.0);
+  filling.share = std::clamp(volume / (4 * kPi / 3 * (std::pow(filling.radius, 3) - std::pow(before, 3))), kBuried, 1.0);
+  filling.idle = !(filling.share > kBuried);
   if (!changed) return false;
   front.forget();
   ++sums.cuts;

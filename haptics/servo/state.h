@@ -159,7 +159,7 @@ struct Servo::State {
     double share = 1;    // of its surface that is free, as far as is known
     dvec3 center{0}, end{0};  // voxels, of the dome, and where the instrument's end was when it was begun …
     dvec3 root{0};            // … there: what finds no room in its dome flows on from here
-    bool idle = false;        // the last tick found no room in the dome
+    bool idle = false;        // the last tick found hardly any room in the dome
   } filling;
   static constexpr std::size_t kFlowWays = 2048;
   struct Outlook {  // from that root along straight ways, all of them equally far: nothing nearer is open
