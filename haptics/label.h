@@ -28,22 +28,28 @@ inline Tissue emptied(Tissue label) noexcept {
   return is_filled(label) ? static_cast<Tissue>((static_cast<std::uint8_t>(label) >> kBeforeShift) - 1) : label;
 }
 
-/// Gives the voxels of a box their labels from before the filling, wherever they lie in the air and none of their 26
-/// neighbours is filled and solid. Around the box there is a sample more on every side. A function of distances and labels
-/// alone, so that it does not matter after which of the cuts it is called. True when it changed any.
+/// Gives a voxel its label from before the filling, where it lies in the air and none of its 26 neighbours is filled and solid. A
+/// function of distances and labels alone. Returns whether that changed it.
+inline bool restore_label(const float* distance, Tissue* label, std::ptrdiff_t at, std::ptrdiff_t stride_x, std::ptrdiff_t stride_y) noexcept {
+  if (!is_filled(label[at]) || distance[at] <= 0) return false;
+  const Tissue before = emptied(label[at]);
+  if (before == Tissue::kAir && distance[at] < 0.5f) return false;  // air has no volume
+  for (std::ptrdiff_t x = -stride_x; x <= stride_x; x += stride_x) {
+    for (std::ptrdiff_t y = -stride_y; y <= stride_y; y += stride_y) {
+      for (std::ptrdiff_t i = at + x + y - 1; i <= at + x + y + 1; ++i) {
+        if (is_filled(label[i]) && distance[i] <= 0) return false;
+      }
+    }
+  }
+  label[at] = before;
+  return true;
+}
+
+/// The same for a box of voxels, with a sample more on every side: it does not matter after which of the cuts it is called. True
+/// when it changed any.
 inline bool restore_labels(const glm::ivec3& size, const float* distance, Tissue* label, std::ptrdiff_t stride_x,
                            std::ptrdiff_t stride_y) noexcept {
   bool changed = false;
-  const auto beside_filling = [&](std::ptrdiff_t i) {
-    for (std::ptrdiff_t x = -stride_x; x <= stride_x; x += stride_x) {
-      for (std::ptrdiff_t y = -stride_y; y <= stride_y; y += stride_y) {
-        for (std::ptrdiff_t j = i + x + y - 1; j <= i + x + y + 1; ++j) {
-          if (is_filled(label[j]) && distance[j] <= 0) return true;
-        }
-      }
-    }
-    return false;
-  };
   for (int x = 0; x < size.x; ++x) {
     for (int y = 0; y < size.y; ++y) {
       const std::ptrdiff_t row = x * stride_x + y * stride_y;
@@ -56,12 +62,7 @@ inline bool restore_labels(const glm::ivec3& size, const float* distance, Tissue
             continue;
           }
         }
-        const std::ptrdiff_t i = row + z;
-        if (!is_filled(label[i]) || distance[i] <= 0) continue;
-        const Tissue before = emptied(label[i]);
-        if ((before == Tissue::kAir && distance[i] < 0.5f) || beside_filling(i)) continue;  // air has no volume
-        label[i] = before;
-        changed = true;
+        changed |= restore_label(distance, label, row + z, stride_x, stride_y);
       }
     }
   }

@@ -42,6 +42,17 @@ double travel_for(const Tool& tool, double voxel) {
   return std::max({8.0, 1e-3 / voxel, 0.25 * tool.reach() / voxel});
 }
 
+/// Unit vectors, a Fibonacci sphere.
+std::vector<glm::vec3> evenly_around(std::size_t count) {
+  std::vector<glm::vec3> all;
+  for (std::size_t i = 0; i < count; ++i) {
+    const double turn = kPi * (3 - std::sqrt(5.0)) * static_cast<double>(i), z = 1 - (2.0 * static_cast<double>(i) + 1) / static_cast<double>(count);
+    const double rho = std::sqrt(1 - z * z);
+    all.emplace_back(rho * std::cos(turn), rho * std::sin(turn), z);
+  }
+  return all;
+}
+
 /// A scene that is larger, with a coupling softer by as much, has the same forces: what the law foresees of a hand and gives it
 /// is larger alike, but for the limit of a nanojoule. A device's hand is a hand, whatever the scene, and its jumps are counts.
 PassivityLaw law_for(const ServoSettings& settings) {
@@ -94,6 +105,7 @@ Servo::State::State(const ServoSettings& s, int edge)
     tools.push_back({tool, ContactFinder(tool, h), SmoothContacts(tool, h), near_reach(tool) / h});
   }
   for (const Material& material : settings.materials) hardest = std::max(hardest, material.specific_energy);
+  if (std::ranges::any_of(tray(s), [](const Tool& each) { return each.fill != Tissue::kAir; })) flow_ways = evenly_around(kFlowWays);
   passivity_law = law_for(settings);
   patch.resize(edge);
 }

@@ -46,6 +46,11 @@ struct Meridian {
   }
 };
 
+HeadField::Piece scaled(const Piece& piece, double unit) {
+  const dvec2 a = piece.a / unit, b = piece.b / unit, d = b - a, c = piece.center / unit;
+  return {a.x, a.y, b.x, b.y, d.x, d.y, 1 / glm::dot(d, d), c.x, c.y, piece.radius / unit};
+}
+
 Meridian meridian(const Tool& tool) {
   const double r = tool.radius(), half = tool.length / 2;
   Meridian m;
@@ -157,12 +162,20 @@ double Tool::distance(const dvec3& p) const {
 
 HeadField::HeadField(const Tool& tool, double unit) {
   const Meridian m = meridian(tool);
-  count = m.count;
-  for (int i = 0; i < count; ++i) {
-    const auto& from = m.pieces[static_cast<std::size_t>(i)];
-    const dvec2 a = from.a / unit, b = from.b / unit, d = b - a, c = from.center / unit;
-    pieces[i] = {a.x, a.y, b.x, b.y, d.x, d.y, 1 / glm::dot(d, d), c.x, c.y, from.radius / unit};
+  for (int i = 0; i < m.count; ++i) pieces[count++] = scaled(m.pieces[static_cast<std::size_t>(i)], unit);
+}
+
+HeadField HeadField::with_way_out(const Tool& tool, double unit) {
+  const Meridian m = meridian(tool);
+  HeadField field;
+  for (auto piece : m.pieces) {
+    if (piece.radius > 0 && piece.b.y > piece.center.y) piece.b = piece.center + dvec2(piece.radius, 0);
+    field.pieces[field.count++] = scaled(piece, unit);
+    if (piece.b.x < tool.radius() * (1 - 1e-9)) continue;
+    field.pieces[field.count++] = scaled({piece.b, piece.b + dvec2(0, 1)}, unit);
+    break;
   }
+  return field;
 }
 
 /// Distance in the half plane, with the direction in which it grows.

@@ -27,6 +27,8 @@ class HeadField {
   HeadField() = default;
   /// In units of `unit` metres, e.g. a voxel.
   HeadField(const Tool& tool, double unit);
+  /// The head and all that it sweeps when it is drawn out along its axis: from where it is widest a cylinder goes on, for a metre.
+  static HeadField with_way_out(const Tool& tool, double unit);
 
   /// Signed distance from a point in T, negative inside; exact for every shape.
   double distance(const dvec3& p_TQ) const noexcept;

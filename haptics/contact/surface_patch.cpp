@@ -135,12 +135,21 @@ PerTissue fill(SurfacePatch& patch, const Fill& filling, bool* changed) noexcept
   const glm::ivec3 a = glm::max(filling.lo() - patch.lo, 0), b = glm::min(filling.hi() - patch.lo, patch.n - 1);
   if (a.x > b.x || a.y > b.y || a.z > b.z) return added;
   const std::size_t start = patch.at(a.x, a.y, a.z), edge = static_cast<std::size_t>(patch.n);
+  FreshLabels fresh;
   *changed = filling.lower(a + patch.lo, b - a + 1, patch.distance.data() + start, patch.tissue.data() + start,
-                           edge * edge, edge, &added);
+                           edge * edge, edge, &added, &fresh);
   if (!*changed) return added;
   patch.exact_outside = false;
   patch.filled_lo = glm::min(patch.filled_lo, a + patch.lo), patch.filled_hi = glm::max(patch.filled_hi, b + patch.lo);
-  relabel(patch, a + patch.lo, b + patch.lo);
+  // A voxel that had its label before has a solid neighbour still: filling only lowers.
+  const bool inside = std::min({a.x, a.y, a.z}) > 0 && std::max({b.x, b.y, b.z}) < patch.n - 1;
+  if (!inside || !fresh.all()) {
+    relabel(patch, a + patch.lo, b + patch.lo);
+  } else {
+    for (const std::int32_t at : fresh.known()) {
+      restore_label(patch.distance.data() + start, patch.tissue.data() + start, at, static_cast<std::ptrdiff_t>(edge * edge), static_cast<std::ptrdiff_t>(edge));
+    }
+  }
   return added;
 }
 

@@ -7,6 +7,7 @@
 #include <cstring>
 #include <glm/glm.hpp>
 
+#include "engine/base/pose.h"
 #include "engine/contract/tissue.h"
 #include "haptics/cut_front.h"
 #include "haptics/label.h"
@@ -47,6 +48,7 @@ struct MeridianPiece {
   float ux, uz, wx, wz;    // from an arc's centre to its ends
   float corner_a, corner_b;  // tan(φ/2) where its outward normal turns by φ to its neighbour's
 };
+void flatten(const HeadField& head, MeridianPiece* pieces);
 inline constexpr int kManyPieces = HeadField::kMaxPieces;  // kinds of groups: one smooth piece, or from here on a set of them
 
 /// A pose of the head in voxels, counted from a voxel nearby, so that floats keep their digits.
@@ -55,6 +57,7 @@ struct HeadPose {
   float p[3];  // the head from there
   float R[9];  // from V to T, by columns
 };
+HeadPose head_pose(const Pose& X_VT);
 
 /// The same before a head that is no ball.
 struct HeadFront {

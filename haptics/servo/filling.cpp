@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/base/units.h"
 #include "haptics/fill.h"
 #include "haptics/servo/state.h"
 
@@ -12,12 +13,20 @@ namespace {
 constexpr double kFillWaits = 0.05;   // s that filling may wait for room
 constexpr double kOneSurface = 0.5;   // slope of the field below which a place lies midway between surfaces
 constexpr double kFillLook = 0.25;    // voxels between looks for something to fill on
-constexpr double kFillStep = 0.25;    // voxels that a dome may grow at once
-constexpr int kFillTries = 4;         // such steps in one tick
+constexpr double kFillStep = 0.25;    // voxels that a dome may grow in a tick, whatever of its surface is free, …
+constexpr double kMostFillStep = 1;   // … and a small one, …
+constexpr double kFillAhead = 0.01;   // … by what comes in so many s
+constexpr double kLeastFillStep = 1e-3;
+constexpr double kBuried = 0.01;      // share of its surface, of which a dome must have more free to go on
 constexpr double kOpen = 0.5;         // voxels of air, beyond what the instrument keeps free, that are room
-constexpr int kFillLooks = 20000;     // voxels in one tick, for room to flow on to: tenths of a millisecond
 constexpr double kFlowsOn = 3;        // reaches from where it was begun that filling gets through filling
-constexpr double kThin = 1.5;         // voxels of tissue that do not part two places: where filling meets a wall they share voxels
+constexpr double kFlowStep = 0.5;     // voxels between looks along its ways
+constexpr int kThin = 3;              // looks into tissue that do not part two places: where filling meets a wall they share voxels
+constexpr int kLookingOn = 60000;     // ns, about, that a tick may look for room; …
+constexpr int kWayLeft = 1, kWayLook = 5, kRoomLook = 60;  // … a way that is not looked at, one that is, what the instrument keeps free
+
+/// The radius of a ball that is larger by so much.
+double grown(double radius, double volume) { return std::cbrt(radius * radius * radius + volume * (3 / (4 * kPi))); }
 
 }  // namespace
 
@@ -38,103 +47,79 @@ bool Servo::State::fill(Touch& now) noexcept {
 /// What is owed, about one centre: true and a Cut when any of it came.
 bool Servo::State::put_down(Touch& now) noexcept {
   const Tool& instrument = tool();
-  const double h = settings.frame.voxel, reach = instrument.fill_reach / h;
+  const double h = settings.frame.voxel, voxel = h * h * h, reach = instrument.fill_reach / h;
   const Pose X_WH{now.p_WG, now.X_WT.R};
   if (!begin_dome(X_WH, reach)) return false;
   const auto ball = [&] { return Fill(instrument, settings.frame.to_world(filling.center), filling.radius * h, X_WH, settings.frame); };
-  const auto has_room = [&](double radius) {
-    return radius < reach && patch.holds(filling.center, radius + kFillTries * kFillStep + static_cast<double>(Sweep::kMargin));
-  };
-  if ((filling.idle || !has_room(filling.radius)) && !flow_on(ball(), reach)) return false;
+  const bool has_room = filling.radius < reach && patch.holds(filling.center, filling.radius + kMostFillStep + static_cast<double>(Sweep::kMargin));
+  if ((filling.idle || !has_room) && !flow_on(ball(), reach)) return false;
 
-  // So much larger that the dome's surface makes up the volume that is owed; where the head or tissue hides that surface
-  // it finds out, and grows faster.
-  PerTissue added{};
-  bool changed = false;
-  glm::ivec3 lo(0), hi(0);
-  filling.idle = true;
-  for (int tries = 0; tries < kFillTries && filling.owed > 0 && has_room(filling.radius); ++tries) {
-    const double step = std::max(std::min(filling.owed / (h * h * h) / filling.area, kFillStep), 1e-3);
-    filling.radius += step;
-    const Fill grown = ball();
-    bool any;
-    double volume = 0;
-    const PerTissue more = haptics::fill(patch, grown, &any);
-    for (std::size_t i = 0; i < more.size(); ++i) volume += more[i], added[i] += more[i];
-    changed |= any;
-    lo = grown.lo(), hi = grown.hi();
-    filling.area = std::max(volume / step, 1.0);
-    filling.owed -= volume * h * h * h;
-    filling.idle &= !(volume > 0);
-  }
+  // So much larger that the part of the dome's surface which is free makes up the volume that is owed: how much head and tissue hide is
+  // known from the last tick, and may be less by now.
+  const double before = filling.radius, owed = filling.owed / voxel;
+  const double most = std::clamp(grown(before, owed + instrument.fill_rate * kFillAhead / voxel) - before, kFillStep, kMostFillStep);
+  filling.radius += std::clamp(grown(before, owed / filling.share) - before, kLeastFillStep, most);
+  const Fill dome = ball();
+  bool changed;
+  const PerTissue added = haptics::fill(patch, dome, &changed);
+  double volume = 0;
+  for (const double v : added) volume += v;
+  filling.owed -= volume * voxel;
+  filling.share = std::clamp(volume / (4 * kPi / 3 * (std::pow(filling.radius, 3) - std::pow(before, 3))), kBuried, 1.0);
+  filling.idle = !(filling.share > kBuried);
   if (!changed) return false;
-  const dvec3 center_W = settings.frame.to_world(filling.center);
   front.forget();
   ++sums.cuts;
   cut_tool = in_hand;
-  CutLog::Made made{{center_W, X_WH.R}, X_WH, in_hand, false, filling.radius * h, added};
+  CutLog::Made made{{settings.frame.to_world(filling.center), X_WH.R}, X_WH, in_hand, false, filling.radius * h, added};
   for (double& v : made.removed) v = -v;
-  log.add(sums.cuts, lo, hi, made);
+  log.add(sums.cuts, dome.lo(), dome.hi(), made);
   now.cut = {sums.cuts, now.out.index, now.out.t, made.X_WA, X_WH, in_hand, {}, {}, 0, made.fill_radius};
   for (std::size_t i = 1; i < added.size(); ++i) {
-    now.cut.removed[i] = -added[i] * h * h * h;
+    now.cut.removed[i] = -added[i] * voxel;
     sums.removed[i] += now.cut.removed[i];
   }
   return true;
 }
 
-/// Whether no tissue but filling lies between two places, voxels.
-bool Servo::State::lies_open(const dvec3& from, const dvec3& to) const noexcept {
-  const double way = glm::length(to - from);
-  double tissue = 0;
-  for (double s = 0; s < way; s += 0.5) {
-    const dvec3 p = glm::mix(from, to, s / way);
-    const dvec3 q = p - dvec3(patch.lo) + 0.5;
-    const std::size_t i = patch.at(static_cast<int>(q.x), static_cast<int>(q.y), static_cast<int>(q.z));
-    tissue = patch.distance[i] <= 0 && !is_filled(patch.tissue[i]) ? tissue + 0.5 : 0;
-    if (tissue > kThin) return false;
-  }
-  return true;
-}
-
-/// A dome in which nothing more finds room grows at once as far as an open place near where it was begun, or, where that is
-/// out of its reach, goes on with another there. Looks on in the next tick where it has looked enough in this one. False when
-/// no such place is found.
+/// A dome in which nothing more finds room grows at once as far as the nearest open place that can be seen from where it was begun,
+/// through filling, or, where that is out of its reach, goes on with another there. Looks on in the next tick where it has looked
+/// enough in this one. False when no such place is found.
 bool Servo::State::flow_on(const Fill& instrument, double reach) noexcept {
-  if (!patch.holds(filling.root, 1)) return false;
-  const glm::ivec3 middle(glm::round(filling.root));
-  dvec3 place(0);
-  double nearest = kFlowsOn * reach;
-  const double none = nearest;
-  int left = kFillLooks;
-  const auto look_at = [&](const glm::ivec3& v) {
-    --left;
-    const double away = glm::length(dvec3(v) - filling.root);
-    if (away >= nearest || !patch.holds(dvec3(v), kFillTries * kFillStep + static_cast<double>(Sweep::kMargin))) return;
-    const glm::ivec3 at = v - patch.lo;
-    if (patch.distance[patch.at(at.x, at.y, at.z)] < kOpen || instrument.kept_out(dvec3(v)) > -kOpen) return;
-    if (lies_open(filling.root, dvec3(v))) nearest = away, place = dvec3(v);
-  };
-  for (; nearest == none && left > 0 && filling.shell < none; ++filling.shell) {  // of a cube
-    const int s = filling.shell;
-    for (int x = -s; x <= s; ++x) {
-      for (int y = -s; y <= s; ++y) {
-        const int every = std::abs(x) == s || std::abs(y) == s ? 1 : std::max(2 * s, 1);
-        for (int z = -s; z <= s; z += every) look_at(middle + glm::ivec3(x, y, z));
-      }
+  const double farthest = kFlowsOn * reach;
+  for (int left = kLookingOn; left > 0; left -= kWayLeft, ++outlook.way) {
+    if (outlook.way == outlook.ways.size()) outlook.way = 0, ++outlook.looks;
+    const double away = outlook.looks * kFlowStep;
+    if (!(away < farthest)) return false;
+    Outlook::Way& way = outlook.ways[outlook.way];
+    if (way.next > outlook.looks) continue;
+    left -= kWayLook;
+    const dvec3 place = glm::round(filling.root + away * dvec3(flow_ways[outlook.way]));
+    if (!patch.holds(place, kMostFillStep + static_cast<double>(Sweep::kMargin))) {
+      way.next = Outlook::kNever;
+      continue;
     }
+    const glm::ivec3 at = glm::ivec3(place) - patch.lo;
+    const std::size_t i = patch.at(at.x, at.y, at.z);
+    way.in_tissue = patch.distance[i] <= 0 && !is_filled(patch.tissue[i]) ? way.in_tissue + 1 : 0;
+    if (way.in_tissue > kThin) way.next = Outlook::kNever;
+    if (patch.distance[i] < kOpen) continue;
+    left -= kRoomLook;
+    const double by_head = instrument.kept_by_head(place);
+    if (by_head > -kOpen) {  // and so is as much of the way beyond
+      way.next = outlook.looks + 1 + static_cast<int>(std::max(by_head, 0.0) / kFlowStep);
+      continue;
+    }
+    if (instrument.is_limited() && instrument.beyond_limit(place) > -kOpen) continue;
+    // There may be more room here: the next look is the same.
+    const double off = glm::length(place - filling.center);
+    const bool grows = filling.center == filling.root && off < reach && off > filling.radius;
+    filling.radius = grows ? off : 0;
+    if (!grows) filling.center = place;
+    filling.share = 1;
+    return true;
   }
-  if (nearest == none) return false;
-  --filling.shell;  // there may be more of it
-  const double away = glm::length(place - filling.center);
-  if (filling.center == filling.root && away < reach && away > filling.radius) {
-    filling.radius = away;
-  } else {
-    filling.center = place;
-    filling.radius = 0;
-  }
-  filling.area = 1;
-  return true;
+  return false;
 }
 
 /// A new dome where there is none, or the instrument has moved on.
@@ -161,6 +146,7 @@ bool Servo::State::begin_dome(const Pose& X_WH, double reach) noexcept {
     center += way * ahead;
   }
   filling = {filling.owed, 0, 1, center, end, center};
+  outlook = {};
   return true;
 }
 

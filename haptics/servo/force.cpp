@@ -144,10 +144,12 @@ double Servo::State::follow_stiffness(const Touch& now, double depth) noexcept {
 /// damped. `sinking`: m/s, the estimate of the depth's rate where the hand moves by counts.
 double Servo::State::damped(const Touch& now, double push, double depth, double sinking) noexcept {
   if (!(settings.damping > 0 && started)) return push;
-  const double smooth = now.may_cut ? std::exp(-now.dt / kCutDampingTime) : 0.0;
+  // What a tool cuts or puts down itself is rough: the proxy moves on it by fits and starts, voxel by voxel.
+  const bool rough = now.may_cut || tool().fill != Tissue::kAir;
+  const double smooth = rough ? std::exp(-now.dt / kCutDampingTime) : 0.0;
   const double measured = settings.position_step > 0 ? sinking : (depth - last_depth) / now.dt;
   double change = ((overlap > 0 ? 0 : measured) - rate) * (1 - smooth);
-  if (now.may_cut && normal_force > 0) {  // the proxy sinks by fits and starts, voxel by voxel
+  if (rough && normal_force > 0) {
     const double most = std::min(spare_change(now, depth), kDamperSlew * now.dt) / settings.damping;
     change = std::clamp(change, -most, most);
   }

@@ -140,7 +140,7 @@ void Servo::State::lead_out(Touch& now) noexcept {
   if (rejoining > 0) overlap = std::max(overlap, now.overlap_before - kFreeSlew * now.pace_per_slew);
   rejoining = std::max(overlap > 0 && rejoining > 0 ? now.dt : 0.0, rejoining - now.dt);
   if (overlap < 0.01) overlap = 0;
-  now.paced = (now.may_cut || rejoining > 0) && normal_force > 0;
+  now.paced = (now.may_cut || tool().fill != Tissue::kAir || rejoining > 0) && normal_force > 0;
   now.carried = (X_WG.p - last_hand.p) / settings.frame.voxel;
 }
 

@@ -2,6 +2,8 @@
 // limits. Servo::tick in servo.cpp calls them in turn.
 #pragma once
 
+#include <array>
+#include <cstdint>
 #include <vector>
 
 #include "haptics/contact/nearest_allowed.h"
@@ -154,12 +156,23 @@ struct Servo::State {
   struct Filling {
     double owed = 0;     // m³
     double radius = -1;  // voxels, of the dome that grows; negative: none
-    double area = 1;     // voxels², of its surface that is free
+    double share = 1;    // of its surface that is free, as far as is known
     dvec3 center{0}, end{0};  // voxels, of the dome, and where the instrument's end was when it was begun …
     dvec3 root{0};            // … there: what finds no room in its dome flows on from here
-    bool idle = false;        // the last tick found no room in the dome, …
-    int shell = 0;            // … nor is there any nearer to root, voxels
+    bool idle = false;        // the last tick found hardly any room in the dome
   } filling;
+  static constexpr std::size_t kFlowWays = 2048;
+  struct Outlook {  // from that root along straight ways, all of them equally far: nothing nearer is open
+    struct Way {
+      int next = 0;       // look
+      int in_tissue = 0;  // looks since the last outside tissue
+    };
+    static constexpr int kNever = 1 << 30;
+    int looks = 0;        // along each, …
+    std::size_t way = 0;  // … and one more along those before this one
+    std::array<Way, kFlowWays> ways{};
+  } outlook;
+  std::vector<glm::vec3> flow_ways;  // unit; of a scene in which nothing fills, none
 
   ServoTick sums;              // carries index, removed, energy, cuts
 
@@ -255,7 +268,6 @@ struct Servo::State {
   bool put_down(Touch& now) noexcept;
   bool begin_dome(const Pose& X_WH, double reach) noexcept;
   bool flow_on(const Fill& instrument, double reach) noexcept;
-  bool lies_open(const dvec3& from, const dvec3& to) const noexcept;
   void repeat_cuts(SurfacePatch& fresh) noexcept;
   void carve_wide(const Pose& X_WA, const Pose& X_WB, bool continues) noexcept;
   void update_wide(SurfacePatch& fresh, bool repeat) noexcept;

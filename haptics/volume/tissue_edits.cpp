@@ -167,8 +167,7 @@ VoxelBox TissueVolume::fill(const Fill& filling) {
         std::copy_n(tissue, n * n * n, before);
         const glm::ivec3 lo = glm::max(glm::ivec3(x0, y0, z0), filling.lo());
         const glm::ivec3 hi = glm::min(glm::ivec3(x0, y0, z0) + n - 1, filling.hi());
-        const int first = ((lo.x - x0) * n + (lo.y - y0)) * n + (lo.z - z0);
-        if (!filling.lower(lo, hi - lo + 1, leaf->buffer().data() + first, tissue + first, n * n, n, nullptr)) continue;
+        if (!filling.lower({x0, y0, z0}, glm::ivec3(n), leaf->buffer().data(), tissue, n * n, n, nullptr)) continue;
         count_voxels(hi - lo + 1);
         leaf->setValuesOn();
         if (kept) kept->changed = true;

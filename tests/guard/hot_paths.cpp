@@ -85,6 +85,24 @@ void drilling(const char* path, HeadShape shape, double diameter, double length)
   for (int i = 100; i < 200; ++i) bench.tick(hand(i), 1);
 }
 
+/// A condenser that wanders in the amalgam which it puts down, until that has come as far as it reaches.
+void filling() {
+  constexpr std::string_view kCavity = R"({"voxel_mm": 0.05, "solids": [{"tissue": "dentin", "solid": {"difference": [
+    {"box": {"size_mm": [5, 5, 3]}}, {"cylinder": {"center_mm": [0, 0, 1], "axis": [0, 0, 1], "radius_mm": 1.6, "height_mm": 3}}]}}]})";
+  haptics::ServoSettings settings = settings_of(HeadShape::kCylinder, 0.8e-3, 3e-3);
+  settings.tool.cuts = false;
+  settings.tool.fill = Tissue::kAmalgam;
+  settings.tool.fill_rate = 8 * kCubicMillimetre;
+  settings.tool.fill_reach = 1.2e-3;
+  HapticBench bench(kCavity, settings);
+  const auto hand = [](int i) { return Pose{{4e-5 * std::sin(0.05 * i), 4e-5 * std::cos(0.05 * i), 1.3e-3}}; };
+  for (int i = 0; i < 400; ++i) bench.tick(hand(i), i > 20 ? 1 : 0);
+  ServoTick out;
+  Cut cut;
+  Counted counted("filling, condenser 0.8 mm", 20);  // without the carver
+  for (int i = 400; i < 420; ++i) bench.servo.tick({bench.t + (i - 400) * 1'000'000, hand(i), 1}, out, cut);
+}
+
 void meshing() {
   HapticBench bench(kBlock, settings_of(HeadShape::kSphere, 0.8e-3, 0.8e-3));
   TissueView view;
@@ -153,6 +171,7 @@ int main() {
   drilling("drilling, round 0.6 mm", HeadShape::kSphere, 0.6e-3, 0.6e-3);
   drilling("drilling, round 1.2 mm", HeadShape::kSphere, 1.2e-3, 1.2e-3);
   drilling("drilling, flame 0.8 x 1.5 mm", HeadShape::kFlame, 0.8e-3, 1.5e-3);
+  filling();
   meshing();
   sound();
   debris_step();

@@ -136,6 +136,39 @@ TEST(Filling, WhatFindsNoRoomIsSaidAndNeverCrossesAWallThatItsReachDoesNot) {
   EXPECT_EQ(bench.last.faults, 0u);
 }
 
+TEST(Filling, AnInstrumentThatIsMovedInWhatItPutsDownFeelsNoStep) {
+  std::mt19937_64 random(31);
+  const auto uniform = [&](double lo, double hi) { return std::uniform_real_distribution<double>(lo, hi)(random); };
+  double felt = 0;
+  for (int round = 0; round < test::campaign(8); ++round) {
+    ServoSettings s = filling();
+    Tool& tool = s.tools[0];
+    tool.shape = round % 2 ? HeadShape::kCylinder : HeadShape::kRoundEndCylinder;
+    tool.diameter = uniform(0.8, 1.5) * kMillimetre;
+    tool.fill_reach = uniform(0.6, 1.2) * kMillimetre;
+    tool.fill_rate = uniform(3, 8) * kCubicMillimetre;
+    s.tool = tool;
+    s.tick = round % 4 < 2 ? 1e-3 : 2.5e-4;
+    s.friction = true;
+    HapticBench bench(kCavity, s);
+    const double aside = uniform(0.3, 0.9) * (1.45_mm - tool.radius()), turned = uniform(0, 6), speed = uniform(0.5, 2) * kMillimetre;
+    const double z = -0.5_mm + uniform(0.05, 0.5) * tool.fill_reach + tool.half();
+    const auto at = [&](double t) {
+      const double a = turned + speed * t / aside;
+      return Pose{{aside * std::cos(a), aside * std::sin(a), z}};
+    };
+    for (int i = 0; i < 20; ++i) bench.tick(at(0), 0);
+    for (double t = 0; t < 0.6; t += s.tick) {
+      const dvec3 before = bench.last.f_T_W;
+      bench.tick(at(t), 1);
+      ASSERT_LT(glm::length(bench.last.f_T_W - before), 0.02) << round << " at " << t;
+      felt = std::max(felt, glm::length(bench.last.f_T_W));
+    }
+    EXPECT_LT(bench.last.removed[kFilled], 0) << round;
+  }
+  EXPECT_GT(felt, 0.1);
+}
+
 TEST(Filling, NothingComesOutWhereThereIsNothingToPutItOn) {
   HapticBench bench(kCavity, filling());
   hold(bench, 200, end_at(0, 1.2_mm), 1);  // in the middle of the cavity, 1.5 mm from every wall

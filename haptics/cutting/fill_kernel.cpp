@@ -1,0 +1,130 @@
+// What a ball of filling makes of the samples around it, eight side by side.
+#include "haptics/cutting/fill_kernel.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+
+#include "engine/base/dispatch.h"
+#include "haptics/cutting/lane_ops.h"
+#include "haptics/fill.h"
+
+namespace typodont::haptics {
+
+namespace eight {
+namespace {
+#include "haptics/cutting/cut_kernel.h"
+#include "haptics/cutting/depth_kernel.h"
+}  // namespace
+}  // namespace eight
+
+namespace {
+
+constexpr int kLanes = 8;
+constexpr float kLabelled = 1;  // voxels outside the new surface that carry its label, so that it can be read there
+constexpr float kSlip = 1e-3f;  // by which rounding may shorten a chord
+
+/// Eight samples of a row; what lies outside the block is full: nothing lowers it.
+struct Lanes {
+  float* at;
+  int from, to;  // those that lie in the block
+
+  TYPODONT_KERNEL bool whole() const { return from == 0 && to == kLanes; }
+  TYPODONT_KERNEL F8 load() const {
+    if (whole()) return *reinterpret_cast<const F8*>(at);
+    F8 v = F8{} - Sweep::kInner;
+    for (int i = from; i < to; ++i) v[i] = at[i];
+    return v;
+  }
+  TYPODONT_KERNEL void store(const F8& v) const {
+    if (whole()) {
+      *reinterpret_cast<F8*>(at) = v;
+    } else {
+      for (int i = from; i < to; ++i) at[i] = v[i];
+    }
+  }
+};
+
+/// Where the tool's limit is nearer than the ball, that holds: looked up for each of the samples that are meant, but where it is near
+/// to none of the eight. (Those lie as in the volume's leaves, so that this does not depend on the block.)
+void keep_within(const Fill& filling, const glm::ivec3& first, const I8& meant, F8& d) {
+  constexpr double kHalf = (kLanes - 1) / 2.0;
+  const double middle = filling.beyond_limit(dvec3(first) + dvec3(0, 0, kHalf));
+  if (middle < -kHalf - static_cast<double>(Sweep::kInner)) return;
+  for (int i = 0; i < kLanes; ++i) {
+    if (!meant[i]) continue;
+    const double limit = middle > kHalf + static_cast<double>(Sweep::kMargin) ? middle : filling.beyond_limit(dvec3(first + glm::ivec3(0, 0, i)));
+    d[i] = std::max(d[i], static_cast<float>(limit));
+  }
+}
+
+// FMA is off for the whole program and every sample is computed by itself, so that every processor, and every block that
+// a sample is part of, gives the same bits.
+TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
+bool lower_rows(const FillBall* ball_at, const FillBlock* block_at, PerTissue* added, FreshLabels* fresh) {
+  const FillBall& ball = *ball_at;
+  const FillBlock& block = *block_at;
+  const float* const R = ball.head.R;
+  const float reach = ball.radius + Sweep::kMargin + kSlip;
+  const F8 steps = {0, 1, 2, 3, 4, 5, 6, 7}, inner = F8{} - Sweep::kInner;
+  I8 any_lowered = {};
+  eight::Taken taken_in{added};
+  for (int x = 0; x < block.size.x; ++x) {
+    const float vx = static_cast<float>(block.first.x + x), px = vx - ball.x;
+    for (int y = 0; y < block.size.y; ++y) {
+      const float vy = static_cast<float>(block.first.y + y), py = vy - ball.y, row2 = px * px + py * py;
+      if (!(row2 < reach * reach)) continue;
+      const float chord = std::sqrt(reach * reach - row2), middle = ball.z - static_cast<float>(block.first.z);
+      const int from = std::max(static_cast<int>(middle - chord), 0);
+      const int to = std::min(static_cast<int>(middle + chord) + 2, block.size.z);
+      const std::ptrdiff_t row = x * block.stride_x + y * block.stride_y;
+      const float ux = vx - ball.head.p[0], uy = vy - ball.head.p[1];
+      const float row_x = R[0] * ux + R[3] * uy, row_y = R[1] * ux + R[4] * uy, row_z = R[2] * ux + R[5] * uy;
+      for (int z = from - ((ball.head.base.z + block.first.z + from) & (kLanes - 1)); z < to; z += kLanes) {
+        const Lanes lanes{block.distance + row + z, std::max(-z, 0), std::min(block.size.z - z, kLanes)};
+        const F8 old = lanes.load();
+        if (!any_of(old > inner)) continue;
+        const F8 vz = static_cast<float>(block.first.z + z) + steps, pz = vz - ball.z;
+        F8 d = row2 + pz * pz;
+        take_root(d);
+        d = d - ball.radius;
+        d = d > inner ? d : inner;
+        I8 lowered = (d < old) & (d < Sweep::kMargin);
+        if (!any_of(lowered)) continue;
+        if (ball.filling->is_limited()) keep_within(*ball.filling, ball.head.base + block.first + glm::ivec3(x, y, z), lowered, d);
+        const F8 uz = vz - ball.head.p[2], tx = row_x + R[6] * uz, ty = row_y + R[7] * uz, tz = row_z + R[8] * uz;
+        F8 rho = tx * tx + ty * ty;
+        take_root(rho);
+        const F8 kept_out = Fill::kClear + eight::depth_below_pieces(ball.pieces, ball.all_pieces, rho, tz);
+        d = kept_out > d ? kept_out : d;
+        lowered &= (d < old) & (d < Sweep::kMargin);
+        if (!any_of(lowered)) continue;
+        const F8 now = lowered ? d : old;
+        lanes.store(now);
+        any_lowered |= lowered;
+        const I8 filled = eight::share_taken(now, old);  // what the way back would take
+        if (added && any_of(filled > 0)) taken_in.add(filled, static_cast<std::uint8_t>(ball.label));
+        for (unsigned labelled = bits_of(lowered & (old > 0.0f) & (now < kLabelled)); labelled != 0; labelled &= labelled - 1) {
+          const int i = std::countr_zero(labelled);
+          Tissue& label = block.tissue[row + z + i];
+          const Tissue other = haptics::filled(label, ball.label);
+          if (label == other) continue;
+          label = other;
+          if (fresh && now[i] > 0) fresh->add(row + z + i);
+        }
+      }
+    }
+  }
+  if (added) taken_in.close();
+  return any_of(any_lowered);
+}
+
+}  // namespace
+
+bool lower_block(const FillBall& ball, const FillBlock& block, PerTissue* added, FreshLabels* fresh) noexcept {
+  return lower_rows(&ball, &block, added, fresh);
+}
+
+}  // namespace typodont::haptics
