@@ -146,16 +146,16 @@ struct Search {
   TYPODONT_KERNEL void step(const Straight& head, int number, float most) {
     const Depth now = at(head, s);
     best = open ? eight::greater(best, now.depth) : best;
-    // An end towards which the curve rises is its top.
-    const I8 rises = (now.slope > 0.0f) & (s < 1.0f), before = rises | (s <= 0.0f);
+    // What has been found of one does not depend on what the others need; an end towards which the curve rises is its top.
+    const I8 rises = (now.slope > 0.0f) & (s < 1.0f), before = open & (rises | (s <= 0.0f)), after = open & ~before;
     a = before ? s : a, at_a.depth = before ? now.depth : at_a.depth, at_a.slope = before ? now.slope : at_a.slope;
-    b = before ? b : s, at_b.depth = before ? at_b.depth : now.depth, at_b.slope = before ? at_b.slope : now.slope;
+    b = after ? s : b, at_b.depth = after ? now.depth : at_b.depth, at_b.slope = after ? now.slope : at_b.slope;
     const I8 between = (at_a.slope > 0.0f) & (at_b.slope < 0.0f);
     const F8 rest = b - a, turn = at_a.slope - at_b.slope;
     const F8 inverse = 1.0f / eight::greater(turn, eight::all(1e-9f));
     const F8 by = eight::greater(eight::lesser((at_b.depth - at_a.depth - at_b.slope * rest) * inverse, rest), F8{});
-    top = between ? at_a.depth + at_a.slope * by : best;
-    s = between ? a + (number % 2 == 0 ? at_a.slope * rest * inverse : by) : s;
+    top = open ? between ? at_a.depth + at_a.slope * by : best : top;
+    s = open & between ? a + (number % 2 == 0 ? at_a.slope * rest * inverse : by) : s;
     open &= (best < most) & (top > best + kTop) & (top > needed);
   }
 };

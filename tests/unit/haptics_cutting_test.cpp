@@ -122,6 +122,7 @@ struct RandomWay {
   std::mt19937_64 random;
   haptics::Tool tool;
   Pose from, to;
+  double turn;
 
   RandomWay(haptics::HeadShape shape, unsigned seed) : random(seed) {
     tool.shape = shape;
@@ -129,9 +130,9 @@ struct RandomWay {
     tool.length = tool.diameter * (shape == haptics::HeadShape::kInvertedCone ? uniform(0.8, 1.2) : uniform(1.6, 2.5));
     const dvec3 half = 0.05_mm * std::exp(uniform(0, std::log(50.0))) * direction();
     const dvec3 middle(uniform(-0.3_mm, 0.3_mm), uniform(-0.3_mm, 0.3_mm), uniform(-0.3_mm, 0.3_mm));
-    const dquat turn = glm::angleAxis(std::max(0.0, uniform(-0.1, 0.1)), direction());
+    turn = std::max(0.0, uniform(-0.1, 0.1));
     from = {middle - half, rotation_between({0, 0, 1}, direction())};
-    to = {middle + half, glm::normalize(turn * from.R)};
+    to = {middle + half, glm::normalize(glm::angleAxis(turn, direction()) * from.R)};
   }
   double uniform(double a, double b) { return std::uniform_real_distribution<double>(a, b)(random); }
   dvec3 direction() { return glm::normalize(dvec3(uniform(-1, 1), uniform(-1, 1), uniform(-1, 1))); }
@@ -140,7 +141,7 @@ struct RandomWay {
 constexpr haptics::HeadShape kNoBalls[] = {haptics::HeadShape::kCylinder, haptics::HeadShape::kRoundEndCylinder, haptics::HeadShape::kCone,
                                            haptics::HeadShape::kPear,     haptics::HeadShape::kFlame,            haptics::HeadShape::kInvertedCone};
 
-TEST(Carving, ALongSweepOfAnyHeadRemovesWhatShortOnesOfAHundredthVoxelDo) {
+TEST(Carving, ALongSweepOfAnyHeadRemovesWhatShortOnesOfATwoHundredthVoxelDo) {
   HapticBench bench(R"({"voxel_mm": 0.1, "solids": [{"tissue": "dentin", "solid": {"box": {"size_mm": [13, 13, 13]}}}]})", drill(1.2_mm, 1000));
   haptics::SurfacePatch solid;
   solid.resize(121);
@@ -155,7 +156,7 @@ TEST(Carving, ALongSweepOfAnyHeadRemovesWhatShortOnesOfAHundredthVoxelDo) {
       haptics::SurfacePatch by_steps = at_once;
       const double whole = total(carve(at_once, Sweep(way.tool, way.from, way.to, frame, true)));
       haptics::CutFront front(std::span(&way.tool, 1), frame.voxel);
-      const int steps = static_cast<int>(std::ceil(glm::length(way.to.p - way.from.p) / 1.0_um));
+      const int steps = static_cast<int>(std::ceil((glm::length(way.to.p - way.from.p) + way.turn * way.tool.reach()) / 0.5_um));
       double sum = 0;
       Pose last = way.from;
       for (int i = 1; i <= steps; ++i) {
