@@ -4,15 +4,19 @@
 #include <cmath>
 
 #include "haptics/cut_front.h"
+#include "haptics/cutting/meridian.h"
 
 namespace typodont::haptics {
 
 namespace {
 
+constexpr double kScallop = 0.01, kBend = 0.0025;  // voxels
+
+double turn_between(const Pose& a, const Pose& b) { return 2 * std::acos(std::min(1.0, std::abs(glm::dot(a.R, b.R)))); }
+
 /// How far any point within `reach` of the origin comes at most.
 double way_between(const Pose& a, const Pose& b, double reach) {
-  const double turn = 2 * std::acos(std::min(1.0, std::abs(glm::dot(a.R, b.R))));
-  return glm::length(b.p - a.p) + turn * reach;
+  return glm::length(b.p - a.p) + turn_between(a, b) * reach;
 }
 
 }  // namespace
@@ -33,12 +37,17 @@ Sweep::Sweep(const Tool& tool, const Pose& X_WA, const Pose& X_WB, const VoxelFr
   // Two poses s apart leave a scallop of s²/8r on a flank of radius r; turning moves the far end by angle × reach.
   const double reach = reach_ = tool.reach() / frame.voxel;
   travel_ = sphere_ ? glm::length(b - a) : way_between(X_VA_, X_VB_, reach);
-  const double step = std::sqrt(8 * std::max(1.0, static_cast<double>(radius_)) * 0.01);
-  poses_ = std::clamp(static_cast<int>(std::ceil(travel_ / step)), 1, 512);
+  const double step = std::sqrt(8 * std::max(1.0, static_cast<double>(radius_)) * kScallop);
+  if (!sphere_ && travel_ > step) {
+    // Seen from a head that turns the way of a sample bends: from its chord by an eighth of how its direction changes.
+    turn_ = turn_between(X_VA_, X_VB_);
+    const double bend = turn_ * (turn_ * (reach + kMargin) + 2 * glm::length(b - a)) / 8;
+    straights_ = std::clamp(static_cast<int>(std::ceil(std::sqrt(bend / kBend))), 1, 512);
+  }
 
   // A slender head fills little of the ball around it: the box of its cylinder, at both ends of a short way.
   const auto extent = [&](const Pose& X) {
-    if (sphere_ || poses_ > 1) return dvec3(reach + kMargin);
+    if (sphere_ || straights_ > 0) return dvec3(reach + kMargin);
     const dvec3 axis = X.R * dvec3(0, 0, 1);
     const dvec3 across = glm::sqrt(glm::max(dvec3(1) - axis * axis, dvec3(0)));
     return (tool.length / 2 * glm::abs(axis) + tool.radius() * across) / frame.voxel + (kMargin + 1e-6);
@@ -48,12 +57,11 @@ Sweep::Sweep(const Tool& tool, const Pose& X_WA, const Pose& X_WB, const VoxelFr
   hi_ = glm::ivec3(glm::floor(glm::max(a + extent_a, b + extent_b)));
 }
 
-Pose Sweep::pose(int k) const noexcept {
-  return interpolate(X_VA_, X_VB_, static_cast<double>(k) / poses_);
-}
-
 bool Sweep::raise(const glm::ivec3& lo, const glm::ivec3& size, float* distance, std::size_t stride_x,
                   std::size_t stride_y, const Tissue* tissue, PerTissue* removed) const noexcept {
+  if (straights_ > 0) {
+    return raise_way({lo, size, distance, static_cast<std::ptrdiff_t>(stride_x), static_cast<std::ptrdiff_t>(stride_y), tissue}, removed);
+  }
   return sphere_ ? raise_ball(lo, size, distance, stride_x, stride_y, tissue, removed)
                  : raise_head(lo, size, distance, stride_x, stride_y, tissue, removed);
 }
@@ -72,7 +80,7 @@ bool Sweep::raise(CutFront& front, const glm::ivec3& patch_lo, int n, float* dis
   // What is listed now must last for a voxel more.
   const glm::ivec3 room_lo = lo_ - patch_lo, room_hi = patch_lo + n - 1 - hi_;
   const bool inside = std::min({room_lo.x, room_lo.y, room_lo.z, room_hi.x, room_hi.y, room_hi.z}) > 1;
-  if (!inside || (!sphere_ && poses_ > 1) || !front.holds(lo_ - 1, hi_ + 1)) {
+  if (!inside || straights_ > 0 || !front.holds(lo_ - 1, hi_ + 1)) {
     const glm::ivec3 lo = glm::max(lo_, patch_lo), size = glm::min(hi_, patch_lo + n - 1) - lo + 1;
     if (size.x <= 0 || size.y <= 0 || size.z <= 0) return false;
     const glm::ivec3 at = lo - patch_lo;

@@ -9,10 +9,11 @@
 namespace typodont::haptics {
 
 class CutFront;
+struct HeadTarget;
 struct MeridianPiece;
 
-/// A head moved from A to B: of a sphere the exact capsule, of any other head the union of poses close enough together
-/// that the scallops between them stay under 1/100 voxel.
+/// A head moved from A to B: of a sphere the exact capsule. Of any other head on a way so short that its flank leaves a
+/// scallop of less than 1/100 voxel both ends of it; on a longer one all of it.
 class Sweep {
  public:
   /// `continues`: the head at A was cut out before, by the sweep that ended there, so only what lies ahead need change.
@@ -47,12 +48,13 @@ class Sweep {
                   PerTissue* removed) const noexcept;
   bool raise_head(CutFront& front, const glm::ivec3& patch_lo, int n, float* distance, const Tissue* tissue,
                   PerTissue* removed) const noexcept;
+  /// Of a long way.
+  bool raise_way(const HeadTarget& target, PerTissue* removed) const noexcept;
   /// One part of the front of a head that is no ball; `listed`: groups found.
   bool raise_due_head(CutFront& front, int part, float ahead, const MeridianPiece* pieces, const glm::ivec3& patch_lo, int n,
                       float* distance, const Tissue* tissue, PerTissue* removed, int& listed) const noexcept;
   /// Whether what was listed around the head in another patch lies within this one.
   bool holds_listed(const glm::ivec3& patch_lo, int n) const noexcept;
-  Pose pose(int k) const noexcept;
   /// Between a capsule and its balls lies ab²/8r: nothing, for a short step that continues another.
   bool is_ball() const noexcept { return continues_ && glm::dot(ab_, ab_) < 8e-5f * radius_; }
 
@@ -62,7 +64,8 @@ class Sweep {
   glm::vec3 a_, ab_;       // capsule, in voxels from base_
   float inverse_length2_;  // 1/|ab|², 0 for a point
   float radius_;           // voxels
-  int poses_;
+  int straights_ = 0;      // of a long way of another head: parts on which samples go straight through it
+  double turn_ = 0;        // of that, rad
   double reach_;           // voxels
   double travel_;          // voxels, of the head's farthest point; of a ball its centre
   Pose X_VA_, X_VB_;       // general heads: poses in voxels, absolute

@@ -5,7 +5,7 @@
 #include <glm/glm.hpp>
 
 #include "engine/contract/tissue.h"
-#include "haptics/cutting/listed.h"
+#include "haptics/cutting/meridian.h"
 
 namespace typodont::haptics {
 

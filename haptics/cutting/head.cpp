@@ -16,6 +16,7 @@ namespace eight {
 namespace {
 #include "haptics/cutting/cut_kernel.h"
 #include "haptics/cutting/depth_kernel.h"
+#include "haptics/cutting/row_kernel.h"
 }  // namespace
 }  // namespace eight
 
@@ -23,7 +24,6 @@ namespace {
 
 constexpr int kRows = 4, kDeep = 8;  // a block of a general head's sweep: kRows × kRows rows of kDeep samples
 constexpr float kHalf = 4.1f;         // from its centre to a corner, |(1.5, 1.5, 3.5)|, and a little more
-constexpr float kNoEnd = 1e9f;        // a slack that never ends
 constexpr int kStretch = 64;          // samples of a row that are listed together
 constexpr float kBent = 0.3f;         // more than a neighbour that is an arc may come nearer than a straight one
 constexpr unsigned kAllPieces = (1u << HeadField::kMaxPieces) - 1;
@@ -116,7 +116,6 @@ bool raise_head_block(const HeadPose* pose_at, const HeadBlock* block_at, bool m
   const int* const from = block.from;
   const int* const to = block.to;
   const float* const R = pose.R;
-  const bool whole = from[2] == 0 && to[2] == kDeep;
   const F8 steps = {0, 1, 2, 3, 4, 5, 6, 7};
   const F8 vz = static_cast<float>(block.first.z) + steps - pose.p[2];
   const F8 along_x = R[6] * vz, along_y = R[7] * vz, along_z = R[8] * vz;
@@ -130,12 +129,8 @@ bool raise_head_block(const HeadPose* pose_at, const HeadBlock* block_at, bool m
   for (int ix = from[0]; ix < to[0]; ++ix) {
     for (int iy = from[1]; iy < to[1]; ++iy) {
       float* const row = block.distance + (block.at + ix * block.stride_x + iy * block.stride_y);
-      F8 old = F8{} + 1e9f;  // what lies outside the part is not raised
-      if (whole) {
-        old = *reinterpret_cast<const F8*>(row);
-      } else {
-        for (int i = from[2]; i < to[2]; ++i) old[i] = row[i];
-      }
+      const eight::Row samples{row, removed ? block.tissue + (row - block.distance) : nullptr, from[2], to[2]};
+      const F8 old = samples.read();
       F8 most = bound + (static_cast<float>(ix) * block.bound_x + static_cast<float>(iy) * block.bound_y);
       most = most > Sweep::kInner ? F8{} + Sweep::kInner : most;
       const F8 least = old > -Sweep::kMargin ? old : F8{} - Sweep::kMargin;
@@ -165,22 +160,7 @@ bool raise_head_block(const HeadPose* pose_at, const HeadBlock* block_at, bool m
         }
         if (may_raise && any_of(raised)) {
           changed = true;
-          const F8 now = raised ? depth : old;
-          if (whole) {
-            *reinterpret_cast<F8*>(row) = now;
-          } else {
-            for (int i = from[2]; i < to[2]; ++i) row[i] = now[i];
-          }
-          const I8 lost = eight::share_taken(old, now);
-          if (removed && any_of(lost > 0)) {
-            const Tissue* labels = block.tissue + (row - block.distance);
-            Tissue part[kDeep] = {};
-            if (!whole) {
-              std::copy(labels + from[2], labels + to[2], part + from[2]);
-              labels = part;
-            }
-            taken.add(lost, labels);
-          }
+          samples.write(old, raised ? depth : old, taken);
         }
       }
       least_slack = room < least_slack ? room : least_slack;
@@ -236,14 +216,6 @@ float fastest_advance(const MeridianPiece& first, const MeridianPiece& last, con
   }
   return std::max(first.nax * along + first.naz * w.z, last.nbx * along + last.nbz * w.z);
 }
-
-/// A box of samples that a head is cut out of.
-struct HeadTarget {
-  glm::ivec3 lo, size;
-  float* distance;
-  std::ptrdiff_t stride_x, stride_y;
-  const Tissue* tissue;
-};
 
 /// Which of two neighbouring pieces, a bit each, is the only one that can be the closest to any of `count` samples along z while
 /// the head comes `ahead`. `first`, `last`: those two, or one. `v`: the first sample from the head, in V.
@@ -422,9 +394,8 @@ bool Sweep::raise_head(const glm::ivec3& lo, const glm::ivec3& size, float* dist
                           tissue};
   const auto down = [](int v, int step) { return v - (v % step + step) % step; };
   const glm::ivec3 first(down(lo.x, kRows), down(lo.y, kRows), down(lo.z, kDeep)), last = lo + size - 1;
-  for (int k = continues_ ? 1 : 0; k <= poses_; ++k) {
-    const Pose X_VT = k == 0 ? X_VA_ : k == poses_ ? X_VB_ : pose(k);
-    HeadPass pass(pieces, head_.count, X_VT, k == 1 ? X_VA_ : k > 1 ? pose(k - 1) : X_VT, k > 0, travel_, reach_, 0);
+  for (int k = continues_ ? 1 : 0; k <= 1; ++k) {
+    HeadPass pass(pieces, head_.count, k == 0 ? X_VA_ : X_VB_, X_VA_, k > 0, travel_, reach_, 0);
     const auto raise = [&] {
       const int lanes = pass.lanes();
       pass.look();

@@ -7,12 +7,11 @@
 #include <cstring>
 #include <glm/glm.hpp>
 
-#include "engine/base/pose.h"
 #include "engine/contract/tissue.h"
 #include "haptics/cut_front.h"
+#include "haptics/cutting/meridian.h"
 #include "haptics/label.h"
 #include "haptics/share.h"
-#include "haptics/tool.h"
 
 namespace typodont::haptics {
 
@@ -39,25 +38,6 @@ struct BallFront {
     int from, to;
   } ranges[3];  // of the groups that may have changed by now: ahead of the ball, beside it, behind it
 };
-
-/// A piece of the meridian in floats: HeadField::Piece with its outward normals at either end; of a line its length.
-struct MeridianPiece {
-  float ax, az, bx, bz, dx, dz, inverse2, cx, cz, radius;
-  float nax, naz, nbx, nbz;
-  float length;
-  float ux, uz, wx, wz;    // from an arc's centre to its ends
-  float corner_a, corner_b;  // tan(φ/2) where its outward normal turns by φ to its neighbour's
-};
-void flatten(const HeadField& head, MeridianPiece* pieces);
-inline constexpr int kManyPieces = HeadField::kMaxPieces;  // kinds of groups: one smooth piece, or from here on a set of them
-
-/// A pose of the head in voxels, counted from a voxel nearby, so that floats keep their digits.
-struct HeadPose {
-  glm::ivec3 base;
-  float p[3];  // the head from there
-  float R[9];  // from V to T, by columns
-};
-HeadPose head_pose(const Pose& X_VT);
 
 /// The same before a head that is no ball.
 struct HeadFront {

@@ -3,7 +3,9 @@
 
 #include <cmath>
 #include <cstdio>
+#include <random>
 #include <span>
+#include <vector>
 
 #include "engine/base/units.h"
 #include "haptics/cut_front.h"
@@ -113,6 +115,99 @@ TEST(Carving, AThousandShortSweepsRemoveWhatOneLongOneDoes) {
                                     bench.settings.frame)));
   }
   EXPECT_NEAR(sum / whole, 1, 1e-5);
+}
+
+/// A random head that is no ball, and where it is before and after a way of 1 to 50 voxels of 0.1 mm, turned or not.
+struct RandomWay {
+  std::mt19937_64 random;
+  haptics::Tool tool;
+  Pose from, to;
+  double turn;
+
+  RandomWay(haptics::HeadShape shape, unsigned seed) : random(seed) {
+    tool.shape = shape;
+    tool.diameter = uniform(0.8_mm, 1.6_mm);
+    tool.length = tool.diameter * (shape == haptics::HeadShape::kInvertedCone ? uniform(0.8, 1.2) : uniform(1.6, 2.5));
+    const dvec3 half = 0.05_mm * std::exp(uniform(0, std::log(50.0))) * direction();
+    const dvec3 middle(uniform(-0.3_mm, 0.3_mm), uniform(-0.3_mm, 0.3_mm), uniform(-0.3_mm, 0.3_mm));
+    turn = std::max(0.0, uniform(-0.1, 0.1));
+    from = {middle - half, rotation_between({0, 0, 1}, direction())};
+    to = {middle + half, glm::normalize(glm::angleAxis(turn, direction()) * from.R)};
+  }
+  double uniform(double a, double b) { return std::uniform_real_distribution<double>(a, b)(random); }
+  dvec3 direction() { return glm::normalize(dvec3(uniform(-1, 1), uniform(-1, 1), uniform(-1, 1))); }
+};
+
+constexpr haptics::HeadShape kNoBalls[] = {haptics::HeadShape::kCylinder, haptics::HeadShape::kRoundEndCylinder, haptics::HeadShape::kCone,
+                                           haptics::HeadShape::kPear,     haptics::HeadShape::kFlame,            haptics::HeadShape::kInvertedCone};
+
+TEST(Carving, ALongSweepOfAnyHeadRemovesWhatShortOnesOfATwoHundredthVoxelDo) {
+  HapticBench bench(R"({"voxel_mm": 0.1, "solids": [{"tissue": "dentin", "solid": {"box": {"size_mm": [13, 13, 13]}}}]})", drill(1.2_mm, 1000));
+  haptics::SurfacePatch solid;
+  solid.resize(121);
+  bench.carver.cut_out({0, 0, 0}, solid);
+  const VoxelFrame& frame = bench.settings.frame;
+  double worst = 0;
+  for (const haptics::HeadShape shape : kNoBalls) {
+    for (unsigned seed = 1; seed <= 3; ++seed) {
+      const RandomWay way(shape, seed);
+      haptics::SurfacePatch at_once = solid;
+      carve(at_once, Sweep(way.tool, way.from, way.from, frame));
+      haptics::SurfacePatch by_steps = at_once;
+      const double whole = total(carve(at_once, Sweep(way.tool, way.from, way.to, frame, true)));
+      haptics::CutFront front(std::span(&way.tool, 1), frame.voxel);
+      const int steps = static_cast<int>(std::ceil((glm::length(way.to.p - way.from.p) + way.turn * way.tool.reach()) / 0.5_um));
+      double sum = 0;
+      Pose last = way.from;
+      for (int i = 1; i <= steps; ++i) {
+        const Pose next = i == steps ? way.to : interpolate(way.from, way.to, static_cast<double>(i) / steps);
+        sum += total(carve(by_steps, Sweep(way.tool, last, next, frame, true), nullptr, &front));
+        last = next;
+      }
+      EXPECT_NEAR(sum / whole, 1, 2e-4) << static_cast<int>(shape) << ", seed " << seed << ", voxels³ " << whole;
+      worst = std::max(worst, std::abs(sum / whole - 1));
+    }
+  }
+  std::printf("long sweeps: %.1e\n", worst);
+}
+
+TEST(Carving, LongSweepsTakeTheSameInAnyOrderAndNothingTwiceAndLeaveTheSameBitsInThePatchAndTheVolume) {
+  const haptics::DenseTissue block = haptics::read_solids(Json::parse(box(0.1), "tissue"));
+  for (const haptics::HeadShape shape : kNoBalls) {
+    std::vector<Sweep> sweeps;
+    for (unsigned seed = 11; seed <= 13; ++seed) {
+      const RandomWay way(shape, seed);
+      const dvec3 up(0, 0, 2.0_mm);  // through the surface
+      sweeps.emplace_back(way.tool, Pose{way.from.p + up, way.from.R}, Pose{way.to.p + up, way.to.R}, block.frame);
+    }
+    haptics::TissueVolume volume(block);
+    haptics::SurfacePatch patch;
+    patch.resize(101);
+    patch.lo = glm::ivec3(glm::floor(block.frame.to_voxels({0, 0, 2.0_mm}))) - 50;
+    volume.copy(patch.lo, glm::ivec3(patch.n), patch.distance.data(), patch.tissue.data());
+    haptics::SurfacePatch backwards = patch;
+    double taken = 0, taken_backwards = 0;
+    for (const Sweep& sweep : sweeps) {
+      taken += total(carve(patch, sweep));
+      volume.carve(sweep);
+    }
+    for (auto sweep = sweeps.rbegin(); sweep != sweeps.rend(); ++sweep) taken_backwards += total(carve(backwards, *sweep));
+    ASSERT_EQ(patch.distance, backwards.distance) << static_cast<int>(shape);
+    EXPECT_EQ(taken, taken_backwards) << static_cast<int>(shape);
+    EXPECT_GT(taken, 100) << static_cast<int>(shape);
+
+    const std::vector<float> once = patch.distance;
+    volume.copy(patch.lo, glm::ivec3(patch.n), backwards.distance.data(), backwards.tissue.data());
+    std::size_t different = 0;  // near the surface: far from it the volume keeps less
+    for (std::size_t i = 0; i < once.size(); ++i) different += std::abs(once[i]) < 2.9f && once[i] != backwards.distance[i];
+    EXPECT_EQ(different, 0u) << static_cast<int>(shape);
+    for (const Sweep& sweep : sweeps) {
+      bool changed;
+      EXPECT_EQ(total(carve(patch, sweep, &changed)), 0) << static_cast<int>(shape);
+      EXPECT_FALSE(changed) << static_cast<int>(shape);
+    }
+    ASSERT_EQ(patch.distance, once) << static_cast<int>(shape);
+  }
 }
 
 /// A head led along a path in short steps, each continuing the last, against all its poses cut out one by one.

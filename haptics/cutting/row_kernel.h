@@ -1,0 +1,33 @@
+// Text of a kernel, included after cut_kernel.h where lanes are eight: rows of blocks, whole or in part.
+
+/// A row of as many samples as there are lanes, of which only those from..to are meant.
+struct Row {
+  float* distance;
+  const Tissue* labels;  // where volume is counted
+  int from, to;
+
+  TYPODONT_KERNEL bool whole() const { return from == 0 && to == kLanes; }
+  /// What is not meant is never raised.
+  TYPODONT_KERNEL Floats read() const {
+    if (whole()) return load(distance);
+    Floats old = all(1e9f);
+    for (int i = from; i < to; ++i) old[i] = distance[i];
+    return old;
+  }
+  TYPODONT_KERNEL void write(Floats old, Floats now, Taken& taken) const {
+    if (whole()) {
+      store(distance, now);
+    } else {
+      for (int i = from; i < to; ++i) distance[i] = now[i];
+    }
+    const Ints lost = share_taken(old, now);
+    if (!taken.removed || !any_of(lost > 0)) return;
+    if (whole()) {
+      taken.add(lost, labels);
+    } else {
+      Tissue meant[kLanes] = {};
+      std::copy(labels + from, labels + to, meant + from);
+      taken.add(lost, meant);
+    }
+  }
+};
