@@ -115,6 +115,7 @@ bool raise_head_block(const HeadPose* pose_at, const HeadBlock* block_at, bool m
   const HeadBlock& block = *block_at;
   const int* const from = block.from;
   const int* const to = block.to;
+  const bool whole = from[2] == 0 && to[2] == kDeep;
   const float* const R = pose.R;
   const F8 steps = {0, 1, 2, 3, 4, 5, 6, 7};
   const F8 vz = static_cast<float>(block.first.z) + steps - pose.p[2];
@@ -129,7 +130,7 @@ bool raise_head_block(const HeadPose* pose_at, const HeadBlock* block_at, bool m
   for (int ix = from[0]; ix < to[0]; ++ix) {
     for (int iy = from[1]; iy < to[1]; ++iy) {
       float* const row = block.distance + (block.at + ix * block.stride_x + iy * block.stride_y);
-      const eight::Row samples{row, removed ? block.tissue + (row - block.distance) : nullptr, from[2], to[2]};
+      const eight::Row samples{row, from[2], to[2], whole};
       const F8 old = samples.read();
       F8 most = bound + (static_cast<float>(ix) * block.bound_x + static_cast<float>(iy) * block.bound_y);
       most = most > Sweep::kInner ? F8{} + Sweep::kInner : most;
@@ -160,7 +161,7 @@ bool raise_head_block(const HeadPose* pose_at, const HeadBlock* block_at, bool m
         }
         if (may_raise && any_of(raised)) {
           changed = true;
-          samples.write(old, raised ? depth : old, taken);
+          samples.write(old, raised ? depth : old, removed ? block.tissue + (row - block.distance) : nullptr, taken);
         }
       }
       least_slack = room < least_slack ? room : least_slack;

@@ -3,26 +3,26 @@
 /// A row of as many samples as there are lanes, of which only those from..to are meant.
 struct Row {
   float* distance;
-  const Tissue* labels;  // where volume is counted
   int from, to;
+  bool whole;  // all are
 
-  TYPODONT_KERNEL bool whole() const { return from == 0 && to == kLanes; }
   /// What is not meant is never raised.
   TYPODONT_KERNEL Floats read() const {
-    if (whole()) return load(distance);
+    if (whole) return load(distance);
     Floats old = all(1e9f);
     for (int i = from; i < to; ++i) old[i] = distance[i];
     return old;
   }
-  TYPODONT_KERNEL void write(Floats old, Floats now, Taken& taken) const {
-    if (whole()) {
+  /// `labels`: of the samples, where volume is counted.
+  TYPODONT_KERNEL void write(Floats old, Floats now, const Tissue* labels, Taken& taken) const {
+    if (whole) {
       store(distance, now);
     } else {
       for (int i = from; i < to; ++i) distance[i] = now[i];
     }
     const Ints lost = share_taken(old, now);
     if (!taken.removed || !any_of(lost > 0)) return;
-    if (whole()) {
+    if (whole) {
       taken.add(lost, labels);
     } else {
       Tissue meant[kLanes] = {};

@@ -208,13 +208,14 @@ bool raise_way_block(const Straight* way_at, const WayBlock* block_at, PerTissue
   const F8 z = static_cast<float>(block.first.z) + steps;
   // Step by step all rows together, so that what one waits for the others can fill.
   constexpr int kAll = kRows * kRows;
+  const bool whole = block.from[2] == 0 && block.to[2] == kDeep;
   Search searches[kAll];
   std::ptrdiff_t at[kAll];
   int rows = 0, open = 0, still_open[kAll];
   for (int ix = block.from[0]; ix < block.to[0]; ++ix) {
     for (int iy = block.from[1]; iy < block.to[1]; ++iy) {
       at[rows] = ix * block.stride_x + iy * block.stride_y;
-      const F8 old = eight::Row{block.distance + at[rows], nullptr, block.from[2], block.to[2]}.read();
+      const F8 old = eight::Row{block.distance + at[rows], block.from[2], block.to[2], whole}.read();
       const I8 full = old >= Sweep::kInner;  // nothing more can come of these
       const float off = block.n[0] * (static_cast<float>(ix) - kMiddle.x) + block.n[1] * (static_cast<float>(iy) - kMiddle.y);
       const F8 least = full ? F8{} + kNoEnd : eight::greater(old, F8{} - Sweep::kMargin);
@@ -244,12 +245,12 @@ bool raise_way_block(const Straight* way_at, const WayBlock* block_at, PerTissue
   bool changed = false;
   eight::Taken taken{removed};
   for (int row = 0; row < rows; ++row) {
-    const eight::Row samples{block.distance + at[row], removed ? block.tissue + at[row] : nullptr, block.from[2], block.to[2]};
+    const eight::Row samples{block.distance + at[row], block.from[2], block.to[2], whole};
     const F8 old = samples.read(), depth = eight::lesser(searches[row].best, F8{} + Sweep::kInner);
     const I8 raised = depth > eight::greater(old, F8{} - Sweep::kMargin);
     if (!any_of(raised)) continue;
     changed = true;
-    samples.write(old, raised ? depth : old, taken);
+    samples.write(old, raised ? depth : old, removed ? block.tissue + at[row] : nullptr, taken);
   }
   if (removed) taken.close();
   return changed;
