@@ -160,9 +160,10 @@ struct Watched {
     ++wiring.tissue_version;
     show();
   }
-  /// Turns of carver and picture for so long; pixels of the last frame that show tissue.
+  /// Turns of carver and picture for so long, and until all that was wanted is made; pixels of the last frame that show tissue.
   int turns(int count) {
-    for (int i = 0; i < count; ++i) {
+    constexpr int kMost = 6000;  // a slow machine, a sanitizer
+    for (int i = 0; i < count || (views.making(Eyes::kTrainee) && i < kMost); ++i) {
       if (wiring.copy_wanted.exchange(false)) {
         auto copy = std::make_unique<haptics::TissueVolume>(tissue.clone());
         if (wiring.copies_to_watch.push(copy.get())) (void)copy.release();
