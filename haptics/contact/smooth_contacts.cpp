@@ -69,14 +69,14 @@ double SmoothContacts::room(const SurfacePatch& patch, const Pose& X_VT) noexcep
       least = 0;
       break;
     }
-    const double radius = std::min(shank.radius, shank.neck + slope * u);
+    const double radius = shank.radius_at(u);
     const double around = sample_linear(wide, p);
     // Among samples that are all beyond the band nothing is nearer than that, but for what a sphere bulges between them.
     const double blurred = around > wide.band - kAtBand ? 3 / (8 * wide.band) : kBlurred;
     const double clear = (around - blurred) * every_ - radius;
     // What lies within s of here along the axis is clear by clear - s (1 + slope), so a third of that way loses little.
     const double step = std::max(0.3 * clear / (1 + slope), least_step);
-    if (!fits(radius, wide, p)) least = std::min(least, clear - step * (1 + slope) / 2);
+    if (let_by(radius, wide, p) < every_) least = std::min(least, clear - step * (1 + slope) / 2);
     if (least <= 0 || u >= top) break;
     u = std::min(u + step, top);
   }
@@ -94,21 +94,21 @@ void SmoothContacts::look(const Part& part, const SurfacePatch& patch, const Pos
   }
   if (shank) look_from_axis(part, patch, X, near);
   // The closest, and others only where they push another way or lie elsewhere.
-  bool refused[ContactSet::kMax + 8] = {};
+  bool refused[ContactSet::kMax + 8];
+  double let[ContactSet::kMax + 8];
+  for (int i = 0; i < set_.count(); ++i) {
+    let[i] = shank ? let_by(part, patch, X, set_.plane(i)) / every_ : 0;
+    refused[i] = let[i] >= 1;
+  }
+  const auto gap = [&](int i) { return set_.rough().gap[i] + let[i]; };
   for (int taken = 0; taken < kMost && count_ < kRoom; ++taken) {
     int best = -1;
     for (int i = 0; i < set_.count(); ++i) {
-      if (!refused[i] && (best < 0 || set_.rough().gap[i] < set_.rough().gap[best])) best = i;
+      if (!refused[i] && (best < 0 || gap(i) < gap(best))) best = i;
     }
     if (best < 0) return;
     const ContactPlane plane = set_.plane(best);
-    const double u = std::max(glm::dot(plane.x - X.p, X.R * dvec3(0, 0, 1)) * every_ + part.half, 0.0);
-    if (shank && fits(std::min(part.radius, part.neck + (part.radius - part.neck) / part.taper * u), patch, plane.x)) {
-      refused[best] = true;
-      --taken;
-      continue;
-    }
-    contacts_[static_cast<std::size_t>(count_++)] = {plane, shank};
+    contacts_[static_cast<std::size_t>(count_++)] = {plane, shank, let[best]};
     for (int i = 0; i < set_.count(); ++i) {
       const ContactPlane other = set_.plane(i);
       refused[i] |= i == best || (glm::dot(other.n, plane.n) > kSameWay && glm::length(other.x - plane.x) < kSamePlace);
@@ -117,11 +117,17 @@ void SmoothContacts::look(const Part& part, const SurfacePatch& patch, const Pos
 }
 
 /// Where something was cut, the wide field is too coarse to tell a neck from the wall of the hole that its own head made:
-/// what is hardly wider than the head goes where that went.
-bool SmoothContacts::fits(double radius, const SurfacePatch& patch, const dvec3& x) const noexcept {
-  if (radius >= head_ + every_ || patch.cut_lo.x > patch.cut_hi.x) return false;
+/// what is hardly wider than the head goes where that went, what is wider meets the wall the sooner the wider it is. Voxels
+/// that the part at radius may overlap the tissue at x by, `every_` or more where it meets nothing.
+double SmoothContacts::let_by(double radius, const SurfacePatch& patch, const dvec3& x) const noexcept {
+  if (radius >= head_ + 2 * every_ || patch.cut_lo.x > patch.cut_hi.x) return 0;
   const dvec3 off = glm::max(dvec3(patch.cut_lo) - x, x - dvec3(patch.cut_hi));
-  return std::max({off.x, off.y, off.z}) <= 2;
+  return std::max({off.x, off.y, off.z}) <= 2 ? head_ + 2 * every_ - radius : 0.0;
+}
+
+double SmoothContacts::let_by(const Part& part, const SurfacePatch& patch, const Pose& X, const ContactPlane& plane) const noexcept {
+  const double u = std::max(glm::dot(plane.x - X.p, X.R * dvec3(0, 0, 1)) * every_ + part.half, 0.0);
+  return let_by(part.radius_at(u), patch, plane.x);
 }
 
 /// On an edge the samples of the field are too far apart to show it where it is; from the axis, where the field is smooth,
@@ -144,7 +150,7 @@ void SmoothContacts::look_from_axis(const Part& part, const SurfacePatch& patch,
     part.finder.see_again(X, plane);
     if (plane.gap < best.gap) best = plane;
   }
-  if (best.gap < near) contacts_[static_cast<std::size_t>(count_++)] = {best, true};
+  if (best.gap < near) contacts_[static_cast<std::size_t>(count_++)] = {best, true, 0};
 }
 
 void SmoothContacts::hand_over(ContactSet& set) const noexcept {
@@ -152,7 +158,7 @@ void SmoothContacts::hand_over(ContactSet& set) const noexcept {
     const Known& known = contacts_[static_cast<std::size_t>(i)];
     const double every = known.shank ? every_ : 1;
     ContactPlane plane = known.plane;
-    plane.x *= every, plane.gap = std::max(plane.gap * every, -kLedOut), plane.yields = 0;
+    plane.x *= every, plane.gap = std::max((plane.gap + known.let) * every, -kLedOut), plane.yields = 0;
     if (!set.add(plane)) return;
   }
 }

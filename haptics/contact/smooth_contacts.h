@@ -37,16 +37,19 @@ class SmoothContacts {
   struct Part {
     Part(const SmoothPart& part, double voxel, double patch_voxel);
     ContactFinder finder;  // in voxels of the patch that it is felt in
+    double radius_at(double u) const { return std::min(radius, neck + (radius - neck) / taper * u); }  // u from its lower end
     double z, half, neck, radius, taper;
   };
   struct Known {
     ContactPlane plane;  // in voxels of that patch
     bool shank;
+    double let;  // overlap that does not count, in the same
   };
   static constexpr int kMost = 5, kRoom = 8;  // of one part; of all
 
   void look(const Part& part, const SurfacePatch& patch, const Pose& X, double near, bool shank) noexcept;
-  bool fits(double radius, const SurfacePatch& patch, const dvec3& x) const noexcept;
+  double let_by(double radius, const SurfacePatch& patch, const dvec3& x) const noexcept;
+  double let_by(const Part& part, const SurfacePatch& patch, const Pose& X, const ContactPlane& plane) const noexcept;
   void look_from_axis(const Part& part, const SurfacePatch& patch, const Pose& X, double near) noexcept;
   void hand_over(ContactSet& set) const noexcept;
   Pose in_part(const Part& part, const Pose& X_VT, int every) const noexcept;
