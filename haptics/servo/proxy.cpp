@@ -31,7 +31,9 @@ constexpr double kMostSlack = 1.0;         // deeper in one tick the surface tha
 constexpr int kMaxLooks = 48;              // per tick, free flight included
 constexpr double kDeep = 0.6;              // more overlap than cutting or rounding leaves: led out slowly
 constexpr double kRecoveryTime = 0.006;    // s, time constant of leading the tool out of tissue
-constexpr double kCutSlew = 6;            // N/s, no faster does the proxy change the force of a cutting contact
+constexpr double kCutSlew = 6;             // N/s, no faster does the proxy change the force of a cutting contact, …
+constexpr double kPaceTold = 1.02;         // … told so exactly, …
+constexpr int kPaceRounds = 4;             // … or in so many steps
 constexpr double kGripSlew = 9;            // N/s, no faster does the force rise when the teeth catch
 constexpr double kFreeDebt = 0.003;        // s of the motor's work that a bur may have cut in advance; it goes slower then, …
 constexpr double kStandingDebt = 0.012;    // … and stands
@@ -60,12 +62,12 @@ dvec3 held_target(const dvec3& from, const dvec3& target, const dvec3& n, const 
   return target + lag;
 }
 
-/// The share of `step` that a proxy may go which leads by no more than `pace` otherwise than before, or hardly more than it must
-/// because the hand goes by -rest: a hand that is fast beside a head stuck in its hole does not keep it from sinking.
-double paced_share(const dvec3& step, const dvec3& rest, double pace) {
+/// How far from where the hand would have carried it by `shift` a proxy may end that would make `step`: `pace`, or hardly more
+/// than it must: a hand that is fast beside a head stuck in its hole does not keep it from sinking.
+double farthest(const dvec3& step, const dvec3& shift, double pace) {
   const double length2 = glm::dot(step, step);
-  const double nearest = length2 > 0 ? std::clamp(-glm::dot(step, rest) / length2, 0.0, 1.0) : 0.0;
-  return largest_share(step, rest, std::max(pace, std::hypot(glm::length(rest + nearest * step), pace / 2)));
+  const double nearest = length2 > 0 ? std::clamp(glm::dot(step, shift) / length2, 0.0, 1.0) : 0.0;
+  return std::max(pace, std::hypot(glm::length(nearest * step - shift), pace / 2));
 }
 
 }  // namespace
@@ -229,6 +231,23 @@ bool Servo::State::nothing_in_the_way(const Touch& now) const noexcept {
   return true;
 }
 
+/// A bur that must let the hand feel no step goes to the place nearest to the hand among those no farther than `most` from where
+/// the hand would carry it. That is where contacts hold it when it is led to a point on the way from there to the hand: what
+/// it lags by shrinks along itself, so that a bur which comes out over a rim lands, and then catches up. Takes `next` there, from
+/// where contacts alone would hold it, and returns that point.
+dvec3 Servo::State::ease(Touch& now, const dvec3& c, const dvec3& carried, double most, const dvec3& pulled_to, dvec3& next) const noexcept {
+  double share = 1;
+  dvec3 led_to = pulled_to;
+  for (int round = 0; round < kPaceRounds; ++round) {
+    const double away = glm::length(next - carried);
+    if (away <= kPaceTold * most) break;
+    share *= most / away;
+    led_to = carried + share * (pulled_to - carried);
+    next = nearest_allowed(contacts, c, overlap, now.slack, led_to, now.active);
+  }
+  return led_to;
+}
+
 void Servo::State::move_proxy(Touch& now) noexcept {
   const ContactFinder& head = finder();
   SmoothContacts* const smooth_parts = smooth().any() ? &smooth() : nullptr;
@@ -243,6 +262,8 @@ void Servo::State::move_proxy(Touch& now) noexcept {
   lead_out(now);
   const bool walled = now.may_cut && settings.boundary_walls;
   const dvec3 shift = now.moved / settings.frame.voxel;
+  bool at_a_pace = false;
+  dvec3 held_at(0);  // by contacts alone, where the pace keeps the head from there
 
   // A ball that slides along one smooth wall needs no search: the wall says where it will lie. Where more of the tissue is near,
   // a look shows whether that is in the way.
@@ -261,8 +282,6 @@ void Servo::State::move_proxy(Touch& now) noexcept {
   }
 
   for (int look = 0; look < kMaxLooks; ++look) {
-    const dvec3 way = target - c;
-    const double distance = glm::length(way);
     if (!patch.holds(c, reach() + 1)) {
       now.lost = true;
       break;
@@ -271,8 +290,15 @@ void Servo::State::move_proxy(Touch& now) noexcept {
     const double free = smooth_parts ? std::min(head_free, smooth_parts->room(patch, {c, now.X_WT.R})) : head_free;
     if (free > 2) {  // sphere tracing: as far as nothing can be met
       now.touching = false;
+      dvec3 goal = target;
+      if (now.paced && now.may_cut) {
+        const dvec3 carried = c0 + shift, rest = target - carried;
+        goal = carried + std::min(1.0, farthest(target - c0, shift, kFreeSlew * now.pace_per_slew) / glm::length(rest)) * rest;
+      }
+      const dvec3 way = goal - c;
+      const double distance = glm::length(way);
       if (distance <= free - 1) {
-        c = target;
+        c = goal;
         break;
       }
       const dvec3 next = c + way * ((free - 1) / distance);
@@ -312,6 +338,12 @@ void Servo::State::move_proxy(Touch& now) noexcept {
       pulled_to = held_target(c0, target, normal, now.moved / settings.frame.voxel, kGripSlew * now.pace_per_slew);
     }
     dvec3 next = nearest_allowed(contacts, c, overlap, now.slack, pulled_to, now.active);
+    held_at = next;
+    const bool comes_free = now.active.count == 0;
+    const double pace = (comes_free ? kFreeSlew : kCutSlew) * now.pace_per_slew;
+    const double allowed = now.paced ? farthest(next - c0, shift, pace) : 0;
+    at_a_pace = now.paced && glm::length(next - c0 - shift) > kPaceTold * allowed;
+    if (at_a_pace && now.may_cut) pulled_to = ease(now, c, c0 + shift, allowed, pulled_to, next);
     // Rough planes chose which hold; exact ones say how far, and others may hold then.
     const int rounds = now.may_cut ? 1 : kRefiningRounds;
     for (int round = 0; round < rounds && contacts.count() > 1 && now.active.count > 0; ++round) {
@@ -336,7 +368,7 @@ void Servo::State::move_proxy(Touch& now) noexcept {
     dvec3 step = next - c;
     // Along a smooth curved surface each step is the same share of the one before, of less than nothing in a hollow: all
     // that are still to come at once (the secant method). Two planes of one hollow only hold back.
-    if ((contacts.count() == 1 || !now.may_cut) && now.active.count > 0) {
+    if ((contacts.count() == 1 || !now.may_cut) && now.active.count > 0 && !at_a_pace) {
       const double before2 = glm::dot(last_step, last_step);
       const double share = before2 > 0 ? glm::dot(step, last_step) / before2 : 0;
       const double most = now.active.count > 1 ? 1 : contacts.count() > 1 ? kMostGainOfMany : kMostGain;
@@ -349,11 +381,6 @@ void Servo::State::move_proxy(Touch& now) noexcept {
       step += (last_gain - 1) * (step - glm::dot(step, n) * n);
       next = c + step;
     }
-    // No farther than the hand may feel in this tick: from there on another tick looks.
-    if (now.paced && now.active.count > 0 && paced_share(next - c0, -shift, kCutSlew * now.pace_per_slew) < 1) {
-      c = next;
-      break;
-    }
     const double length = glm::length(step);
     const double longest = contacts.count() > 1 ? kContactStep : kStep;
     if (length > longest) {
@@ -362,6 +389,10 @@ void Servo::State::move_proxy(Touch& now) noexcept {
       continue;
     }
     c = next;
+    if (at_a_pace) {  // from there on another tick looks
+      now.touching = !comes_free;
+      break;
+    }
     const double settled = contacts.count() > 1 ? now.may_cut ? kSettledCutting : kSettled : kConverged;
     // What is still to come, where each step is at most the share of the one before that this one was.
     const bool foreseen = contacts.count() == 1 && length < last_length && length * length < kForeseen * (last_length - length);
@@ -374,19 +405,20 @@ void Servo::State::move_proxy(Touch& now) noexcept {
     }
   }
   now.c = now.touching ? c0 + share_in_debt(now) * (c - c0) : c;
-  now.held_off = now.c - target;
+  now.held_off = (at_a_pace ? held_at : c) - target + now.c - c;
   wall = walled && now.touching ? wall_of(now.active) : 0;
 }
 
 void Servo::State::follow(Touch& now) noexcept {
-  // A bur that comes free, over the rim of its own cut or through the last of the tissue, follows the hand at a pace: what
-  // the hand feels changes by so much at most, where the proxy can see to that. The proxy only lags behind, so this takes
-  // energy, never gives.
+  // A bur that comes free, over the rim of its own cut or through the last of the tissue, follows the hand at a pace, and so
+  // does one whose contacts have turned out to lie elsewhere: what the hand feels changes by so much at most, where the proxy
+  // can see to that. The proxy only lags behind, so this takes energy, never gives.
   const bool at_a_pace = now.paced && !now.deep;
   breaking_through = at_a_pace && !now.touching;
   if (at_a_pace) {
     const dvec3 step = now.c - now.c0, shift = now.moved / settings.frame.voxel;
-    now.c = now.c0 + paced_share(step, -shift, (breaking_through ? kFreeSlew : kCutSlew) * now.pace_per_slew) * step;
+    const double pace = (breaking_through ? kFreeSlew : kCutSlew) * now.pace_per_slew;
+    now.c = now.c0 + largest_share(step, -shift, farthest(step, shift, pace)) * step;
     now.lost = now.lost && !patch.holds(now.c, reach() + 1);
   }
   // Beyond the patch the last contact's plane goes on (the intermediate surface of Adachi 1995; Mark 1996) until the carver

@@ -258,6 +258,7 @@ struct Servo::State {
   void look_around(Touch& now, const dvec3& c, bool center_inside) noexcept;
   void find_room_to_sink(Touch& now) const noexcept;
   bool nothing_in_the_way(const Touch& now) const noexcept;
+  dvec3 ease(Touch& now, const dvec3& c, const dvec3& carried, double most, const dvec3& pulled_to, dvec3& next) const noexcept;
   double share_in_debt(const Touch& now) const noexcept;
   Push feel_tissue(const Touch& now, bool many_contacts) noexcept;
   double spare_change(const Touch& now, double depth) const noexcept;

@@ -261,6 +261,78 @@ TEST(Cutting, WhatTheMotorWorksIsCutHoweverTheHandSwingsOverTheRimsOfItsOwnCuts)
   }
 }
 
+// A ball that a hand draws on comes out over the rim of its hole again and again, up to a millimetre behind the hand.
+TEST(Cutting, ABurThatIsDrawnOverTheRimOfItsHoleLandsAndCutsBeforeItCatchesUp) {
+  struct Run {
+    double diameter, speed, push, free_speed, stall_torque, stiffness;  // stiffness: of the hand's lead
+    const char* tissue;
+  };
+  for (const Run& run : {Run{1.1_mm, 0.05, 1.24, 350.0_krpm, 1.6e-3, 2060, "dentin"}, Run{1.12_mm, 0.042, 1.12, 200.0_krpm, 6e-3, 18210, "dentin"},
+                         Run{2.1_mm, 0.037, 1.52, 200.0_krpm, 6e-3, 1274, "dentin"}, Run{1.87_mm, 0.054, 0.7, 350.0_krpm, 1.6e-3, 2975, "enamel"}}) {
+    double least = 1e300, most = 0;
+    for (const auto& [voxel_mm, rate] : {std::pair(0.1, 1000.0), std::pair(0.05, 1000.0), std::pair(0.1, 4000.0)}) {
+      ServoSettings s;
+      s.tool.diameter = s.tool.length = run.diameter;
+      s.spindle.free_speed = run.free_speed;
+      s.spindle.stall_torque = run.stall_torque;
+      s.tick = 1 / rate;
+      HapticBench bench(R"({"voxel_mm": )" + std::to_string(voxel_mm) + R"(, "solids": [{"tissue": ")" + run.tissue +
+                            R"(", "solid": {"box": {"size_mm": [16,3,3]}}}]})", s);
+      const double damping = std::sqrt(run.stiffness * 0.15);
+      dvec3 x(-6.0_mm, 0, 1.52_mm + run.diameter / 2), v(0), f(0);
+      double work = 0;
+      const double drawn = 10.0_mm / run.speed;
+      for (double t = 0; t < drawn; t += s.tick) {
+        const double at = -6.0_mm + run.speed * t;
+        const dvec3 led(run.stiffness * (at - x.x) - damping * (v.x - run.speed), -2000 * x.y - 5 * v.y, -run.push - 5 * v.z);
+        v += s.tick * (led + f) / 0.15;
+        x += s.tick * v;
+        const ServoTick& tick = bench.tick({x}, 1);
+        f = tick.f_T_W;
+        work += s.spindle.stall_torque * (1 - tick.spindle / s.spindle.free_speed) * tick.spindle * s.tick;
+      }
+      double removed = 0, energy = 0;
+      for (std::size_t i = 1; i < bench.last.removed.size(); ++i) {
+        removed += bench.last.removed[i];
+        energy += bench.last.removed[i] * bench.settings.materials[i].specific_energy;
+      }
+      EXPECT_NEAR(energy / work, 1, 0.02) << run.diameter << " " << voxel_mm << " " << rate;
+      least = std::min(least, removed), most = std::max(most, removed);
+    }
+    std::printf("drawn ball of %.1f mm: %.4f to %.4f mm3\n", run.diameter * 1e3, least * 1e9, most * 1e9);
+    EXPECT_LT(most / least, 1.03) << run.diameter;
+  }
+}
+
+// Its groove is a twentieth of a voxel deep: the tissue under the head is hardly more than a line.
+TEST(Cutting, ABallThatIsSlidOverARoundToothCutsWhatItsMotorWorks) {
+  struct Run {
+    double diameter, around, depth, speed, free_speed, stall_torque;
+    const char* tissue;
+  };
+  for (const Run& run : {Run{1.0_mm, 5.0_mm, 0.5_mm, 0.03, 200.0_krpm, 10e-3, "enamel"}, Run{1.2_mm, 6.6_mm, 0.4_mm, 0.04, 350.0_krpm, 1.6e-3, "enamel"},
+                         Run{0.8_mm, 4.0_mm, 0.6_mm, 0.01, 200.0_krpm, 10e-3, "dentin"}, Run{1.9_mm, 4.4_mm, 0.7_mm, 0.016, 40.0_krpm, 30e-3, "dentin"}}) {
+    for (const auto& [voxel_mm, rate] : {std::pair(0.1, 1000.0), std::pair(0.05, 1000.0), std::pair(0.1, 4000.0)}) {
+      ServoSettings s;
+      s.tool.diameter = s.tool.length = run.diameter;
+      s.spindle.free_speed = run.free_speed;
+      s.spindle.stall_torque = run.stall_torque;
+      s.tick = 1 / rate;
+      const auto tissue = static_cast<std::size_t>(std::string(run.tissue) == "enamel" ? Tissue::kEnamel : Tissue::kDentin);
+      HapticBench bench(R"({"voxel_mm": )" + std::to_string(voxel_mm) + R"(, "solids": [{"tissue": ")" + run.tissue +
+                            R"(", "solid": {"sphere": {"radius_mm": )" + std::to_string(run.around * 1e3) + "}}}]}", s);
+      double work = 0;
+      for (double t = 0; t < 1.0 * run.around / run.speed; t += s.tick) {
+        const double a = run.speed * t / run.around - 0.5, in = run.depth * std::min(1.0, t / 0.05);
+        const ServoTick& tick = bench.tick({(run.around + run.diameter / 2 - in) * dvec3(std::sin(a), 0, std::cos(a))}, 1);
+        work += s.spindle.stall_torque * (1 - tick.spindle / s.spindle.free_speed) * tick.spindle * s.tick;
+      }
+      EXPECT_NEAR(bench.settings.materials[tissue].specific_energy * bench.last.removed[tissue] / work, 1, 0.02)
+          << run.diameter << " " << voxel_mm << " " << rate;
+    }
+  }
+}
+
 // A bur that has drilled as deep as its shank, wider than the hole, lets it: what it is pushed with then rests on the shank.
 TEST(Cutting, AMotorWhoseBurIsHeldByItsShankDoesNoWorkThatCutsNothing) {
   ServoSettings s;
