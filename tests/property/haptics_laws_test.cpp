@@ -333,6 +333,28 @@ TEST(Cutting, ABallThatIsSlidOverARoundToothCutsWhatItsMotorWorks) {
   }
 }
 
+TEST(Cutting, OfABallThatIsSlidTheVolumeGrowsWithThePushAloneWhateverTheVoxelAndTheRate) {
+  double least = 1e300, most = 0;
+  for (const auto& [voxel_mm, rate] : {std::pair(0.1, 1000.0), std::pair(0.05, 1000.0), std::pair(0.1, 4000.0)}) {
+    for (const double depth : {0.25_mm, 0.5_mm, 1.0_mm}) {
+      ServoSettings s;
+      s.tool.diameter = s.tool.length = 1.0_mm;
+      s.spindle.free_speed = 300.0_krpm;
+      s.tick = 1 / rate;
+      HapticBench bench(R"({"voxel_mm": )" + std::to_string(voxel_mm) +
+                            R"(, "solids": [{"tissue": "enamel", "solid": {"sphere": {"radius_mm": 5}}}]})", s);
+      double pushed = 0;
+      for (double t = 0; t < 5.0_mm / 0.03; t += s.tick) {
+        const double a = 6 * t - 0.5, in = depth * std::min(1.0, t / 0.03);
+        pushed += bench.tick({(5.5_mm - in) * dvec3(std::sin(a), 0, std::cos(a))}, 1).depth * s.tick;
+      }
+      const double share = bench.last.removed[static_cast<std::size_t>(Tissue::kEnamel)] / pushed;
+      least = std::min(least, share), most = std::max(most, share);
+    }
+  }
+  EXPECT_LT(most / least, 1.03);
+}
+
 // A bur that has drilled as deep as its shank, wider than the hole, lets it: what it is pushed with then rests on the shank.
 TEST(Cutting, AMotorWhoseBurIsHeldByItsShankDoesNoWorkThatCutsNothing) {
   ServoSettings s;
