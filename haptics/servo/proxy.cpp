@@ -290,15 +290,10 @@ void Servo::State::move_proxy(Touch& now) noexcept {
     const double free = smooth_parts ? std::min(head_free, smooth_parts->room(patch, {c, now.X_WT.R})) : head_free;
     if (free > 2) {  // sphere tracing: as far as nothing can be met
       now.touching = false;
-      dvec3 goal = target;
-      if (now.paced && now.may_cut) {
-        const dvec3 carried = c0 + shift, rest = target - carried;
-        goal = carried + std::min(1.0, farthest(target - c0, shift, kFreeSlew * now.pace_per_slew) / glm::length(rest)) * rest;
-      }
-      const dvec3 way = goal - c;
+      const dvec3 way = target - c;
       const double distance = glm::length(way);
       if (distance <= free - 1) {
-        c = goal;
+        c = target;
         break;
       }
       const dvec3 next = c + way * ((free - 1) / distance);
@@ -343,7 +338,7 @@ void Servo::State::move_proxy(Touch& now) noexcept {
     const double pace = (comes_free ? kFreeSlew : kCutSlew) * now.pace_per_slew;
     const double allowed = now.paced ? farthest(next - c0, shift, pace) : 0;
     at_a_pace = now.paced && glm::length(next - c0 - shift) > kPaceTold * allowed;
-    if (at_a_pace && now.may_cut) pulled_to = ease(now, c, c0 + shift, allowed, pulled_to, next);
+    if (at_a_pace && now.may_cut && !comes_free) pulled_to = ease(now, c, c0 + shift, allowed, pulled_to, next);
     // Rough planes chose which hold; exact ones say how far, and others may hold then.
     const int rounds = now.may_cut ? 1 : kRefiningRounds;
     for (int round = 0; round < rounds && contacts.count() > 1 && now.active.count > 0; ++round) {
