@@ -118,13 +118,10 @@ Servo::State::Push Servo::State::feel_tissue(const Touch& now, bool many_contact
   return push;
 }
 
-/// What the depth's change leaves for others to change the force by in this tick, N. What the hand's own way does to it does
-/// not count: a hand that meets the tissue is met by the damper at once.
+/// What the depth's change leaves for others to change the force by in this tick, N.
 double Servo::State::spare_change(const Touch& now, double depth) const noexcept {
   const double k = settings.stiffness * stiffness_share;
-  const dvec3 own = -k * glm::dot(now.moved, now.normal) * now.normal;
-  const dvec3 change = k * depth * now.normal - normal_force * normal - own;
-  return std::max(kRestWaits * now.dt - glm::length(change), 0.0);
+  return std::max(kRestWaits * now.dt - glm::length(k * depth * now.normal - normal_force * normal), 0.0);
 }
 
 /// The coupling's stiffness relative to enamel's 1 N/mm: that of the tissue under the head, followed smoothly.
