@@ -35,7 +35,8 @@ class ContactSet {
   /// A contact of another part of the tool, which never yields. False when there is no more room.
   bool add(const ContactPlane& plane) noexcept;
   void drop_added() noexcept { count_ -= std::exchange(added_, 0); }
-  /// Voxels² of the head that lies on tissue, and the sum of area × outward normal of the tissue there.
+  /// Voxels² of the head within a voxel of tissue, by how near it is; and the sum of area × outward normal of the tissue of what
+  /// lies on it now.
   double engaged_area() const { return engaged_area_; }
   const dvec3& engaged_normal() const { return engaged_normal_; }
   /// The deepest overlap, voxels; 0 where there is none.
