@@ -4,13 +4,12 @@
 #include <cmath>
 
 #include "haptics/cut_front.h"
-#include "haptics/cutting/meridian.h"
 
 namespace typodont::haptics {
 
 namespace {
 
-constexpr double kScallop = 0.01, kBend = 0.0025;  // voxels
+constexpr double kShort = 1, kBend = 0.0025;  // voxels
 
 double turn_between(const Pose& a, const Pose& b) { return 2 * std::acos(std::min(1.0, std::abs(glm::dot(a.R, b.R)))); }
 
@@ -23,7 +22,6 @@ double way_between(const Pose& a, const Pose& b, double reach) {
 
 Sweep::Sweep(const Tool& tool, const Pose& X_WA, const Pose& X_WB, const VoxelFrame& frame, bool continues)
     : sphere_(tool.shape == HeadShape::kSphere), continues_(continues) {
-  if (!sphere_) head_ = HeadField(tool, frame.voxel);
   const dvec3 a = frame.to_voxels(X_WA.p), b = frame.to_voxels(X_WB.p);
   base_ = glm::ivec3(glm::floor(a));
   a_ = glm::vec3(a - dvec3(base_));
@@ -34,15 +32,17 @@ Sweep::Sweep(const Tool& tool, const Pose& X_WA, const Pose& X_WB, const VoxelFr
   X_VA_ = {a, X_WA.R};
   X_VB_ = {b, X_WB.R};
 
-  // Two poses s apart leave a scallop of s²/8r on a flank of radius r; turning moves the far end by angle × reach.
   const double reach = reach_ = tool.reach() / frame.voxel;
   travel_ = sphere_ ? glm::length(b - a) : way_between(X_VA_, X_VB_, reach);
-  const double step = std::sqrt(8 * std::max(1.0, static_cast<double>(radius_)) * kScallop);
-  if (!sphere_ && travel_ > step) {
+  if (!sphere_) {
     // Seen from a head that turns the way of a sample bends: from its chord by an eighth of how its direction changes.
     turn_ = turn_between(X_VA_, X_VB_);
     const double bend = turn_ * (turn_ * (reach + kMargin) + 2 * glm::length(b - a)) / 8;
     straights_ = std::clamp(static_cast<int>(std::ceil(std::sqrt(bend / kBend))), 1, 512);
+    if (straights_ == 1 && travel_ <= kShort) straights_ = 0;
+    const HeadField head(tool, frame.voxel);
+    flatten(head, pieces_);
+    back_ = straight_way(X_VB_, X_VA_, pieces_, head.count, reach);
   }
 
   // A slender head fills little of the ball around it: the box of its cylinder, at both ends of a short way.

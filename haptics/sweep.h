@@ -4,16 +4,15 @@
 
 #include "engine/base/pose.h"
 #include "engine/contract/field_brick.h"
+#include "haptics/cutting/way.h"
 #include "haptics/tool.h"
 
 namespace typodont::haptics {
 
 class CutFront;
-struct HeadTarget;
-struct MeridianPiece;
 
-/// A head moved from A to B: of a sphere the exact capsule. Of any other head on a way so short that its flank leaves a
-/// scallop of less than 1/100 voxel both ends of it; on a longer one all of it.
+/// All that a head takes as it moves from A to B: of a sphere the exact capsule, of any other how deep each voxel ever lies in it,
+/// within 5e-4 voxels.
 class Sweep {
  public:
   /// `continues`: the head at A was cut out before, by the sweep that ended there, so only what lies ahead need change.
@@ -51,15 +50,21 @@ class Sweep {
   /// Of a long way.
   bool raise_way(const HeadTarget& target, PerTissue* removed) const noexcept;
   /// One part of the front of a head that is no ball; `listed`: groups found.
-  bool raise_due_head(CutFront& front, int part, float ahead, const MeridianPiece* pieces, const glm::ivec3& patch_lo, int n,
-                      float* distance, const Tissue* tissue, PerTissue* removed, int& listed) const noexcept;
+  bool raise_due_head(CutFront& front, int part, float ahead, Tops& tops, const glm::ivec3& patch_lo, int n,
+                      float* distance, const Tissue* tissue, int& listed) const noexcept;
   /// Whether what was listed around the head in another patch lies within this one.
   bool holds_listed(const glm::ivec3& patch_lo, int n) const noexcept;
+  Straight way_back() const noexcept {
+    Straight way = back_;
+    way.pieces = pieces_;
+    return way;
+  }
   /// Between a capsule and its balls lies ab²/8r: nothing, for a short step that continues another.
   bool is_ball() const noexcept { return continues_ && glm::dot(ab_, ab_) < 8e-5f * radius_; }
 
   bool sphere_, continues_;
-  HeadField head_;         // other heads, in voxels
+  MeridianPiece pieces_[HeadField::kMaxPieces];  // of other heads, in voxels …
+  Straight back_;                                // … with the way from B back to A, but for what it points to
   glm::ivec3 base_;        // coordinates are taken from here, so that floats keep their digits
   glm::vec3 a_, ab_;       // capsule, in voxels from base_
   float inverse_length2_;  // 1/|ab|², 0 for a point

@@ -6,6 +6,7 @@
 #include <cstring>
 
 #include "engine/base/dispatch.h"
+#include "haptics/cutting/block.h"
 #include "haptics/cutting/lane_ops.h"
 #include "haptics/cutting/listed.h"
 #include "haptics/cutting/slack_rows.h"
@@ -309,8 +310,8 @@ inline int side_of(const Capsule& c, const glm::ivec3& group, int lanes) {
 template <bool capsule>
 TYPODONT_KERNEL bool raise_due(BallBlocks& b, PerTissue* removed) {
   BallFront& f = b.f;
-  constexpr int kRows = 4, kDeep = 8, kStretch = SlackRows::kStretch;
-  constexpr float kHalf = 4.1f, kNever = 1e9f;        // from a block's centre to its corners
+  constexpr int kStretch = SlackRows::kStretch;
+  constexpr float kNever = 1e9f;
   const Capsule c = f.c;
   const float from = c.continues ? 0.0f : -1e30f;
   const float length = std::sqrt(c.abx * c.abx + c.aby * c.aby + c.abz * c.abz);

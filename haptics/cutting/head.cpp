@@ -6,8 +6,10 @@
 #include <cstring>
 
 #include "engine/base/dispatch.h"
+#include "haptics/cutting/block.h"
 #include "haptics/cutting/lane_ops.h"
 #include "haptics/cutting/listed.h"
+#include "haptics/cutting/way.h"
 #include "haptics/sweep.h"
 
 namespace typodont::haptics {
@@ -16,14 +18,13 @@ namespace eight {
 namespace {
 #include "haptics/cutting/cut_kernel.h"
 #include "haptics/cutting/depth_kernel.h"
+#include "haptics/cutting/way_kernel.h"
 #include "haptics/cutting/row_kernel.h"
 }  // namespace
 }  // namespace eight
 
 namespace {
 
-constexpr int kRows = 4, kDeep = 8;  // a block of a general head's sweep: kRows × kRows rows of kDeep samples
-constexpr float kHalf = 4.1f;         // from its centre to a corner, |(1.5, 1.5, 3.5)|, and a little more
 constexpr int kStretch = 64;          // samples of a row that are listed together
 constexpr float kBent = 0.3f;         // more than a neighbour that is an arc may come nearer than a straight one
 constexpr unsigned kAllPieces = (1u << HeadField::kMaxPieces) - 1;
@@ -96,6 +97,8 @@ struct HeadBlock {
   float bound, bound_x, bound_y, bound_z;
   const MeridianPiece* pieces;
   int kind;  // the piece that is the closest one to all samples, between its ends; or kManyPieces + a set of pieces
+  bool beside;    // some samples may have been deeper on the way …
+  float slowest;  // … by less than the head comes nearer less than this, voxels
 };
 
 /// What a look at a block found besides.
@@ -107,9 +110,9 @@ struct BlockSlack {
 };
 
 /// new = max(old, min(depth, kInner)), depths below -kMargin not counted. Returns whether anything changed. `may_raise`
-/// false: only looks.
+/// false: only looks. What may have been deeper on the way comes to `tops`.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
-bool raise_head_block(const HeadPose* pose_at, const HeadBlock* block_at, bool may_raise, PerTissue* removed,
+bool raise_head_block(const HeadPose* pose_at, const HeadBlock* block_at, bool may_raise, Tops* tops, PerTissue* removed,
                       BlockSlack* found) {
   const HeadPose& pose = *pose_at;
   const HeadBlock& block = *block_at;
@@ -126,7 +129,9 @@ bool raise_head_block(const HeadPose* pose_at, const HeadBlock* block_at, bool m
   bool changed = false;
   eight::Taken taken{removed};
   F8 least_slack = F8{} + kNoEnd;
-  const float near = found->ahead;
+  const bool beside = block.beside && may_raise;
+  if (beside) tops->make_room(kRows * kRows * kDeep);
+  const float near = found->ahead, looked_at = beside ? std::max(near, kTop - block.slowest) : near;
   for (int ix = from[0]; ix < to[0]; ++ix) {
     for (int iy = from[1]; iy < to[1]; ++iy) {
       float* const row = block.distance + (block.at + ix * block.stride_x + iy * block.stride_y);
@@ -137,7 +142,7 @@ bool raise_head_block(const HeadPose* pose_at, const HeadBlock* block_at, bool m
       const F8 least = old > -Sweep::kMargin ? old : F8{} - Sweep::kMargin;
       const I8 full = old >= Sweep::kInner;  // nothing more can come of these
       F8 room = full ? F8{} + kNoEnd : least - most;
-      if (any_of(room < near)) {
+      if (any_of(room < looked_at)) {
         const float vx = static_cast<float>(block.first.x + ix) - pose.p[0];
         const float vy = static_cast<float>(block.first.y + iy) - pose.p[1];
         const F8 x = (R[0] * vx + R[3] * vy) + along_x, y = (R[1] * vx + R[4] * vy) + along_y;
@@ -150,6 +155,21 @@ bool raise_head_block(const HeadPose* pose_at, const HeadBlock* block_at, bool m
           depth = eight::depth_below_line(only, rho, z);
         } else {
           depth = eight::depth_below_arc(only, rho, z);
+        }
+        const I8 close = beside ? ~full & (depth < Sweep::kInner) & (depth > least + (block.slowest - kTop)) : I8{};
+        if (beside && any_of(close)) {
+          const float* const T = tops->back.turn;
+          const float* const shift = tops->back.shift;
+          const F8 way_x = T[0] * x + T[3] * y + (T[6] * z + shift[0]), way_y = T[1] * x + T[4] * y + (T[7] * z + shift[1]);
+          const F8 way_z = T[2] * x + T[5] * y + (T[8] * z + shift[2]);
+          const unsigned set = block.kind < kManyPieces ? 1u << block.kind : static_cast<unsigned>(block.kind - kManyPieces);
+          const I8 deeper = eight::nearest_on_way(pieces, set, rho, z, x * way_x + y * way_y, rho * way_z).deeper(rho, depth, least);
+          for (unsigned left = bits_of(close & deeper); left != 0; left &= left - 1) {
+            const int i = std::countr_zero(left);
+            const std::uint8_t label = removed ? static_cast<std::uint8_t>(shown(block.tissue[row - block.distance + i])) : std::uint8_t{0};
+            tops->add(static_cast<float>(block.first.x + ix), static_cast<float>(block.first.y + iy), static_cast<float>(block.first.z + i),
+                      row + i, label);
+          }
         }
         depth = depth > Sweep::kInner ? F8{} + Sweep::kInner : depth;
         const I8 raised = depth > least;
@@ -200,22 +220,30 @@ TYPODONT_KERNEL void ends_of(const MeridianPiece& piece, const T& rho, const T& 
   }
 }
 
-/// How fast, at most, the head comes nearer to any sample around a point of its half plane: the greatest n·w over the
-/// normals of some neighbouring pieces, turned about the axis by as much as `kHalf` is seen from it. `w` in T.
-float fastest_advance(const MeridianPiece& first, const MeridianPiece& last, const glm::vec3& center, float rho,
-                      const glm::vec3& w) {
+/// How fast the head comes nearer to samples within `reach` of a point of its half plane, at least and at most: n·w over the normals n
+/// of some neighbouring pieces. `w` in T.
+struct Advance {
+  float slowest, fastest;
+};
+TYPODONT_KERNEL Advance advance_beside(const MeridianPiece& first, const MeridianPiece& last, const glm::vec3& center, float rho, float reach,
+                                       const glm::vec3& w) {
   const float across = std::sqrt(w.x * w.x + w.y * w.y);
-  float along = across;  // the greatest part of w away from the axis
-  if (rho > kHalf) {
-    const float ux = center.x / rho, uy = center.y / rho, sine = kHalf / rho, cosine = std::sqrt(1 - sine * sine);
+  float most = across, least = -across;  // the part of w away from the axis
+  if (rho > reach) {
+    const float inverse = 1 / rho, ux = center.x * inverse, uy = center.y * inverse, sine = reach * inverse, cosine = std::sqrt(1 - sine * sine);
     const float radial = w.x * ux + w.y * uy, round = std::abs(w.x * uy - w.y * ux);
-    if (!(radial > 0 && round * cosine <= radial * sine)) along = radial * cosine + round * sine;
+    if (!(round * cosine <= radial * sine)) most = radial * cosine + round * sine;
+    if (!(round * cosine <= -radial * sine)) least = radial * cosine - round * sine;
   }
-  // Normals turn from the first piece's to the last one's; the greatest is at w itself when that lies between.
-  if (first.nax * w.z - first.naz * along >= 0 && along * last.nbz - w.z * last.nbx >= 0) {
-    return std::sqrt(along * along + w.z * w.z);
-  }
-  return std::max(first.nax * along + first.naz * w.z, last.nbx * along + last.nbz * w.z);
+  // Normals turn from the first piece's to the last one's, about a tip from straight down on; the greatest is at w itself when
+  // that lies between.
+  const bool tip = first.ax == 0.0f && rho < reach + Sweep::kMargin;
+  const float first_x = tip ? 0 : first.nax, first_z = tip ? -1 : first.naz;
+  const auto greatest = [&](float away, float along) {
+    if (first_x * along - first_z * away >= 0 && away * last.nbz - along * last.nbx >= 0) return std::sqrt(away * away + along * along);
+    return std::max(first_x * away + first_z * along, last.nbx * away + last.nbz * along);
+  };
+  return {-greatest(-least, -w.z), greatest(most, w.z)};
 }
 
 /// Which of two neighbouring pieces, a bit each, is the only one that can be the closest to any of `count` samples along z while
@@ -248,28 +276,17 @@ unsigned lone_piece(const MeridianPiece* pieces, int first, int last, const floa
 /// One pose of a sweep, and the blocks beside it, eight by eight.
 class HeadPass {
  public:
-  /// `after`: the head was cut out at `before`, `travel` voxels from here. `ahead`: how far it may go on while what is
-  /// found here holds.
-  HeadPass(const MeridianPiece* pieces, int count, const Pose& X_VT, const Pose& before, bool after, double travel, double reach,
-           float ahead)
-      : pose_(head_pose(X_VT)), pieces_(pieces), count_(count), p_(X_VT.p - dvec3(pose_.base)), after_(after),
-        travel_(static_cast<float>(travel)), rounding_(4e-6f * (static_cast<float>(reach) + 8)), ahead_(ahead) {
-    const glm::dmat3 R_TV = glm::transpose(glm::dmat3(X_VT.R));
-    R_ = glm::mat3(R_TV);
-    // A point's way in T since the pose before: where the head recedes from all of a block nothing is left to cut.
-    const glm::dmat3 R_TA = glm::transpose(glm::dmat3(before.R));
-    turned_ = glm::mat3(R_TA - R_TV);
-    shifted_ = glm::vec3(R_TA * (X_VT.p - before.p));
-    for (int c = 0; c < 3; ++c) turn_ += glm::length(turned_[c]) * kHalf;
-  }
+  /// At one end of its way; `after`: the head was cut out at the other. `ahead`: how far it may go on while what is found here holds.
+  HeadPass(const Straight& back, bool after, double reach, float ahead)
+      : pose_(back.from), back_(back), after_(after), rounding_(4e-6f * (static_cast<float>(reach) + 8)), ahead_(ahead) {}
 
   const HeadPose& pose() const { return pose_; }
 
   /// Takes in a block by its first voxel; true when there are eight.
   bool add(const glm::ivec3& block) {
     blocks_[lanes_] = block;
-    const glm::vec3 c = glm::vec3(block - pose_.base) + kMiddle - p_;
-    for (int i = 0; i < 3; ++i) center_[i][lanes_] = c[i];
+    const glm::vec3 c = glm::vec3(block - pose_.base) + kMiddle;
+    for (int i = 0; i < 3; ++i) center_[i][lanes_] = c[i] - pose_.p[i];
     return ++lanes_ == 8;
   }
   int lanes() const { return lanes_; }
@@ -279,7 +296,7 @@ class HeadPass {
     for (int lane = lanes_; lane < 8; ++lane) {
       for (int i = 0; i < 3; ++i) center_[i][lane] = center_[i][0];
     }
-    see_blocks(pieces_, count_, &R_[0].x, center_, &seen_);
+    see_blocks(back_.pieces, back_.count, pose_.R, center_, &seen_);
     lanes_ = 0;
   }
 
@@ -289,7 +306,7 @@ class HeadPass {
     const int first = std::countr_zero(set), last = static_cast<int>(std::bit_width(set)) - 1;
     if (last - first > 1) return kind;
     const glm::vec3 v = glm::vec3(first_voxel - pose_.base) - glm::vec3(pose_.p[0], pose_.p[1], pose_.p[2]);
-    const unsigned alone = lone_piece(pieces_, first, last, pose_.R, &v.x, count, ahead_);
+    const unsigned alone = lone_piece(back_.pieces, first, last, pose_.R, &v.x, count, ahead_);
     return alone != 0 ? std::countr_zero(alone) : kind;
   }
 
@@ -299,10 +316,11 @@ class HeadPass {
   Work what(int lane, const HeadTarget& target, HeadBlock& block, float& slack, bool& clipped) const {
     const float d = seen_.distance[lane];
     slack = d - (Sweep::kMargin + kHalf);
-    if (slack > ahead_) return Work::kNone;
+    const float way = after_ ? back_.longest : 0;
+    if (slack > std::max(ahead_, way)) return Work::kNone;
     // Deep in the head at the pose before too: empty since then.
     slack = kNoEnd;
-    if (after_ && d < -(Sweep::kInner + kHalf + travel_)) return Work::kNone;
+    if (after_ && d < -(Sweep::kInner + kHalf + way)) return Work::kNone;
     const glm::ivec3 inside = blocks_[lane] - target.lo;
     block.stride_x = target.stride_x, block.stride_y = target.stride_y;
     block.at = inside.x * block.stride_x + inside.y * block.stride_y + inside.z;
@@ -316,61 +334,66 @@ class HeadPass {
     // Far out in the air: field and depth change by at most one per voxel each.
     if (!clipped) {
       slack = target.distance[block.at + block.stride_x + block.stride_y + 3] + d - 2 * kHalf;
-      if (slack > 1) return Work::kNone;
+      if (slack > 1 + way) return Work::kNone;
     }
+    const MeridianPiece* const pieces = back_.pieces;
     unsigned set = 0;
     int first = 0, last = 0;
-    for (int i = count_ - 1; i >= 0; --i) {
-      if (!(seen_.to_piece[i][lane] < std::abs(d) + 2 * (kHalf + ahead_))) continue;
+    for (int i = back_.count - 1; i >= 0; --i) {
+      if (!(seen_.to_piece[i][lane] < std::abs(d) + 2 * (kHalf + std::max(ahead_, way)))) continue;
       last = set == 0 ? i : last;
       first = i;
       set |= 1u << i;
     }
-    const glm::vec3 from_head(center_[0][lane], center_[1][lane], center_[2][lane]);
     const glm::vec3 at(seen_.x[lane], seen_.y[lane], seen_.z[lane]);
     const float rho = seen_.rho[lane];
     bool recedes = false;
+    block.beside = false;
     if (after_) {
-      const float fastest = fastest_advance(pieces_[first], pieces_[last], at, rho, turned_ * from_head + shifted_);
-      recedes = fastest + turn_ <= -rounding_;
+      // Where the head recedes from all of a block nothing is left to cut.
+      const float* const T = back_.turn;
+      const float* const shift = back_.shift;
+      const glm::vec3 w(T[0] * at.x + T[3] * at.y + (T[6] * at.z + shift[0]), T[1] * at.x + T[4] * at.y + (T[7] * at.z + shift[1]),
+                        T[2] * at.x + T[5] * at.y + (T[8] * at.z + shift[2]));
+      const Advance advance = advance_beside(pieces[first], pieces[last], at, rho, kHalf + way, w);
+      const float turned = back_.turned * kHalf;
+      recedes = advance.fastest + turned <= -rounding_;
+      block.slowest = advance.slowest - turned;
+      block.beside = !recedes && block.slowest < -0.5f * kTop + rounding_;
     }
     block.distance = target.distance, block.tissue = target.tissue;
     block.first = blocks_[lane] - pose_.base;
     const float out = rho > 1e-6f ? seen_.n_rho[lane] / rho : 0;
-    const glm::vec3 n = glm::vec3(out * at.x, out * at.y, seen_.n_z[lane]) * R_;  // in V
+    const float* const R = pose_.R;
+    const glm::vec3 n_T(out * at.x, out * at.y, seen_.n_z[lane]);
+    const glm::vec3 n(R[0] * n_T.x + R[1] * n_T.y + R[2] * n_T.z, R[3] * n_T.x + R[4] * n_T.y + R[5] * n_T.z,
+                      R[6] * n_T.x + R[7] * n_T.y + R[8] * n_T.z);  // in V
     // Without a direction only the change by one per voxel is known.
     const bool known = glm::dot(n, n) > 0.5f;
     block.bound = known ? glm::dot(n, kMiddle) - d + 1e-3f : kHalf - d;
     block.bound_x = known ? -n.x : 0, block.bound_y = known ? -n.y : 0, block.bound_z = known ? -n.z : 0;
-    block.pieces = pieces_;
+    block.pieces = pieces;
     // One piece is enough where all samples lie between its ends and, inside the head, on its side of what halves the
     // corners there.
     int nearest = first;
     for (int i = first + 1; i <= last; ++i) nearest = seen_.to_piece[i][lane] < seen_.to_piece[nearest][lane] ? i : nearest;
-    const MeridianPiece& only = pieces_[nearest];
+    const MeridianPiece& only = pieces[nearest];
     float from_a, from_b, below;
     ends_of(only, rho, at.z, from_a, from_b, below);
-    const float reach = kHalf + ahead_, deepest = std::max(reach - d, 0.0f);
+    const float reach = kHalf + std::max(ahead_, way), deepest = std::max(reach - d, 0.0f);
     const bool smooth = from_a > reach + (nearest > first ? kBent + deepest * only.corner_a : 0.0f) &&
                         from_b > reach + (nearest < last ? kBent + deepest * only.corner_b : 0.0f) &&
                         nearest - first <= 1 && last - nearest <= 1;
     block.kind = smooth ? nearest : kManyPieces + static_cast<int>(set);
+    block.beside &= !(smooth && rho - kHalf - way > smooth_from(back_, only));
     return recedes ? Work::kLook : Work::kRaise;
   }
 
  private:
-  static constexpr glm::vec3 kMiddle{(kRows - 1) / 2.0f, (kRows - 1) / 2.0f, (kDeep - 1) / 2.0f};
-
-  HeadPose pose_;
-  const MeridianPiece* pieces_;
-  int count_;
-  glm::mat3 R_;       // from V to T
-  glm::vec3 p_;       // the head from its base
+  const HeadPose& pose_;
+  const Straight& back_;
   bool after_;
-  float travel_, rounding_, ahead_;
-  glm::mat3 turned_;
-  glm::vec3 shifted_;
-  float turn_ = 0;    // of a block's corner about its centre
+  float rounding_, ahead_;
   glm::ivec3 blocks_[8];
   F8 center_[3];      // from the head
   Seen seen_;
@@ -389,14 +412,13 @@ int kind_of(int a, int b) {
 bool Sweep::raise_head(const glm::ivec3& lo, const glm::ivec3& size, float* distance, std::size_t stride_x,
                        std::size_t stride_y, const Tissue* tissue, PerTissue* removed) const noexcept {
   bool changed = false;
-  MeridianPiece pieces[HeadField::kMaxPieces];
-  flatten(head_, pieces);
   const HeadTarget target{lo, size, distance, static_cast<std::ptrdiff_t>(stride_x), static_cast<std::ptrdiff_t>(stride_y),
                           tissue};
   const auto down = [](int v, int step) { return v - (v % step + step) % step; };
   const glm::ivec3 first(down(lo.x, kRows), down(lo.y, kRows), down(lo.z, kDeep)), last = lo + size - 1;
   for (int k = continues_ ? 1 : 0; k <= 1; ++k) {
-    HeadPass pass(pieces, head_.count, k == 0 ? X_VA_ : X_VB_, X_VA_, k > 0, travel_, reach_, 0);
+    Tops tops(k == 0 ? straight_way(X_VA_, X_VA_, pieces_, back_.count, reach_) : way_back(), removed);
+    HeadPass pass(tops.back, k > 0, reach_, 0);
     const auto raise = [&] {
       const int lanes = pass.lanes();
       pass.look();
@@ -406,7 +428,7 @@ bool Sweep::raise_head(const glm::ivec3& lo, const glm::ivec3& size, float* dist
         bool clipped;
         BlockSlack found;
         if (pass.what(lane, target, block, slack, clipped) != HeadPass::Work::kRaise) continue;
-        changed |= raise_head_block(&pass.pose(), &block, true, removed, &found);
+        changed |= raise_head_block(&pass.pose(), &block, true, &tops, removed, &found);
       }
     };
     for (int x0 = first.x; x0 <= last.x; x0 += kRows) {
@@ -417,16 +439,19 @@ bool Sweep::raise_head(const glm::ivec3& lo, const glm::ivec3& size, float* dist
       }
     }
     if (pass.lanes() > 0) raise();
+    tops.raise();
+    changed |= tops.changed;
   }
   return changed;
 }
 
 /// Raises all blocks of a part that are due, finds when they will be due again, and lists what may change until the head
 /// has come `ahead`.
-bool Sweep::raise_due_head(CutFront& front, int part, float ahead, const MeridianPiece* pieces, const glm::ivec3& patch_lo, int n,
-                           float* distance, const Tissue* tissue, PerTissue* removed, int& listed) const noexcept {
+bool Sweep::raise_due_head(CutFront& front, int part, float ahead, Tops& tops, const glm::ivec3& patch_lo, int n,
+                           float* distance, const Tissue* tissue, int& listed) const noexcept {
   CutFront::Groups& groups = front.parts_[static_cast<std::size_t>(part)];
-  const unsigned all = (1u << head_.count) - 1;
+  const Straight& back = tops.back;
+  const unsigned all = (1u << back.count) - 1;
   const HeadTarget target{patch_lo, glm::ivec3(n), distance, n * n, n, tissue};
   const float way = static_cast<float>(front.way_), slip = 1e-3f + 2e-6f * static_cast<float>(reach_);
   const glm::ivec3 step(kRows, kRows, kDeep), held = patch_lo - front.first_ * step;
@@ -434,7 +459,8 @@ bool Sweep::raise_due_head(CutFront& front, int part, float ahead, const Meridia
   const glm::ivec3 first = (lo_ - 1 - front.first_ * step) / step, last = (hi_ + 1 - front.first_ * step) / step;
   bool changed = false;
   for (int k = continues_ ? 1 : 0; k <= 1; ++k) {
-    HeadPass pass(pieces, head_.count, k == 0 ? X_VA_ : X_VB_, X_VA_, k > 0, travel_, reach_, ahead + slip);
+    const Straight way_here = k == 0 ? straight_way(X_VA_, X_VA_, back.pieces, back.count, reach_) : back;
+    HeadPass pass(way_here, k > 0, reach_, ahead + slip);
     for (int x = first.x; x <= last.x; ++x) {
       if (front.part_of(x) != part) continue;
       for (int y = first.y; y <= last.y; ++y) {
@@ -459,7 +485,7 @@ bool Sweep::raise_due_head(CutFront& front, int part, float ahead, const Meridia
             const HeadPass::Work work = pass.what(lane, target, block, slack, clipped);
             if (work != HeadPass::Work::kNone) {
               BlockSlack found{.ahead = ahead + slip, .live = live, .shift = (z - z0) * kDeep};
-              changed |= raise_head_block(&pass.pose(), &block, work == HeadPass::Work::kRaise, removed, &found);
+              changed |= raise_head_block(&pass.pose(), &block, work == HeadPass::Work::kRaise, &tops, tops.removed, &found);
               slack = clipped ? 0 : found.slack;  // of the rest of it nothing is known
               kinds[z - z0] = block.kind;
             }
@@ -497,22 +523,21 @@ bool Sweep::raise_head(CutFront& front, const glm::ivec3& patch_lo, int n, float
                        PerTissue* removed) const noexcept {
   static_assert(kRows == CutFront::kRows && kDeep == CutFront::kDeep && kStretch == 8 * kDeep);
   static_assert(CutFront::kKinds > kManyPieces + static_cast<int>(kAllPieces));
-  MeridianPiece pieces[HeadField::kMaxPieces];
-  flatten(head_, pieces);
   const glm::ivec3 step(kRows, kRows, kDeep), from = front.first_ * step, held = patch_lo - from;
   const std::ptrdiff_t origin = -((static_cast<std::ptrdiff_t>(held.x) * n + held.y) * n + held.z);
   front.keep_listed(patch_lo, n, continues_ && holds_listed(patch_lo, n));
   if (!continues_) front.drop_listed();
 
-  const HeadPose pose = head_pose(X_VB_);
-  HeadFront f{.pose = pose,
-              .pieces = pieces,
-              .origin = from - pose.base,
+  Tops tops(way_back(), removed);
+  HeadFront f{.pose = tops.back.from,
+              .pieces = pieces_,
+              .origin = from - tops.back.from.base,
               .distance = distance + origin,
               .along = {front.heights(0), front.heights(1), front.heights(2)},
               .groups = {},
               .runs = nullptr,
-              .run_count = 0};
+              .run_count = 0,
+              .tops = &tops};
   const int outdated = front.outdated();
   if (outdated < CutFront::kParts) {
     // Groups reach to the ends of their blocks, and were listed when the head was up to a voxel away.
@@ -533,7 +558,7 @@ bool Sweep::raise_head(CutFront& front, const glm::ivec3& patch_lo, int n, float
     }
     const double lasts = ahead * ++anew;
     int listed = 0;
-    changed |= raise_due_head(front, part, static_cast<float>(lasts), pieces, patch_lo, n, distance, tissue, removed, listed);
+    changed |= raise_due_head(front, part, static_cast<float>(lasts), tops, patch_lo, n, distance, tissue, listed);
     groups.until = -1;
     groups.count = 0;
     if (lasts > 0 && listed <= groups.room()) {
@@ -542,7 +567,8 @@ bool Sweep::raise_head(CutFront& front, const glm::ivec3& patch_lo, int n, float
       groups.lasts = lasts;
     }
   }
-  return changed;
+  tops.raise();
+  return changed || tops.changed;
 }
 
 }  // namespace typodont::haptics

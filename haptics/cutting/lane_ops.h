@@ -44,6 +44,7 @@ TYPODONT_KERNEL Floats root(Floats v) {
 }
 TYPODONT_KERNEL Ints as_ints(Floats v) { return (Ints)v; }
 TYPODONT_KERNEL bool any(Mask mask) { return any_of(mask); }
+TYPODONT_KERNEL unsigned bits(Mask mask) { return bits_of(mask); }
 TYPODONT_KERNEL bool every(Mask mask) { return !any_of(~mask); }
 
 }  // namespace eight
@@ -63,6 +64,7 @@ constexpr int kLanes = 8;
 TYPODONT_KERNEL Floats operator+(const Floats& a, const Floats& b) { return {a.low + b.low, a.high + b.high}; }
 TYPODONT_KERNEL Floats operator-(const Floats& a, const Floats& b) { return {a.low - b.low, a.high - b.high}; }
 TYPODONT_KERNEL Floats operator*(const Floats& a, const Floats& b) { return {a.low * b.low, a.high * b.high}; }
+TYPODONT_KERNEL Floats operator/(const Floats& a, const Floats& b) { return {a.low / b.low, a.high / b.high}; }
 TYPODONT_KERNEL Ints operator-(const Ints& a, const Ints& b) { return {a.low - b.low, a.high - b.high}; }
 TYPODONT_KERNEL Ints operator&(const Ints& a, const Ints& b) { return {a.low & b.low, a.high & b.high}; }
 TYPODONT_KERNEL Ints operator|(const Ints& a, const Ints& b) { return {a.low | b.low, a.high | b.high}; }
@@ -112,6 +114,15 @@ TYPODONT_KERNEL bool any(const Mask& mask) {
 #endif
 }
 TYPODONT_KERNEL bool every(const Mask& mask) { return !any({~mask.low, ~mask.high}); }
+TYPODONT_KERNEL unsigned bits(const Mask& mask) {
+#ifdef __SSE2__
+  return static_cast<unsigned>(__builtin_ia32_movmskps((F4)mask.low) | __builtin_ia32_movmskps((F4)mask.high) << 4);
+#else
+  unsigned set = 0;
+  for (int i = 0; i < 4; ++i) set |= static_cast<unsigned>(mask.low[i] != 0) << i | static_cast<unsigned>(mask.high[i] != 0) << (4 + i);
+  return set;
+#endif
+}
 
 }  // namespace halves
 
@@ -144,6 +155,7 @@ TYPODONT_KERNEL bool every(const Mask& mask) { return !any({~mask.low, ~mask.hig
   TYPODONT_KERNEL Floats root(Floats v) { return P##_maskz_sqrt_ps(kEvery, v); }                                                  \
   TYPODONT_KERNEL Ints as_ints(Floats v) { return (Ints)v; }                                                                      \
   TYPODONT_KERNEL bool any(Mask mask) { return mask != 0; }                                                                       \
+  TYPODONT_KERNEL unsigned bits(Mask mask) { return mask; }                                                                       \
   TYPODONT_KERNEL bool every(Mask mask) { return (mask & kEvery) == kEvery; }
 
 namespace sixteen {

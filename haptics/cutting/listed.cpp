@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
 #include <cstring>
 #include <type_traits>
 
@@ -17,6 +18,7 @@ namespace {
 
 #include "haptics/cutting/cut_kernel.h"
 #include "haptics/cutting/depth_kernel.h"
+#include "haptics/cutting/way_kernel.h"
 #include "haptics/cutting/listed_kernel.h"
 
 bool ball(const BallFront* f, PerTissue* removed) { return raise_ball<false>(*f, removed); }
@@ -32,6 +34,7 @@ namespace {
 
 #include "haptics/cutting/cut_kernel.h"
 #include "haptics/cutting/depth_kernel.h"
+#include "haptics/cutting/way_kernel.h"
 #include "haptics/cutting/listed_kernel.h"
 
 __attribute__((target("avx2"))) bool ball(const BallFront* f, PerTissue* removed) { return raise_ball<false>(*f, removed); }
@@ -48,6 +51,7 @@ namespace {
 
 #include "haptics/cutting/cut_kernel.h"
 #include "haptics/cutting/depth_kernel.h"
+#include "haptics/cutting/way_kernel.h"
 #include "haptics/cutting/listed_kernel.h"
 
 bool ball(const BallFront* f, PerTissue* removed) { return raise_ball<false>(*f, removed); }
@@ -62,6 +66,7 @@ namespace {
 
 #include "haptics/cutting/cut_kernel.h"
 #include "haptics/cutting/depth_kernel.h"
+#include "haptics/cutting/way_kernel.h"
 #include "haptics/cutting/listed_kernel.h"
 
 bool head(const HeadFront* f, PerTissue* removed) { return raise_head(*f, true, removed); }

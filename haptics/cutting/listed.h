@@ -10,6 +10,7 @@
 #include "engine/contract/tissue.h"
 #include "haptics/cut_front.h"
 #include "haptics/cutting/meridian.h"
+#include "haptics/cutting/way.h"
 #include "haptics/label.h"
 #include "haptics/share.h"
 
@@ -49,6 +50,7 @@ struct HeadFront {
   CutFront::Listed groups;
   const CutFront::Run* runs;
   int run_count;
+  Tops* tops;
 };
 
 /// How many of the samples of a group, `lanes` at most, have one label. Where no surface can ever be, any label will do.

@@ -3,6 +3,7 @@
 
 constexpr int kChunk = 128;  // groups
 constexpr int kAhead = 24;   // groups, fetched in time
+alignas(64) constexpr float kSteps[] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
 
 TYPODONT_KERNEL void fetch(const float* group) {
   __builtin_prefetch(group);
@@ -105,19 +106,33 @@ TYPODONT_KERNEL bool raise_ball(const BallFront& front, PerTissue* removed) {
   return any(raised);
 }
 
-/// What makes the depth of samples of a head, the same for all groups of a run.
+/// What makes the depth of samples of a head, the same for all groups of a run; and which of them may have been deeper on their way
+/// (may_be_deeper).
+struct Passed {
+  Floats way_rho, way_z, least;
+};
 struct BelowLine {
   MeridianPiece piece;
   TYPODONT_KERNEL Floats depth(Floats rho, Floats z) const { return depth_below_line(piece, rho, z); }
+  TYPODONT_KERNEL Floats depth(Floats rho, Floats z, const Passed& on, Mask& deeper) const {
+    const Floats below = depth(rho, z);
+    deeper = may_be_deeper(below, on.least, all(0.0f) - (on.way_rho * all(piece.nax) + on.way_z * all(piece.naz)), rho);
+    return below;
+  }
 };
 /// A line across the axis, as heads end in: how far from the axis is all the same.
-struct BelowEnd {
-  MeridianPiece piece;
-  TYPODONT_KERNEL Floats depth(Floats z) const { return (all(piece.az) - z) * all(piece.naz); }
+struct BelowEnd : BelowLine {
+  TYPODONT_KERNEL Floats depth_at(Floats z) const { return (all(piece.az) - z) * all(piece.naz); }
 };
 struct BelowArc {
   MeridianPiece piece;
   TYPODONT_KERNEL Floats depth(Floats rho, Floats z) const { return depth_below_arc(piece, rho, z); }
+  TYPODONT_KERNEL Floats depth(Floats rho, Floats z, const Passed& on, Mask& deeper) const {
+    const Floats below = depth(rho, z);
+    deeper = may_be_deeper(below, on.least, all(0.0f) - ((rho - all(piece.cx)) * on.way_rho + (z - all(piece.cz)) * on.way_z),
+                           (all(piece.radius) - below) * rho);
+    return below;
+  }
 };
 /// One piece with its ends, or two.
 template <bool first_bent, bool second, bool second_bent>
@@ -129,60 +144,160 @@ struct BelowEnds {
     if constexpr (second) second_bent ? nearest.meet_arc(pieces[1], rho, z) : nearest.meet_line(pieces[1], rho, z);
     return nearest.depth();
   }
+  TYPODONT_KERNEL Floats depth(Floats rho, Floats z, const Passed& on, Mask& deeper) const {
+    NearestOnWay found{no_piece_yet(), all(0.0f)};
+    first_bent ? found.meet_arc(pieces[0], rho, z, on.way_rho, on.way_z) : found.meet_line(pieces[0], rho, z, on.way_rho, on.way_z);
+    if constexpr (second) {
+      second_bent ? found.meet_arc(pieces[1], rho, z, on.way_rho, on.way_z) : found.meet_line(pieces[1], rho, z, on.way_rho, on.way_z);
+    }
+    const Floats below = found.nearest.depth();
+    deeper = found.deeper(rho, below, on.least);
+    return below;
+  }
 };
 struct BelowAny {
   const MeridianPiece* pieces;
   unsigned set;
   TYPODONT_KERNEL Floats depth(Floats rho, Floats z) const { return depth_below_pieces(pieces, set, rho, z); }
+  TYPODONT_KERNEL Floats depth(Floats rho, Floats z, const Passed& on, Mask& deeper) const {
+    const NearestOnWay found = nearest_on_way(pieces, set, rho, z, on.way_rho, on.way_z);
+    const Floats below = found.nearest.depth();
+    deeper = found.deeper(rho, below, on.least);
+    return below;
+  }
 };
+
+/// What the samples of some groups have in common: where they are in the head, but for their heights' share, and how the first of them
+/// goes as the head goes back to where it came from.
+struct HeadRows {
+  alignas(64) float x[kChunk], y[kChunk], z[kChunk];
+  alignas(64) float way_x[kChunk], way_y[kChunk], way_z[kChunk];
+};
+
+/// How the head came to where it is beside groups, by their middles.
+struct HeadSides {
+  float half, off;        // from a group's middle to its ends, and how far from the axis that may be, voxels
+  float across;           // the part of any way away from the axis, at most
+  float bend[3], turned;  // how a group's way differs from sample to sample, and at most
+
+  TYPODONT_KERNEL HeadSides(const HeadFront& f) : half((kLanes - 1) / 2.0f) {
+    const Straight& back = f.tops->back;
+    const float* const R = f.pose.R;
+    const float* const T = back.turn;
+    off = half * std::sqrt(R[6] * R[6] + R[7] * R[7]) + back.longest;
+    turned = 1e-5f;
+    bool turns = false;
+    for (int i = 0; i < 3; ++i) {
+      bend[i] = T[i] * R[6] + T[3 + i] * R[7] + T[6 + i] * R[8];
+      turned += half * std::abs(bend[i]);
+      turns |= T[i] != 0.0f || T[3 + i] != 0.0f || T[6 + i] != 0.0f;
+    }
+    across = turns ? back.longest : std::sqrt(back.shift[0] * back.shift[0] + back.shift[1] * back.shift[1]);
+  }
+  /// As many groups as there are lanes, from that one on: a bit for each of which some samples may have been deeper.
+  TYPODONT_KERNEL unsigned beside(const Straight& back, const MeridianPiece& first, const MeridianPiece& last, float smooth, Floats x, Floats y,
+                                  Floats z, HeadRows& rows, int g) const {
+    const Floats rho = root(x * x + y * y);
+    const Mask sharp = more(all(smooth), rho);
+    if (!any(sharp)) return 0;
+    const float* const T = back.turn;
+    const Floats way_x = all(T[0]) * x + all(T[3]) * y + (all(T[6]) * z + all(back.shift[0]));
+    const Floats way_y = all(T[1]) * x + all(T[4]) * y + (all(T[7]) * z + all(back.shift[1]));
+    const Floats way_z = all(T[2]) * x + all(T[5]) * y + (all(T[8]) * z + all(back.shift[2]));
+    store(rows.way_x + g, way_x - all(half * bend[0])), store(rows.way_y + g, way_y - all(half * bend[1]));
+    store(rows.way_z + g, way_z - all(half * bend[2]));
+    // From the axis each sample is seen in a direction of its own.
+    const Floats inverse = all(1.0f) / greater(rho, all(1e-3f)), seen = all(off) * inverse;
+    const Floats err = all(across) * pick(more(all(0.75f), seen), all(1.14f) * seen, all(2.0f));
+    const Mask tip = more(all(first.ax == 0.0f ? off + Sweep::kMargin : 0.0f), rho);
+    const Floats slowest = all(-turned) - fastest_advance(first, last, tip, err - (x * way_x + y * way_y) * inverse, all(0.0f) - way_z);
+    return bits(more_where(sharp, all(-0.5f * kTop), slowest));
+  }
+};
+
+/// One group after the other. `beside`: some of their samples may have been deeper on the way.
+template <bool beside, class Below>
+TYPODONT_KERNEL void raise_groups(const HeadFront& f, const Below& below, const HeadRows& rows, const float* bend, int g0, int from, int to,
+                                  Mask& raised, Taken& taken) {
+  for (int g = from; g < to; ++g) {
+    const std::int32_t height = f.groups.z[g0 + g];
+    float* const at = f.distance + f.groups.at[g0 + g];
+    fetch(f.distance + f.groups.at[g0 + g + kAhead]);
+    const Floats old = load(at), z = all(rows.z[g]) + load(f.along[2] + height);
+    const Mask may = first(f.groups.length[g0 + g]);
+    Floats depth;
+    if constexpr (!beside && std::is_same_v<Below, BelowEnd>) {
+      depth = below.depth_at(z);
+    } else {
+      const Floats x = all(rows.x[g]) + load(f.along[0] + height), y = all(rows.y[g]) + load(f.along[1] + height), rho = root(x * x + y * y);
+      if constexpr (beside) {
+        const Floats steps = load(kSteps), way_x = all(rows.way_x[g]) + steps * all(bend[0]), way_y = all(rows.way_y[g]) + steps * all(bend[1]);
+        const Floats way_z = all(rows.way_z[g]) + steps * all(bend[2]);
+        Mask deeper;
+        depth = below.depth(rho, z, {x * way_x + y * way_y, rho * way_z, greater(old, all(-Sweep::kMargin))}, deeper);
+        for (unsigned left = bits(more_where(deeper & may, all(Sweep::kInner), depth)); left != 0; left &= left - 1) {
+          const int i = std::countr_zero(left);
+          f.tops->add(f.groups.x[g0 + g] + static_cast<float>(f.origin.x), f.groups.y[g0 + g] + static_cast<float>(f.origin.y),
+                      static_cast<float>(f.origin.z + height + i), at + i, f.groups.label[g0 + g]);
+        }
+      } else {
+        depth = below.depth(rho, z);
+      }
+    }
+    Mask rises;
+    Floats least;
+    const Floats now = raised_to(old, lesser(depth, all(Sweep::kInner)), may, least, rises);
+    store(at, now);
+    raised |= rises;
+    taken.add(share_taken(old, now), f.groups.label[g0 + g]);
+  }
+}
 
 /// Groups that have the same closest pieces.
 template <class Below>
-TYPODONT_KERNEL void raise_run(const HeadFront& f, const CutFront::Run& run, const Below below, Mask& raised, Taken& taken) {
+TYPODONT_KERNEL void raise_run(const HeadFront& f, const HeadSides& sides, const CutFront::Run& run, unsigned set, const Below below, Mask& raised,
+                               Taken& taken) {
   const float* const R = f.pose.R;
-  float* const distance = f.distance;
-  const float* const along_x = f.along[0];
-  const float* const along_y = f.along[1];
-  const float* const along_z = f.along[2];
-  const std::int32_t* const group_z = f.groups.z;
-  const std::int32_t* const group_at = f.groups.at;
-  const std::uint8_t* const group_label = f.groups.label;
-  const std::uint8_t* const group_length = f.groups.length;
-  alignas(64) float common[3][kChunk];
+  const MeridianPiece& first = f.pieces[std::countr_zero(set)];
+  const MeridianPiece& last = f.pieces[std::bit_width(set) - 1];
+  const float smooth = run.kind < kManyPieces ? smooth_from(f.tops->back, first) + sides.off : kNoEnd;
+  HeadRows rows;
   for (int g0 = run.from; g0 < run.to; g0 += kChunk) {
     const int end = std::min(run.to - g0, kChunk);
+    unsigned beside[kChunk / kLanes];
     for (int g = 0; g < end; g += kLanes) {
       const Floats vx = load(f.groups.x + g0 + g) + all(static_cast<float>(f.origin.x)) - all(f.pose.p[0]);
       const Floats vy = load(f.groups.y + g0 + g) + all(static_cast<float>(f.origin.y)) - all(f.pose.p[1]);
-      for (int i = 0; i < 3; ++i) store(common[i] + g, all(R[i]) * vx + all(R[3 + i]) * vy);
+      const Floats x = all(R[0]) * vx + all(R[3]) * vy, y = all(R[1]) * vx + all(R[4]) * vy, z = all(R[2]) * vx + all(R[5]) * vy;
+      store(rows.x + g, x), store(rows.y + g, y), store(rows.z + g, z);
+      const Floats height = as_floats(f.groups.z + g0 + g) + all(static_cast<float>(f.origin.z) + sides.half - f.pose.p[2]);
+      beside[g / kLanes] = sides.beside(f.tops->back, first, last, smooth, x + all(R[6]) * height, y + all(R[7]) * height,
+                                        z + all(R[8]) * height, rows, g);
     }
-    for (int g = 0; g < end; ++g) {
-      const std::int32_t height = group_z[g0 + g];
-      float* const at = distance + group_at[g0 + g];
-      fetch(distance + group_at[g0 + g + kAhead]);
-      const Floats z = all(common[2][g]) + load(along_z + height);
-      Floats depth;
-      if constexpr (std::is_same_v<Below, BelowEnd>) {
-        depth = below.depth(z);
-      } else {
-        const Floats x = all(common[0][g]) + load(along_x + height), y = all(common[1][g]) + load(along_y + height);
-        depth = below.depth(root(x * x + y * y), z);
+    for (int g = 0; g < end; g += kLanes) {
+      const int count = std::min(kLanes, end - g);
+      for (int i = 0, next; i < count; i = next) {
+        const unsigned left = beside[g / kLanes] >> i;
+        const bool is_beside = left & 1;
+        next = std::min(i + std::countr_zero((is_beside ? ~left : left) | 1u << 31), count);
+        if (is_beside) {
+          f.tops->make_room(kLanes * kLanes);
+          raise_groups<true>(f, below, rows, sides.bend, g0, g + i, g + next, raised, taken);
+        } else {
+          raise_groups<false>(f, below, rows, sides.bend, g0, g + i, g + next, raised, taken);
+        }
       }
-      Mask rises;
-      Floats least;
-      const Floats old = load(at), now = raised_to(old, lesser(depth, all(Sweep::kInner)), first(group_length[g0 + g]), least, rises);
-      store(at, now);
-      raised |= rises;
-      taken.add(share_taken(old, now), group_label[g0 + g]);
     }
   }
 }
 
 /// All groups that are `narrow`, or all others.
-TYPODONT_KERNEL bool raise_head(const HeadFront& f, bool narrow, PerTissue* removed) {
+TYPODONT_KERNEL bool raise_head(const HeadFront& front, bool narrow, PerTissue* removed) {
+  const HeadFront f = front;
   Mask raised = nowhere();
   Taken taken{removed};
   const MeridianPiece* const pieces = f.pieces;
+  const HeadSides sides(f);
   for (int r = 0; r < f.run_count; ++r) {
     const CutFront::Run& run = f.runs[r];
     if ((run.stage == CutFront::kNarrow) != narrow) continue;
@@ -191,20 +306,20 @@ TYPODONT_KERNEL bool raise_head(const HeadFront& f, bool narrow, PerTissue* remo
     const MeridianPiece& other = pieces[std::bit_width(set) - 1];
     const bool bent = one.radius != 0.0f, other_bent = other.radius != 0.0f;
     if (run.kind < kManyPieces) {
-      bent                 ? raise_run(f, run, BelowArc{one}, raised, taken)
-      : one.nax == 0.0f ? raise_run(f, run, BelowEnd{one}, raised, taken)
-                           : raise_run(f, run, BelowLine{one}, raised, taken);
+      bent                 ? raise_run(f, sides, run, set, BelowArc{one}, raised, taken)
+      : one.nax == 0.0f ? raise_run(f, sides, run, set, BelowEnd{{one}}, raised, taken)
+                           : raise_run(f, sides, run, set, BelowLine{one}, raised, taken);
     } else if (std::popcount(set) == 1) {
-      bent ? raise_run(f, run, BelowEnds<true, false, false>{{one, one}}, raised, taken)
-           : raise_run(f, run, BelowEnds<false, false, false>{{one, one}}, raised, taken);
+      bent ? raise_run(f, sides, run, set, BelowEnds<true, false, false>{{one, one}}, raised, taken)
+           : raise_run(f, sides, run, set, BelowEnds<false, false, false>{{one, one}}, raised, taken);
     } else if (std::popcount(set) > 2) {
-      raise_run(f, run, BelowAny{pieces, set}, raised, taken);
+      raise_run(f, sides, run, set, BelowAny{pieces, set}, raised, taken);
     } else if (bent) {
-      other_bent ? raise_run(f, run, BelowEnds<true, true, true>{{one, other}}, raised, taken)
-                 : raise_run(f, run, BelowEnds<true, true, false>{{one, other}}, raised, taken);
+      other_bent ? raise_run(f, sides, run, set, BelowEnds<true, true, true>{{one, other}}, raised, taken)
+                 : raise_run(f, sides, run, set, BelowEnds<true, true, false>{{one, other}}, raised, taken);
     } else {
-      other_bent ? raise_run(f, run, BelowEnds<false, true, true>{{one, other}}, raised, taken)
-                 : raise_run(f, run, BelowEnds<false, true, false>{{one, other}}, raised, taken);
+      other_bent ? raise_run(f, sides, run, set, BelowEnds<false, true, true>{{one, other}}, raised, taken)
+                 : raise_run(f, sides, run, set, BelowEnds<false, true, false>{{one, other}}, raised, taken);
     }
   }
   taken.close();

@@ -1,6 +1,6 @@
-// Long sweeps of heads that are no balls. A head is convex, so how deep a sample lies in it is a concave function of where
+// Heads that are no balls, on their way. A head is convex, so how deep a sample lies in it is a concave function of where
 // it is there; and on a short turn a sample goes straight through the head, as that sees it. So how deep it ever lies is
-// the one top of a curve, and is searched for, sample by sample.
+// the one top of a curve, and is searched for, sample by sample: on long ways of all, on short ones of those that came near it.
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -8,8 +8,11 @@
 #include <cstring>
 
 #include "engine/base/dispatch.h"
+#include "haptics/cutting/block.h"
 #include "haptics/cutting/lane_ops.h"
-#include "haptics/cutting/listed.h"
+#include "haptics/cutting/way.h"
+#include "haptics/label.h"
+#include "haptics/share.h"
 #include "haptics/sweep.h"
 
 namespace typodont::haptics {
@@ -18,29 +21,14 @@ namespace eight {
 namespace {
 #include "haptics/cutting/cut_kernel.h"
 #include "haptics/cutting/depth_kernel.h"
+#include "haptics/cutting/way_kernel.h"
 #include "haptics/cutting/row_kernel.h"
 }  // namespace
 }  // namespace eight
 
 namespace {
 
-constexpr int kRows = 4, kDeep = 8;  // a block: kRows × kRows rows of kDeep samples
-constexpr float kHalf = 4.1f;         // from its centre to a corner, |(1.5, 1.5, 3.5)|, and a little more
-constexpr glm::vec3 kMiddle{(kRows - 1) / 2.0f, (kRows - 1) / 2.0f, (kDeep - 1) / 2.0f};
-constexpr float kTop = 1e-4f;   // voxels; how far below its top a search may end
-constexpr float kNear = 0.01f;  // voxels; nearer to a corner the direction from it would be rounding
-constexpr int kSteps = 24;      // of a search; hardly any takes ten
-
-/// A part of the way, on which samples go straight through the head.
-struct Straight {
-  HeadPose from, to;
-  const MeridianPiece* pieces;
-  int count;
-  float on[3];   // from the second pose's base to the first's
-  float slip;    // more than a tangent errs, voxels
-  float bent;    // more than what is known of a block's centre errs within it
-  float outside, emptied;  // where a centre is no deeper, or is deeper, all samples beside it are
-};
+constexpr int kSteps = 24;  // of a search; hardly any takes ten
 
 /// Eight points in the head.
 struct Points {
@@ -58,42 +46,6 @@ struct Depth {
   F8 depth, slope;
 };
 
-/// The closest piece to some samples, as eight::NearestPiece finds it, with how they lie from it and its normal there.
-struct NearestWithNormal {
-  eight::NearestPiece nearest = eight::no_piece_yet();
-  F8 out_rho{}, out_z{}, n_rho{}, n_z{};
-
-  TYPODONT_KERNEL void take(const F8& before, const F8& f_rho, const F8& f_z, const F8& m_rho, const F8& m_z) {
-    const I8 nearer = nearest.square < before;
-    out_rho = nearer ? f_rho : out_rho, out_z = nearer ? f_z : out_z;
-    n_rho = nearer ? m_rho : n_rho, n_z = nearer ? m_z : n_z;
-  }
-  TYPODONT_KERNEL void meet_line(const MeridianPiece& piece, const F8& rho, const F8& z) {
-    const F8 before = nearest.square;
-    nearest.meet_line(piece, rho, z);
-    const F8 in = piece.ax - rho, down = piece.az - z, below = in * piece.nax + down * piece.naz;
-    const F8 along = in * piece.naz - down * piece.nax;
-    const F8 over = along - eight::greater(eight::lesser(along, eight::all(piece.length)), F8{});
-    take(before, F8{} - (below * piece.nax + over * piece.naz), over * piece.nax - below * piece.naz, eight::all(piece.nax),
-         eight::all(piece.naz));
-  }
-  TYPODONT_KERNEL void meet_arc(const MeridianPiece& piece, const F8& rho, const F8& z) {
-    const F8 before = nearest.square;
-    nearest.meet_arc(piece, rho, z);
-    const F8 vx = rho - piece.cx, vz = z - piece.cz, inverse = 1.0f / (eight::root(vx * vx + vz * vz) + 1e-6f);
-    const I8 between = (piece.ux * vz - piece.uz * vx >= 0.0f) & (vx * piece.wz - vz * piece.wx >= 0.0f);
-    const F8 off = 1.0f - piece.radius * inverse;
-    take(before, between ? vx * off : rho - piece.ax, between ? vz * off : z - piece.az, between ? vx * inverse : eight::all(piece.nax),
-         between ? vz * inverse : eight::all(piece.naz));
-  }
-  /// The way out; at a corner any normal there will do.
-  TYPODONT_KERNEL void normal(F8& rho, F8& z) const {
-    const F8 away = eight::root(nearest.square), inverse = 1.0f / eight::greater(away, eight::all(kNear));
-    const I8 beside = nearest.outside & (away > kNear);
-    rho = beside ? out_rho * inverse : n_rho, z = beside ? out_z * inverse : n_z;
-  }
-};
-
 /// How deep eight samples ever lie in the head, to kTop; of those that come no deeper than `needed`, or deeper than `most`,
 /// only that. No curve lies above its tangents, so where those on either side of its top meet is how high it can be. It is looked for
 /// there, where a corner would have it, and by turns where a round curve would be level.
@@ -105,21 +57,14 @@ struct Search {
   I8 open;
 
   TYPODONT_KERNEL Points place(const F8& share) const { return {from.x + share * way.x, from.y + share * way.y, from.z + share * way.z}; }
-  TYPODONT_KERNEL NearestWithNormal nearest(const Straight& head, const F8& rho, const F8& z) const {
-    NearestWithNormal found;
-    for (int i = 0; i < head.count; ++i) {
-      const MeridianPiece& piece = head.pieces[i];
-      piece.radius == 0.0f ? found.meet_line(piece, rho, z) : found.meet_arc(piece, rho, z);
-    }
-    return found;
+  TYPODONT_KERNEL eight::NearestWithNormal nearest(const Straight& head, const F8& rho, const F8& z) const {
+    return eight::nearest_with_normal(head.pieces, (1u << head.count) - 1, rho, z);
   }
   TYPODONT_KERNEL Depth at(const Straight& head, const F8& share) const {
     const Points p = place(share);
     const F8 rho = eight::root(p.x * p.x + p.y * p.y);
-    const NearestWithNormal found = nearest(head, rho, p.z);
-    F8 n_rho, n_z;
-    found.normal(n_rho, n_z);
-    return {found.nearest.depth(), F8{} - (n_rho * ((p.x * way.x + p.y * way.y) / (rho + 1e-6f)) + n_z * way.z)};
+    const eight::NearestWithNormal found = nearest(head, rho, p.z);
+    return {found.nearest.depth(), found.slope(p.x, p.y, rho, way.x, way.y, way.z)};
   }
   /// The way out there, in the head.
   TYPODONT_KERNEL Points normal(const Straight& head, const F8& share) const {
@@ -131,9 +76,10 @@ struct Search {
   }
   /// Begins at that share of the way. Positions count from the first pose's base.
   TYPODONT_KERNEL void begin(const Straight& head, const F8& x, const F8& y, const F8& z, const F8& least, float share, float most) {
+    const float* const T = head.turn;
     from = in_head(head.from, x, y, z);
-    const Points to = in_head(head.to, x + head.on[0], y + head.on[1], z + head.on[2]);
-    way = {to.x - from.x, to.y - from.y, to.z - from.z};
+    way = {(T[0] * from.x + T[3] * from.y) + (T[6] * from.z + head.shift[0]), (T[1] * from.x + T[4] * from.y) + (T[7] * from.z + head.shift[1]),
+           (T[2] * from.x + T[5] * from.y) + (T[8] * from.z + head.shift[2])};
     needed = least - head.slip;
     a = b = F8{} + share;
     at_a = at_b = at(head, a);
@@ -155,13 +101,15 @@ struct Search {
     const F8 inverse = 1.0f / eight::greater(turn, eight::all(1e-9f));
     const F8 by = eight::greater(eight::lesser((at_b.depth - at_a.depth - at_b.slope * rest) * inverse, rest), F8{});
     top = open ? between ? at_a.depth + at_a.slope * by : best : top;
-    s = open & between ? a + (number % 2 == 0 ? at_a.slope * rest * inverse : by) : s;
+    s = open & between ? a + (number % 2 == 0 ? by : at_a.slope * rest * inverse) : s;
     open &= (best < most) & (top > best + kTop) & (top > needed);
   }
 };
+
 /// Centres of eight blocks, and how deep they ever lie in the head. That is concave in space, too: no sample lies deeper than
 /// the plane says.
 struct Centres {
+  float outside, emptied;  // given: of samples beside them, where they are no deeper, or are deeper, all are so
   F8 x, y, z;  // from the first pose's base
   F8 best, top;         // as deep at least, and at most
   F8 n_x, n_y, n_z;     // of the plane, out of the head
@@ -172,8 +120,8 @@ TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 void look_at(const Straight* way_at, Centres* centres) {
   const Straight& way = *way_at;
   Search search;
-  search.begin(way, centres->x, centres->y, centres->z, eight::all(way.outside), 0.5f, way.emptied);
-  for (int step = 0; step < kSteps && any_of(search.open); ++step) search.step(way, step, way.emptied);
+  search.begin(way, centres->x, centres->y, centres->z, eight::all(centres->outside), 0.5f, centres->emptied);
+  for (int step = 0; step < kSteps && any_of(search.open); ++step) search.step(way, step, centres->emptied);
   // The tangents that hold the curve down, as much of each as makes a level one.
   const F8 up = search.at_a.slope, down = search.at_b.slope;
   const I8 at_a = up <= 0.0f, at_b = ~at_a & (down >= 0.0f);
@@ -196,6 +144,7 @@ struct WayBlock {
   int from[3], to[3];
   glm::ivec3 first;  // from the first pose's base
   float top, n[3], share;
+  float bent;  // more than what is known of the centre errs beside it
   bool emptied;
 };
 
@@ -204,7 +153,7 @@ TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 bool raise_way_block(const Straight* way_at, const WayBlock* block_at, PerTissue* removed) {
   const Straight& way = *way_at;
   const WayBlock& block = *block_at;
-  const F8 steps = {0, 1, 2, 3, 4, 5, 6, 7}, bound = block.top + way.bent - block.n[2] * (steps - kMiddle.z);
+  const F8 steps = {0, 1, 2, 3, 4, 5, 6, 7}, bound = block.top + block.bent - block.n[2] * (steps - kMiddle.z);
   const F8 z = static_cast<float>(block.first.z) + steps;
   // Step by step all rows together, so that what one waits for the others can fill.
   constexpr int kAll = kRows * kRows;
@@ -256,14 +205,62 @@ bool raise_way_block(const Straight* way_at, const WayBlock* block_at, PerTissue
   return changed;
 }
 
+/// Eight of them.
+TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
+bool raise_tops(Tops* tops_at, int first) {
+  Tops& tops = *tops_at;
+  const int count = std::min(tops.count - first, 8);
+  F8 x, y, z, old;
+  for (int i = 0; i < 8; ++i) {
+    const int lane = first + std::min(i, count - 1);
+    x[i] = tops.x[lane], y[i] = tops.y[lane], z[i] = tops.z[lane], old[i] = *tops.at[lane];
+  }
+  Search search;
+  const F8 least = eight::greater(old, F8{} - Sweep::kMargin);
+  search.begin(tops.back, x, y, z, least, 0, Sweep::kInner);
+  // First where the way began: what was deepest there was cut there, to the last bit.
+  search.step(tops.back, 0, Sweep::kInner);
+  const F8 at_ends = search.best;
+  for (int step = 1; step < kSteps && any_of(search.open); ++step) search.step(tops.back, step, Sweep::kInner);
+  const F8 depth = eight::lesser(search.best, F8{} + Sweep::kInner);
+  const unsigned raised = bits_of((depth > least) & (search.best > at_ends + kTop));
+  for (int i = 0; i < count; ++i) {
+    if (!(raised >> i & 1)) continue;
+    *tops.at[first + i] = depth[i];
+    if (tops.removed) (*tops.removed)[tops.label[first + i]] += kShareUnit * (units_inside(old[i]) - units_inside(depth[i]));
+  }
+  return raised & ((1u << count) - 1);
+}
+
 }  // namespace
 
-bool Sweep::raise_way(const HeadTarget& target, PerTissue* removed) const noexcept {
-  MeridianPiece pieces[HeadField::kMaxPieces];
-  flatten(head_, pieces);
-  const auto down = [](int v, int step) { return v - (v % step + step) % step; };
+void Tops::raise() noexcept {
+  for (int first = 0; first < count; first += 8) changed |= raise_tops(this, first);
+  count = 0;
+}
+
+Straight straight_way(const Pose& X_VA, const Pose& X_VB, const MeridianPiece* pieces, int count, double reach) {
+  const glm::dmat3 R_AV = glm::transpose(glm::dmat3(X_VA.R)), R_BV = glm::transpose(glm::dmat3(X_VB.R));
+  const dvec3 moved = R_BV * (X_VA.p - X_VB.p);
+  // A rotation less the identity, without what that leaves of the digits.
+  const glm::dmat3 turn = (R_BV - R_AV) * glm::transpose(R_AV);
+  Straight way{.from = head_pose(X_VA), .shift = {}, .turn = {}, .pieces = pieces, .count = count, .turned = 0, .longest = 0, .slip = 0};
+  double turned = 0;
+  for (int i = 0; i < 3; ++i) {
+    way.shift[i] = static_cast<float>(moved[i]);
+    for (int j = 0; j < 3; ++j) way.turn[3 * i + j] = static_cast<float>(turn[i][j]), turned += turn[i][j] * turn[i][j];
+  }
+  // Of a rotation by an angle the squares add up to twice that of its chord.
+  const double beyond = static_cast<double>(Sweep::kMargin) + 1;
+  way.turned = static_cast<float>(std::sqrt(turned / 2));
+  way.longest = static_cast<float>(glm::length(moved) + std::sqrt(turned / 2) * (reach + beyond)) + 1e-5f;
   // A tangent errs by rounding; near a corner by twice the distance to it, or all along the way by what rounding turns it.
-  const float slip = 1e-3f + 4e-6f * static_cast<float>(reach_ + travel_) + 2 * kNear + 1e-3f * static_cast<float>(travel_);
+  way.slip = 1e-3f + 4e-6f * static_cast<float>(reach) + 2 * kNear + 1e-3f * way.longest;
+  return way;
+}
+
+bool Sweep::raise_way(const HeadTarget& target, PerTissue* removed) const noexcept {
+  const auto down = [](int v, int step) { return v - (v % step + step) % step; };
   const float turned = static_cast<float>(turn_ / straights_) * kHalf;
   const dvec3 around(reach_ + static_cast<double>(kMargin) + 1);
   const auto block_at = [&](const glm::ivec3& first) {
@@ -285,14 +282,12 @@ bool Sweep::raise_way(const HeadTarget& target, PerTissue* removed) const noexce
   for (int k = 1; k <= straights_; ++k) {
     const Pose X_VA = X_VB;
     X_VB = k == straights_ ? X_VB_ : interpolate(X_VA_, X_VB_, static_cast<double>(k) / straights_);
-    Straight way{.from = head_pose(X_VA), .to = head_pose(X_VB), .pieces = pieces, .count = head_.count, .on = {}, .slip = slip,
-                 .bent = slip + kTop + turned, .outside = -(kMargin + kHalf + kTop + slip),
-                 .emptied = kInner + kHalf + slip};
-    for (int i = 0; i < 3; ++i) way.on[i] = static_cast<float>(way.from.base[i] - way.to.base[i]);
+    const Straight way = straight_way(X_VA, X_VB, pieces_, back_.count, reach_);
     const glm::ivec3 lo = glm::max(target.lo, glm::ivec3(glm::ceil(glm::min(X_VA.p, X_VB.p) - around)));
     const glm::ivec3 last = glm::min(target.lo + target.size - 1, glm::ivec3(glm::floor(glm::max(X_VA.p, X_VB.p) + around)));
     const glm::ivec3 first(down(lo.x, kRows), down(lo.y, kRows), down(lo.z, kDeep));
     Centres centres;
+    centres.outside = -(kMargin + kHalf + kTop + way.slip), centres.emptied = kInner + kHalf + way.slip;
     glm::ivec3 blocks[8];
     int lanes = 0;
     const auto raise = [&] {
@@ -301,10 +296,11 @@ bool Sweep::raise_way(const HeadTarget& target, PerTissue* removed) const noexce
       }
       look_at(&way, &centres);
       for (int lane = 0; lane < lanes; ++lane) {
-        if (centres.top[lane] <= way.outside) continue;
+        if (centres.top[lane] <= centres.outside) continue;
         WayBlock block = block_at(blocks[lane]);
         block.first -= way.from.base;
-        block.top = centres.top[lane], block.share = centres.share[lane], block.emptied = centres.best[lane] >= way.emptied;
+        block.top = centres.top[lane], block.share = centres.share[lane], block.emptied = centres.best[lane] >= centres.emptied;
+        block.bent = way.slip + kTop + turned;
         block.n[0] = centres.n_x[lane], block.n[1] = centres.n_y[lane], block.n[2] = centres.n_z[lane];
         changed |= raise_way_block(&way, &block, removed);
       }

@@ -1,0 +1,155 @@
+// Laws of sweeps: ticks of any length, random heads and ways.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <random>
+#include <span>
+#include <vector>
+
+#include "engine/base/units.h"
+#include "haptics/cut_front.h"
+#include "haptics/surface_patch.h"
+
+namespace typodont {
+namespace {
+
+using namespace literals;
+using haptics::CutFront;
+using haptics::HeadShape;
+using haptics::SurfacePatch;
+using haptics::Sweep;
+using haptics::Tool;
+
+double total(const PerTissue& removed) {
+  double sum = 0;
+  for (const double v : removed) sum += v;
+  return sum;
+}
+
+struct Random {
+  std::mt19937_64 engine;
+  double uniform(double a, double b) { return std::uniform_real_distribution<double>(a, b)(engine); }
+  double scale(double a, double b) { return std::exp(uniform(std::log(a), std::log(b))); }
+  dvec3 direction() {
+    std::normal_distribution<double> normal;
+    return glm::normalize(dvec3(normal(engine), normal(engine), normal(engine)));
+  }
+  Tool head(HeadShape shape) {
+    Tool tool;
+    tool.shape = shape;
+    tool.diameter = uniform(0.6_mm, 1.4_mm);
+    tool.length = tool.diameter * (shape == HeadShape::kInvertedCone ? uniform(0.8, 1.2) : uniform(1.5, 2.5));
+    return tool;
+  }
+};
+
+constexpr HeadShape kNoBalls[] = {HeadShape::kCylinder, HeadShape::kRoundEndCylinder, HeadShape::kCone,
+                                  HeadShape::kPear,     HeadShape::kFlame,            HeadShape::kInvertedCone};
+constexpr double kVoxel = 0.1_mm;
+const VoxelFrame kFrame{{0, 0, 0}, kVoxel};
+
+/// Dentin below z = `top`, with room around a head at the origin, voxels.
+SurfacePatch block(const Tool& tool, double top) {
+  SurfacePatch patch;
+  patch.resize(2 * static_cast<int>(std::ceil(tool.reach() / kVoxel) + 15));
+  patch.lo = glm::ivec3(-patch.n / 2);
+  for (std::size_t i = 0; i < patch.distance.size(); ++i) {
+    const double z = static_cast<double>(i % static_cast<std::size_t>(patch.n)) + patch.lo.z;
+    patch.distance[i] = static_cast<float>(std::clamp(z - top, -15.0, 15.0));
+    patch.tissue[i] = Tissue::kDentin;
+  }
+  return patch;
+}
+
+TEST(Sweeps, TicksOfAnyLengthRemoveWhatAThousandStepsOfTheSameWayDo) {
+  double worst = 0;
+  for (const HeadShape shape : kNoBalls) {
+    for (unsigned seed = 1; seed <= 6; ++seed) {
+      Random random{std::mt19937_64(seed * 100 + static_cast<unsigned>(shape))};
+      const Tool tool = random.head(shape);
+      const double tick = random.scale(0.05, 0.7), reach = tool.reach() / kVoxel;  // voxels, of the head's farthest point
+      const double turn = seed % 2 ? std::min(0.02, random.uniform(0.1, 0.9) * tick / reach) : 0;
+      const dvec3 way = (tick - turn * reach) * kVoxel * random.direction(), axis = random.direction();
+      const dquat R = rotation_between({0, 0, 1}, random.direction());
+      const int ticks = static_cast<int>(std::ceil(3 / tick)), steps = 1000 / ticks;
+      const auto at = [&](double i) { return Pose{(i - ticks / 2.0) * way, glm::normalize(glm::angleAxis(turn * i, axis) * R)}; };
+
+      SurfacePatch by_ticks = block(tool, 100);
+      carve(by_ticks, Sweep(tool, at(0), at(0), kFrame));
+      SurfacePatch by_steps = by_ticks;
+      CutFront front(std::span(&tool, 1), kVoxel), fine_front(std::span(&tool, 1), kVoxel);
+      double ticked = 0, stepped = 0;
+      Pose last = at(0);
+      for (int i = 0; i < ticks; ++i) {
+        ticked += total(carve(by_ticks, Sweep(tool, at(i), at(i + 1), kFrame, true), nullptr, &front));
+        for (int k = 1; k <= steps; ++k) {
+          const Pose next = k == steps ? at(i + 1) : interpolate(at(i), at(i + 1), static_cast<double>(k) / steps);
+          stepped += total(carve(by_steps, Sweep(tool, last, next, kFrame, true), nullptr, &fine_front));
+          last = next;
+        }
+      }
+      EXPECT_NEAR(ticked / stepped, 1, 2e-4) << static_cast<int>(shape) << ", seed " << seed << ", ticks of " << tick << " voxels, turned by "
+                                             << turn;
+      worst = std::max(worst, std::abs(ticked / stepped - 1));
+    }
+  }
+  std::printf("ticks: %.1e\n", worst);
+}
+
+TEST(Sweeps, WhatIsKnownOfTheFrontChangesNoBitHoweverFarAHeadGoesOrTurnsInATick) {
+  for (const HeadShape shape : kNoBalls) {
+    for (unsigned seed = 1; seed <= 12; ++seed) {
+      Random random{std::mt19937_64(seed * 100 + static_cast<unsigned>(shape))};
+      const Tool tool = random.head(shape);
+      SurfacePatch plain = block(tool, -2), known = plain, eight = plain;
+      CutFront front(std::span(&tool, 1), kVoxel), eight_front(std::span(&tool, 1), kVoxel, 8);
+      Pose X{3 * kVoxel * random.direction(), rotation_between({0, 0, 1}, random.direction())};
+      dvec3 v = random.direction();
+      for (int i = 0; i < 60; ++i) {
+        v = glm::normalize(v + 0.3 * random.direction() - X.p / (10 * kVoxel));
+        const dquat turn = glm::angleAxis(i % 2 ? random.scale(1e-4, 0.02) : 0, random.direction());
+        const Pose Y{X.p + random.scale(0.001, 1.2) * kVoxel * v, glm::normalize(turn * X.R)};
+        const Sweep sweep(tool, X, Y, kFrame, i % 23 != 0);
+        const PerTissue taken = carve(plain, sweep);
+        ASSERT_EQ(carve(known, sweep, nullptr, &front), taken) << static_cast<int>(shape) << ", seed " << seed << ", sweep " << i;
+        ASSERT_EQ(carve(eight, sweep, nullptr, &eight_front), taken) << static_cast<int>(shape) << ", seed " << seed << ", sweep " << i;
+        ASSERT_TRUE(known.distance == plain.distance) << static_cast<int>(shape) << ", seed " << seed << ", sweep " << i;
+        ASSERT_TRUE(eight.distance == plain.distance) << static_cast<int>(shape) << ", seed " << seed << ", sweep " << i;
+        X = Y;
+      }
+    }
+  }
+}
+
+TEST(Sweeps, TicksTakeTheSameInAnyOrderAndNothingTwice) {
+  for (const HeadShape shape : kNoBalls) {
+    for (unsigned seed = 1; seed <= 4; ++seed) {
+      Random random{std::mt19937_64(seed * 100 + static_cast<unsigned>(shape))};
+      const Tool tool = random.head(shape);
+      std::vector<Sweep> sweeps;
+      for (int i = 0; i < 8; ++i) {
+        const Pose X{3 * kVoxel * random.direction(), rotation_between({0, 0, 1}, random.direction())};
+        const dvec3 way = random.scale(0.02, 1) * kVoxel * random.direction();
+        const dquat turn = glm::angleAxis(i % 2 * 0.01, random.direction());
+        sweeps.emplace_back(tool, X, Pose{X.p + way, glm::normalize(turn * X.R)}, kFrame);
+      }
+      SurfacePatch patch = block(tool, -2), backwards = patch;
+      double taken = 0, taken_backwards = 0;
+      for (const Sweep& sweep : sweeps) taken += total(carve(patch, sweep));
+      for (auto sweep = sweeps.rbegin(); sweep != sweeps.rend(); ++sweep) taken_backwards += total(carve(backwards, *sweep));
+      EXPECT_GT(taken, 10);
+      EXPECT_EQ(taken, taken_backwards) << static_cast<int>(shape) << ", seed " << seed;
+      EXPECT_TRUE(patch.distance == backwards.distance) << static_cast<int>(shape) << ", seed " << seed;
+      for (const Sweep& sweep : sweeps) {
+        bool changed;
+        EXPECT_EQ(total(carve(patch, sweep, &changed)), 0) << static_cast<int>(shape) << ", seed " << seed;
+        EXPECT_FALSE(changed) << static_cast<int>(shape) << ", seed " << seed;
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace typodont
