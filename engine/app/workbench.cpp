@@ -437,7 +437,7 @@ void Workbench::Impl::end() {
   std::signal(SIGTERM, SIG_DFL);
 
   if (!s.save.empty() && options.save_at_end) try_to([&] { s.carver.volume().save(s.save); });
-  if (writer && !writer->finish(session_result(s.carver.volume()))) failure = writer->status().message;
+  if (writer && !writer->finish(session_result(s.carver.volume())) && failure.empty()) failure = writer->status().message;
   summary.seconds = to_seconds(s.last.t);
   const auto since_command = [at = now(), age = seconds_since_command()](Nanos t) { return t ? age - to_seconds(at - t) : 0; };
   summary.first_tick_s = since_command(s.first_tick);

@@ -164,6 +164,7 @@ ReplayResult replay_session(const std::filesystem::path& session_file, const std
     result.identical = false;
     result.what_differs = "the tissue at the end";
   }
+  if (!result.identical && session.lost().any()) result.what_differs += "; the recording lacks " + in_words(session.lost());
   return result;
 }
 
