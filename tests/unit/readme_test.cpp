@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <map>
 #include <regex>
 #include <set>
 #include <string>
@@ -57,19 +58,46 @@ TEST(Readme, EveryPathOfTheTreeIsThere) {
   EXPECT_GT(paths, 30u);
 }
 
+const std::regex kNamedOption(R"re((?:^|[\s`[(])(--[a-z][a-z-]*\w))re");
+
+/// What the source of a command (COMMAND.cpp) declares; --json, which every command has alike, aside.
+std::map<std::string, std::set<std::string>> options_by_command() {
+  static const std::regex string(R"re("((?:-\w,)?--[a-z][a-z-]+(?:,[\w-]+)*)")re"), option(R"((--[a-z][a-z-]*\w))");
+  std::map<std::string, std::set<std::string>> found;
+  for (const auto& entry : fs::directory_iterator("engine/app/commands")) {
+    std::set<std::string>& options = found[entry.path().stem()];
+    for (const std::string& declared : all(text_of(entry.path()), string)) options.merge(all(declared, option));
+    options.erase("--json");
+  }
+  return found;
+}
+
 TEST(Readme, EveryOptionIsOneOfTheProgram) {
   std::set<std::string> options{"--help", "--json", "--version"};
-  static const std::regex string(R"re("((?:-\w,)?--[a-z][a-z-]+(?:,[\w-]+)*)")re"), option(R"((--[a-z][a-z-]*\w))");
-  for (const auto& entry : fs::directory_iterator("engine/app/commands"))
-    for (const std::string& declared : all(text_of(entry.path()), string)) options.merge(all(declared, option));
+  for (const auto& [command, own] : options_by_command()) options.insert(own.begin(), own.end());
   EXPECT_GT(options.size(), 60u);
-  static const std::regex named(R"re((?:^|[\s`[])(--[a-z][a-z-]*\w))re");
   for (const fs::path& page : pages()) {
     std::ifstream in(page);
     for (std::string line; std::getline(in, line);) {
       if (line.find("--") == std::string::npos || line.find("cmake") != std::string::npos || line.find("ctest") != std::string::npos) continue;
-      for (const std::string& name : all(line, named)) EXPECT_TRUE(options.contains(name)) << page << ": " << name;
+      for (const std::string& name : all(line, kNamedOption)) EXPECT_TRUE(options.contains(name)) << page << ": " << name;
     }
+  }
+}
+
+TEST(Readme, EveryOptionOfACommandIsToldOfWhereTheCommandIsNamed) {
+  std::vector<std::string> paragraphs;
+  static const std::regex empty_line(R"(\n\s*\n)");
+  for (const fs::path& page : pages()) {
+    const std::string text = text_of(page);
+    paragraphs.insert(paragraphs.end(), std::sregex_token_iterator(text.begin(), text.end(), empty_line, -1), {});
+  }
+  for (const auto& [command, options] : options_by_command()) {
+    const std::regex names_it("(?:`|typodont )" + command + R"(\b)");
+    std::set<std::string> told;
+    for (const std::string& paragraph : paragraphs)
+      if (std::regex_search(paragraph, names_it)) told.merge(all(paragraph, kNamedOption));
+    for (const std::string& option : options) EXPECT_TRUE(told.contains(option)) << command << " " << option << " is in no page";
   }
 }
 
