@@ -12,13 +12,6 @@ namespace {
 
 constexpr double kScallop = 0.01, kBend = 0.0025;  // voxels
 
-double turn_between(const Pose& a, const Pose& b) { return 2 * std::acos(std::min(1.0, std::abs(glm::dot(a.R, b.R)))); }
-
-/// How far any point within `reach` of the origin comes at most.
-double way_between(const Pose& a, const Pose& b, double reach) {
-  return glm::length(b.p - a.p) + turn_between(a, b) * reach;
-}
-
 }  // namespace
 
 Sweep::Sweep(const Tool& tool, const Pose& X_WA, const Pose& X_WB, const VoxelFrame& frame, bool continues)
@@ -40,7 +33,7 @@ Sweep::Sweep(const Tool& tool, const Pose& X_WA, const Pose& X_WB, const VoxelFr
   const double step = std::sqrt(8 * std::max(1.0, static_cast<double>(radius_)) * kScallop);
   if (!sphere_ && travel_ > step) {
     // Seen from a head that turns the way of a sample bends: from its chord by an eighth of how its direction changes.
-    turn_ = turn_between(X_VA_, X_VB_);
+    turn_ = turn_between(X_VA_.R, X_VB_.R);
     const double bend = turn_ * (turn_ * (reach + kMargin) + 2 * glm::length(b - a)) / 8;
     straights_ = std::clamp(static_cast<int>(std::ceil(std::sqrt(bend / kBend))), 1, 512);
   }

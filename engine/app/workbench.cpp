@@ -42,7 +42,6 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr double kMirror = 22e-3;  // m, a mouth mirror of size 4, where the scene does not say
 constexpr int kHoldKey = ' ', kGoOnKey = 'R', kViewKey = 'V', kSuctionKey = 'A';
 
 std::atomic<bool> g_asked_to_stop{false};
@@ -250,7 +249,7 @@ void Workbench::Impl::start() {
   servo = std::jthread(servo_thread, std::ref(s), std::ref(*hands.right));
   if (hands.left)
     left = std::jthread(left_hand_thread, std::ref(s.wiring), std::ref(*hands.left),
-                        scene.mouth_mirror.diameter > 0 ? scene.mouth_mirror.diameter : kMirror, s.record);
+                        std::cref(scene.mouth_mirror), s.record);
   if (writer) recorder = std::jthread(recorder_thread, std::ref(s), std::ref(*writer));
   began = now();
   if (picture) picture->begin();
