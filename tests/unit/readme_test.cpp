@@ -1,6 +1,7 @@
-// What the pages for people name is there: files, links, options of commands.
+// What the pages for people name is there: files, links, options of commands; and what is there they name.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -99,6 +100,52 @@ TEST(Readme, EveryOptionOfACommandIsToldOfWhereTheCommandIsNamed) {
       if (std::regex_search(paragraph, names_it)) told.merge(all(paragraph, kNamedOption));
     for (const std::string& option : options) EXPECT_TRUE(told.contains(option)) << command << " " << option << " is in no page";
   }
+}
+
+/// A row of a table of assets' licences.
+struct Licensed {
+  fs::path folder;
+  std::set<std::string> files;  // names and patterns with *, from there
+  std::string licence;          // the last cell
+  bool covers(const fs::path& file) const {
+    const std::string name = fs::relative(file, folder).string();
+    return std::any_of(files.begin(), files.end(), [&](std::string pattern) {
+      pattern = std::regex_replace(pattern, std::regex(R"(\.)"), R"(\.)");
+      return std::regex_match(name, std::regex(std::regex_replace(pattern, std::regex(R"(\*)"), "[^/]*")));
+    });
+  }
+};
+
+TEST(Assets, EveryFileStandsInATableWithItsLicenceAndThatOfOthersLiesBesideIt) {
+  static const std::regex row(R"(\|([^|]*`[^|]*)\|.*\|([^|]*)\|)"), quoted("`([^`]*)`");
+  std::vector<Licensed> rows;
+  std::vector<fs::path> files;
+  std::set<fs::path> licences;
+  for (const auto& entry : fs::recursive_directory_iterator("assets")) {
+    const fs::path& file = entry.path();
+    if (!entry.is_regular_file()) continue;
+    if (file.filename().string().starts_with("LICENSE")) licences.insert(file);
+    else if (file.filename() != "README.md") files.push_back(file);
+    if (file.filename() != "README.md") continue;
+    std::ifstream in(file);
+    std::smatch cells;
+    for (std::string line; std::getline(in, line);)
+      if (std::regex_match(line, cells, row)) rows.push_back({file.parent_path(), all(cells[1], quoted), cells[2]});
+  }
+  for (const fs::path& file : files) {
+    const auto covering = std::count_if(rows.begin(), rows.end(), [&](const Licensed& r) { return r.covers(file); });
+    EXPECT_EQ(covering, 1) << file << ": stands in as many rows";
+  }
+  for (const Licensed& r : rows) {
+    EXPECT_TRUE(std::any_of(files.begin(), files.end(), [&](const fs::path& f) { return r.covers(f); })) << *r.files.begin() << ": no such file";
+    if (r.licence.find("Apache-2.0") != std::string::npos) continue;  // our own
+    EXPECT_TRUE(std::regex_search(r.licence, std::regex("MIT|BSD-3-Clause"))) << *r.files.begin() << ": " << r.licence;
+    const std::set<std::string> texts = all(r.licence, quoted);
+    EXPECT_EQ(texts.size(), 1u) << *r.files.begin() << ": the licence's own text";
+    for (const std::string& text : texts) EXPECT_TRUE(fs::exists(r.folder / text)) << text;
+    for (const std::string& text : texts) licences.erase(r.folder / text);
+  }
+  EXPECT_TRUE(licences.empty()) << *licences.begin() << ": whose?";
 }
 
 }  // namespace
