@@ -417,9 +417,11 @@ void Workbench::Impl::end() {
     if (!options.touches.empty()) try_to([&] { write_touches(options.touches, headset->touches()); });
   }
   if (sound) try_to([&] { sound->stop(s.last.t); });
-  if (sound && writer && sound->stats().underruns + sound->stats().losses > 0) {
-    writer->event(s.last.t, session::EventKind::kNote,
-                  fmt::format("sound: {} gaps, the device away {} times", sound->stats().underruns, sound->stats().losses));
+  if (sound && writer) {
+    const audio::AudioStats heard = sound->stats();
+    if (heard.underruns + heard.losses + sound->unheard() > 0)
+      writer->event(s.last.t, session::EventKind::kNote,
+                    fmt::format("sound: {} gaps, the device away {} times, {} ticks unheard", heard.underruns, heard.losses, sound->unheard()));
   }
   MeshBatch* batch = nullptr;
   while (s.wiring.bricks.pop(batch)) delete batch;
