@@ -229,7 +229,7 @@ void SessionDesk::show_own_view(bool own) {
 
 /// The brush follows the tool's head: a ball where it is set down, then one swept as far as it moves.
 void SessionDesk::paint() {
-  if (!s_.painting) {
+  if (!s_.painting || !is_finite(s_.status.tick.X_WT.p)) {  // what a broken device says is nowhere
     brush_down_ = false;
     return;
   }
