@@ -332,7 +332,11 @@ class Operator {
 
 void run_operator() {
   Operator op;
-  op.run();
+  try {
+    op.run();
+  } catch (const Error& e) {  // it was open: no lack of a desktop
+    throw RunFailure(e.what());
+  }
 }
 
 }  // namespace typodont
