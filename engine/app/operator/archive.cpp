@@ -13,6 +13,7 @@
 #include "engine/base/error.h"
 #include "engine/base/json.h"
 #include "engine/base/log.h"
+#include "engine/base/partial_file.h"
 #include "engine/base/units.h"
 #include "engine/session/report.h"
 #include "engine/session/session_file.h"
@@ -118,14 +119,10 @@ void make_expert(const fs::path& session) {
   const fs::path folder = expert_folder(session.parent_path());
   std::error_code code;
   fs::create_directories(folder, code);
-  // Whole or not at all: found under its name once it is there.
-  const fs::path copy = folder / session.filename(), half = folder / fmt::format(".{}", session.filename().string());
-  if (!code) fs::copy_file(session, half, fs::copy_options::overwrite_existing, code);
-  if (!code) fs::rename(half, copy, code);
-  if (!code) return;
-  std::error_code ignored;
-  fs::remove(half, ignored);
-  throw Error(copy.string(), "", code.message(), "a file that can be written");
+  PartialFile copy(folder / session.filename());
+  if (!code) fs::copy_file(session, copy.path(), code);
+  if (code) throw Error(copy.file().string(), "", code.message(), "a file that can be written");
+  copy.keep();
 }
 
 fs::path bring_in(const NewTooth& tooth, Progress& progress) {
@@ -140,23 +137,21 @@ fs::path bring_in(const NewTooth& tooth, Progress& progress) {
   fs::create_directories(folder, code);
   if (code) throw Error(folder.string(), "", code.message(), "a folder that can be made");
   const std::string stem = file_name_of(tooth.name);
-  const fs::path volume = folder / (stem + ".vdb"), file = folder / (stem + ".json");
-  haptics::TissueVolume(tissue).save(volume);
+  // Nothing takes an older one's place before all is there.
+  PartialFile volume(folder / (stem + ".vdb")), file(folder / (stem + ".json"));
+  haptics::TissueVolume(tissue).save(volume.path());
   const nlohmann::ordered_json scene = {
       {"name", tooth.name},
       {"description", tooth.input.filename().string()},
-      {"tissue", {{"volume", volume.filename().string()}}},
+      {"tissue", {{"volume", volume.file().filename().string()}}},
       {"tools", {"round_012", "cylinder_010", "round_014", "explorer", "excavator_spoon"}},
       {"spindle", "air_turbine"},
       {"parts", {"haptics", "render", "sound", "debris", "record", "score"}}};
-  try {
-    write_file_atomically(file, scene.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
-    progress.at(1);
-  } catch (...) {
-    fs::remove(file, code), fs::remove(volume, code);
-    throw;
-  }
-  return file;
+  write_file_atomically(file.path(), scene.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
+  progress.at(1);
+  volume.keep();
+  file.keep();
+  return file.file();
 }
 
 void export_surface(const fs::path& session, const fs::path& mesh, Progress& progress) {
