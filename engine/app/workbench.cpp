@@ -407,8 +407,10 @@ void Workbench::Impl::end() {
       if (failure.empty()) failure = e.what();
     }
   };
+  const bool carved = s.carver_failure.empty();
+  if (!carved && failure.empty()) failure = "the tissue cannot be kept up with the hand: " + s.carver_failure;
   Cut last_cut;  // of a tick that the servo was still in when the carver left
-  while (s.wiring.cuts_to_carver.pop(last_cut)) s.carver.apply(last_cut);
+  while (carved && s.wiring.cuts_to_carver.pop(last_cut)) s.carver.apply(last_cut);
   s.wiring.nothing_more = true;
   if (recorder.joinable()) recorder.join();
   summary.frames = headset ? headset->frames() : picture ? picture->frames() : 0;
@@ -438,7 +440,8 @@ void Workbench::Impl::end() {
   std::signal(SIGTERM, SIG_DFL);
 
   if (!s.save.empty() && options.save_at_end) try_to([&] { s.carver.volume().save(s.save); });
-  if (writer && !writer->finish(session_result(s.carver.volume())) && failure.empty()) failure = writer->status().message;
+  const session::SessionResult result = carved ? session_result(s.carver.volume()) : session::SessionResult();
+  if (writer && !writer->finish(result) && failure.empty()) failure = writer->status().message;
   summary.seconds = to_seconds(s.last.t);
   const auto since_command = [at = now(), age = seconds_since_command()](Nanos t) { return t ? age - to_seconds(at - t) : 0; };
   summary.first_tick_s = since_command(s.first_tick);
