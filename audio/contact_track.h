@@ -1,7 +1,9 @@
 // What the hand did, as a table: contact files for `typodont sound synth`, or a servo run's ticks.
 #pragma once
 
+#include <cstddef>
 #include <filesystem>
+#include <optional>
 #include <vector>
 
 #include "audio/drill_synth.h"
@@ -21,9 +23,22 @@ struct ContactTrack {
 /// Throws Error naming file, line, column, found and expected.
 ContactTrack read_contact_track(const std::filesystem::path& file);
 
-/// Voices a track: the states between its rows are interpolated every millisecond, a tissue holds until the next row.
-/// Where the track does not tell the spindle's speed, it is `free_speed` while the pedal is down, less what the bur's
-/// friction costs an air turbine: its torque falls straight from stall to free speed.
-std::vector<SoundState> voiced_states(const ContactTrack& track, double free_speed);
+/// Voices a track, state by state as it is heard: those between its rows are interpolated every millisecond, a tissue holds
+/// until the next row. Where the track does not tell the spindle's speed, it is `free_speed` (rad/s) while the pedal is down,
+/// less what the bur's friction costs an air turbine: its torque falls straight from stall to free speed.
+class VoicedTrack {
+ public:
+  /// The track outlives it, and has a row.
+  VoicedTrack(const ContactTrack& track, double free_speed) : track_(track), free_speed_(free_speed) {}
+
+  /// The next state; nothing after the track's last row.
+  std::optional<SoundState> next() noexcept;
+
+ private:
+  const ContactTrack& track_;
+  double free_speed_;
+  std::size_t row_ = 0;  // the last one passed …
+  Nanos after_ = 0;      // … and how long ago
+};
 
 }  // namespace typodont::audio

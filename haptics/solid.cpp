@@ -166,6 +166,12 @@ std::vector<std::string> mesh_files(const Json& json) {
   return files;
 }
 
+std::unique_ptr<Solid> capsule(const dvec3& a_W, const dvec3& b_W, double radius) {
+  auto s = std::make_unique<Capsule>();
+  s->a = a_W, s->b = b_W, s->radius = radius;
+  return s;
+}
+
 std::unique_ptr<Solid> read_solid(const Json& json, const FindFile& find) {
   const auto keys = json.is_object() ? json.keys() : std::vector<std::string>{};
   if (keys.size() != 1) {
@@ -223,11 +229,7 @@ std::unique_ptr<Solid> read_solid(const Json& json, const FindFile& find) {
   }
   if (kind == "capsule") {
     value.allow_only({"a_mm", "b_mm", "radius_mm"});
-    auto s = std::make_unique<Capsule>();
-    s->a = read_mm(value["a_mm"]);
-    s->b = read_mm(value["b_mm"]);
-    s->radius = read_length(value["radius_mm"]);
-    return s;
+    return capsule(read_mm(value["a_mm"]), read_mm(value["b_mm"]), read_length(value["radius_mm"]));
   }
   if (kind == "torus") {
     value.allow_only({"center_mm", "axis", "major_mm", "minor_mm"});

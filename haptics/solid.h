@@ -27,6 +27,9 @@ using FindFile = std::function<std::filesystem::path(const std::string& name)>;
 /// Reads one of: sphere, halfspace, box, cylinder, cone, capsule, torus, mesh, union, intersection, difference. Throws Error.
 std::unique_ptr<Solid> read_solid(const Json& json, const FindFile& find = {});
 
+/// All nearer than `radius` to the line from a to b, which may be a point.
+std::unique_ptr<Solid> capsule(const dvec3& a_W, const dvec3& b_W, double radius);
+
 /// The "tissue" object of a scene with "solids": samples them on voxels. Later solids overwrite the label of earlier
 /// ones where they overlap. Throws Error, also when the volume would not fit into memory.
 DenseTissue read_solids(const Json& json, const FindFile& find = {});

@@ -11,13 +11,6 @@ namespace {
 
 constexpr double kShort = 1, kBend = 0.0025;  // voxels
 
-double turn_between(const Pose& a, const Pose& b) { return 2 * std::acos(std::min(1.0, std::abs(glm::dot(a.R, b.R)))); }
-
-/// How far any point within `reach` of the origin comes at most.
-double way_between(const Pose& a, const Pose& b, double reach) {
-  return glm::length(b.p - a.p) + turn_between(a, b) * reach;
-}
-
 }  // namespace
 
 Sweep::Sweep(const Tool& tool, const Pose& X_WA, const Pose& X_WB, const VoxelFrame& frame, bool continues)
@@ -36,7 +29,7 @@ Sweep::Sweep(const Tool& tool, const Pose& X_WA, const Pose& X_WB, const VoxelFr
   travel_ = sphere_ ? glm::length(b - a) : way_between(X_VA_, X_VB_, reach);
   if (!sphere_) {
     // Seen from a head that turns the way of a sample bends: from its chord by an eighth of how its direction changes.
-    turn_ = turn_between(X_VA_, X_VB_);
+    turn_ = turn_between(X_VA_.R, X_VB_.R);
     const double bend = turn_ * (turn_ * (reach + kMargin) + 2 * glm::length(b - a)) / 8;
     straights_ = std::clamp(static_cast<int>(std::ceil(std::sqrt(bend / kBend))), 1, 512);
     if (straights_ == 1 && travel_ <= kShort) straights_ = 0;

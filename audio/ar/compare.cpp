@@ -22,8 +22,7 @@ struct Analysed {
   std::vector<double> power;  // density at kGrid, 2 kGrid …
 };
 
-Analysed analyse(const std::filesystem::path& file, double up_to) {
-  const Recording recording = read_recording(file);
+Analysed analyse(const std::filesystem::path& file, const Recording& recording, double up_to) {
   const auto x = recording.mono();
   Analysed result;
   SoundMeasure& m = result.measure;
@@ -62,9 +61,9 @@ Analysed analyse(const std::filesystem::path& file, double up_to) {
 
 Comparison compare_sounds(const std::filesystem::path& file_a, const std::filesystem::path& file_b, double up_to) {
   Comparison result;
-  const double rate = std::min(read_recording(file_a).rate, read_recording(file_b).rate);
-  result.up_to = std::min(up_to, 0.45 * rate);
-  const Analysed a = analyse(file_a, result.up_to), b = analyse(file_b, result.up_to);
+  const Recording sound_a = read_recording(file_a), sound_b = read_recording(file_b);
+  result.up_to = std::min(up_to, 0.45 * std::min(sound_a.rate, sound_b.rate));
+  const Analysed a = analyse(file_a, sound_a, result.up_to), b = analyse(file_b, sound_b, result.up_to);
   result.a = a.measure;
   result.b = b.measure;
   result.level_difference_dB = result.b.level_dB - result.a.level_dB;

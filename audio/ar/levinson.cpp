@@ -51,19 +51,21 @@ std::vector<double> reflection_of_autocorrelation(const std::vector<double>& r) 
   return reflection;
 }
 
+double predictor_power(const std::vector<double>& reflection, double angle) {
+  const std::complex<double> z = std::polar(1.0, -angle);
+  std::complex<double> forward = 1, backward = 1;
+  for (const double k : reflection) {
+    const std::complex<double> delayed = z * backward;
+    backward = k * forward + delayed;
+    forward += k * delayed;
+  }
+  return std::norm(forward);
+}
+
 std::vector<double> sampled_power(const std::vector<double>& reflection, double gain, std::size_t count) {
   std::vector<double> power(count);
-  for (std::size_t i = 0; i < count; ++i) {
-    // The lattice's own recursion: no predictor coefficients, which may be huge where the k are harmless.
-    const std::complex<double> z = std::polar(1.0, -kPi * static_cast<double>(i) / static_cast<double>(count - 1));
-    std::complex<double> forward = 1, backward = 1;
-    for (const double k : reflection) {
-      const std::complex<double> delayed = z * backward;
-      backward = k * forward + delayed;
-      forward += k * delayed;
-    }
-    power[i] = gain * gain / std::norm(forward);
-  }
+  for (std::size_t i = 0; i < count; ++i)
+    power[i] = gain * gain / predictor_power(reflection, kPi * static_cast<double>(i) / static_cast<double>(count - 1));
   return power;
 }
 

@@ -1,9 +1,9 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <complex>
 #include <nlohmann/json.hpp>
 
+#include "audio/ar/levinson.h"
 #include "audio/ar_model.h"
 #include "engine/base/json.h"
 #include "engine/base/units.h"
@@ -19,14 +19,8 @@ double power_of(const ArModel& model) {
 std::vector<double> spectrum_dB(const ArModel& model, const std::vector<double>& frequencies) {
   std::vector<double> result;
   for (const double f : frequencies) {
-    const std::complex<double> z = std::polar(1.0, -2 * kPi * f / model.rate);
-    std::complex<double> forward = 1, backward = 1;
-    for (const double k : model.reflection) {
-      const std::complex<double> delayed = z * backward;
-      backward = k * forward + delayed;
-      forward += k * delayed;
-    }
-    result.push_back(10 * std::log10(2 * model.gain * model.gain / (model.rate * std::norm(forward)) + 1e-30));
+    const double power = predictor_power(model.reflection, 2 * kPi * f / model.rate);
+    result.push_back(10 * std::log10(2 * model.gain * model.gain / (model.rate * power) + 1e-30));
   }
   return result;
 }

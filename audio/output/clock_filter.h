@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "engine/base/clock.h"
+#include "engine/base/units.h"
 
 namespace typodont::audio {
 
@@ -31,7 +32,7 @@ class ClockFilter {
     const double seconds = samples / rate_;
     const double bandwidth = std::max(bandwidth_, 8 * bandwidth_ / (1 + static_cast<double>(seen_) * seconds * 4));
     ++seen_;
-    const double w = 2 * 3.141592653589793 * std::min(bandwidth * seconds, 0.1);
+    const double w = 2 * kPi * std::min(bandwidth * seconds, 0.1);
     const Nanos now = next_;
     const double now_rest = rest_ + std::sqrt(2.0) * w * error;
     rest_ = now_rest + period_;

@@ -7,8 +7,10 @@ namespace typodont::audio {
 
 SoundState TickVoice::state_of(const ServoTick& tick) noexcept {
   const Seen now{tick.t, std::accumulate(tick.removed.begin(), tick.removed.end(), 0.0), tick.X_WG.p};
-  const Seen before = count_ == 0 ? now : seen_[count_ < kOver ? 0 : count_ % kOver];
-  seen_[count_++ % kOver] = now;
+  seen_[count_++ % kSeen] = now;
+  if (count_ - back_ > kSeen) ++back_;
+  while (back_ + 1 < count_ && seen_[(back_ + 1) % kSeen].t <= now.t - kDifferenceOver) ++back_;
+  const Seen before = seen_[back_ % kSeen];
 
   SoundState state;
   state.t = tick.t;

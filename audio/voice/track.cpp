@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "audio/contact_track.h"
+#include "audio/tick_voice.h"
 #include "engine/base/csv.h"
 #include "engine/base/error.h"
 #include "engine/base/units.h"
@@ -21,8 +22,6 @@ const std::vector<std::string> kContactColumns = {
 const std::vector<std::string> kTickColumns = {
     "spindle_krpm", "contact_area_mm2", "tissue",    "force_x_N", "force_y_N", "force_z_N", "removed_mm3",
     "tool_x_mm",    "tool_y_mm",        "tool_z_mm", "normal_x",  "normal_y",  "normal_z"};
-// Removal is counted over this long, slip too: single ticks are noisy.
-constexpr double kDifferenceOver = 5e-3;  // s
 
 double read_tissue(std::string_view cell) {
   if (const auto tissue = tissue_named(cell)) return static_cast<double>(*tissue);
@@ -104,13 +103,13 @@ ContactTrack read_contact_track(const std::filesystem::path& file) {
   ContactTrack track;
   track.has_spindle = table.column("spindle_krpm") >= 0;
   double before = -1;
-  std::size_t back = 0;  // the row kDifferenceOver ago
+  std::size_t back = 0;  // the row that differences are taken to
   for (std::size_t row = 0; row < table.rows.size(); ++row) {
     const double t = value(row, "t_s", 0, 0, 1e6);
     if (t <= before) table.fail(row, "t_s", fmt::format("{} after {}", t, before), "times that increase");
     before = t;
     const auto time_of = [&](std::size_t r) { return value(r, "t_s", 0, 0, 1e6); };
-    while (back + 1 < row && time_of(back + 1) <= t - kDifferenceOver) ++back;
+    while (back + 1 < row && time_of(back + 1) <= t - to_seconds(TickVoice::kDifferenceOver)) ++back;
     const double elapsed = row > 0 ? t - time_of(back) : 0.0;
 
     SoundState state;
@@ -146,37 +145,33 @@ ContactTrack read_contact_track(const std::filesystem::path& file) {
   return track;
 }
 
-std::vector<SoundState> voiced_states(const ContactTrack& track, double free_speed) {
+std::optional<SoundState> VoicedTrack::next() noexcept {
   // Turbine: at most 2.33 N·mm at stall (measured handpieces); bur of 1.2 mm, friction 0.4 at its rim.
   constexpr double kStallTorque = 2.33e-3, kRim = 0.6e-3, kFriction = 0.4;
   constexpr Nanos kStep = kNanosPerSecond / 1000;
-  std::vector<SoundState> states;
-  const auto add = [&](SoundState state) {
-    if (!track.has_spindle) {
-      const double torque = kFriction * kRim * state.force;
-      state.spindle =
-          state.pedal > 0 && state.cutting_tool ? free_speed * std::max(0.0, 1 - torque / kStallTorque) : 0.0;
+  if (row_ == track_.states.size()) return std::nullopt;
+  const SoundState& a = track_.states[row_];
+  SoundState state = a;
+  state.t += after_;
+  const bool last = row_ + 1 == track_.states.size();
+  if (!last) {
+    const SoundState& b = track_.states[row_ + 1];
+    const double w = static_cast<double>(after_) / static_cast<double>(b.t - a.t);
+    for (const auto field : {&SoundState::spindle, &SoundState::pedal, &SoundState::contact_area, &SoundState::force,
+                             &SoundState::removal_rate, &SoundState::slip_speed, &SoundState::suction}) {
+      if (after_ > 0) state.*field = (1 - w) * a.*field + w * b.*field;
     }
-    states.push_back(state);
-  };
-  for (std::size_t i = 0; i < track.states.size(); ++i) {
-    const SoundState& a = track.states[i];
-    add(a);
-    if (i + 1 == track.states.size()) break;
-    const SoundState& b = track.states[i + 1];
-    for (Nanos t = a.t + kStep; t < b.t; t += kStep) {
-      const double w = static_cast<double>(t - a.t) / static_cast<double>(b.t - a.t);
-      const auto between = [&](double SoundState::*field) { return (1 - w) * a.*field + w * b.*field; };
-      SoundState state = a;
-      state.t = t;
-      for (const auto field : {&SoundState::spindle, &SoundState::pedal, &SoundState::contact_area, &SoundState::force,
-                               &SoundState::removal_rate, &SoundState::slip_speed, &SoundState::suction}) {
-        state.*field = between(field);
-      }
-      add(state);
-    }
+    after_ += kStep;
   }
-  return states;
+  if (last || a.t + after_ >= track_.states[row_ + 1].t) {
+    ++row_;
+    after_ = 0;
+  }
+  if (!track_.has_spindle) {
+    const double torque = kFriction * kRim * state.force;
+    state.spindle = state.pedal > 0 && state.cutting_tool ? free_speed_ * std::max(0.0, 1 - torque / kStallTorque) : 0.0;
+  }
+  return state;
 }
 
 }  // namespace typodont::audio

@@ -38,6 +38,8 @@ class SoundLink {
   /// nothing was heard yet, and for files. Any thread.
   double latency() const noexcept { return latency_.load(std::memory_order_relaxed); }
   audio::AudioStats stats() const { return output_->stats(); }
+  /// Ticks that found no room on their way, where the device was away for long. Any thread.
+  std::uint64_t unheard() const noexcept { return ticks_.dropped(); }
   /// The voice's file and its hash, and the sample rate: for a recording.
   std::string about() const;
 

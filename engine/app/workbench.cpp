@@ -42,7 +42,6 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr double kMirror = 22e-3;  // m, a mouth mirror of size 4, where the scene does not say
 constexpr int kHoldKey = ' ', kGoOnKey = 'R', kViewKey = 'V', kSuctionKey = 'A';
 
 std::atomic<bool> g_asked_to_stop{false};
@@ -250,7 +249,7 @@ void Workbench::Impl::start() {
   servo = std::jthread(servo_thread, std::ref(s), std::ref(*hands.right));
   if (hands.left)
     left = std::jthread(left_hand_thread, std::ref(s.wiring), std::ref(*hands.left),
-                        scene.mouth_mirror.diameter > 0 ? scene.mouth_mirror.diameter : kMirror, s.record);
+                        std::cref(scene.mouth_mirror), s.record);
   if (writer) recorder = std::jthread(recorder_thread, std::ref(s), std::ref(*writer));
   began = now();
   if (picture) picture->begin();
@@ -408,8 +407,10 @@ void Workbench::Impl::end() {
       if (failure.empty()) failure = e.what();
     }
   };
+  const bool carved = s.carver_failure.empty();
+  if (!carved && failure.empty()) failure = "the tissue cannot be kept up with the hand: " + s.carver_failure;
   Cut last_cut;  // of a tick that the servo was still in when the carver left
-  while (s.wiring.cuts_to_carver.pop(last_cut)) s.carver.apply(last_cut);
+  while (carved && s.wiring.cuts_to_carver.pop(last_cut)) s.carver.apply(last_cut);
   s.wiring.nothing_more = true;
   if (recorder.joinable()) recorder.join();
   summary.frames = headset ? headset->frames() : picture ? picture->frames() : 0;
@@ -418,9 +419,11 @@ void Workbench::Impl::end() {
     if (!options.touches.empty()) try_to([&] { write_touches(options.touches, headset->touches()); });
   }
   if (sound) try_to([&] { sound->stop(s.last.t); });
-  if (sound && writer && sound->stats().underruns + sound->stats().losses > 0) {
-    writer->event(s.last.t, session::EventKind::kNote,
-                  fmt::format("sound: {} gaps, the device away {} times", sound->stats().underruns, sound->stats().losses));
+  if (sound && writer) {
+    const audio::AudioStats heard = sound->stats();
+    if (heard.underruns + heard.losses + sound->unheard() > 0)
+      writer->event(s.last.t, session::EventKind::kNote,
+                    fmt::format("sound: {} gaps, the device away {} times, {} ticks unheard", heard.underruns, heard.losses, sound->unheard()));
   }
   MeshBatch* batch = nullptr;
   while (s.wiring.bricks.pop(batch)) delete batch;
@@ -437,7 +440,8 @@ void Workbench::Impl::end() {
   std::signal(SIGTERM, SIG_DFL);
 
   if (!s.save.empty() && options.save_at_end) try_to([&] { s.carver.volume().save(s.save); });
-  if (writer && !writer->finish(session_result(s.carver.volume()))) failure = writer->status().message;
+  const session::SessionResult result = carved ? session_result(s.carver.volume()) : session::SessionResult();
+  if (writer && !writer->finish(result) && failure.empty()) failure = writer->status().message;
   summary.seconds = to_seconds(s.last.t);
   const auto since_command = [at = now(), age = seconds_since_command()](Nanos t) { return t ? age - to_seconds(at - t) : 0; };
   summary.first_tick_s = since_command(s.first_tick);

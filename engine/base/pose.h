@@ -2,6 +2,7 @@
 // Inner letters meet: X_AC = X_AB * X_BC, p_AQ = X_AB * p_BQ. The frames are listed in ARCHITECTURE.md.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <glm/glm.hpp>
 #include <glm/gtc/quaternion.hpp>
@@ -44,6 +45,16 @@ inline dquat rotation_between(const dvec3& from, const dvec3& to) {
   }
   const dvec3 axis = glm::cross(from, to);
   return glm::normalize(dquat(1 + c, axis.x, axis.y, axis.z));
+}
+
+/// The angle of the rotation that takes one to the other, 0 to π.
+inline double turn_between(const dquat& a, const dquat& b) {
+  return 2 * std::acos(std::min(1.0, std::abs(glm::dot(a, b))));
+}
+
+/// How far any point within `reach` of the origin comes at most.
+inline double way_between(const Pose& a, const Pose& b, double reach) {
+  return glm::length(b.p - a.p) + turn_between(a.R, b.R) * reach;
 }
 
 /// Bit for bit.

@@ -7,6 +7,7 @@
 
 #include <cerrno>
 #include <cstring>
+#include <new>
 
 #include "engine/base/clock.h"
 
@@ -16,15 +17,20 @@
 
 namespace typodont {
 
-RealtimeGranted enter_realtime(const RealtimeRequest& request) {
+RealtimeGranted enter_realtime(const RealtimeRequest& request) noexcept {
   RealtimeGranted granted;
+  const auto say = [&](const auto& words) noexcept {
+    try {
+      granted.note += words();
+    } catch (const std::bad_alloc&) {  // then without words
+    }
+  };
   sched_param param{};
   param.sched_priority = request.priority;
   if (const int error = pthread_setschedparam(pthread_self(), SCHED_FIFO, &param); error == 0) {
     granted.fifo = true;
   } else {
-    granted.note += fmt::format("SCHED_FIFO refused ({}): allow it with 'rtprio 90' in /etc/security/limits.d; ",
-                                std::strerror(error));
+    say([&] { return fmt::format("SCHED_FIFO refused ({}): allow it with 'rtprio 90' in /etc/security/limits.d; ", std::strerror(error)); });
   }
   int core = request.core;
   if (core == RealtimeRequest::kOwnCore) {
@@ -36,7 +42,7 @@ RealtimeGranted enter_realtime(const RealtimeRequest& request) {
         if (CPU_ISSET(static_cast<unsigned>(i), &allowed)) core = i;
       }
     } else {
-      granted.note += granted.fifo ? "not pinned: fewer than three cores; " : "not pinned: without SCHED_FIFO it would wait more; ";
+      say([&] { return granted.fifo ? "not pinned: fewer than three cores; " : "not pinned: without SCHED_FIFO it would wait more; "; });
     }
   }
   if (core >= 0) {
@@ -46,15 +52,14 @@ RealtimeGranted enter_realtime(const RealtimeRequest& request) {
     if (const int error = pthread_setaffinity_np(pthread_self(), sizeof set, &set); error == 0) {
       granted.pinned = true;
     } else {
-      granted.note += fmt::format("pinning to core {} refused ({}); ", core, std::strerror(error));
+      say([&] { return fmt::format("pinning to core {} refused ({}); ", core, std::strerror(error)); });
     }
   }
   if (request.lock_memory) {
     if (mlockall(MCL_CURRENT | MCL_FUTURE) == 0) {
       granted.memory_locked = true;
     } else {
-      granted.note +=
-          fmt::format("locking memory refused ({}): allow it with 'memlock unlimited'; ", std::strerror(errno));
+      say([error = errno] { return fmt::format("locking memory refused ({}): allow it with 'memlock unlimited'; ", std::strerror(error)); });
     }
   }
   return granted;

@@ -17,11 +17,11 @@ struct RealtimeGranted {
   bool fifo = false;
   bool pinned = false;
   bool memory_locked = false;
-  std::string note;  // in plain words what was refused and what mends it; empty when all was granted
+  std::string note;  // in plain words what was refused and what mends it, while there is memory for them; empty: all was granted
 };
 
 /// Calling thread. Never throws: a refusal is reported, and the loop runs at ordinary priority.
-RealtimeGranted enter_realtime(const RealtimeRequest& request);
+RealtimeGranted enter_realtime(const RealtimeRequest& request) noexcept;
 
 /// Calling thread: denormals become zero, so that decaying filters cost the same as loud ones.
 void flush_denormals() noexcept;

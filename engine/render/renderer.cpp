@@ -12,8 +12,10 @@
 #include "engine/render/look.h"
 #include "engine/render/mirror.h"
 #include "engine/render/passes/frame_data.h"
+#include "engine/render/passes/frame_timer.h"
 #include "engine/render/passes/passes.h"
 #include "engine/render/passes/targets.h"
+#include "engine/render/sight.h"
 
 namespace typodont::render {
 
@@ -34,8 +36,7 @@ struct Renderer::Impl {
   gpu::ShaderInputs inputs;  // sets: a slot's scene, and its scene in the mirror
   std::array<gpu::Buffer, 2 * kSlots> frame_data;
   VkSampler compare = VK_NULL_HANDLE, nearest = VK_NULL_HANDLE, linear = VK_NULL_HANDLE;
-  VkQueryPool queries = VK_NULL_HANDLE;
-  std::array<bool, kSlots> timed{};
+  FrameTimer timer;
 
   Targets targets;
   ShadowPass shadow;
@@ -72,7 +73,6 @@ struct Renderer::Impl {
   glm::vec4 shadow_section{0};
   View shadow_view = View::kLook, last_view = View::kLook;
   std::uint64_t frames = 0, last_submitted = 0;
-  double gpu_ms = 0;
 
   Impl(gpu::Device& d, glm::ivec2 s, const Quality& quality, const MaterialTable& m)
       : device(d), size(s), looks(looks_of(m)), context{.device = d}, targets(context) {
@@ -95,7 +95,7 @@ struct Renderer::Impl {
     bricks.destroy(device);
     for (gpu::Buffer& b : frame_data) b.destroy(device);
     for (VkSampler s : {compare, nearest, linear}) vkDestroySampler(device.device, s, nullptr);
-    if (queries) vkDestroyQueryPool(device.device, queries, nullptr);
+    timer.destroy(device);
     inputs.destroy(device);
   }
   Impl(const Impl&) = delete;
@@ -115,12 +115,7 @@ struct Renderer::Impl {
     compare = gpu::create_sampler(device, {.beyond = kBorder, .border = kWhite, .compare = true});
     nearest = gpu::create_sampler(device, {.filter = VK_FILTER_NEAREST, .beyond = kBorder, .border = kWhite});
     linear = gpu::create_sampler(device, {.beyond = kBorder});
-    if (device.properties.limits.timestampComputeAndGraphics) {
-      const VkQueryPoolCreateInfo info{.sType = VK_STRUCTURE_TYPE_QUERY_POOL_CREATE_INFO,
-                                       .queryType = VK_QUERY_TYPE_TIMESTAMP,
-                                       .queryCount = 2 * kSlots};
-      gpu::check(vkCreateQueryPool(device.device, &info, nullptr, &queries), "vkCreateQueryPool");
-    }
+    timer = FrameTimer::create(device);
   }
 
   /// Their pipelines depend on samples, views and quality.
@@ -179,46 +174,16 @@ struct Renderer::Impl {
     inputs.fill(device, i, 4, linear, mirror.picture.image && i < kSlots ? mirror.picture.view : shadow.map.view);
   }
 
-  void read_time(int slot) {
-    const auto i = static_cast<std::size_t>(slot);
-    if (!queries || !timed[i]) return;
-    std::uint64_t t[2] = {};
-    const VkResult result = vkGetQueryPoolResults(device.device, queries, static_cast<std::uint32_t>(2 * slot), 2,
-                                                  sizeof t, t, sizeof t[0], VK_QUERY_RESULT_64_BIT);
-    if (result == VK_SUCCESS)
-      gpu_ms = static_cast<double>(t[1] - t[0]) * static_cast<double>(device.properties.limits.timestampPeriod) * 1e-6;
-    timed[i] = false;
-  }
-
-  /// m: what a pixel covers of the working tooth, or of all there is, where that is nearest to an eye.
-  double pixel_on_tooth(const Frame& frame) const {
-    if (!bounds) return 0;
-    constexpr double kNearest = 1e-3;  // m: an eye within the box looks at least that far
-    double least = 1e9;
-    for (int e = 0; e < frame.views; ++e) {
-      const Eye& eye = frame.eyes[static_cast<std::size_t>(e)];
-      const glm::dmat4 clip = eye.projection * eye.view;
-      double closest = 1e9;
-      for (int corner = 0; corner < 8; ++corner)
-        closest = std::min(closest, (clip * glm::dvec4(corner & 1 ? bounds->hi.x : bounds->lo.x,
-                                                   corner & 2 ? bounds->hi.y : bounds->lo.y,
-                                                   corner & 4 ? bounds->hi.z : bounds->lo.z, 1)).w);
-      const double wide = 2 * std::max(closest, kNearest) / std::abs(eye.projection[0][0]);  // m, of the picture there
-      least = std::min(least, wide / targets.pictures.options.size.width);
-    }
-    return least;
-  }
-
   FrameStats record(VkCommandBuffer commands, const Frame& frame, int slot, std::uint64_t submitted,
                     std::uint64_t finished) {
     TYPODONT_CHECK(frame.views == 1 || frame.views == 2);
     bricks.collect(finished);
-    read_time(slot);
+    timer.read(device, slot);
     if (frame.views != last_views) rebuild(frame.views);
 
     FrameStats stats;
     if (std::exchange(bounds_version, bricks.version) != bricks.version) bounds = bricks.bounds();
-    stats.pixel = pixel_on_tooth(frame);
+    if (bounds) stats.pixel = pixel_nearest(frame, {bounds->lo, bounds->hi}, targets.pictures.options.size.width);
     const shared::FrameData data = data_of(frame);
     const std::string hud_key = HudPass::shown(frame.hud, size);
     stats.views = frame.views;
@@ -249,7 +214,7 @@ struct Renderer::Impl {
       ++frames;
     }
     stats.frames = frames;
-    stats.gpu_ms = gpu_ms;
+    stats.gpu_ms = timer.ms;
     for (VkPipeline p :
          {shadow.pipeline, tool.pipeline, background.pipeline, particles.pipeline, particles.cloud_pipeline, hud.pipeline,
           mirror.pipeline, hidden.pipeline, mask.pipeline})
@@ -424,11 +389,7 @@ struct Renderer::Impl {
     }
     std::memcpy(frame_data[own].memory.mapped, &data, sizeof data);
     write_set(own);
-    const auto first_query = static_cast<std::uint32_t>(2 * slot);
-    if (queries) {
-      vkCmdResetQueryPool(commands, queries, first_query, 2);
-      vkCmdWriteTimestamp2(commands, VK_PIPELINE_STAGE_2_TOP_OF_PIPE_BIT, queries, first_query);
-    }
+    timer.begin(commands, slot);
 
     // Shadow map: only when what casts shadows or the lamp changed, and only where.
     const bool other_light = shadow_light != data.light_from_world || shadow_view != frame.view ||
@@ -487,10 +448,7 @@ struct Renderer::Impl {
       lay_over(commands, frame, slot, partly, scene_boxes, stats);
     else
       targets.end(commands, targets.pictures);
-    if (queries) {
-      vkCmdWriteTimestamp2(commands, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, queries, first_query + 1);
-      timed[own] = true;
-    }
+    timer.end(commands, slot);
   }
 
   /// What flies before the scene, and the writing, over what of the scene is restored.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 #include "engine/render/mirror.h"
 
@@ -46,6 +47,22 @@ bool in_sight(const Frame& frame, const BoxInWorld& box) {
     if (glass_in(eye, frame.mirror, {1, 1}) && before(reflected(eye, X_WM), corners, before_glass(X_WM))) return true;
   }
   return false;
+}
+
+double pixel_nearest(const Frame& frame, const BoxInWorld& box, std::uint32_t pixels_across) {
+  constexpr double kNearest = 1e-3;  // m: an eye within the box looks at least that far
+  double least = 1e9;
+  for (int e = 0; e < frame.views; ++e) {
+    const Eye& eye = frame.eyes[static_cast<std::size_t>(e)];
+    const glm::dmat4 clip = eye.projection * eye.view;
+    double closest = 1e9;
+    for (int corner = 0; corner < 8; ++corner)
+      closest = std::min(closest, (clip * glm::dvec4(corner & 1 ? box.hi.x : box.lo.x, corner & 2 ? box.hi.y : box.lo.y,
+                                                 corner & 4 ? box.hi.z : box.lo.z, 1)).w);
+    const double wide = 2 * std::max(closest, kNearest) / std::abs(eye.projection[0][0]);  // m, of the picture there
+    least = std::min(least, wide / pixels_across);
+  }
+  return least;
 }
 
 }  // namespace typodont::render

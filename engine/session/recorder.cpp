@@ -97,6 +97,7 @@ struct SessionWriter::Impl {
   bool create_result();
   bool create_loop();
   bool write_loop() noexcept;
+  bool write_lost() noexcept;
   void write_all() noexcept;
   bool write_table(Table& table, std::uint64_t& lost_rows) noexcept;
   bool disk_has_room() noexcept;
@@ -323,6 +324,12 @@ bool SessionWriter::Impl::write_loop() noexcept {
          overwrite(loop_safety, H5T_NATIVE_UINT64, f.safety.data());
 }
 
+bool SessionWriter::Impl::write_lost() noexcept {
+  if (status.lost == lost_in_file) return true;
+  lost_in_file = status.lost;
+  return overwrite(lost, H5T_NATIVE_UINT64, as_array(lost_in_file).data());
+}
+
 void SessionWriter::Impl::fail(const std::string& why) noexcept {
   if (status.state == WriterStatus::State::kFailed) return;
   status.state = WriterStatus::State::kFailed;
@@ -382,12 +389,7 @@ void SessionWriter::Impl::write_all() noexcept {
   status.ticks = ticks.written();
   status.cuts = cuts.written();
   if (open()) {
-    bool good = true;
-    if (!(l == lost_in_file)) {
-      const auto losses = as_array(l);
-      good = overwrite(lost, H5T_NATIVE_UINT64, losses.data());
-      lost_in_file = l;
-    }
+    bool good = write_lost();
     if (good && loop_unwritten) good = write_loop();
     errno = 0;
     if (!good || H5Fflush(h5.get(), H5F_SCOPE_GLOBAL) < 0) fail(errno ? std::strerror(errno) : h5_reason());
@@ -491,9 +493,12 @@ void SessionWriter::append(std::size_t stream, Nanos t, std::span<const double> 
   if (table.full()) impl_->write_table(table, impl_->status.lost.other_disk);
 }
 
-void SessionWriter::count_ring_losses(std::uint64_t ticks, std::uint64_t cuts) noexcept {
-  impl_->status.lost.ticks_ring = impl_->options.lost_before.ticks_ring + ticks;
-  impl_->status.lost.cuts_ring = impl_->options.lost_before.cuts_ring + cuts;
+void SessionWriter::count_ring_losses(std::uint64_t ticks, std::uint64_t cuts, std::uint64_t other) noexcept {
+  const Lost& before = impl_->options.lost_before;
+  Lost& lost = impl_->status.lost;
+  lost.ticks_ring = before.ticks_ring + ticks;
+  lost.cuts_ring = before.cuts_ring + cuts;
+  lost.other_ring = before.other_ring + other;
 }
 
 void SessionWriter::heartbeat() noexcept {
@@ -504,7 +509,7 @@ void SessionWriter::flush() noexcept { impl_->write_all(); }
 
 bool SessionWriter::finish(const SessionResult& result) noexcept {
   Impl& s = *impl_;
-  if (s.status.state == WriterStatus::State::kFinished) return true;
+  if (s.status.state == WriterStatus::State::kFinished) return !s.status.lost.any();
   s.write_all();
   const H5Quiet quiet;
   if (s.open()) {
@@ -519,7 +524,10 @@ bool SessionWriter::finish(const SessionResult& result) noexcept {
     }
     good = good && overwrite(s.field_hash, H5T_NATIVE_UINT64, &result.field_hash);
     for (const SessionPicture& picture : result.pictures) {
-      if (!s.disk_has_room()) break;
+      if (!s.disk_has_room()) {
+        ++s.status.lost.pictures_disk;
+        continue;
+      }
       const hsize_t count = picture.png.size(), end = s.png_bytes + count;
       good = good && H5Dset_extent(s.png.get(), &end) >= 0;
       if (count > 0 && good) {
@@ -536,10 +544,11 @@ bool SessionWriter::finish(const SessionResult& result) noexcept {
       std::memcpy(s.pictures.cell(2), &offset, sizeof offset);
       std::memcpy(s.pictures.cell(3), &bytes, sizeof bytes);
       s.pictures.end_row();
-      if (s.pictures.full()) s.write_table(s.pictures, s.status.lost.other_disk);
+      if (s.pictures.full()) s.write_table(s.pictures, s.status.lost.pictures_disk);
       s.png_bytes = end;
     }
-    s.write_table(s.pictures, s.status.lost.other_disk);
+    s.write_table(s.pictures, s.status.lost.pictures_disk);
+    good = s.write_lost() && good;
     // "complete" last, after everything else is in the file.
     const std::uint64_t one = 1;
     errno = 0;
@@ -562,7 +571,9 @@ bool SessionWriter::finish(const SessionResult& result) noexcept {
     return false;
   }
   s.status.state = WriterStatus::State::kFinished;
-  return !s.status.lost.any();
+  if (!s.status.lost.any()) return true;
+  s.status.message = fmt::format("{}: the recording lacks {}", s.file.string(), in_words(s.status.lost));
+  return false;
 }
 
 const WriterStatus& SessionWriter::status() const noexcept { return impl_->status; }

@@ -59,7 +59,7 @@ class SessionWriter {
   void append(std::size_t stream, Nanos t, std::span<const double> values) noexcept;
 
   /// Totals of what the rings had no room for (Ring::dropped()); they are written into the file.
-  void count_ring_losses(std::uint64_t ticks, std::uint64_t cuts) noexcept;
+  void count_ring_losses(std::uint64_t ticks, std::uint64_t cuts, std::uint64_t other) noexcept;
 
   /// Call at least every 100 ms: writes what has waited longer than the flush interval.
   void heartbeat() noexcept;

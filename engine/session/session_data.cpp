@@ -23,6 +23,18 @@ std::string iso_date_now() {
                      utc.tm_hour, utc.tm_min, utc.tm_sec);
 }
 
+std::string in_words(const Lost& l) {
+  std::string text;
+  const auto add = [&](std::uint64_t count, const char* what) {
+    if (count > 0) text += fmt::format("{}{} {}", text.empty() ? "" : ", ", count, what);
+  };
+  add(l.ticks_ring + l.ticks_disk, "ticks");
+  add(l.cuts_ring + l.cuts_disk, "cuts");
+  add(l.pictures_disk, "pictures");
+  add(l.other_ring + l.other_disk, "other entries");
+  return text;
+}
+
 std::string_view name_of(EventKind kind) noexcept {
   static constexpr std::array<std::string_view, kEventKindCount> kNames = {"note", "tool", "view", "fault",
                                                                           "task", "undo", "redo", "score",

@@ -77,10 +77,14 @@ struct Lost {
   std::uint64_t cuts_ring = 0;
   std::uint64_t ticks_disk = 0;  // reached the recorder, but the disk was full or failing
   std::uint64_t cuts_disk = 0;
-  std::uint64_t other_disk = 0;  // patch uses, events, stream samples
-  bool any() const { return ticks_ring || cuts_ring || ticks_disk || cuts_disk || other_disk; }
+  std::uint64_t other_disk = 0;     // patch uses, events, stream samples
+  std::uint64_t other_ring = 0;     // the same
+  std::uint64_t pictures_disk = 0;  // of the result
   bool operator==(const Lost&) const = default;
+  bool any() const { return *this != Lost{}; }
 };
+/// "12 ticks, 1 pictures"; empty: nothing.
+std::string in_words(const Lost& lost);
 
 /// A picture kept inside the session for its report.
 struct SessionPicture {

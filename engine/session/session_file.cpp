@@ -272,10 +272,9 @@ void SessionReader::Impl::open() {
   truncated = complete != 1 || (marked && !being_recorded);
   read_header();
 
-  std::array<std::uint64_t, 5> losses{};
-  if (read_fixed(h5.get(), "lost", H5T_NATIVE_UINT64, losses.size(), losses.data())) {
-    lost = {losses[0], losses[1], losses[2], losses[3], losses[4]};
-  }
+  auto n = as_array(lost);
+  const auto read_losses = [&](std::size_t count) { return read_fixed(h5.get(), "lost", H5T_NATIVE_UINT64, count, n.data()); };
+  if (read_losses(n.size()) || read_losses(kLostAtFirst)) lost = {n[0], n[1], n[2], n[3], n[4], n[5], n[6]};
   const auto open_table = [&](TableReader& table, const std::string& path, const std::vector<ColumnName>& names) {
     table.open(file, h5.get(), path, names, truncated);
   };

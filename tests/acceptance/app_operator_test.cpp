@@ -29,6 +29,7 @@ class Program {
     if (process_ == 0) {
       setenv("TYPODONT_HOME", (folder / "home").c_str(), 1);
       setenv("LC_ALL", "C", 1);
+      setenv("TYPODONT_TEST", "1", 1);  // Ctrl+F12: as if the GPU had been reset
       execl("/bin/sh", "sh", "-c", fmt::format("exec {} {} >/dev/null 2>{}", TYPODONT_PROGRAM, arguments, err_).c_str(),
             static_cast<char*>(nullptr));
       _exit(127);
@@ -366,6 +367,39 @@ TEST_F(OperatorWindow, ASurfaceIsSavedAMeshIsBroughtInAndAnExercisePaintedWithou
   press("F10");
   press("ctrl+q");
   EXPECT_EQ(program.wait_for_end(), 0) << program.said();
+}
+
+TEST_F(OperatorWindow, WhatWasPaintedAndNotSavedIsKeptAsAnExerciseHoweverTheProgramEnds) {
+  folder.write("hand.csv", read_text(folder / "hand.csv") + "300,6.8,5.8,19,1,0,0,0,0\n");
+  const auto terminated = [](Program& program) {
+    program.terminate();
+    EXPECT_EQ(program.wait_for_end(), 0) << program.said();
+  };
+  const auto failed = [](Program& program) {  // a GPU that is lost again at once is broken
+    press("ctrl+F12");
+    program.wait_for("window is made anew");
+    std::this_thread::sleep_for(1s);
+    press("ctrl+F12");
+    EXPECT_EQ(program.wait_for_end(), 1) << program.said();
+  };
+  for (const std::function<void(Program&)>& end : {std::function(terminated), std::function(failed)}) {
+    Program program(folder);
+    open(program);
+    choose_block_and_script();
+    press("Return");
+    press("ctrl+e");
+    press("F5");
+    ASSERT_EQ(program.wait_for("session started: "), "block");
+    Desktop::xdotool("keydown p");
+    std::this_thread::sleep_for(3s);
+    Desktop::xdotool("keyup p");
+    end(program);
+    const std::string exercise = program.wait_for("kept as an exercise: ");
+    EXPECT_NE(read_text(exercise).find("caries"), std::string::npos) << read_text(exercise);
+    const Ran seen = folder.run("render " + exercise + " --rig closeup --size 64x48 --out " + (folder / "seen"));
+    EXPECT_EQ(seen.status, 0) << seen.err;
+    for (const std::string& file : {exercise, folder / "home/settings.json"}) std::filesystem::remove(file);
+  }
 }
 
 TEST_F(OperatorWindow, APreparationSavedInASessionThatIsNotKeptIsGoneOnFrom) {

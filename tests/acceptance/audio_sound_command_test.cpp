@@ -114,6 +114,7 @@ TEST_F(SoundCommand, RefusesBadInputWithStatusTwoAReasonAndNothingLeftBehind) {
   write_wav(folder_ / "silence.wav", std::vector<double>(48000, 0.0), 48000);
   write_text(folder_ / "cut.wav", read_text(kMicromotor).substr(0, 30));
   write_text(folder_ / "bad.csv", "t_s,force_N\n0,nan\n");
+  write_text(folder_ / "long.csv", "t_s,force_N\n0,1\n1000000,1\n");
   write_text(folder_ / "bad.json", R"({"rate_Hz":48000,"gain":1,"reflection_coefficients":[2]})");
   const std::string model = "assets/sounds/micromotor_ar300.json";
   const std::map<std::string, std::string> cases = {
@@ -130,6 +131,7 @@ TEST_F(SoundCommand, RefusesBadInputWithStatusTwoAReasonAndNothingLeftBehind) {
       {"synth " + model + " --seconds 1 --out /no/such/place/o.wav", "writable"},
       {"synth " + path("bad.json") + " --seconds 1 --out " + path("o"), "reflection_coefficients[0]"},
       {"synth " + model + " --contact " + path("bad.csv") + " --out " + path("o"), "line 2"},
+      {"synth " + model + " --contact " + path("long.csv") + " --out " + path("o"), "at most 36000 s"},
       {"synth " + model + " --seconds 1 --rate 10 --out " + path("o"), "--rate"},
       {"compare " + kMicromotor + " " + path("gone.wav"), "gone.wav"},
       {"sing", "subcommand"},

@@ -98,5 +98,13 @@ TEST(SessionFromPython, OpensAfterACrashAsAGrowingFileAndOnceRepairedAsAnOrdinar
   EXPECT_THAT(output_of(read), HasSubstr(expected));
 }
 
+TEST(SessionFromPython, OfAFileOfTheFirstReleaseTheFiveLossesItCountsAreRead) {
+  TemporaryFolder folder;
+  { ASSERT_TRUE(SessionWriter(folder / "s.h5", some_header()).finish({})); }
+  const std::string older = "import h5py, numpy, sys; f = h5py.File(sys.argv[1], 'r+'); del f['lost']; f['lost'] = numpy.arange(1, 6, dtype='u8')";
+  EXPECT_EQ(output_of(fmt::format("{} -c \"{}\" {}", TYPODONT_PYTHON, older, (folder / "s.h5").string())), "exit 0");
+  EXPECT_EQ(SessionReader(folder / "s.h5").lost(), (Lost{1, 2, 3, 4, 5}));
+}
+
 }  // namespace
 }  // namespace typodont::session

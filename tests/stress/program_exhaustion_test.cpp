@@ -69,6 +69,21 @@ TEST_F(Exhaustion, WithLittleMemoryItWorksOrSaysWhyNot) {
   EXPECT_EQ(worked, 2) << "2 GB more are plenty";
 }
 
+TEST_F(Exhaustion, WithLittleMemoryALiveSessionEndsInOrderWhicheverThreadHasNone) {
+  const auto megabytes = [](int n) { return fmt::format("-v {}", n * 1024); };
+  const int floor = least(megabytes, 60, 10);
+  int worked = 0, failed = 0;
+  for (int more = 0; more < 150; more += 2) {
+    const Ran ran = folder_.run(fmt::format("run {0}/scene.json --hand script:{0}/hand.csv --audio none:'", folder_.path().string()),
+                                fmt::format("bash -c 'ulimit -c 0; ulimit {}; exec env -u DISPLAY -u WAYLAND_DISPLAY", megabytes(floor + more)));
+    EXPECT_LE(ran.status, 2) << floor + more << " MB\n" << ran.err;
+    EXPECT_FALSE(ran.status != 0 && ran.err.empty()) << "no word about " << floor + more << " MB";
+    ++(ran.status == 0 ? worked : failed);
+  }
+  EXPECT_GT(worked, 0);
+  EXPECT_GT(failed, 0);
+}
+
 TEST_F(Exhaustion, WithoutRoomForTheFileNothingHalfWrittenIsLeft) {
   // Writing beyond the limit fails as on a full disk once its signal is ignored.
   for (const int blocks : {1, 4, 40}) {

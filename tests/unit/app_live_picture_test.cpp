@@ -14,6 +14,7 @@
 #include <map>
 #include <set>
 #include <thread>
+#include <tuple>
 #include <utility>
 
 #include "engine/app/live/session.h"
@@ -310,6 +311,30 @@ TEST(CarverThread, DoesNotWaitForTissueThatIsBeingSaved) {
   carved.session.wiring.stop = true;
   carved.carver.join();
   std::filesystem::remove_all(folder);
+}
+
+TEST(RecorderThread, CountsWhatEachOfItsRingsHadNoRoomFor) {
+  Carved made;
+  LiveSession& s = made.session;
+  s.record = true;
+  s.notes.emplace(made.scene, std::nullopt);
+  session::SessionHeader header;
+  header.streams = {left_hand_stream(), head_stream()};
+  s.left_stream = 0, s.head_stream = 1;
+  Wiring& w = s.wiring;
+  const auto overflow = [](auto& ring) {
+    while (ring.push({})) {
+    }
+  };
+  std::apply([&](auto&... ring) { (overflow(ring), ...); },
+             std::tie(w.ticks_to_recorder, w.cuts_to_recorder, w.patches_to_recorder, w.edits_to_recorder, w.pieces_to_recorder,
+                      w.seen_to_recorder, w.left_to_recorder, w.xr_frames_to_recorder, w.pictures_to_recorder));
+  w.nothing_more = true;
+  const std::string file = testing::TempDir() + fmt::format("typodont_rings_{}.h5", ::getpid());
+  session::SessionWriter writer(file, header);
+  recorder_thread(s, writer);
+  EXPECT_EQ(writer.status().lost, (session::Lost{.ticks_ring = 1, .cuts_ring = 1, .other_ring = 7}));
+  std::filesystem::remove(file);
 }
 
 }  // namespace

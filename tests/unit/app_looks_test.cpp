@@ -293,6 +293,9 @@ TEST(MouthMirrorInAScene, IsReadAndMistakesAreNamed) {
   EXPECT_LT(glm::length(mirror.X_WM.rotate({0, 0, 1}) - dvec3(0, -1, 0)), 1e-12);
   EXPECT_EQ(mirror.diameter, 0.02);
   EXPECT_EQ(mirror.fog, 0.3);
+  EXPECT_EQ(held(mirror, {}).diameter, 0.02);
+  EXPECT_EQ(held(mirror, {}).fog, 0.3);
+  EXPECT_EQ(held({}, {}).diameter, 22e-3) << "a hand has a mirror where the scene has none";
   for (const char* wrong : {R"({"normal": [0, 0, 1]})", R"({"translation_mm": [0, 0, 0], "normal": [0, 0, 0]})",
                             R"({"translation_mm": [0, 0, 0], "fog": 2})",
                             R"({"translation_mm": [0, 0, 0], "rotation_wxyz": [1, 1, 0, 0]})"})

@@ -38,6 +38,12 @@ class Files : public ::testing::Test {
     write_text(folder_ / "c.csv", text);
     return refusal([&] { read_contact_track(folder_ / "c.csv"); });
   }
+  static std::vector<SoundState> voiced(const ContactTrack& track, double free_speed) {
+    std::vector<SoundState> states;
+    VoicedTrack all(track, free_speed);
+    while (const auto state = all.next()) states.push_back(*state);
+    return states;
+  }
   ContactTrack track(const std::string& text) {
     write_text(folder_ / "c.csv", text);
     return read_contact_track(folder_ / "c.csv");
@@ -139,16 +145,20 @@ TEST_F(Files, OfContactWithMistakesAreRefusedNamingLineAndColumn) {
 
 TEST_F(Files, OfContactWithoutSpindleSpeedLoseSpeedToTheForce) {
   const auto t = track("t_s,force_N,contact_area_mm2\n0,0,0\n1,2,1\n");
-  const auto states = voiced_states(t, 300 * kKrpm);
+  const auto states = voiced(t, 300 * kKrpm);
   EXPECT_NEAR(states.front().spindle, 300 * kKrpm, 1e-9);
   EXPECT_LT(states.back().spindle, 250 * kKrpm);
   EXPECT_GT(states.back().spindle, 200 * kKrpm);
 }
 
 TEST_F(Files, OfContactAreInterpolatedEveryMillisecond) {
-  const auto states = voiced_states(track("t_s,spindle_krpm\n0,300\n1,200\n"), 1);
-  ASSERT_EQ(states.size(), 1001u);
+  const auto states = voiced(track("t_s,spindle_krpm\n0,300\n1,200\n1.0005,100\n"), 1);
+  ASSERT_EQ(states.size(), 1002u);
+  EXPECT_EQ(states[500].t, 500'000'000);
   EXPECT_NEAR(states[500].spindle, 250 * kKrpm, 1e-6);
+  EXPECT_EQ(states[1000].t, kNanosPerSecond);
+  EXPECT_EQ(states[1000].spindle, 200 * kKrpm);
+  EXPECT_EQ(states[1001].spindle, 100 * kKrpm);
 }
 
 TEST_F(Files, OfSoundAreWrittenWholeOrNotAtAll) {
@@ -184,6 +194,10 @@ TEST_F(Files, ThatAreNoSoundAreRefused) {
   EXPECT_THAT(refusal([&] { read_recording(folder_ / "a.wav"); }), HasSubstr("a.wav"));
   EXPECT_THAT(refusal([&] { read_recording(folder_ / "gone.wav"); }), HasSubstr("no such file"));
   EXPECT_THAT(refusal([&] { read_recording(folder_ / ""); }), HasSubstr("directory"));
+  write_wav(folder_ / "none.wav", std::vector<double>(), 48000);
+  EXPECT_THAT(refusal([&] { read_recording(folder_ / "none.wav"); }), HasSubstr("no samples"));
+  write_wav(folder_ / "long.wav", std::vector<double>(1'801'000, 0.1), 1000);
+  EXPECT_THAT(refusal([&] { read_recording(folder_ / "long.wav"); }), HasSubstr("1801 s"));
 }
 
 TEST_F(Files, ComparedWithThemselvesAreZeroApartAndTwiceAsLoudIsSixDecibels) {

@@ -417,6 +417,20 @@ TEST(TickVoice, TellsForceRemovalAndSlipFromTheTicks) {
   EXPECT_TRUE(s.cutting_tool);
 }
 
+TEST(TickVoice, TellsTheSameOfABurThatBitesOnceAMillisecondAtAnyRate) {
+  for (const int per_ms : {1, 2, 4, 10}) {
+    TickVoice voice({true});
+    for (int i = 0; i < 40 * per_ms; ++i) {
+      ServoTick tick = tick_at(i / per_ms);  // all of a millisecond's removal and way in its first tick
+      tick.t = i * (1'000'000 / per_ms);
+      const SoundState s = voice.state_of(tick);
+      if (i < 5 * per_ms) continue;
+      EXPECT_NEAR(s.removal_rate, 0.5e-9, 1e-15) << per_ms << " kHz, tick " << i;
+      EXPECT_NEAR(s.slip_speed, 0.02, 1e-9) << per_ms << " kHz, tick " << i;
+    }
+  }
+}
+
 TEST(TickVoice, HearsNoForceInFreeAir) {
   TickVoice voice({true});
   ServoTick tick = tick_at(0);

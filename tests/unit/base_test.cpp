@@ -56,6 +56,18 @@ TEST(Pose, InnerLettersMeet) {
   EXPECT_LT(glm::length(X_AB * dvec3(1, 0, 0) - dvec3(1, 3, 3)), 1e-15);
 }
 
+TEST(Pose, TheTurnAndTheWayBetweenTwoAreThoseOfTheShorterRotation) {
+  using namespace literals;
+  const dvec3 axis = glm::normalize(dvec3(1, -2, 3));
+  const dquat a = glm::angleAxis(20.0_deg, dvec3(0, 1, 0));
+  for (const double turn : {0.0, 1e-3, 0.4, 3.1}) {
+    const dquat b = glm::angleAxis(turn, axis) * a;
+    EXPECT_NEAR(turn_between(a, b), turn, 1e-7);
+    EXPECT_NEAR(turn_between(a, -b), turn, 1e-7) << "the same rotation";
+    EXPECT_NEAR(way_between({{0, 0, 0}, a}, {{3, 4, 0}, b}, 2), 5 + 2 * turn, 1e-6);
+  }
+}
+
 TEST(Pose, RotationBetweenAlsoTurnsOppositeVectors) {
   for (const dvec3 to : {dvec3(0, 0, 1), dvec3(0, 0, -1), dvec3(1, 0, 0), glm::normalize(dvec3(1, -2, 3))}) {
     EXPECT_LT(glm::length(rotation_between({0, 0, 1}, to) * dvec3(0, 0, 1) - to), 1e-12);

@@ -182,6 +182,25 @@ TEST_F(Exercise, ABroughtInToothStandsUprightWhereTheRigsLook) {
   EXPECT_THROW(bring_in(tooth, cancelled), Cancelled);
   EXPECT_FALSE(std::filesystem::exists(folder / "scenes/Another.json"));
   EXPECT_FALSE(std::filesystem::exists(folder / "scenes/Another.vdb"));
+
+}
+
+TEST_F(Exercise, AToothThatCannotBeBroughtInLeavesAnOlderOneOfItsNameAsItWas) {
+  std::string obj;
+  for (const auto& v : {"0 0 0", "4 0 0", "0 4 0", "0 0 4"}) obj += fmt::format("v {}\n", v);
+  for (const auto& f : {"1 3 2", "1 2 4", "1 4 3", "2 3 4"}) obj += fmt::format("f {}\n", f);
+  folder.write("corner.obj", obj);
+  NewTooth tooth{.input = folder / "corner.obj", .name = "Corner"};
+  tooth.options.voxel = 0.5e-3;
+  Progress progress;
+  bring_in(tooth, progress);
+  const auto files = [&] { return std::pair(test::read_text(folder / "scenes/Corner.json"), test::read_text(folder / "scenes/Corner.vdb")); };
+  const auto before = files();
+  EXPECT_GT(before.second.size(), 1000u);
+  std::filesystem::create_directories(folder / fmt::format("scenes/Corner.json.{}.partial/in the way", getpid()));
+  tooth.options.voxel = 0.6e-3;
+  EXPECT_THROW(bring_in(tooth, progress), Error);
+  EXPECT_EQ(files(), before);
 }
 
 TEST_F(Exercise, OfAToothWhoseSceneCannotBeWrittenNothingIsLeft) {

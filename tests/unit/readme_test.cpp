@@ -1,9 +1,11 @@
-// What the pages for people name is there: files, links, options of commands.
+// What the pages for people name is there: files, links, options of commands; and what is there they name.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <map>
 #include <regex>
 #include <set>
 #include <string>
@@ -57,20 +59,93 @@ TEST(Readme, EveryPathOfTheTreeIsThere) {
   EXPECT_GT(paths, 30u);
 }
 
+const std::regex kNamedOption(R"re((?:^|[\s`[(])(--[a-z][a-z-]*\w))re");
+
+/// What the source of a command (COMMAND.cpp) declares; --json, which every command has alike, aside.
+std::map<std::string, std::set<std::string>> options_by_command() {
+  static const std::regex string(R"re("((?:-\w,)?--[a-z][a-z-]+(?:,[\w-]+)*)")re"), option(R"((--[a-z][a-z-]*\w))");
+  std::map<std::string, std::set<std::string>> found;
+  for (const auto& entry : fs::directory_iterator("engine/app/commands")) {
+    std::set<std::string>& options = found[entry.path().stem()];
+    for (const std::string& declared : all(text_of(entry.path()), string)) options.merge(all(declared, option));
+    options.erase("--json");
+  }
+  return found;
+}
+
 TEST(Readme, EveryOptionIsOneOfTheProgram) {
   std::set<std::string> options{"--help", "--json", "--version"};
-  static const std::regex string(R"re("((?:-\w,)?--[a-z][a-z-]+(?:,[\w-]+)*)")re"), option(R"((--[a-z][a-z-]*\w))");
-  for (const auto& entry : fs::directory_iterator("engine/app/commands"))
-    for (const std::string& declared : all(text_of(entry.path()), string)) options.merge(all(declared, option));
+  for (const auto& [command, own] : options_by_command()) options.insert(own.begin(), own.end());
   EXPECT_GT(options.size(), 60u);
-  static const std::regex named(R"re((?:^|[\s`[])(--[a-z][a-z-]*\w))re");
   for (const fs::path& page : pages()) {
     std::ifstream in(page);
     for (std::string line; std::getline(in, line);) {
       if (line.find("--") == std::string::npos || line.find("cmake") != std::string::npos || line.find("ctest") != std::string::npos) continue;
-      for (const std::string& name : all(line, named)) EXPECT_TRUE(options.contains(name)) << page << ": " << name;
+      for (const std::string& name : all(line, kNamedOption)) EXPECT_TRUE(options.contains(name)) << page << ": " << name;
     }
   }
+}
+
+TEST(Readme, EveryOptionOfACommandIsToldOfWhereTheCommandIsNamed) {
+  std::vector<std::string> paragraphs;
+  static const std::regex empty_line(R"(\n\s*\n)");
+  for (const fs::path& page : pages()) {
+    const std::string text = text_of(page);
+    paragraphs.insert(paragraphs.end(), std::sregex_token_iterator(text.begin(), text.end(), empty_line, -1), {});
+  }
+  for (const auto& [command, options] : options_by_command()) {
+    const std::regex names_it("(?:`|typodont )" + command + R"(\b)");
+    std::set<std::string> told;
+    for (const std::string& paragraph : paragraphs)
+      if (std::regex_search(paragraph, names_it)) told.merge(all(paragraph, kNamedOption));
+    for (const std::string& option : options) EXPECT_TRUE(told.contains(option)) << command << " " << option << " is in no page";
+  }
+}
+
+/// A row of a table of assets' licences.
+struct Licensed {
+  fs::path folder;
+  std::set<std::string> files;  // names and patterns with *, from there
+  std::string licence;          // the last cell
+  bool covers(const fs::path& file) const {
+    const std::string name = fs::relative(file, folder).string();
+    return std::any_of(files.begin(), files.end(), [&](std::string pattern) {
+      pattern = std::regex_replace(pattern, std::regex(R"(\.)"), R"(\.)");
+      return std::regex_match(name, std::regex(std::regex_replace(pattern, std::regex(R"(\*)"), "[^/]*")));
+    });
+  }
+};
+
+TEST(Assets, EveryFileStandsInATableWithItsLicenceAndThatOfOthersLiesBesideIt) {
+  static const std::regex row(R"(\|([^|]*`[^|]*)\|.*\|([^|]*)\|)"), quoted("`([^`]*)`");
+  std::vector<Licensed> rows;
+  std::vector<fs::path> files;
+  std::set<fs::path> licences;
+  for (const auto& entry : fs::recursive_directory_iterator("assets")) {
+    const fs::path& file = entry.path();
+    if (!entry.is_regular_file()) continue;
+    if (file.filename().string().starts_with("LICENSE")) licences.insert(file);
+    else if (file.filename() != "README.md") files.push_back(file);
+    if (file.filename() != "README.md") continue;
+    std::ifstream in(file);
+    std::smatch cells;
+    for (std::string line; std::getline(in, line);)
+      if (std::regex_match(line, cells, row)) rows.push_back({file.parent_path(), all(cells[1], quoted), cells[2]});
+  }
+  for (const fs::path& file : files) {
+    const auto covering = std::count_if(rows.begin(), rows.end(), [&](const Licensed& r) { return r.covers(file); });
+    EXPECT_EQ(covering, 1) << file << ": stands in as many rows";
+  }
+  for (const Licensed& r : rows) {
+    EXPECT_TRUE(std::any_of(files.begin(), files.end(), [&](const fs::path& f) { return r.covers(f); })) << *r.files.begin() << ": no such file";
+    if (r.licence.find("Apache-2.0") != std::string::npos) continue;  // our own
+    EXPECT_TRUE(std::regex_search(r.licence, std::regex("MIT|BSD-3-Clause"))) << *r.files.begin() << ": " << r.licence;
+    const std::set<std::string> texts = all(r.licence, quoted);
+    EXPECT_EQ(texts.size(), 1u) << *r.files.begin() << ": the licence's own text";
+    for (const std::string& text : texts) EXPECT_TRUE(fs::exists(r.folder / text)) << text;
+    for (const std::string& text : texts) licences.erase(r.folder / text);
+  }
+  EXPECT_TRUE(licences.empty()) << *licences.begin() << ": whose?";
 }
 
 }  // namespace

@@ -347,14 +347,37 @@ TEST(SessionWriter, WhenTheDiskHasRoomAgainItGoesOnAndTheGapIsAnEvent) {
   EXPECT_EQ(reader.events()[0].text, "{\"fault\": \"disk_full\", \"rows_lost\": 450}");
 }
 
+TEST(SessionWriter, PicturesThatTheDiskHadNoRoomForAreCountedAndTheRecordingDoesNotPassForWhole) {
+  TemporaryFolder folder;
+  std::uint64_t free = 1u << 30;
+  WriterOptions options;
+  options.free_bytes = [&] { return free; };
+  SessionResult result;
+  result.pictures = {{"before", "", {1, 2, 3}}, {"after", "", {4, 5}}};
+  SessionWriter writer(folder / "s.h5", some_header(), options);
+  writer.append(random_ticks(10, 31));
+  writer.flush();
+  free = 1000;
+  EXPECT_FALSE(writer.finish(result));
+  EXPECT_FALSE(writer.finish(result)) << "asked again";
+  EXPECT_THAT(writer.status().message, HasSubstr("lacks 2 pictures"));
+  const SessionReader reader(folder / "s.h5");
+  EXPECT_FALSE(reader.truncated());
+  EXPECT_EQ(reader.lost(), Lost{.pictures_disk = 2});
+  EXPECT_EQ(reader.tick_count(), 10u);
+  EXPECT_TRUE(reader.result()->pictures.empty());
+}
+
 TEST(SessionWriter, WhatTheRingsDroppedIsInTheFile) {
   TemporaryFolder folder;
   SessionWriter writer(folder / "s.h5", some_header());
-  writer.count_ring_losses(12, 3);
+  writer.count_ring_losses(12, 3, 7);
   EXPECT_FALSE(writer.finish({}));  // finished, but not whole
+  EXPECT_THAT(writer.status().message, HasSubstr("12 ticks, 3 cuts, 7 other entries"));
   const SessionReader reader(folder / "s.h5");
   EXPECT_EQ(reader.lost().ticks_ring, 12u);
   EXPECT_EQ(reader.lost().cuts_ring, 3u);
+  EXPECT_EQ(reader.lost().other_ring, 7u);
   EXPECT_FALSE(reader.truncated());
 }
 

@@ -230,6 +230,14 @@ TEST(Report, ASessionThatWasCutOffOrIsEmptySaysSo) {
   EXPECT_THAT(report_html(SessionReader(folder / "e.h5")), HasSubstr("Nothing was recorded"));
 }
 
+TEST(Report, SaysWhatDidNotReachTheFile) {
+  TemporaryFolder folder;
+  SessionWriter writer(folder / "s.h5", some_header());
+  writer.count_ring_losses(12, 0, 3);
+  ASSERT_FALSE(writer.finish({}));
+  EXPECT_THAT(report_html(SessionReader(folder / "s.h5")), HasSubstr("12 ticks, 0 cuts, 0 pictures and 3 other entries did not reach the file."));
+}
+
 TEST(Report, AMistakeInTheScenesRulesIsAnErrorThatNamesTheSession) {
   TemporaryFolder folder;
   SessionHeader header = some_header();

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "engine/app/commands/commands.h"
+#include "engine/app/picture/tissue_view.h"
 #include "engine/app/scene.h"
 #include "engine/base/error.h"
 #include "engine/base/progress.h"
@@ -35,19 +36,8 @@ void run(const Options& options) {
   const VoxelFrame& frame = volume.frame();
   const double tolerance =
       options.tolerance_mm < 0 ? surface::MesherOptions{}.tolerance : options.tolerance_mm * kMillimetre / frame.voxel;
-  surface::SurfaceMesher mesher({.tolerance = static_cast<float>(tolerance)});
-  FieldBrick brick;
-  const std::vector<glm::ivec3> bricks = volume.surface_bricks();
-  for (std::size_t i = 0; i < bricks.size(); ++i) {
-    progress.at(0.3 * static_cast<double>(i) / static_cast<double>(bricks.size()));
-    volume.read_brick(bricks[i], brick);
-    mesher.put(brick);
-  }
-  mesher.remesh();
-  progress.at(0.7);
-  const surface::WholeMesh mesh = surface::weld(mesher);
+  const surface::WholeMesh mesh = whole_surface(volume, static_cast<float>(tolerance), [&](double share) { progress.at(0.8 * share); });
   if (mesh.triangles.empty()) throw Error(options.input, "", "no surface", "tissue");
-  progress.at(0.8);
   surface::write_mesh(options.out, mesh, frame, load_materials());
   progress.at(1);
 

@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
-#include <algorithm>
 #include <cstdlib>
 #include <filesystem>
 #include <memory>
@@ -44,26 +43,8 @@ session::Language language_of(const std::string& wanted) {
 /// A folder of sessions: the learning curve.
 void run_folder(const Options& options, session::Language language) {
   using namespace session;
-  std::vector<std::filesystem::path> files;
-  for (const auto& entry : std::filesystem::directory_iterator(options.session)) {
-    if (entry.path().extension() == ".h5") files.push_back(entry.path());
-  }
-  std::sort(files.begin(), files.end());
-  std::vector<SessionSummary> sessions;
   Progress progress("sessions");
-  double done = 0;
-  for (const auto& file : files) {
-    progress.at(done++ / static_cast<double>(files.size()));
-    try {
-      sessions.push_back(summary_of(SessionReader(file)));
-    } catch (const Error& e) {
-      log::warn("left out: {}", e.what());
-    }
-  }
-  if (sessions.empty()) {
-    throw Error(options.session, "", files.empty() ? "a folder without sessions" : "no session that can be read",
-                "sessions (.h5)");
-  }
+  const std::vector<SessionSummary> sessions = sessions_in(options.session, progress);
   write_file_atomically(options.out, learning_curve_html(sessions, language));
   if (options.json) {
     nlohmann::json list = nlohmann::json::array();

@@ -114,8 +114,9 @@ struct SynthCommand {
 };
 
 void run_synth(const SynthCommand& c) {
+  constexpr double kLongest = 36000;  // s
   if (c.seconds == 0 && c.contact.empty()) throw Error("--seconds", "", "nothing", "a length, or --contact");
-  if (c.seconds != 0) check_range("--seconds", c.seconds, 1e-3, 36000);
+  if (c.seconds != 0) check_range("--seconds", c.seconds, 1e-3, kLongest);
   if (c.rate != 0) check_range("--rate", c.rate, 8000, 384000);
   check_range("--spindle-krpm", c.spindle_krpm, 0, 1000);
   audio::SoundModels models = audio::load_sound_models(c.model);
@@ -148,34 +149,37 @@ void run_synth(const SynthCommand& c) {
     reference = "none";
   }
 
-  std::vector<audio::SoundState> states;
   if (c.contact.empty()) {
     audio::SoundState idle;
     idle.spindle = models.free_speed;
     idle.pedal = 1;
-    states.push_back(idle);
-  } else {
-    states = audio::voiced_states(track, models.free_speed);
-    if (states.front().t > 0) {  // as it begins, so it was before
-      states.insert(states.begin(), states.front());
-      states.front().t = 0;
-    }
+    track.states.push_back(idle);
+    track.has_spindle = true;
+  } else if (track.states.front().t > 0) {  // as it begins, so it was before
+    track.states.insert(track.states.begin(), track.states.front());
+    track.states.front().t = 0;
   }
   const double rate = c.rate > 0 ? c.rate : models.idle.rate;
   const double seconds = c.seconds > 0 ? c.seconds : std::max(track.end, 1e-3);
+  if (seconds > kLongest) throw Error(c.contact, "t_s", fmt::format("{} s", seconds), fmt::format("at most {} s, or --seconds", kLongest));
   const auto total = static_cast<std::size_t>(std::llround(seconds * rate));
   audio::DrillSynth synth(models, rate, c.seed);
   audio::WavWriter wav(c.out, rate, c.wide ? audio::SampleFormat::kFloat32 : audio::SampleFormat::kPcm16);
   double power = 0, peak = 0;
+  std::size_t states = 0;  // heard
   {
     std::optional<Progress> progress;
     if (seconds > 300) progress.emplace("sound");
     std::vector<float> buffer(4096);
-    std::size_t next_state = 0;
+    audio::VoicedTrack voiced(track, models.free_speed);
+    std::optional<audio::SoundState> state = voiced.next();
     for (std::size_t done = 0; done < total;) {
       const std::size_t count = std::min(buffer.size(), total - done);
       const double until = static_cast<double>(done + count) / rate;
-      while (next_state < states.size() && to_seconds(states[next_state].t) <= until) synth.push(states[next_state++]);
+      for (; state && to_seconds(state->t) <= until; state = voiced.next()) {
+        synth.push(*state);
+        ++states;
+      }
       const std::span<float> part(buffer.data(), count);
       synth.render(part);
       wav.write(part);
@@ -202,7 +206,7 @@ void run_synth(const SynthCommand& c) {
     j["peak_dB"] = 20 * std::log10(peak + 1e-15);
     j["free_speed_krpm"] = models.free_speed / kKrpm;
     j["free_speed_from"] = reference;
-    j["states"] = states.size();
+    j["states"] = states;
     fmt::print("{}\n", j.dump(2, ' ', false, ordered_json::error_handler_t::replace));
     return;
   }

@@ -22,6 +22,7 @@
 #include "engine/base/realtime.h"
 #include "engine/base/ring.h"
 #include "engine/base/units.h"
+#include "engine/display/keys.h"
 #include "engine/display/output.h"
 #include "engine/render/picture.h"
 #include "haptics/devices/driver.h"
@@ -415,14 +416,14 @@ class Guide {
     if (!screen_ || end_) return;
     const display::UserInput input = screen_->poll();
     if (input.close) end_ = GuideEnd::kStop;
-    constexpr int kEnter = 257, kKeypadEnter = 335, kBackspace = 259, kEscape = 256;  // GLFW's codes
+    namespace keys = display::keys;
     std::string lines;
     for (const int key : input.pressed) {
-      if (key == kEnter || key == kKeypadEnter || key == ' ') lines += "\n";
-      if (key == 'U' || key == kBackspace) lines += "undo\n";
+      if (key == keys::kEnter || key == keys::kKeypadEnter || key == ' ') lines += "\n";
+      if (key == 'U' || key == keys::kBackspace) lines += "undo\n";
       if (key == 'D') lines += "done\n";
       if (key == 'S') lines += "skip\n";
-      if (key == 'Q' || key == kEscape) lines += "quit\n";
+      if (key == 'Q' || key == keys::kEscape) lines += "quit\n";
     }
     keys_.put(lines);
 #endif

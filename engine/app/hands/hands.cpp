@@ -138,12 +138,12 @@ void hold_hands(Wiring& wiring, bool hold) noexcept {
   hold ? haptics::emergency_stop_all() : haptics::clear_emergency_all();
 }
 
-void left_hand_thread(Wiring& wiring, haptics::HapticDevice& hand, double mirror, bool record) {
+void left_hand_thread(Wiring& wiring, haptics::HapticDevice& hand, const MouthMirror& mirror, bool record) {
   enter_realtime({.priority = 78, .core = -1, .lock_memory = false});  // below the hand that drills
   haptics::HandSample sample;
   while (!wiring.stop.load(std::memory_order_relaxed) && hand.read(sample)) {
     hand.write(dvec3(0), dvec3(0));  // arms answer only to who speaks to them
-    wiring.mouth_mirror.publish({sample.X_WT * mirror_in_tool(), mirror, 0});
+    wiring.mouth_mirror.publish(held(mirror, sample.X_WT));
     const Nanos zero = wiring.session_zero.load(std::memory_order_relaxed);
     if (record && zero != 0) {
       sample.t = now() - zero;  // on the session's clock, whatever the device's own

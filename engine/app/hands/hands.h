@@ -76,7 +76,7 @@ class PedalLock {
 /// the hands are let go on; then force comes back once they are free of contact.
 void hold_hands(Wiring& wiring, bool hold) noexcept;
 
-/// The second hand's thread: its pose is where the mouth mirror is. `mirror`: the glass, m.
-void left_hand_thread(Wiring& wiring, haptics::HapticDevice& hand, double mirror, bool record);
+/// The second hand's thread: its pose is where the mouth mirror is. `mirror`: the scene's.
+void left_hand_thread(Wiring& wiring, haptics::HapticDevice& hand, const MouthMirror& mirror, bool record);
 
 }  // namespace typodont

@@ -38,7 +38,6 @@ constexpr double kLostOpacity = 0.35;
 constexpr double kFullForce = 3;       // N that shake a controller fully
 constexpr double kSlowest = 60, kFastest = 320;     // Hz a controller can make felt
 constexpr double kFastSpindle = 400 * kKrpm;        // rad/s
-constexpr double kMirrorDiameter = 22e-3;  // m, size 4
 // What is a controller's tip at rest, and an arm's.
 constexpr calibration::StillTouch::Limits kStillController{0.15, 2e-3}, kStillArm{0.15, 0.5e-3};
 constexpr double kLongestFrame = 20;   // s: the slowest processor has drawn it by then
@@ -239,7 +238,7 @@ struct XrSession::Thread {
     }
     if (mirror_hand < 0) return;
     const display::HmdHand& hand = frame.hands[static_cast<std::size_t>(mirror_hand)];
-    if (hand.tracked) mirror = {hand.X_WT * mirror_in_tool(), kMirrorDiameter, scene_mirror.fog};
+    if (hand.tracked) mirror = held(scene_mirror, hand.X_WT);
   }
 
   /// The next of the tray; the servo takes it up when pedal, drill and tissue allow it.

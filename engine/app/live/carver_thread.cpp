@@ -27,17 +27,24 @@ class TissueSaver {
 
   void start(const haptics::TissueVolume& tissue, const std::filesystem::path& file) {
     if (file.empty()) return log::warn("nowhere to save to: start with --save VOLUME.vdb");
-    // A later one waits for an earlier one, and the carver for neither.
-    thread_ = std::jthread([&wiring = wiring_, earlier = std::move(thread_), tissue = tissue.clone(), file]() mutable {
-      if (earlier.joinable()) earlier.join();
+    const auto try_to = [&wiring = wiring_](const auto& part) {
       try {
-        tissue.save(file);
-        log::info("saved {}", file.string());
-        ++wiring.saved;
+        part();
       } catch (const std::exception& e) {
         log::warn("not saved: {}", e.what());
         ++wiring.not_saved;
       }
+    };
+    // A later one waits for an earlier one, and the carver for neither.
+    try_to([&] {
+      thread_ = std::jthread([&wiring = wiring_, try_to, tissue = tissue.clone(), file, earlier = std::move(thread_)]() mutable {
+        if (earlier.joinable()) earlier.join();
+        try_to([&] {
+          tissue.save(file);
+          log::info("saved {}", file.string());
+          ++wiring.saved;
+        });
+      });
     });
   }
 
@@ -89,9 +96,7 @@ void brush(LiveSession& s, const BrushMove& move) {
   s.book.painted(move.stroke, s.carver.volume());
 }
 
-}  // namespace
-
-void carver_thread(LiveSession& s) {
+void carve(LiveSession& s) {
   Wiring& wiring = s.wiring;
   TissueSaver saver(wiring);
   TissueView view(wiring.tolerance);
@@ -161,6 +166,17 @@ void carver_thread(LiveSession& s) {
     if (!worked) std::this_thread::sleep_for(awaited ? 20us : idle < 100 ? 300us : idle < 400 ? 3000us : 10'000us);
   }
   while (wiring.cuts_to_carver.pop(cut)) s.carver.apply(cut);
+}
+
+}  // namespace
+
+void carver_thread(LiveSession& s) {
+  try {
+    carve(s);
+  } catch (const std::exception& e) {
+    s.carver_failure = e.what();
+    s.wiring.stop = true;
+  }
   s.voxels_cut = haptics::voxels_cut_by_this_thread();
 }
 

@@ -62,7 +62,10 @@ void recorder_thread(LiveSession& s, session::SessionWriter& writer) {
     PictureTiming picture;
     while (wiring.pictures_to_recorder.pop(picture))
       if (zero != 0 && picture.t >= zero) writer.append(s.picture_stream, picture.t - zero, picture_stream_row(picture));
-    writer.count_ring_losses(wiring.ticks_to_recorder.dropped(), wiring.cuts_to_recorder.dropped());
+    const std::uint64_t other = wiring.patches_to_recorder.dropped() + wiring.edits_to_recorder.dropped() + wiring.pieces_to_recorder.dropped() +
+                                wiring.seen_to_recorder.dropped() + wiring.left_to_recorder.dropped() + wiring.xr_frames_to_recorder.dropped() +
+                                wiring.pictures_to_recorder.dropped();
+    writer.count_ring_losses(wiring.ticks_to_recorder.dropped(), wiring.cuts_to_recorder.dropped(), other);
     writer.heartbeat();
     if (s.operated) {
       const session::WriterStatus& status = writer.status();

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <optional>
+#include <string>
 
 #include "engine/app/hands/hands.h"
 #include "engine/app/recording/session_record.h"
@@ -33,6 +34,7 @@ struct LiveSession {
   bool draw = false, record = false, debris = false, operated = false;
   bool watched = false;  // bricks go to the operator too: the headset takes the others
   StrokeBook book;       // carver thread until it has ended
+  std::string carver_failure;  // the same: why it could not go on
   Nanos mesh_interval = 16'000'000;  // ns between looks for changed bricks: no more often than they are drawn
   std::size_t xr_stream = 0;       // which of the recording's streams a headset's frames are
   std::size_t picture_stream = 0;  // the same, of a picture on a screen
@@ -65,7 +67,8 @@ struct LiveSession {
 
 /// Reads the hand, whose pace is the clock; feels, cuts, writes the force. Zero force when it returns.
 void servo_thread(LiveSession& s, haptics::HapticDevice& hand);
-/// Owns the tissue: repeats the servo's cuts on it, cuts patches out of it, meshes what changed, undoes.
+/// Owns the tissue: repeats the servo's cuts on it, cuts patches out of it, meshes what changed, undoes. Where it cannot go on,
+/// for want of memory, it ends the session.
 void carver_thread(LiveSession& s);
 /// Takes everything that is recorded out of its rings and to the file.
 void recorder_thread(LiveSession& s, session::SessionWriter& writer);

@@ -7,12 +7,13 @@
 #include <nlohmann/json.hpp>
 
 #include "engine/app/operator/library.h"
+#include "engine/app/picture/tissue_view.h"
 #include "engine/app/recording/replay.h"
 #include "engine/app/recording/session_report.h"
 #include "engine/app/scene.h"
 #include "engine/base/error.h"
 #include "engine/base/json.h"
-#include "engine/base/log.h"
+#include "engine/base/partial_file.h"
 #include "engine/base/units.h"
 #include "engine/session/report.h"
 #include "engine/session/session_file.h"
@@ -118,14 +119,10 @@ void make_expert(const fs::path& session) {
   const fs::path folder = expert_folder(session.parent_path());
   std::error_code code;
   fs::create_directories(folder, code);
-  // Whole or not at all: found under its name once it is there.
-  const fs::path copy = folder / session.filename(), half = folder / fmt::format(".{}", session.filename().string());
-  if (!code) fs::copy_file(session, half, fs::copy_options::overwrite_existing, code);
-  if (!code) fs::rename(half, copy, code);
-  if (!code) return;
-  std::error_code ignored;
-  fs::remove(half, ignored);
-  throw Error(copy.string(), "", code.message(), "a file that can be written");
+  PartialFile copy(folder / session.filename());
+  if (!code) fs::copy_file(session, copy.path(), code);
+  if (code) throw Error(copy.file().string(), "", code.message(), "a file that can be written");
+  copy.keep();
 }
 
 fs::path bring_in(const NewTooth& tooth, Progress& progress) {
@@ -140,23 +137,21 @@ fs::path bring_in(const NewTooth& tooth, Progress& progress) {
   fs::create_directories(folder, code);
   if (code) throw Error(folder.string(), "", code.message(), "a folder that can be made");
   const std::string stem = file_name_of(tooth.name);
-  const fs::path volume = folder / (stem + ".vdb"), file = folder / (stem + ".json");
-  haptics::TissueVolume(tissue).save(volume);
+  // Nothing takes an older one's place before all is there.
+  PartialFile volume(folder / (stem + ".vdb")), file(folder / (stem + ".json"));
+  haptics::TissueVolume(tissue).save(volume.path());
   const nlohmann::ordered_json scene = {
       {"name", tooth.name},
       {"description", tooth.input.filename().string()},
-      {"tissue", {{"volume", volume.filename().string()}}},
+      {"tissue", {{"volume", volume.file().filename().string()}}},
       {"tools", {"round_012", "cylinder_010", "round_014", "explorer", "excavator_spoon"}},
       {"spindle", "air_turbine"},
       {"parts", {"haptics", "render", "sound", "debris", "record", "score"}}};
-  try {
-    write_file_atomically(file, scene.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
-    progress.at(1);
-  } catch (...) {
-    fs::remove(file, code), fs::remove(volume, code);
-    throw;
-  }
-  return file;
+  write_file_atomically(file.path(), scene.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
+  progress.at(1);
+  volume.keep();
+  file.keep();
+  return file.file();
 }
 
 void export_surface(const fs::path& session, const fs::path& mesh, Progress& progress) {
@@ -171,17 +166,7 @@ void export_surface(const fs::path& session, const fs::path& mesh, Progress& pro
     progress.at(0.1);
     return tissue_at_end(reader, scene, load_tissue(scene));
   }();
-  surface::SurfaceMesher mesher({.tolerance = 0.1f});
-  FieldBrick brick;
-  const std::vector<glm::ivec3> bricks = tissue.surface_bricks();
-  for (std::size_t i = 0; i < bricks.size(); ++i) {
-    progress.at(0.3 + 0.3 * static_cast<double>(i) / static_cast<double>(bricks.size()));
-    tissue.read_brick(bricks[i], brick);
-    mesher.put(brick);
-  }
-  mesher.remesh();
-  progress.at(0.8);
-  const surface::WholeMesh whole = surface::weld(mesher);
+  const surface::WholeMesh whole = whole_surface(tissue, 0.1f, [&](double share) { progress.at(0.3 + 0.6 * share); });
   if (whole.triangles.empty()) throw Error(session.string(), "", "no surface", "tissue");
   progress.at(0.9);
   surface::write_mesh(mesh, whole, tissue.frame(), materials);
@@ -190,21 +175,7 @@ void export_surface(const fs::path& session, const fs::path& mesh, Progress& pro
 
 void write_learning_curve(const fs::path& folder, const fs::path& page, int language, Progress& progress) {
   progress.stage("op.making_report");
-  std::vector<fs::path> files;
-  std::error_code code;
-  for (const auto& entry : fs::directory_iterator(folder, code))
-    if (entry.path().extension() == ".h5") files.push_back(entry.path());
-  std::sort(files.begin(), files.end());
-  std::vector<session::SessionSummary> sessions;
-  for (std::size_t i = 0; i < files.size(); ++i) {
-    progress.at(static_cast<double>(i) / static_cast<double>(files.size()));
-    try {
-      sessions.push_back(summary_of(session::SessionReader(files[i])));
-    } catch (const Error& e) {
-      log::warn("left out: {}", e.what());
-    }
-  }
-  if (sessions.empty()) throw Error(folder.string(), "", "no session that can be read", "sessions (.h5)");
+  const auto sessions = sessions_in(folder, progress);
   write_file_atomically(page, session::learning_curve_html(sessions, static_cast<session::Language>(language)));
   progress.at(1);
 }

@@ -33,7 +33,7 @@ struct NewTooth {
   Crown crown = Crown::kUp;
 };
 /// Makes a volume of it, stood upright where the shipped rigs look, and a scene to practise on; both in the user's
-/// folder. Returns the scene. Throws Error, Cancelled: then nothing is there.
+/// folder, in the place of any of that name. Returns the scene. Throws Error, Cancelled: then nothing has changed.
 std::filesystem::path bring_in(const NewTooth& tooth, Progress& progress);
 
 /// The tissue as a session left it, or as it was saved, as a surface: .stl, .ply or .obj. Throws Error, Cancelled.

@@ -185,7 +185,7 @@ InterfaceWindow::~InterfaceWindow() {
 }
 
 void InterfaceWindow::wait_idle() {
-  vkDeviceWaitIdle(device_.device);
+  if (device_.device) vkDeviceWaitIdle(device_.device);  // none: a new one could not be made
 }
 
 void InterfaceWindow::build_fonts() {

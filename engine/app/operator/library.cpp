@@ -147,18 +147,22 @@ std::vector<RigChoice> find_rigs(const OperatorState& s) {
   return rigs;
 }
 
+std::string date_and_time() {
+  const std::time_t t = std::time(nullptr);
+  std::tm local{};
+  localtime_r(&t, &local);
+  char date[32];
+  std::strftime(date, sizeof date, "%Y-%m-%d_%H-%M-%S", &local);
+  return date;
+}
+
 fs::path new_session_file(const std::string& trainee, const std::string& scene) {
   const std::string who = file_name_of(trainee);
   const fs::path folder = user_folder() / "sessions" / (who.empty() ? "guest" : who);
   std::error_code code;
   fs::create_directories(folder, code);
   if (code) throw Error(folder.string(), "", code.message(), "a folder that can be made");
-  const std::time_t t = std::time(nullptr);
-  std::tm local{};
-  localtime_r(&t, &local);
-  char date[32];
-  std::strftime(date, sizeof date, "%Y-%m-%d_%H-%M-%S", &local);
-  return folder / fmt::format("{}_{}.h5", date, file_name_of(scene));
+  return folder / fmt::format("{}_{}.h5", date_and_time(), file_name_of(scene));
 }
 
 fs::path expert_folder(const fs::path& trainee_folder) {

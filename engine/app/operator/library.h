@@ -29,6 +29,8 @@ std::vector<HandEntry> find_hands(const OperatorState& s);
 /// In this window, then rigs for screens and mirrors, shipped and the user's.
 std::vector<RigChoice> find_rigs(const OperatorState& s);
 
+/// Here and now, as names of files begin: "2026-11-21_12-30-05".
+std::string date_and_time();
 /// ~/Typodont/sessions/TRAINEE/DATE_SCENE.h5, its folder made.
 std::filesystem::path new_session_file(const std::string& trainee, const std::string& scene);
 

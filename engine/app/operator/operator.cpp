@@ -41,18 +41,35 @@ constexpr Nanos kReviveInterval = 10 * kNanosPerSecond;
 class Operator {
  public:
   void run() {
-    while (!quit_) {
-      try {
-        turn();
-      } catch (const gpu::DeviceLost& e) {
-        make_anew(e);
+    try {
+      while (!quit_) {
+        try {
+          turn();
+        } catch (const gpu::DeviceLost& e) {
+          make_anew(e);
+        }
       }
+    } catch (...) {
+      leave();
+      throw;
     }
-    if (desk_.running()) end_session("");
+    leave();
     choices_.remember();
   }
 
  private:
+  /// The program ends, of itself or not: the session in order, and what an author has not saved is kept.
+  void leave() noexcept {
+    try {
+      work_.drop();
+      if (desk_.running()) desk_.end("");
+      if (const Authored* made = desk_.authored(); made && made->unsaved)
+        log::warn("not yet saved, kept as an exercise: {}", keep_exercise(s_, *made).string());
+    } catch (const std::exception& e) {
+      log::error("{}", e.what());
+    }
+  }
+
   /// One look at what was done, one frame where there is something to show.
   void turn() {
     const auto moving = [&] { return desk_.running() && !desk_.at_rest(); };
@@ -190,7 +207,7 @@ class Operator {
         s_.say(s_.text("op.deleted"));
         break;
       case Ask::kSaveExercise:
-        if (const Authored* authored = desk_.authored()) save_exercise(s_, work_, choices_, *authored);
+        if (Authored* authored = desk_.authored()) save_exercise(s_, work_, choices_, *authored);
         break;
       case Ask::kArchive:
         open_archive();
@@ -315,7 +332,11 @@ class Operator {
 
 void run_operator() {
   Operator op;
-  op.run();
+  try {
+    op.run();
+  } catch (const Error& e) {  // it was open: no lack of a desktop
+    throw RunFailure(e.what());
+  }
 }
 
 }  // namespace typodont

@@ -4,7 +4,7 @@
 
 namespace typodont {
 
-/// Until the window is closed. Throws Error where there is no desktop.
+/// Until the window is closed. Throws Error where there is no desktop, RunFailure where it cannot go on.
 void run_operator();
 
 }  // namespace typodont

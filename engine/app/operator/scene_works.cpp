@@ -8,6 +8,7 @@
 
 #include "engine/app/operator/archive.h"
 #include "engine/app/operator/exercise.h"
+#include "engine/app/operator/library.h"
 #include "engine/base/log.h"
 #include "engine/base/units.h"
 
@@ -56,10 +57,11 @@ NewExercise exercise_of(const OperatorState& s, const Authored& authored) {
 
 /// Both come with a scene: it is looked for, chosen, and told of.
 void begin(OperatorState& s, LongWork& work, Choices& choices, const char* text, const char* words,
-           std::function<fs::path(Progress&)> make) {
+           std::function<fs::path(Progress&)> make, std::function<void()> then = {}) {
   const auto file = std::make_shared<fs::path>();
   work.begin([make = std::move(make), file](Progress& progress) { *file = make(progress); },
-             [&s, &choices, text, words, file] {
+             [&s, &choices, text, words, file, then = std::move(then)] {
+               if (then) then();
                choices.rescan();
                choices.choose_scene(*file);
                s.say(fmt::format("{} {}", s.text(text), file->string()));
@@ -74,9 +76,22 @@ void bring_in(OperatorState& s, LongWork& work, Choices& choices) {
         [tooth = tooth_of(s.import)](Progress& progress) { return bring_in(tooth, progress); });
 }
 
-void save_exercise(OperatorState& s, LongWork& work, Choices& choices, const Authored& authored) {
-  begin(s, work, choices, "op.exercise_saved", "exercise saved",
-        [made = exercise_of(s, authored)](Progress& progress) { return write_exercise(made, progress); });
+void save_exercise(OperatorState& s, LongWork& work, Choices& choices, Authored& authored) {
+  begin(
+      s, work, choices, "op.exercise_saved", "exercise saved",
+      [made = exercise_of(s, authored)](Progress& progress) { return write_exercise(made, progress); },
+      [&authored] { authored.unsaved = false; });
+}
+
+fs::path keep_exercise(const OperatorState& s, const Authored& authored) {
+  NewExercise made = exercise_of(s, authored);
+  made.name = fmt::format("{} {}", authored.scene.name, date_and_time());
+  // What the form would have refused is no reason to lose the rest.
+  made.ideal = &authored.tissue;
+  made.ideal_mesh.clear();
+  made.rules.reset();
+  Progress unwatched;
+  return write_exercise(made, unwatched);
 }
 
 }  // namespace typodont

@@ -45,7 +45,6 @@ void SessionDesk::start(const Scene& scene, const RigChoice& rig, const std::str
   options.embedded = rig.embedded;
   options.device = &window_.device();
   options.monitor = rig.embedded ? -1 : s_.monitor;
-  authored_.reset();
   brush_down_ = false;
   scene_ = scene;
   // A session is written down from its beginning, wherever that is kept, so that it may still be kept at its end.
@@ -83,6 +82,7 @@ void SessionDesk::start(const Scene& scene, const RigChoice& rig, const std::str
     begin_views(scene);
     s_.live_is_own = rig.embedded;
     bench_->start();
+    authored_.reset();
   } catch (...) {
     window_.wait_idle();
     bench_.reset();
@@ -229,7 +229,7 @@ void SessionDesk::show_own_view(bool own) {
 
 /// The brush follows the tool's head: a ball where it is set down, then one swept as far as it moves.
 void SessionDesk::paint() {
-  if (!s_.painting) {
+  if (!s_.painting || !is_finite(s_.status.tick.X_WT.p)) {  // what a broken device says is nowhere
     brush_down_ = false;
     return;
   }
@@ -247,26 +247,29 @@ void SessionDesk::paint() {
 }
 
 void SessionDesk::end(const std::string& why) {
-  s_.score = bench_->score_so_far();
-  s_.outcome.score = s_.score;
   s_.live = nullptr;
   s_.page = Page::kResult;
   if (why.empty())
     s_.say("");
   else
     s_.fail(why);
-  try {
-    s_.outcome.summary = bench_->stop();
-  } catch (const std::exception& e) {
-    s_.outcome.failure = e.what();
-  }
+  const auto try_to = [&](const auto& part) {
+    try {
+      part();
+    } catch (const std::exception& e) {
+      s_.outcome.failure = e.what();
+    }
+  };
+  try_to([&] { s_.outcome.score = s_.score = bench_->score_so_far(); });
+  try_to([&] { s_.outcome.summary = bench_->stop(); });
   window_.wait_idle();  // it may still be showing the picture
-  if (s_.author && s_.outcome.failure.empty()) {
+  if (s_.author) {  // however it ended: the tissue is whole
     s_.exercise.rules = rule_choices(*scene_);
     s_.exercise.base_aims = scene_->task && scene_->task->ideal;
     s_.exercise.fresh = true;
+    const bool unsaved = bench_->strokes().done > 0;
     std::vector<PaintStroke> strokes = bench_->painted();
-    authored_.reset(new Authored{*scene_, bench_->take_tissue(), std::move(strokes)});
+    authored_.reset(new Authored{*scene_, bench_->take_tissue(), std::move(strokes), unsaved});
   }
   bench_.reset();
   log::info("session ended: {:.1f} s", s_.outcome.summary.seconds);

@@ -21,6 +21,7 @@ struct Authored {
   Scene scene;  // what it was made from
   haptics::TissueVolume tissue;
   std::vector<PaintStroke> strokes;
+  bool unsaved = false;  // painted or drilled, and no exercise yet
 };
 
 class SessionDesk {
@@ -43,7 +44,7 @@ class SessionDesk {
   void emergency_stop() { bench_->emergency_stop(); }
 
   /// Of the last session, where it was one for authors.
-  const Authored* authored() const { return authored_.get(); }
+  Authored* authored() { return authored_.get(); }
   void forget_authored() { authored_.reset(); }
 
   /// The window's device is about to go: the session goes on without a picture until there is another.

@@ -33,6 +33,25 @@ render::MeshUpdate brick_update(const glm::ivec3& key, const surface::BrickMesh*
   return update;
 }
 
+surface::WholeMesh whole_surface(const haptics::TissueVolume& volume, float tolerance, const std::function<void(double)>& progress) {
+  const auto at = [&](double share) {
+    if (progress) progress(share);
+  };
+  surface::SurfaceMesher mesher({.tolerance = tolerance});
+  FieldBrick brick;
+  const std::vector<glm::ivec3> bricks = volume.surface_bricks();
+  for (std::size_t i = 0; i < bricks.size(); ++i) {
+    at(0.4 * static_cast<double>(i) / static_cast<double>(bricks.size()));
+    volume.read_brick(bricks[i], brick);
+    mesher.put(brick);
+  }
+  mesher.remesh();
+  at(0.9);
+  surface::WholeMesh mesh = surface::weld(mesher);
+  at(1);
+  return mesh;
+}
+
 namespace {
 
 constexpr int kLook = 14;  // voxels under a corner, at most

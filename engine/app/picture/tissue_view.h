@@ -1,10 +1,12 @@
 // From the carver's volume to what the renderer takes: the bricks that changed, as triangles. Carver's thread.
 #pragma once
 
+#include <functional>
 #include <vector>
 
 #include "engine/app/picture/label_blocks.h"
 #include "engine/render/renderer.h"
+#include "engine/surface/mesh_export.h"
 #include "engine/surface/surface_mesher.h"
 #include "haptics/tissue_volume.h"
 
@@ -12,6 +14,10 @@ namespace typodont {
 
 /// One brick as the renderer takes it; nullptr: nothing is left of it. Positions become metres from the volume's origin.
 render::MeshUpdate brick_update(const glm::ivec3& key, const surface::BrickMesh* mesh, double voxel);
+
+/// The whole surface at once, corners shared. `tolerance`: how far triangles may lie from it, voxels; `progress`: told its share,
+/// 0..1; what that throws ends the work.
+surface::WholeMesh whole_surface(const haptics::TissueVolume& volume, float tolerance, const std::function<void(double)>& progress = {});
 
 class TissueView {
  public:

@@ -20,10 +20,7 @@ SessionPlayer::SessionPlayer(const std::filesystem::path& file) : session_(file)
   if (session_.tick_count() == 0) throw Error(file.string(), "", "no ticks", "a recorded session");
   begin_ = to_seconds(session_.ticks(0, 1).front().t);
   end_ = to_seconds(session_.ticks(session_.tick_count() - 1, 1).front().t);
-  std::vector<StrokeEdit> edits;
-  for (const session::SessionEvent& event : session_.events()) {
-    if (const auto edit = edit_of(event)) edits.push_back(*edit);
-  }
+  const std::vector<StrokeEdit> edits = edits_of(session_);
   auto edit = edits.begin();
   const auto add_edits = [&](std::uint64_t before_cut) {
     for (; edit != edits.end() && edit->cuts < before_cut; ++edit) deeds_.push_back({edit->t, nullptr, edit->redo});
@@ -104,14 +101,7 @@ void SessionPlayer::seek(double seconds) {
   if (back) go_back(t);
   go_on(t);
   if (back) fresh_.clear();
-  if (block_.empty() || block_.front().t > t || block_.back().t <= t) {
-    std::uint64_t first = 0, last = session_.tick_count();  // bisected: the wanted tick lies in [first, last)
-    while (last - first > 1) {
-      const std::uint64_t middle = first + (last - first) / 2;
-      (session_.ticks(middle, 1).front().t <= t ? first : last) = middle;
-    }
-    block_ = session_.ticks(first, kBlock);
-  }
+  if (block_.empty() || block_.front().t > t || block_.back().t <= t) block_ = session_.ticks(place_of_tick_at(session_, t), kBlock);
   const auto after = std::upper_bound(block_.begin(), block_.end(), t, [](Nanos v, const ServoTick& tick) { return v < tick.t; });
   tick_ = after == block_.begin() ? block_.front() : *(after - 1);
 }

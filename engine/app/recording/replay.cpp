@@ -47,14 +47,6 @@ void require_same_files(const session::SessionHeader& header) {
   }
 }
 
-std::vector<StrokeEdit> edits_of(const session::SessionReader& session) {
-  std::vector<StrokeEdit> edits;
-  for (const session::SessionEvent& event : session.events()) {
-    if (const auto edit = edit_of(event)) edits.push_back(*edit);
-  }
-  return edits;
-}
-
 void repeat(haptics::Carver& carver, const StrokeEdit& edit) {
   edit.redo ? carver.redo() : carver.undo();
 }
@@ -86,14 +78,18 @@ haptics::TissueVolume tissue_at_end(const session::SessionReader& session, const
   return tissue_at(session, scene, std::move(start), std::numeric_limits<Nanos>::max());
 }
 
-ServoTick tick_at(const session::SessionReader& session, Nanos t) {
-  if (session.tick_count() == 0) throw Error(session.file().string(), "", "no ticks", "a recorded session");
+std::uint64_t place_of_tick_at(const session::SessionReader& session, Nanos t) {
   std::uint64_t first = 0, end = session.tick_count();  // bisected: the wanted tick lies in [first, end)
   while (end - first > 1) {
     const std::uint64_t middle = first + (end - first) / 2;
     (session.ticks(middle, 1).front().t <= t ? first : end) = middle;
   }
-  return session.ticks(first, 1).front();
+  return first;
+}
+
+ServoTick tick_at(const session::SessionReader& session, Nanos t) {
+  if (session.tick_count() == 0) throw Error(session.file().string(), "", "no ticks", "a recorded session");
+  return session.ticks(place_of_tick_at(session, t), 1).front();
 }
 
 ReplayResult replay_session(const std::filesystem::path& session_file, const std::function<void(double)>& progress) {
@@ -164,6 +160,7 @@ ReplayResult replay_session(const std::filesystem::path& session_file, const std
     result.identical = false;
     result.what_differs = "the tissue at the end";
   }
+  if (!result.identical && session.lost().any()) result.what_differs += "; the recording lacks " + in_words(session.lost());
   return result;
 }
 

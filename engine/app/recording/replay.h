@@ -50,7 +50,8 @@ Scene scene_of(const session::SessionReader& session);
 haptics::TissueVolume tissue_at(const session::SessionReader& session, const Scene& scene, haptics::TissueVolume start, Nanos t);
 haptics::TissueVolume tissue_at_end(const session::SessionReader& session, const Scene& scene, haptics::TissueVolume start);
 
-/// The last tick not after t; the first where there is none before.
+/// The last tick not after t, and its place among all; the first where there is none before. The session has ticks.
+std::uint64_t place_of_tick_at(const session::SessionReader& session, Nanos t);
 ServoTick tick_at(const session::SessionReader& session, Nanos t);
 
 }  // namespace typodont

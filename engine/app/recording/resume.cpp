@@ -8,7 +8,6 @@
 #include "engine/app/recording/replay.h"
 #include "engine/base/error.h"
 #include "engine/base/units.h"
-#include "engine/session/session_file.h"
 
 namespace typodont {
 
@@ -64,6 +63,14 @@ std::optional<StrokeEdit> edit_of(const session::SessionEvent& event) {
   };
   return StrokeEdit{event.t, event.kind == session::EventKind::kRedo, static_cast<std::uint64_t>(count("cuts", 9e15)),
                     static_cast<std::uint32_t>(count("patches", 4e9))};
+}
+
+std::vector<StrokeEdit> edits_of(const session::SessionReader& session) {
+  std::vector<StrokeEdit> edits;
+  for (const session::SessionEvent& event : session.events()) {
+    if (const auto edit = edit_of(event)) edits.push_back(*edit);
+  }
+  return edits;
 }
 
 }  // namespace typodont

@@ -4,10 +4,11 @@
 
 #include <filesystem>
 #include <optional>
+#include <vector>
 
 #include "engine/app/scene.h"
 #include "engine/app/wiring.h"
-#include "engine/session/session_data.h"
+#include "engine/session/session_file.h"
 
 namespace typodont {
 
@@ -22,6 +23,9 @@ haptics::TissueVolume resumed_tissue(const Scene& scene, const haptics::TissueVo
 /// when the event's text is damaged.
 session::SessionEvent event_of(const StrokeEdit& edit);
 std::optional<StrokeEdit> edit_of(const session::SessionEvent& event);
+
+/// All that a recording holds, in their order.
+std::vector<StrokeEdit> edits_of(const session::SessionReader& session);
 
 /// A loose piece, for the report: a replay finds it by itself.
 session::SessionEvent event_of(const LoosePiece& piece);

@@ -8,6 +8,7 @@
 #include "engine/app/task/tissue_edit.h"
 #include "engine/base/error.h"
 #include "engine/base/log.h"
+#include "engine/base/progress.h"
 #include "engine/surface/mesh_export.h"
 
 namespace typodont {
@@ -18,14 +19,7 @@ constexpr float kTolerance = 0.3f;  // voxels that the report's triangles may li
 
 /// `ideal`: redistanced; empty: every point is where it should be.
 session::ResultModel model_of(const haptics::TissueVolume& volume, const DenseCopy* ideal) {
-  surface::SurfaceMesher mesher({.tolerance = kTolerance});
-  FieldBrick brick;
-  for (const glm::ivec3& key : volume.surface_bricks()) {
-    volume.read_brick(key, brick);
-    mesher.put(brick);
-  }
-  mesher.remesh();
-  const surface::WholeMesh mesh = surface::weld(mesher);
+  const surface::WholeMesh mesh = whole_surface(volume, kTolerance);
   session::ResultModel model;
   for (const surface::WholeMesh::Vertex& v : mesh.vertices) {
     const dvec3 p_W = volume.frame().to_world(dvec3(v.position));
@@ -92,6 +86,25 @@ std::vector<session::SessionSummary> others_in(const std::filesystem::path& fold
 }
 
 }  // namespace
+
+std::vector<session::SessionSummary> sessions_in(const std::filesystem::path& folder, Progress& progress) {
+  std::vector<std::filesystem::path> files;
+  std::error_code code;
+  for (const auto& entry : std::filesystem::directory_iterator(folder, code))
+    if (entry.path().extension() == ".h5") files.push_back(entry.path());
+  std::sort(files.begin(), files.end());
+  std::vector<session::SessionSummary> sessions;
+  for (std::size_t i = 0; i < files.size(); ++i) {
+    progress.at(static_cast<double>(i) / static_cast<double>(files.size()));
+    try {
+      sessions.push_back(summary_of(session::SessionReader(files[i])));
+    } catch (const Error& e) {
+      log::warn("left out: {}", e.what());
+    }
+  }
+  if (!sessions.empty()) return sessions;
+  throw Error(folder.string(), "", files.empty() ? "a folder without sessions" : "no session that can be read", "sessions (.h5)");
+}
 
 std::vector<session::SessionSummary> earlier_sessions(const std::filesystem::path& folder,
                                                       const session::SessionReader& session) {

@@ -1,7 +1,5 @@
 #include "engine/app/task/paint_file.h"
 
-#include <fmt/format.h>
-
 #include "engine/base/units.h"
 #include "haptics/solid.h"
 
@@ -28,12 +26,7 @@ std::vector<PaintStroke> read_paint(const std::filesystem::path& file) {
 }
 
 void paint(haptics::TissueVolume& volume, const std::vector<PaintStroke>& strokes) {
-  for (const PaintStroke& s : strokes) {
-    const auto mm = [](const dvec3& p) { return fmt::format("[{},{},{}]", p.x / kMillimetre, p.y / kMillimetre, p.z / kMillimetre); };
-    const Json solid = Json::parse(fmt::format("{{\"capsule\":{{\"a_mm\":{},\"b_mm\":{},\"radius_mm\":{}}}}}", mm(s.a_W), mm(s.b_W),
-                                               s.radius / kMillimetre), "stroke");
-    volume.paint(s.tissue, *haptics::read_solid(solid));
-  }
+  for (const PaintStroke& s : strokes) volume.paint(s.tissue, *haptics::capsule(s.a_W, s.b_W, s.radius));
 }
 
 double stiffness_factor(const std::vector<PaintStroke>& strokes, Tissue tissue) {

@@ -113,7 +113,7 @@ void Page::warnings() {
   if (session_.truncated()) texts.push_back(say("warn.truncated"));
   if (session_.lost().any()) {
     const Lost& l = session_.lost();
-    texts.push_back(say("warn.lost", l.ticks_ring + l.ticks_disk, l.cuts_ring + l.cuts_disk));
+    texts.push_back(say("warn.lost", l.ticks_ring + l.ticks_disk, l.cuts_ring + l.cuts_disk, l.pictures_disk, l.other_ring + l.other_disk));
   }
   if (course_.count == 0) texts.push_back(say("warn.no_ticks"));
   if (texts.empty()) return;
