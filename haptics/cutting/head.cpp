@@ -385,7 +385,7 @@ class HeadPass {
                         from_b > reach + (nearest < last ? kBent + deepest * only.corner_b : 0.0f) &&
                         nearest - first <= 1 && last - nearest <= 1;
     block.kind = smooth ? nearest : kManyPieces + static_cast<int>(set);
-    block.beside &= !(smooth && rho - kHalf - way > smooth_from(back_, only));
+    block.beside &= back_.longest > kSlow && !(smooth && rho - kHalf - way > smooth_from(back_, only));
     return recedes ? Work::kLook : Work::kRaise;
   }
 

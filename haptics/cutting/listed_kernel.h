@@ -199,7 +199,7 @@ struct HeadSides {
                                   Floats z, HeadRows& rows, int g) const {
     const Floats rho = root(x * x + y * y);
     const Mask sharp = more(all(smooth), rho);
-    if (!any(sharp)) return 0;
+    if (back.longest <= kSlow || !any(sharp)) return 0;
     const float* const T = back.turn;
     const Floats way_x = all(T[0]) * x + all(T[3]) * y + (all(T[6]) * z + all(back.shift[0]));
     const Floats way_y = all(T[1]) * x + all(T[4]) * y + (all(T[7]) * z + all(back.shift[1]));
