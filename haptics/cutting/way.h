@@ -23,7 +23,7 @@ struct Straight {
 Straight straight_way(const Pose& X_VA, const Pose& X_VB, const MeridianPiece* pieces, int count, double reach);
 
 inline constexpr float kTop = 5e-4f;   // voxels; how much deeper a sample may have lain on the way than what is found
-inline constexpr float kSlow = 0.1f;   // voxels; of a way of no more than this only what its end takes is taken, which costs a seventh less
+inline constexpr float kSlow = 0.05f;   // voxels; of a way of no more than this only what its end takes is taken, which costs a seventh less
 inline constexpr float kNear = 0.01f;  // voxels; nearer to a corner the direction from it would be rounding
 
 /// Farther than this from the axis the tangents at both ends of a way meet too little above them to count (by way² / 4 r), where one
