@@ -156,6 +156,17 @@ struct OperatorWindow : testing::Test {
     Desktop::xdotool(fmt::format("type --delay 20 'script:{}'", folder / "hand.csv"));
     std::this_thread::sleep_for(300ms);
   }
+  /// An author's session on the block, in which the tool paints for three seconds.
+  void paint_the_block(Program& program) {
+    choose_block_and_script();
+    press("Return");
+    press("ctrl+e");
+    press("F5");
+    ASSERT_EQ(program.wait_for("session started: "), "block");
+    Desktop::xdotool("keydown p");
+    std::this_thread::sleep_for(3s);
+    Desktop::xdotool("keyup p");
+  }
 };
 
 TEST_F(OperatorWindow, ByKeysAloneASessionIsChosenDrilledSteeredAndReported) {
@@ -300,14 +311,7 @@ TEST_F(OperatorWindow, ASurfaceIsSavedAMeshIsBroughtInAndAnExercisePaintedWithou
   program.wait_for("computer checked: ");
   press("F10");
   // An instructor paints with the tool and keeps it as an exercise.
-  choose_block_and_script();
-  press("Return");
-  press("ctrl+e");
-  press("F5");
-  ASSERT_EQ(program.wait_for("session started: "), "block");
-  Desktop::xdotool("keydown p");
-  std::this_thread::sleep_for(3s);
-  Desktop::xdotool("keyup p");
+  ASSERT_NO_FATAL_FAILURE(paint_the_block(program));
   press("F10");
   program.wait_for("session ended");
   std::this_thread::sleep_for(1s);
@@ -387,14 +391,7 @@ TEST_F(OperatorWindow, WhatWasPaintedAndNotSavedIsKeptAsAnExerciseHoweverTheProg
   for (const std::function<void(Program&)>& end : {std::function(terminated), std::function(failed)}) {
     Program program(folder);
     open(program);
-    choose_block_and_script();
-    press("Return");
-    press("ctrl+e");
-    press("F5");
-    ASSERT_EQ(program.wait_for("session started: "), "block");
-    Desktop::xdotool("keydown p");
-    std::this_thread::sleep_for(3s);
-    Desktop::xdotool("keyup p");
+    ASSERT_NO_FATAL_FAILURE(paint_the_block(program));
     end(program);
     const std::string exercise = program.wait_for("kept as an exercise: ");
     EXPECT_NE(read_text(exercise).find("caries"), std::string::npos) << read_text(exercise);

@@ -23,6 +23,11 @@ using haptics::ServoSettings;
 using haptics::Tool;
 using test::HapticBench;
 
+/// What the motor works in a tick, W, along its torque line.
+double motor_power(const ServoSettings& s, const ServoTick& tick) {
+  return s.spindle.stall_torque * (1 - tick.spindle / s.spindle.free_speed) * tick.spindle;
+}
+
 TEST(Friction, AMillionCyclesUnderTheStickThresholdLeaveEveryBitAsItWas) {
   const FrictionLaw law;
   FrictionState state;
@@ -247,7 +252,7 @@ TEST(Cutting, WhatTheMotorWorksIsCutHoweverTheHandSwingsOverTheRimsOfItsOwnCuts)
         const ServoTick& tick = bench.tick({x}, 1);
         if (t > 0.3) worst = std::max(worst, glm::length(tick.f_T_W - f) * rate / 1000);
         f = tick.f_T_W;
-        work += s.spindle.stall_torque * (1 - tick.spindle / s.spindle.free_speed) * tick.spindle * s.tick;
+        work += motor_power(s, tick) * s.tick;
         ASSERT_EQ(tick.faults, 0u) << run.what;
       }
       const double removed = bench.last.removed[static_cast<std::size_t>(Tissue::kEnamel)];
@@ -261,6 +266,16 @@ TEST(Cutting, WhatTheMotorWorksIsCutHoweverTheHandSwingsOverTheRimsOfItsOwnCuts)
   }
 }
 
+/// A ball on a motor with a torque line, at so many ticks a second.
+ServoSettings ball(double diameter, double free_speed, double stall_torque, double rate) {
+  ServoSettings s;
+  s.tool.diameter = s.tool.length = diameter;
+  s.spindle.free_speed = free_speed;
+  s.spindle.stall_torque = stall_torque;
+  s.tick = 1 / rate;
+  return s;
+}
+
 // A ball that a hand draws on comes out over the rim of its hole again and again, up to a millimetre behind the hand.
 TEST(Cutting, ABurThatIsDrawnOverTheRimOfItsHoleLandsAndCutsBeforeItCatchesUp) {
   struct Run {
@@ -271,11 +286,7 @@ TEST(Cutting, ABurThatIsDrawnOverTheRimOfItsHoleLandsAndCutsBeforeItCatchesUp) {
                          Run{2.1_mm, 0.037, 1.52, 200.0_krpm, 6e-3, 1274, "dentin"}, Run{1.87_mm, 0.054, 0.7, 350.0_krpm, 1.6e-3, 2975, "enamel"}}) {
     double least = 1e300, most = 0;
     for (const auto& [voxel_mm, rate] : {std::pair(0.1, 1000.0), std::pair(0.05, 1000.0), std::pair(0.1, 4000.0)}) {
-      ServoSettings s;
-      s.tool.diameter = s.tool.length = run.diameter;
-      s.spindle.free_speed = run.free_speed;
-      s.spindle.stall_torque = run.stall_torque;
-      s.tick = 1 / rate;
+      const ServoSettings s = ball(run.diameter, run.free_speed, run.stall_torque, rate);
       HapticBench bench(R"({"voxel_mm": )" + std::to_string(voxel_mm) + R"(, "solids": [{"tissue": ")" + run.tissue +
                             R"(", "solid": {"box": {"size_mm": [16,3,3]}}}]})", s);
       const double damping = std::sqrt(run.stiffness * 0.15);
@@ -289,7 +300,7 @@ TEST(Cutting, ABurThatIsDrawnOverTheRimOfItsHoleLandsAndCutsBeforeItCatchesUp) {
         x += s.tick * v;
         const ServoTick& tick = bench.tick({x}, 1);
         f = tick.f_T_W;
-        work += s.spindle.stall_torque * (1 - tick.spindle / s.spindle.free_speed) * tick.spindle * s.tick;
+        work += motor_power(s, tick) * s.tick;
       }
       double removed = 0, energy = 0;
       for (std::size_t i = 1; i < bench.last.removed.size(); ++i) {
@@ -313,19 +324,15 @@ TEST(Cutting, ABallThatIsSlidOverARoundToothCutsWhatItsMotorWorks) {
   for (const Run& run : {Run{1.0_mm, 5.0_mm, 0.5_mm, 0.03, 200.0_krpm, 10e-3, "enamel"}, Run{1.2_mm, 6.6_mm, 0.4_mm, 0.04, 350.0_krpm, 1.6e-3, "enamel"},
                          Run{0.8_mm, 4.0_mm, 0.6_mm, 0.01, 200.0_krpm, 10e-3, "dentin"}, Run{1.9_mm, 4.4_mm, 0.7_mm, 0.016, 40.0_krpm, 30e-3, "dentin"}}) {
     for (const auto& [voxel_mm, rate] : {std::pair(0.1, 1000.0), std::pair(0.05, 1000.0), std::pair(0.1, 4000.0)}) {
-      ServoSettings s;
-      s.tool.diameter = s.tool.length = run.diameter;
-      s.spindle.free_speed = run.free_speed;
-      s.spindle.stall_torque = run.stall_torque;
-      s.tick = 1 / rate;
+      const ServoSettings s = ball(run.diameter, run.free_speed, run.stall_torque, rate);
       const auto tissue = static_cast<std::size_t>(std::string(run.tissue) == "enamel" ? Tissue::kEnamel : Tissue::kDentin);
       HapticBench bench(R"({"voxel_mm": )" + std::to_string(voxel_mm) + R"(, "solids": [{"tissue": ")" + run.tissue +
                             R"(", "solid": {"sphere": {"radius_mm": )" + std::to_string(run.around * 1e3) + "}}}]}", s);
       double work = 0;
-      for (double t = 0; t < 1.0 * run.around / run.speed; t += s.tick) {
+      for (double t = 0; t < run.around / run.speed; t += s.tick) {
         const double a = run.speed * t / run.around - 0.5, in = run.depth * std::min(1.0, t / 0.05);
         const ServoTick& tick = bench.tick({(run.around + run.diameter / 2 - in) * dvec3(std::sin(a), 0, std::cos(a))}, 1);
-        work += s.spindle.stall_torque * (1 - tick.spindle / s.spindle.free_speed) * tick.spindle * s.tick;
+        work += motor_power(s, tick) * s.tick;
       }
       EXPECT_NEAR(bench.settings.materials[tissue].specific_energy * bench.last.removed[tissue] / work, 1, 0.02)
           << run.diameter << " " << voxel_mm << " " << rate;
@@ -337,10 +344,7 @@ TEST(Cutting, OfABallThatIsSlidTheVolumeGrowsWithThePushAloneWhateverTheVoxelAnd
   double least = 1e300, most = 0;
   for (const auto& [voxel_mm, rate] : {std::pair(0.1, 1000.0), std::pair(0.05, 1000.0), std::pair(0.1, 4000.0)}) {
     for (const double depth : {0.25_mm, 0.5_mm, 1.0_mm}) {
-      ServoSettings s;
-      s.tool.diameter = s.tool.length = 1.0_mm;
-      s.spindle.free_speed = 300.0_krpm;
-      s.tick = 1 / rate;
+      const ServoSettings s = ball(1.0_mm, 300.0_krpm, 0, rate);
       HapticBench bench(R"({"voxel_mm": )" + std::to_string(voxel_mm) +
                             R"(, "solids": [{"tissue": "enamel", "solid": {"sphere": {"radius_mm": 5}}}]})", s);
       double pushed = 0;
@@ -374,7 +378,7 @@ TEST(Cutting, AMotorWhoseBurIsHeldByItsShankDoesNoWorkThatCutsNothing) {
     x += 1e-3 * v;
     const ServoTick& tick = bench.tick({x}, 1);
     f = tick.f_T_W;
-    const double one = s.spindle.stall_torque * (1 - tick.spindle / s.spindle.free_speed) * tick.spindle * 1e-3;
+    const double one = motor_power(s, tick) * 1e-3;
     work += one;
     if (i >= 2800) late += one;
   }
@@ -401,7 +405,7 @@ TEST(Cutting, APointedHeadCutsNoMoreThanAWeakMotorWorks) {
         x += s.tick * v;
         const ServoTick& tick = bench.tick({x}, 1);
         f = tick.f_T_W;
-        work += s.spindle.stall_torque * (1 - tick.spindle / s.spindle.free_speed) * tick.spindle * s.tick;
+        work += motor_power(s, tick) * s.tick;
       }
       const auto dentin = static_cast<std::size_t>(Tissue::kDentin);
       EXPECT_LT(bench.settings.materials[dentin].specific_energy * bench.last.removed[dentin], 1.03 * work) << length << " " << voxel_mm;
