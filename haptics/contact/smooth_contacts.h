@@ -3,6 +3,7 @@
 // beside the head.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <optional>
 #include <span>

@@ -359,7 +359,7 @@ class HeadPass {
       const float turned = back_.turned * kHalf;
       recedes = advance.fastest + turned <= -rounding_;
       block.slowest = advance.slowest - turned;
-      block.beside = !recedes && block.slowest < -0.5f * kTop + rounding_;
+      block.beside = !recedes && back_.longest > kSlow && block.slowest < -0.5f * kTop + rounding_;
     }
     block.distance = target.distance, block.tissue = target.tissue;
     block.first = blocks_[lane] - pose_.base;
@@ -385,7 +385,7 @@ class HeadPass {
                         from_b > reach + (nearest < last ? kBent + deepest * only.corner_b : 0.0f) &&
                         nearest - first <= 1 && last - nearest <= 1;
     block.kind = smooth ? nearest : kManyPieces + static_cast<int>(set);
-    block.beside &= back_.longest > kSlow && !(smooth && rho - kHalf - way > smooth_from(back_, only));
+    block.beside &= !(smooth && rho - kHalf - way > smooth_from(back_, only));
     return recedes ? Work::kLook : Work::kRaise;
   }
 

@@ -199,7 +199,7 @@ struct HeadSides {
                                   Floats z, HeadRows& rows, int g) const {
     const Floats rho = root(x * x + y * y);
     const Mask sharp = more(all(smooth), rho);
-    if (back.longest <= kSlow || !any(sharp)) return 0;
+    if (!any(sharp)) return 0;
     const float* const T = back.turn;
     const Floats way_x = all(T[0]) * x + all(T[3]) * y + (all(T[6]) * z + all(back.shift[0]));
     const Floats way_y = all(T[1]) * x + all(T[4]) * y + (all(T[7]) * z + all(back.shift[1]));
@@ -261,15 +261,17 @@ TYPODONT_KERNEL void raise_run(const HeadFront& f, const HeadSides& sides, const
   const MeridianPiece& first = f.pieces[std::countr_zero(set)];
   const MeridianPiece& last = f.pieces[std::bit_width(set) - 1];
   const float smooth = run.kind < kManyPieces ? smooth_from(f.tops->back, first) + sides.off : kNoEnd;
+  const bool slow = f.tops->back.longest <= kSlow;
   HeadRows rows;
   for (int g0 = run.from; g0 < run.to; g0 += kChunk) {
     const int end = std::min(run.to - g0, kChunk);
-    unsigned beside[kChunk / kLanes];
+    unsigned beside[kChunk / kLanes] = {};
     for (int g = 0; g < end; g += kLanes) {
       const Floats vx = load(f.groups.x + g0 + g) + all(static_cast<float>(f.origin.x)) - all(f.pose.p[0]);
       const Floats vy = load(f.groups.y + g0 + g) + all(static_cast<float>(f.origin.y)) - all(f.pose.p[1]);
       const Floats x = all(R[0]) * vx + all(R[3]) * vy, y = all(R[1]) * vx + all(R[4]) * vy, z = all(R[2]) * vx + all(R[5]) * vy;
       store(rows.x + g, x), store(rows.y + g, y), store(rows.z + g, z);
+      if (slow) continue;
       const Floats height = as_floats(f.groups.z + g0 + g) + all(static_cast<float>(f.origin.z) + sides.half - f.pose.p[2]);
       beside[g / kLanes] = sides.beside(f.tops->back, first, last, smooth, x + all(R[6]) * height, y + all(R[7]) * height,
                                         z + all(R[8]) * height, rows, g);
@@ -292,8 +294,7 @@ TYPODONT_KERNEL void raise_run(const HeadFront& f, const HeadSides& sides, const
 }
 
 /// All groups that are `narrow`, or all others.
-TYPODONT_KERNEL bool raise_head(const HeadFront& front, bool narrow, PerTissue* removed) {
-  const HeadFront f = front;
+TYPODONT_KERNEL bool raise_head(const HeadFront& f, bool narrow, PerTissue* removed) {
   Mask raised = nowhere();
   Taken taken{removed};
   const MeridianPiece* const pieces = f.pieces;

@@ -330,7 +330,7 @@ void Servo::State::move_proxy(Touch& now) noexcept {
     if (look == 0 && contacts.deepest() > now.overlap_before + now.slack + kDeep) overlap = contacts.deepest();
     dvec3 pulled_to = target;
     if (normal_force > 0 && now.may_cut && !now.scrapes) {
-      pulled_to = held_target(c0, target, normal, now.moved / settings.frame.voxel, kGripSlew * now.pace_per_slew);
+      pulled_to = held_target(c0, target, normal, shift, kGripSlew * now.pace_per_slew);
     }
     dvec3 next = nearest_allowed(contacts, c, overlap, now.slack, pulled_to, now.active);
     held_at = next;
