@@ -64,14 +64,30 @@ TEST(KeyQueue, AKeyGoesDownWithTheControlKeyItWasPressedWith) {
   EXPECT_EQ(pressed, "Ctrl Z Y ");
 }
 
-TEST(KeyQueue, EscapeOvertakesWhatWaits) {
+TEST(KeyQueue, WhereEscapeIsTheEmergencyStopItOvertakesWhatWaits) {
   KeyQueue queue;
   queue.add(press(keys::kTab));
+  queue.next(true);
   queue.add(write('a'));
   queue.add(press(keys::kEscape));
   bool stopped = false;
-  for (const Key& key : queue.next()) stopped = stopped || (key.code == keys::kEscape && key.down);
+  for (const Key& key : queue.next(true)) stopped = stopped || (key.code == keys::kEscape && key.down);
   EXPECT_TRUE(stopped);
+}
+
+TEST(KeyQueue, ElsewhereEscapeComesFramesAfterTheKeyThatItCancels) {
+  constexpr int kFilm = keys::kF1 + 3;
+  KeyQueue queue;
+  queue.add(press(kFilm));
+  queue.add(press(keys::kEscape));
+  int film = -1, escape = -1;
+  for (int frame = 0; !queue.empty(); ++frame) {
+    for (const Key& key : queue.next()) {
+      if (key.down) (key.code == kFilm ? film : escape) = frame;
+    }
+  }
+  EXPECT_EQ(film, 0);
+  EXPECT_GE(escape, 2);
 }
 
 TEST(KeyQueue, AHeldKeyThatRepeatsIsDownOnce) {

@@ -279,7 +279,7 @@ bool InterfaceWindow::poll(double most_seconds) {
          to_seconds(t - last_frame_) >= most_seconds;
 }
 
-void InterfaceWindow::begin() {
+void InterfaceWindow::begin(bool emergency_stop) {
   if (const double scale = output_->scale(); scale != scale_) {
     scale_ = scale;
     wait_idle();
@@ -293,7 +293,7 @@ void InterfaceWindow::begin() {
   const display::ivec2 size = output_->size();
   io.DisplaySize = {static_cast<float>(std::max(size.x, 1)), static_cast<float>(std::max(size.y, 1))};
   // ImGui 1.86 takes states, not events.
-  for (const KeyQueue::Key& key : keys_.next()) {
+  for (const KeyQueue::Key& key : keys_.next(emergency_stop)) {
     if (key.typed)
       io.AddInputCharacter(key.typed);
     else

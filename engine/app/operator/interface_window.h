@@ -49,8 +49,8 @@ class InterfaceWindow {
   bool poll(double most_seconds);
   const display::UserInput& input() const { return input_; }
 
-  /// Between these two, ImGui's calls. end() shows it.
-  void begin();
+  /// Between these two, ImGui's calls. end() shows it. `emergency_stop`: that is what Esc is now.
+  void begin(bool emergency_stop);
   void end();
 
   /// A picture for ImGui::Image in this frame. `shows`: another number once one that was drawn anew shows something else.

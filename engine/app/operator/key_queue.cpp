@@ -12,21 +12,25 @@ namespace {
 constexpr int kFramesUntilThere = 3;
 
 /// Acts on what has the focus.
-bool goes_on_there(int code) { return code >= keys::kEnter && code <= keys::kEnd && code != keys::kInsert; }
+bool goes_on_there(int code) { return code >= keys::kEscape && code <= keys::kEnd && code != keys::kInsert; }
 }  // namespace
 
 void KeyQueue::add(std::span<const Key> done) {
   waiting_.insert(waiting_.end(), done.begin(), done.end());
 }
 
-std::vector<KeyQueue::Key> KeyQueue::next() {
+std::vector<KeyQueue::Key> KeyQueue::next(bool emergency_stop) {
   std::vector<Key> frame;
   std::array<bool, keys::kCount> seen{};
   bool pressed = false;
   if (frames_until_there_ > 0) --frames_until_there_;
-  // Emergency stop waits for nothing.
-  const auto stop = std::find_if(waiting_.begin(), waiting_.end(), [](const Key& k) { return k.code == keys::kEscape && k.down; });
-  if (stop != waiting_.end()) std::rotate(waiting_.begin(), stop, stop + 1);
+  if (emergency_stop) {
+    const auto stop = std::find_if(waiting_.begin(), waiting_.end(), [](const Key& k) { return k.code == keys::kEscape && k.down; });
+    if (stop != waiting_.end()) {
+      std::rotate(waiting_.begin(), stop, stop + 1);
+      frames_until_there_ = 0;
+    }
+  }
   while (!waiting_.empty()) {
     const Key key = waiting_.front();
     if (key.typed != 0) {

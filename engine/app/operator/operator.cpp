@@ -113,7 +113,7 @@ class Operator {
   }
 
   void draw() {
-    window_.begin();
+    window_.begin(s_.page == Page::kSession);
     switch (s_.page) {
       case Page::kStart:
         draw_start_page(s_, window_);
