@@ -35,6 +35,14 @@ constexpr double kCutSlew = 6;             // N/s, no faster does the proxy chan
 constexpr double kPaceTold = 1.02;         // … told so exactly, …
 constexpr int kPaceRounds = 4;             // … or in so many steps
 constexpr double kGripSlew = 9;            // N/s, no faster does the force rise when the teeth catch
+constexpr double kRoughTime = 2e-3;        // s of a hand's ways that its speed now is told from, …
+constexpr double kSpeedTime = 0.1;         // … and that of late, …
+constexpr double kPushTime = 0.05;         // … and what held it up of late
+constexpr double kFallGain = 5e-3;         // m/s that a hand has gained which falls, …
+constexpr double kFallsAlong = 0.3;        // … along the push of late, by the cosine
+constexpr double kLanding = 0.012;         // m/s: as fast may a bur land, or faster than the hand went of late by …
+constexpr double kFallGrowth = 1.2;        // … this factor, …
+constexpr double kFallBrake = 0.012;       // … or slower than it falls by this, which it feels
 constexpr double kFreeDebt = 0.003;        // s of the motor's work that a bur may have cut in advance; it goes slower then, …
 constexpr double kStandingDebt = 0.012;    // … and stands
 constexpr double kWallFelt = 0.1e-3;       // m that a head may have got into harder tissue, and still meets the wall before it
@@ -144,6 +152,30 @@ void Servo::State::lead_out(Touch& now) noexcept {
   if (overlap < 0.01) overlap = 0;
   now.paced = (now.may_cut || tool().fill != Tissue::kAir || rejoining > 0) && normal_force > 0;
   now.carried = (X_WG.p - last_hand.p) / settings.frame.voxel;
+}
+
+/// Where its support gives way, a hand falls, and lands at the speed that it has gained: what it goes in a tick is then felt as
+/// a step. So a bur that holds the hand up less than of late, while the hand goes against that push ever faster, sinks no
+/// faster than it may land. A hand that draws the bur on at a steady speed does not fall, however steep its way.
+void Servo::State::follow_fall(Touch& now) noexcept {
+  if (!(now.paced && now.may_cut && !now.scrapes)) {
+    push_mean = dvec3(0);
+    return;
+  }
+  const dvec3 push = normal_force * normal, v = now.moved / now.dt;
+  if (push_mean == dvec3(0)) push_mean = push, hand_speed = hand_mean = v;
+  const auto smooth = [&](dvec3& mean, const dvec3& is, double time) { mean += (is - mean) * (now.dt / (time + now.dt)); };
+  smooth(push_mean, push, kPushTime);
+  smooth(hand_speed, v, kRoughTime);
+  smooth(hand_mean, v, kSpeedTime);
+  const dvec3 gained = hand_speed - hand_mean;
+  const double gain = glm::length(gained);
+  if (gain < kFallGain + settings.position_step / kRoughTime) return;  // a count alone is no fall
+  const dvec3 n = -gained / gain;
+  const double held_up = glm::dot(push_mean, n);
+  if (held_up < kFallsAlong * glm::length(push_mean) || glm::dot(push, n) > held_up) return;
+  now.falls_n = n;
+  now.falls = std::max({kLanding, -kFallGrowth * glm::dot(hand_mean, n), -glm::dot(hand_speed, n) - kFallBrake}) * now.dt / settings.frame.voxel;
 }
 
 /// Where the head comes from softer tissue and stands before much harder, the share of its power that it cuts with: softer over
@@ -260,6 +292,7 @@ void Servo::State::move_proxy(Touch& now) noexcept {
   dvec3 found_at(0), last_step(0);
   double last_gain = 1, last_length = 0;
   lead_out(now);
+  follow_fall(now);
   const bool walled = now.may_cut && settings.boundary_walls;
   const dvec3 shift = now.moved / settings.frame.voxel;
   bool at_a_pace = false;
@@ -335,10 +368,13 @@ void Servo::State::move_proxy(Touch& now) noexcept {
     dvec3 next = nearest_allowed(contacts, c, overlap, now.slack, pulled_to, now.active);
     held_at = next;
     const bool comes_free = now.active.count == 0;
+    const bool falls = now.falls_n != dvec3(0) && glm::dot(next - c0, now.falls_n) < -now.falls &&
+                       contacts.add({c, now.falls_n, glm::dot(c - c0, now.falls_n) + now.falls});
+    if (falls) next = nearest_allowed(contacts, c, overlap, now.slack, pulled_to, now.active);
     const double pace = (comes_free ? kFreeSlew : kCutSlew) * now.pace_per_slew;
     const double allowed = now.paced ? farthest(next - c0, shift, pace) : 0;
-    at_a_pace = now.paced && glm::length(next - c0 - shift) > kPaceTold * allowed;
-    if (at_a_pace && now.may_cut && !comes_free) pulled_to = ease(now, c, c0 + shift, allowed, pulled_to, next);
+    at_a_pace = falls || (now.paced && glm::length(next - c0 - shift) > kPaceTold * allowed);
+    if (at_a_pace && now.may_cut && (falls || !comes_free)) pulled_to = ease(now, c, c0 + shift, allowed, pulled_to, next);
     // Rough planes chose which hold; exact ones say how far, and others may hold then.
     const int rounds = now.may_cut ? 1 : kRefiningRounds;
     for (int round = 0; round < rounds && contacts.count() > 1 && now.active.count > 0; ++round) {

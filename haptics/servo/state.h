@@ -63,6 +63,8 @@ struct Touch : Now {
   double pace_per_slew = 0;    // voxels that the proxy may move for each N/s
   bool paced = false;        // … where the hand must feel no step: what it is led by changes by that at most
   dvec3 carried{0};          // voxels by which it led in the last tick
+  dvec3 falls_n{0};          // unit, against the way that a hand falls which the bur holds up no more; zero where it does not: …
+  double falls = 0;          // … voxels that the head may go that way at most
   dvec3 held_off{0};         // voxels from the hand to where contacts and debt alone hold the head, without pace
   ActivePlanes active{};
   bool touching = false;
@@ -118,6 +120,9 @@ struct Servo::State {
   dvec3 normal{0};
   dvec3 pressed{0};            // unit, the way contacts and debt push the head, …
   double pressing = 0;         // N, … and what of head_force lies along it: the rest leads a proxy that follows at a pace
+  dvec3 push_mean{0};          // N, of late, of a bur that must keep a pace …
+  dvec3 hand_speed{0};         // m/s, … and the hand's then, without its roughness, …
+  dvec3 hand_mean{0};          // m/s, … and of late
   FrictionState friction;
   TipState tip;
   PassivityLaw passivity_law;
@@ -252,6 +257,7 @@ struct Servo::State {
     dvec3 lever{0}, torque{0}, on_head{0}, on_smooth{0};
   };
   void lead_out(Touch& now) noexcept;
+  void follow_fall(Touch& now) noexcept;
   double wall_at(const ContactPlane& plane) const noexcept;
   double wall_of(const ActivePlanes& active) const noexcept;
   bool hold_at_walls(const ActivePlanes& active, double yields) noexcept;

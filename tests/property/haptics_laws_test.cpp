@@ -315,6 +315,34 @@ TEST(Cutting, ABurThatIsDrawnOverTheRimOfItsHoleLandsAndCutsBeforeItCatchesUp) {
   }
 }
 
+// Its bur no more holds it up there, and it meets the fissure's ground at the speed that it has gained.
+TEST(Cutting, AHandThatSlidesOffACuspLandsInTheFissureWithoutAStep) {
+  for (const auto& [voxel_mm, rate] : {std::pair(0.1, 1000.0), std::pair(0.05, 1000.0), std::pair(0.1, 4000.0)}) {
+    for (unsigned seed = 0; seed < 12; ++seed) {
+      std::mt19937_64 dice(seed);
+      const auto any = [&](double lo, double hi) { return std::uniform_real_distribution(lo, hi)(dice); };
+      const double diameter = any(0.6_mm, 1.8_mm);
+      const bool turbine = any(0, 1) < 0.5;
+      const ServoSettings s = turbine ? ball(diameter, 350.0_krpm, 1.6e-3, rate) : ball(diameter, 200.0_krpm, 6e-3, rate);
+      const double push = any(0.8, 2.2), phase = any(0, 2 * kPi), off = any(-0.3_mm, 0.3_mm);
+      HapticBench bench(R"({"voxel_mm": )" + std::to_string(voxel_mm) + R"(, "solids": [{"tissue": "enamel", "solid": {"union": [
+          {"sphere": {"center_mm": [2.3,0,0], "radius_mm": 2}}, {"sphere": {"center_mm": [-2.3,0,0], "radius_mm": 2}},
+          {"box": {"center_mm": [0,0,-2], "size_mm": [9,6,4.2]}}]}}]})", s);
+      dvec3 x(2.0_mm * std::sin(phase), off, 2.2_mm + diameter / 2), v(0), f(0);
+      double worst = 0;
+      for (double t = 0; t < 0.7; t += s.tick) {
+        const double swing = 2.0_mm * std::sin(2 * kPi * t + phase);
+        v += s.tick * (dvec3(2000 * (swing - x.x), 2000 * (off - x.y), -push) - 5.0 * v + f) / 0.15;
+        x += s.tick * v;
+        const ServoTick& tick = bench.tick({x}, 1);
+        if (t > 0.3) worst = std::max(worst, glm::length(tick.f_T_W - f) * rate / 1000);
+        f = tick.f_T_W;
+      }
+      EXPECT_LT(worst, 0.02) << seed << " " << voxel_mm << " " << rate;  // N a millisecond
+    }
+  }
+}
+
 // Its groove is a twentieth of a voxel deep: the tissue under the head is hardly more than a line.
 TEST(Cutting, ABallThatIsSlidOverARoundToothCutsWhatItsMotorWorks) {
   struct Run {
