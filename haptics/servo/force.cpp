@@ -59,7 +59,7 @@ void Servo::State::feel(Touch& now) noexcept {
     const double on_head = glm::length(push.on_head);
     head_force *= on_head / (on_head + glm::length(push.on_smooth));
   }
-  if (now.held_off != dvec3(0)) pressed = glm::normalize(now.held_off);
+  pressed = now.held_off != dvec3(0) ? glm::normalize(now.held_off) : dvec3(0);
   pressing = head_force * std::max(0.0, glm::dot(pressed, now.normal));
   dvec3 sideways(0);
   // A turning bur slips always; its tangential force is that of the teeth.
