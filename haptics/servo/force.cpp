@@ -8,6 +8,7 @@ namespace typodont::haptics {
 
 namespace {
 
+constexpr double kFeltBelow = 0.5;        // voxels under the surface, where the tissue is that the head feels
 constexpr double kStiffnessTime = 4e-3;   // s, the stiffness felt follows the tissue under the head
 constexpr double kCutDampingTime = 4e-3;  // s, the depth's rate is smoothed over this for the damper while cutting
 constexpr double kTissueSlew = 4;         // N/s, no faster does another tissue under the head change the force …
@@ -81,7 +82,7 @@ void Servo::State::feel(Touch& now) noexcept {
   now.out.n_C_W = now.normal;
 }
 
-/// Tissue under the head: at each contact a voxel deep, weighted by how much it pushes. `many_contacts`: they turn the
+/// Tissue under the head: below each contact, weighted by how much it pushes. `many_contacts`: they turn the
 /// tool, so where they attack is summed up too.
 Servo::State::Push Servo::State::feel_tissue(const Touch& now, bool many_contacts) noexcept {
   PerTissue under{};
@@ -97,12 +98,12 @@ Servo::State::Push Servo::State::feel_tissue(const Touch& now, bool many_contact
       push.torque += weight * glm::cross(plane.x - now.c, plane.n);
     }
     (which < contacts.own() ? push.on_head : push.on_smooth) += weight * plane.n;
-    dvec3 below = plane.x - plane.n;
+    dvec3 below = plane.x - kFeltBelow * plane.n;
     const SurfacePatch* felt_in = &patch;
     if (!patch.holds(below, 0)) {
       if (patch.wide.empty()) continue;
       felt_in = &patch.wide.front();
-      below = plane.x / static_cast<double>(felt_in->every) - plane.n;
+      below = plane.x / static_cast<double>(felt_in->every) - kFeltBelow * plane.n;
       if (!felt_in->holds(below, 0)) continue;
     }
     const PerTissue here = sample_tissue(*felt_in, below);
