@@ -60,7 +60,11 @@ void Servo::State::feel(Touch& now) noexcept {
     const double on_head = glm::length(push.on_head);
     head_force *= on_head / (on_head + glm::length(push.on_smooth));
   }
-  pressed = now.held_off != dvec3(0) ? glm::normalize(now.held_off) : dvec3(0);
+  if (now.held_off != dvec3(0)) {
+    pressed = glm::normalize(now.held_off);
+  } else if (!now.bridging) {
+    pressed = dvec3(0);  // free, and led at a pace: the motor has nothing to work on
+  }
   pressing = head_force * std::max(0.0, glm::dot(pressed, now.normal));
   dvec3 sideways(0);
   // A turning bur slips always; its tangential force is that of the teeth.

@@ -436,7 +436,7 @@ void Servo::State::move_proxy(Touch& now) noexcept {
     }
   }
   now.c = now.touching ? c0 + share_in_debt(now) * (c - c0) : c;
-  now.held_off = (at_a_pace ? held_at : c) - target + now.c - c;
+  if (now.touching) now.held_off = (at_a_pace ? held_at : c) - target + now.c - c;
   wall = walled && now.touching ? wall_of(now.active) : 0;
 }
 

@@ -343,6 +343,58 @@ TEST(Cutting, AHandThatSlidesOffACuspLandsInTheFissureWithoutAStep) {
   }
 }
 
+// It slides off a sphere's flank and falls on beside it; the force on the hand takes its time to end.
+TEST(Cutting, ABurThatHasLeftTheTissueRunsFreeWhileItsForceEnds) {
+  const ServoSettings s = ball(1.0_mm, 200.0_krpm, 20e-3, 1000);
+  HapticBench bench(R"({"voxel_mm": 0.1, "solids": [{"tissue": "enamel", "solid": {"sphere": {"radius_mm": 3}}}]})", s);
+  dvec3 x(1.3_mm, 0, 3.3_mm), v(0), f(0);
+  int in_contact = 0, falling = 0;
+  for (double t = 0; t < 0.3; t += s.tick) {
+    v += s.tick * (dvec3(2000 * (1.3_mm - x.x), -2000 * x.y, -2.3) - 5.0 * v + f) / 0.15;
+    x += s.tick * v;
+    const ServoTick& tick = bench.tick({x}, 1);
+    f = tick.f_T_W;
+    if (tick.cutting_power > 0) {
+      ++in_contact;
+      EXPECT_LT(tick.spindle, s.spindle.free_speed);
+    } else if (x.z < -5.0_mm && tick.depth > 0) {
+      ++falling;
+      EXPECT_DOUBLE_EQ(tick.spindle, s.spindle.free_speed) << t;
+    }
+  }
+  EXPECT_GT(in_contact, 10);
+  EXPECT_GT(falling, 20);
+}
+
+TEST(Cutting, ABurDrawnThroughLayersThinnerThanTwoVoxelsRemovesTheSameVolumeAtEitherVoxel) {
+  struct Run {
+    HeadShape shape;
+    double diameter, length, sunk, swing, speed, free_speed, stall_torque;
+    const char *top, *below;
+  };
+  for (const Run& run : {Run{HeadShape::kSphere, 1.41_mm, 1.41_mm, 1.2_mm, 4.0_mm, 0.087, 200.0_krpm, 6e-3, "enamel", "dentin"},
+                         Run{HeadShape::kSphere, 1.44_mm, 1.44_mm, 1.5_mm, 4.0_mm, 0.065, 200.0_krpm, 6e-3, "enamel", "dentin"},
+                         Run{HeadShape::kPear, 0.82_mm, 1.5_mm, 0.68_mm, 2.7_mm, 0.027, 200.0_krpm, 6e-3, "dentin", "enamel"}}) {
+    double volume[2]{};
+    for (int i = 0; i < 2; ++i) {
+      const double voxel_mm = i == 0 ? 0.1 : 0.05;
+      ServoSettings s = ball(run.diameter, run.free_speed, run.stall_torque, 1000);
+      s.tool.shape = run.shape;
+      s.tool.length = run.length;
+      HapticBench bench(R"({"voxel_mm": )" + std::to_string(voxel_mm) + R"(, "solids": [{"tissue": ")" + run.top +
+                            R"(", "solid": {"box": {"size_mm": [16,4,4]}}}, {"tissue": ")" + run.below +
+                            R"(", "solid": {"box": {"size_mm": [16,4,3.7]}}}]})", s);
+      for (double t = 0; t < 0.5; t += s.tick) {
+        const double z = 2.0_mm + s.tool.half() - run.sunk * std::min(1.0, t / 0.05);
+        bench.tick({{run.swing * std::sin(run.speed / run.swing * t), 0, z}}, 1);
+      }
+      for (std::size_t tissue = 1; tissue < bench.last.removed.size(); ++tissue) volume[i] += bench.last.removed[tissue];
+    }
+    std::printf("through layers: %.4f and %.4f mm3\n", volume[0] * 1e9, volume[1] * 1e9);
+    EXPECT_NEAR(volume[0] / volume[1], 1, 0.02);
+  }
+}
+
 // Its groove is a twentieth of a voxel deep: the tissue under the head is hardly more than a line.
 TEST(Cutting, ABallThatIsSlidOverARoundToothCutsWhatItsMotorWorks) {
   struct Run {
