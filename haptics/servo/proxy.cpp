@@ -38,11 +38,11 @@ constexpr double kGripSlew = 9;            // N/s, no faster does the force rise
 constexpr double kRoughTime = 2e-3;        // s of a hand's ways that its speed now is told from, …
 constexpr double kSpeedTime = 0.1;         // … and that of late, …
 constexpr double kPushTime = 0.05;         // … and what held it up of late
-constexpr double kFallGain = 5e-3;         // m/s that a hand has gained which falls, …
+constexpr double kFallGain = 5;            // N/s that the speed gained by a hand which falls is worth, …
 constexpr double kFallsAlong = 0.3;        // … along the push of late, by the cosine
-constexpr double kLanding = 0.012;         // m/s: as fast may a bur land, or faster than the hand went of late by …
+constexpr double kLandingSlew = 12;        // N/s: as fast may a bur land, or faster than the hand went of late by …
 constexpr double kFallGrowth = 1.2;        // … this factor, …
-constexpr double kFallBrake = 0.012;       // … or slower than it falls by this, which it feels
+constexpr double kFallBrake = 12;          // N/s, … or slower than it falls by this, which it feels
 constexpr double kFreeDebt = 0.003;        // s of the motor's work that a bur may have cut in advance; it goes slower then, …
 constexpr double kStandingDebt = 0.012;    // … and stands
 constexpr double kWallFelt = 0.1e-3;       // m that a head may have got into harder tissue, and still meets the wall before it
@@ -170,12 +170,14 @@ void Servo::State::follow_fall(Touch& now) noexcept {
   smooth(hand_mean, v, kSpeedTime);
   const dvec3 gained = hand_speed - hand_mean;
   const double gain = glm::length(gained);
-  if (gain < kFallGain + settings.position_step / kRoughTime) return;  // a count alone is no fall
+  if (gain < kFallGain / settings.stiffness + settings.position_step / kRoughTime) return;  // a count alone is no fall
   const dvec3 n = -gained / gain;
   const double held_up = glm::dot(push_mean, n);
   if (held_up < kFallsAlong * glm::length(push_mean) || glm::dot(push, n) > held_up) return;
   now.falls_n = n;
-  now.falls = std::max({kLanding, -kFallGrowth * glm::dot(hand_mean, n), -glm::dot(hand_speed, n) - kFallBrake}) * now.dt / settings.frame.voxel;
+  const double fastest = std::max({kLandingSlew / settings.stiffness, -kFallGrowth * glm::dot(hand_mean, n),
+                                   -glm::dot(hand_speed, n) - kFallBrake / settings.stiffness});
+  now.falls = fastest * now.dt / settings.frame.voxel;
 }
 
 /// Where the head comes from softer tissue and stands before much harder, the share of its power that it cuts with: softer over
@@ -368,6 +370,7 @@ void Servo::State::move_proxy(Touch& now) noexcept {
     dvec3 next = nearest_allowed(contacts, c, overlap, now.slack, pulled_to, now.active);
     held_at = next;
     const bool comes_free = now.active.count == 0;
+    // A hand that falls is let down as on a floor that sinks.
     const bool falls = now.falls_n != dvec3(0) && glm::dot(next - c0, now.falls_n) < -now.falls &&
                        contacts.add({c, now.falls_n, glm::dot(c - c0, now.falls_n) + now.falls});
     if (falls) next = nearest_allowed(contacts, c, overlap, now.slack, pulled_to, now.active);
