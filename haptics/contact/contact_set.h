@@ -32,7 +32,7 @@ class ContactSet {
   int count() const { return count_; }
   /// Of these the first so many are the head's own; the others were added.
   int own() const { return count_ - added_; }
-  /// A contact of another part of the tool, which never yields. False when there is no more room.
+  /// A contact of another part of the tool, or a plane that leads the head, which never yields. False when there is no more room.
   bool add(const ContactPlane& plane) noexcept;
   void drop_added() noexcept { count_ -= std::exchange(added_, 0); }
   /// Voxels² of the head within a voxel of tissue, by how near it is; and the sum of area × outward normal of the tissue of what

@@ -65,7 +65,7 @@ struct Touch : Now {
   dvec3 carried{0};          // voxels by which it led in the last tick
   dvec3 falls_n{0};          // unit, against the way that a hand falls which the bur holds up no more; zero where it does not: …
   double falls = 0;          // … voxels that the head may go that way at most
-  dvec3 held_off{0};         // voxels from the hand to where contacts and debt alone hold the head, without pace
+  dvec3 held_off{0};         // voxels from the hand to where contacts and debt alone hold the head, without pace; zero where they do not
   ActivePlanes active{};
   bool touching = false;
   bool lost = false;         // no field there

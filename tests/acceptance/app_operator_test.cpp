@@ -86,19 +86,20 @@ struct OperatorWindow : testing::Test {
     ASSERT_FALSE(Desktop::xdotool("version").empty()) << "xdotool is needed (apt install xdotool)";
     std::filesystem::create_directories(folder / "home/scenes");
     folder.write("home/scenes/zz_block.json", kScene);
+    // Down on the block, into it and on for two seconds, and up again.
     write_hand({{0.0, 18.5, 0}, {0.5, 17.6, 0}, {1.5, 17.5, 0}, {2.0, 17.5, 1}, {4.0, 16.8, 1}, {4.5, 19.0, 0}, {6.0, 19.0, 0}});
   }
   struct HandAt {
     double t, z;
     int pedal;
   };
-  /// Down on the block, into it and on for two seconds, and up again; its last row ends the session.
+  /// Its last row ends the session.
   void write_hand(std::initializer_list<HandAt> rows) const {
     std::string hand = "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n";
     for (const HandAt& row : rows) hand += fmt::format("{},6.8,5.8,{},1,0,0,0,{}\n", row.t, row.z, row.pedal);
     folder.write("hand.csv", hand);
   }
-  /// … and rests there: the session is ended by a key, however late that comes on a busy machine.
+  /// After that it rests above the block: the session is ended by a key, however late that comes on a busy machine.
   void let_the_hand_rest() const {
     folder.write("hand.csv", read_text(folder / "hand.csv") + "300,6.8,5.8,19,1,0,0,0,0\n");
   }
