@@ -19,11 +19,10 @@ constexpr double kLeastCredit = 1e-10; // J, … what the ledger may be overdraw
 constexpr double kLeastTurning = 1.2;  // m/s², … and what a hand may do that has not shown how abruptly it moves
 constexpr double kLostHand = 0.02;  // m: so far from where it was, a hand that comes back starts anew
 
-bool is_sound(const HandSample& hand) {
-  const double norm2 = glm::dot(hand.X_WT.R, hand.X_WT.R);
-  return is_finite(hand.X_WT.p) && std::abs(norm2 - 1) < 1e-3 && std::isfinite(hand.pedal) &&
-         glm::length(hand.X_WT.p) < 100.0;
-}
+constexpr double kFarHand = 100;    // m: no hand is as far away
+
+bool is_unit(const dquat& R) { return std::abs(glm::dot(R, R) - 1) < 1e-3; }
+bool is_near(const dvec3& p) { return glm::dot(p, p) < kFarHand * kFarHand; }  // a number, too
 
 /// Piece by piece: the compiler would make a string instruction of the whole, which is slow to start.
 void copy_tick(const ServoTick& from, ServoTick& to) noexcept {
@@ -92,11 +91,6 @@ dvec3 patch_center_for(const dvec3& p_WG, const dvec3& p_WT, double travel) noex
   return p_WG + (length > travel / 2 ? pull * (travel / 2 / length) : pull);
 }
 
-bool patch_due_for(const dvec3& wanted_W, const dvec3& center_W, double travel) noexcept {
-  const dvec3 off = glm::abs(wanted_W - center_W);
-  return std::max({off.x, off.y, off.z}) > travel / 2;
-}
-
 Servo::State::State(const ServoSettings& s, int edge)
     : settings(s), travel(patch_travel_for(tray(s), s.frame.voxel) * s.frame.voxel), depth_speed(s.position_step, 1),
       front(tray(s), s.frame.voxel) {
@@ -143,14 +137,15 @@ void Servo::State::begin_anew(const Pose& X_WT, Nanos t) noexcept {
   ramp = 0;
 }
 
-inline void Servo::State::account(Now& now) noexcept {
+inline void Servo::State::account(Now& now, bool turns) noexcept {
   if (now.hand.faults & bits(Fault::kLetGo)) {
     last_force = last_torque = last_spindle_force = last_teeth_force = last_sent = dvec3(0);
   }
   now.moved = now.X_WT.p - last_hand.p;
-  now.turned = rotation_vector(last_hand.R, now.X_WT.R);
+  now.turned = turns ? rotation_vector(last_hand.R, now.X_WT.R) : dvec3(0);
   const bool leaps = glm::dot(now.moved, now.moved) > kNoHand * kNoHand * now.dt * now.dt;
   leap = std::max(0.0, (leaps ? kLeapTime : leap) - now.dt);
+  if (idle) return;  // nothing was felt
   // Exactly last force × way (numbers.md, "Stability"), and last torque × turn.
   now.given_to_hand = glm::dot(last_force, now.moved) + glm::dot(last_torque, now.turned);
   sums.energy -= now.given_to_hand;
@@ -167,7 +162,7 @@ void Servo::State::run_spindle(const Now& now) noexcept {
 
 void Servo::State::change_tool(Now& now) noexcept {
   const std::uint32_t wanted = now.hand.tool;
-  if (wanted != in_hand && wanted < tools.size() && now.out.pedal <= kPedalUp &&
+  if (wanted < tools.size() && now.out.pedal <= kPedalUp &&
       speed <= kPedalUp * settings.spindle.free_speed && normal_force <= 0 && tip.sunk <= 0 && overlap == 0 &&
       would_be_free(wanted, {settings.frame.to_voxels(X_WG.p), now.X_WT.R})) {
     take_up(wanted);
@@ -202,7 +197,7 @@ void Servo::State::remember(Touch& now, const dvec3& felt_torque) noexcept {
   last_t = now.hand.t;
   started = true;
   idle = normal_force <= 0 && overlap == 0 && rejoining == 0 && tip.sunk <= 0 && stored == 0 && rate == 0 &&
-         now.force == dvec3(0) && now.spindle_force == dvec3(0) && now.teeth_force == dvec3(0);
+         now.force == dvec3(0) && now.spindle_force == dvec3(0) && now.teeth_force == dvec3(0) && felt_torque == dvec3(0);
   now.cut.n_C_W = now.normal;
 
   out.X_WG = X_WG;
@@ -256,23 +251,26 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
   // Illegal input, or no hand: zero force in this very tick, and the proxy starts anew afterwards. What the hand did
   // meanwhile is not in the ledger: it felt nothing. A leap paid with the last force would leave a debt, and a ledger in
   // debt gives no force ever again.
-  const bool sound = is_sound(hand);
+  const bool turns = hand.X_WT.R != s.came_R;  // most hands only move
+  const bool sound = is_near(hand.X_WT.p) && (!turns || is_unit(hand.X_WT.R)) && std::isfinite(hand.pedal);
   if (!sound || (hand.faults & kNoPose)) {
     s.rest(now, sound);
     return false;
   }
-  const dquat R_WT = glm::normalize(hand.X_WT.R);
-  now.X_WT.p = out.X_WT.p = hand.X_WT.p;
-  now.X_WT.R = out.X_WT.R = R_WT;
+  if (turns) {
+    s.came_R = hand.X_WT.R;
+    s.R_WT = glm::normalize(hand.X_WT.R);
+  }
+  now.X_WT = out.X_WT = {hand.X_WT.p, s.R_WT};
   out.pedal = std::clamp(hand.pedal, 0.0, 1.0);
   if (!s.started) s.begin_anew(now.X_WT, hand.t);
 
-  s.account(now);
+  s.account(now, turns);
   s.run_spindle(now);
-  s.change_tool(now);
-  s.earn(now);
+  if (hand.tool != s.in_hand) s.change_tool(now);
   if (s.fly(now)) return false;
 
+  s.earn(now);
   Touch touch(now);
   s.move_proxy(touch);
   s.follow(touch);

@@ -1,6 +1,8 @@
 // The servo: hand pose in, force out, at 1 kHz or more, cutting the tissue on the way.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <memory>
 #include <span>
 #include <vector>
@@ -91,6 +93,9 @@ double patch_travel_for(std::span<const Tool> tools, double voxel);
 /// Where a patch should lie, m: between the tool outside the tissue and the hand that pulls it, `travel` in m.
 dvec3 patch_center_for(const dvec3& p_WG, const dvec3& p_WT, double travel) noexcept;
 /// True when a patch that lies around `center_W` should be replaced by one around `wanted_W`.
-bool patch_due_for(const dvec3& wanted_W, const dvec3& center_W, double travel) noexcept;
+inline bool patch_due_for(const dvec3& wanted_W, const dvec3& center_W, double travel) noexcept {
+  const dvec3 off = wanted_W - center_W;
+  return std::max({std::abs(off.x), std::abs(off.y), std::abs(off.z)}) > travel / 2;
+}
 
 }  // namespace typodont::haptics

@@ -1,6 +1,7 @@
 // The dense cut-out of the tissue in which the servo feels and cuts. The carver fills it, the servo owns it afterwards.
 #pragma once
 
+#include <algorithm>
 #include <climits>
 #include <cstdint>
 #include <vector>
@@ -48,6 +49,11 @@ struct SurfacePatch {
     const dvec3 q = p_V - dvec3(lo);
     const double room = reach + 3, top = n - 1 - room;
     return q.x >= room && q.y >= room && q.z >= room && q.x <= top && q.y <= top && q.z <= top;
+  }
+  /// The greatest such reach around a p that is held.
+  double reach_around(const dvec3& p_V) const {
+    const dvec3 low = p_V - dvec3(lo), nearest = glm::min(low, dvec3(n - 1) - low);
+    return std::min({nearest.x, nearest.y, nearest.z}) - 3;
   }
 };
 

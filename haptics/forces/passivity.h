@@ -71,7 +71,6 @@ struct PassivityState {
 inline dvec3 rotation_vector(const dquat& from, const dquat& to) noexcept {
   const dquat q = to * glm::conjugate(from);
   const dvec3 v(q.x, q.y, q.z);
-  if (v == dvec3(0)) return dvec3(0);  // most hands only move
   const double sine = glm::length(v);
   if (!(sine > 0)) return dvec3(0);
   const double angle = 2 * std::atan2(sine, std::abs(q.w));

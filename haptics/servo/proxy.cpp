@@ -109,23 +109,24 @@ bool Servo::State::fly(Now& now) noexcept {
       (settings.vibration.band > 0 && speed > 0)) {
     return false;
   }
-  const dvec3 c = settings.frame.to_voxels(X_WG.p);
-  if (!patch.holds(c, reach() + 1)) return false;
   const double way = glm::length(now.X_WT.p - X_WG.p) / settings.frame.voxel;
   // What was free around the last place is so around the next, less the way there: looked at only when that runs out.
   if (!(room_around > 1 && way <= room_around)) {
-    room_around = clearance(c) - 1;
+    const dvec3 c = settings.frame.to_voxels(X_WG.p);
+    if (!patch.holds(c, reach() + 1)) return false;
+    room_around = std::min(clearance(c), patch.reach_around(c) - reach() - 1) - 1;
     if (smooth().any()) room_around = std::min(room_around, smooth().room(patch, {c, now.X_WT.R}) - 1);
     if (!(room_around > 1 && way <= room_around)) return false;
   }
   room_around = smooth().any() ? 0 : room_around - way;  // those keep account of their room themselves, turns included
 
-  const bool due = patch_due_for(patch_center_for(X_WG.p, now.X_WT.p, travel), patch.center_W, travel);
-  due_for = due ? due_for + now.dt : 0;
+  due_for = patch_due_for(now.X_WT.p, patch.center_W, travel) ? due_for + now.dt : 0;
   out.faults = due_for > kStaleTime ? bits(Fault::kStalePatch) : 0;
   bridged = 0;
   breaking_through = carved = false;
   held.count = 0;
+  budget = std::min(budget, 0.0);  // a free head has earned nothing
+  wall_budget = 0;
   ramp = 1;
   given = std::clamp(-sums.energy, 0.0, sums.energy < -kDebt ? -sums.energy : given);
   if (settings.position_step > 0) depth_speed.add(now.hand.t, dvec3(0));
@@ -470,13 +471,13 @@ void Servo::State::follow(Touch& now) noexcept {
   if (overlap > 0) now.faults |= bits(Fault::kDeepPenetration);
   if (now.deep) now.faults |= bits(Fault::kDeepPenetration);
   if (now.lost) now.faults |= bits(Fault::kPatchEdge);
-  // A patch that has long been due: the carver is late. What the patch holds is still true, so the force stays.
-  const bool due = patch.number == 0 ||
-                   patch_due_for(patch_center_for(X_WG.p, now.X_WT.p, travel), patch.center_W, travel);
-  due_for = due ? due_for + now.dt : 0;
-  if (due_for > kStaleTime) now.faults |= bits(Fault::kStalePatch);
   held = now.touching ? held_by(contacts, now.active) : HeldBy{};
   now.p_WG = now.c == now.target ? now.X_WT.p : settings.frame.to_world(now.c);
+  // A patch that has long been due: the carver is late. What the patch holds is still true, so the force stays.
+  const bool due = patch.number == 0 ||
+                   patch_due_for(patch_center_for(now.p_WG, now.X_WT.p, travel), patch.center_W, travel);
+  due_for = due ? due_for + now.dt : 0;
+  if (due_for > kStaleTime) now.faults |= bits(Fault::kStalePatch);
 }
 
 }  // namespace typodont::haptics

@@ -111,6 +111,7 @@ struct Servo::State {
   bool idle = false;           // the last tick left nothing of a contact
   double room_around = 0;      // voxels that a tool which touches nothing may still move before it must look around
   Pose last_hand;
+  dquat came_R{0, 0, 0, 0}, R_WT{1, 0, 0, 0};  // how the hand last came in turned, and that as a unit
   Nanos last_t = 0;
 
   // Force.
@@ -206,7 +207,7 @@ struct Servo::State {
   void begin_anew(const Pose& X_WT, Nanos t) noexcept;
   /// The ledger: what the device did to the hand since the last tick. Inlined: through memory, a pose is read in other pieces
   /// than it was just written in, and waits until those have arrived.
-  [[gnu::always_inline]] inline void account(Now& now) noexcept;
+  [[gnu::always_inline]] inline void account(Now& now, bool turns) noexcept;
   /// The spindle's free speed follows the pedal.
   void run_spindle(const Now& now) noexcept;
   /// Takes what the hand wants, where neither that tool nor the one in the hand touches or turns.
