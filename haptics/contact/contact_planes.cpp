@@ -164,9 +164,13 @@ void ContactFinder::forgive(const Pose& X_VE, const Pose& X_VT, ContactSet& set)
   if (set.sunk_ || set.exact_count_ > 0) return;  // what is exact already was found where nothing was cut
   set.forgiving_ = true;
   set.emptied_ = X_VE;
-  samples_->come_out(X_VE.R, glm::vec3(X_VE.p - set.origin_), set.rough_, set.count_);
-  if (same(X_VE, X_VT)) set.deepest_ = 0;
-  else relinearize(X_VT, set);
+  if (same(X_VE, X_VT)) {
+    samples_->come_out_here(set.rough_, set.count_);
+    set.deepest_ = 0;
+  } else {
+    samples_->come_out(X_VE.R, glm::vec3(X_VE.p - set.origin_), set.rough_, set.count_);
+    relinearize(X_VT, set);
+  }
 }
 
 void ContactFinder::find_way_out(const SurfacePatch& patch, const Pose& X_VT, ContactSet& set) const noexcept {

@@ -346,6 +346,28 @@ void push_out(const FlatHead* head_at, RoughPlanes* planes, int count, const flo
   }
 }
 
+/// The same of a head that is where the points were found: how far in it they lie is known.
+TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
+void push_out_here(RoughPlanes* planes, int count) {
+  for (int k = 0; k < count; k += kBatch) {
+    F8 x, y, z, gap, nx, ny, nz;
+    std::memcpy(&gap, planes->gap + k, sizeof gap);
+    std::memcpy(&x, planes->x + k, sizeof x);
+    std::memcpy(&y, planes->y + k, sizeof y);
+    std::memcpy(&z, planes->z + k, sizeof z);
+    std::memcpy(&nx, planes->nx + k, sizeof nx);
+    std::memcpy(&ny, planes->ny + k, sizeof ny);
+    std::memcpy(&nz, planes->nz + k, sizeof nz);
+    const F8 off = gap < 0.0f ? gap : F8{};
+    x += off * nx, y += off * ny, z += off * nz;
+    gap -= off;
+    std::memcpy(planes->gap + k, &gap, sizeof gap);
+    std::memcpy(planes->x + k, &x, sizeof x);
+    std::memcpy(planes->y + k, &y, sizeof y);
+    std::memcpy(planes->z + k, &z, sizeof z);
+  }
+}
+
 /// The head as it stands; `c` its centre, from some voxel near it.
 FlatHead flat_head(const HeadSamples& samples, const dquat& R, const glm::vec3& c) {
   FlatHead head{samples.pieces, samples.piece_count, c.x, c.y, c.z, {}, samples.ball_radius, samples.thickness};
@@ -415,6 +437,8 @@ float HeadSamples::look_again(const dquat& R, const glm::vec3& moved, RoughPlane
   const FlatHead head = flat_head(*this, R, glm::vec3(0));
   return see_anew(&head, &planes, count, &moved.x);
 }
+
+void HeadSamples::come_out_here(RoughPlanes& planes, int count) const noexcept { push_out_here(&planes, count); }
 
 void HeadSamples::come_out(const dquat& R, const glm::vec3& c, RoughPlanes& planes, int count) const noexcept {
   const FlatHead head = flat_head(*this, R, glm::vec3(0));

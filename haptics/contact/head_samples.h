@@ -38,6 +38,8 @@ struct HeadSamples {
 
   /// Points that lie in the head come out of it, and touch it if it is still there: at `c`, from where they are counted.
   void come_out(const dquat& R, const glm::vec3& c, RoughPlanes& planes, int count) const noexcept;
+  /// The same where the head is where it looked around.
+  void come_out_here(RoughPlanes& planes, int count) const noexcept;
 
   alignas(32) float px[ContactSet::kMax], py[ContactSet::kMax], pz[ContactSet::kMax];
   alignas(32) float nx[ContactSet::kMax], ny[ContactSet::kMax], nz[ContactSet::kMax], area[ContactSet::kMax];
