@@ -226,6 +226,9 @@ const SurfacePatch& Servo::patch() const noexcept { return state_->patch; }
 
 void Servo::adopt(SurfacePatch& fresh) noexcept {
   State& s = *state_;
+  // Another core has just written it: its lines are fetched side by side.
+  constexpr std::size_t kLine = 64;
+  for (std::size_t at = 0; at < sizeof fresh; at += kLine) __builtin_prefetch(reinterpret_cast<const char*>(&fresh) + at, 1);
   if (fresh.n != s.patch.n) return;  // sized at set-up; never differs
   s.catch_up(fresh);
   std::swap(fresh, s.patch);
