@@ -246,7 +246,10 @@ bool ContactFinder::refine(const SurfacePatch& patch, const Pose& X_VT, ContactS
     x += gain * slide;
   }
   if (best.gap >= rough.gap + 0.5) best = rough;
-  if (set.forgiving_ && best.gap < 0) {
+  if (set.forgiving_ && best.gap < 0 && same(set.emptied_, X_VT)) {
+    best.x += best.gap * best.n;
+    best.gap = 0;
+  } else if (set.forgiving_ && best.gap < 0) {
     dvec3 n;
     const double off = head_distance(set.emptied_, best.x, n);
     if (off < 0) {
