@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cstddef>
+#include <cstdint>
 #include <span>
 #include <string>
 #include <vector>
@@ -42,6 +43,42 @@ void scan_groups(float* samples, const std::ptrdiff_t* from, std::size_t groups,
 }
 
 }  // namespace
+
+double drilling_floor(const DenseTissue& dense, const ServoSettings& settings, int ticks) {
+  const Tool& tool = settings.tool;
+  std::vector<double> queries, scans;
+  const std::vector<double> cuts = least_of([&] {
+    Scene scene(dense, settings);
+    DrillingHand hand(tool);
+    SurfacePatch patch;
+    CutFront front(std::span(&tool, 1), dense.frame.voxel);
+    Pose end;
+    std::vector<double> run;
+    for (int i = 0; i < ticks; ++i) {
+      const Pose X_WT = hand.next(scene.last.f_T_W, settings.tick);
+      if (i == 0) scene.last.X_WT = scene.last.X_WG = X_WT;
+      if (scene.renew_patch()) patch = scene.servo.patch();
+      const std::uint64_t before = scene.last.cuts;
+      scene.tick(X_WT, 1);
+      const bool made = scene.last.cuts > before;
+      const Nanos start = thread_cpu_time();
+      if (made) {
+        const Cut& cut = scene.cut;
+        carve(patch, Sweep(tool, cut.X_WA, cut.X_WB, dense.frame, before > 0 && same(cut.X_WA, end)), nullptr, &front);
+      }
+      run.push_back(static_cast<double>(thread_cpu_time() - start));
+      if (made) end = scene.cut.X_WB;
+    }
+    const dvec3 c = dense.frame.to_voxels(end.p);
+    queries.push_back(batch_ns(51, 256, [&](int k) { sample_cubic(patch, c + dvec3(1e-3 * k)); }));
+    const std::vector<std::ptrdiff_t> groups = front.listed_in(patch.lo, patch.n);
+    scans.push_back(batch_ns(51, 16, [&](int k) {
+      scan_groups(patch.distance.data(), groups.data(), groups.size(), widest_group(), 1e-9f * static_cast<float>(k) - 9);
+    }));
+    return run;
+  });
+  return quantile(cuts, 0.5) + quantile(queries, 0.5) + quantile(scans, 0.5);
+}
 
 void cut_rows(const Tool& tool, const std::string& knob, const DenseTissue& dense, std::vector<BenchRow>& rows) {
   Carver carver(TissueVolume(dense), std::span(&tool, 1));

@@ -20,6 +20,10 @@ void drilling_rows(const BenchOptions& options, std::vector<BenchRow>& rows);
 /// writing the same groups of samples as it does. Both known beforehand.
 void cut_rows(const Tool& tool, const std::string& knob, const DenseTissue& dense, std::vector<BenchRow>& rows);
 
+/// What the ticks of a drilling hand cannot do without: the cut that each makes, made once more in a patch of its own; one query;
+/// and a scan of the samples that such a cut reads and writes. ns, of the median tick.
+double drilling_floor(const DenseTissue& dense, const ServoSettings& settings, int ticks);
+
 /// A patch cut out beside a drilling servo, and handed over to it. `scene`: while it drills, pedal down; it is left a little deeper.
 void hand_over_rows(Scene& scene, const std::string& knob, std::vector<BenchRow>& rows);
 

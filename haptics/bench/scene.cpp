@@ -78,12 +78,16 @@ Scene::Scene(const DenseTissue& dense, ServoSettings s)
   spare.resize(servo.patch().n);
 }
 
+bool Scene::renew_patch() {
+  if (!carver.patch_due(last)) return false;
+  carving.run([&] { carver.cut_out(carver.patch_center(last), spare); });
+  servo.adopt(spare);
+  return true;
+}
+
 double Scene::tick(const Pose& X_WT, double pedal) {
   if (t == 0) last.X_WT = last.X_WG = X_WT;
-  if (carver.patch_due(last)) {
-    carving.run([&] { carver.cut_out(carver.patch_center(last), spare); });
-    servo.adopt(spare);
-  }
+  renew_patch();
   const Nanos start = thread_cpu_time();
   const bool cuts = servo.tick({t, X_WT, pedal}, last, cut);
   const double time = static_cast<double>(thread_cpu_time() - start);
