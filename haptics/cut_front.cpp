@@ -43,14 +43,14 @@ CutFront::CutFront(std::span<const Tool> tools, double voxel, int lanes) : lanes
 }
 
 void CutFront::Groups::sort(int listed) noexcept {
-  const auto bin = [](const Found& group) { return static_cast<std::size_t>(group.kind * kStages + group.stage); };
-  std::array<int, kKinds * kStages> next{};
+  const auto bin = [](const Found& group) { return static_cast<std::size_t>((group.kind * 2 + group.narrow) * kStages + group.stage); };
+  std::array<int, kKinds * 2 * kStages> next{};
   for (int i = 0; i < listed; ++i) ++next[bin(found[static_cast<std::size_t>(i)])];
   run_count = 0;
   int from = 0;
-  for (int i = 0; i < kKinds * kStages; ++i) {
+  for (int i = 0; i < kKinds * 2 * kStages; ++i) {
     const int size = std::exchange(next[static_cast<std::size_t>(i)], from);
-    if (size > 0) runs[static_cast<std::size_t>(run_count++)] = {i / kStages, i % kStages, from, from + size};
+    if (size > 0) runs[static_cast<std::size_t>(run_count++)] = {i / (2 * kStages), i / kStages % 2 != 0, i % kStages, from, from + size};
     from += size;
   }
   for (int i = 0; i < listed; ++i) {
@@ -113,12 +113,14 @@ void CutFront::keep_listed(const glm::ivec3& patch_lo, int n, bool holds) noexce
   listed_n_ = n;
 }
 
-std::vector<std::ptrdiff_t> CutFront::listed_in(const glm::ivec3& patch_lo, int n) const {
+std::vector<CutFront::Place> CutFront::listed_in(const glm::ivec3& patch_lo, int n) const {
   const glm::ivec3 origin = first_ * glm::ivec3(kRows, kRows, kDeep) - patch_lo;
-  std::vector<std::ptrdiff_t> list;
+  const std::ptrdiff_t first = (static_cast<std::ptrdiff_t>(origin.x) * n + origin.y) * n + origin.z;
+  std::vector<Place> list;
   for (const Groups& part : parts_) {
-    for (int i = 0; i < part.count; ++i) {
-      list.push_back((static_cast<std::ptrdiff_t>(origin.x) * n + origin.y) * n + origin.z + part.at[static_cast<std::size_t>(i)]);
+    for (int r = 0; r < part.run_count; ++r) {
+      const Run& run = part.runs[static_cast<std::size_t>(r)];
+      for (int i = run.from; i < run.to; ++i) list.push_back({first + part.at[static_cast<std::size_t>(i)], run.narrow ? kNarrowest : lanes_});
     }
   }
   return list;

@@ -27,18 +27,22 @@ class CutFront {
   /// What is listed, is so in parts: of every fourth layer of blocks along x.
   static constexpr int kParts = 4;
 
-  /// Groups of the same kind, one after the other. Of a ball: before the head has come `stage` eighths of what the list lasts for
-  /// they cannot change. Of other heads: kNarrow where no more than kNarrowest samples of each may change, else 0.
+  /// Groups of the same kind, one after the other. `narrow`: only the first kNarrowest samples of each may change, which is less
+  /// than there are lanes. Before the head has come `stage` eighths of what the list lasts for they cannot change (of heads that are
+  /// no balls always 0).
   struct Run {
-    int kind, stage, from, to;
+    int kind;
+    bool narrow;
+    int stage, from, to;
   };
-  static constexpr int kStages = 8, kNarrow = 1, kNarrowest = 8;
+  static constexpr int kStages = 8, kNarrowest = 8;
 
   /// A group as it is found.
   struct Found {
     float x, y;
     std::int32_t z, at;
     int kind, stage;
+    bool narrow;
     std::uint8_t length, label;
   };
 
@@ -54,8 +58,13 @@ class CutFront {
 
   /// To be called when anything but the cuts of this tool lowered the field: fillings, strokes taken back, another tool.
   void forget() noexcept { known_ = false; }
-  /// Where the groups that are listed now begin, from the first sample of a patch of edge n that begins at that voxel.
-  std::vector<std::ptrdiff_t> listed_in(const glm::ivec3& patch_lo, int n) const;
+  /// Where the groups that are listed now begin, from the first sample of a patch of edge n that begins at that voxel, and how wide
+  /// they are.
+  struct Place {
+    std::ptrdiff_t at;
+    int lanes;
+  };
+  std::vector<Place> listed_in(const glm::ivec3& patch_lo, int n) const;
   /// When only labels changed.
   void list_anew() noexcept { drop_listed(); }
 
@@ -85,7 +94,7 @@ class CutFront {
 
     // Sorted by the pieces of the meridian that can be the closest (of a ball: by where they lie beside it), and by when they may change.
     std::vector<Found> found;
-    std::array<Run, kKinds * kStages> runs;
+    std::array<Run, kKinds * 2 * kStages> runs;
     int run_count = 0;
     void sort(int listed) noexcept;
     /// To which stage the head has come.

@@ -33,10 +33,10 @@ std::vector<Stretch> changed_stretches(const SurfacePatch& before, const Surface
 
 /// Reads and writes groups of samples, as wide as the processor takes them.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
-void scan_groups(float* samples, const std::ptrdiff_t* from, std::size_t groups, int lanes, float least) {
+void scan_groups(float* samples, const CutFront::Place* places, std::size_t groups, float least) {
   for (std::size_t g = 0; g < groups; ++g) {
-    float* const group = samples + from[g];
-    for (int half = 0; half < lanes; half += 8) {
+    float* const group = samples + places[g].at;
+    for (int half = 0; half < places[g].lanes; half += 8) {
       for (int i = half; i < half + 8; ++i) group[i] = std::max(group[i], least);
     }
   }
@@ -71,9 +71,9 @@ double drilling_floor(const DenseTissue& dense, const ServoSettings& settings, i
     }
     const dvec3 c = dense.frame.to_voxels(end.p);
     queries.push_back(batch_ns(51, 256, [&](int k) { sample_cubic(patch, c + dvec3(1e-3 * k)); }));
-    const std::vector<std::ptrdiff_t> groups = front.listed_in(patch.lo, patch.n);
+    const std::vector<CutFront::Place> groups = front.listed_in(patch.lo, patch.n);
     scans.push_back(batch_ns(51, 16, [&](int k) {
-      scan_groups(patch.distance.data(), groups.data(), groups.size(), widest_group(), 1e-9f * static_cast<float>(k) - 9);
+      scan_groups(patch.distance.data(), groups.data(), groups.size(), 1e-9f * static_cast<float>(k) - 9);
     }));
     return run;
   });
@@ -101,7 +101,7 @@ void cut_rows(const Tool& tool, const std::string& knob, const DenseTissue& dens
   const SurfacePatch before = patch;
   cut_on(0);
   const std::vector<Stretch> stretches = changed_stretches(before, patch);
-  const std::vector<std::ptrdiff_t> groups = front.listed_in(patch.lo, patch.n);
+  const std::vector<CutFront::Place> groups = front.listed_in(patch.lo, patch.n);
   double samples = 0;
   for (const Stretch& s : stretches) samples += static_cast<double>(s.count);
   const double scan = batch_ns(51, 16, [&](int k) {
@@ -111,10 +111,11 @@ void cut_rows(const Tool& tool, const std::string& knob, const DenseTissue& dens
     }
   });
   const double same = batch_ns(51, 16, [&](int k) {
-    scan_groups(patch.distance.data(), groups.data(), groups.size(), widest_group(), 1e-9f * static_cast<float>(k) - 9);
+    scan_groups(patch.distance.data(), groups.data(), groups.size(), 1e-9f * static_cast<float>(k) - 9);
   });
   const double cut = batch_ns(5, kCycle, cut_on);
-  const double lanes = static_cast<double>(groups.size()) * widest_group();
+  double lanes = 0;
+  for (const CutFront::Place& place : groups) lanes += place.lanes;
   rows.push_back({"floor: scan of the samples a cut changes", knob, BenchRow::kNone, "", scan, "cut", "", BenchRow::kNone,
                   samples, "samples"});
   rows.push_back({"floor: scan of the samples a cut reads and writes", knob, BenchRow::kNone, "", same, "cut", "", BenchRow::kNone,

@@ -415,11 +415,16 @@ TYPODONT_KERNEL bool raise_due(BallBlocks& b, PerTissue* removed) {
             const int z = std::countr_zero(rest), x = x0 + (row >> 2), y = y0 + (row & 3);
             const int at = x * b.stride_x + y * b.stride_y + stretch + z;
             std::uint8_t label;
-            const int samples = with_one_label(b.tissue + at, f.distance + at, b.lanes, label);
+            const std::uint64_t from_here = rest >> z;
+            int samples = with_one_label(b.tissue + at, f.distance + at, b.lanes, label);
             rest &= z + samples < kStretch ? ~std::uint64_t{0} << (z + samples) : 0;
+            const bool narrow = b.lanes > CutFront::kNarrowest &&
+                                (from_here & ((std::uint64_t{1} << samples) - 1)) >> CutFront::kNarrowest == 0;
+            if (narrow) samples = std::min(samples, CutFront::kNarrowest);
             b.found[std::min(b.listed++, b.room)] = {
-                static_cast<float>(x), static_cast<float>(y), stretch + z, at, side_of(c, f.origin + glm::ivec3(x, y, stretch + z), b.lanes), stage_of(slack_of.least(row, z, live[row] >> z) - b.slip, b.ahead),
-                static_cast<std::uint8_t>(samples), label};
+                static_cast<float>(x), static_cast<float>(y), stretch + z, at,
+                side_of(c, f.origin + glm::ivec3(x, y, stretch + z), narrow ? CutFront::kNarrowest : b.lanes),
+                stage_of(slack_of.least(row, z, from_here) - b.slip, b.ahead), narrow, static_cast<std::uint8_t>(samples), label};
           }
         }
       }
@@ -464,8 +469,8 @@ bool Sweep::raise_ball(CutFront& front, const glm::ivec3& patch_lo, int n, float
                      .distance = distance + at,
                      .heights = {front.heights(0), front.heights(1)},
                      .groups = {},
-                     .range_count = 0,
-                     .ranges = {}},
+                     .wide = {},
+                     .narrow = {}},
                .tissue = tissue + at,
                .stride_x = n * n,
                .stride_y = n,
@@ -496,14 +501,16 @@ bool Sweep::raise_ball(CutFront& front, const glm::ivec3& patch_lo, int n, float
     CutFront::Groups& groups = front.parts_[static_cast<std::size_t>(part)];
     if (front.way_ <= groups.until) {
       b.f.groups = groups.listed();
-      b.f.range_count = 0;
+      b.f.wide.count = b.f.narrow.count = 0;
       const int stage = groups.stage(front.way_);
       for (int r = 0, side = -1; r < groups.run_count; ++r) {
         const CutFront::Run& run = groups.runs[static_cast<std::size_t>(r)];
         if (run.stage > stage) continue;
-        if (run.kind != side) b.f.ranges[b.f.range_count++] = {run.from, run.to};
-        b.f.ranges[b.f.range_count - 1].to = run.to;
-        side = run.kind;
+        BallFront::Ranges& ranges = run.narrow ? b.f.narrow : b.f.wide;
+        const int this_side = 2 * run.kind + run.narrow;
+        if (this_side != side) ranges.at[ranges.count++] = {run.from, run.to};
+        ranges.at[ranges.count - 1].to = run.to;
+        side = this_side;
       }
       changed |= raise_listed_ball(b.f, capsule, front.lanes_, removed);
       continue;

@@ -507,9 +507,9 @@ bool Sweep::raise_due_head(CutFront& front, int part, float ahead, Tops& tops, c
               for (int block = z / kDeep + 1; block <= last_live / kDeep; ++block) kind = kind_of(kind, kinds[block]);
               const int live_lanes = last_live - z + 1;
               if (kind >= kManyPieces) kind = pass.kind_of_group(front.first_ * step + glm::ivec3(gx, gy, gz), kind, live_lanes);
-              const int narrow = live_lanes <= CutFront::kNarrowest && front.lanes_ > CutFront::kNarrowest ? CutFront::kNarrow : 0;
+              const bool narrow = live_lanes <= CutFront::kNarrowest && front.lanes_ > CutFront::kNarrowest;
               groups.found[static_cast<std::size_t>(std::min(listed++, groups.room()))] = {
-                  static_cast<float>(gx), static_cast<float>(gy), gz, at, kind, narrow, static_cast<std::uint8_t>(live_lanes), label};
+                  static_cast<float>(gx), static_cast<float>(gy), gz, at, kind, 0, narrow, static_cast<std::uint8_t>(live_lanes), label};
             }
           }
         }

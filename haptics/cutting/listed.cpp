@@ -21,8 +21,8 @@ namespace {
 #include "haptics/cutting/way_kernel.h"
 #include "haptics/cutting/listed_kernel.h"
 
-bool ball(const BallFront* f, PerTissue* removed) { return raise_ball<false>(*f, removed); }
-bool capsule(const BallFront* f, PerTissue* removed) { return raise_ball<true>(*f, removed); }
+bool ball(const BallFront* f, PerTissue* removed) { return raise_ball<false>(*f, false, removed); }
+bool capsule(const BallFront* f, PerTissue* removed) { return raise_ball<true>(*f, false, removed); }
 bool head(const HeadFront* f, PerTissue* removed) { return raise_head(*f, false, removed); }
 
 }  // namespace
@@ -37,8 +37,8 @@ namespace {
 #include "haptics/cutting/way_kernel.h"
 #include "haptics/cutting/listed_kernel.h"
 
-__attribute__((target("avx2"))) bool ball(const BallFront* f, PerTissue* removed) { return raise_ball<false>(*f, removed); }
-__attribute__((target("avx2"))) bool capsule(const BallFront* f, PerTissue* removed) { return raise_ball<true>(*f, removed); }
+__attribute__((target("avx2"))) bool ball(const BallFront* f, PerTissue* removed) { return raise_ball<false>(*f, false, removed); }
+__attribute__((target("avx2"))) bool capsule(const BallFront* f, PerTissue* removed) { return raise_ball<true>(*f, false, removed); }
 __attribute__((target("avx2"))) bool head(const HeadFront* f, PerTissue* removed) { return raise_head(*f, false, removed); }
 
 }  // namespace
@@ -54,8 +54,8 @@ namespace {
 #include "haptics/cutting/way_kernel.h"
 #include "haptics/cutting/listed_kernel.h"
 
-bool ball(const BallFront* f, PerTissue* removed) { return raise_ball<false>(*f, removed); }
-bool capsule(const BallFront* f, PerTissue* removed) { return raise_ball<true>(*f, removed); }
+bool ball(const BallFront* f, PerTissue* removed) { return raise_ball<false>(*f, false, removed); }
+bool capsule(const BallFront* f, PerTissue* removed) { return raise_ball<true>(*f, false, removed); }
 bool head(const HeadFront* f, PerTissue* removed) { return raise_head(*f, false, removed); }
 
 }  // namespace
@@ -69,6 +69,8 @@ namespace {
 #include "haptics/cutting/way_kernel.h"
 #include "haptics/cutting/listed_kernel.h"
 
+bool ball(const BallFront* f, PerTissue* removed) { return raise_ball<false>(*f, true, removed); }
+bool capsule(const BallFront* f, PerTissue* removed) { return raise_ball<true>(*f, true, removed); }
 bool head(const HeadFront* f, PerTissue* removed) { return raise_head(*f, true, removed); }
 
 }  // namespace
@@ -85,7 +87,11 @@ int widest_group() noexcept {
 
 bool raise_listed_ball(const BallFront& front, bool capsule, int lanes, PerTissue* removed) noexcept {
 #ifdef TYPODONT_SIXTEEN_LANES
-  if (lanes == sixteen::kLanes) return capsule ? sixteen::capsule(&front, removed) : sixteen::ball(&front, removed);
+  if (lanes == sixteen::kLanes) {
+    const bool wide = capsule ? sixteen::capsule(&front, removed) : sixteen::ball(&front, removed);
+    const bool narrow = capsule ? eight_masked::capsule(&front, removed) : eight_masked::ball(&front, removed);
+    return wide || narrow;
+  }
   if (__builtin_cpu_supports("avx2")) return capsule ? eight::capsule(&front, removed) : eight::ball(&front, removed);
 #endif
   (void)lanes;

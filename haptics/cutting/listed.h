@@ -34,10 +34,12 @@ struct BallFront {
     float* ahead;     // … and × way
   } heights;
   CutFront::Listed groups;
-  int range_count;
-  struct {
-    int from, to;
-  } ranges[3];  // of the groups that may have changed by now: ahead of the ball, beside it, behind it
+  struct Ranges {  // of the groups that may have changed by now: ahead of the ball, beside it, behind it
+    int count;
+    struct {
+      int from, to;
+    } at[3];
+  } wide, narrow;
 };
 
 /// The same before a head that is no ball.

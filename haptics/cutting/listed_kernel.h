@@ -95,13 +95,15 @@ TYPODONT_KERNEL void raise_range(const BallFront& f, const Capsule& c, int from,
   }
 }
 
+/// All groups that are `narrow`, or all others.
 template <bool capsule>
-TYPODONT_KERNEL bool raise_ball(const BallFront& front, PerTissue* removed) {
+TYPODONT_KERNEL bool raise_ball(const BallFront& front, bool narrow, PerTissue* removed) {
   const BallFront f = front;
   const Capsule c = f.c;
   Mask raised = nowhere();
   Taken taken{removed};
-  for (int r = 0; r < f.range_count; ++r) raise_range<capsule>(f, c, f.ranges[r].from, f.ranges[r].to, raised, taken);
+  const BallFront::Ranges& ranges = narrow ? f.narrow : f.wide;
+  for (int r = 0; r < ranges.count; ++r) raise_range<capsule>(f, c, ranges.at[r].from, ranges.at[r].to, raised, taken);
   taken.close();
   return any(raised);
 }
@@ -301,7 +303,7 @@ TYPODONT_KERNEL bool raise_head(const HeadFront& f, bool narrow, PerTissue* remo
   const HeadSides sides(f);
   for (int r = 0; r < f.run_count; ++r) {
     const CutFront::Run& run = f.runs[r];
-    if ((run.stage == CutFront::kNarrow) != narrow) continue;
+    if (run.narrow != narrow) continue;
     const unsigned set = run.kind < kManyPieces ? 1u << run.kind : static_cast<unsigned>(run.kind - kManyPieces);
     const MeridianPiece& one = pieces[std::countr_zero(set)];
     const MeridianPiece& other = pieces[std::bit_width(set) - 1];
