@@ -317,10 +317,11 @@ float see_anew(const FlatHead* head_at, RoughPlanes* planes, int count, const fl
   return deepest;
 }
 
-/// Points that lie in the head come out of it, and touch it if it is still there. `d`: where it is, from where they are counted.
+/// Points that lie in the head come out of it, and touch it if it is still there. `d`: where it is, from where they are counted. No
+/// head: it is where they were found, and how far in it they lie is known.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 void push_out(const FlatHead* head_at, RoughPlanes* planes, int count, const float* d) {
-  const FlatHead head = *head_at;
+  const FlatHead head = head_at ? *head_at : FlatHead{};
   for (int k = 0; k < count; k += kBatch) {
     F8 x, y, z, gap, nx, ny, nz, off, mx, my, mz;
     std::memcpy(&gap, planes->gap + k, sizeof gap);
@@ -330,7 +331,11 @@ void push_out(const FlatHead* head_at, RoughPlanes* planes, int count, const flo
     std::memcpy(&nx, planes->nx + k, sizeof nx);
     std::memcpy(&ny, planes->ny + k, sizeof ny);
     std::memcpy(&nz, planes->nz + k, sizeof nz);
-    distance_from_head(head, x - d[0], y - d[1], z - d[2], off, mx, my, mz);
+    if (head_at) {
+      distance_from_head(head, x - d[0], y - d[1], z - d[2], off, mx, my, mz);
+    } else {
+      off = gap, mx = -nx, my = -ny, mz = -nz;
+    }
     const I8 in = off < 0.0f;
     off = in ? off : F8{};
     x -= off * mx, y -= off * my, z -= off * mz;
@@ -343,28 +348,6 @@ void push_out(const FlatHead* head_at, RoughPlanes* planes, int count, const flo
     std::memcpy(planes->nx + k, &nx, sizeof nx);
     std::memcpy(planes->ny + k, &ny, sizeof ny);
     std::memcpy(planes->nz + k, &nz, sizeof nz);
-  }
-}
-
-/// The same of a head that is where the points were found: how far in it they lie is known.
-TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
-void push_out_here(RoughPlanes* planes, int count) {
-  for (int k = 0; k < count; k += kBatch) {
-    F8 x, y, z, gap, nx, ny, nz;
-    std::memcpy(&gap, planes->gap + k, sizeof gap);
-    std::memcpy(&x, planes->x + k, sizeof x);
-    std::memcpy(&y, planes->y + k, sizeof y);
-    std::memcpy(&z, planes->z + k, sizeof z);
-    std::memcpy(&nx, planes->nx + k, sizeof nx);
-    std::memcpy(&ny, planes->ny + k, sizeof ny);
-    std::memcpy(&nz, planes->nz + k, sizeof nz);
-    const F8 off = gap < 0.0f ? gap : F8{};
-    x += off * nx, y += off * ny, z += off * nz;
-    gap -= off;
-    std::memcpy(planes->gap + k, &gap, sizeof gap);
-    std::memcpy(planes->x + k, &x, sizeof x);
-    std::memcpy(planes->y + k, &y, sizeof y);
-    std::memcpy(planes->z + k, &z, sizeof z);
   }
 }
 
@@ -438,7 +421,7 @@ float HeadSamples::look_again(const dquat& R, const glm::vec3& moved, RoughPlane
   return see_anew(&head, &planes, count, &moved.x);
 }
 
-void HeadSamples::come_out_here(RoughPlanes& planes, int count) const noexcept { push_out_here(&planes, count); }
+void HeadSamples::come_out_here(RoughPlanes& planes, int count) const noexcept { push_out(nullptr, &planes, count, nullptr); }
 
 void HeadSamples::come_out(const dquat& R, const glm::vec3& c, RoughPlanes& planes, int count) const noexcept {
   const FlatHead head = flat_head(*this, R, glm::vec3(0));
