@@ -18,7 +18,6 @@ constexpr double kOfSize = 1000;       // N/m, of the coupling in a scene as lar
 constexpr double kLeastCredit = 1e-10; // J, … what the ledger may be overdrawn by there, …
 constexpr double kLeastTurning = 1.2;  // m/s², … and what a hand may do that has not shown how abruptly it moves
 constexpr double kLostHand = 0.02;  // m: so far from where it was, a hand that comes back starts anew
-
 constexpr double kFarHand = 100;    // m: no hand is as far away
 
 bool is_unit(const dquat& R) { return std::abs(glm::dot(R, R) - 1) < 1e-3; }

@@ -56,8 +56,7 @@ double drilling_floor(const DenseTissue& dense, const ServoSettings& settings, i
     std::vector<double> run;
     for (int i = 0; i < ticks; ++i) {
       const Pose X_WT = hand.next(scene.last.f_T_W, settings.tick);
-      if (i == 0) scene.last.X_WT = scene.last.X_WG = X_WT;
-      if (scene.renew_patch()) patch = scene.servo.patch();
+      if (scene.renew_patch(X_WT)) patch = scene.servo.patch();
       const std::uint64_t before = scene.last.cuts;
       scene.tick(X_WT, 1);
       const bool made = scene.last.cuts > before;

@@ -78,7 +78,8 @@ Scene::Scene(const DenseTissue& dense, ServoSettings s)
   spare.resize(servo.patch().n);
 }
 
-bool Scene::renew_patch() {
+bool Scene::renew_patch(const Pose& X_WT) {
+  if (t == 0) last.X_WT = last.X_WG = X_WT;
   if (!carver.patch_due(last)) return false;
   carving.run([&] { carver.cut_out(carver.patch_center(last), spare); });
   servo.adopt(spare);
@@ -86,8 +87,7 @@ bool Scene::renew_patch() {
 }
 
 double Scene::tick(const Pose& X_WT, double pedal) {
-  if (t == 0) last.X_WT = last.X_WG = X_WT;
-  renew_patch();
+  renew_patch(X_WT);
   const Nanos start = thread_cpu_time();
   const bool cuts = servo.tick({t, X_WT, pedal}, last, cut);
   const double time = static_cast<double>(thread_cpu_time() - start);

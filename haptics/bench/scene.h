@@ -57,8 +57,8 @@ struct Scene {
 
   Scene(const DenseTissue& dense, ServoSettings settings);
 
-  /// Takes a fresh patch where one is due, as each tick does first. Whether it did.
-  bool renew_patch();
+  /// Takes a fresh patch where one is due, as each tick does first; of the very first, around the hand. Whether it did.
+  bool renew_patch(const Pose& X_WT);
   /// One tick; returns its CPU time, ns.
   double tick(const Pose& X_WT, double pedal);
 };

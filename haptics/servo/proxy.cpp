@@ -14,7 +14,7 @@ constexpr double kStep = 1.5;              // longest step between two looks at 
 constexpr double kConverged = 1e-6;        // the proxy has come to rest,
 constexpr double kForeseen = 1e-7;         // … or will have, within this
 constexpr double kSettled = 2e-5;          // the same where several contacts were looked at,
-constexpr double kSettledCutting = 0.03;     // … and while they are cut: so far on they still serve, but for the square of it
+constexpr double kSettledCutting = 0.03;   // … and while they are cut: so far on they still serve, but for the square of it
 constexpr int kSettlingLooks = 8, kSettlingLooksCutting = 5;
 constexpr int kRefiningRounds = 6;         // of a head that does not cut
 constexpr double kStillConverges = 0.95;   // share that a step may be of the one before …
