@@ -34,7 +34,7 @@ struct AudioStats {
   std::uint64_t recoveries = 0;  // times it was opened again
   std::uint64_t clipped = 0;     // samples limited to full scale
   double sample_rate = 0;
-  double latency = 0;  // s from a tick to its sample leaving the program, the device's own latency not included
+  double latency = 0;         // s from a tick to its sample leaving the program, the device's own latency not included
   double device_latency = 0;  // s that the device says it adds; 0 for files
 };
 

@@ -25,8 +25,8 @@ struct Comparison {
   double up_to = 0;                // Hz that the distances reach to
 };
 
-/// Channels are averaged, silence is not trimmed; different rates are compared where both have something. `up_to`: Hz, 200 or
-/// more. Throws Error as read_recording does, and where a sample is not finite.
+/// Channels are averaged, silence is not trimmed; different rates are compared where both have something. `up_to`: Hz,
+/// 200 or more. Throws Error as read_recording does, and where a sample is not finite.
 Comparison compare_sounds(const std::filesystem::path& a, const std::filesystem::path& b, double up_to = 16000);
 
 }  // namespace typodont::audio

@@ -23,9 +23,10 @@ struct ContactTrack {
 /// Throws Error naming file, line, column, found and expected.
 ContactTrack read_contact_track(const std::filesystem::path& file);
 
-/// Voices a track, state by state as it is heard: those between its rows are interpolated every millisecond, a tissue holds
-/// until the next row. Where the track does not tell the spindle's speed, it is `free_speed` (rad/s) while the pedal is down,
-/// less what the bur's friction costs an air turbine: its torque falls straight from stall to free speed.
+/// Voices a track, state by state as it is heard: those between its rows are interpolated every millisecond, a tissue
+/// holds until the next row. Where the track does not tell the spindle's speed, it is `free_speed` (rad/s) while the
+/// pedal is down, less what the bur's friction costs an air turbine: its torque falls straight from stall to free
+/// speed.
 class VoicedTrack {
  public:
   /// The track outlives it, and has a row.

@@ -35,7 +35,7 @@ std::array<double, kArmParameters> arm_parameter_scales();
 std::array<double, kArmParameters> to_vector(const ArmGeometry& geometry);
 ArmGeometry to_geometry(const std::array<double, kArmParameters>& parameters);
 
-Pose stylus_pose(const ArmGeometry& geometry, const ArmReading& reading);  // X_HS, at the wrist's centre
+Pose stylus_pose(const ArmGeometry& geometry, const ArmReading& reading);    // X_HS, at the wrist's centre
 dvec3 tip_position(const ArmGeometry& geometry, const ArmReading& reading);  // p_HTip
 /// How the tip moves with each parameter, in the order of to_vector (m per m, rad or unit of scale).
 std::array<dvec3, kArmParameters> tip_derivatives(const ArmGeometry& geometry, const ArmReading& reading);
@@ -62,8 +62,8 @@ struct ArmResult {
   double sigma = 0;                         // m per axis
   int degrees_of_freedom = 0;
   std::vector<std::size_t> rejected;
-  std::vector<double> residuals;            // m, per capture
-  std::string misfit;                       // not empty: no arm of this kind explains the captures, do not use it
+  std::vector<double> residuals;  // m, per capture
+  std::string misfit;             // not empty: no arm of this kind explains the captures, do not use it
 };
 
 /// Throws Error when there is no capture, or one group mixes socket and plate.

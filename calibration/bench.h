@@ -8,8 +8,8 @@
 
 namespace typodont::calibration {
 
-/// A few seconds; `quick` a fraction of one, with fewer trials. Names are "task, method"; the size is in touches: pairs,
-/// samples, captures or corners.
+/// A few seconds; `quick` a fraction of one, with fewer trials. Names are "task, method"; the size is in touches:
+/// pairs, samples, captures or corners.
 std::vector<BenchRow> bench_rows(bool quick = false);
 
 }  // namespace typodont::calibration

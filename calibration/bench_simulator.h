@@ -1,5 +1,6 @@
 // A whole mirror bench in the computer: an arm with wrong links, a panel and a mirror that are not where the drawings
-// say, a user with eyes of their own and an unsteady hand. The routine runs against it without hardware, and is tested so.
+// say, a user with eyes of their own and an unsteady hand. The routine runs against it without hardware, and is tested
+// so.
 #pragma once
 
 #include <cstdint>
@@ -11,13 +12,14 @@ namespace typodont::calibration {
 
 struct SimulationOptions {
   std::uint64_t seed = 1;
-  double touch_noise = 2e-4;      // m per axis, of every touch
-  double slipped = 0.02;          // share of touches that miss by millimetres
-  bool arm_errors = true;         // links ±1 mm, joints ±1°, scales ±0.5 %
-  double placement_error = 0.02;  // m and, times ten, rad·0.5: how far panel, mirror, base and eyes are off the drawings
+  double touch_noise = 2e-4;  // m per axis, of every touch
+  double slipped = 0.02;      // share of touches that miss by millimetres
+  bool arm_errors = true;     // links ±1 mm, joints ±1°, scales ±0.5 %
+  double placement_error =
+      0.02;  // m and, times ten, rad·0.5: how far panel, mirror, base and eyes are off the drawings
   dvec3 user_offset{0.0004, -0.0003, 0.0012};  // m, felt minus seen
-  double delay = 0.0234;          // s, of the display against the arm
-  double touches = 1;             // multiplies the number of touches of every step
+  double delay = 0.0234;                       // s, of the display against the arm
+  double touches = 1;                          // multiplies the number of touches of every step
 };
 
 class BenchSimulator {
@@ -47,8 +49,8 @@ class BenchSimulator {
   struct Colocation {
     double rms = 0, worst = 0, mean = 0;  // m
   };
-  /// The tool is held somewhere in the workspace, the arm read, the tool drawn: how far from the hand does this user see
-  /// it? Over 9×9×9 points of the workspace.
+  /// The tool is held somewhere in the workspace, the arm read, the tool drawn: how far from the hand does this user
+  /// see it? Over 9×9×9 points of the workspace.
   Colocation colocation(const BenchState& bench);
 
  private:

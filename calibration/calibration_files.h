@@ -16,8 +16,8 @@ struct PointPairs {
   std::vector<dvec3> H, D;
 };
 
-PointPairs read_pairs(const std::filesystem::path& file);                // hx_mm,hy_mm,hz_mm,dx_mm,dy_mm,dz_mm
-Stream read_stream(const std::filesystem::path& file);                   // t_s,x_mm,y_mm,z_mm
+PointPairs read_pairs(const std::filesystem::path& file);  // hx_mm,hy_mm,hz_mm,dx_mm,dy_mm,dz_mm
+Stream read_stream(const std::filesystem::path& file);     // t_s,x_mm,y_mm,z_mm
 /// Points in H: columns x_mm,y_mm,z_mm or hx_mm,hy_mm,hz_mm.
 std::vector<dvec3> read_points(const std::filesystem::path& file);
 

@@ -27,9 +27,9 @@ enum class SeenOn { kTouchedPoint, kPanel, kPanelInMirror };
 struct Sighting {
   int picture = 0;
   SeenOn on = SeenOn::kPanel;
-  PanelPoint corner;          // on the panel
-  dvec3 touched_W{0, 0, 0};   // m, a touched point as the stylus gave it; equal ones are one point
-  double px = 0, py = 0;      // right and down from the middle of the first pixel
+  PanelPoint corner;         // on the panel
+  dvec3 touched_W{0, 0, 0};  // m, a touched point as the stylus gave it; equal ones are one point
+  double px = 0, py = 0;     // right and down from the middle of the first pixel
 };
 
 struct CameraOptions {
@@ -45,9 +45,9 @@ struct CameraResult {
   dvec3 centre_sigma{0, 0, 0};                                      // m
   double tilt_sigma = 0;                                            // rad, worst axis
   std::optional<MirrorPlane> mirror;
-  double mirror_tilt_sigma = 0, mirror_offset_sigma = 0;            // rad; m, at the mirror's point below the panel
+  double mirror_tilt_sigma = 0, mirror_offset_sigma = 0;  // rad; m, at the mirror's point below the panel
   double rms_px = 0, worst_px = 0;
-  int outliers = 0;         // sightings beyond five pixel sigmas
+  int outliers = 0;  // sightings beyond five pixel sigmas
   double seconds = 0;
   std::string not_determined;  // empty: all of it is
 };
@@ -75,8 +75,8 @@ struct BoardPicture {
 BoardPicture draw_board(int columns, int rows, int width, int height);
 
 #ifdef TYPODONT_CAMERA
-/// The corners of such a board in a picture (OpenCV's detector), in draw_board's order; empty when it is not seen whole.
-/// `mirrored`: it is seen in a mirror.
+/// The corners of such a board in a picture (OpenCV's detector), in draw_board's order; empty when it is not seen
+/// whole. `mirrored`: it is seen in a mirror.
 std::vector<Pixel> find_board(const std::filesystem::path& picture, int columns, int rows, bool mirrored);
 #endif
 

@@ -35,16 +35,16 @@ struct EyesResult {
   double ipd_sigma = 0;                  // m
   double sigma = 0, rms = 0;             // m, across the line of sight
   std::vector<std::size_t> rejected;
-  std::vector<double> residuals;         // m
-  std::string not_determined;            // empty: all of it is
+  std::vector<double> residuals;          // m
+  std::string not_determined;             // empty: all of it is
   std::optional<UserOffset> user_offset;  // where it was asked for
 };
 
 /// `rig` holds the panel and the mirror; its eyes are where the search starts.
 EyesResult solve_eyes(std::span<const EyeAlignment> alignments, const RigGeometry& rig);
 
-/// The mean of touched minus seen, slips set aside by the median. At least two touches. What a shifted base does looks the
-/// same: the base must be known from elsewhere (joint_solver.h tells the two apart).
+/// The mean of touched minus seen, slips set aside by the median. At least two touches. What a shifted base does looks
+/// the same: the base must be known from elsewhere (joint_solver.h tells the two apart).
 UserOffset user_offset_of(std::span<const SeenTouch> touches);
 
 }  // namespace typodont::calibration

@@ -12,7 +12,8 @@
 namespace typodont::calibration {
 
 enum class Step { kArm, kScreen, kMirror, kEyes, kRegister, kVerify, kDrift };
-inline constexpr Step kSteps[] = {Step::kArm, Step::kScreen, Step::kMirror, Step::kEyes, Step::kRegister, Step::kVerify, Step::kDrift};
+inline constexpr Step kSteps[] = {Step::kArm,      Step::kScreen, Step::kMirror, Step::kEyes,
+                                  Step::kRegister, Step::kVerify, Step::kDrift};
 const char* name(Step step);
 std::optional<Step> step_named(std::string_view name);
 
@@ -20,25 +21,25 @@ std::optional<Step> step_named(std::string_view name);
 enum class Cue { kReady, kTaken, kOutlier, kUndone, kDone };
 
 struct Prompt {
-  std::string text;                // one or two sentences
-  std::optional<PanelPoint> mark;  // to be shown on the panel as it is
-  std::optional<Dots> dots;        // to be shown to the left and the right eye
+  std::string text;                        // one or two sentences
+  std::optional<PanelPoint> mark;          // to be shown on the panel as it is
+  std::optional<Dots> dots;                // to be shown to the left and the right eye
   bool left_eye = true, right_eye = true;  // which eye sees its dot
-  std::optional<dvec3> target_D;   // where the point ought to appear
-  std::optional<Dots> astray;      // where the last touch lies, when it does not fit the others: a ring for each eye
+  std::optional<dvec3> target_D;           // where the point ought to appear
+  std::optional<Dots> astray;  // where the last touch lies, when it does not fit the others: a ring for each eye
 };
 
 /// After a touch.
 struct Live {
-  std::size_t index = 0;      // of the touch in its step
-  double residual = 0;        // m, of this touch; 0 while the step has too few
-  double rms = 0;             // m, of the step so far
-  double predicted_tre = 0;   // m, over the workspace; only while registering
-  bool outlier = false;       // this touch was set aside
-  std::optional<dvec3> p_W;   // where it lies
+  std::size_t index = 0;              // of the touch in its step
+  double residual = 0;                // m, of this touch; 0 while the step has too few
+  double rms = 0;                     // m, of the step so far
+  double predicted_tre = 0;           // m, over the workspace; only while registering
+  bool outlier = false;               // this touch was set aside
+  std::optional<dvec3> p_W;           // where it lies
   std::vector<std::size_t> outliers;  // of the whole step so far
   Cue cue = Cue::kTaken;
-  std::string text;           // one line
+  std::string text;  // one line
 };
 
 class GuidedCapture {
@@ -49,7 +50,7 @@ class GuidedCapture {
 
   void begin(Step step);
   Step step() const { return step_; }
-  bool done() const;         // the step has all the touches it was planned to have
+  bool done() const;  // the step has all the touches it was planned to have
   std::size_t taken() const;
   std::size_t planned() const;
   Prompt prompt() const;
@@ -74,8 +75,9 @@ class GuidedCapture {
   std::optional<dvec3> astray_W_;  // the last touch, when it does not fit
 };
 
-/// A prompt as a picture for the panel: text and marks, 8-bit grey, row by row from the top. The text can be mirrored left
-/// to right or turned over top to bottom, so that it reads right in a mirror, wherever that stands; marks lie where they lie.
+/// A prompt as a picture for the panel: text and marks, 8-bit grey, row by row from the top. The text can be mirrored
+/// left to right or turned over top to bottom, so that it reads right in a mirror, wherever that stands; marks lie
+/// where they lie.
 struct Picture {
   int width = 0, height = 0;
   std::vector<unsigned char> grey;

@@ -30,8 +30,8 @@ const char* name(Defect defect);
 /// What the points leave open, in words and as directions in H.
 struct Degeneracy {
   Defect defect = Defect::kNone;
-  std::string reason;                   // one sentence for people
-  std::vector<dvec3> undetermined_H;    // unit axes of the rotations that are not determined
+  std::string reason;                 // one sentence for people
+  std::vector<dvec3> undetermined_H;  // unit axes of the rotations that are not determined
 };
 
 struct Box {
@@ -62,7 +62,7 @@ struct RegistrationResult {
   /// Row-major 6×6 of (rotation vector, rad; translation, m), both expressed in D: X = (exp([θ]) R, p + t). A rotation
   /// that is not determined has the variance of a uniform angle, π²/3.
   std::array<double, 36> covariance{};
-  double condition = 1;  // ratio of the worst to the best determined rotation; 1e16 when one is not determined
+  double condition = 1;          // ratio of the worst to the best determined rotation; 1e16 when one is not determined
   double predicted_tre_rms = 0;  // m, over the workspace
   dvec3 centroid_H{0, 0, 0};
   Degeneracy degeneracy;

@@ -1,6 +1,6 @@
-// The rig file's calibrated fields. Reads and writes what the calibration owns (screen, mirror, head, X_WH, and one block
-// "calibration" with date, device serials, covariances and where the raw captures lie) and leaves every other field as it
-// is. Throws Error naming file and key.
+// The rig file's calibrated fields. Reads and writes what the calibration owns (screen, mirror, head, X_WH, and one
+// block "calibration" with date, device serials, covariances and where the raw captures lie) and leaves every other
+// field as it is. Throws Error naming file and key.
 #pragma once
 
 #include <array>

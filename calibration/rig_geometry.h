@@ -1,4 +1,5 @@
-// The bench as the picture sees it: panel, mirror, eyes, and where the haptic base stands. Pure geometry, metres, frame W.
+// The bench as the picture sees it: panel, mirror, eyes, and where the haptic base stands. Pure geometry, metres, frame
+// W.
 #pragma once
 
 #include <optional>
@@ -10,7 +11,9 @@ namespace typodont::calibration {
 /// The physical panel; u runs right, v up, both 0..1 over the picture.
 struct Panel {
   dvec3 lower_left{-0.17, -0.1, 0}, lower_right{0.17, -0.1, 0}, upper_left{-0.17, 0.1, 0};
-  dvec3 at(double u, double v) const { return lower_left + u * (lower_right - lower_left) + v * (upper_left - lower_left); }
+  dvec3 at(double u, double v) const {
+    return lower_left + u * (lower_right - lower_left) + v * (upper_left - lower_left);
+  }
 };
 
 /// n·x = offset, n of unit length.

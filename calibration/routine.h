@@ -1,4 +1,5 @@
-// The whole set-up routine: raw captures in, one calibrated bench out. Every step can be solved again from its captures.
+// The whole set-up routine: raw captures in, one calibrated bench out. Every step can be solved again from its
+// captures.
 #pragma once
 
 #include <filesystem>
@@ -36,7 +37,8 @@ struct EyeCapture {
 struct PairCapture {
   dvec3 shown_D{0, 0, 0};
   Touch touch;
-  std::optional<Dots> dots;  // what the panel showed; with it the point can be placed again when the eyes are known better
+  std::optional<Dots>
+      dots;  // what the panel showed; with it the point can be placed again when the eyes are known better
   /// Where the point appears, by what is believed now.
   dvec3 shown(const RigGeometry& rig) const;
 };

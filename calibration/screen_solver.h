@@ -17,15 +17,15 @@ struct MarkTouch {
 };
 
 struct PanelResult {
-  Panel panel;                         // a true rectangle
-  double width = 0, height = 0;        // m
+  Panel panel;                   // a true rectangle
+  double width = 0, height = 0;  // m
   double width_sigma = 0, height_sigma = 0;
   std::array<double, 3> centre_sigma{};  // m
-  double tilt_sigma = 0;               // rad, worst axis
-  double sigma = 0, rms = 0;           // m
+  double tilt_sigma = 0;                 // rad, worst axis
+  double sigma = 0, rms = 0;             // m
   std::vector<std::size_t> rejected;
-  std::vector<double> residuals;       // m
-  std::string not_determined;          // empty: all of it is
+  std::vector<double> residuals;  // m
+  std::string not_determined;     // empty: all of it is
 };
 
 /// `tip_radius` m: of a ball at the stylus' end; it touches the side from which the picture is seen.

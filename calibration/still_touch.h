@@ -26,11 +26,11 @@ class StillTouch {
   /// averaged alike. Never allocates.
   Verdict add(Nanos t, const dvec3& p, double pedal, bool asked, std::span<const double> joints = {}) noexcept;
 
-  const dvec3& point() const noexcept { return mean_; }   // of the last kTaken or kMoved
+  const dvec3& point() const noexcept { return mean_; }  // of the last kTaken or kMoved
   /// Of the last kTaken, where every sample came with six.
   bool has_joints() const noexcept { return has_joints_; }
   const std::array<double, 6>& joints() const noexcept { return joints_; }  // rad
-  double moved() const noexcept { return moved_; }        // m, the farthest sample from that point
+  double moved() const noexcept { return moved_; }                          // m, the farthest sample from that point
 
  private:
   struct Sample {
@@ -40,7 +40,9 @@ class StillTouch {
     std::array<double, 6> joints;
   };
   Verdict judge() noexcept;
-  const Sample& back(std::size_t age) const noexcept { return samples_[(next_ + samples_.size() - 1 - age) % samples_.size()]; }
+  const Sample& back(std::size_t age) const noexcept {
+    return samples_[(next_ + samples_.size() - 1 - age) % samples_.size()];
+  }
 
   Limits limits_;
   std::vector<Sample> samples_;  // a ring

@@ -23,22 +23,24 @@ struct MapPoint {
 struct VerifyResult {
   int points = 0;
   double raw_rms = 0, raw_mean = 0, raw_worst = 0;  // m, of the touches as they are, noise included
-  double noise = 0;                                  // m per axis, what no smooth error explains
-  double rms = 0, worst = 0;  // m, systematic error over the workspace: a smooth field through the touches, its own noise taken off
-  double uncertainty = 0;     // m, rms of that noise
-  int order = 0;              // of the field: 0 constant, 1 affine, 2 quadratic
+  double noise = 0;                                 // m per axis, what no smooth error explains
+  double rms = 0,
+         worst =
+             0;  // m, systematic error over the workspace: a smooth field through the touches, its own noise taken off
+  double uncertainty = 0;  // m, rms of that noise
+  int order = 0;           // of the field: 0 constant, 1 affine, 2 quadratic
   Box workspace_D;
-  std::vector<MapPoint> map;  // 9×9×9, x fastest
-  std::vector<double> residuals;        // m, of each touch
-  std::vector<std::size_t> outliers;    // touches far off the field
+  std::vector<MapPoint> map;          // 9×9×9, x fastest
+  std::vector<double> residuals;      // m, of each touch
+  std::vector<std::size_t> outliers;  // touches far off the field
   Tolerance tolerance;
   bool pass = false;
-  std::string verdict;        // one sentence
+  std::string verdict;  // one sentence
 };
 
 /// Pairs (touched in H, shown in D) and the registration to be judged. Throws Error without a pair.
-VerifyResult verify(std::span<const dvec3> p_H, std::span<const dvec3> p_D, const Pose& X_DH, const Tolerance& tolerance,
-                    const Box& workspace_D);
+VerifyResult verify(std::span<const dvec3> p_H, std::span<const dvec3> p_D, const Pose& X_DH,
+                    const Tolerance& tolerance, const Box& workspace_D);
 
 struct DriftResult {
   double shift = 0;      // m, at `center`

@@ -10,7 +10,7 @@ namespace typodont::haptics {
 
 namespace {
 
-constexpr int kRoom = 2;           // blocks around what a cut needs, so that the front rarely moves
+constexpr int kRoom = 2;                  // blocks around what a cut needs, so that the front rarely moves
 constexpr std::size_t kGroups = 1 << 15;  // more than any dental bur's front has
 
 glm::ivec3 blocks(const glm::ivec3& voxel, int rows, int deep) {
@@ -43,14 +43,18 @@ CutFront::CutFront(std::span<const Tool> tools, double voxel, int lanes) : lanes
 }
 
 void CutFront::Groups::sort(int listed) noexcept {
-  const auto bin = [](const Found& group) { return static_cast<std::size_t>((group.kind * 2 + group.narrow) * kStages + group.stage); };
+  const auto bin = [](const Found& group) {
+    return static_cast<std::size_t>((group.kind * 2 + group.narrow) * kStages + group.stage);
+  };
   std::array<int, kKinds * 2 * kStages> next{};
   for (int i = 0; i < listed; ++i) ++next[bin(found[static_cast<std::size_t>(i)])];
   run_count = 0;
   int from = 0;
   for (int i = 0; i < kKinds * 2 * kStages; ++i) {
     const int size = std::exchange(next[static_cast<std::size_t>(i)], from);
-    if (size > 0) runs[static_cast<std::size_t>(run_count++)] = {i / (2 * kStages), i / kStages % 2 != 0, i % kStages, from, from + size};
+    if (size > 0)
+      runs[static_cast<std::size_t>(run_count++)] = {i / (2 * kStages), i / kStages % 2 != 0, i % kStages, from,
+                                                     from + size};
     from += size;
   }
   for (int i = 0; i < listed; ++i) {
@@ -120,14 +124,16 @@ std::vector<CutFront::Place> CutFront::listed_in(const glm::ivec3& patch_lo, int
   for (const Groups& part : parts_) {
     for (int r = 0; r < part.run_count; ++r) {
       const Run& run = part.runs[static_cast<std::size_t>(r)];
-      for (int i = run.from; i < run.to; ++i) list.push_back({first + part.at[static_cast<std::size_t>(i)], run.narrow ? kNarrowest : lanes_});
+      for (int i = run.from; i < run.to; ++i)
+        list.push_back({first + part.at[static_cast<std::size_t>(i)], run.narrow ? kNarrowest : lanes_});
     }
   }
   return list;
 }
 
 int CutFront::outdated() const noexcept {
-  return static_cast<int>(std::count_if(parts_.begin(), parts_.end(), [&](const Groups& part) { return way_ > part.until; }));
+  return static_cast<int>(
+      std::count_if(parts_.begin(), parts_.end(), [&](const Groups& part) { return way_ > part.until; }));
 }
 
 }  // namespace typodont::haptics

@@ -1,7 +1,7 @@
-// What of a patch the next cuts can still change. The field falls behind a head and stands still ahead of it: a sample that
-// lies `slack` voxels below what the head would make of it cannot change before the head has come that far. So each
-// block of voxels knows on which mile of the head's way it is to be looked at again, and most cuts look at the shell
-// before the head alone. What lies there is listed for a voxel of way, in parts that are listed anew by turns.
+// What of a patch the next cuts can still change. The field falls behind a head and stands still ahead of it: a sample
+// that lies `slack` voxels below what the head would make of it cannot change before the head has come that far. So
+// each block of voxels knows on which mile of the head's way it is to be looked at again, and most cuts look at the
+// shell before the head alone. What lies there is listed for a voxel of way, in parts that are listed anew by turns.
 #pragma once
 
 #include <array>
@@ -18,7 +18,8 @@ namespace typodont::haptics {
 /// How many samples along z this processor raises at once: 8 or 16.
 int widest_group() noexcept;
 
-/// Of one tool in one patch and its successors; blocks of 4 × 4 × 8 voxels, z fastest. Buffers are sized once, at set-up.
+/// Of one tool in one patch and its successors; blocks of 4 × 4 × 8 voxels, z fastest. Buffers are sized once, at
+/// set-up.
 class CutFront {
  public:
   /// Large enough for any of these tools. `lanes`: of a group; which of them this processor has changes no bit.
@@ -27,9 +28,9 @@ class CutFront {
   /// What is listed, is so in parts: of every fourth layer of blocks along x.
   static constexpr int kParts = 4;
 
-  /// Groups of the same kind, one after the other. `narrow`: only the first kNarrowest samples of each may change, which is less
-  /// than there are lanes. Before the head has come `stage` eighths of what the list lasts for they cannot change (of heads that are
-  /// no balls always 0).
+  /// Groups of the same kind, one after the other. `narrow`: only the first kNarrowest samples of each may change,
+  /// which is less than there are lanes. Before the head has come `stage` eighths of what the list lasts for they
+  /// cannot change (of heads that are no balls always 0).
   struct Run {
     int kind;
     bool narrow;
@@ -51,15 +52,16 @@ class CutFront {
     float* x;  // from the origin of the groups
     float* y;
     std::int32_t* z;
-    std::int32_t* at;     // from the sample at that origin
+    std::int32_t* at;      // from the sample at that origin
     std::uint8_t* length;  // samples that may change …
     std::uint8_t* label;   // … and what they are
   };
 
-  /// To be called when anything but the cuts of this tool lowered the field: fillings, strokes taken back, another tool.
+  /// To be called when anything but the cuts of this tool lowered the field: fillings, strokes taken back, another
+  /// tool.
   void forget() noexcept { known_ = false; }
-  /// Where the groups that are listed now begin, from the first sample of a patch of edge n that begins at that voxel, and how wide
-  /// they are.
+  /// Where the groups that are listed now begin, from the first sample of a patch of edge n that begins at that voxel,
+  /// and how wide they are.
   struct Place {
     std::ptrdiff_t at;
     int lanes;
@@ -72,11 +74,12 @@ class CutFront {
   friend class Sweep;
 
   static constexpr int kRows = 4, kDeep = 8;
-  static constexpr double kRound = 512;  // voxels of way after which counting starts anew, so that floats keep their digits
+  static constexpr double kRound =
+      512;  // voxels of way after which counting starts anew, so that floats keep their digits
   static constexpr float kNever = 1e9f;
   static constexpr int kKinds = 20;  // of groups, at most
-  // Voxels of way for which what may change is listed: the longer, the less often, but the more groups. Of a head with pieces
-  // also the more of them whose samples have several in reach.
+  // Voxels of way for which what may change is listed: the longer, the less often, but the more groups. Of a head with
+  // pieces also the more of them whose samples have several in reach.
   static constexpr double kListedOfBall = 1, kListedOfHead = 0.75;
   static constexpr double kMostListed = 0.2;  // nothing is where the head takes less than a few sweeps for that
 
@@ -92,7 +95,8 @@ class CutFront {
     Listed listed() { return {x.data(), y.data(), z.data(), at.data(), length.data(), label.data()}; }
     static constexpr int kRoom = 40;  // groups that may be looked at beyond the last
 
-    // Sorted by the pieces of the meridian that can be the closest (of a ball: by where they lie beside it), and by when they may change.
+    // Sorted by the pieces of the meridian that can be the closest (of a ball: by where they lie beside it), and by
+    // when they may change.
     std::vector<Found> found;
     std::array<Run, kKinds * 2 * kStages> runs;
     int run_count = 0;
@@ -127,9 +131,9 @@ class CutFront {
 
   static constexpr int kBeyond = 32;  // samples of a group that begins at the front's last one, and more
   int lanes_;
-  glm::ivec3 size_{0};         // blocks
-  glm::ivec3 first_{0};        // block at the beginning of due_
-  std::vector<float> due_, moved_;  // way at which a block may change; the same while they are shifted
+  glm::ivec3 size_{0};                // blocks
+  glm::ivec3 first_{0};               // block at the beginning of due_
+  std::vector<float> due_, moved_;    // way at which a block may change; the same while they are shifted
   std::array<Groups, kParts> parts_;  // count from the first voxel of the front's first block
   glm::ivec3 listed_lo_{0};           // of the patch they lie in, and its edge
   int listed_n_ = 0;

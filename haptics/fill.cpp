@@ -20,7 +20,9 @@ Fill::Fill(const Tool& tool, const dvec3& center_W, double radius, const Pose& X
   hi_ = glm::ivec3(glm::floor(center_ + reach));
 }
 
-double Fill::beyond_limit(const dvec3& p) const noexcept { return within_->distance(frame_.to_world(p)) / frame_.voxel; }
+double Fill::beyond_limit(const dvec3& p) const noexcept {
+  return within_->distance(frame_.to_world(p)) / frame_.voxel;
+}
 
 double Fill::kept_by_head(const dvec3& p) const noexcept {
   return static_cast<double>(kClear) - head_.distance(glm::conjugate(X_VT_.R) * (p - X_VT_.p));
@@ -37,7 +39,12 @@ bool Fill::lower(const glm::ivec3& lo, const glm::ivec3& size, float* distance, 
   ball.radius = static_cast<float>(radius_);
   ball.label = label_;
   ball.filling = this;
-  const FillBlock block{lo - ball.head.base, size, distance, tissue, static_cast<std::ptrdiff_t>(stride_x), static_cast<std::ptrdiff_t>(stride_y)};
+  const FillBlock block{lo - ball.head.base,
+                        size,
+                        distance,
+                        tissue,
+                        static_cast<std::ptrdiff_t>(stride_x),
+                        static_cast<std::ptrdiff_t>(stride_y)};
   return lower_block(ball, block, added, fresh);
 }
 

@@ -21,7 +21,7 @@ struct DeviceInfo {
   double continuous_force = 0;  // N that its motors bear for ever; 0: unknown
   double vibration_band = 0;    // Hz up to which it renders the spindle's vibration; 0: not at all
   double silence = 0;           // s without a force written, after which the watchdog sends zero; 0: what is usual
-  double position_step = 0;     // m, the least that its position moves by: a count of its encoders; 0: smooth, or unknown
+  double position_step = 0;  // m, the least that its position moves by: a count of its encoders; 0: smooth, or unknown
   bool counts_from_rest = false;  // its pose counts from where it was opened: its home position, and there it must rest
 };
 

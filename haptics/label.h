@@ -1,5 +1,5 @@
-// A voxel's label as patch and volume keep it: the tissue it shows, and, where a filling was put into the air, the label that
-// the air had: a cavity that is emptied again is the cavity it was. Both in one byte.
+// A voxel's label as patch and volume keep it: the tissue it shows, and, where a filling was put into the air, the
+// label that the air had: a cavity that is emptied again is the cavity it was. Both in one byte.
 #pragma once
 
 #include <cstddef>
@@ -15,8 +15,12 @@ inline constexpr int kBeforeShift = 4;
 inline constexpr std::uint8_t kShown = 0x0f;
 static_assert(kTissueCount < kShown);
 
-inline Tissue shown(Tissue label) noexcept { return static_cast<Tissue>(static_cast<std::uint8_t>(label) & kShown); }
-inline bool is_filled(Tissue label) noexcept { return static_cast<std::uint8_t>(label) > kShown; }
+inline Tissue shown(Tissue label) noexcept {
+  return static_cast<Tissue>(static_cast<std::uint8_t>(label) & kShown);
+}
+inline bool is_filled(Tissue label) noexcept {
+  return static_cast<std::uint8_t>(label) > kShown;
+}
 
 /// The label of a voxel of air that comes to lie in a filling, or beside one.
 inline Tissue filled(Tissue label, Tissue filling) noexcept {
@@ -28,9 +32,10 @@ inline Tissue emptied(Tissue label) noexcept {
   return is_filled(label) ? static_cast<Tissue>((static_cast<std::uint8_t>(label) >> kBeforeShift) - 1) : label;
 }
 
-/// Gives a voxel its label from before the filling, where it lies in the air and none of its 26 neighbours is filled and solid. A
-/// function of distances and labels alone. Returns whether that changed it.
-inline bool restore_label(const float* distance, Tissue* label, std::ptrdiff_t at, std::ptrdiff_t stride_x, std::ptrdiff_t stride_y) noexcept {
+/// Gives a voxel its label from before the filling, where it lies in the air and none of its 26 neighbours is filled
+/// and solid. A function of distances and labels alone. Returns whether that changed it.
+inline bool restore_label(const float* distance, Tissue* label, std::ptrdiff_t at, std::ptrdiff_t stride_x,
+                          std::ptrdiff_t stride_y) noexcept {
   if (!is_filled(label[at]) || distance[at] <= 0) return false;
   const Tissue before = emptied(label[at]);
   if (before == Tissue::kAir && distance[at] < 0.5f) return false;  // air has no volume
@@ -45,8 +50,8 @@ inline bool restore_label(const float* distance, Tissue* label, std::ptrdiff_t a
   return true;
 }
 
-/// The same for a box of voxels, with a sample more on every side: it does not matter after which of the cuts it is called. True
-/// when it changed any.
+/// The same for a box of voxels, with a sample more on every side: it does not matter after which of the cuts it is
+/// called. True when it changed any.
 inline bool restore_labels(const glm::ivec3& size, const float* distance, Tissue* label, std::ptrdiff_t stride_x,
                            std::ptrdiff_t stride_y) noexcept {
   bool changed = false;

@@ -1,5 +1,5 @@
-// Eight floats side by side, for kernels that are compiled for several processors (engine/base/dispatch.h): GCC's vectors,
-// so that every processor computes the same. Private to the .cpp files of the haptics.
+// Eight floats side by side, for kernels that are compiled for several processors (engine/base/dispatch.h): GCC's
+// vectors, so that every processor computes the same. Private to the .cpp files of the haptics.
 #pragma once
 
 #include <cmath>
@@ -19,7 +19,8 @@ typedef int I4 __attribute__((vector_size(16), aligned(4), may_alias));
 /// A bit for each lane of a mask.
 TYPODONT_KERNEL unsigned bits_of(const I8& mask) {
 #ifdef __SSE2__
-  const I4 low = __builtin_shufflevector(mask, mask, 0, 1, 2, 3), high = __builtin_shufflevector(mask, mask, 4, 5, 6, 7);
+  const I4 low = __builtin_shufflevector(mask, mask, 0, 1, 2, 3),
+           high = __builtin_shufflevector(mask, mask, 4, 5, 6, 7);
   return static_cast<unsigned>(__builtin_ia32_movmskps((F4)low) | __builtin_ia32_movmskps((F4)high) << 4);
 #else
   unsigned bits = 0;
@@ -30,8 +31,7 @@ TYPODONT_KERNEL unsigned bits_of(const I8& mask) {
 
 TYPODONT_KERNEL bool any_of(const I8& mask) {
 #ifdef __SSE2__
-  const I4 both =
-      __builtin_shufflevector(mask, mask, 0, 1, 2, 3) | __builtin_shufflevector(mask, mask, 4, 5, 6, 7);
+  const I4 both = __builtin_shufflevector(mask, mask, 0, 1, 2, 3) | __builtin_shufflevector(mask, mask, 4, 5, 6, 7);
   return __builtin_ia32_movmskps((F4)both) != 0;
 #else
   return bits_of(mask) != 0;

@@ -86,7 +86,8 @@ class MeshSolid : public Solid {
 
   /// By the parity of the triangles that a ray meets; of three rays, so that one through an edge is outvoted.
   bool is_inside(const dvec3& p) const {
-    static const dvec3 kWays[3] = {glm::normalize(dvec3(0.5773, 0.2113, 0.7886)), glm::normalize(dvec3(-0.6142, 0.7361, 0.2847)),
+    static const dvec3 kWays[3] = {glm::normalize(dvec3(0.5773, 0.2113, 0.7886)),
+                                   glm::normalize(dvec3(-0.6142, 0.7361, 0.2847)),
                                    glm::normalize(dvec3(0.1931, -0.8253, 0.5306))};
     int votes = 0;
     for (int i = 0; i < 3; ++i) {

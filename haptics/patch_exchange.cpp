@@ -4,7 +4,8 @@ namespace typodont::haptics {
 
 namespace {
 
-constexpr Nanos kPatience = 5'000'000;  // ns that the servo waits: a hand that cuts comes less than a quarter of a millimetre
+constexpr Nanos kPatience =
+    5'000'000;  // ns that the servo waits: a hand that cuts comes less than a quarter of a millimetre
 
 }  // namespace
 

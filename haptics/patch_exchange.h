@@ -1,6 +1,6 @@
-// The way of patches from the carver to the servo. A cut-out takes the carver a while, in which the servo goes on cutting; what
-// such a patch lacks the servo would have to put in itself, in one tick. So the servo leaves a patch that lacks cuts where it
-// is for a few milliseconds, in which the carver brings it up to date.
+// The way of patches from the carver to the servo. A cut-out takes the carver a while, in which the servo goes on
+// cutting; what such a patch lacks the servo would have to put in itself, in one tick. So the servo leaves a patch that
+// lacks cuts where it is for a few milliseconds, in which the carver brings it up to date.
 #pragma once
 
 #include "engine/base/clock.h"
@@ -19,8 +19,8 @@ class PatchExchange {
   // Carver's thread.
   /// Cuts a patch out and offers it.
   void offer(Carver& carver, const dvec3& center_W);
-  /// Brings what is offered up to date. `held`: number of the patch that the servo has (ServoTick::patch). False when nothing
-  /// is offered any more; until then the carver had better not sleep.
+  /// Brings what is offered up to date. `held`: number of the patch that the servo has (ServoTick::patch). False when
+  /// nothing is offered any more; until then the carver had better not sleep.
   bool keep_up(Carver& carver, std::uint32_t held);
 
   // Servo's thread.
@@ -28,8 +28,8 @@ class PatchExchange {
   SurfacePatch* take(const SurfacePatch& held, std::uint64_t cuts, Nanos t) noexcept;
 
  private:
-  /// What tells a patch that only lacks cuts from one of edited tissue: that one the servo is to have as it was cut out, for
-  /// it repeats the cuts since, and counts what they take otherwise.
+  /// What tells a patch that only lacks cuts from one of edited tissue: that one the servo is to have as it was cut
+  /// out, for it repeats the cuts since, and counts what they take otherwise.
   struct Tissue {
     std::uint32_t edits = 0, pieces = 0;
     bool operator==(const Tissue&) const = default;

@@ -14,14 +14,18 @@ namespace typodont::haptics {
 
 namespace {
 
-constexpr double kOfSize = 1000;       // N/m, of the coupling in a scene as large as a tooth …
-constexpr double kLeastCredit = 1e-10; // J, … what the ledger may be overdrawn by there, …
-constexpr double kLeastTurning = 1.2;  // m/s², … and what a hand may do that has not shown how abruptly it moves
-constexpr double kLostHand = 0.02;  // m: so far from where it was, a hand that comes back starts anew
-constexpr double kFarHand = 100;    // m: no hand is as far away
+constexpr double kOfSize = 1000;        // N/m, of the coupling in a scene as large as a tooth …
+constexpr double kLeastCredit = 1e-10;  // J, … what the ledger may be overdrawn by there, …
+constexpr double kLeastTurning = 1.2;   // m/s², … and what a hand may do that has not shown how abruptly it moves
+constexpr double kLostHand = 0.02;      // m: so far from where it was, a hand that comes back starts anew
+constexpr double kFarHand = 100;        // m: no hand is as far away
 
-bool is_unit(const dquat& R) { return std::abs(glm::dot(R, R) - 1) < 1e-3; }
-bool is_near(const dvec3& p) { return glm::dot(p, p) < kFarHand * kFarHand; }  // a number, too
+bool is_unit(const dquat& R) {
+  return std::abs(glm::dot(R, R) - 1) < 1e-3;
+}
+bool is_near(const dvec3& p) {
+  return glm::dot(p, p) < kFarHand * kFarHand;
+}  // a number, too
 
 /// Piece by piece: the compiler would make a string instruction of the whole, which is slow to start.
 void copy_tick(const ServoTick& from, ServoTick& to) noexcept {
@@ -44,15 +48,17 @@ double travel_for(const Tool& tool, double voxel) {
 std::vector<glm::vec3> evenly_around(std::size_t count) {
   std::vector<glm::vec3> all;
   for (std::size_t i = 0; i < count; ++i) {
-    const double turn = kPi * (3 - std::sqrt(5.0)) * static_cast<double>(i), z = 1 - (2.0 * static_cast<double>(i) + 1) / static_cast<double>(count);
+    const double turn = kPi * (3 - std::sqrt(5.0)) * static_cast<double>(i),
+                 z = 1 - (2.0 * static_cast<double>(i) + 1) / static_cast<double>(count);
     const double rho = std::sqrt(1 - z * z);
     all.emplace_back(rho * std::cos(turn), rho * std::sin(turn), z);
   }
   return all;
 }
 
-/// A scene that is larger, with a coupling softer by as much, has the same forces: what the law foresees of a hand and gives it
-/// is larger alike, but for the limit of a nanojoule. A device's hand is a hand, whatever the scene, and its jumps are counts.
+/// A scene that is larger, with a coupling softer by as much, has the same forces: what the law foresees of a hand and
+/// gives it is larger alike, but for the limit of a nanojoule. A device's hand is a hand, whatever the scene, and its
+/// jumps are counts.
 PassivityLaw law_for(const ServoSettings& settings) {
   PassivityLaw law;
   if (settings.position_step > 0) {
@@ -91,14 +97,17 @@ dvec3 patch_center_for(const dvec3& p_WG, const dvec3& p_WT, double travel) noex
 }
 
 Servo::State::State(const ServoSettings& s, int edge)
-    : settings(s), travel(patch_travel_for(tray(s), s.frame.voxel) * s.frame.voxel), depth_speed(s.position_step, 1),
+    : settings(s),
+      travel(patch_travel_for(tray(s), s.frame.voxel) * s.frame.voxel),
+      depth_speed(s.position_step, 1),
       front(tray(s), s.frame.voxel) {
   for (const Tool& tool : tray(s)) {
     const double h = s.frame.voxel;
     tools.push_back({tool, ContactFinder(tool, h), SmoothContacts(tool, h), near_reach(tool) / h});
   }
   for (const Material& material : settings.materials) hardest = std::max(hardest, material.specific_energy);
-  if (std::ranges::any_of(tray(s), [](const Tool& each) { return each.fill != Tissue::kAir; })) flow_ways = evenly_around(kFlowWays);
+  if (std::ranges::any_of(tray(s), [](const Tool& each) { return each.fill != Tissue::kAir; }))
+    flow_ways = evenly_around(kFlowWays);
   passivity_law = law_for(settings);
   patch.resize(edge);
 }
@@ -109,8 +118,10 @@ void Servo::State::rest(Now& now, bool sound) noexcept {
   out.X_WT = sound ? Pose{hand.X_WT.p, glm::normalize(hand.X_WT.R)} : X_WG;  // where the device left it
   out.X_WG = placed ? X_WG : out.X_WT;
   out.faults = hand.faults & kNoPose ? hand.faults & kNoPose : bits(Fault::kBadInput);
-  if (settings.spindle.run_up_time > 0) speed *= std::exp(-settings.tick / settings.spindle.run_up_time);
-  else speed = 0;
+  if (settings.spindle.run_up_time > 0)
+    speed *= std::exp(-settings.tick / settings.spindle.run_up_time);
+  else
+    speed = 0;
   out.spindle = speed;
   out.energy = sums.energy;
   out.spindle_energy = sums.spindle_energy;
@@ -161,8 +172,8 @@ void Servo::State::run_spindle(const Now& now) noexcept {
 
 void Servo::State::change_tool(Now& now) noexcept {
   const std::uint32_t wanted = now.hand.tool;
-  if (wanted < tools.size() && now.out.pedal <= kPedalUp &&
-      speed <= kPedalUp * settings.spindle.free_speed && normal_force <= 0 && tip.sunk <= 0 && overlap == 0 &&
+  if (wanted < tools.size() && now.out.pedal <= kPedalUp && speed <= kPedalUp * settings.spindle.free_speed &&
+      normal_force <= 0 && tip.sunk <= 0 && overlap == 0 &&
       would_be_free(wanted, {settings.frame.to_voxels(X_WG.p), now.X_WT.R})) {
     take_up(wanted);
     now.out.tool = in_hand;
@@ -196,7 +207,8 @@ void Servo::State::remember(Touch& now, const dvec3& felt_torque) noexcept {
   last_t = now.hand.t;
   started = true;
   idle = normal_force <= 0 && overlap == 0 && rejoining == 0 && tip.sunk <= 0 && stored == 0 && rate == 0 &&
-         now.force == dvec3(0) && now.spindle_force == dvec3(0) && now.teeth_force == dvec3(0) && felt_torque == dvec3(0);
+         now.force == dvec3(0) && now.spindle_force == dvec3(0) && now.teeth_force == dvec3(0) &&
+         felt_torque == dvec3(0);
   now.cut.n_C_W = now.normal;
 
   out.X_WG = X_WG;
@@ -219,15 +231,20 @@ void Servo::set_stiffness(const PerTissue& stiffness) noexcept {
   for (std::size_t i = 0; i < stiffness.size(); ++i) state_->settings.materials[i].stiffness = stiffness[i];
 }
 
-void Servo::ramp_out() noexcept { state_->ending = true; }
+void Servo::ramp_out() noexcept {
+  state_->ending = true;
+}
 
-const SurfacePatch& Servo::patch() const noexcept { return state_->patch; }
+const SurfacePatch& Servo::patch() const noexcept {
+  return state_->patch;
+}
 
 void Servo::adopt(SurfacePatch& fresh) noexcept {
   State& s = *state_;
   // Another core has just written it: its lines are fetched side by side.
   constexpr std::size_t kLine = 64;
-  for (std::size_t at = 0; at < sizeof fresh; at += kLine) __builtin_prefetch(reinterpret_cast<const char*>(&fresh) + at, 1);
+  for (std::size_t at = 0; at < sizeof fresh; at += kLine)
+    __builtin_prefetch(reinterpret_cast<const char*>(&fresh) + at, 1);
   if (fresh.n != s.patch.n) return;  // sized at set-up; never differs
   s.catch_up(fresh);
   std::swap(fresh, s.patch);
@@ -251,8 +268,8 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
   out.tool = s.in_hand;
 
   // Illegal input, or no hand: zero force in this very tick, and the proxy starts anew afterwards. What the hand did
-  // meanwhile is not in the ledger: it felt nothing. A leap paid with the last force would leave a debt, and a ledger in
-  // debt gives no force ever again.
+  // meanwhile is not in the ledger: it felt nothing. A leap paid with the last force would leave a debt, and a ledger
+  // in debt gives no force ever again.
   const bool turns = hand.X_WT.R != s.came_R;  // most hands only move
   const bool sound = is_near(hand.X_WT.p) && (!turns || is_unit(hand.X_WT.R)) && std::isfinite(hand.pedal);
   if (!sound || (hand.faults & kNoPose)) {

@@ -18,26 +18,27 @@ namespace typodont::haptics {
 
 /// Everything a run needs to know before its first tick. SI.
 struct ServoSettings {
-  double stiffness = 1000;      // N/m, virtual coupling; what enamel feels. Other tissues scale with their own stiffness
-  double damping = 2;           // N·s/m, along the contact normal
+  double stiffness = 1000;  // N/m, virtual coupling; what enamel feels. Other tissues scale with their own stiffness
+  double damping = 2;       // N·s/m, along the contact normal
   bool friction = true;
   bool cutting = true;
-  bool passivity = true;        // the controller; the ledger runs always
-  bool boundary_walls = true;   // one-sided walls from soft to hard tissue
-  double force_limit = 20;      // N
-  double torque_limit = 0.5;    // N·m
-  bool gives_torque = true;     // the hand's device resists turns (DeviceInfo); else its torque is for show, not in the ledger
-  double slew_limit = 0;        // N/s that the force may rise by; 0: as it comes
-  double position_step = 0;     // m, of the hand's device (DeviceInfo); the damper then goes by an estimate of velocity
-  double ramp_time = 15e-3;     // s from nothing to the whole force at the start, and back at the end
-  VibrationLaw vibration;       // of the spindle, through the arm; without a band there is none
+  bool passivity = true;       // the controller; the ledger runs always
+  bool boundary_walls = true;  // one-sided walls from soft to hard tissue
+  double force_limit = 20;     // N
+  double torque_limit = 0.5;   // N·m
+  bool gives_torque =
+      true;  // the hand's device resists turns (DeviceInfo); else its torque is for show, not in the ledger
+  double slew_limit = 0;     // N/s that the force may rise by; 0: as it comes
+  double position_step = 0;  // m, of the hand's device (DeviceInfo); the damper then goes by an estimate of velocity
+  double ramp_time = 15e-3;  // s from nothing to the whole force at the start, and back at the end
+  VibrationLaw vibration;    // of the spindle, through the arm; without a band there is none
   ForceFilter filter = ForceFilter::kNone;  // for comparison with the literature
-  double tick = 1e-3;           // s, nominal period
+  double tick = 1e-3;                       // s, nominal period
   MaterialTable materials{};
-  Tool tool;                    // in the hand at first
-  std::vector<Tool> tools;      // all that can be taken up, `tool` first; empty: only that one. See tray()
+  Tool tool;                // in the hand at first
+  std::vector<Tool> tools;  // all that can be taken up, `tool` first; empty: only that one. See tray()
   Spindle spindle;
-  VoxelFrame frame;             // of the tissue volume
+  VoxelFrame frame;  // of the tissue volume
 };
 
 /// The tools of a session, as ServoTick::tool, Cut::tool and HandSample::tool count them.
@@ -49,11 +50,12 @@ inline std::span<const Tool> tray(const ServoSettings& settings) {
 struct HandSample {
   Nanos t = 0;
   Pose X_WT;
-  double pedal = 0;        // 0..1
-  std::uint32_t tool = 0;  // the one that is wanted: taken up as soon as pedal, drill and tissue allow it
+  double pedal = 0;          // 0..1
+  std::uint32_t tool = 0;    // the one that is wanted: taken up as soon as pedal, drill and tissue allow it
   std::uint32_t faults = 0;  // Fault bits of the device; with one of kNoPose the pose is not where the hand is
 };
-/// The hand is not where the sample says, nor did it feel the last force: Servo::tick gives none, and begins anew after it.
+/// The hand is not where the sample says, nor did it feel the last force: Servo::tick gives none, and begins anew after
+/// it.
 inline constexpr std::uint32_t kNoPose = bits(Fault::kBadInput) | bits(Fault::kDeviceLost);
 
 /// One hand in one tissue. Servo thread only; tick() is noexcept, never allocates, never locks, is deterministic: equal
@@ -86,7 +88,8 @@ class Servo {
   std::unique_ptr<State> state_;
 };
 
-/// Edge, in samples, of the patch these tools need: their reach, room to travel while the carver works, and the stencil.
+/// Edge, in samples, of the patch these tools need: their reach, room to travel while the carver works, and the
+/// stencil.
 int patch_edge_for(std::span<const Tool> tools, double voxel);
 /// How far, in voxels, any of the tools may move from the patch's centre before a new one is due.
 double patch_travel_for(std::span<const Tool> tools, double voxel);

@@ -1,5 +1,5 @@
-// The share of a voxel that lies inside a surface, as all of the haptics count it: in whole units, so that volumes are exact
-// sums, whatever their order, and what is taken, put down and left over adds up to the last unit.
+// The share of a voxel that lies inside a surface, as all of the haptics count it: in whole units, so that volumes are
+// exact sums, whatever their order, and what is taken, put down and left over adds up to the last unit.
 #pragma once
 
 #include <bit>
@@ -16,6 +16,8 @@ inline std::int32_t units_inside(float distance) {
   const float at = (above > 0.5f ? 0.5f : above) + 1.5f;
   return std::bit_cast<std::int32_t>(2.0f) - std::bit_cast<std::int32_t>(at);
 }
-inline double share_inside(float distance) { return kShareUnit * units_inside(distance); }
+inline double share_inside(float distance) {
+  return kShareUnit * units_inside(distance);
+}
 
 }  // namespace typodont::haptics

@@ -17,8 +17,12 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-dvec3 read_mm(const Json& json) { return json.vec3() * kMillimetre; }
-double read_length(const Json& json) { return json.number(1e-3, 1e6) * kMillimetre; }
+dvec3 read_mm(const Json& json) {
+  return json.vec3() * kMillimetre;
+}
+double read_length(const Json& json) {
+  return json.number(1e-3, 1e6) * kMillimetre;
+}
 dvec3 read_direction(const Json& json) {
   const dvec3 v = json.vec3();
   if (!(glm::length(v) > 1e-9)) json.fail("a direction that is not zero");
@@ -157,8 +161,10 @@ std::vector<std::string> mesh_files(const Json& json) {
   };
   if (json.is_object()) {
     for (const std::string& key : json.keys()) {
-      if (key == "mesh") files.push_back(json[key]["file"].string());
-      else if (key == "solids" || key == "solid" || key == "union" || key == "intersection" || key == "difference") take(json[key]);
+      if (key == "mesh")
+        files.push_back(json[key]["file"].string());
+      else if (key == "solids" || key == "solid" || key == "union" || key == "intersection" || key == "difference")
+        take(json[key]);
     }
   } else {
     for (const Json& item : json.items()) take(item);
@@ -175,7 +181,9 @@ std::unique_ptr<Solid> capsule(const dvec3& a_W, const dvec3& b_W, double radius
 std::unique_ptr<Solid> read_solid(const Json& json, const FindFile& find) {
   const auto keys = json.is_object() ? json.keys() : std::vector<std::string>{};
   if (keys.size() != 1) {
-    json.fail("an object with one of sphere, halfspace, box, cylinder, cone, capsule, torus, mesh, union, intersection, difference");
+    json.fail(
+        "an object with one of sphere, halfspace, box, cylinder, cone, capsule, torus, mesh, union, intersection, "
+        "difference");
   }
   const Json value = json[keys[0]];
   const std::string& kind = keys[0];
@@ -259,11 +267,12 @@ struct Part {
 };
 
 constexpr double kHalfVoxel = 0.87;  // voxels, from its middle to its corners
-constexpr double kTies = 1e-6;  // voxels: surfaces nearer to each other than this are one, the later solid's
+constexpr double kTies = 1e-6;       // voxels: surfaces nearer to each other than this are one, the later solid's
 
-/// Where in a voxel its label is read, from the middle and in voxels. Along each axis it is evenly spread over the plane across
-/// (the sequence R2 of Roberts 2018, "The unreasonable effectiveness of quasirandom sequences"), so that along a border
-/// between tissues as many voxels show each of the two as it has volume there: read in the middle, borders lie half a voxel off.
+/// Where in a voxel its label is read, from the middle and in voxels. Along each axis it is evenly spread over the
+/// plane across (the sequence R2 of Roberts 2018, "The unreasonable effectiveness of quasirandom sequences"), so that
+/// along a border between tissues as many voxels show each of the two as it has volume there: read in the middle,
+/// borders lie half a voxel off.
 dvec3 place_within(const glm::ivec3& voxel) {
   constexpr double a = 0.7548776662466927, b = 0.5698402909980532, along = 0.5497004779019703;
   const dvec3 v(voxel);
@@ -385,7 +394,8 @@ DenseTissue read_solids(const Json& json, const FindFile& find) {
             d = std::min(d, own);
           }
           Tissue tissue = Tissue::kAir;
-          if (at_border && near.size() > 1) tissue = label_inside(near, p + h * place_within(glm::ivec3(first) + glm::ivec3(x, y, z)));
+          if (at_border && near.size() > 1)
+            tissue = label_inside(near, p + h * place_within(glm::ivec3(first) + glm::ivec3(x, y, z)));
           if (tissue == Tissue::kAir) tissue = label_around(near, p, h);
           dense.distance[i] = static_cast<float>(std::clamp(d, -dense.band, dense.band));
           dense.tissue[i] = tissue;

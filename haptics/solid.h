@@ -11,8 +11,8 @@
 
 namespace typodont::haptics {
 
-/// A closed shape with its signed distance, negative inside; where shapes were intersected or taken away it may be less than
-/// the true one, never more. Metres, frame W.
+/// A closed shape with its signed distance, negative inside; where shapes were intersected or taken away it may be less
+/// than the true one, never more. Metres, frame W.
 class Solid {
  public:
   virtual ~Solid() = default;
@@ -24,7 +24,8 @@ class Solid {
 /// Where a file lies that a solid names; without one it is looked for beside the JSON file.
 using FindFile = std::function<std::filesystem::path(const std::string& name)>;
 
-/// Reads one of: sphere, halfspace, box, cylinder, cone, capsule, torus, mesh, union, intersection, difference. Throws Error.
+/// Reads one of: sphere, halfspace, box, cylinder, cone, capsule, torus, mesh, union, intersection, difference. Throws
+/// Error.
 std::unique_ptr<Solid> read_solid(const Json& json, const FindFile& find = {});
 
 /// All nearer than `radius` to the line from a to b, which may be a point.

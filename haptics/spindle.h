@@ -11,9 +11,9 @@ namespace typodont::haptics {
 /// T = T_s (1 − ω/ω₀): straight for air turbines, nearly so for electric handpieces and implant motors.
 struct Spindle {
   std::string name = "ideal";
-  double free_speed = 0;       // rad/s at full pedal
-  double stall_torque = 0;     // N·m at full pedal; 0: ideal, the speed never falls
-  double run_up_time = 0;      // s to 63 % of a new speed; 0: at once
+  double free_speed = 0;    // rad/s at full pedal
+  double stall_torque = 0;  // N·m at full pedal; 0: ideal, the speed never falls
+  double run_up_time = 0;   // s to 63 % of a new speed; 0: at once
 };
 
 /// Speed and cutting power while the tissue asks for `torque` at pedal 0..1; stalls (0, 0) above the stall torque.

@@ -25,13 +25,14 @@ struct SurfacePatch {
   dvec3 center_W{0, 0, 0};      // m, where it was asked for
   glm::ivec3 lo{0};             // voxel of sample (0,0,0)
   int n = 0;
-  double band = 1e300;          // voxels; farther from the surface the field tells no distance
-  bool exact_outside = false;   // distances outside the tissue are true ones, or at least never more …
+  double band = 1e300;         // voxels; farther from the surface the field tells no distance
+  bool exact_outside = false;  // distances outside the tissue are true ones, or at least never more …
   glm::ivec3 cut_lo{INT_MAX}, cut_hi{INT_MIN};  // … but for what was cut or filled in this box of voxels, inclusive
   glm::ivec3 filled_lo{INT_MAX}, filled_hi{INT_MIN};  // the filled voxels lie in this one
   std::vector<float> distance;
   std::vector<Tissue> tissue;  // see label.h
-  std::vector<SurfacePatch> wide;  // one where a tool has a shank: every `every`-th sample, in voxels as large, far around
+  std::vector<SurfacePatch>
+      wide;  // one where a tool has a shank: every `every`-th sample, in voxels as large, far around
   int every = 1;
 
   void resize(int edge) {
@@ -61,8 +62,8 @@ struct SurfacePatch {
 inline void mark_cut(SurfacePatch& patch, const glm::ivec3& lo, const glm::ivec3& hi) {
   patch.cut_lo = glm::min(patch.cut_lo, lo), patch.cut_hi = glm::max(patch.cut_hi, hi);
 }
-/// True when the field around p (in voxels), whose value there is `distance`, is as it was before any cut: neither the samples
-/// of the cubic stencil nor the tissue that they are nearest to lie where something was cut.
+/// True when the field around p (in voxels), whose value there is `distance`, is as it was before any cut: neither the
+/// samples of the cubic stencil nor the tissue that they are nearest to lie where something was cut.
 inline bool is_true_around(const SurfacePatch& patch, const dvec3& p_V, double distance) {
   constexpr double kStencil = 5.2;  // voxels from a point to the corners of its stencil, 3√3
   if (!patch.exact_outside) return false;
@@ -96,16 +97,16 @@ inline Tissue tissue_at(const SurfacePatch& patch, const dvec3& p_V) noexcept {
   return shown(patch.tissue[patch.at(static_cast<int>(q.x), static_cast<int>(q.y), static_cast<int>(q.z))]);
 }
 
-/// Cuts the sweep out of the patch, and takes the label of a filling off what it laid bare. Returns the removed volume per tissue in voxels³ (share of each voxel inside the
-/// surface before, less after). `changed`, where given: whether any sample did, be it only a distance in the air.
-/// `front`, where given: what is known of this patch and tool.
+/// Cuts the sweep out of the patch, and takes the label of a filling off what it laid bare. Returns the removed volume
+/// per tissue in voxels³ (share of each voxel inside the surface before, less after). `changed`, where given: whether
+/// any sample did, be it only a distance in the air. `front`, where given: what is known of this patch and tool.
 PerTissue carve(SurfacePatch& patch, const Sweep& sweep, bool* changed = nullptr, CutFront* front = nullptr) noexcept;
 
 /// Puts the filling into the patch. Returns the added volume per tissue in voxels³.
 PerTissue fill(SurfacePatch& patch, const Fill& filling, bool* changed) noexcept;
 
-/// Takes over from `old`, a patch of the same size, all that was cut in the inclusive box of voxels: the larger distance holds. Where something was
-/// `filled` meanwhile, what the old one has holds, labels included.
+/// Takes over from `old`, a patch of the same size, all that was cut in the inclusive box of voxels: the larger
+/// distance holds. Where something was `filled` meanwhile, what the old one has holds, labels included.
 void merge(SurfacePatch& patch, const SurfacePatch& old, const glm::ivec3& lo, const glm::ivec3& hi,
            bool filled = false) noexcept;
 

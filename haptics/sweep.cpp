@@ -53,7 +53,9 @@ Sweep::Sweep(const Tool& tool, const Pose& X_WA, const Pose& X_WB, const VoxelFr
 bool Sweep::raise(const glm::ivec3& lo, const glm::ivec3& size, float* distance, std::size_t stride_x,
                   std::size_t stride_y, const Tissue* tissue, PerTissue* removed) const noexcept {
   if (straights_ > 0) {
-    return raise_way({lo, size, distance, static_cast<std::ptrdiff_t>(stride_x), static_cast<std::ptrdiff_t>(stride_y), tissue}, removed);
+    return raise_way(
+        {lo, size, distance, static_cast<std::ptrdiff_t>(stride_x), static_cast<std::ptrdiff_t>(stride_y), tissue},
+        removed);
   }
   return sphere_ ? raise_ball(lo, size, distance, stride_x, stride_y, tissue, removed)
                  : raise_head(lo, size, distance, stride_x, stride_y, tissue, removed);

@@ -11,8 +11,8 @@ namespace typodont::haptics {
 
 class CutFront;
 
-/// All that a head takes as it moves from A to B: of a sphere the exact capsule, of any other how deep each voxel ever lies in it,
-/// within 5e-4 voxels.
+/// All that a head takes as it moves from A to B: of a sphere the exact capsule, of any other how deep each voxel ever
+/// lies in it, within 5e-4 voxels.
 class Sweep {
  public:
   /// `continues`: the head at A was cut out before, by the sweep that ended there, so only what lies ahead need change.
@@ -23,9 +23,9 @@ class Sweep {
   const glm::ivec3& hi() const { return hi_; }
 
   /// Raises the distances of a block of voxels, lo .. lo+size-1, to how deep each lies in the swept head (at most
-  /// kInner), wherever that is more: takes material away. z runs fastest; the strides are in samples. Adds to `removed`, where given, the volume
-  /// taken per tissue in voxels³ (the share of each voxel inside the surface before, less after). Returns whether any
-  /// sample changed. Any thread; the same bits whatever the processor.
+  /// kInner), wherever that is more: takes material away. z runs fastest; the strides are in samples. Adds to
+  /// `removed`, where given, the volume taken per tissue in voxels³ (the share of each voxel inside the surface before,
+  /// less after). Returns whether any sample changed. Any thread; the same bits whatever the processor.
   bool raise(const glm::ivec3& lo, const glm::ivec3& size, float* distance, std::size_t stride_x, std::size_t stride_y,
              const Tissue* tissue, PerTissue* removed) const noexcept;
 
@@ -65,15 +65,15 @@ class Sweep {
   bool sphere_, continues_;
   MeridianPiece pieces_[HeadField::kMaxPieces];  // of other heads, in voxels …
   Straight back_;                                // … with the way from B back to A, but for what it points to
-  glm::ivec3 base_;        // coordinates are taken from here, so that floats keep their digits
-  glm::vec3 a_, ab_;       // capsule, in voxels from base_
-  float inverse_length2_;  // 1/|ab|², 0 for a point
-  float radius_;           // voxels
-  int straights_ = 0;      // of a long way of another head: parts on which samples go straight through it
-  double turn_ = 0;        // of that, rad
-  double reach_;           // voxels
-  double travel_;          // voxels, of the head's farthest point; of a ball its centre
-  Pose X_VA_, X_VB_;       // general heads: poses in voxels, absolute
+  glm::ivec3 base_;                              // coordinates are taken from here, so that floats keep their digits
+  glm::vec3 a_, ab_;                             // capsule, in voxels from base_
+  float inverse_length2_;                        // 1/|ab|², 0 for a point
+  float radius_;                                 // voxels
+  int straights_ = 0;  // of a long way of another head: parts on which samples go straight through it
+  double turn_ = 0;    // of that, rad
+  double reach_;       // voxels
+  double travel_;      // voxels, of the head's farthest point; of a ball its centre
+  Pose X_VA_, X_VB_;   // general heads: poses in voxels, absolute
   glm::ivec3 lo_, hi_;
 };
 

@@ -25,7 +25,7 @@ struct VoxelBox {
 /// A whole box of tissue as plain arrays: what importers and analytic solids make. z runs fastest:
 /// index (x·size.y + y)·size.z + z.
 struct DenseTissue {
-  VoxelFrame frame;             // voxel (0,0,0) of the arrays lies at frame.origin
+  VoxelFrame frame;  // voxel (0,0,0) of the arrays lies at frame.origin
   glm::ivec3 size{0};
   std::vector<float> distance;  // m, negative inside, a true distance wherever |distance| < band
   std::vector<Tissue> tissue;   // of every voxel; outside the surface the nearest tissue is kept as far as one voxel
@@ -41,8 +41,8 @@ struct DenseTissue {
 /// Sole owner of the tissue. One thread at a time (the carver's). Set-up functions throw Error.
 ///
 /// File format (.vdb): grids "distance" (float, mm, level set, background = band) and "tissue" (int32 labels, see
-/// contract/tissue.h), both with the voxel in mm as linear transform, and metadata "typodont_version". Where something was
-/// filled, a third, "tissue_before_filling": the label from before, plus one.
+/// contract/tissue.h), both with the voxel in mm as linear transform, and metadata "typodont_version". Where something
+/// was filled, a third, "tissue_before_filling": the label from before, plus one.
 class TissueVolume {
  public:
   explicit TissueVolume(const DenseTissue& dense);
@@ -70,13 +70,14 @@ class TissueVolume {
   /// A box around all that was filled within lo .. hi; a_lo > a_hi when nothing was.
   void filled_box(const glm::ivec3& lo, const glm::ivec3& hi, glm::ivec3& a_lo, glm::ivec3& a_hi) const;
 
-  /// Every n-th sample of a box, the first n·lo: distances in voxels n times as large, labels. Where something was cut the
-  /// field knows only what is near; deeper it then says no more than that it is deep.
+  /// Every n-th sample of a box, the first n·lo: distances in voxels n times as large, labels. Where something was cut
+  /// the field knows only what is near; deeper it then says no more than that it is deep.
   void copy_every(int n, const glm::ivec3& lo, const glm::ivec3& size, float* distance, Tissue* tissue) const;
 
   /// From now on the blocks of 8³ samples that carve() and fill() write to are remembered, or no longer.
   void remember_writes(bool wanted);
-  /// As copy_for_patch() and copy_every(), of boxes that were copied whole before: only what those may have changed since. Forgets it then.
+  /// As copy_for_patch() and copy_every(), of boxes that were copied whole before: only what those may have changed
+  /// since. Forgets it then.
   struct Copied {
     glm::ivec3 lo, size;  // voxels, or every n-th
     float* distance;

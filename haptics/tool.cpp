@@ -1,12 +1,12 @@
 #include "haptics/tool.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <string_view>
 #include <utility>
-
-#include <fmt/format.h>
 
 #include "engine/base/units.h"
 #include "haptics/solid.h"
@@ -32,9 +32,9 @@ constexpr double kBluntEnd = 0.1;  // diameters of height above the free end, be
 /// A convex meridian (ρ ≥ 0, z) as a chain of straight lines and arcs, from the free end to the shank end.
 /// Every head is one: the distance to it in the half plane is the distance to the surface of revolution.
 struct Piece {
-  dvec2 a, b;            // end points
-  dvec2 center{0, 0};    // of the arc
-  double radius = 0;     // 0: a straight line
+  dvec2 a, b;          // end points
+  dvec2 center{0, 0};  // of the arc
+  double radius = 0;   // 0: a straight line
 };
 
 struct Meridian {
@@ -136,7 +136,9 @@ std::optional<SmoothPart> shank_of(const Tool& tool) {
   shape.neck_length = std::min(tool.neck_length, tool.shank_length);
   // From a ball it leaves where it is as wide as its neck.
   const double neck = tool.neck_diameter / 2;
-  const double from = tool.shape == HeadShape::kSphere ? std::sqrt(std::max(tool.radius() * tool.radius() - neck * neck, 0.0)) : tool.half();
+  const double from = tool.shape == HeadShape::kSphere
+                          ? std::sqrt(std::max(tool.radius() * tool.radius() - neck * neck, 0.0))
+                          : tool.half();
   return SmoothPart{shape, from + shape.length / 2};
 }
 
@@ -197,7 +199,8 @@ double HeadField::nearest(double rho, double z, double& n_rho, double& n_z) cons
       // On the arc when the direction from the centre lies between its ends (arcs here turn from a to b, less than
       // 180°, counter-clockwise in (ρ, z)).
       const double vx = rho - piece.cx, vz = z - piece.cz, length = std::sqrt(vx * vx + vz * vz);
-      const double ux = piece.ax - piece.cx, uz = piece.az - piece.cz, wx = piece.bx - piece.cx, wz = piece.bz - piece.cz;
+      const double ux = piece.ax - piece.cx, uz = piece.az - piece.cz, wx = piece.bx - piece.cx,
+                   wz = piece.bz - piece.cz;
       outside |= side < 0 && length > piece.radius;
       if (length > 0 && ux * vz - uz * vx >= 0 && vx * wz - vz * wx >= 0) {
         const double f = 1 - piece.radius / length;
@@ -244,7 +247,8 @@ double HeadField::distance(const dvec3& p, double (&to_piece)[4]) const noexcept
       outside |= beyond;
     } else {
       const double vx = rho - piece.cx, vz = z - piece.cz, length = std::sqrt(vx * vx + vz * vz);
-      const double ux = piece.ax - piece.cx, uz = piece.az - piece.cz, wx = piece.bx - piece.cx, wz = piece.bz - piece.cz;
+      const double ux = piece.ax - piece.cx, uz = piece.az - piece.cz, wx = piece.bx - piece.cx,
+                   wz = piece.bz - piece.cz;
       const double gx = rho - piece.bx, gz = z - piece.bz;
       d = ux * vz - uz * vx >= 0 && vx * wz - vz * wx >= 0 ? std::abs(length - piece.radius)
                                                            : std::sqrt(std::min(ex * ex + ez * ez, gx * gx + gz * gz));
@@ -288,8 +292,8 @@ std::vector<HeadSample> sample_head(const Tool& tool, int count, double near_end
     }
     return samples;
   }
-  // Walk the meridian: the i-th sample sits at the (i + 1/2)/count quantile, at golden angles around; those near the end by area
-  // over squared height above it, so that a tip has as many in each octave of its length.
+  // Walk the meridian: the i-th sample sits at the (i + 1/2)/count quantile, at golden angles around; those near the
+  // end by area over squared height above it, so that a tip has as many in each octave of its length.
   const Meridian m = meridian(tool);
   struct Step {
     dvec2 q;
@@ -322,7 +326,9 @@ std::vector<HeadSample> sample_head(const Tool& tool, int count, double near_end
   }
   double sum = 0;
   std::size_t step = 0;
-  const auto share = [&](const Step& s) { return (1 - near_end) * s.area / total + near_end * s.near_end / total_near_end; };
+  const auto share = [&](const Step& s) {
+    return (1 - near_end) * s.area / total + near_end * s.near_end / total_near_end;
+  };
   for (int i = 0; i < count; ++i) {
     const double wanted = (i + 0.5) / count;
     while (step + 1 < steps.size() && sum + share(steps[step]) < wanted) sum += share(steps[step++]);
@@ -338,8 +344,8 @@ std::vector<HeadSample> sample_head(const Tool& tool, int count, double near_end
 }
 
 Tool read_tool(const Json& json) {
-  json.allow_only({"name", "iso_6360", "shape", "diameter_mm", "length_mm", "cuts", "side_efficiency",
-                   "end_efficiency", "cutting_coefficient", "scrapes", "sink_yield_N", "shank", "safe_end", "fill", "source"});
+  json.allow_only({"name", "iso_6360", "shape", "diameter_mm", "length_mm", "cuts", "side_efficiency", "end_efficiency",
+                   "cutting_coefficient", "scrapes", "sink_yield_N", "shank", "safe_end", "fill", "source"});
   Tool tool;
   const std::string shape = json["shape"].string();
   const auto it = std::find_if(kShapes.begin(), kShapes.end(), [&](const auto& s) { return s.first == shape; });
@@ -352,7 +358,8 @@ Tool read_tool(const Json& json) {
   tool.diameter = json["diameter_mm"].number(0.05, 60) * kMillimetre;
   if (tool.shape == HeadShape::kSphere) {
     tool.length = json.number_or("length_mm", tool.diameter / kMillimetre) * kMillimetre;
-    if (std::abs(tool.length - tool.diameter) > 1e-9) json["length_mm"].fail("the diameter, or no length, for a sphere");
+    if (std::abs(tool.length - tool.diameter) > 1e-9)
+      json["length_mm"].fail("the diameter, or no length, for a sphere");
   } else {
     tool.length = json["length_mm"].number(0.05, 60) * kMillimetre;
     const bool rounded = tool.shape == HeadShape::kRoundEndCylinder || tool.shape == HeadShape::kPear;

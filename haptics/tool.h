@@ -14,7 +14,8 @@
 namespace typodont::haptics {
 
 /// A head is a surface of revolution about the tool's z axis; the shank leaves along +z, the free end points along -z.
-/// (A shaft is what shanks are made of; no scene names it.) The origin of T is the head's centre: of the sphere; half way along the axis of every other shape.
+/// (A shaft is what shanks are made of; no scene names it.) The origin of T is the head's centre: of the sphere; half
+/// way along the axis of every other shape.
 enum class HeadShape { kSphere, kCylinder, kRoundEndCylinder, kCone, kPear, kFlame, kInvertedCone, kShaft };
 
 struct Tool;
@@ -27,7 +28,8 @@ class HeadField {
   HeadField() = default;
   /// In units of `unit` metres, e.g. a voxel.
   HeadField(const Tool& tool, double unit);
-  /// The head and all that it sweeps when it is drawn out along its axis: from where it is widest a cylinder goes on, for a metre.
+  /// The head and all that it sweeps when it is drawn out along its axis: from where it is widest a cylinder goes on,
+  /// for a metre.
   static HeadField with_way_out(const Tool& tool, double unit);
 
   /// Signed distance from a point in T, negative inside; exact for every shape.
@@ -53,19 +55,19 @@ class HeadField {
 
 struct Tool {
   std::string name;
-  std::string iso_code;            // ISO 6360, where the tool has one
+  std::string iso_code;  // ISO 6360, where the tool has one
   HeadShape shape = HeadShape::kSphere;
-  double diameter = 1.2e-3;        // m, the largest
-  double length = 1.2e-3;          // m, along the axis; of a sphere its diameter
-  bool cuts = true;                // false: probes and gauges touch, but never remove
-  double side_efficiency = 1;      // share of the normal force that cuts when the contact is on the flank …
-  double end_efficiency = 1;       // … and on the end; in between by the square of the cosine
-  double scrapes = 0;              // share of the push that cuts along the way of the hand: an edge that does not turn
-  double sink_yield = 0;           // N that softened tissue bears before this tip sinks into it; 0: it never does
+  double diameter = 1.2e-3;    // m, the largest
+  double length = 1.2e-3;      // m, along the axis; of a sphere its diameter
+  bool cuts = true;            // false: probes and gauges touch, but never remove
+  double side_efficiency = 1;  // share of the normal force that cuts when the contact is on the flank …
+  double end_efficiency = 1;   // … and on the end; in between by the square of the cosine
+  double scrapes = 0;          // share of the push that cuts along the way of the hand: an edge that does not turn
+  double sink_yield = 0;       // N that softened tissue bears before this tip sinks into it; 0: it never does
   double cutting_coefficient = 0.3;  // μ_c: tangential cutting force / normal force (Preston, Archard)
 
-  // What of it never cuts: a shank, from the head's upper end to where the handpiece begins, widening from its neck; and
-  // a round-ended pin beyond the free end.
+  // What of it never cuts: a shank, from the head's upper end to where the handpiece begins, widening from its neck;
+  // and a round-ended pin beyond the free end.
   double shank_length = 0;         // m; 0: none is felt
   double shank_diameter = 1.6e-3;  // m; friction grip, ISO 1797 type 3
   double neck_diameter = 0;        // m
@@ -73,9 +75,9 @@ struct Tool {
   double safe_length = 0;          // m; 0: none
   double safe_diameter = 0;        // m
 
-  Tissue fill = Tissue::kAir;      // what this instrument puts down at its free end while the pedal is pressed …
-  double fill_rate = 0;            // … in m³/s at full pedal …
-  double fill_reach = 0;           // … on tissue no farther than this from that end, m …
+  Tissue fill = Tissue::kAir;  // what this instrument puts down at its free end while the pedal is pressed …
+  double fill_rate = 0;        // … in m³/s at full pedal …
+  double fill_reach = 0;       // … on tissue no farther than this from that end, m …
   std::shared_ptr<const Solid> fill_within;  // … and inside this, where it is given: the cavity, or the tooth as it was
 
   /// Cuts while the spindle turns; other tools never do, or as the hand draws them.
@@ -104,12 +106,12 @@ double near_reach(const Tool& tool);
 
 /// Sample points on the head with the area that each stands for, deterministic.
 struct HeadSample {
-  dvec3 p_TQ;    // m
-  dvec3 n_T;     // unit, out of the head
-  double area;   // m²
+  dvec3 p_TQ;   // m
+  dvec3 n_T;    // unit, out of the head
+  double area;  // m²
 };
-/// Nearly even, but for a share of them that lies near the free end of heads other than a ball: it touches first, and often
-/// alone.
+/// Nearly even, but for a share of them that lies near the free end of heads other than a ball: it touches first, and
+/// often alone.
 std::vector<HeadSample> sample_head(const Tool& tool, int count, double near_end = 0);
 
 /// From a scene's inline object or a file of assets/tools/. Throws Error.

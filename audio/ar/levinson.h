@@ -12,8 +12,8 @@ std::vector<double> step_up(const std::vector<double>& reflection);
 std::vector<double> step_down(std::vector<double> a);
 /// Levinson–Durbin: r_0…r_p → k_1…k_p.
 std::vector<double> reflection_of_autocorrelation(const std::vector<double>& r);
-/// |A|² at an angle (rad, 2π is the sampling rate), by the lattice's own recursion: no predictor coefficients, which may be
-/// huge where the k are harmless.
+/// |A|² at an angle (rad, 2π is the sampling rate), by the lattice's own recursion: no predictor coefficients, which
+/// may be huge where the k are harmless.
 double predictor_power(const std::vector<double>& reflection, double angle);
 /// gain²/|A|² at `count` frequencies from 0 to half the rate, both included.
 std::vector<double> sampled_power(const std::vector<double>& reflection, double gain, std::size_t count);

@@ -14,8 +14,8 @@ std::vector<double> window_samples(Window window, std::size_t n);
 /// A sound shorter than one window is taken whole, padded with zeros.
 std::vector<double> welch(std::span<const double> x, std::size_t n, double rate);
 
-/// What welch() gives on average for a sound of power spectrum `power`, sampled on 2^m + 1 frequencies as the double-sided
-/// density times the rate (see sampled_power): the spectrum seen through the window.
+/// What welch() gives on average for a sound of power spectrum `power`, sampled on 2^m + 1 frequencies as the
+/// double-sided density times the rate (see sampled_power): the spectrum seen through the window.
 std::vector<double> expected_welch(const std::vector<double>& power, std::size_t n, double rate);
 
 /// r_0…r_lags of the samples, biased: Σ x[i] x[i+l] / count.

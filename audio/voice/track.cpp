@@ -169,7 +169,8 @@ std::optional<SoundState> VoicedTrack::next() noexcept {
   }
   if (!track_.has_spindle) {
     const double torque = kFriction * kRim * state.force;
-    state.spindle = state.pedal > 0 && state.cutting_tool ? free_speed_ * std::max(0.0, 1 - torque / kStallTorque) : 0.0;
+    state.spindle =
+        state.pedal > 0 && state.cutting_tool ? free_speed_ * std::max(0.0, 1 - torque / kStallTorque) : 0.0;
   }
   return state;
 }

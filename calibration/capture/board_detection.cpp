@@ -1,5 +1,5 @@
-// The only file that includes OpenCV. Pictures are read by stb: OpenCV's own readers bring a hundred libraries with them,
-// which every start of the program would load.
+// The only file that includes OpenCV. Pictures are read by stb: OpenCV's own readers bring a hundred libraries with
+// them, which every start of the program would load.
 #include <stb/stb_image.h>
 
 #include <map>
@@ -22,7 +22,9 @@ std::vector<Pixel> find_board(const std::filesystem::path& picture, int columns,
   // A reflection turns the order of the corners round; turned back, it is an ordinary board.
   if (mirrored) cv::flip(grey, grey, 1);
   std::vector<cv::Point2f> corners;
-  if (!cv::findChessboardCornersSB(grey, cv::Size(columns, rows), corners, cv::CALIB_CB_EXHAUSTIVE | cv::CALIB_CB_ACCURACY)) return {};
+  if (!cv::findChessboardCornersSB(grey, cv::Size(columns, rows), corners,
+                                   cv::CALIB_CB_EXHAUSTIVE | cv::CALIB_CB_ACCURACY))
+    return {};
   // The first cell inside the corners is dark: a board found upside down is counted from its other end.
   const auto& at = [&](int x, int y) { return corners[static_cast<std::size_t>(y * columns + x)]; };
   const auto brightness = [&](int x, int y) {
@@ -43,7 +45,8 @@ double opencv_calibration(std::span<const Sighting> sightings, int width_px, int
   for (const Sighting& s : sightings) {
     if (s.on != SeenOn::kPanel) continue;
     auto& [object, image] = pictures[s.picture];
-    object.emplace_back(static_cast<float>(s.corner.u * panel_width), static_cast<float>(s.corner.v * panel_height), 0.0f);
+    object.emplace_back(static_cast<float>(s.corner.u * panel_width), static_cast<float>(s.corner.v * panel_height),
+                        0.0f);
     image.emplace_back(static_cast<float>(s.px), static_cast<float>(s.py));
   }
   std::vector<std::vector<cv::Point3f>> objects;
@@ -51,8 +54,10 @@ double opencv_calibration(std::span<const Sighting> sightings, int width_px, int
   for (auto& [id, pair] : pictures) objects.push_back(pair.first), images.push_back(pair.second);
   cv::Mat K, distortion;
   std::vector<cv::Mat> rotations, translations;
-  const double rms = cv::calibrateCamera(objects, images, cv::Size(width_px, height_px), K, distortion, rotations, translations);
-  camera.fx = K.at<double>(0, 0), camera.fy = K.at<double>(1, 1), camera.cx = K.at<double>(0, 2), camera.cy = K.at<double>(1, 2);
+  const double rms =
+      cv::calibrateCamera(objects, images, cv::Size(width_px, height_px), K, distortion, rotations, translations);
+  camera.fx = K.at<double>(0, 0), camera.fy = K.at<double>(1, 1), camera.cx = K.at<double>(0, 2),
+  camera.cy = K.at<double>(1, 2);
   for (int i = 0; i < 5; ++i) camera.distortion[static_cast<std::size_t>(i)] = distortion.at<double>(i);
   return rms;
 }
@@ -82,7 +87,8 @@ dvec3 opencv_robust(std::span<const dvec3> p_H, std::span<const dvec3> p_D, doub
   cv::estimateAffine3D(points_of(p_H), points_of(p_D), m, inliers, threshold, 0.99);
   if (m.empty()) return dvec3(std::nan(""));
   dvec3 q;
-  for (int i = 0; i < 3; ++i) q[i] = m.at<double>(i, 0) * p.x + m.at<double>(i, 1) * p.y + m.at<double>(i, 2) * p.z + m.at<double>(i, 3);
+  for (int i = 0; i < 3; ++i)
+    q[i] = m.at<double>(i, 0) * p.x + m.at<double>(i, 1) * p.y + m.at<double>(i, 2) * p.z + m.at<double>(i, 3);
   return q;
 }
 

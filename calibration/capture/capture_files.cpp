@@ -65,7 +65,9 @@ std::string joints(const std::optional<ArmReading>& reading) {
   if (!reading) return ",,,,,";
   return fmt::format("{}", fmt::join(reading->angle, ","));
 }
-std::string mm(const dvec3& p) { return fmt::format("{},{},{}", p.x * 1e3, p.y * 1e3, p.z * 1e3); }
+std::string mm(const dvec3& p) {
+  return fmt::format("{},{},{}", p.x * 1e3, p.y * 1e3, p.z * 1e3);
+}
 
 }  // namespace
 
@@ -111,12 +113,12 @@ std::vector<EyeCapture> read_eye_captures(const std::filesystem::path& file) {
 }
 
 std::vector<PairCapture> read_pair_captures(const std::filesystem::path& file) {
-  const CsvTable table =
-      read_csv(file, {"hx_mm", "hy_mm", "hz_mm", "dx_mm", "dy_mm", "dz_mm"}, joined(kDots, kJoints));
+  const CsvTable table = read_csv(file, {"hx_mm", "hy_mm", "hz_mm", "dx_mm", "dy_mm", "dz_mm"}, joined(kDots, kJoints));
   if (table.rows.empty()) throw Error(file.string(), "", "no rows", "at least one pair of points");
   std::vector<PairCapture> captures;
   each_row(table, [&](const Row& row) {
-    PairCapture capture{row.point("dx_mm", "dy_mm", "dz_mm"), {row.point("hx_mm", "hy_mm", "hz_mm"), row.reading()}, {}};
+    PairCapture capture{
+        row.point("dx_mm", "dy_mm", "dz_mm"), {row.point("hx_mm", "hy_mm", "hz_mm"), row.reading()}, {}};
     if (row.has(kDots)) {
       capture.dots = Dots{{row["left_u"], row["left_v"]}, {row["right_u"], row["right_v"]}};
     }
@@ -162,18 +164,19 @@ void write_captures(const std::filesystem::path& folder, const Captures& capture
   touches("drift.csv", captures.drift_marks);
   write("eyes.csv", !captures.eyes.empty(), "right,u,v,x_mm,y_mm,z_mm," + columns + "\n", [&](std::string& text) {
     for (const EyeCapture& c : captures.eyes) {
-      text += fmt::format("{},{},{},{},{}\n", c.right ? 1 : 0, c.dot.u, c.dot.v, mm(c.touch.p_H), joints(c.touch.reading));
+      text +=
+          fmt::format("{},{},{},{},{}\n", c.right ? 1 : 0, c.dot.u, c.dot.v, mm(c.touch.p_H), joints(c.touch.reading));
     }
   });
   const auto pairs = [&](const char* name, const std::vector<PairCapture>& list) {
-    write(name, !list.empty(),
-          "hx_mm,hy_mm,hz_mm,dx_mm,dy_mm,dz_mm,left_u,left_v,right_u,right_v," + columns + "\n", [&](std::string& text) {
+    write(name, !list.empty(), "hx_mm,hy_mm,hz_mm,dx_mm,dy_mm,dz_mm,left_u,left_v,right_u,right_v," + columns + "\n",
+          [&](std::string& text) {
             for (const PairCapture& c : list) {
-              text += fmt::format("{},{},{},{}\n", mm(c.touch.p_H), mm(c.shown_D),
-                                  c.dots ? fmt::format("{},{},{},{}", c.dots->left.u, c.dots->left.v, c.dots->right.u,
-                                                       c.dots->right.v)
-                                         : ",,,",
-                                  joints(c.touch.reading));
+              text += fmt::format(
+                  "{},{},{},{}\n", mm(c.touch.p_H), mm(c.shown_D),
+                  c.dots ? fmt::format("{},{},{},{}", c.dots->left.u, c.dots->left.v, c.dots->right.u, c.dots->right.v)
+                         : ",,,",
+                  joints(c.touch.reading));
             }
           });
   };
@@ -189,7 +192,8 @@ void write_captures(const std::filesystem::path& folder, const Captures& capture
 }
 
 Captures read_captures(const std::filesystem::path& folder) {
-  if (!std::filesystem::is_directory(folder)) throw Error(folder.string(), "", "no such folder", "a folder of captures");
+  if (!std::filesystem::is_directory(folder))
+    throw Error(folder.string(), "", "no such folder", "a folder of captures");
   Captures captures;
   const auto there = [&](const char* name) { return std::filesystem::exists(folder / name); };
   if (there("arm.csv")) captures.arm = read_arm_captures(folder / "arm.csv");

@@ -13,8 +13,9 @@ namespace typodont::calibration {
 namespace {
 
 // The arm: four sockets, then a plate of 5×5 points in two places.
-constexpr std::size_t kSockets = 4, kSocketTouches = 30, kPlates = 2, kPlateTouches = 25, kPanelTouches = 54, kMirrorTouches = 60, kEyeTouches = 120, kPairTouches = 120,
-                      kVerifyTouches = 60, kDriftTouches = 3;
+constexpr std::size_t kSockets = 4, kSocketTouches = 30, kPlates = 2, kPlateTouches = 25, kPanelTouches = 54,
+                      kMirrorTouches = 60, kEyeTouches = 120, kPairTouches = 120, kVerifyTouches = 60,
+                      kDriftTouches = 3;
 
 // The nine marks of the panel, corners first.
 constexpr PanelPoint kMarks[9] = {{0.03, 0.03}, {0.97, 0.03}, {0.97, 0.97}, {0.03, 0.97}, {0.5, 0.03},
@@ -68,23 +69,38 @@ void GuidedCapture::begin(Step step) {
 
 std::size_t GuidedCapture::taken() const {
   switch (step_) {
-    case Step::kArm: return captures_.arm.size();
-    case Step::kScreen: return captures_.marks.size();
-    case Step::kMirror: return captures_.mirror.size();
-    case Step::kEyes: return captures_.eyes.size();
-    case Step::kRegister: return captures_.registration.size();
-    case Step::kVerify: return captures_.verification.size();
-    case Step::kDrift: return captures_.drift_marks.size();
+    case Step::kArm:
+      return captures_.arm.size();
+    case Step::kScreen:
+      return captures_.marks.size();
+    case Step::kMirror:
+      return captures_.mirror.size();
+    case Step::kEyes:
+      return captures_.eyes.size();
+    case Step::kRegister:
+      return captures_.registration.size();
+    case Step::kVerify:
+      return captures_.verification.size();
+    case Step::kDrift:
+      return captures_.drift_marks.size();
   }
   return 0;
 }
 
 std::size_t GuidedCapture::planned() const {
-  constexpr std::size_t kPlanned[] = {kSockets * kSocketTouches + kPlates * kPlateTouches, kPanelTouches, kMirrorTouches, kEyeTouches, kPairTouches, kVerifyTouches, kDriftTouches};
+  constexpr std::size_t kPlanned[] = {kSockets * kSocketTouches + kPlates * kPlateTouches,
+                                      kPanelTouches,
+                                      kMirrorTouches,
+                                      kEyeTouches,
+                                      kPairTouches,
+                                      kVerifyTouches,
+                                      kDriftTouches};
   return kPlanned[static_cast<int>(step_)];
 }
 
-bool GuidedCapture::done() const { return taken() >= planned(); }
+bool GuidedCapture::done() const {
+  return taken() >= planned();
+}
 
 Prompt GuidedCapture::prompt() const {
   Prompt prompt;
@@ -97,7 +113,8 @@ Prompt GuidedCapture::prompt() const {
     // On the panel itself while that is touched, otherwise in space, where both eyes see it.
     if (step_ == Step::kScreen) {
       const Panel& panel = bench_.rig.panel;
-      const dvec3 right = panel.lower_right - panel.lower_left, up = panel.upper_left - panel.lower_left, at = *astray_W_ - panel.lower_left;
+      const dvec3 right = panel.lower_right - panel.lower_left, up = panel.upper_left - panel.lower_left,
+                  at = *astray_W_ - panel.lower_left;
       const PanelPoint mark{glm::dot(at, right) / glm::dot(right, right), glm::dot(at, up) / glm::dot(up, up)};
       prompt.astray = Dots{mark, mark};
     } else {
@@ -107,11 +124,12 @@ Prompt GuidedCapture::prompt() const {
   switch (step_) {
     case Step::kArm:
       if (i < kSockets * kSocketTouches) {
-        prompt.text = fmt::format("Hold the tip in socket {} and swing the handle; touch {} of {}.", i / kSocketTouches + 1,
-                                  i % kSocketTouches + 1, kSocketTouches);
+        prompt.text = fmt::format("Hold the tip in socket {} and swing the handle; touch {} of {}.",
+                                  i / kSocketTouches + 1, i % kSocketTouches + 1, kSocketTouches);
       } else {
         const std::size_t k = i - kSockets * kSocketTouches;
-        prompt.text = fmt::format("Plate in place {}: touch row {}, column {}.", k / kPlateTouches + 1, k % kPlateTouches / 5 + 1, k % 5 + 1);
+        prompt.text = fmt::format("Plate in place {}: touch row {}, column {}.", k / kPlateTouches + 1,
+                                  k % kPlateTouches / 5 + 1, k % 5 + 1);
       }
       break;
     case Step::kScreen:
@@ -128,7 +146,10 @@ Prompt GuidedCapture::prompt() const {
       show(scattered({box.low - wider, box.high + wider}, i / 2, 1000));
       prompt.left_eye = i % 2 == 0, prompt.right_eye = !prompt.left_eye;
       prompt.text = fmt::format("Close the {} eye. Hold the tip so that it covers the dot, {} ({} of {}).",
-                                prompt.left_eye ? "right" : "left", i / 2 % 3 == 0 ? "near" : i / 2 % 3 == 1 ? "in the middle" : "far",
+                                prompt.left_eye ? "right" : "left",
+                                i / 2 % 3 == 0   ? "near"
+                                : i / 2 % 3 == 1 ? "in the middle"
+                                                 : "far",
                                 i + 1, planned());
       break;
     }
@@ -146,7 +167,8 @@ Prompt GuidedCapture::prompt() const {
       prompt.text = fmt::format("Touch the point where you see it ({} of {}).", i + 1, planned());
       break;
     case Step::kDrift:
-      prompt.text = fmt::format("Touch fixed mark {} of {}: the same three, in the same order, in every session.", i + 1, planned());
+      prompt.text = fmt::format("Touch fixed mark {} of {}: the same three, in the same order, in every session.",
+                                i + 1, planned());
       break;
   }
   if (done()) prompt.text = fmt::format("Done: {} of {} touches, d solves. More make it better.", i, planned());
@@ -157,7 +179,8 @@ Live GuidedCapture::add(const Touch& touch) {
   const Prompt asked = prompt();
   switch (step_) {
     case Step::kArm:
-      if (!touch.reading) throw Error("arm: found a touch without joint angles, expected an arm that gives its encoders");
+      if (!touch.reading)
+        throw Error("arm: found a touch without joint angles, expected an arm that gives its encoders");
       if (const std::size_t i = taken(); i < kSockets * kSocketTouches) {
         captures_.arm.push_back({static_cast<int>(i / kSocketTouches), std::nullopt, *touch.reading});
       } else {
@@ -166,14 +189,24 @@ Live GuidedCapture::add(const Touch& touch) {
         captures_.arm.push_back({static_cast<int>(kSockets + k / kPlateTouches), known * plate_pitch_, *touch.reading});
       }
       break;
-    case Step::kScreen: captures_.marks.push_back({*asked.mark, touch}); break;
-    case Step::kMirror: captures_.mirror.push_back(touch); break;
+    case Step::kScreen:
+      captures_.marks.push_back({*asked.mark, touch});
+      break;
+    case Step::kMirror:
+      captures_.mirror.push_back(touch);
+      break;
     case Step::kEyes:
       captures_.eyes.push_back({asked.right_eye, asked.right_eye ? asked.dots->right : asked.dots->left, touch});
       break;
-    case Step::kRegister: captures_.registration.push_back({*asked.target_D, touch, asked.dots}); break;
-    case Step::kVerify: captures_.verification.push_back({*asked.target_D, touch, asked.dots}); break;
-    case Step::kDrift: captures_.drift_marks.push_back(touch); break;
+    case Step::kRegister:
+      captures_.registration.push_back({*asked.target_D, touch, asked.dots});
+      break;
+    case Step::kVerify:
+      captures_.verification.push_back({*asked.target_D, touch, asked.dots});
+      break;
+    case Step::kDrift:
+      captures_.drift_marks.push_back(touch);
+      break;
   }
   save();
   const Live live = judge(taken() - 1);
@@ -185,13 +218,27 @@ bool GuidedCapture::undo() {
   if (taken() == 0) return false;
   astray_W_.reset();
   switch (step_) {
-    case Step::kArm: captures_.arm.pop_back(); break;
-    case Step::kScreen: captures_.marks.pop_back(); break;
-    case Step::kMirror: captures_.mirror.pop_back(); break;
-    case Step::kEyes: captures_.eyes.pop_back(); break;
-    case Step::kRegister: captures_.registration.pop_back(); break;
-    case Step::kVerify: captures_.verification.pop_back(); break;
-    case Step::kDrift: captures_.drift_marks.pop_back(); break;
+    case Step::kArm:
+      captures_.arm.pop_back();
+      break;
+    case Step::kScreen:
+      captures_.marks.pop_back();
+      break;
+    case Step::kMirror:
+      captures_.mirror.pop_back();
+      break;
+    case Step::kEyes:
+      captures_.eyes.pop_back();
+      break;
+    case Step::kRegister:
+      captures_.registration.pop_back();
+      break;
+    case Step::kVerify:
+      captures_.verification.pop_back();
+      break;
+    case Step::kDrift:
+      captures_.drift_marks.pop_back();
+      break;
   }
   save();
   return true;
@@ -200,18 +247,33 @@ bool GuidedCapture::undo() {
 void GuidedCapture::save() const {
   Captures changed;  // the other steps lie on disk as they are
   switch (step_) {
-    case Step::kArm: changed.arm = captures_.arm; break;
-    case Step::kScreen: changed.marks = captures_.marks; break;
-    case Step::kMirror: changed.mirror = captures_.mirror; break;
-    case Step::kEyes: changed.eyes = captures_.eyes; break;
-    case Step::kRegister: changed.registration = captures_.registration; break;
-    case Step::kVerify: changed.verification = captures_.verification; break;
-    case Step::kDrift: changed.drift_marks = captures_.drift_marks; break;
+    case Step::kArm:
+      changed.arm = captures_.arm;
+      break;
+    case Step::kScreen:
+      changed.marks = captures_.marks;
+      break;
+    case Step::kMirror:
+      changed.mirror = captures_.mirror;
+      break;
+    case Step::kEyes:
+      changed.eyes = captures_.eyes;
+      break;
+    case Step::kRegister:
+      changed.registration = captures_.registration;
+      break;
+    case Step::kVerify:
+      changed.verification = captures_.verification;
+      break;
+    case Step::kDrift:
+      changed.drift_marks = captures_.drift_marks;
+      break;
   }
   write_captures(folder_, changed);
   // A step undone to nothing has no file.
   if (taken() == 0) {
-    constexpr const char* kFiles[] = {"arm.csv", "marks.csv", "mirror.csv", "eyes.csv", "register.csv", "verify.csv", "drift.csv"};
+    constexpr const char* kFiles[] = {"arm.csv",      "marks.csv",  "mirror.csv", "eyes.csv",
+                                      "register.csv", "verify.csv", "drift.csv"};
     std::error_code code;
     std::filesystem::remove(folder_ / kFiles[static_cast<int>(step_)], code);
   }
@@ -219,13 +281,24 @@ void GuidedCapture::save() const {
 
 void GuidedCapture::solve() {
   switch (step_) {
-    case Step::kArm: solve_arm_step(bench_, captures_); break;
+    case Step::kArm:
+      solve_arm_step(bench_, captures_);
+      break;
     case Step::kScreen:
-    case Step::kMirror: solve_screen_step(bench_, captures_); break;
-    case Step::kEyes: solve_eyes_step(bench_, captures_); break;
-    case Step::kRegister: solve_register_step(bench_, captures_); break;
-    case Step::kVerify: solve_verify_step(bench_, captures_); break;
-    case Step::kDrift: break;  // the marks are what later sessions are compared with
+    case Step::kMirror:
+      solve_screen_step(bench_, captures_);
+      break;
+    case Step::kEyes:
+      solve_eyes_step(bench_, captures_);
+      break;
+    case Step::kRegister:
+      solve_register_step(bench_, captures_);
+      break;
+    case Step::kVerify:
+      solve_verify_step(bench_, captures_);
+      break;
+    case Step::kDrift:
+      break;  // the marks are what later sessions are compared with
   }
 }
 
@@ -274,7 +347,8 @@ Live GuidedCapture::judge(std::size_t index) const {
     case Step::kRegister: {
       live.p_W = place(captures_.registration[index].touch);
       std::vector<dvec3> h, d;
-      for (const PairCapture& c : captures_.registration) h.push_back(c.touch.at(bench_.arm)), d.push_back(c.shown(bench_.rig));
+      for (const PairCapture& c : captures_.registration)
+        h.push_back(c.touch.at(bench_.arm)), d.push_back(c.shown(bench_.rig));
       if (h.size() < 4) break;
       const RegistrationResult result = register_points(h, d);
       take(result.residuals, result.outliers);
@@ -291,10 +365,13 @@ Live GuidedCapture::judge(std::size_t index) const {
       take(residuals, {});
       break;
     }
-    case Step::kDrift: live.p_W = place(captures_.drift_marks[index]); break;
+    case Step::kDrift:
+      live.p_W = place(captures_.drift_marks[index]);
+      break;
   }
   live.cue = live.outlier ? Cue::kOutlier : done() ? Cue::kDone : Cue::kTaken;
-  live.text = fmt::format("touch {}: {:.3f} mm off, {:.3f} mm rms so far", index + 1, live.residual * 1e3, live.rms * 1e3);
+  live.text =
+      fmt::format("touch {}: {:.3f} mm off, {:.3f} mm rms so far", index + 1, live.residual * 1e3, live.rms * 1e3);
   if (live.predicted_tre > 0) live.text += fmt::format(", {:.3f} mm predicted error", live.predicted_tre * 1e3);
   if (live.outlier) live.text += "; it does not fit the others: undo it, or leave it set aside";
   return live;

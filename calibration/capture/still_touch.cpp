@@ -12,7 +12,8 @@ constexpr double kDown = 0.5, kUp = 0.3;  // of the pedal's way
 
 StillTouch::StillTouch(const Limits& limits) : limits_(limits), samples_(kSamples) {}
 
-StillTouch::Verdict StillTouch::add(Nanos t, const dvec3& p, double pedal, bool asked, std::span<const double> joints) noexcept {
+StillTouch::Verdict StillTouch::add(Nanos t, const dvec3& p, double pedal, bool asked,
+                                    std::span<const double> joints) noexcept {
   if (!is_finite(p) || (count_ > 0 && t <= back(0).t)) count_ = 0;  // what came before cannot be told from this
   if (is_finite(p)) {
     Sample& sample = samples_[next_];
@@ -45,7 +46,8 @@ StillTouch::Verdict StillTouch::judge() noexcept {
     has_joints_ = has_joints_ && back(i).has_joints;
     for (std::size_t k = 0; k < joints_.size(); ++k) joints_[k] += back(i).joints[k] - back(0).joints[k];
   }
-  for (std::size_t k = 0; k < joints_.size(); ++k) joints_[k] = back(0).joints[k] + joints_[k] / static_cast<double>(used);
+  for (std::size_t k = 0; k < joints_.size(); ++k)
+    joints_[k] = back(0).joints[k] + joints_[k] / static_cast<double>(used);
   moved_ = 0;
   for (std::size_t i = 0; i < used; ++i) moved_ = std::max(moved_, glm::length(back(i).p - mean_));
   return moved_ <= limits_.radius ? Verdict::kTaken : Verdict::kMoved;

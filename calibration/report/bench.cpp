@@ -220,8 +220,8 @@ void routine_rows(std::vector<BenchRow>& rows, bool quick) {
       joint.push_back(run.bench.joint->seconds * 1e6);
     }
     std::sort(arm.begin(), arm.end()), std::sort(joint.begin(), joint.end());
-    rows.push_back(row("whole routine", "typodont, all together", captures, std::sqrt(error) * 1e3,
-                       "mm over the cube", joint[joint.size() / 2]));
+    rows.push_back(row("whole routine", "typodont, all together", captures, std::sqrt(error) * 1e3, "mm over the cube",
+                       joint[joint.size() / 2]));
     rows.push_back(row("arm alone", "typodont", static_cast<int>(310 * touches), kNone, "", arm[arm.size() / 2]));
   }
 }

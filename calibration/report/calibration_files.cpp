@@ -134,14 +134,21 @@ std::string camera_json(const CameraResult& result) {
   json["rms_px"] = result.rms_px;
   json["worst_px"] = result.worst_px;
   json["outliers"] = result.outliers;
-  json["screen"] = {{"corners_mm", {{"lower_left", mm_value(result.panel.lower_left)}, {"lower_right", mm_value(result.panel.lower_right)},
-                                    {"upper_left", mm_value(result.panel.upper_left)}}},
-                    {"width_mm", result.width * 1e3}, {"width_sigma_mm", result.width_sigma * 1e3},
-                    {"height_mm", result.height * 1e3}, {"height_sigma_mm", result.height_sigma * 1e3},
-                    {"centre_sigma_mm", mm_value(result.centre_sigma)}, {"tilt_sigma_rad", result.tilt_sigma}};
+  json["screen"] = {{"corners_mm",
+                     {{"lower_left", mm_value(result.panel.lower_left)},
+                      {"lower_right", mm_value(result.panel.lower_right)},
+                      {"upper_left", mm_value(result.panel.upper_left)}}},
+                    {"width_mm", result.width * 1e3},
+                    {"width_sigma_mm", result.width_sigma * 1e3},
+                    {"height_mm", result.height * 1e3},
+                    {"height_sigma_mm", result.height_sigma * 1e3},
+                    {"centre_sigma_mm", mm_value(result.centre_sigma)},
+                    {"tilt_sigma_rad", result.tilt_sigma}};
   if (result.mirror) {
-    json["mirror"] = {{"normal", vec3_value(result.mirror->normal)}, {"offset_mm", result.mirror->offset * 1e3},
-                      {"tilt_sigma_rad", result.mirror_tilt_sigma}, {"offset_sigma_mm", result.mirror_offset_sigma * 1e3}};
+    json["mirror"] = {{"normal", vec3_value(result.mirror->normal)},
+                      {"offset_mm", result.mirror->offset * 1e3},
+                      {"tilt_sigma_rad", result.mirror_tilt_sigma},
+                      {"offset_sigma_mm", result.mirror_offset_sigma * 1e3}};
   }
   return json.dump(2) + "\n";
 }

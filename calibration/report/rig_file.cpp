@@ -23,7 +23,9 @@ struct RigFile::Document {
 
 namespace {
 
-Value mm(double metres) { return number_value(metres * 1e3); }
+Value mm(double metres) {
+  return number_value(metres * 1e3);
+}
 
 Value screen_corners(const Panel& panel) {
   return {{"lower_left", mm_value(panel.lower_left)},
@@ -70,32 +72,57 @@ Pose read_pose(const Json& json) {
 Value steps_value(const BenchState& bench) {
   Value steps = Value::object();
   if (const auto& r = bench.arm_result) {
-    Value step = {{"before_rms_mm", mm(r->before_rms)}, {"after_rms_mm", mm(r->after_rms)}, {"sigma_mm", mm(r->sigma)},
-                  {"captures", r->residuals.size()}, {"rejected", r->rejected}, {"not_observable", r->not_observable}};
+    Value step = {{"before_rms_mm", mm(r->before_rms)},
+                  {"after_rms_mm", mm(r->after_rms)},
+                  {"sigma_mm", mm(r->sigma)},
+                  {"captures", r->residuals.size()},
+                  {"rejected", r->rejected},
+                  {"not_observable", r->not_observable}};
     if (!r->misfit.empty()) step["misfit"] = r->misfit;
     for (const ArmParameter& p : r->parameters) {
       const bool angle = p.name.starts_with("offset"), ratio = p.name.starts_with("scale");
       const double unit = angle ? 1 / kDegree : ratio ? 1 : 1e3;
-      step["parameters"].push_back({{"name", p.name}, {"unit", angle ? "deg" : ratio ? "1" : "mm"}, {"before", p.before * unit},
-                                    {"after", p.after * unit}, {"sigma", p.sigma * unit}, {"determined", p.determined}});
+      step["parameters"].push_back({{"name", p.name},
+                                    {"unit", angle   ? "deg"
+                                             : ratio ? "1"
+                                                     : "mm"},
+                                    {"before", p.before * unit},
+                                    {"after", p.after * unit},
+                                    {"sigma", p.sigma * unit},
+                                    {"determined", p.determined}});
     }
     steps["arm"] = step;
   }
   if (const auto& r = bench.panel_result) {
-    steps["screen"] = {{"width_mm", mm(r->width)}, {"width_sigma_mm", mm(r->width_sigma)}, {"height_mm", mm(r->height)},
-                       {"height_sigma_mm", mm(r->height_sigma)},
-                       {"centre_sigma_mm", {r->centre_sigma[0] * 1e3, r->centre_sigma[1] * 1e3, r->centre_sigma[2] * 1e3}},
-                       {"tilt_sigma_deg", r->tilt_sigma / kDegree}, {"rms_mm", mm(r->rms)}, {"sigma_mm", mm(r->sigma)},
-                       {"rejected", r->rejected}, {"not_determined", r->not_determined}};
+    steps["screen"] = {
+        {"width_mm", mm(r->width)},
+        {"width_sigma_mm", mm(r->width_sigma)},
+        {"height_mm", mm(r->height)},
+        {"height_sigma_mm", mm(r->height_sigma)},
+        {"centre_sigma_mm", {r->centre_sigma[0] * 1e3, r->centre_sigma[1] * 1e3, r->centre_sigma[2] * 1e3}},
+        {"tilt_sigma_deg", r->tilt_sigma / kDegree},
+        {"rms_mm", mm(r->rms)},
+        {"sigma_mm", mm(r->sigma)},
+        {"rejected", r->rejected},
+        {"not_determined", r->not_determined}};
   }
   if (const auto& r = bench.mirror_result) {
-    steps["mirror"] = {{"tilt_sigma_deg", r->tilt_sigma / kDegree}, {"offset_sigma_mm", mm(r->offset_sigma)}, {"rms_mm", mm(r->rms)},
-                       {"sigma_mm", mm(r->sigma)}, {"rejected", r->rejected}, {"not_determined", r->not_determined}};
+    steps["mirror"] = {{"tilt_sigma_deg", r->tilt_sigma / kDegree},
+                       {"offset_sigma_mm", mm(r->offset_sigma)},
+                       {"rms_mm", mm(r->rms)},
+                       {"sigma_mm", mm(r->sigma)},
+                       {"rejected", r->rejected},
+                       {"not_determined", r->not_determined}};
   }
   if (const auto& r = bench.eyes_result) {
-    steps["eyes"] = {{"center_sigma_mm", {r->center_sigma[0] * 1e3, r->center_sigma[1] * 1e3, r->center_sigma[2] * 1e3}},
-                     {"ipd_mm", mm(r->eyes.ipd)}, {"ipd_sigma_mm", mm(r->ipd_sigma)}, {"rms_mm", mm(r->rms)}, {"sigma_mm", mm(r->sigma)},
-                     {"rejected", r->rejected}, {"not_determined", r->not_determined}};
+    steps["eyes"] = {
+        {"center_sigma_mm", {r->center_sigma[0] * 1e3, r->center_sigma[1] * 1e3, r->center_sigma[2] * 1e3}},
+        {"ipd_mm", mm(r->eyes.ipd)},
+        {"ipd_sigma_mm", mm(r->ipd_sigma)},
+        {"rms_mm", mm(r->rms)},
+        {"sigma_mm", mm(r->sigma)},
+        {"rejected", r->rejected},
+        {"not_determined", r->not_determined}};
     if (const auto& offset = r->user_offset) {
       steps["eyes"]["user_offset_mm"] = mm_value(offset->W);
       steps["eyes"]["user_offset_sigma_mm"] = mm_value(offset->sigma);
@@ -104,11 +131,17 @@ Value steps_value(const BenchState& bench) {
   if (const auto& r = bench.joint) {
     Value kinds = Value::array();
     for (const auto& kind : r->kinds) {
-      kinds.push_back({{"name", kind.name}, {"touches", kind.touches}, {"rejected", kind.rejected},
-                       {"before_rms_mm", mm(kind.before_rms)}, {"after_rms_mm", mm(kind.after_rms)}});
+      kinds.push_back({{"name", kind.name},
+                       {"touches", kind.touches},
+                       {"rejected", kind.rejected},
+                       {"before_rms_mm", mm(kind.before_rms)},
+                       {"after_rms_mm", mm(kind.after_rms)}});
     }
-    steps["joint"] = {{"user_offset_mm", mm_value(r->user_offset_W)}, {"user_offset_sigma_mm", mm_value(r->user_offset_sigma)},
-                      {"eye_center_sigma_mm", mm_value(r->eye_center_sigma)}, {"ipd_sigma_mm", mm(r->ipd_sigma)}, {"kinds", kinds}};
+    steps["joint"] = {{"user_offset_mm", mm_value(r->user_offset_W)},
+                      {"user_offset_sigma_mm", mm_value(r->user_offset_sigma)},
+                      {"eye_center_sigma_mm", mm_value(r->eye_center_sigma)},
+                      {"ipd_sigma_mm", mm(r->ipd_sigma)},
+                      {"kinds", kinds}};
   }
   if (const auto& r = bench.registration) {
     Value step = Value::parse(registration_json(*r, {}));
@@ -117,9 +150,17 @@ Value steps_value(const BenchState& bench) {
   }
   if (const auto& r = bench.delay) steps["delay"] = Value::parse(delay_json(*r));
   if (const auto& r = bench.verification) {
-    steps["verify"] = {{"pass", r->pass}, {"verdict", r->verdict}, {"points", r->points}, {"rms_mm", mm(r->rms)}, {"worst_mm", mm(r->worst)},
-                       {"uncertainty_mm", mm(r->uncertainty)}, {"raw_rms_mm", mm(r->raw_rms)}, {"raw_mean_mm", mm(r->raw_mean)},
-                       {"raw_worst_mm", mm(r->raw_worst)}, {"noise_mm", mm(r->noise)}, {"outliers", r->outliers},
+    steps["verify"] = {{"pass", r->pass},
+                       {"verdict", r->verdict},
+                       {"points", r->points},
+                       {"rms_mm", mm(r->rms)},
+                       {"worst_mm", mm(r->worst)},
+                       {"uncertainty_mm", mm(r->uncertainty)},
+                       {"raw_rms_mm", mm(r->raw_rms)},
+                       {"raw_mean_mm", mm(r->raw_mean)},
+                       {"raw_worst_mm", mm(r->raw_worst)},
+                       {"noise_mm", mm(r->noise)},
+                       {"outliers", r->outliers},
                        {"tolerance_mm", {{"rms", mm(r->tolerance.rms)}, {"worst", mm(r->tolerance.worst)}}}};
   }
   return steps;
@@ -127,7 +168,9 @@ Value steps_value(const BenchState& bench) {
 
 }  // namespace
 
-std::string bench_json(const BenchState& bench) { return steps_value(bench).dump(2) + "\n"; }
+std::string bench_json(const BenchState& bench) {
+  return steps_value(bench).dump(2) + "\n";
+}
 
 RigFile::RigFile(std::unique_ptr<Document> document) : document_(std::move(document)) {}
 RigFile::RigFile(RigFile&&) noexcept = default;
@@ -214,7 +257,8 @@ void RigFile::set(const BenchState& bench) {
   Value& block = root["calibration"];
   block["captures"] = captures_folder().filename().string();
   const Box& box = bench.workspace_D;
-  block["workspace_mm"] = {box.low.x * 1e3, box.low.y * 1e3, box.low.z * 1e3, box.high.x * 1e3, box.high.y * 1e3, box.high.z * 1e3};
+  block["workspace_mm"] = {box.low.x * 1e3,  box.low.y * 1e3,  box.low.z * 1e3,
+                           box.high.x * 1e3, box.high.y * 1e3, box.high.z * 1e3};
   block["arm"] = arm_value(bench.arm);
   const Value steps = steps_value(bench);
   const std::string now = fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(std::time(nullptr)));
@@ -225,12 +269,14 @@ void RigFile::set(const BenchState& bench) {
 }
 
 std::string RigFile::step_date(const std::string& step) const {
-  const auto date = document_->root.value(nlohmann::json_pointer<std::string>("/calibration/steps/" + step + "/date"), Value());
+  const auto date =
+      document_->root.value(nlohmann::json_pointer<std::string>("/calibration/steps/" + step + "/date"), Value());
   return date.is_string() ? date.get<std::string>() : std::string();
 }
 
 void RigFile::mark_done(const std::string& step) {
-  document_->root["calibration"]["steps"][step]["date"] = fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(std::time(nullptr)));
+  document_->root["calibration"]["steps"][step]["date"] =
+      fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(std::time(nullptr)));
 }
 
 void RigFile::set_device(const std::string& role, const std::string& serial) {

@@ -52,7 +52,8 @@ BenchSimulator::BenchSimulator(const SimulationOptions& options) : options_(opti
   const auto shift = [&] { return random_.in_box(dvec3(-e), dvec3(e)); };
   const Pose panel_moved{shift(), small_turn(random_, 2 * e)};
   const double wider = 1 + random_.uniform(-e, e), taller = 1 + random_.uniform(-e, e);
-  const dvec3 right = truth_.panel.lower_right - truth_.panel.lower_left, up = truth_.panel.upper_left - truth_.panel.lower_left;
+  const dvec3 right = truth_.panel.lower_right - truth_.panel.lower_left,
+              up = truth_.panel.upper_left - truth_.panel.lower_left;
   truth_.panel.lower_left = panel_moved * truth_.panel.lower_left;
   truth_.panel.lower_right = truth_.panel.lower_left + panel_moved.rotate(right) * wider;
   truth_.panel.upper_left = truth_.panel.lower_left + panel_moved.rotate(up) * taller;
@@ -114,7 +115,8 @@ dvec3 BenchSimulator::reached_for(const RigGeometry& believed, const dvec3& p_W)
 void BenchSimulator::capture_arm(Captures& captures, const BenchState& bench) {
   // Four sockets, and a plate of 5×5 points 40 mm apart in two places.
   int group = 0;
-  for (const dvec3 socket : {dvec3(-0.08, -0.06, 0.0), dvec3(0.08, -0.06, 0.04), dvec3(0, 0.05, -0.05), dvec3(0.02, -0.02, 0.09)}) {
+  for (const dvec3 socket :
+       {dvec3(-0.08, -0.06, 0.0), dvec3(0.08, -0.06, 0.04), dvec3(0, 0.05, -0.05), dvec3(0.02, -0.02, 0.09)}) {
     for (std::size_t i = 0; i < many(40); ++i) {
       captures.arm.push_back({group, std::nullopt, *touch(socket, bench.arm).reading});
     }
@@ -165,7 +167,8 @@ void BenchSimulator::capture_register(Captures& captures, const BenchState& benc
   for (std::size_t i = 0; i < many(240); ++i) {
     const dvec3 s(places[i % 3], places[i / 3 % 3], places[i / 9 % 3]);
     const dvec3 shown = box.low + (box.high - box.low) * s;
-    captures.registration.push_back({shown, touch(reached_for(bench.rig, shown), bench.arm), dots_for(bench.rig, shown)});
+    captures.registration.push_back(
+        {shown, touch(reached_for(bench.rig, shown), bench.arm), dots_for(bench.rig, shown)});
   }
 }
 
@@ -188,7 +191,8 @@ void BenchSimulator::capture_delay(Captures& captures, const BenchState&) {
 void BenchSimulator::capture_verify(Captures& captures, const BenchState& bench) {
   for (std::size_t i = 0; i < many(120); ++i) {
     const dvec3 shown = random_.in_box(bench.workspace_D.low, bench.workspace_D.high);
-    captures.verification.push_back({shown, touch(reached_for(bench.rig, shown), bench.arm), dots_for(bench.rig, shown)});
+    captures.verification.push_back(
+        {shown, touch(reached_for(bench.rig, shown), bench.arm), dots_for(bench.rig, shown)});
   }
   for (const dvec3 mark : {truth_.panel.at(0.03, 0.03), truth_.panel.at(0.97, 0.03), truth_.panel.at(0.5, 0.97)}) {
     captures.drift_marks.push_back(touch(mark, bench.arm));

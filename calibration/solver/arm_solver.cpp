@@ -19,7 +19,7 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr std::array<const char*, kArmParameters> kNames = {
-    "upper link", "fore link", "offset A", "offset B", "offset C", "scale A", "scale B", "scale C", "base height",
+    "upper link", "fore link", "offset A", "offset B", "offset C", "scale A", "scale B",  "scale C",  "base height",
     "origin x",   "origin y",  "origin z", "tip x",    "tip y",    "tip z",   "offset D", "offset E", "offset F"};
 
 dquat about(const dvec3& axis, double angle) {
@@ -35,7 +35,9 @@ struct Group {
 
 }  // namespace
 
-std::span<const char* const> arm_parameter_names() { return kNames; }
+std::span<const char* const> arm_parameter_names() {
+  return kNames;
+}
 
 std::array<double, kArmParameters> arm_parameter_scales() {
   std::array<double, kArmParameters> scales{};
@@ -47,12 +49,18 @@ std::array<double, kArmParameters> arm_parameter_scales() {
 }
 
 std::array<double, kArmParameters> to_vector(const ArmGeometry& g) {
-  return {g.upper,    g.fore,     g.offset[0], g.offset[1], g.offset[2], g.scale[0], g.scale[1], g.scale[2], g.base,
-          g.origin.x, g.origin.y, g.origin.z,  g.tip_S.x,   g.tip_S.y,   g.tip_S.z,  g.offset[3], g.offset[4], g.offset[5]};
+  return {g.upper,    g.fore,     g.offset[0], g.offset[1], g.offset[2], g.scale[0],
+          g.scale[1], g.scale[2], g.base,      g.origin.x,  g.origin.y,  g.origin.z,
+          g.tip_S.x,  g.tip_S.y,  g.tip_S.z,   g.offset[3], g.offset[4], g.offset[5]};
 }
 
 ArmGeometry to_geometry(const std::array<double, kArmParameters>& v) {
-  return {v[8], v[0], v[1], {v[9], v[10], v[11]}, {v[2], v[3], v[4], v[15], v[16], v[17]}, {v[5], v[6], v[7]},
+  return {v[8],
+          v[0],
+          v[1],
+          {v[9], v[10], v[11]},
+          {v[2], v[3], v[4], v[15], v[16], v[17]},
+          {v[5], v[6], v[7]},
           {v[12], v[13], v[14]}};
 }
 
@@ -80,7 +88,8 @@ struct Joints {
 dvec3 wrist(const ArmGeometry& g, const std::array<double, 6>& q) {
   // WoodenHaptics: r = Lb sinB + Lc sinC, x = cosA r - ox, y = sinA r - oy, z = La + Lb cosB - Lc cosC - oz.
   const double r = g.upper * std::sin(q[1]) + g.fore * std::sin(q[2]);
-  return dvec3(std::cos(q[0]) * r, std::sin(q[0]) * r, g.base + g.upper * std::cos(q[1]) - g.fore * std::cos(q[2])) - g.origin;
+  return dvec3(std::cos(q[0]) * r, std::sin(q[0]) * r, g.base + g.upper * std::cos(q[1]) - g.fore * std::cos(q[2])) -
+         g.origin;
 }
 
 }  // namespace
@@ -169,7 +178,8 @@ ArmResult solve_arm(std::span<const ArmCapture> captures, const ArmGeometry& nom
     }
   };
   const auto residual = [&](const ArmGeometry& geometry, std::size_t i) {
-    return tip_position(geometry, captures[i].reading) - place[captures[i].group] * captures[i].known.value_or(dvec3(0));
+    return tip_position(geometry, captures[i].reading) -
+           place[captures[i].group] * captures[i].known.value_or(dvec3(0));
   };
   const auto rms = [&](const ArmGeometry& geometry) {
     double sum = 0;
@@ -197,7 +207,8 @@ ArmResult solve_arm(std::span<const ArmCapture> captures, const ArmGeometry& nom
     std::size_t rows = 0;
     for (std::size_t i = 0; i < captures.size(); ++i) rows += used[i] ? 3 : 0;
     MatrixXd J = MatrixXd::Zero(static_cast<Eigen::Index>(rows), kArmParameters);
-    MatrixXd N = MatrixXd::Zero(static_cast<Eigen::Index>(rows), static_cast<Eigen::Index>(parameters - kArmParameters));
+    MatrixXd N =
+        MatrixXd::Zero(static_cast<Eigen::Index>(rows), static_cast<Eigen::Index>(parameters - kArmParameters));
     VectorXd r(static_cast<Eigen::Index>(rows));
     Eigen::Index row = 0;
     for (std::size_t i = 0; i < captures.size(); ++i) {
@@ -225,8 +236,7 @@ ArmResult solve_arm(std::span<const ArmCapture> captures, const ArmGeometry& nom
     const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(projected.transpose() * projected);
     // Determined: known to a third of what it may plausibly be off.
     Eigen::Index open = 0;
-    while (open < eigen.eigenvalues().size() &&
-           sigma > 0.33 * std::sqrt(std::max(0.0, eigen.eigenvalues()[open]))) {
+    while (open < eigen.eigenvalues().size() && sigma > 0.33 * std::sqrt(std::max(0.0, eigen.eigenvalues()[open]))) {
       ++open;
     }
     open_axes = eigen.eigenvectors().leftCols(open);
@@ -234,14 +244,15 @@ ArmResult solve_arm(std::span<const ArmCapture> captures, const ArmGeometry& nom
     const VectorXd information = weight * eigen.eigenvalues().cwiseMax(0) + VectorXd::Ones(kArmParameters);
     covariance = eigen.eigenvectors() * information.cwiseInverse().asDiagonal() * eigen.eigenvectors().transpose();
     VectorXd off(kArmParameters);
-    for (std::size_t p = 0; p < kArmParameters; ++p) off[static_cast<Eigen::Index>(p)] = (values[p] - start[p]) / scales[p];
+    for (std::size_t p = 0; p < kArmParameters; ++p)
+      off[static_cast<Eigen::Index>(p)] = (values[p] - start[p]) / scales[p];
     const VectorXd step = -covariance * (weight * (projected.transpose() * left) + off);
     for (std::size_t p = 0; p < kArmParameters; ++p) values[p] += scales[p] * step[static_cast<Eigen::Index>(p)];
     locate(values);
 
-    result.degrees_of_freedom =
-        static_cast<int>(rows) - static_cast<int>(kArmParameters - static_cast<std::size_t>(open)) -
-        static_cast<int>(nuisance.rank());
+    result.degrees_of_freedom = static_cast<int>(rows) -
+                                static_cast<int>(kArmParameters - static_cast<std::size_t>(open)) -
+                                static_cast<int>(nuisance.rank());
     const double total = rms(to_geometry(values));
     const double previous = sigma;
     // The floor keeps exact data from declaring directions determined that only rounding moves.
@@ -275,13 +286,14 @@ ArmResult solve_arm(std::span<const ArmCapture> captures, const ArmGeometry& nom
   }
   for (std::size_t p = 0; p < kArmParameters; ++p) {
     const auto index = static_cast<Eigen::Index>(p);
-    result.parameters.push_back({kNames[p], start[p], values[p],
-                                 scales[p] * std::sqrt(covariance(index, index)), 1 - covariance(index, index)});
+    result.parameters.push_back({kNames[p], start[p], values[p], scales[p] * std::sqrt(covariance(index, index)),
+                                 1 - covariance(index, index)});
   }
   // A hand holds still within a millimetre: what is left far above that is another kind of arm, or another plate.
   if (result.sigma > 2e-3) {
-    result.misfit = fmt::format("{:.1f} mm rms are left: these captures are not of a serial arm with this plate, or most of them slipped",
-                                result.after_rms * 1e3);
+    result.misfit = fmt::format(
+        "{:.1f} mm rms are left: these captures are not of a serial arm with this plate, or most of them slipped",
+        result.after_rms * 1e3);
   }
   // Name the open directions one pivot at a time: the reduced echelon form mixes as few parameters as possible.
   if (open_axes.cols() > 0) {

@@ -19,9 +19,9 @@ namespace typodont::calibration {
 
 namespace {
 
-// Parameter blocks: lens (fx fy cx cy k1 k2 p1 p2 k3), camera (angle-axis of R_KW, t), panel (angle-axis, middle, width,
-// height), mirror (unit normal), its offset, touched points. Derivatives are written out: by automatic ones, with 23
-// numbers carried through every operation, a solution took ten times as long.
+// Parameter blocks: lens (fx fy cx cy k1 k2 p1 p2 k3), camera (angle-axis of R_KW, t), panel (angle-axis, middle,
+// width, height), mirror (unit normal), its offset, touched points. Derivatives are written out: by automatic ones,
+// with 23 numbers carried through every operation, a solution took ten times as long.
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
@@ -48,7 +48,8 @@ struct Turn {
   Matrix3d derivative(const Vector3d& p) const {
     const double w2 = w_.squaredNorm();
     if (w2 < 1e-16) return -cross_matrix(p);
-    return -R * cross_matrix(p) * (w_ * w_.transpose() + (R.transpose() - Matrix3d::Identity()) * cross_matrix(w_)) / w2;
+    return -R * cross_matrix(p) * (w_ * w_.transpose() + (R.transpose() - Matrix3d::Identity()) * cross_matrix(w_)) /
+           w2;
   }
 
  private:
@@ -72,7 +73,8 @@ struct Projection {
     const double seen_b = b * radial + p1 * (r2 + 2 * b * b) + 2 * p2 * a * b;
     x = fx * seen_a + lens[2], y = fy * seen_b + lens[3];
     if (!derivatives) return;
-    by_lens << seen_a, 0, 1, 0, fx * a * r2, fx * a * r2 * r2, fx * 2 * a * b, fx * (r2 + 2 * a * a), fx * a * r2 * r2 * r2,  //
+    by_lens << seen_a, 0, 1, 0, fx * a * r2, fx * a * r2 * r2, fx * 2 * a * b, fx * (r2 + 2 * a * a),
+        fx * a * r2 * r2 * r2,  //
         0, seen_b, 0, 1, fy * b * r2, fy * b * r2 * r2, fy * (r2 + 2 * b * b), fy * 2 * a * b, fy * b * r2 * r2 * r2;
     const double slope = lens[4] + r2 * (2 * lens[5] + r2 * 3 * lens[8]), mixed = 2 * (a * b * slope + p1 * a + p2 * b);
     Eigen::Matrix2d bent;
@@ -94,7 +96,8 @@ struct PanelSpot {
     const Turn turn(panel);
     const Vector3d local((u - 0.5) * panel[6], (v - 0.5) * panel[7], 0);
     p_W = turn.R * local + Vector3d(panel[3], panel[4], panel[5]);
-    if (derivatives) by_panel << turn.derivative(local), Matrix3d::Identity(), (u - 0.5) * turn.R.col(0), (v - 0.5) * turn.R.col(1);
+    if (derivatives)
+      by_panel << turn.derivative(local), Matrix3d::Identity(), (u - 0.5) * turn.R.col(0), (v - 0.5) * turn.R.col(1);
   }
 };
 
@@ -181,7 +184,8 @@ using Planar = std::vector<std::array<double, 4>>;  // x, y on the plane (m); pi
 Eigen::Matrix3d homography(const Planar& points) {
   Eigen::Vector4d mean = Eigen::Vector4d::Zero(), spread = Eigen::Vector4d::Zero();
   for (const auto& p : points) mean += Eigen::Vector4d(p[0], p[1], p[2], p[3]) / static_cast<double>(points.size());
-  for (const auto& p : points) spread += (Eigen::Vector4d(p[0], p[1], p[2], p[3]) - mean).cwiseAbs() / static_cast<double>(points.size());
+  for (const auto& p : points)
+    spread += (Eigen::Vector4d(p[0], p[1], p[2], p[3]) - mean).cwiseAbs() / static_cast<double>(points.size());
   const double a = std::max(spread[0] + spread[1], 1e-12), b = std::max(spread[2] + spread[3], 1e-12);
   Eigen::MatrixXd A(2 * static_cast<Eigen::Index>(points.size()), 9);
   for (std::size_t i = 0; i < points.size(); ++i) {
@@ -258,16 +262,21 @@ bool covariance_of_last(ceres::Problem& problem, const std::vector<double*>& ord
 }
 
 struct LessPoint {
-  bool operator()(const dvec3& a, const dvec3& b) const {
-    return std::tie(a.x, a.y, a.z) < std::tie(b.x, b.y, b.z);
-  }
+  bool operator()(const dvec3& a, const dvec3& b) const { return std::tie(a.x, a.y, a.z) < std::tie(b.x, b.y, b.z); }
 };
 
 }  // namespace
 
 Pixel project(const CameraIntrinsics& camera, const Pose& X_WK, const dvec3& p_W) {
-  const double lens[9] = {camera.fx, camera.fy, camera.cx, camera.cy, camera.distortion[0], camera.distortion[1],
-                          camera.distortion[2], camera.distortion[3], camera.distortion[4]};
+  const double lens[9] = {camera.fx,
+                          camera.fy,
+                          camera.cx,
+                          camera.cy,
+                          camera.distortion[0],
+                          camera.distortion[1],
+                          camera.distortion[2],
+                          camera.distortion[3],
+                          camera.distortion[4]};
   const auto block = camera_block(inverse(X_WK));
   const Projection seen(lens, block.data(), Vector3d(p_W.x, p_W.y, p_W.z), false);
   return {seen.x, seen.y};
@@ -287,13 +296,15 @@ CameraResult solve_camera(std::span<const Sighting> sightings, int width_px, int
     mirror_seen = mirror_seen || s.on == SeenOn::kPanelInMirror;
   }
   if (!panel_seen) throw Error("camera: found no sighting of the panel itself, expected at least one picture of it");
-  result.width = glm::length(start.lower_right - start.lower_left), result.height = glm::length(start.upper_left - start.lower_left);
+  result.width = glm::length(start.lower_right - start.lower_left),
+  result.height = glm::length(start.upper_left - start.lower_left);
 
   // The touched points' own plane, if they lie in one; a camera's first place follows from it.
   std::vector<dvec3> points;
   for (const auto& [key, value] : touched) points.push_back(key);
   if (points.size() < 4) {
-    result.not_determined = fmt::format("{} touched points in the pictures: at least four, not on one line, tie the camera to the arm", points.size());
+    result.not_determined = fmt::format(
+        "{} touched points in the pictures: at least four, not on one line, tie the camera to the arm", points.size());
     return result;
   }
   dvec3 middle(0);
@@ -309,7 +320,8 @@ CameraResult solve_camera(std::span<const Sighting> sightings, int width_px, int
     return result;
   }
   Eigen::Matrix3d frame;
-  frame.col(0) = axes.eigenvectors().col(2), frame.col(1) = axes.eigenvectors().col(1), frame.col(2) = frame.col(0).cross(frame.col(1));
+  frame.col(0) = axes.eigenvectors().col(2), frame.col(1) = axes.eigenvectors().col(1),
+  frame.col(2) = frame.col(0).cross(frame.col(1));
   const Eigen::Quaterniond fq(frame);
   const Pose X_WB{middle, {fq.w(), fq.x(), fq.y(), fq.z()}};  // the board the touched points lie on
   const Pose X_BW = inverse(X_WB);
@@ -319,8 +331,10 @@ CameraResult solve_camera(std::span<const Sighting> sightings, int width_px, int
     for (const Sighting* s : seen) {
       if (s->on != on) continue;
       const dvec3 p = X_BW * s->touched_W;
-      if (on == SeenOn::kTouchedPoint) list.push_back({p.x, p.y, s->px, s->py});
-      else list.push_back({(s->corner.u - 0.5) * result.width, (s->corner.v - 0.5) * result.height, s->px, s->py});
+      if (on == SeenOn::kTouchedPoint)
+        list.push_back({p.x, p.y, s->px, s->py});
+      else
+        list.push_back({(s->corner.u - 0.5) * result.width, (s->corner.v - 0.5) * result.height, s->px, s->py});
     }
     return list;
   };
@@ -353,7 +367,8 @@ CameraResult solve_camera(std::span<const Sighting> sightings, int width_px, int
   }
   for (const auto& [id, seen] : pictures) {
     const Planar panel = planar(seen, SeenOn::kPanel);
-    if (!X_WP && X_KW.count(id) && panel.size() >= 4) X_WP = inverse(X_KW[id]) * plane_pose(homography(panel), f, cx, cy);
+    if (!X_WP && X_KW.count(id) && panel.size() >= 4)
+      X_WP = inverse(X_KW[id]) * plane_pose(homography(panel), f, cx, cy);
   }
   if (!X_WP) {
     result.not_determined = "no picture shows the panel together with at least four touched points";
@@ -367,7 +382,8 @@ CameraResult solve_camera(std::span<const Sighting> sightings, int width_px, int
   for (const auto& [id, seen] : pictures) {
     const Planar image = planar(seen, SeenOn::kPanelInMirror);
     if (mirror || !X_KW.count(id) || image.size() < 4) continue;
-    // A flat thing and its reflection are both planes in front of the camera; corner by corner the mirror halves the way.
+    // A flat thing and its reflection are both planes in front of the camera; corner by corner the mirror halves the
+    // way.
     const Pose X_WI = inverse(X_KW[id]) * plane_pose(homography(image), f, cx, cy);
     const dvec3 way = X_WI.p - X_WP->p;
     if (glm::length(way) < 1e-3) continue;
@@ -379,9 +395,11 @@ CameraResult solve_camera(std::span<const Sighting> sightings, int width_px, int
   std::map<int, std::array<double, 6>> cameras;
   for (const auto& [id, X] : X_KW) cameras[id] = camera_block(X);
   const auto panel_start = camera_block(*X_WP);
-  double panel[8] = {panel_start[0], panel_start[1], panel_start[2], panel_start[3], panel_start[4], panel_start[5], result.width, result.height};
+  double panel[8] = {panel_start[0], panel_start[1], panel_start[2], panel_start[3],
+                     panel_start[4], panel_start[5], result.width,   result.height};
   double normal[3] = {0, 1, 0}, offset = 0;
-  if (mirror) normal[0] = mirror->normal.x, normal[1] = mirror->normal.y, normal[2] = mirror->normal.z, offset = mirror->offset;
+  if (mirror)
+    normal[0] = mirror->normal.x, normal[1] = mirror->normal.y, normal[2] = mirror->normal.z, offset = mirror->offset;
 
   ceres::Problem problem;
   const double weight = 1 / options.pixel_sigma;
@@ -391,9 +409,12 @@ CameraResult solve_camera(std::span<const Sighting> sightings, int width_px, int
     double* camera = cameras[s.picture].data();
     auto* loss = new ceres::CauchyLoss(4);
     const Seen at{s.px, s.py, weight};
-    if (s.on == SeenOn::kTouchedPoint) problem.AddResidualBlock(new PointSeen(at), loss, lens, camera, touched[s.touched_W].data());
-    else if (s.on == SeenOn::kPanel) problem.AddResidualBlock(new PanelSeen(s.corner, at), loss, lens, camera, panel);
-    else if (mirror) problem.AddResidualBlock(new ReflectionSeen(s.corner, at), loss, lens, camera, panel, normal, &offset);
+    if (s.on == SeenOn::kTouchedPoint)
+      problem.AddResidualBlock(new PointSeen(at), loss, lens, camera, touched[s.touched_W].data());
+    else if (s.on == SeenOn::kPanel)
+      problem.AddResidualBlock(new PanelSeen(s.corner, at), loss, lens, camera, panel);
+    else if (mirror)
+      problem.AddResidualBlock(new ReflectionSeen(s.corner, at), loss, lens, camera, panel, normal, &offset);
     else {
       delete loss;
       continue;
@@ -431,14 +452,16 @@ CameraResult solve_camera(std::span<const Sighting> sightings, int width_px, int
   const Eigen::Index wanted = 9 + 8 + (mirror ? 3 : 0);
   Eigen::MatrixXd C;
   if (!covariance_of_last(problem, order, wanted, C)) {
-    result.not_determined = "the pictures do not determine camera, panel and mirror together: take more, from more directions";
+    result.not_determined =
+        "the pictures do not determine camera, panel and mirror together: take more, from more directions";
     return result;
   }
   const auto variance = [&](Eigen::Index i) { return C(i, i); };
   const Eigen::MatrixXd P = C.block<8, 8>(9, 9);
   result.tilt_sigma = std::sqrt(std::max({P(0, 0), P(1, 1), P(2, 2)}));
   result.centre_sigma = {std::sqrt(P(3, 3)), std::sqrt(P(4, 4)), std::sqrt(P(5, 5))};
-  result.width = panel[6], result.height = panel[7], result.width_sigma = std::sqrt(P(6, 6)), result.height_sigma = std::sqrt(P(7, 7));
+  result.width = panel[6], result.height = panel[7], result.width_sigma = std::sqrt(P(6, 6)),
+  result.height_sigma = std::sqrt(P(7, 7));
   result.camera = {lens[0], lens[1], lens[2], lens[3], {lens[4], lens[5], lens[6], lens[7], lens[8]}};
   const auto sd = [&](Eigen::Index i) { return std::sqrt(variance(i)); };
   result.camera_sigma = {sd(0), sd(1), sd(2), sd(3), {sd(4), sd(5), sd(6), sd(7), sd(8)}};
@@ -460,7 +483,8 @@ CameraResult solve_camera(std::span<const Sighting> sightings, int width_px, int
   double squares = 0;
   for (const Sighting& s : sightings) {
     if (!cameras.count(s.picture) || (s.on == SeenOn::kPanelInMirror && !mirror)) continue;
-    Vector3d p = s.on == SeenOn::kTouchedPoint ? Vector3d(touched[s.touched_W].data()) : PanelSpot(panel, s.corner.u, s.corner.v, false).p_W;
+    Vector3d p = s.on == SeenOn::kTouchedPoint ? Vector3d(touched[s.touched_W].data())
+                                               : PanelSpot(panel, s.corner.u, s.corner.v, false).p_W;
     if (s.on == SeenOn::kPanelInMirror) {
       const dvec3 image = result.mirror->reflect(dvec3(p.x(), p.y(), p.z()));
       p = {image.x, image.y, image.z};
@@ -476,7 +500,8 @@ CameraResult solve_camera(std::span<const Sighting> sightings, int width_px, int
   }
   result.rms_px = std::sqrt(squares / std::max(1, used - result.outliers));
   if (mirror_seen && !mirror) {
-    result.not_determined = "the panel's reflection is in no picture whose place is known: the mirror is not determined";
+    result.not_determined =
+        "the panel's reflection is in no picture whose place is known: the mirror is not determined";
   }
   result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
   return result;
@@ -503,8 +528,10 @@ std::vector<Sighting> read_sightings(const std::filesystem::path& file) {
       return static_cast<int>(value);
     };
     Sighting s{whole("picture", 1e6), static_cast<SeenOn>(whole("on", 2)), {}, {}, at("px"), at("py")};
-    if (s.on == SeenOn::kTouchedPoint) s.touched_W = dvec3(need("x_mm"), need("y_mm"), need("z_mm")) * kMillimetre;
-    else s.corner = {need("u"), need("v")};
+    if (s.on == SeenOn::kTouchedPoint)
+      s.touched_W = dvec3(need("x_mm"), need("y_mm"), need("z_mm")) * kMillimetre;
+    else
+      s.corner = {need("u"), need("v")};
     sightings.push_back(s);
   }
   return sightings;
@@ -512,12 +539,19 @@ std::vector<Sighting> read_sightings(const std::filesystem::path& file) {
 
 BoardPicture draw_board(int columns, int rows, int width, int height) {
   if (columns < 3 || rows < 3 || (columns + rows) % 2 == 0) {
-    throw Error(fmt::format("board: found {} by {} inner corners, expected at least 3 by 3 with an odd sum", columns, rows));
+    throw Error(
+        fmt::format("board: found {} by {} inner corners, expected at least 3 by 3 with an odd sum", columns, rows));
   }
-  BoardPicture board{width, height, std::vector<unsigned char>(static_cast<std::size_t>(width) * static_cast<std::size_t>(height), 255), {}};
+  BoardPicture board{
+      width,
+      height,
+      std::vector<unsigned char>(static_cast<std::size_t>(width) * static_cast<std::size_t>(height), 255),
+      {}};
   // Whole pixels a cell, a white border of one cell around.
   const int cell = std::min(width / (columns + 3), height / (rows + 3));
-  if (cell < 4) throw Error(fmt::format("board: found {} by {} pixels for {} by {} corners, expected at least four a cell", width, height, columns, rows));
+  if (cell < 4)
+    throw Error(fmt::format("board: found {} by {} pixels for {} by {} corners, expected at least four a cell", width,
+                            height, columns, rows));
   const int left = (width - cell * (columns + 1)) / 2, top = (height - cell * (rows + 1)) / 2;
   for (int j = 0; j <= rows; ++j) {
     for (int i = 0; i <= columns; ++i) {
@@ -525,14 +559,16 @@ BoardPicture draw_board(int columns, int rows, int width, int height) {
       if ((i + j) % 2 != 0) continue;
       for (int y = 0; y < cell; ++y) {
         for (int x = 0; x < cell; ++x) {
-          board.grey[static_cast<std::size_t>(top + j * cell + y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(left + i * cell + x)] = 0;
+          board.grey[static_cast<std::size_t>(top + j * cell + y) * static_cast<std::size_t>(width) +
+                     static_cast<std::size_t>(left + i * cell + x)] = 0;
         }
       }
     }
   }
   for (int j = 1; j <= rows; ++j) {
     for (int i = 1; i <= columns; ++i) {
-      board.corners.push_back({static_cast<double>(left + i * cell) / width, 1 - static_cast<double>(top + j * cell) / height});
+      board.corners.push_back(
+          {static_cast<double>(left + i * cell) / width, 1 - static_cast<double>(top + j * cell) / height});
     }
   }
   return board;

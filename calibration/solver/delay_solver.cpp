@@ -19,7 +19,9 @@ namespace {
 
 using Eigen::Vector3d;
 
-Vector3d eigen(const dvec3& v) { return {v.x, v.y, v.z}; }
+Vector3d eigen(const dvec3& v) {
+  return {v.x, v.y, v.z};
+}
 
 double median(std::vector<double> values) {
   if (values.empty()) return 0;
@@ -38,7 +40,8 @@ struct Track {
 };
 
 Track clean(const Stream& stream, const char* which) {
-  if (stream.t.size() != stream.p.size()) throw Error(fmt::format("stream {}: as many times as points expected", which));
+  if (stream.t.size() != stream.p.size())
+    throw Error(fmt::format("stream {}: as many times as points expected", which));
   if (stream.t.size() < 16) {
     throw Error(fmt::format("stream {}: found {} samples, expected at least 16", which, stream.t.size()));
   }
@@ -230,7 +233,8 @@ class Matcher {
         for (std::size_t k = 0; k < query_.t.size() && query_.t[k] <= stop; ++k) {
           Row row;
           row.dt = query_.t[k] - middle;
-          const Interpolated s = interpolate(sparse_, query_.t[k] - solution.shift.u - solution.shift.rate * row.dt, hint);
+          const Interpolated s =
+              interpolate(sparse_, query_.t[k] - solution.shift.u - solution.shift.rate * row.dt, hint);
           if (!s.valid || !slope_at(query_, k, m, row.slope)) continue;
           row.s = s.p, row.v = s.v, row.q = query_.p[k], row.gain = s.noise_gain;
           rows_.push_back(row);
@@ -366,8 +370,8 @@ DelayResult estimate_delay(const Stream& a, const Stream& b, const DelayOptions&
   result.reference_time = matcher.start();
   const double motion = std::min(variance_of(track_a), variance_of(track_b));
 
-  // A stream that scatters no more than its own noise says nothing; what is taken for a larger scatter grows more certain
-  // with the number of samples.
+  // A stream that scatters no more than its own noise says nothing; what is taken for a larger scatter grows more
+  // certain with the number of samples.
   const double sigma_q = noise_of(query), sigma_s = noise_of(sparse);
   const auto rests = [](const Track& track, double sigma) {
     return variance_of(track) <= 3 * sigma * sigma * (1 + 10 / std::sqrt(static_cast<double>(track.t.size()))) + 1e-20;
@@ -376,8 +380,10 @@ DelayResult estimate_delay(const Stream& a, const Stream& b, const DelayOptions&
     result.sigma = window / std::sqrt(3.0);
     result.noise = std::sqrt(sigma_q * sigma_q + sigma_s * sigma_s);
     result.ambiguous = true;
-    result.reason = fmt::format("no motion: {} at rest, move the hand to and fro while recording",
-                                q && s ? "both streams are" : q == a_asks ? "stream A is" : "stream B is");
+    result.reason =
+        fmt::format("no motion: {} at rest, move the hand to and fro while recording", q && s ? "both streams are"
+                                                                                       : q == a_asks ? "stream A is"
+                                                                                                     : "stream B is");
     return result;
   }
 
@@ -435,7 +441,9 @@ DelayResult estimate_delay(const Stream& a, const Stream& b, const DelayOptions&
     if (m.mismatch > plausible_up_to(curve.best())) continue;
     // Ripples of the noise within one basin are one answer.
     const bool known = std::any_of(plausible.begin(), plausible.end(), [&](const Minimum& other) {
-      const auto index = [&](double u) { return std::clamp(static_cast<int>(std::lround(u / step)) + half, 0, 2 * half); };
+      const auto index = [&](double u) {
+        return std::clamp(static_cast<int>(std::lround(u / step)) + half, 0, 2 * half);
+      };
       for (int i = std::min(index(m.u), index(other.u)); i <= std::max(index(m.u), index(other.u)); ++i) {
         if (curve.values[static_cast<std::size_t>(i)] > plausible_up_to(curve.best()) &&
             std::min(std::abs(i - index(m.u)), std::abs(i - index(other.u))) > 1) {
@@ -482,7 +490,8 @@ DelayResult estimate_delay(const Stream& a, const Stream& b, const DelayOptions&
       result.skew = sign * solution.shift.rate, result.skew_sigma = rate_sigma;
     } else {
       const double start_u = solution.shift.u;
-      solution = matcher.solve({std::abs(start_u - u0) < 4 * sparse.step ? start_u : u0, 0}, result.rotated, false, shared);
+      solution =
+          matcher.solve({std::abs(start_u - u0) < 4 * sparse.step ? start_u : u0, 0}, result.rotated, false, shared);
       result.skew_sigma = rate_sigma;
     }
   }

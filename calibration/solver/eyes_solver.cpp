@@ -48,8 +48,10 @@ EyesResult solve_eyes(std::span<const EyeAlignment> alignments, const RigGeometr
   result.residuals = solved.residuals;
   double sum = 0;
   for (std::size_t i = 0; i < alignments.size(); ++i) {
-    if (solved.used[i]) sum += solved.residuals[i] * solved.residuals[i];
-    else result.rejected.push_back(i);
+    if (solved.used[i])
+      sum += solved.residuals[i] * solved.residuals[i];
+    else
+      result.rejected.push_back(i);
   }
   result.rms = std::sqrt(sum / std::max(1.0, static_cast<double>(alignments.size() - result.rejected.size())));
   if (solved.open_axes.cols() > 0) {
@@ -71,7 +73,8 @@ UserOffset user_offset_of(std::span<const SeenTouch> touches) {
     median[i] = axis[axis.size() / 2];
   }
   std::vector<double> far(touches.size());
-  for (std::size_t k = 0; k < touches.size(); ++k) far[k] = glm::length(touches[k].touched_W - touches[k].shown_W - median);
+  for (std::size_t k = 0; k < touches.size(); ++k)
+    far[k] = glm::length(touches[k].touched_W - touches[k].shown_W - median);
   std::vector<double> sorted = far;
   std::nth_element(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2), sorted.end());
   const double limit = std::max(1e-9, 5.5 * sorted[sorted.size() / 2] / 1.5382);  // the median of |normal| in space

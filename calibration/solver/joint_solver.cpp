@@ -24,8 +24,12 @@ enum Kind { kArm, kPanel, kMirror, kEyes, kTouch, kKinds };
 constexpr const char* kKindNames[kKinds] = {"arm", "panel", "mirror", "eyes", "touch"};
 constexpr int kSizes[kKinds] = {3, 3, 1, 2, 3};
 
-dquat rotation_vector(const dvec3& v) { return glm::normalize(dquat(1, 0.5 * v.x, 0.5 * v.y, 0.5 * v.z)); }
-Vector3d eigen(const dvec3& v) { return {v.x, v.y, v.z}; }
+dquat rotation_vector(const dvec3& v) {
+  return glm::normalize(dquat(1, 0.5 * v.x, 0.5 * v.y, 0.5 * v.z));
+}
+Vector3d eigen(const dvec3& v) {
+  return {v.x, v.y, v.z};
+}
 Matrix3d cross_matrix(const dvec3& v) {
   Matrix3d m;
   m << 0, -v.z, v.y, v.z, 0, -v.x, -v.y, v.x, 0;
@@ -54,7 +58,9 @@ dvec3 closest_point(const std::array<dvec3, 4>& points, Eigen::Matrix<double, 3,
   return at;
 }
 
-dvec3 triple(const VectorXd& x, Eigen::Index at) { return {x[at], x[at + 1], x[at + 2]}; }
+dvec3 triple(const VectorXd& x, Eigen::Index at) {
+  return {x[at], x[at + 1], x[at + 2]};
+}
 
 // Where the unknowns lie in the vector. All are offsets from the start, so that zero is the prior's mean.
 struct Layout {
@@ -95,7 +101,8 @@ class Model {
       tilt_b_ = glm::cross(n, tilt_a_);
       dvec3 sum(0);
       for (const Touch& t : captures.mirror) sum += bench.rig.X_WH * t.at(bench.arm);
-      pivot_ = captures.mirror.empty() ? n * bench.rig.mirror->offset : sum / static_cast<double>(captures.mirror.size());
+      pivot_ =
+          captures.mirror.empty() ? n * bench.rig.mirror->offset : sum / static_cast<double>(captures.mirror.size());
       pivot_ -= n * (glm::dot(n, pivot_) - bench.rig.mirror->offset);
     }
   }
@@ -121,17 +128,20 @@ class Model {
   Panel panel(const VectorXd& x) const {
     const dquat R = rotation_vector(triple(x, layout_.panel + 3));
     const dvec3 center = center_ + triple(x, layout_.panel);
-    const dvec3 right = R * right_ * (1 + x[layout_.panel + 6] / width_), up = R * up_ * (1 + x[layout_.panel + 7] / height_);
+    const dvec3 right = R * right_ * (1 + x[layout_.panel + 6] / width_),
+                up = R * up_ * (1 + x[layout_.panel + 7] / height_);
     const dvec3 corner = center - 0.5 * right - 0.5 * up;
     return {corner, corner + right, corner + up};
   }
   std::optional<MirrorPlane> mirror(const VectorXd& x) const {
     if (!bench_.rig.mirror) return std::nullopt;
-    const dvec3 n = glm::normalize(bench_.rig.mirror->normal + x[layout_.mirror] * tilt_a_ + x[layout_.mirror + 1] * tilt_b_);
+    const dvec3 n =
+        glm::normalize(bench_.rig.mirror->normal + x[layout_.mirror] * tilt_a_ + x[layout_.mirror + 1] * tilt_b_);
     return MirrorPlane{n, glm::dot(n, pivot_) + x[layout_.mirror + 2]};
   }
   dvec3 eye(const VectorXd& x, bool right) const {
-    return (right ? bench_.rig.eyes.right_eye() : bench_.rig.eyes.left_eye()) + triple(x, layout_.eyes + (right ? 3 : 0));
+    return (right ? bench_.rig.eyes.right_eye() : bench_.rig.eyes.left_eye()) +
+           triple(x, layout_.eyes + (right ? 3 : 0));
   }
   EyePair eyes(const VectorXd& x) const {
     const dvec3 l = eye(x, false), r = eye(x, true);
@@ -198,7 +208,8 @@ class Model {
       r[0] = glm::dot(plane.normal, p) - plane.offset;
       J.row(0) = (eigen(plane.normal).transpose() * J).eval();
       const auto tilts = by_tilt(x);
-      for (Eigen::Index k = 0; k < 2; ++k) J(0, after_arm + k) = glm::dot(tilts[static_cast<std::size_t>(k)], p - pivot_);
+      for (Eigen::Index k = 0; k < 2; ++k)
+        J(0, after_arm + k) = glm::dot(tilts[static_cast<std::size_t>(k)], p - pivot_);
       J(0, after_arm + 2) = -1;
       return;
     }
@@ -295,7 +306,9 @@ JointResult solve_jointly(const BenchState& bench, const Captures& captures) {
   const auto with_dots = std::count_if(captures.registration.begin(), captures.registration.end(),
                                        [](const PairCapture& c) { return c.dots.has_value(); });
   if (captures.marks.size() < 3 || captures.eyes.size() < 4 || with_dots < 4) {
-    throw Error("joint solution: found too few captures, expected panel marks, alignments of both eyes and touches with their dots");
+    throw Error(
+        "joint solution: found too few captures, expected panel marks, alignments of both eyes and touches with their "
+        "dots");
   }
   const Model model(bench, captures);
   const Eigen::Index n = model.layout().size;
@@ -338,7 +351,8 @@ JointResult solve_jointly(const BenchState& bench, const Captures& captures) {
       for (std::size_t i = 0; i < unknowns.size(); ++i) {
         Jr[unknowns[i]] += weight * gradient[static_cast<Eigen::Index>(i)];
         for (std::size_t k = 0; k < unknowns.size(); ++k) {
-          JJ(unknowns[i], unknowns[k]) += weight * information(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(k));
+          JJ(unknowns[i], unknowns[k]) +=
+              weight * information(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(k));
         }
       }
     }
@@ -393,7 +407,8 @@ JointResult solve_jointly(const BenchState& bench, const Captures& captures) {
   double ipd = 0;
   for (int i = 0; i < 6; ++i) {
     for (int j = 0; j < 6; ++j) {
-      ipd += (i < 3 ? -1 : 1) * (j < 3 ? -1 : 1) * result.eyes.right[i % 3] * result.eyes.right[j % 3] * C(at.eyes + i, at.eyes + j);
+      ipd += (i < 3 ? -1 : 1) * (j < 3 ? -1 : 1) * result.eyes.right[i % 3] * result.eyes.right[j % 3] *
+             C(at.eyes + i, at.eyes + j);
     }
   }
   result.ipd_sigma = std::sqrt(std::max(0.0, ipd));

@@ -57,7 +57,8 @@ LeastSquares solve_least_squares(Eigen::VectorXd x, const Eigen::VectorXd& scale
     const Eigen::VectorXd information = eigen.eigenvalues().tail(n - open);
     result.open_axes = eigen.eigenvectors().leftCols(open);
     const Eigen::VectorXd step = -axes * (axes.transpose() * Jr).cwiseQuotient(information);
-    result.covariance = scale.asDiagonal() * axes * information.cwiseInverse().asDiagonal() * axes.transpose() * scale.asDiagonal();
+    result.covariance =
+        scale.asDiagonal() * axes * information.cwiseInverse().asDiagonal() * axes.transpose() * scale.asDiagonal();
     x += scale.cwiseProduct(step);
     result.degrees_of_freedom = rows - static_cast<int>(n - open);
     const double previous = sigma;

@@ -12,7 +12,7 @@ namespace typodont::calibration {
 
 namespace {
 
-constexpr std::size_t kLeast = 3;     // pairs of a motion
+constexpr std::size_t kLeast = 3;      // pairs of a motion
 constexpr std::size_t kSearched = 64;  // of more pairs, so many are looked at before all are
 
 // Two motions and who follows which.
@@ -144,7 +144,8 @@ std::optional<Split> split_in_two(Points p_H, Points p_D, std::span<const std::s
   if (best.pairs[0].empty() || !splitter.settle(pairs, best, 30)) return std::nullopt;
 
   // By how much two motions are better, against chance: under one normal cloud the rest of a given split over that of
-  // one motion is Beta((3m-12)/2, 3), with the noise known the difference chi-squared with 6; times the number of splits.
+  // one motion is Beta((3m-12)/2, 3), with the noise known the difference chi-squared with 6; times the number of
+  // splits.
   Split split;
   const double freedom = 3 * static_cast<double>(m) - 12;
   const double left = std::max(best.sse, std::max(freedom, 1.0) * floor2);

@@ -17,8 +17,9 @@ struct Split {
   double log_nfa = 0;                      // how often chance alone splits one normal cloud as well, its logarithm
 };
 
-/// The best way to see `pairs` as two sets that each move rigidly, where that explains them better than one noisy motion
-/// does (also than one whose noise is larger in some directions). `known_sigma` m per axis, 0: estimated. `rounding` m.
+/// The best way to see `pairs` as two sets that each move rigidly, where that explains them better than one noisy
+/// motion does (also than one whose noise is larger in some directions). `known_sigma` m per axis, 0: estimated.
+/// `rounding` m.
 std::optional<Split> split_in_two(std::span<const dvec3> p_H, std::span<const dvec3> p_D,
                                   std::span<const std::size_t> pairs, double known_sigma, double rounding);
 

@@ -41,7 +41,8 @@ std::optional<double> other_scale(Points p_H, Points p_D, const Fit& fit, double
 }
 
 std::optional<double> other_scale_by_median(Points p_H, Points p_D, double rounding) {
-  const std::size_t n = p_H.size(), step = std::max<std::size_t>(1, n / 64);  // two thousand pairs say it as well as all
+  const std::size_t n = p_H.size(),
+                    step = std::max<std::size_t>(1, n / 64);  // two thousand pairs say it as well as all
   std::vector<double> ratios;
   for (std::size_t i = 0; i < n; i += step) {
     for (std::size_t j = i + step; j < n; j += step) {

@@ -13,7 +13,8 @@ bool mirrored(Points p_H, Points p_D, const Fit& fit, double rounding);
 /// The same where outliers hide it: more agree, or more closely, once D is turned inside out.
 bool mirror_fits_better(Points p_H, Points p_D, const Fit& fit, const RegistrationOptions& options);
 
-/// Lengths in D over lengths in H, where a rigid fit with a scale explains the pairs far better and the scale is 2 % off.
+/// Lengths in D over lengths in H, where a rigid fit with a scale explains the pairs far better and the scale is 2 %
+/// off.
 std::optional<double> other_scale(Points p_H, Points p_D, const Fit& fit, double rounding);
 
 /// The same where outliers hide it: by the median over pairs of points, which up to half of them cannot move.

@@ -105,16 +105,16 @@ class Registration {
 
   Indices outliers() const {
     Indices rest;
-    std::set_difference(everyone_.begin(), everyone_.end(), fit_.pairs.begin(), fit_.pairs.end(), std::back_inserter(rest));
+    std::set_difference(everyone_.begin(), everyone_.end(), fit_.pairs.begin(), fit_.pairs.end(),
+                        std::back_inserter(rest));
     return rest;
   }
 
   // How far from its place a good pair may lie.
   double reach(double sigma, double dof) const {
     const double p = 1 - options_.false_alarm / static_cast<double>(n_);
-    return std::max(rounding_, options_.known_sigma > 0
-                                   ? options_.known_sigma * std::sqrt(chi_squared_quantile(p, 3))
-                                   : sigma * std::sqrt(3 * f_quantile(p, 3, std::max(1.0, dof))));
+    return std::max(rounding_, options_.known_sigma > 0 ? options_.known_sigma * std::sqrt(chi_squared_quantile(p, 3))
+                                                        : sigma * std::sqrt(3 * f_quantile(p, 3, std::max(1.0, dof))));
   }
 
   // Who agrees with whom.
@@ -127,8 +127,8 @@ class Registration {
     if (consensus_) fit_ = std::move(best.fit);
   }
 
-  // Gives every pair to the nearer motion. A second one that many pairs would follow (those that follow both count too),
-  // or so near that some may have gone to the wrong one, is a rival; otherwise its pairs are outliers.
+  // Gives every pair to the nearer motion. A second one that many pairs would follow (those that follow both count
+  // too), or so near that some may have gone to the wrong one, is a rival; otherwise its pairs are outliers.
   bool part(Split& split, double dof) {
     const double limit = reach(split.sigma, dof);
     const double doubtful = share_out(p_H_, p_D_, limit, split);
@@ -180,7 +180,8 @@ class Registration {
     const Indices& rest = result_.outliers;
     if (rest.size() < 3 || rest.size() > 12) return;
     const double sigma = std::max(sigma_of(fit_), rounding_), known = options_.known_sigma;
-    double least = known > 0 ? known * known * chi_squared_quantile(0.999, 3) : sigma * sigma * 3 * f_quantile(0.999, 3, dof());
+    double least =
+        known > 0 ? known * known * chi_squared_quantile(0.999, 3) : sigma * sigma * 3 * f_quantile(0.999, 3, dof());
     const double limit = reach(sigma, dof());
     for (std::size_t a = 0; a < rest.size(); ++a) {
       for (std::size_t b = a + 1; b < rest.size(); ++b) {
@@ -246,11 +247,12 @@ class Registration {
 
     if (too_noisy_ && result_.rivals.empty() && degeneracy.defect == Defect::kNone) {
       const double times = std::sqrt(fit_.sse / result_.degrees_of_freedom) / options_.known_sigma;
-      degeneracy = {Defect::kNoise,
-                    fmt::format("the residuals are {:.1f} times as large as the noise that was told: it is larger, or the "
-                                "pairs do not all show one rigid motion",
-                                times),
-                    {}};
+      degeneracy = {
+          Defect::kNoise,
+          fmt::format("the residuals are {:.1f} times as large as the noise that was told: it is larger, or the "
+                      "pairs do not all show one rigid motion",
+                      times),
+          {}};
     }
   }
 
@@ -259,10 +261,11 @@ class Registration {
     Degeneracy& degeneracy = result_.degeneracy;
     const auto mirror = [&] {
       const dvec3 thin = vec(scatter_.axes.col(0));
-      degeneracy = {Defect::kMirrored,
-                    fmt::format("D is a mirror image of H: no rigid motion exists; one axis is reversed, such as {} in H",
-                                words(thin)),
-                    {thin}};
+      degeneracy = {
+          Defect::kMirrored,
+          fmt::format("D is a mirror image of H: no rigid motion exists; one axis is reversed, such as {} in H",
+                      words(thin)),
+          {thin}};
     };
     const auto rescale = [&](double scale, std::vector<dvec3> undetermined_H) {
       degeneracy = {
@@ -307,16 +310,18 @@ class Registration {
     covariance.bottomLeftCorner<3, 3>() = lever * C;
     covariance.bottomRightCorner<3, 3>() = lever * C * lever.transpose() + sigma2 / k * Matrix3d::Identity();
     std::copy(covariance.data(), covariance.data() + 36, result_.covariance.begin());
-    result_.condition = undetermined_ > 0
-                            ? kUndetermined
-                            : std::min(kUndetermined, std::sqrt((total - scatter_.values[0]) / (total - scatter_.values[2])));
+    result_.condition =
+        undetermined_ > 0
+            ? kUndetermined
+            : std::min(kUndetermined, std::sqrt((total - scatter_.values[0]) / (total - scatter_.values[2])));
 
     // Mean squared TRE over the workspace: 3σ²/N + tr(S) tr(C) - tr(S C), S the second moment of the box about the
     // centroid.
     Box box = options_.workspace_H;
     if (box.low == box.high) {
       box.low = box.high = p_H_[fit_.pairs.front()];
-      for (const std::size_t i : fit_.pairs) box.low = glm::min(box.low, p_H_[i]), box.high = glm::max(box.high, p_H_[i]);
+      for (const std::size_t i : fit_.pairs)
+        box.low = glm::min(box.low, p_H_[i]), box.high = glm::max(box.high, p_H_[i]);
     }
     const Matrix3d S = R * second_moment(box, result_.centroid_H) * R.transpose();
     result_.predicted_tre_rms = std::sqrt(std::max(0.0, 3 * sigma2 / k + S.trace() * C.trace() - (S * C).trace()));
@@ -331,10 +336,10 @@ class Registration {
   Fit fit_;
   bool exact_ = false, consensus_ = true, too_noisy_ = false;
   Scatter scatter_;
-  Vector3d spread_;     // m, rms along the principal axes, ascending
-  double noise_ = 0;    // m per axis, that the residuals do not exclude
+  Vector3d spread_;                              // m, rms along the principal axes, ascending
+  double noise_ = 0;                             // m per axis, that the residuals do not exclude
   bool coincident_ = false, collinear_ = false;  // to rounding
-  int undetermined_ = 0;  // rotations
+  int undetermined_ = 0;                         // rotations
 };
 
 }  // namespace

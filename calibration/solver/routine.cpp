@@ -22,7 +22,8 @@ namespace {
 // seen, this user's offset included; where the tip truly is follows from the marks touched on the panel.
 Pose true_touches(const BenchState& bench, const Captures& captures) {
   std::vector<MarkTouch> marks;
-  for (const MarkCapture& capture : captures.marks) marks.push_back({capture.mark, bench.rig.X_WH * capture.touch.at(bench.arm)});
+  for (const MarkCapture& capture : captures.marks)
+    marks.push_back({capture.mark, bench.rig.X_WH * capture.touch.at(bench.arm)});
   const PanelResult touched = solve_panel(marks);
   if (!touched.not_determined.empty()) return bench.rig.X_WH;
   const std::array from{touched.panel.at(0, 0), touched.panel.at(1, 0), touched.panel.at(0, 1)};
@@ -73,7 +74,11 @@ void solve_eyes_step(BenchState& bench, const Captures& captures, bool user_offs
       touches.push_back({capture.shown(bench.rig), X * capture.touch.at(bench.arm)});
     }
   }
-  if (touches.size() < 4) throw Error(fmt::format("eyes: found {} touches of seen points, expected four or more for the user's offset; see typodont calibrate guide register", touches.size()));
+  if (touches.size() < 4)
+    throw Error(
+        fmt::format("eyes: found {} touches of seen points, expected four or more for the user's offset; see typodont "
+                    "calibrate guide register",
+                    touches.size()));
   bench.eyes_result->user_offset = user_offset_of(touches);
 }
 

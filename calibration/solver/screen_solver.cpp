@@ -26,8 +26,10 @@ void finish(Result& result, const LeastSquares& solved) {
   result.residuals = solved.residuals;
   double sum = 0;
   for (std::size_t i = 0; i < solved.used.size(); ++i) {
-    if (solved.used[i]) sum += solved.residuals[i] * solved.residuals[i];
-    else result.rejected.push_back(i);
+    if (solved.used[i])
+      sum += solved.residuals[i] * solved.residuals[i];
+    else
+      result.rejected.push_back(i);
   }
   result.rms = std::sqrt(sum / std::max<double>(1, static_cast<double>(solved.used.size() - result.rejected.size())));
 }
@@ -37,7 +39,8 @@ void finish(Result& result, const LeastSquares& solved) {
 PanelResult solve_panel(std::span<const MarkTouch> touches, double tip_radius) {
   PanelResult result;
   if (touches.size() < 3) {
-    result.not_determined = fmt::format("{} touches: at least three marks that do not lie on one line are needed", touches.size());
+    result.not_determined =
+        fmt::format("{} touches: at least three marks that do not lie on one line are needed", touches.size());
     return result;
   }
   // A first size: the ratio of lengths, in u and v, by linear least squares of p = c + u a + v b.
@@ -49,14 +52,16 @@ PanelResult solve_panel(std::span<const MarkTouch> touches, double tip_radius) {
   }
   const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(A);
   if (qr.rank() < 3) {
-    result.not_determined = "the marks lie on one line: the panel may turn about it, and its size across it is not determined";
+    result.not_determined =
+        "the marks lie on one line: the panel may turn about it, and its size across it is not determined";
     return result;
   }
   const Eigen::MatrixXd affine = qr.solve(P);
   const auto row = [&](Eigen::Index i) { return dvec3(affine(i, 0), affine(i, 1), affine(i, 2)); };
   const double width = glm::length(row(1)), height = glm::length(row(2));
   const std::vector<dvec3> flat{{-width / 2, 0, 0}, {width / 2, 0, 0}, {0, height / 2, 0}, {0, -height / 2, 0}};
-  const std::vector<dvec3> seen{row(0) - 0.5 * row(1), row(0) + 0.5 * row(1), row(0) + 0.5 * row(2), row(0) - 0.5 * row(2)};
+  const std::vector<dvec3> seen{row(0) - 0.5 * row(1), row(0) + 0.5 * row(1), row(0) + 0.5 * row(2),
+                                row(0) - 0.5 * row(2)};
   const Pose X0 = fit_rigid(flat, seen);  // X_WP, origin in the panel's middle, z towards the viewer
 
   const auto unpack = [&](const Eigen::VectorXd& x) {
@@ -91,7 +96,8 @@ PanelResult solve_panel(std::span<const MarkTouch> touches, double tip_radius) {
 MirrorResult solve_mirror(std::span<const dvec3> touches, const dvec3& seen_from, double tip_radius) {
   MirrorResult result;
   if (touches.size() < 3) {
-    result.not_determined = fmt::format("{} touches: at least three that do not lie on one line are needed", touches.size());
+    result.not_determined =
+        fmt::format("{} touches: at least three that do not lie on one line are needed", touches.size());
     return result;
   }
   dvec3 centre(0);
@@ -102,7 +108,8 @@ MirrorResult solve_mirror(std::span<const dvec3> touches, const dvec3& seen_from
     scatter += d * d.transpose();
   }
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(scatter);
-  const Eigen::Vector3d n = eigen.eigenvectors().col(0), a = eigen.eigenvectors().col(1), b = eigen.eigenvectors().col(2);
+  const Eigen::Vector3d n = eigen.eigenvectors().col(0), a = eigen.eigenvectors().col(1),
+                        b = eigen.eigenvectors().col(2);
   dvec3 normal(n[0], n[1], n[2]);
   const dvec3 e1(a[0], a[1], a[2]), e2(b[0], b[1], b[2]);
   if (glm::dot(normal, seen_from - centre) < 0) normal = -normal;
@@ -122,7 +129,8 @@ MirrorResult solve_mirror(std::span<const dvec3> touches, const dvec3& seen_from
   result.tilt_sigma = std::max(sd(0), sd(1)), result.offset_sigma = sd(2);
   finish(result, solved);
   if (solved.open_axes.cols() > 0 || eigen.eigenvalues()[1] < 25 * eigen.eigenvalues()[0]) {
-    result.not_determined = "the touches lie on one line, or too close together for their noise: the mirror may tilt about it";
+    result.not_determined =
+        "the touches lie on one line, or too close together for their noise: the mirror may tilt about it";
   }
   return result;
 }

@@ -25,8 +25,8 @@ Eigen::VectorXd basis(const dvec3& p, const Box& box, int order) {
 
 }  // namespace
 
-VerifyResult verify(std::span<const dvec3> p_H, std::span<const dvec3> p_D, const Pose& X_DH, const Tolerance& tolerance,
-                    const Box& workspace_D) {
+VerifyResult verify(std::span<const dvec3> p_H, std::span<const dvec3> p_D, const Pose& X_DH,
+                    const Tolerance& tolerance, const Box& workspace_D) {
   if (p_H.empty() || p_H.size() != p_D.size()) throw Error("verify: found no pairs of points, expected at least one");
   VerifyResult result;
   result.tolerance = tolerance;
@@ -99,7 +99,8 @@ VerifyResult verify(std::span<const dvec3> p_H, std::span<const dvec3> p_D, cons
     point.error_D = {e[0], e[1], e[2]};
     point.sigma = result.noise * std::sqrt(3 * std::max(0.0, b.dot(inverse * b)));
     squares += glm::dot(point.error_D, point.error_D), noise2 += point.sigma * point.sigma;
-    result.worst = std::max(result.worst, std::sqrt(std::max(0.0, glm::dot(point.error_D, point.error_D) - point.sigma * point.sigma)));
+    result.worst = std::max(
+        result.worst, std::sqrt(std::max(0.0, glm::dot(point.error_D, point.error_D) - point.sigma * point.sigma)));
     result.map.push_back(point);
   }
   const auto n = static_cast<double>(result.map.size());
@@ -108,19 +109,22 @@ VerifyResult verify(std::span<const dvec3> p_H, std::span<const dvec3> p_D, cons
 
   const bool enough = result.uncertainty <= tolerance.rms && result.points >= 4;
   result.pass = enough && result.rms <= tolerance.rms && result.worst <= tolerance.worst;
-  result.verdict =
-      !enough ? fmt::format("not enough points: the error is known to {:.3f} mm only, {:.3f} mm is asked for",
-                            result.uncertainty * 1e3, tolerance.rms * 1e3)
-              : fmt::format("{}: {:.3f} mm rms (known to ± {:.3f}), {:.3f} mm worst over the workspace; tolerance {:.3f} and {:.3f} mm",
-                            result.pass ? "pass" : "fail", result.rms * 1e3, result.uncertainty * 1e3, result.worst * 1e3,
-                            tolerance.rms * 1e3, tolerance.worst * 1e3);
+  result.verdict = !enough
+                       ? fmt::format("not enough points: the error is known to {:.3f} mm only, {:.3f} mm is asked for",
+                                     result.uncertainty * 1e3, tolerance.rms * 1e3)
+                       : fmt::format(
+                             "{}: {:.3f} mm rms (known to ± {:.3f}), {:.3f} mm worst over the workspace; tolerance "
+                             "{:.3f} and {:.3f} mm",
+                             result.pass ? "pass" : "fail", result.rms * 1e3, result.uncertainty * 1e3,
+                             result.worst * 1e3, tolerance.rms * 1e3, tolerance.worst * 1e3);
   return result;
 }
 
 DriftResult check_drift(std::span<const dvec3> then_H, std::span<const dvec3> now_H, double touch_sigma,
                         const dvec3& center_H, double tolerance) {
   if (then_H.size() < 3 || then_H.size() != now_H.size()) {
-    throw Error(fmt::format("drift: found {} and {} points, expected the same three or more", then_H.size(), now_H.size()));
+    throw Error(
+        fmt::format("drift: found {} and {} points, expected the same three or more", then_H.size(), now_H.size()));
   }
   DriftResult result;
   const Pose X = fit_rigid(then_H, now_H);
@@ -134,13 +138,15 @@ DriftResult check_drift(std::span<const dvec3> then_H, std::span<const dvec3> no
   }
   // Both touches carry noise: each difference has 2 σ² per axis.
   result.sigma = std::sqrt(6.0) * touch_sigma;
-  const double chance = 2 * touch_sigma * touch_sigma * chi_squared_quantile(0.99, 3.0 * static_cast<double>(then_H.size()));
+  const double chance =
+      2 * touch_sigma * touch_sigma * chi_squared_quantile(0.99, 3.0 * static_cast<double>(then_H.size()));
   result.drifted = squares > chance && result.worst > tolerance;
-  result.verdict = result.drifted
-                       ? fmt::format("drifted: {:.3f} mm at the workspace's middle, {:.3f} mm at the worst mark; calibrate again",
-                                     result.shift * 1e3, result.worst * 1e3)
-                       : fmt::format("no drift: {:.3f} mm at the worst mark, {:.3f} mm expected from touching alone",
-                                     result.worst * 1e3, result.sigma * 1e3);
+  result.verdict =
+      result.drifted
+          ? fmt::format("drifted: {:.3f} mm at the workspace's middle, {:.3f} mm at the worst mark; calibrate again",
+                        result.shift * 1e3, result.worst * 1e3)
+          : fmt::format("no drift: {:.3f} mm at the worst mark, {:.3f} mm expected from touching alone",
+                        result.worst * 1e3, result.sigma * 1e3);
   return result;
 }
 

@@ -35,8 +35,8 @@ class HapticLoop {
   haptics::SurfacePatch spare_;
   ServoTick last_;
   std::uint64_t ticks_ = 0;
-  double stall_ = 0;           // s
-  std::deque<Cut> waiting_;    // made while the carver stood still
+  double stall_ = 0;         // s
+  std::deque<Cut> waiting_;  // made while the carver stood still
   bool fresh_ = false;
   PatchUse use_;
 };

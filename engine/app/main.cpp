@@ -16,7 +16,8 @@
 
 int main(int argc, char** argv) {
   using namespace typodont;
-  CLI::App app("Typodont: a co-located visual, haptic and audio workbench for hand-eye training on hard tissue", "typodont");
+  CLI::App app("Typodont: a co-located visual, haptic and audio workbench for hand-eye training on hard tissue",
+               "typodont");
   app.set_version_flag("--version", TYPODONT_VERSION);
   app.require_subcommand(0, 1);  // after the first, words are arguments: `bench render` is not the command `render`
   add_demo_command(app);

@@ -17,7 +17,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr Nanos kWorthKeeping = kNanosPerSecond / 2;  // without a mesh
-constexpr std::uintmax_t kMostKept = 1u << 30;  // bytes, of all
+constexpr std::uintmax_t kMostKept = 1u << 30;        // bytes, of all
 constexpr const char* kSuffix = ".tissue.gz";
 
 struct Close {
@@ -52,16 +52,18 @@ bool put(gzFile file, const T* data, std::size_t count) {
 }
 template <class T>
 bool get(gzFile file, T* data, std::size_t count) {
-  return in_pieces(reinterpret_cast<char*>(data), count * sizeof(T), [&](char* p, unsigned n) { return gzread(file, p, n); });
+  return in_pieces(reinterpret_cast<char*>(data), count * sizeof(T),
+                   [&](char* p, unsigned n) { return gzread(file, p, n); });
 }
 
 /// Throws Error.
 void write(const fs::path& path, const haptics::DenseTissue& dense) {
   const File file(gzopen(path.c_str(), "wb1"));  // mostly one value: more would take longer and save little
   const Head head{dense.frame, dense.size, dense.band, dense.exact_outside};
-  const bool written = file && put(file.get(), &head.frame, 1) && put(file.get(), &head.size, 1) && put(file.get(), &head.band, 1) &&
-                       put(file.get(), &head.exact_outside, 1) && put(file.get(), dense.distance.data(), dense.distance.size()) &&
-                       put(file.get(), dense.tissue.data(), dense.tissue.size()) && gzflush(file.get(), Z_FINISH) == Z_OK;
+  const bool written =
+      file && put(file.get(), &head.frame, 1) && put(file.get(), &head.size, 1) && put(file.get(), &head.band, 1) &&
+      put(file.get(), &head.exact_outside, 1) && put(file.get(), dense.distance.data(), dense.distance.size()) &&
+      put(file.get(), dense.tissue.data(), dense.tissue.size()) && gzflush(file.get(), Z_FINISH) == Z_OK;
   if (!written) throw Error(path.string(), "", "not written", "a writable place");
 }
 
@@ -72,9 +74,14 @@ bool read(const fs::path& path, haptics::DenseTissue& dense) {
   if (!file || !get(file.get(), &head.frame, 1) || !get(file.get(), &head.size, 1) || !get(file.get(), &head.band, 1) ||
       !get(file.get(), &head.exact_outside, 1))
     return false;
-  const auto count = static_cast<std::size_t>(head.size.x) * static_cast<std::size_t>(head.size.y) * static_cast<std::size_t>(head.size.z);
-  dense = {.frame = head.frame, .size = head.size, .distance = std::vector<float>(count), .tissue = std::vector<Tissue>(count),
-           .band = head.band, .exact_outside = head.exact_outside};
+  const auto count = static_cast<std::size_t>(head.size.x) * static_cast<std::size_t>(head.size.y) *
+                     static_cast<std::size_t>(head.size.z);
+  dense = {.frame = head.frame,
+           .size = head.size,
+           .distance = std::vector<float>(count),
+           .tissue = std::vector<Tissue>(count),
+           .band = head.band,
+           .exact_outside = head.exact_outside};
   return get(file.get(), dense.distance.data(), count) && get(file.get(), dense.tissue.data(), count);
 }
 

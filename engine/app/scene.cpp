@@ -156,9 +156,10 @@ Scene read_scene(const fs::path& file) {
 }
 
 Scene parse_scene(const Json& json, const fs::path& file) {
-  json.allow_only({"name", "description", "tissue", "paint", "tool", "tools", "spindle_krpm", "spindle", "coupling", "materials",
-                   "parts", "friction", "cutting", "passivity", "boundary_walls", "force_filter", "vibration", "score", "sound", "prepare",
-                   "paint_file", "task", "surroundings", "mouth_mirror", "suction", "resume"});
+  json.allow_only({"name",           "description",  "tissue",       "paint",   "tool",     "tools",   "spindle_krpm",
+                   "spindle",        "coupling",     "materials",    "parts",   "friction", "cutting", "passivity",
+                   "boundary_walls", "force_filter", "vibration",    "score",   "sound",    "prepare", "paint_file",
+                   "task",           "surroundings", "mouth_mirror", "suction", "resume"});
   const auto find = [&](const std::string& name) { return find_file(name, file.parent_path()); };
   Scene scene;
   scene.file = file;
@@ -276,9 +277,10 @@ Scene parse_scene(const Json& json, const fs::path& file) {
     suction->allow_only({"position_mm", "flow_l_per_min", "radius_mm", "on"});
     const debris::Suction usual;
     if (const auto p = suction->find("position_mm"))
-      scene.suction = {.p_W = p->vec3() * kMillimetre,
-                       .flow = suction->number_or("flow_l_per_min", usual.flow / kLitrePerMinute, 1, 2000) * kLitrePerMinute,
-                       .radius = suction->number_or("radius_mm", usual.radius / kMillimetre, 0.5, 20) * kMillimetre};
+      scene.suction = {
+          .p_W = p->vec3() * kMillimetre,
+          .flow = suction->number_or("flow_l_per_min", usual.flow / kLitrePerMinute, 1, 2000) * kLitrePerMinute,
+          .radius = suction->number_or("radius_mm", usual.radius / kMillimetre, 0.5, 20) * kMillimetre};
     else
       for (const char* key : {"flow_l_per_min", "radius_mm"})
         if (suction->has(key)) suction->fail("position_mm beside it");

@@ -19,22 +19,22 @@ struct Scene {
   std::filesystem::path file;
   std::string text;  // the file as read, for the record
   std::string name;
-  std::set<std::string> parts;   // haptics, render, sound, debris, record, score
-  haptics::ServoSettings servo;  // without the voxel frame, which comes with the tissue
-  std::string motor;             // named in assets/motors/; empty: an ideal one
-  std::optional<Json> tissue;    // a volume, or solids
-  std::vector<Json> paint;       // tissue painted into it, e.g. a lesion
+  std::set<std::string> parts;       // haptics, render, sound, debris, record, score
+  haptics::ServoSettings servo;      // without the voxel frame, which comes with the tissue
+  std::string motor;                 // named in assets/motors/; empty: an ideal one
+  std::optional<Json> tissue;        // a volume, or solids
+  std::vector<Json> paint;           // tissue painted into it, e.g. a lesion
   std::filesystem::path paint_file;  // strokes painted by hand; empty: none
-  std::vector<Json> prepare;        // solids taken away before the session begins
-  std::string resume;               // a volume or session to go on from; empty: the tissue is untouched
+  std::vector<Json> prepare;         // solids taken away before the session begins
+  std::string resume;                // a volume or session to go on from; empty: the tissue is untouched
   std::optional<Json> score;
   std::optional<session::Task> task;
-  bool vibration_band_set = false;  // the scene says how far the spindle's vibration goes; otherwise the hand's device
+  bool vibration_band_set = false;   // the scene says how far the spindle's vibration goes; otherwise the hand's device
   std::optional<Json> surroundings;  // what stands around the tooth (surroundings.h)
-  MouthMirror mouth_mirror;              // where the other hand holds it; diameter 0: none
+  MouthMirror mouth_mirror;          // where the other hand holds it; diameter 0: none
   std::optional<debris::Suction> suction;  // where its nozzle is held; nothing: beside the tooth
   bool suction_on = false;                 // when the session begins
-  bool sound_lower_order = false;   // models may be cut to the order at which nothing is lost
+  bool sound_lower_order = false;          // models may be cut to the order at which nothing is lost
 
   bool needs(std::string_view part) const { return parts.contains(std::string(part)); }
 };

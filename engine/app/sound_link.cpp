@@ -33,8 +33,10 @@ std::vector<bool> tools_that_cut(const Scene& scene) {
 }  // namespace
 
 SoundLink::SoundLink(const std::string& address, const Scene& scene, bool live)
-    : live_(live), options_{live ? kHold : 0.0, scene.sound_lower_order},
-      output_(audio::AudioOutput::open(address)), voice_(tools_that_cut(scene)) {
+    : live_(live),
+      options_{live ? kHold : 0.0, scene.sound_lower_order},
+      output_(audio::AudioOutput::open(address)),
+      voice_(tools_that_cut(scene)) {
   voice_file_ = voice_of(scene);
   models_ = audio::load_sound_models(voice_file_);
   models_.free_speed = scene.servo.spindle.free_speed;
@@ -45,7 +47,8 @@ SoundLink::~SoundLink() = default;
 
 std::string SoundLink::about() const {
   const session::SourceFile file = session::describe_file(voice_file_);
-  return fmt::format("sound: {} {}, {:.0f} Hz, seed {}", voice_file_.filename().string(), file.hash, output_->sample_rate(), kSeed);
+  return fmt::format("sound: {} {}, {:.0f} Hz, seed {}", voice_file_.filename().string(), file.hash,
+                     output_->sample_rate(), kSeed);
 }
 
 void SoundLink::make_synth(double sample_rate) {
@@ -85,7 +88,8 @@ void SoundLink::render(void* self, std::span<float> mono, Nanos t_first) noexcep
   }
   // A tick that came too late for its sample sounds in the first of these, one that came in time in its own.
   if (heard && link->live_)
-    link->latency_.store(to_seconds(now() - link->zero_ - std::min(tick.t, t_first)) + link->device_latency_, std::memory_order_relaxed);
+    link->latency_.store(to_seconds(now() - link->zero_ - std::min(tick.t, t_first)) + link->device_latency_,
+                         std::memory_order_relaxed);
   link->synth_->render(mono, t_first);
 }
 

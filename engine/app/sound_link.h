@@ -27,15 +27,15 @@ class SoundLink {
 
   /// Servo thread (or the one thread of a deterministic run): wait-free.
   void push(const ServoTick& tick) noexcept;
-  /// Application thread, at least ten times a second, once the session's clock runs. `t` on it: now; of a file the time of
-  /// the newest tick that was pushed. The sound begins with the first call, so that a tick at t is heard in the sample at t;
-  /// a file holds the session from its beginning.
+  /// Application thread, at least ten times a second, once the session's clock runs. `t` on it: now; of a file the time
+  /// of the newest tick that was pushed. The sound begins with the first call, so that a tick at t is heard in the
+  /// sample at t; a file holds the session from its beginning.
   void advance(Nanos t);
   /// The end; a file is complete only after this. Throws Error where it cannot be written.
   void stop(Nanos t);
   bool live() const { return live_; }
-  /// s from a tick to its sound, as the ticks' arrival shows it, with what the device says it adds; the newest. NaN where
-  /// nothing was heard yet, and for files. Any thread.
+  /// s from a tick to its sound, as the ticks' arrival shows it, with what the device says it adds; the newest. NaN
+  /// where nothing was heard yet, and for files. Any thread.
   double latency() const noexcept { return latency_.load(std::memory_order_relaxed); }
   audio::AudioStats stats() const { return output_->stats(); }
   /// Ticks that found no room on their way, where the device was away for long. Any thread.

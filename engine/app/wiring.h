@@ -28,8 +28,8 @@ using MeshBatch = std::vector<render::MeshUpdate>;
 /// What may be changed while a session runs. It acts on what the servo is given and on what leaves it, so the ticks say
 /// what was in force and a replay stays exact.
 struct SessionSettings {
-  double speed_share = 1;  // 0..1, of the pedal: how fast the drill may turn
-  double force_share = 1;  // 0..1, of the force that reaches the hand
+  double speed_share = 1;                 // 0..1, of the pedal: how fast the drill may turn
+  double force_share = 1;                 // 0..1, of the force that reaches the hand
   PerTissue stiffness = every_tissue(1);  // of the materials' own; only where not recorded
 
   static constexpr PerTissue every_tissue(double share) {
@@ -132,19 +132,22 @@ struct Wiring {
   Ring<haptics::HandSample> left_to_recorder{1 << 13};
   // SERVO → AUDIO: inside SoundLink (a ring of what the ear needs)
 
-  std::atomic<bool> copy_wanted{false};         // WATCH → CARVER
+  std::atomic<bool> copy_wanted{false};          // WATCH → CARVER
   std::atomic<std::uint64_t> tissue_version{0};  // CARVER → WATCH: changes with the tissue
-  std::atomic<std::uint32_t> saved{0}, not_saved{0};  // CARVER (a thread of its for that) → UI: times the tissue was, and could not be
+  std::atomic<std::uint32_t> saved{0},
+      not_saved{0};  // CARVER (a thread of its for that) → UI: times the tissue was, and could not be
   std::atomic<float> tolerance{0.1f};  // RENDER → CARVER: voxels that triangles may lie off the surface (detail.h)
-  std::array<std::atomic<bool>, 2> tissue_in_sight{};  // RENDER, HEADSET → CARVER: of either of Eyes; else none is meshed
+  std::array<std::atomic<bool>, 2>
+      tissue_in_sight{};               // RENDER, HEADSET → CARVER: of either of Eyes; else none is meshed
   std::atomic<bool> emergency{false};  // any thread → SERVO: no force from the next tick on, and the session's end
   std::atomic<std::int32_t> chosen_tool{-1};    // RENDER (window) → SERVO: by key; negative: the hand's own choice
   std::atomic<bool> held{false};                // RENDER → SERVO: the emergency key; no drill until it is let go on
   std::atomic<std::uint32_t> newest_faults{0};  // SERVO → RENDER
-  std::atomic<Nanos> session_zero{0};  // SERVO → LEFT HAND, RENDER, RECORDER: the clock's time at the session's zero; 0: not yet begun
-  std::atomic<bool> stop{false};       // any thread → all: end the session
+  std::atomic<Nanos> session_zero{
+      0};  // SERVO → LEFT HAND, RENDER, RECORDER: the clock's time at the session's zero; 0: not yet begun
+  std::atomic<bool> stop{false};          // any thread → all: end the session
   std::atomic<bool> nothing_more{false};  // all others have ended → RECORDER: what is in the rings is the rest
-  std::atomic<bool> servo_ended{false};  // SERVO → RENDER: the hand is gone or the script has ended
+  std::atomic<bool> servo_ended{false};   // SERVO → RENDER: the hand is gone or the script has ended
 };
 
 }  // namespace typodont

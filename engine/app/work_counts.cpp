@@ -50,7 +50,9 @@ WorkCounts process_counts() {
   WorkCounts c;
   c.allocations = g_allocations.load(std::memory_order_relaxed);
   std::error_code code;
-  for (auto it = std::filesystem::directory_iterator("/proc/self/task", code); !code && it != std::filesystem::directory_iterator(); it.increment(code)) ++c.threads;
+  for (auto it = std::filesystem::directory_iterator("/proc/self/task", code);
+       !code && it != std::filesystem::directory_iterator(); it.increment(code))
+    ++c.threads;
   dl_iterate_phdr(
       [](dl_phdr_info* info, std::size_t, void* count) {
         if (info->dlpi_name && *info->dlpi_name) ++*static_cast<std::uint64_t*>(count);

@@ -9,17 +9,17 @@ namespace typodont {
 
 struct WorkCounts {
   // Feeling and cutting.
-  std::uint64_t ticks = 0, queries = 0;     // of the servo; looks into the field
-  std::uint64_t patches = 0;                // cut out for the servo
-  std::uint64_t voxels_cut = 0;             // gone through by cuts and fillings; none is ever re-distanced
+  std::uint64_t ticks = 0, queries = 0;  // of the servo; looks into the field
+  std::uint64_t patches = 0;             // cut out for the servo
+  std::uint64_t voxels_cut = 0;          // gone through by cuts and fillings; none is ever re-distanced
   // Surface and picture.
   std::uint64_t bricks_meshed = 0, triangles_made = 0;
   std::uint64_t frames = 0, passes = 0, triangles_drawn = 0;
-  std::uint64_t bricks_skipped = 0;         // culled, facing away or covered
-  std::uint64_t pipelines = 0;              // shaders joined to pipelines, most alive at once
-  std::uint64_t turns = 0;                  // of the drawing thread, in most of which it draws nothing
-  std::uint64_t desktop_requests = 0;       // what the desktop was asked or told
-  std::uint64_t samples = 0;                // of sound
+  std::uint64_t bricks_skipped = 0;    // culled, facing away or covered
+  std::uint64_t pipelines = 0;         // shaders joined to pipelines, most alive at once
+  std::uint64_t turns = 0;             // of the drawing thread, in most of which it draws nothing
+  std::uint64_t desktop_requests = 0;  // what the desktop was asked or told
+  std::uint64_t samples = 0;           // of sound
   std::uint64_t particles_stepped = 0;
   // The process.
   std::uint64_t allocations = 0, threads = 0, libraries = 0, bytes_written = 0;

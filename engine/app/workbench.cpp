@@ -65,16 +65,16 @@ struct Workbench::Impl {
   std::optional<session::SessionWriter> writer;
   std::optional<LivePicture> picture;  // where operated or drawn here
   std::optional<XrSession> headset;    // draws on a thread of its own, in the trainee's picture's place
-  WorkCounts before;  // of the process, when the session began
-  dvec3 above{0, 0, 0};  // m, W: where the tool starts
+  WorkCounts before;                   // of the process, when the session began
+  dvec3 above{0, 0, 0};                // m, W: where the tool starts
 
   bool running = false;
   Nanos began = 0;
-  ServoTick tick;                              // the newest, as drawn
-  SessionSettings settings;                    // as last sent to the servo
-  std::optional<session::HandMeter> meter;     // where operated
-  std::optional<DamageMeter> damage;           // the same
-  PerTissue volumes_before{};                  // m³, the same
+  ServoTick tick;                           // the newest, as drawn
+  SessionSettings settings;                 // as last sent to the servo
+  std::optional<session::HandMeter> meter;  // where operated
+  std::optional<DamageMeter> damage;        // the same
+  PerTissue volumes_before{};               // m³, the same
   Nanos fault_time = 0;
   std::uint32_t recent_faults = 0;
   std::string keys;  // what the hand and the keyboard do, drawn below the picture
@@ -99,7 +99,9 @@ struct Workbench::Impl {
   void edit_tissue(const display::UserInput& input);
   void count_work(const WorkCounts& running);
   /// So far; 0 where the picture is part of somebody else's window.
-  std::uint64_t desktop_requests() { return picture && picture->stage() && !options.embedded ? picture->stage()->output().requests() : 0; }
+  std::uint64_t desktop_requests() {
+    return picture && picture->stage() && !options.embedded ? picture->stage()->output().requests() : 0;
+  }
   void hold(bool on) noexcept;
   void report_hand();
   std::string hint() const;
@@ -248,8 +250,8 @@ void Workbench::Impl::start() {
   carver = std::jthread(carver_thread, std::ref(s));
   servo = std::jthread(servo_thread, std::ref(s), std::ref(*hands.right));
   if (hands.left)
-    left = std::jthread(left_hand_thread, std::ref(s.wiring), std::ref(*hands.left),
-                        std::cref(scene.mouth_mirror), s.record);
+    left = std::jthread(left_hand_thread, std::ref(s.wiring), std::ref(*hands.left), std::cref(scene.mouth_mirror),
+                        s.record);
   if (writer) recorder = std::jthread(recorder_thread, std::ref(s), std::ref(*writer));
   began = now();
   if (picture) picture->begin();
@@ -423,7 +425,8 @@ void Workbench::Impl::end() {
     const audio::AudioStats heard = sound->stats();
     if (heard.underruns + heard.losses + sound->unheard() > 0)
       writer->event(s.last.t, session::EventKind::kNote,
-                    fmt::format("sound: {} gaps, the device away {} times, {} ticks unheard", heard.underruns, heard.losses, sound->unheard()));
+                    fmt::format("sound: {} gaps, the device away {} times, {} ticks unheard", heard.underruns,
+                                heard.losses, sound->unheard()));
   }
   MeshBatch* batch = nullptr;
   while (s.wiring.bricks.pop(batch)) delete batch;
@@ -443,7 +446,9 @@ void Workbench::Impl::end() {
   const session::SessionResult result = carved ? session_result(s.carver.volume()) : session::SessionResult();
   if (writer && !writer->finish(result) && failure.empty()) failure = writer->status().message;
   summary.seconds = to_seconds(s.last.t);
-  const auto since_command = [at = now(), age = seconds_since_command()](Nanos t) { return t ? age - to_seconds(at - t) : 0; };
+  const auto since_command = [at = now(), age = seconds_since_command()](Nanos t) {
+    return t ? age - to_seconds(at - t) : 0;
+  };
   summary.first_tick_s = since_command(s.first_tick);
   if (picture) summary.first_frame_s = since_command(picture->first_shown());
   const LoopTiming& timing = s.loop->report().timing;
@@ -463,11 +468,13 @@ void Workbench::Impl::end() {
   summary.loop = s.loop->report();
   if (stage && summary.frames > 0) {
     const QualityLadder& ladder = picture->ladder();
-    explain(fmt::format("picture: {} frames, {:.1f} a second, {:.1f} ms each at the end, {:.0f} ms from hand to screen (estimated); quality "
-                        "\"{}\", step {} of {}, after {} changes",
-                        summary.frames, static_cast<double>(summary.frames) / std::max(summary.seconds, 1e-3),
-                        1e3 * picture->frame_seconds(), 1e3 * picture->photon_seconds(), ladder.step().name,
-                        ladder.place() + 1, render::kQualityLadder.size(), ladder.changes()));
+    explain(
+        fmt::format("picture: {} frames, {:.1f} a second, {:.1f} ms each at the end, {:.0f} ms from hand to screen "
+                    "(estimated); quality "
+                    "\"{}\", step {} of {}, after {} changes",
+                    summary.frames, static_cast<double>(summary.frames) / std::max(summary.seconds, 1e-3),
+                    1e3 * picture->frame_seconds(), 1e3 * picture->photon_seconds(), ladder.step().name,
+                    ladder.place() + 1, render::kQualityLadder.size(), ladder.changes()));
   }
   if (!summary.loop.words().empty()) explain("real time: " + std::string(summary.loop.words()));
   count_work(process);
@@ -491,7 +498,8 @@ void Workbench::Impl::count_work(const WorkCounts& running_process) {
   work.servo_cpu_seconds = s.servo_cpu;
   if (!options.explain) return;
   for (const WorkCount& c : listed(work)) log::info("{:>14} {}", c.value, c.words);
-  log::info("{:>13.2f} % of a core beyond the device's loop", 100 * (work.cpu_seconds - work.servo_cpu_seconds) / std::max(1e-9, to_seconds(now() - began)));
+  log::info("{:>13.2f} % of a core beyond the device's loop",
+            100 * (work.cpu_seconds - work.servo_cpu_seconds) / std::max(1e-9, to_seconds(now() - began)));
 }
 
 Workbench::Workbench(const Scene& scene, const WorkbenchOptions& options)
@@ -594,7 +602,7 @@ session::Score Workbench::score_so_far() {
   session::ScoreInput input;
   LiveViews* const views = m.picture ? m.picture->views() : nullptr;
   const bool judged = views && views->judged();
-  if (judged) input = *views->judged();  // the geometry as it was a moment ago
+  if (judged) input = *views->judged();     // the geometry as it was a moment ago
   if (m.scene.resume.empty() || !judged) {  // the volumes as they are
     input.before = input.after = m.volumes_before;
     const PerTissue removed = m.session->wiring.tissue_to_render.front().removed;

@@ -55,17 +55,17 @@ struct WorkbenchStatus {
   RecordState record;
   TissueState tissue;
   std::uint32_t saved = 0, not_saved = 0;  // times the tissue was saved when asked for, and could not be
-  std::uint64_t own_frames = 0;          // of the picture from a viewpoint of one's own
-  double motor_heat = 0;                 // 1: all the device's motors bear
-  double bearable_force = 0;             // N, while they are so warm; 0: the device does not say
-  bool armed = true;                     // force may flow: the hand has been free of contact
-  std::string_view real_time;            // what the system did not grant; empty: all is granted
+  std::uint64_t own_frames = 0;            // of the picture from a viewpoint of one's own
+  double motor_heat = 0;                   // 1: all the device's motors bear
+  double bearable_force = 0;               // N, while they are so warm; 0: the device does not say
+  bool armed = true;                       // force may flow: the hand has been free of contact
+  std::string_view real_time;              // what the system did not grant; empty: all is granted
 };
 
 struct WorkbenchSummary {
   double seconds = 0;
   std::uint64_t ticks = 0, frames = 0, cuts = 0;
-  std::uint32_t faults = 0;  // bits seen
+  std::uint32_t faults = 0;                    // bits seen
   double first_tick_s = 0, first_frame_s = 0;  // since the command; 0: there was none
   std::uint64_t deadline_misses = 0;
   double tick_us_median = 0, tick_us_p999 = 0, worst_tick_us = 0;
@@ -73,8 +73,8 @@ struct WorkbenchSummary {
   LoopReport loop;                                 // the same in full, what was granted, how warm the motors were
   PerTissue removed{};
   std::optional<display::HeadTracker::Stats> tracker;  // where a rig's tracker was listened to
-  std::optional<debris::DebrisLedger> debris;  // where the scene has debris and something was drawn
-  std::uint64_t debris_cuts_lost = 0;          // that its ring had no room for: their chips are in nobody's account
+  std::optional<debris::DebrisLedger> debris;          // where the scene has debris and something was drawn
+  std::uint64_t debris_cuts_lost = 0;  // that its ring had no room for: their chips are in nobody's account
   std::vector<std::string> explanations;
   WorkCounts work;
 };
@@ -140,7 +140,8 @@ class Workbench {
 
   /// The emergency key: no drill and no force until it is let go on again (hands.h).
   void hold(bool on) noexcept;
-  /// A stroke back or again, or the tissue saved as it is; done by the carver within its next turn. From the drawing thread.
+  /// A stroke back or again, or the tissue saved as it is; done by the carver within its next turn. From the drawing
+  /// thread.
   void ask(TissueCommand command);
   /// Strokes that can be taken back and brought again.
   haptics::TissueVolume::Strokes strokes();

@@ -1,6 +1,6 @@
-// What can be made again, kept between runs so that it need not be: files in the user's cache folder, any of which may be
-// damaged or gone at any time. None is used unless its content is what was kept, bit for bit. Never throws: what cannot be
-// kept is made again.
+// What can be made again, kept between runs so that it need not be: files in the user's cache folder, any of which may
+// be damaged or gone at any time. None is used unless its content is what was kept, bit for bit. Never throws: what
+// cannot be kept is made again.
 #pragma once
 
 #include <cstdint>
@@ -22,7 +22,8 @@ std::optional<std::uint64_t> hash_of(const std::filesystem::path& file);
 /// Says which program this is: another build may make another thing of the same input.
 void add_program(Fnv1a& key);
 
-/// The file kept for this key, its content checked; what is there instead, or damaged, is removed. Empty: there is none.
+/// The file kept for this key, its content checked; what is there instead, or damaged, is removed. Empty: there is
+/// none.
 std::filesystem::path find(const std::filesystem::path& in, std::uint64_t key, const std::string& suffix);
 
 /// Keeps what `write` writes to the file it is given, whole or not at all, and removes those that were used longest ago

@@ -58,7 +58,8 @@ CsvTable read_csv(const std::filesystem::path& file, const std::vector<std::stri
   table.file = file;
   std::string line;
   for (std::size_t number = 1; std::getline(in, line); ++number) {
-    if (number == 1 && line.starts_with("\xEF\xBB\xBF")) line.erase(0, 3);  // a byte order mark, as spreadsheets write it
+    if (number == 1 && line.starts_with("\xEF\xBB\xBF"))
+      line.erase(0, 3);  // a byte order mark, as spreadsheets write it
     const std::string_view text = trim(line);
     if (text.empty() || text.front() == '#') continue;
     const auto cells = split(text);

@@ -1,6 +1,6 @@
-// The newest value, from one thread to one other (triple buffer). Nobody ever waits, nobody ever sees half a value: wait-free
-// on the writer's side, lock-free on the reader's, who looks again when the writer has just published. Values that the reader
-// never looked at are overwritten; use ring.h where each one counts.
+// The newest value, from one thread to one other (triple buffer). Nobody ever waits, nobody ever sees half a value:
+// wait-free on the writer's side, lock-free on the reader's, who looks again when the writer has just published. Values
+// that the reader never looked at are overwritten; use ring.h where each one counts.
 #pragma once
 
 #include <array>
@@ -53,8 +53,8 @@ class Latest {
   /// Puts what was fetched back as if it had not been, unless there is something newer: then false.
   bool give_back() noexcept {
     std::uint8_t there = middle_.load(std::memory_order_relaxed);
-    if ((there & kFresh) ||
-        !middle_.compare_exchange_strong(there, static_cast<std::uint8_t>(front_ | kFresh), std::memory_order_acq_rel)) {
+    if ((there & kFresh) || !middle_.compare_exchange_strong(there, static_cast<std::uint8_t>(front_ | kFresh),
+                                                             std::memory_order_acq_rel)) {
       return false;
     }
     front_ = there;

@@ -16,7 +16,9 @@ namespace typodont {
 
 namespace {
 
-bool is_gone(pid_t process) { return kill(process, 0) != 0 && errno == ESRCH; }
+bool is_gone(pid_t process) {
+  return kill(process, 0) != 0 && errno == ESRCH;
+}
 
 /// The process in "PREFIX123SUFFIX"; 0 where the name is another.
 pid_t process_in(std::string_view name, std::string_view prefix, std::string_view suffix) {

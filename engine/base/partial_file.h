@@ -6,8 +6,8 @@
 
 namespace typodont {
 
-/// Where a file is written until it is whole: beside its place, under a name that tells the process. What killed processes left
-/// there of earlier attempts is removed first.
+/// Where a file is written until it is whole: beside its place, under a name that tells the process. What killed
+/// processes left there of earlier attempts is removed first.
 class PartialFile {
  public:
   /// `kind`: where several are written for one file. Throws Error where `file` is a directory.

@@ -30,7 +30,10 @@ RealtimeGranted enter_realtime(const RealtimeRequest& request) noexcept {
   if (const int error = pthread_setschedparam(pthread_self(), SCHED_FIFO, &param); error == 0) {
     granted.fifo = true;
   } else {
-    say([&] { return fmt::format("SCHED_FIFO refused ({}): allow it with 'rtprio 90' in /etc/security/limits.d; ", std::strerror(error)); });
+    say([&] {
+      return fmt::format("SCHED_FIFO refused ({}): allow it with 'rtprio 90' in /etc/security/limits.d; ",
+                         std::strerror(error));
+    });
   }
   int core = request.core;
   if (core == RealtimeRequest::kOwnCore) {
@@ -42,7 +45,10 @@ RealtimeGranted enter_realtime(const RealtimeRequest& request) noexcept {
         if (CPU_ISSET(static_cast<unsigned>(i), &allowed)) core = i;
       }
     } else {
-      say([&] { return granted.fifo ? "not pinned: fewer than three cores; " : "not pinned: without SCHED_FIFO it would wait more; "; });
+      say([&] {
+        return granted.fifo ? "not pinned: fewer than three cores; "
+                            : "not pinned: without SCHED_FIFO it would wait more; ";
+      });
     }
   }
   if (core >= 0) {
@@ -59,7 +65,9 @@ RealtimeGranted enter_realtime(const RealtimeRequest& request) noexcept {
     if (mlockall(MCL_CURRENT | MCL_FUTURE) == 0) {
       granted.memory_locked = true;
     } else {
-      say([error = errno] { return fmt::format("locking memory refused ({}): allow it with 'memlock unlimited'; ", std::strerror(error)); });
+      say([error = errno] {
+        return fmt::format("locking memory refused ({}): allow it with 'memlock unlimited'; ", std::strerror(error));
+      });
     }
   }
   return granted;

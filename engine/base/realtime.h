@@ -6,10 +6,10 @@
 namespace typodont {
 
 struct RealtimeRequest {
-  int priority = 80;        // SCHED_FIFO priority
+  int priority = 80;  // SCHED_FIFO priority
   static constexpr int kOwnCore = -2;
-  int core = -1;            // pinned core; -1: not pinned; kOwnCore: the last one this process may use, where there are
-                            // three or more and SCHED_FIFO was granted (an ordinary thread does better where there is room)
+  int core = -1;  // pinned core; -1: not pinned; kOwnCore: the last one this process may use, where there are
+                  // three or more and SCHED_FIFO was granted (an ordinary thread does better where there is room)
   bool lock_memory = true;  // mlockall
 };
 
@@ -17,7 +17,8 @@ struct RealtimeGranted {
   bool fifo = false;
   bool pinned = false;
   bool memory_locked = false;
-  std::string note;  // in plain words what was refused and what mends it, while there is memory for them; empty: all was granted
+  std::string note;  // in plain words what was refused and what mends it, while there is memory for them; empty: all
+                     // was granted
 };
 
 /// Calling thread. Never throws: a refusal is reported, and the loop runs at ordinary priority.

@@ -8,8 +8,8 @@
 
 namespace typodont {
 
-/// Single producer, single consumer, over Boost.Lockfree (whose atomics ThreadSanitizer understands; queues built on bare
-/// fences it does not). Memory is taken at construction only.
+/// Single producer, single consumer, over Boost.Lockfree (whose atomics ThreadSanitizer understands; queues built on
+/// bare fences it does not). Memory is taken at construction only.
 template <class T>
 class Ring {
  public:

@@ -13,13 +13,13 @@ struct BenchRow {
 
   std::string name{};        // "slide on a sphere, median", "filter block float" …
   std::string knob{};        // what trades one for the other: "voxel 0.1 mm", "order 300"
-  double error = kNone;    // in the unit that follows; none where there is nothing to compare with
+  double error = kNone;      // in the unit that follows; none where there is nothing to compare with
   std::string error_unit{};  // "degree, greatest"
-  double time_ns = kNone;  // per unit of `per`, CPU time of the thread
+  double time_ns = kNone;    // per unit of `per`, CPU time of the thread
   std::string per{};         // "tick", "query", "brick", "sample" …
   std::string baseline{};    // what the ratio is to: a peer's method or a measured floor; empty: nothing
-  double ratio = kNone;    // time over the baseline's
-  double size = kNone;     // what the cost grows with: voxels, triangles, touches; none where that is not the question
+  double ratio = kNone;      // time over the baseline's
+  double size = kNone;  // what the cost grows with: voxels, triangles, touches; none where that is not the question
   std::string size_unit{};
 };
 

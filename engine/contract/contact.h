@@ -22,7 +22,7 @@ enum class Fault : std::uint32_t {
   kSlewLimit = 1u << 7,        // the force rose faster than the device allows
   kOverrun = 1u << 8,          // the tick took longer than its period
   kLetGo = 1u << 9,            // the servo was late, and the motors were let go: the hand did not feel the last force
-  kNoRoom = 1u << 10,          // filling that the pedal asks for found no place near the instrument's end: it was not put down
+  kNoRoom = 1u << 10,  // filling that the pedal asks for found no place near the instrument's end: it was not put down
 };
 constexpr std::uint32_t bits(Fault fault) {
   return static_cast<std::uint32_t>(fault);
@@ -54,8 +54,8 @@ struct ServoTick {
   std::uint32_t tool = 0;  // which of the session's tools is in the hand
 };
 
-/// Tissue cut away by one tick: the head swept in a straight line from A to B. Or, by a filling instrument, tissue added:
-/// a ball about A's origin, but for the head at B. Servo → carver, debris, recorder.
+/// Tissue cut away by one tick: the head swept in a straight line from A to B. Or, by a filling instrument, tissue
+/// added: a ball about A's origin, but for the head at B. Servo → carver, debris, recorder.
 struct Cut {
   std::uint64_t index = 0;  // 1, 2, 3 … without gaps
   std::uint64_t tick = 0;   // the tick that made it

@@ -81,11 +81,11 @@ struct LoopReport {
   bool fifo = false, pinned = false, memory_locked = false;
   std::array<char, 320> note{};  // in words what was refused and what mends it; zero-terminated, empty: nothing
   // Of a hand with motors: the layer that keeps them from hurting anyone.
-  double heat = 0;              // 0..1 of what the windings bear, now
-  double worst_heat = 0;        // the same, most so far
-  double bearable_force = 0;    // N that the motors may give now; 0: a hand without motors
-  bool armed = false;           // force may reach the hand
-  std::uint32_t safety = 0;     // everything the safety layer did so far, as its bits
+  double heat = 0;            // 0..1 of what the windings bear, now
+  double worst_heat = 0;      // the same, most so far
+  double bearable_force = 0;  // N that the motors may give now; 0: a hand without motors
+  bool armed = false;         // force may reach the hand
+  std::uint32_t safety = 0;   // everything the safety layer did so far, as its bits
 
   void say(std::string_view text) noexcept {
     const std::size_t n = std::min(text.size(), note.size() - 1);

@@ -69,16 +69,15 @@ class Contact {
   /// Of any length, where `inside`.
   glm::dvec3 gradient() const {
     return {glm::mix(glm::mix(d_[4] - d_[0], d_[6] - d_[2], f_.y), glm::mix(d_[5] - d_[1], d_[7] - d_[3], f_.y), f_.z),
-            glm::mix(x_[2] - x_[0], x_[3] - x_[1], f_.z),
-            glm::mix(x_[1], x_[3], f_.y) - glm::mix(x_[0], x_[2], f_.y)};
+            glm::mix(x_[2] - x_[0], x_[3] - x_[1], f_.z), glm::mix(x_[1], x_[3], f_.y) - glm::mix(x_[0], x_[2], f_.y)};
   }
   bool inside = false;  // of the field's box
   double distance = 0;  // m
 
  private:
-  glm::dvec3 f_{0};             // within the cell
-  std::array<double, 8> d_{};   // at its corners
-  std::array<double, 4> x_{};   // between those along x
+  glm::dvec3 f_{0};            // within the cell
+  std::array<double, 8> d_{};  // at its corners
+  std::array<double, 4> x_{};  // between those along x
 };
 
 /// What the air moves at.
@@ -121,7 +120,7 @@ struct Debris::State {
   double decayed = 0, sucked = 0, dropped = 0;
   double gravity = 0;               // m/s²
   double density_by_viscosity = 0;  // s/m², of the air
-  bool drawn = false;  // suction was on in the last step, from here:
+  bool drawn = false;               // suction was on in the last step, from here:
   glm::dvec3 nozzle_W{0};
   double flow = 0;
 
@@ -202,8 +201,8 @@ void Debris::State::attend(std::size_t s, double dt, const CoarseField& field, c
   set_rate(s, static_cast<float>(stokes * factor));
 
   // Until it could touch the tissue or reach the nozzle, or its drag has changed. In the air it gets no quicker than it
-  // is or than it falls in the end; the air itself, on half the way to the sink, is on the mean less than twice as quick.
-  // What flies away and is pulled away does not come back but with the air: drag turns nothing round.
+  // is or than it falls in the end; the air itself, on half the way to the sink, is on the mean less than twice as
+  // quick. What flies away and is pulled away does not come back but with the air: drag turns nothing round.
   const double falls = gravity / stokes, drift = 2 * glm::length(air);
   const double own = suction ? speed + falls : std::max(speed, falls);
   const auto soon = [&](double clearance, const glm::dvec3& away) {
@@ -224,7 +223,8 @@ void Debris::State::attend(std::size_t s, double dt, const CoarseField& field, c
   auto steps = static_cast<std::uint32_t>(std::clamp(calm, 1.0, double{kMostSteps}));
   if (reynolds > kStokesReynolds) {
     const double sensitivity = 0.687 * (factor - 1) / factor;  // d log rate / d log speed; factor − 1: 0.15 Re^0.687
-    // Of that speed, a step. Where drag is so strong that within one it would overtake, it ends up as it falls in this air.
+    // Of that speed, a step. Where drag is so strong that within one it would overtake, it ends up as it falls in this
+    // air.
     const double change = glm::length(options.gravity_W - static_cast<double>(rate[s]) * (v - air)) * dt;
     steps = static_cast<std::uint32_t>(
         std::clamp(kDragError * speed / (sensitivity * change), 1.0, static_cast<double>(steps)));
@@ -249,8 +249,9 @@ Debris::~Debris() = default;
 Debris::Debris(Debris&&) noexcept = default;
 Debris& Debris::operator=(Debris&&) noexcept = default;
 
-std::size_t throw_chips(const Cut& cut, double head_radius, const MaterialTable& materials, const DebrisOptions& options,
-                        std::size_t room, std::span<Newborn> out, PerTissue& born, double& dropped) noexcept {
+std::size_t throw_chips(const Cut& cut, double head_radius, const MaterialTable& materials,
+                        const DebrisOptions& options, std::size_t room, std::span<Newborn> out, PerTissue& born,
+                        double& dropped) noexcept {
   Stream random(options.seed, cut.index);
   const dvec3 axis = cut.X_WB.rotate({0, 0, 1});
   // The side of the head that cuts; where it is not told, all around the axis.
@@ -297,13 +298,16 @@ std::size_t throw_chips(const Cut& cut, double head_radius, const MaterialTable&
 
 void Debris::emit(const Cut& cut, double head_radius, const MaterialTable& materials) noexcept {
   State& s = *state_;
-  const std::size_t number = throw_chips(cut, head_radius, materials, s.options, s.options.capacity - s.count, s.newborn,
-                                         s.born, s.dropped);
+  const std::size_t number =
+      throw_chips(cut, head_radius, materials, s.options, s.options.capacity - s.count, s.newborn, s.born, s.dropped);
   for (const Newborn& n : std::span(s.newborn).first(number)) {
     const std::size_t i = s.slot(s.count++);
     s.x[i] = static_cast<float>(n.p_W.x), s.y[i] = static_cast<float>(n.p_W.y), s.z[i] = static_cast<float>(n.p_W.z);
     s.vx[i] = static_cast<float>(n.v_W.x), s.vy[i] = static_cast<float>(n.v_W.y), s.vz[i] = static_cast<float>(n.v_W.z);
-    s.chips[i] = {s.time, n.mass, static_cast<float>(n.chip), static_cast<float>(n.density),
+    s.chips[i] = {s.time,
+                  n.mass,
+                  static_cast<float>(n.chip),
+                  static_cast<float>(n.density),
                   static_cast<float>(drag_rate(0, n.chip, n.density, s.options.air_density, s.options.air_viscosity)),
                   n.tissue};
     s.set_rate(i, static_cast<float>(drag_rate(glm::length(n.v_W), n.chip, n.density, s.options.air_density,
@@ -396,9 +400,10 @@ std::size_t Debris::write_points(std::span<DebrisPoint> points) const noexcept {
     const std::size_t at = s.slot(i);
     if (s.chips[at].mass0 <= 0) continue;
     const double volume = s.left(at) / s.chips[at].density;
-    points[written++] = {
-        {s.x[at], s.y[at], s.z[at]}, static_cast<float>(std::cbrt(6 / kPi * volume)), s.chips[at].tissue,
-        s.chips[at].diameter};
+    points[written++] = {{s.x[at], s.y[at], s.z[at]},
+                         static_cast<float>(std::cbrt(6 / kPi * volume)),
+                         s.chips[at].tissue,
+                         s.chips[at].diameter};
   }
   return written;
 }

@@ -63,17 +63,18 @@ struct DebrisLedger {
 
 /// A particle as it leaves the bur.
 struct Newborn {
-  glm::dvec3 p_W{0}, v_W{0};        // m, m/s
-  double chip = 0;                  // m, diameter of its single chips
-  double density = 0;               // kg/m³
-  float mass = 0;                   // kg
+  glm::dvec3 p_W{0}, v_W{0};  // m, m/s
+  double chip = 0;            // m, diameter of its single chips
+  double density = 0;         // kg/m³
+  float mass = 0;             // kg
   Tissue tissue = Tissue::kAir;
 };
 
 /// Particles from one cut: their mass is density × removed volume, tissue by tissue; what finds no `room` is dropped.
 /// Returns how many of `out` were filled; it must hold kTissueCount · most_per_cut. The same for whoever moves them.
-std::size_t throw_chips(const Cut& cut, double head_radius, const MaterialTable& materials, const DebrisOptions& options,
-                        std::size_t room, std::span<Newborn> out, PerTissue& born, double& dropped) noexcept;
+std::size_t throw_chips(const Cut& cut, double head_radius, const MaterialTable& materials,
+                        const DebrisOptions& options, std::size_t room, std::span<Newborn> out, PerTissue& born,
+                        double& dropped) noexcept;
 
 /// As a renderer draws it.
 struct DebrisPoint {

@@ -91,8 +91,8 @@ struct Compositor::Impl {
   }
 
   /// What of the target is to be drawn, of each eye's place; nothing: all of it.
-  std::optional<std::array<std::vector<VkRect2D>, 2>> lacking(const gpu::Image& pictures, Layout how, const Target& target, int row,
-                                const Parts* changed) {
+  std::optional<std::array<std::vector<VkRect2D>, 2>> lacking(const gpu::Image& pictures, Layout how,
+                                                              const Target& target, int row, const Parts* changed) {
     const VkExtent2D now = pictures.options.size;
     if (!changed || now.width != size.width || now.height != size.height || how != layout || row != first_row) {
       history.clear();
@@ -179,10 +179,12 @@ struct Compositor::Impl {
       for (const VkRect2D& r : job.parts[eye]) {
         const dvec2 lo(r.offset.x - place.lo.x, r.offset.y - place.lo.y);
         const ivec2 from(glm::max(glm::floor(lo * scale - 1.0), dvec2(0))),
-            to(glm::min(glm::ceil((lo + dvec2(r.extent.width, r.extent.height)) * scale + 1.0), dvec2(now.width, now.height)));
+            to(glm::min(glm::ceil((lo + dvec2(r.extent.width, r.extent.height)) * scale + 1.0),
+                        dvec2(now.width, now.height)));
         if (to.x <= from.x || to.y <= from.y) continue;
         copies.push_back(
-            {.bufferOffset = layer * layer_bytes + VkDeviceSize{4} * (static_cast<VkDeviceSize>(from.y) * now.width + static_cast<VkDeviceSize>(from.x)),
+            {.bufferOffset = layer * layer_bytes + VkDeviceSize{4} * (static_cast<VkDeviceSize>(from.y) * now.width +
+                                                                      static_cast<VkDeviceSize>(from.x)),
              .bufferRowLength = now.width,
              .imageSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, 0, layer, 1},
              .imageOffset = {from.x, from.y, 0},
@@ -211,8 +213,8 @@ struct Compositor::Impl {
     for (std::size_t e = 0; e < 2; ++e) {
       const int eye = mix_of(job.layout) == Mix::kRows ? job.first_row : static_cast<int>(e);
       for (const VkRect2D& r : job.parts[e])
-        composer.compose(eyes, mix_of(job.layout), place_of(static_cast<int>(e), job.layout, job.target), eye, part_of(r),
-                         job.to.first, job.to.pitch);
+        composer.compose(eyes, mix_of(job.layout), place_of(static_cast<int>(e), job.layout, job.target), eye,
+                         part_of(r), job.to.first, job.to.pitch);
     }
   }
 };
@@ -243,8 +245,8 @@ std::optional<std::vector<Part>> Compositor::record(VkCommandBuffer commands, co
   const VkDescriptorSet set = m.inputs.sets[static_cast<std::size_t>(slot)];
 
   gpu::transition(commands, target.image, VK_IMAGE_ASPECT_COLOR_BIT,
-                  parts ? target.final_layout : VK_IMAGE_LAYOUT_UNDEFINED,
-                  VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, VK_ACCESS_2_NONE,
+                  parts ? target.final_layout : VK_IMAGE_LAYOUT_UNDEFINED, VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL,
+                  VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, VK_ACCESS_2_NONE,
                   VK_PIPELINE_STAGE_2_COLOR_ATTACHMENT_OUTPUT_BIT,
                   VK_ACCESS_2_COLOR_ATTACHMENT_WRITE_BIT | VK_ACCESS_2_COLOR_ATTACHMENT_READ_BIT);
   const VkExtent2D extent{static_cast<std::uint32_t>(target.size.x), static_cast<std::uint32_t>(target.size.y)};
@@ -254,7 +256,7 @@ std::optional<std::vector<Part>> Compositor::record(VkCommandBuffer commands, co
     const VkRenderingAttachmentInfo info{.sType = VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO,
                                          .imageView = target.layers[target_layer],
                                          .imageLayout = VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL,
-                                         .loadOp = parts           ? VK_ATTACHMENT_LOAD_OP_LOAD
+                                         .loadOp = parts             ? VK_ATTACHMENT_LOAD_OP_LOAD
                                                    : covered_by_eyes ? VK_ATTACHMENT_LOAD_OP_DONT_CARE
                                                                      : VK_ATTACHMENT_LOAD_OP_CLEAR,
                                          .storeOp = VK_ATTACHMENT_STORE_OP_STORE};
@@ -277,8 +279,12 @@ std::optional<std::vector<Part>> Compositor::record(VkCommandBuffer commands, co
       const int layer = std::min(stereo_surface ? static_cast<int>(target_layer) : eye, last);
       const glm::ivec4 push(place.lo, mix == Mix::kRows ? first_row : layer, last);
       vkCmdPushConstants(commands, m.inputs.layout, VK_SHADER_STAGE_FRAGMENT_BIT, 0, sizeof push, &push);
-      const VkViewport viewport{static_cast<float>(place.lo.x), static_cast<float>(place.lo.y),
-                                static_cast<float>(place.size.x), static_cast<float>(place.size.y), 0, 1};
+      const VkViewport viewport{static_cast<float>(place.lo.x),
+                                static_cast<float>(place.lo.y),
+                                static_cast<float>(place.size.x),
+                                static_cast<float>(place.size.y),
+                                0,
+                                1};
       vkCmdSetViewport(commands, 0, 1, &viewport);
       const VkRect2D everything{{place.lo.x, place.lo.y},
                                 {static_cast<std::uint32_t>(place.size.x), static_cast<std::uint32_t>(place.size.y)}};
@@ -296,6 +302,8 @@ std::optional<std::vector<Part>> Compositor::record(VkCommandBuffer commands, co
   return listed();
 }
 
-void Compositor::compose(int slot) { impl_->compose(slot); }
+void Compositor::compose(int slot) {
+  impl_->compose(slot);
+}
 
 }  // namespace typodont::display

@@ -32,7 +32,9 @@ dvec3 unit_vector(const Json& json) {
   return v / length;
 }
 
-dvec3 point_mm(const Json& json) { return json.vec3() * kMillimetre; }
+dvec3 point_mm(const Json& json) {
+  return json.vec3() * kMillimetre;
+}
 
 Screen parse_screen(const Json& json) {
   json.allow_only({"corners_mm", "pixels", "layout"});
@@ -130,10 +132,16 @@ HmdRig parse_hmd(const Json& json, const Pose& X_WH) {
 
 }  // namespace
 
-std::string_view name_of(DisplayKind kind) noexcept { return kKinds[static_cast<std::size_t>(kind)]; }
-std::string_view name_of(Layout layout) noexcept { return kLayouts[static_cast<std::size_t>(layout)]; }
+std::string_view name_of(DisplayKind kind) noexcept {
+  return kKinds[static_cast<std::size_t>(kind)];
+}
+std::string_view name_of(Layout layout) noexcept {
+  return kLayouts[static_cast<std::size_t>(layout)];
+}
 
-DisplayRig load_rig(const std::filesystem::path& file) { return parse_rig(Json::load(file)); }
+DisplayRig load_rig(const std::filesystem::path& file) {
+  return parse_rig(Json::load(file));
+}
 
 DisplayRig parse_rig(const Json& json) {
   json.allow_only({"display", "screen", "mirror", "head", "X_WH", "left_X_WH", "hand", "left_hand", "pedal",
@@ -236,8 +244,12 @@ EyeView eye_view(const Screen& panel, const std::optional<Mirror>& mirror, const
   EyeView eye;
   eye.position = p_WE;
   eye.flip = mirror.has_value();
-  eye.frustum = {glm::dot(v_r, v_a) * range.near / d, glm::dot(v_r, v_b) * range.near / d,
-                 glm::dot(v_u, v_a) * range.near / d, glm::dot(v_u, v_c) * range.near / d, range.near, range.far};
+  eye.frustum = {glm::dot(v_r, v_a) * range.near / d,
+                 glm::dot(v_r, v_b) * range.near / d,
+                 glm::dot(v_u, v_a) * range.near / d,
+                 glm::dot(v_u, v_c) * range.near / d,
+                 range.near,
+                 range.far};
 
   const glm::dmat3 rows = glm::transpose(glm::dmat3(v_r, v_u, v_n));
   eye.view = dmat4(rows);
@@ -253,8 +265,8 @@ std::array<dvec3, 2> eye_positions(const Head& head, Layout layout) {
 
 bool sees(const DisplayRig& rig, const Head& head) noexcept {
   constexpr double kNearest = 0.05;  // m
-  const dvec3 n = glm::normalize(glm::cross(rig.screen.lower_right - rig.screen.lower_left,
-                                            rig.screen.upper_left - rig.screen.lower_left));
+  const dvec3 n = glm::normalize(
+      glm::cross(rig.screen.lower_right - rig.screen.lower_left, rig.screen.upper_left - rig.screen.lower_left));
   for (const dvec3& eye : eye_positions(head, rig.screen.layout)) {
     const dvec3 real = rig.mirror ? reflect(*rig.mirror, eye) : eye;
     if (!(glm::dot(n, real - rig.screen.lower_left) >= kNearest)) return false;
@@ -263,8 +275,8 @@ bool sees(const DisplayRig& rig, const Head& head) noexcept {
 }
 
 ClipRange clip_range(const DisplayRig& rig) {
-  const dvec3 n = glm::normalize(glm::cross(rig.screen.lower_right - rig.screen.lower_left,
-                                            rig.screen.upper_left - rig.screen.lower_left));
+  const dvec3 n = glm::normalize(
+      glm::cross(rig.screen.lower_right - rig.screen.lower_left, rig.screen.upper_left - rig.screen.lower_left));
   const dvec3 eye = rig.mirror ? reflect(*rig.mirror, rig.head.eye_center) : rig.head.eye_center;
   const double d = glm::dot(n, eye - rig.screen.lower_left);
   ClipRange range;
@@ -277,7 +289,8 @@ std::array<EyeView, 2> eye_views(const DisplayRig& rig) {
   const auto eyes = eye_positions(rig.head, rig.screen.layout);
   const ClipRange range = clip_range(rig);
   const dvec3 shift = rig.mirror ? glass_shift(rig.screen, *rig.mirror, rig.head.eye_center) : dvec3(0);
-  return {eye_view(rig.screen, rig.mirror, eyes[0], range, shift), eye_view(rig.screen, rig.mirror, eyes[1], range, shift)};
+  return {eye_view(rig.screen, rig.mirror, eyes[0], range, shift),
+          eye_view(rig.screen, rig.mirror, eyes[1], range, shift)};
 }
 
 dmat2 upright(const DisplayRig& rig) {

@@ -1,8 +1,8 @@
 // Where the screen, the mirror, the eyes and the haptic base are in the workbench frame W, and the asymmetric frusta
 // that follow. Pure functions of measured positions: nothing here knows Vulkan objects. Any thread.
 //
-// Frames: W workbench. E one eye's frame: origin in the eye, x along the picture's right edge-to-edge direction, y along
-// its up direction, the picture in front at negative z. Clip space is Vulkan's: x right, y down, depth 0..1.
+// Frames: W workbench. E one eye's frame: origin in the eye, x along the picture's right edge-to-edge direction, y
+// along its up direction, the picture in front at negative z. Clip space is Vulkan's: x right, y down, depth 0..1.
 #pragma once
 
 #include <array>
@@ -37,8 +37,8 @@ struct Screen {
 /// A half mirror: the plane normal · p = offset, in W. The glass is optional: its thickness and refractive index move
 /// what is seen through it (the hand) towards the eyes, and the picture follows (glass_shift).
 struct Mirror {
-  dvec3 normal{0, 1, 0};  // unit
-  double offset = 0;      // m
+  dvec3 normal{0, 1, 0};       // unit
+  double offset = 0;           // m
   double glass_thickness = 0;  // m, of the plate the hand is seen through
   double glass_index = 1.52;
 };
@@ -52,17 +52,17 @@ struct Head {
 
 /// A headset: where its space D (x right, y up, the user looks along −z) lies in the workbench.
 struct HmdRig {
-  bool stage = true;          // D is the room's STAGE, else LOCAL, which begins where the user sits
-  std::optional<Pose> X_WD;   // measured, e.g. to a haptic arm; nothing: the work is put before the user
-  double magnify = 1;         // the work is seen, and the hand moves, this much larger; only where X_WD is not measured
+  bool stage = true;         // D is the room's STAGE, else LOCAL, which begins where the user sits
+  std::optional<Pose> X_WD;  // measured, e.g. to a haptic arm; nothing: the work is put before the user
+  double magnify = 1;        // the work is seen, and the hand moves, this much larger; only where X_WD is not measured
   double distance = 0.35, below = 0.22;  // m from the eyes to the work, where it is put
-  bool passthrough = false;   // show the room behind the work, where the headset can
-  bool depth = true;          // hand the depth over where the runtime takes it
-  double refresh_hz = 0;      // 0: the runtime's choice
-  double resolution = 1;      // of the runtime's recommended width and height
-  double wait = 15;           // s for the headset to be put on
-  double stall = 3;           // s without an answer of the runtime before the session ends
-  dvec3 tip{0, 0, -0.06};     // m, of the tool's head in the controller's aim frame
+  bool passthrough = false;              // show the room behind the work, where the headset can
+  bool depth = true;                     // hand the depth over where the runtime takes it
+  double refresh_hz = 0;                 // 0: the runtime's choice
+  double resolution = 1;                 // of the runtime's recommended width and height
+  double wait = 15;                      // s for the headset to be put on
+  double stall = 3;                      // s without an answer of the runtime before the session ends
+  dvec3 tip{0, 0, -0.06};                // m, of the tool's head in the controller's aim frame
 };
 
 struct DisplayRig {
@@ -70,11 +70,11 @@ struct DisplayRig {
   Screen screen;
   std::optional<Mirror> mirror;
   Head head;
-  Pose X_WH;       // the haptic base
-  Pose left_X_WH;  // that of the second hand's device
+  Pose X_WH;                           // the haptic base
+  Pose left_X_WH;                      // that of the second hand's device
   std::string hand, left_hand, pedal;  // devices by address and serial, "woodenhaptics:1234567"; empty: not named
-  double pedal_limit = 0;  // s that the pedal may be held without a break; 0: what is usual
-  HmdRig hmd;  // of a headset
+  double pedal_limit = 0;              // s that the pedal may be held without a break; 0: what is usual
+  HmdRig hmd;                          // of a headset
 };
 
 /// Reads a rig file (INTERFACE.md). Throws Error naming file, key, found and expected.
@@ -97,7 +97,7 @@ struct EyeView {
   dmat4 view{1.0};          // W → E, m; determinant −1 when flip
   dmat4 projection{1.0};    // E → Vulkan clip space
   Frustum frustum;
-  bool flip = false;        // the picture is seen in a mirror: front faces wind the other way
+  bool flip = false;  // the picture is seen in a mirror: front faces wind the other way
 };
 
 /// The worked form of the papers, OpenGL's clip space (y up, depth −1..1): what frusta are compared with.
@@ -112,9 +112,9 @@ dmat4 reflection(const Mirror& mirror);
 Screen reflect(const Mirror& mirror, const Screen& screen);
 
 /// m, W: how far a half mirror's glass moves what is seen through it, for the ray from p_WC, half-way between the eyes,
-/// to the middle of the picture, where the work is. One shift for both eyes, so that points stay in their rows (an eye's
-/// own would take them out of them by what refraction itself does, hundredths of a pixel); through 3 mm of glass at 45
-/// degrees what lies a centimetre off the middle is drawn within 0.05 mm of where its own ray shows it.
+/// to the middle of the picture, where the work is. One shift for both eyes, so that points stay in their rows (an
+/// eye's own would take them out of them by what refraction itself does, hundredths of a pixel); through 3 mm of glass
+/// at 45 degrees what lies a centimetre off the middle is drawn within 0.05 mm of where its own ray shows it.
 dvec3 glass_shift(const Screen& screen, const Mirror& mirror, const dvec3& p_WC);
 
 /// Kooima 2009, generalised perspective projection, from the eye at p_WE to the screen, seen in the mirror if there is

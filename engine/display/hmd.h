@@ -31,18 +31,18 @@ struct HmdHand {
 };
 
 struct HmdFrame {
-  bool draw = false;      // a picture is wanted; else submit() without one
-  bool focused = false;   // the hands are ours
-  Nanos shown_at = 0;     // predicted, on the program's clock where the runtime can tell, else 0
-  double period = 0;      // s
+  bool draw = false;     // a picture is wanted; else submit() without one
+  bool focused = false;  // the hands are ours
+  Nanos shown_at = 0;    // predicted, on the program's clock where the runtime can tell, else 0
+  double period = 0;     // s
   std::array<EyeView, 2> eyes;
-  Pose X_WH;              // the head (x right, y up, looking along −z)
+  Pose X_WH;                     // the head (x right, y up, looking along −z)
   std::array<HmdHand, 2> hands;  // left, right
 };
 
 /// What became of a frame, known some frames later.
 struct HmdTiming {
-  Nanos t = 0;                // when its poses were asked for
+  Nanos t = 0;  // when its poses were asked for
   bool drawn = false;
   int missed = 0;             // pictures of the display that went by since the frame before
   double pose_to_submit = 0;  // s from asking for the poses to handing the picture over

@@ -33,7 +33,7 @@ struct Target {
   VkImageLayout final_layout = VK_IMAGE_LAYOUT_UNDEFINED;
   VkSemaphore ready = VK_NULL_HANDLE;  // wait for it before drawing
   VkSemaphore done = VK_NULL_HANDLE;   // signal it after drawing
-  bool kept = false;  // what was last composed into this image is still there
+  bool kept = false;                   // what was last composed into this image is still there
 };
 
 /// Pixels of a picture.
@@ -53,8 +53,9 @@ class Compositor {
   /// that the rows of a row-interleaved panel keep their eye wherever the window stands. `changed`: what of each eye's
   /// picture is new since the last record(); a target that kept an earlier frame gets no more than it lacks. Returns
   /// the parts of the target that are drawn; nothing: all of it.
-  std::optional<std::vector<Part>> record(VkCommandBuffer commands, const gpu::Image& pictures, Layout layout, const Target& target, int slot,
-              int first_row = 0, const std::array<std::vector<Part>, 2>* changed = nullptr);
+  std::optional<std::vector<Part>> record(VkCommandBuffer commands, const gpu::Image& pictures, Layout layout,
+                                          const Target& target, int slot, int first_row = 0,
+                                          const std::array<std::vector<Part>, 2>* changed = nullptr);
   /// Where the target is memory: fills it, once the device has done what was recorded for the slot.
   void compose(int slot);
 
@@ -88,9 +89,10 @@ class Output {
   virtual ~Output() = default;
   /// The next target, or nothing: minimised, or lost for the moment. Throws RunFailure when it is lost for good.
   virtual std::optional<Target> acquire() = 0;
-  /// Shows what was drawn into the last target: all of it, or these parts of it; call after submitting. Where the target
-  /// is memory `finish` waits for the device and composes; it is called when it is time to show it.
-  virtual void present(const std::optional<std::vector<Part>>& drawn = std::nullopt, std::function<void()> finish = {}) = 0;
+  /// Shows what was drawn into the last target: all of it, or these parts of it; call after submitting. Where the
+  /// target is memory `finish` waits for the device and composes; it is called when it is time to show it.
+  virtual void present(const std::optional<std::vector<Part>>& drawn = std::nullopt,
+                       std::function<void()> finish = {}) = 0;
   virtual ivec2 size() const = 0;
   /// Whether anybody could see a picture there: not in a window that is minimised.
   virtual bool visible() const { return true; }
@@ -109,7 +111,8 @@ class Output {
   virtual int first_row() const { return 0; }
   /// The keyboard is this window's from now on.
   virtual void take_focus() {}
-  /// Another window fills this monitor: this one moves to the next, where there is one, and becomes no larger than that.
+  /// Another window fills this monitor: this one moves to the next, where there is one, and becomes no larger than
+  /// that.
   virtual void leave_monitor(int) {}
   /// s between two pictures of the screen; 0 for a picture in memory.
   virtual double refresh_period() const { return 0; }

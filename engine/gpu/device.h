@@ -74,7 +74,8 @@ struct Device {
   bool multiview = true;
   bool processor = false;  // a processor plays the GPU: keep the frame cheap
   int max_samples = 1;
-  VkPipelineCache pipelines = VK_NULL_HANDLE;  // as kept between runs (driver_cache.h); null: the driver does as it does
+  VkPipelineCache pipelines =
+      VK_NULL_HANDLE;  // as kept between runs (driver_cache.h); null: the driver does as it does
 
   /// Throws Error with what to install when there is no Vulkan 1.3 device.
   static Device create(const DeviceOptions& options);

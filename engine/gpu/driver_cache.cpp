@@ -23,13 +23,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kList = "left-as";        // of the files and what was in them
+constexpr const char* kList = "left-as";          // of the files and what was in them
 constexpr const char* kPipelines = "pipelines-";  // and whose
-constexpr std::size_t kNothingKept = 64;        // bytes: a header, perhaps a checksum
-fs::path g_folder;                              // set before there are threads
-std::mutex g_mutex;                             // of what lies there
+constexpr std::size_t kNothingKept = 64;          // bytes: a header, perhaps a checksum
+fs::path g_folder;                                // set before there are threads
+std::mutex g_mutex;                               // of what lies there
 bool g_checked = false;
-std::set<fs::path> g_good;                      // checked, and as they were left
+std::set<fs::path> g_good;  // checked, and as they were left
 
 std::string bytes_of(const fs::path& file) {
   std::ifstream in(file, std::ios::binary);
@@ -73,7 +73,7 @@ void check_driver_cache() {
   std::error_code code;
   const std::string list = bytes_of(g_folder / kList);
   const std::size_t last = list.size() > 1 ? list.rfind('\n', list.size() - 2) + 1 : 0;  // npos + 1 is 0
-  if (list.substr(last) != fmt::format("{:016x}\n", hash_of(list.substr(0, last)))) {  // or there is none
+  if (list.substr(last) != fmt::format("{:016x}\n", hash_of(list.substr(0, last)))) {    // or there is none
     if (!list.empty()) log::info("{} is damaged and made anew", g_folder.string());
     for (fs::directory_iterator it(g_folder, code), end; !code && it != end; it.increment(code)) {
       const std::string name = it->path().filename().string();

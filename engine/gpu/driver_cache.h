@@ -1,5 +1,5 @@
-// What drivers made of shaders, kept between runs in a folder of the program's own and checked before a driver looks at it:
-// Mesa (22.3) refuses an entry that is damaged, makes it anew at every start, and never replaces it.
+// What drivers made of shaders, kept between runs in a folder of the program's own and checked before a driver looks at
+// it: Mesa (22.3) refuses an entry that is damaged, makes it anew at every start, and never replaces it.
 #pragma once
 
 #include <vulkan/vulkan.h>

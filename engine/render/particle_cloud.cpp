@@ -53,9 +53,9 @@ void ParticleCloud::create() {
   const gpu::ShaderInputs::Binding buffer{VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, compute};
   inputs_ = gpu::ShaderInputs::create(device_, {buffer, buffer, buffer}, 1, sizeof(Step));
   pipeline_ = gpu::create_compute_pipeline(device_, kSpirv_debris_comp, inputs_.layout);
-  particles_ = gpu::Buffer::create(device_, law_.capacity * sizeof(CloudParticle),
-                                   VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT |
-                                       VK_BUFFER_USAGE_TRANSFER_SRC_BIT);
+  particles_ = gpu::Buffer::create(
+      device_, law_.capacity * sizeof(CloudParticle),
+      VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT | VK_BUFFER_USAGE_TRANSFER_SRC_BIT);
   instances_ = gpu::Buffer::create(device_, law_.capacity * kInstance,
                                    VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_VERTEX_BUFFER_BIT);
   field_ = gpu::Buffer::create(device_, std::max<std::size_t>(distance_.size(), 1) * sizeof(float),
@@ -106,7 +106,8 @@ void ParticleCloud::record(VkCommandBuffer commands, int slot) {
   shown_ = count_;
   if (count_ == 0) return;
   if (!pipeline_) create();
-  constexpr VkPipelineStageFlags2 kCompute = VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT, kCopy = VK_PIPELINE_STAGE_2_COPY_BIT;
+  constexpr VkPipelineStageFlags2 kCompute = VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT,
+                                  kCopy = VK_PIPELINE_STAGE_2_COPY_BIT;
   constexpr VkAccessFlags2 kReadWrite = VK_ACCESS_2_SHADER_STORAGE_READ_BIT | VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT;
   if (!born_.empty()) {
     gpu::Buffer& staging = staging_[static_cast<std::size_t>(slot)];
@@ -122,7 +123,8 @@ void ParticleCloud::record(VkCommandBuffer commands, int slot) {
     if (before_end < born_.size())
       parts.push_back({before_end * sizeof(CloudParticle), 0, (born_.size() - before_end) * sizeof(CloudParticle)});
     barrier(commands, kCompute, kReadWrite, kCopy, VK_ACCESS_2_TRANSFER_WRITE_BIT);
-    vkCmdCopyBuffer(commands, staging.buffer, particles_.buffer, static_cast<std::uint32_t>(parts.size()), parts.data());
+    vkCmdCopyBuffer(commands, staging.buffer, particles_.buffer, static_cast<std::uint32_t>(parts.size()),
+                    parts.data());
     born_.clear();
   }
   barrier(commands, kCopy | kCompute | VK_PIPELINE_STAGE_2_VERTEX_INPUT_BIT,

@@ -18,24 +18,24 @@ namespace typodont::render {
 /// What moves them: as debris::DebrisOptions and debris::CoarseField say.
 struct CloudLaw {
   std::size_t capacity = 100'000;
-  glm::dvec3 gravity{0, 0, -9.81};                     // m/s²
-  double air_density = 1.2, air_viscosity = 1.8e-5;    // kg/m³, Pa·s
-  double restitution = 0.3, slide = 0.7;               // of the speed along the normal, across it
-  double decay_time = 2, lifetime = 6;                 // s
-  double least_shown = 3e-5;                           // m: smaller ones are drawn this large, and fainter
-  glm::dvec3 origin{0};                                // of the field, m, W
-  double spacing = 5e-4;                               // m
-  glm::ivec3 size{0};                                  // samples, x slowest; none: nothing to bounce off
+  glm::dvec3 gravity{0, 0, -9.81};                   // m/s²
+  double air_density = 1.2, air_viscosity = 1.8e-5;  // kg/m³, Pa·s
+  double restitution = 0.3, slide = 0.7;             // of the speed along the normal, across it
+  double decay_time = 2, lifetime = 6;               // s
+  double least_shown = 3e-5;                         // m: smaller ones are drawn this large, and fainter
+  glm::dvec3 origin{0};                              // of the field, m, W
+  double spacing = 5e-4;                             // m
+  glm::ivec3 size{0};                                // samples, x slowest; none: nothing to bounce off
 };
 
 struct CloudParticle {
-  glm::vec3 p{0};       // m, W
-  float age = 0;        // s
-  glm::vec3 v{0};       // m/s
-  float mass = 0;       // kg, at birth; 0: sucked away
-  float chip = 0;       // m, diameter of its single chips
-  float density = 0;    // kg/m³
-  float rate = -1;      // 1/s, of drag; ≥ 1e30: at rest, < 0: by its speed
+  glm::vec3 p{0};                              // m, W
+  float age = 0;                               // s
+  glm::vec3 v{0};                              // m/s
+  float mass = 0;                              // kg, at birth; 0: sucked away
+  float chip = 0;                              // m, diameter of its single chips
+  float density = 0;                           // kg/m³
+  float rate = -1;                             // 1/s, of drag; ≥ 1e30: at rest, < 0: by its speed
   std::uint8_t color[4] = {255, 255, 255, 0};  // sRGB
 };
 static_assert(sizeof(CloudParticle) == 48);

@@ -150,7 +150,8 @@ struct Renderer::Impl {
 
   bool same_particles(const Frame& frame) const {
     const auto bytes = std::as_bytes(frame.particles);
-    return bytes.size() == last_particles.size() && (bytes.empty() || !std::memcmp(bytes.data(), last_particles.data(), bytes.size()));
+    return bytes.size() == last_particles.size() &&
+           (bytes.empty() || !std::memcmp(bytes.data(), last_particles.data(), bytes.size()));
   }
 
   bool same_as_last(const shared::FrameData& data, const Frame& frame, const std::string& hud_key) const {
@@ -158,9 +159,9 @@ struct Renderer::Impl {
                            (!frame.tool.visible || (!std::memcmp(&frame.tool.X_WG, &last_tool, sizeof(Pose)) &&
                                                     frame.tool.opacity == last_opacity));
     if (frame.cloud && frame.cloud->changes()) return false;
-    return last_settings == settings_version && last_view == frame.view && last_version == bricks.version && tool_same && same_particles(frame) &&
-           same(frame.mirror.X_WM, last_mirror.X_WM) &&
-           hud_key == last_hud && !std::memcmp(&data, &last_data, sizeof data);
+    return last_settings == settings_version && last_view == frame.view && last_version == bricks.version &&
+           tool_same && same_particles(frame) && same(frame.mirror.X_WM, last_mirror.X_WM) && hud_key == last_hud &&
+           !std::memcmp(&data, &last_data, sizeof data);
   }
 
   /// `i`: a slot, or kSlots + a slot for its scene in the mirror.
@@ -215,9 +216,8 @@ struct Renderer::Impl {
     }
     stats.frames = frames;
     stats.gpu_ms = timer.ms;
-    for (VkPipeline p :
-         {shadow.pipeline, tool.pipeline, background.pipeline, particles.pipeline, particles.cloud_pipeline, hud.pipeline,
-          mirror.pipeline, hidden.pipeline, mask.pipeline})
+    for (VkPipeline p : {shadow.pipeline, tool.pipeline, background.pipeline, particles.pipeline,
+                         particles.cloud_pipeline, hud.pipeline, mirror.pipeline, hidden.pipeline, mask.pipeline})
       if (p) ++stats.pipelines;
     stats.pipelines += surface.pipelines() + (frame.cloud ? frame.cloud->pipelines() : 0);
     return stats;
@@ -234,8 +234,8 @@ struct Renderer::Impl {
 
   enum class Changed { kNothing, kParts, kAll };
 
-  /// What this frame changes of the last: marked in `tiles`, and in `over_tiles` what particles and writing do, where it is
-  /// a part.
+  /// What this frame changes of the last: marked in `tiles`, and in `over_tiles` what particles and writing do, where
+  /// it is a part.
   Changed mark_changed(const shared::FrameData& data, const Frame& frame, int slot, const glm::ivec2& drawn) {
     std::array<Tiles, 2> particles_now, hud_now;
     const auto views = static_cast<std::size_t>(frame.views);
@@ -257,9 +257,9 @@ struct Renderer::Impl {
     const bool eyes_stay = !std::memcmp(now.clip_from_world, before.clip_from_world, sizeof now.clip_from_world);
     if (!eyes_stay || last_settings != settings_version) ++eyes_version;
     // A headset's eyes never rest; glass is drawn in an order. Where particles of the GPU are, nobody here knows.
-    if (targets.keeps_depth || (frame.cloud && frame.cloud->changes()) || frame.view == View::kXray || last_view != frame.view ||
-        last_settings != settings_version || last_order != bricks.order || std::memcmp(&now, &before, sizeof now) ||
-        !same(frame.mirror.X_WM, last_mirror.X_WM))
+    if (targets.keeps_depth || (frame.cloud && frame.cloud->changes()) || frame.view == View::kXray ||
+        last_view != frame.view || last_settings != settings_version || last_order != bricks.order ||
+        std::memcmp(&now, &before, sizeof now) || !same(frame.mirror.X_WM, last_mirror.X_WM))
       return Changed::kAll;
 
     const bool hud_changed = HudPass::shown(frame.hud, this->size) != last_hud;
@@ -308,8 +308,8 @@ struct Renderer::Impl {
   }
 
   /// The picture in the mouth mirror's glass: where each eye sees it.
-  void draw_reflection(VkCommandBuffer commands, const Frame& mirrored, const std::array<std::optional<PixelBox>, 2>& glass,
-                       int slot, FrameStats& stats) {
+  void draw_reflection(VkCommandBuffer commands, const Frame& mirrored,
+                       const std::array<std::optional<PixelBox>, 2>& glass, int slot, FrameStats& stats) {
     const VkExtent2D extent = targets.pictures.options.size;
     const PixelBox all{0, 0, static_cast<int>(extent.width), static_cast<int>(extent.height)};
     FrameStats seen;  // in the mirror
@@ -420,7 +420,8 @@ struct Renderer::Impl {
       const PixelBox all{0, 0, drawn_size.x, drawn_size.y}, box = partly ? tiles[e].bounds() : all;
       if (box.width == 0) continue;
       targets.begin_scene(commands, target, frame, view, box, partly, {0, 0, 0});
-      vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, context.layout, 0, 1, &inputs.sets[own], 0, nullptr);
+      vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, context.layout, 0, 1, &inputs.sets[own], 0,
+                              nullptr);
       push_view(commands, context.layout, view);
       if (partly) mask.record(context, commands, slot, view, stats);
       hidden.record(context, commands, stats);

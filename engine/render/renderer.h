@@ -30,10 +30,10 @@ struct Vertex {
   glm::vec3 p{0};        // m, relative to the mesh's origin
   glm::vec3 n{0, 0, 1};  // unit, out of the tissue
   std::array<Tissue, 2> tissue{Tissue::kEnamel, Tissue::kEnamel};
-  float second = 0;               // 0..1: share of tissue[1]
-  Tissue under = Tissue::kAir;    // what lies beneath the tissue at the surface …
-  float shows = 0;                // … and how much of its colour shows through, 0..1
-  float difference = 0;           // m, still to remove (> 0) or should have stayed (< 0), for View::kDifference
+  float second = 0;             // 0..1: share of tissue[1]
+  Tissue under = Tissue::kAir;  // what lies beneath the tissue at the surface …
+  float shows = 0;              // … and how much of its colour shows through, 0..1
+  float difference = 0;         // m, still to remove (> 0) or should have stayed (< 0), for View::kDifference
 };
 
 /// A piece of a mesh: what a brick looks like now. Empty: nothing is left of it.

@@ -32,7 +32,8 @@ struct FrameData {
 // push constants
 struct ObjectData {
   vec4 world_row[3];  // X_WM as a 3×4 matrix, by rows
-  vec4 view;  // x: the eye drawn, where each eye has a pass of its own; 0 where one pass draws both; y: sieved away, 0..1
+  vec4 view;  // x: the eye drawn, where each eye has a pass of its own; 0 where one pass draws both; y: sieved away,
+              // 0..1
 };
 
 #ifdef __cplusplus

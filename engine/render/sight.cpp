@@ -58,7 +58,8 @@ double pixel_nearest(const Frame& frame, const BoxInWorld& box, std::uint32_t pi
     double closest = 1e9;
     for (int corner = 0; corner < 8; ++corner)
       closest = std::min(closest, (clip * glm::dvec4(corner & 1 ? box.hi.x : box.lo.x, corner & 2 ? box.hi.y : box.lo.y,
-                                                 corner & 4 ? box.hi.z : box.lo.z, 1)).w);
+                                                     corner & 4 ? box.hi.z : box.lo.z, 1))
+                                      .w);
     const double wide = 2 * std::max(closest, kNearest) / std::abs(eye.projection[0][0]);  // m, of the picture there
     least = std::min(least, wide / pixels_across);
   }

@@ -1,5 +1,5 @@
-// What a frame could show at all, and how large: for whoever makes surfaces, so that none is made that nobody sees, and none
-// finer than a pixel. Pure functions.
+// What a frame could show at all, and how large: for whoever makes surfaces, so that none is made that nobody sees, and
+// none finer than a pixel. Pure functions.
 #pragma once
 
 #include <array>

@@ -14,22 +14,22 @@ namespace typodont::session {
 
 namespace {
 
-constexpr double kNewSurface = 0.75;           // voxels below the old surface: from here on surface is new
+constexpr double kNewSurface = 0.75;             // voxels below the old surface: from here on surface is new
 const double kFloor = std::cos(30 * kPi / 180);  // a floor leans less than 30° from the axis …
-constexpr double kWall = 0.5;                  // … and a wall less than 30° from being parallel to it
-constexpr double kOneWay = 0.98;               // length of the gradient below which a stencil straddles an edge
-constexpr double kRounding = 1e-9;             // voxels
-constexpr double kLeastPart = 0.1e-6;          // m² of floor or wall before it is called one
-constexpr double kTrimmed = 0.1;               // share of a wall's leanings left out at either end: its edges
-constexpr double kRim = 1e-3;                  // m below the old surface: above it a wall is a rim, thin by nature
-constexpr double kAcross = 1.5;                // voxels to either side over which a wall's lean is read: no ripples
-constexpr double kFarthestWall = 5e-3;         // m, how far to look for the far side of a wall
-constexpr double kSmoothing = 0.25e-3;         // m, of the margin
+constexpr double kWall = 0.5;                    // … and a wall less than 30° from being parallel to it
+constexpr double kOneWay = 0.98;                 // length of the gradient below which a stencil straddles an edge
+constexpr double kRounding = 1e-9;               // voxels
+constexpr double kLeastPart = 0.1e-6;            // m² of floor or wall before it is called one
+constexpr double kTrimmed = 0.1;                 // share of a wall's leanings left out at either end: its edges
+constexpr double kRim = 1e-3;                    // m below the old surface: above it a wall is a rim, thin by nature
+constexpr double kAcross = 1.5;                  // voxels to either side over which a wall's lean is read: no ripples
+constexpr double kFarthestWall = 5e-3;           // m, how far to look for the far side of a wall
+constexpr double kSmoothing = 0.25e-3;           // m, of the margin
 
 struct Facet {
-  dvec3 p{0};      // voxels, its middle
-  dvec3 n{0};      // unit, out of the tissue
-  double area = 0; // voxels²
+  dvec3 p{0};              // voxels, its middle
+  dvec3 n{0};              // unit, out of the tissue
+  double area = 0;         // voxels²
   std::size_t inside = 0;  // a sample inside the tissue next to it
 };
 
@@ -42,7 +42,8 @@ double weighted_mean(const std::vector<std::pair<double, double>>& values) {
 /// The mean of what is left between the shares `trim` and 1 - `trim` of the weight.
 double trimmed_mean(std::vector<std::pair<double, double>> values, double trim) {
   std::sort(values.begin(), values.end());
-  const double total = std::accumulate(values.begin(), values.end(), 0.0, [](double s, const auto& v) { return s + v.second; });
+  const double total =
+      std::accumulate(values.begin(), values.end(), 0.0, [](double s, const auto& v) { return s + v.second; });
   double at = 0, sum = 0, weight = 0;
   for (const auto& [v, w] : values) {
     const double from = std::max(at, trim * total), to = std::min(at + w, (1 - trim) * total);
@@ -115,8 +116,9 @@ double last_inside(const DenseField& field, const dvec3& p, const dvec3& directi
 
 /// The curves on the old surface where it goes over into the cut, each as its points in order. Voxels.
 std::vector<std::vector<dvec3>> margins(const DenseField& before, const DenseField& after) {
-  // On the old surface the depth of the cut is after - before: nothing where it was left, and rising from the margin on.
-  constexpr double kLevel = 0.5;  // voxels
+  // On the old surface the depth of the cut is after - before: nothing where it was left, and rising from the margin
+  // on.
+  constexpr double kLevel = 0.5;           // voxels
   using Key = std::array<std::size_t, 4>;  // of a point on the edge between two points of the surface
   struct End {
     dvec3 p;
@@ -230,9 +232,8 @@ std::optional<double> narrowest(const DenseField& before, const DenseField& afte
   each_removed([&](double u, double v) { ++count, mu += u, mv += v; });
   if (count < 8) return std::nullopt;
   mu /= count, mv /= count;
-  each_removed([&](double u, double v) {
-    uu += (u - mu) * (u - mu), uv += (u - mu) * (v - mv), vv += (v - mv) * (v - mv);
-  });
+  each_removed(
+      [&](double u, double v) { uu += (u - mu) * (u - mu), uv += (u - mu) * (v - mv), vv += (v - mv) * (v - mv); });
   const double angle = 0.5 * std::atan2(2 * uv, uu - vv);
   const dvec3 along = std::cos(angle) * axes.u + std::sin(angle) * axes.v;
   const dvec3 across = -std::sin(angle) * axes.u + std::cos(angle) * axes.v;
@@ -282,9 +283,9 @@ std::optional<double> narrowest(const DenseField& before, const DenseField& afte
 
 /// What does not depend on the result.
 struct Given {
-  DenseField before, ideal;           // true distances
-  std::vector<bool> pulp;             // voxels
-  std::vector<std::size_t> to_pulp;   // the nearest of them; empty without pulp
+  DenseField before, ideal;          // true distances
+  std::vector<bool> pulp;            // voxels
+  std::vector<std::size_t> to_pulp;  // the nearest of them; empty without pulp
 };
 Given given(const Preparation& in) {
   Given g{redistanced(in.before), in.ideal.distance.empty() ? DenseField{} : redistanced(in.ideal), {}, {}};
@@ -309,7 +310,8 @@ CavityMeasures measure(const Preparation& in, const Given& known, const DenseFie
   double kept_removed = 0;
   bool any_kept = false;
   for (std::size_t i = 0; i < count; ++i) {
-    const double a = share_inside(static_cast<double>(after.distance[i])), b = share_inside(static_cast<double>(in.before.distance[i]));
+    const double a = share_inside(static_cast<double>(after.distance[i])),
+                 b = share_inside(static_cast<double>(in.before.distance[i]));
     if (m.has_ideal) {
       const double c = share_inside(static_cast<double>(in.ideal.distance[i]));
       m.wanted += std::abs(b - c);
@@ -380,8 +382,9 @@ CavityMeasures measure(const Preparation& in, const Given& known, const DenseFie
       const double slope = 1 / std::sqrt(1 + plane.c1 * plane.c1 + plane.c2 * plane.c2);
       double square = 0, area = 0;
       for (const Facet& f : floor) {
-        const double off = (glm::dot(f.p, axes.w) - plane.c0 - plane.c1 * glm::dot(f.p, axes.u) -
-                            plane.c2 * glm::dot(f.p, axes.v)) * slope;
+        const double off =
+            (glm::dot(f.p, axes.w) - plane.c0 - plane.c1 * glm::dot(f.p, axes.u) - plane.c2 * glm::dot(f.p, axes.v)) *
+            slope;
         square += f.area * off * off;
         area += f.area;
       }
@@ -398,7 +401,8 @@ CavityMeasures measure(const Preparation& in, const Given& known, const DenseFie
     for (const Facet& f : walls) {
       const dvec3 g = after.gradient(f.p, kAcross);
       // Next to an edge the stencil sees both faces: such places say nothing of the wall's lean.
-      if (glm::length(g) >= kOneWay) leans.emplace_back(std::asin(std::clamp(glm::dot(g, axes.w) / glm::length(g), -1.0, 1.0)), f.area);
+      if (glm::length(g) >= kOneWay)
+        leans.emplace_back(std::asin(std::clamp(glm::dot(g, axes.w) / glm::length(g), -1.0, 1.0)), f.area);
       depths.emplace_back(-before.sample(f.p), f.area);
       if (last_inside(in.before, f.p, axes.w) * h < kRim) continue;
       // Behind the wall: hard tissue until the open air. Where the pulp comes first it is no outer wall.

@@ -37,14 +37,14 @@ struct CavityMeasures {
   Place over, under;              // where the surface lies farthest inside and outside the ideal
   std::optional<double> contour;  // m rms, from the ideal's surface, over all that was to be changed or was changed
 
-  double cut_area = 0;                     // m² of new surface
-  std::optional<double> floor_depth;       // m, mean, along the axis below the surface there was
-  std::optional<double> floor_flatness;    // m rms from the floor's plane
-  std::optional<double> floor_tilt;        // rad, that plane against the axis
-  std::optional<double> taper;             // rad, total: twice the mean lean of the walls; above 0 they open outward
-  std::optional<double> wall_depth;        // m, mean, square to the surface there was: the axial reduction of a crown
-  std::optional<double> wall_thickness;    // m, of hard tissue behind the walls, below their rim, where they are thinnest
-  std::optional<double> isthmus;           // m, narrowest width across the cavity's length, half-way down
+  double cut_area = 0;                   // m² of new surface
+  std::optional<double> floor_depth;     // m, mean, along the axis below the surface there was
+  std::optional<double> floor_flatness;  // m rms from the floor's plane
+  std::optional<double> floor_tilt;      // rad, that plane against the axis
+  std::optional<double> taper;           // rad, total: twice the mean lean of the walls; above 0 they open outward
+  std::optional<double> wall_depth;      // m, mean, square to the surface there was: the axial reduction of a crown
+  std::optional<double> wall_thickness;  // m, of hard tissue behind the walls, below their rim, where they are thinnest
+  std::optional<double> isthmus;         // m, narrowest width across the cavity's length, half-way down
   std::optional<double> margin_roughness;  // m rms, the margin against itself smoothed over a quarter of a millimetre
   std::optional<double> pulp_distance;     // m, from the new surface to the pulp; at most kPulpReach
   std::optional<double> pulp_exposed;      // m² of pulp laid open; absent without pulp

@@ -9,8 +9,9 @@ namespace typodont::session {
 
 namespace {
 
-constexpr float kSlid = 20;    // voxels: farther away the seeds' own spacing does not matter
-constexpr float kKept = 1.8f;  // voxels: as far as this a field's own values are kept; reaches across a voxel's diagonal
+constexpr float kSlid = 20;  // voxels: farther away the seeds' own spacing does not matter
+constexpr float kKept =
+    1.8f;  // voxels: as far as this a field's own values are kept; reaches across a voxel's diagonal
 
 /// Carries, for every voxel, whatever is nearest from its neighbours on: sweeps in all eight directions.
 /// `closer(to, from)` takes over from voxel `from` when that is nearer.
@@ -62,7 +63,9 @@ glm::dvec3 DenseField::gradient(const glm::dvec3& p, double reach) const {
   return g;
 }
 
-double share_inside(double distance) { return std::clamp(0.5 - distance, 0.0, 1.0); }
+double share_inside(double distance) {
+  return std::clamp(0.5 - distance, 0.0, 1.0);
+}
 
 DenseField redistanced(const DenseField& field) {
   const glm::ivec3 n = field.size;
@@ -142,8 +145,10 @@ std::vector<std::size_t> nearest_marked(const glm::ivec3& size, const std::vecto
   }
   const auto nz = static_cast<std::size_t>(size.z), nyz = static_cast<std::size_t>(size.y) * nz;
   const auto square = [&](const glm::ivec3& p, std::size_t i) {
-    const glm::ivec3 d = p - glm::ivec3(static_cast<int>(i / nyz), static_cast<int>(i % nyz / nz), static_cast<int>(i % nz));
-    return static_cast<std::int64_t>(d.x) * d.x + static_cast<std::int64_t>(d.y) * d.y + static_cast<std::int64_t>(d.z) * d.z;
+    const glm::ivec3 d =
+        p - glm::ivec3(static_cast<int>(i / nyz), static_cast<int>(i % nyz / nz), static_cast<int>(i % nz));
+    return static_cast<std::int64_t>(d.x) * d.x + static_cast<std::int64_t>(d.y) * d.y +
+           static_cast<std::int64_t>(d.z) * d.z;
   };
   sweep_all(size, [&](const glm::ivec3& p, std::size_t to, std::size_t from) {
     if (nearest[from] == kNone || nearest[from] == nearest[to]) return;

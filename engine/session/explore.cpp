@@ -7,10 +7,10 @@ namespace typodont::session {
 
 namespace {
 
-constexpr double kReach = 0.75e-3;      // m: surface this near to the tip counts as explored
-constexpr double kMarkReach = 0.6e-3;   // m: a mark this near to a lesion means it
-constexpr double kStep = 0.2e-3;        // m between looks
-constexpr std::size_t kLeastLesion = 8; // voxels; smaller pieces are specks of the label, not lesions
+constexpr double kReach = 0.75e-3;       // m: surface this near to the tip counts as explored
+constexpr double kMarkReach = 0.6e-3;    // m: a mark this near to a lesion means it
+constexpr double kStep = 0.2e-3;         // m between looks
+constexpr std::size_t kLeastLesion = 8;  // voxels; smaller pieces are specks of the label, not lesions
 
 /// Calls `each(index, squared distance)` for all voxels within `reach` voxels of p.
 template <class Each>
@@ -32,7 +32,10 @@ void around(const DenseField& field, const dvec3& p, double reach, Each&& each) 
 
 ExploreMeter::ExploreMeter(const VoxelFrame& frame, const DenseField& surface, const std::vector<Tissue>& tissue,
                            const std::vector<bool>& region)
-    : frame_(frame), surface_(surface), lesion_(surface.distance.size(), 0), to_explore_(surface.distance.size()),
+    : frame_(frame),
+      surface_(surface),
+      lesion_(surface.distance.size(), 0),
+      to_explore_(surface.distance.size()),
       explored_(surface.distance.size()) {
   const glm::ivec3 n = surface_.size;
   for (std::size_t i = 0; i < to_explore_.size(); ++i) {

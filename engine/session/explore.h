@@ -11,10 +11,10 @@
 namespace typodont::session {
 
 struct ExploreMeasures {
-  int lesions = 0;           // connected pieces of caries that reach the surface
-  int found = 0;             // of them marked
-  int false_finds = 0;       // marks on sound tissue
-  double explored = 0;       // share of the surface to be explored that the tip came near, 0..1
+  int lesions = 0;      // connected pieces of caries that reach the surface
+  int found = 0;        // of them marked
+  int false_finds = 0;  // marks on sound tissue
+  double explored = 0;  // share of the surface to be explored that the tip came near, 0..1
 };
 
 /// Feed ticks in order. A mark is the pedal going down while the tip touches.
@@ -29,13 +29,13 @@ class ExploreMeter {
  private:
   VoxelFrame frame_;
   DenseField surface_;
-  std::vector<int> lesion_;         // per voxel: 0 none, 1, 2 …
+  std::vector<int> lesion_;  // per voxel: 0 none, 1, 2 …
   std::vector<bool> to_explore_, explored_;
   std::size_t surface_count_ = 0, explored_count_ = 0;
-  std::vector<bool> found_;         // per lesion
+  std::vector<bool> found_;  // per lesion
   int false_finds_ = 0;
   bool pedal_down_ = false;
-  dvec3 last_{1e9, 0, 0};           // voxels, where the surface was last marked as explored
+  dvec3 last_{1e9, 0, 0};  // voxels, where the surface was last marked as explored
 };
 
 }  // namespace typodont::session

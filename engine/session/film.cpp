@@ -78,7 +78,8 @@ std::optional<std::filesystem::path> find_ffmpeg() {
 struct FilmWriter::Impl {
   /// ffmpeg's files on the way.
   struct Parts {
-    explicit Parts(const std::filesystem::path& file) : pictures(file, "pictures"), with_sound(file, "sound"), log(file, "log") {}
+    explicit Parts(const std::filesystem::path& file)
+        : pictures(file, "pictures"), with_sound(file, "sound"), log(file, "log") {}
     PartialFile pictures, with_sound, log;
   };
   std::optional<Parts> parts;
@@ -113,8 +114,8 @@ void FilmWriter::Impl::open(const FilmOptions& options) {
     message = fmt::format("no film: {}", std::strerror(errno));
     return;
   }
-  encoder = start({ffmpeg.string(), "-hide_banner", "-loglevel", "error", "-y", "-f", "rawvideo", "-pixel_format", "rgb24",
-                   "-video_size", fmt::format("{}x{}", options.width, options.height), "-framerate",
+  encoder = start({ffmpeg.string(), "-hide_banner", "-loglevel", "error", "-y", "-f", "rawvideo", "-pixel_format",
+                   "rgb24", "-video_size", fmt::format("{}x{}", options.width, options.height), "-framerate",
                    fmt::format("{}", options.fps), "-i", "pipe:0",
                    // Every player decodes 4:2:0, which needs even sides.
                    "-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2", "-c:v", "libx264", "-preset", "veryfast", "-crf", "20",
@@ -136,7 +137,8 @@ void FilmWriter::Impl::stop_encoder(bool& good) {
   encoder = -1;
 }
 
-FilmWriter::FilmWriter(const std::filesystem::path& file, const FilmOptions& options) : impl_(std::make_unique<Impl>()) {
+FilmWriter::FilmWriter(const std::filesystem::path& file, const FilmOptions& options)
+    : impl_(std::make_unique<Impl>()) {
   try {
     impl_->parts.emplace(file);
     impl_->open(options);
@@ -189,9 +191,30 @@ bool FilmWriter::finish(const std::optional<std::filesystem::path>& wav) noexcep
   }
   PartialFile* made = &s.parts->pictures;
   if (wav) {
-    const pid_t pid = start({s.ffmpeg.string(), "-hide_banner", "-loglevel", "error", "-y", "-i", made->path().string(), "-i",
-                             wav->string(), "-map", "0:v", "-map", "1:a", "-c:v", "copy", "-c:a", "aac", "-b:a", "160k",
-                             "-movflags", "+faststart", "-f", "mp4", s.parts->with_sound.path().string()},
+    const pid_t pid = start({s.ffmpeg.string(),
+                             "-hide_banner",
+                             "-loglevel",
+                             "error",
+                             "-y",
+                             "-i",
+                             made->path().string(),
+                             "-i",
+                             wav->string(),
+                             "-map",
+                             "0:v",
+                             "-map",
+                             "1:a",
+                             "-c:v",
+                             "copy",
+                             "-c:a",
+                             "aac",
+                             "-b:a",
+                             "160k",
+                             "-movflags",
+                             "+faststart",
+                             "-f",
+                             "mp4",
+                             s.parts->with_sound.path().string()},
                             -1, s.parts->log.path());
     if (pid > 0 && ended_well(pid)) {
       made = &s.parts->with_sound;
@@ -209,6 +232,8 @@ bool FilmWriter::finish(const std::optional<std::filesystem::path>& wav) noexcep
   return good;
 }
 
-const std::string& FilmWriter::message() const noexcept { return impl_->message; }
+const std::string& FilmWriter::message() const noexcept {
+  return impl_->message;
+}
 
 }  // namespace typodont::session

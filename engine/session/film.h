@@ -1,4 +1,5 @@
-// session.mp4 from pictures and a WAV, through the packaged `ffmpeg` program. Without it there is no film, and a message.
+// session.mp4 from pictures and a WAV, through the packaged `ffmpeg` program. Without it there is no film, and a
+// message.
 #pragma once
 
 #include <cstdint>
@@ -15,8 +16,8 @@ struct FilmOptions {
   double fps = 30;
 };
 
-/// One thread. Frames are compressed while they come; the film appears in finish(), whole or not at all. Nothing throws:
-/// a missing or failing encoder is a message.
+/// One thread. Frames are compressed while they come; the film appears in finish(), whole or not at all. Nothing
+/// throws: a missing or failing encoder is a message.
 class FilmWriter {
  public:
   FilmWriter(const std::filesystem::path& file, const FilmOptions& options);

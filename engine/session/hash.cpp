@@ -11,7 +11,9 @@
 
 namespace typodont::session {
 
-std::string to_text(const Fnv1a& hash) { return fmt::format("fnv1a64:{:016x}", hash.value); }
+std::string to_text(const Fnv1a& hash) {
+  return fmt::format("fnv1a64:{:016x}", hash.value);
+}
 
 void add_forces(Fnv1a& hash, std::span<const ServoTick> ticks) noexcept {
   for (const ServoTick& tick : ticks) {

@@ -48,9 +48,8 @@ Table::Spec fixed_text(const char* name, const char* text, std::size_t size) {
 }
 
 bool plain_name(const std::string& name) {
-  return !name.empty() && name.size() < 64 && std::all_of(name.begin(), name.end(), [](unsigned char c) {
-    return std::isalnum(c) || c == '_';
-  });
+  return !name.empty() && name.size() < 64 &&
+         std::all_of(name.begin(), name.end(), [](unsigned char c) { return std::isalnum(c) || c == '_'; });
 }
 
 /// The longest piece of at most `size` bytes that does not split a UTF-8 character.
@@ -102,7 +101,9 @@ struct SessionWriter::Impl {
   bool write_table(Table& table, std::uint64_t& lost_rows) noexcept;
   bool disk_has_room() noexcept;
   void fail(const std::string& why) noexcept;
-  bool open() const { return status.state == WriterStatus::State::kRecording || status.state == WriterStatus::State::kDiskFull; }
+  bool open() const {
+    return status.state == WriterStatus::State::kRecording || status.state == WriterStatus::State::kDiskFull;
+  }
   bool close() noexcept;
 
   template <class Message>
@@ -133,9 +134,9 @@ void SessionWriter::Impl::create(const SessionHeader& header) {
   H5 access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
   H5Pset_libver_bounds(access.get(), H5F_LIBVER_V110, H5F_LIBVER_V110);  // what SWMR needs
   H5Pset_fclose_degree(access.get(), H5F_CLOSE_STRONG);
-  // Rows come in order, so of a column's chunks the one being filled is all that is worth keeping: HDF5's own habit of a
-  // megabyte a column is 50 MB that nobody asks for again, filling up over the first minutes. For the file, since SWMR opens
-  // its datasets anew and forgets what each was given.
+  // Rows come in order, so of a column's chunks the one being filled is all that is worth keeping: HDF5's own habit of
+  // a megabyte a column is 50 MB that nobody asks for again, filling up over the first minutes. For the file, since
+  // SWMR opens its datasets anew and forgets what each was given.
   H5Pset_cache(access.get(), 0, 11, kLargestChunkBytes, 1.0);
   H5 creation(H5Pcreate(H5P_FILE_CREATE), H5Pclose);
   H5Pset_obj_track_times(creation.get(), false);
@@ -144,8 +145,7 @@ void SessionWriter::Impl::create(const SessionHeader& header) {
   if (!h5) refuse(errno ? std::strerror(errno) : h5_reason());
   // Handles on objects must not be open while SWMR starts, but datasets may be.
   if (!create_header(header) || !create_tables(header) || !create_result() || !create_loop() ||
-      H5Fflush(h5.get(), H5F_SCOPE_GLOBAL) < 0 ||
-      H5Fstart_swmr_write(h5.get()) < 0) {
+      H5Fflush(h5.get(), H5F_SCOPE_GLOBAL) < 0 || H5Fstart_swmr_write(h5.get()) < 0) {
     refuse(h5_reason());
   }
   lock_fd = lock_while_recording(written_to);
@@ -165,7 +165,8 @@ void SessionWriter::Impl::create(const SessionHeader& header) {
 void SessionWriter::Impl::note_tool(const ServoTick& tick) noexcept {
   last_tool = tick.tool;
   const H5Quiet quiet;
-  add_event({tick.t, EventKind::kTool, tick.tool < tool_names.size() ? tool_names[tick.tool] : std::to_string(tick.tool)});
+  add_event(
+      {tick.t, EventKind::kTool, tick.tool < tool_names.size() ? tool_names[tick.tool] : std::to_string(tick.tool)});
 }
 
 bool SessionWriter::Impl::create_header(const SessionHeader& header) {
@@ -174,7 +175,8 @@ bool SessionWriter::Impl::create_header(const SessionHeader& header) {
   H5Pset_obj_track_times(group_properties.get(), false);
   H5 group(H5Gcreate2(root, "header", H5P_DEFAULT, group_properties.get(), H5P_DEFAULT), H5Gclose);
   if (!group) return false;
-  nlohmann::json files = nlohmann::json::array(), seeds = nlohmann::json::array(), streams_json = nlohmann::json::array();
+  nlohmann::json files = nlohmann::json::array(), seeds = nlohmann::json::array(),
+                 streams_json = nlohmann::json::array();
   for (const SourceFile& f : header.files) files.push_back({{"path", f.path}, {"bytes", f.bytes}, {"hash", f.hash}});
   // Seeds as text: a JSON number does not hold 64 bits everywhere.
   for (const auto& [name, seed] : header.seeds) seeds.push_back({{"name", name}, {"seed", std::to_string(seed)}});
@@ -195,9 +197,10 @@ bool SessionWriter::Impl::create_header(const SessionHeader& header) {
               set_attribute(root, "vibration_band_Hz", header.vibration_band) &&
               set_attribute(root, "position_step_m", header.position_step) &&  // to the bit
               set_attribute(root, "gives_torque", std::uint64_t{header.gives_torque}) &&
-              set_attribute(root, "voxel_mm", header.voxel * 1e3) && write_text(group.get(), "scene", header.scene_json) &&
-              write_text(group.get(), "rig", header.rig_json) && write_text(group.get(), "files", dump(files)) &&
-              write_text(group.get(), "seeds", dump(seeds)) && write_text(group.get(), "tools", dump(header.tools)) &&
+              set_attribute(root, "voxel_mm", header.voxel * 1e3) &&
+              write_text(group.get(), "scene", header.scene_json) && write_text(group.get(), "rig", header.rig_json) &&
+              write_text(group.get(), "files", dump(files)) && write_text(group.get(), "seeds", dump(seeds)) &&
+              write_text(group.get(), "tools", dump(header.tools)) &&
               write_text(group.get(), "streams", dump(streams_json));
   if (!good) return false;
   const PerTissue before = in_mm3(header.volumes_before);
@@ -208,8 +211,8 @@ bool SessionWriter::Impl::create_header(const SessionHeader& header) {
 }
 
 bool SessionWriter::Impl::create_tables(const SessionHeader& header) {
-  // A chunk of ticks is full shortly before a flush is due, and is then that flush: each is written once, and what a flush
-  // takes beside its rows is spent twice a second. A servo that keeps to nine tenths of its rate comes in time.
+  // A chunk of ticks is full shortly before a flush is due, and is then that flush: each is written once, and what a
+  // flush takes beside its rows is spent twice a second. A servo that keeps to nine tenths of its rate comes in time.
   constexpr double kOfAFlush = 0.9;
   const double rows = std::clamp(header.servo_rate * to_seconds(options.flush_interval) * kOfAFlush, 256.0, 8192.0);
   const auto tick_chunk = static_cast<std::size_t>(rows);
@@ -229,12 +232,14 @@ bool SessionWriter::Impl::create_tables(const SessionHeader& header) {
   picture_specs.push_back(number("offset", "", "where its PNG begins in /pictures/png", Type::kU64));
   picture_specs.push_back(number("bytes", "", "length of its PNG", Type::kU64));
 
-  bool good = ticks.create(root, "ticks", "one row per tick of the servo", specs_of(tick_columns()), tick_chunk, deflate) &&
-              cuts.create(root, "cuts", "one row per cut, straight from A to B", specs_of(cut_columns()), kSmallChunk, deflate) &&
-              patches.create(root, "patches", "when the servo took up which surface patch", specs_of(patch_columns()),
-                             kSmallChunk, deflate) &&
-              events.create(root, "events", "tools, views, faults, notes", std::move(event_specs), kEventChunk, deflate) &&
-              pictures.create(root, "pictures", "pictures for the report", std::move(picture_specs), 8, deflate);
+  bool good =
+      ticks.create(root, "ticks", "one row per tick of the servo", specs_of(tick_columns()), tick_chunk, deflate) &&
+      cuts.create(root, "cuts", "one row per cut, straight from A to B", specs_of(cut_columns()), kSmallChunk,
+                  deflate) &&
+      patches.create(root, "patches", "when the servo took up which surface patch", specs_of(patch_columns()),
+                     kSmallChunk, deflate) &&
+      events.create(root, "events", "tools, views, faults, notes", std::move(event_specs), kEventChunk, deflate) &&
+      pictures.create(root, "pictures", "pictures for the report", std::move(picture_specs), 8, deflate);
   if (!good) return false;
 
   H5 group_properties(H5Pcreate(H5P_GROUP_CREATE), H5Pclose);
@@ -244,7 +249,8 @@ bool SessionWriter::Impl::create_tables(const SessionHeader& header) {
   for (std::size_t i = 0; i < streams.size(); ++i) {
     std::vector<Table::Spec> specs;
     specs.push_back(number("t_ns", "ns", "when, since the session's start", Type::kI64));
-    for (const auto& c : header.streams[i].columns) specs.push_back(number(c.name.c_str(), c.unit.c_str(), "", Type::kF64));
+    for (const auto& c : header.streams[i].columns)
+      specs.push_back(number(c.name.c_str(), c.unit.c_str(), "", Type::kF64));
     if (!streams[i].create(root, "streams/" + header.streams[i].name, "samples of " + header.streams[i].name,
                            std::move(specs), kSmallChunk, deflate)) {
       return false;
@@ -275,18 +281,20 @@ bool SessionWriter::Impl::create_result() {
          create_numbers(group.get(), "volumes_after_mm3", "mm^3", "volume of each tissue at the end; NaN: not known",
                         H5T_NATIVE_DOUBLE, kTissueCount, unknown.data(), volumes_after) &&
          set_attribute(volumes_after.get(), "labels", tissue_labels()) &&
-         create_numbers(group.get(), "volumes_ideal_mm3", "mm^3", "volume of each tissue in the ideal result; NaN: none",
-                        H5T_NATIVE_DOUBLE, kTissueCount, unknown.data(), volumes_ideal) &&
+         create_numbers(group.get(), "volumes_ideal_mm3", "mm^3",
+                        "volume of each tissue in the ideal result; NaN: none", H5T_NATIVE_DOUBLE, kTissueCount,
+                        unknown.data(), volumes_ideal) &&
          set_attribute(volumes_ideal.get(), "labels", tissue_labels()) &&
-         create_numbers(group.get(), "min_pulp_distance_mm", "mm", "from the cut surface to the pulp; NaN: not measured",
-                        H5T_NATIVE_DOUBLE, 0, unknown.data(), pulp_distance) &&
+         create_numbers(group.get(), "min_pulp_distance_mm", "mm",
+                        "from the cut surface to the pulp; NaN: not measured", H5T_NATIVE_DOUBLE, 0, unknown.data(),
+                        pulp_distance) &&
          create_numbers(group.get(), "field_hash", "", "of the tissue at the end; 0: not taken", H5T_NATIVE_UINT64, 0,
                         &zero, field_hash) &&
          create_numbers(h5.get(), "lost", "", "what did not reach the file", H5T_NATIVE_UINT64, losses.size(),
                         losses.data(), lost) &&
          set_attribute(lost.get(), "labels", kLostLabels) &&
-         create_numbers(h5.get(), "complete", "", "1: the recording was finished; 0: it was cut off",
-                        H5T_NATIVE_UINT64, 0, &zero, complete);
+         create_numbers(h5.get(), "complete", "", "1: the recording was finished; 0: it was cut off", H5T_NATIVE_UINT64,
+                        0, &zero, complete);
 }
 
 bool SessionWriter::Impl::create_loop() {
@@ -294,7 +302,8 @@ bool SessionWriter::Impl::create_loop() {
   H5Pset_obj_track_times(group_properties.get(), false);
   H5 group(H5Gcreate2(h5.get(), "loop", H5P_DEFAULT, group_properties.get(), H5P_DEFAULT), H5Gclose);
   const LoopFields zero(LoopReport{});
-  const auto create = [&](const char* name, const char* unit, const char* text, hid_t type, const auto& initial, H5& dataset) {
+  const auto create = [&](const char* name, const char* unit, const char* text, hid_t type, const auto& initial,
+                          H5& dataset) {
     return create_numbers(group.get(), name, unit, text, type, initial.size(), initial.data(), dataset);
   };
   return group && set_attribute(group.get(), "description", "how the servo kept its time, and what it was granted") &&
@@ -341,7 +350,7 @@ bool SessionWriter::Impl::disk_has_room() noexcept {
   if (options.free_bytes) {
     free = options.free_bytes();
   } else {
-    struct statvfs space{};
+    struct statvfs space {};
     if (statvfs(written_to.c_str(), &space) != 0) return true;  // the write itself will tell
     free = std::uint64_t{space.f_bavail} * space.f_frsize;
   }
@@ -350,8 +359,9 @@ bool SessionWriter::Impl::disk_has_room() noexcept {
     return true;
   }
   status.state = WriterStatus::State::kDiskFull;
-  status.message = fmt::format("{}: only {} MB are left on the disk; the session goes on, and what is not recorded is counted",
-                               written_to.string(), free >> 20);
+  status.message =
+      fmt::format("{}: only {} MB are left on the disk; the session goes on, and what is not recorded is counted",
+                  written_to.string(), free >> 20);
   return false;
 }
 
@@ -426,7 +436,8 @@ bool SessionWriter::Impl::close() noexcept {
   for (H5* dataset : {&loop_times, &loop_jitter, &loop_work, &loop_granted, &loop_note, &loop_hand, &loop_safety}) {
     dataset->reset();
   }
-  for (H5* dataset : {&lost, &complete, &volumes_after, &volumes_ideal, &pulp_distance, &field_hash, &png}) dataset->reset();
+  for (H5* dataset : {&lost, &complete, &volumes_after, &volumes_ideal, &pulp_distance, &field_hash, &png})
+    dataset->reset();
   errno = 0;
   const bool good = h5.reset();
   if (!good) fail(errno ? std::strerror(errno) : h5_reason());
@@ -435,7 +446,8 @@ bool SessionWriter::Impl::close() noexcept {
   return good;
 }
 
-SessionWriter::SessionWriter(const std::filesystem::path& file, const SessionHeader& header, const WriterOptions& options)
+SessionWriter::SessionWriter(const std::filesystem::path& file, const SessionHeader& header,
+                             const WriterOptions& options)
     : impl_(std::make_unique<Impl>()) {
   impl_->file = file;
   impl_->options = options;
@@ -482,7 +494,9 @@ void SessionWriter::event(Nanos t, EventKind kind, std::string_view text) noexce
   append(SessionEvent{t, kind, std::string(text)});
 }
 
-void SessionWriter::loop(const LoopReport& report) noexcept { impl_->loop_unwritten = report; }
+void SessionWriter::loop(const LoopReport& report) noexcept {
+  impl_->loop_unwritten = report;
+}
 
 void SessionWriter::append(std::size_t stream, Nanos t, std::span<const double> values) noexcept {
   const H5Quiet quiet;
@@ -505,7 +519,9 @@ void SessionWriter::heartbeat() noexcept {
   if (now() - impl_->last_write >= impl_->options.flush_interval) impl_->write_all();
 }
 
-void SessionWriter::flush() noexcept { impl_->write_all(); }
+void SessionWriter::flush() noexcept {
+  impl_->write_all();
+}
 
 bool SessionWriter::finish(const SessionResult& result) noexcept {
   Impl& s = *impl_;
@@ -576,6 +592,8 @@ bool SessionWriter::finish(const SessionResult& result) noexcept {
   return false;
 }
 
-const WriterStatus& SessionWriter::status() const noexcept { return impl_->status; }
+const WriterStatus& SessionWriter::status() const noexcept {
+  return impl_->status;
+}
 
 }  // namespace typodont::session

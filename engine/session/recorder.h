@@ -23,7 +23,7 @@ struct WriterOptions {
   Nanos flush_interval = kNanosPerSecond / 2;  // nothing older than this stays in memory (heartbeat)
   int deflate = 3;                             // 1..9; bytes are shuffled before, which is where most is won
   std::uint64_t disk_reserve = 16u << 20;      // bytes to leave free: below, rows are counted instead of written
-  std::function<std::uint64_t()> free_bytes;  // what is left on the disk; empty: the file system is asked
+  std::function<std::uint64_t()> free_bytes;   // what is left on the disk; empty: the file system is asked
   bool whole_or_nothing = false;  // write beside FILE and rename in finish(); for results, not for live sessions
   bool rewrites = false;          // a recorded session: all its events are given, so none is made of its ticks
   Lost lost_before;               // the same: to start counting from

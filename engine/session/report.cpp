@@ -25,17 +25,26 @@ SessionPicture read_picture(const std::filesystem::path& png, std::string_view n
   return picture;
 }
 
-ScoreInput score_input(const SessionReader& session) { return input_of(session, course_of(session)); }
+ScoreInput score_input(const SessionReader& session) {
+  return input_of(session, course_of(session));
+}
 
-Score score_session(const SessionReader& session) { return score_of(session, score_input(session)); }
+Score score_session(const SessionReader& session) {
+  return score_of(session, score_input(session));
+}
 
 std::string report_html(const SessionReader& session, const ReportOptions& options) {
   return Page(session, options).html();
 }
 
 SessionSummary summarize(const SessionReader& session, std::optional<Score> score) {
-  return {session.file().filename().string(), session.header().date, session.header().trainee, scene_name_of(session),
-          session.truncated(), score ? std::move(*score) : score_session(session), task_title_of(session)};
+  return {session.file().filename().string(),
+          session.header().date,
+          session.header().trainee,
+          scene_name_of(session),
+          session.truncated(),
+          score ? std::move(*score) : score_session(session),
+          task_title_of(session)};
 }
 
 }  // namespace typodont::session

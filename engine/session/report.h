@@ -1,5 +1,5 @@
-// A session as one self-contained HTML page: no network, prints well, readable in light and dark. Only the turnable view
-// of the result has a script; everything else is there without.
+// A session as one self-contained HTML page: no network, prints well, readable in light and dark. Only the turnable
+// view of the result has a script; everything else is there without.
 #pragma once
 
 #include <optional>

@@ -16,7 +16,7 @@ struct ResultModel {
     glm::vec3 p_W{0};  // m
     glm::vec3 n{0};    // unit, out of the tissue
     Tissue tissue = Tissue::kAir;
-    float off = 0;     // m from the ideal's surface: above 0 too much is left, below 0 it was cut too deep
+    float off = 0;  // m from the ideal's surface: above 0 too much is left, below 0 it was cut too deep
   };
   std::vector<Vertex> vertices;
   std::vector<std::array<std::uint32_t, 3>> triangles;  // counter-clockwise seen from outside
@@ -31,6 +31,7 @@ struct ModelView {
 };
 
 /// A PNG picture; background white. `difference`: the map of deviations instead of the tissues' colours.
-std::vector<std::uint8_t> draw_model(const ResultModel& model, const ModelView& view, glm::ivec2 pixels, bool difference);
+std::vector<std::uint8_t> draw_model(const ResultModel& model, const ModelView& view, glm::ivec2 pixels,
+                                     bool difference);
 
 }  // namespace typodont::session

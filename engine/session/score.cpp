@@ -14,9 +14,9 @@ namespace typodont::session {
 
 namespace {
 
-constexpr double kTremorCutoff = 5.0;    // Hz; physiological tremor of the hand lies at 8 to 12 Hz, what is meant below 3
-constexpr double kPathBlock = 0.1;       // s, averaged before the path is measured: a period of tremor is not path
-constexpr double kFreeBetween = 0.1;     // s without contact that end a stroke
+constexpr double kTremorCutoff = 5.0;  // Hz; physiological tremor of the hand lies at 8 to 12 Hz, what is meant below 3
+constexpr double kPathBlock = 0.1;     // s, averaged before the path is measured: a period of tremor is not path
+constexpr double kFreeBetween = 0.1;   // s without contact that end a stroke
 constexpr double kLeastRemoved = 1e-15;  // m³; a stroke that cut less was a touch
 
 }  // namespace
@@ -104,7 +104,7 @@ bool is_healthy(Tissue t) {
   return t != Tissue::kAir && t != Tissue::kCaries && t != Tissue::kAmalgam && t != Tissue::kComposite;
 }
 
-constexpr double kMm3 = 1e9;  // per m³
+constexpr double kMm3 = 1e9;             // per m³
 constexpr double kEnoughExplored = 0.9;  // share of the surface; the rest is out of the tip's reach
 
 double removed_share(const ScoreInput& in, Tissue t) {
@@ -171,7 +171,8 @@ constexpr Measure kMeasures[] = {
     {"under_cut_depth_mm", "mm", Best::kAtMost, [](In in) { return depth_of(in, &CavityMeasures::under); }},
     {"contour_rms_um", "µm", Best::kAtMost, [](In in) { return of_cavity<&CavityMeasures::contour>(in, 1e6); }},
     {"floor_depth_mm", "mm", Best::kNear, [](In in) { return of_cavity<&CavityMeasures::floor_depth>(in, 1e3); }},
-    {"floor_flatness_um", "µm", Best::kAtMost, [](In in) { return of_cavity<&CavityMeasures::floor_flatness>(in, 1e6); }},
+    {"floor_flatness_um", "µm", Best::kAtMost,
+     [](In in) { return of_cavity<&CavityMeasures::floor_flatness>(in, 1e6); }},
     {"floor_tilt_deg", "°", Best::kAtMost,
      [](In in) { return of_cavity<&CavityMeasures::floor_tilt>(in, kDegreesPerRadian); }},
     {"taper_deg", "°", Best::kNear, [](In in) { return of_cavity<&CavityMeasures::taper>(in, kDegreesPerRadian); }},
@@ -234,7 +235,8 @@ constexpr Measure kMeasures[] = {
 };
 
 const Measure* find_measure(std::string_view name) {
-  const auto it = std::find_if(std::begin(kMeasures), std::end(kMeasures), [&](const Measure& m) { return m.name == name; });
+  const auto it =
+      std::find_if(std::begin(kMeasures), std::end(kMeasures), [&](const Measure& m) { return m.name == name; });
   return it == std::end(kMeasures) ? nullptr : it;
 }
 
@@ -259,9 +261,12 @@ double completion(const ScoreInput& in) {
 /// How far on the wrong side of the target.
 double excess(const ScoreRule& rule, double value) {
   switch (rule.best) {
-    case Best::kAtMost: return std::max(0.0, value - rule.target);
-    case Best::kAtLeast: return std::max(0.0, rule.target - value);
-    case Best::kNear: return std::abs(value - rule.target);
+    case Best::kAtMost:
+      return std::max(0.0, value - rule.target);
+    case Best::kAtLeast:
+      return std::max(0.0, rule.target - value);
+    case Best::kNear:
+      return std::abs(value - rule.target);
   }
   return 0;
 }
@@ -301,13 +306,14 @@ std::vector<ScoreRule> default_rules(const ScoreInput& input) {
              {"pulp_distance_mm", 0.5, 0.25, 5, Best::kAtLeast,
               "Half a millimetre of dentin left over the pulp; Typodont's default"}};
   }
-  rules.insert(rules.end(), {{"force_mean_N", 1.0, 1.0, 5, Best::kAtMost, "Hand forces of 0.34 to 1.03 N measured on teeth"},
-                             {"force_max_N", 3.0, 2.0, 5, Best::kAtMost, "Lateral loads of up to 3 N measured on teeth"},
-                             {"path_length_mm", 0, 1000, 0, Best::kAtMost, ours},
-                             {"time_s", 600, 300, 2, Best::kAtMost, ours},
-                             {"contact_time_s", 0, 300, 0, Best::kAtMost, ours},
-                             {"strokes", 0, 50, 0, Best::kAtMost, ours},
-                             {"tremor_rms_um", 100, 100, 3, Best::kAtMost, ours}});
+  rules.insert(rules.end(),
+               {{"force_mean_N", 1.0, 1.0, 5, Best::kAtMost, "Hand forces of 0.34 to 1.03 N measured on teeth"},
+                {"force_max_N", 3.0, 2.0, 5, Best::kAtMost, "Lateral loads of up to 3 N measured on teeth"},
+                {"path_length_mm", 0, 1000, 0, Best::kAtMost, ours},
+                {"time_s", 600, 300, 2, Best::kAtMost, ours},
+                {"contact_time_s", 0, 300, 0, Best::kAtMost, ours},
+                {"strokes", 0, 50, 0, Best::kAtMost, ours},
+                {"tremor_rms_um", 100, 100, 3, Best::kAtMost, ours}});
   // Without an ideal, some healthy tissue must go to reach the caries: as much as the caries themselves is free.
   if (input.explore || input.ideal || (input.cavity && input.cavity->has_ideal)) {
     rules.push_back({"healthy_removed_mm3", 0, 10, 0, Best::kAtMost, ours});
@@ -341,7 +347,9 @@ Best read_best(const Json& entry, Best fallback) {
   best->fail("at_most, at_least or near");
 }
 
-bool has_ideal(const ScoreInput& in) { return in.ideal || in.cavity_ideal; }
+bool has_ideal(const ScoreInput& in) {
+  return in.ideal || in.cavity_ideal;
+}
 
 /// What would be measured had the tissue been left as the ideal, by a hand that did no damage.
 ScoreInput as_the_ideal(const ScoreInput& input) {
@@ -353,8 +361,8 @@ ScoreInput as_the_ideal(const ScoreInput& input) {
   return in;
 }
 
-/// `input`: what was measured; nullptr: nothing yet. A rule that names no target takes the ideal's own value; where that says
-/// nothing (the hand, exploring, a task without an ideal) the default's.
+/// `input`: what was measured; nullptr: nothing yet. A rule that names no target takes the ideal's own value; where
+/// that says nothing (the hand, exploring, a task without an ideal) the default's.
 std::vector<ScoreRule> read_rules(const Json& list, bool with_ideal, const ScoreInput* input) {
   std::vector<ScoreRule> rules;
   for (const Json& entry : list.items()) {
@@ -374,7 +382,8 @@ std::vector<ScoreRule> read_rules(const Json& list, bool with_ideal, const Score
       entry.fail(fmt::format("{} without a target", rule.name), "a target: there is no ideal to take it from");
     } else if (input) {
       const auto value = measure->value(as_the_ideal(*input));
-      if (!value && input->cavity_ideal) entry.fail(fmt::format("{} without a target", rule.name), "a target: the ideal has nothing of this kind");
+      if (!value && input->cavity_ideal)
+        entry.fail(fmt::format("{} without a target", rule.name), "a target: the ideal has nothing of this kind");
       if (!value) continue;  // the ideal was not measured
       rule.target = *value;
     }
@@ -410,7 +419,8 @@ std::vector<ScoreRule> task_rules(const Json& block, const ScoreInput& input) {
       for (ScoreRule& rule : rules) {
         const Measure& measure = *find_measure(rule.name);
         const auto value = measure.of_hand ? std::nullopt : measure.value(ideal);
-        if (value) rule.target = rule.best == Best::kAtLeast ? std::min(rule.target, *value) : std::max(rule.target, *value);
+        if (value)
+          rule.target = rule.best == Best::kAtLeast ? std::min(rule.target, *value) : std::max(rule.target, *value);
       }
     }
   }

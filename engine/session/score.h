@@ -1,5 +1,5 @@
-// Scores: pure functions from what was measured to points, each explained. A perfect result scores full; every worsening
-// lowers the score.
+// Scores: pure functions from what was measured to points, each explained. A perfect result scores full; every
+// worsening lowers the score.
 #pragma once
 
 #include <optional>
@@ -18,13 +18,13 @@ namespace typodont::session {
 
 /// What the ticks say about the hand. Order of members as in the report.
 struct HandMeasures {
-  double time = 0;         // s, first tick to last
-  double contact_time = 0; // s with the head in tissue
-  double force_mean = 0;   // N, over the ticks in contact
-  double force_max = 0;    // N
-  double path_length = 0;  // m, of the head centre as held, tremor averaged out
-  int strokes = 0;         // times the head was put to the tissue and cut
-  double tremor_rms = 0;   // m, hand path above 5 Hz while in contact
+  double time = 0;           // s, first tick to last
+  double contact_time = 0;   // s with the head in tissue
+  double force_mean = 0;     // N, over the ticks in contact
+  double force_max = 0;      // N
+  double path_length = 0;    // m, of the head centre as held, tremor averaged out
+  int strokes = 0;           // times the head was put to the tissue and cut
+  double tremor_rms = 0;     // m, hand path above 5 Hz while in contact
   std::uint64_t faults = 0;  // ticks with any fault bit
 };
 
@@ -62,21 +62,21 @@ class HandMeter {
 
 /// What a turning bur did to what stands around the working tooth.
 struct DamageMeasures {
-  bool neighbours = false, gum = false;        // whether there are any
-  double neighbour_volume = 0, gum_volume = 0; // m³ that the bur was in
-  double first = -1;                           // s, when it first touched; negative: it did not
+  bool neighbours = false, gum = false;         // whether there are any
+  double neighbour_volume = 0, gum_volume = 0;  // m³ that the bur was in
+  double first = -1;                            // s, when it first touched; negative: it did not
 };
 
 struct ScoreInput {
-  PerTissue before{};                     // m³
-  PerTissue after{};                      // m³
-  std::optional<PerTissue> ideal;         // m³ of the ideal result
+  PerTissue before{};              // m³
+  PerTissue after{};               // m³
+  std::optional<PerTissue> ideal;  // m³ of the ideal result
   HandMeasures hand;
-  std::optional<double> pulp_distance;    // m, nearest of the cut surface to the pulp
-  std::optional<CavityMeasures> cavity;       // the geometry of the result, where it was measured
-  std::optional<CavityMeasures> cavity_ideal; // and of the ideal: what a perfect hand would get
-  std::optional<ExploreMeasures> explore;     // of a task that is to explore
-  std::optional<DamageMeasures> damage;       // where the scene has surroundings
+  std::optional<double> pulp_distance;         // m, nearest of the cut surface to the pulp
+  std::optional<CavityMeasures> cavity;        // the geometry of the result, where it was measured
+  std::optional<CavityMeasures> cavity_ideal;  // and of the ideal: what a perfect hand would get
+  std::optional<ExploreMeasures> explore;      // of a task that is to explore
+  std::optional<DamageMeasures> damage;        // where the scene has surroundings
 };
 
 /// Which side of the target costs points.
@@ -95,7 +95,7 @@ struct ScoreRule {
 
 struct ScoreItem {
   std::string name;
-  double value = 0;    // NaN: nothing there to measure, so no points
+  double value = 0;  // NaN: nothing there to measure, so no points
   std::string unit;
   std::optional<dvec3> place_W;  // m, where the worst of it is
   double target = 0, tolerance = 0, weight = 0;
@@ -120,10 +120,10 @@ std::optional<double> usual_target(std::string_view score_name);
 
 /// The rules where a scene says nothing.
 std::vector<ScoreRule> default_rules(const ScoreInput& input);
-/// A scene's "score" block: {"rules": [{"name", "target", "tolerance", "weight", "best", "source"}…], "defaults": true}.
-/// Rules replace the defaults of the same name; "defaults": false starts from none. A rule without a target takes what
-/// the ideal itself has, one about the hand or without an ideal the default's. Defaults that the ideal itself would miss
-/// take what it has. Throws Error.
+/// A scene's "score" block: {"rules": [{"name", "target", "tolerance", "weight", "best", "source"}…], "defaults":
+/// true}. Rules replace the defaults of the same name; "defaults": false starts from none. A rule without a target
+/// takes what the ideal itself has, one about the hand or without an ideal the default's. Defaults that the ideal
+/// itself would miss take what it has. Throws Error.
 std::vector<ScoreRule> rules_from(const Json& block, const ScoreInput& input);
 /// The same of a "task", which holds other keys beside them.
 std::vector<ScoreRule> task_rules(const Json& task, const ScoreInput& input);

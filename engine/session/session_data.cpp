@@ -36,9 +36,8 @@ std::string in_words(const Lost& l) {
 }
 
 std::string_view name_of(EventKind kind) noexcept {
-  static constexpr std::array<std::string_view, kEventKindCount> kNames = {"note", "tool", "view", "fault",
-                                                                          "task", "undo", "redo", "score",
-                                                                          "piece"};
+  static constexpr std::array<std::string_view, kEventKindCount> kNames = {"note", "tool", "view",  "fault", "task",
+                                                                           "undo", "redo", "score", "piece"};
   const auto i = static_cast<std::size_t>(kind);
   return i < kNames.size() ? kNames[i] : "unknown";
 }

@@ -13,9 +13,9 @@ namespace typodont::session {
 
 /// A file the scene was made from, so that a replay can tell that it has changed since.
 struct SourceFile {
-  std::string path;        // as the scene named it, resolved
+  std::string path;  // as the scene named it, resolved
   std::uint64_t bytes = 0;
-  std::string hash;        // "fnv1a64:" and 16 hexadecimal digits, see hash.h
+  std::string hash;  // "fnv1a64:" and 16 hexadecimal digits, see hash.h
   bool operator==(const SourceFile&) const = default;
 };
 
@@ -33,21 +33,21 @@ struct StreamSpec {
 
 /// Known before the first tick. Everything a replay needs besides the ticks.
 struct SessionHeader {
-  std::string scene_json;         // the scene in full, with every override
-  std::string rig_json;           // the rig in full; empty without one
-  std::vector<SourceFile> files;  // what scene and rig were made from
-  std::string hand;               // the device's address, e.g. "script:hand.csv"
-  std::string trainee;            // free text; empty: not named
+  std::string scene_json;                                    // the scene in full, with every override
+  std::string rig_json;                                      // the rig in full; empty without one
+  std::vector<SourceFile> files;                             // what scene and rig were made from
+  std::string hand;                                          // the device's address, e.g. "script:hand.csv"
+  std::string trainee;                                       // free text; empty: not named
   std::vector<std::pair<std::string, std::uint64_t>> seeds;  // of every generator, by name
-  std::vector<std::string> tools;     // Cut::tool counts into these; names or inline JSON
-  std::vector<StreamSpec> streams;    // what else is recorded
-  double servo_rate = 1000;           // Hz
-  double position_step = 0;           // m, the least that the hand's device moved by, a count of its encoders; a replay needs it
-  bool gives_torque = true;           // whether the hand's device resisted turns; a replay needs it
-  double vibration_band = 0;          // Hz up to which the hand rendered the spindle's vibration; a replay needs it
-  double voxel = 0;                   // m
-  PerTissue volumes_before{};         // m³ of each tissue at the start
-  std::string date;                   // ISO 8601, UTC; empty: left out (deterministic runs)
+  std::vector<std::string> tools;                            // Cut::tool counts into these; names or inline JSON
+  std::vector<StreamSpec> streams;                           // what else is recorded
+  double servo_rate = 1000;                                  // Hz
+  double position_step = 0;  // m, the least that the hand's device moved by, a count of its encoders; a replay needs it
+  bool gives_torque = true;  // whether the hand's device resisted turns; a replay needs it
+  double vibration_band = 0;   // Hz up to which the hand rendered the spindle's vibration; a replay needs it
+  double voxel = 0;            // m
+  PerTissue volumes_before{};  // m³ of each tissue at the start
+  std::string date;            // ISO 8601, UTC; empty: left out (deterministic runs)
   std::string program_version = TYPODONT_VERSION;
   std::string compiler = compiler_of_this_build();
   static std::string compiler_of_this_build();
@@ -96,9 +96,9 @@ struct SessionPicture {
 
 /// Known at the end.
 struct SessionResult {
-  PerTissue volumes_after{};      // m³
+  PerTissue volumes_after{};  // m³
   bool has_volumes = false;
-  PerTissue volumes_ideal{};      // m³ of the ideal result; has_ideal when the scene names one
+  PerTissue volumes_ideal{};  // m³ of the ideal result; has_ideal when the scene names one
   bool has_ideal = false;
   double min_pulp_distance = -1;  // m between the cut surface and the pulp; negative: not measured
   std::uint64_t field_hash = 0;   // of the tissue at the end; 0: not taken

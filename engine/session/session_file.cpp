@@ -30,8 +30,8 @@ struct ColumnName {
 class TableReader {
  public:
   /// `salvage`: the file was cut off, so look how far every column can really be read.
-  void open(const std::filesystem::path& file, hid_t root, const std::string& path, const std::vector<ColumnName>& names,
-            bool salvage) {
+  void open(const std::filesystem::path& file, hid_t root, const std::string& path,
+            const std::vector<ColumnName>& names, bool salvage) {
     file_ = file.string();
     path_ = path;
     if (H5Lexists(root, path.c_str(), H5P_DEFAULT) <= 0) throw Error(file_, path, "nothing", "this group");
@@ -50,8 +50,8 @@ class TableReader {
       if (!dataset) throw Error(file_, path + "/" + name, "nothing", "this column");
       H5 space(H5Dget_space(dataset.get()), H5Sclose);
       hsize_t rows = 0;
-      if (H5Sget_simple_extent_ndims(space.get()) != 1 ||
-          H5Sget_simple_extent_dims(space.get(), &rows, nullptr) != 1 || rows > kMostRows) {
+      if (H5Sget_simple_extent_ndims(space.get()) != 1 || H5Sget_simple_extent_dims(space.get(), &rows, nullptr) != 1 ||
+          rows > kMostRows) {
         throw Error(file_, path + "/" + name, "another shape", "one row per entry");
       }
       fewest = std::min(fewest, rows);
@@ -75,7 +75,8 @@ class TableReader {
             std::vector<std::byte>& out) const {
     out.resize(size * count);
     if (!try_read(column, type, first, count, out.data())) {
-      throw Error(file_, fmt::format("{}, rows {} to {}", path_, first, first + count), "damaged data", "an intact file");
+      throw Error(file_, fmt::format("{}, rows {} to {}", path_, first, first + count), "damaged data",
+                  "an intact file");
     }
   }
 
@@ -190,7 +191,8 @@ std::optional<std::filesystem::path> lengthened_copy(const std::filesystem::path
   for (const auto& folder : {file.parent_path(), std::filesystem::temp_directory_path(code)}) {
     const auto copy = folder / fmt::format(".{}.{}.salvage", file.filename().string(), getpid());
     if (std::filesystem::copy_file(file, copy, std::filesystem::copy_options::overwrite_existing, code)) {
-      std::filesystem::permissions(copy, std::filesystem::perms::owner_read | std::filesystem::perms::owner_write, code);
+      std::filesystem::permissions(copy, std::filesystem::perms::owner_read | std::filesystem::perms::owner_write,
+                                   code);
       std::filesystem::resize_file(copy, end, code);  // sparse
       if (!code) return copy;
     }
@@ -273,7 +275,9 @@ void SessionReader::Impl::open() {
   read_header();
 
   auto n = as_array(lost);
-  const auto read_losses = [&](std::size_t count) { return read_fixed(h5.get(), "lost", H5T_NATIVE_UINT64, count, n.data()); };
+  const auto read_losses = [&](std::size_t count) {
+    return read_fixed(h5.get(), "lost", H5T_NATIVE_UINT64, count, n.data());
+  };
   if (read_losses(n.size()) || read_losses(kLostAtFirst)) lost = {n[0], n[1], n[2], n[3], n[4], n[5], n[6]};
   const auto open_table = [&](TableReader& table, const std::string& path, const std::vector<ColumnName>& names) {
     table.open(file, h5.get(), path, names, truncated);
@@ -321,7 +325,7 @@ void SessionReader::Impl::read_header() {
   need(get_attribute(root, "servo_rate_Hz", header.servo_rate), "servo_rate_Hz");
   need(get_attribute(root, "voxel_mm", voxel_mm), "voxel_mm");
   get_attribute(root, "vibration_band_Hz", header.vibration_band);  // older files have none, and had no vibration
-  get_attribute(root, "position_step_m", header.position_step);  // older files have none, and took differences
+  get_attribute(root, "position_step_m", header.position_step);     // older files have none, and took differences
   if (!(header.position_step > 0 && header.position_step < 1)) header.position_step = 0;
   std::uint64_t gives_torque = 1;  // older files have none, and counted the torque of any device
   get_attribute(root, "gives_torque", gives_torque);
@@ -434,12 +438,24 @@ SessionReader::~SessionReader() = default;
 SessionReader::SessionReader(SessionReader&&) noexcept = default;
 SessionReader& SessionReader::operator=(SessionReader&&) noexcept = default;
 
-const std::filesystem::path& SessionReader::file() const { return impl_->file; }
-const SessionHeader& SessionReader::header() const { return impl_->header; }
-bool SessionReader::truncated() const { return impl_->truncated; }
-bool SessionReader::being_recorded() const { return impl_->being_recorded; }
-const Lost& SessionReader::lost() const { return impl_->lost; }
-std::uint64_t SessionReader::tick_count() const { return impl_->ticks.rows(); }
+const std::filesystem::path& SessionReader::file() const {
+  return impl_->file;
+}
+const SessionHeader& SessionReader::header() const {
+  return impl_->header;
+}
+bool SessionReader::truncated() const {
+  return impl_->truncated;
+}
+bool SessionReader::being_recorded() const {
+  return impl_->being_recorded;
+}
+const Lost& SessionReader::lost() const {
+  return impl_->lost;
+}
+std::uint64_t SessionReader::tick_count() const {
+  return impl_->ticks.rows();
+}
 
 std::vector<ServoTick> SessionReader::ticks(std::uint64_t first, std::uint64_t count) const {
   const H5Quiet quiet;
@@ -447,12 +463,24 @@ std::vector<ServoTick> SessionReader::ticks(std::uint64_t first, std::uint64_t c
   return read_messages(impl_->ticks, tick_columns(), first, std::min(count, tick_count() - first));
 }
 
-const std::vector<Cut>& SessionReader::cuts() const { return impl_->cuts; }
-const std::vector<PatchUse>& SessionReader::patches() const { return impl_->patches; }
-const std::vector<SessionEvent>& SessionReader::events() const { return impl_->events; }
-const std::vector<StreamData>& SessionReader::streams() const { return impl_->streams; }
-const std::optional<SessionResult>& SessionReader::result() const { return impl_->result; }
-const std::optional<LoopReport>& SessionReader::loop() const { return impl_->loop; }
+const std::vector<Cut>& SessionReader::cuts() const {
+  return impl_->cuts;
+}
+const std::vector<PatchUse>& SessionReader::patches() const {
+  return impl_->patches;
+}
+const std::vector<SessionEvent>& SessionReader::events() const {
+  return impl_->events;
+}
+const std::vector<StreamData>& SessionReader::streams() const {
+  return impl_->streams;
+}
+const std::optional<SessionResult>& SessionReader::result() const {
+  return impl_->result;
+}
+const std::optional<LoopReport>& SessionReader::loop() const {
+  return impl_->loop;
+}
 
 bool repair_session(const std::filesystem::path& file) {
   PartialFile partial(file, "repaired");
@@ -478,7 +506,8 @@ bool repair_session(const std::filesystem::path& file) {
       }
     }
     constexpr std::uint64_t kPiece = 4096;
-    for (std::uint64_t first = 0; first < reader.tick_count(); first += kPiece) writer.append(reader.ticks(first, kPiece));
+    for (std::uint64_t first = 0; first < reader.tick_count(); first += kPiece)
+      writer.append(reader.ticks(first, kPiece));
     writer.flush();
     if (writer.status().state != WriterStatus::State::kRecording)
       throw Error(file.string(), "", writer.status().message, "a writable place to repair it");

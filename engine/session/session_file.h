@@ -56,8 +56,8 @@ class SessionReader {
 };
 
 /// Makes a session that was cut off into an ordinary file that every HDF5 program opens; it stays `truncated`. Returns
-/// true when the file was rewritten, false when it was in order or is still being recorded. Throws Error like the reader,
-/// and when the place is not writable. The file is replaced whole or not at all.
+/// true when the file was rewritten, false when it was in order or is still being recorded. Throws Error like the
+/// reader, and when the place is not writable. The file is replaced whole or not at all.
 bool repair_session(const std::filesystem::path& file);
 
 }  // namespace typodont::session

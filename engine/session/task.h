@@ -14,9 +14,10 @@
 
 namespace typodont::session {
 
-/// What a step may wait for: the hand moved, touched, drilled; a tool, the speed, an undo, a redo, a view; the hold key.
-inline constexpr std::array<std::string_view, 9> kStepDeeds = {"move",  "touch", "drill", "tool",
-                                                               "speed", "undo",  "redo",  "view", "hold"};
+/// What a step may wait for: the hand moved, touched, drilled; a tool, the speed, an undo, a redo, a view; the hold
+/// key.
+inline constexpr std::array<std::string_view, 9> kStepDeeds = {"move", "touch", "drill", "tool", "speed",
+                                                               "undo", "redo",  "view",  "hold"};
 
 /// "text", or {"en": …, "de": …, "zh": …} with at least "en".
 struct TaskText {
@@ -31,11 +32,11 @@ struct Task {
   TaskText title, goal;
   std::vector<TaskText> steps;
   std::vector<std::string> step_deeds;  // one for each step: what does it, of kStepDeeds; empty: it is ticked off
-  dvec3 axis_W{0, 0, 1};           // unit, out of the opening
-  std::optional<Json> ideal;       // read by the program
-  std::vector<Json> protect;       // solids
-  bool explore = false;            // to be explored, not cut
-  std::vector<Json> region;        // solids: where
+  dvec3 axis_W{0, 0, 1};                // unit, out of the opening
+  std::optional<Json> ideal;            // read by the program
+  std::vector<Json> protect;            // solids
+  bool explore = false;                 // to be explored, not cut
+  std::vector<Json> region;             // solids: where
 };
 
 /// Reads and checks everything but solids and the ideal. Throws Error.

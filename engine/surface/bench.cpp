@@ -88,7 +88,7 @@ std::vector<BenchRow> bench_sphere(const BenchOptions& options) {
     row.baseline = "floor of a 32³ block, an eighth";
     row.ratio = row.time_ns / (options.floor_32 * 1e9 / 8);
     row.size = triangles;
-      row.size_unit = "triangles";
+    row.size_unit = "triangles";
     rows.push_back(row);
   }
   return rows;

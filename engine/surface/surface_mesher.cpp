@@ -127,8 +127,8 @@ void Weaver::triangle(const Corner& a, const Corner& b, const Corner& c, BrickMe
     low = static_cast<Tissue>(std::min(best, next));
     high = static_cast<Tissue>(std::max(best, next));
   }
-  // On a crease a corner takes the normal of its side: of the smooth corners beside it, or the triangle's own. A gentle one
-  // (a fissure's floor, narrower than a cell) shades as if it were round, where triangles are as small as cells.
+  // On a crease a corner takes the normal of its side: of the smooth corners beside it, or the triangle's own. A gentle
+  // one (a fissure's floor, narrower than a cell) shades as if it were round, where triangles are as small as cells.
   glm::vec3 side(0);
   bool small = false;
   if (a.data->crease || b.data->crease || c.data->crease) {
@@ -138,11 +138,13 @@ void Weaver::triangle(const Corner& a, const Corner& b, const Corner& c, BrickMe
     if (glm::dot(side, side) < 1e-12f) side = area_normal(a, b, c);
     const float length = glm::length(side);
     side = length > 1e-12f ? side / length : a.data->normal;
-    small = glm::distance(a.data->position, b.data->position) < kSmallEdge && glm::distance(b.data->position, c.data->position) < kSmallEdge &&
+    small = glm::distance(a.data->position, b.data->position) < kSmallEdge &&
+            glm::distance(b.data->position, c.data->position) < kSmallEdge &&
             glm::distance(c.data->position, a.data->position) < kSmallEdge;
   }
   for (const Corner* corner : corners) {
-    mesh.indices.push_back(copy_of(*corner, low, high, small && corner->data->gentle ? corner->data->normal : side, mesh));
+    mesh.indices.push_back(
+        copy_of(*corner, low, high, small && corner->data->gentle ? corner->data->normal : side, mesh));
   }
 }
 
@@ -300,7 +302,9 @@ SurfaceMesher::~SurfaceMesher() = default;
 SurfaceMesher::SurfaceMesher(SurfaceMesher&&) noexcept = default;
 SurfaceMesher& SurfaceMesher::operator=(SurfaceMesher&&) noexcept = default;
 
-void SurfaceMesher::set_tolerance(float tolerance) { state_->options.tolerance = tolerance; }
+void SurfaceMesher::set_tolerance(float tolerance) {
+  state_->options.tolerance = tolerance;
+}
 
 void SurfaceMesher::put(const FieldBrick& brick) {
   Brick& entry = state_->bricks[brick.key];

@@ -115,13 +115,14 @@ void cut_rows(const Tool& tool, const std::string& knob, const DenseTissue& dens
   const double cut = batch_ns(5, kCycle, cut_on);
   double lanes = 0;
   for (const CutFront::Place& place : groups) lanes += place.lanes;
-  rows.push_back({"floor: scan of the samples a cut changes", knob, BenchRow::kNone, "", scan, "cut", "", BenchRow::kNone,
-                  samples, "samples"});
-  rows.push_back({"floor: scan of the samples a cut reads and writes", knob, BenchRow::kNone, "", same, "cut", "", BenchRow::kNone,
-                  lanes, "samples"});
-  rows.push_back({"cut alone, 0.03 voxel", knob, BenchRow::kNone, "", cut, "cut", "the scan", cut / scan, samples, "samples"});
-  rows.push_back({"cut alone, 0.03 voxel, by what it reads and writes", knob, BenchRow::kNone, "", cut, "cut", "that scan", cut / same,
-                  lanes, "samples"});
+  rows.push_back({"floor: scan of the samples a cut changes", knob, BenchRow::kNone, "", scan, "cut", "",
+                  BenchRow::kNone, samples, "samples"});
+  rows.push_back({"floor: scan of the samples a cut reads and writes", knob, BenchRow::kNone, "", same, "cut", "",
+                  BenchRow::kNone, lanes, "samples"});
+  rows.push_back(
+      {"cut alone, 0.03 voxel", knob, BenchRow::kNone, "", cut, "cut", "the scan", cut / scan, samples, "samples"});
+  rows.push_back({"cut alone, 0.03 voxel, by what it reads and writes", knob, BenchRow::kNone, "", cut, "cut",
+                  "that scan", cut / same, lanes, "samples"});
 }
 
 }  // namespace typodont::haptics::bench

@@ -43,14 +43,13 @@ void drilling_rows(const BenchOptions& options, std::vector<BenchRow>& rows) {
       return run;
     });
     Scene& scene = *last;
-    rows.push_back(
-        {"drilling tick, median", knob, error, "volume against energy", quantile(ticks, 0.5), "tick"});
-    rows.push_back(
-        {"drilling tick, 99.9 %", knob, error, "volume against energy", quantile(ticks, 0.999), "tick"});
+    rows.push_back({"drilling tick, median", knob, error, "volume against energy", quantile(ticks, 0.5), "tick"});
+    rows.push_back({"drilling tick, 99.9 %", knob, error, "volume against energy", quantile(ticks, 0.999), "tick"});
     const double floor = drilling_floor(dense, settings, options.ticks);
-    rows.push_back({"floor: the tick's cut alone, a query, a scan of the same samples", knob, BenchRow::kNone, "", floor, "tick"});
-    rows.push_back({"drilling tick, median, against its floor", knob, error, "volume against energy", quantile(ticks, 0.5), "tick",
-                    "its cut, a query, a scan", quantile(ticks, 0.5) / floor});
+    rows.push_back(
+        {"floor: the tick's cut alone, a query, a scan of the same samples", knob, BenchRow::kNone, "", floor, "tick"});
+    rows.push_back({"drilling tick, median, against its floor", knob, error, "volume against energy",
+                    quantile(ticks, 0.5), "tick", "its cut, a query, a scan", quantile(ticks, 0.5) / floor});
     cut_rows(tool, knob, dense, rows);
     hand_over_rows(scene, knob, rows);
   }

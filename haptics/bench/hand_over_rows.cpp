@@ -43,8 +43,10 @@ void hand_over_rows(Scene& scene, const std::string& knob, std::vector<BenchRow>
     handed_over.push_back(static_cast<double>(thread_cpu_time() - start) - clock);
     scene.carver.remember_writes(false);
   }
-  rows.push_back({"16 cuts put into a patch by the carver", knob, BenchRow::kNone, "", quantile(kept_up, 0.5), "patch"});
-  rows.push_back({"patch hand-over, 16 cuts made meanwhile", knob, BenchRow::kNone, "", std::max(quantile(handed_over, 0.5), 0.0), "patch"});
+  rows.push_back(
+      {"16 cuts put into a patch by the carver", knob, BenchRow::kNone, "", quantile(kept_up, 0.5), "patch"});
+  rows.push_back({"patch hand-over, 16 cuts made meanwhile", knob, BenchRow::kNone, "",
+                  std::max(quantile(handed_over, 0.5), 0.0), "patch"});
   // … unless it comes too late.
   scene.carver.cut_out(scene.last.X_WG.p, fresh);
   rows.push_back({"patch hand-over, 16 cuts put in by the servo", knob, BenchRow::kNone, "",

@@ -30,9 +30,9 @@ void free_air_row(const BenchOptions& options, std::vector<BenchRow>& rows) {
   rows.push_back({"free air, median", "round 1.2 mm", BenchRow::kNone, "", ns, "tick"});
 }
 
-/// While another thread keeps a second core busy: how many ticks end after the next should have begun; or, not drilling, how
-/// many the machine misses by itself. As a session's servo does, the loop sleeps, then spins, and runs in front of others where
-/// it may.
+/// While another thread keeps a second core busy: how many ticks end after the next should have begun; or, not
+/// drilling, how many the machine misses by itself. As a session's servo does, the loop sleeps, then spins, and runs in
+/// front of others where it may.
 static void deadline_rows(const BenchOptions& options, bool drilling, std::vector<BenchRow>& rows) {
   constexpr Nanos kPeriod = 100'000, kSpin = 40'000;
   ServoSettings settings;
@@ -59,7 +59,8 @@ static void deadline_rows(const BenchOptions& options, bool drilling, std::vecto
     const int wanted = 10 * options.ticks;
     Nanos next = now() + kPeriod;
     while (ticks < wanted) {
-      if (const Nanos rest = next - now() - kSpin; rest > 0) std::this_thread::sleep_for(std::chrono::nanoseconds(rest));
+      if (const Nanos rest = next - now() - kSpin; rest > 0)
+        std::this_thread::sleep_for(std::chrono::nanoseconds(rest));
       while (now() < next) {
       }
       scene.t += kPeriod;
@@ -79,7 +80,8 @@ static void deadline_rows(const BenchOptions& options, bool drilling, std::vecto
   const std::string knob = fmt::format("round 1.2 mm, voxel 0.1 mm, {}", in_front ? "SCHED_FIFO" : "ordinary priority");
   const double share = static_cast<double>(missed) / ticks;
   if (!drilling) {
-    rows.push_back({"floor: 10 kHz beside a busy core, nothing done", knob, share, "of the deadlines missed", quantile(late, 0.5), "tick"});
+    rows.push_back({"floor: 10 kHz beside a busy core, nothing done", knob, share, "of the deadlines missed",
+                    quantile(late, 0.5), "tick"});
     return;
   }
   rows.push_back({"drilling at 10 kHz beside a busy core, the tick", knob, share, "of the deadlines missed",

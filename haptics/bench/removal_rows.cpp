@@ -1,9 +1,9 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <span>
 #include <utility>
-
-#include <fmt/format.h>
 
 #include "haptics/bench/rows.h"
 #include "haptics/bench/timing.h"
@@ -65,13 +65,13 @@ void removal_rows(const BenchOptions& options, std::vector<BenchRow>& rows) {
     patch.resize(2 * static_cast<int>(2e-3 / dense.frame.voxel) + 1);
     carver.cut_out(at(kSteps / 2), patch);
     double taken = 0;
-    const auto [patch_error, patch_ns] = run([&] { return -taken; },
-                                             [&](int i) {
-                                               for (const double v : carve(patch, Sweep(tool, {at(std::max(i - 1, 0))}, {at(i)},
-                                                                                        dense.frame, i > 0))) {
-                                                 taken += v * voxel3;
-                                               }
-                                             });
+    const auto [patch_error, patch_ns] =
+        run([&] { return -taken; },
+            [&](int i) {
+              for (const double v : carve(patch, Sweep(tool, {at(std::max(i - 1, 0))}, {at(i)}, dense.frame, i > 0))) {
+                taken += v * voxel3;
+              }
+            });
     rows.push_back({"removal, sweep in the servo's patch", knob, patch_error, "of the volume", patch_ns, "cut",
                     "csgDifference", patch_ns / csg_ns});
 

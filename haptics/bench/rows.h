@@ -16,15 +16,16 @@ void slide_rows(const BenchOptions& options, std::vector<BenchRow>& rows);
 /// A hand that drills into a block, with four heads: ticks, cuts alone, patches.
 void drilling_rows(const BenchOptions& options, std::vector<BenchRow>& rows);
 
-/// The cut of one tick by itself, beside two floors: reading and writing just the samples that it changes, and reading and
-/// writing the same groups of samples as it does. Both known beforehand.
+/// The cut of one tick by itself, beside two floors: reading and writing just the samples that it changes, and reading
+/// and writing the same groups of samples as it does. Both known beforehand.
 void cut_rows(const Tool& tool, const std::string& knob, const DenseTissue& dense, std::vector<BenchRow>& rows);
 
-/// What the ticks of a drilling hand cannot do without: the cut that each makes, made once more in a patch of its own; one query;
-/// and a scan of the samples that such a cut reads and writes. ns, of the median tick.
+/// What the ticks of a drilling hand cannot do without: the cut that each makes, made once more in a patch of its own;
+/// one query; and a scan of the samples that such a cut reads and writes. ns, of the median tick.
 double drilling_floor(const DenseTissue& dense, const ServoSettings& settings, int ticks);
 
-/// A patch cut out beside a drilling servo, and handed over to it. `scene`: while it drills, pedal down; it is left a little deeper.
+/// A patch cut out beside a drilling servo, and handed over to it. `scene`: while it drills, pedal down; it is left a
+/// little deeper.
 void hand_over_rows(Scene& scene, const std::string& knob, std::vector<BenchRow>& rows);
 
 /// A stroke of a ball along the surface, in steps: error of the volume, time per step.

@@ -1,4 +1,5 @@
-// What the rows of contact and cutting are measured on: analytic solids, servo and carver in lock-step, a simulated hand.
+// What the rows of contact and cutting are measured on: analytic solids, servo and carver in lock-step, a simulated
+// hand.
 #pragma once
 
 #include <atomic>
@@ -23,8 +24,8 @@ Tool head(HeadShape shape, double diameter, double length);
 
 double degrees_between(const dvec3& a, const dvec3& b);
 
-/// The carver's thread while it cuts out patches. As in a session it works on another core, where there is one: what it reads
-/// and writes then does not drive the servo's code and data out of its caches.
+/// The carver's thread while it cuts out patches. As in a session it works on another core, where there is one: what it
+/// reads and writes then does not drive the servo's code and data out of its caches.
 class OtherThread {
  public:
   OtherThread();

@@ -47,7 +47,8 @@ struct Slide {
   }
 
   void add(const char* name, double error, double ns, const char* work, const char* baseline = "", double of_it = 0) {
-    rows.push_back({name, knob, error, "degree, greatest", ns, work, baseline, of_it > 0 ? ns / of_it : BenchRow::kNone});
+    rows.push_back(
+        {name, knob, error, "degree, greatest", ns, work, baseline, of_it > 0 ? ns / of_it : BenchRow::kNone});
   }
 
   /// Returns the median tick, ns.
@@ -80,7 +81,8 @@ struct Slide {
       for (int i = 0; i < options.ticks; ++i) {
         const dvec3 p = sliding(i, radius), goal = dense.frame.to_voxels(p);
         still.last.X_WT.p = p, still.last.X_WG.p = dense.frame.to_world(c);
-        if (still.carver.patch_due(still.last)) still.carver.cut_out(still.carver.patch_center(still.last), still.spare);
+        if (still.carver.patch_due(still.last))
+          still.carver.cut_out(still.carver.patch_center(still.last), still.spare);
         const Nanos start = thread_cpu_time();
         for (int look = 0; look < 8; ++look) {
           const FieldSample at = sample(still.spare, c);
@@ -159,10 +161,12 @@ void Slide::query_floor(const SurfacePatch& patch, const std::vector<dvec3>& poi
   }
   float read = 0;
   const std::size_t edge = static_cast<std::size_t>(patch.n);
-  const double scan_ns = batch_ns(51, 256, [&](int k) { scan_rows(corners[static_cast<std::size_t>(k)], edge, &read); });
-  rows.push_back({"floor: scan of the samples a cubic query reads", knob, BenchRow::kNone, "", scan_ns, "query", "", BenchRow::kNone,
-                  std::isfinite(read) ? 288.0 : 0.0, "samples"});
-  rows.push_back({"direction, cubic, against the floor", knob, BenchRow::kNone, "", cubic_ns, "query", "the scan", cubic_ns / scan_ns});
+  const double scan_ns =
+      batch_ns(51, 256, [&](int k) { scan_rows(corners[static_cast<std::size_t>(k)], edge, &read); });
+  rows.push_back({"floor: scan of the samples a cubic query reads", knob, BenchRow::kNone, "", scan_ns, "query", "",
+                  BenchRow::kNone, std::isfinite(read) ? 288.0 : 0.0, "samples"});
+  rows.push_back({"direction, cubic, against the floor", knob, BenchRow::kNone, "", cubic_ns, "query", "the scan",
+                  cubic_ns / scan_ns});
 }
 
 }  // namespace

@@ -10,28 +10,30 @@ namespace typodont::haptics {
 
 namespace {
 
-constexpr double kFootOff = 0.05;     // voxels; of a ball of four voxels' radius the linear look alone is off by as much
-constexpr double kUnbent = 2e-4;      // a gradient whose length is off by less, over a surface …
-constexpr double kBelow = 3;          // … that lies so many voxels of tissue away from any edge …
-constexpr double kAbove = 3.5;        // … and so many of air from where another wall is nearer, is that of one wall
-constexpr double kMostBehind = 4;     // voxels that a hand may be under the surface which its ball lies on
-constexpr double kStraight = 1e-8;    // voxels², how far aside from straight above a point of the wall …
-constexpr int kMostSteps = 6;         // … after so many steps along it at most …
-constexpr double kUneven = 1e-3;      // … while the field's gradient is no longer or shorter than one by more than this,
-constexpr double kEven = 5e-5;        // … and than this where nothing else is near
-constexpr int kExactSteps = 2;        // cubic queries a contact may take on its way to the closest point while a head cuts
-constexpr double kStaysExact = 0.02;  // voxels a ball may move before a contact is made exact again: 2e-5 voxels of gap,
+constexpr double kFootOff = 0.05;   // voxels; of a ball of four voxels' radius the linear look alone is off by as much
+constexpr double kUnbent = 2e-4;    // a gradient whose length is off by less, over a surface …
+constexpr double kBelow = 3;        // … that lies so many voxels of tissue away from any edge …
+constexpr double kAbove = 3.5;      // … and so many of air from where another wall is nearer, is that of one wall
+constexpr double kMostBehind = 4;   // voxels that a hand may be under the surface which its ball lies on
+constexpr double kStraight = 1e-8;  // voxels², how far aside from straight above a point of the wall …
+constexpr int kMostSteps = 6;       // … after so many steps along it at most …
+constexpr double kUneven = 1e-3;  // … while the field's gradient is no longer or shorter than one by more than this,
+constexpr double kEven = 5e-5;    // … and than this where nothing else is near
+constexpr int kExactSteps = 2;    // cubic queries a contact may take on its way to the closest point while a head cuts
+constexpr double kStaysExact =
+    0.02;  // voxels a ball may move before a contact is made exact again: 2e-5 voxels of gap,
 constexpr double kStaysExactEdged = 2e-3;  // … and a head with edges, where the gap may change by as much as the way
-constexpr double kGained = 1e-4;      // voxels: the next step would gain the square of that
-// While nothing is cut the force's direction counts, and sideways a contact is off by the root of what a step still gains.
+constexpr double kGained = 1e-4;           // voxels: the next step would gain the square of that
+// While nothing is cut the force's direction counts, and sideways a contact is off by the root of what a step still
+// gains.
 constexpr int kFineSteps = 8;
 constexpr double kFineStays = 1e-3, kFineGained = 3e-8;
 constexpr double kStillConverges = 0.95, kMostGain = 10;
 // A rim that lies in the tissue: what its sides say about the way out is wrong, the tissue's normal is right …
-constexpr double kAskew = 0.99999;    // … where these differ, by their cosine, …
-constexpr double kSmooth = 0.05;      // … the tissue is smooth, its gradient no shorter than this from one, …
-constexpr double kSameWall = 0.9;     // … and the same around, by the cosine of its normals, …
-constexpr double kNearRim = 2;        // … as far as this many voxels from the rim, and from what of it is sunk
+constexpr double kAskew = 0.99999;  // … where these differ, by their cosine, …
+constexpr double kSmooth = 0.05;    // … the tissue is smooth, its gradient no shorter than this from one, …
+constexpr double kSameWall = 0.9;   // … and the same around, by the cosine of its normals, …
+constexpr double kNearRim = 2;      // … as far as this many voxels from the rim, and from what of it is sunk
 
 }  // namespace
 
@@ -59,20 +61,23 @@ double ContactFinder::head_distance(const Pose& X_VT, const dvec3& x, dvec3& n) 
   return distance;
 }
 
-/// Offset surface (Kim & Park 2006, sec. 3.2): one query at the sphere's centre. Exact where the field outside the tissue is
-/// smooth, and nowhere more than the true distance; that it is no less shows in its foot, which lies on the surface. What the
-/// stencil must not see shows on the line through both: near an edge the tissue below the foot is less deep (then the edge is
-/// made of its faces), and near a medial axis the air above less wide.
+/// Offset surface (Kim & Park 2006, sec. 3.2): one query at the sphere's centre. Exact where the field outside the
+/// tissue is smooth, and nowhere more than the true distance; that it is no less shows in its foot, which lies on the
+/// surface. What the stencil must not see shows on the line through both: near an edge the tissue below the foot is
+/// less deep (then the edge is made of its faces), and near a medial axis the air above less wide.
 bool ContactFinder::find_by_offset(const SurfacePatch& patch, const dvec3& c, ContactSet& set) const noexcept {
   const FieldSample at = sample_cubic(patch, c);
   const double length = glm::length(at.gradient);
-  if (at.value < 0.5 || length < 0.5) return false;  // the centre is inside: the field there is not what the offset needs
+  if (at.value < 0.5 || length < 0.5)
+    return false;  // the centre is inside: the field there is not what the offset needs
   dvec3 n = at.gradient / length;
   double distance = at.value;
   const dvec3 below = c - (distance + kBelow) * n;
   const dvec3 above = c + kAbove * n;
-  if (!patch.holds(above, 0) || sample_linear(patch, above) < std::min(distance + kAbove, patch.band) - kFootOff) return false;
-  if (std::abs(length - 1) > kUnbent || !patch.holds(below, 0) || std::abs(sample_linear(patch, below) + kBelow) > kFootOff) {
+  if (!patch.holds(above, 0) || sample_linear(patch, above) < std::min(distance + kAbove, patch.band) - kFootOff)
+    return false;
+  if (std::abs(length - 1) > kUnbent || !patch.holds(below, 0) ||
+      std::abs(sample_linear(patch, below) + kBelow) > kFootOff) {
     dvec3 foot = c - distance * n;
     if (nearest_on_edge(patch, c, foot, distance, foot)) {
       distance = glm::length(c - foot);
@@ -91,7 +96,8 @@ bool ContactFinder::find_by_offset(const SurfacePatch& patch, const dvec3& c, Co
 }
 
 /// Between flat walls every contact is known as it is, however near the crease.
-bool ContactFinder::find_in_crease(const SurfacePatch& patch, const dvec3& c, double near, ContactSet& set) const noexcept {
+bool ContactFinder::find_in_crease(const SurfacePatch& patch, const dvec3& c, double near,
+                                   ContactSet& set) const noexcept {
   const FieldSample at = sample_cubic(patch, c);
   FlatWalls walls;
   if (at.value < 0.5 || glm::length(at.gradient) < 0.1 || !walls_of_crease(patch, c, at, walls)) return false;
@@ -111,7 +117,9 @@ bool ContactFinder::seat(const SurfacePatch& patch, const dvec3& target, const d
   if (!sphere_ || !patch.holds(target, kBelow + kMostBehind)) return false;
   FieldSample at = sample_cubic(patch, target);
   double slope = glm::length(at.gradient);
-  if (at.value < -kMostBehind || at.value > radius_ || slope < 0.5 || !is_true_around(patch, target, std::abs(at.value))) return false;
+  if (at.value < -kMostBehind || at.value > radius_ || slope < 0.5 ||
+      !is_true_around(patch, target, std::abs(at.value)))
+    return false;
   // From the hand onto the wall, and along it to where the hand is straight above or below.
   dvec3 x = target, n;
   double height = 0, uneven = 0;
@@ -135,7 +143,8 @@ bool ContactFinder::seat(const SurfacePatch& patch, const dvec3& target, const d
   if (height > radius_ || glm::length(on - c) > kMostSeated || !patch.holds(on, 0)) return false;
   seated = on;
   const dvec3 above = on + kAbove * n;
-  alone = uneven < kEven && patch.holds(above, 0) && sample_linear(patch, above) >= std::min(radius_ + kAbove, patch.band) - kFootOff;
+  alone = uneven < kEven && patch.holds(above, 0) &&
+          sample_linear(patch, above) >= std::min(radius_ + kAbove, patch.band) - kFootOff;
   if (!alone) return true;
   set.clear();
   set.origin_ = on;
@@ -195,7 +204,8 @@ void ContactFinder::find_way_out(const SurfacePatch& patch, const Pose& X_VT, Co
 }
 
 void ContactFinder::relinearize(const Pose& X_VT, ContactSet& set) const noexcept {
-  set.deepest_ = static_cast<double>(samples_->look_again(X_VT.R, glm::vec3(X_VT.p - set.origin_), set.rough_, set.count_));
+  set.deepest_ =
+      static_cast<double>(samples_->look_again(X_VT.R, glm::vec3(X_VT.p - set.origin_), set.rough_, set.count_));
   for (int k = 0; k < set.exact_count_; ++k) {
     see_again(X_VT, set.exact_[static_cast<std::size_t>(k)].plane);
   }
@@ -210,7 +220,8 @@ void ContactFinder::see_again(const Pose& X_VT, ContactPlane& plane) const noexc
   plane.n = -plane.n;
 }
 
-bool ContactFinder::refine(const SurfacePatch& patch, const Pose& X_VT, ContactSet& set, int i, bool fine) const noexcept {
+bool ContactFinder::refine(const SurfacePatch& patch, const Pose& X_VT, ContactSet& set, int i,
+                           bool fine) const noexcept {
   if (set.sunk_ || set.flat_ || i >= set.own()) return false;
   const ContactSet::Exact* known = set.exact(i);
   const double stays = fine ? kFineStays : sphere_ ? kStaysExact : kStaysExactEdged;
@@ -218,7 +229,8 @@ bool ContactFinder::refine(const SurfacePatch& patch, const Pose& X_VT, ContactS
   const ContactPlane rough = set.plane(i);
   if (!patch.holds(rough.x, 0)) return false;
   // From a point near the surface: onto it, then along it toward the head, as long as that brings them closer.
-  // Each slide is the same share of the one before on a surface that bends evenly: a fine one goes all the way (secant method).
+  // Each slide is the same share of the one before on a surface that bends evenly: a fine one goes all the way (secant
+  // method).
   ContactPlane best;
   best.gap = 1e300;
   dvec3 x = rough.x, last_slide(0);
@@ -278,14 +290,15 @@ dvec3 ContactFinder::farthest(const Pose& X_VT, const dvec3& along) const noexce
     try_point(piece.bx, piece.bz);
     if (piece.radius == 0) continue;
     const double ux = piece.ax - piece.cx, uz = piece.az - piece.cz, wx = piece.bx - piece.cx, wz = piece.bz - piece.cz;
-    if (ux * d.z - uz * out >= 0 && out * wz - d.z * wx >= 0) try_point(piece.cx + piece.radius * out, piece.cz + piece.radius * d.z);
+    if (ux * d.z - uz * out >= 0 && out * wz - d.z * wx >= 0)
+      try_point(piece.cx + piece.radius * out, piece.cz + piece.radius * d.z);
   }
   const dvec3 side = out > 1e-12 ? dvec3(d.x, d.y, 0) / out : dvec3(1, 0, 0);
   return X_VT.p + X_VT.R * (best.x * side + dvec3(0, 0, best.y));
 }
 
-/// Where a sharp rim has sunk into smooth tissue the two sides of the rim each push their own way, and between them aside.
-/// The way out is the tissue's normal at the rim's deepest point.
+/// Where a sharp rim has sunk into smooth tissue the two sides of the rim each push their own way, and between them
+/// aside. The way out is the tissue's normal at the rim's deepest point.
 bool ContactFinder::touch_with_rim(const SurfacePatch& patch, const Pose& X_VT, ContactPlane& plane) const noexcept {
   if (sphere_ || !patch.holds(plane.x, 0)) return false;
   FieldSample field = sample_cubic(patch, plane.x);

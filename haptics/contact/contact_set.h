@@ -19,8 +19,8 @@ struct ContactPlane {
 
 /// Planes side by side in floats; surface points from where the head's centre was when they were found.
 struct RoughPlanes {
-  static constexpr int kMax = 256, kBatch = 8;     // so many are looked at side by side
-  static constexpr int kRoom = kMax + kBatch;      // the last batch may not be full
+  static constexpr int kMax = 256, kBatch = 8;  // so many are looked at side by side
+  static constexpr int kRoom = kMax + kBatch;   // the last batch may not be full
   alignas(32) float x[kRoom], y[kRoom], z[kRoom], nx[kRoom], ny[kRoom], nz[kRoom], gap[kRoom], yields[kRoom];
 };
 
@@ -32,11 +32,12 @@ class ContactSet {
   int count() const { return count_; }
   /// Of these the first so many are the head's own; the others were added.
   int own() const { return count_ - added_; }
-  /// A contact of another part of the tool, or a plane that leads the head, which never yields. False when there is no more room.
+  /// A contact of another part of the tool, or a plane that leads the head, which never yields. False when there is no
+  /// more room.
   bool add(const ContactPlane& plane) noexcept;
   void drop_added() noexcept { count_ -= std::exchange(added_, 0); }
-  /// Voxels² of the head within a voxel of tissue, by how near it is; and the sum of area × outward normal of the tissue of what
-  /// lies on it now.
+  /// Voxels² of the head within a voxel of tissue, by how near it is; and the sum of area × outward normal of the
+  /// tissue of what lies on it now.
   double engaged_area() const { return engaged_area_; }
   const dvec3& engaged_normal() const { return engaged_normal_; }
   /// The deepest overlap, voxels; 0 where there is none.

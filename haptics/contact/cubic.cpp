@@ -37,8 +37,9 @@ constexpr Polynomials weights() {
   return p;
 }
 
-// A float times a weight of no more than 29 binary digits is exact in doubles, so that it does not matter whether a processor
-// rounds between product and sum: with and without FMA the same bits. Added to this, numbers below 2 are rounded to multiples of 2^-29.
+// A float times a weight of no more than 29 binary digits is exact in doubles, so that it does not matter whether a
+// processor rounds between product and sum: with and without FMA the same bits. Added to this, numbers below 2 are
+// rounded to multiples of 2^-29.
 constexpr double kGrid = 1.5 * (1 << 23);
 
 /// The sum of the weights of a sample and all behind it, on the grid. Their differences are
@@ -70,28 +71,39 @@ namespace {
 using Lanes = D2;
 constexpr int kLanes = 2;
 
-TYPODONT_KERNEL Lanes widened(const float* p) { return Lanes{p[0], p[1]}; }
-TYPODONT_KERNEL Lanes exact_product_added(const Lanes& a, double b, const Lanes& sum) { return sum + a * b; }
-TYPODONT_KERNEL Lanes one_on(const Lanes& v, const Lanes& after) { return __builtin_shufflevector(v, after, 1, 2); }
-TYPODONT_KERNEL void add_by_fours(const Lanes& v, int at, double* sums) { *reinterpret_cast<D2*>(sums + at % 4) += v; }
+TYPODONT_KERNEL Lanes widened(const float* p) {
+  return Lanes{p[0], p[1]};
+}
+TYPODONT_KERNEL Lanes exact_product_added(const Lanes& a, double b, const Lanes& sum) {
+  return sum + a * b;
+}
+TYPODONT_KERNEL Lanes one_on(const Lanes& v, const Lanes& after) {
+  return __builtin_shufflevector(v, after, 1, 2);
+}
+TYPODONT_KERNEL void add_by_fours(const Lanes& v, int at, double* sums) {
+  *reinterpret_cast<D2*>(sums + at % 4) += v;
+}
 TYPODONT_KERNEL void add_across(const double (&sums)[4][4], double* out) {
   for (int k = 0; k < 4; ++k) out[k] = (sums[k][0] + sums[k][1]) + (sums[k][2] + sums[k][3]);
 }
 #include "haptics/contact/cubic_kernel.h"
 
-void cubic(const float* f, std::size_t sx, std::size_t sy, const double* t, double* out) { sum_up(f, sx, sy, t, out); }
+void cubic(const float* f, std::size_t sx, std::size_t sy, const double* t, double* out) {
+  sum_up(f, sx, sy, t, out);
+}
 
 }  // namespace
 }  // namespace by_two
 
 #ifdef TYPODONT_WIDE_CUBIC
 /// Across four sums each: all four at once.
-#define TYPODONT_ADD_ACROSS                                                                        \
-  TYPODONT_KERNEL void add_across(const double (&sums)[4][4], double* out) {                       \
-    const D4* const s = reinterpret_cast<const D4*>(sums);                                         \
+#define TYPODONT_ADD_ACROSS                                                                                         \
+  TYPODONT_KERNEL void add_across(const double(&sums)[4][4], double* out) {                                         \
+    const D4* const s = reinterpret_cast<const D4*>(sums);                                                          \
     const D4 a = __builtin_shufflevector(s[0], s[1], 0, 4, 2, 6) + __builtin_shufflevector(s[0], s[1], 1, 5, 3, 7); \
     const D4 b = __builtin_shufflevector(s[2], s[3], 0, 4, 2, 6) + __builtin_shufflevector(s[2], s[3], 1, 5, 3, 7); \
-    *reinterpret_cast<D4*>(out) = __builtin_shufflevector(a, b, 0, 1, 4, 5) + __builtin_shufflevector(a, b, 2, 3, 6, 7); \
+    *reinterpret_cast<D4*>(out) =                                                                                   \
+        __builtin_shufflevector(a, b, 0, 1, 4, 5) + __builtin_shufflevector(a, b, 2, 3, 6, 7);                      \
   }
 
 #pragma GCC push_options
@@ -102,16 +114,24 @@ namespace {
 using Lanes = D4;
 constexpr int kLanes = 4;
 
-TYPODONT_KERNEL Lanes widened(const float* p) { return (Lanes)_mm256_cvtps_pd(_mm_loadu_ps(p)); }
+TYPODONT_KERNEL Lanes widened(const float* p) {
+  return (Lanes)_mm256_cvtps_pd(_mm_loadu_ps(p));
+}
 TYPODONT_KERNEL Lanes exact_product_added(const Lanes& a, double b, const Lanes& sum) {
   return (Lanes)_mm256_fmadd_pd((__m256d)a, _mm256_set1_pd(b), (__m256d)sum);
 }
-TYPODONT_KERNEL Lanes one_on(const Lanes& v, const Lanes& after) { return __builtin_shufflevector(v, after, 1, 2, 3, 4); }
-TYPODONT_KERNEL void add_by_fours(const Lanes& v, int, double* sums) { *reinterpret_cast<D4*>(sums) += v; }
+TYPODONT_KERNEL Lanes one_on(const Lanes& v, const Lanes& after) {
+  return __builtin_shufflevector(v, after, 1, 2, 3, 4);
+}
+TYPODONT_KERNEL void add_by_fours(const Lanes& v, int, double* sums) {
+  *reinterpret_cast<D4*>(sums) += v;
+}
 TYPODONT_ADD_ACROSS
 #include "haptics/contact/cubic_kernel.h"
 
-void cubic(const float* f, std::size_t sx, std::size_t sy, const double* t, double* out) { sum_up(f, sx, sy, t, out); }
+void cubic(const float* f, std::size_t sx, std::size_t sy, const double* t, double* out) {
+  sum_up(f, sx, sy, t, out);
+}
 
 }  // namespace
 }  // namespace by_four
@@ -126,18 +146,24 @@ using Lanes = D8;
 constexpr int kLanes = 8;
 
 // The masked form: GCC 12 takes the plain one's unused operand for one that was forgotten.
-TYPODONT_KERNEL Lanes widened(const float* p) { return (Lanes)_mm512_maskz_cvtps_pd(0xff, _mm256_loadu_ps(p)); }
+TYPODONT_KERNEL Lanes widened(const float* p) {
+  return (Lanes)_mm512_maskz_cvtps_pd(0xff, _mm256_loadu_ps(p));
+}
 TYPODONT_KERNEL Lanes exact_product_added(const Lanes& a, double b, const Lanes& sum) {
   return (Lanes)_mm512_fmadd_pd((__m512d)a, _mm512_set1_pd(b), (__m512d)sum);
 }
-TYPODONT_KERNEL Lanes one_on(const Lanes& v, const Lanes& after) { return __builtin_shufflevector(v, after, 1, 2, 3, 4, 5, 6, 7, 8); }
+TYPODONT_KERNEL Lanes one_on(const Lanes& v, const Lanes& after) {
+  return __builtin_shufflevector(v, after, 1, 2, 3, 4, 5, 6, 7, 8);
+}
 TYPODONT_KERNEL void add_by_fours(const Lanes& v, int, double* sums) {
   *reinterpret_cast<D4*>(sums) = __builtin_shufflevector(v, v, 0, 1, 2, 3) + __builtin_shufflevector(v, v, 4, 5, 6, 7);
 }
 TYPODONT_ADD_ACROSS
 #include "haptics/contact/cubic_kernel.h"
 
-void cubic(const float* f, std::size_t sx, std::size_t sy, const double* t, double* out) { sum_up(f, sx, sy, t, out); }
+void cubic(const float* f, std::size_t sx, std::size_t sy, const double* t, double* out) {
+  sum_up(f, sx, sy, t, out);
+}
 
 }  // namespace
 }  // namespace by_eight

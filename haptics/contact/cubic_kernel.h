@@ -30,7 +30,8 @@ TYPODONT_KERNEL void weigh_on_grid(const double (&sums)[powers][8], double t, do
   }
 }
 
-TYPODONT_KERNEL void sum_up(const float* f, std::size_t stride_x, std::size_t stride_y, const double* fractions, double* out) {
+TYPODONT_KERNEL void sum_up(const float* f, std::size_t stride_x, std::size_t stride_y, const double* fractions,
+                            double* out) {
   alignas(64) double x[8], x_slope[8], y[8], y_slope[8], z[8], z_slope[8];
   weigh_on_grid(kSums.value, fractions[1], y);
   weigh_on_grid(kSums.slope, fractions[1], y_slope);
@@ -56,7 +57,8 @@ TYPODONT_KERNEL void sum_up(const float* f, std::size_t stride_x, std::size_t st
       by_x += sum * x_slope[kLead + i];
       by_y += slope * x[kLead + i];
     }
-    const Lanes along = *reinterpret_cast<const Lanes*>(z + at), along_slope = *reinterpret_cast<const Lanes*>(z_slope + at);
+    const Lanes along = *reinterpret_cast<const Lanes*>(z + at),
+                along_slope = *reinterpret_cast<const Lanes*>(z_slope + at);
     add_by_fours(value * along, at, sums[0]);
     add_by_fours(by_x * along, at, sums[1]);
     add_by_fours(by_y * along, at, sums[2]);

@@ -23,15 +23,15 @@ constexpr double kNearEnd = 0.5;  // of the samples
 struct FlatHead {
   const FlatPiece* pieces;
   int count;
-  float cx, cy, cz;     // its centre
-  float R[9];           // from T to V, by columns
-  float radius;         // of a ball; else 0
-  float thickness;      // half its width
+  float cx, cy, cz;  // its centre
+  float R[9];        // from T to V, by columns
+  float radius;      // of a ball; else 0
+  float thickness;   // half its width
 };
 
 /// Signed distance of points from the head, with the direction in which it grows; points from the head's centre, in V.
-TYPODONT_KERNEL void distance_from_head(const FlatHead& head, const F8& x, const F8& y, const F8& z, F8& distance, F8& mx,
-                                        F8& my, F8& mz) {
+TYPODONT_KERNEL void distance_from_head(const FlatHead& head, const F8& x, const F8& y, const F8& z, F8& distance,
+                                        F8& mx, F8& my, F8& mz) {
   if (head.radius > 0) {
     F8 length = x * x + y * y + z * z;
     length = length > 1e-12f ? length : F8{} + 1e-12f;
@@ -42,7 +42,8 @@ TYPODONT_KERNEL void distance_from_head(const FlatHead& head, const F8& x, const
     return;
   }
   const float* R = head.R;
-  const F8 tx = R[0] * x + R[1] * y + R[2] * z, ty = R[3] * x + R[4] * y + R[5] * z, tz = R[6] * x + R[7] * y + R[8] * z;
+  const F8 tx = R[0] * x + R[1] * y + R[2] * z, ty = R[3] * x + R[4] * y + R[5] * z,
+           tz = R[6] * x + R[7] * y + R[8] * z;
   F8 rho = tx * tx + ty * ty;
   rho = rho > 1e-12f ? rho : F8{} + 1e-12f;
   take_root(rho);
@@ -114,7 +115,8 @@ TYPODONT_KERNEL void pairs_at(const float* samples, const I8& at, std::ptrdiff_t
 /// Trilinear value with its own gradient at eight points, all positive.
 TYPODONT_KERNEL void sample_eight(const FlatField& field, const F8& x, const F8& y, const F8& z, F8& value, F8& gx,
                                   F8& gy, F8& gz) {
-  const I8 ix = __builtin_convertvector(x, I8), iy = __builtin_convertvector(y, I8), iz = __builtin_convertvector(z, I8);
+  const I8 ix = __builtin_convertvector(x, I8), iy = __builtin_convertvector(y, I8),
+           iz = __builtin_convertvector(z, I8);
   const F8 u = x - __builtin_convertvector(ix, F8), v = y - __builtin_convertvector(iy, F8),
            w = z - __builtin_convertvector(iz, F8);
   const I8 at = ix * field.sx + iy * field.sy + iz;
@@ -142,18 +144,19 @@ TYPODONT_KERNEL void sample_eight(const FlatField& field, const F8& x, const F8&
 /// Batches of samples on their way to the surface.
 struct OnTheWay {
   static constexpr int kBatches = ContactSet::kMax / kBatch;
-  int from[kBatches];                              // of the head's samples
-  F8 qx[kBatches], qy[kBatches], qz[kBatches];     // those
-  F8 x[kBatches], y[kBatches], z[kBatches];        // where they have come to
+  int from[kBatches];                                            // of the head's samples
+  F8 qx[kBatches], qy[kBatches], qz[kBatches];                   // those
+  F8 x[kBatches], y[kBatches], z[kBatches];                      // where they have come to
   F8 value[kBatches], gx[kBatches], gy[kBatches], gz[kBatches];  // the field there
-  F8 nx[kBatches], ny[kBatches], nz[kBatches];     // the field's direction there
-  I8 steep[kBatches], again[kBatches];             // it has one
+  F8 nx[kBatches], ny[kBatches], nz[kBatches];                   // the field's direction there
+  I8 steep[kBatches], again[kBatches];                           // it has one
   F8 best[kBatches], best_x[kBatches], best_y[kBatches], best_z[kBatches];
   F8 best_mx[kBatches], best_my[kBatches], best_mz[kBatches];
 };
 
-/// Looks around with the samples of the head: those that are near tissue are slid to where head and surface are closest.
-/// Each step waits long for what it reads, its roots and its quotients, so every one is taken by all batches before the next.
+/// Looks around with the samples of the head: those that are near tissue are slid to where head and surface are
+/// closest. Each step waits long for what it reads, its roots and its quotients, so every one is taken by all batches
+/// before the next.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 void slide_to_surface(const HeadSamples* samples, const FlatHead* head_at, const FlatField* field_at, float near,
                       RoughPlanes* planes, Found* found) {
@@ -186,7 +189,8 @@ void slide_to_surface(const HeadSamples* samples, const FlatHead* head_at, const
   }
 
   // Onto the surface …
-  for (int b = 0; b < batches; ++b) sample_eight(field, w.qx[b], w.qy[b], w.qz[b], w.value[b], w.gx[b], w.gy[b], w.gz[b]);
+  for (int b = 0; b < batches; ++b)
+    sample_eight(field, w.qx[b], w.qy[b], w.qz[b], w.value[b], w.gx[b], w.gy[b], w.gz[b]);
   F8 area = {}, area_x = {}, area_y = {}, area_z = {}, least = {};
   int close_batches = 0;
   for (int b = 0; b < batches; ++b) {
@@ -199,8 +203,8 @@ void slide_to_surface(const HeadSamples* samples, const FlatHead* head_at, const
     std::memcpy(&nx, samples->nx + k, sizeof nx);
     std::memcpy(&ny, samples->ny + k, sizeof ny);
     std::memcpy(&nz, samples->nz + k, sizeof nz);
-    // Fades over one voxel, so that it changes smoothly; less twice what it would be if it faded over half of one: what lies on
-    // tissue now, without what would if the head sank, whose area grows with the depth.
+    // Fades over one voxel, so that it changes smoothly; less twice what it would be if it faded over half of one: what
+    // lies on tissue now, without what would if the head sank, whose area grows with the depth.
     F8 share = 1.0f - value, half = share - value;
     share = share < 0.0f ? F8{} : share;
     share = share > 1.0f ? F8{} + 1.0f : share;
@@ -246,7 +250,8 @@ void slide_to_surface(const HeadSamples* samples, const FlatHead* head_at, const
     w.x[b] = inside ? x : w.qx[b], w.y[b] = inside ? y : w.qy[b], w.z[b] = inside ? z : w.qz[b];
     w.again[b] = w.steep[b] & inside;
   }
-  for (int b = 0; b < close_batches; ++b) sample_eight(field, w.x[b], w.y[b], w.z[b], w.value[b], w.gx[b], w.gy[b], w.gz[b]);
+  for (int b = 0; b < close_batches; ++b)
+    sample_eight(field, w.x[b], w.y[b], w.z[b], w.value[b], w.gx[b], w.gy[b], w.gz[b]);
   for (int b = 0; b < close_batches; ++b) {
     const F8 value = w.value[b], gx = w.gx[b], gy = w.gy[b], gz = w.gz[b];
     F8 length2 = gx * gx + gy * gy + gz * gz;
@@ -317,8 +322,8 @@ float see_anew(const FlatHead* head_at, RoughPlanes* planes, int count, const fl
   return deepest;
 }
 
-/// Points that lie in the head come out of it, and touch it if it is still there. `d`: where it is, from where they are counted. No
-/// head: it is where they were found, and how far in it they lie is known.
+/// Points that lie in the head come out of it, and touch it if it is still there. `d`: where it is, from where they are
+/// counted. No head: it is where they were found, and how far in it they lie is known.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 void push_out(const FlatHead* head_at, RoughPlanes* planes, int count, const float* d) {
   const FlatHead head = head_at ? *head_at : FlatHead{};
@@ -390,10 +395,22 @@ HeadSamples::HeadSamples(const Tool& tool, const HeadField& head, double voxel)
   for (int i = 0; i < head.count; ++i) {
     const HeadField::Piece& piece = head.pieces[i];
     const double length = std::sqrt(1 / piece.inverse2);
-    const double values[] = {piece.ax,           piece.az,           piece.bx,           piece.bz,
-                             piece.dx,           piece.dz,           piece.inverse2,     piece.cx,
-                             piece.cz,           piece.radius,       piece.ax - piece.cx, piece.az - piece.cz,
-                             piece.bx - piece.cx, piece.bz - piece.cz, piece.dz / length,   -piece.dx / length};
+    const double values[] = {piece.ax,
+                             piece.az,
+                             piece.bx,
+                             piece.bz,
+                             piece.dx,
+                             piece.dz,
+                             piece.inverse2,
+                             piece.cx,
+                             piece.cz,
+                             piece.radius,
+                             piece.ax - piece.cx,
+                             piece.az - piece.cz,
+                             piece.bx - piece.cx,
+                             piece.bz - piece.cz,
+                             piece.dz / length,
+                             -piece.dx / length};
     static_assert(sizeof(FlatPiece) == std::size(values) * sizeof(float));
     float flat[std::size(values)];
     for (std::size_t k = 0; k < std::size(values); ++k) flat[k] = static_cast<float>(values[k]);
@@ -401,12 +418,14 @@ HeadSamples::HeadSamples(const Tool& tool, const HeadField& head, double voxel)
   }
 }
 
-Found HeadSamples::look_around(const SurfacePatch& patch, const Pose& X_VT, float near, RoughPlanes& planes) const noexcept {
+Found HeadSamples::look_around(const SurfacePatch& patch, const Pose& X_VT, float near,
+                               RoughPlanes& planes) const noexcept {
   // Floats keep their digits when counted from a voxel nearby.
   const glm::ivec3 base = glm::ivec3(X_VT.p) - (static_cast<int>(reach) + 8), from = base - patch.lo;
   const FlatHead head = flat_head(*this, X_VT.R, glm::vec3(X_VT.p - dvec3(base)));
   const std::ptrdiff_t sy = patch.n, sx = sy * sy;
-  FlatField field{patch.distance.data() + (from.x * sx + from.y * sy + from.z), static_cast<int>(sx), static_cast<int>(sy), {}, {}};
+  FlatField field{
+      patch.distance.data() + (from.x * sx + from.y * sy + from.z), static_cast<int>(sx), static_cast<int>(sy), {}, {}};
   for (int i = 0; i < 3; ++i) {
     field.lo[i] = static_cast<float>(std::max(3 - from[i], 0));
     field.hi[i] = static_cast<float>(patch.n - 4 - from[i]);
@@ -421,7 +440,9 @@ float HeadSamples::look_again(const dquat& R, const glm::vec3& moved, RoughPlane
   return see_anew(&head, &planes, count, &moved.x);
 }
 
-void HeadSamples::come_out_here(RoughPlanes& planes, int count) const noexcept { push_out(nullptr, &planes, count, nullptr); }
+void HeadSamples::come_out_here(RoughPlanes& planes, int count) const noexcept {
+  push_out(nullptr, &planes, count, nullptr);
+}
 
 void HeadSamples::come_out(const dquat& R, const glm::vec3& c, RoughPlanes& planes, int count) const noexcept {
   const FlatHead head = flat_head(*this, R, glm::vec3(0));

@@ -29,14 +29,15 @@ struct HeadSamples {
 
   HeadSamples(const Tool& tool, const HeadField& head, double voxel);
 
-  /// Looks around with the head at X_VT: those that are near tissue are slid to where head and surface are closest, and kept
-  /// if the gap there is below `near`.
+  /// Looks around with the head at X_VT: those that are near tissue are slid to where head and surface are closest, and
+  /// kept if the gap there is below `near`.
   Found look_around(const SurfacePatch& patch, const Pose& X_VT, float near, RoughPlanes& planes) const noexcept;
 
   /// New normals and gaps of known points for the head turned by R, `moved` since they were found. The deepest overlap.
   float look_again(const dquat& R, const glm::vec3& moved, RoughPlanes& planes, int count) const noexcept;
 
-  /// Points that lie in the head come out of it, and touch it if it is still there: at `c`, from where they are counted.
+  /// Points that lie in the head come out of it, and touch it if it is still there: at `c`, from where they are
+  /// counted.
   void come_out(const dquat& R, const glm::vec3& c, RoughPlanes& planes, int count) const noexcept;
   /// The same where the head is where it looked around.
   void come_out_here(RoughPlanes& planes, int count) const noexcept;
@@ -45,9 +46,9 @@ struct HeadSamples {
   alignas(32) float nx[ContactSet::kMax], ny[ContactSet::kMax], nz[ContactSet::kMax], area[ContactSet::kMax];
   FlatPiece pieces[HeadField::kMaxPieces];
   int piece_count;
-  float ball_radius;   // of a ball; else 0
-  float thickness;     // half its width
-  float reach;         // the farthest point from the centre
+  float ball_radius;  // of a ball; else 0
+  float thickness;    // half its width
+  float reach;        // the farthest point from the centre
 };
 
 }  // namespace typodont::haptics

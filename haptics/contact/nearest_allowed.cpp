@@ -13,7 +13,8 @@ namespace {
 constexpr int kBatch = RoughPlanes::kBatch;
 
 /// The plane whose normal is closest to `n`, the first of equal ones.
-TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default") int most_along(const RoughPlanes* planes, int count, const float* n) {
+TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
+int most_along(const RoughPlanes* planes, int count, const float* n) {
   F8 most = F8{} - 2.0f;
   I8 index = {}, at = {0, 1, 2, 3, 4, 5, 6, 7};
   for (int k = 0; k < count; k += kBatch, at += 8) {
@@ -35,8 +36,8 @@ TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default") int most_along(const Roug
 
 /// The plane of least n·d + room if that is below -slip, the first of equal ones; else -1.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
-int most_violated(const RoughPlanes* planes, int count, const float* d, float overlap, float slack,
-                  bool only_no_deeper, float slip) {
+int most_violated(const RoughPlanes* planes, int count, const float* d, float overlap, float slack, bool only_no_deeper,
+                  float slip) {
   F8 least = F8{} - slip;
   I8 index = I8{} - 1, at = {0, 1, 2, 3, 4, 5, 6, 7};
   for (int k = 0; k < count; k += kBatch, at += 8) {
@@ -61,8 +62,8 @@ int most_violated(const RoughPlanes* planes, int count, const float* d, float ov
 }
 
 /// Projection onto a polyhedron in three dimensions by the dual active-set method (Goldfarb & Idnani 1983): starts at
-/// the unconstrained answer, or at the one held by the guessed planes where all of them push, and adds the most violated
-/// plane until none is; at most three are active at once.
+/// the unconstrained answer, or at the one held by the guessed planes where all of them push, and adds the most
+/// violated plane until none is; at most three are active at once.
 class Projection {
  public:
   Projection(const ContactSet& set, const dvec3& c, double overlap, double slack, bool only_no_deeper)
@@ -174,7 +175,8 @@ class Projection {
           ++k_;
           break;
         }
-        for (int i = leaving; i + 1 < k_; ++i) index_[i] = index_[i + 1], plane_[i] = plane_[i + 1], push_[i] = push_[i + 1];
+        for (int i = leaving; i + 1 < k_; ++i)
+          index_[i] = index_[i + 1], plane_[i] = plane_[i + 1], push_[i] = push_[i + 1];
         --k_;
       }
     }

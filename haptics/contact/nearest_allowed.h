@@ -21,9 +21,9 @@ HeldBy held_by(const ContactSet& set, const ActivePlanes& active) noexcept;
 /// The planes of a new look that are most like those; a guess for nearest_allowed().
 ActivePlanes guess_active(const ContactSet& set, const HeldBy& before) noexcept;
 
-/// The point nearest to `target` with n_i·(p - c) ≥ -(gap_i + overlap + slack yields_i) for all planes: the god-object's
-/// step. Where no such point exists (a head wedged in its own slot), overlapping planes only keep it from going deeper.
-/// `active` holds a guess of the answer's planes, of the same look, or none.
+/// The point nearest to `target` with n_i·(p - c) ≥ -(gap_i + overlap + slack yields_i) for all planes: the
+/// god-object's step. Where no such point exists (a head wedged in its own slot), overlapping planes only keep it from
+/// going deeper. `active` holds a guess of the answer's planes, of the same look, or none.
 dvec3 nearest_allowed(const ContactSet& set, const dvec3& c, double overlap, double slack, const dvec3& target,
                       ActivePlanes& active) noexcept;
 

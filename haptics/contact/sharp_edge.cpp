@@ -24,13 +24,15 @@ constexpr double kSameFace = 1e-5;   // 1 - cosine, and voxels off: what interpo
 constexpr double kConvex = 0.02;     // voxels that a face may stand out over another
 constexpr double kAgrees = 0.05;     // voxels between the nearest point's distance and the field's
 constexpr int kMostFaces = FlatWalls::kMost;
-constexpr double kFarther = 1.5;     // voxels farther from a groove its wall must …
-constexpr double kFlat = 1e-10, kFlatOff = 2e-5;  // … be the same, by 1 - cosine and voxels off: what floats leave of a plane
-constexpr int kMostMisses = 6;       // directions in which a groove shows no wall
-constexpr double kFilled = 0.15;     // voxels by which interpolation fills a groove at most, for each unit its walls' normals differ
+constexpr double kFarther = 1.5;  // voxels farther from a groove its wall must …
+constexpr double kFlat = 1e-10,
+                 kFlatOff = 2e-5;  // … be the same, by 1 - cosine and voxels off: what floats leave of a plane
+constexpr int kMostMisses = 6;     // directions in which a groove shows no wall
+constexpr double kFilled =
+    0.15;  // voxels by which interpolation fills a groove at most, for each unit its walls' normals differ
 
 struct Face {
-  dvec3 x{0}, n{0};  // a point on it, its outward normal
+  dvec3 x{0}, n{0};    // a point on it, its outward normal
   bool clean = false;  // far from any other face
 };
 
@@ -48,7 +50,8 @@ bool face_from(const SurfacePatch& patch, dvec3 x, const dvec3& foot, Face& face
     const dvec3 n = at.gradient / slope;
     if (std::abs(at.value) < kOnFace) {
       face = {x - at.value * n, n, is_below(x - at.value * n, n, kBelow)};
-      return std::abs(slope - 1) < kClean && glm::length(face.x - foot) > kLeastAside && is_below(face.x, n, kJustBelow);
+      return std::abs(slope - 1) < kClean && glm::length(face.x - foot) > kLeastAside &&
+             is_below(face.x, n, kJustBelow);
     }
     x -= at.value * n;
   }
@@ -137,7 +140,8 @@ struct Faces {
 
 }  // namespace
 
-bool nearest_on_edge(const SurfacePatch& patch, const dvec3& c, const dvec3& foot, double distance, dvec3& nearest) noexcept {
+bool nearest_on_edge(const SurfacePatch& patch, const dvec3& c, const dvec3& foot, double distance,
+                     dvec3& nearest) noexcept {
   const dvec3 n = (c - foot) / distance;
   const auto face_along = [&](const dvec3& u, Face& face) {
     // Straight aside, and where that leads past the edge into the air, downward too.
@@ -156,7 +160,8 @@ bool nearest_on_edge(const SurfacePatch& patch, const dvec3& c, const dvec3& foo
     Face face;
     if (!face_along(std::cos(a) * u + std::sin(a) * v, face)) continue;
     for (int j = 0; j < count; ++j) {
-      if (glm::dot(found[j].n, face.n) < cosine) cosine = glm::dot(found[j].n, face.n), most[0] = found[j], most[1] = face;
+      if (glm::dot(found[j].n, face.n) < cosine)
+        cosine = glm::dot(found[j].n, face.n), most[0] = found[j], most[1] = face;
     }
     found[count++] = face;
   }
@@ -176,7 +181,8 @@ bool nearest_on_edge(const SurfacePatch& patch, const dvec3& c, const dvec3& foo
     faces.add(most[0]), faces.add(most[1]);
   }
   if (!faces.convex() || !faces.nearest(c, nearest)) return false;
-  // Outside a true edge the field is either the distance or, of a solid made by intersection, that of the farthest face.
+  // Outside a true edge the field is either the distance or, of a solid made by intersection, that of the farthest
+  // face.
   double farthest = -1e300;
   for (int i = 0; i < faces.count; ++i) farthest = std::max(farthest, faces.above(i, c));
   return std::min(std::abs(glm::length(c - nearest) - distance), std::abs(farthest - distance)) < kAgrees;
@@ -191,7 +197,8 @@ bool walls_of_crease(const SurfacePatch& patch, const dvec3& c, const FieldSampl
   for (int i = 0, misses = 0; i < kDirections; ++i) {
     const double a = 2 * kPi * i / kDirections;
     Face face;
-    if (face_from(patch, foot + kAside * (std::cos(a) * u + std::sin(a) * v), foot, face) && goes_on(patch, face, foot)) {
+    if (face_from(patch, foot + kAside * (std::cos(a) * u + std::sin(a) * v), foot, face) &&
+        goes_on(patch, face, foot)) {
       face.clean = true;
       if (!faces.add(face)) return false;
     } else if (++misses > kMostMisses) {

@@ -7,22 +7,23 @@ namespace typodont::haptics {
 
 namespace {
 
-constexpr double kWide = 0.25e-3;     // m between samples of the wide patch
-constexpr double kBlurred = 0.5;      // wide voxels that a linear look may overestimate a distance by
-constexpr double kAtBand = 1e-3;      // wide voxels: rounding
-constexpr double kEdgeOff = 0.4;      // … and, on an edge, a surface: a nearest point farther out was made by intersecting
-constexpr double kEnough = 3;         // voxels of room for which the shank is not looked at anew, nor is it while half of …
-constexpr double kClose = 0.8;        // … less is left, but for what is so near that its contacts are looked for
-constexpr double kSameWay = 0.985;    // cosine: contacts that push alike, and lie closer together than …
-constexpr double kLedOut = 0.1;       // voxels a look: found deeper inside tissue it is led out so fast
-constexpr double kSamePlace = 2;      // … so many voxels, are one
+constexpr double kWide = 0.25e-3;  // m between samples of the wide patch
+constexpr double kBlurred = 0.5;   // wide voxels that a linear look may overestimate a distance by
+constexpr double kAtBand = 1e-3;   // wide voxels: rounding
+constexpr double kEdgeOff = 0.4;  // … and, on an edge, a surface: a nearest point farther out was made by intersecting
+constexpr double kEnough = 3;   // voxels of room for which the shank is not looked at anew, nor is it while half of …
+constexpr double kClose = 0.8;  // … less is left, but for what is so near that its contacts are looked for
+constexpr double kSameWay = 0.985;  // cosine: contacts that push alike, and lie closer together than …
+constexpr double kLedOut = 0.1;     // voxels a look: found deeper inside tissue it is led out so fast
+constexpr double kSamePlace = 2;    // … so many voxels, are one
 
 }  // namespace
 
 WideGrid wide_grid_for(std::span<const Tool> tools, double voxel, double travel) {
   double reach = 0;
   for (const Tool& tool : tools) {
-    if (const auto shank = shank_of(tool)) reach = std::max(reach, shank->z + std::hypot(shank->shape.length / 2, shank->shape.radius()));
+    if (const auto shank = shank_of(tool))
+      reach = std::max(reach, shank->z + std::hypot(shank->shape.length / 2, shank->shape.radius()));
   }
   if (reach == 0) return {};
   const int every = std::max(2, static_cast<int>(std::lround(kWide / voxel)));
@@ -71,7 +72,8 @@ double SmoothContacts::room(const SurfacePatch& patch, const Pose& X_VT) noexcep
     }
     const double radius = shank.radius_at(u);
     const double around = sample_linear(wide, p);
-    // Among samples that are all beyond the band nothing is nearer than that, but for what a sphere bulges between them.
+    // Among samples that are all beyond the band nothing is nearer than that, but for what a sphere bulges between
+    // them.
     const double blurred = around > wide.band - kAtBand ? 3 / (8 * wide.band) : kBlurred;
     const double clear = (around - blurred) * every_ - radius;
     // What lies within s of here along the axis is clear by clear - s (1 + slope), so a third of that way loses little.
@@ -86,7 +88,8 @@ double SmoothContacts::room(const SurfacePatch& patch, const Pose& X_VT) noexcep
   return least;
 }
 
-void SmoothContacts::look(const Part& part, const SurfacePatch& patch, const Pose& X, double near, bool shank) noexcept {
+void SmoothContacts::look(const Part& part, const SurfacePatch& patch, const Pose& X, double near,
+                          bool shank) noexcept {
   if (!patch.holds(X.p, part.finder.reach() + 1)) return;
   part.finder.find(patch, X, near, set_);
   if (set_.deepest() > ContactFinder::kSunk || sample_linear(patch, X.p) < -part.finder.reach()) {
@@ -116,22 +119,23 @@ void SmoothContacts::look(const Part& part, const SurfacePatch& patch, const Pos
   }
 }
 
-/// Where something was cut, the wide field is too coarse to tell a neck from the wall of the hole that its own head made:
-/// what is hardly wider than the head goes where that went, what is wider meets the wall the sooner the wider it is. Voxels
-/// that the part at radius may overlap the tissue at x by, `every_` or more where it meets nothing.
+/// Where something was cut, the wide field is too coarse to tell a neck from the wall of the hole that its own head
+/// made: what is hardly wider than the head goes where that went, what is wider meets the wall the sooner the wider it
+/// is. Voxels that the part at radius may overlap the tissue at x by, `every_` or more where it meets nothing.
 double SmoothContacts::let_by(double radius, const SurfacePatch& patch, const dvec3& x) const noexcept {
   if (radius >= head_ + 2 * every_ || patch.cut_lo.x > patch.cut_hi.x) return 0;
   const dvec3 off = glm::max(dvec3(patch.cut_lo) - x, x - dvec3(patch.cut_hi));
   return std::max({off.x, off.y, off.z}) <= 2 ? head_ + 2 * every_ - radius : 0.0;
 }
 
-double SmoothContacts::let_by(const Part& part, const SurfacePatch& patch, const Pose& X, const ContactPlane& plane) const noexcept {
+double SmoothContacts::let_by(const Part& part, const SurfacePatch& patch, const Pose& X,
+                              const ContactPlane& plane) const noexcept {
   const double u = std::max(glm::dot(plane.x - X.p, X.R * dvec3(0, 0, 1)) * every_ + part.half, 0.0);
   return let_by(part.radius_at(u), patch, plane.x);
 }
 
-/// On an edge the samples of the field are too far apart to show it where it is; from the axis, where the field is smooth,
-/// its nearest point is known well.
+/// On an edge the samples of the field are too far apart to show it where it is; from the axis, where the field is
+/// smooth, its nearest point is known well.
 void SmoothContacts::look_from_axis(const Part& part, const SurfacePatch& patch, const Pose& X, double near) noexcept {
   const dvec3 axis = X.R * dvec3(0, 0, 1);
   const double half = part.half / every_, first = part.neck / every_, widest = part.radius / every_;

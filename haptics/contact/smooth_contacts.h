@@ -1,6 +1,6 @@
-// Contacts of what of a tool never cuts: its shank, felt in the wide patch (flat tissue and edges that nobody cut as they
-// are, what was cut only where the shank is wider than the head by more than that field tells), and its safe end, felt
-// beside the head.
+// Contacts of what of a tool never cuts: its shank, felt in the wide patch (flat tissue and edges that nobody cut as
+// they are, what was cut only where the shank is wider than the head by more than that field tells), and its safe end,
+// felt beside the head.
 #pragma once
 
 #include <algorithm>
@@ -38,7 +38,9 @@ class SmoothContacts {
   struct Part {
     Part(const SmoothPart& part, double voxel, double patch_voxel);
     ContactFinder finder;  // in voxels of the patch that it is felt in
-    double radius_at(double u) const { return std::min(radius, neck + (radius - neck) / taper * u); }  // u from its lower end
+    double radius_at(double u) const {
+      return std::min(radius, neck + (radius - neck) / taper * u);
+    }  // u from its lower end
     double z, half, neck, radius, taper;
   };
   struct Known {

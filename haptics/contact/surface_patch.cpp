@@ -147,7 +147,8 @@ PerTissue fill(SurfacePatch& patch, const Fill& filling, bool* changed) noexcept
     relabel(patch, a + patch.lo, b + patch.lo);
   } else {
     for (const std::int32_t at : fresh.known()) {
-      restore_label(patch.distance.data() + start, patch.tissue.data() + start, at, static_cast<std::ptrdiff_t>(edge * edge), static_cast<std::ptrdiff_t>(edge));
+      restore_label(patch.distance.data() + start, patch.tissue.data() + start, at,
+                    static_cast<std::ptrdiff_t>(edge * edge), static_cast<std::ptrdiff_t>(edge));
     }
   }
   return added;

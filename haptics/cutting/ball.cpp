@@ -34,10 +34,10 @@ struct Block {
 /// common.
 struct Work {
   static constexpr int kGroups = 1024, kRowBatches = 64, kLongest = 512;  // samples of a row
-  F8 u[kRowBatches], v[kRowBatches];   // see raise_block()
-  I8 base[kRowBatches];                // of the row's first sample
-  F8 z[kLongest];                      // heights of the eight samples from there on, from A
-  std::uint32_t groups[kGroups];       // first sample << 16 | row
+  F8 u[kRowBatches], v[kRowBatches];                                      // see raise_block()
+  I8 base[kRowBatches];                                                   // of the row's first sample
+  F8 z[kLongest];                 // heights of the eight samples from there on, from A
+  std::uint32_t groups[kGroups];  // first sample << 16 | row
   int batches = 0, count = 0;
 };
 
@@ -122,8 +122,9 @@ TYPODONT_KERNEL void append(const I8& entries, const I8& mask, Work& work) {
 }
 
 /// Raises a block of samples to their depth in a capsule; `capsule` false: the sweep is so short that the ball at B,
-/// ahead of A, is all of it. Looks only at samples that can change: in the ball around the sweep; ahead of A and outside
-/// the empty ball there, when it continues another. Returns whether anything changed; volume taken is added to `removed`.
+/// ahead of A, is all of it. Looks only at samples that can change: in the ball around the sweep; ahead of A and
+/// outside the empty ball there, when it continues another. Returns whether anything changed; volume taken is added to
+/// `removed`.
 template <bool capsule, bool narrow>
 TYPODONT_KERNEL bool raise_block(const Block& block, const Capsule& c, PerTissue* removed) {
   const float outer = c.radius + Sweep::kMargin;
@@ -160,7 +161,8 @@ TYPODONT_KERNEL bool raise_block(const Block& block, const Capsule& c, PerTissue
       half = met ? half : F8{};
       take_root(half);
       const F8 dot_xy = px * c.abx + py * c.aby;
-      F8 low = first + (mz + 1.0f) - half, high = first + (mz + 1.0f) + half;  // truncated later: up, as all is positive
+      F8 low = first + (mz + 1.0f) - half,
+         high = first + (mz + 1.0f) + half;  // truncated later: up, as all is positive
       if (rises) {
         const F8 edge = first + (1.0f - slip) - dot_xy * slope;
         low = edge > low ? edge : low;
@@ -242,13 +244,13 @@ struct BallBlocks {
   glm::ivec3 held_lo, held_hi;  // what the patch holds
   float* due;                   // of the block at the origin
   int due_x, due_y;
-  float way;                    // of the head, by the end of this sweep
-  float ahead;                  // … and how much farther the groups that are listed serve; 0: none are listed
-  float slip;                   // how far a depth may be off by rounding
-  int lanes;                    // of a group
-  int part, first_layer;        // which part's layers of blocks are looked at, and whose the first one is
-  CutFront::Found* found;       // the groups that were listed,
-  int listed, room;             // … so many: listed > room: more than there is room for
+  float way;               // of the head, by the end of this sweep
+  float ahead;             // … and how much farther the groups that are listed serve; 0: none are listed
+  float slip;              // how far a depth may be off by rounding
+  int lanes;               // of a group
+  int part, first_layer;   // which part's layers of blocks are looked at, and whose the first one is
+  CutFront::Found* found;  // the groups that were listed,
+  int listed, room;        // … so many: listed > room: more than there is room for
 };
 
 TYPODONT_DISPATCH("avx2", "default")
@@ -263,8 +265,8 @@ void fill_heights(const BallFront* f, bool capsule, int from, int to) {
 
 /// Depth of eight samples of a row and what of it counts; rows as in raise_block().
 template <bool capsule>
-TYPODONT_KERNEL void depth_of_eight(const Capsule& c, float from, const F8& u, const F8& v, const F8& first, const F8& second,
-                                    F8& depth, I8& ahead) {
+TYPODONT_KERNEL void depth_of_eight(const Capsule& c, float from, const F8& u, const F8& v, const F8& first,
+                                    const F8& second, F8& depth, I8& ahead) {
   F8 d2;
   if constexpr (capsule) {
     const F8 dot = (u * c.abx + v * c.aby) + second;
@@ -296,8 +298,8 @@ TYPODONT_KERNEL void row_terms(const BallFront& f, const F8& x, const F8& y, F8&
   }
 }
 
-/// Whether a group lies ahead of a ball that moves as it does now, beside it or behind it. It only sorts: what is alike is done
-/// at once.
+/// Whether a group lies ahead of a ball that moves as it does now, beside it or behind it. It only sorts: what is alike
+/// is done at once.
 inline int side_of(const Capsule& c, const glm::ivec3& group, int lanes) {
   const float first = (static_cast<float>(group.x) - c.ax) * c.abx + (static_cast<float>(group.y) - c.ay) * c.aby +
                       (static_cast<float>(group.z) - c.az) * c.abz;
@@ -357,8 +359,9 @@ TYPODONT_KERNEL bool raise_due(BallBlocks& b, PerTissue* removed) {
             block_due = b.way + away;
             continue;
           }
-          const bool whole = x0 >= b.held_lo.x && y0 >= b.held_lo.y && z0 >= b.held_lo.z && x0 + kRows - 1 <= b.held_hi.x &&
-                             y0 + kRows - 1 <= b.held_hi.y && z0 + kDeep - 1 <= b.held_hi.z;
+          const bool whole = x0 >= b.held_lo.x && y0 >= b.held_lo.y && z0 >= b.held_lo.z &&
+                             x0 + kRows - 1 <= b.held_hi.x && y0 + kRows - 1 <= b.held_hi.y &&
+                             z0 + kDeep - 1 <= b.held_hi.z;
           // Far out in the air: field and depth change by at most one per voxel each.
           if (whole) {
             const float middle = f.distance[(x0 + 1) * b.stride_x + (y0 + 1) * b.stride_y + z0 + 3];
@@ -422,9 +425,15 @@ TYPODONT_KERNEL bool raise_due(BallBlocks& b, PerTissue* removed) {
                                 (from_here & ((std::uint64_t{1} << samples) - 1)) >> CutFront::kNarrowest == 0;
             if (narrow) samples = std::min(samples, CutFront::kNarrowest);
             b.found[std::min(b.listed++, b.room)] = {
-                static_cast<float>(x), static_cast<float>(y), stretch + z, at,
+                static_cast<float>(x),
+                static_cast<float>(y),
+                stretch + z,
+                at,
                 side_of(c, f.origin + glm::ivec3(x, y, stretch + z), narrow ? CutFront::kNarrowest : b.lanes),
-                stage_of(slack_of.least(row, z, from_here) - b.slip, b.ahead), narrow, static_cast<std::uint8_t>(samples), label};
+                stage_of(slack_of.least(row, z, from_here) - b.slip, b.ahead),
+                narrow,
+                static_cast<std::uint8_t>(samples),
+                label};
           }
         }
       }
@@ -435,9 +444,13 @@ TYPODONT_KERNEL bool raise_due(BallBlocks& b, PerTissue* removed) {
 }
 
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
-bool raise_due_capsule(BallBlocks* blocks, PerTissue* removed) { return raise_due<true>(*blocks, removed); }
+bool raise_due_capsule(BallBlocks* blocks, PerTissue* removed) {
+  return raise_due<true>(*blocks, removed);
+}
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
-bool raise_due_ball(BallBlocks* blocks, PerTissue* removed) { return raise_due<false>(*blocks, removed); }
+bool raise_due_ball(BallBlocks* blocks, PerTissue* removed) {
+  return raise_due<false>(*blocks, removed);
+}
 
 }  // namespace
 
@@ -448,8 +461,9 @@ bool Sweep::raise_ball(const glm::ivec3& lo, const glm::ivec3& size, float* dist
   const bool ball = is_ball();
   bool changed = false;
   for (int z = 0; z < size.z; z += Work::kLongest) {
-    const Block block{distance + z, tissue ? tissue + z : nullptr, stride_x, stride_y, from.x, from.y, from.z + z,
-                      size.x, size.y, std::min(size.z - z, Work::kLongest)};
+    const Block block{
+        distance + z, tissue ? tissue + z : nullptr,       stride_x, stride_y, from.x, from.y, from.z + z, size.x,
+        size.y,       std::min(size.z - z, Work::kLongest)};
     changed |= ball ? raise_ball_ahead(&block, &capsule, removed) : raise_capsule(&block, &capsule, removed);
   }
   return changed;

@@ -1,8 +1,8 @@
-// Text of a kernel, included once within each namespace of lanes (lane_ops.h): what a cut does to samples, and the volume
-// that takes, by tissue.
+// Text of a kernel, included once within each namespace of lanes (lane_ops.h): what a cut does to samples, and the
+// volume that takes, by tissue.
 
-/// What every cut does: where `ahead` holds, a sample rises to its depth in the head, kInner at most, if that is more than
-/// it is and than what is kept true (`least`).
+/// What every cut does: where `ahead` holds, a sample rises to its depth in the head, kInner at most, if that is more
+/// than it is and than what is kept true (`least`).
 TYPODONT_KERNEL Floats raised_to(Floats old, Floats depth, Mask ahead, Floats& least, Mask& rises) {
   least = greater(old, all(-Sweep::kMargin));
   rises = more_where(ahead, depth, least);

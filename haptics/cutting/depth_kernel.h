@@ -1,6 +1,6 @@
-// Text of a kernel, included once within each namespace of lanes (lane_ops.h): how deep samples lie in a head, from where
-// they are in its half plane. The depth of a sample depends on its voxel and the pose alone: pieces that are left out are
-// not the closest, and where only one is left, between its ends, the same comes out in fewer steps.
+// Text of a kernel, included once within each namespace of lanes (lane_ops.h): how deep samples lie in a head, from
+// where they are in its half plane. The depth of a sample depends on its voxel and the pose alone: pieces that are left
+// out are not the closest, and where only one is left, between its ends, the same comes out in fewer steps.
 
 TYPODONT_KERNEL Floats depth_below_line(const MeridianPiece& piece, Floats rho, Floats z) {
   return (all(piece.ax) - rho) * all(piece.nax) + (all(piece.az) - z) * all(piece.naz);
@@ -31,8 +31,8 @@ struct NearestPiece {
     const Floats ex = rho - all(piece.ax), ez = z - all(piece.az), vx = rho - all(piece.cx), vz = z - all(piece.cz);
     const Mask beyond = more(none, all(piece.dx) * ez - all(piece.dz) * ex);
     const Floats off = all(piece.radius) - root(vx * vx + vz * vz);
-    const Mask between = no_less(all(piece.ux) * vz - all(piece.uz) * vx, none) &
-                         no_less(vx * all(piece.wz) - vz * all(piece.wx), none);
+    const Mask between =
+        no_less(all(piece.ux) * vz - all(piece.uz) * vx, none) & no_less(vx * all(piece.wz) - vz * all(piece.wx), none);
     square = lesser(square, pick(between, off * off, ex * ex + ez * ez));
     outside |= beyond & more(none, off);
   }
@@ -42,7 +42,9 @@ struct NearestPiece {
   }
 };
 
-TYPODONT_KERNEL NearestPiece no_piece_yet() { return {all(1e30f), nowhere()}; }
+TYPODONT_KERNEL NearestPiece no_piece_yet() {
+  return {all(1e30f), nowhere()};
+}
 
 /// Of several pieces, each a bit of `set`.
 TYPODONT_KERNEL Floats depth_below_pieces(const MeridianPiece* pieces, unsigned set, Floats rho, Floats z) {

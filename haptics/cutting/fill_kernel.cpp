@@ -49,21 +49,24 @@ struct Lanes {
   }
 };
 
-/// Where the tool's limit is nearer than the ball, that holds: looked up for each of the samples that are meant, but where it is near
-/// to none of the eight. (Those lie as in the volume's leaves, so that this does not depend on the block.)
+/// Where the tool's limit is nearer than the ball, that holds: looked up for each of the samples that are meant, but
+/// where it is near to none of the eight. (Those lie as in the volume's leaves, so that this does not depend on the
+/// block.)
 void keep_within(const Fill& filling, const glm::ivec3& first, const I8& meant, F8& d) {
   constexpr double kHalf = (kLanes - 1) / 2.0;
   const double middle = filling.beyond_limit(dvec3(first) + dvec3(0, 0, kHalf));
   if (middle < -kHalf - static_cast<double>(Sweep::kInner)) return;
   for (int i = 0; i < kLanes; ++i) {
     if (!meant[i]) continue;
-    const double limit = middle > kHalf + static_cast<double>(Sweep::kMargin) ? middle : filling.beyond_limit(dvec3(first + glm::ivec3(0, 0, i)));
+    const double limit = middle > kHalf + static_cast<double>(Sweep::kMargin)
+                             ? middle
+                             : filling.beyond_limit(dvec3(first + glm::ivec3(0, 0, i)));
     d[i] = std::max(d[i], static_cast<float>(limit));
   }
 }
 
-// FMA is off for the whole program and every sample is computed by itself, so that every processor, and every block that
-// a sample is part of, gives the same bits.
+// FMA is off for the whole program and every sample is computed by itself, so that every processor, and every block
+// that a sample is part of, gives the same bits.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 bool lower_rows(const FillBall* ball_at, const FillBlock* block_at, PerTissue* added, FreshLabels* fresh) {
   const FillBall& ball = *ball_at;
@@ -95,7 +98,8 @@ bool lower_rows(const FillBall* ball_at, const FillBlock* block_at, PerTissue* a
         d = d > inner ? d : inner;
         I8 lowered = (d < old) & (d < Sweep::kMargin);
         if (!any_of(lowered)) continue;
-        if (ball.filling->is_limited()) keep_within(*ball.filling, ball.head.base + block.first + glm::ivec3(x, y, z), lowered, d);
+        if (ball.filling->is_limited())
+          keep_within(*ball.filling, ball.head.base + block.first + glm::ivec3(x, y, z), lowered, d);
         const F8 uz = vz - ball.head.p[2], tx = row_x + R[6] * uz, ty = row_y + R[7] * uz, tz = row_z + R[8] * uz;
         F8 rho = tx * tx + ty * ty;
         take_root(rho);
@@ -108,7 +112,8 @@ bool lower_rows(const FillBall* ball_at, const FillBlock* block_at, PerTissue* a
         any_lowered |= lowered;
         const I8 filled = eight::share_taken(now, old);  // what the way back would take
         if (added && any_of(filled > 0)) taken_in.add(filled, static_cast<std::uint8_t>(ball.label));
-        for (unsigned labelled = bits_of(lowered & (old > 0.0f) & (now < kLabelled)); labelled != 0; labelled &= labelled - 1) {
+        for (unsigned labelled = bits_of(lowered & (old > 0.0f) & (now < kLabelled)); labelled != 0;
+             labelled &= labelled - 1) {
           const int i = std::countr_zero(labelled);
           Tissue& label = block.tissue[row + z + i];
           const Tissue other = haptics::filled(label, ball.label);

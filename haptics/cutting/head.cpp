@@ -18,15 +18,15 @@ namespace eight {
 namespace {
 #include "haptics/cutting/cut_kernel.h"
 #include "haptics/cutting/depth_kernel.h"
-#include "haptics/cutting/way_kernel.h"
 #include "haptics/cutting/row_kernel.h"
+#include "haptics/cutting/way_kernel.h"
 }  // namespace
 }  // namespace eight
 
 namespace {
 
-constexpr int kStretch = 64;          // samples of a row that are listed together
-constexpr float kBent = 0.3f;         // more than a neighbour that is an arc may come nearer than a straight one
+constexpr int kStretch = 64;   // samples of a row that are listed together
+constexpr float kBent = 0.3f;  // more than a neighbour that is an arc may come nearer than a straight one
 constexpr unsigned kAllPieces = (1u << HeadField::kMaxPieces) - 1;
 
 /// Eight blocks seen from a head: how far their centres are from it and from its pieces, and the way out.
@@ -61,7 +61,8 @@ void see_blocks(const MeridianPiece* pieces, int count, const float* R, const F8
       F8 length = wx * wx + wz * wz;
       length = length > 1e-12f ? length : F8{} + 1e-12f;
       take_root(length);
-      const float ux = piece.ax - piece.cx, uz = piece.az - piece.cz, tx = piece.bx - piece.cx, tz = piece.bz - piece.cz;
+      const float ux = piece.ax - piece.cx, uz = piece.az - piece.cz, tx = piece.bx - piece.cx,
+                  tz = piece.bz - piece.cz;
       const I8 between = (ux * wz - uz * wx >= 0.0f) & (wx * tz - wz * tx >= 0.0f);
       const I8 first = ex * ex + ez * ez < gx * gx + gz * gz;
       const F8 off = (length - piece.radius) / length;
@@ -96,15 +97,15 @@ struct HeadBlock {
   // No sample is deeper than this plane says: the distance from a convex head is convex.
   float bound, bound_x, bound_y, bound_z;
   const MeridianPiece* pieces;
-  int kind;  // the piece that is the closest one to all samples, between its ends; or kManyPieces + a set of pieces
-  bool beside;    // some samples may have been deeper on the way …
+  int kind;     // the piece that is the closest one to all samples, between its ends; or kManyPieces + a set of pieces
+  bool beside;  // some samples may have been deeper on the way …
   float slowest;  // … by less than the head comes nearer less than this, voxels
 };
 
 /// What a look at a block found besides.
 struct BlockSlack {
-  float ahead = 0;        // given: samples with less slack than this are live
-  float slack = kNoEnd;   // how far the head may come nearer before anything changes, in the part that is meant
+  float ahead = 0;                // given: samples with less slack than this are live
+  float slack = kNoEnd;           // how far the head may come nearer before anything changes, in the part that is meant
   std::uint64_t* live = nullptr;  // given, or not: of each row, y fastest, a bit for each sample …
   int shift = 0;                  // … from this one on
 };
@@ -112,8 +113,8 @@ struct BlockSlack {
 /// new = max(old, min(depth, kInner)), depths below -kMargin not counted. Returns whether anything changed. `may_raise`
 /// false: only looks. What may have been deeper on the way comes to `tops`.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
-bool raise_head_block(const HeadPose* pose_at, const HeadBlock* block_at, bool may_raise, Tops* tops, PerTissue* removed,
-                      BlockSlack* found) {
+bool raise_head_block(const HeadPose* pose_at, const HeadBlock* block_at, bool may_raise, Tops* tops,
+                      PerTissue* removed, BlockSlack* found) {
   const HeadPose& pose = *pose_at;
   const HeadBlock& block = *block_at;
   const int* const from = block.from;
@@ -160,15 +161,19 @@ bool raise_head_block(const HeadPose* pose_at, const HeadBlock* block_at, bool m
         if (beside && any_of(close)) {
           const float* const T = tops->back.turn;
           const float* const shift = tops->back.shift;
-          const F8 way_x = T[0] * x + T[3] * y + (T[6] * z + shift[0]), way_y = T[1] * x + T[4] * y + (T[7] * z + shift[1]);
+          const F8 way_x = T[0] * x + T[3] * y + (T[6] * z + shift[0]),
+                   way_y = T[1] * x + T[4] * y + (T[7] * z + shift[1]);
           const F8 way_z = T[2] * x + T[5] * y + (T[8] * z + shift[2]);
-          const unsigned set = block.kind < kManyPieces ? 1u << block.kind : static_cast<unsigned>(block.kind - kManyPieces);
-          const I8 deeper = eight::nearest_on_way(pieces, set, rho, z, x * way_x + y * way_y, rho * way_z).deeper(rho, depth, least);
+          const unsigned set =
+              block.kind < kManyPieces ? 1u << block.kind : static_cast<unsigned>(block.kind - kManyPieces);
+          const I8 deeper =
+              eight::nearest_on_way(pieces, set, rho, z, x * way_x + y * way_y, rho * way_z).deeper(rho, depth, least);
           for (unsigned left = bits_of(close & deeper); left != 0; left &= left - 1) {
             const int i = std::countr_zero(left);
-            const std::uint8_t label = removed ? static_cast<std::uint8_t>(shown(block.tissue[row - block.distance + i])) : std::uint8_t{0};
-            tops->add(static_cast<float>(block.first.x + ix), static_cast<float>(block.first.y + iy), static_cast<float>(block.first.z + i),
-                      row + i, label);
+            const std::uint8_t label =
+                removed ? static_cast<std::uint8_t>(shown(block.tissue[row - block.distance + i])) : std::uint8_t{0};
+            tops->add(static_cast<float>(block.first.x + ix), static_cast<float>(block.first.y + iy),
+                      static_cast<float>(block.first.z + i), row + i, label);
           }
         }
         depth = depth > Sweep::kInner ? F8{} + Sweep::kInner : depth;
@@ -203,8 +208,12 @@ void fill_heights(const HeadFront* f, int from, int to) {
   }
 }
 
-float root(float v) { return std::sqrt(v); }
-TYPODONT_KERNEL F8 root(const F8& v) { return eight::root(v); }
+float root(float v) {
+  return std::sqrt(v);
+}
+TYPODONT_KERNEL F8 root(const F8& v) {
+  return eight::root(v);
+}
 
 /// How far a point lies from the ends of a piece, along it, and how deep below it. Floats, or eight of them.
 template <class T>
@@ -220,36 +229,39 @@ TYPODONT_KERNEL void ends_of(const MeridianPiece& piece, const T& rho, const T& 
   }
 }
 
-/// How fast the head comes nearer to samples within `reach` of a point of its half plane, at least and at most: n·w over the normals n
-/// of some neighbouring pieces. `w` in T.
+/// How fast the head comes nearer to samples within `reach` of a point of its half plane, at least and at most: n·w
+/// over the normals n of some neighbouring pieces. `w` in T.
 struct Advance {
   float slowest, fastest;
 };
-TYPODONT_KERNEL Advance advance_beside(const MeridianPiece& first, const MeridianPiece& last, const glm::vec3& center, float rho, float reach,
-                                       const glm::vec3& w) {
+TYPODONT_KERNEL Advance advance_beside(const MeridianPiece& first, const MeridianPiece& last, const glm::vec3& center,
+                                       float rho, float reach, const glm::vec3& w) {
   const float across = std::sqrt(w.x * w.x + w.y * w.y);
   float most = across, least = -across;  // the part of w away from the axis
   if (rho > reach) {
-    const float inverse = 1 / rho, ux = center.x * inverse, uy = center.y * inverse, sine = reach * inverse, cosine = std::sqrt(1 - sine * sine);
+    const float inverse = 1 / rho, ux = center.x * inverse, uy = center.y * inverse, sine = reach * inverse,
+                cosine = std::sqrt(1 - sine * sine);
     const float radial = w.x * ux + w.y * uy, round = std::abs(w.x * uy - w.y * ux);
     if (!(round * cosine <= radial * sine)) most = radial * cosine + round * sine;
     if (!(round * cosine <= -radial * sine)) least = radial * cosine - round * sine;
   }
-  // Normals turn from the first piece's to the last one's, about a tip from straight down on; the greatest is at w itself when
-  // that lies between.
+  // Normals turn from the first piece's to the last one's, about a tip from straight down on; the greatest is at w
+  // itself when that lies between.
   const bool tip = first.ax == 0.0f && rho < reach + Sweep::kMargin;
   const float first_x = tip ? 0 : first.nax, first_z = tip ? -1 : first.naz;
   const auto greatest = [&](float away, float along) {
-    if (first_x * along - first_z * away >= 0 && away * last.nbz - along * last.nbx >= 0) return std::sqrt(away * away + along * along);
+    if (first_x * along - first_z * away >= 0 && away * last.nbz - along * last.nbx >= 0)
+      return std::sqrt(away * away + along * along);
     return std::max(first_x * away + first_z * along, last.nbx * away + last.nbz * along);
   };
   return {-greatest(-least, -w.z), greatest(most, w.z)};
 }
 
-/// Which of two neighbouring pieces, a bit each, is the only one that can be the closest to any of `count` samples along z while
-/// the head comes `ahead`. `first`, `last`: those two, or one. `v`: the first sample from the head, in V.
+/// Which of two neighbouring pieces, a bit each, is the only one that can be the closest to any of `count` samples
+/// along z while the head comes `ahead`. `first`, `last`: those two, or one. `v`: the first sample from the head, in V.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
-unsigned lone_piece(const MeridianPiece* pieces, int first, int last, const float* R, const float* v, int count, float ahead) {
+unsigned lone_piece(const MeridianPiece* pieces, int first, int last, const float* R, const float* v, int count,
+                    float ahead) {
   const F8 steps = {0, 1, 2, 3, 4, 5, 6, 7};
   I8 shared[2] = {};
   for (int i = 0; i < count; i += 8) {
@@ -264,21 +276,28 @@ unsigned lone_piece(const MeridianPiece* pieces, int first, int last, const floa
       ends_of(pieces[piece], rho, z, from_a, from_b, depth);
       F8 deepest = depth + ahead;
       deepest = deepest > 0.0f ? deepest : F8{};
-      shared[piece - first] |= meant & ((from_a <= ahead + (piece > first ? kBent + deepest * pieces[piece].corner_a : F8{})) |
-                                        (from_b <= ahead + (piece < last ? kBent + deepest * pieces[piece].corner_b : F8{})));
+      shared[piece - first] |=
+          meant & ((from_a <= ahead + (piece > first ? kBent + deepest * pieces[piece].corner_a : F8{})) |
+                   (from_b <= ahead + (piece < last ? kBent + deepest * pieces[piece].corner_b : F8{})));
     }
   }
   unsigned alone = 0;
-  for (int piece = first; piece <= last; ++piece) alone |= static_cast<unsigned>(!any_of(shared[piece - first])) << piece;
+  for (int piece = first; piece <= last; ++piece)
+    alone |= static_cast<unsigned>(!any_of(shared[piece - first])) << piece;
   return alone;
 }
 
 /// One pose of a sweep, and the blocks beside it, eight by eight.
 class HeadPass {
  public:
-  /// At one end of its way; `after`: the head was cut out at the other. `ahead`: how far it may go on while what is found here holds.
+  /// At one end of its way; `after`: the head was cut out at the other. `ahead`: how far it may go on while what is
+  /// found here holds.
   HeadPass(const Straight& back, bool after, double reach, float ahead)
-      : pose_(back.from), back_(back), after_(after), rounding_(4e-6f * (static_cast<float>(reach) + 8)), ahead_(ahead) {}
+      : pose_(back.from),
+        back_(back),
+        after_(after),
+        rounding_(4e-6f * (static_cast<float>(reach) + 8)),
+        ahead_(ahead) {}
 
   const HeadPose& pose() const { return pose_; }
 
@@ -353,7 +372,8 @@ class HeadPass {
       // Where the head recedes from all of a block nothing is left to cut.
       const float* const T = back_.turn;
       const float* const shift = back_.shift;
-      const glm::vec3 w(T[0] * at.x + T[3] * at.y + (T[6] * at.z + shift[0]), T[1] * at.x + T[4] * at.y + (T[7] * at.z + shift[1]),
+      const glm::vec3 w(T[0] * at.x + T[3] * at.y + (T[6] * at.z + shift[0]),
+                        T[1] * at.x + T[4] * at.y + (T[7] * at.z + shift[1]),
                         T[2] * at.x + T[5] * at.y + (T[8] * at.z + shift[2]));
       const Advance advance = advance_beside(pieces[first], pieces[last], at, rho, kHalf + way, w);
       const float turned = back_.turned * kHalf;
@@ -376,7 +396,8 @@ class HeadPass {
     // One piece is enough where all samples lie between its ends and, inside the head, on its side of what halves the
     // corners there.
     int nearest = first;
-    for (int i = first + 1; i <= last; ++i) nearest = seen_.to_piece[i][lane] < seen_.to_piece[nearest][lane] ? i : nearest;
+    for (int i = first + 1; i <= last; ++i)
+      nearest = seen_.to_piece[i][lane] < seen_.to_piece[nearest][lane] ? i : nearest;
     const MeridianPiece& only = pieces[nearest];
     float from_a, from_b, below;
     ends_of(only, rho, at.z, from_a, from_b, below);
@@ -395,7 +416,7 @@ class HeadPass {
   bool after_;
   float rounding_, ahead_;
   glm::ivec3 blocks_[8];
-  F8 center_[3];      // from the head
+  F8 center_[3];  // from the head
   Seen seen_;
   int lanes_ = 0;
 };
@@ -412,8 +433,8 @@ int kind_of(int a, int b) {
 bool Sweep::raise_head(const glm::ivec3& lo, const glm::ivec3& size, float* distance, std::size_t stride_x,
                        std::size_t stride_y, const Tissue* tissue, PerTissue* removed) const noexcept {
   bool changed = false;
-  const HeadTarget target{lo, size, distance, static_cast<std::ptrdiff_t>(stride_x), static_cast<std::ptrdiff_t>(stride_y),
-                          tissue};
+  const HeadTarget target{
+      lo, size, distance, static_cast<std::ptrdiff_t>(stride_x), static_cast<std::ptrdiff_t>(stride_y), tissue};
   const auto down = [](int v, int step) { return v - (v % step + step) % step; };
   const glm::ivec3 first(down(lo.x, kRows), down(lo.y, kRows), down(lo.z, kDeep)), last = lo + size - 1;
   for (int k = continues_ ? 1 : 0; k <= 1; ++k) {
@@ -445,8 +466,8 @@ bool Sweep::raise_head(const glm::ivec3& lo, const glm::ivec3& size, float* dist
   return changed;
 }
 
-/// Raises all blocks of a part that are due, finds when they will be due again, and lists what may change until the head
-/// has come `ahead`.
+/// Raises all blocks of a part that are due, finds when they will be due again, and lists what may change until the
+/// head has come `ahead`.
 bool Sweep::raise_due_head(CutFront& front, int part, float ahead, Tops& tops, const glm::ivec3& patch_lo, int n,
                            float* distance, const Tissue* tissue, int& listed) const noexcept {
   CutFront::Groups& groups = front.parts_[static_cast<std::size_t>(part)];
@@ -485,7 +506,8 @@ bool Sweep::raise_due_head(CutFront& front, int part, float ahead, Tops& tops, c
             const HeadPass::Work work = pass.what(lane, target, block, slack, clipped);
             if (work != HeadPass::Work::kNone) {
               BlockSlack found{.ahead = ahead + slip, .live = live, .shift = (z - z0) * kDeep};
-              changed |= raise_head_block(&pass.pose(), &block, work == HeadPass::Work::kRaise, &tops, tops.removed, &found);
+              changed |=
+                  raise_head_block(&pass.pose(), &block, work == HeadPass::Work::kRaise, &tops, tops.removed, &found);
               slack = clipped ? 0 : found.slack;  // of the rest of it nothing is known
               kinds[z - z0] = block.kind;
             }
@@ -499,17 +521,27 @@ bool Sweep::raise_due_head(CutFront& front, int part, float ahead, Tops& tops, c
               const int gx = x * kRows + r / kRows, gy = y * kRows + r % kRows, gz = z0 * kDeep + z;
               const int at = (gx * n + gy) * n + gz;
               std::uint8_t label;
-              const int end = std::min(z + with_one_label(tissue + origin + at, distance + origin + at, front.lanes_, label), kStretch);
+              const int end = std::min(
+                  z + with_one_label(tissue + origin + at, distance + origin + at, front.lanes_, label), kStretch);
               const std::uint64_t these = end < kStretch ? rest & ((std::uint64_t{1} << end) - 1) : rest;
               rest &= ~these;
               const int last_live = static_cast<int>(std::bit_width(these)) - 1;
               int kind = kinds[z / kDeep];
               for (int block = z / kDeep + 1; block <= last_live / kDeep; ++block) kind = kind_of(kind, kinds[block]);
               const int live_lanes = last_live - z + 1;
-              if (kind >= kManyPieces) kind = pass.kind_of_group(front.first_ * step + glm::ivec3(gx, gy, gz), kind, live_lanes);
+              if (kind >= kManyPieces)
+                kind = pass.kind_of_group(front.first_ * step + glm::ivec3(gx, gy, gz), kind, live_lanes);
               const bool narrow = live_lanes <= CutFront::kNarrowest && front.lanes_ > CutFront::kNarrowest;
               groups.found[static_cast<std::size_t>(std::min(listed++, groups.room()))] = {
-                  static_cast<float>(gx), static_cast<float>(gy), gz, at, kind, 0, narrow, static_cast<std::uint8_t>(live_lanes), label};
+                  static_cast<float>(gx),
+                  static_cast<float>(gy),
+                  gz,
+                  at,
+                  kind,
+                  0,
+                  narrow,
+                  static_cast<std::uint8_t>(live_lanes),
+                  label};
             }
           }
         }
@@ -541,7 +573,8 @@ bool Sweep::raise_head(CutFront& front, const glm::ivec3& patch_lo, int n, float
   const int outdated = front.outdated();
   if (outdated < CutFront::kParts) {
     // Groups reach to the ends of their blocks, and were listed when the head was up to a voxel away.
-    const int lo = std::max(((lo_.z - from.z) & ~7) - 16, 0), hi = std::min(((hi_.z - from.z) | 7) + 16, front.size_.z * kDeep - 1);
+    const int lo = std::max(((lo_.z - from.z) & ~7) - 16, 0),
+              hi = std::min(((hi_.z - from.z) | 7) + 16, front.size_.z * kDeep - 1);
     fill_heights(&f, lo, hi + 16);
   }
   // Where several parts are listed at once they are to last for different ways.

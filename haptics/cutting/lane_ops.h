@@ -1,7 +1,6 @@
 // What the textual kernels of this folder are written in: as many floats as a processor takes at once, eight by GCC's
-// vectors (as two halves where it has four lanes) or sixteen where there is AVX-512. Every operation is exact or rounds as IEEE
-// says, so all compute the same bits.
-// Private to haptics/cutting.
+// vectors (as two halves where it has four lanes) or sixteen where there is AVX-512. Every operation is exact or rounds
+// as IEEE says, so all compute the same bits. Private to haptics/cutting.
 #pragma once
 
 #include <cstdint>
@@ -25,31 +24,66 @@ using Ints = I8;
 using Mask = I8;
 constexpr int kLanes = 8;
 
-TYPODONT_KERNEL Floats load(const float* p) { return *reinterpret_cast<const F8*>(p); }
-TYPODONT_KERNEL void store(float* p, Floats v) { *reinterpret_cast<F8*>(p) = v; }
-TYPODONT_KERNEL Floats all(float v) { return F8{} + v; }
-TYPODONT_KERNEL Floats as_floats(const std::int32_t* p) { return __builtin_convertvector(*reinterpret_cast<const I8*>(p), F8); }
-TYPODONT_KERNEL Mask first(int count) { return I8{0, 1, 2, 3, 4, 5, 6, 7} < count; }
-TYPODONT_KERNEL Mask everywhere() { return ~I8{}; }
-TYPODONT_KERNEL Mask nowhere() { return I8{}; }
-TYPODONT_KERNEL Mask more(Floats a, Floats b) { return a > b; }
-TYPODONT_KERNEL Mask more_where(Mask where, Floats a, Floats b) { return where & (a > b); }
-TYPODONT_KERNEL Mask no_less(Floats a, Floats b) { return a >= b; }
-TYPODONT_KERNEL Floats pick(Mask mask, Floats yes, Floats no) { return mask ? yes : no; }
-TYPODONT_KERNEL Floats lesser(Floats a, Floats b) { return a < b ? a : b; }
-TYPODONT_KERNEL Floats greater(Floats a, Floats b) { return a > b ? a : b; }
+TYPODONT_KERNEL Floats load(const float* p) {
+  return *reinterpret_cast<const F8*>(p);
+}
+TYPODONT_KERNEL void store(float* p, Floats v) {
+  *reinterpret_cast<F8*>(p) = v;
+}
+TYPODONT_KERNEL Floats all(float v) {
+  return F8{} + v;
+}
+TYPODONT_KERNEL Floats as_floats(const std::int32_t* p) {
+  return __builtin_convertvector(*reinterpret_cast<const I8*>(p), F8);
+}
+TYPODONT_KERNEL Mask first(int count) {
+  return I8{0, 1, 2, 3, 4, 5, 6, 7} < count;
+}
+TYPODONT_KERNEL Mask everywhere() {
+  return ~I8{};
+}
+TYPODONT_KERNEL Mask nowhere() {
+  return I8{};
+}
+TYPODONT_KERNEL Mask more(Floats a, Floats b) {
+  return a > b;
+}
+TYPODONT_KERNEL Mask more_where(Mask where, Floats a, Floats b) {
+  return where & (a > b);
+}
+TYPODONT_KERNEL Mask no_less(Floats a, Floats b) {
+  return a >= b;
+}
+TYPODONT_KERNEL Floats pick(Mask mask, Floats yes, Floats no) {
+  return mask ? yes : no;
+}
+TYPODONT_KERNEL Floats lesser(Floats a, Floats b) {
+  return a < b ? a : b;
+}
+TYPODONT_KERNEL Floats greater(Floats a, Floats b) {
+  return a > b ? a : b;
+}
 TYPODONT_KERNEL Floats root(Floats v) {
   take_root(v);
   return v;
 }
-TYPODONT_KERNEL Ints as_ints(Floats v) { return (Ints)v; }
-TYPODONT_KERNEL bool any(Mask mask) { return any_of(mask); }
-TYPODONT_KERNEL unsigned bits(Mask mask) { return bits_of(mask); }
-TYPODONT_KERNEL bool every(Mask mask) { return !any_of(~mask); }
+TYPODONT_KERNEL Ints as_ints(Floats v) {
+  return (Ints)v;
+}
+TYPODONT_KERNEL bool any(Mask mask) {
+  return any_of(mask);
+}
+TYPODONT_KERNEL unsigned bits(Mask mask) {
+  return bits_of(mask);
+}
+TYPODONT_KERNEL bool every(Mask mask) {
+  return !any_of(~mask);
+}
 
 }  // namespace eight
 
-/// Eight floats as two halves, for processors that have four lanes: GCC takes comparisons of wider vectors apart to the last one.
+/// Eight floats as two halves, for processors that have four lanes: GCC takes comparisons of wider vectors apart to the
+/// last one.
 namespace halves {
 
 struct Floats {
@@ -61,32 +95,69 @@ struct Ints {
 using Mask = Ints;
 constexpr int kLanes = 8;
 
-TYPODONT_KERNEL Floats operator+(const Floats& a, const Floats& b) { return {a.low + b.low, a.high + b.high}; }
-TYPODONT_KERNEL Floats operator-(const Floats& a, const Floats& b) { return {a.low - b.low, a.high - b.high}; }
-TYPODONT_KERNEL Floats operator*(const Floats& a, const Floats& b) { return {a.low * b.low, a.high * b.high}; }
-TYPODONT_KERNEL Floats operator/(const Floats& a, const Floats& b) { return {a.low / b.low, a.high / b.high}; }
-TYPODONT_KERNEL Ints operator-(const Ints& a, const Ints& b) { return {a.low - b.low, a.high - b.high}; }
-TYPODONT_KERNEL Ints operator&(const Ints& a, const Ints& b) { return {a.low & b.low, a.high & b.high}; }
-TYPODONT_KERNEL Ints operator|(const Ints& a, const Ints& b) { return {a.low | b.low, a.high | b.high}; }
-TYPODONT_KERNEL void operator+=(Ints& a, const Ints& b) { a = {a.low + b.low, a.high + b.high}; }
-TYPODONT_KERNEL void operator|=(Ints& a, const Ints& b) { a = a | b; }
-TYPODONT_KERNEL void operator&=(Ints& a, const Ints& b) { a = a & b; }
+TYPODONT_KERNEL Floats operator+(const Floats& a, const Floats& b) {
+  return {a.low + b.low, a.high + b.high};
+}
+TYPODONT_KERNEL Floats operator-(const Floats& a, const Floats& b) {
+  return {a.low - b.low, a.high - b.high};
+}
+TYPODONT_KERNEL Floats operator*(const Floats& a, const Floats& b) {
+  return {a.low * b.low, a.high * b.high};
+}
+TYPODONT_KERNEL Floats operator/(const Floats& a, const Floats& b) {
+  return {a.low / b.low, a.high / b.high};
+}
+TYPODONT_KERNEL Ints operator-(const Ints& a, const Ints& b) {
+  return {a.low - b.low, a.high - b.high};
+}
+TYPODONT_KERNEL Ints operator&(const Ints& a, const Ints& b) {
+  return {a.low & b.low, a.high & b.high};
+}
+TYPODONT_KERNEL Ints operator|(const Ints& a, const Ints& b) {
+  return {a.low | b.low, a.high | b.high};
+}
+TYPODONT_KERNEL void operator+=(Ints& a, const Ints& b) {
+  a = {a.low + b.low, a.high + b.high};
+}
+TYPODONT_KERNEL void operator|=(Ints& a, const Ints& b) {
+  a = a | b;
+}
+TYPODONT_KERNEL void operator&=(Ints& a, const Ints& b) {
+  a = a & b;
+}
 
-TYPODONT_KERNEL Floats load(const float* p) { return {*reinterpret_cast<const F4*>(p), *reinterpret_cast<const F4*>(p + 4)}; }
+TYPODONT_KERNEL Floats load(const float* p) {
+  return {*reinterpret_cast<const F4*>(p), *reinterpret_cast<const F4*>(p + 4)};
+}
 TYPODONT_KERNEL void store(float* p, const Floats& v) {
   *reinterpret_cast<F4*>(p) = v.low;
   *reinterpret_cast<F4*>(p + 4) = v.high;
 }
-TYPODONT_KERNEL Floats all(float v) { return {F4{} + v, F4{} + v}; }
-TYPODONT_KERNEL Floats as_floats(const std::int32_t* p) {
-  return {__builtin_convertvector(*reinterpret_cast<const I4*>(p), F4), __builtin_convertvector(*reinterpret_cast<const I4*>(p + 4), F4)};
+TYPODONT_KERNEL Floats all(float v) {
+  return {F4{} + v, F4{} + v};
 }
-TYPODONT_KERNEL Mask first(int count) { return {I4{0, 1, 2, 3} < count, I4{4, 5, 6, 7} < count}; }
-TYPODONT_KERNEL Mask everywhere() { return {~I4{}, ~I4{}}; }
-TYPODONT_KERNEL Mask nowhere() { return {I4{}, I4{}}; }
-TYPODONT_KERNEL Mask more(const Floats& a, const Floats& b) { return {a.low > b.low, a.high > b.high}; }
-TYPODONT_KERNEL Mask more_where(const Mask& where, const Floats& a, const Floats& b) { return where & more(a, b); }
-TYPODONT_KERNEL Mask no_less(const Floats& a, const Floats& b) { return {a.low >= b.low, a.high >= b.high}; }
+TYPODONT_KERNEL Floats as_floats(const std::int32_t* p) {
+  return {__builtin_convertvector(*reinterpret_cast<const I4*>(p), F4),
+          __builtin_convertvector(*reinterpret_cast<const I4*>(p + 4), F4)};
+}
+TYPODONT_KERNEL Mask first(int count) {
+  return {I4{0, 1, 2, 3} < count, I4{4, 5, 6, 7} < count};
+}
+TYPODONT_KERNEL Mask everywhere() {
+  return {~I4{}, ~I4{}};
+}
+TYPODONT_KERNEL Mask nowhere() {
+  return {I4{}, I4{}};
+}
+TYPODONT_KERNEL Mask more(const Floats& a, const Floats& b) {
+  return {a.low > b.low, a.high > b.high};
+}
+TYPODONT_KERNEL Mask more_where(const Mask& where, const Floats& a, const Floats& b) {
+  return where & more(a, b);
+}
+TYPODONT_KERNEL Mask no_less(const Floats& a, const Floats& b) {
+  return {a.low >= b.low, a.high >= b.high};
+}
 TYPODONT_KERNEL Floats pick(const Mask& mask, const Floats& yes, const Floats& no) {
   return {mask.low ? yes.low : no.low, mask.high ? yes.high : no.high};
 }
@@ -103,8 +174,12 @@ TYPODONT_KERNEL F4 root(const F4& v) {
   return F4{std::sqrt(v[0]), std::sqrt(v[1]), std::sqrt(v[2]), std::sqrt(v[3])};
 #endif
 }
-TYPODONT_KERNEL Floats root(const Floats& v) { return {root(v.low), root(v.high)}; }
-TYPODONT_KERNEL Ints as_ints(const Floats& v) { return {(I4)v.low, (I4)v.high}; }
+TYPODONT_KERNEL Floats root(const Floats& v) {
+  return {root(v.low), root(v.high)};
+}
+TYPODONT_KERNEL Ints as_ints(const Floats& v) {
+  return {(I4)v.low, (I4)v.high};
+}
 TYPODONT_KERNEL bool any(const Mask& mask) {
   const I4 both = mask.low | mask.high;
 #ifdef __SSE2__
@@ -113,13 +188,16 @@ TYPODONT_KERNEL bool any(const Mask& mask) {
   return (both[0] | both[1] | both[2] | both[3]) != 0;
 #endif
 }
-TYPODONT_KERNEL bool every(const Mask& mask) { return !any({~mask.low, ~mask.high}); }
+TYPODONT_KERNEL bool every(const Mask& mask) {
+  return !any({~mask.low, ~mask.high});
+}
 TYPODONT_KERNEL unsigned bits(const Mask& mask) {
 #ifdef __SSE2__
   return static_cast<unsigned>(__builtin_ia32_movmskps((F4)mask.low) | __builtin_ia32_movmskps((F4)mask.high) << 4);
 #else
   unsigned set = 0;
-  for (int i = 0; i < 4; ++i) set |= static_cast<unsigned>(mask.low[i] != 0) << i | static_cast<unsigned>(mask.high[i] != 0) << (4 + i);
+  for (int i = 0; i < 4; ++i)
+    set |= static_cast<unsigned>(mask.low[i] != 0) << i | static_cast<unsigned>(mask.high[i] != 0) << (4 + i);
   return set;
 #endif
 }
@@ -131,32 +209,66 @@ TYPODONT_KERNEL unsigned bits(const Mask& mask) {
 #pragma GCC target("arch=x86-64-v4")
 // A bit for each lane instead of a mask as wide as they are. `P`: how the intrinsics begin.
 // The masked forms of some: GCC 12 takes the plain ones' unused operand for one that was forgotten.
-#define TYPODONT_MASKED_LANES(V, P, COUNT, M)                                                                                     \
-  using Floats = V;                                                                                                               \
-  typedef int Ints __attribute__((vector_size(4 * COUNT)));                                                                       \
-  using Mask = unsigned;                                                                                                          \
-  constexpr int kLanes = COUNT;                                                                                                   \
-  constexpr M kEvery = (1u << COUNT) - 1;                                                                                         \
-  TYPODONT_KERNEL Floats load(const float* p) { return P##_loadu_ps(p); }                                                         \
-  TYPODONT_KERNEL void store(float* p, Floats v) { P##_storeu_ps(p, v); }                                                         \
-  TYPODONT_KERNEL Floats all(float v) { return P##_set1_ps(v); }                                                                  \
-  TYPODONT_KERNEL Floats as_floats(const std::int32_t* p) { return P##_maskz_cvtepi32_ps(kEvery, P##_loadu_epi32(p)); }           \
-  TYPODONT_KERNEL Mask first(int count) { return (1u << count) - 1; }                                                             \
-  TYPODONT_KERNEL Mask everywhere() { return kEvery; }                                                                            \
-  TYPODONT_KERNEL Mask nowhere() { return 0; }                                                                                    \
-  TYPODONT_KERNEL Mask more(Floats a, Floats b) { return P##_cmp_ps_mask(a, b, _CMP_GT_OQ); }                                     \
-  TYPODONT_KERNEL Mask more_where(Mask where, Floats a, Floats b) {                                                               \
-    return P##_mask_cmp_ps_mask(static_cast<M>(where), a, b, _CMP_GT_OQ);                                                         \
-  }                                                                                                                               \
-  TYPODONT_KERNEL Mask no_less(Floats a, Floats b) { return P##_cmp_ps_mask(a, b, _CMP_GE_OQ); }                                  \
-  TYPODONT_KERNEL Floats pick(Mask mask, Floats yes, Floats no) { return P##_mask_blend_ps(static_cast<M>(mask), no, yes); }      \
-  TYPODONT_KERNEL Floats lesser(Floats a, Floats b) { return P##_maskz_min_ps(kEvery, a, b); }                                    \
-  TYPODONT_KERNEL Floats greater(Floats a, Floats b) { return P##_maskz_max_ps(kEvery, a, b); }                                   \
-  TYPODONT_KERNEL Floats root(Floats v) { return P##_maskz_sqrt_ps(kEvery, v); }                                                  \
-  TYPODONT_KERNEL Ints as_ints(Floats v) { return (Ints)v; }                                                                      \
-  TYPODONT_KERNEL bool any(Mask mask) { return mask != 0; }                                                                       \
-  TYPODONT_KERNEL unsigned bits(Mask mask) { return mask; }                                                                       \
-  TYPODONT_KERNEL bool every(Mask mask) { return (mask & kEvery) == kEvery; }
+#define TYPODONT_MASKED_LANES(V, P, COUNT, M)                             \
+  using Floats = V;                                                       \
+  typedef int Ints __attribute__((vector_size(4 * COUNT)));               \
+  using Mask = unsigned;                                                  \
+  constexpr int kLanes = COUNT;                                           \
+  constexpr M kEvery = (1u << COUNT) - 1;                                 \
+  TYPODONT_KERNEL Floats load(const float* p) {                           \
+    return P##_loadu_ps(p);                                               \
+  }                                                                       \
+  TYPODONT_KERNEL void store(float* p, Floats v) {                        \
+    P##_storeu_ps(p, v);                                                  \
+  }                                                                       \
+  TYPODONT_KERNEL Floats all(float v) {                                   \
+    return P##_set1_ps(v);                                                \
+  }                                                                       \
+  TYPODONT_KERNEL Floats as_floats(const std::int32_t* p) {               \
+    return P##_maskz_cvtepi32_ps(kEvery, P##_loadu_epi32(p));             \
+  }                                                                       \
+  TYPODONT_KERNEL Mask first(int count) {                                 \
+    return (1u << count) - 1;                                             \
+  }                                                                       \
+  TYPODONT_KERNEL Mask everywhere() {                                     \
+    return kEvery;                                                        \
+  }                                                                       \
+  TYPODONT_KERNEL Mask nowhere() {                                        \
+    return 0;                                                             \
+  }                                                                       \
+  TYPODONT_KERNEL Mask more(Floats a, Floats b) {                         \
+    return P##_cmp_ps_mask(a, b, _CMP_GT_OQ);                             \
+  }                                                                       \
+  TYPODONT_KERNEL Mask more_where(Mask where, Floats a, Floats b) {       \
+    return P##_mask_cmp_ps_mask(static_cast<M>(where), a, b, _CMP_GT_OQ); \
+  }                                                                       \
+  TYPODONT_KERNEL Mask no_less(Floats a, Floats b) {                      \
+    return P##_cmp_ps_mask(a, b, _CMP_GE_OQ);                             \
+  }                                                                       \
+  TYPODONT_KERNEL Floats pick(Mask mask, Floats yes, Floats no) {         \
+    return P##_mask_blend_ps(static_cast<M>(mask), no, yes);              \
+  }                                                                       \
+  TYPODONT_KERNEL Floats lesser(Floats a, Floats b) {                     \
+    return P##_maskz_min_ps(kEvery, a, b);                                \
+  }                                                                       \
+  TYPODONT_KERNEL Floats greater(Floats a, Floats b) {                    \
+    return P##_maskz_max_ps(kEvery, a, b);                                \
+  }                                                                       \
+  TYPODONT_KERNEL Floats root(Floats v) {                                 \
+    return P##_maskz_sqrt_ps(kEvery, v);                                  \
+  }                                                                       \
+  TYPODONT_KERNEL Ints as_ints(Floats v) {                                \
+    return (Ints)v;                                                       \
+  }                                                                       \
+  TYPODONT_KERNEL bool any(Mask mask) {                                   \
+    return mask != 0;                                                     \
+  }                                                                       \
+  TYPODONT_KERNEL unsigned bits(Mask mask) {                              \
+    return mask;                                                          \
+  }                                                                       \
+  TYPODONT_KERNEL bool every(Mask mask) {                                 \
+    return (mask & kEvery) == kEvery;                                     \
+  }
 
 namespace sixteen {
 TYPODONT_MASKED_LANES(__m512, _mm512, 16, __mmask16)

@@ -11,19 +11,25 @@
 
 namespace typodont::haptics {
 
-// Compiled for each width of lanes and chosen at run time. Every sample is computed by itself, volumes are counted in whole
-// units and FMA is off for the whole program, so that every processor gives the same bits.
+// Compiled for each width of lanes and chosen at run time. Every sample is computed by itself, volumes are counted in
+// whole units and FMA is off for the whole program, so that every processor gives the same bits.
 namespace halves {
 namespace {
 
 #include "haptics/cutting/cut_kernel.h"
 #include "haptics/cutting/depth_kernel.h"
-#include "haptics/cutting/way_kernel.h"
 #include "haptics/cutting/listed_kernel.h"
+#include "haptics/cutting/way_kernel.h"
 
-bool ball(const BallFront* f, PerTissue* removed) { return raise_ball<false>(*f, false, removed); }
-bool capsule(const BallFront* f, PerTissue* removed) { return raise_ball<true>(*f, false, removed); }
-bool head(const HeadFront* f, PerTissue* removed) { return raise_head(*f, false, removed); }
+bool ball(const BallFront* f, PerTissue* removed) {
+  return raise_ball<false>(*f, false, removed);
+}
+bool capsule(const BallFront* f, PerTissue* removed) {
+  return raise_ball<true>(*f, false, removed);
+}
+bool head(const HeadFront* f, PerTissue* removed) {
+  return raise_head(*f, false, removed);
+}
 
 }  // namespace
 }  // namespace halves
@@ -34,12 +40,18 @@ namespace {
 
 #include "haptics/cutting/cut_kernel.h"
 #include "haptics/cutting/depth_kernel.h"
-#include "haptics/cutting/way_kernel.h"
 #include "haptics/cutting/listed_kernel.h"
+#include "haptics/cutting/way_kernel.h"
 
-__attribute__((target("avx2"))) bool ball(const BallFront* f, PerTissue* removed) { return raise_ball<false>(*f, false, removed); }
-__attribute__((target("avx2"))) bool capsule(const BallFront* f, PerTissue* removed) { return raise_ball<true>(*f, false, removed); }
-__attribute__((target("avx2"))) bool head(const HeadFront* f, PerTissue* removed) { return raise_head(*f, false, removed); }
+__attribute__((target("avx2"))) bool ball(const BallFront* f, PerTissue* removed) {
+  return raise_ball<false>(*f, false, removed);
+}
+__attribute__((target("avx2"))) bool capsule(const BallFront* f, PerTissue* removed) {
+  return raise_ball<true>(*f, false, removed);
+}
+__attribute__((target("avx2"))) bool head(const HeadFront* f, PerTissue* removed) {
+  return raise_head(*f, false, removed);
+}
 
 }  // namespace
 }  // namespace eight
@@ -51,12 +63,18 @@ namespace {
 
 #include "haptics/cutting/cut_kernel.h"
 #include "haptics/cutting/depth_kernel.h"
-#include "haptics/cutting/way_kernel.h"
 #include "haptics/cutting/listed_kernel.h"
+#include "haptics/cutting/way_kernel.h"
 
-bool ball(const BallFront* f, PerTissue* removed) { return raise_ball<false>(*f, false, removed); }
-bool capsule(const BallFront* f, PerTissue* removed) { return raise_ball<true>(*f, false, removed); }
-bool head(const HeadFront* f, PerTissue* removed) { return raise_head(*f, false, removed); }
+bool ball(const BallFront* f, PerTissue* removed) {
+  return raise_ball<false>(*f, false, removed);
+}
+bool capsule(const BallFront* f, PerTissue* removed) {
+  return raise_ball<true>(*f, false, removed);
+}
+bool head(const HeadFront* f, PerTissue* removed) {
+  return raise_head(*f, false, removed);
+}
 
 }  // namespace
 }  // namespace sixteen
@@ -66,12 +84,18 @@ namespace {
 
 #include "haptics/cutting/cut_kernel.h"
 #include "haptics/cutting/depth_kernel.h"
-#include "haptics/cutting/way_kernel.h"
 #include "haptics/cutting/listed_kernel.h"
+#include "haptics/cutting/way_kernel.h"
 
-bool ball(const BallFront* f, PerTissue* removed) { return raise_ball<false>(*f, true, removed); }
-bool capsule(const BallFront* f, PerTissue* removed) { return raise_ball<true>(*f, true, removed); }
-bool head(const HeadFront* f, PerTissue* removed) { return raise_head(*f, true, removed); }
+bool ball(const BallFront* f, PerTissue* removed) {
+  return raise_ball<false>(*f, true, removed);
+}
+bool capsule(const BallFront* f, PerTissue* removed) {
+  return raise_ball<true>(*f, true, removed);
+}
+bool head(const HeadFront* f, PerTissue* removed) {
+  return raise_head(*f, true, removed);
+}
 
 }  // namespace
 }  // namespace eight_masked

@@ -48,14 +48,15 @@ struct HeadFront {
   const MeridianPiece* pieces;
   glm::ivec3 origin;  // from the pose's base
   float* distance;
-  float* along[3];    // of each height: along x, y, z in T
+  float* along[3];  // of each height: along x, y, z in T
   CutFront::Listed groups;
   const CutFront::Run* runs;
   int run_count;
   Tops* tops;
 };
 
-/// How many of the samples of a group, `lanes` at most, have one label. Where no surface can ever be, any label will do.
+/// How many of the samples of a group, `lanes` at most, have one label. Where no surface can ever be, any label will
+/// do.
 inline int with_one_label(const Tissue* labels, const float* distance, int lanes, std::uint8_t& label) {
   label = static_cast<std::uint8_t>(shown(labels[0]));
   std::uint64_t differ = 0, part;
@@ -68,7 +69,9 @@ inline int with_one_label(const Tissue* labels, const float* distance, int lanes
   for (int i = 0; i < lanes; ++i) {
     const auto other = static_cast<std::uint8_t>(shown(labels[i]));
     if (other == label || (other == static_cast<std::uint8_t>(Tissue::kAir) && distance[i] >= 0.5f)) continue;
-    if (label != static_cast<std::uint8_t>(Tissue::kAir) || !std::all_of(distance, distance + i, [](float d) { return d >= 0.5f; })) return i;
+    if (label != static_cast<std::uint8_t>(Tissue::kAir) ||
+        !std::all_of(distance, distance + i, [](float d) { return d >= 0.5f; }))
+      return i;
     label = other;
   }
   return lanes;

@@ -1,5 +1,5 @@
-// Text of a kernel, included once within each namespace of lanes (lane_ops.h): raises the groups that are listed before a
-// head.
+// Text of a kernel, included once within each namespace of lanes (lane_ops.h): raises the groups that are listed before
+// a head.
 
 constexpr int kChunk = 128;  // groups
 constexpr int kAhead = 24;   // groups, fetched in time
@@ -24,11 +24,11 @@ struct BallRows {
   alignas(64) float u[kChunk], v[kChunk];
 };
 
-/// One group after the other. `ahead`: all of their samples lie ahead of A; `whole`: all of them may change. What is known of
-/// all is not asked of each.
+/// One group after the other. `ahead`: all of their samples lie ahead of A; `whole`: all of them may change. What is
+/// known of all is not asked of each.
 template <bool capsule, bool ahead, bool whole>
-TYPODONT_KERNEL void raise_groups(const BallFront& f, const Capsule& c, const BallRows& rows, int g0, int from_g, int to_g, Mask& raised,
-                                  Taken& taken) {
+TYPODONT_KERNEL void raise_groups(const BallFront& f, const Capsule& c, const BallRows& rows, int g0, int from_g,
+                                  int to_g, Mask& raised, Taken& taken) {
   const Floats from = all(c.continues ? 0.0f : -1e30f), radius = all(c.radius);
   for (int g = from_g; g < to_g; ++g) {
     const std::int32_t z = f.groups.z[g0 + g];
@@ -39,7 +39,8 @@ TYPODONT_KERNEL void raise_groups(const BallFront& f, const Capsule& c, const Ba
       const Floats height = load(f.heights.apart + z);
       dot = (all(rows.u[g]) * all(c.abx) + all(rows.v[g]) * all(c.aby)) + load(f.heights.ahead + z);
       const Floats s = lesser(greater(dot * all(c.inverse_length2), all(0.0f)), all(1.0f));
-      const Floats dx = all(rows.u[g]) - s * all(c.abx), dy = all(rows.v[g]) - s * all(c.aby), dz = height - s * all(c.abz);
+      const Floats dx = all(rows.u[g]) - s * all(c.abx), dy = all(rows.v[g]) - s * all(c.aby),
+                   dz = height - s * all(c.abz);
       d2 = dx * dx + dy * dy + dz * dz;
     } else {
       d2 = all(rows.u[g]) + load(f.heights.apart + z);
@@ -108,8 +109,8 @@ TYPODONT_KERNEL bool raise_ball(const BallFront& front, bool narrow, PerTissue* 
   return any(raised);
 }
 
-/// What makes the depth of samples of a head, the same for all groups of a run; and which of them may have been deeper on their way
-/// (may_be_deeper).
+/// What makes the depth of samples of a head, the same for all groups of a run; and which of them may have been deeper
+/// on their way (may_be_deeper).
 struct Passed {
   Floats way_rho, way_z, least;
 };
@@ -131,7 +132,8 @@ struct BelowArc {
   TYPODONT_KERNEL Floats depth(Floats rho, Floats z) const { return depth_below_arc(piece, rho, z); }
   TYPODONT_KERNEL Floats depth(Floats rho, Floats z, const Passed& on, Mask& deeper) const {
     const Floats below = depth(rho, z);
-    deeper = may_be_deeper(below, on.least, all(0.0f) - ((rho - all(piece.cx)) * on.way_rho + (z - all(piece.cz)) * on.way_z),
+    deeper = may_be_deeper(below, on.least,
+                           all(0.0f) - ((rho - all(piece.cx)) * on.way_rho + (z - all(piece.cz)) * on.way_z),
                            (all(piece.radius) - below) * rho);
     return below;
   }
@@ -148,9 +150,11 @@ struct BelowEnds {
   }
   TYPODONT_KERNEL Floats depth(Floats rho, Floats z, const Passed& on, Mask& deeper) const {
     NearestOnWay found{no_piece_yet(), all(0.0f)};
-    first_bent ? found.meet_arc(pieces[0], rho, z, on.way_rho, on.way_z) : found.meet_line(pieces[0], rho, z, on.way_rho, on.way_z);
+    first_bent ? found.meet_arc(pieces[0], rho, z, on.way_rho, on.way_z)
+               : found.meet_line(pieces[0], rho, z, on.way_rho, on.way_z);
     if constexpr (second) {
-      second_bent ? found.meet_arc(pieces[1], rho, z, on.way_rho, on.way_z) : found.meet_line(pieces[1], rho, z, on.way_rho, on.way_z);
+      second_bent ? found.meet_arc(pieces[1], rho, z, on.way_rho, on.way_z)
+                  : found.meet_line(pieces[1], rho, z, on.way_rho, on.way_z);
     }
     const Floats below = found.nearest.depth();
     deeper = found.deeper(rho, below, on.least);
@@ -169,8 +173,8 @@ struct BelowAny {
   }
 };
 
-/// What the samples of some groups have in common: where they are in the head, but for their heights' share, and how the first of them
-/// goes as the head goes back to where it came from.
+/// What the samples of some groups have in common: where they are in the head, but for their heights' share, and how
+/// the first of them goes as the head goes back to where it came from.
 struct HeadRows {
   alignas(64) float x[kChunk], y[kChunk], z[kChunk];
   alignas(64) float way_x[kChunk], way_y[kChunk], way_z[kChunk];
@@ -197,8 +201,8 @@ struct HeadSides {
     across = turns ? back.longest : std::sqrt(back.shift[0] * back.shift[0] + back.shift[1] * back.shift[1]);
   }
   /// As many groups as there are lanes, from that one on: a bit for each of which some samples may have been deeper.
-  TYPODONT_KERNEL unsigned beside(const Straight& back, const MeridianPiece& first, const MeridianPiece& last, float smooth, Floats x, Floats y,
-                                  Floats z, HeadRows& rows, int g) const {
+  TYPODONT_KERNEL unsigned beside(const Straight& back, const MeridianPiece& first, const MeridianPiece& last,
+                                  float smooth, Floats x, Floats y, Floats z, HeadRows& rows, int g) const {
     const Floats rho = root(x * x + y * y);
     const Mask sharp = more(all(smooth), rho);
     if (!any(sharp)) return 0;
@@ -212,15 +216,16 @@ struct HeadSides {
     const Floats inverse = all(1.0f) / greater(rho, all(1e-3f)), seen = all(off) * inverse;
     const Floats err = all(across) * pick(more(all(0.75f), seen), all(1.14f) * seen, all(2.0f));
     const Mask tip = more(all(first.ax == 0.0f ? off + Sweep::kMargin : 0.0f), rho);
-    const Floats slowest = all(-turned) - fastest_advance(first, last, tip, err - (x * way_x + y * way_y) * inverse, all(0.0f) - way_z);
+    const Floats slowest =
+        all(-turned) - fastest_advance(first, last, tip, err - (x * way_x + y * way_y) * inverse, all(0.0f) - way_z);
     return bits(more_where(sharp, all(-0.5f * kTop), slowest));
   }
 };
 
 /// One group after the other. `beside`: some of their samples may have been deeper on the way.
 template <bool beside, class Below>
-TYPODONT_KERNEL void raise_groups(const HeadFront& f, const Below& below, const HeadRows& rows, const float* bend, int g0, int from, int to,
-                                  Mask& raised, Taken& taken) {
+TYPODONT_KERNEL void raise_groups(const HeadFront& f, const Below& below, const HeadRows& rows, const float* bend,
+                                  int g0, int from, int to, Mask& raised, Taken& taken) {
   for (int g = from; g < to; ++g) {
     const std::int32_t height = f.groups.z[g0 + g];
     float* const at = f.distance + f.groups.at[g0 + g];
@@ -231,16 +236,19 @@ TYPODONT_KERNEL void raise_groups(const HeadFront& f, const Below& below, const 
     if constexpr (!beside && std::is_same_v<Below, BelowEnd>) {
       depth = below.depth_at(z);
     } else {
-      const Floats x = all(rows.x[g]) + load(f.along[0] + height), y = all(rows.y[g]) + load(f.along[1] + height), rho = root(x * x + y * y);
+      const Floats x = all(rows.x[g]) + load(f.along[0] + height), y = all(rows.y[g]) + load(f.along[1] + height),
+                   rho = root(x * x + y * y);
       if constexpr (beside) {
-        const Floats steps = load(kSteps), way_x = all(rows.way_x[g]) + steps * all(bend[0]), way_y = all(rows.way_y[g]) + steps * all(bend[1]);
+        const Floats steps = load(kSteps), way_x = all(rows.way_x[g]) + steps * all(bend[0]),
+                     way_y = all(rows.way_y[g]) + steps * all(bend[1]);
         const Floats way_z = all(rows.way_z[g]) + steps * all(bend[2]);
         Mask deeper;
         depth = below.depth(rho, z, {x * way_x + y * way_y, rho * way_z, greater(old, all(-Sweep::kMargin))}, deeper);
         for (unsigned left = bits(more_where(deeper & may, all(Sweep::kInner), depth)); left != 0; left &= left - 1) {
           const int i = std::countr_zero(left);
-          f.tops->add(f.groups.x[g0 + g] + static_cast<float>(f.origin.x), f.groups.y[g0 + g] + static_cast<float>(f.origin.y),
-                      static_cast<float>(f.origin.z + height + i), at + i, f.groups.label[g0 + g]);
+          f.tops->add(f.groups.x[g0 + g] + static_cast<float>(f.origin.x),
+                      f.groups.y[g0 + g] + static_cast<float>(f.origin.y), static_cast<float>(f.origin.z + height + i),
+                      at + i, f.groups.label[g0 + g]);
         }
       } else {
         depth = below.depth(rho, z);
@@ -257,8 +265,8 @@ TYPODONT_KERNEL void raise_groups(const HeadFront& f, const Below& below, const 
 
 /// Groups that have the same closest pieces.
 template <class Below>
-TYPODONT_KERNEL void raise_run(const HeadFront& f, const HeadSides& sides, const CutFront::Run& run, unsigned set, const Below below, Mask& raised,
-                               Taken& taken) {
+TYPODONT_KERNEL void raise_run(const HeadFront& f, const HeadSides& sides, const CutFront::Run& run, unsigned set,
+                               const Below below, Mask& raised, Taken& taken) {
   const float* const R = f.pose.R;
   const MeridianPiece& first = f.pieces[std::countr_zero(set)];
   const MeridianPiece& last = f.pieces[std::bit_width(set) - 1];
@@ -271,12 +279,14 @@ TYPODONT_KERNEL void raise_run(const HeadFront& f, const HeadSides& sides, const
     for (int g = 0; g < end; g += kLanes) {
       const Floats vx = load(f.groups.x + g0 + g) + all(static_cast<float>(f.origin.x)) - all(f.pose.p[0]);
       const Floats vy = load(f.groups.y + g0 + g) + all(static_cast<float>(f.origin.y)) - all(f.pose.p[1]);
-      const Floats x = all(R[0]) * vx + all(R[3]) * vy, y = all(R[1]) * vx + all(R[4]) * vy, z = all(R[2]) * vx + all(R[5]) * vy;
+      const Floats x = all(R[0]) * vx + all(R[3]) * vy, y = all(R[1]) * vx + all(R[4]) * vy,
+                   z = all(R[2]) * vx + all(R[5]) * vy;
       store(rows.x + g, x), store(rows.y + g, y), store(rows.z + g, z);
       if (slow) continue;
-      const Floats height = as_floats(f.groups.z + g0 + g) + all(static_cast<float>(f.origin.z) + sides.half - f.pose.p[2]);
-      beside[g / kLanes] = sides.beside(f.tops->back, first, last, smooth, x + all(R[6]) * height, y + all(R[7]) * height,
-                                        z + all(R[8]) * height, rows, g);
+      const Floats height =
+          as_floats(f.groups.z + g0 + g) + all(static_cast<float>(f.origin.z) + sides.half - f.pose.p[2]);
+      beside[g / kLanes] = sides.beside(f.tops->back, first, last, smooth, x + all(R[6]) * height,
+                                        y + all(R[7]) * height, z + all(R[8]) * height, rows, g);
     }
     for (int g = 0; g < end; g += kLanes) {
       const int count = std::min(kLanes, end - g);
@@ -309,9 +319,9 @@ TYPODONT_KERNEL bool raise_head(const HeadFront& f, bool narrow, PerTissue* remo
     const MeridianPiece& other = pieces[std::bit_width(set) - 1];
     const bool bent = one.radius != 0.0f, other_bent = other.radius != 0.0f;
     if (run.kind < kManyPieces) {
-      bent                 ? raise_run(f, sides, run, set, BelowArc{one}, raised, taken)
+      bent              ? raise_run(f, sides, run, set, BelowArc{one}, raised, taken)
       : one.nax == 0.0f ? raise_run(f, sides, run, set, BelowEnd{{one}}, raised, taken)
-                           : raise_run(f, sides, run, set, BelowLine{one}, raised, taken);
+                        : raise_run(f, sides, run, set, BelowLine{one}, raised, taken);
     } else if (std::popcount(set) == 1) {
       bent ? raise_run(f, sides, run, set, BelowEnds<true, false, false>{{one, one}}, raised, taken)
            : raise_run(f, sides, run, set, BelowEnds<false, false, false>{{one, one}}, raised, taken);

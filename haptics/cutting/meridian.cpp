@@ -12,12 +12,27 @@ void flatten(const HeadField& head, MeridianPiece* pieces) {
     const HeadField::Piece& piece = head.pieces[p];
     const double length = std::sqrt(1 / piece.inverse2), r = piece.radius;
     const bool line = r == 0;
-    const double values[] = {piece.ax, piece.az, piece.bx, piece.bz, piece.dx, piece.dz, piece.inverse2, piece.cx, piece.cz, r,
+    const double values[] = {piece.ax,
+                             piece.az,
+                             piece.bx,
+                             piece.bz,
+                             piece.dx,
+                             piece.dz,
+                             piece.inverse2,
+                             piece.cx,
+                             piece.cz,
+                             r,
                              line ? piece.dz / length : (piece.ax - piece.cx) / r,
                              line ? -piece.dx / length : (piece.az - piece.cz) / r,
                              line ? piece.dz / length : (piece.bx - piece.cx) / r,
-                             line ? -piece.dx / length : (piece.bz - piece.cz) / r, length,
-                             piece.ax - piece.cx, piece.az - piece.cz, piece.bx - piece.cx, piece.bz - piece.cz, 0, 0};
+                             line ? -piece.dx / length : (piece.bz - piece.cz) / r,
+                             length,
+                             piece.ax - piece.cx,
+                             piece.az - piece.cz,
+                             piece.bx - piece.cx,
+                             piece.bz - piece.cz,
+                             0,
+                             0};
     static_assert(sizeof(MeridianPiece) == std::size(values) * sizeof(float));
     float flat[std::size(values)];
     for (std::size_t i = 0; i < std::size(values); ++i) flat[i] = static_cast<float>(values[i]);

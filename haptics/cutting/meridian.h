@@ -1,4 +1,5 @@
-// A head that is no ball as its kernels see it: the pieces of its meridian, in floats, and a pose. Private to haptics/cutting.
+// A head that is no ball as its kernels see it: the pieces of its meridian, in floats, and a pose. Private to
+// haptics/cutting.
 #pragma once
 
 #include <cstddef>
@@ -15,10 +16,11 @@ struct MeridianPiece {
   float ax, az, bx, bz, dx, dz, inverse2, cx, cz, radius;
   float nax, naz, nbx, nbz;
   float length;
-  float ux, uz, wx, wz;    // from an arc's centre to its ends
+  float ux, uz, wx, wz;      // from an arc's centre to its ends
   float corner_a, corner_b;  // tan(φ/2) where its outward normal turns by φ to its neighbour's
 };
-inline constexpr int kManyPieces = HeadField::kMaxPieces;  // kinds of groups: one smooth piece, or from here on a set of them
+inline constexpr int kManyPieces =
+    HeadField::kMaxPieces;  // kinds of groups: one smooth piece, or from here on a set of them
 
 /// A pose of the head in voxels, counted from a voxel nearby, so that floats keep their digits.
 struct HeadPose {

@@ -1,4 +1,5 @@
-// How far the samples of a column of blocks are from changing, and when a group of them may. Private to haptics/cutting.
+// How far the samples of a column of blocks are from changing, and when a group of them may. Private to
+// haptics/cutting.
 #pragma once
 
 #include <algorithm>
@@ -16,7 +17,9 @@ class SlackRows {
   static constexpr int kStretch = 64;  // samples of a row that are listed together
 
   /// Of eight samples of a row.
-  TYPODONT_KERNEL void put(int row, int z, const F8& slack) { std::memcpy(rows_ + row * kRow + z, &slack, sizeof slack); }
+  TYPODONT_KERNEL void put(int row, int z, const F8& slack) {
+    std::memcpy(rows_ + row * kRow + z, &slack, sizeof slack);
+  }
   /// The least of sixteen from there on, of those that are told by a bit each: the others may never have been put.
   TYPODONT_KERNEL float least(int row, int z, std::uint64_t which) const {
     const I8 bits = I8{} + static_cast<int>(which & 0xffff), one = {1, 2, 4, 8, 16, 32, 64, 128};
@@ -26,7 +29,8 @@ class SlackRows {
     low = (bits & one) != 0 ? low : F8{} + kNever;
     high = (bits & (one << 8)) != 0 ? high : F8{} + kNever;
     const F8 both = low < high ? low : high;
-    const F4 first = __builtin_shufflevector(both, both, 0, 1, 2, 3), second = __builtin_shufflevector(both, both, 4, 5, 6, 7);
+    const F4 first = __builtin_shufflevector(both, both, 0, 1, 2, 3),
+             second = __builtin_shufflevector(both, both, 4, 5, 6, 7);
     const F4 least = first < second ? first : second;
     return std::min(std::min(least[0], least[1]), std::min(least[2], least[3]));
   }

@@ -1,6 +1,9 @@
-// Heads that are no balls, on their way. A head is convex, so how deep a sample lies in it is a concave function of where
-// it is there; and on a short turn a sample goes straight through the head, as that sees it. So how deep it ever lies is
-// the one top of a curve, and is searched for, sample by sample: on long ways of all, on short ones of those that came near it.
+// Heads that are no balls, on their way. A head is convex, so how deep a sample lies in it is a concave function of
+// where it is there; and on a short turn a sample goes straight through the head, as that sees it. So how deep it ever
+// lies is the one top of a curve, and is searched for, sample by sample: on long ways of all, on short ones of those
+// that came near it.
+#include "haptics/cutting/way.h"
+
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -10,7 +13,6 @@
 #include "engine/base/dispatch.h"
 #include "haptics/cutting/block.h"
 #include "haptics/cutting/lane_ops.h"
-#include "haptics/cutting/way.h"
 #include "haptics/label.h"
 #include "haptics/share.h"
 #include "haptics/sweep.h"
@@ -21,8 +23,8 @@ namespace eight {
 namespace {
 #include "haptics/cutting/cut_kernel.h"
 #include "haptics/cutting/depth_kernel.h"
-#include "haptics/cutting/way_kernel.h"
 #include "haptics/cutting/row_kernel.h"
+#include "haptics/cutting/way_kernel.h"
 }  // namespace
 }  // namespace eight
 
@@ -38,7 +40,8 @@ struct Points {
 TYPODONT_KERNEL Points in_head(const HeadPose& pose, const F8& x, const F8& y, const F8& z) {
   const float* const R = pose.R;
   const F8 vx = x - pose.p[0], vy = y - pose.p[1], vz = z - pose.p[2];
-  return {(R[0] * vx + R[3] * vy) + R[6] * vz, (R[1] * vx + R[4] * vy) + R[7] * vz, (R[2] * vx + R[5] * vy) + R[8] * vz};
+  return {(R[0] * vx + R[3] * vy) + R[6] * vz, (R[1] * vx + R[4] * vy) + R[7] * vz,
+          (R[2] * vx + R[5] * vy) + R[8] * vz};
 }
 
 /// How deep samples lie at a point of their way, and how that changes along it.
@@ -46,9 +49,9 @@ struct Depth {
   F8 depth, slope;
 };
 
-/// How deep eight samples ever lie in the head, to kTop; of those that come no deeper than `needed`, or deeper than `most`,
-/// only that. No curve lies above its tangents, so where those on either side of its top meet is how high it can be. It is looked for
-/// there, where a corner would have it, and by turns where a round curve would be level.
+/// How deep eight samples ever lie in the head, to kTop; of those that come no deeper than `needed`, or deeper than
+/// `most`, only that. No curve lies above its tangents, so where those on either side of its top meet is how high it
+/// can be. It is looked for there, where a corner would have it, and by turns where a round curve would be level.
 struct Search {
   Points from, way;  // in the head
   F8 a, b, s;        // shares of the way: the top lies between a and b, and is looked for at s
@@ -56,7 +59,9 @@ struct Search {
   F8 best, top, needed;
   I8 open;
 
-  TYPODONT_KERNEL Points place(const F8& share) const { return {from.x + share * way.x, from.y + share * way.y, from.z + share * way.z}; }
+  TYPODONT_KERNEL Points place(const F8& share) const {
+    return {from.x + share * way.x, from.y + share * way.y, from.z + share * way.z};
+  }
   TYPODONT_KERNEL eight::NearestWithNormal nearest(const Straight& head, const F8& rho, const F8& z) const {
     return eight::nearest_with_normal(head.pieces, (1u << head.count) - 1, rho, z);
   }
@@ -75,10 +80,12 @@ struct Search {
     return {n_rho * p.x * inverse, n_rho * p.y * inverse, n_z};
   }
   /// Begins at that share of the way. Positions count from the first pose's base.
-  TYPODONT_KERNEL void begin(const Straight& head, const F8& x, const F8& y, const F8& z, const F8& least, float share, float most) {
+  TYPODONT_KERNEL void begin(const Straight& head, const F8& x, const F8& y, const F8& z, const F8& least, float share,
+                             float most) {
     const float* const T = head.turn;
     from = in_head(head.from, x, y, z);
-    way = {(T[0] * from.x + T[3] * from.y) + (T[6] * from.z + head.shift[0]), (T[1] * from.x + T[4] * from.y) + (T[7] * from.z + head.shift[1]),
+    way = {(T[0] * from.x + T[3] * from.y) + (T[6] * from.z + head.shift[0]),
+           (T[1] * from.x + T[4] * from.y) + (T[7] * from.z + head.shift[1]),
            (T[2] * from.x + T[5] * from.y) + (T[8] * from.z + head.shift[2])};
     needed = least - head.slip;
     a = b = F8{} + share;
@@ -92,7 +99,8 @@ struct Search {
   TYPODONT_KERNEL void step(const Straight& head, int number, float most) {
     const Depth now = at(head, s);
     best = open ? eight::greater(best, now.depth) : best;
-    // What has been found of one does not depend on what the others need; an end towards which the curve rises is its top.
+    // What has been found of one does not depend on what the others need; an end towards which the curve rises is its
+    // top.
     const I8 rises = (now.slope > 0.0f) & (s < 1.0f), before = open & (rises | (s <= 0.0f)), after = open & ~before;
     a = before ? s : a, at_a.depth = before ? now.depth : at_a.depth, at_a.slope = before ? now.slope : at_a.slope;
     b = after ? s : b, at_b.depth = after ? now.depth : at_b.depth, at_b.slope = after ? now.slope : at_b.slope;
@@ -106,14 +114,14 @@ struct Search {
   }
 };
 
-/// Centres of eight blocks, and how deep they ever lie in the head. That is concave in space, too: no sample lies deeper than
-/// the plane says.
+/// Centres of eight blocks, and how deep they ever lie in the head. That is concave in space, too: no sample lies
+/// deeper than the plane says.
 struct Centres {
   float outside, emptied;  // given: of samples beside them, where they are no deeper, or are deeper, all are so
-  F8 x, y, z;  // from the first pose's base
-  F8 best, top;         // as deep at least, and at most
-  F8 n_x, n_y, n_z;     // of the plane, out of the head
-  F8 share;             // of the way, where they lie deepest
+  F8 x, y, z;              // from the first pose's base
+  F8 best, top;            // as deep at least, and at most
+  F8 n_x, n_y, n_z;        // of the plane, out of the head
+  F8 share;                // of the way, where they lie deepest
 };
 
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
@@ -166,15 +174,16 @@ bool raise_way_block(const Straight* way_at, const WayBlock* block_at, PerTissue
       at[rows] = ix * block.stride_x + iy * block.stride_y;
       const F8 old = eight::Row{block.distance + at[rows], block.from[2], block.to[2], whole}.read();
       const I8 full = old >= Sweep::kInner;  // nothing more can come of these
-      const float off = block.n[0] * (static_cast<float>(ix) - kMiddle.x) + block.n[1] * (static_cast<float>(iy) - kMiddle.y);
+      const float off =
+          block.n[0] * (static_cast<float>(ix) - kMiddle.x) + block.n[1] * (static_cast<float>(iy) - kMiddle.y);
       const F8 least = full ? F8{} + kNoEnd : eight::greater(old, F8{} - Sweep::kMargin);
       if (!any_of(block.emptied ? ~full : bound - off > least)) continue;
       Search& search = searches[rows];
       if (block.emptied) {
         search.best = F8{} + Sweep::kInner;
       } else {
-        search.begin(way, eight::all(static_cast<float>(block.first.x + ix)), eight::all(static_cast<float>(block.first.y + iy)), z, least,
-                     block.share, Sweep::kInner);
+        search.begin(way, eight::all(static_cast<float>(block.first.x + ix)),
+                     eight::all(static_cast<float>(block.first.y + iy)), z, least, block.share, Sweep::kInner);
         still_open[open] = rows;
         open += any_of(search.open);
       }
@@ -227,7 +236,8 @@ bool raise_tops(Tops* tops_at, int first) {
   for (int i = 0; i < count; ++i) {
     if (!(raised >> i & 1)) continue;
     *tops.at[first + i] = depth[i];
-    if (tops.removed) (*tops.removed)[tops.label[first + i]] += kShareUnit * (units_inside(old[i]) - units_inside(depth[i]));
+    if (tops.removed)
+      (*tops.removed)[tops.label[first + i]] += kShareUnit * (units_inside(old[i]) - units_inside(depth[i]));
   }
   return raised & ((1u << count) - 1);
 }
@@ -244,7 +254,14 @@ Straight straight_way(const Pose& X_VA, const Pose& X_VB, const MeridianPiece* p
   const dvec3 moved = R_BV * (X_VA.p - X_VB.p);
   // A rotation less the identity, without what that leaves of the digits.
   const glm::dmat3 turn = (R_BV - R_AV) * glm::transpose(R_AV);
-  Straight way{.from = head_pose(X_VA), .shift = {}, .turn = {}, .pieces = pieces, .count = count, .turned = 0, .longest = 0, .slip = 0};
+  Straight way{.from = head_pose(X_VA),
+               .shift = {},
+               .turn = {},
+               .pieces = pieces,
+               .count = count,
+               .turned = 0,
+               .longest = 0,
+               .slip = 0};
   double turned = 0;
   for (int i = 0; i < 3; ++i) {
     way.shift[i] = static_cast<float>(moved[i]);
@@ -254,7 +271,8 @@ Straight straight_way(const Pose& X_VA, const Pose& X_VB, const MeridianPiece* p
   const double beyond = static_cast<double>(Sweep::kMargin) + 1;
   way.turned = static_cast<float>(std::sqrt(turned / 2));
   way.longest = static_cast<float>(glm::length(moved) + std::sqrt(turned / 2) * (reach + beyond)) + 1e-5f;
-  // A tangent errs by rounding; near a corner by twice the distance to it, or all along the way by what rounding turns it.
+  // A tangent errs by rounding; near a corner by twice the distance to it, or all along the way by what rounding turns
+  // it.
   way.slip = 1e-3f + 4e-6f * static_cast<float>(reach) + 2 * kNear + 1e-3f * way.longest;
   return way;
 }
@@ -284,7 +302,8 @@ bool Sweep::raise_way(const HeadTarget& target, PerTissue* removed) const noexce
     X_VB = k == straights_ ? X_VB_ : interpolate(X_VA_, X_VB_, static_cast<double>(k) / straights_);
     const Straight way = straight_way(X_VA, X_VB, pieces_, back_.count, reach_);
     const glm::ivec3 lo = glm::max(target.lo, glm::ivec3(glm::ceil(glm::min(X_VA.p, X_VB.p) - around)));
-    const glm::ivec3 last = glm::min(target.lo + target.size - 1, glm::ivec3(glm::floor(glm::max(X_VA.p, X_VB.p) + around)));
+    const glm::ivec3 last =
+        glm::min(target.lo + target.size - 1, glm::ivec3(glm::floor(glm::max(X_VA.p, X_VB.p) + around)));
     const glm::ivec3 first(down(lo.x, kRows), down(lo.y, kRows), down(lo.z, kDeep));
     Centres centres;
     centres.outside = -(kMargin + kHalf + kTop + way.slip), centres.emptied = kInner + kHalf + way.slip;
@@ -299,7 +318,8 @@ bool Sweep::raise_way(const HeadTarget& target, PerTissue* removed) const noexce
         if (centres.top[lane] <= centres.outside) continue;
         WayBlock block = block_at(blocks[lane]);
         block.first -= way.from.base;
-        block.top = centres.top[lane], block.share = centres.share[lane], block.emptied = centres.best[lane] >= centres.emptied;
+        block.top = centres.top[lane], block.share = centres.share[lane],
+        block.emptied = centres.best[lane] >= centres.emptied;
         block.bent = way.slip + kTop + turned;
         block.n[0] = centres.n_x[lane], block.n[1] = centres.n_y[lane], block.n[2] = centres.n_z[lane];
         changed |= raise_way_block(&way, &block, removed);

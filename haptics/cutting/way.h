@@ -1,5 +1,5 @@
-// A part of a head's way on which samples go straight through it, as it sees them. A head is convex, so how deep a sample lies in
-// it is concave along such a way and has one top. Private to sweeps.
+// A part of a head's way on which samples go straight through it, as it sees them. A head is convex, so how deep a
+// sample lies in it is concave along such a way and has one top. Private to sweeps.
 #pragma once
 
 #include <cstdint>
@@ -22,12 +22,13 @@ struct Straight {
 };
 Straight straight_way(const Pose& X_VA, const Pose& X_VB, const MeridianPiece* pieces, int count, double reach);
 
-inline constexpr float kTop = 5e-4f;   // voxels; how much deeper a sample may have lain on the way than what is found
-inline constexpr float kSlow = 0.05f;   // voxels; of a way of no more than this only what its end takes is taken, which costs a seventh less
+inline constexpr float kTop = 5e-4f;  // voxels; how much deeper a sample may have lain on the way than what is found
+inline constexpr float kSlow =
+    0.05f;  // voxels; of a way of no more than this only what its end takes is taken, which costs a seventh less
 inline constexpr float kNear = 0.01f;  // voxels; nearer to a corner the direction from it would be rounding
 
-/// Farther than this from the axis the tangents at both ends of a way meet too little above them to count (by way² / 4 r), where one
-/// piece alone is the closest all along it.
+/// Farther than this from the axis the tangents at both ends of a way meet too little above them to count (by way² / 4
+/// r), where one piece alone is the closest all along it.
 inline float smooth_from(const Straight& way, const MeridianPiece& piece) {
   const float least = way.longest * way.longest / (3.6f * kTop);
   return piece.radius == 0.0f || piece.radius > least + 4 ? least : kNoEnd;  // no deeper than 3 anything is cut

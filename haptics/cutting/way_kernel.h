@@ -1,4 +1,5 @@
-// Text of a kernel, included after depth_kernel.h within namespaces of lanes: how the depth of samples changes on their way.
+// Text of a kernel, included after depth_kernel.h within namespaces of lanes: how the depth of samples changes on their
+// way.
 
 /// The closest piece to some samples, as NearestPiece finds it, with how they lie from it and its normal there.
 struct NearestWithNormal {
@@ -13,15 +14,18 @@ struct NearestWithNormal {
   TYPODONT_KERNEL void meet_line(const MeridianPiece& piece, Floats rho, Floats z) {
     const Floats before = nearest.square, nax = all(piece.nax), naz = all(piece.naz);
     nearest.meet_line(piece, rho, z);
-    const Floats in = all(piece.ax) - rho, down = all(piece.az) - z, below = in * nax + down * naz, along = in * naz - down * nax;
+    const Floats in = all(piece.ax) - rho, down = all(piece.az) - z, below = in * nax + down * naz,
+                 along = in * naz - down * nax;
     const Floats over = along - greater(lesser(along, all(piece.length)), all(0.0f));
     take(before, all(0.0f) - (below * nax + over * naz), over * nax - below * naz, nax, naz);
   }
   TYPODONT_KERNEL void meet_arc(const MeridianPiece& piece, Floats rho, Floats z) {
     const Floats before = nearest.square, none = all(0.0f);
     nearest.meet_arc(piece, rho, z);
-    const Floats vx = rho - all(piece.cx), vz = z - all(piece.cz), inverse = all(1.0f) / (root(vx * vx + vz * vz) + all(1e-6f));
-    const Mask between = no_less(all(piece.ux) * vz - all(piece.uz) * vx, none) & no_less(vx * all(piece.wz) - vz * all(piece.wx), none);
+    const Floats vx = rho - all(piece.cx), vz = z - all(piece.cz),
+                 inverse = all(1.0f) / (root(vx * vx + vz * vz) + all(1e-6f));
+    const Mask between =
+        no_less(all(piece.ux) * vz - all(piece.uz) * vx, none) & no_less(vx * all(piece.wz) - vz * all(piece.wx), none);
     const Floats off = all(1.0f) - all(piece.radius) * inverse;
     take(before, pick(between, vx * off, rho - all(piece.ax)), pick(between, vz * off, z - all(piece.az)),
          pick(between, vx * inverse, all(piece.nax)), pick(between, vz * inverse, all(piece.naz)));
@@ -51,14 +55,15 @@ TYPODONT_KERNEL NearestWithNormal nearest_with_normal(const MeridianPiece* piece
   return found;
 }
 
-/// Which samples may have been deeper than they are, by more than counts and than `least`, when the head came along a way that leads them
-/// back. Their depth grows there by `growth` / `scale` at first, and never faster.
+/// Which samples may have been deeper than they are, by more than counts and than `least`, when the head came along a
+/// way that leads them back. Their depth grows there by `growth` / `scale` at first, and never faster.
 TYPODONT_KERNEL Mask may_be_deeper(Floats depth, Floats least, Floats growth, Floats scale) {
-  return more_where(more(growth, all(0.5f * kTop) * scale), growth + (depth - least + all(0.5f * kTop)) * scale, all(0.0f));
+  return more_where(more(growth, all(0.5f * kTop) * scale), growth + (depth - least + all(0.5f * kTop)) * scale,
+                    all(0.0f));
 }
 
-/// The closest piece to some samples, and how a way of theirs lies to where they lie from it, without another root. The way is
-/// given by its parts away from the axis and along it, × rho.
+/// The closest piece to some samples, and how a way of theirs lies to where they lie from it, without another root. The
+/// way is given by its parts away from the axis and along it, × rho.
 struct NearestOnWay {
   NearestPiece nearest;
   Floats away;  // how much it leads away from that place, × how far that is × rho
@@ -67,7 +72,8 @@ struct NearestOnWay {
   TYPODONT_KERNEL void meet_line(const MeridianPiece& piece, Floats rho, Floats z, Floats way_rho, Floats way_z) {
     const Floats before = nearest.square, nax = all(piece.nax), naz = all(piece.naz);
     nearest.meet_line(piece, rho, z);
-    const Floats in = all(piece.ax) - rho, down = all(piece.az) - z, below = in * nax + down * naz, along = in * naz - down * nax;
+    const Floats in = all(piece.ax) - rho, down = all(piece.az) - z, below = in * nax + down * naz,
+                 along = in * naz - down * nax;
     const Floats over = along - greater(lesser(along, all(piece.length)), all(0.0f));
     take(before, all(0.0f) - (over * (way_rho * naz - way_z * nax) + below * (way_rho * nax + way_z * naz)));
   }
@@ -75,31 +81,38 @@ struct NearestOnWay {
     const Floats before = nearest.square, none = all(0.0f);
     nearest.meet_arc(piece, rho, z);
     const Floats ex = rho - all(piece.ax), ez = z - all(piece.az), vx = rho - all(piece.cx), vz = z - all(piece.cz);
-    const Mask between = no_less(all(piece.ux) * vz - all(piece.uz) * vx, none) & no_less(vx * all(piece.wz) - vz * all(piece.wx), none);
+    const Mask between =
+        no_less(all(piece.ux) * vz - all(piece.uz) * vx, none) & no_less(vx * all(piece.wz) - vz * all(piece.wx), none);
     const Floats off = all(1.0f) - all(piece.radius) / greater(root(vx * vx + vz * vz), all(1e-6f));
     take(before, pick(between, off * (vx * way_rho + vz * way_z), ex * way_rho + ez * way_z));
   }
   TYPODONT_KERNEL Mask deeper(Floats rho, Floats depth, Floats least) const {
-    return may_be_deeper(depth, least, pick(nearest.outside, all(0.0f) - away, away), rho * greater(depth, all(0.0f) - depth));
+    return may_be_deeper(depth, least, pick(nearest.outside, all(0.0f) - away, away),
+                         rho * greater(depth, all(0.0f) - depth));
   }
 };
 
 /// Of several pieces, each a bit of `set`.
-TYPODONT_KERNEL NearestOnWay nearest_on_way(const MeridianPiece* pieces, unsigned set, Floats rho, Floats z, Floats way_rho, Floats way_z) {
+TYPODONT_KERNEL NearestOnWay nearest_on_way(const MeridianPiece* pieces, unsigned set, Floats rho, Floats z,
+                                            Floats way_rho, Floats way_z) {
   NearestOnWay found{no_piece_yet(), all(0.0f)};
   for (; set != 0; set &= set - 1) {
     const MeridianPiece& piece = pieces[std::countr_zero(set)];
-    piece.radius == 0.0f ? found.meet_line(piece, rho, z, way_rho, way_z) : found.meet_arc(piece, rho, z, way_rho, way_z);
+    piece.radius == 0.0f ? found.meet_line(piece, rho, z, way_rho, way_z)
+                         : found.meet_arc(piece, rho, z, way_rho, way_z);
   }
   return found;
 }
 
-/// No less than how fast the head comes nearer to samples whose nearest place on it is on some neighbouring pieces: than n·w for any of
-/// their normals n, for a part of w away from the axis and one along it. `tip`: where the nearest place may be a tip.
-TYPODONT_KERNEL Floats fastest_advance(const MeridianPiece& first, const MeridianPiece& last, Mask tip, Floats away, Floats along) {
-  // Normals turn from the first piece's to the last one's, about a tip from straight down on; the greatest is at w itself when
-  // that lies between.
-  const Floats none = all(0.0f), first_x = pick(tip, none, all(first.nax)), first_z = pick(tip, all(-1.0f), all(first.naz));
+/// No less than how fast the head comes nearer to samples whose nearest place on it is on some neighbouring pieces:
+/// than n·w for any of their normals n, for a part of w away from the axis and one along it. `tip`: where the nearest
+/// place may be a tip.
+TYPODONT_KERNEL Floats fastest_advance(const MeridianPiece& first, const MeridianPiece& last, Mask tip, Floats away,
+                                       Floats along) {
+  // Normals turn from the first piece's to the last one's, about a tip from straight down on; the greatest is at w
+  // itself when that lies between.
+  const Floats none = all(0.0f), first_x = pick(tip, none, all(first.nax)),
+               first_z = pick(tip, all(-1.0f), all(first.naz));
   const Mask between = no_less(first_x * along, first_z * away) & no_less(away * all(last.nbz), along * all(last.nbx));
   return pick(between, greater(away, none - away) + greater(along, none - along),
               greater(first_x * away + first_z * along, all(last.nbx) * away + all(last.nbz) * along));

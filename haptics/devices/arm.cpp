@@ -41,10 +41,26 @@ std::int64_t Arm::reach(int i, double dt) const {
 
 Arm read_arm(const std::filesystem::path& file) {
   const Json json = Json::load(file);
-  json.allow_only({"name", "source", "linkage", "capstan_mm", "body_mm", "lengths_mm", "origin_mm",
-                   "torque_constant_Nm_per_A", "encoder_counts", "aligned", "home_counts", "home_deg",
-                   "current_limit_A", "force_limit_N", "stiffness_N_per_m", "damping_Ns_per_m", "continuous_force_N",
-                   "joint_speed_rad_per_s", "vibration_band_Hz", "silence_ms",
+  json.allow_only({"name",
+                   "source",
+                   "linkage",
+                   "capstan_mm",
+                   "body_mm",
+                   "lengths_mm",
+                   "origin_mm",
+                   "torque_constant_Nm_per_A",
+                   "encoder_counts",
+                   "aligned",
+                   "home_counts",
+                   "home_deg",
+                   "current_limit_A",
+                   "force_limit_N",
+                   "stiffness_N_per_m",
+                   "damping_Ns_per_m",
+                   "continuous_force_N",
+                   "joint_speed_rad_per_s",
+                   "vibration_band_Hz",
+                   "silence_ms",
                    "gravity"});
   Arm arm;
   arm.name = json["name"].string();

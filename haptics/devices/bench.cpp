@@ -11,8 +11,8 @@
 #include "engine/base/units.h"
 #include "haptics/carver.h"
 #include "haptics/devices/safe_device.h"
-#include "haptics/forces/velocity_estimator.h"
 #include "haptics/devices/woodenhaptics.h"
+#include "haptics/forces/velocity_estimator.h"
 #include "haptics/servo.h"
 #include "haptics/solid.h"
 
@@ -42,7 +42,8 @@ class MemoryBoard : public Link {
   unsigned sum_ = 0;
 };
 
-/// ns from each sample to its force written: kept one by one, for a histogram's finest bin is coarser than the bare loop.
+/// ns from each sample to its force written: kept one by one, for a histogram's finest bin is coarser than the bare
+/// loop.
 using Times = std::vector<double>;
 
 Times bare_loop(int ticks) {
@@ -74,11 +75,11 @@ Times arm_loop(const Arm& arm, double rate, int ticks, bool contact) {
 
   // The tip's whole way, to and fro, is inside the block's face by a little.
   const dvec3 tip = sample.X_WT.p;
-  const DenseTissue block = read_solids(Json::parse(
-      fmt::format(R"({{"voxel_mm": 0.2, "solids": [{{"tissue": "enamel", "solid": {{"box": {{
+  const DenseTissue block =
+      read_solids(Json::parse(fmt::format(R"({{"voxel_mm": 0.2, "solids": [{{"tissue": "enamel", "solid": {{"box": {{
           "center_mm": [{}, {}, {}], "size_mm": [12, 12, 8]}}}}}}]}})",
-                  tip.x / kMillimetre, tip.y / kMillimetre, tip.z / kMillimetre - 4.5),
-      "bench"));
+                                          tip.x / kMillimetre, tip.y / kMillimetre, tip.z / kMillimetre - 4.5),
+                              "bench"));
   ServoSettings settings;
   settings.tool.diameter = settings.tool.length = 2e-3;
   settings.tool.cuts = false;
@@ -148,8 +149,12 @@ std::vector<BenchRow> bench_devices(const DeviceBenchOptions& options) {
   const double floor = quantile(bare, 0.5), floor_slow = quantile(bare, 0.999);
   const auto add = [&](const std::string& name, const std::string& knob, const Times& times, bool self = false) {
     const auto row = [&](const char* which, double time, double to) {
-      rows.push_back({.name = name + ", " + which, .knob = knob, .time_ns = time, .per = "tick",
-                      .baseline = self ? "" : "no work", .ratio = self ? BenchRow::kNone : time / to});
+      rows.push_back({.name = name + ", " + which,
+                      .knob = knob,
+                      .time_ns = time,
+                      .per = "tick",
+                      .baseline = self ? "" : "no work",
+                      .ratio = self ? BenchRow::kNone : time / to});
     };
     row("median", quantile(times, 0.5), floor);
     row("99.9 %", quantile(times, 0.999), floor_slow);
@@ -171,16 +176,20 @@ std::vector<BenchRow> bench_devices(const DeviceBenchOptions& options) {
     const char* name;
     double (*path)(double);
   };
-  constexpr Motion kMotions[] = {{"at rest on the edge of a count", [](double t) { return kStep / 2 + 1e-9 * std::sin(700 * t); }},
-                                 {"3 mm/s", [](double t) { return 3e-3 * t; }},
-                                 {"50 mm/s", [](double t) { return 50e-3 * t; }},
-                                 {"swing, 4 Hz, 200 mm/s", [](double t) { return 0.2 / (8 * kPi) * std::sin(8 * kPi * t); }}};
+  constexpr Motion kMotions[] = {
+      {"at rest on the edge of a count", [](double t) { return kStep / 2 + 1e-9 * std::sin(700 * t); }},
+      {"3 mm/s", [](double t) { return 3e-3 * t; }},
+      {"50 mm/s", [](double t) { return 50e-3 * t; }},
+      {"swing, 4 Hz, 200 mm/s", [](double t) { return 0.2 / (8 * kPi) * std::sin(8 * kPi * t); }}};
   for (const Motion& motion : kMotions) {
     for (const double rate : {1000.0, 4000.0}) {
       const VelocityError e = velocity_error(rate, kStep, kStep, motion.path);
       const std::string knob = fmt::format("{:g} kHz, 0.055 mm", rate / 1e3);
       const auto row = [&](const char* what, double value, const char* unit) {
-        rows.push_back({.name = fmt::format("velocity, {}: {}", motion.name, what), .knob = knob, .error = value, .error_unit = unit});
+        rows.push_back({.name = fmt::format("velocity, {}: {}", motion.name, what),
+                        .knob = knob,
+                        .error = value,
+                        .error_unit = unit});
       };
       row("estimate", e.now * 1e3, "mm/s rms");
       row("estimate, at its stated lag", e.at_lag * 1e3, "mm/s rms");

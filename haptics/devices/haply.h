@@ -21,7 +21,8 @@ struct HaplyState {
 /// One message of the service; nothing for other messages and for garbage. Never allocates.
 std::optional<HaplyState> parse_haply(std::string_view message) noexcept;
 
-/// Over a link that is connected to the service. Throws Error when it does not answer with a device. `claimed`: kept as long.
+/// Over a link that is connected to the service. Throws Error when it does not answer with a device. `claimed`: kept as
+/// long.
 std::unique_ptr<HapticDevice> make_haply(std::unique_ptr<Link> link, const std::string& host, DeviceInfo identity,
                                          Descriptor claimed = {});
 

@@ -76,7 +76,8 @@ Keeper::Keeper(int descriptor, std::span<const std::uint8_t> zero) {
     silent_since = last;
     [[maybe_unused]] const auto n = ::write(descriptor, command.bytes.data(), command.size);
   }
-  // A parent that ended in order has sent zero itself. Twice more does no harm; a full queue may have refused the first.
+  // A parent that ended in order has sent zero itself. Twice more does no harm; a full queue may have refused the
+  // first.
   for (int i = 0; i < 3; ++i) {
     if (::write(descriptor, command.bytes.data(), command.size) == static_cast<ssize_t>(command.size) && i > 0) break;
     const timespec pause{0, 1'000'000};

@@ -2,8 +2,8 @@
 //
 // exit_guard.h covers every end that a program can notice. SIGKILL, the kernel's out-of-memory killer and SIGSTOP it
 // cannot; without a keeper the force then stays until the device's own watchdog lets go (0.5 s on the open-hardware
-// arms; nobody knows for how long behind a service). The keeper is a child that does nothing but wait for its parent to end or to fall silent, and then writes the
-// command that stands for zero.
+// arms; nobody knows for how long behind a service). The keeper is a child that does nothing but wait for its parent to
+// end or to fall silent, and then writes the command that stands for zero.
 #pragma once
 
 #include <sys/types.h>
@@ -35,8 +35,9 @@ class Keeper {
     shared_->force_out.store(force, std::memory_order_release);
   }
 
-  static constexpr Nanos kSilence = 10'000'000;  // ns without a write while a force is out; the watchdog thread's
-                                                 // patience is a fifth of it, so this is for a process that stands still
+  static constexpr Nanos kSilence =
+      10'000'000;  // ns without a write while a force is out; the watchdog thread's
+                   // patience is a fifth of it, so this is for a process that stands still
 
  private:
   struct Shared {

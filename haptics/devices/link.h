@@ -18,7 +18,8 @@ class Link {
   /// All bytes or false. Any thread, also a signal handler: one system call, no state.
   virtual bool write(std::span<const std::uint8_t> bytes) noexcept = 0;
   virtual Nanos now() noexcept { return typodont::now(); }
-  /// What stands behind it, for a keeper (keeper.h) that writes when this process no longer can; -1: nothing that could.
+  /// What stands behind it, for a keeper (keeper.h) that writes when this process no longer can; -1: nothing that
+  /// could.
   virtual int descriptor() const noexcept { return -1; }
 };
 

@@ -1,8 +1,8 @@
 // A hand that may be unplugged and plugged in again within a session.
 //
-// While it is gone, samples go on at its rate: the last pose, the pedal up, Fault::kDeviceLost. What comes back has gone
-// through open_hand() like the first one, so its safety layer gives no force until the hand is free of contact. Time
-// counts from the first sample, and goes on across the gap.
+// While it is gone, samples go on at its rate: the last pose, the pedal up, Fault::kDeviceLost. What comes back has
+// gone through open_hand() like the first one, so its safety layer gives no force until the hand is free of contact.
+// Time counts from the first sample, and goes on across the gap.
 #pragma once
 
 #include <functional>
@@ -16,8 +16,8 @@ namespace typodont::haptics {
 class ReconnectingDevice : public HapticDevice {
  public:
   struct Options {
-    std::function<Nanos()> clock;                   // empty: now()
-    std::function<void(Nanos)> sleep_until;         // empty: sleep_until()
+    std::function<Nanos()> clock;            // empty: now()
+    std::function<void(Nanos)> sleep_until;  // empty: sleep_until()
     std::chrono::milliseconds retry{500};
     Nanos rest = 2 * kNanosPerSecond;  // a device that counts from where it rests must lie still for so long
   };

@@ -16,13 +16,12 @@ template <class T>
 class Reopener {
  public:
   /// `open` returns nothing, or throws, while the thing is not there; it is tried twice a second.
-  explicit Reopener(std::function<std::unique_ptr<T>()> open, std::chrono::milliseconds pause = std::chrono::milliseconds(500))
+  explicit Reopener(std::function<std::unique_ptr<T>()> open,
+                    std::chrono::milliseconds pause = std::chrono::milliseconds(500))
       : open_(std::move(open)), pause_(pause), thread_([this] { work(); }) {}
   ~Reopener() {
     ending_.store(true);
-    {
-      const std::lock_guard lock(mutex_);
-    }
+    { const std::lock_guard lock(mutex_); }
     wake_.notify_all();
     thread_.join();
     delete dead_.load();

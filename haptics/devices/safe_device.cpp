@@ -203,7 +203,8 @@ void SafeDevice::write(const dvec3& f_T_W, const dvec3& tau_T_W) noexcept {
   const bool stop = emergency_.load();
   if (stop) note(SafetyEvent::kEmergency);
   if (!armed_) {
-    const bool free = !touching_ && glm::length(f_T_W) < limits.free_force && glm::length(tau_T_W) < limits.free_force * 0.1;
+    const bool free =
+        !touching_ && glm::length(f_T_W) < limits.free_force && glm::length(tau_T_W) < limits.free_force * 0.1;
     const double seen = std::min(dt_, 2 / info_.rate);  // what the hand did in a longer gap nobody saw
     free_for_ = free && faults_ == 0 ? free_for_ + seen : 0;
     armed_ = free_for_ >= limits.free_time && !stop;

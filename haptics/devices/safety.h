@@ -25,8 +25,8 @@ struct SafetyLimits {
   double pedal_time = 120;   // s a pedal may be held before it counts as stuck
 };
 
-using typodont::SafetyEvent;
 using typodont::bits;
+using typodont::SafetyEvent;
 /// In words, for reports: "watchdog, device fault".
 std::string describe_safety(std::uint32_t events);
 

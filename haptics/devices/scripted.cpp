@@ -42,9 +42,9 @@ HandPath::Row HandPath::at(double t) const noexcept {
 
 HandPath read_hand_path(const std::filesystem::path& csv, const std::vector<std::string>& tools) {
   const CellReader tool_reader{[&tools](std::string_view cell) { return tool_index(cell, tools); },
-                               tools.empty() ? "the number of a tool, 0 being the first"
-                                             : fmt::format("one of {}, or its place, 0 being the first",
-                                                           fmt::join(tools, ", "))};
+                               tools.empty()
+                                   ? "the number of a tool, 0 being the first"
+                                   : fmt::format("one of {}, or its place, 0 being the first", fmt::join(tools, ", "))};
   const CsvTable table = read_csv(csv, {"t_s", "x_mm", "y_mm", "z_mm", "qw", "qx", "qy", "qz", "pedal"},
                                   {"push_x_N", "push_y_N", "push_z_N", "tool"}, {{"tool", tool_reader}});
   if (table.rows.empty()) throw Error(csv.string(), "", "no rows", "at least one");
@@ -140,13 +140,15 @@ class SimulatedHand : public HapticDevice {
     if (s > path_.end() + 1e-9) return false;
     const HandPath::Row row = path_.at(s);
     if (started_) {
-      // Four substeps, the coupling to the path implicit: stable for every stiffness and rate. The way is the mean of old
-      // and new speed, exact for a held force, so that the hand is as stable against a wall as theory has it, no more.
+      // Four substeps, the coupling to the path implicit: stable for every stiffness and rate. The way is the mean of
+      // old and new speed, exact for a held force, so that the hand is as stable against a wall as theory has it, no
+      // more.
       constexpr int kSubsteps = 4;
       const double dt = 1 / rate_ / kSubsteps;
       const dvec3 v_path = (row.X_WT.p - last_path_) * rate_;
       const double phase = 2 * kPi * model_.tremor_frequency * s;
-      const dvec3 tremor = model_.tremor_amplitude * dvec3(std::sin(phase), std::sin(1.1 * phase + 1), std::sin(0.9 * phase + 2));
+      const dvec3 tremor =
+          model_.tremor_amplitude * dvec3(std::sin(phase), std::sin(1.1 * phase + 1), std::sin(0.9 * phase + 2));
       for (int i = 0; i < kSubsteps; ++i) {
         const dvec3 x_path = glm::mix(last_path_, row.X_WT.p, (i + 1.0) / kSubsteps);
         const dvec3 K = model_.stiffness;
@@ -154,7 +156,8 @@ class SimulatedHand : public HapticDevice {
         const dvec3 f = K * (x_path - x_ - dt * v_) + b * (v_path - v_) + model_.push + row.push + tremor + force_;
         const dvec3 before = v_;
         v_ += dt * f / (model_.mass + dt * b + dt * dt * K);
-        for (int axis = 0; axis < 3; ++axis) x_[axis] += dt * (K[axis] > 0 ? v_[axis] : 0.5 * (before[axis] + v_[axis]));
+        for (int axis = 0; axis < 3; ++axis)
+          x_[axis] += dt * (K[axis] > 0 ? v_[axis] : 0.5 * (before[axis] + v_[axis]));
       }
     }
     started_ = true;
@@ -187,7 +190,8 @@ std::unique_ptr<HapticDevice> make_simulated_hand(HandPath path, const HandModel
 std::unique_ptr<HapticDevice> open_scripted_hand(const std::filesystem::path& file, double rate, bool paced,
                                                  const std::vector<std::string>& tools) {
   const std::string address = "script:" + file.string();
-  if (file.extension() != ".json") return std::make_unique<ScriptedHand>(read_hand_path(file, tools), rate, paced, address);
+  if (file.extension() != ".json")
+    return std::make_unique<ScriptedHand>(read_hand_path(file, tools), rate, paced, address);
   const Json json = Json::load(file);
   json.allow_only({"path", "mass_kg", "damping_Ns_per_m", "stiffness_N_per_m", "push_N", "tremor"});
   HandModel model;

@@ -17,7 +17,7 @@ struct HandPath {
     double t = 0;  // s
     Pose X_WT;
     double pedal = 0;
-    dvec3 push{0};  // N, of a simulated hand
+    dvec3 push{0};           // N, of a simulated hand
     std::uint32_t tool = 0;  // wanted from this row on
   };
   std::vector<Row> rows;  // t strictly rising, at least one
@@ -25,18 +25,18 @@ struct HandPath {
   double end() const { return rows.back().t; }
   Row at(double t) const noexcept;
 };
-/// `tools`: what the tools of the optional column "tool" are called; their place there is a name, too. Throws Error naming
-/// file, line, column.
+/// `tools`: what the tools of the optional column "tool" are called; their place there is a name, too. Throws Error
+/// naming file, line, column.
 HandPath read_hand_path(const std::filesystem::path& csv, const std::vector<std::string>& tools = {});
 
 /// m·a = K (x_path − x) + b (v_path − v) + push + F_device; the orientation and the pedal follow the path.
 struct HandModel {
-  double mass = 0.15;            // kg
-  double damping = 5;            // N·s/m
-  dvec3 stiffness{0};            // N/m
-  dvec3 push{0};                 // N
-  double tremor_amplitude = 0;   // N, of a sinusoid on each axis (physiological tremor, 8–12 Hz)
-  double tremor_frequency = 9;   // Hz
+  double mass = 0.15;           // kg
+  double damping = 5;           // N·s/m
+  dvec3 stiffness{0};           // N/m
+  dvec3 push{0};                // N
+  double tremor_amplitude = 0;  // N, of a sinusoid on each axis (physiological tremor, 8–12 Hz)
+  double tremor_frequency = 9;  // Hz
 };
 
 /// From --hand: HAND.csv is followed exactly, HAND.json moves by its HandModel. `paced`: wait for each sample's time on

@@ -1,5 +1,5 @@
-// The force filters of two of the papers this workbench grew from, for comparison. They are not passive: the ledger shows
-// what they generate, and with the passivity controller on they cannot.
+// The force filters of two of the papers this workbench grew from, for comparison. They are not passive: the ledger
+// shows what they generate, and with the passivity controller on they cannot.
 #pragma once
 
 #include <optional>
@@ -23,14 +23,15 @@ inline std::optional<ForceFilter> force_filter_named(std::string_view name) noex
 }
 
 struct ForceFilterLaw {
-  double step = 0.02;       // N a tick: δ of Wang 2009
-  double still = 0.001;     // N: ξ, a force below this is none
-  double renewal = 0.10;    // N: ζ, the stroke's force holds while the computed one differs by less
-  double cap = 3.0;         // N: λ
+  double step = 0.02;     // N a tick: δ of Wang 2009
+  double still = 0.001;   // N: ξ, a force below this is none
+  double renewal = 0.10;  // N: ζ, the stroke's force holds while the computed one differs by less
+  double cap = 3.0;       // N: λ
 };
 
 /// `last`: the force given in the tick before.
-inline dvec3 filter_force(ForceFilter filter, const ForceFilterLaw& law, const dvec3& wanted, const dvec3& last) noexcept {
+inline dvec3 filter_force(ForceFilter filter, const ForceFilterLaw& law, const dvec3& wanted,
+                          const dvec3& last) noexcept {
   if (filter == ForceFilter::kSlew) {
     const dvec3 change = wanted - last;
     const double size = glm::length(change);

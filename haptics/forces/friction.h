@@ -8,12 +8,12 @@ namespace typodont::haptics {
 struct FrictionLaw {
   double static_coefficient = 0.2;
   double dynamic_coefficient = 0.15;
-  double stiffness = 1000;    // N/m, of the tangential spring
-  double stick_share = 0.5;   // below this share of z_max the adhesion point does not move at all
+  double stiffness = 1000;   // N/m, of the tangential spring
+  double stick_share = 0.5;  // below this share of z_max the adhesion point does not move at all
 };
 
 struct FrictionState {
-  dvec3 w{0};            // m, adhesion point
+  dvec3 w{0};  // m, adhesion point
   bool touching = false;
   bool slipping = false;
 };
@@ -39,8 +39,8 @@ inline dvec3 friction_force(const FrictionLaw& law, const dvec3& x, const dvec3&
     z *= length > 0 ? kept / length : 0;
     state.w = x - z;
   } else if (length > law.stick_share * z_max) {
-    // Creep: α rises from 0 at the stick threshold to half of 1/z_max at break-away, so that break-away is reached, however
-    // slow the way there, and a slide costs the dynamic coefficient.
+    // Creep: α rises from 0 at the stick threshold to half of 1/z_max at break-away, so that break-away is reached,
+    // however slow the way there, and a slide costs the dynamic coefficient.
     const double share = 0.5 * (length / z_max - law.stick_share) / (1 - law.stick_share);
     dvec3 step = x - previous;
     step -= glm::dot(step, n) * n;

@@ -8,21 +8,21 @@
 namespace typodont::haptics {
 
 struct TipLaw {
-  double yield = 0;            // N that the tissue bears before the tip sinks; 0: this tool never sinks
-  double hardening = 1500;     // N/m: each further depth bears more
-  double grip = 0.6;           // of the force that drove it in, holds it on withdrawal
-  double depth_limit = 0.5e-3; // m
+  double yield = 0;             // N that the tissue bears before the tip sinks; 0: this tool never sinks
+  double hardening = 1500;      // N/m: each further depth bears more
+  double grip = 0.6;            // of the force that drove it in, holds it on withdrawal
+  double depth_limit = 0.5e-3;  // m
 };
 
 struct TipState {
-  double sunk = 0;        // m; 0: not sunk
-  dvec3 p{0};             // m, where the tip is held: the head's centre, W
-  dvec3 n{0, 0, 1};       // unit, the way out
+  double sunk = 0;   // m; 0: not sunk
+  dvec3 p{0};        // m, where the tip is held: the head's centre, W
+  dvec3 n{0, 0, 1};  // unit, the way out
 };
 
-/// One tick of a sunk tip (plastic in both directions, so it only ever takes energy): the place p follows the hand when it
-/// pushes harder than the tissue yields or pulls harder than it grips. `stiffness`: of the coupling, N/m; `soft`: the tissue
-/// ahead lets it sink on. Returns the force on the tool, N; state.sunk is 0 once it has come out.
+/// One tick of a sunk tip (plastic in both directions, so it only ever takes energy): the place p follows the hand when
+/// it pushes harder than the tissue yields or pulls harder than it grips. `stiffness`: of the coupling, N/m; `soft`:
+/// the tissue ahead lets it sink on. Returns the force on the tool, N; state.sunk is 0 once it has come out.
 inline dvec3 tip_force(const TipLaw& law, const dvec3& hand, double stiffness, bool soft, TipState& state) noexcept {
   const double bears = law.yield + law.hardening * state.sunk, holds = law.grip * bears;
   dvec3 pull = hand - state.p;

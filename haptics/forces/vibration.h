@@ -13,13 +13,13 @@ namespace typodont::haptics {
 /// Amplitudes in N. A component above the band is left out, never folded down to a frequency that is not the drill's:
 /// at 300 krpm (5 kHz) a kilohertz arm renders nothing but run-up and run-down, and that is what it should.
 struct VibrationLaw {
-  double band = 0;              // Hz that the device renders; 0: none. A property of the device (DeviceInfo), or asked
-                                // for by the scene
-  double rotor_mass = 5e-3;     // kg, bur, chuck and rotor
-  double balance = 6.3e-3;      // m/s, eccentricity × speed: balance quality grade G 6.3 of ISO 21940-11
-  double run_out = 0.25;        // share of the tangential cutting force that swings once a turn …
-  double teeth = 0.12;          // … and once a tooth; ripples of milling forces with few teeth engaged (our choice)
-  int tooth_count = 6;          // ISO 6360 burs: 6 to 8 blades
+  double band = 0;           // Hz that the device renders; 0: none. A property of the device (DeviceInfo), or asked
+                             // for by the scene
+  double rotor_mass = 5e-3;  // kg, bur, chuck and rotor
+  double balance = 6.3e-3;   // m/s, eccentricity × speed: balance quality grade G 6.3 of ISO 21940-11
+  double run_out = 0.25;     // share of the tangential cutting force that swings once a turn …
+  double teeth = 0.12;       // … and once a tooth; ripples of milling forces with few teeth engaged (our choice)
+  int tooth_count = 6;       // ISO 6360 burs: 6 to 8 blades
 };
 
 /// 1 well inside the band, 0 at its end; no component is switched on or off at once while the spindle runs up.
@@ -48,7 +48,8 @@ inline dvec3 vibration_force(const VibrationLaw& law, double band, double phase,
   dvec3 f = unbalance * (std::cos(phase) * u + std::sin(phase) * v);
   // The cut's ripple pushes the head off the tissue and lets it come back.
   if (cutting > 0) {
-    f += cutting * (law.run_out * once * std::sin(phase) + law.teeth * tooth * std::sin(law.tooth_count * phase)) * normal;
+    f += cutting * (law.run_out * once * std::sin(phase) + law.teeth * tooth * std::sin(law.tooth_count * phase)) *
+         normal;
   }
   return f;
 }

@@ -10,11 +10,13 @@ namespace typodont::haptics {
 
 namespace {
 
-constexpr double kBudgetTime = 0.5;   // s, cutting energy that may wait for a voxel to yield or a bur that came free to land again,
-constexpr double kHeldTime = 0.05;    // … before a wall, or under an edge that the hand draws
-constexpr double kOwedVolume = 8e-12; // … or m³ of tissue that a motor works for, however weak, where a tip or a flank broke in so far at once
-constexpr double kOwedVoxels = 8;     // … and these many voxels at least
-constexpr double kWideStep = 0.2;     // samples of the wide patch that a head moves between two cuts in it
+constexpr double kBudgetTime =
+    0.5;  // s, cutting energy that may wait for a voxel to yield or a bur that came free to land again,
+constexpr double kHeldTime = 0.05;  // … before a wall, or under an edge that the hand draws
+constexpr double kOwedVolume =
+    8e-12;  // … or m³ of tissue that a motor works for, however weak, where a tip or a flank broke in so far at once
+constexpr double kOwedVoxels = 8;  // … and these many voxels at least
+constexpr double kWideStep = 0.2;  // samples of the wide patch that a head moves between two cuts in it
 
 }  // namespace
 
@@ -45,7 +47,8 @@ void Servo::State::earn(Now& now) noexcept {
       const double h = settings.frame.voxel, owed = std::max(kOwedVolume, kOwedVoxels * h * h * h);
       budget = std::max(budget, -std::max(power * kHeldTime, owed * now.specific_energy));
     }
-  } else if (normal_force <= 0) {  // where only the shank holds, the head has what it earned, and need not earn it again
+  } else if (normal_force <=
+             0) {  // where only the shank holds, the head has what it earned, and need not earn it again
     budget = std::min(budget, 0.0);
   }
   wall_budget = wall > 0 ? std::min(wall_budget + wall * power * now.dt, wall * power * kHeldTime) : 0.0;
@@ -117,8 +120,9 @@ void Servo::State::catch_up(SurfacePatch& fresh) noexcept {
   if (edited || patch.number == 0) front.forget();
 }
 
-/// A stroke was taken back or brought again, or a piece taken out: the old patch knows nothing of that, so the cuts made
-/// since are repeated, as the carver repeats them. What they had taken from such a piece before it was gone counts once.
+/// A stroke was taken back or brought again, or a piece taken out: the old patch knows nothing of that, so the cuts
+/// made since are repeated, as the carver repeats them. What they had taken from such a piece before it was gone counts
+/// once.
 void Servo::State::repeat_cuts(SurfacePatch& fresh) noexcept {
   const double voxel = settings.frame.voxel;
   for (std::uint64_t i = log.first_after(fresh.cuts); i <= log.last(); ++i) {

@@ -10,23 +10,26 @@ namespace typodont::haptics {
 
 namespace {
 
-constexpr double kFillWaits = 0.05;   // s that filling may wait for room
-constexpr double kOneSurface = 0.5;   // slope of the field below which a place lies midway between surfaces
-constexpr double kFillLook = 0.25;    // voxels between looks for something to fill on
-constexpr double kFillStep = 0.25;    // voxels that a dome may grow in a tick, whatever of its surface is free, …
-constexpr double kMostFillStep = 1;   // … and a small one, …
-constexpr double kFillAhead = 0.01;   // … by what comes in so many s
+constexpr double kFillWaits = 0.05;  // s that filling may wait for room
+constexpr double kOneSurface = 0.5;  // slope of the field below which a place lies midway between surfaces
+constexpr double kFillLook = 0.25;   // voxels between looks for something to fill on
+constexpr double kFillStep = 0.25;   // voxels that a dome may grow in a tick, whatever of its surface is free, …
+constexpr double kMostFillStep = 1;  // … and a small one, …
+constexpr double kFillAhead = 0.01;  // … by what comes in so many s
 constexpr double kLeastFillStep = 1e-3;
-constexpr double kBuried = 0.01;      // share of its surface, of which a dome must have more free to go on
-constexpr double kOpen = 0.5;         // voxels of air, beyond what the instrument keeps free, that are room
-constexpr double kFlowsOn = 3;        // reaches from where it was begun that filling gets through filling
-constexpr double kFlowStep = 0.5;     // voxels between looks along its ways
-constexpr int kThin = 3;              // looks into tissue that do not part two places: where filling meets a wall they share voxels
-constexpr int kLookingOn = 60000;     // ns, about, that a tick may look for room; …
-constexpr int kWayLeft = 1, kWayLook = 5, kRoomLook = 60;  // … a way that is not looked at, one that is, what the instrument keeps free
+constexpr double kBuried = 0.01;   // share of its surface, of which a dome must have more free to go on
+constexpr double kOpen = 0.5;      // voxels of air, beyond what the instrument keeps free, that are room
+constexpr double kFlowsOn = 3;     // reaches from where it was begun that filling gets through filling
+constexpr double kFlowStep = 0.5;  // voxels between looks along its ways
+constexpr int kThin = 3;  // looks into tissue that do not part two places: where filling meets a wall they share voxels
+constexpr int kLookingOn = 60000;  // ns, about, that a tick may look for room; …
+constexpr int kWayLeft = 1, kWayLook = 5,
+              kRoomLook = 60;  // … a way that is not looked at, one that is, what the instrument keeps free
 
 /// The radius of a ball that is larger by so much.
-double grown(double radius, double volume) { return std::cbrt(radius * radius * radius + volume * (3 / (4 * kPi))); }
+double grown(double radius, double volume) {
+  return std::cbrt(radius * radius * radius + volume * (3 / (4 * kPi)));
+}
 
 }  // namespace
 
@@ -50,14 +53,18 @@ bool Servo::State::put_down(Touch& now) noexcept {
   const double h = settings.frame.voxel, voxel = h * h * h, reach = instrument.fill_reach / h;
   const Pose X_WH{now.p_WG, now.X_WT.R};
   if (!begin_dome(X_WH, reach)) return false;
-  const auto ball = [&] { return Fill(instrument, settings.frame.to_world(filling.center), filling.radius * h, X_WH, settings.frame); };
-  const bool has_room = filling.radius < reach && patch.holds(filling.center, filling.radius + kMostFillStep + static_cast<double>(Sweep::kMargin));
+  const auto ball = [&] {
+    return Fill(instrument, settings.frame.to_world(filling.center), filling.radius * h, X_WH, settings.frame);
+  };
+  const bool has_room = filling.radius < reach && patch.holds(filling.center, filling.radius + kMostFillStep +
+                                                                                  static_cast<double>(Sweep::kMargin));
   if ((filling.idle || !has_room) && !flow_on(ball(), reach)) return false;
 
-  // So much larger that the part of the dome's surface which is free makes up the volume that is owed: how much head and tissue hide is
-  // known from the last tick, and may be less by now.
+  // So much larger that the part of the dome's surface which is free makes up the volume that is owed: how much head
+  // and tissue hide is known from the last tick, and may be less by now.
   const double before = filling.radius, owed = filling.owed / voxel;
-  const double most = std::clamp(grown(before, owed + instrument.fill_rate * kFillAhead / voxel) - before, kFillStep, kMostFillStep);
+  const double most =
+      std::clamp(grown(before, owed + instrument.fill_rate * kFillAhead / voxel) - before, kFillStep, kMostFillStep);
   filling.radius += std::clamp(grown(before, owed / filling.share) - before, kLeastFillStep, most);
   const Fill dome = ball();
   bool changed;
@@ -65,7 +72,8 @@ bool Servo::State::put_down(Touch& now) noexcept {
   double volume = 0;
   for (const double v : added) volume += v;
   filling.owed -= volume * voxel;
-  filling.share = std::clamp(volume / (4 * kPi / 3 * (std::pow(filling.radius, 3) - std::pow(before, 3))), kBuried, 1.0);
+  filling.share =
+      std::clamp(volume / (4 * kPi / 3 * (std::pow(filling.radius, 3) - std::pow(before, 3))), kBuried, 1.0);
   filling.idle = !(filling.share > kBuried);
   if (!changed) return false;
   front.forget();
@@ -82,9 +90,9 @@ bool Servo::State::put_down(Touch& now) noexcept {
   return true;
 }
 
-/// A dome in which nothing more finds room grows at once as far as the nearest open place that can be seen from where it was begun,
-/// through filling, or, where that is out of its reach, goes on with another there. Looks on in the next tick where it has looked
-/// enough in this one. False when no such place is found.
+/// A dome in which nothing more finds room grows at once as far as the nearest open place that can be seen from where
+/// it was begun, through filling, or, where that is out of its reach, goes on with another there. Looks on in the next
+/// tick where it has looked enough in this one. False when no such place is found.
 bool Servo::State::flow_on(const Fill& instrument, double reach) noexcept {
   const double farthest = kFlowsOn * reach;
   for (int left = kLookingOn; left > 0; left -= kWayLeft, ++outlook.way) {

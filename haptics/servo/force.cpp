@@ -15,10 +15,11 @@ constexpr double kTissueSlew = 4;         // N/s, no faster does another tissue 
 constexpr double kUnpaid = 0.15e-3;       // J, … nor does a harder one store more than the ledger holds, beyond this
 constexpr double kTeethSlew = 4;          // N/s, of the tangential force of the teeth
 constexpr double kDamperSlew = 4;         // N/s, of the damper while cutting
-constexpr double kRestWaits = 16;         // N/s: another tissue and the damper wait where with the depth's change it would be more
-constexpr double kCutSlewInAll = 18;      // N/s: the teeth's force waits where all that changes would come to more
-constexpr double kTeethAhead = 50;        // ticks for which the spindle's work must suffice, or that force shrinks
-constexpr double kFadeTime = 0.1;         // s, time constant of a force that lost its patch
+constexpr double kRestWaits =
+    16;  // N/s: another tissue and the damper wait where with the depth's change it would be more
+constexpr double kCutSlewInAll = 18;  // N/s: the teeth's force waits where all that changes would come to more
+constexpr double kTeethAhead = 50;    // ticks for which the spindle's work must suffice, or that force shrinks
+constexpr double kFadeTime = 0.1;     // s, time constant of a force that lost its patch
 
 }  // namespace
 
@@ -142,8 +143,8 @@ double Servo::State::follow_stiffness(const Touch& now, double depth) noexcept {
   return stiffness_share = share;
 }
 
-/// The coupling's push and the damper's, N. Along the normal only, from the depth itself: sliding at constant depth is not
-/// damped. `sinking`: m/s, the estimate of the depth's rate where the hand moves by counts.
+/// The coupling's push and the damper's, N. Along the normal only, from the depth itself: sliding at constant depth is
+/// not damped. `sinking`: m/s, the estimate of the depth's rate where the hand moves by counts.
 double Servo::State::damped(const Touch& now, double push, double depth, double sinking) noexcept {
   if (!(settings.damping > 0 && started)) return push;
   // What a tool cuts or puts down itself is rough: the proxy moves on it by fits and starts, voxel by voxel.
@@ -170,7 +171,8 @@ void Servo::State::feel_teeth(Touch& now) noexcept {
   }
   // Never more to the hand than the spindle itself has done, should the hand go with it as abruptly as it lately did.
   const double abruptly = passivity.change.most * now.dt;
-  if (const double needed = glm::dot(now.spindle_force, now.moved) + abruptly * glm::length(now.spindle_force); needed > 0) {
+  if (const double needed = glm::dot(now.spindle_force, now.moved) + abruptly * glm::length(now.spindle_force);
+      needed > 0) {
     now.spindle_force *= std::min(1.0, std::max(0.0, spindle_work - teeth_energy) / (kTeethAhead * needed));
   }
   teeth_force = now.spindle_force;
@@ -197,8 +199,8 @@ void Servo::State::sink_tip(Touch& now) noexcept {
   now.torque = dvec3(0);
 }
 
-/// From the same contact as the sound's. Its energy is the motor's: the ledger has it with the spindle's. A period has five
-/// ticks or more.
+/// From the same contact as the sound's. Its energy is the motor's: the ledger has it with the spindle's. A period has
+/// five ticks or more.
 void Servo::State::vibrate(Touch& now) noexcept {
   now.teeth_force = now.spindle_force;
   if (!(settings.vibration.band > 0 && now.spindle.speed > 0)) return;

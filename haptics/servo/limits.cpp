@@ -14,8 +14,8 @@ constexpr double kMostLag = 0.05;       // N, … where it need not stay behind 
 }  // namespace
 
 void Servo::State::limit(Touch& now) noexcept {
-  // A hand that lands in its own cut, after a fall from the rim or through a soft place, is no step either. (What the spindle
-  // sends through the arm is meant to be felt.)
+  // A hand that lands in its own cut, after a fall from the rim or through a soft place, is no step either. (What the
+  // spindle sends through the arm is meant to be felt.)
   if (now.may_cut && !now.scrapes && normal_force > 0 && last_force != dvec3(0)) {
     const dvec3 change = now.force + now.teeth_force - last_force - last_teeth_force;
     const double size = glm::length(change), over = size - kDrillingSlew * now.dt;
@@ -48,8 +48,9 @@ void Servo::State::limit(Touch& now) noexcept {
 }
 
 dvec3 Servo::State::keep_passive(Touch& now) noexcept {
-  // Leading a tool out of tissue that it was born in, or a leap of the input against it, raises what the coupling stores
-  // without a hand's doing: that much is allowed for, as long as the contact lasts. What raises it later the hand pays for.
+  // Leading a tool out of tissue that it was born in, or a leap of the input against it, raises what the coupling
+  // stores without a hand's doing: that much is allowed for, as long as the contact lasts. What raises it later the
+  // hand pays for.
   const bool born_inside = overlap > 0 && to_seconds(now.hand.t - began) < kLeapTime;
   if (born_inside || leap > 0) given += std::max(0.0, now.stored - stored - std::max(0.0, -now.given_to_hand));
   // What the hand was given stays forgiven: a ledger in debt would never again allow a force. So is a debt of a contact
@@ -60,8 +61,8 @@ dvec3 Servo::State::keep_passive(Touch& now) noexcept {
   // An arm that gives no torque resists no turn, and none may be counted as if the hand had paid for it.
   dvec3 felt_torque = settings.gives_torque ? now.torque : dvec3(0);
   if (settings.passivity) {
-    const double passive = passive_share(passivity_law, now.force, now.moved, felt_torque, now.turned, now.dt, settings.tick,
-                                         sums.energy + given, passivity);
+    const double passive = passive_share(passivity_law, now.force, now.moved, felt_torque, now.turned, now.dt,
+                                         settings.tick, sums.energy + given, passivity);
     now.force *= passive;
     now.torque *= passive, felt_torque *= passive;
   }

@@ -8,55 +8,59 @@ namespace typodont::haptics {
 
 namespace {
 
-constexpr double kContactRange = 0.8;      // contacts farther away than this do not matter yet …
-constexpr double kContactStep = 0.6;       // … because a step among several is no longer than this
-constexpr double kStep = 1.5;              // longest step between two looks at the contacts: nothing thinner is skipped
-constexpr double kConverged = 1e-6;        // the proxy has come to rest,
-constexpr double kForeseen = 1e-7;         // … or will have, within this
-constexpr double kSettled = 2e-5;          // the same where several contacts were looked at,
-constexpr double kSettledCutting = 0.03;   // … and while they are cut: so far on they still serve, but for the square of it
+constexpr double kContactRange = 0.8;  // contacts farther away than this do not matter yet …
+constexpr double kContactStep = 0.6;   // … because a step among several is no longer than this
+constexpr double kStep = 1.5;          // longest step between two looks at the contacts: nothing thinner is skipped
+constexpr double kConverged = 1e-6;    // the proxy has come to rest,
+constexpr double kForeseen = 1e-7;     // … or will have, within this
+constexpr double kSettled = 2e-5;      // the same where several contacts were looked at,
+constexpr double kSettledCutting =
+    0.03;  // … and while they are cut: so far on they still serve, but for the square of it
 constexpr int kSettlingLooks = 8, kSettlingLooksCutting = 5;
-constexpr int kRefiningRounds = 6;         // of a head that does not cut
-constexpr double kStillConverges = 0.95;   // share that a step may be of the one before …
-constexpr double kMostGain = 10;           // … and how many steps may be made at once,
-constexpr double kMostGainOfMany = 2;      // … of several contacts
-// A ball lies where its wall says that it does, unless it overlaps tissue there by so many voxels, however roughly that was found, …
+constexpr int kRefiningRounds = 6;        // of a head that does not cut
+constexpr double kStillConverges = 0.95;  // share that a step may be of the one before …
+constexpr double kMostGain = 10;          // … and how many steps may be made at once,
+constexpr double kMostGainOfMany = 2;     // … of several contacts
+// A ball lies where its wall says that it does, unless it overlaps tissue there by so many voxels, however roughly that
+// was found, …
 constexpr double kNoSeat = 0.1;
-constexpr double kSeated = 4e-3;           // … other walls by so many, …
+constexpr double kSeated = 4e-3;                        // … other walls by so many, …
 constexpr double kSameWall = 0.9, kSeatedAlong = 0.02;  // … its own beside there, which normals tell by their cosine, …
-constexpr double kSeatedAlone = 2e-4;      // … or a single exact contact moves it by so many
-constexpr double kSamePoints = 0.3;        // contacts found less than this ago, in voxels of way, still serve
-constexpr double kToothGrip = 0.15;        // engaged teeth resist being led sideways up to this share of the push
-constexpr double kMostSlack = 1.0;         // deeper in one tick the surface that was found says nothing
-constexpr int kMaxLooks = 48;              // per tick, free flight included
-constexpr double kDeep = 0.6;              // more overlap than cutting or rounding leaves: led out slowly
-constexpr double kRecoveryTime = 0.006;    // s, time constant of leading the tool out of tissue
-constexpr double kCutSlew = 6;             // N/s, no faster does the proxy change the force of a cutting contact, …
-constexpr double kPaceTold = 1.02;         // … told so exactly, …
-constexpr int kPaceRounds = 4;             // … or in so many steps
-constexpr double kGripSlew = 9;            // N/s, no faster does the force rise when the teeth catch
-constexpr double kRoughTime = 2e-3;        // s of a hand's ways that its speed now is told from, …
-constexpr double kSpeedTime = 0.1;         // … and that of late, …
-constexpr double kPushTime = 0.05;         // … and what held it up of late
-constexpr double kFallGain = 5;            // N/s that the speed gained by a hand which falls is worth, …
-constexpr double kFallsAlong = 0.3;        // … along the push of late, by the cosine
-constexpr double kLandingSlew = 12;        // N/s: as fast may a bur land, or faster than the hand went of late by …
-constexpr double kFallGrowth = 1.2;        // … this factor, …
-constexpr double kFallBrake = 12;          // N/s, … or slower than it falls by this, which it feels
-constexpr double kFreeDebt = 0.003;        // s of the motor's work that a bur may have cut in advance; it goes slower then, …
-constexpr double kStandingDebt = 0.012;    // … and stands
-constexpr double kWallFelt = 0.1e-3;       // m that a head may have got into harder tissue, and still meets the wall before it
-constexpr double kBorder = 0.5;            // voxels that show either tissue on both sides of where one ends
-constexpr double kLeastThrough = 0.1;      // of the power that it cuts with there
-constexpr double kWallFrom = 0.2;          // softer over harder, above which there is no wall: a bur leads from caries into dentin
-constexpr int kWallRounds = 4;             // planes that hold in place of such as give way
-constexpr double kBridgeTime = 0.5;        // s for which the last contact's plane stands in for a patch
-constexpr double kRejoinTime = 0.3;        // s for finding back from there to the surface without a step
+constexpr double kSeatedAlone = 2e-4;                   // … or a single exact contact moves it by so many
+constexpr double kSamePoints = 0.3;      // contacts found less than this ago, in voxels of way, still serve
+constexpr double kToothGrip = 0.15;      // engaged teeth resist being led sideways up to this share of the push
+constexpr double kMostSlack = 1.0;       // deeper in one tick the surface that was found says nothing
+constexpr int kMaxLooks = 48;            // per tick, free flight included
+constexpr double kDeep = 0.6;            // more overlap than cutting or rounding leaves: led out slowly
+constexpr double kRecoveryTime = 0.006;  // s, time constant of leading the tool out of tissue
+constexpr double kCutSlew = 6;           // N/s, no faster does the proxy change the force of a cutting contact, …
+constexpr double kPaceTold = 1.02;       // … told so exactly, …
+constexpr int kPaceRounds = 4;           // … or in so many steps
+constexpr double kGripSlew = 9;          // N/s, no faster does the force rise when the teeth catch
+constexpr double kRoughTime = 2e-3;      // s of a hand's ways that its speed now is told from, …
+constexpr double kSpeedTime = 0.1;       // … and that of late, …
+constexpr double kPushTime = 0.05;       // … and what held it up of late
+constexpr double kFallGain = 5;          // N/s that the speed gained by a hand which falls is worth, …
+constexpr double kFallsAlong = 0.3;      // … along the push of late, by the cosine
+constexpr double kLandingSlew = 12;      // N/s: as fast may a bur land, or faster than the hand went of late by …
+constexpr double kFallGrowth = 1.2;      // … this factor, …
+constexpr double kFallBrake = 12;        // N/s, … or slower than it falls by this, which it feels
+constexpr double kFreeDebt = 0.003;  // s of the motor's work that a bur may have cut in advance; it goes slower then, …
+constexpr double kStandingDebt = 0.012;  // … and stands
+constexpr double kWallFelt =
+    0.1e-3;                      // m that a head may have got into harder tissue, and still meets the wall before it
+constexpr double kBorder = 0.5;  // voxels that show either tissue on both sides of where one ends
+constexpr double kLeastThrough = 0.1;  // of the power that it cuts with there
+constexpr double kWallFrom =
+    0.2;                        // softer over harder, above which there is no wall: a bur leads from caries into dentin
+constexpr int kWallRounds = 4;  // planes that hold in place of such as give way
+constexpr double kBridgeTime = 0.5;  // s for which the last contact's plane stands in for a patch
+constexpr double kRejoinTime = 0.3;  // s for finding back from there to the surface without a step
 
 /// A turning head that is pressed into tissue stays where it is until the hand leads it sideways by more than the teeth
 /// grip (a friction cone on the god-object): roughness of the cut surface then does not shake the hand. Returns the
-/// target as if that grip held back its tangential part. `moved`: the hand since the last tick. The lag sideways grows by
-/// `most` at most, so that teeth which catch do not stop the head dead.
+/// target as if that grip held back its tangential part. `moved`: the hand since the last tick. The lag sideways grows
+/// by `most` at most, so that teeth which catch do not stop the head dead.
 dvec3 held_target(const dvec3& from, const dvec3& target, const dvec3& n, const dvec3& moved, double most) {
   const dvec3 pull = from - target;
   const double pushed = glm::dot(pull, n);
@@ -70,8 +74,8 @@ dvec3 held_target(const dvec3& from, const dvec3& target, const dvec3& n, const 
   return target + lag;
 }
 
-/// How far from where the hand would have carried it by `shift` a proxy may end that would make `step`: `pace`, or hardly more
-/// than it must: a hand that is fast beside a head stuck in its hole does not keep it from sinking.
+/// How far from where the hand would have carried it by `shift` a proxy may end that would make `step`: `pace`, or
+/// hardly more than it must: a hand that is fast beside a head stuck in its hole does not keep it from sinking.
 double farthest(const dvec3& step, const dvec3& shift, double pace) {
   const double length2 = glm::dot(step, step);
   const double nearest = length2 > 0 ? std::clamp(glm::dot(step, shift) / length2, 0.0, 1.0) : 0.0;
@@ -81,7 +85,8 @@ double farthest(const dvec3& step, const dvec3& shift, double pace) {
 }  // namespace
 
 double largest_share(const dvec3& step, const dvec3& rest, double most) {
-  const double a = glm::dot(step, step), b = -glm::dot(step, rest), d = b * b - a * (glm::dot(rest, rest) - most * most);
+  const double a = glm::dot(step, step), b = -glm::dot(step, rest),
+               d = b * b - a * (glm::dot(rest, rest) - most * most);
   return a > 0 ? std::clamp((b + std::sqrt(std::max(d, 0.0))) / a, 0.0, 1.0) : 1.0;
 }
 
@@ -131,7 +136,8 @@ bool Servo::State::fly(Now& now) noexcept {
   given = std::clamp(-sums.energy, 0.0, sums.energy < -kDebt ? -sums.energy : given);
   if (settings.position_step > 0) depth_speed.add(now.hand.t, dvec3(0));
   if (settings.passivity) {
-    passive_share(passivity_law, dvec3(0), now.moved, dvec3(0), now.turned, now.dt, settings.tick, sums.energy + given, passivity);
+    passive_share(passivity_law, dvec3(0), now.moved, dvec3(0), now.turned, now.dt, settings.tick, sums.energy + given,
+                  passivity);
   }
   last_hand = X_WG = out.X_WG = now.X_WT;
   last_t = now.hand.t;
@@ -155,9 +161,10 @@ void Servo::State::lead_out(Touch& now) noexcept {
   now.carried = (X_WG.p - last_hand.p) / settings.frame.voxel;
 }
 
-/// Where its support gives way, a hand falls, and lands at the speed that it has gained: what it goes in a tick is then felt as
-/// a step. So a bur that holds the hand up less than of late, while the hand goes against that push ever faster, sinks no
-/// faster than it may land. A hand that draws the bur on at a steady speed does not fall, however steep its way.
+/// Where its support gives way, a hand falls, and lands at the speed that it has gained: what it goes in a tick is then
+/// felt as a step. So a bur that holds the hand up less than of late, while the hand goes against that push ever
+/// faster, sinks no faster than it may land. A hand that draws the bur on at a steady speed does not fall, however
+/// steep its way.
 void Servo::State::follow_fall(Touch& now) noexcept {
   if (!(now.paced && now.may_cut && !now.scrapes)) {
     push_mean = dvec3(0);
@@ -165,7 +172,9 @@ void Servo::State::follow_fall(Touch& now) noexcept {
   }
   const dvec3 push = normal_force * normal, v = now.moved / now.dt;
   if (push_mean == dvec3(0)) push_mean = push, hand_speed = hand_mean = v;
-  const auto smooth = [&](dvec3& mean, const dvec3& is, double time) { mean += (is - mean) * (now.dt / (time + now.dt)); };
+  const auto smooth = [&](dvec3& mean, const dvec3& is, double time) {
+    mean += (is - mean) * (now.dt / (time + now.dt));
+  };
   smooth(push_mean, push, kPushTime);
   smooth(hand_speed, v, kRoughTime);
   smooth(hand_mean, v, kSpeedTime);
@@ -181,10 +190,11 @@ void Servo::State::follow_fall(Touch& now) noexcept {
   now.falls = fastest * now.dt / settings.frame.voxel;
 }
 
-/// Where the head comes from softer tissue and stands before much harder, the share of its power that it cuts with: softer over
-/// harder specific energy; else 1.
+/// Where the head comes from softer tissue and stands before much harder, the share of its power that it cuts with:
+/// softer over harder specific energy; else 1.
 double Servo::State::wall_at(const ContactPlane& plane) const noexcept {
-  const dvec3 before = plane.x + (kWallFelt / settings.frame.voxel + kBorder) * plane.n, behind = plane.x - 0.5 * plane.n;
+  const dvec3 before = plane.x + (kWallFelt / settings.frame.voxel + kBorder) * plane.n,
+              behind = plane.x - 0.5 * plane.n;
   if (!patch.holds(before, 0) || !patch.holds(behind, 0)) return 1;
   const auto energy_at = [&](const dvec3& p) {
     return settings.materials[static_cast<std::size_t>(tissue_at(patch, p))].specific_energy;
@@ -250,8 +260,8 @@ void Servo::State::find_room_to_sink(Touch& now) const noexcept {
   now.slack_at_walls = bought_by(std::min(wall_budget, budget)) / now.slack;
 }
 
-/// The share of its way, 0..1, that a bur may go which has cut more than its motor has worked for: it waits until that is paid, as
-/// long as it is pushed. So does a sharp rim in a pit too shallow for its wall to be felt.
+/// The share of its way, 0..1, that a bur may go which has cut more than its motor has worked for: it waits until that
+/// is paid, as long as it is pushed. So does a sharp rim in a pit too shallow for its wall to be felt.
 double Servo::State::share_in_debt(const Touch& now) const noexcept {
   if (!(carved && budget < 0 && now.may_cut && !now.scrapes && glm::dot(now.target - now.c0, normal) < 0)) return 1;
   return std::clamp((kStandingDebt + budget / now.spindle.power) / (kStandingDebt - kFreeDebt), 0.0, 1.0);
@@ -266,11 +276,12 @@ bool Servo::State::nothing_in_the_way(const Touch& now) const noexcept {
   return true;
 }
 
-/// A bur that must let the hand feel no step goes to the place nearest to the hand among those no farther than `most` from where
-/// the hand would carry it. That is where contacts hold it when it is led to a point on the way from there to the hand: what
-/// it lags by shrinks along itself, so that a bur which comes out over a rim lands, and then catches up. Takes `next` there, from
-/// where contacts alone would hold it, and returns that point.
-dvec3 Servo::State::ease(Touch& now, const dvec3& c, const dvec3& carried, double most, const dvec3& pulled_to, dvec3& next) const noexcept {
+/// A bur that must let the hand feel no step goes to the place nearest to the hand among those no farther than `most`
+/// from where the hand would carry it. That is where contacts hold it when it is led to a point on the way from there
+/// to the hand: what it lags by shrinks along itself, so that a bur which comes out over a rim lands, and then catches
+/// up. Takes `next` there, from where contacts alone would hold it, and returns that point.
+dvec3 Servo::State::ease(Touch& now, const dvec3& c, const dvec3& carried, double most, const dvec3& pulled_to,
+                         dvec3& next) const noexcept {
   double share = 1;
   dvec3 led_to = pulled_to;
   for (int round = 0; round < kPaceRounds; ++round) {
@@ -287,7 +298,8 @@ void Servo::State::move_proxy(Touch& now) noexcept {
   const ContactFinder& head = finder();
   SmoothContacts* const smooth_parts = smooth().any() ? &smooth() : nullptr;
   const bool ball = tool().shape == HeadShape::kSphere;
-  const dvec3 c0 = now.c0 = settings.frame.to_voxels(X_WG.p), target = now.target = settings.frame.to_voxels(now.X_WT.p);
+  const dvec3 c0 = now.c0 = settings.frame.to_voxels(X_WG.p),
+              target = now.target = settings.frame.to_voxels(now.X_WT.p);
   dvec3 c = c0;
   contacts.clear();
   room_around = 0;  // what is found from here on holds for this place alone
@@ -301,8 +313,8 @@ void Servo::State::move_proxy(Touch& now) noexcept {
   bool at_a_pace = false;
   dvec3 held_at(0);  // by contacts alone, where the pace keeps the head from there
 
-  // A ball that slides along one smooth wall needs no search: the wall says where it will lie. Where more of the tissue is near,
-  // a look shows whether that is in the way.
+  // A ball that slides along one smooth wall needs no search: the wall says where it will lie. Where more of the tissue
+  // is near, a look shows whether that is in the way.
   bool seated = false;
   if (ball && normal_force > 0 && !now.may_cut && overlap == 0 && !now.paced && patch.holds(c0, reach() + 1) &&
       !(smooth_parts && smooth_parts->room(patch, {c0, now.X_WT.R}) <= kContactRange + ContactFinder::kMostSeated)) {
@@ -342,9 +354,10 @@ void Servo::State::move_proxy(Touch& now) noexcept {
       continue;
     }
 
-    // The surface points found once serve as long as the head has hardly moved; a single exact one is always new, and so
-    // are those around a rim, which are told from the rough ones by queries.
-    if (contacts.count() > 1 && (now.may_cut || ball) && !contacts.sunk() && !contacts.flat() && glm::length(c - found_at) < kSamePoints) {
+    // The surface points found once serve as long as the head has hardly moved; a single exact one is always new, and
+    // so are those around a rim, which are told from the rough ones by queries.
+    if (contacts.count() > 1 && (now.may_cut || ball) && !contacts.sunk() && !contacts.flat() &&
+        glm::length(c - found_at) < kSamePoints) {
       contacts.drop_added();
       head.relinearize({c, now.X_WT.R}, contacts);
       if (smooth_parts) smooth_parts->relinearize({c, now.X_WT.R}, contacts);
@@ -378,7 +391,8 @@ void Servo::State::move_proxy(Touch& now) noexcept {
     const double pace = (comes_free ? kFreeSlew : kCutSlew) * now.pace_per_slew;
     const double allowed = now.paced ? farthest(next - c0, shift, pace) : 0;
     at_a_pace = falls || (now.paced && glm::length(next - c0 - shift) > kPaceTold * allowed);
-    if (at_a_pace && now.may_cut && (falls || !comes_free)) pulled_to = ease(now, c, c0 + shift, allowed, pulled_to, next);
+    if (at_a_pace && now.may_cut && (falls || !comes_free))
+      pulled_to = ease(now, c, c0 + shift, allowed, pulled_to, next);
     // Rough planes chose which hold; exact ones say how far, and others may hold then.
     const int rounds = now.may_cut ? 1 : kRefiningRounds;
     for (int round = 0; round < rounds && contacts.count() > 1 && now.active.count > 0; ++round) {
@@ -389,9 +403,10 @@ void Servo::State::move_proxy(Touch& now) noexcept {
       if (!refined) break;
       next = nearest_allowed(contacts, c, overlap, now.slack, pulled_to, now.active);
     }
-    // One-sided wall (Wang 2009): coming from softer tissue a bur gets through the boundary of harder only as slowly as if it
-    // had the softer's share of its power.
-    for (int round = 0; walled && now.slack > 0 && round < kWallRounds && hold_at_walls(now.active, now.slack_at_walls); ++round) {
+    // One-sided wall (Wang 2009): coming from softer tissue a bur gets through the boundary of harder only as slowly as
+    // if it had the softer's share of its power.
+    for (int round = 0; walled && now.slack > 0 && round < kWallRounds && hold_at_walls(now.active, now.slack_at_walls);
+         ++round) {
       next = nearest_allowed(contacts, c, overlap, now.slack, pulled_to, now.active);
     }
     now.touching = contacts.count() > 0;
@@ -401,8 +416,8 @@ void Servo::State::move_proxy(Touch& now) noexcept {
       continue;
     }
     dvec3 step = next - c;
-    // Along a smooth curved surface each step is the same share of the one before, of less than nothing in a hollow: all
-    // that are still to come at once (the secant method). Two planes of one hollow only hold back.
+    // Along a smooth curved surface each step is the same share of the one before, of less than nothing in a hollow:
+    // all that are still to come at once (the secant method). Two planes of one hollow only hold back.
     if ((contacts.count() == 1 || !now.may_cut) && now.active.count > 0 && !at_a_pace) {
       const double before2 = glm::dot(last_step, last_step);
       const double share = before2 > 0 ? glm::dot(step, last_step) / before2 : 0;
@@ -430,9 +445,11 @@ void Servo::State::move_proxy(Touch& now) noexcept {
     }
     const double settled = contacts.count() > 1 ? now.may_cut ? kSettledCutting : kSettled : kConverged;
     // What is still to come, where each step is at most the share of the one before that this one was.
-    const bool foreseen = contacts.count() == 1 && length < last_length && length * length < kForeseen * (last_length - length);
+    const bool foreseen =
+        contacts.count() == 1 && length < last_length && length * length < kForeseen * (last_length - length);
     last_length = length;
-    if (length < settled || foreseen || ++settled_looks >= (now.may_cut ? kSettlingLooksCutting : kSettlingLooks)) break;
+    if (length < settled || foreseen || ++settled_looks >= (now.may_cut ? kSettlingLooksCutting : kSettlingLooks))
+      break;
     // On a smooth surface each look squares the error; when nothing pushes, the target was reached.
     if (now.active.count == 0) {
       now.touching = false;
@@ -445,9 +462,9 @@ void Servo::State::move_proxy(Touch& now) noexcept {
 }
 
 void Servo::State::follow(Touch& now) noexcept {
-  // A bur that comes free, over the rim of its own cut or through the last of the tissue, follows the hand at a pace, and so
-  // does one whose contacts have turned out to lie elsewhere: what the hand feels changes by so much at most, where the proxy
-  // can see to that. The proxy only lags behind, so this takes energy, never gives.
+  // A bur that comes free, over the rim of its own cut or through the last of the tissue, follows the hand at a pace,
+  // and so does one whose contacts have turned out to lie elsewhere: what the hand feels changes by so much at most,
+  // where the proxy can see to that. The proxy only lags behind, so this takes energy, never gives.
   const bool at_a_pace = now.paced && !now.deep;
   breaking_through = at_a_pace && !now.touching;
   if (at_a_pace) {
@@ -456,8 +473,8 @@ void Servo::State::follow(Touch& now) noexcept {
     now.c = now.c0 + largest_share(step, -shift, farthest(step, shift, pace)) * step;
     now.lost = now.lost && !patch.holds(now.c, reach() + 1);
   }
-  // Beyond the patch the last contact's plane goes on (the intermediate surface of Adachi 1995; Mark 1996) until the carver
-  // delivers: without cutting, and not for ever.
+  // Beyond the patch the last contact's plane goes on (the intermediate surface of Adachi 1995; Mark 1996) until the
+  // carver delivers: without cutting, and not for ever.
   bridged = now.lost ? bridged + now.dt : 0;
   now.bridging = now.lost && normal_force > 0 && bridged < kBridgeTime;
   if (now.bridging) {
@@ -474,8 +491,8 @@ void Servo::State::follow(Touch& now) noexcept {
   held = now.touching ? held_by(contacts, now.active) : HeldBy{};
   now.p_WG = now.c == now.target ? now.X_WT.p : settings.frame.to_world(now.c);
   // A patch that has long been due: the carver is late. What the patch holds is still true, so the force stays.
-  const bool due = patch.number == 0 ||
-                   patch_due_for(patch_center_for(now.p_WG, now.X_WT.p, travel), patch.center_W, travel);
+  const bool due =
+      patch.number == 0 || patch_due_for(patch_center_for(now.p_WG, now.X_WT.p, travel), patch.center_W, travel);
   due_for = due ? due_for + now.dt : 0;
   if (due_for > kStaleTime) now.faults |= bits(Fault::kStalePatch);
 }

@@ -7,8 +7,9 @@
 namespace typodont::haptics {
 namespace {
 
-/// To the piece, or to what stays, voxels, as far as it matters: from the samples just beneath its surface and how deep each
-/// lies, spread from neighbour to neighbour by the vector to them (Danielsson 1980) as long as that brings anyone closer.
+/// To the piece, or to what stays, voxels, as far as it matters: from the samples just beneath its surface and how deep
+/// each lies, spread from neighbour to neighbour by the vector to them (Danielsson 1980) as long as that brings anyone
+/// closer.
 std::vector<float> distances_to(bool piece, const PieceBox& box) {
   constexpr float kShell = 2;  // voxels
   const auto place = [&](std::int32_t i) {

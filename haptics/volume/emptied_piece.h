@@ -18,12 +18,13 @@ struct PieceBox {
 
   std::size_t at(const glm::ivec3& p) const {
     return (static_cast<std::size_t>(p.x) * static_cast<std::size_t>(size.y) + static_cast<std::size_t>(p.y)) *
-               static_cast<std::size_t>(size.z) + static_cast<std::size_t>(p.z);
+               static_cast<std::size_t>(size.z) +
+           static_cast<std::size_t>(p.z);
   }
 };
 
-/// The distances without the piece, voxels: the piece's own samples, and those of the air that it alone made, become what
-/// the rest of the tissue makes of them; all others stay to the bit. Never less than before.
+/// The distances without the piece, voxels: the piece's own samples, and those of the air that it alone made, become
+/// what the rest of the tissue makes of them; all others stay to the bit. Never less than before.
 std::vector<float> without_piece(const PieceBox& box);
 
 }  // namespace typodont::haptics

@@ -1,5 +1,5 @@
-// What strokes changed in an OpenVDB tree, leaf by leaf: before a stroke first touches a leaf, the leaf is kept as it was;
-// undo and redo exchange it with the one in the tree, by pointer. Only for tissue_volume.cpp.
+// What strokes changed in an OpenVDB tree, leaf by leaf: before a stroke first touches a leaf, the leaf is kept as it
+// was; undo and redo exchange it with the one in the tree, by pointer. Only for tissue_volume.cpp.
 #pragma once
 
 #include <openvdb/openvdb.h>
@@ -26,7 +26,8 @@ class LeafHistory {
   };
   struct CoordHash {
     std::size_t operator()(const openvdb::Coord& c) const {
-      return static_cast<std::size_t>(c.x()) * 73856093u ^ static_cast<std::size_t>(c.y()) * 19349663u ^ static_cast<std::size_t>(c.z()) * 83492791u;
+      return static_cast<std::size_t>(c.x()) * 73856093u ^ static_cast<std::size_t>(c.y()) * 19349663u ^
+             static_cast<std::size_t>(c.z()) * 83492791u;
     }
   };
   using Stroke = std::unordered_map<openvdb::Coord, Kept, CoordHash>;
@@ -73,7 +74,8 @@ class LeafHistory {
 
   static std::size_t bytes(const Stroke& stroke) {
     std::size_t sum = sizeof(Stroke);
-    for (const auto& [origin, kept] : stroke) sum += sizeof(origin) + sizeof(kept) + 16 + (kept.leaf ? kept.leaf->memUsage() : 0);
+    for (const auto& [origin, kept] : stroke)
+      sum += sizeof(origin) + sizeof(kept) + 16 + (kept.leaf ? kept.leaf->memUsage() : 0);
     return sum;
   }
 };

@@ -16,7 +16,9 @@ constexpr int kEdge = 8;
 constexpr std::uint64_t kFirstZ = 0x0101010101010101, kLastZ = kFirstZ << 7;
 constexpr std::int64_t kCreditPerCut = 200, kMostCredit = 100'000;  // blocks, about a microsecond each
 
-int floor_div(int a, int b) { return a >= 0 ? a / b : -((-a + b - 1) / b); }
+int floor_div(int a, int b) {
+  return a >= 0 ? a / b : -((-a + b - 1) / b);
+}
 bool before(const glm::ivec3& a, const glm::ivec3& b) {
   return std::tie(a.x, a.y, a.z) < std::tie(b.x, b.y, b.z);
 }
@@ -71,7 +73,8 @@ std::vector<SolidBits> parts_of(const SolidBits& solid) {
   return parts;
 }
 
-/// What of a block touches the neighbour in direction `face` (0, 1: ∓x; 2, 3: ∓y; 4, 5: ∓z), as samples of that neighbour.
+/// What of a block touches the neighbour in direction `face` (0, 1: ∓x; 2, 3: ∓y; 4, 5: ∓z), as samples of that
+/// neighbour.
 SolidBits across(const SolidBits& b, int face) {
   SolidBits out{};
   for (std::size_t x = 0; x < 8; ++x) {
@@ -129,7 +132,8 @@ class LoosePieces::Floods {
     for (int i = 0; i < static_cast<int>(floods_.size()); ++i) {
       if (floods_[static_cast<std::size_t>(i)].root == i) roots.push_back(&floods_[static_cast<std::size_t>(i)]);
     }
-    std::stable_sort(roots.begin(), roots.end(), [](const Flood* a, const Flood* b) { return a->samples < b->samples; });
+    std::stable_sort(roots.begin(), roots.end(),
+                     [](const Flood* a, const Flood* b) { return a->samples < b->samples; });
     std::vector<TissuePiece> out;
     for (const Flood* root : roots) {
       TissuePiece piece;
@@ -148,7 +152,7 @@ class LoosePieces::Floods {
   using Place = std::pair<glm::ivec3, std::size_t>;  // a part of a block
   struct Flood {
     int root;
-    std::deque<Place> edge;   // to spread from
+    std::deque<Place> edge;  // to spread from
     std::vector<Place> taken;
     std::int64_t samples;
   };
@@ -161,7 +165,8 @@ class LoosePieces::Floods {
     return it->second;
   }
   int root_of(int flood) const {
-    while (floods_[static_cast<std::size_t>(flood)].root != flood) flood = floods_[static_cast<std::size_t>(flood)].root;
+    while (floods_[static_cast<std::size_t>(flood)].root != flood)
+      flood = floods_[static_cast<std::size_t>(flood)].root;
     return flood;
   }
   void take(int flood, const glm::ivec3& key, std::size_t index) {
@@ -242,7 +247,8 @@ const SolidBits& LoosePieces::solid(const TissueVolume& volume, const glm::ivec3
   return it->second;
 }
 
-std::vector<TissuePiece> LoosePieces::after_cut(const TissueVolume& volume, const glm::ivec3& lo, const glm::ivec3& hi) {
+std::vector<TissuePiece> LoosePieces::after_cut(const TissueVolume& volume, const glm::ivec3& lo,
+                                                const glm::ivec3& hi) {
   for (int x = floor_div(lo.x, kEdge); x <= floor_div(hi.x, kEdge); ++x) {
     for (int y = floor_div(lo.y, kEdge); y <= floor_div(hi.y, kEdge); ++y) {
       for (int z = floor_div(lo.z, kEdge); z <= floor_div(hi.z, kEdge); ++z) {

@@ -23,9 +23,9 @@ struct BlockPart {
 using TissuePiece = std::vector<BlockPart>;
 
 /// Watches a volume as it is cut. Samples hang together over their six faces. A cut can only part what lies around the
-/// samples that it turned to air, so from each of the parts that meet there one flood spreads, all at the same pace, until
-/// they have met: mostly within the same block. A flood that ends alone has gone round a loose piece. What it costs goes
-/// with that piece, not with the tooth.
+/// samples that it turned to air, so from each of the parts that meet there one flood spreads, all at the same pace,
+/// until they have met: mostly within the same block. A flood that ends alone has gone round a loose piece. What it
+/// costs goes with that piece, not with the tooth.
 ///
 /// What was apart before anything was cut (two teeth) stays: only of what was one body the smaller part is loose.
 /// Deterministic: equal volumes and equal cuts, equal pieces.
@@ -64,11 +64,11 @@ class LoosePieces {
   bool same_body(const TissuePiece& a, const TissuePiece& b) const;
   std::vector<int> bodies_of(const TissuePiece& piece) const;
 
-  Blocks<SolidBits> solid_;             // as last seen
+  Blocks<SolidBits> solid_;  // as last seen
   std::size_t body_count_ = 0;
-  Blocks<std::vector<Body>> bodies_;    // of all but the largest, which is number 0
-  Blocks<SolidBits> emptied_;           // samples that turned to air and were not looked around yet
-  std::int64_t credit_ = 0;             // blocks that may still be looked at: a cut brings some, a flood takes them
+  Blocks<std::vector<Body>> bodies_;  // of all but the largest, which is number 0
+  Blocks<SolidBits> emptied_;         // samples that turned to air and were not looked around yet
+  std::int64_t credit_ = 0;           // blocks that may still be looked at: a cut brings some, a flood takes them
 };
 
 }  // namespace typodont::haptics

@@ -25,7 +25,8 @@ class LeafVolumes {
     if (tissue.samples)
       for (int i = 1; i < count; ++i) differ |= tissue.samples[i] ^ label;
     if (differ != 0) {
-      for (int i = 0; i < count; ++i) count_in(tissue.samples[i], distance.samples ? units_inside(distance.samples[i]) : tile);
+      for (int i = 0; i < count; ++i)
+        count_in(tissue.samples[i], distance.samples ? units_inside(distance.samples[i]) : tile);
       return;
     }
     // One tissue, as in most: a sum without looking it up voxel by voxel.
@@ -40,7 +41,8 @@ class LeafVolumes {
   /// m³, of voxels that wide.
   PerTissue sum(double voxel) const {
     PerTissue sum{};
-    for (std::size_t i = 0; i < sum.size(); ++i) sum[i] = static_cast<double>(units_[i]) * kShareUnit * voxel * voxel * voxel;
+    for (std::size_t i = 0; i < sum.size(); ++i)
+      sum[i] = static_cast<double>(units_[i]) * kShareUnit * voxel * voxel * voxel;
     return sum;
   }
 
@@ -63,7 +65,8 @@ std::uint64_t voxels_cut_by_this_thread() noexcept {
   return t_voxels_cut;
 }
 
-/// All bricks that read any of the samples in the inclusive box: a brick reads one sample beyond its cells on each side.
+/// All bricks that read any of the samples in the inclusive box: a brick reads one sample beyond its cells on each
+/// side.
 void insert_bricks(const glm::ivec3& lo, const glm::ivec3& hi, KeySet& keys) {
   constexpr int n = FieldBrick::kCells;
   for (int x = floor_div(lo.x - 2, n); x <= floor_div(hi.x + 1, n); ++x) {
@@ -102,7 +105,9 @@ void TissueVolume::Impl::restore_labels(const TissueVolume& self, glm::ivec3 lo,
     const auto at = static_cast<std::size_t>(i);
     if (labels[at] == before[at]) continue;
     const openvdb::Coord p = coord(lo - 1 + glm::ivec3(i / stride_x, i / stride_y % size.y, i % stride_y));
-    if (in_stroke) StrokeKept::Labels::keep(strokes.back().tissue, accessor, {p.x() & mask, p.y() & mask, p.z() & mask}).changed = true;
+    if (in_stroke)
+      StrokeKept::Labels::keep(strokes.back().tissue, accessor, {p.x() & mask, p.y() & mask, p.z() & mask}).changed =
+          true;
     if (remembers) written.insert({floor_div(p.x(), 8), floor_div(p.y(), 8), floor_div(p.z(), 8)});
     accessor.setValue(p, static_cast<int>(labels[at]));
   }
@@ -255,7 +260,8 @@ void TissueVolume::paint(Tissue label, const Solid& solid) {
   const openvdb::CoordBBox tissue = v.tissue->evalActiveVoxelBoundingBox();
   dvec3 lo, hi;
   solid.bounds(lo, hi);
-  const glm::ivec3 a = glm::max(glm::ivec3(glm::floor(glm::max(v.frame.to_voxels(lo), dvec3(-1e6)))), vec(tissue.min()));
+  const glm::ivec3 a =
+      glm::max(glm::ivec3(glm::floor(glm::max(v.frame.to_voxels(lo), dvec3(-1e6)))), vec(tissue.min()));
   const glm::ivec3 b = glm::min(glm::ivec3(glm::ceil(glm::min(v.frame.to_voxels(hi), dvec3(1e6)))), vec(tissue.max()));
   auto accessor = v.tissue->getAccessor();
   for (int x = a.x; x <= b.x; ++x) {
@@ -316,8 +322,10 @@ void TissueVolume::Impl::exchange(StrokeKept& stroke, bool back) {
   for (std::size_t i = 0; i < taken_back.size(); ++i) taken_back[i] += back ? stroke.back[i] : -stroke.back[i];
   changed.insert(stroke.bricks.begin(), stroke.bricks.end());
   for (const glm::ivec3& brick : stroke.carved) {
-    if (back) carved.erase(brick);
-    else carved.insert(brick);
+    if (back)
+      carved.erase(brick);
+    else
+      carved.insert(brick);
   }
 }
 
@@ -330,9 +338,13 @@ void TissueVolume::begin_stroke() {
   v.in_stroke = true;
 }
 
-void TissueVolume::end_stroke() { impl_->complete_stroke(); }
+void TissueVolume::end_stroke() {
+  impl_->complete_stroke();
+}
 
-const PerTissue& TissueVolume::taken_back() const { return impl_->taken_back; }
+const PerTissue& TissueVolume::taken_back() const {
+  return impl_->taken_back;
+}
 
 bool TissueVolume::undo() {
   Impl& v = *impl_;

@@ -1,4 +1,5 @@
-// The tissue's grids, and the strokes in which they were edited. Private to haptics/volume: whoever includes it compiles OpenVDB.
+// The tissue's grids, and the strokes in which they were edited. Private to haptics/volume: whoever includes it
+// compiles OpenVDB.
 #pragma once
 
 #include <openvdb/openvdb.h>
@@ -21,15 +22,24 @@ struct KeyHash {
 };
 using KeySet = std::unordered_set<glm::ivec3, KeyHash>;
 
-inline openvdb::Coord coord(const glm::ivec3& v) { return {v.x, v.y, v.z}; }
-inline glm::ivec3 vec(const openvdb::Coord& c) { return {c.x(), c.y(), c.z()}; }
-inline int floor_div(int a, int b) { return a >= 0 ? a / b : -((-a + b - 1) / b); }
+inline openvdb::Coord coord(const glm::ivec3& v) {
+  return {v.x, v.y, v.z};
+}
+inline glm::ivec3 vec(const openvdb::Coord& c) {
+  return {c.x(), c.y(), c.z()};
+}
+inline int floor_div(int a, int b) {
+  return a >= 0 ? a / b : -((-a + b - 1) / b);
+}
 
-/// All bricks that read any of the samples in the inclusive box: a brick reads one sample beyond its cells on each side.
+/// All bricks that read any of the samples in the inclusive box: a brick reads one sample beyond its cells on each
+/// side.
 void insert_bricks(const glm::ivec3& lo, const glm::ivec3& hi, KeySet& keys);
 
 /// What a value of the grid of labels shows.
-inline Tissue shown_in(std::int32_t label) { return shown(static_cast<Tissue>(label)); }
+inline Tissue shown_in(std::int32_t label) {
+  return shown(static_cast<Tissue>(label));
+}
 
 /// All that one stroke changed, as it was before; once undone, as it was after.
 struct StrokeKept {
@@ -37,7 +47,7 @@ struct StrokeKept {
   using Labels = LeafHistory<openvdb::Int32Tree>;
   Distance::Stroke distance;
   Labels::Stroke tissue;
-  std::vector<glm::ivec3> carved;   // bricks first cut by this stroke
+  std::vector<glm::ivec3> carved;  // bricks first cut by this stroke
   // Once it is complete:
   std::vector<glm::ivec3> bricks;  // that are others when it is undone or brought again
   PerTissue back{};                // m³ that come back when it is undone
@@ -50,16 +60,16 @@ struct TissueVolume::Impl {
   VoxelFrame frame;
   double band = 0;  // m
   bool exact_outside = true;
-  KeySet changed;   // bricks since take_changed_bricks
-  KeySet carved;    // bricks ever cut: distances outside the tissue are no longer true there
-  KeySet filled;    // leaves, counted in leaves, that may hold labels of a filling: see label.h
+  KeySet changed;          // bricks since take_changed_bricks
+  KeySet carved;           // bricks ever cut: distances outside the tissue are no longer true there
+  KeySet filled;           // leaves, counted in leaves, that may hold labels of a filling: see label.h
   bool remembers = false;  // which leaves, counted in leaves, were written to …
   KeySet written;
   glm::ivec3 written_lo{INT_MAX}, written_hi{INT_MIN};  // … and between which voxels
   std::vector<StrokeKept> strokes;
-  std::size_t done = 0;     // strokes in the tissue; those after it were undone
-  bool in_stroke = false;   // the last one is still being made
-  PerTissue taken_back{};   // m³ that came back by undoing, less what went again
+  std::size_t done = 0;    // strokes in the tissue; those after it were undone
+  bool in_stroke = false;  // the last one is still being made
+  PerTissue taken_back{};  // m³ that came back by undoing, less what went again
 
   Impl() { openvdb::initialize(); }
   void make_grids(float band_voxels) {

@@ -1,5 +1,5 @@
-// The tissue in OpenVDB's grids. They hold voxels, not metres: OpenVDB refuses transforms under 15 µm in metres, and distances
-// in voxels are what sampling and cutting work in.
+// The tissue in OpenVDB's grids. They hold voxels, not metres: OpenVDB refuses transforms under 15 µm in metres, and
+// distances in voxels are what sampling and cutting work in.
 #include "haptics/tissue_volume.h"
 
 #include <algorithm>
@@ -19,9 +19,8 @@ namespace {
 
 std::vector<glm::ivec3> sorted(const KeySet& keys) {
   std::vector<glm::ivec3> list(keys.begin(), keys.end());
-  std::sort(list.begin(), list.end(), [](const glm::ivec3& a, const glm::ivec3& b) {
-    return std::tie(a.x, a.y, a.z) < std::tie(b.x, b.y, b.z);
-  });
+  std::sort(list.begin(), list.end(),
+            [](const glm::ivec3& a, const glm::ivec3& b) { return std::tie(a.x, a.y, a.z) < std::tie(b.x, b.y, b.z); });
   return list;
 }
 
@@ -141,10 +140,16 @@ void TissueVolume::save(const std::filesystem::path& file) const {
   write_volume(file, {v.distance->deepCopy(), tissue, before, v.frame, v.band, v.exact_outside && v.carved.empty()});
 }
 
-const VoxelFrame& TissueVolume::frame() const { return impl_->frame; }
-double TissueVolume::band() const { return impl_->band; }
+const VoxelFrame& TissueVolume::frame() const {
+  return impl_->frame;
+}
+double TissueVolume::band() const {
+  return impl_->band;
+}
 
-bool TissueVolume::exact_outside() const { return impl_->exact_outside; }
+bool TissueVolume::exact_outside() const {
+  return impl_->exact_outside;
+}
 
 void TissueVolume::cut_box(const glm::ivec3& lo, const glm::ivec3& hi, glm::ivec3& a_lo, glm::ivec3& a_hi) const {
   a_lo = glm::ivec3(INT_MAX), a_hi = glm::ivec3(INT_MIN);
@@ -170,7 +175,8 @@ namespace {
 /// Leaf by leaf into a dense block of [lo, lo + size), z running quickest. What no leaf holds is its tile's, or
 /// `background`, which the block is filled with already.
 template <class Grid, class Out>
-void copy_leaves(const Grid& grid, typename Grid::ValueType background, const glm::ivec3& lo, const glm::ivec3& size, Out* out) {
+void copy_leaves(const Grid& grid, typename Grid::ValueType background, const glm::ivec3& lo, const glm::ivec3& size,
+                 Out* out) {
   auto accessor = grid.getConstAccessor();
   constexpr int n = Grid::TreeType::LeafNodeType::DIM;
   const glm::ivec3 end = lo + size;
@@ -231,7 +237,8 @@ void TissueVolume::copy_for_patch(const glm::ivec3& lo, const glm::ivec3& size, 
   copy_leaves(*impl_->tissue, 0, lo, size, tissue);
 }
 
-void TissueVolume::copy_every(int n, const glm::ivec3& lo, const glm::ivec3& size, float* distance, Tissue* tissue) const {
+void TissueVolume::copy_every(int n, const glm::ivec3& lo, const glm::ivec3& size, float* distance,
+                              Tissue* tissue) const {
   impl_->copy_every(n, {lo, size, distance, tissue}, lo, lo + size - 1);
 }
 
@@ -272,7 +279,9 @@ void TissueVolume::copy_written(const Copied& box, int n, const Copied* every) {
     const glm::ivec3 a = v.written_lo - 2, b = v.written_hi + 1;
     const glm::ivec3 from = glm::ivec3(brick(a.x), brick(a.y), brick(a.z)) * cells;
     const glm::ivec3 to = glm::ivec3(brick(b.x) + 1, brick(b.y) + 1, brick(b.z) + 1) * cells;
-    const auto down = [n](const glm::ivec3& p) { return glm::ivec3(floor_div(p.x, n), floor_div(p.y, n), floor_div(p.z, n)); };
+    const auto down = [n](const glm::ivec3& p) {
+      return glm::ivec3(floor_div(p.x, n), floor_div(p.y, n), floor_div(p.z, n));
+    };
     v.copy_every(n, *every, glm::max(down(from), every->lo), glm::min(down(to) + 1, every->lo + every->size - 1));
   }
   remember_writes(v.remembers);
@@ -327,13 +336,15 @@ void TissueVolume::solid_block(const glm::ivec3& key, SolidBits& bits) const {
   const float* data = leaf->buffer().data();
   for (std::size_t x = 0; x < bits.size(); ++x) {
     std::uint64_t word = 0;
-    for (int i = 0; i < 64; ++i) word |= static_cast<std::uint64_t>(data[x * 64 + static_cast<std::size_t>(i)] < 0) << i;
+    for (int i = 0; i < 64; ++i)
+      word |= static_cast<std::uint64_t>(data[x * 64 + static_cast<std::size_t>(i)] < 0) << i;
     bits[x] = word;
   }
 }
 
 std::vector<glm::ivec3> TissueVolume::surface_bricks() const {
-  // A leaf with a sample on each side, or one next to a sample of the other sign, holds surface: |distance| < 2 is both.
+  // A leaf with a sample on each side, or one next to a sample of the other sign, holds surface: |distance| < 2 is
+  // both.
   KeySet keys;
   for (auto leaf = impl_->distance->tree().cbeginLeaf(); leaf; ++leaf) {
     glm::ivec3 lo(INT_MAX), hi(INT_MIN);
@@ -372,7 +383,8 @@ PerTissue TissueVolume::volumes() const {
     }
     openvdb::CoordBBox box;
     it.getBoundingBox(box);
-    for (auto c = box.begin(); c; ++c) volumes[static_cast<std::size_t>(shown_in(tissue.getValue(*c)))] += share * voxel3;
+    for (auto c = box.begin(); c; ++c)
+      volumes[static_cast<std::size_t>(shown_in(tissue.getValue(*c)))] += share * voxel3;
   }
   volumes[0] = 0;
   return volumes;

@@ -36,7 +36,8 @@ TEST(BenchCommand, MeasuresThePartsNamedEvenWhereACommandHasTheSameName) {
   EXPECT_THAT(page, HasSubstr("(page/sound_1.svg)"));
   EXPECT_THAT(read_text(folder / "page/sound_1.svg"), HasSubstr("</svg>"));
   // One part measured anew, the other's rows kept as they were.
-  const Ran again = folder.run(fmt::format("bench recording --quick --keep {0}/rows.csv --out {0}/again.csv", folder.path().string()));
+  const Ran again = folder.run(
+      fmt::format("bench recording --quick --keep {0}/rows.csv --out {0}/again.csv", folder.path().string()));
   ASSERT_EQ(again.status, 0) << again.err;
   const auto of_sound = [](const std::string& text) {
     return text.substr(text.find("\nsound,"), text.rfind("\nsound,") - text.find("\nsound,"));
@@ -47,7 +48,8 @@ TEST(BenchCommand, MeasuresThePartsNamedEvenWhereACommandHasTheSameName) {
 
 TEST(BenchCommand, EveryPartThatNeedsNoPictureRunsToItsEnd) {
   ProgramFolder folder(TYPODONT_PROGRAM);
-  const Ran ran = folder.run(fmt::format("bench contact stability devices debris calibration scaling --quick --out {}", folder / "rows.csv"));
+  const Ran ran = folder.run(
+      fmt::format("bench contact stability devices debris calibration scaling --quick --out {}", folder / "rows.csv"));
   ASSERT_EQ(ran.status, 0) << ran.err;
   const std::string csv = read_text(folder / "rows.csv");
   for (const char* part : {"contact", "stability", "devices", "debris", "calibration", "scaling"}) {

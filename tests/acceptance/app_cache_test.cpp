@@ -1,5 +1,5 @@
-// What is kept between runs (engine/base/cache.h, engine/gpu/driver_cache.h, engine/app/sampled_tissue.h) changes how long
-// a start takes and nothing else: damaged, of another version, or with nowhere to lie, it is made again.
+// What is kept between runs (engine/base/cache.h, engine/gpu/driver_cache.h, engine/app/sampled_tissue.h) changes how
+// long a start takes and nothing else: damaged, of another version, or with nowhere to lie, it is made again.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -76,7 +76,8 @@ TEST_F(Kept, ADamagedShaderCacheGivesTheSamePictureAndIsReplaced) {
     const Files now = files_in(cache);
     for (const auto& [name, content] : kept) {
       const auto found = now.find(name);
-      EXPECT_TRUE(found == now.end() || content.empty() || found->second != damage.of(content)) << damage.name << ": " << name;
+      EXPECT_TRUE(found == now.end() || content.empty() || found->second != damage.of(content))
+          << damage.name << ": " << name;
     }
     EXPECT_GE(now.size(), kept.size()) << damage.name;
     EXPECT_EQ(picture(cache), first) << damage.name;
@@ -96,12 +97,15 @@ TEST_F(Kept, ADamagedShaderCacheGivesTheSamePictureAndIsReplaced) {
 }
 
 TEST_F(Kept, ADamagedSampledMeshGivesTheSameTicksAndIsReplaced) {
-  program.write("wedge.obj", "v 0 0 0\nv 8 0 0\nv 8 8 0\nv 0 8 0\nv 4 4 6\nf 1 4 3\nf 1 3 2\nf 1 2 5\nf 2 3 5\nf 3 4 5\nf 4 1 5\n");
+  program.write("wedge.obj",
+                "v 0 0 0\nv 8 0 0\nv 8 8 0\nv 0 8 0\nv 4 4 6\nf 1 4 3\nf 1 3 2\nf 1 2 5\nf 2 3 5\nf 3 4 5\nf 4 1 5\n");
   const std::string scene = program.write("scene.json", R"({"name": "wedge", "tissue": {"voxel_mm": 0.2, "solids": [
     {"tissue": "dentin", "solid": {"mesh": {"file": "wedge.obj"}}}]}, "tool": "round_012", "spindle_krpm": 300, "parts": ["haptics"]})");
-  const std::string hand = program.write("hand.csv", "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,4,4,8,1,0,0,0,1\n0.5,4.5,4,5,1,0,0,0,1\n");
+  const std::string hand =
+      program.write("hand.csv", "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,4,4,8,1,0,0,0,1\n0.5,4.5,4,5,1,0,0,0,1\n");
   const auto ticks = [&](const std::string& where) {
-    const Ran ran = run(fmt::format("servo {} --hand {} --out {} --no-timing", scene, hand, program / "ticks.csv"), where);
+    const Ran ran =
+        run(fmt::format("servo {} --hand {} --out {} --no-timing", scene, hand, program / "ticks.csv"), where);
     EXPECT_EQ(ran.status, 0) << ran.err;
     return read_text(program / "ticks.csv");
   };

@@ -19,7 +19,9 @@ using testing::HasSubstr;
 
 constexpr const char* kHeader = "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n";
 
-double total(const PerTissue& v) { return std::accumulate(v.begin(), v.end(), 0.0); }
+double total(const PerTissue& v) {
+  return std::accumulate(v.begin(), v.end(), 0.0);
+}
 
 class ServoOn : public testing::Test {
  protected:
@@ -73,7 +75,9 @@ end_header
 )";
 
 std::string scene_of(const std::string& solid, const std::string& more) {
-  return fmt::format(R"({{"tissue": {{"voxel_mm": 0.1, "solids": [{{"tissue": "enamel", "solid": {}}}]}}, "friction": false, {}}})", solid, more);
+  return fmt::format(
+      R"({{"tissue": {{"voxel_mm": 0.1, "solids": [{{"tissue": "enamel", "solid": {}}}]}}, "friction": false, {}}})",
+      solid, more);
 }
 
 using MeshSolid = ServoOn;
@@ -100,10 +104,12 @@ TEST_F(MeshSolid, CombinesWithOtherSolidsAndScales) {
   stroke({{0, 0, 0, 3.0}, {0.5, 0, 0, 0.5}}, 0);
   const std::string tool = R"("tool": {"shape": "sphere", "diameter_mm": 1.0, "cuts": false})";
   folder.write("scene.json", scene_of(R"({"difference": [{"mesh": {"file": "cube.ply", "scale": 0.5}},
-    {"cylinder": {"radius_mm": 0.7, "height_mm": 9}}]})", tool));
+    {"cylinder": {"radius_mm": 0.7, "height_mm": 9}}]})",
+                                      tool));
   EXPECT_LT(glm::length(ticks().back().f_T_W), 1e-3) << "a hole wide enough, through a cube of 2 mm";
   folder.write("scene.json", scene_of(R"({"mesh": {"file": "cube.ply", "scale": 0.5}})", tool));
-  EXPECT_NEAR(ticks().back().f_T_W.z, 1.0 + 0.01, 1e-3) << "on top of it at z = 1 mm, a millimetre deep, and damped at 5 mm/s";
+  EXPECT_NEAR(ticks().back().f_T_W.z, 1.0 + 0.01, 1e-3)
+      << "on top of it at z = 1 mm, a millimetre deep, and damped at 5 mm/s";
 }
 
 TEST_F(MeshSolid, AFileThatIsMissingOrOpenIsNamed) {
@@ -160,21 +166,27 @@ TEST_F(FillingCommand, GrowsAtItsRateIsBookedToItselfAndIsReplayed) {
   const double to_the_wall = std::abs(last.removed[static_cast<std::size_t>(Tissue::kDentin)]) / kCubicMillimetre;
   EXPECT_NEAR(filled, 0.3, 0.015);
   EXPECT_EQ(to_the_wall, 0);
-  EXPECT_NEAR(total(session.result()->volumes_after) - total(session.header().volumes_before), filled * kCubicMillimetre, 1e-3 * filled * kCubicMillimetre);
+  EXPECT_NEAR(total(session.result()->volumes_after) - total(session.header().volumes_before),
+              filled * kCubicMillimetre, 1e-3 * filled * kCubicMillimetre);
   expect_replayed();
 }
 
 using BoundaryWall = ServoOn;
 
 TEST_F(BoundaryWall, HoldsABurThatComesFromSofterTissueLongBeforeItGetsThroughAndOnlyWhereItIsOn) {
-  // Caries over enamel: a bur pressed down through the caries stands at the enamel, or goes on into it without the wall.
+  // Caries over enamel: a bur pressed down through the caries stands at the enamel, or goes on into it without the
+  // wall.
   const auto deepest = [&](const char* tool, double half, const char* walls, double voxel) {
     folder.write("scene.json", fmt::format(R"({{"tissue": {{"voxel_mm": {}, "solids": [
         {{"tissue": "caries", "solid": {{"box": {{"center_mm": [0, 0, 0.5], "size_mm": [6, 6, 1]}}}}}},
         {{"tissue": "enamel", "solid": {{"box": {{"center_mm": [0, 0, -1], "size_mm": [6, 6, 2]}}}}}}]}},
-      "tool": {}, "spindle_krpm": 100, "boundary_walls": {}}})", voxel, tool, walls));
-    folder.write("path.csv", fmt::format("{}0,0,0,{},1,0,0,0,1\n1.3,0,0,{},1,0,0,0,1\n", kHeader, 1.1 + half, 1.1 + half));
-    folder.write("hand.json", R"({"path": "path.csv", "mass_kg": 0.15, "damping_Ns_per_m": 5, "stiffness_N_per_m": [2000, 2000, 0], "push_N": [0, 0, -1.5]})");
+      "tool": {}, "spindle_krpm": 100, "boundary_walls": {}}})",
+                                           voxel, tool, walls));
+    folder.write("path.csv",
+                 fmt::format("{}0,0,0,{},1,0,0,0,1\n1.3,0,0,{},1,0,0,0,1\n", kHeader, 1.1 + half, 1.1 + half));
+    folder.write(
+        "hand.json",
+        R"({"path": "path.csv", "mass_kg": 0.15, "damping_Ns_per_m": 5, "stiffness_N_per_m": [2000, 2000, 0], "push_N": [0, 0, -1.5]})");
     const auto all = ticks("hand.json");
     return all.back().X_WG.p.z * 1e3 - half;
   };
@@ -193,9 +205,13 @@ using SinkingTip = ServoOn;
 
 TEST_F(SinkingTip, AnExplorerSinksIntoCariesAboveItsYieldAndHoldsOnWithdrawalAndDoesNeitherInEnamel) {
   const auto run = [&](const char* tissue) {
-    folder.write("scene.json", fmt::format(R"({{"tissue": {{"voxel_mm": 0.1, "solids": [{{"tissue": "{}", "solid": {{"box": {{"size_mm": [6, 6, 4]}}}}}}]}},
+    folder.write(
+        "scene.json",
+        fmt::format(
+            R"({{"tissue": {{"voxel_mm": 0.1, "solids": [{{"tissue": "{}", "solid": {{"box": {{"size_mm": [6, 6, 4]}}}}}}]}},
       "tool": {{"shape": "sphere", "diameter_mm": 0.25, "cuts": false, "sink_yield_N": 0.1}}, "friction": false,
-      "coupling": {{"stiffness_N_per_mm": 2}}}})", tissue));
+      "coupling": {{"stiffness_N_per_mm": 2}}}})",
+            tissue));
     stroke({{0, 0, 0, 2.3}, {0.5, 0, 0, 1.5}, {0.8, 0, 0, 1.5}, {1.6, 0, 0, 2.6}}, 0);
     return ticks();
   };

@@ -2,9 +2,9 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include "engine/app/picture/surroundings.h"
 #include "engine/app/scene.h"
 #include "engine/app/task/damage.h"
-#include "engine/app/picture/surroundings.h"
 #include "engine/base/units.h"
 #include "engine/session/score.h"
 #include "tests/support/program.h"
@@ -16,7 +16,9 @@ namespace {
 class Damage : public testing::Test {
  protected:
   Damage() {
-    folder.write("ball.json", R"({"tissue": {"voxel_mm": 0.1, "solids": [{"tissue": "enamel", "solid": {"sphere": {"radius_mm": 3}}}]}, "tool": "round_012"})");
+    folder.write(
+        "ball.json",
+        R"({"tissue": {"voxel_mm": 0.1, "solids": [{"tissue": "enamel", "solid": {"sphere": {"radius_mm": 3}}}]}, "tool": "round_012"})");
     load_tissue(read_scene(folder.path() / "ball.json")).save(folder.path() / "ball.vdb");
     folder.write("scene.json", scene(R"("surroundings": {"neighbours": [{"contact_mm": [3, 0, 0]}]},)"));
   }
@@ -66,9 +68,13 @@ TEST_F(Damage, IsNoneOfABurThatStandsStaysClearOrIsAProbe) {
 }
 
 TEST_F(Damage, OfTheGumIsWhatTheTurningHeadWasInWithoutTheToothAndCostsPoints) {
-  folder.write("gum.json", scene(R"("surroundings": {"neighbours": [], "gum": {"margin_mm": [0, 0, -0.5], "thickness_mm": 1.2, "papilla_mm": 0, "length_mm": 12}},)"));
+  folder.write(
+      "gum.json",
+      scene(
+          R"("surroundings": {"neighbours": [], "gum": {"margin_mm": [0, 0, -0.5], "thickness_mm": 1.2, "papilla_mm": 0, "length_mm": 12}},)"));
   const Scene with_gum = read_scene(folder.path() / "gum.json");
-  const SurroundingsShape shape(read_surroundings(*with_gum.surroundings, volume_file(with_gum), with_gum.file.parent_path()));
+  const SurroundingsShape shape(
+      read_surroundings(*with_gum.surroundings, volume_file(with_gum), with_gum.file.parent_path()));
   ASSERT_TRUE(shape.has_gum());
   // Counted anew where the head is held: what is gum and not tooth, on points twice as near as the meter's cells.
   const dvec3 held = {0, 2.8e-3, -2.4e-3};
@@ -78,14 +84,15 @@ TEST_F(Damage, OfTheGumIsWhatTheTurningHeadWasInWithoutTheToothAndCostsPoints) {
     for (double y = -radius; y < radius; y += step) {
       for (double z = -radius; z < radius; z += step) {
         const dvec3 p(x, y, z);
-        if (glm::length(p) < radius && shape.gum(held + p) < 0 && shape.tooth(held + p) > 0) expected += step * step * step;
+        if (glm::length(p) < radius && shape.gum(held + p) < 0 && shape.tooth(held + p) > 0)
+          expected += step * step * step;
       }
     }
   }
   ASSERT_GT(expected, 0.1e-9);
   auto meter = damage_meter(with_gum);
-  meter->add({{at(held * 1e3, 0)}});     // it stands
-  meter->add({{at(held * 1e3, 1e4, 1)}}); // a probe
+  meter->add({{at(held * 1e3, 0)}});       // it stands
+  meter->add({{at(held * 1e3, 1e4, 1)}});  // a probe
   EXPECT_EQ(meter->result().gum_volume, 0);
   meter->add({{at(held * 1e3)}});
   const session::DamageMeasures m = meter->result();
@@ -97,20 +104,28 @@ TEST_F(Damage, OfTheGumIsWhatTheTurningHeadWasInWithoutTheToothAndCostsPoints) {
   unharmed.before[1] = unharmed.after[1] = harmed.before[1] = harmed.after[1] = 100e-9;
   unharmed.damage = session::DamageMeasures{false, true, 0, 0, -1};
   harmed.damage = m;
-  const session::Score sound = session::score(unharmed, session::default_rules(unharmed)), hurt = session::score(harmed, session::default_rules(harmed));
+  const session::Score sound = session::score(unharmed, session::default_rules(unharmed)),
+                       hurt = session::score(harmed, session::default_rules(harmed));
   EXPECT_EQ(sound.full, hurt.full);
   EXPECT_LT(hurt.points, sound.points);
 }
 
 TEST_F(Damage, CostsPointsInTheReportAndIsNoItemOfASceneWithoutSurroundings) {
-  folder.write("clear.csv", "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,0,0,5,1,0,0,0,1\n1,0,0,3.2,1,0,0,0,1\n2,0,0,5,1,0,0,0,1\n3,6,0,5,1,0,0,0,1\n4,6,0,4,1,0,0,0,1\n");
-  folder.write("deep.csv", "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,0,0,5,1,0,0,0,1\n1,0,0,3.2,1,0,0,0,1\n2,0,0,5,1,0,0,0,1\n3,6,0,5,1,0,0,0,1\n4,6,0,3,1,0,0,0,1\n");
+  folder.write("clear.csv",
+               "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,0,0,5,1,0,0,0,1\n1,0,0,3.2,1,0,0,0,1\n2,0,0,5,1,0,0,0,1\n3,6,0,"
+               "5,1,0,0,0,1\n4,6,0,4,1,0,0,0,1\n");
+  folder.write("deep.csv",
+               "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,0,0,5,1,0,0,0,1\n1,0,0,3.2,1,0,0,0,1\n2,0,0,5,1,0,0,0,1\n3,6,0,"
+               "5,1,0,0,0,1\n4,6,0,3,1,0,0,0,1\n");
   folder.write("alone.json", scene(""));
   struct Judged {
     double points, removed;
   };
   const auto judged = [&](const std::string& scene, const std::string& hand) {
-    EXPECT_EQ(folder.run(fmt::format("servo {0}/{1} --hand {0}/{2} --out {0}/s.h5", folder.path().string(), scene, hand)).status, 0);
+    EXPECT_EQ(
+        folder.run(fmt::format("servo {0}/{1} --hand {0}/{2} --out {0}/s.h5", folder.path().string(), scene, hand))
+            .status,
+        0);
     const test::Ran report = folder.run(fmt::format("report {0}/s.h5 --out {0}/r.html --json", folder.path().string()));
     EXPECT_EQ(report.status, 0) << report.err;
     const Json json = Json::parse(report.out, "report");
@@ -120,7 +135,8 @@ TEST_F(Damage, CostsPointsInTheReportAndIsNoItemOfASceneWithoutSurroundings) {
     }
     return j;
   };
-  const Judged clear = judged("scene.json", "clear.csv"), deep = judged("scene.json", "deep.csv"), alone = judged("alone.json", "deep.csv");
+  const Judged clear = judged("scene.json", "clear.csv"), deep = judged("scene.json", "deep.csv"),
+               alone = judged("alone.json", "deep.csv");
   EXPECT_EQ(clear.removed, 0);
   EXPECT_NEAR(deep.removed / lens(0.8, 3.0, 3.0), 1, 0.12);
   EXPECT_LT(deep.points, 0.9 * clear.points);

@@ -16,16 +16,22 @@ namespace typodont {
 namespace {
 
 /// Removed, mm³, by an edge that goes to and fro over a block of this tissue, pressed by so many millimetres.
-double scraped(const std::string& tissue, double press_mm, double reach_mm, const std::string& tool = R"({"shape": "sphere", "diameter_mm": 1, "scrapes": 0.5})") {
+double scraped(const std::string& tissue, double press_mm, double reach_mm,
+               const std::string& tool = R"({"shape": "sphere", "diameter_mm": 1, "scrapes": 0.5})") {
   const test::ProgramFolder folder(TYPODONT_PROGRAM);
-  folder.write("scene.json", fmt::format(R"({{"tissue": {{"voxel_mm": 0.1, "solids": [{{"tissue": "{}", "solid": {{"box": {{"size_mm": [6, 4, 3]}}}}}}]}},
-      "tool": {}, "spindle_krpm": 0, "materials": {{"amalgam": {{"specific_energy_J_per_mm3": 0.02}}}}}})", tissue, tool));
+  folder.write(
+      "scene.json",
+      fmt::format(
+          R"({{"tissue": {{"voxel_mm": 0.1, "solids": [{{"tissue": "{}", "solid": {{"box": {{"size_mm": [6, 4, 3]}}}}}}]}},
+      "tool": {}, "spindle_krpm": 0, "materials": {{"amalgam": {{"specific_energy_J_per_mm3": 0.02}}}}}})",
+          tissue, tool));
   std::string hand = "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,0,0,4,1,0,0,0,0\n";
   for (int i = 0; i < 20; ++i) {
     hand += fmt::format("{},{},0,{},1,0,0,0,0\n", 0.5 + 0.2 * i, (i % 2 ? 1 : -1) * reach_mm, 2.0 - press_mm);
   }
   folder.write("hand.csv", hand);
-  const test::Ran ran = folder.run(fmt::format("servo {0}/scene.json --hand {0}/hand.csv --out {0}/out.csv --json", folder.path().string()));
+  const test::Ran ran = folder.run(
+      fmt::format("servo {0}/scene.json --hand {0}/hand.csv --out {0}/out.csv --json", folder.path().string()));
   EXPECT_EQ(ran.status, 0) << ran.err;
   const Json removed = Json::parse(ran.out, "servo")["removed_mm3"];
   return removed.has(tissue) ? removed[tissue].number() : 0;
@@ -65,7 +71,9 @@ Worked work(const std::string& name) {
   const session::Score score = session::score(input, session::rules_of_scene(Json::parse(scene.text, "scene"), input));
   Worked result{100 * score.points / score.full, input.hand.time, ""};
   for (const session::ScoreItem& item : score.items) {
-    if (item.weight > 0) result.items += fmt::format("{} = {:.3f} {} (target {:.3f}): {:.1f} of {:.0f}\n", item.name, item.value, item.unit, item.target, item.points, item.weight);
+    if (item.weight > 0)
+      result.items += fmt::format("{} = {:.3f} {} (target {:.3f}): {:.1f} of {:.0f}\n", item.name, item.value,
+                                  item.unit, item.target, item.points, item.weight);
   }
   fmt::print("{} by an expert's hand: {:.1f} % in {:.0f} s\n", name, result.percent, result.seconds);
   return result;
@@ -86,7 +94,8 @@ TEST(AmalgamFilling, ScoresFullForTheOldContourMoreForAFillingThatIsCarvedThanFo
     input.after = after.volumes();
     input.hand.time = 300;
     judge.judge(after, input);
-    const session::Score score = session::score(input, session::rules_of_scene(Json::parse(scene.text, "scene"), input));
+    const session::Score score =
+        session::score(input, session::rules_of_scene(Json::parse(scene.text, "scene"), input));
     return 100 * score.points / score.full;
   };
   /// What a hand of endless patience would leave, layer after layer; and how often it draws an edge.
@@ -98,7 +107,8 @@ TEST(AmalgamFilling, ScoresFullForTheOldContourMoreForAFillingThatIsCarvedThanFo
     Expert expert(with, start);
     Patient result{start.clone()};
     for (std::vector<ExpertLeg> legs; !(legs = expert.plan(result.left)).empty();) {
-      result.drawn += std::count_if(legs.begin(), legs.end(), [](const ExpertLeg& leg) { return leg.kind == ExpertLeg::Kind::kScrape; });
+      result.drawn += std::count_if(legs.begin(), legs.end(),
+                                    [](const ExpertLeg& leg) { return leg.kind == ExpertLeg::Kind::kScrape; });
       result.left = expert.planned().clone();
     }
     return result;
@@ -109,7 +119,8 @@ TEST(AmalgamFilling, ScoresFullForTheOldContourMoreForAFillingThatIsCarvedThanFo
   Scene no_carver = scene;  // the condenser alone: filled, and left so
   no_carver.servo.tools = {scene.servo.tools.front()};
   const double filled = percent(worked(no_carver).left);
-  fmt::print("amalgam-filling: contour {:.1f} %, filled and carved {:.1f} %, filled {:.1f} %\n", percent(*judge.ideal()), carved, filled);
+  fmt::print("amalgam-filling: contour {:.1f} %, filled and carved {:.1f} %, filled {:.1f} %\n",
+             percent(*judge.ideal()), carved, filled);
   EXPECT_GT(percent(*judge.ideal()), 97);
   EXPECT_GT(carved, 60);
   EXPECT_GT(carved, filled + 5);
@@ -119,15 +130,22 @@ TEST(AmalgamFilling, ScoresFullForTheOldContourMoreForAFillingThatIsCarvedThanFo
 TEST(ExpertHand, NeedsAnIdealAndAToolThatServes) {
   const test::ProgramFolder folder(TYPODONT_PROGRAM);
   const auto refused = [&](const std::string& rest) {
-    folder.write("scene.json", R"({"tissue": {"voxel_mm": 0.2, "solids": [{"tissue": "dentin", "solid": {"box": {"size_mm": [4, 4, 3]}}}]}, )" + rest + "}");
-    const test::Ran ran = folder.run(fmt::format("servo {0}/scene.json --hand expert: --out {0}/out.h5", folder.path().string()));
+    folder.write(
+        "scene.json",
+        R"({"tissue": {"voxel_mm": 0.2, "solids": [{"tissue": "dentin", "solid": {"box": {"size_mm": [4, 4, 3]}}}]}, )" +
+            rest + "}");
+    const test::Ran ran =
+        folder.run(fmt::format("servo {0}/scene.json --hand expert: --out {0}/out.h5", folder.path().string()));
     EXPECT_EQ(ran.status, 2) << ran.err;
     EXPECT_FALSE(std::filesystem::exists(folder.path() / "out.h5"));
     return ran.err;
   };
   EXPECT_NE(refused(R"("tool": "round_012")").find("ideal"), std::string::npos);
-  EXPECT_NE(refused(R"("tool": "probe_who_621", "task": {"goal": "cut", "ideal": {"remove": [{"sphere": {"center_mm": [0,0,1.5], "radius_mm": 1}}]}})").find("tools"),
-            std::string::npos);
+  EXPECT_NE(
+      refused(
+          R"("tool": "probe_who_621", "task": {"goal": "cut", "ideal": {"remove": [{"sphere": {"center_mm": [0,0,1.5], "radius_mm": 1}}]}})")
+          .find("tools"),
+      std::string::npos);
 }
 
 }  // namespace

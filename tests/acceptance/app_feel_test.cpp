@@ -1,5 +1,5 @@
-// What the hand feels while it drills, through the command line: a simulated hand of 0.15 kg with 5 N·s/m swings 2 mm to
-// each side once a second and pushes down; the force must not step.
+// What the hand feels while it drills, through the command line: a simulated hand of 0.15 kg with 5 N·s/m swings 2 mm
+// to each side once a second and pushes down; the force must not step.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -30,12 +30,13 @@ Felt drill(const std::string& scene, const dvec3& start_mm, double newton, doubl
   std::string path = "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n";
   for (int i = 0; i <= static_cast<int>(seconds * 200); ++i) {
     const double t = i / 200.0;
-    path += fmt::format("{},{},{},{},1,0,0,0,1\n", t, start_mm.x + 2 * std::sin(2 * std::numbers::pi * t + phase), start_mm.y,
-                        start_mm.z);
+    path += fmt::format("{},{},{},{},1,0,0,0,1\n", t, start_mm.x + 2 * std::sin(2 * std::numbers::pi * t + phase),
+                        start_mm.y, start_mm.z);
   }
   folder.write("path.csv", path);
   folder.write("hand.json", fmt::format(R"({{"path": "path.csv", "mass_kg": 0.15, "damping_Ns_per_m": 5,
-    "stiffness_N_per_m": [2000, 2000, 0], "push_N": [0, 0, {}]}})", -newton));
+    "stiffness_N_per_m": [2000, 2000, 0], "push_N": [0, 0, {}]}})",
+                                        -newton));
   const Ran ran = folder.run(fmt::format("servo {0}/scene.json --hand {0}/hand.json --out {0}/t.csv --rate 1000 {1}",
                                          folder.path().string(), more));
   EXPECT_EQ(ran.status, 0) << ran.err;

@@ -87,7 +87,13 @@ struct OperatorWindow : testing::Test {
     std::filesystem::create_directories(folder / "home/scenes");
     folder.write("home/scenes/zz_block.json", kScene);
     // Down on the block, into it and on for two seconds, and up again.
-    write_hand({{0.0, 18.5, 0}, {0.5, 17.6, 0}, {1.5, 17.5, 0}, {2.0, 17.5, 1}, {4.0, 16.8, 1}, {4.5, 19.0, 0}, {6.0, 19.0, 0}});
+    write_hand({{0.0, 18.5, 0},
+                {0.5, 17.6, 0},
+                {1.5, 17.5, 0},
+                {2.0, 17.5, 1},
+                {4.0, 16.8, 1},
+                {4.5, 19.0, 0},
+                {6.0, 19.0, 0}});
   }
   struct HandAt {
     double t, z;
@@ -138,8 +144,7 @@ struct OperatorWindow : testing::Test {
     std::this_thread::sleep_for(150ms);
   }
   /// Pixels in a part of the screen that differ clearly between two moments.
-  static int differing(const render::Picture& a, const render::Picture& b, glm::ivec2 lo, glm::ivec2 hi,
-                       int by = 24) {
+  static int differing(const render::Picture& a, const render::Picture& b, glm::ivec2 lo, glm::ivec2 hi, int by = 24) {
     int count = 0;
     for (int y = lo.y; y < hi.y; ++y)
       for (int x = lo.x; x < hi.x; ++x)
@@ -224,7 +229,8 @@ TEST_F(OperatorWindow, TerminatedInTheMiddleOfASessionItEndsItInOrder) {
 TEST_F(OperatorWindow, StepsAreDoneByWhatIsDoneAndStrokesTakenBackByKeysAreReplayedExactly) {
   std::string scene = kScene;
   const std::string steps = R"("steps": [)";
-  scene.replace(scene.find(steps), std::string::npos, steps + R"({"en": "1", "done": "drill"}, {"en": "2", "done": "undo"},
+  scene.replace(scene.find(steps), std::string::npos,
+                steps + R"({"en": "1", "done": "drill"}, {"en": "2", "done": "undo"},
     {"en": "3", "done": "redo"}, {"en": "4", "done": "view"}, {"en": "5", "done": "speed"}, {"en": "6", "done": "hold"}]}})");
   folder.write("home/scenes/zz_block.json", scene);
   let_the_hand_rest();
@@ -355,8 +361,11 @@ TEST_F(OperatorWindow, ASurfaceIsSavedAMeshIsBroughtInAndAnExercisePaintedWithou
   EXPECT_EQ(drawn.status, 0) << drawn.err;
   // So is one in metres, picked from the list of what lies in a folder while its path is being typed.
   std::filesystem::create_directories(folder / "teeth");
-  std::string cube = "ply\nformat ascii 1.0\nelement vertex 8\nproperty float x\nproperty float y\nproperty float z\nelement face 6\nproperty list uchar int vertex_indices\nend_header\n";
-  for (int i = 0; i < 8; ++i) cube += fmt::format("{} {} {}\n", i & 1 ? 0.006 : 0, i & 2 ? 0.006 : 0, i & 4 ? 0.008 : 0);
+  std::string cube =
+      "ply\nformat ascii 1.0\nelement vertex 8\nproperty float x\nproperty float y\nproperty float z\nelement face "
+      "6\nproperty list uchar int vertex_indices\nend_header\n";
+  for (int i = 0; i < 8; ++i)
+    cube += fmt::format("{} {} {}\n", i & 1 ? 0.006 : 0, i & 2 ? 0.006 : 0, i & 4 ? 0.008 : 0);
   folder.write("teeth/cube.ply", cube + "4 0 2 3 1\n4 4 5 7 6\n4 0 1 5 4\n4 2 6 7 3\n4 0 4 6 2\n4 1 3 7 5\n");
   press("ctrl+i");
   press("ctrl+a");
@@ -374,7 +383,8 @@ TEST_F(OperatorWindow, ASurfaceIsSavedAMeshIsBroughtInAndAnExercisePaintedWithou
   press("Tab");
   press("F9");
   program.wait_for("home/scenes/cube.json");
-  const Ran measured = folder.run("mesh '" + (folder / "home/scenes/cube.vdb") + "' --json --out " + (folder / "cube.stl"));
+  const Ran measured =
+      folder.run("mesh '" + (folder / "home/scenes/cube.vdb") + "' --json --out " + (folder / "cube.stl"));
   EXPECT_NE(measured.out.find("\"size_mm\""), std::string::npos) << measured.err;
   EXPECT_NEAR(Json::parse(measured.out, "mesh")["size_mm"].items().at(2).number(), 8, 0.2);
   press("F10");
@@ -411,7 +421,12 @@ TEST_F(OperatorWindow, WhatWasPaintedAndNotSavedIsKeptAsAnExerciseHoweverTheProg
 }
 
 TEST_F(OperatorWindow, APreparationSavedInASessionThatIsNotKeptIsGoneOnFrom) {
-  write_hand({{0, 18.5, 0}, {0.5, 17.6, 0}, {1.5, 17.5, 0}, {2, 17.5, 1}, {4, 16.8, 1}, {100, 13.5, 1}});  // drills until it is told to end
+  write_hand({{0, 18.5, 0},
+              {0.5, 17.6, 0},
+              {1.5, 17.5, 0},
+              {2, 17.5, 1},
+              {4, 16.8, 1},
+              {100, 13.5, 1}});  // drills until it is told to end
   Program program(folder);
   open(program);
   choose_block_and_script();
@@ -461,9 +476,13 @@ struct TwoScreens {
   ProgramFolder folder{TYPODONT_PROGRAM};
   XServer server;
 
-  TwoScreens() : server({TYPODONT_XORG, "-config", config(folder), "-logfile", log(folder), "-noreset", "-novtswitch"}, folder / "xorg.out") {
+  TwoScreens()
+      : server({TYPODONT_XORG, "-config", config(folder), "-logfile", log(folder), "-noreset", "-novtswitch"},
+               folder / "xorg.out") {
     // The last: an output is connected once somebody has asked again.
-    for (const char* command : {"xrandr --addmode DUMMY1 1024x768", "xrandr --output DUMMY1 --mode 1024x768 --right-of DUMMY0", "xrandr --query > /dev/null"})
+    for (const char* command :
+         {"xrandr --addmode DUMMY1 1024x768", "xrandr --output DUMMY1 --mode 1024x768 --right-of DUMMY0",
+          "xrandr --query > /dev/null"})
       EXPECT_EQ(std::system(command), 0) << command << "\n" << read_text(log(folder));
   }
   static std::string log(const ProgramFolder& folder) { return folder / "xorg.log"; }

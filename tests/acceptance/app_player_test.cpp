@@ -48,8 +48,8 @@ struct Watched : testing::Test {
   template <class Drawn>
   void watch(const std::string& how, Drawn&& drawn) {
     const std::string session = folder / "session.h5";
-    const pid_t player = folder.start("replay " + session + " --show " + how,
-                                      std::string("DISPLAY=") + std::getenv("DISPLAY"));
+    const pid_t player =
+        folder.start("replay " + session + " --show " + how, std::string("DISPLAY=") + std::getenv("DISPLAY"));
     bool shown = false;
     for (int i = 0; i < 600 && !shown; ++i) {
       std::this_thread::sleep_for(50ms);
@@ -74,8 +74,9 @@ TEST_F(Watched, AloneByOtherEyesAndEndedByAKey) {
 }
 
 TEST_F(Watched, BesideAnotherBothAreOnTheScreen) {
-  watch("--speed 0.5 --beside " + (folder / "session.h5"),
-        [&] { return colours({0, 0}, {780, 440}) > 50 && colours({820, 0}, {1590, 440}) > 50; });
+  watch("--speed 0.5 --beside " + (folder / "session.h5"), [&] {
+    return colours({0, 0}, {780, 440}) > 50 && colours({820, 0}, {1590, 440}) > 50;
+  });
 }
 
 }  // namespace

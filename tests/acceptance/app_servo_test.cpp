@@ -109,14 +109,22 @@ TEST(ServoCommand, RemovalGrowsWithThePushAlongEveryMotorsTorqueSpeedLineAndTheM
                          Run{"electric_1_5", "dentin", kCylinder, 200, 6.0, 8, 0.45, 1.5, 0.6},
                          Run{"implant", "cortical_bone", kBone, 0.8, 500, 3, 1.1, 3, 2.0}}) {
     for (const double newton : {0.7, 1.3, 2.2}) {
-      folder.write("scene.json", fmt::format(R"({{"tissue": {{"voxel_mm": 0.1, "solids": [{{"tissue": "{}", "solid": {{"box":
-          {{"center_mm": [0, 0, -2.5], "size_mm": [5, 5, 5]}}}}}}]}}, "tool": {}, "spindle": "{}"}})", run.tissue, run.tool, run.motor));
+      folder.write("scene.json",
+                   fmt::format(R"({{"tissue": {{"voxel_mm": 0.1, "solids": [{{"tissue": "{}", "solid": {{"box":
+          {{"center_mm": [0, 0, -2.5], "size_mm": [5, 5, 5]}}}}}}]}}, "tool": {}, "spindle": "{}"}})",
+                               run.tissue, run.tool, run.motor));
       constexpr double kPressed = 3.5, kSettled = 0.15;  // s
       const double end = kPressed + kSettled + run.cut_s, top = run.half_mm + 0.02;
-      folder.write("path.csv", fmt::format("t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal,push_z_N\n0,0,0,{0},1,0,0,0,1,0\n{1},0,0,{0},1,0,0,0,1,0\n"
-                                           "{2},0,0,{0},1,0,0,0,1,{3}\n{4},0,0,{0},1,0,0,0,1,{3}\n", top, kPressed, kPressed + 0.01, -newton, end));
-      folder.write("hand.json", R"({"path": "path.csv", "mass_kg": 0.15, "damping_Ns_per_m": 5, "stiffness_N_per_m": [2000, 2000, 0]})");
-      const Ran ran = folder.run(fmt::format("servo {0}/scene.json --hand {0}/hand.json --out {0}/t.csv", folder.path().string()));
+      folder.write(
+          "path.csv",
+          fmt::format("t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal,push_z_N\n0,0,0,{0},1,0,0,0,1,0\n{1},0,0,{0},1,0,0,0,1,0\n"
+                      "{2},0,0,{0},1,0,0,0,1,{3}\n{4},0,0,{0},1,0,0,0,1,{3}\n",
+                      top, kPressed, kPressed + 0.01, -newton, end));
+      folder.write(
+          "hand.json",
+          R"({"path": "path.csv", "mass_kg": 0.15, "damping_Ns_per_m": 5, "stiffness_N_per_m": [2000, 2000, 0]})");
+      const Ran ran =
+          folder.run(fmt::format("servo {0}/scene.json --hand {0}/hand.json --out {0}/t.csv", folder.path().string()));
       ASSERT_EQ(ran.status, 0) << ran.err;
       double work = 0, at_first = 0, removed = 0;  // J, mm³
       for (const ServoTick& tick : session::read_ticks_csv(folder / "t.csv")) {
@@ -128,7 +136,8 @@ TEST(ServoCommand, RemovalGrowsWithThePushAlongEveryMotorsTorqueSpeedLineAndTheM
       }
       const double torque = 0.3 * newton * run.radius_mm;  // N·mm
       const double power = torque * 1e-3 * (1 - torque / run.stall_Nmm) * run.free_krpm * kKrpm;
-      EXPECT_NEAR((removed - at_first) * run.energy_J_per_mm3 / (power * run.cut_s), 1, 0.03) << run.motor << " " << newton;
+      EXPECT_NEAR((removed - at_first) * run.energy_J_per_mm3 / (power * run.cut_s), 1, 0.03)
+          << run.motor << " " << newton;
       EXPECT_NEAR(removed * run.energy_J_per_mm3 / work, 1, 0.01) << run.motor << " " << newton;
     }
   }
@@ -200,8 +209,8 @@ TEST(ServoCommand, AToolThatIsNotInTheTrayIsNamedWithThoseThatAre) {
   folder.write("scene.json", tray_scene());
   for (const char* tool : {"flame_012", "3", "-1", "1.5", ""}) {
     folder.write("hand.csv", fmt::format("t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal,tool\n0,0,0,9,1,0,0,0,0,{}\n", tool));
-    const Ran ran = folder.run(
-        fmt::format("servo {0}/scene.json --hand {0}/hand.csv --out {0}/t.csv", folder.path().string()));
+    const Ran ran =
+        folder.run(fmt::format("servo {0}/scene.json --hand {0}/hand.csv --out {0}/t.csv", folder.path().string()));
     EXPECT_EQ(ran.status, 2) << tool;
     EXPECT_THAT(ran.err, HasSubstr("round_012, cylinder_010, explorer")) << tool;
     EXPECT_THAT(ran.err, HasSubstr("line 2, column tool")) << tool;
@@ -291,7 +300,8 @@ TEST(RunCommand, FollowsTheHeadThatATrackerSendsAndCountsItsBadPackets) {
   const int port = 24300 + getpid() % 1000;
   folder.write("rig.json", fmt::format(R"({{"display": "window", "screen": {{"corners_mm": {{"lower_left": [-20,-15,0],
     "lower_right": [20,-15,0], "upper_left": [-20,15,0]}}, "pixels": [320,240], "layout": "mono"}},
-    "head": {{"eye_center_mm": [0,0,400], "tracker": "opentrack:{}"}}}})", port));
+    "head": {{"eye_center_mm": [0,0,400], "tracker": "opentrack:{}"}}}})",
+                                       port));
   std::jthread tracker([&](const std::stop_token& stop) {
     const int socket = ::socket(AF_INET, SOCK_DGRAM, 0);
     sockaddr_in to{};
@@ -301,14 +311,15 @@ TEST(RunCommand, FollowsTheHeadThatATrackerSendsAndCountsItsBadPackets) {
     for (int i = 0; !stop.stop_requested(); ++i) {
       const double head[6] = {5 * std::sin(0.05 * i), 0, 0, 0, 0, 0};  // cm; this machine is little-endian, too
       // Every tenth is one byte short.
-      ::sendto(socket, head, i % 10 ? sizeof head : sizeof head - 1, 0, reinterpret_cast<const sockaddr*>(&to), sizeof to);
+      ::sendto(socket, head, i % 10 ? sizeof head : sizeof head - 1, 0, reinterpret_cast<const sockaddr*>(&to),
+               sizeof to);
       std::this_thread::sleep_for(std::chrono::milliseconds(8));
     }
     ::close(socket);
   });
-  const Ran live = folder.run(
-      fmt::format("run {0}/scene.json --rig {0}/rig.json --seconds 4 --json", folder.path().string()),
-      "xvfb-run -a timeout 120");
+  const Ran live =
+      folder.run(fmt::format("run {0}/scene.json --rig {0}/rig.json --seconds 4 --json", folder.path().string()),
+                 "xvfb-run -a timeout 120");
   ASSERT_EQ(live.status, 0) << live.err;
   const Json json = Json::parse(live.out, "out");
   EXPECT_GT(json["head_tracker"]["samples"].integer(), 100);

@@ -19,13 +19,16 @@ TEST(LiveSound, ATapIsHeardInTheFileWithinTwoMillisecondsOfTheTickThatFeelsIt) {
   const std::string scene = folder.write("scene.json", R"({
     "tissue": {"voxel_mm": 0.2, "solids": [{"tissue": "enamel", "solid": {"box": {"size_mm": [8, 8, 4]}}}]},
     "tool": "explorer", "parts": ["haptics", "sound"]})");
-  const std::string hand = folder.write("hand.csv",
-                                        "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,0,0,2.8,1,0,0,0,0\n0.333,0,0,2.8,1,0,0,0,0\n"
-                                        "0.337,0,0,2,1,0,0,0,0\n0.5,0,0,2,1,0,0,0,0\n");
+  const std::string hand =
+      folder.write("hand.csv",
+                   "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,0,0,2.8,1,0,0,0,0\n0.333,0,0,2.8,1,0,0,0,0\n"
+                   "0.337,0,0,2,1,0,0,0,0\n0.5,0,0,2,1,0,0,0,0\n");
   // The first start fills caches, the second finds them: neither may shift the sound.
   for (const std::string_view run : {"first", "second"}) {
     const std::string wav = folder / fmt::format("{}.wav", run), session = folder / fmt::format("{}.h5", run);
-    const auto ran = folder.run(fmt::format("run {} --hand script:{} --audio wav:{} --record {}", scene, hand, wav, session), "env -u DISPLAY -u WAYLAND_DISPLAY");
+    const auto ran =
+        folder.run(fmt::format("run {} --hand script:{} --audio wav:{} --record {}", scene, hand, wav, session),
+                   "env -u DISPLAY -u WAYLAND_DISPLAY");
     ASSERT_EQ(ran.status, 0) << ran.err;
     double felt = -1;
     for (const ServoTick& tick : session::SessionReader(session).ticks())
@@ -45,11 +48,14 @@ TEST(LiveSound, WhereTheDiskIsFullTheSessionEndsInOrderAndItsRecordingIsWhole) {
   const std::string scene = folder.write("scene.json", R"({
     "tissue": {"voxel_mm": 0.2, "solids": [{"tissue": "enamel", "solid": {"box": {"size_mm": [8, 8, 4]}}}]},
     "tool": "explorer", "parts": ["haptics", "sound"]})");
-  const std::string hand = folder.write("hand.csv", "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,0,0,2.8,1,0,0,0,0\n60,0,0,2.8,1,0,0,0,0\n");
+  const std::string hand =
+      folder.write("hand.csv", "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,0,0,2.8,1,0,0,0,0\n60,0,0,2.8,1,0,0,0,0\n");
   const std::string session = folder / "session.h5";
   // Writing beyond 250 kB fails: the sound gets there within two seconds, the recording does not.
-  const auto ran = folder.run(fmt::format("run {} --hand script:{} --audio wav:{} --record {} --seconds 30'", scene, hand, folder / "sound.wav", session),
-                              "bash -c 'ulimit -c 0; ulimit -f 250; trap \"\" XFSZ; exec env -u DISPLAY -u WAYLAND_DISPLAY");
+  const auto ran =
+      folder.run(fmt::format("run {} --hand script:{} --audio wav:{} --record {} --seconds 30'", scene, hand,
+                             folder / "sound.wav", session),
+                 "bash -c 'ulimit -c 0; ulimit -f 250; trap \"\" XFSZ; exec env -u DISPLAY -u WAYLAND_DISPLAY");
   EXPECT_EQ(ran.status, 1) << ran.err;
   EXPECT_NE(ran.err.find("sound.wav"), std::string::npos) << ran.err;
   EXPECT_FALSE(session::SessionReader(session).truncated());

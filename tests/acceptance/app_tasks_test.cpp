@@ -84,7 +84,9 @@ struct TaskBench {
   haptics::TissueVolume start;
   TaskJudge judge;
   explicit TaskBench(const std::string& name)
-      : scene(read_scene(assets_folder() / "scenes" / (name + ".json"))), start(load_tissue(scene)), judge(scene, start) {}
+      : scene(read_scene(assets_folder() / "scenes" / (name + ".json"))),
+        start(load_tissue(scene)),
+        judge(scene, start) {}
 
   session::Score score(const haptics::TissueVolume& after) const {
     session::ScoreInput input = steady_hand(start);
@@ -102,8 +104,8 @@ struct TaskBench {
 std::string explained(const session::Score& score) {
   std::string text;
   for (const session::ScoreItem& item : score.items) {
-    text += fmt::format("{} = {:.3f} {} (target {:.3f} ± {:.3f}): {:.2f} of {:.0f}\n", item.name, item.value, item.unit, item.target,
-                        item.tolerance, item.points, item.weight);
+    text += fmt::format("{} = {:.3f} {} (target {:.3f} ± {:.3f}): {:.2f} of {:.0f}\n", item.name, item.value, item.unit,
+                        item.target, item.tolerance, item.points, item.weight);
   }
   return text;
 }
@@ -131,7 +133,9 @@ struct Solvable {
   double step;
   dvec3 careless_mm;  // a hand that does not look is off by this
 };
-void PrintTo(const Solvable& task, std::ostream* out) { *out << task.name; }
+void PrintTo(const Solvable& task, std::ostream* out) {
+  *out << task.name;
+}
 
 class SolvableTask : public testing::TestWithParam<Solvable> {};
 
@@ -152,7 +156,8 @@ TEST_P(SolvableTask, ScoresTheIdealFullAGoodHandHighACarelessOneLowAndNothingNot
 
   const session::Score careless = bench.score(bench.carved(displaced(strokes, task.careless_mm * 1e-3), tool));
   EXPECT_LT(percent(careless), 60) << explained(careless);
-  fmt::print("{}: ideal {:.1f} %, good hand {:.1f} %, careless {:.1f} %\n", task.name, percent(ideal), percent(good), percent(careless));
+  fmt::print("{}: ideal {:.1f} %, good hand {:.1f} %, careless {:.1f} %\n", task.name, percent(ideal), percent(good),
+             percent(careless));
 }
 
 INSTANTIATE_TEST_SUITE_P(All, SolvableTask,
@@ -180,7 +185,8 @@ void worsen(DenseCopy& after, const DenseCopy& before, const DenseCopy& ideal, b
       for (int z = 0; z < n.z; ++z) {
         const std::size_t i = after.field.at(x, y, z);
         const float wanted = ideal.field.distance[i];
-        if (lose ? wanted < -1 && wanted > -4 : wanted > 1 && wanted < 4 && before.field.distance[i] < -1) places.push_back({x, y, z});
+        if (lose ? wanted < -1 && wanted > -4 : wanted > 1 && wanted < 4 && before.field.distance[i] < -1)
+          places.push_back({x, y, z});
       }
     }
   }
@@ -203,7 +209,8 @@ class ShippedTask : public testing::TestWithParam<const char*> {};
 TEST_P(ShippedTask, LosesPointsWithEveryRandomWorseningOfItsIdeal) {
   const TaskBench bench(GetParam());
   const DenseCopy ideal = dense_copy(*bench.judge.ideal());
-  const DenseCopy before = dense_copy(bench.start, glm::ivec3(glm::round(bench.start.frame().to_voxels(ideal.frame.origin))), ideal.field.size);
+  const DenseCopy before = dense_copy(
+      bench.start, glm::ivec3(glm::round(bench.start.frame().to_voxels(ideal.frame.origin))), ideal.field.size);
   const session::Score perfect = bench.score(*bench.judge.ideal());
   std::mt19937 dice(29);
   const bool filled = bench.scene.task->ideal->has("unprepared");  // the ideal adds: there is nothing it takes away
@@ -216,8 +223,8 @@ TEST_P(ShippedTask, LosesPointsWithEveryRandomWorseningOfItsIdeal) {
 }
 
 INSTANTIATE_TEST_SUITE_P(All, ShippedTask,
-                         testing::Values("tutorial", "class-1-cavity", "class-2-cavity", "crown-preparation", "root-canal-access",
-                                         "remove-caries", "molar-caries", "amalgam-filling"),
+                         testing::Values("tutorial", "class-1-cavity", "class-2-cavity", "crown-preparation",
+                                         "root-canal-access", "remove-caries", "molar-caries", "amalgam-filling"),
                          [](const auto& param) {
                            std::string name = param.param;
                            std::replace(name.begin(), name.end(), '-', '_');
@@ -229,7 +236,8 @@ TEST(Tasks, AHandThatPressesTooLittleThroughTheServoScoresLowButMoreThanNothing)
   const haptics::Tool tool = load_tool("cylinder_010");
   auto strokes = plan_strokes(bench.judge.preparation(bench.start), tool, 0.3e-3);
   const std::size_t count = strokes.size();
-  strokes.insert(strokes.end(), strokes.begin(), strokes.begin() + static_cast<std::ptrdiff_t>(count));  // and once more, lightly
+  strokes.insert(strokes.end(), strokes.begin(),
+                 strokes.begin() + static_cast<std::ptrdiff_t>(count));  // and once more, lightly
   const auto hand = haptics::make_scripted_hand(path_of(strokes, {0, 0, 1}, 22.5e-3, 8e-3), 1000, /*paced=*/false);
   HapticLoop loop(bench.scene, load_tissue(bench.scene), 1000);
   session::HandMeter meter(1000);
@@ -239,7 +247,8 @@ TEST(Tasks, AHandThatPressesTooLittleThroughTheServoScoresLowButMoreThanNothing)
   input.after = loop.carver().volume().volumes();
   input.hand = meter.result();
   bench.judge.judge(loop.carver().volume(), input);
-  const session::Score score = session::score(input, session::rules_of_scene(Json::parse(bench.scene.text, "scene"), input));
+  const session::Score score =
+      session::score(input, session::rules_of_scene(Json::parse(bench.scene.text, "scene"), input));
   fmt::print("class-1-cavity through the servo: {:.1f} % in {:.0f} s\n", percent(score), input.hand.time);
   EXPECT_GT(percent(score), 3) << explained(score);
   EXPECT_LT(percent(score), 40) << explained(score);
@@ -282,7 +291,8 @@ TEST(Tasks, ExploringScoresWhoFindsTheLesionsAndNotWhoPressesEverywhereOrNowhere
   const session::Score good = explore(bench, 0.8e-3, caries);
   EXPECT_GT(percent(good), 85) << explained(good);
   EXPECT_LT(percent(explore(bench, 0.8e-3, [](const dvec3&) { return false; })), 45);
-  EXPECT_LT(percent(explore(bench, 0.8e-3, [](const dvec3& p) { return std::fmod(p.y, 1e-3) < 0.5e-3; })), percent(good) - 10);
+  EXPECT_LT(percent(explore(bench, 0.8e-3, [](const dvec3& p) { return std::fmod(p.y, 1e-3) < 0.5e-3; })),
+            percent(good) - 10);
   EXPECT_LT(percent(explore(bench, 1.0, caries)), 20);
 }
 
@@ -303,7 +313,8 @@ TEST(Tasks, AnIdealCanBeLoadedFromAVolumeOrAMesh) {
     mesher.put(brick);
   }
   mesher.remesh();
-  surface::write_mesh(folder / "ideal.stl", surface::weld(mesher), bench.judge.ideal()->frame(), bench.scene.servo.materials);
+  surface::write_mesh(folder / "ideal.stl", surface::weld(mesher), bench.judge.ideal()->frame(),
+                      bench.scene.servo.materials);
   for (const std::string ideal : {R"({"volume":"ideal.vdb"})", R"({"mesh":{"file":"ideal.stl"}})"}) {
     const Scene other = parse_scene(Json::parse(with_ideal(bench.scene.text, ideal), ideal), folder / "scene.json");
     const TaskJudge judge(other, bench.start);
@@ -316,7 +327,8 @@ TEST(Tasks, AnIdealCanBeLoadedFromAVolumeOrAMesh) {
 
 TEST(Tasks, AnIdealCanBeDrilledByOneselfAndTheSameSessionScoresFullAgainstIt) {
   const test::ProgramFolder folder(TYPODONT_PROGRAM);
-  const std::string scene = R"({"tissue": {"voxel_mm": 0.15, "solids": [{"tissue": "dentin", "solid": {"box": {"size_mm": [6, 6, 4]}}}]},
+  const std::string scene =
+      R"({"tissue": {"voxel_mm": 0.15, "solids": [{"tissue": "dentin", "solid": {"box": {"size_mm": [6, 6, 4]}}}]},
       "tool": "round_012", "spindle_krpm": 300, "task": {"goal": "as I do it", IDEAL
       "rules": [{"name": "over_cut_mm3", "target": 0, "tolerance": 1, "weight": 50}, {"name": "under_cut_mm3", "target": 0, "tolerance": 1, "weight": 50}],
       "defaults": false}})";
@@ -325,12 +337,21 @@ TEST(Tasks, AnIdealCanBeDrilledByOneselfAndTheSameSessionScoresFullAgainstIt) {
     return text.replace(text.find("IDEAL"), 5, ideal);
   };
   folder.write("practice.json", with(""));
-  folder.write("hand.csv", "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,0,0,4,1,0,0,0,1\n0.5,0,0,2.6,1,0,0,0,1\n2,0,0,1.2,1,0,0,0,1\n4,1.5,0,1.2,1,0,0,0,1\n");
-  folder.write("other.csv", "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,0,0,4,1,0,0,0,1\n0.5,0,0,2.6,1,0,0,0,1\n2,0,0,1.6,1,0,0,0,1\n4,-1.5,0,1.6,1,0,0,0,1\n");
-  ASSERT_EQ(folder.run("servo " + (folder / "practice.json") + " --hand " + (folder / "hand.csv") + " --out " + (folder / "ideal.h5")).status, 0);
+  folder.write("hand.csv",
+               "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,0,0,4,1,0,0,0,1\n0.5,0,0,2.6,1,0,0,0,1\n2,0,0,1.2,1,0,0,0,1\n4,"
+               "1.5,0,1.2,1,0,0,0,1\n");
+  folder.write("other.csv",
+               "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,0,0,4,1,0,0,0,1\n0.5,0,0,2.6,1,0,0,0,1\n2,0,0,1.6,1,0,0,0,1\n4,"
+               "-1.5,0,1.6,1,0,0,0,1\n");
+  ASSERT_EQ(folder
+                .run("servo " + (folder / "practice.json") + " --hand " + (folder / "hand.csv") + " --out " +
+                     (folder / "ideal.h5"))
+                .status,
+            0);
   folder.write("task.json", with("\"ideal\": {\"session\": \"ideal.h5\"},"));
   const auto percent_of = [&](const std::string& hand) {
-    const test::Ran servo = folder.run("servo " + (folder / "task.json") + " --hand " + (folder / hand) + " --out " + (folder / "s.h5"));
+    const test::Ran servo =
+        folder.run("servo " + (folder / "task.json") + " --hand " + (folder / hand) + " --out " + (folder / "s.h5"));
     EXPECT_EQ(servo.status, 0) << servo.err;
     const test::Ran report = folder.run("report " + (folder / "s.h5") + " --json --out " + (folder / "r.html"));
     EXPECT_EQ(report.status, 0) << report.err;
@@ -342,10 +363,13 @@ TEST(Tasks, AnIdealCanBeDrilledByOneselfAndTheSameSessionScoresFullAgainstIt) {
   EXPECT_LT(percent_of("other.csv"), 60);
 
   // The same recording, looked at from above: at its start, at its end, and against the ideal.
-  folder.write("above.json", R"({"display": "offscreen", "screen": {"corners_mm": {"lower_left": [-4, -3, 2], "lower_right": [4, -3, 2],
+  folder.write(
+      "above.json",
+      R"({"display": "offscreen", "screen": {"corners_mm": {"lower_left": [-4, -3, 2], "lower_right": [4, -3, 2],
       "upper_left": [-4, 3, 2]}, "pixels": [160, 120], "layout": "mono"}, "head": {"eye_center_mm": [0, 0, 300]}})");
   const auto picture = [&](const std::string& name, const std::string& arguments) {
-    const test::Ran ran = folder.run("render " + (folder / "s.h5") + " --rig " + (folder / "above.json") + " --eye left --quality fast --out " + (folder / name) + " " + arguments);
+    const test::Ran ran = folder.run("render " + (folder / "s.h5") + " --rig " + (folder / "above.json") +
+                                     " --eye left --quality fast --out " + (folder / name) + " " + arguments);
     EXPECT_EQ(ran.status, 0) << ran.err;
     return test::read_text(folder / (name + "/left.png"));
   };
@@ -361,7 +385,9 @@ TEST(PaintFile, IsReadAndPaintsAndSoftens) {
       {"tissue": "caries", "a_mm": [0, 0, 2.4], "b_mm": [1, 0, 2.4], "radius_mm": 0.5, "stiffness_factor": 0.5},
       {"tissue": "pulp", "a_mm": [0, 0, 0], "radius_mm": 1}]})");
   const Json json = Json::parse(fmt::format(R"({{"tissue": {{"voxel_mm": 0.2, "solids": [{{"tissue": "dentin", "solid":
-      {{"box": {{"size_mm": [8, 8, 5]}}}}}}]}}, "tool": "round_012", "paint_file": "{}"}})", file.string()), "scene");
+      {{"box": {{"size_mm": [8, 8, 5]}}}}}}]}}, "tool": "round_012", "paint_file": "{}"}})",
+                                            file.string()),
+                                "scene");
   const Scene scene = parse_scene(json, "scene.json");
   const PerTissue volumes = load_tissue(scene).volumes();
   EXPECT_NEAR(volumes[static_cast<std::size_t>(Tissue::kPulp)] * 1e9, 4.0 / 3 * kPi, 0.3);

@@ -1,4 +1,5 @@
-// A live session with strokes taken back: its replay is exact, its tissue can be saved, and another session goes on from it.
+// A live session with strokes taken back: its replay is exact, its tissue can be saved, and another session goes on
+// from it.
 #include <gtest/gtest.h>
 
 #include <chrono>
@@ -46,7 +47,8 @@ class UndoSession : public testing::Test {
     scene = read_scene(folder.path() / "scene.json");
   }
   /// Runs the script to its end; at each of the times (s) asks for what stands beside it.
-  WorkbenchSummary run(const Scene& of, const std::string& record, std::vector<std::pair<double, TissueCommand>> asks, const std::string& save = "") {
+  WorkbenchSummary run(const Scene& of, const std::string& record, std::vector<std::pair<double, TissueCommand>> asks,
+                       const std::string& save = "") {
     WorkbenchOptions options;
     options.hand = "script:" + (folder.path() / "hand.csv").string();
     options.audio = "none:";
@@ -64,7 +66,9 @@ class UndoSession : public testing::Test {
     strokes = bench.strokes();
     return bench.stop();
   }
-  static double volume(const haptics::TissueVolume& tissue) { return tissue.volumes()[static_cast<std::size_t>(Tissue::kDentin)]; }
+  static double volume(const haptics::TissueVolume& tissue) {
+    return tissue.volumes()[static_cast<std::size_t>(Tissue::kDentin)];
+  }
   static int edits(const std::filesystem::path& file) {
     int count = 0;
     const session::SessionReader session(file);
@@ -79,7 +83,11 @@ class UndoSession : public testing::Test {
 
 TEST_F(UndoSession, IsReplayedBitForBitWithItsStrokesTakenBackInTheMiddleOfDrilling) {
   // While the first stroke cuts, in a pause, after the end; one is brought again.
-  run(scene, "session.h5", {{0.6, TissueCommand::kUndo}, {1.25, TissueCommand::kUndo}, {1.3, TissueCommand::kRedo}, {4.1, TissueCommand::kUndo}});
+  run(scene, "session.h5",
+      {{0.6, TissueCommand::kUndo},
+       {1.25, TissueCommand::kUndo},
+       {1.3, TissueCommand::kRedo},
+       {4.1, TissueCommand::kUndo}});
   EXPECT_GE(edits(folder.path() / "session.h5"), 3);
   const ReplayResult replay = replay_session(folder.path() / "session.h5");
   EXPECT_TRUE(replay.identical) << replay.what_differs;
@@ -90,7 +98,11 @@ TEST_F(UndoSession, IsReplayedBitForBitWithItsStrokesTakenBackInTheMiddleOfDrill
 }
 
 TEST_F(UndoSession, TheTicksCountWhatIsGoneAndNotWhatWasTakenBack) {
-  run(scene, "session.h5", {{0.6, TissueCommand::kUndo}, {1.25, TissueCommand::kUndo}, {1.3, TissueCommand::kRedo}, {3.2, TissueCommand::kUndo}});
+  run(scene, "session.h5",
+      {{0.6, TissueCommand::kUndo},
+       {1.25, TissueCommand::kUndo},
+       {1.3, TissueCommand::kRedo},
+       {3.2, TissueCommand::kUndo}});
   const session::SessionReader session(folder.path() / "session.h5");
   const auto dentin = static_cast<std::size_t>(Tissue::kDentin);
   const auto ticks = session.ticks();
@@ -102,7 +114,11 @@ TEST_F(UndoSession, TheTicksCountWhatIsGoneAndNotWhatWasTakenBack) {
 }
 
 TEST_F(UndoSession, IsPlayedForwardAndBackToTheSameTissueAsItWas) {
-  run(scene, "session.h5", {{0.6, TissueCommand::kUndo}, {1.25, TissueCommand::kUndo}, {1.3, TissueCommand::kRedo}, {4.1, TissueCommand::kUndo}});
+  run(scene, "session.h5",
+      {{0.6, TissueCommand::kUndo},
+       {1.25, TissueCommand::kUndo},
+       {1.3, TissueCommand::kRedo},
+       {4.1, TissueCommand::kUndo}});
   SessionPlayer player(folder.path() / "session.h5");
   const session::SessionReader session(folder.path() / "session.h5");
   const auto then = [&](double t) { return tissue_at(session, scene, load_tissue(scene), from_seconds(t)); };
@@ -150,15 +166,17 @@ TEST_F(UndoSession, ItsHandMeetsAnotherContactAndIsFilmedBesideTheFirst) {
   const test::Ran same = folder.run(fmt::format("replay {0}/session.h5 --with '{{}}' --json", folder.path().string()));
   ASSERT_EQ(same.status, 0) << same.err;
   const test::Ran other = folder.run(fmt::format(
-      "replay {0}/session.h5 --with '{{\"coupling\": {{\"stiffness_N_per_mm\": 0.5}}}}' --out {0}/soft.h5 --json", folder.path().string()));
+      "replay {0}/session.h5 --with '{{\"coupling\": {{\"stiffness_N_per_mm\": 0.5}}}}' --out {0}/soft.h5 --json",
+      folder.path().string()));
   ASSERT_EQ(other.status, 0) << other.err;
   const Json a = Json::parse(same.out, "same"), b = Json::parse(other.out, "other");
   EXPECT_LT(a["force_N"]["off_rms"].number(), 0.1 * b["force_N"]["off_rms"].number());
   EXPECT_LT(b["force_N"]["max"].number(), 0.8 * b["force_N"]["max_before"].number());
   EXPECT_TRUE(replay_session(folder.path() / "soft.h5").identical);
   if (!session::find_ffmpeg()) return;
-  const test::Ran film = folder.run(fmt::format("replay {0}/session.h5 --beside {0}/soft.h5 --from 0.5 --to 1.5 --speed 2 --fps 8 --film {0}/both.mp4 --json",
-                                                folder.path().string()));
+  const test::Ran film = folder.run(fmt::format(
+      "replay {0}/session.h5 --beside {0}/soft.h5 --from 0.5 --to 1.5 --speed 2 --fps 8 --film {0}/both.mp4 --json",
+      folder.path().string()));
   ASSERT_EQ(film.status, 0) << film.err;
   EXPECT_EQ(Json::parse(film.out, "film")["frames"].number(), 4);
   EXPECT_GT(std::filesystem::file_size(folder.path() / "both.mp4"), 1000u);
@@ -188,7 +206,8 @@ TEST_F(UndoSession, APreparationGoesOnFromASessionOrASavedVolumeAndIsMeasuredAga
     folder.write("hand.csv", hand(2.5));
     run(resumed, "second.h5", {{1.3, TissueCommand::kUndo}});
     const session::SessionReader second(folder.path() / "second.h5");
-    EXPECT_NEAR(second.header().volumes_before[static_cast<std::size_t>(Tissue::kDentin)] / untouched, 1, 1e-12) << from;
+    EXPECT_NEAR(second.header().volumes_before[static_cast<std::size_t>(Tissue::kDentin)] / untouched, 1, 1e-12)
+        << from;
     EXPECT_LT(second.result()->volumes_after[static_cast<std::size_t>(Tissue::kDentin)], half) << from;
     const ReplayResult replay = replay_session(folder.path() / "second.h5");
     EXPECT_TRUE(replay.identical) << from << ": " << replay.what_differs;
@@ -202,9 +221,12 @@ TEST_F(UndoSession, APreparationGoesOnFromASessionOrASavedVolumeAndIsMeasuredAga
 }
 
 TEST_F(UndoSession, AnotherTissuesVolumeIsRefusedByName) {
-  folder.write("other.json", R"({"tissue": {"voxel_mm": 0.25, "solids": [{"tissue": "enamel", "solid": {"sphere": {"radius_mm": 3}}}]}, "tool": "round_012"})");
+  folder.write(
+      "other.json",
+      R"({"tissue": {"voxel_mm": 0.25, "solids": [{"tissue": "enamel", "solid": {"sphere": {"radius_mm": 3}}}]}, "tool": "round_012"})");
   load_tissue(read_scene(folder.path() / "other.json")).save(folder.path() / "other.vdb");
-  const auto ran = folder.run(fmt::format("run {} --resume {} --hand script:{} --audio none:", folder / "scene.json", folder / "other.vdb", folder / "hand.csv"));
+  const auto ran = folder.run(fmt::format("run {} --resume {} --hand script:{} --audio none:", folder / "scene.json",
+                                          folder / "other.vdb", folder / "hand.csv"));
   EXPECT_EQ(ran.status, 2);
   EXPECT_NE(ran.err.find("other.vdb"), std::string::npos) << ran.err;
   EXPECT_NE(ran.err.find("0.2500 mm"), std::string::npos) << ran.err;

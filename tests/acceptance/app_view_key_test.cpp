@@ -1,4 +1,5 @@
-// What key V shows in a live window, as the recording tells it: each view comes when its turn comes, however slow the computer.
+// What key V shows in a live window, as the recording tells it: each view comes when its turn comes, however slow the
+// computer.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -41,9 +42,10 @@ TEST(ViewKey, CutsOpenMakesGlassComparesWithTheIdealAndShowsAsBeforeAgain) {
     "lower_right": [8, -6, 0], "upper_left": [-8, 6, 0]}, "pixels": [160, 120], "layout": "mono"},
     "head": {"eye_center_mm": [0, 0, 300], "ipd_mm": 63}})");
   const std::string file = folder / "s.h5";
-  const pid_t child = folder.start(fmt::format("run {} --rig {} --hand script:{} --pedal none --audio none: --record {}",
-                                               folder / "scene.json", folder / "rig.json", folder / "hand.csv", file),
-                                   fmt::format("DISPLAY={}", std::getenv("DISPLAY")));
+  const pid_t child =
+      folder.start(fmt::format("run {} --rig {} --hand script:{} --pedal none --audio none: --record {}",
+                               folder / "scene.json", folder / "rig.json", folder / "hand.csv", file),
+                   fmt::format("DISPLAY={}", std::getenv("DISPLAY")));
   const auto eventually = [](const auto& condition) {
     for (int i = 0; i < 1200 && !condition(); ++i) std::this_thread::sleep_for(100ms);
     return condition();

@@ -41,7 +41,8 @@ class GuidedBench : public testing::Test {
     GuidedCapture guide(rig.bench(), rig.captures_folder());
     guide.begin(Step::kRegister);
     while (!guide.done()) {
-      const Touch touch = simulator.touch(simulator.reached_for(guide.bench().rig, *guide.prompt().target_D), bench.arm);
+      const Touch touch =
+          simulator.touch(simulator.reached_for(guide.bench().rig, *guide.prompt().target_D), bench.arm);
       guide.add({touch.p_H, std::nullopt});
       touches.push_back(touch.p_H);
     }
@@ -69,7 +70,8 @@ class GuidedBench : public testing::Test {
   }
 
   Ran guide(const std::string& options, const std::string& before = "") {
-    return folder.run(fmt::format("calibrate guide register --rig {} --no-window {}", folder / "rig.json", options), before);
+    return folder.run(fmt::format("calibrate guide register --rig {} --no-window {}", folder / "rig.json", options),
+                      before);
   }
   std::size_t kept() {
     return read_captures(RigFile::load(folder.path() / "rig.json").captures_folder()).registration.size();
@@ -100,11 +102,13 @@ TEST_F(GuidedBench, AScriptedHandWithAPedalSolvesWhatTheSameTouchesInAFileSolve)
 TEST_F(GuidedBench, AHandThatEndsEarlyLeavesItsTouchesAndTheNextGoesOn) {
   std::vector<dvec3> touches;
   const BenchState expected = by_file(touches);
-  const Ran first = guide(fmt::format("--hand script:{} --fast </dev/null", script({touches.begin(), touches.begin() + 70})));
+  const Ran first =
+      guide(fmt::format("--hand script:{} --fast </dev/null", script({touches.begin(), touches.begin() + 70})));
   EXPECT_EQ(first.status, 1);
   EXPECT_THAT(first.err, HasSubstr("70 of 120 touches are kept"));
   EXPECT_EQ(kept(), 70u);
-  const Ran second = guide(fmt::format("--hand script:{} --fast </dev/null", script({touches.begin() + 70, touches.end()})));
+  const Ran second =
+      guide(fmt::format("--hand script:{} --fast </dev/null", script({touches.begin() + 70, touches.end()})));
   EXPECT_EQ(second.status, 0) << second.err;
   EXPECT_THAT(second.err, HasSubstr("going on after 70 touches"));
   EXPECT_LT(glm::length(RigFile::load(folder.path() / "rig.json").bench().rig.X_WH.p - expected.rig.X_WH.p), 1e-9);
@@ -122,7 +126,8 @@ TEST_F(GuidedBench, APressWhileTheTipMovesIsRefusedAndSaid) {
 TEST_F(GuidedBench, EnterTakesATouchAndUTakesItBackWhileTheHandRuns) {
   // The hand rests in one place. The keyboard asks until a second touch is taken, takes the last one back, and stops.
   folder.write("hand.csv", "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,10,20,30,1,0,0,0,0\n60,10,20,30,1,0,0,0,0\n");
-  folder.write("keys.sh", "cd $(dirname $0)\nuntil grep -q 'touch 2:' .stdout; do echo; sleep 0.2; done\necho u; echo q\n");
+  folder.write("keys.sh",
+               "cd $(dirname $0)\nuntil grep -q 'touch 2:' .stdout; do echo; sleep 0.2; done\necho u; echo q\n");
   const std::string keys = fmt::format("sh {} |", folder / "keys.sh");
   const Ran ran = guide(fmt::format("--hand script:{}", folder / "hand.csv"), keys);
   EXPECT_EQ(ran.status, 0) << ran.err;
@@ -134,27 +139,31 @@ TEST_F(GuidedBench, EnterTakesATouchAndUTakesItBackWhileTheHandRuns) {
 }
 
 TEST_F(GuidedBench, TheArmStepRefusesAHandThatTellsNoJointAngles) {
-  const Ran ran = folder.run(fmt::format("calibrate guide arm --rig {} --fast --no-window --hand script:{} </dev/null", folder / "rig.json",
-                                         script(std::vector<dvec3>(2, dvec3(0.01, 0.02, 0.03)))));
+  const Ran ran = folder.run(fmt::format("calibrate guide arm --rig {} --fast --no-window --hand script:{} </dev/null",
+                                         folder / "rig.json", script(std::vector<dvec3>(2, dvec3(0.01, 0.02, 0.03)))));
   EXPECT_EQ(ran.status, 2);
   EXPECT_THAT(ran.err, HasSubstr("joint angles"));
 }
 
 TEST_F(GuidedBench, DriftMarksAreTouchedOnceAndComparedAtEverySession) {
   const std::string marks = "\"10 20 30\\n60 20 30\\n10 70 35\\n\"", moved = "\"10 20 31\\n60 20 31\\n10 70 36\\n\"";
-  const Ran first = folder.run(fmt::format("calibrate guide drift --rig {}", folder / "rig.json"), fmt::format("printf {} |", marks));
+  const Ran first =
+      folder.run(fmt::format("calibrate guide drift --rig {}", folder / "rig.json"), fmt::format("printf {} |", marks));
   EXPECT_EQ(first.status, 0) << first.err;
-  const Ran same = folder.run(fmt::format("calibrate drift --rig {}", folder / "rig.json"), fmt::format("printf {} |", marks));
+  const Ran same =
+      folder.run(fmt::format("calibrate drift --rig {}", folder / "rig.json"), fmt::format("printf {} |", marks));
   EXPECT_EQ(same.status, 0) << same.err;
   EXPECT_THAT(same.out, HasSubstr("no drift"));
-  const Ran later = folder.run(fmt::format("calibrate drift --rig {}", folder / "rig.json"), fmt::format("printf {} |", moved));
+  const Ran later =
+      folder.run(fmt::format("calibrate drift --rig {}", folder / "rig.json"), fmt::format("printf {} |", moved));
   EXPECT_EQ(later.status, 1);
   EXPECT_THAT(later.out, HasSubstr("calibrate again"));
 }
 
 TEST_F(GuidedBench, WithoutAStepTheDoneAreSkippedAndAStepCanBe) {
   // Arm, screen, mirror and eyes were solved; register is skipped by hand, and verify is where it stops.
-  const Ran ran = folder.run(fmt::format("calibrate guide --rig {} --no-window", folder / "rig.json"), "printf 's\\nq\\n' |");
+  const Ran ran =
+      folder.run(fmt::format("calibrate guide --rig {} --no-window", folder / "rig.json"), "printf 's\\nq\\n' |");
   EXPECT_EQ(ran.status, 0) << ran.err;
   EXPECT_THAT(ran.out, HasSubstr("== arm: done, skipped"));
   EXPECT_THAT(ran.out, HasSubstr("== eyes: done, skipped"));
@@ -168,7 +177,8 @@ TEST_F(GuidedBench, ATouchThatDoesNotFitIsRingedWhereItLiesUntilTheNext) {
   GuidedCapture guide(rig.bench(), rig.captures_folder());
   guide.begin(Step::kRegister);
   const auto touch = [&](const dvec3& slip) {
-    const Touch t = simulator.touch(simulator.reached_for(guide.bench().rig, *guide.prompt().target_D) + slip, bench.arm);
+    const Touch t =
+        simulator.touch(simulator.reached_for(guide.bench().rig, *guide.prompt().target_D) + slip, bench.arm);
     return guide.add({t.p_H, std::nullopt});
   };
   while (guide.taken() < 12) touch(dvec3(0));
@@ -200,7 +210,8 @@ TEST_F(GuidedBench, TheUsersOffsetIsGivenWithTheEyesWhereAskedFor) {
 
 TEST_F(GuidedBench, EveryTouchHasItsCueAndItsPicture) {
   const std::vector<dvec3> touches(5, dvec3(0.01, 0.02, 0.03));
-  const Ran ran = guide(fmt::format("--hand script:{} --fast --audio wav:{} --picture {} </dev/null", script(touches), folder / "cues.wav", folder / "prompt.png"));
+  const Ran ran = guide(fmt::format("--hand script:{} --fast --audio wav:{} --picture {} </dev/null", script(touches),
+                                    folder / "cues.wav", folder / "prompt.png"));
   EXPECT_EQ(ran.status, 1) << "five touches are not the whole step";
   EXPECT_THAT(test::read_text(folder / "prompt.png"), HasSubstr("PNG"));
   const std::string wav = test::read_text(folder / "cues.wav");
@@ -213,12 +224,14 @@ TEST_F(GuidedBench, TwoStreamsOfOneMotionAreRecordedLiveAndTheirDelayKept) {
     std::string csv = "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n";
     for (int i = 0; i <= 3000; ++i) {
       const double t = 0.01 * i, u = t - lag;
-      csv += fmt::format("{:.3f},{},{},{},1,0,0,0,0\n", t, 40 * std::sin(2.3 * u) + 9 * std::sin(7.1 * u + 1), 30 * std::sin(3.7 * u), 20 * std::cos(1.9 * u));
+      csv += fmt::format("{:.3f},{},{},{},1,0,0,0,0\n", t, 40 * std::sin(2.3 * u) + 9 * std::sin(7.1 * u + 1),
+                         30 * std::sin(3.7 * u), 20 * std::cos(1.9 * u));
     }
     return folder.write(name, csv);
   };
   const std::string a = hand("a.csv", 0), b = hand("b.csv", 0.06);
-  const Ran ran = folder.run(fmt::format("calibrate delay --rig {} --hand script:{} --with script:{} --seconds 8", folder / "rig.json", a, b));
+  const Ran ran = folder.run(
+      fmt::format("calibrate delay --rig {} --hand script:{} --with script:{} --seconds 8", folder / "rig.json", a, b));
   ASSERT_EQ(ran.status, 0) << ran.err;
   EXPECT_THAT(ran.out, HasSubstr("to and fro"));
   const auto captures = read_captures(RigFile::load(folder.path() / "rig.json").captures_folder());
@@ -228,15 +241,17 @@ TEST_F(GuidedBench, TwoStreamsOfOneMotionAreRecordedLiveAndTheirDelayKept) {
   EXPECT_THAT(test::read_text(folder / "rig.json"), HasSubstr("delay_ms"));
   const Ran again = folder.run(fmt::format("calibrate delay --rig {} --json", folder / "rig.json"));
   EXPECT_EQ(again.status, 0) << again.err;
-  const Ran still = folder.run(fmt::format("calibrate delay --hand script:{0} --with script:{0} --seconds 4", folder.write("rest.csv",
-      "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,10,20,30,1,0,0,0,0\n60,10,20,30,1,0,0,0,0\n")));
+  const Ran still = folder.run(fmt::format(
+      "calibrate delay --hand script:{0} --with script:{0} --seconds 4",
+      folder.write("rest.csv", "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,10,20,30,1,0,0,0,0\n60,10,20,30,1,0,0,0,0\n")));
   EXPECT_THAT(still.out + still.err, HasSubstr("no motion: both streams are at rest"));
   EXPECT_EQ(folder.run("calibrate delay --hand script:x.csv").status, 2);
 }
 
 TEST(CalibrateHelp, EverySubcommandNamesAnExample) {
   const ProgramFolder folder{TYPODONT_PROGRAM};
-  for (const char* step : {"--simulate", "arm", "screen", "eyes", "register", "delay", "verify", "solve", "drift", "guide", "status", "board", "camera"}) {
+  for (const char* step : {"--simulate", "arm", "screen", "eyes", "register", "delay", "verify", "solve", "drift",
+                           "guide", "status", "board", "camera"}) {
     const Ran ran = folder.run(fmt::format("calibrate {} --help", step));
     EXPECT_EQ(ran.status, 0) << step;
     EXPECT_THAT(ran.out, HasSubstr(fmt::format("Example: typodont calibrate {}", step))) << step;

@@ -50,7 +50,8 @@ TEST(Routine, FindsTheUsersOwnOffset) {
   SimulationOptions options;
   const SimulatedRoutine run = simulate_routine(options);
   for (int axis = 0; axis < 3; ++axis) {
-    EXPECT_NEAR(run.bench.joint->user_offset_W[axis], options.user_offset[axis], 4.5 * run.bench.joint->user_offset_sigma[axis] + 3e-5);
+    EXPECT_NEAR(run.bench.joint->user_offset_W[axis], options.user_offset[axis],
+                4.5 * run.bench.joint->user_offset_sigma[axis] + 3e-5);
   }
 }
 
@@ -62,7 +63,8 @@ TEST(Routine, TheEyesCanBeSolvedAgainAfterTheBaseWasRegisteredToThem) {
   ASSERT_EQ(run.bench.eyes_result->not_determined, "");
   EXPECT_LT(run.bench.eyes_result->rms, 4e-4);
   for (int axis = 0; axis < 3; ++axis) {
-    EXPECT_NEAR(run.bench.rig.eyes.center[axis], before[axis], 4.5 * run.bench.eyes_result->center_sigma[static_cast<std::size_t>(axis)] + 5e-4);
+    EXPECT_NEAR(run.bench.rig.eyes.center[axis], before[axis],
+                4.5 * run.bench.eyes_result->center_sigma[static_cast<std::size_t>(axis)] + 5e-4);
     EXPECT_NEAR(run.bench.eyes_result->user_offset->W[axis], SimulationOptions{}.user_offset[axis], 1e-3);
   }
 }

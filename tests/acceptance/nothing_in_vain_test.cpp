@@ -37,7 +37,9 @@ class Work : public testing::Test {
     }
     return folder.write("hand.csv", csv);
   }
-  Json run(const std::string& what, double seconds, const std::string& more = "") { return all_of(what, seconds, more)["work"]; }
+  Json run(const std::string& what, double seconds, const std::string& more = "") {
+    return all_of(what, seconds, more)["work"];
+  }
   /// All that it says of a session.
   Json all_of(const std::string& what, double seconds, const std::string& more = "") {
     const char* audio = more.find("--audio") == std::string::npos ? "--audio none:" : "";
@@ -135,15 +137,17 @@ std::string rig_at(double x_mm, double half_mm = 20, const char* layout = "mono"
   return fmt::format(R"({{"display": "window", "screen": {{"corners_mm": {{"lower_left": [{}, {}, 200],
     "lower_right": [{}, {}, 200], "upper_left": [{}, {}, 200]}}, "pixels": [320, 240], "layout": "{}"}},
     "head": {{"eye_center_mm": [{}, 0, 500], "ipd_mm": 63}}}})",
-                     x_mm - half_mm, -0.75 * half_mm, x_mm + half_mm, -0.75 * half_mm, x_mm - half_mm, 0.75 * half_mm, layout, x_mm);
+                     x_mm - half_mm, -0.75 * half_mm, x_mm + half_mm, -0.75 * half_mm, x_mm - half_mm, 0.75 * half_mm,
+                     layout, x_mm);
 }
 
 TEST_F(Work, AWindowInWhichNothingMovesIsNotDrawnAgainAndAsksTheDesktopForNothing) {
   hand(208, 0, 0, 60);
   const test::Desktop desktop;
   const auto session = [&](double seconds) {
-    return run(fmt::format("{} --rig {}", scene("\"haptics\", \"render\", \"debris\""), folder.write("rig.json", rig_at(25))),
-               seconds, "--record " + (folder / "s.h5"));
+    return run(
+        fmt::format("{} --rig {}", scene("\"haptics\", \"render\", \"debris\""), folder.write("rig.json", rig_at(25))),
+        seconds, "--record " + (folder / "s.h5"));
   };
   const Json brief = session(5);
   const std::vector<Nanos> first = drawn_in(folder / "s.h5");
@@ -176,7 +180,8 @@ TEST_F(Work, ParticlesAreSteppedOnlyWhereTheSceneHasDebrisAndAfterSomethingWasCu
   ASSERT_EQ(mass["cuts_lost"].integer(), 0);
   const double born = mass["born_mg"]["enamel"].number();
   EXPECT_NEAR(born, kEnamelDensity * cut["removed_mm3"].number(), 1e-6 * born);
-  EXPECT_NEAR(mass["in_the_air_mg"].number() + mass["decayed_mg"].number() + mass["sucked_mg"].number() + mass["no_room_mg"].number(),
+  EXPECT_NEAR(mass["in_the_air_mg"].number() + mass["decayed_mg"].number() + mass["sucked_mg"].number() +
+                  mass["no_room_mg"].number(),
               born, 1e-5 * born);
 }
 
@@ -184,7 +189,9 @@ TEST_F(Work, AToothOutOfSightIsCutButNotMeshedAndNotDrawnUnlessAMirrorShowsIt) {
   hand(200.8, 2, 1);
   const test::Desktop desktop;
   const auto session = [&](const std::string& scene_file, double screen_mm) {
-    return run(fmt::format("{} --rig {} --save {}", scene_file, folder.write("rig.json", rig_at(screen_mm)), folder / "cut.vdb"), 3);
+    return run(fmt::format("{} --rig {} --save {}", scene_file, folder.write("rig.json", rig_at(screen_mm)),
+                           folder / "cut.vdb"),
+               3);
   };
   const std::string plain = scene("\"haptics\", \"render\"");
   const Json away = session(plain, 225);
@@ -202,7 +209,8 @@ TEST_F(Work, AToothOutOfSightIsCutButNotMeshedAndNotDrawnUnlessAMirrorShowsIt) {
     EXPECT_GT(seen[kind].integer(), 0) << kind;
   // A glass in the middle of that other screen, turned so that it shows what stands 200 mm beside it.
   std::string mirrored = test::read_text(plain);
-  mirrored.insert(1, R"("mouth_mirror": {"translation_mm": [225, 0, 200], "normal": [-0.7071, 0, 0.7071], "diameter_mm": 22}, )");
+  mirrored.insert(
+      1, R"("mouth_mirror": {"translation_mm": [225, 0, 200], "normal": [-0.7071, 0, 0.7071], "diameter_mm": 22}, )");
   const Json reflected = session(folder.write("mirrored.json", mirrored), 225);
   EXPECT_GT(reflected["bricks_meshed"].integer(), 0);
   EXPECT_GT(reflected["triangles_drawn"].integer(), 0);
@@ -231,8 +239,9 @@ TEST_F(Work, TeethThatNobodyTouchesAreMeshedOnceHoweverMuchIsCutBesideThem) {
 
 TEST_F(Work, AMonoPictureIsDrawnOnce) {
   const auto drawn = [&](const char* layout) {
-    const test::Ran ran = folder.run(fmt::format("render {} --rig {} --out {} --json", scene("\"haptics\", \"render\""),
-                                                 folder.write("rig.json", rig_at(25, 20, layout)), folder / "pictures"));
+    const test::Ran ran =
+        folder.run(fmt::format("render {} --rig {} --out {} --json", scene("\"haptics\", \"render\""),
+                               folder.write("rig.json", rig_at(25, 20, layout)), folder / "pictures"));
     EXPECT_EQ(ran.status, 0) << ran.err;
     return Json::parse(ran.out, "render");
   };

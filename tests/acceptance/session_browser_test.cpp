@@ -27,7 +27,8 @@ class ReportInABrowser : public testing::Test {
     ResultModel model;
     const glm::vec3 p[4] = {{0, 0, 0}, {4e-3f, 0, 0}, {0, 4e-3f, 0}, {0, 0, 4e-3f}};
     for (int k = 0; k < 4; ++k) {
-      model.vertices.push_back({p[k], glm::normalize(p[k] - glm::vec3(1e-3f)), Tissue::kEnamel, 1e-4f * static_cast<float>(k)});
+      model.vertices.push_back(
+          {p[k], glm::normalize(p[k] - glm::vec3(1e-3f)), Tissue::kEnamel, 1e-4f * static_cast<float>(k)});
     }
     model.triangles = {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}};
     options.result = options.ideal = model;
@@ -60,9 +61,11 @@ TEST_F(ReportInABrowser, DrawsTheResultWithItsScriptAndComplainsOfNothing) {
 
 TEST_F(ReportInABrowser, IsThereOnLightAndDarkScreensAndOnPaper) {
   ASSERT_EQ(browse(fmt::format("--screenshot={}", browser_ / "light.png")).status, 0);
-  ASSERT_EQ(browse(fmt::format("--blink-settings=preferredColorScheme=0 --screenshot={}", browser_ / "dark.png")).status, 0);
+  ASSERT_EQ(
+      browse(fmt::format("--blink-settings=preferredColorScheme=0 --screenshot={}", browser_ / "dark.png")).status, 0);
   ASSERT_EQ(browse(fmt::format("--print-to-pdf={}", browser_ / "page.pdf")).status, 0);
-  const std::string light = typodont::test::read_text(browser_ / "light.png"), dark = typodont::test::read_text(browser_ / "dark.png");
+  const std::string light = typodont::test::read_text(browser_ / "light.png"),
+                    dark = typodont::test::read_text(browser_ / "dark.png");
   EXPECT_GT(light.size(), 20000u);
   EXPECT_GT(dark.size(), 20000u);
   EXPECT_NE(light, dark);
@@ -77,7 +80,9 @@ TEST_F(ReportInABrowser, IsThereForScreenReadersKeyboardsWeakEyesTelephonesAndPa
     options_.expert = summarize(session);
     const std::string page = browser_.write("read.html", report_html(session, options_));
     const typodont::test::ProgramFolder python("/usr/bin/python3");
-    const typodont::test::Ran ran = python.run(fmt::format("{} {} {} {}", TYPODONT_PAGE_CHECK, TYPODONT_BROWSER, page, tag_of(language).substr(0, 2)), "timeout 280");
+    const typodont::test::Ran ran = python.run(
+        fmt::format("{} {} {} {}", TYPODONT_PAGE_CHECK, TYPODONT_BROWSER, page, tag_of(language).substr(0, 2)),
+        "timeout 280");
     EXPECT_EQ(ran.status, 0) << ran.out << ran.err;
     EXPECT_THAT(ran.out, HasSubstr("looked at"));
   }

@@ -31,7 +31,8 @@ std::string text_of(const std::filesystem::path& file) {
 }
 
 Ran run(const TemporaryFolder& folder, const std::string& command) {
-  const int status = std::system(fmt::format("{} >{}/out 2>{}/err", command, folder.path.string(), folder.path.string()).c_str());
+  const int status =
+      std::system(fmt::format("{} >{}/out 2>{}/err", command, folder.path.string(), folder.path.string()).c_str());
   return {WEXITSTATUS(status), text_of(folder / "out"), text_of(folder / "err")};
 }
 
@@ -46,7 +47,8 @@ void record(const std::filesystem::path& file) {
 TEST(ReportCommand, MakesAPageAndPrintsTheScore) {
   TemporaryFolder folder;
   record(folder / "s.h5");
-  const Ran ran = run(folder, fmt::format(TYPODONT_PROGRAM " report {0}/s.h5 --out {0}/r.html --language de --json", folder.path.string()));
+  const Ran ran = run(folder, fmt::format(TYPODONT_PROGRAM " report {0}/s.h5 --out {0}/r.html --language de --json",
+                                          folder.path.string()));
   EXPECT_EQ(ran.status, 0) << ran.err;
   const Json json = Json::parse(ran.out, "out");
   EXPECT_EQ(json["ticks"].integer(), 2500);
@@ -71,8 +73,10 @@ TEST(ReportCommand, BadInputIsExitTwoWithFileFoundAndExpectedAndNoPage) {
   expect_refused(fmt::format("{0}/none.h5 --out {0}/r.html", f), "none.h5: found nothing, expected a session (.h5)");
   expect_refused(fmt::format("{0}/garbage.h5 --out {0}/r.html", f), "garbage.h5: found no intact HDF5 file");
   expect_refused(fmt::format("{0}/s.h5 --out /nowhere/r.html", f), "/nowhere/r.html: found No such file or directory");
-  expect_refused(fmt::format("{0}/s.h5 --out {0}/r.html --language tlh", f), "--language: found tlh, expected en, de or zh");
-  expect_refused(fmt::format("{0}/s.h5 --out {0}/r.html --picture before={0}/s.h5", f), "s.h5: found something else, expected a PNG");
+  expect_refused(fmt::format("{0}/s.h5 --out {0}/r.html --language tlh", f),
+                 "--language: found tlh, expected en, de or zh");
+  expect_refused(fmt::format("{0}/s.h5 --out {0}/r.html --picture before={0}/s.h5", f),
+                 "s.h5: found something else, expected a PNG");
   expect_refused(fmt::format("{0}/s.h5", f), "--out is required");
   EXPECT_FALSE(std::filesystem::exists(folder / "r.html"));
 }
@@ -111,13 +115,14 @@ TEST(DoctorCommand, SaysOfEachPartWhatThereIsAndHowToMendIt) {
     EXPECT_EQ(check["mend"].string() == "", state == "ok") << ids.back();
     EXPECT_EQ(check["without"].string() == "", state == "ok") << ids.back();
   }
-  EXPECT_THAT(ids, testing::IsSupersetOf({"vulkan", "realtime", "locked_memory", "cpu", "hid", "audio", "openxr", "display",
-                                          "ffmpeg", "disk"}));
+  EXPECT_THAT(ids, testing::IsSupersetOf({"vulkan", "realtime", "locked_memory", "cpu", "hid", "audio", "openxr",
+                                          "display", "ffmpeg", "disk"}));
 }
 
 TEST(DoctorCommand, AMachineWithoutVulkanDriversCannotRunAndIsToldWhatToInstall) {
   TemporaryFolder folder;
-  const Ran ran = run(folder, "VK_ICD_FILENAMES=/nowhere.json VK_DRIVER_FILES=/nowhere.json " TYPODONT_PROGRAM " doctor");
+  const Ran ran =
+      run(folder, "VK_ICD_FILENAMES=/nowhere.json VK_DRIVER_FILES=/nowhere.json " TYPODONT_PROGRAM " doctor");
   EXPECT_EQ(ran.status, 1);
   EXPECT_THAT(ran.out, HasSubstr("missing   Vulkan device"));
   EXPECT_THAT(ran.out, HasSubstr("sudo apt install libvulkan1 mesa-vulkan-drivers"));
@@ -126,20 +131,24 @@ TEST(DoctorCommand, AMachineWithoutVulkanDriversCannotRunAndIsToldWhatToInstall)
 
 TEST(DoctorCommand, ReadsTheActiveOpenXrRuntimeAndSeesWhereItIsBroken) {
   TemporaryFolder folder;
-  std::ofstream(folder / "good.json") << R"({"file_format_version": "1.0.0", "runtime": {"library_path": "./runtime.so"}})";
+  std::ofstream(folder / "good.json")
+      << R"({"file_format_version": "1.0.0", "runtime": {"library_path": "./runtime.so"}})";
   std::ofstream(folder / "runtime.so") << "";
   std::ofstream(folder / "dangling.json") << R"({"runtime": {"library_path": "./gone.so"}})";
   std::ofstream(folder / "garbage.json") << "{{{";
   const auto openxr = [&](const std::string& file) {
-    const Ran ran = run(folder, fmt::format("XR_RUNTIME_JSON={}/{} {} doctor --json", folder.path.string(), file, TYPODONT_PROGRAM));
+    const Ran ran = run(
+        folder, fmt::format("XR_RUNTIME_JSON={}/{} {} doctor --json", folder.path.string(), file, TYPODONT_PROGRAM));
     for (const Json& check : Json::parse(ran.out, "out")["checks"].items()) {
       if (check["id"].string() == "openxr") return check["state"].string() + ": " + check["found"].string();
     }
     return std::string();
   };
   EXPECT_THAT(openxr("good.json"), testing::StartsWith("ok: "));
-  EXPECT_THAT(openxr("dangling.json"), testing::AllOf(testing::StartsWith("degraded: "), HasSubstr("gone.so, which is not there")));
-  EXPECT_THAT(openxr("garbage.json"), testing::AllOf(testing::StartsWith("degraded: "), HasSubstr("not a runtime's description")));
+  EXPECT_THAT(openxr("dangling.json"),
+              testing::AllOf(testing::StartsWith("degraded: "), HasSubstr("gone.so, which is not there")));
+  EXPECT_THAT(openxr("garbage.json"),
+              testing::AllOf(testing::StartsWith("degraded: "), HasSubstr("not a runtime's description")));
   EXPECT_THAT(openxr("none.json"), testing::StartsWith("missing: "));
 }
 
@@ -160,7 +169,8 @@ void write_tone(const std::filesystem::path& file, std::uint32_t samples) {
   u16(16);
   out << "data";
   u32(2 * samples);
-  for (std::uint32_t i = 0; i < samples; ++i) u16(static_cast<std::uint16_t>(static_cast<std::int16_t>(8000 * std::sin(0.1 * i))));
+  for (std::uint32_t i = 0; i < samples; ++i)
+    u16(static_cast<std::uint16_t>(static_cast<std::int16_t>(8000 * std::sin(0.1 * i))));
 }
 
 TEST(Film, OfFramesAndSoundIsWhatWentIn) {
@@ -181,13 +191,17 @@ TEST(Film, OfFramesAndSoundIsWhatWentIn) {
     EXPECT_EQ(film.message(), "");
   }
   const std::string film = (folder / "f.mp4").string();
-  const Ran probe = run(folder, "ffprobe -v error -count_frames -show_entries "
-                                "stream=codec_name,width,height,nb_read_frames,r_frame_rate -of csv=p=0 " + film);
+  const Ran probe = run(folder,
+                        "ffprobe -v error -count_frames -show_entries "
+                        "stream=codec_name,width,height,nb_read_frames,r_frame_rate -of csv=p=0 " +
+                            film);
   EXPECT_THAT(probe.out, HasSubstr("h264,162,122,25/1,25"));
   EXPECT_THAT(probe.out, HasSubstr("aac"));
   // The colour of the 20th frame is the one that went in.
-  const Ran pixel = run(folder, fmt::format("ffmpeg -v error -i {} -vf \"select=eq(n\\,19),crop=2:2:80:60\" -frames:v 1 -f rawvideo "
-                                            "-pix_fmt rgb24 -", film));
+  const Ran pixel =
+      run(folder, fmt::format("ffmpeg -v error -i {} -vf \"select=eq(n\\,19),crop=2:2:80:60\" -frames:v 1 -f rawvideo "
+                              "-pix_fmt rgb24 -",
+                              film));
   ASSERT_EQ(pixel.out.size(), 12u) << pixel.err;
   EXPECT_NEAR(static_cast<unsigned char>(pixel.out[0]), 190, 6);
   EXPECT_NEAR(static_cast<unsigned char>(pixel.out[1]), 128, 6);

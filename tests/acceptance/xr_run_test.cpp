@@ -19,7 +19,8 @@ constexpr const char* kScene = R"({
              "solids": [{"tissue": "dentin", "solid": {"box": {"center_mm": [0, 0, 0], "size_mm": [6, 6, 6]}}}]},
   "parts": ["haptics", "render", "record", "score"]})";
 
-constexpr const char* kRig = R"({"display": "hmd", "hmd": {"space": "local", "magnify": 4, "wait_s": 4, "stall_s": 3}})";
+constexpr const char* kRig =
+    R"({"display": "hmd", "hmd": {"space": "local", "magnify": 4, "wait_s": 4, "stall_s": 3}})";
 
 // A slow headset, so that a busy machine keeps up. The controller points down, its tip above the work, and goes down.
 const std::string kHeadset = R"("view_size": [96, 64], "paced": true, "period_ms": 25, "prediction_error_mm": 1.5,
@@ -52,7 +53,8 @@ TEST_F(HeadsetRun, AControllerDrillsIsFeltAndRecordedUntilTheUserLeaves) {
   // Its work is counted like a screen's.
   const Json work = json["work"];
   EXPECT_EQ(work["frames"].number(), json["frames"].number());
-  for (const char* kind : {"passes", "bricks_meshed", "triangles_drawn", "pipelines"}) EXPECT_GT(work[kind].integer(), 0) << kind;
+  for (const char* kind : {"passes", "bricks_meshed", "triangles_drawn", "pipelines"})
+    EXPECT_GT(work[kind].integer(), 0) << kind;
   EXPECT_GT(json["cuts"].number(), 0);
   EXPECT_GT(json["removed_mm3"].number(), 0.1);
   EXPECT_EQ(xr.violations(), "");
@@ -117,10 +119,13 @@ TEST_F(HeadsetRun, KhronossValidationLayerFindsNothingInAWholeSession) {
   xr.script(kHeadset + R"(, "mask": [[-2, -2], [-0.7, -2], [-0.7, 2]], "blend_modes": ["opaque", "alpha"],
     "events": [{"frame": 15, "event": "stop", "count": 3}, {"frame": 30, "event": "mask"}, {"frame": 32, "event": "recenter"},
                {"frame": 34, "event": "profile"}, {"frame": 60, "event": "exit"}])");
-  program.write("rig.json", R"({"display": "hmd", "hmd": {"passthrough": true, "refresh_hz": 80, "wait_s": 5, "stall_s": 5}})");
+  program.write("rig.json",
+                R"({"display": "hmd", "hmd": {"passthrough": true, "refresh_hz": 80, "wait_s": 5, "stall_s": 5}})");
   const std::string found = program / "found.txt";
-  const Ran ran = run("", "timeout 120 env XR_ENABLE_API_LAYERS=XR_APILAYER_LUNARG_core_validation "
-                          "XR_CORE_VALIDATION_EXPORT_TYPE=text XR_CORE_VALIDATION_FILE_NAME=" + found);
+  const Ran ran = run("",
+                      "timeout 120 env XR_ENABLE_API_LAYERS=XR_APILAYER_LUNARG_core_validation "
+                      "XR_CORE_VALIDATION_EXPORT_TYPE=text XR_CORE_VALIDATION_FILE_NAME=" +
+                          found);
   EXPECT_EQ(ran.status, 0) << ran.err;
   EXPECT_THAT(ran.out + ran.err, HasSubstr("Core Validation output type: text"));  // it was there
   EXPECT_EQ(read_text(found), "");
@@ -148,7 +153,8 @@ TEST_F(HeadsetRun, AButtonTakesUpTheNextToolOfTheTray) {
 
 TEST_F(HeadsetRun, TouchesOfTheArmAtTheControllersTipRegisterItToTheHeadsetsSpace) {
   // The arm's base lies somewhere in the workbench, and turned and shifted somewhere else in the headset's space.
-  const Pose X_WH{{0.01, -0.02, 0.05}, {1, 0, 0, 0}}, X_DH{{0.2, 1.1, -0.4}, glm::normalize(dquat(0.9, -0.3, 0.2, 0.1))};
+  const Pose X_WH{{0.01, -0.02, 0.05}, {1, 0, 0, 0}},
+      X_DH{{0.2, 1.1, -0.4}, glm::normalize(dquat(0.9, -0.3, 0.2, 0.1))};
   const std::vector<dvec3> points{{0, 0, 0}, {0.1, 0, 0}, {0, 0.1, 0.02}, {0.03, 0, 0.1}};
   std::string hand = "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n", keys;
   for (std::size_t k = 0; k < points.size(); ++k) {
@@ -162,12 +168,14 @@ TEST_F(HeadsetRun, TouchesOfTheArmAtTheControllersTipRegisterItToTheHeadsetsSpac
   program.write("rig.json", R"({"display": "hmd", "hmd": {"wait_s": 5, "stall_s": 5},
                                "X_WH": {"translation_mm": [10, -20, 50], "rotation_wxyz": [1, 0, 0, 0]}})");
   xr.script(R"("view_size": [48, 32], "paced": true, "period_ms": 25,
-    "hands": {"right": [)" + keys + R"(]}, "events": [{"frame": 480, "event": "exit"}])");
+    "hands": {"right": [)" +
+            keys + R"(]}, "events": [{"frame": 480, "event": "exit"}])");
   const std::string pairs = program / "pairs.csv", reg = program / "reg.json";
   const Ran ran = run("--hand script:" + program.write("arm.csv", hand) + " --touches " + pairs);
   ASSERT_EQ(ran.status, 0) << ran.err;
   EXPECT_EQ(xr.violations(), "");
-  ASSERT_EQ(program.run("calibrate register --pairs " + pairs + " --out " + reg).status, 0) << read_text(pairs) << ran.err;
+  ASSERT_EQ(program.run("calibrate register --pairs " + pairs + " --out " + reg).status, 0)
+      << read_text(pairs) << ran.err;
   const Json found = Json::load(reg);
   const dvec3 p = found["X_DH"]["translation_mm"].vec3() * 1e-3;
   EXPECT_LT(glm::length(p - X_DH.p), 1e-4) << read_text(pairs);
@@ -185,9 +193,11 @@ TEST_F(HeadsetRun, TouchesOfTheArmAtTheControllersTipRegisterItToTheHeadsetsSpac
 
 TEST_F(HeadsetRun, TouchesThatCannotBeKeptFailTheRunAndCostNothingElse) {
   xr.script(R"("view_size": [48, 32], "paced": true, "period_ms": 25, "events": [{"frame": 40, "event": "exit"}])");
-  const std::string arm = program.write("arm.csv", "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,0,0,9,1,0,0,0,0\n60,0,0,9,1,0,0,0,0\n");
+  const std::string arm =
+      program.write("arm.csv", "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,0,0,9,1,0,0,0,0\n60,0,0,9,1,0,0,0,0\n");
   const std::string session = program / "session.h5", tissue = program / "tissue.vdb";
-  const Ran ran = run(fmt::format("--hand script:{} --touches {} --record {} --save {}", arm, program / "nowhere/pairs.csv", session, tissue));
+  const Ran ran = run(fmt::format("--hand script:{} --touches {} --record {} --save {}", arm,
+                                  program / "nowhere/pairs.csv", session, tissue));
   EXPECT_EQ(ran.status, 1) << ran.err;
   EXPECT_THAT(ran.err, HasSubstr("nowhere/pairs.csv"));
   EXPECT_FALSE(session::SessionReader(session).truncated());
@@ -196,7 +206,8 @@ TEST_F(HeadsetRun, TouchesThatCannotBeKeptFailTheRunAndCostNothingElse) {
 
 TEST_F(HeadsetRun, ARuntimeThatHangsEndsInASavedRecordingAndFails) {
   for (const char* call : {"xrWaitFrame", "xrEndFrame"}) {
-    xr.script(kHeadset + fmt::format(R"(, "events": [{{"frame": 30, "event": "stall", "call": "{}", "seconds": 100}}])", call));
+    xr.script(kHeadset +
+              fmt::format(R"(, "events": [{{"frame": 30, "event": "stall", "call": "{}", "seconds": 100}}])", call));
     const std::string file = program / (std::string(call) + ".h5");
     const Ran ran = run("--record " + file);
     EXPECT_EQ(ran.status, 1) << call;
@@ -243,7 +254,8 @@ TEST_F(HeadsetRun, WithoutARuntimeAHeadsetOrAnyoneInItOneLineSaysSo) {
 }
 
 TEST_F(HeadsetRun, AControllerWithoutAHeadsetIsRefused) {
-  const Ran ran = program.run(fmt::format("run {} --hand openxr:right --audio none: --seconds 1", scene), "env -u DISPLAY");
+  const Ran ran =
+      program.run(fmt::format("run {} --hand openxr:right --audio none: --seconds 1", scene), "env -u DISPLAY");
   EXPECT_EQ(ran.status, 2);
   EXPECT_THAT(one_line(ran.err), HasSubstr("openxr:right"));
   const Ran both = program.run(fmt::format("run {} --rig {} --hand openxr:both", scene, rig));
@@ -257,9 +269,11 @@ TEST(OpenXrLoader, IsNeitherLinkedNorLoadedUnlessAHeadsetIsAskedFor) {
   ASSERT_EQ(std::system(fmt::format("readelf -d {} > {}", TYPODONT_PROGRAM, listed).c_str()), 0);
   EXPECT_THAT(read_text(listed), HasSubstr("NEEDED"));
   EXPECT_THAT(read_text(listed), Not(HasSubstr("openxr")));
-  const std::string hand = program.write("hand.csv", "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,0,0,9,1,0,0,0,0\n0.2,0,0,9,1,0,0,0,0\n");
+  const std::string hand =
+      program.write("hand.csv", "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,0,0,9,1,0,0,0,0\n0.2,0,0,9,1,0,0,0,0\n");
   const std::string scene = program.write("scene.json", kScene);
-  const Ran ran = program.run(fmt::format("run {} --hand script:{} --audio none:", scene, hand), "env -u DISPLAY LD_DEBUG=files");
+  const Ran ran =
+      program.run(fmt::format("run {} --hand script:{} --audio none:", scene, hand), "env -u DISPLAY LD_DEBUG=files");
   EXPECT_EQ(ran.status, 0);
   EXPECT_THAT(ran.err, HasSubstr("libvulkan"));
   EXPECT_THAT(ran.err, Not(HasSubstr("openxr")));

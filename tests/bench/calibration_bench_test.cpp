@@ -10,13 +10,16 @@ namespace {
 TEST(CalibrationBench, OursIsNeverSlowerAtEqualErrorThanEigenOrOpenCv) {
   const auto rows = bench_rows();
   for (const BenchRow& row : rows) {
-    fmt::print("{:60} {:6} {:10.5f} {:22} {:12.2f} us\n", row.name, row.size, row.error, row.error_unit, row.time_ns * 1e-3);
+    fmt::print("{:60} {:6} {:10.5f} {:22} {:12.2f} us\n", row.name, row.size, row.error, row.error_unit,
+               row.time_ns * 1e-3);
   }
   int compared = 0;
   for (const BenchRow& ours : rows) {
     const std::size_t comma = ours.name.find(", typodont");
     const std::string task = ours.name.substr(0, comma);
-    if (comma == std::string::npos || ours.name.ends_with("not told") || (!task.starts_with("register") && task != "camera")) continue;
+    if (comma == std::string::npos || ours.name.ends_with("not told") ||
+        (!task.starts_with("register") && task != "camera"))
+      continue;
     for (const BenchRow& theirs : rows) {
       const bool other = theirs.name.starts_with(task + ", Eigen") || theirs.name.starts_with(task + ", OpenCV");
       if (!other || theirs.size != ours.size) continue;

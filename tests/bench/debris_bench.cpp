@@ -17,8 +17,7 @@ TEST(DebrisBench, HundredThousandParticlesCostAtMostTwiceTheMemoryFloor) {
     }
   }
   for (const BenchRow& r : rows) {
-    fmt::print("{:<20}{:<20}{:>10.2f} us  ratio {:.3f} of {}\n", r.name, r.knob, r.time_ns * 1e-3, r.ratio,
-               r.baseline);
+    fmt::print("{:<20}{:<20}{:>10.2f} us  ratio {:.3f} of {}\n", r.name, r.knob, r.time_ns * 1e-3, r.ratio, r.baseline);
   }
   ASSERT_EQ(rows.size(), 5u);
   EXPECT_EQ(rows[1].name, "step");

@@ -12,7 +12,8 @@ TEST(DeviceBench, AnArmsTickTakesLessThanATwentiethOfAMillisecondAndVelocityIsQu
   double estimate = 0;
   int arms = 0, motions = 0;
   for (const BenchRow& r : rows) {
-    fmt::print("{:<64}{:<20}{:>12.4g} {:<10}{:>12.4g} ns{:>10.3g}\n", r.name, r.knob, r.error, r.error_unit, r.time_ns, r.ratio);
+    fmt::print("{:<64}{:<20}{:>12.4g} {:<10}{:>12.4g} ns{:>10.3g}\n", r.name, r.knob, r.error, r.error_unit, r.time_ns,
+               r.ratio);
     if (r.name.find("limits and currents, median") != std::string::npos) {
       EXPECT_LT(r.time_ns, 50e3) << r.knob;
       ++arms;

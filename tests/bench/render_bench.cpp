@@ -1,7 +1,7 @@
-// What a frame costs, step by step of the quality ladder: the molar with its gum and neighbours in stereo, 1280×1024 per
-// eye, while drilling (the tool moves, bricks change) and with a head that moves, when all is drawn anew. Rows of CSV on
-// standard output; processor time, so that other work on the machine does not count. Two cores share the processor time
-// of lavapipe evenly.
+// What a frame costs, step by step of the quality ladder: the molar with its gum and neighbours in stereo, 1280×1024
+// per eye, while drilling (the tool moves, bricks change) and with a head that moves, when all is drawn anew. Rows of
+// CSV on standard output; processor time, so that other work on the machine does not count. Two cores share the
+// processor time of lavapipe evenly.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 

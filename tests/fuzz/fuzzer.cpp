@@ -15,8 +15,8 @@ namespace {
 
 const typodont::test::FuzzTarget* g_target = nullptr;
 
-/// One thread: AddressSanitizer's allocator is not whole in a child forked while another thread allocates, and a volume on
-/// trial then waits in it for ever.
+/// One thread: AddressSanitizer's allocator is not whole in a child forked while another thread allocates, and a volume
+/// on trial then waits in it for ever.
 const oneapi::tbb::global_control g_alone(oneapi::tbb::global_control::max_allowed_parallelism, 1);
 
 bool g_child = false;

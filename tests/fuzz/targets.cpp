@@ -17,8 +17,8 @@
 #include "calibration/camera_solver.h"
 #include "calibration/rig_file.h"
 #include "calibration/routine.h"
-#include "engine/app/task/paint_file.h"
 #include "engine/app/scene.h"
+#include "engine/app/task/paint_file.h"
 #include "engine/base/error.h"
 #include "engine/base/json.h"
 #include "engine/display/display_rig.h"
@@ -211,8 +211,9 @@ class Service : public haptics::Link {
     constexpr std::string_view kKey = "Sec-WebSocket-Key: ";
     if (const std::size_t at = asked.find(kKey); at != std::string_view::npos) {
       const std::string_view key = asked.substr(at + kKey.size());
-      said_.insert(0, "HTTP/1.1 101 Switching Protocols\r\nUpgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Accept: " +
-                          haptics::websocket_accept(key.substr(0, key.find('\r'))) + "\r\n\r\n");
+      said_.insert(
+          0, "HTTP/1.1 101 Switching Protocols\r\nUpgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Accept: " +
+                 haptics::websocket_accept(key.substr(0, key.find('\r'))) + "\r\n\r\n");
     }
     return true;
   }

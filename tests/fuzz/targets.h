@@ -18,6 +18,8 @@ struct FuzzTarget {
 
 std::span<const FuzzTarget> fuzz_targets();
 
-inline std::ostream& operator<<(std::ostream& out, const FuzzTarget& target) { return out << target.name; }
+inline std::ostream& operator<<(std::ostream& out, const FuzzTarget& target) {
+  return out << target.name;
+}
 
 }  // namespace typodont::test

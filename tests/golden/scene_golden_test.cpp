@@ -46,7 +46,8 @@ TEST(GoldenScene, MolarAmongItsNeighboursInTheMouthMirrorCutOpenAndAsGlass) {
   stage.hold_mirror({});
   const glm::dvec4 plane{0, 1, 0, -5.8e-3};
   stage.show_inside(render::kSectionFace, section_face(volume, {0, 1, 0}, 5.8e-3), origin);
-  stage.show_inside(render::kSectionFaceAround, surroundings_shape(scene)->section_face({0, 1, 0}, 5.8e-3, origin), origin);
+  stage.show_inside(render::kSectionFaceAround, surroundings_shape(scene)->section_face({0, 1, 0}, 5.8e-3, origin),
+                    origin);
   stage.show_as(render::View::kSection, plane);
   draw("scene_section");
   stage.show_inside(render::kInsidePulp, tissue_inside(volume, Tissue::kPulp), origin);

@@ -1,5 +1,5 @@
-// The session file as it is read outside: by R, with the documented example, and by the HDF5 library's own tool, which has
-// no filters but those that come with the library, as MATLAB's h5read has.
+// The session file as it is read outside: by R, with the documented example, and by the HDF5 library's own tool, which
+// has no filters but those that come with the library, as MATLAB's h5read has.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -42,7 +42,8 @@ TEST(SessionFromTheLibrarysOwnTool, HasEveryTickAndNeedsOnlyFiltersThatEveryHdf5
   TemporaryFolder folder;
   const auto ticks = recorded(folder / "s.h5");
   const std::string file = (folder / "s.h5").string();
-  std::istringstream numbers(output_of(fmt::format("{} -d /ticks/depth_mm -y -w 1 -m %.17g {}", TYPODONT_H5DUMP, file)));
+  std::istringstream numbers(
+      output_of(fmt::format("{} -d /ticks/depth_mm -y -w 1 -m %.17g {}", TYPODONT_H5DUMP, file)));
   std::vector<double> depths;
   for (std::string line; std::getline(numbers, line);) {
     char* end = nullptr;
@@ -50,10 +51,12 @@ TEST(SessionFromTheLibrarysOwnTool, HasEveryTickAndNeedsOnlyFiltersThatEveryHdf5
     if (end != line.c_str() && (*end == ',' || *end == 0)) depths.push_back(value);
   }
   ASSERT_EQ(depths.size(), ticks.size());
-  for (std::size_t i = 0; i < ticks.size(); ++i) ASSERT_NEAR(depths[i], ticks[i].depth * 1e3, 1e-12 * std::abs(depths[i]) + 1e-300);
+  for (std::size_t i = 0; i < ticks.size(); ++i)
+    ASSERT_NEAR(depths[i], ticks[i].depth * 1e3, 1e-12 * std::abs(depths[i]) + 1e-300);
   const std::string properties = output_of(fmt::format("{} -p -H {}", TYPODONT_H5DUMP, file));
   EXPECT_THAT(properties, HasSubstr("COMPRESSION DEFLATE"));
-  for (const char* other : {"USER_DEFINED", "SZIP", "NBIT", "SCALEOFFSET", "EXTERNAL"}) EXPECT_EQ(properties.find(other), std::string::npos) << other;
+  for (const char* other : {"USER_DEFINED", "SZIP", "NBIT", "SCALEOFFSET", "EXTERNAL"})
+    EXPECT_EQ(properties.find(other), std::string::npos) << other;
 }
 
 #ifdef TYPODONT_RSCRIPT
@@ -65,7 +68,8 @@ TEST(SessionFromR, RunsTheDocumentedExampleAndHasEveryTick) {
   const auto at = document.find(fence);
   ASSERT_NE(at, std::string::npos);
   const auto begin = at + fence.size();
-  std::ofstream(folder / "example.R") << "pdf(NULL)\n" << document.substr(begin, document.find("```", begin) - begin)
+  std::ofstream(folder / "example.R") << "pdf(NULL)\n"
+                                      << document.substr(begin, document.find("```", begin) - begin)
                                       << "cat(nrow(t), format(sum(t[, \"depth_mm\"]), digits = 15), \"\\n\")\n";
   const std::string out = output_of(fmt::format("cd {} && {} example.R", folder.path.string(), TYPODONT_RSCRIPT));
   double sum = 0;

@@ -66,8 +66,9 @@ TEST(SessionFromPython, HoldsTheSameNumbersAsTheCsvAndEveryBitOfTheHand) {
   }
   double greatest = 0;
   for (const ServoTick& t : ticks) greatest = std::max(greatest, glm::length(t.f_T_W));
-  const std::string out = output_of(fmt::format("{} tests/golden/session_read.py {} {} docs/session_format.md", TYPODONT_PYTHON,
-                                                (folder / "s.h5").string(), (folder / "t.csv").string()));
+  const std::string out =
+      output_of(fmt::format("{} tests/golden/session_read.py {} {} docs/session_format.md", TYPODONT_PYTHON,
+                            (folder / "s.h5").string(), (folder / "t.csv").string()));
   EXPECT_THAT(out, HasSubstr("format typodont-session 1 complete 1\n"));
   EXPECT_THAT(out, HasSubstr("ticks 1300 cuts 9 patches 4\n"));
   EXPECT_THAT(out, HasSubstr(fmt::format("hand {}\n", hand_bits(ticks))));
@@ -90,7 +91,8 @@ TEST(SessionFromPython, OpensAfterACrashAsAGrowingFileAndOnceRepairedAsAnOrdinar
     _exit(0);  // without a word to HDF5: what a kill leaves behind
   }
   waitpid(pid, nullptr, 0);
-  const std::string read = fmt::format("{} tests/golden/session_read.py {}", TYPODONT_PYTHON, (folder / "s.h5").string());
+  const std::string read =
+      fmt::format("{} tests/golden/session_read.py {}", TYPODONT_PYTHON, (folder / "s.h5").string());
   const std::string expected = fmt::format("complete 0\nticks 1024 cuts 0 patches 0\nhand {}\n", hand_bits(ticks));
   EXPECT_THAT(output_of(read + " swmr"), HasSubstr(expected));
   EXPECT_THAT(output_of(read), HasSubstr("already open for write"));
@@ -101,7 +103,9 @@ TEST(SessionFromPython, OpensAfterACrashAsAGrowingFileAndOnceRepairedAsAnOrdinar
 TEST(SessionFromPython, OfAFileOfTheFirstReleaseTheFiveLossesItCountsAreRead) {
   TemporaryFolder folder;
   { ASSERT_TRUE(SessionWriter(folder / "s.h5", some_header()).finish({})); }
-  const std::string older = "import h5py, numpy, sys; f = h5py.File(sys.argv[1], 'r+'); del f['lost']; f['lost'] = numpy.arange(1, 6, dtype='u8')";
+  const std::string older =
+      "import h5py, numpy, sys; f = h5py.File(sys.argv[1], 'r+'); del f['lost']; f['lost'] = numpy.arange(1, 6, "
+      "dtype='u8')";
   EXPECT_EQ(output_of(fmt::format("{} -c \"{}\" {}", TYPODONT_PYTHON, older, (folder / "s.h5").string())), "exit 0");
   EXPECT_EQ(SessionReader(folder / "s.h5").lost(), (Lost{1, 2, 3, 4, 5}));
 }

@@ -133,7 +133,8 @@ TEST_F(XrGolden, DepthHandedOverIsTheDistanceOfWhatIsSeen) {
     // Where the ball's middle lands in the left picture.
     const display::EyeView& eye = shot.frame.eyes[0];
     const glm::dvec4 clip = eye.projection * eye.view * glm::dvec4(0, 0, 0, 1);
-    const int x = static_cast<int>((clip.x / clip.w + 1) / 2 * 320), y = static_cast<int>((clip.y / clip.w + 1) / 2 * 256);
+    const int x = static_cast<int>((clip.x / clip.w + 1) / 2 * 320),
+              y = static_cast<int>((clip.y / clip.w + 1) / 2 * 256);
     const double z = shot.depth_left[static_cast<std::size_t>(y * 320 + x)];
     // What the runtime was told: near 20 mm, far 30 m, in its own metres, 14 times those of the workbench.
     const double near = 0.02, far = 30, distance = near * far / (far - z * (far - near));

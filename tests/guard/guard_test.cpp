@@ -1,6 +1,7 @@
-// The hot paths may not grow: instructions per unit of work, counted by callgrind, against tests/guard/instructions.csv.
-// Counts, unlike times, hardly depend on the machine's mood. After a change that is meant to cost (or saves) more, run
-// this test with TYPODONT_GUARD_UPDATE=1 and commit the table with the change that explains it.
+// The hot paths may not grow: instructions per unit of work, counted by callgrind, against
+// tests/guard/instructions.csv. Counts, unlike times, hardly depend on the machine's mood. After a change that is meant
+// to cost (or saves) more, run this test with TYPODONT_GUARD_UPDATE=1 and commit the table with the change that
+// explains it.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -27,7 +28,8 @@ std::string compiler_and_processor() {
 /// Instructions per unit of work, by path.
 std::map<std::string, double> count(const ProgramFolder& folder) {
   const Ran ran = folder.run(
-      "", fmt::format("valgrind --tool=callgrind --instr-atstart=no --collect-atstart=no --callgrind-out-file={}/out", folder.path().string()));
+      "", fmt::format("valgrind --tool=callgrind --instr-atstart=no --collect-atstart=no --callgrind-out-file={}/out",
+                      folder.path().string()));
   EXPECT_EQ(ran.status, 0) << ran.err;
   std::map<std::string, double> counts;
   for (const auto& entry : std::filesystem::directory_iterator(folder.path())) {

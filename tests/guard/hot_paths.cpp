@@ -1,5 +1,5 @@
-// Short runs of the loops that must stay fast, for callgrind to count (guard_test.cpp). Set-up is not counted; every path
-// leaves a dump of its own, named by its trigger.
+// Short runs of the loops that must stay fast, for callgrind to count (guard_test.cpp). Set-up is not counted; every
+// path leaves a dump of its own, named by its trigger.
 #include <valgrind/callgrind.h>
 
 #include <cstdio>
@@ -40,7 +40,8 @@ class Counted {
   std::string label_;
 };
 
-constexpr std::string_view kBlock = R"({"voxel_mm": 0.05, "band_mm": 0.5, "domain_mm": [[-1.5, -1.5, -1], [1.5, 1.5, 1]],
+constexpr std::string_view kBlock =
+    R"({"voxel_mm": 0.05, "band_mm": 0.5, "domain_mm": [[-1.5, -1.5, -1], [1.5, 1.5, 1]],
   "solids": [{"tissue": "dentin", "solid": {"halfspace": {"normal": [0, 0, 1], "offset_mm": 0}}}]})";
 constexpr std::string_view kBall =
     R"({"voxel_mm": 0.05, "band_mm": 0.5, "solids": [{"tissue": "enamel", "solid": {"sphere": {"radius_mm": 1}}}]})";

@@ -29,15 +29,18 @@ struct Studio {
     // A printed board below the panel, its corners touched with the stylus.
     std::vector<dvec3> board, touched;
     for (int i = 0; i < 24; ++i) {
-      board.push_back(truth.panel.at(0.5, 0.5) + dvec3(0.03 * (i % 6 - 2.5), -0.10 + 0.002 * (i / 6), 0.03 * (i / 6 - 1.5)));
+      board.push_back(truth.panel.at(0.5, 0.5) +
+                      dvec3(0.03 * (i % 6 - 2.5), -0.10 + 0.002 * (i / 6), 0.03 * (i / 6 - 1.5)));
       touched.push_back(board.back() + random.normal3(touch_sigma));
     }
     const dvec3 middle = truth.panel.at(0.5, 0.5);
-    const dvec3 front = glm::normalize(glm::cross(truth.panel.lower_right - truth.panel.lower_left, truth.panel.upper_left - truth.panel.lower_left));
+    const dvec3 front = glm::normalize(
+        glm::cross(truth.panel.lower_right - truth.panel.lower_left, truth.panel.upper_left - truth.panel.lower_left));
     for (int picture = 0; picture < pictures; ++picture) {
       const dvec3 from = middle + front * random.uniform(0.4, 0.55) + random.in_box(dvec3(-0.22), dvec3(0.22));
       const dvec3 aim = middle + random.in_box(dvec3(-0.05), dvec3(0.05)) + dvec3(0, -0.06, 0);
-      const dvec3 z = glm::normalize(aim - from), x = glm::normalize(glm::cross(z, dvec3(random.uniform(-0.3, 0.3), 1, random.uniform(-0.3, 0.3))));
+      const dvec3 z = glm::normalize(aim - from),
+                  x = glm::normalize(glm::cross(z, dvec3(random.uniform(-0.3, 0.3), 1, random.uniform(-0.3, 0.3))));
       const Pose X_WK{from, glm::quat_cast(glm::dmat3(x, glm::cross(z, x), z))};
       const auto see = [&](Sighting s, const dvec3& p) {
         if ((inverse(X_WK) * p).z < 0.1) return;
@@ -51,7 +54,9 @@ struct Studio {
         see({0, SeenOn::kPanel, c, {}, 0, 0}, truth.panel.at(c.u, c.v));
         see({0, SeenOn::kPanelInMirror, c, {}, 0, 0}, truth.appears(c.u, c.v));
       }
-      for (int i = 0; i < 24; ++i) see({0, SeenOn::kTouchedPoint, {}, touched[static_cast<std::size_t>(i)], 0, 0}, board[static_cast<std::size_t>(i)]);
+      for (int i = 0; i < 24; ++i)
+        see({0, SeenOn::kTouchedPoint, {}, touched[static_cast<std::size_t>(i)], 0, 0},
+            board[static_cast<std::size_t>(i)]);
     }
   }
 };
@@ -114,19 +119,24 @@ TEST(CameraLaws, WhatIsMissingIsNamed) {
 void render(const std::filesystem::path& file, const BoardPicture& board, const RigGeometry& rig, bool in_mirror,
             const CameraIntrinsics& camera, const Pose& X_WK) {
   const dvec3 corner = in_mirror ? rig.appears(0, 0) : rig.panel.at(0, 0);
-  const dvec3 u = (in_mirror ? rig.appears(1, 0) : rig.panel.at(1, 0)) - corner, v = (in_mirror ? rig.appears(0, 1) : rig.panel.at(0, 1)) - corner;
+  const dvec3 u = (in_mirror ? rig.appears(1, 0) : rig.panel.at(1, 0)) - corner,
+              v = (in_mirror ? rig.appears(0, 1) : rig.panel.at(0, 1)) - corner;
   const dvec3 n = glm::cross(u, v);
   std::string bytes = "P5\n640 480\n255\n";
   for (int y = 0; y < 480; ++y) {
     for (int x = 0; x < 640; ++x) {
       double sum = 0;
       for (int k = 0; k < 25; ++k) {
-        const dvec3 ray = X_WK.rotate(dvec3((x - 0.4 + 0.2 * (k % 5) - camera.cx) / camera.fx, (y - 0.4 + 0.2 * (k / 5) - camera.cy) / camera.fy, 1));
+        const dvec3 ray = X_WK.rotate(dvec3((x - 0.4 + 0.2 * (k % 5) - camera.cx) / camera.fx,
+                                            (y - 0.4 + 0.2 * (k / 5) - camera.cy) / camera.fy, 1));
         const dvec3 hit = X_WK.p + ray * (glm::dot(n, corner - X_WK.p) / glm::dot(n, ray)) - corner;
         const double a = glm::dot(hit, u) / glm::dot(u, u), b = glm::dot(hit, v) / glm::dot(v, v);
-        const int column = static_cast<int>(std::floor(a * board.width)), row = static_cast<int>(std::floor((1 - b) * board.height));
+        const int column = static_cast<int>(std::floor(a * board.width)),
+                  row = static_cast<int>(std::floor((1 - b) * board.height));
         const bool inside = column >= 0 && row >= 0 && column < board.width && row < board.height;
-        sum += inside ? board.grey[static_cast<std::size_t>(row) * static_cast<std::size_t>(board.width) + static_cast<std::size_t>(column)] : 90;
+        sum += inside ? board.grey[static_cast<std::size_t>(row) * static_cast<std::size_t>(board.width) +
+                                   static_cast<std::size_t>(column)]
+                      : 90;
       }
       bytes += static_cast<char>(static_cast<unsigned char>(20 + sum / 25 * 0.8));
     }
@@ -143,10 +153,12 @@ TEST(BoardDetection, CornersAreFoundToATenthOfAPixelDirectUpsideDownAndInTheMirr
     for (const double roll : {0.1, 3.0}) {
       // In front of the panel, or of its image, looking at its middle.
       const dvec3 middle = in_mirror ? rig.appears(0.5, 0.5) : rig.panel.at(0.5, 0.5);
-      dvec3 front = glm::normalize(glm::cross(rig.panel.lower_right - rig.panel.lower_left, rig.panel.upper_left - rig.panel.lower_left));
+      dvec3 front = glm::normalize(
+          glm::cross(rig.panel.lower_right - rig.panel.lower_left, rig.panel.upper_left - rig.panel.lower_left));
       if (in_mirror) front -= 2 * glm::dot(front, rig.mirror->normal) * rig.mirror->normal;
       const dvec3 from = middle + 0.45 * front + dvec3(0.08, 0.05, 0.02);
-      const dvec3 z = glm::normalize(middle - from), x0 = glm::normalize(glm::cross(z, dvec3(0.1, 1, 0.2))), y0 = glm::cross(z, x0);
+      const dvec3 z = glm::normalize(middle - from), x0 = glm::normalize(glm::cross(z, dvec3(0.1, 1, 0.2))),
+                  y0 = glm::cross(z, x0);
       const dvec3 x = std::cos(roll) * x0 + std::sin(roll) * y0;
       const Pose X_WK{from, glm::quat_cast(glm::dmat3(x, glm::cross(z, x), z))};
       render(file, board, rig, in_mirror, camera, X_WK);

@@ -1,11 +1,10 @@
 // Laws of the delay estimate: at its bound for rich motion, and never silent where the motion is poor.
-#include "calibration/delay_solver.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <functional>
 
+#include "calibration/delay_solver.h"
 #include "calibration/statistics.h"
 #include "engine/base/error.h"
 #include "engine/base/units.h"
@@ -15,7 +14,9 @@ namespace {
 
 using Motion = std::function<dvec3(double)>;
 
-dvec3 sine(double t) { return {0.05 * std::sin(2 * kPi * t), 0, 0}; }
+dvec3 sine(double t) {
+  return {0.05 * std::sin(2 * kPi * t), 0, 0};
+}
 // Small fast pecking at 4 Hz on a slow wandering path.
 dvec3 drill(double t) {
   return {0.004 * std::sin(2 * kPi * 4.1 * t + std::sin(0.9 * t)), 0.003 * std::sin(2 * kPi * 0.7 * t),
@@ -23,7 +24,8 @@ dvec3 drill(double t) {
 }
 // A hand reaching about: incommensurable slow components.
 dvec3 hand(double t) {
-  return {0.03 * std::sin(1.9 * t) + 0.01 * std::sin(5.3 * t + 1), 0.02 * std::sin(2.7 * t + 2) + 0.008 * std::sin(7.1 * t),
+  return {0.03 * std::sin(1.9 * t) + 0.01 * std::sin(5.3 * t + 1),
+          0.02 * std::sin(2.7 * t + 2) + 0.008 * std::sin(7.1 * t),
           0.025 * std::cos(1.3 * t) + 0.006 * std::sin(9.7 * t)};
 }
 
@@ -78,7 +80,9 @@ double efficiency(const Motion& motion, const Recording& setup, int runs = 16) {
 }
 
 // What the root mean square of `runs` unit normals stays below, at three standard deviations.
-double at_the_bound(int runs = 16) { return 1 + 3 / std::sqrt(2.0 * runs); }
+double at_the_bound(int runs = 16) {
+  return 1 + 3 / std::sqrt(2.0 * runs);
+}
 
 TEST(DelayLaws, SineDrillAndHandMotionReachTheirBound) {
   EXPECT_LT(efficiency(sine, {}), at_the_bound());
@@ -159,7 +163,8 @@ TEST(DelayLaws, AHandAtRestIsNamedAsNoMotion) {
       EXPECT_TRUE(both.ambiguous);
       EXPECT_FALSE(both.rich);
       EXPECT_GT(both.sigma, 0.1);
-      EXPECT_EQ(both.reason.find("no motion: both streams are at rest"), 0u) << noise << " " << seconds << " " << both.reason;
+      EXPECT_EQ(both.reason.find("no motion: both streams are at rest"), 0u)
+          << noise << " " << seconds << " " << both.reason;
       EXPECT_EQ(estimate_delay(rest.a, moving.b).reason.find("no motion: stream A is at rest"), 0u);
       EXPECT_EQ(estimate_delay(moving.a, rest.b).reason.find("no motion: stream B is at rest"), 0u);
     }
@@ -167,7 +172,8 @@ TEST(DelayLaws, AHandAtRestIsNamedAsNoMotion) {
   // A motion as small as the noise is one, where it is seen for long: whatever else may be said of it.
   Recording s;
   s.seconds = 60;
-  const Recorded r = record([](double t) { return 2e-4 * dvec3(std::sin(9 * t + std::sin(t)), std::sin(7 * t), 0); }, s, 5);
+  const Recorded r =
+      record([](double t) { return 2e-4 * dvec3(std::sin(9 * t + std::sin(t)), std::sin(7 * t), 0); }, s, 5);
   EXPECT_EQ(estimate_delay(r.a, r.b).reason.find("no motion"), std::string::npos);
 }
 

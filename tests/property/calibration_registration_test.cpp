@@ -234,15 +234,18 @@ TEST(RegistrationLaws, ConsistentWrongPairsTenNoisesAwayAreFoundExactlyOrReporte
     for (int tenths = 1; tenths <= 7; ++tenths) {
       for (const double distance : {10.0, 14.0, 30.0}) {
         for (std::uint64_t seed = 1; seed <= 6; ++seed) {
-          const TwoMotions two(10'000 * seed + 100 * count + 10 * static_cast<std::uint64_t>(tenths) + seed, count, 0.1 * tenths, distance);
+          const TwoMotions two(10'000 * seed + 100 * count + 10 * static_cast<std::uint64_t>(tenths) + seed, count,
+                               0.1 * tenths, distance);
           const std::size_t bad = count - two.good.size();
           for (const RegistrationOptions& options : {RegistrationOptions{}, told}) {
             const auto found = register_points(two.scene.H, two.D, options);
             ++runs;
             if (!found.trusted()) continue;
-            ASSERT_GE(found.inliers.front(), bad) << "a wrong pair is trusted: " << count << " " << tenths << " " << distance << " " << seed;
+            ASSERT_GE(found.inliers.front(), bad)
+                << "a wrong pair is trusted: " << count << " " << tenths << " " << distance << " " << seed;
             inexact += found.inliers != two.good;
-            const auto oracle = register_points(std::span(two.scene.H).subspan(bad), std::span(two.D).subspan(bad), plain);
+            const auto oracle =
+                register_points(std::span(two.scene.H).subspan(bad), std::span(two.D).subspan(bad), plain);
             for (const dvec3& p : two.scene.H) {
               error2 += std::pow(glm::length(found.X_DH * p - two.scene.X_DH * p), 2);
               oracle2 += std::pow(glm::length(oracle.X_DH * p - two.scene.X_DH * p), 2);
@@ -333,7 +336,8 @@ TEST(RegistrationLaws, RobustErrorIsThatOfAnOracle) {
     const auto robust = register_points(scene.H, D);
     const auto oracle = register_points(std::span(scene.H).subspan(20), std::span(D).subspan(20), plain);
     for (int corner = 0; corner < 8; ++corner) {
-      const dvec3 p = dvec3(0.1, -0.05, 0.2) + 0.04 * dvec3(corner & 1 ? 1 : -1, corner & 2 ? 1 : -1, corner & 4 ? 1 : -1);
+      const dvec3 p =
+          dvec3(0.1, -0.05, 0.2) + 0.04 * dvec3(corner & 1 ? 1 : -1, corner & 2 ? 1 : -1, corner & 4 ? 1 : -1);
       robust2 += std::pow(glm::length(robust.X_DH * p - scene.X_DH * p), 2);
       oracle2 += std::pow(glm::length(oracle.X_DH * p - scene.X_DH * p), 2);
     }

@@ -148,7 +148,8 @@ TEST(DebrisOnTheGpu, ANozzleDrawsItIn) {
   for (std::uint64_t i = 1; i <= 20; ++i) both.cut(i);
   for (int i = 0; i < 100; ++i) both.step_both(&suction);
   const auto gpu = both.cloud.read();
-  const auto gone = static_cast<double>(std::count_if(gpu.begin(), gpu.end(), [](const auto& p) { return p.mass == 0; }));
+  const auto gone =
+      static_cast<double>(std::count_if(gpu.begin(), gpu.end(), [](const auto& p) { return p.mass == 0; }));
   std::vector<debris::DebrisPoint> left(both.host.alive());
   const auto gone_host = static_cast<double>(both.host.alive() - both.host.write_points(left));
   EXPECT_GT(gone_host, 0.1 * static_cast<double>(gpu.size()));

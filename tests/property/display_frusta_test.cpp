@@ -97,7 +97,8 @@ TEST(Frusta, ThickGlassLeavesPointsInTheirRowsAndDrawsThemNearTheirOwnRays) {
         double shift = 0;
         for (int round = 0; round < 60; ++round) {
           const double cosine = std::abs(glm::dot(glm::normalize(p + shift * to_eye - eye.position), mirror.normal));
-          shift = mirror.glass_thickness * (1 - cosine / std::sqrt(mirror.glass_index * mirror.glass_index - 1 + cosine * cosine));
+          shift = mirror.glass_thickness *
+                  (1 - cosine / std::sqrt(mirror.glass_index * mirror.glass_index - 1 + cosine * cosine));
         }
         const dvec3 looks = p + shift * to_eye;
         const EyeView thin = eye_view(c.screen, mirror, eye.position, {});

@@ -1,4 +1,5 @@
-// Laws of the force models: friction without drift, a tip that sinks and sticks, heads as exact fields, a field that is felt.
+// Laws of the force models: friction without drift, a tip that sinks and sticks, heads as exact fields, a field that is
+// felt.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -68,7 +69,8 @@ TEST(Friction, PullsEquallyHardInEveryDirection) {
     const dvec3 way(std::cos(k * kPi / 12), std::sin(k * kPi / 12), 0);
     FrictionState state;
     dvec3 f(0);
-    for (int i = 1; i <= 2000; ++i) f = friction_force(law, way * (i * 1e-6), way * ((i - 1) * 1e-6), {0, 0, 1}, 1.0, state);
+    for (int i = 1; i <= 2000; ++i)
+      f = friction_force(law, way * (i * 1e-6), way * ((i - 1) * 1e-6), {0, 0, 1}, 1.0, state);
     EXPECT_NEAR(glm::dot(f, way), -law.dynamic_coefficient, 1e-9) << k;
     EXPECT_NEAR(glm::length(f), law.dynamic_coefficient, 1e-9) << k;
   }
@@ -121,10 +123,17 @@ TEST(Contact, OnATorusForceIsWithinTwoHundredthsOfADegreeAndTwoHundredthsOfAPerc
   ServoSettings s;
   s.friction = false;
   s.tool.diameter = s.tool.length = 1.0_mm;
-  HapticBench bench(R"({"voxel_mm": 0.2, "solids": [{"tissue": "enamel", "solid": {"torus": {"major_mm": 5, "minor_mm": 2, "axis": [0.1, 0.2, 1]}}}]})", s);
-  const dvec3 axis = glm::normalize(dvec3(0.1, 0.2, 1)), u = glm::normalize(glm::cross(axis, dvec3(1, 0, 0))), w = glm::cross(axis, u);
-  const auto normal = [&](double a, double b) { return std::cos(b) * (std::cos(a) * u + std::sin(a) * w) + std::sin(b) * axis; };
-  const auto at = [&](double a, double b, double r) { return 5.0_mm * (std::cos(a) * u + std::sin(a) * w) + r * normal(a, b); };
+  HapticBench bench(
+      R"({"voxel_mm": 0.2, "solids": [{"tissue": "enamel", "solid": {"torus": {"major_mm": 5, "minor_mm": 2, "axis": [0.1, 0.2, 1]}}}]})",
+      s);
+  const dvec3 axis = glm::normalize(dvec3(0.1, 0.2, 1)), u = glm::normalize(glm::cross(axis, dvec3(1, 0, 0))),
+              w = glm::cross(axis, u);
+  const auto normal = [&](double a, double b) {
+    return std::cos(b) * (std::cos(a) * u + std::sin(a) * w) + std::sin(b) * axis;
+  };
+  const auto at = [&](double a, double b, double r) {
+    return 5.0_mm * (std::cos(a) * u + std::sin(a) * w) + r * normal(a, b);
+  };
   for (double r = 4.0_mm; r > 2.1_mm; r -= 0.03_mm) bench.tick({at(0.3, 0.4, r)});
   for (int i = 0; i < 600; ++i) {
     const double a = 0.3 + i * 0.004, b = 0.4 + i * 0.006;
@@ -148,7 +157,8 @@ TEST(Cutting, EveryHeadDrillsSmoothlyAndItsSpindleNeverFeedsTheHandMoreThanItWor
     s.tool.diameter = head.diameter;
     s.tool.length = head.length;
     s.spindle.free_speed = 300.0_krpm;
-    HapticBench bench(R"({"voxel_mm": 0.1, "solids": [{"tissue": "dentin", "solid": {"box": {"size_mm": [5,5,5]}}}]})", s);
+    HapticBench bench(R"({"voxel_mm": 0.1, "solids": [{"tissue": "dentin", "solid": {"box": {"size_mm": [5,5,5]}}}]})",
+                      s);
     dvec3 x(0, 0, 2.55_mm + head.length / 2), v(0), f(0), previous(0);
     double jump = 0, work = 0;
     for (int i = 0; i < 300; ++i) {
@@ -180,20 +190,23 @@ TEST(Cutting, TheSamePushRemovesTheSameVolumeWithEveryHeadUprightTiltedOrSwungWh
     double end_efficiency = 1;
   };
   const char* const enamel = R"([{"tissue": "enamel", "solid": {"box": {"size_mm": [5,5,4]}}}])";
-  const char* const cap = R"([{"tissue": "dentin", "solid": {"box": {"size_mm": [5,5,4]}}}, {"tissue": "enamel", "solid": {"box": {"size_mm": [5,5,0.8], "center_mm": [0,0,1.6]}}}])";
-  for (const Run& run : {Run{"flame, upright", HeadShape::kFlame, 1.1_mm, 3.4_mm, 1.3, 0, 0, cap},
-                         Run{"flame, hardly pressed", HeadShape::kFlame, 1.2_mm, 4.0_mm, 0.8, 0, 0, enamel},
-                         Run{"flame, tilted and swung", HeadShape::kFlame, 1.1_mm, 3.4_mm, 2.0, 0.3_mm, 0.4, enamel},
-                         // What a tip cuts on its end and what on its flank goes by the push, however few samples touch.
-                         Run{"flame that cuts on its flank", HeadShape::kFlame, 1.4_mm, 5.0_mm, 0.9, 0, 0, enamel, 0.3},
-                         Run{"cone that cuts on its flank", HeadShape::kCone, 1.6_mm, 8.0_mm, 2.0, 0, 0, enamel, 0.3},
-                         Run{"inverted cone, upright", HeadShape::kInvertedCone, 1.1_mm, 1.0_mm, 1.5, 0, 0, enamel},
-                         Run{"inverted cone, on its rim", HeadShape::kInvertedCone, 1.0_mm, 0.9_mm, 1.2, 0, 0.5, cap},
-                         Run{"cylinder, end on", HeadShape::kCylinder, 1.0_mm, 4.0_mm, 1.5, 0, 0, cap},
-                         Run{"cylinder, lying", HeadShape::kCylinder, 0.9_mm, 3.0_mm, 1.5, 0, kPi / 2, enamel},
-                         Run{"ball, swung", HeadShape::kSphere, 0.8_mm, 0.8_mm, 1.0, 1.0_mm, 0, cap}}) {
+  const char* const cap =
+      R"([{"tissue": "dentin", "solid": {"box": {"size_mm": [5,5,4]}}}, {"tissue": "enamel", "solid": {"box": {"size_mm": [5,5,0.8], "center_mm": [0,0,1.6]}}}])";
+  for (const Run& run :
+       {Run{"flame, upright", HeadShape::kFlame, 1.1_mm, 3.4_mm, 1.3, 0, 0, cap},
+        Run{"flame, hardly pressed", HeadShape::kFlame, 1.2_mm, 4.0_mm, 0.8, 0, 0, enamel},
+        Run{"flame, tilted and swung", HeadShape::kFlame, 1.1_mm, 3.4_mm, 2.0, 0.3_mm, 0.4, enamel},
+        // What a tip cuts on its end and what on its flank goes by the push, however few samples touch.
+        Run{"flame that cuts on its flank", HeadShape::kFlame, 1.4_mm, 5.0_mm, 0.9, 0, 0, enamel, 0.3},
+        Run{"cone that cuts on its flank", HeadShape::kCone, 1.6_mm, 8.0_mm, 2.0, 0, 0, enamel, 0.3},
+        Run{"inverted cone, upright", HeadShape::kInvertedCone, 1.1_mm, 1.0_mm, 1.5, 0, 0, enamel},
+        Run{"inverted cone, on its rim", HeadShape::kInvertedCone, 1.0_mm, 0.9_mm, 1.2, 0, 0.5, cap},
+        Run{"cylinder, end on", HeadShape::kCylinder, 1.0_mm, 4.0_mm, 1.5, 0, 0, cap},
+        Run{"cylinder, lying", HeadShape::kCylinder, 0.9_mm, 3.0_mm, 1.5, 0, kPi / 2, enamel},
+        Run{"ball, swung", HeadShape::kSphere, 0.8_mm, 0.8_mm, 1.0, 1.0_mm, 0, cap}}) {
     double least = 1e300, most = 0;
-    for (const auto& [voxel_mm, rate] : {std::pair(0.1, 1000.0), std::pair(0.1, 4000.0), std::pair(0.05, 1000.0), std::pair(0.07, 2000.0)}) {
+    for (const auto& [voxel_mm, rate] :
+         {std::pair(0.1, 1000.0), std::pair(0.1, 4000.0), std::pair(0.05, 1000.0), std::pair(0.07, 2000.0)}) {
       ServoSettings s;
       s.tool.shape = run.shape;
       s.tool.diameter = run.diameter;
@@ -202,10 +215,12 @@ TEST(Cutting, TheSamePushRemovesTheSameVolumeWithEveryHeadUprightTiltedOrSwungWh
       s.spindle.free_speed = 240.0_krpm;
       s.tick = 1 / rate;
       HapticBench bench(R"({"voxel_mm": )" + std::to_string(voxel_mm) + R"(, "solids": )" + run.tissue + "}", s);
-      const double above = run.length / 2 * std::cos(run.tilt) + (run.shape == HeadShape::kSphere ? 0 : run.diameter / 2 * std::sin(run.tilt));
+      const double above = run.length / 2 * std::cos(run.tilt) +
+                           (run.shape == HeadShape::kSphere ? 0 : run.diameter / 2 * std::sin(run.tilt));
       dvec3 x(0, 0, 2.0_mm + 0.03_mm + above), v(0), f(0);
       for (double t = 0; t < 0.5; t += s.tick) {
-        v += s.tick * (dvec3(2000 * (run.swing * std::sin(2 * kPi * t) - x.x), -2000 * x.y, -run.push) - 5.0 * v + f) / 0.15;
+        v += s.tick * (dvec3(2000 * (run.swing * std::sin(2 * kPi * t) - x.x), -2000 * x.y, -run.push) - 5.0 * v + f) /
+             0.15;
         x += s.tick * v;
         f = bench.tick({x, glm::angleAxis(run.tilt, dvec3(0, 1, 0))}, 1).f_T_W;
         ASSERT_EQ(bench.last.faults, 0u) << run.what;
@@ -219,19 +234,20 @@ TEST(Cutting, TheSamePushRemovesTheSameVolumeWithEveryHeadUprightTiltedOrSwungWh
   }
 }
 
-// A hand that swings ±1.8 mm rolls a weak bur over the rims of its own pits or sticks in them: whichever it does, and while it comes
-// free and lands again, what the motor's torque does is cut.
+// A hand that swings ±1.8 mm rolls a weak bur over the rims of its own pits or sticks in them: whichever it does, and
+// while it comes free and lands again, what the motor's torque does is cut.
 TEST(Cutting, WhatTheMotorWorksIsCutHoweverTheHandSwingsOverTheRimsOfItsOwnCuts) {
   struct Run {
     const char* what;
     HeadShape shape;
     double diameter, length, push, stall_torque, alike;  // the last: how much the volumes may differ, share
   };
-  for (const Run& run : {Run{"ball, stuck in its hole", HeadShape::kSphere, 1.1_mm, 1.1_mm, 1.5, 1.6e-3, 0.01},
-                         Run{"ball, rolling", HeadShape::kSphere, 1.1_mm, 1.1_mm, 0.7, 0.4e-3, 0.03},
-                         Run{"pear", HeadShape::kPear, 1.0_mm, 2.0_mm, 1.4, 1.0e-3, 0.02},
-                         Run{"cylinder in a pit too shallow for its wall", HeadShape::kCylinder, 1.0_mm, 3.5_mm, 1.1, 0.8e-3, 0.1},
-                         Run{"round-end cylinder", HeadShape::kRoundEndCylinder, 1.0_mm, 3.5_mm, 1.6, 1.2e-3, 0.02}}) {
+  for (const Run& run :
+       {Run{"ball, stuck in its hole", HeadShape::kSphere, 1.1_mm, 1.1_mm, 1.5, 1.6e-3, 0.01},
+        Run{"ball, rolling", HeadShape::kSphere, 1.1_mm, 1.1_mm, 0.7, 0.4e-3, 0.03},
+        Run{"pear", HeadShape::kPear, 1.0_mm, 2.0_mm, 1.4, 1.0e-3, 0.02},
+        Run{"cylinder in a pit too shallow for its wall", HeadShape::kCylinder, 1.0_mm, 3.5_mm, 1.1, 0.8e-3, 0.1},
+        Run{"round-end cylinder", HeadShape::kRoundEndCylinder, 1.0_mm, 3.5_mm, 1.6, 1.2e-3, 0.02}}) {
     double least = 1e300, most = 0;
     for (const auto& [voxel_mm, rate] : {std::pair(0.1, 1000.0), std::pair(0.1, 4000.0), std::pair(0.06, 1000.0)}) {
       ServoSettings s;
@@ -242,7 +258,8 @@ TEST(Cutting, WhatTheMotorWorksIsCutHoweverTheHandSwingsOverTheRimsOfItsOwnCuts)
       s.spindle.stall_torque = run.stall_torque;
       s.tick = 1 / rate;
       HapticBench bench(R"({"voxel_mm": )" + std::to_string(voxel_mm) +
-                            R"(, "solids": [{"tissue": "enamel", "solid": {"box": {"size_mm": [6,4,3]}}}]})", s);
+                            R"(, "solids": [{"tissue": "enamel", "solid": {"box": {"size_mm": [6,4,3]}}}]})",
+                        s);
       dvec3 x(0, 0, 1.53_mm + run.length / 2), v(0), f(0);
       double work = 0, worst = 0;
       for (double t = 0; t < 2.2; t += s.tick) {  // at rest in the end: nothing earned waits in flight
@@ -256,7 +273,8 @@ TEST(Cutting, WhatTheMotorWorksIsCutHoweverTheHandSwingsOverTheRimsOfItsOwnCuts)
         ASSERT_EQ(tick.faults, 0u) << run.what;
       }
       const double removed = bench.last.removed[static_cast<std::size_t>(Tissue::kEnamel)];
-      const double energy = bench.settings.materials[static_cast<std::size_t>(Tissue::kEnamel)].specific_energy * removed;
+      const double energy =
+          bench.settings.materials[static_cast<std::size_t>(Tissue::kEnamel)].specific_energy * removed;
       EXPECT_NEAR(energy / work, 1, 0.01) << run.what << " " << voxel_mm << " " << rate;
       EXPECT_LT(worst, 0.02) << run.what;  // N a millisecond
       least = std::min(least, removed), most = std::max(most, removed);
@@ -282,20 +300,24 @@ TEST(Cutting, ABurThatIsDrawnOverTheRimOfItsHoleLandsAndCutsBeforeItCatchesUp) {
     double diameter, speed, push, free_speed, stall_torque, stiffness;  // stiffness: of the hand's lead
     const char* tissue;
   };
-  for (const Run& run : {Run{1.1_mm, 0.05, 1.24, 350.0_krpm, 1.6e-3, 2060, "dentin"}, Run{1.12_mm, 0.042, 1.12, 200.0_krpm, 6e-3, 18210, "dentin"},
-                         Run{2.1_mm, 0.037, 1.52, 200.0_krpm, 6e-3, 1274, "dentin"}, Run{1.87_mm, 0.054, 0.7, 350.0_krpm, 1.6e-3, 2975, "enamel"}}) {
+  for (const Run& run : {Run{1.1_mm, 0.05, 1.24, 350.0_krpm, 1.6e-3, 2060, "dentin"},
+                         Run{1.12_mm, 0.042, 1.12, 200.0_krpm, 6e-3, 18210, "dentin"},
+                         Run{2.1_mm, 0.037, 1.52, 200.0_krpm, 6e-3, 1274, "dentin"},
+                         Run{1.87_mm, 0.054, 0.7, 350.0_krpm, 1.6e-3, 2975, "enamel"}}) {
     double least = 1e300, most = 0;
     for (const auto& [voxel_mm, rate] : {std::pair(0.1, 1000.0), std::pair(0.05, 1000.0), std::pair(0.1, 4000.0)}) {
       const ServoSettings s = ball(run.diameter, run.free_speed, run.stall_torque, rate);
       HapticBench bench(R"({"voxel_mm": )" + std::to_string(voxel_mm) + R"(, "solids": [{"tissue": ")" + run.tissue +
-                            R"(", "solid": {"box": {"size_mm": [16,3,3]}}}]})", s);
+                            R"(", "solid": {"box": {"size_mm": [16,3,3]}}}]})",
+                        s);
       const double damping = std::sqrt(run.stiffness * 0.15);
       dvec3 x(-6.0_mm, 0, 1.52_mm + run.diameter / 2), v(0), f(0);
       double work = 0;
       const double drawn = 10.0_mm / run.speed;
       for (double t = 0; t < drawn; t += s.tick) {
         const double at = -6.0_mm + run.speed * t;
-        const dvec3 led(run.stiffness * (at - x.x) - damping * (v.x - run.speed), -2000 * x.y - 5 * v.y, -run.push - 5 * v.z);
+        const dvec3 led(run.stiffness * (at - x.x) - damping * (v.x - run.speed), -2000 * x.y - 5 * v.y,
+                        -run.push - 5 * v.z);
         v += s.tick * (led + f) / 0.15;
         x += s.tick * v;
         const ServoTick& tick = bench.tick({x}, 1);
@@ -323,11 +345,14 @@ TEST(Cutting, AHandThatSlidesOffACuspLandsInTheFissureWithoutAStep) {
       const auto any = [&](double lo, double hi) { return std::uniform_real_distribution(lo, hi)(dice); };
       const double diameter = any(0.6_mm, 1.8_mm);
       const bool turbine = any(0, 1) < 0.5;
-      const ServoSettings s = turbine ? ball(diameter, 350.0_krpm, 1.6e-3, rate) : ball(diameter, 200.0_krpm, 6e-3, rate);
+      const ServoSettings s =
+          turbine ? ball(diameter, 350.0_krpm, 1.6e-3, rate) : ball(diameter, 200.0_krpm, 6e-3, rate);
       const double push = any(0.8, 2.2), phase = any(0, 2 * kPi), off = any(-0.3_mm, 0.3_mm);
-      HapticBench bench(R"({"voxel_mm": )" + std::to_string(voxel_mm) + R"(, "solids": [{"tissue": "enamel", "solid": {"union": [
+      HapticBench bench(
+          R"({"voxel_mm": )" + std::to_string(voxel_mm) + R"(, "solids": [{"tissue": "enamel", "solid": {"union": [
           {"sphere": {"center_mm": [2.3,0,0], "radius_mm": 2}}, {"sphere": {"center_mm": [-2.3,0,0], "radius_mm": 2}},
-          {"box": {"center_mm": [0,0,-2], "size_mm": [9,6,4.2]}}]}}]})", s);
+          {"box": {"center_mm": [0,0,-2], "size_mm": [9,6,4.2]}}]}}]})",
+          s);
       dvec3 x(2.0_mm * std::sin(phase), off, 2.2_mm + diameter / 2), v(0), f(0);
       double worst = 0;
       for (double t = 0; t < 0.7; t += s.tick) {
@@ -372,9 +397,10 @@ TEST(Cutting, ABurDrawnThroughLayersThinnerThanTwoVoxelsRemovesTheSameVolumeAtEi
     double diameter, length, sunk, swing, speed, free_speed, stall_torque;
     const char *top, *below;
   };
-  for (const Run& run : {Run{HeadShape::kSphere, 1.41_mm, 1.41_mm, 1.2_mm, 4.0_mm, 0.087, 200.0_krpm, 6e-3, "enamel", "dentin"},
-                         Run{HeadShape::kSphere, 1.44_mm, 1.44_mm, 1.5_mm, 4.0_mm, 0.065, 200.0_krpm, 6e-3, "enamel", "dentin"},
-                         Run{HeadShape::kPear, 0.82_mm, 1.5_mm, 0.68_mm, 2.7_mm, 0.027, 200.0_krpm, 6e-3, "dentin", "enamel"}}) {
+  for (const Run& run :
+       {Run{HeadShape::kSphere, 1.41_mm, 1.41_mm, 1.2_mm, 4.0_mm, 0.087, 200.0_krpm, 6e-3, "enamel", "dentin"},
+        Run{HeadShape::kSphere, 1.44_mm, 1.44_mm, 1.5_mm, 4.0_mm, 0.065, 200.0_krpm, 6e-3, "enamel", "dentin"},
+        Run{HeadShape::kPear, 0.82_mm, 1.5_mm, 0.68_mm, 2.7_mm, 0.027, 200.0_krpm, 6e-3, "dentin", "enamel"}}) {
     double volume[2]{};
     for (int i = 0; i < 2; ++i) {
       const double voxel_mm = i == 0 ? 0.1 : 0.05;
@@ -383,12 +409,14 @@ TEST(Cutting, ABurDrawnThroughLayersThinnerThanTwoVoxelsRemovesTheSameVolumeAtEi
       s.tool.length = run.length;
       HapticBench bench(R"({"voxel_mm": )" + std::to_string(voxel_mm) + R"(, "solids": [{"tissue": ")" + run.top +
                             R"(", "solid": {"box": {"size_mm": [16,4,4]}}}, {"tissue": ")" + run.below +
-                            R"(", "solid": {"box": {"size_mm": [16,4,3.7]}}}]})", s);
+                            R"(", "solid": {"box": {"size_mm": [16,4,3.7]}}}]})",
+                        s);
       for (double t = 0; t < 0.5; t += s.tick) {
         const double z = 2.0_mm + s.tool.half() - run.sunk * std::min(1.0, t / 0.05);
         bench.tick({{run.swing * std::sin(run.speed / run.swing * t), 0, z}}, 1);
       }
-      for (std::size_t tissue = 1; tissue < bench.last.removed.size(); ++tissue) volume[i] += bench.last.removed[tissue];
+      for (std::size_t tissue = 1; tissue < bench.last.removed.size(); ++tissue)
+        volume[i] += bench.last.removed[tissue];
     }
     std::printf("through layers: %.4f and %.4f mm3\n", volume[0] * 1e9, volume[1] * 1e9);
     EXPECT_NEAR(volume[0] / volume[1], 1, 0.02);
@@ -401,17 +429,22 @@ TEST(Cutting, ABallThatIsSlidOverARoundToothCutsWhatItsMotorWorks) {
     double diameter, around, depth, speed, free_speed, stall_torque;
     const char* tissue;
   };
-  for (const Run& run : {Run{1.0_mm, 5.0_mm, 0.5_mm, 0.03, 200.0_krpm, 10e-3, "enamel"}, Run{1.2_mm, 6.6_mm, 0.4_mm, 0.04, 350.0_krpm, 1.6e-3, "enamel"},
-                         Run{0.8_mm, 4.0_mm, 0.6_mm, 0.01, 200.0_krpm, 10e-3, "dentin"}, Run{1.9_mm, 4.4_mm, 0.7_mm, 0.016, 40.0_krpm, 30e-3, "dentin"}}) {
+  for (const Run& run : {Run{1.0_mm, 5.0_mm, 0.5_mm, 0.03, 200.0_krpm, 10e-3, "enamel"},
+                         Run{1.2_mm, 6.6_mm, 0.4_mm, 0.04, 350.0_krpm, 1.6e-3, "enamel"},
+                         Run{0.8_mm, 4.0_mm, 0.6_mm, 0.01, 200.0_krpm, 10e-3, "dentin"},
+                         Run{1.9_mm, 4.4_mm, 0.7_mm, 0.016, 40.0_krpm, 30e-3, "dentin"}}) {
     for (const auto& [voxel_mm, rate] : {std::pair(0.1, 1000.0), std::pair(0.05, 1000.0), std::pair(0.1, 4000.0)}) {
       const ServoSettings s = ball(run.diameter, run.free_speed, run.stall_torque, rate);
-      const auto tissue = static_cast<std::size_t>(std::string(run.tissue) == "enamel" ? Tissue::kEnamel : Tissue::kDentin);
+      const auto tissue =
+          static_cast<std::size_t>(std::string(run.tissue) == "enamel" ? Tissue::kEnamel : Tissue::kDentin);
       HapticBench bench(R"({"voxel_mm": )" + std::to_string(voxel_mm) + R"(, "solids": [{"tissue": ")" + run.tissue +
-                            R"(", "solid": {"sphere": {"radius_mm": )" + std::to_string(run.around * 1e3) + "}}}]}", s);
+                            R"(", "solid": {"sphere": {"radius_mm": )" + std::to_string(run.around * 1e3) + "}}}]}",
+                        s);
       double work = 0;
       for (double t = 0; t < run.around / run.speed; t += s.tick) {
         const double a = run.speed * t / run.around - 0.5, in = run.depth * std::min(1.0, t / 0.05);
-        const ServoTick& tick = bench.tick({(run.around + run.diameter / 2 - in) * dvec3(std::sin(a), 0, std::cos(a))}, 1);
+        const ServoTick& tick =
+            bench.tick({(run.around + run.diameter / 2 - in) * dvec3(std::sin(a), 0, std::cos(a))}, 1);
         work += motor_power(s, tick) * s.tick;
       }
       EXPECT_NEAR(bench.settings.materials[tissue].specific_energy * bench.last.removed[tissue] / work, 1, 0.02)
@@ -426,7 +459,8 @@ TEST(Cutting, OfABallThatIsSlidTheVolumeGrowsWithThePushAloneWhateverTheVoxelAnd
     for (const double depth : {0.25_mm, 0.5_mm, 1.0_mm}) {
       const ServoSettings s = ball(1.0_mm, 300.0_krpm, 0, rate);
       HapticBench bench(R"({"voxel_mm": )" + std::to_string(voxel_mm) +
-                            R"(, "solids": [{"tissue": "enamel", "solid": {"sphere": {"radius_mm": 5}}}]})", s);
+                            R"(, "solids": [{"tissue": "enamel", "solid": {"sphere": {"radius_mm": 5}}}]})",
+                        s);
       double pushed = 0;
       for (double t = 0; t < 5.0_mm / 0.03; t += s.tick) {
         const double a = 6 * t - 0.5, in = depth * std::min(1.0, t / 0.03);
@@ -439,7 +473,8 @@ TEST(Cutting, OfABallThatIsSlidTheVolumeGrowsWithThePushAloneWhateverTheVoxelAnd
   EXPECT_LT(most / least, 1.03);
 }
 
-// A bur that has drilled as deep as its shank, wider than the hole, lets it: what it is pushed with then rests on the shank.
+// A bur that has drilled as deep as its shank, wider than the hole, lets it: what it is pushed with then rests on the
+// shank.
 TEST(Cutting, AMotorWhoseBurIsHeldByItsShankDoesNoWorkThatCutsNothing) {
   ServoSettings s;
   s.tool.diameter = s.tool.length = 0.7_mm;
@@ -450,7 +485,8 @@ TEST(Cutting, AMotorWhoseBurIsHeldByItsShankDoesNoWorkThatCutsNothing) {
   s.spindle.free_speed = 180.0_krpm;
   s.spindle.stall_torque = 5e-3;
   const auto dentin = static_cast<std::size_t>(Tissue::kDentin);
-  HapticBench bench(R"({"voxel_mm": 0.1, "solids": [{"tissue": "dentin", "solid": {"box": {"size_mm": [4,4,6]}}}]})", s);
+  HapticBench bench(R"({"voxel_mm": 0.1, "solids": [{"tissue": "dentin", "solid": {"box": {"size_mm": [4,4,6]}}}]})",
+                    s);
   dvec3 x(0, 0, 3.03_mm + s.tool.length / 2), v(0), f(0);
   double work = 0, late = 0;
   for (int i = 0; i < 3000; ++i) {
@@ -469,7 +505,8 @@ TEST(Cutting, AMotorWhoseBurIsHeldByItsShankDoesNoWorkThatCutsNothing) {
 
 // A tip thinner than a voxel breaks in by whole voxels, for which a motor of 10 mW works many ticks.
 TEST(Cutting, APointedHeadCutsNoMoreThanAWeakMotorWorks) {
-  for (const auto& [shape, diameter, length] : {std::tuple(HeadShape::kFlame, 1.7_mm, 5.0_mm), std::tuple(HeadShape::kCone, 1.4_mm, 4.0_mm)}) {
+  for (const auto& [shape, diameter, length] :
+       {std::tuple(HeadShape::kFlame, 1.7_mm, 5.0_mm), std::tuple(HeadShape::kCone, 1.4_mm, 4.0_mm)}) {
     for (const double voxel_mm : {0.1, 0.06}) {
       ServoSettings s;
       s.tool.shape = shape;
@@ -477,7 +514,9 @@ TEST(Cutting, APointedHeadCutsNoMoreThanAWeakMotorWorks) {
       s.tool.length = length;
       s.spindle.free_speed = 3.0_krpm;
       s.spindle.stall_torque = 0.3;
-      HapticBench bench(R"({"voxel_mm": )" + std::to_string(voxel_mm) + R"(, "solids": [{"tissue": "dentin", "solid": {"box": {"size_mm": [4,4,3]}}}]})", s);
+      HapticBench bench(R"({"voxel_mm": )" + std::to_string(voxel_mm) +
+                            R"(, "solids": [{"tissue": "dentin", "solid": {"box": {"size_mm": [4,4,3]}}}]})",
+                        s);
       dvec3 x(0, 0, 1.52_mm + length / 2), v(0), f(0);
       double work = 0;
       for (double t = 0; t < 2; t += s.tick) {
@@ -488,7 +527,8 @@ TEST(Cutting, APointedHeadCutsNoMoreThanAWeakMotorWorks) {
         work += motor_power(s, tick) * s.tick;
       }
       const auto dentin = static_cast<std::size_t>(Tissue::kDentin);
-      EXPECT_LT(bench.settings.materials[dentin].specific_energy * bench.last.removed[dentin], 1.03 * work) << length << " " << voxel_mm;
+      EXPECT_LT(bench.settings.materials[dentin].specific_energy * bench.last.removed[dentin], 1.03 * work)
+          << length << " " << voxel_mm;
       EXPECT_GT(bench.last.removed[dentin], 0.001_mm3);
     }
   }
@@ -524,7 +564,9 @@ TEST(Coupling, IsTheImplicitStepOfAToolWithoutMassAndStaysAtRestAtAnyStiffnessAn
       s.damping = 0;
       s.passivity = s.friction = false;
       s.force_limit = 1e9;
-      HapticBench bench(R"({"voxel_mm": 0.2, "domain_mm": [[-3,-3,-4],[3,3,3]], "solids": [{"tissue": "enamel", "solid": {"halfspace": {"normal": [0,0,1], "offset_mm": 0}}}]})", s);
+      HapticBench bench(
+          R"({"voxel_mm": 0.2, "domain_mm": [[-3,-3,-4],[3,3,3]], "solids": [{"tissue": "enamel", "solid": {"halfspace": {"normal": [0,0,1], "offset_mm": 0}}}]})",
+          s);
       const double depth = 0.4_mm;
       for (double z = 1.0_mm; z > 0.5_mm - depth; z -= 20e-6) bench.tick({{0.1_mm, 0, z}});
       double least = 1e300, most = 0;

@@ -64,9 +64,12 @@ TEST(Passivity, TheLedgerNeverFallsBelowOneNanojouleForSmoothHandsAtAnyRateAndSt
       for (const double damping : {0.0, 2.0, 8.0}) {
         for (const double amplitude : {0.1_mm, 0.7_mm, 2.0_mm}) {
           for (const double hertz : {0.7, 3.0}) {
-            const auto path = [&](int, double t) { return 0.3 * amplitude + amplitude * std::cos(2 * kPi * hertz * t); };
+            const auto path = [&](int, double t) {
+              return 0.3 * amplitude + amplitude * std::cos(2 * kPi * hertz * t);
+            };
             const Ledger ledger = run(rate, stiffness, damping, true, rate > 5000 ? 1.0 : 2.0, path);
-            EXPECT_GE(ledger.least, -1e-9) << rate << " Hz " << stiffness << " N/m " << damping << " " << amplitude << " " << hertz;
+            EXPECT_GE(ledger.least, -1e-9)
+                << rate << " Hz " << stiffness << " N/m " << damping << " " << amplitude << " " << hertz;
             EXPECT_NEAR(ledger.least, ledger.own_least, 1e-12);
           }
         }
@@ -97,7 +100,8 @@ TEST(Passivity, TheControllerLeavesASteadyPressureWholeAtAnyRateFrom250Hertz) {
     double weakest = 1e9;
     for (int i = 0; i < static_cast<int>(rate); ++i) {
       const double t = i / rate;  // in at 2 mm/s for 0.3 s, then along at 30 mm/s
-      const ServoTick& tick = bench.tick({{1.5_mm * std::sin(20 * std::max(t - 0.3, 0.0)), 0, 0.6_mm - 2e-3 * std::min(t, 0.3)}});
+      const ServoTick& tick =
+          bench.tick({{1.5_mm * std::sin(20 * std::max(t - 0.3, 0.0)), 0, 0.6_mm - 2e-3 * std::min(t, 0.3)}});
       if (t > 0.35) weakest = std::min(weakest, tick.f_T_W.z);
     }
     EXPECT_NEAR(weakest, 0.5, 0.5e-4) << rate;
@@ -127,7 +131,8 @@ TEST(Passivity, TheLedgerHoldsWithJitterMissingTicksAndACoarseEncoder) {
           const double z = 0.2_mm + 1.0_mm * std::cos(2 * kPi * 1.3 * t);
           return quantum > 0 ? quantum * std::round(z / quantum) : z;
         };
-        EXPECT_GE(run(rate, stiffness, 1, true, 3, path, 0.3).least, -1e-9) << rate << " " << stiffness << " " << quantum;
+        EXPECT_GE(run(rate, stiffness, 1, true, 3, path, 0.3).least, -1e-9)
+            << rate << " " << stiffness << " " << quantum;
       }
     }
   }
@@ -160,8 +165,8 @@ TEST(Passivity, TheLedgerHoldsForAHandThatComesStandsATwelfthOfASecondAndGoesAbr
   }
 }
 
-/// One of many scripted hands: in from a millimetre above, then smooth, along straight strokes or in counts, at any rate and
-/// stiffness, on an even clock or a jittered one that misses ticks.
+/// One of many scripted hands: in from a millimetre above, then smooth, along straight strokes or in counts, at any
+/// rate and stiffness, on an even clock or a jittered one that misses ticks.
 struct RandomHand {
   double rate, stiffness, jitter;
   std::function<double(int, double)> height;
@@ -171,7 +176,8 @@ struct RandomHand {
 RandomHand random_hand(unsigned seed) {
   std::mt19937 random(seed);
   const auto between = [&](double a, double b) { return std::uniform_real_distribution<double>(a, b)(random); };
-  constexpr double kRates[] = {250, 400, 500, 700, 1000, 2000, 4000, 10000}, kStiffness[] = {200, 500, 1000, 3000, 8000};
+  constexpr double kRates[] = {250, 400, 500, 700, 1000, 2000, 4000, 10000},
+                   kStiffness[] = {200, 500, 1000, 3000, 8000};
   RandomHand hand{kRates[random() % 8], kStiffness[random() % 5], random() % 3 == 0 ? 0.5 : 0, {}, {}};
   const double deep = between(0.1, 1.5) * 1e-3, high = 1.0_mm, speed = between(2, 100) * 1e-3, hertz = between(0.5, 5);
   const double rest = between(0.02, 0.4), quantum = random() % 3 == 0 ? 0.055_mm : 0;
@@ -193,8 +199,8 @@ RandomHand random_hand(unsigned seed) {
       };
   }
   hand.height = [=](int, double t) { return quantum > 0 ? quantum * std::round(path(t) / quantum) : path(t); };
-  hand.what = fmt::format("{} Hz, {} N/m, jitter {}, {} mm deep, {} mm/s, {} Hz, counts of {}", hand.rate, hand.stiffness, hand.jitter, deep * 1e3,
-                          speed * 1e3, hertz, quantum);
+  hand.what = fmt::format("{} Hz, {} N/m, jitter {}, {} mm deep, {} mm/s, {} Hz, counts of {}", hand.rate,
+                          hand.stiffness, hand.jitter, deep * 1e3, speed * 1e3, hertz, quantum);
   return hand;
 }
 
@@ -203,7 +209,8 @@ TEST(Passivity, TheLedgerHoldsForNinetyNineInAHundredScriptedHandsSmoothStraight
   constexpr int kHands = 300;
   for (unsigned seed = 1; seed <= kHands; ++seed) {
     const RandomHand hand = random_hand(seed);
-    const Ledger ledger = run(hand.rate, hand.stiffness, seed % 2 ? 2 : 0, true, hand.rate > 3000 ? 0.6 : 1.5, hand.height, hand.jitter);
+    const Ledger ledger =
+        run(hand.rate, hand.stiffness, seed % 2 ? 2 : 0, true, hand.rate > 3000 ? 0.6 : 1.5, hand.height, hand.jitter);
     held += ledger.least >= -1e-9;
     if (ledger.least < -1e-9) std::printf("%u: %g J, %s\n", seed, ledger.least, hand.what.c_str());
   }
@@ -217,8 +224,11 @@ TEST(Passivity, TheSameSceneInAnyUnitsGivesTheSameForces) {
     s.tool.cuts = false;
     s.stiffness = 1000 / size;
     s.damping = 2 / size;
-    HapticBench bench(fmt::format(R"({{"voxel_mm": {}, "band_mm": {}, "solids": [{{"tissue": "enamel", "solid": {{"box": {{"size_mm": [{}, {}, {}]}}}}}}]}})",
-                                  0.1 * size, 1.5 * size, 6 * size, 5 * size, 4 * size), s);
+    HapticBench bench(
+        fmt::format(
+            R"({{"voxel_mm": {}, "band_mm": {}, "solids": [{{"tissue": "enamel", "solid": {{"box": {{"size_mm": [{}, {}, {}]}}}}}}]}})",
+            0.1 * size, 1.5 * size, 6 * size, 5 * size, 4 * size),
+        s);
     std::vector<dvec3> all;
     for (int i = 0; i < 1500; ++i) {
       const double t = i * 1e-3;
@@ -231,7 +241,8 @@ TEST(Passivity, TheSameSceneInAnyUnitsGivesTheSameForces) {
   for (const double size : {0.13, 0.25, 0.5, 3.0, 4.5}) {
     const std::vector<dvec3> there = forces(size);
     double off = 0, most = 0;
-    for (std::size_t i = 0; i < here.size(); ++i) off = std::max(off, glm::length(there[i] - here[i])), most = std::max(most, glm::length(here[i]));
+    for (std::size_t i = 0; i < here.size(); ++i)
+      off = std::max(off, glm::length(there[i] - here[i])), most = std::max(most, glm::length(here[i]));
     EXPECT_LT(off, 1e-6) << size;
     EXPECT_GT(most, 0.4);
   }
@@ -249,12 +260,14 @@ TEST(Passivity, AHandThatDithersAtTheSurfaceGetsNothingOutOfIt) {
     }
     const Ledger ledger = run(1000, 2000, 1, true, 4, [&](int i, double) { return z[static_cast<std::size_t>(i)]; });
     EXPECT_GE(ledger.least, -1e-9) << size;
-    EXPECT_GE(run(1000, 2000, 1, false, 4, [&](int i, double) { return z[static_cast<std::size_t>(i)]; }).strongest, 0.01);
+    EXPECT_GE(run(1000, 2000, 1, false, 4, [&](int i, double) { return z[static_cast<std::size_t>(i)]; }).strongest,
+              0.01);
   }
 }
 
 TEST(Passivity, AnArmThatGivesNoTorqueGetsNoCreditForTurnsItNeverResisted) {
-  // A long head is turned into the wall about its middle, held still, and drawn out: all that was put in came by turning.
+  // A long head is turned into the wall about its middle, held still, and drawn out: all that was put in came by
+  // turning.
   const auto drawn_out = [&](bool gives_torque) {
     ServoSettings s;
     s.tool.shape = haptics::HeadShape::kCylinder;
@@ -280,7 +293,8 @@ TEST(Passivity, AnArmThatGivesNoTorqueGetsNoCreditForTurnsItNeverResisted) {
   const Ledger arm = drawn_out(false);
   EXPECT_GE(arm.least, -1e-9);
   EXPECT_GE(arm.own_least, -1e-9) << "what the hand felt, counted outside";
-  EXPECT_LT(drawn_out(true).own_least, -1e-6) << "an arm that resisted the turn gives back through force what came by torque";
+  EXPECT_LT(drawn_out(true).own_least, -1e-6)
+      << "an arm that resisted the turn gives back through force what came by torque";
 }
 
 TEST(Passivity, WithoutTheControllerAWallReturnsStiffnessTimesSpeedTimesTickTimesDepth) {
@@ -299,8 +313,8 @@ TEST(Passivity, WithoutTheControllerAWallReturnsStiffnessTimesSpeedTimesTickTime
 }
 
 TEST(Passivity, AStiffWallNeedsHalfStiffnessTimesTickOfDamping) {
-  // A mass of 0.15 kg with 5 N·s/m pushed against the wall: K = 2 b / T divides settling from growing (Colgate; Abbott &
-  // Okamura 2005). Integrated exactly between ticks, as the theory assumes.
+  // A mass of 0.15 kg with 5 N·s/m pushed against the wall: K = 2 b / T divides settling from growing (Colgate; Abbott
+  // & Okamura 2005). Integrated exactly between ticks, as the theory assumes.
   const auto growth = [](double stiffness, bool controller) {
     ServoSettings s;
     s.tool.diameter = s.tool.length = 1.0_mm;
@@ -341,8 +355,8 @@ TEST(Passivity, TheForceFiltersOfTheLiteratureGenerateEnergyAndTheControllerStop
     }
     return least;
   };
-  const double plain = filtered(haptics::ForceFilter::kNone, false);  // of the sampling alone: K v T D
-  EXPECT_LT(filtered(haptics::ForceFilter::kSlew, false), plain - 0.5e-3);    // Wang 2009
+  const double plain = filtered(haptics::ForceFilter::kNone, false);           // of the sampling alone: K v T D
+  EXPECT_LT(filtered(haptics::ForceFilter::kSlew, false), plain - 0.5e-3);     // Wang 2009
   EXPECT_LT(filtered(haptics::ForceFilter::kStroke, false), plain - 0.02e-3);  // the vertex-deformation simulator's
   EXPECT_GE(filtered(haptics::ForceFilter::kSlew, true), -1e-9);
   EXPECT_GE(filtered(haptics::ForceFilter::kStroke, true), -1e-9);

@@ -26,9 +26,15 @@ Tool round_bur(double diameter) {
   return tool;
 }
 
-TissueVolume tissue(std::string_view json) { return TissueVolume(read_solids(Json::parse(std::string(json), "tissue"))); }
-double total(const PerTissue& volumes) { return std::accumulate(volumes.begin(), volumes.end(), 0.0); }
-std::size_t bodies(const TissueVolume& volume) { return LoosePieces(volume).bodies(); }
+TissueVolume tissue(std::string_view json) {
+  return TissueVolume(read_solids(Json::parse(std::string(json), "tissue")));
+}
+double total(const PerTissue& volumes) {
+  return std::accumulate(volumes.begin(), volumes.end(), 0.0);
+}
+std::size_t bodies(const TissueVolume& volume) {
+  return LoosePieces(volume).bodies();
+}
 
 /// A straight cut in steps of 0.1 mm. Returns what the carver took out beside it.
 std::vector<LoosePiece> saw(Carver& carver, const dvec3& from_mm, const dvec3& to_mm) {
@@ -89,10 +95,13 @@ TEST(LoosePieces, WhateverIsCutTheTissueStaysOneBody) {
     std::mt19937_64 random(seed);
     const auto uniform = [&](double lo, double hi) { return std::uniform_real_distribution<double>(lo, hi)(random); };
     const Tool bur = round_bur(0.7e-3);
-    Carver carver(tissue(R"({"voxel_mm": 0.1, "band_mm": 0.8, "solids": [{"tissue": "dentin", "solid": {"sphere": {"radius_mm": 2}}}]})"),
-                  {&bur, 1});
+    Carver carver(
+        tissue(
+            R"({"voxel_mm": 0.1, "band_mm": 0.8, "solids": [{"tissue": "dentin", "solid": {"sphere": {"radius_mm": 2}}}]})"),
+        {&bur, 1});
     for (int k = 0; k < 40; ++k) {
-      const dvec3 from(uniform(-2.4, 2.4), uniform(-2.4, 2.4), uniform(-2.4, 2.4)), to(uniform(-2.4, 2.4), uniform(-2.4, 2.4), uniform(-2.4, 2.4));
+      const dvec3 from(uniform(-2.4, 2.4), uniform(-2.4, 2.4), uniform(-2.4, 2.4)),
+          to(uniform(-2.4, 2.4), uniform(-2.4, 2.4), uniform(-2.4, 2.4));
       found += saw(carver, from, to).size();
     }
     EXPECT_EQ(bodies(carver.volume()), 1u) << seed;

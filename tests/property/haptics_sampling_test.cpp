@@ -1,4 +1,5 @@
-// Solids on voxels: looking at whole blocks first changes nothing, only the time; and where one tissue ends and another begins.
+// Solids on voxels: looking at whole blocks first changes nothing, only the time; and where one tissue ends and another
+// begins.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -16,16 +17,23 @@ std::string random_solid(std::mt19937& random, int depth) {
   std::uniform_real_distribution<double> at(-2, 2), size(0.3, 2.5);
   const auto place = [&] { return fmt::format("[{:.3f}, {:.3f}, {:.3f}]", at(random), at(random), at(random)); };
   switch (std::uniform_int_distribution<int>(0, depth > 0 ? 7 : 4)(random)) {
-    case 0: return fmt::format(R"({{"sphere": {{"center_mm": {}, "radius_mm": {:.3f}}}}})", place(), size(random));
-    case 1: return fmt::format(R"({{"box": {{"center_mm": {}, "size_mm": [{:.3f}, {:.3f}, {:.3f}]}}}})", place(), size(random),
-                               size(random), size(random));
-    case 2: return fmt::format(R"({{"capsule": {{"a_mm": {}, "b_mm": {}, "radius_mm": {:.3f}}}}})", place(), place(),
-                               0.5 * size(random));
-    case 3: return fmt::format(R"({{"cylinder": {{"center_mm": {}, "axis": {}, "radius_mm": {:.3f}, "height_mm": {:.3f}}}}})",
-                               place(), place(), size(random), size(random));
-    case 4: return fmt::format(R"({{"cone": {{"center_mm": {}, "axis": {}, "radius_mm": {:.3f}, "top_radius_mm": {:.3f}, "height_mm": {:.3f}}}}})",
-                               place(), place(), size(random), size(random), size(random));
-    default: break;
+    case 0:
+      return fmt::format(R"({{"sphere": {{"center_mm": {}, "radius_mm": {:.3f}}}}})", place(), size(random));
+    case 1:
+      return fmt::format(R"({{"box": {{"center_mm": {}, "size_mm": [{:.3f}, {:.3f}, {:.3f}]}}}})", place(),
+                         size(random), size(random), size(random));
+    case 2:
+      return fmt::format(R"({{"capsule": {{"a_mm": {}, "b_mm": {}, "radius_mm": {:.3f}}}}})", place(), place(),
+                         0.5 * size(random));
+    case 3:
+      return fmt::format(R"({{"cylinder": {{"center_mm": {}, "axis": {}, "radius_mm": {:.3f}, "height_mm": {:.3f}}}}})",
+                         place(), place(), size(random), size(random));
+    case 4:
+      return fmt::format(
+          R"({{"cone": {{"center_mm": {}, "axis": {}, "radius_mm": {:.3f}, "top_radius_mm": {:.3f}, "height_mm": {:.3f}}}}})",
+          place(), place(), size(random), size(random), size(random));
+    default:
+      break;
   }
   const char* kinds[] = {"union", "intersection", "difference"};
   return fmt::format(R"({{"{}": [{}, {}]}})", kinds[random() % 3], random_solid(random, depth - 1),
@@ -46,7 +54,8 @@ TEST(Sampling, EveryVoxelHasTheDistanceThatTheSolidsGiveItAndTheLabelOfAPlaceInI
       text += fmt::format(R"({}{{"tissue": "{}", "solid": {}}})", k ? ", " : "", kNames[k], solid);
     }
     const DenseTissue dense = read_solids(Json::parse(
-        fmt::format(R"({{"voxel_mm": 0.1, "band_mm": 0.5, "domain_mm": [[-4,-4,-4],[4,4,4]], "solids": [{}]}})", text), "tissue"));
+        fmt::format(R"({{"voxel_mm": 0.1, "band_mm": 0.5, "domain_mm": [[-4,-4,-4],[4,4,4]], "solids": [{}]}})", text),
+        "tissue"));
     ASSERT_EQ(dense.size, glm::ivec3(81));
     for (int x = 0; x < dense.size.x; ++x) {
       for (int y = 0; y < dense.size.y; ++y) {
@@ -70,8 +79,10 @@ TEST(Sampling, EveryVoxelHasTheDistanceThatTheSolidsGiveItAndTheLabelOfAPlaceInI
           }
           const std::size_t i = dense.at(x, y, z);
           ASSERT_EQ(dense.distance[i], static_cast<float>(std::clamp(least, -dense.band, dense.band))) << scene;
-          if (!at_border) ASSERT_EQ(dense.tissue[i], least <= 0 ? within : beside) << scene;
-          else ASSERT_TRUE(may_show) << scene;
+          if (!at_border)
+            ASSERT_EQ(dense.tissue[i], least <= 0 ? within : beside) << scene;
+          else
+            ASSERT_TRUE(may_show) << scene;
           borders += at_border;
           deep += least <= -dense.band;
         }
@@ -91,23 +102,26 @@ TEST(Sampling, EveryVoxelHasTheDistanceThatTheSolidsGiveItAndTheLabelOfAPlaceInI
   EXPECT_GT(borders, 1000);
 }
 
-// A label says which tissue a voxel is, not how much of it: read in the voxel's middle, borders would lie up to half a voxel off.
+// A label says which tissue a voxel is, not how much of it: read in the voxel's middle, borders would lie up to half a
+// voxel off.
 TEST(Sampling, UnderABurATissueIsAsThickAsItsSolidWhereverBetweenTheVoxelsItEnds) {
   using namespace literals;
   struct Border {
     const char* what;
-    dvec3 n;      // out of the solid
-    double at;    // m
+    dvec3 n;    // out of the solid
+    double at;  // m
   };
   const double radius = 0.5_mm;
   for (const double voxel : {0.1_mm, 0.05_mm}) {
-    for (const Border& border : {Border{"level", {0, 0, -1}, 0.537_mm}, Border{"tilted", {0.28, 0, -0.96}, 0.471_mm},
-                                 Border{"upright", {-1, 0, 0}, 0.412_mm}, Border{"askew", {0.6, 0.64, -0.48}, 0.318_mm}}) {
-      const DenseTissue dense = read_solids(Json::parse(
-          fmt::format(R"({{"voxel_mm": {}, "band_mm": 0.5, "domain_mm": [[-2,-2,-2],[2,2,2]], "solids": [
+    for (const Border& border :
+         {Border{"level", {0, 0, -1}, 0.537_mm}, Border{"tilted", {0.28, 0, -0.96}, 0.471_mm},
+          Border{"upright", {-1, 0, 0}, 0.412_mm}, Border{"askew", {0.6, 0.64, -0.48}, 0.318_mm}}) {
+      const DenseTissue dense = read_solids(
+          Json::parse(fmt::format(R"({{"voxel_mm": {}, "band_mm": 0.5, "domain_mm": [[-2,-2,-2],[2,2,2]], "solids": [
             {{"tissue": "dentin", "solid": {{"box": {{"size_mm": [6,6,6]}}}}}},
             {{"tissue": "enamel", "solid": {{"halfspace": {{"normal": [{},{},{}], "offset_mm": {}}}}}}}]}})",
-                      voxel / kMillimetre, border.n.x, border.n.y, border.n.z, border.at / kMillimetre), "tissue"));
+                                  voxel / kMillimetre, border.n.x, border.n.y, border.n.z, border.at / kMillimetre),
+                      "tissue"));
       for (const dvec3& aside : {dvec3(0), dvec3(0.43_mm, -0.7_mm, 0.31_mm), dvec3(-0.6_mm, 0.25_mm, -0.5_mm)}) {
         const dvec3 axis = aside + (border.at - glm::dot(aside, border.n)) * border.n;  // of a bore across the border
         double surplus = 0;                                                             // of enamel in it, voxels
@@ -120,14 +134,16 @@ TEST(Sampling, UnderABurATissueIsAsThickAsItsSolidWhereverBetweenTheVoxelsItEnds
               constexpr int kParts = 16;
               int inside = 0;
               for (int part = 0; part < kParts * kParts * kParts; ++part) {
-                const dvec3 place = (dvec3(part / kParts / kParts, part / kParts % kParts, part % kParts) + 0.5) / double{kParts} - 0.5;
+                const dvec3 place =
+                    (dvec3(part / kParts / kParts, part / kParts % kParts, part % kParts) + 0.5) / double{kParts} - 0.5;
                 inside += out + voxel * glm::dot(place, border.n) < 0;
               }
               surplus += (dense.tissue[dense.at(x, y, z)] == Tissue::kEnamel) - inside / std::pow(double{kParts}, 3);
             }
           }
         }
-        EXPECT_LT(std::abs(surplus) * std::pow(voxel, 3) / (kPi * radius * radius), 0.05 * voxel) << border.what << " " << voxel;
+        EXPECT_LT(std::abs(surplus) * std::pow(voxel, 3) / (kPi * radius * radius), 0.05 * voxel)
+            << border.what << " " << voxel;
       }
     }
   }

@@ -45,8 +45,9 @@ struct Random {
   }
 };
 
-constexpr HeadShape kNoBalls[] = {HeadShape::kCylinder, HeadShape::kRoundEndCylinder, HeadShape::kCone,
-                                  HeadShape::kPear,     HeadShape::kFlame,            HeadShape::kInvertedCone};
+constexpr HeadShape kNoBalls[] = {HeadShape::kCylinder, HeadShape::kRoundEndCylinder,
+                                  HeadShape::kCone,     HeadShape::kPear,
+                                  HeadShape::kFlame,    HeadShape::kInvertedCone};
 constexpr double kVoxel = 0.1_mm;
 const VoxelFrame kFrame{{0, 0, 0}, kVoxel};
 
@@ -70,12 +71,15 @@ TEST(Sweeps, TicksRemoveWhatAThousandStepsOfTheSameWayDoSlowOnesButForThousandth
       Random random{std::mt19937_64(seed * 100 + static_cast<unsigned>(shape))};
       const Tool tool = random.head(shape);
       const bool slow = seed > 6;
-      const double tick = slow ? random.scale(0.02, 0.05) : random.scale(0.055, 0.7), reach = tool.reach() / kVoxel;  // voxels, of its farthest point
+      const double tick = slow ? random.scale(0.02, 0.05) : random.scale(0.055, 0.7),
+                   reach = tool.reach() / kVoxel;  // voxels, of its farthest point
       const double turn = seed % 2 ? std::min(0.02, random.uniform(0.1, 0.9) * tick / reach) : 0;
       const dvec3 way = (tick - turn * reach) * kVoxel * random.direction(), axis = random.direction();
       const dquat R = rotation_between({0, 0, 1}, random.direction());
       const int ticks = static_cast<int>(std::ceil(3 / tick)), steps = 1000 / ticks;
-      const auto at = [&](double i) { return Pose{(i - ticks / 2.0) * way, glm::normalize(glm::angleAxis(turn * i, axis) * R)}; };
+      const auto at = [&](double i) {
+        return Pose{(i - ticks / 2.0) * way, glm::normalize(glm::angleAxis(turn * i, axis) * R)};
+      };
 
       SurfacePatch by_ticks = block(tool, 100);
       carve(by_ticks, Sweep(tool, at(0), at(0), kFrame));
@@ -91,8 +95,8 @@ TEST(Sweeps, TicksRemoveWhatAThousandStepsOfTheSameWayDoSlowOnesButForThousandth
           last = next;
         }
       }
-      EXPECT_NEAR(ticked / stepped, 1, slow ? 3e-3 : 2e-4) << static_cast<int>(shape) << ", seed " << seed << ", ticks of " << tick << " voxels, turned by "
-                                             << turn;
+      EXPECT_NEAR(ticked / stepped, 1, slow ? 3e-3 : 2e-4)
+          << static_cast<int>(shape) << ", seed " << seed << ", ticks of " << tick << " voxels, turned by " << turn;
       double& most = slow ? worst_slow : worst;
       most = std::max(most, std::abs(ticked / stepped - 1));
     }
@@ -115,10 +119,14 @@ TEST(Sweeps, WhatIsKnownOfTheFrontChangesNoBitHoweverFarAHeadGoesOrTurnsInATick)
         const Pose Y{X.p + random.scale(0.001, 1.2) * kVoxel * v, glm::normalize(turn * X.R)};
         const Sweep sweep(tool, X, Y, kFrame, i % 23 != 0);
         const PerTissue taken = carve(plain, sweep);
-        ASSERT_EQ(carve(known, sweep, nullptr, &front), taken) << static_cast<int>(shape) << ", seed " << seed << ", sweep " << i;
-        ASSERT_EQ(carve(eight, sweep, nullptr, &eight_front), taken) << static_cast<int>(shape) << ", seed " << seed << ", sweep " << i;
-        ASSERT_TRUE(known.distance == plain.distance) << static_cast<int>(shape) << ", seed " << seed << ", sweep " << i;
-        ASSERT_TRUE(eight.distance == plain.distance) << static_cast<int>(shape) << ", seed " << seed << ", sweep " << i;
+        ASSERT_EQ(carve(known, sweep, nullptr, &front), taken)
+            << static_cast<int>(shape) << ", seed " << seed << ", sweep " << i;
+        ASSERT_EQ(carve(eight, sweep, nullptr, &eight_front), taken)
+            << static_cast<int>(shape) << ", seed " << seed << ", sweep " << i;
+        ASSERT_TRUE(known.distance == plain.distance)
+            << static_cast<int>(shape) << ", seed " << seed << ", sweep " << i;
+        ASSERT_TRUE(eight.distance == plain.distance)
+            << static_cast<int>(shape) << ", seed " << seed << ", sweep " << i;
         X = Y;
       }
     }
@@ -140,7 +148,8 @@ TEST(Sweeps, TicksTakeTheSameInAnyOrderAndNothingTwice) {
       SurfacePatch patch = block(tool, -2), backwards = patch;
       double taken = 0, taken_backwards = 0;
       for (const Sweep& sweep : sweeps) taken += total(carve(patch, sweep));
-      for (auto sweep = sweeps.rbegin(); sweep != sweeps.rend(); ++sweep) taken_backwards += total(carve(backwards, *sweep));
+      for (auto sweep = sweeps.rbegin(); sweep != sweeps.rend(); ++sweep)
+        taken_backwards += total(carve(backwards, *sweep));
       EXPECT_GT(taken, 10);
       EXPECT_EQ(taken, taken_backwards) << static_cast<int>(shape) << ", seed " << seed;
       EXPECT_TRUE(patch.distance == backwards.distance) << static_cast<int>(shape) << ", seed " << seed;

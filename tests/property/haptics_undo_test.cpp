@@ -47,7 +47,9 @@ class Walks {
   Nanos t_ = 0;
 };
 
-TissueVolume block() { return TissueVolume(read_solids(Json::parse(std::string(kBlock), "block"))); }
+TissueVolume block() {
+  return TissueVolume(read_solids(Json::parse(std::string(kBlock), "block")));
+}
 
 TEST(Undo, AsManyUndosAsStrokesGiveTheOriginalBackToTheLastBitAndRedosEveryStepBetween) {
   for (std::uint64_t seed = 1; seed <= 3; ++seed) {
@@ -118,7 +120,8 @@ TEST(Undo, RestingInThePausesBetweenStrokesChangesNeitherStrokesNorWhatUndoingBr
     EXPECT_EQ(rested.volume().hash(), other.volume().hash());
     EXPECT_EQ(rested.volume().taken_back(), other.volume().taken_back());
     for (std::size_t tissue = 1; tissue < before.size(); ++tissue)
-      EXPECT_NEAR(rested.volume().taken_back()[tissue], other.volume().volumes()[tissue] - before[tissue], 1e-15) << "m³";
+      EXPECT_NEAR(rested.volume().taken_back()[tissue], other.volume().volumes()[tissue] - before[tissue], 1e-15)
+          << "m³";
   }
   EXPECT_EQ(rested.volume().strokes().bytes, other.volume().strokes().bytes);
 }
@@ -127,7 +130,8 @@ TEST(Undo, PaintIsTakenBackWithItsStroke) {
   TissueVolume volume = block();
   const std::uint64_t before = volume.hash();
   volume.begin_stroke();
-  volume.paint(Tissue::kCaries, *read_solid(Json::parse(R"({"sphere": {"center_mm": [0, 0, 2.5], "radius_mm": 1.5}})", "lesion")));
+  volume.paint(Tissue::kCaries,
+               *read_solid(Json::parse(R"({"sphere": {"center_mm": [0, 0, 2.5], "radius_mm": 1.5}})", "lesion")));
   EXPECT_NE(volume.hash(), before);
   EXPECT_TRUE(volume.undo());
   EXPECT_EQ(volume.hash(), before);
@@ -138,7 +142,8 @@ TEST(Undo, PaintIsTakenBackWithItsStroke) {
 TEST(Undo, MemoryGoesWithWhatAStrokeChangedNotWithTheTissue) {
   const auto bytes_after = [](double block_mm, double length_mm) {
     const std::string json = fmt::format(
-        R"({{"voxel_mm": 0.15, "band_mm": 1.2, "solids": [{{"tissue": "dentin", "solid": {{"box": {{"size_mm": [{0}, {0}, 5]}}}}}}]}})", block_mm);
+        R"({{"voxel_mm": 0.15, "band_mm": 1.2, "solids": [{{"tissue": "dentin", "solid": {{"box": {{"size_mm": [{0}, {0}, 5]}}}}}}]}})",
+        block_mm);
     const Tool bur = round_bur(1.2e-3);
     Carver carver(TissueVolume(read_solids(Json::parse(json, "block"))), {&bur, 1});
     Cut cut;
@@ -177,7 +182,8 @@ TEST(Undo, ThePatchUnderTheServoHoldsTheSameBitsAsTheVolumeWheneverItIsTakenBack
     Cut cut;
     for (std::uint64_t i = 0; i < 1500; ++i) {
       const double s = static_cast<double>(i) * 1e-3;
-      const Pose hand{dvec3(0.8 * std::sin(2 * s), 0.5 * std::sin(3 * s), 3.1 - std::min(1.2, 1.2 * s)) * kMillimetre, {1, 0, 0, 0}};
+      const Pose hand{dvec3(0.8 * std::sin(2 * s), 0.5 * std::sin(3 * s), 3.1 - std::min(1.2, 1.2 * s)) * kMillimetre,
+                      {1, 0, 0, 0}};
       if (i == 0) bench.last.X_WT = bench.last.X_WG = hand;
       // Taken back in the middle of a stroke, three times; once brought again at once.
       if (i == 600 || i == 900 || i == 1200) {
@@ -194,7 +200,8 @@ TEST(Undo, ThePatchUnderTheServoHoldsTheSameBitsAsTheVolumeWheneverItIsTakenBack
         // It crosses while the servo goes on for a while with the old one.
         SurfacePatch crossing = spare;
         for (int k = 0; k < late && i > 0; ++k) {
-          if (bench.servo.tick({static_cast<Nanos>(i) * 1'000'000 + k * 1000, hand, 1.0}, tick, cut)) waiting.push_back(cut);
+          if (bench.servo.tick({static_cast<Nanos>(i) * 1'000'000 + k * 1000, hand, 1.0}, tick, cut))
+            waiting.push_back(cut);
         }
         bench.servo.adopt(crossing);
       }

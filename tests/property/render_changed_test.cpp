@@ -29,7 +29,8 @@ TEST_P(ChangedPixels, OnlyWhatChangesIsDrawnAndThePictureIsTheWholeOne) {
   std::mt19937 random(static_cast<unsigned>(GetParam()));
   std::uniform_real_distribution<double> uniform(-1, 1);
   render::Frame frame = frame_of(desk(0.03, 0.024, 0.35));
-  frame.tool = {.visible = true, .X_WG = {dvec3(0, 0, 3e-3), rotation_between({0, 0, 1}, glm::normalize(dvec3(-.3, -.2, 1)))}};
+  frame.tool = {.visible = true,
+                .X_WG = {dvec3(0, 0, 3e-3), rotation_between({0, 0, 1}, glm::normalize(dvec3(-.3, -.2, 1)))}};
   frame.hud = {.visible = true, .tool = "round 1.4 mm", .hint = "hint"};
   changing.stage.draw(frame);
   std::vector<render::MeshUpdate> now = sound;
@@ -43,7 +44,9 @@ TEST_P(ChangedPixels, OnlyWhatChangesIsDrawnAndThePictureIsTheWholeOne) {
     if (step == 8) frame.hud.hint = "another, longer hint";
     particles.clear();
     for (int i = 0; i < (step % 5) * 4; ++i)
-      particles.push_back({glm::vec3(4e-3 * uniform(random), 4e-3 * uniform(random), 3e-3), 8e-5f, {1, 0.9f, 0.8f},
+      particles.push_back({glm::vec3(4e-3 * uniform(random), 4e-3 * uniform(random), 3e-3),
+                           8e-5f,
+                           {1, 0.9f, 0.8f},
                            i % 2 ? 1.0f : 0.3f});
     frame.particles = particles;
     frame.background = step > 10 ? render::Background::kBlack : render::Background::kGradient;

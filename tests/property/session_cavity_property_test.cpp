@@ -27,7 +27,8 @@ std::vector<ScoreRule> all_rules(const ScoreInput& input) {
     {"name": "taper_deg", "tolerance": 10, "weight": 1},
     {"name": "isthmus_mm", "tolerance": 0.5, "weight": 1},
     {"name": "floor_flatness_um", "tolerance": 100, "weight": 1},
-    {"name": "margin_roughness_um", "tolerance": 100, "weight": 1}]})", "rules");
+    {"name": "margin_roughness_um", "tolerance": 100, "weight": 1}]})",
+                                 "rules");
   return rules_from(block, input);
 }
 
@@ -75,7 +76,8 @@ TEST(CavityLaws, CuttingMoreThanTheIdealLowersTheScoreTheMoreTheLower) {
     double last = full;
     for (const double radius : {0.5e-3, 0.7e-3, 0.9e-3}) {
       if (std::abs(ideal(at)) > radius && ideal(at) < 0) continue;  // wholly inside: nothing more is cut
-      const double points = judged.of(without([&](const dvec3& p) { return std::min(ideal(p), ball(at, radius)(p)); })).points;
+      const double points =
+          judged.of(without([&](const dvec3& p) { return std::min(ideal(p), ball(at, radius)(p)); })).points;
       ASSERT_LT(points, last) << i << " " << radius;
       last = points;
     }
@@ -88,7 +90,8 @@ TEST(CavityLaws, LeavingSomeOfTheIdealLowersTheScoreTheMoreTheLower) {
   Judged judged(ideal);
   const double full = score(judged.input, judged.rules).points;
   for (int i = 0; i < 4; ++i) {
-    const dvec3 at = kMiddle + dvec3(random.number(1.4e-3), random.number(1e-3), -1.5e-3 + std::abs(random.number(0.5e-3)));
+    const dvec3 at =
+        kMiddle + dvec3(random.number(1.4e-3), random.number(1e-3), -1.5e-3 + std::abs(random.number(0.5e-3)));
     double last = full;
     for (const double radius : {0.3e-3, 0.5e-3, 0.8e-3}) {
       const Score s = judged.of(without([&](const dvec3& p) { return std::max(ideal(p), -ball(at, radius)(p)); }));
@@ -120,14 +123,16 @@ template <class Shape>
 auto turned(Shape shape, double angle, const dvec3& by) {
   return [=](const dvec3& p) {
     const dvec3 q = p - by - kMiddle;
-    return shape(kMiddle + dvec3(std::cos(angle) * q.x + std::sin(angle) * q.y, -std::sin(angle) * q.x + std::cos(angle) * q.y, q.z));
+    return shape(kMiddle + dvec3(std::cos(angle) * q.x + std::sin(angle) * q.y,
+                                 -std::sin(angle) * q.x + std::cos(angle) * q.y, q.z));
   };
 }
 
 TEST(AnalyticCavities, OfAnySizeLeanTurnAndPlaceHaveTheirVolumeDepthTaperAndWidthToTheFieldsError) {
   Random random(21);
   for (int i = 0; i < 8; ++i) {
-    const double a = 1.7e-3 + random.number(0.4e-3), b = 0.9e-3 + random.number(0.2e-3), d = 1.4e-3 + random.number(0.5e-3);
+    const double a = 1.7e-3 + random.number(0.4e-3), b = 0.9e-3 + random.number(0.2e-3),
+                 d = 1.4e-3 + random.number(0.5e-3);
     const double lean = random.number(7) * kDegree, t = std::tan(lean);
     const dvec3 by(random.number(0.4e-3), random.number(0.4e-3), 0);
     Preparation in = a_block();
@@ -158,13 +163,20 @@ struct Spoilt {
   DenseField (*worse)(double);  // by 0 (the ideal) and more
 };
 const Spoilt kSpoilt[] = {
-    {"floor_depth_mm", 0.3, [](double by) { return without(tapered_box({1.4e-3, 1e-3}, 1.5e-3 + 0.3e-3 * by, 0)); }},
-    {"floor_depth_mm", 0.3, [](double by) { return without(tapered_box({1.4e-3, 1e-3}, 1.5e-3 - 0.3e-3 * by, 0)); }},
+    {"floor_depth_mm", 0.3,
+     [](double by) {
+       return without(tapered_box({1.4e-3, 1e-3}, 1.5e-3 + 0.3e-3 * by, 0));
+     }},
+    {"floor_depth_mm", 0.3,
+     [](double by) {
+       return without(tapered_box({1.4e-3, 1e-3}, 1.5e-3 - 0.3e-3 * by, 0));
+     }},
     {"floor_flatness_um", 60,
      [](double by) {
        return without([=](const dvec3& p) {
          const double wave = 0.12e-3 * by * std::sin((p.x - kMiddle.x) * 2 * kPi / 0.9e-3);
-         return std::max({std::abs(p.x - kMiddle.x) - 1.4e-3, std::abs(p.y - kMiddle.y) - 1e-3, kTop - 1.5e-3 + wave - p.z});
+         return std::max(
+             {std::abs(p.x - kMiddle.x) - 1.4e-3, std::abs(p.y - kMiddle.y) - 1e-3, kTop - 1.5e-3 + wave - p.z});
        });
      }},
     {"floor_tilt_deg", 5,
@@ -175,26 +187,52 @@ const Spoilt kSpoilt[] = {
          return std::max({std::abs(p.x - kMiddle.x) - 1.4e-3, std::abs(p.y - kMiddle.y) - 1e-3, -floor});
        });
      }},
-    {"taper_deg", 6, [](double by) { return without(tapered_box({1.4e-3, 1e-3}, 1.5e-3, (3 + 6 * by) * kDegree)); }},
-    {"taper_deg", 6, [](double by) { return without(tapered_box({1.6e-3, 1.2e-3}, 1.5e-3, (3 - 6 * by) * kDegree)); }},
-    {"isthmus_mm", 0.3, [](double by) { return without(tapered_box({1.9e-3, 0.75e-3 + 0.3e-3 * by}, 1.5e-3, 0)); }},
+    {"taper_deg", 6,
+     [](double by) {
+       return without(tapered_box({1.4e-3, 1e-3}, 1.5e-3, (3 + 6 * by) * kDegree));
+     }},
+    {"taper_deg", 6,
+     [](double by) {
+       return without(tapered_box({1.6e-3, 1.2e-3}, 1.5e-3, (3 - 6 * by) * kDegree));
+     }},
+    {"isthmus_mm", 0.3,
+     [](double by) {
+       return without(tapered_box({1.9e-3, 0.75e-3 + 0.3e-3 * by}, 1.5e-3, 0));
+     }},
     {"margin_roughness_um", 40,
      [](double by) {
        return without([=](const dvec3& p) {
          const double angle = std::atan2(p.y - kMiddle.y, p.x - kMiddle.x);
-         return std::max(std::hypot(p.x - kMiddle.x, p.y - kMiddle.y) - 1.5e-3 - 0.15e-3 * by * std::cos(24 * angle), kTop - 1.5e-3 - p.z);
+         return std::max(std::hypot(p.x - kMiddle.x, p.y - kMiddle.y) - 1.5e-3 - 0.15e-3 * by * std::cos(24 * angle),
+                         kTop - 1.5e-3 - p.z);
        });
      }},
-    {"contour_rms_um", 100, [](double by) { return without(tapered_box({1.4e-3 + 0.3e-3 * by, 1e-3}, 1.5e-3, 0)); }},
-    {"over_cut_depth_mm", 0.3, [](double by) { return without(tapered_box({1.4e-3 + 0.3e-3 * by, 1e-3}, 1.5e-3, 0)); }},
-    {"under_cut_depth_mm", 0.3, [](double by) { return without(tapered_box({1.4e-3 - 0.3e-3 * by, 1e-3}, 1.5e-3, 0)); }},
-    {"pulp_distance_mm", 0.25, [](double by) { return without(tapered_box({1.4e-3, 1e-3}, 1.5e-3 + 0.4e-3 * by, 0)); }},
-    {"pulp_exposed_mm2", 1, [](double by) { return without(tapered_box({1.4e-3, 1e-3}, 1.85e-3 + 0.35e-3 * by, 0)); }},
+    {"contour_rms_um", 100,
+     [](double by) {
+       return without(tapered_box({1.4e-3 + 0.3e-3 * by, 1e-3}, 1.5e-3, 0));
+     }},
+    {"over_cut_depth_mm", 0.3,
+     [](double by) {
+       return without(tapered_box({1.4e-3 + 0.3e-3 * by, 1e-3}, 1.5e-3, 0));
+     }},
+    {"under_cut_depth_mm", 0.3,
+     [](double by) {
+       return without(tapered_box({1.4e-3 - 0.3e-3 * by, 1e-3}, 1.5e-3, 0));
+     }},
+    {"pulp_distance_mm", 0.25,
+     [](double by) {
+       return without(tapered_box({1.4e-3, 1e-3}, 1.5e-3 + 0.4e-3 * by, 0));
+     }},
+    {"pulp_exposed_mm2", 1,
+     [](double by) {
+       return without(tapered_box({1.4e-3, 1e-3}, 1.85e-3 + 0.35e-3 * by, 0));
+     }},
     {"wall_thickness_mm", 0.4,
      [](double by) {
        DenseField cut = without(tapered_box({1.4e-3 + 0.4e-3 * by, 1e-3}, 1.5e-3, 0));
        const DenseField end = sampled(kBlock, [](const dvec3& p) { return p.x - 6.5e-3; });
-       for (std::size_t i = 0; i < cut.distance.size(); ++i) cut.distance[i] = std::max(cut.distance[i], end.distance[i]);
+       for (std::size_t i = 0; i < cut.distance.size(); ++i)
+         cut.distance[i] = std::max(cut.distance[i], end.distance[i]);
        return cut;
      }},
 };
@@ -208,12 +246,17 @@ TEST(CavityLaws, EveryMeasureOfRealGeometryCostsTheMoreTheWorseItIs) {
     for (int x = 0; x < kBlock.x; ++x)
       for (int y = 0; y < kBlock.y; ++y)
         for (int z = 0; z < kBlock.z; ++z)
-          if (ball(kMiddle - dvec3(0, 0, 2.4e-3), 0.5e-3)(kVoxel * dvec3(x, y, z)) < 0) in.tissue[in.before.at(x, y, z)] = Tissue::kPulp;
+          if (ball(kMiddle - dvec3(0, 0, 2.4e-3), 0.5e-3)(kVoxel * dvec3(x, y, z)) < 0)
+            in.tissue[in.before.at(x, y, z)] = Tissue::kPulp;
     ScoreInput input;
     const CavityAndIdeal both = measure_against_ideal(in);
     input.cavity = both.result;
     input.cavity_ideal = both.ideal;
-    const auto rules = rules_from(Json::parse(fmt::format(R"({{"defaults": false, "rules": [{{"name": "{}", "tolerance": {}, "weight": 10}}]}})", spoilt.rule, spoilt.tolerance), "rules"), input);
+    const auto rules = rules_from(
+        Json::parse(fmt::format(R"({{"defaults": false, "rules": [{{"name": "{}", "tolerance": {}, "weight": 10}}]}})",
+                                spoilt.rule, spoilt.tolerance),
+                    "rules"),
+        input);
     double last = score(input, rules).points;
     ASSERT_NEAR(last, 10, 1e-9) << spoilt.rule;
     for (const double by : {0.35, 0.7, 1.0}) {

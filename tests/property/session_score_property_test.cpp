@@ -45,13 +45,15 @@ struct Worsening {
 };
 // Each from the perfect side of its target outwards, so that the target is crossed on the way.
 const Worsening kWorsenings[] = {
-    {"caries left", [](ScoreInput& in, double d) { in.after[kCaries] += d * (in.before[kCaries] - in.after[kCaries]); }},
+    {"caries left",
+     [](ScoreInput& in, double d) { in.after[kCaries] += d * (in.before[kCaries] - in.after[kCaries]); }},
     {"pulp cut", [](ScoreInput& in, double d) { in.after[kPulp] -= d * 0.5e-9; }},
     {"force", [](ScoreInput& in, double d) { in.hand.force_max = std::max(in.hand.force_max, 3.0) + 10 * d; }},
     {"mean force", [](ScoreInput& in, double d) { in.hand.force_mean = std::max(in.hand.force_mean, 1.0) + 3 * d; }},
     {"time", [](ScoreInput& in, double d) { in.hand.time = std::max(in.hand.time, 600.0) + 1000 * d; }},
     {"tremor", [](ScoreInput& in, double d) { in.hand.tremor_rms = std::max(in.hand.tremor_rms, 100e-6) + 1e-3 * d; }},
-    {"near the pulp", [](ScoreInput& in, double d) { in.pulp_distance = std::min(*in.pulp_distance, 0.5e-3) * (1 - d); }},
+    {"near the pulp",
+     [](ScoreInput& in, double d) { in.pulp_distance = std::min(*in.pulp_distance, 0.5e-3) * (1 - d); }},
     {"healthy tissue",
      [](ScoreInput& in, double d) {
        // Beyond what is free for the access.
@@ -142,7 +144,8 @@ const MeasureWorsening kMeasures[] = {
     {"pulp_removed_mm3", 0, [](ScoreInput& in, double v) { in.after[kPulp] = in.before[kPulp] - v * 1e-9; }},
     {"pulp_distance_mm", 1, [](ScoreInput& in, double v) { in.cavity->pulp_distance = v * 1e-3; }},
     {"pulp_exposed_mm2", 0, [](ScoreInput& in, double v) { in.cavity->pulp_exposed = v * 1e-6; }},
-    {"lesions_found_percent", 100, [](ScoreInput& in, double v) { in.explore->found = static_cast<int>(v / 100 * in.explore->lesions); }},
+    {"lesions_found_percent", 100,
+     [](ScoreInput& in, double v) { in.explore->found = static_cast<int>(v / 100 * in.explore->lesions); }},
     {"false_finds", 0, [](ScoreInput& in, double v) { in.explore->false_finds = static_cast<int>(std::ceil(v)); }},
     {"explored_percent", 90, [](ScoreInput& in, double v) { in.explore->explored = v / 100; }},
     {"force_mean_N", 1, [](ScoreInput& in, double v) { in.hand.force_mean = v; }},
@@ -158,13 +161,15 @@ TEST(ScoreLaws, HoldForEveryMeasureThereIsOnBothSidesOfATargetThatHasTwo) {
   std::vector<std::string> names;
   for (const MeasureWorsening& m : kMeasures) names.emplace_back(m.name);
   EXPECT_EQ(names.size(), known_score_names().size());
-  for (const std::string& name : known_score_names()) EXPECT_NE(std::find(names.begin(), names.end(), name), names.end()) << name;
+  for (const std::string& name : known_score_names())
+    EXPECT_NE(std::find(names.begin(), names.end(), name), names.end()) << name;
   Random random(4);
   for (const MeasureWorsening& m : kMeasures) {
-    const bool explores = std::string_view(m.name).find("found") != std::string_view::npos || m.name == std::string_view("explored_percent") ||
-                          m.name == std::string_view("false_finds");
-    const bool at_least = m.name == std::string_view("pulp_distance_mm") || m.name == std::string_view("wall_thickness_mm") ||
-                          m.name == std::string_view("lesions_found_percent") || m.name == std::string_view("explored_percent");
+    const bool explores = std::string_view(m.name).find("found") != std::string_view::npos ||
+                          m.name == std::string_view("explored_percent") || m.name == std::string_view("false_finds");
+    const bool at_least =
+        m.name == std::string_view("pulp_distance_mm") || m.name == std::string_view("wall_thickness_mm") ||
+        m.name == std::string_view("lesions_found_percent") || m.name == std::string_view("explored_percent");
     const bool near = m.name == std::string_view("floor_depth_mm") || m.name == std::string_view("taper_deg") ||
                       m.name == std::string_view("axial_depth_mm") || m.name == std::string_view("isthmus_mm");
     for (const double way : {1.0, -1.0}) {
@@ -181,7 +186,8 @@ TEST(ScoreLaws, HoldForEveryMeasureThereIsOnBothSidesOfATargetThatHasTwo) {
         in.cavity->wanted = in.cavity->done = 1e-9;
         in.damage = DamageMeasures{true, true, 0, 0, -1};
       }
-      const ScoreRule rule{m.name, m.target, 10, 7, at_least ? Best::kAtLeast : near ? Best::kNear : Best::kAtMost, "", true};
+      const ScoreRule rule{m.name, m.target, 10, 7, at_least ? Best::kAtLeast : near ? Best::kNear : Best::kAtMost,
+                           "",     true};
       m.set(in, m.target);
       const Score full = score(in, std::array{rule});
       ASSERT_EQ(full.items.size(), 1u) << m.name;
@@ -189,7 +195,9 @@ TEST(ScoreLaws, HoldForEveryMeasureThereIsOnBothSidesOfATargetThatHasTwo) {
       double last = full.points;
       for (double off = 0.4; off < 40; off *= 1.7) {  // in steps that even counts can follow
         if (at_least && m.target - off < 0) break;
-        m.set(in, m.target + way * off * (m.name == std::string_view("false_finds") || m.name == std::string_view("strokes") ? 5 : 1));
+        m.set(in, m.target +
+                      way * off *
+                          (m.name == std::string_view("false_finds") || m.name == std::string_view("strokes") ? 5 : 1));
         const double points = score(in, std::array{rule}).points;
         EXPECT_LT(points, last) << m.name << " off by " << way * off;
         last = points;

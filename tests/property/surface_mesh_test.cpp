@@ -201,21 +201,24 @@ TEST(Normals, OnACreaseAreThoseOfEachSide) {
 
 TEST(Normals, OfAGentleCreaseShadeAsIfItWereRoundAndOfAnAcuteOneAsTwoSides) {
   // A furrow between two planes, slanting across the lattice, at full resolution: how far normals at one place differ.
-  const glm::dvec3 along = glm::normalize(glm::dvec3(1, 0.31, 0.17)), up = glm::normalize(glm::cross(along, glm::dvec3(-0.2, 1, 0)));
+  const glm::dvec3 along = glm::normalize(glm::dvec3(1, 0.31, 0.17)),
+                   up = glm::normalize(glm::cross(along, glm::dvec3(-0.2, 1, 0)));
   const glm::dvec3 across = glm::cross(up, along);
   const auto worst = [&](double degrees) {  // between the sides' normals
     const double half = glm::radians(degrees / 2);
     const Field furrow = [&](const glm::dvec3& p) {
       const glm::dvec3 q = p - glm::dvec3(8.3, 7.9, 8.1);
       const double x = glm::dot(q, across), z = glm::dot(q, up);
-      return std::max({std::min(z * std::cos(half) - x * std::sin(half), z * std::cos(half) + x * std::sin(half)), glm::length(q) - 12});
+      return std::max({std::min(z * std::cos(half) - x * std::sin(half), z * std::cos(half) + x * std::sin(half)),
+                       glm::length(q) - 12});
     };
     const SurfaceMesher mesher = mesh_of(sample_bricks(glm::dvec3(-6), glm::dvec3(22), furrow), 0);
     float least = 1;
     for (const glm::ivec3& key : mesher.keys()) {
       const BrickMesh& mesh = *mesher.find(key);
       for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
-        if (glm::length(glm::dvec3(mesh.vertices[i].position) - glm::dvec3(8.3, 7.9, 8.1)) > 9) continue;  // not the ball's rim
+        if (glm::length(glm::dvec3(mesh.vertices[i].position) - glm::dvec3(8.3, 7.9, 8.1)) > 9)
+          continue;  // not the ball's rim
         for (std::size_t j = 0; j < i; ++j) {
           if (mesh.vertices[i].position != mesh.vertices[j].position) continue;
           least = std::min(least, glm::dot(mesh.vertices[i].normal, mesh.vertices[j].normal));

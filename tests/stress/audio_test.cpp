@@ -66,7 +66,7 @@ TEST(Stress, ABillionSamplesOfDecayFromAPoleAt099999EndInSilence) {
       peak = y > peak ? y : peak;
     }
     ASSERT_LE(peak, std::max(before, 1e-300));  // it never grows again
-    if (part == 1) {  // from sample 10⁷ on: r^n over sin θ
+    if (part == 1) {                            // from sample 10⁷ on: r^n over sin θ
       EXPECT_NEAR(std::log(peak), 1e7 * std::log(r) - std::log(std::sin(theta)), 0.05);
     }
     before = peak;

@@ -1,5 +1,5 @@
-// `typodont calibrate guide arm` with an emulated arm on a pseudo terminal, in real time: an arm whose links, joints and
-// scales are off is held in sockets, Enter takes each touch, and what is solved is that arm.
+// `typodont calibrate guide arm` with an emulated arm on a pseudo terminal, in real time: an arm whose links, joints
+// and scales are off is held in sockets, Enter takes each touch, and what is solved is that arm.
 #include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -61,7 +61,9 @@ class LiveArm : public testing::Test {
     ::close(ends[0]);
     keys = ends[1];
   }
-  void type(const std::string& text) { ASSERT_EQ(::write(keys, text.data(), text.size()), static_cast<ssize_t>(text.size())); }
+  void type(const std::string& text) {
+    ASSERT_EQ(::write(keys, text.data(), text.size()), static_cast<ssize_t>(text.size()));
+  }
   std::string said() const { return test::read_text(folder / "out.txt"); }
   bool wait_for(const std::string& text, double seconds) const {
     for (int i = 0; i < seconds * 100; ++i) {
@@ -76,11 +78,14 @@ class LiveArm : public testing::Test {
     const auto from = at;
     board->with([&](test::EmulatedArm& arm) {
       const double began = clock;
-      const auto share = [this, began] { return 0.5 * (1 - std::cos(kPi * std::clamp((clock - began) / 0.12, 0.0, 1.0))); };
+      const auto share = [this, began] {
+        return 0.5 * (1 - std::cos(kPi * std::clamp((clock - began) / 0.12, 0.0, 1.0)));
+      };
       arm.hand = [this, from, next, share](double t) {
         clock = t;
         dvec3 q;
-        for (int i = 0; i < 3; ++i) q[i] = std::lerp(from[static_cast<std::size_t>(i)], next.angle[static_cast<std::size_t>(i)], share());
+        for (int i = 0; i < 3; ++i)
+          q[i] = std::lerp(from[static_cast<std::size_t>(i)], next.angle[static_cast<std::size_t>(i)], share());
         return q;
       };
       arm.stylus = [from, next, share](double) {
@@ -94,7 +99,7 @@ class LiveArm : public testing::Test {
 
   test::ProgramFolder folder;
   std::optional<test::LiveBoard> board;
-  double clock = 0;  // s, of the emulated board; its thread's
+  double clock = 0;                                    // s, of the emulated board; its thread's
   std::array<double, 6> at{0, 0, 0.5 * kPi, 0, 0, 0};  // at home, where the program must find it
   pid_t child = -1;
   int keys = -1;
@@ -120,7 +125,8 @@ TEST_F(LiveArm, HeldInSocketsIsCapturedTouchByTouchAndSolved) {
     planned.arm.push_back({static_cast<int>(k / 30), std::nullopt, *simulator.touch(p_W, drawn.arm).reading});
   }
 
-  start(fmt::format("calibrate guide arm --rig {} --hand woodenhaptics:{},woody_stylus --pedal none --no-window", folder / "rig.json", folder / "arm"));
+  start(fmt::format("calibrate guide arm --rig {} --hand woodenhaptics:{},woody_stylus --pedal none --no-window",
+                    folder / "rig.json", folder / "arm"));
   ASSERT_TRUE(wait_for("Hold the tip in socket 1", 60)) << test::read_text(folder / "err.txt");
   ::usleep(500'000);
   for (std::size_t k = 0; k < touches(); ++k) {
@@ -145,7 +151,8 @@ TEST_F(LiveArm, HeldInSocketsIsCapturedTouchByTouchAndSolved) {
   const auto captures = read_captures(RigFile::load(folder.path() / "rig.json").captures_folder()).arm;
   ASSERT_EQ(captures.size(), touches());
   for (std::size_t k = 0; k < captures.size(); ++k) {
-    for (std::size_t i = 0; i < 6; ++i) EXPECT_NEAR(captures[k].reading.angle[i], planned.arm[k].reading.angle[i], 1e-3) << k << " " << i;
+    for (std::size_t i = 0; i < 6; ++i)
+      EXPECT_NEAR(captures[k].reading.angle[i], planned.arm[k].reading.angle[i], 1e-3) << k << " " << i;
   }
   const ArmGeometry solved = RigFile::load(folder.path() / "rig.json").bench().arm;
   double before = 0, after = 0;

@@ -30,12 +30,17 @@ TEST(CalibrationStress, MutatedFilesGiveDataOrAnError) {
   RigFile rig = RigFile::create(folder / "rig.json");
   rig.set(run.bench);
   rig.save();
-  std::ofstream(folder / "sightings.csv") << "picture,on,px,py,u,v,x_mm,y_mm,z_mm\n0,1,10,20,0.1,0.2,,,\n0,0,30,40,,,1,2,3\n";
+  std::ofstream(folder / "sightings.csv")
+      << "picture,on,px,py,u,v,x_mm,y_mm,z_mm\n0,1,10,20,0.1,0.2,,,\n0,0,30,40,,,1,2,3\n";
   const std::vector<std::pair<const char*, std::function<void(const std::filesystem::path&)>>> readers = {
-      {"arm.csv", [](auto& f) { read_arm_captures(f); }},      {"marks.csv", [](auto& f) { read_mark_captures(f); }},
-      {"mirror.csv", [](auto& f) { read_touches(f); }},        {"eyes.csv", [](auto& f) { read_eye_captures(f); }},
-      {"register.csv", [](auto& f) { read_pair_captures(f); }}, {"delay_a.csv", [](auto& f) { read_stream(f); }},
-      {"drift.csv", [](auto& f) { read_points(f); }},          {"rig.json", [](auto& f) { RigFile::load(f).captures_folder(); }},
+      {"arm.csv", [](auto& f) { read_arm_captures(f); }},
+      {"marks.csv", [](auto& f) { read_mark_captures(f); }},
+      {"mirror.csv", [](auto& f) { read_touches(f); }},
+      {"eyes.csv", [](auto& f) { read_eye_captures(f); }},
+      {"register.csv", [](auto& f) { read_pair_captures(f); }},
+      {"delay_a.csv", [](auto& f) { read_stream(f); }},
+      {"drift.csv", [](auto& f) { read_points(f); }},
+      {"rig.json", [](auto& f) { RigFile::load(f).captures_folder(); }},
       {"sightings.csv", [](auto& f) { read_sightings(f); }}};
   Noise random(1);
   const std::string spice = "\"{}[],:.-+eE0123456789nainf \n\r\t\0\xff#";
@@ -48,10 +53,18 @@ TEST(CalibrationStress, MutatedFilesGiveDataOrAnError) {
       for (std::size_t i = 0; i < changes && !text.empty(); ++i) {
         const std::size_t at = random.index(text.size());
         switch (random.index(4)) {
-          case 0: text[at] = spice[random.index(spice.size())]; break;
-          case 1: text.erase(at, 1 + random.index(40)); break;
-          case 2: text.insert(at, text.substr(random.index(text.size()), 20)); break;
-          default: text.resize(at); break;
+          case 0:
+            text[at] = spice[random.index(spice.size())];
+            break;
+          case 1:
+            text.erase(at, 1 + random.index(40));
+            break;
+          case 2:
+            text.insert(at, text.substr(random.index(text.size()), 20));
+            break;
+          default:
+            text.resize(at);
+            break;
         }
       }
       const auto file = folder / "mutant";
@@ -76,7 +89,9 @@ TEST(CalibrationStress, RegistrationSurvivesAnyNumbers) {
     const std::size_t count = 1 + random.index(12);
     std::vector<dvec3> h, d;
     for (std::size_t i = 0; i < count; ++i) {
-      const auto wild = [&] { return random.normal() * std::pow(10.0, random.uniform(-30, 30)) * (random.index(5) ? 1 : 0); };
+      const auto wild = [&] {
+        return random.normal() * std::pow(10.0, random.uniform(-30, 30)) * (random.index(5) ? 1 : 0);
+      };
       h.emplace_back(wild(), wild(), wild()), d.emplace_back(wild(), wild(), wild());
       if (i > 0 && random.index(4) == 0) h.back() = h[random.index(i)];
       if (i > 0 && random.index(4) == 0) d.back() = h.back();

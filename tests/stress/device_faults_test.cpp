@@ -1,6 +1,6 @@
 // Fault injection on the emulated arm, in simulated time: a hand presses into a wall and leaves it again and again, and
-// at a random moment something breaks, each of the things that can a thousand times. What must hold: the force never exceeds the limits, is zero soon after, and
-// comes back only after the hand was free.
+// at a random moment something breaks, each of the things that can a thousand times. What must hold: the force never
+// exceeds the limits, is zero soon after, and comes back only after the hand was free.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -172,7 +172,8 @@ Outcome run(Breakage breakage, ArmProtocol protocol, std::uint32_t seed) {
     }
     hand.write(f, dvec3(0));
   }
-  out.trips = hand.take_events() & ~(bits(SafetyEvent::kForceLimit) | bits(SafetyEvent::kSlewLimit) | bits(SafetyEvent::kThermal));
+  out.trips = hand.take_events() &
+              ~(bits(SafetyEvent::kForceLimit) | bits(SafetyEvent::kSlewLimit) | bits(SafetyEvent::kThermal));
   time.advance(5'000'000);
   return out;
 }
@@ -241,8 +242,8 @@ TEST_P(Faults, MergedReportsAreReadAsTheNewestAndChangeNothing) {
 }
 
 TEST_P(Faults, GarbageBytesTakeTheForceAwayUntilTheHandIsFree) {
-  // Once in thousands of reports garbage of the right length is a place where the arm could be. It is believed, the truth
-  // then is not, and force stays off until the arm is homed.
+  // Once in thousands of reports garbage of the right length is a place where the arm could be. It is believed, the
+  // truth then is not, and force stays off until the arm is homed.
   int believed = 0;
   campaign(Breakage::kGarbage, [&](const Outcome& o) {
     expect_zero_soon(o);
@@ -371,7 +372,8 @@ TEST(PedalStuck, AThousandTimesTheDrillStopsAtItsLimitAndStaysOffUntilThePedalIs
   options.watchdog_thread = false;
   options.clock = [&] { return time.now(); };
   options.limits.pedal_time = kLimit;
-  SafeDevice hand(with_pedal(std::move(arm_device), std::make_unique<Pedal>(std::make_unique<Foot>(down), PedalKind{})), options);
+  SafeDevice hand(with_pedal(std::move(arm_device), std::make_unique<Pedal>(std::make_unique<Foot>(down), PedalKind{})),
+                  options);
   HandSample sample;
   const auto ticks = [&](int n, auto check) {
     for (int i = 0; i < n; ++i) {
@@ -391,7 +393,8 @@ TEST(PedalStuck, AThousandTimesTheDrillStopsAtItsLimitAndStaysOffUntilThePedalIs
       ticks(1 + static_cast<int>(random() % 50), [&](int) { ASSERT_EQ(sample.pedal, 0); });
     }
     down = true;
-    ticks(201 + static_cast<int>(random() % 300), [&](int i) { ASSERT_EQ(sample.pedal, i < 200 ? 1 : 0) << k << " " << i; });
+    ticks(201 + static_cast<int>(random() % 300),
+          [&](int i) { ASSERT_EQ(sample.pedal, i < 200 ? 1 : 0) << k << " " << i; });
     ASSERT_TRUE(hand.take_events() & bits(SafetyEvent::kPedalStuck));
     down = false;
     ticks(1 + static_cast<int>(random() % 20), [&](int) { ASSERT_EQ(sample.pedal, 0); });

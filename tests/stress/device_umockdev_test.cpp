@@ -85,9 +85,9 @@ class MockHid {
     umockdev_testbed_set_attribute(bed_, hid.c_str(), "uevent", uevent.c_str());
     // Only a textual record makes a node: of a character device, a pseudo terminal.
     const std::string name_in_dev = node_.substr(5);
-    const std::string record = "P: " + hid.substr(4) + "/hidraw/" + name_in_dev + "\nN: " + name_in_dev +
-                               "\nE: DEVNAME=" + node_ +
-                               "\nE: MAJOR=240\nE: MINOR=0\nE: SUBSYSTEM=hidraw\nA: dev=240:0\nL: device=../../../" + id + ".0001\n";
+    const std::string record =
+        "P: " + hid.substr(4) + "/hidraw/" + name_in_dev + "\nN: " + name_in_dev + "\nE: DEVNAME=" + node_ +
+        "\nE: MAJOR=240\nE: MINOR=0\nE: SUBSYSTEM=hidraw\nA: dev=240:0\nL: device=../../../" + id + ".0001\n";
     GError* error = nullptr;
     EXPECT_TRUE(umockdev_testbed_add_from_string(bed_, record.c_str(), &error)) << (error ? error->message : "");
 
@@ -255,9 +255,10 @@ TEST(Umockdev, AnArmIsFoundSpokenToHeldAndLost) {
 
 const Bytes kKeyboardDescriptor{0x05, 0x01, 0x09, 0x06, 0xa1, 0x01, 0xc0};
 /// A report 3 of two buttons and two axes of 12 bits, accelerator and brake of the simulation page.
-const Bytes kRheostatDescriptor{0x05, 0x01, 0x09, 0x04, 0xa1, 0x01, 0x85, 0x03, 0x05, 0x09, 0x19, 0x01, 0x29, 0x02, 0x15, 0x00,
-                                0x25, 0x01, 0x75, 0x01, 0x95, 0x02, 0x81, 0x02, 0x75, 0x06, 0x95, 0x01, 0x81, 0x03, 0x05, 0x02,
-                                0x09, 0xc4, 0x09, 0xc5, 0x15, 0x00, 0x26, 0xff, 0x0f, 0x75, 0x0c, 0x95, 0x02, 0x81, 0x02, 0xc0};
+const Bytes kRheostatDescriptor{0x05, 0x01, 0x09, 0x04, 0xa1, 0x01, 0x85, 0x03, 0x05, 0x09, 0x19, 0x01,
+                                0x29, 0x02, 0x15, 0x00, 0x25, 0x01, 0x75, 0x01, 0x95, 0x02, 0x81, 0x02,
+                                0x75, 0x06, 0x95, 0x01, 0x81, 0x03, 0x05, 0x02, 0x09, 0xc4, 0x09, 0xc5,
+                                0x15, 0x00, 0x26, 0xff, 0x0f, 0x75, 0x0c, 0x95, 0x02, 0x81, 0x02, 0xc0};
 
 /// `typodont run` beside emulated devices that it finds by itself, and what it recorded.
 class WholeProgram : public testing::Test {

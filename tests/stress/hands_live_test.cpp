@@ -1,8 +1,9 @@
-// The whole program, `typodont run`, with an emulated arm on a pseudo terminal, broken in contact: what the arm's motors
-// do is seen from the arm's side. The arm's firmware never lets go by itself here, so whatever does was the program, or
-// its keeper: nothing is claimed about how many milliseconds it took on a machine that does other things as well. The
-// tight bounds (2 ms) and the thousand random moments are in device_faults_test.cpp, in simulated time, and those of
-// processes that end in device_ends_test.cpp. Whatever is waited for here is a state, by the board's own clock.
+// The whole program, `typodont run`, with an emulated arm on a pseudo terminal, broken in contact: what the arm's
+// motors do is seen from the arm's side. The arm's firmware never lets go by itself here, so whatever does was the
+// program, or its keeper: nothing is claimed about how many milliseconds it took on a machine that does other things as
+// well. The tight bounds (2 ms) and the thousand random moments are in device_faults_test.cpp, in simulated time, and
+// those of processes that end in device_ends_test.cpp. Whatever is waited for here is a state, by the board's own
+// clock.
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <signal.h>
@@ -66,16 +67,17 @@ class LiveHands : public testing::Test {
   void press() {
     board.hold([home = board.home()](double s) {
       const auto ease = [](double x) { return 0.5 * (1 - std::cos(kPi * std::clamp(x, 0.0, 1.0))); };
-      const double in = std::fmod(s, kPeriod);                        // every two seconds …
+      const double in = std::fmod(s, kPeriod);                       // every two seconds …
       const double share = ease(in / 0.4) - ease((in - 1.4) / 0.2);  // … in for one of them, free for half of one
       return home - dvec3(0, 0, 3e-3 * ease(s / 0.5) + 1.6e-3 * share);
     });
   }
 
   void start(const std::string& more = "", const std::string& environment = "") {
-    child = folder.start(fmt::format("run {} --hand woodenhaptics:{},woody_patient --pedal none --audio none: --json {}",
-                                     folder / "scene.json", folder / "arm", more),
-                         environment);
+    child =
+        folder.start(fmt::format("run {} --hand woodenhaptics:{},woody_patient --pedal none --audio none: --json {}",
+                                 folder / "scene.json", folder / "arm", more),
+                     environment);
     ASSERT_GT(child, 0);
     ASSERT_TRUE(gives_force()) << folder.said();
     press();
@@ -178,7 +180,8 @@ TEST_F(LiveHands, ASignalThatEndsTheProgramLeavesNoForce) {
     expect_let_go();
     board.pass(0.1);
     EXPECT_EQ(board.current(), 0) << signal;
-    EXPECT_TRUE((signal != SIGSEGV && signal != SIGABRT) || (WIFSIGNALED(status) && WTERMSIG(status) == signal)) << signal;
+    EXPECT_TRUE((signal != SIGSEGV && signal != SIGABRT) || (WIFSIGNALED(status) && WTERMSIG(status) == signal))
+        << signal;
     unplug_and_rest();
   }
 }
@@ -241,8 +244,8 @@ TEST_F(LiveHands, GarbageShortReportsAndABoardsErrorTakeTheForceAwayAndItComesBa
 TEST_F(LiveHands, AThousandSecondProgramsAreToldThatTheArmIsTakenAndTheFirstGoesOn) {
   start();
   wait_for_contact();
-  const std::string second_run = fmt::format("run {} --hand woodenhaptics:{},woody_patient --pedal none",
-                                             folder / "scene.json", folder / "arm");
+  const std::string second_run =
+      fmt::format("run {} --hand woodenhaptics:{},woody_patient --pedal none", folder / "scene.json", folder / "arm");
   const test::Ran second = folder.run(second_run, "timeout 120");
   EXPECT_EQ(second.status, 2);
   EXPECT_NE(second.err.find("another program holds this device"), std::string::npos) << second.err;
@@ -259,7 +262,8 @@ TEST_F(LiveHands, AWallClockThatIsSetIsNotFeltAndOneThatLeapsTakesTheForceAwayUn
   test::LeapingClock clock(folder / "clock");
   start("--record " + (folder / "s.h5"), clock.environment(TYPODONT_STANDIN_CLOCK));
   for (const double hours : {1.0, -2.0, 48.0, -1.0}) {
-    // A machine that holds the program up just then takes the force away, too, which shows in its silence: then once more.
+    // A machine that holds the program up just then takes the force away, too, which shows in its silence: then once
+    // more.
     Nanos silence = 0;
     for (int attempt = 0; attempt < 3; ++attempt) {
       wait_for_contact();
@@ -394,7 +398,7 @@ TEST_F(LiveHands, TwoArmsAtOnceTheSecondHoldsTheMirrorAndIsRecordedOnTheSameCloc
   start(fmt::format("--left-hand woodenhaptics:{},woody_patient --record {}", folder / "other", folder / "s.h5"));
   other.hold([home = other.home()](double t) { return home + dvec3(0, 5e-3 * std::sin(3 * t), 0); });
   wait_for_contact();
-  other.pass(2.5);              // to and fro
+  other.pass(2.5);                  // to and fro
   EXPECT_LT(other.current(), 0.5);  // it holds up its own arm and pushes nobody
   end();
   const session::SessionReader session(folder / "s.h5");

@@ -76,7 +76,8 @@ TEST(Campaign, AfterAnyNumberOfCutsAndFillingsInAnyOrderPatchAndVolumeHoldTheSam
   PerTissue removed{}, added{};
   dvec3 at(0);
   for (int i = 0; i < campaign(10000); ++i) {  // ./run stress: a million
-    const dvec3 next = glm::clamp(at + 0.2_mm * dvec3(uniform(random), uniform(random), uniform(random)), -1.5_mm, 1.5_mm);
+    const dvec3 next =
+        glm::clamp(at + 0.2_mm * dvec3(uniform(random), uniform(random), uniform(random)), -1.5_mm, 1.5_mm);
     const double radius = 0.4_mm + 0.2_mm * uniform(random);
     if (random() % 2) {
       bur.diameter = bur.length = 2 * radius;

@@ -32,18 +32,21 @@ struct Body {
 /// a voxel.
 constexpr Body kBodies[] = {
     {"the molar", "assets/teeth/molar.vdb", {6.8_mm, 5.5_mm, 20.5_mm}},
-    {"a bored ball of two tissues", R"({"voxel_mm": 0.2, "solids": [
+    {"a bored ball of two tissues",
+     R"({"voxel_mm": 0.2, "solids": [
       {"tissue": "enamel", "solid": {"difference": [{"sphere": {"radius_mm": 4}}, {"cylinder": {"radius_mm": 0.8, "height_mm": 20}}]}},
       {"tissue": "dentin", "solid": {"difference": [{"sphere": {"radius_mm": 3}}, {"cylinder": {"radius_mm": 0.8, "height_mm": 20}}]}}]})",
      {0, 0, 4.0_mm}},
     {"a sheet of a tenth of a millimetre",
      R"({"voxel_mm": 0.1, "band_mm": 0.8, "solids": [{"tissue": "enamel", "solid": {"box": {"size_mm": [5, 5, 0.1]}}}]})",
      {0, 0, 0.05_mm}},
-    {"a V-groove of 40 degrees", R"({"voxel_mm": 0.1, "solids": [{"tissue": "enamel", "solid": {"difference": [
+    {"a V-groove of 40 degrees",
+     R"({"voxel_mm": 0.1, "solids": [{"tissue": "enamel", "solid": {"difference": [
       {"box": {"size_mm": [5, 5, 3]}}, {"intersection": [{"box": {"size_mm": [6, 6, 6]}},
       {"halfspace": {"normal": [0.94, 0, -0.342], "offset_mm": 0}}, {"halfspace": {"normal": [-0.94, 0, -0.342], "offset_mm": 0}}]}]}}]})",
      {0, 0, 1.5_mm}},
-    {"spikes", R"({"voxel_mm": 0.1, "solids": [
+    {"spikes",
+     R"({"voxel_mm": 0.1, "solids": [
       {"tissue": "dentin", "solid": {"box": {"center_mm": [0, 0, -1.5], "size_mm": [5, 5, 1]}}},
       {"tissue": "enamel", "solid": {"union": [
         {"cone": {"center_mm": [-0.8, -0.8, 0], "axis": [0, 0, 1], "radius_mm": 0.4, "height_mm": 2}},
@@ -51,16 +54,20 @@ constexpr Body kBodies[] = {
         {"cone": {"center_mm": [-0.8, 0.8, 0], "axis": [0.3, 0, 1], "radius_mm": 0.3, "height_mm": 2}},
         {"cylinder": {"center_mm": [0.8, 0.8, 0], "axis": [0, 0, 1], "radius_mm": 0.13, "height_mm": 2}}]}}]})",
      {0, 0, 1.0_mm}},
-    {"a slot, its medial plane amid the heads", R"({"voxel_mm": 0.1, "solids": [{"tissue": "dentin", "solid": {"difference": [
+    {"a slot, its medial plane amid the heads",
+     R"({"voxel_mm": 0.1, "solids": [{"tissue": "dentin", "solid": {"difference": [
       {"box": {"size_mm": [5, 5, 3]}}, {"box": {"center_mm": [0, 0, 0.5], "size_mm": [1.3, 9, 3]}}]}}]})",
      {0, 0, 1.5_mm}},
-    {"a tunnel hardly wider than the smaller heads", R"({"voxel_mm": 0.1, "solids": [{"tissue": "dentin", "solid": {"difference": [
+    {"a tunnel hardly wider than the smaller heads",
+     R"({"voxel_mm": 0.1, "solids": [{"tissue": "dentin", "solid": {"difference": [
       {"box": {"size_mm": [4, 4, 4]}}, {"cylinder": {"axis": [0, 0, 1], "radius_mm": 0.55, "height_mm": 9}}]}}]})",
      {0, 0, 2.0_mm}},
-    {"a ring about its medial axis", R"({"voxel_mm": 0.1, "solids": [
+    {"a ring about its medial axis",
+     R"({"voxel_mm": 0.1, "solids": [
       {"tissue": "enamel", "solid": {"torus": {"axis": [0, 0, 1], "major_mm": 1.4, "minor_mm": 0.6}}}]})",
      {0, 0, 0.6_mm}},
-    {"two balls that touch", R"({"voxel_mm": 0.1, "solids": [
+    {"two balls that touch",
+     R"({"voxel_mm": 0.1, "solids": [
       {"tissue": "enamel", "solid": {"sphere": {"center_mm": [-1.5, 0, 0], "radius_mm": 1.5}}},
       {"tissue": "dentin", "solid": {"sphere": {"center_mm": [1.5, 0, 0], "radius_mm": 1.5}}}]})",
      {0, 0, 1.5_mm}}};
@@ -161,22 +168,41 @@ TEST_P(HostileHand, NeverGetsNonsenseForNonsense) {
       Wanderer hand(seed, body.top);
       std::mt19937_64 random(seed);
       std::uniform_real_distribution<double> uniform(-1, 1);
-      const auto anywhere = [&](double size) { return size * dvec3(uniform(random), uniform(random), uniform(random)); };
+      const auto anywhere = [&](double size) {
+        return size * dvec3(uniform(random), uniform(random), uniform(random));
+      };
       PerTissue removed{};
       std::uint64_t cuts = 0;
       for (int i = 0; i < std::min(left, kRound); ++i, ++all) {
         Pose X = hand.next(1e-3);
         double pedal = uniform(random);
         switch (random() % 500) {
-          case 0: hand.leap_to(body.top + anywhere(6.0_mm)); break;
-          case 1: X.p = {std::numeric_limits<double>::quiet_NaN(), 0, 0}; break;
-          case 2: X.p = dvec3(std::numeric_limits<double>::infinity()); break;
-          case 3: X.R = dquat(0, 0, 0, 0); break;
-          case 4: X.p = anywhere(1e30); break;
-          case 5: pedal = std::numeric_limits<double>::quiet_NaN(); break;
-          case 6: bench.t -= 5'000'000; break;  // the clock goes back
-          case 7: bench.t += 3'000'000'000; break;
-          default: break;
+          case 0:
+            hand.leap_to(body.top + anywhere(6.0_mm));
+            break;
+          case 1:
+            X.p = {std::numeric_limits<double>::quiet_NaN(), 0, 0};
+            break;
+          case 2:
+            X.p = dvec3(std::numeric_limits<double>::infinity());
+            break;
+          case 3:
+            X.R = dquat(0, 0, 0, 0);
+            break;
+          case 4:
+            X.p = anywhere(1e30);
+            break;
+          case 5:
+            pedal = std::numeric_limits<double>::quiet_NaN();
+            break;
+          case 6:
+            bench.t -= 5'000'000;
+            break;  // the clock goes back
+          case 7:
+            bench.t += 3'000'000'000;
+            break;
+          default:
+            break;
         }
         const ServoTick& tick = bench.tick(X, pedal);
         ASSERT_NO_FATAL_FAILURE(expect_sense(tick)) << "tick " << i;
@@ -197,9 +223,9 @@ TEST_P(HostileHand, NeverGetsNonsenseForNonsense) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Heads, HostileHand,
-                         testing::Values("round_012", "round_040", "flame_012", "cylinder_010", "round_end_cylinder_012",
-                                         "end_guarded_cylinder_010", "cone_016", "pear_010", "inverted_cone_010",
-                                         "excavator_spoon", "explorer"),
+                         testing::Values("round_012", "round_040", "flame_012", "cylinder_010",
+                                         "round_end_cylinder_012", "end_guarded_cylinder_010", "cone_016", "pear_010",
+                                         "inverted_cone_010", "excavator_spoon", "explorer"),
                          [](const auto& head) { return std::string(head.param); });
 
 }  // namespace

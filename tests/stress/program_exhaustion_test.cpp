@@ -13,7 +13,9 @@ namespace {
 class Exhaustion : public testing::Test {
  protected:
   Exhaustion() {
-    folder_.write("scene.json", R"({"tissue": {"voxel_mm": 0.2, "solids": [{"tissue": "dentin", "solid": {"sphere": {"radius_mm": 3}}}]},
+    folder_.write(
+        "scene.json",
+        R"({"tissue": {"voxel_mm": 0.2, "solids": [{"tissue": "dentin", "solid": {"sphere": {"radius_mm": 3}}}]},
       "tool": "round_012", "spindle_krpm": 300})");
     folder_.write("hand.csv", "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,0,0,3.7,1,0,0,0,1\n0.2,0,0,3.3,1,0,0,0,1\n");
   }
@@ -74,8 +76,10 @@ TEST_F(Exhaustion, WithLittleMemoryALiveSessionEndsInOrderWhicheverThreadHasNone
   const int floor = least(megabytes, 60, 10);
   int worked = 0, failed = 0;
   for (int more = 0; more < 150; more += 2) {
-    const Ran ran = folder_.run(fmt::format("run {0}/scene.json --hand script:{0}/hand.csv --audio none:'", folder_.path().string()),
-                                fmt::format("bash -c 'ulimit -c 0; ulimit {}; exec env -u DISPLAY -u WAYLAND_DISPLAY", megabytes(floor + more)));
+    const Ran ran = folder_.run(
+        fmt::format("run {0}/scene.json --hand script:{0}/hand.csv --audio none:'", folder_.path().string()),
+        fmt::format("bash -c 'ulimit -c 0; ulimit {}; exec env -u DISPLAY -u WAYLAND_DISPLAY",
+                    megabytes(floor + more)));
     EXPECT_LE(ran.status, 2) << floor + more << " MB\n" << ran.err;
     EXPECT_FALSE(ran.status != 0 && ran.err.empty()) << "no word about " << floor + more << " MB";
     ++(ran.status == 0 ? worked : failed);

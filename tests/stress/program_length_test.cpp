@@ -1,5 +1,5 @@
-// Sessions of any length: memory, open files and threads do not grow with them, the file in proportion. Nine minutes in every
-// test run, eight hours and more in ./run stress 80.
+// Sessions of any length: memory, open files and threads do not grow with them, the file in proportion. Nine minutes in
+// every test run, eight hours and more in ./run stress 80.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <sys/resource.h>
@@ -23,7 +23,8 @@ namespace {
 std::string hand_of(int minutes) {
   std::string hand = "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n";
   for (int i = 0; i < 6 * minutes; ++i) {
-    hand += fmt::format("{0},-1,0,6,1,0,0,0,0\n{1},-1,0,4.4,1,0,0,0,1\n{2},1,0,4.3,1,0,0,0,1\n", 10 * i, 10 * i + 3, 10 * i + 6);
+    hand += fmt::format("{0},-1,0,6,1,0,0,0,0\n{1},-1,0,4.4,1,0,0,0,1\n{2},1,0,4.3,1,0,0,0,1\n", 10 * i, 10 * i + 3,
+                        10 * i + 6);
   }
   return hand + fmt::format("{},-1,0,6,1,0,0,0,0\n", 60 * minutes);
 }
@@ -42,9 +43,11 @@ std::ptrdiff_t entries(const std::string& folder) {
 
 TEST(LongSession, TwiceAsLongTakesNoMoreMemoryHandlesOrThreadsAndTwiceTheFileWithEveryTickRecorded) {
   const ProgramFolder folder(TYPODONT_PROGRAM);
-  folder.write("scene.json", R"({"tissue": {"voxel_mm": 0.2, "solids": [{"tissue": "dentin", "solid": {"sphere": {"radius_mm": 4}}}]},
+  folder.write("scene.json",
+               R"({"tissue": {"voxel_mm": 0.2, "solids": [{"tissue": "dentin", "solid": {"sphere": {"radius_mm": 4}}}]},
     "tool": "round_012", "spindle_krpm": 300})");
-  // What it was mostly, in the second half: at the start a scene is open for a moment, which one look sees and another misses.
+  // What it was mostly, in the second half: at the start a scene is open for a moment, which one look sees and another
+  // misses.
   const auto mostly = [](std::vector<std::ptrdiff_t> counts) {
     if (counts.empty()) return std::ptrdiff_t{0};
     const auto middle = counts.begin() + static_cast<std::ptrdiff_t>(3 * counts.size() / 4);
@@ -53,7 +56,8 @@ TEST(LongSession, TwiceAsLongTakesNoMoreMemoryHandlesOrThreadsAndTwiceTheFileWit
   };
   const auto session_of = [&](int minutes) {
     folder.write("hand.csv", hand_of(minutes));
-    const pid_t child = folder.start(fmt::format("servo {} --hand {} --out {}", folder / "scene.json", folder / "hand.csv", folder / "out.h5"));
+    const pid_t child = folder.start(
+        fmt::format("servo {} --hand {} --out {}", folder / "scene.json", folder / "hand.csv", folder / "out.h5"));
     Used all;
     std::vector<std::ptrdiff_t> open_files, threads;
     int status = -1;

@@ -1,5 +1,5 @@
-// Everything at once, and each thread of the program in turn held for a third of a second from outside: the session goes
-// on, says what it lost, and its recording is whole and replays to the last bit.
+// Everything at once, and each thread of the program in turn held for a third of a second from outside: the session
+// goes on, says what it lost, and its recording is whole and replays to the last bit.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <signal.h>
@@ -41,9 +41,9 @@ class Stalled : public testing::Test {
   }
 
   void start() {
-    child_ = folder_.start(fmt::format("run {} --rig {} --hand script:{} --audio wav:{} --record {} --seconds {} --json",
-                                       folder_ / "scene.json", folder_ / "rig.json", folder_ / "hand.csv", folder_ / "sound.wav",
-                                       folder_ / "session.h5", kSeconds));
+    child_ = folder_.start(fmt::format(
+        "run {} --rig {} --hand script:{} --audio wav:{} --record {} --seconds {} --json", folder_ / "scene.json",
+        folder_ / "rig.json", folder_ / "hand.csv", folder_ / "sound.wav", folder_ / "session.h5", kSeconds));
     for (int i = 0; i < 600 && !std::filesystem::exists(folder_ / "session.h5"); ++i) pause(0.1);
     ASSERT_TRUE(std::filesystem::exists(folder_ / "session.h5")) << folder_.said();
     pause(1);

@@ -218,7 +218,8 @@ TEST(ShortenedFile, ReadsAsFarAsItGoesOrIsAnError) {
       const auto ticks = reader.ticks();
       for (std::size_t k = 0; k < ticks.size(); k += 512) {
         const auto expected = random_ticks(512, 200 + k / 512, k);
-        for (std::size_t j = 0; j < 512 && k + j < ticks.size(); ++j) ASSERT_TRUE(same_for_replay(expected[j], ticks[k + j]));
+        for (std::size_t j = 0; j < 512 && k + j < ticks.size(); ++j)
+          ASSERT_TRUE(same_for_replay(expected[j], ticks[k + j]));
       }
       most = std::max(most, reader.tick_count());
     } catch (const Error& e) {

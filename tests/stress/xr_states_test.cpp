@@ -15,9 +15,9 @@ namespace {
 
 struct Outcome {
   int frames = 0, drawn = 0;
-  bool left = false;     // by the user
-  bool asleep = false;   // never began
-  std::string failure;   // lost
+  bool left = false;    // by the user
+  bool asleep = false;  // never began
+  std::string failure;  // lost
 };
 
 struct XrStates : testing::Test {
@@ -61,8 +61,7 @@ struct XrStates : testing::Test {
         idle = 0;
         const display::HmdFrame frame = hmd.wait();
         stage.draw(frame, {});
-        for (int hand = 0; hand < 2 && frame.focused; ++hand)
-          hmd.vibrate(hand, {out.frames % 3 ? 0.5 : 0.0, 100});
+        for (int hand = 0; hand < 2 && frame.focused; ++hand) hmd.vibrate(hand, {out.frames % 3 ? 0.5 : 0.0, 100});
         ++out.frames;
         out.drawn += frame.draw;
         hmd.timings();
@@ -82,13 +81,21 @@ const std::string kSmall = R"("view_size": [48, 32], "mask": [[-2, -2], [-0.7, -
 
 TEST_F(XrStates, AThousandFramesWithRandomChangesOfStateBreakNoRule) {
   std::mt19937 random(11);
-  const std::vector<std::string> kinds{
-      R"("event": "unfocus")", R"("event": "focus")",       R"("event": "hide")",        R"("event": "show")",
-      R"("event": "focus")",   R"("event": "stop", "count": 3)", R"("event": "mask")",   R"("event": "profile")",
-      R"("event": "events_lost")", R"("event": "unknown")", R"("event": "no_render", "count": 5)",
-      R"("event": "unlocatable", "count": 4)", R"("event": "refresh")",
-      R"("event": "recenter", "p": [0.1, 0, 0.2], "q": [0.9, 0, 0.43589, 0])",
-      R"("event": "recenter", "pose_valid": false)"};
+  const std::vector<std::string> kinds{R"("event": "unfocus")",
+                                       R"("event": "focus")",
+                                       R"("event": "hide")",
+                                       R"("event": "show")",
+                                       R"("event": "focus")",
+                                       R"("event": "stop", "count": 3)",
+                                       R"("event": "mask")",
+                                       R"("event": "profile")",
+                                       R"("event": "events_lost")",
+                                       R"("event": "unknown")",
+                                       R"("event": "no_render", "count": 5)",
+                                       R"("event": "unlocatable", "count": 4)",
+                                       R"("event": "refresh")",
+                                       R"("event": "recenter", "p": [0.1, 0, 0.2], "q": [0.9, 0, 0.43589, 0])",
+                                       R"("event": "recenter", "pose_valid": false)"};
   std::string events;
   for (int frame = 5; frame < 1000; frame += 1 + static_cast<int>(random() % 12))
     events += fmt::format("{}{{\"frame\": {}, {}}}", events.empty() ? "" : ", ", frame, kinds[random() % kinds.size()]);
@@ -163,12 +170,26 @@ INSTANTIATE_TEST_SUITE_P(States, XrEventAtState,
                          [](const auto& state) { return std::string(state.param); });
 
 TEST_F(XrStates, EveryCallMayFailOnceAndTheSessionEndsInOrder) {
-  for (const char* call :
-       {"xrCreateSession", "xrCreateReferenceSpace", "xrEnumerateSwapchainFormats", "xrCreateSwapchain",
-        "xrEnumerateSwapchainImages", "xrCreateActionSet", "xrSuggestInteractionProfileBindings",
-        "xrAttachSessionActionSets", "xrBeginSession", "xrPollEvent", "xrWaitFrame", "xrBeginFrame", "xrLocateSpace",
-        "xrLocateViews", "xrSyncActions", "xrGetActionStateFloat", "xrAcquireSwapchainImage", "xrWaitSwapchainImage",
-        "xrReleaseSwapchainImage", "xrEndFrame"}) {
+  for (const char* call : {"xrCreateSession",
+                           "xrCreateReferenceSpace",
+                           "xrEnumerateSwapchainFormats",
+                           "xrCreateSwapchain",
+                           "xrEnumerateSwapchainImages",
+                           "xrCreateActionSet",
+                           "xrSuggestInteractionProfileBindings",
+                           "xrAttachSessionActionSets",
+                           "xrBeginSession",
+                           "xrPollEvent",
+                           "xrWaitFrame",
+                           "xrBeginFrame",
+                           "xrLocateSpace",
+                           "xrLocateViews",
+                           "xrSyncActions",
+                           "xrGetActionStateFloat",
+                           "xrAcquireSwapchainImage",
+                           "xrWaitSwapchainImage",
+                           "xrReleaseSwapchainImage",
+                           "xrEndFrame"}) {
     SCOPED_TRACE(call);
     // Calls of the set-up fail in the middle of it; calls of a frame in the seventh.
     const bool early = std::string(call).starts_with("xrCreate") || std::string(call).starts_with("xrEnum") ||

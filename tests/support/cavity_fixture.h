@@ -14,11 +14,13 @@ inline constexpr double kTop = 2.55e-3;   // m
 template <class Distance>
 DenseField sampled(const glm::ivec3& size, Distance distance) {
   DenseField field{size, {}};
-  field.distance.resize(static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y) * static_cast<std::size_t>(size.z));
+  field.distance.resize(static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y) *
+                        static_cast<std::size_t>(size.z));
   for (int x = 0; x < size.x; ++x) {
     for (int y = 0; y < size.y; ++y) {
       for (int z = 0; z < size.z; ++z) {
-        field.distance[field.at(x, y, z)] = static_cast<float>(std::clamp(distance(kVoxel * dvec3(x, y, z)) / kVoxel, -15.0, 15.0));
+        field.distance[field.at(x, y, z)] =
+            static_cast<float>(std::clamp(distance(kVoxel * dvec3(x, y, z)) / kVoxel, -15.0, 15.0));
       }
     }
   }
@@ -28,7 +30,9 @@ DenseField sampled(const glm::ivec3& size, Distance distance) {
 /// 8 × 8 × 4 mm; W has its origin at sample (0,0,0). All dentin. `removed`: signed distance of what is taken away.
 inline const glm::ivec3 kBlock{81, 81, 41};
 inline const dvec3 kMiddle{4e-3, 4e-3, kTop};
-inline double block(const dvec3& p) { return p.z - kTop; }
+inline double block(const dvec3& p) {
+  return p.z - kTop;
+}
 
 template <class Removed>
 DenseField without(Removed removed) {

@@ -64,8 +64,8 @@ class ProgramFolder {
   /// The same in the background, without a desktop; `environment` as "NAME=VALUE …". It does not outlive the test.
   pid_t start(const std::string& arguments, const std::string& environment = "") const {
     const std::string out = *this / ".started_out", err = *this / ".started_err";
-    const std::string command =
-        fmt::format("exec env -u DISPLAY -u WAYLAND_DISPLAY {} {} {} <&- >{} 2>{}", environment, program_, arguments, out, err);
+    const std::string command = fmt::format("exec env -u DISPLAY -u WAYLAND_DISPLAY {} {} {} <&- >{} 2>{}", environment,
+                                            program_, arguments, out, err);
     const pid_t child = ::fork();
     if (child != 0) return child;
     const rlimit none{0, 0};

@@ -42,9 +42,7 @@ struct Random {
   explicit Random(std::uint64_t seed) : engine(seed) {}
   double number(double scale) { return std::uniform_real_distribution<double>(-scale, scale)(engine); }
   dvec3 vec(double scale) { return {number(scale), number(scale), number(scale)}; }
-  Pose pose(double scale) {
-    return {vec(scale), glm::normalize(dquat(number(1), number(1), number(1), number(1)))};
-  }
+  Pose pose(double scale) { return {vec(scale), glm::normalize(dquat(number(1), number(1), number(1), number(1)))}; }
 };
 
 inline ServoTick random_tick(std::uint64_t index, Random& random) {

@@ -88,11 +88,11 @@ TEST(QualityLadder, ComesBackLaterEachTimeTheStepAboveProvesTooSlow) {
 }
 
 haptics::TissueVolume ball(double radius_mm) {
-  return haptics::TissueVolume(haptics::read_solids(Json::parse(
-      fmt::format(R"({{"voxel_mm": 0.1, "band_mm": 1, "solids": [
+  return haptics::TissueVolume(
+      haptics::read_solids(Json::parse(fmt::format(R"({{"voxel_mm": 0.1, "band_mm": 1, "solids": [
         {{"tissue": "dentin", "solid": {{"sphere": {{"center_mm": [0, 0, 0], "radius_mm": {}}}}}}}]}})",
-                  radius_mm),
-      "solids")));
+                                                   radius_mm),
+                                       "solids")));
 }
 
 TEST(LabelBlocks, HoldWhatTheVolumeHoldsAndForgetIt) {
@@ -129,7 +129,8 @@ TEST(LabelBlocks, HoldWhatTheVolumeHoldsAndForgetIt) {
 /// Live views beside a carver that answers as the bench's does.
 struct Watched {
   static constexpr glm::ivec2 kPicture{160, 120};
-  Scene scene = parse_scene(Json::parse(R"({"tissue": {"solids": []}, "tool": "round_012"})", "scene.json"), "scene.json");
+  Scene scene =
+      parse_scene(Json::parse(R"({"tissue": {"solids": []}, "tool": "round_012"})", "scene.json"), "scene.json");
   haptics::TissueVolume tissue = ball(3);
   Wiring wiring{haptics::SurfacePatch()};
   Surroundings around;
@@ -161,7 +162,8 @@ struct Watched {
     ++wiring.tissue_version;
     show();
   }
-  /// Turns of carver and picture for so long, and until all that was wanted is made; pixels of the last frame that show tissue.
+  /// Turns of carver and picture for so long, and until all that was wanted is made; pixels of the last frame that show
+  /// tissue.
   int turns(int count) {
     constexpr int kMost = 6000;  // a slow machine, a sanitizer
     for (int i = 0; i < count || (views.making(Eyes::kTrainee) && i < kMost); ++i) {
@@ -224,7 +226,8 @@ TEST(LiveViews, NothingWantedNothingDoneAndTheSameTissueIsNotLookedAtTwice) {
 
 /// The carver's thread alone, at a brush's strokes.
 struct Carved {
-  Scene scene = parse_scene(Json::parse(R"({"tissue": {"solids": []}, "tool": "round_012"})", "scene.json"), "scene.json");
+  Scene scene =
+      parse_scene(Json::parse(R"({"tissue": {"solids": []}, "tool": "round_012"})", "scene.json"), "scene.json");
   LiveSession session{scene, ball(2)};
   std::vector<PaintStroke> strokes;
   std::jthread carver;
@@ -269,9 +272,9 @@ TEST(CarverThread, APictureThatTookNothingForLongHasAllOfTheSurfaceOnceItTakesAg
   TissueView view(0.1f);
   std::map<std::uint64_t, std::size_t> expected, shown;  // corners of decay by brick
   const auto decay = [](const render::MeshUpdate& brick) {
-    return static_cast<std::size_t>(std::count_if(brick.vertices.begin(), brick.vertices.end(), [](const render::Vertex& v) {
-      return v.tissue[0] == Tissue::kCaries || v.tissue[1] == Tissue::kCaries;
-    }));
+    return static_cast<std::size_t>(std::count_if(
+        brick.vertices.begin(), brick.vertices.end(),
+        [](const render::Vertex& v) { return v.tissue[0] == Tissue::kCaries || v.tissue[1] == Tissue::kCaries; }));
   };
   for (const render::MeshUpdate& brick : view.update(same)) expected[brick.brick] = decay(brick);
   const bool all = Carved::within_ten_seconds([&] {
@@ -327,8 +330,9 @@ TEST(RecorderThread, CountsWhatEachOfItsRingsHadNoRoomFor) {
     }
   };
   std::apply([&](auto&... ring) { (overflow(ring), ...); },
-             std::tie(w.ticks_to_recorder, w.cuts_to_recorder, w.patches_to_recorder, w.edits_to_recorder, w.pieces_to_recorder,
-                      w.seen_to_recorder, w.left_to_recorder, w.xr_frames_to_recorder, w.pictures_to_recorder));
+             std::tie(w.ticks_to_recorder, w.cuts_to_recorder, w.patches_to_recorder, w.edits_to_recorder,
+                      w.pieces_to_recorder, w.seen_to_recorder, w.left_to_recorder, w.xr_frames_to_recorder,
+                      w.pictures_to_recorder));
   w.nothing_more = true;
   const std::string file = testing::TempDir() + fmt::format("typodont_rings_{}.h5", ::getpid());
   session::SessionWriter writer(file, header);

@@ -237,7 +237,9 @@ TEST_F(Around, TheCoarseOnesAreTheSameShapeWithFewerTriangles) {
 TEST(SuctionInAScene, IsReadAndMistakesAreNamed) {
   const auto scene = [](const std::string& suction, const char* parts = "[\"haptics\", \"render\", \"debris\"]") {
     return parse_scene(Json::parse(R"({"tissue": {"solids": []}, "tool": "round_012", "parts": )" + std::string(parts) +
-                                       R"(, "suction": )" + suction + "}", "scene.json"), "scene.json");
+                                       R"(, "suction": )" + suction + "}",
+                                   "scene.json"),
+                       "scene.json");
   };
   const Scene plain = scene(R"({"position_mm": [1, 2, 3], "flow_l_per_min": 60, "radius_mm": 5})");
   ASSERT_TRUE(plain.suction && plain.suction_on);

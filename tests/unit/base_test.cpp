@@ -147,8 +147,11 @@ TEST(PartialFile, WhatAKilledProcessLeftOfTheSameFileGoesAndWhatALivingOneWrites
   if (dead == 0) _exit(0);
   waitpid(dead, nullptr, 0);
   const auto file = temporary("left.txt", "");
-  const auto named = [&](pid_t process, const char* rest) { return temporary(fmt::format("left.txt.{}{}", process, rest), ""); };
-  const auto left = named(dead, ".partial"), other_kind = named(dead, ".log.partial"), living = named(getppid(), ".partial");
+  const auto named = [&](pid_t process, const char* rest) {
+    return temporary(fmt::format("left.txt.{}{}", process, rest), "");
+  };
+  const auto left = named(dead, ".partial"), other_kind = named(dead, ".log.partial"),
+             living = named(getppid(), ".partial");
   const auto no_process = temporary("left.txt.notes.partial", "");
   const PartialFile partial(file);
   EXPECT_FALSE(std::filesystem::exists(left));

@@ -91,9 +91,11 @@ TEST(Panel, ExactTouchesGiveTheRectangleBack) {
   Panel truth;
   truth.lower_left = {0.1, 0.2, 0.3};
   truth.lower_right = truth.lower_left + 0.34 * glm::normalize(dvec3(1, 0.2, -0.1));
-  truth.upper_left = truth.lower_left + 0.19 * glm::normalize(glm::cross(dvec3(0.1, -0.3, 0.9), truth.lower_right - truth.lower_left));
+  truth.upper_left =
+      truth.lower_left + 0.19 * glm::normalize(glm::cross(dvec3(0.1, -0.3, 0.9), truth.lower_right - truth.lower_left));
   std::vector<MarkTouch> touches;
-  for (const PanelPoint mark : {PanelPoint{0, 0}, {1, 0}, {0, 1}, {1, 1}}) touches.push_back({mark, truth.at(mark.u, mark.v)});
+  for (const PanelPoint mark : {PanelPoint{0, 0}, {1, 0}, {0, 1}, {1, 1}})
+    touches.push_back({mark, truth.at(mark.u, mark.v)});
   const PanelResult result = solve_panel(touches);
   EXPECT_EQ(result.not_determined, "");
   EXPECT_LT(glm::length(result.panel.upper_left - truth.upper_left), 1e-12);
@@ -141,7 +143,8 @@ TEST(Eyes, TheUsersOffsetIsMeasuredWhenAskedFor) {
   for (int i = 0; i < 60; ++i) {
     const dvec3 p = random.in_box(dvec3(-0.05), dvec3(0.05));
     const bool right = i % 2;
-    alignments.push_back({right, pixel_for(rig, right ? rig.eyes.right_eye() : rig.eyes.left_eye(), p), p + random.normal3(1e-4)});
+    alignments.push_back(
+        {right, pixel_for(rig, right ? rig.eyes.right_eye() : rig.eyes.left_eye(), p), p + random.normal3(1e-4)});
     touches.push_back({p, p + dvec3(0.001, -0.002, 0.003) + random.normal3(1e-4)});
   }
   const EyesResult result = solve_eyes(alignments, rig);
@@ -201,7 +204,10 @@ TEST(RigFile, KeepsWhatIsNotItsOwn) {
   EXPECT_EQ(json["calibration"]["devices"]["arm"].string(), "WH-007");
   EXPECT_TRUE(json["calibration"].has("date"));
   const Pose X = RigFile::load(folder / "rig.json").bench().rig.X_WH;
-  EXPECT_LT(glm::length(X.p - bench.rig.X_WH.p) + glm::length(dvec3(X.R.x, X.R.y, X.R.z) - dvec3(bench.rig.X_WH.R.x, bench.rig.X_WH.R.y, bench.rig.X_WH.R.z)), 1e-15);
+  EXPECT_LT(
+      glm::length(X.p - bench.rig.X_WH.p) +
+          glm::length(dvec3(X.R.x, X.R.y, X.R.z) - dvec3(bench.rig.X_WH.R.x, bench.rig.X_WH.R.y, bench.rig.X_WH.R.z)),
+      1e-15);
 }
 
 TEST(RigFile, BadValuesNameTheirKey) {
@@ -290,7 +296,8 @@ TEST(GuidedCapture, TheWholeRoutineCanBeGuided) {
       }
       if (step == Step::kScreen) aim = truth.panel.at(asked.mark->u, asked.mark->v);
       if (step == Step::kMirror) {
-        const dvec3 n = truth.mirror->normal, p(0.03 * static_cast<double>(i % 7) - 0.09, 0, 0.03 * static_cast<double>(i / 7 % 7) - 0.09);
+        const dvec3 n = truth.mirror->normal,
+                    p(0.03 * static_cast<double>(i % 7) - 0.09, 0, 0.03 * static_cast<double>(i / 7 % 7) - 0.09);
         aim = p - n * (glm::dot(n, p) - truth.mirror->offset);
       }
       if (step == Step::kEyes) {
@@ -365,7 +372,8 @@ TEST(PromptPicture, MirroredTextIsTheTextMirroredAndMarksStayInPlace) {
   }
   EXPECT_GT(lit, 100);
   const Picture turned = prompt_picture(prompt, 640, 360, false, true);
-  for (std::size_t i = 0; i < plain.grey.size(); ++i) ASSERT_EQ(plain.grey[i], turned.grey[(359 - i / 640) * 640 + i % 640]);
+  for (std::size_t i = 0; i < plain.grey.size(); ++i)
+    ASSERT_EQ(plain.grey[i], turned.grey[(359 - i / 640) * 640 + i % 640]);
   prompt.text.clear();
   prompt.mark = PanelPoint{0.25, 0.5};
   EXPECT_EQ(prompt_picture(prompt, 640, 360, true, true).grey[180 * 640 + 160], 255);

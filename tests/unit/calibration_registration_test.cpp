@@ -1,11 +1,10 @@
-#include "calibration/registration_solver.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 #include <numeric>
 
+#include "calibration/registration_solver.h"
 #include "calibration/statistics.h"
 #include "engine/base/error.h"
 #include "tests/support/no_alloc.h"

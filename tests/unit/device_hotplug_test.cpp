@@ -72,8 +72,8 @@ struct Bench {
     };
     options.retry = 2ms;
     options.rest = 20'000'000;
-    hand = std::make_unique<ReconnectingDevice>(std::make_unique<Plugged>(plug),
-                                                [this] { return std::make_unique<Plugged>(plug); }, options);
+    hand = std::make_unique<ReconnectingDevice>(
+        std::make_unique<Plugged>(plug), [this] { return std::make_unique<Plugged>(plug); }, options);
   }
   /// Samples until the device is there, or a second of samples has gone by; how many.
   int samples_until_back() {
@@ -202,7 +202,7 @@ TEST(Keeper, LetsGoWhenItsProcessStandsStillWithAForceOut) {
     keeper.told(true, now() + 3600 * kNanosPerSecond);  // not silent until it says so
     ::signal(SIGUSR1, [](int) {});
     [[maybe_unused]] const auto n = ::write(ready.ends[1], "!", 1);
-    ::sleep(600);  // until the signal
+    ::sleep(600);              // until the signal
     keeper.told(true, now());  // the last word, and then nothing
     ::sleep(600);
     ::_exit(1);

@@ -173,9 +173,9 @@ TEST(HidArm, JointAnglesAreThoseOfTheArmWhateverTheProtocolAndGoThroughEveryLaye
     ArmProtocol protocol;
     std::size_t joints;
   };
-  for (const Case& c : {Case{woody, ArmProtocol::kHidV1, 3}, Case{woody, ArmProtocol::kText, 3},
-                        Case{polhem, ArmProtocol::kHidV2, 6}, Case{polhem, ArmProtocol::kRawHid, 6},
-                        Case{polhem, ArmProtocol::kText, 6}}) {
+  for (const Case& c :
+       {Case{woody, ArmProtocol::kHidV1, 3}, Case{woody, ArmProtocol::kText, 3}, Case{polhem, ArmProtocol::kHidV2, 6},
+        Case{polhem, ArmProtocol::kRawHid, 6}, Case{polhem, ArmProtocol::kText, 6}}) {
     test::SimTime time;
     test::EmulatedArm board(time, c.protocol, c.arm, 1);
     const dvec3 home = body_angles(c.arm, c.arm.home), stylus_home = stylus_angles(c.arm, c.arm.home);

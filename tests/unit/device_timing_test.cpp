@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "engine/base/units.h"
-#include "haptics/forces/velocity_estimator.h"
 #include "engine/contract/loop_timing.h"
+#include "haptics/forces/velocity_estimator.h"
 #include "tests/support/no_alloc.h"
 
 namespace typodont::haptics {

@@ -162,7 +162,8 @@ TEST(OpenHaptics, AThousandFaultsAtRandomMomentsEachTakeTheForceAwayWithinOneCal
     }
   };
   for (int i = 0; i < 1000; ++i) {
-    for (int tries = 0; tries == 0 || (force()[2] != 2 && tries < 20); ++tries) {  // a machine that stalls is a leap of time
+    for (int tries = 0; tries == 0 || (force()[2] != 2 && tries < 20);
+         ++tries) {  // a machine that stalls is a leap of time
       ticks(5, dvec3(0));
       ticks(2 + static_cast<int>(random() % 20), {0, 0, 2});
     }
@@ -297,7 +298,8 @@ TEST(OpenHaptics, DevicesAreListedByTheNamesOfTheVendorsSetUpWithModelSerialAndL
   ASSERT_EQ(found.size(), 1u);
   EXPECT_FALSE(found[0].permitted);
   EXPECT_NE(found[0].mend.find("set-up program"), std::string::npos);
-  for (const char* name : {"Default Device", "Left"}) std::ofstream(folder / "config" / (name + std::string(".config"))) << "";
+  for (const char* name : {"Default Device", "Left"})
+    std::ofstream(folder / "config" / (name + std::string(".config"))) << "";
   found = found_by("openhaptics");
   ASSERT_EQ(found.size(), 2u);
   EXPECT_EQ(found[0].address, "openhaptics:Default Device");

@@ -3,9 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <filesystem>
-
 #include <cmath>
+#include <filesystem>
 
 #include "engine/base/error.h"
 #include "engine/base/units.h"
@@ -195,7 +194,8 @@ TEST(RigFile, EveryShippedRigWithAScreenShowsTheShippedToothToBothEyes) {
     ++rigs;
     if (rig.kind == DisplayKind::kHmd) continue;
     for (const EyeView& eye : eye_views(rig)) {
-      const glm::dvec4 clip = eye.projection * (eye.view * glm::dvec4(6.8e-3, 5.5e-3, 18e-3, 1));  // its occlusal surface
+      const glm::dvec4 clip =
+          eye.projection * (eye.view * glm::dvec4(6.8e-3, 5.5e-3, 18e-3, 1));  // its occlusal surface
       EXPECT_GT(clip.w, 0) << entry.path();
       for (int axis = 0; axis < 2; ++axis) EXPECT_LT(std::abs(clip[axis] / clip.w), 0.9) << entry.path();
       EXPECT_EQ(eye.flip, rig.kind == DisplayKind::kMirror) << entry.path();

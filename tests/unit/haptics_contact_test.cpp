@@ -27,7 +27,8 @@ ServoSettings settings(double diameter) {
   return s;
 }
 
-constexpr const char* kSphere = R"({"voxel_mm": %g, "solids": [{"tissue": "enamel", "solid": {"sphere": {"radius_mm": 5}}}]})";
+constexpr const char* kSphere =
+    R"({"voxel_mm": %g, "solids": [{"tissue": "enamel", "solid": {"sphere": {"radius_mm": 5}}}]})";
 
 std::string sphere(double voxel) {
   char text[200];
@@ -98,9 +99,13 @@ TEST(Contact, TheForceTurnsContinuouslyOverAConvexEdge) {
   // Around the edge at 0.3 mm outside the box, with the ball's radius of 0.5 mm: 0.2 mm deep all the way.
   for (double s = 0; s < 7.0_mm; s += 0.01_mm) {
     dvec3 p;
-    if (s < 3.0_mm) p = {s, 0, 3.3_mm};
-    else if (s < 3.0_mm + 0.3_mm * kPi / 2) p = dvec3(3.0_mm, 0, 3.0_mm) + 0.3_mm * dvec3(std::sin((s - 3.0_mm) / 0.3_mm), 0, std::cos((s - 3.0_mm) / 0.3_mm));
-    else p = {3.3_mm, 0, 3.0_mm - (s - 3.0_mm - 0.3_mm * kPi / 2)};
+    if (s < 3.0_mm)
+      p = {s, 0, 3.3_mm};
+    else if (s < 3.0_mm + 0.3_mm * kPi / 2)
+      p = dvec3(3.0_mm, 0, 3.0_mm) +
+          0.3_mm * dvec3(std::sin((s - 3.0_mm) / 0.3_mm), 0, std::cos((s - 3.0_mm) / 0.3_mm));
+    else
+      p = {3.3_mm, 0, 3.0_mm - (s - 3.0_mm - 0.3_mm * kPi / 2)};
     bench.tick({p});
     if (s > 0.1_mm) {
       jump = std::max(jump, glm::length(bench.last.f_T_W - previous));
@@ -112,7 +117,8 @@ TEST(Contact, TheForceTurnsContinuouslyOverAConvexEdge) {
 }
 
 TEST(Contact, NothingPassesThroughAThinSheetInOneTick) {
-  const char* sheet = R"({"voxel_mm": 0.05, "solids": [{"tissue": "enamel", "solid": {"box": {"size_mm": [6,6,0.1]}}}]})";
+  const char* sheet =
+      R"({"voxel_mm": 0.05, "solids": [{"tissue": "enamel", "solid": {"box": {"size_mm": [6,6,0.1]}}}]})";
   HapticBench bench(sheet, settings(1.0_mm));
   bench.tick({{0, 0, 2.5_mm}});
   for (int i = 0; i < 60; ++i) bench.tick({{0, 0, -2.5_mm}});
@@ -162,7 +168,8 @@ struct CutThenProbe {
   }
 };
 
-constexpr const char* kBlock = R"({"voxel_mm": 0.1, "solids": [{"tissue": "enamel", "solid": {"box": {"size_mm": [6,6,6]}}}]})";
+constexpr const char* kBlock =
+    R"({"voxel_mm": 0.1, "solids": [{"tissue": "enamel", "solid": {"box": {"size_mm": [6,6,6]}}}]})";
 
 TEST(Contact, AConcaveCreaseLeftByACutIsFeltAtItsTrueDistance) {
   // A cylinder, upright and then led aside, leaves a floor that meets a wall at a right angle.
@@ -202,7 +209,9 @@ TEST(Carving, CutsRepeatedLeaveEveryBitAsItWasSoThatTheSurfaceNeverDrifts) {
   bench.carver.cut_out({0, 0, 3.0_mm}, patch);
   Tool bur;
   bur.diameter = bur.length = 0.6_mm;
-  const auto at = [](int i) { return Pose{{1e-4 * std::sin(0.1 * (i % 200)), 1e-4 * std::cos(0.1 * (i % 200)), 3.1_mm}}; };
+  const auto at = [](int i) {
+    return Pose{{1e-4 * std::sin(0.1 * (i % 200)), 1e-4 * std::cos(0.1 * (i % 200)), 3.1_mm}};
+  };
   const auto round = [&] {
     for (int i = 0; i < 200; ++i) carve(patch, haptics::Sweep(bur, at(i), at(i + 1), bench.settings.frame, i > 0));
   };
@@ -235,8 +244,9 @@ TEST(Servo, IllegalInputGivesZeroForceAndAFaultInTheSameTick) {
   for (double z = 6.0_mm; z > 5.2_mm; z -= 0.02_mm) bench.tick({{0, 0, z}});
   ASSERT_GT(glm::length(bench.last.f_T_W), 0.1);
   const double nan = std::nan("");
-  for (const Pose& bad : {Pose{{nan, 0, 0}, {1, 0, 0, 0}}, Pose{{0, 0, INFINITY}, {1, 0, 0, 0}}, Pose{{0, 0, 5.2_mm}, {2, 0, 0, 0}},
-                          Pose{{0, 0, 1e9}, {1, 0, 0, 0}}, Pose{{0, 0, 5.2_mm}, {nan, 0, 0, 0}}}) {
+  for (const Pose& bad :
+       {Pose{{nan, 0, 0}, {1, 0, 0, 0}}, Pose{{0, 0, INFINITY}, {1, 0, 0, 0}}, Pose{{0, 0, 5.2_mm}, {2, 0, 0, 0}},
+        Pose{{0, 0, 1e9}, {1, 0, 0, 0}}, Pose{{0, 0, 5.2_mm}, {nan, 0, 0, 0}}}) {
     bench.tick(bad);
     EXPECT_EQ(bench.last.f_T_W, dvec3(0));
     EXPECT_TRUE(bench.last.faults & bits(Fault::kBadInput));
@@ -247,7 +257,9 @@ TEST(Servo, ABallBornInsideAtAnyDepthIsLedOutTheNearestWayWithin50Milliseconds) 
   for (const double depth : {0.3_mm, 0.6_mm, 1.1_mm, 1.9_mm}) {  // from the end in to wholly inside
     ServoSettings s = settings(1.0_mm);
     s.friction = false;
-    HapticBench bench(R"({"voxel_mm": 0.1, "band_mm": 3, "solids": [{"tissue": "enamel", "solid": {"box": {"size_mm": [9,9,6]}}}]})", s);
+    HapticBench bench(
+        R"({"voxel_mm": 0.1, "band_mm": 3, "solids": [{"tissue": "enamel", "solid": {"box": {"size_mm": [9,9,6]}}}]})",
+        s);
     const Pose X_WT{{0.13_mm, 0.07_mm, 3.5_mm - depth}, {1, 0, 0, 0}};
     double most = 0;
     for (int i = 0; i < 50; ++i) most = std::max(most, glm::length(bench.tick(X_WT).f_T_W));
@@ -259,7 +271,8 @@ TEST(Servo, ABallBornInsideAtAnyDepthIsLedOutTheNearestWayWithin50Milliseconds) 
 }
 
 TEST(Servo, AfterIllegalInputTheToolIsWhereItWasOutside) {
-  HapticBench bench(R"({"voxel_mm": 0.1, "solids": [{"tissue": "enamel", "solid": {"box": {"size_mm": [9,9,6]}}}]})", settings(1.0_mm));
+  HapticBench bench(R"({"voxel_mm": 0.1, "solids": [{"tissue": "enamel", "solid": {"box": {"size_mm": [9,9,6]}}}]})",
+                    settings(1.0_mm));
   const auto at = [](double z) { return Pose{{0, 0, z}, {1, 0, 0, 0}}; };
   for (int i = 0; i <= 250; ++i) bench.tick(at(std::max(3.6_mm - i * 13e-6, 1.0_mm)));  // 2.5 mm under the surface
   const double before = bench.last.f_T_W.z;
@@ -363,7 +376,8 @@ TEST(Servo, FeelsTheSphereInTheVeryTickInWhichAToolGetsThereHoweverItFlewBefore)
 TEST(Servo, ATickAllocatesNothing) {
   ServoSettings s = settings(1.2_mm);
   s.spindle.free_speed = 300.0_krpm;
-  HapticBench bench(R"({"voxel_mm": 0.1, "solids": [{"tissue": "dentin", "solid": {"box": {"size_mm": [6,6,6]}}}]})", s);
+  HapticBench bench(R"({"voxel_mm": 0.1, "solids": [{"tissue": "dentin", "solid": {"box": {"size_mm": [6,6,6]}}}]})",
+                    s);
   for (int i = 0; i < 50; ++i) bench.tick({{0, 0, 3.55_mm}}, 1);
   ServoTick out;
   Cut cut;

@@ -35,7 +35,8 @@ double total(const PerTissue& removed) {
 
 std::string box(double voxel_mm) {
   char text[200];
-  std::snprintf(text, sizeof text, R"({"voxel_mm": %g, "solids": [{"tissue": "dentin", "solid": {"box": {"size_mm": [5,5,5]}}}]})",
+  std::snprintf(text, sizeof text,
+                R"({"voxel_mm": %g, "solids": [{"tissue": "dentin", "solid": {"box": {"size_mm": [5,5,5]}}}]})",
                 voxel_mm);
   return text;
 }
@@ -69,7 +70,8 @@ Drilled push(double voxel_mm, double rate, double newton, double swing = 1.0_mm)
 
 TEST(Cutting, TheSamePushRemovesTheSameVolumeWhateverTheVoxelAndTheRate) {
   const Drilled a = push(0.1, 1000, 1.0), b = push(0.05, 1000, 1.0), c = push(0.1, 4000, 1.0);
-  std::printf("%.4f %.4f %.4f mm3, jumps %.4f %.4f %.4f N\n", a.volume * 1e9, b.volume * 1e9, c.volume * 1e9, a.jump, b.jump, c.jump);
+  std::printf("%.4f %.4f %.4f mm3, jumps %.4f %.4f %.4f N\n", a.volume * 1e9, b.volume * 1e9, c.volume * 1e9, a.jump,
+              b.jump, c.jump);
   EXPECT_GT(a.volume, 0.05_mm3);
   EXPECT_NEAR(b.volume / a.volume, 1, 0.02);
   EXPECT_NEAR(c.volume / a.volume, 1, 0.02);
@@ -83,7 +85,8 @@ TEST(Cutting, ABurThreeVoxelsInRadiusSinksAsFastAsAFineOneAtAnyRate) {
 
 TEST(Cutting, VolumeIsProportionalToPushWithinOnePercent) {
   const double one = push(0.1, 1000, 1, 0).volume;
-  for (const double newton : {0.5, 2.0, 3.0}) EXPECT_NEAR(push(0.1, 1000, newton, 0).volume / newton / one, 1, 0.01) << newton;
+  for (const double newton : {0.5, 2.0, 3.0})
+    EXPECT_NEAR(push(0.1, 1000, newton, 0).volume / newton / one, 1, 0.01) << newton;
 }
 
 TEST(Cutting, TheEnergySpentIsSpecificEnergyTimesVolume) {
@@ -96,7 +99,8 @@ TEST(Carving, CutTwiceRemovesNothingTheSecondTime) {
   bench.tick({{0, 0, 4.0_mm}});
   haptics::SurfacePatch patch = bench.servo.patch();
   bench.carver.cut_out({0, 0, 2.5_mm}, patch);
-  const Sweep sweep(bench.settings.tool, {{0.01_mm, 0.02_mm, 2.7_mm}}, {{0.1_mm, 0.02_mm, 2.3_mm}}, bench.settings.frame);
+  const Sweep sweep(bench.settings.tool, {{0.01_mm, 0.02_mm, 2.7_mm}}, {{0.1_mm, 0.02_mm, 2.3_mm}},
+                    bench.settings.frame);
   EXPECT_GT(total(carve(patch, sweep)), 0);
   EXPECT_EQ(total(carve(patch, sweep)), 0);
 }
@@ -111,8 +115,8 @@ TEST(Carving, AThousandShortSweepsRemoveWhatOneLongOneDoes) {
   const double whole = total(carve(patch, Sweep(bench.settings.tool, {a}, {b}, bench.settings.frame)));
   double sum = 0;
   for (int i = 0; i < 1000; ++i) {
-    sum += total(carve(other, Sweep(bench.settings.tool, {glm::mix(a, b, i / 1000.0)}, {glm::mix(a, b, (i + 1) / 1000.0)},
-                                    bench.settings.frame)));
+    sum += total(carve(other, Sweep(bench.settings.tool, {glm::mix(a, b, i / 1000.0)},
+                                    {glm::mix(a, b, (i + 1) / 1000.0)}, bench.settings.frame)));
   }
   EXPECT_NEAR(sum / whole, 1, 1e-5);
 }
@@ -138,11 +142,14 @@ struct RandomWay {
   dvec3 direction() { return glm::normalize(dvec3(uniform(-1, 1), uniform(-1, 1), uniform(-1, 1))); }
 };
 
-constexpr haptics::HeadShape kNoBalls[] = {haptics::HeadShape::kCylinder, haptics::HeadShape::kRoundEndCylinder, haptics::HeadShape::kCone,
-                                           haptics::HeadShape::kPear,     haptics::HeadShape::kFlame,            haptics::HeadShape::kInvertedCone};
+constexpr haptics::HeadShape kNoBalls[] = {haptics::HeadShape::kCylinder, haptics::HeadShape::kRoundEndCylinder,
+                                           haptics::HeadShape::kCone,     haptics::HeadShape::kPear,
+                                           haptics::HeadShape::kFlame,    haptics::HeadShape::kInvertedCone};
 
 TEST(Carving, ALongSweepOfAnyHeadRemovesWhatShortOnesOfATwoHundredthVoxelDo) {
-  HapticBench bench(R"({"voxel_mm": 0.1, "solids": [{"tissue": "dentin", "solid": {"box": {"size_mm": [13, 13, 13]}}}]})", drill(1.2_mm, 1000));
+  HapticBench bench(
+      R"({"voxel_mm": 0.1, "solids": [{"tissue": "dentin", "solid": {"box": {"size_mm": [13, 13, 13]}}}]})",
+      drill(1.2_mm, 1000));
   haptics::SurfacePatch solid;
   solid.resize(121);
   bench.carver.cut_out({0, 0, 0}, solid);
@@ -156,7 +163,8 @@ TEST(Carving, ALongSweepOfAnyHeadRemovesWhatShortOnesOfATwoHundredthVoxelDo) {
       haptics::SurfacePatch by_steps = at_once;
       const double whole = total(carve(at_once, Sweep(way.tool, way.from, way.to, frame, true)));
       haptics::CutFront front(std::span(&way.tool, 1), frame.voxel);
-      const int steps = static_cast<int>(std::ceil((glm::length(way.to.p - way.from.p) + way.turn * way.tool.reach()) / 0.5_um));
+      const int steps =
+          static_cast<int>(std::ceil((glm::length(way.to.p - way.from.p) + way.turn * way.tool.reach()) / 0.5_um));
       double sum = 0;
       Pose last = way.from;
       for (int i = 1; i <= steps; ++i) {
@@ -191,7 +199,8 @@ TEST(Carving, LongSweepsTakeTheSameInAnyOrderAndNothingTwiceAndLeaveTheSameBitsI
       taken += total(carve(patch, sweep));
       volume.carve(sweep);
     }
-    for (auto sweep = sweeps.rbegin(); sweep != sweeps.rend(); ++sweep) taken_backwards += total(carve(backwards, *sweep));
+    for (auto sweep = sweeps.rbegin(); sweep != sweeps.rend(); ++sweep)
+      taken_backwards += total(carve(backwards, *sweep));
     ASSERT_EQ(patch.distance, backwards.distance) << static_cast<int>(shape);
     EXPECT_EQ(taken, taken_backwards) << static_cast<int>(shape);
     EXPECT_GT(taken, 100) << static_cast<int>(shape);
@@ -199,7 +208,8 @@ TEST(Carving, LongSweepsTakeTheSameInAnyOrderAndNothingTwiceAndLeaveTheSameBitsI
     const std::vector<float> once = patch.distance;
     volume.copy(patch.lo, glm::ivec3(patch.n), backwards.distance.data(), backwards.tissue.data());
     std::size_t different = 0;  // near the surface: far from it the volume keeps less
-    for (std::size_t i = 0; i < once.size(); ++i) different += std::abs(once[i]) < 2.9f && once[i] != backwards.distance[i];
+    for (std::size_t i = 0; i < once.size(); ++i)
+      different += std::abs(once[i]) < 2.9f && once[i] != backwards.distance[i];
     EXPECT_EQ(different, 0u) << static_cast<int>(shape);
     for (const Sweep& sweep : sweeps) {
       bool changed;
@@ -248,8 +258,8 @@ void expect_short_steps_leave_what_all_poses_do(const haptics::Tool& tool, doubl
 
 TEST(Carving, ShortStepsThatContinueEachOtherLeaveWhatAllTheirPosesDoWhateverTheHead) {
   using haptics::HeadShape;
-  for (const HeadShape shape : {HeadShape::kSphere, HeadShape::kCylinder, HeadShape::kRoundEndCylinder, HeadShape::kCone,
-                                HeadShape::kPear, HeadShape::kFlame, HeadShape::kInvertedCone}) {
+  for (const HeadShape shape : {HeadShape::kSphere, HeadShape::kCylinder, HeadShape::kRoundEndCylinder,
+                                HeadShape::kCone, HeadShape::kPear, HeadShape::kFlame, HeadShape::kInvertedCone}) {
     haptics::Tool tool;
     tool.shape = shape;
     tool.diameter = 1.2_mm;
@@ -272,7 +282,8 @@ TEST(Carving, WhatIsKnownOfTheFrontOfTheCutsChangesNoBitOfThem) {
     plain.resize(haptics::patch_edge_for(tools, 0.1_mm) + 12);
     carver.cut_out({0, 0, 2.5_mm}, plain);
     known = eight = plain;
-    haptics::CutFront front(tools, 0.1_mm), eight_front(tools, 0.1_mm, 8);  // as wide as this processor can, and in eights
+    haptics::CutFront front(tools, 0.1_mm),
+        eight_front(tools, 0.1_mm, 8);  // as wide as this processor can, and in eights
     Pose X{{0, 0, 2.51_mm + tool.length / 2}, glm::normalize(dquat(1, 0.1, 0.2, 0))};
     dvec3 v(0, 0, -1);
     double removed = 0;
@@ -315,7 +326,8 @@ TEST(Carving, TheVolumeOfACapErrsWithTheSquareOfTheVoxel) {
     const double depth = 0.45_mm, r = 0.6_mm, exact = kPi * depth * depth * (r - depth / 3);
     const dvec3 c(0.013_mm, 0.027_mm, 2.5_mm + r - depth);
     const double h = voxel_mm * 1e-3;
-    return std::abs(total(carve(patch, Sweep(bench.settings.tool, {c}, {c}, bench.settings.frame))) * h * h * h / exact - 1);
+    return std::abs(
+        total(carve(patch, Sweep(bench.settings.tool, {c}, {c}, bench.settings.frame))) * h * h * h / exact - 1);
   };
   const double coarse = error(0.1), fine = error(0.05);
   std::printf("cap: %.2e %.2e\n", coarse, fine);

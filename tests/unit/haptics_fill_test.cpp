@@ -122,9 +122,12 @@ TEST(Filling, WhatIsAskedForIsPutDownWhereverThereIsRoomWithWhateverInstrumentSt
 TEST(Filling, WhatFindsNoRoomIsSaidAndNeverCrossesAWallThatItsReachDoesNot) {
   // A pit that the instrument nearly fills, in a block whose sides are two millimetres away.
   ServoSettings s = filling();
-  s.tools[0].fill_within = s.tool.fill_within = haptics::read_solid(Json::parse(R"({"box": {"center_mm": [0, 0, -5], "size_mm": [40, 40, 14]}})", "within"));
-  HapticBench bench(R"({"voxel_mm": 0.1, "domain_mm": [[-4,-4,-4],[4,4,4]], "solids": [{"tissue": "dentin", "solid": {"difference": [
-    {"box": {"size_mm": [5,5,4]}}, {"cylinder": {"center_mm": [0,0,1.5], "axis": [0,0,1], "radius_mm": 0.9, "height_mm": 3}}]}}]})", s);
+  s.tools[0].fill_within = s.tool.fill_within =
+      haptics::read_solid(Json::parse(R"({"box": {"center_mm": [0, 0, -5], "size_mm": [40, 40, 14]}})", "within"));
+  HapticBench bench(
+      R"({"voxel_mm": 0.1, "domain_mm": [[-4,-4,-4],[4,4,4]], "solids": [{"tissue": "dentin", "solid": {"difference": [
+    {"box": {"size_mm": [5,5,4]}}, {"cylinder": {"center_mm": [0,0,1.5], "axis": [0,0,1], "radius_mm": 0.9, "height_mm": 3}}]}}]})",
+      s);
   std::uint32_t faults = 0;
   for (int i = 0; i < 3000; ++i) faults |= bench.tick(end_at(0, 0.3_mm), 1).faults;
   const double pit = kPi * 0.81 * 2;  // mm³
@@ -151,7 +154,8 @@ TEST(Filling, AnInstrumentThatIsMovedInWhatItPutsDownFeelsNoStep) {
     s.tick = round % 4 < 2 ? 1e-3 : 2.5e-4;
     s.friction = true;
     HapticBench bench(kCavity, s);
-    const double aside = uniform(0.3, 0.9) * (1.45_mm - tool.radius()), turned = uniform(0, 6), speed = uniform(0.5, 2) * kMillimetre;
+    const double aside = uniform(0.3, 0.9) * (1.45_mm - tool.radius()), turned = uniform(0, 6),
+                 speed = uniform(0.5, 2) * kMillimetre;
     const double z = -0.5_mm + uniform(0.05, 0.5) * tool.fill_reach + tool.half();
     const auto at = [&](double t) {
       const double a = turned + speed * t / aside;
@@ -196,7 +200,8 @@ TEST(Filling, PatchAndVolumeHoldTheSameBitsAndTheVolumeIsBalanced) {
   for (std::size_t i = 1; i < after.size(); ++i) grown += after[i] - before[i], told -= bench.last.removed[i];
   EXPECT_NEAR(grown, told, 1e-3 * told);
   EXPECT_EQ(-bench.last.removed[kFilled], told) << "all of it is the filling's";
-  EXPECT_NEAR(after[kFilled], told, 0.2 * told);  // a voxel has one label: what fills up half a voxel of dentin is dentin
+  EXPECT_NEAR(after[kFilled], told,
+              0.2 * told);  // a voxel has one label: what fills up half a voxel of dentin is dentin
 }
 
 TEST(Filling, GrowsUpToTheHeadAndNeverPushesTheHand) {
@@ -209,8 +214,9 @@ TEST(Filling, GrowsUpToTheHeadAndNeverPushesTheHand) {
 }
 
 TEST(Filling, LetsEveryHeadOutAlongItsAxisHoweverLongItStoodInIt) {
-  for (const auto& [shape, diameter, length] : {std::tuple(HeadShape::kSphere, 0.8_mm, 0.8_mm), std::tuple(HeadShape::kPear, 0.9_mm, 1.8_mm),
-                                                std::tuple(HeadShape::kInvertedCone, 1.0_mm, 1.0_mm), std::tuple(HeadShape::kFlame, 1.0_mm, 2.4_mm)}) {
+  for (const auto& [shape, diameter, length] :
+       {std::tuple(HeadShape::kSphere, 0.8_mm, 0.8_mm), std::tuple(HeadShape::kPear, 0.9_mm, 1.8_mm),
+        std::tuple(HeadShape::kInvertedCone, 1.0_mm, 1.0_mm), std::tuple(HeadShape::kFlame, 1.0_mm, 2.4_mm)}) {
     ServoSettings s = filling();
     s.tool.shape = s.tools[0].shape = shape;
     s.tool.diameter = s.tools[0].diameter = diameter;
@@ -231,7 +237,8 @@ TEST(Filling, LetsEveryHeadOutAlongItsAxisHoweverLongItStoodInIt) {
 TEST(Filling, NeverLeavesTheSolidItIsKeptIn) {
   ServoSettings s = filling();
   // The cavity with its rim at half a millimetre above the tool's end: what would flow over it does not.
-  s.tools[0].fill_within = s.tool.fill_within = haptics::read_solid(Json::parse(R"({"box": {"center_mm": [0, 0, -5], "size_mm": [40, 40, 10.2]}})", "within"));
+  s.tools[0].fill_within = s.tool.fill_within =
+      haptics::read_solid(Json::parse(R"({"box": {"center_mm": [0, 0, -5], "size_mm": [40, 40, 10.2]}})", "within"));
   HapticBench bench(kCavity, s), free_bench(kCavity, filling());
   const auto highest = [](const HapticBench& b) {
     const haptics::SurfacePatch& patch = b.servo.patch();
@@ -263,7 +270,8 @@ TEST(Filling, IsFeltWithItsOwnStiffness) {
   for (int i = 0; i < 300; ++i) bench.tick(end_at(0.4_mm, -i * 1e-6), 0);  // 0.3 mm down, onto what was put there
   hold(bench, 100, end_at(0.4_mm, -0.3_mm), 0);
   EXPECT_EQ(bench.last.tissue, Tissue::kComposite);
-  EXPECT_NEAR(glm::length(bench.last.f_T_W), 1000 * bench.settings.materials[kFilled].stiffness / 1000 * bench.last.depth,
+  EXPECT_NEAR(glm::length(bench.last.f_T_W),
+              1000 * bench.settings.materials[kFilled].stiffness / 1000 * bench.last.depth,
               0.05 * glm::length(bench.last.f_T_W));
   EXPECT_GT(glm::length(bench.last.f_T_W), 0.1);
 }
@@ -294,7 +302,8 @@ TEST(Filling, TheSameCutsThatMadeACavityTakeTheFillingOutToTheBit) {
   const auto labels = patch.tissue;
   bool changed;
   for (int i = 1; i <= 8; ++i) {
-    fill(patch, Fill(condenser(), {-2.1_mm, 0.2_mm, -0.4_mm}, i * 0.05_mm, end_at(0, 1.5_mm), bench.settings.frame), &changed);
+    fill(patch, Fill(condenser(), {-2.1_mm, 0.2_mm, -0.4_mm}, i * 0.05_mm, end_at(0, 1.5_mm), bench.settings.frame),
+         &changed);
     EXPECT_TRUE(changed);
   }
   EXPECT_NE(patch.distance, cavity);
@@ -315,12 +324,22 @@ TEST(Filling, TheWallOfACavityThatWasFilledAndEmptiedFeelsAsBefore) {
     HapticBench bench(kCavity, s);
     std::uint64_t index = 0;
     const auto drill = [&](double to) {  // a pit in the floor, 1.2 mm wide
-      bench.carver.apply({++index, 0, static_cast<Nanos>(index), {{0.3_mm, 0, 2.0_mm}}, {{0.3_mm, 0, to}}, 1, {}, {}, 0});
+      bench.carver.apply(
+          {++index, 0, static_cast<Nanos>(index), {{0.3_mm, 0, 2.0_mm}}, {{0.3_mm, 0, to}}, 1, {}, {}, 0});
     };
     drill(-0.1_mm);
     if (filled) {
       for (int i = 0; i < 3; ++i) {
-        bench.carver.apply({++index, 0, static_cast<Nanos>(index), {{0.3_mm, 0, -0.6_mm + i * 0.2_mm}}, end_at(0.3_mm, 1.0_mm), 0, {}, {}, 0, 0.4_mm});
+        bench.carver.apply({++index,
+                            0,
+                            static_cast<Nanos>(index),
+                            {{0.3_mm, 0, -0.6_mm + i * 0.2_mm}},
+                            end_at(0.3_mm, 1.0_mm),
+                            0,
+                            {},
+                            {},
+                            0,
+                            0.4_mm});
       }
       EXPECT_GT(bench.carver.volume().volumes()[kFilled], 0.2_mm3);
     }
@@ -352,12 +371,14 @@ TEST(Filling, WhateverIsFilledAndEmptiedAgainTheLabelsAreThoseOfTheCavityAlsoAft
     return labels;
   };
   // Enamel over dentin, and a pocket across both.
-  constexpr const char* kLayers = R"({"voxel_mm": 0.1, "solids": [{"tissue": "enamel", "solid": {"box": {"size_mm": [4,4,3]}}},
+  constexpr const char* kLayers =
+      R"({"voxel_mm": 0.1, "solids": [{"tissue": "enamel", "solid": {"box": {"size_mm": [4,4,3]}}},
     {"tissue": "dentin", "solid": {"box": {"center_mm": [0,0,-0.5], "size_mm": [4,4,2]}}}]})";
   for (int round = 0; round < 6; ++round) {
     haptics::TissueVolume volume(haptics::read_solids(Json::parse(kLayers, "layers")));
     bur.diameter = bur.length = uniform(0.8, 1.4) * kMillimetre;
-    const Pose a{dvec3(uniform(-1, 1), uniform(-1, 1), 1.2) * kMillimetre}, b{dvec3(uniform(-1, 1), uniform(-1, 1), 0.1) * kMillimetre};
+    const Pose a{dvec3(uniform(-1, 1), uniform(-1, 1), 1.2) * kMillimetre},
+        b{dvec3(uniform(-1, 1), uniform(-1, 1), 0.1) * kMillimetre};
     const Sweep pocket(bur, a, b, volume.frame());
     volume.begin_stroke();
     volume.carve(pocket);
@@ -372,7 +393,8 @@ TEST(Filling, WhateverIsFilledAndEmptiedAgainTheLabelsAreThoseOfTheCavityAlsoAft
     ASSERT_GT(volume.volumes()[kFilled], 0);
     ASSERT_NE(filled, cavity);
 
-    const std::filesystem::path file = std::filesystem::temp_directory_path() / ("filled_" + std::to_string(getpid()) + ".vdb");
+    const std::filesystem::path file =
+        std::filesystem::temp_directory_path() / ("filled_" + std::to_string(getpid()) + ".vdb");
     volume.save(file);
     haptics::TissueVolume loaded = haptics::TissueVolume::load(file);
     std::filesystem::remove(file);

@@ -1,8 +1,8 @@
 // Patches on their way from the carver to the servo: kept up to date while the servo goes on cutting.
 #include <gtest/gtest.h>
 
-#include <atomic>
 #include <array>
+#include <atomic>
 #include <chrono>
 #include <cmath>
 #include <deque>
@@ -26,7 +26,8 @@ using haptics::SurfacePatch;
 using haptics::Tool;
 using test::HapticBench;
 
-constexpr const char* kBlock = R"({"voxel_mm": 0.1, "band_mm": 1.2, "solids": [{"tissue": "dentin", "solid": {"box": {"size_mm": [6, 6, 4]}}}]})";
+constexpr const char* kBlock =
+    R"({"voxel_mm": 0.1, "band_mm": 1.2, "solids": [{"tissue": "dentin", "solid": {"box": {"size_mm": [6, 6, 4]}}}]})";
 
 std::vector<Tool> bur_with_shank_and_condenser() {
   std::vector<Tool> tools(2);
@@ -40,7 +41,9 @@ std::vector<Tool> bur_with_shank_and_condenser() {
   return tools;
 }
 
-haptics::TissueVolume block() { return haptics::TissueVolume(haptics::read_solids(Json::parse(kBlock, "block"))); }
+haptics::TissueVolume block() {
+  return haptics::TissueVolume(haptics::read_solids(Json::parse(kBlock, "block")));
+}
 
 SurfacePatch patch_for(const std::vector<Tool>& tools) {
   SurfacePatch patch;
@@ -185,7 +188,10 @@ TEST(PatchExchange, ARunOfTwoThreadsIsRepeatedToTheBitFromWhenItsPatchesWereTake
   haptics::ServoSettings settings;
   settings.tool.diameter = settings.tool.length = 1.2_mm;
   settings.spindle.free_speed = 300.0_krpm;
-  const auto hand = [](int i) { return Pose{{1.2_mm * std::sin(0.004 * i), 0.3_mm * std::sin(0.011 * i), 2.6_mm - 0.6e-6 * (i < kTicks ? i : kTicks)}}; };
+  const auto hand = [](int i) {
+    return Pose{
+        {1.2_mm * std::sin(0.004 * i), 0.3_mm * std::sin(0.011 * i), 2.6_mm - 0.6e-6 * (i < kTicks ? i : kTicks)}};
+  };
   HapticBench live(kBlock, settings), again(kBlock, settings);
   PatchExchange exchange(live.spare);
   exchange.offer(live.carver, hand(0).p);
@@ -197,7 +203,8 @@ TEST(PatchExchange, ARunOfTwoThreadsIsRepeatedToTheBitFromWhenItsPatchesWereTake
     while (!stop) {
       while (cuts.pop(cut)) live.carver.apply(cut);
       exchange.keep_up(live.carver, ticks.front().patch);
-      if (ticks.fetch() && live.carver.patch_due(ticks.front())) exchange.offer(live.carver, live.carver.patch_center(ticks.front()));
+      if (ticks.fetch() && live.carver.patch_due(ticks.front()))
+        exchange.offer(live.carver, live.carver.patch_center(ticks.front()));
       std::this_thread::yield();
     }
   });
@@ -227,7 +234,8 @@ TEST(PatchExchange, ARunOfTwoThreadsIsRepeatedToTheBitFromWhenItsPatchesWereTake
   auto use = uses.begin();
   for (int i = 0; i < static_cast<int>(forces.size()); ++i) {
     for (; use != uses.end() && use->tick == static_cast<std::uint64_t>(i); ++use) {
-      for (; !waiting.empty() && waiting.front().index <= use->cuts; waiting.pop_front()) again.carver.apply(waiting.front());
+      for (; !waiting.empty() && waiting.front().index <= use->cuts; waiting.pop_front())
+        again.carver.apply(waiting.front());
       ASSERT_EQ(again.carver.cuts(), use->cuts);
       again.carver.cut_out(use->center_W, again.spare);
       again.servo.adopt(again.spare);
@@ -259,7 +267,8 @@ TEST(SurfacePatch, ACubicQueryReproducesACubicAndOfAConstantNoGradientIsLeft) {
   const auto query = [&](auto field, const dvec3& at) {
     for (int x = 0; x < 6; ++x) {
       for (int y = 0; y < 6; ++y) {
-        for (int z = 0; z < 8; ++z) samples[static_cast<std::size_t>((x * 6 + y) * 8 + z)] = static_cast<float>(field(x - 2, y - 2, z - 4));
+        for (int z = 0; z < 8; ++z)
+          samples[static_cast<std::size_t>((x * 6 + y) * 8 + z)] = static_cast<float>(field(x - 2, y - 2, z - 4));
       }
     }
     std::array<double, 4> out;
@@ -267,7 +276,9 @@ TEST(SurfacePatch, ACubicQueryReproducesACubicAndOfAConstantNoGradientIsLeft) {
     return out;
   };
   const dvec3 p(0.3125, 0.71875, 0.171875);  // whole numbers of samples make every float exact
-  const auto cubic = [](double x, double y, double z) { return x * x * x - 2 * y * y * y + 3 * z * z * z + x * y * z - 4 * y * y + 5; };
+  const auto cubic = [](double x, double y, double z) {
+    return x * x * x - 2 * y * y * y + 3 * z * z * z + x * y * z - 4 * y * y + 5;
+  };
   const auto out = query(cubic, p);
   EXPECT_NEAR(out[0], cubic(p.x, p.y, p.z), 1e-6);
   EXPECT_NEAR(out[1], 3 * p.x * p.x + p.y * p.z, 1e-6);

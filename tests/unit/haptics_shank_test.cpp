@@ -21,7 +21,9 @@ using haptics::ServoSettings;
 using haptics::Tool;
 using test::HapticBench;
 
-double total(const PerTissue& v) { return std::accumulate(v.begin(), v.end(), 0.0); }
+double total(const PerTissue& v) {
+  return std::accumulate(v.begin(), v.end(), 0.0);
+}
 
 Tool bur_with_shank() {
   Tool tool;
@@ -133,7 +135,8 @@ TEST(Shank, IsFeltWhereverTheToolIsTilted) {
     HapticBench bench(kBlock, settings(bur_with_shank()));
     const double a = tilt * kPi / 180;
     const dquat R = glm::angleAxis(a, dvec3(0, 1, 0));  // +z towards +x
-    // The axis passes the edge (1, ·, 0) at the height at which the shank, 0.8 mm in radius 4 mm up, would sink 0.2 mm in.
+    // The axis passes the edge (1, ·, 0) at the height at which the shank, 0.8 mm in radius 4 mm up, would sink 0.2 mm
+    // in.
     const dvec3 axis(std::sin(a), 0, std::cos(a)), out(-std::cos(a), 0, std::sin(a));
     const dvec3 end = dvec3(1.0_mm, 0, 0) + (0.8_mm - 0.2_mm) * out - 4.4_mm * axis;
     for (int i = 0; i <= 400; ++i) bench.tick({end + (1.0_mm - 5e-6 * std::min(i, 200)) * out, R}, 0);
@@ -153,7 +156,9 @@ TEST(Shank, ItsRoomIsNeverMoreThanThereIsHoweverNarrowTheBand) {
       Tool tool = bur_with_shank();
       tool.shank_diameter = diameter;
       HapticBench bench(fmt::format(R"({{"voxel_mm": 0.1, "band_mm": {}, "solids": [
-        {{"tissue": "enamel", "solid": {{"box": {{"center_mm": [5, 0, 6], "size_mm": [5, 16, 6]}}}}}}]}})", band), settings(tool));
+        {{"tissue": "enamel", "solid": {{"box": {{"center_mm": [5, 0, 6], "size_mm": [5, 16, 6]}}}}}}]}})",
+                                    band),
+                        settings(tool));
       bench.tick({{-2.0_mm, 0, 0}});
       const haptics::SurfacePatch& patch = bench.servo.patch();
       const haptics::SmoothPart shank = *haptics::shank_of(tool);
@@ -166,7 +171,8 @@ TEST(Shank, ItsRoomIsNeverMoreThanThereIsHoweverNarrowTheBand) {
         double clear = 1e9;  // m, of the shank's flank to the block's face and edges
         for (int k = 0; k <= 100; ++k) {
           const double u = k / 100.0 * shank.shape.length;
-          const double radius = std::min(diameter / 2, tool.neck_diameter / 2 + (diameter - tool.neck_diameter) / 2 * u / tool.neck_length);
+          const double radius = std::min(
+              diameter / 2, tool.neck_diameter / 2 + (diameter - tool.neck_diameter) / 2 * u / tool.neck_length);
           const dvec3 p = X_WT * dvec3(0, 0, shank.z - shank.shape.length / 2 + u);
           const dvec3 off = glm::max(glm::abs(p - dvec3(5, 0, 6) * 1e-3) - dvec3(2.5, 8, 3) * 1e-3, dvec3(0));
           clear = std::min(clear, glm::length(off) - radius);
@@ -182,8 +188,9 @@ TEST(Shank, ItsRoomIsNeverMoreThanThereIsHoweverNarrowTheBand) {
 TEST(Shank, IsNotLookedForWhereTheBandSaysThatNothingIsNear) {
   Tool tool = bur_with_shank();
   tool.shank_diameter = 2.35_mm;
-  HapticBench bench(R"({"voxel_mm": 0.1, "band_mm": 1.5, "solids": [{"tissue": "enamel", "solid": {"box": {"center_mm": [9, 0, 0], "size_mm": [4, 4, 4]}}}]})",
-                    settings(tool));
+  HapticBench bench(
+      R"({"voxel_mm": 0.1, "band_mm": 1.5, "solids": [{"tissue": "enamel", "solid": {"box": {"center_mm": [9, 0, 0], "size_mm": [4, 4, 4]}}}]})",
+      settings(tool));
   bench.tick({{0, 0, 0}});
   haptics::SmoothContacts contacts(tool, 0.1_mm);
   // A contact that is farther off than 0.8 voxels is not looked for.
@@ -223,12 +230,17 @@ TEST(SafeEnd, StandsOnTheFloorWhileTheFlankCuts) {
 TEST(Shank, IsReadFromAToolFileAndRefusedWhereItCannotBe) {
   const Tool tool = haptics::read_tool(Json::parse(
       R"({"shape": "sphere", "diameter_mm": 1.2, "shank": {"diameter_mm": 1.6, "neck_mm": 0.8, "taper_mm": 5, "length_mm": 8},
-          "safe_end": {"diameter_mm": 0.5, "length_mm": 0.3}})", "tool"));
+          "safe_end": {"diameter_mm": 0.5, "length_mm": 0.3}})",
+      "tool"));
   EXPECT_DOUBLE_EQ(tool.shank_length, 8e-3);
   EXPECT_DOUBLE_EQ(tool.neck_length, 5e-3);
   EXPECT_DOUBLE_EQ(tool.safe_length, 0.3e-3);
-  EXPECT_THROW(haptics::read_tool(Json::parse(R"({"shape": "sphere", "diameter_mm": 1.2, "shank": {"length_mm": 8}})", "tool")), Error);
-  EXPECT_THROW(haptics::read_tool(Json::parse(R"({"shape": "sphere", "diameter_mm": 1.2, "shank": {"neck_mm": 0.5}})", "tool")), Error);
+  EXPECT_THROW(
+      haptics::read_tool(Json::parse(R"({"shape": "sphere", "diameter_mm": 1.2, "shank": {"length_mm": 8}})", "tool")),
+      Error);
+  EXPECT_THROW(
+      haptics::read_tool(Json::parse(R"({"shape": "sphere", "diameter_mm": 1.2, "shank": {"neck_mm": 0.5}})", "tool")),
+      Error);
 }
 
 }  // namespace

@@ -44,7 +44,8 @@ Error slide(const std::string& tissue, const dvec3& from, const std::function<dv
   Error worst;
   for (int i = 0; i <= 600; ++i) {
     const dvec3 p = hand(i / 600.0), f = bench.tick({p}).f_T_W, wanted = 1000.0 * pushed(p);
-    worst.direction = std::max(worst.direction, glm::length(glm::cross(f, wanted)) / (glm::length(f) * glm::length(wanted)));
+    worst.direction =
+        std::max(worst.direction, glm::length(glm::cross(f, wanted)) / (glm::length(f) * glm::length(wanted)));
     worst.magnitude = std::max(worst.magnitude, std::abs(glm::length(f) / glm::length(wanted) - 1));
     EXPECT_EQ(bench.last.faults, 0u);
   }
@@ -91,16 +92,19 @@ TEST(Contact, OverABoxsCornerForceIsTrueToTwoHundredthsOfADegree) {
 
 /// Round in a bore, along its axis meanwhile.
 Error round_in(double voxel_mm, double radius) {
-  const dvec3 axis = glm::normalize(dvec3(0.2, -0.1, 1)), u = glm::normalize(glm::cross(axis, dvec3(0, 1, 0))), v = glm::cross(axis, u);
+  const dvec3 axis = glm::normalize(dvec3(0.2, -0.1, 1)), u = glm::normalize(glm::cross(axis, dvec3(0, 1, 0))),
+              v = glm::cross(axis, u);
   const std::string solid = fmt::format(R"({{"difference": [{{"box": {{"size_mm": [9, 9, 8]}}}},
-      {{"cylinder": {{"axis": [0.2, -0.1, 1], "radius_mm": {}, "height_mm": 20}}}}]}})", radius / 1.0_mm);
+      {{"cylinder": {{"axis": [0.2, -0.1, 1], "radius_mm": {}, "height_mm": 20}}}}]}})",
+                                        radius / 1.0_mm);
   const double held = radius - kBall + 0.25_mm;
-  return slide(enamel(voxel_mm, solid), dvec3(0),
-               [&](double s) { return held * (std::cos(7 * s) * u + std::sin(7 * s) * v) + (s - 0.5) * 1.0_mm * axis; },
-               [&](const dvec3& p) {
-                 const dvec3 aside = p - glm::dot(p, axis) * axis;
-                 return -aside * (1 - (radius - kBall) / glm::length(aside));
-               });
+  return slide(
+      enamel(voxel_mm, solid), dvec3(0),
+      [&](double s) { return held * (std::cos(7 * s) * u + std::sin(7 * s) * v) + (s - 0.5) * 1.0_mm * axis; },
+      [&](const dvec3& p) {
+        const dvec3 aside = p - glm::dot(p, axis) * axis;
+        return -aside * (1 - (radius - kBall) / glm::length(aside));
+      });
 }
 
 TEST(Contact, InABoreForceIsTrueToTwoHundredthsOfADegreeAndHalvingTheVoxelQuartersTheError) {
@@ -126,18 +130,20 @@ TEST(Contact, InATaperedHoleForceIsTrueToTwoHundredthsOfADegree) {
   // Walls 8° from the axis: 1.9 mm at the middle of the block, less below.
   const double slope = std::tan(8.0_deg), middle = 1.9_mm;
   const std::string solid = fmt::format(R"({{"difference": [{{"box": {{"size_mm": [9, 9, 8]}}}},
-      {{"cone": {{"radius_mm": {}, "top_radius_mm": {}, "height_mm": 12}}}}]}})", 1.9 - 6 * slope, 1.9 + 6 * slope);
+      {{"cone": {{"radius_mm": {}, "top_radius_mm": {}, "height_mm": 12}}}}]}})",
+                                        1.9 - 6 * slope, 1.9 + 6 * slope);
   const double c = std::cos(8.0_deg), s8 = std::sin(8.0_deg), depth = 0.3_mm;
   const auto error_at = [&](double voxel_mm) {
-    return slide(enamel(voxel_mm, solid), dvec3(0),
-                 [&](double s) {
-                   const double z = (1.4 - 2.8 * s) * 1.0_mm, rho = middle + slope * z - (kBall - depth) / c;
-                   return dvec3(rho * std::cos(6 * s), rho * std::sin(6 * s), z);
-                 },
-                 [&](const dvec3& p) {
-                   const double rho = std::hypot(p.x, p.y), in = kBall - c * (middle + slope * p.z - rho);
-                   return in * dvec3(-c * p.x / rho, -c * p.y / rho, s8);
-                 });
+    return slide(
+        enamel(voxel_mm, solid), dvec3(0),
+        [&](double s) {
+          const double z = (1.4 - 2.8 * s) * 1.0_mm, rho = middle + slope * z - (kBall - depth) / c;
+          return dvec3(rho * std::cos(6 * s), rho * std::sin(6 * s), z);
+        },
+        [&](const dvec3& p) {
+          const double rho = std::hypot(p.x, p.y), in = kBall - c * (middle + slope * p.z - rho);
+          return in * dvec3(-c * p.x / rho, -c * p.y / rho, s8);
+        });
   };
   const Error middling = error_at(0.1), fine = error_at(0.05);
   EXPECT_LT(middling.direction, 0.02_deg);
@@ -152,12 +158,15 @@ TEST(Contact, InAVGrooveOfAnyAngleAndTurnTheBallSeatsAndIsPushedBackToTwoHundred
       const double half_angle = degrees * kDegree, c = std::cos(half_angle), s = std::sin(half_angle);
       const dquat R = glm::angleAxis(turn, dvec3(0, 0, 1));
       const dvec3 n = R * dvec3(c, 0, -s), m = R * dvec3(-c, 0, -s), along = R * dvec3(0, 1, 0);
-      const std::string solid = fmt::format(R"({{"difference": [{{"box": {{"center_mm": [0, 0, -1], "size_mm": [9, 9, 9]}}}},
+      const std::string solid =
+          fmt::format(R"({{"difference": [{{"box": {{"center_mm": [0, 0, -1], "size_mm": [9, 9, 9]}}}},
           {{"intersection": [{{"halfspace": {{"normal": [{}, {}, {}], "offset_mm": 0}}}},
-                             {{"halfspace": {{"normal": [{}, {}, {}], "offset_mm": 0}}}}]}}]}})", n.x, n.y, n.z, m.x, m.y, m.z);
+                             {{"halfspace": {{"normal": [{}, {}, {}], "offset_mm": 0}}}}]}}]}})",
+                      n.x, n.y, n.z, m.x, m.y, m.z);
       const dvec3 seat(0, 0, kBall / s), push(0, 0, 0.2_mm);
-      const Error error = slide(enamel(0.1, solid), seat - 0.5_mm * along + push, [&](double way) { return seat + (way - 0.5) * 1.0_mm * along - push; },
-                                [&](const dvec3&) { return push; });
+      const Error error = slide(
+          enamel(0.1, solid), seat - 0.5_mm * along + push,
+          [&](double way) { return seat + (way - 0.5) * 1.0_mm * along - push; }, [&](const dvec3&) { return push; });
       EXPECT_LT(error.direction, 0.02_deg) << degrees << " turned by " << turn;
       EXPECT_LT(error.magnitude, 2e-4) << degrees << " turned by " << turn;
     }
@@ -167,9 +176,11 @@ TEST(Contact, InAVGrooveOfAnyAngleAndTurnTheBallSeatsAndIsPushedBackToTwoHundred
 TEST(Contact, AlongACreaseWithFrictionTheBallStaysSeatedAndIsHeldBackByTheDynamicCoefficient) {
   for (const double half_angle : {15.0_deg, 40.0_deg, 65.0_deg, 70.0_deg}) {
     const double c = std::cos(half_angle), s = std::sin(half_angle);
-    const std::string solid = fmt::format(R"({{"difference": [{{"box": {{"center_mm": [0, 0, -1], "size_mm": [9, 9, 9]}}}},
+    const std::string solid =
+        fmt::format(R"({{"difference": [{{"box": {{"center_mm": [0, 0, -1], "size_mm": [9, 9, 9]}}}},
         {{"intersection": [{{"halfspace": {{"normal": [{0}, 0, {1}], "offset_mm": 0}}}},
-                           {{"halfspace": {{"normal": [-{0}, 0, {1}], "offset_mm": 0}}}}]}}]}})", c, -s);
+                           {{"halfspace": {{"normal": [-{0}, 0, {1}], "offset_mm": 0}}}}]}}]}})",
+                    c, -s);
     haptics::ServoSettings settings = probe();
     settings.friction = true;
     HapticBench bench(enamel(0.1, solid), settings);
@@ -194,7 +205,8 @@ TEST(Contact, ATiltedCylinderStandsOnItsRimAndIsPushedAndTurnedByTheWallAlone) {
     s.tool.length = kLength;
     HapticBench bench(enamel(0.1, R"({"box": {"center_mm": [0.03, 0, -3], "size_mm": [12, 12, 6]}})"), s);
     const dquat R(std::cos(tilt / 2), 0, std::sin(tilt / 2), 0);
-    const double low = kLength / 2 * std::cos(tilt) + kBall * std::sin(tilt);  // the rim's lowest point under the middle
+    const double low =
+        kLength / 2 * std::cos(tilt) + kBall * std::sin(tilt);  // the rim's lowest point under the middle
     const double aside = kLength / 2 * std::sin(tilt) - kBall * std::cos(tilt);
     for (double z = low + 0.3_mm; z > low - 0.4_mm; z -= 4e-6) bench.tick({{0, 0, z}, R});
     const Pose held{{0, 0, low - 0.4_mm}, R};

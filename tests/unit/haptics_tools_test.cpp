@@ -118,7 +118,8 @@ TEST(ToolTray, AHandThatAsksAllTheTimeFeelsNoJumpAndCutsTheSameBitsInPatchAndVol
   for (int i = 0; i < 6000; ++i) {
     const double t = i * 1e-3;
     const double z = 2.75_mm + 1.6_mm * std::cos(2 * kPi * t) * std::cos(0.31 * t);
-    bench.tick({{0.4_mm * std::sin(5 * t), 0, std::max(z, 2.45_mm)}}, z < 2.9_mm ? 1 : 0, static_cast<std::uint32_t>(i / 7 % 4));
+    bench.tick({{0.4_mm * std::sin(5 * t), 0, std::max(z, 2.45_mm)}}, z < 2.9_mm ? 1 : 0,
+               static_cast<std::uint32_t>(i / 7 % 4));
     jump = std::max(jump, std::abs(bench.last.f_T_W.z - last));
     last = bench.last.f_T_W.z;
     seen |= 1u << bench.last.tool;

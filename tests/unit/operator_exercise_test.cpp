@@ -99,11 +99,11 @@ TEST_F(Exercise, AMeshIsTheIdealAndOneThatIsNoneIsRefusedBeforeAnythingIsThere) 
   std::string obj;
   for (const auto& v : {"-3 -3 -3", "3 -3 -3", "3 3 -3", "-3 3 -3", "-3 -3 2", "3 -3 2", "3 3 2", "-3 3 2"})
     obj += fmt::format("v {}\n", v);
-  for (const auto& f : {"1 3 2", "1 4 3", "5 6 7", "5 7 8", "1 2 6", "1 6 5", "2 3 7", "2 7 6", "3 4 8", "3 8 7", "4 1 5", "4 5 8"})
+  for (const auto& f :
+       {"1 3 2", "1 4 3", "5 6 7", "5 7 8", "1 2 6", "1 6 5", "2 3 7", "2 7 6", "3 4 8", "3 8 7", "4 1 5", "4 5 8"})
     obj += fmt::format("f {}\n", f);
   folder.write("lower.obj", obj);
-  const Scene scene =
-      read_scene(saved({.name = "Lower", .base = &base, .ideal_mesh = folder / "lower.obj"}));
+  const Scene scene = read_scene(saved({.name = "Lower", .base = &base, .ideal_mesh = folder / "lower.obj"}));
   const haptics::TissueVolume start = load_tissue(scene);
   const auto ideal = ideal_tissue(scene, start);
   ASSERT_TRUE(ideal);
@@ -137,12 +137,18 @@ TEST_F(Exercise, ARuleWithoutATargetIsRefusedWithItsNameAndReplacesNothing) {
   const auto file = saved({.name = "Pit", .goal = "First.", .base = &base, .rules = counting("floor_depth_mm", false)});
   const std::string first = test::read_text(file.string());
   // No ideal at all; then one where nothing was taken away.
-  EXPECT_NE(refused({.name = "Pit", .goal = "Second.", .base = &base, .rules = counting("floor_depth_mm", true)}).find("floor_depth_mm"), std::string::npos);
+  EXPECT_NE(refused({.name = "Pit", .goal = "Second.", .base = &base, .rules = counting("floor_depth_mm", true)})
+                .find("floor_depth_mm"),
+            std::string::npos);
   haptics::TissueVolume bare = load_tissue(base);
-  EXPECT_NE(refused({.name = "Pit", .goal = "Third.", .base = &base, .ideal = &bare, .rules = counting("taper_deg", true)}).find("taper_deg"), std::string::npos);
+  EXPECT_NE(
+      refused({.name = "Pit", .goal = "Third.", .base = &base, .ideal = &bare, .rules = counting("taper_deg", true)})
+          .find("taper_deg"),
+      std::string::npos);
   EXPECT_EQ(test::read_text(file.string()), first);
   std::vector<std::string> there;
-  for (const auto& entry : std::filesystem::directory_iterator(folder.path() / "scenes")) there.push_back(entry.path().filename().string());
+  for (const auto& entry : std::filesystem::directory_iterator(folder.path() / "scenes"))
+    there.push_back(entry.path().filename().string());
   EXPECT_EQ(there, std::vector<std::string>{"pit.json"});
   // What the hand did has a usual target, and is there to begin with.
   for (const RuleChoice& rule : rule_choices(base)) {
@@ -157,7 +163,8 @@ TEST_F(Exercise, ABroughtInToothStandsUprightWhereTheRigsLook) {
   std::string obj;
   for (const auto& v : {"50 0 0", "52 0 0", "52 8 0", "50 8 0", "50 0 3", "52 0 3", "52 8 3", "50 8 3"})
     obj += fmt::format("v {}\n", v);
-  for (const auto& f : {"1 3 2", "1 4 3", "5 6 7", "5 7 8", "1 2 6", "1 6 5", "2 3 7", "2 7 6", "3 4 8", "3 8 7", "4 1 5", "4 5 8"})
+  for (const auto& f :
+       {"1 3 2", "1 4 3", "5 6 7", "5 7 8", "1 2 6", "1 6 5", "2 3 7", "2 7 6", "3 4 8", "3 8 7", "4 1 5", "4 5 8"})
     obj += fmt::format("f {}\n", f);
   folder.write("box.obj", obj);
   NewTooth tooth{.input = folder / "box.obj", .name = "My box", .crown = Crown::kFront};
@@ -182,7 +189,6 @@ TEST_F(Exercise, ABroughtInToothStandsUprightWhereTheRigsLook) {
   EXPECT_THROW(bring_in(tooth, cancelled), Cancelled);
   EXPECT_FALSE(std::filesystem::exists(folder / "scenes/Another.json"));
   EXPECT_FALSE(std::filesystem::exists(folder / "scenes/Another.vdb"));
-
 }
 
 TEST_F(Exercise, AToothThatCannotBeBroughtInLeavesAnOlderOneOfItsNameAsItWas) {
@@ -194,7 +200,9 @@ TEST_F(Exercise, AToothThatCannotBeBroughtInLeavesAnOlderOneOfItsNameAsItWas) {
   tooth.options.voxel = 0.5e-3;
   Progress progress;
   bring_in(tooth, progress);
-  const auto files = [&] { return std::pair(test::read_text(folder / "scenes/Corner.json"), test::read_text(folder / "scenes/Corner.vdb")); };
+  const auto files = [&] {
+    return std::pair(test::read_text(folder / "scenes/Corner.json"), test::read_text(folder / "scenes/Corner.vdb"));
+  };
   const auto before = files();
   EXPECT_GT(before.second.size(), 1000u);
   std::filesystem::create_directories(folder / fmt::format("scenes/Corner.json.{}.partial/in the way", getpid()));
@@ -218,8 +226,10 @@ TEST_F(Exercise, OfAToothWhoseSceneCannotBeWrittenNothingIsLeft) {
 
 TEST_F(Exercise, AMeshMayBeInMetresOrInches) {
   std::string obj;
-  for (const auto& v : {"0 0 0", "1 0 0", "1 1 0", "0 1 0", "0 0 1", "1 0 1", "1 1 1", "0 1 1"}) obj += fmt::format("v {}\n", v);
-  for (const auto& f : {"1 4 3 2", "5 6 7 8", "1 2 6 5", "2 3 7 6", "3 4 8 7", "4 1 5 8"}) obj += fmt::format("f {}\n", f);
+  for (const auto& v : {"0 0 0", "1 0 0", "1 1 0", "0 1 0", "0 0 1", "1 0 1", "1 1 1", "0 1 1"})
+    obj += fmt::format("v {}\n", v);
+  for (const auto& f : {"1 4 3 2", "5 6 7 8", "1 2 6 5", "2 3 7 6", "3 4 8 7", "4 1 5 8"})
+    obj += fmt::format("f {}\n", f);
   folder.write("unit.obj", obj);
   for (const double unit : {7e-3, 25.4e-3}) {
     NewTooth tooth{.input = folder / "unit.obj", .name = "Cube"};
@@ -233,7 +243,8 @@ TEST_F(Exercise, AMeshMayBeInMetresOrInches) {
 
 TEST_F(Exercise, FilesOfTheKindThatIsAskedForAreListedAndWhatCannotBeReadIsEmpty) {
   std::filesystem::create_directories(folder / "scans/old");
-  for (const char* name : {"scans/b.STL", "scans/a.ply", "scans/c.txt", "scans/.hidden.stl", "scans/d.nii.gz"}) folder.write(name, "");
+  for (const char* name : {"scans/b.STL", "scans/a.ply", "scans/c.txt", "scans/.hidden.stl", "scans/d.nii.gz"})
+    folder.write(name, "");
   FileChooser chooser;
   look_into(chooser, folder / "scans", kToothEndings);
   EXPECT_EQ(chooser.folders, std::vector<std::filesystem::path>{"old"});
@@ -243,7 +254,8 @@ TEST_F(Exercise, FilesOfTheKindThatIsAskedForAreListedAndWhatCannotBeReadIsEmpty
 }
 
 /// A recording of a second, as the trainee's of that folder.
-std::filesystem::path session_of(const std::filesystem::path& folder, const std::string& file, const std::string& scene) {
+std::filesystem::path session_of(const std::filesystem::path& folder, const std::string& file,
+                                 const std::string& scene) {
   std::filesystem::create_directories(folder);
   session::SessionHeader header = session::test::some_header();
   header.scene_json = fmt::format("{{\"name\": \"{}\"}}", scene);

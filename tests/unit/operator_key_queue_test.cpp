@@ -13,8 +13,12 @@ namespace {
 namespace keys = display::keys;
 using Key = KeyQueue::Key;
 
-std::vector<Key> press(int code) { return {{code, true}, {code, false}}; }
-std::vector<Key> write(char c) { return {{std::toupper(c), true}, {0, false, static_cast<std::uint32_t>(c)}, {std::toupper(c), false}}; }
+std::vector<Key> press(int code) {
+  return {{code, true}, {code, false}};
+}
+std::vector<Key> write(char c) {
+  return {{std::toupper(c), true}, {0, false, static_cast<std::uint32_t>(c)}, {std::toupper(c), false}};
+}
 
 TEST(KeyQueue, AKeyPressedTwiceBetweenTwoFramesIsPressedTwice) {
   KeyQueue queue;
@@ -48,7 +52,8 @@ TEST(KeyQueue, AKeyGoesDownWithTheControlKeyItWasPressedWith) {
   KeyQueue queue;
   queue.add(std::vector<Key>{{keys::kLeftControl, true}});
   queue.next();
-  queue.add(std::vector<Key>{{'Z', true}, {keys::kLeftControl, false}, {'Z', false}, {'Y', true}, {keys::kRightControl, true}, {'Y', false}});
+  queue.add(std::vector<Key>{
+      {'Z', true}, {keys::kLeftControl, false}, {'Z', false}, {'Y', true}, {keys::kRightControl, true}, {'Y', false}});
   bool control = true;
   std::string pressed;
   while (!queue.empty()) {

@@ -52,7 +52,8 @@ struct Painter : testing::Test {
   Parts draw_into(display::Output& output, bool all) {
     const VkCommandBuffer commands = ring.begin(device);
     const display::Target target = output.acquire().value();
-    const Parts parts = painter->record(commands, *ImGui::GetDrawData(), target, ring.slot(), {0.1f, 0.2f, 0.3f, 1}, all);
+    const Parts parts =
+        painter->record(commands, *ImGui::GetDrawData(), target, ring.slot(), {0.1f, 0.2f, 0.3f, 1}, all);
     ring.submit(device, target.ready, target.done);
     return parts;
   }
@@ -140,7 +141,8 @@ TEST(DrawnTiles, ManySmallDifferencesAreFewRectanglesThatHoldThemAll) {
         const bool differs = after[static_cast<std::size_t>(y / 32 * across + x / 32)] == 2;
         ASSERT_GE(in, differs ? 1 : 0) << x << ", " << y;
       }
-    for (const display::Part& p : parts) ASSERT_TRUE(p.width > 0 && p.height > 0 && p.x + p.width <= size.x && p.y + p.height <= size.y);
+    for (const display::Part& p : parts)
+      ASSERT_TRUE(p.width > 0 && p.height > 0 && p.x + p.width <= size.x && p.y + p.height <= size.y);
   }
 }
 

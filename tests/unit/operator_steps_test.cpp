@@ -21,7 +21,8 @@ struct WatchedHand {
 };
 
 TEST(Steps, AStepIsDoneByItsDeedAndNotByAnother) {
-  WatchedHand h{StepWatcher(task_of(R"({"en": "Move", "done": "move"}, {"en": "Drill", "done": "drill"}, "Look")")), {}};
+  WatchedHand h{StepWatcher(task_of(R"({"en": "Move", "done": "move"}, {"en": "Drill", "done": "drill"}, "Look")")),
+                {}};
   h.after(0);
   h.deeds.tick.removed[1] = 1 * kCubicMillimetre;
   EXPECT_FALSE(h.after(0.1)) << "drilling is not what the first step asks for";
@@ -53,9 +54,10 @@ TEST(Steps, TouchingCountsOnlyWhileTheHeadIsOnTissue) {
 }
 
 TEST(Steps, ToolSpeedUndoViewAndHoldAreSeenAsChanges) {
-  WatchedHand h{StepWatcher(task_of(R"({"en": "t", "done": "tool"}, {"en": "s", "done": "speed"}, {"en": "u", "done": "undo"},
+  WatchedHand h{
+      StepWatcher(task_of(R"({"en": "t", "done": "tool"}, {"en": "s", "done": "speed"}, {"en": "u", "done": "undo"},
                                {"en": "v", "done": "view"}, {"en": "h", "done": "hold"})")),
-         {}};
+      {}};
   h.after(0);
   h.deeds.tick.tool = 2;
   EXPECT_TRUE(h.after(0.1));

@@ -1,10 +1,10 @@
 // Long work can be watched and stopped.
+#include "engine/base/progress.h"
+
 #include <gtest/gtest.h>
 #include <signal.h>
 
 #include <thread>
-
-#include "engine/base/progress.h"
 
 namespace typodont {
 namespace {

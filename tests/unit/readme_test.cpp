@@ -49,7 +49,8 @@ TEST(Readme, EveryLinkLeadsToAFile) {
 }
 
 TEST(Readme, EveryPathOfTheTreeIsThere) {
-  static const std::regex path(R"re([`\s(]((?:engine|haptics|audio|calibration|shaders|assets|docs|tests|cmake)/[\w./-]*\w\.[a-z]+)[`\s,.:;)])re");
+  static const std::regex path(
+      R"re([`\s(]((?:engine|haptics|audio|calibration|shaders|assets|docs|tests|cmake)/[\w./-]*\w\.[a-z]+)[`\s,.:;)])re");
   std::size_t paths = 0;
   for (const fs::path& page : pages())
     for (const std::string& name : all(text_of(page), path)) {
@@ -80,8 +81,11 @@ TEST(Readme, EveryOptionIsOneOfTheProgram) {
   for (const fs::path& page : pages()) {
     std::ifstream in(page);
     for (std::string line; std::getline(in, line);) {
-      if (line.find("--") == std::string::npos || line.find("cmake") != std::string::npos || line.find("ctest") != std::string::npos) continue;
-      for (const std::string& name : all(line, kNamedOption)) EXPECT_TRUE(options.contains(name)) << page << ": " << name;
+      if (line.find("--") == std::string::npos || line.find("cmake") != std::string::npos ||
+          line.find("ctest") != std::string::npos)
+        continue;
+      for (const std::string& name : all(line, kNamedOption))
+        EXPECT_TRUE(options.contains(name)) << page << ": " << name;
     }
   }
 }
@@ -98,7 +102,8 @@ TEST(Readme, EveryOptionOfACommandIsToldOfWhereTheCommandIsNamed) {
     std::set<std::string> told;
     for (const std::string& paragraph : paragraphs)
       if (std::regex_search(paragraph, names_it)) told.merge(all(paragraph, kNamedOption));
-    for (const std::string& option : options) EXPECT_TRUE(told.contains(option)) << command << " " << option << " is in no page";
+    for (const std::string& option : options)
+      EXPECT_TRUE(told.contains(option)) << command << " " << option << " is in no page";
   }
 }
 
@@ -124,8 +129,10 @@ TEST(Assets, EveryFileStandsInATableWithItsLicenceAndThatOfOthersLiesBesideIt) {
   for (const auto& entry : fs::recursive_directory_iterator("assets")) {
     const fs::path& file = entry.path();
     if (!entry.is_regular_file()) continue;
-    if (file.filename().string().starts_with("LICENSE")) licences.insert(file);
-    else if (file.filename() != "README.md") files.push_back(file);
+    if (file.filename().string().starts_with("LICENSE"))
+      licences.insert(file);
+    else if (file.filename() != "README.md")
+      files.push_back(file);
     if (file.filename() != "README.md") continue;
     std::ifstream in(file);
     std::smatch cells;
@@ -137,7 +144,8 @@ TEST(Assets, EveryFileStandsInATableWithItsLicenceAndThatOfOthersLiesBesideIt) {
     EXPECT_EQ(covering, 1) << file << ": stands in as many rows";
   }
   for (const Licensed& r : rows) {
-    EXPECT_TRUE(std::any_of(files.begin(), files.end(), [&](const fs::path& f) { return r.covers(f); })) << *r.files.begin() << ": no such file";
+    EXPECT_TRUE(std::any_of(files.begin(), files.end(), [&](const fs::path& f) { return r.covers(f); }))
+        << *r.files.begin() << ": no such file";
     if (r.licence.find("Apache-2.0") != std::string::npos) continue;  // our own
     EXPECT_TRUE(std::regex_search(r.licence, std::regex("MIT|BSD-3-Clause"))) << *r.files.begin() << ": " << r.licence;
     const std::set<std::string> texts = all(r.licence, quoted);

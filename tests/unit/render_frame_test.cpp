@@ -138,10 +138,13 @@ TEST(Frame, ABodyIsInSightBeforeAnEyeInAMirrorsGlassOrByItsShadow) {
   EXPECT_TRUE(render::in_sight(frame, at(dvec3(0))));
   frame.views = 1;
   frame.eyes[0] = frame_of([&] {
-    display::DisplayRig other = desk(0.03, 0.024, 0.35);
-    for (dvec3* p : {&other.screen.lower_left, &other.screen.lower_right, &other.screen.upper_left, &other.head.eye_center}) *p -= beside;
-    return other;
-  }()).eyes[0];
+                    display::DisplayRig other = desk(0.03, 0.024, 0.35);
+                    for (dvec3* p : {&other.screen.lower_left, &other.screen.lower_right, &other.screen.upper_left,
+                                     &other.head.eye_center})
+                      *p -= beside;
+                    return other;
+                  }())
+                      .eyes[0];
   EXPECT_FALSE(render::in_sight(frame, at(dvec3(0)))) << "mono: the second does not count";
 }
 
@@ -151,8 +154,8 @@ TEST(Frame, WritingIsDrawnOnlyWhenWhatItSaysChanges) {
   render::Frame frame = full_frame(desk(0.03, 0.024, 0.35), {});
   frame.hud.force_limit = 5;
   EXPECT_TRUE(stage.draw(frame).drawn);
-  frame.hud.force += 0.001;       // "1.20 N" still, and no pixel of the bar
-  frame.hud.speed_krpm += 0.2;    // "300 krpm" still
+  frame.hud.force += 0.001;     // "1.20 N" still, and no pixel of the bar
+  frame.hud.speed_krpm += 0.2;  // "300 krpm" still
   EXPECT_FALSE(stage.draw(frame).drawn);
   frame.hud.speed_krpm += 0.4;
   EXPECT_TRUE(stage.draw(frame).drawn);

@@ -36,7 +36,8 @@ TEST(DenseField, RedistancingRestoresTheDistanceThatCuttingLeftFlat) {
   const DenseField again = redistanced(flat);
   double worst = 0;
   for (std::size_t i = 0; i < truth.distance.size(); ++i) {
-    worst = std::max(worst, std::abs(std::min(15.0, static_cast<double>(again.distance[i])) - static_cast<double>(truth.distance[i])));
+    worst = std::max(worst, std::abs(std::min(15.0, static_cast<double>(again.distance[i])) -
+                                     static_cast<double>(truth.distance[i])));
     if (std::abs(flat.distance[i]) < 1.8f) {
       ASSERT_EQ(again.distance[i], flat.distance[i]);
     }
@@ -95,7 +96,8 @@ TEST(Cavity, OfATiltedFloorIsFlatAndTiltedAndADomedOneIsNot) {
   // A floor cut with a ball of 3 mm: a cap is sagitta/√12 rms from its mean plane, a little less without its edge.
   const double radius = 3e-3, half = 1.2e-3, sag = radius - std::sqrt(radius * radius - half * half);
   const auto domed = measure_hole([&](const dvec3& p) {
-    return std::max(std::hypot(p.x - kMiddle.x, p.y - kMiddle.y) - half, ball(kMiddle + dvec3(0, 0, 1.5e-3), radius)(p));
+    return std::max(std::hypot(p.x - kMiddle.x, p.y - kMiddle.y) - half,
+                    ball(kMiddle + dvec3(0, 0, 1.5e-3), radius)(p));
   });
   EXPECT_NEAR(domed.floor_flatness.value(), sag / std::sqrt(12.0), 14 * kUm);
 }
@@ -161,10 +163,11 @@ TEST(Cavity, AFillingIsTooMuchOrTooLittleLikeACut) {
 TEST(Cavity, MarginIsAsRoughAsItsWaves) {
   const auto wavy = [](double amplitude) {
     return measure_hole([=](const dvec3& p) {
-      const double angle = std::atan2(p.y - kMiddle.y, p.x - kMiddle.x);
-      const double r = 1.5e-3 + amplitude * std::cos(24 * angle);  // waves of 0.4 mm
-      return std::max(std::hypot(p.x - kMiddle.x, p.y - kMiddle.y) - r, kTop - 1.5e-3 - p.z);
-    }).margin_roughness.value();
+             const double angle = std::atan2(p.y - kMiddle.y, p.x - kMiddle.x);
+             const double r = 1.5e-3 + amplitude * std::cos(24 * angle);  // waves of 0.4 mm
+             return std::max(std::hypot(p.x - kMiddle.x, p.y - kMiddle.y) - r, kTop - 1.5e-3 - p.z);
+           })
+        .margin_roughness.value();
   };
   const double smooth = wavy(0);
   EXPECT_LT(smooth, 25 * kUm);  // a circle of 1.5 mm against itself smoothed over 0.25 mm: σ²/2r
@@ -203,7 +206,9 @@ TEST(Cavity, AWallIsAsThinAsWhatIsLeftBehindIt) {
   // The block ends at x = 6 mm; the hole's edge comes within 0.4 mm of that.
   const auto ending = [](const dvec3& p) { return std::max(block(p), p.x - 6e-3); };
   in.before = sampled(kBlock, ending);
-  in.after = sampled(kBlock, [&](const dvec3& p) { return std::max(ending(p), -tapered_box({1.6e-3, 1e-3}, 1.5e-3, 0)(p)); });
+  in.after = sampled(kBlock, [&](const dvec3& p) {
+    return std::max(ending(p), -tapered_box({1.6e-3, 1e-3}, 1.5e-3, 0)(p));
+  });
   EXPECT_NEAR(measure_cavity(in).wall_thickness.value(), 0.4e-3, 10 * kUm);
 }
 
@@ -232,9 +237,10 @@ TEST(Cavity, MeasuresTurnWithTheAxis) {
   in.before = sampled(kBlock, cylinder);
   in.after = sampled(kBlock, [&](const dvec3& p) {
     const double up = p.x - 3e-3;
-    const double stump = (std::hypot(p.y - middle.y, p.z - middle.z) - 1e-3 + up * std::tan(6 * kDegree)) * std::cos(6 * kDegree);
-    const double cut = std::max({-up, -stump});       // beside the stump, above the shoulder …
-    const double top = -(p.x - 6e-3);                 // … and off its top
+    const double stump =
+        (std::hypot(p.y - middle.y, p.z - middle.z) - 1e-3 + up * std::tan(6 * kDegree)) * std::cos(6 * kDegree);
+    const double cut = std::max({-up, -stump});  // beside the stump, above the shoulder …
+    const double top = -(p.x - 6e-3);            // … and off its top
     return std::max(cylinder(p), -std::min(cut, top));
   });
   const CavityMeasures m = measure_cavity(in);

@@ -39,10 +39,12 @@ TEST(ExploreMeter, FindsTheLesionsThatWereMarkedAndCountsMarksOnSoundTissue) {
   const Tooth tooth;
   ExploreMeter meter = tooth.meter();
   EXPECT_EQ(meter.result().lesions, 2);  // the one below the surface is none to be found
-  const std::vector<ServoTick> ticks = {
-      at(kMiddle + dvec3(2e-3, 0, 0), true), at(kMiddle + dvec3(2e-3, 0, 0), true),  // held down: one mark
-      at(kMiddle, false), at(kMiddle, true),                                       // sound
-      at(kMiddle - dvec3(2e-3, 0, 0), false, false), at(kMiddle - dvec3(2e-3, 0, 0), true, false)};  // in the air: none
+  const std::vector<ServoTick> ticks = {at(kMiddle + dvec3(2e-3, 0, 0), true),
+                                        at(kMiddle + dvec3(2e-3, 0, 0), true),  // held down: one mark
+                                        at(kMiddle, false),
+                                        at(kMiddle, true),  // sound
+                                        at(kMiddle - dvec3(2e-3, 0, 0), false, false),
+                                        at(kMiddle - dvec3(2e-3, 0, 0), true, false)};  // in the air: none
   meter.add(ticks);
   const ExploreMeasures m = meter.result();
   EXPECT_EQ(m.found, 1);
@@ -73,7 +75,8 @@ TEST(ExploreMeter, DoingNothingScoresNothingAndFindingAllScoresFull) {
   const Score best = score(in, default_rules(in));
   EXPECT_DOUBLE_EQ(best.points, best.full);
   double last = best.points;
-  for (const ExploreMeasures worse : {ExploreMeasures{2, 2, 0, 0.8}, ExploreMeasures{2, 2, 1, 0.8}, ExploreMeasures{2, 1, 1, 0.8}}) {
+  for (const ExploreMeasures worse :
+       {ExploreMeasures{2, 2, 0, 0.8}, ExploreMeasures{2, 2, 1, 0.8}, ExploreMeasures{2, 1, 1, 0.8}}) {
     in.explore = worse;
     const double points = score(in, default_rules(in)).points;
     EXPECT_LT(points, last);

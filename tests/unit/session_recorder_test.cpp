@@ -247,7 +247,8 @@ TEST(SessionFile, AWriterThatEndsWithoutFinishLeavesATruncatedSessionWithEveryth
 TEST(SessionFile, RepairedHoldsEveryEventOnce) {
   TemporaryFolder folder;
   auto ticks = random_ticks(900, 7);
-  for (std::size_t i = 0; i < ticks.size(); ++i) ticks[i].tool = static_cast<std::uint32_t>(i / 300 % 2);  // another one is taken up twice
+  for (std::size_t i = 0; i < ticks.size(); ++i)
+    ticks[i].tool = static_cast<std::uint32_t>(i / 300 % 2);  // another one is taken up twice
   SessionWriter writer(folder / "open.h5", some_header());
   writer.event(0, EventKind::kNote, "the beginning");
   writer.append(ticks);
@@ -280,8 +281,10 @@ TEST(SessionFile, GarbageIsAnErrorThatNamesTheFile) {
   TemporaryFolder folder;
   std::ofstream(folder / "garbage.h5") << std::string(5000, 'x');
   std::ofstream(folder / "empty.h5") << "";
-  EXPECT_THAT(message_of([&] { SessionReader r(folder / "garbage.h5"); }), HasSubstr("garbage.h5: found no intact HDF5 file"));
-  EXPECT_THAT(message_of([&] { SessionReader r(folder / "empty.h5"); }), HasSubstr("empty.h5: found no intact HDF5 file"));
+  EXPECT_THAT(message_of([&] { SessionReader r(folder / "garbage.h5"); }),
+              HasSubstr("garbage.h5: found no intact HDF5 file"));
+  EXPECT_THAT(message_of([&] { SessionReader r(folder / "empty.h5"); }),
+              HasSubstr("empty.h5: found no intact HDF5 file"));
   EXPECT_THAT(message_of([&] { SessionReader r(folder / "none.h5"); }), HasSubstr("none.h5: found nothing"));
   EXPECT_THAT(message_of([&] { SessionReader r(folder.path); }), HasSubstr("a directory"));
 }

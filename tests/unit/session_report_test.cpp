@@ -47,8 +47,12 @@ TEST(Report, TellsTheFramesOfAPictureOnlyWhereThereWasOne) {
   const std::filesystem::path file = std::filesystem::path(testing::TempDir()) / "picture.h5";
   SessionHeader header = some_header();
   header.streams.push_back({"picture",
-                            {{"period_s", "s"}, {"record_s", "s"}, {"gpu_s", "s"}, {"motion_to_photon_s", "s"},
-                             {"redrawn", ""}, {"quality_step", ""}}});
+                            {{"period_s", "s"},
+                             {"record_s", "s"},
+                             {"gpu_s", "s"},
+                             {"motion_to_photon_s", "s"},
+                             {"redrawn", ""},
+                             {"quality_step", ""}}});
   const std::size_t stream = header.streams.size() - 1;
   {
     SessionWriter writer(file, header);
@@ -75,8 +79,12 @@ TEST(Report, TellsTheFramesOfAHeadsetOnlyWhereThereWasOne) {
   const std::filesystem::path file = std::filesystem::path(testing::TempDir()) / "headset.h5";
   SessionHeader header = some_header();
   header.streams.push_back({"headset",
-                            {{"drawn", ""}, {"missed", ""}, {"pose_to_submit_s", "s"}, {"margin_s", "s"},
-                             {"position_error_m", "m"}, {"angle_error_rad", "rad"}}});
+                            {{"drawn", ""},
+                             {"missed", ""},
+                             {"pose_to_submit_s", "s"},
+                             {"margin_s", "s"},
+                             {"position_error_m", "m"},
+                             {"angle_error_rad", "rad"}}});
   const std::size_t stream = header.streams.size() - 1;
   {
     SessionWriter writer(file, header);
@@ -84,8 +92,8 @@ TEST(Report, TellsTheFramesOfAHeadsetOnlyWhereThereWasOne) {
     for (int i = 0; i < 101; ++i) {
       // Every fourth was not drawn, every tenth missed one, one could not be judged.
       const double nan = std::nan(""), ms = (1 + 0.1 * i) * 1e-3;
-      const std::array<double, 6> row{i % 4 ? 1.0 : 0.0, i % 10 ? 0.0 : 1.0,  ms,
-                                      12e-3 - ms,        i ? 0.5e-3 : nan, 0.00349065850};
+      const std::array<double, 6> row{i % 4 ? 1.0 : 0.0, i % 10 ? 0.0 : 1.0, ms,
+                                      12e-3 - ms,        i ? 0.5e-3 : nan,   0.00349065850};
       writer.append(stream, i * 11'000'000, row);
     }
     ASSERT_TRUE(writer.finish({}));
@@ -94,7 +102,8 @@ TEST(Report, TellsTheFramesOfAHeadsetOnlyWhereThereWasOne) {
   EXPECT_THAT(html, HasSubstr("Frames in the headset"));
   EXPECT_THAT(html, HasSubstr("101 frames, 75 of them with a picture; 11 pictures of the display were missed."));
   EXPECT_THAT(html, HasSubstr("<td>6.00\u00a0ms</td><td>10.9\u00a0ms</td><td>11.0\u00a0ms</td>"));  // pose to submit
-  EXPECT_THAT(html, HasSubstr("<td>6.00\u00a0ms</td><td>1.10\u00a0ms</td><td>1.00\u00a0ms</td>"));  // least margin is worst
+  EXPECT_THAT(html,
+              HasSubstr("<td>6.00\u00a0ms</td><td>1.10\u00a0ms</td><td>1.00\u00a0ms</td>"));  // least margin is worst
   EXPECT_THAT(html, HasSubstr("<td>0.500\u00a0mm</td>"));
   EXPECT_THAT(html, HasSubstr("<td>0.200\u00a0°</td>"));
   ReportOptions german;
@@ -169,10 +178,10 @@ TEST(Report, SaysWhatTheSessionHolds) {
   record(folder / "s.h5", 3000);
   const SessionReader session(folder / "s.h5");
   const std::string html = report_html(session);
-  EXPECT_THAT(html, HasSubstr("Zähne, 牙齿"));             // the scene
+  EXPECT_THAT(html, HasSubstr("Zähne, 牙齿"));                  // the scene
   EXPECT_THAT(html, HasSubstr("2.50\u00a0mm³ (25.0\u00a0%)"));  // residual caries
   EXPECT_THAT(html, HasSubstr("round_014"));
-  EXPECT_THAT(html, HasSubstr("18364758544493064720"));     // a seed, in full
+  EXPECT_THAT(html, HasSubstr("18364758544493064720"));  // a seed, in full
   EXPECT_THAT(html, HasSubstr("fnv1a64:0123456789abcdef"));
   EXPECT_LT(html.find("Picture of the tissue: Before"), html.find("Picture of the tissue: After"));
 }
@@ -187,7 +196,8 @@ TEST(Report, SaysHowTheLoopKeptItsTimeWhatItWasGrantedAndHowWarmTheMotorsWere) {
   }
   const SessionReader session(folder / "s.h5");
   const std::string html = report_html(session);
-  EXPECT_THAT(html, HasSubstr("60000 ticks, 1 of them done after the next sample was due (0.0017 %). Worst tick at 41.00 s"));
+  EXPECT_THAT(html,
+              HasSubstr("60000 ticks, 1 of them done after the next sample was due (0.0017 %). Worst tick at 41.00 s"));
   EXPECT_THAT(html, HasSubstr("<td>1700 µs</td></tr>"));
   EXPECT_THAT(html, HasSubstr("Histogram of how far 59999 wake-ups were off their beat"));
   EXPECT_THAT(html, HasSubstr("<dt>Real-time priority</dt><dd>granted</dd>"));
@@ -235,7 +245,8 @@ TEST(Report, SaysWhatDidNotReachTheFile) {
   SessionWriter writer(folder / "s.h5", some_header());
   writer.count_ring_losses(12, 0, 3);
   ASSERT_FALSE(writer.finish({}));
-  EXPECT_THAT(report_html(SessionReader(folder / "s.h5")), HasSubstr("12 ticks, 0 cuts, 0 pictures and 3 other entries did not reach the file."));
+  EXPECT_THAT(report_html(SessionReader(folder / "s.h5")),
+              HasSubstr("12 ticks, 0 cuts, 0 pictures and 3 other entries did not reach the file."));
 }
 
 TEST(Report, AMistakeInTheScenesRulesIsAnErrorThatNamesTheSession) {
@@ -301,7 +312,8 @@ ResultModel some_model() {
   ResultModel model;
   const glm::vec3 p[4] = {{0, 0, 0}, {1e-3f, 0, 0}, {0, 1e-3f, 0}, {0, 0, 1e-3f}};
   const float off[4] = {-0.5e-3f, 0, 0.25e-3f, 0.5e-3f};
-  for (int k = 0; k < 4; ++k) model.vertices.push_back({p[k], glm::normalize(p[k] - glm::vec3(2e-4f)), Tissue::kEnamel, off[k]});
+  for (int k = 0; k < 4; ++k)
+    model.vertices.push_back({p[k], glm::normalize(p[k] - glm::vec3(2e-4f)), Tissue::kEnamel, off[k]});
   model.triangles = {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}};
   return model;
 }
@@ -388,7 +400,8 @@ TEST(Plot, StepsAreRoundAndBase64IsTheStandards) {
 TEST(Plot, ABandWithoutDataIsAGap) {
   Series series{{0, std::nan(""), 1}, {0.5, std::nan(""), 1}, {1, std::nan(""), 1}};
   TimePlot plot;
-  const std::string svg = time_plot(plot, series, [](double v, int d) { return std::to_string(d) + std::to_string(v); });
+  const std::string svg =
+      time_plot(plot, series, [](double v, int d) { return std::to_string(d) + std::to_string(v); });
   EXPECT_THAT(svg, Not(HasSubstr("nan")));
   std::size_t bands = 0;
   for (std::size_t at = 0; (at = svg.find("class=\"band\"", at)) != std::string::npos; ++at) ++bands;

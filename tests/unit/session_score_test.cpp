@@ -87,7 +87,8 @@ TEST(HandMeter, PiecesMakeNoDifferenceAndBrokenTicksAreLeftOut) {
   auto ticks = test::random_ticks(2000, 5);
   HandMeter whole(1000), pieces(1000);
   whole.add(ticks);
-  for (std::size_t i = 0; i < ticks.size(); i += 7) pieces.add(std::span(ticks).subspan(i, std::min<std::size_t>(7, ticks.size() - i)));
+  for (std::size_t i = 0; i < ticks.size(); i += 7)
+    pieces.add(std::span(ticks).subspan(i, std::min<std::size_t>(7, ticks.size() - i)));
   EXPECT_EQ(whole.result().path_length, pieces.result().path_length);
   EXPECT_EQ(whole.result().tremor_rms, pieces.result().tremor_rms);
   EXPECT_EQ(whole.result().strokes, pieces.result().strokes);
@@ -150,7 +151,8 @@ TEST(Score, OverAndUnderCutAreCountedAgainstTheIdealTissueByTissue) {
   (*in.ideal)[1] = 195e-9;
   in.after[3] = 1e-9;    // 1 mm³ of caries left
   in.after[1] = 192e-9;  // 3 mm³ of enamel too much
-  const std::vector<ScoreRule> rules = {{"over_cut_mm3", 0, 1, 1, Best::kAtMost, ""}, {"under_cut_mm3", 0, 1, 1, Best::kAtMost, ""}};
+  const std::vector<ScoreRule> rules = {{"over_cut_mm3", 0, 1, 1, Best::kAtMost, ""},
+                                        {"under_cut_mm3", 0, 1, 1, Best::kAtMost, ""}};
   const Score s = score(in, rules);
   EXPECT_NEAR(s.items[0].value, 3, 1e-9);
   EXPECT_NEAR(s.items[1].value, 1, 1e-9);
@@ -169,7 +171,9 @@ std::string message_of(const std::string& json) {
 TEST(ScoreRules, OfASceneReplaceTheDefaultsOfTheSameName) {
   const ScoreInput in = carious();
   const auto rules = rules_from(
-      Json::parse(R"({"rules": [{"name": "time_s", "target": 60, "tolerance": 30, "weight": 7, "source": "Course 3"}]})", "s"), in);
+      Json::parse(
+          R"({"rules": [{"name": "time_s", "target": 60, "tolerance": 30, "weight": 7, "source": "Course 3"}]})", "s"),
+      in);
   EXPECT_EQ(rules.size(), default_rules(in).size());
   const auto it = std::find_if(rules.begin(), rules.end(), [](const ScoreRule& r) { return r.name == "time_s"; });
   ASSERT_NE(it, rules.end());
@@ -177,7 +181,9 @@ TEST(ScoreRules, OfASceneReplaceTheDefaultsOfTheSameName) {
   EXPECT_EQ(it->weight, 7);
   EXPECT_EQ(it->source, "Course 3");
   const auto alone = rules_from(
-      Json::parse(R"({"defaults": false, "rules": [{"name": "strokes", "target": 10, "tolerance": 5, "weight": 1}]})", "s"), in);
+      Json::parse(R"({"defaults": false, "rules": [{"name": "strokes", "target": 10, "tolerance": 5, "weight": 1}]})",
+                  "s"),
+      in);
   EXPECT_EQ(alone.size(), 1u);
 }
 
@@ -210,7 +216,8 @@ TEST(ScoreRules, WithoutATargetNobodyIsMeasuredAgainstWhatHeDidHimself) {
   ScoreInput in = carious();
   in.damage = DamageMeasures{true, true, 5e-9, 3e-9, 1};
   in.hand.force_max = 9;
-  const std::string block = R"({"rules": [{"name": "force_max_N", "tolerance": 1, "weight": 5}, {"name": "neighbour_removed_mm3", "tolerance": 1, "weight": 5},
+  const std::string block =
+      R"({"rules": [{"name": "force_max_N", "tolerance": 1, "weight": 5}, {"name": "neighbour_removed_mm3", "tolerance": 1, "weight": 5},
       {"name": "gingiva_removed_mm3", "tolerance": 1, "weight": 5}]})";
   for (const bool with_ideal : {false, true}) {
     if (with_ideal) {
@@ -225,7 +232,8 @@ TEST(ScoreRules, WithoutATargetNobodyIsMeasuredAgainstWhatHeDidHimself) {
 }
 
 TEST(ScoreRules, MistakesAreNamed) {
-  EXPECT_THAT(message_of(R"({"rules": [{"name": "taper_deg", "tolerance": 1, "weight": 1}]})"), HasSubstr("there is no ideal to take it from"));
+  EXPECT_THAT(message_of(R"({"rules": [{"name": "taper_deg", "tolerance": 1, "weight": 1}]})"),
+              HasSubstr("there is no ideal to take it from"));
   EXPECT_THAT(message_of(R"({"rulez": []})"), HasSubstr("\"rulez\": found an unknown key"));
   EXPECT_THAT(message_of(R"({"rules": [{"name": "beauty", "target": 0, "tolerance": 1, "weight": 1}]})"),
               HasSubstr("\"rules[0].name\": found \"beauty\", expected one of residual_caries_mm3"));

@@ -1,9 +1,10 @@
 // What is shown of a session goes back with its strokes.
+#include "engine/app/task/stroke_book.h"
+
 #include <gtest/gtest.h>
 
 #include "engine/app/picture/look.h"
 #include "engine/app/scene.h"
-#include "engine/app/task/stroke_book.h"
 #include "engine/base/units.h"
 
 namespace typodont {
@@ -11,7 +12,9 @@ namespace {
 
 haptics::TissueVolume block() {
   return load_tissue(parse_scene(Json::parse(R"({"name": "block", "tissue": {"voxel_mm": 0.2, "solids": [
-    {"tissue": "enamel", "solid": {"box": {"center_mm": [0, 0, 0], "size_mm": [4, 4, 4]}}}]}, "tool": "round_012"})", "b"), "b"));
+    {"tissue": "enamel", "solid": {"box": {"center_mm": [0, 0, 0], "size_mm": [4, 4, 4]}}}]}, "tool": "round_012"})",
+                                             "b"),
+                                 "b"));
 }
 Cut cut_of(double mm3) {
   Cut cut;
@@ -31,7 +34,9 @@ TEST(StrokeBook, WhatWasRemovedAndPaintedGoesBackAndComesAgainWithTheStrokes) {
     book.painted(stroke, volume);
   };
   const auto cut = [&](double mm3) {
-    paint(volume, {{Tissue::kDentin, {mm3 * 1e-4, 0, 0}, {mm3 * 1e-4, 0, 0}, 0.5e-3}});  // a stroke that changes nothing is none
+    paint(
+        volume,
+        {{Tissue::kDentin, {mm3 * 1e-4, 0, 0}, {mm3 * 1e-4, 0, 0}, 0.5e-3}});  // a stroke that changes nothing is none
     book.cut(cut_of(mm3), volume);
   };
   volume.begin_stroke();
@@ -87,7 +92,8 @@ TEST(Viewpoint, OfARigIsWhereItsUserLooksFromAndShowsTheMiddleUpright) {
   const dvec3 middle(6.8e-3, 6e-3, 18e-3);
   const Viewpoint from = viewpoint_of(rig, middle);
   const display::DisplayRig made = rig_of(from, middle, {800, 600});
-  EXPECT_LT(glm::length(glm::normalize(made.head.eye_center - middle) - glm::normalize(rig.head.eye_center - middle)), 1e-9);
+  EXPECT_LT(glm::length(glm::normalize(made.head.eye_center - middle) - glm::normalize(rig.head.eye_center - middle)),
+            1e-9);
   const display::EyeView eye = display::eye_views(made)[0];
   const glm::dvec4 seen = eye.projection * eye.view * glm::dvec4(middle, 1);
   EXPECT_NEAR(seen.x / seen.w, 0, 1e-9);

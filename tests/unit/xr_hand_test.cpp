@@ -1,7 +1,8 @@
 // The controller as a hand: nothing it does may make the tool jump.
+#include "engine/app/headset/xr_hand.h"
+
 #include <gtest/gtest.h>
 
-#include "engine/app/headset/xr_hand.h"
 #include "engine/base/error.h"
 #include "engine/base/units.h"
 #include "tests/support/no_alloc.h"
@@ -11,7 +12,9 @@ namespace {
 
 constexpr double kTick = 1e-3;
 
-XrHandSample at(dvec3 p, double pedal = 0) { return {{p, {1, 0, 0, 0}}, pedal, true, 0}; }
+XrHandSample at(dvec3 p, double pedal = 0) {
+  return {{p, {1, 0, 0, 0}}, pedal, true, 0};
+}
 
 /// Runs the filter; returns the longest step of the tool in m.
 double run(XrHandFilter& filter, const XrHandSample& wanted, bool seen, int ticks, haptics::HandSample& last,
@@ -100,7 +103,8 @@ TEST(HeadsetRig, MeasuredSpaceAndMagnificationExcludeEachOther) {
 
 TEST(HeadsetRig, TakesARegistrationOfTheArmOverAsTheInverseOfWhatTheCalibrationFound) {
   const std::string file = testing::TempDir() + "/typodont_reg.json";
-  write_file_atomically(file, R"({"X_DH": {"translation_mm": [100, 0, 0], "rotation_wxyz": [0.70710678, 0, 0, 0.70710678]},
+  write_file_atomically(file,
+                        R"({"X_DH": {"translation_mm": [100, 0, 0], "rotation_wxyz": [0.70710678, 0, 0, 0.70710678]},
                                    "fre_rms_mm": 0.2})");
   const display::DisplayRig r = rig("\"registration\": \"" + file + "\"");
   const Pose X_DH{{0.1, 0, 0}, glm::normalize(dquat(1, 0, 0, 1))};

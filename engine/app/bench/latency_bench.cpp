@@ -98,7 +98,8 @@ void step_rows(const Folder& folder, std::vector<BenchRow>& rows) {
   }
   // A device plays as time goes by: a hundred times a second the recording says how long a tick took to be heard.
   const std::vector<audio::AudioDevice> devices = audio::audio_devices();
-  const auto card = std::find_if(devices.begin(), devices.end(), [](const audio::AudioDevice& d) { return d.is_default; });
+  const auto card =
+      std::find_if(devices.begin(), devices.end(), [](const audio::AudioDevice& d) { return d.is_default; });
   if (card == devices.end()) return;
   options.audio = "portaudio:" + card->name;
   run_workbench(read_scene(file), options);
@@ -110,7 +111,8 @@ void step_rows(const Folder& folder, std::vector<BenchRow>& rows) {
     std::erase_if(seconds, [](double v) { return !std::isfinite(v); });
     if (seconds.empty()) continue;
     for (const auto& [name, q] : {std::pair{"median", 0.5}, {"99 %", 0.99}})
-      rows.push_back(row(fmt::format("hand to sound, {}", name), fmt::format("{}, its own share included", card->name), quantile(seconds, q), "tick"));
+      rows.push_back(row(fmt::format("hand to sound, {}", name), fmt::format("{}, its own share included", card->name),
+                         quantile(seconds, q), "tick"));
   }
 }
 
@@ -188,7 +190,10 @@ void start_rows(const Folder& folder, std::vector<BenchRow>& rows) {
     nothing = std::min(nothing, time("--version").end);
     // As the live session itself says: it knows when its first tick was done and its first frame was on the screen.
     const auto live = [&](double seconds, const char* rig, const char* key) {
-      if (!std::isfinite(time(fmt::format("run '{}' --hand script:{} --audio none: --seconds {} --json {}", scene, hand.string(), seconds, rig)).end)) return std::nan("");
+      if (!std::isfinite(time(fmt::format("run '{}' --hand script:{} --audio none: --seconds {} --json {}", scene,
+                                          hand.string(), seconds, rig))
+                             .end))
+        return std::nan("");
       return Json::load(said)["start"][key].number();
     };
     tick = std::min(tick, live(0.5, "", "first_tick_s"));
@@ -201,7 +206,8 @@ void start_rows(const Folder& folder, std::vector<BenchRow>& rows) {
   add("command to first tick", kWarm, tick);
   if (desktop) add("command to first picture in a window", kWarm, frame);
   add("command to first picture in a file", "molar, two eyes of 1280x1024, warm caches, best of 3", pictures.there);
-  add("command to its end, with all pictures and a frame for its time", "molar, two eyes of 1280x1024, warm caches, best of 3", pictures.end);
+  add("command to its end, with all pictures and a frame for its time",
+      "molar, two eyes of 1280x1024, warm caches, best of 3", pictures.end);
 }
 
 }  // namespace

@@ -30,15 +30,18 @@ constexpr std::string_view kScene = R"({
   "tools": ["round_012", "condenser_composite", "explorer"], "spindle_krpm": 300, "parts": ["haptics"]})";
 constexpr double kRate = 1000, kCycle = 60;  // Hz, s
 
-/// In a minute: a pit is drilled, filled again, and the place felt for what is left to feel; then a rest, and the next of
-/// 25 places, which was filled 25 minutes ago.
+/// In a minute: a pit is drilled, filled again, and the place felt for what is left to feel; then a rest, and the next
+/// of 25 places, which was filled 25 minutes ago.
 haptics::HandSample hand_at(double t) {
   const double in_cycle = std::fmod(t, kCycle);
   const auto cycle = static_cast<int>(t / kCycle);
   const dvec3 place(2.0_mm * (cycle % 5 - 2), 2.0_mm * (cycle / 5 % 5 - 2), 0);
   constexpr double kAway = 4e-3;
-  const auto way = [](double from, double to, double share) { return from + (to - from) * std::clamp(share, 0.0, 1.0); };
-  const auto visit = [&](double begin, double end, double high, double low) {  // from high down to low, and up at the end
+  const auto way = [](double from, double to, double share) {
+    return from + (to - from) * std::clamp(share, 0.0, 1.0);
+  };
+  const auto visit = [&](double begin, double end, double high,
+                         double low) {  // from high down to low, and up at the end
     const double down = way(way(kAway, high, in_cycle - begin), low, (in_cycle - begin - 1) / (end - begin - 2));
     return way(down, kAway, in_cycle - (end - 1));
   };
@@ -130,7 +133,9 @@ std::vector<BenchRow> bench_length(bool quick) {
     row("threads", entries("/proc/self/task"), "threads");
     for (std::size_t i = first; i < rows.size(); ++i) {  // the next are hours away
       const BenchRow& r = rows[i];
-      log::info("{}, {}: {}", r.name, knob, std::isfinite(r.time_ns) ? fmt::format("{:.3g} us", r.time_ns * 1e-3) : fmt::format("{:.6g} {}", r.error, r.error_unit));
+      log::info("{}, {}: {}", r.name, knob,
+                std::isfinite(r.time_ns) ? fmt::format("{:.3g} us", r.time_ns * 1e-3)
+                                         : fmt::format("{:.6g} {}", r.error, r.error_unit));
     }
     ticks = whole = EvenSample();
     recording = 0, recorded = count;

@@ -56,8 +56,10 @@ constexpr BenchPart kParts[] = {
      "velocity is known at an arm's quantisation. The link is memory: our share, not USB's.",
      devices},
     {"surface", "Surface",
-     "From distance field to triangles: a sphere of 50 voxels; then, with what is seen beneath the surface, the molar's "
-     "whole and its drilling frames beside volumeToMesh's whole, and a ball at equal error. Ratios of 0.02 and 0.33 are "
+     "From distance field to triangles: a sphere of 50 voxels; then, with what is seen beneath the surface, the "
+     "molar's "
+     "whole and its drilling frames beside volumeToMesh's whole, and a ball at equal error. Ratios of 0.02 and 0.33 "
+     "are "
      "50 and 3 times as fast.",
      bench_surface},
     {"debris", "Debris", "A step of all particles beside reading and writing the same memory once.", debris},
@@ -74,12 +76,17 @@ constexpr BenchPart kParts[] = {
      "The whole program: from a step of the hand to force, sound and picture; from the command to the first of them. "
      "Wall clock.",
      bench_latency},
-    {"undo", "Undo", "A stroke taken back and brought again, and the memory it takes: on the CT molar, and by several burs in a block of 0.05 mm voxels.", bench_undo},
+    {"undo", "Undo",
+     "A stroke taken back and brought again, and the memory it takes: on the CT molar, and by several burs in a block "
+     "of 0.05 mm voxels.",
+     bench_undo},
     {"scaling", "Scaling",
      "The same drilling in ever larger bodies: what must not grow, and what grows with the surface.", bench_scaling},
     {"length", "Length",
-     "Eight hours in simulated time: pits drilled, filled and felt, all recorded, every stroke kept for undo. Each row is "
-     "of what was done since the row before it. Memory grows by what is kept for undo, which has no end by contract, with the "
+     "Eight hours in simulated time: pits drilled, filled and felt, all recorded, every stroke kept for undo. Each row "
+     "is "
+     "of what was done since the row before it. Memory grows by what is kept for undo, which has no end by contract, "
+     "with the "
      "allocator's share of it, and by where the recording's chunks are.",
      bench_length}};
 

@@ -34,11 +34,13 @@ struct Body {
 
 Body ball(double radius_mm) {
   const double voxel = 0.1;
-  return {fmt::format("ball of {:g} mm, voxel {:g} mm", 2 * radius_mm, voxel),
-          fmt::format(R"({{"voxel_mm": {}, "band_mm": {}, "solids": [{{"tissue": "dentin", "solid": {{"sphere": {{"radius_mm": {}}}}}}}]}})", voxel,
-                      kBand, radius_mm),
-          {0, 0, radius_mm * 1e-3},
-          4 * kPi * std::pow(radius_mm / voxel, 2)};
+  return {
+      fmt::format("ball of {:g} mm, voxel {:g} mm", 2 * radius_mm, voxel),
+      fmt::format(
+          R"({{"voxel_mm": {}, "band_mm": {}, "solids": [{{"tissue": "dentin", "solid": {{"sphere": {{"radius_mm": {}}}}}}}]}})",
+          voxel, kBand, radius_mm),
+      {0, 0, radius_mm * 1e-3},
+      4 * kPi * std::pow(radius_mm / voxel, 2)};
 }
 
 /// Fourteen teeth on a parabola, each an enamel crown about a dentin core with its root.
@@ -50,22 +52,27 @@ Body dental_arch() {
     const double along = (i - 6.5) / 6.5, x = 26 * along, y = -38 * along * along, radius = 2.6 + 2 * along * along;
     for (const bool core : {false, true}) {
       const double r = core ? radius - 1.2 : radius;
-      solids += fmt::format(R"({}{{"tissue": "{}", "solid": {{"capsule": {{"a_mm": [{:.3f}, {:.3f}, 0], "b_mm": [{:.3f}, {:.3f}, {}],
-        "radius_mm": {:.3f}}}}}}})", solids.empty() ? "" : ", ", core ? "dentin" : "enamel", x, y, x, y, core ? -10 : -3, r);
+      solids += fmt::format(
+          R"({}{{"tissue": "{}", "solid": {{"capsule": {{"a_mm": [{:.3f}, {:.3f}, 0], "b_mm": [{:.3f}, {:.3f}, {}],
+        "radius_mm": {:.3f}}}}}}})",
+          solids.empty() ? "" : ", ", core ? "dentin" : "enamel", x, y, x, y, core ? -10 : -3, r);
     }
     if (i == 6) first = dvec3(x, y, radius) * 1e-3;
     area += 2 * kPi * radius * (2 * radius + 10);
   }
-  return {"dental arch, 14 teeth, voxel 0.05 mm", fmt::format(R"({{"voxel_mm": 0.05, "band_mm": {}, "solids": [{}]}})", kBand, solids), first,
+  return {"dental arch, 14 teeth, voxel 0.05 mm",
+          fmt::format(R"({{"voxel_mm": 0.05, "band_mm": {}, "solids": [{}]}})", kBand, solids), first,
           area / std::pow(0.05, 2)};
 }
 
 /// A femoral head in its socket.
 Body hip() {
-  return {"hip, voxel 0.1 mm", fmt::format(R"({{"voxel_mm": 0.1, "band_mm": {}, "solids": [
+  return {"hip, voxel 0.1 mm",
+          fmt::format(R"({{"voxel_mm": 0.1, "band_mm": {}, "solids": [
       {{"tissue": "cortical_bone", "solid": {{"difference": [{{"sphere": {{"radius_mm": 33}}}}, {{"sphere": {{"radius_mm": 26}}}}]}}}},
       {{"tissue": "cortical_bone", "solid": {{"sphere": {{"radius_mm": 24}}}}}},
-      {{"tissue": "cancellous_bone", "solid": {{"sphere": {{"radius_mm": 21.5}}}}}}]}})", kBand),
+      {{"tissue": "cancellous_bone", "solid": {{"sphere": {{"radius_mm": 21.5}}}}}}]}})",
+                      kBand),
           {0, 0, 33e-3},
           4 * kPi * (33. * 33 + 26. * 26 + 24. * 24) / std::pow(0.1, 2)};
 }
@@ -77,7 +84,8 @@ void picture_row(const Body& body, const Scene& scene, haptics::TissueVolume& ti
                                  [](const render::Quality& q) { return std::string_view(q.name) == "fast"; });
   display::DisplayRig rig = display::load_rig(assets_folder() / "rigs/closeup.json");
   const dvec3 middle = 0.5 * (rig.screen.upper_left + rig.screen.lower_right), way = body.top - middle;
-  for (dvec3* p : {&rig.screen.lower_left, &rig.screen.lower_right, &rig.screen.upper_left, &rig.head.eye_center}) *p += way;
+  for (dvec3* p : {&rig.screen.lower_left, &rig.screen.lower_right, &rig.screen.upper_left, &rig.head.eye_center})
+    *p += way;
   PictureStage::Options options;
   options.quality = *fast;
   PictureStage stage(rig, scene.servo, options);
@@ -109,10 +117,11 @@ std::vector<BenchRow> bench_scaling(bool quick) {
       std::filesystem::temp_directory_path() / fmt::format("typodont_scaling_{}.vdb", ::getpid());
   for (const Body& body : bodies) {
     const auto scene_of = [&](const std::string& tissue) {
-      return parse_scene(Json::parse(fmt::format(R"({{"tissue": {}, "tool": "round_012", "spindle_krpm": 300, "parts": ["haptics"]}})",
-                                                 tissue),
-                                     "bench"),
-                         {});
+      return parse_scene(
+          Json::parse(fmt::format(R"({{"tissue": {}, "tool": "round_012", "spindle_krpm": 300, "parts": ["haptics"]}})",
+                                  tissue),
+                      "bench"),
+          {});
     };
     const Scene scene = scene_of(body.tissue);
     const auto row = [&](const char* name, double ns, const char* per) {

@@ -23,7 +23,7 @@ constexpr double kMass = 0.15, kDamping = 5, kPush = 4;  // kg, N·s/m, N
 constexpr int kMostDelay = 2;
 
 struct Course {
-  bool grows = false;       // the largest excursion of the last quarter is more than that of the second, or off the wall
+  bool grows = false;  // the largest excursion of the last quarter is more than that of the second, or off the wall
   double least_energy = 0;  // J
 };
 
@@ -126,9 +126,10 @@ double first_felt(double speed, double force, double rate) {
   return -z;
 }
 
-/// The least depth at which any controller can give that force and keep its ledger above -1 nJ whatever the hand does next,
-/// if all it may suppose is that a hand goes back no farther in a tick than it came. What is held, F, may be asked back over
-/// that way a: F a <= E + ε; and while the hand goes on inward the ledger gains F a <= E + ε a tick, it doubles at most.
+/// The least depth at which any controller can give that force and keep its ledger above -1 nJ whatever the hand does
+/// next, if all it may suppose is that a hand goes back no farther in a tick than it came. What is held, F, may be
+/// asked back over that way a: F a <= E + ε; and while the hand goes on inward the ledger gains F a <= E + ε a tick, it
+/// doubles at most.
 double least_first_felt(double speed, double force, double rate) {
   constexpr double kCredit = 1e-9;  // J
   const double way = speed / rate;
@@ -164,8 +165,12 @@ std::vector<BenchRow> bench_stability(bool quick) {
     int delay;
     double jitter;
   };
-  for (const Kind& kind : {Kind{"no delay", 0, 0}, {"delay of 1 tick", 1, 0}, {"delay of 2 ticks", 2, 0},
-                           {"jitter of 20 %", 0, 0.2}, {"jitter of 50 %", 0, 0.5}, {"delay of 1 tick, jitter of 50 %", 1, 0.5}}) {
+  for (const Kind& kind : {Kind{"no delay", 0, 0},
+                           {"delay of 1 tick", 1, 0},
+                           {"delay of 2 ticks", 2, 0},
+                           {"jitter of 20 %", 0, 0.2},
+                           {"jitter of 50 %", 0, 0.5},
+                           {"delay of 1 tick, jitter of 50 %", 1, 0.5}}) {
     for (const double rate : rates) {
       const Clock clock{rate, kind.delay, kind.jitter};
       const double guess = 2 * kDamping * rate / (1 + 2 * kind.delay);  // Colgate: b > K T / 2; a delay adds to T / 2
@@ -185,7 +190,8 @@ std::vector<BenchRow> bench_stability(bool quick) {
   for (const double rate : {100.0, 200.0, 500.0, 1000.0, 4000.0}) {
     const auto row = [&](const char* name, double depth) { rate_row(name, rate, depth / kMillimetre, "depth, mm"); };
     row("first 0.1 N of a hand at 20 mm/s, controller on", first_felt(20e-3, 0.1, rate));
-    row("the least that any controller could promise a hand that may go back as it came", least_first_felt(20e-3, 0.1, rate));
+    row("the least that any controller could promise a hand that may go back as it came",
+        least_first_felt(20e-3, 0.1, rate));
   }
   return rows;
 }

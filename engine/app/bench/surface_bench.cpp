@@ -40,7 +40,8 @@ haptics::TissueVolume molar(double voxel) {
   const double ratio = voxel / from.voxel;
   const auto at = [&](glm::ivec3 i) {
     i = glm::clamp(i, glm::ivec3(0), size - 1);
-    return (static_cast<std::size_t>(i.x) * size.y + static_cast<std::size_t>(i.y)) * size.z + static_cast<std::size_t>(i.z);
+    return (static_cast<std::size_t>(i.x) * size.y + static_cast<std::size_t>(i.y)) * size.z +
+           static_cast<std::size_t>(i.z);
   };
   haptics::DenseTissue fine;
   fine.frame = {from.to_world(dvec3(lo)), voxel};
@@ -73,10 +74,12 @@ haptics::TissueVolume ball(double radius_voxels) {
   const double voxel_mm = 0.05;
   const dvec3 center_mm = kCentre * voxel_mm;
   return load_tissue(parse_scene(
-      Json::parse(fmt::format(R"({{"tissue": {{"voxel_mm": {}, "band_mm": 0.4, "solids": [{{"tissue": "enamel", "solid": {{"sphere":
+      Json::parse(
+          fmt::format(
+              R"({{"tissue": {{"voxel_mm": {}, "band_mm": 0.4, "solids": [{{"tissue": "enamel", "solid": {{"sphere":
           {{"center_mm": [{}, {}, {}], "radius_mm": {}}}}}}}]}}, "tool": "round_012", "parts": ["haptics"]}})",
-                              voxel_mm, center_mm.x, center_mm.y, center_mm.z, radius_voxels * voxel_mm),
-                  "bench"),
+              voxel_mm, center_mm.x, center_mm.y, center_mm.z, radius_voxels * voxel_mm),
+          "bench"),
       {}));
 }
 
@@ -139,10 +142,12 @@ std::vector<FieldBrick> read(const haptics::TissueVolume& volume, const std::vec
 
 /// ns
 double triangles_time(surface::SurfaceMesher& mesher, const std::vector<FieldBrick>& bricks) {
-  return measure(1, [&] {
-           for (const FieldBrick& brick : bricks) mesher.put(brick);
-           (void)mesher.remesh();
-         }).median;
+  return measure(1,
+                 [&] {
+                   for (const FieldBrick& brick : bricks) mesher.put(brick);
+                   (void)mesher.remesh();
+                 })
+      .median;
 }
 
 void molar_rows(int repeats, std::vector<BenchRow>& rows) {
@@ -160,10 +165,12 @@ void molar_rows(int repeats, std::vector<BenchRow>& rows) {
                     .size_unit = "triangles"});
   };
   const Scene scene = parse_scene(
-      Json::parse(R"({"tissue": {"volume": "teeth/molar.vdb"}, "tool": "round_012", "parts": ["haptics"]})", "bench"), {});
+      Json::parse(R"({"tissue": {"volume": "teeth/molar.vdb"}, "tool": "round_012", "parts": ["haptics"]})", "bench"),
+      {});
   for (const float tolerance : {-1.0f, 0.1f}) {
     // The second is for the triangles alone: what changed can be asked for once.
-    haptics::Carver carver(volume.clone(), haptics::tray(scene.servo)), same(volume.clone(), haptics::tray(scene.servo));
+    haptics::Carver carver(volume.clone(), haptics::tray(scene.servo)),
+        same(volume.clone(), haptics::tray(scene.servo));
     TissueView view(tolerance);
     surface::SurfaceMesher mesher({.tolerance = tolerance});
     const double triangles = triangles_time(mesher, read(volume, volume.surface_bricks()));
@@ -190,7 +197,8 @@ void molar_rows(int repeats, std::vector<BenchRow>& rows) {
       pictures.push_back(static_cast<double>(thread_cpu_time() - start));
       meshes.push_back(triangles_time(mesher, read(same.volume(), same.volume().take_changed_bricks())));
     }
-    row("molar at 0.05 mm, drilling frame, triangles", tolerance, quantile(meshes, 0.5), "frame", mesher.triangle_count());
+    row("molar at 0.05 mm, drilling frame, triangles", tolerance, quantile(meshes, 0.5), "frame",
+        mesher.triangle_count());
     row("molar at 0.05 mm, drilling frame, picture", tolerance, quantile(pictures, 0.5), "frame",
         view.mesher().triangle_count());
   }
@@ -199,7 +207,8 @@ void molar_rows(int repeats, std::vector<BenchRow>& rows) {
 /// A ball, sampled coarsely for ours and finer for volumeToMesh until its mesh is as true.
 void ball_row(int repeats, std::vector<BenchRow>& rows) {
   const auto error = [](const surface::WholeMesh& mesh, const dvec3& centre, double radius) {
-    return surface::greatest_error(mesh, [&](const glm::dvec3& p) { return glm::length(p - centre) - radius; }) / radius;
+    return surface::greatest_error(mesh, [&](const glm::dvec3& p) { return glm::length(p - centre) - radius; }) /
+           radius;
   };
   const double radius = 60;
   haptics::TissueVolume volume = ball(radius);

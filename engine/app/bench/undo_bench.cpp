@@ -46,8 +46,8 @@ struct Cutter {
 
 /// Rows of one kind of stroke, made `repeats` times at heights z(repeat).
 template <typename Height>
-void measure(std::vector<BenchRow>& rows, Cutter& cutter, std::uint32_t tool, int passes, double apart, int repeats, const Height& z,
-             const std::string& knob) {
+void measure(std::vector<BenchRow>& rows, Cutter& cutter, std::uint32_t tool, int passes, double apart, int repeats,
+             const Height& z, const std::string& knob) {
   haptics::Carver& carver = cutter.carver;
   std::vector<double> rest, back, again;
   std::size_t bytes = 0;
@@ -67,9 +67,24 @@ void measure(std::vector<BenchRow>& rows, Cutter& cutter, std::uint32_t tool, in
     carver.undo();                            // the next one meets the same tissue
   }
   const double kilobytes = static_cast<double>(bytes) / 1024;
-  rows.push_back({.name = "made ready in the pause after it", .knob = knob, .time_ns = quantile(rest, 0.5), .per = "stroke", .size = kilobytes, .size_unit = "kB kept"});
-  rows.push_back({.name = "undo", .knob = knob, .time_ns = quantile(back, 0.5), .per = "stroke", .size = kilobytes, .size_unit = "kB kept"});
-  rows.push_back({.name = "redo", .knob = knob, .time_ns = quantile(again, 0.5), .per = "stroke", .size = kilobytes, .size_unit = "kB kept"});
+  rows.push_back({.name = "made ready in the pause after it",
+                  .knob = knob,
+                  .time_ns = quantile(rest, 0.5),
+                  .per = "stroke",
+                  .size = kilobytes,
+                  .size_unit = "kB kept"});
+  rows.push_back({.name = "undo",
+                  .knob = knob,
+                  .time_ns = quantile(back, 0.5),
+                  .per = "stroke",
+                  .size = kilobytes,
+                  .size_unit = "kB kept"});
+  rows.push_back({.name = "redo",
+                  .knob = knob,
+                  .time_ns = quantile(again, 0.5),
+                  .per = "stroke",
+                  .size = kilobytes,
+                  .size_unit = "kB kept"});
 }
 
 Cutter cutter_of(haptics::Carver& carver) {
@@ -88,8 +103,10 @@ std::vector<BenchRow> bench_undo(bool quick) {
     haptics::Carver carver(load_tissue(scene), haptics::tray(scene.servo));
     Cutter cutter = cutter_of(carver);
     for (const int passes : {1, 4, 16})  // through the crown, under its top
-      measure(rows, cutter, 0, passes, 0.2e-3, quick ? 3 : 15, [&](int repeat) { return cutter.high.z - 2.5e-3 - 0.1e-3 * repeat; },
-              fmt::format("{} passes through the crown", passes));
+      measure(
+          rows, cutter, 0, passes, 0.2e-3, quick ? 3 : 15,
+          [&](int repeat) { return cutter.high.z - 2.5e-3 - 0.1e-3 * repeat; },
+          fmt::format("{} passes through the crown", passes));
   }
   const Scene scene = parse_scene(Json::parse(kBlock, "block"), assets_folder() / "scenes/block.json");
   const std::span<const haptics::Tool> tools = haptics::tray(scene.servo);
@@ -97,8 +114,10 @@ std::vector<BenchRow> bench_undo(bool quick) {
   Cutter cutter = cutter_of(carver);
   for (std::uint32_t tool = 0; tool < tools.size(); ++tool)
     for (const int passes : {4, 16})
-      measure(rows, cutter, tool, passes, 0.4 * tools[tool].diameter, quick ? 1 : 5, [&](int repeat) { return -0.1e-3 * repeat; },
-              fmt::format("{} passes of {} at h = 0.05 mm", passes, tools[tool].name));
+      measure(
+          rows, cutter, tool, passes, 0.4 * tools[tool].diameter, quick ? 1 : 5,
+          [&](int repeat) { return -0.1e-3 * repeat; },
+          fmt::format("{} passes of {} at h = 0.05 mm", passes, tools[tool].name));
   return rows;
 }
 

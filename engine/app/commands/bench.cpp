@@ -101,9 +101,18 @@ std::map<std::string, std::vector<BenchRow>> kept_rows(const std::string& file) 
       if (*end != 0) throw Error(file, fmt::format("line {}", number), c[i], "a number");
       return v;
     };
-    if (c.size() != 11) throw Error(file, fmt::format("line {}", number), fmt::format("{} cells", c.size()), std::string(kColumns));
-    rows[c[0]].push_back({.name = c[1], .knob = c[2], .error = value(3), .error_unit = c[4], .time_ns = value(5), .per = c[6],
-                          .baseline = c[7], .ratio = value(8), .size = value(9), .size_unit = c[10]});
+    if (c.size() != 11)
+      throw Error(file, fmt::format("line {}", number), fmt::format("{} cells", c.size()), std::string(kColumns));
+    rows[c[0]].push_back({.name = c[1],
+                          .knob = c[2],
+                          .error = value(3),
+                          .error_unit = c[4],
+                          .time_ns = value(5),
+                          .per = c[6],
+                          .baseline = c[7],
+                          .ratio = value(8),
+                          .size = value(9),
+                          .size_unit = c[10]});
   }
   return rows;
 }
@@ -174,7 +183,8 @@ void add_bench_command(CLI::App& app) {
   for (const BenchPart& part : bench_parts()) names.emplace_back(part.name);
   command->add_option("name", options->names, "parts to measure; all when none is named")->check(CLI::IsMember(names));
   command->add_option("--out", options->out, "write the rows as CSV, with machine, compiler, flags and date");
-  command->add_option("--keep", options->keep, "of the parts not named take the rows that this CSV has of them")->check(CLI::ExistingFile);
+  command->add_option("--keep", options->keep, "of the parts not named take the rows that this CSV has of them")
+      ->check(CLI::ExistingFile);
   command->add_option("--page", options->page, "write them as a page (.md) with plots beside it");
   command->add_flag("--quick", options->quick, "fewer repeats: a look, not a measurement");
   command->add_flag("--json", options->json, "print the rows as JSON");

@@ -40,7 +40,9 @@ struct Output {
   }
 };
 
-std::string words(const dvec3& v) { return fmt::format("{:.3f}, {:.3f}, {:.3f}", v.x, v.y, v.z); }
+std::string words(const dvec3& v) {
+  return fmt::format("{:.3f}, {:.3f}, {:.3f}", v.x, v.y, v.z);
+}
 
 void add_register(CLI::App& calibrate) {
   struct Options {
@@ -66,8 +68,7 @@ void add_register(CLI::App& calibrate) {
   command->callback([options] {
     const PointPairs pairs = read_pairs(options->pairs);
     auto rig = options->rig.empty() ? std::nullopt : std::optional(RigFile::load(options->rig));
-    const std::vector<dvec3> targets =
-        options->targets.empty() ? std::vector<dvec3>{} : read_points(options->targets);
+    const std::vector<dvec3> targets = options->targets.empty() ? std::vector<dvec3>{} : read_points(options->targets);
     RegistrationOptions settings;
     settings.known_sigma = options->sigma_mm * kMillimetre;
     if (const auto& w = options->workspace_mm; w.size() == 6) {
@@ -116,7 +117,9 @@ void add_delay(CLI::App& calibrate) {
   command->add_option("--hand", options->live.hand, "record A from this hand (typodont devices) …");
   command->add_option("--with", options->live.with, "… and B at the same time from this one, or from opentrack:PORT");
   command->add_option("--pedal", options->live.pedal, "\"none\", or the pedal's path or serial")->capture_default_str();
-  command->add_option("--seconds", options->live.seconds, "record at most so long; it ends sooner where 0.1 ms are reached")
+  command
+      ->add_option("--seconds", options->live.seconds,
+                   "record at most so long; it ends sooner where 0.1 ms are reached")
       ->check(CLI::Range(4.0, 600.0))
       ->capture_default_str();
   command->add_option("--max-ms", options->max_ms, "search this far both ways")
@@ -124,14 +127,16 @@ void add_delay(CLI::App& calibrate) {
       ->capture_default_str();
   options->out.add_to(*command);
   command->footer(
-      "Sign: delay_ms is positive when B lags A: b(t) = a(t - delay). When the clocks run apart, delay_ms holds at the\n"
+      "Sign: delay_ms is positive when B lags A: b(t) = a(t - delay). When the clocks run apart, delay_ms holds at "
+      "the\n"
       "first common moment, and delay_at_end_ms at the last.\n"
       "Example: typodont calibrate delay --a haptic.csv --b tracker.csv --json\n"
       "Example: typodont calibrate delay --rig bench.json --hand haply: --with opentrack:4242");
   command->callback([options] {
     auto rig = options->rig.empty() ? std::nullopt : std::optional(RigFile::load(options->rig));
     Captures captures;
-    if (const bool live = !options->live.hand.empty(); live != !options->live.with.empty() || (live && !options->a.empty())) {
+    if (const bool live = !options->live.hand.empty();
+        live != !options->live.with.empty() || (live && !options->a.empty())) {
       throw Error("calibrate delay: found a part of it, expected --hand with --with, or --a with --b, or --rig");
     } else if (live) {
       const DelayCapture taken = capture_delay(options->live);
@@ -152,8 +157,10 @@ void add_delay(CLI::App& calibrate) {
       rig->set(bench);
       rig->save();
     }
-    if (result.ambiguous) log::warn("{}", result.reason);
-    else if (!result.rich) log::warn("the motion was not rich enough for 0.1 ms: move faster, or longer");
+    if (result.ambiguous)
+      log::warn("{}", result.reason);
+    else if (!result.rich)
+      log::warn("the motion was not rich enough for 0.1 ms: move faster, or longer");
     std::string text = fmt::format("delay   {:.4f} ms ± {:.4f} ms (positive: B lags A){}\n", result.delay * 1e3,
                                    result.sigma * 1e3, result.ambiguous ? ", ambiguous" : "");
     if (result.skew != 0) {
@@ -170,16 +177,15 @@ void add_delay(CLI::App& calibrate) {
 std::string summary(const BenchState& bench) {
   std::string text;
   if (const auto& r = bench.arm_result) {
-    text += fmt::format("arm       {:.3f} mm rms before, {:.3f} after; {} captures, {} set aside\n", r->before_rms * 1e3,
-                        r->after_rms * 1e3, r->residuals.size(), r->rejected.size());
+    text += fmt::format("arm       {:.3f} mm rms before, {:.3f} after; {} captures, {} set aside\n",
+                        r->before_rms * 1e3, r->after_rms * 1e3, r->residuals.size(), r->rejected.size());
     text += fmt::format("          not observable: {}\n", fmt::join(r->not_observable, "; "));
     if (!r->misfit.empty()) text += fmt::format("          not taken over: {}\n", r->misfit);
   }
   if (const auto& r = bench.panel_result) {
-    text += r->not_determined.empty()
-                ? fmt::format("panel     {:.2f} × {:.2f} mm, {:.3f} mm rms, {} set aside\n", r->width * 1e3,
-                              r->height * 1e3, r->rms * 1e3, r->rejected.size())
-                : fmt::format("panel     not determined: {}\n", r->not_determined);
+    text += r->not_determined.empty() ? fmt::format("panel     {:.2f} × {:.2f} mm, {:.3f} mm rms, {} set aside\n",
+                                                    r->width * 1e3, r->height * 1e3, r->rms * 1e3, r->rejected.size())
+                                      : fmt::format("panel     not determined: {}\n", r->not_determined);
   }
   if (const auto& r = bench.mirror_result) {
     text += r->not_determined.empty() ? fmt::format("mirror    tilt ± {:.4f}°, {:.3f} mm rms, {} set aside\n",
@@ -192,8 +198,8 @@ std::string summary(const BenchState& bench) {
                               r->ipd_sigma * 1e3, r->rms * 1e3, r->rejected.size())
                 : fmt::format("eyes      not determined: {}\n", r->not_determined);
     if (const auto& offset = r->user_offset) {
-      text += fmt::format("          this user feels ({}) ± ({}) mm beside what is seen; {} touches, {} set aside\n", words(offset->W * 1e3),
-                          words(offset->sigma * 1e3), offset->touches, offset->rejected);
+      text += fmt::format("          this user feels ({}) ± ({}) mm beside what is seen; {} touches, {} set aside\n",
+                          words(offset->W * 1e3), words(offset->sigma * 1e3), offset->touches, offset->rejected);
     }
   }
   if (const auto& r = bench.joint) {
@@ -206,7 +212,8 @@ std::string summary(const BenchState& bench) {
                         r->trusted() ? "" : ", not to be trusted");
   }
   if (const auto& r = bench.delay) {
-    text += fmt::format("delay     {:.3f} ± {:.3f} ms{}\n", r->delay * 1e3, r->sigma * 1e3, r->ambiguous ? ", ambiguous" : "");
+    text += fmt::format("delay     {:.3f} ± {:.3f} ms{}\n", r->delay * 1e3, r->sigma * 1e3,
+                        r->ambiguous ? ", ambiguous" : "");
   }
   if (const auto& r = bench.verification) text += fmt::format("verify    {}\n", r->verdict);
   return text;
@@ -218,15 +225,19 @@ struct HandOptions : GuideOptions {
   bool no_window = false;
 
   void add_to(CLI::App& command) {
-    command.add_option("--hand", hand, "take touches from this hand: an address as typodont devices lists them, or script:HAND.csv");
+    command.add_option("--hand", hand,
+                       "take touches from this hand: an address as typodont devices lists them, or script:HAND.csv");
     command.add_option("--pedal", pedal, "\"auto\", \"none\", or the pedal's path or serial")->capture_default_str();
-    command.add_option("--still-mm", still_mm, "a touch is refused when the tip strayed farther than this within 100 ms")
+    command
+        .add_option("--still-mm", still_mm, "a touch is refused when the tip strayed farther than this within 100 ms")
         ->capture_default_str()
         ->check(CLI::Range(0.001, 10.0));
     command.add_flag("--fast", fast, "a script: hand runs as fast as it can");
     command.add_flag("--no-window", no_window, "show no prompts on the screen");
-    command.add_option("--monitor", monitor, "show the prompts full screen on this monitor, counted from 0")->check(CLI::NonNegativeNumber);
-    command.add_option("--picture", picture, "write what the panel should show to this PNG or PGM file before each touch");
+    command.add_option("--monitor", monitor, "show the prompts full screen on this monitor, counted from 0")
+        ->check(CLI::NonNegativeNumber);
+    command.add_option("--picture", picture,
+                       "write what the panel should show to this PNG or PGM file before each touch");
     command.add_option("--audio", audio, "play a cue after each touch: portaudio:[DEVICE] or wav:FILE");
     command.add_option("--plate-pitch-mm", plate_pitch_mm, "between the points of the arm's 5 by 5 plate")
         ->capture_default_str()
@@ -254,39 +265,53 @@ void add_rig_step(CLI::App& calibrate, const char* step, const char* what, const
   command->add_option("--rig", options->rig, "rig file to read and to update")->required();
   command->add_option("--captures", options->captures, "folder of the raw captures; else RIG.captures");
   if (name == "screen") {
-    command->add_option("--tip-radius-mm", options->tip_radius_mm, "of the ball at the stylus' end")->check(CLI::Range(0.0, 20.0));
+    command->add_option("--tip-radius-mm", options->tip_radius_mm, "of the ball at the stylus' end")
+        ->check(CLI::Range(0.0, 20.0));
   }
   if (name == "eyes") {
-    command->add_flag("--user-offset", options->user_offset, "also this user's systematic offset between seeing and feeling, from the touches of register and verify");
+    command->add_flag(
+        "--user-offset", options->user_offset,
+        "also this user's systematic offset between seeing and feeling, from the touches of register and verify");
   }
   if (name == "verify") {
     command->add_option("--map", options->map, "write the map of the co-location error to this SVG picture");
-    command->add_option("--tolerance-mm", options->tolerance_mm, "rms that passes")->check(CLI::PositiveNumber)->capture_default_str();
-    command->add_option("--worst-mm", options->worst_mm, "worst that passes")->check(CLI::PositiveNumber)->capture_default_str();
+    command->add_option("--tolerance-mm", options->tolerance_mm, "rms that passes")
+        ->check(CLI::PositiveNumber)
+        ->capture_default_str();
+    command->add_option("--worst-mm", options->worst_mm, "worst that passes")
+        ->check(CLI::PositiveNumber)
+        ->capture_default_str();
   }
   command->add_option("--report", options->report, "write a page with plots to this HTML file");
   command->add_option("--arm-serial", options->arm_serial, "serial number to keep in the rig file");
   command->add_option("--tracker-serial", options->tracker_serial, "serial number to keep in the rig file");
   options->out.add_to(*command);
-  command->footer(fmt::format("Reads {} of the captures.\nExample: typodont calibrate {} --rig bench.json", files, step));
+  command->footer(
+      fmt::format("Reads {} of the captures.\nExample: typodont calibrate {} --rig bench.json", files, step));
   command->callback([options, step = std::string(step)] {
     RigFile rig = RigFile::load(options->rig);
     BenchState bench = rig.bench();
     bench.tolerance = {options->tolerance_mm * kMillimetre, options->worst_mm * kMillimetre};
-    const std::filesystem::path folder = options->captures.empty() ? rig.captures_folder() : std::filesystem::path(options->captures);
+    const std::filesystem::path folder =
+        options->captures.empty() ? rig.captures_folder() : std::filesystem::path(options->captures);
     const Captures captures = read_captures(folder);
     const auto need = [&](bool any, const char* file) {
-      if (!any) throw Error((folder / file).string(), "", "no captures", "those of this step; see typodont calibrate guide");
+      if (!any)
+        throw Error((folder / file).string(), "", "no captures", "those of this step; see typodont calibrate guide");
     };
     if (step == "arm") need(!captures.arm.empty(), "arm.csv"), solve_arm_step(bench, captures);
-    if (step == "screen") need(!captures.marks.empty(), "marks.csv"), solve_screen_step(bench, captures, options->tip_radius_mm * kMillimetre);
-    if (step == "eyes") need(!captures.eyes.empty(), "eyes.csv"), solve_eyes_step(bench, captures, options->user_offset);
+    if (step == "screen")
+      need(!captures.marks.empty(), "marks.csv"),
+          solve_screen_step(bench, captures, options->tip_radius_mm * kMillimetre);
+    if (step == "eyes")
+      need(!captures.eyes.empty(), "eyes.csv"), solve_eyes_step(bench, captures, options->user_offset);
     if (step == "verify") need(!captures.verification.empty(), "verify.csv"), solve_verify_step(bench, captures);
     if (step == "solve") solve_all(bench, captures);
     rig.set(bench);
     if (!options->arm_serial.empty()) rig.set_device("arm", options->arm_serial);
     if (!options->tracker_serial.empty()) rig.set_device("tracker", options->tracker_serial);
-    if (!options->report.empty()) write_file_atomically(options->report, report_page(bench, "Calibration of " + options->rig));
+    if (!options->report.empty())
+      write_file_atomically(options->report, report_page(bench, "Calibration of " + options->rig));
     if (!options->map.empty()) write_file_atomically(options->map, error_map_svg(*bench.verification));
     rig.save();
     options->out.write(bench_json(bench), summary(bench));
@@ -304,9 +329,14 @@ void add_drift(CLI::App& calibrate) {
   auto options = std::make_shared<Options>();
   CLI::App* command = calibrate.add_subcommand("drift", "three marks at the start of a session: has anything moved?");
   command->add_option("--rig", options->rig, "rig file; drift.csv of its captures holds the marks")->required();
-  command->add_option("--touches", options->touches, "CSV of the same marks touched now: x_mm,y_mm,z_mm; else they are asked for");
-  command->add_option("--tolerance-mm", options->tolerance_mm, "that a mark may have moved")->capture_default_str()->check(CLI::PositiveNumber);
-  command->add_option("--sigma-mm", options->sigma_mm, "noise of a touch per axis")->capture_default_str()->check(CLI::PositiveNumber);
+  command->add_option("--touches", options->touches,
+                      "CSV of the same marks touched now: x_mm,y_mm,z_mm; else they are asked for");
+  command->add_option("--tolerance-mm", options->tolerance_mm, "that a mark may have moved")
+      ->capture_default_str()
+      ->check(CLI::PositiveNumber);
+  command->add_option("--sigma-mm", options->sigma_mm, "noise of a touch per axis")
+      ->capture_default_str()
+      ->check(CLI::PositiveNumber);
   options->guide.add_to(*command);
   options->out.add_to(*command);
   command->footer(
@@ -332,18 +362,22 @@ void add_drift(CLI::App& calibrate) {
       GuidedCapture guide(bench, folder);
       guide.begin(Step::kDrift);
       options->guide.rig = options->rig;
-      if (run_guide(guide, options->guide.complete()) != GuideEnd::kSolve) throw RunFailure("drift: stopped before the marks were touched");
+      if (run_guide(guide, options->guide.complete()) != GuideEnd::kSolve)
+        throw RunFailure("drift: stopped before the marks were touched");
       return guide.captures().drift_marks;
     };
     const std::vector<dvec3> now = points(touched_now());
     if (now.size() != then.size()) {
-      throw Error(options->touches.empty() ? "drift" : options->touches, "", fmt::format("{} touches", now.size()), fmt::format("the {} marks of {}", then.size(), file.string()));
+      throw Error(options->touches.empty() ? "drift" : options->touches, "", fmt::format("{} touches", now.size()),
+                  fmt::format("the {} marks of {}", then.size(), file.string()));
     }
     const dvec3 middle = inverse(bench.rig.X_WH) * (0.5 * (bench.workspace_D.low + bench.workspace_D.high));
-    const DriftResult result = check_drift(then, now, options->sigma_mm * kMillimetre, middle, options->tolerance_mm * kMillimetre);
-    options->out.write(fmt::format("{{\n  \"drifted\": {},\n  \"shift_mm\": {},\n  \"turn_deg\": {},\n  \"worst_mm\": {}\n}}\n",
-                                   result.drifted, result.shift * 1e3, result.turn / kDegree, result.worst * 1e3),
-                       result.verdict + "\n");
+    const DriftResult result =
+        check_drift(then, now, options->sigma_mm * kMillimetre, middle, options->tolerance_mm * kMillimetre);
+    options->out.write(
+        fmt::format("{{\n  \"drifted\": {},\n  \"shift_mm\": {},\n  \"turn_deg\": {},\n  \"worst_mm\": {}\n}}\n",
+                    result.drifted, result.shift * 1e3, result.turn / kDegree, result.worst * 1e3),
+        result.verdict + "\n");
     if (result.drifted) throw RunFailure(result.verdict);
   });
 }
@@ -361,12 +395,15 @@ void add_status(CLI::App& calibrate) {
       guide.begin(step);
       const std::string date = rig.step_date(name(step));
       const char* advice = date.empty() ? "to do" : date < newest ? "again: an earlier step is newer" : "done, skip it";
-      fmt::print("{:<9} {:>4} touches  {:<21} {}\n", name(step), guide.taken(), date.empty() ? "never solved" : date, advice);
+      fmt::print("{:<9} {:>4} touches  {:<21} {}\n", name(step), guide.taken(), date.empty() ? "never solved" : date,
+                 advice);
       newest = std::max(newest, date);
     }
     const std::string date = rig.step_date("delay");
-    fmt::print("{:<9} {:>4} streams  {:<21} {}\n", "delay", std::filesystem::exists(rig.captures_folder() / "delay_b.csv") ? 2 : 0,
-               date.empty() ? "never solved" : date, date.empty() ? "to do: calibrate delay --hand … --with …" : "done, skip it");
+    fmt::print("{:<9} {:>4} streams  {:<21} {}\n", "delay",
+               std::filesystem::exists(rig.captures_folder() / "delay_b.csv") ? 2 : 0,
+               date.empty() ? "never solved" : date,
+               date.empty() ? "to do: calibrate delay --hand … --with …" : "done, skip it");
   });
 }
 
@@ -391,16 +428,23 @@ void add_guide(CLI::App& calibrate) {
     std::string step;
   };
   auto options = std::make_shared<Options>();
-  CLI::App* command = calibrate.add_subcommand("guide", "guided capture of one step, or of all that are to do; can be broken off and goes on where it was");
-  command->add_option("step", options->step, "arm, screen, mirror, eyes, register, verify or drift; without it all steps that are not done, in order");
+  CLI::App* command = calibrate.add_subcommand(
+      "guide", "guided capture of one step, or of all that are to do; can be broken off and goes on where it was");
+  command->add_option(
+      "step", options->step,
+      "arm, screen, mirror, eyes, register, verify or drift; without it all steps that are not done, in order");
   command->add_option("--rig", options->rig, "rig file")->required();
   options->add_to(*command);
   command->footer(
-      "With --hand a touch is the tip's mean place, in the base frame, over the 100 ms before the pedal goes down or Enter\n"
-      "is typed; the hand feels no force. On a desktop the prompts are shown in a window (--monitor N: on the panel), which\n"
-      "takes Enter, U, D, S and Q; a touch that does not fit the others is ringed where it lies. The step arm takes the\n"
+      "With --hand a touch is the tip's mean place, in the base frame, over the 100 ms before the pedal goes down or "
+      "Enter\n"
+      "is typed; the hand feels no force. On a desktop the prompts are shown in a window (--monitor N: on the panel), "
+      "which\n"
+      "takes Enter, U, D, S and Q; a touch that does not fit the others is ringed where it lies. The step arm takes "
+      "the\n"
       "joint angles of hands that tell them.\n"
-      "Standard input: x y z in mm, or six joint angles in rad, is a touch; undo or u; done or d (solve and stop); skip or\n"
+      "Standard input: x y z in mm, or six joint angles in rad, is a touch; undo or u; done or d (solve and stop); "
+      "skip or\n"
       "s (go on with the next step); quit or q (stop; captures are kept).\n"
       "Example: typodont calibrate guide register --rig bench.json --hand haply: --monitor 1 --audio portaudio:\n"
       "Example: typodont calibrate guide --rig bench.json --hand woodenhaptics:\n"
@@ -409,7 +453,9 @@ void add_guide(CLI::App& calibrate) {
     RigFile rig = RigFile::load(options->rig);
     if (!options->step.empty()) {
       const auto step = step_named(options->step);
-      if (!step) throw Error("calibrate guide: found step \"" + options->step + "\", expected arm, screen, mirror, eyes, register, verify or drift");
+      if (!step)
+        throw Error("calibrate guide: found step \"" + options->step +
+                    "\", expected arm, screen, mirror, eyes, register, verify or drift");
       guide_step(rig, *step, *options);
       return;
     }
@@ -435,8 +481,12 @@ void add_camera(CLI::App& calibrate) {
   };
   auto options = std::make_shared<Options>();
   const auto board_options = [options](CLI::App* command) {
-    command->add_option("--columns", options->columns, "inner corners across")->capture_default_str()->check(CLI::Range(3, 60));
-    command->add_option("--rows", options->rows, "inner corners down; columns + rows must be odd")->capture_default_str()->check(CLI::Range(3, 60));
+    command->add_option("--columns", options->columns, "inner corners across")
+        ->capture_default_str()
+        ->check(CLI::Range(3, 60));
+    command->add_option("--rows", options->rows, "inner corners down; columns + rows must be odd")
+        ->capture_default_str()
+        ->check(CLI::Range(3, 60));
   };
 
   CLI::App* board = calibrate.add_subcommand("board", "draw the chessboard that the panel shows to a camera");
@@ -467,19 +517,30 @@ void add_camera(CLI::App& calibrate) {
   });
 #endif
 
-  CLI::App* camera = calibrate.add_subcommand("camera", "panel and mirror from corners seen by a camera and points touched with the stylus");
-  camera->add_option("--sightings", options->sightings, "CSV: picture,on,px,py and u,v or x_mm,y_mm,z_mm (in W)")->required();
+  CLI::App* camera = calibrate.add_subcommand(
+      "camera", "panel and mirror from corners seen by a camera and points touched with the stylus");
+  camera->add_option("--sightings", options->sightings, "CSV: picture,on,px,py and u,v or x_mm,y_mm,z_mm (in W)")
+      ->required();
   camera->add_option("--rig", options->rig, "rig file to read and to update")->required();
-  camera->add_option("--size", options->size, "pixels of the camera's pictures")->expected(2)->check(CLI::Range(64, 16384));
-  camera->add_option("--touch-sigma-mm", options->touch_sigma_mm, "noise of a touch per axis")->capture_default_str()->check(CLI::PositiveNumber);
-  camera->add_option("--pixel-sigma", options->pixel_sigma, "noise of a corner per axis")->capture_default_str()->check(CLI::PositiveNumber);
+  camera->add_option("--size", options->size, "pixels of the camera's pictures")
+      ->expected(2)
+      ->check(CLI::Range(64, 16384));
+  camera->add_option("--touch-sigma-mm", options->touch_sigma_mm, "noise of a touch per axis")
+      ->capture_default_str()
+      ->check(CLI::PositiveNumber);
+  camera->add_option("--pixel-sigma", options->pixel_sigma, "noise of a corner per axis")
+      ->capture_default_str()
+      ->check(CLI::PositiveNumber);
   options->out.add_to(*camera);
-  camera->footer("on: 0 a touched point, 1 the panel, 2 the panel in the mirror.\nExample: typodont calibrate camera --sightings corners.csv --rig bench.json");
+  camera->footer(
+      "on: 0 a touched point, 1 the panel, 2 the panel in the mirror.\nExample: typodont calibrate camera --sightings "
+      "corners.csv --rig bench.json");
   camera->callback([options] {
     RigFile rig = RigFile::load(options->rig);
     BenchState bench = rig.bench();
-    const CameraResult result = solve_camera(read_sightings(options->sightings), options->size[0], options->size[1], bench.rig.panel,
-                                             {options->touch_sigma_mm * kMillimetre, options->pixel_sigma});
+    const CameraResult result =
+        solve_camera(read_sightings(options->sightings), options->size[0], options->size[1], bench.rig.panel,
+                     {options->touch_sigma_mm * kMillimetre, options->pixel_sigma});
     if (!result.not_determined.empty()) throw RunFailure("camera: " + result.not_determined);
     bench.rig.panel = result.panel;
     if (result.mirror) {
@@ -490,14 +551,16 @@ void add_camera(CLI::App& calibrate) {
     }
     rig.set(bench);
     rig.save();
-    options->out.write(camera_json(result),
-                       fmt::format("camera  focal length {:.2f} ± {:.2f} pixels, {:.3f} pixels rms, {} corners set aside\n"
-                                   "panel   {:.2f} ± {:.3f} by {:.2f} ± {:.3f} mm, tilt ± {:.4f}°\n",
-                                   result.camera.fx, result.camera_sigma.fx, result.rms_px, result.outliers, result.width * 1e3,
-                                   result.width_sigma * 1e3, result.height * 1e3, result.height_sigma * 1e3, result.tilt_sigma / kDegree) +
-                           (result.mirror ? fmt::format("mirror  tilt ± {:.4f}°, offset ± {:.3f} mm\n", result.mirror_tilt_sigma / kDegree,
-                                                        result.mirror_offset_sigma * 1e3)
-                                          : ""));
+    options->out.write(
+        camera_json(result),
+        fmt::format("camera  focal length {:.2f} ± {:.2f} pixels, {:.3f} pixels rms, {} corners set aside\n"
+                    "panel   {:.2f} ± {:.3f} by {:.2f} ± {:.3f} mm, tilt ± {:.4f}°\n",
+                    result.camera.fx, result.camera_sigma.fx, result.rms_px, result.outliers, result.width * 1e3,
+                    result.width_sigma * 1e3, result.height * 1e3, result.height_sigma * 1e3,
+                    result.tilt_sigma / kDegree) +
+            (result.mirror ? fmt::format("mirror  tilt ± {:.4f}°, offset ± {:.3f} mm\n",
+                                         result.mirror_tilt_sigma / kDegree, result.mirror_offset_sigma * 1e3)
+                           : ""));
   });
 }
 
@@ -512,7 +575,8 @@ void simulate(const std::string& folder, const SimulationOptions& simulation, bo
     rig.set(run.bench);
     rig.mark_done(name(Step::kDrift));
     rig.set_device("arm", "simulated");
-    write_file_atomically(std::filesystem::path(folder) / "report.html", report_page(run.bench, "Calibration of the simulated bench"));
+    write_file_atomically(std::filesystem::path(folder) / "report.html",
+                          report_page(run.bench, "Calibration of the simulated bench"));
     write_file_atomically(std::filesystem::path(folder) / "error_map.svg", error_map_svg(*run.bench.verification));
     rig.save();
   }
@@ -521,14 +585,17 @@ void simulate(const std::string& folder, const SimulationOptions& simulation, bo
     std::string steps = bench_json(run.bench);
     steps.pop_back();
     fmt::print(
-        "{{\n\"colocation_mm\": {{\"before\": {{\"rms\": {}, \"worst\": {}}}, \"after\": {{\"rms\": {}, \"mean\": {}, \"worst\": {}}}}},\n"
+        "{{\n\"colocation_mm\": {{\"before\": {{\"rms\": {}, \"worst\": {}}}, \"after\": {{\"rms\": {}, \"mean\": {}, "
+        "\"worst\": {}}}}},\n"
         "\"touch_noise_mm\": {},\n\"steps\": {}\n}}\n",
         mm(run.before.rms), mm(run.before.worst), mm(run.after.rms), mm(run.after.mean), mm(run.after.worst),
         mm(simulation.touch_noise), steps);
     return;
   }
-  fmt::print("{}co-location over the 80 mm cube: {:.3f} mm rms, {:.3f} mm worst as drawn; {:.4f} mm rms, {:.4f} mm worst now\n",
-             summary(run.bench), mm(run.before.rms), mm(run.before.worst), mm(run.after.rms), mm(run.after.worst));
+  fmt::print(
+      "{}co-location over the 80 mm cube: {:.3f} mm rms, {:.3f} mm worst as drawn; {:.4f} mm rms, {:.4f} mm worst "
+      "now\n",
+      summary(run.bench), mm(run.before.rms), mm(run.before.worst), mm(run.after.rms), mm(run.after.worst));
 }
 
 }  // namespace
@@ -543,13 +610,20 @@ void add_calibrate_command(CLI::App& app) {
   };
   auto options = std::make_shared<Options>();
   CLI::App* calibrate = app.add_subcommand("calibrate", "set up a bench: what you see is where you feel it");
-  calibrate->add_flag("--simulate", options->simulate, "run the whole routine against a simulated bench, e.g. --simulate --seed 7 --out bench");
+  calibrate->add_flag("--simulate", options->simulate,
+                      "run the whole routine against a simulated bench, e.g. --simulate --seed 7 --out bench");
   calibrate->add_option("--out", options->out, "with --simulate: folder for the rig, the captures and the report");
   calibrate->add_flag("--json", options->json, "with --simulate: print the result as JSON");
-  calibrate->add_option("--noise-mm", options->noise_mm, "with --simulate: noise of a touch per axis")->capture_default_str()->check(CLI::Range(0.0, 5.0));
-  calibrate->add_option("--outliers", options->outliers, "with --simulate: share of touches that slip")->capture_default_str()->check(CLI::Range(0.0, 0.4));
+  calibrate->add_option("--noise-mm", options->noise_mm, "with --simulate: noise of a touch per axis")
+      ->capture_default_str()
+      ->check(CLI::Range(0.0, 5.0));
+  calibrate->add_option("--outliers", options->outliers, "with --simulate: share of touches that slip")
+      ->capture_default_str()
+      ->check(CLI::Range(0.0, 0.4));
   calibrate->add_option("--seed", options->seed, "with --simulate: which bench")->capture_default_str();
-  calibrate->footer("Example: typodont calibrate --simulate --out bench\nExample: typodont calibrate guide screen --rig bench/rig.json --hand haply:");
+  calibrate->footer(
+      "Example: typodont calibrate --simulate --out bench\nExample: typodont calibrate guide screen --rig "
+      "bench/rig.json --hand haply:");
   add_rig_step(*calibrate, "arm", "the arm's own geometry, from the tip in sockets and on a plate", "arm.csv");
   add_rig_step(*calibrate, "screen", "panel and mirror, from touches of the stylus", "marks.csv and mirror.csv");
   add_rig_step(*calibrate, "eyes", "eye centre and distance, from alignments through the mirror", "eyes.csv");
@@ -567,7 +641,8 @@ void add_calibrate_command(CLI::App& app) {
       if (options->simulate) throw Error("calibrate: found --simulate with a step, expected one of them");
       return;
     }
-    if (!options->simulate) throw Error("calibrate: found no step, expected one of those in typodont calibrate --help, or --simulate");
+    if (!options->simulate)
+      throw Error("calibrate: found no step, expected one of those in typodont calibrate --help, or --simulate");
     SimulationOptions simulation;
     simulation.seed = options->seed;
     simulation.touch_noise = options->noise_mm * kMillimetre;

@@ -65,7 +65,8 @@ void run(const Options& options) {
   if (options.install == kRulesFolder) {
     const int status = std::system(
         "udevadm control --reload >/dev/null 2>&1 && "
-        "udevadm trigger --subsystem-match=hidraw --subsystem-match=tty --subsystem-match=usb --subsystem-match=input >/dev/null 2>&1");
+        "udevadm trigger --subsystem-match=hidraw --subsystem-match=tty --subsystem-match=usb --subsystem-match=input "
+        ">/dev/null 2>&1");
     if (status != 0) log::warn("udev did not reload its rules; plug the devices in again, or restart the computer");
   }
   if (options.json) {

@@ -114,7 +114,8 @@ ordered_json eye_json(const display::EyeView& eye) {
 ordered_json stats_json(const render::FrameStats& s) {
   return {{"drawn", s.drawn},
           {"views", s.views},
-          {"bricks", {{"drawn", s.bricks_drawn},
+          {"bricks",
+           {{"drawn", s.bricks_drawn},
             {"culled", s.bricks_culled},
             {"facing_away", s.bricks_facing_away},
             {"covered", s.bricks_covered},
@@ -132,11 +133,13 @@ void run(const Options& options) {
   if (options.scene.ends_with(".h5")) session.emplace(options.scene);
   const Scene scene = session ? scene_of(*session) : read_scene(options.scene);
   if (options.at != 0 && options.pose.empty() && !session)
-    throw Error("", "--at", fmt::format("{}", options.at), "--pose HAND.csv, or a recorded session: it is a time in one of them");
+    throw Error("", "--at", fmt::format("{}", options.at),
+                "--pose HAND.csv, or a recorded session: it is a time in one of them");
   const fs::path rig_path = rig_file(options.rig);
   display::DisplayRig rig = display::load_rig(rig_path);
   if (rig.kind == display::DisplayKind::kHmd)
-    throw Error(rig_path.string(), "\"display\"", "hmd", "window, mirror or offscreen: a headset's views are its runtime's");
+    throw Error(rig_path.string(), "\"display\"", "hmd",
+                "window, mirror or offscreen: a headset's views are its runtime's");
   const display::Layout layout = rig.screen.layout;
   if (!options.size.empty()) {
     const glm::ivec2 eye = parse_size(options.size);
@@ -151,11 +154,13 @@ void run(const Options& options) {
     tick.spindle = scene.servo.spindle.free_speed;
   }
   if (session) tick = tick_at(*session, from_seconds(options.at));
-  haptics::TissueVolume volume = options.volume.empty() ? load_tissue(scene) : haptics::TissueVolume::load(options.volume);
+  haptics::TissueVolume volume =
+      options.volume.empty() ? load_tissue(scene) : haptics::TissueVolume::load(options.volume);
   std::optional<haptics::TissueVolume> ideal;
   if (options.view == "difference") {
     ideal = options.ideal.empty() ? ideal_tissue(scene, volume) : haptics::TissueVolume::load(options.ideal);
-    if (!ideal) throw Error("", "--ideal", "nothing", "--ideal VOLUME.vdb, the tooth as it should become, or a task's ideal");
+    if (!ideal)
+      throw Error("", "--ideal", "nothing", "--ideal VOLUME.vdb, the tooth as it should become, or a task's ideal");
   }
   if (session) volume = tissue_at(*session, scene, std::move(volume), from_seconds(options.at));
   PictureStage::Options stage_options;
@@ -199,7 +204,10 @@ void run(const Options& options) {
   if (drawn.views == 1) skipped["right"] = "mono: both eyes see the one view";
   frame["skipped"] = skipped;
   const render::Quality& step = stage_options.quality;
-  frame["quality"] = {{"step", step.name}, {"samples", step.samples}, {"scale", step.scale}, {"light", step.light_per_vertex ? "per corner" : "per pixel"}};
+  frame["quality"] = {{"step", step.name},
+                      {"samples", step.samples},
+                      {"scale", step.scale},
+                      {"light", step.light_per_vertex ? "per corner" : "per pixel"}};
   const double recorded = stage.timing().record;
   frame["device"] = stage.device_name();
   if (options.validate) frame["validation_messages"] = stage.validation_messages();
@@ -223,7 +231,10 @@ void run(const Options& options) {
   const Nanos began = now();
   stage.draw(tick, {}, 0);
   const double took = to_seconds(now() - began);
-  frame["timing"] = {{"record_ms", recorded * 1e3}, {"gpu_ms", stage.timing().gpu * 1e3}, {"frame_ms", took * 1e3}, {"frames_per_second", 1 / took}};
+  frame["timing"] = {{"record_ms", recorded * 1e3},
+                     {"gpu_ms", stage.timing().gpu * 1e3},
+                     {"frame_ms", took * 1e3},
+                     {"frames_per_second", 1 / took}};
   write_file_atomically(out / "frame.json", frame.dump(2) + "\n");
   written.push_back((out / "frame.json").string());
 
@@ -260,7 +271,8 @@ void add_render_command(CLI::App& app) {
       ->capture_default_str();
   command->add_option("--plane", options->plane,
                       "section: NX,NY,NZ,OFFSET_MM, what lies where N·p > OFFSET stays; else through the middle");
-  command->add_option("--ideal", options->ideal, "difference: the tooth as it should become (.vdb); else the scene's task says");
+  command->add_option("--ideal", options->ideal,
+                      "difference: the tooth as it should become (.vdb); else the scene's task says");
   command->add_option("--volume", options->volume, "draw this volume (.vdb) instead of the scene's tissue");
   std::vector<std::string> steps;
   for (const render::Quality& step : render::kQualityLadder) steps.emplace_back(step.name);

@@ -73,7 +73,11 @@ void rerun(const Options& options) {
         {"ticks", r.ticks},
         {"seconds", r.seconds},
         {"cuts", r.cuts},
-        {"force_N", {{"off_rms", r.force_off_rms}, {"off_max", r.force_off_max}, {"max", r.force_max}, {"max_before", r.force_max_before}}},
+        {"force_N",
+         {{"off_rms", r.force_off_rms},
+          {"off_max", r.force_off_max},
+          {"max", r.force_max},
+          {"max_before", r.force_max_before}}},
         {"tool_mm", {{"off_rms", r.tool_off_rms * 1e3}, {"off_max", r.tool_off_max * 1e3}}},
         {"removed_mm3", {{"now", r.removed / kCubicMillimetre}, {"before", r.removed_before / kCubicMillimetre}}},
         {"out", options.out}};
@@ -81,17 +85,21 @@ void rerun(const Options& options) {
     return;
   }
   fmt::print("{} ticks, {:.3f} s, {} cuts\n", r.ticks, r.seconds, r.cuts);
-  fmt::print("force: {:.4f} N rms and {:.4f} N at most from the recording's; at most {:.3f} N, before {:.3f} N\n", r.force_off_rms,
-             r.force_off_max, r.force_max, r.force_max_before);
-  fmt::print("tool: {:.4f} mm rms and {:.4f} mm at most from where it was\n", r.tool_off_rms * 1e3, r.tool_off_max * 1e3);
-  fmt::print("removed: {:.4f} mm³, before {:.4f} mm³\n", r.removed / kCubicMillimetre, r.removed_before / kCubicMillimetre);
+  fmt::print("force: {:.4f} N rms and {:.4f} N at most from the recording's; at most {:.3f} N, before {:.3f} N\n",
+             r.force_off_rms, r.force_off_max, r.force_max, r.force_max_before);
+  fmt::print("tool: {:.4f} mm rms and {:.4f} mm at most from where it was\n", r.tool_off_rms * 1e3,
+             r.tool_off_max * 1e3);
+  fmt::print("removed: {:.4f} mm³, before {:.4f} mm³\n", r.removed / kCubicMillimetre,
+             r.removed_before / kCubicMillimetre);
   if (!options.out.empty()) fmt::print("wrote {}\n", options.out);
 }
 
 void run(Options options) {
   try {
-    if (session::repair_session(options.session)) log::warn("{}: was cut off; repaired as far as it goes", options.session);
-  } catch (const Error&) {  // no session, which is said below, or a place that cannot be written to: it is read as it is
+    if (session::repair_session(options.session))
+      log::warn("{}: was cut off; repaired as far as it goes", options.session);
+  } catch (
+      const Error&) {  // no session, which is said below, or a place that cannot be written to: it is read as it is
   }
   PlaybackOptions& playback = options.playback;
   playback.session = options.session;
@@ -105,7 +113,8 @@ void run(Options options) {
   }
   if (options.ipd > 0) playback.ipd = options.ipd * kMillimetre;
   if (playback.speed == 0) throw Error("", "--speed", "0", "how many times as fast; negative: backwards");
-  if (!options.out.empty() && options.with.empty()) throw Error("", "--out", options.out, "--with, whose session it is");
+  if (!options.out.empty() && options.with.empty())
+    throw Error("", "--out", options.out, "--with, whose session it is");
   const bool film = !playback.film.empty();
   if (film && options.show) throw Error("", "--show", "and --film", "one of them");
   if (!options.with.empty()) rerun(options);
@@ -119,7 +128,8 @@ void run(Options options) {
     }
     if (!result.message.empty()) log::warn("{}", result.message);
     if (options.json) {
-      const nlohmann::ordered_json json = {{"film", playback.film.string()}, {"frames", result.frames}, {"seconds", result.seconds}};
+      const nlohmann::ordered_json json = {
+          {"film", playback.film.string()}, {"frames", result.frames}, {"seconds", result.seconds}};
       fmt::print("{}\n", json.dump());
     } else {
       fmt::print("wrote {}: {} frames, {:.2f} s\n", playback.film.string(), result.frames, result.seconds);
@@ -134,7 +144,8 @@ void add_replay_command(CLI::App& app) {
   PlaybackOptions& p = options->playback;
   CLI::App* command = app.add_subcommand("replay", "Run a recorded session again, bit for bit; watch it, film it");
   command->footer(
-      "In the window: space pauses, arrows left and right seek 5 s, up and down change the speed, R plays backwards, L loops,\n"
+      "In the window: space pauses, arrows left and right seek 5 s, up and down change the speed, R plays backwards, L "
+      "loops,\n"
       "[ and ] set where the loop begins and ends, Backspace forgets that, Home and End, V another view, Esc ends.\n"
       "Example:\n  typodont replay demo/session.h5 --check --json\n"
       "  typodont replay student.h5 --beside expert.h5 --show\n"
@@ -144,19 +155,26 @@ void add_replay_command(CLI::App& app) {
   command->add_flag("--check", options->check, "exit 1 where the replay differs from the recording");
   command->add_flag("--show", options->show, "watch it in a window");
   command->add_option("--film", p.film, "make a film of it (.mp4)");
-  command->add_option("--beside", p.beside, "another session at its right: an expert's, or the same hand in another scene");
-  command->add_option("--rig", p.rig, "rig file (JSON), or the name of one in assets/rigs; window, or closeup for a film");
+  command->add_option("--beside", p.beside,
+                      "another session at its right: an expert's, or the same hand in another scene");
+  command->add_option("--rig", p.rig,
+                      "rig file (JSON), or the name of one in assets/rigs; window, or closeup for a film");
   command->add_option("--eye-mm", options->eye, "X,Y,Z: other eyes, where the head is in the workbench");
   command->add_option("--ipd-mm", options->ipd, "distance between the eyes")->check(CLI::Range(0.0, 100.0));
   command->add_option("--from", p.from, "where to begin, s of the recording");
   command->add_option("--to", p.to, "where to end");
-  command->add_option("--speed", p.speed, "how many times as fast; negative: backwards")->check(CLI::Range(-64.0, 64.0));
-  command->add_option("--loop", p.loops, "how often a film shows it; a window loops unless 0")->check(CLI::Range(0, 1000));
-  command->add_option("--fps", p.fps, "pictures a second of a film")->check(CLI::Range(1.0, 240.0))->capture_default_str();
+  command->add_option("--speed", p.speed, "how many times as fast; negative: backwards")
+      ->check(CLI::Range(-64.0, 64.0));
+  command->add_option("--loop", p.loops, "how often a film shows it; a window loops unless 0")
+      ->check(CLI::Range(0, 1000));
+  command->add_option("--fps", p.fps, "pictures a second of a film")
+      ->check(CLI::Range(1.0, 240.0))
+      ->capture_default_str();
   command->add_option("--view", p.view, "as it looks, or for teaching")
       ->check(CLI::IsMember({"look", "section", "xray", "difference"}))
       ->capture_default_str();
-  command->add_option("--monitor", p.monitor, "show it full screen on this monitor, 0 is the first")->check(CLI::NonNegativeNumber);
+  command->add_option("--monitor", p.monitor, "show it full screen on this monitor, 0 is the first")
+      ->check(CLI::NonNegativeNumber);
   command->add_option("--with", options->with,
                       "the same hand with another contact: a JSON file or object with keys of a scene that differ");
   command->add_option("--out", options->out, "the session that --with makes (.h5)");

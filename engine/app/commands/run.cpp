@@ -26,7 +26,9 @@ struct Options {
 
 /// Where the mass of the chips went, in mg; null: only the GPU that moves them knows.
 nlohmann::ordered_json debris_json(const debris::DebrisLedger& ledger, std::uint64_t cuts_lost) {
-  const auto number = [](double kg) { return std::isfinite(kg) ? nlohmann::ordered_json(kg * 1e6) : nlohmann::ordered_json(); };
+  const auto number = [](double kg) {
+    return std::isfinite(kg) ? nlohmann::ordered_json(kg * 1e6) : nlohmann::ordered_json();
+  };
   nlohmann::ordered_json born = nlohmann::ordered_json::object();
   for (std::size_t t = 0; t < kTissueCount; ++t)
     if (ledger.born[t] > 0) born[std::string(name_of(static_cast<Tissue>(t)))] = number(ledger.born[t]);
@@ -56,7 +58,10 @@ void run(const Options& options) {
         {"deadline_misses", s.deadline_misses},
         {"jitter_us", {{"p99_9", s.jitter_us_p999}, {"worst", s.worst_jitter_us}}},
         {"real_time",
-         {{"fifo", s.loop.fifo}, {"pinned", s.loop.pinned}, {"memory_locked", s.loop.memory_locked}, {"note", s.loop.words()}}},
+         {{"fifo", s.loop.fifo},
+          {"pinned", s.loop.pinned},
+          {"memory_locked", s.loop.memory_locked},
+          {"note", s.loop.words()}}},
         {"motor_heat", s.loop.worst_heat},
         {"safety", haptics::describe_safety(s.loop.safety)},
         {"tick_us", {{"p50", s.tick_us_median}, {"p99_9", s.tick_us_p999}, {"worst", s.worst_tick_us}}},
@@ -86,7 +91,8 @@ void add_run_command(CLI::App& app) {
   auto options = std::make_shared<Options>();
   WorkbenchOptions& w = options->workbench;
   CLI::App* command = app.add_subcommand("run", "Run a scene live: with a display, the mouse is the hand");
-  command->footer("Z takes the last stroke back, Y brings it again; S saves the tissue.\n"
+  command->footer(
+      "Z takes the last stroke back, Y brings it again; S saves the tissue.\n"
       "Example:\n  typodont run assets/scenes/molar-caries.json --record session.h5\n"
       "Example: typodont run assets/scenes/molar-caries.json --resume session.h5 --record second.h5");
   command->add_option("scene", options->scene, "scene file (JSON)")->required();
@@ -101,12 +107,15 @@ void add_run_command(CLI::App& app) {
   command->add_option("--record", w.record, "record the session (.h5)");
   command->add_option("--monitor", w.monitor, "show the picture full screen on this monitor, 0 is the first")
       ->check(CLI::NonNegativeNumber);
-  command->add_option("--touches", w.touches,
-                      "pairs for 'calibrate register': touch a headset controller's tip with the arm, pull the trigger");
+  command->add_option(
+      "--touches", w.touches,
+      "pairs for 'calibrate register': touch a headset controller's tip with the arm, pull the trigger");
   command->add_option("--save", w.save, "save the tissue here at the end, and whenever S is pressed (.vdb)");
-  command->add_option("--resume", options->resume, "go on from a saved tissue (.vdb) or from a recorded session's end (.h5)");
+  command->add_option("--resume", options->resume,
+                      "go on from a saved tissue (.vdb) or from a recorded session's end (.h5)");
   command->add_option("--seconds", w.seconds, "end after so long")->check(CLI::PositiveNumber);
-  command->add_flag("--explain", w.explain, "say what is active, and why the rest is not; at the end, what was done, kind by kind");
+  command->add_flag("--explain", w.explain,
+                    "say what is active, and why the rest is not; at the end, what was done, kind by kind");
   command->add_flag("--json", options->json, "print the summary as JSON");
   command->callback([options] { run(*options); });
 }

@@ -34,7 +34,8 @@ struct Options {
 /// Where the ticks go: a table, or by its extension a session.
 class TickSink {
  public:
-  TickSink(const std::string& file, const session::SessionHeader& header, const Scene& scene) : notes_(scene, std::nullopt) {
+  TickSink(const std::string& file, const session::SessionHeader& header, const Scene& scene)
+      : notes_(scene, std::nullopt) {
     if (file.ends_with(".h5")) {
       session::WriterOptions options;
       options.whole_or_nothing = true;
@@ -78,7 +79,8 @@ void run(const Options& options) {
   std::optional<Expert> expert;
   if (options.hand == "expert:") expert.emplace(scene, load_untouched(scene));
   const std::unique_ptr<haptics::HapticDevice> hand =
-      expert ? std::make_unique<ExpertHand>(expert->plan(loop.carver().volume()), options.rate) : open_deterministic_hand(options, scene);
+      expert ? std::make_unique<ExpertHand>(expert->plan(loop.carver().volume()), options.rate)
+             : open_deterministic_hand(options, scene);
 
   loop.stall_carver(options.stall_ms * 1e-3);
 
@@ -156,7 +158,11 @@ void add_servo_command(CLI::App& app) {
   command->footer(
       "Example:\n  typodont servo assets/scenes/molar-caries.json --hand hand.csv --out ticks.csv --rate 4000");
   command->add_option("scene", options->scene, "scene file (JSON)")->required();
-  command->add_option("--hand", options->hand, "HAND.csv, a path; HAND.json, a simulated hand; replay:SESSION.h5; or expert:, a hand that knows the task")->required();
+  command
+      ->add_option(
+          "--hand", options->hand,
+          "HAND.csv, a path; HAND.json, a simulated hand; replay:SESSION.h5; or expert:, a hand that knows the task")
+      ->required();
   command->add_option("--out", options->out, "ticks to write: .csv, or .h5 for a session")->required();
   command->add_option("--rate", options->rate, "servo rate, Hz")
       ->check(CLI::Range(10.0, 100000.0))

@@ -161,7 +161,8 @@ void run_synth(const SynthCommand& c) {
   }
   const double rate = c.rate > 0 ? c.rate : models.idle.rate;
   const double seconds = c.seconds > 0 ? c.seconds : std::max(track.end, 1e-3);
-  if (seconds > kLongest) throw Error(c.contact, "t_s", fmt::format("{} s", seconds), fmt::format("at most {} s, or --seconds", kLongest));
+  if (seconds > kLongest)
+    throw Error(c.contact, "t_s", fmt::format("{} s", seconds), fmt::format("at most {} s, or --seconds", kLongest));
   const auto total = static_cast<std::size_t>(std::llround(seconds * rate));
   audio::DrillSynth synth(models, rate, c.seed);
   audio::WavWriter wav(c.out, rate, c.wide ? audio::SampleFormat::kFloat32 : audio::SampleFormat::kPcm16);

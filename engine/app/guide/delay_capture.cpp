@@ -109,7 +109,8 @@ class TrackerRecording : public Recording {
     if (socket_ < 0 || ::bind(socket_, reinterpret_cast<const sockaddr*>(&at), sizeof at) != 0) {
       const std::string why = std::strerror(errno);
       if (socket_ >= 0) ::close(socket_);
-      throw Error("--with", "", fmt::format("opentrack port {}: {}", address.port, why), "a port that is free on this machine");
+      throw Error("--with", "", fmt::format("opentrack port {}: {}", address.port, why),
+                  "a port that is free on this machine");
     }
   }
   ~TrackerRecording() override {
@@ -126,7 +127,8 @@ class TrackerRecording : public Recording {
         const ssize_t n = ::recv(socket_, packet.data(), packet.size(), 0);
         const Nanos t = now();
         if (n <= 0) continue;
-        if (const auto head = display::parse_opentrack(std::span(packet).first(static_cast<std::size_t>(n)))) add(t, head->translation);
+        if (const auto head = display::parse_opentrack(std::span(packet).first(static_cast<std::size_t>(n))))
+          add(t, head->translation);
       }
     });
   }
@@ -165,7 +167,9 @@ DelayCapture capture_delay(const DelayCaptureOptions& options) {
       any = true;
       const DelayResult& r = capture.result;
       fmt::print("{:.0f} s: {}\n", to_seconds(now() - began),
-                 r.ambiguous ? r.reason : fmt::format("{:.3f} ± {:.3f} ms{}", r.delay * 1e3, r.sigma * 1e3, r.rich ? ", known to 0.1 ms" : ""));
+                 r.ambiguous ? r.reason
+                             : fmt::format("{:.3f} ± {:.3f} ms{}", r.delay * 1e3, r.sigma * 1e3,
+                                           r.rich ? ", known to 0.1 ms" : ""));
       std::fflush(stdout);
       if (r.rich && !r.ambiguous) return capture;
     } catch (const Error& e) {

@@ -9,10 +9,10 @@
 namespace typodont {
 
 struct DelayCaptureOptions {
-  std::string hand;         // A: the address of a hand
-  std::string with;         // B: another hand's address, or opentrack:[ADDRESS:]PORT
+  std::string hand;  // A: the address of a hand
+  std::string with;  // B: another hand's address, or opentrack:[ADDRESS:]PORT
   std::string pedal = "none";
-  double seconds = 30;      // at most; sooner where the delay is known to 0.1 ms
+  double seconds = 30;  // at most; sooner where the delay is known to 0.1 ms
 };
 
 struct DelayCapture {
@@ -20,8 +20,8 @@ struct DelayCapture {
   calibration::DelayResult result;
 };
 
-/// Prompts on standard output, and says every two seconds what is known. Throws Error at set-up, RunFailure when a stream
-/// ends before it says anything.
+/// Prompts on standard output, and says every two seconds what is known. Throws Error at set-up, RunFailure when a
+/// stream ends before it says anything.
 DelayCapture capture_delay(const DelayCaptureOptions& options);
 
 }  // namespace typodont

@@ -45,7 +45,8 @@ class GuideHand {
   };
 
   explicit GuideHand(const GuideOptions& options) : still_(options.still), wait_for_prompt_(options.fast) {
-    if (options.fast && !options.hand.starts_with("script:")) throw Error("--fast", "", options.hand, "a script: hand, others keep their own time");
+    if (options.fast && !options.hand.starts_with("script:"))
+      throw Error("--fast", "", options.hand, "a script: hand, others keep their own time");
     haptics::HandOptions hand;
     hand.paced = !options.fast;
     hand.pedal = options.pedal == "none" ? "" : options.pedal;
@@ -87,7 +88,8 @@ class GuideHand {
       device_->write(dvec3(0), dvec3(0));
       const auto verdict = still_.add(sample.t, sample.X_WT.p, sample.pedal, asked_.exchange(false), device_->joints());
       if (verdict == StillTouch::Verdict::kNone) continue;
-      while (wait_for_prompt_ && !stop_ && state_.load(std::memory_order_acquire) != State::kReady) std::this_thread::sleep_for(50us);
+      while (wait_for_prompt_ && !stop_ && state_.load(std::memory_order_acquire) != State::kReady)
+        std::this_thread::sleep_for(50us);
       if (state_.load(std::memory_order_acquire) != State::kReady) continue;
       press_ = {verdict, still_.point(), std::nullopt, still_.moved()};
       if (still_.has_joints()) press_.reading = ArmReading{still_.joints()};
@@ -97,10 +99,10 @@ class GuideHand {
     ended_.store(true, std::memory_order_release);
   }
 
-  StillTouch still_;                       // hand thread
+  StillTouch still_;  // hand thread
   bool wait_for_prompt_;
   std::unique_ptr<haptics::HapticDevice> device_;
-  Press press_;                            // of whoever the state gives it to
+  Press press_;  // of whoever the state gives it to
   std::atomic<State> state_{State::kBusy};
   std::atomic<bool> asked_{false}, stop_{false}, ended_{false};
   std::thread thread_;
@@ -109,11 +111,14 @@ class GuideHand {
 /// Plays cues one after the other.
 class GuideVoice {
  public:
-  explicit GuideVoice(const std::string& address) : file_(address.starts_with("wav:")), output_(audio::AudioOutput::open(address)) {
+  explicit GuideVoice(const std::string& address)
+      : file_(address.starts_with("wav:")), output_(audio::AudioOutput::open(address)) {
     make_sounds(output_->sample_rate());
     audio::AudioSource source;
     source.self = this;
-    source.render = [](void* self, std::span<float> mono, Nanos) noexcept { static_cast<GuideVoice*>(self)->render(mono); };
+    source.render = [](void* self, std::span<float> mono, Nanos) noexcept {
+      static_cast<GuideVoice*>(self)->render(mono);
+    };
     source.rate_changed = [](void* self, double rate) { static_cast<GuideVoice*>(self)->make_sounds(rate); };
     output_->start(source, 0);
     began_ = now();
@@ -231,13 +236,16 @@ class GuideScreen {
     const VkCommandBuffer commands = ring_.begin(device_);
     if (fresh_) {
       gpu::transition(commands, pictures_, VK_IMAGE_LAYOUT_UNDEFINED, VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL,
-                      VK_PIPELINE_STAGE_2_NONE, VK_ACCESS_2_NONE, VK_PIPELINE_STAGE_2_COPY_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT);
+                      VK_PIPELINE_STAGE_2_NONE, VK_ACCESS_2_NONE, VK_PIPELINE_STAGE_2_COPY_BIT,
+                      VK_ACCESS_2_TRANSFER_WRITE_BIT);
       const VkExtent2D extent = pictures_.options.size;
-      const VkBufferImageCopy copy{.imageSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 0, 2}, .imageExtent = {extent.width, extent.height, 1}};
+      const VkBufferImageCopy copy{.imageSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 0, 2},
+                                   .imageExtent = {extent.width, extent.height, 1}};
       vkCmdCopyBufferToImage(commands, bytes_.buffer, pictures_.image, VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, 1, &copy);
-      gpu::transition(commands, pictures_, VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL,
-                      VK_PIPELINE_STAGE_2_COPY_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT,
-                      VK_PIPELINE_STAGE_2_FRAGMENT_SHADER_BIT, VK_ACCESS_2_SHADER_SAMPLED_READ_BIT);
+      gpu::transition(commands, pictures_, VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL,
+                      VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL, VK_PIPELINE_STAGE_2_COPY_BIT,
+                      VK_ACCESS_2_TRANSFER_WRITE_BIT, VK_PIPELINE_STAGE_2_FRAGMENT_SHADER_BIT,
+                      VK_ACCESS_2_SHADER_SAMPLED_READ_BIT);
       fresh_ = false;
     }
     compositor_->record(commands, pictures_, look_.layout, *target, ring_.slot(), output_->first_row());
@@ -317,8 +325,10 @@ class Keyboard {
       if (::poll(&watch, 1, wait_ms) <= 0) return std::nullopt;
       char bytes[4096];
       const ssize_t n = ::read(STDIN_FILENO, bytes, sizeof bytes);
-      if (n > 0) text_.append(bytes, static_cast<std::size_t>(n));
-      else if (n == 0 || errno != EINTR) ended_ = true;
+      if (n > 0)
+        text_.append(bytes, static_cast<std::size_t>(n));
+      else if (n == 0 || errno != EINTR)
+        ended_ = true;
       if (text_.size() > kLongest && text_.find('\n') == std::string::npos) text_ += '\n';  // no touch is as long
     }
   }
@@ -364,8 +374,10 @@ class Guide {
     if (options.hand.empty()) return;
     open_screen();
     hand_.emplace(options);
-    log::info("{}: hold the tip still and press the pedal, or Enter; u and Enter takes the last touch back, d solves, s skips the step, q stops",
-              hand_->info().model);
+    log::info(
+        "{}: hold the tip still and press the pedal, or Enter; u and Enter takes the last touch back, d solves, s "
+        "skips the step, q stops",
+        hand_->info().model);
   }
 
   std::string device() const {
@@ -385,10 +397,14 @@ class Guide {
       }
       if (end_) break;
       // The key that asks for a touch is answered before the next key counts.
-      if (waiting_ && !hand_ended) std::this_thread::sleep_for(1ms);
-      else if (const auto line = keys_.line(hand_ ? 4 : 1000)) obey(*line);
-      else if (hand_ended) lose_hand();
-      else if (!hand_ && keys_.ended()) end_ = GuideEnd::kStop;
+      if (waiting_ && !hand_ended)
+        std::this_thread::sleep_for(1ms);
+      else if (const auto line = keys_.line(hand_ ? 4 : 1000))
+        obey(*line);
+      else if (hand_ended)
+        lose_hand();
+      else if (!hand_ && keys_.ended())
+        end_ = GuideEnd::kStop;
       look_at_screen();
       if (voice_) voice_->advance();
     }
@@ -407,7 +423,8 @@ class Guide {
       log::warn("no prompts on the screen: {}", e.what());
     }
 #else
-    if (options_.monitor >= 0) throw Error("--monitor", "", "a build without windows", "a build with TYPODONT_WINDOW=ON");
+    if (options_.monitor >= 0)
+      throw Error("--monitor", "", "a build without windows", "a build with TYPODONT_WINDOW=ON");
 #endif
   }
 
@@ -452,7 +469,9 @@ class Guide {
   void add(const Touch& touch) {
     const Live live = capture_.add(touch);
     const dvec3 at = live.p_W.value_or(dvec3(0)) * 1e3;
-    const std::string text = live.outlier && live.p_W ? fmt::format("{} (it lies at {:.3f}, {:.3f}, {:.3f} mm)", live.text, at.x, at.y, at.z) : live.text;
+    const std::string text = live.outlier && live.p_W
+                                 ? fmt::format("{} (it lies at {:.3f}, {:.3f}, {:.3f} mm)", live.text, at.x, at.y, at.z)
+                                 : live.text;
     cue(live.cue);
     if (!capture_.done()) return ask(text);
     fmt::print("{}\n", text);
@@ -473,7 +492,8 @@ class Guide {
     cue(Cue::kOutlier);
     const double window_ms = options_.still.window * 1e3;
     ask(press.verdict == StillTouch::Verdict::kMoved
-            ? fmt::format("not taken: the tip moved {:.2f} mm within {:.0f} ms, hold it still and press again", press.moved * 1e3, window_ms)
+            ? fmt::format("not taken: the tip moved {:.2f} mm within {:.0f} ms, hold it still and press again",
+                          press.moved * 1e3, window_ms)
             : fmt::format("not taken: hold the tip still for {:.0f} ms first", window_ms));
   }
 
@@ -494,15 +514,16 @@ class Guide {
     } else if (const auto touch = parse_touch(line, capture_.bench().arm)) {
       add(*touch);
     } else {
-      log::warn("standard input: found \"{}\", expected x y z in mm, six joint angles in rad, undo, done, skip or quit", line.substr(0, 60));
+      log::warn("standard input: found \"{}\", expected x y z in mm, six joint angles in rad, undo, done, skip or quit",
+                line.substr(0, 60));
       ask("");
     }
   }
 
   [[noreturn]] void lose_hand() {
     if (voice_) voice_->finish();
-    throw RunFailure(fmt::format("{}: no more samples; {} of {} touches are kept, the same command goes on from there", options_.hand,
-                                 capture_.taken(), capture_.planned()));
+    throw RunFailure(fmt::format("{}: no more samples; {} of {} touches are kept, the same command goes on from there",
+                                 options_.hand, capture_.taken(), capture_.planned()));
   }
 
   GuidedCapture& capture_;

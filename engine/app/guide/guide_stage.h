@@ -16,10 +16,10 @@ struct GuideOptions {
   std::string pedal = "auto";  // "none", or as haptics::HandOptions has it
   bool fast = false;           // scripted hands run as fast as they can, and wait for each prompt
   calibration::StillTouch::Limits still;
-  bool window = true;          // where there is a hand, a desktop and a build with windows
-  int monitor = -1;            // full screen on this one
+  bool window = true;             // where there is a hand, a desktop and a build with windows
+  int monitor = -1;               // full screen on this one
   std::filesystem::path picture;  // written before each touch; empty: none
-  std::string audio;           // address of the cues' output; empty: silent
+  std::string audio;              // address of the cues' output; empty: silent
 };
 
 enum class GuideEnd { kSolve, kSkip, kStop };

@@ -15,39 +15,41 @@ namespace typodont {
 
 namespace {
 
-constexpr double kTravel = 40e-3;        // m/s in the air
-constexpr double kCutPace = 8e-3;        // m/s along a stroke where nothing is in the way
-constexpr double kScrapePace = 12e-3;    // m/s of an edge drawn by hand
-constexpr double kSlowing = 0.06;        // s before a stroke's end: slower than the hand reacts, or it cuts on into what should stay
-constexpr double kEndPace = 0.4e-3;      // m/s there
-constexpr double kAhead = 0.045e-3;      // m that the wanted place may lead the tool
-constexpr double kThere = 0.02e-3;       // m
-constexpr double kNearLine = 0.05e-3;    // m, the same for an edge: so near the line is good enough
-constexpr int kMostTimes = 8;            // along one line with an edge
-constexpr double kAllowance = 0.045e-3;  // m farther than wanted: so much less than asked for does a bur do, and a round one leaves ridges
-constexpr double kPatience = 1.2;        // s without getting on before it leaves a stroke
+constexpr double kTravel = 40e-3;      // m/s in the air
+constexpr double kCutPace = 8e-3;      // m/s along a stroke where nothing is in the way
+constexpr double kScrapePace = 12e-3;  // m/s of an edge drawn by hand
+constexpr double kSlowing =
+    0.06;  // s before a stroke's end: slower than the hand reacts, or it cuts on into what should stay
+constexpr double kEndPace = 0.4e-3;    // m/s there
+constexpr double kAhead = 0.045e-3;    // m that the wanted place may lead the tool
+constexpr double kThere = 0.02e-3;     // m
+constexpr double kNearLine = 0.05e-3;  // m, the same for an edge: so near the line is good enough
+constexpr int kMostTimes = 8;          // along one line with an edge
+constexpr double kAllowance =
+    0.045e-3;  // m farther than wanted: so much less than asked for does a bur do, and a round one leaves ridges
+constexpr double kPatience = 1.2;                            // s without getting on before it leaves a stroke
 constexpr double kScrapeGain = 8, kMostScrapeLead = 0.5e-3;  // the same of an edge in soft filling
-constexpr double kGain = 25;             // lead over how far the tool is off: how hard it presses
-constexpr double kMostLead = 1.6e-3;     // m
-constexpr double kReactionTime = 0.05;   // s
-constexpr double kJoined = 0.6e-3;       // m; strokes that lie nearer are joined without lifting
-constexpr double kAbove = 1.0e-3;        // m over everything, to travel
-constexpr double kAside = 0.12e-3;       // m between places looked at for filling
+constexpr double kGain = 25;                                 // lead over how far the tool is off: how hard it presses
+constexpr double kMostLead = 1.6e-3;                         // m
+constexpr double kReactionTime = 0.05;                       // s
+constexpr double kJoined = 0.6e-3;                           // m; strokes that lie nearer are joined without lifting
+constexpr double kAbove = 1.0e-3;                            // m over everything, to travel
+constexpr double kAside = 0.12e-3;                           // m between places looked at for filling
 constexpr int kHeadPoints = 120;
-constexpr double kDown = 0.04e-3;        // m, how finely it is looked how far an instrument comes down
-constexpr double kFree = 0.1;            // voxels that stay between it and what it comes down on
+constexpr double kDown = 0.04e-3;  // m, how finely it is looked how far an instrument comes down
+constexpr double kFree = 0.1;      // voxels that stay between it and what it comes down on
 constexpr double kPortionHeight = 0.6, kLayer = 0.3, kPortionRadius = 0.98;  // shares of the instrument's reach
-constexpr double kBelowWall = 0.8;       // of the instrument's radius: lower, so that the nearest surface is not the wall's
-constexpr double kBeside = 0.2e-3, kNudge = 0.02e-3; // m: so near a wall it is put against it, in such steps
-constexpr double kHeadFree = 0.5;        // voxels that a portion leaves between itself and the head
-constexpr double kOneSurface = 0.5;      // slope of the field below which a place lies midway between surfaces
-constexpr double kProud = 0.12e-3;       // m that an instrument's end stands above the contour at most
-constexpr double kCarvedAgain = 0.4;     // what is too much counts so much of what is wanted
-constexpr double kWorthPortion = 0.015e-9; // m³ that is wanted at a place and worth a portion
-constexpr double kMostFilling = 0.5;     // s at one place
-constexpr double kRunUp = 1.0;           // s for the drill
-constexpr double kWorthIt = 0.9;         // another tool must leave less than this share of what the last one left
-constexpr double kLeastGain = 0.03;      // of the whole task, that a tool must bring
+constexpr double kBelowWall = 0.8;  // of the instrument's radius: lower, so that the nearest surface is not the wall's
+constexpr double kBeside = 0.2e-3, kNudge = 0.02e-3;  // m: so near a wall it is put against it, in such steps
+constexpr double kHeadFree = 0.5;                     // voxels that a portion leaves between itself and the head
+constexpr double kOneSurface = 0.5;          // slope of the field below which a place lies midway between surfaces
+constexpr double kProud = 0.12e-3;           // m that an instrument's end stands above the contour at most
+constexpr double kCarvedAgain = 0.4;         // what is too much counts so much of what is wanted
+constexpr double kWorthPortion = 0.015e-9;   // m³ that is wanted at a place and worth a portion
+constexpr double kMostFilling = 0.5;         // s at one place
+constexpr double kRunUp = 1.0;               // s for the drill
+constexpr double kWorthIt = 0.9;             // another tool must leave less than this share of what the last one left
+constexpr double kLeastGain = 0.03;          // of the whole task, that a tool must bring
 constexpr int kMostVain = 3, kMostCuts = 4;  // of doing and looking
 constexpr std::size_t kMostTools = 3;
 constexpr std::size_t kMostTried = 5;
@@ -75,11 +77,16 @@ double missing_in(const session::Preparation& in) {
 class Plan {
  public:
   Plan(const Scene& scene, const haptics::TissueVolume& now, const TaskJudge& judge, double whole)
-      : whole_(whole), tools_(haptics::tray(scene.servo)), judge_(judge), state_(now.clone()), axis_(glm::normalize(scene.task->axis_W)) {
+      : whole_(whole),
+        tools_(haptics::tray(scene.servo)),
+        judge_(judge),
+        state_(now.clone()),
+        axis_(glm::normalize(scene.task->axis_W)) {
     glm::ivec3 lo, hi;
     now.bounds(lo, hi);
     for (int corner = 0; corner < 8; ++corner) {
-      const dvec3 p = now.frame().to_world(dvec3(corner & 1 ? hi.x : lo.x, corner & 2 ? hi.y : lo.y, corner & 4 ? hi.z : lo.z));
+      const dvec3 p =
+          now.frame().to_world(dvec3(corner & 1 ? hi.x : lo.x, corner & 2 ? hi.y : lo.y, corner & 4 ? hi.z : lo.z));
       top_ = std::max(top_, glm::dot(p, axis_));
     }
     for (const haptics::Tool& tool : tools_) above_ = std::max(above_, top_ + tool.reach() + kAbove);
@@ -98,8 +105,8 @@ class Plan {
       for (std::size_t i = 0; i < tools_.size(); ++i) {
         const haptics::Tool& tool = tools_[i];
         if (used[i] || !tool.cuts || tool.turns() == by_hand || ++tried > kMostTried) continue;
-        std::vector<Stroke> candidate = plan_strokes(now, tool, std::clamp(0.3 * tool.diameter, 0.12e-3, 0.35e-3),
-                                                     by_hand ? 0 : kAllowance);
+        std::vector<Stroke> candidate =
+            plan_strokes(now, tool, std::clamp(0.3 * tool.diameter, 0.12e-3, 0.35e-3), by_hand ? 0 : kAllowance);
         haptics::TissueVolume after = state_.clone();
         carve_strokes(after, tool, candidate);
         const double left = left_to_do(judge_.preparation(after));
@@ -110,7 +117,8 @@ class Plan {
       }
       if (which == tools_.size()) return;
       used[which] = true;
-      log::info("{}: {} strokes, from {:.2f} to {:.2f} mm³ off", tools_[which].name, strokes.size(), before * 1e9, best * 1e9);
+      log::info("{}: {} strokes, from {:.2f} to {:.2f} mm³ off", tools_[which].name, strokes.size(), before * 1e9,
+                best * 1e9);
       carve_strokes(state_, tools_[which], strokes);
       take(static_cast<std::uint32_t>(which), !by_hand);
       for (const Stroke& s : strokes) {
@@ -124,16 +132,18 @@ class Plan {
 
   /// How many instruments of the tray fill.
   std::size_t fillers() const {
-    return static_cast<std::size_t>(std::count_if(tools_.begin(), tools_.end(), [](const haptics::Tool& t) { return t.fill != Tissue::kAir; }));
+    return static_cast<std::size_t>(
+        std::count_if(tools_.begin(), tools_.end(), [](const haptics::Tool& t) { return t.fill != Tissue::kAir; }));
   }
-  /// Puts one layer of filling into what should be full: portions where the instrument comes down lowest, with the finest
-  /// instrument but `coarser`. Nothing where it stands above the contour everywhere.
+  /// Puts one layer of filling into what should be full: portions where the instrument comes down lowest, with the
+  /// finest instrument but `coarser`. Nothing where it stands above the contour everywhere.
   void fill(std::size_t coarser) {
     std::vector<std::uint32_t> by_reach;
     for (std::uint32_t i = 0; i < tools_.size(); ++i) {
       if (tools_[i].fill != Tissue::kAir) by_reach.push_back(i);
     }
-    std::stable_sort(by_reach.begin(), by_reach.end(), [&](auto a, auto b) { return tools_[a].fill_reach < tools_[b].fill_reach; });
+    std::stable_sort(by_reach.begin(), by_reach.end(),
+                     [&](auto a, auto b) { return tools_[a].fill_reach < tools_[b].fill_reach; });
     fill_with(by_reach[coarser]);
   }
 
@@ -175,13 +185,14 @@ class Plan {
     if (drill) add(ExpertLeg::Kind::kWait, here, kRunUp);
   }
 
-  /// A place for a portion: the instrument's end stands over the surface, the portion grows from the point nearest to it.
+  /// A place for a portion: the instrument's end stands over the surface, the portion grows from the point nearest to
+  /// it.
   struct Portion {
     Pose X_WT;
     dvec3 center;       // m
     double radius = 0;  // m
     double height = 0;  // m along the axis, of the center
-    int enclosed = 0;    // voxels of tissue in reach about the center
+    int enclosed = 0;   // voxels of tissue in reach about the center
   };
 
   void fill_with(std::uint32_t which) {
@@ -191,16 +202,19 @@ class Plan {
     std::vector<Portion> portions = places_for(instrument, layer);
     if (portions.empty()) return;
     // Corners first, then along the walls: what is left open there, no instrument reaches any more.
-    std::stable_sort(portions.begin(), portions.end(), [](const Portion& a, const Portion& b) { return a.enclosed > b.enclosed; });
+    std::stable_sort(portions.begin(), portions.end(),
+                     [](const Portion& a, const Portion& b) { return a.enclosed > b.enclosed; });
     double lowest = 1e9;
     for (const Portion& portion : portions) lowest = std::min(lowest, portion.height);
     const double above = top_of(layer.frame, layer.after) + instrument.half + kAbove;
     bool any = false;
-    for (double window = kLayer * tool.fill_reach; !any && lowest + window < above; window *= 2) {  // higher, where below nothing is to be gained
+    for (double window = kLayer * tool.fill_reach; !any && lowest + window < above;
+         window *= 2) {  // higher, where below nothing is to be gained
       for (const Portion& first : portions) {
         if (first.height > lowest + window) continue;
         // Once more: what was just put down is in the way.
-        const std::optional<Portion> portion = place_at(instrument, layer, glm::dot(first.X_WT.p, instrument.u), glm::dot(first.X_WT.p, instrument.v));
+        const std::optional<Portion> portion =
+            place_at(instrument, layer, glm::dot(first.X_WT.p, instrument.u), glm::dot(first.X_WT.p, instrument.v));
         if (!portion || portion->height > lowest + window) continue;
         const haptics::Fill dome(tool, portion->center, portion->radius, portion->X_WT, layer.frame);
         const double volume = put(dome, layer);
@@ -222,8 +236,8 @@ class Plan {
     if (glm::any(glm::lessThan(to, from))) return 0;
     const std::size_t at = layer.after.at(from.x, from.y, from.z), row = static_cast<std::size_t>(layer.after.size.z);
     PerTissue added{};
-    dome.lower(from, to - from + 1, &layer.after.distance[at], &layer.tissue[at], row * static_cast<std::size_t>(layer.after.size.y), row,
-               &added);
+    dome.lower(from, to - from + 1, &layer.after.distance[at], &layer.tissue[at],
+               row * static_cast<std::size_t>(layer.after.size.y), row, &added);
     return std::accumulate(added.begin(), added.end(), 0.0) * std::pow(layer.frame.voxel, 3);
   }
 
@@ -231,10 +245,10 @@ class Plan {
   struct Instrument {
     const haptics::Tool& tool;
     dquat R_WT;
-    dvec3 u, v, w;            // its axes in W
-    double half;              // m from the head's middle to its free end
-    std::vector<dvec3> head;  // m, its surface in W, about its middle
-    haptics::HeadField field; // m
+    dvec3 u, v, w;             // its axes in W
+    double half;               // m from the head's middle to its free end
+    std::vector<dvec3> head;   // m, its surface in W, about its middle
+    haptics::HeadField field;  // m
     Instrument(const haptics::Tool& t, const dvec3& axis)
         : tool(t),
           R_WT(toward(axis)),
@@ -271,23 +285,25 @@ class Plan {
   }
 
   /// Down at this place until the instrument stands on something, and up again by what a portion is to be high.
-  static std::optional<Portion> place_at(const Instrument& instrument, const session::Preparation& layer, double a, double b) {
+  static std::optional<Portion> place_at(const Instrument& instrument, const session::Preparation& layer, double a,
+                                         double b) {
     const double half = instrument.half, reach = instrument.tool.fill_reach, h = layer.frame.voxel;
     const auto at = [&](double c) { return a * instrument.u + b * instrument.v + c * instrument.w; };
     const auto end = [&](double c) { return layer.frame.to_voxels(at(c - half)); };
     const auto clear = [&](double c) {
-      return std::all_of(instrument.head.begin(), instrument.head.end(), [&](const dvec3& p) {
-        return layer.after.sample(layer.frame.to_voxels(at(c) + p)) > kFree;
-      });
+      return std::all_of(instrument.head.begin(), instrument.head.end(),
+                         [&](const dvec3& p) { return layer.after.sample(layer.frame.to_voxels(at(c) + p)) > kFree; });
     };
     const dvec3 size = dvec3(layer.after.size - 1) * h;
-    const double middle = glm::dot(layer.frame.to_world(dvec3(layer.after.size - 1) * 0.5), instrument.w), span = 0.5 * glm::length(size);
+    const double middle = glm::dot(layer.frame.to_world(dvec3(layer.after.size - 1) * 0.5), instrument.w),
+                 span = 0.5 * glm::length(size);
     double c = middle + span + half;
     while (c > middle - span && clear(c - kDown)) c -= kDown;
     // Up against the wall beside it: a slit between the two would stay open.
     dvec3 aside = layer.after.gradient(end(c + reach));
     aside -= glm::dot(aside, instrument.w) * instrument.w;
-    if (layer.after.sample(end(c + reach)) * h < instrument.tool.radius() + kBeside && glm::length(aside) > kOneSurface) {
+    if (layer.after.sample(end(c + reach)) * h < instrument.tool.radius() + kBeside &&
+        glm::length(aside) > kOneSurface) {
       const dvec3 step = kNudge * glm::normalize(aside);
       for (double moved = 0; moved < kBeside; moved += kNudge) {
         a -= glm::dot(step, instrument.u), b -= glm::dot(step, instrument.v);
@@ -327,8 +343,10 @@ class Plan {
     const dvec3 c = in.frame.to_voxels(portion.center);
     const double most = kPortionRadius * instrument.tool.fill_reach / in.frame.voxel;
     const dquat R_TW = glm::conjugate(instrument.R_WT);
-    const glm::ivec3 lo = glm::max(glm::ivec3(glm::ceil(c - most)), glm::ivec3(0)), hi = glm::min(glm::ivec3(glm::floor(c + most)), in.after.size - 1);
-    std::vector<int> wanted(static_cast<std::size_t>(most) + 1), excess(wanted.size());  // voxels, by their distance from the center
+    const glm::ivec3 lo = glm::max(glm::ivec3(glm::ceil(c - most)), glm::ivec3(0)),
+                     hi = glm::min(glm::ivec3(glm::floor(c + most)), in.after.size - 1);
+    std::vector<int> wanted(static_cast<std::size_t>(most) + 1),
+        excess(wanted.size());  // voxels, by their distance from the center
     for (int x = lo.x; x <= hi.x; ++x) {
       for (int y = lo.y; y <= hi.y; ++y) {
         for (int z = lo.z; z <= hi.z; ++z) {
@@ -340,7 +358,8 @@ class Plan {
             ++portion.enclosed;
             continue;
           }
-          if (instrument.field.distance(R_TW * (in.frame.to_world(p) - portion.X_WT.p)) <= kHeadFree * in.frame.voxel) continue;
+          if (instrument.field.distance(R_TW * (in.frame.to_world(p) - portion.X_WT.p)) <= kHeadFree * in.frame.voxel)
+            continue;
           ++(to_fill(in, i) ? wanted : excess)[static_cast<std::size_t>(away)];
         }
       }
@@ -367,7 +386,8 @@ class Plan {
     for (int x = 0; x < field.size.x; ++x) {
       for (int y = 0; y < field.size.y; ++y) {
         for (int z = 0; z < field.size.z; ++z) {
-          if (field.distance[field.at(x, y, z)] < 0) top = std::max(top, glm::dot(frame.to_world(dvec3(x, y, z)), axis_));
+          if (field.distance[field.at(x, y, z)] < 0)
+            top = std::max(top, glm::dot(frame.to_world(dvec3(x, y, z)), axis_));
         }
       }
     }
@@ -387,7 +407,8 @@ class Plan {
 
 }  // namespace
 
-Expert::Expert(const Scene& scene, const haptics::TissueVolume& start) : scene_(scene), judge_(scene, start), whole_(0) {
+Expert::Expert(const Scene& scene, const haptics::TissueVolume& start)
+    : scene_(scene), judge_(scene, start), whole_(0) {
   if (!judge_.has_ideal()) {
     throw Error(scene.file.string(), "\"task\"", "no \"ideal\"", "a task that says how it should be left");
   }
@@ -418,12 +439,14 @@ std::vector<ExpertLeg> Expert::plan(const haptics::TissueVolume& now) {
   }
   planned_ = plan.take_state();
   if (legs.empty() && layers_ + cuts_ == 0) {
-    throw Error(scene_.file.string(), "\"tools\"", "no tool that brings the tissue nearer to the task's ideal", "one that cuts or fills there");
+    throw Error(scene_.file.string(), "\"tools\"", "no tool that brings the tissue nearer to the task's ideal",
+                "one that cuts or fills there");
   }
   return legs;
 }
 
-void run_expert(HapticLoop& loop, ExpertHand& hand, Expert& expert, const std::function<void(const ServoTick&, const Cut*)>& each) {
+void run_expert(HapticLoop& loop, ExpertHand& hand, Expert& expert,
+                const std::function<void(const ServoTick&, const Cut*)>& each) {
   while (true) {
     loop.run(hand, [&](const ServoTick& tick, const Cut* cut) {
       each(tick, cut);
@@ -443,7 +466,8 @@ void ExpertHand::go_on(std::vector<ExpertLeg> legs) {
   times_ = 0;
 }
 
-ExpertHand::ExpertHand(std::vector<ExpertLeg> legs, double rate) : legs_(std::move(legs)), dt_(1 / rate), from_(legs_.front().to), free_(from_) {
+ExpertHand::ExpertHand(std::vector<ExpertLeg> legs, double rate)
+    : legs_(std::move(legs)), dt_(1 / rate), from_(legs_.front().to), free_(from_) {
   info_.address = "expert:";
   info_.model = "a hand that knows the task";
   info_.rate = rate;

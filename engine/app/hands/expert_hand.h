@@ -1,6 +1,6 @@
-// A hand that knows how the task should be left, and does it: "--hand expert:" of `typodont servo`. Other than a path it
-// sees where its tool is, leads it where it should go, presses while tissue is in the way, and waits until it has gone.
-// What it does through the servo, in real tissue, is a session to learn from, and to compare with.
+// A hand that knows how the task should be left, and does it: "--hand expert:" of `typodont servo`. Other than a path
+// it sees where its tool is, leads it where it should go, presses while tissue is in the way, and waits until it has
+// gone. What it does through the servo, in real tissue, is a session to learn from, and to compare with.
 #pragma once
 
 #include <array>
@@ -38,9 +38,8 @@ class Expert {
  public:
   /// Throws Error where the task names no ideal.
   Expert(const Scene& scene, const haptics::TissueVolume& start);
-  /// What to do next, from how it is now: a layer of filling, or all cutting and carving. Empty where nothing is left that is
-  /// worth it. Throws Error where the tray has nothing that could
-  /// begin.
+  /// What to do next, from how it is now: a layer of filling, or all cutting and carving. Empty where nothing is left
+  /// that is worth it. Throws Error where the tray has nothing that could begin.
   std::vector<ExpertLeg> plan(const haptics::TissueVolume& now);
   /// What a hand of endless patience would leave by the last plan, without a servo.
   const haptics::TissueVolume& planned() const { return *planned_; }
@@ -50,10 +49,10 @@ class Expert {
   TaskJudge judge_;
   double whole_;  // m³ that the task changes
   std::optional<haptics::TissueVolume> planned_;
-  int layers_ = 0, cuts_ = 0;  // planned so far
-  double missing_ = 1e9;       // m³ of filling, at the least when it looked
-  int vain_ = 0;               // layers in a row that brought nothing
-  std::size_t instrument_ = 0; // that fills, from the finest
+  int layers_ = 0, cuts_ = 0;   // planned so far
+  double missing_ = 1e9;        // m³ of filling, at the least when it looked
+  int vain_ = 0;                // layers in a row that brought nothing
+  std::size_t instrument_ = 0;  // that fills, from the finest
 };
 
 class ExpertHand final : public haptics::HapticDevice {
@@ -70,8 +69,8 @@ class ExpertHand final : public haptics::HapticDevice {
 
  private:
   void next_leg() noexcept;
-  /// Leaves a stroke that it cannot finish: out the way the shank points, over to where the next begins. Straight there it
-  /// would press through what should stay.
+  /// Leaves a stroke that it cannot finish: out the way the shank points, over to where the next begins. Straight there
+  /// it would press through what should stay.
   void leave() noexcept;
 
   haptics::DeviceInfo info_;
@@ -79,20 +78,21 @@ class ExpertHand final : public haptics::HapticDevice {
   double dt_;
   ServoTick seen_;
   std::size_t leg_ = 0;
-  std::array<ExpertLeg, 2> way_out_;      // of a stroke that it left …
-  std::size_t way_ = 2;                   // … and where on it: 2, it is at its plan
+  std::array<ExpertLeg, 2> way_out_;  // of a stroke that it left …
+  std::size_t way_ = 2;               // … and where on it: 2, it is at its plan
   std::uint64_t ticks_ = 0;
-  Pose from_;             // where this leg began
-  Pose free_;             // where it last went through the air
-  double along_ = 0;      // m of it that the wanted place has come
-  double filled_ = 0;     // m³ in the tissue when it began, more or less than at the start
-  double waited_ = 0;     // s that it has stood still
-  double worst_ = 0;      // m, how far the tool was off the line, this time along it
-  int times_ = 0;         // along the line
-  dvec3 lead_{0};         // m, by which the hand leads the tool
+  Pose from_;          // where this leg began
+  Pose free_;          // where it last went through the air
+  double along_ = 0;   // m of it that the wanted place has come
+  double filled_ = 0;  // m³ in the tissue when it began, more or less than at the start
+  double waited_ = 0;  // s that it has stood still
+  double worst_ = 0;   // m, how far the tool was off the line, this time along it
+  int times_ = 0;      // along the line
+  dvec3 lead_{0};      // m, by which the hand leads the tool
 };
 
 /// The hand at work until there is nothing left to do: it does its plan, looks at what came of it, and does the rest.
-void run_expert(HapticLoop& loop, ExpertHand& hand, Expert& expert, const std::function<void(const ServoTick&, const Cut*)>& each);
+void run_expert(HapticLoop& loop, ExpertHand& hand, Expert& expert,
+                const std::function<void(const ServoTick&, const Cut*)>& each);
 
 }  // namespace typodont

@@ -102,8 +102,10 @@ void add_window_drivers() {
     // Where the loader looks for the active runtime (OpenXR loader specification), as far as that is plain.
     std::vector<std::filesystem::path> places;
     if (const char* file = std::getenv("XR_RUNTIME_JSON")) places.emplace_back(file);
-    if (const char* home = std::getenv("XDG_CONFIG_HOME")) places.push_back(std::filesystem::path(home) / "openxr/1/active_runtime.json");
-    else if (const char* user = std::getenv("HOME")) places.push_back(std::filesystem::path(user) / ".config/openxr/1/active_runtime.json");
+    if (const char* home = std::getenv("XDG_CONFIG_HOME"))
+      places.push_back(std::filesystem::path(home) / "openxr/1/active_runtime.json");
+    else if (const char* user = std::getenv("HOME"))
+      places.push_back(std::filesystem::path(user) / ".config/openxr/1/active_runtime.json");
     places.emplace_back("/etc/xdg/openxr/1/active_runtime.json");
     std::vector<haptics::FoundDevice> found;
     std::error_code code;

@@ -15,10 +15,10 @@ namespace typodont {
 
 /// What was asked for, on the command line before the rig before what is usual.
 struct HandChoice {
-  std::string hand;       // address; empty: the rig's, else what is usual for the display
-  std::string left_hand;  // address; empty: the rig's, else none
-  std::string pedal;      // "auto", "none", a path or a serial; empty: the rig's, else auto
-  double rate = 1000;     // Hz, of hands whose rate is ours to choose
+  std::string hand;                // address; empty: the rig's, else what is usual for the display
+  std::string left_hand;           // address; empty: the rig's, else none
+  std::string pedal;               // "auto", "none", a path or a serial; empty: the rig's, else auto
+  double rate = 1000;              // Hz, of hands whose rate is ours to choose
   std::vector<std::string> tools;  // of the session, by name, for scripts
 };
 

@@ -9,8 +9,8 @@ namespace typodont {
 
 namespace {
 
-constexpr double kClear = 0.05;       // voxels that a head may reach into what should stay: the field's own error
-constexpr double kLook = 0.1e-3;      // m between looks along a row
+constexpr double kClear = 0.05;   // voxels that a head may reach into what should stay: the field's own error
+constexpr double kLook = 0.1e-3;  // m between looks along a row
 
 }  // namespace
 
@@ -32,9 +32,8 @@ std::vector<Stroke> plan_strokes(const session::Preparation& in, const haptics::
   // How far the head reaches into what should stay, and whether it has anything to take here.
   const double allowed = kClear + into / in.frame.voxel;
   const auto clear_at = [&](const dvec3& p_W) {
-    return std::all_of(head.begin(), head.end(), [&](const dvec3& h) {
-      return ideal.sample(in.frame.to_voxels(p_W + h)) > -allowed;
-    });
+    return std::all_of(head.begin(), head.end(),
+                       [&](const dvec3& h) { return ideal.sample(in.frame.to_voxels(p_W + h)) > -allowed; });
   };
   const auto useful_at = [&](const dvec3& p_W) {
     return std::any_of(head.begin(), head.end(), [&](const dvec3& h) {
@@ -69,7 +68,8 @@ std::vector<Stroke> plan_strokes(const session::Preparation& in, const haptics::
     }
     return clear;
   };
-  const auto rows = [&](double height, const dvec3& along, double a0, double a1, const dvec3& across, double b0, double b1) {
+  const auto rows = [&](double height, const dvec3& along, double a0, double a1, const dvec3& across, double b0,
+                        double b1) {
     bool back = false;
     for (double b = b0; b <= b1; b += step) {
       std::vector<Stroke> row;

@@ -11,12 +11,12 @@ namespace typodont {
 
 namespace {
 
-constexpr double kFollowTime = 10e-3;   // s: 90 positions a second feel like one hand
-constexpr double kReturnTime = 0.4;     // s from the frozen tool to the hand that came back
-constexpr double kGive = 0.02;          // m/(s·N): a lost hand yields to the force, which fades within 50 ms at 1 N/mm
-constexpr double kMostGive = 0.05;      // m/s
-constexpr double kReleased = 0.1;       // of the trigger's way
-constexpr Nanos kStale = 150'000'000;   // ns: an older sample is of a hand that nobody sees
+constexpr double kFollowTime = 10e-3;  // s: 90 positions a second feel like one hand
+constexpr double kReturnTime = 0.4;    // s from the frozen tool to the hand that came back
+constexpr double kGive = 0.02;         // m/(s·N): a lost hand yields to the force, which fades within 50 ms at 1 N/mm
+constexpr double kMostGive = 0.05;     // m/s
+constexpr double kReleased = 0.1;      // of the trigger's way
+constexpr Nanos kStale = 150'000'000;  // ns: an older sample is of a hand that nobody sees
 
 class XrHand : public haptics::HapticDevice {
  public:

@@ -33,15 +33,15 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr double kFadeTime = 0.25;     // s in which a lost tool becomes half transparent, and whole again
+constexpr double kFadeTime = 0.25;  // s in which a lost tool becomes half transparent, and whole again
 constexpr double kLostOpacity = 0.35;
-constexpr double kFullForce = 3;       // N that shake a controller fully
-constexpr double kSlowest = 60, kFastest = 320;     // Hz a controller can make felt
-constexpr double kFastSpindle = 400 * kKrpm;        // rad/s
+constexpr double kFullForce = 3;                 // N that shake a controller fully
+constexpr double kSlowest = 60, kFastest = 320;  // Hz a controller can make felt
+constexpr double kFastSpindle = 400 * kKrpm;     // rad/s
 // What is a controller's tip at rest, and an arm's.
 constexpr calibration::StillTouch::Limits kStillController{0.15, 2e-3}, kStillArm{0.15, 0.5e-3};
-constexpr double kLongestFrame = 20;   // s: the slowest processor has drawn it by then
-constexpr double kLeaveTime = 2;       // s for the runtime to end the session in its own way
+constexpr double kLongestFrame = 20;  // s: the slowest processor has drawn it by then
+constexpr double kLeaveTime = 2;      // s for the runtime to end the session in its own way
 
 /// Amplitude from the force on the hand, frequency from the drill: far below the spindle's, which no controller makes.
 display::Vibration vibration_of(const ServoTick& tick) {
@@ -69,16 +69,16 @@ void end_hard_at_exit() {
 struct XrSession::Thread {
   display::DisplayRig rig;
   haptics::ServoSettings servo;
-  dvec3 origin;  // m, W, of the tissue
-  double voxel;  // m, the same
+  dvec3 origin;                             // m, W, of the tissue
+  double voxel;                             // m, the same
   std::optional<render::BoxInWorld> reach;  // of the tissue
   Wiring& wiring;
   Options options;
   std::optional<DebrisView> debris;
   Surroundings surroundings;
-  MouthMirror mirror;          // as the scene has it, or in the other hand
+  MouthMirror mirror;  // as the scene has it, or in the other hand
   MouthMirror scene_mirror;
-  int mirror_hand = -1;        // the controller that holds it
+  int mirror_hand = -1;  // the controller that holds it
 
   display::RuntimeGate gate;
   std::atomic<bool> leave{false};
@@ -99,7 +99,13 @@ struct XrSession::Thread {
 
   Thread(const display::DisplayRig& r, const Scene& scene, const haptics::TissueVolume& tissue, Wiring& w,
          const Options& o)
-      : rig(r), servo(scene.servo), origin(tissue.frame().origin), voxel(tissue.frame().voxel), reach(tissue_reach(scene, tissue)), wiring(w), options(o) {
+      : rig(r),
+        servo(scene.servo),
+        origin(tissue.frame().origin),
+        voxel(tissue.frame().voxel),
+        reach(tissue_reach(scene, tissue)),
+        wiring(w),
+        options(o) {
     if (options.debris) debris.emplace(scene.servo.materials, tissue);
     surroundings = make_surroundings(scene);
     mirror = scene_mirror = scene.mouth_mirror;
@@ -194,8 +200,12 @@ struct XrSession::Thread {
       hold_mirror(frame);
       const double step = dt / kFadeTime * (1 - kLostOpacity);
       opacity = std::clamp(opacity + (held ? step : -step), kLostOpacity, 1.0);
-      const XrStage::Scenery scenery{tick, opacity, debris ? debris->particles() : std::span<const render::Particle>{},
-                                     debris ? debris->cloud() : nullptr, dt, mirror};
+      const XrStage::Scenery scenery{tick,
+                                     opacity,
+                                     debris ? debris->particles() : std::span<const render::Particle>{},
+                                     debris ? debris->cloud() : nullptr,
+                                     dt,
+                                     mirror};
       see_tissue(!reach || render::in_sight(XrStage::picture(frame, scenery, 0, false), *reach));
       const render::FrameStats drawn = stage.draw(frame, scenery);
       if (drawn.drawn) count_frame(drawn, work);
@@ -253,7 +263,8 @@ struct XrSession::Thread {
   /// True where the tool is not in a controller, or that is seen.
   bool publish_hand(const display::HmdFrame* frame) {
     if (options.tool_hand < 0) return true;
-    const display::HmdHand hand = frame ? frame->hands[static_cast<std::size_t>(options.tool_hand)] : display::HmdHand{};
+    const display::HmdHand hand =
+        frame ? frame->hands[static_cast<std::size_t>(options.tool_hand)] : display::HmdHand{};
     wiring.xr_hand.publish({hand.X_WT, hand.pedal, hand.tracked, now()});
     return hand.tracked;
   }
@@ -271,7 +282,8 @@ XrSession::XrSession(const display::DisplayRig& rig, const Scene& scene, const h
     lock.unlock();
     const std::string call = thread_->gate.call();
     stop();
-    throw Error("OpenXR", "", fmt::format("no answer of the runtime for {:g} s (in {})", std::max(rig.hmd.wait, stall_), call),
+    throw Error("OpenXR", "",
+                fmt::format("no answer of the runtime for {:g} s (in {})", std::max(rig.hmd.wait, stall_), call),
                 "a runtime that works: restart it");
   }
   const std::exception_ptr failure = thread_->phase == Thread::Phase::kOver ? thread_->failure : nullptr;
@@ -297,7 +309,8 @@ bool XrSession::step() {
   }
   const double silent = thread_->gate.silent();
   if (silent > stall_)
-    throw RunFailure(fmt::format("headset: the runtime has not answered for {:.1f} s (in {})", silent, thread_->gate.call()));
+    throw RunFailure(
+        fmt::format("headset: the runtime has not answered for {:.1f} s (in {})", silent, thread_->gate.call()));
   if (thread_->gate.busy() > kLongestFrame) throw RunFailure("headset: its picture does not come: the GPU hangs");
   return true;
 }

@@ -23,7 +23,7 @@ class XrSession {
   struct Options {
     int tool_hand = -1;  // 0 left, 1 right: the controller that holds the tool; −1: something else does
     bool debris = false, record = false;
-    bool touches = false;  // the trigger takes a pair of points for `calibrate register`
+    bool touches = false;   // the trigger takes a pair of points for `calibrate register`
     dvec3 work_W{0, 0, 0};  // m: what recentring puts before the user
     ServoTick start;        // the tool before the first tick
   };
@@ -49,7 +49,8 @@ class XrSession {
   std::optional<debris::DebrisLedger> debris() const;
   /// Once it has stopped: adds what its thread drew and moved. Nothing where it hangs.
   void add_work(WorkCounts& work) const;
-  /// The tool's head, held by an arm, and a controller's tip at one place: in the arm's base H and the headset's space D.
+  /// The tool's head, held by an arm, and a controller's tip at one place: in the arm's base H and the headset's space
+  /// D.
   struct Touch {
     dvec3 p_H, p_D;  // m
   };

@@ -37,8 +37,8 @@ class XrStage {
     double tool_opacity = 1;
     std::span<const render::Particle> particles;
     render::ParticleCloud* cloud = nullptr;  // on this stage's device
-    double dt = 0;  // s since the last frame, turns the bur
-    MouthMirror mirror;  // diameter 0: none
+    double dt = 0;                           // s since the last frame, turns the bur
+    MouthMirror mirror;                      // diameter 0: none
   };
   /// The picture as the renderer is asked for it. `angle`: of the bur, rad.
   static render::Frame picture(const display::HmdFrame& frame, const Scenery& scenery, double angle, bool see_through);

@@ -1,5 +1,3 @@
-#include "engine/app/live/session.h"
-
 #include <algorithm>
 #include <chrono>
 #include <exception>
@@ -9,6 +7,7 @@
 #include <thread>
 #include <utility>
 
+#include "engine/app/live/session.h"
 #include "engine/app/picture/tissue_view.h"
 #include "engine/app/task/paint_file.h"
 #include "engine/base/log.h"
@@ -37,14 +36,15 @@ class TissueSaver {
     };
     // A later one waits for an earlier one, and the carver for neither.
     try_to([&] {
-      thread_ = std::jthread([&wiring = wiring_, try_to, tissue = tissue.clone(), file, earlier = std::move(thread_)]() mutable {
-        if (earlier.joinable()) earlier.join();
-        try_to([&] {
-          tissue.save(file);
-          log::info("saved {}", file.string());
-          ++wiring.saved;
-        });
-      });
+      thread_ = std::jthread(
+          [&wiring = wiring_, try_to, tissue = tissue.clone(), file, earlier = std::move(thread_)]() mutable {
+            if (earlier.joinable()) earlier.join();
+            try_to([&] {
+              tissue.save(file);
+              log::info("saved {}", file.string());
+              ++wiring.saved;
+            });
+          });
     });
   }
 
@@ -53,8 +53,8 @@ class TissueSaver {
   std::jthread thread_;
 };
 
-/// Bricks on their way to a picture. While that takes none (its device is being made anew), what its ring has no room for
-/// waits here, of each brick the newest: one that was lost would be shown as it was until it is cut again.
+/// Bricks on their way to a picture. While that takes none (its device is being made anew), what its ring has no room
+/// for waits here, of each brick the newest: one that was lost would be shown as it was until it is cut again.
 class Outbox {
  public:
   explicit Outbox(Ring<MeshBatch*>& ring) : ring_(ring) {}
@@ -144,7 +144,8 @@ void carve(LiveSession& s) {
     }
     // What nobody sees waits: the volume knows what changed since it was last meshed.
     const auto& seen = wiring.tissue_in_sight;
-    const bool in_sight = std::any_of(seen.begin(), seen.end(), [](const auto& eyes) { return eyes.load(std::memory_order_relaxed); });
+    const bool in_sight =
+        std::any_of(seen.begin(), seen.end(), [](const auto& eyes) { return eyes.load(std::memory_order_relaxed); });
     if (s.draw && in_sight && (first || now() - meshed > s.mesh_interval)) {
       meshed = now();
       first = false;
@@ -159,9 +160,9 @@ void carve(LiveSession& s) {
       auto copy = std::make_unique<haptics::TissueVolume>(s.carver.volume().clone());
       if (wiring.copies_to_watch.push(copy.get())) (void)copy.release();
     }
-    // Where nothing was to do for 30 ms the hand is slow: at 3 cm/s it comes a tenth of a millimetre further until it is
-    // looked after again; after a second it rests, and comes half a millimetre far at 10 m/s². Looking more often took
-    // three hundredths of a core of an idle session, and four thousandths.
+    // Where nothing was to do for 30 ms the hand is slow: at 3 cm/s it comes a tenth of a millimetre further until it
+    // is looked after again; after a second it rests, and comes half a millimetre far at 10 m/s². Looking more often
+    // took three hundredths of a core of an idle session, and four thousandths.
     idle = worked ? 0 : std::min(idle + 1, 400);
     if (!worked) std::this_thread::sleep_for(awaited ? 20us : idle < 100 ? 300us : idle < 400 ? 3000us : 10'000us);
   }

@@ -1,11 +1,10 @@
-#include "engine/app/live/session.h"
-
 #include <array>
 #include <chrono>
 #include <cmath>
 #include <thread>
 
 #include "engine/app/headset/xr_session.h"
+#include "engine/app/live/session.h"
 #include "engine/app/picture/picture_record.h"
 #include "engine/app/recording/resume.h"
 #include "engine/app/recording/session_record.h"
@@ -46,7 +45,9 @@ void recorder_thread(LiveSession& s, session::SessionWriter& writer) {
       if (seen.view != viewed) writer.event(seen.t, session::EventKind::kView, view_name(seen.view));
       viewed = seen.view;
       const dvec3 &eye = seen.eye_W, &right = seen.right_W;
-      writer.append(*s.head_stream, seen.t, std::array{eye.x, eye.y, eye.z, right.x, right.y, right.z, seen.ipd, static_cast<double>(seen.view)});
+      writer.append(
+          *s.head_stream, seen.t,
+          std::array{eye.x, eye.y, eye.z, right.x, right.y, right.z, seen.ipd, static_cast<double>(seen.view)});
     }
     haptics::HandSample left;
     while (wiring.left_to_recorder.pop(left)) {
@@ -61,9 +62,11 @@ void recorder_thread(LiveSession& s, session::SessionWriter& writer) {
       if (zero != 0 && frame.t >= zero) writer.append(s.xr_stream, frame.t - zero, xr_stream_row(frame));
     PictureTiming picture;
     while (wiring.pictures_to_recorder.pop(picture))
-      if (zero != 0 && picture.t >= zero) writer.append(s.picture_stream, picture.t - zero, picture_stream_row(picture));
-    const std::uint64_t other = wiring.patches_to_recorder.dropped() + wiring.edits_to_recorder.dropped() + wiring.pieces_to_recorder.dropped() +
-                                wiring.seen_to_recorder.dropped() + wiring.left_to_recorder.dropped() + wiring.xr_frames_to_recorder.dropped() +
+      if (zero != 0 && picture.t >= zero)
+        writer.append(s.picture_stream, picture.t - zero, picture_stream_row(picture));
+    const std::uint64_t other = wiring.patches_to_recorder.dropped() + wiring.edits_to_recorder.dropped() +
+                                wiring.pieces_to_recorder.dropped() + wiring.seen_to_recorder.dropped() +
+                                wiring.left_to_recorder.dropped() + wiring.xr_frames_to_recorder.dropped() +
                                 wiring.pictures_to_recorder.dropped();
     writer.count_ring_losses(wiring.ticks_to_recorder.dropped(), wiring.cuts_to_recorder.dropped(), other);
     writer.heartbeat();

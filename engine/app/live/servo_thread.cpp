@@ -1,9 +1,8 @@
-#include "engine/app/live/session.h"
-
 #include <pthread.h>
 
 #include <atomic>
 
+#include "engine/app/live/session.h"
 #include "engine/base/realtime.h"
 #include "engine/base/units.h"
 #include "haptics/work.h"
@@ -23,8 +22,7 @@ PerTissue scaled(const MaterialTable& materials, const PerTissue& share) {
 
 /// As HapticDevice::contact means it.
 bool in_contact(const ServoTick& tick) {
-  constexpr std::uint32_t kUnknown =
-      haptics::kNoPose | bits(Fault::kPatchEdge) | bits(Fault::kDeepPenetration);
+  constexpr std::uint32_t kUnknown = haptics::kNoPose | bits(Fault::kPatchEdge) | bits(Fault::kDeepPenetration);
   return tick.depth > 0 || (tick.faults & kUnknown) != 0;
 }
 

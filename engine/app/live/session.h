@@ -32,17 +32,17 @@ struct LiveSession {
   Nanos first_tick = 0;                 // when it was done, the same
   std::uint32_t faults = 0;
   bool draw = false, record = false, debris = false, operated = false;
-  bool watched = false;  // bricks go to the operator too: the headset takes the others
-  StrokeBook book;       // carver thread until it has ended
-  std::string carver_failure;  // the same: why it could not go on
+  bool watched = false;              // bricks go to the operator too: the headset takes the others
+  StrokeBook book;                   // carver thread until it has ended
+  std::string carver_failure;        // the same: why it could not go on
   Nanos mesh_interval = 16'000'000;  // ns between looks for changed bricks: no more often than they are drawn
-  std::size_t xr_stream = 0;       // which of the recording's streams a headset's frames are
-  std::size_t picture_stream = 0;  // the same, of a picture on a screen
+  std::size_t xr_stream = 0;         // which of the recording's streams a headset's frames are
+  std::size_t picture_stream = 0;    // the same, of a picture on a screen
   SoundLink* sound = nullptr;
-  std::size_t left_stream = 0;  // of the recording, where there is a second hand
+  std::size_t left_stream = 0;             // of the recording, where there is a second hand
   std::optional<std::size_t> head_stream;  // the same, where there is a screen
   std::optional<TickNotes> notes;          // recorder thread, where recorded
-  std::filesystem::path save;  // of the tissue
+  std::filesystem::path save;              // of the tissue
   std::uint64_t bricks_meshed = 0, triangles_made = 0, voxels_cut = 0;  // carver thread until it has ended
   std::uint64_t queries = 0;                                            // servo thread until it has ended
 
@@ -67,8 +67,8 @@ struct LiveSession {
 
 /// Reads the hand, whose pace is the clock; feels, cuts, writes the force. Zero force when it returns.
 void servo_thread(LiveSession& s, haptics::HapticDevice& hand);
-/// Owns the tissue: repeats the servo's cuts on it, cuts patches out of it, meshes what changed, undoes. Where it cannot go on,
-/// for want of memory, it ends the session.
+/// Owns the tissue: repeats the servo's cuts on it, cuts patches out of it, meshes what changed, undoes. Where it
+/// cannot go on, for want of memory, it ends the session.
 void carver_thread(LiveSession& s);
 /// Takes everything that is recorded out of its rings and to the file.
 void recorder_thread(LiveSession& s, session::SessionWriter& writer);

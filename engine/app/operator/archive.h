@@ -14,13 +14,14 @@ struct SessionEntry {
   std::filesystem::path file;
   std::string scene, trainee, date;  // as the file's name has them
   double megabytes = 0;
-  bool report = false;    // there is one beside it
-  bool recorded = true;   // else a preparation as it was saved, without its course
+  bool report = false;   // there is one beside it
+  bool recorded = true;  // else a preparation as it was saved, without its course
 };
 /// Of all trainees, newest first.
 std::vector<SessionEntry> find_sessions();
 
-/// From now on reports of this exercise compare with this session: a copy of it, as the trainee "expert"'s. Throws Error.
+/// From now on reports of this exercise compare with this session: a copy of it, as the trainee "expert"'s. Throws
+/// Error.
 void make_expert(const std::filesystem::path& session);
 
 /// Which way the crown of an imported tooth points in its file.

@@ -10,7 +10,8 @@ namespace typodont {
 namespace fs = std::filesystem;
 
 namespace {
-constexpr Nanos kDeviceInterval = 2 * kNanosPerSecond;  // between two looks at what is plugged in: each takes milliseconds
+constexpr Nanos kDeviceInterval =
+    2 * kNanosPerSecond;  // between two looks at what is plugged in: each takes milliseconds
 }
 
 Choices::Choices(OperatorState& s, InterfaceWindow& w) : s_(s), window_(w), pictures_(s, w) {

@@ -1,4 +1,5 @@
-// What there is to choose from, and what is chosen: exercises, hands, pictures; kept from one day to the next. Main thread.
+// What there is to choose from, and what is chosen: exercises, hands, pictures; kept from one day to the next. Main
+// thread.
 #pragma once
 
 #include <filesystem>

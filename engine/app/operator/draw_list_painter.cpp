@@ -105,12 +105,14 @@ std::optional<std::vector<display::Part>> DrawListPainter::record(VkCommandBuffe
 
   std::vector<std::uint64_t> shown;
   for (const Texture& t : textures_)
-    shown.push_back(mixed(mixed(reinterpret_cast<std::uint64_t>(t.view), t.shows), static_cast<std::uint64_t>(t.layer)));
+    shown.push_back(
+        mixed(mixed(reinterpret_cast<std::uint64_t>(t.view), t.shows), static_cast<std::uint64_t>(t.layer)));
   std::vector<std::uint64_t> tiles = drawn_tiles(lists, target.size, shown);
   if (!target.kept) holds_.erase(target.image);
   const auto held = holds_.find(target.image);
   // Lists that were made for another size are stretched into this one.
-  const bool fits = lists.DisplaySize.x == static_cast<float>(target.size.x) && lists.DisplaySize.y == static_cast<float>(target.size.y);
+  const bool fits = lists.DisplaySize.x == static_cast<float>(target.size.x) &&
+                    lists.DisplaySize.y == static_cast<float>(target.size.y);
   const bool whole = all || !fits || held == holds_.end() || held->second.size() != tiles.size();
   const std::vector<display::Part> parts = whole ? std::vector{display::Part{0, 0, target.size.x, target.size.y}}
                                                  : differing_parts(held->second, tiles, target.size);
@@ -121,8 +123,9 @@ std::optional<std::vector<display::Part>> DrawListPainter::record(VkCommandBuffe
     holds_.erase(target.image);
   if (parts.empty()) return parts;
 
-  gpu::transition(commands, target.image, VK_IMAGE_ASPECT_COLOR_BIT, whole ? VK_IMAGE_LAYOUT_UNDEFINED : target.final_layout,
-                  VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, VK_ACCESS_2_NONE,
+  gpu::transition(commands, target.image, VK_IMAGE_ASPECT_COLOR_BIT,
+                  whole ? VK_IMAGE_LAYOUT_UNDEFINED : target.final_layout, VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL,
+                  VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, VK_ACCESS_2_NONE,
                   VK_PIPELINE_STAGE_2_COLOR_ATTACHMENT_OUTPUT_BIT,
                   VK_ACCESS_2_COLOR_ATTACHMENT_READ_BIT | VK_ACCESS_2_COLOR_ATTACHMENT_WRITE_BIT);
   VkClearValue background{};
@@ -155,8 +158,8 @@ std::optional<std::vector<display::Part>> DrawListPainter::record(VkCommandBuffe
   return whole ? std::nullopt : std::optional(parts);
 }
 
-void DrawListPainter::draw(VkCommandBuffer commands, const ImDrawData& lists, const display::Target& target, std::size_t s,
-                           const std::vector<display::Part>& parts) {
+void DrawListPainter::draw(VkCommandBuffer commands, const ImDrawData& lists, const display::Target& target,
+                           std::size_t s, const std::vector<display::Part>& parts) {
   if (lists.TotalIdxCount == 0) return;
   const auto vertex_bytes = sizeof(ImDrawVert) * static_cast<std::size_t>(lists.TotalVtxCount);
   const auto index_bytes = sizeof(ImDrawIdx) * static_cast<std::size_t>(lists.TotalIdxCount);
@@ -193,13 +196,15 @@ void DrawListPainter::draw(VkCommandBuffer commands, const ImDrawData& lists, co
       bool bound = false;
       for (const display::Part& p : parts) {
         const int x0 = std::max(static_cast<int>(r.x), p.x), y0 = std::max(static_cast<int>(r.y), p.y);
-        const int x1 = std::min(static_cast<int>(r.z), p.x + p.width), y1 = std::min(static_cast<int>(r.w), p.y + p.height);
+        const int x1 = std::min(static_cast<int>(r.z), p.x + p.width),
+                  y1 = std::min(static_cast<int>(r.w), p.y + p.height);
         if (x1 <= x0 || y1 <= y0) continue;
         if (!std::exchange(bound, true)) {
           const Place place{{2 / display.x, 2 / display.y}, {-1, -1}, textures_[number].layer};
-          vkCmdPushConstants(commands, inputs_.layout, VK_SHADER_STAGE_VERTEX_BIT | VK_SHADER_STAGE_FRAGMENT_BIT, 0, sizeof place,
-                             &place);
-          vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, inputs_.layout, 0, 1, &inputs_.sets[s * kTextures + number], 0, nullptr);
+          vkCmdPushConstants(commands, inputs_.layout, VK_SHADER_STAGE_VERTEX_BIT | VK_SHADER_STAGE_FRAGMENT_BIT, 0,
+                             sizeof place, &place);
+          vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, inputs_.layout, 0, 1,
+                                  &inputs_.sets[s * kTextures + number], 0, nullptr);
         }
         const VkRect2D scissor = rectangle({x0, y0, x1 - x0, y1 - y0});
         vkCmdSetScissor(commands, 0, 1, &scissor);

@@ -1,5 +1,5 @@
-// Dear ImGui's draw lists on our Vulkan: one pipeline, dynamic rendering, two frames in flight. A target that still holds
-// an earlier frame is drawn where that differs. Render thread.
+// Dear ImGui's draw lists on our Vulkan: one pipeline, dynamic rendering, two frames in flight. A target that still
+// holds an earlier frame is drawn where that differs. Render thread.
 #pragma once
 
 #include <array>
@@ -29,14 +29,15 @@ class DrawListPainter {
 
   /// Forgets the last frame's textures.
   void new_frame();
-  /// A picture for ImGui::Image during this frame, the first layer: sRGB bytes (a UNORM view), ready for shaders. At most 60
-  /// a frame. `shows`: another number once it shows something else.
+  /// A picture for ImGui::Image during this frame, the first layer: sRGB bytes (a UNORM view), ready for shaders. At
+  /// most 60 a frame. `shows`: another number once it shows something else.
   void* texture(VkImageView array_view, std::uint64_t shows);
 
-  /// Draws what the target lacks of this frame; all of it where it holds none, or where `all` is wanted. Returns the parts
-  /// that were drawn; nothing: all.
-  std::optional<std::vector<display::Part>> record(VkCommandBuffer commands, const ImDrawData& lists, const display::Target& target,
-                                                   int slot, const std::array<float, 4>& clear, bool all = false);
+  /// Draws what the target lacks of this frame; all of it where it holds none, or where `all` is wanted. Returns the
+  /// parts that were drawn; nothing: all.
+  std::optional<std::vector<display::Part>> record(VkCommandBuffer commands, const ImDrawData& lists,
+                                                   const display::Target& target, int slot,
+                                                   const std::array<float, 4>& clear, bool all = false);
 
  private:
   static constexpr int kSlots = gpu::FrameRing::kSlots;

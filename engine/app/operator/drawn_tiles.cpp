@@ -10,7 +10,7 @@ namespace typodont {
 
 namespace {
 
-constexpr int kTile = 32;              // pixels
+constexpr int kTile = 32;               // pixels
 constexpr std::size_t kMostParts = 12;  // each draws what reaches into it once more
 
 int tiles_in(int pixels) {
@@ -26,7 +26,8 @@ std::uint64_t word(const ImDrawVert& v) {
 
 }  // namespace
 
-std::vector<std::uint64_t> drawn_tiles(const ImDrawData& lists, display::ivec2 size, std::span<const std::uint64_t> textures) {
+std::vector<std::uint64_t> drawn_tiles(const ImDrawData& lists, display::ivec2 size,
+                                       std::span<const std::uint64_t> textures) {
   const int across = tiles_in(size.x), down = tiles_in(size.y);
   std::vector<std::uint64_t> tiles(static_cast<std::size_t>(across) * static_cast<std::size_t>(down), 0);
   for (int i = 0; i < lists.CmdListsCount; ++i) {

@@ -107,7 +107,8 @@ std::string exercise_json(const NewExercise& e, const std::string& ideal_file) {
     if (made.color) scene["materials"][tissue]["color"] = {made.color->x, made.color->y, made.color->z};
     if (made.stiffness == 1) continue;
     // The base's strokes have changed it already, and will again.
-    const double painted = e.base->paint_file.empty() ? 1 : stiffness_factor(read_paint(e.base->paint_file), static_cast<Tissue>(i));
+    const double painted =
+        e.base->paint_file.empty() ? 1 : stiffness_factor(read_paint(e.base->paint_file), static_cast<Tissue>(i));
     scene["materials"][tissue]["stiffness_N_per_mm"] =
         made.stiffness * e.base->servo.materials[i].stiffness / painted / kNewtonPerMillimetre;
   }
@@ -143,7 +144,8 @@ std::string exercise_json(const NewExercise& e, const std::string& ideal_file) {
 
 namespace {
 
-/// What a trainee's session would stumble over, a mesh that is none or a rule without a target, is said now. Throws Error.
+/// What a trainee's session would stumble over, a mesh that is none or a rule without a target, is said now. Throws
+/// Error.
 void try_out(const std::string& text, const fs::path& file) {
   const Json json = Json::parse(text, file.filename().string());
   const Scene scene = parse_scene(json, file);
@@ -184,7 +186,9 @@ fs::path write_exercise(const NewExercise& e, Progress& progress) {
   } else if (!e.ideal_mesh.empty()) {
     ideal = stem + "-ideal" + e.ideal_mesh.extension().string();
     fs::copy_file(e.ideal_mesh, aside / ideal, code);
-    if (code) throw Error(e.ideal_mesh.string(), "", code.message(), "a mesh that can be read, and a place that can be written");
+    if (code)
+      throw Error(e.ideal_mesh.string(), "", code.message(),
+                  "a mesh that can be read, and a place that can be written");
   }
   progress.at(0.2);
   const std::string text = exercise_json(e, ideal);

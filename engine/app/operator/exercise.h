@@ -40,8 +40,9 @@ std::vector<RuleChoice> rule_choices(const Scene& base);
 /// The scene as text. `ideal_file`: where the ideal lies, beside the scene; empty: none but the base's.
 std::string exercise_json(const NewExercise& exercise, const std::string& ideal_file);
 
-/// Writes ~/Typodont/scenes/NAME.json, and the ideal beside it as NAME-ideal, once both were tried out as a session would
-/// use them. An exercise of that name is replaced. Returns the scene file. Throws Error, Cancelled: then nothing has changed.
+/// Writes ~/Typodont/scenes/NAME.json, and the ideal beside it as NAME-ideal, once both were tried out as a session
+/// would use them. An exercise of that name is replaced. Returns the scene file. Throws Error, Cancelled: then nothing
+/// has changed.
 std::filesystem::path write_exercise(const NewExercise& exercise, Progress& progress);
 
 }  // namespace typodont

@@ -23,7 +23,8 @@ void look_into(FileChooser& chooser, const fs::path& folder, std::span<const std
     const fs::path name = entry->path().filename();
     if (name.string().starts_with(".")) continue;
     std::string ending = name.extension().string();
-    std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    std::transform(ending.begin(), ending.end(), ending.begin(),
+                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
     std::error_code unknown;
     if (entry->is_directory(unknown))
       chooser.folders.push_back(name);

@@ -250,7 +250,8 @@ void InterfaceWindow::will_show(const std::string& text) {
   for (const char* at = text.c_str(); *at;) {
     unsigned code = 0;
     at += ImTextCharFromUtf8(&code, at, nullptr);
-    missing = missing || (code > 0x7f && code < 0xffff && !style_.plain->FindGlyphNoFallback(static_cast<ImWchar>(code)));
+    missing =
+        missing || (code > 0x7f && code < 0xffff && !style_.plain->FindGlyphNoFallback(static_cast<ImWchar>(code)));
   }
   if (!missing) return;
   more_ += text;
@@ -263,9 +264,8 @@ bool InterfaceWindow::poll(double most_seconds) {
   const display::UserInput before = input_;
   input_ = output_->poll();
   const Nanos t = now();
-  const bool used = input_.close || !input_.keys.empty() || input_.wheel != 0 ||
-                    input_.pixel != before.pixel || input_.left != before.left || input_.right != before.right ||
-                    input_.focused != before.focused;
+  const bool used = input_.close || !input_.keys.empty() || input_.wheel != 0 || input_.pixel != before.pixel ||
+                    input_.left != before.left || input_.right != before.right || input_.focused != before.focused;
   if (used) last_input_ = t;
   ImGuiIO& io = ImGui::GetIO();
   keys_.add(input_.keys);
@@ -317,7 +317,8 @@ void InterfaceWindow::end() {
     return;
   }
   const ImVec4 back = ImGui::GetStyle().Colors[ImGuiCol_WindowBg];
-  const auto drawn = painter_->record(commands, *ImGui::GetDrawData(), *target, ring_.slot(), {back.x, back.y, back.z, 1}, screen_lost_it);
+  const auto drawn = painter_->record(commands, *ImGui::GetDrawData(), *target, ring_.slot(),
+                                      {back.x, back.y, back.z, 1}, screen_lost_it);
   ring_.submit(device_, target->ready, target->done);
   output_->present(drawn);
   ++frames_;

@@ -53,7 +53,8 @@ class InterfaceWindow {
   void begin(bool emergency_stop);
   void end();
 
-  /// A picture for ImGui::Image in this frame. `shows`: another number once one that was drawn anew shows something else.
+  /// A picture for ImGui::Image in this frame. `shows`: another number once one that was drawn anew shows something
+  /// else.
   void* texture(const gpu::Image& picture, std::uint64_t shows = 0);
   /// A picture that stays: uploaded once; the caller destroys it after wait_idle().
   gpu::Image upload(const render::Picture& picture);

@@ -7,12 +7,14 @@ namespace typodont {
 namespace keys = display::keys;
 
 namespace {
-// ImGui moves the focus, or opens a list, in the frame after the one that asked for it; a field takes text, and a list is
-// gone through, after that.
+// ImGui moves the focus, or opens a list, in the frame after the one that asked for it; a field takes text, and a list
+// is gone through, after that.
 constexpr int kFramesUntilThere = 3;
 
 /// Acts on what has the focus.
-bool goes_on_there(int code) { return code >= keys::kEscape && code <= keys::kEnd && code != keys::kInsert; }
+bool goes_on_there(int code) {
+  return code >= keys::kEscape && code <= keys::kEnd && code != keys::kInsert;
+}
 }  // namespace
 
 void KeyQueue::add(std::span<const Key> done) {
@@ -25,7 +27,8 @@ std::vector<KeyQueue::Key> KeyQueue::next(bool emergency_stop) {
   bool pressed = false;
   if (frames_until_there_ > 0) --frames_until_there_;
   if (emergency_stop) {
-    const auto stop = std::find_if(waiting_.begin(), waiting_.end(), [](const Key& k) { return k.code == keys::kEscape && k.down; });
+    const auto stop =
+        std::find_if(waiting_.begin(), waiting_.end(), [](const Key& k) { return k.code == keys::kEscape && k.down; });
     if (stop != waiting_.end()) {
       std::rotate(waiting_.begin(), stop, stop + 1);
       frames_until_there_ = 0;
@@ -40,7 +43,8 @@ std::vector<KeyQueue::Key> KeyQueue::next(bool emergency_stop) {
       const auto code = static_cast<std::size_t>(key.code);
       if (down_[code] != key.down) {  // else it repeats, which the pages do themselves
         const bool modifies = key.code >= keys::kLeftShift;
-        if (seen[code] || (modifies && pressed) || (key.down && frames_until_there_ > 0 && goes_on_there(key.code))) break;
+        if (seen[code] || (modifies && pressed) || (key.down && frames_until_there_ > 0 && goes_on_there(key.code)))
+          break;
         seen[code] = true;
         down_[code] = key.down;
         const bool control = down_[keys::kLeftControl] || down_[keys::kRightControl];

@@ -1,5 +1,5 @@
-// What was done on the keyboard, handed to the pages frame by frame. A page sees the state of the keys once a frame; on a
-// busy computer much may be done between two frames, and none of it is lost or comes out of its order. Main thread.
+// What was done on the keyboard, handed to the pages frame by frame. A page sees the state of the keys once a frame; on
+// a busy computer much may be done between two frames, and none of it is lost or comes out of its order. Main thread.
 #pragma once
 
 #include <array>
@@ -18,8 +18,8 @@ class KeyQueue {
 
   void add(std::span<const Key> done);
   /// For one frame: no key more than once, a pressed key with the Ctrl or Shift it was pressed with, and no text and no
-  /// arrow, Enter or Esc after a key that may lead elsewhere, until it has. Where Esc is the emergency stop, it overtakes
-  /// everything.
+  /// arrow, Enter or Esc after a key that may lead elsewhere, until it has. Where Esc is the emergency stop, it
+  /// overtakes everything.
   std::vector<Key> next(bool emergency_stop = false);
   bool empty() const { return waiting_.empty(); }
 

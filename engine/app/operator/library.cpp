@@ -56,7 +56,8 @@ fs::path user_folder() {
 
 std::string tool_title(const haptics::Tool& tool) {
   std::string name = tool.name;
-  while (!name.empty() && (std::isdigit(static_cast<unsigned char>(name.back())) || name.back() == '_')) name.pop_back();
+  while (!name.empty() && (std::isdigit(static_cast<unsigned char>(name.back())) || name.back() == '_'))
+    name.pop_back();
   return fmt::format("{} {:.2g} mm", title_of(name), tool.diameter / kMillimetre);
 }
 
@@ -202,7 +203,8 @@ Remembered remembered() {
 
 void remember(const Remembered& r) {
   const nlohmann::ordered_json json = {{"language", r.language}, {"trainee", r.trainee}, {"scene", r.scene},
-                                       {"hand", r.hand},         {"rig", r.rig},         {"record", r.record},   {"monitor", r.monitor}};
+                                       {"hand", r.hand},         {"rig", r.rig},         {"record", r.record},
+                                       {"monitor", r.monitor}};
   try {
     std::error_code code;
     fs::create_directories(user_folder(), code);

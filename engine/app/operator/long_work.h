@@ -13,8 +13,8 @@ class LongWork {
  public:
   explicit LongWork(OperatorState& s) : s_(s) {}
 
-  /// `work` runs on a thread of its own; `then` in this one, once it has succeeded. What was under way is cancelled, and
-  /// its end waited for.
+  /// `work` runs on a thread of its own; `then` in this one, once it has succeeded. What was under way is cancelled,
+  /// and its end waited for.
   void begin(std::function<void(Progress&)> work, std::function<void()> then);
   bool under_way() const { return job_ != nullptr; }
   void cancel();

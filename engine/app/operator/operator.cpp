@@ -31,10 +31,10 @@ namespace {
 namespace fs = std::filesystem;
 using namespace std::chrono_literals;
 
-constexpr double kIdleFrame = 60;       // s between frames while nothing happens
+constexpr double kIdleFrame = 60;        // s between frames while nothing happens
 constexpr Nanos kIdleWait = 25'000'000;  // ns, between looks at what is no event of the desktop
 constexpr Nanos kBriefWait = 4'000'000;  // ns
-constexpr double kSessionFrame = 0.05;  // s between frames of this window while a session runs
+constexpr double kSessionFrame = 0.05;   // s between frames of this window while a session runs
 constexpr Nanos kReviveInterval = 10 * kNanosPerSecond;
 
 /// Draws the pages, frame by frame, and carries out between two frames what was asked on them.
@@ -88,7 +88,8 @@ class Operator {
     } else {
       const Nanos since = now();
       window_.output().wait(kIdleWait);
-      if (now() - since < kBriefWait) std::this_thread::sleep_for(4ms);  // a mouse says where it is a thousand times a second
+      if (now() - since < kBriefWait)
+        std::this_thread::sleep_for(4ms);  // a mouse says where it is a thousand times a second
     }
   }
 
@@ -274,7 +275,8 @@ class Operator {
     if (from.extension() != ".vdb") return scene_of(session::SessionReader(from));
     for (const SceneChoice& choice : s_.scenes)
       if (choice.fault.empty() && file_name_of(choice.name) == chosen_session().scene) return read_scene(choice.file);
-    throw Error(from.string(), "", fmt::format("no exercise \"{}\"", chosen_session().scene), "the exercise it was made in");
+    throw Error(from.string(), "", fmt::format("no exercise \"{}\"", chosen_session().scene),
+                "the exercise it was made in");
   }
 
   /// True when the trainee's picture changed.

@@ -272,17 +272,22 @@ void draw_help(OperatorState& s, InterfaceWindow& w) {
   ImGui::SetNextWindowPos({static_cast<float>(size.x) / 2, static_cast<float>(size.y) / 2}, 0, {0.5f, 0.5f});
   if (ImGui::BeginPopupModal(title, &s.help, ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoSavedSettings)) {
     constexpr std::array kChoosing = {
-        std::pair{"F5", "op.key_start"},       std::pair{"Ctrl ↑ ↓", "op.key_exercise"}, std::pair{"Ctrl D  H", "op.key_hand"},
-        std::pair{"Ctrl P  M", "op.key_rig"},  std::pair{"Ctrl T  R", "op.key_trainee"}, std::pair{"Ctrl E", "op.key_author"},
-        std::pair{"Ctrl L", "op.key_language"}, std::pair{"F7", "op.key_archive"},       std::pair{"F8", "op.key_doctor"},
-        std::pair{"F9", "op.key_tutorial"},    std::pair{"F2", "op.key_report"},         std::pair{"F6", "op.key_go_on"},
-        std::pair{"Tab  ← → ↑ ↓", "op.key_move"}, std::pair{"F1", "op.key_help"},        std::pair{"Ctrl Q", "op.key_quit"}};
-    constexpr std::array kWorking = {
-        std::pair{"Esc", "op.key_stop"},        std::pair{"F10", "op.key_end"},          std::pair{"H  R", "op.key_hold"},
-        std::pair{"1 … 9", "op.key_tools"},     std::pair{"+  −", "op.key_speed"},       std::pair{"[  ]", "op.key_force"},
-        std::pair{"Ctrl Z  Y", "op.key_undo"},  std::pair{"Ctrl R  S", "op.key_keep"},   std::pair{"N  B", "op.key_steps"},
-        std::pair{"F C X D", "op.key_views"},   std::pair{",  .", "op.key_plane"},       std::pair{"Ctrl 1 … 9", "op.key_shown"},
-        std::pair{"V", "op.key_own_view"},      std::pair{"I J K L  U O", "op.key_turn"}, std::pair{"P", "op.key_paint"}};
+        std::pair{"F5", "op.key_start"},          std::pair{"Ctrl ↑ ↓", "op.key_exercise"},
+        std::pair{"Ctrl D  H", "op.key_hand"},    std::pair{"Ctrl P  M", "op.key_rig"},
+        std::pair{"Ctrl T  R", "op.key_trainee"}, std::pair{"Ctrl E", "op.key_author"},
+        std::pair{"Ctrl L", "op.key_language"},   std::pair{"F7", "op.key_archive"},
+        std::pair{"F8", "op.key_doctor"},         std::pair{"F9", "op.key_tutorial"},
+        std::pair{"F2", "op.key_report"},         std::pair{"F6", "op.key_go_on"},
+        std::pair{"Tab  ← → ↑ ↓", "op.key_move"}, std::pair{"F1", "op.key_help"},
+        std::pair{"Ctrl Q", "op.key_quit"}};
+    constexpr std::array kWorking = {std::pair{"Esc", "op.key_stop"},       std::pair{"F10", "op.key_end"},
+                                     std::pair{"H  R", "op.key_hold"},      std::pair{"1 … 9", "op.key_tools"},
+                                     std::pair{"+  −", "op.key_speed"},     std::pair{"[  ]", "op.key_force"},
+                                     std::pair{"Ctrl Z  Y", "op.key_undo"}, std::pair{"Ctrl R  S", "op.key_keep"},
+                                     std::pair{"N  B", "op.key_steps"},     std::pair{"F C X D", "op.key_views"},
+                                     std::pair{",  .", "op.key_plane"},     std::pair{"Ctrl 1 … 9", "op.key_shown"},
+                                     std::pair{"V", "op.key_own_view"},     std::pair{"I J K L  U O", "op.key_turn"},
+                                     std::pair{"P", "op.key_paint"}};
     for (std::size_t i = 0; i < kChoosing.size(); ++i) {
       const auto put = [&](const std::pair<const char*, const char*>& one, float at) {
         ImGui::SetCursorPosX(at);

@@ -61,8 +61,12 @@ void Flow::place(const Item& item, float width, float& x, int& line) {
 }
 
 SessionControls::SessionControls(OperatorState& s, InterfaceWindow& w, float width)
-    : s_(s), w_(w), width_(width - 2 * ImGui::GetStyle().WindowPadding.x), session_(session_items()),
-      views_(view_items()), shown_(shown_items()) {}
+    : s_(s),
+      w_(w),
+      width_(width - 2 * ImGui::GetStyle().WindowPadding.x),
+      session_(session_items()),
+      views_(view_items()),
+      shown_(shown_items()) {}
 
 float SessionControls::height() const {
   ImGui::PushFont(w_.style().small);
@@ -89,9 +93,13 @@ void SessionControls::draw() {
   end_panel();
 }
 
-bool SessionControls::possible() const { return s_.trainee_seen || s_.own_view || s_.own_possible; }
+bool SessionControls::possible() const {
+  return s_.trainee_seen || s_.own_view || s_.own_possible;
+}
 
-float SessionControls::first_line() const { return 2 * ImGui::GetFrameHeightWithSpacing() - ImGui::GetStyle().ItemSpacing.y; }
+float SessionControls::first_line() const {
+  return 2 * ImGui::GetFrameHeightWithSpacing() - ImGui::GetStyle().ItemSpacing.y;
+}
 
 void SessionControls::draw_clock() {
   const float u = w_.style().unit;
@@ -129,7 +137,9 @@ void SessionControls::draw_clock() {
   if (ImGui::Button(end.c_str()) || key(keys::kF1 + 9)) s_.ask(Ask::kEndSession);
 }
 
-std::string SessionControls::end_label() const { return fmt::format("{}   F10", s_.text("op.end_session")); }
+std::string SessionControls::end_label() const {
+  return fmt::format("{}   F10", s_.text("op.end_session"));
+}
 
 std::vector<Flow::Item> SessionControls::session_items() const {
   const auto& strokes = s_.status.tissue.strokes;
@@ -204,7 +214,8 @@ std::vector<SessionControls::Shown> SessionControls::shown() const {
 
 std::vector<Flow::Item> SessionControls::shown_items() const {
   std::vector<Flow::Item> items{{s_.text("op.shown"), false, true, true}};
-  for (const Shown& one : shown()) items.push_back({one.name, one.flag ? s_.look.*one.flag : !s_.look.hides(one.tissue)});
+  for (const Shown& one : shown())
+    items.push_back({one.name, one.flag ? s_.look.*one.flag : !s_.look.hides(one.tissue)});
   return items;
 }
 

@@ -114,9 +114,7 @@ SessionDesk::Turn SessionDesk::step() {
                        static_cast<int>(s_.status.tissue.redone), s_.look_changes, s_.held}))
     log::info("step {} done", step + 1);
   PictureStage* stage = bench_->stage();
-  s_.live = s_.own_view                            ? bench_->own_picture()
-            : stage && bench_->status().frames > 0 ? &stage->pictures()
-                                                   : nullptr;
+  s_.live = s_.own_view ? bench_->own_picture() : stage && bench_->status().frames > 0 ? &stage->pictures() : nullptr;
   s_.look_in_work = bench_->views()->making(s_.own_view ? Eyes::kOwn : Eyes::kTrainee);
   const Nanos t = now();
   if (t - score_time_ > kScoreInterval) {
@@ -132,12 +130,14 @@ SessionDesk::Turn SessionDesk::step() {
   at_rest_ = nothing_moves(before);
   if (!looks_same(s_.status.tick.X_WT, rests_at_)) rests_at_ = s_.status.tick.X_WT;
   const bool next_second = std::floor(before.seconds) != std::floor(s_.status.seconds);
-  return s_.status.frames + s_.status.own_frames != before.frames + before.own_frames || next_second ? Turn::kChanged : Turn::kSame;
+  return s_.status.frames + s_.status.own_frames != before.frames + before.own_frames || next_second ? Turn::kChanged
+                                                                                                     : Turn::kSame;
 }
 
 bool SessionDesk::nothing_moves(const WorkbenchStatus& before) const {
   const WorkbenchStatus& is = s_.status;
-  return looks_same(is.tick.X_WT, rests_at_) && is.tick.spindle == before.tick.spindle && is.tick.tool == before.tick.tool && is.tick.cuts == before.tick.cuts &&
+  return looks_same(is.tick.X_WT, rests_at_) && is.tick.spindle == before.tick.spindle &&
+         is.tick.tool == before.tick.tool && is.tick.cuts == before.tick.cuts &&
          is.tissue.version == before.tissue.version && is.faults == before.faults && is.frames == before.frames &&
          is.own_frames == before.own_frames && !s_.look_in_work &&
          std::all_of(s_.forces.begin(), s_.forces.end(), [](float f) { return f == 0; });
@@ -263,7 +263,7 @@ void SessionDesk::end(const std::string& why) {
   try_to([&] { s_.outcome.score = s_.score = bench_->score_so_far(); });
   try_to([&] { s_.outcome.summary = bench_->stop(); });
   window_.wait_idle();  // it may still be showing the picture
-  if (s_.author) {  // however it ended: the tissue is whole
+  if (s_.author) {      // however it ended: the tissue is whole
     s_.exercise.rules = rule_choices(*scene_);
     s_.exercise.base_aims = scene_->task && scene_->task->ideal;
     s_.exercise.fresh = true;

@@ -1,5 +1,5 @@
-// The session in the operator's window: begins it, shows turn by turn how it stands, passes on what is asked of it, ends it
-// and keeps what it left. Main thread.
+// The session in the operator's window: begins it, shows turn by turn how it stands, passes on what is asked of it,
+// ends it and keeps what it left. Main thread.
 #pragma once
 
 #include <filesystem>
@@ -67,7 +67,8 @@ class SessionDesk {
   std::unique_ptr<Authored> authored_;
   bool brush_down_ = false;
   dvec3 brush_at_{0};
-  std::filesystem::path recording_, written_, saved_;  // where the recording should lie, where it is written; the tissue
+  std::filesystem::path recording_, written_,
+      saved_;  // where the recording should lie, where it is written; the tissue
   Nanos score_time_ = 0, curve_time_ = 0;
   bool at_rest_ = false;
   Pose rests_at_;  // where the tool came to rest

@@ -80,7 +80,8 @@ void draw_score(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
                          : share > 0.8f  ? kGood
                          : share > 0.45f ? kWarn
                                          : kBad;
-    row(s.text(fmt::format("score.{}", item.name)), fmt::format("{:.3g} {}", std::abs(item.value) < kNothing ? 0.0 : item.value, item.unit), &color);
+    row(s.text(fmt::format("score.{}", item.name)),
+        fmt::format("{:.3g} {}", std::abs(item.value) < kNothing ? 0.0 : item.value, item.unit), &color);
     ImGui::PopFont();
     if (share < 0) continue;
     const ImVec2 at = ImGui::GetCursorScreenPos();
@@ -157,9 +158,10 @@ void draw_live(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
       return ImVec2(static_cast<float>((p.x + 1) / 2), static_cast<float>((1 - p.y) / 2));
     };
     const ImVec2 screen = ImGui::GetCursorScreenPos();
-    ImGui::GetWindowDrawList()->AddImageQuad(w.texture(*s.live, s.status.frames + s.status.own_frames), screen, {screen.x + fit.x, screen.y},
-                                             {screen.x + fit.x, screen.y + fit.y}, {screen.x, screen.y + fit.y},
-                                             corner(-1, 1), corner(1, 1), corner(1, -1), corner(-1, -1));
+    ImGui::GetWindowDrawList()->AddImageQuad(w.texture(*s.live, s.status.frames + s.status.own_frames), screen,
+                                             {screen.x + fit.x, screen.y}, {screen.x + fit.x, screen.y + fit.y},
+                                             {screen.x, screen.y + fit.y}, corner(-1, 1), corner(1, 1), corner(1, -1),
+                                             corner(-1, -1));
     ImGui::SetCursorPos(at);
     ImGui::InvisibleButton("over", fit, ImGuiButtonFlags_MouseButtonLeft | ImGuiButtonFlags_MouseButtonRight);
     s.live_hovered = ImGui::IsItemHovered() || ImGui::IsItemActive();
@@ -235,8 +237,8 @@ void draw_tool(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   end_panel();
 }
 
-/// The instructor's brush: at the tool's head, while the button or P is held down. What it paints gets its stiffness and
-/// colour wherever it is: a tissue has one.
+/// The instructor's brush: at the tool's head, while the button or P is held down. What it paints gets its stiffness
+/// and colour wherever it is: a tissue has one.
 void draw_brush(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   begin_panel("brush", s.text("op.paint"), size, w);
   constexpr std::array kPaintable = {Tissue::kCaries, Tissue::kEnamel, Tissue::kDentin, Tissue::kPulp};
@@ -320,7 +322,8 @@ void draw_timing(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   if (!s.status.real_time.empty()) {
     ImGui::PushStyleColor(ImGuiCol_Text, kWarn);
     ImGui::TextWrapped("%s", s.text("op.no_real_time"));
-    if (ImGui::IsItemHovered()) ImGui::SetTooltip("%.*s", static_cast<int>(s.status.real_time.size()), s.status.real_time.data());
+    if (ImGui::IsItemHovered())
+      ImGui::SetTooltip("%.*s", static_cast<int>(s.status.real_time.size()), s.status.real_time.data());
     ImGui::PopStyleColor();
   }
   ImGui::PopFont();

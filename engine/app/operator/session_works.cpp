@@ -93,7 +93,8 @@ void make_surface(OperatorState& s, LongWork& work, const SessionEntry& of) {
   constexpr std::array kEndings = {".stl", ".ply", ".obj"};
   const fs::path from = of.file,
                  mesh = fs::path(from).replace_extension(kEndings.at(static_cast<std::size_t>(s.mesh_format)));
-  work.begin([=](Progress& progress) { export_surface(from, mesh, progress); }, [&s, mesh] { written(s, "surface", mesh); });
+  work.begin([=](Progress& progress) { export_surface(from, mesh, progress); },
+             [&s, mesh] { written(s, "surface", mesh); });
 }
 
 }  // namespace typodont

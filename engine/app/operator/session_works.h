@@ -10,7 +10,8 @@
 namespace typodont {
 
 /// Of a recording that ended just now, or was found; written beside it, into the state's outcome. `then`: afterwards.
-void make_report(OperatorState& s, LongWork& work, const std::filesystem::path& recording, std::function<void()> then = {});
+void make_report(OperatorState& s, LongWork& work, const std::filesystem::path& recording,
+                 std::function<void()> then = {});
 /// In the browser; made where there is none.
 void show_report(OperatorState& s, LongWork& work, const SessionEntry& of);
 /// Of all sessions beside this one.

@@ -110,8 +110,8 @@ struct ImportForm {
   std::array<char, 512> file{};
   FileChooser chooser;
   std::array<char, 96> name{};
-  int preset = 0;  // 0 tooth, 1 bone
-  int crown = 0;   // Crown
+  int preset = 0;                    // 0 tooth, 1 bone
+  int crown = 0;                     // Crown
   float voxel_mm = 0, shell_mm = 0;  // 0: as the file has it; the default
   float unit_mm = 1;                 // of a mesh
   float spacing_mm = 0;              // of a scan's samples; 0: as the file says
@@ -133,7 +133,7 @@ struct OperatorState {
   session::Language language = session::Language::kEnglish;
   bool chinese = false;  // this computer can write it
   bool first_run = false;
-  bool help = false;     // the list of keys is open
+  bool help = false;    // the list of keys is open
   std::string message;  // one line that matters now: an error, a hint
   bool message_is_error = false;
   std::vector<Request> asked;  // by the pages, this frame
@@ -162,20 +162,20 @@ struct OperatorState {
   bool painting = false;  // the brush is down
   Tissue paint_tissue = Tissue::kCaries;
   float paint_radius_mm = 0.6f;
-  int step_shown = -1;      // the page scrolled to it
+  int step_shown = -1;  // the page scrolled to it
   SessionSettings settings;
   bool recording = false;
-  bool keep = false;            // the recording, at the session's end
-  bool own_view = false;        // this window shows a viewpoint of its own, not the trainee's picture
-  bool trainee_seen = false;    // there is a trainee's picture to be shown here
-  bool own_possible = false;    // and one of one's own
+  bool keep = false;          // the recording, at the session's end
+  bool own_view = false;      // this window shows a viewpoint of its own, not the trainee's picture
+  bool trainee_seen = false;  // there is a trainee's picture to be shown here
+  bool own_possible = false;  // and one of one's own
   Viewpoint viewpoint;
-  Look look;                    // of the picture that is shown here
-  bool look_in_work = false;    // parts of it are still being made
+  Look look;                  // of the picture that is shown here
+  bool look_in_work = false;  // parts of it are still being made
   bool has_ideal = false, has_surroundings = false, has_mirror = false, has_debris = false;
-  std::uint32_t tissues = 0;    // in the scene, a bit each
-  int look_changes = 0;         // since the session's start
-  std::array<float, kTissueCount> stiffness{};  // author: of the material's own
+  std::uint32_t tissues = 0;                                // in the scene, a bit each
+  int look_changes = 0;                                     // since the session's start
+  std::array<float, kTissueCount> stiffness{};              // author: of the material's own
   std::array<std::array<float, 3>, kTissueCount> colors{};  // author: sRGB
   bool held = false;
   std::array<float, 240> forces{}, ticks_us{};  // the last seconds, for the curves

@@ -13,7 +13,7 @@ constexpr double kCoarse = 4e-4;      // m: chips bounce off the tooth's shape, 
 constexpr float kLeastShown = 3e-5f;  // m: smaller ones are drawn this large, and fainter
 // The finest dust hangs in the air as mist: a parcel of it is wide and thin. As in shaders/debris.comp.
 constexpr float kMistChip = 12e-6f;  // m
-constexpr int kLumps = 8;  // cuts that throw chips together, where a processor draws
+constexpr int kLumps = 8;            // cuts that throw chips together, where a processor draws
 constexpr float kMistWidth = 2.5f, kMistOpacity = 0.16f;
 
 }  // namespace

@@ -38,8 +38,8 @@ class DebrisView {
   /// As the renderer draws them; valid until the next call.
   std::span<const render::Particle> particles();
   std::size_t alive() const { return cloud_ ? cloud_->alive() : debris_.alive(); }
-  /// The end: cuts that waited for others throw their chips, too. Where all mass went; what only a GPU knows, which took
-  /// it over, is not a number.
+  /// The end: cuts that waited for others throw their chips, too. Where all mass went; what only a GPU knows, which
+  /// took it over, is not a number.
   debris::DebrisLedger settle();
 
  private:
@@ -54,8 +54,8 @@ class DebrisView {
   PerTissue lump_{};            // m³, of these
   Cut last_;                    // of these the last, and its tool's radius, m
   double last_radius_ = 0;
-  PerTissue given_{};           // kg, to the GPU
-  double given_dropped_ = 0;    // kg, of it
+  PerTissue given_{};         // kg, to the GPU
+  double given_dropped_ = 0;  // kg, of it
   std::optional<render::ParticleCloud> cloud_;
   std::vector<debris::Newborn> newborn_;
   std::vector<float> distance_;

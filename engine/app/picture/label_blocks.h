@@ -1,5 +1,5 @@
-// Tissue labels around pieces of surface, read from the carver's volume once however many pieces look at them: in blocks
-// that know whether more than one tissue is in them. Carver's thread.
+// Tissue labels around pieces of surface, read from the carver's volume once however many pieces look at them: in
+// blocks that know whether more than one tissue is in them. Carver's thread.
 #pragma once
 
 #include <array>

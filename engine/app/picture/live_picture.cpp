@@ -18,9 +18,9 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr Nanos kReviveInterval = 10 * kNanosPerSecond;  // a device lost more often than this is broken
-constexpr Nanos kProcessorMeshInterval = 33'000'000;  // ns between looks for changed bricks, where a processor draws
-constexpr Nanos kBriefWait = 4'000'000;  // ns, between looks at what is moving
-constexpr Nanos kOwnInterval = 30'000'000;            // ns between pictures from a viewpoint of one's own
+constexpr Nanos kProcessorMeshInterval = 33'000'000;     // ns between looks for changed bricks, where a processor draws
+constexpr Nanos kBriefWait = 4'000'000;                  // ns, between looks at what is moving
+constexpr Nanos kOwnInterval = 30'000'000;               // ns between pictures from a viewpoint of one's own
 
 }  // namespace
 
@@ -45,16 +45,19 @@ void LivePicture::open(const display::DisplayRig& rig, std::vector<std::string>&
   session_.wiring.tolerance = detail_->tolerance();
   if (stage_->device().processor) session_.mesh_interval = kProcessorMeshInterval;
   explanations.push_back("drawn by " + stage_->device_name());
-  explanations.push_back(fmt::format("picture quality: begins at \"{}\"; steps down while a frame takes over {:.0f} ms, "
-                                     "up when there is room",
-                                     ladder_.step().name, 1e3 * ladder_.slow()));
-  explanations.push_back(rig.head.tracker.empty() ? "head: at rest, the rig names no tracker" : "head: " + rig.head.tracker);
+  explanations.push_back(
+      fmt::format("picture quality: begins at \"{}\"; steps down while a frame takes over {:.0f} ms, "
+                  "up when there is room",
+                  ladder_.step().name, 1e3 * ladder_.slow()));
+  explanations.push_back(rig.head.tracker.empty() ? "head: at rest, the rig names no tracker"
+                                                  : "head: " + rig.head.tracker);
   look_for_tissue();
   if (!session_.debris) return;
   debris_.emplace(scene_.servo.materials, session_.carver.volume());
   debris_->use(&stage_->device());
   suck(scene_.suction_on);
-  explanations.push_back(debris_->cloud() ? "debris: moved by the GPU" : "debris: moved by the processor, which also draws");
+  explanations.push_back(debris_->cloud() ? "debris: moved by the GPU"
+                                          : "debris: moved by the processor, which also draws");
 }
 
 void LivePicture::make(gpu::Device* device) {
@@ -212,7 +215,8 @@ void LivePicture::move_debris(double dt, WorkCounts& work) {
 void LivePicture::draw(ServoTick& tick, const std::string& hint, WorkCounts& work) {
   Wiring& wiring = session_.wiring;
   if (wiring.tick_to_render.fetch()) tick = wiring.tick_to_render.front();
-  if (frames_ > 0 && ++turns_since_first_ == 2) first_shown_ = now();  // a window shows a frame with the second poll after it
+  if (frames_ > 0 && ++turns_since_first_ == 2)
+    first_shown_ = now();  // a window shows a frame with the second poll after it
   collect();
   const double dt = to_seconds(now() - last_turn_);
   last_turn_ = now();
@@ -243,8 +247,8 @@ void LivePicture::draw(ServoTick& tick, const std::string& hint, WorkCounts& wor
   if (now() - last_turn_ < kBriefWait) std::this_thread::sleep_for(std::chrono::nanoseconds(kBriefWait));
 }
 
-/// What a frame of the trainee's says of the next: how fine, at which step of the ladder. The trainee's picture alone: what
-/// else is drawn must not cost its quality.
+/// What a frame of the trainee's says of the next: how fine, at which step of the ladder. The trainee's picture alone:
+/// what else is drawn must not cost its quality.
 void LivePicture::follow(const render::FrameStats& stats, double dt, const ServoTick& tick) {
   Wiring& wiring = session_.wiring;
   if (detail_->follow(stats.pixel, ladder_.step())) wiring.tolerance = detail_->tolerance();
@@ -256,7 +260,8 @@ void LivePicture::follow(const render::FrameStats& stats, double dt, const Servo
   const double age = zero ? std::max(to_seconds(last_turn_ - zero - tick.t), 0.0) : 0.0;
   photon_seconds_ += 0.1 * (age + took.shown - photon_seconds_);
   if (session_.record) {
-    wiring.pictures_to_recorder.push({last_turn_, dt, took.record, took.gpu, age + took.shown, stats.redrawn, ladder_.place()});
+    wiring.pictures_to_recorder.push(
+        {last_turn_, dt, took.record, took.gpu, age + took.shown, stats.redrawn, ladder_.place()});
   }
   // Composing and presenting are the processor's work, too, where it plays the GPU: frames on end show what all takes.
   const bool on_end = std::exchange(drew_last_, true) && stage_->device().processor && !options_.embedded;
@@ -284,7 +289,8 @@ void LivePicture::record_view() {
   if (!session_.head_stream || zero == 0) return;
   const display::Head& head = stage_->rig().head;
   const SeenFrom now_seen{now() - zero, head.eye_center, head.right, head.ipd, stage_->view()};
-  if (seen_ && seen_->eye_W == now_seen.eye_W && seen_->right_W == now_seen.right_W && seen_->view == now_seen.view) return;
+  if (seen_ && seen_->eye_W == now_seen.eye_W && seen_->right_W == now_seen.right_W && seen_->view == now_seen.view)
+    return;
   if (wiring.seen_to_recorder.push(now_seen)) seen_ = now_seen;
 }
 

@@ -1,5 +1,5 @@
-// What a live session shows: the trainee's picture on the rig's screen, and one from a viewpoint of one's own; the views,
-// the debris, the level of detail and the ladder of quality they share. Drawing thread only.
+// What a live session shows: the trainee's picture on the rig's screen, and one from a viewpoint of one's own; the
+// views, the debris, the level of detail and the ladder of quality they share. Drawing thread only.
 #pragma once
 
 #include <array>
@@ -20,7 +20,8 @@ namespace typodont {
 
 class LivePicture {
  public:
-  /// `above`: m, W, where the tool starts; `left_hand`: one holds the mouth mirror. All outlive this. Nothing is drawn yet.
+  /// `above`: m, W, where the tool starts; `left_hand`: one holds the mouth mirror. All outlive this. Nothing is drawn
+  /// yet.
   LivePicture(const Scene& scene, const WorkbenchOptions& options, LiveSession& session, const dvec3& above,
               bool left_hand);
   LivePicture(const LivePicture&) = delete;
@@ -57,7 +58,8 @@ class LivePicture {
   void look_from(const Viewpoint& from, glm::ivec2 pixels);
   const gpu::Image* own_picture() const { return own_stage_ && own_frames_ > 0 ? &own_stage_->pictures() : nullptr; }
 
-  /// As it looks, cut open where the bur is, as glass, against the ideal where the scene has one, and again as it looks.
+  /// As it looks, cut open where the bur is, as glass, against the ideal where the scene has one, and again as it
+  /// looks.
   void show_next_view(const ServoTick& tick);
   /// The suction on or off, where there is debris.
   void switch_suction();
@@ -92,8 +94,8 @@ class LivePicture {
   const dvec3 above_;
   const bool left_hand_;
   const display::DisplayRig* rig_ = nullptr;
-  haptics::ServoSettings shown_;  // the scene's, with tissues in the colours they are drawn in
-  Surroundings around_;           // of the tooth
+  haptics::ServoSettings shown_;             // the scene's, with tissues in the colours they are drawn in
+  Surroundings around_;                      // of the tooth
   std::optional<render::BoxInWorld> reach_;  // of the tissue
   QualityLadder ladder_;
   std::optional<Detail> detail_;  // of the tooth in the trainee's picture
@@ -103,17 +105,17 @@ class LivePicture {
   std::unique_ptr<LiveViews> views_;  // after the pictures, which they refer to
 
   Viewpoint own_from_;
-  glm::ivec2 own_size_{0};        // 0: there is none
+  glm::ivec2 own_size_{0};  // 0: there is none
   Nanos own_drawn_ = 0;
   Nanos last_turn_ = 0, last_drawn_ = 0;
-  Nanos revived_;                 // when the picture was last made anew
+  Nanos revived_;  // when the picture was last made anew
   std::uint64_t frames_ = 0, own_frames_ = 0;
   int turns_since_first_ = 0;
   Nanos first_shown_ = 0;
   double frame_seconds_ = 0, frame_period_ = 0, photon_seconds_ = 0;
-  bool drew_last_ = false;        // the last turn drew a frame
+  bool drew_last_ = false;         // the last turn drew a frame
   std::uint64_t ladder_cuts_ = 0;  // when the ladder last looked at one
-  std::optional<SeenFrom> seen_;  // as last given to the recording
+  std::optional<SeenFrom> seen_;   // as last given to the recording
 };
 
 }  // namespace typodont

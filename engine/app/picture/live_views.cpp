@@ -18,12 +18,12 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr Nanos kGiveFor = 4'000'000;               // ns a turn that pictures may be given bricks
+constexpr Nanos kGiveFor = 4'000'000;  // ns a turn that pictures may be given bricks
 constexpr Nanos kJudgeInterval = 2 * kNanosPerSecond;
 constexpr Nanos kBodiesInterval = 120'000'000;  // ns between copies: one keeps the carver from its patches for some ms
-constexpr int kNice = 5;                            // beside the hand and the picture
-constexpr double kDifferenceReach = 3e-3;            // m
-constexpr std::size_t kMostUnexplored = 600'000;     // ticks: ten minutes
+constexpr int kNice = 5;                        // beside the hand and the picture
+constexpr double kDifferenceReach = 3e-3;       // m
+constexpr std::size_t kMostUnexplored = 600'000;  // ticks: ten minutes
 
 constexpr std::array kInside = {render::kSectionFace, render::kSectionFaceAround, render::kInsidePulp,
                                 render::kInsideCaries, render::kInsideDentin};
@@ -250,7 +250,7 @@ void LiveViews::run() {
     }
 
   constexpr std::uint64_t kNever = ~std::uint64_t{0};
-  std::array<Wish, 2> shown;                               // what was last made …
+  std::array<Wish, 2> shown;                                   // what was last made …
   std::array<std::uint64_t, 2> shown_version{kNever, kNever};  // … of which tissue
   std::array<Nanos, 2> bodies_due{0, 0};
   std::uint64_t judged_version = kNever;
@@ -266,9 +266,9 @@ void LiveViews::run() {
       if (stop_) return;
       wishes = wishes_;
     }
-    if (has_ideal() && !ideal_made &&
-        std::any_of(wishes.begin(), wishes.end(),
-                    [](const Wish& w) { return w.look.view == render::View::kDifference; })) {
+    if (has_ideal() && !ideal_made && std::any_of(wishes.begin(), wishes.end(), [](const Wish& w) {
+          return w.look.view == render::View::kDifference;
+        })) {
       ideal_made = true;
       try {
         const auto own = judge ? std::nullopt : ideal_tissue(scene_, load_untouched(scene_));
@@ -284,7 +284,8 @@ void LiveViews::run() {
     for (std::size_t i = 0; i < 2; ++i) {
       const bool other = !(wishes[i] == shown[i]);
       make[i] = wishes[i].needs_bodies() && (other || (version != shown_version[i] && now() >= bodies_due[i]));
-      around[i] = other && wishes[i].look.view == render::View::kSection && wishes[i].look.surroundings && has_surroundings();
+      around[i] =
+          other && wishes[i].look.view == render::View::kSection && wishes[i].look.surroundings && has_surroundings();
       if (other && !make[i]) shown[i] = wishes[i];
     }
     const bool judging = judge && version != judged_version && now() >= judge_due;
@@ -305,7 +306,8 @@ void LiveViews::run() {
       try {
         if (!surroundings) surroundings = surroundings_shape(scene_);
         const glm::dvec4& plane = wishes[i].plane;
-        Made made{static_cast<Eyes>(i), wishes[i],
+        Made made{static_cast<Eyes>(i),
+                  wishes[i],
                   {{render::kSectionFaceAround, surroundings->section_face(dvec3(plane), -plane.w, origin_W_)}}};
         keep(std::move(made));
       } catch (const std::exception& e) {
@@ -336,7 +338,8 @@ void LiveViews::run() {
 /// In place of what was made for the same before and nobody has taken.
 void LiveViews::keep(Made made) {
   const std::lock_guard lock(mutex_);
-  std::erase_if(made_, [&](const Made& old) { return old.eyes == made.eyes && old.bodies[0].mesh == made.bodies[0].mesh; });
+  std::erase_if(made_,
+                [&](const Made& old) { return old.eyes == made.eyes && old.bodies[0].mesh == made.bodies[0].mesh; });
   made_.push_back(std::move(made));
 }
 

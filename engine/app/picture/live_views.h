@@ -1,7 +1,8 @@
 // What a session shows beyond the tooth's surface, and how it stands by the rules: section, tissues inside, difference
 // from the ideal, score so far. Made on a thread of its own from copies the carver makes for it, so that the hand never
 // waits; the bricks drawn so far are kept, so that a picture may join or be looked at otherwise at any time. The thread
-// starts when there is something for it: at once where somebody watches the score, else with the first look that needs it.
+// starts when there is something for it: at once where somebody watches the score, else with the first look that needs
+// it.
 #pragma once
 
 #include <condition_variable>
@@ -42,7 +43,8 @@ class LiveViews {
   void take(MeshBatch bricks);
   void look(Eyes eyes, const Look& look);
   const Look& look(Eyes eyes) const { return pictures_[index(eyes)].look; }
-  /// Once a turn: gives the pictures what is there for them, a few milliseconds' worth. True when one was given something.
+  /// Once a turn: gives the pictures what is there for them, a few milliseconds' worth. True when one was given
+  /// something.
   bool advance();
   /// True while a look is still being made.
   bool making(Eyes eyes) const;

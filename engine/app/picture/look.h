@@ -12,10 +12,10 @@ namespace typodont {
 /// What of the scene a picture shows. Two of these may differ at a time: the trainee's, and that of who watches.
 struct Look {
   render::View view = render::View::kLook;
-  int section_axis = 1;        // 0 x, 1 y, 2 z: what the plane of View::kSection stands across
-  double section = 0;          // m from the tooth's middle, along that axis
-  glm::dvec4 plane{0};         // the section's own plane instead, as render::Frame has it; zero: none
-  std::uint32_t hidden = 0;    // View::kLook: a bit per tissue that is left out
+  int section_axis = 1;      // 0 x, 1 y, 2 z: what the plane of View::kSection stands across
+  double section = 0;        // m from the tooth's middle, along that axis
+  glm::dvec4 plane{0};       // the section's own plane instead, as render::Frame has it; zero: none
+  std::uint32_t hidden = 0;  // View::kLook: a bit per tissue that is left out
   bool tool = true, debris = true, mirror = true, surroundings = true;
 
   bool operator==(const Look&) const = default;

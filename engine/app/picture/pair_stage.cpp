@@ -8,7 +8,9 @@ namespace typodont {
 
 namespace {
 
-glm::ivec2 half_of(glm::ivec2 screen) { return glm::max(glm::ivec2(screen.x / 2, screen.y), glm::ivec2(16)); }
+glm::ivec2 half_of(glm::ivec2 screen) {
+  return glm::max(glm::ivec2(screen.x / 2, screen.y), glm::ivec2(16));
+}
 
 }  // namespace
 
@@ -72,8 +74,9 @@ void PairStage::fit() {
                                        .usage = VK_IMAGE_USAGE_SAMPLED_BIT | VK_IMAGE_USAGE_TRANSFER_DST_BIT});
 }
 
-std::array<render::FrameStats, 2> PairStage::draw(const std::array<ServoTick, 2>& ticks, const std::array<std::span<const render::Particle>, 2>& particles,
-                     double dt, const std::array<std::string, 2>& hints) {
+std::array<render::FrameStats, 2> PairStage::draw(const std::array<ServoTick, 2>& ticks,
+                                                  const std::array<std::span<const render::Particle>, 2>& particles,
+                                                  double dt, const std::array<std::string, 2>& hints) {
   follow_size();
   bool drawn = output_->needs_frame();
   std::array<render::FrameStats, 2> stats;
@@ -87,11 +90,13 @@ std::array<render::FrameStats, 2> PairStage::draw(const std::array<ServoTick, 2>
   if (!target) return stats;
   const VkCommandBuffer commands = ring_.begin(device_);
   gpu::transition(commands, both_, VK_IMAGE_LAYOUT_UNDEFINED, VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL,
-                  VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, 0, VK_PIPELINE_STAGE_2_TRANSFER_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT);
+                  VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, 0, VK_PIPELINE_STAGE_2_TRANSFER_BIT,
+                  VK_ACCESS_2_TRANSFER_WRITE_BIT);
   for (std::uint32_t k = 0; k < 2; ++k) {
     const gpu::Image& picture = stages_[k]->pictures();
     gpu::transition(commands, picture, VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL, VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL,
-                    VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, 0, VK_PIPELINE_STAGE_2_TRANSFER_BIT, VK_ACCESS_2_TRANSFER_READ_BIT);
+                    VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, 0, VK_PIPELINE_STAGE_2_TRANSFER_BIT,
+                    VK_ACCESS_2_TRANSFER_READ_BIT);
     VkImageCopy region{};
     region.srcSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 0, 1};
     region.dstSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, 0, k, 1};
@@ -99,11 +104,12 @@ std::array<render::FrameStats, 2> PairStage::draw(const std::array<ServoTick, 2>
     vkCmdCopyImage(commands, picture.image, VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL, both_.image,
                    VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, 1, &region);
     gpu::transition(commands, picture, VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL, VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL,
-                    VK_PIPELINE_STAGE_2_TRANSFER_BIT, 0, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, VK_ACCESS_2_SHADER_READ_BIT);
+                    VK_PIPELINE_STAGE_2_TRANSFER_BIT, 0, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT,
+                    VK_ACCESS_2_SHADER_READ_BIT);
   }
   gpu::transition(commands, both_, VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL,
-                  VK_PIPELINE_STAGE_2_TRANSFER_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT, VK_PIPELINE_STAGE_2_FRAGMENT_SHADER_BIT,
-                  VK_ACCESS_2_SHADER_READ_BIT);
+                  VK_PIPELINE_STAGE_2_TRANSFER_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT,
+                  VK_PIPELINE_STAGE_2_FRAGMENT_SHADER_BIT, VK_ACCESS_2_SHADER_READ_BIT);
   compositor_->record(commands, both_, display::Layout::kSideBySide, *target, ring_.slot(), 0);
   ring_.submit(device_, target->ready, target->done);
   output_->present();

@@ -22,8 +22,9 @@ class PairStage {
 
   PictureStage& side(std::size_t which) { return *stages_[which]; }
   /// Both drawn, and shown together. What each side's picture took.
-  std::array<render::FrameStats, 2> draw(const std::array<ServoTick, 2>& ticks, const std::array<std::span<const render::Particle>, 2>& particles,
-            double dt, const std::array<std::string, 2>& hints);
+  std::array<render::FrameStats, 2> draw(const std::array<ServoTick, 2>& ticks,
+                                         const std::array<std::span<const render::Particle>, 2>& particles, double dt,
+                                         const std::array<std::string, 2>& hints);
   /// What is on the screen; only where it is not a window.
   render::Picture screen();
   display::Output& output() { return *output_; }

@@ -69,7 +69,8 @@ gpu::Device make_picture_device(const PictureStage::Options& options) {
 
 std::optional<render::BoxInWorld> tissue_reach(const Scene& scene, const haptics::TissueVolume& tissue) {
   const auto tools = haptics::tray(scene.servo);
-  const bool grows = std::any_of(tools.begin(), tools.end(), [](const haptics::Tool& tool) { return tool.fill != Tissue::kAir; });
+  const bool grows =
+      std::any_of(tools.begin(), tools.end(), [](const haptics::Tool& tool) { return tool.fill != Tissue::kAir; });
   if (grows || !scene.resume.empty()) return std::nullopt;
   glm::ivec3 lo, hi;  // with the band: some margin
   tissue.bounds(lo, hi);
@@ -79,7 +80,8 @@ std::optional<render::BoxInWorld> tissue_reach(const Scene& scene, const haptics
 void count_frame(const render::FrameStats& stats, WorkCounts& work) {
   work.passes += static_cast<std::uint64_t>(stats.passes);
   work.triangles_drawn += stats.triangles + stats.mirror_triangles;
-  work.bricks_skipped += static_cast<std::uint64_t>(stats.bricks_culled + stats.bricks_facing_away + stats.bricks_covered);
+  work.bricks_skipped +=
+      static_cast<std::uint64_t>(stats.bricks_culled + stats.bricks_facing_away + stats.bricks_covered);
   work.pipelines = std::max(work.pipelines, static_cast<std::uint64_t>(stats.pipelines));
 }
 
@@ -313,7 +315,8 @@ render::FrameStats PictureStage::draw(const ServoTick& tick, std::span<const ren
           changed[static_cast<std::size_t>(e)].push_back({b.x, b.y, b.width, b.height});
     const auto drawn = compositor_->record(commands, renderer_->pictures(), screen.layout, *target, ring_.slot(),
                                            output_->first_row(), device_.processor && !uncovered ? &changed : nullptr);
-    if (!target->memory.first) stats.passes += static_cast<int>(target->layers.size());  // in memory it is composed without
+    if (!target->memory.first)
+      stats.passes += static_cast<int>(target->layers.size());  // in memory it is composed without
     ring_.submit(device_, target->ready, target->done);
     // Recording and queueing here, drawing there, and on average half a refresh until the screen shows it.
     const auto shown = [this, began](double more) {

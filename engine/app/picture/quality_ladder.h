@@ -10,7 +10,8 @@ namespace typodont {
 class QualityLadder {
  public:
   /// `slow`: frames that take longer than this, s, step down; `quick`: shorter ones step up, later and later where the
-  /// step above proved too slow before. A little less than a thirtieth of a second, so that thirty a second are reached.
+  /// step above proved too slow before. A little less than a thirtieth of a second, so that thirty a second are
+  /// reached.
   explicit QualityLadder(double slow = kSlow, double quick = 1.0 / 90, std::size_t first = 1)
       : slow_(slow), quick_(quick), step_(first), mean_((slow + quick) / 2) {}
   /// Where a processor draws: from about what it is quick enough for, and up where a frame leaves room for the next
@@ -38,7 +39,8 @@ class QualityLadder {
 
  private:
   static constexpr double kSlow = 1.0 / 33;  // s
-  static constexpr int kFresh = 2, kHurry = 4, kSettled = 12, kTrial = 240, kFirstPatience = 60, kMostPatience = 7200;  // frames
+  static constexpr int kFresh = 2, kHurry = 4, kSettled = 12, kTrial = 240, kFirstPatience = 60,
+                       kMostPatience = 7200;  // frames
 
   bool go(std::size_t step, bool up) {
     step_ = step;

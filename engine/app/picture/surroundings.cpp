@@ -15,12 +15,12 @@ namespace typodont {
 
 namespace {
 
-constexpr double kToothVoxel = 0.15e-3, kGumVoxel = 0.36e-3;     // m: they are looked at, not worked on
+constexpr double kToothVoxel = 0.15e-3, kGumVoxel = 0.36e-3;  // m: they are looked at, not worked on
 // voxels, fine and coarse
 constexpr std::array<float, 2> kToothTolerance{0.15f, 0.45f}, kGumTolerance{0.12f, 0.30f};
-constexpr double kCoarseFrom = 45e-6;  // m
-constexpr double kRootShown = 2.5e-3;                            // m below the gum's edge; neighbours end there
-constexpr double kReach = 3e-3;                                  // m around the tooth in which its distance is known
+constexpr double kCoarseFrom = 45e-6;     // m
+constexpr double kRootShown = 2.5e-3;     // m below the gum's edge; neighbours end there
+constexpr double kReach = 3e-3;           // m around the tooth in which its distance is known
 constexpr double kGumInside = 0.4e-3;     // m, so deep does the gum reach into the working tooth, to leave no gap
 constexpr double kJawDepth = 9e-3;        // m below the gum's edge, at least
 constexpr double kCoveredBelow = 0.6e-3;  // m below its edge the gum is thick enough to hide the root
@@ -139,7 +139,9 @@ struct SurroundingsShape::Impl {
   double jaw_depth = kJawDepth, half_width = 0;
 
   explicit Impl(const SurroundingsPlan& p)
-      : plan(p), tooth(haptics::TissueVolume::load(p.volume), kReach), across(glm::cross(p.crown, p.arch)),
+      : plan(p),
+        tooth(haptics::TissueVolume::load(p.volume), kReach),
+        across(glm::cross(p.crown, p.arch)),
         middle(0.5 * (tooth.low() + tooth.high())) {
     for (const NeighbourTooth& n : plan.neighbours) copies.emplace_back(n, plan);
     if (!plan.gum) return;
@@ -214,15 +216,23 @@ SurroundingsShape::SurroundingsShape(const SurroundingsPlan& plan) : impl_(std::
 SurroundingsShape::~SurroundingsShape() = default;
 SurroundingsShape::SurroundingsShape(SurroundingsShape&&) noexcept = default;
 SurroundingsShape& SurroundingsShape::operator=(SurroundingsShape&&) noexcept = default;
-bool SurroundingsShape::has_neighbours() const { return !impl_->copies.empty(); }
-bool SurroundingsShape::has_gum() const { return impl_->plan.gum; }
+bool SurroundingsShape::has_neighbours() const {
+  return !impl_->copies.empty();
+}
+bool SurroundingsShape::has_gum() const {
+  return impl_->plan.gum;
+}
 double SurroundingsShape::neighbour(const dvec3& p_W) const {
   double nearest = 1.0;
   for (const ToothCopy& copy : impl_->copies) nearest = std::min(nearest, impl_->neighbour(copy, p_W));
   return nearest;
 }
-double SurroundingsShape::gum(const dvec3& p_W) const { return impl_->plan.gum ? impl_->gum(p_W) : 1.0; }
-double SurroundingsShape::tooth(const dvec3& p_W) const { return impl_->tooth.distance(p_W); }
+double SurroundingsShape::gum(const dvec3& p_W) const {
+  return impl_->plan.gum ? impl_->gum(p_W) : 1.0;
+}
+double SurroundingsShape::tooth(const dvec3& p_W) const {
+  return impl_->tooth.distance(p_W);
+}
 
 std::vector<render::MeshUpdate> SurroundingsShape::section_face(const dvec3& normal, double offset,
                                                                 const dvec3& origin) const {
@@ -239,12 +249,14 @@ std::vector<render::MeshUpdate> SurroundingsShape::section_face(const dvec3& nor
   // Out of sight a neighbour's surface ends soon beneath the gum; its face shows the root as far as the gum holds it.
   const auto with_root = [&](const ToothCopy& copy, const dvec3& p) {
     const double whole = copy.distance(shape.tooth, p);
-    return shape.plan.gum && whole < kToothFace ? std::min(shape.neighbour(copy, p), std::max(whole, shape.gum(p))) : whole;
+    return shape.plan.gum && whole < kToothFace ? std::min(shape.neighbour(copy, p), std::max(whole, shape.gum(p)))
+                                                : whole;
   };
   for (const ToothCopy& copy : shape.copies) {
     const auto [lo, hi] = shape.box(copy);
-    add(plane_face({normal, offset}, lo, hi, kToothFace, origin, [&](const dvec3& p) { return with_root(copy, p); },
-                   [&](const dvec3& p) { return shape.tooth.shares(copy.to_tooth(p)); }));
+    add(plane_face(
+        {normal, offset}, lo, hi, kToothFace, origin, [&](const dvec3& p) { return with_root(copy, p); },
+        [&](const dvec3& p) { return shape.tooth.shares(copy.to_tooth(p)); }));
   }
   if (!shape.plan.gum) return face;
   const auto [lo, hi] = shape.gum_box();

@@ -1,6 +1,6 @@
 // What stands around the working tooth: its neighbours and the gum. Made from the tooth's own volume when a scene asks
-// for it ("surroundings"). Drawn, and watched: a turning bur that gets into them is damage (damage.h). Not in the haptic
-// field, never cut.
+// for it ("surroundings"). Drawn, and watched: a turning bur that gets into them is damage (damage.h). Not in the
+// haptic field, never cut.
 #pragma once
 
 #include <filesystem>
@@ -40,8 +40,8 @@ struct SurroundingsPlan {
 SurroundingsPlan read_surroundings(const Json& json, const std::filesystem::path& volume,
                                    const std::filesystem::path& beside);
 
-/// The same as distances, m, negative inside; far away, or where there is none, any positive number. Several threads may
-/// ask.
+/// The same as distances, m, negative inside; far away, or where there is none, any positive number. Several threads
+/// may ask.
 class SurroundingsShape {
  public:
   /// Throws Error when the volume cannot be read.

@@ -18,8 +18,9 @@ constexpr double kDifferenceReach = 3e-3;  // m
 
 std::vector<render::MeshUpdate> section_face(const haptics::TissueVolume& volume, const dvec3& normal, double offset) {
   const ToothField field(volume);
-  return plane_face({normal, offset}, field.low(), field.high(), field.voxel(), volume.frame().origin,
-                    [&](const dvec3& p) { return field.distance(p); }, [&](const dvec3& p) { return field.shares(p); });
+  return plane_face(
+      {normal, offset}, field.low(), field.high(), field.voxel(), volume.frame().origin,
+      [&](const dvec3& p) { return field.distance(p); }, [&](const dvec3& p) { return field.shares(p); });
 }
 
 std::vector<render::MeshUpdate> tissue_inside(const haptics::TissueVolume& volume, Tissue tissue) {

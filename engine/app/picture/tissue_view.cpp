@@ -33,7 +33,8 @@ render::MeshUpdate brick_update(const glm::ivec3& key, const surface::BrickMesh*
   return update;
 }
 
-surface::WholeMesh whole_surface(const haptics::TissueVolume& volume, float tolerance, const std::function<void(double)>& progress) {
+surface::WholeMesh whole_surface(const haptics::TissueVolume& volume, float tolerance,
+                                 const std::function<void(double)>& progress) {
   const auto at = [&](double share) {
     if (progress) progress(share);
   };
@@ -54,7 +55,7 @@ surface::WholeMesh whole_surface(const haptics::TissueVolume& volume, float tole
 
 namespace {
 
-constexpr int kLook = 14;  // voxels under a corner, at most
+constexpr int kLook = 14;        // voxels under a corner, at most
 constexpr int kAnewAtOnce = 32;  // bricks: some milliseconds, so that the hand's patches are never kept waiting
 
 /// m: how deep one sees into a tissue. Enamel lets the colour of dentin and of decay through, thin dentin that of pulp.
@@ -86,7 +87,8 @@ void TissueView::look_beneath(const haptics::TissueVolume& volume, render::MeshU
     const glm::vec3 end = v.p - reach_of(v) * static_cast<float>(voxel) * v.n;
     low = glm::min(low, glm::min(v.p, end)), high = glm::max(high, glm::max(v.p, end));
   }
-  labels_.look_at(volume, glm::ivec3(glm::floor(dvec3(low) / voxel)) - 3, glm::ivec3(glm::ceil(dvec3(high) / voxel)) + 3);
+  labels_.look_at(volume, glm::ivec3(glm::floor(dvec3(low) / voxel)) - 3,
+                  glm::ivec3(glm::ceil(dvec3(high) / voxel)) + 3);
   if (labels_.only() != Tissue::kAir) return;  // nothing else shows through, and no boundary runs here
   const glm::ivec3 lo = labels_.origin();
   for (render::Vertex& v : update.vertices) {
@@ -132,7 +134,8 @@ void TissueView::look_beneath(const haptics::TissueVolume& volume, render::MeshU
       const float left = 1 - far / reach;
       v.under = found;
       v.shows = left * std::sqrt(left);
-      // Labels are whole voxels: decay within one or two of the corner is the lesion beside it, whose edge is drawn, not one beneath.
+      // Labels are whole voxels: decay within one or two of the corner is the lesion beside it, whose edge is drawn,
+      // not one beneath.
       if (found == Tissue::kCaries) v.shows *= std::clamp(0.5f * (far - 1), 0.f, 1.f);
       break;
     }

@@ -12,12 +12,14 @@
 
 namespace typodont {
 
-/// One brick as the renderer takes it; nullptr: nothing is left of it. Positions become metres from the volume's origin.
+/// One brick as the renderer takes it; nullptr: nothing is left of it. Positions become metres from the volume's
+/// origin.
 render::MeshUpdate brick_update(const glm::ivec3& key, const surface::BrickMesh* mesh, double voxel);
 
-/// The whole surface at once, corners shared. `tolerance`: how far triangles may lie from it, voxels; `progress`: told its share,
-/// 0..1; what that throws ends the work.
-surface::WholeMesh whole_surface(const haptics::TissueVolume& volume, float tolerance, const std::function<void(double)>& progress = {});
+/// The whole surface at once, corners shared. `tolerance`: how far triangles may lie from it, voxels; `progress`: told
+/// its share, 0..1; what that throws ends the work.
+surface::WholeMesh whole_surface(const haptics::TissueVolume& volume, float tolerance,
+                                 const std::function<void(double)>& progress = {});
 
 class TissueView {
  public:
@@ -42,7 +44,7 @@ class TissueView {
   FieldBrick brick_;
   bool started_ = false;
   float tolerance_;
-  bool another_tolerance_ = false;      // since the last update
+  bool another_tolerance_ = false;    // since the last update
   std::vector<glm::ivec3> outdated_;  // bricks, yet to be made with this tolerance
 };
 

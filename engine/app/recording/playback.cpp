@@ -103,12 +103,15 @@ class Side {
   void follow(const render::FrameStats& stats, const render::Quality& quality) {
     if (stats.drawn && detail_->follow(stats.pixel, quality)) player_.smooth_to(detail_->tolerance());
   }
-  std::span<const render::Particle> particles() { return debris_ ? debris_->particles() : std::span<const render::Particle>{}; }
+  std::span<const render::Particle> particles() {
+    return debris_ ? debris_->particles() : std::span<const render::Particle>{};
+  }
   std::string hint(const PlayClock& clock) const {
     const ServoTick& tick = player_.tick();
-    return fmt::format("{}{:.1f} / {:.1f} s   x{:.3g}{}{}   {}", name_, to_seconds(tick.t), player_.end(), clock.speed,
-                       clock.loop ? "   loop" : "", clock.paused ? "   paused" : "",
-                       haptics::tray(servo())[std::min<std::size_t>(tick.tool, haptics::tray(servo()).size() - 1)].name);
+    return fmt::format(
+        "{}{:.1f} / {:.1f} s   x{:.3g}{}{}   {}", name_, to_seconds(tick.t), player_.end(), clock.speed,
+        clock.loop ? "   loop" : "", clock.paused ? "   paused" : "",
+        haptics::tray(servo())[std::min<std::size_t>(tick.tool, haptics::tray(servo()).size() - 1)].name);
   }
 
  private:
@@ -127,9 +130,11 @@ class Side {
         const auto count = static_cast<double>(player_.session().cuts().size());
         plane_ = {n, -glm::dot(n, count > 0 ? middle / count : player_.tick().X_WG.p)};
         if (const auto around = surroundings_shape(player_.scene()))
-          stage_->show_inside(render::kSectionFaceAround, around->section_face(dvec3(plane_), -plane_.w, origin), origin);
+          stage_->show_inside(render::kSectionFaceAround, around->section_face(dvec3(plane_), -plane_.w, origin),
+                              origin);
       }
-      if (cuts != inside_cuts_) stage_->show_inside(render::kSectionFace, section_face(volume, dvec3(plane_), -plane_.w), origin);
+      if (cuts != inside_cuts_)
+        stage_->show_inside(render::kSectionFace, section_face(volume, dvec3(plane_), -plane_.w), origin);
       stage_->show_as(render::View::kSection, plane_);
     } else {
       if (cuts != inside_cuts_) {
@@ -180,11 +185,14 @@ class Playback {
     clock.begin = 0;
     clock.end = longest;
     clock.set_range(std::max(options.from - zero, 0.0), options.to - zero);
-    if (!(clock.to > clock.from)) throw Error("", "--from, --to", fmt::format("{} to {} s", options.from, options.to), fmt::format("a part of {:.3f} s", longest));
+    if (!(clock.to > clock.from))
+      throw Error("", "--from, --to", fmt::format("{} to {} s", options.from, options.to),
+                  fmt::format("a part of {:.3f} s", longest));
     clock.speed = options.speed;
     clock.at = options.speed < 0 ? clock.to : clock.from;
     for (const auto& side : sides_) side->show_as(options.view);
-    if (options.view != sides_[0]->view()) throw Error("", "--view", options.view, "a session whose task names an ideal");
+    if (options.view != sides_[0]->view())
+      throw Error("", "--view", options.view, "a session whose task names an ideal");
   }
 
   void draw(double dt) {
@@ -192,8 +200,9 @@ class Playback {
     const Nanos began = now();
     std::array<render::FrameStats, 2> stats;
     if (pair_) {
-      stats = pair_->draw({sides_[0]->player().tick(), sides_[1]->player().tick()}, {sides_[0]->particles(), sides_[1]->particles()}, dt,
-                  {sides_[0]->hint(clock), sides_[1]->hint(clock)});
+      stats = pair_->draw({sides_[0]->player().tick(), sides_[1]->player().tick()},
+                          {sides_[0]->particles(), sides_[1]->particles()}, dt,
+                          {sides_[0]->hint(clock), sides_[1]->hint(clock)});
     } else {
       stats[0] = stage_->draw(sides_[0]->player().tick(), sides_[0]->particles(), dt, sides_[0]->hint(clock));
     }
@@ -204,7 +213,8 @@ class Playback {
   }
   void next_view() {
     const auto now = std::find(kViews.begin(), kViews.end(), sides_[0]->view());
-    for (const auto& side : sides_) side->show_as(kViews[static_cast<std::size_t>(now - kViews.begin() + 1) % kViews.size()]);
+    for (const auto& side : sides_)
+      side->show_as(kViews[static_cast<std::size_t>(now - kViews.begin() + 1) % kViews.size()]);
   }
   render::Picture screen() { return pair_ ? pair_->screen() : stage_->screen(); }
   display::Output& output() { return pair_ ? pair_->output() : stage_->output(); }
@@ -231,7 +241,8 @@ std::vector<std::uint8_t> rgb_of(const render::Picture& picture) {
   std::vector<std::uint8_t> rgb;
   rgb.reserve(picture.rgba.size() / 4 * 3);
   for (std::size_t i = 0; i < picture.rgba.size(); i += 4)
-    rgb.insert(rgb.end(), picture.rgba.begin() + static_cast<std::ptrdiff_t>(i), picture.rgba.begin() + static_cast<std::ptrdiff_t>(i) + 3);
+    rgb.insert(rgb.end(), picture.rgba.begin() + static_cast<std::ptrdiff_t>(i),
+               picture.rgba.begin() + static_cast<std::ptrdiff_t>(i) + 3);
   return rgb;
 }
 
@@ -248,24 +259,53 @@ void show_session(const PlaybackOptions& options) {
     for (const int key : input.pressed) {
       namespace keys = display::keys;
       switch (key) {
-        case keys::kEscape: return;
+        case keys::kEscape:
+          return;
         case ' ':
-          if (clock.over) clock.seek(clock.speed < 0 ? clock.to : clock.from);
-          else clock.paused = !clock.paused;
+          if (clock.over)
+            clock.seek(clock.speed < 0 ? clock.to : clock.from);
+          else
+            clock.paused = !clock.paused;
           break;
-        case keys::kLeft: clock.seek(clock.at - kJump); break;
-        case keys::kRight: clock.seek(clock.at + kJump); break;
-        case keys::kUp: clock.faster(true); break;
-        case keys::kDown: clock.faster(false); break;
-        case keys::kHome: clock.seek(clock.from); break;
-        case keys::kEnd: clock.seek(clock.to); break;
-        case 'L': clock.loop = !clock.loop; break;
-        case 'R': clock.speed = -clock.speed; clock.over = false; break;
-        case 'V': playback.next_view(); break;
-        case '[': clock.set_range(clock.at, clock.to); break;
-        case ']': clock.set_range(clock.from, clock.at); break;
-        case keys::kBackspace: clock.set_range(clock.begin, clock.end); break;
-        default: break;
+        case keys::kLeft:
+          clock.seek(clock.at - kJump);
+          break;
+        case keys::kRight:
+          clock.seek(clock.at + kJump);
+          break;
+        case keys::kUp:
+          clock.faster(true);
+          break;
+        case keys::kDown:
+          clock.faster(false);
+          break;
+        case keys::kHome:
+          clock.seek(clock.from);
+          break;
+        case keys::kEnd:
+          clock.seek(clock.to);
+          break;
+        case 'L':
+          clock.loop = !clock.loop;
+          break;
+        case 'R':
+          clock.speed = -clock.speed;
+          clock.over = false;
+          break;
+        case 'V':
+          playback.next_view();
+          break;
+        case '[':
+          clock.set_range(clock.at, clock.to);
+          break;
+        case ']':
+          clock.set_range(clock.from, clock.at);
+          break;
+        case keys::kBackspace:
+          clock.set_range(clock.begin, clock.end);
+          break;
+        default:
+          break;
       }
     }
     const double dt = std::min(to_seconds(now() - last), 0.25);

@@ -1,5 +1,5 @@
-// Recorded sessions shown: in a window, where one can seek, slow down, loop and look at the same hand with other eyes; or
-// as a film. One session, or two beside each other. Drawing thread.
+// Recorded sessions shown: in a window, where one can seek, slow down, loop and look at the same hand with other eyes;
+// or as a film. One session, or two beside each other. Drawing thread.
 #pragma once
 
 #include <filesystem>
@@ -14,16 +14,16 @@ class Progress;
 
 struct PlaybackOptions {
   std::filesystem::path session;
-  std::filesystem::path beside;   // another one of the same work, at its right; empty: alone
-  std::string rig;                // file, or the name of one in assets/rigs; empty: window, and closeup for a film
-  std::optional<dvec3> eye_W;     // m, between the eyes; else the rig's
-  std::optional<double> ipd;      // m
-  double from = -1, to = 1e18;    // s of the recording
-  double speed = 1;               // negative: backwards
-  int loops = 1;                  // of a film; in a window 0 plays once, anything else for ever
+  std::filesystem::path beside;  // another one of the same work, at its right; empty: alone
+  std::string rig;               // file, or the name of one in assets/rigs; empty: window, and closeup for a film
+  std::optional<dvec3> eye_W;    // m, between the eyes; else the rig's
+  std::optional<double> ipd;     // m
+  double from = -1, to = 1e18;   // s of the recording
+  double speed = 1;              // negative: backwards
+  int loops = 1;                 // of a film; in a window 0 plays once, anything else for ever
   double fps = 30;
-  std::string view = "look";      // look, section, xray, difference
-  std::filesystem::path film;     // .mp4; empty: a window
+  std::string view = "look";   // look, section, xray, difference
+  std::filesystem::path film;  // .mp4; empty: a window
   int monitor = -1;
 };
 

@@ -101,8 +101,10 @@ void SessionPlayer::seek(double seconds) {
   if (back) go_back(t);
   go_on(t);
   if (back) fresh_.clear();
-  if (block_.empty() || block_.front().t > t || block_.back().t <= t) block_ = session_.ticks(place_of_tick_at(session_, t), kBlock);
-  const auto after = std::upper_bound(block_.begin(), block_.end(), t, [](Nanos v, const ServoTick& tick) { return v < tick.t; });
+  if (block_.empty() || block_.front().t > t || block_.back().t <= t)
+    block_ = session_.ticks(place_of_tick_at(session_, t), kBlock);
+  const auto after =
+      std::upper_bound(block_.begin(), block_.end(), t, [](Nanos v, const ServoTick& tick) { return v < tick.t; });
   tick_ = after == block_.begin() ? block_.front() : *(after - 1);
 }
 

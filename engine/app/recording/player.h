@@ -47,9 +47,9 @@ class SessionPlayer {
   /// What has to be taken back to go back.
   struct Done {
     enum class Kind { kStroke, kUndo, kRedo } kind;
-    std::size_t first;   // of deeds_
-    std::size_t strokes; // in the tissue once it was begun
-    bool forgets;        // strokes that were undone: no way back
+    std::size_t first;    // of deeds_
+    std::size_t strokes;  // in the tissue once it was begun
+    bool forgets;         // strokes that were undone: no way back
   };
   void from_the_start();
   void go_back(Nanos t);
@@ -71,12 +71,12 @@ class SessionPlayer {
 
 /// Where playing stands: seeking, speed, a loop. Pure.
 struct PlayClock {
-  double begin = 0, end = 1;     // s, of what can be played
-  double from = 0, to = 1;       // s, of the loop
-  double at = 0;                 // s
-  double speed = 1;              // negative: backwards
+  double begin = 0, end = 1;  // s, of what can be played
+  double from = 0, to = 1;    // s, of the loop
+  double at = 0;              // s
+  double speed = 1;           // negative: backwards
   bool paused = false, loop = false;
-  bool over = false;             // came to its end, which a loop never does
+  bool over = false;  // came to its end, which a loop never does
 
   void set_range(double a, double b);
   /// `dt` seconds pass for who watches.

@@ -60,7 +60,8 @@ Scene scene_of(const session::SessionReader& session) {
   return parse_scene(Json::parse(header.scene_json, session.file().string() + " (scene)"), scene_file);
 }
 
-haptics::TissueVolume tissue_at(const session::SessionReader& session, const Scene& scene, haptics::TissueVolume start, Nanos t) {
+haptics::TissueVolume tissue_at(const session::SessionReader& session, const Scene& scene, haptics::TissueVolume start,
+                                Nanos t) {
   haptics::Carver carver(std::move(start), haptics::tray(scene.servo));
   const std::vector<StrokeEdit> edits = edits_of(session);
   auto edit = edits.begin();
@@ -74,7 +75,8 @@ haptics::TissueVolume tissue_at(const session::SessionReader& session, const Sce
   return std::move(carver.volume());
 }
 
-haptics::TissueVolume tissue_at_end(const session::SessionReader& session, const Scene& scene, haptics::TissueVolume start) {
+haptics::TissueVolume tissue_at_end(const session::SessionReader& session, const Scene& scene,
+                                    haptics::TissueVolume start) {
   return tissue_at(session, scene, std::move(start), std::numeric_limits<Nanos>::max());
 }
 
@@ -98,8 +100,8 @@ ReplayResult replay_session(const std::filesystem::path& session_file, const std
   const Scene scene = scene_of(session);
 
   haptics::Carver carver(load_tissue(scene), haptics::tray(scene.servo));
-  const haptics::ServoSettings settings = servo_settings(scene, carver.volume(), header.servo_rate, header.vibration_band,
-                                                        header.position_step, header.gives_torque);
+  const haptics::ServoSettings settings = servo_settings(
+      scene, carver.volume(), header.servo_rate, header.vibration_band, header.position_step, header.gives_torque);
   haptics::Servo servo(settings, haptics::patch_edge_for(haptics::tray(settings), settings.frame.voxel));
   haptics::SurfacePatch spare;
   spare.resize(servo.patch().n);
@@ -135,10 +137,12 @@ ReplayResult replay_session(const std::filesystem::path& session_file, const std
       }
       ServoTick tick;
       Cut cut;
-      if (servo.tick({recorded.t, recorded.X_WT, recorded.pedal, recorded.tool, recorded.faults}, tick, cut)) waiting.push_back(cut);
+      if (servo.tick({recorded.t, recorded.X_WT, recorded.pedal, recorded.tool, recorded.faults}, tick, cut))
+        waiting.push_back(cut);
       session::add_forces(force_hash, {&tick, 1});
-      const bool same = same_bits(tick.f_T_W, recorded.f_T_W) && same_bits(torque_as_recorded(tick.tau_T_W), recorded.tau_T_W) &&
-                        tick.cuts == recorded.cuts && tick.tool == recorded.tool;
+      const bool same = same_bits(tick.f_T_W, recorded.f_T_W) &&
+                        same_bits(torque_as_recorded(tick.tau_T_W), recorded.tau_T_W) && tick.cuts == recorded.cuts &&
+                        tick.tool == recorded.tool;
       if (!same && result.identical) {
         result.identical = false;
         result.first_difference = recorded.index;
@@ -160,7 +164,8 @@ ReplayResult replay_session(const std::filesystem::path& session_file, const std
     result.identical = false;
     result.what_differs = "the tissue at the end";
   }
-  if (!result.identical && session.lost().any()) result.what_differs += "; the recording lacks " + in_words(session.lost());
+  if (!result.identical && session.lost().any())
+    result.what_differs += "; the recording lacks " + in_words(session.lost());
   return result;
 }
 
@@ -206,7 +211,8 @@ RerunResult rerun_session(const session::SessionReader& session, const Scene& sc
         writer->append({&tick, 1});
         notes.add(tick, *writer);
       }
-      const double off = glm::length(tick.f_T_W - recorded.f_T_W), tool_off = glm::length(tick.X_WG.p - recorded.X_WG.p);
+      const double off = glm::length(tick.f_T_W - recorded.f_T_W),
+                   tool_off = glm::length(tick.X_WG.p - recorded.X_WG.p);
       force2 += off * off, tool2 += tool_off * tool_off;
       result.force_off_max = std::max(result.force_off_max, off);
       result.tool_off_max = std::max(result.tool_off_max, tool_off);

@@ -46,9 +46,12 @@ RerunResult rerun_session(const session::SessionReader& session, const Scene& sc
 /// The scene a session was made with. Throws Error where its tissue is not there or has changed.
 Scene scene_of(const session::SessionReader& session);
 
-/// The tissue as it was at a moment of a session, from the tissue its scene begins with and its cuts; and as it was left.
-haptics::TissueVolume tissue_at(const session::SessionReader& session, const Scene& scene, haptics::TissueVolume start, Nanos t);
-haptics::TissueVolume tissue_at_end(const session::SessionReader& session, const Scene& scene, haptics::TissueVolume start);
+/// The tissue as it was at a moment of a session, from the tissue its scene begins with and its cuts; and as it was
+/// left.
+haptics::TissueVolume tissue_at(const session::SessionReader& session, const Scene& scene, haptics::TissueVolume start,
+                                Nanos t);
+haptics::TissueVolume tissue_at_end(const session::SessionReader& session, const Scene& scene,
+                                    haptics::TissueVolume start);
 
 /// The last tick not after t, and its place among all; the first where there is none before. The session has ticks.
 std::uint64_t place_of_tick_at(const session::SessionReader& session, Nanos t);

@@ -30,7 +30,8 @@ haptics::TissueVolume resumed_tissue(const Scene& scene, const haptics::TissueVo
   const VoxelFrame &is = tissue.frame(), &expected = untouched.frame();
   if (std::abs(is.voxel - expected.voxel) > 1e-9 || glm::length(is.origin - expected.origin) > 1e-6) {
     const auto words = [](const VoxelFrame& f) {
-      return fmt::format("voxels of {:.4f} mm from ({:.3f}, {:.3f}, {:.3f}) mm", f.voxel * 1e3, f.origin.x * 1e3, f.origin.y * 1e3, f.origin.z * 1e3);
+      return fmt::format("voxels of {:.4f} mm from ({:.3f}, {:.3f}, {:.3f}) mm", f.voxel * 1e3, f.origin.x * 1e3,
+                         f.origin.y * 1e3, f.origin.z * 1e3);
     };
     throw Error(file.string(), "", words(is), words(expected) + ", as the scene's tissue has them");
   }

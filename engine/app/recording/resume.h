@@ -1,5 +1,5 @@
-// Going on with a half-done preparation: from a saved volume, or from where a recorded session ended. What counts as the
-// untouched tissue stays the scene's own.
+// Going on with a half-done preparation: from a saved volume, or from where a recorded session ended. What counts as
+// the untouched tissue stays the scene's own.
 #pragma once
 
 #include <filesystem>
@@ -19,8 +19,8 @@ Scene with_resume(const Scene& scene, const std::filesystem::path& file);
 /// not of this scene's tissue.
 haptics::TissueVolume resumed_tissue(const Scene& scene, const haptics::TissueVolume& untouched);
 
-/// What a recording says of a stroke taken back or brought again, and the way back; nothing for other events. Throws Error
-/// when the event's text is damaged.
+/// What a recording says of a stroke taken back or brought again, and the way back; nothing for other events. Throws
+/// Error when the event's text is damaged.
 session::SessionEvent event_of(const StrokeEdit& edit);
 std::optional<StrokeEdit> edit_of(const session::SessionEvent& event);
 

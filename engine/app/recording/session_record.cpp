@@ -27,15 +27,18 @@ session::SessionHeader session_header(const Scene& scene, const std::filesystem:
   }
   const auto add_meshes = [&](const Json& solids) {
     for (const std::string& mesh : haptics::mesh_files(solids)) {
-      header.files.push_back(session::describe_file(std::filesystem::absolute(find_file(mesh, scene.file.parent_path()))));
+      header.files.push_back(
+          session::describe_file(std::filesystem::absolute(find_file(mesh, scene.file.parent_path()))));
     }
   };
   add_meshes(*scene.tissue);
   for (const Json& item : scene.paint) add_meshes(item);
   for (const Json& item : scene.prepare) add_meshes(item);
-  if (!scene.paint_file.empty()) header.files.push_back(session::describe_file(std::filesystem::absolute(scene.paint_file)));
+  if (!scene.paint_file.empty())
+    header.files.push_back(session::describe_file(std::filesystem::absolute(scene.paint_file)));
   if (!scene.resume.empty()) {
-    header.files.push_back(session::describe_file(std::filesystem::absolute(find_file(scene.resume, scene.file.parent_path()))));
+    header.files.push_back(
+        session::describe_file(std::filesystem::absolute(find_file(scene.resume, scene.file.parent_path()))));
   }
   if (!rig_file.empty()) {
     header.rig_json = Json::load(rig_file).text();
@@ -52,15 +55,26 @@ session::StreamSpec left_hand_stream() {
 
 session::StreamSpec head_stream() {
   return {"head",
-          {{"eye_x_m", "m"}, {"eye_y_m", "m"}, {"eye_z_m", "m"}, {"right_x", ""}, {"right_y", ""}, {"right_z", ""}, {"ipd_m", "m"}, {"view", ""}}};
+          {{"eye_x_m", "m"},
+           {"eye_y_m", "m"},
+           {"eye_z_m", "m"},
+           {"right_x", ""},
+           {"right_y", ""},
+           {"right_z", ""},
+           {"ipd_m", "m"},
+           {"view", ""}}};
 }
 
 std::string_view view_name(render::View view) noexcept {
   switch (view) {
-    case render::View::kSection: return "section";
-    case render::View::kXray: return "xray";
-    case render::View::kDifference: return "difference";
-    case render::View::kLook: break;
+    case render::View::kSection:
+      return "section";
+    case render::View::kXray:
+      return "xray";
+    case render::View::kDifference:
+      return "difference";
+    case render::View::kLook:
+      break;
   }
   return "look";
 }
@@ -79,8 +93,8 @@ session::StreamSpec sound_stream() {
 
 namespace {
 
-constexpr Nanos kSoundEvery = 10'000'000;               // ns
-constexpr Nanos kFaultAgain = kNanosPerSecond;          // a fault that was away for less has not begun anew
+constexpr Nanos kSoundEvery = 10'000'000;       // ns
+constexpr Nanos kFaultAgain = kNanosPerSecond;  // a fault that was away for less has not begun anew
 
 std::vector<bool> that_turn(const Scene& scene) {
   std::vector<bool> turn;
@@ -111,8 +125,9 @@ void TickNotes::add(const ServoTick& tick, session::SessionWriter& writer, doubl
     const audio::SoundState s = voice_.state_of(tick);
     if (first_ || tick.t - sounded_ >= kSoundEvery) {
       sounded_ = tick.t;
-      writer.append(*sound_, tick.t, std::array{s.spindle, s.pedal, s.contact_area, s.force, s.removal_rate, s.slip_speed,
-                                                static_cast<double>(s.tissue), sound_latency});
+      writer.append(*sound_, tick.t,
+                    std::array{s.spindle, s.pedal, s.contact_area, s.force, s.removal_rate, s.slip_speed,
+                               static_cast<double>(s.tissue), sound_latency});
     }
   }
   first_ = false;

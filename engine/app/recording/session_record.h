@@ -31,8 +31,8 @@ std::string_view view_name(render::View view) noexcept;
 /// What the synthesizer was given, a hundred times a second.
 session::StreamSpec sound_stream();
 
-/// What a recording says beside its ticks, and read from them: tools taken up, faults that begin, what the sound was made
-/// of. Feed it every tick in order. The recorder's thread.
+/// What a recording says beside its ticks, and read from them: tools taken up, faults that begin, what the sound was
+/// made of. Feed it every tick in order. The recorder's thread.
 class TickNotes {
  public:
   /// `sound`: the stream it goes to; nothing where there is no sound.

@@ -66,8 +66,8 @@ namespace {
 
 /// Those that `wanted` says, by what their files hold; not this one, and not what is no session.
 template <typename Wanted>
-std::vector<session::SessionSummary> others_in(const std::filesystem::path& folder, const session::SessionReader& session,
-                                               const Wanted& wanted) {
+std::vector<session::SessionSummary> others_in(const std::filesystem::path& folder,
+                                               const session::SessionReader& session, const Wanted& wanted) {
   std::vector<session::SessionSummary> others;
   std::error_code code;
   for (const auto& entry : std::filesystem::directory_iterator(folder, code)) {
@@ -103,7 +103,8 @@ std::vector<session::SessionSummary> sessions_in(const std::filesystem::path& fo
     }
   }
   if (!sessions.empty()) return sessions;
-  throw Error(folder.string(), "", files.empty() ? "a folder without sessions" : "no session that can be read", "sessions (.h5)");
+  throw Error(folder.string(), "", files.empty() ? "a folder without sessions" : "no session that can be read",
+              "sessions (.h5)");
 }
 
 std::vector<session::SessionSummary> earlier_sessions(const std::filesystem::path& folder,
@@ -119,7 +120,8 @@ std::vector<session::SessionSummary> earlier_sessions(const std::filesystem::pat
 std::optional<session::SessionSummary> expert_session(const std::filesystem::path& folder,
                                                       const session::SessionReader& session) {
   const session::SessionSummary own = session::summarize(session);
-  const auto same = others_in(folder, session, [&](const session::SessionSummary& other) { return other.scene == own.scene; });
+  const auto same =
+      others_in(folder, session, [&](const session::SessionSummary& other) { return other.scene == own.scene; });
   if (same.empty()) return std::nullopt;
   return summary_of(session::SessionReader(folder / same.back().file));
 }

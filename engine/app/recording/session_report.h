@@ -11,15 +11,15 @@ namespace typodont {
 
 class Progress;
 
-/// Everything the report shows beyond the file itself. Where the tissue is not at hand, the volumes in the file are all,
-/// and a message says so.
+/// Everything the report shows beyond the file itself. Where the tissue is not at hand, the volumes in the file are
+/// all, and a message says so.
 session::ReportOptions report_of(const session::SessionReader& session);
 
 /// The score as report_of has it, without pictures.
 session::SessionSummary summary_of(const session::SessionReader& session);
 
-/// Of all sessions in `folder`, by their files' names; what cannot be read is left out, and said. Throws Error where there is
-/// none, Cancelled.
+/// Of all sessions in `folder`, by their files' names; what cannot be read is left out, and said. Throws Error where
+/// there is none, Cancelled.
 std::vector<session::SessionSummary> sessions_in(const std::filesystem::path& folder, Progress& progress);
 
 /// Sessions in `folder` of the same scene and trainee, made before this one; oldest first. What is no session is passed

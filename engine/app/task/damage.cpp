@@ -9,13 +9,15 @@ namespace typodont {
 
 namespace {
 
-constexpr double kCell = 0.1e-3;   // m
-constexpr double kMoved = 0.01e-3; // m of way, of any part of the head, after which it is looked at again
-constexpr double kSlack = 0.01e-3; // m, more than the fields' own error: touching is not yet damage
+constexpr double kCell = 0.1e-3;    // m
+constexpr double kMoved = 0.01e-3;  // m of way, of any part of the head, after which it is looked at again
+constexpr double kSlack = 0.01e-3;  // m, more than the fields' own error: touching is not yet damage
 
 std::uint64_t cell_of(const dvec3& p_W) {
   constexpr double kHalf = 1 << 20;
-  const auto at = [](double v) { return static_cast<std::uint64_t>(std::clamp(std::floor(v / kCell) + kHalf, 0.0, 2 * kHalf - 1)); };
+  const auto at = [](double v) {
+    return static_cast<std::uint64_t>(std::clamp(std::floor(v / kCell) + kHalf, 0.0, 2 * kHalf - 1));
+  };
   return at(p_W.x) << 42 | at(p_W.y) << 21 | at(p_W.z);
 }
 
@@ -41,7 +43,8 @@ void DamageMeter::add(std::span<const ServoTick> ticks) {
 void DamageMeter::sweep(const ServoTick& tick, const Head& head) {
   const std::size_t before = neighbour_.size() + gum_.size();
   const glm::dmat3 R_TW = glm::transpose(glm::dmat3(tick.X_WG.R));
-  const glm::ivec3 lo(glm::floor((tick.X_WG.p - head.reach) / kCell)), hi(glm::floor((tick.X_WG.p + head.reach) / kCell));
+  const glm::ivec3 lo(glm::floor((tick.X_WG.p - head.reach) / kCell)),
+      hi(glm::floor((tick.X_WG.p + head.reach) / kCell));
   for (int x = lo.x; x <= hi.x; ++x) {
     for (int y = lo.y; y <= hi.y; ++y) {
       for (int z = lo.z; z <= hi.z; ++z) {
@@ -49,7 +52,8 @@ void DamageMeter::sweep(const ServoTick& tick, const Head& head) {
         if (head.field.distance(R_TW * (p_W - tick.X_WG.p)) > 0) continue;
         if (shape_.neighbour(p_W) < -kSlack) {
           neighbour_.insert(cell_of(p_W));
-        } else if (shape_.gum(p_W) < -kSlack && shape_.tooth(p_W) > kSlack) {  // the gum reaches into the tooth it hides
+        } else if (shape_.gum(p_W) < -kSlack &&
+                   shape_.tooth(p_W) > kSlack) {  // the gum reaches into the tooth it hides
           gum_.insert(cell_of(p_W));
         }
       }

@@ -1,6 +1,6 @@
-// What a bur does to what it should not touch: the neighbouring teeth and the gum of a scene's surroundings, which are not
-// in the haptic field. Found from the ticks alone, so a recording says it again: the turning head, as it is drawn, swept
-// through their field. A scene without surroundings pays nothing; away from them a tick costs two distances.
+// What a bur does to what it should not touch: the neighbouring teeth and the gum of a scene's surroundings, which are
+// not in the haptic field. Found from the ticks alone, so a recording says it again: the turning head, as it is drawn,
+// swept through their field. A scene without surroundings pays nothing; away from them a tick costs two distances.
 #pragma once
 
 #include <memory>

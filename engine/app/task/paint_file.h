@@ -1,6 +1,7 @@
 // Tissue painted by hand: strokes of a round brush, kept in a file that scenes name.
 //
-//   { "strokes": [ { "tissue": "caries", "a_mm": [7, 6, 19], "b_mm": [7.2, 6, 18.5], "radius_mm": 0.4, "stiffness_factor": 0.8 } ] }
+//   { "strokes": [ { "tissue": "caries", "a_mm": [7, 6, 19], "b_mm": [7.2, 6, 18.5], "radius_mm": 0.4,
+//   "stiffness_factor": 0.8 } ] }
 #pragma once
 
 #include <filesystem>
@@ -27,7 +28,8 @@ std::vector<PaintStroke> read_paint(const std::filesystem::path& file);
 /// In their order: later strokes cover earlier ones.
 void paint(haptics::TissueVolume& volume, const std::vector<PaintStroke>& strokes);
 
-/// A tissue has one stiffness wherever it is: the mean of its strokes' factors, by their volume. 1 where none painted it.
+/// A tissue has one stiffness wherever it is: the mean of its strokes' factors, by their volume. 1 where none painted
+/// it.
 double stiffness_factor(const std::vector<PaintStroke>& strokes, Tissue tissue);
 
 }  // namespace typodont

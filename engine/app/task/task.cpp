@@ -42,7 +42,8 @@ std::vector<float> label_distance(const DenseCopy& copy, const std::vector<Tissu
           lo[axis] = std::max(0, lo[axis] - 1);
           hi[axis] = std::min(n[axis] - 1, hi[axis] + 1);
           blurred[copy.field.at(x, y, z)] = (marked[copy.field.at(lo.x, lo.y, lo.z)] + marked[copy.field.at(x, y, z)] +
-                                             marked[copy.field.at(hi.x, hi.y, hi.z)]) / 3;
+                                             marked[copy.field.at(hi.x, hi.y, hi.z)]) /
+                                            3;
         }
       }
     }
@@ -237,7 +238,9 @@ session::Preparation TaskJudge::preparation(const haptics::TissueVolume& after) 
     glm::ivec3 a, b;
     other.bounds(a, b);
     if (a.x > b.x) return;
-    const auto to_start = [&](const glm::ivec3& v) { return glm::round(start_.frame().to_voxels(other.frame().to_world(dvec3(v)))); };
+    const auto to_start = [&](const glm::ivec3& v) {
+      return glm::round(start_.frame().to_voxels(other.frame().to_world(dvec3(v))));
+    };
     lo = glm::min(lo, glm::ivec3(to_start(a)));
     hi = glm::max(hi, glm::ivec3(to_start(b)));
   };
@@ -261,7 +264,8 @@ session::Preparation TaskJudge::preparation(const haptics::TissueVolume& after) 
   return cropped(in);
 }
 
-std::optional<session::Preparation> TaskJudge::judge(const haptics::TissueVolume& after, session::ScoreInput& input) const {
+std::optional<session::Preparation> TaskJudge::judge(const haptics::TissueVolume& after,
+                                                     session::ScoreInput& input) const {
   if (task_ && task_->explore) return std::nullopt;
   session::Preparation in = preparation(after);
   session::CavityAndIdeal measured = session::measure_against_ideal(in);
@@ -287,12 +291,14 @@ JudgedSession judge_session(const session::SessionReader& session) {
   std::optional<session::Preparation> preparation = judge.judge(after, input);
   if (auto meter = judge.explore_meter()) {
     constexpr std::uint64_t kPieceTicks = 8192;  // read at a time
-    for (std::uint64_t first = 0; first < session.tick_count(); first += kPieceTicks) meter->add(session.ticks(first, kPieceTicks));
+    for (std::uint64_t first = 0; first < session.tick_count(); first += kPieceTicks)
+      meter->add(session.ticks(first, kPieceTicks));
     input.explore = meter->result();
   }
   if (auto meter = damage_meter(scene)) {
     constexpr std::uint64_t kPieceTicks = 8192;  // read at a time
-    for (std::uint64_t first = 0; first < session.tick_count(); first += kPieceTicks) meter->add(session.ticks(first, kPieceTicks));
+    for (std::uint64_t first = 0; first < session.tick_count(); first += kPieceTicks)
+      meter->add(session.ticks(first, kPieceTicks));
     input.damage = meter->result();
   }
   const Json json = Json::parse(scene.text, session.file().string() + ": scene");

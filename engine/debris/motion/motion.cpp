@@ -32,8 +32,9 @@ inline float reciprocal_root(float a) {
   return guess * (1.5f - 0.5f * a * guess * guess);
 }
 
-/// 1/s: air that `pull`, strength/r³, draws goes at so much times its way to the sink on the mean of a step. Since r³ falls
-/// by 3·strength·dt it should be (1 − ∛(1 − 3q))/dt, q = pull·dt: this is, to the second power of q, and ends at the sink.
+/// 1/s: air that `pull`, strength/r³, draws goes at so much times its way to the sink on the mean of a step. Since r³
+/// falls by 3·strength·dt it should be (1 − ∛(1 − 3q))/dt, q = pull·dt: this is, to the second power of q, and ends at
+/// the sink.
 inline float drawn_at(float pull, float dt) {
   return pull * dt < 1.0f / 3 ? pull * (1 + 2 * dt * pull) : 1 / dt;
 }

@@ -47,13 +47,17 @@ void between(const std::uint8_t* __restrict a, const std::uint8_t* __restrict b,
 
 /// Red from one row, green and blue from the other.
 TYPODONT_VERSIONS
-void mix_colors(const std::uint32_t* __restrict red, const std::uint32_t* __restrict cyan, std::uint32_t* __restrict out,
-                int count) {
+void mix_colors(const std::uint32_t* __restrict red, const std::uint32_t* __restrict cyan,
+                std::uint32_t* __restrict out, int count) {
   for (int i = 0; i < count; ++i) out[i] = (red[i] & 0x00ff0000) | (cyan[i] & 0xff00ffff);
 }
 
-std::uint8_t* bytes(std::uint32_t* p) { return reinterpret_cast<std::uint8_t*>(p); }
-const std::uint8_t* bytes(const std::uint32_t* p) { return reinterpret_cast<const std::uint8_t*>(p); }
+std::uint8_t* bytes(std::uint32_t* p) {
+  return reinterpret_cast<std::uint8_t*>(p);
+}
+const std::uint8_t* bytes(const std::uint32_t* p) {
+  return reinterpret_cast<const std::uint8_t*>(p);
+}
 
 }  // namespace
 

@@ -30,6 +30,8 @@ inline Place place_of(int eye, Layout how, const ivec2& target) {
   return place;
 }
 /// Of a layout whose eyes have places of their own.
-constexpr bool two_places(Layout layout) { return mix_of(layout) == Mix::kOneEye && layout != Layout::kMono; }
+constexpr bool two_places(Layout layout) {
+  return mix_of(layout) == Mix::kOneEye && layout != Layout::kMono;
+}
 
 }  // namespace typodont::display

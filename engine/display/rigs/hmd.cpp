@@ -27,7 +27,8 @@ using namespace std::chrono_literals;
 
 constexpr double kNear = 0.02, kFar = 30;  // m, D
 constexpr XrViewConfigurationType kStereo = XR_VIEW_CONFIGURATION_TYPE_PRIMARY_STEREO;
-constexpr XrSpaceLocationFlags kLocated = XR_SPACE_LOCATION_ORIENTATION_VALID_BIT | XR_SPACE_LOCATION_POSITION_VALID_BIT;
+constexpr XrSpaceLocationFlags kLocated =
+    XR_SPACE_LOCATION_ORIENTATION_VALID_BIT | XR_SPACE_LOCATION_POSITION_VALID_BIT;
 constexpr XrViewStateFlags kViewsValid = XR_VIEW_STATE_ORIENTATION_VALID_BIT | XR_VIEW_STATE_POSITION_VALID_BIT;
 
 /// A frame whose poses can be judged once its time has come.
@@ -58,7 +59,8 @@ class OpenXrHmd final : public Hmd {
       return result;
     };
     options.choose_physical = [this](VkInstance instance) {
-      const XrVulkanGraphicsDeviceGetInfoKHR get{XR_TYPE_VULKAN_GRAPHICS_DEVICE_GET_INFO_KHR, nullptr, system_, instance};
+      const XrVulkanGraphicsDeviceGetInfoKHR get{XR_TYPE_VULKAN_GRAPHICS_DEVICE_GET_INFO_KHR, nullptr, system_,
+                                                 instance};
       VkPhysicalDevice physical = VK_NULL_HANDLE;
       api.call("xrGetVulkanGraphicsDevice2KHR", api.GetVulkanGraphicsDevice2KHR, api.instance(), &get, &physical);
       return physical;
@@ -75,8 +77,12 @@ class OpenXrHmd final : public Hmd {
 
   void begin(gpu::Device& device, const dvec3& work_W) override {
     placement_.emplace(rig_, work_W);
-    const XrGraphicsBindingVulkanKHR binding{XR_TYPE_GRAPHICS_BINDING_VULKAN_KHR, nullptr,       device.instance,
-                                             device.physical,                     device.device, device.queue_family,
+    const XrGraphicsBindingVulkanKHR binding{XR_TYPE_GRAPHICS_BINDING_VULKAN_KHR,
+                                             nullptr,
+                                             device.instance,
+                                             device.physical,
+                                             device.device,
+                                             device.queue_family,
                                              0};
     const XrSessionCreateInfo info{XR_TYPE_SESSION_CREATE_INFO, &binding, 0, system_};
     api.call("xrCreateSession", api.CreateSession, api.instance(), &info, &session_);
@@ -85,9 +91,9 @@ class OpenXrHmd final : public Hmd {
     choose_blend();
     choose_refresh_rate();
     input_ = std::make_unique<Input>(api, session_);
-    explain(fmt::format("headset depth: {}", wants_depth()           ? "handed over"
-                                             : !rig_.depth           ? "off in the rig"
-                                                                     : "not taken by the runtime"));
+    explain(fmt::format("headset depth: {}", wants_depth() ? "handed over"
+                                             : !rig_.depth ? "off in the rig"
+                                                           : "not taken by the runtime"));
     explain(fmt::format("headset hidden area: {}",
                         api.has(XR_KHR_VISIBILITY_MASK_EXTENSION_NAME) ? "left out" : "not told by the runtime"));
   }
@@ -98,7 +104,8 @@ class OpenXrHmd final : public Hmd {
       if (!poll()) throw Error("OpenXR", name_, "the session was ended before it began", "a headset that is worn");
       if (running_) return;
       if (now() > until)
-        throw Error("OpenXR", name_, fmt::format("asleep for {:g} s", rig_.wait), "a headset that is switched on and worn");
+        throw Error("OpenXR", name_, fmt::format("asleep for {:g} s", rig_.wait),
+                    "a headset that is switched on and worn");
       std::this_thread::sleep_for(10ms);
     }
   }
@@ -145,8 +152,8 @@ class OpenXrHmd final : public Hmd {
     shown_.time = display_time_;
     shown_.timing.t = now();
     if (last_display_time_ && state.predictedDisplayPeriod > 0) {
-      const double periods = static_cast<double>(display_time_ - last_display_time_) /
-                             static_cast<double>(state.predictedDisplayPeriod);
+      const double periods =
+          static_cast<double>(display_time_ - last_display_time_) / static_cast<double>(state.predictedDisplayPeriod);
       shown_.timing.missed = std::max(0, static_cast<int>(std::lround(std::min(periods, 1e6))) - 1);
     }
     last_display_time_ = display_time_;
@@ -212,12 +219,9 @@ class OpenXrHmd final : public Hmd {
       }
       layers.push_back(reinterpret_cast<const XrCompositionLayerBaseHeader*>(&projection));
     }
-    const XrFrameEndInfo info{XR_TYPE_FRAME_END_INFO,
-                              nullptr,
-                              display_time_,
-                              blend_,
-                              static_cast<std::uint32_t>(layers.size()),
-                              layers.data()};
+    const XrFrameEndInfo info{
+        XR_TYPE_FRAME_END_INFO, nullptr, display_time_, blend_, static_cast<std::uint32_t>(layers.size()),
+        layers.data()};
     api.call("xrEndFrame", api.EndFrame, session_, &info);
     const Nanos done = now();
     shown_.timing.drawn = frame.draw;
@@ -262,9 +266,9 @@ class OpenXrHmd final : public Hmd {
         "xrEnumerateViewConfigurations", api.EnumerateViewConfigurations, {}, api.instance(), system_);
     if (std::find(configurations.begin(), configurations.end(), kStereo) == configurations.end())
       throw Error("OpenXR", name_, "no stereo view", "a headset with two eyes");
-    const auto views = api.list<XrViewConfigurationView>("xrEnumerateViewConfigurationViews",
-                                                         api.EnumerateViewConfigurationViews,
-                                                         {XR_TYPE_VIEW_CONFIGURATION_VIEW}, api.instance(), system_, kStereo);
+    const auto views =
+        api.list<XrViewConfigurationView>("xrEnumerateViewConfigurationViews", api.EnumerateViewConfigurationViews,
+                                          {XR_TYPE_VIEW_CONFIGURATION_VIEW}, api.instance(), system_, kStereo);
     if (views.size() != 2) throw Error("OpenXR", name_, fmt::format("{} views", views.size()), "2");
     for (const XrViewConfigurationView& v : views) {
       // Recommended, as the rig asks, within what the headset and the runtime bear.
@@ -274,14 +278,16 @@ class OpenXrHmd final : public Hmd {
         return static_cast<int>(std::clamp<std::uint32_t>(wanted, 1, std::max(1u, limit)));
       };
       const XrSystemGraphicsProperties& g = properties.graphicsProperties;
-      size_ = glm::max(size_, ivec2(fit(v.recommendedImageRectWidth, v.maxImageRectWidth, g.maxSwapchainImageWidth),
-                                    fit(v.recommendedImageRectHeight, v.maxImageRectHeight, g.maxSwapchainImageHeight)));
+      size_ =
+          glm::max(size_, ivec2(fit(v.recommendedImageRectWidth, v.maxImageRectWidth, g.maxSwapchainImageWidth),
+                                fit(v.recommendedImageRectHeight, v.maxImageRectHeight, g.maxSwapchainImageHeight)));
     }
     explain(fmt::format("headset: {} through {}, {}×{} per eye", name_, api.runtime(), size_.x, size_.y));
   }
 
   void create_spaces() {
-    const auto offered = api.list<XrReferenceSpaceType>("xrEnumerateReferenceSpaces", api.EnumerateReferenceSpaces, {}, session_);
+    const auto offered =
+        api.list<XrReferenceSpaceType>("xrEnumerateReferenceSpaces", api.EnumerateReferenceSpaces, {}, session_);
     const bool has_stage = std::find(offered.begin(), offered.end(), XR_REFERENCE_SPACE_TYPE_STAGE) != offered.end();
     if (rig_.X_WD && rig_.stage && !has_stage)
       throw Error("OpenXR", name_, "no STAGE space", "a room set up in the runtime: the rig was measured in it");
@@ -297,11 +303,12 @@ class OpenXrHmd final : public Hmd {
   }
 
   void choose_blend() {
-    const auto modes = api.list<XrEnvironmentBlendMode>("xrEnumerateEnvironmentBlendModes",
-                                                        api.EnumerateEnvironmentBlendModes, {}, api.instance(), system_,
-                                                        kStereo);
+    const auto modes = api.list<XrEnvironmentBlendMode>(
+        "xrEnumerateEnvironmentBlendModes", api.EnumerateEnvironmentBlendModes, {}, api.instance(), system_, kStereo);
     if (modes.empty()) throw Error("OpenXR", name_, "no blend mode", "at least one");
-    const auto offers = [&](XrEnvironmentBlendMode mode) { return std::find(modes.begin(), modes.end(), mode) != modes.end(); };
+    const auto offers = [&](XrEnvironmentBlendMode mode) {
+      return std::find(modes.begin(), modes.end(), mode) != modes.end();
+    };
     blend_ = offers(XR_ENVIRONMENT_BLEND_MODE_OPAQUE) ? XR_ENVIRONMENT_BLEND_MODE_OPAQUE : modes.front();
     std::string how = "off";
     if (rig_.passthrough) {
@@ -313,8 +320,10 @@ class OpenXrHmd final : public Hmd {
         blend_ = XR_ENVIRONMENT_BLEND_MODE_ADDITIVE;
         how = "through the glass";
       } else if (api.CreatePassthroughFB && api.CreatePassthroughLayerFB) {
-        const XrPassthroughCreateInfoFB info{XR_TYPE_PASSTHROUGH_CREATE_INFO_FB, nullptr, XR_PASSTHROUGH_IS_RUNNING_AT_CREATION_BIT_FB};
-        if (XR_SUCCEEDED(api.attempt("xrCreatePassthroughFB", api.CreatePassthroughFB, session_, &info, &passthrough_))) {
+        const XrPassthroughCreateInfoFB info{XR_TYPE_PASSTHROUGH_CREATE_INFO_FB, nullptr,
+                                             XR_PASSTHROUGH_IS_RUNNING_AT_CREATION_BIT_FB};
+        if (XR_SUCCEEDED(
+                api.attempt("xrCreatePassthroughFB", api.CreatePassthroughFB, session_, &info, &passthrough_))) {
           const XrPassthroughLayerCreateInfoFB layer{XR_TYPE_PASSTHROUGH_LAYER_CREATE_INFO_FB, nullptr, passthrough_,
                                                      XR_PASSTHROUGH_IS_RUNNING_AT_CREATION_BIT_FB,
                                                      XR_PASSTHROUGH_LAYER_PURPOSE_RECONSTRUCTION_FB};
@@ -334,7 +343,8 @@ class OpenXrHmd final : public Hmd {
       explain("headset refresh rate: the runtime's choice, it offers none to choose from");
       return;
     }
-    const auto rates = api.list<float>("xrEnumerateDisplayRefreshRatesFB", api.EnumerateDisplayRefreshRatesFB, 0, session_);
+    const auto rates =
+        api.list<float>("xrEnumerateDisplayRefreshRatesFB", api.EnumerateDisplayRefreshRatesFB, 0, session_);
     const auto off = [&](float rate) { return std::abs(rate - rig_.refresh_hz); };
     const auto best = std::min_element(rates.begin(), rates.end(), [&](float a, float b) { return off(a) < off(b); });
     if (best == rates.end()) return;
@@ -434,8 +444,12 @@ class OpenXrHmd final : public Hmd {
       const glm::dmat3 R_EW = glm::mat3_cast(glm::conjugate(X_WE.R));
       eye.view = dmat4(R_EW);
       eye.view[3] = glm::dvec4(-(R_EW * X_WE.p), 1);
-      eye.frustum = {std::tan(angles[0]) * near, std::tan(angles[1]) * near, std::tan(angles[2]) * near,
-                     std::tan(angles[3]) * near, near, far};
+      eye.frustum = {std::tan(angles[0]) * near,
+                     std::tan(angles[1]) * near,
+                     std::tan(angles[2]) * near,
+                     std::tan(angles[3]) * near,
+                     near,
+                     far};
       eye.projection = vulkan_projection(eye.frustum);
       const std::array<float, 4> fovs{fov.angleLeft, fov.angleRight, fov.angleDown, fov.angleUp};
       if (fovs != mask_fov_[e]) new_frusta = true;
@@ -479,7 +493,8 @@ class OpenXrHmd final : public Hmd {
   Nanos program_time(XrTime time) {
     if (!api.ConvertTimeToTimespecTimeKHR || time <= 0) return 0;
     timespec at{};
-    if (XR_FAILED(api.attempt("xrConvertTimeToTimespecTimeKHR", api.ConvertTimeToTimespecTimeKHR, api.instance(), time, &at)))
+    if (XR_FAILED(
+            api.attempt("xrConvertTimeToTimespecTimeKHR", api.ConvertTimeToTimespecTimeKHR, api.instance(), time, &at)))
       return 0;
     return Nanos{at.tv_sec} * kNanosPerSecond + at.tv_nsec;
   }

@@ -1,10 +1,10 @@
 // A picture in memory instead of a screen.
-#include "engine/display/output.h"
-
 #include <chrono>
 #include <cstdlib>
 #include <thread>
 #include <utility>
+
+#include "engine/display/output.h"
 
 namespace typodont::display {
 
@@ -49,9 +49,13 @@ class Offscreen final : public Output {
 
 }  // namespace
 
-void Output::wait(Nanos most) { std::this_thread::sleep_for(std::chrono::nanoseconds(most)); }
+void Output::wait(Nanos most) {
+  std::this_thread::sleep_for(std::chrono::nanoseconds(most));
+}
 
-bool has_desktop() { return std::getenv("DISPLAY") || std::getenv("WAYLAND_DISPLAY"); }
+bool has_desktop() {
+  return std::getenv("DISPLAY") || std::getenv("WAYLAND_DISPLAY");
+}
 
 std::unique_ptr<Output> make_offscreen(gpu::Device& device, ivec2 size) {
   return std::make_unique<Offscreen>(device, size);

@@ -28,8 +28,13 @@ int note_refusal(::Display*, XErrorEvent*) {
 class XPicture final : public SharedPicture {
  public:
   XPicture(gpu::Device& device, ::Display* display, ::Window window, const XWindowAttributes& looks, bool composed)
-      : device_(device), display_(display), window_(window), visual_(looks.visual), depth_(looks.depth),
-        composed_(composed), context_(XCreateGC(display, window, 0, nullptr)) {}
+      : device_(device),
+        display_(display),
+        window_(window),
+        visual_(looks.visual),
+        depth_(looks.depth),
+        composed_(composed),
+        context_(XCreateGC(display, window, 0, nullptr)) {}
   ~XPicture() override {
     drop();
     XFreeGC(display_, context_);
@@ -62,18 +67,20 @@ class XPicture final : public SharedPicture {
     ::shmctl(segment_.shmid, IPC_RMID, nullptr);  // it goes with the last of us that holds it, however we end
     if (!attached_) return drop(), false;
     if (composed_) return true;
-    image_ = gpu::Image::create(device_, {.size = {static_cast<std::uint32_t>(size.x), static_cast<std::uint32_t>(size.y)},
-                                          .format = VK_FORMAT_B8G8R8A8_UNORM,
-                                          .usage = VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT,
-                                          .mapped = true});
+    image_ =
+        gpu::Image::create(device_, {.size = {static_cast<std::uint32_t>(size.x), static_cast<std::uint32_t>(size.y)},
+                                     .format = VK_FORMAT_B8G8R8A8_UNORM,
+                                     .usage = VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT,
+                                     .mapped = true});
     return true;
   }
 
   Target target() override {
     if (composed_)
-      return {.memory = {reinterpret_cast<std::uint8_t*>(shared_->data), static_cast<std::size_t>(shared_->bytes_per_line)},
-              .size = size_,
-              .kept = std::exchange(drawn_, true)};
+      return {
+          .memory = {reinterpret_cast<std::uint8_t*>(shared_->data), static_cast<std::size_t>(shared_->bytes_per_line)},
+          .size = size_,
+          .kept = std::exchange(drawn_, true)};
     return {.image = image_.image,
             .layers = {image_.layer_views[0]},
             .size = size_,
@@ -83,8 +90,9 @@ class XPicture final : public SharedPicture {
   }
 
   void show(std::span<const Part> parts, const std::function<void()>& finish) override {
-    if (!composed_) gpu::check(vkQueueWaitIdle(device_.queue), "vkQueueWaitIdle");  // the last frame, which nothing follows yet
-    XSync(display_, False);  // the server has read the frame before
+    if (!composed_)
+      gpu::check(vkQueueWaitIdle(device_.queue), "vkQueueWaitIdle");  // the last frame, which nothing follows yet
+    XSync(display_, False);                                           // the server has read the frame before
     if (composed_)
       finish();
     else

@@ -68,7 +68,9 @@ class Window final : public Output {
       if (action == GLFW_PRESS) self(w).events_.pressed.push_back(key);
       self(w).events_.keys.push_back({key, action != GLFW_RELEASE});
     });
-    glfwSetCharCallback(window_, [](GLFWwindow* w, unsigned code) { self(w).events_.keys.push_back({0, false, code}); });
+    glfwSetCharCallback(window_, [](GLFWwindow* w, unsigned code) {
+      self(w).events_.keys.push_back({0, false, code});
+    });
     glfwSetMouseButtonCallback(window_, [](GLFWwindow* w, int button, int action, int) {
       if (action == GLFW_PRESS && button < 3) self(w).events_.clicked[static_cast<std::size_t>(button)] = true;
     });
@@ -388,7 +390,7 @@ class Window final : public Output {
   gpu::Device& device_;
   WindowOptions options_;
   GLFWwindow* window_ = nullptr;
-  std::unique_ptr<SharedPicture> shared_;  // in the place of all Vulkan presents with
+  std::unique_ptr<SharedPicture> shared_;   // in the place of all Vulkan presents with
   std::optional<std::vector<Part>> parts_;  // of the last target, that were drawn
   std::function<void()> finish_;            // composes it, where the processor does
   VkSurfaceKHR surface_ = VK_NULL_HANDLE;
@@ -402,9 +404,9 @@ class Window final : public Output {
   std::size_t sync_ = 0;
   std::uint32_t index_ = 0;
   bool stale_ = false, lost_ = false, exposed_ = true;
-  bool unshown_ = false;  // the last target was handed over, and is yet to be shown
-  int polls_ = 0;         // since then
-  UserInput events_;  // since the last poll
+  bool unshown_ = false;     // the last target was handed over, and is yet to be shown
+  int polls_ = 0;            // since then
+  UserInput events_;         // since the last poll
   std::uint64_t heard_ = 0;  // of the desktop's events, when it was last asked
   ivec2 pixels_{0}, size_{0};
   dvec2 cursor_{0, 0};

@@ -15,10 +15,9 @@ namespace {
 
 constexpr const char* kLoader = "libopenxr_loader.so.1";
 constexpr const char* kNeeded = XR_KHR_VULKAN_ENABLE2_EXTENSION_NAME;
-constexpr const char* kWelcome[] = {
-    XR_KHR_COMPOSITION_LAYER_DEPTH_EXTENSION_NAME, XR_KHR_VISIBILITY_MASK_EXTENSION_NAME,
-    XR_KHR_CONVERT_TIMESPEC_TIME_EXTENSION_NAME, XR_FB_DISPLAY_REFRESH_RATE_EXTENSION_NAME,
-    XR_FB_PASSTHROUGH_EXTENSION_NAME};
+constexpr const char* kWelcome[] = {XR_KHR_COMPOSITION_LAYER_DEPTH_EXTENSION_NAME,
+                                    XR_KHR_VISIBILITY_MASK_EXTENSION_NAME, XR_KHR_CONVERT_TIMESPEC_TIME_EXTENSION_NAME,
+                                    XR_FB_DISPLAY_REFRESH_RATE_EXTENSION_NAME, XR_FB_PASSTHROUGH_EXTENSION_NAME};
 
 /// Opened once and never closed: runtimes do not expect to be unloaded while their threads run.
 PFN_xrGetInstanceProcAddr open_loader() {
@@ -51,7 +50,8 @@ std::string name_of(XrResult result) {
 
 void Api::fail(const char* name, XrResult result) {
   const bool lost = result == XR_ERROR_SESSION_LOST || result == XR_ERROR_INSTANCE_LOST;
-  throw RunFailure(fmt::format("headset: {}: {} ({})", name, lost ? "the runtime went away" : "refused", name_of(result)));
+  throw RunFailure(
+      fmt::format("headset: {}: {} ({})", name, lost ? "the runtime went away" : "refused", name_of(result)));
 }
 
 Api::Api(RuntimeGate& gate) : gate_(gate) {
@@ -80,7 +80,8 @@ Api::Api(RuntimeGate& gate) : gate_(gate) {
       if (!std::strcmp(e.extensionName, name)) return true;
     return false;
   };
-  if (!offers(kNeeded)) throw Error("OpenXR", "the runtime", fmt::format("no {}", kNeeded), "a runtime that shares Vulkan");
+  if (!offers(kNeeded))
+    throw Error("OpenXR", "the runtime", fmt::format("no {}", kNeeded), "a runtime that shares Vulkan");
   std::vector<const char*> names{kNeeded};
   for (const char* name : kWelcome)
     if (offers(name)) names.push_back(name);

@@ -21,30 +21,31 @@
 namespace typodont::display::xr {
 
 /// Every function used; the second list is of extensions, null where they are not enabled.
-#define TYPODONT_XR_CORE(_)                                                                                        \
-  _(DestroyInstance) _(GetInstanceProperties) _(PollEvent) _(GetSystem) _(GetSystemProperties)                     \
-  _(EnumerateEnvironmentBlendModes) _(EnumerateViewConfigurations) _(EnumerateViewConfigurationViews)              \
-  _(CreateSession) _(DestroySession) _(BeginSession) _(EndSession) _(RequestExitSession)                           \
-  _(EnumerateReferenceSpaces) _(CreateReferenceSpace) _(CreateActionSpace) _(DestroySpace) _(LocateSpace)          \
-  _(LocateViews) _(EnumerateSwapchainFormats) _(CreateSwapchain) _(DestroySwapchain) _(EnumerateSwapchainImages)   \
-  _(AcquireSwapchainImage) _(WaitSwapchainImage) _(ReleaseSwapchainImage) _(WaitFrame) _(BeginFrame) _(EndFrame)   \
-  _(StringToPath) _(PathToString) _(CreateActionSet) _(DestroyActionSet) _(CreateAction)                           \
-  _(SuggestInteractionProfileBindings) _(AttachSessionActionSets) _(SyncActions) _(GetActionStateBoolean)          \
-  _(GetActionStateFloat) _(GetActionStatePose) _(ApplyHapticFeedback) _(StopHapticFeedback)                        \
-  _(GetCurrentInteractionProfile)
-#define TYPODONT_XR_EXTENSIONS(_)                                                                                  \
-  _(GetVulkanGraphicsRequirements2KHR, XR_KHR_VULKAN_ENABLE2_EXTENSION_NAME)                                       \
-  _(CreateVulkanInstanceKHR, XR_KHR_VULKAN_ENABLE2_EXTENSION_NAME)                                                 \
-  _(GetVulkanGraphicsDevice2KHR, XR_KHR_VULKAN_ENABLE2_EXTENSION_NAME)                                             \
-  _(CreateVulkanDeviceKHR, XR_KHR_VULKAN_ENABLE2_EXTENSION_NAME)                                                   \
-  _(GetVisibilityMaskKHR, XR_KHR_VISIBILITY_MASK_EXTENSION_NAME)                                                   \
-  _(ConvertTimeToTimespecTimeKHR, XR_KHR_CONVERT_TIMESPEC_TIME_EXTENSION_NAME)                                     \
-  _(ConvertTimespecTimeToTimeKHR, XR_KHR_CONVERT_TIMESPEC_TIME_EXTENSION_NAME)                                     \
-  _(EnumerateDisplayRefreshRatesFB, XR_FB_DISPLAY_REFRESH_RATE_EXTENSION_NAME)                                     \
-  _(RequestDisplayRefreshRateFB, XR_FB_DISPLAY_REFRESH_RATE_EXTENSION_NAME)                                        \
-  _(CreatePassthroughFB, XR_FB_PASSTHROUGH_EXTENSION_NAME)                                                         \
-  _(DestroyPassthroughFB, XR_FB_PASSTHROUGH_EXTENSION_NAME)                                                        \
-  _(CreatePassthroughLayerFB, XR_FB_PASSTHROUGH_EXTENSION_NAME)                                                    \
+#define TYPODONT_XR_CORE(_)                                                                                       \
+  _(DestroyInstance)                                                                                              \
+  _(GetInstanceProperties) _(PollEvent) _(GetSystem) _(GetSystemProperties) _(EnumerateEnvironmentBlendModes)     \
+      _(EnumerateViewConfigurations) _(EnumerateViewConfigurationViews) _(CreateSession) _(DestroySession)        \
+          _(BeginSession) _(EndSession) _(RequestExitSession) _(EnumerateReferenceSpaces) _(CreateReferenceSpace) \
+              _(CreateActionSpace) _(DestroySpace) _(LocateSpace) _(LocateViews) _(EnumerateSwapchainFormats)     \
+                  _(CreateSwapchain) _(DestroySwapchain) _(EnumerateSwapchainImages) _(AcquireSwapchainImage)     \
+                      _(WaitSwapchainImage) _(ReleaseSwapchainImage) _(WaitFrame) _(BeginFrame) _(EndFrame)       \
+                          _(StringToPath) _(PathToString) _(CreateActionSet) _(DestroyActionSet) _(CreateAction)  \
+                              _(SuggestInteractionProfileBindings) _(AttachSessionActionSets) _(SyncActions)      \
+                                  _(GetActionStateBoolean) _(GetActionStateFloat) _(GetActionStatePose)           \
+                                      _(ApplyHapticFeedback) _(StopHapticFeedback) _(GetCurrentInteractionProfile)
+#define TYPODONT_XR_EXTENSIONS(_)                                              \
+  _(GetVulkanGraphicsRequirements2KHR, XR_KHR_VULKAN_ENABLE2_EXTENSION_NAME)   \
+  _(CreateVulkanInstanceKHR, XR_KHR_VULKAN_ENABLE2_EXTENSION_NAME)             \
+  _(GetVulkanGraphicsDevice2KHR, XR_KHR_VULKAN_ENABLE2_EXTENSION_NAME)         \
+  _(CreateVulkanDeviceKHR, XR_KHR_VULKAN_ENABLE2_EXTENSION_NAME)               \
+  _(GetVisibilityMaskKHR, XR_KHR_VISIBILITY_MASK_EXTENSION_NAME)               \
+  _(ConvertTimeToTimespecTimeKHR, XR_KHR_CONVERT_TIMESPEC_TIME_EXTENSION_NAME) \
+  _(ConvertTimespecTimeToTimeKHR, XR_KHR_CONVERT_TIMESPEC_TIME_EXTENSION_NAME) \
+  _(EnumerateDisplayRefreshRatesFB, XR_FB_DISPLAY_REFRESH_RATE_EXTENSION_NAME) \
+  _(RequestDisplayRefreshRateFB, XR_FB_DISPLAY_REFRESH_RATE_EXTENSION_NAME)    \
+  _(CreatePassthroughFB, XR_FB_PASSTHROUGH_EXTENSION_NAME)                     \
+  _(DestroyPassthroughFB, XR_FB_PASSTHROUGH_EXTENSION_NAME)                    \
+  _(CreatePassthroughLayerFB, XR_FB_PASSTHROUGH_EXTENSION_NAME)                \
   _(DestroyPassthroughLayerFB, XR_FB_PASSTHROUGH_EXTENSION_NAME)
 
 std::string name_of(XrResult result);
@@ -105,7 +106,8 @@ inline Pose pose_of(const XrPosef& x) {
   const dquat q(x.orientation.w, x.orientation.x, x.orientation.y, x.orientation.z);
   return {{x.position.x, x.position.y, x.position.z}, glm::normalize(q)};
 }
-inline XrPosef identity() { return {{0, 0, 0, 1}, {0, 0, 0}}; }
+inline XrPosef identity() {
+  return {{0, 0, 0, 1}, {0, 0, 0}};
+}
 
 }  // namespace typodont::display::xr
-

@@ -22,13 +22,16 @@ EyePictures::EyePictures(Api& api, XrSession session, const std::string& headset
     : api_(api), session_(session), size_(size) {
   const auto offered =
       api_.list<std::int64_t>("xrEnumerateSwapchainFormats", api_.EnumerateSwapchainFormats, 0, session_);
-  const auto offers = [&](VkFormat format) { return std::find(offered.begin(), offered.end(), format) != offered.end(); };
+  const auto offers = [&](VkFormat format) {
+    return std::find(offered.begin(), offered.end(), format) != offered.end();
+  };
   // Ours first, so that pictures are copied; a linear one last: a compositor takes its bytes as light.
   VkFormat format = VK_FORMAT_UNDEFINED;
-  for (const VkFormat f : {kPictures, VK_FORMAT_B8G8R8A8_SRGB, VK_FORMAT_R16G16B16A16_SFLOAT,
-                           VK_FORMAT_R8G8B8A8_UNORM, VK_FORMAT_B8G8R8A8_UNORM})
+  for (const VkFormat f : {kPictures, VK_FORMAT_B8G8R8A8_SRGB, VK_FORMAT_R16G16B16A16_SFLOAT, VK_FORMAT_R8G8B8A8_UNORM,
+                           VK_FORMAT_B8G8R8A8_UNORM})
     if (format == VK_FORMAT_UNDEFINED && offers(f)) format = f;
-  if (format == VK_FORMAT_UNDEFINED) throw Error("OpenXR", headset, "no swapchain format known here", "an 8-bit sRGB one");
+  if (format == VK_FORMAT_UNDEFINED)
+    throw Error("OpenXR", headset, "no swapchain format known here", "an 8-bit sRGB one");
   color_ = create(format, XR_SWAPCHAIN_USAGE_COLOR_ATTACHMENT_BIT);
   wants_depth_ = depth && api_.has(XR_KHR_COMPOSITION_LAYER_DEPTH_EXTENSION_NAME) && offers(VK_FORMAT_D32_SFLOAT);
   if (!wants_depth_) return;
@@ -61,10 +64,10 @@ EyePictures::Swapchain EyePictures::create(VkFormat format, XrSwapchainUsageFlag
   api_.call("xrCreateSwapchain", api_.CreateSwapchain, session_, &info, &chain.handle);
   std::uint32_t count = 0;
   api_.call("xrEnumerateSwapchainImages", api_.EnumerateSwapchainImages, chain.handle, 0u, &count,
-           static_cast<XrSwapchainImageBaseHeader*>(nullptr));
+            static_cast<XrSwapchainImageBaseHeader*>(nullptr));
   std::vector<XrSwapchainImageVulkanKHR> images(count, {XR_TYPE_SWAPCHAIN_IMAGE_VULKAN_KHR, nullptr, VK_NULL_HANDLE});
   api_.call("xrEnumerateSwapchainImages", api_.EnumerateSwapchainImages, chain.handle, count, &count,
-           reinterpret_cast<XrSwapchainImageBaseHeader*>(images.data()));
+            reinterpret_cast<XrSwapchainImageBaseHeader*>(images.data()));
   for (const XrSwapchainImageVulkanKHR& image : images) chain.images.push_back(image.image);
   return chain;
 }
@@ -73,7 +76,8 @@ void EyePictures::record(VkCommandBuffer commands, const gpu::Image& pictures, c
   const VkExtent2D size = pictures.options.size;
   drawn_size_ = {static_cast<std::int32_t>(std::min<std::uint32_t>(size.width, static_cast<std::uint32_t>(size_.x))),
                  static_cast<std::int32_t>(std::min<std::uint32_t>(size.height, static_cast<std::uint32_t>(size_.y)))};
-  const VkExtent3D extent{static_cast<std::uint32_t>(drawn_size_.width), static_cast<std::uint32_t>(drawn_size_.height), 1};
+  const VkExtent3D extent{static_cast<std::uint32_t>(drawn_size_.width), static_cast<std::uint32_t>(drawn_size_.height),
+                          1};
   const VkImage color = acquire(color_);
   gpu::transition(commands, pictures, VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL, VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL,
                   VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, VK_ACCESS_2_MEMORY_WRITE_BIT, VK_PIPELINE_STAGE_2_TRANSFER_BIT,
@@ -120,9 +124,13 @@ void EyePictures::release() {
   release(depth_);
 }
 
-XrSwapchainSubImage EyePictures::color(std::uint32_t eye) const { return {color_.handle, {{0, 0}, drawn_size_}, eye}; }
+XrSwapchainSubImage EyePictures::color(std::uint32_t eye) const {
+  return {color_.handle, {{0, 0}, drawn_size_}, eye};
+}
 
-XrSwapchainSubImage EyePictures::depth(std::uint32_t eye) const { return {depth_.handle, {{0, 0}, drawn_size_}, eye}; }
+XrSwapchainSubImage EyePictures::depth(std::uint32_t eye) const {
+  return {depth_.handle, {{0, 0}, drawn_size_}, eye};
+}
 
 VkImage EyePictures::acquire(Swapchain& chain) {
   std::uint32_t index = 0;

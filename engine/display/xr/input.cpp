@@ -195,8 +195,8 @@ std::string Input::profiles() {
   std::string text;
   for (std::size_t i = 0; i < 2; ++i) {
     XrInteractionProfileState state{XR_TYPE_INTERACTION_PROFILE_STATE};
-    const XrResult result = api.attempt("xrGetCurrentInteractionProfile", api.GetCurrentInteractionProfile, session,
-                                        hands[i], &state);
+    const XrResult result =
+        api.attempt("xrGetCurrentInteractionProfile", api.GetCurrentInteractionProfile, session, hands[i], &state);
     if (XR_FAILED(result) || state.interactionProfile == XR_NULL_PATH) continue;
     char name[XR_MAX_PATH_LENGTH] = "";
     std::uint32_t length = 0;

@@ -74,8 +74,8 @@ glm::dmat4 matrix(const Pose& X) {
 BoxInWorld in_world(const Pose& X_WM, const Brick& b) {
   BoxInWorld box{glm::dvec3(1e9), glm::dvec3(-1e9)};
   for (int corner = 0; corner < 8; ++corner) {
-    const glm::dvec3 p = X_WM * glm::dvec3(corner & 1 ? b.hi.x : b.lo.x, corner & 2 ? b.hi.y : b.lo.y,
-                                           corner & 4 ? b.hi.z : b.lo.z);
+    const glm::dvec3 p =
+        X_WM * glm::dvec3(corner & 1 ? b.hi.x : b.lo.x, corner & 2 ? b.hi.y : b.lo.y, corner & 4 ? b.hi.z : b.lo.z);
     box.lo = glm::min(box.lo, p);
     box.hi = glm::max(box.hi, p);
   }
@@ -88,7 +88,8 @@ struct Planes {
 
 Planes planes(const glm::dmat4& clip_from_mesh) {
   Planes p;
-  std::ranges::transform(frustum_planes(clip_from_mesh), p.plane.begin(), [](const glm::dvec4& v) { return glm::vec4(v); });
+  std::ranges::transform(frustum_planes(clip_from_mesh), p.plane.begin(),
+                         [](const glm::dvec4& v) { return glm::vec4(v); });
   return p;
 }
 
@@ -246,8 +247,8 @@ namespace {
 glm::vec4 cover_of(const std::map<MeshId, glm::dvec4>& covers, MeshId id, View view, const Pose& X_WM) {
   const auto found = covers.find(id);
   if (found == covers.end() || view == View::kSection || view == View::kXray) return glm::vec4(0);
-  return glm::vec4(glm::dvec4(inverse(X_WM).rotate(dvec3(found->second)),
-                              found->second.w + glm::dot(dvec3(found->second), X_WM.p)));
+  return glm::vec4(
+      glm::dvec4(inverse(X_WM).rotate(dvec3(found->second)), found->second.w + glm::dot(dvec3(found->second), X_WM.p)));
 }
 
 }  // namespace
@@ -318,8 +319,8 @@ std::vector<DrawGroup> BrickStore::visible(gpu::Device& device, int slot, const 
                                            FrameStats& stats, const std::array<Tiles, 2>* tiles) {
   std::size_t count = 0;
   for (const auto& [id, mesh] : meshes) count += mesh.bricks.size();
-  gpu::Buffer& buffer = into.at_least(device, slot, count * sizeof(VkDrawIndexedIndirectCommand),
-                                          VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT);
+  gpu::Buffer& buffer =
+      into.at_least(device, slot, count * sizeof(VkDrawIndexedIndirectCommand), VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT);
   auto* out = buffer.mapped<VkDrawIndexedIndirectCommand>();
   std::uint32_t written = 0;
   std::vector<DrawGroup> groups;

@@ -35,8 +35,8 @@ struct Brick {
   std::uint32_t first_vertex = 0, vertices = 0, first_index = 0, indices = 0;
   glm::vec3 lo{0}, hi{0};  // m, mesh
   glm::vec3 cone_axis{0, 0, 1};
-  float cone_cutoff = 1;  // sine of the normals' spread about the axis; 1: they point everywhere
-  bool first = false;     // it was there from the start and has not changed since
+  float cone_cutoff = 1;         // sine of the normals' spread about the axis; 1: they point everywhere
+  bool first = false;            // it was there from the start and has not changed since
   std::array<PixelBox, 2> seen;  // where each eye of BrickStore::eyes has it
   std::uint64_t seen_by = 0;     // which eyes those were
 };
@@ -73,10 +73,10 @@ struct BrickStore {
   std::map<MeshId, glm::dvec4> covers;  // where a mesh's first bricks lie within another body (Renderer::cover)
   std::vector<BrickBlock> blocks;
   SlotBuffers indirect, shadow_indirect, mirror_indirect;
-  std::uint64_t version = 1;  // rises with every change
-  std::uint64_t order = 1;    // rises when more than bricks changed: bodies placed, removed, covered
+  std::uint64_t version = 1;        // rises with every change
+  std::uint64_t order = 1;          // rises when more than bricks changed: bodies placed, removed, covered
   std::vector<BoxInWorld> changed;  // where bricks were and are that changed since the last frame
-  int uploaded = 0;           // bricks since the last frame
+  int uploaded = 0;                 // bricks since the last frame
   std::uint64_t uploaded_bytes = 0;
 
   void update(gpu::Device& device, MeshId mesh, std::span<const MeshUpdate> updates, std::uint64_t frame);

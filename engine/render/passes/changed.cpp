@@ -8,8 +8,8 @@ namespace typodont::render {
 PixelBox seen_in(const glm::dmat4& clip_from_box, const glm::vec3& lo, const glm::vec3& hi, const glm::ivec2& size) {
   glm::dvec2 least(1e9), most(-1e9);
   for (int corner = 0; corner < 8; ++corner) {
-    const glm::dvec4 c = clip_from_box * glm::dvec4(corner & 1 ? hi.x : lo.x, corner & 2 ? hi.y : lo.y,
-                                                    corner & 4 ? hi.z : lo.z, 1);
+    const glm::dvec4 c =
+        clip_from_box * glm::dvec4(corner & 1 ? hi.x : lo.x, corner & 2 ? hi.y : lo.y, corner & 4 ? hi.z : lo.z, 1);
     if (c.w < 1e-6) return {0, 0, size.x, size.y};
     const glm::dvec2 p = (0.5 + 0.5 * glm::dvec2(c) / c.w) * glm::dvec2(size);
     least = glm::min(least, p);
@@ -40,7 +40,9 @@ void Tiles::mark(const Tiles& other) {
   for (std::size_t i = 0; i < marked_.size(); ++i) marked_[i] |= other.marked_[i];
 }
 
-void Tiles::mark_all() { std::fill(marked_.begin(), marked_.end(), std::uint8_t{1}); }
+void Tiles::mark_all() {
+  std::fill(marked_.begin(), marked_.end(), std::uint8_t{1});
+}
 
 bool Tiles::touch(const PixelBox& box) const {
   if (box.width <= 0 || box.height <= 0) return false;
@@ -110,7 +112,8 @@ bool tool_shades(const shared::FrameData& data, const glm::vec3& center, float r
   const glm::vec3 l(data.key), a(data.tool_head), e(data.tool_end);
   const float thick = std::max(data.tool_head.w, data.tool_end.w);
   // Most of what there is lies farther from the tool than it reaches in any direction.
-  const float most = std::max(kToolReach, kToolShadowReach + thick + 0.08e-3f + 0.12f * (kToolShadowReach + 2 * radius));
+  const float most =
+      std::max(kToolReach, kToolShadowReach + thick + 0.08e-3f + 0.12f * (kToolShadowReach + 2 * radius));
   const glm::vec3 axis = e - a;
   const float along = glm::clamp(glm::dot(center - a, axis) / std::max(glm::dot(axis, axis), 1e-14f), 0.0f, 1.0f);
   if (glm::length(a + along * axis - center) - radius > most) return false;
@@ -135,8 +138,8 @@ bool tool_shades(const shared::FrameData& data, const glm::vec3& center, float r
 LampBox in_lamp(const glm::dmat4& light_from_box, const glm::vec3& lo, const glm::vec3& hi) {
   LampBox box;
   for (int corner = 0; corner < 8; ++corner) {
-    const glm::vec2 p(light_from_box * glm::dvec4(corner & 1 ? hi.x : lo.x, corner & 2 ? hi.y : lo.y,
-                                                  corner & 4 ? hi.z : lo.z, 1));
+    const glm::vec2 p(light_from_box *
+                      glm::dvec4(corner & 1 ? hi.x : lo.x, corner & 2 ? hi.y : lo.y, corner & 4 ? hi.z : lo.z, 1));
     box.lo = glm::min(box.lo, p);
     box.hi = glm::max(box.hi, p);
   }

@@ -53,9 +53,7 @@ struct LampBox {
     lo = glm::min(lo, b.lo);
     hi = glm::max(hi, b.hi);
   }
-  bool meets(const LampBox& b) const {
-    return lo.x <= b.hi.x && b.lo.x <= hi.x && lo.y <= b.hi.y && b.lo.y <= hi.y;
-  }
+  bool meets(const LampBox& b) const { return lo.x <= b.hi.x && b.lo.x <= hi.x && lo.y <= b.hi.y && b.lo.y <= hi.y; }
 };
 LampBox in_lamp(const glm::dmat4& light_from_box, const glm::vec3& lo, const glm::vec3& hi);
 /// How far around itself, of the map.

@@ -26,7 +26,8 @@ void FrameTimer::begin(VkCommandBuffer commands, int slot) const {
 
 void FrameTimer::end(VkCommandBuffer commands, int slot) {
   if (!queries) return;
-  vkCmdWriteTimestamp2(commands, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, queries, static_cast<std::uint32_t>(2 * slot + 1));
+  vkCmdWriteTimestamp2(commands, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, queries,
+                       static_cast<std::uint32_t>(2 * slot + 1));
   timed[static_cast<std::size_t>(slot)] = true;
 }
 
@@ -34,9 +35,10 @@ void FrameTimer::read(gpu::Device& device, int slot) {
   const auto i = static_cast<std::size_t>(slot);
   if (!queries || !timed[i]) return;
   std::uint64_t t[2] = {};
-  const VkResult result = vkGetQueryPoolResults(device.device, queries, static_cast<std::uint32_t>(2 * slot), 2, sizeof t, t,
-                                                sizeof t[0], VK_QUERY_RESULT_64_BIT);
-  if (result == VK_SUCCESS) ms = static_cast<double>(t[1] - t[0]) * static_cast<double>(device.properties.limits.timestampPeriod) * 1e-6;
+  const VkResult result = vkGetQueryPoolResults(device.device, queries, static_cast<std::uint32_t>(2 * slot), 2,
+                                                sizeof t, t, sizeof t[0], VK_QUERY_RESULT_64_BIT);
+  if (result == VK_SUCCESS)
+    ms = static_cast<double>(t[1] - t[0]) * static_cast<double>(device.properties.limits.timestampPeriod) * 1e-6;
   timed[i] = false;
 }
 

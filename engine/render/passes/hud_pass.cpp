@@ -90,8 +90,12 @@ struct Layout {
   }
 };
 
-std::string speed_text(const Hud& hud) { return fmt::format("{:.0f} krpm", hud.speed_krpm); }
-std::string force_text(const Hud& hud) { return fmt::format("{:.2f} N", hud.force); }
+std::string speed_text(const Hud& hud) {
+  return fmt::format("{:.0f} krpm", hud.speed_krpm);
+}
+std::string force_text(const Hud& hud) {
+  return fmt::format("{:.2f} N", hud.force);
+}
 /// Of the bar, in steps that are smaller than a pixel on most screens.
 double force_share(const Hud& hud) {
   constexpr double kSteps = 256;

@@ -6,15 +6,15 @@
 
 namespace typodont::render {
 
-void MaskPass::prepare(PassContext& context, int slot, const glm::ivec2& size,
-                       const EyeBoxes& kept) {
+void MaskPass::prepare(PassContext& context, int slot, const glm::ivec2& size, const EyeBoxes& kept) {
   std::vector<glm::vec3> out;
   for (std::size_t e = 0; e < kept.size(); ++e) {
     first[e] = static_cast<std::uint32_t>(out.size());
     for (const PixelBox& b : kept[e]) {
       const glm::vec2 lo = 2.0f * glm::vec2(b.x, b.y) / glm::vec2(size) - 1.0f,
                       hi = 2.0f * glm::vec2(b.x + b.width, b.y + b.height) / glm::vec2(size) - 1.0f;
-      for (const auto& [x, y] : {std::pair{lo.x, lo.y}, {hi.x, lo.y}, {hi.x, hi.y}, {lo.x, lo.y}, {hi.x, hi.y}, {lo.x, hi.y}})
+      for (const auto& [x, y] :
+           {std::pair{lo.x, lo.y}, {hi.x, lo.y}, {hi.x, hi.y}, {lo.x, lo.y}, {hi.x, hi.y}, {lo.x, hi.y}})
         out.push_back({x, y, static_cast<float>(e)});
     }
     count[e] = static_cast<std::uint32_t>(out.size()) - first[e];

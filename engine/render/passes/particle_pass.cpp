@@ -55,8 +55,7 @@ void ParticlePass::record(PassContext& context, VkCommandBuffer commands, int sl
   const auto chosen = [&](VkPipeline& own, bool corners_given) {
     if (!own) {
       gpu::PipelineOptions o = context.scene_pipeline(kSpirv_particle_vert, kSpirv_particle_frag);
-      o.bindings = {{0, sizeof(Instance),
-                     corners_given ? VK_VERTEX_INPUT_RATE_VERTEX : VK_VERTEX_INPUT_RATE_INSTANCE}};
+      o.bindings = {{0, sizeof(Instance), corners_given ? VK_VERTEX_INPUT_RATE_VERTEX : VK_VERTEX_INPUT_RATE_INSTANCE}};
       o.attributes = {{0, VK_FORMAT_R32G32B32A32_SFLOAT, offsetof(Instance, place)},
                       {0, VK_FORMAT_R8G8B8A8_UNORM, offsetof(Instance, color)}};
       o.topology = corners_given ? VK_PRIMITIVE_TOPOLOGY_TRIANGLE_LIST : VK_PRIMITIVE_TOPOLOGY_TRIANGLE_STRIP;

@@ -26,11 +26,11 @@ struct SurfacePass {
   std::array<VkPipeline, kBrickKinds> solid{};  // one for each kind of bricks that was drawn
   VkPipeline glass_pipeline = VK_NULL_HANDLE;
   View made_for = View::kLook;  // its pipelines
-  void record(PassContext& context, VkCommandBuffer commands, BrickStore& bricks, int slot,
-              const SlotBuffers& indirect, std::span<const DrawGroup> groups, View view, bool glass,
-              FrameStats& stats);
+  void record(PassContext& context, VkCommandBuffer commands, BrickStore& bricks, int slot, const SlotBuffers& indirect,
+              std::span<const DrawGroup> groups, View view, bool glass, FrameStats& stats);
   int pipelines() const {
-    return static_cast<int>(kBrickKinds - static_cast<std::size_t>(std::count(solid.begin(), solid.end(), VkPipeline{}))) +
+    return static_cast<int>(kBrickKinds -
+                            static_cast<std::size_t>(std::count(solid.begin(), solid.end(), VkPipeline{}))) +
            (glass_pipeline ? 1 : 0);
   }
   void destroy(gpu::Device& device) {
@@ -128,7 +128,8 @@ struct HudPass {
   std::array<std::uint32_t, gpu::FrameRing::kSlots> count{};
   /// All that shows of it in a picture of this size, as bytes to compare: equal ones are the same pixels.
   static std::string shown(const Hud& hud, glm::ivec2 size);
-  /// Before the frame's descriptor set is written: the atlas exists from here on. Lays out only what says something new.
+  /// Before the frame's descriptor set is written: the atlas exists from here on. Lays out only what says something
+  /// new.
   void prepare(PassContext& context, int slot, const Hud& hud, glm::ivec2 size);
   /// Where it stands in a picture of this size: after prepare().
   void mark(int slot, const glm::ivec2& size, Tiles& tiles) const;

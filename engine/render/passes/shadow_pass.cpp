@@ -12,10 +12,8 @@ void begin_depth(VkCommandBuffer commands, const gpu::Image& map, const VkRect2D
                                         .loadOp = VK_ATTACHMENT_LOAD_OP_CLEAR,
                                         .storeOp = VK_ATTACHMENT_STORE_OP_STORE,
                                         .clearValue = {.depthStencil = {1.0f, 0}}};
-  const VkRenderingInfo rendering{.sType = VK_STRUCTURE_TYPE_RENDERING_INFO,
-                                  .renderArea = part,
-                                  .layerCount = 1,
-                                  .pDepthAttachment = &depth};
+  const VkRenderingInfo rendering{
+      .sType = VK_STRUCTURE_TYPE_RENDERING_INFO, .renderArea = part, .layerCount = 1, .pDepthAttachment = &depth};
   const bool whole = part.extent.width == map.options.size.width && part.extent.height == map.options.size.height;
   gpu::transition(commands, map, whole ? VK_IMAGE_LAYOUT_UNDEFINED : VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL,
                   VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL,

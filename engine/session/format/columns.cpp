@@ -92,44 +92,47 @@ Column<Message> added_later(Column<Message> column) {
   return column;
 }
 
-double total(const PerTissue& volumes) { return std::accumulate(volumes.begin(), volumes.end(), 0.0); }
+double total(const PerTissue& volumes) {
+  return std::accumulate(volumes.begin(), volumes.end(), 0.0);
+}
 
 template <class Message, std::size_t... kIndex>
 void add_removed(std::vector<Column<Message>>& columns, const char* when, std::index_sequence<kIndex...>) {
   // Index 0 is air, which nobody removes.
-  (columns.push_back(scaled<CubicMillimetres, Message>(
-       fmt::format("removed_{}_mm3", name_of(static_cast<Tissue>(kIndex + 1))),
-       fmt::format("{} cut away {}", name_of(static_cast<Tissue>(kIndex + 1)), when),
-       [](Message& m) -> double& { return m.removed[kIndex + 1]; })),
+  (columns.push_back(
+       scaled<CubicMillimetres, Message>(fmt::format("removed_{}_mm3", name_of(static_cast<Tissue>(kIndex + 1))),
+                                         fmt::format("{} cut away {}", name_of(static_cast<Tissue>(kIndex + 1)), when),
+                                         [](Message& m) -> double& { return m.removed[kIndex + 1]; })),
    ...);
 }
 using Solids = std::make_index_sequence<kTissueCount - 1>;
 
 template <class Message, std::size_t... kIndex>
 void add_removed_exact(std::vector<Column<Message>>& columns, std::index_sequence<kIndex...>) {
-  (columns.push_back(exact<Message>(
-       fmt::format("removed_{}_m3", name_of(static_cast<Tissue>(kIndex + 1))), "m^3",
-       fmt::format("{} cut away by this cut", name_of(static_cast<Tissue>(kIndex + 1))),
-       [](Message& m) -> double& { return m.removed[kIndex + 1]; })),
+  (columns.push_back(exact<Message>(fmt::format("removed_{}_m3", name_of(static_cast<Tissue>(kIndex + 1))), "m^3",
+                                    fmt::format("{} cut away by this cut", name_of(static_cast<Tissue>(kIndex + 1))),
+                                    [](Message& m) -> double& { return m.removed[kIndex + 1]; })),
    ...);
 }
 
 /// A unit quaternion, every bit. `PoseOf` is a captureless lambda from a message to its Pose.
 template <class Message, class PoseOf>
-void add_orientation(std::vector<Column<Message>>& columns, const std::string& prefix, const std::string& text, PoseOf) {
+void add_orientation(std::vector<Column<Message>>& columns, const std::string& prefix, const std::string& text,
+                     PoseOf) {
   const std::string what = text + ", unit quaternion into W";
-  columns.push_back(only_in_file(
-      exact<Message>(prefix + "_qw", "", what, [](Message& m) -> double& { return PoseOf{}(m).R.w; })));
-  columns.push_back(only_in_file(
-      exact<Message>(prefix + "_qx", "", what, [](Message& m) -> double& { return PoseOf{}(m).R.x; })));
-  columns.push_back(only_in_file(
-      exact<Message>(prefix + "_qy", "", what, [](Message& m) -> double& { return PoseOf{}(m).R.y; })));
-  columns.push_back(only_in_file(
-      exact<Message>(prefix + "_qz", "", what, [](Message& m) -> double& { return PoseOf{}(m).R.z; })));
+  columns.push_back(
+      only_in_file(exact<Message>(prefix + "_qw", "", what, [](Message& m) -> double& { return PoseOf{}(m).R.w; })));
+  columns.push_back(
+      only_in_file(exact<Message>(prefix + "_qx", "", what, [](Message& m) -> double& { return PoseOf{}(m).R.x; })));
+  columns.push_back(
+      only_in_file(exact<Message>(prefix + "_qy", "", what, [](Message& m) -> double& { return PoseOf{}(m).R.y; })));
+  columns.push_back(
+      only_in_file(exact<Message>(prefix + "_qz", "", what, [](Message& m) -> double& { return PoseOf{}(m).R.z; })));
 }
 
 template <class Message, class PoseOf>
-void add_pose(std::vector<Column<Message>>& columns, const std::string& prefix, const std::string& text, PoseOf pose_of) {
+void add_pose(std::vector<Column<Message>>& columns, const std::string& prefix, const std::string& text,
+              PoseOf pose_of) {
   columns.push_back(only_in_file(exact<Message>(prefix + "_x_m", "m", text + ", x in W, every bit",
                                                 [](Message& m) -> double& { return PoseOf{}(m).p.x; })));
   columns.push_back(only_in_file(exact<Message>(prefix + "_y_m", "m", text + ", y in W, every bit",
@@ -204,42 +207,41 @@ std::vector<Column<ServoTick>> make_tick_columns() {
   c.push_back(tick_us);
   c.push_back(exact<T>("faults", "", "what went wrong, as bits", [](T& t) -> std::uint32_t& { return t.faults; }));
   c.push_back(exact<T>("pedal", "", "foot pedal, 0 to 1", [](T& t) -> double& { return t.pedal; }));
-  c.push_back(added_later(
-      exact<T>("tool", "", "which of the session's tools is in the hand", [](T& t) -> std::uint32_t& { return t.tool; })));
+  c.push_back(added_later(exact<T>("tool", "", "which of the session's tools is in the hand",
+                                   [](T& t) -> std::uint32_t& { return t.tool; })));
 
   // What a replay needs on top, bit for bit.
-  c.push_back(only_in_file(
-      exact<T>("index", "", "ticks since the servo started; a gap is a lost tick", [](T& t) -> std::uint64_t& {
-        return t.index;
-      })));
+  c.push_back(only_in_file(exact<T>("index", "", "ticks since the servo started; a gap is a lost tick",
+                                    [](T& t) -> std::uint64_t& { return t.index; })));
   c.push_back(only_in_file(exact<T>("t_ns", "ns", "t_s, every bit", [](T& t) -> Nanos& { return t.t; })));
   add_pose<T>(c, "hand", "the tool where the hand holds it", [](T& t) -> Pose& { return t.X_WT; });
   add_orientation<T>(c, "tool", "the tool as drawn", [](T& t) -> Pose& { return t.X_WG; });
-  c.push_back(only_in_file(
-      exact<T>("cutting_power_W", "W", "power that goes into cutting", [](T& t) -> double& { return t.cutting_power; })));
+  c.push_back(only_in_file(exact<T>("cutting_power_W", "W", "power that goes into cutting",
+                                    [](T& t) -> double& { return t.cutting_power; })));
   c.push_back(only_in_file(exact<T>("patch", "", "number of the surface patch of this tick; 0: none",
                                     [](T& t) -> std::uint32_t& { return t.patch; })));
-  c.push_back(only_in_file(exact<T>("cuts", "", "cuts made so far, this tick's included",
-                                    [](T& t) -> std::uint64_t& { return t.cuts; })));
+  c.push_back(only_in_file(
+      exact<T>("cuts", "", "cuts made so far, this tick's included", [](T& t) -> std::uint64_t& { return t.cuts; })));
   return c;
 }
 
 std::vector<Column<Cut>> make_cut_columns() {
   using T = Cut;
   std::vector<Column<T>> c;
-  c.push_back(exact<T>("index", "", "1, 2, 3 ...; a gap is a lost cut", [](T& t) -> std::uint64_t& { return t.index; }));
+  c.push_back(
+      exact<T>("index", "", "1, 2, 3 ...; a gap is a lost cut", [](T& t) -> std::uint64_t& { return t.index; }));
   c.push_back(exact<T>("tick", "", "index of the tick that made it", [](T& t) -> std::uint64_t& { return t.tick; }));
   c.push_back(exact<T>("t_ns", "ns", "when, since the session's start", [](T& t) -> Nanos& { return t.t; }));
   add_pose<T>(c, "a", "the head before", [](T& t) -> Pose& { return t.X_WA; });
   add_pose<T>(c, "b", "the head after", [](T& t) -> Pose& { return t.X_WB; });
   c.push_back(exact<T>("tool", "", "which of the session's tools", [](T& t) -> std::uint32_t& { return t.tool; }));
   add_removed_exact(c, Solids{});
-  c.push_back(exact<T>("normal_x", "", "surface normal, out of the tissue, x in W",
-                       [](T& t) -> double& { return t.n_C_W.x; }));
-  c.push_back(exact<T>("normal_y", "", "surface normal, out of the tissue, y in W",
-                       [](T& t) -> double& { return t.n_C_W.y; }));
-  c.push_back(exact<T>("normal_z", "", "surface normal, out of the tissue, z in W",
-                       [](T& t) -> double& { return t.n_C_W.z; }));
+  c.push_back(
+      exact<T>("normal_x", "", "surface normal, out of the tissue, x in W", [](T& t) -> double& { return t.n_C_W.x; }));
+  c.push_back(
+      exact<T>("normal_y", "", "surface normal, out of the tissue, y in W", [](T& t) -> double& { return t.n_C_W.y; }));
+  c.push_back(
+      exact<T>("normal_z", "", "surface normal, out of the tissue, z in W", [](T& t) -> double& { return t.n_C_W.z; }));
   c.push_back(exact<T>("spindle_rad_per_s", "rad/s", "speed of the spindle, signed about the tool's z",
                        [](T& t) -> double& { return t.spindle; }));
   c.push_back(added_later(exact<T>("fill_radius_m", "m", "of the ball that was filled; 0: a cut",
@@ -255,9 +257,12 @@ std::vector<Column<PatchUse>> make_patch_columns() {
                        [](T& t) -> std::uint64_t& { return t.first_tick; }));
   c.push_back(exact<T>("cuts", "", "cuts already in the tissue when it was cut out",
                        [](T& t) -> std::uint64_t& { return t.cuts; }));
-  c.push_back(exact<T>("center_x_m", "m", "where it was asked for, x in W", [](T& t) -> double& { return t.center_W.x; }));
-  c.push_back(exact<T>("center_y_m", "m", "where it was asked for, y in W", [](T& t) -> double& { return t.center_W.y; }));
-  c.push_back(exact<T>("center_z_m", "m", "where it was asked for, z in W", [](T& t) -> double& { return t.center_W.z; }));
+  c.push_back(
+      exact<T>("center_x_m", "m", "where it was asked for, x in W", [](T& t) -> double& { return t.center_W.x; }));
+  c.push_back(
+      exact<T>("center_y_m", "m", "where it was asked for, y in W", [](T& t) -> double& { return t.center_W.y; }));
+  c.push_back(
+      exact<T>("center_z_m", "m", "where it was asked for, z in W", [](T& t) -> double& { return t.center_W.z; }));
   return c;
 }
 
@@ -294,11 +299,16 @@ std::string fault_labels() {
 
 const std::vector<FaultName>& fault_names() {
   static const std::vector<FaultName> names = {
-      {Fault::kBadInput, "bad_input"},          {Fault::kStalePatch, "stale_patch"},
-      {Fault::kPatchEdge, "patch_edge"},        {Fault::kForceLimit, "force_limit"},
-      {Fault::kDeepPenetration, "deep_penetration"}, {Fault::kDeviceLost, "device_lost"},
-      {Fault::kRingFull, "ring_full"},          {Fault::kSlewLimit, "slew_limit"},
-      {Fault::kOverrun, "overrun"},             {Fault::kLetGo, "let_go"},
+      {Fault::kBadInput, "bad_input"},
+      {Fault::kStalePatch, "stale_patch"},
+      {Fault::kPatchEdge, "patch_edge"},
+      {Fault::kForceLimit, "force_limit"},
+      {Fault::kDeepPenetration, "deep_penetration"},
+      {Fault::kDeviceLost, "device_lost"},
+      {Fault::kRingFull, "ring_full"},
+      {Fault::kSlewLimit, "slew_limit"},
+      {Fault::kOverrun, "overrun"},
+      {Fault::kLetGo, "let_go"},
       {Fault::kNoRoom, "no_room"},
   };
   return names;

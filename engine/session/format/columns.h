@@ -15,9 +15,12 @@ enum class Type : std::uint8_t { kF64, kI64, kU64, kU32, kU8 };
 
 constexpr std::size_t size_of(Type type) {
   switch (type) {
-    case Type::kU32: return 4;
-    case Type::kU8: return 1;
-    default: return 8;
+    case Type::kU32:
+      return 4;
+    case Type::kU8:
+      return 1;
+    default:
+      return 8;
   }
 }
 template <class T>

@@ -32,17 +32,26 @@ H5Quiet::H5Quiet() {
   H5Eset_auto2(H5E_DEFAULT, keep_reason, nullptr);
   t_reason.clear();
 }
-H5Quiet::~H5Quiet() { H5Eset_auto2(H5E_DEFAULT, function_, data_); }
+H5Quiet::~H5Quiet() {
+  H5Eset_auto2(H5E_DEFAULT, function_, data_);
+}
 
-std::string h5_reason() { return t_reason.empty() ? "an unknown error of HDF5" : t_reason; }
+std::string h5_reason() {
+  return t_reason.empty() ? "an unknown error of HDF5" : t_reason;
+}
 
 hid_t h5_type(Type type) {
   switch (type) {
-    case Type::kF64: return H5T_NATIVE_DOUBLE;
-    case Type::kI64: return H5T_NATIVE_INT64;
-    case Type::kU64: return H5T_NATIVE_UINT64;
-    case Type::kU32: return H5T_NATIVE_UINT32;
-    case Type::kU8: return H5T_NATIVE_UINT8;
+    case Type::kF64:
+      return H5T_NATIVE_DOUBLE;
+    case Type::kI64:
+      return H5T_NATIVE_INT64;
+    case Type::kU64:
+      return H5T_NATIVE_UINT64;
+    case Type::kU32:
+      return H5T_NATIVE_UINT32;
+    case Type::kU8:
+      return H5T_NATIVE_UINT8;
   }
   return -1;
 }

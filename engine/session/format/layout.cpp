@@ -12,7 +12,7 @@ namespace typodont::session {
 
 namespace {
 struct flock far_byte(short type) {
-  struct flock lock{};
+  struct flock lock {};
   lock.l_type = type;
   lock.l_whence = SEEK_SET;
   lock.l_start = off_t{1} << 62;
@@ -38,8 +38,12 @@ std::string safety_labels() {
 }
 
 LoopFields::LoopFields(const LoopReport& r)
-    : times{static_cast<std::uint64_t>(r.timing.period), r.timing.ticks, r.timing.misses, r.timing.worst_index,
-            static_cast<std::uint64_t>(r.timing.worst_tick), static_cast<std::uint64_t>(r.timing.worst_jitter)},
+    : times{static_cast<std::uint64_t>(r.timing.period),
+            r.timing.ticks,
+            r.timing.misses,
+            r.timing.worst_index,
+            static_cast<std::uint64_t>(r.timing.worst_tick),
+            static_cast<std::uint64_t>(r.timing.worst_jitter)},
       jitter(r.timing.jitter.counts),
       work(r.timing.work.counts),
       granted{r.fifo, r.pinned, r.memory_locked},

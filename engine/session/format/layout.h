@@ -16,10 +16,12 @@ inline constexpr std::uint64_t kFormatVersion = 1;
 inline constexpr std::size_t kEventText = 256;    // bytes; longer texts continue in the next rows
 inline constexpr std::size_t kPictureText = 128;  // bytes
 
-inline constexpr const char* kLostLabels = "0 ticks_ring, 1 cuts_ring, 2 ticks_disk, 3 cuts_disk, 4 other_disk, 5 other_ring, 6 pictures_disk";
+inline constexpr const char* kLostLabels =
+    "0 ticks_ring, 1 cuts_ring, 2 ticks_disk, 3 cuts_disk, 4 other_disk, 5 other_ring, 6 pictures_disk";
 inline constexpr std::size_t kLostAtFirst = 5;  // that files of older versions have
 inline std::array<std::uint64_t, 7> as_array(const Lost& lost) {
-  return {lost.ticks_ring, lost.cuts_ring, lost.ticks_disk, lost.cuts_disk, lost.other_disk, lost.other_ring, lost.pictures_disk};
+  return {lost.ticks_ring, lost.cuts_ring,  lost.ticks_disk,   lost.cuts_disk,
+          lost.other_disk, lost.other_ring, lost.pictures_disk};
 }
 
 /// "0 note, 1 tool, …".

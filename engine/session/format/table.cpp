@@ -4,8 +4,8 @@
 
 namespace typodont::session {
 
-bool Table::create(hid_t file, const std::string& path, const std::string& text, std::vector<Spec> specs, std::size_t chunk,
-                   int deflate) {
+bool Table::create(hid_t file, const std::string& path, const std::string& text, std::vector<Spec> specs,
+                   std::size_t chunk, int deflate) {
   chunk_ = chunk;
   H5 group_properties(H5Pcreate(H5P_GROUP_CREATE), H5Pclose);
   H5Pset_obj_track_times(group_properties.get(), false);  // equal sessions, equal bytes
@@ -20,15 +20,16 @@ bool Table::create(hid_t file, const std::string& path, const std::string& text,
     H5Pset_deflate(properties.get(), static_cast<unsigned>(deflate));
     H5Pset_fletcher32(properties.get());  // so that a damaged chunk is known to be damaged
     H5 space(H5Screate_simple(1, &zero, &unlimited), H5Sclose);
-    H5 dataset(H5Dcreate2(group.get(), spec.name.c_str(), spec.type.get(), space.get(), H5P_DEFAULT,
-                          properties.get(), H5P_DEFAULT),
+    H5 dataset(H5Dcreate2(group.get(), spec.name.c_str(), spec.type.get(), space.get(), H5P_DEFAULT, properties.get(),
+                          H5P_DEFAULT),
                H5Dclose);
     if (!dataset || !set_attribute(dataset.get(), "unit", spec.unit) ||
         !set_attribute(dataset.get(), "description", spec.text) ||
         (!spec.labels.empty() && !set_attribute(dataset.get(), "labels", spec.labels))) {
       return false;
     }
-    columns_.push_back({std::move(dataset), std::move(spec.type), spec.size, std::vector<std::byte>(spec.size * chunk)});
+    columns_.push_back(
+        {std::move(dataset), std::move(spec.type), spec.size, std::vector<std::byte>(spec.size * chunk)});
   }
   return true;
 }

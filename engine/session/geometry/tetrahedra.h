@@ -42,8 +42,10 @@ void each_triangle(const DenseField& field, Each&& each) {
           const int corner[4] = {0, order[0], order[1], 7};
           int in[4], out[4], ins = 0, outs = 0;
           for (const int c : corner) {
-            if (mask >> c & 1) in[ins++] = c;
-            else out[outs++] = c;
+            if (mask >> c & 1)
+              in[ins++] = c;
+            else
+              out[outs++] = c;
           }
           if (ins == 0 || outs == 0) continue;
           const auto point = [&](int c) { return glm::dvec3(x + ((c >> 2) & 1), y + ((c >> 1) & 1), z + (c & 1)); };
@@ -69,7 +71,8 @@ void each_triangle(const DenseField& field, Each&& each) {
           } else if (outs == 1) {
             give(edge(in[0], out[0]), edge(in[1], out[0]), edge(in[2], out[0]));
           } else {
-            const EdgePoint a = edge(in[0], out[0]), b = edge(in[0], out[1]), c = edge(in[1], out[1]), d = edge(in[1], out[0]);
+            const EdgePoint a = edge(in[0], out[0]), b = edge(in[0], out[1]), c = edge(in[1], out[1]),
+                            d = edge(in[1], out[0]);
             give(a, b, c);
             give(a, c, d);
           }

@@ -69,7 +69,8 @@ Course course_of(const SessionReader& session) {
       spindle.add(bin, std::abs(tick.spindle) * 60 / (2 * kPi) / 1e3);
       c.most_spindle = std::max(c.most_spindle, std::abs(tick.spindle) * 60 / (2 * kPi) / 1e3);
       if (!moved_from || tick.t - moved_from->t >= kSpeedOver) {
-        if (moved_from) speed.add(bin, glm::length(tick.X_WT.p - moved_from->X_WT.p) * 1e3 / to_seconds(tick.t - moved_from->t));
+        if (moved_from)
+          speed.add(bin, glm::length(tick.X_WT.p - moved_from->X_WT.p) * 1e3 / to_seconds(tick.t - moved_from->t));
         moved_from = tick;
       }
       removed.add(bin, std::accumulate(tick.removed.begin(), tick.removed.end(), 0.0) * 1e9);
@@ -108,7 +109,8 @@ ScoreInput input_of(const SessionReader& session, const Course& course) {
 
 Score score_of(const SessionReader& session, const ScoreInput& input) {
   if (session.header().scene_json.empty()) return score(input, default_rules(input));
-  return score(input, rules_of_scene(Json::parse(session.header().scene_json, session.file().string() + ": scene"), input));
+  return score(input,
+               rules_of_scene(Json::parse(session.header().scene_json, session.file().string() + ": scene"), input));
 }
 
 std::string scene_name_of(const SessionReader& session) {

@@ -7,8 +7,8 @@
 
 #include "engine/contract/tissue.h"
 #include "engine/session/page/plot.h"
-#include "engine/session/session_file.h"
 #include "engine/session/score.h"
+#include "engine/session/session_file.h"
 #include "engine/session/task.h"
 
 namespace typodont::session {
@@ -16,8 +16,8 @@ namespace typodont::session {
 struct Course {
   double t0 = 0, t1 = 1;  // s
   std::uint64_t count = 0;
-  Series force, speed, spindle, depth, removed;  // N, mm/s, krpm, mm, mm³
-  double most_spindle = 0;                       // krpm
+  Series force, speed, spindle, depth, removed;                  // N, mm/s, krpm, mm, mm³
+  double most_spindle = 0;                                       // krpm
   std::vector<std::array<std::uint32_t, kTissueCount>> touched;  // ticks per bin and tissue in contact
   struct FaultCount {
     std::uint64_t ticks = 0;

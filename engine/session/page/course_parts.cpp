@@ -18,8 +18,8 @@ constexpr std::size_t kMostEvents = 200;
 
 }  // namespace
 
-void Page::frame_row(const FrameStream& frames, const char* key, std::string_view column, double scale, const char* unit,
-                     bool least_is_worst) {
+void Page::frame_row(const FrameStream& frames, const char* key, std::string_view column, double scale,
+                     const char* unit, bool least_is_worst) {
   std::vector<double> values = frames.column(column, scale);
   if (values.empty() || (values.front() == 0 && values.back() == 0)) return;  // never measured
   if (least_is_worst) std::reverse(values.begin(), values.end());
@@ -65,7 +65,8 @@ void Page::plot(const char* key, const char* css, const char* unit, const Series
   if (note) put("<p class=\"soft\">{}</p>\n", say(note));
   put("<div class=\"scroll\">{}</div>", time_plot(p, s, number_text()));
   // The plot as numbers, for those who cannot see it.
-  put("\n<details><summary>{}</summary><table><caption>{} ({})</caption><thead><tr><th scope=\"col\">{}</th><th scope=\"col\">{}</th>"
+  put("\n<details><summary>{}</summary><table><caption>{} ({})</caption><thead><tr><th scope=\"col\">{}</th><th "
+      "scope=\"col\">{}</th>"
       "<th scope=\"col\">{}</th></tr></thead><tbody>",
       say("as_table"), say(key), unit, say("from_to"), say("mean"), say("greatest"));
   const std::size_t bins = s.mean.size(), rows = std::min(bins, kTableBins);
@@ -83,14 +84,16 @@ void Page::plot(const char* key, const char* css, const char* unit, const Series
       return course_.t0 + (course_.t1 - course_.t0) * static_cast<double>(bin) / static_cast<double>(bins);
     };
     put("<tr><th scope=\"row\">{}–{}</th><td>{}</td><td>{}</td></tr>", number(t_of(from), 1), number(t_of(to), 1),
-        row_n ? number(row_sum / static_cast<double>(row_n), decimals) : "–", row_n ? number(row_greatest, decimals) : "–");
+        row_n ? number(row_sum / static_cast<double>(row_n), decimals) : "–",
+        row_n ? number(row_greatest, decimals) : "–");
   }
   put("</tbody></table></details>\n");
 }
 
 void Page::over_time() {
   if (course_.count == 0) return;
-  put("<section id=\"course\" class=\"long\" aria-labelledby=\"h-course\">\n<h2 id=\"h-course\">{}</h2>\n", say("course"));
+  put("<section id=\"course\" class=\"long\" aria-labelledby=\"h-course\">\n<h2 id=\"h-course\">{}</h2>\n",
+      say("course"));
   plot("force", "force", "N", course_.force, 2);
   touched();
   plot("speed", "speed", "mm/s", course_.speed, 1, "speed_note");
@@ -117,16 +120,17 @@ void Page::touched() {
   std::vector<std::string> shares;
   for (std::size_t i = 1; i < kTissueCount; ++i) {
     if (total[i] > 0) {
-      shares.push_back(fmt::format("{} {} %", tissue_text(i), number(100.0 * static_cast<double>(total[i]) / static_cast<double>(all), 0)));
+      shares.push_back(fmt::format("{} {} %", tissue_text(i),
+                                   number(100.0 * static_cast<double>(total[i]) / static_cast<double>(all), 0)));
     }
   }
   put("<h3>{}</h3>\n", say("touched"));
-  put("<div class=\"scroll\">{}</div>\n",
-      strip(css, fmt::format("{}: {}", say("touched"), fmt::join(shares, ", "))));
+  put("<div class=\"scroll\">{}</div>\n", strip(css, fmt::format("{}: {}", say("touched"), fmt::join(shares, ", "))));
   put("<ul class=\"legend\" aria-hidden=\"true\">");
   std::size_t k = 0;
   for (std::size_t i = 1; i < kTissueCount; ++i) {
-    if (total[i] > 0) put("<li><span class=\"swatch s-{}\"></span>{}</li>", name_of(static_cast<Tissue>(i)), shares[k++]);
+    if (total[i] > 0)
+      put("<li><span class=\"swatch s-{}\"></span>{}</li>", name_of(static_cast<Tissue>(i)), shares[k++]);
   }
   put("</ul>\n");
 }
@@ -138,7 +142,8 @@ void Page::faults() {
     put("<p>{}</p>\n</section>\n", say("no_faults"));
     return;
   }
-  put("<div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-labelledby=\"h-faults\"><table><thead><tr><th scope=\"col\">{}</th><th scope=\"col\">{}</th><th scope=\"col\">{}</th></tr></thead>\n<tbody>\n",
+  put("<div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-labelledby=\"h-faults\"><table><thead><tr><th "
+      "scope=\"col\">{}</th><th scope=\"col\">{}</th><th scope=\"col\">{}</th></tr></thead>\n<tbody>\n",
       say("fault"), say("ticks"), say("first_at"));
   for (std::size_t i = 0; i < course_.faults.size(); ++i) {
     const auto& f = course_.faults[i];
@@ -164,7 +169,9 @@ void Page::timing() {
 void Page::loop_times(const LoopReport& loop) {
   const LoopTiming& t = loop.timing;
   const double share = 100 * static_cast<double>(t.misses) / static_cast<double>(std::max<std::uint64_t>(t.ticks, 1));
-  put("<div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-labelledby=\"h-timing\"><table><caption>{}</caption><thead><tr><th scope=\"col\"></th><th scope=\"col\">{}</th><th scope=\"col\">99 %</th>"
+  put("<div class=\"scroll\" tabindex=\"0\" role=\"region\" "
+      "aria-labelledby=\"h-timing\"><table><caption>{}</caption><thead><tr><th scope=\"col\"></th><th "
+      "scope=\"col\">{}</th><th scope=\"col\">99 %</th>"
       "<th scope=\"col\">{}</th><th scope=\"col\">{}</th></tr></thead>\n<tbody>",
       say("loop_caption", t.ticks, t.misses, number(share, share > 0 && share < 0.01 ? 4 : 2),
           number(static_cast<double>(t.worst_index) * to_seconds(t.period), 2)),
@@ -172,8 +179,8 @@ void Page::loop_times(const LoopReport& loop) {
   const auto row = [&](const char* key, const DurationHistogram& h, Nanos worst) {
     // A quantile is the end of its bin, which may lie beyond the worst one in it.
     const auto us = [&](double q) { return number(std::min(h.quantile(q), static_cast<double>(worst)) / 1e3); };
-    put("<tr><th scope=\"row\">{}</th><td>{} µs</td><td>{} µs</td><td>{} µs</td><td>{} µs</td></tr>\n", say(key), us(0.5),
-        us(0.99), us(0.999), number(static_cast<double>(worst) / 1e3));
+    put("<tr><th scope=\"row\">{}</th><td>{} µs</td><td>{} µs</td><td>{} µs</td><td>{} µs</td></tr>\n", say(key),
+        us(0.5), us(0.99), us(0.999), number(static_cast<double>(worst) / 1e3));
   };
   row("loop_work", t.work, t.worst_tick);
   row("loop_jitter", t.jitter, t.worst_jitter);
@@ -188,7 +195,9 @@ void Page::loop_times(const LoopReport& loop) {
   // A whole decade at least, so that its axis has marks.
   first = std::max(0, std::min(first, last - 27));
   last = std::min(DurationHistogram::kBins - 1, std::max(last, first + 27));
-  std::vector<double> edges{DurationHistogram::upper_edge(first) / 1e3 * std::exp2(-1.0 / DurationHistogram::kPerOctave)}, counts;
+  std::vector<double> edges{DurationHistogram::upper_edge(first) / 1e3 *
+                            std::exp2(-1.0 / DurationHistogram::kPerOctave)},
+      counts;
   for (int i = first; i <= last; ++i) {
     edges.push_back(DurationHistogram::upper_edge(i) / 1e3);
     counts.push_back(t.jitter.counts[static_cast<std::size_t>(i)]);
@@ -196,17 +205,15 @@ void Page::loop_times(const LoopReport& loop) {
   const auto us = [&](double q) {
     return number(std::min(t.jitter.quantile(q), static_cast<double>(t.worst_jitter)) / 1e3);
   };
-  put("<div class=\"scroll\">{}</div>\n",
-      histogram(edges, counts, "µs",
-                say("loop_jitter_alt", t.jitter.total(), us(0.5), us(0.99), number(static_cast<double>(t.worst_jitter) / 1e3)),
-                number_text()));
+  put("<div class=\"scroll\">{}</div>\n", histogram(edges, counts, "µs",
+                                                    say("loop_jitter_alt", t.jitter.total(), us(0.5), us(0.99),
+                                                        number(static_cast<double>(t.worst_jitter) / 1e3)),
+                                                    number_text()));
 }
 
 void Page::real_time(const LoopReport& loop) {
   put("<h3>{}</h3>\n<dl class=\"list\">", say("realtime"));
-  const auto entry = [&](const char* key, const std::string& value) {
-    put("<dt>{}</dt><dd>{}</dd>", say(key), value);
-  };
+  const auto entry = [&](const char* key, const std::string& value) { put("<dt>{}</dt><dd>{}</dd>", say(key), value); };
   const auto granted = [&](bool yes) { return say(yes ? "realtime.yes" : "realtime.no"); };
   entry("realtime.fifo", granted(loop.fifo));
   entry("realtime.pinned", granted(loop.pinned));
@@ -238,14 +245,18 @@ void Page::cpu_times() {
   counts.resize(edges.size() - 1);
   for (const float v : us) {
     const auto above = std::upper_bound(edges.begin(), edges.end(), static_cast<double>(v));
-    const auto bin = std::clamp<std::ptrdiff_t>(above - edges.begin() - 1, 0, static_cast<std::ptrdiff_t>(counts.size()) - 1);
+    const auto bin =
+        std::clamp<std::ptrdiff_t>(above - edges.begin() - 1, 0, static_cast<std::ptrdiff_t>(counts.size()) - 1);
     ++counts[static_cast<std::size_t>(bin)];
   }
-  put("<div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-labelledby=\"h-timing\"><table><caption>{}</caption><thead><tr>"
-      "<th scope=\"col\">{}</th><th scope=\"col\">{}</th><th scope=\"col\">99 %</th><th scope=\"col\">{}</th><th scope=\"col\">{}</th>"
-      "</tr></thead>\n<tbody><tr><td class=\"text\">{}</td><td>{} µs</td><td>{} µs</td><td>{} µs</td><td>{} µs</td></tr></tbody></table></div>\n",
-      say("timing_caption", number(period, 0)), say("ticks"), say("median"), three_nines(), say("worst"), us.size(), number(quantile(0.5)), number(quantile(0.99)),
-      number(quantile(0.999)), number(us.back()));
+  put("<div class=\"scroll\" tabindex=\"0\" role=\"region\" "
+      "aria-labelledby=\"h-timing\"><table><caption>{}</caption><thead><tr>"
+      "<th scope=\"col\">{}</th><th scope=\"col\">{}</th><th scope=\"col\">99 %</th><th scope=\"col\">{}</th><th "
+      "scope=\"col\">{}</th>"
+      "</tr></thead>\n<tbody><tr><td class=\"text\">{}</td><td>{} µs</td><td>{} µs</td><td>{} µs</td><td>{} "
+      "µs</td></tr></tbody></table></div>\n",
+      say("timing_caption", number(period, 0)), say("ticks"), say("median"), three_nines(), say("worst"), us.size(),
+      number(quantile(0.5)), number(quantile(0.99)), number(quantile(0.999)), number(us.back()));
   put("<div class=\"scroll\">{}</div>\n",
       histogram(edges, counts, "µs",
                 say("histogram_alt", us.size(), number(quantile(0.5)), number(quantile(0.99)), number(us.back())),
@@ -255,7 +266,8 @@ void Page::cpu_times() {
 void Page::sound_times() {
   const auto heard = frames_of(session_, "sound");
   if (!heard || heard->column("latency_s").empty()) return;  // silent, or into a file
-  put("<div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-labelledby=\"h-timing\"><table><caption>{}</caption><thead><tr><th scope=\"col\"></th>"
+  put("<div class=\"scroll\" tabindex=\"0\" role=\"region\" "
+      "aria-labelledby=\"h-timing\"><table><caption>{}</caption><thead><tr><th scope=\"col\"></th>"
       "<th scope=\"col\">{}</th><th scope=\"col\">99 %</th><th scope=\"col\">{}</th></tr></thead>\n<tbody>\n",
       say("sound_caption"), say("median"), say("worst"));
   frame_row(*heard, "hand_to_sound", "latency_s", 1e3, "ms");
@@ -266,10 +278,13 @@ void Page::headset() {
   const auto shown = frames_of(session_, "headset");
   if (!shown) return;
   put("<section id=\"headset\" aria-labelledby=\"h-headset\">\n<h2 id=\"h-headset\">{}</h2>\n<p>{}</p>\n"
-      "<div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-labelledby=\"h-headset\"><table><caption>{}</caption><thead><tr><th scope=\"col\"></th><th scope=\"col\">{}</th><th scope=\"col\">99 %</th>"
+      "<div class=\"scroll\" tabindex=\"0\" role=\"region\" "
+      "aria-labelledby=\"h-headset\"><table><caption>{}</caption><thead><tr><th scope=\"col\"></th><th "
+      "scope=\"col\">{}</th><th scope=\"col\">99 %</th>"
       "<th scope=\"col\">{}</th></tr></thead>\n<tbody>\n",
-      say("headset"), say("headset_frames", shown->count(), number(shown->sum("drawn"), 0), number(shown->sum("missed"), 0)), say("headset_caption"),
-      say("median"), say("worst"));
+      say("headset"),
+      say("headset_frames", shown->count(), number(shown->sum("drawn"), 0), number(shown->sum("missed"), 0)),
+      say("headset_caption"), say("median"), say("worst"));
   frame_row(*shown, "pose_to_submit", "pose_to_submit_s", 1e3, "ms");
   frame_row(*shown, "frame_margin", "margin_s", 1e3, "ms", true);
   frame_row(*shown, "head_error", "position_error_m", 1e3, "mm");
@@ -282,11 +297,13 @@ void Page::picture() {
   if (!shown) return;
   const std::vector<double> steps = shown->column("quality_step");
   put("<section id=\"picture\" aria-labelledby=\"h-picture\">\n<h2 id=\"h-picture\">{}</h2>\n<p>{}</p>\n"
-      "<table><caption>{}</caption><thead><tr><th scope=\"col\"></th><th scope=\"col\">{}</th><th scope=\"col\">99 %</th>"
+      "<table><caption>{}</caption><thead><tr><th scope=\"col\"></th><th scope=\"col\">{}</th><th scope=\"col\">99 "
+      "%</th>"
       "<th scope=\"col\">{}</th></tr></thead>\n<tbody>\n",
       say("picture"),
       say("picture_frames", shown->count(), number(100 * shown->mean("redrawn"), 0),
-          steps.empty() ? 1 : static_cast<int>(steps.front()) + 1, steps.empty() ? 1 : static_cast<int>(steps.back()) + 1),
+          steps.empty() ? 1 : static_cast<int>(steps.front()) + 1,
+          steps.empty() ? 1 : static_cast<int>(steps.back()) + 1),
       say("picture_caption"), say("median"), say("worst"));
   frame_row(*shown, "frame_period", "period_s", 1e3, "ms");
   frame_row(*shown, "frame_record", "record_s", 1e3, "ms");
@@ -298,7 +315,8 @@ void Page::picture() {
 void Page::events() {
   const auto& all = session_.events();
   if (all.empty()) return;
-  put("<section id=\"events\" class=\"long\" aria-labelledby=\"h-events\">\n<h2 id=\"h-events\">{}</h2>\n<div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-labelledby=\"h-events\"><table><thead><tr>"
+  put("<section id=\"events\" class=\"long\" aria-labelledby=\"h-events\">\n<h2 id=\"h-events\">{}</h2>\n<div "
+      "class=\"scroll\" tabindex=\"0\" role=\"region\" aria-labelledby=\"h-events\"><table><thead><tr>"
       "<th scope=\"col\">{}</th><th scope=\"col\" class=\"text\">{}</th></tr></thead>\n<tbody>\n",
       say("events"), say("when"), say("what"));
   for (std::size_t i = 0; i < std::min(all.size(), kMostEvents); ++i) {

@@ -32,7 +32,8 @@ std::vector<std::uint8_t> png_of(const std::vector<std::uint8_t>& rgb, glm::ivec
                PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
   png_write_info(png, info);
   for (int y = 0; y < size.y; ++y) {
-    png_write_row(png, const_cast<png_bytep>(rgb.data() + static_cast<std::size_t>(y) * static_cast<std::size_t>(size.x) * 3));
+    png_write_row(
+        png, const_cast<png_bytep>(rgb.data() + static_cast<std::size_t>(y) * static_cast<std::size_t>(size.x) * 3));
   }
   png_write_end(png, nullptr);
   png_destroy_write_struct(&png, &info);
@@ -41,7 +42,8 @@ std::vector<std::uint8_t> png_of(const std::vector<std::uint8_t>& rgb, glm::ivec
 
 }  // namespace
 
-std::vector<std::uint8_t> draw_model(const ResultModel& model, const ModelView& view, glm::ivec2 pixels, bool difference) {
+std::vector<std::uint8_t> draw_model(const ResultModel& model, const ModelView& view, glm::ivec2 pixels,
+                                     bool difference) {
   const dvec3 back = -glm::normalize(view.look_W);
   const dvec3 right = glm::normalize(glm::cross(view.up_W, back)), up = glm::cross(back, right);
   struct Point {
@@ -93,7 +95,8 @@ std::vector<std::uint8_t> draw_model(const ResultModel& model, const ModelView& 
         const float w = 1 - u - v;
         if (u < 0 || v < 0 || w < 0) continue;
         const float z = u * a.z + v * b.z + w * c.z;
-        const std::size_t at = static_cast<std::size_t>(y) * static_cast<std::size_t>(fine.x) + static_cast<std::size_t>(x);
+        const std::size_t at =
+            static_cast<std::size_t>(y) * static_cast<std::size_t>(fine.x) + static_cast<std::size_t>(x);
         if (z <= depth[at]) continue;
         depth[at] = z;
         color[at] = u * a.color + v * b.color + w * c.color;
@@ -111,7 +114,8 @@ std::vector<std::uint8_t> draw_model(const ResultModel& model, const ModelView& 
                      static_cast<std::size_t>(x * kFine + k % kFine)];
       }
       for (int k = 0; k < 3; ++k) {
-        rgb.push_back(static_cast<std::uint8_t>(std::clamp(sum[k] / static_cast<float>(kFine * kFine) + 0.5f, 0.0f, 255.0f)));
+        rgb.push_back(
+            static_cast<std::uint8_t>(std::clamp(sum[k] / static_cast<float>(kFine * kFine) + 0.5f, 0.0f, 255.0f)));
       }
     }
   }

@@ -41,8 +41,8 @@ std::string learning_curve_html(std::span<const SessionSummary> sessions, Langua
     for (const SessionSummary& s : all) {
       if (s.scene == scenes[k]) mine.push_back(&s);
     }
-    put("<section class=\"long\" aria-labelledby=\"scene-{0}\"><h2 id=\"scene-{0}\">{1}</h2>\n<div class=\"curves\">\n", k,
-        escaped(heading_of(*mine.back(), words, language)));
+    put("<section class=\"long\" aria-labelledby=\"scene-{0}\"><h2 id=\"scene-{0}\">{1}</h2>\n<div class=\"curves\">\n",
+        k, escaped(heading_of(*mine.back(), words, language)));
     const auto curve = [&](const std::string& title, const std::string& unit, std::optional<double> target,
                            const std::function<std::optional<double>(const SessionSummary&)>& value) {
       std::vector<double> values;
@@ -62,14 +62,16 @@ std::string learning_curve_html(std::span<const SessionSummary> sessions, Langua
     });
     for (const ScoreItem& item : mine.back()->score.items) {
       if (item.weight <= 0) continue;
-      curve(words.name_of_item(item.name), item.unit, item.target, [&](const SessionSummary& s) -> std::optional<double> {
-        for (const ScoreItem& other : s.score.items) {
-          if (other.name == item.name) return other.value;
-        }
-        return std::nullopt;
-      });
+      curve(words.name_of_item(item.name), item.unit, item.target,
+            [&](const SessionSummary& s) -> std::optional<double> {
+              for (const ScoreItem& other : s.score.items) {
+                if (other.name == item.name) return other.value;
+              }
+              return std::nullopt;
+            });
     }
-    put("</div>\n<div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-labelledby=\"scene-{}\"><table><thead><tr><th "
+    put("</div>\n<div class=\"scroll\" tabindex=\"0\" role=\"region\" "
+        "aria-labelledby=\"scene-{}\"><table><thead><tr><th "
         "scope=\"col\">{}</th><th scope=\"col\">{}</th><th scope=\"col\">{}</th>",
         k, words.say("session_file"), words.say("date"), words.say("score"));
     for (const ScoreItem& item : mine.back()->score.items) {
@@ -83,7 +85,8 @@ std::string learning_curve_html(std::span<const SessionSummary> sessions, Langua
       for (const ScoreItem& item : mine.back()->score.items) {
         if (item.weight <= 0) continue;
         const auto& items = s->score.items;
-        const auto it = std::find_if(items.begin(), items.end(), [&](const ScoreItem& i) { return i.name == item.name; });
+        const auto it =
+            std::find_if(items.begin(), items.end(), [&](const ScoreItem& i) { return i.name == item.name; });
         put("<td>{}</td>", it == items.end() ? std::string() : words.quantity(it->value, it->unit));
       }
       put("</tr>\n");

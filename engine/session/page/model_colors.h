@@ -12,18 +12,19 @@ namespace typodont::session {
 
 /// By the order of Tissue.
 inline constexpr std::array<std::array<int, 3>, kTissueCount> kTissueColors = {{{200, 200, 200},
-                                                                               {236, 230, 216},
-                                                                               {221, 197, 150},
-                                                                               {110, 62, 28},
-                                                                               {196, 62, 74},
-                                                                               {228, 216, 190},
-                                                                               {212, 176, 148},
-                                                                               {222, 134, 140},
-                                                                               {150, 155, 162},
-                                                                               {232, 214, 180}}};
+                                                                                {236, 230, 216},
+                                                                                {221, 197, 150},
+                                                                                {110, 62, 28},
+                                                                                {196, 62, 74},
+                                                                                {228, 216, 190},
+                                                                                {212, 176, 148},
+                                                                                {222, 134, 140},
+                                                                                {150, 155, 162},
+                                                                                {232, 214, 180}}};
 
 /// Blue: too much left; grey: as it should be; red: cut too deep. Told apart by people who do not see red or green.
-inline constexpr std::array<std::array<int, 3>, 3> kDifferenceColors = {{{33, 102, 172}, {226, 226, 222}, {190, 40, 30}}};
+inline constexpr std::array<std::array<int, 3>, 3> kDifferenceColors = {
+    {{33, 102, 172}, {226, 226, 222}, {190, 40, 30}}};
 
 /// `share`: -1 cut too deep, 0 right, 1 too much left.
 inline glm::vec3 difference_color(float share) {

@@ -13,15 +13,20 @@ namespace typodont::session {
 std::string page_head(Language language, const std::string& title) {
   return fmt::format(
       "<!doctype html>\n<html lang=\"{}\">\n<head>\n<meta charset=\"utf-8\">\n"
-      "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; img-src data:; style-src 'unsafe-inline'; "
+      "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; img-src data:; style-src "
+      "'unsafe-inline'; "
       "script-src 'unsafe-inline'\">\n"
       "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>{}</title>\n<style>{}</style>\n"
       "</head>\n<body>\n",
       tag_of(language), escaped(title), kStyle);
 }
 Page::Page(const SessionReader& session, const ReportOptions& options)
-    : Words{options.language}, session_(session), options_(options), course_(course_of(session)),
-      input_(options.input ? *options.input : input_of(session, course_)), score_(options.score ? *options.score : score_of(session, input_)) {
+    : Words{options.language},
+      session_(session),
+      options_(options),
+      course_(course_of(session)),
+      input_(options.input ? *options.input : input_of(session, course_)),
+      score_(options.score ? *options.score : score_of(session, input_)) {
   scene_name_ = scene_name_of(session);
   if (!session.header().scene_json.empty()) {
     const Json scene = Json::parse(session.header().scene_json, session.file().string() + ": scene");
@@ -113,7 +118,8 @@ void Page::warnings() {
   if (session_.truncated()) texts.push_back(say("warn.truncated"));
   if (session_.lost().any()) {
     const Lost& l = session_.lost();
-    texts.push_back(say("warn.lost", l.ticks_ring + l.ticks_disk, l.cuts_ring + l.cuts_disk, l.pictures_disk, l.other_ring + l.other_disk));
+    texts.push_back(say("warn.lost", l.ticks_ring + l.ticks_disk, l.cuts_ring + l.cuts_disk, l.pictures_disk,
+                        l.other_ring + l.other_disk));
   }
   if (course_.count == 0) texts.push_back(say("warn.no_ticks"));
   if (texts.empty()) return;
@@ -123,7 +129,8 @@ void Page::warnings() {
 }
 
 void Page::summary() {
-  put("<section id=\"result\" aria-labelledby=\"h-result\">\n<h2 id=\"h-result\">{}</h2>\n<div class=\"top\">\n<div>", say("result"));
+  put("<section id=\"result\" aria-labelledby=\"h-result\">\n<h2 id=\"h-result\">{}</h2>\n<div class=\"top\">\n<div>",
+      say("result"));
   if (score_.full > 0) {
     const double share = score_.points / score_.full;
     put("<p class=\"big\" style=\"margin:0\">{}<small> %</small></p>", number(100 * share, 0));
@@ -163,7 +170,9 @@ void Page::task() {
 
 void Page::details() {
   const SessionHeader& h = session_.header();
-  put("<section id=\"details\" class=\"long\" aria-labelledby=\"h-details\">\n<h2 id=\"h-details\">{}</h2>\n<dl class=\"list\">", say("details"));
+  put("<section id=\"details\" class=\"long\" aria-labelledby=\"h-details\">\n<h2 id=\"h-details\">{}</h2>\n<dl "
+      "class=\"list\">",
+      say("details"));
   const auto entry = [&](const char* key, const std::string& value) {
     if (!value.empty()) put("<dt>{}</dt><dd>{}</dd>", say(key), value);
   };

@@ -70,7 +70,8 @@ class Page : private Words {
   void volumes();
 
   std::vector<TimePlot::Mark> marks() const;
-  void plot(const char* key, const char* css, const char* unit, const Series& s, int decimals, const char* note = nullptr);
+  void plot(const char* key, const char* css, const char* unit, const Series& s, int decimals,
+            const char* note = nullptr);
   void over_time();
   /// Under the force: which tissue answers.
   void touched();

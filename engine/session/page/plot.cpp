@@ -13,7 +13,8 @@ namespace {
 constexpr double kWidth = 960, kLeft = 56, kRight = 22;
 constexpr double kPlot = kWidth - kLeft - kRight;
 
-std::string axis_of_time(double t0, double t1, double y, double top, const std::string& label, const NumberText& number) {
+std::string axis_of_time(double t0, double t1, double y, double top, const std::string& label,
+                         const NumberText& number) {
   std::string out;
   const double step = nice_step(t1 - t0, 10);
   const int decimals = decimals_for(step);
@@ -24,8 +25,8 @@ std::string axis_of_time(double t0, double t1, double y, double top, const std::
                    "<text x=\"{0:.1f}\" y=\"{3:.1f}\" text-anchor=\"middle\">{4}</text>",
                    x, top, y, y + 16, number(t, decimals));
   }
-  fmt::format_to(std::back_inserter(out), "<text x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"end\">{}</text>", kWidth - kRight,
-                 y + 32, escaped(label));
+  fmt::format_to(std::back_inserter(out), "<text x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"end\">{}</text>",
+                 kWidth - kRight, y + 32, escaped(label));
   return out;
 }
 
@@ -59,8 +60,8 @@ std::string time_plot(const TimePlot& plot, const Series& series, const NumberTe
   const auto x_of = [&](double bin) { return kLeft + kPlot * bin / static_cast<double>(series.mean.size()); };
   const auto y_of = [&](double v) { return kBottom - kHeight * (v - y0) / (y1 - y0); };
 
-  std::string out = fmt::format("<svg class=\"plot {}\" viewBox=\"0 0 {} {}\" role=\"img\" aria-label=\"{}\">", plot.css,
-                                kWidth, kBottom + 38, escaped(plot.label));
+  std::string out = fmt::format("<svg class=\"plot {}\" viewBox=\"0 0 {} {}\" role=\"img\" aria-label=\"{}\">",
+                                plot.css, kWidth, kBottom + 38, escaped(plot.label));
   const auto put = std::back_inserter(out);
   const int decimals = decimals_for(step);
   for (double v = y0; v <= y1 + 1e-9 * step; v += step) {
@@ -71,7 +72,8 @@ std::string time_plot(const TimePlot& plot, const Series& series, const NumberTe
                    kLeft, y_of(v), kWidth - kRight, y_of(v), kLeft - 6, y_of(v) + 4, number(shown, decimals));
   }
   out += axis_of_time(plot.t0, plot.t1, kBottom, kTop, plot.time_label, number);
-  fmt::format_to(put, "<text x=\"{:.0f}\" y=\"{:.0f}\" class=\"unit\">{}</text>", kLeft + 4, kTop + 12, escaped(plot.unit));
+  fmt::format_to(put, "<text x=\"{:.0f}\" y=\"{:.0f}\" class=\"unit\">{}</text>", kLeft + 4, kTop + 12,
+                 escaped(plot.unit));
 
   // Stretches without a gap: the band forth along the top and back along the bottom, then the mean.
   const std::size_t n = series.mean.size();
@@ -89,31 +91,35 @@ std::string time_plot(const TimePlot& plot, const Series& series, const NumberTe
       fmt::format_to(std::back_inserter(line), "{}{:.1f},{:.1f}", k == i ? "M" : "L", x, y_of(series.mean[k]));
     }
     for (std::size_t k = end; k-- > i;) {
-      fmt::format_to(std::back_inserter(band), "L{:.1f},{:.1f}", x_of(static_cast<double>(k) + 0.5), y_of(series.least[k]));
+      fmt::format_to(std::back_inserter(band), "L{:.1f},{:.1f}", x_of(static_cast<double>(k) + 0.5),
+                     y_of(series.least[k]));
     }
     fmt::format_to(put, "<path class=\"band\" d=\"{}Z\"/><path class=\"line\" d=\"{}\"/>", band, line);
     i = end;
   }
   for (const TimePlot::Mark& mark : plot.marks) {
     const double x = kLeft + kPlot * std::clamp((mark.t - plot.t0) / (plot.t1 - plot.t0), 0.0, 1.0);
-    fmt::format_to(put, "<line class=\"mark {}\" x1=\"{:.1f}\" y1=\"{:.0f}\" x2=\"{:.1f}\" y2=\"{:.0f}\"><title>{}</title></line>",
-                   mark.css, x, kTop, x, kBottom, escaped(mark.text));
+    fmt::format_to(
+        put, "<line class=\"mark {}\" x1=\"{:.1f}\" y1=\"{:.0f}\" x2=\"{:.1f}\" y2=\"{:.0f}\"><title>{}</title></line>",
+        mark.css, x, kTop, x, kBottom, escaped(mark.text));
   }
   out += "</svg>";
   return out;
 }
 
 std::string strip(const std::vector<std::string>& css, const std::string& label) {
-  std::string out = fmt::format("<svg class=\"strip\" viewBox=\"0 0 {} 26\" role=\"img\" aria-label=\"{}\">"
-                                "<rect class=\"frame\" x=\"{}\" y=\"3\" width=\"{}\" height=\"20\"/>",
-                                kWidth, escaped(label), kLeft, kPlot);
+  std::string out = fmt::format(
+      "<svg class=\"strip\" viewBox=\"0 0 {} 26\" role=\"img\" aria-label=\"{}\">"
+      "<rect class=\"frame\" x=\"{}\" y=\"3\" width=\"{}\" height=\"20\"/>",
+      kWidth, escaped(label), kLeft, kPlot);
   for (std::size_t i = 0; i < css.size();) {
     std::size_t end = i;
     while (end < css.size() && css[end] == css[i]) ++end;
     if (!css[i].empty()) {
       const double n = static_cast<double>(css.size());
-      fmt::format_to(std::back_inserter(out), "<rect class=\"{}\" x=\"{:.2f}\" y=\"3\" width=\"{:.2f}\" height=\"20\"/>",
-                     css[i], kLeft + kPlot * static_cast<double>(i) / n, kPlot * static_cast<double>(end - i) / n);
+      fmt::format_to(std::back_inserter(out),
+                     "<rect class=\"{}\" x=\"{:.2f}\" y=\"3\" width=\"{:.2f}\" height=\"20\"/>", css[i],
+                     kLeft + kPlot * static_cast<double>(i) / n, kPlot * static_cast<double>(end - i) / n);
     }
     i = end;
   }
@@ -129,8 +135,8 @@ std::string histogram(const std::vector<double>& edges, const std::vector<double
   const auto x_of = [&](double v) { return kLeft + kPlot * (std::log10(v) - lg0) / (lg1 - lg0); };
   // One tick is half a step above the axis, so that the single worst one shows.
   const auto y_of = [&](double c) { return kBottom - kHeight * (std::log10(c) + 0.5) / (decades + 0.5); };
-  std::string out = fmt::format("<svg class=\"plot timing\" viewBox=\"0 0 {} {}\" role=\"img\" aria-label=\"{}\">", kWidth,
-                                kBottom + 38, escaped(label));
+  std::string out = fmt::format("<svg class=\"plot timing\" viewBox=\"0 0 {} {}\" role=\"img\" aria-label=\"{}\">",
+                                kWidth, kBottom + 38, escaped(label));
   const auto put = std::back_inserter(out);
   for (double d = 0; d <= decades; ++d) {
     const double c = std::pow(10.0, d);
@@ -155,8 +161,8 @@ std::string histogram(const std::vector<double>& edges, const std::vector<double
     fmt::format_to(put, "<rect class=\"bar\" x=\"{:.1f}\" y=\"{:.1f}\" width=\"{:.1f}\" height=\"{:.1f}\"/>", x0,
                    y_of(counts[i]), std::max(0.5, x1 - x0 - 1), kBottom - y_of(counts[i]));
   }
-  fmt::format_to(put, "<text x=\"{:.0f}\" y=\"{:.0f}\" text-anchor=\"end\">{}</text></svg>", kWidth - kRight, kBottom + 32,
-                 escaped(unit));
+  fmt::format_to(put, "<text x=\"{:.0f}\" y=\"{:.0f}\" text-anchor=\"end\">{}</text></svg>", kWidth - kRight,
+                 kBottom + 32, escaped(unit));
   return out;
 }
 
@@ -176,8 +182,8 @@ std::string session_plot(const std::vector<double>& values, std::optional<double
     const double n = static_cast<double>(values.size());
     return kL + (kW - kL - kR) * (static_cast<double>(i) + 0.5) / n;
   };
-  std::string out = fmt::format("<svg class=\"plot sessions\" viewBox=\"0 0 {} {}\" role=\"img\" aria-label=\"{}\">", kW,
-                                kBottom + 22, escaped(label));
+  std::string out = fmt::format("<svg class=\"plot sessions\" viewBox=\"0 0 {} {}\" role=\"img\" aria-label=\"{}\">",
+                                kW, kBottom + 22, escaped(label));
   const auto put = std::back_inserter(out);
   for (double v = y0; v <= y1 + 1e-9 * step; v += step) {
     fmt::format_to(put,
@@ -194,11 +200,13 @@ std::string session_plot(const std::vector<double>& values, std::optional<double
   const std::size_t every = 1 + values.size() / 12;  // numbers that fit side by side
   for (std::size_t i = 0; i < values.size(); ++i) {
     if (i % every == 0) {
-      fmt::format_to(put, "<text x=\"{:.1f}\" y=\"{:.0f}\" text-anchor=\"middle\">{}</text>", x_of(i), kBottom + 16, i + 1);
+      fmt::format_to(put, "<text x=\"{:.1f}\" y=\"{:.0f}\" text-anchor=\"middle\">{}</text>", x_of(i), kBottom + 16,
+                     i + 1);
     }
     if (std::isnan(values[i])) continue;
     fmt::format_to(std::back_inserter(line), "{}{:.1f},{:.1f}", line.empty() ? "M" : "L", x_of(i), y_of(values[i]));
-    fmt::format_to(std::back_inserter(dots), "<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"3.5\"/>", x_of(i), y_of(values[i]));
+    fmt::format_to(std::back_inserter(dots), "<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"3.5\"/>", x_of(i),
+                   y_of(values[i]));
   }
   fmt::format_to(put, "<path class=\"line\" d=\"{}\"/>{}</svg>", line, dots);
   return out;

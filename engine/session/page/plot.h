@@ -27,9 +27,9 @@ struct Series {
 struct TimePlot {
   double t0 = 0, t1 = 1;  // s
   std::string unit;
-  std::string label;             // for screen readers
+  std::string label;  // for screen readers
   std::string time_label;
-  std::string css;               // class of band and line: "force", "depth", …
+  std::string css;  // class of band and line: "force", "depth", …
   struct Mark {
     double t;
     std::string text;

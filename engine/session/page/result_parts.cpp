@@ -19,7 +19,8 @@ int rank_of(const SessionPicture& p) {
 }
 
 const ScoreItem* item_of(const Score& score, const std::string& name) {
-  const auto it = std::find_if(score.items.begin(), score.items.end(), [&](const ScoreItem& i) { return i.name == name; });
+  const auto it =
+      std::find_if(score.items.begin(), score.items.end(), [&](const ScoreItem& i) { return i.name == name; });
   return it == score.items.end() ? nullptr : &*it;
 }
 
@@ -29,7 +30,11 @@ Page::Views Page::views() const {
   const dvec3 axis = options_.preparation ? options_.preparation->axis_W : dvec3(0, 0, 1);
   const dvec3 other = std::abs(axis.x) < 0.7 ? dvec3(1, 0, 0) : dvec3(0, 0, 1);
   const dvec3 right = glm::normalize(other - glm::dot(other, axis) * axis), away = glm::cross(axis, right);
-  return {{-axis, away}, {away, axis}, {-right, axis}, {glm::normalize(-0.75 * axis + 0.6 * away - 0.3 * right), axis}, right};
+  return {{-axis, away},
+          {away, axis},
+          {-right, axis},
+          {glm::normalize(-0.75 * axis + 0.6 * away - 0.3 * right), axis},
+          right};
 }
 
 void Page::result_views() {
@@ -44,7 +49,8 @@ void Page::result_views() {
   put("<div class=\"pictures\">\n");
   const auto picture = [&](const ModelView& view, bool difference, const std::string& caption) {
     put("<figure><img alt=\"{}\" src=\"data:image/png;base64,{}\"><figcaption>{}</figcaption></figure>\n",
-        escaped(say("picture.alt", caption)), base64(draw_model(model, view, {420, 320}, difference)), escaped(caption));
+        escaped(say("picture.alt", caption)), base64(draw_model(model, view, {420, 320}, difference)),
+        escaped(caption));
   };
   picture(at.above, false, say("view.above"));
   picture(at.angled, false, say("view.angled"));
@@ -67,8 +73,8 @@ void Page::worst_places() {
   const CavityMeasures& c = *input_.cavity;
   const auto say_place = [&](const char* key, const Place& place) {
     if (!(place.depth > 0)) return;
-    put("<p>{}</p>\n", say(key, quantity(place.depth * 1e3, "mm"), number(place.p_W.x * 1e3, 1), number(place.p_W.y * 1e3, 1),
-                          number(place.p_W.z * 1e3, 1)));
+    put("<p>{}</p>\n", say(key, quantity(place.depth * 1e3, "mm"), number(place.p_W.x * 1e3, 1),
+                           number(place.p_W.y * 1e3, 1), number(place.p_W.z * 1e3, 1)));
   };
   say_place("worst_over", c.over);
   say_place("worst_under", c.under);
@@ -80,13 +86,15 @@ void Page::color_bar() {
     return fmt::format("rgb({},{},{})", c[0], c[1], c[2]);
   };
   const std::string full = number(kFullColor * 1e3, 1);
-  put("<div class=\"colorbar\" role=\"img\" aria-label=\"{0}\"><i style=\"background:linear-gradient(90deg,{1},{2},{3})\"></i>"
+  put("<div class=\"colorbar\" role=\"img\" aria-label=\"{0}\"><i "
+      "style=\"background:linear-gradient(90deg,{1},{2},{3})\"></i>"
       "<span>−{4} mm {5}</span><span>0</span><span>+{4} mm {6}</span></div>\n",
       escaped(say("colorbar_alt")), css(2), css(1), css(0), full, say("too_deep"), say("too_much"));
 }
 
 void Page::viewer(const Views& at) {
-  put("<h3>{}</h3>\n<noscript><p class=\"soft\">{}</p></noscript>\n<div id=\"viewer\" hidden>\n<div class=\"buttons\" role=\"group\" "
+  put("<h3>{}</h3>\n<noscript><p class=\"soft\">{}</p></noscript>\n<div id=\"viewer\" hidden>\n<div class=\"buttons\" "
+      "role=\"group\" "
       "aria-label=\"{}\">",
       say("turn"), say("no_script"), say("show"));
   const auto mode = [&](const char* name, const char* key) {
@@ -99,11 +107,14 @@ void Page::viewer(const Views& at) {
   for (const char* name : {"above", "front", "side", "angled"}) {
     put("<button type=\"button\" data-look=\"{}\">{}</button>", name, say(std::string("view.") + name));
   }
-  put("<button type=\"button\" data-look=\"reset\">{}</button>\n<label>{} <input type=\"range\" name=\"cut\" min=\"5\" max=\"100\" "
-      "value=\"100\"></label></div>\n<canvas tabindex=\"0\" role=\"img\" aria-label=\"{}\"></canvas>\n<p class=\"soft\">{}</p>\n"
+  put("<button type=\"button\" data-look=\"reset\">{}</button>\n<label>{} <input type=\"range\" name=\"cut\" min=\"5\" "
+      "max=\"100\" "
+      "value=\"100\"></label></div>\n<canvas tabindex=\"0\" role=\"img\" aria-label=\"{}\"></canvas>\n<p "
+      "class=\"soft\">{}</p>\n"
       "<p aria-live=\"polite\" class=\"hush\"></p>\n</div>\n",
       say("reset"), say("cut_open"), escaped(say("viewer_alt")), say("viewer_keys"));
-  put("<script type=\"application/json\" id=\"model-data\">{}</script>\n<script>{}</script>\n", model_data(at), kViewerScript);
+  put("<script type=\"application/json\" id=\"model-data\">{}</script>\n<script>{}</script>\n", model_data(at),
+      kViewerScript);
 }
 
 std::string Page::model_data(const Views& at) const {
@@ -130,15 +141,19 @@ std::string Page::model_data(const Views& at) const {
         normal.push_back(static_cast<std::int8_t>(std::lround(127 * std::clamp(v.n[k], -1.0f, 1.0f))));
       }
       tissue.push_back(static_cast<std::uint8_t>(v.tissue));
-      off.push_back(static_cast<std::int8_t>(std::lround(127 * std::clamp(v.off / static_cast<float>(kFullColor), -1.0f, 1.0f))));
+      off.push_back(
+          static_cast<std::int8_t>(std::lround(127 * std::clamp(v.off / static_cast<float>(kFullColor), -1.0f, 1.0f))));
     }
     std::vector<std::uint32_t> index;
     for (const auto& t : m->triangles) index.insert(index.end(), t.begin(), t.end());
-    meshes.push_back(fmt::format("{{\"position\":\"{}\",\"normal\":\"{}\",\"tissue\":\"{}\",\"off\":\"{}\",\"index\":\"{}\"}}",
-                                 raw(position), raw(normal), raw(tissue), raw(off), raw(index)));
+    meshes.push_back(
+        fmt::format("{{\"position\":\"{}\",\"normal\":\"{}\",\"tissue\":\"{}\",\"off\":\"{}\",\"index\":\"{}\"}}",
+                    raw(position), raw(normal), raw(tissue), raw(off), raw(index)));
   }
   const auto vec = [](const dvec3& v) { return fmt::format("[{:.5f},{:.5f},{:.5f}]", v.x, v.y, v.z); };
-  const auto view = [&](const ModelView& v) { return fmt::format("{{\"back\":{},\"up\":{}}}", vec(-v.look_W), vec(v.up_W)); };
+  const auto view = [&](const ModelView& v) {
+    return fmt::format("{{\"back\":{},\"up\":{}}}", vec(-v.look_W), vec(v.up_W));
+  };
   std::vector<std::string> tissues, difference;
   for (const auto& c : kTissueColors) tissues.push_back(fmt::format("[{},{},{}]", c[0], c[1], c[2]));
   for (const auto& c : kDifferenceColors) difference.push_back(fmt::format("[{},{},{}]", c[0], c[1], c[2]));
@@ -148,10 +163,13 @@ std::string Page::model_data(const Views& at) const {
     const Preparation& p = *options_.preparation;
     focus = (glm::vec3(p.frame.to_world(0.5 * dvec3(p.before.size))) - middle) / step;
   }
-  return fmt::format("{{\"has_ideal\":{},\"focus\":{},\"extent\":{:.6g},\"step\":{:.6g},\"tissues\":[{}],\"difference\":[{}],\"view\":{{"
-                     "\"above\":{},\"front\":{},\"side\":{},\"angled\":{},\"slice\":{}}},\"meshes\":[{}]}}",
-                     has_ideal() ? "true" : "false", vec(dvec3(focus)), glm::length(extent), step, fmt::join(tissues, ","), fmt::join(difference, ","),
-                     view(at.above), view(at.front), view(at.side), view(at.angled), vec(-at.front.look_W), fmt::join(meshes, ","));
+  return fmt::format(
+      "{{\"has_ideal\":{},\"focus\":{},\"extent\":{:.6g},\"step\":{:.6g},\"tissues\":[{}],\"difference\":[{}],\"view\":"
+      "{{"
+      "\"above\":{},\"front\":{},\"side\":{},\"angled\":{},\"slice\":{}}},\"meshes\":[{}]}}",
+      has_ideal() ? "true" : "false", vec(dvec3(focus)), glm::length(extent), step, fmt::join(tissues, ","),
+      fmt::join(difference, ","), view(at.above), view(at.front), view(at.side), view(at.angled), vec(-at.front.look_W),
+      fmt::join(meshes, ","));
 }
 
 void Page::sections(const Views& at) {
@@ -171,7 +189,8 @@ void Page::sections(const Views& at) {
   for (const std::string& svg : {front, side}) {
     if (!svg.empty()) put("<figure>{}</figure>\n", svg);
   }
-  put("</div>\n<ul class=\"legend\" aria-hidden=\"true\"><li class=\"k-was\">{}</li><li class=\"k-is\">{}</li>", say("before"), say("form"));
+  put("</div>\n<ul class=\"legend\" aria-hidden=\"true\"><li class=\"k-was\">{}</li><li class=\"k-is\">{}</li>",
+      say("before"), say("form"));
   if (has_ideal()) put("<li class=\"k-ideal\">{}</li>", say("ideal"));
   put("</ul>\n");
 }
@@ -205,12 +224,14 @@ void Page::pictures() {
 }
 
 void Page::items() {
-  put("<section id=\"items\" class=\"long\" aria-labelledby=\"h-items\">\n<h2 id=\"h-items\">{}</h2>\n<div class=\"scroll\" "
+  put("<section id=\"items\" class=\"long\" aria-labelledby=\"h-items\">\n<h2 id=\"h-items\">{}</h2>\n<div "
+      "class=\"scroll\" "
       "tabindex=\"0\" role=\"region\" aria-labelledby=\"h-items\">\n<table><caption>{} {}: {} %.</caption>\n<thead><tr>"
-      "<th scope=\"col\">{}</th><th scope=\"col\">{}</th><th scope=\"col\">{}</th><th scope=\"col\">{}</th><th scope=\"col\">{}</th>"
+      "<th scope=\"col\">{}</th><th scope=\"col\">{}</th><th scope=\"col\">{}</th><th scope=\"col\">{}</th><th "
+      "scope=\"col\">{}</th>"
       "<th scope=\"col\" class=\"text\">{}</th></tr></thead>\n<tbody>\n",
-      say("items"), say("completion_note"), say("completion"), number(100 * score_.completion, 0), say("item"), say("value"),
-      say("target"), say("tolerance"), say("points"), say("source"));
+      say("items"), say("completion_note"), say("completion"), number(100 * score_.completion, 0), say("item"),
+      say("value"), say("target"), say("tolerance"), say("points"), say("source"));
   // What counts first.
   std::vector<const ScoreItem*> order;
   for (const ScoreItem& item : score_.items) order.push_back(&item);
@@ -228,7 +249,8 @@ void Page::items() {
       put("<td></td><td></td><td>{}</td><td class=\"text source\"></td></tr>\n", say("not_counted"));
     }
   }
-  put("</tbody>\n<tfoot><tr><th scope=\"row\">{}</th><td></td><td></td><td></td><td>{} / {}</td><td></td></tr></tfoot>\n"
+  put("</tbody>\n<tfoot><tr><th scope=\"row\">{}</th><td></td><td></td><td></td><td>{} / "
+      "{}</td><td></td></tr></tfoot>\n"
       "</table></div>\n</section>\n",
       say("score"), number(score_.points, 1), number(score_.full, 0));
 }
@@ -243,13 +265,13 @@ void Page::comparison() {
   if (!options_.earlier.empty()) {
     const SessionSummary& last = options_.earlier.back();
     columns.push_back({say("last_session"), &last.score});
-    const auto best = std::max_element(options_.earlier.begin(), options_.earlier.end(), [](const auto& a, const auto& b) {
-      return a.score.points < b.score.points;
-    });
+    const auto best = std::max_element(options_.earlier.begin(), options_.earlier.end(),
+                                       [](const auto& a, const auto& b) { return a.score.points < b.score.points; });
     columns.push_back({say("best_session"), &best->score});
   }
   if (options_.expert) columns.push_back({say("expert"), &options_.expert->score});
-  put("<section id=\"comparison\" class=\"long\" aria-labelledby=\"h-comparison\">\n<h2 id=\"h-comparison\">{}</h2>\n<div class=\"scroll\" "
+  put("<section id=\"comparison\" class=\"long\" aria-labelledby=\"h-comparison\">\n<h2 "
+      "id=\"h-comparison\">{}</h2>\n<div class=\"scroll\" "
       "tabindex=\"0\" role=\"region\" aria-labelledby=\"h-comparison\"><table>",
       say("comparison"));
   if (!options_.earlier.empty()) put("<caption>{}</caption>", say("earlier_count", options_.earlier.size()));
@@ -266,14 +288,17 @@ void Page::comparison() {
     put("</tr>\n");
   }
   put("</tbody>\n<tfoot><tr><th scope=\"row\">{}</th>", say("score"));
-  for (const Column& c : columns) put("<td>{} %</td>", number(c.score->full > 0 ? 100 * c.score->points / c.score->full : 0, 0));
+  for (const Column& c : columns)
+    put("<td>{} %</td>", number(c.score->full > 0 ? 100 * c.score->points / c.score->full : 0, 0));
   put("</tr></tfoot>\n</table></div>\n");
   if (!options_.earlier.empty()) {
     std::vector<double> values;
-    for (const SessionSummary& s : options_.earlier) values.push_back(s.score.full > 0 ? 100 * s.score.points / s.score.full : 0);
+    for (const SessionSummary& s : options_.earlier)
+      values.push_back(s.score.full > 0 ? 100 * s.score.points / s.score.full : 0);
     values.push_back(score_.full > 0 ? 100 * score_.points / score_.full : 0);
     put("<figure>{}<figcaption>{} (%)</figcaption></figure>\n",
-        session_plot(values, 100.0, say("curve_alt", say("score"), quantity(values.front(), "%"), quantity(values.back(), "%")),
+        session_plot(values, 100.0,
+                     say("curve_alt", say("score"), quantity(values.front(), "%"), quantity(values.back(), "%")),
                      number_text()),
         say("score"));
   }
@@ -281,8 +306,10 @@ void Page::comparison() {
 }
 
 void Page::volumes() {
-  put("<section id=\"volumes\" aria-labelledby=\"h-volumes\">\n<h2 id=\"h-volumes\">{}</h2>\n<div class=\"scroll\" tabindex=\"0\" "
-      "role=\"region\" aria-labelledby=\"h-volumes\">\n<table><caption>{}</caption>\n<thead><tr><th scope=\"col\">{}</th>"
+  put("<section id=\"volumes\" aria-labelledby=\"h-volumes\">\n<h2 id=\"h-volumes\">{}</h2>\n<div class=\"scroll\" "
+      "tabindex=\"0\" "
+      "role=\"region\" aria-labelledby=\"h-volumes\">\n<table><caption>{}</caption>\n<thead><tr><th "
+      "scope=\"col\">{}</th>"
       "<th scope=\"col\">{}</th><th scope=\"col\">{}</th><th scope=\"col\">{}</th>",
       say("volumes"), say("volumes_caption"), say("tissue"), say("before"), say("removed"), say("after"));
   if (input_.ideal) put("<th scope=\"col\">{}</th>", say("ideal"));
@@ -295,9 +322,10 @@ void Page::volumes() {
     before_sum += before;
     after_sum += after;
     ideal_sum += ideal;
-    put("<tr{}><th scope=\"row\"><span class=\"swatch s-{}\" aria-hidden=\"true\"></span>{}</th><td>{}</td><td>{}</td><td>{}</td>",
-        static_cast<Tissue>(i) == Tissue::kCaries ? " class=\"key\"" : "", name_of(static_cast<Tissue>(i)), tissue_text(i),
-        number(before, 2), number(before - after, 2), number(after, 2));
+    put("<tr{}><th scope=\"row\"><span class=\"swatch s-{}\" "
+        "aria-hidden=\"true\"></span>{}</th><td>{}</td><td>{}</td><td>{}</td>",
+        static_cast<Tissue>(i) == Tissue::kCaries ? " class=\"key\"" : "", name_of(static_cast<Tissue>(i)),
+        tissue_text(i), number(before, 2), number(before - after, 2), number(after, 2));
     if (input_.ideal) put("<td>{}</td>", number(ideal, 2));
     if (before > 0) {
       put("<td>{} %</td></tr>\n", number(100 * (before - after) / before, 1));

@@ -85,8 +85,8 @@ std::string section_svg(const Preparation& in, const dvec3& through_W, const dve
   return fmt::format(
       "<svg class=\"section\" viewBox=\"0 0 400 {:.0f}\" role=\"img\" aria-label=\"{}\">{}{}{}"
       "<path class=\"ruler\" d=\"M12 {:.1f}h{:.1f}\"/><text x=\"12\" y=\"{:.1f}\">1 mm</text></svg>",
-      height, escaped(label), curve(in.before, "was"), curve(in.ideal, "ideal"), curve(in.after, "is"), height - 10, 1e-3 * scale,
-      height - 15);
+      height, escaped(label), curve(in.before, "was"), curve(in.ideal, "ideal"), curve(in.after, "is"), height - 10,
+      1e-3 * scale, height - 15);
 }
 
 }  // namespace typodont::session

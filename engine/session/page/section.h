@@ -7,7 +7,9 @@
 
 namespace typodont::session {
 
-/// The plane through `through_W` that holds the preparation's axis (upright) and `along_W` (to the right, square to it).
-std::string section_svg(const Preparation& preparation, const dvec3& through_W, const dvec3& along_W, const std::string& label);
+/// The plane through `through_W` that holds the preparation's axis (upright) and `along_W` (to the right, square to
+/// it).
+std::string section_svg(const Preparation& preparation, const dvec3& through_W, const dvec3& along_W,
+                        const std::string& label);
 
 }  // namespace typodont::session

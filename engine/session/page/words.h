@@ -42,9 +42,12 @@ struct Words {
   std::string target(const ScoreItem& item) const {
     const std::string value = quantity(item.target, item.unit);
     switch (item.best) {
-      case Best::kAtMost: return say("at_most", value);
-      case Best::kAtLeast: return say("at_least", value);
-      case Best::kNear: return value;
+      case Best::kAtMost:
+        return say("at_most", value);
+      case Best::kAtLeast:
+        return say("at_least", value);
+      case Best::kNear:
+        return value;
     }
     return value;
   }

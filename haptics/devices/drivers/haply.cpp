@@ -63,7 +63,7 @@ class HaplyDevice : public HapticDevice {
 
   bool read(HandSample& sample) noexcept override {
     faults_ = 0;
-    Nanos waited = 0;  // for the service; not while this process itself stood still
+    Nanos waited = 0;          // for the service; not while this process itself stood still
     if (!started_) release();  // asks for the first state
     started_ = true;
     bool fresh = false;

@@ -13,7 +13,8 @@ struct Mesh {
   std::vector<std::array<int, 3>> corners;  // of each triangle
 };
 
-/// `unit`: metres per unit of the file. Corners at the same place are one point; a surface that is not closed is an error.
+/// `unit`: metres per unit of the file. Corners at the same place are one point; a surface that is not closed is an
+/// error.
 Mesh read_mesh(const std::filesystem::path& file, double unit);
 
 }  // namespace typodont::haptics::importing

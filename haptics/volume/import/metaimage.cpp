@@ -133,11 +133,18 @@ RawScan read_metaimage(const std::filesystem::path& file) {
     header.fail("ElementNumberOfChannels", "1");
   }
   static const std::map<std::string_view, Element> kTypes = {
-      {"MET_CHAR", Element::kInt8},       {"MET_UCHAR", Element::kUint8},       {"MET_SHORT", Element::kInt16},
-      {"MET_USHORT", Element::kUint16},   {"MET_INT", Element::kInt32},         {"MET_UINT", Element::kUint32},
-      {"MET_LONG", Element::kInt32},      {"MET_ULONG", Element::kUint32},  // 4 bytes in MetaImage, whatever the
-                                                                            // machine
-      {"MET_LONG_LONG", Element::kInt64}, {"MET_ULONG_LONG", Element::kUint64}, {"MET_FLOAT", Element::kFloat},
+      {"MET_CHAR", Element::kInt8},
+      {"MET_UCHAR", Element::kUint8},
+      {"MET_SHORT", Element::kInt16},
+      {"MET_USHORT", Element::kUint16},
+      {"MET_INT", Element::kInt32},
+      {"MET_UINT", Element::kUint32},
+      {"MET_LONG", Element::kInt32},
+      {"MET_ULONG", Element::kUint32},  // 4 bytes in MetaImage, whatever the
+                                        // machine
+      {"MET_LONG_LONG", Element::kInt64},
+      {"MET_ULONG_LONG", Element::kUint64},
+      {"MET_FLOAT", Element::kFloat},
       {"MET_DOUBLE", Element::kDouble},
   };
   const Entry* type_entry = header.find("ElementType");

@@ -73,8 +73,7 @@ std::vector<std::uint8_t> EmulatedArm::report() {
     }
   }
   if (protocol_ == ArmProtocol::kText) {
-    const std::string line =
-        fmt::format("[{},{},{}]\n", arm_.has_stylus() ? 1 : 3, fmt::join(counts, ","), error);
+    const std::string line = fmt::format("[{},{},{}]\n", arm_.has_stylus() ? 1 : 3, fmt::join(counts, ","), error);
     return {line.begin(), line.end()};
   }
   const std::size_t size = protocol_ == ArmProtocol::kHidV1 ? 8 : protocol_ == ArmProtocol::kHidV2 ? 14 : 64;

@@ -38,7 +38,7 @@ class EmulatedArm {
   bool unplugged = false;
   bool silent = false;  // no report whatever the host writes
   int short_reports = 0, merged_reports = 0, garbage_reports = 0;
-  int leaping_reports = 0;  // all encoders somewhere else
+  int leaping_reports = 0;             // all encoders somewhere else
   std::array<std::int64_t, 6> slip{};  // counts lost, for good
   int error = 0;                       // text: the board's own error
   bool refuses_writes = false;

@@ -1,4 +1,5 @@
-// The clocks of a program under test, leaping when the test says so: standin_clock.cpp, preloaded, reads them from a file.
+// The clocks of a program under test, leaping when the test says so: standin_clock.cpp, preloaded, reads them from a
+// file.
 #pragma once
 
 #include <fcntl.h>

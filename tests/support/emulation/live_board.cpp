@@ -108,7 +108,8 @@ void LiveBoard::serve() {
       now_ = to_seconds(time_.true_now());
       if (most > worst_) worst_ = most;
     }
-    if (n > 0) [[maybe_unused]] const ssize_t sent = ::write(master_.get(), report, static_cast<std::size_t>(n));
+    if (n > 0) [[maybe_unused]]
+      const ssize_t sent = ::write(master_.get(), report, static_cast<std::size_t>(n));
     // A board that was kept waiting does not catch up: the hand would leap.
     real = std::max(real, now() - time_.true_now() - 2'000'000);
     sleep_until(real + time_.true_now());

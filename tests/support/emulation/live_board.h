@@ -31,7 +31,7 @@ class LiveBoard {
   /// Does something to the emulated board, between two of its milliseconds.
   void with(const std::function<void(EmulatedArm&)>& what);
 
-  double current() const { return current_.load(); }  // A, the largest of the motors'
+  double current() const { return current_.load(); }     // A, the largest of the motors'
   std::uint64_t lines() const { return lines_.load(); }  // commands that came since it was plugged in
   /// s, of the board's own clock: it stands still while this machine keeps the board waiting, and so does the hand that
   /// holds the arm. What a test waits for it counts in these.

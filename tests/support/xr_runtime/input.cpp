@@ -28,11 +28,12 @@ const std::map<std::string, Profile>& profiles() {
         {"input/x/click", "input/x/touch", "input/y/click", "input/y/touch", "input/menu/click"},
         {"input/a/click", "input/a/touch", "input/b/click", "input/b/touch", "input/system/click"}}},
       {"/interaction_profiles/valve/index_controller",
-       {with({"input/system/click", "input/system/touch", "input/a/click", "input/a/touch", "input/b/click",
-              "input/b/touch", "input/squeeze/value", "input/squeeze/force", "input/trigger/click",
-              "input/trigger/value", "input/trigger/touch", "input/thumbstick", "input/thumbstick/x",
-              "input/thumbstick/y", "input/thumbstick/click", "input/thumbstick/touch", "input/trackpad",
-              "input/trackpad/x", "input/trackpad/y", "input/trackpad/force", "input/trackpad/touch"}),
+       {with({"input/system/click",  "input/system/touch",  "input/a/click",          "input/a/touch",
+              "input/b/click",       "input/b/touch",       "input/squeeze/value",    "input/squeeze/force",
+              "input/trigger/click", "input/trigger/value", "input/trigger/touch",    "input/thumbstick",
+              "input/thumbstick/x",  "input/thumbstick/y",  "input/thumbstick/click", "input/thumbstick/touch",
+              "input/trackpad",      "input/trackpad/x",    "input/trackpad/y",       "input/trackpad/force",
+              "input/trackpad/touch"}),
         {},
         {}}},
       {"/interaction_profiles/htc/vive_controller",
@@ -259,7 +260,8 @@ XRAPI_ATTR XrResult XRAPI_CALL state_bool(XrSession session, const XrActionState
   int side = -1;
   Action* action = fetch(session, info, XR_ACTION_TYPE_BOOLEAN_INPUT, "xrGetActionStateBoolean", result, side);
   if (!action) return result;
-  if (!typed(state, XR_TYPE_ACTION_STATE_BOOLEAN, "xrGetActionStateBoolean", "state")) return XR_ERROR_VALIDATION_FAILURE;
+  if (!typed(state, XR_TYPE_ACTION_STATE_BOOLEAN, "xrGetActionStateBoolean", "state"))
+    return XR_ERROR_VALIDATION_FAILURE;
   bool active = false, on = false;
   for (const int hand : {0, 1}) {
     if (side >= 0 && side != hand) continue;

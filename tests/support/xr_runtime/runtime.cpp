@@ -24,14 +24,16 @@ Runtime& slot() {
 }
 
 XrPosef pose_of(const ScriptPose& s) {
-  return {{static_cast<float>(s.q[1]), static_cast<float>(s.q[2]), static_cast<float>(s.q[3]),
-           static_cast<float>(s.q[0])},
-          {static_cast<float>(s.p[0]), static_cast<float>(s.p[1]), static_cast<float>(s.p[2])}};
+  return {
+      {static_cast<float>(s.q[1]), static_cast<float>(s.q[2]), static_cast<float>(s.q[3]), static_cast<float>(s.q[0])},
+      {static_cast<float>(s.p[0]), static_cast<float>(s.p[1]), static_cast<float>(s.p[2])}};
 }
 
 }  // namespace
 
-Runtime& runtime() { return slot(); }
+Runtime& runtime() {
+  return slot();
+}
 
 void log_line(const std::string& line) {
   static std::mutex mutex;
@@ -47,7 +49,9 @@ XrTime time_now() {
   return std::chrono::duration_cast<std::chrono::nanoseconds>(since).count() + kOffset;
 }
 
-XrDuration period() { return static_cast<XrDuration>(runtime().script.period * 1e9); }
+XrDuration period() {
+  return static_cast<XrDuration>(runtime().script.period * 1e9);
+}
 
 double frame_at(XrTime time) {
   const Session* s = runtime().session.get();
@@ -126,7 +130,9 @@ const char* state_name(XrSessionState state) {
   return kNames[static_cast<std::size_t>(state)];
 }
 
-XrSession session_handle() { return reinterpret_cast<XrSession>(std::uintptr_t{0x42}); }
+XrSession session_handle() {
+  return reinterpret_cast<XrSession>(std::uintptr_t{0x42});
+}
 
 /// Down the ladder, as a compositor does: focused, visible, synchronized, stopping.
 void stop_session(Session& s) {
@@ -178,7 +184,8 @@ void fire(const ScriptEvent& e) {
     // The new origin, as seen from the old one.
     const XrPosef step = pose_of(e.pose);
     r.local = multiply(r.local, step);
-    auto& change = push_event<XrEventDataReferenceSpaceChangePending>(XR_TYPE_EVENT_DATA_REFERENCE_SPACE_CHANGE_PENDING);
+    auto& change =
+        push_event<XrEventDataReferenceSpaceChangePending>(XR_TYPE_EVENT_DATA_REFERENCE_SPACE_CHANGE_PENDING);
     change.session = session_handle();
     change.referenceSpaceType = XR_REFERENCE_SPACE_TYPE_LOCAL;
     change.changeTime = s.display_time;
@@ -195,7 +202,8 @@ void fire(const ScriptEvent& e) {
   } else if (e.event == "events_lost") {
     push_event<XrEventDataEventsLost>(XR_TYPE_EVENT_DATA_EVENTS_LOST).lostEventCount = 7;
   } else if (e.event == "refresh") {
-    auto& change = push_event<XrEventDataDisplayRefreshRateChangedFB>(XR_TYPE_EVENT_DATA_DISPLAY_REFRESH_RATE_CHANGED_FB);
+    auto& change =
+        push_event<XrEventDataDisplayRefreshRateChangedFB>(XR_TYPE_EVENT_DATA_DISPLAY_REFRESH_RATE_CHANGED_FB);
     change.fromDisplayRefreshRate = 90;
     change.toDisplayRefreshRate = 72;
   } else if (e.event == "unknown") {
@@ -229,8 +237,7 @@ void fire_events() {
     const ScriptEvent& e = r.script.events[i];
     Session& s = *r.session;
     if (s.fired.contains(i)) continue;
-    const bool due = e.state.empty() ? e.frame >= 0 && s.script_frame() >= e.frame
-                                     : e.state == state_name(s.state);
+    const bool due = e.state.empty() ? e.frame >= 0 && s.script_frame() >= e.frame : e.state == state_name(s.state);
     if (!due) continue;
     s.fired.insert(i);
     fire(e);
@@ -382,9 +389,9 @@ XRAPI_ATTR XrResult XRAPI_CALL view_configuration_views(XrInstance, XrSystemId i
       return XR_ERROR_VALIDATION_FAILURE;
   const auto w = static_cast<std::uint32_t>(runtime().script.view_size[0]),
              h = static_cast<std::uint32_t>(runtime().script.view_size[1]);
-  return give(std::vector<XrViewConfigurationView>(
-                  2, {XR_TYPE_VIEW_CONFIGURATION_VIEW, nullptr, w, 2 * w, h, 2 * h, 1, 4}),
-              capacity, count, views, "xrEnumerateViewConfigurationViews");
+  return give(
+      std::vector<XrViewConfigurationView>(2, {XR_TYPE_VIEW_CONFIGURATION_VIEW, nullptr, w, 2 * w, h, 2 * h, 1, 4}),
+      capacity, count, views, "xrEnumerateViewConfigurationViews");
 }
 
 XRAPI_ATTR XrResult XRAPI_CALL blend_modes(XrInstance, XrSystemId id, XrViewConfigurationType, std::uint32_t capacity,
@@ -460,8 +467,8 @@ XRAPI_ATTR XrResult XRAPI_CALL create_vulkan_device(XrInstance, const XrVulkanDe
     return XR_ERROR_VALIDATION_FAILURE;
   if (info->vulkanPhysicalDevice != runtime().vk_physical || !runtime().vk_physical)
     return violation(XR_ERROR_VALIDATION_FAILURE, "xrCreateVulkanDeviceKHR: not the runtime's physical device");
-  const auto create = reinterpret_cast<PFN_vkCreateDevice>(
-      info->pfnGetInstanceProcAddr(runtime().vk_instance, "vkCreateDevice"));
+  const auto create =
+      reinterpret_cast<PFN_vkCreateDevice>(info->pfnGetInstanceProcAddr(runtime().vk_instance, "vkCreateDevice"));
   *result = create(info->vulkanPhysicalDevice, info->vulkanCreateInfo, info->vulkanAllocator, device);
   runtime().vk_device = *result == VK_SUCCESS ? *device : VK_NULL_HANDLE;
   return XR_SUCCESS;

@@ -66,15 +66,15 @@ struct Session {
   XrSessionState state = XR_SESSION_STATE_UNKNOWN;
   bool running = false;
   bool lost = false;
-  bool exiting = false;        // after STOPPING comes EXITING
-  std::int64_t idle_polls = -1;  // polls until READY comes (again); −1: never
+  bool exiting = false;                            // after STOPPING comes EXITING
+  std::int64_t idle_polls = -1;                    // polls until READY comes (again); −1: never
   std::uint64_t waited = 0, begun = 0, ended = 0;  // frames
   std::uint64_t first_of_run = 0;                  // waited when the session began to run
   XrTime display_time = 0;
   std::array<XrTime, 2> begun_time{};
-  std::set<std::size_t> fired;  // events of the script
+  std::set<std::size_t> fired;                  // events of the script
   std::int64_t no_render = 0, unlocatable = 0;  // frames left
-  bool synced = false;       // actions, since the last focus
+  bool synced = false;                          // actions, since the last focus
   XrTime last_wait = 0;
   std::uint64_t skipped = 0;  // frames that went by in real time while the program was busy
   double script_frame() const { return static_cast<double>(waited + skipped); }
@@ -141,7 +141,8 @@ XrResult give(const std::vector<From>& from, std::uint32_t capacity, std::uint32
   if (!count) return violation(XR_ERROR_VALIDATION_FAILURE, "{}: no place for the count", call);
   *count = static_cast<std::uint32_t>(from.size());
   if (capacity == 0) return XR_SUCCESS;
-  if (capacity < from.size()) return violation(XR_ERROR_SIZE_INSUFFICIENT, "{}: capacity {} < {}", call, capacity, from.size());
+  if (capacity < from.size())
+    return violation(XR_ERROR_SIZE_INSUFFICIENT, "{}: capacity {} < {}", call, capacity, from.size());
   if (!to) return violation(XR_ERROR_VALIDATION_FAILURE, "{}: no array", call);
   for (std::size_t i = 0; i < from.size(); ++i) to[i] = from[i];
   return XR_SUCCESS;

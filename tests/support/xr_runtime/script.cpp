@@ -27,9 +27,9 @@ void allow(const json& from, const std::set<std::string>& keys) {
 }  // namespace
 
 const std::vector<std::string>& all_extensions() {
-  static const std::vector<std::string> names{
-      "XR_KHR_vulkan_enable2",        "XR_KHR_composition_layer_depth", "XR_KHR_visibility_mask",
-      "XR_KHR_convert_timespec_time", "XR_FB_display_refresh_rate",     "XR_FB_passthrough"};
+  static const std::vector<std::string> names{"XR_KHR_vulkan_enable2",      "XR_KHR_composition_layer_depth",
+                                              "XR_KHR_visibility_mask",     "XR_KHR_convert_timespec_time",
+                                              "XR_FB_display_refresh_rate", "XR_FB_passthrough"};
   return names;
 }
 
@@ -37,9 +37,10 @@ Script read_script(const std::string& file) {
   std::ifstream in(file);
   if (!in) throw std::runtime_error("cannot be read");
   const json j = json::parse(in);
-  allow(j, {"log", "out", "headset", "asleep", "paced", "extensions", "blend_modes", "spaces", "formats",
-            "refresh_rates", "view_size", "images", "period_ms", "prediction_error_mm", "profile", "local_origin",
-            "views", "head", "hands", "events", "capture", "mask"});
+  allow(j, {"log",     "out",          "headset",       "asleep",    "paced",  "extensions", "blend_modes",
+            "spaces",  "formats",      "refresh_rates", "view_size", "images", "period_ms",  "prediction_error_mm",
+            "profile", "local_origin", "views",         "head",      "hands",  "events",     "capture",
+            "mask"});
   Script s;
   s.extensions = all_extensions();
   take(j, "log", s.log);

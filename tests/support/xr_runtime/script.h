@@ -27,16 +27,16 @@ struct HandKey {
 };
 
 struct ScriptView {
-  ScriptPose pose;                                 // the eye in the head
+  ScriptPose pose;                                  // the eye in the head
   std::array<double, 4> fov{-0.8, 0.8, 0.8, -0.8};  // left, right, up, down, rad
 };
 
 struct ScriptEvent {
-  double frame = -1;    // before this frame is waited for …
-  std::string state;    // … or when the session has come to this state
+  double frame = -1;  // before this frame is waited for …
+  std::string state;  // … or when the session has come to this state
   std::string event;
   double seconds = 0;
-  std::string call;     // for stall and fail
+  std::string call;  // for stall and fail
   std::int64_t result = 0;
   ScriptPose pose;
   bool pose_valid = true;
@@ -53,7 +53,7 @@ struct Script {
   std::vector<double> refresh_rates{90};
   std::array<std::int64_t, 2> view_size{320, 256};
   std::int64_t images = 3;
-  double period = 1.0 / 90;  // s
+  double period = 1.0 / 90;     // s
   double prediction_error = 0;  // m: how far wrong the head is as long as a time lies ahead
   std::string profile = "/interaction_profiles/khr/simple_controller";
   ScriptPose local_origin;  // LOCAL as seen from STAGE
@@ -61,7 +61,7 @@ struct Script {
   std::vector<HeadKey> head{{0, {{0, 1.5, 0}, {1, 0, 0, 0}}}};
   std::array<std::vector<HandKey>, 2> hands;  // left, right
   std::vector<ScriptEvent> events;
-  std::vector<std::int64_t> capture;  // frames
+  std::vector<std::int64_t> capture;        // frames
   std::vector<std::array<double, 2>> mask;  // triangles of the hidden area at z = −1, both eyes alike
 };
 

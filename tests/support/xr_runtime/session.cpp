@@ -183,9 +183,9 @@ XRAPI_ATTR XrResult XRAPI_CALL destroy_space(XrSpace space) {
   return XR_SUCCESS;
 }
 
-constexpr XrSpaceLocationFlags kLocated = XR_SPACE_LOCATION_ORIENTATION_VALID_BIT | XR_SPACE_LOCATION_POSITION_VALID_BIT |
-                                          XR_SPACE_LOCATION_ORIENTATION_TRACKED_BIT |
-                                          XR_SPACE_LOCATION_POSITION_TRACKED_BIT;
+constexpr XrSpaceLocationFlags kLocated =
+    XR_SPACE_LOCATION_ORIENTATION_VALID_BIT | XR_SPACE_LOCATION_POSITION_VALID_BIT |
+    XR_SPACE_LOCATION_ORIENTATION_TRACKED_BIT | XR_SPACE_LOCATION_POSITION_TRACKED_BIT;
 constexpr XrTime kHistory = 400'000'000;  // ns a runtime remembers; at least 50 ms
 
 XRAPI_ATTR XrResult XRAPI_CALL locate_space(XrSpace space, XrSpace base, XrTime time, XrSpaceLocation* location) {
@@ -369,9 +369,12 @@ XRAPI_ATTR XrResult XRAPI_CALL end_frame(XrSession session, const XrFrameEndInfo
   }
   log("frame {}{} {}", frame, shown.empty() ? " empty" : shown, blend);
   // The session climbs while frames come.
-  if (s.state == XR_SESSION_STATE_READY) set_state(XR_SESSION_STATE_SYNCHRONIZED);
-  else if (s.state == XR_SESSION_STATE_SYNCHRONIZED && frame == s.first_of_run + 2) set_state(XR_SESSION_STATE_VISIBLE);
-  else if (s.state == XR_SESSION_STATE_VISIBLE && frame == s.first_of_run + 4) set_state(XR_SESSION_STATE_FOCUSED);
+  if (s.state == XR_SESSION_STATE_READY)
+    set_state(XR_SESSION_STATE_SYNCHRONIZED);
+  else if (s.state == XR_SESSION_STATE_SYNCHRONIZED && frame == s.first_of_run + 2)
+    set_state(XR_SESSION_STATE_VISIBLE);
+  else if (s.state == XR_SESSION_STATE_VISIBLE && frame == s.first_of_run + 4)
+    set_state(XR_SESSION_STATE_FOCUSED);
   return XR_SUCCESS;
 }
 
@@ -391,8 +394,8 @@ XRAPI_ATTR XrResult XRAPI_CALL visibility_mask(XrSession session, XrViewConfigur
     order.push_back(static_cast<std::uint32_t>(order.size()));
     corners.push_back({static_cast<float>(corner[0]), static_cast<float>(corner[1])});
   }
-  if (const XrResult bad = give(corners, mask->vertexCapacityInput, &mask->vertexCountOutput, mask->vertices,
-                                "xrGetVisibilityMaskKHR"))
+  if (const XrResult bad =
+          give(corners, mask->vertexCapacityInput, &mask->vertexCountOutput, mask->vertices, "xrGetVisibilityMaskKHR"))
     return bad;
   return give(order, mask->indexCapacityInput, &mask->indexCountOutput, mask->indices, "xrGetVisibilityMaskKHR");
 }

@@ -22,7 +22,9 @@ const std::map<std::string, VkFormat>& format_names() {
   return names;
 }
 
-bool is_depth(VkFormat format) { return format == VK_FORMAT_D32_SFLOAT || format == VK_FORMAT_D16_UNORM; }
+bool is_depth(VkFormat format) {
+  return format == VK_FORMAT_D32_SFLOAT || format == VK_FORMAT_D16_UNORM;
+}
 
 VkImageLayout layout_of(const Swapchain& s) {
   return s.depth ? VK_IMAGE_LAYOUT_DEPTH_STENCIL_ATTACHMENT_OPTIMAL : VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL;
@@ -97,7 +99,8 @@ XRAPI_ATTR XrResult XRAPI_CALL create(XrSession session, const XrSwapchainCreate
   const auto format = static_cast<VkFormat>(info->format);
   const auto& names = r.script.formats;
   if (std::none_of(names.begin(), names.end(), [&](const std::string& n) { return format_names().at(n) == format; }))
-    return violation(XR_ERROR_SWAPCHAIN_FORMAT_UNSUPPORTED, "xrCreateSwapchain: format {} is not offered", info->format);
+    return violation(XR_ERROR_SWAPCHAIN_FORMAT_UNSUPPORTED, "xrCreateSwapchain: format {} is not offered",
+                     info->format);
   if (info->width == 0 || info->height == 0 || info->width > 4096 || info->height > 4096 || info->faceCount != 1 ||
       info->mipCount != 1 || info->sampleCount != 1 || info->arraySize < 1 || info->arraySize > 2)
     return violation(XR_ERROR_VALIDATION_FAILURE, "xrCreateSwapchain: {}×{}, {} layers, {} samples", info->width,
@@ -233,19 +236,18 @@ std::vector<std::uint8_t> read(const Swapchain& s, std::uint32_t layer, const Xr
   const VkMemoryAllocateInfo allocate{
       .sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO,
       .allocationSize = needs.size,
-      .memoryTypeIndex =
-          memory_type(session.physical, needs.memoryTypeBits,
-                      VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT)};
+      .memoryTypeIndex = memory_type(session.physical, needs.memoryTypeBits,
+                                     VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT)};
   VkDeviceMemory memory = VK_NULL_HANDLE;
   vkAllocateMemory(session.device, &allocate, nullptr, &memory);
   vkBindBufferMemory(session.device, buffer, memory, 0);
   const VkImage image = s.images[static_cast<std::size_t>(s.last_released)];
   run_once(session, [&](VkCommandBuffer commands) {
     barrier(commands, s, image, layout_of(s), VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL);
-    const VkBufferImageCopy copy{
-        .imageSubresource = {aspect_of(s), 0, layer, 1},
-        .imageOffset = {rect.offset.x, rect.offset.y, 0},
-        .imageExtent = {static_cast<std::uint32_t>(rect.extent.width), static_cast<std::uint32_t>(rect.extent.height), 1}};
+    const VkBufferImageCopy copy{.imageSubresource = {aspect_of(s), 0, layer, 1},
+                                 .imageOffset = {rect.offset.x, rect.offset.y, 0},
+                                 .imageExtent = {static_cast<std::uint32_t>(rect.extent.width),
+                                                 static_cast<std::uint32_t>(rect.extent.height), 1}};
     vkCmdCopyImageToBuffer(commands, image, VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL, buffer, 1, &copy);
     barrier(commands, s, image, VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL, layout_of(s));
   });
