@@ -1,28 +1,31 @@
 #include "haptics/carver.h"
 
-#include <algorithm>
+#include <iterator>
 #include <utility>
 
 #include "engine/base/check.h"
-#include "haptics/contact/smooth_contacts.h"
-#include "haptics/servo.h"
 
 namespace typodont::haptics {
 
 namespace {
 
-constexpr double kStrokePause = 0.3;  // s without a cut: another stroke
+constexpr double kStrokePause = 0.3;  // s without a cut: the next one begins another stroke
+
+const SharedContactMethod& or_default(const SharedContactMethod& method) {
+  return method ? method : default_contact_method();
+}
 
 }  // namespace
 
-Carver::Carver(TissueVolume volume, std::span<const Tool> tools)
-    : volume_(std::move(volume)), tools_(tools.begin(), tools.end()), watch_(volume_) {
-  TYPODONT_CHECK(!tools_.empty());
-  const double voxel = volume_.frame().voxel;
-  travel_ = patch_travel_for(tools_, voxel) * voxel;
-  const WideGrid wide = wide_grid_for(tools_, voxel, travel_ / voxel);
-  wide_every_ = wide.every, wide_edge_ = wide.edge;
+Carver::Carver(TissueVolume tissue, std::span<const Tool> tools, const SharedContactMethod& method)
+    : body_(or_default(method)->make_body(std::move(tissue), tools)),
+      tool_count_(tools.size()),
+      travel_(body_->travel()) {
+  TYPODONT_CHECK(tool_count_ > 0);
 }
+
+Carver::Carver(TissueVolume tissue, const ServoSettings& settings)
+    : Carver(std::move(tissue), tool_set(settings), settings.method) {}
 
 bool Carver::begins_stroke(const Cut& cut) const {
   return !in_stroke_ || cut.t < cut_t_ || to_seconds(cut.t - cut_t_) > kStrokePause;
@@ -31,48 +34,37 @@ bool Carver::begins_stroke(const Cut& cut) const {
 void Carver::rest(Nanos t) {
   if (!in_stroke_ || to_seconds(t - cut_t_) <= kStrokePause) return;
   in_stroke_ = false;
-  volume_.end_stroke();
+  body_->end_stroke();
 }
 
 void Carver::apply(const Cut& cut) {
-  TYPODONT_CHECK(cut.index == cuts_ + 1 && cut.tool < tools_.size());
-  if (begins_stroke(cut)) volume_.begin_stroke();
+  TYPODONT_CHECK(cut.index == cuts_ + 1 && cut.tool < tool_count_);
+  if (begins_stroke(cut)) body_->begin_stroke();
   in_stroke_ = true;
   cut_t_ = cut.t;
   if (cut.fill_radius > 0) {
-    const VoxelBox filled =
-        volume_.fill(Fill(tools_[cut.tool], cut.X_WA.p, cut.fill_radius, cut.X_WB, volume_.frame()));
-    if (!filled.empty()) watch_.after_fill(volume_, filled.lo, filled.hi);
-    cuts_ = cut.index;
-    end_tool_ = cut.tool;
-    return;
+    body_->fill(cut);
+  } else {
+    // After an edit the head may stand in tissue that has come back: the sweep starts from its whole shape again.
+    const bool edited = edits_ > 0 && cuts_ == edited_at_;
+    body_->carve(cut, cuts_ > 0 && !edited && cut.tool == end_tool_ && same(cut.X_WA, end_));
+    end_ = cut.X_WB;
+    collect_pieces();
   }
-  // After an edit the head may stand in tissue that has come back: the sweep starts from its whole ball again.
-  const bool edited = edits_ > 0 && cuts_ == edited_at_;
-  const bool continues = cuts_ > 0 && !edited && cut.tool == end_tool_ && same(cut.X_WA, end_);
-  const VoxelBox carved = volume_.carve(Sweep(tools_[cut.tool], cut.X_WA, cut.X_WB, volume_.frame(), continues));
   cuts_ = cut.index;
-  end_ = cut.X_WB;
   end_tool_ = cut.tool;
-  if (!carved.empty()) take_out_pieces(cut, carved);
 }
 
-void Carver::take_out_pieces(const Cut& cut, const VoxelBox& written) {
-  const std::vector<TissuePiece> pieces = watch_.after_cut(volume_, written.lo, written.hi);
-  for (const TissuePiece& piece : pieces) {
-    LoosePiece loose{cut.index, cut.t, {}, 0, volume_.take_out(piece)};
-    dvec3 lo(1e300), hi(-1e300);
-    for (const BlockPart& part : piece) {
-      lo = glm::min(lo, dvec3(part.key * 8)), hi = glm::max(hi, dvec3(part.key * 8 + 7));
-    }
-    const dvec3 edges = hi - lo;
-    loose.center_W = volume_.frame().to_world((lo + hi) / 2.0);
-    loose.radius = std::max({edges.x, edges.y, edges.z}) / 2 * volume_.frame().voxel;
-    for (std::size_t i = 0; i < loose_volume_.size(); ++i) loose_volume_[i] += loose.removed[i];
-    loose_.push_back(loose);
-    ++pieces_;
+void Carver::collect_pieces() {
+  for (LoosePiece& piece : body_->take_pieces()) {
+    for (std::size_t i = 0; i < loose_volume_.size(); ++i) loose_volume_[i] += piece.removed[i];
+    ++piece_count_;
+    pieces_.push_back(std::move(piece));
   }
-  watch_.removed(pieces);
+}
+
+std::vector<LoosePiece> Carver::take_pieces() {
+  return std::exchange(pieces_, {});
 }
 
 bool Carver::edit(bool done) {
@@ -80,69 +72,37 @@ bool Carver::edit(bool done) {
   in_stroke_ = false;
   ++edits_;
   edited_at_ = cuts_;
-  watch_.after_edit();
   return true;
 }
 
-bool Carver::patch_due(const ServoTick& tick) const {
-  if (patches_ == 0 || patch_edits_ != edits_ || patch_pieces_ != pieces_) return true;
-  return patch_due_for(patch_center(tick), center_W_, travel_);
+bool Carver::snapshot_due(const ServoTick& tick) const {
+  if (snapshots_ == 0 || edits_in_snapshot_ != edits_ || pieces_in_snapshot_ != piece_count_) return true;
+  return snapshot_due_for(snapshot_center(tick), center_W_, travel_);
 }
 
-dvec3 Carver::patch_center(const ServoTick& tick) const {
-  return patch_center_for(tick.X_WG.p, tick.X_WT.p, travel_);
+dvec3 Carver::snapshot_center(const ServoTick& tick) const {
+  return snapshot_center_for(tick.X_WG.p, tick.X_WT.p, travel_);
 }
 
-void Carver::cut_out(const dvec3& center_W, SurfacePatch& patch) {
-  const glm::ivec3 center(glm::round(volume_.frame().to_voxels(center_W)));
-  patch.number = ++patches_;
-  patch.cuts = cuts_;
-  patch.edits = patch_edits_ = edits_;
-  patch.edited_at = edited_at_;
-  patch.taken_back = volume_.taken_back();
-  patch.pieces = patch_pieces_ = pieces_;
-  patch.loose = loose_volume_;
-  patch.center_W = center_W;
-  patch.lo = center - patch.n / 2;
-  patch.band = volume_.band() / volume_.frame().voxel;
-  patch.exact_outside = volume_.exact_outside();
-  volume_.copy_for_patch(patch.lo, glm::ivec3(patch.n), patch.distance.data(), patch.tissue.data());
-  center_W_ = center_W;
-  if (wide_edge_ > 0 && patch.wide.empty()) {
-    patch.wide.emplace_back();
-    patch.wide.front().resize(wide_edge_);
-    patch.wide.front().every = wide_every_;
+void Carver::take_snapshot(const dvec3& center_W, Snapshot& snapshot) {
+  snapshot.number = ++snapshots_;
+  snapshot.cuts = cuts_;
+  snapshot.edits = edits_in_snapshot_ = edits_;
+  snapshot.edited_at = edited_at_;
+  snapshot.taken_back = body_->taken_back();
+  snapshot.pieces = pieces_in_snapshot_ = piece_count_;
+  snapshot.loose = loose_volume_;
+  snapshot.center_W = center_W_ = center_W;
+  body_->cut_out(snapshot);
+}
+
+bool Carver::bring_up_to_date(Snapshot& snapshot) {
+  if (snapshot.number != snapshots_ || edits_in_snapshot_ != edits_ || pieces_in_snapshot_ != piece_count_) {
+    return false;
   }
-  for (SurfacePatch& wide : patch.wide) {
-    wide.number = patch.number;
-    wide.lo = center / wide_every_ - wide_edge_ / 2;
-    wide.band = patch.band / wide_every_;
-    wide.exact_outside = patch.exact_outside;
-    volume_.copy_every(wide_every_, wide.lo, glm::ivec3(wide_edge_), wide.distance.data(), wide.tissue.data());
-  }
-  say_where_cut(patch);
-}
-
-bool Carver::bring_up_to_date(SurfacePatch& patch) {
-  if (patch.number != patches_ || patch_edits_ != edits_ || patch_pieces_ != pieces_) return false;
-  const auto whole = [](SurfacePatch& p) {
-    return TissueVolume::Copied{p.lo, glm::ivec3(p.n), p.distance.data(), p.tissue.data()};
-  };
-  const TissueVolume::Copied wide = patch.wide.empty() ? TissueVolume::Copied{} : whole(patch.wide.front());
-  volume_.copy_written(whole(patch), wide_every_, patch.wide.empty() ? nullptr : &wide);
-  patch.cuts = cuts_;
-  say_where_cut(patch);
+  body_->bring_up_to_date(snapshot);
+  snapshot.cuts = cuts_;
   return true;
-}
-
-void Carver::say_where_cut(SurfacePatch& patch) const {
-  volume_.cut_box(patch.lo, patch.lo + patch.n - 1, patch.cut_lo, patch.cut_hi);
-  volume_.filled_box(patch.lo, patch.lo + patch.n - 1, patch.filled_lo, patch.filled_hi);
-  for (SurfacePatch& wide : patch.wide) {
-    volume_.cut_box(wide.lo * wide_every_, (wide.lo + wide_edge_ - 1) * wide_every_, wide.cut_lo, wide.cut_hi);
-    if (wide.cut_lo.x > wide.cut_hi.x) continue;
-    wide.cut_lo = wide.cut_lo / wide_every_ - 1, wide.cut_hi = wide.cut_hi / wide_every_ + 1;
-  }
 }
 
 }  // namespace typodont::haptics

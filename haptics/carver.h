@@ -1,82 +1,84 @@
-// The carver: sole owner of the tissue volume. Repeats the servo's cuts on it and cuts out fresh patches.
+// The carver: repeats the servo's cuts on the tissue, keeps strokes and edits in order, takes snapshots for the servo.
 #pragma once
 
+#include <memory>
 #include <span>
-#include <utility>
 #include <vector>
 
 #include "engine/contract/contact.h"
-#include "haptics/surface_patch.h"
-#include "haptics/tissue_volume.h"
-#include "haptics/tool.h"
+#include "haptics/contact_method.h"
+#include "haptics/servo.h"
+#include "haptics/tissue_body.h"
 
 namespace typodont::haptics {
 
-/// Carver thread only (or the one thread of a deterministic run).
+/// Carver thread only (or the one thread of a deterministic run). Owner of the tissue body.
 class Carver {
  public:
-  /// `tools` as Cut::tool numbers them.
-  Carver(TissueVolume volume, std::span<const Tool> tools);
+  /// `tools` as Cut::tool numbers them. Throws Error where the method refuses the tissue.
+  Carver(TissueVolume tissue, std::span<const Tool> tools, const SharedContactMethod& method = nullptr);
+  /// Tools and method of the settings.
+  Carver(TissueVolume tissue, const ServoSettings& settings);
 
   /// Cuts arrive in order and without gaps. Those with no pause between them are one stroke. Pieces that a cut sets
-  /// loose are taken out with it, in its stroke; a patch is then due. Equal cuts, equal pieces.
+  /// loose are removed with it, in its stroke; a snapshot is then due. Equal cuts, equal pieces.
   void apply(const Cut& cut);
-  /// The pieces taken out since the last call.
-  std::vector<LoosePiece> take_pieces() { return std::exchange(loose_, {}); }
+  /// The pieces that were removed since the last call.
+  std::vector<LoosePiece> take_pieces();
 
   /// Whether this cut, as the next one, would begin another stroke.
   bool begins_stroke(const Cut& cut) const;
 
-  /// Takes the last stroke back, or brings it again; false when there is none. A patch is due then, and the servo
+  /// Takes the last stroke back, or brings it again; false when there is none. A snapshot is due then, and the servo
   /// starts again from that: what it cut out of older ones does not count.
-  bool undo() { return edit(volume_.undo()); }
-  bool redo() { return edit(volume_.redo()); }
+  bool undo() { return edit(body_->undo()); }
+  bool redo() { return edit(body_->redo()); }
   /// The next cut begins another stroke.
   void end_stroke() { in_stroke_ = false; }
-  /// All cuts up to then have been applied, t on their clock: where the last stroke is over by then, what its undoing
-  /// needs is worked out now, so that it need not be when it is asked for.
+  /// All cuts up to t, on their clock, have been applied: if the last stroke is over by then, what its undoing needs is
+  /// computed now, so that it need not be when it is asked for.
   void rest(Nanos t);
 
-  /// True when the servo needs a fresh patch: it has none, or the tool moved far from the last one's centre.
-  bool patch_due(const ServoTick& tick) const;
-  /// Where that patch should lie: between the tool and the hand that pulls it. m.
-  dvec3 patch_center(const ServoTick& tick) const;
-  /// Fills a patch around `center_W`. The patch keeps its size.
-  void cut_out(const dvec3& center_W, SurfacePatch& patch);
-  /// Brings the patch that was cut out last to what it would be if it were cut out now, touching only what cuts and
-  /// fillings have written to since remember_writes(). False, and nothing done, where more has happened and another one
-  /// is due.
-  bool bring_up_to_date(SurfacePatch& patch);
-  void remember_writes(bool wanted) { volume_.remember_writes(wanted); }
+  /// An empty snapshot with all buffers sized.
+  std::unique_ptr<Snapshot> make_snapshot() const { return body_->make_snapshot(); }
+  /// True when the servo needs a fresh snapshot: it has none, or the tool moved far from the last one's centre.
+  bool snapshot_due(const ServoTick& tick) const;
+  /// Where that snapshot should lie: between the tool and the hand that pulls it. m.
+  dvec3 snapshot_center(const ServoTick& tick) const;
+  /// Fills a snapshot with the tissue around `center_W`.
+  void take_snapshot(const dvec3& center_W, Snapshot& snapshot);
+  /// Brings the newest snapshot to what it would be if it were taken now, touching only what cuts and fillings have
+  /// written since remember_writes(). False, and nothing done, where more has happened and another one is due.
+  bool bring_up_to_date(Snapshot& snapshot);
+  void remember_writes(bool wanted) { body_->remember_writes(wanted); }
 
-  TissueVolume& volume() { return volume_; }
-  const TissueVolume& volume() const { return volume_; }
+  /// The tissue as a field (TissueBody::rasterize).
+  TissueVolume& volume() { return body_->rasterize(); }
+  const TissueVolume& volume() const { return body_->rasterize(); }
+  const TissueBody& body() const { return *body_; }
   std::uint64_t cuts() const { return cuts_; }
-  std::uint32_t patches() const { return patches_; }
+  std::uint32_t snapshots() const { return snapshots_; }
 
  private:
-  TissueVolume volume_;
-  std::vector<Tool> tools_;
+  bool edit(bool done);
+  void collect_pieces();
+
+  std::unique_ptr<TissueBody> body_;
+  std::size_t tool_count_;
+  double travel_;  // m, the body's
   std::uint64_t cuts_ = 0;
   Pose end_;                    // where the last cut ended …
   std::uint32_t end_tool_ = 0;  // … and of which tool
-  bool edit(bool done);
-  void take_out_pieces(const Cut& cut, const VoxelBox& written);
-  void say_where_cut(SurfacePatch& patch) const;
-
-  LoosePieces watch_;
-  std::vector<LoosePiece> loose_;                // taken out, not yet told of
-  PerTissue loose_volume_{};                     // m³, of all so far
-  std::uint32_t pieces_ = 0, patch_pieces_ = 0;  // taken out; the same when the last patch was cut out
-
-  Nanos cut_t_ = 0;  // of the last cut
+  Nanos cut_t_ = 0;             // of the last cut
   bool in_stroke_ = false;
-  std::uint32_t edits_ = 0, patch_edits_ = 0;  // undone or brought again; the same when the last patch was cut out
-  std::uint64_t edited_at_ = 0;                // cuts_ at the last edit
-  std::uint32_t patches_ = 0;
-  dvec3 center_W_{0};
-  double travel_ = 0;                   // m
-  int wide_every_ = 0, wide_edge_ = 0;  // of the wide patch, where a tool has a shank
+  std::vector<LoosePiece> pieces_;  // removed, not yet taken
+  PerTissue loose_volume_{};        // m³ of all so far
+  // How many there were, and how many when the last snapshot was taken.
+  std::uint32_t piece_count_ = 0, pieces_in_snapshot_ = 0;
+  std::uint32_t edits_ = 0, edits_in_snapshot_ = 0;
+  std::uint64_t edited_at_ = 0;  // cuts_ at the last edit
+  std::uint32_t snapshots_ = 0;
+  dvec3 center_W_{0};  // m, of the last snapshot
 };
 
 }  // namespace typodont::haptics

@@ -10,10 +10,11 @@ constexpr Nanos kPatience =
 }  // namespace
 
 void PatchExchange::offer(Carver& carver, const dvec3& center_W) {
-  carver.cut_out(center_W, way_.back());
-  offered_ = way_.back().number;
-  offered_cuts_ = way_.back().cuts;
-  offered_tissue_ = tissue_of(way_.back());
+  Snapshot& fresh = *way_.back();
+  carver.take_snapshot(center_W, fresh);
+  offered_ = fresh.number;
+  offered_cuts_ = fresh.cuts;
+  offered_tissue_ = tissue_of(fresh);
   way_.publish();
   carver.remember_writes(offered_tissue_ == held_tissue_);
 }
@@ -27,15 +28,15 @@ bool PatchExchange::keep_up(Carver& carver, std::uint32_t held) {
     return false;
   }
   if (offered_tissue_ == held_tissue_ && carver.cuts() > offered_cuts_ && way_.take_back()) {
-    if (carver.bring_up_to_date(way_.back())) offered_cuts_ = carver.cuts();
+    if (carver.bring_up_to_date(*way_.back())) offered_cuts_ = carver.cuts();
     way_.publish();
   }
   return true;
 }
 
-SurfacePatch* PatchExchange::take(const SurfacePatch& held, std::uint64_t cuts, Nanos t) noexcept {
+Snapshot* PatchExchange::take(const Snapshot& held, std::uint64_t cuts, Nanos t) noexcept {
   while (way_.fetch()) {
-    SurfacePatch& fresh = way_.front();
+    Snapshot& fresh = *way_.front();
     if (held.number == 0 || fresh.cuts >= cuts || tissue_of(fresh) != tissue_of(held)) {
       waiting_since_ = 0;
       return &fresh;

@@ -3,18 +3,19 @@
 // lacks cuts where it is for a few milliseconds, in which the carver brings it up to date.
 #pragma once
 
+#include <memory>
+
 #include "engine/base/clock.h"
 #include "engine/base/latest.h"
 #include "haptics/carver.h"
-#include "haptics/surface_patch.h"
 
 namespace typodont::haptics {
 
 /// One carver, one servo, each in its thread. Nobody waits: lock-free on the servo's side (Latest).
 class PatchExchange {
  public:
-  /// `empty`: a patch of the right size.
-  explicit PatchExchange(const SurfacePatch& empty) : way_(empty) {}
+  /// `carver` makes the empty snapshots; it need not outlive this call.
+  explicit PatchExchange(const Carver& carver) : way_([&] { return carver.make_snapshot(); }) {}
 
   // Carver's thread.
   /// Cuts a patch out and offers it.
@@ -25,7 +26,7 @@ class PatchExchange {
 
   // Servo's thread.
   /// The patch to be adopted now, or none. `cuts`: made so far; `t`: any steady clock.
-  SurfacePatch* take(const SurfacePatch& held, std::uint64_t cuts, Nanos t) noexcept;
+  Snapshot* take(const Snapshot& held, std::uint64_t cuts, Nanos t) noexcept;
 
  private:
   /// What tells a patch that only lacks cuts from one of edited tissue: that one the servo is to have as it was cut
@@ -34,9 +35,9 @@ class PatchExchange {
     std::uint32_t edits = 0, pieces = 0;
     bool operator==(const Tissue&) const = default;
   };
-  static Tissue tissue_of(const SurfacePatch& patch) { return {patch.edits, patch.pieces}; }
+  static Tissue tissue_of(const Snapshot& patch) { return {patch.edits, patch.pieces}; }
 
-  Latest<SurfacePatch> way_;
+  Latest<std::unique_ptr<Snapshot>> way_;
   // Carver's thread.
   alignas(64) std::uint32_t offered_ = 0;  // number; 0: none
   std::uint64_t offered_cuts_ = 0;

@@ -7,27 +7,24 @@
 #include <type_traits>
 #include <utility>
 
-#include "engine/base/check.h"
+#include "haptics/contact_method.h"
 #include "haptics/servo/state.h"
 
 namespace typodont::haptics {
 
 namespace {
 
-constexpr double kOfSize = 1000;        // N/m, of the coupling in a scene as large as a tooth …
-constexpr double kLeastCredit = 1e-10;  // J, … what the ledger may be overdrawn by there, …
-constexpr double kLeastTurning = 1.2;   // m/s², … and what a hand may do that has not shown how abruptly it moves
-constexpr double kLostHand = 0.02;      // m: so far from where it was, a hand that comes back starts anew
-constexpr double kFarHand = 100;        // m: no hand is as far away
+using P = MotionParameters;
 
 bool is_unit(const dquat& R) {
   return std::abs(glm::dot(R, R) - 1) < 1e-3;
 }
 bool is_near(const dvec3& p) {
-  return glm::dot(p, p) < kFarHand * kFarHand;
-}  // a number, too
+  return glm::dot(p, p) < P::workspace * P::workspace;  // false for NaN
+}
 
-/// Piece by piece: the compiler would make a string instruction of the whole, which is slow to start.
+/// Copies a tick in pieces of 16 bytes: the compiler would make a string instruction of the whole, which is slow to
+/// start.
 void copy_tick(const ServoTick& from, ServoTick& to) noexcept {
   static_assert(std::is_trivially_copyable_v<ServoTick> && sizeof(ServoTick) % 8 == 0);
   constexpr std::size_t kPiece = 16, kPieces = sizeof(ServoTick) / kPiece, kRest = sizeof(ServoTick) % kPiece;
@@ -40,178 +37,214 @@ void copy_tick(const ServoTick& from, ServoTick& to) noexcept {
   if constexpr (kRest > 0) std::memcpy(target + kPiece * kPieces, source + kPiece * kPieces, kRest);
 }
 
-double travel_for(const Tool& tool, double voxel) {
-  return std::max({8.0, 1e-3 / voxel, 0.25 * tool.reach() / voxel});
-}
-
-/// Unit vectors, a Fibonacci sphere.
-std::vector<glm::vec3> evenly_around(std::size_t count) {
-  std::vector<glm::vec3> all;
-  for (std::size_t i = 0; i < count; ++i) {
-    const double turn = kPi * (3 - std::sqrt(5.0)) * static_cast<double>(i),
-                 z = 1 - (2.0 * static_cast<double>(i) + 1) / static_cast<double>(count);
-    const double rho = std::sqrt(1 - z * z);
-    all.emplace_back(rho * std::cos(turn), rho * std::sin(turn), z);
-  }
-  return all;
-}
-
 /// A scene that is larger, with a coupling softer by as much, has the same forces: what the law foresees of a hand and
-/// gives it is larger alike, but for the limit of a nanojoule. A device's hand is a hand, whatever the scene, and its
-/// jumps are counts.
+/// gives it is larger by as much, up to the limit of a nanojoule. A device's hand is a hand, whatever the scene, and
+/// its jumps are counts.
 PassivityLaw law_for(const ServoSettings& settings) {
   PassivityLaw law;
   if (settings.position_step > 0) {
     law.in_counts = true;
     return law;
   }
-  const double size = kOfSize / settings.stiffness;
-  law.credit = std::min(law.credit, size * kLeastCredit);
-  law.turning = size * kLeastTurning;
+  const double size = ScaleParameters::tooth_stiffness / settings.stiffness;
+  law.credit = std::min(law.credit, size * ScaleParameters::credit);
+  law.turning = size * ScaleParameters::turning;
   law.long_way *= std::max(size, 1.0);
   return law;
 }
 
 }  // namespace
 
-int patch_edge_for(std::span<const Tool> tools, double voxel) {
-  double half = 0;
-  for (const Tool& tool : tools) {
-    // A portion of filling lies beyond the head's end, and is put down only where the patch holds all of it.
-    const double reach = std::max(near_reach(tool), tool.fill == Tissue::kAir ? 0.0 : tool.half() + tool.fill_reach);
-    half = std::max(half, reach / voxel + Sweep::kMargin + 3 + travel_for(tool, voxel));
-  }
-  return 2 * static_cast<int>(std::ceil(half)) + 1;
-}
-
-double patch_travel_for(std::span<const Tool> tools, double voxel) {
-  double travel = 1e300;
-  for (const Tool& tool : tools) travel = std::min(travel, travel_for(tool, voxel));
-  return travel;
-}
-
-dvec3 patch_center_for(const dvec3& p_WG, const dvec3& p_WT, double travel) noexcept {
+dvec3 snapshot_center_for(const dvec3& p_WG, const dvec3& p_WT, double travel) noexcept {
   const dvec3 pull = p_WT - p_WG;
   const double length = glm::length(pull);
   return p_WG + (length > travel / 2 ? pull * (travel / 2 / length) : pull);
 }
 
-Servo::State::State(const ServoSettings& s, int edge)
-    : settings(s),
-      travel(patch_travel_for(tray(s), s.frame.voxel) * s.frame.voxel),
-      depth_speed(s.position_step, 1),
-      front(tray(s), s.frame.voxel) {
-  for (const Tool& tool : tray(s)) {
-    const double h = s.frame.voxel;
-    tools.push_back({tool, ContactFinder(tool, h), SmoothContacts(tool, h), near_reach(tool) / h});
-  }
-  for (const Material& material : settings.materials) hardest = std::max(hardest, material.specific_energy);
-  if (std::ranges::any_of(tray(s), [](const Tool& each) { return each.fill != Tissue::kAir; }))
-    flow_ways = evenly_around(kFlowWays);
-  passivity_law = law_for(settings);
-  patch.resize(edge);
+double largest_fraction(const dvec3& step, const dvec3& rest, double most) {
+  const double a = glm::dot(step, step), b = -glm::dot(step, rest),
+               d = b * b - a * (glm::dot(rest, rest) - most * most);
+  return a > 0 ? std::clamp((b + std::sqrt(std::max(d, 0.0))) / a, 0.0, 1.0) : 1.0;
 }
 
-void Servo::State::rest(Now& now, bool sound) noexcept {
+Servo::State::State(const ServoSettings& s) : settings(s), tools(tool_set(settings)), coupling(s.position_step) {
+  if (!settings.method) settings.method = default_contact_method();
+  model = settings.method->make_model(settings);
+  snapshot = &model->snapshot();
+  travel = model->travel();
+  turns_matter = model->turns_matter();
+  limits.law = law_for(settings);
+}
+
+void Servo::State::rest(TickData& now, bool valid) noexcept {
   const HandSample& hand = now.hand;
   ServoTick& out = now.out;
-  out.X_WT = sound ? Pose{hand.X_WT.p, glm::normalize(hand.X_WT.R)} : X_WG;  // where the device left it
-  out.X_WG = placed ? X_WG : out.X_WT;
+  out.X_WT = valid ? Pose{hand.X_WT.p, glm::normalize(hand.X_WT.R)} : motion.X_WG;  // where the device left it
+  out.X_WG = motion.placed ? motion.X_WG : out.X_WT;
   out.faults = hand.faults & kNoPose ? hand.faults & kNoPose : bits(Fault::kBadInput);
-  if (settings.spindle.run_up_time > 0)
-    speed *= std::exp(-settings.tick / settings.spindle.run_up_time);
-  else
-    speed = 0;
-  out.spindle = speed;
+  if (settings.spindle.run_up_time > 0) {
+    cutting.speed *= std::exp(-settings.tick / settings.spindle.run_up_time);
+  } else {
+    cutting.speed = 0;
+  }
+  out.spindle = cutting.speed;
   out.energy = sums.energy;
   out.spindle_energy = sums.spindle_energy;
-  started = idle = false;
-  last_force = last_torque = last_spindle_force = last_teeth_force = last_sent = dvec3(0);
-  normal_force = head_force = pressing = 0;
-  friction = {};
+  motion.started = motion.idle = false;
+  limits.last_force = limits.last_torque = limits.last_spindle_force = limits.last_teeth_force = limits.last_sent =
+      dvec3(0);
+  coupling.normal_force = coupling.head_force = coupling.pressing = 0;
+  coupling.friction = {};
 }
 
 void Servo::State::begin_anew(const Pose& X_WT, Nanos t) noexcept {
-  began = t;
+  Motion& m = motion;
+  m.began = t;
   // After illegal input the tool is where it was: outside.
-  if (!placed || glm::length(X_WT.p - X_WG.p) > kLostHand) X_WG = X_WT;
-  placed = true;
-  carved = false;
-  last_hand = X_WT;
-  last_depth = rate = 0;
-  depth_speed.reset();
-  overlap = 0;
-  given = stored = 0;
-  friction = {};
-  tip = {};
-  ramp = 0;
+  if (!m.placed || glm::length(X_WT.p - m.X_WG.p) > P::lost_distance) m.X_WG = X_WT;
+  m.placed = true;
+  m.last_hand = X_WT;
+  model->begin_anew();
+  m.released = false;
+  coupling.last_depth = coupling.rate = 0;
+  coupling.depth_speed.reset();
+  coupling.friction = {};
+  coupling.tip = {};
+  limits.given = limits.stored = 0;
+  limits.ramp = 0;
 }
 
-inline void Servo::State::account(Now& now, bool turns) noexcept {
+inline void Servo::State::account(TickData& now, bool turns) noexcept {
+  Limits& l = limits;
   if (now.hand.faults & bits(Fault::kLetGo)) {
-    last_force = last_torque = last_spindle_force = last_teeth_force = last_sent = dvec3(0);
+    l.last_force = l.last_torque = l.last_spindle_force = l.last_teeth_force = l.last_sent = dvec3(0);
   }
-  now.moved = now.X_WT.p - last_hand.p;
-  now.turned = turns ? rotation_vector(last_hand.R, now.X_WT.R) : dvec3(0);
-  const bool leaps = glm::dot(now.moved, now.moved) > kNoHand * kNoHand * now.dt * now.dt;
-  leap = std::max(0.0, (leaps ? kLeapTime : leap) - now.dt);
-  if (idle) return;  // nothing was felt
+  now.moved = now.X_WT.p - motion.last_hand.p;
+  now.turned = turns ? rotation_vector(motion.last_hand.R, now.X_WT.R) : dvec3(0);
+  const bool leaps = glm::dot(now.moved, now.moved) > P::hand_speed_limit * P::hand_speed_limit * now.dt * now.dt;
+  motion.leap = std::max(0.0, (leaps ? P::leap_time : motion.leap) - now.dt);
+  if (motion.idle) return;  // nothing was felt
   // Exactly last force × way (numbers.md, "Stability"), and last torque × turn.
-  now.given_to_hand = glm::dot(last_force, now.moved) + glm::dot(last_torque, now.turned);
+  now.given_to_hand = glm::dot(l.last_force, now.moved) + glm::dot(l.last_torque, now.turned);
   sums.energy -= now.given_to_hand;
-  sums.spindle_energy += glm::dot(last_spindle_force, now.moved);
-  teeth_energy += glm::dot(last_teeth_force, now.moved);
+  sums.spindle_energy += glm::dot(l.last_spindle_force, now.moved);
+  l.teeth_energy += glm::dot(l.last_teeth_force, now.moved);
 }
 
-void Servo::State::run_spindle(const Now& now) noexcept {
-  const double wanted = now.out.pedal * settings.spindle.free_speed;
-  speed = settings.spindle.run_up_time > 0 && speed != wanted
-              ? wanted + (speed - wanted) * std::exp(-now.dt / settings.spindle.run_up_time)
-              : wanted;
-}
-
-void Servo::State::change_tool(Now& now) noexcept {
+void Servo::State::change_tool(TickData& now) noexcept {
   const std::uint32_t wanted = now.hand.tool;
-  if (wanted < tools.size() && now.out.pedal <= kPedalUp && speed <= kPedalUp * settings.spindle.free_speed &&
-      normal_force <= 0 && tip.sunk <= 0 && overlap == 0 &&
-      would_be_free(wanted, {settings.frame.to_voxels(X_WG.p), now.X_WT.R})) {
-    take_up(wanted);
-    now.out.tool = in_hand;
+  const bool stands = now.out.pedal <= kPedalUp && cutting.speed <= kPedalUp * settings.spindle.free_speed;
+  if (!(wanted < tools.size() && stands && coupling.normal_force <= 0 && coupling.tip.sunk <= 0 &&
+        model->may_take_up(wanted, {motion.X_WG.p, now.X_WT.R}))) {
+    return;
   }
+  in_hand = now.out.tool = wanted;
+  model->take_up(wanted);
+  turns_matter = model->turns_matter();
+  motion.room = 0;
+  cutting.budget = cutting.wall_budget = cutting.wall = 0;
+  coupling.tissue = {};
+  coupling.relative_stiffness = 1;
+  coupling.torque = dvec3(0);
+  coupling.friction = {};
+  coupling.tip = {};
 }
 
-void Servo::State::take_up(std::uint32_t which) noexcept {
-  in_hand = which;
-  smooth().forget();
-  front.forget();
-  shares = {};
-  stiffness_share = 1;
-  budget = wall_budget = wall = 0;
-  torque = dvec3(0);
-  friction = {};
-  tip = {};
-  held = {};
-}
-
-void Servo::State::remember(Touch& now, const dvec3& felt_torque) noexcept {
+bool Servo::State::fly(TickData& now) noexcept {
+  Motion& m = motion;
   ServoTick& out = now.out;
-  normal = now.normal;
-  last_depth = out.depth;
-  X_WG = {now.p_held, now.X_WT.R};
-  last_force = now.force;
-  last_torque = felt_torque;
-  last_spindle_force = now.spindle_force;
-  last_teeth_force = now.teeth_force;
-  last_sent = now.force + now.spindle_force;
-  last_hand = now.X_WT;
-  last_t = now.hand.t;
-  started = true;
-  idle = normal_force <= 0 && overlap == 0 && rejoining == 0 && tip.sunk <= 0 && stored == 0 && rate == 0 &&
-         now.force == dvec3(0) && now.spindle_force == dvec3(0) && now.teeth_force == dvec3(0) &&
-         felt_torque == dvec3(0);
+  if (!m.idle || limits.ending || tool().fill != Tissue::kAir || settings.filter != ForceFilter::kNone ||
+      (settings.vibration.band > 0 && cutting.speed > 0)) {
+    return false;
+  }
+  const double way = glm::length(now.X_WT.p - m.X_WG.p), least = settings.frame.voxel;
+  // What was free around the last place is so around the next, less the way there. The model is asked only when that
+  // runs out.
+  if (!(m.room > least && way <= m.room)) {
+    m.room = model->clearance({m.X_WG.p, now.X_WT.R});
+    if (!(m.room > least && way <= m.room)) return false;
+  }
+  m.room = turns_matter ? 0 : m.room - way;
+  if (!m.released) {
+    model->release();
+    m.released = true;
+  }
+  m.due_for = snapshot_due_for(now.X_WT.p, snapshot->center_W, travel) ? m.due_for + now.dt : 0;
+  out.faults = m.due_for > P::stale_time ? bits(Fault::kStalePatch) : 0;
+  cutting.budget = std::min(cutting.budget, 0.0);  // a free head has earned nothing
+  cutting.wall_budget = 0;
+  Limits& l = limits;
+  l.ramp = 1;
+  l.given = std::clamp(-sums.energy, 0.0, sums.energy < -LimitParameters::debt ? -sums.energy : l.given);
+  if (settings.position_step > 0) coupling.depth_speed.add(now.hand.t, dvec3(0));
+  if (settings.passivity) {
+    passive_share(l.law, dvec3(0), now.moved, dvec3(0), now.turned, now.dt, settings.tick, sums.energy + l.given,
+                  l.passivity);
+  }
+  m.last_hand = m.X_WG = out.X_WG = now.X_WT;
+  m.last_t = now.hand.t;
+  now.cut.n_C_W = dvec3(0);
+  out.spindle = cutting.speed;
+  out.energy = sums.energy;
+  out.spindle_energy = sums.spindle_energy;
+  return true;
+}
+
+void Servo::State::fill_input(ContactTick& now) const noexcept {
+  ContactInput& in = now.in;
+  in.t = now.hand.t;
+  in.tick = now.out.index;
+  in.dt = now.dt;
+  in.X_WT = now.X_WT;
+  in.X_WG = motion.X_WG;
+  in.moved = now.moved;
+  in.tool = in_hand;
+  in.pedal = now.out.pedal;
+  in.normal_force = coupling.normal_force;
+  in.normal = coupling.normal;
+  in.relative_stiffness = coupling.relative_stiffness;
+}
+
+/// A snapshot that has long been due: the carver is late. What the snapshot holds is still true, so the force stays.
+void Servo::State::watch_snapshot(ContactTick& now) noexcept {
+  const dvec3 wanted_W = snapshot_center_for(now.contact.p_WG, now.X_WT.p, travel);
+  const bool due = snapshot->number == 0 || snapshot_due_for(wanted_W, snapshot->center_W, travel);
+  motion.due_for = due ? motion.due_for + now.dt : 0;
+  if (motion.due_for > P::stale_time) now.faults |= bits(Fault::kStalePatch);
+}
+
+bool Servo::State::remove(ContactTick& now) noexcept {
+  double energy = 0;
+  const bool changed = model->cut(now.in, now.contact, now.cut, energy);
+  now.faults |= now.contact.faults;
+  if (!changed) return false;
+  sums.cuts = now.cut.index;
+  for (std::size_t i = 1; i < now.cut.removed.size(); ++i) sums.removed[i] += now.cut.removed[i];
+  if (energy > 0) spend(now, energy);
+  return true;
+}
+
+void Servo::State::remember(ContactTick& now, const dvec3& felt_torque) noexcept {
+  ServoTick& out = now.out;
+  Motion& m = motion;
+  coupling.normal = now.normal;
+  coupling.last_depth = out.depth;
+  m.X_WG = {now.p_held, now.X_WT.R};
+  limits.last_force = now.force;
+  limits.last_torque = felt_torque;
+  limits.last_spindle_force = now.spindle_force;
+  limits.last_teeth_force = now.teeth_force;
+  limits.last_sent = now.force + now.spindle_force;
+  m.last_hand = now.X_WT;
+  m.last_t = now.hand.t;
+  m.started = true;
+  m.released = false;
+  m.idle = coupling.normal_force <= 0 && now.contact.settled && coupling.tip.sunk <= 0 && limits.stored == 0 &&
+           coupling.rate == 0 && now.force == dvec3(0) && now.spindle_force == dvec3(0) &&
+           now.teeth_force == dvec3(0) && felt_torque == dvec3(0);
   now.cut.n_C_W = now.normal;
 
-  out.X_WG = X_WG;
+  out.X_WG = m.X_WG;
   out.f_T_W = now.force + now.spindle_force;
   out.tau_T_W = now.torque;
   out.removed = sums.removed;
@@ -222,7 +255,7 @@ void Servo::State::remember(Touch& now, const dvec3& felt_torque) noexcept {
   out.faults = now.faults;
 }
 
-Servo::Servo(const ServoSettings& settings, int patch_edge) : state_(std::make_unique<State>(settings, patch_edge)) {}
+Servo::Servo(const ServoSettings& settings) : state_(std::make_unique<State>(settings)) {}
 Servo::~Servo() = default;
 Servo::Servo(Servo&&) noexcept = default;
 Servo& Servo::operator=(Servo&&) noexcept = default;
@@ -232,78 +265,78 @@ void Servo::set_stiffness(const PerTissue& stiffness) noexcept {
 }
 
 void Servo::ramp_out() noexcept {
-  state_->ending = true;
+  state_->limits.ending = true;
 }
 
-const SurfacePatch& Servo::patch() const noexcept {
-  return state_->patch;
+const Snapshot& Servo::snapshot() const noexcept {
+  return *state_->snapshot;
 }
 
-void Servo::adopt(SurfacePatch& fresh) noexcept {
-  State& s = *state_;
-  // Another core has just written it: its lines are fetched side by side.
-  constexpr std::size_t kLine = 64;
-  for (std::size_t at = 0; at < sizeof fresh; at += kLine)
-    __builtin_prefetch(reinterpret_cast<const char*>(&fresh) + at, 1);
-  if (fresh.n != s.patch.n) return;  // sized at set-up; never differs
-  s.catch_up(fresh);
-  std::swap(fresh, s.patch);
-  s.smooth().forget();
-  s.room_around = 0;
+const ContactModel& Servo::model() const noexcept {
+  return *state_->model;
+}
+
+void Servo::adopt(Snapshot& fresh) noexcept {
+  state_->model->adopt(fresh, state_->sums.removed);
+  state_->motion.room = 0;
 }
 
 bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
   State& s = *state_;
   const ServoSettings& settings = s.settings;
-  Now now{hand, out, cut};
+  TickData now{hand, out, cut};
 
   // Time since the last tick, as measured; a jump of the clock counts as one ordinary tick.
-  now.dt = s.started ? to_seconds(hand.t - s.last_t) : settings.tick;
-  if (!(now.dt > 0 && now.dt < 0.1)) now.dt = settings.tick;
+  now.dt = s.motion.started ? to_seconds(hand.t - s.motion.last_t) : settings.tick;
+  if (!(now.dt > 0 && now.dt < P::longest_tick)) now.dt = settings.tick;
 
   copy_tick(s.sums, out);
   ++s.sums.index;
   out.t = hand.t;
-  out.patch = s.patch.number;
+  out.patch = s.snapshot->number;
   out.tool = s.in_hand;
 
   // Illegal input, or no hand: zero force in this very tick, and the proxy starts anew afterwards. What the hand did
   // meanwhile is not in the ledger: it felt nothing. A leap paid with the last force would leave a debt, and a ledger
   // in debt gives no force ever again.
-  const bool turns = hand.X_WT.R != s.came_R;  // most hands only move
-  const bool sound = is_near(hand.X_WT.p) && (!turns || is_unit(hand.X_WT.R)) && std::isfinite(hand.pedal);
-  if (!sound || (hand.faults & kNoPose)) {
-    s.rest(now, sound);
+  const bool turns = hand.X_WT.R != s.motion.came_R;  // most hands only move
+  const bool valid = is_near(hand.X_WT.p) && (!turns || is_unit(hand.X_WT.R)) && std::isfinite(hand.pedal);
+  if (!valid || (hand.faults & kNoPose)) {
+    s.rest(now, valid);
     return false;
   }
   if (turns) {
-    s.came_R = hand.X_WT.R;
-    s.R_WT = glm::normalize(hand.X_WT.R);
+    s.motion.came_R = hand.X_WT.R;
+    s.motion.R_WT = glm::normalize(hand.X_WT.R);
   }
-  now.X_WT = out.X_WT = {hand.X_WT.p, s.R_WT};
+  now.X_WT = out.X_WT = {hand.X_WT.p, s.motion.R_WT};
   out.pedal = std::clamp(hand.pedal, 0.0, 1.0);
-  if (!s.started) s.begin_anew(now.X_WT, hand.t);
+  if (!s.motion.started) s.begin_anew(now.X_WT, hand.t);
 
   s.account(now, turns);
   s.run_spindle(now);
   if (hand.tool != s.in_hand) s.change_tool(now);
   if (s.fly(now)) return false;
+  s.motion.room = 0;
 
-  s.earn(now);
-  Touch touch(now);
-  s.move_proxy(touch);
-  s.follow(touch);
-  bool cut_made = s.take_away(touch);
-  if (s.tool().fill != Tissue::kAir) cut_made = s.fill(touch);
+  ContactTick touch(now);
+  s.fill_input(touch);
+  s.earn(touch);
+  s.model->constrain(touch.in, touch.contact);
+  s.cutting.wall = touch.contact.wall;
+  s.watch_snapshot(touch);
+  const bool removed = s.remove(touch);
 
   s.feel(touch);
   s.sink_tip(touch);
   s.vibrate(touch);
-  if (settings.filter != ForceFilter::kNone) touch.force = filter_force(settings.filter, {}, touch.force, s.last_force);
+  if (settings.filter != ForceFilter::kNone) {
+    touch.force = filter_force(settings.filter, {}, touch.force, s.limits.last_force);
+  }
   s.limit(touch);
   const dvec3 felt_torque = s.keep_passive(touch);
   s.remember(touch, felt_torque);
-  return cut_made;
+  return removed;
 }
 
 }  // namespace typodont::haptics

@@ -8,13 +8,17 @@
 #include <vector>
 
 #include "engine/contract/contact.h"
-#include "haptics/forces/filters.h"
-#include "haptics/forces/vibration.h"
+#include "engine/contract/field_brick.h"
+#include "haptics/coupling/filters.h"
+#include "haptics/coupling/vibration.h"
+#include "haptics/snapshot.h"
 #include "haptics/spindle.h"
-#include "haptics/surface_patch.h"
 #include "haptics/tool.h"
 
 namespace typodont::haptics {
+
+class ContactMethod;
+class ContactModel;
 
 /// Everything a run needs to know before its first tick. SI.
 struct ServoSettings {
@@ -36,13 +40,14 @@ struct ServoSettings {
   double tick = 1e-3;                       // s, nominal period
   MaterialTable materials{};
   Tool tool;                // in the hand at first
-  std::vector<Tool> tools;  // all that can be taken up, `tool` first; empty: only that one. See tray()
+  std::vector<Tool> tools;  // all that can be taken up, `tool` first; empty: only that one. See tool_set()
   Spindle spindle;
-  VoxelFrame frame;  // of the tissue volume
+  VoxelFrame frame;                             // of the tissue volume
+  std::shared_ptr<const ContactMethod> method;  // of contact; null: default_contact_method()
 };
 
 /// The tools of a session, as ServoTick::tool, Cut::tool and HandSample::tool count them.
-inline std::span<const Tool> tray(const ServoSettings& settings) {
+inline std::span<const Tool> tool_set(const ServoSettings& settings) {
   return settings.tools.empty() ? std::span<const Tool>(&settings.tool, 1) : std::span<const Tool>(settings.tools);
 }
 
@@ -58,19 +63,23 @@ struct HandSample {
 /// it.
 inline constexpr std::uint32_t kNoPose = bits(Fault::kBadInput) | bits(Fault::kDeviceLost);
 
+/// A pedal below this, of its range 0..1, is up; a spindle below this fraction of its free speed stands.
+inline constexpr double kPedalUp = 0.01;
+
 /// One hand in one tissue. Servo thread only; tick() is noexcept, never allocates, never locks, is deterministic: equal
-/// samples and equal patches give equal bits. Another tool is taken up in the first tick in which the pedal is up, the
-/// drill stands, and neither the old head nor the new one touches anything: the force cannot jump.
+/// samples and equal snapshots give equal bits. Another tool is taken up in the first tick in which the pedal is up,
+/// the drill stands, and neither the old head nor the new one touches anything: the force cannot jump.
 class Servo {
  public:
-  Servo(const ServoSettings& settings, int patch_edge);
+  /// `settings` must be complete, their frame included. Throws Error where the contact method refuses them.
+  explicit Servo(const ServoSettings& settings);
   ~Servo();
   Servo(Servo&&) noexcept;
   Servo& operator=(Servo&&) noexcept;
 
-  /// Takes up a fresh patch from the carver, brings it up to date with the cuts made since it was cut out, and leaves
-  /// the old one's buffers in its place. O(1) while nothing was cut, otherwise O(box of those cuts).
-  void adopt(SurfacePatch& fresh) noexcept;
+  /// Takes up a fresh snapshot from the carver, brings it up to date with the cuts made since it was taken, and leaves
+  /// the old one's buffers in its place.
+  void adopt(Snapshot& fresh) noexcept;
 
   /// One tick. `cut` is filled and true returned when tissue was removed.
   bool tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept;
@@ -81,24 +90,24 @@ class Servo {
   /// From now on the force fades within ramp_time; for the end of a session.
   void ramp_out() noexcept;
 
-  const SurfacePatch& patch() const noexcept;
+  /// The tissue that it works in.
+  const Snapshot& snapshot() const noexcept;
+  const ContactModel& model() const noexcept;
 
  private:
   struct State;
   std::unique_ptr<State> state_;
 };
 
-/// Edge, in samples, of the patch these tools need: their reach, room to travel while the carver works, and the
-/// stencil.
-int patch_edge_for(std::span<const Tool> tools, double voxel);
-/// How far, in voxels, any of the tools may move from the patch's centre before a new one is due.
-double patch_travel_for(std::span<const Tool> tools, double voxel);
-/// Where a patch should lie, m: between the tool outside the tissue and the hand that pulls it, `travel` in m.
-dvec3 patch_center_for(const dvec3& p_WG, const dvec3& p_WT, double travel) noexcept;
-/// True when a patch that lies around `center_W` should be replaced by one around `wanted_W`.
-inline bool patch_due_for(const dvec3& wanted_W, const dvec3& center_W, double travel) noexcept {
+/// Where a snapshot should lie, m: between the tool outside the tissue and the hand that pulls it, `travel` in m.
+dvec3 snapshot_center_for(const dvec3& p_WG, const dvec3& p_WT, double travel) noexcept;
+/// True when a snapshot that lies around `center_W` should be replaced by one around `wanted_W`.
+inline bool snapshot_due_for(const dvec3& wanted_W, const dvec3& center_W, double travel) noexcept {
   const dvec3 off = wanted_W - center_W;
   return std::max({std::abs(off.x), std::abs(off.y), std::abs(off.z)}) > travel / 2;
 }
+
+/// The largest fraction of a step, 0..1, with |rest + fraction · step| <= most, or the one that comes nearest to that.
+double largest_fraction(const dvec3& step, const dvec3& rest, double most);
 
 }  // namespace typodont::haptics

@@ -4,26 +4,19 @@
 #include <algorithm>
 #include <climits>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "engine/contract/field_brick.h"
-#include "haptics/fill.h"
 #include "haptics/label.h"
-#include "haptics/sweep.h"
+#include "haptics/snapshot.h"
+#include "haptics/tool.h"
 
 namespace typodont::haptics {
 
-/// A cube of n³ samples of distance (voxels) and label, z fastest. Buffers are sized once, at set-up.
-struct SurfacePatch {
-  std::uint32_t number = 0;     // 1, 2, 3 …; 0: nothing yet
-  std::uint64_t cuts = 0;       // cuts already in it when it was cut out
-  std::uint32_t edits = 0;      // strokes taken back or brought again before it was cut out …
-  std::uint64_t edited_at = 0;  // … and how many cuts there were at the last of these
-  PerTissue taken_back{};       // m³ that came back by these, less what went again
-  std::uint32_t pieces = 0;     // that cuts had set loose and that were taken out before …
-  PerTissue loose{};            // … and their volume, m³
-  dvec3 center_W{0, 0, 0};      // m, where it was asked for
-  glm::ivec3 lo{0};             // voxel of sample (0,0,0)
+/// A cube of n³ samples of distance (voxels) and label, z fastest.
+struct SurfacePatch : Snapshot {
+  glm::ivec3 lo{0};  // voxel of sample (0,0,0)
   int n = 0;
   double band = 1e300;         // voxels; farther from the surface the field tells no distance
   bool exact_outside = false;  // distances outside the tissue are true ones, or at least never more …
@@ -97,17 +90,12 @@ inline Tissue tissue_at(const SurfacePatch& patch, const dvec3& p_V) noexcept {
   return shown(patch.tissue[patch.at(static_cast<int>(q.x), static_cast<int>(q.y), static_cast<int>(q.z))]);
 }
 
-/// Cuts the sweep out of the patch, and takes the label of a filling off what it laid bare. Returns the removed volume
-/// per tissue in voxels³ (share of each voxel inside the surface before, less after). `changed`, where given: whether
-/// any sample did, be it only a distance in the air. `front`, where given: what is known of this patch and tool.
-PerTissue carve(SurfacePatch& patch, const Sweep& sweep, bool* changed = nullptr, CutFront* front = nullptr) noexcept;
-
-/// Puts the filling into the patch. Returns the added volume per tissue in voxels³.
-PerTissue fill(SurfacePatch& patch, const Fill& filling, bool* changed) noexcept;
-
-/// Takes over from `old`, a patch of the same size, all that was cut in the inclusive box of voxels: the larger
-/// distance holds. Where something was `filled` meanwhile, what the old one has holds, labels included.
-void merge(SurfacePatch& patch, const SurfacePatch& old, const glm::ivec3& lo, const glm::ivec3& hi,
-           bool filled = false) noexcept;
+/// Edge, in samples, of the patch that these tools need: their reach, room to travel while the carver works, and the
+/// stencil.
+int patch_edge_for(std::span<const Tool> tools, double voxel);
+/// Voxels that any of the tools may move from the patch's centre before a new one is due.
+double patch_travel_for(std::span<const Tool> tools, double voxel);
+/// A patch of that size, with the coarse patch that shanks are felt in where a tool has one. Number 0.
+SurfacePatch empty_patch_for(std::span<const Tool> tools, double voxel);
 
 }  // namespace typodont::haptics

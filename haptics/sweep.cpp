@@ -50,15 +50,15 @@ Sweep::Sweep(const Tool& tool, const Pose& X_WA, const Pose& X_WB, const VoxelFr
   hi_ = glm::ivec3(glm::floor(glm::max(a + extent_a, b + extent_b)));
 }
 
-bool Sweep::raise(const glm::ivec3& lo, const glm::ivec3& size, float* distance, std::size_t stride_x,
+bool Sweep::carve(const glm::ivec3& lo, const glm::ivec3& size, float* distance, std::size_t stride_x,
                   std::size_t stride_y, const Tissue* tissue, PerTissue* removed) const noexcept {
   if (straights_ > 0) {
-    return raise_way(
+    return carve_way(
         {lo, size, distance, static_cast<std::ptrdiff_t>(stride_x), static_cast<std::ptrdiff_t>(stride_y), tissue},
         removed);
   }
-  return sphere_ ? raise_ball(lo, size, distance, stride_x, stride_y, tissue, removed)
-                 : raise_head(lo, size, distance, stride_x, stride_y, tissue, removed);
+  return sphere_ ? carve_ball(lo, size, distance, stride_x, stride_y, tissue, removed)
+                 : carve_head(lo, size, distance, stride_x, stride_y, tissue, removed);
 }
 
 bool Sweep::holds_listed(const glm::ivec3& patch_lo, int n) const noexcept {
@@ -67,7 +67,7 @@ bool Sweep::holds_listed(const glm::ivec3& patch_lo, int n) const noexcept {
   return std::min({lo.x, lo.y, lo.z, hi.x, hi.y, hi.z}) > kBlock + 1;
 }
 
-bool Sweep::raise(CutFront& front, const glm::ivec3& patch_lo, int n, float* distance, const Tissue* tissue,
+bool Sweep::carve(CutFront& front, const glm::ivec3& patch_lo, int n, float* distance, const Tissue* tissue,
                   PerTissue* removed) const noexcept {
   // Since the front was last looked at the head may have gone some way in the air.
   const double way = sphere_ ? glm::length(X_VA_.p - front.X_V_.p) : way_between(front.X_V_, X_VA_, reach_);
@@ -80,11 +80,11 @@ bool Sweep::raise(CutFront& front, const glm::ivec3& patch_lo, int n, float* dis
     if (size.x <= 0 || size.y <= 0 || size.z <= 0) return false;
     const glm::ivec3 at = lo - patch_lo;
     const auto edge = static_cast<std::size_t>(n), start = (at.x * edge + at.y) * edge + at.z;
-    return raise(lo, size, distance + start, edge * edge, edge, tissue + start, removed);
+    return carve(lo, size, distance + start, edge * edge, edge, tissue + start, removed);
   }
   front.move_around(lo_ - 1, hi_ + 1);
-  return sphere_ ? raise_ball(front, patch_lo, n, distance, tissue, removed)
-                 : raise_head(front, patch_lo, n, distance, tissue, removed);
+  return sphere_ ? carve_ball(front, patch_lo, n, distance, tissue, removed)
+                 : carve_head(front, patch_lo, n, distance, tissue, removed);
 }
 
 }  // namespace typodont::haptics

@@ -26,11 +26,11 @@ class Sweep {
   /// kInner), wherever that is more: takes material away. z runs fastest; the strides are in samples. Adds to
   /// `removed`, where given, the volume taken per tissue in voxels³ (the share of each voxel inside the surface before,
   /// less after). Returns whether any sample changed. Any thread; the same bits whatever the processor.
-  bool raise(const glm::ivec3& lo, const glm::ivec3& size, float* distance, std::size_t stride_x, std::size_t stride_y,
+  bool carve(const glm::ivec3& lo, const glm::ivec3& size, float* distance, std::size_t stride_x, std::size_t stride_y,
              const Tissue* tissue, PerTissue* removed) const noexcept;
 
   /// The same in a whole patch of n³ samples from voxel `patch_lo` on; `front` knows what can change in it.
-  bool raise(CutFront& front, const glm::ivec3& patch_lo, int n, float* distance, const Tissue* tissue,
+  bool carve(CutFront& front, const glm::ivec3& patch_lo, int n, float* distance, const Tissue* tissue,
              PerTissue* removed) const noexcept;
 
   /// Distances are kept true as far as this from the new surface: the reach of the cubic interpolation.
@@ -39,18 +39,18 @@ class Sweep {
   static constexpr float kInner = 3.0f;
 
  private:
-  bool raise_ball(const glm::ivec3& lo, const glm::ivec3& size, float* distance, std::size_t stride_x,
+  bool carve_ball(const glm::ivec3& lo, const glm::ivec3& size, float* distance, std::size_t stride_x,
                   std::size_t stride_y, const Tissue* tissue, PerTissue* removed) const noexcept;
-  bool raise_head(const glm::ivec3& lo, const glm::ivec3& size, float* distance, std::size_t stride_x,
+  bool carve_head(const glm::ivec3& lo, const glm::ivec3& size, float* distance, std::size_t stride_x,
                   std::size_t stride_y, const Tissue* tissue, PerTissue* removed) const noexcept;
-  bool raise_ball(CutFront& front, const glm::ivec3& patch_lo, int n, float* distance, const Tissue* tissue,
+  bool carve_ball(CutFront& front, const glm::ivec3& patch_lo, int n, float* distance, const Tissue* tissue,
                   PerTissue* removed) const noexcept;
-  bool raise_head(CutFront& front, const glm::ivec3& patch_lo, int n, float* distance, const Tissue* tissue,
+  bool carve_head(CutFront& front, const glm::ivec3& patch_lo, int n, float* distance, const Tissue* tissue,
                   PerTissue* removed) const noexcept;
   /// Of a long way.
-  bool raise_way(const HeadTarget& target, PerTissue* removed) const noexcept;
+  bool carve_way(const HeadTarget& target, PerTissue* removed) const noexcept;
   /// One part of the front of a head that is no ball; `listed`: groups found.
-  bool raise_due_head(CutFront& front, int part, float ahead, Tops& tops, const glm::ivec3& patch_lo, int n,
+  bool carve_due_head(CutFront& front, int part, float ahead, Tops& tops, const glm::ivec3& patch_lo, int n,
                       float* distance, const Tissue* tissue, int& listed) const noexcept;
   /// Whether what was listed around the head in another patch lies within this one.
   bool holds_listed(const glm::ivec3& patch_lo, int n) const noexcept;

@@ -15,6 +15,7 @@
 namespace typodont::haptics {
 
 class Solid;
+class VoxelStamp;
 
 /// Voxels lo .. hi, inclusive; none where lo > hi.
 struct VoxelBox {
@@ -88,6 +89,8 @@ class TissueVolume {
   /// Takes away what the swept head covers: raises the field to its depth, wherever that is higher. Labels stay,
   /// but those of a filling where none is left. Returns where it wrote.
   VoxelBox carve(const Sweep& sweep);
+  /// Clears whole voxels. Returns where it wrote.
+  VoxelBox carve(const VoxelStamp& stamp);
 
   /// Adds a filling: lowers the field to it, wherever that is lower, and labels what was empty. Returns where it wrote.
   VoxelBox fill(const Fill& filling);
@@ -134,6 +137,8 @@ class TissueVolume {
 
  private:
   struct Impl;
+  template <class Removal>
+  VoxelBox carve_leaves(const Removal& sweep);
   explicit TissueVolume(std::unique_ptr<Impl> impl);
   std::unique_ptr<Impl> impl_;
 };

@@ -102,7 +102,7 @@ void run_demo(const DemoOptions& options) {
     recorder.append({&tick, 1});
     notes.add(tick, recorder);
     sound.push(tick);
-    if (did_cut) debris.add(cut, haptics::tray(scene.servo)[cut.tool]);
+    if (did_cut) debris.add(cut, haptics::tool_set(scene.servo)[cut.tool]);
     for (const LoosePiece& piece : loop.carver().take_pieces()) debris.add(piece);
 
     const double t = to_seconds(tick.t);

@@ -1,13 +1,11 @@
-// The haptic core in one thread: hand, servo and carver in lock-step. Same input, same bytes out; as fast as it can.
-// The live program (workbench.h) runs the same parts on two threads.
+// A scene's haptic core on one thread, with its hand: same input, same bytes out; as fast as it can.
 #pragma once
 
-#include <deque>
 #include <functional>
 
 #include "engine/app/scene.h"
-#include "haptics/carver.h"
 #include "haptics/haptic_device.h"
+#include "haptics/lockstep.h"
 
 namespace typodont {
 
@@ -16,7 +14,7 @@ class HapticLoop {
   /// `rate` in Hz. The tissue is taken over.
   HapticLoop(const Scene& scene, haptics::TissueVolume tissue, double rate);
 
-  /// One tick: servo, then the carver, then, where due, a fresh patch before the next tick. Returns true when it cut.
+  /// One tick: servo, then the carver, then, where due, a fresh snapshot before the next tick. True when it cut.
   bool tick(const haptics::HandSample& hand, ServoTick& out, Cut& cut);
 
   /// Reads `hand` to its end, calling `each` after every tick.
@@ -25,20 +23,13 @@ class HapticLoop {
   /// For tests of what a late carver does to the hand: once a second it stands still for so long.
   void stall_carver(double seconds) { stall_ = seconds; }
 
-  haptics::Carver& carver() { return carver_; }
-  /// The patch taken up before the last tick, when there was one.
-  const PatchUse* fresh_patch() const { return fresh_ ? &use_ : nullptr; }
+  haptics::Carver& carver() { return steps_.carver(); }
+  /// The snapshot taken up before the last tick, when there was one.
+  const PatchUse* fresh_patch() const { return steps_.fresh_snapshot(); }
 
  private:
-  haptics::Carver carver_;
-  haptics::Servo servo_;
-  haptics::SurfacePatch spare_;
-  ServoTick last_;
-  std::uint64_t ticks_ = 0;
-  double stall_ = 0;         // s
-  std::deque<Cut> waiting_;  // made while the carver stood still
-  bool fresh_ = false;
-  PatchUse use_;
+  haptics::LockStep steps_;
+  double stall_ = 0;  // s
 };
 
 }  // namespace typodont

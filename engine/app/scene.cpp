@@ -296,7 +296,7 @@ Scene parse_scene(const Json& json, const fs::path& file) {
 
 std::vector<std::string> tool_names(const Scene& scene) {
   std::vector<std::string> names;
-  for (const haptics::Tool& tool : haptics::tray(scene.servo)) names.push_back(tool.name);
+  for (const haptics::Tool& tool : haptics::tool_set(scene.servo)) names.push_back(tool.name);
   return names;
 }
 

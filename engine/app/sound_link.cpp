@@ -26,7 +26,7 @@ std::filesystem::path voice_of(const Scene& scene) {
 
 std::vector<bool> tools_that_cut(const Scene& scene) {
   std::vector<bool> cut;
-  for (const haptics::Tool& tool : haptics::tray(scene.servo)) cut.push_back(tool.turns());
+  for (const haptics::Tool& tool : haptics::tool_set(scene.servo)) cut.push_back(tool.turns());
   return cut;
 }
 

@@ -79,7 +79,7 @@ struct SeenFrom {
 };
 
 struct Wiring {
-  explicit Wiring(const haptics::SurfacePatch& empty) : patch(empty) {}
+  explicit Wiring(const haptics::Carver& carver) : patch(carver) {}
 
   // SERVO → CARVER
   Ring<Cut> cuts_to_carver{1 << 14};

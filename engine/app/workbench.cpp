@@ -255,7 +255,7 @@ void Workbench::Impl::start() {
   if (writer) recorder = std::jthread(recorder_thread, std::ref(s), std::ref(*writer));
   began = now();
   if (picture) picture->begin();
-  const std::size_t tools = std::min<std::size_t>(haptics::tray(scene.servo).size(), 9);
+  const std::size_t tools = std::min<std::size_t>(haptics::tool_set(scene.servo).size(), 9);
   if (pointer) keys = "left button: drill   wheel: in and out   ";
   keys += "Z, Y: undo, redo   ";
   if (picture && !options.operated) keys += "V: view   ";
@@ -362,7 +362,7 @@ void Workbench::Impl::follow_keys(const display::UserInput& input) {
     if (key == kViewKey && !options.operated) picture->show_next_view(tick);
     if (key == kSuctionKey) picture->switch_suction();
     const int place = key - '1';
-    if (place >= 0 && place < 9 && place < static_cast<int>(haptics::tray(scene.servo).size())) {
+    if (place >= 0 && place < 9 && place < static_cast<int>(haptics::tool_set(scene.servo).size())) {
       session->wiring.chosen_tool = place;
     }
   }
@@ -487,7 +487,7 @@ void Workbench::Impl::count_work(const WorkCounts& running_process) {
   work.ticks = summary.ticks, work.frames = summary.frames + (picture ? picture->own_frames() : 0);
   if (headset) headset->add_work(work);
   work.queries = s.queries;
-  work.patches = s.carver.patches(), work.voxels_cut = s.voxels_cut;
+  work.patches = s.carver.snapshots(), work.voxels_cut = s.voxels_cut;
   work.bricks_meshed = s.bricks_meshed, work.triangles_made = s.triangles_made;
   if (sound) work.samples = sound->stats().samples;
   work.desktop_requests = running_process.desktop_requests - before.desktop_requests;

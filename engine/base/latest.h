@@ -5,6 +5,7 @@
 
 #include <array>
 #include <atomic>
+#include <concepts>
 #include <cstdint>
 
 namespace typodont {
@@ -17,6 +18,9 @@ class Latest {
   Latest() = default;
   /// Every slot starts as a copy of `initial`, so that buffers inside T are sized at set-up, not in the loop.
   explicit Latest(const T& initial) : slots_{initial, initial, initial} {}
+  /// The same where T cannot be copied: every slot is what `make` returns.
+  template <std::invocable Make>
+  explicit Latest(Make make) : slots_{make(), make(), make()} {}
 
   // Writer thread.
   T& back() noexcept { return slots_[back_]; }

@@ -9,6 +9,7 @@
 #include "haptics/bench/rows.h"
 #include "haptics/bench/timing.h"
 #include "haptics/cut_front.h"
+#include "haptics/cutting/carve.h"
 
 namespace typodont::haptics::bench {
 
@@ -56,7 +57,7 @@ double drilling_floor(const DenseTissue& dense, const ServoSettings& settings, i
     std::vector<double> run;
     for (int i = 0; i < ticks; ++i) {
       const Pose X_WT = hand.next(scene.last.f_T_W, settings.tick);
-      if (scene.renew_patch(X_WT)) patch = scene.servo.patch();
+      if (scene.renew_patch(X_WT)) patch = scene.patch();
       const std::uint64_t before = scene.last.cuts;
       scene.tick(X_WT, 1);
       const bool made = scene.last.cuts > before;
@@ -88,7 +89,7 @@ void cut_rows(const Tool& tool, const std::string& knob, const DenseTissue& dens
   const auto at = [&](int i) {
     return Pose{dvec3(0, 0, kBlockTop + tool.length / 2 - 0.4e-3) + way * i * glm::normalize(dvec3(0.5, 0.2, -0.6))};
   };
-  carver.cut_out(at(0).p, patch);
+  carver.take_snapshot(at(0).p, patch);
   CutFront front(std::span(&tool, 1), dense.frame.voxel);
   carve(patch, Sweep(tool, at(0), at(0), dense.frame), nullptr, &front);
   int step = 0;

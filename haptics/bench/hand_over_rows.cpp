@@ -9,10 +9,10 @@
 namespace typodont::haptics::bench {
 
 void hand_over_rows(Scene& scene, const std::string& knob, std::vector<BenchRow>& rows) {
-  SurfacePatch fresh = scene.servo.patch();
-  scene.carver.cut_out(scene.last.X_WG.p, fresh);
+  SurfacePatch fresh = scene.patch();
+  scene.carver.take_snapshot(scene.last.X_WG.p, fresh);
   rows.push_back({"patch cut-out", fmt::format("{0}, {1}³", knob, fresh.n), BenchRow::kNone, "",
-                  batch_ns(21, 4, [&](int) { scene.carver.cut_out(scene.last.X_WG.p, fresh); }), "patch"});
+                  batch_ns(21, 4, [&](int) { scene.carver.take_snapshot(scene.last.X_WG.p, fresh); }), "patch"});
   rows.push_back({"patch hand-over, nothing lacking", knob, BenchRow::kNone, "",
                   batch_ns(21, 64,
                            [&](int) {
@@ -24,7 +24,7 @@ void hand_over_rows(Scene& scene, const std::string& knob, std::vector<BenchRow>
   std::vector<double> kept_up, handed_over;
   const double clock = clock_ns();
   for (int i = 0; i < 9; ++i) {
-    scene.carver.cut_out(scene.last.X_WG.p, fresh);
+    scene.carver.take_snapshot(scene.last.X_WG.p, fresh);
     scene.carver.remember_writes(true);
     const std::uint64_t wanted = scene.last.cuts + 16;
     for (int tick = 0; tick < 200 && scene.last.cuts < wanted; ++tick) {
@@ -48,7 +48,7 @@ void hand_over_rows(Scene& scene, const std::string& knob, std::vector<BenchRow>
   rows.push_back({"patch hand-over, 16 cuts made meanwhile", knob, BenchRow::kNone, "",
                   std::max(quantile(handed_over, 0.5), 0.0), "patch"});
   // … unless it comes too late.
-  scene.carver.cut_out(scene.last.X_WG.p, fresh);
+  scene.carver.take_snapshot(scene.last.X_WG.p, fresh);
   rows.push_back({"patch hand-over, 16 cuts put in by the servo", knob, BenchRow::kNone, "",
                   batch_ns(21, 64,
                            [&](int) {

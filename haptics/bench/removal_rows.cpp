@@ -7,6 +7,7 @@
 
 #include "haptics/bench/rows.h"
 #include "haptics/bench/timing.h"
+#include "haptics/cutting/carve.h"
 #include "haptics/volume/csg_baseline.h"
 
 namespace typodont::haptics::bench {
@@ -63,7 +64,7 @@ void removal_rows(const BenchOptions& options, std::vector<BenchRow>& rows) {
     Carver carver(TissueVolume(dense), std::span(&tool, 1));
     SurfacePatch patch;
     patch.resize(2 * static_cast<int>(2e-3 / dense.frame.voxel) + 1);
-    carver.cut_out(at(kSteps / 2), patch);
+    carver.take_snapshot(at(kSteps / 2), patch);
     double taken = 0;
     const auto [patch_error, patch_ns] =
         run([&] { return -taken; },

@@ -10,7 +10,7 @@
 
 namespace typodont::haptics::bench {
 
-/// A hand that slides on a ball, by voxel probing, by looks of either order, and by the servo; then queries alone.
+/// A hand that slides on a ball, by voxel penalty, by looks of either order, and by the servo; then queries alone.
 void slide_rows(const BenchOptions& options, std::vector<BenchRow>& rows);
 
 /// A hand that drills into a block, with four heads: ticks, cuts alone, patches.

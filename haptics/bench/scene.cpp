@@ -65,35 +65,27 @@ void OtherThread::loop() {
   }
 }
 
-static ServoSettings with_tissue(ServoSettings s, const DenseTissue& dense) {
-  s.frame = dense.frame;
+static ServoSettings with_materials(ServoSettings s) {
   for (Material& material : s.materials) material = {1000, 8e9, 0.2, 0.15, 2150, dvec3(0.8)};
   return s;
 }
 
-Scene::Scene(const DenseTissue& dense, ServoSettings s)
-    : settings(with_tissue(std::move(s), dense)),
-      carver(TissueVolume(dense), tray(settings)),
-      servo(settings, patch_edge_for(tray(settings), settings.frame.voxel)) {
-  spare.resize(servo.patch().n);
-}
+Scene::Scene(const DenseTissue& dense, const ServoSettings& s) : steps(TissueVolume(dense), with_materials(s)) {}
 
 bool Scene::renew_patch(const Pose& X_WT) {
   if (t == 0) last.X_WT = last.X_WG = X_WT;
-  if (!carver.patch_due(last)) return false;
-  carving.run([&] { carver.cut_out(carver.patch_center(last), spare); });
-  servo.adopt(spare);
+  if (!carver.snapshot_due(last)) return false;
+  carving.run([&] { steps.take_snapshot(carver.snapshot_center(last)); });
+  steps.adopt_snapshot();
   return true;
 }
 
 double Scene::tick(const Pose& X_WT, double pedal) {
   renew_patch(X_WT);
-  const Nanos start = thread_cpu_time();
-  const bool cuts = servo.tick({t, X_WT, pedal}, last, cut);
-  const double time = static_cast<double>(thread_cpu_time() - start);
-  if (cuts) carver.apply(cut);
+  steps.tick_servo({t, X_WT, pedal}, last, cut);
+  steps.apply_cuts(last.cuts);
   t += from_seconds(settings.tick);
-  return time;
+  return static_cast<double>(last.cpu_time);
 }
 
 }  // namespace typodont::haptics::bench

@@ -7,9 +7,9 @@
 #include <string_view>
 #include <thread>
 
-#include "haptics/carver.h"
-#include "haptics/servo.h"
+#include "haptics/lockstep.h"
 #include "haptics/solid.h"
+#include "haptics/surface_patch.h"
 
 namespace typodont::haptics::bench {
 
@@ -45,20 +45,22 @@ class OtherThread {
   std::thread thread_;
 };
 
-/// Servo and carver in lock-step, as in the program's deterministic loop.
+/// The lock-step, with the carver's snapshots taken on another core.
 struct Scene {
-  ServoSettings settings;
-  Carver carver;
-  Servo servo;
-  SurfacePatch spare;
+  LockStep steps;
+  const ServoSettings& settings = steps.settings();
+  Carver& carver = steps.carver();
+  Servo& servo = steps.servo();
   ServoTick last;
   Cut cut;
   Nanos t = 0;
   OtherThread carving;
 
-  Scene(const DenseTissue& dense, ServoSettings settings);
+  Scene(const DenseTissue& dense, const ServoSettings& settings);
 
-  /// Takes a fresh patch where one is due, as each tick does first; of the very first, around the hand. Whether it did.
+  /// The servo's patch, of a field model.
+  const SurfacePatch& patch() const { return dynamic_cast<const SurfacePatch&>(servo.snapshot()); }
+  /// Takes a fresh snapshot where one is due, as each tick does first; the very first around the hand. True if it did.
   bool renew_patch(const Pose& X_WT);
   /// One tick; returns its CPU time, ns.
   double tick(const Pose& X_WT, double pedal);

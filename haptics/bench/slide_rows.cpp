@@ -10,7 +10,7 @@
 #include "engine/base/dispatch.h"
 #include "haptics/bench/rows.h"
 #include "haptics/bench/timing.h"
-#include "haptics/bench/voxel_probe.h"
+#include "haptics/contact_method.h"
 #include "haptics/lanes.h"
 
 namespace typodont::haptics::bench {
@@ -51,55 +51,9 @@ struct Slide {
         {name, knob, error, "degree, greatest", ns, work, baseline, of_it > 0 ? ns / of_it : BenchRow::kNone});
   }
 
-  /// Returns the median tick, ns.
-  double by_voxel_probing() {
-    VoxelProbe probe(dense, settings.tool.radius(), outside);
-    const double clock = clock_ns();
-    double error = 0;
-    std::vector<double> times;
-    for (int i = 0; i < options.ticks; ++i) {
-      const dvec3 p = sliding(i, radius);
-      const Nanos start = thread_cpu_time();
-      const dvec3 push = probe.push(p);
-      times.push_back(static_cast<double>(thread_cpu_time() - start) - clock);
-      if (i > kApproach) error = std::max(error, degrees_between(push, p));
-    }
-    const double ns = quantile(times, 0.5);
-    add("slide on a sphere, voxel probing", error, ns, "tick");
-    return ns;
-  }
-
-  /// A god-object on the offset surface with one query a look: what the order of interpolation buys.
-  template <class Sample>
-  void by_looks(Sample sample, const char* name, double probing_ns) {
-    Scene still(dense, settings);
-    double error = 0;
-    const std::vector<double> ticks = least_of([&] {
-      std::vector<double> run;
-      dvec3 c = dense.frame.to_voxels(outside);
-      error = 0;
-      for (int i = 0; i < options.ticks; ++i) {
-        const dvec3 p = sliding(i, radius), goal = dense.frame.to_voxels(p);
-        still.last.X_WT.p = p, still.last.X_WG.p = dense.frame.to_world(c);
-        if (still.carver.patch_due(still.last))
-          still.carver.cut_out(still.carver.patch_center(still.last), still.spare);
-        const Nanos start = thread_cpu_time();
-        for (int look = 0; look < 8; ++look) {
-          const FieldSample at = sample(still.spare, c);
-          const dvec3 n = glm::normalize(at.gradient);
-          c = goal + n * (settings.tool.radius() / dense.frame.voxel - at.value + glm::dot(n, c - goal));
-        }
-        run.push_back(static_cast<double>(thread_cpu_time() - start));
-        if (i > kApproach) error = std::max(error, degrees_between(c - goal, p));
-      }
-      return run;
-    });
-    add(name, error, quantile(ticks, 0.5), "tick", "voxel probing", probing_ns);
-  }
-
-  void by_servo(double probing_ns) {
-    double error = 0;
-    const std::vector<double> times = least_of([&] {
+  /// The slide by the method in settings: error of the force's direction, ticks in their order, ns.
+  std::vector<double> slide(double& error) {
+    return least_of([&] {
       Scene scene(dense, settings);
       error = 0;
       std::vector<double> run;
@@ -111,15 +65,59 @@ struct Slide {
       }
       return run;
     });
-    add("slide on a sphere, median", error, quantile(times, 0.5), "tick", "voxel probing", probing_ns);
-    add("slide on a sphere, 99.9 %", error, quantile(times, 0.999), "tick", "voxel probing", probing_ns);
+  }
+
+  /// Springs between head samples and voxels, as CHAI3D's and AMBF's users have them. Returns the median tick, ns.
+  double by_voxel_penalty() {
+    settings.method = contact_method("voxel_penalty", "bench");
+    double error = 0;
+    const double ns = quantile(slide(error), 0.5);
+    settings.method = nullptr;
+    add("slide on a sphere, voxel penalty", error, ns, "tick");
+    return ns;
+  }
+
+  /// A god-object on the offset surface with one query a look: what the order of interpolation buys.
+  template <class Sample>
+  void by_looks(Sample sample, const char* name, double penalty_ns) {
+    Scene still(dense, settings);
+    SurfacePatch patch = empty_patch_for(tool_set(settings), dense.frame.voxel);
+    double error = 0;
+    const std::vector<double> ticks = least_of([&] {
+      std::vector<double> run;
+      dvec3 c = dense.frame.to_voxels(outside);
+      error = 0;
+      for (int i = 0; i < options.ticks; ++i) {
+        const dvec3 p = sliding(i, radius), goal = dense.frame.to_voxels(p);
+        still.last.X_WT.p = p, still.last.X_WG.p = dense.frame.to_world(c);
+        if (still.carver.snapshot_due(still.last))
+          still.carver.take_snapshot(still.carver.snapshot_center(still.last), patch);
+        const Nanos start = thread_cpu_time();
+        for (int look = 0; look < 8; ++look) {
+          const FieldSample at = sample(patch, c);
+          const dvec3 n = glm::normalize(at.gradient);
+          c = goal + n * (settings.tool.radius() / dense.frame.voxel - at.value + glm::dot(n, c - goal));
+        }
+        run.push_back(static_cast<double>(thread_cpu_time() - start));
+        if (i > kApproach) error = std::max(error, degrees_between(c - goal, p));
+      }
+      return run;
+    });
+    add(name, error, quantile(ticks, 0.5), "tick", "voxel penalty", penalty_ns);
+  }
+
+  void by_servo(double penalty_ns) {
+    double error = 0;
+    const std::vector<double> times = slide(error);
+    add("slide on a sphere, median", error, quantile(times, 0.5), "tick", "voxel penalty", penalty_ns);
+    add("slide on a sphere, 99.9 %", error, quantile(times, 0.999), "tick", "voxel penalty", penalty_ns);
   }
 
   /// Queries alone, in batches, around the head's centre; and their floor.
   void queries() {
     Scene scene(dense, settings);
     scene.tick({sliding(0, radius)}, 0);
-    const SurfacePatch& patch = scene.servo.patch();
+    const SurfacePatch& patch = scene.patch();
     std::vector<dvec3> points;
     const dvec3 center = dense.frame.to_voxels(patch.center_W);
     for (int i = 0; i < 256; ++i)
@@ -174,10 +172,10 @@ void Slide::query_floor(const SurfacePatch& patch, const std::vector<dvec3>& poi
 void slide_rows(const BenchOptions& options, std::vector<BenchRow>& rows) {
   for (const double voxel_mm : options.voxels_mm) {
     Slide slide(options, voxel_mm, rows);
-    const double probing_ns = slide.by_voxel_probing();
-    slide.by_looks(sample_linear_gradient, "slide on a sphere, eight trilinear looks", probing_ns);
-    slide.by_looks(sample_cubic, "slide on a sphere, eight cubic looks", probing_ns);
-    slide.by_servo(probing_ns);
+    const double penalty_ns = slide.by_voxel_penalty();
+    slide.by_looks(sample_linear_gradient, "slide on a sphere, eight trilinear looks", penalty_ns);
+    slide.by_looks(sample_cubic, "slide on a sphere, eight cubic looks", penalty_ns);
+    slide.by_servo(penalty_ns);
     slide.queries();
   }
 }

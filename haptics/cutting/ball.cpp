@@ -34,7 +34,7 @@ struct Block {
 /// common.
 struct Work {
   static constexpr int kGroups = 1024, kRowBatches = 64, kLongest = 512;  // samples of a row
-  F8 u[kRowBatches], v[kRowBatches];                                      // see raise_block()
+  F8 u[kRowBatches], v[kRowBatches];                                      // see carve_block()
   I8 base[kRowBatches];                                                   // of the row's first sample
   F8 z[kLongest];                 // heights of the eight samples from there on, from A
   std::uint32_t groups[kGroups];  // first sample << 16 | row
@@ -44,7 +44,7 @@ struct Work {
 /// Raises the samples of some groups: new = max(old, min(radius - distance, kInner)), wherever that is above -kMargin.
 /// `narrow`: rows are shorter than a group.
 template <bool capsule, bool narrow>
-TYPODONT_KERNEL bool raise_groups(const Block& block, const Capsule& c, Work& work, PerTissue* removed) {
+TYPODONT_KERNEL bool carve_groups(const Block& block, const Capsule& c, Work& work, PerTissue* removed) {
   const float abx = c.abx, aby = c.aby, abz = c.abz, inverse_length2 = c.inverse_length2, radius = c.radius;
   const float from = c.continues ? 0.0f : -1e30f;
   float* const distance = block.distance;
@@ -126,7 +126,7 @@ TYPODONT_KERNEL void append(const I8& entries, const I8& mask, Work& work) {
 /// outside the empty ball there, when it continues another. Returns whether anything changed; volume taken is added to
 /// `removed`.
 template <bool capsule, bool narrow>
-TYPODONT_KERNEL bool raise_block(const Block& block, const Capsule& c, PerTissue* removed) {
+TYPODONT_KERNEL bool carve_block(const Block& block, const Capsule& c, PerTissue* removed) {
   const float outer = c.radius + Sweep::kMargin;
   const float length = std::sqrt(c.abx * c.abx + c.aby * c.aby + c.abz * c.abz);
   // The ball that holds all that changes: around B when it is all, else around the middle.
@@ -214,25 +214,25 @@ TYPODONT_KERNEL bool raise_block(const Block& block, const Capsule& c, PerTissue
       }
       // Room for eight more rows of the longest kind.
       if (work.batches == Work::kRowBatches || work.count > Work::kGroups - 8 * (Work::kLongest / 8 + 1) - 8) {
-        changed |= raise_groups<capsule, narrow>(block, c, work, removed);
+        changed |= carve_groups<capsule, narrow>(block, c, work, removed);
       }
     }
   }
-  changed |= raise_groups<capsule, narrow>(block, c, work, removed);
+  changed |= carve_groups<capsule, narrow>(block, c, work, removed);
   return changed;
 }
 
 // Compiled twice and chosen at run time. Every sample is computed by itself and FMA is off for the whole program, so
 // that every processor, and every way of cutting the work into rows, gives the same bits.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
-bool raise_capsule(const Block* block, const Capsule* capsule, PerTissue* removed) {
-  return block->size_z < 8 ? raise_block<true, true>(*block, *capsule, removed)
-                           : raise_block<true, false>(*block, *capsule, removed);
+bool carve_capsule(const Block* block, const Capsule* capsule, PerTissue* removed) {
+  return block->size_z < 8 ? carve_block<true, true>(*block, *capsule, removed)
+                           : carve_block<true, false>(*block, *capsule, removed);
 }
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
-bool raise_ball_ahead(const Block* block, const Capsule* capsule, PerTissue* removed) {
-  return block->size_z < 8 ? raise_block<false, true>(*block, *capsule, removed)
-                           : raise_block<false, false>(*block, *capsule, removed);
+bool carve_ball_ahead(const Block* block, const Capsule* capsule, PerTissue* removed) {
+  return block->size_z < 8 ? carve_block<false, true>(*block, *capsule, removed)
+                           : carve_block<false, false>(*block, *capsule, removed);
 }
 
 /// What a look at all blocks before a ball needs besides.
@@ -263,7 +263,7 @@ void fill_heights(const BallFront* f, bool capsule, int from, int to) {
   }
 }
 
-/// Depth of eight samples of a row and what of it counts; rows as in raise_block().
+/// Depth of eight samples of a row and what of it counts; rows as in carve_block().
 template <bool capsule>
 TYPODONT_KERNEL void depth_of_eight(const Capsule& c, float from, const F8& u, const F8& v, const F8& first,
                                     const F8& second, F8& depth, I8& ahead) {
@@ -310,7 +310,7 @@ inline int side_of(const Capsule& c, const glm::ivec3& group, int lanes) {
 /// Raises all blocks that are due, finds when they will be due again, and lists what may change until the head has come
 /// `ahead`.
 template <bool capsule>
-TYPODONT_KERNEL bool raise_due(BallBlocks& b, PerTissue* removed) {
+TYPODONT_KERNEL bool carve_due(BallBlocks& b, PerTissue* removed) {
   BallFront& f = b.f;
   constexpr int kStretch = SlackRows::kStretch;
   constexpr float kNever = 1e9f;
@@ -444,17 +444,17 @@ TYPODONT_KERNEL bool raise_due(BallBlocks& b, PerTissue* removed) {
 }
 
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
-bool raise_due_capsule(BallBlocks* blocks, PerTissue* removed) {
-  return raise_due<true>(*blocks, removed);
+bool carve_due_capsule(BallBlocks* blocks, PerTissue* removed) {
+  return carve_due<true>(*blocks, removed);
 }
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
-bool raise_due_ball(BallBlocks* blocks, PerTissue* removed) {
-  return raise_due<false>(*blocks, removed);
+bool carve_due_ball(BallBlocks* blocks, PerTissue* removed) {
+  return carve_due<false>(*blocks, removed);
 }
 
 }  // namespace
 
-bool Sweep::raise_ball(const glm::ivec3& lo, const glm::ivec3& size, float* distance, std::size_t stride_x,
+bool Sweep::carve_ball(const glm::ivec3& lo, const glm::ivec3& size, float* distance, std::size_t stride_x,
                        std::size_t stride_y, const Tissue* tissue, PerTissue* removed) const noexcept {
   const Capsule capsule{a_.x, a_.y, a_.z, ab_.x, ab_.y, ab_.z, inverse_length2_, radius_, continues_};
   const glm::ivec3 from = lo - base_;
@@ -464,12 +464,12 @@ bool Sweep::raise_ball(const glm::ivec3& lo, const glm::ivec3& size, float* dist
     const Block block{
         distance + z, tissue ? tissue + z : nullptr,       stride_x, stride_y, from.x, from.y, from.z + z, size.x,
         size.y,       std::min(size.z - z, Work::kLongest)};
-    changed |= ball ? raise_ball_ahead(&block, &capsule, removed) : raise_capsule(&block, &capsule, removed);
+    changed |= ball ? carve_ball_ahead(&block, &capsule, removed) : carve_capsule(&block, &capsule, removed);
   }
   return changed;
 }
 
-bool Sweep::raise_ball(CutFront& front, const glm::ivec3& patch_lo, int n, float* distance, const Tissue* tissue,
+bool Sweep::carve_ball(CutFront& front, const glm::ivec3& patch_lo, int n, float* distance, const Tissue* tissue,
                        PerTissue* removed) const noexcept {
   front.keep_listed(patch_lo, n, holds_listed(patch_lo, n));
   const glm::ivec3 origin = front.first_ * glm::ivec3(CutFront::kRows, CutFront::kRows, CutFront::kDeep);
@@ -526,14 +526,14 @@ bool Sweep::raise_ball(CutFront& front, const glm::ivec3& patch_lo, int n, float
         ranges.at[ranges.count - 1].to = run.to;
         side = this_side;
       }
-      changed |= raise_listed_ball(b.f, capsule, front.lanes_, removed);
+      changed |= carve_listed_ball(b.f, capsule, front.lanes_, removed);
       continue;
     }
     const double lasts = ahead * ++anew;
     b.part = part;
     b.ahead = static_cast<float>(lasts);
     b.found = groups.found.data();
-    changed |= capsule ? raise_due_capsule(&b, removed) : raise_due_ball(&b, removed);
+    changed |= capsule ? carve_due_capsule(&b, removed) : carve_due_ball(&b, removed);
     groups.until = -1;
     groups.count = 0;
     if (lasts > 0 && b.listed <= b.room) {

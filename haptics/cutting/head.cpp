@@ -113,7 +113,7 @@ struct BlockSlack {
 /// new = max(old, min(depth, kInner)), depths below -kMargin not counted. Returns whether anything changed. `may_raise`
 /// false: only looks. What may have been deeper on the way comes to `tops`.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
-bool raise_head_block(const HeadPose* pose_at, const HeadBlock* block_at, bool may_raise, Tops* tops,
+bool carve_head_block(const HeadPose* pose_at, const HeadBlock* block_at, bool may_raise, Tops* tops,
                       PerTissue* removed, BlockSlack* found) {
   const HeadPose& pose = *pose_at;
   const HeadBlock& block = *block_at;
@@ -430,7 +430,7 @@ int kind_of(int a, int b) {
 
 }  // namespace
 
-bool Sweep::raise_head(const glm::ivec3& lo, const glm::ivec3& size, float* distance, std::size_t stride_x,
+bool Sweep::carve_head(const glm::ivec3& lo, const glm::ivec3& size, float* distance, std::size_t stride_x,
                        std::size_t stride_y, const Tissue* tissue, PerTissue* removed) const noexcept {
   bool changed = false;
   const HeadTarget target{
@@ -440,7 +440,7 @@ bool Sweep::raise_head(const glm::ivec3& lo, const glm::ivec3& size, float* dist
   for (int k = continues_ ? 1 : 0; k <= 1; ++k) {
     Tops tops(k == 0 ? straight_way(X_VA_, X_VA_, pieces_, back_.count, reach_) : way_back(), removed);
     HeadPass pass(tops.back, k > 0, reach_, 0);
-    const auto raise = [&] {
+    const auto carve = [&] {
       const int lanes = pass.lanes();
       pass.look();
       for (int lane = 0; lane < lanes; ++lane) {
@@ -449,18 +449,18 @@ bool Sweep::raise_head(const glm::ivec3& lo, const glm::ivec3& size, float* dist
         bool clipped;
         BlockSlack found;
         if (pass.what(lane, target, block, slack, clipped) != HeadPass::Work::kRaise) continue;
-        changed |= raise_head_block(&pass.pose(), &block, true, &tops, removed, &found);
+        changed |= carve_head_block(&pass.pose(), &block, true, &tops, removed, &found);
       }
     };
     for (int x0 = first.x; x0 <= last.x; x0 += kRows) {
       for (int y0 = first.y; y0 <= last.y; y0 += kRows) {
         for (int z0 = first.z; z0 <= last.z; z0 += kDeep) {
-          if (pass.add({x0, y0, z0})) raise();
+          if (pass.add({x0, y0, z0})) carve();
         }
       }
     }
-    if (pass.lanes() > 0) raise();
-    tops.raise();
+    if (pass.lanes() > 0) carve();
+    tops.carve();
     changed |= tops.changed;
   }
   return changed;
@@ -468,7 +468,7 @@ bool Sweep::raise_head(const glm::ivec3& lo, const glm::ivec3& size, float* dist
 
 /// Raises all blocks of a part that are due, finds when they will be due again, and lists what may change until the
 /// head has come `ahead`.
-bool Sweep::raise_due_head(CutFront& front, int part, float ahead, Tops& tops, const glm::ivec3& patch_lo, int n,
+bool Sweep::carve_due_head(CutFront& front, int part, float ahead, Tops& tops, const glm::ivec3& patch_lo, int n,
                            float* distance, const Tissue* tissue, int& listed) const noexcept {
   CutFront::Groups& groups = front.parts_[static_cast<std::size_t>(part)];
   const Straight& back = tops.back;
@@ -507,7 +507,7 @@ bool Sweep::raise_due_head(CutFront& front, int part, float ahead, Tops& tops, c
             if (work != HeadPass::Work::kNone) {
               BlockSlack found{.ahead = ahead + slip, .live = live, .shift = (z - z0) * kDeep};
               changed |=
-                  raise_head_block(&pass.pose(), &block, work == HeadPass::Work::kRaise, &tops, tops.removed, &found);
+                  carve_head_block(&pass.pose(), &block, work == HeadPass::Work::kRaise, &tops, tops.removed, &found);
               slack = clipped ? 0 : found.slack;  // of the rest of it nothing is known
               kinds[z - z0] = block.kind;
             }
@@ -551,7 +551,7 @@ bool Sweep::raise_due_head(CutFront& front, int part, float ahead, Tops& tops, c
   return changed;
 }
 
-bool Sweep::raise_head(CutFront& front, const glm::ivec3& patch_lo, int n, float* distance, const Tissue* tissue,
+bool Sweep::carve_head(CutFront& front, const glm::ivec3& patch_lo, int n, float* distance, const Tissue* tissue,
                        PerTissue* removed) const noexcept {
   static_assert(kRows == CutFront::kRows && kDeep == CutFront::kDeep && kStretch == 8 * kDeep);
   static_assert(CutFront::kKinds > kManyPieces + static_cast<int>(kAllPieces));
@@ -586,12 +586,12 @@ bool Sweep::raise_head(CutFront& front, const glm::ivec3& patch_lo, int n, float
     if (front.way_ <= groups.until) {
       f.groups = groups.listed();
       f.runs = groups.runs.data(), f.run_count = groups.run_count;
-      changed |= raise_listed_head(f, front.lanes_, removed);
+      changed |= carve_listed_head(f, front.lanes_, removed);
       continue;
     }
     const double lasts = ahead * ++anew;
     int listed = 0;
-    changed |= raise_due_head(front, part, static_cast<float>(lasts), tops, patch_lo, n, distance, tissue, listed);
+    changed |= carve_due_head(front, part, static_cast<float>(lasts), tops, patch_lo, n, distance, tissue, listed);
     groups.until = -1;
     groups.count = 0;
     if (lasts > 0 && listed <= groups.room()) {
@@ -600,7 +600,7 @@ bool Sweep::raise_head(CutFront& front, const glm::ivec3& patch_lo, int n, float
       groups.lasts = lasts;
     }
   }
-  tops.raise();
+  tops.carve();
   return changed || tops.changed;
 }
 

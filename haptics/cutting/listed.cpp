@@ -18,17 +18,18 @@ namespace {
 
 #include "haptics/cutting/cut_kernel.h"
 #include "haptics/cutting/depth_kernel.h"
-#include "haptics/cutting/listed_kernel.h"
 #include "haptics/cutting/way_kernel.h"
+// Uses the three above.
+#include "haptics/cutting/listed_kernel.h"
 
 bool ball(const BallFront* f, PerTissue* removed) {
-  return raise_ball<false>(*f, false, removed);
+  return carve_ball<false>(*f, false, removed);
 }
 bool capsule(const BallFront* f, PerTissue* removed) {
-  return raise_ball<true>(*f, false, removed);
+  return carve_ball<true>(*f, false, removed);
 }
 bool head(const HeadFront* f, PerTissue* removed) {
-  return raise_head(*f, false, removed);
+  return carve_head(*f, false, removed);
 }
 
 }  // namespace
@@ -40,17 +41,18 @@ namespace {
 
 #include "haptics/cutting/cut_kernel.h"
 #include "haptics/cutting/depth_kernel.h"
-#include "haptics/cutting/listed_kernel.h"
 #include "haptics/cutting/way_kernel.h"
+// Uses the three above.
+#include "haptics/cutting/listed_kernel.h"
 
 __attribute__((target("avx2"))) bool ball(const BallFront* f, PerTissue* removed) {
-  return raise_ball<false>(*f, false, removed);
+  return carve_ball<false>(*f, false, removed);
 }
 __attribute__((target("avx2"))) bool capsule(const BallFront* f, PerTissue* removed) {
-  return raise_ball<true>(*f, false, removed);
+  return carve_ball<true>(*f, false, removed);
 }
 __attribute__((target("avx2"))) bool head(const HeadFront* f, PerTissue* removed) {
-  return raise_head(*f, false, removed);
+  return carve_head(*f, false, removed);
 }
 
 }  // namespace
@@ -63,17 +65,18 @@ namespace {
 
 #include "haptics/cutting/cut_kernel.h"
 #include "haptics/cutting/depth_kernel.h"
-#include "haptics/cutting/listed_kernel.h"
 #include "haptics/cutting/way_kernel.h"
+// Uses the three above.
+#include "haptics/cutting/listed_kernel.h"
 
 bool ball(const BallFront* f, PerTissue* removed) {
-  return raise_ball<false>(*f, false, removed);
+  return carve_ball<false>(*f, false, removed);
 }
 bool capsule(const BallFront* f, PerTissue* removed) {
-  return raise_ball<true>(*f, false, removed);
+  return carve_ball<true>(*f, false, removed);
 }
 bool head(const HeadFront* f, PerTissue* removed) {
-  return raise_head(*f, false, removed);
+  return carve_head(*f, false, removed);
 }
 
 }  // namespace
@@ -84,17 +87,18 @@ namespace {
 
 #include "haptics/cutting/cut_kernel.h"
 #include "haptics/cutting/depth_kernel.h"
-#include "haptics/cutting/listed_kernel.h"
 #include "haptics/cutting/way_kernel.h"
+// Uses the three above.
+#include "haptics/cutting/listed_kernel.h"
 
 bool ball(const BallFront* f, PerTissue* removed) {
-  return raise_ball<false>(*f, true, removed);
+  return carve_ball<false>(*f, true, removed);
 }
 bool capsule(const BallFront* f, PerTissue* removed) {
-  return raise_ball<true>(*f, true, removed);
+  return carve_ball<true>(*f, true, removed);
 }
 bool head(const HeadFront* f, PerTissue* removed) {
-  return raise_head(*f, true, removed);
+  return carve_head(*f, true, removed);
 }
 
 }  // namespace
@@ -109,7 +113,7 @@ int widest_group() noexcept {
   return halves::kLanes;
 }
 
-bool raise_listed_ball(const BallFront& front, bool capsule, int lanes, PerTissue* removed) noexcept {
+bool carve_listed_ball(const BallFront& front, bool capsule, int lanes, PerTissue* removed) noexcept {
 #ifdef TYPODONT_SIXTEEN_LANES
   if (lanes == sixteen::kLanes) {
     const bool wide = capsule ? sixteen::capsule(&front, removed) : sixteen::ball(&front, removed);
@@ -122,7 +126,7 @@ bool raise_listed_ball(const BallFront& front, bool capsule, int lanes, PerTissu
   return capsule ? halves::capsule(&front, removed) : halves::ball(&front, removed);
 }
 
-bool raise_listed_head(const HeadFront& front, int lanes, PerTissue* removed) noexcept {
+bool carve_listed_head(const HeadFront& front, int lanes, PerTissue* removed) noexcept {
 #ifdef TYPODONT_SIXTEEN_LANES
   if (lanes == sixteen::kLanes) {
     const bool wide = sixteen::head(&front, removed), narrow = eight_masked::head(&front, removed);

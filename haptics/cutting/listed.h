@@ -78,7 +78,7 @@ inline int with_one_label(const Tissue* labels, const float* distance, int lanes
 }
 
 /// Return whether anything changed; volume taken is added to `removed`.
-bool raise_listed_ball(const BallFront& front, bool capsule, int lanes, PerTissue* removed) noexcept;
-bool raise_listed_head(const HeadFront& front, int lanes, PerTissue* removed) noexcept;
+bool carve_listed_ball(const BallFront& front, bool capsule, int lanes, PerTissue* removed) noexcept;
+bool carve_listed_head(const HeadFront& front, int lanes, PerTissue* removed) noexcept;
 
 }  // namespace typodont::haptics

@@ -27,7 +27,7 @@ struct BallRows {
 /// One group after the other. `ahead`: all of their samples lie ahead of A; `whole`: all of them may change. What is
 /// known of all is not asked of each.
 template <bool capsule, bool ahead, bool whole>
-TYPODONT_KERNEL void raise_groups(const BallFront& f, const Capsule& c, const BallRows& rows, int g0, int from_g,
+TYPODONT_KERNEL void carve_groups(const BallFront& f, const Capsule& c, const BallRows& rows, int g0, int from_g,
                                   int to_g, Mask& raised, Taken& taken) {
   const Floats from = all(c.continues ? 0.0f : -1e30f), radius = all(c.radius);
   for (int g = from_g; g < to_g; ++g) {
@@ -60,7 +60,7 @@ TYPODONT_KERNEL void raise_groups(const BallFront& f, const Capsule& c, const Ba
 }
 
 template <bool capsule>
-TYPODONT_KERNEL void raise_range(const BallFront& f, const Capsule& c, int from, int to, Mask& raised, Taken& taken) {
+TYPODONT_KERNEL void carve_range(const BallFront& f, const Capsule& c, int from, int to, Mask& raised, Taken& taken) {
   constexpr float kSlip = 1e-3f;  // voxels; more than rounding does to where the plane through A lies
   const float slip = kSlip * (std::abs(c.abx) + std::abs(c.aby) + std::abs(c.abz)), last = (kLanes - 1) * c.abz;
   const float low = std::min(last, 0.0f) - slip, high = std::max(last, 0.0f) + slip;
@@ -86,11 +86,11 @@ TYPODONT_KERNEL void raise_range(const BallFront& f, const Capsule& c, int from,
       if (where[g / kLanes] == kAllBehind) continue;  // never rises
       const int until = std::min(g + kLanes, end);
       if (!all_whole(f.groups.length + g0 + g)) {
-        raise_groups<capsule, false, false>(f, c, rows, g0, g, until, raised, taken);
+        carve_groups<capsule, false, false>(f, c, rows, g0, g, until, raised, taken);
       } else if (where[g / kLanes] == kAllAhead) {
-        raise_groups<capsule, true, true>(f, c, rows, g0, g, until, raised, taken);
+        carve_groups<capsule, true, true>(f, c, rows, g0, g, until, raised, taken);
       } else {
-        raise_groups<capsule, false, true>(f, c, rows, g0, g, until, raised, taken);
+        carve_groups<capsule, false, true>(f, c, rows, g0, g, until, raised, taken);
       }
     }
   }
@@ -98,13 +98,13 @@ TYPODONT_KERNEL void raise_range(const BallFront& f, const Capsule& c, int from,
 
 /// All groups that are `narrow`, or all others.
 template <bool capsule>
-TYPODONT_KERNEL bool raise_ball(const BallFront& front, bool narrow, PerTissue* removed) {
+TYPODONT_KERNEL bool carve_ball(const BallFront& front, bool narrow, PerTissue* removed) {
   const BallFront f = front;
   const Capsule c = f.c;
   Mask raised = nowhere();
   Taken taken{removed};
   const BallFront::Ranges& ranges = narrow ? f.narrow : f.wide;
-  for (int r = 0; r < ranges.count; ++r) raise_range<capsule>(f, c, ranges.at[r].from, ranges.at[r].to, raised, taken);
+  for (int r = 0; r < ranges.count; ++r) carve_range<capsule>(f, c, ranges.at[r].from, ranges.at[r].to, raised, taken);
   taken.close();
   return any(raised);
 }
@@ -224,7 +224,7 @@ struct HeadSides {
 
 /// One group after the other. `beside`: some of their samples may have been deeper on the way.
 template <bool beside, class Below>
-TYPODONT_KERNEL void raise_groups(const HeadFront& f, const Below& below, const HeadRows& rows, const float* bend,
+TYPODONT_KERNEL void carve_groups(const HeadFront& f, const Below& below, const HeadRows& rows, const float* bend,
                                   int g0, int from, int to, Mask& raised, Taken& taken) {
   for (int g = from; g < to; ++g) {
     const std::int32_t height = f.groups.z[g0 + g];
@@ -265,7 +265,7 @@ TYPODONT_KERNEL void raise_groups(const HeadFront& f, const Below& below, const 
 
 /// Groups that have the same closest pieces.
 template <class Below>
-TYPODONT_KERNEL void raise_run(const HeadFront& f, const HeadSides& sides, const CutFront::Run& run, unsigned set,
+TYPODONT_KERNEL void carve_run(const HeadFront& f, const HeadSides& sides, const CutFront::Run& run, unsigned set,
                                const Below below, Mask& raised, Taken& taken) {
   const float* const R = f.pose.R;
   const MeridianPiece& first = f.pieces[std::countr_zero(set)];
@@ -296,9 +296,9 @@ TYPODONT_KERNEL void raise_run(const HeadFront& f, const HeadSides& sides, const
         next = std::min(i + std::countr_zero((is_beside ? ~left : left) | 1u << 31), count);
         if (is_beside) {
           f.tops->make_room(kLanes * kLanes);
-          raise_groups<true>(f, below, rows, sides.bend, g0, g + i, g + next, raised, taken);
+          carve_groups<true>(f, below, rows, sides.bend, g0, g + i, g + next, raised, taken);
         } else {
-          raise_groups<false>(f, below, rows, sides.bend, g0, g + i, g + next, raised, taken);
+          carve_groups<false>(f, below, rows, sides.bend, g0, g + i, g + next, raised, taken);
         }
       }
     }
@@ -306,7 +306,7 @@ TYPODONT_KERNEL void raise_run(const HeadFront& f, const HeadSides& sides, const
 }
 
 /// All groups that are `narrow`, or all others.
-TYPODONT_KERNEL bool raise_head(const HeadFront& f, bool narrow, PerTissue* removed) {
+TYPODONT_KERNEL bool carve_head(const HeadFront& f, bool narrow, PerTissue* removed) {
   Mask raised = nowhere();
   Taken taken{removed};
   const MeridianPiece* const pieces = f.pieces;
@@ -319,20 +319,20 @@ TYPODONT_KERNEL bool raise_head(const HeadFront& f, bool narrow, PerTissue* remo
     const MeridianPiece& other = pieces[std::bit_width(set) - 1];
     const bool bent = one.radius != 0.0f, other_bent = other.radius != 0.0f;
     if (run.kind < kManyPieces) {
-      bent              ? raise_run(f, sides, run, set, BelowArc{one}, raised, taken)
-      : one.nax == 0.0f ? raise_run(f, sides, run, set, BelowEnd{{one}}, raised, taken)
-                        : raise_run(f, sides, run, set, BelowLine{one}, raised, taken);
+      bent              ? carve_run(f, sides, run, set, BelowArc{one}, raised, taken)
+      : one.nax == 0.0f ? carve_run(f, sides, run, set, BelowEnd{{one}}, raised, taken)
+                        : carve_run(f, sides, run, set, BelowLine{one}, raised, taken);
     } else if (std::popcount(set) == 1) {
-      bent ? raise_run(f, sides, run, set, BelowEnds<true, false, false>{{one, one}}, raised, taken)
-           : raise_run(f, sides, run, set, BelowEnds<false, false, false>{{one, one}}, raised, taken);
+      bent ? carve_run(f, sides, run, set, BelowEnds<true, false, false>{{one, one}}, raised, taken)
+           : carve_run(f, sides, run, set, BelowEnds<false, false, false>{{one, one}}, raised, taken);
     } else if (std::popcount(set) > 2) {
-      raise_run(f, sides, run, set, BelowAny{pieces, set}, raised, taken);
+      carve_run(f, sides, run, set, BelowAny{pieces, set}, raised, taken);
     } else if (bent) {
-      other_bent ? raise_run(f, sides, run, set, BelowEnds<true, true, true>{{one, other}}, raised, taken)
-                 : raise_run(f, sides, run, set, BelowEnds<true, true, false>{{one, other}}, raised, taken);
+      other_bent ? carve_run(f, sides, run, set, BelowEnds<true, true, true>{{one, other}}, raised, taken)
+                 : carve_run(f, sides, run, set, BelowEnds<true, true, false>{{one, other}}, raised, taken);
     } else {
-      other_bent ? raise_run(f, sides, run, set, BelowEnds<false, true, true>{{one, other}}, raised, taken)
-                 : raise_run(f, sides, run, set, BelowEnds<false, true, false>{{one, other}}, raised, taken);
+      other_bent ? carve_run(f, sides, run, set, BelowEnds<false, true, true>{{one, other}}, raised, taken)
+                 : carve_run(f, sides, run, set, BelowEnds<false, true, false>{{one, other}}, raised, taken);
     }
   }
   taken.close();

@@ -158,7 +158,7 @@ struct WayBlock {
 
 /// new = max(old, min(depth, kInner)), depths below -kMargin not counted. Returns whether anything changed.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
-bool raise_way_block(const Straight* way_at, const WayBlock* block_at, PerTissue* removed) {
+bool carve_way_block(const Straight* way_at, const WayBlock* block_at, PerTissue* removed) {
   const Straight& way = *way_at;
   const WayBlock& block = *block_at;
   const F8 steps = {0, 1, 2, 3, 4, 5, 6, 7}, bound = block.top + block.bent - block.n[2] * (steps - kMiddle.z);
@@ -216,7 +216,7 @@ bool raise_way_block(const Straight* way_at, const WayBlock* block_at, PerTissue
 
 /// Eight of them.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
-bool raise_tops(Tops* tops_at, int first) {
+bool carve_tops(Tops* tops_at, int first) {
   Tops& tops = *tops_at;
   const int count = std::min(tops.count - first, 8);
   F8 x, y, z, old;
@@ -244,8 +244,8 @@ bool raise_tops(Tops* tops_at, int first) {
 
 }  // namespace
 
-void Tops::raise() noexcept {
-  for (int first = 0; first < count; first += 8) changed |= raise_tops(this, first);
+void Tops::carve() noexcept {
+  for (int first = 0; first < count; first += 8) changed |= carve_tops(this, first);
   count = 0;
 }
 
@@ -277,7 +277,7 @@ Straight straight_way(const Pose& X_VA, const Pose& X_VB, const MeridianPiece* p
   return way;
 }
 
-bool Sweep::raise_way(const HeadTarget& target, PerTissue* removed) const noexcept {
+bool Sweep::carve_way(const HeadTarget& target, PerTissue* removed) const noexcept {
   const auto down = [](int v, int step) { return v - (v % step + step) % step; };
   const float turned = static_cast<float>(turn_ / straights_) * kHalf;
   const dvec3 around(reach_ + static_cast<double>(kMargin) + 1);
@@ -309,7 +309,7 @@ bool Sweep::raise_way(const HeadTarget& target, PerTissue* removed) const noexce
     centres.outside = -(kMargin + kHalf + kTop + way.slip), centres.emptied = kInner + kHalf + way.slip;
     glm::ivec3 blocks[8];
     int lanes = 0;
-    const auto raise = [&] {
+    const auto carve = [&] {
       for (int lane = lanes; lane < 8; ++lane) {
         centres.x[lane] = centres.x[0], centres.y[lane] = centres.y[0], centres.z[lane] = centres.z[0];
       }
@@ -322,7 +322,7 @@ bool Sweep::raise_way(const HeadTarget& target, PerTissue* removed) const noexce
         block.emptied = centres.best[lane] >= centres.emptied;
         block.bent = way.slip + kTop + turned;
         block.n[0] = centres.n_x[lane], block.n[1] = centres.n_y[lane], block.n[2] = centres.n_z[lane];
-        changed |= raise_way_block(&way, &block, removed);
+        changed |= carve_way_block(&way, &block, removed);
       }
       lanes = 0;
     };
@@ -332,11 +332,11 @@ bool Sweep::raise_way(const HeadTarget& target, PerTissue* removed) const noexce
           blocks[lanes] = {x0, y0, z0};
           const glm::vec3 c = glm::vec3(blocks[lanes] - way.from.base) + kMiddle;
           centres.x[lanes] = c.x, centres.y[lanes] = c.y, centres.z[lanes] = c.z;
-          if (++lanes == 8) raise();
+          if (++lanes == 8) carve();
         }
       }
     }
-    if (lanes > 0) raise();
+    if (lanes > 0) carve();
   }
   return changed;
 }

@@ -49,13 +49,13 @@ struct Tops {
   Tops(const Straight& way_back, PerTissue* taken) : back(way_back), removed(taken) {}
   /// Before as many samples are read as may be added.
   void make_room(int samples) noexcept {
-    if (count > kRoom - samples) raise();
+    if (count > kRoom - samples) carve();
   }
   void add(float at_x, float at_y, float at_z, float* sample, std::uint8_t tissue) noexcept {
     x[count] = at_x, y[count] = at_y, z[count] = at_z, at[count] = sample, label[count++] = tissue;
   }
   /// Raises them to that, and forgets them.
-  void raise() noexcept;
+  void carve() noexcept;
 };
 
 }  // namespace typodont::haptics

@@ -9,11 +9,10 @@
 #include "engine/base/clock.h"
 #include "engine/base/measure.h"
 #include "engine/base/units.h"
-#include "haptics/carver.h"
+#include "haptics/coupling/velocity_estimator.h"
 #include "haptics/devices/safe_device.h"
 #include "haptics/devices/woodenhaptics.h"
-#include "haptics/forces/velocity_estimator.h"
-#include "haptics/servo.h"
+#include "haptics/lockstep.h"
 #include "haptics/solid.h"
 
 namespace typodont::haptics {
@@ -83,16 +82,12 @@ Times arm_loop(const Arm& arm, double rate, int ticks, bool contact) {
   ServoSettings settings;
   settings.tool.diameter = settings.tool.length = 2e-3;
   settings.tool.cuts = false;
-  settings.frame = block.frame;
   settings.tick = 1 / rate;
   for (Material& m : settings.materials) m = {1000, 30e9, 0.2, 0.15, 2950, dvec3(0.9)};
-  Carver carver(TissueVolume(block), tray(settings));
   settings.position_step = device_step;
-  Servo servo(settings, patch_edge_for(tray(settings), settings.frame.voxel));
-  SurfacePatch patch;
-  patch.resize(servo.patch().n);
-  carver.cut_out(tip, patch);
-  servo.adopt(patch);
+  LockStep steps(TissueVolume(block), settings);
+  steps.take_snapshot(tip);
+  steps.adopt_snapshot();
 
   Times times;
   times.reserve(static_cast<std::size_t>(ticks));
@@ -103,7 +98,7 @@ Times arm_loop(const Arm& arm, double rate, int ticks, bool contact) {
     const Nanos woke = now();  // the sample is there: what follows is what a hand waits for
     dvec3 f = hand.armed() ? dvec3(0.1, 0.2, 0.3) : dvec3(0);
     if (contact) {
-      servo.tick(sample, tick, cut);
+      steps.servo().tick(sample, tick, cut);
       f = tick.f_T_W;
     }
     hand.write(f, dvec3(0));

@@ -6,63 +6,63 @@
 
 namespace typodont::haptics {
 
-namespace {
+using P = LimitParameters;
 
-constexpr double kDrillingSlew = 18.5;  // N/s, no faster does the force change while a bur cuts, hand and all, …
-constexpr double kMostLag = 0.05;       // N, … where it need not stay behind by more than this for it
-
-}  // namespace
-
-void Servo::State::limit(Touch& now) noexcept {
+void Servo::State::limit(ContactTick& now) noexcept {
+  Limits& l = limits;
   // A hand that lands in its own cut, after a fall from the rim or through a soft place, is no step either. (What the
   // spindle sends through the arm is meant to be felt.)
-  if (now.may_cut && !now.scrapes && normal_force > 0 && last_force != dvec3(0)) {
-    const dvec3 change = now.force + now.teeth_force - last_force - last_teeth_force;
-    const double size = glm::length(change), over = size - kDrillingSlew * now.dt;
-    if (over > 0) now.force -= change * (std::min(over, kMostLag) / size);
+  if (now.in.cuts && !now.in.scrapes && coupling.normal_force > 0 && l.last_force != dvec3(0)) {
+    const dvec3 change = now.force + now.teeth_force - l.last_force - l.last_teeth_force;
+    const double size = glm::length(change), over = size - P::drilling_slew * now.dt;
+    if (over > 0) now.force -= change * (std::min(over, P::most_lag) / size);
   }
-  if (!now.touching && !ending) ramp = 1;  // begun in the open: nothing to ramp
-  ramp = std::clamp(ramp + (ending ? -1 : 1) * now.dt / std::max(settings.ramp_time, now.dt), 0.0, 1.0);
+  if (!now.contact.touching && !l.ending) l.ramp = 1;  // begun in the open: nothing to ramp
+  l.ramp = std::clamp(l.ramp + (l.ending ? -1 : 1) * now.dt / std::max(settings.ramp_time, now.dt), 0.0, 1.0);
   const double magnitude = glm::length(now.force + now.spindle_force);
-  double share = ramp;
-  if (magnitude * share > settings.force_limit) {
-    share = settings.force_limit / magnitude;
+  double fraction = l.ramp;
+  if (magnitude * fraction > settings.force_limit) {
+    fraction = settings.force_limit / magnitude;
     now.faults |= bits(Fault::kForceLimit);
   }
   const double twist = glm::length(now.torque);
-  if (twist * share > settings.torque_limit) {
-    now.torque *= settings.torque_limit / (twist * share);
+  if (twist * fraction > settings.torque_limit) {
+    now.torque *= settings.torque_limit / (twist * fraction);
     now.faults |= bits(Fault::kForceLimit);
   }
   if (settings.slew_limit > 0) {
-    const double risen = magnitude * share - glm::length(last_sent), most = settings.slew_limit * now.dt;
+    const double risen = magnitude * fraction - glm::length(l.last_sent), most = settings.slew_limit * now.dt;
     if (risen > most) {
-      share *= (magnitude * share - risen + most) / (magnitude * share);
+      fraction *= (magnitude * fraction - risen + most) / (magnitude * fraction);
       now.faults |= bits(Fault::kSlewLimit);
     }
   }
-  now.force *= share;
-  now.spindle_force *= share;
-  now.teeth_force *= share;
-  now.torque *= share;
+  now.force *= fraction;
+  now.spindle_force *= fraction;
+  now.teeth_force *= fraction;
+  now.torque *= fraction;
 }
 
-dvec3 Servo::State::keep_passive(Touch& now) noexcept {
+dvec3 Servo::State::keep_passive(ContactTick& now) noexcept {
+  Limits& l = limits;
   // Leading a tool out of tissue that it was born in, or a leap of the input against it, raises what the coupling
   // stores without a hand's doing: that much is allowed for, as long as the contact lasts. What raises it later the
   // hand pays for.
-  const bool born_inside = overlap > 0 && to_seconds(now.hand.t - began) < kLeapTime;
-  if (born_inside || leap > 0) given += std::max(0.0, now.stored - stored - std::max(0.0, -now.given_to_hand));
+  const bool born_inside =
+      now.contact.leading_out && to_seconds(now.hand.t - motion.began) < MotionParameters::leap_time;
+  if (born_inside || motion.leap > 0) {
+    l.given += std::max(0.0, now.stored - l.stored - std::max(0.0, -now.given_to_hand));
+  }
   // What the hand was given stays forgiven: a ledger in debt would never again allow a force. So is a debt of a contact
   // that is over, whatever brought it: ticks that came late hold a force for longer than was foreseen.
-  const double forgiven = sums.energy < -kDebt ? -sums.energy : given;
-  if (!now.touching && tip.sunk <= 0) given = std::clamp(-sums.energy, 0.0, forgiven);
-  stored = now.stored;
+  const double forgiven = sums.energy < -P::debt ? -sums.energy : l.given;
+  if (!now.contact.touching && coupling.tip.sunk <= 0) l.given = std::clamp(-sums.energy, 0.0, forgiven);
+  l.stored = now.stored;
   // An arm that gives no torque resists no turn, and none may be counted as if the hand had paid for it.
   dvec3 felt_torque = settings.gives_torque ? now.torque : dvec3(0);
   if (settings.passivity) {
-    const double passive = passive_share(passivity_law, now.force, now.moved, felt_torque, now.turned, now.dt,
-                                         settings.tick, sums.energy + given, passivity);
+    const double passive = passive_share(l.law, now.force, now.moved, felt_torque, now.turned, now.dt, settings.tick,
+                                         sums.energy + l.given, l.passivity);
     now.force *= passive;
     now.torque *= passive, felt_torque *= passive;
   }

@@ -4,6 +4,7 @@
 #include <cstring>
 #include <vector>
 
+#include "haptics/cutting/voxel_stamp.h"
 #include "haptics/share.h"
 #include "haptics/solid.h"
 #include "haptics/volume/emptied_piece.h"
@@ -113,7 +114,8 @@ void TissueVolume::Impl::restore_labels(const TissueVolume& self, glm::ivec3 lo,
   }
 }
 
-VoxelBox TissueVolume::carve(const Sweep& sweep) {
+template <class Removal>
+VoxelBox TissueVolume::carve_leaves(const Removal& sweep) {
   Impl& v = *impl_;
   using Leaf = openvdb::FloatTree::LeafNodeType;
   constexpr int n = Leaf::DIM;
@@ -135,7 +137,7 @@ VoxelBox TissueVolume::carve(const Sweep& sweep) {
         const glm::ivec3 lo = glm::max(glm::ivec3(x0, y0, z0), sweep.lo());
         const glm::ivec3 hi = glm::min(glm::ivec3(x0, y0, z0) + n - 1, sweep.hi());
         const int first = ((lo.x - x0) * n + (lo.y - y0)) * n + (lo.z - z0);
-        if (!sweep.raise(lo, hi - lo + 1, leaf->buffer().data() + first, n * n, n, nullptr, nullptr)) continue;
+        if (!sweep.carve(lo, hi - lo + 1, leaf->buffer().data() + first, n * n, n, nullptr, nullptr)) continue;
         count_voxels(hi - lo + 1);
         leaf->setValuesOn();
         if (kept) kept->changed = true;
@@ -148,6 +150,14 @@ VoxelBox TissueVolume::carve(const Sweep& sweep) {
   v.mark_changed(changed_lo, changed_hi);
   v.restore_labels(*this, changed_lo, changed_hi);
   return {changed_lo, changed_hi};
+}
+
+VoxelBox TissueVolume::carve(const Sweep& sweep) {
+  return carve_leaves(sweep);
+}
+
+VoxelBox TissueVolume::carve(const VoxelStamp& stamp) {
+  return carve_leaves(stamp);
 }
 
 VoxelBox TissueVolume::fill(const Fill& filling) {

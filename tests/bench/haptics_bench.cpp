@@ -33,7 +33,7 @@ TEST(HapticsBench, EveryRowHasATime) {
 
 TEST(HapticsBench, TheProxyPointsTruerThanVoxelProbingByFourOrdersOfMagnitude) {
   EXPECT_LT(row("slide on a sphere, median", "voxel 0.1 mm").error,
-            1e-4 * row("slide on a sphere, voxel probing", "voxel 0.1 mm").error);
+            1e-4 * row("slide on a sphere, voxel penalty", "voxel 0.1 mm").error);
 }
 
 TEST(HapticsBench, CubicInterpolationPointsAThousandTimesTruerThanTrilinear) {

@@ -8,8 +8,8 @@
 #include <tuple>
 
 #include "engine/base/units.h"
-#include "haptics/forces/friction.h"
-#include "haptics/forces/tip.h"
+#include "haptics/coupling/friction.h"
+#include "haptics/coupling/tip.h"
 #include "tests/support/haptic_bench.h"
 
 namespace typodont {

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "engine/base/units.h"
-#include "haptics/forces/passivity.h"
+#include "haptics/coupling/passivity.h"
 #include "tests/support/haptic_bench.h"
 
 namespace typodont {

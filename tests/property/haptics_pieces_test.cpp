@@ -140,12 +140,12 @@ TEST(LoosePieces, ThePatchThatFollowsKnowsOfIt) {
   SurfacePatch patch;
   patch.resize(45);
   ServoTick at;
-  carver.cut_out({0, 0, 0.8e-3}, patch);
+  carver.take_snapshot({0, 0, 0.8e-3}, patch);
   at.X_WT.p = at.X_WG.p = {0, 0, 0.8e-3};
-  ASSERT_FALSE(carver.patch_due(at));
+  ASSERT_FALSE(carver.snapshot_due(at));
   saw(carver, {-1.5, 0, 0}, {1.5, 0, 0});
-  EXPECT_TRUE(carver.patch_due(at));
-  carver.cut_out({0, 0, 0.8e-3}, patch);
+  EXPECT_TRUE(carver.snapshot_due(at));
+  carver.take_snapshot({0, 0, 0.8e-3}, patch);
   EXPECT_EQ(patch.pieces, 1u);
   EXPECT_GT(total(patch.loose), 4e-9);
   EXPECT_GT(sample_linear(patch, carver.volume().frame().to_voxels({0, 0, 1.6e-3})), 1.0);

@@ -10,6 +10,7 @@
 
 #include "engine/base/units.h"
 #include "haptics/cut_front.h"
+#include "haptics/cutting/carve.h"
 #include "haptics/surface_patch.h"
 
 namespace typodont {

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "engine/base/units.h"
+#include "haptics/cutting/carve.h"
 #include "tests/support/haptic_bench.h"
 
 namespace typodont::haptics {
@@ -171,7 +172,7 @@ TEST(Undo, ThePatchUnderTheServoHoldsTheSameBitsAsTheVolumeWheneverItIsTakenBack
     settings.tool = round_bur(1.2e-3);
     settings.spindle.free_speed = 30000;
     test::HapticBench bench(kBlock, settings);
-    SurfacePatch& spare = bench.spare;
+    SurfacePatch spare = bench.empty_patch();
     SurfacePatch check;
     check.resize(spare.n);
     std::vector<Cut> waiting;
@@ -193,9 +194,9 @@ TEST(Undo, ThePatchUnderTheServoHoldsTheSameBitsAsTheVolumeWheneverItIsTakenBack
         }
         ++edits;
       }
-      if (!due && bench.carver.patch_due(bench.last)) due = true, due_since = i;
+      if (!due && bench.carver.snapshot_due(bench.last)) due = true, due_since = i;
       if (due && i >= due_since + static_cast<std::uint64_t>(due_since == 0 ? 0 : late)) {
-        bench.carver.cut_out(bench.carver.patch_center(bench.last), spare);
+        bench.carver.take_snapshot(bench.carver.snapshot_center(bench.last), spare);
         due = false;
         // It crosses while the servo goes on for a while with the old one.
         SurfacePatch crossing = spare;
@@ -209,8 +210,8 @@ TEST(Undo, ThePatchUnderTheServoHoldsTheSameBitsAsTheVolumeWheneverItIsTakenBack
       for (const Cut& c : waiting) bench.carver.apply(c);
       waiting.clear();
       bench.last = tick;
-      if (i % 50 != 49 || bench.carver.patch_due(bench.last)) continue;
-      const SurfacePatch& held = bench.servo.patch();
+      if (i % 50 != 49 || bench.carver.snapshot_due(bench.last)) continue;
+      const SurfacePatch& held = bench.patch();
       bench.carver.volume().copy(held.lo, glm::ivec3(held.n), check.distance.data(), check.tissue.data());
       ASSERT_EQ(held.distance, check.distance) << "late " << late << " tick " << i;
       ++compared;

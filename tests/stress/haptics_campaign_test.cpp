@@ -6,6 +6,7 @@
 #include <string>
 
 #include "engine/base/units.h"
+#include "haptics/cutting/carve.h"
 #include "tests/support/campaign.h"
 #include "tests/support/haptic_bench.h"
 

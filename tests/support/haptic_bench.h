@@ -1,13 +1,12 @@
-// A scene without files: solids in, a servo and its carver in lock-step out. The same order of steps as the program's
-// deterministic loop, for tests of the haptics alone.
+// A scene without files: solids in, servo and carver in lock-step, for tests of the haptics alone.
 #pragma once
 
 #include <string_view>
 #include <utility>
 
-#include "haptics/carver.h"
-#include "haptics/servo.h"
+#include "haptics/lockstep.h"
 #include "haptics/solid.h"
+#include "haptics/surface_patch.h"
 
 namespace typodont::test {
 
@@ -18,11 +17,12 @@ inline MaterialTable plain_materials() {
   return table;
 }
 
+/// The lock-step with a plain table of materials, and its parts by name.
 struct HapticBench {
-  haptics::ServoSettings settings;
-  haptics::Carver carver;
-  haptics::Servo servo;
-  haptics::SurfacePatch spare;
+  haptics::LockStep steps;
+  const haptics::ServoSettings& settings = steps.settings();
+  haptics::Carver& carver = steps.carver();
+  haptics::Servo& servo = steps.servo();
   ServoTick last;
   Cut cut;
   bool did_cut = false;
@@ -32,28 +32,24 @@ struct HapticBench {
       : HapticBench(haptics::TissueVolume(haptics::read_solids(Json::parse(tissue_json, "tissue"))), s) {}
 
   HapticBench(haptics::TissueVolume volume, const haptics::ServoSettings& s)
-      : settings(complete(s, volume.frame())),
-        carver(std::move(volume), haptics::tray(settings)),
-        servo(settings, haptics::patch_edge_for(haptics::tray(settings), settings.frame.voxel)) {
-    spare.resize(servo.patch().n);
-  }
+      : steps(std::move(volume), with_materials(s)) {}
+  HapticBench(const HapticBench&) = delete;
+  HapticBench& operator=(const HapticBench&) = delete;
 
-  static haptics::ServoSettings complete(haptics::ServoSettings s, const VoxelFrame& frame) {
-    s.frame = frame;
+  static haptics::ServoSettings with_materials(haptics::ServoSettings s) {
     s.materials = plain_materials();
     return s;
   }
 
+  /// The servo's patch, of a field model.
+  const haptics::SurfacePatch& patch() const { return dynamic_cast<const haptics::SurfacePatch&>(servo.snapshot()); }
+  /// An empty patch of the right size.
+  haptics::SurfacePatch empty_patch() const {
+    return dynamic_cast<const haptics::SurfacePatch&>(*carver.make_snapshot());
+  }
+
   const ServoTick& tick(const Pose& X_WT, double pedal = 0, std::uint32_t tool = 0, std::uint32_t faults = 0) {
-    if (t == 0) last.X_WT = last.X_WG = X_WT;
-    if (carver.patch_due(last)) {
-      carver.cut_out(carver.patch_center(last), spare);
-      servo.adopt(spare);
-    }
-    const Nanos start = thread_cpu_time();
-    did_cut = servo.tick({t, X_WT, pedal, tool, faults}, last, cut);
-    last.cpu_time = thread_cpu_time() - start;
-    if (did_cut) carver.apply(cut);
+    did_cut = steps.tick({t, X_WT, pedal, tool, faults}, last, cut);
     t += from_seconds(settings.tick);
     return last;
   }

@@ -8,7 +8,7 @@
 
 #include "engine/base/units.h"
 #include "engine/contract/loop_timing.h"
-#include "haptics/forces/velocity_estimator.h"
+#include "haptics/coupling/velocity_estimator.h"
 #include "tests/support/no_alloc.h"
 
 namespace typodont::haptics {

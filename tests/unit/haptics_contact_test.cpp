@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "engine/base/units.h"
+#include "haptics/cutting/carve.h"
 #include "tests/support/haptic_bench.h"
 #include "tests/support/no_alloc.h"
 
@@ -206,7 +207,7 @@ TEST(Carving, CutsRepeatedLeaveEveryBitAsItWasSoThatTheSurfaceNeverDrifts) {
   HapticBench bench(kBlock, settings(1.0_mm));
   haptics::SurfacePatch patch;
   patch.resize(61);
-  bench.carver.cut_out({0, 0, 3.0_mm}, patch);
+  bench.carver.take_snapshot({0, 0, 3.0_mm}, patch);
   Tool bur;
   bur.diameter = bur.length = 0.6_mm;
   const auto at = [](int i) {

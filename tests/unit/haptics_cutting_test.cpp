@@ -9,6 +9,7 @@
 
 #include "engine/base/units.h"
 #include "haptics/cut_front.h"
+#include "haptics/cutting/carve.h"
 #include "tests/support/haptic_bench.h"
 
 namespace typodont {
@@ -97,8 +98,8 @@ TEST(Cutting, TheEnergySpentIsSpecificEnergyTimesVolume) {
 TEST(Carving, CutTwiceRemovesNothingTheSecondTime) {
   HapticBench bench(box(0.1), drill(1.2_mm, 1000));
   bench.tick({{0, 0, 4.0_mm}});
-  haptics::SurfacePatch patch = bench.servo.patch();
-  bench.carver.cut_out({0, 0, 2.5_mm}, patch);
+  haptics::SurfacePatch patch = bench.patch();
+  bench.carver.take_snapshot({0, 0, 2.5_mm}, patch);
   const Sweep sweep(bench.settings.tool, {{0.01_mm, 0.02_mm, 2.7_mm}}, {{0.1_mm, 0.02_mm, 2.3_mm}},
                     bench.settings.frame);
   EXPECT_GT(total(carve(patch, sweep)), 0);
@@ -109,7 +110,7 @@ TEST(Carving, AThousandShortSweepsRemoveWhatOneLongOneDoes) {
   HapticBench bench(box(0.1), drill(1.2_mm, 1000));
   haptics::SurfacePatch patch;
   patch.resize(61);
-  bench.carver.cut_out({0, 0, 2.5_mm}, patch);
+  bench.carver.take_snapshot({0, 0, 2.5_mm}, patch);
   haptics::SurfacePatch other = patch;
   const dvec3 a(-0.4_mm, 0.1_mm, 2.6_mm), b(0.5_mm, -0.1_mm, 2.2_mm);
   const double whole = total(carve(patch, Sweep(bench.settings.tool, {a}, {b}, bench.settings.frame)));
@@ -152,7 +153,7 @@ TEST(Carving, ALongSweepOfAnyHeadRemovesWhatShortOnesOfATwoHundredthVoxelDo) {
       drill(1.2_mm, 1000));
   haptics::SurfacePatch solid;
   solid.resize(121);
-  bench.carver.cut_out({0, 0, 0}, solid);
+  bench.carver.take_snapshot({0, 0, 0}, solid);
   const VoxelFrame& frame = bench.settings.frame;
   double worst = 0;
   for (const haptics::HeadShape shape : kNoBalls) {
@@ -229,7 +230,7 @@ void expect_short_steps_leave_what_all_poses_do(const haptics::Tool& tool, doubl
   }());
   haptics::SurfacePatch steps;
   steps.resize(91);
-  bench.carver.cut_out({0, 0, 2.5_mm}, steps);
+  bench.carver.take_snapshot({0, 0, 2.5_mm}, steps);
   haptics::SurfacePatch poses = steps;
   const auto at = [&](int i) {
     const double t = i * 2e-6, a = turn * i;
@@ -280,7 +281,7 @@ TEST(Carving, WhatIsKnownOfTheFrontOfTheCutsChangesNoBitOfThem) {
     haptics::Carver carver(haptics::TissueVolume(block), tools);
     haptics::SurfacePatch known, eight, plain;
     plain.resize(haptics::patch_edge_for(tools, 0.1_mm) + 12);
-    carver.cut_out({0, 0, 2.5_mm}, plain);
+    carver.take_snapshot({0, 0, 2.5_mm}, plain);
     known = eight = plain;
     haptics::CutFront front(tools, 0.1_mm),
         eight_front(tools, 0.1_mm, 8);  // as wide as this processor can, and in eights
@@ -308,7 +309,7 @@ TEST(Carving, WhatIsKnownOfTheFrontOfTheCutsChangesNoBitOfThem) {
       if (i % 37 == 36) X.p += 10.0_um * v;
       if (i == 300) {  // another patch, a little aside
         haptics::SurfacePatch aside = plain;
-        carver.cut_out({0.3_mm, -0.4_mm, 2.3_mm}, aside);
+        carver.take_snapshot({0.3_mm, -0.4_mm, 2.3_mm}, aside);
         haptics::merge(aside, plain, plain.lo, plain.lo + plain.n - 1);
         known = eight = plain = aside;
       }
@@ -322,7 +323,7 @@ TEST(Carving, TheVolumeOfACapErrsWithTheSquareOfTheVoxel) {
     HapticBench bench(box(voxel_mm), drill(1.2_mm, 1000));
     haptics::SurfacePatch patch;
     patch.resize(static_cast<int>(4 / voxel_mm) + 1);
-    bench.carver.cut_out({0, 0, 2.5_mm}, patch);
+    bench.carver.take_snapshot({0, 0, 2.5_mm}, patch);
     const double depth = 0.45_mm, r = 0.6_mm, exact = kPi * depth * depth * (r - depth / 3);
     const dvec3 c(0.013_mm, 0.027_mm, 2.5_mm + r - depth);
     const double h = voxel_mm * 1e-3;
@@ -339,7 +340,7 @@ TEST(Carver, TheVolumeHoldsTheSameBitsAsThePatch) {
   HapticBench bench(box(0.1), drill(1.2_mm, 1000));
   for (int i = 0; i < 400; ++i) bench.tick({{i * 1e-6, 0, 3.1_mm - i * 1e-6}}, 1);
   ASSERT_GT(bench.last.cuts, 10u);
-  haptics::SurfacePatch patch = bench.servo.patch();
+  haptics::SurfacePatch patch = bench.patch();
   const haptics::SurfacePatch mine = patch;
   bench.carver.volume().copy(patch.lo, glm::ivec3(patch.n), patch.distance.data(), patch.tissue.data());
   std::size_t different = 0;

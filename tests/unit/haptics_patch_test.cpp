@@ -12,6 +12,7 @@
 #include "engine/base/ring.h"
 #include "engine/base/units.h"
 #include "haptics/contact/cubic.h"
+#include "haptics/cutting/carve.h"
 #include "haptics/patch_exchange.h"
 #include "tests/support/haptic_bench.h"
 #include "tests/support/no_alloc.h"
@@ -74,7 +75,7 @@ TEST(PatchExchange, APatchBroughtUpToDateHoldsTheBitsOfOneCutOutThen) {
   std::uint64_t index = 0;
   int filled = 0;
   for (int patch = 0; patch < 12; ++patch) {
-    kept.cut_out(at, a);
+    kept.take_snapshot(at, a);
     kept.remember_writes(true);
     for (int round = 0; round < 3; ++round) {
       for (int i = 0; i < 20; ++i) {
@@ -95,7 +96,7 @@ TEST(PatchExchange, APatchBroughtUpToDateHoldsTheBitsOfOneCutOutThen) {
       }
       ASSERT_TRUE(kept.bring_up_to_date(a));
     }
-    fresh.cut_out(a.center_W, b);
+    fresh.take_snapshot(a.center_W, b);
     ASSERT_EQ(a.number, b.number);
     expect_equal(a, b);
   }
@@ -107,7 +108,7 @@ TEST(PatchExchange, TheServoTakesWhatLacksNothingAndLeavesTheRestToTheCarverForA
   settings.tool.diameter = settings.tool.length = 1.2_mm;
   settings.spindle.free_speed = 300.0_krpm;
   HapticBench bench(kBlock, settings);
-  PatchExchange exchange(bench.spare);
+  PatchExchange exchange(bench.carver);
   ServoTick tick;
   Cut cut;
   std::vector<Cut> made;
@@ -124,14 +125,14 @@ TEST(PatchExchange, TheServoTakesWhatLacksNothingAndLeavesTheRestToTheCarverForA
   };
   const auto take = [&](Nanos t) {
     test::NoAlloc guard;
-    SurfacePatch* const patch = exchange.take(bench.servo.patch(), tick.cuts, t);
+    haptics::Snapshot* const patch = exchange.take(bench.patch(), tick.cuts, t);
     if (patch) bench.servo.adopt(*patch);
     EXPECT_EQ(guard.count(), 0u);
     return patch != nullptr;
   };
   exchange.offer(bench.carver, {0, 0, 2.6_mm});
   EXPECT_TRUE(take(1)) << "the first one";
-  EXPECT_FALSE(exchange.keep_up(bench.carver, bench.servo.patch().number)) << "it has been taken";
+  EXPECT_FALSE(exchange.keep_up(bench.carver, bench.patch().number)) << "it has been taken";
   drill(200);
   ASSERT_GT(made.size(), 50u);
   carve();
@@ -144,8 +145,8 @@ TEST(PatchExchange, TheServoTakesWhatLacksNothingAndLeavesTheRestToTheCarverForA
   EXPECT_TRUE(exchange.keep_up(bench.carver, tick.patch));
   EXPECT_EQ(tick.patch, 1u);
   EXPECT_TRUE(take(11));
-  EXPECT_EQ(bench.servo.patch().number, 2u);
-  EXPECT_EQ(bench.servo.patch().cuts, tick.cuts);
+  EXPECT_EQ(bench.patch().number, 2u);
+  EXPECT_EQ(bench.patch().cuts, tick.cuts);
   drill(1);
   EXPECT_EQ(tick.patch, 2u);
   EXPECT_FALSE(exchange.keep_up(bench.carver, tick.patch));
@@ -170,10 +171,10 @@ TEST(PatchExchange, TheServoTakesWhatLacksNothingAndLeavesTheRestToTheCarverForA
   carve();
   EXPECT_TRUE(exchange.keep_up(bench.carver, tick.patch));
   EXPECT_TRUE(take(8'000'000));
-  EXPECT_EQ(bench.servo.patch().cuts, cuts);
-  SurfacePatch check = bench.spare;
-  bench.carver.volume().copy(bench.servo.patch().lo, glm::ivec3(check.n), check.distance.data(), check.tissue.data());
-  EXPECT_EQ(bench.servo.patch().distance, check.distance);
+  EXPECT_EQ(bench.patch().cuts, cuts);
+  SurfacePatch check = bench.empty_patch();
+  bench.carver.volume().copy(bench.patch().lo, glm::ivec3(check.n), check.distance.data(), check.tissue.data());
+  EXPECT_EQ(bench.patch().distance, check.distance);
 }
 
 /// What a live session records of its patches.
@@ -193,7 +194,7 @@ TEST(PatchExchange, ARunOfTwoThreadsIsRepeatedToTheBitFromWhenItsPatchesWereTake
         {1.2_mm * std::sin(0.004 * i), 0.3_mm * std::sin(0.011 * i), 2.6_mm - 0.6e-6 * (i < kTicks ? i : kTicks)}};
   };
   HapticBench live(kBlock, settings), again(kBlock, settings);
-  PatchExchange exchange(live.spare);
+  PatchExchange exchange(live.carver);
   exchange.offer(live.carver, hand(0).p);
   Ring<Cut> cuts(1 << 12);
   Latest<ServoTick> ticks;
@@ -203,8 +204,8 @@ TEST(PatchExchange, ARunOfTwoThreadsIsRepeatedToTheBitFromWhenItsPatchesWereTake
     while (!stop) {
       while (cuts.pop(cut)) live.carver.apply(cut);
       exchange.keep_up(live.carver, ticks.front().patch);
-      if (ticks.fetch() && live.carver.patch_due(ticks.front()))
-        exchange.offer(live.carver, live.carver.patch_center(ticks.front()));
+      if (ticks.fetch() && live.carver.snapshot_due(ticks.front()))
+        exchange.offer(live.carver, live.carver.snapshot_center(ticks.front()));
       std::this_thread::yield();
     }
   });
@@ -214,7 +215,7 @@ TEST(PatchExchange, ARunOfTwoThreadsIsRepeatedToTheBitFromWhenItsPatchesWereTake
   Cut cut;
   // On and on, until the carver got to it, which on a busy machine takes a while.
   for (int i = 0; i < kTicks || (uses.size() < 2 && i < 100 * kTicks); ++i) {
-    if (SurfacePatch* const fresh = exchange.take(live.servo.patch(), tick.cuts, now())) {
+    if (haptics::Snapshot* const fresh = exchange.take(live.patch(), tick.cuts, now())) {
       uses.push_back({static_cast<std::uint64_t>(i), fresh->cuts, fresh->number, fresh->center_W});
       live.servo.adopt(*fresh);
     }
@@ -230,17 +231,15 @@ TEST(PatchExchange, ARunOfTwoThreadsIsRepeatedToTheBitFromWhenItsPatchesWereTake
   EXPECT_GT(uses.size(), 1u);
   EXPECT_GT(tick.cuts, 50u);
 
-  std::deque<Cut> waiting;
   auto use = uses.begin();
   for (int i = 0; i < static_cast<int>(forces.size()); ++i) {
     for (; use != uses.end() && use->tick == static_cast<std::uint64_t>(i); ++use) {
-      for (; !waiting.empty() && waiting.front().index <= use->cuts; waiting.pop_front())
-        again.carver.apply(waiting.front());
+      again.steps.apply_cuts(use->cuts);
       ASSERT_EQ(again.carver.cuts(), use->cuts);
-      again.carver.cut_out(use->center_W, again.spare);
-      again.servo.adopt(again.spare);
+      again.steps.take_snapshot(use->center_W);
+      again.steps.adopt_snapshot();
     }
-    if (again.servo.tick({i * 1'000'000LL, hand(i), 1}, tick, cut)) waiting.push_back(cut);
+    again.steps.tick_servo({i * 1'000'000LL, hand(i), 1}, tick, cut);
     ASSERT_EQ(tick.f_T_W, forces[static_cast<std::size_t>(i)]) << i;
   }
 }

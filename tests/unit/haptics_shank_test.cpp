@@ -8,7 +8,8 @@
 
 #include "engine/base/error.h"
 #include "engine/base/units.h"
-#include "haptics/contact/smooth_contacts.h"
+#include "haptics/contact/proxy/smooth_contacts.h"
+#include "haptics/cutting/carve.h"
 #include "tests/support/haptic_bench.h"
 #include "tests/support/no_alloc.h"
 
@@ -160,7 +161,7 @@ TEST(Shank, ItsRoomIsNeverMoreThanThereIsHoweverNarrowTheBand) {
                                     band),
                         settings(tool));
       bench.tick({{-2.0_mm, 0, 0}});
-      const haptics::SurfacePatch& patch = bench.servo.patch();
+      const haptics::SurfacePatch& patch = bench.patch();
       const haptics::SmoothPart shank = *haptics::shank_of(tool);
       haptics::SmoothContacts contacts(tool, 0.1_mm);
       const VoxelFrame& frame = bench.settings.frame;
@@ -194,7 +195,7 @@ TEST(Shank, IsNotLookedForWhereTheBandSaysThatNothingIsNear) {
   bench.tick({{0, 0, 0}});
   haptics::SmoothContacts contacts(tool, 0.1_mm);
   // A contact that is farther off than 0.8 voxels is not looked for.
-  EXPECT_GT(contacts.room(bench.servo.patch(), {bench.settings.frame.to_voxels(dvec3(0)), {1, 0, 0, 0}}), 2.0);
+  EXPECT_GT(contacts.room(bench.patch(), {bench.settings.frame.to_voxels(dvec3(0)), {1, 0, 0, 0}}), 2.0);
 }
 
 TEST(Shank, ATickAllocatesNothing) {

@@ -129,7 +129,7 @@ TEST(ToolTray, AHandThatAsksAllTheTimeFeelsNoJumpAndCutsTheSameBitsInPatchAndVol
   EXPECT_GT(bench.last.cuts, 500u);
   // The fastest way in is 10 mm/s through a coupling of 0.5 N/mm: 5 mN a tick, and the damper's share of 20 mN.
   EXPECT_LT(jump, 0.05);
-  const haptics::SurfacePatch& patch = bench.servo.patch();
+  const haptics::SurfacePatch& patch = bench.patch();
   std::vector<float> volume(patch.distance.size());
   bench.carver.volume().copy(patch.lo, glm::ivec3(patch.n), volume.data(), nullptr);
   EXPECT_EQ(patch.distance, volume);

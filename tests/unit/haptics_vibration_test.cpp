@@ -5,7 +5,7 @@
 #include <complex>
 
 #include "engine/base/units.h"
-#include "haptics/forces/vibration.h"
+#include "haptics/coupling/vibration.h"
 #include "tests/support/haptic_bench.h"
 
 namespace typodont {

@@ -169,8 +169,8 @@ void molar_rows(int repeats, std::vector<BenchRow>& rows) {
       {});
   for (const float tolerance : {-1.0f, 0.1f}) {
     // The second is for the triangles alone: what changed can be asked for once.
-    haptics::Carver carver(volume.clone(), haptics::tray(scene.servo)),
-        same(volume.clone(), haptics::tray(scene.servo));
+    haptics::Carver carver(volume.clone(), haptics::tool_set(scene.servo)),
+        same(volume.clone(), haptics::tool_set(scene.servo));
     TissueView view(tolerance);
     surface::SurfaceMesher mesher({.tolerance = tolerance});
     const double triangles = triangles_time(mesher, read(volume, volume.surface_bricks()));

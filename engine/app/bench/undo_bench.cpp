@@ -100,7 +100,7 @@ std::vector<BenchRow> bench_undo(bool quick) {
   std::vector<BenchRow> rows;
   {
     const Scene scene = read_scene(assets_folder() / "scenes/molar-caries.json");
-    haptics::Carver carver(load_tissue(scene), haptics::tray(scene.servo));
+    haptics::Carver carver(load_tissue(scene), haptics::tool_set(scene.servo));
     Cutter cutter = cutter_of(carver);
     for (const int passes : {1, 4, 16})  // through the crown, under its top
       measure(
@@ -109,7 +109,7 @@ std::vector<BenchRow> bench_undo(bool quick) {
           fmt::format("{} passes through the crown", passes));
   }
   const Scene scene = parse_scene(Json::parse(kBlock, "block"), assets_folder() / "scenes/block.json");
-  const std::span<const haptics::Tool> tools = haptics::tray(scene.servo);
+  const std::span<const haptics::Tool> tools = haptics::tool_set(scene.servo);
   haptics::Carver carver(load_tissue(scene), tools);
   Cutter cutter = cutter_of(carver);
   for (std::uint32_t tool = 0; tool < tools.size(); ++tool)

@@ -78,7 +78,7 @@ class Plan {
  public:
   Plan(const Scene& scene, const haptics::TissueVolume& now, const TaskJudge& judge, double whole)
       : whole_(whole),
-        tools_(haptics::tray(scene.servo)),
+        tools_(haptics::tool_set(scene.servo)),
         judge_(judge),
         state_(now.clone()),
         axis_(glm::normalize(scene.task->axis_W)) {

@@ -138,7 +138,7 @@ struct XrSession::Thread {
     publish_hand(nullptr);
     gate.done();
     if (debris) {
-      debris->follow(wiring, haptics::tray(servo));
+      debris->follow(wiring, haptics::tool_set(servo));
       const std::lock_guard lock(mutex);
       debris_mass = debris->settle();
     }
@@ -188,7 +188,7 @@ struct XrSession::Thread {
         stage.show(*owned, origin);
       }
       if (debris) {
-        debris->follow(wiring, haptics::tray(servo));
+        debris->follow(wiring, haptics::tool_set(servo));
         work.particles_stepped += debris->alive();
         debris->step(std::min(dt, 0.1));
       }
@@ -253,7 +253,7 @@ struct XrSession::Thread {
 
   /// The next of the tray; the servo takes it up when pedal, drill and tissue allow it.
   void choose_next_tool(const ServoTick& tick) {
-    const auto tools = static_cast<std::int32_t>(haptics::tray(servo).size());
+    const auto tools = static_cast<std::int32_t>(haptics::tool_set(servo).size());
     const std::int32_t chosen = wiring.chosen_tool;
     wiring.chosen_tool = ((chosen >= 0 ? chosen : static_cast<std::int32_t>(tick.tool)) + 1) % tools;
   }

@@ -21,7 +21,7 @@ XrStage::XrStage(const display::DisplayRig& rig, const haptics::ServoSettings& s
                  display::RuntimeGate& gate, const Options& options)
     : hmd_(display::Hmd::open(rig, gate)),
       device_(make_device(*hmd_, options.validation)),
-      tools_(haptics::tray(servo).begin(), haptics::tray(servo).end()) {
+      tools_(haptics::tool_set(servo).begin(), haptics::tool_set(servo).end()) {
   try {
     ring_ = gpu::FrameRing::create(device_);
     hmd_->begin(device_, work_W);

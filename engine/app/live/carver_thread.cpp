@@ -79,7 +79,7 @@ bool obey(LiveSession& s, TissueCommand command, Nanos t, TissueSaver& saver) {
     return false;
   }
   const bool redo = command == TissueCommand::kRedo;
-  const StrokeEdit edit{t, redo, s.carver.cuts(), s.carver.patches()};
+  const StrokeEdit edit{t, redo, s.carver.cuts(), s.carver.snapshots()};
   if (!(redo ? s.carver.redo() : s.carver.undo())) return false;
   s.book.edited(redo, s.carver.volume());
   if (s.record) wiring.edits_to_recorder.push(edit);
@@ -137,8 +137,8 @@ void carve(LiveSession& s) {
     }
     if (wiring.tick_to_carver.fetch() || painted || edited) {
       const ServoTick& tick = wiring.tick_to_carver.front();
-      if (is_finite(tick.X_WG.p) && (painted || s.carver.patch_due(tick))) {
-        wiring.patch.offer(s.carver, s.carver.patch_center(tick));
+      if (is_finite(tick.X_WG.p) && (painted || s.carver.snapshot_due(tick))) {
+        wiring.patch.offer(s.carver, s.carver.snapshot_center(tick));
         worked = true;
       }
     }

@@ -44,7 +44,7 @@ void servo_thread(LiveSession& s, haptics::HapticDevice& hand) {
     const Nanos woke = now(), cpu = thread_cpu_time();
     const std::int32_t chosen = wiring.chosen_tool.load(std::memory_order_relaxed);
     if (chosen >= 0) sample.tool = static_cast<std::uint32_t>(chosen);
-    if (haptics::SurfacePatch* const fresh = wiring.patch.take(s.servo->patch(), tick.cuts, woke)) {
+    if (haptics::Snapshot* const fresh = wiring.patch.take(s.servo->snapshot(), tick.cuts, woke)) {
       const PatchUse use{fresh->number, ticks, fresh->cuts, fresh->center_W};
       s.servo->adopt(*fresh);
       if (s.record) wiring.patches_to_recorder.push(use);

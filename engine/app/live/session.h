@@ -47,21 +47,11 @@ struct LiveSession {
   std::uint64_t queries = 0;                                            // servo thread until it has ended
 
   LiveSession(const Scene& s, haptics::TissueVolume tissue)
-      : scene(s), carver(std::move(tissue), haptics::tray(s.servo)), wiring(empty_patch(edge(s, carver.volume()))) {}
+      : scene(s), carver(std::move(tissue), s.servo), wiring(carver) {}
   void serve(const haptics::DeviceInfo& hand) {
     servo.emplace(servo_settings(scene, carver.volume(), hand.rate, hand.vibration_band, hand.position_step,
-                                 hand.torque_limit > 0),
-                  edge(scene, carver.volume()));
+                                 hand.torque_limit > 0));
     loop.emplace(wiring, hand.rate);
-  }
-
-  static int edge(const Scene& s, const haptics::TissueVolume& tissue) {
-    return haptics::patch_edge_for(haptics::tray(s.servo), tissue.frame().voxel);
-  }
-  static haptics::SurfacePatch empty_patch(int edge) {
-    haptics::SurfacePatch patch;
-    patch.resize(edge);
-    return patch;
   }
 };
 

@@ -89,7 +89,7 @@ void LivePicture::drop() {
 
 std::optional<debris::DebrisLedger> LivePicture::settle_debris() {
   if (!debris_) return std::nullopt;
-  debris_->follow(session_.wiring, haptics::tray(scene_.servo));
+  debris_->follow(session_.wiring, haptics::tool_set(scene_.servo));
   return debris_->settle();
 }
 
@@ -207,7 +207,7 @@ void LivePicture::draw_own(const ServoTick& tick, double dt, WorkCounts& work) {
 }
 
 void LivePicture::move_debris(double dt, WorkCounts& work) {
-  debris_->follow(session_.wiring, haptics::tray(scene_.servo));
+  debris_->follow(session_.wiring, haptics::tool_set(scene_.servo));
   work.particles_stepped += debris_->alive();
   debris_->step(std::min(dt, 0.1));
 }

@@ -68,7 +68,7 @@ gpu::Device make_picture_device(const PictureStage::Options& options) {
 }
 
 std::optional<render::BoxInWorld> tissue_reach(const Scene& scene, const haptics::TissueVolume& tissue) {
-  const auto tools = haptics::tray(scene.servo);
+  const auto tools = haptics::tool_set(scene.servo);
   const bool grows =
       std::any_of(tools.begin(), tools.end(), [](const haptics::Tool& tool) { return tool.fill != Tissue::kAir; });
   if (grows || !scene.resume.empty()) return std::nullopt;
@@ -120,11 +120,11 @@ PictureStage::PictureStage(const display::DisplayRig& rig, const haptics::ServoS
 }
 
 const haptics::Tool& PictureStage::tool() const {
-  return haptics::tray(servo_)[shown_tool_];
+  return haptics::tool_set(servo_)[shown_tool_];
 }
 
 void PictureStage::take_up(std::uint32_t tool_index) {
-  shown_tool_ = std::min<std::size_t>(tool_index, haptics::tray(servo_).size() - 1);
+  shown_tool_ = std::min<std::size_t>(tool_index, haptics::tool_set(servo_).size() - 1);
   renderer_->set_tool(tool_mesh(tool()));
 }
 

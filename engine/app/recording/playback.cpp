@@ -95,7 +95,7 @@ class Side {
     stage_->show(surface, origin);
     if (view_ == "section" || view_ == "xray") look_inside();
     if (debris_) {
-      for (const Cut& cut : player_.fresh_cuts()) debris_->add(cut, haptics::tray(servo())[cut.tool]);
+      for (const Cut& cut : player_.fresh_cuts()) debris_->add(cut, haptics::tool_set(servo())[cut.tool]);
       debris_->step(std::clamp(dt, 0.0, 0.1));
     }
   }
@@ -111,7 +111,7 @@ class Side {
     return fmt::format(
         "{}{:.1f} / {:.1f} s   x{:.3g}{}{}   {}", name_, to_seconds(tick.t), player_.end(), clock.speed,
         clock.loop ? "   loop" : "", clock.paused ? "   paused" : "",
-        haptics::tray(servo())[std::min<std::size_t>(tick.tool, haptics::tray(servo()).size() - 1)].name);
+        haptics::tool_set(servo())[std::min<std::size_t>(tick.tool, haptics::tool_set(servo()).size() - 1)].name);
   }
 
  private:

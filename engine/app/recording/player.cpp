@@ -37,7 +37,7 @@ SessionPlayer::SessionPlayer(const std::filesystem::path& file) : session_(file)
 }
 
 void SessionPlayer::from_the_start() {
-  carver_.emplace(load_tissue(scene_), haptics::tray(scene_.servo));
+  carver_.emplace(load_tissue(scene_), scene_.servo);
   next_ = 0;
   done_.clear();
   view_.reset();

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
-#include <deque>
 #include <limits>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -20,7 +19,7 @@
 #include "engine/session/hash.h"
 #include "engine/session/recorder.h"
 #include "engine/session/session_file.h"
-#include "haptics/carver.h"
+#include "haptics/lockstep.h"
 
 namespace typodont {
 
@@ -62,7 +61,7 @@ Scene scene_of(const session::SessionReader& session) {
 
 haptics::TissueVolume tissue_at(const session::SessionReader& session, const Scene& scene, haptics::TissueVolume start,
                                 Nanos t) {
-  haptics::Carver carver(std::move(start), haptics::tray(scene.servo));
+  haptics::Carver carver(std::move(start), scene.servo);
   const std::vector<StrokeEdit> edits = edits_of(session);
   auto edit = edits.begin();
   for (const Cut& cut : session.cuts()) {
@@ -99,30 +98,21 @@ ReplayResult replay_session(const std::filesystem::path& session_file, const std
   const session::SessionHeader& header = session.header();
   const Scene scene = scene_of(session);
 
-  haptics::Carver carver(load_tissue(scene), haptics::tray(scene.servo));
-  const haptics::ServoSettings settings = servo_settings(
-      scene, carver.volume(), header.servo_rate, header.vibration_band, header.position_step, header.gives_torque);
-  haptics::Servo servo(settings, haptics::patch_edge_for(haptics::tray(settings), settings.frame.voxel));
-  haptics::SurfacePatch spare;
-  spare.resize(servo.patch().n);
+  haptics::TissueVolume tissue = load_tissue(scene);
+  const haptics::ServoSettings settings = servo_settings(scene, tissue, header.servo_rate, header.vibration_band,
+                                                         header.position_step, header.gives_torque);
+  haptics::LockStep steps(std::move(tissue), settings);
 
   ReplayResult result;
   result.truncated = session.truncated();
   result.identical = true;
   Fnv1a force_hash;
-  std::deque<Cut> waiting;  // made by the servo, not yet repeated on the volume
-  const auto apply_through = [&](std::uint64_t cuts) {
-    while (!waiting.empty() && waiting.front().index <= cuts) {
-      carver.apply(waiting.front());
-      waiting.pop_front();
-    }
-  };
   const std::vector<StrokeEdit> edits = edits_of(session);
   auto edit = edits.begin();
   const auto edit_through = [&](std::uint32_t patches) {  // those made before patch number `patches` + 1 was cut out
     for (; edit != edits.end() && edit->patches <= patches; ++edit) {
-      apply_through(edit->cuts);
-      repeat(carver, *edit);
+      steps.apply_cuts(edit->cuts);
+      repeat(steps.carver(), *edit);
     }
   };
   auto patch = session.patches().begin();
@@ -131,14 +121,13 @@ ReplayResult replay_session(const std::filesystem::path& session_file, const std
     for (const ServoTick& recorded : session.ticks(first, kChunk)) {
       for (; patch != session.patches().end() && patch->first_tick <= recorded.index; ++patch) {
         edit_through(patch->patch - 1);
-        apply_through(patch->cuts);
-        carver.cut_out(patch->center_W, spare);
-        servo.adopt(spare);
+        steps.apply_cuts(patch->cuts);
+        steps.take_snapshot(patch->center_W);
+        steps.adopt_snapshot();
       }
       ServoTick tick;
       Cut cut;
-      if (servo.tick({recorded.t, recorded.X_WT, recorded.pedal, recorded.tool, recorded.faults}, tick, cut))
-        waiting.push_back(cut);
+      steps.tick_servo({recorded.t, recorded.X_WT, recorded.pedal, recorded.tool, recorded.faults}, tick, cut);
       session::add_forces(force_hash, {&tick, 1});
       const bool same = same_bits(tick.f_T_W, recorded.f_T_W) &&
                         same_bits(torque_as_recorded(tick.tau_T_W), recorded.tau_T_W) && tick.cuts == recorded.cuts &&
@@ -155,8 +144,8 @@ ReplayResult replay_session(const std::filesystem::path& session_file, const std
     if (progress) progress(static_cast<double>(result.ticks) / static_cast<double>(session.tick_count()));
   }
   edit_through(UINT32_MAX);
-  apply_through(UINT64_MAX);
-  const std::uint64_t field = carver.volume().hash();
+  steps.apply_cuts(UINT64_MAX);
+  const std::uint64_t field = steps.carver().volume().hash();
   result.field_hash = fmt::format("{:016x}", field);
   result.force_hash = fmt::format("{:016x}", force_hash.value);
   if (session.result() && session.result()->field_hash != 0 && session.result()->field_hash != field &&

@@ -98,7 +98,7 @@ constexpr Nanos kFaultAgain = kNanosPerSecond;  // a fault that was away for les
 
 std::vector<bool> that_turn(const Scene& scene) {
   std::vector<bool> turn;
-  for (const haptics::Tool& tool : haptics::tray(scene.servo)) turn.push_back(tool.turns());
+  for (const haptics::Tool& tool : haptics::tool_set(scene.servo)) turn.push_back(tool.turns());
   return turn;
 }
 

@@ -71,7 +71,7 @@ session::DamageMeasures DamageMeter::result() const {
 std::optional<DamageMeter> damage_meter(const Scene& scene) {
   auto shape = surroundings_shape(scene);
   if (!shape) return std::nullopt;
-  return DamageMeter(std::move(*shape), haptics::tray(scene.servo));
+  return DamageMeter(std::move(*shape), haptics::tool_set(scene.servo));
 }
 
 }  // namespace typodont

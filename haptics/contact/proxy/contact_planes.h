@@ -3,7 +3,7 @@
 
 #include <memory>
 
-#include "haptics/contact/contact_set.h"
+#include "haptics/contact/proxy/contact_set.h"
 #include "haptics/surface_patch.h"
 #include "haptics/tool.h"
 

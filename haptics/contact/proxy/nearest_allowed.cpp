@@ -1,4 +1,4 @@
-#include "haptics/contact/nearest_allowed.h"
+#include "haptics/contact/proxy/nearest_allowed.h"
 
 #include <algorithm>
 #include <cstring>

@@ -1,4 +1,4 @@
-#include "haptics/contact/sharp_edge.h"
+#include "haptics/contact/proxy/sharp_edge.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "haptics/contact/contact_set.h"
+#include "haptics/contact/proxy/contact_set.h"
 
 #include <algorithm>
 

@@ -8,7 +8,7 @@
 #include <optional>
 #include <span>
 
-#include "haptics/contact/contact_planes.h"
+#include "haptics/contact/proxy/contact_planes.h"
 
 namespace typodont::haptics {
 

@@ -1,7 +1,7 @@
 // The god-object's step: as near to the hand as the contact planes allow, and which of them hold it there.
 #pragma once
 
-#include "haptics/contact/contact_set.h"
+#include "haptics/contact/proxy/contact_set.h"
 
 namespace typodont::haptics {
 

@@ -1,4 +1,4 @@
-#include "haptics/contact/smooth_contacts.h"
+#include "haptics/contact/proxy/smooth_contacts.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,7 +1,7 @@
 // A head as contacts are looked for with it: samples of its surface and its meridian, in floats, eight side by side.
 #pragma once
 
-#include "haptics/contact/contact_set.h"
+#include "haptics/contact/proxy/contact_set.h"
 #include "haptics/surface_patch.h"
 #include "haptics/tool.h"
 

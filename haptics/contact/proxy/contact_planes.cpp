@@ -1,10 +1,10 @@
-#include "haptics/contact/contact_planes.h"
+#include "haptics/contact/proxy/contact_planes.h"
 
 #include <algorithm>
 #include <cmath>
 
-#include "haptics/contact/head_samples.h"
-#include "haptics/contact/sharp_edge.h"
+#include "haptics/contact/proxy/head_samples.h"
+#include "haptics/contact/proxy/sharp_edge.h"
 
 namespace typodont::haptics {
 

@@ -1,4 +1,4 @@
-#include "haptics/contact/head_samples.h"
+#include "haptics/contact/proxy/head_samples.h"
 
 #include <algorithm>
 #include <bit>

@@ -1,0 +1,80 @@
+// The table of contact methods: those of this library, and those that programs register.
+#include "haptics/contact_method.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <stdexcept>
+#include <utility>
+
+#include "engine/base/error.h"
+#include "haptics/contact/offset/offset_method.h"
+#include "haptics/contact/voxel_penalty/voxel_penalty_method.h"
+
+namespace typodont::haptics {
+
+namespace {
+
+struct Entry {
+  std::string name;
+  ContactMethodReader read;
+};
+
+/// Set up before main() by registrations, read afterwards.
+std::vector<Entry>& table() {
+  static std::vector<Entry> entries{{std::string(offset::kName), offset::read},
+                                    {std::string(voxel_penalty::kName), voxel_penalty::read}};
+  return entries;
+}
+
+const Entry* find(std::string_view name) {
+  if (name == offset::kAlias) name = offset::kName;
+  const auto found = std::ranges::find(table(), name, &Entry::name);
+  return found == table().end() ? nullptr : &*found;
+}
+
+std::string known_names() {
+  return fmt::format("one of: {}", fmt::join(contact_method_names(), ", "));
+}
+
+}  // namespace
+
+ContactMethodRegistration::ContactMethodRegistration(std::string name, ContactMethodReader reader) {
+  if (find(name)) throw std::logic_error("contact method registered twice: " + name);
+  table().push_back({std::move(name), std::move(reader)});
+}
+
+std::vector<std::string> contact_method_names() {
+  std::vector<std::string> names;
+  for (const Entry& entry : table()) names.push_back(entry.name);
+  return names;
+}
+
+SharedContactMethod contact_method(std::string_view name, std::string_view where) {
+  const Entry* const entry = find(name);
+  if (!entry) throw Error(std::string(where), "model", fmt::format("\"{}\"", name), known_names());
+  return entry->read(std::nullopt);
+}
+
+SharedContactMethod read_contact_method(const Json& json) {
+  if (json.is_string()) {
+    const Entry* const entry = find(json.string());
+    if (!entry) json.fail(known_names());
+    return entry->read(std::nullopt);
+  }
+  if (!json.is_object() || json.keys().size() != 1) {
+    json.fail("the name of a contact model, or an object {NAME: {parameters}}; " + known_names());
+  }
+  const std::string name = json.keys().front();
+  const Entry* const entry = find(name);
+  if (!entry) json.fail(fmt::format("\"{}\"", name), known_names());
+  return entry->read(json[name]);
+}
+
+const SharedContactMethod& default_contact_method() {
+  static const SharedContactMethod method = offset::read(std::nullopt);
+  return method;
+}
+
+}  // namespace typodont::haptics

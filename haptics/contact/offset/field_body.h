@@ -1,0 +1,51 @@
+// The tissue as a distance field, for all contact models that work in a SurfacePatch. Carver's thread.
+#pragma once
+
+#include <memory>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "haptics/contact/proxy/smooth_contacts.h"
+#include "haptics/surface_patch.h"
+#include "haptics/tissue_body.h"
+
+namespace typodont::haptics::offset {
+
+/// Owns the OpenVDB volume. Removes exactly what the swept head covers.
+class FieldBody : public TissueBody {
+ public:
+  FieldBody(TissueVolume tissue, std::span<const Tool> tools);
+
+  void carve(const Cut& cut, bool continues) override;
+  void fill(const Cut& cut) override;
+  std::vector<LoosePiece> take_pieces() override { return std::exchange(pieces_, {}); }
+  void begin_stroke() override { volume_.begin_stroke(); }
+  void end_stroke() override { volume_.end_stroke(); }
+  bool undo() override;
+  bool redo() override;
+  PerTissue taken_back() const override { return volume_.taken_back(); }
+  std::unique_ptr<Snapshot> make_snapshot() const override;
+  double travel() const override { return travel_; }
+  void cut_out(Snapshot& snapshot) override;
+  void remember_writes(bool wanted) override { volume_.remember_writes(wanted); }
+  void bring_up_to_date(Snapshot& snapshot) override;
+  TissueVolume& rasterize() override { return volume_; }
+  std::uint64_t elements() const override;
+
+ protected:
+  const Tool& tool(const Cut& cut) const { return tools_[cut.tool]; }
+  void take_out_pieces(const Cut& cut, const VoxelBox& written);
+
+ private:
+  void mark_cut_boxes(SurfacePatch& patch) const;
+
+  TissueVolume volume_;
+  std::vector<Tool> tools_;
+  LoosePieces loose_pieces_;        // watches which pieces a cut sets loose
+  std::vector<LoosePiece> pieces_;  // removed, not yet taken
+  double travel_ = 0;               // m
+  WideGrid coarse_;                 // of a patch's coarse patch; edge 0: no tool has a shank
+};
+
+}  // namespace typodont::haptics::offset

@@ -1,0 +1,146 @@
+// What a filling instrument puts down: a dome that grows on the tissue nearest to its free end, up to the head.
+#include <algorithm>
+#include <cmath>
+
+#include "haptics/contact/offset/offset_model.h"
+#include "haptics/cutting/carve.h"
+#include "haptics/fill.h"
+#include "haptics/sweep.h"
+
+namespace typodont::haptics::offset {
+
+namespace {
+
+using P = FillingParameters;
+
+/// The radius of a ball that is larger by so much.
+double grown(double radius, double volume) {
+  return std::cbrt(radius * radius * radius + volume * (3 / (4 * kPi)));
+}
+
+}  // namespace
+
+bool OffsetModel::fill(const ContactInput& in, Contact& contact, Cut& cut) noexcept {
+  if (!(in.pedal > kPedalUp)) {
+    filling_ = {};
+    return false;
+  }
+  filling_.owed += tool().fill_rate * in.pedal * in.dt;
+  const bool changed = !step_.lost && !step_.deep && filling_.owed > 0 && put_down(in, contact, cut);
+  if (const double most = tool().fill_rate * P::waits; filling_.owed > most) {
+    filling_.owed = most;
+    contact.faults |= bits(Fault::kNoRoom);
+  }
+  return changed;
+}
+
+/// Puts down what is owed, around one centre. True and a Cut when any of it found room.
+bool OffsetModel::put_down(const ContactInput& in, const Contact& contact, Cut& cut) noexcept {
+  const Tool& instrument = tool();
+  const double h = settings_.frame.voxel, voxel = h * h * h, reach = instrument.fill_reach / h;
+  const Pose X_WH{contact.p_WG, in.X_WT.R};
+  if (!begin_dome(X_WH, reach)) return false;
+  const auto ball = [&] {
+    return Fill(instrument, settings_.frame.to_world(filling_.center), filling_.radius * h, X_WH, settings_.frame);
+  };
+  const bool has_room =
+      filling_.radius < reach &&
+      patch_.holds(filling_.center, filling_.radius + P::most_step + static_cast<double>(Sweep::kMargin));
+  if ((filling_.idle || !has_room) && !flow_on(ball(), reach)) return false;
+
+  // So much larger that the part of the dome's surface which is free makes up the volume that is owed: how much head
+  // and tissue hide is known from the last tick, and may be less by now.
+  const double before = filling_.radius, owed = filling_.owed / voxel;
+  const double most =
+      std::clamp(grown(before, owed + instrument.fill_rate * P::ahead / voxel) - before, P::step, P::most_step);
+  filling_.radius += std::clamp(grown(before, owed / filling_.free_fraction) - before, P::least_step, most);
+  const Fill dome = ball();
+  bool changed;
+  const PerTissue added = haptics::fill(patch_, dome, &changed);
+  double volume = 0;
+  for (const double v : added) volume += v;
+  filling_.owed -= volume * voxel;
+  filling_.free_fraction =
+      std::clamp(volume / (4 * kPi / 3 * (std::pow(filling_.radius, 3) - std::pow(before, 3))), P::buried, 1.0);
+  filling_.idle = !(filling_.free_fraction > P::buried);
+  if (!changed) return false;
+  front_.forget();
+  cut_tool_ = tool_;
+  CutLog::Made made{
+      {settings_.frame.to_world(filling_.center), X_WH.R}, X_WH, tool_, false, filling_.radius * h, added};
+  for (double& v : made.removed) v = -v;
+  log_.add(++cut_count_, dome.lo(), dome.hi(), made);
+  cut = {cut_count_, in.tick, in.t, made.X_WA, X_WH, tool_, {}, {}, 0, made.fill_radius};
+  for (std::size_t i = 1; i < added.size(); ++i) cut.removed[i] = -added[i] * voxel;
+  return true;
+}
+
+/// A dome in which nothing more finds room grows at once as far as the nearest open place that can be seen from where
+/// it was begun, through filling, or, where that is out of its reach, goes on with another there. Looks on in the next
+/// tick where it has looked enough in this one. False when no such place is found.
+bool OffsetModel::flow_on(const Fill& instrument, double reach) noexcept {
+  const double farthest = P::flows_on * reach;
+  for (int left = P::looking_cost; left > 0; left -= P::skip_cost, ++outlook_.way) {
+    if (outlook_.way == outlook_.ways.size()) outlook_.way = 0, ++outlook_.looks;
+    const double away = outlook_.looks * P::flow_step;
+    if (!(away < farthest)) return false;
+    Outlook::Way& way = outlook_.ways[outlook_.way];
+    if (way.next > outlook_.looks) continue;
+    left -= P::look_cost;
+    const dvec3 place = glm::round(filling_.root + away * dvec3(flow_directions_[outlook_.way]));
+    if (!patch_.holds(place, P::most_step + static_cast<double>(Sweep::kMargin))) {
+      way.next = Outlook::kNever;
+      continue;
+    }
+    const glm::ivec3 at = glm::ivec3(place) - patch_.lo;
+    const std::size_t i = patch_.at(at.x, at.y, at.z);
+    way.in_tissue = patch_.distance[i] <= 0 && !is_filled(patch_.tissue[i]) ? way.in_tissue + 1 : 0;
+    if (way.in_tissue > P::thin) way.next = Outlook::kNever;
+    if (patch_.distance[i] < P::open) continue;
+    left -= P::room_cost;
+    const double by_head = instrument.kept_by_head(place);
+    if (by_head > -P::open) {  // and so is as much of the way beyond
+      way.next = outlook_.looks + 1 + static_cast<int>(std::max(by_head, 0.0) / P::flow_step);
+      continue;
+    }
+    if (instrument.is_limited() && instrument.beyond_limit(place) > -P::open) continue;
+    // There may be more room here: the next look is the same.
+    const double off = glm::length(place - filling_.center);
+    const bool grows = filling_.center == filling_.root && off < reach && off > filling_.radius;
+    filling_.radius = grows ? off : 0;
+    if (!grows) filling_.center = place;
+    filling_.free_fraction = 1;
+    return true;
+  }
+  return false;
+}
+
+/// A new dome where there is none, or the instrument has moved on.
+/// False when nothing is in reach to put it on.
+bool OffsetModel::begin_dome(const Pose& X_WH, double reach) noexcept {
+  const Tool& instrument = tool();
+  const double half = instrument.shape == HeadShape::kSphere ? instrument.radius() : instrument.length / 2;
+  const dvec3 end = settings_.frame.to_voxels(X_WH * dvec3(0, 0, -half));
+  const double travelled = glm::length(end - filling_.end);
+  if (filling_.radius >= 0 && travelled <= std::max(0.5 * filling_.radius, 1.0)) return true;
+  filling_.radius = -1;
+  if (!patch_.holds(end, reach + static_cast<double>(Sweep::kMargin))) return false;
+  const FieldSample at = sample_linear_gradient(patch_, end);
+  const double slope = glm::length(at.gradient);
+  if (at.value > reach) return false;
+  dvec3 center = end;
+  if (at.value > 0 && slope >= P::one_surface) {
+    center -= at.value / slope * at.gradient / slope;
+  } else if (at.value > 0) {  // midway between walls: on what lies before the instrument
+    const dvec3 ahead = X_WH.R * dvec3(0, 0, -1);
+    double way = 0;
+    while (way <= reach && sample_linear(patch_, end + way * ahead) > 0) way += P::look_step;
+    if (way > reach) return false;
+    center += way * ahead;
+  }
+  filling_ = {filling_.owed, 0, 1, center, end, center};
+  outlook_ = {};
+  return true;
+}
+
+}  // namespace typodont::haptics::offset

@@ -1,0 +1,11 @@
+// "offset": god-object contact on the offset surface of a distance field, exact removal by swept heads. The default.
+#pragma once
+
+#include "haptics/contact_method.h"
+
+namespace typodont::haptics::offset {
+
+inline constexpr std::string_view kName = "offset", kAlias = "god-object";
+SharedContactMethod read(const std::optional<Json>& parameters);
+
+}  // namespace typodont::haptics::offset

@@ -1,0 +1,123 @@
+#include "haptics/contact/offset/offset_model.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace typodont::haptics::offset {
+
+namespace {
+
+/// Unit vectors, a Fibonacci sphere.
+std::vector<glm::vec3> evenly_around(std::size_t count) {
+  std::vector<glm::vec3> all;
+  for (std::size_t i = 0; i < count; ++i) {
+    const double turn = kPi * (3 - std::sqrt(5.0)) * static_cast<double>(i),
+                 z = 1 - (2.0 * static_cast<double>(i) + 1) / static_cast<double>(count);
+    const double rho = std::sqrt(1 - z * z);
+    all.emplace_back(rho * std::cos(turn), rho * std::sin(turn), z);
+  }
+  return all;
+}
+
+}  // namespace
+
+OffsetModel::OffsetModel(const ServoSettings& settings)
+    : PatchModel(settings), front_(tool_set(settings), settings.frame.voxel) {
+  const double h = settings.frame.voxel;
+  for (const Tool& each : tool_set(settings)) {
+    heads_.push_back({each, ContactFinder(each, h), SmoothContacts(each, h), near_reach(each) / h});
+    if (each.fill != Tissue::kAir && flow_directions_.empty()) {
+      flow_directions_ = evenly_around(FillingParameters::directions);
+    }
+  }
+  for (const Material& material : settings.materials) hardest_ = std::max(hardest_, material.specific_energy);
+}
+
+double OffsetModel::clearance(const Pose& X_WG) noexcept {
+  const Pose X_VT{settings_.frame.to_voxels(X_WG.p), X_WG.R};
+  if (!patch_.holds(X_VT.p, reach() + 1)) return 0;
+  double room = std::min(free_distance(X_VT.p), patch_.reach_around(X_VT.p) - reach() - 1) - 1;
+  if (smooth().any()) room = std::min(room, smooth().room(patch_, X_VT) - 1);
+  return room > 1 ? room * voxel() : 0;
+}
+
+void OffsetModel::begin_anew() noexcept {
+  emptied_ = false;
+  overlap_ = 0;
+}
+
+void OffsetModel::release() noexcept {
+  bridged_ = 0;
+  breaking_through_ = emptied_ = false;
+  held_.count = 0;
+}
+
+bool OffsetModel::may_take_up(std::uint32_t which, const Pose& X_WG) noexcept {
+  if (overlap_ != 0) return false;
+  const Pose X_VT{settings_.frame.to_voxels(X_WG.p), X_WG.R};
+  const ContactFinder& other = heads_[which].finder;
+  SmoothContacts& parts = heads_[which].smooth;
+  const double far = heads_[which].reach;
+  if (!patch_.holds(X_VT.p, far + 1)) return false;
+  const double distance = sample_linear(patch_, X_VT.p);
+  parts.forget();
+  if (distance > far + 2 && parts.room(patch_, X_VT) > SearchParameters::contact_range) return true;
+  if (distance <= 0) return false;
+  other.find(patch_, X_VT, SearchParameters::contact_range, contacts_);
+  if (parts.any()) parts.find(patch_, X_VT, SearchParameters::contact_range, contacts_);
+  for (int i = 0; i < contacts_.count(); ++i) {
+    if (contacts_.plane(i).gap <= 0) return false;
+  }
+  return true;
+}
+
+void OffsetModel::take_up(std::uint32_t which) noexcept {
+  tool_ = which;
+  smooth().forget();
+  front_.forget();
+  held_ = {};
+}
+
+/// The tissue under the head: below each contact, weighted by how much it pushes.
+void OffsetModel::feel(const ContactInput&, Contact& out) noexcept {
+  constexpr double kFeltBelow = 0.5;  // voxels under the surface, where the tissue is that the head feels
+  const Step& p = step_;
+  const double h = voxel();
+  out.turns_tool = tool().shape != HeadShape::kSphere || heads_[tool_].smooth.any();
+  out.unit = h;
+  out.count = contacts_.count();
+  out.own = contacts_.own();
+  double total = 0;
+  PerTissue under{};
+  for (int i = 0; i < p.active.count; ++i) {
+    const int which = p.active.index[i];
+    const ContactPlane plane = contacts_.plane(which);
+    const double weight = p.active.push[i];
+    total += weight;
+    if (out.turns_tool) {
+      out.lever += weight * (plane.x - p.c);
+      out.turn += weight * glm::cross(plane.x - p.c, plane.n);
+    }
+    (which < contacts_.own() ? out.on_head : out.on_smooth) += weight * plane.n;
+    dvec3 below = plane.x - kFeltBelow * plane.n;
+    const SurfacePatch* felt_in = &patch_;
+    if (!patch_.holds(below, 0)) {
+      if (patch_.wide.empty()) continue;
+      felt_in = &patch_.wide.front();
+      below = plane.x / static_cast<double>(felt_in->every) - kFeltBelow * plane.n;
+      if (!felt_in->holds(below, 0)) continue;
+    }
+    const PerTissue here = sample_tissue(*felt_in, below);
+    for (std::size_t t = 1; t < here.size(); ++t) under[t] += weight * here[t];
+  }
+  double labelled = 0;
+  for (const double fraction : under) labelled += fraction;
+  if (labelled > 0) {
+    for (double& fraction : under) fraction /= labelled;
+    out.tissue = under;
+    out.known_tissue = true;
+  }
+  if (total > 0) out.lever /= total;
+}
+
+}  // namespace typodont::haptics::offset

@@ -1,0 +1,467 @@
+// The proxy: where the tool is held, outside the tissue, as near to the hand as its contacts allow.
+#include <algorithm>
+#include <cmath>
+
+#include "haptics/contact/offset/offset_model.h"
+
+namespace typodont::haptics::offset {
+
+namespace {
+
+using P = PaceParameters;
+using Q = SearchParameters;
+
+/// A turning head that is pressed into tissue stays where it is until the hand leads it sideways by more than the teeth
+/// grip (a friction cone on the god-object). So the roughness of the cut surface does not shake the hand. Returns the
+/// target as if that grip held back its tangential part. `moved` is the hand's motion since the last tick. The lag
+/// sideways grows by `most` at most, so that teeth which catch do not stop the head dead.
+dvec3 held_target(const dvec3& from, const dvec3& target, const dvec3& n, const dvec3& moved, double most) {
+  const dvec3 pull = from - target;
+  const double pushed = glm::dot(pull, n);
+  if (!(pushed > 0)) return target;
+  const dvec3 sideways = pull - pushed * n;
+  const double length = glm::length(sideways);
+  const dvec3 lag = sideways * (length > P::tooth_grip * pushed ? P::tooth_grip * pushed / length : 1.0);
+  const dvec3 change = lag - (sideways + moved - glm::dot(moved, n) * n);  // since the last tick
+  const double size = glm::length(change);
+  if (size > most && glm::dot(change, lag) > 0) return target + lag - change * (1 - most / size);
+  return target + lag;
+}
+
+/// How far from where the hand would have carried it by `shift` a proxy may end that would make `step`: `pace`, or
+/// hardly more than it must. So a fast hand beside a head that is stuck in its hole does not keep it from sinking.
+double farthest(const dvec3& step, const dvec3& shift, double pace) {
+  const double length2 = glm::dot(step, step);
+  const double nearest = length2 > 0 ? std::clamp(glm::dot(step, shift) / length2, 0.0, 1.0) : 0.0;
+  return std::max(pace, std::hypot(glm::length(nearest * step - shift), pace / 2));
+}
+
+}  // namespace
+
+void OffsetModel::constrain(const ContactInput& in, Contact& out) noexcept {
+  begin_step(in);
+  follow_fall(in);
+  move_proxy(in);
+  follow_hand();
+  bridge_missing_patch(in);
+  report(in, out);
+}
+
+/// Any overlap is led out of the tissue, as fast as the hand may feel it.
+void OffsetModel::begin_step(const ContactInput& in) noexcept {
+  using R = RecoveryParameters;
+  Step& s = step_;
+  s = {};
+  s.c = s.start = settings_.frame.to_voxels(in.X_WG.p);
+  s.target = settings_.frame.to_voxels(in.X_WT.p);
+  s.shift = in.moved / voxel();
+  s.overlap_before = overlap_;
+  if (overlap_ > 0) overlap_ *= std::exp(-in.dt / R::recovery_time);
+  s.pace_per_slew = in.dt / (settings_.stiffness * std::max(in.relative_stiffness, 0.05)) / voxel();
+  if (rejoining_ > 0) overlap_ = std::max(overlap_, s.overlap_before - P::free_slew * s.pace_per_slew);
+  rejoining_ = std::max(overlap_ > 0 && rejoining_ > 0 ? in.dt : 0.0, rejoining_ - in.dt);
+  if (overlap_ < R::least_overlap) overlap_ = 0;
+  s.paced = (in.cuts || tool().fill != Tissue::kAir || rejoining_ > 0) && in.normal_force > 0;
+}
+
+/// Where its support gives way, a hand falls, and lands at the speed that it has gained: its way in one tick is then
+/// felt as a step. So a bur that holds the hand up less than of late, while the hand goes against that push ever
+/// faster, sinks no faster than it may land. A hand that draws the bur on at a steady speed does not fall, however
+/// steep its way.
+void OffsetModel::follow_fall(const ContactInput& in) noexcept {
+  using F = FallParameters;
+  if (!(step_.paced && in.cuts && !in.scrapes)) {
+    fall_.push_mean = dvec3(0);
+    return;
+  }
+  const dvec3 push = in.normal_force * in.normal, v = in.moved / in.dt;
+  if (fall_.push_mean == dvec3(0)) fall_.push_mean = push, fall_.hand_speed = fall_.hand_mean = v;
+  const auto smooth = [&](dvec3& mean, const dvec3& is, double time) {
+    mean += (is - mean) * (in.dt / (time + in.dt));
+  };
+  smooth(fall_.push_mean, push, F::push_time);
+  smooth(fall_.hand_speed, v, F::rough_time);
+  smooth(fall_.hand_mean, v, F::speed_time);
+  const dvec3 gained = fall_.hand_speed - fall_.hand_mean;
+  const double gain = glm::length(gained);
+  // One count of a device's encoder is no fall.
+  if (gain < F::gain / settings_.stiffness + settings_.position_step / F::rough_time) return;
+  const dvec3 n = -gained / gain;
+  const double held_up = glm::dot(fall_.push_mean, n);
+  if (held_up < F::along * glm::length(fall_.push_mean) || glm::dot(push, n) > held_up) return;
+  step_.fall_normal = n;
+  const double fastest = std::max({F::landing_slew / settings_.stiffness, -F::growth * glm::dot(fall_.hand_mean, n),
+                                   -glm::dot(fall_.hand_speed, n) - F::brake / settings_.stiffness});
+  step_.fall_limit = fastest * in.dt / voxel();
+}
+
+/// Moves the proxy toward the hand: along the one wall on which a ball slides, freely while nothing is near, along the
+/// contacts otherwise.
+void OffsetModel::move_proxy(const ContactInput& in) noexcept {
+  Step& p = step_;
+  contacts_.clear();
+  bool alone = false;
+  const bool seated = seat_ball(in, alone);
+  if (alone) {
+    p.active = {1, {0}, {glm::length(p.c - p.target)}};
+    p.touching = true;
+    wall_ = 0;
+    return;
+  }
+  Search s;
+  if (seated && search(in, s, true) == Ending::kSeatRefused) {
+    p.c = p.start;
+    search(in, s, false);
+  } else if (!seated) {
+    search(in, s, false);
+  }
+  const dvec3 c = p.c;
+  if (p.touching) {
+    p.c = p.start + debt_fraction(in) * (c - p.start);
+    p.held_off = (s.at_pace ? s.held_at : c) - p.target + p.c - c;
+  }
+  wall_ = in.cuts && settings_.boundary_walls && p.touching ? strongest_wall(p.active) : 0;
+}
+
+/// A ball that slides along one smooth wall needs no search: the wall says where it will lie. Where more of the tissue
+/// is near, one iteration of the search shows whether that is in the way. `alone`: nothing else is near.
+bool OffsetModel::seat_ball(const ContactInput& in, bool& alone) noexcept {
+  Step& p = step_;
+  const bool ball = tool().shape == HeadShape::kSphere;
+  if (!(ball && in.normal_force > 0 && !in.cuts && overlap_ == 0 && !p.paced && patch_.holds(p.start, reach() + 1))) {
+    return false;
+  }
+  if (smooth().any() && smooth().room(patch_, {p.start, in.X_WT.R}) <= Q::contact_range + ContactFinder::kMostSeated) {
+    return false;
+  }
+  return finder().seat(patch_, p.target, p.start, p.c, contacts_, alone);
+}
+
+OffsetModel::Ending OffsetModel::search(const ContactInput& in, Search& s, bool seated) noexcept {
+  Step& p = step_;
+  for (int iteration = 0; iteration < Q::iterations; ++iteration) {
+    double head_free = 0;
+    const Advance advance = advance_free(in, s, head_free);
+    if (advance == Advance::kArrived) break;
+    if (advance == Advance::kOn) continue;
+
+    find_contacts(in, s, head_free);
+    if (seated && contacts_.deepest() > SeatParameters::overlap) return Ending::kSeatRefused;
+    if (contacts_.count() == 0 && sample_linear(patch_, p.c) < -Q::free_step) {  // wholly inside: no surface in reach
+      p.deep = true;
+      p.c = p.target;
+      p.touching = false;
+      break;
+    }
+    if (iteration == 0 || !p.touching) find_room_to_sink(in);
+    if (iteration == 0 && contacts_.deepest() > p.overlap_before + p.slack + Q::deep) overlap_ = contacts_.deepest();
+
+    bool comes_free = false;
+    dvec3 next = refine_and_project(in, s, project(in, s, comes_free));
+    p.touching = contacts_.count() > 0;
+    if (seated) {
+      const bool stays =
+          contacts_.count() > 1 ? nothing_in_the_way(in) : glm::length(next - p.c) < SeatParameters::alone;
+      return stays ? Ending::kDone : Ending::kSeatRefused;
+    }
+
+    dvec3 step = next - p.c;
+    if ((contacts_.count() == 1 || !in.cuts) && p.active.count > 0 && !s.at_pace) {
+      step = extrapolate(s, step);
+      next = p.c + step;
+    }
+    const double length = glm::length(step);
+    const double longest = contacts_.count() > 1 ? Q::contact_step : Q::free_step;
+    if (length > longest) {
+      p.c += step * (longest / length);
+      s.last_length = 0;
+      continue;
+    }
+    p.c = next;
+    if (s.at_pace) {  // the next tick searches on from here
+      p.touching = !comes_free;
+      break;
+    }
+    const double settled = contacts_.count() > 1 ? in.cuts ? Q::settled_cutting : Q::settled : Q::converged;
+    // The steps that are still to come, if each is at most the fraction of the one before that this one was.
+    const bool foreseen =
+        contacts_.count() == 1 && length < s.last_length && length * length < Q::foreseen * (s.last_length - length);
+    s.last_length = length;
+    const int most_settled = in.cuts ? Q::settling_iterations_cutting : Q::settling_iterations;
+    if (length < settled || foreseen || ++s.settled >= most_settled) break;
+    // On a smooth surface each iteration squares the error. If nothing pushes, the target was reached.
+    if (p.active.count == 0) {
+      p.touching = false;
+      break;
+    }
+  }
+  return Ending::kDone;
+}
+
+double OffsetModel::free_distance(const Pose& X_VT, double head_free) noexcept {
+  return smooth().any() ? std::min(head_free, smooth().room(patch_, X_VT)) : head_free;
+}
+
+/// Sphere tracing: as far as the tool cannot meet anything.
+OffsetModel::Advance OffsetModel::advance_free(const ContactInput& in, Search& s, double& head_free) noexcept {
+  Step& p = step_;
+  if (!patch_.holds(p.c, reach() + 1)) {
+    p.lost = true;
+    return Advance::kArrived;
+  }
+  head_free = free_distance(p.c);
+  const double free = free_distance(Pose{p.c, in.X_WT.R}, head_free);
+  if (!(free > 2)) return Advance::kNear;
+  p.touching = false;
+  const dvec3 way = p.target - p.c;
+  const double distance = glm::length(way);
+  if (distance <= free - 1) {
+    p.c = p.target;
+    return Advance::kArrived;
+  }
+  const dvec3 next = p.c + way * ((free - 1) / distance);
+  if (!patch_.holds(next, reach() + 1)) {
+    p.lost = true;
+    return Advance::kArrived;
+  }
+  p.c = next;
+  s.last_length = 0;
+  return Advance::kOn;
+}
+
+/// The contacts at p.c. Those found before serve as long as the head has hardly moved. A single exact one is always
+/// found anew, and so are those around a rim, whose exact planes come from the rough ones by queries.
+void OffsetModel::find_contacts(const ContactInput& in, Search& s, double head_free) noexcept {
+  const dvec3& c = step_.c;
+  const bool ball = tool().shape == HeadShape::kSphere;
+  if (contacts_.count() > 1 && (in.cuts || ball) && !contacts_.sunk() && !contacts_.flat() &&
+      glm::length(c - s.found_at) < Q::reuse_distance) {
+    contacts_.drop_added();
+    finder().relinearize({c, in.X_WT.R}, contacts_);
+    if (smooth().any()) smooth().relinearize({c, in.X_WT.R}, contacts_);
+  } else {
+    look_around(in, c, head_free + reach() < 0);
+    s.found_at = c;
+  }
+}
+
+/// Finds all that the head, the shank and the safe end touch at c.
+void OffsetModel::look_around(const ContactInput& in, const dvec3& c, bool center_inside) noexcept {
+  const Pose X_VT{c, in.X_WT.R};
+  finder().find(patch_, X_VT, Q::contact_range, contacts_);
+  if (contacts_.deepest() > ContactFinder::kSunk || center_inside) {
+    finder().find_way_out(patch_, X_VT, contacts_);
+  } else if (in.cuts && emptied_ && !in.must_earn) {
+    finder().forgive({step_.start, in.X_WG.R}, X_VT, contacts_);
+  }
+  // Tissue harder than what is being cut gives way by that much less; softer tissue never holds anything back.
+  if (settings_.boundary_walls && in.specific_energy > 0 && in.specific_energy < hardest_) {
+    for (int i = 0; i < contacts_.count(); ++i) {
+      const auto under = static_cast<std::size_t>(haptics::tissue_at(patch_, contacts_.below(i)));
+      const double hardness = settings_.materials[under].specific_energy;
+      if (hardness > in.specific_energy) contacts_.set_yields(i, in.specific_energy / hardness);
+    }
+  }
+  if (smooth().any()) smooth().find(patch_, X_VT, Q::contact_range, contacts_);
+  step_.active = guess_active(contacts_, held_);
+}
+
+/// The place nearest to the hand that the contacts allow, at the pace that the hand may feel.
+dvec3 OffsetModel::project(const ContactInput& in, Search& s, bool& comes_free) noexcept {
+  Step& p = step_;
+  s.led_to = p.target;
+  if (in.normal_force > 0 && in.cuts && !in.scrapes) {
+    s.led_to = held_target(p.start, p.target, in.normal, p.shift, P::grip_slew * p.pace_per_slew);
+  }
+  dvec3 next = nearest_allowed(contacts_, p.c, overlap_, p.slack, s.led_to, p.active);
+  s.held_at = next;
+  comes_free = p.active.count == 0;
+  // A hand that falls is let down as on a floor that sinks.
+  const bool falls = p.fall_normal != dvec3(0) && glm::dot(next - p.start, p.fall_normal) < -p.fall_limit &&
+                     contacts_.add({p.c, p.fall_normal, glm::dot(p.c - p.start, p.fall_normal) + p.fall_limit});
+  if (falls) next = nearest_allowed(contacts_, p.c, overlap_, p.slack, s.led_to, p.active);
+  const double pace = (comes_free ? P::free_slew : P::cut_slew) * p.pace_per_slew;
+  const double allowed = p.paced ? farthest(next - p.start, p.shift, pace) : 0;
+  s.at_pace = falls || (p.paced && glm::length(next - p.start - p.shift) > P::tolerance * allowed);
+  if (s.at_pace && in.cuts && (falls || !comes_free)) s.led_to = ease(p.start + p.shift, allowed, s.led_to, next);
+  return next;
+}
+
+/// Rough planes chose which of them hold the head. Exact ones tell how far, and others may hold then.
+dvec3 OffsetModel::refine_and_project(const ContactInput& in, Search& s, dvec3 next) noexcept {
+  Step& p = step_;
+  const int rounds = in.cuts ? 1 : Q::refining_rounds;
+  for (int round = 0; round < rounds && contacts_.count() > 1 && p.active.count > 0; ++round) {
+    bool refined = false;
+    for (int i = 0; i < p.active.count; ++i) {
+      refined |= finder().refine(patch_, {p.c, in.X_WT.R}, contacts_, p.active.index[i], !in.cuts);
+    }
+    if (!refined) break;
+    next = nearest_allowed(contacts_, p.c, overlap_, p.slack, s.led_to, p.active);
+  }
+  // One-sided wall (Wang 2009): coming from softer tissue a bur gets through the boundary of harder tissue only as
+  // slowly as if it had the softer one's fraction of its power.
+  const bool walled = in.cuts && settings_.boundary_walls;
+  for (int round = 0;
+       walled && p.slack > 0 && round < WallParameters::rounds && hold_at_walls(p.active, p.slack_at_walls); ++round) {
+    next = nearest_allowed(contacts_, p.c, overlap_, p.slack, s.led_to, p.active);
+  }
+  return next;
+}
+
+/// Along a smooth curved surface each step is the same fraction of the one before, a negative one in a hollow. So all
+/// that are still to come are made at once (secant method). Two planes of one hollow only hold back. Toward the tissue
+/// each step stays as it is.
+dvec3 OffsetModel::extrapolate(Search& s, const dvec3& step) noexcept {
+  const Step& p = step_;
+  const double before2 = glm::dot(s.last_step, s.last_step);
+  const double fraction = before2 > 0 ? glm::dot(step, s.last_step) / before2 : 0;
+  const double most = p.active.count > 1 ? 1 : contacts_.count() > 1 ? Q::most_gain_of_many : Q::most_gain;
+  s.last_step = step;
+  s.last_gain = fraction != 0 && fraction < Q::still_converges ? std::min(s.last_gain / (1 - fraction), most) : 1;
+  dvec3 n(0);
+  for (int i = 0; i < p.active.count; ++i) n += p.active.push[i] * contacts_.plane(p.active.index[i]).n;
+  n = glm::normalize(n);
+  return step + (s.last_gain - 1) * (step - glm::dot(step, n) * n);
+}
+
+/// How far the head may sink in this tick: the budget buys area × depth + the cap of a first touch.
+void OffsetModel::find_room_to_sink(const ContactInput& in) noexcept {
+  if (!(in.budget > 0 && in.specific_energy > 0)) return;
+  const double h = voxel();
+  const double area = glm::length(contacts_.engaged_normal());
+  const double cap = kPi * tool().radius() / h;
+  const auto bought_by = [&](double energy) {
+    const double volume = std::max(energy, 0.0) / in.specific_energy / (h * h * h);
+    return volume > 0 ? std::min(2 * volume / (area + std::sqrt(area * area + 4 * cap * volume)), Q::most_slack) : 0.0;
+  };
+  step_.slack = bought_by(in.budget);
+  step_.slack_at_walls = bought_by(std::min(in.wall_budget, in.budget)) / step_.slack;
+}
+
+/// The fraction of its way, 0..1, that a bur may go which has removed more than its motor has worked for: it waits
+/// until that is paid, as long as it is pushed. So does a sharp rim in a pit too shallow for its wall to be felt.
+double OffsetModel::debt_fraction(const ContactInput& in) const noexcept {
+  const Step& p = step_;
+  if (!(emptied_ && in.budget < 0 && in.cuts && !in.scrapes && glm::dot(p.target - p.start, in.normal) < 0)) return 1;
+  return std::clamp((P::standing_debt + in.budget / in.power) / (P::standing_debt - P::free_debt), 0.0, 1.0);
+}
+
+/// Whether none of the planes that hold a seated ball is another wall in its way.
+bool OffsetModel::nothing_in_the_way(const ContactInput& in) const noexcept {
+  using S = SeatParameters;
+  for (int i = 0; i < step_.active.count; ++i) {
+    const ContactPlane plane = contacts_.plane(step_.active.index[i]);
+    if (plane.gap < (glm::dot(plane.n, in.normal) > S::same_wall ? -S::same_wall_overlap : -S::other_wall)) {
+      return false;
+    }
+  }
+  return true;
+}
+
+/// A bur that must let the hand feel no step goes to the place nearest to the hand among those no farther than `most`
+/// from `carried`, where the hand would carry it. That is where contacts hold it when it is led to a point on the way
+/// from there to the hand: its lag shrinks along itself, so that a bur which comes out over a rim lands, and then
+/// catches up. Moves `next` there, from where contacts alone would hold it, and returns the point that it is led to.
+dvec3 OffsetModel::ease(const dvec3& carried, double most, const dvec3& pulled_to, dvec3& next) noexcept {
+  double fraction = 1;
+  dvec3 led_to = pulled_to;
+  for (int round = 0; round < P::rounds; ++round) {
+    const double away = glm::length(next - carried);
+    if (away <= P::tolerance * most) break;
+    fraction *= most / away;
+    led_to = carried + fraction * (pulled_to - carried);
+    next = nearest_allowed(contacts_, step_.c, overlap_, step_.slack, led_to, step_.active);
+  }
+  return led_to;
+}
+
+/// Where the head comes from softer tissue and stands before much harder tissue, the fraction of its power that it cuts
+/// with: softer over harder specific energy. Elsewhere 1.
+double OffsetModel::wall_at(const ContactPlane& plane) const noexcept {
+  using W = WallParameters;
+  const dvec3 before = plane.x + (W::felt_depth / voxel() + W::border) * plane.n, behind = plane.x - 0.5 * plane.n;
+  if (!patch_.holds(before, 0) || !patch_.holds(behind, 0)) return 1;
+  const auto energy_at = [&](const dvec3& p) {
+    return settings_.materials[static_cast<std::size_t>(haptics::tissue_at(patch_, p))].specific_energy;
+  };
+  const double softer = energy_at(before), harder = energy_at(behind);
+  return softer > 0 && softer < W::from_ratio * harder ? std::max(softer / harder, W::least_power) : 1;
+}
+
+/// The least such fraction of all planes that hold the head; 0 where no wall does.
+double OffsetModel::strongest_wall(const ActivePlanes& active) const noexcept {
+  double least = 1;
+  for (int i = 0; i < active.count; ++i) {
+    if (active.index[i] < contacts_.own()) least = std::min(least, wall_at(contacts_.plane(active.index[i])));
+  }
+  return least < 1 ? least : 0;
+}
+
+/// Lets those of the holding planes that lie in a wall give way by `yields` at most. True if any gave way by more
+/// before.
+bool OffsetModel::hold_at_walls(const ActivePlanes& active, double yields) noexcept {
+  bool changed = false;
+  for (int i = 0; i < active.count; ++i) {
+    const int index = active.index[i];
+    const ContactPlane plane = contacts_.plane(index);
+    if (index >= contacts_.own() || plane.yields <= yields || wall_at(plane) == 1) continue;
+    contacts_.set_yields(index, yields);
+    changed = true;
+  }
+  return changed;
+}
+
+/// A bur that comes free, over the rim of its own cut or through the last of the tissue, follows the hand at a pace,
+/// and so does one whose contacts turned out to lie elsewhere: the force on the hand then changes by so much at most,
+/// where the proxy can see to that. The proxy only lags behind, so this takes energy and never gives any.
+void OffsetModel::follow_hand() noexcept {
+  Step& p = step_;
+  const bool at_pace = p.paced && !p.deep;
+  breaking_through_ = at_pace && !p.touching;
+  if (!at_pace) return;
+  const dvec3 step = p.c - p.start;
+  const double pace = (breaking_through_ ? P::free_slew : P::cut_slew) * p.pace_per_slew;
+  p.c = p.start + largest_fraction(step, -p.shift, farthest(step, p.shift, pace)) * step;
+  p.lost = p.lost && !patch_.holds(p.c, reach() + 1);
+}
+
+/// Beyond the patch the last contact's plane goes on (the intermediate surface of Adachi 1995; Mark 1996) until the
+/// carver delivers: without cutting, and not for ever.
+void OffsetModel::bridge_missing_patch(const ContactInput& in) noexcept {
+  using R = RecoveryParameters;
+  Step& p = step_;
+  bridged_ = p.lost ? bridged_ + in.dt : 0;
+  p.bridging = p.lost && in.normal_force > 0 && bridged_ < R::bridge_time;
+  if (!p.bridging) return;
+  const double under = glm::dot(p.start - p.target, in.normal);
+  p.c = under > 0 ? p.target + under * in.normal : p.target;
+  p.touching = breaking_through_ = false;
+  rejoining_ = R::rejoin_time;
+  contacts_.clear();
+  p.active.count = 0;
+}
+
+void OffsetModel::report(const ContactInput& in, Contact& out) noexcept {
+  const Step& p = step_;
+  held_ = p.touching ? held_by(contacts_, p.active) : HeldBy{};
+  out.p_WG = p.c == p.target ? in.X_WT.p : settings_.frame.to_world(p.c);
+  out.touching = p.touching;
+  out.breaking_through = breaking_through_;
+  out.lost = p.lost;
+  out.deep = p.deep;
+  out.bridging = p.bridging;
+  out.leading_out = overlap_ > 0;
+  out.settled = overlap_ == 0 && rejoining_ == 0;
+  out.held_off_direction = p.held_off;
+  out.wall = wall_;
+  // From the samples, or, where one query sufficed, of the cap under the tangent plane.
+  if (p.touching && contacts_.own() > 0) {
+    const double h = voxel();
+    out.area = contacts_.engaged_area() > 0 ? contacts_.engaged_area() * h * h : kPi * tool().radius() * h;
+  }
+  if (overlap_ > 0 || p.deep) out.faults |= bits(Fault::kDeepPenetration);
+  if (p.lost) out.faults |= bits(Fault::kPatchEdge);
+}
+
+}  // namespace typodont::haptics::offset

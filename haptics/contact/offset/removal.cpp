@@ -1,0 +1,99 @@
+// What the bur takes away in the servo's own patch, and how a fresh patch learns of the cuts that it lacks.
+#include <algorithm>
+#include <cmath>
+
+#include "haptics/contact/offset/offset_model.h"
+#include "haptics/cutting/carve.h"
+#include "haptics/fill.h"
+#include "haptics/sweep.h"
+
+namespace typodont::haptics::offset {
+
+bool OffsetModel::cut(const ContactInput& in, Contact& contact, Cut& cut, double& energy) noexcept {
+  bool changed = carve_head(in, contact, cut, energy);
+  if (tool().fill != Tissue::kAir) changed = fill(in, contact, cut);
+  return changed;
+}
+
+/// Removes all that the head sweeps on the proxy's way. True and a Cut when that changed something.
+bool OffsetModel::carve_head(const ContactInput& in, const Contact& contact, Cut& cut, double& energy) noexcept {
+  emptied_ = in.cuts && step_.touching && contacts_.own() > 0 && !step_.deep && !in.must_earn;
+  if (!emptied_) return false;
+  const double h = voxel();
+  const Pose X_WB{contact.p_WG, in.X_WT.R};
+  // After undo or redo the head may stand in tissue that has come back: the sweep starts from its whole shape again.
+  const bool edited = patch_.edits > 0 && cut_count_ == patch_.edited_at;
+  const bool continues = cut_count_ > 0 && !edited && cut_tool_ == tool_ && same(in.X_WG, cut_end_);
+  const Sweep sweep(tool(), in.X_WG, X_WB, settings_.frame, continues);
+  bool changed;
+  const PerTissue removed = carve(patch_, sweep, &changed, &front_);
+  if (!changed) return false;
+  cut = {++cut_count_, in.tick, in.t, in.X_WG, X_WB, tool_, {}, {}, in.spindle};
+  for (std::size_t i = 1; i < removed.size(); ++i) {
+    cut.removed[i] = removed[i] * h * h * h;
+    energy += cut.removed[i] * settings_.materials[i].specific_energy;
+  }
+  cut_end_ = X_WB;
+  cut_tool_ = tool_;
+  log_.add(cut_count_, sweep.lo(), sweep.hi(), {in.X_WG, X_WB, tool_, continues, 0, removed});
+  carve_coarse(in.X_WG, X_WB, continues);
+  return true;
+}
+
+/// The same cut in the coarse patch: in longer steps, which its samples cannot tell apart.
+void OffsetModel::carve_coarse(const Pose& X_WA, const Pose& X_WB, bool continues) noexcept {
+  if (patch_.wide.empty()) return;
+  const VoxelFrame frame{settings_.frame.origin, voxel() * patch_.wide.front().every};
+  const bool goes_on = continues && coarse_cut_ + 1 >= cut_count_;
+  if (!goes_on) coarse_end_ = X_WA;
+  // A rotation by R moves no point of the head by more than 2.3 √(2 - 2|cos|) × its reach (chord of the rotation
+  // angle).
+  const double turned = 2.3 * std::sqrt(std::max(0.0, 2 - 2 * std::abs(glm::dot(X_WB.R, coarse_end_.R))));
+  const double moved = glm::length(X_WB.p - coarse_end_.p) + turned * tool().reach();
+  coarse_cut_ = cut_count_;
+  if (goes_on && moved < CoarseParameters::cut_step * frame.voxel) return;
+  carve(patch_.wide.front(), Sweep(tool(), coarse_end_, X_WB, frame, goes_on));
+  coarse_end_ = X_WB;
+}
+
+void OffsetModel::adopted(bool strokes_edited, bool known) noexcept {
+  if (strokes_edited) emptied_ = false;
+  if (!known) front_.forget();
+  smooth().forget();
+}
+
+PerTissue OffsetModel::repeat(const CutLog::Made& made, std::uint64_t index, SurfacePatch& fresh) noexcept {
+  const Tool& with = heads_[made.tool].tool;
+  if (made.fill_radius > 0) {
+    bool changed;
+    const Fill filling(with, made.X_WA.p, made.fill_radius, made.X_WB, settings_.frame);
+    PerTissue added = haptics::fill(fresh, filling, &changed);
+    for (double& v : added) v = -v;
+    return added;
+  }
+  const bool continues = made.continues && index != fresh.edited_at + 1;
+  return carve(fresh, Sweep(with, made.X_WA, made.X_WB, settings_.frame, continues));
+}
+
+/// Brings a fresh coarse patch up to date with the cuts that it lacks.
+void OffsetModel::update_coarse(SurfacePatch& fresh, bool edited) noexcept {
+  if (fresh.wide.empty()) return;
+  SurfacePatch& coarse = fresh.wide.front();
+  const VoxelFrame frame{settings_.frame.origin, voxel() * coarse.every};
+  if (edited) {
+    for (std::uint64_t i = log_.first_after(fresh.cuts); i <= log_.last(); ++i) {
+      const CutLog::Made& made = log_.made(i);
+      if (!(made.fill_radius > 0)) carve(coarse, Sweep(heads_[made.tool].tool, made.X_WA, made.X_WB, frame));
+    }
+    return;
+  }
+  glm::ivec3 lo, hi;
+  bool filled = false;
+  if (patch_.wide.empty() || !log_.since(fresh.cuts, lo, hi, filled) || filled) return;
+  const int n = coarse.every, margin = static_cast<int>(Sweep::kMargin) + 1;
+  lo = glm::max(lo, glm::ivec3(-1'000'000)) / n - margin;
+  hi = glm::min(hi, glm::ivec3(1'000'000)) / n + margin;
+  merge(coarse, patch_.wide.front(), lo, hi);
+}
+
+}  // namespace typodont::haptics::offset

@@ -1,0 +1,56 @@
+#include "haptics/contact/patch_model.h"
+
+#include <utility>
+
+#include "haptics/cutting/carve.h"
+
+namespace typodont::haptics {
+
+PatchModel::PatchModel(const ServoSettings& settings)
+    : settings_(settings),
+      travel_(patch_travel_for(tool_set(settings), settings.frame.voxel) * settings.frame.voxel),
+      patch_(empty_patch_for(tool_set(settings), settings.frame.voxel)) {}
+
+void PatchModel::adopt(Snapshot& snapshot, PerTissue& removed) noexcept {
+  auto& fresh = static_cast<SurfacePatch&>(snapshot);
+  // Another core has just written its members: all their cache lines are fetched at once.
+  constexpr std::size_t kLine = 64;
+  for (std::size_t at = 0; at < sizeof fresh; at += kLine) {
+    __builtin_prefetch(reinterpret_cast<const char*>(&fresh) + at, 1);
+  }
+  if (fresh.n != patch_.n) return;  // both were sized at set-up, so this does not happen
+  const bool strokes_edited = fresh.edits != patch_.edits, edited = strokes_edited || fresh.pieces != patch_.pieces;
+  const bool first = patch_.number == 0;
+  for (std::size_t i = 0; i < fresh.loose.size(); ++i) removed[i] += fresh.loose[i] - patch_.loose[i];
+  glm::ivec3 lo, hi;
+  bool filled = false;
+  if (!first && edited) {
+    repeat_cuts(fresh, removed);
+  } else if (!first && log_.since(fresh.cuts, lo, hi, filled)) {
+    merge(fresh, patch_, lo, hi, filled);
+    update_coarse(fresh, false);
+  }
+  std::swap(fresh, patch_);
+  adopted(strokes_edited, !edited && !first);
+}
+
+/// Undo, redo, or a piece that was removed: the old patch knows nothing of that, so the cuts made since are repeated,
+/// as the carver repeats them. What they had removed of such a piece before it was gone counts once.
+void PatchModel::repeat_cuts(SurfacePatch& fresh, PerTissue& all_removed) noexcept {
+  const double h = voxel();
+  for (std::uint64_t i = log_.first_after(fresh.cuts); i <= log_.last(); ++i) {
+    const CutLog::Made& made = log_.made(i);
+    const PerTissue removed =
+        repeat(made, i, fresh);  // more than before where tissue came back, less where it was gone
+    for (std::size_t t = 0; t < removed.size(); ++t) all_removed[t] += (removed[t] - made.removed[t]) * h * h * h;
+  }
+  for (std::size_t i = 0; i < all_removed.size(); ++i) all_removed[i] -= fresh.taken_back[i] - patch_.taken_back[i];
+  update_coarse(fresh, true);
+}
+
+Tissue PatchModel::tissue_at(const dvec3& p_W) const noexcept {
+  const dvec3 p_V = settings_.frame.to_voxels(p_W);
+  return patch_.holds(p_V, 0) ? haptics::tissue_at(patch_, p_V) : Tissue::kAir;
+}
+
+}  // namespace typodont::haptics

@@ -1,0 +1,84 @@
+// Interpolation of distances and labels in a patch.
+#include <cmath>
+
+#include "engine/base/dispatch.h"
+#include "haptics/contact/cubic.h"
+#include "haptics/surface_patch.h"
+#include "haptics/work.h"
+
+namespace typodont::haptics {
+
+namespace {
+
+constinit thread_local std::uint64_t t_queries = 0;
+const int kCubicLanes = widest_cubic();
+
+struct Cell {
+  int x, y, z;
+  double u, v, w;  // 0..1 inside the cell
+};
+
+Cell cell_at(const SurfacePatch& patch, const dvec3& p_V) {
+  const dvec3 q = p_V - dvec3(patch.lo);  // all positive: inside the patch
+  const int x = static_cast<int>(q.x), y = static_cast<int>(q.y), z = static_cast<int>(q.z);
+  return {x, y, z, q.x - x, q.y - y, q.z - z};
+}
+
+}  // namespace
+
+std::uint64_t queries_of_this_thread() noexcept {
+  return t_queries;
+}
+
+double sample_linear(const SurfacePatch& patch, const dvec3& p_V) noexcept {
+  ++t_queries;
+  const Cell c = cell_at(patch, p_V);
+  const float* f = patch.distance.data() + patch.at(c.x, c.y, c.z);
+  const std::size_t sy = static_cast<std::size_t>(patch.n), sx = sy * sy;
+  const auto along_z = [&](std::size_t o) { return f[o] + c.w * (f[o + 1] - f[o]); };
+  const double a = along_z(0), b = along_z(sy), d = along_z(sx), e = along_z(sx + sy);
+  const double lo = a + c.v * (b - a), hi = d + c.v * (e - d);
+  return lo + c.u * (hi - lo);
+}
+
+FieldSample sample_linear_gradient(const SurfacePatch& patch, const dvec3& p_V) noexcept {
+  ++t_queries;
+  const Cell c = cell_at(patch, p_V);
+  const float* f = patch.distance.data() + patch.at(c.x, c.y, c.z);
+  const std::size_t sy = static_cast<std::size_t>(patch.n), sx = sy * sy;
+  const double z00 = f[1] - f[0], z01 = f[sy + 1] - f[sy], z10 = f[sx + 1] - f[sx], z11 = f[sx + sy + 1] - f[sx + sy];
+  const double a = f[0] + c.w * z00, b = f[sy] + c.w * z01, d = f[sx] + c.w * z10, e = f[sx + sy] + c.w * z11;
+  const double lo = a + c.v * (b - a), hi = d + c.v * (e - d);
+  const double gz0 = z00 + c.v * (z01 - z00), gz1 = z10 + c.v * (z11 - z10);
+  return {lo + c.u * (hi - lo), {hi - lo, (b - a) + c.u * ((e - d) - (b - a)), gz0 + c.u * (gz1 - gz0)}};
+}
+
+FieldSample sample_cubic(const SurfacePatch& patch, const dvec3& p_V) noexcept {
+  ++t_queries;
+  const Cell c = cell_at(patch, p_V);
+  const std::size_t sy = static_cast<std::size_t>(patch.n), sx = sy * sy;
+  const double fractions[3] = {c.u, c.v, c.w};
+  double out[4];
+  cubic(patch.distance.data() + patch.at(c.x - 2, c.y - 2, c.z - 4), sx, sy, fractions, out, kCubicLanes);
+  return {out[0], {out[1], out[2], out[3]}};
+}
+
+PerTissue sample_tissue(const SurfacePatch& patch, const dvec3& p_V) noexcept {
+  const Cell c = cell_at(patch, p_V);
+  PerTissue shares{};
+  double total = 0;
+  for (int corner = 0; corner < 8; ++corner) {
+    const int i = corner >> 2, j = corner >> 1 & 1, k = corner & 1;
+    const Tissue tissue = shown(patch.tissue[patch.at(c.x + i, c.y + j, c.z + k)]);
+    if (tissue == Tissue::kAir) continue;
+    const double weight = (i ? c.u : 1 - c.u) * (j ? c.v : 1 - c.v) * (k ? c.w : 1 - c.w);
+    shares[static_cast<std::size_t>(tissue)] += weight;
+    total += weight;
+  }
+  if (total > 0) {
+    for (double& share : shares) share /= total;
+  }
+  return shares;
+}
+
+}  // namespace typodont::haptics

@@ -1,0 +1,51 @@
+#include "haptics/contact/voxel_penalty/voxel_penalty_method.h"
+
+#include <utility>
+
+#include "haptics/contact/offset/field_body.h"
+#include "haptics/contact/voxel_penalty/voxel_penalty_model.h"
+#include "haptics/cutting/voxel_stamp.h"
+
+namespace typodont::haptics::voxel_penalty {
+
+namespace {
+
+/// The same field, from which a cut clears whole voxels.
+class VoxelBody final : public offset::FieldBody {
+ public:
+  using FieldBody::FieldBody;
+  void carve(const Cut& cut, bool) override {
+    TissueVolume& volume = rasterize();
+    const VoxelBox cleared = volume.carve(VoxelStamp(tool(cut), cut.X_WB, volume.frame()));
+    if (!cleared.empty()) take_out_pieces(cut, cleared);
+  }
+};
+
+class VoxelPenaltyMethod final : public ContactMethod {
+ public:
+  explicit VoxelPenaltyMethod(const Parameters& parameters) : parameters_(parameters) {}
+  std::string_view name() const override { return kName; }
+  std::unique_ptr<ContactModel> make_model(const ServoSettings& settings) const override {
+    return std::make_unique<VoxelPenaltyModel>(settings, parameters_);
+  }
+  std::unique_ptr<TissueBody> make_body(TissueVolume tissue, std::span<const Tool> tools) const override {
+    return std::make_unique<VoxelBody>(std::move(tissue), tools);
+  }
+
+ private:
+  Parameters parameters_;
+};
+
+}  // namespace
+
+SharedContactMethod read(const std::optional<Json>& json) {
+  Parameters parameters;
+  if (json) {
+    json->allow_only({"samples", "shared_load"});
+    if (const auto samples = json->find("samples")) parameters.samples = static_cast<int>(samples->integer(8, 1024));
+    if (const auto load = json->find("shared_load")) parameters.shared_load = static_cast<int>(load->integer(1, 1024));
+  }
+  return std::make_shared<VoxelPenaltyMethod>(parameters);
+}
+
+}  // namespace typodont::haptics::voxel_penalty

@@ -1,0 +1,164 @@
+#include "haptics/contact/voxel_penalty/voxel_penalty_model.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "engine/base/error.h"
+#include "haptics/cutting/voxel_stamp.h"
+
+namespace typodont::haptics::voxel_penalty {
+
+VoxelPenaltyModel::VoxelPenaltyModel(const ServoSettings& settings, const Parameters& parameters)
+    : PatchModel(settings), parameters_(parameters) {
+  for (const Tool& tool : tool_set(settings)) {
+    if (tool.fill != Tissue::kAir) {
+      throw Error(tool.name, "model", "voxel_penalty with a tool that fills", "the model offset, or another tool");
+    }
+    Head head{tool, sample_head(tool, parameters.samples), tool.reach() / voxel()};
+    for (HeadSample& sample : head.samples) sample.p_TQ /= voxel();
+    heads_.push_back(std::move(head));
+  }
+  touching_.resize(static_cast<std::size_t>(parameters.samples));
+}
+
+double VoxelPenaltyModel::clearance(const Pose& X_WG) noexcept {
+  constexpr double kCorner = 0.9;  // a full voxel reaches as far beyond its centre: √3/2
+  const dvec3 c = settings_.frame.to_voxels(X_WG.p);
+  if (!patch_.holds(c, head().reach + 1)) return 0;
+  const double room = std::min(sample_linear(patch_, c) - kCorner, patch_.reach_around(c) - 1) - head().reach - 1;
+  return std::max(0.0, room) * voxel();
+}
+
+bool VoxelPenaltyModel::may_take_up(std::uint32_t tool, const Pose& X_WG) noexcept {
+  const std::uint32_t in_hand = tool_;
+  bool free = true;
+  for (const std::uint32_t which : {in_hand, tool}) {
+    tool_ = which;
+    const Pose X_VT{settings_.frame.to_voxels(X_WG.p), X_WG.R};
+    if (!patch_.holds(X_VT.p, head().reach + 1)) free = false;
+    if (free) probe(X_VT);
+    free = free && count_ == 0;
+  }
+  tool_ = in_hand;
+  return free;
+}
+
+bool VoxelPenaltyModel::is_full(const glm::ivec3& v) const noexcept {
+  const glm::ivec3 at = v - patch_.lo;
+  return patch_.distance[patch_.at(at.x, at.y, at.z)] < 0;
+}
+
+/// How far x lies in full voxels, along a unit vector: from face to face (Amanatides & Woo 1987), at most `most`.
+double VoxelPenaltyModel::depth_along(const dvec3& x, const dvec3& way, double most) const noexcept {
+  glm::ivec3 at = glm::ivec3(glm::round(x));
+  dvec3 next, step;
+  glm::ivec3 sign;
+  for (int i = 0; i < 3; ++i) {
+    sign[i] = way[i] > 0 ? 1 : -1;
+    const bool moves = std::abs(way[i]) > 1e-12;
+    step[i] = moves ? 1 / std::abs(way[i]) : std::numeric_limits<double>::infinity();
+    next[i] = moves ? (at[i] + 0.5 * sign[i] - x[i]) / way[i] : std::numeric_limits<double>::infinity();
+  }
+  double depth = 0;
+  while (depth < most && is_full(at)) {
+    const int axis = next.x < next.y ? (next.x < next.z ? 0 : 2) : (next.y < next.z ? 1 : 2);
+    depth = next[axis];
+    next[axis] += step[axis];
+    at[axis] += sign[axis];
+  }
+  return std::min(depth, most);
+}
+
+/// The samples of a head at X_VT (voxels) that lie in full voxels.
+void VoxelPenaltyModel::probe(const Pose& X_VT) noexcept {
+  count_ = 0;
+  c_ = X_VT.p;
+  for (const HeadSample& sample : head().samples) {
+    const dvec3 x = X_VT * sample.p_TQ;
+    const glm::ivec3 at = glm::ivec3(glm::round(x));
+    if (!is_full(at)) continue;
+    const dvec3 n = X_VT.R * sample.n_T;
+    const glm::ivec3 in_patch = at - patch_.lo;
+    const Tissue tissue = shown(patch_.tissue[patch_.at(in_patch.x, in_patch.y, in_patch.z)]);
+    touching_[count_++] = {x, n, depth_along(x, -n, 2 * head().reach), sample.area, tissue};
+  }
+}
+
+void VoxelPenaltyModel::constrain(const ContactInput& in, Contact& out) noexcept {
+  out.p_WG = in.X_WT.p;
+  out.gives_force = true;
+  count_ = 0;
+  const Pose X_VT{settings_.frame.to_voxels(in.X_WT.p), in.X_WT.R};
+  if (!patch_.holds(X_VT.p, head().reach + 1)) {
+    out.lost = true;
+    out.faults |= bits(Fault::kPatchEdge);
+    return;
+  }
+  probe(X_VT);
+  out.touching = count_ > 0;
+  for (std::size_t i = 0; i < count_; ++i) out.area += touching_[i].area;
+  sum_springs(in, out);
+}
+
+/// Each sample pushes with its depth along its own normal. From `shared_load` samples on the mean counts, so that the
+/// stiffness does not grow with the number of samples (McNeely, Puterbaugh & Troy 1999, sec. 5.2). The damper acts
+/// against the hand's approach only.
+void VoxelPenaltyModel::sum_springs(const ContactInput& in, Contact& out) const noexcept {
+  const double h = voxel();
+  const double per_sample = settings_.stiffness / static_cast<double>(std::max<std::size_t>(
+                                                      count_, static_cast<std::size_t>(parameters_.shared_load)));
+  for (std::size_t i = 0; i < count_; ++i) {
+    const Touching& t = touching_[i];
+    const double k = per_sample * settings_.materials[static_cast<std::size_t>(t.tissue)].stiffness / 1000;
+    const dvec3 push = -k * t.depth * h * t.n;
+    out.force += push;
+    out.torque += glm::cross(h * (t.x - c_), push);
+    out.stored += k * t.depth * h * t.depth * h / 2;
+    out.depth = std::max(out.depth, t.depth * h);
+  }
+  const double size = glm::length(out.force);
+  if (!(size > 0)) return;
+  const dvec3 n = out.force / size;
+  const double approach = -glm::dot(in.moved, n) / in.dt;
+  if (approach > 0) out.force += settings_.damping * approach * n;
+}
+
+/// The head is moved out of the tissue along the force until it only just touches, and from there in as far as the
+/// energy pays for; all voxels whose centres it then covers are cleared.
+bool VoxelPenaltyModel::cut(const ContactInput& in, Contact& contact, Cut& cut, double& energy) noexcept {
+  const double size = glm::length(contact.force);
+  if (!(in.cuts && !in.must_earn && count_ > 0 && size > 0 && in.budget > 0 && in.specific_energy > 0)) return false;
+  const double h = voxel(), bought = in.budget / in.specific_energy / contact.area;
+  const dvec3 out_of = contact.force / size;
+  const Pose X_WB{in.X_WT.p + std::max(0.0, contact.depth - bought) * out_of, in.X_WT.R};
+  const VoxelStamp stamp(head().tool, X_WB, settings_.frame);
+  bool changed;
+  const PerTissue removed = carve(patch_, stamp, &changed);
+  if (!changed) return false;
+  cut = {++cut_count_, in.tick, in.t, X_WB, X_WB, tool_, {}, {}, in.spindle};
+  for (std::size_t i = 1; i < removed.size(); ++i) {
+    cut.removed[i] = removed[i] * h * h * h;
+    energy += cut.removed[i] * settings_.materials[i].specific_energy;
+  }
+  log_.add(cut_count_, stamp.lo(), stamp.hi(), {X_WB, X_WB, tool_, false, 0, removed});
+  return true;
+}
+
+PerTissue VoxelPenaltyModel::repeat(const CutLog::Made& made, std::uint64_t, SurfacePatch& fresh) noexcept {
+  return carve(fresh, VoxelStamp(heads_[made.tool].tool, made.X_WB, settings_.frame));
+}
+
+void VoxelPenaltyModel::feel(const ContactInput&, Contact& out) noexcept {
+  double total = 0;
+  for (std::size_t i = 0; i < count_; ++i) {
+    if (touching_[i].tissue == Tissue::kAir) continue;
+    out.tissue[static_cast<std::size_t>(touching_[i].tissue)] += touching_[i].depth;
+    total += touching_[i].depth;
+  }
+  if (!(total > 0)) return;
+  for (double& fraction : out.tissue) fraction /= total;
+  out.known_tissue = true;
+}
+
+}  // namespace typodont::haptics::voxel_penalty

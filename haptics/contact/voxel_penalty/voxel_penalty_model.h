@@ -1,0 +1,56 @@
+// The servo's half of "voxel_penalty": no proxy, only springs (README.md).
+#pragma once
+
+#include <vector>
+
+#include "haptics/contact/patch_model.h"
+#include "haptics/contact/voxel_penalty/voxel_penalty_method.h"
+
+namespace typodont::haptics::voxel_penalty {
+
+/// Servo thread. Lengths in voxels where nothing else is said. A voxel is full if its centre lies inside the surface.
+class VoxelPenaltyModel final : public PatchModel {
+ public:
+  /// Throws Error for a tool that fills: voxels only know removal.
+  VoxelPenaltyModel(const ServoSettings& settings, const Parameters& parameters);
+
+  double clearance(const Pose& X_WG) noexcept override;
+  void begin_anew() noexcept override {}
+  void release() noexcept override {}
+  bool may_take_up(std::uint32_t tool, const Pose& X_WG) noexcept override;
+  void take_up(std::uint32_t tool) noexcept override { tool_ = tool; }
+  void constrain(const ContactInput& in, Contact& out) noexcept override;
+  bool cut(const ContactInput& in, Contact& contact, Cut& cut, double& energy) noexcept override;
+  void feel(const ContactInput& in, Contact& out) noexcept override;
+
+ private:
+  struct Head {
+    Tool tool;
+    std::vector<HeadSample> samples;  // p_TQ in voxels
+    double reach;
+  };
+  struct Touching {
+    dvec3 x, n;     // where the sample is; unit, out of the head
+    double depth;   // of the sample in the full voxels around it
+    double area;    // m²
+    Tissue tissue;  // of the voxel that it lies in
+  };
+
+  const Head& head() const noexcept { return heads_[tool_]; }
+  void probe(const Pose& X_VT) noexcept;
+  bool is_full(const glm::ivec3& voxel) const noexcept;
+  double depth_along(const dvec3& x, const dvec3& way, double most) const noexcept;
+  void sum_springs(const ContactInput& in, Contact& out) const noexcept;
+
+  PerTissue repeat(const CutLog::Made& made, std::uint64_t index, SurfacePatch& fresh) noexcept override;
+  void adopted(bool, bool) noexcept override {}
+
+  Parameters parameters_;
+  std::vector<Head> heads_;
+  std::uint32_t tool_ = 0;
+  std::vector<Touching> touching_;  // of this tick; sized at set-up
+  std::size_t count_ = 0;
+  dvec3 c_{0};  // the head's centre in this tick
+};
+
+}  // namespace typodont::haptics::voxel_penalty

@@ -1,0 +1,58 @@
+#include "haptics/cutting/voxel_stamp.h"
+
+#include "haptics/label.h"
+#include "haptics/share.h"
+
+namespace typodont::haptics {
+
+namespace {
+
+constexpr float kCleared = 0.5f;  // voxels from the surface: no part of the voxel is inside any more
+
+}  // namespace
+
+VoxelStamp::VoxelStamp(const Tool& tool, const Pose& X_WT, const VoxelFrame& frame)
+    : head_(tool, frame.voxel), X_TV_(inverse(Pose{frame.to_voxels(X_WT.p), X_WT.R})) {
+  const dvec3 center = frame.to_voxels(X_WT.p);
+  const double reach = tool.reach() / frame.voxel;
+  lo_ = glm::ivec3(glm::ceil(center - reach));
+  hi_ = glm::ivec3(glm::floor(center + reach));
+}
+
+bool VoxelStamp::carve(const glm::ivec3& lo, const glm::ivec3& size, float* distance, std::size_t stride_x,
+                       std::size_t stride_y, const Tissue* tissue, PerTissue* removed) const noexcept {
+  bool changed = false;
+  for (int x = 0; x < size.x; ++x) {
+    for (int y = 0; y < size.y; ++y) {
+      const std::size_t row = static_cast<std::size_t>(x) * stride_x + static_cast<std::size_t>(y) * stride_y;
+      for (int z = 0; z < size.z; ++z) {
+        float& d = distance[row + static_cast<std::size_t>(z)];
+        if (d >= kCleared || head_.distance(X_TV_ * dvec3(lo + glm::ivec3(x, y, z))) > 0) continue;
+        if (removed) {
+          const Tissue label = shown(tissue[row + static_cast<std::size_t>(z)]);
+          (*removed)[static_cast<std::size_t>(label)] += share_inside(d);
+        }
+        d = kCleared;
+        changed = true;
+      }
+    }
+  }
+  return changed;
+}
+
+PerTissue carve(SurfacePatch& patch, const VoxelStamp& stamp, bool* changed) noexcept {
+  PerTissue removed{};
+  if (changed) *changed = false;
+  const glm::ivec3 a = glm::max(stamp.lo() - patch.lo, 0), b = glm::min(stamp.hi() - patch.lo, patch.n - 1);
+  if (a.x > b.x || a.y > b.y || a.z > b.z) return removed;
+  const std::size_t start = patch.at(a.x, a.y, a.z), edge = static_cast<std::size_t>(patch.n);
+  if (stamp.carve(a + patch.lo, b - a + 1, patch.distance.data() + start, edge * edge, edge,
+                  patch.tissue.data() + start, &removed)) {
+    mark_cut(patch, a + patch.lo, b + patch.lo);
+    if (changed) *changed = true;
+  }
+  removed[0] = 0;
+  return removed;
+}
+
+}  // namespace typodont::haptics

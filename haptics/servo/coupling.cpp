@@ -1,0 +1,213 @@
+// What the contact gives the hand: coupling, damper, friction, teeth, a tip that sinks, the spindle's vibration.
+#include <algorithm>
+#include <cmath>
+
+#include "haptics/servo/state.h"
+
+namespace typodont::haptics {
+
+using P = CouplingParameters;
+
+double Servo::State::mean(double Material::*member) const noexcept {
+  double sum = 0, total = 0;
+  for (std::size_t i = 1; i < coupling.tissue.size(); ++i) {
+    sum += coupling.tissue[i] * settings.materials[i].*member;
+    total += coupling.tissue[i];
+  }
+  return total > 0 ? sum / total : 0;
+}
+
+void Servo::State::feel(ContactTick& now) noexcept {
+  const Contact& contact = now.contact;
+  now.p_held = contact.p_WG;
+  now.out.contact_area = contact.area;
+  const dvec3 depth_vector = contact.p_WG - now.X_WT.p;
+  const double depth = glm::length(depth_vector);
+  const bool held_back = ((contact.touching || contact.breaking_through) && !contact.lost) || contact.bridging;
+  if (contact.gives_force && contact.touching) {
+    take_force(now);
+  } else if (held_back && depth > 0) {
+    now.normal = depth_vector / depth;
+    couple(now, depth);
+  } else {
+    feel_nothing(now);
+  }
+}
+
+void Servo::State::feel_nothing(ContactTick& now) noexcept {
+  Coupling& c = coupling;
+  if (settings.position_step > 0) c.depth_speed.add(now.hand.t, {glm::length(now.contact.p_WG - now.X_WT.p), 0, 0});
+  c.normal_force = c.head_force = c.pressing = 0;
+  c.rate = 0;
+  c.friction = {};
+  c.teeth_force = dvec3(0);
+  if (now.contact.lost) now.force = limits.last_force * std::exp(-now.dt / P::fade_time);  // nothing to feel: it fades
+}
+
+/// The proxy pulls the hand: a virtual coupling (spring and damper) between both.
+void Servo::State::couple(ContactTick& now, double depth) noexcept {
+  Coupling& c = coupling;
+  model->feel(now.in, now.contact);
+  const Contact& contact = now.contact;
+  if (contact.known_tissue) c.tissue = contact.tissue;
+  const bool fresh = c.normal_force <= 0;
+  const double k = settings.stiffness * follow_stiffness(now, depth);
+  now.stored = k * depth * depth / 2;
+  const double magnitude = damped(now, k * depth, depth);
+  now.force = magnitude * now.normal;
+  // Each contact pushes along its own normal; together they are the force, and they turn the tool about its centre.
+  const double h = contact.unit;
+  now.torque = h * h * magnitude / depth * contact.turn;
+  c.normal_force = k * depth;
+  c.head_force = c.normal_force;
+  if (contact.own < contact.count && glm::dot(contact.on_smooth, contact.on_smooth) > 0) {
+    const double on_head = glm::length(contact.on_head);
+    c.head_force *= on_head / (on_head + glm::length(contact.on_smooth));
+  }
+  if (contact.held_off_direction != dvec3(0)) {
+    c.pressed = glm::normalize(contact.held_off_direction);
+  } else if (!contact.bridging) {
+    c.pressed = dvec3(0);  // free, and led at a pace: the motor has nothing to work on
+  }
+  c.pressing = c.head_force * std::max(0.0, glm::dot(c.pressed, now.normal));
+  dvec3 sideways(0);
+  // A turning bur slips always; its tangential force is that of the teeth.
+  if (settings.friction && (!now.in.cuts || now.in.scrapes)) {
+    const FrictionLaw law{mean(&Material::static_friction), mean(&Material::dynamic_friction), settings.stiffness};
+    sideways = friction_force(law, contact.p_WG, motion.X_WG.p, now.normal, c.normal_force, c.friction);
+    now.force += sideways;
+  }
+  feel_teeth(now);
+  if (contact.turns_tool) {
+    now.torque += h * glm::cross(contact.lever, sideways + now.spindle_force);
+    // Which of many contacts carry how much may change from tick to tick; what the wrist feels follows smoothly.
+    if (contact.count > 1 && !fresh) now.torque += (c.torque - now.torque) * std::exp(-now.dt / P::stiffness_time);
+    c.torque = now.torque;
+  }
+  const auto most = std::max_element(c.tissue.begin() + 1, c.tissue.end());
+  now.out.tissue = *most > 0 ? static_cast<Tissue>(most - c.tissue.begin()) : Tissue::kAir;
+  now.out.depth = depth;
+  now.out.n_C_W = now.normal;
+}
+
+/// A penalty method gives the force itself: its springs and dampers instead of the coupling.
+void Servo::State::take_force(ContactTick& now) noexcept {
+  Coupling& c = coupling;
+  model->feel(now.in, now.contact);
+  const Contact& contact = now.contact;
+  if (contact.known_tissue) c.tissue = contact.tissue;
+  const double size = glm::length(contact.force);
+  now.stored = contact.stored;
+  now.force = contact.force;
+  now.torque = contact.torque;
+  if (size > 0) now.normal = contact.force / size;
+  c.normal_force = c.head_force = c.pressing = size;
+  c.pressed = now.normal;
+  if (settings.friction && size > 0 && (!now.in.cuts || now.in.scrapes)) {
+    const FrictionLaw law{mean(&Material::static_friction), mean(&Material::dynamic_friction), settings.stiffness};
+    now.force += friction_force(law, contact.p_WG, motion.X_WG.p, now.normal, size, c.friction);
+  }
+  feel_teeth(now);
+  c.torque = now.torque;
+  const auto most = std::max_element(c.tissue.begin() + 1, c.tissue.end());
+  now.out.tissue = *most > 0 ? static_cast<Tissue>(most - c.tissue.begin()) : Tissue::kAir;
+  now.out.depth = contact.depth;
+  now.out.n_C_W = now.normal;
+}
+
+/// The change of force that the depth's own change leaves for others in this tick, N.
+double Servo::State::spare_change(const ContactTick& now, double depth) const noexcept {
+  const double k = settings.stiffness * coupling.relative_stiffness;
+  const dvec3 change = k * depth * now.normal - coupling.normal_force * coupling.normal;
+  return std::max(P::waiting_slew * now.dt - glm::length(change), 0.0);
+}
+
+/// The coupling's stiffness relative to the settings': that of the tissue under the head over 1 N/mm, followed
+/// smoothly.
+double Servo::State::follow_stiffness(const ContactTick& now, double depth) noexcept {
+  double& stiffness = coupling.relative_stiffness;
+  const double wanted = mean(&Material::stiffness) / 1000.0;
+  if (coupling.normal_force <= 0) return stiffness = wanted;
+  // Under a deep push a change of stiffness is a large change of force, and a rise is energy that no hand put in.
+  const double most = std::min(spare_change(now, depth), P::tissue_slew * now.dt) / (settings.stiffness * depth);
+  const double step = (wanted - stiffness) * (1 - std::exp(-now.dt / P::stiffness_time));
+  const double paid = 2 * std::max(sums.energy + limits.given, P::unpaid) / (settings.stiffness * depth * depth);
+  double next = stiffness + std::clamp(step, -most, most);
+  if (step > 0) next = std::min(next, std::max(stiffness, paid));
+  return stiffness = next;
+}
+
+/// The coupling's push and the damper's, N. The damper acts along the normal only, from the depth itself: sliding at
+/// constant depth is not damped.
+double Servo::State::damped(const ContactTick& now, double push, double depth) noexcept {
+  Coupling& c = coupling;
+  VelocityEstimate sinking;  // where the hand moves by counts
+  if (settings.position_step > 0) sinking = c.depth_speed.add(now.hand.t, {depth, 0, 0});
+  if (!(settings.damping > 0 && motion.started)) return push;
+  // What a tool cuts or puts down itself is rough: the proxy moves on it by fits and starts, voxel by voxel.
+  const bool rough = now.in.cuts || tool().fill != Tissue::kAir;
+  const double smooth = rough ? std::exp(-now.dt / P::cut_damping_time) : 0.0;
+  const double measured = settings.position_step > 0 ? sinking.v.x : (depth - c.last_depth) / now.dt;
+  double change = ((now.contact.leading_out ? 0 : measured) - c.rate) * (1 - smooth);
+  if (rough && c.normal_force > 0) {
+    const double most = std::min(spare_change(now, depth), P::damper_slew * now.dt) / settings.damping;
+    change = std::clamp(change, -most, most);
+  }
+  c.rate += change;
+  return std::max(0.0, push + settings.damping * c.rate);
+}
+
+/// The tissue pushes the teeth back, against their way; not at the pole, where they stand still.
+void Servo::State::feel_teeth(ContactTick& now) noexcept {
+  Coupling& c = coupling;
+  now.spindle_force = now.tangential * c.pressing * glm::cross(now.X_WT.R * dvec3(0, 0, 1), c.pressed);
+  if (const dvec3 change = now.spindle_force - c.teeth_force; change != dvec3(0)) {
+    const double size = glm::length(change), most = P::teeth_slew * now.dt;
+    const dvec3 step = change * (size > most ? most / size : 1.0);
+    const dvec3 rest = now.force + c.teeth_force - limits.last_force - limits.last_teeth_force;
+    now.spindle_force = c.teeth_force + largest_fraction(step, rest, P::total_slew * now.dt) * step;
+  }
+  // Never more to the hand than the spindle itself has done, should the hand go with it as abruptly as it lately did.
+  const double abruptly = limits.passivity.change.most * now.dt;
+  if (const double needed = glm::dot(now.spindle_force, now.moved) + abruptly * glm::length(now.spindle_force);
+      needed > 0) {
+    now.spindle_force *=
+        std::min(1.0, std::max(0.0, cutting.spindle_work - limits.teeth_energy) / (P::teeth_ahead * needed));
+  }
+  c.teeth_force = now.spindle_force;
+}
+
+void Servo::State::sink_tip(ContactTick& now) noexcept {
+  const Tool& head = tool();
+  TipState& tip = coupling.tip;
+  if (!(head.sink_yield > 0 && !head.cuts && !now.contact.lost)) return;
+  const TipLaw law{head.sink_yield};
+  const double k = settings.stiffness * coupling.relative_stiffness;
+  if (tip.sunk <= 0 && coupling.tissue[static_cast<std::size_t>(Tissue::kCaries)] > 0.5 &&
+      coupling.normal_force > law.yield) {
+    tip = {1e-9, now.contact.p_WG, now.normal};
+  }
+  if (!(tip.sunk > 0)) return;
+  const dvec3 ahead = tip.p - (head.reach() + settings.frame.voxel) * tip.n;
+  now.force = tip_force(law, now.X_WT.p, k, model->tissue_at(ahead) == Tissue::kCaries, tip);
+  if (!(tip.sunk > 0)) return;
+  now.p_held = tip.p;
+  now.out.depth = glm::length(now.p_held - now.X_WT.p);
+  now.out.tissue = Tissue::kCaries;
+  now.out.n_C_W = tip.n;
+  now.stored = k * now.out.depth * now.out.depth / 2;
+  now.torque = dvec3(0);
+}
+
+/// From the same contact as the sound's. Its energy is the motor's: the ledger has it with the spindle's. A period has
+/// five ticks or more.
+void Servo::State::vibrate(ContactTick& now) noexcept {
+  now.teeth_force = now.spindle_force;
+  if (!(settings.vibration.band > 0 && now.spindle.speed > 0)) return;
+  cutting.phase = advance_phase(cutting.phase, now.spindle.speed, now.dt);
+  const double band = std::min(settings.vibration.band, 0.2 / settings.tick);
+  now.spindle_force += vibration_force(settings.vibration, band, cutting.phase, now.spindle.speed,
+                                       now.X_WT.R * dvec3(0, 0, 1), now.normal, now.tangential * coupling.pressing);
+}
+
+}  // namespace typodont::haptics
