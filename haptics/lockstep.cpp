@@ -21,17 +21,17 @@ LockStep::LockStep(TissueVolume tissue, ServoSettings settings)
       spare_(carver_.make_snapshot()) {}
 
 bool LockStep::tick(const HandSample& hand, ServoTick& out, Cut& cut) {
-  if (ticks_ == 0) last_.X_WT = last_.X_WG = hand.X_WT;  // the first snapshot lies where the hand is
+  if (ticks_ == 0) placed_.X_WT = placed_.X_WG = hand.X_WT;  // the first snapshot lies where the hand is
   fresh_ = false;
   if (!stalled_) {
-    apply_cuts(std::numeric_limits<std::uint64_t>::max());
-    if (is_finite(last_.X_WG.p) && carver_.snapshot_due(last_)) {
-      take_snapshot(carver_.snapshot_center(last_));
+    if (!waiting_.empty()) apply_cuts(std::numeric_limits<std::uint64_t>::max());
+    if (is_finite(placed_.X_WG.p) && carver_.snapshot_due(placed_)) {
+      take_snapshot(carver_.snapshot_center(placed_));
       adopt_snapshot();
     }
   }
   const bool removed = tick_servo(hand, out, cut);
-  if (!stalled_) apply_cuts(std::numeric_limits<std::uint64_t>::max());
+  if (removed && !stalled_) apply_cuts(std::numeric_limits<std::uint64_t>::max());
   return removed;
 }
 
@@ -51,7 +51,7 @@ bool LockStep::tick_servo(const HandSample& hand, ServoTick& out, Cut& cut) {
   out.cpu_time = thread_cpu_time() - start;
   ++ticks_;
   if (removed) waiting_.push_back(cut);
-  last_ = out;
+  placed_.X_WT.p = out.X_WT.p, placed_.X_WG.p = out.X_WG.p;
   return removed;
 }
 

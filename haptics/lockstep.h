@@ -41,7 +41,6 @@ class LockStep {
   const ServoSettings& settings() const { return settings_; }
   /// The snapshot taken up before the last tick, when there was one.
   const PatchUse* fresh_snapshot() const { return fresh_ ? &use_ : nullptr; }
-  const ServoTick& last() const { return last_; }
 
  private:
   ServoSettings settings_;
@@ -49,7 +48,7 @@ class LockStep {
   Servo servo_;
   std::unique_ptr<Snapshot> spare_;
   std::deque<Cut> waiting_;  // made by the servo, not yet repeated by the carver
-  ServoTick last_;
+  ServoTick placed_;         // positions of hand and proxy in the last tick; nothing else is set
   std::uint64_t ticks_ = 0;
   bool stalled_ = false, fresh_ = false;
   PatchUse use_;

@@ -54,8 +54,9 @@ void run_demo(const DemoOptions& options) {
   if (code || !fs::is_directory(options.out))
     throw Error(options.out.string(), "", code.message(), "a folder that can be made");
 
-  const Scene scene =
+  Scene scene =
       read_scene(options.scene.empty() ? assets_folder() / "scenes/molar-caries.json" : fs::path(options.scene));
+  choose_model(scene, options.model);
   const fs::path rig_file = options.rig.empty() ? assets_folder() / "rigs/closeup.json" : fs::path(options.rig);
   const display::DisplayRig rig = display::load_rig(rig_file);
   log::info("scene {} ({})", scene.name, scene.file.string());

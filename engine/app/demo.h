@@ -10,6 +10,7 @@ struct DemoOptions {
   std::filesystem::path out = "demo";
   std::string scene;     // empty: molar-caries of the assets
   std::string rig;       // empty: closeup of the assets
+  std::string model;     // contact model; empty: the scene's
   double fps = 25;       // of the film
   double seconds = 1e9;  // stop after so much session time
 };

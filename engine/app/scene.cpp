@@ -8,6 +8,7 @@
 #include <array>
 #include <cstdlib>
 #include <fstream>
+#include <nlohmann/json.hpp>
 #include <sstream>
 
 #include "engine/app/picture/surroundings.h"
@@ -17,6 +18,7 @@
 #include "engine/app/task/tissue_edit.h"
 #include "engine/base/error.h"
 #include "engine/base/units.h"
+#include "haptics/contact_method.h"
 #include "haptics/solid.h"
 #include "haptics/tool.h"
 
@@ -156,10 +158,11 @@ Scene read_scene(const fs::path& file) {
 }
 
 Scene parse_scene(const Json& json, const fs::path& file) {
-  json.allow_only({"name",           "description",  "tissue",       "paint",   "tool",     "tools",   "spindle_krpm",
-                   "spindle",        "coupling",     "materials",    "parts",   "friction", "cutting", "passivity",
-                   "boundary_walls", "force_filter", "vibration",    "score",   "sound",    "prepare", "paint_file",
-                   "task",           "surroundings", "mouth_mirror", "suction", "resume"});
+  json.allow_only({"name",         "description", "tissue",         "paint",        "tool",      "tools",
+                   "spindle_krpm", "spindle",     "coupling",       "materials",    "parts",     "friction",
+                   "cutting",      "passivity",   "boundary_walls", "force_filter", "vibration", "score",
+                   "sound",        "prepare",     "paint_file",     "model",        "task",      "surroundings",
+                   "mouth_mirror", "suction",     "resume"});
   const auto find = [&](const std::string& name) { return find_file(name, file.parent_path()); };
   Scene scene;
   scene.file = file;
@@ -221,6 +224,7 @@ Scene parse_scene(const Json& json, const fs::path& file) {
       servo.materials[i].stiffness *= stiffness_factor(strokes, static_cast<Tissue>(i));
     }
   }
+  if (const auto model = json.find("model")) servo.method = haptics::read_contact_method(*model);
   servo.friction = json.boolean_or("friction", true);
   servo.cutting = json.boolean_or("cutting", true);
   servo.passivity = json.boolean_or("passivity", true);
@@ -292,6 +296,18 @@ Scene parse_scene(const Json& json, const fs::path& file) {
     scene.sound_lower_order = sound->boolean_or("lower_order", false);
   }
   return scene;
+}
+
+void choose_model(Scene& scene, const std::string& name) {
+  if (name.empty()) return;
+  scene.servo.method = haptics::contact_method(name, "--model");
+  auto json = nlohmann::ordered_json::parse(scene.text);
+  json["model"] = name;
+  scene.text = json.dump(2);
+}
+
+std::string_view model_name(const Scene& scene) {
+  return (scene.servo.method ? scene.servo.method : haptics::default_contact_method())->name();
 }
 
 std::vector<std::string> tool_names(const Scene& scene) {

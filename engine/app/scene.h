@@ -60,6 +60,12 @@ haptics::TissueVolume load_tissue(const Scene& scene);
 haptics::ServoSettings servo_settings(const Scene& scene, const haptics::TissueVolume& tissue, double rate,
                                       double vibration_band = 0, double position_step = 0, bool gives_torque = true);
 
+/// The contact model of the option --model instead of the scene's; nothing where `name` is empty. The scene's text,
+/// which is recorded, then has it too. Throws Error, which names those there are.
+void choose_model(Scene& scene, const std::string& name);
+/// What the scene's contact model is called.
+std::string_view model_name(const Scene& scene);
+
 /// What its tools are called, in their order.
 std::vector<std::string> tool_names(const Scene& scene);
 

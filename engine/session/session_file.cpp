@@ -324,6 +324,7 @@ void SessionReader::Impl::read_header() {
   need(get_attribute(root, "trainee", header.trainee), "trainee");
   need(get_attribute(root, "servo_rate_Hz", header.servo_rate), "servo_rate_Hz");
   need(get_attribute(root, "voxel_mm", voxel_mm), "voxel_mm");
+  get_attribute(root, "model", header.model);                       // older files have none: there was one model
   get_attribute(root, "vibration_band_Hz", header.vibration_band);  // older files have none, and had no vibration
   get_attribute(root, "position_step_m", header.position_step);     // older files have none, and took differences
   if (!(header.position_step > 0 && header.position_step < 1)) header.position_step = 0;

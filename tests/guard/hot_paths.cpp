@@ -59,8 +59,10 @@ void free_air() {
   HapticBench bench(kBlock, settings_of(HeadShape::kSphere, 0.6e-3, 0.6e-3));
   const auto hand = [](int i) { return Pose{{1e-6 * i, 0, 0.9e-3}}; };
   bench.tick(hand(0));
-  Counted counted("free air", 200);
-  for (int i = 1; i <= 200; ++i) bench.tick(hand(i));
+  ServoTick out;
+  Cut cut;
+  Counted counted("free air", 200);  // the servo alone
+  for (int i = 1; i <= 200; ++i) bench.servo.tick({bench.t + i * 1'000'000, hand(i)}, out, cut);
 }
 
 void sliding() {
@@ -72,8 +74,10 @@ void sliding() {
     return Pose{1.25e-3 * dvec3(std::sin(a), 0.2, std::cos(a))};
   };
   for (int i = 0; i < 50; ++i) bench.tick(hand(i));
-  Counted counted("sliding contact", 200);
-  for (int i = 50; i < 250; ++i) bench.tick(hand(i));
+  ServoTick out;
+  Cut cut;
+  Counted counted("sliding contact", 200);  // the servo alone
+  for (int i = 50; i < 250; ++i) bench.servo.tick({bench.t + (i - 50) * 1'000'000, hand(i)}, out, cut);
 }
 
 void drilling(const char* path, HeadShape shape, double diameter, double length) {

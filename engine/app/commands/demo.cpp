@@ -16,6 +16,7 @@ void add_demo_command(CLI::App& app) {
   command->add_option("--out", options->out, "folder for what it makes")->capture_default_str();
   command->add_option("--scene", options->scene, "another scene with caries (JSON)");
   command->add_option("--rig", options->rig, "another rig (JSON)");
+  command->add_option("--model", options->model, "contact model instead of the scene's (offset, voxel_penalty, …)");
   command->add_option("--fps", options->fps, "frames a second of the film")
       ->check(CLI::Range(1.0, 120.0))
       ->capture_default_str();

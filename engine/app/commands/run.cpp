@@ -19,7 +19,7 @@ namespace typodont {
 namespace {
 
 struct Options {
-  std::string scene, resume;
+  std::string scene, resume, model;
   WorkbenchOptions workbench;
   bool json = false;
 };
@@ -42,6 +42,7 @@ nlohmann::ordered_json debris_json(const debris::DebrisLedger& ledger, std::uint
 
 void run(const Options& options) {
   Scene scene = read_scene(options.scene);
+  choose_model(scene, options.model);
   if (!options.resume.empty()) scene = with_resume(scene, options.resume);
   const WorkbenchSummary s = run_workbench(scene, options.workbench);
   double removed = 0;
@@ -113,6 +114,7 @@ void add_run_command(CLI::App& app) {
   command->add_option("--save", w.save, "save the tissue here at the end, and whenever S is pressed (.vdb)");
   command->add_option("--resume", options->resume,
                       "go on from a saved tissue (.vdb) or from a recorded session's end (.h5)");
+  command->add_option("--model", options->model, "contact model instead of the scene's (offset, voxel_penalty, …)");
   command->add_option("--seconds", w.seconds, "end after so long")->check(CLI::PositiveNumber);
   command->add_flag("--explain", w.explain,
                     "say what is active, and why the rest is not; at the end, what was done, kind by kind");

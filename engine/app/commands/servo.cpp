@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -26,7 +27,7 @@ namespace typodont {
 namespace {
 
 struct Options {
-  std::string scene, hand, out, save, model = "god-object";
+  std::string scene, hand, out, save, model;
   double rate = 1000, stall_ms = 0;
   bool json = false, no_timing = false;
 };
@@ -74,7 +75,8 @@ std::unique_ptr<haptics::HapticDevice> open_deterministic_hand(const Options& op
 }
 
 void run(const Options& options) {
-  const Scene scene = read_scene(options.scene);
+  Scene scene = read_scene(options.scene);
+  choose_model(scene, options.model);
   HapticLoop loop(scene, load_tissue(scene), options.rate);
   std::optional<Expert> expert;
   if (options.hand == "expert:") expert.emplace(scene, load_untouched(scene));
@@ -95,7 +97,8 @@ void run(const Options& options) {
   std::uint32_t faults = 0;
   std::uint64_t pieces = 0;
   ServoTick last;
-  EvenSample times;  // ns
+  EvenSample times;                      // ns
+  double force_max = 0, energy_min = 0;  // N, J
   const auto each = [&](const ServoTick& tick, const Cut* cut) {
     ServoTick row = tick;
     if (options.no_timing) row.cpu_time = 0;
@@ -109,6 +112,8 @@ void run(const Options& options) {
     faults |= tick.faults;
     last = tick;
     times.add(static_cast<double>(tick.cpu_time));
+    force_max = std::max(force_max, glm::length(tick.f_T_W));
+    energy_min = std::min(energy_min, tick.energy);
   };
   if (expert) {
     run_expert(loop, *experts, *expert, each);
@@ -129,6 +134,8 @@ void run(const Options& options) {
   }
   if (options.json) {
     const nlohmann::ordered_json json = {
+        {"model", model_name(scene)},
+        {"elements", loop.carver().body().elements()},
         {"ticks", ticks},
         {"seconds", to_seconds(last.t)},
         {"cuts", last.cuts},
@@ -137,6 +144,10 @@ void run(const Options& options) {
         {"energy_mJ", last.energy * 1e3},
         {"faults", faults},
         {"tick_us", {{"p50", percentile(0.5)}, {"p99", percentile(0.99)}, {"p99_9", percentile(0.999)}}},
+        {"tick_us_median", percentile(0.5)},
+        {"tick_us_p999", percentile(0.999)},
+        {"force_max_N", force_max},
+        {"energy_min_J", energy_min},
         {"field_hash", fmt::format("{:016x}", result.field_hash)},
         {"out", options.out}};
     fmt::print("{}\n", json.dump(2));
@@ -167,9 +178,7 @@ void add_servo_command(CLI::App& app) {
   command->add_option("--rate", options->rate, "servo rate, Hz")
       ->check(CLI::Range(10.0, 100000.0))
       ->capture_default_str();
-  command->add_option("--model", options->model, "contact model")
-      ->check(CLI::IsMember({"god-object"}))
-      ->capture_default_str();
+  command->add_option("--model", options->model, "contact model instead of the scene's (offset, voxel_penalty, …)");
   command->add_option("--stall-carver-ms", options->stall_ms, "once a second the carver stands still for so long")
       ->check(CLI::Range(0.0, 500.0));
   command->add_option("--save", options->save, "save the tissue afterwards (.vdb)");

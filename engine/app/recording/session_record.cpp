@@ -12,6 +12,7 @@ session::SessionHeader session_header(const Scene& scene, const std::filesystem:
                                       double rate) {
   session::SessionHeader header;
   header.scene_json = scene.text;
+  header.model = model_name(scene);
   header.hand = hand.info().address;
   header.tools = tool_names(scene);
   header.servo_rate = rate;

@@ -88,7 +88,6 @@ void OffsetModel::feel(const ContactInput&, Contact& out) noexcept {
   out.count = contacts_.count();
   out.own = contacts_.own();
   double total = 0;
-  PerTissue under{};
   for (int i = 0; i < p.active.count; ++i) {
     const int which = p.active.index[i];
     const ContactPlane plane = contacts_.plane(which);
@@ -108,13 +107,12 @@ void OffsetModel::feel(const ContactInput&, Contact& out) noexcept {
       if (!felt_in->holds(below, 0)) continue;
     }
     const PerTissue here = sample_tissue(*felt_in, below);
-    for (std::size_t t = 1; t < here.size(); ++t) under[t] += weight * here[t];
+    for (std::size_t t = 1; t < here.size(); ++t) out.tissue[t] += weight * here[t];
   }
   double labelled = 0;
-  for (const double fraction : under) labelled += fraction;
+  for (const double fraction : out.tissue) labelled += fraction;
   if (labelled > 0) {
-    for (double& fraction : under) fraction /= labelled;
-    out.tissue = under;
+    for (double& fraction : out.tissue) fraction /= labelled;
     out.known_tissue = true;
   }
   if (total > 0) out.lever /= total;

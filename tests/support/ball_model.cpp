@@ -1,0 +1,81 @@
+// An example of a contact method from outside the library: one file, registered by name. Springs against an analytic
+// ball about the origin; it removes nothing. Link this file into a program, and a scene may say "model": {"ball": {…}}.
+#include <algorithm>
+#include <limits>
+#include <utility>
+
+#include "engine/base/units.h"
+#include "haptics/contact_method.h"
+#include "haptics/servo.h"
+
+namespace typodont::test {
+namespace {
+
+using namespace haptics;
+
+class BallModel final : public ContactModel {
+ public:
+  BallModel(const ServoSettings& settings, double radius) : settings_(settings), radius_(radius) {}
+
+  void adopt(Snapshot& fresh, PerTissue&) noexcept override { tissue_ = fresh; }
+  const Snapshot& snapshot() const noexcept override { return tissue_; }
+  double travel() const noexcept override { return std::numeric_limits<double>::infinity(); }
+  double clearance(const Pose& X_WG) noexcept override { return std::max(0.0, distance(X_WG.p)); }
+  void begin_anew() noexcept override {}
+  void release() noexcept override {}
+  bool may_take_up(std::uint32_t, const Pose& X_WG) noexcept override { return distance(X_WG.p) > 0; }
+  void take_up(std::uint32_t) noexcept override {}
+
+  void constrain(const ContactInput& in, Contact& out) noexcept override {
+    const double depth = -distance(in.X_WT.p);
+    out.p_WG = in.X_WT.p;
+    out.gives_force = true;
+    out.touching = depth > 0;
+    if (!out.touching) return;
+    out.depth = depth;
+    out.force = settings_.stiffness * depth * glm::normalize(in.X_WT.p);
+    out.stored = settings_.stiffness * depth * depth / 2;
+  }
+  bool cut(const ContactInput&, Contact&, Cut&, double&) noexcept override { return false; }
+  void feel(const ContactInput&, Contact& out) noexcept override {
+    out.tissue[static_cast<std::size_t>(Tissue::kEnamel)] = 1;
+    out.known_tissue = true;
+  }
+  Tissue tissue_at(const dvec3& p_W) const noexcept override {
+    return glm::length(p_W) < radius_ ? Tissue::kEnamel : Tissue::kAir;
+  }
+
+ private:
+  double distance(const dvec3& p_W) const { return glm::length(p_W) - radius_ - settings_.tool.radius(); }
+
+  const ServoSettings& settings_;
+  double radius_;  // m
+  Snapshot tissue_;
+};
+
+class BallMethod final : public ContactMethod {
+ public:
+  explicit BallMethod(double radius) : radius_(radius) {}
+  std::string_view name() const override { return "ball"; }
+  std::unique_ptr<ContactModel> make_model(const ServoSettings& settings) const override {
+    return std::make_unique<BallModel>(settings, radius_);
+  }
+  std::unique_ptr<TissueBody> make_body(TissueVolume tissue, std::span<const Tool> tools) const override {
+    return default_contact_method()->make_body(std::move(tissue), tools);  // nothing is cut: any body serves
+  }
+
+ private:
+  double radius_;  // m
+};
+
+const ContactMethodRegistration registration{"ball", [](const std::optional<Json>& json) {
+                                               double radius = 4e-3;
+                                               if (json) {
+                                                 json->allow_only({"radius_mm"});
+                                                 radius = json->number_or("radius_mm", 4, 0.1, 100) * kMillimetre;
+                                               }
+                                               return std::make_shared<BallMethod>(radius);
+                                             }};
+
+}  // namespace
+}  // namespace typodont::test

@@ -1,0 +1,184 @@
+// The seam for contact methods, the example from outside, and voxel_penalty.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numeric>
+
+#include "engine/base/error.h"
+#include "engine/base/units.h"
+#include "haptics/contact_method.h"
+#include "tests/support/haptic_bench.h"
+#include "tests/support/no_alloc.h"
+
+namespace typodont {
+namespace {
+
+using namespace literals;
+using haptics::contact_method;
+using test::HapticBench;
+using ::testing::Contains;
+using ::testing::HasSubstr;
+
+constexpr std::string_view kBall =
+    R"({"voxel_mm": 0.1, "solids": [{"tissue": "enamel", "solid": {"sphere": {"radius_mm": 4}}}]})";
+constexpr std::string_view kBlock =
+    R"({"voxel_mm": 0.1, "solids": [{"tissue": "dentin", "solid": {"box": {"size_mm": [6, 6, 4]}}}]})";
+
+haptics::ServoSettings probe(const char* model) {
+  haptics::ServoSettings settings;
+  settings.tool.diameter = settings.tool.length = 1.2_mm;
+  settings.damping = 0;
+  settings.friction = false;
+  settings.cutting = false;
+  settings.method = contact_method(model, "test");
+  return settings;
+}
+
+haptics::ServoSettings drill(const char* model) {
+  haptics::ServoSettings settings = probe(model);
+  settings.cutting = true;
+  settings.spindle.free_speed = 300.0_krpm;
+  return settings;
+}
+
+double sum(const PerTissue& v) {
+  return std::accumulate(v.begin(), v.end(), 0.0);
+}
+
+/// Greatest angle, degrees, between the force and the normal of a ball on which the hand slides 0.2 mm deep.
+double direction_error(const char* model) {
+  HapticBench bench(kBall, probe(model));
+  double worst = 0;
+  for (int i = 0; i < 400; ++i) {
+    const double a = 0.3 + 0.004 * i;
+    const dvec3 way(std::cos(a), 0.4, std::sin(a));
+    const dvec3 n = glm::normalize(way);
+    bench.tick({(i == 0 ? 6.0_mm : 4.4_mm) * n});
+    if (i < 40) continue;
+    worst = std::max(worst, std::acos(std::min(1.0, glm::dot(glm::normalize(bench.last.f_T_W), n))) * 180 / kPi);
+  }
+  return worst;
+}
+
+TEST(ContactMethods, AMethodFromAnotherFileIsChosenByNameWithItsParameters) {
+  EXPECT_THAT(haptics::contact_method_names(), Contains("ball"));
+  haptics::ServoSettings settings = probe("ball");
+  settings.method = haptics::read_contact_method(Json::parse(R"({"ball": {"radius_mm": 3}})", "scene"));
+  EXPECT_EQ(settings.method->name(), "ball");
+  HapticBench bench(kBall, settings);
+  for (int i = 0; i <= 200; ++i) bench.tick({{0, 0, 3.8_mm - 2e-6 * i}});
+  for (int i = 0; i < 50; ++i) bench.tick({{0, 0, 3.4_mm}});
+  EXPECT_NEAR(bench.last.f_T_W.z, 1000 * 0.2_mm, 1e-12) << "spring of 1 N/mm, 0.2 mm deep in a ball of 3 mm";
+  EXPECT_EQ(bench.last.tissue, Tissue::kEnamel);
+}
+
+TEST(ContactMethods, AnUnknownNameNamesThoseThereAre) {
+  try {
+    contact_method("nonsense", "--model");
+    FAIL();
+  } catch (const Error& error) {
+    EXPECT_THAT(error.what(), HasSubstr("nonsense"));
+    EXPECT_THAT(error.what(), HasSubstr("offset, voxel_penalty"));
+  }
+  EXPECT_THROW(haptics::read_contact_method(Json::parse(R"({"offset": {}, "ball": {}})", "scene")), Error);
+  EXPECT_THROW(haptics::read_contact_method(Json::parse(R"({"voxel_penalty": {"samples": 4}})", "scene")), Error);
+  EXPECT_THROW(haptics::read_contact_method(Json::parse(R"({"voxel_penalty": {"sample": 64}})", "scene")), Error);
+  EXPECT_THROW(haptics::read_contact_method(Json::parse("3", "scene")), Error);
+}
+
+TEST(ContactMethods, GodObjectIsAnotherNameOfOffset) {
+  EXPECT_EQ(contact_method("god-object", "test")->name(), "offset");
+}
+
+TEST(ContactMethods, NoMethodAllocatesInATick) {
+  for (const char* model : {"offset", "voxel_penalty", "ball"}) {
+    HapticBench bench(kBlock, drill(model));
+    for (int i = 0; i < 100; ++i) bench.tick({{0, 0, 2.7_mm - 2e-6 * i}}, 1);
+    std::size_t allocated = 0;
+    ServoTick out;
+    Cut cut;
+    for (int i = 100; i < 400; ++i) {
+      test::NoAlloc guard;
+      bench.servo.tick({i * 1'000'000LL, {{0.1_mm * std::sin(0.02 * i), 0, 2.5_mm - 1e-6 * i}}, 1}, out, cut);
+      allocated += guard.count();
+    }
+    EXPECT_EQ(allocated, 0u) << model;
+  }
+}
+
+TEST(VoxelPenalty, ItsDirectionIsOffByDegreesWhereTheOffsetSurfacesIsExact) {
+  EXPECT_LT(direction_error("offset"), 1e-2);
+  const double error = direction_error("voxel_penalty");
+  EXPECT_GT(error, 2.0) << "a yardstick as good as this would be no yardstick";
+  EXPECT_LT(error, 20.0);
+}
+
+TEST(VoxelPenalty, TheTorqueIsTheSumOfTheSamplesLeverTimesForce) {
+  // A cylinder that lies flat on a block's edge, with its middle 1 mm beyond: the block pushes on one half only.
+  haptics::ServoSettings settings = probe("voxel_penalty");
+  settings.tool.shape = haptics::HeadShape::kCylinder;
+  settings.tool.diameter = 1.0_mm;
+  settings.tool.length = 4.0_mm;
+  HapticBench bench(kBlock, settings);
+  const Pose lying{{4.0_mm, 0, 2.4_mm}, rotation_between(dvec3(0, 0, 1), dvec3(1, 0, 0))};
+  for (int i = 200; i >= 0; --i) bench.tick({lying.p + dvec3(0, 0, 2e-6 * i), lying.R});
+  for (int i = 0; i < 50; ++i) bench.tick(lying);
+  const ServoTick& tick = bench.last;
+  ASSERT_GT(tick.f_T_W.z, 1e-3);
+  const double lever = tick.tau_T_W.y / tick.f_T_W.z;  // τ_y = -x f_z of a push at x < 0 from the head's centre
+  EXPECT_GT(lever, 1.0_mm);
+  EXPECT_LT(lever, 2.0_mm) << "between the block's edge and the cylinder's end";
+}
+
+TEST(VoxelPenalty, ServoAndCarverHoldTheSameVoxelsAndCountTheSameVolume) {
+  HapticBench bench(kBlock, drill("voxel_penalty"));
+  const PerTissue before = bench.carver.volume().volumes();
+  for (int i = 0; i < 1500; ++i) bench.tick({{0.3_mm * std::sin(0.01 * i), 0, 2.7_mm - 0.6e-6 * i}}, 1);
+  EXPECT_GT(bench.last.cuts, 20u);
+  const double gone = sum(before) - sum(bench.carver.volume().volumes());
+  EXPECT_NEAR(sum(bench.last.removed), gone, 1e-6 * gone);
+  EXPECT_GT(gone, 0.02e-9);
+  const haptics::SurfacePatch& patch = bench.patch();
+  haptics::SurfacePatch check = bench.empty_patch();
+  bench.carver.volume().copy(patch.lo, glm::ivec3(patch.n), check.distance.data(), check.tissue.data());
+  EXPECT_EQ(patch.distance, check.distance);
+}
+
+TEST(VoxelPenalty, RemovedVolumeIsWhatTheEnergyPaysFor) {
+  HapticBench bench(kBlock, drill("voxel_penalty"));
+  double work = 0;
+  for (int i = 0; i < 3000; ++i) {
+    bench.tick({{0.3_mm * std::sin(0.01 * i), 0, 2.62_mm - 0.3e-6 * i}}, 1);
+    work += bench.last.cutting_power * bench.settings.tick;
+  }
+  const double dentin = 8e9;  // J/m³ of plain_materials()
+  EXPECT_NEAR(work / dentin, sum(bench.last.removed), 0.01 * sum(bench.last.removed));
+}
+
+TEST(VoxelPenalty, UndoBringsBackEveryVoxelAndASecondRunRemovesTheSame) {
+  HapticBench bench(kBlock, drill("voxel_penalty"));
+  const std::uint64_t untouched = bench.carver.volume().hash();
+  const auto stroke = [&] {
+    for (int i = 0; i < 800; ++i) bench.tick({{0, 0, 2.7_mm - 1e-6 * i}}, 1);
+    for (int i = 0; i < 500; ++i) bench.tick({{0, 0, 4.0_mm}}, 0);
+  };
+  stroke();
+  ASSERT_NE(bench.carver.volume().hash(), untouched);
+  while (bench.carver.undo()) {
+  }
+  EXPECT_EQ(bench.carver.volume().hash(), untouched);
+  stroke();
+  EXPECT_NE(bench.carver.volume().hash(), untouched);
+}
+
+TEST(VoxelPenalty, AToolThatFillsIsRefusedWithTheReason) {
+  haptics::ServoSettings settings = probe("voxel_penalty");
+  settings.tool.fill = Tissue::kAmalgam;
+  settings.tool.fill_rate = 1e-9;
+  settings.tool.fill_reach = 0.5e-3;
+  EXPECT_THROW(HapticBench(kBlock, settings), Error);
+}
+
+}  // namespace
+}  // namespace typodont
