@@ -8,7 +8,7 @@
 #ifdef TYPODONT_WINDOW
 #include "engine/app/operator/operator.h"
 #endif
-#include "engine/app/hands/replay_hand.h"
+#include "engine/app/recording/replay_hand.h"
 #include "engine/base/cache.h"
 #include "engine/base/error.h"
 #include "engine/base/log.h"

@@ -1,4 +1,6 @@
 // typodont devices: what is plugged in, who may open it, and the command that mends what is missing.
+#include "haptics/devices.h"
+
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -8,8 +10,7 @@
 
 #include "engine/app/commands/commands.h"
 #include "engine/base/log.h"
-#include "haptics/devices/driver.h"
-#include "haptics/devices/udev_rules.h"
+#include "haptics/udev_rules.h"
 
 namespace typodont {
 

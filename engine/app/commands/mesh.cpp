@@ -8,6 +8,7 @@
 
 #include "engine/app/commands/commands.h"
 #include "engine/app/picture/tissue_view.h"
+#include "engine/app/recording/resume.h"
 #include "engine/app/scene.h"
 #include "engine/base/error.h"
 #include "engine/base/progress.h"

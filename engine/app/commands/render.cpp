@@ -8,18 +8,20 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "engine/app/assets.h"
 #include "engine/app/commands/commands.h"
 #include "engine/app/picture/picture_stage.h"
-#include "engine/app/picture/surroundings.h"
 #include "engine/app/picture/teaching_views.h"
 #include "engine/app/picture/tissue_view.h"
 #include "engine/app/recording/replay.h"
+#include "engine/app/recording/resume.h"
 #include "engine/app/scene.h"
+#include "engine/app/surroundings/surroundings.h"
 #include "engine/app/task/task.h"
 #include "engine/base/clock.h"
 #include "engine/base/error.h"
 #include "engine/base/units.h"
-#include "haptics/devices/scripted.h"
+#include "haptics/scripted_hand.h"
 
 namespace typodont {
 
@@ -82,7 +84,7 @@ void add_view(PictureStage& stage, const Options& options, const Scene& scene, c
       plane = parse_plane(options.plane);
     }
     stage.show_inside(render::kSectionFace, section_face(volume, dvec3(plane), -plane.w), origin);
-    if (const auto around = surroundings_shape(scene))
+    if (const auto around = surroundings_shape(scene.surroundings))
       stage.show_inside(render::kSectionFaceAround, around->section_face(dvec3(plane), -plane.w, origin), origin);
     stage.show_as(render::View::kSection, plane);
   } else if (options.view == "xray") {
@@ -170,7 +172,7 @@ void run(const Options& options) {
   stage_options.tool = !options.pose.empty() || session;
   stage_options.validation = options.validate;
   PictureStage stage(rig, scene.servo, stage_options);
-  stage.surround(make_surroundings(scene));
+  stage.surround(make_surroundings(scene.surroundings));
   stage.hold_mirror(scene.mouth_mirror);
   TissueView view(surface_tolerance(rig, volume.frame().voxel, stage_options.quality));
   std::vector<render::MeshUpdate> surface = view.update(volume);

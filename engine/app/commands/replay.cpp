@@ -12,7 +12,7 @@
 #include <string>
 
 #include "engine/app/commands/commands.h"
-#include "engine/app/recording/playback.h"
+#include "engine/app/review/playback.h"
 #include "engine/base/error.h"
 #include "engine/base/log.h"
 #include "engine/base/progress.h"

@@ -11,7 +11,7 @@
 #include <optional>
 
 #include "engine/app/commands/commands.h"
-#include "engine/app/recording/session_report.h"
+#include "engine/app/review/session_report.h"
 #include "engine/base/error.h"
 #include "engine/base/json.h"
 #include "engine/base/log.h"

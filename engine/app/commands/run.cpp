@@ -12,7 +12,7 @@
 #include "engine/app/workbench.h"
 #include "engine/base/log.h"
 #include "engine/base/units.h"
-#include "haptics/devices/safety.h"
+#include "haptics/device_safety.h"
 
 namespace typodont {
 

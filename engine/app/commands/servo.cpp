@@ -8,8 +8,8 @@
 
 #include "engine/app/commands/commands.h"
 #include "engine/app/hands/expert_hand.h"
-#include "engine/app/hands/replay_hand.h"
 #include "engine/app/haptic_loop.h"
+#include "engine/app/recording/replay_hand.h"
 #include "engine/app/recording/resume.h"
 #include "engine/app/recording/session_record.h"
 #include "engine/base/error.h"
@@ -19,7 +19,7 @@
 #include "engine/base/units.h"
 #include "engine/session/recorder.h"
 #include "engine/session/ticks_csv.h"
-#include "haptics/devices/scripted.h"
+#include "haptics/scripted_hand.h"
 
 namespace typodont {
 
