@@ -11,6 +11,7 @@
 #include "engine/base/units.h"
 #include "haptics/cut_front.h"
 #include "haptics/surface_patch.h"
+#include "tests/support/heads.h"
 
 namespace typodont {
 namespace {
@@ -45,9 +46,7 @@ struct Random {
   }
 };
 
-constexpr HeadShape kNoBalls[] = {HeadShape::kCylinder, HeadShape::kRoundEndCylinder,
-                                  HeadShape::kCone,     HeadShape::kPear,
-                                  HeadShape::kFlame,    HeadShape::kInvertedCone};
+const std::vector<HeadShape> kNoBalls = test::shapes_but_the_ball();
 constexpr double kVoxel = 0.1_mm;
 const VoxelFrame kFrame{{0, 0, 0}, kVoxel};
 

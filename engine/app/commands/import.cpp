@@ -2,6 +2,7 @@
 #include "haptics/import.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <cmath>
 #include <memory>
@@ -169,7 +170,10 @@ void run(const Arguments& a) {
 void add_import_command(cli::Command& app) {
   const auto a = std::make_shared<Arguments>();
   cli::Command* command = app.add_command("import", "Make a tissue volume (.vdb) from a scan or a closed mesh");
-  command->add_option("INPUT", a->input, "scan (.nrrd .nhdr .nii .nii.gz .mha .mhd) or closed mesh (.stl .ply .obj)")
+  command
+      ->add_option("INPUT", a->input,
+                   fmt::format("scan ({}) or closed mesh ({})", fmt::join(haptics::scan_endings(), " "),
+                               fmt::join(haptics::mesh_endings(), " ")))
       ->required();
   command->add_option("--out", a->out, "volume to write (.vdb)")->required();
   command->add_option("--preset", a->preset, "what is in it")->check(cli::one_of({"tooth", "bone"}))->show_default();
