@@ -54,8 +54,12 @@ struct Imported {
   std::vector<float> grey;  // the scan's greys at the same voxels, for pictures; empty for a mesh
 };
 
-/// Reads NRRD (.nrrd .nhdr), NIfTI (.nii .nii.gz .hdr) and MetaImage (.mha .mhd) scans, and closed STL, PLY, OBJ
-/// meshes. Positions are the file's own (its first voxel at its own origin), in metres.
+/// Endings of the files that can be read, lower case: ".nrrd", …
+const std::vector<std::string>& scan_endings();
+const std::vector<std::string>& mesh_endings();
+
+/// Reads scans (NRRD, NIfTI, MetaImage) and closed meshes (STL, PLY, OBJ). Positions are the file's own (its first
+/// voxel at its own origin), in metres.
 Imported import_tissue(const std::filesystem::path& file, const ImportOptions& options);
 
 /// Axial, coronal and sagittal slices as PNG files in `folder` (made when missing): greys beside tissue colours with

@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <string>
 #include <string_view>
-#include <utility>
 
 #include "engine/base/units.h"
 #include "haptics/solid.h"
@@ -16,16 +16,6 @@ namespace typodont::haptics {
 namespace {
 
 using glm::dvec2;
-
-constexpr std::array<std::pair<std::string_view, HeadShape>, 7> kShapes = {{
-    {"sphere", HeadShape::kSphere},
-    {"cylinder", HeadShape::kCylinder},
-    {"round_end_cylinder", HeadShape::kRoundEndCylinder},
-    {"cone", HeadShape::kCone},
-    {"pear", HeadShape::kPear},
-    {"flame", HeadShape::kFlame},
-    {"inverted_cone", HeadShape::kInvertedCone},
-}};
 
 constexpr double kBluntEnd = 0.1;  // diameters of height above the free end, below which samples are no denser
 
@@ -51,73 +41,150 @@ HeadField::Piece scaled(const Piece& piece, double unit) {
   return {a.x, a.y, b.x, b.y, d.x, d.y, 1 / glm::dot(d, d), c.x, c.y, piece.radius / unit};
 }
 
-Meridian meridian(const Tool& tool) {
-  const double r = tool.radius(), half = tool.length / 2;
+// The meridian of each shape, convex, from the free end to the shank end.
+
+Meridian sphere(const Tool& tool) {
+  const double r = tool.radius();
   Meridian m;
-  switch (tool.shape) {
-    case HeadShape::kSphere:
-      m.arc({0, -r}, {0, r}, {0, 0});
-      break;
-    case HeadShape::kCylinder:
-      m.line({0, -half}, {r, -half});
-      m.line({r, -half}, {r, half});
-      m.line({r, half}, {0, half});
-      break;
-    case HeadShape::kRoundEndCylinder:  // a hemisphere at the free end, length over all
-      m.arc({0, -half}, {r, -half + r}, {0, -half + r});
-      m.line({r, -half + r}, {r, half});
-      m.line({r, half}, {0, half});
-      break;
-    case HeadShape::kCone:  // pointed at the free end
-      m.line({0, -half}, {r, half});
-      m.line({r, half}, {0, half});
-      break;
-    case HeadShape::kInvertedCone: {  // wide at the free end, the neck half as wide
-      m.line({0, -half}, {r, -half});
-      m.line({r, -half}, {r / 2, half});
-      m.line({r / 2, half}, {0, half});
-      break;
-    }
-    case HeadShape::kShaft: {
-      const double neck = tool.neck_diameter / 2, taper = -half + tool.neck_length;
-      m.line({0, -half}, {neck, -half});
-      if (tool.neck_length < tool.length) {
-        m.line({neck, -half}, {r, taper});
-        m.line({r, taper}, {r, half});
-      } else {
-        m.line({neck, -half}, {r, half});
-      }
-      m.line({r, half}, {0, half});
-      break;
-    }
-    case HeadShape::kPear: {  // a round free end of full width, tangent cone to a neck half as wide
-      const dvec2 center(0, -half + r);
-      const dvec2 neck(r / 2, half);
-      // The tangent from the neck to the circle: the point where the radius meets the line at a right angle.
-      const dvec2 d = neck - center;
-      const double angle = std::atan2(d.x, d.y) + std::acos(std::min(1.0, r / glm::length(d)));
-      const dvec2 touch = center + r * dvec2(std::sin(angle), std::cos(angle));
-      m.arc({0, -half}, touch, center);
-      m.line(touch, neck);
-      m.line(neck, {0, half});
-      break;
-    }
-    case HeadShape::kFlame: {  // a pointed arc through the widest place, a third of the way up, to a neck half as wide
-      const double belly = -half + tool.length / 3;
-      const double rise = belly + half;
-      // One circle through the tip (0, -half) that is vertical at (r, belly): centre (r - R, belly).
-      const double big = (r * r + rise * rise) / (2 * r);
-      const dvec2 center(r - big, belly);
-      m.arc({0, -half}, {r, belly}, center);
-      m.line({r, belly}, {r / 2, half});
-      m.line({r / 2, half}, {0, half});
-      break;
-    }
-  }
+  m.arc({0, -r}, {0, r}, {0, 0});
   return m;
 }
 
+Meridian cylinder(const Tool& tool) {
+  const double r = tool.radius(), half = tool.length / 2;
+  Meridian m;
+  m.line({0, -half}, {r, -half});
+  m.line({r, -half}, {r, half});
+  m.line({r, half}, {0, half});
+  return m;
+}
+
+/// A hemisphere at the free end, length over all.
+Meridian round_end_cylinder(const Tool& tool) {
+  const double r = tool.radius(), half = tool.length / 2;
+  Meridian m;
+  m.arc({0, -half}, {r, -half + r}, {0, -half + r});
+  m.line({r, -half + r}, {r, half});
+  m.line({r, half}, {0, half});
+  return m;
+}
+
+/// Pointed at the free end.
+Meridian cone(const Tool& tool) {
+  const double r = tool.radius(), half = tool.length / 2;
+  Meridian m;
+  m.line({0, -half}, {r, half});
+  m.line({r, half}, {0, half});
+  return m;
+}
+
+/// A round free end of full width, a tangent cone to a neck half as wide.
+Meridian pear(const Tool& tool) {
+  const double r = tool.radius(), half = tool.length / 2;
+  const dvec2 center(0, -half + r);
+  const dvec2 neck(r / 2, half);
+  // The tangent from the neck to the circle: the point where the radius meets the line at a right angle.
+  const dvec2 d = neck - center;
+  const double angle = std::atan2(d.x, d.y) + std::acos(std::min(1.0, r / glm::length(d)));
+  const dvec2 touch = center + r * dvec2(std::sin(angle), std::cos(angle));
+  Meridian m;
+  m.arc({0, -half}, touch, center);
+  m.line(touch, neck);
+  m.line(neck, {0, half});
+  return m;
+}
+
+/// A pointed arc through the widest place, a third of the way up, to a neck half as wide.
+Meridian flame(const Tool& tool) {
+  const double r = tool.radius(), half = tool.length / 2;
+  const double belly = -half + tool.length / 3;
+  const double rise = belly + half;
+  // One circle through the tip (0, -half) that is vertical at (r, belly): centre (r - R, belly).
+  const double big = (r * r + rise * rise) / (2 * r);
+  const dvec2 center(r - big, belly);
+  Meridian m;
+  m.arc({0, -half}, {r, belly}, center);
+  m.line({r, belly}, {r / 2, half});
+  m.line({r / 2, half}, {0, half});
+  return m;
+}
+
+/// Wide at the free end, the neck half as wide.
+Meridian inverted_cone(const Tool& tool) {
+  const double r = tool.radius(), half = tool.length / 2;
+  Meridian m;
+  m.line({0, -half}, {r, -half});
+  m.line({r, -half}, {r / 2, half});
+  m.line({r / 2, half}, {0, half});
+  return m;
+}
+
+/// A shank: a cylinder that widens from its neck.
+Meridian shaft(const Tool& tool) {
+  const double r = tool.radius(), half = tool.length / 2;
+  const double neck = tool.neck_diameter / 2, taper = -half + tool.neck_length;
+  Meridian m;
+  m.line({0, -half}, {neck, -half});
+  if (tool.neck_length < tool.length) {
+    m.line({neck, -half}, {r, taper});
+    m.line({r, taper}, {r, half});
+  } else {
+    m.line({neck, -half}, {r, half});
+  }
+  m.line({r, half}, {0, half});
+  return m;
+}
+
+/// All that distinguishes one shape from another.
+struct ShapeKind {
+  HeadShape shape;
+  std::string_view name;  // in scenes
+  Meridian (*meridian)(const Tool&);
+  double least_length;  // diameters; 0: any length
+};
+constexpr std::array kShapes = {
+    ShapeKind{HeadShape::kSphere, "sphere", sphere, 1},
+    ShapeKind{HeadShape::kCylinder, "cylinder", cylinder, 0},
+    ShapeKind{HeadShape::kRoundEndCylinder, "round_end_cylinder", round_end_cylinder, 1},
+    ShapeKind{HeadShape::kCone, "cone", cone, 0},
+    ShapeKind{HeadShape::kPear, "pear", pear, 1},
+    ShapeKind{HeadShape::kFlame, "flame", flame, 1.5},
+    ShapeKind{HeadShape::kInvertedCone, "inverted_cone", inverted_cone, 0},
+};
+
+/// Its row; null for a shaft.
+const ShapeKind* kind_of(HeadShape shape) {
+  const auto row = std::find_if(kShapes.begin(), kShapes.end(), [&](const ShapeKind& s) { return s.shape == shape; });
+  return row == kShapes.end() ? nullptr : &*row;
+}
+
+Meridian meridian(const Tool& tool) {
+  const ShapeKind* kind = kind_of(tool.shape);
+  return kind ? kind->meridian(tool) : shaft(tool);
+}
+
+/// "sphere, cylinder or cone".
+std::string names_of_shapes() {
+  std::string text;
+  for (std::size_t i = 0; i < kShapes.size(); ++i) {
+    if (i > 0) text += i + 1 < kShapes.size() ? ", " : " or ";
+    text += kShapes[i].name;
+  }
+  return text;
+}
+
 }  // namespace
+
+std::vector<HeadShape> head_shapes() {
+  std::vector<HeadShape> shapes;
+  for (const ShapeKind& kind : kShapes) shapes.push_back(kind.shape);
+  return shapes;
+}
+
+std::string_view name_of(HeadShape shape) noexcept {
+  const ShapeKind* kind = kind_of(shape);
+  return kind ? kind->name : "cylinder";
+}
 
 double Tool::reach() const {
   if (shape == HeadShape::kSphere) return radius();
@@ -348,11 +415,9 @@ Tool read_tool(const Json& json) {
                    "cutting_coefficient", "scrapes", "sink_yield_N", "shank", "safe_end", "fill", "source"});
   Tool tool;
   const std::string shape = json["shape"].string();
-  const auto it = std::find_if(kShapes.begin(), kShapes.end(), [&](const auto& s) { return s.first == shape; });
-  if (it == kShapes.end()) {
-    json["shape"].fail("sphere, cylinder, round_end_cylinder, cone, pear, flame or inverted_cone");
-  }
-  tool.shape = it->second;
+  const auto kind = std::find_if(kShapes.begin(), kShapes.end(), [&](const ShapeKind& s) { return s.name == shape; });
+  if (kind == kShapes.end()) json["shape"].fail(names_of_shapes());
+  tool.shape = kind->shape;
   tool.name = json.string_or("name", shape);
   tool.iso_code = json.string_or("iso_6360", "");
   tool.diameter = json["diameter_mm"].number(0.05, 60) * kMillimetre;
@@ -362,10 +427,10 @@ Tool read_tool(const Json& json) {
       json["length_mm"].fail("the diameter, or no length, for a sphere");
   } else {
     tool.length = json["length_mm"].number(0.05, 60) * kMillimetre;
-    const bool rounded = tool.shape == HeadShape::kRoundEndCylinder || tool.shape == HeadShape::kPear;
-    if (rounded && tool.length < tool.diameter) json["length_mm"].fail("at least the diameter");
-    if (tool.shape == HeadShape::kFlame && tool.length < 1.5 * tool.diameter) {
-      json["length_mm"].fail("at least 1.5 times the diameter");
+    if (tool.length < kind->least_length * tool.diameter) {
+      json["length_mm"].fail(kind->least_length == 1
+                                 ? "at least the diameter"
+                                 : fmt::format("at least {:g} times the diameter", kind->least_length));
     }
   }
   tool.cuts = json.boolean_or("cuts", true);

@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "engine/base/json.h"
@@ -15,8 +16,12 @@ namespace typodont::haptics {
 
 /// A head is a surface of revolution about the tool's z axis; the shank leaves along +z, the free end points along -z.
 /// (A shaft is what shanks are made of; no scene names it.) The origin of T is the head's centre: of the sphere; half
-/// way along the axis of every other shape.
+/// way along the axis of every other shape. What a shape is stands in one table in tool.cpp.
 enum class HeadShape { kSphere, kCylinder, kRoundEndCylinder, kCone, kPear, kFlame, kInvertedCone, kShaft };
+/// Every shape that a scene may name.
+std::vector<HeadShape> head_shapes();
+/// As scenes call it, e.g. "round_end_cylinder"; a shaft counts as a cylinder.
+std::string_view name_of(HeadShape shape) noexcept;
 
 struct Tool;
 class Solid;

@@ -5,13 +5,15 @@
 #include <algorithm>
 #include <optional>
 
+#include "engine/app/assets.h"
 #include "engine/app/hands/scripted_student.h"
 #include "engine/app/haptic_loop.h"
 #include "engine/app/picture/debris_view.h"
 #include "engine/app/picture/picture_stage.h"
 #include "engine/app/picture/tissue_view.h"
+#include "engine/app/recording/resume.h"
 #include "engine/app/recording/session_record.h"
-#include "engine/app/recording/session_report.h"
+#include "engine/app/review/session_report.h"
 #include "engine/app/sound_link.h"
 #include "engine/base/error.h"
 #include "engine/base/log.h"
@@ -70,7 +72,7 @@ void run_demo(const DemoOptions& options) {
   PictureStage::Options look;
   look.quality = render::kQualityLadder[1];
   PictureStage stage(rig, scene.servo, look);
-  stage.surround(make_surroundings(scene));
+  stage.surround(make_surroundings(scene.surroundings));
   stage.hold_mirror(scene.mouth_mirror);
   TissueView view(surface_tolerance(rig, volume.frame().voxel, look.quality));
   stage.show(view.update(volume), volume.frame().origin);

@@ -11,11 +11,10 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "engine/app/picture/surroundings.h"
-#include "engine/app/recording/resume.h"
-#include "engine/app/sampled_tissue.h"
-#include "engine/app/task/paint_file.h"
-#include "engine/app/task/tissue_edit.h"
+#include "engine/app/assets.h"
+#include "engine/app/tissue/paint_file.h"
+#include "engine/app/tissue/sampled_tissue.h"
+#include "engine/app/tissue/tissue_edit.h"
 #include "engine/base/error.h"
 #include "engine/base/units.h"
 #include "haptics/contact_method.h"
@@ -30,27 +29,6 @@ namespace {
 
 constexpr double kLitrePerMinute = 1e-3 / 60;  // m³/s
 constexpr std::array<std::string_view, 6> kParts = {"haptics", "render", "sound", "debris", "record", "score"};
-
-std::string names_in(const fs::path& folder) {
-  std::vector<std::string> names;
-  std::error_code code;
-  for (const auto& entry : fs::directory_iterator(folder, code)) {
-    if (entry.path().extension() == ".json") names.push_back(entry.path().stem().string());
-  }
-  std::sort(names.begin(), names.end());
-  return fmt::format("one of {}", fmt::join(names, ", "));
-}
-
-fs::path named_asset(const char* kind, std::string_view name) {
-  const fs::path folder = assets_folder() / kind;
-  const fs::path file = folder / (std::string(name) + ".json");
-  const bool plain = !name.empty() && name.find('/') == std::string_view::npos && name != "..";
-  std::error_code code;
-  if (!plain || !fs::is_regular_file(file, code)) {
-    throw Error(folder.string(), "", fmt::format("nothing named \"{}\"", name), names_in(folder));
-  }
-  return file;
-}
 
 void read_material(const Json& json, Material& m) {
   json.allow_only({"stiffness_N_per_mm", "specific_energy_J_per_mm3", "static_friction", "dynamic_friction",
@@ -103,38 +81,6 @@ MouthMirror read_mouth_mirror(const Json& json) {
   mirror.diameter = json.number_or("diameter_mm", kUsualMirrorDiameter / kMillimetre, 1, 60) * kMillimetre;
   mirror.fog = json.number_or("fog", 0, 0, 1);
   return mirror;
-}
-
-fs::path assets_folder() {
-  std::error_code code;
-  if (const char* set = std::getenv("TYPODONT_ASSETS")) {
-    if (!fs::is_directory(fs::path(set) / "tools", code)) {
-      throw Error(set, "", "no assets there", "the folder named by TYPODONT_ASSETS to hold tools/, scenes/ …");
-    }
-    return set;
-  }
-  // build/release/typodont → assets/ two levels up; an installed bin/typodont → share/typodont/assets.
-  const fs::path program = fs::read_symlink("/proc/self/exe", code).parent_path();
-  for (fs::path up = program; !up.empty(); up = up.parent_path()) {
-    if (fs::is_directory(up / "assets" / "tools", code)) return up / "assets";
-    if (fs::is_directory(up / "share/typodont/assets/tools", code)) return up / "share/typodont/assets";
-    if (up == up.root_path()) break;
-  }
-  throw Error(program.string(), "", "no assets beside the program",
-              "the assets folder, or its place in TYPODONT_ASSETS");
-}
-
-fs::path find_file(const fs::path& path, const fs::path& beside) {
-  std::error_code code;
-  if (path.is_absolute()) {
-    if (!fs::exists(path, code)) throw Error(path.string(), "", "no such file", "a readable file");
-    return path;
-  }
-  for (const fs::path& folder : {beside, assets_folder()}) {
-    if (fs::exists(folder / path, code)) return folder / path;
-  }
-  throw Error(path.string(), "", "no such file",
-              fmt::format("it in {} or {}", beside.empty() ? "." : beside.string(), assets_folder().string()));
 }
 
 haptics::Tool load_tool(std::string_view name) {
@@ -273,8 +219,7 @@ Scene parse_scene(const Json& json, const fs::path& file) {
     }
   }
   if (const auto surroundings = json.find("surroundings")) {
-    read_surroundings(*surroundings, volume_file(scene), file.parent_path());
-    scene.surroundings = *surroundings;
+    scene.surroundings = read_surroundings(*surroundings, volume_file(scene), file.parent_path());
   }
   if (const auto mirror = json.find("mouth_mirror")) scene.mouth_mirror = read_mouth_mirror(*mirror);
   if (const auto suction = json.find("suction")) {
@@ -330,11 +275,6 @@ haptics::ServoSettings servo_settings(const Scene& scene, const haptics::TissueV
   settings.frame = tissue.frame();
   settings.tick = 1 / rate;
   return settings;
-}
-
-haptics::TissueVolume load_tissue(const Scene& scene) {
-  haptics::TissueVolume untouched = load_untouched(scene);
-  return scene.resume.empty() ? std::move(untouched) : resumed_tissue(scene, untouched);
 }
 
 haptics::TissueVolume load_untouched(const Scene& scene) {

@@ -6,6 +6,7 @@
 #include <set>
 #include <string>
 
+#include "engine/app/surroundings/plan.h"
 #include "engine/base/json.h"
 #include "engine/contract/mouth_mirror.h"
 #include "engine/debris/debris.h"
@@ -29,12 +30,12 @@ struct Scene {
   std::string resume;                // a volume or session to go on from; empty: the tissue is untouched
   std::optional<Json> score;
   std::optional<session::Task> task;
-  bool vibration_band_set = false;   // the scene says how far the spindle's vibration goes; otherwise the hand's device
-  std::optional<Json> surroundings;  // what stands around the tooth (surroundings.h)
-  MouthMirror mouth_mirror;          // where the other hand holds it; diameter 0: none
-  std::optional<debris::Suction> suction;  // where its nozzle is held; nothing: beside the tooth
-  bool suction_on = false;                 // when the session begins
-  bool sound_lower_order = false;          // models may be cut to the order at which nothing is lost
+  bool vibration_band_set = false;  // the scene says how far the spindle's vibration goes; otherwise the hand's device
+  std::optional<SurroundingsPlan> surroundings;  // what stands around the tooth
+  MouthMirror mouth_mirror;                      // where the other hand holds it; diameter 0: none
+  std::optional<debris::Suction> suction;        // where its nozzle is held; nothing: beside the tooth
+  bool suction_on = false;                       // when the session begins
+  bool sound_lower_order = false;                // models may be cut to the order at which nothing is lost
 
   bool needs(std::string_view part) const { return parts.contains(std::string(part)); }
 };
@@ -50,10 +51,9 @@ std::filesystem::path volume_file(const Scene& scene);
 /// {"translation_mm", "normal" or "rotation_wxyz", "diameter_mm", "fog"}. Throws Error.
 MouthMirror read_mouth_mirror(const Json& json);
 
-/// Loads or samples the tissue and paints into it. Throws Error.
+/// Loads or samples the tissue as the scene begins, and paints into it. A scene that goes on from a half-done
+/// preparation: see load_tissue() in recording/resume.h. Throws Error.
 haptics::TissueVolume load_untouched(const Scene& scene);
-/// The same; of a scene that goes on from a half-done preparation, that one.
-haptics::TissueVolume load_tissue(const Scene& scene);
 
 /// The scene's servo settings completed for this tissue, servo rate (Hz) and what else the hand's device determines
 /// (haptics::DeviceInfo); its vibration band (Hz) the scene may overrule.
@@ -68,11 +68,6 @@ std::string_view model_name(const Scene& scene);
 
 /// What its tools are called, in their order.
 std::vector<std::string> tool_names(const Scene& scene);
-
-/// The shipped assets: $TYPODONT_ASSETS, else beside the program or in the source tree. Throws Error when not found.
-std::filesystem::path assets_folder();
-/// A path from a scene: relative to `beside`, then to assets/. Throws Error naming both when neither exists.
-std::filesystem::path find_file(const std::filesystem::path& path, const std::filesystem::path& beside);
 
 /// A tool or motor by name from assets/tools/ and assets/motors/. Throws Error listing the names there are.
 haptics::Tool load_tool(std::string_view name);

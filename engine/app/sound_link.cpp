@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <filesystem>
 
+#include "engine/app/assets.h"
 #include "engine/base/units.h"
 #include "engine/session/hash.h"
 

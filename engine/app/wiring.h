@@ -6,9 +6,8 @@
 #include <memory>
 #include <vector>
 
-#include "engine/app/picture/picture_record.h"
-#include "engine/app/task/paint_file.h"
-#include "engine/app/task/stroke_book.h"
+#include "engine/app/tissue/paint_file.h"
+#include "engine/app/tissue/stroke_book.h"
 #include "engine/base/latest.h"
 #include "engine/base/ring.h"
 #include "engine/contract/contact.h"
@@ -76,6 +75,17 @@ struct SeenFrom {
   dvec3 eye_W{0}, right_W{1, 0, 0};
   double ipd = 0;
   render::View view = render::View::kLook;
+};
+
+/// A frame of a picture on a screen, and what it cost.
+struct PictureTiming {
+  Nanos t = 0;                  // when it was begun, on the machine's clock
+  double period = 0;            // s since the frame before
+  double record = 0;            // s: preparing it and handing it over
+  double gpu = 0;               // s: drawing it, by the GPU's own clock; of the newest frame that is done
+  double motion_to_photon = 0;  // s, estimated: from the hand's sample shown to the middle of the screen's next picture
+  double redrawn = 1;           // share of the picture that was drawn anew
+  int step = 0;                 // of the quality ladder, 0: best
 };
 
 struct Wiring {

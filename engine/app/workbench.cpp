@@ -11,13 +11,13 @@
 #include <thread>
 #include <utility>
 
+#include "engine/app/assets.h"
 #include "engine/app/hands/hands.h"
 #include "engine/app/hands/mouse_hand.h"
 #include "engine/app/headset/xr_hand.h"
 #include "engine/app/headset/xr_session.h"
+#include "engine/app/live/live_picture.h"
 #include "engine/app/live/session.h"
-#include "engine/app/picture/live_picture.h"
-#include "engine/app/picture/picture_record.h"
 #include "engine/app/recording/resume.h"
 #include "engine/app/recording/session_record.h"
 #include "engine/app/sound_link.h"
@@ -31,8 +31,8 @@
 #include "engine/contract/loop_timing.h"
 #include "engine/session/recorder.h"
 #include "haptics/carver.h"
-#include "haptics/devices/driver.h"
-#include "haptics/devices/exit_guard.h"
+#include "haptics/device_safety.h"
+#include "haptics/devices.h"
 #include "haptics/solid.h"
 #include "haptics/work.h"
 
@@ -205,7 +205,12 @@ void Workbench::Impl::set_up() {
     damage = damage_meter(scene);
   }
   if ((s.draw && window) || s.operated) {
-    picture.emplace(scene, options, s, above, hands.left != nullptr);
+    picture.emplace(scene,
+                    LivePicture::Options{.operated = options.operated,
+                                         .embedded = options.embedded,
+                                         .monitor = options.monitor,
+                                         .device = options.device},
+                    s, above, hands.left != nullptr);
     if (s.draw && window) picture->open(*rig, summary.explanations);
   }
   if (options.explain) {

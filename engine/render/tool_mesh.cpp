@@ -1,9 +1,12 @@
 #include "engine/render/tool_mesh.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <utility>
 
 #include "engine/base/error.h"
 #include "engine/base/units.h"
@@ -58,14 +61,35 @@ void add_lathe(ToolMesh& mesh, const std::vector<dvec2>& profile, int around_cou
     }
 }
 
+constexpr std::array<std::string_view, 7> kOwnLooks = {"sphere", "cylinder", "round_end_cylinder", "cone",
+                                                       "pear",   "flame",    "inverted_cone"};
+
+/// m, of the neck behind a head of radius r.
+double neck_behind(double r) {
+  return std::max(std::min(0.45 * r, 5e-4), std::min(0.8 * r, 2.0e-4));
+}
+
 }  // namespace
+
+bool has_own_look(std::string_view shape) noexcept {
+  return std::find(kOwnLooks.begin(), kOwnLooks.end(), shape) != kOwnLooks.end();
+}
+
+ToolShape outlined_shape(std::vector<dvec2> outline) {
+  ToolShape tool;
+  tool.profile = std::move(outline);
+  double r = 0;
+  for (const dvec2& p : tool.profile) r = std::max(r, p.x);
+  tool.neck_radius = neck_behind(r);
+  tool.profile.push_back({tool.neck_radius, tool.profile.back().y + 0.2 * r});
+  return tool;
+}
 
 ToolShape tool_shape(std::string_view shape, double diameter, double length) {
   ToolShape tool;
   const double r = diameter / 2, h = length / 2;
   auto& p = tool.profile;
-  tool.neck_radius = std::min(0.45 * r, 5e-4);
-  tool.neck_radius = std::max(tool.neck_radius, std::min(0.8 * r, 2.0e-4));
+  tool.neck_radius = neck_behind(r);
   const double neck_angle = kPi - std::asin(std::min(1.0, tool.neck_radius / r));
   if (shape == "sphere") {
     add_arc(p, r, 0, 0, neck_angle, 28);
@@ -104,8 +128,7 @@ ToolShape tool_shape(std::string_view shape, double diameter, double length) {
     tool.diamond = true;
     tool.flutes = 0;
   } else {
-    throw Error("", "tool shape", fmt::format("\"{}\"", shape),
-                "sphere, cylinder, round_end_cylinder, cone, pear, flame or inverted_cone");
+    throw Error("", "tool shape", fmt::format("\"{}\"", shape), fmt::format("one of {}", fmt::join(kOwnLooks, ", ")));
   }
   return tool;
 }

@@ -21,9 +21,12 @@ struct ToolShape {
   bool diamond = false;             // rough grit instead of flutes
 };
 
-/// The shapes scenes name: sphere, cylinder, round_end_cylinder, cone, pear, flame, inverted_cone. `length` is the
-/// head's, ignored by the sphere. Throws Error for another name.
+/// The shapes with a look of their own: sphere, cylinder, round_end_cylinder, cone, pear, flame, inverted_cone.
+/// `length` is the head's, ignored by the sphere. Throws Error for another name.
 ToolShape tool_shape(std::string_view shape, double diameter, double length);
+bool has_own_look(std::string_view shape) noexcept;
+/// Any other shape. `outline`: ToolShape::profile of the head alone, at least two points.
+ToolShape outlined_shape(std::vector<glm::dvec2> outline);
 
 /// Each corner as cut and as the hull that its spin blurs it into; the renderer mixes the two by speed.
 struct ToolVertex {

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "engine/base/clock.h"
+#include "engine/contract/contact.h"
 #include "engine/contract/tissue.h"
 
 namespace typodont::session {
@@ -61,6 +62,12 @@ enum class EventKind : std::uint8_t { kNote, kTool, kView, kFault, kTask, kUndo,
 inline constexpr int kEventKindCount = 9;
 std::string_view name_of(EventKind kind) noexcept;
 
+/// Every fault and what it is called in files.
+struct FaultName {
+  Fault fault;
+  std::string name;  // "bad_input"
+};
+const std::vector<FaultName>& fault_names();
 /// "stale_patch" of its bit; "unknown" for other numbers.
 std::string_view fault_name(std::uint32_t bit) noexcept;
 

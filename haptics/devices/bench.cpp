@@ -1,5 +1,3 @@
-#include "haptics/devices/bench.h"
-
 #include <fmt/format.h>
 
 #include <cmath>
@@ -10,6 +8,7 @@
 #include "engine/base/measure.h"
 #include "engine/base/units.h"
 #include "haptics/coupling/velocity_estimator.h"
+#include "haptics/device_bench.h"
 #include "haptics/devices/safe_device.h"
 #include "haptics/devices/woodenhaptics.h"
 #include "haptics/lockstep.h"

@@ -1,5 +1,3 @@
-#include "haptics/devices/exit_guard.h"
-
 #include <signal.h>
 #include <time.h>
 
@@ -10,6 +8,7 @@
 #include <mutex>
 
 #include "engine/base/error.h"
+#include "haptics/device_safety.h"
 
 namespace typodont::haptics {
 

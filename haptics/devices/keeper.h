@@ -1,6 +1,6 @@
 // A second process that holds on to the device: zero force when the program is killed outright or stopped.
 //
-// exit_guard.h covers every end that a program can notice. SIGKILL, the kernel's out-of-memory killer and SIGSTOP it
+// device_safety.h covers every end that a program can notice. SIGKILL, the kernel's out-of-memory killer and SIGSTOP it
 // cannot; without a keeper the force then stays until the device's own watchdog lets go (0.5 s on the open-hardware
 // arms; nobody knows for how long behind a service). The keeper is a child that does nothing but wait for its parent to
 // end or to fall silent, and then writes the command that stands for zero.

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "haptics/devices/driver.h"
+#include "haptics/devices.h"
 #include "haptics/devices/hid_descriptor.h"
 #include "haptics/devices/link.h"
 

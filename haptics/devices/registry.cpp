@@ -1,7 +1,7 @@
 #include <algorithm>
 
 #include "engine/base/error.h"
-#include "haptics/devices/driver.h"
+#include "haptics/devices.h"
 #include "haptics/devices/mounted_device.h"
 #include "haptics/devices/pedal.h"
 #include "haptics/devices/reconnecting.h"
@@ -75,6 +75,13 @@ std::unique_ptr<HapticDevice> mount(std::unique_ptr<HapticDevice> device, const 
   return std::make_unique<MountedDevice>(std::move(device), X_WH, X_ST);
 }
 
+std::unique_ptr<HapticDevice> add_pedal(std::unique_ptr<HapticDevice> hand, const std::string& pedal) {
+  if (pedal.empty()) return hand;
+  auto foot = open_pedal(pedal);
+  if (!foot) return hand;
+  return with_pedal(std::move(hand), std::move(foot), [pedal] { return open_pedal(pedal); });
+}
+
 std::unique_ptr<HapticDevice> open_hand(const std::string& address, const HandOptions& options) {
   const std::size_t colon = address.find(':');
   const std::string scheme = address.substr(0, colon);
@@ -84,11 +91,7 @@ std::unique_ptr<HapticDevice> open_hand(const std::string& address, const HandOp
   std::unique_ptr<HapticDevice> device = driver->open(address.substr(colon + 1), options);
   if (!driver->hardware) return device;
 
-  if (!options.pedal.empty()) {
-    if (auto pedal = open_pedal(options.pedal)) {
-      device = with_pedal(std::move(device), std::move(pedal), [which = options.pedal] { return open_pedal(which); });
-    }
-  }
+  device = add_pedal(std::move(device), options.pedal);
   SafeDevice::Options safety = SafeDevice::options_for(device->info());
   if (options.force_limit) safety.limits.force = std::min(safety.limits.force, *options.force_limit);
   if (options.pedal_limit > 0) safety.limits.pedal_time = options.pedal_limit;

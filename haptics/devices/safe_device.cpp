@@ -8,7 +8,7 @@
 
 #include "engine/base/realtime.h"
 #include "engine/contract/contact.h"
-#include "haptics/devices/exit_guard.h"
+#include "haptics/device_safety.h"
 
 namespace typodont::haptics {
 

@@ -26,7 +26,7 @@ class SafeDevice : public HapticDevice {
     bool watchdog_thread = true;   // tests in simulated time call watch() themselves
     std::function<Nanos()> clock;  // empty: now()
   };
-  /// Limits as the device states them. Guards against exits too (exit_guard.h).
+  /// Limits as the device states them. Guards against exits too (device_safety.h).
   static Options options_for(const DeviceInfo& info);
 
   SafeDevice(std::unique_ptr<HapticDevice> device, Options options);
@@ -94,9 +94,5 @@ class SafeDevice : public HapticDevice {
   std::atomic<bool> ending_{false};
   std::thread watchdog_;
 };
-
-/// The emergency key for every guarded hand. Any thread.
-void emergency_stop_all() noexcept;
-void clear_emergency_all() noexcept;
 
 }  // namespace typodont::haptics

@@ -1,6 +1,7 @@
-#include "haptics/devices/safety.h"
-
 #include <algorithm>
+
+#include "engine/contract/safety_event.h"
+#include "haptics/device_safety.h"
 
 namespace typodont::haptics {
 

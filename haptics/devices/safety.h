@@ -1,8 +1,7 @@
 // Limits on what a motor may do to a hand: pure functions and small states, each tested alone.
 #pragma once
 
-#include <cstdint>
-#include <string>
+#include <cmath>
 
 #include "engine/base/pose.h"
 #include "engine/contract/safety_event.h"
@@ -27,8 +26,6 @@ struct SafetyLimits {
 
 using typodont::bits;
 using typodont::SafetyEvent;
-/// In words, for reports: "watchdog, device fault".
-std::string describe_safety(std::uint32_t events);
 
 /// No longer than `limit`, same direction.
 inline dvec3 clip_length(const dvec3& v, double limit) {

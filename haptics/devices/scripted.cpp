@@ -1,5 +1,3 @@
-#include "haptics/devices/scripted.h"
-
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -12,6 +10,7 @@
 #include "engine/base/json.h"
 #include "engine/base/realtime.h"
 #include "engine/base/units.h"
+#include "haptics/scripted_hand.h"
 
 namespace typodont::haptics {
 

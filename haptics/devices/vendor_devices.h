@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "haptics/devices/driver.h"
+#include "haptics/devices.h"
 
 namespace typodont::haptics {
 

@@ -1,5 +1,6 @@
-// What is kept between runs (engine/base/cache.h, engine/gpu/driver_cache.h, engine/app/sampled_tissue.h) changes how
-// long a start takes and nothing else: damaged, of another version, or with nowhere to lie, it is made again.
+// What is kept between runs (engine/base/cache.h, engine/gpu/driver_cache.h, engine/app/tissue/sampled_tissue.h)
+// changes how long a start takes and nothing else: damaged, of another version, or with nowhere to lie, it is made
+// again.
 #include <gtest/gtest.h>
 
 #include <array>

@@ -2,8 +2,9 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
-#include "engine/app/picture/surroundings.h"
+#include "engine/app/recording/resume.h"
 #include "engine/app/scene.h"
+#include "engine/app/surroundings/surroundings.h"
 #include "engine/app/task/damage.h"
 #include "engine/base/units.h"
 #include "engine/session/score.h"
@@ -73,8 +74,7 @@ TEST_F(Damage, OfTheGumIsWhatTheTurningHeadWasInWithoutTheToothAndCostsPoints) {
       scene(
           R"("surroundings": {"neighbours": [], "gum": {"margin_mm": [0, 0, -0.5], "thickness_mm": 1.2, "papilla_mm": 0, "length_mm": 12}},)"));
   const Scene with_gum = read_scene(folder.path() / "gum.json");
-  const SurroundingsShape shape(
-      read_surroundings(*with_gum.surroundings, volume_file(with_gum), with_gum.file.parent_path()));
+  const SurroundingsShape shape(*with_gum.surroundings);
   ASSERT_TRUE(shape.has_gum());
   // Counted anew where the head is held: what is gum and not tooth, on points twice as near as the meter's cells.
   const dvec3 held = {0, 2.8e-3, -2.4e-3};

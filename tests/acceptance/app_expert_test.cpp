@@ -4,8 +4,10 @@
 
 #include <algorithm>
 
+#include "engine/app/assets.h"
 #include "engine/app/hands/expert_hand.h"
 #include "engine/app/haptic_loop.h"
+#include "engine/app/recording/resume.h"
 #include "engine/app/task/task.h"
 #include "engine/base/error.h"
 #include "engine/base/units.h"

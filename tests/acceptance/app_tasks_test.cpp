@@ -8,15 +8,17 @@
 #include <functional>
 #include <random>
 
+#include "engine/app/assets.h"
 #include "engine/app/hands/task_student.h"
 #include "engine/app/haptic_loop.h"
-#include "engine/app/task/paint_file.h"
+#include "engine/app/recording/resume.h"
 #include "engine/app/task/task.h"
-#include "engine/app/task/tissue_edit.h"
+#include "engine/app/tissue/paint_file.h"
+#include "engine/app/tissue/tissue_edit.h"
 #include "engine/base/units.h"
 #include "engine/session/task.h"
 #include "engine/surface/mesh_export.h"
-#include "haptics/devices/scripted.h"
+#include "haptics/scripted_hand.h"
 #include "tests/support/program.h"
 
 namespace typodont {

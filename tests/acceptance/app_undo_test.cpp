@@ -5,9 +5,9 @@
 #include <chrono>
 #include <thread>
 
-#include "engine/app/recording/player.h"
 #include "engine/app/recording/replay.h"
 #include "engine/app/recording/resume.h"
+#include "engine/app/review/player.h"
 #include "engine/app/workbench.h"
 #include "engine/session/film.h"
 #include "engine/session/session_file.h"

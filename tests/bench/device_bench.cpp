@@ -1,8 +1,8 @@
 // What the devices' code adds to a tick: the rows of `typodont bench devices`, and what they must not exceed.
+#include "haptics/device_bench.h"
+
 #include <fmt/format.h>
 #include <gtest/gtest.h>
-
-#include "haptics/devices/bench.h"
 
 namespace typodont::haptics {
 namespace {

@@ -8,8 +8,10 @@
 #include <ctime>
 #include <glm/gtc/matrix_transform.hpp>
 
+#include "engine/app/assets.h"
 #include "engine/app/picture/picture_stage.h"
 #include "engine/app/picture/tissue_view.h"
+#include "engine/app/recording/resume.h"
 #include "engine/app/scene.h"
 #include "tests/support/stage.h"
 
@@ -20,7 +22,7 @@ TEST(Bench, StereoFrameOfTheMolar) {
   const Scene scene = read_scene(assets_folder() / "scenes/molar-caries.json");
   haptics::TissueVolume volume = load_tissue(scene);
   const display::DisplayRig rig = display::load_rig(assets_folder() / "rigs/closeup.json");
-  const auto around = make_surroundings(scene);
+  const auto around = make_surroundings(scene.surroundings);
   const dvec3 at(6.8e-3, 5.5e-3, 19e-3);
   fmt::print("step,triangles,share_redrawn,drilling_ms,head_moving_ms,frames_per_second_on_2_cores,of_a_moving_head\n");
   double best = 0;

@@ -4,11 +4,13 @@
 
 #include <cstdlib>
 
+#include "engine/app/assets.h"
 #include "engine/app/picture/picture_stage.h"
-#include "engine/app/picture/surroundings.h"
 #include "engine/app/picture/teaching_views.h"
 #include "engine/app/picture/tissue_view.h"
+#include "engine/app/recording/resume.h"
 #include "engine/app/scene.h"
+#include "engine/app/surroundings/surroundings.h"
 #include "tests/support/stage.h"
 
 namespace typodont::test {
@@ -25,7 +27,7 @@ TEST(GoldenScene, MolarAmongItsNeighboursInTheMouthMirrorCutOpenAndAsGlass) {
   options.validation = true;
   options.hud = false;
   PictureStage stage(rig, scene.servo, options);
-  stage.surround(make_surroundings(scene));
+  stage.surround(make_surroundings(scene.surroundings));
   TissueView view;
   const dvec3 origin = volume.frame().origin;
   stage.show(view.update(volume), origin);
@@ -46,8 +48,8 @@ TEST(GoldenScene, MolarAmongItsNeighboursInTheMouthMirrorCutOpenAndAsGlass) {
   stage.hold_mirror({});
   const glm::dvec4 plane{0, 1, 0, -5.8e-3};
   stage.show_inside(render::kSectionFace, section_face(volume, {0, 1, 0}, 5.8e-3), origin);
-  stage.show_inside(render::kSectionFaceAround, surroundings_shape(scene)->section_face({0, 1, 0}, 5.8e-3, origin),
-                    origin);
+  stage.show_inside(render::kSectionFaceAround,
+                    surroundings_shape(scene.surroundings)->section_face({0, 1, 0}, 5.8e-3, origin), origin);
   stage.show_as(render::View::kSection, plane);
   draw("scene_section");
   stage.show_inside(render::kInsidePulp, tissue_inside(volume, Tissue::kPulp), origin);
@@ -61,7 +63,7 @@ TEST(GoldenScene, MolarAmongItsNeighboursInTheMouthMirrorCutOpenAndAsGlass) {
 TEST(HalfMirror, ShowsTheSceneLitAsThePictureBehindItWouldBe) {
   const Scene scene = read_scene(assets_folder() / "scenes/molar-caries.json");
   haptics::TissueVolume volume = load_tissue(scene);
-  const Surroundings around = make_surroundings(scene);
+  const Surroundings around = make_surroundings(scene.surroundings);
   display::DisplayRig open = display::load_rig(assets_folder() / "rigs/closeup.json");
   open.screen.pixels = {640, 256};
   // The same picture in a half mirror: its panel is the picture's mirror image, left and right exchanged.

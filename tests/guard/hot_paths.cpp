@@ -9,6 +9,7 @@
 
 #include "audio/drill_synth.h"
 #include "calibration/registration_solver.h"
+#include "engine/app/assets.h"
 #include "engine/app/picture/tissue_view.h"
 #include "engine/app/scene.h"
 #include "engine/base/units.h"

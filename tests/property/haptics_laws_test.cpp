@@ -6,11 +6,13 @@
 #include <filesystem>
 #include <random>
 #include <tuple>
+#include <vector>
 
 #include "engine/base/units.h"
 #include "haptics/coupling/friction.h"
 #include "haptics/coupling/tip.h"
 #include "tests/support/haptic_bench.h"
+#include "tests/support/heads.h"
 
 namespace typodont {
 namespace {
@@ -100,8 +102,7 @@ TEST(Tip, SinksWhenPushedHoldsOnWithdrawalAndNeverGivesEnergy) {
 TEST(Heads, DistanceGrowsByOneAlongItsNormalAndTheNearestPointLiesOnTheSurface) {
   std::mt19937 random(5);
   std::uniform_real_distribution<double> uniform(-1, 1);
-  for (const HeadShape shape : {HeadShape::kCylinder, HeadShape::kRoundEndCylinder, HeadShape::kCone, HeadShape::kPear,
-                                HeadShape::kFlame, HeadShape::kInvertedCone}) {
+  for (const HeadShape shape : test::shapes_but_the_ball()) {
     Tool tool;
     tool.shape = shape;
     tool.diameter = 1.2_mm;

@@ -12,6 +12,7 @@
 #include "haptics/cut_front.h"
 #include "haptics/cutting/carve.h"
 #include "haptics/surface_patch.h"
+#include "tests/support/heads.h"
 
 namespace typodont {
 namespace {
@@ -46,9 +47,7 @@ struct Random {
   }
 };
 
-constexpr HeadShape kNoBalls[] = {HeadShape::kCylinder, HeadShape::kRoundEndCylinder,
-                                  HeadShape::kCone,     HeadShape::kPear,
-                                  HeadShape::kFlame,    HeadShape::kInvertedCone};
+const std::vector<HeadShape> kNoBalls = test::shapes_but_the_ball();
 constexpr double kVoxel = 0.1_mm;
 const VoxelFrame kFrame{{0, 0, 0}, kVoxel};
 

@@ -36,7 +36,7 @@
 #include "engine/base/check.h"
 #include "engine/base/clock.h"
 #include "engine/base/realtime.h"
-#include "haptics/devices/exit_guard.h"
+#include "haptics/device_safety.h"
 #include "haptics/devices/fd_link.h"
 #include "haptics/devices/haply.h"
 #include "haptics/devices/safe_device.h"

@@ -5,14 +5,16 @@
 
 #include <cmath>
 
+#include "engine/app/assets.h"
+#include "engine/app/field/tooth_field.h"
 #include "engine/app/picture/debris_view.h"
 #include "engine/app/picture/detail.h"
 #include "engine/app/picture/picture_stage.h"
-#include "engine/app/picture/surroundings.h"
 #include "engine/app/picture/teaching_views.h"
 #include "engine/app/picture/tissue_view.h"
-#include "engine/app/picture/tooth_field.h"
+#include "engine/app/recording/resume.h"
 #include "engine/app/scene.h"
+#include "engine/app/surroundings/surroundings.h"
 #include "engine/base/error.h"
 #include "engine/base/units.h"
 #include "haptics/solid.h"
@@ -44,14 +46,14 @@ std::vector<Corner> corners(const SurroundingMesh& mesh) {
 
 struct Around : testing::Test {
   Scene scene = read_scene(assets_folder() / "scenes/molar-caries.json");
-  typodont::Surroundings around = make_surroundings(scene);
+  typodont::Surroundings around = make_surroundings(scene.surroundings);
   std::vector<SurroundingMesh>& meshes = around.meshes;
   ToothField tooth{haptics::TissueVolume::load(volume_file(scene)), 3e-3};
 };
 
 TEST_F(Around, TwoNeighboursAndGumAndTheSameEachTime) {
   ASSERT_EQ(meshes.size(), 3u);
-  const auto again = make_surroundings(scene).meshes;
+  const auto again = make_surroundings(scene.surroundings).meshes;
   for (std::size_t m = 0; m < meshes.size(); ++m) {
     ASSERT_EQ(meshes[m].bricks.size(), again[m].bricks.size());
     std::size_t triangles = 0;
@@ -85,7 +87,7 @@ TEST_F(Around, TheGumHugsTheToothAndStaysBelowTheCrown) {
 }
 
 TEST_F(Around, CutOpenTheirFaceCoversAllThatThePlaneMeetsInThem) {
-  const SurroundingsShape shape = *surroundings_shape(scene);
+  const SurroundingsShape shape = *surroundings_shape(scene.surroundings);
   const dvec3 n = glm::normalize(dvec3(0.1, 1, -0.05)), origin(1e-3, 2e-3, 3e-3);
   const double offset = glm::dot(n, dvec3(6.8e-3, 5.6e-3, 16e-3));
   std::vector<std::array<glm::dvec2, 3>> face;  // x and z tell the points of this plane apart

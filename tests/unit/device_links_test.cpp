@@ -16,7 +16,7 @@
 #include "engine/base/error.h"
 #include "engine/base/units.h"
 #include "engine/contract/contact.h"
-#include "haptics/devices/driver.h"
+#include "haptics/devices.h"
 #include "haptics/devices/fd_link.h"
 #include "haptics/devices/haply.h"
 #include "haptics/devices/hid.h"

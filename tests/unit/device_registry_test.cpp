@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "engine/base/error.h"
-#include "haptics/devices/driver.h"
+#include "haptics/devices.h"
 #include "haptics/devices/mounted_device.h"
 
 namespace typodont::haptics {

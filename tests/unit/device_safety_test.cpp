@@ -1,3 +1,5 @@
+#include "haptics/device_safety.h"
+
 #include <gtest/gtest.h>
 #include <sys/wait.h>
 

@@ -10,7 +10,7 @@
 
 #include "engine/base/error.h"
 #include "engine/contract/contact.h"
-#include "haptics/devices/driver.h"
+#include "haptics/devices.h"
 #include "haptics/devices/safe_device.h"
 
 namespace typodont::haptics {

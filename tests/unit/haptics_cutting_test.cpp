@@ -11,6 +11,7 @@
 #include "haptics/cut_front.h"
 #include "haptics/cutting/carve.h"
 #include "tests/support/haptic_bench.h"
+#include "tests/support/heads.h"
 
 namespace typodont {
 namespace {
@@ -143,9 +144,7 @@ struct RandomWay {
   dvec3 direction() { return glm::normalize(dvec3(uniform(-1, 1), uniform(-1, 1), uniform(-1, 1))); }
 };
 
-constexpr haptics::HeadShape kNoBalls[] = {haptics::HeadShape::kCylinder, haptics::HeadShape::kRoundEndCylinder,
-                                           haptics::HeadShape::kCone,     haptics::HeadShape::kPear,
-                                           haptics::HeadShape::kFlame,    haptics::HeadShape::kInvertedCone};
+const std::vector<haptics::HeadShape> kNoBalls = test::shapes_but_the_ball();
 
 TEST(Carving, ALongSweepOfAnyHeadRemovesWhatShortOnesOfATwoHundredthVoxelDo) {
   HapticBench bench(
@@ -259,8 +258,7 @@ void expect_short_steps_leave_what_all_poses_do(const haptics::Tool& tool, doubl
 
 TEST(Carving, ShortStepsThatContinueEachOtherLeaveWhatAllTheirPosesDoWhateverTheHead) {
   using haptics::HeadShape;
-  for (const HeadShape shape : {HeadShape::kSphere, HeadShape::kCylinder, HeadShape::kRoundEndCylinder,
-                                HeadShape::kCone, HeadShape::kPear, HeadShape::kFlame, HeadShape::kInvertedCone}) {
+  for (const HeadShape shape : haptics::head_shapes()) {
     haptics::Tool tool;
     tool.shape = shape;
     tool.diameter = 1.2_mm;
@@ -272,11 +270,12 @@ TEST(Carving, ShortStepsThatContinueEachOtherLeaveWhatAllTheirPosesDoWhateverThe
 TEST(Carving, WhatIsKnownOfTheFrontOfTheCutsChangesNoBitOfThem) {
   // Creeping, sliding and leaping, turned and not, continuing or not, taken up elsewhere in between, in two patches.
   const haptics::DenseTissue block = haptics::read_solids(Json::parse(box(0.1), "tissue"));
-  for (int shape = 0; shape < 7; ++shape) {
+  for (const haptics::HeadShape head : haptics::head_shapes()) {
+    const int shape = static_cast<int>(head);
     haptics::Tool tool;
-    tool.shape = static_cast<haptics::HeadShape>(shape);
+    tool.shape = head;
     tool.diameter = 1.1_mm;
-    tool.length = shape == 0 ? 1.1_mm : 2.3_mm;
+    tool.length = head == haptics::HeadShape::kSphere ? 1.1_mm : 2.3_mm;
     const std::span tools(&tool, 1);
     haptics::Carver carver(haptics::TissueVolume(block), tools);
     haptics::SurfacePatch known, eight, plain;

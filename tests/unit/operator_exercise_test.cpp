@@ -8,7 +8,8 @@
 #include "engine/app/operator/exercise.h"
 #include "engine/app/operator/file_field.h"
 #include "engine/app/operator/library.h"
-#include "engine/app/recording/session_report.h"
+#include "engine/app/recording/resume.h"
+#include "engine/app/review/session_report.h"
 #include "engine/app/task/task.h"
 #include "engine/base/error.h"
 #include "engine/base/units.h"
@@ -246,10 +247,10 @@ TEST_F(Exercise, FilesOfTheKindThatIsAskedForAreListedAndWhatCannotBeReadIsEmpty
   for (const char* name : {"scans/b.STL", "scans/a.ply", "scans/c.txt", "scans/.hidden.stl", "scans/d.nii.gz"})
     folder.write(name, "");
   FileChooser chooser;
-  look_into(chooser, folder / "scans", kToothEndings);
+  look_into(chooser, folder / "scans", tooth_endings());
   EXPECT_EQ(chooser.folders, std::vector<std::filesystem::path>{"old"});
   EXPECT_EQ(chooser.files, (std::vector<std::filesystem::path>{"a.ply", "b.STL", "d.nii.gz"}));
-  look_into(chooser, folder / "nowhere", kMeshEndings);
+  look_into(chooser, folder / "nowhere", tooth_endings());
   EXPECT_TRUE(chooser.files.empty());
 }
 

@@ -41,7 +41,21 @@ TEST(ToolMesh, TrianglesFaceOutwards) {
   }
 }
 
+TEST(ToolMesh, AShapeWithoutALookOfItsOwnIsDrawnAlongItsOutline) {
+  const ToolMesh mesh = make_tool_mesh(outlined_shape({{0, -1e-3}, {0.5e-3, 0}, {0.6e-3, 1e-3}}));
+  double head = 0;
+  for (const ToolVertex& v : mesh.vertices) {
+    if (v.hull_p.z > 1.001e-3f) continue;
+    const double r = glm::length(glm::dvec2(v.hull_p)), z = v.hull_p.z;
+    EXPECT_NEAR(r, z < 0 ? 0.5e-3 * (1 + z / 1e-3) : 0.5e-3 + 0.1e-3 * z / 1e-3, 1e-9) << z;
+    head = std::max(head, r);
+  }
+  EXPECT_NEAR(head, 0.6e-3, 1e-9);
+}
+
 TEST(ToolMesh, AnUnknownShapeIsAnError) {
+  for (const char* shape : kShapes) EXPECT_TRUE(has_own_look(shape)) << shape;
+  EXPECT_FALSE(has_own_look("spere"));
   EXPECT_THROW((void)tool_shape("spere", 1e-3, 2e-3), Error);
 }
 

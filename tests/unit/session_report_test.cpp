@@ -8,10 +8,10 @@
 
 #include "engine/base/error.h"
 #include "engine/session/film.h"
-#include "engine/session/format/columns.h"
 #include "engine/session/page/plot.h"
 #include "engine/session/recorder.h"
 #include "engine/session/report.h"
+#include "engine/session/session_data.h"
 #include "tests/support/cavity_fixture.h"
 #include "tests/support/session_fixture.h"
 

@@ -1,9 +1,10 @@
 // What is shown of a session goes back with its strokes.
-#include "engine/app/task/stroke_book.h"
+#include "engine/app/tissue/stroke_book.h"
 
 #include <gtest/gtest.h>
 
 #include "engine/app/picture/look.h"
+#include "engine/app/recording/resume.h"
 #include "engine/app/scene.h"
 #include "engine/base/units.h"
 

@@ -14,9 +14,11 @@
 
 #include "audio/audio_output.h"
 #include "audio/sound_file.h"
+#include "engine/app/assets.h"
 #include "engine/app/bench/parts.h"
 #include "engine/app/picture/picture_stage.h"
 #include "engine/app/picture/tissue_view.h"
+#include "engine/app/recording/resume.h"
 #include "engine/app/workbench.h"
 #include "engine/base/json.h"
 #include "engine/base/measure.h"

@@ -11,6 +11,7 @@
 
 #include "engine/app/bench/parts.h"
 #include "engine/app/haptic_loop.h"
+#include "engine/app/recording/resume.h"
 #include "engine/base/log.h"
 #include "engine/base/measure.h"
 #include "engine/base/units.h"

@@ -2,10 +2,11 @@
 
 #include "audio/bench.h"
 #include "calibration/bench.h"
+#include "engine/app/assets.h"
 #include "engine/app/scene.h"
 #include "engine/debris/bench.h"
 #include "haptics/bench.h"
-#include "haptics/devices/bench.h"
+#include "haptics/device_bench.h"
 
 namespace typodont {
 

@@ -6,6 +6,7 @@
 
 #include "engine/app/bench/parts.h"
 #include "engine/app/haptic_loop.h"
+#include "engine/app/recording/resume.h"
 #include "engine/base/units.h"
 #include "engine/session/recorder.h"
 

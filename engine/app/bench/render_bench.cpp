@@ -5,9 +5,11 @@
 #include <cmath>
 #include <ctime>
 
+#include "engine/app/assets.h"
 #include "engine/app/bench/parts.h"
 #include "engine/app/picture/picture_stage.h"
 #include "engine/app/picture/tissue_view.h"
+#include "engine/app/recording/resume.h"
 #include "engine/app/scene.h"
 #include "engine/base/measure.h"
 
@@ -45,7 +47,7 @@ std::vector<BenchRow> bench_render(bool quick) {
   const Scene scene = read_scene(assets_folder() / "scenes/molar-caries.json");
   haptics::TissueVolume volume = load_tissue(scene);
   const dvec3 origin = volume.frame().origin;
-  const Surroundings around = make_surroundings(scene);  // gum and neighbours, as in a session
+  const Surroundings around = make_surroundings(scene.surroundings);  // gum and neighbours, as in a session
   ServoTick tick;
   tick.X_WG.p = dvec3(6.8e-3, 5.5e-3, 19e-3);
   tick.spindle = 36000;

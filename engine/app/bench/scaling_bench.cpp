@@ -8,10 +8,12 @@
 #include <ctime>
 #include <filesystem>
 
+#include "engine/app/assets.h"
 #include "engine/app/bench/parts.h"
 #include "engine/app/haptic_loop.h"
 #include "engine/app/picture/picture_stage.h"
 #include "engine/app/picture/tissue_view.h"
+#include "engine/app/recording/resume.h"
 #include "engine/base/measure.h"
 #include "engine/base/units.h"
 

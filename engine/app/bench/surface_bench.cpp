@@ -8,8 +8,10 @@
 #include <cmath>
 #include <memory>
 
+#include "engine/app/assets.h"
 #include "engine/app/bench/parts.h"
 #include "engine/app/picture/tissue_view.h"
+#include "engine/app/recording/resume.h"
 #include "engine/app/scene.h"
 #include "engine/base/measure.h"
 #include "engine/base/units.h"

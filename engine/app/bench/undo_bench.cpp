@@ -7,7 +7,9 @@
 #include <string>
 #include <string_view>
 
+#include "engine/app/assets.h"
 #include "engine/app/bench/parts.h"
+#include "engine/app/recording/resume.h"
 #include "engine/app/scene.h"
 #include "engine/base/measure.h"
 #include "engine/base/units.h"

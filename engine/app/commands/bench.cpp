@@ -1,7 +1,6 @@
 // typodont bench: error against time, part by part, each beside its baselines measured in the same run.
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
@@ -16,6 +15,7 @@
 
 #include "engine/app/bench/parts.h"
 #include "engine/app/bench/performance_page.h"
+#include "engine/app/commands/command_line.h"
 #include "engine/app/commands/commands.h"
 #include "engine/base/error.h"
 #include "engine/base/json.h"
@@ -175,16 +175,16 @@ void run(const Options& options) {
 
 }  // namespace
 
-void add_bench_command(CLI::App& app) {
+void add_bench_command(cli::Command& app) {
   auto options = std::make_shared<Options>();
-  CLI::App* command = app.add_subcommand("bench", "Measure error against time, part by part, beside baselines");
+  cli::Command* command = app.add_command("bench", "Measure error against time, part by part, beside baselines");
   command->footer("Example:\n  typodont bench surface sound --out bench.csv");
   std::vector<std::string> names;
   for (const BenchPart& part : bench_parts()) names.emplace_back(part.name);
-  command->add_option("name", options->names, "parts to measure; all when none is named")->check(CLI::IsMember(names));
+  command->add_option("name", options->names, "parts to measure; all when none is named")->check(cli::one_of(names));
   command->add_option("--out", options->out, "write the rows as CSV, with machine, compiler, flags and date");
   command->add_option("--keep", options->keep, "of the parts not named take the rows that this CSV has of them")
-      ->check(CLI::ExistingFile);
+      ->check(cli::existing_file());
   command->add_option("--page", options->page, "write them as a page (.md) with plots beside it");
   command->add_flag("--quick", options->quick, "fewer repeats: a look, not a measurement");
   command->add_flag("--json", options->json, "print the rows as JSON");

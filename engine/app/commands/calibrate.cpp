@@ -1,7 +1,6 @@
 // typodont calibrate …: the set-up routine of a bench and its single solvers.
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <filesystem>
 #include <memory>
 
@@ -12,6 +11,7 @@
 #include "calibration/joint_solver.h"
 #include "calibration/report_page.h"
 #include "calibration/rig_file.h"
+#include "engine/app/commands/command_line.h"
 #include "engine/app/commands/commands.h"
 #include "engine/app/guide/delay_capture.h"
 #include "engine/app/guide/guide_stage.h"
@@ -30,7 +30,7 @@ namespace {
 struct Output {
   std::string file;
   bool json = false;
-  void add_to(CLI::App& command) {
+  void add_to(cli::Command& command) {
     command.add_option("--out", file, "write the result to this JSON file");
     command.add_flag("--json", json, "print the result as JSON");
   }
@@ -44,7 +44,7 @@ std::string words(const dvec3& v) {
   return fmt::format("{:.3f}, {:.3f}, {:.3f}", v.x, v.y, v.z);
 }
 
-void add_register(CLI::App& calibrate) {
+void add_register(cli::Command& calibrate) {
   struct Options {
     std::string pairs, targets, rig;
     double sigma_mm = 0;
@@ -52,11 +52,11 @@ void add_register(CLI::App& calibrate) {
     Output out;
   };
   auto options = std::make_shared<Options>();
-  CLI::App* command = calibrate.add_subcommand("register", "rigid registration X_DH of paired points");
+  cli::Command* command = calibrate.add_command("register", "rigid registration X_DH of paired points");
   command->add_option("--pairs", options->pairs, "CSV: hx_mm,hy_mm,hz_mm,dx_mm,dy_mm,dz_mm")->required();
   command->add_option("--targets", options->targets, "CSV of points in H (x_mm,y_mm,z_mm) to predict the error at");
   command->add_option("--sigma-mm", options->sigma_mm, "known noise of a touch per axis; else estimated")
-      ->check(CLI::PositiveNumber);
+      ->check(cli::positive());
   command->add_option("--workspace-mm", options->workspace_mm, "box in H: x0 y0 z0 x1 y1 z1; else that of the inliers")
       ->expected(6);
   command->add_option("--rig", options->rig, "take X_DH over as X_WH of this rig file, unless it is not to be trusted");
@@ -102,7 +102,7 @@ void add_register(CLI::App& calibrate) {
   });
 }
 
-void add_delay(CLI::App& calibrate) {
+void add_delay(cli::Command& calibrate) {
   struct Options {
     std::string a, b, rig;
     DelayCaptureOptions live;
@@ -110,21 +110,21 @@ void add_delay(CLI::App& calibrate) {
     Output out;
   };
   auto options = std::make_shared<Options>();
-  CLI::App* command = calibrate.add_subcommand("delay", "time offset between two recordings of one motion");
+  cli::Command* command = calibrate.add_command("delay", "time offset between two recordings of one motion");
   command->add_option("--a", options->a, "CSV: t_s,x_mm,y_mm,z_mm");
   command->add_option("--b", options->b, "CSV: t_s,x_mm,y_mm,z_mm");
   command->add_option("--rig", options->rig, "rig file: the recordings are, or go, beside it, and the delay into it");
   command->add_option("--hand", options->live.hand, "record A from this hand (typodont devices) …");
   command->add_option("--with", options->live.with, "… and B at the same time from this one, or from opentrack:PORT");
-  command->add_option("--pedal", options->live.pedal, "\"none\", or the pedal's path or serial")->capture_default_str();
+  command->add_option("--pedal", options->live.pedal, "\"none\", or the pedal's path or serial")->show_default();
   command
       ->add_option("--seconds", options->live.seconds,
                    "record at most so long; it ends sooner where 0.1 ms are reached")
-      ->check(CLI::Range(4.0, 600.0))
-      ->capture_default_str();
+      ->check(cli::range(4.0, 600.0))
+      ->show_default();
   command->add_option("--max-ms", options->max_ms, "search this far both ways")
-      ->check(CLI::Range(1.0, 60000.0))
-      ->capture_default_str();
+      ->check(cli::range(1.0, 60000.0))
+      ->show_default();
   options->out.add_to(*command);
   command->footer(
       "Sign: delay_ms is positive when B lags A: b(t) = a(t - delay). When the clocks run apart, delay_ms holds at "
@@ -224,24 +224,24 @@ struct HandOptions : GuideOptions {
   double plate_pitch_mm = 40, still_mm = 0.3;
   bool no_window = false;
 
-  void add_to(CLI::App& command) {
+  void add_to(cli::Command& command) {
     command.add_option("--hand", hand,
                        "take touches from this hand: an address as typodont devices lists them, or script:HAND.csv");
-    command.add_option("--pedal", pedal, "\"auto\", \"none\", or the pedal's path or serial")->capture_default_str();
+    command.add_option("--pedal", pedal, "\"auto\", \"none\", or the pedal's path or serial")->show_default();
     command
         .add_option("--still-mm", still_mm, "a touch is refused when the tip strayed farther than this within 100 ms")
-        ->capture_default_str()
-        ->check(CLI::Range(0.001, 10.0));
+        ->show_default()
+        ->check(cli::range(0.001, 10.0));
     command.add_flag("--fast", fast, "a script: hand runs as fast as it can");
     command.add_flag("--no-window", no_window, "show no prompts on the screen");
     command.add_option("--monitor", monitor, "show the prompts full screen on this monitor, counted from 0")
-        ->check(CLI::NonNegativeNumber);
+        ->check(cli::not_negative());
     command.add_option("--picture", picture,
                        "write what the panel should show to this PNG or PGM file before each touch");
     command.add_option("--audio", audio, "play a cue after each touch: portaudio:[DEVICE] or wav:FILE");
     command.add_option("--plate-pitch-mm", plate_pitch_mm, "between the points of the arm's 5 by 5 plate")
-        ->capture_default_str()
-        ->check(CLI::PositiveNumber);
+        ->show_default()
+        ->check(cli::positive());
   }
   const GuideOptions& complete() {
     still.radius = still_mm * kMillimetre;
@@ -258,15 +258,15 @@ struct RigOptions {
   Output out;
 };
 
-void add_rig_step(CLI::App& calibrate, const char* step, const char* what, const char* files) {
+void add_rig_step(cli::Command& calibrate, const char* step, const char* what, const char* files) {
   auto options = std::make_shared<RigOptions>();
-  CLI::App* command = calibrate.add_subcommand(step, what);
+  cli::Command* command = calibrate.add_command(step, what);
   const std::string_view name = step;
   command->add_option("--rig", options->rig, "rig file to read and to update")->required();
   command->add_option("--captures", options->captures, "folder of the raw captures; else RIG.captures");
   if (name == "screen") {
     command->add_option("--tip-radius-mm", options->tip_radius_mm, "of the ball at the stylus' end")
-        ->check(CLI::Range(0.0, 20.0));
+        ->check(cli::range(0.0, 20.0));
   }
   if (name == "eyes") {
     command->add_flag(
@@ -276,11 +276,9 @@ void add_rig_step(CLI::App& calibrate, const char* step, const char* what, const
   if (name == "verify") {
     command->add_option("--map", options->map, "write the map of the co-location error to this SVG picture");
     command->add_option("--tolerance-mm", options->tolerance_mm, "rms that passes")
-        ->check(CLI::PositiveNumber)
-        ->capture_default_str();
-    command->add_option("--worst-mm", options->worst_mm, "worst that passes")
-        ->check(CLI::PositiveNumber)
-        ->capture_default_str();
+        ->check(cli::positive())
+        ->show_default();
+    command->add_option("--worst-mm", options->worst_mm, "worst that passes")->check(cli::positive())->show_default();
   }
   command->add_option("--report", options->report, "write a page with plots to this HTML file");
   command->add_option("--arm-serial", options->arm_serial, "serial number to keep in the rig file");
@@ -319,7 +317,7 @@ void add_rig_step(CLI::App& calibrate, const char* step, const char* what, const
   });
 }
 
-void add_drift(CLI::App& calibrate) {
+void add_drift(cli::Command& calibrate) {
   struct Options {
     std::string rig, touches;
     double tolerance_mm = 0.3, sigma_mm = 0.2;
@@ -327,16 +325,16 @@ void add_drift(CLI::App& calibrate) {
     Output out;
   };
   auto options = std::make_shared<Options>();
-  CLI::App* command = calibrate.add_subcommand("drift", "three marks at the start of a session: has anything moved?");
+  cli::Command* command = calibrate.add_command("drift", "three marks at the start of a session: has anything moved?");
   command->add_option("--rig", options->rig, "rig file; drift.csv of its captures holds the marks")->required();
   command->add_option("--touches", options->touches,
                       "CSV of the same marks touched now: x_mm,y_mm,z_mm; else they are asked for");
   command->add_option("--tolerance-mm", options->tolerance_mm, "that a mark may have moved")
-      ->capture_default_str()
-      ->check(CLI::PositiveNumber);
+      ->show_default()
+      ->check(cli::positive());
   command->add_option("--sigma-mm", options->sigma_mm, "noise of a touch per axis")
-      ->capture_default_str()
-      ->check(CLI::PositiveNumber);
+      ->show_default()
+      ->check(cli::positive());
   options->guide.add_to(*command);
   options->out.add_to(*command);
   command->footer(
@@ -382,9 +380,9 @@ void add_drift(CLI::App& calibrate) {
   });
 }
 
-void add_status(CLI::App& calibrate) {
+void add_status(cli::Command& calibrate) {
   auto file = std::make_shared<std::string>();
-  CLI::App* command = calibrate.add_subcommand("status", "which steps are done, and which to do again");
+  cli::Command* command = calibrate.add_command("status", "which steps are done, and which to do again");
   command->add_option("--rig", *file, "rig file")->required();
   command->footer("Example: typodont calibrate status --rig bench.json");
   command->callback([file] {
@@ -423,12 +421,12 @@ bool guide_step(RigFile& rig, Step step, HandOptions& options) {
   return true;
 }
 
-void add_guide(CLI::App& calibrate) {
+void add_guide(cli::Command& calibrate) {
   struct Options : HandOptions {
     std::string step;
   };
   auto options = std::make_shared<Options>();
-  CLI::App* command = calibrate.add_subcommand(
+  cli::Command* command = calibrate.add_command(
       "guide", "guided capture of one step, or of all that are to do; can be broken off and goes on where it was");
   command->add_option(
       "step", options->step,
@@ -470,7 +468,7 @@ void add_guide(CLI::App& calibrate) {
   });
 }
 
-void add_camera(CLI::App& calibrate) {
+void add_camera(cli::Command& calibrate) {
   struct Options {
     std::string rig, sightings, picture, out_picture;
     std::vector<int> size{1920, 1080};
@@ -480,18 +478,18 @@ void add_camera(CLI::App& calibrate) {
     Output out;
   };
   auto options = std::make_shared<Options>();
-  const auto board_options = [options](CLI::App* command) {
+  const auto board_options = [options](cli::Command* command) {
     command->add_option("--columns", options->columns, "inner corners across")
-        ->capture_default_str()
-        ->check(CLI::Range(3, 60));
+        ->show_default()
+        ->check(cli::range(3, 60));
     command->add_option("--rows", options->rows, "inner corners down; columns + rows must be odd")
-        ->capture_default_str()
-        ->check(CLI::Range(3, 60));
+        ->show_default()
+        ->check(cli::range(3, 60));
   };
 
-  CLI::App* board = calibrate.add_subcommand("board", "draw the chessboard that the panel shows to a camera");
+  cli::Command* board = calibrate.add_command("board", "draw the chessboard that the panel shows to a camera");
   board_options(board);
-  board->add_option("--size", options->size, "pixels of the panel")->expected(2)->check(CLI::Range(64, 16384));
+  board->add_option("--size", options->size, "pixels of the panel")->expected(2)->check(cli::range(64, 16384));
   board->add_option("--out", options->out_picture, "PNG or PGM file")->required();
   board->footer("Example: typodont calibrate board --size 1920 1080 --out board.pgm");
   board->callback([options] {
@@ -500,10 +498,10 @@ void add_camera(CLI::App& calibrate) {
   });
 
 #ifdef TYPODONT_CAMERA
-  CLI::App* detect = calibrate.add_subcommand("detect", "find that chessboard in a camera's picture");
+  cli::Command* detect = calibrate.add_command("detect", "find that chessboard in a camera's picture");
   board_options(detect);
   detect->add_option("picture", options->picture, "PNG, JPEG or PGM")->required();
-  detect->add_option("--size", options->size, "pixels of the panel")->expected(2)->check(CLI::Range(64, 16384));
+  detect->add_option("--size", options->size, "pixels of the panel")->expected(2)->check(cli::range(64, 16384));
   detect->add_flag("--mirrored", options->mirrored, "the board is seen in the mirror");
   detect->footer("Prints u,v,px,py, one corner a line.\nExample: typodont calibrate detect view1.png --mirrored");
   detect->callback([options] {
@@ -517,20 +515,20 @@ void add_camera(CLI::App& calibrate) {
   });
 #endif
 
-  CLI::App* camera = calibrate.add_subcommand(
+  cli::Command* camera = calibrate.add_command(
       "camera", "panel and mirror from corners seen by a camera and points touched with the stylus");
   camera->add_option("--sightings", options->sightings, "CSV: picture,on,px,py and u,v or x_mm,y_mm,z_mm (in W)")
       ->required();
   camera->add_option("--rig", options->rig, "rig file to read and to update")->required();
   camera->add_option("--size", options->size, "pixels of the camera's pictures")
       ->expected(2)
-      ->check(CLI::Range(64, 16384));
+      ->check(cli::range(64, 16384));
   camera->add_option("--touch-sigma-mm", options->touch_sigma_mm, "noise of a touch per axis")
-      ->capture_default_str()
-      ->check(CLI::PositiveNumber);
+      ->show_default()
+      ->check(cli::positive());
   camera->add_option("--pixel-sigma", options->pixel_sigma, "noise of a corner per axis")
-      ->capture_default_str()
-      ->check(CLI::PositiveNumber);
+      ->show_default()
+      ->check(cli::positive());
   options->out.add_to(*camera);
   camera->footer(
       "on: 0 a touched point, 1 the panel, 2 the panel in the mirror.\nExample: typodont calibrate camera --sightings "
@@ -600,7 +598,7 @@ void simulate(const std::string& folder, const SimulationOptions& simulation, bo
 
 }  // namespace
 
-void add_calibrate_command(CLI::App& app) {
+void add_calibrate_command(cli::Command& app) {
   struct Options {
     bool simulate = false;
     std::string out;
@@ -609,18 +607,18 @@ void add_calibrate_command(CLI::App& app) {
     std::uint64_t seed = 1;
   };
   auto options = std::make_shared<Options>();
-  CLI::App* calibrate = app.add_subcommand("calibrate", "set up a bench: what you see is where you feel it");
+  cli::Command* calibrate = app.add_command("calibrate", "set up a bench: what you see is where you feel it");
   calibrate->add_flag("--simulate", options->simulate,
                       "run the whole routine against a simulated bench, e.g. --simulate --seed 7 --out bench");
   calibrate->add_option("--out", options->out, "with --simulate: folder for the rig, the captures and the report");
   calibrate->add_flag("--json", options->json, "with --simulate: print the result as JSON");
   calibrate->add_option("--noise-mm", options->noise_mm, "with --simulate: noise of a touch per axis")
-      ->capture_default_str()
-      ->check(CLI::Range(0.0, 5.0));
+      ->show_default()
+      ->check(cli::range(0.0, 5.0));
   calibrate->add_option("--outliers", options->outliers, "with --simulate: share of touches that slip")
-      ->capture_default_str()
-      ->check(CLI::Range(0.0, 0.4));
-  calibrate->add_option("--seed", options->seed, "with --simulate: which bench")->capture_default_str();
+      ->show_default()
+      ->check(cli::range(0.0, 0.4));
+  calibrate->add_option("--seed", options->seed, "with --simulate: which bench")->show_default();
   calibrate->footer(
       "Example: typodont calibrate --simulate --out bench\nExample: typodont calibrate guide screen --rig "
       "bench/rig.json --hand haply:");
@@ -635,9 +633,9 @@ void add_calibrate_command(CLI::App& app) {
   add_guide(*calibrate);
   add_status(*calibrate);
   add_camera(*calibrate);
-  calibrate->require_subcommand(0, 1);
+  calibrate->expect_commands(0, 1);
   calibrate->callback([calibrate, options] {
-    if (!calibrate->get_subcommands().empty()) {
+    if (calibrate->named_command()) {
       if (options->simulate) throw Error("calibrate: found --simulate with a step, expected one of them");
       return;
     }

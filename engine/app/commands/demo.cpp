@@ -1,26 +1,26 @@
 // typodont demo: what ./run demo runs.
 #include "engine/app/demo.h"
 
-#include <CLI/CLI.hpp>
 #include <memory>
 
+#include "engine/app/commands/command_line.h"
 #include "engine/app/commands/commands.h"
 
 namespace typodont {
 
-void add_demo_command(CLI::App& app) {
+void add_demo_command(cli::Command& app) {
   auto options = std::make_shared<DemoOptions>();
-  CLI::App* command =
-      app.add_subcommand("demo", "The showcase: a scripted hand prepares a cavity in a CT molar, offscreen");
+  cli::Command* command =
+      app.add_command("demo", "The showcase: a scripted hand prepares a cavity in a CT molar, offscreen");
   command->footer("Example:\n  typodont demo --out demo");
-  command->add_option("--out", options->out, "folder for what it makes")->capture_default_str();
+  command->add_option("--out", options->out, "folder for what it makes")->show_default();
   command->add_option("--scene", options->scene, "another scene with caries (JSON)");
   command->add_option("--rig", options->rig, "another rig (JSON)");
   command->add_option("--model", options->model, "contact model instead of the scene's (offset, voxel_penalty, …)");
   command->add_option("--fps", options->fps, "frames a second of the film")
-      ->check(CLI::Range(1.0, 120.0))
-      ->capture_default_str();
-  command->add_option("--seconds", options->seconds, "stop after so much session time")->check(CLI::Range(0.1, 1e9));
+      ->check(cli::range(1.0, 120.0))
+      ->show_default();
+  command->add_option("--seconds", options->seconds, "stop after so much session time")->check(cli::range(0.1, 1e9));
   command->callback([options] { run_demo(*options); });
 }
 

@@ -1,15 +1,16 @@
 // typodont devices: what is plugged in, who may open it, and the command that mends what is missing.
+#include "haptics/devices.h"
+
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <cstdlib>
 #include <nlohmann/json.hpp>
 
+#include "engine/app/commands/command_line.h"
 #include "engine/app/commands/commands.h"
 #include "engine/base/log.h"
-#include "haptics/devices/driver.h"
-#include "haptics/devices/udev_rules.h"
+#include "haptics/udev_rules.h"
 
 namespace typodont {
 
@@ -78,9 +79,8 @@ void run(const Options& options) {
 
 }  // namespace
 
-void add_devices_command(CLI::App& app) {
-  auto* command =
-      app.add_subcommand("devices", "List haptic devices, 6-DoF mice and pedals, and what each still needs");
+void add_devices_command(cli::Command& app) {
+  auto* command = app.add_command("devices", "List haptic devices, 6-DoF mice and pedals, and what each still needs");
   command->footer(
       "Examples:\n"
       "  typodont devices\n"
@@ -89,9 +89,7 @@ void add_devices_command(CLI::App& app) {
   auto options = std::make_shared<Options>();
   command->add_flag("--json", options->json, "For machines");
   command->add_option("--install-udev", options->install, "Write the udev rules, here or into a folder")
-      ->expected(0, 1)
-      ->default_str(kRulesFolder)
-      ->type_name("[FOLDER]");
+      ->optional_word(kRulesFolder, "[FOLDER]");
   command->callback([options] { run(*options); });
 }
 

@@ -8,7 +8,6 @@
 #include <unistd.h>
 #include <vulkan/vulkan.h>
 
-#include <CLI/CLI.hpp>
 #include <cerrno>
 #include <cstdlib>
 #include <cstring>
@@ -21,6 +20,7 @@
 #include <thread>
 #include <vector>
 
+#include "engine/app/commands/command_line.h"
 #include "engine/app/commands/commands.h"
 #include "engine/base/error.h"
 #include "engine/base/realtime.h"
@@ -482,9 +482,9 @@ void run(bool json) {
 
 }  // namespace
 
-void add_doctor_command(CLI::App& app) {
-  CLI::App* command =
-      app.add_subcommand("doctor", "Say what this machine has, what is missing, and the command that mends it");
+void add_doctor_command(cli::Command& app) {
+  cli::Command* command =
+      app.add_command("doctor", "Say what this machine has, what is missing, and the command that mends it");
   const auto json = std::make_shared<bool>(false);
   command->add_flag("--json", *json, "print the findings as JSON");
   command->footer(

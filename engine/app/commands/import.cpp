@@ -2,12 +2,13 @@
 #include "haptics/import.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
-#include <CLI/CLI.hpp>
 #include <cmath>
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "engine/app/commands/command_line.h"
 #include "engine/app/commands/commands.h"
 #include "engine/base/error.h"
 #include "engine/base/log.h"
@@ -166,23 +167,24 @@ void run(const Arguments& a) {
 
 }  // namespace
 
-void add_import_command(CLI::App& app) {
+void add_import_command(cli::Command& app) {
   const auto a = std::make_shared<Arguments>();
-  CLI::App* command = app.add_subcommand("import", "Make a tissue volume (.vdb) from a scan or a closed mesh");
-  command->add_option("INPUT", a->input, "scan (.nrrd .nhdr .nii .nii.gz .mha .mhd) or closed mesh (.stl .ply .obj)")
+  cli::Command* command = app.add_command("import", "Make a tissue volume (.vdb) from a scan or a closed mesh");
+  command
+      ->add_option("INPUT", a->input,
+                   fmt::format("scan ({}) or closed mesh ({})", fmt::join(haptics::scan_endings(), " "),
+                               fmt::join(haptics::mesh_endings(), " ")))
       ->required();
   command->add_option("--out", a->out, "volume to write (.vdb)")->required();
-  command->add_option("--preset", a->preset, "what is in it")
-      ->check(CLI::IsMember({"tooth", "bone"}))
-      ->capture_default_str();
+  command->add_option("--preset", a->preset, "what is in it")->check(cli::one_of({"tooth", "bone"}))->show_default();
   command->add_option("--voxel-mm", a->voxel_mm, "voxel of the result; default: the scan's smallest (a mesh: 0.1)");
   command->add_option("--spacing-mm", a->spacing,
                       "X,Y,Z: the scan's true voxel, instead of the file's; one number for all three");
   command->add_option("--thresholds", a->thresholds,
                       "SURFACE[,DENSE]: greys between surround and softer tissue, and between softer and denser; "
                       "default: from the histogram");
-  command->add_option("--band-mm", a->band_mm, "how far from the surface distances are kept")->capture_default_str();
-  command->add_option("--unit-mm", a->unit_mm, "a mesh: millimetres per unit of its file")->capture_default_str();
+  command->add_option("--band-mm", a->band_mm, "how far from the surface distances are kept")->show_default();
+  command->add_option("--unit-mm", a->unit_mm, "a mesh: millimetres per unit of its file")->show_default();
   command->add_option("--shell-mm", a->shell_mm, "a mesh: thickness of enamel (default 1.3) or cortical bone (1.5)");
   command->add_option("--preview", a->preview, "folder for pictures of slices");
   command->add_flag("--json", a->json, "print the report as JSON");

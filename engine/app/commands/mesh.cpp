@@ -1,13 +1,14 @@
 // typodont mesh: the surface that is seen, as a file for other programs.
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <limits>
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "engine/app/commands/command_line.h"
 #include "engine/app/commands/commands.h"
 #include "engine/app/picture/tissue_view.h"
+#include "engine/app/recording/resume.h"
 #include "engine/app/scene.h"
 #include "engine/base/error.h"
 #include "engine/base/progress.h"
@@ -65,16 +66,16 @@ void run(const Options& options) {
 
 }  // namespace
 
-void add_mesh_command(CLI::App& app) {
+void add_mesh_command(cli::Command& app) {
   auto options = std::make_shared<Options>();
-  CLI::App* command = app.add_subcommand("mesh", "Write the surface of a scene or volume as triangles");
+  cli::Command* command = app.add_command("mesh", "Write the surface of a scene or volume as triangles");
   command->footer("Example:\n  typodont mesh assets/scenes/molar-caries.json --out molar.ply --tolerance-mm 0.02");
   command->add_option("input", options->input, "scene (JSON) or volume (.vdb)")->required();
   command->add_option("--out", options->out, "mesh to write: .ply (with tissue colours), .stl or .obj")->required();
   command
       ->add_option("--tolerance-mm", options->tolerance_mm,
                    "how far triangles may lie from the surface (default: a tenth of a voxel)")
-      ->check(CLI::Range(0.0, 100.0));
+      ->check(cli::range(0.0, 100.0));
   command->add_flag("--json", options->json, "print the summary as JSON");
   command->callback([options] { run(*options); });
 }

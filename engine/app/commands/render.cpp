@@ -1,25 +1,27 @@
 // typodont render: pictures of a scene as each eye sees it, without a screen, and the matrices behind them.
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <cmath>
 #include <cstdio>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "engine/app/assets.h"
+#include "engine/app/commands/command_line.h"
 #include "engine/app/commands/commands.h"
 #include "engine/app/picture/picture_stage.h"
-#include "engine/app/picture/surroundings.h"
 #include "engine/app/picture/teaching_views.h"
 #include "engine/app/picture/tissue_view.h"
 #include "engine/app/recording/replay.h"
+#include "engine/app/recording/resume.h"
 #include "engine/app/scene.h"
+#include "engine/app/surroundings/surroundings.h"
 #include "engine/app/task/task.h"
 #include "engine/base/clock.h"
 #include "engine/base/error.h"
 #include "engine/base/units.h"
-#include "haptics/devices/scripted.h"
+#include "haptics/scripted_hand.h"
 
 namespace typodont {
 
@@ -82,7 +84,7 @@ void add_view(PictureStage& stage, const Options& options, const Scene& scene, c
       plane = parse_plane(options.plane);
     }
     stage.show_inside(render::kSectionFace, section_face(volume, dvec3(plane), -plane.w), origin);
-    if (const auto around = surroundings_shape(scene))
+    if (const auto around = surroundings_shape(scene.surroundings))
       stage.show_inside(render::kSectionFaceAround, around->section_face(dvec3(plane), -plane.w, origin), origin);
     stage.show_as(render::View::kSection, plane);
   } else if (options.view == "xray") {
@@ -170,7 +172,7 @@ void run(const Options& options) {
   stage_options.tool = !options.pose.empty() || session;
   stage_options.validation = options.validate;
   PictureStage stage(rig, scene.servo, stage_options);
-  stage.surround(make_surroundings(scene));
+  stage.surround(make_surroundings(scene.surroundings));
   stage.hold_mirror(scene.mouth_mirror);
   TissueView view(surface_tolerance(rig, volume.frame().voxel, stage_options.quality));
   std::vector<render::MeshUpdate> surface = view.update(volume);
@@ -251,24 +253,23 @@ void run(const Options& options) {
 
 }  // namespace
 
-void add_render_command(CLI::App& app) {
+void add_render_command(cli::Command& app) {
   auto options = std::make_shared<Options>();
-  CLI::App* command = app.add_subcommand("render", "Pictures of a scene for both eyes, and the matrices behind them");
+  cli::Command* command = app.add_command("render", "Pictures of a scene for both eyes, and the matrices behind them");
   command->footer(
       "Example:\n  typodont render assets/scenes/molar-caries.json --rig closeup --out pictures --size 1280x1024");
   command->add_option("scene", options->scene, "scene file (JSON), or a recorded session (.h5)")->required();
-  command->add_option("--rig", options->rig, "rig file (JSON), or the name of one in assets/rigs")
-      ->capture_default_str();
+  command->add_option("--rig", options->rig, "rig file (JSON), or the name of one in assets/rigs")->show_default();
   command->add_option("--out", options->out, "folder for left.png, right.png, screen.png and frame.json")->required();
   command->add_option("--size", options->size, "WIDTHxHEIGHT of one eye's picture; the rig's pixels when not given");
   command->add_option("--eye", options->eye, "which eye to write; screen.png comes with both")
-      ->check(CLI::IsMember({"left", "right", "both"}))
-      ->capture_default_str();
+      ->check(cli::one_of({"left", "right", "both"}))
+      ->show_default();
   command->add_option("--pose", options->pose, "HAND.csv: draw the tool where the hand holds it");
-  command->add_option("--at", options->at, "time in HAND.csv or in the session, s")->capture_default_str();
+  command->add_option("--at", options->at, "time in HAND.csv or in the session, s")->show_default();
   command->add_option("--view", options->view, "as it looks, or for teaching: cut open, as glass, against an ideal")
-      ->check(CLI::IsMember({"look", "section", "xray", "difference"}))
-      ->capture_default_str();
+      ->check(cli::one_of({"look", "section", "xray", "difference"}))
+      ->show_default();
   command->add_option("--plane", options->plane,
                       "section: NX,NY,NZ,OFFSET_MM, what lies where N·p > OFFSET stays; else through the middle");
   command->add_option("--ideal", options->ideal,
@@ -277,8 +278,8 @@ void add_render_command(CLI::App& app) {
   std::vector<std::string> steps;
   for (const render::Quality& step : render::kQualityLadder) steps.emplace_back(step.name);
   command->add_option("--quality", options->quality, "step of the quality ladder")
-      ->check(CLI::IsMember(steps))
-      ->capture_default_str();
+      ->check(cli::one_of(steps))
+      ->show_default();
   command->add_flag("--hud", options->hud, "draw the writing too");
   command->add_flag("--validate", options->validate, "run under the Vulkan validation layer and count its messages");
   command->add_flag("--json", options->json, "print frame.json on standard output too");

@@ -3,7 +3,6 @@
 
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <fstream>
 #include <iterator>
@@ -11,8 +10,9 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "engine/app/commands/command_line.h"
 #include "engine/app/commands/commands.h"
-#include "engine/app/recording/playback.h"
+#include "engine/app/review/playback.h"
 #include "engine/base/error.h"
 #include "engine/base/log.h"
 #include "engine/base/progress.h"
@@ -139,10 +139,10 @@ void run(Options options) {
 
 }  // namespace
 
-void add_replay_command(CLI::App& app) {
+void add_replay_command(cli::Command& app) {
   auto options = std::make_shared<Options>();
   PlaybackOptions& p = options->playback;
-  CLI::App* command = app.add_subcommand("replay", "Run a recorded session again, bit for bit; watch it, film it");
+  cli::Command* command = app.add_command("replay", "Run a recorded session again, bit for bit; watch it, film it");
   command->footer(
       "In the window: space pauses, arrows left and right seek 5 s, up and down change the speed, R plays backwards, L "
       "loops,\n"
@@ -160,21 +160,19 @@ void add_replay_command(CLI::App& app) {
   command->add_option("--rig", p.rig,
                       "rig file (JSON), or the name of one in assets/rigs; window, or closeup for a film");
   command->add_option("--eye-mm", options->eye, "X,Y,Z: other eyes, where the head is in the workbench");
-  command->add_option("--ipd-mm", options->ipd, "distance between the eyes")->check(CLI::Range(0.0, 100.0));
+  command->add_option("--ipd-mm", options->ipd, "distance between the eyes")->check(cli::range(0.0, 100.0));
   command->add_option("--from", p.from, "where to begin, s of the recording");
   command->add_option("--to", p.to, "where to end");
   command->add_option("--speed", p.speed, "how many times as fast; negative: backwards")
-      ->check(CLI::Range(-64.0, 64.0));
+      ->check(cli::range(-64.0, 64.0));
   command->add_option("--loop", p.loops, "how often a film shows it; a window loops unless 0")
-      ->check(CLI::Range(0, 1000));
-  command->add_option("--fps", p.fps, "pictures a second of a film")
-      ->check(CLI::Range(1.0, 240.0))
-      ->capture_default_str();
+      ->check(cli::range(0, 1000));
+  command->add_option("--fps", p.fps, "pictures a second of a film")->check(cli::range(1.0, 240.0))->show_default();
   command->add_option("--view", p.view, "as it looks, or for teaching")
-      ->check(CLI::IsMember({"look", "section", "xray", "difference"}))
-      ->capture_default_str();
+      ->check(cli::one_of({"look", "section", "xray", "difference"}))
+      ->show_default();
   command->add_option("--monitor", p.monitor, "show it full screen on this monitor, 0 is the first")
-      ->check(CLI::NonNegativeNumber);
+      ->check(cli::not_negative());
   command->add_option("--with", options->with,
                       "the same hand with another contact: a JSON file or object with keys of a scene that differ");
   command->add_option("--out", options->out, "the session that --with makes (.h5)");

@@ -3,15 +3,15 @@
 
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <cstdlib>
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "engine/app/commands/command_line.h"
 #include "engine/app/commands/commands.h"
-#include "engine/app/recording/session_report.h"
+#include "engine/app/review/session_report.h"
 #include "engine/base/error.h"
 #include "engine/base/json.h"
 #include "engine/base/log.h"
@@ -129,8 +129,8 @@ void run(const Options& options) {
 
 }  // namespace
 
-void add_report_command(CLI::App& app) {
-  CLI::App* command = app.add_subcommand("report", "Make a report (one HTML page) from a recorded session");
+void add_report_command(cli::Command& app) {
+  cli::Command* command = app.add_command("report", "Make a report (one HTML page) from a recorded session");
   const auto options = std::make_shared<Options>();
   command
       ->add_option("SESSION", options->session,

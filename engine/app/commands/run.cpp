@@ -1,18 +1,18 @@
 // typodont run: a live session.
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <array>
 #include <cmath>
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "engine/app/commands/command_line.h"
 #include "engine/app/commands/commands.h"
 #include "engine/app/recording/resume.h"
 #include "engine/app/workbench.h"
 #include "engine/base/log.h"
 #include "engine/base/units.h"
-#include "haptics/devices/safety.h"
+#include "haptics/device_safety.h"
 
 namespace typodont {
 
@@ -88,10 +88,10 @@ void run(const Options& options) {
 
 }  // namespace
 
-void add_run_command(CLI::App& app) {
+void add_run_command(cli::Command& app) {
   auto options = std::make_shared<Options>();
   WorkbenchOptions& w = options->workbench;
-  CLI::App* command = app.add_subcommand("run", "Run a scene live: with a display, the mouse is the hand");
+  cli::Command* command = app.add_command("run", "Run a scene live: with a display, the mouse is the hand");
   command->footer(
       "Z takes the last stroke back, Y brings it again; S saves the tissue.\n"
       "Example:\n  typodont run assets/scenes/molar-caries.json --record session.h5\n"
@@ -102,12 +102,12 @@ void add_run_command(CLI::App& app) {
   command->add_option("--left-hand", w.left_hand, "a second hand, with the mouth mirror: the same addresses");
   command->add_option("--pedal", w.pedal, "auto, none, or a pedal's path or serial (typodont devices)");
   command->add_option("--rate", w.rate, "servo rate where the hand leaves the choice, Hz")
-      ->check(CLI::Range(500.0, 10000.0))
-      ->capture_default_str();
+      ->check(cli::range(500.0, 10000.0))
+      ->show_default();
   command->add_option("--audio", w.audio, "portaudio:[DEVICE], wav:FILE or none:");
   command->add_option("--record", w.record, "record the session (.h5)");
   command->add_option("--monitor", w.monitor, "show the picture full screen on this monitor, 0 is the first")
-      ->check(CLI::NonNegativeNumber);
+      ->check(cli::not_negative());
   command->add_option(
       "--touches", w.touches,
       "pairs for 'calibrate register': touch a headset controller's tip with the arm, pull the trigger");
@@ -115,7 +115,7 @@ void add_run_command(CLI::App& app) {
   command->add_option("--resume", options->resume,
                       "go on from a saved tissue (.vdb) or from a recorded session's end (.h5)");
   command->add_option("--model", options->model, "contact model instead of the scene's (offset, voxel_penalty, …)");
-  command->add_option("--seconds", w.seconds, "end after so long")->check(CLI::PositiveNumber);
+  command->add_option("--seconds", w.seconds, "end after so long")->check(cli::positive());
   command->add_flag("--explain", w.explain,
                     "say what is active, and why the rest is not; at the end, what was done, kind by kind");
   command->add_flag("--json", options->json, "print the summary as JSON");

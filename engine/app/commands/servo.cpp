@@ -1,16 +1,16 @@
 // typodont servo: the haptic core alone, deterministic, as fast as it can.
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "engine/app/commands/command_line.h"
 #include "engine/app/commands/commands.h"
 #include "engine/app/hands/expert_hand.h"
-#include "engine/app/hands/replay_hand.h"
 #include "engine/app/haptic_loop.h"
+#include "engine/app/recording/replay_hand.h"
 #include "engine/app/recording/resume.h"
 #include "engine/app/recording/session_record.h"
 #include "engine/base/error.h"
@@ -20,7 +20,7 @@
 #include "engine/base/units.h"
 #include "engine/session/recorder.h"
 #include "engine/session/ticks_csv.h"
-#include "haptics/devices/scripted.h"
+#include "haptics/scripted_hand.h"
 
 namespace typodont {
 
@@ -162,10 +162,10 @@ void run(const Options& options) {
 
 }  // namespace
 
-void add_servo_command(CLI::App& app) {
+void add_servo_command(cli::Command& app) {
   auto options = std::make_shared<Options>();
-  CLI::App* command =
-      app.add_subcommand("servo", "Run the haptic core alone on a scripted hand: same input, same bytes out");
+  cli::Command* command =
+      app.add_command("servo", "Run the haptic core alone on a scripted hand: same input, same bytes out");
   command->footer(
       "Example:\n  typodont servo assets/scenes/molar-caries.json --hand hand.csv --out ticks.csv --rate 4000");
   command->add_option("scene", options->scene, "scene file (JSON)")->required();
@@ -175,12 +175,10 @@ void add_servo_command(CLI::App& app) {
           "HAND.csv, a path; HAND.json, a simulated hand; replay:SESSION.h5; or expert:, a hand that knows the task")
       ->required();
   command->add_option("--out", options->out, "ticks to write: .csv, or .h5 for a session")->required();
-  command->add_option("--rate", options->rate, "servo rate, Hz")
-      ->check(CLI::Range(10.0, 100000.0))
-      ->capture_default_str();
+  command->add_option("--rate", options->rate, "servo rate, Hz")->check(cli::range(10.0, 100000.0))->show_default();
   command->add_option("--model", options->model, "contact model instead of the scene's (offset, voxel_penalty, …)");
   command->add_option("--stall-carver-ms", options->stall_ms, "once a second the carver stands still for so long")
-      ->check(CLI::Range(0.0, 500.0));
+      ->check(cli::range(0.0, 500.0));
   command->add_option("--save", options->save, "save the tissue afterwards (.vdb)");
   command->add_flag(
       "--no-timing", options->no_timing,

@@ -1,7 +1,6 @@
 // typodont sound: fit a model to a recording, make sound from a model, compare two sounds.
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
@@ -13,6 +12,7 @@
 #include "audio/contact_track.h"
 #include "audio/drill_synth.h"
 #include "audio/sound_file.h"
+#include "engine/app/commands/command_line.h"
 #include "engine/app/commands/commands.h"
 #include "engine/base/error.h"
 #include "engine/base/json.h"
@@ -259,32 +259,31 @@ void run_compare(const CompareCommand& c) {
 
 }  // namespace
 
-void add_sound_command(CLI::App& app) {
-  CLI::App* sound = app.add_subcommand("sound", "Drill sound: models from recordings, sound from models");
-  sound->require_subcommand(1);
+void add_sound_command(cli::Command& app) {
+  cli::Command* sound = app.add_command("sound", "Drill sound: models from recordings, sound from models");
+  sound->expect_commands(1, 1);
   sound->footer(
       "Example:\n  typodont sound fit drill.wav --out drill.json\n"
       "  typodont sound synth drill.json --seconds 5 --out model.wav\n"
       "  typodont sound compare drill.wav model.wav");
 
   auto fit = std::make_shared<FitCommand>();
-  CLI::App* f = sound->add_subcommand("fit", "Fit an autoregressive model to a recording");
+  cli::Command* f = sound->add_command("fit", "Fit an autoregressive model to a recording");
   f->add_option("input", fit->input, "Recording (WAV, FLAC, OGG, AIFF)")->required();
   f->add_option("--out", fit->out, "Model file to write")->required();
   f->add_option("--order", fit->options.order, "Poles: a number, or aic or bic to let the criterion choose")
-      ->capture_default_str();
-  f->add_option("--max-order", fit->options.max_order, "The highest order a criterion may choose")
-      ->capture_default_str();
-  f->add_option("--method", fit->options.method, "burg, yule-walker or modified-covariance")->capture_default_str();
-  f->add_option("--window", fit->options.window, "none, hann, hamming or blackman")->capture_default_str();
+      ->show_default();
+  f->add_option("--max-order", fit->options.max_order, "The highest order a criterion may choose")->show_default();
+  f->add_option("--method", fit->options.method, "burg, yule-walker or modified-covariance")->show_default();
+  f->add_option("--window", fit->options.window, "none, hann, hamming or blackman")->show_default();
   f->add_option("--rate", fit->options.rate, "Rate of the model in Hz; the recording is resampled (default: its own)");
   f->add_option("--channel", fit->options.channel, "Channel, from 0 (default: the mean of all)")
-      ->check(CLI::NonNegativeNumber);
+      ->check(cli::not_negative());
   f->add_option("--from", fit->options.from, "Start in the recording, s");
   f->add_option("--to", fit->options.to, "End in the recording, s");
   f->add_flag("--steady", fit->options.steady, "Fit only the longest stretch of even loudness");
   f->add_flag("--no-trim", fit->no_trim, "Keep silence at both ends");
-  f->add_option("--hum", fit->options.hum, "Mains hum to remove: auto, off, 50 or 60")->capture_default_str();
+  f->add_option("--hum", fit->options.hum, "Mains hum to remove: auto, off, 50 or 60")->show_default();
   f->add_option("--spindle-krpm", fit->spindle_krpm, "Speed of the drill in the recording (default: estimated)");
   f->add_option("--name", fit->options.name, "Name of the model");
   f->add_option("--source", fit->options.source, "Where the recording comes from");
@@ -297,13 +296,13 @@ void add_sound_command(CLI::App& app) {
   f->callback([fit] { run_fit(*fit); });
 
   auto synth = std::make_shared<SynthCommand>();
-  CLI::App* s = sound->add_subcommand("synth", "Make sound from a model or a voice");
+  cli::Command* s = sound->add_command("synth", "Make sound from a model or a voice");
   s->add_option("model", synth->model, "Model or voice file")->required();
   s->add_option("--seconds", synth->seconds, "Length (default: that of the contact file)");
   s->add_option("--out", synth->out, "WAV file to write")->required();
   s->add_option("--contact", synth->contact, "What the hand does: a contact file, or ticks of typodont servo");
   s->add_option("--rate", synth->rate, "Rate of the WAV file in Hz (default: the model's)");
-  s->add_option("--seed", synth->seed, "Seed of the noise: same seed, same bytes")->capture_default_str();
+  s->add_option("--seed", synth->seed, "Seed of the noise: same seed, same bytes")->show_default();
   s->add_option("--spindle-krpm", synth->spindle_krpm, "Speed at which the model sounds as recorded");
   s->add_flag("--float", synth->wide, "32-bit float samples instead of 16-bit");
   s->add_flag("--json", synth->json, "Print what was made as JSON");
@@ -317,10 +316,10 @@ void add_sound_command(CLI::App& app) {
   s->callback([synth] { run_synth(*synth); });
 
   auto compare = std::make_shared<CompareCommand>();
-  CLI::App* p = sound->add_subcommand("compare", "Compare two sounds: spectra, level, tones");
+  cli::Command* p = sound->add_command("compare", "Compare two sounds: spectra, level, tones");
   p->add_option("a", compare->a, "Sound file")->required();
   p->add_option("b", compare->b, "Sound file")->required();
-  p->add_option("--up-to-hz", compare->up_to, "Highest frequency compared")->capture_default_str();
+  p->add_option("--up-to-hz", compare->up_to, "Highest frequency compared")->show_default();
   p->add_option("--at-most-db", compare->at_most, "Exit with 1 when the log-spectral distance is larger");
   p->add_flag("--json", compare->json, "Print the comparison as JSON");
   p->footer("Example:\n  typodont sound compare recording.wav model.wav --at-most-db 1");

@@ -16,12 +16,13 @@
 #include <mutex>
 #include <thread>
 
+#include "engine/app/assets.h"
 #include "engine/app/scene.h"
 #include "engine/base/error.h"
 #include "engine/base/log.h"
 #include "engine/base/units.h"
 #include "engine/display/head_tracker.h"
-#include "haptics/devices/driver.h"
+#include "haptics/devices.h"
 
 namespace typodont {
 

@@ -15,6 +15,7 @@
 #include <utility>
 
 #include "audio/audio_output.h"
+#include "engine/app/assets.h"
 #include "engine/app/scene.h"
 #include "engine/base/error.h"
 #include "engine/base/json.h"
@@ -25,7 +26,7 @@
 #include "engine/display/keys.h"
 #include "engine/display/output.h"
 #include "engine/render/picture.h"
-#include "haptics/devices/driver.h"
+#include "haptics/devices.h"
 
 namespace typodont {
 

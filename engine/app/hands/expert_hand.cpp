@@ -255,7 +255,7 @@ class Plan {
           u(R_WT * dvec3(1, 0, 0)),
           v(R_WT * dvec3(0, 1, 0)),
           w(R_WT * dvec3(0, 0, 1)),
-          half(t.shape == haptics::HeadShape::kSphere ? t.radius() : t.length / 2),
+          half(t.half()),
           field(t, 1) {
       for (const haptics::HeadSample& sample : haptics::sample_head(t, kHeadPoints)) head.push_back(R_WT * sample.p_TQ);
     }

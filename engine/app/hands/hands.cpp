@@ -6,12 +6,12 @@
 #include <cstdlib>
 #include <filesystem>
 
+#include "engine/app/assets.h"
 #include "engine/app/scene.h"
 #include "engine/base/error.h"
 #include "engine/base/realtime.h"
-#include "haptics/devices/driver.h"
-#include "haptics/devices/pedal.h"
-#include "haptics/devices/safe_device.h"
+#include "haptics/device_safety.h"
+#include "haptics/devices.h"
 
 namespace typodont {
 
@@ -70,12 +70,7 @@ void add_window_drivers() {
   const auto opened_by_the_window = [](const std::string& scheme, const char* needed) {
     return [scheme, needed](const std::string& rest, const haptics::HandOptions& options) {
       if (!options.window) throw Error("--hand", "", scheme + ":" + rest, needed);
-      auto hand = options.window(scheme, rest);
-      if (options.pedal.empty()) return hand;
-      auto pedal = haptics::open_pedal(options.pedal);
-      if (!pedal) return hand;
-      return haptics::with_pedal(std::move(hand), std::move(pedal),
-                                 [which = options.pedal] { return haptics::open_pedal(which); });
+      return haptics::add_pedal(options.window(scheme, rest), options.pedal);
     };
   };
   haptics::Driver mouse;

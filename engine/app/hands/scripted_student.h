@@ -2,7 +2,7 @@
 // by layer. For demonstrations and for tests that need a plausible session on any scene with a lesion.
 #pragma once
 
-#include "haptics/devices/scripted.h"
+#include "haptics/scripted_hand.h"
 #include "haptics/tissue_volume.h"
 
 namespace typodont {

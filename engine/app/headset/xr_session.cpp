@@ -21,11 +21,11 @@
 #include "engine/app/picture/live_views.h"
 #include "engine/app/picture/picture_stage.h"
 #include "engine/app/picture/quality_ladder.h"
-#include "engine/app/picture/surroundings.h"
+#include "engine/app/surroundings/surroundings.h"
 #include "engine/base/error.h"
 #include "engine/base/log.h"
 #include "engine/base/units.h"
-#include "haptics/devices/exit_guard.h"
+#include "haptics/device_safety.h"
 
 namespace typodont {
 
@@ -107,7 +107,7 @@ struct XrSession::Thread {
         wiring(w),
         options(o) {
     if (options.debris) debris.emplace(scene.servo.materials, tissue);
-    surroundings = make_surroundings(scene);
+    surroundings = make_surroundings(scene.surroundings);
     mirror = scene_mirror = scene.mouth_mirror;
   }
 
@@ -377,41 +377,6 @@ void write_touches(const std::filesystem::path& file, std::span<const XrSession:
     text += fmt::format("{:.4f},{:.4f},{:.4f},{:.4f},{:.4f},{:.4f}\n", h.x, h.y, h.z, d.x, d.y, d.z);
   }
   write_file_atomically(file, text);
-}
-
-session::StreamSpec xr_stream() {
-  return {"headset",
-          {{"drawn", ""},
-           {"missed", ""},
-           {"pose_to_submit_s", "s"},
-           {"margin_s", "s"},
-           {"position_error_m", "m"},
-           {"angle_error_rad", "rad"},
-           {"head_x_m", "m"},
-           {"head_y_m", "m"},
-           {"head_z_m", "m"},
-           {"head_qw", ""},
-           {"head_qx", ""},
-           {"head_qy", ""},
-           {"head_qz", ""}}};
-}
-
-std::vector<double> xr_stream_row(const display::HmdTiming& timing) {
-  constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
-  const Pose& X = timing.X_WH;
-  return {timing.drawn ? 1.0 : 0.0,
-          static_cast<double>(timing.missed),
-          timing.pose_to_submit,
-          timing.margin > -1e8 ? timing.margin : kUnknown,
-          timing.judged ? timing.position_error : kUnknown,
-          timing.judged ? timing.angle_error : kUnknown,
-          X.p.x,
-          X.p.y,
-          X.p.z,
-          X.R.w,
-          X.R.x,
-          X.R.y,
-          X.R.z};
 }
 
 }  // namespace typodont

@@ -14,7 +14,6 @@
 #include "engine/app/work_counts.h"
 #include "engine/debris/debris.h"
 #include "engine/display/display_rig.h"
-#include "engine/session/session_data.h"
 
 namespace typodont {
 
@@ -64,9 +63,5 @@ class XrSession {
 
 /// As `calibrate register --pairs` reads them. Throws Error where the file cannot be written.
 void write_touches(const std::filesystem::path& file, std::span<const XrSession::Touch> touches);
-
-/// What a headset adds to a recording: one row a frame (display::HmdTiming).
-session::StreamSpec xr_stream();
-std::vector<double> xr_stream_row(const display::HmdTiming& timing);
 
 }  // namespace typodont

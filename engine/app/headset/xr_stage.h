@@ -5,7 +5,7 @@
 #include <optional>
 #include <span>
 
-#include "engine/app/picture/surroundings.h"
+#include "engine/app/surroundings/surroundings.h"
 #include "engine/contract/contact.h"
 #include "engine/display/hmd.h"
 #include "engine/render/renderer.h"

@@ -9,7 +9,7 @@
 
 #include "engine/app/live/session.h"
 #include "engine/app/picture/tissue_view.h"
-#include "engine/app/task/paint_file.h"
+#include "engine/app/tissue/paint_file.h"
 #include "engine/base/log.h"
 #include "haptics/work.h"
 

@@ -3,9 +3,7 @@
 #include <cmath>
 #include <thread>
 
-#include "engine/app/headset/xr_session.h"
 #include "engine/app/live/session.h"
-#include "engine/app/picture/picture_record.h"
 #include "engine/app/recording/resume.h"
 #include "engine/app/recording/session_record.h"
 

@@ -11,7 +11,7 @@
 #include "engine/app/recording/session_record.h"
 #include "engine/app/scene.h"
 #include "engine/app/sound_link.h"
-#include "engine/app/task/stroke_book.h"
+#include "engine/app/tissue/stroke_book.h"
 #include "engine/app/wiring.h"
 #include "engine/session/recorder.h"
 #include "haptics/carver.h"

@@ -97,7 +97,7 @@ void draw_import(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   ImGui::PopFont();
   ImportForm& f = s.import;
   if (key('I', true)) ImGui::SetKeyboardFocusHere();
-  file_field("file", s.text("op.import_file"), f.file, f.chooser, kToothEndings, s, w);
+  file_field("file", s.text("op.import_file"), f.file, f.chooser, tooth_endings(), s, w);
   ImGui::SetNextItemWidth(-1);
   ImGui::InputTextWithHint("##name", s.text("op.import_name"), f.name.data(), f.name.size());
   const float half = 0.5f * (ImGui::GetContentRegionAvail().x - ImGui::GetStyle().ItemSpacing.x);

@@ -8,7 +8,7 @@
 #include "engine/app/operator/interface_window.h"
 #include "engine/app/operator/scene_pictures.h"
 #include "engine/app/operator/state.h"
-#include "haptics/devices/driver.h"
+#include "haptics/devices.h"
 
 namespace typodont {
 

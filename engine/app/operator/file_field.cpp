@@ -8,12 +8,13 @@
 
 #include "engine/app/operator/widgets.h"
 #include "engine/display/keys.h"
+#include "haptics/import.h"
 
 namespace typodont {
 
 namespace fs = std::filesystem;
 
-void look_into(FileChooser& chooser, const fs::path& folder, std::span<const std::string_view> endings) {
+void look_into(FileChooser& chooser, const fs::path& folder, std::span<const std::string> endings) {
   chooser.folder = folder;
   chooser.folders.clear();
   chooser.files.clear();
@@ -22,17 +23,26 @@ void look_into(FileChooser& chooser, const fs::path& folder, std::span<const std
        !code && entry != fs::directory_iterator(); entry.increment(code)) {
     const fs::path name = entry->path().filename();
     if (name.string().starts_with(".")) continue;
-    std::string ending = name.extension().string();
-    std::transform(ending.begin(), ending.end(), ending.begin(),
+    std::string lower = name.string();
+    std::transform(lower.begin(), lower.end(), lower.begin(),
                    [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
     std::error_code unknown;
     if (entry->is_directory(unknown))
       chooser.folders.push_back(name);
-    else if (std::find(endings.begin(), endings.end(), ending) != endings.end())
+    else if (std::any_of(endings.begin(), endings.end(), [&](const std::string& e) { return lower.ends_with(e); }))
       chooser.files.push_back(name);
   }
   std::sort(chooser.folders.begin(), chooser.folders.end());
   std::sort(chooser.files.begin(), chooser.files.end());
+}
+
+const std::vector<std::string>& tooth_endings() {
+  static const std::vector<std::string> all = [] {
+    std::vector<std::string> endings = haptics::mesh_endings();
+    endings.insert(endings.end(), haptics::scan_endings().begin(), haptics::scan_endings().end());
+    return endings;
+  }();
+  return all;
 }
 
 namespace widgets {
@@ -58,7 +68,7 @@ bool line(const std::string& name) {
 }  // namespace
 
 void file_field(const char* id, const char* hint, std::span<char> text, FileChooser& chooser,
-                std::span<const std::string_view> endings, OperatorState& s, InterfaceWindow& w) {
+                std::span<const std::string> endings, OperatorState& s, InterfaceWindow& w) {
   const float u = w.style().unit;
   const std::string list = s.text("op.list_files");
   ImGui::PushID(id);

@@ -1,10 +1,9 @@
 // A file's path on a page: typed, or picked from a list of what lies there. Main thread.
 #pragma once
 
-#include <array>
 #include <filesystem>
 #include <span>
-#include <string_view>
+#include <string>
 #include <vector>
 
 namespace typodont {
@@ -17,11 +16,11 @@ struct FileChooser {
   int opened = 0;                                     // times
 };
 
-/// What lies in the folder, hidden things left out; where it cannot be read, nothing.
-void look_into(FileChooser& chooser, const std::filesystem::path& folder, std::span<const std::string_view> endings);
+/// What lies in the folder, hidden things left out; of its files those with these endings (lower case: ".stl"). Where
+/// it cannot be read, nothing.
+void look_into(FileChooser& chooser, const std::filesystem::path& folder, std::span<const std::string> endings);
 
-inline constexpr std::array<std::string_view, 3> kMeshEndings = {".stl", ".ply", ".obj"};
-inline constexpr std::array<std::string_view, 10> kToothEndings = {".stl", ".ply", ".obj", ".nrrd", ".nhdr",
-                                                                   ".nii", ".gz",  ".hdr", ".mha",  ".mhd"};
+/// Of the files that a tooth can be made from: scans and meshes.
+const std::vector<std::string>& tooth_endings();
 
 }  // namespace typodont

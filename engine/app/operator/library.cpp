@@ -11,13 +11,14 @@
 #include <ctime>
 #include <nlohmann/json.hpp>
 
+#include "engine/app/assets.h"
 #include "engine/app/scene.h"
 #include "engine/base/cache.h"
 #include "engine/base/error.h"
 #include "engine/base/json.h"
 #include "engine/base/units.h"
 #include "engine/display/display_rig.h"
-#include "haptics/devices/driver.h"
+#include "haptics/devices.h"
 
 namespace typodont {
 

@@ -6,6 +6,7 @@
 #include "engine/app/operator/widgets.h"
 #include "engine/base/units.h"
 #include "engine/display/keys.h"
+#include "haptics/import.h"
 
 namespace typodont {
 
@@ -112,7 +113,7 @@ void draw_exercise_form(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   ImGui::SameLine();
   from("op.ideal_mesh", IdealFrom::kMesh);
   if (f.ideal == IdealFrom::kMesh) {
-    file_field("mesh", s.text("op.ideal_mesh_file"), f.mesh, f.chooser, kMeshEndings, s, w);
+    file_field("mesh", s.text("op.ideal_mesh_file"), f.mesh, f.chooser, haptics::mesh_endings(), s, w);
     ImGui::SetNextItemWidth(12 * u);
     unit_field(f.mesh_unit_mm);
   }

@@ -8,7 +8,7 @@
 #include "engine/app/operator/session_controls.h"
 #include "engine/base/units.h"
 #include "engine/display/keys.h"
-#include "engine/session/format/columns.h"
+#include "engine/session/session_data.h"
 
 namespace typodont {
 

@@ -8,7 +8,7 @@
 #include "engine/app/operator/archive.h"
 #include "engine/app/operator/child.h"
 #include "engine/app/operator/library.h"
-#include "engine/app/recording/session_report.h"
+#include "engine/app/review/session_report.h"
 #include "engine/base/log.h"
 #include "engine/session/report.h"
 #include "engine/session/session_file.h"

@@ -42,7 +42,7 @@ bool key(int code, bool control = false);
 
 /// A path, and with Ctrl+O the list of what lies there. `endings`: of files, in small letters.
 void file_field(const char* id, const char* hint, std::span<char> text, FileChooser& chooser,
-                std::span<const std::string_view> endings, OperatorState& s, InterfaceWindow& w);
+                std::span<const std::string> endings, OperatorState& s, InterfaceWindow& w);
 /// Millimetres a mesh's unit has.
 void unit_field(float& unit_mm);
 

@@ -304,7 +304,7 @@ void LiveViews::run() {
     for (std::size_t i = 0; i < 2; ++i) {  // after the tooth's: what stands around is looked at less
       if (!around[i]) continue;
       try {
-        if (!surroundings) surroundings = surroundings_shape(scene_);
+        if (!surroundings) surroundings = surroundings_shape(scene_.surroundings);
         const glm::dvec4& plane = wishes[i].plane;
         Made made{static_cast<Eyes>(i),
                   wishes[i],

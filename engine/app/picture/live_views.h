@@ -13,9 +13,9 @@
 #include <unordered_map>
 #include <vector>
 
+#include "engine/app/field/tooth_field.h"
 #include "engine/app/picture/look.h"
 #include "engine/app/picture/picture_stage.h"
-#include "engine/app/picture/tooth_field.h"
 #include "engine/app/scene.h"
 #include "engine/app/wiring.h"
 #include "engine/session/explore.h"

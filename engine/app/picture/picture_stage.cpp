@@ -15,31 +15,23 @@ namespace {
 
 constexpr double kReadEvery = 0.1;  // s between numbers of the writing: quicker ones nobody reads
 
-constexpr const char* shape_name(haptics::HeadShape shape) {
-  switch (shape) {
-    case haptics::HeadShape::kSphere:
-      return "sphere";
-    case haptics::HeadShape::kShaft:
-    case haptics::HeadShape::kCylinder:
-      return "cylinder";
-    case haptics::HeadShape::kRoundEndCylinder:
-      return "round_end_cylinder";
-    case haptics::HeadShape::kCone:
-      return "cone";
-    case haptics::HeadShape::kPear:
-      return "pear";
-    case haptics::HeadShape::kFlame:
-      return "flame";
-    case haptics::HeadShape::kInvertedCone:
-      return "inverted_cone";
+/// With a look of its own where the renderer has one for it, else as it is felt.
+render::ToolShape shape_of(const haptics::Tool& tool) {
+  const std::string_view name = name_of(tool.shape);
+  if (render::has_own_look(name)) return render::tool_shape(name, tool.diameter, tool.length);
+  constexpr int kSteps = 48;
+  std::vector<glm::dvec2> outline;
+  for (int i = 0; i <= kSteps; ++i) {
+    const double z = tool.half() * (2.0 * i / kSteps - 1);
+    outline.push_back({tool.profile(z), z});
   }
-  return "sphere";
+  return render::outlined_shape(std::move(outline));
 }
 
 /// As the catalogue calls it, without its size: "round" of round_012; an inline tool goes by its form.
 std::string catalogue_name(const haptics::Tool& tool) {
   std::string name = tool.name;
-  if (name.empty()) name = tool.shape == haptics::HeadShape::kSphere ? "round" : shape_name(tool.shape);
+  if (name.empty()) name = tool.shape == haptics::HeadShape::kSphere ? "round" : name_of(tool.shape);
   const std::size_t size = name.find_last_not_of("0123456789");
   if (size != std::string::npos && size + 1 < name.size() && name[size] == '_') name.resize(size);
   std::replace(name.begin(), name.end(), '_', ' ');
@@ -86,7 +78,7 @@ void count_frame(const render::FrameStats& stats, WorkCounts& work) {
 }
 
 render::ToolMesh tool_mesh(const haptics::Tool& tool) {
-  render::ToolShape shape = render::tool_shape(shape_name(tool.shape), tool.diameter, tool.length);
+  render::ToolShape shape = shape_of(tool);
   if (!tool.turns()) shape.flutes = 0;
   return render::make_tool_mesh(shape);
 }

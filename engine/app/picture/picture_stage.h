@@ -7,8 +7,8 @@
 #include <span>
 
 #include "engine/app/picture/detail.h"
-#include "engine/app/picture/surroundings.h"
 #include "engine/app/scene.h"
+#include "engine/app/surroundings/surroundings.h"
 #include "engine/app/work_counts.h"
 #include "engine/contract/contact.h"
 #include "engine/display/display_rig.h"

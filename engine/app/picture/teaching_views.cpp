@@ -4,9 +4,9 @@
 #include <array>
 #include <cmath>
 
-#include "engine/app/picture/field_mesh.h"
-#include "engine/app/picture/plane_face.h"
-#include "engine/app/picture/tooth_field.h"
+#include "engine/app/field/field_mesh.h"
+#include "engine/app/field/plane_face.h"
+#include "engine/app/field/tooth_field.h"
 
 namespace typodont {
 

@@ -4,6 +4,7 @@
 #include <functional>
 #include <vector>
 
+#include "engine/app/field/brick_update.h"
 #include "engine/app/picture/label_blocks.h"
 #include "engine/render/renderer.h"
 #include "engine/surface/mesh_export.h"
@@ -11,10 +12,6 @@
 #include "haptics/tissue_volume.h"
 
 namespace typodont {
-
-/// One brick as the renderer takes it; nullptr: nothing is left of it. Positions become metres from the volume's
-/// origin.
-render::MeshUpdate brick_update(const glm::ivec3& key, const surface::BrickMesh* mesh, double voxel);
 
 /// The whole surface at once, corners shared. `tolerance`: how far triangles may lie from it, voxels; `progress`: told
 /// its share, 0..1; what that throws ends the work.

@@ -5,20 +5,16 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "engine/app/assets.h"
 #include "engine/app/recording/replay.h"
 #include "engine/base/error.h"
 #include "engine/base/units.h"
 
 namespace typodont {
 
-Scene with_resume(const Scene& scene, const std::filesystem::path& file) {
-  if (file.extension() != ".vdb" && file.extension() != ".h5")
-    throw Error("--resume", "", file.string(), "a volume (.vdb) or a session (.h5)");
-  auto json = nlohmann::ordered_json::parse(scene.text);
-  json["resume"] = std::filesystem::absolute(file).string();
-  return parse_scene(Json::parse(json.dump(2), scene.file.string()), scene.file);
-}
+namespace {
 
+/// What the scene goes on from. Throws Error when its voxels are not those of `untouched`.
 haptics::TissueVolume resumed_tissue(const Scene& scene, const haptics::TissueVolume& untouched) {
   const std::filesystem::path file = find_file(scene.resume, scene.file.parent_path());
   haptics::TissueVolume tissue = [&] {
@@ -36,6 +32,21 @@ haptics::TissueVolume resumed_tissue(const Scene& scene, const haptics::TissueVo
     throw Error(file.string(), "", words(is), words(expected) + ", as the scene's tissue has them");
   }
   return tissue;
+}
+
+}  // namespace
+
+Scene with_resume(const Scene& scene, const std::filesystem::path& file) {
+  if (file.extension() != ".vdb" && file.extension() != ".h5")
+    throw Error("--resume", "", file.string(), "a volume (.vdb) or a session (.h5)");
+  auto json = nlohmann::ordered_json::parse(scene.text);
+  json["resume"] = std::filesystem::absolute(file).string();
+  return parse_scene(Json::parse(json.dump(2), scene.file.string()), scene.file);
+}
+
+haptics::TissueVolume load_tissue(const Scene& scene) {
+  haptics::TissueVolume untouched = load_untouched(scene);
+  return scene.resume.empty() ? std::move(untouched) : resumed_tissue(scene, untouched);
 }
 
 session::SessionEvent event_of(const StrokeEdit& edit) {

@@ -15,9 +15,10 @@ namespace typodont {
 /// The scene as it is, going on from this volume (.vdb) or session (.h5). Throws Error when it is neither.
 Scene with_resume(const Scene& scene, const std::filesystem::path& file);
 
-/// The tissue at that point; that of a session with its strokes, which can still be taken back. Throws Error when it is
-/// not of this scene's tissue.
-haptics::TissueVolume resumed_tissue(const Scene& scene, const haptics::TissueVolume& untouched);
+/// The tissue that a session of this scene begins with: the untouched one, or the one that the scene goes on from. A
+/// recorded session's tissue comes with its strokes, which can still be undone. Throws Error, also when what the scene
+/// goes on from is not of the scene's own tissue.
+haptics::TissueVolume load_tissue(const Scene& scene);
 
 /// What a recording says of a stroke taken back or brought again, and the way back; nothing for other events. Throws
 /// Error when the event's text is damaged.

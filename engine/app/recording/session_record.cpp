@@ -2,6 +2,7 @@
 
 #include <array>
 
+#include "engine/app/assets.h"
 #include "engine/session/hash.h"
 #include "haptics/solid.h"
 
@@ -64,6 +65,56 @@ session::StreamSpec head_stream() {
            {"right_z", ""},
            {"ipd_m", "m"},
            {"view", ""}}};
+}
+
+session::StreamSpec picture_stream() {
+  return {"picture",
+          {{"period_s", "s"},
+           {"record_s", "s"},
+           {"gpu_s", "s"},
+           {"motion_to_photon_s", "s"},
+           {"redrawn", ""},
+           {"quality_step", ""}}};
+}
+
+std::vector<double> picture_stream_row(const PictureTiming& timing) {
+  return {timing.period,           timing.record,  timing.gpu,
+          timing.motion_to_photon, timing.redrawn, static_cast<double>(timing.step)};
+}
+
+session::StreamSpec xr_stream() {
+  return {"headset",
+          {{"drawn", ""},
+           {"missed", ""},
+           {"pose_to_submit_s", "s"},
+           {"margin_s", "s"},
+           {"position_error_m", "m"},
+           {"angle_error_rad", "rad"},
+           {"head_x_m", "m"},
+           {"head_y_m", "m"},
+           {"head_z_m", "m"},
+           {"head_qw", ""},
+           {"head_qx", ""},
+           {"head_qy", ""},
+           {"head_qz", ""}}};
+}
+
+std::vector<double> xr_stream_row(const display::HmdTiming& timing) {
+  constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+  const Pose& X = timing.X_WH;
+  return {timing.drawn ? 1.0 : 0.0,
+          static_cast<double>(timing.missed),
+          timing.pose_to_submit,
+          timing.margin > -1e8 ? timing.margin : kUnknown,
+          timing.judged ? timing.position_error : kUnknown,
+          timing.judged ? timing.angle_error : kUnknown,
+          X.p.x,
+          X.p.y,
+          X.p.z,
+          X.R.w,
+          X.R.x,
+          X.R.y,
+          X.R.z};
 }
 
 std::string_view view_name(render::View view) noexcept {

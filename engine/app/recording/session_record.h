@@ -9,6 +9,8 @@
 
 #include "audio/tick_voice.h"
 #include "engine/app/scene.h"
+#include "engine/app/wiring.h"
+#include "engine/display/hmd.h"
 #include "engine/render/renderer.h"
 #include "engine/session/recorder.h"
 #include "engine/session/session_data.h"
@@ -28,6 +30,12 @@ session::StreamSpec left_hand_stream();
 session::StreamSpec head_stream();
 /// "look", "section", "xray", "difference".
 std::string_view view_name(render::View view) noexcept;
+/// The picture of a session on a screen: one row a frame.
+session::StreamSpec picture_stream();
+std::vector<double> picture_stream_row(const PictureTiming& timing);
+/// The pictures in a headset: one row a frame.
+session::StreamSpec xr_stream();
+std::vector<double> xr_stream_row(const display::HmdTiming& timing);
 /// What the synthesizer was given, a hundred times a second.
 session::StreamSpec sound_stream();
 

@@ -69,7 +69,7 @@ session::DamageMeasures DamageMeter::result() const {
 }
 
 std::optional<DamageMeter> damage_meter(const Scene& scene) {
-  auto shape = surroundings_shape(scene);
+  auto shape = surroundings_shape(scene.surroundings);
   if (!shape) return std::nullopt;
   return DamageMeter(std::move(*shape), haptics::tool_set(scene.servo));
 }

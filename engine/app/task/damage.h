@@ -9,7 +9,7 @@
 #include <unordered_set>
 #include <vector>
 
-#include "engine/app/picture/surroundings.h"
+#include "engine/app/surroundings/surroundings.h"
 #include "engine/contract/contact.h"
 #include "engine/session/score.h"
 #include "haptics/tool.h"

@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/app/assets.h"
 #include "engine/app/recording/replay.h"
+#include "engine/app/recording/resume.h"
 #include "engine/app/task/damage.h"
-#include "engine/app/task/tissue_edit.h"
+#include "engine/app/tissue/tissue_edit.h"
 #include "engine/base/error.h"
 #include "engine/base/units.h"
 #include "engine/session/report.h"

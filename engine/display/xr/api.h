@@ -20,19 +20,21 @@
 
 namespace typodont::display::xr {
 
-/// Every function used; the second list is of extensions, null where they are not enabled.
-#define TYPODONT_XR_CORE(_)                                                                                       \
-  _(DestroyInstance)                                                                                              \
-  _(GetInstanceProperties) _(PollEvent) _(GetSystem) _(GetSystemProperties) _(EnumerateEnvironmentBlendModes)     \
-      _(EnumerateViewConfigurations) _(EnumerateViewConfigurationViews) _(CreateSession) _(DestroySession)        \
-          _(BeginSession) _(EndSession) _(RequestExitSession) _(EnumerateReferenceSpaces) _(CreateReferenceSpace) \
-              _(CreateActionSpace) _(DestroySpace) _(LocateSpace) _(LocateViews) _(EnumerateSwapchainFormats)     \
-                  _(CreateSwapchain) _(DestroySwapchain) _(EnumerateSwapchainImages) _(AcquireSwapchainImage)     \
-                      _(WaitSwapchainImage) _(ReleaseSwapchainImage) _(WaitFrame) _(BeginFrame) _(EndFrame)       \
-                          _(StringToPath) _(PathToString) _(CreateActionSet) _(DestroyActionSet) _(CreateAction)  \
-                              _(SuggestInteractionProfileBindings) _(AttachSessionActionSets) _(SyncActions)      \
-                                  _(GetActionStateBoolean) _(GetActionStateFloat) _(GetActionStatePose)           \
-                                      _(ApplyHapticFeedback) _(StopHapticFeedback) _(GetCurrentInteractionProfile)
+/// Every function used; the second list is of extensions, null where they are not enabled. (The tool would lay the
+/// first list out anew at every run.)
+// clang-format off
+#define TYPODONT_XR_CORE(_)                                                                                   \
+  _(DestroyInstance) _(GetInstanceProperties) _(PollEvent) _(GetSystem) _(GetSystemProperties)                \
+  _(EnumerateEnvironmentBlendModes) _(EnumerateViewConfigurations) _(EnumerateViewConfigurationViews)         \
+  _(CreateSession) _(DestroySession) _(BeginSession) _(EndSession) _(RequestExitSession)                      \
+  _(EnumerateReferenceSpaces) _(CreateReferenceSpace) _(CreateActionSpace) _(DestroySpace) _(LocateSpace)     \
+  _(LocateViews) _(EnumerateSwapchainFormats) _(CreateSwapchain) _(DestroySwapchain)                          \
+  _(EnumerateSwapchainImages) _(AcquireSwapchainImage) _(WaitSwapchainImage) _(ReleaseSwapchainImage)         \
+  _(WaitFrame) _(BeginFrame) _(EndFrame) _(StringToPath) _(PathToString) _(CreateActionSet)                   \
+  _(DestroyActionSet) _(CreateAction) _(SuggestInteractionProfileBindings) _(AttachSessionActionSets)         \
+  _(SyncActions) _(GetActionStateBoolean) _(GetActionStateFloat) _(GetActionStatePose) _(ApplyHapticFeedback) \
+  _(StopHapticFeedback) _(GetCurrentInteractionProfile)
+// clang-format on
 #define TYPODONT_XR_EXTENSIONS(_)                                              \
   _(GetVulkanGraphicsRequirements2KHR, XR_KHR_VULKAN_ENABLE2_EXTENSION_NAME)   \
   _(CreateVulkanInstanceKHR, XR_KHR_VULKAN_ENABLE2_EXTENSION_NAME)             \

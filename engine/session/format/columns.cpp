@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "engine/base/units.h"
+#include "engine/session/session_data.h"
 
 namespace typodont::session {
 

@@ -55,10 +55,4 @@ std::string tissue_labels();
 /// "1 bad_input, 2 stale_patch, …".
 std::string fault_labels();
 
-struct FaultName {
-  Fault fault;
-  std::string name;  // "bad_input"
-};
-const std::vector<FaultName>& fault_names();
-
 }  // namespace typodont::session

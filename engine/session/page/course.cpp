@@ -8,7 +8,7 @@
 #include "engine/base/json.h"
 #include "engine/base/units.h"
 #include "engine/contract/safety_event.h"
-#include "engine/session/format/columns.h"
+#include "engine/session/session_data.h"
 
 namespace typodont::session {
 

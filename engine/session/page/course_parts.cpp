@@ -6,8 +6,8 @@
 
 #include "engine/base/units.h"
 #include "engine/contract/safety_event.h"
-#include "engine/session/format/columns.h"
 #include "engine/session/page/page.h"
+#include "engine/session/session_data.h"
 
 namespace typodont::session {
 

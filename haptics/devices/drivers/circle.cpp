@@ -17,7 +17,7 @@
 #include "engine/base/error.h"
 #include "engine/base/realtime.h"
 #include "engine/base/units.h"
-#include "haptics/devices/driver.h"
+#include "haptics/devices.h"
 
 namespace typodont::haptics {
 

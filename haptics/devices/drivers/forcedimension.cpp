@@ -11,7 +11,7 @@
 #include "engine/base/error.h"
 #include "engine/base/realtime.h"
 #include "engine/contract/contact.h"
-#include "haptics/devices/driver.h"
+#include "haptics/devices.h"
 #include "haptics/devices/fd_link.h"
 #include "haptics/devices/vendor_devices.h"
 #include "haptics/devices/vendor_library.h"

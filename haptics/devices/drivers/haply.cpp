@@ -7,7 +7,7 @@
 
 #include "engine/base/error.h"
 #include "engine/contract/contact.h"
-#include "haptics/devices/driver.h"
+#include "haptics/devices.h"
 #include "haptics/devices/fd_link.h"
 #include "haptics/devices/json_scan.h"
 #include "haptics/devices/keeper.h"

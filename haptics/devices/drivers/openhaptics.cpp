@@ -23,7 +23,7 @@
 #include "engine/base/latest.h"
 #include "engine/base/units.h"
 #include "engine/contract/contact.h"
-#include "haptics/devices/driver.h"
+#include "haptics/devices.h"
 #include "haptics/devices/fd_link.h"
 #include "haptics/devices/vendor_devices.h"
 #include "haptics/devices/vendor_library.h"

@@ -1,7 +1,7 @@
-// script:HAND.csv and script:HAND.json: hands without hardware (../scripted.h).
+// script:HAND.csv and script:HAND.json: hands without hardware (haptics/scripted_hand.h).
 #include "engine/base/error.h"
-#include "haptics/devices/driver.h"
-#include "haptics/devices/scripted.h"
+#include "haptics/devices.h"
+#include "haptics/scripted_hand.h"
 
 namespace typodont::haptics {
 

@@ -9,7 +9,7 @@
 
 #include "engine/base/error.h"
 #include "engine/contract/contact.h"
-#include "haptics/devices/driver.h"
+#include "haptics/devices.h"
 #include "haptics/devices/encoder.h"
 #include "haptics/devices/fd_link.h"
 #include "haptics/devices/hid.h"

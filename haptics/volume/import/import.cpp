@@ -132,6 +132,21 @@ void measure(Imported& imported, ImportPreset preset) {
 
 }  // namespace importing
 
+const std::vector<std::string>& scan_endings() {
+  static const std::vector<std::string> all = [] {
+    std::vector<std::string> endings;
+    for (const importing::ScanFormat& format : importing::scan_formats())
+      endings.insert(endings.end(), format.endings.begin(), format.endings.end());
+    return endings;
+  }();
+  return all;
+}
+
+const std::vector<std::string>& mesh_endings() {
+  static const std::vector<std::string> all{".stl", ".ply", ".obj"};
+  return all;
+}
+
 Imported import_tissue(const std::filesystem::path& file, const ImportOptions& options) {
   const auto check = [](const char* name, double value, double least, double most) {
     if (value >= least && value <= most) return;

@@ -118,7 +118,7 @@ static std::vector<char> unpack(const std::filesystem::path& file, const std::ve
   return out;
 }
 
-RawScan read_metaimage(const std::filesystem::path& file) {
+static RawScan read_metaimage(const std::filesystem::path& file) {
   const Header header = read_header(file);
   const double axes = header.numbers("NDims", 1)[0];
   if (axes != 3) header.fail("NDims", "3");
@@ -231,5 +231,13 @@ RawScan read_metaimage(const std::filesystem::path& file) {
   }
   return scan;
 }
+
+extern const ScanFormat metaimage_format;
+const ScanFormat metaimage_format{
+    "MetaImage",
+    {".mha", ".mhd"},
+    {},
+    [](std::string_view bytes) { return bytes.find("NDims =") != std::string_view::npos; },
+    read_metaimage};
 
 }  // namespace typodont::haptics::importing

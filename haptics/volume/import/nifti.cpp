@@ -46,7 +46,7 @@ static std::optional<Element> element_of(int datatype) {
   }
 }
 
-RawScan read_nifti(const std::filesystem::path& file) {
+static RawScan read_nifti(const std::filesystem::path& file) {
   nifti_set_debug_level(0);  // our own messages instead of its own
   const std::unique_ptr<nifti_image, FreeImage> image(nifti_image_read(file.c_str(), 0));
   if (!image) throw Error(file.string(), "header", "no NIfTI header", "a NIfTI-1 or NIfTI-2 file");
@@ -128,5 +128,8 @@ RawScan read_nifti(const std::filesystem::path& file) {
   }
   return scan;
 }
+
+extern const ScanFormat nifti_format;
+const ScanFormat nifti_format{"NIfTI", {".nii", ".nii.gz", ".hdr"}, {".img", ".img.gz"}, nullptr, read_nifti};
 
 }  // namespace typodont::haptics::importing

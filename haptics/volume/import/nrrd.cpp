@@ -97,7 +97,7 @@ static std::optional<double> millimetres_per(std::string unit) {
   return std::nullopt;
 }
 
-RawScan read_nrrd(const std::filesystem::path& file) {
+static RawScan read_nrrd(const std::filesystem::path& file) {
   check_header(file);
   // The header alone first: sizes are checked before memory is taken.
   const NrrdOwner header(nrrdNew());
@@ -201,5 +201,9 @@ RawScan read_nrrd(const std::filesystem::path& file) {
   }
   return scan;
 }
+
+extern const ScanFormat nrrd_format;
+const ScanFormat nrrd_format{
+    "NRRD", {".nrrd", ".nhdr"}, {}, [](std::string_view bytes) { return bytes.starts_with("NRRD"); }, read_nrrd};
 
 }  // namespace typodont::haptics::importing

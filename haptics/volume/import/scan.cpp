@@ -1,6 +1,7 @@
 #include "haptics/volume/import/scan.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <bit>
@@ -12,6 +13,7 @@
 
 #include "engine/base/error.h"
 #include "engine/base/units.h"
+#include "haptics/import.h"
 
 namespace typodont::haptics::importing {
 
@@ -127,29 +129,42 @@ static std::string lower_name(const std::filesystem::path& file) {
 
 bool is_mesh_file(const std::filesystem::path& file) {
   const std::string name = lower_name(file);
-  return name.ends_with(".stl") || name.ends_with(".ply") || name.ends_with(".obj");
+  return std::any_of(mesh_endings().begin(), mesh_endings().end(),
+                     [&](const std::string& ending) { return name.ends_with(ending); });
+}
+
+extern const ScanFormat nrrd_format, nifti_format, metaimage_format;
+
+const std::vector<ScanFormat>& scan_formats() {
+  static const std::vector<ScanFormat> formats{nrrd_format, nifti_format, metaimage_format};
+  return formats;
+}
+
+/// "NRRD .nrrd .nhdr, NIfTI .nii".
+static std::string formats_in_words() {
+  std::string text;
+  for (const ScanFormat& format : scan_formats())
+    text += fmt::format("{}{} {}", text.empty() ? "" : ", ", format.name, fmt::join(format.endings, " "));
+  return text;
 }
 
 static RawScan read_any(const std::filesystem::path& file) {
-  if (size_of_file(file) == 0) throw Error(file.string(), "", "an empty file", "a scan (NRRD, NIfTI or MetaImage)");
+  const std::string a_scan = fmt::format("a scan ({})", formats_in_words());
+  if (size_of_file(file) == 0) throw Error(file.string(), "", "an empty file", a_scan);
   std::ifstream in(file, std::ios::binary);
   char head[512] = {};
   in.read(head, sizeof head);
-  if (in.gcount() == 0) throw Error(file.string(), "", "an unreadable file", "a scan (NRRD, NIfTI or MetaImage)");
+  if (in.gcount() == 0) throw Error(file.string(), "", "an unreadable file", a_scan);
   const std::string_view start(head, static_cast<std::size_t>(in.gcount()));
   const std::string name = lower_name(file);
-  if (start.starts_with("NRRD")) return read_nrrd(file);
-  if (name.ends_with(".nrrd") || name.ends_with(".nhdr")) {
-    throw Error(file.string(), "line 1", excerpt(start.substr(0, start.find('\n'))), "NRRD0001 to NRRD0005");
-  }
-  for (const char* end : {".nii", ".nii.gz", ".hdr", ".img", ".img.gz"}) {
-    if (name.ends_with(end)) return read_nifti(file);
-  }
-  if (name.ends_with(".mha") || name.ends_with(".mhd") || start.find("NDims =") != std::string_view::npos) {
-    return read_metaimage(file);
+  const auto ends = [&](const std::string& ending) { return name.ends_with(ending); };
+  for (const ScanFormat& format : scan_formats()) {
+    if (format.begins && format.begins(start)) return format.read(file);
+    if (std::any_of(format.endings.begin(), format.endings.end(), ends)) return format.read(file);
+    if (std::any_of(format.odd_endings.begin(), format.odd_endings.end(), ends)) return format.read(file);
   }
   throw Error(file.string(), "", fmt::format("a file that starts with {}", excerpt(start)),
-              "a scan (NRRD .nrrd .nhdr, NIfTI .nii .nii.gz, MetaImage .mha .mhd) or a closed mesh (.stl .ply .obj)");
+              fmt::format("{} or a closed mesh ({})", a_scan, fmt::join(mesh_endings(), " ")));
 }
 
 // Turns the axes so that each runs along the like axis of the file's space. A whole turn or flip of the arrays that

@@ -35,9 +35,17 @@ struct Scan {
   std::vector<std::string> notes;
 };
 
-RawScan read_nrrd(const std::filesystem::path& file);
-RawScan read_nifti(const std::filesystem::path& file);
-RawScan read_metaimage(const std::filesystem::path& file);
+/// A format that scans come in. A new one is a file NAME.cpp that defines `const ScanFormat NAME_format`, and a row in
+/// the table of scan.cpp.
+struct ScanFormat {
+  std::string name;                      // "NRRD"
+  std::vector<std::string> endings;      // of its files, lower case, as users are told: ".nrrd"
+  std::vector<std::string> odd_endings;  // read too, but not offered
+  /// Whether a file that begins with these bytes is one, whatever its name. Null: only the name tells.
+  bool (*begins)(std::string_view first_bytes);
+  RawScan (*read)(const std::filesystem::path& file);  // throws Error
+};
+const std::vector<ScanFormat>& scan_formats();
 
 /// Smallest and largest plausible voxel, m: what lies outside is a missing unit rather than a scan.
 struct SpacingLimits {

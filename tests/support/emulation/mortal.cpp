@@ -9,7 +9,7 @@
 #include <thread>
 
 #include "engine/base/check.h"
-#include "haptics/devices/exit_guard.h"
+#include "haptics/device_safety.h"
 #include "haptics/devices/safe_device.h"
 
 namespace {

@@ -1,4 +1,4 @@
-#include "engine/app/recording/player.h"
+#include "engine/app/review/player.h"
 
 #include <algorithm>
 #include <cmath>

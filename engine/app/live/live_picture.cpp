@@ -1,4 +1,4 @@
-#include "engine/app/picture/live_picture.h"
+#include "engine/app/live/live_picture.h"
 
 #include <fmt/format.h>
 
@@ -7,7 +7,6 @@
 #include <thread>
 #include <utility>
 
-#include "engine/app/picture/picture_record.h"
 #include "engine/app/picture/tissue_view.h"
 #include "engine/base/log.h"
 
@@ -24,7 +23,7 @@ constexpr Nanos kOwnInterval = 30'000'000;               // ns between pictures 
 
 }  // namespace
 
-LivePicture::LivePicture(const Scene& scene, const WorkbenchOptions& options, LiveSession& session, const dvec3& above,
+LivePicture::LivePicture(const Scene& scene, const Options& options, LiveSession& session, const dvec3& above,
                          bool left_hand)
     : scene_(scene),
       options_(options),
@@ -32,7 +31,7 @@ LivePicture::LivePicture(const Scene& scene, const WorkbenchOptions& options, Li
       above_(above),
       left_hand_(left_hand),
       shown_(scene.servo),
-      around_(make_surroundings(scene)),
+      around_(make_surroundings(scene.surroundings)),
       reach_(tissue_reach(scene, session.carver.volume())),
       views_(std::make_unique<LiveViews>(scene, session.carver.volume(), around_, session.wiring, session.operated)),
       revived_(-kReviveInterval) {}

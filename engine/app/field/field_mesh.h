@@ -5,8 +5,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <vector>
 
-#include "engine/app/picture/tissue_view.h"
+#include "engine/app/field/brick_update.h"
 #include "engine/surface/surface_mesher.h"
 
 namespace typodont {

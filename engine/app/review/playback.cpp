@@ -1,4 +1,4 @@
-#include "engine/app/recording/playback.h"
+#include "engine/app/review/playback.h"
 
 #include <fmt/format.h>
 
@@ -9,15 +9,16 @@
 #include <thread>
 #include <vector>
 
+#include "engine/app/assets.h"
 #include "engine/app/picture/debris_view.h"
 #include "engine/app/picture/detail.h"
 #include "engine/app/picture/pair_stage.h"
 #include "engine/app/picture/picture_stage.h"
 #include "engine/app/picture/quality_ladder.h"
-#include "engine/app/picture/surroundings.h"
 #include "engine/app/picture/teaching_views.h"
-#include "engine/app/recording/player.h"
+#include "engine/app/review/player.h"
 #include "engine/app/sound_link.h"
+#include "engine/app/surroundings/surroundings.h"
 #include "engine/app/task/task.h"
 #include "engine/base/error.h"
 #include "engine/base/progress.h"
@@ -62,7 +63,7 @@ class Side {
 
   void attach(PictureStage& stage) {
     stage_ = &stage;
-    stage.surround(make_surroundings(player_.scene()));
+    stage.surround(make_surroundings(player_.scene().surroundings));
     stage.hold_mirror(player_.scene().mouth_mirror);
     const double voxel = player_.tissue().frame().voxel;
     detail_.emplace(surface_tolerance(stage.rig(), voxel), voxel);
@@ -129,7 +130,7 @@ class Side {
         for (const Cut& cut : player_.session().cuts()) middle += cut.X_WB.p;
         const auto count = static_cast<double>(player_.session().cuts().size());
         plane_ = {n, -glm::dot(n, count > 0 ? middle / count : player_.tick().X_WG.p)};
-        if (const auto around = surroundings_shape(player_.scene()))
+        if (const auto around = surroundings_shape(player_.scene().surroundings))
           stage_->show_inside(render::kSectionFaceAround, around->section_face(dvec3(plane_), -plane_.w, origin),
                               origin);
       }

@@ -1,4 +1,4 @@
-#include "engine/app/task/paint_file.h"
+#include "engine/app/tissue/paint_file.h"
 
 #include "engine/base/units.h"
 #include "haptics/solid.h"

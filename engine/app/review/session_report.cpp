@@ -1,11 +1,11 @@
-#include "engine/app/recording/session_report.h"
+#include "engine/app/review/session_report.h"
 
 #include <algorithm>
 #include <tuple>
 
 #include "engine/app/picture/tissue_view.h"
 #include "engine/app/task/task.h"
-#include "engine/app/task/tissue_edit.h"
+#include "engine/app/tissue/tissue_edit.h"
 #include "engine/base/error.h"
 #include "engine/base/log.h"
 #include "engine/base/progress.h"

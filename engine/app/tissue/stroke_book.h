@@ -4,7 +4,7 @@
 
 #include <vector>
 
-#include "engine/app/task/paint_file.h"
+#include "engine/app/tissue/paint_file.h"
 #include "engine/contract/contact.h"
 #include "haptics/tissue_volume.h"
 

@@ -14,16 +14,22 @@
 #include "engine/app/picture/live_views.h"
 #include "engine/app/picture/picture_stage.h"
 #include "engine/app/picture/quality_ladder.h"
-#include "engine/app/workbench.h"
+#include "engine/app/surroundings/surroundings.h"
+#include "engine/app/work_counts.h"
 
 namespace typodont {
 
 class LivePicture {
  public:
-  /// `above`: m, W, where the tool starts; `left_hand`: one holds the mouth mirror. All outlive this. Nothing is drawn
-  /// yet.
-  LivePicture(const Scene& scene, const WorkbenchOptions& options, LiveSession& session, const dvec3& above,
-              bool left_hand);
+  struct Options {
+    bool operated = false;          // the operator's window says what else stands in the picture
+    bool embedded = false;          // shown in the operator's window, not in one of its own
+    int monitor = -1;               // full screen on this one; -1: a window on the desktop
+    gpu::Device* device = nullptr;  // the operator's; null: one of its own
+  };
+  /// `above`: m, W, where the tool starts; `left_hand`: one holds the mouth mirror. The scene and the session outlive
+  /// this. Nothing is drawn yet.
+  LivePicture(const Scene& scene, const Options& options, LiveSession& session, const dvec3& above, bool left_hand);
   LivePicture(const LivePicture&) = delete;
   LivePicture& operator=(const LivePicture&) = delete;
 
@@ -89,7 +95,7 @@ class LivePicture {
   void record_view();
 
   const Scene& scene_;
-  const WorkbenchOptions& options_;
+  const Options options_;
   LiveSession& session_;
   const dvec3 above_;
   const bool left_hand_;

@@ -1,9 +1,9 @@
-#include "engine/app/hands/replay_hand.h"
+#include "engine/app/recording/replay_hand.h"
 
 #include "engine/base/error.h"
 #include "engine/session/session_file.h"
-#include "haptics/devices/driver.h"
-#include "haptics/devices/scripted.h"
+#include "haptics/devices.h"
+#include "haptics/scripted_hand.h"
 
 namespace typodont {
 

@@ -1,4 +1,4 @@
-#include "engine/app/sampled_tissue.h"
+#include "engine/app/tissue/sampled_tissue.h"
 
 #include <zlib.h>
 

@@ -1,4 +1,4 @@
-#include "engine/app/task/tissue_edit.h"
+#include "engine/app/tissue/tissue_edit.h"
 
 #include <algorithm>
 

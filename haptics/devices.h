@@ -1,7 +1,8 @@
-// The one page about hands: open one by its address, list those that are there, add a kind.
+// Hands for the program: open one by its address, list those that are there, add a kind. What lies in devices/ is
+// private; device_safety.h, scripted_hand.h, udev_rules.h and device_bench.h are the rest of its interface.
 //
-// A new device is one file: drivers/NAME.cpp that defines `const Driver NAME_driver` (see drivers/circle.cpp). The
-// build collects every file of that folder.
+// A new device is one file: devices/drivers/NAME.cpp that defines `const Driver NAME_driver` (see
+// devices/drivers/circle.cpp). The build collects every file of that folder.
 #pragma once
 
 #include <filesystem>
@@ -11,7 +12,6 @@
 #include <string>
 #include <vector>
 
-#include "haptics/devices/safety.h"
 #include "haptics/haptic_device.h"
 
 namespace typodont::haptics {
@@ -59,8 +59,13 @@ void add_driver(Driver driver);
 /// Opens --hand's address. Force-feedback devices come inside a SafeDevice. Throws Error.
 std::unique_ptr<HapticDevice> open_hand(const std::string& address, const HandOptions& options);
 
-/// The same for a session: hardware may be unplugged and plugged in again (reconnecting.h). Throws Error.
+/// The same for a session: hardware may be unplugged and plugged in again. Throws Error.
 std::unique_ptr<HapticDevice> open_live_hand(const std::string& address, const HandOptions& options);
+
+/// The hand with a foot pedal beside its own button; the one that is pressed further counts. `pedal` as
+/// HandOptions::pedal; the hand alone where it is empty, or "auto" finds none. A pedal that is unplugged is looked for
+/// again. open_hand() does this for hardware. Throws Error where the named pedal is not there.
+std::unique_ptr<HapticDevice> add_pedal(std::unique_ptr<HapticDevice> hand, const std::string& pedal);
 
 /// Everything that is plugged in, pedals included. Never throws for a device that is broken or forbidden: it is listed
 /// with what mends it.

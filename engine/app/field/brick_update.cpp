@@ -1,0 +1,34 @@
+#include "engine/app/field/brick_update.h"
+
+#include <cstdint>
+
+namespace typodont {
+
+namespace {
+
+/// 21 bits an axis: bricks of any volume that fits into memory.
+std::uint64_t brick_number(const glm::ivec3& key) {
+  const auto part = [](int v) { return static_cast<std::uint64_t>(v + (1 << 20)) & 0x1fffff; };
+  return part(key.x) << 42 | part(key.y) << 21 | part(key.z);
+}
+
+}  // namespace
+
+render::MeshUpdate brick_update(const glm::ivec3& key, const surface::BrickMesh* mesh, double voxel) {
+  render::MeshUpdate update;
+  update.brick = brick_number(key);
+  if (!mesh) return update;
+  update.vertices.reserve(mesh->vertices.size());
+  for (const surface::SurfaceVertex& v : mesh->vertices) {
+    render::Vertex out;
+    out.p = v.position * static_cast<float>(voxel);
+    out.n = v.normal;
+    out.tissue = {v.tissue[0], v.tissue[1]};
+    out.second = static_cast<float>(v.second) / 255.0f;
+    update.vertices.push_back(out);
+  }
+  update.indices = mesh->indices;
+  return update;
+}
+
+}  // namespace typodont

@@ -1,0 +1,60 @@
+#include "engine/app/surroundings/plan.h"
+
+#include <cmath>
+
+#include "engine/app/assets.h"
+#include "engine/base/units.h"
+
+namespace typodont {
+
+SurroundingsPlan read_surroundings(const Json& json, const std::filesystem::path& volume,
+                                   const std::filesystem::path& beside) {
+  json.allow_only({"volume", "crown", "arch", "neighbours", "gum"});
+  SurroundingsPlan plan;
+  const auto direction = [](const Json& value) {
+    const dvec3 v = value.vec3();
+    if (glm::length(v) < 1e-9) value.fail("a direction, not zero");
+    return glm::normalize(v);
+  };
+  if (const auto v = json.find("volume")) {
+    plan.volume = find_file(v->string(), beside);
+  } else if (!volume.empty()) {
+    plan.volume = volume;
+  } else {
+    json.fail("no \"volume\" in a scene whose tissue is made of solids", "\"volume\"");
+  }
+  if (const auto v = json.find("crown")) plan.crown = direction(*v);
+  if (const auto v = json.find("arch")) plan.arch = direction(*v);
+  if (std::abs(glm::dot(plan.arch, plan.crown)) > 0.2)
+    json.fail("arch nearly along crown", "them square to each other");
+  plan.arch = glm::normalize(plan.arch - plan.crown * glm::dot(plan.arch, plan.crown));
+  if (const auto list = json.find("neighbours")) {
+    if (list->items().size() > 8) list->fail("at most 8 neighbours");
+    for (const Json& item : list->items()) {
+      item.allow_only({"contact_mm", "scale", "turn_deg"});
+      NeighbourTooth tooth;
+      tooth.contact = item["contact_mm"].vec3() * kMillimetre;
+      if (const auto scale = item.find("scale")) {
+        tooth.scale = scale->vec3();
+        for (int a = 0; a < 3; ++a)
+          if (tooth.scale[a] < 0.3 || tooth.scale[a] > 3) scale->fail("three factors from 0.3 to 3");
+      }
+      tooth.turn = item.number_or("turn_deg", 0, -180, 180) * kPi / 180;
+      plan.neighbours.push_back(tooth);
+    }
+  }
+  if (const auto gum = json.find("gum")) {
+    gum->allow_only({"margin_mm", "normal", "papilla_mm", "thickness_mm", "length_mm"});
+    plan.gum = true;
+    plan.margin = (*gum)["margin_mm"].vec3() * kMillimetre;
+    plan.margin_normal = plan.crown;
+    if (const auto v = gum->find("normal")) plan.margin_normal = direction(*v);
+    if (glm::dot(plan.margin_normal, plan.crown) < 0.5) gum->fail("normal far from crown", "them within 60°");
+    plan.papilla = gum->number_or("papilla_mm", plan.papilla / kMillimetre, 0, 10) * kMillimetre;
+    plan.thickness = gum->number_or("thickness_mm", plan.thickness / kMillimetre, 0.1, 5) * kMillimetre;
+    plan.length = gum->number_or("length_mm", plan.length / kMillimetre, 5, 100) * kMillimetre;
+  }
+  return plan;
+}
+
+}  // namespace typodont

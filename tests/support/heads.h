@@ -1,0 +1,16 @@
+// The head shapes that laws are held against. A new shape is among them by itself.
+#pragma once
+
+#include <vector>
+
+#include "haptics/tool.h"
+
+namespace typodont::test {
+
+inline std::vector<haptics::HeadShape> shapes_but_the_ball() {
+  std::vector<haptics::HeadShape> shapes = haptics::head_shapes();
+  std::erase(shapes, haptics::HeadShape::kSphere);
+  return shapes;
+}
+
+}  // namespace typodont::test
