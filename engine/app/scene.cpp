@@ -17,6 +17,7 @@
 #include "engine/app/task/tissue_edit.h"
 #include "engine/base/error.h"
 #include "engine/base/units.h"
+#include "haptics/import/mesh_solid.h"
 #include "haptics/solid.h"
 #include "haptics/tool.h"
 
@@ -28,6 +29,12 @@ namespace {
 
 constexpr double kLitrePerMinute = 1e-3 / 60;  // m³/s
 constexpr std::array<std::string_view, 6> kParts = {"haptics", "render", "sound", "debris", "record", "score"};
+
+/// Mesh files that solids of a scene name: beside the scene's file, else among the assets.
+haptics::SolidFiles files_beside(const fs::path& scene) {
+  return {.find = [beside = scene.parent_path()](const std::string& name) { return find_file(name, beside); },
+          .read_mesh = haptics::read_mesh_solid};
+}
 
 std::string names_in(const fs::path& folder) {
   std::vector<std::string> names;
@@ -160,7 +167,7 @@ Scene parse_scene(const Json& json, const fs::path& file) {
                    "spindle",        "coupling",     "materials",    "parts",   "friction", "cutting", "passivity",
                    "boundary_walls", "force_filter", "vibration",    "score",   "sound",    "prepare", "paint_file",
                    "task",           "surroundings", "mouth_mirror", "suction", "resume"});
-  const auto find = [&](const std::string& name) { return find_file(name, file.parent_path()); };
+  const haptics::SolidFiles solid_files = files_beside(file);
   Scene scene;
   scene.file = file;
   scene.text = json.text();
@@ -179,14 +186,14 @@ Scene parse_scene(const Json& json, const fs::path& file) {
       item.allow_only({"tissue", "solid"});
       const auto tissue = tissue_named(item["tissue"].string());
       if (!tissue || *tissue == Tissue::kAir) item["tissue"].fail("the name of a tissue");
-      haptics::read_solid(item["solid"], find);
+      haptics::read_solid(item["solid"], solid_files);
       scene.paint.push_back(item);
     }
   }
 
   if (const auto prepare = json.find("prepare")) {
     scene.prepare = prepare->items();
-    for (const Json& item : scene.prepare) haptics::read_solid(item, find);
+    for (const Json& item : scene.prepare) haptics::read_solid(item, solid_files);
   }
 
   haptics::ServoSettings& servo = scene.servo;
@@ -265,7 +272,7 @@ Scene parse_scene(const Json& json, const fs::path& file) {
     if (scene.score) json.fail("both score and task", "the rules in the task");
     scene.task = session::read_task(*task);
     for (const auto& list : {scene.task->protect, scene.task->region}) {
-      for (const Json& item : list) haptics::read_solid(item);
+      for (const Json& item : list) haptics::read_solid(item, {.read_mesh = haptics::read_mesh_solid});
     }
   }
   if (const auto surroundings = json.find("surroundings")) {
@@ -322,18 +329,18 @@ haptics::TissueVolume load_tissue(const Scene& scene) {
 }
 
 haptics::TissueVolume load_untouched(const Scene& scene) {
-  const auto find = [&](const std::string& name) { return find_file(name, scene.file.parent_path()); };
+  const haptics::SolidFiles solid_files = files_beside(scene.file);
   const auto read = [&] {
     if (const fs::path file = volume_file(scene); !file.empty()) return haptics::TissueVolume::load(file);
-    return haptics::TissueVolume(sampled_tissue(*scene.tissue, find));
+    return haptics::TissueVolume(sampled_tissue(*scene.tissue, solid_files));
   };
   haptics::TissueVolume volume = read();
   for (const Json& item : scene.paint) {
-    const auto solid = haptics::read_solid(item["solid"], find);
+    const auto solid = haptics::read_solid(item["solid"], solid_files);
     volume.paint(*tissue_named(item["tissue"].string()), *solid);
   }
   if (!scene.paint_file.empty()) paint(volume, read_paint(scene.paint_file));
-  for (const Json& item : scene.prepare) volume = without_solid(volume, *haptics::read_solid(item, find));
+  for (const Json& item : scene.prepare) volume = without_solid(volume, *haptics::read_solid(item, solid_files));
   return volume;
 }
 

@@ -33,7 +33,7 @@
 #include "haptics/devices/scripted.h"
 #include "haptics/devices/spacemouse.h"
 #include "haptics/devices/websocket.h"
-#include "haptics/import.h"
+#include "haptics/import/import.h"
 #include "haptics/spindle.h"
 #include "haptics/tissue_volume.h"
 #include "haptics/tool.h"
