@@ -8,6 +8,36 @@ function(typodont_module name)
   endif()
 endfunction()
 
+# typodont_library(NAME HEADERS header …): the module NAME is also for other programs, as Typodont::NAME. Installs it, the
+# headers, and all headers of this tree that they include. Headers are named from the module's folder.
+function(typodont_library name)
+  cmake_parse_arguments(ARG "" "" "HEADERS" ${ARGN})
+  set(library typodont_${name})
+  add_library(Typodont::${name} ALIAS ${library})
+  set_target_properties(${library} PROPERTIES EXPORT_NAME ${name} POSITION_INDEPENDENT_CODE ON)
+  # Else functions that a shared library could replace are not inlined.
+  target_compile_options(${library} PRIVATE -fno-semantic-interposition)
+  set(headers)
+  set(found ${ARG_HEADERS})
+  list(TRANSFORM found PREPEND ${CMAKE_CURRENT_SOURCE_DIR}/)
+  while(found)
+    list(POP_FRONT found header)
+    if(header IN_LIST headers)
+      continue()
+    endif()
+    list(APPEND headers ${header})
+    file(STRINGS ${header} includes REGEX "^#include \"[a-z_]+/.*\"")
+    list(TRANSFORM includes REPLACE "^#include \"([^\"]+)\".*" "${PROJECT_SOURCE_DIR}/\\1")
+    list(APPEND found ${includes})
+  endwhile()
+  set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${headers})  # what they include may change
+  target_sources(${library} PUBLIC FILE_SET HEADERS BASE_DIRS ${PROJECT_SOURCE_DIR} FILES ${headers})
+  install(TARGETS ${library} EXPORT Typodont
+          ARCHIVE COMPONENT development
+          FILE_SET HEADERS DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/typodont COMPONENT development)
+  set_property(GLOBAL APPEND PROPERTY TYPODONT_INSTALLED ${name})
+endfunction()
+
 # typodont_test(NAME KIND unit|property|golden|stress|bench|acceptance SOURCES a.cpp … [LIBS lib …]): a GoogleTest program;
 # every test in it becomes a ctest named KIND.Suite.Claim with the label KIND. [TIMEOUT s]: where the preset's
 # is too short, and however long a campaign is asked for; [SERIAL]: not beside others; [MEASURED pattern]: these of its tests

@@ -9,7 +9,6 @@
 #include <thread>
 
 #include "engine/base/units.h"
-#include "haptics/mesh_solid.h"
 
 namespace typodont::haptics {
 
@@ -144,10 +143,10 @@ struct Combination : Solid {
   }
 };
 
-std::unique_ptr<Solid> read_combination(const Json& json, Operation operation, const FindFile& find) {
+std::unique_ptr<Solid> read_combination(const Json& json, Operation operation, const SolidFiles& files) {
   auto result = std::make_unique<Combination>();
   result->operation = operation;
-  for (const Json& item : json.items()) result->parts.push_back(read_solid(item, find));
+  for (const Json& item : json.items()) result->parts.push_back(read_solid(item, files));
   if (result->parts.empty()) json.fail("at least one solid");
   return result;
 }
@@ -178,7 +177,7 @@ std::unique_ptr<Solid> capsule(const dvec3& a_W, const dvec3& b_W, double radius
   return s;
 }
 
-std::unique_ptr<Solid> read_solid(const Json& json, const FindFile& find) {
+std::unique_ptr<Solid> read_solid(const Json& json, const SolidFiles& files) {
   const auto keys = json.is_object() ? json.keys() : std::vector<std::string>{};
   if (keys.size() != 1) {
     json.fail(
@@ -187,9 +186,9 @@ std::unique_ptr<Solid> read_solid(const Json& json, const FindFile& find) {
   }
   const Json value = json[keys[0]];
   const std::string& kind = keys[0];
-  if (kind == "union") return read_combination(value, Operation::kUnion, find);
-  if (kind == "intersection") return read_combination(value, Operation::kIntersection, find);
-  if (kind == "difference") return read_combination(value, Operation::kDifference, find);
+  if (kind == "union") return read_combination(value, Operation::kUnion, files);
+  if (kind == "intersection") return read_combination(value, Operation::kIntersection, files);
+  if (kind == "difference") return read_combination(value, Operation::kDifference, files);
   const auto center = [&] {
     const auto c = value.find("center_mm");
     return c ? read_mm(*c) : dvec3(0);
@@ -252,8 +251,9 @@ std::unique_ptr<Solid> read_solid(const Json& json, const FindFile& find) {
   if (kind == "mesh") {
     value.allow_only({"file", "scale"});
     const std::string name = value["file"].string();
-    const std::filesystem::path file = find ? find(name) : value.file().parent_path() / name;
-    return read_mesh_solid(file, value.number_or("scale", 1, 1e-6, 1e6) * kMillimetre);
+    if (!files.read_mesh) json.fail("\"mesh\"", "a solid without a mesh: this program reads no mesh files");
+    const std::filesystem::path file = files.find ? files.find(name) : value.file().parent_path() / name;
+    return files.read_mesh(file, value.number_or("scale", 1, 1e-6, 1e6) * kMillimetre);
   }
   json.fail("\"" + kind + "\"",
             "one of sphere, halfspace, box, cylinder, cone, capsule, torus, mesh, union, intersection, difference");
@@ -303,7 +303,7 @@ Tissue label_around(const std::vector<const Part*>& near, const dvec3& p, double
 
 }  // namespace
 
-DenseTissue read_solids(const Json& json, const FindFile& find) {
+DenseTissue read_solids(const Json& json, const SolidFiles& files) {
   json.allow_only({"voxel_mm", "band_mm", "domain_mm", "solids"});
   DenseTissue dense;
   const double h = json["voxel_mm"].number(0.01, 5) * kMillimetre;
@@ -315,7 +315,7 @@ DenseTissue read_solids(const Json& json, const FindFile& find) {
     item.allow_only({"tissue", "solid"});
     const auto tissue = tissue_named(item["tissue"].string());
     if (!tissue || *tissue == Tissue::kAir) item["tissue"].fail("the name of a tissue");
-    parts.push_back({*tissue, read_solid(item["solid"], find)});
+    parts.push_back({*tissue, read_solid(item["solid"], files)});
   }
   if (parts.empty()) json["solids"].fail("at least one solid");
 

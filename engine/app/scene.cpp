@@ -18,6 +18,7 @@
 #include "engine/base/error.h"
 #include "engine/base/units.h"
 #include "haptics/contact_method.h"
+#include "haptics/import/mesh_solid.h"
 #include "haptics/solid.h"
 #include "haptics/tool.h"
 
@@ -29,6 +30,12 @@ namespace {
 
 constexpr double kLitrePerMinute = 1e-3 / 60;  // m³/s
 constexpr std::array<std::string_view, 6> kParts = {"haptics", "render", "sound", "debris", "record", "score"};
+
+/// Mesh files that solids of a scene name: beside the scene's file, else among the assets.
+haptics::SolidFiles files_beside(const fs::path& scene) {
+  return {.find = [beside = scene.parent_path()](const std::string& name) { return find_file(name, beside); },
+          .read_mesh = haptics::read_mesh_solid};
+}
 
 void read_material(const Json& json, Material& m) {
   json.allow_only({"stiffness_N_per_mm", "specific_energy_J_per_mm3", "static_friction", "dynamic_friction",
@@ -109,7 +116,7 @@ Scene parse_scene(const Json& json, const fs::path& file) {
                    "cutting",      "passivity",   "boundary_walls", "force_filter", "vibration", "score",
                    "sound",        "prepare",     "paint_file",     "model",        "task",      "surroundings",
                    "mouth_mirror", "suction",     "resume"});
-  const auto find = [&](const std::string& name) { return find_file(name, file.parent_path()); };
+  const haptics::SolidFiles solid_files = files_beside(file);
   Scene scene;
   scene.file = file;
   scene.text = json.text();
@@ -128,14 +135,14 @@ Scene parse_scene(const Json& json, const fs::path& file) {
       item.allow_only({"tissue", "solid"});
       const auto tissue = tissue_named(item["tissue"].string());
       if (!tissue || *tissue == Tissue::kAir) item["tissue"].fail("the name of a tissue");
-      haptics::read_solid(item["solid"], find);
+      haptics::read_solid(item["solid"], solid_files);
       scene.paint.push_back(item);
     }
   }
 
   if (const auto prepare = json.find("prepare")) {
     scene.prepare = prepare->items();
-    for (const Json& item : scene.prepare) haptics::read_solid(item, find);
+    for (const Json& item : scene.prepare) haptics::read_solid(item, solid_files);
   }
 
   haptics::ServoSettings& servo = scene.servo;
@@ -215,7 +222,7 @@ Scene parse_scene(const Json& json, const fs::path& file) {
     if (scene.score) json.fail("both score and task", "the rules in the task");
     scene.task = session::read_task(*task);
     for (const auto& list : {scene.task->protect, scene.task->region}) {
-      for (const Json& item : list) haptics::read_solid(item);
+      for (const Json& item : list) haptics::read_solid(item, {.read_mesh = haptics::read_mesh_solid});
     }
   }
   if (const auto surroundings = json.find("surroundings")) {
@@ -278,18 +285,18 @@ haptics::ServoSettings servo_settings(const Scene& scene, const haptics::TissueV
 }
 
 haptics::TissueVolume load_untouched(const Scene& scene) {
-  const auto find = [&](const std::string& name) { return find_file(name, scene.file.parent_path()); };
+  const haptics::SolidFiles solid_files = files_beside(scene.file);
   const auto read = [&] {
     if (const fs::path file = volume_file(scene); !file.empty()) return haptics::TissueVolume::load(file);
-    return haptics::TissueVolume(sampled_tissue(*scene.tissue, find));
+    return haptics::TissueVolume(sampled_tissue(*scene.tissue, solid_files));
   };
   haptics::TissueVolume volume = read();
   for (const Json& item : scene.paint) {
-    const auto solid = haptics::read_solid(item["solid"], find);
+    const auto solid = haptics::read_solid(item["solid"], solid_files);
     volume.paint(*tissue_named(item["tissue"].string()), *solid);
   }
   if (!scene.paint_file.empty()) paint(volume, read_paint(scene.paint_file));
-  for (const Json& item : scene.prepare) volume = without_solid(volume, *haptics::read_solid(item, find));
+  for (const Json& item : scene.prepare) volume = without_solid(volume, *haptics::read_solid(item, solid_files));
   return volume;
 }
 

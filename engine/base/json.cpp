@@ -4,29 +4,311 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <charconv>
 #include <cmath>
+#include <cstdint>
 #include <cstring>
 #include <fstream>
-#include <nlohmann/json.hpp>
-#include <set>
 #include <sstream>
+#include <utility>
+#include <variant>
 
 #include "engine/base/error.h"
 #include "engine/base/partial_file.h"
 
 namespace typodont {
 
-using Value = nlohmann::json;
-
-struct Json::Document {
-  std::filesystem::path file;
-  Value root;
-};
-
 namespace {
 
-const Value& as_value(const void* value) {
-  return *static_cast<const Value*>(value);
+struct Node;
+struct Member;
+using Array = std::vector<Node>;
+using Object = std::vector<Member>;  // by key, each key once
+
+/// A value of RFC 8259. Whole numbers stay whole as long as 64 bits hold them.
+struct Node {
+  std::variant<std::nullptr_t, bool, std::int64_t, std::uint64_t, double, std::string, Array, Object> value;
+
+  template <class T>
+  const T* as() const {
+    return std::get_if<T>(&value);
+  }
+  bool is_integer() const { return as<std::int64_t>() || as<std::uint64_t>(); }
+};
+struct Member {
+  std::string key;
+  Node value;
+};
+
+/// Reads one document. The core needs no package for JSON, therefore it is done here (RFC 8259, as strict as that).
+class Reader {
+ public:
+  Reader(std::string_view text, std::string_view name) : text_(text), name_(name) {}
+
+  Node document() {
+    if (text_.starts_with("\xEF\xBB\xBF")) at_ = 3;  // a byte order mark
+    Node root = value();
+    skip_space();
+    if (at_ < text_.size()) fail();
+    return root;
+  }
+
+ private:
+  static constexpr int kDeepest = 200;  // a hostile file could overflow the stack
+
+  [[noreturn]] void fail() const {
+    const auto end = text_.begin() + static_cast<std::ptrdiff_t>(std::min(at_, text_.size()));
+    throw Error(name_, fmt::format("line {}", 1 + std::count(text_.begin(), end, '\n')), "text that is not JSON",
+                "valid JSON");
+  }
+  char peek() const { return at_ < text_.size() ? text_[at_] : '\0'; }
+  bool take(std::string_view word) {
+    if (!text_.substr(at_).starts_with(word)) return false;
+    at_ += word.size();
+    return true;
+  }
+  void expect(std::string_view word) {
+    if (!take(word)) fail();
+  }
+  void skip_space() {
+    while (at_ < text_.size() && std::strchr(" \t\n\r", text_[at_]) && text_[at_] != '\0') ++at_;
+  }
+
+  Node value() {
+    skip_space();
+    switch (peek()) {
+      case '{':
+        return {object()};
+      case '[':
+        return {array()};
+      case '"':
+        return {string()};
+      case 't':
+        expect("true");
+        return {true};
+      case 'f':
+        expect("false");
+        return {false};
+      case 'n':
+        expect("null");
+        return {nullptr};
+      default:
+        return number();
+    }
+  }
+
+  void enter() {
+    ++at_;
+    if (++depth_ > kDeepest) throw Error(name_, "", "more than 200 nested levels", "a flat document");
+    skip_space();
+  }
+
+  Array array() {
+    Array items;
+    enter();
+    if (!take("]")) {
+      do {
+        items.push_back(value());
+        skip_space();
+      } while (take(","));
+      expect("]");
+    }
+    --depth_;
+    return items;
+  }
+
+  Object object() {
+    Object members;
+    enter();
+    if (!take("}")) {
+      do {
+        skip_space();
+        if (peek() != '"') fail();
+        std::string key = string();
+        skip_space();
+        expect(":");
+        members.push_back({std::move(key), value()});
+        skip_space();
+      } while (take(","));
+      expect("}");
+    }
+    --depth_;
+    std::stable_sort(members.begin(), members.end(), [](const Member& a, const Member& b) { return a.key < b.key; });
+    const auto twice = std::adjacent_find(members.begin(), members.end(),
+                                          [](const Member& a, const Member& b) { return a.key == b.key; });
+    if (twice != members.end()) {
+      throw Error(name_, fmt::format("\"{}\"", twice->key), "the key twice", "each key once");
+    }
+    return members;
+  }
+
+  Node number() {
+    const std::size_t begin = at_;
+    const auto digits = [&] {
+      if (peek() < '0' || peek() > '9') fail();
+      while (peek() >= '0' && peek() <= '9') ++at_;
+    };
+    const bool negative = take("-");
+    if (!take("0")) digits();
+    bool whole = true;
+    if (take(".")) whole = false, digits();
+    if (peek() == 'e' || peek() == 'E') {
+      whole = false, ++at_;
+      if (peek() == '+' || peek() == '-') ++at_;
+      digits();
+    }
+    const char *first = text_.data() + begin, *last = text_.data() + at_;
+    if (whole) {  // else, where 64 bits do not hold it, a double
+      std::int64_t s = 0;
+      std::uint64_t u = 0;
+      if (negative && std::from_chars(first, last, s).ec == std::errc()) return {s};
+      if (!negative && std::from_chars(first, last, u).ec == std::errc()) return {u};
+    }
+    double d = 0;
+    if (std::from_chars(first, last, d).ec != std::errc()) {
+      throw Error(name_, "", fmt::format("the number {}", text_.substr(begin, std::min(at_ - begin, std::size_t{40}))),
+                  "one that a double can hold");
+    }
+    return {d};
+  }
+
+  unsigned four_hex_digits() {
+    unsigned code = 0;
+    const auto hex = text_.substr(at_, 4);
+    if (hex.size() < 4 || std::from_chars(hex.data(), hex.data() + 4, code, 16).ptr != hex.data() + 4) fail();
+    at_ += 4;
+    return code;
+  }
+
+  void append_utf8(std::string& to, unsigned code) {
+    const auto byte = [&](unsigned bits) { to.push_back(static_cast<char>(bits)); };
+    if (code < 0x80) return byte(code);
+    if (code < 0x800) {
+      byte(0xC0 | code >> 6);
+    } else {
+      if (code < 0x10000) {
+        byte(0xE0 | code >> 12);
+      } else {
+        byte(0xF0 | code >> 18), byte(0x80 | (code >> 12 & 0x3F));
+      }
+      byte(0x80 | (code >> 6 & 0x3F));
+    }
+    byte(0x80 | (code & 0x3F));
+  }
+
+  void escape(std::string& to) {
+    constexpr std::string_view kLetters = "\"\\/bfnrt", kMeant = "\"\\/\b\f\n\r\t";
+    const char letter = peek();
+    ++at_;
+    if (letter == 'u') {
+      unsigned code = four_hex_digits();
+      if (code >= 0xDC00 && code < 0xE000) fail();
+      if (code >= 0xD800 && code < 0xDC00) {  // the first half of a pair
+        expect("\\u");
+        const unsigned second = four_hex_digits();
+        if (second < 0xDC00 || second >= 0xE000) fail();
+        code = 0x10000 + ((code - 0xD800) << 10) + (second - 0xDC00);
+      }
+      return append_utf8(to, code);
+    }
+    const std::size_t which = kLetters.find(letter);
+    if (letter == '\0' || which == std::string_view::npos) fail();
+    to.push_back(kMeant[which]);
+  }
+
+  /// One character of several bytes, which must be the shortest form of a code point that is no surrogate.
+  void copy_utf8(std::string& to) {
+    const auto lead = static_cast<unsigned char>(text_[at_]);
+    const int more = lead >= 0xF0 ? 3 : lead >= 0xE0 ? 2 : 1;
+    if (lead < 0xC2 || lead > 0xF4 || text_.size() - at_ <= static_cast<std::size_t>(more)) fail();
+    unsigned code = lead & (0x3Fu >> more);
+    for (int i = 1; i <= more; ++i) {
+      const auto next = static_cast<unsigned char>(text_[at_ + static_cast<std::size_t>(i)]);
+      if ((next & 0xC0) != 0x80) fail();
+      code = code << 6 | (next & 0x3F);
+    }
+    constexpr unsigned kLeast[] = {0, 0x80, 0x800, 0x10000};
+    if (code < kLeast[more] || code > 0x10FFFF || (code >= 0xD800 && code < 0xE000)) fail();
+    to += text_.substr(at_, static_cast<std::size_t>(more) + 1);
+    at_ += static_cast<std::size_t>(more) + 1;
+  }
+
+  std::string string() {
+    std::string result;
+    for (++at_; at_ < text_.size();) {
+      const auto c = static_cast<unsigned char>(text_[at_]);
+      if (c == '"') {
+        ++at_;
+        return result;
+      }
+      if (c == '\\') {
+        ++at_;
+        escape(result);
+      } else if (c >= 0x80) {
+        copy_utf8(result);
+      } else if (c < 0x20) {
+        fail();
+      } else {
+        result.push_back(static_cast<char>(c));
+        ++at_;
+      }
+    }
+    fail();
+  }
+
+  std::string_view text_, name_;
+  std::size_t at_ = 0;
+  int depth_ = 0;
+};
+
+void write(std::string& to, const std::string& text) {
+  to += '"';
+  for (const char c : text) {
+    constexpr std::string_view kLetters = "\"\\bfnrt", kMeant = "\"\\\b\f\n\r\t";
+    if (const std::size_t which = kMeant.find(c); which != std::string_view::npos) {
+      to += '\\', to += kLetters[which];
+    } else if (static_cast<unsigned char>(c) < 0x20) {
+      to += fmt::format("\\u{:04x}", c);
+    } else {
+      to += c;
+    }
+  }
+  to += '"';
+}
+
+void write(std::string& to, const Node& node) {
+  if (node.as<std::nullptr_t>()) to += "null";
+  if (const auto* b = node.as<bool>()) to += *b ? "true" : "false";
+  if (const auto* i = node.as<std::int64_t>()) to += fmt::to_string(*i);
+  if (const auto* u = node.as<std::uint64_t>()) to += fmt::to_string(*u);
+  if (const auto* d = node.as<double>()) {
+    const std::string shortest = fmt::format("{}", *d);
+    to += shortest;
+    if (shortest.find_first_of(".e") == std::string::npos) to += ".0";
+  }
+  if (const auto* s = node.as<std::string>()) write(to, *s);
+  if (const auto* array = node.as<Array>()) {
+    to += '[';
+    for (const Node& item : *array) {
+      if (&item != array->data()) to += ',';
+      write(to, item);
+    }
+    to += ']';
+  }
+  if (const auto* object = node.as<Object>()) {
+    to += '{';
+    for (const Member& member : *object) {
+      if (&member != object->data()) to += ',';
+      write(to, member.key);
+      to += ':';
+      write(to, member.value);
+    }
+    to += '}';
+  }
+}
+
+const Node& as_node(const void* value) {
+  return *static_cast<const Node*>(value);
 }
 
 std::string shorten(std::string text) {
@@ -34,41 +316,12 @@ std::string shorten(std::string text) {
   return text;
 }
 
-std::size_t line_of(std::string_view text, std::size_t byte) {
-  return 1 + static_cast<std::size_t>(std::count(text.begin(), text.begin() + std::min(byte, text.size()), '\n'));
-}
-
-Value parse_strictly(std::string_view text, std::string_view name) {
-  // nlohmann keeps the last of two equal keys; a scene with two "tool" entries is a mistake worth a message.
-  std::vector<std::set<std::string>> open;
-  std::string duplicate;
-  const auto watch = [&](int, Value::parse_event_t event, Value& parsed) {
-    if (event == Value::parse_event_t::object_start) open.emplace_back();
-    if (event == Value::parse_event_t::object_end) open.pop_back();
-    if (event == Value::parse_event_t::key && !open.back().insert(parsed.get<std::string>()).second) {
-      duplicate = parsed.get<std::string>();
-    }
-    return true;
-  };
-  // A hostile file can nest so deep that the recursive destructor overflows the stack.
-  int depth = 0;
-  for (const char c : text) {
-    if (c == '[' || c == '{') ++depth;
-    if (c == ']' || c == '}') --depth;
-    if (depth > 200) throw Error(name, "", "more than 200 nested levels", "a flat document");
-  }
-  try {
-    Value root = Value::parse(text, watch);
-    if (!duplicate.empty()) throw Error(name, fmt::format("\"{}\"", duplicate), "the key twice", "each key once");
-    return root;
-  } catch (const Value::parse_error& e) {
-    throw Error(name, fmt::format("line {}", line_of(text, e.byte)), "text that is not JSON", "valid JSON");
-  } catch (const Value::exception& e) {
-    throw Error(name, "", e.what(), "valid JSON");
-  }
-}
-
 }  // namespace
+
+struct Json::Document {
+  std::filesystem::path file;
+  Node root;
+};
 
 Json::Json(std::shared_ptr<const Document> document, const void* value, std::string path)
     : document_(std::move(document)), value_(value), path_(std::move(path)) {}
@@ -82,32 +335,32 @@ Json Json::load(const std::filesystem::path& file) {
   text << in.rdbuf();
   auto document = std::make_shared<Document>();
   document->file = file;
-  document->root = parse_strictly(text.str(), file.string());
+  document->root = Reader(text.str(), file.string()).document();
   return Json(document, &document->root, "");
 }
 
 Json Json::parse(std::string_view text, std::string_view name) {
   auto document = std::make_shared<Document>();
   document->file = std::string(name);
-  document->root = parse_strictly(text, name);
+  document->root = Reader(text, name).document();
   return Json(document, &document->root, "");
 }
 
 bool Json::is_object() const {
-  return as_value(value_).is_object();
+  return as_node(value_).as<Object>();
 }
 bool Json::is_array() const {
-  return as_value(value_).is_array();
+  return as_node(value_).as<Array>();
 }
 bool Json::is_string() const {
-  return as_value(value_).is_string();
+  return as_node(value_).as<std::string>();
 }
 bool Json::is_number() const {
-  return as_value(value_).is_number();
+  return as_node(value_).is_integer() || as_node(value_).as<double>();
 }
 
 bool Json::has(std::string_view key) const {
-  return is_object() && as_value(value_).contains(std::string(key));
+  return is_object() && find(key);
 }
 
 Json Json::operator[](std::string_view key) const {
@@ -122,25 +375,29 @@ Json Json::operator[](std::string_view key) const {
 }
 
 std::optional<Json> Json::find(std::string_view key) const {
-  const Value& v = as_value(value_);
-  if (!v.is_object()) fail("an object");
-  const auto it = v.find(std::string(key));
-  if (it == v.end()) return std::nullopt;
-  return Json(document_, &*it, path_.empty() ? std::string(key) : fmt::format("{}.{}", path_, key));
+  const Object* members = as_node(value_).as<Object>();
+  if (!members) fail("an object");
+  const auto it = std::lower_bound(members->begin(), members->end(), key,
+                                   [](const Member& member, std::string_view wanted) { return member.key < wanted; });
+  if (it == members->end() || it->key != key) return std::nullopt;
+  return Json(document_, &it->value, path_.empty() ? std::string(key) : fmt::format("{}.{}", path_, key));
 }
 
 std::vector<Json> Json::items() const {
-  const Value& v = as_value(value_);
-  if (!v.is_array()) fail("an array");
+  const Array* items = as_node(value_).as<Array>();
+  if (!items) fail("an array");
   std::vector<Json> result;
-  for (std::size_t i = 0; i < v.size(); ++i) result.push_back(Json(document_, &v[i], fmt::format("{}[{}]", path_, i)));
+  for (std::size_t i = 0; i < items->size(); ++i) {
+    result.push_back(Json(document_, &(*items)[i], fmt::format("{}[{}]", path_, i)));
+  }
   return result;
 }
 
 std::vector<std::string> Json::keys() const {
-  if (!is_object()) fail("an object");
+  const Object* members = as_node(value_).as<Object>();
+  if (!members) fail("an object");
   std::vector<std::string> result;
-  for (const auto& [key, value] : as_value(value_).items()) result.push_back(key);
+  for (const Member& member : *members) result.push_back(member.key);
   return result;
 }
 
@@ -155,8 +412,11 @@ void Json::allow_only(std::initializer_list<std::string_view> allowed) const {
 }
 
 double Json::number(double min, double max) const {
-  const Value& v = as_value(value_);
-  const double x = v.is_number() ? v.get<double>() : std::nan("");
+  const Node& node = as_node(value_);
+  double x = std::nan("");
+  if (const auto* i = node.as<std::int64_t>()) x = static_cast<double>(*i);
+  if (const auto* u = node.as<std::uint64_t>()) x = static_cast<double>(*u);
+  if (const auto* d = node.as<double>()) x = *d;
   if (!std::isfinite(x)) fail("a number");
   if (x < min || x > max) {
     if (std::isinf(max)) fail(fmt::format("at least {}", min));
@@ -167,28 +427,29 @@ double Json::number(double min, double max) const {
 }
 
 long long Json::integer(long long min, long long max) const {
-  const Value& v = as_value(value_);
-  if (!v.is_number_integer()) fail("an integer");
-  if (v.is_number_unsigned() && v.get<unsigned long long>() > static_cast<unsigned long long>(max)) {
-    fail(fmt::format("{} to {}", min, max));
-  }
-  const long long x = v.get<long long>();
-  if (x < min || x > max) fail(fmt::format("{} to {}", min, max));
+  const Node& node = as_node(value_);
+  if (!node.is_integer()) fail("an integer");
+  const auto* u = node.as<std::uint64_t>();
+  const long long x = u ? static_cast<long long>(*u) : *node.as<std::int64_t>();
+  if ((u && !std::in_range<long long>(*u)) || x < min || x > max) fail(fmt::format("{} to {}", min, max));
   return x;
 }
 
 bool Json::boolean() const {
-  if (!as_value(value_).is_boolean()) fail("true or false");
-  return as_value(value_).get<bool>();
+  const bool* value = as_node(value_).as<bool>();
+  if (!value) fail("true or false");
+  return *value;
 }
 
 std::string Json::string() const {
-  if (!is_string()) fail("a string");
-  return as_value(value_).get<std::string>();
+  const std::string* value = as_node(value_).as<std::string>();
+  if (!value) fail("a string");
+  return *value;
 }
 
 std::vector<double> Json::numbers(std::size_t count) const {
-  if (!is_array() || as_value(value_).size() != count) fail(fmt::format("an array of {} numbers", count));
+  const Array* array = as_node(value_).as<Array>();
+  if (!array || array->size() != count) fail(fmt::format("an array of {} numbers", count));
   std::vector<double> result;
   for (const Json& item : items()) result.push_back(item.number());
   return result;
@@ -228,7 +489,9 @@ const std::filesystem::path& Json::file() const {
 }
 
 std::string Json::text() const {
-  return as_value(value_).dump(-1, ' ', false, Value::error_handler_t::replace);
+  std::string text;
+  write(text, as_node(value_));
+  return text;
 }
 
 void write_file_atomically(const std::filesystem::path& file, std::string_view bytes) {

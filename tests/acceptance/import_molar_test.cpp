@@ -10,7 +10,7 @@
 
 #include "engine/base/json.h"
 #include "engine/base/units.h"
-#include "haptics/import.h"
+#include "haptics/import/import.h"
 #include "haptics/tissue_volume.h"
 #include "tests/support/import_phantom.h"
 

@@ -32,7 +32,7 @@
 #include "haptics/devices/hid_descriptor.h"
 #include "haptics/devices/spacemouse.h"
 #include "haptics/devices/websocket.h"
-#include "haptics/import.h"
+#include "haptics/import/import.h"
 #include "haptics/scripted_hand.h"
 #include "haptics/spindle.h"
 #include "haptics/tissue_volume.h"

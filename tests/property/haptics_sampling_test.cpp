@@ -9,6 +9,7 @@
 
 #include "engine/base/units.h"
 #include "haptics/solid.h"
+#include "haptics/tissue_volume.h"
 
 namespace typodont::haptics {
 namespace {

@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "engine/base/units.h"
-#include "haptics/import.h"
+#include "haptics/import/import.h"
 
 namespace typodont::haptics {
 namespace {

@@ -4,7 +4,7 @@
 #include <random>
 
 #include "engine/base/error.h"
-#include "haptics/import.h"
+#include "haptics/import/import.h"
 #include "tests/support/import_phantom.h"
 
 namespace typodont::haptics {

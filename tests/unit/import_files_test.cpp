@@ -5,7 +5,7 @@
 
 #include "engine/base/error.h"
 #include "engine/base/units.h"
-#include "haptics/import.h"
+#include "haptics/import/import.h"
 #include "tests/support/import_phantom.h"
 
 namespace typodont::haptics {

@@ -161,4 +161,18 @@ TEST(IncludeGraph, OpenVdbStaysInsideHapticsVolume) {
   }
 }
 
+TEST(IncludeGraph, TheHapticCoreIncludesNeitherItsDevicesNorItsImporters) {
+  static const std::regex include(R"re(^\s*#include\s+"haptics/(devices|import)/.*)re");
+  for (const auto& entry : fs::recursive_directory_iterator("haptics")) {
+    const std::string path = entry.path().generic_string();
+    if (!entry.is_regular_file()) continue;
+    std::ifstream in(path);
+    for (std::string line; std::getline(in, line);) {
+      std::smatch match;
+      if (!std::regex_match(line, match, include)) continue;
+      EXPECT_TRUE(path.starts_with("haptics/" + match[1].str() + "/")) << path << ": " << line;
+    }
+  }
+}
+
 }  // namespace

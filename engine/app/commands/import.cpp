@@ -1,5 +1,5 @@
 // typodont import: a scan or a mesh becomes a .vdb to drill.
-#include "haptics/import.h"
+#include "haptics/import/import.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -14,6 +14,7 @@
 #include "engine/base/log.h"
 #include "engine/base/progress.h"
 #include "engine/base/units.h"
+#include "haptics/tissue_volume.h"
 
 namespace typodont {
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "engine/base/progress.h"
-#include "haptics/import.h"
+#include "haptics/import/import.h"
 
 namespace typodont {
 

@@ -11,7 +11,8 @@
 #include "engine/base/error.h"
 #include "engine/base/units.h"
 #include "engine/session/report.h"
-#include "haptics/import.h"
+#include "haptics/import/import.h"
+#include "haptics/import/mesh_solid.h"
 
 namespace typodont {
 
@@ -22,7 +23,7 @@ constexpr float kChanged = 0.02f;                         // voxels; less is the
 
 std::vector<std::unique_ptr<haptics::Solid>> read_solids(const std::vector<Json>& list) {
   std::vector<std::unique_ptr<haptics::Solid>> solids;
-  for (const Json& item : list) solids.push_back(haptics::read_solid(item));
+  for (const Json& item : list) solids.push_back(haptics::read_solid(item, {.read_mesh = haptics::read_mesh_solid}));
   return solids;
 }
 

@@ -86,13 +86,13 @@ bool read(const fs::path& path, haptics::DenseTissue& dense) {
 }
 
 /// Nothing where a file of it cannot be read: sampling it will say why.
-std::optional<std::uint64_t> key_of(const Json& tissue, const haptics::FindFile& find) {
+std::optional<std::uint64_t> key_of(const Json& tissue, const haptics::SolidFiles& files) {
   Fnv1a key;
   cache::add_program(key);
   const std::string text = tissue.text();
   key.bytes(text.data(), text.size());
   for (const std::string& name : haptics::mesh_files(tissue)) {
-    const auto content = cache::hash_of(find(name));
+    const auto content = cache::hash_of(files.find(name));
     if (!content) return std::nullopt;
     key.add(*content);
   }
@@ -101,15 +101,15 @@ std::optional<std::uint64_t> key_of(const Json& tissue, const haptics::FindFile&
 
 }  // namespace
 
-haptics::DenseTissue sampled_tissue(const Json& tissue, const haptics::FindFile& find) {
+haptics::DenseTissue sampled_tissue(const Json& tissue, const haptics::SolidFiles& files) {
   const fs::path in = cache::folder().empty() ? fs::path() : cache::folder() / "tissue";
-  const auto key = in.empty() ? std::nullopt : key_of(tissue, find);
+  const auto key = in.empty() ? std::nullopt : key_of(tissue, files);
   if (key) {
     haptics::DenseTissue kept;
     if (const fs::path file = cache::find(in, *key, kSuffix); !file.empty() && read(file, kept)) return kept;
   }
   const Nanos began = now();
-  haptics::DenseTissue dense = haptics::read_solids(tissue, find);
+  haptics::DenseTissue dense = haptics::read_solids(tissue, files);
   if (key && (!haptics::mesh_files(tissue).empty() || now() - began > kWorthKeeping))
     cache::keep(in, *key, kSuffix, kMostKept, [&](const fs::path& file) { write(file, dense); });
   return dense;

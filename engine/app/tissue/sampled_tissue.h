@@ -7,7 +7,7 @@
 
 namespace typodont {
 
-/// As haptics::read_solids(), bit for bit, kept or not. Throws Error.
-haptics::DenseTissue sampled_tissue(const Json& tissue, const haptics::FindFile& find);
+/// As haptics::read_solids(), bit for bit, kept or not. `files.find` must be set. Throws Error.
+haptics::DenseTissue sampled_tissue(const Json& tissue, const haptics::SolidFiles& files);
 
 }  // namespace typodont

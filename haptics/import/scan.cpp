@@ -1,4 +1,4 @@
-#include "haptics/volume/import/scan.h"
+#include "haptics/import/scan.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>

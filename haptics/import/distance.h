@@ -4,7 +4,7 @@
 #include <glm/glm.hpp>
 #include <span>
 
-#include "haptics/volume/import/grid.h"
+#include "haptics/import/grid.h"
 
 namespace typodont::haptics::importing {
 

@@ -1,12 +1,12 @@
-#include "haptics/mesh_solid.h"
+#include "haptics/import/mesh_solid.h"
 
 #include <algorithm>
 #include <cmath>
 #include <numeric>
 #include <vector>
 
-#include "haptics/volume/import/distance.h"
-#include "haptics/volume/import/mesh.h"
+#include "haptics/import/distance.h"
+#include "haptics/import/mesh.h"
 
 namespace typodont::haptics {
 

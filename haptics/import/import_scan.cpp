@@ -1,4 +1,4 @@
-#include "haptics/volume/import/import_scan.h"
+#include "haptics/import/import_scan.h"
 
 #include <fmt/format.h>
 
@@ -7,9 +7,9 @@
 
 #include "engine/base/error.h"
 #include "engine/base/units.h"
-#include "haptics/volume/import/levels.h"
-#include "haptics/volume/import/scan.h"
-#include "haptics/volume/import/segment.h"
+#include "haptics/import/levels.h"
+#include "haptics/import/scan.h"
+#include "haptics/import/segment.h"
 
 namespace typodont::haptics::importing {
 

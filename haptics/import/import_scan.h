@@ -1,8 +1,8 @@
 // The two ways to tissue, one per kind of input; each fills in everything but what import_tissue adds.
 #pragma once
 
-#include "haptics/import.h"
-#include "haptics/volume/import/distance.h"
+#include "haptics/import/distance.h"
+#include "haptics/import/import.h"
 
 namespace typodont::haptics::importing {
 

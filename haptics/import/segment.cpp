@@ -1,4 +1,4 @@
-#include "haptics/volume/import/segment.h"
+#include "haptics/import/segment.h"
 
 #include <algorithm>
 #include <cmath>

@@ -6,7 +6,7 @@
 #include <memory>
 
 #include "engine/base/error.h"
-#include "haptics/volume/import/scan.h"
+#include "haptics/import/scan.h"
 
 namespace typodont::haptics::importing {
 

@@ -4,9 +4,9 @@
 #include <string>
 #include <vector>
 
-#include "haptics/volume/import/distance.h"
-#include "haptics/volume/import/grid.h"
-#include "haptics/volume/import/levels.h"
+#include "haptics/import/distance.h"
+#include "haptics/import/grid.h"
+#include "haptics/import/levels.h"
 
 namespace typodont::haptics::importing {
 

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "haptics/tissue_volume.h"
+#include "haptics/dense_tissue.h"
 
 namespace typodont::haptics {
 

@@ -1,4 +1,4 @@
-#include "haptics/volume/import/grid.h"
+#include "haptics/import/grid.h"
 
 #include <tbb/parallel_for.h>
 

@@ -10,7 +10,7 @@
 #include <string_view>
 #include <vector>
 
-#include "haptics/volume/import/grid.h"
+#include "haptics/import/grid.h"
 
 namespace typodont::haptics::importing {
 

@@ -9,7 +9,7 @@
 #include <map>
 
 #include "engine/base/error.h"
-#include "haptics/volume/import/scan.h"
+#include "haptics/import/scan.h"
 
 namespace typodont::haptics::importing {
 

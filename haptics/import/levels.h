@@ -5,8 +5,8 @@
 #include <optional>
 #include <string>
 
-#include "haptics/import.h"
-#include "haptics/volume/import/grid.h"
+#include "haptics/import/grid.h"
+#include "haptics/import/import.h"
 
 namespace typodont::haptics::importing {
 

@@ -1,4 +1,4 @@
-#include "haptics/volume/import/distance.h"
+#include "haptics/import/distance.h"
 
 #include <algorithm>
 #include <array>

@@ -1,4 +1,4 @@
-#include "haptics/import.h"
+#include "haptics/import/import.h"
 
 #include <fmt/format.h>
 
@@ -7,8 +7,8 @@
 
 #include "engine/base/error.h"
 #include "engine/base/units.h"
-#include "haptics/volume/import/import_scan.h"
-#include "haptics/volume/import/scan.h"
+#include "haptics/import/import_scan.h"
+#include "haptics/import/scan.h"
 
 namespace typodont::haptics {
 

@@ -1,4 +1,4 @@
-#include "haptics/volume/import/levels.h"
+#include "haptics/import/levels.h"
 
 #include <fmt/format.h>
 

@@ -14,9 +14,9 @@
 
 #include "engine/base/error.h"
 #include "engine/base/units.h"
-#include "haptics/volume/import/import_scan.h"
-#include "haptics/volume/import/mesh.h"
-#include "haptics/volume/import/scan.h"
+#include "haptics/import/import_scan.h"
+#include "haptics/import/mesh.h"
+#include "haptics/import/scan.h"
 
 namespace typodont::haptics::importing {
 

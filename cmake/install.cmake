@@ -1,0 +1,50 @@
+# cmake --install: the libraries with their headers and package files (component development), and the program with what
+# it needs (component program).
+set(package_folder ${CMAKE_INSTALL_LIBDIR}/cmake/Typodont)
+install(TARGETS typodont_options EXPORT Typodont)
+set_target_properties(typodont_options PROPERTIES EXPORT_NAME options)
+install(EXPORT Typodont NAMESPACE Typodont:: FILE TypodontTargets.cmake DESTINATION ${package_folder} COMPONENT development)
+include(CMakePackageConfigHelpers)
+get_property(installed GLOBAL PROPERTY TYPODONT_INSTALLED)
+configure_package_config_file(${PROJECT_SOURCE_DIR}/cmake/TypodontConfig.cmake.in ${PROJECT_BINARY_DIR}/TypodontConfig.cmake
+                              INSTALL_DESTINATION ${package_folder} PATH_VARS CMAKE_INSTALL_INCLUDEDIR NO_SET_AND_CHECK_MACRO)
+write_basic_package_version_file(${PROJECT_BINARY_DIR}/TypodontConfigVersion.cmake COMPATIBILITY SameMinorVersion)
+install(FILES ${PROJECT_BINARY_DIR}/TypodontConfig.cmake ${PROJECT_BINARY_DIR}/TypodontConfigVersion.cmake
+        DESTINATION ${package_folder} COMPONENT development)
+
+if(TYPODONT_BUILD_program)
+  set(man_page ${PROJECT_BINARY_DIR}/typodont.1)
+  add_custom_command(OUTPUT ${man_page}
+                     COMMAND ${CMAKE_COMMAND} -D PROGRAM=$<TARGET_FILE:typodont> -D OUT=${man_page}
+                             -P ${PROJECT_SOURCE_DIR}/cmake/package/man_page.cmake
+                     DEPENDS typodont cmake/package/man_page.cmake VERBATIM)
+  add_custom_target(typodont_man_page ALL DEPENDS ${man_page})
+  install(TARGETS typodont RUNTIME COMPONENT program)
+  install(DIRECTORY assets DESTINATION ${CMAKE_INSTALL_DATADIR}/typodont COMPONENT program)
+  install(FILES assets/devices/70-typodont.rules DESTINATION lib/udev/rules.d COMPONENT program)
+  install(FILES ${man_page} DESTINATION ${CMAKE_INSTALL_MANDIR}/man1 COMPONENT program)
+  install(FILES cmake/package/typodont.desktop DESTINATION ${CMAKE_INSTALL_DATADIR}/applications COMPONENT program)
+  install(FILES cmake/package/typodont.svg DESTINATION ${CMAKE_INSTALL_DATADIR}/icons/hicolor/scalable/apps COMPONENT program)
+  install(FILES LICENSE RENAME copyright DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/typodont COMPONENT program)
+
+  # cpack: build/package/typodont_VERSION_ARCHITECTURE.deb, the program alone.
+  set(CPACK_GENERATOR DEB)
+  set(CPACK_PACKAGE_DIRECTORY ${PROJECT_SOURCE_DIR}/build/package)
+  set(CPACK_PACKAGE_CONTACT "Typodont maintainers <maintainers@typodont.invalid>")
+  set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
+  set(CPACK_COMPONENTS_ALL program)
+  set(CPACK_DEB_COMPONENT_INSTALL ON)
+  set(CPACK_STRIP_FILES ON)
+  set(CPACK_INSTALL_DEFAULT_DIRECTORY_PERMISSIONS OWNER_READ OWNER_WRITE OWNER_EXECUTE GROUP_READ GROUP_EXECUTE WORLD_READ WORLD_EXECUTE)
+  set(CPACK_COMPONENT_PROGRAM_DESCRIPTION "training workbench for hard tissue: see, feel and hear the drill
+A co-located visual, haptic and audio workbench for hand-eye training on teeth
+and bone. Drives force-feedback arms, mirror workbenches and headsets; without
+any hardware it runs on a scripted hand, offscreen, on a processor.")
+  set(CPACK_DEBIAN_PROGRAM_PACKAGE_NAME typodont)
+  set(CPACK_DEBIAN_PROGRAM_FILE_NAME DEB-DEFAULT)
+  set(CPACK_DEBIAN_PROGRAM_PACKAGE_SECTION science)
+  set(CPACK_DEBIAN_PROGRAM_PACKAGE_SHLIBDEPS ON)
+  set(CPACK_DEBIAN_PROGRAM_PACKAGE_DEPENDS "mesa-vulkan-drivers | vulkan-icd")  # the loader alone draws nothing
+  set(CPACK_DEBIAN_PROGRAM_PACKAGE_RECOMMENDS "ffmpeg, libopenxr-loader1")      # films; headsets
+  include(CPack)
+endif()

@@ -1,0 +1,35 @@
+// Tissue as plain arrays, and a box of voxels. Knows no OpenVDB, no file format and no other header of haptics.
+#pragma once
+
+#include <cstddef>
+#include <glm/glm.hpp>
+#include <vector>
+
+#include "engine/contract/field_brick.h"
+#include "engine/contract/tissue.h"
+
+namespace typodont::haptics {
+
+/// Voxels lo .. hi, inclusive; none where lo > hi.
+struct VoxelBox {
+  glm::ivec3 lo{1}, hi{0};
+  bool empty() const { return lo.x > hi.x; }
+};
+
+/// A whole box of tissue as plain arrays, as importers and analytic solids make it. z runs fastest:
+/// index (x·size.y + y)·size.z + z.
+struct DenseTissue {
+  VoxelFrame frame;  // voxel (0,0,0) of the arrays lies at frame.origin
+  glm::ivec3 size{0};
+  std::vector<float> distance;  // m, negative inside, a true distance wherever |distance| < band
+  std::vector<Tissue> tissue;   // of every voxel; outside the surface the nearest tissue is kept as far as one voxel
+                                // or more, so that labels can be read at the surface; kAir elsewhere
+  double band = 1.5e-3;         // m
+  bool exact_outside = true;    // outside the tissue the distance is never more than the true one
+
+  std::size_t at(int x, int y, int z) const {
+    return (static_cast<std::size_t>(x) * size.y + static_cast<std::size_t>(y)) * size.z + static_cast<std::size_t>(z);
+  }
+};
+
+}  // namespace typodont::haptics

@@ -1,0 +1,107 @@
+// The core as a library: the installed tree, and a program outside the tree that is built against it.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <map>
+#include <sstream>
+#include <string>
+
+#include "tests/support/program.h"
+
+namespace typodont {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// The libraries of this build, installed once for all tests.
+class Installed : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    folder_ = new test::ProgramFolder(TYPODONT_CMAKE);
+    const test::Ran ran =
+        folder_->run(fmt::format("--install {} --prefix {} --component development", TYPODONT_BUILD, prefix()));
+    ASSERT_EQ(ran.status, 0) << ran.err;
+  }
+  static void TearDownTestSuite() { delete folder_; }
+
+  static std::string prefix() { return *folder_ / "prefix"; }
+  static std::string build(const std::string& name) { return *folder_ / name; }
+  /// The consumer with these components, in a build folder of this name.
+  static test::Ran configure(const std::string& name, const std::string& components, const std::string& more = "") {
+    return folder_->run(
+        fmt::format("-G Ninja -S tests/acceptance/consumer -B {} -DCMAKE_BUILD_TYPE=Release "
+                    "-DCMAKE_CXX_COMPILER={} -DCMAKE_PREFIX_PATH={} '-DCOMPONENTS={}' {}",
+                    build(name), TYPODONT_COMPILER, prefix(), components, more));
+  }
+  static test::Ran make(const std::string& name, const std::string& target) {
+    return folder_->run(fmt::format("--build {} --target {}", build(name), target));
+  }
+
+  static test::ProgramFolder* folder_;
+};
+test::ProgramFolder* Installed::folder_ = nullptr;
+
+/// Without these haptics must do: the packages of the program and of the other libraries.
+const char* const kNoOthers =
+    "-DCMAKE_DISABLE_FIND_PACKAGE_Vulkan=ON -DCMAKE_DISABLE_FIND_PACKAGE_HDF5=ON -DCMAKE_DISABLE_FIND_PACKAGE_Ceres=ON "
+    "-DCMAKE_DISABLE_FIND_PACKAGE_Eigen3=ON -DCMAKE_DISABLE_FIND_PACKAGE_PNG=ON -DCMAKE_DISABLE_FIND_PACKAGE_assimp=ON "
+    "-DCMAKE_DISABLE_FIND_PACKAGE_PkgConfig=ON -DCMAKE_DISABLE_FIND_PACKAGE_CLI11=ON "
+    "-DCMAKE_DISABLE_FIND_PACKAGE_glfw3=ON -DCMAKE_DISABLE_FIND_PACKAGE_OpenXR=ON "
+    "-DCMAKE_DISABLE_FIND_PACKAGE_GTest=ON -DCMAKE_DISABLE_FIND_PACKAGE_nlohmann_json=ON";
+
+TEST_F(Installed, AProgramThatLinksHapticsAloneFeelsAndDrillsABallAsGeometrySays) {
+  const test::Ran configured = configure("consumer", "haptics", kNoOthers);
+  ASSERT_EQ(configured.status, 0) << configured.err;
+  const test::Ran made = make("consumer", "consumer");
+  ASSERT_EQ(made.status, 0) << made.out;
+  const test::Ran ran = test::ProgramFolder(build("consumer/consumer")).run("");
+  ASSERT_EQ(ran.status, 0) << ran.err;
+  struct Value {
+    double found = NAN, expected = NAN;
+  };
+  std::map<std::string, Value> values;
+  std::istringstream lines(ran.out);
+  for (std::string line, name; std::getline(lines, line);) {
+    std::istringstream words(line);
+    if (Value value; words >> name >> value.found >> value.expected) values[name] = value;
+  }
+  for (const char* what : {"pressed_N", "drilled_N", "removed_mm3"}) {
+    EXPECT_NEAR(values[what].found, values[what].expected, 0.01 * values[what].expected) << what << ":\n" << ran.out;
+  }
+  EXPECT_NEAR(values["pressed_N"].found, 0.2, 0.002);
+  EXPECT_GT(values["drilled_N"].found, 0);
+  EXPECT_LT(values["drilled_N"].found, 0.5 * values["pressed_N"].found) << "the bur sinks in";
+}
+
+TEST_F(Installed, EveryHeaderPassesAUsersWarningsAndEveryObjectGoesIntoASharedLibrary) {
+  const std::string strict = "-DCMAKE_CXX_FLAGS='-Wall -Wextra -Werror' -DCMAKE_SHARED_LINKER_FLAGS=-Wl,-z,text";
+  const test::Ran configured = configure("everything", "haptics;devices;import;audio;calibration", strict);
+  ASSERT_EQ(configured.status, 0) << configured.err;
+  const test::Ran made = make("everything", "everything");
+  EXPECT_EQ(made.status, 0) << made.out;
+}
+
+TEST_F(Installed, NothingOfThisTreesOwnFlagsReachesAUser) {
+  const std::string targets = test::read_text(fs::path(prefix()) / TYPODONT_PACKAGE / "TypodontTargets.cmake");
+  ASSERT_NE(targets.find("Typodont::haptics"), std::string::npos);
+  for (const char* ours : {"-W", "-f", "-D", "INTERFACE_COMPILE_OPTIONS", TYPODONT_SOURCE}) {
+    EXPECT_EQ(targets.find(ours), std::string::npos) << ours;
+  }
+}
+
+TEST_F(Installed, AComponentThatIsNotThereIsNamed) {
+  const test::Ran configured = configure("unknown", "haptics;bindings");
+  EXPECT_NE(configured.status, 0);
+  EXPECT_NE(configured.err.find("bindings"), std::string::npos) << configured.err;
+}
+
+TEST(HapticsAlone, ConfigureWithoutAnyPackageOfTheOtherParts) {
+  const test::ProgramFolder folder(TYPODONT_CMAKE);
+  const test::Ran ran =
+      folder.run(fmt::format("-G Ninja -S . -B {} -DTYPODONT_LIBRARIES=haptics {}", folder / "build", kNoOthers));
+  EXPECT_EQ(ran.status, 0) << ran.err;
+}
+
+}  // namespace
+}  // namespace typodont
