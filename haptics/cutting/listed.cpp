@@ -18,8 +18,9 @@ namespace {
 
 #include "haptics/cutting/cut_kernel.h"
 #include "haptics/cutting/depth_kernel.h"
-#include "haptics/cutting/listed_kernel.h"
 #include "haptics/cutting/way_kernel.h"
+
+#include "haptics/cutting/listed_kernel.h"
 
 bool ball(const BallFront* f, PerTissue* removed) {
   return raise_ball<false>(*f, false, removed);
@@ -40,8 +41,9 @@ namespace {
 
 #include "haptics/cutting/cut_kernel.h"
 #include "haptics/cutting/depth_kernel.h"
-#include "haptics/cutting/listed_kernel.h"
 #include "haptics/cutting/way_kernel.h"
+
+#include "haptics/cutting/listed_kernel.h"
 
 __attribute__((target("avx2"))) bool ball(const BallFront* f, PerTissue* removed) {
   return raise_ball<false>(*f, false, removed);
@@ -63,8 +65,9 @@ namespace {
 
 #include "haptics/cutting/cut_kernel.h"
 #include "haptics/cutting/depth_kernel.h"
-#include "haptics/cutting/listed_kernel.h"
 #include "haptics/cutting/way_kernel.h"
+
+#include "haptics/cutting/listed_kernel.h"
 
 bool ball(const BallFront* f, PerTissue* removed) {
   return raise_ball<false>(*f, false, removed);
@@ -84,8 +87,9 @@ namespace {
 
 #include "haptics/cutting/cut_kernel.h"
 #include "haptics/cutting/depth_kernel.h"
-#include "haptics/cutting/listed_kernel.h"
 #include "haptics/cutting/way_kernel.h"
+
+#include "haptics/cutting/listed_kernel.h"
 
 bool ball(const BallFront* f, PerTissue* removed) {
   return raise_ball<false>(*f, true, removed);
