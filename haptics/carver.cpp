@@ -106,7 +106,10 @@ void Carver::cut_out(const dvec3& center_W, SurfacePatch& patch) {
   patch.lo = center - patch.n / 2;
   patch.band = volume_.band() / volume_.frame().voxel;
   patch.exact_outside = volume_.exact_outside();
-  volume_.copy_for_patch(patch.lo, glm::ivec3(patch.n), patch.distance.data(), patch.tissue.data());
+  const bool graded = volume_.graded();
+  if (graded) patch.grade();
+  volume_.copy_for_patch(patch.lo, glm::ivec3(patch.n), patch.distance.data(), patch.tissue.data(),
+                         graded ? patch.hardness.data() : nullptr);
   center_W_ = center_W;
   if (wide_edge_ > 0 && patch.wide.empty()) {
     patch.wide.emplace_back();
@@ -118,7 +121,9 @@ void Carver::cut_out(const dvec3& center_W, SurfacePatch& patch) {
     wide.lo = center / wide_every_ - wide_edge_ / 2;
     wide.band = patch.band / wide_every_;
     wide.exact_outside = patch.exact_outside;
-    volume_.copy_every(wide_every_, wide.lo, glm::ivec3(wide_edge_), wide.distance.data(), wide.tissue.data());
+    if (graded) wide.hardness.resize(wide.tissue.size());
+    volume_.copy_every(wide_every_, wide.lo, glm::ivec3(wide_edge_), wide.distance.data(), wide.tissue.data(),
+                       graded ? wide.hardness.data() : nullptr);
   }
   say_where_cut(patch);
 }
@@ -126,7 +131,8 @@ void Carver::cut_out(const dvec3& center_W, SurfacePatch& patch) {
 bool Carver::bring_up_to_date(SurfacePatch& patch) {
   if (patch.number != patches_ || patch_edits_ != edits_ || patch_pieces_ != pieces_) return false;
   const auto whole = [](SurfacePatch& p) {
-    return TissueVolume::Copied{p.lo, glm::ivec3(p.n), p.distance.data(), p.tissue.data()};
+    return TissueVolume::Copied{p.lo, glm::ivec3(p.n), p.distance.data(), p.tissue.data(),
+                                p.hardness.empty() ? nullptr : p.hardness.data()};
   };
   const TissueVolume::Copied wide = patch.wide.empty() ? TissueVolume::Copied{} : whole(patch.wide.front());
   volume_.copy_written(whole(patch), wide_every_, patch.wide.empty() ? nullptr : &wide);

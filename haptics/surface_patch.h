@@ -8,6 +8,7 @@
 
 #include "engine/contract/field_brick.h"
 #include "haptics/fill.h"
+#include "haptics/hardness.h"
 #include "haptics/label.h"
 #include "haptics/sweep.h"
 
@@ -30,7 +31,10 @@ struct SurfacePatch {
   glm::ivec3 cut_lo{INT_MAX}, cut_hi{INT_MIN};  // … but for what was cut or filled in this box of voxels, inclusive
   glm::ivec3 filled_lo{INT_MAX}, filled_hi{INT_MIN};  // the filled voxels lie in this one
   std::vector<float> distance;
-  std::vector<Tissue> tissue;  // see label.h
+  std::vector<Tissue> tissue;          // see label.h
+  std::vector<std::uint8_t> hardness;  // see hardness.h; of a filled sample that of what was there before. Empty in
+                                       // tissue that is not graded (TissueVolume::graded): all kOwnHardness
+  std::vector<float> uncut;            // scratch of carve(); empty as `hardness` is
   std::vector<SurfacePatch>
       wide;  // one where a tool has a shank: every `every`-th sample, in voxels as large, far around
   int every = 1;
@@ -40,6 +44,11 @@ struct SurfacePatch {
     const std::size_t count = static_cast<std::size_t>(edge) * edge * edge;
     distance.assign(count, 0);
     tissue.assign(count, Tissue::kAir);
+  }
+  /// Makes room for hardness, in a patch of graded tissue.
+  void grade() {
+    hardness.resize(tissue.size());
+    uncut.resize(tissue.size());
   }
   std::size_t at(int x, int y, int z) const {
     return (static_cast<std::size_t>(x) * n + static_cast<std::size_t>(y)) * n + static_cast<std::size_t>(z);
@@ -91,16 +100,35 @@ FieldSample sample_cubic(const SurfacePatch& patch, const dvec3& p_V) noexcept;
 /// Shares of the eight labels around a point by trilinear weight, air left out; sums to 1, or to 0 in air.
 PerTissue sample_tissue(const SurfacePatch& patch, const dvec3& p_V) noexcept;
 
+/// The same shares, each times the hardness that its voxels have (hardness.h). In a patch without hardness: the shares.
+PerTissue sample_hardness(const SurfacePatch& patch, const dvec3& p_V) noexcept;
+
 /// The label of the nearest voxel; the patch must hold it.
 inline Tissue tissue_at(const SurfacePatch& patch, const dvec3& p_V) noexcept {
   const dvec3 q = p_V - dvec3(patch.lo) + 0.5;
   return shown(patch.tissue[patch.at(static_cast<int>(q.x), static_cast<int>(q.y), static_cast<int>(q.z))]);
 }
 
+/// The hardness that sample `at` has for the hand: its own byte, or that of the filling in its place. Only in a patch
+/// that holds hardness.
+inline std::uint8_t felt_hardness(const SurfacePatch& patch, std::size_t at) noexcept {
+  return is_filled(patch.tissue[at]) ? kOwnHardness : patch.hardness[at];
+}
+/// The hardness of the nearest voxel, 0..1; the patch must hold it.
+inline double hardness_at(const SurfacePatch& patch, const dvec3& p_V) noexcept {
+  if (patch.hardness.empty()) return 1;
+  const dvec3 q = p_V - dvec3(patch.lo) + 0.5;
+  return hardness_fraction(
+      felt_hardness(patch, patch.at(static_cast<int>(q.x), static_cast<int>(q.y), static_cast<int>(q.z))));
+}
+
 /// Cuts the sweep out of the patch, and takes the label of a filling off what it laid bare. Returns the removed volume
 /// per tissue in voxels³ (share of each voxel inside the surface before, less after). `changed`, where given: whether
 /// any sample did, be it only a distance in the air. `front`, where given: what is known of this patch and tool.
-PerTissue carve(SurfacePatch& patch, const Sweep& sweep, bool* changed = nullptr, CutFront* front = nullptr) noexcept;
+/// `hardened`, where given: the removed volume with every voxel's share times its hardness, which is what the cut
+/// costs.
+PerTissue carve(SurfacePatch& patch, const Sweep& sweep, bool* changed = nullptr, CutFront* front = nullptr,
+                PerTissue* hardened = nullptr) noexcept;
 
 /// Puts the filling into the patch. Returns the added volume per tissue in voxels³.
 PerTissue fill(SurfacePatch& patch, const Fill& filling, bool* changed) noexcept;

@@ -1,12 +1,15 @@
 #include "haptics/surface_patch.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstring>
 
 #include "engine/base/dispatch.h"
 #include "haptics/contact/cubic.h"
 #include "haptics/cut_front.h"
 #include "haptics/lanes.h"
+#include "haptics/share.h"
 #include "haptics/work.h"
 
 namespace typodont::haptics {
@@ -112,20 +115,82 @@ PerTissue sample_tissue(const SurfacePatch& patch, const dvec3& p_V) noexcept {
   return shares;
 }
 
-PerTissue carve(SurfacePatch& patch, const Sweep& sweep, bool* changed, CutFront* front) noexcept {
+PerTissue sample_hardness(const SurfacePatch& patch, const dvec3& p_V) noexcept {
+  if (patch.hardness.empty()) return sample_tissue(patch, p_V);
+  const Cell c = cell_at(patch, p_V);
+  PerTissue sums{};
+  double total = 0;
+  for (int corner = 0; corner < 8; ++corner) {
+    const int i = corner >> 2, j = corner >> 1 & 1, k = corner & 1;
+    const std::size_t at = patch.at(c.x + i, c.y + j, c.z + k);
+    const Tissue tissue = shown(patch.tissue[at]);
+    if (tissue == Tissue::kAir) continue;
+    const double weight = (i ? c.u : 1 - c.u) * (j ? c.v : 1 - c.v) * (k ? c.w : 1 - c.w);
+    sums[static_cast<std::size_t>(tissue)] += weight * hardness_fraction(felt_hardness(patch, at));
+    total += weight;
+  }
+  if (total > 0) {
+    for (double& sum : sums) sum /= total;
+  }
+  return sums;
+}
+
+namespace {
+
+/// Keeps the distances of a box of the patch, to tell afterwards what a cut took.
+void keep_uncut(SurfacePatch& patch, const glm::ivec3& a, const glm::ivec3& b) noexcept {
+  float* to = patch.uncut.data();
+  const int length = b.z - a.z + 1;
+  for (int x = a.x; x <= b.x; ++x) {
+    for (int y = a.y; y <= b.y; ++y, to += length) std::copy_n(patch.distance.data() + patch.at(x, y, a.z), length, to);
+  }
+}
+
+/// What was taken since keep_uncut(), every voxel's share times its hardness. In whole units (share.h) times bytes, so
+/// that the order does not matter.
+PerTissue hardened_since(const SurfacePatch& patch, const glm::ivec3& a, const glm::ivec3& b) noexcept {
+  std::array<std::int64_t, kTissueCount> sums{};
+  const float* from = patch.uncut.data();
+  const int length = b.z - a.z + 1;
+  for (int x = a.x; x <= b.x; ++x) {
+    for (int y = a.y; y <= b.y; ++y, from += length) {
+      const std::size_t row = patch.at(x, y, a.z);
+      const float* const now = patch.distance.data() + row;
+      if (std::memcmp(from, now, sizeof(float) * static_cast<std::size_t>(length)) == 0) continue;  // most rows
+      for (int z = 0; z < length; ++z) {
+        if (from[z] == now[z]) continue;
+        const std::size_t at = row + static_cast<std::size_t>(z);
+        sums[static_cast<std::size_t>(shown(patch.tissue[at]))] +=
+            std::int64_t{units_inside(from[z]) - units_inside(now[z])} * felt_hardness(patch, at);
+      }
+    }
+  }
+  PerTissue hardened{};
+  for (std::size_t i = 1; i < sums.size(); ++i) hardened[i] = static_cast<double>(sums[i]) * kShareUnit / kOwnHardness;
+  return hardened;
+}
+
+}  // namespace
+
+PerTissue carve(SurfacePatch& patch, const Sweep& sweep, bool* changed, CutFront* front, PerTissue* hardened) noexcept {
   PerTissue removed{};
   if (changed) *changed = false;
+  if (hardened) *hardened = {};
   const glm::ivec3 a = glm::max(sweep.lo() - patch.lo, 0), b = glm::min(sweep.hi() - patch.lo, patch.n - 1);
   if (a.x > b.x || a.y > b.y || a.z > b.z) return removed;
   const std::size_t start = patch.at(a.x, a.y, a.z), edge = static_cast<std::size_t>(patch.n);
+  const bool graded = hardened && !patch.hardness.empty();
+  if (graded) keep_uncut(patch, a, b);
   if (front ? sweep.raise(*front, patch.lo, patch.n, patch.distance.data(), patch.tissue.data(), &removed)
             : sweep.raise(a + patch.lo, b - a + 1, patch.distance.data() + start, edge * edge, edge,
                           patch.tissue.data() + start, &removed)) {
     mark_cut(patch, a + patch.lo, b + patch.lo);
+    if (graded) *hardened = hardened_since(patch, a, b);  // before labels of fillings go
     if (relabel(patch, a + patch.lo, b + patch.lo) && front) front->list_anew();
     if (changed) *changed = true;
   }
   removed[0] = 0;
+  if (hardened && !graded) *hardened = removed;
   return removed;
 }
 
