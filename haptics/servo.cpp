@@ -185,6 +185,7 @@ void Servo::State::take_up(std::uint32_t which) noexcept {
   smooth().forget();
   front.forget();
   shares = {};
+  hardness = own_hardness();
   stiffness_share = 1;
   budget = wall_budget = wall = 0;
   torque = dvec3(0);

@@ -25,7 +25,7 @@ void Servo::State::earn(Now& now) noexcept {
   now.scrapes = bur.cuts && bur.scrapes > 0;
   now.may_cut = settings.cutting && bur.cuts && (now.scrapes || speed > 0);
   now.spindle = {speed, 0};
-  now.specific_energy = now.may_cut ? mean(&Material::specific_energy) : 0;
+  now.specific_energy = now.may_cut ? mean_hardened(&Material::specific_energy) : 0;
   double power = 0;
   if (now.scrapes && now.may_cut && head_force > 0) {
     // An edge drawn over the surface cuts with the hand's own work: push × way along the surface.
@@ -65,12 +65,13 @@ bool Servo::State::take_away(Touch& now) noexcept {
   const bool continues = sums.cuts > 0 && !edited && cut_tool == in_hand && same(X_WG, cut_end);
   const Sweep sweep(tool(), X_WG, X_WB, settings.frame, continues);
   bool changed;
-  const PerTissue removed = carve(patch, sweep, &changed, &front);
+  PerTissue hardened;  // voxels³ times hardness: what is paid for
+  const PerTissue removed = carve(patch, sweep, &changed, &front, &hardened);
   double energy = 0;
   for (std::size_t i = 1; i < removed.size(); ++i) {
     const double v = removed[i] * h * h * h;
     sums.removed[i] += v;
-    energy += v * settings.materials[i].specific_energy;
+    energy += hardened[i] * h * h * h * settings.materials[i].specific_energy;
   }
   if (!changed) return false;
   ++sums.cuts;

@@ -90,7 +90,7 @@ void Servo::State::feel(Touch& now) noexcept {
 /// Tissue under the head: below each contact, weighted by how much it pushes. `many_contacts`: they turn the
 /// tool, so where they attack is summed up too.
 Servo::State::Push Servo::State::feel_tissue(const Touch& now, bool many_contacts) noexcept {
-  PerTissue under{};
+  PerTissue under{}, hardened{};
   double total = 0;
   Push push;
   for (int i = 0; i < now.active.count; ++i) {
@@ -113,10 +113,15 @@ Servo::State::Push Servo::State::feel_tissue(const Touch& now, bool many_contact
     }
     const PerTissue here = sample_tissue(*felt_in, below);
     for (std::size_t t = 1; t < here.size(); ++t) under[t] += weight * here[t];
+    if (patch.hardness.empty()) continue;
+    const PerTissue hardened_here = sample_hardness(*felt_in, below);
+    for (std::size_t t = 1; t < here.size(); ++t) hardened[t] += weight * hardened_here[t];
   }
   double labelled = 0;
   for (const double share : under) labelled += share;
   if (labelled > 0) {
+    for (std::size_t t = 1; t < under.size() && !patch.hardness.empty(); ++t)
+      hardness[t] = under[t] > 0 ? hardened[t] / under[t] : 1;
     for (double& share : under) share /= labelled;
     shares = under;
   }
@@ -132,7 +137,7 @@ double Servo::State::spare_change(const Touch& now, double depth) const noexcept
 
 /// The coupling's stiffness relative to enamel's 1 N/mm: that of the tissue under the head, followed smoothly.
 double Servo::State::follow_stiffness(const Touch& now, double depth) noexcept {
-  const double wanted = mean(&Material::stiffness) / 1000.0;
+  const double wanted = mean_hardened(&Material::stiffness) / 1000.0;
   if (normal_force <= 0) return stiffness_share = wanted;
   // Under a deep push a change of stiffness is a large change of force, and a rise is energy that no hand put in.
   const double most = std::min(spare_change(now, depth), kTissueSlew * now.dt) / (settings.stiffness * depth);

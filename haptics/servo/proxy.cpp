@@ -196,10 +196,7 @@ double Servo::State::wall_at(const ContactPlane& plane) const noexcept {
   const dvec3 before = plane.x + (kWallFelt / settings.frame.voxel + kBorder) * plane.n,
               behind = plane.x - 0.5 * plane.n;
   if (!patch.holds(before, 0) || !patch.holds(behind, 0)) return 1;
-  const auto energy_at = [&](const dvec3& p) {
-    return settings.materials[static_cast<std::size_t>(tissue_at(patch, p))].specific_energy;
-  };
-  const double softer = energy_at(before), harder = energy_at(behind);
+  const double softer = specific_energy_at(before), harder = specific_energy_at(behind);
   return softer > 0 && softer < kWallFrom * harder ? std::max(softer / harder, kLeastThrough) : 1;
 }
 
@@ -237,9 +234,8 @@ void Servo::State::look_around(Touch& now, const dvec3& c, bool center_inside) n
   // Tissue harder than what is being cut gives way by that much less; softer tissue never holds anything back.
   if (settings.boundary_walls && now.specific_energy > 0 && now.specific_energy < hardest) {
     for (int i = 0; i < contacts.count(); ++i) {
-      const auto under = static_cast<std::size_t>(tissue_at(patch, contacts.below(i)));
-      const double hardness = settings.materials[under].specific_energy;
-      if (hardness > now.specific_energy) contacts.set_yields(i, now.specific_energy / hardness);
+      const double under = specific_energy_at(contacts.below(i));
+      if (under > now.specific_energy) contacts.set_yields(i, now.specific_energy / under);
     }
   }
   if (smooth().any()) smooth().find(patch, X_VT, kContactRange, contacts);

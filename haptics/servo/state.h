@@ -154,13 +154,14 @@ struct Servo::State {
   bool breaking_through = false;  // the bur is free, but the hand has not caught up
   double budget = 0;              // J that may still be spent on cutting …
   double wall = 0;  // … and where a wall held the head in the last tick: the share of the power, 0..1, that is left,
-  double wall_budget = 0;      // … and J of it
-  PerTissue shares{};          // of the tissue under the head
-  CutFront front;              // of the patch
-  Pose cut_end;                // where the last cut ended …
-  std::uint32_t cut_tool = 0;  // … and of which tool
-  Pose wide_end;               // where the last cut in the wide patch ended
-  std::uint64_t wide_cut = 0;  // … and which cut that was
+  double wall_budget = 0;               // … and J of it
+  PerTissue shares{};                   // of the tissue under the head, …
+  PerTissue hardness = own_hardness();  // … and the mean hardness of each, 0..1, see hardness.h
+  CutFront front;                       // of the patch
+  Pose cut_end;                         // where the last cut ended …
+  std::uint32_t cut_tool = 0;           // … and of which tool
+  Pose wide_end;                        // where the last cut in the wide patch ended
+  std::uint64_t wide_cut = 0;           // … and which cut that was
   struct Filling {
     double owed = 0;          // m³
     double radius = -1;       // voxels, of the dome that grows; negative: none
@@ -201,6 +202,25 @@ struct Servo::State {
       total += shares[i];
     }
     return total > 0 ? sum / total : 0;
+  }
+  /// The same of a property that hardness scales: stiffness or specific energy.
+  double mean_hardened(double Material::*member) const noexcept {
+    double sum = 0, total = 0;
+    for (std::size_t i = 1; i < shares.size(); ++i) {
+      sum += shares[i] * settings.materials[i].*member * hardness[i];
+      total += shares[i];
+    }
+    return total > 0 ? sum / total : 0;
+  }
+  /// J/m³ of the tissue at a place in the patch, voxels.
+  double specific_energy_at(const dvec3& p_V) const noexcept {
+    const auto tissue = static_cast<std::size_t>(tissue_at(patch, p_V));
+    return settings.materials[tissue].specific_energy * hardness_at(patch, p_V);
+  }
+  static PerTissue own_hardness() noexcept {
+    PerTissue all;
+    all.fill(1);
+    return all;
   }
 
   // servo.cpp
