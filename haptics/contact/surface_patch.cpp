@@ -180,12 +180,16 @@ PerTissue carve(SurfacePatch& patch, const Sweep& sweep, bool* changed, CutFront
   if (a.x > b.x || a.y > b.y || a.z > b.z) return removed;
   const std::size_t start = patch.at(a.x, a.y, a.z), edge = static_cast<std::size_t>(patch.n);
   const bool graded = hardened && !patch.hardness.empty();
-  if (graded) keep_uncut(patch, a, b);
+  // Only samples less than half a voxel outside the head lose volume; the sweep reaches kMargin beyond it.
+  constexpr int kSpared = static_cast<int>(Sweep::kMargin - 0.5f);
+  const glm::ivec3 from = glm::max(a, sweep.lo() + kSpared - patch.lo),
+                   to = glm::min(b, sweep.hi() - kSpared - patch.lo);
+  if (graded) keep_uncut(patch, from, to);
   if (front ? sweep.raise(*front, patch.lo, patch.n, patch.distance.data(), patch.tissue.data(), &removed)
             : sweep.raise(a + patch.lo, b - a + 1, patch.distance.data() + start, edge * edge, edge,
                           patch.tissue.data() + start, &removed)) {
     mark_cut(patch, a + patch.lo, b + patch.lo);
-    if (graded) *hardened = hardened_since(patch, a, b);  // before labels of fillings go
+    if (graded) *hardened = hardened_since(patch, from, to);  // before labels of fillings go
     if (relabel(patch, a + patch.lo, b + patch.lo) && front) front->list_anew();
     if (changed) *changed = true;
   }
