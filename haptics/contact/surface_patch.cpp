@@ -140,7 +140,7 @@ namespace {
 /// Keeps the distances of a box of the patch, to tell afterwards what a cut took.
 void keep_uncut(SurfacePatch& patch, const glm::ivec3& a, const glm::ivec3& b) noexcept {
   float* to = patch.uncut.data();
-  const int length = b.z - a.z + 1;
+  const int length = std::max(b.z - a.z + 1, 0);
   for (int x = a.x; x <= b.x; ++x) {
     for (int y = a.y; y <= b.y; ++y, to += length) std::copy_n(patch.distance.data() + patch.at(x, y, a.z), length, to);
   }
@@ -151,7 +151,7 @@ void keep_uncut(SurfacePatch& patch, const glm::ivec3& a, const glm::ivec3& b) n
 PerTissue hardened_since(const SurfacePatch& patch, const glm::ivec3& a, const glm::ivec3& b) noexcept {
   std::array<std::int64_t, kTissueCount> sums{};
   const float* from = patch.uncut.data();
-  const int length = b.z - a.z + 1;
+  const int length = std::max(b.z - a.z + 1, 0);
   for (int x = a.x; x <= b.x; ++x) {
     for (int y = a.y; y <= b.y; ++y, from += length) {
       const std::size_t row = patch.at(x, y, a.z);

@@ -331,6 +331,18 @@ TEST_F(HardnessFile, OfTissueThatIsNotGradedNamesNoHardnessAndTheHashCoversIt) {
   EXPECT_EQ(plain.volumes(), graded.volumes());
 }
 
+TEST_F(HardnessFile, WithAByteOutOfRangeIsRefusedAndSaysWhich) {
+  haptics::DenseTissue dense = graded_block();
+  dense.hardness[dense.at(dense.size.x / 2, dense.size.y / 2, dense.size.z / 2)] = 0;
+  TissueVolume(dense).save(file);
+  try {
+    (void)TissueVolume::load(file);
+    ADD_FAILURE() << "read";
+  } catch (const Error& e) {
+    EXPECT_NE(std::string(e.what()).find("hardness: found 0, expected 1 to 255"), std::string::npos) << e.what();
+  }
+}
+
 TEST(Hardness, OutOfRangeIsRefusedAndNoneCostsNothingIsTheLeastByte) {
   for (const char* wrong : {"-0.1", "1.01", "\"soft\""}) EXPECT_THROW(sampled(block(wrong)), Error) << wrong;
   EXPECT_EQ(hardness_byte(0), 1);
