@@ -349,6 +349,28 @@ TEST(Hardness, OutOfRangeIsRefusedAndNoneCostsNothingIsTheLeastByte) {
   EXPECT_EQ(hardness_byte(1), kOwnHardness);
 }
 
+TEST(Hardness, PaintedWhileAHandPressesIsFeltFromTheNextPatchOnAndGoesWhenItIsTakenBack) {
+  HapticBench bench(block(), probe());
+  const auto press = [&] {
+    for (int i = 0; i < 400; ++i) bench.tick({{0, 0, 2.7_mm}});
+    return glm::length(bench.last.f_T_W);
+  };
+  const auto fresh_patch = [&] {
+    bench.carver.cut_out(bench.carver.patch_center(bench.last), bench.spare);
+    bench.servo.adopt(bench.spare);
+  };
+  for (double z = 3.2_mm; z > 2.7_mm; z -= 2e-6) bench.tick({{0, 0, z}});
+  const double whole = press();
+  bench.carver.volume().begin_stroke();
+  bench.carver.volume().paint(Tissue::kDentin, *haptics::capsule({0, 0, 2.5_mm}, {0, 0, 2.5_mm}, 1.5_mm),
+                              hardness_byte(0.4));
+  fresh_patch();
+  EXPECT_NEAR(press() / whole, 0.4, 0.002);
+  ASSERT_TRUE(bench.carver.undo());
+  fresh_patch();
+  EXPECT_NEAR(press() / whole, 1, 0.002);
+}
+
 TEST(Hardness, IsTakenBackAndBroughtAgainWithItsStroke) {
   TissueVolume volume = sampled(block());
   Tool bur;
