@@ -69,6 +69,8 @@ struct Contact {
   dvec3 on_smooth{0};         // Σ w n of the others
   bool known_tissue = false;  // `tissue` is filled in; else the last one still holds
   PerTissue tissue{};         // fractions of the tissue under the contacts; sum 1
+  bool graded = false;        // `hardness` is filled in; else every tissue has its own hardness
+  PerTissue hardness{};       // mean hardness of each of these tissues, 0..1 (hardness.h)
 
   // From feel(), of a penalty method: the servo adds no coupling of its own.
   dvec3 force{0};     // N on the tool, damper included

@@ -24,8 +24,9 @@ struct DenseTissue {
   std::vector<float> distance;  // m, negative inside, a true distance wherever |distance| < band
   std::vector<Tissue> tissue;   // of every voxel; outside the surface the nearest tissue is kept as far as one voxel
                                 // or more, so that labels can be read at the surface; kAir elsewhere
-  double band = 1.5e-3;         // m
-  bool exact_outside = true;    // outside the tissue the distance is never more than the true one
+  std::vector<std::uint8_t> hardness;  // of every voxel, see hardness.h; empty: kOwnHardness everywhere
+  double band = 1.5e-3;                // m
+  bool exact_outside = true;           // outside the tissue the distance is never more than the true one
 
   std::size_t at(int x, int y, int z) const {
     return (static_cast<std::size_t>(x) * size.y + static_cast<std::size_t>(y)) * size.z + static_cast<std::size_t>(z);

@@ -144,6 +144,7 @@ void Servo::State::change_tool(TickData& now) noexcept {
   motion.room = 0;
   cutting.budget = cutting.wall_budget = cutting.wall = 0;
   coupling.tissue = {};
+  coupling.hardness = own_hardness();
   coupling.relative_stiffness = 1;
   coupling.torque = dvec3(0);
   coupling.friction = {};

@@ -9,6 +9,7 @@
 #include <thread>
 
 #include "engine/base/units.h"
+#include "haptics/hardness.h"
 
 namespace typodont::haptics {
 
@@ -263,6 +264,7 @@ namespace {
 
 struct Part {
   Tissue tissue;
+  std::uint8_t hardness;
   std::unique_ptr<Solid> solid;
 };
 
@@ -279,29 +281,33 @@ dvec3 place_within(const glm::ivec3& voxel) {
   return glm::fract(a * dvec3(v.y, v.z, v.x) + b * dvec3(v.z, v.x, v.y) + along * v) - 0.5;
 }
 
-/// Air outside all of them, else the last one's that holds the place.
-Tissue label_inside(const std::vector<const Part*>& near, const dvec3& p) {
+/// The last one that holds the place; null outside all of them.
+const Part* part_inside(const std::vector<const Part*>& near, const dvec3& p) {
   for (auto part = near.rbegin(); part != near.rend(); ++part) {
-    if ((*part)->solid->distance(p) <= 0) return (*part)->tissue;
+    if ((*part)->solid->distance(p) <= 0) return *part;
   }
-  return Tissue::kAir;
+  return nullptr;
 }
 
-/// The same, and just outside the nearest solid's, so that a label can be read at the surface from either side.
-Tissue label_around(const std::vector<const Part*>& near, const dvec3& p, double h) {
-  if (const Tissue inside = label_inside(near, p); inside != Tissue::kAir) return inside;
+/// The same, and just outside the nearest solid, so that a label can be read at the surface from either side.
+const Part* part_around(const std::vector<const Part*>& near, const dvec3& p, double h) {
+  if (const Part* const inside = part_inside(near, p)) return inside;
   double nearest = 3 * h;
-  Tissue tissue = Tissue::kAir;
+  const Part* found = nullptr;
   for (const Part* part : near) {
     const double own = part->solid->distance(p);
     if (own >= std::min(nearest + kTies * h, 3 * h)) continue;
     nearest = std::min(nearest, own);
-    tissue = part->tissue;
+    found = part;
   }
-  return tissue;
+  return found;
 }
 
 }  // namespace
+
+std::uint8_t read_hardness(const Json& json) {
+  return hardness_byte(json.number_or("hardness", 1, 0, 1));
+}
 
 DenseTissue read_solids(const Json& json, const SolidFiles& files) {
   json.allow_only({"voxel_mm", "band_mm", "domain_mm", "solids"});
@@ -312,10 +318,10 @@ DenseTissue read_solids(const Json& json, const SolidFiles& files) {
 
   std::vector<Part> parts;
   for (const Json& item : json["solids"].items()) {
-    item.allow_only({"tissue", "solid"});
+    item.allow_only({"tissue", "solid", "hardness"});
     const auto tissue = tissue_named(item["tissue"].string());
     if (!tissue || *tissue == Tissue::kAir) item["tissue"].fail("the name of a tissue");
-    parts.push_back({*tissue, read_solid(item["solid"], files)});
+    parts.push_back({*tissue, read_hardness(item), read_solid(item["solid"], files)});
   }
   if (parts.empty()) json["solids"].fail("at least one solid");
 
@@ -352,16 +358,22 @@ DenseTissue read_solids(const Json& json, const SolidFiles& files) {
   const std::size_t count = static_cast<std::size_t>(dense.size.x) * dense.size.y * dense.size.z;
   dense.distance.resize(count);
   dense.tissue.resize(count);
+  if (std::ranges::any_of(parts, [](const Part& part) { return part.hardness != kOwnHardness; }))
+    dense.hardness.assign(count, kOwnHardness);
 
   // Block by block. A distance changes by no more than the way gone, so one look at a block's middle tells which solids
   // matter in it, and mostly that all of it is air or deep inside.
   constexpr int kBlock = 8;
   const double reach = 0.5 * std::sqrt(3.0) * (kBlock - 1) * h;
+  const auto label = [&](std::size_t i, const Part* part) {
+    dense.tissue[i] = part ? part->tissue : Tissue::kAir;
+    if (part && !dense.hardness.empty()) dense.hardness[i] = part->hardness;
+  };
   const auto block = [&](const glm::ivec3& from, std::vector<const Part*>& near) {
     const glm::ivec3 end = glm::min(from + kBlock, dense.size);
     const dvec3 middle = dense.frame.to_world(dvec3(from) + 0.5 * (kBlock - 1));
     near.clear();
-    Tissue deep = Tissue::kAir;
+    const Part* deep = nullptr;
     bool crossed = false, covered = false;  // by a label's border; by one solid, all of it beyond the band
     for (const Part& part : parts) {
       const double own = part.solid->distance(middle);
@@ -369,7 +381,7 @@ DenseTissue read_solids(const Json& json, const SolidFiles& files) {
       near.push_back(&part);
       covered = covered || own + reach <= -dense.band;
       if (own + reach + kHalfVoxel * h <= 0) {
-        deep = part.tissue;
+        deep = &part;
       } else if (own - reach - kHalfVoxel * h <= 0) {
         crossed = true;
       }
@@ -382,7 +394,7 @@ DenseTissue read_solids(const Json& json, const SolidFiles& files) {
           const std::size_t i = dense.at(x, y, z);
           if (uniform) {
             dense.distance[i] = clamped;
-            dense.tissue[i] = deep;
+            label(i, deep);
             continue;
           }
           const dvec3 p = dense.frame.to_world(dvec3(x, y, z));
@@ -393,12 +405,12 @@ DenseTissue read_solids(const Json& json, const SolidFiles& files) {
             at_border = at_border || std::abs(own) <= kHalfVoxel * h;
             d = std::min(d, own);
           }
-          Tissue tissue = Tissue::kAir;
+          const Part* part = nullptr;
           if (at_border && near.size() > 1)
-            tissue = label_inside(near, p + h * place_within(glm::ivec3(first) + glm::ivec3(x, y, z)));
-          if (tissue == Tissue::kAir) tissue = label_around(near, p, h);
+            part = part_inside(near, p + h * place_within(glm::ivec3(first) + glm::ivec3(x, y, z)));
+          if (!part) part = part_around(near, p, h);
           dense.distance[i] = static_cast<float>(std::clamp(d, -dense.band, dense.band));
-          dense.tissue[i] = tissue;
+          label(i, part);
         }
       }
     }

@@ -38,8 +38,12 @@ std::unique_ptr<Solid> read_solid(const Json& json, const SolidFiles& files = {}
 /// All nearer than `radius` to the line from a to b, which may be a point.
 std::unique_ptr<Solid> capsule(const dvec3& a_W, const dvec3& b_W, double radius);
 
-/// The "tissue" object of a scene with "solids": samples them on voxels. Later solids overwrite the label of earlier
-/// ones where they overlap. Throws Error, also when the volume would not fit into memory.
+/// The key "hardness" of an object, 0..1 of the tissue's own hardness, as a byte (hardness.h); kOwnHardness where it is
+/// not given. Throws Error.
+std::uint8_t read_hardness(const Json& json);
+
+/// The "tissue" object of a scene with "solids": samples them on voxels. Later solids overwrite label and hardness of
+/// earlier ones where they overlap. Throws Error, also when the volume would not fit into memory.
 DenseTissue read_solids(const Json& json, const SolidFiles& files = {});
 
 /// Names of the mesh files in a solid or a "tissue" object, as they stand there.

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "engine/contract/field_brick.h"
+#include "haptics/hardness.h"
 #include "haptics/label.h"
 #include "haptics/snapshot.h"
 #include "haptics/tool.h"
@@ -23,7 +24,10 @@ struct SurfacePatch : Snapshot {
   glm::ivec3 cut_lo{INT_MAX}, cut_hi{INT_MIN};  // … but for what was cut or filled in this box of voxels, inclusive
   glm::ivec3 filled_lo{INT_MAX}, filled_hi{INT_MIN};  // the filled voxels lie in this one
   std::vector<float> distance;
-  std::vector<Tissue> tissue;  // see label.h
+  std::vector<Tissue> tissue;          // see label.h
+  std::vector<std::uint8_t> hardness;  // see hardness.h; of a filled sample that of what was there before. Empty in
+                                       // tissue that is not graded (TissueVolume::graded): all kOwnHardness
+  std::vector<float> uncut;            // scratch of carve(); empty as `hardness` is
   std::vector<SurfacePatch>
       wide;  // one where a tool has a shank: every `every`-th sample, in voxels as large, far around
   int every = 1;
@@ -33,6 +37,11 @@ struct SurfacePatch : Snapshot {
     const std::size_t count = static_cast<std::size_t>(edge) * edge * edge;
     distance.assign(count, 0);
     tissue.assign(count, Tissue::kAir);
+  }
+  /// Makes room for hardness, in a patch of graded tissue.
+  void grade() {
+    hardness.resize(tissue.size());
+    uncut.resize(tissue.size());
   }
   std::size_t at(int x, int y, int z) const {
     return (static_cast<std::size_t>(x) * n + static_cast<std::size_t>(y)) * n + static_cast<std::size_t>(z);
@@ -84,6 +93,9 @@ FieldSample sample_cubic(const SurfacePatch& patch, const dvec3& p_V) noexcept;
 /// Shares of the eight labels around a point by trilinear weight, air left out; sums to 1, or to 0 in air.
 PerTissue sample_tissue(const SurfacePatch& patch, const dvec3& p_V) noexcept;
 
+/// The same shares, each times the hardness that its voxels have (hardness.h). In a patch without hardness: the shares.
+PerTissue sample_hardness(const SurfacePatch& patch, const dvec3& p_V) noexcept;
+
 /// The label of the nearest voxel; the patch must hold it.
 inline Tissue tissue_at(const SurfacePatch& patch, const dvec3& p_V) noexcept {
   const dvec3 q = p_V - dvec3(patch.lo) + 0.5;
@@ -97,5 +109,18 @@ int patch_edge_for(std::span<const Tool> tools, double voxel);
 double patch_travel_for(std::span<const Tool> tools, double voxel);
 /// A patch of that size, with the coarse patch that shanks are felt in where a tool has one. Number 0.
 SurfacePatch empty_patch_for(std::span<const Tool> tools, double voxel);
+
+/// The hardness that sample `at` has for the hand: its own byte, or that of the filling in its place. Only in a patch
+/// that holds hardness.
+inline std::uint8_t felt_hardness(const SurfacePatch& patch, std::size_t at) noexcept {
+  return is_filled(patch.tissue[at]) ? kOwnHardness : patch.hardness[at];
+}
+/// The hardness of the nearest voxel, 0..1; the patch must hold it.
+inline double hardness_at(const SurfacePatch& patch, const dvec3& p_V) noexcept {
+  if (patch.hardness.empty()) return 1;
+  const dvec3 q = p_V - dvec3(patch.lo) + 0.5;
+  return hardness_fraction(
+      felt_hardness(patch, patch.at(static_cast<int>(q.x), static_cast<int>(q.y), static_cast<int>(q.z))));
+}
 
 }  // namespace typodont::haptics

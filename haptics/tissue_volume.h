@@ -10,6 +10,7 @@
 #include "engine/contract/tissue.h"
 #include "haptics/dense_tissue.h"
 #include "haptics/fill.h"
+#include "haptics/hardness.h"
 #include "haptics/sweep.h"
 #include "haptics/volume/loose_pieces.h"
 
@@ -22,7 +23,8 @@ class VoxelStamp;
 ///
 /// File format (.vdb): grids "distance" (float, mm, level set, background = band) and "tissue" (int32 labels, see
 /// contract/tissue.h), both with the voxel in mm as linear transform, and metadata "typodont_version". Where something
-/// was filled, a third, "tissue_before_filling": the label from before, plus one.
+/// was filled, a third, "tissue_before_filling": the label from before, plus one. Where the hardness of any voxel is
+/// not its tissue's own, another, "hardness": int32, 1 to 255, see hardness.h; background 255.
 class TissueVolume {
  public:
   explicit TissueVolume(const DenseTissue& dense);
@@ -43,25 +45,36 @@ class TissueVolume {
   /// Inclusive bounds, in voxels, of all voxels nearer than the band to a surface; lo > hi when there is none.
   void bounds(glm::ivec3& lo, glm::ivec3& hi) const;
 
-  /// Copies a box of samples starting at voxel `lo`: distances in voxels (clamped to the band), labels. z fastest.
-  void copy(const glm::ivec3& lo, const glm::ivec3& size, float* distance, Tissue* tissue) const;
-  /// The same with labels as a patch keeps them: see label.h.
-  void copy_for_patch(const glm::ivec3& lo, const glm::ivec3& size, float* distance, Tissue* labels) const;
+  /// Whether any voxel was ever given a hardness other than its tissue's own. While false, hardness needs no memory.
+  bool graded() const;
+
+  /// Copies a box of samples starting at voxel `lo`: distances in voxels (clamped to the band), labels, hardness (see
+  /// hardness.h). z fastest. Null pointers are left out.
+  void copy(const glm::ivec3& lo, const glm::ivec3& size, float* distance, Tissue* tissue,
+            std::uint8_t* hardness = nullptr) const;
+  /// The same with labels as a patch keeps them (see label.h); hardness of a filled voxel is that of what was there
+  /// before the filling.
+  void copy_for_patch(const glm::ivec3& lo, const glm::ivec3& size, float* distance, Tissue* labels,
+                      std::uint8_t* hardness = nullptr) const;
   /// A box around all that was filled within lo .. hi; a_lo > a_hi when nothing was.
   void filled_box(const glm::ivec3& lo, const glm::ivec3& hi, glm::ivec3& a_lo, glm::ivec3& a_hi) const;
 
   /// Every n-th sample of a box, the first n·lo: distances in voxels n times as large, labels. Where something was cut
   /// the field knows only what is near; deeper it then says no more than that it is deep.
-  void copy_every(int n, const glm::ivec3& lo, const glm::ivec3& size, float* distance, Tissue* tissue) const;
+  /// Hardness where a pointer is given.
+  void copy_every(int n, const glm::ivec3& lo, const glm::ivec3& size, float* distance, Tissue* tissue,
+                  std::uint8_t* hardness = nullptr) const;
 
   /// From now on the blocks of 8³ samples that carve() and fill() write to are remembered, or no longer.
   void remember_writes(bool wanted);
   /// As copy_for_patch() and copy_every(), of boxes that were copied whole before: only what those may have changed
-  /// since. Forgets it then.
+  /// since. Forgets it then. Cuts and fillings do not change the hardness that a patch keeps, so that of voxels is not
+  /// copied again; that of every n-th sample is, where a pointer is given.
   struct Copied {
     glm::ivec3 lo, size;  // voxels, or every n-th
     float* distance;
     Tissue* tissue;
+    std::uint8_t* hardness = nullptr;
   };
   void copy_written(const Copied& box, int n, const Copied* every);
 
@@ -81,8 +94,9 @@ class TissueVolume {
   /// Returns its volume per tissue, m³.
   PerTissue take_out(const TissuePiece& piece);
 
-  /// Gives all tissue inside the solid (voxel centres, one voxel beyond the surface included) another label.
-  void paint(Tissue tissue, const Solid& solid);
+  /// Gives all tissue inside the solid (voxel centres, one voxel beyond the surface included) another label and
+  /// hardness. Filled voxels get the label alone.
+  void paint(Tissue tissue, const Solid& solid, std::uint8_t hardness = kOwnHardness);
 
   // Strokes: what is carved and painted from begin_stroke() on can be taken back as one, and brought again. Memory goes
   // with the leaves (8³ voxels) that were written to; nothing is kept before the first stroke.
@@ -111,7 +125,9 @@ class TissueVolume {
 
   /// Volume per tissue, m³: every voxel counts by its share inside the surface.
   PerTissue volumes() const;
-  /// FNV-1a over the bytes of all active samples in index order: equal fields, equal hashes.
+  /// The same with every voxel's volume times its hardness, 0..1. The quotient with volumes() is the mean hardness.
+  PerTissue hardness_volumes() const;
+  /// FNV-1a over the bytes of all active samples in index order, hardness included: equal fields, equal hashes.
   std::uint64_t hash() const;
 
  private:

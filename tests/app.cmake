@@ -5,7 +5,7 @@ typodont_test(acceptance_app KIND acceptance SOURCES acceptance/app_servo_test.c
               LIBS typodont_app)
 typodont_test(acceptance_contact KIND acceptance SOURCES acceptance/app_contact_test.cpp LIBS typodont_app)
 typodont_test(acceptance_demo KIND acceptance SOURCES acceptance/app_demo_test.cpp LIBS typodont_app SERIAL TIMEOUT 900)
-typodont_test(acceptance_tasks KIND acceptance SOURCES acceptance/app_tasks_test.cpp LIBS typodont_app)
+typodont_test(acceptance_tasks KIND acceptance SOURCES acceptance/app_tasks_test.cpp acceptance/app_hardness_test.cpp LIBS typodont_app)
 typodont_test(acceptance_work KIND acceptance SOURCES acceptance/nothing_in_vain_test.cpp LIBS typodont_session typodont_render SERIAL TIMEOUT 900)
 foreach(target acceptance_app acceptance_contact acceptance_tasks acceptance_demo acceptance_work)
   target_compile_definitions(${target} PRIVATE TYPODONT_PROGRAM="$<TARGET_FILE:typodont>")

@@ -29,6 +29,10 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr double kLitrePerMinute = 1e-3 / 60;  // m³/s
+constexpr double kNewtonMillimetre = 1e-3;     // N·m
+// The range of a scene's own limits. Reaming an acetabulum needs 200 N; at the rim of a reamer of 60 mm that is 6 N·m.
+constexpr double kLeastForceLimit = 0.1, kMostForceLimit = 300;    // N
+constexpr double kLeastTorqueLimit = 1e-3, kMostTorqueLimit = 20;  // N·m
 constexpr std::array<std::string_view, 6> kParts = {"haptics", "render", "sound", "debris", "record", "score"};
 
 /// Mesh files that solids of a scene name: beside the scene's file, else among the assets.
@@ -111,11 +115,12 @@ Scene read_scene(const fs::path& file) {
 }
 
 Scene parse_scene(const Json& json, const fs::path& file) {
-  json.allow_only({"name",         "description", "tissue",         "paint",        "tool",      "tools",
-                   "spindle_krpm", "spindle",     "coupling",       "materials",    "parts",     "friction",
-                   "cutting",      "passivity",   "boundary_walls", "force_filter", "vibration", "score",
-                   "sound",        "prepare",     "paint_file",     "model",        "task",      "surroundings",
-                   "mouth_mirror", "suction",     "resume"});
+  json.allow_only({"name",         "description",  "tissue",        "paint",           "tool",
+                   "tools",        "spindle_krpm", "spindle",       "coupling",        "materials",
+                   "parts",        "friction",     "cutting",       "passivity",       "boundary_walls",
+                   "force_filter", "vibration",    "score",         "sound",           "prepare",
+                   "paint_file",   "model",        "task",          "surroundings",    "mouth_mirror",
+                   "suction",      "resume",       "force_limit_N", "torque_limit_Nmm"});
   const haptics::SolidFiles solid_files = files_beside(file);
   Scene scene;
   scene.file = file;
@@ -132,10 +137,11 @@ Scene parse_scene(const Json& json, const fs::path& file) {
   }
   if (const auto paint = json.find("paint")) {
     for (const Json& item : paint->items()) {
-      item.allow_only({"tissue", "solid"});
+      item.allow_only({"tissue", "solid", "hardness"});
       const auto tissue = tissue_named(item["tissue"].string());
       if (!tissue || *tissue == Tissue::kAir) item["tissue"].fail("the name of a tissue");
       haptics::read_solid(item["solid"], solid_files);
+      haptics::read_hardness(item);
       scene.paint.push_back(item);
     }
   }
@@ -182,6 +188,10 @@ Scene parse_scene(const Json& json, const fs::path& file) {
   servo.cutting = json.boolean_or("cutting", true);
   servo.passivity = json.boolean_or("passivity", true);
   servo.boundary_walls = json.boolean_or("boundary_walls", true);
+  servo.force_limit = json.number_or("force_limit_N", servo.force_limit, kLeastForceLimit, kMostForceLimit);
+  servo.torque_limit = json.number_or("torque_limit_Nmm", servo.torque_limit / kNewtonMillimetre,
+                                      kLeastTorqueLimit / kNewtonMillimetre, kMostTorqueLimit / kNewtonMillimetre) *
+                       kNewtonMillimetre;
 
   if (const auto vibration = json.find("vibration")) {
     haptics::VibrationLaw& law = servo.vibration;
@@ -293,7 +303,7 @@ haptics::TissueVolume load_untouched(const Scene& scene) {
   haptics::TissueVolume volume = read();
   for (const Json& item : scene.paint) {
     const auto solid = haptics::read_solid(item["solid"], solid_files);
-    volume.paint(*tissue_named(item["tissue"].string()), *solid);
+    volume.paint(*tissue_named(item["tissue"].string()), *solid, haptics::read_hardness(item));
   }
   if (!scene.paint_file.empty()) paint(volume, read_paint(scene.paint_file));
   for (const Json& item : scene.prepare) volume = without_solid(volume, *haptics::read_solid(item, solid_files));

@@ -71,6 +71,9 @@ struct ScoreInput {
   PerTissue before{};              // m³
   PerTissue after{};               // m³
   std::optional<PerTissue> ideal;  // m³ of the ideal result
+  std::optional<PerTissue>
+      removed_hardness;  // mean of what was removed of each tissue, 0..1 of its own hardness; 0
+                         // where nothing was. Nothing in tissue whose hardness is the same all over
   HandMeasures hand;
   std::optional<double> pulp_distance;         // m, nearest of the cut surface to the pulp
   std::optional<CavityMeasures> cavity;        // the geometry of the result, where it was measured

@@ -113,6 +113,7 @@ constexpr Entry kCatalogue[] = {
     {"after", {"After", "Nachher", "操作后"}},
     {"ideal", {"Ideal", "Ideal", "理想"}},
     {"share_removed", {"Share removed", "Anteil abgetragen", "去除比例"}},
+    {"removed_hardness", {"Hardness of the removed", "Härte des Abgetragenen", "去除部分的硬度"}},
     {"residual_caries", {"Residual caries", "Restkaries", "残余龋坏"}},
     {"course", {"Over time", "Zeitlicher Verlauf", "时间过程"}},
     {"force", {"Force on the hand", "Kraft auf die Hand", "手部受力"}},

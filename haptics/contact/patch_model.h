@@ -21,6 +21,11 @@ class PatchModel : public ContactModel {
  protected:
   explicit PatchModel(const ServoSettings& settings);
   double voxel() const noexcept { return settings_.frame.voxel; }
+  /// J/m³ of the tissue at a place in the patch, voxels.
+  double specific_energy_at(const dvec3& p_V) const noexcept {
+    const auto tissue = static_cast<std::size_t>(haptics::tissue_at(patch_, p_V));
+    return settings_.materials[tissue].specific_energy * hardness_at(patch_, p_V);
+  }
 
   /// Makes a logged cut once more, in tissue that undo, redo or a loose piece has changed. The removed volume, voxels³;
   /// less than nothing by a filling.

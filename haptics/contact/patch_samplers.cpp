@@ -81,4 +81,24 @@ PerTissue sample_tissue(const SurfacePatch& patch, const dvec3& p_V) noexcept {
   return shares;
 }
 
+PerTissue sample_hardness(const SurfacePatch& patch, const dvec3& p_V) noexcept {
+  if (patch.hardness.empty()) return sample_tissue(patch, p_V);
+  const Cell c = cell_at(patch, p_V);
+  PerTissue sums{};
+  double total = 0;
+  for (int corner = 0; corner < 8; ++corner) {
+    const int i = corner >> 2, j = corner >> 1 & 1, k = corner & 1;
+    const std::size_t at = patch.at(c.x + i, c.y + j, c.z + k);
+    const Tissue tissue = shown(patch.tissue[at]);
+    if (tissue == Tissue::kAir) continue;
+    const double weight = (i ? c.u : 1 - c.u) * (j ? c.v : 1 - c.v) * (k ? c.w : 1 - c.w);
+    sums[static_cast<std::size_t>(tissue)] += weight * hardness_fraction(felt_hardness(patch, at));
+    total += weight;
+  }
+  if (total > 0) {
+    for (double& sum : sums) sum /= total;
+  }
+  return sums;
+}
+
 }  // namespace typodont::haptics

@@ -2,13 +2,18 @@
 #include "haptics/cutting/carve.h"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 
 #include "engine/base/dispatch.h"
 #include "haptics/cut_front.h"
+#include "haptics/cutting/voxel_stamp.h"
 #include "haptics/fill.h"
 #include "haptics/lanes.h"
+#include "haptics/share.h"
 #include "haptics/sweep.h"
 
 namespace typodont::haptics {
@@ -43,23 +48,87 @@ bool relabel(SurfacePatch& patch, const glm::ivec3& changed_lo, const glm::ivec3
   return restore_labels(hi - lo + 1, patch.distance.data() + at, patch.tissue.data() + at, edge * edge, edge);
 }
 
-}  // namespace
+/// Keeps the distances of a box of the patch, to tell afterwards what a cut took.
+void keep_uncut(SurfacePatch& patch, const glm::ivec3& a, const glm::ivec3& b) noexcept {
+  float* to = patch.uncut.data();
+  const int length = std::max(b.z - a.z + 1, 0);
+  for (int x = a.x; x <= b.x; ++x) {
+    for (int y = a.y; y <= b.y; ++y, to += length) std::copy_n(patch.distance.data() + patch.at(x, y, a.z), length, to);
+  }
+}
 
-PerTissue carve(SurfacePatch& patch, const Sweep& sweep, bool* changed, CutFront* front) noexcept {
+/// What was taken since keep_uncut(), every voxel's share times its hardness. In whole units (share.h) times bytes, so
+/// that the order does not matter.
+PerTissue hardened_since(const SurfacePatch& patch, const glm::ivec3& a, const glm::ivec3& b) noexcept {
+  std::array<std::int64_t, kTissueCount> sums{};
+  const float* from = patch.uncut.data();
+  const int length = std::max(b.z - a.z + 1, 0);
+  for (int x = a.x; x <= b.x; ++x) {
+    for (int y = a.y; y <= b.y; ++y, from += length) {
+      const std::size_t row = patch.at(x, y, a.z);
+      const float* const now = patch.distance.data() + row;
+      if (std::memcmp(from, now, sizeof(float) * static_cast<std::size_t>(length)) == 0) continue;  // most rows
+      for (int z = 0; z < length; ++z) {
+        if (from[z] == now[z]) continue;
+        const std::size_t at = row + static_cast<std::size_t>(z);
+        sums[static_cast<std::size_t>(shown(patch.tissue[at]))] +=
+            std::int64_t{units_inside(from[z]) - units_inside(now[z])} * felt_hardness(patch, at);
+      }
+    }
+  }
+  PerTissue hardened{};
+  for (std::size_t i = 1; i < sums.size(); ++i) hardened[i] = static_cast<double>(sums[i]) * kShareUnit / kOwnHardness;
+  return hardened;
+}
+
+/// What both kinds of removal do to a patch. `spared`: voxels inside the removal's box that lose no volume. `make`
+/// writes the distances of the box a .. b and tells whether any changed.
+template <class Make>
+PerTissue carve_box(SurfacePatch& patch, const glm::ivec3& lo, const glm::ivec3& hi, int spared, bool* changed,
+                    CutFront* front, PerTissue* hardened, Make make) noexcept {
   PerTissue removed{};
   if (changed) *changed = false;
-  const glm::ivec3 a = glm::max(sweep.lo() - patch.lo, 0), b = glm::min(sweep.hi() - patch.lo, patch.n - 1);
+  if (hardened) *hardened = {};
+  const glm::ivec3 a = glm::max(lo - patch.lo, 0), b = glm::min(hi - patch.lo, patch.n - 1);
   if (a.x > b.x || a.y > b.y || a.z > b.z) return removed;
-  const std::size_t start = patch.at(a.x, a.y, a.z), edge = static_cast<std::size_t>(patch.n);
-  if (front ? sweep.carve(*front, patch.lo, patch.n, patch.distance.data(), patch.tissue.data(), &removed)
-            : sweep.carve(a + patch.lo, b - a + 1, patch.distance.data() + start, edge * edge, edge,
-                          patch.tissue.data() + start, &removed)) {
+  const bool graded = hardened && !patch.hardness.empty();
+  const glm::ivec3 from = glm::max(a, lo + spared - patch.lo), to = glm::min(b, hi - spared - patch.lo);
+  if (graded) keep_uncut(patch, from, to);
+  if (make(a, b, removed)) {
     mark_cut(patch, a + patch.lo, b + patch.lo);
+    if (graded) *hardened = hardened_since(patch, from, to);  // before labels of fillings go
     if (relabel(patch, a + patch.lo, b + patch.lo) && front) front->list_anew();
     if (changed) *changed = true;
   }
   removed[0] = 0;
+  if (hardened && !graded) *hardened = removed;
   return removed;
+}
+
+}  // namespace
+
+PerTissue carve(SurfacePatch& patch, const Sweep& sweep, bool* changed, CutFront* front, PerTissue* hardened) noexcept {
+  // Only samples less than half a voxel outside the head lose volume; the sweep reaches kMargin beyond it.
+  constexpr int kSpared = static_cast<int>(Sweep::kMargin - 0.5f);
+  const std::size_t edge = static_cast<std::size_t>(patch.n);
+  return carve_box(patch, sweep.lo(), sweep.hi(), kSpared, changed, front, hardened,
+                   [&](const glm::ivec3& a, const glm::ivec3& b, PerTissue& removed) {
+                     const std::size_t start = patch.at(a.x, a.y, a.z);
+                     return front ? sweep.carve(*front, patch.lo, patch.n, patch.distance.data(), patch.tissue.data(),
+                                                &removed)
+                                  : sweep.carve(a + patch.lo, b - a + 1, patch.distance.data() + start, edge * edge,
+                                                edge, patch.tissue.data() + start, &removed);
+                   });
+}
+
+PerTissue carve(SurfacePatch& patch, const VoxelStamp& stamp, bool* changed, PerTissue* hardened) noexcept {
+  const std::size_t edge = static_cast<std::size_t>(patch.n);
+  return carve_box(patch, stamp.lo(), stamp.hi(), 0, changed, nullptr, hardened,
+                   [&](const glm::ivec3& a, const glm::ivec3& b, PerTissue& removed) {
+                     const std::size_t start = patch.at(a.x, a.y, a.z);
+                     return stamp.carve(a + patch.lo, b - a + 1, patch.distance.data() + start, edge * edge, edge,
+                                        patch.tissue.data() + start, &removed);
+                   });
 }
 
 PerTissue fill(SurfacePatch& patch, const Fill& filling, bool* changed) noexcept {

@@ -8,12 +8,18 @@
 namespace typodont::haptics {
 
 class CutFront;
+class VoxelStamp;
 
 /// Removes the swept head from the patch, and takes the label of a filling off the voxels that it lays bare. Returns
 /// the removed volume per tissue in voxels³ (fraction of each voxel inside the surface before, less after). `changed`,
 /// where given, tells whether any sample changed, be it only a distance in the air. `front`, where given, is what is
-/// known of this patch and tool.
-PerTissue carve(SurfacePatch& patch, const Sweep& sweep, bool* changed = nullptr, CutFront* front = nullptr) noexcept;
+/// known of this patch and tool. `hardened`, where given, is the removed volume with every voxel's fraction times its
+/// hardness: what the cut costs.
+PerTissue carve(SurfacePatch& patch, const Sweep& sweep, bool* changed = nullptr, CutFront* front = nullptr,
+                PerTissue* hardened = nullptr) noexcept;
+/// The same with whole voxels.
+PerTissue carve(SurfacePatch& patch, const VoxelStamp& stamp, bool* changed = nullptr,
+                PerTissue* hardened = nullptr) noexcept;
 
 /// Puts the filling into the patch. Returns the added volume per tissue in voxels³.
 PerTissue fill(SurfacePatch& patch, const Fill& filling, bool* changed) noexcept;

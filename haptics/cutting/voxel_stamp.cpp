@@ -40,19 +40,4 @@ bool VoxelStamp::carve(const glm::ivec3& lo, const glm::ivec3& size, float* dist
   return changed;
 }
 
-PerTissue carve(SurfacePatch& patch, const VoxelStamp& stamp, bool* changed) noexcept {
-  PerTissue removed{};
-  if (changed) *changed = false;
-  const glm::ivec3 a = glm::max(stamp.lo() - patch.lo, 0), b = glm::min(stamp.hi() - patch.lo, patch.n - 1);
-  if (a.x > b.x || a.y > b.y || a.z > b.z) return removed;
-  const std::size_t start = patch.at(a.x, a.y, a.z), edge = static_cast<std::size_t>(patch.n);
-  if (stamp.carve(a + patch.lo, b - a + 1, patch.distance.data() + start, edge * edge, edge,
-                  patch.tissue.data() + start, &removed)) {
-    mark_cut(patch, a + patch.lo, b + patch.lo);
-    if (changed) *changed = true;
-  }
-  removed[0] = 0;
-  return removed;
-}
-
 }  // namespace typodont::haptics

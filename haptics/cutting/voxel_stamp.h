@@ -6,7 +6,6 @@
 #include "engine/base/pose.h"
 #include "engine/contract/field_brick.h"
 #include "engine/contract/tissue.h"
-#include "haptics/surface_patch.h"
 #include "haptics/tool.h"
 
 namespace typodont::haptics {
@@ -30,8 +29,5 @@ class VoxelStamp {
   Pose X_TV_;       // voxels
   glm::ivec3 lo_, hi_;
 };
-
-/// The same in a patch. The removed volume per tissue, voxels³.
-PerTissue carve(SurfacePatch& patch, const VoxelStamp& stamp, bool* changed = nullptr) noexcept;
 
 }  // namespace typodont::haptics

@@ -7,6 +7,7 @@
 
 #include "engine/base/error.h"
 #include "engine/base/units.h"
+#include "haptics/hardness.h"
 #include "haptics/import/import_scan.h"
 #include "haptics/import/scan.h"
 
@@ -94,6 +95,7 @@ void measure(Imported& imported, ImportPreset preset) {
   report.voxel = t.frame.voxel;
   report.size = t.size;
   report.volume.fill(0);
+  report.hardness.fill(0);
   dvec3 lo(1e300), hi(-1e300);
   const double h = t.frame.voxel;
   for (int x = 0; x < t.size.x; ++x) {
@@ -104,7 +106,9 @@ void measure(Imported& imported, ImportPreset preset) {
         if (d > h) continue;
         // The share of the voxel on the inner side of a plane at this distance.
         const double share = std::clamp(0.5 - d / h, 0.0, 1.0);
-        report.volume[static_cast<std::size_t>(t.tissue[i])] += share * h * h * h;
+        const auto tissue = static_cast<std::size_t>(t.tissue[i]);
+        report.volume[tissue] += share * h * h * h;
+        if (!t.hardness.empty()) report.hardness[tissue] += share * h * h * h * hardness_fraction(t.hardness[i]);
         if (d > 0) continue;
         // The outermost crossings, between this sample and its neighbours outside.
         const glm::ivec3 p(x, y, z);
@@ -122,6 +126,9 @@ void measure(Imported& imported, ImportPreset preset) {
         }
       }
     }
+  }
+  for (std::size_t i = 0; i < report.hardness.size(); ++i) {
+    if (report.volume[i] > 0) report.hardness[i] /= report.volume[i];
   }
   report.lo = t.frame.to_world(lo);
   report.hi = t.frame.to_world(hi);
@@ -157,6 +164,12 @@ Imported import_tissue(const std::filesystem::path& file, const ImportOptions& o
   check("--band-mm", options.band, 0.1e-3, 20e-3);
   if (options.spacing) {
     for (int a = 0; a < 3; ++a) check("--spacing-mm", (*options.spacing)[a], 1e-6, 10e-3);
+  }
+  if (const auto& h = options.hardness) {
+    if (!(h->own > h->zero) || !(h->dense.value_or(h->own) > h->zero))
+      throw Error("--hardness-greys", "", fmt::format("{:g},{:g}", h->zero, h->own), "rising greys");
+    if (importing::is_mesh_file(file))
+      throw Error("--hardness-greys", "", file.string(), "a scan: a mesh has no greys");
   }
   Imported imported =
       importing::is_mesh_file(file) ? importing::import_mesh(file, options) : importing::import_scan(file, options);

@@ -16,16 +16,25 @@ enum class ImportPreset {
   kBone,   // cortical over cancellous bone; marrow spaces count as cancellous
 };
 
+/// A linear map from a scan's greys to hardness (hardness.h): 0 at `zero` and below, 1 at the tissue's own grey and
+/// above. That of the softer tissue is `own`, that of the denser one `dense`, which keeps hardness 1 where that is not
+/// given. Pulp keeps hardness 1.
+struct HardnessGreys {
+  double zero = 0, own = 1;
+  std::optional<double> dense;
+};
+
 struct ImportOptions {
   ImportPreset preset = ImportPreset::kTooth;
-  std::optional<double> voxel;           // m; the smallest source spacing when not given (of a mesh: 0.1 mm)
-  std::optional<dvec3> spacing;          // m, along the scan's own axes, instead of the file's
-  std::optional<double> surface_grey;    // between the surround and the softer tissue, instead of the histogram's
-  std::optional<double> dense_grey;      // between the softer tissue and the denser
-  double band = 1.5e-3;                  // m, distances are true as far as this from the surface
-  double mesh_unit = 1e-3;               // m per unit of a mesh file
-  std::optional<double> shell;           // m, a mesh: thickness of the dense outer tissue
-  std::function<void(double)> progress;  // 0..1, may be empty
+  std::optional<double> voxel;            // m; the smallest source spacing when not given (of a mesh: 0.1 mm)
+  std::optional<dvec3> spacing;           // m, along the scan's own axes, instead of the file's
+  std::optional<double> surface_grey;     // between the surround and the softer tissue, instead of the histogram's
+  std::optional<double> dense_grey;       // between the softer tissue and the denser
+  std::optional<HardnessGreys> hardness;  // from the scan's greys; none: every tissue has its own
+  double band = 1.5e-3;                   // m, distances are true as far as this from the surface
+  double mesh_unit = 1e-3;                // m per unit of a mesh file
+  std::optional<double> shell;            // m, a mesh: thickness of the dense outer tissue
+  std::function<void(double)> progress;   // 0..1, may be empty
 };
 
 struct ImportReport {
@@ -36,6 +45,7 @@ struct ImportReport {
   dvec3 lo{0}, hi{0};                  // m, bounds of the surface in the file's coordinates
   double height = 0;                   // m, the longest of the bounds
   PerTissue volume{};                  // m³
+  PerTissue hardness{};                // mean of each, 0..1; where the scan's greys were asked for it
   int bodies_found = 0;                // connected pieces of tissue in the scan
   int bodies_kept = 0;                 // in the result
   int pulp_parts = 0;                  // connected pieces of pulp

@@ -7,6 +7,7 @@
 
 #include "engine/base/error.h"
 #include "engine/base/units.h"
+#include "haptics/hardness.h"
 #include "haptics/import/levels.h"
 #include "haptics/import/scan.h"
 #include "haptics/import/segment.h"
@@ -167,6 +168,7 @@ Imported import_scan(const std::filesystem::path& file, const ImportOptions& opt
   out.distance.resize(field.distance.v.size());
   out.tissue.assign(out.distance.size(), Tissue::kAir);
   result.grey.resize(out.distance.size());
+  if (options.hardness) out.hardness.assign(out.distance.size(), kOwnHardness);
   const double reach = 2.5 * scale;  // labels are told this far outside the surface
   for_each_slab(out.size.x, [&](int x) {
     for (int y = 0; y < out.size.y; ++y) {
@@ -183,7 +185,13 @@ Imported import_scan(const std::filesystem::path& file, const ImportOptions& opt
           const double away = glm::length(q - c);
           p = away > 1e-6 ? c + 0.5 / away * (c - q) : c;
         }
-        out.tissue[i] = sample(s.cavity, p) > 0 ? cavity : sample(s.dense, p) > 0 ? dense : soft;
+        const bool in_cavity = sample(s.cavity, p) > 0, is_dense = !in_cavity && sample(s.dense, p) > 0;
+        out.tissue[i] = in_cavity ? cavity : is_dense ? dense : soft;
+        if (options.hardness && !(in_cavity && tooth)) {
+          const HardnessGreys& h = *options.hardness;
+          const double own = is_dense ? h.dense.value_or(h.zero) : h.own, above = sample(s.grey, p) - h.zero;
+          if (own > h.zero) out.hardness[i] = hardness_byte(above / (own - h.zero));
+        }
       }
     }
   });

@@ -13,7 +13,7 @@
 
 #include "engine/base/error.h"
 #include "engine/base/units.h"
-#include "haptics/import.h"
+#include "haptics/import/import.h"
 
 namespace typodont::haptics::importing {
 

@@ -470,6 +470,7 @@ Segmentation segment(const Grid<float>& grey, const Levels& levels, double voxel
       }
     }
   });
+  s.grey = std::move(filled);
   report(1);
   return s;
 }

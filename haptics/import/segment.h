@@ -15,6 +15,7 @@ struct Segmentation {
   Grid<float> phi;     // occupancy − ½: positive in the body (cavities included), 0 on its outer surface
   Grid<float> dense;   // positive where the denser tissue is; told also some voxels outside the surface
   Grid<float> cavity;  // positive in pulp or marrow spaces
+  Grid<float> grey;    // the scan's, without the dim outer edge: there, and outside, the brightest on the way inwards
   double blur = 0;     // voxels, standard deviation of the scan's edge response
   int bodies_kept = 0;
   int cavity_parts = 0;

@@ -17,6 +17,15 @@ double Servo::State::mean(double Material::*member) const noexcept {
   return total > 0 ? sum / total : 0;
 }
 
+double Servo::State::mean_hardened(double Material::*member) const noexcept {
+  double sum = 0, total = 0;
+  for (std::size_t i = 1; i < coupling.tissue.size(); ++i) {
+    sum += coupling.tissue[i] * settings.materials[i].*member * coupling.hardness[i];
+    total += coupling.tissue[i];
+  }
+  return total > 0 ? sum / total : 0;
+}
+
 void Servo::State::feel(ContactTick& now) noexcept {
   const Contact& contact = now.contact;
   now.p_held = contact.p_WG;
@@ -50,6 +59,7 @@ void Servo::State::couple(ContactTick& now, double depth) noexcept {
   model->feel(now.in, now.contact);
   const Contact& contact = now.contact;
   if (contact.known_tissue) c.tissue = contact.tissue;
+  if (contact.graded) c.hardness = contact.hardness;
   const bool fresh = c.normal_force <= 0;
   const double k = settings.stiffness * follow_stiffness(now, depth);
   now.stored = k * depth * depth / 2;
@@ -96,6 +106,7 @@ void Servo::State::take_force(ContactTick& now) noexcept {
   model->feel(now.in, now.contact);
   const Contact& contact = now.contact;
   if (contact.known_tissue) c.tissue = contact.tissue;
+  if (contact.graded) c.hardness = contact.hardness;
   const double size = glm::length(contact.force);
   now.stored = contact.stored;
   now.force = contact.force;
@@ -126,7 +137,7 @@ double Servo::State::spare_change(const ContactTick& now, double depth) const no
 /// smoothly.
 double Servo::State::follow_stiffness(const ContactTick& now, double depth) noexcept {
   double& stiffness = coupling.relative_stiffness;
-  const double wanted = mean(&Material::stiffness) / 1000.0;
+  const double wanted = mean_hardened(&Material::stiffness) / 1000.0;
   if (coupling.normal_force <= 0) return stiffness = wanted;
   // Under a deep push a change of stiffness is a large change of force, and a rise is energy that no hand put in.
   const double most = std::min(spare_change(now, depth), P::tissue_slew * now.dt) / (settings.stiffness * depth);

@@ -22,7 +22,7 @@ void Servo::State::earn(ContactTick& now) noexcept {
   in.scrapes = bur.cuts && bur.scrapes > 0;
   in.cuts = settings.cutting && bur.cuts && (in.scrapes || cutting.speed > 0);
   now.spindle = {cutting.speed, 0};
-  in.specific_energy = in.cuts ? mean(&Material::specific_energy) : 0;
+  in.specific_energy = in.cuts ? mean_hardened(&Material::specific_energy) : 0;
   double power = 0;
   if (in.scrapes && in.cuts && coupling.head_force > 0) {
     // An edge drawn over the surface cuts with the hand's own work: push × way along the surface.

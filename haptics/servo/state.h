@@ -44,6 +44,13 @@ struct ContactTick : TickData {
   double stored = 0;       // J in the coupling
 };
 
+/// Every tissue is as hard as its material says.
+inline PerTissue own_hardness() noexcept {
+  PerTissue all;
+  all.fill(1);
+  return all;
+}
+
 struct Servo::State {
   /// Hand and proxy.
   struct Motion {
@@ -71,10 +78,11 @@ struct Servo::State {
   };
   /// What the contact gives the hand.
   struct Coupling {
-    double relative_stiffness = 1;  // of the tissue under the head, over the settings' coupling
-    PerTissue tissue{};             // fractions of it
-    double normal_force = 0;        // N, last tick
-    double head_force = 0;          // N, the part of it that lies on the head
+    double relative_stiffness = 1;        // of the tissue under the head, over the settings' coupling
+    PerTissue tissue{};                   // fractions of it
+    PerTissue hardness = own_hardness();  // mean hardness of each of its tissues, 0..1 (hardness.h)
+    double normal_force = 0;              // N, last tick
+    double head_force = 0;                // N, the part of it that lies on the head
     dvec3 normal{0};
     dvec3 pressed{0};     // unit, the direction in which contacts and debt push the head
     double pressing = 0;  // N, the component of head_force along it
@@ -123,6 +131,8 @@ struct Servo::State {
   const Tool& tool() const noexcept { return tools[in_hand]; }
   /// Mean of a material's property over the tissue under the head.
   double mean(double Material::*member) const noexcept;
+  /// The same of a property that hardness scales: stiffness or specific energy.
+  double mean_hardened(double Material::*member) const noexcept;
 
   // servo.cpp
   /// A tick without a valid pose or without a hand: no force, and the next tick begins anew.

@@ -110,7 +110,7 @@ void TissueVolume::Impl::restore_labels(const TissueVolume& self, glm::ivec3 lo,
       StrokeKept::Labels::keep(strokes.back().tissue, accessor, {p.x() & mask, p.y() & mask, p.z() & mask}).changed =
           true;
     if (remembers) written.insert({floor_div(p.x(), 8), floor_div(p.y(), 8), floor_div(p.z(), 8)});
-    accessor.setValue(p, static_cast<int>(labels[at]));
+    accessor.setValue(p, relabelled(accessor.getValue(p), labels[at]));
   }
 }
 
@@ -190,7 +190,8 @@ VoxelBox TissueVolume::fill(const Fill& filling) {
         if (stroke) StrokeKept::Labels::keep(stroke->tissue, labels, origin).changed = true;
         for (int i = 0; i < n * n * n; ++i) {
           if (tissue[i] == before[i]) continue;
-          labels.setValue(origin.offsetBy(i / (n * n), i / n % n, i % n), static_cast<int>(tissue[i]));
+          const openvdb::Coord at = origin.offsetBy(i / (n * n), i / n % n, i % n);
+          labels.setValue(at, relabelled(labels.getValue(at), tissue[i]));
           v.filled.insert({x0 / n, y0 / n, z0 / n});
         }
         changed_lo = glm::min(changed_lo, lo);
@@ -265,8 +266,9 @@ PerTissue TissueVolume::take_out(const TissuePiece& piece) {
   return volume;
 }
 
-void TissueVolume::paint(Tissue label, const Solid& solid) {
+void TissueVolume::paint(Tissue label, const Solid& solid, std::uint8_t hardness) {
   Impl& v = *impl_;
+  v.graded = v.graded || hardness != kOwnHardness;
   const openvdb::CoordBBox tissue = v.tissue->evalActiveVoxelBoundingBox();
   dvec3 lo, hi;
   solid.bounds(lo, hi);
@@ -284,7 +286,10 @@ void TissueVolume::paint(Tissue label, const Solid& solid) {
           constexpr int mask = ~(openvdb::Int32Tree::LeafNodeType::DIM - 1);
           StrokeKept::Labels::keep(stroke->tissue, accessor, {x & mask, y & mask, z & mask}).changed = true;
         }
-        accessor.setValue(at, (was & ~kShown) | static_cast<int>(label));
+        if (is_filled(label_in(was)))
+          accessor.setValue(at, (was & ~std::int32_t{kShown}) | static_cast<std::int32_t>(label));
+        else
+          accessor.setValue(at, grid_value(label, hardness));
       }
     }
   }

@@ -36,9 +36,33 @@ inline int floor_div(int a, int b) {
 /// side.
 void insert_bricks(const glm::ivec3& lo, const glm::ivec3& hi, KeySet& keys);
 
+// A value of the grid of labels holds the label (label.h) in its lowest byte and 255 − hardness (hardness.h) in the
+// next. So a tissue of its own hardness has the values that it had before there was any hardness, and undo, tiles and
+// hashes cover both.
+inline constexpr int kSoftnessShift = 8;
+inline constexpr std::int32_t kLabelByte = 0xff;
+
+inline std::int32_t grid_value(Tissue label, std::uint8_t hardness) {
+  return static_cast<std::int32_t>(label) | (kOwnHardness - hardness) << kSoftnessShift;
+}
+inline Tissue label_in(std::int32_t value) {
+  return static_cast<Tissue>(value & kLabelByte);
+}
+/// Of a filled voxel: of what was there before the filling.
+inline std::uint8_t hardness_kept_in(std::int32_t value) {
+  return static_cast<std::uint8_t>(kOwnHardness - (value >> kSoftnessShift));
+}
+/// The hardness that is felt and cut.
+inline std::uint8_t hardness_in(std::int32_t value) {
+  return is_filled(label_in(value)) ? kOwnHardness : hardness_kept_in(value);
+}
+/// Another label with the same hardness.
+inline std::int32_t relabelled(std::int32_t value, Tissue label) {
+  return (value & ~kLabelByte) | static_cast<std::int32_t>(label);
+}
 /// What a value of the grid of labels shows.
-inline Tissue shown_in(std::int32_t label) {
-  return shown(static_cast<Tissue>(label));
+inline Tissue shown_in(std::int32_t value) {
+  return shown(label_in(value));
 }
 
 /// All that one stroke changed, as it was before; once undone, as it was after.
@@ -56,7 +80,8 @@ struct StrokeKept {
 
 struct TissueVolume::Impl {
   openvdb::FloatGrid::Ptr distance;  // voxels
-  openvdb::Int32Grid::Ptr tissue;
+  openvdb::Int32Grid::Ptr tissue;    // labels and hardness, see grid_value()
+  bool graded = false;               // some voxel was given a hardness other than its tissue's own
   VoxelFrame frame;
   double band = 0;  // m
   bool exact_outside = true;
@@ -88,9 +113,11 @@ struct TissueVolume::Impl {
   /// See TissueVolume; of the samples between two, inclusive.
   void copy_every(int n, const Copied& box, const glm::ivec3& from, const glm::ivec3& to) const;
 
-  // The two parts of labels, which files keep apart: see StoredVolume.
+  // The parts of labels, which files keep apart: see StoredVolume. Hardness is taken first and put last.
   openvdb::Int32Grid::Ptr take_before(openvdb::Int32Grid& labels) const;
   void put_before(const openvdb::Int32Grid& before);
+  openvdb::Int32Grid::Ptr take_hardness(openvdb::Int32Grid& labels) const;
+  void put_hardness(const openvdb::Int32Grid& hardness);
 
   /// Where distances changed in that box: labels of fillings that are no longer there go.
   void restore_labels(const TissueVolume& self, glm::ivec3 lo, glm::ivec3 hi);

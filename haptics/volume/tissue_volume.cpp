@@ -33,20 +33,26 @@ TissueVolume& TissueVolume::operator=(TissueVolume&&) noexcept = default;
 
 namespace {
 
-/// The one label of a whole leaf of n³ voxels that lies beyond the band inside the tissue; nothing for any other.
-std::optional<Tissue> uniform_inside(const DenseTissue& dense, const glm::ivec3& lo, const glm::ivec3& end, int n) {
+/// Of the grid of labels, at a voxel of the arrays.
+std::int32_t value_at(const DenseTissue& dense, std::size_t i) {
+  return grid_value(dense.tissue[i], dense.hardness.empty() ? kOwnHardness : dense.hardness[i]);
+}
+
+/// The one grid value of a whole leaf of n³ voxels that lies beyond the band inside the tissue; nothing for any other.
+std::optional<std::int32_t> uniform_inside(const DenseTissue& dense, const glm::ivec3& lo, const glm::ivec3& end,
+                                           int n) {
   if (end != lo + n) return std::nullopt;
-  const Tissue label = dense.tissue[dense.at(lo.x, lo.y, lo.z)];
+  const std::int32_t value = value_at(dense, dense.at(lo.x, lo.y, lo.z));
   const auto deep = static_cast<float>(-dense.band);
   for (int x = lo.x; x < end.x; ++x) {
     for (int y = lo.y; y < end.y; ++y) {
       const std::size_t row = dense.at(x, y, lo.z);
       for (std::size_t i = row; i < row + static_cast<std::size_t>(n); ++i) {
-        if (dense.distance[i] > deep || dense.tissue[i] != label) return std::nullopt;
+        if (dense.distance[i] > deep || value_at(dense, i) != value) return std::nullopt;
       }
     }
   }
-  return label;
+  return value;
 }
 
 }  // namespace
@@ -56,6 +62,7 @@ TissueVolume::TissueVolume(const DenseTissue& dense) : impl_(std::make_unique<Im
   v.frame = dense.frame;
   v.band = dense.band;
   v.exact_outside = dense.exact_outside;
+  v.graded = std::ranges::any_of(dense.hardness, [](std::uint8_t hardness) { return hardness != kOwnHardness; });
   const auto band_voxels = static_cast<float>(dense.band / dense.frame.voxel);
   v.make_grids(band_voxels);
 
@@ -68,9 +75,9 @@ TissueVolume::TissueVolume(const DenseTissue& dense) : impl_(std::make_unique<Im
     for (int y0 = 0; y0 < dense.size.y; y0 += n) {
       for (int z0 = 0; z0 < dense.size.z; z0 += n) {
         const glm::ivec3 end = glm::min(glm::ivec3(x0 + n, y0 + n, z0 + n), dense.size);
-        if (const auto label = uniform_inside(dense, {x0, y0, z0}, end, n)) {
+        if (const auto value = uniform_inside(dense, {x0, y0, z0}, end, n)) {
           distance.addTile(1, openvdb::Coord(x0, y0, z0), -band_voxels, false);
-          tissue.addTile(1, openvdb::Coord(x0, y0, z0), static_cast<int>(*label), *label != Tissue::kAir);
+          tissue.addTile(1, openvdb::Coord(x0, y0, z0), *value, label_in(*value) != Tissue::kAir);
           continue;
         }
         for (int x = x0; x < end.x; ++x) {
@@ -84,7 +91,7 @@ TissueVolume::TissueVolume(const DenseTissue& dense) : impl_(std::make_unique<Im
               } else if (d <= -band) {
                 distance.setValueOff(at, -band_voxels);
               }
-              if (dense.tissue[i] != Tissue::kAir) tissue.setValue(at, static_cast<int>(dense.tissue[i]));
+              if (dense.tissue[i] != Tissue::kAir) tissue.setValue(at, value_at(dense, i));
             }
           }
         }
@@ -104,7 +111,65 @@ TissueVolume TissueVolume::load(const std::filesystem::path& file) {
   impl->band = stored.band;
   impl->exact_outside = stored.exact_outside;
   if (stored.before) impl->put_before(*stored.before);
+  if (stored.hardness) impl->put_hardness(*stored.hardness);
   return TissueVolume(std::move(impl));
+}
+
+openvdb::Int32Grid::Ptr TissueVolume::Impl::take_hardness(openvdb::Int32Grid& labels) const {
+  openvdb::Int32Grid::Ptr hardness;
+  if (!graded) return hardness;
+  for (auto it = labels.beginValueOn(); it; ++it) {
+    const std::int32_t value = *it, byte = hardness_kept_in(value);
+    if (byte == kOwnHardness) continue;
+    if (!hardness) hardness = openvdb::Int32Grid::create(kOwnHardness);
+    if (it.isVoxelValue()) {
+      hardness->tree().setValue(it.getCoord(), byte);
+    } else {
+      openvdb::CoordBBox box;
+      it.getBoundingBox(box);
+      hardness->sparseFill(box, byte, true);
+    }
+    it.setValue(value & kLabelByte);
+  }
+  return hardness;
+}
+
+/// A file's grid may hold tiles of any size, so the labels' own voxels and tiles are gone through and not those of the
+/// file.
+void TissueVolume::Impl::put_hardness(const openvdb::Int32Grid& hardness) {
+  constexpr int n = openvdb::Int32Tree::LeafNodeType::DIM;
+  auto of = hardness.getConstAccessor();
+  const auto harden = [&](std::int32_t value, std::int32_t byte) {
+    graded = graded || byte != kOwnHardness;
+    return grid_value(label_in(value), static_cast<std::uint8_t>(byte));
+  };
+  std::vector<std::pair<openvdb::CoordBBox, std::int32_t>> tiles;
+  for (auto it = tissue->beginValueOn(); it; ++it) {
+    if (it.isVoxelValue()) {
+      it.setValue(harden(*it, of.getValue(it.getCoord())));
+      continue;
+    }
+    openvdb::CoordBBox box;
+    it.getBoundingBox(box);
+    tiles.emplace_back(box, *it);
+  }
+  auto labels = tissue->getAccessor();
+  for (const auto& [box, value] : tiles) {
+    for (int x = box.min().x(); x <= box.max().x(); x += n) {
+      for (int y = box.min().y(); y <= box.max().y(); y += n) {
+        for (int z = box.min().z(); z <= box.max().z(); z += n) {
+          const openvdb::Coord origin(x, y, z);
+          if (const auto* leaf = of.probeConstLeaf(origin)) {
+            auto* to = labels.touchLeaf(origin);
+            for (openvdb::Index i = 0; i < leaf->SIZE; ++i) to->setValueOn(i, harden(value, leaf->getValue(i)));
+          } else if (const std::int32_t byte = of.getValue(origin); byte != kOwnHardness) {
+            labels.addTile(1, origin, harden(value, byte), true);
+          }
+        }
+      }
+    }
+  }
+  tissue->pruneGrid();
 }
 
 openvdb::Int32Grid::Ptr TissueVolume::Impl::take_before(openvdb::Int32Grid& labels) const {
@@ -113,7 +178,7 @@ openvdb::Int32Grid::Ptr TissueVolume::Impl::take_before(openvdb::Int32Grid& labe
     auto* leaf = labels.tree().probeLeaf(coord(key * static_cast<int>(openvdb::Int32Tree::LeafNodeType::DIM)));
     if (!leaf) continue;
     for (auto it = leaf->beginValueOn(); it; ++it) {
-      const auto label = static_cast<Tissue>(*it);
+      const Tissue label = label_in(*it);
       if (!is_filled(label)) continue;
       if (!before) before = openvdb::Int32Grid::create(0);
       before->tree().setValue(it.getCoord(), static_cast<int>(emptied(label)) + 1);
@@ -136,8 +201,10 @@ void TissueVolume::Impl::put_before(const openvdb::Int32Grid& before) {
 void TissueVolume::save(const std::filesystem::path& file) const {
   const Impl& v = *impl_;
   auto tissue = v.tissue->deepCopy();
+  const auto hardness = v.take_hardness(*tissue);
   const auto before = v.take_before(*tissue);
-  write_volume(file, {v.distance->deepCopy(), tissue, before, v.frame, v.band, v.exact_outside && v.carved.empty()});
+  write_volume(
+      file, {v.distance->deepCopy(), tissue, before, hardness, v.frame, v.band, v.exact_outside && v.carved.empty()});
 }
 
 const VoxelFrame& TissueVolume::frame() const {
@@ -149,6 +216,10 @@ double TissueVolume::band() const {
 
 bool TissueVolume::exact_outside() const {
   return impl_->exact_outside;
+}
+
+bool TissueVolume::graded() const {
+  return impl_->graded;
 }
 
 void TissueVolume::cut_box(const glm::ivec3& lo, const glm::ivec3& hi, glm::ivec3& a_lo, glm::ivec3& a_hi) const {
@@ -172,11 +243,11 @@ void TissueVolume::bounds(glm::ivec3& lo, glm::ivec3& hi) const {
 
 namespace {
 
-/// Leaf by leaf into a dense block of [lo, lo + size), z running quickest. What no leaf holds is its tile's, or
-/// `background`, which the block is filled with already.
-template <class Grid, class Out>
+/// Leaf by leaf into a dense block of [lo, lo + size), z running quickest: `converted` of each value. What no leaf
+/// holds is its tile's, or that of `background`, which the block is filled with already.
+template <class Grid, class Out, class Convert>
 void copy_leaves(const Grid& grid, typename Grid::ValueType background, const glm::ivec3& lo, const glm::ivec3& size,
-                 Out* out) {
+                 Out* out, const Convert& converted) {
   auto accessor = grid.getConstAccessor();
   constexpr int n = Grid::TreeType::LeafNodeType::DIM;
   const glm::ivec3 end = lo + size;
@@ -192,11 +263,11 @@ void copy_leaves(const Grid& grid, typename Grid::ValueType background, const gl
             Out* row = out + ((static_cast<std::size_t>(x - lo.x)) * size.y + (y - lo.y)) * size.z - lo.z;
             const auto* values = data ? data + ((x - x0) * n + (y - y0)) * n - z0 : nullptr;
             if (values && lo.z <= z0 && z0 + n <= end.z) {  // mostly; a length known beforehand is a few instructions
-              for (int z = 0; z < n; ++z) row[z0 + z] = static_cast<Out>(values[z0 + z]);
+              for (int z = 0; z < n; ++z) row[z0 + z] = converted(values[z0 + z]);
               continue;
             }
             for (int z = std::max(z0, lo.z); z < std::min(z0 + n, end.z); ++z)
-              row[z] = static_cast<Out>(values ? values[z] : tile);
+              row[z] = converted(values ? values[z] : tile);
           }
         }
       }
@@ -206,11 +277,14 @@ void copy_leaves(const Grid& grid, typename Grid::ValueType background, const gl
 
 }  // namespace
 
-void TissueVolume::copy(const glm::ivec3& lo, const glm::ivec3& size, float* distance, Tissue* tissue) const {
+void TissueVolume::copy(const glm::ivec3& lo, const glm::ivec3& size, float* distance, Tissue* tissue,
+                        std::uint8_t* hardness) const {
   copy_for_patch(lo, size, distance, tissue);
-  if (!tissue || impl_->filled.empty()) return;
   const std::size_t count = static_cast<std::size_t>(size.x) * size.y * size.z;
-  std::transform(tissue, tissue + count, tissue, shown);
+  if (tissue && !impl_->filled.empty()) std::transform(tissue, tissue + count, tissue, shown);
+  if (!hardness) return;
+  std::memset(hardness, kOwnHardness, count);
+  if (impl_->graded) copy_leaves(*impl_->tissue, 0, lo, size, hardness, hardness_in);
 }
 
 void TissueVolume::filled_box(const glm::ivec3& lo, const glm::ivec3& hi, glm::ivec3& a_lo, glm::ivec3& a_hi) const {
@@ -223,23 +297,29 @@ void TissueVolume::filled_box(const glm::ivec3& lo, const glm::ivec3& hi, glm::i
   }
 }
 
-void TissueVolume::copy_for_patch(const glm::ivec3& lo, const glm::ivec3& size, float* distance, Tissue* tissue) const {
+void TissueVolume::copy_for_patch(const glm::ivec3& lo, const glm::ivec3& size, float* distance, Tissue* tissue,
+                                  std::uint8_t* hardness) const {
   const std::size_t count = static_cast<std::size_t>(size.x) * size.y * size.z;
   if (distance) {
     const float background = impl_->distance->background();
     std::fill_n(distance, count, background);
-    copy_leaves(*impl_->distance, background, lo, size, distance);
+    copy_leaves(*impl_->distance, background, lo, size, distance, [](float d) { return d; });
   }
-  if (!tissue) return;
-  // Labels are bytes in messages and int32 in the grid.
-  static_assert(sizeof(Tissue) == 1);
-  std::memset(tissue, 0, count);
-  copy_leaves(*impl_->tissue, 0, lo, size, tissue);
+  if (tissue) {
+    // Labels are bytes in messages and int32 in the grid.
+    static_assert(sizeof(Tissue) == 1);
+    std::memset(tissue, 0, count);
+    copy_leaves(*impl_->tissue, 0, lo, size, tissue, label_in);
+  }
+  if (hardness) {
+    std::memset(hardness, kOwnHardness, count);
+    if (impl_->graded) copy_leaves(*impl_->tissue, 0, lo, size, hardness, hardness_kept_in);
+  }
 }
 
-void TissueVolume::copy_every(int n, const glm::ivec3& lo, const glm::ivec3& size, float* distance,
-                              Tissue* tissue) const {
-  impl_->copy_every(n, {lo, size, distance, tissue}, lo, lo + size - 1);
+void TissueVolume::copy_every(int n, const glm::ivec3& lo, const glm::ivec3& size, float* distance, Tissue* tissue,
+                              std::uint8_t* hardness) const {
+  impl_->copy_every(n, {lo, size, distance, tissue, hardness}, lo, lo + size - 1);
 }
 
 void TissueVolume::remember_writes(bool wanted) {
@@ -259,7 +339,7 @@ void TissueVolume::copy_written(const Copied& box, int n, const Copied* every) {
     const auto* leaf = distances.probeConstLeaf(coord(first));
     const auto* label = labels.probeConstLeaf(coord(first));
     const float distance = leaf ? 0 : distances.getValue(coord(first));
-    const Tissue tile = label ? Tissue::kAir : static_cast<Tissue>(labels.getValue(coord(first)));
+    const Tissue tile = label ? Tissue::kAir : label_in(labels.getValue(coord(first)));
     for (int x = lo.x; x < hi.x; ++x) {
       for (int y = lo.y; y < hi.y; ++y) {
         const std::size_t row = (static_cast<std::size_t>(x - box.lo.x) * box.size.y + (y - box.lo.y)) * box.size.z;
@@ -267,7 +347,7 @@ void TissueVolume::copy_written(const Copied& box, int n, const Copied* every) {
           const std::size_t to = row + static_cast<std::size_t>(z - box.lo.z);
           const auto from = static_cast<openvdb::Index>(((x - first.x) * m + (y - first.y)) * m + (z - first.z));
           box.distance[to] = leaf ? leaf->getValue(from) : distance;
-          box.tissue[to] = label ? static_cast<Tissue>(label->getValue(from)) : tile;
+          box.tissue[to] = label ? label_in(label->getValue(from)) : tile;
         }
       }
     }
@@ -308,7 +388,9 @@ void TissueVolume::Impl::copy_every(int n, const Copied& box, const glm::ivec3& 
           if (carved) d = -Sweep::kMargin;
         }
         box.distance[i] = d * scale;
-        box.tissue[i] = d < 3.0f * static_cast<float>(n) ? shown_in(labels.getValue(coord(p))) : Tissue::kAir;
+        const std::int32_t value = d < 3.0f * static_cast<float>(n) ? labels.getValue(coord(p)) : 0;
+        box.tissue[i] = shown_in(value);
+        if (box.hardness) box.hardness[i] = hardness_in(value);
       }
     }
   }
@@ -322,6 +404,7 @@ TissueVolume TissueVolume::clone() const {
   copy->frame = v.frame, copy->band = v.band, copy->exact_outside = v.exact_outside;
   copy->carved = v.carved;
   copy->filled = v.filled;
+  copy->graded = v.graded;
   return TissueVolume(std::move(copy));
 }
 
@@ -370,24 +453,44 @@ void TissueVolume::read_brick(const glm::ivec3& key, FieldBrick& brick) const {
   copy(key * FieldBrick::kCells - 1, glm::ivec3(FieldBrick::kSamples), brick.distance.data(), brick.tissue.data());
 }
 
-PerTissue TissueVolume::volumes() const {
+namespace {
+
+/// Per tissue the sum, over all voxels, of their volume inside the surface times what `weight` gives for their value in
+/// the grid of labels; m³.
+template <class Weight>
+PerTissue sum_volumes(const openvdb::FloatGrid& distance, const openvdb::Int32Grid& labels, double voxel,
+                      const Weight& weight) {
   PerTissue volumes{};
-  auto tissue = impl_->tissue->getConstAccessor();
-  const double voxel3 = impl_->frame.voxel * impl_->frame.voxel * impl_->frame.voxel;
-  for (auto it = impl_->distance->cbeginValueAll(); it; ++it) {
+  auto tissue = labels.getConstAccessor();
+  const double voxel3 = voxel * voxel * voxel;
+  for (auto it = distance.cbeginValueAll(); it; ++it) {
     const double share = share_inside(*it);
     if (share == 0) continue;
+    const auto add = [&](const openvdb::Coord& at) {
+      const std::int32_t value = tissue.getValue(at);
+      volumes[static_cast<std::size_t>(shown_in(value))] += share * voxel3 * weight(value);
+    };
     if (it.isVoxelValue()) {
-      volumes[static_cast<std::size_t>(shown_in(tissue.getValue(it.getCoord())))] += share * voxel3;
+      add(it.getCoord());
       continue;
     }
     openvdb::CoordBBox box;
     it.getBoundingBox(box);
-    for (auto c = box.begin(); c; ++c)
-      volumes[static_cast<std::size_t>(shown_in(tissue.getValue(*c)))] += share * voxel3;
+    for (auto c = box.begin(); c; ++c) add(*c);
   }
   volumes[0] = 0;
   return volumes;
+}
+
+}  // namespace
+
+PerTissue TissueVolume::volumes() const {
+  return sum_volumes(*impl_->distance, *impl_->tissue, impl_->frame.voxel, [](std::int32_t) { return 1.0; });
+}
+
+PerTissue TissueVolume::hardness_volumes() const {
+  return sum_volumes(*impl_->distance, *impl_->tissue, impl_->frame.voxel,
+                     [](std::int32_t value) { return hardness_fraction(hardness_in(value)); });
 }
 
 std::uint64_t TissueVolume::hash() const {

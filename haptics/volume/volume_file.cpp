@@ -12,12 +12,14 @@
 #include "engine/base/error.h"
 #include "engine/base/units.h"
 #include "engine/contract/tissue.h"
+#include "haptics/hardness.h"
 #include "haptics/volume/vdb_guard.h"
 
 namespace typodont::haptics {
 namespace {
 
 constexpr const char* kBeforeFilling = "tissue_before_filling";
+constexpr const char* kHardness = "hardness";
 
 /// Multiplies all distances, clamped to the band: from voxels to mm and back.
 void rescale(openvdb::FloatGrid& grid, float factor) {
@@ -42,6 +44,7 @@ StoredVolume read_grids(const std::filesystem::path& file, const std::string& na
     typed.operator()<openvdb::FloatGrid>("distance", grids.distance);
     typed.operator()<openvdb::Int32Grid>("tissue", grids.tissue);
     if (vdb.hasGrid(kBeforeFilling)) typed.operator()<openvdb::Int32Grid>(kBeforeFilling, grids.before);
+    if (vdb.hasGrid(kHardness)) typed.operator()<openvdb::Int32Grid>(kHardness, grids.hardness);
   } catch (const openvdb::Exception& e) {
     throw Error(name, "", e.what(), "a tissue volume (.vdb)");
   } catch (const std::bad_alloc&) {
@@ -54,6 +57,7 @@ StoredVolume read_grids(const std::filesystem::path& file, const std::string& na
 void write_grids(const std::filesystem::path& file, const StoredVolume& volume) {
   openvdb::GridCPtrVec grids{volume.distance, volume.tissue};
   if (volume.before) grids.push_back(volume.before);
+  if (volume.hardness) grids.push_back(volume.hardness);
   openvdb::io::File vdb(file.string());
   vdb.setCompression(openvdb::io::COMPRESS_ACTIVE_MASK | openvdb::io::COMPRESS_BLOSC);
   vdb.write(grids);
@@ -70,6 +74,16 @@ void check_values(const StoredVolume& volume, const std::string& name) {
     if (*it < 0 || *it >= kTissueCount) {
       throw Error(name, "tissue", fmt::format("label {}", *it), fmt::format("0 to {}", kTissueCount - 1));
     }
+  }
+  if (volume.hardness) {
+    for (auto it = volume.hardness->cbeginValueAll(); it; ++it) {
+      if (*it < kLeastHardness || *it > kOwnHardness) {
+        throw Error(name, kHardness, fmt::format("{}", *it), fmt::format("{} to {}", kLeastHardness, kOwnHardness));
+      }
+    }
+    const std::int32_t elsewhere = volume.hardness->background();
+    if (elsewhere != kOwnHardness)
+      throw Error(name, kHardness, fmt::format("background {}", elsewhere), fmt::format("{}", kOwnHardness));
   }
   if (!volume.before) return;
   for (auto it = volume.before->cbeginValueOn(); it; ++it) {
@@ -131,6 +145,7 @@ void write_volume(const std::filesystem::path& file, const StoredVolume& volume)
   volume.tissue->setName("tissue");
   volume.tissue->setTransform(transform());
   if (volume.before) volume.before->setName(kBeforeFilling), volume.before->setTransform(transform());
+  if (volume.hardness) volume.hardness->setName(kHardness), volume.hardness->setTransform(transform());
 
   const std::string partial = fmt::format("{}.{}.partial", file.string(), getpid());
   std::error_code code;

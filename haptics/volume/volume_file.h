@@ -14,6 +14,7 @@ struct StoredVolume {
   openvdb::FloatGrid::Ptr distance;  // voxels
   openvdb::Int32Grid::Ptr tissue;    // what every voxel shows
   openvdb::Int32Grid::Ptr before;    // of filled voxels the label from before, plus one; nowhere: none
+  openvdb::Int32Grid::Ptr hardness;  // bytes (hardness.h), of a filled voxel that from before; none: all kOwnHardness
   VoxelFrame frame;
   double band = 0;  // m
   bool exact_outside = true;

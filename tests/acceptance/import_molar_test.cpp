@@ -91,6 +91,22 @@ TEST(ImportCommand, MakesTheMolarAnatomicallyRight) {
   EXPECT_LT(shallow_pulp, 20U) << "pulp lies inside the dentin";
 }
 
+TEST(ImportCommand, KeepsTheHardnessThatTheGreysGiveInTheVolume) {
+  const auto out = scratch("graded.vdb");
+  const Ran ran =
+      run(fmt::format("assets/teeth/molar.nhdr --hardness-greys 400,830 --voxel-mm 0.3 --out {} --json", out.string()));
+  ASSERT_EQ(ran.status, 0) << ran.err;
+  const Json mean = Json::parse(ran.out, "report")["mean_hardness"];
+  const TissueVolume volume = TissueVolume::load(out);
+  EXPECT_TRUE(volume.graded());
+  const auto dentin = static_cast<std::size_t>(Tissue::kDentin);
+  const double of_volume = volume.hardness_volumes()[dentin] / volume.volumes()[dentin];
+  EXPECT_NEAR(mean["dentin"].number(), of_volume, 0.005);
+  EXPECT_GT(of_volume, 0.8);
+  EXPECT_LT(of_volume, 1);
+  EXPECT_EQ(mean["enamel"].number(), 1);
+}
+
 TEST(ImportCommand, BadInputIsExitTwoAndNothingIsWritten) {
   const std::string out = scratch("never.vdb").string();
   const auto expect_refused = [&](const std::string& arguments, const std::string& message) {
@@ -104,6 +120,8 @@ TEST(ImportCommand, BadInputIsExitTwoAndNothingIsWritten) {
   expect_refused("assets/teeth/molar.nhdr --spacing-mm 1 --out " + out, "--spacing-mm");
   expect_refused("assets/teeth/molar.nhdr --spacing-mm 0.1,abc --out " + out, "--spacing-mm");
   expect_refused("assets/teeth/molar.nhdr --thresholds 1000,600 --out " + out, "--thresholds");
+  expect_refused("assets/teeth/molar.nhdr --hardness-greys 800 --out " + out, "--hardness-greys");
+  expect_refused("assets/teeth/molar.nhdr --hardness-greys 800,400 --out " + out, "--hardness-greys");
   expect_refused("assets/teeth/molar.nhdr --voxel-mm 0.01 --out " + out, "--voxel-mm");
   expect_refused("assets/teeth/molar.nhdr --out /no/such/folder/x.vdb", "--out");
   expect_refused("assets/teeth/molar.nhdr --preset hair --out " + out, "preset");

@@ -114,6 +114,52 @@ TEST(ImportPhantom, GivenThresholdsOverrideTheHistogram) {
   EXPECT_EQ(volume(imported(layered_ball(dvec3(0.15), 0.1, 5), options), Tissue::kEnamel), 0);
 }
 
+TEST(ImportPhantom, HardnessIsLinearInTheGreyAndTheBlurredEdgeCountsForNothing) {
+  const Greys g;
+  constexpr double kLesion = 700;  // grey of the dentin beyond x = 0.3 mm from the middle
+  Phantom p = layered_ball(dvec3(0.15), 0.1, 4);
+  p.grey = [g, whole = p.grey](const dvec3& q) {
+    const double grey = whole(q);
+    return grey == g.dentin && q.x > kCentre.x + 0.3 ? kLesion : grey;
+  };
+  ImportOptions options;
+  options.surface_grey = 615;
+  options.dense_grey = 1010;
+  options.hardness = {g.outside, g.dentin, g.enamel};
+  const Imported i = imported(p, options);
+  const DenseTissue& t = i.tissue;
+  ASSERT_EQ(t.hardness.size(), t.tissue.size());
+  double sound = 0, lesion = 0, skin = 1;
+  int sounds = 0, lesions = 0;
+  for (int x = 0; x < t.size.x; ++x) {
+    for (int y = 0; y < t.size.y; ++y) {
+      for (int z = 0; z < t.size.z; ++z) {
+        const std::size_t at = t.at(x, y, z);
+        if (t.distance[at] > 0) continue;
+        const dvec3 q = t.frame.to_world(dvec3(x, y, z)) / kMillimetre - kCentre;
+        const double r = glm::length(q), hardness = hardness_fraction(t.hardness[at]);
+        if (r < kPulp - 0.4) {
+          EXPECT_EQ(hardness, 1);
+        }
+        if (r > kDentin + 0.4) skin = std::min(skin, hardness);
+        if (r < kPulp + 0.4 || r > kDentin - 0.4 || std::abs(q.x - 0.3) < 0.4) continue;
+        (q.x > 0.3 ? lesion : sound) += hardness;
+        ++(q.x > 0.3 ? lesions : sounds);
+      }
+    }
+  }
+  ASSERT_GT(std::min(sounds, lesions), 300);
+  EXPECT_NEAR(lesion / lesions, (kLesion - g.outside) / (g.dentin - g.outside), 0.01);
+  EXPECT_NEAR(sound / sounds, 1, 0.01);
+  EXPECT_GT(skin, 0.95) << "half a grey at the surface is blur, not soft enamel";
+  EXPECT_NEAR(i.report.hardness[static_cast<std::size_t>(Tissue::kEnamel)], 1, 0.05);
+  // Without the denser tissue's own grey that keeps its own hardness; without the option nothing is kept.
+  options.hardness->dense.reset();
+  EXPECT_NEAR(imported(p, options).report.hardness[static_cast<std::size_t>(Tissue::kEnamel)], 1, 1e-9);
+  options.hardness.reset();
+  EXPECT_TRUE(imported(p, options).tissue.hardness.empty());
+}
+
 TEST(ImportPhantom, OneGreyIsDentinAndSaysSo) {
   const Imported i = imported(layered_ball(dvec3(0.15), 0.1, 10, {100, 1000, 1000, 1000}));
   EXPECT_NEAR(volume(i, Tissue::kDentin) / ball(kEnamel), 1, 0.02);

@@ -126,6 +126,20 @@ TEST_F(Safety, ForceAndTorqueNeverExceedTheirLimitsForAnyInput) {
   EXPECT_GT(told.writes, 10'000);
 }
 
+TEST_F(Safety, AServoThatMayAskForThreeHundredNewtonGetsNoMoreThanTheDeviceStates) {
+  arm();
+  const dvec3 f(180, 0, -240), tau(0, 20, 0);  // as much as a scene may allow
+  double most = 0;
+  for (int i = 0; i < 2000; ++i) {
+    ticks(1, f, tau);
+    most = std::max(most, glm::length(told.force));
+    ASSERT_LE(glm::length(told.force), 5 * (1 + 1e-12));
+    ASSERT_LE(glm::length(told.torque), 0.1 * (1 + 1e-12));
+  }
+  EXPECT_NEAR(most, 5, 1e-9);
+  EXPECT_TRUE(hand->faults() & bits(Fault::kForceLimit));
+}
+
 TEST_F(Safety, ANonFiniteForceIsZeroAtOnceAndSaysSo) {
   arm();
   ticks(5, {0, 0, 3});

@@ -55,6 +55,22 @@ TEST_F(Exercise, HoldsWhatWasPaintedWhereItWasPainted) {
   EXPECT_TRUE(found) << "it is there to be chosen";
 }
 
+TEST_F(Exercise, EveryStrokeKeepsTheHardnessItWasPaintedWith) {
+  const Scene base = parse_scene(Json::parse(kBase, "base.json"), folder / "base.json");
+  const std::vector<PaintStroke> strokes = {{Tissue::kCaries, {0, 0, 2e-3}, {0, 0, 2e-3}, 1e-3, 1, 0.8},
+                                            {Tissue::kCaries, {0, 0, 2e-3}, {0, 0, 2e-3}, 0.5e-3, 1, 0.2}};
+  const Scene scene = read_scene(saved({.name = "Graded", .goal = "Take it out.", .base = &base, .strokes = strokes}));
+  const haptics::TissueVolume tissue = load_tissue(scene);
+  haptics::TissueVolume expected = load_tissue(base);
+  paint(expected, strokes);
+  EXPECT_EQ(tissue.hash(), expected.hash());
+  EXPECT_TRUE(tissue.graded());
+  // Two balls, the smaller within the larger, each with its own.
+  const auto caries = static_cast<std::size_t>(Tissue::kCaries);
+  const double mean = tissue.hardness_volumes()[caries] / tissue.volumes()[caries];
+  EXPECT_NEAR(mean, (0.8 * 7 + 0.2) / 8, 0.02);
+}
+
 TEST_F(Exercise, TheInstructorsStiffnessColourStepsAndRulesAreTheScenes) {
   const Scene base = parse_scene(Json::parse(kBase, "base.json"), folder / "base.json");
   NewExercise made{.name = "Soft", .goal = "Take it out.", .steps = {"Feel it.", "Drill it."}, .base = &base};

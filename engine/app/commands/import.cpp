@@ -21,7 +21,7 @@ namespace typodont {
 namespace {
 
 struct Arguments {
-  std::string input, out, preset = "tooth", spacing, thresholds, preview;
+  std::string input, out, preset = "tooth", spacing, thresholds, hardness, preview;
   std::optional<double> voxel_mm, shell_mm;
   double band_mm = 1.5, unit_mm = 1;
   bool json = false;
@@ -64,6 +64,14 @@ haptics::ImportOptions options_of(const Arguments& a) {
     o.surface_grey = t[0];
     if (t.size() == 2) o.dense_grey = t[1];
   }
+  if (!a.hardness.empty()) {
+    const char* expected = "ZERO,OWN or ZERO,OWN,DENSE: greys, the first the least, e.g. 400,830,1190";
+    const auto greys = numbers(a.hardness, "--hardness-greys", 2, 3, expected);
+    if (greys[1] <= greys[0] || greys.back() <= greys[0])
+      throw Error("--hardness-greys", "", '"' + a.hardness + '"', expected);
+    o.hardness = {greys[0], greys[1], std::nullopt};
+    if (greys.size() == 3) o.hardness->dense = greys[2];
+  }
   return o;
 }
 
@@ -91,6 +99,10 @@ nlohmann::ordered_json as_json(const haptics::ImportReport& r, const Arguments& 
     total += mm3;
   }
   j["volume_mm3"]["total"] = total;
+  for (int t = 0; t < kTissueCount && !a.hardness.empty(); ++t) {
+    const double mean = r.hardness[static_cast<std::size_t>(t)];
+    if (mean > 0) j["mean_hardness"][std::string(name_of(static_cast<Tissue>(t)))] = mean;
+  }
   if (r.false_dentin) j["crown_false_dentin_share"] = *r.false_dentin;
   j["components_found"] = r.bodies_found;
   j["components_kept"] = r.bodies_kept;
@@ -136,7 +148,9 @@ std::string as_text(const haptics::ImportReport& r, const Arguments& a,
                          r.hi.z / kMillimetre));
   for (int t = 0; t < kTissueCount; ++t) {
     const double mm3 = r.volume[static_cast<std::size_t>(t)] / kCubicMillimetre;
-    if (mm3 > 0) line(name_of(static_cast<Tissue>(t)), fmt::format("{:.1f} mm³", mm3));
+    const std::string hardness =
+        a.hardness.empty() ? "" : fmt::format(", mean hardness {:.2f}", r.hardness[static_cast<std::size_t>(t)]);
+    if (mm3 > 0) line(name_of(static_cast<Tissue>(t)), fmt::format("{:.1f} mm³{}", mm3, hardness));
   }
   if (r.pulp_parts > 0 && a.preset == "tooth") line("pulp parts", fmt::format("{}", r.pulp_parts));
   if (r.false_dentin) line("false dentin on crown", fmt::format("{:.2f} %", 100 * *r.false_dentin));
@@ -184,6 +198,9 @@ void add_import_command(cli::Command& app) {
   command->add_option("--thresholds", a->thresholds,
                       "SURFACE[,DENSE]: greys between surround and softer tissue, and between softer and denser; "
                       "default: from the histogram");
+  command->add_option("--hardness-greys", a->hardness,
+                      "ZERO,OWN[,DENSE]: hardness from a scan's greys, linear from 0 at ZERO to 1 at OWN in the softer "
+                      "tissue and at DENSE in the denser; default: every tissue has its own");
   command->add_option("--band-mm", a->band_mm, "how far from the surface distances are kept")->show_default();
   command->add_option("--unit-mm", a->unit_mm, "a mesh: millimetres per unit of its file")->show_default();
   command->add_option("--shell-mm", a->shell_mm, "a mesh: thickness of enamel (default 1.3) or cortical bone (1.5)");

@@ -113,13 +113,19 @@ void run(const Options& options) {
         items.back()["worst_at_mm"] = {mm.x, mm.y, mm.z};
       }
     }
-    const nlohmann::json result = {{"report", options.out},
-                                   {"ticks", reader.tick_count()},
-                                   {"truncated", reader.truncated()},
-                                   {"points", report.score->points},
-                                   {"full", report.score->full},
-                                   {"completion", report.score->completion},
-                                   {"items", items}};
+    nlohmann::json result = {{"report", options.out},
+                             {"ticks", reader.tick_count()},
+                             {"truncated", reader.truncated()},
+                             {"points", report.score->points},
+                             {"full", report.score->full},
+                             {"completion", report.score->completion},
+                             {"items", items}};
+    if (const auto& hardness = report.input ? report.input->removed_hardness : std::nullopt) {
+      for (int t = 1; t < kTissueCount; ++t) {
+        const double mean = (*hardness)[static_cast<std::size_t>(t)];
+        if (mean > 0) result["removed_hardness"][std::string(name_of(static_cast<Tissue>(t)))] = mean;
+      }
+    }
     fmt::print("{}\n", result.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
   } else {
     fmt::print("{}: {:.1f} of {:.0f} points, {} ticks{}\n", options.out, report.score->points, report.score->full,

@@ -60,13 +60,16 @@ haptics::DenseTissue stood_up(haptics::DenseTissue in, Crown crown) {
   for (int i = 0; i < 3; ++i) out.size[i] = in.size[axis[i]];
   out.distance.resize(in.distance.size());
   out.tissue.resize(in.tissue.size());
+  out.hardness.resize(in.hardness.size());
   glm::ivec3 to, from;
   for (to.x = 0; to.x < out.size.x; ++to.x)
     for (to.y = 0; to.y < out.size.y; ++to.y)
       for (to.z = 0; to.z < out.size.z; ++to.z) {
         for (int i = 0; i < 3; ++i) from[axis[i]] = sign[i] > 0 ? to[i] : out.size[i] - 1 - to[i];
-        out.distance[out.at(to.x, to.y, to.z)] = in.distance[in.at(from.x, from.y, from.z)];
-        out.tissue[out.at(to.x, to.y, to.z)] = in.tissue[in.at(from.x, from.y, from.z)];
+        const std::size_t at = out.at(to.x, to.y, to.z), was = in.at(from.x, from.y, from.z);
+        out.distance[at] = in.distance[was];
+        out.tissue[at] = in.tissue[was];
+        if (!in.hardness.empty()) out.hardness[at] = in.hardness[was];
       }
   return out;
 }

@@ -35,7 +35,9 @@ Text paint_entry(const PaintStroke& s) {
   } else {
     solid["capsule"] = {{"a_mm", mm(s.a_W)}, {"b_mm", mm(s.b_W)}, {"radius_mm", radius}};
   }
-  return {{"tissue", std::string(name_of(s.tissue))}, {"solid", solid}};
+  Text entry = {{"tissue", std::string(name_of(s.tissue))}, {"solid", solid}};
+  if (s.hardness != 1) entry["hardness"] = std::round(s.hardness * 1000) / 1000;
+  return entry;
 }
 
 }  // namespace

@@ -6,7 +6,7 @@
 #include "engine/app/operator/widgets.h"
 #include "engine/base/units.h"
 #include "engine/display/keys.h"
-#include "haptics/import.h"
+#include "haptics/import/import.h"
 
 namespace typodont {
 

@@ -237,6 +237,7 @@ void SessionDesk::paint() {
   PaintStroke& stroke = move.stroke;
   stroke.tissue = s_.paint_tissue;
   stroke.radius = static_cast<double>(s_.paint_radius_mm) * kMillimetre;
+  stroke.hardness = static_cast<double>(s_.paint_hardness);
   stroke.b_W = s_.status.tick.X_WT.p;
   stroke.a_W = brush_down_ ? brush_at_ : stroke.b_W;
   if (brush_down_ && glm::length(stroke.b_W - stroke.a_W) < 0.25 * stroke.radius) return;

@@ -237,8 +237,8 @@ void draw_tool(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   end_panel();
 }
 
-/// The instructor's brush: at the tool's head, while the button or P is held down. What it paints gets its stiffness
-/// and colour wherever it is: a tissue has one.
+/// The instructor's brush: at the tool's head, while the button or P is held down. Hardness is that of the next
+/// strokes. Stiffness and colour are the tissue's: what it paints gets them wherever it is.
 void draw_brush(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   begin_panel("brush", s.text("op.paint"), size, w);
   constexpr std::array kPaintable = {Tissue::kCaries, Tissue::kEnamel, Tissue::kDentin, Tissue::kPulp};
@@ -252,6 +252,9 @@ void draw_brush(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   ImGui::SetNextItemWidth(-1);
   ImGui::SliderFloat("##radius", &s.paint_radius_mm, 0.1f, 3, fmt::format("{} %.2f mm", s.text("op.radius")).c_str(),
                      ImGuiSliderFlags_AlwaysClamp | ImGuiSliderFlags_Logarithmic);
+  ImGui::SetNextItemWidth(-1);
+  ImGui::SliderFloat("##hardness", &s.paint_hardness, 0.05f, 1, fmt::format("{} × %.2f", s.text("op.hardness")).c_str(),
+                     ImGuiSliderFlags_AlwaysClamp);
   const auto tissue = static_cast<std::size_t>(s.paint_tissue);
   ImGui::SetNextItemWidth(-1);
   if (ImGui::SliderFloat("##stiffness", &s.stiffness[tissue], 0.05f, 3,
@@ -355,7 +358,7 @@ void draw_session_page(OperatorState& s, InterfaceWindow& w) {
 
   ImGui::SameLine();
   begin_column("right", {side, room.y});
-  const float stop = 4 * u, timing = 13.5f * u, device = 13.5f * u;
+  const float stop = 4 * u, timing = 13.5f * u, device = (s.author ? 15.5f : 13.5f) * u;
   if (stop_button(fmt::format("{}   Esc", s.text("op.emergency_stop")).c_str(), {-1, stop})) s.ask(Ask::kEmergencyStop);
   const float tool = room.y - stop - timing - device - 3 * gap.y;
   draw_tool(s, w, {0, tool});

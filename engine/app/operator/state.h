@@ -162,7 +162,8 @@ struct OperatorState {
   bool painting = false;  // the brush is down
   Tissue paint_tissue = Tissue::kCaries;
   float paint_radius_mm = 0.6f;
-  int step_shown = -1;  // the page scrolled to it
+  float paint_hardness = 1;  // 0..1, of what is painted next
+  int step_shown = -1;       // the page scrolled to it
   SessionSettings settings;
   bool recording = false;
   bool keep = false;          // the recording, at the session's end

@@ -284,6 +284,23 @@ std::optional<session::ExploreMeter> TaskJudge::explore_meter() const {
   return session::ExploreMeter(copy.frame, copy.field, copy.tissue, inside(region_, copy));
 }
 
+namespace {
+
+/// Mean hardness of what was removed, per tissue; nothing where no voxel has another than its tissue's own.
+std::optional<PerTissue> removed_hardness(const haptics::TissueVolume& start, const haptics::TissueVolume& after) {
+  if (!start.graded()) return std::nullopt;
+  const double voxel = start.frame().voxel, least = voxel * voxel * voxel;
+  const PerTissue was = start.volumes(), is = after.volumes();
+  const PerTissue hardness_was = start.hardness_volumes(), hardness_is = after.hardness_volumes();
+  PerTissue mean{};
+  for (std::size_t i = 1; i < mean.size(); ++i) {
+    if (was[i] - is[i] > least) mean[i] = (hardness_was[i] - hardness_is[i]) / (was[i] - is[i]);
+  }
+  return mean;
+}
+
+}  // namespace
+
 JudgedSession judge_session(const session::SessionReader& session) {
   Scene scene = scene_of(session);
   haptics::TissueVolume start = load_untouched(scene);
@@ -291,6 +308,7 @@ JudgedSession judge_session(const session::SessionReader& session) {
   const TaskJudge judge(scene, start);
   session::ScoreInput input = session::score_input(session);
   input.after = after.volumes();
+  input.removed_hardness = removed_hardness(start, after);
   std::optional<session::Preparation> preparation = judge.judge(after, input);
   if (auto meter = judge.explore_meter()) {
     constexpr std::uint64_t kPieceTicks = 8192;  // read at a time

@@ -10,7 +10,7 @@ std::vector<PaintStroke> read_paint(const std::filesystem::path& file) {
   json.allow_only({"strokes"});
   std::vector<PaintStroke> strokes;
   for (const Json& item : json["strokes"].items()) {
-    item.allow_only({"tissue", "a_mm", "b_mm", "radius_mm", "stiffness_factor"});
+    item.allow_only({"tissue", "a_mm", "b_mm", "radius_mm", "stiffness_factor", "hardness"});
     PaintStroke stroke;
     const auto tissue = tissue_named(item["tissue"].string());
     if (!tissue || *tissue == Tissue::kAir) item["tissue"].fail("the name of a tissue");
@@ -20,13 +20,15 @@ std::vector<PaintStroke> read_paint(const std::filesystem::path& file) {
     stroke.b_W = b ? b->vec3() * kMillimetre : stroke.a_W;
     stroke.radius = item["radius_mm"].number(1e-3, 100) * kMillimetre;
     stroke.stiffness_factor = item.number_or("stiffness_factor", 1, 0.01, 10);
+    stroke.hardness = item.number_or("hardness", 1, 0, 1);
     strokes.push_back(stroke);
   }
   return strokes;
 }
 
 void paint(haptics::TissueVolume& volume, const std::vector<PaintStroke>& strokes) {
-  for (const PaintStroke& s : strokes) volume.paint(s.tissue, *haptics::capsule(s.a_W, s.b_W, s.radius));
+  for (const PaintStroke& s : strokes)
+    volume.paint(s.tissue, *haptics::capsule(s.a_W, s.b_W, s.radius), haptics::hardness_byte(s.hardness));
 }
 
 double stiffness_factor(const std::vector<PaintStroke>& strokes, Tissue tissue) {

@@ -1,7 +1,9 @@
 // Tissue painted by hand: strokes of a round brush, kept in a file that scenes name.
 //
 //   { "strokes": [ { "tissue": "caries", "a_mm": [7, 6, 19], "b_mm": [7.2, 6, 18.5], "radius_mm": 0.4,
-//   "stiffness_factor": 0.8 } ] }
+//   "hardness": 0.4 } ] }
+//
+// "hardness" holds where that stroke painted; "stiffness_factor" changes the stiffness of the tissue everywhere.
 #pragma once
 
 #include <filesystem>
@@ -20,6 +22,7 @@ struct PaintStroke {
   dvec3 a_W{0}, b_W{0};
   double radius = 0.5e-3;
   double stiffness_factor = 1;  // of the tissue's own stiffness: below 1 softer
+  double hardness = 1;          // 0..1, of what is painted: see haptics/hardness.h
 };
 
 /// Throws Error.

@@ -31,6 +31,7 @@ struct Head {
   glm::ivec3 size{0};
   double band = 0;
   bool exact_outside = false;
+  bool graded = false;  // hardness follows
 };
 
 /// In pieces: zlib counts in ints. False where it did not go.
@@ -59,11 +60,13 @@ bool get(gzFile file, T* data, std::size_t count) {
 /// Throws Error.
 void write(const fs::path& path, const haptics::DenseTissue& dense) {
   const File file(gzopen(path.c_str(), "wb1"));  // mostly one value: more would take longer and save little
-  const Head head{dense.frame, dense.size, dense.band, dense.exact_outside};
+  const Head head{dense.frame, dense.size, dense.band, dense.exact_outside, !dense.hardness.empty()};
   const bool written =
       file && put(file.get(), &head.frame, 1) && put(file.get(), &head.size, 1) && put(file.get(), &head.band, 1) &&
-      put(file.get(), &head.exact_outside, 1) && put(file.get(), dense.distance.data(), dense.distance.size()) &&
-      put(file.get(), dense.tissue.data(), dense.tissue.size()) && gzflush(file.get(), Z_FINISH) == Z_OK;
+      put(file.get(), &head.exact_outside, 1) && put(file.get(), &head.graded, 1) &&
+      put(file.get(), dense.distance.data(), dense.distance.size()) &&
+      put(file.get(), dense.tissue.data(), dense.tissue.size()) &&
+      put(file.get(), dense.hardness.data(), dense.hardness.size()) && gzflush(file.get(), Z_FINISH) == Z_OK;
   if (!written) throw Error(path.string(), "", "not written", "a writable place");
 }
 
@@ -72,7 +75,7 @@ bool read(const fs::path& path, haptics::DenseTissue& dense) {
   const File file(gzopen(path.c_str(), "rb"));
   Head head;
   if (!file || !get(file.get(), &head.frame, 1) || !get(file.get(), &head.size, 1) || !get(file.get(), &head.band, 1) ||
-      !get(file.get(), &head.exact_outside, 1))
+      !get(file.get(), &head.exact_outside, 1) || !get(file.get(), &head.graded, 1))
     return false;
   const auto count = static_cast<std::size_t>(head.size.x) * static_cast<std::size_t>(head.size.y) *
                      static_cast<std::size_t>(head.size.z);
@@ -80,9 +83,11 @@ bool read(const fs::path& path, haptics::DenseTissue& dense) {
            .size = head.size,
            .distance = std::vector<float>(count),
            .tissue = std::vector<Tissue>(count),
+           .hardness = std::vector<std::uint8_t>(head.graded ? count : 0),
            .band = head.band,
            .exact_outside = head.exact_outside};
-  return get(file.get(), dense.distance.data(), count) && get(file.get(), dense.tissue.data(), count);
+  return get(file.get(), dense.distance.data(), count) && get(file.get(), dense.tissue.data(), count) &&
+         get(file.get(), dense.hardness.data(), dense.hardness.size());
 }
 
 /// Nothing where a file of it cannot be read: sampling it will say why.

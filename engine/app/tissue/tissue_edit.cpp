@@ -20,7 +20,9 @@ DenseCopy dense_copy(const haptics::TissueVolume& volume, const glm::ivec3& lo, 
       static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y) * static_cast<std::size_t>(size.z);
   copy.field.distance.resize(count);
   copy.tissue.resize(count);
-  volume.copy(lo, size, copy.field.distance.data(), copy.tissue.data());
+  if (volume.graded()) copy.hardness.resize(count);
+  volume.copy(lo, size, copy.field.distance.data(), copy.tissue.data(),
+              copy.hardness.empty() ? nullptr : copy.hardness.data());
   return copy;
 }
 
@@ -31,6 +33,7 @@ haptics::TissueVolume from_dense(const DenseCopy& copy, double band) {
   dense.band = band;
   dense.exact_outside = false;
   dense.tissue = copy.tissue;
+  dense.hardness = copy.hardness;
   dense.distance.reserve(copy.field.distance.size());
   for (const float d : copy.field.distance) {
     dense.distance.push_back(static_cast<float>(std::clamp(static_cast<double>(d) * copy.frame.voxel, -band, band)));

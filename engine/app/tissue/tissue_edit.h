@@ -13,6 +13,7 @@ struct DenseCopy {
   VoxelFrame frame;
   session::DenseField field;
   std::vector<Tissue> tissue;
+  std::vector<std::uint8_t> hardness;  // see haptics/hardness.h; empty where the volume is not graded
 };
 
 /// The volume within its bounds and two voxels around, or within a box of its voxels.

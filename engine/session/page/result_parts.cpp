@@ -313,6 +313,7 @@ void Page::volumes() {
       "<th scope=\"col\">{}</th><th scope=\"col\">{}</th><th scope=\"col\">{}</th>",
       say("volumes"), say("volumes_caption"), say("tissue"), say("before"), say("removed"), say("after"));
   if (input_.ideal) put("<th scope=\"col\">{}</th>", say("ideal"));
+  if (input_.removed_hardness) put("<th scope=\"col\">{}</th>", say("removed_hardness"));
   put("<th scope=\"col\">{}</th></tr></thead>\n<tbody>\n", say("share_removed"));
   double before_sum = 0, after_sum = 0, ideal_sum = 0;
   for (std::size_t i = 1; i < kTissueCount; ++i) {
@@ -327,6 +328,10 @@ void Page::volumes() {
         static_cast<Tissue>(i) == Tissue::kCaries ? " class=\"key\"" : "", name_of(static_cast<Tissue>(i)),
         tissue_text(i), number(before, 2), number(before - after, 2), number(after, 2));
     if (input_.ideal) put("<td>{}</td>", number(ideal, 2));
+    if (input_.removed_hardness) {
+      const double hardness = (*input_.removed_hardness)[i];
+      put("<td>{}</td>", hardness > 0 ? number(100 * hardness, 0) + " %" : "–");
+    }
     if (before > 0) {
       put("<td>{} %</td></tr>\n", number(100 * (before - after) / before, 1));
     } else {
@@ -336,6 +341,7 @@ void Page::volumes() {
   put("</tbody>\n<tfoot><tr><th scope=\"row\">Σ</th><td>{}</td><td>{}</td><td>{}</td>", number(before_sum, 2),
       number(before_sum - after_sum, 2), number(after_sum, 2));
   if (input_.ideal) put("<td>{}</td>", number(ideal_sum, 2));
+  if (input_.removed_hardness) put("<td></td>");
   put("<td></td></tr></tfoot>\n</table></div>\n</section>\n");
 }
 

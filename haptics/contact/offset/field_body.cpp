@@ -64,14 +64,18 @@ void FieldBody::cut_out(Snapshot& snapshot) {
   patch.lo = center - patch.n / 2;
   patch.band = volume_.band() / volume_.frame().voxel;
   patch.exact_outside = volume_.exact_outside();
-  volume_.copy_for_patch(patch.lo, glm::ivec3(patch.n), patch.distance.data(), patch.tissue.data());
+  const bool graded = volume_.graded();
+  if (graded) patch.grade();
+  volume_.copy_for_patch(patch.lo, glm::ivec3(patch.n), patch.distance.data(), patch.tissue.data(),
+                         graded ? patch.hardness.data() : nullptr);
   for (SurfacePatch& coarse : patch.wide) {
     coarse.number = patch.number;
     coarse.lo = center / coarse_.every - coarse_.edge / 2;
     coarse.band = patch.band / coarse_.every;
     coarse.exact_outside = patch.exact_outside;
-    volume_.copy_every(coarse_.every, coarse.lo, glm::ivec3(coarse_.edge), coarse.distance.data(),
-                       coarse.tissue.data());
+    if (graded) coarse.hardness.resize(coarse.tissue.size());
+    volume_.copy_every(coarse_.every, coarse.lo, glm::ivec3(coarse_.edge), coarse.distance.data(), coarse.tissue.data(),
+                       graded ? coarse.hardness.data() : nullptr);
   }
   mark_cut_boxes(patch);
 }
@@ -79,7 +83,8 @@ void FieldBody::cut_out(Snapshot& snapshot) {
 void FieldBody::bring_up_to_date(Snapshot& snapshot) {
   auto& patch = static_cast<SurfacePatch&>(snapshot);
   const auto whole = [](SurfacePatch& p) {
-    return TissueVolume::Copied{p.lo, glm::ivec3(p.n), p.distance.data(), p.tissue.data()};
+    return TissueVolume::Copied{p.lo, glm::ivec3(p.n), p.distance.data(), p.tissue.data(),
+                                p.hardness.empty() ? nullptr : p.hardness.data()};
   };
   const TissueVolume::Copied coarse = patch.wide.empty() ? TissueVolume::Copied{} : whole(patch.wide.front());
   volume_.copy_written(whole(patch), coarse_.every, patch.wide.empty() ? nullptr : &coarse);

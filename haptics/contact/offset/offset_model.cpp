@@ -108,10 +108,17 @@ void OffsetModel::feel(const ContactInput&, Contact& out) noexcept {
     }
     const PerTissue here = sample_tissue(*felt_in, below);
     for (std::size_t t = 1; t < here.size(); ++t) out.tissue[t] += weight * here[t];
+    if (patch_.hardness.empty()) continue;
+    const PerTissue hardened = sample_hardness(*felt_in, below);
+    for (std::size_t t = 1; t < here.size(); ++t) out.hardness[t] += weight * hardened[t];
   }
   double labelled = 0;
   for (const double fraction : out.tissue) labelled += fraction;
   if (labelled > 0) {
+    out.graded = !patch_.hardness.empty();
+    for (std::size_t t = 1; t < out.tissue.size() && out.graded; ++t) {
+      out.hardness[t] = out.tissue[t] > 0 ? out.hardness[t] / out.tissue[t] : 1;
+    }
     for (double& fraction : out.tissue) fraction /= labelled;
     out.known_tissue = true;
   }

@@ -257,9 +257,8 @@ void OffsetModel::look_around(const ContactInput& in, const dvec3& c, bool cente
   // Tissue harder than what is being cut gives way by that much less; softer tissue never holds anything back.
   if (settings_.boundary_walls && in.specific_energy > 0 && in.specific_energy < hardest_) {
     for (int i = 0; i < contacts_.count(); ++i) {
-      const auto under = static_cast<std::size_t>(haptics::tissue_at(patch_, contacts_.below(i)));
-      const double hardness = settings_.materials[under].specific_energy;
-      if (hardness > in.specific_energy) contacts_.set_yields(i, in.specific_energy / hardness);
+      const double under = specific_energy_at(contacts_.below(i));
+      if (under > in.specific_energy) contacts_.set_yields(i, in.specific_energy / under);
     }
   }
   if (smooth().any()) smooth().find(patch_, X_VT, Q::contact_range, contacts_);
@@ -382,10 +381,7 @@ double OffsetModel::wall_at(const ContactPlane& plane) const noexcept {
   using W = WallParameters;
   const dvec3 before = plane.x + (W::felt_depth / voxel() + W::border) * plane.n, behind = plane.x - 0.5 * plane.n;
   if (!patch_.holds(before, 0) || !patch_.holds(behind, 0)) return 1;
-  const auto energy_at = [&](const dvec3& p) {
-    return settings_.materials[static_cast<std::size_t>(haptics::tissue_at(patch_, p))].specific_energy;
-  };
-  const double softer = energy_at(before), harder = energy_at(behind);
+  const double softer = specific_energy_at(before), harder = specific_energy_at(behind);
   return softer > 0 && softer < W::from_ratio * harder ? std::max(softer / harder, W::least_power) : 1;
 }
 

@@ -26,12 +26,13 @@ bool OffsetModel::carve_head(const ContactInput& in, const Contact& contact, Cut
   const bool continues = cut_count_ > 0 && !edited && cut_tool_ == tool_ && same(in.X_WG, cut_end_);
   const Sweep sweep(tool(), in.X_WG, X_WB, settings_.frame, continues);
   bool changed;
-  const PerTissue removed = carve(patch_, sweep, &changed, &front_);
+  PerTissue hardened;  // voxels³ times hardness: what is paid for
+  const PerTissue removed = carve(patch_, sweep, &changed, &front_, &hardened);
   if (!changed) return false;
   cut = {++cut_count_, in.tick, in.t, in.X_WG, X_WB, tool_, {}, {}, in.spindle};
   for (std::size_t i = 1; i < removed.size(); ++i) {
     cut.removed[i] = removed[i] * h * h * h;
-    energy += cut.removed[i] * settings_.materials[i].specific_energy;
+    energy += hardened[i] * h * h * h * settings_.materials[i].specific_energy;
   }
   cut_end_ = X_WB;
   cut_tool_ = tool_;

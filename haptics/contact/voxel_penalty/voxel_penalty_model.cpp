@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "engine/base/error.h"
+#include "haptics/cutting/carve.h"
 #include "haptics/cutting/voxel_stamp.h"
 
 namespace typodont::haptics::voxel_penalty {
@@ -81,7 +82,8 @@ void VoxelPenaltyModel::probe(const Pose& X_VT) noexcept {
     const dvec3 n = X_VT.R * sample.n_T;
     const glm::ivec3 in_patch = at - patch_.lo;
     const Tissue tissue = shown(patch_.tissue[patch_.at(in_patch.x, in_patch.y, in_patch.z)]);
-    touching_[count_++] = {x, n, depth_along(x, -n, 2 * head().reach), sample.area, tissue};
+    touching_[count_++] = {x,           n,      depth_along(x, -n, 2 * head().reach),
+                           sample.area, tissue, hardness_at(patch_, dvec3(at))};
   }
 }
 
@@ -110,7 +112,7 @@ void VoxelPenaltyModel::sum_springs(const ContactInput& in, Contact& out) const 
                                                       count_, static_cast<std::size_t>(parameters_.shared_load)));
   for (std::size_t i = 0; i < count_; ++i) {
     const Touching& t = touching_[i];
-    const double k = per_sample * settings_.materials[static_cast<std::size_t>(t.tissue)].stiffness / 1000;
+    const double k = per_sample * settings_.materials[static_cast<std::size_t>(t.tissue)].stiffness / 1000 * t.hardness;
     const dvec3 push = -k * t.depth * h * t.n;
     out.force += push;
     out.torque += glm::cross(h * (t.x - c_), push);
@@ -134,12 +136,13 @@ bool VoxelPenaltyModel::cut(const ContactInput& in, Contact& contact, Cut& cut, 
   const Pose X_WB{in.X_WT.p + std::max(0.0, contact.depth - bought) * out_of, in.X_WT.R};
   const VoxelStamp stamp(head().tool, X_WB, settings_.frame);
   bool changed;
-  const PerTissue removed = carve(patch_, stamp, &changed);
+  PerTissue hardened;  // voxels³ times hardness: what is paid for
+  const PerTissue removed = carve(patch_, stamp, &changed, &hardened);
   if (!changed) return false;
   cut = {++cut_count_, in.tick, in.t, X_WB, X_WB, tool_, {}, {}, in.spindle};
   for (std::size_t i = 1; i < removed.size(); ++i) {
     cut.removed[i] = removed[i] * h * h * h;
-    energy += cut.removed[i] * settings_.materials[i].specific_energy;
+    energy += hardened[i] * h * h * h * settings_.materials[i].specific_energy;
   }
   log_.add(cut_count_, stamp.lo(), stamp.hi(), {X_WB, X_WB, tool_, false, 0, removed});
   return true;
@@ -154,10 +157,15 @@ void VoxelPenaltyModel::feel(const ContactInput&, Contact& out) noexcept {
   for (std::size_t i = 0; i < count_; ++i) {
     if (touching_[i].tissue == Tissue::kAir) continue;
     out.tissue[static_cast<std::size_t>(touching_[i].tissue)] += touching_[i].depth;
+    out.hardness[static_cast<std::size_t>(touching_[i].tissue)] += touching_[i].depth * touching_[i].hardness;
     total += touching_[i].depth;
   }
   if (!(total > 0)) return;
-  for (double& fraction : out.tissue) fraction /= total;
+  out.graded = !patch_.hardness.empty();
+  for (std::size_t t = 0; t < out.tissue.size(); ++t) {
+    out.hardness[t] = out.tissue[t] > 0 ? out.hardness[t] / out.tissue[t] : 1;
+    out.tissue[t] /= total;
+  }
   out.known_tissue = true;
 }
 

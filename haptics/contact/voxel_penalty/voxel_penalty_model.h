@@ -30,10 +30,11 @@ class VoxelPenaltyModel final : public PatchModel {
     double reach;
   };
   struct Touching {
-    dvec3 x, n;     // where the sample is; unit, out of the head
-    double depth;   // of the sample in the full voxels around it
-    double area;    // m²
-    Tissue tissue;  // of the voxel that it lies in
+    dvec3 x, n;       // where the sample is; unit, out of the head
+    double depth;     // of the sample in the full voxels around it
+    double area;      // m²
+    Tissue tissue;    // of the voxel that it lies in
+    double hardness;  // of that voxel, 0..1
   };
 
   const Head& head() const noexcept { return heads_[tool_]; }

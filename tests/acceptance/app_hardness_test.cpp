@@ -1,0 +1,205 @@
+// Graded caries as a user has it: painted in layers, drilled, recorded, replayed, reported. And limits of a scene's
+// own.
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "engine/app/recording/replay.h"
+#include "engine/app/scene.h"
+#include "engine/app/workbench.h"
+#include "engine/base/error.h"
+#include "engine/base/units.h"
+#include "engine/session/session_file.h"
+#include "haptics/hardness.h"
+#include "tests/support/program.h"
+
+namespace typodont {
+namespace {
+
+using haptics::hardness_byte;
+using haptics::hardness_fraction;
+using test::ProgramFolder;
+
+constexpr auto kCaries = static_cast<std::size_t>(Tissue::kCaries);
+
+/// A block with a lesion in its top, 1.5 mm deep: in three layers of half a millimetre, the softest above.
+std::string scene(const std::string& more = "") {
+  return R"({"tissue": {"voxel_mm": 0.1, "solids": [
+    {"tissue": "dentin", "solid": {"box": {"center_mm": [0, 0, 0], "size_mm": [8, 6, 4]}}}]},
+  "paint": [
+    {"tissue": "caries", "hardness": 0.9, "solid": {"box": {"center_mm": [0, 0, 1.5], "size_mm": [6, 4, 2]}}},
+    {"tissue": "caries", "hardness": 0.6, "solid": {"box": {"center_mm": [0, 0, 2.0], "size_mm": [6, 4, 2]}}},
+    {"tissue": "caries", "hardness": 0.3, "solid": {"box": {"center_mm": [0, 0, 2.5], "size_mm": [6, 4, 2]}}}],
+  "tool": {"shape": "sphere", "diameter_mm": 1.6}, "spindle_krpm": 300, "parts": ["haptics"],
+  "coupling": {"stiffness_N_per_mm": 4, "damping_Ns_per_mm": 0.008})" +
+         more + "}";
+}
+
+/// Two strokes through the lesion's top, `depth` mm deep, with a pause between them and one at the end.
+std::string hand(double depth) {
+  std::string csv = "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n";
+  double t = 0;
+  const auto row = [&](double x, double z, double pedal, double wait) {
+    csv += fmt::format("{:.3f},{},0,{},1,0,0,0,{}\n", t, x, z, pedal);
+    t += wait;
+  };
+  for (const double x : {-1.5, 0.5}) {
+    row(x, 4, 0, 0.25), row(x, 3, 1, 0.2), row(x, 2.8 - depth, 1, 2), row(x + 1, 2.8 - depth, 1, 0.5);
+    row(x + 1, 4, 0, 0.45);
+  }
+  row(2, 4, 0, 0.5), row(2, 4, 0, 0);
+  return csv;
+}
+
+struct GradedCaries : testing::Test {
+  ProgramFolder folder{TYPODONT_PROGRAM};
+  nlohmann::json json_of(const std::string& arguments) const {
+    const test::Ran ran = folder.run(arguments);
+    EXPECT_EQ(ran.status, 0) << ran.err;
+    return nlohmann::json::parse(ran.out, nullptr, false);
+  }
+};
+
+TEST_F(GradedCaries, IsReplayedBitForBitAndTheReportTellsHowHardWhatWasRemovedIs) {
+  folder.write("scene.json", scene());
+  double last = 0;
+  for (const double depth : {0.4, 0.9, 1.4}) {
+    folder.write("hand.csv", hand(depth));
+    const std::string session = folder / fmt::format("{}.h5", depth);
+    folder.run("servo " + (folder / "scene.json") + " --hand " + (folder / "hand.csv") + " --out " + session);
+    EXPECT_TRUE(json_of("replay " + session + " --check --json")["identical"]);
+    const double mean =
+        json_of("report " + session + " --json --out " + (folder / "r.html"))["removed_hardness"]["caries"];
+    EXPECT_GT(mean, last) << "the deeper, the harder";
+    last = mean;
+    EXPECT_NE(test::read_text(folder / "r.html").find("Hardness of the removed"), std::string::npos);
+    if (depth == 0.4) {
+      EXPECT_NEAR(mean, 0.3, 0.01) << "in the uppermost layer alone";
+    }
+    // By the volumes themselves.
+    const session::SessionReader reader(session);
+    const Scene of = scene_of(reader);
+    const haptics::TissueVolume start = load_tissue(of), end = tissue_at_end(reader, of, load_tissue(of));
+    const double removed = start.volumes()[kCaries] - end.volumes()[kCaries];
+    EXPECT_GT(removed, 0.3 * kCubicMillimetre);
+    EXPECT_NEAR(mean, (start.hardness_volumes()[kCaries] - end.hardness_volumes()[kCaries]) / removed, 1e-9);
+  }
+  EXPECT_GT(last, 0.4);
+}
+
+TEST_F(GradedCaries, ALiveSessionWithAStrokeTakenBackIsReplayedBitForBit) {
+  folder.write("scene.json", scene());
+  folder.write("hand.csv", hand(1.2));
+  WorkbenchOptions options;
+  options.hand = "script:" + (folder / "hand.csv");
+  options.audio = "none:";
+  options.record = folder.path() / "live.h5";
+  const Scene live = read_scene(folder.path() / "scene.json");
+  {
+    Workbench bench(live, options);
+    bench.start();
+    bool asked = false;
+    while (bench.step()) {
+      if (!asked && bench.strokes().done >= 2) bench.ask(TissueCommand::kUndo), asked = true;
+    }
+    bench.stop();
+    EXPECT_TRUE(asked);
+  }
+  const ReplayResult replay = replay_session(folder.path() / "live.h5");
+  EXPECT_TRUE(replay.identical) << replay.what_differs;
+  const session::SessionReader session(folder.path() / "live.h5");
+  EXPECT_EQ(tissue_at_end(session, scene_of(session), load_tissue(live)).hash(), session.result()->field_hash);
+}
+
+TEST_F(GradedCaries, StaysGradedInWhatWasPreparedAndSavedAndInAFileOfStrokes) {
+  const auto mean = [&](const std::string& text) {
+    const haptics::TissueVolume volume = load_tissue(parse_scene(Json::parse(text, "scene"), folder / "scene.json"));
+    return volume.hardness_volumes()[kCaries] / volume.volumes()[kCaries];
+  };
+  const double middle = (0.3 + 0.6 + 0.9) / 3;
+  EXPECT_NEAR(mean(scene()), middle, 0.01);
+  // The uppermost layer is taken away before the session begins.
+  EXPECT_NEAR(mean(scene(R"(, "prepare": [{"box": {"center_mm": [0, 0, 2.45], "size_mm": [9, 9, 2]}}])")),
+              (0.6 + 0.9) / 2, 0.01);
+  load_tissue(parse_scene(Json::parse(scene(), "scene"), folder / "scene.json")).save(folder / "kept.vdb");
+  EXPECT_NEAR(mean(R"({"tissue": {"volume": "kept.vdb"}, "tool": "round_012"})"), mean(scene()), 1e-12);
+  folder.write("strokes.json", R"({"strokes": [
+    {"tissue": "caries", "a_mm": [0, 0, 0], "radius_mm": 1, "hardness": 0.25}]})");
+  EXPECT_NEAR(mean(R"({"tissue": {"voxel_mm": 0.2, "solids": [{"tissue": "dentin", "solid": {"box": {"size_mm":
+    [4, 4, 4]}}}]}, "tool": "round_012", "paint_file": "strokes.json"})"),
+              hardness_fraction(hardness_byte(0.25)), 1e-12);
+}
+
+/// What is wrong with a scene; empty: nothing.
+std::string fault_of(const std::string& text) {
+  try {
+    (void)load_tissue(parse_scene(Json::parse(text, "scene.json"), "scene.json"));
+  } catch (const Error& e) {
+    return e.what();
+  }
+  return "";
+}
+
+TEST(SceneKeys, HardnessAndLimitsOutOfRangeAreNamedWithWhatIsExpected) {
+  using testing::AllOf;
+  using testing::HasSubstr;
+  const std::string block = R"({"tissue": {"voxel_mm": 0.2, "solids": [{"tissue": "dentin"HARDNESS, "solid":
+    {"box": {"size_mm": [4, 4, 4]}}}]}, "tool": "round_012"MORE})";
+  const auto with = [&](const std::string& hardness, const std::string& more) {
+    std::string text = block;
+    text.replace(text.find("HARDNESS"), 8, hardness);
+    text.replace(text.find("MORE"), 4, more);
+    return fault_of(text);
+  };
+  EXPECT_EQ(with("", ""), "");
+  EXPECT_EQ(with(R"(, "hardness": 0)", R"(, "force_limit_N": 300, "torque_limit_Nmm": 20000)"), "");
+  EXPECT_THAT(with(R"(, "hardness": 1.5)", ""), AllOf(HasSubstr("hardness"), HasSubstr("1.5"), HasSubstr("0 to 1")));
+  EXPECT_THAT(with("", R"(, "paint": [{"tissue": "caries", "hardness": -1, "solid": {"sphere": {"radius_mm": 1}}}])"),
+              AllOf(HasSubstr("paint"), HasSubstr("hardness"), HasSubstr("0 to 1")));
+  EXPECT_THAT(with("", R"(, "force_limit_N": 301)"),
+              AllOf(HasSubstr("force_limit_N"), HasSubstr("301"), HasSubstr("0.1 to 300")));
+  EXPECT_THAT(with("", R"(, "torque_limit_Nmm": 0)"), AllOf(HasSubstr("torque_limit_Nmm"), HasSubstr("1 to 20000")));
+}
+
+TEST(SceneKeys, LimitsAreThoseOfTheServoAndTwentyNewtonAndHalfANewtonMetreWhereNotGiven) {
+  const auto settings = [](const std::string& more) {
+    return parse_scene(Json::parse(scene(more), "scene"), "scene.json").servo;
+  };
+  EXPECT_EQ(settings("").force_limit, 20);
+  EXPECT_EQ(settings("").torque_limit, 0.5);
+  const auto own = settings(R"(, "force_limit_N": 200, "torque_limit_Nmm": 4000)");
+  EXPECT_EQ(own.force_limit, 200);
+  EXPECT_DOUBLE_EQ(own.torque_limit, 4);
+}
+
+TEST_F(GradedCaries, ASessionWithALimitOfItsOwnIsReplayedWithIt) {
+  // A stiff ball, pressed so deep that it would push back with 200 N.
+  folder.write("scene.json", R"({"tissue": {"voxel_mm": 0.5, "band_mm": 5, "solids": [
+    {"tissue": "enamel", "solid": {"sphere": {"radius_mm": 20}}}]}, "materials": {"enamel": {"stiffness_N_per_mm": 1}},
+    "tool": {"shape": "sphere", "diameter_mm": 6, "cuts": false}, "coupling": {"stiffness_N_per_mm": 100,
+    "damping_Ns_per_mm": 0}, "friction": false, "force_limit_N": 150})");
+  folder.write(
+      "hand.csv",
+      "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,0,0,24,1,0,0,0,0\n0.3,0,0,21,1,0,0,0,0\n0.6,0,0,21,1,0,0,0,0\n");
+  const std::string session = folder / "s.h5";
+  ASSERT_EQ(
+      folder.run("servo " + (folder / "scene.json") + " --hand " + (folder / "hand.csv") + " --out " + session).status,
+      0);
+  const ReplayResult replay = replay_session(session);
+  EXPECT_TRUE(replay.identical) << replay.what_differs;
+  const auto last = session::SessionReader(session).ticks().back();
+  EXPECT_NEAR(last.f_T_W.z, 150, 1e-9);
+  EXPECT_TRUE(last.faults & bits(Fault::kForceLimit));
+  // The same hand under another limit.
+  const auto with =
+      json_of("replay " + session + " --with '{\"force_limit_N\": 300}' --json --out " + (folder / "o.h5"));
+  EXPECT_NEAR(session::SessionReader(folder / "o.h5").ticks().back().f_T_W.z, 200, 0.5) << with.dump();
+}
+
+}  // namespace
+}  // namespace typodont

@@ -1,0 +1,521 @@
+// Hardness per voxel: what is felt, what is cut, and where it is kept.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <array>
+#include <cmath>
+#include <filesystem>
+#include <numeric>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "engine/base/error.h"
+#include "engine/base/units.h"
+#include "haptics/cut_front.h"
+#include "haptics/cutting/carve.h"
+#include "tests/support/haptic_bench.h"
+#include "tests/support/no_alloc.h"
+#include "tests/support/program.h"
+
+namespace typodont {
+namespace {
+
+using namespace literals;
+using haptics::Fill;
+using haptics::hardness_byte;
+using haptics::hardness_fraction;
+using haptics::kOwnHardness;
+using haptics::ServoSettings;
+using haptics::SurfacePatch;
+using haptics::Sweep;
+using haptics::TissueVolume;
+using haptics::Tool;
+using test::HapticBench;
+
+constexpr auto kDentin = static_cast<std::size_t>(Tissue::kDentin);
+constexpr double kDentinEnergy = 8e9;  // J/m³, of test::plain_materials()
+
+double total(const PerTissue& of) {
+  return std::accumulate(of.begin(), of.end(), 0.0);
+}
+
+/// A block of dentin, its top at z = 2.5 mm. Empty: nothing is said of hardness.
+std::string block(const std::string& hardness = "") {
+  return fmt::format(
+      R"({{"voxel_mm": 0.1, "solids": [{{"tissue": "dentin"{}, "solid": {{"box": {{"size_mm": [5, 5, 5]}}}}}}]}})",
+      hardness.empty() ? "" : ", \"hardness\": " + hardness);
+}
+
+/// The same in three layers of 1.2 mm, the lowest reaching down to the floor: softest above.
+constexpr std::array kLayers = {0.3, 0.6, 1.0};
+std::string layered() {
+  return R"({"voxel_mm": 0.1, "solids": [
+    {"tissue": "dentin", "solid": {"box": {"size_mm": [5, 5, 5]}}},
+    {"tissue": "dentin", "hardness": 0.6, "solid": {"box": {"center_mm": [0, 0, 1.3], "size_mm": [5, 5, 2.4]}}},
+    {"tissue": "dentin", "hardness": 0.3, "solid": {"box": {"center_mm": [0, 0, 1.9], "size_mm": [5, 5, 1.2]}}}]})";
+}
+
+TissueVolume sampled(const std::string& json) {
+  return TissueVolume(haptics::read_solids(Json::parse(json, "tissue")));
+}
+
+/// A block whose hardness rises by one byte a voxel along z.
+haptics::DenseTissue graded_block() {
+  haptics::DenseTissue dense = haptics::read_solids(Json::parse(block("0.5"), "tissue"));
+  for (int x = 0; x < dense.size.x; ++x)
+    for (int y = 0; y < dense.size.y; ++y)
+      for (int z = 0; z < dense.size.z; ++z) dense.hardness[dense.at(x, y, z)] = static_cast<std::uint8_t>(10 + z);
+  return dense;
+}
+
+ServoSettings probe() {
+  ServoSettings s;
+  s.tool.diameter = s.tool.length = 1.0_mm;
+  s.tool.cuts = false;
+  s.friction = false;
+  s.damping = 0;
+  return s;
+}
+
+ServoSettings drill() {
+  ServoSettings s;
+  s.tool.diameter = s.tool.length = 1.2_mm;
+  s.spindle.free_speed = 300.0_krpm;
+  return s;
+}
+
+/// The force of a ball that was led 0.3 mm deep against a face, from `from` along `toward`.
+double felt(const std::string& tissue, const dvec3& from = {0, 0, 3.2_mm}, const dvec3& toward = {0, 0, -1}) {
+  HapticBench bench(tissue, probe());
+  for (double way = 0; way < 0.5_mm; way += 2e-6) bench.tick({from + way * toward});
+  for (int i = 0; i < 300; ++i) bench.tick({from + 0.5_mm * toward});
+  EXPECT_NEAR(bench.last.depth, 0.3_mm, 2e-6);
+  return glm::length(bench.last.f_T_W);
+}
+
+TEST(Hardness, IsFeltAsThatFractionOfTheTissuesStiffness) {
+  const double whole = felt(block());
+  EXPECT_NEAR(whole, 500 * 0.3e-3, 1e-3 * whole);
+  for (const double hardness : {0.1, 0.5, 0.8, 1.0}) {
+    const double fraction = hardness_fraction(hardness_byte(hardness));
+    EXPECT_NEAR(fraction, hardness, 0.5 / 255);
+    EXPECT_NEAR(felt(block(fmt::format("{}", hardness))) / whole, fraction, 1e-3) << hardness;
+  }
+}
+
+TEST(Hardness, OfThreeLayersAtTheSameDepthTheForceIsInProportion) {
+  const double whole = felt(block());
+  for (std::size_t i = 0; i < kLayers.size(); ++i) {
+    const double height = 1.9_mm - 1.2_mm * static_cast<double>(i);  // against the side, in the middle of each
+    const double force = felt(layered(), {3.2_mm, 0, height}, {-1, 0, 0});
+    EXPECT_NEAR(force / whole, hardness_fraction(hardness_byte(kLayers[i])), 2e-3) << i;
+  }
+}
+
+/// What a simulated hand (0.15 kg, 5 N·s/m) that pushes straight down with 1 N has removed, and the spindle's work for
+/// it, while the bur's lowest point lies between two heights, m.
+struct Drilled {
+  double volume = 0, work = 0;
+};
+Drilled drilled(const std::string& tissue, double top, double bottom, double seconds = 1) {
+  HapticBench bench(tissue, drill());
+  dvec3 x(0, 0, 3.12_mm), v(0), f(0);
+  Drilled run;
+  const double dt = 1e-3;
+  for (int i = 0; i < static_cast<int>(seconds / dt); ++i) {
+    v += dt * (dvec3(0, 0, -1) - 5.0 * v + f) / 0.15;
+    x += dt * v;
+    const double before = total(bench.last.removed);
+    const ServoTick& tick = bench.tick({x}, 1);
+    f = tick.f_T_W;
+    const double lowest = tick.X_WG.p.z - 0.6_mm;
+    if (lowest > top || lowest < bottom) continue;
+    run.volume += total(tick.removed) - before;
+    run.work += tick.cutting_power * dt;
+  }
+  return run;
+}
+
+TEST(Hardness, HalfOfItYieldsTwiceTheVolumePerJouleAndPerSecond) {
+  const Drilled whole = drilled(block(), 1, -1), half = drilled(block("0.5"), 1, -1);
+  const double fraction = hardness_fraction(hardness_byte(0.5));
+  EXPECT_GT(whole.volume, 0.05_mm3);
+  EXPECT_NEAR(whole.work / (whole.volume * kDentinEnergy), 1, 0.01);
+  EXPECT_NEAR(half.work / (half.volume * kDentinEnergy * fraction), 1, 0.01);
+  EXPECT_NEAR(half.volume / whole.volume * fraction, 1, 0.02);
+}
+
+TEST(Hardness, OfThreeLayersEachYieldsVolumePerJouleInInverseProportion) {
+  // Through the layers in one go: while the bur's end is in the middle of a layer it cuts that one alone, but for what
+  // its flank takes of the one above: at most 0.6 mm up.
+  double last = 1e300;
+  for (std::size_t i = 0; i < kLayers.size(); ++i) {
+    const double top = 2.5_mm - 1.2_mm * static_cast<double>(i);
+    const Drilled run = drilled(layered(), top - 0.75_mm, top - 1.15_mm, 20);
+    ASSERT_GT(run.volume, 0.1_mm3) << i;
+    const double per_joule = run.volume / run.work;
+    EXPECT_NEAR(per_joule * kDentinEnergy * hardness_fraction(hardness_byte(kLayers[i])), 1, 0.02) << i;
+    EXPECT_LT(per_joule, last);
+    last = per_joule;
+  }
+}
+
+TEST(Hardness, IsSampledWithTheTrilinearWeightsOfTheLabels) {
+  haptics::Carver carver(TissueVolume(graded_block()), std::array{probe().tool});
+  SurfacePatch patch;
+  patch.resize(41);
+  carver.take_snapshot({0, 0, 0}, patch);
+  ASSERT_EQ(patch.hardness.size(), patch.tissue.size());
+  std::mt19937_64 random(3);
+  std::uniform_real_distribution<double> within(-1.5, 1.5);
+  const VoxelFrame& frame = carver.volume().frame();
+  for (int i = 0; i < 1000; ++i) {
+    const dvec3 p_V = frame.to_voxels(dvec3(within(random), within(random), within(random)) * kMillimetre);
+    // A trilinear sample reproduces what is linear.
+    EXPECT_NEAR(sample_hardness(patch, p_V)[kDentin], (10 + p_V.z) / 255, 1e-12);
+    EXPECT_EQ(sample_tissue(patch, p_V)[kDentin], 1);
+    EXPECT_NEAR(hardness_at(patch, p_V), (10 + std::floor(p_V.z + 0.5)) / 255, 1e-12);
+  }
+}
+
+TEST(Hardness, ACutCostsEveryVoxelsShareTimesItsHardness) {
+  Tool bur;
+  bur.diameter = bur.length = 1.2_mm;
+  std::mt19937_64 random(9);
+  std::uniform_real_distribution<double> within(-1, 1);
+  TissueVolume volume(graded_block());
+  haptics::Carver carver(volume.clone(), std::array{bur});
+  SurfacePatch patch;
+  patch.resize(61);
+  carver.take_snapshot({0, 0, 2.0_mm}, patch);
+  haptics::CutFront front(std::array{bur}, volume.frame().voxel);
+  Pose at{{0, 0, 2.6_mm}};
+  for (int i = 0; i < 60; ++i) {
+    Pose to = at;
+    to.p += 0.03_mm * dvec3(within(random), within(random), within(random) - 0.4);
+    const Sweep sweep(bur, at, to, volume.frame(), i > 0);
+    const double before = volume.hardness_volumes()[kDentin];
+    volume.carve(sweep);
+    bool changed;
+    PerTissue hardened;
+    carve(patch, sweep, &changed, &front, &hardened);
+    const double voxel3 = std::pow(volume.frame().voxel, 3);
+    EXPECT_NEAR(hardened[kDentin] * voxel3, before - volume.hardness_volumes()[kDentin], 1e-9 * before);
+    at = to;
+  }
+  EXPECT_LT(volume.hardness_volumes()[kDentin] / volume.volumes()[kDentin], 0.2);
+}
+
+TEST(Hardness, IsFeltByAShankInItsCoarserPatch) {
+  const auto leant = [](const std::string& hardness) {
+    ServoSettings s = probe();
+    s.tool.shank_length = 8.0_mm;
+    s.tool.shank_diameter = 1.6_mm;
+    s.tool.neck_diameter = 0.6_mm;
+    s.tool.neck_length = 2.0_mm;
+    HapticBench bench(fmt::format(R"({{"voxel_mm": 0.1, "solids": [{{"tissue": "enamel"{}, "solid": {{"box":
+      {{"center_mm": [2.5, 0, 6], "size_mm": [5, 8, 6]}}}}}}]}})",
+                                  hardness),
+                      s);
+    for (double x = -1.2_mm; x < -0.6_mm; x += 20e-6) bench.tick({{x, 0, 0}});
+    for (int i = 0; i < 200; ++i) bench.tick({{-0.6_mm, 0, 0}});
+    return glm::length(bench.last.f_T_W);
+  };
+  EXPECT_NEAR(leant(R"(, "hardness": 0.4)") / leant(""), 0.4, 0.01);
+}
+
+TEST(Hardness, WhereNoVoxelDiffersEveryTickIsTheSameToTheBitAndNothingIsKept) {
+  HapticBench plain(block(), drill()), own(block("1"), drill());
+  EXPECT_FALSE(own.carver.volume().graded());
+  for (int i = 0; i < 1500; ++i) {
+    const Pose hand{{0.3_mm * std::sin(0.01 * i), 0, 3.2_mm - 0.8e-6 * i}};
+    const ServoTick &a = plain.tick(hand, 1), &b = own.tick(hand, 1);
+    ASSERT_EQ(a.f_T_W, b.f_T_W);
+    ASSERT_EQ(a.removed, b.removed);
+  }
+  EXPECT_GT(total(plain.last.removed), 0);
+  EXPECT_EQ(plain.carver.volume().hash(), own.carver.volume().hash());
+  EXPECT_EQ(plain.patch().hardness.capacity(), 0u);
+  EXPECT_EQ(plain.patch().uncut.capacity(), 0u);
+}
+
+TEST(Hardness, ATickInGradedTissueAllocatesNothing) {
+  HapticBench bench(layered(), drill());
+  SurfacePatch spare = bench.empty_patch();
+  for (int i = 0; i < 1200; ++i) {
+    const Pose hand{{0.3_mm * std::sin(0.01 * i), 0, 3.2_mm - 1e-6 * i}};
+    if (i < 200) {
+      bench.tick(hand, 1);
+      continue;
+    }
+    if (bench.carver.snapshot_due(bench.last))
+      bench.carver.take_snapshot(bench.carver.snapshot_center(bench.last), spare);
+    std::size_t allocated;
+    {
+      test::NoAlloc guard;
+      bench.servo.adopt(spare);
+      bench.did_cut = bench.servo.tick({bench.t, hand, 1}, bench.last, bench.cut);
+      allocated = guard.count();
+    }
+    ASSERT_EQ(allocated, 0u) << i;
+    if (bench.did_cut) bench.carver.apply(bench.cut);
+    bench.t += 1'000'000;
+    bench.carver.take_snapshot(bench.carver.snapshot_center(bench.last), spare);
+  }
+  EXPECT_GT(total(bench.last.removed), 0);
+}
+
+/// Labels and hardness of a box around all tissue, as a patch keeps them.
+struct Bytes {
+  std::vector<Tissue> labels;
+  std::vector<std::uint8_t> hardness;
+  bool operator==(const Bytes&) const = default;
+};
+Bytes bytes_of(const TissueVolume& volume) {
+  glm::ivec3 lo, hi;
+  volume.bounds(lo, hi);
+  const glm::ivec3 size = hi - lo + 1;
+  const auto count = static_cast<std::size_t>(size.x * size.y * size.z);
+  Bytes bytes{std::vector<Tissue>(count), std::vector<std::uint8_t>(count)};
+  volume.copy_for_patch(lo, size, nullptr, bytes.labels.data(), bytes.hardness.data());
+  return bytes;
+}
+
+struct HardnessFile : testing::Test {
+  std::filesystem::path file =
+      std::filesystem::temp_directory_path() / fmt::format("typodont_hardness_{}.vdb", getpid());
+  void TearDown() override { std::filesystem::remove(file); }
+};
+
+TEST_F(HardnessFile, HoldsEveryByteDeepInsideToo) {
+  struct Case {
+    std::string json;
+    dvec3 deep_W;  // m, far inside
+    double hardness;
+  };
+  const Case cases[] = {{layered(), {0, 0, 0}, 1},
+                        // Leaves within one tile, and others beside it.
+                        {R"({"voxel_mm": 0.1, "band_mm": 0.4, "solids": [
+          {"tissue": "dentin", "hardness": 0.7, "solid": {"box": {"size_mm": [10, 10, 10]}}},
+          {"tissue": "caries", "hardness": 0.2, "solid": {"sphere": {"radius_mm": 0.35}}}]})",
+                         {0, 0, 0},
+                         0.2},
+                        // 128³ voxels below a surface at x = 14 mm are a single tile.
+                        {R"({"voxel_mm": 0.1, "band_mm": 0.4, "domain_mm": [[0, 0, 0], [14.4, 12.7, 12.7]], "solids": [
+          {"tissue": "dentin", "hardness": 0.7, "solid": {"halfspace": {"normal": [1, 0, 0], "offset_mm": 14}}}]})",
+                         {6.0_mm, 6.0_mm, 6.0_mm},
+                         0.7}};
+  for (const Case& each : cases) {
+    const TissueVolume volume = sampled(each.json);
+    volume.save(file);
+    const TissueVolume loaded = TissueVolume::load(file);
+    EXPECT_TRUE(loaded.graded());
+    EXPECT_TRUE(bytes_of(loaded) == bytes_of(volume));
+    for (std::size_t i = 0; i < kTissueCount; ++i)
+      EXPECT_NEAR(loaded.hardness_volumes()[i], volume.hardness_volumes()[i], 1e-6 * volume.volumes()[i]);
+    std::uint8_t deep = 0;
+    loaded.copy(glm::ivec3(glm::round(loaded.frame().to_voxels(each.deep_W))), glm::ivec3(1), nullptr, nullptr, &deep);
+    EXPECT_EQ(deep, hardness_byte(each.hardness));
+  }
+}
+
+TEST_F(HardnessFile, OfTissueThatIsNotGradedNamesNoHardnessAndTheHashCoversIt) {
+  const TissueVolume plain = sampled(block()), graded = sampled(block("0.5"));
+  plain.save(file);
+  EXPECT_EQ(test::read_text(file).find("hardness"), std::string::npos);
+  const TissueVolume loaded = TissueVolume::load(file);
+  EXPECT_FALSE(loaded.graded());
+  graded.save(file);
+  EXPECT_NE(test::read_text(file).find("hardness"), std::string::npos);
+  EXPECT_NE(TissueVolume::load(file).hash(), loaded.hash());
+  EXPECT_NE(graded.hash(), plain.hash());
+  EXPECT_EQ(plain.volumes(), graded.volumes());
+}
+
+TEST_F(HardnessFile, WithAByteOutOfRangeIsRefusedAndSaysWhich) {
+  haptics::DenseTissue dense = graded_block();
+  dense.hardness[dense.at(dense.size.x / 2, dense.size.y / 2, dense.size.z / 2)] = 0;
+  TissueVolume(dense).save(file);
+  try {
+    (void)TissueVolume::load(file);
+    ADD_FAILURE() << "read";
+  } catch (const Error& e) {
+    EXPECT_NE(std::string(e.what()).find("hardness: found 0, expected 1 to 255"), std::string::npos) << e.what();
+  }
+}
+
+TEST(Hardness, OutOfRangeIsRefusedAndNoneCostsNothingIsTheLeastByte) {
+  for (const char* wrong : {"-0.1", "1.01", "\"soft\""}) EXPECT_THROW(sampled(block(wrong)), Error) << wrong;
+  EXPECT_EQ(hardness_byte(0), 1);
+  EXPECT_EQ(hardness_byte(1), kOwnHardness);
+}
+
+TEST(Hardness, PaintedWhileAHandPressesIsFeltFromTheNextPatchOnAndGoesWhenItIsTakenBack) {
+  HapticBench bench(block(), probe());
+  SurfacePatch spare = bench.empty_patch();
+  const auto press = [&] {
+    for (int i = 0; i < 400; ++i) bench.tick({{0, 0, 2.7_mm}});
+    return glm::length(bench.last.f_T_W);
+  };
+  const auto fresh_patch = [&] {
+    bench.carver.take_snapshot(bench.carver.snapshot_center(bench.last), spare);
+    bench.servo.adopt(spare);
+  };
+  for (double z = 3.2_mm; z > 2.7_mm; z -= 2e-6) bench.tick({{0, 0, z}});
+  const double whole = press();
+  bench.carver.volume().begin_stroke();
+  bench.carver.volume().paint(Tissue::kDentin, *haptics::capsule({0, 0, 2.5_mm}, {0, 0, 2.5_mm}, 1.5_mm),
+                              hardness_byte(0.4));
+  fresh_patch();
+  EXPECT_NEAR(press() / whole, 0.4, 0.002);
+  ASSERT_TRUE(bench.carver.undo());
+  fresh_patch();
+  EXPECT_NEAR(press() / whole, 1, 0.002);
+}
+
+TEST(Hardness, IsTakenBackAndBroughtAgainWithItsStroke) {
+  TissueVolume volume = sampled(block());
+  Tool bur;
+  bur.diameter = bur.length = 1.2_mm;
+  std::vector<std::uint64_t> hashes{volume.hash()};
+  std::vector<Bytes> bytes{bytes_of(volume)};
+  for (int i = 0; i < 6; ++i) {
+    volume.begin_stroke();
+    if (i % 2 == 0) {
+      volume.paint(Tissue::kCaries, *haptics::capsule({0, 0, 2.2_mm}, {0.3_mm * i, 0, 2.0_mm}, 0.8_mm),
+                   static_cast<std::uint8_t>(40 * (i + 1)));
+    } else {
+      const Pose a{{0, 0.1_mm * i, 2.8_mm}}, b{{0.5_mm, 0, 2.2_mm}};
+      volume.carve(Sweep(bur, a, b, volume.frame()));
+    }
+    hashes.push_back(volume.hash());
+    bytes.push_back(bytes_of(volume));
+    ASSERT_NE(hashes[hashes.size() - 2], hashes.back());
+  }
+  for (int round = 0; round < 2; ++round) {
+    for (std::size_t i = hashes.size() - 1; i-- > 0;) {
+      ASSERT_TRUE(volume.undo());
+      EXPECT_EQ(volume.hash(), hashes[i]);
+      EXPECT_TRUE(bytes_of(volume) == bytes[i]);
+    }
+    for (std::size_t i = 1; i < hashes.size(); ++i) {
+      ASSERT_TRUE(volume.redo());
+      EXPECT_EQ(volume.hash(), hashes[i]);
+      EXPECT_TRUE(bytes_of(volume) == bytes[i]);
+    }
+  }
+}
+
+TEST(Hardness, AFillingHasItsOwnAndWhatWasThereBeforeHasItsAgainOnceItIsCutOut) {
+  Tool plugger;
+  plugger.shape = haptics::HeadShape::kRoundEndCylinder;
+  plugger.diameter = 1.0_mm;
+  plugger.length = 3.0_mm;
+  plugger.cuts = false;
+  plugger.fill = Tissue::kComposite;
+  plugger.fill_rate = 2 * kCubicMillimetre;
+  plugger.fill_reach = 0.6_mm;
+  Tool bur;
+  bur.diameter = bur.length = 1.4_mm;
+  TissueVolume volume = sampled(block("0.4"));
+  const Pose hole{{0, 0, 2.3_mm}};
+  volume.carve(Sweep(bur, hole, hole, volume.frame()));
+  const Bytes before = bytes_of(volume);
+
+  haptics::Carver carver(volume.clone(), std::array{plugger, bur});
+  Cut cut;
+  cut.index = 1;
+  cut.X_WA.p = {0, 0, 1.8_mm};
+  cut.X_WB.p = {0, 0, 9.0_mm};
+  cut.fill_radius = 0.5_mm;
+  carver.apply(cut);
+  SurfacePatch patch;
+  patch.resize(41);
+  carver.take_snapshot({0, 0, 2.0_mm}, patch);
+  const dvec3 in_filling = volume.frame().to_voxels({0, 0, 1.9_mm});
+  ASSERT_EQ(tissue_at(patch, in_filling), Tissue::kComposite);
+  EXPECT_EQ(hardness_at(patch, in_filling), 1);
+  EXPECT_EQ(sample_hardness(patch, in_filling), sample_tissue(patch, in_filling));
+  std::uint8_t filled = 0;
+  carver.volume().copy(glm::ivec3(glm::round(in_filling)), glm::ivec3(1), nullptr, nullptr, &filled);
+  EXPECT_EQ(filled, kOwnHardness);
+
+  // From a file, and cut out again, in the patch and in the volume.
+  const std::filesystem::path file =
+      std::filesystem::temp_directory_path() / fmt::format("typodont_hardness_filled_{}.vdb", getpid());
+  carver.volume().save(file);
+  TissueVolume loaded = TissueVolume::load(file);
+  std::filesystem::remove(file);
+  EXPECT_TRUE(bytes_of(loaded) == bytes_of(carver.volume()));
+  EXPECT_FALSE(bytes_of(loaded) == before);
+  for (TissueVolume* each : {&carver.volume(), &loaded}) {
+    each->carve(Sweep(bur, hole, hole, volume.frame()));
+    EXPECT_TRUE(bytes_of(*each) == before);
+  }
+  carve(patch, Sweep(bur, hole, hole, volume.frame()));
+  const dvec3 wall = volume.frame().to_voxels({0, 0, 1.55_mm});
+  EXPECT_EQ(tissue_at(patch, wall), Tissue::kDentin);
+  EXPECT_EQ(hardness_at(patch, wall), hardness_fraction(hardness_byte(0.4)));
+}
+
+TEST(Hardness, APatchBroughtUpToDateHoldsTheBytesOfOneCutOutThenCoarserSamplesToo) {
+  Tool bur;
+  bur.diameter = bur.length = 1.2_mm;
+  bur.shank_length = 8.0_mm;
+  bur.shank_diameter = 1.6_mm;
+  bur.neck_diameter = 0.6_mm;
+  bur.neck_length = 2.0_mm;
+  haptics::Carver kept(TissueVolume(graded_block()), std::array{bur}),
+      fresh(TissueVolume(graded_block()), std::array{bur});
+  SurfacePatch a = haptics::empty_patch_for(std::array{bur}, 0.1_mm), b = a;
+  kept.take_snapshot({0, 0, 2.4_mm}, a);
+  kept.remember_writes(true);
+  Cut cut;
+  for (int i = 0; i < 40; ++i) {
+    cut.index = static_cast<std::uint64_t>(i) + 1;
+    cut.X_WA.p = {0.02_mm * i, 0, 2.6_mm};
+    cut.X_WB.p = {0.02_mm * (i + 1), 0, 2.6_mm};
+    kept.apply(cut), fresh.apply(cut);
+  }
+  ASSERT_TRUE(kept.bring_up_to_date(a));
+  fresh.take_snapshot({0, 0, 2.4_mm}, b);
+  EXPECT_TRUE(a.hardness == b.hardness);
+  ASSERT_FALSE(a.wide.empty());
+  EXPECT_FALSE(a.wide.front().hardness.empty());
+  EXPECT_TRUE(a.wide.front().hardness == b.wide.front().hardness);
+}
+
+TEST(Servo, PressedOnABallWithTwoHundredNewtonGivesThemWhereTheSceneAllowsItAndTwentyElsewhere) {
+  // A probe of 3 mm in radius, 2 mm deep in a ball of 20 mm: 100 N/mm × 2 mm along the line of centres.
+  for (const double limit : {20.0, 300.0}) {
+    ServoSettings s = probe();
+    s.tool.diameter = s.tool.length = 6.0_mm;
+    s.stiffness = 100e3;
+    if (limit != 20) s.force_limit = limit;
+    HapticBench bench(R"({"voxel_mm": 0.5, "band_mm": 5, "solids": [{"tissue": "enamel", "solid": {"sphere":
+      {"radius_mm": 20}}}]})",
+                      s);
+    const dvec3 n = glm::normalize(dvec3(0.6, 0.48, 0.64));
+    double least = 0;
+    const auto lead = [&](double from, double to) {
+      const double pace = (to > from ? 1 : -1) * 20e-6;  // 20 mm/s
+      for (int i = 0; i <= static_cast<int>((to - from) / pace); ++i) {
+        bench.tick({(from + i * pace) * n});
+        least = std::min(least, bench.last.energy);
+      }
+    };
+    lead(24.0_mm, 21.0_mm);
+    for (int i = 0; i < 500; ++i) bench.tick({21.0_mm * n});
+    EXPECT_NEAR(glm::length(bench.last.f_T_W), std::min(limit, 200.0), 0.002 * limit);
+    EXPECT_NEAR(glm::dot(bench.last.f_T_W, n), glm::length(bench.last.f_T_W), 1e-6 * limit);
+    EXPECT_EQ(bench.last.faults & bits(Fault::kForceLimit), limit == 20 ? bits(Fault::kForceLimit) : 0u);
+    lead(21.0_mm, 24.0_mm);
+    EXPECT_EQ(bench.last.f_T_W, dvec3(0));
+    EXPECT_GE(least, -1e-9);
+  }
+}
+
+}  // namespace
+}  // namespace typodont
