@@ -23,6 +23,12 @@ constexpr double kFarHand = 100;        // m: no hand is as far away
 bool is_unit(const dquat& R) {
   return std::abs(glm::dot(R, R) - 1) < 1e-3;
 }
+/// Made of unit length, unless it is that already but for rounding: what a tick gave out (ServoTick::X_WT) comes back
+/// as the same bits, so that a replay feels what the hand felt.
+dquat made_unit(const dquat& R) {
+  constexpr double kRounding = 1e-14;  // of |R|², more than a normalisation leaves
+  return std::abs(glm::dot(R, R) - 1) < kRounding ? R : glm::normalize(R);
+}
 bool is_near(const dvec3& p) {
   return glm::dot(p, p) < kFarHand * kFarHand;
 }  // a number, too
@@ -115,7 +121,7 @@ Servo::State::State(const ServoSettings& s, int edge)
 void Servo::State::rest(Now& now, bool sound) noexcept {
   const HandSample& hand = now.hand;
   ServoTick& out = now.out;
-  out.X_WT = sound ? Pose{hand.X_WT.p, glm::normalize(hand.X_WT.R)} : X_WG;  // where the device left it
+  out.X_WT = sound ? Pose{hand.X_WT.p, made_unit(hand.X_WT.R)} : X_WG;  // where the device left it
   out.X_WG = placed ? X_WG : out.X_WT;
   out.faults = hand.faults & kNoPose ? hand.faults & kNoPose : bits(Fault::kBadInput);
   if (settings.spindle.run_up_time > 0)
@@ -270,15 +276,18 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
   // Illegal input, or no hand: zero force in this very tick, and the proxy starts anew afterwards. What the hand did
   // meanwhile is not in the ledger: it felt nothing. A leap paid with the last force would leave a debt, and a ledger
   // in debt gives no force ever again.
-  const bool turns = hand.X_WT.R != s.came_R;  // most hands only move
-  const bool sound = is_near(hand.X_WT.p) && (!turns || is_unit(hand.X_WT.R)) && std::isfinite(hand.pedal);
+  const bool comes_turned = hand.X_WT.R != s.came_R;  // most hands only move
+  const bool sound = is_near(hand.X_WT.p) && (!comes_turned || is_unit(hand.X_WT.R)) && std::isfinite(hand.pedal);
   if (!sound || (hand.faults & kNoPose)) {
     s.rest(now, sound);
     return false;
   }
-  if (turns) {
+  bool turns = false;
+  if (comes_turned) {
     s.came_R = hand.X_WT.R;
-    s.R_WT = glm::normalize(hand.X_WT.R);
+    const dquat R_WT = made_unit(hand.X_WT.R);
+    turns = R_WT != s.R_WT;
+    s.R_WT = R_WT;
   }
   now.X_WT = out.X_WT = {hand.X_WT.p, s.R_WT};
   out.pedal = std::clamp(hand.pedal, 0.0, 1.0);
