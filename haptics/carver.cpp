@@ -75,6 +75,11 @@ void Carver::take_out_pieces(const Cut& cut, const VoxelBox& written) {
   watch_.removed(pieces);
 }
 
+bool Carver::undo() {
+  in_stroke_ = false;  // whether or not there is a stroke to take back, the one being made is over
+  return edit(volume_.undo());
+}
+
 bool Carver::edit(bool done) {
   if (!done) return false;
   in_stroke_ = false;

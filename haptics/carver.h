@@ -29,7 +29,7 @@ class Carver {
 
   /// Takes the last stroke back, or brings it again; false when there is none. A patch is due then, and the servo
   /// starts again from that: what it cut out of older ones does not count.
-  bool undo() { return edit(volume_.undo()); }
+  bool undo();
   bool redo() { return edit(volume_.redo()); }
   /// The next cut begins another stroke.
   void end_stroke() { in_stroke_ = false; }
