@@ -9,6 +9,7 @@
 #include <mutex>
 #include <optional>
 #include <thread>
+#include <tuple>
 #include <utility>
 
 #include "engine/app/hands/hands.h"
@@ -70,11 +71,12 @@ struct Workbench::Impl {
 
   bool running = false;
   Nanos began = 0;
-  ServoTick tick;                           // the newest, as drawn
-  SessionSettings settings;                 // as last sent to the servo
-  std::optional<session::HandMeter> meter;  // where operated
-  std::optional<DamageMeter> damage;        // the same
-  PerTissue volumes_before{};               // m³, the same
+  ServoTick tick;                                                                    // the newest, as drawn
+  SessionSettings settings;                                                          // as last sent to the servo
+  std::optional<session::HandMeter> meter;                                           // where operated
+  std::optional<DamageMeter> damage;                                                 // the same
+  PerTissue volumes_before{};                                                        // m³, the same
+  std::pair<std::optional<session::ExploreMeter>, std::vector<ServoTick>> explored;  // the same, once it is over
   Nanos fault_time = 0;
   std::uint32_t recent_faults = 0;
   std::string keys;  // what the hand and the keyboard do, drawn below the picture
@@ -413,6 +415,10 @@ void Workbench::Impl::end() {
   if (!carved && failure.empty()) failure = "the tissue cannot be kept up with the hand: " + s.carver_failure;
   Cut last_cut;  // of a tick that the servo was still in when the carver left
   while (carved && s.wiring.cuts_to_carver.pop(last_cut)) s.carver.apply(last_cut);
+  if (meter) {  // to the last tick, as it would be recorded
+    score_ticks();
+    explored = picture->views()->take_explored();
+  }
   s.wiring.nothing_more = true;
   if (recorder.joinable()) recorder.join();
   summary.frames = headset ? headset->frames() : picture ? picture->frames() : 0;
@@ -611,6 +617,14 @@ session::Score Workbench::score_so_far() {
   if (m.meter) input.hand = m.meter->result();
   if (m.damage) input.damage = m.damage->result();
   return session::score(input, session::rules_of_scene(Json::parse(m.scene.text, m.scene.file.string()), input));
+}
+FinishedHand Workbench::take_hand() {
+  Impl& m = *impl_;
+  FinishedHand finished;
+  if (m.meter) finished.input.hand = m.meter->result();
+  if (m.damage) finished.input.damage = m.damage->result();
+  std::tie(finished.explore, finished.unexplored) = std::move(m.explored);
+  return finished;
 }
 const haptics::DeviceInfo& Workbench::hand() const {
   return impl_->hands.right->info();

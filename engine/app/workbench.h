@@ -10,6 +10,7 @@
 
 #include "engine/app/picture/look.h"
 #include "engine/app/scene.h"
+#include "engine/app/task/task.h"
 #include "engine/app/wiring.h"
 #include "engine/app/work_counts.h"
 #include "engine/contract/loop_timing.h"
@@ -133,6 +134,8 @@ class Workbench {
   WorkbenchStatus status();
   /// By the scene's rules, from what was measured up to now. Only where operated.
   session::Score score_so_far();
+  /// After stop(), once, where operated: what its score needs beside the tissue.
+  FinishedHand take_hand();
   const haptics::DeviceInfo& hand() const;
   bool recording() const;
   /// The picture's device, left eye's picture and look; null where nothing is drawn.

@@ -23,8 +23,11 @@ std::string target_text(const OperatorState& s, const session::ScoreItem& item) 
 
 void draw_items(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   begin_panel("items", s.text("items"), size, w);
-  if (s.outcome.score.items.empty()) dim_wrapped(s.text("op.no_score"));
-  if (!s.outcome.score.items.empty() &&
+  if (!s.outcome.scored)
+    dim_wrapped(s.busy ? "…" : s.text("op.no_score"));
+  else if (s.outcome.score.items.empty())
+    dim_wrapped(s.text("op.no_score"));
+  if (s.outcome.scored && !s.outcome.score.items.empty() &&
       ImGui::BeginTable("items", 4,
                         ImGuiTableFlags_RowBg | ImGuiTableFlags_BordersInnerH | ImGuiTableFlags_SizingStretchProp)) {
     ImGui::TableSetupColumn(s.text("item"), 0, 3);
@@ -145,12 +148,14 @@ void draw_summary(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   const WorkbenchSummary& r = s.outcome.summary;
   begin_panel("summary", s.text("result"), size, w);
   ImGui::PushFont(w.style().large);
-  if (s.outcome.score.full > 0)
+  const bool scored = s.outcome.scored && s.outcome.score.full > 0;
+  if (!s.outcome.scored && s.busy && !s.author) ImGui::TextUnformatted("…");
+  if (scored)
     ImGui::TextUnformatted(fmt::format(fmt::runtime(s.text("points_of")), fmt::format("{:.1f}", s.outcome.score.points),
                                        fmt::format("{:.0f}", s.outcome.score.full))
                                .c_str());
   ImGui::PopFont();
-  if (s.outcome.score.full > 0) row(s.text("completion"), fmt::format("{:.0f} %", 100 * s.outcome.score.completion));
+  if (scored) row(s.text("completion"), fmt::format("{:.0f} %", 100 * s.outcome.score.completion));
   ImGui::Separator();
   row(s.text("duration"), fmt::format("{:.1f} s", r.seconds));
   double removed = 0;

@@ -69,7 +69,8 @@ void draw_score(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
     ImGui::PopFont();
     ImGui::SameLine();
     ImGui::AlignTextToFramePadding();
-    dim(fmt::format("/ {:.0f}", s.score.full));
+    // What was cut since it was last looked at is not in it yet.
+    dim(fmt::format("/ {:.0f}{}", s.score.full, s.score_current ? "" : "  …"));
   }
   for (const session::ScoreItem& item : s.score.items) {
     // What was earned of what this share of the task could earn.
