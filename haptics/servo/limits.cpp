@@ -21,8 +21,9 @@ void Servo::State::limit(Touch& now) noexcept {
     const double size = glm::length(change), over = size - kDrillingSlew * now.dt;
     if (over > 0) now.force -= change * (std::min(over, kMostLag) / size);
   }
-  if (!now.touching && !ending) ramp = 1;  // begun in the open: nothing to ramp
-  ramp = std::clamp(ramp + (ending ? -1 : 1) * now.dt / std::max(settings.ramp_time, now.dt), 0.0, 1.0);
+  const bool fades = ending || (now.hand.faults & bits(Fault::kHeld));
+  if (!now.touching && !fades) ramp = 1;  // begun in the open: nothing to ramp
+  ramp = std::clamp(ramp + (fades ? -1 : 1) * now.dt / std::max(settings.ramp_time, now.dt), 0.0, 1.0);
   const double magnitude = glm::length(now.force + now.spindle_force);
   double share = ramp;
   if (magnitude * share > settings.force_limit) {

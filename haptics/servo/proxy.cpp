@@ -132,7 +132,7 @@ bool Servo::State::fly(Now& now) noexcept {
   held.count = 0;
   budget = std::min(budget, 0.0);  // a free head has earned nothing
   wall_budget = 0;
-  ramp = 1;
+  ramp = now.hand.faults & bits(Fault::kHeld) ? 0 : 1;
   given = std::clamp(-sums.energy, 0.0, sums.energy < -kDebt ? -sums.energy : given);
   if (settings.position_step > 0) depth_speed.add(now.hand.t, dvec3(0));
   if (settings.passivity) {

@@ -617,6 +617,35 @@ TEST(Servo, GivenThePosesThatItGaveOutItGivesTheSameForcesToTheBit) {
   EXPECT_GT(touched, 40 * 50);
 }
 
+TEST(Servo, WhileItIsHeldItGivesNoForceThatGrowsOrCountsAndAfterwardsTheForceComesBackWithoutAStep) {
+  constexpr const char* kBlock =
+      R"({"voxel_mm": 0.15, "solids": [{"tissue": "dentin", "solid": {"box": {"size_mm": [6, 6, 4]}}}]})";
+  HapticBench bench(kBlock, {});
+  const auto tick = [&](double z, bool held) { return bench.tick({{0, 0, z}}, 0, 0, held ? bits(Fault::kHeld) : 0); };
+  for (int i = 0; i < 300; ++i) tick(3.5e-3 - 4e-6 * i, false);  // half a millimetre into the block, and more
+  const double before = glm::length(bench.last.f_T_W);
+  ASSERT_GT(before, 0.1);
+  double last = before;
+  for (int i = 0; i < 500; ++i) {
+    const ServoTick t = tick(2.3e-3 - 4e-6 * i, true);  // it is pressed on
+    const double force = glm::length(t.f_T_W);
+    if (i >= 20) {
+      ASSERT_EQ(force, 0) << i;
+    }
+    ASSERT_LE(force, last + 1e-3) << i;
+    last = force;
+  }
+  const double energy = bench.last.energy;
+  for (int i = 0; i < 100; ++i) tick(0.3e-3, true);
+  EXPECT_EQ(bench.last.energy, energy) << "what is not felt costs nothing";
+  last = 0;
+  for (int i = 0; i < 40; ++i) {
+    const double force = glm::length(tick(0.3e-3, false).f_T_W);
+    ASSERT_LE(force - last, 0.12 * 4) << i;  // a fifteenth of it a millisecond
+    last = force;
+  }
+}
+
 TEST(Tools, EveryToolOfTheCatalogueIsReadAndIsAHead) {
   int count = 0;
   for (const auto& entry : std::filesystem::directory_iterator("assets/tools")) {

@@ -12,8 +12,8 @@ namespace typodont {
 namespace {
 
 constexpr double kRampOut = 0.02;  // s at the end of a session
-// Faults of the hand that Servo::tick goes by.
-constexpr std::uint32_t kTold = haptics::kNoPose | bits(Fault::kLetGo);
+// Faults that Servo::tick goes by.
+constexpr std::uint32_t kTold = haptics::kNoPose | bits(Fault::kLetGo) | bits(Fault::kHeld);
 
 /// N/m
 PerTissue scaled(const MaterialTable& materials, const PerTissue& share) {
@@ -47,13 +47,14 @@ bool ServoTurns::turn() noexcept {
     if (s.record) wiring.patches_to_recorder.push(use);
   }
   if (ticks_ == 0) wiring.session_zero = woke - sample_.t;
-  sample_.pedal = pedal_.pass(sample_.pedal, wiring.held.load(std::memory_order_relaxed));
+  const bool held = wiring.held.load(std::memory_order_relaxed);
+  sample_.pedal = pedal_.pass(sample_.pedal, held);
   if (wiring.settings.fetch()) {
     settings_ = wiring.settings.front();
     if (!s.record) s.servo->set_stiffness(scaled(s.scene.servo.materials, settings_.stiffness));
   }
   sample_.pedal *= settings_.speed_share;
-  sample_.faults = hand.faults();
+  sample_.faults = hand.faults() | (held ? bits(Fault::kHeld) : 0);
   const bool did_cut = s.servo->tick(sample_, tick_, cut_);
   if (wiring.emergency.load(std::memory_order_relaxed)) return false;
   hand.contact(in_contact(tick_));
