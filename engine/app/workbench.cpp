@@ -30,6 +30,7 @@
 #include "engine/base/log.h"
 #include "engine/base/units.h"
 #include "engine/contract/loop_timing.h"
+#include "engine/display/keys.h"
 #include "engine/session/recorder.h"
 #include "haptics/carver.h"
 #include "haptics/devices/driver.h"
@@ -43,6 +44,8 @@ namespace {
 
 using namespace std::chrono_literals;
 
+constexpr double kCaughtAway = 3e-3;               // m that a tool may lag behind the hand, …
+constexpr Nanos kCaughtFor = 1 * kNanosPerSecond;  // … and for how long, before that is said
 constexpr int kHoldKey = ' ', kGoOnKey = 'R', kViewKey = 'V', kSuctionKey = 'A';
 
 std::atomic<bool> g_asked_to_stop{false};
@@ -79,7 +82,8 @@ struct Workbench::Impl {
   std::pair<std::optional<session::ExploreMeter>, std::vector<ServoTick>> explored;  // the same, once it is over
   Nanos fault_time = 0;
   std::uint32_t recent_faults = 0;
-  std::string keys;  // what the hand and the keyboard do, drawn below the picture
+  Nanos followed = 0;  // when the tool was last where the hand is, on the session's clock
+  std::string keys;    // what the hand and the keyboard do, drawn below the picture
   std::string failure;
   bool held = false, hand_gone = false;
   std::jthread carver, servo, left, recorder;  // last: they refer to all of the above
@@ -106,6 +110,7 @@ struct Workbench::Impl {
   }
   void hold(bool on) noexcept;
   void report_hand();
+  double caught() const;
   std::string hint() const;
   void end();
 };
@@ -289,6 +294,7 @@ bool Workbench::Impl::step(const display::UserInput* input, glm::ivec2 picture_s
   if (s.wiring.servo_ended || g_asked_to_stop || to_seconds(now() - began) >= options.seconds) return false;
   s.wiring.loop_to_render.fetch();
   report_hand();
+  if (!(tick.depth > kCaughtAway)) followed = tick.t;
   try {
     if (sound) advance_sound();
     if (!s.draw || headset || !picture || !picture->stage()) {
@@ -341,11 +347,21 @@ void Workbench::Impl::report_hand() {
   }
 }
 
+/// How far the hand has gone from a tool that the tissue keeps, m; 0 where it follows.
+double Workbench::Impl::caught() const {
+  return tick.t - followed > kCaughtFor ? tick.depth : 0;
+}
+
 /// One line under the picture: what the hand can do, and what its motors bear.
 std::string Workbench::Impl::hint() const {
   const LoopReport& loop = session->wiring.loop_to_render.front();
   if (held) return "STOPPED: no drill, no force   R: go on";
   if (hand_gone) return "the hand's device is gone: plug it in again";
+  if (caught() > 0)
+    return fmt::format(
+        "the tool is caught in the tooth, {:.0f} mm from the hand: bring the hand back to it, and out the way it went "
+        "in   space or Esc: stop",
+        1e3 * caught());
   std::string text = keys;
   if (loop.bearable_force > 0) {
     text += fmt::format("motors {:.0f} %, up to {:.1f} N   {}", 100 * loop.heat, loop.bearable_force,
@@ -353,13 +369,13 @@ std::string Workbench::Impl::hint() const {
   }
   if (picture && picture->sucking()) text += "suction on   ";
   if (picture && picture->ladder().changes() > 0) text += fmt::format("picture: {}   ", picture->ladder().step().name);
-  return text + "space: stop";
+  return text + "space or Esc: stop";
 }
 
-/// 1 … 9: another tool of the tray. Space: the emergency key.
+/// 1 … 9: another tool of the tray. Space or Esc: the emergency key.
 void Workbench::Impl::follow_keys(const display::UserInput& input) {
   for (const int key : input.pressed) {
-    if (key == kHoldKey) hold(true);
+    if (key == kHoldKey || key == display::keys::kEscape) hold(true);
     if (key == kGoOnKey) hold(false);
     if (key == kViewKey && !options.operated) picture->show_next_view(tick);
     if (key == kSuctionKey) picture->switch_suction();
@@ -582,6 +598,7 @@ WorkbenchStatus Workbench::status() {
   s.tick = m.tick;
   s.seconds = to_seconds(s.tick.t);
   s.faults = s.tick.t - m.fault_time < kNanosPerSecond ? m.recent_faults : 0;
+  s.caught = m.caught();
   s.timing = wiring.loop_to_render.front().timing;
   if (m.picture) {
     const LivePicture& picture = *m.picture;

@@ -49,6 +49,7 @@ struct WorkbenchStatus {
   double seconds = 0;
   ServoTick tick;            // the newest
   std::uint32_t faults = 0;  // bits seen in the last second
+  double caught = 0;         // m from the hand to a tool that has not come after it for a second; 0: it follows
   LoopTiming timing;
   double frame_ms = 0, frames_per_second = 0;  // of the picture, smoothed
   std::string_view quality;

@@ -18,7 +18,7 @@ std::string target_text(const OperatorState& s, const session::ScoreItem& item) 
   const char* side = item.best == session::Best::kAtMost    ? "at_most"
                      : item.best == session::Best::kAtLeast ? "at_least"
                                                             : "near";
-  return fmt::format(fmt::runtime(s.text(side)), fmt::format("{:.4g}", item.target));
+  return fmt::format(fmt::runtime(s.text(side)), session::quantity_text(item.target, item.unit, s.language));
 }
 
 void draw_items(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
@@ -41,7 +41,7 @@ void draw_items(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
       ImGui::TextUnformatted(s.text(fmt::format("score.{}", item.name)));
       if (ImGui::IsItemHovered() && !item.source.empty()) ImGui::SetTooltip("%s", s.text(item.source));
       ImGui::TableNextColumn();
-      ImGui::TextUnformatted(fmt::format("{:.4g} {}", item.value, item.unit).c_str());
+      ImGui::TextUnformatted(session::quantity_text(item.value, item.unit, s.language).c_str());
       ImGui::TableNextColumn();
       dim(item.weight > 0 ? target_text(s, item) : s.text("not_counted"));
       ImGui::TableNextColumn();
@@ -285,13 +285,13 @@ void draw_help(OperatorState& s, InterfaceWindow& w) {
         std::pair{"F2", "op.key_report"},         std::pair{"F6", "op.key_go_on"},
         std::pair{"Tab  ← → ↑ ↓", "op.key_move"}, std::pair{"F1", "op.key_help"},
         std::pair{"Ctrl Q", "op.key_quit"}};
-    constexpr std::array kWorking = {std::pair{"Esc", "op.key_stop"},       std::pair{"F10", "op.key_end"},
-                                     std::pair{"H  R", "op.key_hold"},      std::pair{"1 … 9", "op.key_tools"},
-                                     std::pair{"+  −", "op.key_speed"},     std::pair{"[  ]", "op.key_force"},
-                                     std::pair{"Ctrl Z  Y", "op.key_undo"}, std::pair{"Ctrl R  S", "op.key_keep"},
-                                     std::pair{"N  B", "op.key_steps"},     std::pair{"F C X D", "op.key_views"},
-                                     std::pair{",  .", "op.key_plane"},     std::pair{"Ctrl 1 … 9", "op.key_shown"},
-                                     std::pair{"V", "op.key_own_view"},     std::pair{"I J K L  U O", "op.key_turn"},
+    constexpr std::array kWorking = {std::pair{"Space  Esc", "op.key_stop"}, std::pair{"F10", "op.key_end"},
+                                     std::pair{"H  R", "op.key_hold"},       std::pair{"1 … 9", "op.key_tools"},
+                                     std::pair{"+  −", "op.key_speed"},      std::pair{"[  ]", "op.key_force"},
+                                     std::pair{"Ctrl Z  Y", "op.key_undo"},  std::pair{"Ctrl R  S", "op.key_keep"},
+                                     std::pair{"N  B", "op.key_steps"},      std::pair{"F C X D", "op.key_views"},
+                                     std::pair{",  .", "op.key_plane"},      std::pair{"Ctrl 1 … 9", "op.key_shown"},
+                                     std::pair{"V", "op.key_own_view"},      std::pair{"I J K L  U O", "op.key_turn"},
                                      std::pair{"P", "op.key_paint"}};
     for (std::size_t i = 0; i < kChoosing.size(); ++i) {
       const auto put = [&](const std::pair<const char*, const char*>& one, float at) {
