@@ -56,7 +56,7 @@ dvec3 Servo::State::keep_passive(Touch& now) noexcept {
   if (born_inside || leap > 0) given += std::max(0.0, now.stored - stored - std::max(0.0, -now.given_to_hand));
   // What the hand was given stays forgiven: a ledger in debt would never again allow a force. So is a debt of a contact
   // that is over, whatever brought it: ticks that came late hold a force for longer than was foreseen.
-  const double forgiven = sums.energy < -kDebt ? -sums.energy : given;
+  const double forgiven = sums.energy < -most_debt() ? -sums.energy : given;
   if (!now.touching && tip.sunk <= 0) given = std::clamp(-sums.energy, 0.0, forgiven);
   stored = now.stored;
   // An arm that gives no torque resists no turn, and none may be counted as if the hand had paid for it.

@@ -133,7 +133,7 @@ bool Servo::State::fly(Now& now) noexcept {
   budget = std::min(budget, 0.0);  // a free head has earned nothing
   wall_budget = 0;
   ramp = now.hand.faults & bits(Fault::kHeld) ? 0 : 1;
-  given = std::clamp(-sums.energy, 0.0, sums.energy < -kDebt ? -sums.energy : given);
+  given = std::clamp(-sums.energy, 0.0, sums.energy < -most_debt() ? -sums.energy : given);
   if (settings.position_step > 0) depth_speed.add(now.hand.t, dvec3(0));
   if (settings.passivity) {
     passive_share(passivity_law, dvec3(0), now.moved, dvec3(0), now.turned, now.dt, settings.tick, sums.energy + given,

@@ -20,7 +20,7 @@ namespace typodont::haptics {
 
 constexpr double kPedalUp = 0.01;    // of the pedal's way, and of the free speed: the drill stands
 constexpr double kFreeSlew = 14;     // N/s, of a force that ends because the bur broke through
-constexpr double kDebt = 2e-9;       // J, more than rounding costs
+constexpr double kDebt = 2e-9;       // J, more than rounding costs, …
 constexpr double kNoHand = 2.0;      // m/s: what moves faster is a leap of the input, not a hand
 constexpr double kLeapTime = 0.05;   // s that the proxy may take to follow a leap
 constexpr double kStaleTime = 0.02;  // s a patch may be due before that is a fault
@@ -202,6 +202,10 @@ struct Servo::State {
     }
     return total > 0 ? sum / total : 0;
   }
+
+  /// J, … and never more than the law gives credit for: a greater debt that is not forgiven allows no force, no force
+  /// pays for nothing, and the servo would give none ever again.
+  double most_debt() const noexcept { return std::min(kDebt, passivity_law.credit); }
 
   // servo.cpp
   /// A tick without a sound pose or without a hand: no force, and what follows begins anew.
