@@ -67,6 +67,11 @@ std::vector<LoosePiece> Carver::take_pieces() {
   return std::exchange(pieces_, {});
 }
 
+bool Carver::undo() {
+  in_stroke_ = false;  // whether or not there is a stroke to take back, the one being made is over
+  return edit(body_->undo());
+}
+
 bool Carver::edit(bool done) {
   if (!done) return false;
   in_stroke_ = false;

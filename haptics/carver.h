@@ -31,7 +31,7 @@ class Carver {
 
   /// Takes the last stroke back, or brings it again; false when there is none. A snapshot is due then, and the servo
   /// starts again from that: what it cut out of older ones does not count.
-  bool undo() { return edit(body_->undo()); }
+  bool undo();
   bool redo() { return edit(body_->redo()); }
   /// The next cut begins another stroke.
   void end_stroke() { in_stroke_ = false; }

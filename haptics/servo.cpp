@@ -19,6 +19,12 @@ using P = MotionParameters;
 bool is_unit(const dquat& R) {
   return std::abs(glm::dot(R, R) - 1) < 1e-3;
 }
+/// Made of unit length, unless it is that already but for rounding: what a tick gave out (ServoTick::X_WT) comes back
+/// as the same bits, so that a replay feels what the hand felt.
+dquat made_unit(const dquat& R) {
+  constexpr double kRounding = 1e-14;  // of |R|², more than a normalisation leaves
+  return std::abs(glm::dot(R, R) - 1) < kRounding ? R : glm::normalize(R);
+}
 bool is_near(const dvec3& p) {
   return glm::dot(p, p) < P::workspace * P::workspace;  // false for NaN
 }
@@ -79,7 +85,7 @@ Servo::State::State(const ServoSettings& s) : settings(s), tools(tool_set(settin
 void Servo::State::rest(TickData& now, bool valid) noexcept {
   const HandSample& hand = now.hand;
   ServoTick& out = now.out;
-  out.X_WT = valid ? Pose{hand.X_WT.p, glm::normalize(hand.X_WT.R)} : motion.X_WG;  // where the device left it
+  out.X_WT = valid ? Pose{hand.X_WT.p, made_unit(hand.X_WT.R)} : motion.X_WG;  // where the device left it
   out.X_WG = motion.placed ? motion.X_WG : out.X_WT;
   out.faults = hand.faults & kNoPose ? hand.faults & kNoPose : bits(Fault::kBadInput);
   if (settings.spindle.run_up_time > 0) {
@@ -175,8 +181,8 @@ bool Servo::State::fly(TickData& now) noexcept {
   cutting.budget = std::min(cutting.budget, 0.0);  // a free head has earned nothing
   cutting.wall_budget = 0;
   Limits& l = limits;
-  l.ramp = 1;
-  l.given = std::clamp(-sums.energy, 0.0, sums.energy < -LimitParameters::debt ? -sums.energy : l.given);
+  l.ramp = now.hand.faults & bits(Fault::kHeld) ? 0 : 1;
+  l.given = std::clamp(-sums.energy, 0.0, sums.energy < -most_debt() ? -sums.energy : l.given);
   if (settings.position_step > 0) coupling.depth_speed.add(now.hand.t, dvec3(0));
   if (settings.passivity) {
     passive_share(l.law, dvec3(0), now.moved, dvec3(0), now.turned, now.dt, settings.tick, sums.energy + l.given,
@@ -300,15 +306,18 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
   // Illegal input, or no hand: zero force in this very tick, and the proxy starts anew afterwards. What the hand did
   // meanwhile is not in the ledger: it felt nothing. A leap paid with the last force would leave a debt, and a ledger
   // in debt gives no force ever again.
-  const bool turns = hand.X_WT.R != s.motion.came_R;  // most hands only move
-  const bool valid = is_near(hand.X_WT.p) && (!turns || is_unit(hand.X_WT.R)) && std::isfinite(hand.pedal);
+  const bool comes_turned = hand.X_WT.R != s.motion.came_R;  // most hands only move
+  const bool valid = is_near(hand.X_WT.p) && (!comes_turned || is_unit(hand.X_WT.R)) && std::isfinite(hand.pedal);
   if (!valid || (hand.faults & kNoPose)) {
     s.rest(now, valid);
     return false;
   }
-  if (turns) {
+  bool turns = false;
+  if (comes_turned) {
     s.motion.came_R = hand.X_WT.R;
-    s.motion.R_WT = glm::normalize(hand.X_WT.R);
+    const dquat R_WT = made_unit(hand.X_WT.R);
+    turns = R_WT != s.motion.R_WT;
+    s.motion.R_WT = R_WT;
   }
   now.X_WT = out.X_WT = {hand.X_WT.p, s.motion.R_WT};
   out.pedal = std::clamp(hand.pedal, 0.0, 1.0);

@@ -39,3 +39,5 @@ if(NOT TYPODONT_SANITIZE)  # a sanitizer's shadow needs all the address space
   endif()
 endif()
 typodont_test(unit_app_live_picture KIND unit SOURCES unit/app_live_picture_test.cpp LIBS typodont_app)
+typodont_test(stress_live KIND stress SOURCES stress/live_replay_test.cpp LIBS typodont_app)
+typodont_test(unit_app_score KIND unit SOURCES unit/app_score_test.cpp LIBS typodont_app)

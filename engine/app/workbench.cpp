@@ -9,6 +9,7 @@
 #include <mutex>
 #include <optional>
 #include <thread>
+#include <tuple>
 #include <utility>
 
 #include "engine/app/assets.h"
@@ -29,6 +30,7 @@
 #include "engine/base/log.h"
 #include "engine/base/units.h"
 #include "engine/contract/loop_timing.h"
+#include "engine/display/keys.h"
 #include "engine/session/recorder.h"
 #include "haptics/carver.h"
 #include "haptics/device_safety.h"
@@ -42,6 +44,8 @@ namespace {
 
 using namespace std::chrono_literals;
 
+constexpr double kCaughtAway = 3e-3;               // m that a tool may lag behind the hand, …
+constexpr Nanos kCaughtFor = 1 * kNanosPerSecond;  // … and for how long, before that is said
 constexpr int kHoldKey = ' ', kGoOnKey = 'R', kViewKey = 'V', kSuctionKey = 'A';
 
 std::atomic<bool> g_asked_to_stop{false};
@@ -70,14 +74,16 @@ struct Workbench::Impl {
 
   bool running = false;
   Nanos began = 0;
-  ServoTick tick;                           // the newest, as drawn
-  SessionSettings settings;                 // as last sent to the servo
-  std::optional<session::HandMeter> meter;  // where operated
-  std::optional<DamageMeter> damage;        // the same
-  PerTissue volumes_before{};               // m³, the same
+  ServoTick tick;                                                                    // the newest, as drawn
+  SessionSettings settings;                                                          // as last sent to the servo
+  std::optional<session::HandMeter> meter;                                           // where operated
+  std::optional<DamageMeter> damage;                                                 // the same
+  PerTissue volumes_before{};                                                        // m³, the same
+  std::pair<std::optional<session::ExploreMeter>, std::vector<ServoTick>> explored;  // the same, once it is over
   Nanos fault_time = 0;
   std::uint32_t recent_faults = 0;
-  std::string keys;  // what the hand and the keyboard do, drawn below the picture
+  Nanos followed = 0;  // when the tool was last where the hand is, on the session's clock
+  std::string keys;    // what the hand and the keyboard do, drawn below the picture
   std::string failure;
   bool held = false, hand_gone = false;
   std::jthread carver, servo, left, recorder;  // last: they refer to all of the above
@@ -104,6 +110,7 @@ struct Workbench::Impl {
   }
   void hold(bool on) noexcept;
   void report_hand();
+  double caught() const;
   std::string hint() const;
   void end();
 };
@@ -292,6 +299,7 @@ bool Workbench::Impl::step(const display::UserInput* input, glm::ivec2 picture_s
   if (s.wiring.servo_ended || g_asked_to_stop || to_seconds(now() - began) >= options.seconds) return false;
   s.wiring.loop_to_render.fetch();
   report_hand();
+  if (!(tick.depth > kCaughtAway)) followed = tick.t;
   try {
     if (sound) advance_sound();
     if (!s.draw || headset || !picture || !picture->stage()) {
@@ -344,11 +352,21 @@ void Workbench::Impl::report_hand() {
   }
 }
 
+/// How far the hand has gone from a tool that the tissue keeps, m; 0 where it follows.
+double Workbench::Impl::caught() const {
+  return tick.t - followed > kCaughtFor ? tick.depth : 0;
+}
+
 /// One line under the picture: what the hand can do, and what its motors bear.
 std::string Workbench::Impl::hint() const {
   const LoopReport& loop = session->wiring.loop_to_render.front();
   if (held) return "STOPPED: no drill, no force   R: go on";
   if (hand_gone) return "the hand's device is gone: plug it in again";
+  if (caught() > 0)
+    return fmt::format(
+        "the tool is caught in the tooth, {:.0f} mm from the hand: bring the hand back to it, and out the way it went "
+        "in   space or Esc: stop",
+        1e3 * caught());
   std::string text = keys;
   if (loop.bearable_force > 0) {
     text += fmt::format("motors {:.0f} %, up to {:.1f} N   {}", 100 * loop.heat, loop.bearable_force,
@@ -356,13 +374,13 @@ std::string Workbench::Impl::hint() const {
   }
   if (picture && picture->sucking()) text += "suction on   ";
   if (picture && picture->ladder().changes() > 0) text += fmt::format("picture: {}   ", picture->ladder().step().name);
-  return text + "space: stop";
+  return text + "space or Esc: stop";
 }
 
-/// 1 … 9: another tool of the tray. Space: the emergency key.
+/// 1 … 9: another tool of the tray. Space or Esc: the emergency key.
 void Workbench::Impl::follow_keys(const display::UserInput& input) {
   for (const int key : input.pressed) {
-    if (key == kHoldKey) hold(true);
+    if (key == kHoldKey || key == display::keys::kEscape) hold(true);
     if (key == kGoOnKey) hold(false);
     if (key == kViewKey && !options.operated) picture->show_next_view(tick);
     if (key == kSuctionKey) picture->switch_suction();
@@ -418,6 +436,10 @@ void Workbench::Impl::end() {
   if (!carved && failure.empty()) failure = "the tissue cannot be kept up with the hand: " + s.carver_failure;
   Cut last_cut;  // of a tick that the servo was still in when the carver left
   while (carved && s.wiring.cuts_to_carver.pop(last_cut)) s.carver.apply(last_cut);
+  if (meter) {  // to the last tick, as it would be recorded
+    score_ticks();
+    explored = picture->views()->take_explored();
+  }
   s.wiring.nothing_more = true;
   if (recorder.joinable()) recorder.join();
   summary.frames = headset ? headset->frames() : picture ? picture->frames() : 0;
@@ -581,6 +603,7 @@ WorkbenchStatus Workbench::status() {
   s.tick = m.tick;
   s.seconds = to_seconds(s.tick.t);
   s.faults = s.tick.t - m.fault_time < kNanosPerSecond ? m.recent_faults : 0;
+  s.caught = m.caught();
   s.timing = wiring.loop_to_render.front().timing;
   if (m.picture) {
     const LivePicture& picture = *m.picture;
@@ -616,6 +639,14 @@ session::Score Workbench::score_so_far() {
   if (m.meter) input.hand = m.meter->result();
   if (m.damage) input.damage = m.damage->result();
   return session::score(input, session::rules_of_scene(Json::parse(m.scene.text, m.scene.file.string()), input));
+}
+FinishedHand Workbench::take_hand() {
+  Impl& m = *impl_;
+  FinishedHand finished;
+  if (m.meter) finished.input.hand = m.meter->result();
+  if (m.damage) finished.input.damage = m.damage->result();
+  std::tie(finished.explore, finished.unexplored) = std::move(m.explored);
+  return finished;
 }
 const haptics::DeviceInfo& Workbench::hand() const {
   return impl_->hands.right->info();

@@ -10,6 +10,7 @@
 
 #include "engine/app/picture/look.h"
 #include "engine/app/scene.h"
+#include "engine/app/task/task.h"
 #include "engine/app/wiring.h"
 #include "engine/app/work_counts.h"
 #include "engine/contract/loop_timing.h"
@@ -48,6 +49,7 @@ struct WorkbenchStatus {
   double seconds = 0;
   ServoTick tick;            // the newest
   std::uint32_t faults = 0;  // bits seen in the last second
+  double caught = 0;         // m from the hand to a tool that has not come after it for a second; 0: it follows
   LoopTiming timing;
   double frame_ms = 0, frames_per_second = 0;  // of the picture, smoothed
   std::string_view quality;
@@ -133,6 +135,8 @@ class Workbench {
   WorkbenchStatus status();
   /// By the scene's rules, from what was measured up to now. Only where operated.
   session::Score score_so_far();
+  /// After stop(), once, where operated: what its score needs beside the tissue.
+  FinishedHand take_hand();
   const haptics::DeviceInfo& hand() const;
   bool recording() const;
   /// The picture's device, left eye's picture and look; null where nothing is drawn.

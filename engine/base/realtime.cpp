@@ -6,6 +6,7 @@
 #include <time.h>
 
 #include <cerrno>
+#include <cfenv>
 #include <cstring>
 #include <new>
 
@@ -76,6 +77,13 @@ RealtimeGranted enter_realtime(const RealtimeRequest& request) noexcept {
 void flush_denormals() noexcept {
 #ifdef __SSE2__
   _mm_setcsr(_mm_getcsr() | 0x8040);  // FTZ and DAZ
+#endif
+}
+
+void use_ieee_arithmetic() noexcept {
+  std::fesetround(FE_TONEAREST);
+#ifdef __SSE2__
+  _mm_setcsr(_mm_getcsr() & ~0x8040u);
 #endif
 }
 

@@ -27,6 +27,10 @@ RealtimeGranted enter_realtime(const RealtimeRequest& request) noexcept;
 /// Calling thread: denormals become zero, so that decaying filters cost the same as loud ones.
 void flush_denormals() noexcept;
 
+/// Calling thread: rounds to nearest and keeps denormals, whatever a library or the thread that started it has set.
+/// What must give the same bits on every thread calls this first.
+void use_ieee_arithmetic() noexcept;
+
 /// Sleeps until the moment, then spins the last 60 µs: a FIFO thread that only spins is throttled 50 ms a second.
 void sleep_until(long long deadline_ns) noexcept;
 

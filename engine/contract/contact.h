@@ -23,6 +23,7 @@ enum class Fault : std::uint32_t {
   kOverrun = 1u << 8,          // the tick took longer than its period
   kLetGo = 1u << 9,            // the servo was late, and the motors were let go: the hand did not feel the last force
   kNoRoom = 1u << 10,  // filling that the pedal asks for found no place near the instrument's end: it was not put down
+  kHeld = 1u << 11,    // the emergency key holds: no drill, and no force on the hand
 };
 constexpr std::uint32_t bits(Fault fault) {
   return static_cast<std::uint32_t>(fault);

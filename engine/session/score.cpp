@@ -34,7 +34,8 @@ HandMeter::HandMeter(double servo_rate)
 void HandMeter::add(std::span<const ServoTick> ticks) {
   for (const ServoTick& tick : ticks) {
     const dvec3& p = tick.X_WT.p;
-    if (tick.faults != 0) ++faults_;
+    const bool held = tick.faults & bits(Fault::kHeld);  // by the emergency key: nothing is felt or cut
+    if (tick.faults & ~bits(Fault::kHeld)) ++faults_;
     if (!is_finite(p) || !is_finite(tick.f_T_W)) continue;
     if (first_) {
       t_first_ = tick.t;
@@ -59,7 +60,7 @@ void HandMeter::add(std::span<const ServoTick> ticks) {
     const double removed = std::accumulate(tick.removed.begin(), tick.removed.end(), 0.0);
     if (first_) removed_last_ = removed;
     stroke_cut_ += std::max(0.0, removed - removed_last_);
-    const bool contact = tick.depth > 0 || tick.contact_area > 0;
+    const bool contact = !held && (tick.depth > 0 || tick.contact_area > 0);
     if (contact) {
       const double force = glm::length(tick.f_T_W);
       ++contact_ticks_;
@@ -160,6 +161,9 @@ constexpr double kDegreesPerRadian = 180 / kPi;
 using In = const ScoreInput&;
 using Value = std::optional<double>;
 
+constexpr double kLeastMeasured = 1e-6;  // in a measure's unit; less is what rounding leaves
+constexpr double kLeastChanged = 1e-12;  // m³ cut away or put down; less is no work
+
 constexpr Measure kMeasures[] = {
     {"residual_caries_mm3", "mm³", Best::kAtMost,
      [](In in) { return if_caries(in, std::max(0.0, in.after[static_cast<std::size_t>(Tissue::kCaries)]) * kMm3); }},
@@ -234,6 +238,11 @@ constexpr Measure kMeasures[] = {
     {"tremor_rms_um", "µm", Best::kAtMost, [](In in) -> Value { return in.hand.tremor_rms * 1e6; }, true},
 };
 
+Value value_of(const Measure& measure, const ScoreInput& in) {
+  const Value value = measure.value(in);
+  return value && std::abs(*value) < kLeastMeasured ? 0.0 : value;
+}
+
 const Measure* find_measure(std::string_view name) {
   const auto it =
       std::find_if(std::begin(kMeasures), std::end(kMeasures), [&](const Measure& m) { return m.name == name; });
@@ -241,14 +250,20 @@ const Measure* find_measure(std::string_view name) {
 }
 
 /// Share of the task done: of what the ideal changes, else of the caries that is gone; of an exploration half by the
-/// lesions found and half by the surface explored; 1 where nothing says.
+/// lesions found and half by the surface explored. Where nothing says what the task is, all of it as soon as anything
+/// was cut or filled: who does nothing has done nothing.
 double completion(const ScoreInput& in) {
   if (in.explore) {
     const double found = in.explore->lesions > 0 ? static_cast<double>(in.explore->found) / in.explore->lesions : 1.0;
     return 0.5 * found + 0.5 * std::min(1.0, in.explore->explored / kEnoughExplored);
   }
   if (in.cavity && in.cavity->has_ideal && in.cavity->wanted > 0) return in.cavity->done / in.cavity->wanted;
-  if (!in.ideal) return removed_share(in, Tissue::kCaries);
+  if (!in.ideal && in.before[static_cast<std::size_t>(Tissue::kCaries)] > 0) return removed_share(in, Tissue::kCaries);
+  if (!in.ideal) {
+    double changed = 0;
+    for (std::size_t i = 1; i < kTissueCount; ++i) changed += std::abs(in.before[i] - in.after[i]);
+    return changed > kLeastChanged ? 1.0 : 0.0;
+  }
   double wanted = 0, done = 0;
   for (std::size_t i = 1; i < kTissueCount; ++i) {
     const double goal = std::max(0.0, in.before[i] - (*in.ideal)[i]);
@@ -381,7 +396,7 @@ std::vector<ScoreRule> read_rules(const Json& list, bool with_ideal, const Score
     } else if (!with_ideal) {
       entry.fail(fmt::format("{} without a target", rule.name), "a target: there is no ideal to take it from");
     } else if (input) {
-      const auto value = measure->value(as_the_ideal(*input));
+      const auto value = value_of(*measure, as_the_ideal(*input));
       if (!value && input->cavity_ideal)
         entry.fail(fmt::format("{} without a target", rule.name), "a target: the ideal has nothing of this kind");
       if (!value) continue;  // the ideal was not measured
@@ -418,7 +433,7 @@ std::vector<ScoreRule> task_rules(const Json& block, const ScoreInput& input) {
       const ScoreInput ideal = as_the_ideal(input);
       for (ScoreRule& rule : rules) {
         const Measure& measure = *find_measure(rule.name);
-        const auto value = measure.of_hand ? std::nullopt : measure.value(ideal);
+        const auto value = measure.of_hand ? std::nullopt : value_of(measure, ideal);
         if (value)
           rule.target = rule.best == Best::kAtLeast ? std::min(rule.target, *value) : std::max(rule.target, *value);
       }
@@ -443,7 +458,7 @@ Score score(const ScoreInput& input, std::span<const ScoreRule> rules) {
   for (const ScoreRule& rule : rules) {
     const Measure* measure = find_measure(rule.name);
     if (!measure) continue;
-    const auto value = measure->value(input);
+    const auto value = value_of(*measure, input);
     // What the task asks for and is not there yet earns nothing, but only where it could have been measured.
     if (!value && !(rule.asked && input.cavity)) continue;
     ScoreItem item;

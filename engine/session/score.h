@@ -111,8 +111,8 @@ struct Score {
   std::vector<ScoreItem> items;
   double points = 0, full = 0;
   double completion = 1;  // share of the task done (of what the ideal changes, of the lesions found and the surface
-                          // explored, else of the caries); scales every item, so that doing nothing carefully earns
-                          // nothing
+                          // explored, of the caries, else whether anything was cut or filled); scales every item,
+                          // so that doing nothing carefully earns nothing
 };
 
 std::vector<std::string> known_score_names();

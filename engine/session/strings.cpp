@@ -1,7 +1,10 @@
 #include "engine/session/strings.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 #include "engine/session/page/catalogue.h"
 
@@ -166,6 +169,9 @@ constexpr Entry kCatalogue[] = {
     {"fault.no_room",
      {"No room for more filling near the instrument: not put down",
       "Kein Platz für mehr Füllung am Instrument: nicht eingebracht", "器械附近已无充填空间：未充入"}},
+    {"fault.held",
+     {"Held by the emergency key: no drill, no force", "Durch die Nottaste angehalten: kein Bohrer, keine Kraft",
+      "急停键按住：钻头停转、力为零"}},
     {"fault.overrun", {"Tick took longer than its period", "Takt dauerte länger als seine Periode", "周期超时"}},
     {"timing", {"Servo timing", "Servo-Zeitverhalten", "伺服时序"}},
     {"timing_caption",
@@ -417,6 +423,23 @@ std::vector<std::string_view> catalogue_keys() {
   for (const Entry& entry : kCatalogue) keys.push_back(entry.key);
   for (const Entry& entry : operator_catalogue()) keys.push_back(entry.key);
   return keys;
+}
+
+std::string number_text(double v, int decimals, Language language) {
+  std::string s = fmt::format("{:.{}f}", v, decimals);
+  if (s.starts_with("-") && s.find_first_not_of("-0.") == std::string::npos) s.erase(0, 1);
+  if (language == Language::kGerman) std::replace(s.begin(), s.end(), '.', ',');
+  return s;
+}
+
+std::string number_text(double v, Language language) {
+  const double a = std::abs(v);
+  return number_text(v, a < 5e-4 || a >= 100 ? 0 : a >= 10 ? 1 : a >= 1 ? 2 : 3, language);
+}
+
+std::string quantity_text(double v, std::string_view unit, Language language) {
+  if (std::isnan(v)) return "–";
+  return unit.empty() ? number_text(v, 0, language) : fmt::format("{}\u00a0{}", number_text(v, language), unit);
 }
 
 }  // namespace typodont::session

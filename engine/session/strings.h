@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -18,6 +19,14 @@ std::string_view tag_of(Language language) noexcept;
 /// The text of a key, e.g. "title.report", "tissue.enamel". Unknown keys return the key itself.
 std::string_view text(std::string_view key, Language language) noexcept;
 bool has_text(std::string_view key) noexcept;
+
+// Numbers as people read them, with the language's decimal sign: three digits that mean something, no power of ten, no
+// minus before a zero.
+std::string number_text(double v, int decimals, Language language);
+std::string number_text(double v, Language language);
+/// With its unit, not to be parted from it at the end of a line; without a unit it is a count. NaN, nothing to
+/// measure: a dash.
+std::string quantity_text(double v, std::string_view unit, Language language);
 std::vector<std::string_view> catalogue_keys();
 
 }  // namespace typodont::session

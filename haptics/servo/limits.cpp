@@ -17,8 +17,9 @@ void Servo::State::limit(ContactTick& now) noexcept {
     const double size = glm::length(change), over = size - P::drilling_slew * now.dt;
     if (over > 0) now.force -= change * (std::min(over, P::most_lag) / size);
   }
-  if (!now.contact.touching && !l.ending) l.ramp = 1;  // begun in the open: nothing to ramp
-  l.ramp = std::clamp(l.ramp + (l.ending ? -1 : 1) * now.dt / std::max(settings.ramp_time, now.dt), 0.0, 1.0);
+  const bool fades = l.ending || (now.hand.faults & bits(Fault::kHeld));
+  if (!now.contact.touching && !fades) l.ramp = 1;  // begun in the open: nothing to ramp
+  l.ramp = std::clamp(l.ramp + (fades ? -1 : 1) * now.dt / std::max(settings.ramp_time, now.dt), 0.0, 1.0);
   const double magnitude = glm::length(now.force + now.spindle_force);
   double fraction = l.ramp;
   if (magnitude * fraction > settings.force_limit) {
@@ -55,7 +56,7 @@ dvec3 Servo::State::keep_passive(ContactTick& now) noexcept {
   }
   // What the hand was given stays forgiven: a ledger in debt would never again allow a force. So is a debt of a contact
   // that is over, whatever brought it: ticks that came late hold a force for longer than was foreseen.
-  const double forgiven = sums.energy < -P::debt ? -sums.energy : l.given;
+  const double forgiven = sums.energy < -most_debt() ? -sums.energy : l.given;
   if (!now.contact.touching && coupling.tip.sunk <= 0) l.given = std::clamp(-sums.energy, 0.0, forgiven);
   l.stored = now.stored;
   // An arm that gives no torque resists no turn, and none may be counted as if the hand had paid for it.

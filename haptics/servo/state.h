@@ -2,6 +2,7 @@
 // Servo::tick in servo.cpp calls the steps in turn.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -133,6 +134,10 @@ struct Servo::State {
   double mean(double Material::*member) const noexcept;
   /// The same of a property that hardness scales: stiffness or specific energy.
   double mean_hardened(double Material::*member) const noexcept;
+
+  /// J of ledger debt that is not forgiven: never more than the law gives credit for. A greater one would allow no
+  /// force, without a force nothing is ever paid, and the servo would stay silent for good.
+  double most_debt() const noexcept { return std::min(LimitParameters::debt, limits.law.credit); }
 
   // servo.cpp
   /// A tick without a valid pose or without a hand: no force, and the next tick begins anew.

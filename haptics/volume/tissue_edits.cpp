@@ -371,8 +371,7 @@ bool TissueVolume::undo() {
 
 bool TissueVolume::redo() {
   Impl& v = *impl_;
-  v.complete_stroke();
-  if (v.done == v.strokes.size()) return false;
+  if (v.done == v.strokes.size()) return false;  // the stroke being made, which is the last one then, goes on
   v.exchange(v.strokes[v.done++], false);
   return true;
 }

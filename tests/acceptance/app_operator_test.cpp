@@ -214,6 +214,19 @@ TEST_F(OperatorWindow, EscapeStopsAtOnceAndKeepsTheRecording) {
   expect_exact_replay(program.wait_for("report written: "));
 }
 
+TEST_F(OperatorWindow, SpaceStopsAtOnceAsEscapeDoes) {
+  let_the_hand_rest();
+  Program program(folder);
+  open(program);
+  choose_block_and_script();
+  press("F5");
+  ASSERT_FALSE(program.wait_for("session started: ").empty());
+  EXPECT_TRUE(eventually([&] { return colours({400, 200}, {900, 600}) > 200; }));
+  press("space");
+  program.wait_for("session ended");
+  expect_exact_replay(program.wait_for("report written: "));
+}
+
 TEST_F(OperatorWindow, TerminatedInTheMiddleOfASessionItEndsItInOrder) {
   let_the_hand_rest();
   Program program(folder);

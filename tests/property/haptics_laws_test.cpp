@@ -585,6 +585,68 @@ TEST(Coupling, IsTheImplicitStepOfAToolWithoutMassAndStaysAtRestAtAnyStiffnessAn
   }
 }
 
+TEST(Servo, GivenThePosesThatItGaveOutItGivesTheSameForcesToTheBit) {
+  // As a replay does with what was recorded. The hand's driver gives orientations that are of unit length but roughly.
+  constexpr const char* kBlock =
+      R"({"voxel_mm": 0.15, "solids": [{"tissue": "dentin", "solid": {"box": {"size_mm": [6, 6, 4]}}}]})";
+  const haptics::DenseTissue dense = haptics::read_solids(Json::parse(kBlock, "tissue"));
+  std::mt19937_64 random(7);
+  std::uniform_real_distribution<double> uniform(-1, 1);
+  ServoSettings settings;
+  settings.tool = haptics::read_tool(Json::load("assets/tools/cylinder_010.json"));
+  settings.spindle.free_speed = 2e4;
+  int touched = 0;
+  for (int k = 0; k < 40; ++k) {
+    const bool turns = k % 2 == 0;
+    const dquat R = glm::angleAxis(0.8 * uniform(random), glm::normalize(dvec3(uniform(random), uniform(random), 0.2)));
+    const double length = 1 + 4e-4 * uniform(random);
+    HapticBench felt(haptics::TissueVolume(dense), settings), again(haptics::TissueVolume(dense), settings);
+    for (int i = 0; i < 300; ++i) {
+      const dquat R_WT = turns ? glm::slerp(dquat(1, 0, 0, 0), R, i / 300.0) : R;
+      const double pedal = i > 150 ? 0.7 : 0.0;
+      const ServoTick tick = felt.tick({{0.3e-3, -0.2e-3, 4.2e-3 - 8e-6 * i}, length * R_WT}, pedal);
+      const ServoTick same = again.tick(tick.X_WT, tick.pedal, tick.tool, tick.faults);
+      ASSERT_EQ(same.X_WT.p, tick.X_WT.p) << k << " " << i;
+      ASSERT_EQ(same.X_WT.R, tick.X_WT.R) << k << " " << i;
+      ASSERT_EQ(same.f_T_W, tick.f_T_W) << k << " " << i;
+      ASSERT_EQ(same.tau_T_W, tick.tau_T_W) << k << " " << i;
+      ASSERT_EQ(same.energy, tick.energy) << k << " " << i;
+      touched += tick.depth > 0;
+    }
+    EXPECT_EQ(again.carver.volume().hash(), felt.carver.volume().hash()) << k;
+  }
+  EXPECT_GT(touched, 40 * 50);
+}
+
+TEST(Servo, WhileItIsHeldItGivesNoForceThatGrowsOrCountsAndAfterwardsTheForceComesBackWithoutAStep) {
+  constexpr const char* kBlock =
+      R"({"voxel_mm": 0.15, "solids": [{"tissue": "dentin", "solid": {"box": {"size_mm": [6, 6, 4]}}}]})";
+  HapticBench bench(kBlock, {});
+  const auto tick = [&](double z, bool held) { return bench.tick({{0, 0, z}}, 0, 0, held ? bits(Fault::kHeld) : 0); };
+  for (int i = 0; i < 300; ++i) tick(3.5e-3 - 4e-6 * i, false);  // half a millimetre into the block, and more
+  const double before = glm::length(bench.last.f_T_W);
+  ASSERT_GT(before, 0.1);
+  double last = before;
+  for (int i = 0; i < 500; ++i) {
+    const ServoTick t = tick(2.3e-3 - 4e-6 * i, true);  // it is pressed on
+    const double force = glm::length(t.f_T_W);
+    if (i >= 20) {
+      ASSERT_EQ(force, 0) << i;
+    }
+    ASSERT_LE(force, last + 1e-3) << i;
+    last = force;
+  }
+  const double energy = bench.last.energy;
+  for (int i = 0; i < 100; ++i) tick(0.3e-3, true);
+  EXPECT_EQ(bench.last.energy, energy) << "what is not felt costs nothing";
+  last = 0;
+  for (int i = 0; i < 40; ++i) {
+    const double force = glm::length(tick(0.3e-3, false).f_T_W);
+    ASSERT_LE(force - last, 0.12 * 4) << i;  // a fifteenth of it a millisecond
+    last = force;
+  }
+}
+
 TEST(Tools, EveryToolOfTheCatalogueIsReadAndIsAHead) {
   int count = 0;
   for (const auto& entry : std::filesystem::directory_iterator("assets/tools")) {

@@ -248,6 +248,36 @@ TEST(Passivity, TheSameSceneInAnyUnitsGivesTheSameForces) {
   }
 }
 
+TEST(Passivity, AfterAContactThatLeftADebtOfAnySizeTheNextIsFeltWhole) {
+  // The hand has gone into tissue while there was no patch to feel it in, so it has paid for nothing, and leaves again
+  // at a pace that nobody foresaw: a debt as small as the force was.
+  constexpr const char* kSlab =
+      R"({"voxel_mm": 0.15, "solids": [{"tissue": "enamel", "solid": {"box": {"size_mm": [24, 24, 4]}}}]})";
+  int in_debt = 0;
+  for (const double out : {1e-4, 1.5e-4, 3e-4}) {
+    for (const double deep : {0.1_mm, 0.3_mm}) {
+      HapticBench bench(kSlab, {});
+      const double surface = 2.0_mm + bench.settings.tool.radius();
+      const dvec3 from(0, 0, surface + 1.5_mm), to(7.0_mm, 0, surface - deep);
+      for (int i = 0; i < 10; ++i) bench.tick({from});
+      Cut cut;
+      for (int i = 1; i <= 80; ++i, bench.t += 1'000'000)
+        bench.servo.tick({bench.t, {glm::mix(from, to, i / 80.0)}}, bench.last, cut);
+      for (int i = 0; i < 200; ++i) bench.tick({to});
+      dvec3 at = to;
+      for (; at.z < surface + 1.0_mm; at.z += out) bench.tick({at});
+      // Three quiet seconds in the open: what so fast a hand might do next is no longer expected of it.
+      for (int i = 0; i < 3000; ++i) bench.tick({at + dvec3(0, 0, 0.2_mm * std::sin(2e-3 * kPi * i))});
+      in_debt += bench.last.energy < -1e-10;
+      ASSERT_GT(bench.last.energy, -2e-9);
+      for (; at.z > surface - 0.5_mm; at.z -= 4e-6) bench.tick({at});
+      for (int i = 0; i < 20; ++i) bench.tick({at});
+      EXPECT_NEAR(bench.last.f_T_W.z, 0.5, 0.025) << out << " " << deep << ", " << bench.last.energy << " J";
+    }
+  }
+  EXPECT_GT(in_debt, 0) << "none left a debt that the credit does not cover";
+}
+
 TEST(Passivity, AHandThatDithersAtTheSurfaceGetsNothingOutOfIt) {
   std::mt19937 random(11);
   std::normal_distribution<double> noise(0, 1);

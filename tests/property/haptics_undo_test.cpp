@@ -52,6 +52,43 @@ TissueVolume block() {
   return TissueVolume(read_solids(Json::parse(std::string(kBlock), "block")));
 }
 
+TEST(Undo, ARedoWithNothingToBringAgainLeavesTheStrokeThatIsBeingMadeWhole) {
+  const Tool bur = round_bur(1.2e-3);
+  Carver carver(block(), {&bur, 1});
+  const std::uint64_t untouched = carver.volume().hash();
+  for (int i = 0; i < 60; ++i) {
+    Cut cut;
+    cut.index = carver.cuts() + 1, cut.t = i * 1'000'000;
+    cut.X_WA.p = {1e-3, -1e-3, 2.6e-3 - i * 1e-5}, cut.X_WB.p = cut.X_WA.p - dvec3(0, 0, 1e-5);
+    carver.apply(cut);
+    if (i == 20) {
+      EXPECT_FALSE(carver.redo());
+    }
+  }
+  EXPECT_NE(carver.volume().hash(), untouched);
+  EXPECT_EQ(carver.volume().strokes().done, 1u);
+  ASSERT_TRUE(carver.undo());
+  EXPECT_EQ(carver.volume().hash(), untouched);
+}
+
+TEST(Undo, WhereTheOnlyStrokeChangedNothingAnUndoIsNoneAndWhatIsCutNextCanBeTakenBack) {
+  const Tool bur = round_bur(1.2e-3);
+  Carver carver(block(), {&bur, 1});
+  const std::uint64_t untouched = carver.volume().hash();
+  const auto cut_at = [&](double z) {
+    Cut cut;
+    cut.index = carver.cuts() + 1, cut.t = static_cast<Nanos>(carver.cuts()) * 1'000'000;
+    cut.X_WA.p = cut.X_WB.p = {0, 0, z};
+    carver.apply(cut);
+  };
+  cut_at(8e-3);  // in the air
+  EXPECT_FALSE(carver.undo());
+  cut_at(2.6e-3);
+  EXPECT_NE(carver.volume().hash(), untouched);
+  ASSERT_TRUE(carver.undo());
+  EXPECT_EQ(carver.volume().hash(), untouched);
+}
+
 TEST(Undo, AsManyUndosAsStrokesGiveTheOriginalBackToTheLastBitAndRedosEveryStepBetween) {
   for (std::uint64_t seed = 1; seed <= 3; ++seed) {
     const Tool bur = round_bur(1.2e-3);

@@ -69,15 +69,17 @@ TEST(KeyQueue, AKeyGoesDownWithTheControlKeyItWasPressedWith) {
   EXPECT_EQ(pressed, "Ctrl Z Y ");
 }
 
-TEST(KeyQueue, WhereEscapeIsTheEmergencyStopItOvertakesWhatWaits) {
-  KeyQueue queue;
-  queue.add(press(keys::kTab));
-  queue.next(true);
-  queue.add(write('a'));
-  queue.add(press(keys::kEscape));
-  bool stopped = false;
-  for (const Key& key : queue.next(true)) stopped = stopped || (key.code == keys::kEscape && key.down);
-  EXPECT_TRUE(stopped);
+TEST(KeyQueue, WhereEscapeAndSpaceAreTheEmergencyStopTheyOvertakeWhatWaits) {
+  for (const int stop : {static_cast<int>(keys::kEscape), static_cast<int>(' ')}) {
+    KeyQueue queue;
+    queue.add(press(keys::kTab));
+    queue.next(true);
+    queue.add(write('a'));
+    queue.add(press(stop));
+    bool stopped = false;
+    for (const Key& key : queue.next(true)) stopped = stopped || (key.code == stop && key.down);
+    EXPECT_TRUE(stopped) << stop;
+  }
 }
 
 TEST(KeyQueue, ElsewhereEscapeComesFramesAfterTheKeyThatItCancels) {

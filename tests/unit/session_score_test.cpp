@@ -4,6 +4,7 @@
 #include "engine/base/error.h"
 #include "engine/base/units.h"
 #include "engine/session/score.h"
+#include "engine/session/strings.h"
 #include "tests/support/session_fixture.h"
 
 namespace typodont::session {
@@ -81,6 +82,58 @@ TEST(HandMeter, ForceAndTimeAreThoseOfTheContact) {
   EXPECT_DOUBLE_EQ(m.force_max, 1.5);
   EXPECT_NEAR(m.contact_time, 5, 1e-9);
   EXPECT_NEAR(m.time, 9.999, 1e-9);
+}
+
+TEST(HandMeter, WhatTheEmergencyKeyHoldsIsNeitherContactNorForceNorFault) {
+  std::vector<ServoTick> ticks(4000);
+  for (std::size_t i = 0; i < ticks.size(); ++i) {
+    const bool held = i >= 1000 && i < 3000;
+    ticks[i].t = from_seconds(static_cast<double>(i) * 1e-3);
+    ticks[i].depth = held ? 10e-3 : 1e-4;
+    ticks[i].f_T_W = {0, 0, held ? 10.0 : 0.5};
+    if (held) ticks[i].faults = bits(Fault::kHeld);
+  }
+  HandMeter meter(1000);
+  meter.add(ticks);
+  const HandMeasures m = meter.result();
+  EXPECT_DOUBLE_EQ(m.force_max, 0.5);
+  EXPECT_DOUBLE_EQ(m.force_mean, 0.5);
+  EXPECT_DOUBLE_EQ(m.contact_time, 2);
+  EXPECT_EQ(m.faults, 0u);
+  EXPECT_NEAR(m.time, 4, 2e-3);
+}
+
+TEST(Score, WhereNothingSaysWhatTheTaskIsAnUntouchedToothEarnsNothingAndOneThatWasCutCounts) {
+  ScoreInput in;
+  in.before[static_cast<std::size_t>(Tissue::kEnamel)] = 100e-9;
+  in.after = in.before;
+  EXPECT_EQ(score(in, default_rules(in)).completion, 0);
+  EXPECT_EQ(score(in, default_rules(in)).points, 0);
+  in.after[static_cast<std::size_t>(Tissue::kEnamel)] -= 1e-9;
+  EXPECT_EQ(score(in, default_rules(in)).completion, 1);
+  EXPECT_GT(score(in, default_rules(in)).points, 0);
+}
+
+TEST(Score, WhatRoundingLeavesIsNoMeasureAndNoTarget) {
+  ScoreInput in;
+  in.before[static_cast<std::size_t>(Tissue::kEnamel)] = 100e-9;
+  in.after = in.before;
+  in.after[static_cast<std::size_t>(Tissue::kEnamel)] -= 6.506e-17;  // m³
+  in.ideal = in.before;
+  (*in.ideal)[static_cast<std::size_t>(Tissue::kEnamel)] -= 1.519e-19;
+  for (const ScoreItem& item : score(in, task_rules(Json::parse("{}", "task"), in)).items) {
+    EXPECT_TRUE(item.value == 0 || std::abs(item.value) >= 1e-6 || std::isnan(item.value)) << item.name;
+    EXPECT_TRUE(item.target == 0 || std::abs(item.target) >= 1e-6) << item.name;
+  }
+}
+
+TEST(Quantities, AreWrittenWithoutPowersOfTenAndWhatIsNotThereAsADash) {
+  EXPECT_EQ(quantity_text(6.506e-08, "mm³", Language::kEnglish), "0\u00a0mm³");
+  EXPECT_EQ(quantity_text(-1e-9, "mm", Language::kEnglish), "0\u00a0mm");
+  EXPECT_EQ(quantity_text(std::nan(""), "mm", Language::kEnglish), "–");
+  EXPECT_EQ(quantity_text(1.98, "mm", Language::kGerman), "1,98\u00a0mm");
+  EXPECT_EQ(quantity_text(12345678, "mm³", Language::kEnglish), "12345678\u00a0mm³");
+  EXPECT_EQ(quantity_text(3, "", Language::kEnglish), "3");
 }
 
 TEST(HandMeter, PiecesMakeNoDifferenceAndBrokenTicksAreLeftOut) {

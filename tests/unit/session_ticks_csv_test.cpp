@@ -141,7 +141,7 @@ TEST(SessionFormat, EveryFaultHasANameOfItsOwnAndABitOfItsOwn) {
     EXPECT_EQ(all & bits(fault.fault), 0u) << fault.name;
     all |= bits(fault.fault);
   }
-  EXPECT_EQ(all, (bits(Fault::kNoRoom) << 1) - 1) << "a fault without a name";
+  EXPECT_EQ(all, (bits(Fault::kHeld) << 1) - 1) << "a fault without a name";
 }
 
 }  // namespace

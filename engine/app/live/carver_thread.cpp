@@ -11,6 +11,7 @@
 #include "engine/app/picture/tissue_view.h"
 #include "engine/app/tissue/paint_file.h"
 #include "engine/base/log.h"
+#include "engine/base/realtime.h"
 #include "haptics/work.h"
 
 namespace typodont {
@@ -96,82 +97,136 @@ void brush(LiveSession& s, const BrushMove& move) {
   s.book.painted(move.stroke, s.carver.volume());
 }
 
-void carve(LiveSession& s) {
-  Wiring& wiring = s.wiring;
-  TissueSaver saver(wiring);
-  TissueView view(wiring.tolerance);
-  Outbox to_picture(wiring.bricks), to_watch(wiring.bricks_to_watch);
+}  // namespace
+
+struct CarverTurns::Impl {
+  LiveSession& s;
+  std::function<void()> between;
+  TissueSaver saver{s.wiring};
+  TissueView view{s.wiring.tolerance};
+  Outbox to_picture{s.wiring.bricks}, to_watch{s.wiring.bricks_to_watch};
   Nanos meshed = 0;
   bool first = true;
-  int idle = 0;  // turns without work
+
+  void pause() const {
+    if (between) between();
+  }
+  bool repeat_cuts();
+  void hand_over_pieces();
+  Done turn();
+  void mesh();
+};
+
+bool CarverTurns::Impl::repeat_cuts() {
+  bool any = false;
   Cut cut;
-  while (!wiring.stop.load(std::memory_order_relaxed)) {
-    bool worked = false;
-    while (wiring.cuts_to_carver.pop(cut)) {
-      s.carver.apply(cut);
-      if (s.operated) s.book.cut(cut, s.carver.volume());
-      worked = true;
+  while (s.wiring.cuts_to_carver.pop(cut)) {
+    s.carver.apply(cut);
+    if (s.operated) s.book.cut(cut, s.carver.volume());
+    any = true;
+  }
+  return any;
+}
+
+void CarverTurns::Impl::hand_over_pieces() {
+  for (const LoosePiece& piece : s.carver.take_pieces()) {
+    if (s.debris) s.wiring.pieces_to_debris.push(piece);
+    if (s.record) s.wiring.pieces_to_recorder.push(piece);
+  }
+}
+
+CarverTurns::Done CarverTurns::Impl::turn() {
+  Wiring& wiring = s.wiring;
+  Done done;
+  done.worked = repeat_cuts();
+  // The tick is of the turn before: its cuts are all applied. Without a pose its time says nothing.
+  if (const ServoTick& tick = wiring.tick_to_carver.front(); !(tick.faults & haptics::kNoPose)) s.carver.rest(tick.t);
+  pause();
+  done.awaited = wiring.patch.keep_up(s.carver, wiring.tick_to_carver.front().patch);
+  hand_over_pieces();
+  pause();
+  TissueCommand command;
+  bool edited = false;  // then a patch is cut out before any later cut, and the servo knows which cuts to repeat
+  while (wiring.tissue_commands.pop(command)) {
+    edited |= obey(s, command, wiring.tick_to_carver.front().t, saver);
+    done.worked = true;
+    pause();
+  }
+  BrushMove move;
+  bool painted = false;
+  while (wiring.paint_to_carver.pop(move)) {
+    brush(s, move);
+    painted = true;
+  }
+  if (done.worked || painted) {
+    const TissueState state = s.book.state(s.carver.volume());
+    wiring.tissue_to_render.publish(state);
+    wiring.tissue_version.store(state.version, std::memory_order_relaxed);
+  }
+  if (wiring.tick_to_carver.fetch() || painted || edited) {
+    const ServoTick& tick = wiring.tick_to_carver.front();
+    if (is_finite(tick.X_WG.p) && (painted || s.carver.snapshot_due(tick))) {
+      pause();
+      wiring.patch.offer(s.carver, s.carver.snapshot_center(tick));
+      done.worked = true;
     }
-    s.carver.rest(wiring.tick_to_carver.front().t);  // of the turn before: its cuts are all applied
-    const bool awaited = wiring.patch.keep_up(s.carver, wiring.tick_to_carver.front().patch);
-    for (const LoosePiece& piece : s.carver.take_pieces()) {
-      if (s.debris) wiring.pieces_to_debris.push(piece);
-      if (s.record) wiring.pieces_to_recorder.push(piece);
-    }
-    TissueCommand command;
-    bool edited = false;  // then a patch is cut out before any later cut, and the servo knows which cuts to repeat
-    while (wiring.tissue_commands.pop(command)) {
-      edited |= obey(s, command, wiring.tick_to_carver.front().t, saver);
-      worked = true;
-    }
-    BrushMove move;
-    bool painted = false;
-    while (wiring.paint_to_carver.pop(move)) {
-      brush(s, move);
-      painted = true;
-    }
-    if (worked || painted) {
-      const TissueState state = s.book.state(s.carver.volume());
-      wiring.tissue_to_render.publish(state);
-      wiring.tissue_version.store(state.version, std::memory_order_relaxed);
-    }
-    if (wiring.tick_to_carver.fetch() || painted || edited) {
-      const ServoTick& tick = wiring.tick_to_carver.front();
-      if (is_finite(tick.X_WG.p) && (painted || s.carver.snapshot_due(tick))) {
-        wiring.patch.offer(s.carver, s.carver.snapshot_center(tick));
-        worked = true;
-      }
-    }
-    // What nobody sees waits: the volume knows what changed since it was last meshed.
-    const auto& seen = wiring.tissue_in_sight;
-    const bool in_sight =
-        std::any_of(seen.begin(), seen.end(), [](const auto& eyes) { return eyes.load(std::memory_order_relaxed); });
-    if (s.draw && in_sight && (first || now() - meshed > s.mesh_interval)) {
-      meshed = now();
-      first = false;
-      view.set_tolerance(wiring.tolerance);
-      MeshBatch bricks = view.update(s.carver.volume());
-      s.bricks_meshed += bricks.size();
-      for (const render::MeshUpdate& brick : bricks) s.triangles_made += brick.indices.size() / 3;
-      if (s.watched) to_watch.send(bricks);
-      to_picture.send(std::move(bricks));
-    }
-    if (wiring.copy_wanted.exchange(false)) {
-      auto copy = std::make_unique<haptics::TissueVolume>(s.carver.volume().clone());
-      if (wiring.copies_to_watch.push(copy.get())) (void)copy.release();
-    }
+  }
+  mesh();
+  if (wiring.copy_wanted.exchange(false)) {
+    auto copy = std::make_unique<haptics::TissueVolume>(s.carver.volume().clone());
+    if (wiring.copies_to_watch.push(copy.get())) (void)copy.release();
+  }
+  return done;
+}
+
+/// What nobody sees waits: the volume knows what changed since it was last meshed.
+void CarverTurns::Impl::mesh() {
+  const auto& seen = s.wiring.tissue_in_sight;
+  const bool in_sight =
+      std::any_of(seen.begin(), seen.end(), [](const auto& eyes) { return eyes.load(std::memory_order_relaxed); });
+  if (!s.draw || !in_sight || !(first || now() - meshed > s.mesh_interval)) return;
+  meshed = now();
+  first = false;
+  view.set_tolerance(s.wiring.tolerance);
+  MeshBatch bricks = view.update(s.carver.volume());
+  s.bricks_meshed += bricks.size();
+  for (const render::MeshUpdate& brick : bricks) s.triangles_made += brick.indices.size() / 3;
+  if (s.watched) to_watch.send(bricks);
+  to_picture.send(std::move(bricks));
+}
+
+CarverTurns::CarverTurns(LiveSession& s, std::function<void()> between)
+    : impl_(std::make_unique<Impl>(s, std::move(between))) {}
+CarverTurns::~CarverTurns() = default;
+CarverTurns::Done CarverTurns::turn() {
+  return impl_->turn();
+}
+void CarverTurns::finish() {
+  impl_->repeat_cuts();
+  impl_->hand_over_pieces();
+}
+
+namespace {
+
+void carve(LiveSession& s) {
+  CarverTurns turns(s);
+  int idle = 0;  // turns without work
+  while (!s.wiring.stop.load(std::memory_order_relaxed)) {
+    const CarverTurns::Done done = turns.turn();
     // Where nothing was to do for 30 ms the hand is slow: at 3 cm/s it comes a tenth of a millimetre further until it
     // is looked after again; after a second it rests, and comes half a millimetre far at 10 m/s². Looking more often
     // took three hundredths of a core of an idle session, and four thousandths.
-    idle = worked ? 0 : std::min(idle + 1, 400);
-    if (!worked) std::this_thread::sleep_for(awaited ? 20us : idle < 100 ? 300us : idle < 400 ? 3000us : 10'000us);
+    idle = done.worked ? 0 : std::min(idle + 1, 400);
+    if (!done.worked)
+      std::this_thread::sleep_for(done.awaited ? 20us : idle < 100 ? 300us : idle < 400 ? 3000us : 10'000us);
   }
-  while (wiring.cuts_to_carver.pop(cut)) s.carver.apply(cut);
+  turns.finish();
 }
 
 }  // namespace
 
 void carver_thread(LiveSession& s) {
+  use_ieee_arithmetic();
   try {
     carve(s);
   } catch (const std::exception& e) {

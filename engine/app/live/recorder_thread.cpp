@@ -17,67 +17,68 @@ constexpr auto kTurn = 25ms;  // a twentieth of what may be lost; the ring of ti
 
 }  // namespace
 
-void recorder_thread(LiveSession& s, session::SessionWriter& writer) {
+void RecorderTurns::turn() {
+  LiveSession& s = s_;
   Wiring& wiring = s.wiring;
-  render::View viewed = render::View::kLook;
-  const auto drain = [&] {
-    ServoTick tick;
-    Cut cut;
-    PatchUse use;
-    StrokeEdit edit;
-    // What these ticks name, patches and cuts, came before them; what later ones name may come after it was looked for
-    // here, and a program killed then would leave ticks without it.
-    const std::size_t ticks = wiring.ticks_to_recorder.ready();
-    while (wiring.patches_to_recorder.pop(use)) writer.append({&use, 1});
-    // After the patches: the edit that made one of them due is then there too.
-    while (wiring.edits_to_recorder.pop(edit)) writer.append(event_of(edit));
-    LoosePiece piece;
-    while (wiring.pieces_to_recorder.pop(piece)) writer.append(event_of(piece));
-    while (wiring.cuts_to_recorder.pop(cut)) writer.append({&cut, 1});
-    for (std::size_t i = 0; i < ticks && wiring.ticks_to_recorder.pop(tick); ++i) {
-      writer.append({&tick, 1});
-      s.notes->add(tick, writer, s.sound ? s.sound->latency() : std::nan(""));
-    }
-    SeenFrom seen;
-    while (wiring.seen_to_recorder.pop(seen)) {
-      if (seen.view != viewed) writer.event(seen.t, session::EventKind::kView, view_name(seen.view));
-      viewed = seen.view;
-      const dvec3 &eye = seen.eye_W, &right = seen.right_W;
-      writer.append(
-          *s.head_stream, seen.t,
-          std::array{eye.x, eye.y, eye.z, right.x, right.y, right.z, seen.ipd, static_cast<double>(seen.view)});
-    }
-    haptics::HandSample left;
-    while (wiring.left_to_recorder.pop(left)) {
-      const Pose& X = left.X_WT;
-      writer.append(s.left_stream, left.t, std::array{X.p.x, X.p.y, X.p.z, X.R.w, X.R.x, X.R.y, X.R.z, left.pedal});
-    }
-    if (wiring.loop_to_recorder.fetch()) writer.loop(wiring.loop_to_recorder.front());
-    // Pictures of before the first tick belong to no session.
-    const Nanos zero = wiring.session_zero.load(std::memory_order_relaxed);
-    display::HmdTiming frame;
-    while (wiring.xr_frames_to_recorder.pop(frame))
-      if (zero != 0 && frame.t >= zero) writer.append(s.xr_stream, frame.t - zero, xr_stream_row(frame));
-    PictureTiming picture;
-    while (wiring.pictures_to_recorder.pop(picture))
-      if (zero != 0 && picture.t >= zero)
-        writer.append(s.picture_stream, picture.t - zero, picture_stream_row(picture));
-    const std::uint64_t other = wiring.patches_to_recorder.dropped() + wiring.edits_to_recorder.dropped() +
-                                wiring.pieces_to_recorder.dropped() + wiring.seen_to_recorder.dropped() +
-                                wiring.left_to_recorder.dropped() + wiring.xr_frames_to_recorder.dropped() +
-                                wiring.pictures_to_recorder.dropped();
-    writer.count_ring_losses(wiring.ticks_to_recorder.dropped(), wiring.cuts_to_recorder.dropped(), other);
-    writer.heartbeat();
-    if (s.operated) {
-      const session::WriterStatus& status = writer.status();
-      wiring.record_to_render.publish({status.ticks, status.cuts, !status.lost.any()});
-    }
-  };
-  while (!wiring.nothing_more.load()) {
-    drain();
+  session::SessionWriter& writer = writer_;
+  ServoTick tick;
+  Cut cut;
+  PatchUse use;
+  StrokeEdit edit;
+  // What these ticks name, patches and cuts, came before them; what later ones name may come after it was looked for
+  // here, and a program killed then would leave ticks without it.
+  const std::size_t ticks = wiring.ticks_to_recorder.ready();
+  while (wiring.patches_to_recorder.pop(use)) writer.append({&use, 1});
+  // After the patches: the edit that made one of them due is then there too.
+  while (wiring.edits_to_recorder.pop(edit)) writer.append(event_of(edit));
+  LoosePiece piece;
+  while (wiring.pieces_to_recorder.pop(piece)) writer.append(event_of(piece));
+  while (wiring.cuts_to_recorder.pop(cut)) writer.append({&cut, 1});
+  for (std::size_t i = 0; i < ticks && wiring.ticks_to_recorder.pop(tick); ++i) {
+    writer.append({&tick, 1});
+    s.notes->add(tick, writer, s.sound ? s.sound->latency() : std::nan(""));
+  }
+  SeenFrom seen;
+  while (wiring.seen_to_recorder.pop(seen)) {
+    if (seen.view != viewed_) writer.event(seen.t, session::EventKind::kView, view_name(seen.view));
+    viewed_ = seen.view;
+    const dvec3 &eye = seen.eye_W, &right = seen.right_W;
+    writer.append(*s.head_stream, seen.t,
+                  std::array{eye.x, eye.y, eye.z, right.x, right.y, right.z, seen.ipd, static_cast<double>(seen.view)});
+  }
+  haptics::HandSample left;
+  while (wiring.left_to_recorder.pop(left)) {
+    const Pose& X = left.X_WT;
+    writer.append(s.left_stream, left.t, std::array{X.p.x, X.p.y, X.p.z, X.R.w, X.R.x, X.R.y, X.R.z, left.pedal});
+  }
+  if (wiring.loop_to_recorder.fetch()) writer.loop(wiring.loop_to_recorder.front());
+  // Pictures of before the first tick belong to no session.
+  const Nanos zero = wiring.session_zero.load(std::memory_order_relaxed);
+  display::HmdTiming frame;
+  while (wiring.xr_frames_to_recorder.pop(frame))
+    if (zero != 0 && frame.t >= zero) writer.append(s.xr_stream, frame.t - zero, xr_stream_row(frame));
+  PictureTiming picture;
+  while (wiring.pictures_to_recorder.pop(picture))
+    if (zero != 0 && picture.t >= zero) writer.append(s.picture_stream, picture.t - zero, picture_stream_row(picture));
+  const std::uint64_t other = wiring.patches_to_recorder.dropped() + wiring.edits_to_recorder.dropped() +
+                              wiring.pieces_to_recorder.dropped() + wiring.seen_to_recorder.dropped() +
+                              wiring.left_to_recorder.dropped() + wiring.xr_frames_to_recorder.dropped() +
+                              wiring.pictures_to_recorder.dropped();
+  writer.count_ring_losses(wiring.ticks_to_recorder.dropped(), wiring.cuts_to_recorder.dropped(), other);
+  writer.heartbeat();
+  if (s.operated) {
+    const session::WriterStatus& status = writer.status();
+    wiring.record_to_render.publish({status.ticks, status.cuts, !status.lost.any()});
+  }
+}
+
+void recorder_thread(LiveSession& s, session::SessionWriter& writer) {
+  RecorderTurns turns(s, writer);
+  while (!s.wiring.nothing_more.load()) {
+    turns.turn();
     std::this_thread::sleep_for(kTurn);
   }
-  drain();
+  turns.turn();
 }
 
 }  // namespace typodont

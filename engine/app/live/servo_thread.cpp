@@ -12,6 +12,8 @@ namespace typodont {
 namespace {
 
 constexpr double kRampOut = 0.02;  // s at the end of a session
+// Faults that Servo::tick goes by.
+constexpr std::uint32_t kTold = haptics::kNoPose | bits(Fault::kLetGo) | bits(Fault::kHeld);
 
 /// N/m
 PerTissue scaled(const MaterialTable& materials, const PerTissue& share) {
@@ -28,76 +30,89 @@ bool in_contact(const ServoTick& tick) {
 
 }  // namespace
 
+ServoTurns::ServoTurns(LiveSession& s, haptics::HapticDevice& hand, Nanos (*clock)() noexcept)
+    : s_(s), hand_(hand), clock_(clock), period_(from_seconds(1 / hand.info().rate)) {}
+
+bool ServoTurns::turn() noexcept {
+  LiveSession& s = s_;
+  Wiring& wiring = s.wiring;
+  haptics::HapticDevice& hand = hand_;
+  if (wiring.stop.load(std::memory_order_relaxed) || !hand.read(sample_)) return false;
+  const Nanos woke = clock_(), cpu = thread_cpu_time();
+  const std::int32_t chosen = wiring.chosen_tool.load(std::memory_order_relaxed);
+  if (chosen >= 0) sample_.tool = static_cast<std::uint32_t>(chosen);
+  if (haptics::Snapshot* const fresh = wiring.patch.take(s.servo->snapshot(), tick_.cuts, woke)) {
+    const PatchUse use{fresh->number, ticks_, fresh->cuts, fresh->center_W};
+    s.servo->adopt(*fresh);
+    if (s.record) wiring.patches_to_recorder.push(use);
+  }
+  if (ticks_ == 0) wiring.session_zero = woke - sample_.t;
+  const bool held = wiring.held.load(std::memory_order_relaxed);
+  sample_.pedal = pedal_.pass(sample_.pedal, held);
+  if (wiring.settings.fetch()) {
+    settings_ = wiring.settings.front();
+    if (!s.record) s.servo->set_stiffness(scaled(s.scene.servo.materials, settings_.stiffness));
+  }
+  sample_.pedal *= settings_.speed_share;
+  sample_.faults = hand.faults() | (held ? bits(Fault::kHeld) : 0);
+  const bool did_cut = s.servo->tick(sample_, tick_, cut_);
+  if (wiring.emergency.load(std::memory_order_relaxed)) return false;
+  hand.contact(in_contact(tick_));
+  hand.write(settings_.force_share * tick_.f_T_W, settings_.force_share * tick_.tau_T_W);
+  const Nanos wrote = clock_();
+  // What the servo was told is in the tick, and nothing that it was not told: a replay tells it the same.
+  tick_.faults |= (sample_.faults & kTold) | (hand.faults() & ~kTold);
+  if (wrote - woke > period_) tick_.faults |= bits(Fault::kOverrun);
+  tick_.cpu_time = thread_cpu_time() - cpu;
+  if (++ticks_ == 1) s.first_tick = wrote;
+  if (did_cut) {
+    if (!wiring.cuts_to_carver.push(cut_)) tick_.faults |= bits(Fault::kRingFull);
+    if (s.record) wiring.cuts_to_recorder.push(cut_);
+    if (s.debris) wiring.cuts_to_debris.push(cut_);
+  }
+  wiring.tick_to_carver.publish(tick_);
+  if (s.sound) s.sound->push(tick_);  // before it is published: a file is made up to the newest that is
+  if (s.draw || s.operated || s.sound) wiring.tick_to_render.publish(tick_);
+  if (s.record) wiring.ticks_to_recorder.push(tick_);
+  s.faults |= tick_.faults;
+  wiring.newest_faults.store(tick_.faults, std::memory_order_relaxed);
+  s.last = tick_;
+  s.loop->tick(woke, wrote, hand.safety());
+  if (s.operated) wiring.ticks_to_score.push(tick_);
+  return true;
+}
+
+void ServoTurns::end() noexcept {
+  LiveSession& s = s_;
+  Wiring& wiring = s.wiring;
+  s.loop->publish();
+  // The end: the force fades within its ramp, the drill at rest. These ticks belong to no session and are not recorded.
+  s.servo->ramp_out();
+  const Nanos faded = clock_() + from_seconds(kRampOut);
+  while (!wiring.emergency && clock_() < faded && hand_.read(sample_)) {
+    sample_.pedal = 0;
+    sample_.tool = s.last.tool;
+    sample_.faults = hand_.faults();
+    s.servo->tick(sample_, tick_, cut_);
+    hand_.contact(in_contact(tick_));
+    hand_.write(settings_.force_share * tick_.f_T_W, settings_.force_share * tick_.tau_T_W);
+  }
+  hand_.write(dvec3(0), dvec3(0));
+  hand_.release();  // nor does an arm go on holding up its own weight
+}
+
 void servo_thread(LiveSession& s, haptics::HapticDevice& hand) {
   const RealtimeGranted granted = enter_realtime({.priority = 80, .core = RealtimeRequest::kOwnCore});
   s.loop->granted(granted.fifo, granted.pinned, granted.memory_locked, granted.note);
   ::pthread_setname_np(::pthread_self(), "typodont-servo");
-  Wiring& wiring = s.wiring;
-  const Nanos period = from_seconds(1 / hand.info().rate);
-  haptics::HandSample sample;
-  SessionSettings settings;
-  PedalLock pedal;
-  ServoTick tick;
-  Cut cut;
-  std::uint64_t ticks = 0;
-  while (!wiring.stop.load(std::memory_order_relaxed) && hand.read(sample)) {
-    const Nanos woke = now(), cpu = thread_cpu_time();
-    const std::int32_t chosen = wiring.chosen_tool.load(std::memory_order_relaxed);
-    if (chosen >= 0) sample.tool = static_cast<std::uint32_t>(chosen);
-    if (haptics::Snapshot* const fresh = wiring.patch.take(s.servo->snapshot(), tick.cuts, woke)) {
-      const PatchUse use{fresh->number, ticks, fresh->cuts, fresh->center_W};
-      s.servo->adopt(*fresh);
-      if (s.record) wiring.patches_to_recorder.push(use);
-    }
-    if (ticks == 0) wiring.session_zero = woke - sample.t;
-    sample.pedal = pedal.pass(sample.pedal, wiring.held.load(std::memory_order_relaxed));
-    if (wiring.settings.fetch()) {
-      settings = wiring.settings.front();
-      if (!s.record) s.servo->set_stiffness(scaled(s.scene.servo.materials, settings.stiffness));
-    }
-    sample.pedal *= settings.speed_share;
-    sample.faults = hand.faults();
-    const bool did_cut = s.servo->tick(sample, tick, cut);
-    if (wiring.emergency.load(std::memory_order_relaxed)) break;
-    hand.contact(in_contact(tick));
-    hand.write(settings.force_share * tick.f_T_W, settings.force_share * tick.tau_T_W);
-    const Nanos wrote = now();
-    // What the servo was told is in the tick; a replay tells it the same.
-    tick.faults |= (hand.faults() & ~haptics::kNoPose) | (wrote - woke > period ? bits(Fault::kOverrun) : 0);
-    tick.cpu_time = thread_cpu_time() - cpu;
-    if (++ticks == 1) s.first_tick = wrote;
-    if (did_cut) {
-      if (!wiring.cuts_to_carver.push(cut)) tick.faults |= bits(Fault::kRingFull);
-      if (s.record) wiring.cuts_to_recorder.push(cut);
-      if (s.debris) wiring.cuts_to_debris.push(cut);
-    }
-    wiring.tick_to_carver.publish(tick);
-    if (s.sound) s.sound->push(tick);  // before it is published: a file is made up to the newest that is
-    if (s.draw || s.operated || s.sound) wiring.tick_to_render.publish(tick);
-    if (s.record) wiring.ticks_to_recorder.push(tick);
-    s.faults |= tick.faults;
-    wiring.newest_faults.store(tick.faults, std::memory_order_relaxed);
-    s.last = tick;
-    s.loop->tick(woke, wrote, hand.safety());
-    if (s.operated) wiring.ticks_to_score.push(tick);
+  use_ieee_arithmetic();
+  ServoTurns turns(s, hand);
+  while (turns.turn()) {
   }
-  s.loop->publish();
-  // The end: the force fades within its ramp, the drill at rest. These ticks belong to no session and are not recorded.
-  s.servo->ramp_out();
-  const Nanos faded = now() + from_seconds(kRampOut);
-  while (!wiring.emergency && now() < faded && hand.read(sample)) {
-    sample.pedal = 0;
-    sample.tool = s.last.tool;
-    sample.faults = hand.faults();
-    s.servo->tick(sample, tick, cut);
-    hand.contact(in_contact(tick));
-    hand.write(settings.force_share * tick.f_T_W, settings.force_share * tick.tau_T_W);
-  }
-  hand.write(dvec3(0), dvec3(0));
-  hand.release();  // nor does an arm go on holding up its own weight
+  turns.end();
   s.servo_cpu = to_seconds(thread_cpu_time());
   s.queries = haptics::queries_of_this_thread();
-  wiring.servo_ended = true;
+  s.wiring.servo_ended = true;
 }
 
 }  // namespace typodont

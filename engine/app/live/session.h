@@ -4,6 +4,8 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 
@@ -53,6 +55,63 @@ struct LiveSession {
                                  hand.torque_limit > 0));
     loop.emplace(wiring, hand.rate);
   }
+};
+
+/// The servo's loop, turn by turn. Its thread calls turn() until that is false, then end(); a test calls them between
+/// the turns of the others, in any order.
+class ServoTurns {
+ public:
+  /// `clock`: ns, any steady clock.
+  ServoTurns(LiveSession& s, haptics::HapticDevice& hand, Nanos (*clock)() noexcept = now);
+  /// One tick: reads the hand, feels, cuts, writes the force, tells everyone. False when the session is over.
+  bool turn() noexcept;
+  /// Fades the force and lets the hand go.
+  void end() noexcept;
+
+ private:
+  LiveSession& s_;
+  haptics::HapticDevice& hand_;
+  Nanos (*clock_)() noexcept;
+  const Nanos period_;
+  haptics::HandSample sample_;
+  SessionSettings settings_;
+  PedalLock pedal_;
+  ServoTick tick_;
+  Cut cut_;
+  std::uint64_t ticks_ = 0;
+};
+
+/// The carver's loop, turn by turn.
+class CarverTurns {
+ public:
+  /// `between`: called between the steps of a turn; a test lets the servo go on there. Empty in a live session.
+  explicit CarverTurns(LiveSession& s, std::function<void()> between = {});
+  ~CarverTurns();
+  struct Done {
+    bool worked = false;   // there was something to do
+    bool awaited = false;  // a patch is offered, and the servo has not taken it yet
+  };
+  /// Repeats the servo's cuts, obeys the user, offers a patch where one is due, meshes. Throws what OpenVDB throws.
+  Done turn();
+  /// Repeats the cuts that are left.
+  void finish();
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+/// The recorder's loop, turn by turn.
+class RecorderTurns {
+ public:
+  RecorderTurns(LiveSession& s, session::SessionWriter& writer) : s_(s), writer_(writer) {}
+  /// Empties the rings into the file.
+  void turn();
+
+ private:
+  LiveSession& s_;
+  session::SessionWriter& writer_;
+  render::View viewed_ = render::View::kLook;
 };
 
 /// Reads the hand, whose pace is the clock; feels, cuts, writes the force. Zero force when it returns.

@@ -49,7 +49,7 @@ class InterfaceWindow {
   bool poll(double most_seconds);
   const display::UserInput& input() const { return input_; }
 
-  /// Between these two, ImGui's calls. end() shows it. `emergency_stop`: that is what Esc is now.
+  /// Between these two, ImGui's calls. end() shows it. `emergency_stop`: that is what Esc and Space are now.
   void begin(bool emergency_stop);
   void end();
 

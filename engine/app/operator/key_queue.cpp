@@ -27,8 +27,8 @@ std::vector<KeyQueue::Key> KeyQueue::next(bool emergency_stop) {
   bool pressed = false;
   if (frames_until_there_ > 0) --frames_until_there_;
   if (emergency_stop) {
-    const auto stop =
-        std::find_if(waiting_.begin(), waiting_.end(), [](const Key& k) { return k.code == keys::kEscape && k.down; });
+    const auto stop = std::find_if(waiting_.begin(), waiting_.end(),
+                                   [](const Key& k) { return (k.code == keys::kEscape || k.code == ' ') && k.down; });
     if (stop != waiting_.end()) {
       std::rotate(waiting_.begin(), stop, stop + 1);
       frames_until_there_ = 0;

@@ -18,8 +18,8 @@ class KeyQueue {
 
   void add(std::span<const Key> done);
   /// For one frame: no key more than once, a pressed key with the Ctrl or Shift it was pressed with, and no text and no
-  /// arrow, Enter or Esc after a key that may lead elsewhere, until it has. Where Esc is the emergency stop, it
-  /// overtakes everything.
+  /// arrow, Enter or Esc after a key that may lead elsewhere, until it has. Where Esc and Space are the emergency
+  /// stop, they overtake everything.
   std::vector<Key> next(bool emergency_stop = false);
   bool empty() const { return waiting_.empty(); }
 

@@ -62,7 +62,7 @@ class Operator {
   void leave() noexcept {
     try {
       work_.drop();
-      if (desk_.running()) desk_.end("");
+      if (desk_.running()) (void)desk_.end("");
       if (const Authored* made = desk_.authored(); made && made->unsaved)
         log::warn("not yet saved, kept as an exercise: {}", keep_exercise(s_, *made).string());
     } catch (const std::exception& e) {
@@ -290,8 +290,11 @@ class Operator {
   }
 
   void end_session(const std::string& why) {
-    desk_.end(why);
-    if (!s_.outcome.recording.empty()) make_report(s_, work_, s_.outcome.recording);
+    const auto unscored = desk_.end(why);
+    if (!s_.outcome.recording.empty())
+      make_report(s_, work_, s_.outcome.recording);
+    else if (unscored)
+      make_score(s_, work_, unscored);
   }
 
   void open_archive() {

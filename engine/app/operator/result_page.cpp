@@ -19,13 +19,16 @@ std::string target_text(const OperatorState& s, const session::ScoreItem& item) 
   const char* side = item.best == session::Best::kAtMost    ? "at_most"
                      : item.best == session::Best::kAtLeast ? "at_least"
                                                             : "near";
-  return fmt::format(fmt::runtime(s.text(side)), fmt::format("{:.4g}", item.target));
+  return fmt::format(fmt::runtime(s.text(side)), session::quantity_text(item.target, item.unit, s.language));
 }
 
 void draw_items(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   begin_panel("items", s.text("items"), size, w);
-  if (s.outcome.score.items.empty()) dim_wrapped(s.text("op.no_score"));
-  if (!s.outcome.score.items.empty() &&
+  if (!s.outcome.scored)
+    dim_wrapped(s.busy ? "…" : s.text("op.no_score"));
+  else if (s.outcome.score.items.empty())
+    dim_wrapped(s.text("op.no_score"));
+  if (s.outcome.scored && !s.outcome.score.items.empty() &&
       ImGui::BeginTable("items", 4,
                         ImGuiTableFlags_RowBg | ImGuiTableFlags_BordersInnerH | ImGuiTableFlags_SizingStretchProp)) {
     ImGui::TableSetupColumn(s.text("item"), 0, 3);
@@ -39,7 +42,7 @@ void draw_items(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
       ImGui::TextUnformatted(s.text(fmt::format("score.{}", item.name)));
       if (ImGui::IsItemHovered() && !item.source.empty()) ImGui::SetTooltip("%s", s.text(item.source));
       ImGui::TableNextColumn();
-      ImGui::TextUnformatted(fmt::format("{:.4g} {}", item.value, item.unit).c_str());
+      ImGui::TextUnformatted(session::quantity_text(item.value, item.unit, s.language).c_str());
       ImGui::TableNextColumn();
       dim(item.weight > 0 ? target_text(s, item) : s.text("not_counted"));
       ImGui::TableNextColumn();
@@ -146,12 +149,14 @@ void draw_summary(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   const WorkbenchSummary& r = s.outcome.summary;
   begin_panel("summary", s.text("result"), size, w);
   ImGui::PushFont(w.style().large);
-  if (s.outcome.score.full > 0)
+  const bool scored = s.outcome.scored && s.outcome.score.full > 0;
+  if (!s.outcome.scored && s.busy && !s.author) ImGui::TextUnformatted("…");
+  if (scored)
     ImGui::TextUnformatted(fmt::format(fmt::runtime(s.text("points_of")), fmt::format("{:.1f}", s.outcome.score.points),
                                        fmt::format("{:.0f}", s.outcome.score.full))
                                .c_str());
   ImGui::PopFont();
-  if (s.outcome.score.full > 0) row(s.text("completion"), fmt::format("{:.0f} %", 100 * s.outcome.score.completion));
+  if (scored) row(s.text("completion"), fmt::format("{:.0f} %", 100 * s.outcome.score.completion));
   ImGui::Separator();
   row(s.text("duration"), fmt::format("{:.1f} s", r.seconds));
   double removed = 0;
@@ -281,13 +286,13 @@ void draw_help(OperatorState& s, InterfaceWindow& w) {
         std::pair{"F2", "op.key_report"},         std::pair{"F6", "op.key_go_on"},
         std::pair{"Tab  ← → ↑ ↓", "op.key_move"}, std::pair{"F1", "op.key_help"},
         std::pair{"Ctrl Q", "op.key_quit"}};
-    constexpr std::array kWorking = {std::pair{"Esc", "op.key_stop"},       std::pair{"F10", "op.key_end"},
-                                     std::pair{"H  R", "op.key_hold"},      std::pair{"1 … 9", "op.key_tools"},
-                                     std::pair{"+  −", "op.key_speed"},     std::pair{"[  ]", "op.key_force"},
-                                     std::pair{"Ctrl Z  Y", "op.key_undo"}, std::pair{"Ctrl R  S", "op.key_keep"},
-                                     std::pair{"N  B", "op.key_steps"},     std::pair{"F C X D", "op.key_views"},
-                                     std::pair{",  .", "op.key_plane"},     std::pair{"Ctrl 1 … 9", "op.key_shown"},
-                                     std::pair{"V", "op.key_own_view"},     std::pair{"I J K L  U O", "op.key_turn"},
+    constexpr std::array kWorking = {std::pair{"Space  Esc", "op.key_stop"}, std::pair{"F10", "op.key_end"},
+                                     std::pair{"H  R", "op.key_hold"},       std::pair{"1 … 9", "op.key_tools"},
+                                     std::pair{"+  −", "op.key_speed"},      std::pair{"[  ]", "op.key_force"},
+                                     std::pair{"Ctrl Z  Y", "op.key_undo"},  std::pair{"Ctrl R  S", "op.key_keep"},
+                                     std::pair{"N  B", "op.key_steps"},      std::pair{"F C X D", "op.key_views"},
+                                     std::pair{",  .", "op.key_plane"},      std::pair{"Ctrl 1 … 9", "op.key_shown"},
+                                     std::pair{"V", "op.key_own_view"},      std::pair{"I J K L  U O", "op.key_turn"},
                                      std::pair{"P", "op.key_paint"}};
     for (std::size_t i = 0; i < kChoosing.size(); ++i) {
       const auto put = [&](const std::pair<const char*, const char*>& one, float at) {

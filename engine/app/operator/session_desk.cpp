@@ -69,7 +69,7 @@ void SessionDesk::start(const Scene& scene, const RigChoice& rig, const std::str
     s_.device = bench_->hand();
     s_.recording = bench_->recording();
     s_.score = {};
-    s_.score_known = false;
+    s_.score_known = s_.score_current = false;
     s_.forces.fill(0);
     s_.curve_at = 0;
     score_time_ = 0;
@@ -121,6 +121,7 @@ SessionDesk::Turn SessionDesk::step() {
     score_time_ = t;
     s_.score = bench_->score_so_far();
     s_.score_known = bench_->views()->score_known();
+    s_.score_current = bench_->views()->score_current();
   }
   if (t - curve_time_ > kCurveInterval) {
     curve_time_ = t;
@@ -247,7 +248,7 @@ void SessionDesk::paint() {
   brush_down_ = true;
 }
 
-void SessionDesk::end(const std::string& why) {
+std::shared_ptr<const Unscored> SessionDesk::end(const std::string& why) {
   s_.live = nullptr;
   s_.page = Page::kResult;
   if (why.empty())
@@ -261,7 +262,6 @@ void SessionDesk::end(const std::string& why) {
       s_.outcome.failure = e.what();
     }
   };
-  try_to([&] { s_.outcome.score = s_.score = bench_->score_so_far(); });
   try_to([&] { s_.outcome.summary = bench_->stop(); });
   window_.wait_idle();  // it may still be showing the picture
   if (s_.author) {      // however it ended: the tissue is whole
@@ -272,9 +272,18 @@ void SessionDesk::end(const std::string& why) {
     std::vector<PaintStroke> strokes = bench_->painted();
     authored_.reset(new Authored{*scene_, bench_->take_tissue(), std::move(strokes), unsaved});
   }
+  std::optional<FinishedHand> hand;
+  std::optional<haptics::TissueVolume> tissue;
+  if (!s_.author && s_.outcome.failure.empty()) {
+    hand = bench_->take_hand();
+    tissue = bench_->take_tissue();
+  }
   bench_.reset();
   log::info("session ended: {:.1f} s", s_.outcome.summary.seconds);
   keep_recording();
+  s_.outcome.scored = false;
+  if (!hand || !s_.outcome.recording.empty()) return nullptr;
+  return std::make_shared<const Unscored>(*scene_, std::move(*tissue), std::move(*hand));
 }
 
 /// In the trainee's folder, or nowhere.

@@ -24,6 +24,13 @@ struct Authored {
   bool unsaved = false;  // painted or drilled, and no exercise yet
 };
 
+/// What a session left that is scored without a recording.
+struct Unscored {
+  Scene scene;
+  haptics::TissueVolume tissue;
+  FinishedHand hand;
+};
+
 class SessionDesk {
  public:
   SessionDesk(OperatorState& s, InterfaceWindow& w) : s_(s), window_(w) {}
@@ -36,8 +43,9 @@ class SessionDesk {
   Turn step();
   /// After a turn: nothing that the session's page shows has changed but the clock, nor will, of itself.
   bool at_rest() const { return at_rest_; }
-  /// `why`: where that was no ordinary end. The recording is where it should be afterwards.
-  void end(const std::string& why);
+  /// `why`: where that was no ordinary end. The recording is where it should be afterwards. Null where there is a
+  /// recording to score, or nothing: an author's session, one that failed.
+  std::shared_ptr<const Unscored> end(const std::string& why);
 
   /// What is asked of a running session; false where the request is about something else.
   bool carry_out(const Request& r);
@@ -63,7 +71,7 @@ class SessionDesk {
   OperatorState& s_;
   InterfaceWindow& window_;
   std::optional<Workbench> bench_;
-  std::optional<Scene> scene_;  // of an author's session
+  std::optional<Scene> scene_;  // of the session
   std::unique_ptr<Authored> authored_;
   bool brush_down_ = false;
   dvec3 brush_at_{0};

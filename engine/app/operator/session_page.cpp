@@ -18,7 +18,6 @@ using namespace widgets;
 namespace keys = display::keys;
 
 constexpr double kSpeedStep = 0.05;
-constexpr double kNothing = 5e-4;  // of a score item, in its unit: what a field's rounding leaves
 
 void draw_exercise(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   begin_panel("exercise", s.text("op.exercise"), size, w);
@@ -69,7 +68,8 @@ void draw_score(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
     ImGui::PopFont();
     ImGui::SameLine();
     ImGui::AlignTextToFramePadding();
-    dim(fmt::format("/ {:.0f}", s.score.full));
+    // What was cut since it was last looked at is not in it yet.
+    dim(fmt::format("/ {:.0f}{}", s.score.full, s.score_current ? "" : "  …"));
   }
   for (const session::ScoreItem& item : s.score.items) {
     // What was earned of what this share of the task could earn.
@@ -80,8 +80,7 @@ void draw_score(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
                          : share > 0.8f  ? kGood
                          : share > 0.45f ? kWarn
                                          : kBad;
-    row(s.text(fmt::format("score.{}", item.name)),
-        fmt::format("{:.3g} {}", std::abs(item.value) < kNothing ? 0.0 : item.value, item.unit), &color);
+    row(s.text(fmt::format("score.{}", item.name)), session::quantity_text(item.value, item.unit, s.language), &color);
     ImGui::PopFont();
     if (share < 0) continue;
     const ImVec2 at = ImGui::GetCursorScreenPos();
@@ -299,9 +298,11 @@ void draw_device(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
     ImGui::PopStyleColor();
   };
   if (s.held) say(s.text("op.is_held"));
+  if (s.status.caught > 0)
+    say(fmt::format(fmt::runtime(s.text("op.caught")), fmt::format("{:.0f}", 1e3 * s.status.caught)).c_str());
   if (s.status.bearable_force > 0 && !s.status.armed) say(s.text("op.not_armed"));
   for (const auto& [fault, name] : session::fault_names()) {
-    if (s.status.faults & bits(fault)) say(s.text(fmt::format("fault.{}", name)));
+    if (fault != Fault::kHeld && (s.status.faults & bits(fault))) say(s.text(fmt::format("fault.{}", name)));
   }
   if (!any) {
     ImGui::PushStyleColor(ImGuiCol_Text, kGood);
@@ -359,7 +360,9 @@ void draw_session_page(OperatorState& s, InterfaceWindow& w) {
   ImGui::SameLine();
   begin_column("right", {side, room.y});
   const float stop = 4 * u, timing = 13.5f * u, device = (s.author ? 15.5f : 13.5f) * u;
-  if (stop_button(fmt::format("{}   Esc", s.text("op.emergency_stop")).c_str(), {-1, stop})) s.ask(Ask::kEmergencyStop);
+  if (stop_button(fmt::format("{}   Space  Esc", s.text("op.emergency_stop")).c_str(), {-1, stop})) {
+    s.ask(Ask::kEmergencyStop);
+  }
   const float tool = room.y - stop - timing - device - 3 * gap.y;
   draw_tool(s, w, {0, tool});
   if (s.author)
@@ -369,7 +372,7 @@ void draw_session_page(OperatorState& s, InterfaceWindow& w) {
   draw_timing(s, w, {0, timing});
   ImGui::EndChild();
 
-  if (ImGui::IsKeyPressed(keys::kEscape, false)) s.ask(Ask::kEmergencyStop);
+  if (ImGui::IsKeyPressed(keys::kEscape, false) || ImGui::IsKeyPressed(' ', false)) s.ask(Ask::kEmergencyStop);
   if (key(keys::kF1 + 11, true) && std::getenv("TYPODONT_TEST")) s.ask(Ask::kLoseDevice);
   if (key(keys::kF1)) s.help = true;
   for (std::size_t i = 0; i < std::min<std::size_t>(s.tools.size(), 9); ++i)

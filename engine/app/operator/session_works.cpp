@@ -49,9 +49,25 @@ void make_report(OperatorState& s, LongWork& work, const fs::path& recording, st
       [&s, report, score, then = std::move(then)] {
         s.outcome.report = report;
         s.outcome.score = *score;
+        s.outcome.scored = true;
         s.say(s.text("op.report_ready"));
         log::info("report written: {}", report.string());
         if (then) then();
+      });
+}
+
+void make_score(OperatorState& s, LongWork& work, std::shared_ptr<const Unscored> of) {
+  const auto score = std::make_shared<session::Score>();
+  work.begin(
+      [of = std::move(of), score](Progress& progress) {
+        progress.stage("op.scoring", 0, 1);
+        *score = final_score(of->scene, of->tissue, of->hand);
+        progress.at(1);
+      },
+      [&s, score] {
+        s.outcome.score = *score;
+        s.outcome.scored = true;
+        log::info("scored: {:.1f} of {:.0f}", score->points, score->full);
       });
 }
 

@@ -3,8 +3,10 @@
 
 #include <filesystem>
 #include <functional>
+#include <memory>
 
 #include "engine/app/operator/long_work.h"
+#include "engine/app/operator/session_desk.h"
 #include "engine/app/operator/state.h"
 
 namespace typodont {
@@ -12,6 +14,8 @@ namespace typodont {
 /// Of a recording that ended just now, or was found; written beside it, into the state's outcome. `then`: afterwards.
 void make_report(OperatorState& s, LongWork& work, const std::filesystem::path& recording,
                  std::function<void()> then = {});
+/// The score of a session without a recording, into the state's outcome.
+void make_score(OperatorState& s, LongWork& work, std::shared_ptr<const Unscored> of);
 /// In the browser; made where there is none.
 void show_report(OperatorState& s, LongWork& work, const SessionEntry& of);
 /// Of all sessions beside this one.

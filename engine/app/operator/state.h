@@ -125,6 +125,7 @@ struct Outcome {
   WorkbenchSummary summary;
   std::filesystem::path recording, report;  // empty: there is none
   session::Score score;
+  bool scored = false;  // the score is final; until then none is shown
   std::string failure;
 };
 
@@ -154,7 +155,8 @@ struct OperatorState {
   // Session.
   WorkbenchStatus status;
   session::Score score;
-  bool score_known = false;  // the result has been looked at once
+  bool score_known = false;    // the result has been looked at once …
+  bool score_current = false;  // … and nothing was cut since
   haptics::DeviceInfo device;
   std::string scene_title, scene_goal;
   std::vector<std::string> tools;  // of the tray

@@ -181,7 +181,10 @@ bool LiveViews::advance() {
     const std::lock_guard lock(mutex_);
     made.swap(made_);
     if (gave_up_) judging_ = false;
-    if (fresh_judged_) judged_ = std::exchange(fresh_judged_, std::nullopt);
+    if (fresh_judged_) {
+      judged_ = std::exchange(fresh_judged_, std::nullopt);
+      judged_version_ = fresh_version_;
+    }
     if (fresh_explore_) explore_ = std::exchange(fresh_explore_, std::nullopt);
     if (fresh_ideal_) ideal_ = std::move(fresh_ideal_);
   }
@@ -217,6 +220,10 @@ void LiveViews::explore(const ServoTick& tick) {
   if (!unexplored_.empty()) explore_->add(std::exchange(unexplored_, {}));
   explore_->add({&tick, 1});
   if (judged_) judged_->explore = explore_->result();
+}
+
+std::pair<std::optional<session::ExploreMeter>, std::vector<ServoTick>> LiveViews::take_explored() {
+  return {std::exchange(explore_, std::nullopt), std::exchange(unexplored_, {})};
 }
 
 /// As it is now; null when the session ends first.
@@ -329,9 +336,10 @@ void LiveViews::run() {
       continue;
     }
     judged_version = version;
-    judge_due = now() + std::max(kJudgeInterval, 2 * (now() - began));
+    judge_due = now() + std::max(kJudgeInterval, now() - began);
     const std::lock_guard lock(mutex_);
     fresh_judged_ = std::move(input);
+    fresh_version_ = version;
   }
 }
 

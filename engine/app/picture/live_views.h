@@ -11,6 +11,7 @@
 #include <optional>
 #include <thread>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 #include "engine/app/field/tooth_field.h"
@@ -61,8 +62,12 @@ class LiveViews {
   const std::optional<session::ScoreInput>& judged() const { return judged_; }
   /// False until then, unless it cannot be looked at.
   bool score_known() const { return judged_ || !judging_; }
+  /// Of the tissue as it is now, not as it was before the last cuts.
+  bool score_current() const { return !judging_ || (judged_ && judged_version_ == wiring_.tissue_version); }
   /// Of a task that is to explore: feeds the ticks.
   void explore(const ServoTick& tick);
+  /// What was explored, once the session is over; the ticks that no meter has seen.
+  std::pair<std::optional<session::ExploreMeter>, std::vector<ServoTick>> take_explored();
 
  private:
   struct Wish {
@@ -112,6 +117,7 @@ class LiveViews {
   std::unordered_map<std::uint64_t, render::MeshUpdate> bricks_;
   std::array<Picture, 2> pictures_;
   std::optional<session::ScoreInput> judged_;
+  std::uint64_t judged_version_ = 0;  // of the tissue that it is of
   bool judging_;
   std::shared_ptr<const ToothField> ideal_;
   std::optional<session::ExploreMeter> explore_;
@@ -124,6 +130,7 @@ class LiveViews {
   std::array<Wish, 2> wishes_;
   std::vector<Made> made_;
   std::optional<session::ScoreInput> fresh_judged_;
+  std::uint64_t fresh_version_ = 0;
   std::shared_ptr<const ToothField> fresh_ideal_;
   std::optional<session::ExploreMeter> fresh_explore_;
   bool gave_up_ = false;

@@ -16,6 +16,7 @@
 #include "engine/app/recording/session_record.h"
 #include "engine/app/scene.h"
 #include "engine/base/error.h"
+#include "engine/base/realtime.h"
 #include "engine/session/hash.h"
 #include "engine/session/recorder.h"
 #include "engine/session/session_file.h"
@@ -94,6 +95,7 @@ ServoTick tick_at(const session::SessionReader& session, Nanos t) {
 }
 
 ReplayResult replay_session(const std::filesystem::path& session_file, const std::function<void(double)>& progress) {
+  use_ieee_arithmetic();
   const session::SessionReader session(session_file);
   const session::SessionHeader& header = session.header();
   const Scene scene = scene_of(session);

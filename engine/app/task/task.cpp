@@ -299,7 +299,26 @@ std::optional<PerTissue> removed_hardness(const haptics::TissueVolume& start, co
   return mean;
 }
 
+session::Score score_of(const Scene& scene, const session::ScoreInput& input) {
+  return session::score(input, session::rules_of_scene(Json::parse(scene.text, scene.file.string()), input));
+}
+
 }  // namespace
+
+session::Score final_score(const Scene& scene, const haptics::TissueVolume& after, FinishedHand hand) {
+  const haptics::TissueVolume start = load_untouched(scene);
+  const TaskJudge judge(scene, start);
+  session::ScoreInput& input = hand.input;
+  input.before = start.volumes();
+  input.after = after.volumes();
+  (void)judge.judge(after, input);
+  if (!hand.explore) hand.explore = judge.explore_meter();
+  if (hand.explore) {
+    hand.explore->add(hand.unexplored);
+    input.explore = hand.explore->result();
+  }
+  return score_of(scene, input);
+}
 
 JudgedSession judge_session(const session::SessionReader& session) {
   Scene scene = scene_of(session);
@@ -322,8 +341,7 @@ JudgedSession judge_session(const session::SessionReader& session) {
       meter->add(session.ticks(first, kPieceTicks));
     input.damage = meter->result();
   }
-  const Json json = Json::parse(scene.text, session.file().string() + ": scene");
-  session::Score score = session::score(input, session::rules_of_scene(json, input));
+  session::Score score = score_of(scene, input);
   std::optional<haptics::TissueVolume> ideal;
   if (judge.ideal()) ideal = copy_of(*judge.ideal());
   return {std::move(scene),       std::move(start), std::move(after), std::move(ideal),

@@ -43,6 +43,16 @@ class TaskJudge {
   std::vector<std::unique_ptr<haptics::Solid>> protect_, region_;
 };
 
+/// What is known of the hand once a session is over, recorded or not: all that a score needs beside the tissue.
+struct FinishedHand {
+  session::ScoreInput input;  // hand, damage
+  std::optional<session::ExploreMeter> explore;
+  std::vector<ServoTick> unexplored;  // ticks that came before there was a meter
+};
+/// How a finished session is scored, without what the report shows beside it: the same as judge_session() of its
+/// recording. Takes a second or more. Throws Error where the scene's tissue or its ideal cannot be made.
+session::Score final_score(const Scene& scene, const haptics::TissueVolume& after, FinishedHand hand);
+
 /// Everything known of a recorded session: its tissue made again from its cuts, and what that scores.
 struct JudgedSession {
   Scene scene;

@@ -311,6 +311,7 @@ const std::vector<FaultName>& fault_names() {
       {Fault::kOverrun, "overrun"},
       {Fault::kLetGo, "let_go"},
       {Fault::kNoRoom, "no_room"},
+      {Fault::kHeld, "held"},
   };
   return names;
 }

@@ -23,22 +23,9 @@ struct Words {
   std::string say(std::string_view key, Args&&... args) const {
     return fmt::format(fmt::runtime(text(key, language)), std::forward<Args>(args)...);
   }
-  std::string number(double v, int decimals) const {
-    std::string s = fmt::format("{:.{}f}", v, decimals);
-    if (s.starts_with("-") && s.find_first_not_of("-0.") == std::string::npos) s.erase(0, 1);
-    if (language == Language::kGerman) std::replace(s.begin(), s.end(), '.', ',');
-    return s;
-  }
-  /// Three significant digits, as people read them.
-  std::string number(double v) const {
-    const double a = std::abs(v);
-    return number(v, a == 0 || a >= 100 ? 0 : a >= 10 ? 1 : a >= 1 ? 2 : 3);
-  }
-  /// With its unit, not to be parted from it at the end of a line; without a unit it is a count.
-  std::string quantity(double v, std::string_view unit) const {
-    if (std::isnan(v)) return "–";
-    return unit.empty() ? number(v, 0) : fmt::format("{}\u00a0{}", number(v), unit);
-  }
+  std::string number(double v, int decimals) const { return session::number_text(v, decimals, language); }
+  std::string number(double v) const { return session::number_text(v, language); }
+  std::string quantity(double v, std::string_view unit) const { return quantity_text(v, unit, language); }
   std::string target(const ScoreItem& item) const {
     const std::string value = quantity(item.target, item.unit);
     switch (item.best) {

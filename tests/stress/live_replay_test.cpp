@@ -1,0 +1,218 @@
+// Every live session replays bit for bit, however its threads were held up: the turns of servo, carver and recorder are
+// the program's own, called here in a random order on a simulated clock, with stalls in the middle of the carver's
+// turns, undo and redo, changes of tool, faults of the hand, and an end at any moment. ./run stress makes it long.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+#include <random>
+#include <string>
+
+#include "engine/app/live/session.h"
+#include "engine/app/recording/replay.h"
+#include "engine/app/recording/resume.h"
+#include "engine/app/recording/session_record.h"
+#include "engine/base/realtime.h"
+#include "engine/base/units.h"
+#include "engine/session/session_file.h"
+#include "tests/support/campaign.h"
+#include "tests/support/session_fixture.h"
+
+namespace typodont {
+namespace {
+
+using namespace literals;
+using session::test::TemporaryFolder;
+
+struct Random {
+  std::mt19937_64 engine;
+  explicit Random(std::uint64_t seed) : engine(seed) {}
+  double in(double lo, double hi) { return std::uniform_real_distribution<double>(lo, hi)(engine); }
+  int below(int n) { return std::uniform_int_distribution<int>(0, n - 1)(engine); }
+  bool chance(double p) { return in(0, 1) < p; }
+  dvec3 vec(double size) { return {in(-size, size), in(-size, size), in(-size, size)}; }
+  dquat turn(double most) { return glm::angleAxis(in(0, most), glm::normalize(vec(1) + dvec3(0, 0, 1e-3))); }
+};
+
+Nanos g_clock = 0;  // ns, simulated
+Nanos simulated() noexcept {
+  return g_clock;
+}
+
+/// A hand that goes from place to place in and around a block, turns, drills, changes tools, and fails now and then.
+class RandomHand : public haptics::HapticDevice {
+ public:
+  RandomHand(std::uint64_t seed, int tools) : random_(seed), tools_(tools) {
+    info_.address = "random:";
+    info_.rate = random_.chance(0.3) ? 2000 : 1000;
+    info_.position_step = random_.chance(0.3) ? 5e-6 : 0;
+    info_.torque_limit = random_.chance(0.5) ? 0.2 : 0;
+    info_.vibration_band = random_.chance(0.3) ? 150 : 0;
+    turns_ = random_.chance(0.7);
+    length_ = random_.chance(0.5) ? 1 : 1 + random_.in(-3e-4, 3e-4);  // a driver that does not make it one
+    R_ = random_.turn(0.6);
+    p_ = start();
+    plan();
+  }
+  static dvec3 start() { return {0, 0, 4.5_mm}; }
+
+  const haptics::DeviceInfo& info() const noexcept override { return info_; }
+  bool read(haptics::HandSample& sample) noexcept override {
+    const double period = 1 / info_.rate;
+    double dt = period;
+    if (random_.chance(0.03)) dt *= random_.in(0.2, 6);
+    if (random_.chance(2e-4)) dt = 0.15;
+    t_ += from_seconds(dt);
+    g_clock += from_seconds(dt);
+    if ((left_ -= dt) < 0) plan();
+    const dvec3 way = to_ - p_;
+    const double length = glm::length(way), step = speed_ * dt;
+    p_ = length > step ? p_ + way * (step / length) : to_;
+    if (turns_) R_ = glm::slerp(R_, to_R_, std::min(1.0, 4 * dt));
+    faults_ = random_.chance(1e-3) ? bits(Fault::kLetGo) : random_.chance(3e-4) ? bits(Fault::kBadInput) : 0;
+    if (lost_ == 0 && random_.chance(1e-4)) lost_ = 30;
+    if (lost_ > 0) --lost_, faults_ |= bits(Fault::kDeviceLost);
+    sample = {t_, {p_, length_ * R_}, pedal_, tool_};
+    return true;
+  }
+  void write(const dvec3&, const dvec3&) noexcept override {
+    if (random_.chance(1e-3)) faults_ |= bits(Fault::kLetGo);  // noticed after the servo had asked
+    if (random_.chance(1e-3)) faults_ |= bits(Fault::kForceLimit);
+  }
+  std::uint32_t faults() const noexcept override { return faults_; }
+
+ private:
+  void plan() {
+    left_ = random_.in(0.1, 1.2);
+    const bool away = random_.chance(0.15);
+    to_ = away ? start() + random_.vec(2.0_mm)
+               : dvec3(random_.in(-2.2_mm, 2.2_mm), random_.in(-2.2_mm, 2.2_mm), random_.in(-0.5_mm, 2.4_mm));
+    speed_ = random_.chance(0.1) ? 0.2 : random_.in(2e-3, 1.5e-2);
+    if (random_.chance(0.01)) p_ = to_;  // a leap
+    to_R_ = random_.turn(1.0);
+    pedal_ = away || random_.chance(0.1) ? 0.0 : random_.chance(0.5) ? 1.0 : random_.in(0.1, 1);
+    if (random_.chance(0.3)) tool_ = static_cast<std::uint32_t>(random_.below(random_.chance(0.5) ? 2 : tools_));
+  }
+
+  Random random_;
+  int tools_;
+  haptics::DeviceInfo info_;
+  bool turns_;
+  double length_;
+  dquat R_, to_R_{1, 0, 0, 0};
+  dvec3 p_, to_{0};
+  double speed_ = 0, left_ = 0, pedal_ = 0;
+  std::uint32_t tool_ = 0, faults_ = 0;
+  int lost_ = 0;
+  Nanos t_ = 0;
+};
+
+constexpr const char* kScene = R"({"name": "random", "tissue": {"voxel_mm": 0.2, "solids": [
+  {"tissue": "dentin", "solid": {"box": {"size_mm": [6, 6, 5]}}},
+  {"tissue": "enamel", "solid": {"box": {"center_mm": [0, 0, 2], "size_mm": [6, 6, 1]}}},
+  {"tissue": "caries", "solid": {"sphere": {"center_mm": [0.8, 0, 1.4], "radius_mm": 0.9}}}]},
+  "tools": ["round_016", "round_end_cylinder_012", "explorer", "condenser_amalgam", "excavator_spoon", "inverted_cone_012"],
+  "spindle": "electric_1_5", "parts": ["haptics"]})";
+
+struct Counts {
+  std::uint64_t ticks = 0, cuts = 0, edits = 0, patches = 0, tools = 0;
+};
+
+/// One session in any interleaving, recorded to `file`.
+void run_session(const Scene& scene, std::uint64_t seed, const std::filesystem::path& file, Counts& counts) {
+  Random random(seed);
+  g_clock = 1'000'000'000;
+  RandomHand hand(seed * 7919 + 1, static_cast<int>(haptics::tool_set(scene.servo).size()));
+  LiveSession s(scene, load_tissue(scene));
+  s.record = true;
+  s.operated = random.chance(0.5);
+  s.serve(hand.info());
+  s.notes.emplace(scene, std::nullopt);
+  session::SessionWriter writer(file, session_header(scene, {}, hand, s.carver.volume(), hand.info().rate));
+  s.wiring.patch.offer(s.carver, RandomHand::start());
+
+  ServoTurns servo(s, hand, simulated);
+  RecorderTurns recorder(s, writer);
+  bool alive = true;
+  const auto feel = [&](int turns) {
+    for (; turns > 0 && alive; --turns) {
+      const std::uint32_t tool = s.last.tool;
+      alive = servo.turn();
+      counts.ticks += alive;
+      counts.tools += s.last.tool != tool;
+    }
+  };
+  const double held_up = random.chance(0.5) ? random.in(0, 0.3) : 0;  // of the carver's steps
+  CarverTurns carver(s, [&] {
+    if (random.chance(held_up)) feel(1 + random.below(random.chance(0.1) ? 120 : 12));
+  });
+  const int most = random.chance(0.3) ? 60 : 6;  // ticks in a row
+  const int length = 2000 + random.below(4000);
+  const bool edits = random.chance(0.8);
+  for (int i = 0; i < length && alive;) {
+    const int turns = random.chance(0.01) ? 300 : 1 + random.below(most);
+    feel(turns);
+    i += turns;
+    if (edits && random.chance(0.04)) {
+      s.wiring.tissue_commands.push(random.chance(0.6) ? TissueCommand::kUndo : TissueCommand::kRedo);
+      if (random.chance(0.3)) s.wiring.tissue_commands.push(TissueCommand::kUndo);
+    }
+    if (random.chance(s.wiring.held ? 0.1 : 0.001)) s.wiring.held = !s.wiring.held;
+    if (random.chance(0.005)) {
+      SessionSettings settings;
+      settings.speed_share = random.in(0.4, 1), settings.force_share = random.in(0, 1);
+      settings.stiffness[2] = random.in(0.2, 2);
+      s.wiring.settings.publish(settings);
+    }
+    if (random.chance(0.002)) s.wiring.chosen_tool = random.below(5) - 1;
+    if (!random.chance(0.2)) carver.turn();
+    if (random.chance(0.2)) recorder.turn();
+  }
+  if (random.chance(0.2)) s.wiring.emergency = true;
+  if (random.chance(0.5)) carver.turn();
+  // The servo may be in a turn while the carver leaves; whoever ends the session repeats what that turn cut.
+  carver.finish();
+  feel(random.below(2));
+  s.wiring.stop = true;
+  EXPECT_FALSE(servo.turn());
+  servo.end();
+  carver.finish();
+  recorder.turn();
+  counts.cuts += s.carver.cuts();
+  counts.patches += s.carver.patches();
+  ASSERT_TRUE(writer.finish(session_result(s.carver.volume()))) << writer.status().message;
+}
+
+TEST(LiveReplay, EverySessionIsReplayedBitForBitHoweverItsThreadsWereHeldUp) {
+  const TemporaryFolder folder;
+  const std::filesystem::path scene_file = folder / "scene.json", file = folder / "session.h5";
+  std::ofstream(scene_file) << kScene;
+  const Scene scene = read_scene(scene_file);
+  Counts counts;
+  for (int k = 0; k < test::campaign(25); ++k) {
+    run_session(scene, static_cast<std::uint64_t>(k) + 1, file, counts);
+    const session::SessionReader session(file);
+    counts.edits += edits_of(session).size();
+    const ReplayResult replayed = replay_session(file, {});
+    EXPECT_TRUE(replayed.identical) << "session " << k + 1 << ": " << replayed.what_differs << " of "
+                                    << session.tick_count();
+  }
+  // What may go wrong did happen.
+  EXPECT_GT(counts.cuts, counts.ticks / 20);
+  EXPECT_GT(counts.edits, 20u);
+  EXPECT_GT(counts.patches, 200u);
+  EXPECT_GT(counts.tools, 5u);
+}
+
+TEST(LiveReplay, AThreadThatFlushesDenormalsKeepsThemAgainOnceItAsksForUsualArithmetic) {
+  flush_denormals();
+  volatile double least = std::numeric_limits<double>::min();
+  EXPECT_EQ(least / 2, 0);
+  use_ieee_arithmetic();
+  EXPECT_GT(least / 2, 0);
+}
+
+}  // namespace
+}  // namespace typodont
