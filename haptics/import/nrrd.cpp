@@ -42,6 +42,8 @@ static void check_header(const std::filesystem::path& file) {
     int c = in.get();
     for (; c != EOF && c != '\n' && line.size() <= kLongestText; c = in.get()) line += static_cast<char>(c);
     if (!line.empty() && line.back() == '\r') line.pop_back();
+    if (number == 1 && !line.starts_with("NRRD"))
+      throw Error(file.string(), "line 1", excerpt(line), "NRRD0001 to NRRD0005");
     if (line.empty()) return;
     // A key's value, where no field is named before it.
     const bool pair = line.find(":=") < line.find(": ");
