@@ -19,7 +19,6 @@ constexpr double kRestWaits =
     16;  // N/s: another tissue and the damper wait where with the depth's change it would be more
 constexpr double kCutSlewInAll = 18;  // N/s: the teeth's force waits where all that changes would come to more
 constexpr double kTeethAhead = 50;    // ticks for which the spindle's work must suffice, or that force shrinks
-constexpr double kFadeTime = 0.1;     // s, time constant of a force that lost its patch
 
 }  // namespace
 
@@ -42,7 +41,6 @@ void Servo::State::feel(Touch& now) noexcept {
     rate = 0;
     friction = {};
     teeth_force = dvec3(0);
-    if (now.lost) now.force = last_force * std::exp(-now.dt / kFadeTime);  // no field to feel: the last force fades
     return;
   }
 

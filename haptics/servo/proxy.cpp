@@ -54,8 +54,9 @@ constexpr double kLeastThrough = 0.1;  // of the power that it cuts with there
 constexpr double kWallFrom =
     0.2;                        // softer over harder, above which there is no wall: a bur leads from caries into dentin
 constexpr int kWallRounds = 4;  // planes that hold in place of such as give way
-constexpr double kBridgeTime = 0.5;  // s for which the last contact's plane stands in for a patch
-constexpr double kRejoinTime = 0.3;  // s for finding back from there to the surface without a step
+constexpr double kBridgeReach = 5e-3;  // m from where the field ended that the last contact's plane stands in for it
+constexpr double kBridgeYield = 0.5;   // N beyond the push of that contact, at which the plane gives way
+constexpr double kRejoinTime = 0.3;    // s for finding back from there to the surface without a step
 
 /// A turning head that is pressed into tissue stays where it is until the hand leads it sideways by more than the teeth
 /// grip (a friction cone on the god-object): roughness of the cut surface then does not shake the hand. Returns the
@@ -127,7 +128,7 @@ bool Servo::State::fly(Now& now) noexcept {
 
   due_for = patch_due_for(now.X_WT.p, patch.center_W, travel) ? due_for + now.dt : 0;
   out.faults = due_for > kStaleTime ? bits(Fault::kStalePatch) : 0;
-  bridged = 0;
+  bridge_push = 0;
   breaking_through = carved = false;
   held.count = 0;
   budget = std::min(budget, 0.0);  // a free head has earned nothing
@@ -376,7 +377,8 @@ void Servo::State::move_proxy(Touch& now) noexcept {
       break;
     }
     if (look == 0 || !now.touching) find_room_to_sink(now);
-    if (look == 0 && contacts.deepest() > now.overlap_before + now.slack + kDeep) overlap = contacts.deepest();
+    const double unfelt = rejoining > 0 ? 0 : kDeep;
+    if (look == 0 && contacts.deepest() > now.overlap_before + now.slack + unfelt) overlap = contacts.deepest();
     dvec3 pulled_to = target;
     if (normal_force > 0 && now.may_cut && !now.scrapes) {
       pulled_to = held_target(c0, target, normal, shift, kGripSlew * now.pace_per_slew);
@@ -473,13 +475,23 @@ void Servo::State::follow(Touch& now) noexcept {
     now.c = now.c0 + largest_share(step, -shift, farthest(step, shift, pace)) * step;
     now.lost = now.lost && !patch.holds(now.c, reach() + 1);
   }
-  // Beyond the patch the last contact's plane goes on (the intermediate surface of Adachi 1995; Mark 1996) until the
-  // carver delivers: without cutting, and not for ever.
-  bridged = now.lost ? bridged + now.dt : 0;
-  now.bridging = now.lost && normal_force > 0 && bridged < kBridgeTime;
+  // Beyond the patch the plane of the last contact goes on (the intermediate surface of Adachi 1995; Mark 1996) until a
+  // patch arrives, without cutting. It gives way where the hand pushes harder than the contact did, so it traps no
+  // hand; between one and two times kBridgeReach it yields altogether. A tool that touched nothing follows the hand.
+  now.bridging = now.lost && normal_force > 0;
+  if (!now.bridging) bridge_push = 0;
   if (now.bridging) {
-    const double under = glm::dot(now.c0 - now.target, normal);
+    if (bridge_push == 0) bridge_push = normal_force, bridge_from = now.c0;
+    const double way = glm::length(now.c0 - bridge_from) * settings.frame.voxel;
+    const double most = std::clamp(2 - way / kBridgeReach, 0.0, 1.0) * (bridge_push + kBridgeYield) *
+                        now.pace_per_slew / now.dt;  // voxels
+    const double under = std::min(glm::dot(now.c0 - now.target, normal), most);
     now.c = under > 0 ? now.target + under * normal : now.target;
+  } else if (now.lost && patch.number != 0) {
+    now.c = now.target;
+    overlap = 0;
+  }
+  if (now.bridging || (now.lost && patch.number != 0)) {
     now.touching = breaking_through = false;
     rejoining = kRejoinTime;
     contacts.clear();
