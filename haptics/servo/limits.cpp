@@ -10,6 +10,8 @@ namespace {
 
 constexpr double kDrillingSlew = 18.5;  // N/s, no faster does the force change while a bur cuts, hand and all, …
 constexpr double kMostLag = 0.05;       // N, … where it need not stay behind by more than this for it
+constexpr double kUnpaidForce = 0.1;    // N that the coupling may give although the ledger holds nothing
+constexpr double kFarMore = 2;          // times the force that the ledger's energy is worth
 
 }  // namespace
 
@@ -61,8 +63,20 @@ dvec3 Servo::State::keep_passive(Touch& now) noexcept {
   // An arm that gives no torque resists no turn, and none may be counted as if the hand had paid for it.
   dvec3 felt_torque = settings.gives_torque ? now.torque : dvec3(0);
   if (settings.passivity) {
-    const double passive = passive_share(passivity_law, now.force, now.moved, felt_torque, now.turned, now.dt,
-                                         settings.tick, sums.energy + given, passivity);
+    double passive = passive_share(passivity_law, now.force, now.moved, felt_torque, now.turned, now.dt, settings.tick,
+                                   sums.energy + given, passivity);
+    // Where the ledger holds far less energy than the coupling (after a hard landing, or in a tool that was found
+    // inside tissue), passive_share takes the force away within a few ticks when the hand goes back and gives it again
+    // when the hand comes on, so the hand bounces. From the first time that such a hand goes back, the force is at most
+    // that of a spring which holds as much energy as the ledger: both end together.
+    const double k = settings.stiffness * stiffness_share, paid = std::max(sums.energy + given, 0.0);
+    const double most = std::sqrt(2 * k * paid + kUnpaidForce * kUnpaidForce), strength = glm::length(now.force);
+    if (now.may_cut && kFarMore * most < strength && glm::dot(now.force, now.moved) > 0) unpaid = true;
+    if (strength <= most && rejoining == 0) unpaid = false;
+    if (unpaid && strength > most) {
+      const double eased = std::max(most, glm::length(last_force) - kDrillingSlew * now.dt);
+      passive = std::min(passive, eased / strength);
+    }
     now.force *= passive;
     now.torque *= passive, felt_torque *= passive;
   }

@@ -494,6 +494,7 @@ void Servo::State::follow(Touch& now) noexcept {
   if (now.bridging || (now.lost && patch.number != 0)) {
     now.touching = breaking_through = false;
     rejoining = kRejoinTime;
+    unpaid = true;
     contacts.clear();
     now.active.count = 0;
   }

@@ -109,6 +109,7 @@ struct Servo::State {
   Nanos began = 0;         // when the hand came, or came back
   double bridge_push = 0;  // N of the contact whose plane stands in for the field; 0: none does
   dvec3 bridge_from{0};    // voxels, the head where the field ended
+  bool unpaid = false;     // the ledger holds far less energy than the coupling: the force is that of the ledger's
   double rejoining = 0;    // s left to find back from the bridge to the surface
   double due_for = 0;      // s that a new patch has been due
   bool idle = false;       // the last tick left nothing of a contact
