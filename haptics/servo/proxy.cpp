@@ -54,6 +54,7 @@ constexpr double kLeastThrough = 0.1;  // of the power that it cuts with there
 constexpr double kWallFrom =
     0.2;                        // softer over harder, above which there is no wall: a bur leads from caries into dentin
 constexpr int kWallRounds = 4;  // planes that hold in place of such as give way
+constexpr double kPatchWait = 0.01;    // s that the tool waits where its patch ends before it counts as late
 constexpr double kBridgeReach = 5e-3;  // m from where the field ended that the last contact's plane stands in for it
 constexpr double kBridgeYield = 0.5;   // N beyond the push of that contact, at which the plane gives way
 constexpr double kRejoinTime = 0.3;    // s for finding back from there to the surface without a step
@@ -128,7 +129,7 @@ bool Servo::State::fly(Now& now) noexcept {
 
   due_for = patch_due_for(now.X_WT.p, patch.center_W, travel) ? due_for + now.dt : 0;
   out.faults = due_for > kStaleTime ? bits(Fault::kStalePatch) : 0;
-  bridge_push = 0;
+  lost_for = 0;
   breaking_through = carved = false;
   held.count = 0;
   budget = std::min(budget, 0.0);  // a free head has earned nothing
@@ -377,7 +378,7 @@ void Servo::State::move_proxy(Touch& now) noexcept {
       break;
     }
     if (look == 0 || !now.touching) find_room_to_sink(now);
-    const double unfelt = rejoining > 0 ? 0 : kDeep;
+    const double unfelt = rejoining > 0 && normal_force <= 0 ? 0 : kDeep;
     if (look == 0 && contacts.deepest() > now.overlap_before + now.slack + unfelt) overlap = contacts.deepest();
     dvec3 pulled_to = target;
     if (normal_force > 0 && now.may_cut && !now.scrapes) {
@@ -476,25 +477,31 @@ void Servo::State::follow(Touch& now) noexcept {
     now.lost = now.lost && !patch.holds(now.c, reach() + 1);
   }
   // Beyond the patch the plane of the last contact goes on (the intermediate surface of Adachi 1995; Mark 1996) until a
-  // patch arrives, without cutting. It gives way where the hand pushes harder than the contact did, so it traps no
-  // hand; between one and two times kBridgeReach it yields altogether. A tool that touched nothing follows the hand.
+  // patch arrives, without cutting. Of a patch that is late it gives way where the hand pushes harder than the contact
+  // did, so it traps no hand, and between one and two times kBridgeReach it yields altogether; a tool that touched
+  // nothing follows the hand then.
+  lost_for = now.lost ? lost_for + now.dt : 0;
+  const bool late = lost_for > kPatchWait && patch.number != 0;
   now.bridging = now.lost && normal_force > 0;
-  if (!now.bridging) bridge_push = 0;
+  if (!(now.bridging && late)) bridge_push = 0;
   if (now.bridging) {
-    if (bridge_push == 0) bridge_push = normal_force, bridge_from = now.c0;
-    const double way = glm::length(now.c0 - bridge_from) * settings.frame.voxel;
-    const double most = std::clamp(2 - way / kBridgeReach, 0.0, 1.0) * (bridge_push + kBridgeYield) *
-                        now.pace_per_slew / now.dt;  // voxels
-    const double under = std::min(glm::dot(now.c0 - now.target, normal), most);
+    double under = glm::dot(now.c0 - now.target, normal);
+    if (late) {
+      if (bridge_push == 0) bridge_push = normal_force, bridge_from = now.c0;
+      const double way = glm::length(now.c0 - bridge_from) * settings.frame.voxel;
+      const double most = std::clamp(2 - way / kBridgeReach, 0.0, 1.0) * (bridge_push + kBridgeYield) *
+                          now.pace_per_slew / now.dt;  // voxels
+      under = std::min(under, most);
+    }
     now.c = under > 0 ? now.target + under * normal : now.target;
-  } else if (now.lost && patch.number != 0) {
+  } else if (late) {
     now.c = now.target;
     overlap = 0;
   }
-  if (now.bridging || (now.lost && patch.number != 0)) {
+  if (late) unpaid = true;
+  if (now.bridging || late) {
     now.touching = breaking_through = false;
     rejoining = kRejoinTime;
-    unpaid = true;
     contacts.clear();
     now.active.count = 0;
   }

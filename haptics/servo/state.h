@@ -107,6 +107,7 @@ struct Servo::State {
   double overlap = 0;      // voxels of overlap still being led out
   double leap = 0;         // s left to follow a leap of the input
   Nanos began = 0;         // when the hand came, or came back
+  double lost_for = 0;     // s without a field under the tool
   double bridge_push = 0;  // N of the contact whose plane stands in for the field; 0: none does
   dvec3 bridge_from{0};    // voxels, the head where the field ended
   bool unpaid = false;     // the ledger holds far less energy than the coupling: the force is that of the ledger's
