@@ -108,6 +108,7 @@ void carve(LiveSession& s) {
   while (!wiring.stop.load(std::memory_order_relaxed)) {
     bool worked = false;
     while (wiring.cuts_to_carver.pop(cut)) {
+      if (cut.index != s.carver.cuts() + 1) throw RunFailure("the carver was so late that a cut was lost");
       s.carver.apply(cut);
       if (s.operated) s.book.cut(cut, s.carver.volume());
       worked = true;
@@ -166,7 +167,7 @@ void carve(LiveSession& s) {
     idle = worked ? 0 : std::min(idle + 1, 400);
     if (!worked) std::this_thread::sleep_for(awaited ? 20us : idle < 100 ? 300us : idle < 400 ? 3000us : 10'000us);
   }
-  while (wiring.cuts_to_carver.pop(cut)) s.carver.apply(cut);
+  while (wiring.cuts_to_carver.pop(cut) && cut.index == s.carver.cuts() + 1) s.carver.apply(cut);
 }
 
 }  // namespace
