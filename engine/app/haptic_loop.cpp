@@ -16,7 +16,8 @@ HapticLoop::HapticLoop(const Scene& scene, haptics::TissueVolume tissue, double 
 bool HapticLoop::tick(const haptics::HandSample& hand, ServoTick& out, Cut& cut) {
   if (ticks_ == 0) last_.X_WT = last_.X_WG = hand.X_WT;  // the first patch lies where the hand is
   fresh_ = false;
-  const bool stalled = std::fmod(to_seconds(hand.t) + 0.5, 1.0) < stall_;  // half a second in, and then every second
+  // Half a second in, and then every second.
+  const bool stalled = held_ || std::fmod(to_seconds(hand.t) + 0.5, 1.0) < stall_;
   for (; !stalled && !waiting_.empty(); waiting_.pop_front()) carver_.apply(waiting_.front());
   if (!stalled && is_finite(last_.X_WG.p) && carver_.patch_due(last_)) {
     const dvec3 center_W = carver_.patch_center(last_);

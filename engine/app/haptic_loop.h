@@ -24,6 +24,8 @@ class HapticLoop {
 
   /// For tests of what a late carver does to the hand: once a second it stands still for so long.
   void stall_carver(double seconds) { stall_ = seconds; }
+  /// From the next tick on the carver stands still, or works again. Cuts made meanwhile wait for it.
+  void hold_carver(bool held) { held_ = held; }
 
   haptics::Carver& carver() { return carver_; }
   /// The patch taken up before the last tick, when there was one.
@@ -35,7 +37,8 @@ class HapticLoop {
   haptics::SurfacePatch spare_;
   ServoTick last_;
   std::uint64_t ticks_ = 0;
-  double stall_ = 0;         // s
+  double stall_ = 0;  // s
+  bool held_ = false;
   std::deque<Cut> waiting_;  // made while the carver stood still
   bool fresh_ = false;
   PatchUse use_;
