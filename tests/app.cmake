@@ -39,3 +39,4 @@ if(NOT TYPODONT_SANITIZE)  # a sanitizer's shadow needs all the address space
   endif()
 endif()
 typodont_test(unit_app_live_picture KIND unit SOURCES unit/app_live_picture_test.cpp LIBS typodont_app)
+typodont_test(stress_stalls KIND stress SOURCES stress/carver_stall_test.cpp stress/faults_test.cpp LIBS typodont_app)
