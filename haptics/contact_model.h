@@ -50,6 +50,8 @@ struct Contact {
   bool lost = false;              // the snapshot does not reach as far as the tool
   bool deep = false;              // the head lies inside the tissue, with no surface in reach
   bool bridging = false;          // the last contact's plane stands in for the missing snapshot
+  bool late = false;              // that snapshot has been missing for longer than any carver needs
+  bool rejoining = false;         // the proxy finds back to the surface after that
   bool leading_out = false;       // the proxy is led out of tissue that it overlapped
   bool settled = true;            // nothing of this contact goes on if the head is free
   dvec3 held_off_direction{0};    // from the hand to where contacts alone hold the head; zero where they do not

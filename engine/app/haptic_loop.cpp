@@ -15,7 +15,8 @@ HapticLoop::HapticLoop(const Scene& scene, haptics::TissueVolume tissue, double 
       }()) {}
 
 bool HapticLoop::tick(const haptics::HandSample& hand, ServoTick& out, Cut& cut) {
-  steps_.stall(std::fmod(to_seconds(hand.t) + 0.5, 1.0) < stall_);  // half a second in, and then every second
+  // Half a second in, and then every second.
+  steps_.stall(held_ || std::fmod(to_seconds(hand.t) + 0.5, 1.0) < stall_);
   return steps_.tick(hand, out, cut);
 }
 

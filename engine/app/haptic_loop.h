@@ -22,6 +22,8 @@ class HapticLoop {
 
   /// For tests of what a late carver does to the hand: once a second it stands still for so long.
   void stall_carver(double seconds) { stall_ = seconds; }
+  /// From the next tick on the carver stands still, or works again. Cuts made meanwhile wait for it.
+  void hold_carver(bool held) { held_ = held; }
 
   haptics::Carver& carver() { return steps_.carver(); }
   /// The snapshot taken up before the last tick, when there was one.
@@ -30,6 +32,7 @@ class HapticLoop {
  private:
   haptics::LockStep steps_;
   double stall_ = 0;  // s
+  bool held_ = false;
 };
 
 }  // namespace typodont

@@ -9,18 +9,18 @@
 
 namespace typodont {
 
-/// What went wrong in a tick. Each bit says what was lost; `describe` says it in words.
+/// What went wrong in a tick. docs/safety.md: what sets each bit, what the force does, how soon, and what is said.
 enum class Fault : std::uint32_t {
   kNone = 0,
   kBadInput = 1u << 0,         // hand pose not finite or not a unit quaternion: zero force
-  kStalePatch = 1u << 1,       // the carver is over 20 ms behind: the force fades
-  kPatchEdge = 1u << 2,        // the tool left the patch: zero force until a new one arrives
+  kStalePatch = 1u << 1,       // a patch is due for over 20 ms: the force goes on, from the old one
+  kPatchEdge = 1u << 2,        // the tool left the patch: the last contact's plane holds it; a free tool: zero
   kForceLimit = 1u << 3,       // the force was clipped to the device's limit
-  kDeepPenetration = 1u << 4,  // the tool was found inside tissue (teleport, or born there): it is led out slowly
+  kDeepPenetration = 1u << 4,  // the tool was found inside tissue (a leap, a late patch): it is led out slowly
   kDeviceLost = 1u << 5,       // the device stopped answering: zero force
-  kRingFull = 1u << 6,         // a tick or a cut did not reach its reader
+  kRingFull = 1u << 6,         // a cut did not reach the carver: the force goes on
   kSlewLimit = 1u << 7,        // the force rose faster than the device allows
-  kOverrun = 1u << 8,          // the tick took longer than its period
+  kOverrun = 1u << 8,          // the tick took longer than its period: the force came late
   kLetGo = 1u << 9,            // the servo was late, and the motors were let go: the hand did not feel the last force
   kNoRoom = 1u << 10,  // filling that the pedal asks for found no place near the instrument's end: it was not put down
   kHeld = 1u << 11,    // the emergency key holds: no drill, and no force on the hand

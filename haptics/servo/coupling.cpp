@@ -50,7 +50,6 @@ void Servo::State::feel_nothing(ContactTick& now) noexcept {
   c.rate = 0;
   c.friction = {};
   c.teeth_force = dvec3(0);
-  if (now.contact.lost) now.force = limits.last_force * std::exp(-now.dt / P::fade_time);  // nothing to feel: it fades
 }
 
 /// The proxy pulls the hand: a virtual coupling (spring and damper) between both.

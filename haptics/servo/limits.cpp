@@ -44,6 +44,22 @@ void Servo::State::limit(ContactTick& now) noexcept {
   now.torque *= fraction;
 }
 
+/// Where the ledger holds far less energy than the coupling (after a hard landing, or in a tool that was found inside
+/// tissue), passive_share() takes the force away within a few ticks when the hand goes back, and gives it again when
+/// the hand comes on: the hand bounces. From the first time that such a hand goes back, the force is at most that of a
+/// spring which holds as much energy as the ledger, so that both end together. Returns the fraction of the force that
+/// may stay.
+double Servo::State::paid_fraction(const ContactTick& now) noexcept {
+  Limits& l = limits;
+  if (now.contact.late) l.unpaid = true;
+  const double k = settings.stiffness * coupling.relative_stiffness, paid = std::max(sums.energy + l.given, 0.0);
+  const double most = std::sqrt(2 * k * paid + P::unpaid_force * P::unpaid_force), strength = glm::length(now.force);
+  if (now.in.cuts && P::far_more * most < strength && glm::dot(now.force, now.moved) > 0) l.unpaid = true;
+  if (strength <= most && !now.contact.rejoining) l.unpaid = false;
+  if (!(l.unpaid && strength > most)) return 1;
+  return std::max(most, glm::length(l.last_force) - P::drilling_slew * now.dt) / strength;
+}
+
 dvec3 Servo::State::keep_passive(ContactTick& now) noexcept {
   Limits& l = limits;
   // Leading a tool out of tissue that it was born in, or a leap of the input against it, raises what the coupling
@@ -62,8 +78,9 @@ dvec3 Servo::State::keep_passive(ContactTick& now) noexcept {
   // An arm that gives no torque resists no turn, and none may be counted as if the hand had paid for it.
   dvec3 felt_torque = settings.gives_torque ? now.torque : dvec3(0);
   if (settings.passivity) {
-    const double passive = passive_share(l.law, now.force, now.moved, felt_torque, now.turned, now.dt, settings.tick,
-                                         sums.energy + l.given, l.passivity);
+    double passive = passive_share(l.law, now.force, now.moved, felt_torque, now.turned, now.dt, settings.tick,
+                                   sums.energy + l.given, l.passivity);
+    passive = std::min(passive, paid_fraction(now));
     now.force *= passive;
     now.torque *= passive, felt_torque *= passive;
   }

@@ -35,7 +35,6 @@ struct CouplingParameters {
   static constexpr double total_slew = 18;    // N/s of all changes above which the teeth's force waits
   static constexpr double unpaid = 0.15e-3;   // J that harder tissue may store beyond what the ledger holds
   static constexpr double teeth_ahead = 50;   // ticks for which the spindle's work must suffice, or its force shrinks
-  static constexpr double fade_time = 0.1;    // s, time constant of a force without a snapshot
 };
 
 /// What bounds the force (limits.cpp).
@@ -43,6 +42,8 @@ struct LimitParameters {
   static constexpr double drilling_slew = 18.5;  // N/s, limit of the force's change while a bur cuts, hand included, …
   static constexpr double most_lag = 0.05;       // N … where the force need not stay behind by more than this
   static constexpr double debt = 2e-9;           // J of ledger debt that is more than rounding
+  static constexpr double unpaid_force = 0.1;    // N that the coupling may give although the ledger holds nothing
+  static constexpr double far_more = 2;          // ratio to the force that the ledger's energy is worth
 };
 
 /// The passivity law of a scene of another size (law_for in servo.cpp).

@@ -100,9 +100,10 @@ struct Servo::State {
   struct Limits {
     PassivityLaw law;
     PassivityState passivity;
-    double stored = 0;  // J in the coupling, last tick
-    double given = 0;   // J that leading the tool out of tissue put into the coupling: allowed for
-    double ramp = 0;    // 0..1, of the force at start and end
+    double stored = 0;    // J in the coupling, last tick
+    double given = 0;     // J that leading the tool out of tissue put into the coupling: allowed for
+    bool unpaid = false;  // the ledger holds far less than the coupling: the force follows the ledger
+    double ramp = 0;      // 0..1, of the force at start and end
     bool ending = false;
     dvec3 last_force{0};          // N, by the tissue
     dvec3 last_torque{0};         // N·m, as felt
@@ -180,6 +181,7 @@ struct Servo::State {
   dvec3 keep_passive(ContactTick& now) noexcept;
 
  private:
+  double paid_fraction(const ContactTick& now) noexcept;
   void feel_nothing(ContactTick& now) noexcept;
   void couple(ContactTick& now, double depth) noexcept;
   void take_force(ContactTick& now) noexcept;

@@ -10,6 +10,7 @@
 #include <string>
 
 #include "engine/app/recording/replay.h"
+#include "engine/app/recording/resume.h"
 #include "engine/app/scene.h"
 #include "engine/app/workbench.h"
 #include "engine/base/error.h"

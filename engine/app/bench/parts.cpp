@@ -50,7 +50,8 @@ constexpr BenchPart kParts[] = {
      "formula.",
      contact},
     {"stability", "Stability",
-     "The stiffness at which a pushed mass (0.15 kg, 5 N·s/m) no longer settles at a wall, by rate, delay and jitter.",
+     "The stiffness at which a pushed mass (0.15 kg, 5 N·s/m) no longer settles at a wall, by rate, delay and jitter; "
+     "and what hands on the molar feel while the carver stands still, beside other laws for that.",
      bench_stability},
     {"devices", "Hands",
      "From a device's sample to its force written, beside the same loop with no work in it, and how well a hand's "

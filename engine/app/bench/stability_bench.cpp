@@ -8,6 +8,7 @@
 #include <functional>
 #include <random>
 
+#include "engine/app/bench/carver_stalls.h"
 #include "engine/app/bench/parts.h"
 #include "engine/app/haptic_loop.h"
 #include "engine/app/recording/resume.h"
@@ -148,6 +149,40 @@ double critical(double guess, F&& course) {
   return std::sqrt(low * high);
 }
 
+/// What a late carver does to the hand, by law, by what the hand does, and by how long the carver stands still: the
+/// worst of some hands.
+void carver_stall_rows(bool quick, std::vector<BenchRow>& rows) {
+  const std::vector<double> stalls =
+      quick ? std::vector<double>{0.2, 1.0} : std::vector<double>{5e-3, 10e-3, 20e-3, 50e-3, 0.1, 0.2, 0.5, 1, 2, 5};
+  const std::vector<double> rates = quick ? std::vector<double>{1000} : std::vector<double>{1000, 4000};
+  const std::uint64_t hands = quick ? 1 : 6;
+  for (const double rate : rates) {
+    for (const StallGesture gesture : kStallGestures) {
+      for (const StallLaw law : kStallLaws) {
+        if (law != StallLaw::kServo && (quick || rate != 1000)) continue;
+        for (const double stall : stalls) {
+          StallFelt worst;
+          for (std::uint64_t seed = 1; seed <= hands; ++seed) {
+            const StallFelt felt = feel_stall({gesture, stall, rate, seed, law});
+            worst.worst_step = std::max(worst.worst_step, felt.worst_step);
+            worst.energy = std::max(worst.energy, felt.energy);
+          }
+          const auto row = [&](const char* what, double value, const char* unit) {
+            rows.push_back({.name = fmt::format("carver stalls, {}, {}: {}", name_of(gesture), name_of(law), what),
+                            .knob = fmt::format("{:g} ms, {:g} Hz, {} hands", stall * 1e3, rate, hands),
+                            .error = value,
+                            .error_unit = unit,
+                            .size = stall * 1e3,
+                            .size_unit = "stall, ms"});
+          };
+          row("largest step", worst.worst_step, "N in a tick");
+          row("given to the hand", worst.energy, "J");
+        }
+      }
+    }
+  }
+}
+
 }  // namespace
 
 std::vector<BenchRow> bench_stability(bool quick) {
@@ -194,6 +229,7 @@ std::vector<BenchRow> bench_stability(bool quick) {
     row("the least that any controller could promise a hand that may go back as it came",
         least_first_felt(20e-3, 0.1, rate));
   }
+  carver_stall_rows(quick, rows);
   return rows;
 }
 

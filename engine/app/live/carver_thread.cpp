@@ -121,6 +121,7 @@ bool CarverTurns::Impl::repeat_cuts() {
   bool any = false;
   Cut cut;
   while (s.wiring.cuts_to_carver.pop(cut)) {
+    if (cut.index != s.carver.cuts() + 1) throw RunFailure("the carver was so late that a cut was lost");
     s.carver.apply(cut);
     if (s.operated) s.book.cut(cut, s.carver.volume());
     any = true;

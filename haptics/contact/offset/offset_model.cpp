@@ -47,7 +47,7 @@ void OffsetModel::begin_anew() noexcept {
 }
 
 void OffsetModel::release() noexcept {
-  bridged_ = 0;
+  lost_for_ = 0;
   breaking_through_ = emptied_ = false;
   held_.count = 0;
 }

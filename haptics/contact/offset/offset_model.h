@@ -51,7 +51,7 @@ class OffsetModel final : public PatchModel {
     double fall_limit = 0;     // by which the head may go down
     dvec3 held_off{0};         // from the hand to where contacts and debt alone hold the head; zero where they do not
     ActivePlanes active{};     // which contacts hold the head
-    bool touching = false, lost = false, deep = false, bridging = false;  // see Contact
+    bool touching = false, lost = false, deep = false, bridging = false, late = false;  // see Contact
   };
 
   /// What one search carries from iteration to iteration.
@@ -124,8 +124,10 @@ class OffsetModel final : public PatchModel {
   double overlap_ = 0;    // still being led out
   double wall_ = 0;       // Contact::wall of the last tick
   bool breaking_through_ = false;
-  double bridged_ = 0;    // s without a snapshot under the tool
-  double rejoining_ = 0;  // s left to find back from the bridge to the surface
+  double lost_for_ = 0;     // s without a snapshot under the tool
+  double bridge_push_ = 0;  // N of the contact whose plane stands in for it; 0: none does
+  dvec3 bridge_from_{0};    // the head where the snapshot ended
+  double rejoining_ = 0;    // s left to find back from the bridge to the surface
   struct Fall {
     dvec3 push_mean{0};                 // N
     dvec3 hand_speed{0}, hand_mean{0};  // m/s, now and of late

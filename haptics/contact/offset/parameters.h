@@ -74,8 +74,11 @@ struct WallParameters {
 struct RecoveryParameters {
   static constexpr double recovery_time = 6e-3;  // s, time constant of leading the tool out of tissue
   static constexpr double least_overlap = 0.01;  // voxels that count as out
-  static constexpr double bridge_time = 0.5;     // s for which the last contact's plane stands in for a snapshot
-  static constexpr double rejoin_time = 0.3;     // s for finding back from there to the surface without a step
+  static constexpr double patch_wait =
+      0.01;  // s that the tool waits where its patch ends before the patch counts as late
+  static constexpr double bridge_reach = 5e-3;  // m from there that the last contact's plane stands in for a late patch
+  static constexpr double bridge_yield = 0.5;   // N beyond the push of that contact, at which the plane gives way
+  static constexpr double rejoin_time = 0.3;    // s for finding back from there to the surface without a step
 };
 
 /// Upkeep of the coarse patch in which shanks are felt.

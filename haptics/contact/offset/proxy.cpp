@@ -154,7 +154,8 @@ OffsetModel::Ending OffsetModel::search(const ContactInput& in, Search& s, bool 
       break;
     }
     if (iteration == 0 || !p.touching) find_room_to_sink(in);
-    if (iteration == 0 && contacts_.deepest() > p.overlap_before + p.slack + Q::deep) overlap_ = contacts_.deepest();
+    const double unfelt = rejoining_ > 0 && in.normal_force <= 0 ? 0 : Q::deep;
+    if (iteration == 0 && contacts_.deepest() > p.overlap_before + p.slack + unfelt) overlap_ = contacts_.deepest();
 
     bool comes_free = false;
     dvec3 next = refine_and_project(in, s, project(in, s, comes_free));
@@ -422,16 +423,32 @@ void OffsetModel::follow_hand() noexcept {
   p.lost = p.lost && !patch_.holds(p.c, reach() + 1);
 }
 
-/// Beyond the patch the last contact's plane goes on (the intermediate surface of Adachi 1995; Mark 1996) until the
-/// carver delivers: without cutting, and not for ever.
+/// Beyond the patch the plane of the last contact goes on (the intermediate surface of Adachi 1995; Mark 1996) until a
+/// patch arrives, without cutting. If that patch is late, the plane gives way where the hand pushes harder than the
+/// contact did, so that it traps no hand, and between one and two times bridge_reach it yields altogether. A tool that
+/// touched nothing then follows the hand. docs/safety.md has the figures behind this.
 void OffsetModel::bridge_missing_patch(const ContactInput& in) noexcept {
   using R = RecoveryParameters;
   Step& p = step_;
-  bridged_ = p.lost ? bridged_ + in.dt : 0;
-  p.bridging = p.lost && in.normal_force > 0 && bridged_ < R::bridge_time;
-  if (!p.bridging) return;
-  const double under = glm::dot(p.start - p.target, in.normal);
-  p.c = under > 0 ? p.target + under * in.normal : p.target;
+  lost_for_ = p.lost ? lost_for_ + in.dt : 0;
+  p.late = lost_for_ > R::patch_wait && patch_.number != 0;
+  p.bridging = p.lost && in.normal_force > 0;
+  if (!(p.bridging && p.late)) bridge_push_ = 0;
+  if (p.bridging) {
+    double under = glm::dot(p.start - p.target, in.normal);
+    if (p.late) {
+      if (bridge_push_ == 0) bridge_push_ = in.normal_force, bridge_from_ = p.start;
+      const double way = glm::length(p.start - bridge_from_) * voxel();
+      const double most = std::clamp(2 - way / R::bridge_reach, 0.0, 1.0) * (bridge_push_ + R::bridge_yield) *
+                          p.pace_per_slew / in.dt;  // voxels
+      under = std::min(under, most);
+    }
+    p.c = under > 0 ? p.target + under * in.normal : p.target;
+  } else if (p.late) {
+    p.c = p.target;
+    overlap_ = 0;
+  }
+  if (!(p.bridging || p.late)) return;
   p.touching = breaking_through_ = false;
   rejoining_ = R::rejoin_time;
   contacts_.clear();
@@ -447,6 +464,8 @@ void OffsetModel::report(const ContactInput& in, Contact& out) noexcept {
   out.lost = p.lost;
   out.deep = p.deep;
   out.bridging = p.bridging;
+  out.late = p.late;
+  out.rejoining = rejoining_ > 0;
   out.leading_out = overlap_ > 0;
   out.settled = overlap_ == 0 && rejoining_ == 0;
   out.held_off_direction = p.held_off;

@@ -2,8 +2,7 @@
 // 100 ms, and in lines of name, found, expected what geometry says, too.
 #include <cstdio>
 
-#include "haptics/carver.h"
-#include "haptics/servo.h"
+#include "haptics/lockstep.h"
 
 using namespace typodont;
 
@@ -18,13 +17,9 @@ int main() {
     ball.tissue.push_back(distance < kVoxel ? Tissue::kEnamel : Tissue::kAir);
   }
 
-  haptics::ServoSettings settings;  // 1 kHz, 1 N/mm
-  settings.frame = ball.frame;
+  haptics::ServoSettings settings;     // 1 kHz, 1 N/mm
   settings.spindle.free_speed = 30e3;  // rad/s
-  haptics::Carver carver(haptics::TissueVolume(ball), haptics::tray(settings));
-  haptics::Servo servo(settings, haptics::patch_edge_for(haptics::tray(settings), kVoxel));
-  haptics::SurfacePatch patch;
-  patch.resize(servo.patch().n);
+  haptics::LockStep core(haptics::TissueVolume(ball), settings);
 
   const double touch = kRadius + settings.tool.radius(), deepest = touch - kDepth;  // m, height of the bur's middle
   ServoTick tick;
@@ -32,12 +27,7 @@ int main() {
   for (int i = 0; i < 3000; ++i) {
     const double z = std::max(deepest, touch + 0.5e-3 - i * 2e-6);  // m: at 2 mm/s, then held
     const haptics::HandSample hand{.t = i * Nanos(1000000), .X_WT = {.p = {0, 0, z}}, .pedal = i < 1000 ? 0.0 : 1.0};
-    if (i == 0) tick.X_WT = tick.X_WG = hand.X_WT;
-    if (carver.patch_due(tick)) {
-      carver.cut_out(carver.patch_center(tick), patch);
-      servo.adopt(patch);
-    }
-    if (servo.tick(hand, tick, cut)) carver.apply(cut);
+    core.tick(hand, tick, cut);
     if (i % 100 == 99) std::printf("force_N %.6f\n", tick.f_T_W.z);
     if (i == 999) std::printf("pressed_N %.6f %.6f\n", tick.f_T_W.z, 1000 * kDepth);
   }

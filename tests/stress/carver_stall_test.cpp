@@ -1,0 +1,47 @@
+// The carver stands still for 5 ms to 5 s while a simulated hand slides, drills, taps, withdraws or comes down from the
+// air, with any tool, at 1 and 4 kHz. Short here; ./run stress makes it long.
+#include <gtest/gtest.h>
+
+#include <vector>
+
+#include "engine/app/bench/carver_stalls.h"
+#include "engine/contract/contact.h"
+#include "tests/support/campaign.h"
+
+namespace typodont {
+namespace {
+
+using test::campaign;
+
+class CarverStall : public testing::TestWithParam<StallGesture> {};
+
+TEST_P(CarverStall, OfAnyLengthGivesNoLargerStepAndNoMoreEnergyThanTheHandHasWithoutIt) {
+  // A tool that has got into the tissue meanwhile meets it anew: as a hand does that lands.
+  const bool drills = GetParam() == StallGesture::kDrill;
+  const double landing = drills ? 0.01 : 0.25, energy = 0.5e-3;  // N, J
+  std::uint32_t faults = 0;
+  for (const double rate : {1000.0, 4000.0}) {
+    for (std::uint64_t seed = 1; seed <= static_cast<std::uint64_t>(campaign(1)); ++seed) {
+      const StallFelt without = feel_stall({GetParam(), 0, rate, seed});
+      for (const double stall :
+           rate > 1000 ? std::vector<double>{0.1, 0.5} : std::vector<double>{0.02, 0.2, 1.0, 5.0}) {
+        const StallFelt felt = feel_stall({GetParam(), stall, rate, seed});
+        SCOPED_TRACE(testing::Message() << felt.tool << ", seed " << seed << ", " << stall << " s, " << rate << " Hz");
+        EXPECT_LE(felt.worst_step, without.worst_step + landing);
+        EXPECT_LE(felt.energy, without.energy + energy);
+        EXPECT_LE(felt.most_force, without.most_force + 1.5);
+        faults |= felt.faults;
+      }
+    }
+  }
+  EXPECT_TRUE(drills || (faults & bits(Fault::kPatchEdge)) != 0) << "no tool left its patch";
+}
+
+INSTANTIATE_TEST_SUITE_P(Gestures, CarverStall, testing::ValuesIn(kStallGestures), [](const auto& gesture) {
+  std::string name = name_of(gesture.param);
+  std::erase(name, ' ');
+  return name;
+});
+
+}  // namespace
+}  // namespace typodont
