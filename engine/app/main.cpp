@@ -1,9 +1,13 @@
 // typodont: reads the command line, runs one command, turns errors into messages and exit statuses.
 #include <CLI/CLI.hpp>
+#include <cerrno>
 #include <cstdio>
+#include <cstring>
 #include <exception>
+#include <iostream>
 
 #include "engine/app/commands/commands.h"
+#include "engine/app/commands/option_checks.h"
 #include "engine/app/hands/hands.h"
 #ifdef TYPODONT_WINDOW
 #include "engine/app/operator/operator.h"
@@ -11,11 +15,22 @@
 #include "engine/app/hands/replay_hand.h"
 #include "engine/base/cache.h"
 #include "engine/base/error.h"
+#include "engine/base/interrupt.h"
 #include "engine/base/log.h"
 #include "engine/gpu/driver_cache.h"
 
+/// The exit status when all went well: results that did not arrive, as on a full disk, are a failure.
+static int written_out() {
+  std::cout.flush();
+  errno = 0;
+  if (std::fflush(stdout) == 0 && !std::ferror(stdout) && std::cout) return 0;
+  typodont::log::error("standard output: {}", std::strerror(errno ? errno : EIO));
+  return 1;
+}
+
 int main(int argc, char** argv) {
   using namespace typodont;
+  end_in_order_on_interrupt();
   CLI::App app("Typodont: a co-located visual, haptic and audio workbench for hand-eye training on hard tissue",
                "typodont");
   app.set_version_flag("--version", TYPODONT_VERSION);
@@ -35,6 +50,8 @@ int main(int argc, char** argv) {
   add_bench_command(app);
   add_replay_driver();
   add_window_drivers();
+  app.footer("Without arguments, typodont opens the operator's window.");
+  take_finite_numbers_only(app);
   if (const auto kept = cache::folder(); !kept.empty()) gpu::keep_driver_cache(kept / "driver");
   try {
     if (argc == 1) {
@@ -52,9 +69,10 @@ int main(int argc, char** argv) {
       }
     }
     app.parse(argc, argv);
-    return 0;
+    return written_out();
   } catch (const CLI::Success& e) {  // --help, --version
-    return app.exit(e);
+    app.exit(e);
+    return written_out();
   } catch (const CLI::ParseError& e) {
     app.exit(e);
     return 2;

@@ -68,6 +68,9 @@ std::filesystem::path assets_folder();
 /// A path from a scene: relative to `beside`, then to assets/. Throws Error naming both when neither exists.
 std::filesystem::path find_file(const std::filesystem::path& path, const std::filesystem::path& beside);
 
+/// A rig file, or one of assets/rigs/ by its name: "closeup". Throws Error.
+std::filesystem::path find_rig(const std::string& rig);
+
 /// A tool or motor by name from assets/tools/ and assets/motors/. Throws Error listing the names there are.
 haptics::Tool load_tool(std::string_view name);
 haptics::Spindle load_spindle(std::string_view name);

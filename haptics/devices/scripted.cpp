@@ -12,6 +12,7 @@
 #include "engine/base/json.h"
 #include "engine/base/realtime.h"
 #include "engine/base/units.h"
+#include "engine/contract/session_length.h"
 
 namespace typodont::haptics {
 
@@ -58,6 +59,8 @@ HandPath read_hand_path(const std::filesystem::path& csv, const std::vector<std:
     const auto value = [&](int column) { return row[static_cast<std::size_t>(column)]; };
     HandPath::Row out;
     out.t = value(t);
+    if (out.t < 0 || out.t > kLongestSession)
+      table.fail(i, "t_s", fmt::format("{}", out.t), fmt::format("0 to {} s, the longest session", kLongestSession));
     if (!path.rows.empty() && !(out.t > path.rows.back().t)) {
       table.fail(i, "t_s", fmt::format("{}", out.t), fmt::format("more than {}", path.rows.back().t));
     }
@@ -124,6 +127,12 @@ class ScriptedHand : public HapticDevice {
   DeviceInfo info_;
 };
 
+/// The path that HAND.json names, relative to where it lies.
+std::filesystem::path path_of_hand(const std::filesystem::path& file, const Json& json) {
+  const std::filesystem::path path = json["path"].string();
+  return path.is_relative() ? file.parent_path() / path : path;
+}
+
 class SimulatedHand : public HapticDevice {
  public:
   SimulatedHand(HandPath path, const HandModel& model, double rate, bool paced, std::string address)
@@ -187,6 +196,10 @@ std::unique_ptr<HapticDevice> make_simulated_hand(HandPath path, const HandModel
   return std::make_unique<SimulatedHand>(std::move(path), model, rate, paced, "script:");
 }
 
+double length_of_scripted_hand(const std::filesystem::path& file, const std::vector<std::string>& tools) {
+  return read_hand_path(file.extension() == ".json" ? path_of_hand(file, Json::load(file)) : file, tools).end();
+}
+
 std::unique_ptr<HapticDevice> open_scripted_hand(const std::filesystem::path& file, double rate, bool paced,
                                                  const std::vector<std::string>& tools) {
   const std::string address = "script:" + file.string();
@@ -207,9 +220,7 @@ std::unique_ptr<HapticDevice> open_scripted_hand(const std::filesystem::path& fi
     model.tremor_amplitude = (*tremor)["amplitude_N"].number(0, 100);
     model.tremor_frequency = tremor->number_or("frequency_Hz", model.tremor_frequency, 0.1, 1000);
   }
-  std::filesystem::path path = json["path"].string();
-  if (path.is_relative()) path = file.parent_path() / path;
-  return std::make_unique<SimulatedHand>(read_hand_path(path, tools), model, rate, paced, address);
+  return std::make_unique<SimulatedHand>(read_hand_path(path_of_hand(file, json), tools), model, rate, paced, address);
 }
 
 }  // namespace typodont::haptics

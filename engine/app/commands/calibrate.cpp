@@ -13,6 +13,7 @@
 #include "calibration/report_page.h"
 #include "calibration/rig_file.h"
 #include "engine/app/commands/commands.h"
+#include "engine/app/commands/option_checks.h"
 #include "engine/app/guide/delay_capture.h"
 #include "engine/app/guide/guide_stage.h"
 #include "engine/base/error.h"
@@ -31,11 +32,11 @@ struct Output {
   std::string file;
   bool json = false;
   void add_to(CLI::App& command) {
-    command.add_option("--out", file, "write the result to this JSON file");
+    command.add_option("--out", file, "write the result to this JSON file")->check(writes({FileKind::kJson}));
     command.add_flag("--json", json, "print the result as JSON");
   }
   void write(const std::string& result, const std::string& words) const {
-    if (!file.empty()) write_file_atomically(file, result);
+    if (!file.empty()) write_file_atomically(file, result, FileKind::kJson);
     fmt::print("{}", json ? result : words);
   }
 };
@@ -56,7 +57,7 @@ void add_register(CLI::App& calibrate) {
   command->add_option("--pairs", options->pairs, "CSV: hx_mm,hy_mm,hz_mm,dx_mm,dy_mm,dz_mm")->required();
   command->add_option("--targets", options->targets, "CSV of points in H (x_mm,y_mm,z_mm) to predict the error at");
   command->add_option("--sigma-mm", options->sigma_mm, "known noise of a touch per axis; else estimated")
-      ->check(CLI::PositiveNumber);
+      ->check(more_than_zero());
   command->add_option("--workspace-mm", options->workspace_mm, "box in H: x0 y0 z0 x1 y1 z1; else that of the inliers")
       ->expected(6);
   command->add_option("--rig", options->rig, "take X_DH over as X_WH of this rig file, unless it is not to be trusted");
@@ -120,10 +121,10 @@ void add_delay(CLI::App& calibrate) {
   command
       ->add_option("--seconds", options->live.seconds,
                    "record at most so long; it ends sooner where 0.1 ms are reached")
-      ->check(CLI::Range(4.0, 600.0))
+      ->check(number_in(4.0, 600.0))
       ->capture_default_str();
   command->add_option("--max-ms", options->max_ms, "search this far both ways")
-      ->check(CLI::Range(1.0, 60000.0))
+      ->check(number_in(1.0, 60000.0))
       ->capture_default_str();
   options->out.add_to(*command);
   command->footer(
@@ -231,17 +232,18 @@ struct HandOptions : GuideOptions {
     command
         .add_option("--still-mm", still_mm, "a touch is refused when the tip strayed farther than this within 100 ms")
         ->capture_default_str()
-        ->check(CLI::Range(0.001, 10.0));
+        ->check(number_in(0.001, 10.0));
     command.add_flag("--fast", fast, "a script: hand runs as fast as it can");
     command.add_flag("--no-window", no_window, "show no prompts on the screen");
     command.add_option("--monitor", monitor, "show the prompts full screen on this monitor, counted from 0")
-        ->check(CLI::NonNegativeNumber);
-    command.add_option("--picture", picture,
-                       "write what the panel should show to this PNG or PGM file before each touch");
+        ->check(from_zero());
+    command
+        .add_option("--picture", picture, "write what the panel should show to this PNG or PGM file before each touch")
+        ->check(writes({FileKind::kPicture, FileKind::kGreyPicture}));
     command.add_option("--audio", audio, "play a cue after each touch: portaudio:[DEVICE] or wav:FILE");
     command.add_option("--plate-pitch-mm", plate_pitch_mm, "between the points of the arm's 5 by 5 plate")
         ->capture_default_str()
-        ->check(CLI::PositiveNumber);
+        ->check(more_than_zero());
   }
   const GuideOptions& complete() {
     still.radius = still_mm * kMillimetre;
@@ -266,7 +268,7 @@ void add_rig_step(CLI::App& calibrate, const char* step, const char* what, const
   command->add_option("--captures", options->captures, "folder of the raw captures; else RIG.captures");
   if (name == "screen") {
     command->add_option("--tip-radius-mm", options->tip_radius_mm, "of the ball at the stylus' end")
-        ->check(CLI::Range(0.0, 20.0));
+        ->check(number_in(0.0, 20.0));
   }
   if (name == "eyes") {
     command->add_flag(
@@ -274,15 +276,17 @@ void add_rig_step(CLI::App& calibrate, const char* step, const char* what, const
         "also this user's systematic offset between seeing and feeling, from the touches of register and verify");
   }
   if (name == "verify") {
-    command->add_option("--map", options->map, "write the map of the co-location error to this SVG picture");
+    command->add_option("--map", options->map, "write the map of the co-location error to this SVG picture")
+        ->check(writes({FileKind::kDrawing}));
     command->add_option("--tolerance-mm", options->tolerance_mm, "rms that passes")
-        ->check(CLI::PositiveNumber)
+        ->check(more_than_zero())
         ->capture_default_str();
     command->add_option("--worst-mm", options->worst_mm, "worst that passes")
-        ->check(CLI::PositiveNumber)
+        ->check(more_than_zero())
         ->capture_default_str();
   }
-  command->add_option("--report", options->report, "write a page with plots to this HTML file");
+  command->add_option("--report", options->report, "write a page with plots to this HTML file")
+      ->check(writes({FileKind::kPage}));
   command->add_option("--arm-serial", options->arm_serial, "serial number to keep in the rig file");
   command->add_option("--tracker-serial", options->tracker_serial, "serial number to keep in the rig file");
   options->out.add_to(*command);
@@ -311,8 +315,9 @@ void add_rig_step(CLI::App& calibrate, const char* step, const char* what, const
     if (!options->arm_serial.empty()) rig.set_device("arm", options->arm_serial);
     if (!options->tracker_serial.empty()) rig.set_device("tracker", options->tracker_serial);
     if (!options->report.empty())
-      write_file_atomically(options->report, report_page(bench, "Calibration of " + options->rig));
-    if (!options->map.empty()) write_file_atomically(options->map, error_map_svg(*bench.verification));
+      write_file_atomically(options->report, report_page(bench, "Calibration of " + options->rig), FileKind::kPage);
+    if (!options->map.empty())
+      write_file_atomically(options->map, error_map_svg(*bench.verification), FileKind::kDrawing);
     rig.save();
     options->out.write(bench_json(bench), summary(bench));
     if (bench.verification && !bench.verification->pass) throw RunFailure("verify: " + bench.verification->verdict);
@@ -333,10 +338,10 @@ void add_drift(CLI::App& calibrate) {
                       "CSV of the same marks touched now: x_mm,y_mm,z_mm; else they are asked for");
   command->add_option("--tolerance-mm", options->tolerance_mm, "that a mark may have moved")
       ->capture_default_str()
-      ->check(CLI::PositiveNumber);
+      ->check(more_than_zero());
   command->add_option("--sigma-mm", options->sigma_mm, "noise of a touch per axis")
       ->capture_default_str()
-      ->check(CLI::PositiveNumber);
+      ->check(more_than_zero());
   options->guide.add_to(*command);
   options->out.add_to(*command);
   command->footer(
@@ -483,16 +488,18 @@ void add_camera(CLI::App& calibrate) {
   const auto board_options = [options](CLI::App* command) {
     command->add_option("--columns", options->columns, "inner corners across")
         ->capture_default_str()
-        ->check(CLI::Range(3, 60));
+        ->check(number_in(3, 60));
     command->add_option("--rows", options->rows, "inner corners down; columns + rows must be odd")
         ->capture_default_str()
-        ->check(CLI::Range(3, 60));
+        ->check(number_in(3, 60));
   };
 
   CLI::App* board = calibrate.add_subcommand("board", "draw the chessboard that the panel shows to a camera");
   board_options(board);
-  board->add_option("--size", options->size, "pixels of the panel")->expected(2)->check(CLI::Range(64, 16384));
-  board->add_option("--out", options->out_picture, "PNG or PGM file")->required();
+  board->add_option("--size", options->size, "pixels of the panel")->expected(2)->check(number_in(64, 16384));
+  board->add_option("--out", options->out_picture, "PNG or PGM file")
+      ->required()
+      ->check(writes({FileKind::kPicture, FileKind::kGreyPicture}));
   board->footer("Example: typodont calibrate board --size 1920 1080 --out board.pgm");
   board->callback([options] {
     const BoardPicture drawn = draw_board(options->columns, options->rows, options->size[0], options->size[1]);
@@ -503,7 +510,7 @@ void add_camera(CLI::App& calibrate) {
   CLI::App* detect = calibrate.add_subcommand("detect", "find that chessboard in a camera's picture");
   board_options(detect);
   detect->add_option("picture", options->picture, "PNG, JPEG or PGM")->required();
-  detect->add_option("--size", options->size, "pixels of the panel")->expected(2)->check(CLI::Range(64, 16384));
+  detect->add_option("--size", options->size, "pixels of the panel")->expected(2)->check(number_in(64, 16384));
   detect->add_flag("--mirrored", options->mirrored, "the board is seen in the mirror");
   detect->footer("Prints u,v,px,py, one corner a line.\nExample: typodont calibrate detect view1.png --mirrored");
   detect->callback([options] {
@@ -524,13 +531,13 @@ void add_camera(CLI::App& calibrate) {
   camera->add_option("--rig", options->rig, "rig file to read and to update")->required();
   camera->add_option("--size", options->size, "pixels of the camera's pictures")
       ->expected(2)
-      ->check(CLI::Range(64, 16384));
+      ->check(number_in(64, 16384));
   camera->add_option("--touch-sigma-mm", options->touch_sigma_mm, "noise of a touch per axis")
       ->capture_default_str()
-      ->check(CLI::PositiveNumber);
+      ->check(more_than_zero());
   camera->add_option("--pixel-sigma", options->pixel_sigma, "noise of a corner per axis")
       ->capture_default_str()
-      ->check(CLI::PositiveNumber);
+      ->check(more_than_zero());
   options->out.add_to(*camera);
   camera->footer(
       "on: 0 a touched point, 1 the panel, 2 the panel in the mirror.\nExample: typodont calibrate camera --sightings "
@@ -576,8 +583,9 @@ void simulate(const std::string& folder, const SimulationOptions& simulation, bo
     rig.mark_done(name(Step::kDrift));
     rig.set_device("arm", "simulated");
     write_file_atomically(std::filesystem::path(folder) / "report.html",
-                          report_page(run.bench, "Calibration of the simulated bench"));
-    write_file_atomically(std::filesystem::path(folder) / "error_map.svg", error_map_svg(*run.bench.verification));
+                          report_page(run.bench, "Calibration of the simulated bench"), FileKind::kPage);
+    write_file_atomically(std::filesystem::path(folder) / "error_map.svg", error_map_svg(*run.bench.verification),
+                          FileKind::kDrawing);
     rig.save();
   }
   const auto mm = [](double metres) { return metres * 1e3; };
@@ -616,10 +624,10 @@ void add_calibrate_command(CLI::App& app) {
   calibrate->add_flag("--json", options->json, "with --simulate: print the result as JSON");
   calibrate->add_option("--noise-mm", options->noise_mm, "with --simulate: noise of a touch per axis")
       ->capture_default_str()
-      ->check(CLI::Range(0.0, 5.0));
+      ->check(number_in(0.0, 5.0));
   calibrate->add_option("--outliers", options->outliers, "with --simulate: share of touches that slip")
       ->capture_default_str()
-      ->check(CLI::Range(0.0, 0.4));
+      ->check(number_in(0.0, 0.4));
   calibrate->add_option("--seed", options->seed, "with --simulate: which bench")->capture_default_str();
   calibrate->footer(
       "Example: typodont calibrate --simulate --out bench\nExample: typodont calibrate guide screen --rig "
@@ -637,6 +645,8 @@ void add_calibrate_command(CLI::App& app) {
   add_camera(*calibrate);
   calibrate->require_subcommand(0, 1);
   calibrate->callback([calibrate, options] {
+    refuse_without(*calibrate, {"--out", "--json", "--noise-mm", "--outliers", "--seed"}, options->simulate,
+                   "--simulate");
     if (!calibrate->get_subcommands().empty()) {
       if (options->simulate) throw Error("calibrate: found --simulate with a step, expected one of them");
       return;

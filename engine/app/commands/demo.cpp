@@ -5,6 +5,8 @@
 #include <memory>
 
 #include "engine/app/commands/commands.h"
+#include "engine/app/commands/option_checks.h"
+#include "engine/contract/session_length.h"
 
 namespace typodont {
 
@@ -15,11 +17,12 @@ void add_demo_command(CLI::App& app) {
   command->footer("Example:\n  typodont demo --out demo");
   command->add_option("--out", options->out, "folder for what it makes")->capture_default_str();
   command->add_option("--scene", options->scene, "another scene with caries (JSON)");
-  command->add_option("--rig", options->rig, "another rig (JSON)");
+  command->add_option("--rig", options->rig, "another rig (JSON), or the name of one in assets/rigs");
   command->add_option("--fps", options->fps, "frames a second of the film")
-      ->check(CLI::Range(1.0, 120.0))
+      ->check(number_in(1.0, 120.0))
       ->capture_default_str();
-  command->add_option("--seconds", options->seconds, "stop after so much session time")->check(CLI::Range(0.1, 1e9));
+  command->add_option("--seconds", options->seconds, "stop after so much session time")
+      ->check(number_in(0.1, kLongestSession));
   command->callback([options] { run_demo(*options); });
 }
 

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "engine/app/commands/commands.h"
+#include "engine/app/commands/option_checks.h"
 #include "engine/app/picture/tissue_view.h"
 #include "engine/app/scene.h"
 #include "engine/base/error.h"
@@ -70,11 +71,13 @@ void add_mesh_command(CLI::App& app) {
   CLI::App* command = app.add_subcommand("mesh", "Write the surface of a scene or volume as triangles");
   command->footer("Example:\n  typodont mesh assets/scenes/molar-caries.json --out molar.ply --tolerance-mm 0.02");
   command->add_option("input", options->input, "scene (JSON) or volume (.vdb)")->required();
-  command->add_option("--out", options->out, "mesh to write: .ply (with tissue colours), .stl or .obj")->required();
+  command->add_option("--out", options->out, "mesh to write: .ply (with tissue colours), .stl or .obj")
+      ->required()
+      ->check(writes({FileKind::kPly, FileKind::kStl, FileKind::kObj}));
   command
       ->add_option("--tolerance-mm", options->tolerance_mm,
                    "how far triangles may lie from the surface (default: a tenth of a voxel)")
-      ->check(CLI::Range(0.0, 100.0));
+      ->check(number_in(0.0, 100.0));
   command->add_flag("--json", options->json, "print the summary as JSON");
   command->callback([options] { run(*options); });
 }

@@ -5,15 +5,15 @@
 
 #include <CLI/CLI.hpp>
 #include <cstdio>
-#include <fstream>
-#include <iterator>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
 
 #include "engine/app/commands/commands.h"
+#include "engine/app/commands/option_checks.h"
 #include "engine/app/recording/playback.h"
 #include "engine/base/error.h"
+#include "engine/base/input_file.h"
 #include "engine/base/log.h"
 #include "engine/base/progress.h"
 #include "engine/base/units.h"
@@ -57,9 +57,7 @@ void rerun(const Options& options) {
   std::string text = options.with, where = "--with";
   if (!text.starts_with("{")) {
     where = options.with;
-    std::ifstream in(options.with, std::ios::binary);
-    if (!in) throw Error(options.with, "", "not readable", "a JSON file, or {\"key\": …} itself");
-    text.assign(std::istreambuf_iterator<char>(in), {});
+    text = read_input(options.with, InputKind::kJson);
   }
   const session::SessionReader session(options.session);
   const Scene scene = scene_with(session, text, where);
@@ -115,6 +113,9 @@ void run(Options options) {
   if (playback.speed == 0) throw Error("", "--speed", "0", "how many times as fast; negative: backwards");
   if (!options.out.empty() && options.with.empty())
     throw Error("", "--out", options.out, "--with, whose session it is");
+  require_input(options.session, InputKind::kSession);
+  if (!options.out.empty()) require_output(options.out, FileKind::kSession);
+  if (!playback.film.empty()) require_output(playback.film, FileKind::kFilm);
   const bool film = !playback.film.empty();
   if (film && options.show) throw Error("", "--show", "and --film", "one of them");
   if (!options.with.empty()) rerun(options);
@@ -154,32 +155,40 @@ void add_replay_command(CLI::App& app) {
   command->add_option("session", options->session, "recorded session (.h5)")->required();
   command->add_flag("--check", options->check, "exit 1 where the replay differs from the recording");
   command->add_flag("--show", options->show, "watch it in a window");
-  command->add_option("--film", p.film, "make a film of it (.mp4)");
+  command->add_option("--film", p.film, "make a film of it (.mp4)")->check(writes({FileKind::kFilm}));
   command->add_option("--beside", p.beside,
                       "another session at its right: an expert's, or the same hand in another scene");
   command->add_option("--rig", p.rig,
                       "rig file (JSON), or the name of one in assets/rigs; window, or closeup for a film");
   command->add_option("--eye-mm", options->eye, "X,Y,Z: other eyes, where the head is in the workbench");
-  command->add_option("--ipd-mm", options->ipd, "distance between the eyes")->check(CLI::Range(0.0, 100.0));
+  command->add_option("--ipd-mm", options->ipd, "distance between the eyes")->check(number_in(0.0, 100.0));
   command->add_option("--from", p.from, "where to begin, s of the recording");
   command->add_option("--to", p.to, "where to end");
-  command->add_option("--speed", p.speed, "how many times as fast; negative: backwards")
-      ->check(CLI::Range(-64.0, 64.0));
+  command->add_option("--speed", p.speed, "how many times as fast; negative: backwards")->check(number_in(-64.0, 64.0));
   command->add_option("--loop", p.loops, "how often a film shows it; a window loops unless 0")
-      ->check(CLI::Range(0, 1000));
+      ->check(number_in(0, 1000));
   command->add_option("--fps", p.fps, "pictures a second of a film")
-      ->check(CLI::Range(1.0, 240.0))
+      ->check(number_in(1.0, 240.0))
       ->capture_default_str();
   command->add_option("--view", p.view, "as it looks, or for teaching")
       ->check(CLI::IsMember({"look", "section", "xray", "difference"}))
       ->capture_default_str();
   command->add_option("--monitor", p.monitor, "show it full screen on this monitor, 0 is the first")
-      ->check(CLI::NonNegativeNumber);
+      ->check(from_zero());
   command->add_option("--with", options->with,
                       "the same hand with another contact: a JSON file or object with keys of a scene that differ");
-  command->add_option("--out", options->out, "the session that --with makes (.h5)");
+  command->add_option("--out", options->out, "the session that --with makes (.h5)")
+      ->check(writes({FileKind::kSession}));
   command->add_flag("--json", options->json, "print the result as JSON");
-  command->callback([options] { run(*options); });
+  command->callback([options, command] {
+    const bool film = !options->playback.film.empty();
+    refuse_without(*command,
+                   {"--beside", "--rig", "--eye-mm", "--ipd-mm", "--from", "--to", "--speed", "--loop", "--view"},
+                   options->show || film, "--show or --film");
+    refuse_without(*command, {"--monitor"}, options->show, "--show");
+    refuse_without(*command, {"--fps"}, film, "--film");
+    run(*options);
+  });
 }
 
 }  // namespace typodont
