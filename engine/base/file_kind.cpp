@@ -57,7 +57,7 @@ bool is_json(std::string_view head) {
 bool is_text(std::string_view head) {
   return std::none_of(head.begin(), head.end(), [](char c) {
     const auto byte = static_cast<unsigned char>(c);
-    return byte < 0x20 && std::strchr("\t\n\r\f", c) == nullptr;
+    return byte < 0x20 && std::string_view("\t\n\r\f").find(c) == std::string_view::npos;
   });
 }
 

@@ -44,7 +44,7 @@ class LineReader {
  private:
   std::filesystem::path file_;
   std::ifstream in_;
-  std::string buffer_ = std::string(kLongest + 2, '\0');
+  std::string buffer_ = std::string(kLongest + 1, '\0');
   std::size_t number_ = 0;
 };
 

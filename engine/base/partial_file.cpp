@@ -17,10 +17,12 @@
 #include <optional>
 #include <string>
 #include <system_error>
+#include <tuple>
 #include <utility>
 
 #include "engine/base/error.h"
 #include "engine/base/input_file.h"
+#include "engine/base/stream_file.h"
 
 namespace typodont {
 
@@ -108,35 +110,20 @@ std::string random_digits() {
   return fmt::format("{:016x}", number);
 }
 
-/// An empty new file FILE.PROCESS.RANDOMSUFFIX in `folder`.
-fs::path make_temporary(const fs::path& folder, const fs::path& name, std::string_view suffix, mode_t mode,
-                        const fs::path& file) {
+/// An empty new file FILE.PROCESS.RANDOMSUFFIX in `folder`, listed before it is there, so that no signal finds it
+/// unlisted.
+std::pair<fs::path, std::atomic<const char*>*> make_temporary(const fs::path& folder, const fs::path& name,
+                                                              std::string_view suffix, mode_t mode,
+                                                              const fs::path& file) {
   for (int attempt = 0; attempt < 100; ++attempt) {
     const fs::path path = folder / fmt::format("{}.{}.{}{}", name.string(), getpid(), random_digits(), suffix);
+    std::atomic<const char*>* const listed = list(path);
     const Descriptor made(::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, mode));
-    if (made.get() >= 0) return path;
+    if (made.get() >= 0) return {path, listed};
+    if (listed) listed->store(nullptr);
     if (errno != EEXIST) throw Error(file.string(), "", std::strerror(errno), "a writable place");
   }
   throw Error(file.string(), "", "no free name for a temporary file", "a writable place");
-}
-
-/// Where `file` leads to an open descriptor of this process (/dev/stdout, /proc/self/fd/1, /dev/fd/63): its number.
-/// What is open there must be written to and not replaced.
-std::optional<int> own_descriptor(fs::path file) {
-  std::error_code code;
-  for (int links = 0; links < 40; ++links) {
-    const fs::path folder = fs::canonical(folder_of(file), code);
-    if (folder == fmt::format("/proc/{}/fd", getpid())) {
-      const std::string name = file.filename().string();
-      int number = -1;
-      const auto [end, error] = std::from_chars(name.data(), name.data() + name.size(), number);
-      if (error == std::errc{} && end == name.data() + name.size()) return number;
-    }
-    const fs::path to = fs::read_symlink(file, code);
-    if (code) return std::nullopt;
-    file = to.is_absolute() ? to : folder_of(file) / to;
-  }
-  return std::nullopt;
 }
 
 }  // namespace
@@ -150,12 +137,12 @@ PartialFile::PartialFile(fs::path file, FileKind kind, Over over, std::string_vi
   remove_what_the_dead_left(folder / target_.filename(), suffix);
   const bool replaces = makes_file() && fs::exists(target_, code);
   try {
-    path_ = make_temporary(folder, target_.filename(), suffix, replaces || !makes_file() ? 0600 : 0666, file_);
+    std::tie(path_, listed_) =
+        make_temporary(folder, target_.filename(), suffix, replaces || !makes_file() ? 0600 : 0666, file_);
   } catch (const Error&) {
     if (stream_ >= 0) ::close(stream_);
     throw;
   }
-  listed_ = list(path_);
 }
 
 PartialFile::~PartialFile() {

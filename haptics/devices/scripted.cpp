@@ -59,11 +59,11 @@ HandPath read_hand_path(const std::filesystem::path& csv, const std::vector<std:
     const auto value = [&](int column) { return row[static_cast<std::size_t>(column)]; };
     HandPath::Row out;
     out.t = value(t);
-    if (out.t < 0 || out.t > kLongestSession)
-      table.fail(i, "t_s", fmt::format("{}", out.t), fmt::format("0 to {} s, the longest session", kLongestSession));
     if (!path.rows.empty() && !(out.t > path.rows.back().t)) {
       table.fail(i, "t_s", fmt::format("{}", out.t), fmt::format("more than {}", path.rows.back().t));
     }
+    if (out.t < 0 || out.t > kLongestSession)
+      table.fail(i, "t_s", fmt::format("{}", out.t), fmt::format("0 to {} s, the longest session", kLongestSession));
     out.X_WT.p = dvec3(value(x), value(y), value(z)) * kMillimetre;
     if (glm::length(out.X_WT.p) > 10) table.fail(i, "x_mm", "a place over 10 m away", "a place on the bench");
     const dquat q(value(qw), value(qx), value(qy), value(qz));

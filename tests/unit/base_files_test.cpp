@@ -123,7 +123,7 @@ TEST_F(Outputs, NeverReplaceAFileThatWasReadUnderWhateverName) {
   const std::size_t before = count();
   for (const fs::path& name : {input, hard, soft, folder / "." / "scene.json"}) {
     EXPECT_THAT(message_of([&] { put(name, "[]", FileKind::kJson); }),
-                AllOf(HasSubstr(name.string()), HasSubstr("which is read here, too")));
+                AllOf(HasSubstr(name.string()), HasSubstr("is read here, too")));
     EXPECT_EQ(text_of(name), "{}");
   }
   EXPECT_EQ(count(), before);

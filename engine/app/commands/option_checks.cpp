@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "engine/base/error.h"
+#include "engine/base/stream_file.h"
 
 namespace typodont {
 
@@ -73,11 +74,8 @@ CLI::Validator writes(std::initializer_list<FileKind> kinds, Over over) {
   return CLI::Validator(
       [kinds = std::vector<FileKind>(kinds), over](std::string& name) -> std::string {
         const std::filesystem::path file = name;
-        std::error_code code;
-        const auto status = std::filesystem::status(file, code);
-        const bool stream = std::filesystem::is_character_file(status) || std::filesystem::is_fifo(status);
         FileKind kind = kind_of_name(file, kinds);
-        if (kind == FileKind::kText && stream) kind = kinds.front();
+        if (kind == FileKind::kText && is_stream(file)) kind = kinds.front();
         if (kind == FileKind::kText) {
           std::vector<std::string_view> names;
           for (const FileKind known : kinds) names.push_back(name_of(known));
