@@ -21,8 +21,8 @@
 
 /// The exit status when all went well: results that did not arrive, as on a full disk, are a failure.
 static int written_out() {
-  std::cout.flush();
   errno = 0;
+  std::cout.flush();
   if (std::fflush(stdout) == 0 && !std::ferror(stdout) && std::cout) return 0;
   typodont::log::error("standard output: {}", std::strerror(errno ? errno : EIO));
   return 1;

@@ -138,7 +138,7 @@ fs::path bring_in(const NewTooth& tooth, Progress& progress) {
   if (code) throw Error(folder.string(), "", code.message(), "a folder that can be made");
   const std::string stem = file_name_of(tooth.name);
   // Nothing takes an older one's place before all is there.
-  PartialFile volume(folder / (stem + ".vdb"), FileKind::kVolume),
+  PartialFile volume(folder / (stem + ".vdb"), FileKind::kVolume, Over::kItsInput),
       file(folder / (stem + ".json"), FileKind::kJson, Over::kItsInput);
   haptics::TissueVolume(tissue).save(volume.path());
   const nlohmann::ordered_json scene = {
