@@ -15,6 +15,7 @@
 #include "engine/app/hands/replay_hand.h"
 #include "engine/base/cache.h"
 #include "engine/base/error.h"
+#include "engine/base/input_file.h"
 #include "engine/base/interrupt.h"
 #include "engine/base/log.h"
 #include "engine/gpu/driver_cache.h"
@@ -31,6 +32,7 @@ static int written_out() {
 int main(int argc, char** argv) {
   using namespace typodont;
   end_in_order_on_interrupt();
+  if (argc > 1) remember_inputs();
   CLI::App app("Typodont: a co-located visual, haptic and audio workbench for hand-eye training on hard tissue",
                "typodont");
   app.set_version_flag("--version", TYPODONT_VERSION);

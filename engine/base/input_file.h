@@ -18,8 +18,12 @@ std::string_view name_of(InputKind kind) noexcept;
 /// Bytes. A larger file of this kind is refused before it is read.
 std::uintmax_t largest_input(InputKind kind) noexcept;
 
+/// From now on this process remembers what it reads, so that it writes over none of it. For commands; not for a window
+/// or a library's user, who read and write the same files again and again on purpose.
+void remember_inputs() noexcept;
+
 /// Checks that `file` is a regular file (links are followed) of at most largest_input(kind) bytes, and remembers it as
-/// an input of this process. A directory, device, FIFO, socket or terminal is refused without being opened. Returns the
+/// an input. A directory, device, FIFO, socket or terminal is refused without being opened. Returns the
 /// size in bytes. Any thread. Throws Error.
 std::uintmax_t require_input(const std::filesystem::path& file, InputKind kind);
 /// The same, and all its bytes.
@@ -27,7 +31,7 @@ std::string read_input(const std::filesystem::path& file, InputKind kind);
 /// The same, and a binary stream at its beginning.
 std::ifstream open_input(const std::filesystem::path& file, InputKind kind);
 
-/// The input of this process that `file` is, under whatever name; nothing where it is none. Two names are one file
+/// The remembered input that `file` is, under whatever name; nothing where it is none. Two names are one file
 /// when device, inode and time of creation are the same. Any thread.
 std::optional<std::filesystem::path> input_that_is(const std::filesystem::path& file);
 

@@ -116,6 +116,7 @@ TEST_F(InputFiles, OfOneEndlessLineAreRefusedAtThatLine) {
 }
 
 TEST_F(Outputs, NeverReplaceAFileThatWasReadUnderWhateverName) {
+  remember_inputs();
   const fs::path input = write("scene.json", "{}"), hard = folder / "hard.json", soft = folder / "soft.json";
   Json::load(input);
   fs::create_hard_link(input, hard);
@@ -132,6 +133,7 @@ TEST_F(Outputs, NeverReplaceAFileThatWasReadUnderWhateverName) {
 }
 
 TEST_F(Outputs, MayTakeTheNameOfAFileThatWasReadAndIsGone) {
+  remember_inputs();
   const fs::path file = write("again.json", "{}");
   Json::load(file);
   fs::remove(file);
