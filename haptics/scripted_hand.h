@@ -10,8 +10,8 @@
 
 namespace typodont::haptics {
 
-/// The path of a tool as held: INTERFACE.md, "Hand (CSV)". Linear and slerp between rows; before the first and after
-/// the last row the pose stays.
+/// The path of a tool as held: INTERFACE.md, "Hand (CSV)", within kLongestSession. Linear and slerp between rows;
+/// before the first and after the last row the pose stays.
 struct HandPath {
   struct Row {
     double t = 0;  // s
@@ -43,6 +43,8 @@ struct HandModel {
 /// the clock; otherwise as fast as it can, with the same samples. Throws Error.
 std::unique_ptr<HapticDevice> open_scripted_hand(const std::filesystem::path& file, double rate, bool paced,
                                                  const std::vector<std::string>& tools = {});
+/// s, of what open_scripted_hand() opens. Throws Error.
+double length_of_scripted_hand(const std::filesystem::path& file, const std::vector<std::string>& tools = {});
 /// The same from values, for programs that plan their own path.
 std::unique_ptr<HapticDevice> make_scripted_hand(HandPath path, double rate, bool paced);
 std::unique_ptr<HapticDevice> make_simulated_hand(HandPath path, const HandModel& model, double rate, bool paced);

@@ -8,6 +8,7 @@
 #include <cstring>
 
 #include "engine/base/error.h"
+#include "engine/base/input_file.h"
 #include "engine/base/partial_file.h"
 
 namespace typodont::audio {
@@ -30,9 +31,7 @@ std::vector<double> Recording::mono(int channel) const {
 }
 
 Recording read_recording(const std::filesystem::path& file) {
-  std::error_code code;
-  if (!std::filesystem::exists(file, code)) throw Error(file.string(), "", "no such file", "a sound file");
-  if (std::filesystem::is_directory(file, code)) throw Error(file.string(), "", "a directory", "a sound file");
+  require_input(file, InputKind::kSound);
   SF_INFO info{};
   const SoundFile sound(sf_open(file.c_str(), SFM_READ, &info));
   if (!sound) {
@@ -64,7 +63,7 @@ Recording read_recording(const std::filesystem::path& file) {
 }
 
 struct WavWriter::Impl {
-  explicit Impl(const std::filesystem::path& file) : partial(file) {}
+  explicit Impl(const std::filesystem::path& file) : partial(file, FileKind::kSound) {}
   PartialFile partial;
   SoundFile sound;
 };

@@ -3,13 +3,13 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <fstream>
 #include <limits>
 
 #include "audio/contact_track.h"
 #include "audio/tick_voice.h"
 #include "engine/base/csv.h"
 #include "engine/base/error.h"
+#include "engine/base/input_file.h"
 #include "engine/base/units.h"
 
 namespace typodont::audio {
@@ -38,9 +38,9 @@ double ignored(std::string_view) {
 }
 
 std::vector<std::string> header_of(const std::filesystem::path& file) {
-  std::ifstream in(file);
+  LineReader in(file, InputKind::kTable);
   std::string line;
-  while (std::getline(in, line)) {
+  while (in.next(line)) {
     std::erase_if(line, [](char c) { return c == ' ' || c == '\t' || c == '\r'; });
     if (line.empty() || line.front() == '#') continue;
     std::vector<std::string> names;

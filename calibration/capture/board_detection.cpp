@@ -10,10 +10,12 @@
 #include "calibration/camera_solver.h"
 #include "calibration/capture/opencv_solvers.h"
 #include "engine/base/error.h"
+#include "engine/base/input_file.h"
 
 namespace typodont::calibration {
 
 std::vector<Pixel> find_board(const std::filesystem::path& picture, int columns, int rows, bool mirrored) {
+  require_input(picture, InputKind::kPicture);
   int width = 0, height = 0, channels = 0;
   const std::unique_ptr<stbi_uc, void (*)(void*)> bytes(
       stbi_load(picture.c_str(), &width, &height, &channels, STBI_grey), stbi_image_free);

@@ -143,7 +143,7 @@ void write_captures(const std::filesystem::path& folder, const Captures& capture
   const auto write = [&](const char* name, bool any, std::string header, auto&& fill) {
     if (!any) return;
     fill(header);
-    write_file_atomically(folder / name, header);
+    write_file_atomically(folder / name, header, FileKind::kTable, Over::kItsInput);
   };
   write("arm.csv", !captures.arm.empty(), "group,kx_mm,ky_mm,kz_mm," + columns + "\n", [&](std::string& text) {
     for (const ArmCapture& c : captures.arm) {

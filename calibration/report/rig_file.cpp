@@ -4,8 +4,6 @@
 #include <fmt/format.h>
 
 #include <ctime>
-#include <fstream>
-#include <sstream>
 
 #include "calibration/calibration_files.h"
 #include "calibration/joint_solver.h"
@@ -179,12 +177,9 @@ RigFile::~RigFile() = default;
 RigFile RigFile::load(const std::filesystem::path& file) {
   const Json checked = Json::load(file);  // exact messages for what is not JSON
   if (!checked.is_object()) checked.fail("a rig: an object");
-  std::ifstream in(file, std::ios::binary);
-  std::ostringstream text;
-  text << in.rdbuf();
   auto document = std::make_unique<Document>();
   document->file = file;
-  document->root = Value::parse(text.str());
+  document->root = Value::parse(checked.text());
   RigFile rig(std::move(document));
   rig.bench();  // bad values are errors now, not after an hour of touching
   return rig;
@@ -285,7 +280,7 @@ void RigFile::set_device(const std::string& role, const std::string& serial) {
 
 void RigFile::save() {
   document_->root["calibration"]["date"] = fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(std::time(nullptr)));
-  write_file_atomically(document_->file, document_->root.dump(2) + "\n");
+  write_file_atomically(document_->file, document_->root.dump(2) + "\n", FileKind::kJson, Over::kItsInput);
 }
 
 }  // namespace typodont::calibration

@@ -47,6 +47,15 @@ fs::path assets_folder() {
               "the assets folder, or its place in TYPODONT_ASSETS");
 }
 
+fs::path find_rig(const std::string& rig) {
+  std::error_code code;
+  if (fs::exists(rig, code)) return rig;
+  const fs::path shipped = assets_folder() / "rigs" / (rig + ".json");
+  if (rig.find('/') == std::string::npos && fs::exists(shipped, code)) return shipped;
+  throw Error(rig, "", "no such file",
+              fmt::format("a rig file, or the name of one in {}", shipped.parent_path().string()));
+}
+
 fs::path find_file(const fs::path& path, const fs::path& beside) {
   std::error_code code;
   if (path.is_absolute()) {

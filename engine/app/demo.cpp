@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <optional>
 
 #include "engine/app/assets.h"
@@ -15,6 +16,7 @@
 #include "engine/app/recording/session_record.h"
 #include "engine/app/review/session_report.h"
 #include "engine/app/sound_link.h"
+#include "engine/base/clock.h"
 #include "engine/base/error.h"
 #include "engine/base/log.h"
 #include "engine/base/progress.h"
@@ -59,7 +61,7 @@ void run_demo(const DemoOptions& options) {
   Scene scene =
       read_scene(options.scene.empty() ? assets_folder() / "scenes/molar-caries.json" : fs::path(options.scene));
   choose_model(scene, options.model);
-  const fs::path rig_file = options.rig.empty() ? assets_folder() / "rigs/closeup.json" : fs::path(options.rig);
+  const fs::path rig_file = find_rig(options.rig.empty() ? "closeup" : options.rig);
   const display::DisplayRig rig = display::load_rig(rig_file);
   log::info("scene {} ({})", scene.name, scene.file.string());
   haptics::TissueVolume tissue = load_tissue(scene);
@@ -83,7 +85,9 @@ void run_demo(const DemoOptions& options) {
   SoundLink sound("wav:" + wav.string(), scene, /*live=*/false);
   session::SessionHeader header = session_header(scene, rig_file, *hand, volume, kRate);
   header.streams.push_back(sound_stream());
-  session::SessionWriter recorder(session_file, header);
+  session::WriterOptions whole;
+  whole.whole_or_nothing = true;
+  session::SessionWriter recorder(session_file, header, whole);
   recorder.event(0, session::EventKind::kNote, sound.about());
   TickNotes notes(scene, 0);
   DebrisView debris(scene.servo.materials, volume);
@@ -97,6 +101,7 @@ void run_demo(const DemoOptions& options) {
   double next_frame = 0;
   bool before_taken = false, during_taken = false;
   std::uint64_t frames = 0;
+  Nanos timed_from = 0;
   while (hand->read(sample) && to_seconds(sample.t) <= length) {
     const bool did_cut = loop.tick(sample, tick, cut);
     hand->write(tick.f_T_W, tick.tau_T_W);
@@ -112,6 +117,13 @@ void run_demo(const DemoOptions& options) {
     if (t < next_frame) continue;
     next_frame += 1 / options.fps;
     progress.at(t / length);
+    constexpr std::uint64_t kTimed = 10;  // frames, after the first, which makes things ready
+    if (frames == 1) timed_from = now();
+    if (frames == 1 + kTimed) {
+      const double each = to_seconds(now() - timed_from) / kTimed, all = length * options.fps;
+      log::info("{:.0f} s of session, {:.0f} pictures: about {:.0f} min on this machine", length, all,
+                std::ceil(each * all / 60));
+    }
     recorder.heartbeat();
     sound.advance(tick.t);
     debris.step(1 / options.fps);
@@ -143,7 +155,8 @@ void run_demo(const DemoOptions& options) {
   if (!recorder.finish(result)) throw RunFailure(recorder.status().message);
   const bool filmed = film && film->finish(wav);
   const session::SessionReader recorded(session_file);
-  write_file_atomically(options.out / "report.html", session::report_html(recorded, report_of(recorded)));
+  write_file_atomically(options.out / "report.html", session::report_html(recorded, report_of(recorded)),
+                        FileKind::kPage);
   progress.at(1);
 
   const PerTissue& removed = tick.removed;

@@ -1,6 +1,9 @@
 // typodont: reads the command line, runs one command, turns errors into messages and exit statuses.
+#include <cerrno>
 #include <cstdio>
+#include <cstring>
 #include <exception>
+#include <iostream>
 
 #include "engine/app/commands/command_line.h"
 #include "engine/app/commands/commands.h"
@@ -11,11 +14,24 @@
 #include "engine/app/recording/replay_hand.h"
 #include "engine/base/cache.h"
 #include "engine/base/error.h"
+#include "engine/base/input_file.h"
+#include "engine/base/interrupt.h"
 #include "engine/base/log.h"
 #include "engine/gpu/driver_cache.h"
 
+/// The exit status when all went well: results that did not arrive, as on a full disk, are a failure.
+static int written_out() {
+  errno = 0;
+  std::cout.flush();
+  if (std::fflush(stdout) == 0 && !std::ferror(stdout) && std::cout) return 0;
+  typodont::log::error("standard output: {}", std::strerror(errno ? errno : EIO));
+  return 1;
+}
+
 int main(int argc, char** argv) {
   using namespace typodont;
+  end_in_order_on_interrupt();
+  if (argc > 1) remember_inputs();
   cli::Command program(
       "typodont", "Typodont: a co-located visual, haptic and audio workbench for hand-eye training on hard tissue");
   program.version(TYPODONT_VERSION);
@@ -35,6 +51,7 @@ int main(int argc, char** argv) {
   add_bench_command(program);
   add_replay_driver();
   add_window_drivers();
+  program.footer("Without arguments, typodont opens the operator's window.");
   if (const auto kept = cache::folder(); !kept.empty()) gpu::keep_driver_cache(kept / "driver");
   try {
     if (argc == 1) {
@@ -51,7 +68,8 @@ int main(int argc, char** argv) {
         return 2;
       }
     }
-    return program.run(argc, argv).value_or(0);
+    const int status = program.run(argc, argv).value_or(0);
+    return status == 0 ? written_out() : status;
   } catch (const Error& e) {
     log::error("{}", e.what());
     return 2;

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
-#include <csignal>
 #include <mutex>
 #include <optional>
 #include <thread>
@@ -13,6 +12,7 @@
 #include <utility>
 
 #include "engine/app/assets.h"
+#include "engine/app/hands/expert_hand.h"
 #include "engine/app/hands/hands.h"
 #include "engine/app/hands/mouse_hand.h"
 #include "engine/app/headset/xr_hand.h"
@@ -27,7 +27,9 @@
 #include "engine/app/wiring.h"
 #include "engine/base/check.h"
 #include "engine/base/error.h"
+#include "engine/base/interrupt.h"
 #include "engine/base/log.h"
+#include "engine/base/partial_file.h"
 #include "engine/base/units.h"
 #include "engine/contract/loop_timing.h"
 #include "engine/display/keys.h"
@@ -73,6 +75,7 @@ struct Workbench::Impl {
   dvec3 above{0, 0, 0};                // m, W: where the tool starts
 
   bool running = false;
+  std::optional<InterruptHandler> on_interrupt;
   Nanos began = 0;
   ServoTick tick;                                                                    // the newest, as drawn
   SessionSettings settings;                                                          // as last sent to the servo
@@ -117,7 +120,7 @@ struct Workbench::Impl {
 
 void Workbench::Impl::set_up() {
   // What this session needs.
-  rig_file = options.rig;
+  if (!options.rig.empty()) rig_file = find_rig(options.rig);
   if (rig_file.empty() && display::has_desktop()) rig_file = assets_folder() / "rigs/window.json";
   if (!rig_file.empty()) rig = display::load_rig(rig_file);
   if (rig && options.embedded) rig->screen.layout = display::Layout::kMono;
@@ -128,6 +131,7 @@ void Workbench::Impl::set_up() {
   choice.hand = hand_address(choice, rig ? &*rig : nullptr, window ? "mouse:" : hmd ? "openxr:right" : "");
 
   LiveSession& s = session.emplace(scene, load_tissue(scene));
+  if (!options.save.empty()) require_output(options.save, FileKind::kVolume);  // not only when it is saved
   const haptics::TissueVolume& tissue = s.carver.volume();
   s.draw = (window || hmd) && scene.needs("render");
   explain(s.draw ? fmt::format("picture: on, {}", rig_file.string())
@@ -156,12 +160,14 @@ void Workbench::Impl::set_up() {
         throw Error("--hand", "", scheme + ":" + rest, "a headset's rig, and a scene that names \"render\"");
       return make_xr_hand(s.wiring, scheme + ":" + rest, {above, {1, 0, 0, 0}}, options.rate);
     }
+    if (scheme == "expert") return open_expert_hand(scene, options.rate);
     if (!window) throw Error("--hand", "", scheme + ":", "a window rig for it to move in");
     pointer.emplace(*rig, above);
     return make_mouse_hand(s.wiring, pointer->follow({}, 0).X_WT, options.rate);
   };
   hands = open_hands(choice, rig ? &*rig : nullptr, in_window);
   const haptics::DeviceInfo& hand = hands.right->info();
+  if (!options.no_real_time) require_real_time(hands);
   s.serve(hand);
   explain("hand: " + in_words(hand));
   explain(hands.left ? "left hand, with the mouth mirror: " + in_words(hands.left->info()) : "left hand: none");
@@ -254,8 +260,7 @@ void Workbench::Impl::start() {
 
   g_asked_to_stop = false;
   set_check_handler(haptics::release_all_devices);  // a broken assumption, too, ends in zero force
-  std::signal(SIGINT, ask_to_stop);
-  std::signal(SIGTERM, ask_to_stop);
+  on_interrupt.emplace(ask_to_stop);
   running = true;
   before = process_counts();
   before.desktop_requests = desktop_requests();
@@ -466,8 +471,7 @@ void Workbench::Impl::end() {
   summary.debris_cuts_lost = s.wiring.cuts_to_debris.dropped();
   haptics::TissueVolume* copy = nullptr;
   while (s.wiring.copies_to_watch.pop(copy)) delete copy;
-  std::signal(SIGINT, SIG_DFL);
-  std::signal(SIGTERM, SIG_DFL);
+  on_interrupt.reset();
 
   if (!s.save.empty() && options.save_at_end) try_to([&] { s.carver.volume().save(s.save); });
   const session::SessionResult result = carved ? session_result(s.carver.volume()) : session::SessionResult();

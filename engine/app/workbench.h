@@ -23,7 +23,7 @@
 namespace typodont {
 
 struct WorkbenchOptions {
-  std::string rig;                // empty: a window where there is a desktop, otherwise no picture
+  std::string rig;                // file or name; empty: a window where there is a desktop, otherwise no picture
   std::string hand;               // address; empty: the rig's, else the mouse where there is a window
   std::string left_hand;          // address; empty: the rig's, else no second hand
   std::string pedal;              // "auto", "none", a path or a serial; empty: the rig's, else auto
@@ -32,6 +32,7 @@ struct WorkbenchOptions {
   std::filesystem::path record;   // empty: not recorded
   std::filesystem::path touches;  // where pairs for `calibrate register` go, of a headset's controller and an arm
   double seconds = 1e18;          // end by itself after so long
+  bool no_real_time = false;      // a hand with motors is used even where the system refuses real time
   bool explain = false;           // say what is active, and why the rest is not
   std::filesystem::path save;     // the tissue goes there at the end, and when asked for; empty: nowhere
   bool save_at_end = true;        // else only when asked for
@@ -129,7 +130,7 @@ class Workbench {
   /// 50 ms, every device is released from here. stop() still completes the recording.
   void emergency_stop();
 
-  /// By SIGINT or SIGTERM: whoever runs the session should end too.
+  /// By SIGINT, SIGTERM or SIGHUP: whoever runs the session should end too.
   static bool asked_to_stop();
 
   WorkbenchStatus status();
@@ -159,7 +160,7 @@ class Workbench {
 };
 
 /// A whole session: runs until the window closes, the hand's script ends, the time is over or the process is asked to
-/// stop (SIGINT, SIGTERM). Every end sends zero force. Throws Error at set-up, RunFailure when the run fails.
+/// stop (SIGINT, SIGTERM, SIGHUP). Every end sends zero force. Throws Error at set-up, RunFailure when the run fails.
 WorkbenchSummary run_workbench(const Scene& scene, const WorkbenchOptions& options);
 
 }  // namespace typodont

@@ -3,14 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <charconv>
 #include <cmath>
 #include <cstring>
-#include <fstream>
 #include <limits>
 
 #include "engine/base/error.h"
+#include "engine/base/input_file.h"
 
 namespace typodont {
 
@@ -49,15 +48,12 @@ void CsvTable::fail(std::size_t row, std::string_view name, std::string_view fou
 
 CsvTable read_csv(const std::filesystem::path& file, const std::vector<std::string>& required,
                   const std::vector<std::string>& optional, const std::map<std::string, CellReader>& readers) {
-  std::error_code code;
-  if (std::filesystem::is_directory(file, code)) throw Error(file.string(), "", "a directory", "a CSV file");
-  std::ifstream in(file, std::ios::binary);
-  if (!in) throw Error(file.string(), "", std::strerror(errno), "a readable file");
-
+  LineReader in(file, InputKind::kTable);
   CsvTable table;
   table.file = file;
   std::string line;
-  for (std::size_t number = 1; std::getline(in, line); ++number) {
+  while (in.next(line)) {
+    const std::size_t number = in.number();
     if (number == 1 && line.starts_with("\xEF\xBB\xBF"))
       line.erase(0, 3);  // a byte order mark, as spreadsheets write it
     const std::string_view text = trim(line);
@@ -72,7 +68,7 @@ CsvTable read_csv(const std::filesystem::path& file, const std::vector<std::stri
                       fmt::format("the columns {}", fmt::join(required, ",")));
         }
         if (contains(table.columns, cell)) {
-          throw Error(file.string(), place, fmt::format("column \"{}\" twice", cell), "each column once");
+          throw Error(file.string(), place, fmt::format("column \"{}\" twice", cell.substr(0, 40)), "each column once");
         }
         table.columns.emplace_back(cell);
       }

@@ -6,19 +6,27 @@
 #include <cerrno>
 #include <charconv>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
+#include <cstdlib>
 #include <cstring>
 #include <fstream>
-#include <sstream>
+#include <set>
 #include <utility>
 #include <variant>
 
 #include "engine/base/error.h"
+#include "engine/base/input_file.h"
 #include "engine/base/partial_file.h"
 
 namespace typodont {
 
 namespace {
+
+std::string shorten(std::string text) {
+  if (text.size() > 60) text = text.substr(0, 57) + "...";
+  return text;
+}
 
 struct Node;
 struct Member;
@@ -28,6 +36,7 @@ using Object = std::vector<Member>;  // by key, each key once
 /// A value of RFC 8259. Whole numbers stay whole as long as 64 bits hold them.
 struct Node {
   std::variant<std::nullptr_t, bool, std::int64_t, std::uint64_t, double, std::string, Array, Object> value;
+  std::size_t line = 0;  // where it begins, from 1
 
   template <class T>
   const T* as() const {
@@ -54,12 +63,21 @@ class Reader {
   }
 
  private:
-  static constexpr int kDeepest = 200;  // a hostile file could overflow the stack
+  static constexpr int kDeepest = 200;  // levels; the destructor of a deeper document overflows the stack
 
+  /// In characters, from 1.
+  std::size_t column() const {
+    const std::string_view before = text_.substr(0, at_);
+    const std::string_view line = before.substr(before.rfind('\n') + 1);  // npos + 1 is 0
+    return 1 + static_cast<std::size_t>(std::count_if(
+                   line.begin(), line.end(), [](char c) { return (static_cast<unsigned char>(c) & 0xC0) != 0x80; }));
+  }
   [[noreturn]] void fail() const {
-    const auto end = text_.begin() + static_cast<std::ptrdiff_t>(std::min(at_, text_.size()));
-    throw Error(name_, fmt::format("line {}", 1 + std::count(text_.begin(), end, '\n')), "text that is not JSON",
-                "valid JSON");
+    throw Error(name_, fmt::format("line {}, column {}", line_, column()), "text that is not JSON", "valid JSON");
+  }
+  /// About the value or key that is being read.
+  [[noreturn]] void fail(std::string_view found, std::string_view expected) const {
+    throw Error(name_, fmt::format("line {}, \"{}\"", line_, path_), found, expected);
   }
   char peek() const { return at_ < text_.size() ? text_[at_] : '\0'; }
   bool take(std::string_view word) {
@@ -68,47 +86,69 @@ class Reader {
     return true;
   }
   void expect(std::string_view word) {
-    if (!take(word)) fail();
+    for (const char c : word) {
+      if (peek() != c) fail();
+      ++at_;
+    }
   }
   void skip_space() {
-    while (at_ < text_.size() && std::strchr(" \t\n\r", text_[at_]) && text_[at_] != '\0') ++at_;
+    for (; at_ < text_.size(); ++at_) {
+      const char c = text_[at_];
+      if (c == '\n') ++line_;
+      if (c != ' ' && c != '\t' && c != '\n' && c != '\r') return;
+    }
   }
 
   Node value() {
     skip_space();
+    const std::size_t line = line_;
+    Node node;
     switch (peek()) {
       case '{':
-        return {object()};
+        node.value = object();
+        break;
       case '[':
-        return {array()};
+        node.value = array();
+        break;
       case '"':
-        return {string()};
+        node.value = string();
+        break;
       case 't':
         expect("true");
-        return {true};
+        node.value = true;
+        break;
       case 'f':
         expect("false");
-        return {false};
+        node.value = false;
+        break;
       case 'n':
         expect("null");
-        return {nullptr};
+        break;
       default:
-        return number();
+        number(node);
     }
+    node.line = line;
+    return node;
   }
 
   void enter() {
     ++at_;
-    if (++depth_ > kDeepest) throw Error(name_, "", "more than 200 nested levels", "a flat document");
+    if (++depth_ > kDeepest) {
+      throw Error(name_, fmt::format("line {}", line_), fmt::format("more than {} nested levels", kDeepest),
+                  "a flat document");
+    }
     skip_space();
   }
 
   Array array() {
     Array items;
     enter();
+    const std::size_t path = path_.size();
     if (!take("]")) {
       do {
+        path_ += fmt::format("[{}]", items.size());
         items.push_back(value());
+        path_.resize(path);
         skip_space();
       } while (take(","));
       expect("]");
@@ -119,30 +159,30 @@ class Reader {
 
   Object object() {
     Object members;
+    std::set<std::string> keys;
     enter();
+    const std::size_t path = path_.size();
     if (!take("}")) {
       do {
         skip_space();
         if (peek() != '"') fail();
         std::string key = string();
+        path_ += fmt::format("{}{}", path > 0 ? "." : "", shorten(key));
+        if (!keys.insert(key).second) fail("the key twice", "each key once");
         skip_space();
         expect(":");
         members.push_back({std::move(key), value()});
+        path_.resize(path);
         skip_space();
       } while (take(","));
       expect("}");
     }
     --depth_;
-    std::stable_sort(members.begin(), members.end(), [](const Member& a, const Member& b) { return a.key < b.key; });
-    const auto twice = std::adjacent_find(members.begin(), members.end(),
-                                          [](const Member& a, const Member& b) { return a.key == b.key; });
-    if (twice != members.end()) {
-      throw Error(name_, fmt::format("\"{}\"", twice->key), "the key twice", "each key once");
-    }
+    std::sort(members.begin(), members.end(), [](const Member& a, const Member& b) { return a.key < b.key; });
     return members;
   }
 
-  Node number() {
+  void number(Node& node) {
     const std::size_t begin = at_;
     const auto digits = [&] {
       if (peek() < '0' || peek() > '9') fail();
@@ -161,15 +201,21 @@ class Reader {
     if (whole) {  // else, where 64 bits do not hold it, a double
       std::int64_t s = 0;
       std::uint64_t u = 0;
-      if (negative && std::from_chars(first, last, s).ec == std::errc()) return {s};
-      if (!negative && std::from_chars(first, last, u).ec == std::errc()) return {u};
+      if (negative && std::from_chars(first, last, s).ec == std::errc()) {
+        node.value = s;
+        return;
+      }
+      if (!negative && std::from_chars(first, last, u).ec == std::errc()) {
+        node.value = u;
+        return;
+      }
     }
     double d = 0;
-    if (std::from_chars(first, last, d).ec != std::errc()) {
-      throw Error(name_, "", fmt::format("the number {}", text_.substr(begin, std::min(at_ - begin, std::size_t{40}))),
-                  "one that a double can hold");
+    if (std::from_chars(first, last, d).ec != std::errc()) {  // too large, or as good as zero
+      d = std::strtod(std::string(first, last).c_str(), nullptr);
+      if (!std::isfinite(d)) fail(shorten(std::string(first, last)), "a number of at most 1.8e308");
     }
-    return {d};
+    node.value = d;
   }
 
   unsigned four_hex_digits() {
@@ -257,8 +303,9 @@ class Reader {
   }
 
   std::string_view text_, name_;
-  std::size_t at_ = 0;
+  std::size_t at_ = 0, line_ = 1;
   int depth_ = 0;
+  std::string path_;  // of the value that is being read, its keys shortened
 };
 
 void write(std::string& to, const std::string& text) {
@@ -311,15 +358,11 @@ const Node& as_node(const void* value) {
   return *static_cast<const Node*>(value);
 }
 
-std::string shorten(std::string text) {
-  if (text.size() > 60) text = text.substr(0, 57) + "...";
-  return text;
-}
-
 }  // namespace
 
 struct Json::Document {
   std::filesystem::path file;
+  bool lines_named = true;
   Node root;
 };
 
@@ -327,23 +370,22 @@ Json::Json(std::shared_ptr<const Document> document, const void* value, std::str
     : document_(std::move(document)), value_(value), path_(std::move(path)) {}
 
 Json Json::load(const std::filesystem::path& file) {
-  std::error_code code;
-  if (std::filesystem::is_directory(file, code)) throw Error(file.string(), "", "a directory", "a JSON file");
-  std::ifstream in(file, std::ios::binary);
-  if (!in) throw Error(file.string(), "", std::strerror(errno), "a readable file");
-  std::ostringstream text;
-  text << in.rdbuf();
+  return parse(read_input(file, InputKind::kJson), file.string());
+}
+
+Json Json::parse(std::string_view text, std::string_view name, Lines lines) {
   auto document = std::make_shared<Document>();
-  document->file = file;
-  document->root = Reader(text.str(), file.string()).document();
+  document->file = std::string(name);
+  document->lines_named = lines == Lines::kNamed;
+  document->root = Reader(text, name).document();
   return Json(document, &document->root, "");
 }
 
-Json Json::parse(std::string_view text, std::string_view name) {
-  auto document = std::make_shared<Document>();
-  document->file = std::string(name);
-  document->root = Reader(text, name).document();
-  return Json(document, &document->root, "");
+/// `line 7, "a.b[2]"`, as far as both are known.
+std::string Json::place(std::string_view path) const {
+  if (path.empty()) return "";
+  if (!document_->lines_named) return fmt::format("\"{}\"", path);
+  return fmt::format("line {}, \"{}\"", as_node(value_).line, path);
 }
 
 bool Json::is_object() const {
@@ -367,9 +409,8 @@ Json Json::operator[](std::string_view key) const {
   if (!is_object()) fail("an object");
   auto found = find(key);
   if (!found) {
-    throw Error(document_->file.string(),
-                path_.empty() ? fmt::format("\"{}\"", key) : fmt::format("\"{}.{}\"", path_, key), "nothing",
-                "this key");
+    throw Error(document_->file.string(), place(path_.empty() ? std::string(key) : fmt::format("{}.{}", path_, key)),
+                "nothing", "this key");
   }
   return *found;
 }
@@ -405,9 +446,9 @@ void Json::allow_only(std::initializer_list<std::string_view> allowed) const {
   if (!is_object()) fail("an object");
   for (const std::string& key : keys()) {
     if (std::find(allowed.begin(), allowed.end(), key) != allowed.end()) continue;
-    throw Error(document_->file.string(),
-                path_.empty() ? fmt::format("\"{}\"", key) : fmt::format("\"{}.{}\"", path_, key), "an unknown key",
-                fmt::format("one of {}", fmt::join(allowed, ", ")));
+    const std::string name = shorten(key);
+    throw Error(document_->file.string(), find(key)->place(path_.empty() ? name : fmt::format("{}.{}", path_, name)),
+                "an unknown key", fmt::format("one of {}", fmt::join(allowed, ", ")));
   }
 }
 
@@ -480,8 +521,7 @@ void Json::fail(std::string_view expected) const {
 }
 
 void Json::fail(std::string_view found, std::string_view expected) const {
-  throw Error(document_->file.string(), path_.empty() ? std::string() : fmt::format("\"{}\"", path_),
-              shorten(std::string(found)), expected);
+  throw Error(document_->file.string(), place(path_), shorten(std::string(found)), expected);
 }
 
 const std::filesystem::path& Json::file() const {
@@ -494,8 +534,8 @@ std::string Json::text() const {
   return text;
 }
 
-void write_file_atomically(const std::filesystem::path& file, std::string_view bytes) {
-  PartialFile partial(file);
+void write_file_atomically(const std::filesystem::path& file, std::string_view bytes, FileKind kind, Over over) {
+  PartialFile partial(file, kind, over);
   errno = 0;
   std::ofstream out(partial.path(), std::ios::binary);
   out.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));

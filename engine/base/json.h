@@ -10,6 +10,7 @@
 #include <string_view>
 #include <vector>
 
+#include "engine/base/partial_file.h"
 #include "engine/base/pose.h"
 
 namespace typodont {
@@ -17,10 +18,13 @@ namespace typodont {
 /// One value inside a JSON file, which knows its file and its path in it. Cheap to copy. Set-up time; throws Error.
 class Json {
  public:
-  /// Reads a file. Duplicate keys, NaN literals and trailing garbage are errors.
+  /// Whether messages name lines: not where the text was put together by the program and is nobody's file.
+  enum class Lines { kNamed, kUnknown };
+
+  /// Reads a file. Duplicate keys, NaN literals, numbers beyond a double and trailing garbage are errors.
   static Json load(const std::filesystem::path& file);
   /// Parses text; `name` stands in for the file in messages.
-  static Json parse(std::string_view text, std::string_view name);
+  static Json parse(std::string_view text, std::string_view name, Lines lines = Lines::kNamed);
 
   bool is_object() const;
   bool is_array() const;
@@ -50,7 +54,7 @@ class Json {
   bool boolean_or(std::string_view key, bool fallback) const;
   std::string string_or(std::string_view key, std::string_view fallback) const;
 
-  /// Throws Error naming this value's place: "FILE: "a.b[2]": found …, expected …".
+  /// Throws Error naming this value's place: "FILE: line 7, "a.b[2]": found …, expected …".
   [[noreturn]] void fail(std::string_view expected) const;
   [[noreturn]] void fail(std::string_view found, std::string_view expected) const;
   const std::filesystem::path& file() const;
@@ -58,13 +62,16 @@ class Json {
 
  private:
   struct Document;
+  std::string place(std::string_view path) const;
   Json(std::shared_ptr<const Document> document, const void* value, std::string path);
   std::shared_ptr<const Document> document_;
   const void* value_;
   std::string path_;
 };
 
-/// Writes a text file whole or not at all (through a temporary file and a rename). Throws Error when it cannot.
-void write_file_atomically(const std::filesystem::path& file, std::string_view bytes);
+/// Writes a file whole or not at all (PartialFile, which says what it may be written over). Throws Error when it
+/// cannot.
+void write_file_atomically(const std::filesystem::path& file, std::string_view bytes, FileKind kind = FileKind::kText,
+                           Over over = Over::kNoInput);
 
 }  // namespace typodont

@@ -4,7 +4,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <csignal>
 #include <cstdio>
 
 namespace typodont {
@@ -13,23 +12,24 @@ namespace {
 
 constexpr Nanos kPatience = kNanosPerSecond;  // work that is done sooner needs no line
 
-std::atomic<Progress*> g_on_terminal{nullptr};  // what Ctrl-C cancels
+std::atomic<Progress*> g_on_terminal{nullptr};  // what an interrupt cancels
 
 void interrupted(int) {
-  if (Progress* work = g_on_terminal.load()) work->cancel();
-  std::signal(SIGINT, SIG_DFL);  // whoever asks twice means it
+  Progress* const work = g_on_terminal.load();
+  if (!work || work->cancelled()) end_now();  // whoever asks twice means it
+  work->cancel();
 }
 
 }  // namespace
 
 Progress::Progress(std::string_view line) : line_(line), began_(now()), terminal_(isatty(STDERR_FILENO) != 0) {
   g_on_terminal = this;
-  interrupt_before_ = std::signal(SIGINT, interrupted);
+  on_interrupt_.emplace(interrupted);
 }
 
 Progress::~Progress() {
   if (line_.empty()) return;
-  std::signal(SIGINT, interrupt_before_);
+  on_interrupt_.reset();
   g_on_terminal = nullptr;
   if (terminal_ && shown_ >= 0) fmt::print(stderr, "\n");
 }

@@ -2,11 +2,13 @@
 #pragma once
 
 #include <atomic>
+#include <optional>
 #include <string>
 #include <string_view>
 
 #include "engine/base/clock.h"
 #include "engine/base/error.h"
+#include "engine/base/interrupt.h"
 
 namespace typodont {
 
@@ -21,8 +23,8 @@ class Progress {
   /// Watched by another thread.
   Progress() = default;
   /// Shown on the terminal once it takes longer than a second: one line redrawn when standard error is a terminal,
-  /// otherwise each tenth printed once. Ctrl-C
-  /// cancels; a second one ends the program as ever. One at a time.
+  /// otherwise each tenth printed once. The first Ctrl-C (SIGINT, SIGTERM, SIGHUP) cancels the work, the second one
+  /// ends the program at once (interrupt.h). One at a time.
   explicit Progress(std::string_view line);
   ~Progress();
   Progress(const Progress&) = delete;
@@ -51,7 +53,7 @@ class Progress {
   Nanos began_ = 0;
   int shown_ = -1;
   bool terminal_ = false;
-  void (*interrupt_before_)(int) = nullptr;
+  std::optional<InterruptHandler> on_interrupt_;
 };
 
 }  // namespace typodont

@@ -9,6 +9,7 @@
 #include <cfenv>
 #include <cstring>
 #include <new>
+#include <thread>
 
 #include "engine/base/clock.h"
 
@@ -72,6 +73,12 @@ RealtimeGranted enter_realtime(const RealtimeRequest& request) noexcept {
     }
   }
   return granted;
+}
+
+std::string realtime_refusal() {
+  RealtimeGranted granted;
+  std::thread([&] { granted = enter_realtime({.priority = 80, .core = -1, .lock_memory = false}); }).join();
+  return granted.fifo ? std::string() : granted.note.substr(0, granted.note.rfind("; "));
 }
 
 void flush_denormals() noexcept {

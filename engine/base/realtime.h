@@ -24,6 +24,10 @@ struct RealtimeGranted {
 /// Calling thread. Never throws: a refusal is reported, and the loop runs at ordinary priority.
 RealtimeGranted enter_realtime(const RealtimeRequest& request) noexcept;
 
+/// Why the system refuses SCHED_FIFO to the threads of this process, and what mends it; empty: it grants it. Asks by a
+/// thread of its own.
+std::string realtime_refusal();
+
 /// Calling thread: denormals become zero, so that decaying filters cost the same as loud ones.
 void flush_denormals() noexcept;
 

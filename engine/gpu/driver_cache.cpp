@@ -125,7 +125,7 @@ void close_pipelines(VkDevice device, const VkPhysicalDeviceProperties& properti
   try {
     std::error_code code;
     fs::create_directories(g_folder, code);
-    write_file_atomically(file, bytes);
+    write_file_atomically(file, bytes, FileKind::kCache);
   } catch (const Error&) {  // not kept
   }
 }
@@ -139,7 +139,7 @@ void note_driver_cache() {
   list += fmt::format("{:016x}\n", hash_of(list));
   if (list == bytes_of(g_folder / kList)) return;
   try {
-    write_file_atomically(g_folder / kList, list);
+    write_file_atomically(g_folder / kList, list, FileKind::kCache);
   } catch (const Error&) {  // not kept
   }
 }

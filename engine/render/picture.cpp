@@ -2,6 +2,7 @@
 
 #include <png.h>
 
+#include <cmath>
 #include <cstring>
 #include <string>
 
@@ -24,6 +25,31 @@ png_image header(const Picture& picture) {
 
 }  // namespace
 
+Picture scaled_to(const Picture& picture, glm::ivec2 size) {
+  if (picture.size == size) return picture;
+  Picture scaled{size,
+                 std::vector<std::uint8_t>(4 * static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y))};
+  const glm::dvec2 step = glm::dvec2(picture.size) / glm::dvec2(size);
+  for (int y = 0; y < size.y; ++y) {
+    for (int x = 0; x < size.x; ++x) {
+      // Centres of pixels lie at halves.
+      const glm::dvec2 at =
+          glm::clamp((glm::dvec2(x, y) + 0.5) * step - 0.5, glm::dvec2(0), glm::dvec2(picture.size - 1));
+      const glm::ivec2 low = at, high = glm::min(low + 1, picture.size - 1);
+      const glm::dvec2 share = at - glm::dvec2(low);
+      std::uint8_t* const to =
+          scaled.rgba.data() +
+          4 * (static_cast<std::size_t>(y) * static_cast<std::size_t>(size.x) + static_cast<std::size_t>(x));
+      for (int c = 0; c < 4; ++c) {
+        const double top = glm::mix<double>(picture.at(low.x, low.y)[c], picture.at(high.x, low.y)[c], share.x);
+        const double bottom = glm::mix<double>(picture.at(low.x, high.y)[c], picture.at(high.x, high.y)[c], share.x);
+        to[c] = static_cast<std::uint8_t>(std::lround(glm::mix(top, bottom, share.y)));
+      }
+    }
+  }
+  return scaled;
+}
+
 void write_png(const std::filesystem::path& file, const Picture& picture) {
   std::vector<std::uint8_t> rgb;
   rgb.reserve(picture.rgba.size() / 4 * 3);
@@ -35,7 +61,7 @@ void write_png(const std::filesystem::path& file, const Picture& picture) {
   if (!png_image_write_to_memory(&image, bytes.data(), &size, 0, rgb.data(), 0, nullptr))
     throw Error(file.string(), "", image.message, "a picture that PNG can hold");
   bytes.resize(size);
-  write_file_atomically(file, bytes);
+  write_file_atomically(file, bytes, FileKind::kPicture);
 }
 
 Picture read_png(const std::filesystem::path& file) {

@@ -18,6 +18,8 @@ struct Picture {
   }
 };
 
+/// The same picture in another size, bilinear: what a step of the quality ladder drew smaller, as the screen shows it.
+Picture scaled_to(const Picture& picture, glm::ivec2 size);
 /// Whole or not at all, opaque. Throws Error when the place is not writable.
 void write_png(const std::filesystem::path& file, const Picture& picture);
 /// Throws Error when the file is not a readable PNG.

@@ -38,8 +38,14 @@ pid_t start(const std::vector<std::string>& arguments, int input, const std::fil
   }
   posix_spawn_file_actions_addopen(&actions, 1, "/dev/null", O_WRONLY, 0);
   posix_spawn_file_actions_addopen(&actions, 2, log.c_str(), O_WRONLY | O_CREAT | O_APPEND, 0600);
+  // In a process group of its own: Ctrl-C on the terminal reaches this program alone, which then ends the encoder.
+  posix_spawnattr_t attributes;
+  posix_spawnattr_init(&attributes);
+  posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP);
+  posix_spawnattr_setpgroup(&attributes, 0);
   pid_t pid = -1;
-  const int error = posix_spawn(&pid, arguments[0].c_str(), &actions, nullptr, argv.data(), environ);
+  const int error = posix_spawn(&pid, arguments[0].c_str(), &actions, &attributes, argv.data(), environ);
+  posix_spawnattr_destroy(&attributes);
   posix_spawn_file_actions_destroy(&actions);
   return error == 0 ? pid : -1;
 }
@@ -79,7 +85,9 @@ struct FilmWriter::Impl {
   /// ffmpeg's files on the way.
   struct Parts {
     explicit Parts(const std::filesystem::path& file)
-        : pictures(file, "pictures"), with_sound(file, "sound"), log(file, "log") {}
+        : pictures(file, FileKind::kFilm, Over::kNoInput, "pictures"),
+          with_sound(file, FileKind::kFilm, Over::kNoInput, "sound"),
+          log(file, FileKind::kFilm, Over::kNoInput, "log") {}
     PartialFile pictures, with_sound, log;
   };
   std::optional<Parts> parts;

@@ -8,6 +8,7 @@
 #include <fstream>
 
 #include "engine/base/error.h"
+#include "engine/base/input_file.h"
 
 namespace typodont::session {
 
@@ -26,10 +27,7 @@ void add_forces(Fnv1a& hash, std::span<const ServoTick> ticks) noexcept {
 }
 
 SourceFile describe_file(const std::filesystem::path& file) {
-  std::error_code code;
-  if (std::filesystem::is_directory(file, code)) throw Error(file.string(), "", "a directory", "a file");
-  std::ifstream in(file, std::ios::binary);
-  if (!in) throw Error(file.string(), "", std::strerror(errno), "a readable file");
+  std::ifstream in = open_input(file, InputKind::kAny);
   SourceFile result;
   result.path = file.string();
   Fnv1a hash;

@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/stat.h>
 #include <sys/statvfs.h>
 #include <unistd.h>
 
@@ -105,6 +106,8 @@ struct SessionWriter::Impl {
     return status.state == WriterStatus::State::kRecording || status.state == WriterStatus::State::kDiskFull;
   }
   bool close() noexcept;
+  /// Somebody took the file away, or put another in its place.
+  bool is_gone() const noexcept;
 
   template <class Message>
   void add(Table& table, const std::vector<Column<Message>>& columns, const Message& message) {
@@ -128,8 +131,9 @@ void SessionWriter::Impl::create(const SessionHeader& header) {
     for (const auto& column : stream.columns) good = good && plain_name(column.name) && column.name != "t_ns";
     if (!good) throw Error(file.string(), "stream " + stream.name, "an impossible name", "letters, digits and _");
   }
-  if (is_being_recorded(file)) refuse("a session that is being recorded");
-  written_to = partial.emplace(file).path();
+  written_to = partial.emplace(file, FileKind::kSession).path();
+  if (!partial->makes_file() && !options.whole_or_nothing) refuse("a device or a FIFO");
+  if (partial->makes_file() && is_being_recorded(file)) refuse("a session that is being recorded");
 
   H5 access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
   H5Pset_libver_bounds(access.get(), H5F_LIBVER_V110, H5F_LIBVER_V110);  // what SWMR needs
@@ -167,6 +171,13 @@ void SessionWriter::Impl::note_tool(const ServoTick& tick) noexcept {
   const H5Quiet quiet;
   add_event(
       {tick.t, EventKind::kTool, tick.tool < tool_names.size() ? tool_names[tick.tool] : std::to_string(tick.tool)});
+}
+
+bool SessionWriter::Impl::is_gone() const noexcept {
+  struct stat written {
+  }, named{};
+  if (lock_fd < 0 || ::fstat(lock_fd, &written) != 0) return false;
+  return ::stat(written_to.c_str(), &named) != 0 || named.st_ino != written.st_ino || named.st_dev != written.st_dev;
 }
 
 bool SessionWriter::Impl::create_header(const SessionHeader& header) {
@@ -572,6 +583,7 @@ bool SessionWriter::finish(const SessionResult& result) noexcept {
       s.fail(errno ? std::strerror(errno) : h5_reason());
     }
   }
+  if (s.open() && !s.partial && s.is_gone()) s.fail("it was deleted or replaced while it was recorded");
   bool whole = s.open() && s.close();
   if (whole && s.partial) {
     try {

@@ -1,23 +1,17 @@
 #include "engine/session/report.h"
 
-#include <cerrno>
 #include <cstring>
-#include <fstream>
-#include <iterator>
 #include <utility>
 
 #include "engine/base/error.h"
+#include "engine/base/input_file.h"
 #include "engine/session/page/page.h"
 
 namespace typodont::session {
 
 SessionPicture read_picture(const std::filesystem::path& png, std::string_view name, std::string_view title) {
-  std::error_code code;
-  if (std::filesystem::is_directory(png, code)) throw Error(png.string(), "", "a directory", "a PNG picture");
-  std::ifstream in(png, std::ios::binary);
-  if (!in) throw Error(png.string(), "", std::strerror(errno), "a readable PNG picture");
-  SessionPicture picture{std::string(name), std::string(title), {}};
-  picture.png.assign(std::istreambuf_iterator<char>(in), {});
+  const std::string bytes = read_input(png, InputKind::kPicture);
+  SessionPicture picture{std::string(name), std::string(title), {bytes.begin(), bytes.end()}};
   static constexpr std::uint8_t kSignature[8] = {0x89, 'P', 'N', 'G', '\r', '\n', 0x1a, '\n'};
   if (picture.png.size() < 45 || std::memcmp(picture.png.data(), kSignature, 8) != 0) {
     throw Error(png.string(), "", "something else", "a PNG picture");

@@ -11,6 +11,7 @@
 #include <fstream>
 
 #include "engine/base/error.h"
+#include "engine/base/input_file.h"
 #include "engine/base/json.h"
 #include "engine/base/partial_file.h"
 #include "engine/session/format/hdf5.h"
@@ -237,8 +238,7 @@ struct SessionReader::Impl {
 void SessionReader::Impl::open() {
   const H5Quiet quiet;
   std::error_code code;
-  if (std::filesystem::is_directory(file, code)) throw Error(file.string(), "", "a directory", "a session (.h5)");
-  if (!std::filesystem::exists(file, code)) throw Error(file.string(), "", "nothing", "a session (.h5)");
+  require_input(file, InputKind::kSession);
   if (access(file.c_str(), R_OK) != 0) throw Error(file.string(), "", std::strerror(errno), "a readable file");
   being_recorded = is_being_recorded(file);
   const auto open_as = [&](const std::filesystem::path& path, unsigned flags) {
@@ -484,16 +484,17 @@ const std::optional<LoopReport>& SessionReader::loop() const {
 }
 
 bool repair_session(const std::filesystem::path& file) {
-  PartialFile partial(file, "repaired");
+  std::optional<PartialFile> partial;
   {
     const SessionReader reader(file);
     // One that was closed by its writer, even without its end, is an ordinary file already.
     if (!reader.impl_->marked || reader.being_recorded()) return false;
+    partial.emplace(file, FileKind::kSession, Over::kItsInput, "repaired");
     WriterOptions options;
     options.rewrites = true;
     options.lost_before = reader.lost();
     options.disk_reserve = 0;
-    SessionWriter writer(partial.path(), reader.header(), options);
+    SessionWriter writer(partial->path(), reader.header(), options);
     writer.append(reader.patches());
     writer.append(reader.cuts());
     if (reader.loop()) writer.loop(*reader.loop());
@@ -513,7 +514,7 @@ bool repair_session(const std::filesystem::path& file) {
     if (writer.status().state != WriterStatus::State::kRecording)
       throw Error(file.string(), "", writer.status().message, "a writable place to repair it");
   }
-  partial.keep();
+  partial->keep();
   return true;
 }
 

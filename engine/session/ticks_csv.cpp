@@ -7,11 +7,11 @@
 #include <charconv>
 #include <cmath>
 #include <cstring>
-#include <fstream>
 #include <string_view>
 #include <utility>
 
 #include "engine/base/error.h"
+#include "engine/base/input_file.h"
 #include "engine/session/format/columns.h"
 
 namespace typodont::session {
@@ -88,7 +88,7 @@ std::vector<std::string> ticks_csv_columns() {
   return names;
 }
 
-TicksCsvWriter::TicksCsvWriter(const std::filesystem::path& file) : partial_(file) {
+TicksCsvWriter::TicksCsvWriter(const std::filesystem::path& file) : partial_(file, FileKind::kTable) {
   out_ = std::fopen(partial_.path().c_str(), "wb");
   if (!out_) throw Error(file.string(), "", std::strerror(errno), "a writable place");
   buffer_ = fmt::format("{}\n", fmt::join(ticks_csv_columns(), ","));
@@ -130,15 +130,12 @@ void TicksCsvWriter::finish() {
 }
 
 std::vector<ServoTick> read_ticks_csv(const std::filesystem::path& file) {
-  std::error_code code;
-  if (std::filesystem::is_directory(file, code)) throw Error(file.string(), "", "a directory", "a CSV file");
-  std::ifstream in(file, std::ios::binary);
-  if (!in) throw Error(file.string(), "", std::strerror(errno), "a readable file");
-
+  LineReader in(file, InputKind::kTable);
   std::vector<ServoTick> ticks;
   std::vector<const Column<ServoTick>*> columns;
   std::string line;
-  for (std::size_t number = 1; std::getline(in, line); ++number) {
+  while (in.next(line)) {
+    const std::size_t number = in.number();
     const std::string_view content = trimmed(line);
     if (content.empty() || content.front() == '#') continue;
     const auto cells = split(content);

@@ -153,9 +153,13 @@ void write_mesh(const std::filesystem::path& file, const WholeMesh& mesh, const 
                 const MaterialTable& materials) {
   require_mesh_format(file);
   const std::string format = lower_extension(file);
-  write_file_atomically(file, format == ".ply"   ? ply(mesh, frame, materials)
-                              : format == ".stl" ? stl(mesh, frame)
-                                                 : obj(mesh, frame, materials));
+  if (format == ".ply") {
+    write_file_atomically(file, ply(mesh, frame, materials), FileKind::kPly);
+  } else if (format == ".stl") {
+    write_file_atomically(file, stl(mesh, frame), FileKind::kStl);
+  } else {
+    write_file_atomically(file, obj(mesh, frame, materials), FileKind::kObj);
+  }
 }
 
 }  // namespace typodont::surface

@@ -10,6 +10,7 @@
 #include "engine/base/json.h"
 #include "engine/base/realtime.h"
 #include "engine/base/units.h"
+#include "engine/contract/session_length.h"
 #include "haptics/scripted_hand.h"
 
 namespace typodont::haptics {
@@ -60,6 +61,8 @@ HandPath read_hand_path(const std::filesystem::path& csv, const std::vector<std:
     if (!path.rows.empty() && !(out.t > path.rows.back().t)) {
       table.fail(i, "t_s", fmt::format("{}", out.t), fmt::format("more than {}", path.rows.back().t));
     }
+    if (out.t < 0 || out.t > kLongestSession)
+      table.fail(i, "t_s", fmt::format("{}", out.t), fmt::format("0 to {} s, the longest session", kLongestSession));
     out.X_WT.p = dvec3(value(x), value(y), value(z)) * kMillimetre;
     if (glm::length(out.X_WT.p) > 10) table.fail(i, "x_mm", "a place over 10 m away", "a place on the bench");
     const dquat q(value(qw), value(qx), value(qy), value(qz));
@@ -122,6 +125,12 @@ class ScriptedHand : public HapticDevice {
   Ticker ticker_;
   DeviceInfo info_;
 };
+
+/// The path that HAND.json names, relative to where it lies.
+std::filesystem::path path_of_hand(const std::filesystem::path& file, const Json& json) {
+  const std::filesystem::path path = json["path"].string();
+  return path.is_relative() ? file.parent_path() / path : path;
+}
 
 class SimulatedHand : public HapticDevice {
  public:
@@ -186,6 +195,10 @@ std::unique_ptr<HapticDevice> make_simulated_hand(HandPath path, const HandModel
   return std::make_unique<SimulatedHand>(std::move(path), model, rate, paced, "script:");
 }
 
+double length_of_scripted_hand(const std::filesystem::path& file, const std::vector<std::string>& tools) {
+  return read_hand_path(file.extension() == ".json" ? path_of_hand(file, Json::load(file)) : file, tools).end();
+}
+
 std::unique_ptr<HapticDevice> open_scripted_hand(const std::filesystem::path& file, double rate, bool paced,
                                                  const std::vector<std::string>& tools) {
   const std::string address = "script:" + file.string();
@@ -206,9 +219,7 @@ std::unique_ptr<HapticDevice> open_scripted_hand(const std::filesystem::path& fi
     model.tremor_amplitude = (*tremor)["amplitude_N"].number(0, 100);
     model.tremor_frequency = tremor->number_or("frequency_Hz", model.tremor_frequency, 0.1, 1000);
   }
-  std::filesystem::path path = json["path"].string();
-  if (path.is_relative()) path = file.parent_path() / path;
-  return std::make_unique<SimulatedHand>(read_hand_path(path, tools), model, rate, paced, address);
+  return std::make_unique<SimulatedHand>(read_hand_path(path_of_hand(file, json), tools), model, rate, paced, address);
 }
 
 }  // namespace typodont::haptics

@@ -44,7 +44,7 @@ void write_png(const std::filesystem::path& file, const Picture& picture) {
   }
   if (!good) throw RunFailure(fmt::format("{}: PNG: {}", file.string(), image.message));
   bytes.resize(size);
-  write_file_atomically(file, bytes);
+  write_file_atomically(file, bytes, FileKind::kPicture);
 }
 
 dvec3 color_of(Tissue tissue) {

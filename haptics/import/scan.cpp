@@ -12,6 +12,7 @@
 #include <fstream>
 
 #include "engine/base/error.h"
+#include "engine/base/input_file.h"
 #include "engine/base/units.h"
 #include "haptics/import/import.h"
 
@@ -90,13 +91,7 @@ void check_sizes(const std::filesystem::path& file, std::string_view place, cons
 }
 
 std::uintmax_t size_of_file(const std::filesystem::path& file) {
-  std::error_code error;
-  if (!std::filesystem::exists(file, error)) throw Error(file.string(), "", "no such file", "a scan or a mesh");
-  if (!std::filesystem::is_regular_file(file, error))
-    throw Error(file.string(), "", "no regular file", "a scan or a mesh");
-  const std::uintmax_t size = std::filesystem::file_size(file, error);
-  if (error) throw Error(file.string(), "", error.message(), "a readable file");
-  return size;
+  return require_input(file, is_mesh_file(file) ? InputKind::kMesh : InputKind::kScan);
 }
 
 std::optional<std::vector<double>> parse_numbers(std::string_view text) {
@@ -157,6 +152,12 @@ static RawScan read_any(const std::filesystem::path& file) {
   if (in.gcount() == 0) throw Error(file.string(), "", "an unreadable file", a_scan);
   const std::string_view start(head, static_cast<std::size_t>(in.gcount()));
   const std::string name = lower_name(file);
+  if (start.size() >= 132 && start.substr(128, 4) == "DICM") {
+    throw Error(
+        file.string(), "", "a DICOM file",
+        "one file of the whole scan; make it from the folder of the slices: dcm2niix -o OUT_FOLDER SLICES_FOLDER, "
+        "then import the .nii that it leaves there");
+  }
   const auto ends = [&](const std::string& ending) { return name.ends_with(ending); };
   for (const ScanFormat& format : scan_formats()) {
     if (format.begins && format.begins(start)) return format.read(file);

@@ -3,13 +3,14 @@
 #include <fmt/format.h>
 #include <openvdb/io/File.h>
 #include <openvdb/tools/ChangeBackground.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
 #include <new>
 
 #include "engine/base/error.h"
+#include "engine/base/input_file.h"
+#include "engine/base/partial_file.h"
 #include "engine/base/units.h"
 #include "engine/contract/tissue.h"
 #include "haptics/hardness.h"
@@ -97,8 +98,7 @@ void check_values(const StoredVolume& volume, const std::string& name) {
 
 StoredVolume read_volume(const std::filesystem::path& file) {
   const std::string name = file.string();
-  std::error_code code;
-  if (!std::filesystem::is_regular_file(file, code)) throw Error(name, "", "no such file", "a tissue volume (.vdb)");
+  require_input(file, InputKind::kVolume);
   openvdb::initialize();
   StoredVolume volume;
   {
@@ -147,15 +147,13 @@ void write_volume(const std::filesystem::path& file, const StoredVolume& volume)
   if (volume.before) volume.before->setName(kBeforeFilling), volume.before->setTransform(transform());
   if (volume.hardness) volume.hardness->setName(kHardness), volume.hardness->setTransform(transform());
 
-  const std::string partial = fmt::format("{}.{}.partial", file.string(), getpid());
-  std::error_code code;
+  PartialFile partial(file, FileKind::kVolume);
   try {
-    write_grids(partial, volume);
-    std::filesystem::rename(partial, file);
+    write_grids(partial.path(), volume);
   } catch (const std::exception& e) {
-    std::filesystem::remove(partial, code);
     throw Error(file.string(), "", e.what(), "a writable place");
   }
+  partial.keep();
 }
 
 }  // namespace typodont::haptics

@@ -50,7 +50,7 @@ TEST_F(BadInput, TimeThatRunsBackIsNamed) {
 TEST_F(BadInput, AnUnknownKeyIsNamedWithTheKnownOnes) {
   folder.write("key.json", R"({"tissue": {"voxel_mm": 0.2, "solids": []}, "tool": "round_012", "colour": 3})");
   refuse(servo("key.json", "hand.csv"),
-         AllOf(HasSubstr("key.json: \"colour\""), HasSubstr("unknown key"), HasSubstr("tissue")));
+         AllOf(HasSubstr("key.json: line 1, \"colour\""), HasSubstr("unknown key"), HasSubstr("tissue")));
 }
 
 TEST_F(BadInput, AnUnknownToolListsTheToolsThereAre) {
@@ -94,7 +94,7 @@ TEST_F(BadInput, ATruncatedScanIsNamedWithFoundAndExpected) {
                "NRRD0001\ntype: unsigned short\ndimension: 3\nsizes: 20 20 20\nspacings: 0.1 0.1 0.1\n"
                "data file: scan.raw\nendian: big\nencoding: raw\n");
   folder.write("scan.raw", std::string(1000, 'a'));
-  refuse(fmt::format("import {0}/scan.nhdr --preset tooth --out {0}/out.csv", folder.path().string()),
+  refuse(fmt::format("import {0}/scan.nhdr --preset tooth --out {0}/out.vdb", folder.path().string()),
          HasSubstr("scan"));
 }
 

@@ -70,7 +70,8 @@ TEST(ReportCommand, BadInputIsExitTwoWithFileFoundAndExpectedAndNoPage) {
     EXPECT_THAT(ran.err, HasSubstr(message));
     EXPECT_EQ(ran.out, "");
   };
-  expect_refused(fmt::format("{0}/none.h5 --out {0}/r.html", f), "none.h5: found nothing, expected a session (.h5)");
+  expect_refused(fmt::format("{0}/none.h5 --out {0}/r.html", f),
+                 "none.h5: found No such file or directory, expected a session (.h5)");
   expect_refused(fmt::format("{0}/garbage.h5 --out {0}/r.html", f), "garbage.h5: found no intact HDF5 file");
   expect_refused(fmt::format("{0}/s.h5 --out /nowhere/r.html", f), "/nowhere/r.html: found No such file or directory");
   expect_refused(fmt::format("{0}/s.h5 --out {0}/r.html --language tlh", f),

@@ -274,8 +274,8 @@ class WholeProgram : public testing::Test {
   /// Returns when it runs and records.
   void start(const std::string& rig, const std::string& options) {
     folder.write("rig.json", rig);
-    child = folder.start(fmt::format("run {} --rig {} --audio none: --record {} --json {}", folder / "scene.json",
-                                     folder / "rig.json", folder / "s.h5", options));
+    child = folder.start(fmt::format("run {} --rig {} --audio none: --no-real-time --record {} --json {}",
+                                     folder / "scene.json", folder / "rig.json", folder / "s.h5", options));
     const auto bytes = [&] {
       std::error_code none;
       const auto size = std::filesystem::file_size(folder / "s.h5", none);

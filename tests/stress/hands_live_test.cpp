@@ -73,11 +73,12 @@ class LiveHands : public testing::Test {
     });
   }
 
+  /// On machines that grant no real time, too.
   void start(const std::string& more = "", const std::string& environment = "") {
-    child =
-        folder.start(fmt::format("run {} --hand woodenhaptics:{},woody_patient --pedal none --audio none: --json {}",
-                                 folder / "scene.json", folder / "arm", more),
-                     environment);
+    child = folder.start(
+        fmt::format("run {} --hand woodenhaptics:{},woody_patient --pedal none --audio none: --json --no-real-time {}",
+                    folder / "scene.json", folder / "arm", more),
+        environment);
     ASSERT_GT(child, 0);
     ASSERT_TRUE(gives_force()) << folder.said();
     press();
@@ -139,6 +140,34 @@ class LiveHands : public testing::Test {
   pid_t child = -1;
   std::mt19937 random{1};
 };
+
+TEST_F(LiveHands, WithMotorsAreRefusedWithoutRealTimeAndTakenWhereTheUserAcceptsIt) {
+  // Root would be granted it all the same.
+  const std::string refused = std::string("prlimit --rtprio=0:0 ") +
+                              (::geteuid() == 0 ? "setpriv --bounding-set=-sys_nice --inh-caps=-sys_nice" : "");
+  child = folder.start(fmt::format("run {} --hand woodenhaptics:{},woody_patient --pedal none --audio none:",
+                                   folder / "scene.json", folder / "arm"),
+                       refused);
+  int status = 0;
+  ASSERT_EQ(::waitpid(child, &status, 0), child);
+  child = -1;
+  EXPECT_EQ(WEXITSTATUS(status), 2);
+  const std::string said = folder.said();
+  for (const char* words : {"real time: found SCHED_FIFO refused", "typodont doctor", "--no-real-time"})
+    EXPECT_NE(said.find(words), std::string::npos) << said;
+  EXPECT_EQ(board.take_worst(), 0) << "not a moment of force";
+
+  folder.write("hand.csv", "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,0,0,0,1,0,0,0,0\n0.1,0,0,0,1,0,0,0,0\n");
+  const test::Ran scripted = folder.run(
+      fmt::format("run {} --hand script:{} --audio none:", folder / "scene.json", folder / "hand.csv"), refused);
+  EXPECT_EQ(scripted.status, 0) << "a hand without motors: " << scripted.err;
+
+  start("", refused);
+  wait_for_contact();
+  const std::string note = end()["real_time"]["note"].string();
+  EXPECT_NE(note.find("SCHED_FIFO refused"), std::string::npos) << note;
+  expect_let_go();
+}
 
 TEST_F(LiveHands, AreFeltThroughTheWholeProgramAndItsEndLeavesNoForce) {
   start("--record " + (folder / "s.h5"));
@@ -294,6 +323,7 @@ class LiveBench : public LiveHands {
     options.hand = "woodenhaptics:" + (folder / "arm") + ",woody_patient";
     options.pedal = "none";
     options.audio = "none:";
+    options.no_real_time = true;
     bench.emplace(read_scene(folder / "scene.json"), options);
     bench->start();
   }

@@ -91,9 +91,9 @@ TEST(Tissue, NamesGoThereAndBack) {
 TEST(Json, ErrorsNameFileKeyFoundAndExpected) {
   const Json json = Json::parse(R"({"tool": {"diameter_mm": -1.4, "shape": 3}})", "round.json");
   EXPECT_EQ(message_of([&] { json["tool"]["diameter_mm"].number(0.3, 8); }),
-            "round.json: \"tool.diameter_mm\": found -1.4, expected 0.3 to 8");
+            "round.json: line 1, \"tool.diameter_mm\": found -1.4, expected 0.3 to 8");
   EXPECT_EQ(message_of([&] { json["tool"]["shape"].string(); }),
-            "round.json: \"tool.shape\": found 3, expected a string");
+            "round.json: line 1, \"tool.shape\": found 3, expected a string");
   EXPECT_THAT(message_of([&] { json["tissue"]; }), HasSubstr("\"tissue\": found nothing"));
   EXPECT_THAT(message_of([&] { json["tool"].allow_only({"shape"}); }),
               HasSubstr("\"tool.diameter_mm\": found an unknown key, expected one of shape"));
@@ -148,7 +148,7 @@ TEST(PartialFile, WhatAKilledProcessLeftOfTheSameFileGoesAndWhatALivingOneWrites
   waitpid(dead, nullptr, 0);
   const auto file = temporary("left.txt", "");
   const auto named = [&](pid_t process, const char* rest) {
-    return temporary(fmt::format("left.txt.{}{}", process, rest), "");
+    return temporary(fmt::format("left.txt.{}.0123456789abcdef{}", process, rest), "");
   };
   const auto left = named(dead, ".partial"), other_kind = named(dead, ".log.partial"),
              living = named(getppid(), ".partial");

@@ -285,7 +285,8 @@ TEST(SessionFile, GarbageIsAnErrorThatNamesTheFile) {
               HasSubstr("garbage.h5: found no intact HDF5 file"));
   EXPECT_THAT(message_of([&] { SessionReader r(folder / "empty.h5"); }),
               HasSubstr("empty.h5: found no intact HDF5 file"));
-  EXPECT_THAT(message_of([&] { SessionReader r(folder / "none.h5"); }), HasSubstr("none.h5: found nothing"));
+  EXPECT_THAT(message_of([&] { SessionReader r(folder / "none.h5"); }),
+              HasSubstr("none.h5: found No such file or directory"));
   EXPECT_THAT(message_of([&] { SessionReader r(folder.path); }), HasSubstr("a directory"));
 }
 

@@ -258,7 +258,7 @@ TEST(Report, AMistakeInTheScenesRulesIsAnErrorThatNamesTheSession) {
     report_html(SessionReader(folder / "s.h5"));
     FAIL();
   } catch (const Error& e) {
-    EXPECT_THAT(e.what(), HasSubstr("s.h5: scene: \"score.rules\": found 3"));
+    EXPECT_THAT(e.what(), HasSubstr("s.h5: scene: line 1, \"score.rules\": found 3"));
   }
 }
 

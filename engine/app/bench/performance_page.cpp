@@ -206,7 +206,7 @@ void write_performance_page(const std::filesystem::path& file, const std::vector
     for (const auto& plots : {work_precision(m.rows), growth(m.rows), laws(m.rows)}) {
       for (const Plot& plot : plots) {
         const std::string name = fmt::format("{}_{}.svg", m.part->name, ++number);
-        write_file_atomically(file.parent_path() / folder / name, svg(plot));
+        write_file_atomically(file.parent_path() / folder / name, svg(plot), FileKind::kDrawing);
         page += fmt::format("![{}: {} against {}]({}/{})\n\n", plot.title, plot.y_label, plot.x_label, folder, name);
       }
     }

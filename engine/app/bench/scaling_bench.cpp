@@ -135,6 +135,7 @@ std::vector<BenchRow> bench_scaling(bool quick) {
                       .size_unit = "voxels² of surface"});
     };
 
+    std::filesystem::remove(file);  // of the body before
     load_tissue(scene).save(file);
     const Scene saved = scene_of(fmt::format(R"({{"volume": "{}"}})", file.string()));
     const double before = allocated_bytes();

@@ -18,6 +18,7 @@
 #include "engine/app/commands/command_line.h"
 #include "engine/app/commands/commands.h"
 #include "engine/base/error.h"
+#include "engine/base/input_file.h"
 #include "engine/base/json.h"
 #include "engine/base/log.h"
 
@@ -86,12 +87,10 @@ std::vector<std::string> cells_of(const std::string& line) {
 
 /// The rows that `file` has, by part. Throws Error where it is no such file.
 std::map<std::string, std::vector<BenchRow>> kept_rows(const std::string& file) {
-  std::ifstream in(file);
-  if (!in) throw Error(file, "", "cannot be read", "rows as --out writes them");
+  LineReader in(file, InputKind::kTable);
   std::map<std::string, std::vector<BenchRow>> rows;
-  int number = 0;
-  for (std::string line; std::getline(in, line);) {
-    ++number;
+  for (std::string line; in.next(line);) {
+    const std::size_t number = in.number();
     if (line.empty() || line[0] == '#' || line == kColumns) continue;
     const std::vector<std::string> c = cells_of(line);
     const auto value = [&](std::size_t i) {
@@ -164,7 +163,7 @@ void run(const Options& options) {
     log::info("measuring {}", part.name);
     measured.push_back({&part, part.rows(options.quick)});
   }
-  if (!options.out.empty()) write_file_atomically(options.out, csv(measured));
+  if (!options.out.empty()) write_file_atomically(options.out, csv(measured), FileKind::kTable, Over::kItsInput);
   if (!options.page.empty()) write_performance_page(options.page, measured, machine());
   if (options.json) {
     print_json(measured);
@@ -182,7 +181,8 @@ void add_bench_command(cli::Command& app) {
   std::vector<std::string> names;
   for (const BenchPart& part : bench_parts()) names.emplace_back(part.name);
   command->add_option("name", options->names, "parts to measure; all when none is named")->check(cli::one_of(names));
-  command->add_option("--out", options->out, "write the rows as CSV, with machine, compiler, flags and date");
+  command->add_option("--out", options->out, "write the rows as CSV, with machine, compiler, flags and date")
+      ->check(cli::writes({FileKind::kTable}, Over::kItsInput));
   command->add_option("--keep", options->keep, "of the parts not named take the rows that this CSV has of them")
       ->check(cli::existing_file());
   command->add_option("--page", options->page, "write them as a page (.md) with plots beside it");

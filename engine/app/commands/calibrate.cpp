@@ -31,11 +31,11 @@ struct Output {
   std::string file;
   bool json = false;
   void add_to(cli::Command& command) {
-    command.add_option("--out", file, "write the result to this JSON file");
+    command.add_option("--out", file, "write the result to this JSON file")->check(cli::writes({FileKind::kJson}));
     command.add_flag("--json", json, "print the result as JSON");
   }
   void write(const std::string& result, const std::string& words) const {
-    if (!file.empty()) write_file_atomically(file, result);
+    if (!file.empty()) write_file_atomically(file, result, FileKind::kJson);
     fmt::print("{}", json ? result : words);
   }
 };
@@ -56,7 +56,7 @@ void add_register(cli::Command& calibrate) {
   command->add_option("--pairs", options->pairs, "CSV: hx_mm,hy_mm,hz_mm,dx_mm,dy_mm,dz_mm")->required();
   command->add_option("--targets", options->targets, "CSV of points in H (x_mm,y_mm,z_mm) to predict the error at");
   command->add_option("--sigma-mm", options->sigma_mm, "known noise of a touch per axis; else estimated")
-      ->check(cli::positive());
+      ->check(cli::more_than_zero());
   command->add_option("--workspace-mm", options->workspace_mm, "box in H: x0 y0 z0 x1 y1 z1; else that of the inliers")
       ->expected(6);
   command->add_option("--rig", options->rig, "take X_DH over as X_WH of this rig file, unless it is not to be trusted");
@@ -235,13 +235,14 @@ struct HandOptions : GuideOptions {
     command.add_flag("--fast", fast, "a script: hand runs as fast as it can");
     command.add_flag("--no-window", no_window, "show no prompts on the screen");
     command.add_option("--monitor", monitor, "show the prompts full screen on this monitor, counted from 0")
-        ->check(cli::not_negative());
-    command.add_option("--picture", picture,
-                       "write what the panel should show to this PNG or PGM file before each touch");
+        ->check(cli::from_zero());
+    command
+        .add_option("--picture", picture, "write what the panel should show to this PNG or PGM file before each touch")
+        ->check(cli::writes({FileKind::kPicture, FileKind::kGreyPicture}));
     command.add_option("--audio", audio, "play a cue after each touch: portaudio:[DEVICE] or wav:FILE");
     command.add_option("--plate-pitch-mm", plate_pitch_mm, "between the points of the arm's 5 by 5 plate")
         ->show_default()
-        ->check(cli::positive());
+        ->check(cli::more_than_zero());
   }
   const GuideOptions& complete() {
     still.radius = still_mm * kMillimetre;
@@ -274,13 +275,17 @@ void add_rig_step(cli::Command& calibrate, const char* step, const char* what, c
         "also this user's systematic offset between seeing and feeling, from the touches of register and verify");
   }
   if (name == "verify") {
-    command->add_option("--map", options->map, "write the map of the co-location error to this SVG picture");
+    command->add_option("--map", options->map, "write the map of the co-location error to this SVG picture")
+        ->check(cli::writes({FileKind::kDrawing}));
     command->add_option("--tolerance-mm", options->tolerance_mm, "rms that passes")
-        ->check(cli::positive())
+        ->check(cli::more_than_zero())
         ->show_default();
-    command->add_option("--worst-mm", options->worst_mm, "worst that passes")->check(cli::positive())->show_default();
+    command->add_option("--worst-mm", options->worst_mm, "worst that passes")
+        ->check(cli::more_than_zero())
+        ->show_default();
   }
-  command->add_option("--report", options->report, "write a page with plots to this HTML file");
+  command->add_option("--report", options->report, "write a page with plots to this HTML file")
+      ->check(cli::writes({FileKind::kPage}));
   command->add_option("--arm-serial", options->arm_serial, "serial number to keep in the rig file");
   command->add_option("--tracker-serial", options->tracker_serial, "serial number to keep in the rig file");
   options->out.add_to(*command);
@@ -309,8 +314,9 @@ void add_rig_step(cli::Command& calibrate, const char* step, const char* what, c
     if (!options->arm_serial.empty()) rig.set_device("arm", options->arm_serial);
     if (!options->tracker_serial.empty()) rig.set_device("tracker", options->tracker_serial);
     if (!options->report.empty())
-      write_file_atomically(options->report, report_page(bench, "Calibration of " + options->rig));
-    if (!options->map.empty()) write_file_atomically(options->map, error_map_svg(*bench.verification));
+      write_file_atomically(options->report, report_page(bench, "Calibration of " + options->rig), FileKind::kPage);
+    if (!options->map.empty())
+      write_file_atomically(options->map, error_map_svg(*bench.verification), FileKind::kDrawing);
     rig.save();
     options->out.write(bench_json(bench), summary(bench));
     if (bench.verification && !bench.verification->pass) throw RunFailure("verify: " + bench.verification->verdict);
@@ -331,10 +337,10 @@ void add_drift(cli::Command& calibrate) {
                       "CSV of the same marks touched now: x_mm,y_mm,z_mm; else they are asked for");
   command->add_option("--tolerance-mm", options->tolerance_mm, "that a mark may have moved")
       ->show_default()
-      ->check(cli::positive());
+      ->check(cli::more_than_zero());
   command->add_option("--sigma-mm", options->sigma_mm, "noise of a touch per axis")
       ->show_default()
-      ->check(cli::positive());
+      ->check(cli::more_than_zero());
   options->guide.add_to(*command);
   options->out.add_to(*command);
   command->footer(
@@ -490,7 +496,9 @@ void add_camera(cli::Command& calibrate) {
   cli::Command* board = calibrate.add_command("board", "draw the chessboard that the panel shows to a camera");
   board_options(board);
   board->add_option("--size", options->size, "pixels of the panel")->expected(2)->check(cli::range(64, 16384));
-  board->add_option("--out", options->out_picture, "PNG or PGM file")->required();
+  board->add_option("--out", options->out_picture, "PNG or PGM file")
+      ->required()
+      ->check(cli::writes({FileKind::kPicture, FileKind::kGreyPicture}));
   board->footer("Example: typodont calibrate board --size 1920 1080 --out board.pgm");
   board->callback([options] {
     const BoardPicture drawn = draw_board(options->columns, options->rows, options->size[0], options->size[1]);
@@ -525,10 +533,10 @@ void add_camera(cli::Command& calibrate) {
       ->check(cli::range(64, 16384));
   camera->add_option("--touch-sigma-mm", options->touch_sigma_mm, "noise of a touch per axis")
       ->show_default()
-      ->check(cli::positive());
+      ->check(cli::more_than_zero());
   camera->add_option("--pixel-sigma", options->pixel_sigma, "noise of a corner per axis")
       ->show_default()
-      ->check(cli::positive());
+      ->check(cli::more_than_zero());
   options->out.add_to(*camera);
   camera->footer(
       "on: 0 a touched point, 1 the panel, 2 the panel in the mirror.\nExample: typodont calibrate camera --sightings "
@@ -574,8 +582,9 @@ void simulate(const std::string& folder, const SimulationOptions& simulation, bo
     rig.mark_done(name(Step::kDrift));
     rig.set_device("arm", "simulated");
     write_file_atomically(std::filesystem::path(folder) / "report.html",
-                          report_page(run.bench, "Calibration of the simulated bench"));
-    write_file_atomically(std::filesystem::path(folder) / "error_map.svg", error_map_svg(*run.bench.verification));
+                          report_page(run.bench, "Calibration of the simulated bench"), FileKind::kPage);
+    write_file_atomically(std::filesystem::path(folder) / "error_map.svg", error_map_svg(*run.bench.verification),
+                          FileKind::kDrawing);
     rig.save();
   }
   const auto mm = [](double metres) { return metres * 1e3; };
@@ -635,6 +644,8 @@ void add_calibrate_command(cli::Command& app) {
   add_camera(*calibrate);
   calibrate->expect_commands(0, 1);
   calibrate->callback([calibrate, options] {
+    calibrate->refuse_without({"--out", "--json", "--noise-mm", "--outliers", "--seed"}, options->simulate,
+                              "--simulate");
     if (calibrate->named_command()) {
       if (options->simulate) throw Error("calibrate: found --simulate with a step, expected one of them");
       return;

@@ -1,10 +1,21 @@
 #include "engine/app/commands/command_line.h"
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
 #include <CLI/CLI.hpp>
+#include <cmath>
 #include <cstdint>
+#include <cstdlib>
 #include <deque>
 #include <filesystem>
+#include <functional>
+#include <limits>
+#include <string_view>
 #include <utility>
+
+#include "engine/base/error.h"
+#include "engine/base/stream_file.h"
 
 namespace typodont::cli {
 
@@ -14,20 +25,86 @@ Check check_of(const CLI::Validator& validator) {
   return Check(std::make_shared<const CLI::Validator>(validator));
 }
 
+constexpr std::size_t kLongest = 40;  // characters of an argument that a message shows
+
+std::string shown(const std::string& text) {
+  return text.size() > kLongest ? text.substr(0, kLongest - 3) + "..." : text;
+}
+
+/// NaN where the text is no finite number.
+double number_of(const std::string& text) {
+  char* end = nullptr;
+  const double value = std::strtod(text.c_str(), &end);
+  const bool whole = !text.empty() && end == text.c_str() + text.size();
+  return whole && std::isfinite(value) ? value : std::numeric_limits<double>::quiet_NaN();
+}
+
+CLI::Validator number_that(std::string expected, std::function<bool(double)> holds) {
+  const std::string words = expected;
+  return CLI::Validator(
+      [expected = std::move(expected), holds = std::move(holds)](std::string& text) -> std::string {
+        const double value = number_of(text);
+        if (std::isfinite(value) && holds(value)) return {};
+        return fmt::format("found {}, expected {}", shown(text), expected);
+      },
+      words, "");
+}
+
+void take_finite_numbers_only(CLI::Option& option) {
+  if (option.get_type_name().find("FLOAT") == std::string::npos) return;
+  option.check(CLI::Validator(
+      [](std::string& text) -> std::string {
+        if (std::isfinite(number_of(text))) return {};
+        return fmt::format("found {}, expected a finite number", shown(text));
+      },
+      "", ""));
+}
+
+/// Every option of `app` and its commands that is a number takes finite ones only: "nan" passes comparisons, and "inf"
+/// means work without end.
+void take_finite_numbers_only(CLI::App& app) {
+  for (CLI::Option* option : app.get_options()) take_finite_numbers_only(*option);
+  for (CLI::App* command : app.get_subcommands([](CLI::App*) { return true; })) take_finite_numbers_only(*command);
+}
+
 }  // namespace
 
 Check range(double low, double high) {
-  return check_of(CLI::Range(low, high));
+  return check_of(number_that(fmt::format("{:g} to {:g}", low, high),
+                              [low, high](double value) { return value >= low && value <= high; }));
 }
 Check range(int low, int high) {
-  return check_of(CLI::Range(low, high));
+  return range(static_cast<double>(low), static_cast<double>(high));
 }
-Check positive() {
-  return check_of(CLI::PositiveNumber);
+Check more_than_zero(double most) {
+  return check_of(number_that(fmt::format("more than 0, at most {:g}", most),
+                              [most](double value) { return value > 0 && value <= most; }));
 }
-Check not_negative() {
-  return check_of(CLI::NonNegativeNumber);
+Check from_zero() {
+  return check_of(number_that("a whole number from 0 on",
+                              [](double value) { return value >= 0 && value < 1e9 && value == std::floor(value); }));
 }
+Check writes(std::initializer_list<FileKind> kinds, Over over) {
+  return check_of(CLI::Validator(
+      [kinds = std::vector<FileKind>(kinds), over](std::string& name) -> std::string {
+        const std::filesystem::path file = name;
+        FileKind kind = kind_of_name(file, kinds);
+        if (kind == FileKind::kText && is_stream(file)) kind = kinds.front();
+        if (kind == FileKind::kText) {
+          std::vector<std::string_view> names;
+          for (const FileKind known : kinds) names.push_back(name_of(known));
+          return fmt::format("found \"{}\", expected the name of {}", shown(name), fmt::join(names, " or "));
+        }
+        try {
+          require_output(file, kind, over);
+        } catch (const Error& e) {
+          return e.what();
+        }
+        return {};
+      },
+      "", ""));
+}
+
 Check one_of(std::vector<std::string> words) {
   return check_of(CLI::IsMember(std::move(words)));
 }
@@ -106,6 +183,12 @@ void Command::expect_commands(int least, int most) {
 void Command::callback(std::function<void()> work) {
   impl_->app->callback(std::move(work));
 }
+void Command::refuse_without(std::initializer_list<const char*> options, bool given, const std::string& needed) const {
+  if (given) return;
+  for (const char* option : options) {
+    if (impl_->app->count(option) > 0) throw Error("", option, "it without " + needed, "both or none");
+  }
+}
 bool Command::named_command() const {
   return !impl_->app->get_subcommands().empty();
 }
@@ -114,6 +197,7 @@ std::string Command::help() const {
 }
 
 std::optional<int> Command::run(int argc, char** argv) {
+  take_finite_numbers_only(*impl_->app);
   try {
     impl_->app->parse(argc, argv);
     return std::nullopt;

@@ -9,6 +9,8 @@
 #include <string>
 #include <vector>
 
+#include "engine/base/partial_file.h"
+
 namespace CLI {
 class App;
 class Option;
@@ -26,13 +28,18 @@ class Check {
   friend class Option;
   std::shared_ptr<const CLI::Validator> validator_;
 };
-/// From low to high, both included.
+/// A finite number from low to high, both included.
 Check range(double low, double high);
 Check range(int low, int high);
-Check positive();
-Check not_negative();
+/// Above 0, up to `most`.
+Check more_than_zero(double most = 1e9);
+/// A whole number from 0 on: a monitor, a channel.
+Check from_zero();
 Check one_of(std::vector<std::string> words);
 Check existing_file();
+/// A name that the command may write a file of one of these kinds to: its ending is one of theirs (a device or a FIFO
+/// may be called anything), its folder can be written to, and nothing there has to stay (PartialFile).
+Check writes(std::initializer_list<FileKind> kinds, Over over = Over::kNoInput);
 
 class Option {
  public:
@@ -71,6 +78,8 @@ class Command {
   void expect_commands(int least, int most);
   /// The work, once all options are read. It may throw.
   void callback(std::function<void()> work);
+  /// Throws Error where one of `options` was given although `needed` (in words, "--view section") was not.
+  void refuse_without(std::initializer_list<const char*> options, bool given, const std::string& needed) const;
   /// Whether one of its commands was named.
   bool named_command() const;
   std::string help() const;

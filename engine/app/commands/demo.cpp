@@ -5,6 +5,7 @@
 
 #include "engine/app/commands/command_line.h"
 #include "engine/app/commands/commands.h"
+#include "engine/contract/session_length.h"
 
 namespace typodont {
 
@@ -15,12 +16,13 @@ void add_demo_command(cli::Command& app) {
   command->footer("Example:\n  typodont demo --out demo");
   command->add_option("--out", options->out, "folder for what it makes")->show_default();
   command->add_option("--scene", options->scene, "another scene with caries (JSON)");
-  command->add_option("--rig", options->rig, "another rig (JSON)");
+  command->add_option("--rig", options->rig, "another rig (JSON), or the name of one in assets/rigs");
   command->add_option("--model", options->model, "contact model instead of the scene's (offset, voxel_penalty, …)");
   command->add_option("--fps", options->fps, "frames a second of the film")
       ->check(cli::range(1.0, 120.0))
       ->show_default();
-  command->add_option("--seconds", options->seconds, "stop after so much session time")->check(cli::range(0.1, 1e9));
+  command->add_option("--seconds", options->seconds, "stop after so much session time")
+      ->check(cli::range(0.1, kLongestSession));
   command->callback([options] { run_demo(*options); });
 }
 

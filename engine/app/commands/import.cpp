@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <cctype>
 #include <cmath>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -11,6 +12,7 @@
 #include "engine/app/commands/command_line.h"
 #include "engine/app/commands/commands.h"
 #include "engine/base/error.h"
+#include "engine/base/input_file.h"
 #include "engine/base/log.h"
 #include "engine/base/progress.h"
 #include "engine/base/units.h"
@@ -73,6 +75,12 @@ haptics::ImportOptions options_of(const Arguments& a) {
     if (greys.size() == 3) o.hardness->dense = greys[2];
   }
   return o;
+}
+
+std::string lower_extension(const std::filesystem::path& file) {
+  std::string ending = file.extension().string();
+  for (char& c : ending) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return ending;
 }
 
 nlohmann::ordered_json vec(const dvec3& v, double unit) {
@@ -163,10 +171,14 @@ std::string as_text(const haptics::ImportReport& r, const Arguments& a,
 void run(const Arguments& a) {
   haptics::ImportOptions options = options_of(a);
   // Say at once what would only show after the work.
-  const std::filesystem::path parent = std::filesystem::absolute(a.out).parent_path();
-  if (!std::filesystem::is_directory(parent))
-    throw Error(a.out, "--out", "no such folder", "a file in a folder that exists");
-  if (std::filesystem::is_directory(a.out)) throw Error(a.out, "--out", "a folder", "a file");
+  std::error_code code;
+  if (std::filesystem::is_directory(a.input, code)) {
+    throw Error(
+        a.input, "", "a folder",
+        "a scan or a mesh; of a folder of DICOM slices one file is made by: dcm2niix -o OUT_FOLDER SLICES_FOLDER");
+  }
+  require_input(a.input, InputKind::kScan);
+  require_output(a.out, FileKind::kVolume);
   Progress progress("import");
   options.progress = [&](double done) { progress.at(0.9 * done); };
   const haptics::Imported imported = haptics::import_tissue(a.input, options);
@@ -190,7 +202,7 @@ void add_import_command(cli::Command& app) {
                    fmt::format("scan ({}) or closed mesh ({})", fmt::join(haptics::scan_endings(), " "),
                                fmt::join(haptics::mesh_endings(), " ")))
       ->required();
-  command->add_option("--out", a->out, "volume to write (.vdb)")->required();
+  command->add_option("--out", a->out, "volume to write (.vdb)")->required()->check(cli::writes({FileKind::kVolume}));
   command->add_option("--preset", a->preset, "what is in it")->check(cli::one_of({"tooth", "bone"}))->show_default();
   command->add_option("--voxel-mm", a->voxel_mm, "voxel of the result; default: the scan's smallest (a mesh: 0.1)");
   command->add_option("--spacing-mm", a->spacing,
@@ -208,7 +220,13 @@ void add_import_command(cli::Command& app) {
   command->add_flag("--json", a->json, "print the report as JSON");
   command->footer(
       "Example: typodont import tooth.nhdr --preset tooth --spacing-mm 0.134 --out molar.vdb --preview slices");
-  command->callback([a] { run(*a); });
+  command->callback([a, command] {
+    const std::string ending = lower_extension(a->input);
+    const bool mesh = ending == ".stl" || ending == ".ply" || ending == ".obj";
+    command->refuse_without({"--unit-mm", "--shell-mm"}, mesh, "a mesh (.stl .ply .obj)");
+    command->refuse_without({"--spacing-mm", "--thresholds"}, !mesh, "a scan");
+    run(*a);
+  });
 }
 
 }  // namespace typodont

@@ -71,7 +71,9 @@ void add_mesh_command(cli::Command& app) {
   cli::Command* command = app.add_command("mesh", "Write the surface of a scene or volume as triangles");
   command->footer("Example:\n  typodont mesh assets/scenes/molar-caries.json --out molar.ply --tolerance-mm 0.02");
   command->add_option("input", options->input, "scene (JSON) or volume (.vdb)")->required();
-  command->add_option("--out", options->out, "mesh to write: .ply (with tissue colours), .stl or .obj")->required();
+  command->add_option("--out", options->out, "mesh to write: .ply (with tissue colours), .stl or .obj")
+      ->required()
+      ->check(cli::writes({FileKind::kPly, FileKind::kStl, FileKind::kObj}));
   command
       ->add_option("--tolerance-mm", options->tolerance_mm,
                    "how far triangles may lie from the surface (default: a tenth of a voxel)")

@@ -37,16 +37,6 @@ struct Options {
   bool json = false, hud = false, validate = false;
 };
 
-/// A file, or the name of a rig that comes with the program.
-fs::path rig_file(const std::string& rig) {
-  std::error_code code;
-  if (fs::exists(rig, code)) return rig;
-  const fs::path shipped = assets_folder() / "rigs" / (rig + ".json");
-  if (rig.find('/') == std::string::npos && fs::exists(shipped, code)) return shipped;
-  throw Error(rig, "", "no such file",
-              fmt::format("a rig file, or the name of one in {}", shipped.parent_path().string()));
-}
-
 glm::ivec2 parse_size(const std::string& text) {
   int w = 0, h = 0, end = 0;
   const bool read = std::sscanf(text.c_str(), "%5dx%5d%n", &w, &h, &end) == 2 && end == static_cast<int>(text.size());
@@ -131,13 +121,17 @@ ordered_json stats_json(const render::FrameStats& s) {
 }
 
 void run(const Options& options) {
+  if (!options.plane.empty() && options.view != "section")
+    throw Error("", "--plane", "--view " + options.view, "--view section, whose plane it is");
+  if (!options.ideal.empty() && options.view != "difference")
+    throw Error("", "--ideal", "--view " + options.view, "--view difference, whose ideal it is");
   std::optional<session::SessionReader> session;  // a moment of a recording instead of a scene
   if (options.scene.ends_with(".h5")) session.emplace(options.scene);
   const Scene scene = session ? scene_of(*session) : read_scene(options.scene);
   if (options.at != 0 && options.pose.empty() && !session)
     throw Error("", "--at", fmt::format("{}", options.at),
                 "--pose HAND.csv, or a recorded session: it is a time in one of them");
-  const fs::path rig_path = rig_file(options.rig);
+  const fs::path rig_path = find_rig(options.rig);
   display::DisplayRig rig = display::load_rig(rig_path);
   if (rig.kind == display::DisplayKind::kHmd)
     throw Error(rig_path.string(), "\"display\"", "hmd",
@@ -221,12 +215,15 @@ void run(const Options& options) {
     throw Error(options.out, "", code ? code.message() : "not a folder", "a folder that can be made");
   std::vector<std::string> written;
   const auto write = [&](const char* name, const render::Picture& picture) {
-    render::write_png(out / name, picture);
+    render::write_png(out / name, render::scaled_to(picture, eye_size));
     written.push_back((out / name).string());
   };
   if (options.eye != "right") write("left.png", stage.eye(0));
   if (options.eye != "left") write("right.png", stage.eye(1));
-  if (options.eye == "both") write("screen.png", stage.screen());
+  if (options.eye == "both") {
+    render::write_png(out / "screen.png", stage.screen());
+    written.push_back((out / "screen.png").string());
+  }
   // Once more with all made ready, and all of it drawn anew, for the head moves a little: what such frames on end take.
   rig.head.eye_center += 1e-6 * rig.head.right;
   stage.look_from(rig);
@@ -237,7 +234,7 @@ void run(const Options& options) {
                      {"gpu_ms", stage.timing().gpu * 1e3},
                      {"frame_ms", took * 1e3},
                      {"frames_per_second", 1 / took}};
-  write_file_atomically(out / "frame.json", frame.dump(2) + "\n");
+  write_file_atomically(out / "frame.json", frame.dump(2) + "\n", FileKind::kJson);
   written.push_back((out / "frame.json").string());
 
   if (options.json) {

@@ -4,8 +4,6 @@
 #include <fmt/format.h>
 
 #include <cstdio>
-#include <fstream>
-#include <iterator>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -14,6 +12,7 @@
 #include "engine/app/commands/commands.h"
 #include "engine/app/review/playback.h"
 #include "engine/base/error.h"
+#include "engine/base/input_file.h"
 #include "engine/base/log.h"
 #include "engine/base/progress.h"
 #include "engine/base/units.h"
@@ -57,9 +56,7 @@ void rerun(const Options& options) {
   std::string text = options.with, where = "--with";
   if (!text.starts_with("{")) {
     where = options.with;
-    std::ifstream in(options.with, std::ios::binary);
-    if (!in) throw Error(options.with, "", "not readable", "a JSON file, or {\"key\": …} itself");
-    text.assign(std::istreambuf_iterator<char>(in), {});
+    text = read_input(options.with, InputKind::kJson);
   }
   const session::SessionReader session(options.session);
   const Scene scene = scene_with(session, text, where);
@@ -115,6 +112,9 @@ void run(Options options) {
   if (playback.speed == 0) throw Error("", "--speed", "0", "how many times as fast; negative: backwards");
   if (!options.out.empty() && options.with.empty())
     throw Error("", "--out", options.out, "--with, whose session it is");
+  require_input(options.session, InputKind::kSession);
+  if (!options.out.empty()) require_output(options.out, FileKind::kSession);
+  if (!playback.film.empty()) require_output(playback.film, FileKind::kFilm);
   const bool film = !playback.film.empty();
   if (film && options.show) throw Error("", "--show", "and --film", "one of them");
   if (!options.with.empty()) rerun(options);
@@ -154,7 +154,7 @@ void add_replay_command(cli::Command& app) {
   command->add_option("session", options->session, "recorded session (.h5)")->required();
   command->add_flag("--check", options->check, "exit 1 where the replay differs from the recording");
   command->add_flag("--show", options->show, "watch it in a window");
-  command->add_option("--film", p.film, "make a film of it (.mp4)");
+  command->add_option("--film", p.film, "make a film of it (.mp4)")->check(cli::writes({FileKind::kFilm}));
   command->add_option("--beside", p.beside,
                       "another session at its right: an expert's, or the same hand in another scene");
   command->add_option("--rig", p.rig,
@@ -172,12 +172,21 @@ void add_replay_command(cli::Command& app) {
       ->check(cli::one_of({"look", "section", "xray", "difference"}))
       ->show_default();
   command->add_option("--monitor", p.monitor, "show it full screen on this monitor, 0 is the first")
-      ->check(cli::not_negative());
+      ->check(cli::from_zero());
   command->add_option("--with", options->with,
                       "the same hand with another contact: a JSON file or object with keys of a scene that differ");
-  command->add_option("--out", options->out, "the session that --with makes (.h5)");
+  command->add_option("--out", options->out, "the session that --with makes (.h5)")
+      ->check(cli::writes({FileKind::kSession}));
   command->add_flag("--json", options->json, "print the result as JSON");
-  command->callback([options] { run(*options); });
+  command->callback([options, command] {
+    const bool film = !options->playback.film.empty();
+    command->refuse_without(
+        {"--beside", "--rig", "--eye-mm", "--ipd-mm", "--from", "--to", "--speed", "--loop", "--view"},
+        options->show || film, "--show or --film");
+    command->refuse_without({"--monitor"}, options->show, "--show");
+    command->refuse_without({"--fps"}, film, "--film");
+    run(*options);
+  });
 }
 
 }  // namespace typodont

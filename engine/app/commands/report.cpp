@@ -45,7 +45,7 @@ void run_folder(const Options& options, session::Language language) {
   using namespace session;
   Progress progress("sessions");
   const std::vector<SessionSummary> sessions = sessions_in(options.session, progress);
-  write_file_atomically(options.out, learning_curve_html(sessions, language));
+  write_file_atomically(options.out, learning_curve_html(sessions, language), FileKind::kPage);
   if (options.json) {
     nlohmann::json list = nlohmann::json::array();
     for (const SessionSummary& s : sessions) {
@@ -69,6 +69,7 @@ void run(const Options& options) {
   if (std::filesystem::is_directory(options.session, code)) return run_folder(options, language_of(options.language));
   if (repair_session(options.session)) log::warn("{}: was cut off; repaired as far as it goes", options.session);
   const SessionReader reader(options.session);
+  require_output(options.out, FileKind::kPage);
   const Language language = language_of(options.language);
   std::vector<SessionPicture> pictures;
   for (const std::string& argument : options.pictures) {
@@ -93,7 +94,7 @@ void run(const Options& options) {
   progress->at(0.8);
   const std::string page = report_html(reader, report);
   progress->at(0.95);
-  write_file_atomically(options.out, page);
+  write_file_atomically(options.out, page, FileKind::kPage);
   progress->at(1);
   progress.reset();  // the line is over before anything else is printed
 
@@ -142,7 +143,9 @@ void add_report_command(cli::Command& app) {
       ->add_option("SESSION", options->session,
                    "A session recorded by run, demo or servo (.h5), or a folder of them: the learning curve")
       ->required();
-  command->add_option("--out", options->out, "The page to write (.html)")->required();
+  command->add_option("--out", options->out, "The page to write (.html)")
+      ->required()
+      ->check(cli::writes({FileKind::kPage}));
   command->add_option("--language", options->language, "en, de or zh; otherwise as the system's");
   command->add_option(
       "--picture", options->pictures,
@@ -151,7 +154,12 @@ void add_report_command(cli::Command& app) {
   command->add_option("--earlier", options->earlier, "A folder with the trainee's earlier sessions, to compare with");
   command->add_flag("--json", options->json, "Print the score as JSON");
   command->footer("Example: typodont report out/session.h5 --out report.html --language de");
-  command->callback([options] { run(*options); });
+  command->callback([options, command] {
+    std::error_code code;
+    command->refuse_without({"--expert", "--earlier", "--picture"},
+                            !std::filesystem::is_directory(options->session, code), "one session");
+    run(*options);
+  });
 }
 
 }  // namespace typodont

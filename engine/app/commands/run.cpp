@@ -12,6 +12,7 @@
 #include "engine/app/workbench.h"
 #include "engine/base/log.h"
 #include "engine/base/units.h"
+#include "engine/contract/session_length.h"
 #include "haptics/device_safety.h"
 
 namespace typodont {
@@ -97,25 +98,31 @@ void add_run_command(cli::Command& app) {
       "Example:\n  typodont run assets/scenes/molar-caries.json --record session.h5\n"
       "Example: typodont run assets/scenes/molar-caries.json --resume session.h5 --record second.h5");
   command->add_option("scene", options->scene, "scene file (JSON)")->required();
-  command->add_option("--rig", w.rig, "rig file (JSON): where screen, mirror, eyes and device are");
-  command->add_option("--hand", w.hand, "script:HAND.csv, mouse:, spacemouse:, woodenhaptics:[PATH], …");
+  command->add_option("--rig", w.rig,
+                      "rig file (JSON), or the name of one in assets/rigs: where screen, mirror, eyes and device are");
+  command->add_option("--hand", w.hand, "script:HAND.csv, expert:, mouse:, spacemouse:, woodenhaptics:[PATH], …");
   command->add_option("--left-hand", w.left_hand, "a second hand, with the mouth mirror: the same addresses");
   command->add_option("--pedal", w.pedal, "auto, none, or a pedal's path or serial (typodont devices)");
   command->add_option("--rate", w.rate, "servo rate where the hand leaves the choice, Hz")
       ->check(cli::range(500.0, 10000.0))
       ->show_default();
   command->add_option("--audio", w.audio, "portaudio:[DEVICE], wav:FILE or none:");
-  command->add_option("--record", w.record, "record the session (.h5)");
+  command->add_option("--record", w.record, "record the session (.h5)")->check(cli::writes({FileKind::kSession}));
   command->add_option("--monitor", w.monitor, "show the picture full screen on this monitor, 0 is the first")
-      ->check(cli::not_negative());
-  command->add_option(
-      "--touches", w.touches,
-      "pairs for 'calibrate register': touch a headset controller's tip with the arm, pull the trigger");
-  command->add_option("--save", w.save, "save the tissue here at the end, and whenever S is pressed (.vdb)");
+      ->check(cli::from_zero());
+  command
+      ->add_option("--touches", w.touches,
+                   "pairs for 'calibrate register': touch a headset controller's tip with the arm, pull the trigger")
+      ->check(cli::writes({FileKind::kTable}));
+  command->add_option("--save", w.save, "save the tissue here at the end, and whenever S is pressed (.vdb)")
+      ->check(cli::writes({FileKind::kVolume}));
   command->add_option("--resume", options->resume,
                       "go on from a saved tissue (.vdb) or from a recorded session's end (.h5)");
   command->add_option("--model", options->model, "contact model instead of the scene's (offset, voxel_penalty, …)");
-  command->add_option("--seconds", w.seconds, "end after so long")->check(cli::positive());
+  command->add_option("--seconds", w.seconds, "end after so many seconds, a day at most")
+      ->check(cli::more_than_zero(kLongestSession));
+  command->add_flag("--no-real-time", w.no_real_time,
+                    "use a hand with motors although the system grants this program no real-time priority");
   command->add_flag("--explain", w.explain,
                     "say what is active, and why the rest is not; at the end, what was done, kind by kind");
   command->add_flag("--json", options->json, "print the summary as JSON");

@@ -2,6 +2,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
+#include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -19,6 +21,7 @@
 #include "engine/base/progress.h"
 #include "engine/base/units.h"
 #include "engine/session/recorder.h"
+#include "engine/session/session_file.h"
 #include "engine/session/ticks_csv.h"
 #include "haptics/scripted_hand.h"
 
@@ -37,7 +40,8 @@ class TickSink {
  public:
   TickSink(const std::string& file, const session::SessionHeader& header, const Scene& scene)
       : notes_(scene, std::nullopt) {
-    if (file.ends_with(".h5")) {
+    constexpr std::array kKinds{FileKind::kSession};
+    if (kind_of_name(file, kKinds) == FileKind::kSession) {
       session::WriterOptions options;
       options.whole_or_nothing = true;
       session_ = std::make_unique<session::SessionWriter>(file, header, options);
@@ -74,6 +78,37 @@ std::unique_ptr<haptics::HapticDevice> open_deterministic_hand(const Options& op
   return haptics::open_scripted_hand(file, options.rate, /*paced=*/false, tool_names(scene));
 }
 
+/// s of the hand's path; nothing for hands that find out by themselves how long they take.
+std::optional<double> length_of(const Options& options, const Scene& scene) {
+  const std::string& hand = options.hand;
+  if (hand == "expert:") return std::nullopt;
+  if (hand.starts_with("replay:")) {
+    const session::SessionReader recorded(hand.substr(7));
+    const std::uint64_t ticks = recorded.tick_count();
+    return ticks == 0 ? 0 : to_seconds(recorded.ticks(ticks - 1, 1).front().t);
+  }
+  return haptics::length_of_scripted_hand(hand.starts_with("script:") ? hand.substr(7) : hand, tool_names(scene));
+}
+
+/// How much will be written is known before it is, and refused where there is no room for it.
+void check_room(const Options& options, double seconds) {
+  constexpr double kBytesPerRow = 280;        // of a table; measured, in and out of contact
+  constexpr double kBytesPerTick = 240;       // of a session, compressed
+  constexpr double kWorthSaying = 500 << 20;  // bytes
+  const bool session = std::string_view(options.out).ends_with(".h5");
+  const double bytes = seconds * options.rate * (session ? kBytesPerTick : kBytesPerRow);
+  const std::filesystem::path folder = std::filesystem::absolute(options.out).parent_path();
+  std::error_code code;
+  const bool file = !std::filesystem::exists(options.out, code) || std::filesystem::is_regular_file(options.out, code);
+  const auto space = std::filesystem::space(folder, code);
+  if (!code && file && bytes > static_cast<double>(space.available)) {
+    throw Error(options.out, "", fmt::format("{:.3g} GB of room", static_cast<double>(space.available) * 1e-9),
+                fmt::format("about {:.3g} GB for {:.6g} s at {:g} Hz", bytes * 1e-9, seconds, options.rate));
+  }
+  if (bytes > kWorthSaying)
+    log::info("{:.6g} s at {:g} Hz: about {:.3g} GB will be written", seconds, options.rate, bytes * 1e-9);
+}
+
 void run(const Options& options) {
   Scene scene = read_scene(options.scene);
   choose_model(scene, options.model);
@@ -85,14 +120,16 @@ void run(const Options& options) {
              : open_deterministic_hand(options, scene);
 
   loop.stall_carver(options.stall_ms * 1e-3);
+  const std::optional<double> length = length_of(options, scene);
+  if (length) check_room(options, *length);
+  if (!options.save.empty()) require_output(options.save, FileKind::kVolume);
 
   session::SessionHeader header = session_header(scene, {}, *hand, loop.carver().volume(), options.rate);
   header.date.clear();  // same input, same bytes out
   TickSink sink(options.out, header, scene);
 
   auto* const experts = dynamic_cast<ExpertHand*>(hand.get());
-  std::optional<Progress> progress;
-  if (expert) progress.emplace("expert");
+  Progress progress(expert ? "expert" : "servo");
   std::uint64_t ticks = 0;
   std::uint32_t faults = 0;
   std::uint64_t pieces = 0;
@@ -108,7 +145,7 @@ void run(const Options& options) {
       ++pieces;
     }
     ++ticks;
-    if (experts) progress->at(experts->done());
+    if (ticks % 256 == 0) progress.at(experts ? experts->done() : length ? to_seconds(tick.t) / *length : 0);
     faults |= tick.faults;
     last = tick;
     times.add(static_cast<double>(tick.cpu_time));
@@ -122,6 +159,7 @@ void run(const Options& options) {
   }
   const session::SessionResult result = session_result(loop.carver().volume());
   sink.finish(result);
+  progress.at(1);
   if (!options.save.empty()) loop.carver().volume().save(options.save);
 
   const auto percentile = [&](double p) { return times.quantile(p) * 1e-3; };
@@ -174,12 +212,15 @@ void add_servo_command(cli::Command& app) {
           "--hand", options->hand,
           "HAND.csv, a path; HAND.json, a simulated hand; replay:SESSION.h5; or expert:, a hand that knows the task")
       ->required();
-  command->add_option("--out", options->out, "ticks to write: .csv, or .h5 for a session")->required();
+  command->add_option("--out", options->out, "ticks to write: .csv, or .h5 for a session")
+      ->required()
+      ->check(cli::writes({FileKind::kTable, FileKind::kSession}));
   command->add_option("--rate", options->rate, "servo rate, Hz")->check(cli::range(10.0, 100000.0))->show_default();
   command->add_option("--model", options->model, "contact model instead of the scene's (offset, voxel_penalty, …)");
   command->add_option("--stall-carver-ms", options->stall_ms, "once a second the carver stands still for so long")
       ->check(cli::range(0.0, 500.0));
-  command->add_option("--save", options->save, "save the tissue afterwards (.vdb)");
+  command->add_option("--save", options->save, "save the tissue afterwards (.vdb)")
+      ->check(cli::writes({FileKind::kVolume}));
   command->add_flag(
       "--no-timing", options->no_timing,
       "write 0 for tick_us, the one column that differs from run to run: equal runs are then equal bytes");

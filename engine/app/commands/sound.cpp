@@ -52,9 +52,9 @@ void run_fit(FitCommand c) {
     for (std::size_t i = 0; i < report.frequencies.size(); ++i) {
       text += fmt::format("{:.3f},{:.3f},{:.3f}\n", report.frequencies[i], report.recording_dB[i], report.model_dB[i]);
     }
-    write_file_atomically(c.spectrum, text);
+    write_file_atomically(c.spectrum, text, FileKind::kTable);
   }
-  write_file_atomically(c.out, audio::to_json(model));
+  write_file_atomically(c.out, audio::to_json(model), FileKind::kJson);
   if (report.distance_dB > 1) {
     log::info("{:.2f} dB from the recording: a higher --order or a lower --rate comes closer", report.distance_dB);
   }
@@ -270,7 +270,7 @@ void add_sound_command(cli::Command& app) {
   auto fit = std::make_shared<FitCommand>();
   cli::Command* f = sound->add_command("fit", "Fit an autoregressive model to a recording");
   f->add_option("input", fit->input, "Recording (WAV, FLAC, OGG, AIFF)")->required();
-  f->add_option("--out", fit->out, "Model file to write")->required();
+  f->add_option("--out", fit->out, "Model file to write (.json)")->required()->check(cli::writes({FileKind::kJson}));
   f->add_option("--order", fit->options.order, "Poles: a number, or aic or bic to let the criterion choose")
       ->show_default();
   f->add_option("--max-order", fit->options.max_order, "The highest order a criterion may choose")->show_default();
@@ -278,7 +278,7 @@ void add_sound_command(cli::Command& app) {
   f->add_option("--window", fit->options.window, "none, hann, hamming or blackman")->show_default();
   f->add_option("--rate", fit->options.rate, "Rate of the model in Hz; the recording is resampled (default: its own)");
   f->add_option("--channel", fit->options.channel, "Channel, from 0 (default: the mean of all)")
-      ->check(cli::not_negative());
+      ->check(cli::from_zero());
   f->add_option("--from", fit->options.from, "Start in the recording, s");
   f->add_option("--to", fit->options.to, "End in the recording, s");
   f->add_flag("--steady", fit->options.steady, "Fit only the longest stretch of even loudness");
@@ -288,7 +288,7 @@ void add_sound_command(cli::Command& app) {
   f->add_option("--name", fit->options.name, "Name of the model");
   f->add_option("--source", fit->options.source, "Where the recording comes from");
   f->add_option("--licence", fit->options.licence, "The recording's licence");
-  f->add_option("--spectrum", fit->spectrum, "CSV of both spectra to write");
+  f->add_option("--spectrum", fit->spectrum, "CSV of both spectra to write")->check(cli::writes({FileKind::kTable}));
   f->add_flag("--json", fit->json, "Print the report as JSON");
   f->footer(
       "Refuses, with the reason, what cannot be fitted: silence, clipping, a pure tone, too few samples.\n"
@@ -299,7 +299,7 @@ void add_sound_command(cli::Command& app) {
   cli::Command* s = sound->add_command("synth", "Make sound from a model or a voice");
   s->add_option("model", synth->model, "Model or voice file")->required();
   s->add_option("--seconds", synth->seconds, "Length (default: that of the contact file)");
-  s->add_option("--out", synth->out, "WAV file to write")->required();
+  s->add_option("--out", synth->out, "WAV file to write")->required()->check(cli::writes({FileKind::kSound}));
   s->add_option("--contact", synth->contact, "What the hand does: a contact file, or ticks of typodont servo");
   s->add_option("--rate", synth->rate, "Rate of the WAV file in Hz (default: the model's)");
   s->add_option("--seed", synth->seed, "Seed of the noise: same seed, same bytes")->show_default();

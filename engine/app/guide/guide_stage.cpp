@@ -556,7 +556,7 @@ void write_picture(const std::filesystem::path& file, const Picture& picture) {
   }
   std::string bytes = fmt::format("P5\n{} {}\n255\n", picture.width, picture.height);
   bytes.append(picture.grey.begin(), picture.grey.end());
-  write_file_atomically(file, bytes);
+  write_file_atomically(file, bytes, FileKind::kGreyPicture);
 }
 
 }  // namespace typodont

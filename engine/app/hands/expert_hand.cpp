@@ -5,11 +5,14 @@
 #include <numeric>
 
 #include "engine/app/hands/task_student.h"
+#include "engine/app/recording/resume.h"
 #include "engine/app/task/task.h"
 #include "engine/base/error.h"
 #include "engine/base/log.h"
+#include "engine/base/progress.h"
 #include "engine/base/units.h"
 #include "haptics/fill.h"
+#include "haptics/scripted_hand.h"
 
 namespace typodont {
 
@@ -555,6 +558,45 @@ bool ExpertHand::read(haptics::HandSample& sample) noexcept {
   else if (done)
     next_leg();
   return true;
+}
+
+namespace {
+
+/// Keeps what a hand did.
+class NotedHand final : public haptics::HapticDevice {
+ public:
+  NotedHand(ExpertHand& hand, haptics::HandPath& path) : hand_(hand), path_(path) {}
+  const haptics::DeviceInfo& info() const noexcept override { return hand_.info(); }
+  bool read(haptics::HandSample& sample) noexcept override {
+    if (!hand_.read(sample)) return false;
+    path_.rows.push_back({to_seconds(sample.t), sample.X_WT, sample.pedal, dvec3(0), sample.tool});
+    return true;
+  }
+  void write(const dvec3& f_T_W, const dvec3& tau_T_W) noexcept override { hand_.write(f_T_W, tau_T_W); }
+
+ private:
+  ExpertHand& hand_;
+  haptics::HandPath& path_;
+};
+
+}  // namespace
+
+std::unique_ptr<haptics::HapticDevice> open_expert_hand(const Scene& scene, double rate) {
+  HapticLoop loop(scene, load_tissue(scene), rate);
+  Expert expert(scene, load_untouched(scene));
+  ExpertHand hand(expert.plan(loop.carver().volume()), rate);
+  haptics::HandPath path;
+  NotedHand noted(hand, path);
+  Progress progress("expert");
+  for (std::vector<ExpertLeg> rest; true; hand.go_on(std::move(rest))) {
+    loop.run(noted, [&](const ServoTick& tick, const Cut*) {
+      hand.see(tick);
+      if (tick.index % 256 == 0) progress.at(hand.done());
+    });
+    rest = expert.plan(loop.carver().volume());
+    if (rest.empty()) break;
+  }
+  return haptics::make_scripted_hand(std::move(path), rate, /*paced=*/true);
 }
 
 }  // namespace typodont

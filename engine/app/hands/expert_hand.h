@@ -91,6 +91,10 @@ class ExpertHand final : public haptics::HapticDevice {
   dvec3 lead_{0};      // m, by which the hand leads the tool
 };
 
+/// The expert's whole session in this scene, worked out now, as a hand of `rate` Hz that does it at its own pace in a
+/// live session. Shows its progress. Throws Error where the task names no ideal.
+std::unique_ptr<haptics::HapticDevice> open_expert_hand(const Scene& scene, double rate);
+
 /// The hand at work until there is nothing left to do: it does its plan, looks at what came of it, and does the rest.
 void run_expert(HapticLoop& loop, ExpertHand& hand, Expert& expert,
                 const std::function<void(const ServoTick&, const Cut*)>& each);

@@ -26,7 +26,12 @@ const std::string& first_of(const std::string& asked, const std::string& rig) {
 }  // namespace
 
 std::string hand_address(const HandChoice& choice, const display::DisplayRig* rig, const std::string& usual) {
-  if (!choice.hand.empty()) return choice.hand;
+  if (!choice.hand.empty()) {
+    // "mouse" alone is as good as "mouse:".
+    for (const haptics::Driver& driver : haptics::drivers())
+      if (choice.hand == driver.scheme) return choice.hand + ":";
+    return choice.hand;
+  }
   if (rig && !rig->hand.empty()) return rig->hand;
   if (usual.empty())
     throw Error("--hand", "", "nothing", "a hand, e.g. --hand script:HAND.csv: there is no window for the mouse");
@@ -56,6 +61,17 @@ Hands open_hands(const HandChoice& choice, const display::DisplayRig* rig, const
     hands.left = haptics::open_live_hand(left, options);
   }
   return hands;
+}
+
+void require_real_time(const Hands& hands) {
+  for (haptics::HapticDevice* hand : {hands.right.get(), hands.left.get()}) {
+    if (!hand || !hand->safety().gives_force) continue;
+    const std::string refused = realtime_refusal();
+    if (refused.empty()) return;
+    throw Error(hand->info().address, "real time", refused,
+                "real-time rights for a hand with motors (typodont doctor says how to get them), or --no-real-time to "
+                "use it without");
+  }
 }
 
 std::string in_words(const haptics::DeviceInfo& info) {
@@ -112,6 +128,16 @@ void add_window_drivers() {
     return found;
   };
   haptics::add_driver(std::move(xr));
+
+  haptics::Driver expert;
+  expert.scheme = "expert";
+  expert.about = "a hand that knows the task: what it does is worked out first, then shown";
+  expert.hardware = false;
+  expert.open = [](const std::string& rest, const haptics::HandOptions& options) {
+    if (!rest.empty() || !options.window) throw Error("--hand", "", "expert:" + rest, "expert: of a session");
+    return options.window("expert", rest);
+  };
+  haptics::add_driver(std::move(expert));
 }
 
 void LoopWatch::tick(Nanos woke, Nanos done, const haptics::SafetyStatus& safety) noexcept {

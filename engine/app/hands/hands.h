@@ -35,10 +35,13 @@ using WindowHands =
 std::string hand_address(const HandChoice& choice, const display::DisplayRig* rig, const std::string& usual);
 /// Opens them, at choice.hand. `window` makes those that live in a window or headset, or throws. Throws Error.
 Hands open_hands(const HandChoice& choice, const display::DisplayRig* rig, const WindowHands& window);
+/// Throws Error where one of them has motors and the system refuses SCHED_FIFO: a servo that other programs hold up
+/// drives a motor with old forces. Set-up time, before the first force.
+void require_real_time(const Hands& hands);
 /// "Woody (1000 Hz, vibration up to 150 Hz)", for --explain.
 std::string in_words(const haptics::DeviceInfo& info);
 
-/// Registers mouse: and openxr: beside the built-in drivers, so that `typodont devices` and --hand know them.
+/// Registers mouse:, openxr: and expert: beside the built-in drivers, so that `typodont devices` and --hand know them.
 void add_window_drivers();
 
 /// Keeps what the recorder and the picture show of the loop. Servo thread; a tick costs some ten nanoseconds.

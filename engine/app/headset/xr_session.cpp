@@ -376,7 +376,7 @@ void write_touches(const std::filesystem::path& file, std::span<const XrSession:
     const dvec3 h = t.p_H / kMillimetre, d = t.p_D / kMillimetre;
     text += fmt::format("{:.4f},{:.4f},{:.4f},{:.4f},{:.4f},{:.4f}\n", h.x, h.y, h.z, d.x, d.y, d.z);
   }
-  write_file_atomically(file, text);
+  write_file_atomically(file, text, FileKind::kTable);
 }
 
 }  // namespace typodont

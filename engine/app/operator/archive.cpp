@@ -123,8 +123,8 @@ void make_expert(const fs::path& session) {
   const fs::path folder = expert_folder(session.parent_path());
   std::error_code code;
   fs::create_directories(folder, code);
-  PartialFile copy(folder / session.filename());
-  if (!code) fs::copy_file(session, copy.path(), code);
+  PartialFile copy(folder / session.filename(), FileKind::kSession, Over::kItsInput);
+  if (!code) fs::copy_file(session, copy.path(), fs::copy_options::overwrite_existing, code);
   if (code) throw Error(copy.file().string(), "", code.message(), "a file that can be written");
   copy.keep();
 }
@@ -142,7 +142,8 @@ fs::path bring_in(const NewTooth& tooth, Progress& progress) {
   if (code) throw Error(folder.string(), "", code.message(), "a folder that can be made");
   const std::string stem = file_name_of(tooth.name);
   // Nothing takes an older one's place before all is there.
-  PartialFile volume(folder / (stem + ".vdb")), file(folder / (stem + ".json"));
+  PartialFile volume(folder / (stem + ".vdb"), FileKind::kVolume, Over::kItsInput),
+      file(folder / (stem + ".json"), FileKind::kJson, Over::kItsInput);
   haptics::TissueVolume(tissue).save(volume.path());
   const nlohmann::ordered_json scene = {
       {"name", tooth.name},
@@ -151,7 +152,8 @@ fs::path bring_in(const NewTooth& tooth, Progress& progress) {
       {"tools", {"round_012", "cylinder_010", "round_014", "explorer", "excavator_spoon"}},
       {"spindle", "air_turbine"},
       {"parts", {"haptics", "render", "sound", "debris", "record", "score"}}};
-  write_file_atomically(file.path(), scene.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
+  write_file_atomically(file.path(), scene.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n",
+                        FileKind::kJson);
   progress.at(1);
   volume.keep();
   file.keep();
@@ -180,7 +182,8 @@ void export_surface(const fs::path& session, const fs::path& mesh, Progress& pro
 void write_learning_curve(const fs::path& folder, const fs::path& page, int language, Progress& progress) {
   progress.stage("op.making_report");
   const auto sessions = sessions_in(folder, progress);
-  write_file_atomically(page, session::learning_curve_html(sessions, static_cast<session::Language>(language)));
+  write_file_atomically(page, session::learning_curve_html(sessions, static_cast<session::Language>(language)),
+                        FileKind::kPage);
   progress.at(1);
 }
 

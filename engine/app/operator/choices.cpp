@@ -4,6 +4,7 @@
 #include <cstdlib>
 
 #include "engine/app/operator/library.h"
+#include "engine/base/realtime.h"
 
 namespace typodont {
 
@@ -49,6 +50,7 @@ void Choices::rescan() {
   for (const SceneChoice& scene : s_.scenes) texts += scene.title + scene.description;
   window_.will_show(texts);
   s_.hands = find_hands(s_);
+  s_.real_time_refused = realtime_refusal();
   s_.rigs = find_rigs(s_);
 #ifdef TYPODONT_WINDOW
   s_.monitors = display::monitors();

@@ -199,7 +199,7 @@ fs::path write_exercise(const NewExercise& e, Progress& progress) {
   progress.at(0.9);
   if (!ideal.empty()) fs::rename(aside / ideal, folder / ideal, code);
   if (code) throw Error((folder / ideal).string(), "", code.message(), "a place that can be written");
-  write_file_atomically(file, text);
+  write_file_atomically(file, text, FileKind::kJson, Over::kItsInput);
   progress.at(1);
   return file;
 }

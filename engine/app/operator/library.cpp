@@ -180,7 +180,9 @@ fs::path unkept_file() {
     const int process = std::atoi(entry.path().stem().c_str());
     if (process > 0 && process != getpid() && kill(process, 0) != 0 && errno == ESRCH) fs::remove(entry.path(), code);
   }
-  return folder / fmt::format("{}.h5", getpid());
+  const fs::path file = folder / fmt::format("{}.h5", getpid());
+  fs::remove(file, code);  // of this window's session before: what was read is not written over
+  return file;
 }
 
 Remembered remembered() {
@@ -209,7 +211,8 @@ void remember(const Remembered& r) {
   try {
     std::error_code code;
     fs::create_directories(user_folder(), code);
-    write_file_atomically(memory_file(), json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
+    write_file_atomically(memory_file(), json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n",
+                          FileKind::kJson, Over::kItsInput);
   } catch (const Error&) {  // a full or read-only disk is no reason to fail at the very end
   }
 }

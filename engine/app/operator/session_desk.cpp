@@ -41,6 +41,7 @@ void SessionDesk::start(const Scene& scene, const RigChoice& rig, const std::str
   options.rig = rig.file.string();
   options.hand = hand;
   options.trainee = s_.trainee.data();
+  options.no_real_time = s_.no_real_time;
   options.operated = true;
   options.embedded = rig.embedded;
   options.device = &window_.device();

@@ -43,7 +43,7 @@ void make_report(OperatorState& s, LongWork& work, const fs::path& recording, st
         options.earlier = earlier_sessions(recording.parent_path(), reader);
         options.expert = expert_session(expert_folder(recording.parent_path()), reader);
         progress.at(0.5);
-        write_file_atomically(report, session::report_html(reader, options));
+        write_file_atomically(report, session::report_html(reader, options), FileKind::kPage);
         progress.at(1);
       },
       [&s, report, score, then = std::move(then)] {

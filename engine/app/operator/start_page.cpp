@@ -162,6 +162,10 @@ void draw_set_up(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   if (ImGui::InputTextWithHint("##address", s.text("op.address_hint"), s.address.data(), s.address.size()))
     s.hand = static_cast<int>(s.hands.size()) - 1;
   if (ImGui::Button(s.text("op.rescan"))) s.ask(Ask::kRescan);
+  if (!s.real_time_refused.empty()) {
+    ImGui::Checkbox(s.text("op.accept_no_real_time"), &s.no_real_time);
+    if (ImGui::IsItemHovered()) ImGui::SetTooltip("%s", s.real_time_refused.c_str());
+  }
   end_panel();
 
   begin_panel("picture", s.text("op.picture"), {0, 0.44f * rest}, w);

@@ -149,7 +149,9 @@ struct OperatorState {
   std::array<char, 256> address{};  // of a hand that is typed
   std::array<char, 128> trainee{};
   bool record = true;
-  bool author = false;  // paint tissue, set the ideal; such sessions are not recorded
+  std::string real_time_refused;  // why the system gives no real time; empty: it does
+  bool no_real_time = false;      // the user takes a hand with motors all the same
+  bool author = false;            // paint tissue, set the ideal; such sessions are not recorded
   std::vector<gpu::Image> pictures;
 
   // Session.

@@ -167,7 +167,7 @@ Scene scene_with(const session::SessionReader& session, const std::string& overr
   auto json = nlohmann::ordered_json::parse(own.text);
   const auto changes = nlohmann::ordered_json::parse(overrides);
   for (const auto& [key, value] : changes.items()) json[key] = value;
-  return parse_scene(Json::parse(json.dump(2), where), own.file);
+  return parse_scene(Json::parse(json.dump(2), where, Json::Lines::kUnknown), own.file);
 }
 
 RerunResult rerun_session(const session::SessionReader& session, const Scene& scene, const std::filesystem::path& out,

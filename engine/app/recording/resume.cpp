@@ -41,7 +41,7 @@ Scene with_resume(const Scene& scene, const std::filesystem::path& file) {
     throw Error("--resume", "", file.string(), "a volume (.vdb) or a session (.h5)");
   auto json = nlohmann::ordered_json::parse(scene.text);
   json["resume"] = std::filesystem::absolute(file).string();
-  return parse_scene(Json::parse(json.dump(2), scene.file.string()), scene.file);
+  return parse_scene(Json::parse(json.dump(2), scene.file.string(), Json::Lines::kUnknown), scene.file);
 }
 
 haptics::TissueVolume load_tissue(const Scene& scene) {

@@ -39,10 +39,7 @@ constexpr std::array<const char*, 4> kViews = {"look", "section", "xray", "diffe
 display::DisplayRig rig_of(const PlaybackOptions& options) {
   const char* usual = options.film.empty() ? "window" : "closeup";
   const std::string named = options.rig.empty() ? usual : options.rig;
-  std::error_code code;
-  fs::path file = named;
-  if (!fs::exists(file, code)) file = assets_folder() / "rigs" / (named + ".json");
-  if (!fs::exists(file, code)) throw Error(named, "", "no such file", "a rig file, or the name of one in assets/rigs");
+  const fs::path file = find_rig(named);
   display::DisplayRig rig = display::load_rig(file);
   if (rig.kind == display::DisplayKind::kHmd)
     throw Error(file.string(), "\"display\"", "hmd", "window, mirror or offscreen: a session is watched on a screen");

@@ -1,0 +1,133 @@
+#include "engine/base/file_kind.h"
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cstring>
+
+namespace typodont {
+
+namespace {
+
+using namespace std::string_view_literals;
+
+struct KindOfFile {
+  std::string_view name;
+  std::array<std::string_view, 3> endings;
+  std::size_t endings_count;
+};
+constexpr std::array<KindOfFile, 15> kKinds{{{"a text file", {}, 0},
+                                             {"a file of the cache", {}, 0},
+                                             {"a session (.h5)", {".h5"}, 1},
+                                             {"a tissue volume (.vdb)", {".vdb"}, 1},
+                                             {"a picture (.png)", {".png"}, 1},
+                                             {"a grey picture (.pgm)", {".pgm"}, 1},
+                                             {"a sound file (.wav)", {".wav"}, 1},
+                                             {"a film (.mp4)", {".mp4"}, 1},
+                                             {"a page (.html)", {".html", ".htm"}, 2},
+                                             {"a drawing (.svg)", {".svg"}, 1},
+                                             {"a JSON file (.json)", {".json"}, 1},
+                                             {"a table (.csv)", {".csv"}, 1},
+                                             {"a mesh (.ply)", {".ply"}, 1},
+                                             {"a mesh (.stl)", {".stl"}, 1},
+                                             {"a mesh (.obj)", {".obj"}, 1}}};
+
+const KindOfFile& entry(FileKind kind) noexcept {
+  return kKinds[static_cast<std::size_t>(kind)];
+}
+
+std::string lower(std::string text) {
+  std::transform(text.begin(), text.end(), text.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return text;
+}
+
+std::string_view without_space(std::string_view text) {
+  if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);  // byte order mark
+  while (!text.empty() && std::isspace(static_cast<unsigned char>(text.front()))) text.remove_prefix(1);
+  return text;
+}
+
+bool is_json(std::string_view head) {
+  const std::string_view text = without_space(head);
+  return text.starts_with("{") || text.starts_with("[");
+}
+
+/// No bytes that only binary files have.
+bool is_text(std::string_view head) {
+  return std::none_of(head.begin(), head.end(), [](char c) {
+    const auto byte = static_cast<unsigned char>(c);
+    return byte < 0x20 && std::string_view("\t\n\r\f").find(c) == std::string_view::npos;
+  });
+}
+
+/// Text that is neither JSON, nor a page, nor a mesh.
+bool is_plain_text(std::string_view head) {
+  return is_text(head) && !is_json(head) && !without_space(head).starts_with("<") && !head.starts_with("ply") &&
+         !head.starts_with("solid");
+}
+
+bool holds(FileKind kind, std::string_view head, std::uintmax_t size) {
+  const std::string start = lower(std::string(without_space(head.substr(0, 64))));
+  switch (kind) {
+    case FileKind::kText:
+      return is_text(head);
+    case FileKind::kCache:
+      return true;
+    case FileKind::kSession:
+      return head.starts_with("\x89HDF\r\n\x1a\n");
+    case FileKind::kVolume:
+      return head.starts_with(" BDV\0\0\0\0"sv);
+    case FileKind::kPicture:
+      return head.starts_with("\x89PNG\r\n\x1a\n");
+    case FileKind::kGreyPicture:
+      return head.starts_with("P5");
+    case FileKind::kSound:
+      return head.starts_with("RIFF");
+    case FileKind::kFilm:
+      return head.size() >= 8 && head.substr(4, 4) == "ftyp";
+    case FileKind::kPage:
+      return start.starts_with("<!doctype html") || start.starts_with("<html");
+    case FileKind::kDrawing:
+      return start.starts_with("<svg") || start.starts_with("<?xml");
+    case FileKind::kJson:
+      return is_json(head);
+    case FileKind::kTable:
+      return is_plain_text(head);
+    case FileKind::kPly:
+      return head.starts_with("ply");
+    case FileKind::kStl: {
+      std::uint32_t triangles = 0;
+      if (head.size() >= 84) std::memcpy(&triangles, head.data() + 80, sizeof triangles);
+      return head.starts_with("solid") || size == 84 + std::uintmax_t{50} * triangles;
+    }
+    case FileKind::kObj:
+      return is_plain_text(head);
+  }
+  return false;
+}
+
+}  // namespace
+
+std::string_view name_of(FileKind kind) noexcept {
+  return entry(kind).name;
+}
+
+std::span<const std::string_view> endings_of(FileKind kind) noexcept {
+  return {entry(kind).endings.data(), entry(kind).endings_count};
+}
+
+FileKind kind_of_name(const std::filesystem::path& file, std::span<const FileKind> kinds) {
+  const std::string ending = lower(file.extension().string());
+  for (const FileKind kind : kinds) {
+    const auto endings = endings_of(kind);
+    if (std::find(endings.begin(), endings.end(), ending) != endings.end()) return kind;
+  }
+  return FileKind::kText;
+}
+
+bool may_replace(FileKind kind, std::string_view head, std::uintmax_t size) {
+  return size == 0 || holds(kind, head, size);
+}
+
+}  // namespace typodont

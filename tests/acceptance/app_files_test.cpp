@@ -1,0 +1,270 @@
+// Files through the command line: nothing that is read is written over, devices stay devices, no special file blocks,
+// results that do not arrive are a failure, and an interrupted command leaves nothing half written.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+
+#include <chrono>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <string>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "tests/support/program.h"
+
+namespace typodont {
+namespace {
+
+namespace fs = std::filesystem;
+using namespace test;
+using namespace std::chrono_literals;
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::Not;
+
+constexpr const char* kScene = R"({"tissue": {"voxel_mm": 0.2, "solids": [
+  {"tissue": "enamel", "solid": {"sphere": {"radius_mm": 3}}}]}, "tool": {"shape": "sphere", "diameter_mm": 1.0}})";
+constexpr const char* kColumns = "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n";
+constexpr const char* kPairs =
+    "hx_mm,hy_mm,hz_mm,dx_mm,dy_mm,dz_mm\n0,0,0,0,0,0\n50,0,0,50,0,0\n0,50,0,0,50,0\n0,0,50,0,0,50\n50,50,0,50,50,0\n";
+
+class FilesOfCommands : public testing::Test {
+ protected:
+  FilesOfCommands() {
+    folder.write("scene.json", kScene);
+    folder.write("hand.csv", std::string(kColumns) + "0,0,0,5,1,0,0,0,0\n0.02,0,0,5,1,0,0,0,0\n");
+    folder.write("pairs.csv", kPairs);
+  }
+  /// With {} for the folder.
+  Ran run(const std::string& arguments, const std::string& before = "timeout 60") const {
+    return folder.run(in_folder(arguments), before);
+  }
+  std::string in_folder(std::string arguments) const {
+    for (std::size_t at; (at = arguments.find("{}")) != std::string::npos;)
+      arguments.replace(at, 2, folder.path().string());
+    return arguments;
+  }
+  void make_session() const {
+    const Ran ran = run("servo {}/scene.json --hand {}/hand.csv --out {}/s.h5 --save {}/tooth.vdb");
+    ASSERT_EQ(ran.status, 0) << ran.err;
+  }
+  bool half_written() const {
+    for (const auto& entry : fs::recursive_directory_iterator(folder.path()))
+      if (entry.path().string().ends_with(".partial")) return true;
+    return false;
+  }
+  /// Ends `typodont ARGUMENTS` by a signal as soon as `begun`, and returns what came of it.
+  Ran interrupted(const std::string& arguments, int signal, const std::function<bool()>& begun) const {
+    const pid_t child = folder.start(in_folder(arguments));
+    bool has_begun = false;
+    for (int i = 0; i < 6000 && !(has_begun = begun()); ++i) std::this_thread::sleep_for(10ms);
+    EXPECT_TRUE(has_begun) << folder.said();
+    return folder.finish(child, signal);
+  }
+  ProgramFolder folder{TYPODONT_PROGRAM};
+};
+
+TEST_F(FilesOfCommands, NoCommandWritesOverWhatItReads) {
+  make_session();
+  fs::create_hard_link(folder / "s.h5", folder / "s.html");
+  fs::create_hard_link(folder / "scene.json", folder / "scene.csv");
+  fs::create_hard_link(folder / "scene.json", folder / "scene.vdb");
+  fs::create_symlink("tooth.vdb", folder / "link.vdb");
+  fs::create_hard_link(folder / "pairs.csv", folder / "pairs.json");
+  folder.write("volume.json", R"({"tissue": {"volume": "tooth.vdb"}, "tool": "round_012"})");
+  const std::vector<std::pair<std::string, std::string>> commands = {
+      {"report {}/s.h5 --out {}/s.h5", "s.h5"},
+      {"report {}/s.h5 --out {}/s.html", "s.h5"},
+      {"servo {}/scene.json --hand {}/hand.csv --out {}/scene.json", "scene.json"},
+      {"servo {}/scene.json --hand {}/hand.csv --out {}/scene.csv", "scene.json"},
+      {"servo {}/scene.json --hand {}/hand.csv --out {}/hand.csv", "hand.csv"},
+      {"servo {}/scene.json --hand replay:{}/s.h5 --out {}/s.h5", "s.h5"},
+      {"servo {}/volume.json --hand {}/hand.csv --out {}/t.csv --save {}/tooth.vdb", "tooth.vdb"},
+      {"servo {}/volume.json --hand {}/hand.csv --out {}/t.csv --save {}/link.vdb", "tooth.vdb"},
+      {"replay {}/s.h5 --with '{\"friction\": false}' --out {}/s.h5", "s.h5"},
+      {"run {}/scene.json --hand script:{}/hand.csv --audio none: --save {}/scene.vdb", "scene.json"},
+      {"run {}/scene.json --hand script:{}/hand.csv --audio none: --save {}/scene.json", "scene.json"},
+      {"run {}/scene.json --resume {}/s.h5 --hand script:{}/hand.csv --audio none: --record {}/s.h5", "s.h5"},
+      {"run {}/scene.json --resume {}/tooth.vdb --hand script:{}/hand.csv --audio none: --save {}/tooth.vdb",
+       "tooth.vdb"},
+      {"mesh {}/tooth.vdb --out {}/tooth.vdb", "tooth.vdb"},
+      {"import {}/tooth.vdb --out {}/tooth.vdb", "tooth.vdb"},
+      {"calibrate register --pairs {}/pairs.csv --out {}/pairs.csv", "pairs.csv"},
+      {"calibrate register --pairs {}/pairs.csv --out {}/pairs.json", "pairs.csv"}};
+  for (const auto& [command, read] : commands) {
+    const std::string before = read_text(folder / read);
+    const Ran ran = run(command);
+    EXPECT_EQ(ran.status, 2) << command << "\n" << ran.err;
+    EXPECT_EQ(read_text(folder / read), before) << command;
+    EXPECT_EQ(ran.out, "") << command;
+  }
+  EXPECT_FALSE(fs::exists(folder / "t.csv"));
+  EXPECT_FALSE(half_written());
+}
+
+TEST_F(FilesOfCommands, NoCommandReplacesAFileOfAnotherKindOrTakesAnUnknownEnding) {
+  make_session();
+  folder.write("notes.csv", "{\"precious\": true}");
+  folder.write("notes.html", "precious");
+  folder.write("notes.h5", "precious");
+  const std::vector<std::pair<std::string, std::string>> commands = {
+      {"servo {}/scene.json --hand {}/hand.csv --out {}/notes.csv", "a file of another kind"},
+      {"report {}/s.h5 --out {}/notes.html", "a file of another kind"},
+      {"run {}/scene.json --hand script:{}/hand.csv --audio none: --record {}/notes.h5", "a file of another kind"},
+      {"servo {}/scene.json --hand {}/hand.csv --out {}/x.txt", "a table (.csv) or a session (.h5)"},
+      {"servo {}/scene.json --hand {}/hand.csv --out {}/x", "a table (.csv) or a session (.h5)"},
+      {"servo {}/scene.json --hand {}/hand.csv --out {}/x.csv --save {}/x.h5", "a tissue volume (.vdb)"},
+      {"import {}/scan.nrrd --out {}/x.txt", "a tissue volume (.vdb)"},
+      {"mesh {}/scene.json --out {}/x.txt", "(.ply) or a mesh (.stl) or a mesh (.obj)"},
+      {"report {}/s.h5 --out {}/x.txt", "a page (.html)"},
+      {"run {}/scene.json --record {}/x.txt", "a session (.h5)"},
+      {"replay {}/s.h5 --film {}/x.txt", "a film (.mp4)"},
+      {"sound synth m.json --seconds 1 --out {}/x.txt", "a sound file (.wav)"},
+      {"calibrate register --pairs {}/pairs.csv --out {}/x.txt", "a JSON file (.json)"},
+      {"calibrate board --out {}/x.txt", "a picture (.png) or a grey picture (.pgm)"}};
+  for (const auto& [command, expected] : commands) {
+    const Ran ran = run(command);
+    EXPECT_EQ(ran.status, 2) << command << "\n" << ran.err;
+    EXPECT_THAT(ran.err, HasSubstr(expected)) << command;
+  }
+  EXPECT_EQ(read_text(folder / "notes.csv"), "{\"precious\": true}");
+  EXPECT_EQ(read_text(folder / "notes.html"), "precious");
+  EXPECT_EQ(read_text(folder / "notes.h5"), "precious");
+  for (const char* none : {"x.txt", "x", "x.csv", "x.h5"}) EXPECT_FALSE(fs::exists(folder / none)) << none;
+}
+
+TEST_F(FilesOfCommands, DevicesAreWrittenToAndStayDevices) {
+  make_session();
+  for (const char* command :
+       {"servo {}/scene.json --hand {}/hand.csv --out /dev/null", "report {}/s.h5 --out /dev/null",
+        "calibrate board --out /dev/null", "calibrate register --pairs {}/pairs.csv --out /dev/null",
+        "servo {}/scene.json --hand {}/hand.csv --out {}/t.csv --save /dev/null"}) {
+    const Ran ran = run(command);
+    EXPECT_EQ(ran.status, 0) << command << "\n" << ran.err;
+    ASSERT_TRUE(fs::is_character_file("/dev/null")) << command;
+  }
+  const Ran piped = run("servo {}/scene.json --hand {}/hand.csv --out /dev/stdout --no-timing");
+  ASSERT_EQ(run("servo {}/scene.json --hand {}/hand.csv --out {}/t.csv --no-timing").status, 0);
+  EXPECT_THAT(piped.out, HasSubstr(read_text(folder / "t.csv")));
+  const Ran live = run("run {}/scene.json --hand script:{}/hand.csv --audio none: --record /dev/null");
+  EXPECT_EQ(live.status, 2);
+  EXPECT_THAT(live.err, HasSubstr("/dev/null: found a device"));
+}
+
+TEST_F(FilesOfCommands, SpecialFilesInPlaceOfInputsAreRefusedAtOnce) {
+  make_session();
+  ASSERT_EQ(::mkfifo((folder / "fifo").c_str(), 0600), 0);
+  std::ofstream(folder / "sparse").close();
+  fs::resize_file(folder / "sparse", std::uintmax_t{40} << 30);
+  fs::create_symlink("/dev/zero", folder / "zero.nrrd");
+  folder.write("solid.json", in_folder(R"({"tissue": {"voxel_mm": 0.2, "solids": [{"tissue": "enamel",
+    "solid": {"mesh": {"file": "{}/zero.stl"}}}]}, "tool": "round_012"})"));
+  fs::create_symlink("/dev/zero", folder / "zero.stl");
+  std::vector<std::string> commands = {"servo {}/solid.json --hand {}/hand.csv --out {}/x.csv",
+                                       "import {}/zero.nrrd --out {}/x.vdb"};
+  for (const char* input : {"/dev/full", "/dev/urandom", "/dev/tty", "/dev/stdin", "{}"})
+    commands.push_back(std::string("servo ") + input + " --hand {}/hand.csv --out {}/x.csv");
+  for (const char* input : {"/dev/zero", "{}/fifo", "{}/sparse"}) {
+    for (const char* command :
+         {"servo INPUT --hand {}/hand.csv --out {}/x.csv", "servo {}/scene.json --hand INPUT --out {}/x.csv",
+          "servo {}/scene.json --hand replay:INPUT --out {}/x.csv", "replay INPUT --check",
+          "replay {}/s.h5 --with INPUT", "render {}/scene.json --volume INPUT --out {}/x",
+          "render {}/scene.json --rig INPUT --out {}/x", "render {}/scene.json --pose INPUT --out {}/x",
+          "mesh INPUT --out {}/x.ply", "import INPUT --out {}/x.vdb",
+          "report {}/s.h5 --picture before=INPUT --out {}/x.html", "report {}/s.h5 --expert INPUT --out {}/x.html",
+          "calibrate register --pairs INPUT --out {}/x.json", "calibrate status --rig INPUT",
+          "sound fit INPUT --out {}/x.json", "sound compare INPUT INPUT",
+          "sound synth INPUT --seconds 1 --out {}/x.wav", "run {}/scene.json --rig INPUT"}) {
+      std::string line = command;
+      for (std::size_t at; (at = line.find("INPUT")) != std::string::npos;) line.replace(at, 5, input);
+      commands.push_back(line);
+    }
+  }
+  for (const std::string& command : commands) {
+    // These files filled more than that before; the program with its libraries fits into it.
+    const Ran ran = run(command + " </dev/zero", "timeout 60 prlimit --as=2000000000");
+    EXPECT_EQ(ran.status, 2) << command << "\n" << ran.err;
+    EXPECT_THAT(ran.err, AllOf(HasSubstr("error: "), Not(HasSubstr("bad_alloc")), Not(HasSubstr("basic_filebuf"))))
+        << command;
+  }
+  for (const char* none : {"x.csv", "x.vdb", "x.html", "x.json", "x.wav", "x.ply"})
+    EXPECT_FALSE(fs::exists(folder / none)) << none;
+}
+
+TEST_F(FilesOfCommands, ResultsThatDoNotReachStandardOutputAreAFailure) {
+  for (const char* command :
+       {"--help", "--version", "devices", "doctor --json", "servo --help", "calibrate register --pairs {}/pairs.csv",
+        "servo {}/scene.json --hand {}/hand.csv --out {}/t.csv --json"}) {
+    const Ran ran = run(command, "sh -c '\"$@\" >/dev/full' sh");
+    EXPECT_EQ(ran.status, 1) << command;
+    EXPECT_THAT(ran.err, HasSubstr("error: standard output: ")) << command;
+  }
+}
+
+TEST_F(FilesOfCommands, WhereTheTissueCannotBeSavedASessionSaysSoAtItsStart) {
+  for (const char* command :
+       {"run {}/scene.json --hand script:{}/hand.csv --audio none: --save /nowhere/x.vdb --record {}/live.h5",
+        "servo {}/scene.json --hand {}/hand.csv --out {}/live.h5 --save /nowhere/x.vdb"}) {
+    const Ran ran = run(command);
+    EXPECT_EQ(ran.status, 2) << ran.err;
+    EXPECT_THAT(ran.err, HasSubstr("/nowhere/x.vdb"));
+    EXPECT_FALSE(fs::exists(folder / "live.h5"));
+  }
+}
+
+TEST_F(FilesOfCommands, ARecordingThatIsDeletedWhileItIsMadeFailsTheRun) {
+  folder.write("long.csv", std::string(kColumns) + "0,0,0,5,1,0,0,0,0\n600,0,0,5,1,0,0,0,0\n");
+  std::uintmax_t bytes = 0;
+  const Ran ran =
+      interrupted("run {}/scene.json --hand script:{}/long.csv --audio none: --record {}/live.h5", SIGINT, [&] {
+        // It runs when the file grows.
+        std::error_code code;
+        const auto size = fs::file_size(folder / "live.h5", code);
+        if (code || std::exchange(bytes, bytes == 0 ? size : bytes) == 0 || size <= bytes) return false;
+        return fs::remove(folder / "live.h5", code);
+      });
+  EXPECT_EQ(ran.status, 1) << ran.err;
+  EXPECT_THAT(ran.err, HasSubstr("deleted or replaced while it was recorded"));
+}
+
+TEST_F(FilesOfCommands, ReplayWithAFolderSaysThatItIsOne) {
+  make_session();
+  const Ran ran = run("replay {}/s.h5 --with {}");
+  EXPECT_EQ(ran.status, 2);
+  EXPECT_THAT(ran.err, HasSubstr("found a directory, expected a JSON file"));
+}
+
+TEST_F(FilesOfCommands, AnInterruptedServoLeavesNothingHalfWrittenAndExitsOne) {
+  folder.write("long.csv", std::string(kColumns) + "0,0,0,5,1,0,0,0,0\n20000,0,0,5,1,0,0,0,0\n");
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
+    for (const char* out : {"t.csv", "t.h5"}) {
+      const Ran ran = interrupted(std::string("servo {}/scene.json --hand {}/long.csv --out {}/") + out, signal,
+                                  [this] { return half_written(); });
+      EXPECT_EQ(ran.status, 1) << signal << "\n" << ran.err;
+      EXPECT_THAT(ran.err, HasSubstr("cancelled; nothing was left half written"));
+      EXPECT_FALSE(half_written()) << signal;
+      EXPECT_FALSE(fs::exists(folder / out));
+    }
+  }
+}
+
+TEST_F(FilesOfCommands, AnInterruptedDemoAndAnInterruptedFilmLeaveNothingHalfWrittenAndExitOne) {
+  ASSERT_EQ(run("servo assets/scenes/molar-caries.json --hand {}/hand.csv --out {}/s.h5").status, 0);
+  const std::vector<std::pair<std::string, std::string>> commands = {
+      {"demo --out {}/demo", "demo/session.mp4"}, {"replay {}/s.h5 --film {}/film.mp4 --speed 0.0001", "film.mp4"}};
+  for (const auto& [command, film] : commands) {
+    for (const int signal : {SIGINT, SIGHUP}) {
+      const Ran ran = interrupted(command, signal, [this] { return half_written(); });
+      EXPECT_EQ(ran.status, 1) << command << " " << signal << "\n" << ran.err;
+      EXPECT_FALSE(half_written()) << command << " " << signal;
+      EXPECT_FALSE(fs::exists(folder / film));
+      EXPECT_FALSE(fs::exists(folder / "demo/session.h5"));
+    }
+  }
+}
+
+}  // namespace
+}  // namespace typodont

@@ -1,0 +1,379 @@
+// What may be read, what may be written over, and what is left when the program is ended.
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <sys/un.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <array>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <iterator>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "engine/base/csv.h"
+#include "engine/base/error.h"
+#include "engine/base/input_file.h"
+#include "engine/base/interrupt.h"
+#include "engine/base/json.h"
+#include "engine/base/partial_file.h"
+#include "engine/base/progress.h"
+
+namespace typodont {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::AllOf;
+using testing::HasSubstr;
+
+std::string message_of(const std::function<void()>& f) {
+  try {
+    f();
+  } catch (const Error& e) {
+    return e.what();
+  }
+  return "";
+}
+
+std::string text_of(const fs::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+class Files : public testing::Test {
+ protected:
+  Files() {
+    std::string pattern = (fs::temp_directory_path() / "typodont_files_XXXXXX").string();
+    folder = ::mkdtemp(pattern.data());
+  }
+  ~Files() override { fs::remove_all(folder); }
+  fs::path write(const std::string& name, const std::string& text) const {
+    std::ofstream(folder / name, std::ios::binary) << text;
+    return folder / name;
+  }
+  std::size_t count() const {
+    return static_cast<std::size_t>(std::distance(fs::directory_iterator(folder), fs::directory_iterator()));
+  }
+  /// Writes as every command does.
+  static void put(const fs::path& file, const std::string& text, FileKind kind = FileKind::kText,
+                  Over over = Over::kNoInput) {
+    write_file_atomically(file, text, kind, over);
+  }
+  fs::path folder;
+};
+
+class InputFiles : public Files {};
+class Outputs : public Files {};
+
+TEST_F(InputFiles, AreRegularFilesAndNothingElse) {
+  const fs::path fifo = folder / "fifo", socket = folder / "socket";
+  ASSERT_EQ(::mkfifo(fifo.c_str(), 0600), 0);
+  const int listening = ::socket(AF_UNIX, SOCK_STREAM, 0);
+  sockaddr_un address{AF_UNIX, {}};
+  socket.string().copy(address.sun_path, sizeof address.sun_path - 1);
+  ASSERT_EQ(::bind(listening, reinterpret_cast<sockaddr*>(&address), sizeof address), 0);
+  fs::create_symlink("/dev/zero", folder / "link");
+  const std::vector<std::pair<fs::path, const char*>> special = {
+      {folder, "a directory"},   {fifo, "a FIFO"},         {socket, "no regular file"},   {"/dev/zero", "a device"},
+      {"/dev/full", "a device"}, {"/dev/tty", "a device"}, {folder / "link", "a device"}, {"/dev/urandom", "a device"}};
+  for (const auto& [file, found] : special) {
+    EXPECT_THAT(message_of([&] { Json::load(file); }), AllOf(HasSubstr(file.string()), HasSubstr(found)));
+    EXPECT_THAT(message_of([&] { read_csv(file, {"t_s"}); }), AllOf(HasSubstr(file.string()), HasSubstr(found)));
+  }
+  ::close(listening);
+}
+
+TEST_F(InputFiles, AreOfASaneSize) {
+  for (const auto kind : {InputKind::kJson, InputKind::kTable, InputKind::kSession, InputKind::kVolume,
+                          InputKind::kScan, InputKind::kMesh, InputKind::kSound, InputKind::kPicture}) {
+    const fs::path file = write("large", "");
+    fs::resize_file(file, largest_input(kind));  // sparse
+    EXPECT_EQ(require_input(file, kind), largest_input(kind));
+    fs::resize_file(file, largest_input(kind) + 1);
+    EXPECT_THAT(message_of([&] { require_input(file, kind); }), AllOf(HasSubstr("large"), HasSubstr("of at most")));
+  }
+}
+
+TEST_F(InputFiles, OfOneEndlessLineAreRefusedAtThatLine) {
+  const fs::path file = write("long.csv", "t_s\n1\n" + std::string(LineReader::kLongest + 1, '7') + "\n2\n");
+  EXPECT_THAT(message_of([&] { read_csv(file, {"t_s"}); }), HasSubstr("long.csv: line 3: found over 65535 characters"));
+  LineReader lines(write("even", std::string(LineReader::kLongest, 'x') + "\n\nlast"), InputKind::kTable);
+  std::string line;
+  for (const std::size_t length : {LineReader::kLongest, std::size_t{0}, std::size_t{4}}) {
+    ASSERT_TRUE(lines.next(line));
+    EXPECT_EQ(line.size(), length);
+  }
+  EXPECT_FALSE(lines.next(line));
+}
+
+TEST_F(Outputs, NeverReplaceAFileThatWasReadUnderWhateverName) {
+  remember_inputs();
+  const fs::path input = write("scene.json", "{}"), hard = folder / "hard.json", soft = folder / "soft.json";
+  Json::load(input);
+  fs::create_hard_link(input, hard);
+  fs::create_symlink(input, soft);
+  const std::size_t before = count();
+  for (const fs::path& name : {input, hard, soft, folder / "." / "scene.json"}) {
+    EXPECT_THAT(message_of([&] { put(name, "[]", FileKind::kJson); }),
+                AllOf(HasSubstr(name.string()), HasSubstr("is read here, too")));
+    EXPECT_EQ(text_of(name), "{}");
+  }
+  EXPECT_EQ(count(), before);
+  put(input, "[1]", FileKind::kJson, Over::kItsInput);
+  EXPECT_EQ(text_of(input), "[1]");
+}
+
+TEST_F(Outputs, MayTakeTheNameOfAFileThatWasReadAndIsGone) {
+  remember_inputs();
+  const fs::path file = write("again.json", "{}");
+  Json::load(file);
+  fs::remove(file);
+  put(file, "[]", FileKind::kJson);
+  EXPECT_EQ(text_of(file), "[]");
+}
+
+TEST_F(Outputs, ReplaceOnlyFilesOfTheirOwnKind) {
+  std::string stl(84, '\0');
+  const std::vector<std::pair<FileKind, std::string>> samples = {
+      {FileKind::kSession, "\x89HDF\r\n\x1a\n rest"},
+      {FileKind::kVolume, std::string(" BDV\0\0\0\0 rest", 13)},
+      {FileKind::kPicture, "\x89PNG\r\n\x1a\n rest"},
+      {FileKind::kGreyPicture, "P5\n1 1\n255\n\x01"},
+      {FileKind::kSound, std::string("RIFF\x01\0\0\0WAVE", 12)},
+      {FileKind::kFilm, std::string("\0\0\0 ftypisom", 12)},
+      {FileKind::kPage, "<!DOCTYPE html><html></html>"},
+      {FileKind::kDrawing, "<svg xmlns=''></svg>"},
+      {FileKind::kJson, "\n {\"a\": 1}"},
+      {FileKind::kTable, "t_s,x_mm\n0,1\n"},
+      {FileKind::kPly, "ply\nformat ascii 1.0\n"},
+      {FileKind::kStl, stl}};
+  for (const auto& [kind, own] : samples) {
+    for (const auto& [other, bytes] : samples) {
+      const fs::path file = write("there", bytes);
+      const std::string said = message_of([&, &own_bytes = own, wanted = kind] { put(file, own_bytes, wanted); });
+      if (kind == other) {
+        EXPECT_EQ(said, "") << name_of(kind);
+      } else {
+        EXPECT_THAT(said, HasSubstr("a file of another kind")) << name_of(kind) << " over " << name_of(other);
+        EXPECT_EQ(text_of(file), bytes);
+      }
+    }
+    const fs::path empty = write("empty", "");
+    put(empty, own, kind);
+    EXPECT_EQ(text_of(empty), own);
+  }
+}
+
+TEST_F(Outputs, GoIntoDevicesWhichStayDevices) {
+  for (const char* device : {"/dev/null", "/dev/zero"}) {
+    put(device, "bytes");
+    struct stat s {};
+    ASSERT_EQ(::stat(device, &s), 0);
+    EXPECT_TRUE(S_ISCHR(s.st_mode));
+  }
+  EXPECT_THAT(message_of([] { put("/dev/full", "bytes"); }), HasSubstr("No space left on device"));
+}
+
+TEST_F(Outputs, GoIntoFifosWithAReader) {
+  const fs::path fifo = folder / "fifo";
+  ASSERT_EQ(::mkfifo(fifo.c_str(), 0600), 0);
+  EXPECT_THAT(message_of([&] { put(fifo, "bytes"); }), HasSubstr("a FIFO that nobody reads"));
+  const int reader = ::open(fifo.c_str(), O_RDONLY | O_NONBLOCK);
+  put(fifo, "bytes");
+  std::array<char, 16> got{};
+  EXPECT_EQ(::read(reader, got.data(), got.size()), 5);
+  EXPECT_STREQ(got.data(), "bytes");
+  {
+    PartialFile partial(fifo);
+    ::close(reader);
+    EXPECT_THAT(message_of([&] {
+                  std::ofstream(partial.path()) << "more";
+                  partial.keep();
+                }),
+                HasSubstr("Broken pipe"));
+  }
+  EXPECT_TRUE(fs::is_fifo(fifo));
+}
+
+TEST_F(Outputs, GoIntoAnOpenDescriptorAndNotInItsFilesPlace) {
+  const fs::path file = folder / "redirected";
+  const int open_file = ::open(file.c_str(), O_WRONLY | O_CREAT, 0600);
+  ASSERT_EQ(::write(open_file, "one,", 4), 4);
+  put(fmt::format("/dev/fd/{}", open_file), "two,");
+  ASSERT_EQ(::write(open_file, "three", 5), 5);
+  ::close(open_file);
+  EXPECT_EQ(text_of(file), "one,two,three");
+}
+
+TEST_F(Outputs, FollowALinkToAFileAndRefuseOneThatLeadsNowhere) {
+  fs::create_directory(folder / "far");
+  const fs::path file = write("far/file.txt", "old");
+  fs::create_symlink("far/file.txt", folder / "link.txt");
+  put(folder / "link.txt", "new");
+  EXPECT_TRUE(fs::is_symlink(folder / "link.txt"));
+  EXPECT_EQ(text_of(file), "new");
+  EXPECT_FALSE(fs::is_symlink(file));
+  fs::create_symlink("nowhere", folder / "dangling.txt");
+  EXPECT_THAT(message_of([&] { put(folder / "dangling.txt", "new"); }), HasSubstr("a link that leads to no file"));
+  EXPECT_FALSE(fs::exists(folder / "nowhere"));
+}
+
+TEST_F(Outputs, KeepTheModeOfWhatTheyReplaceAndItsOwner) {
+  for (const mode_t mode : {0600u, 0640u, 0644u, 0666u}) {
+    const fs::path file = write("secret.txt", "old");
+    ASSERT_EQ(::chmod(file.c_str(), mode), 0);
+    const bool root = ::geteuid() == 0;
+    if (root) {
+      ASSERT_EQ(::chown(file.c_str(), 4711, 4712), 0);
+    }
+    {
+      const PartialFile half(file);
+      struct stat s {};
+      ASSERT_EQ(::stat(half.path().c_str(), &s), 0);
+      EXPECT_EQ(s.st_mode & 077, 0u) << "nobody else reads what is half written";
+    }
+    put(file, "new");
+    struct stat s {};
+    ASSERT_EQ(::stat(file.c_str(), &s), 0);
+    EXPECT_EQ(s.st_mode & 07777, mode);
+    EXPECT_EQ(s.st_uid, root ? 4711 : ::geteuid());
+    if (root) {
+      EXPECT_EQ(s.st_gid, 4712u);
+    }
+  }
+}
+
+TEST_F(Outputs, LeaveAWriteProtectedFileAlone) {
+  const fs::path file = write("kept.txt", "old");
+  ASSERT_EQ(::chmod(file.c_str(), 0444), 0);
+  ASSERT_EQ(::chmod(folder.c_str(), 0777), 0);
+  const pid_t child = ::fork();
+  if (child == 0) {  // who is root may write everywhere
+    if (::geteuid() == 0 && ::setresuid(65534, 65534, 65534) != 0) ::_exit(2);
+    ::_exit(message_of([&] { put(file, "new"); }).find("Permission denied") != std::string::npos ? 0 : 1);
+  }
+  int status = -1;
+  ::waitpid(child, &status, 0);
+  EXPECT_EQ(status, 0);
+  EXPECT_EQ(text_of(file), "old");
+}
+
+TEST_F(Outputs, AreHalfWrittenUnderNamesThatNobodyCanGuess) {
+  const PartialFile a(folder / "x.txt"), b(folder / "x.txt");
+  EXPECT_NE(a.path(), b.path());
+  EXPECT_EQ(a.path().parent_path(), folder);
+  EXPECT_EQ(fs::file_size(a.path()), 0u) << "made, so that nobody else can make it";
+}
+
+/// The exit status of a child that does this; what it says is thrown away.
+int status_of(const std::function<void()>& work) {
+  const pid_t child = ::fork();
+  if (child == 0) {
+    ::close(STDERR_FILENO);
+    work();
+    ::_exit(0);
+  }
+  int status = -1;
+  ::waitpid(child, &status, 0);
+  return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+}
+
+TEST_F(Outputs, ThatAreHalfWrittenAreGoneWhenASignalEndsTheProgram) {
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
+    EXPECT_EQ(status_of([&] {
+                end_in_order_on_interrupt();
+                const PartialFile one(folder / "one.txt"), two(folder / "two.txt");
+                ::raise(signal);
+              }),
+              1);
+    EXPECT_EQ(count(), 0u) << signal;
+    EXPECT_EQ(status_of([&] {  // long work is cancelled by the first signal, and ended by the second
+                end_in_order_on_interrupt();
+                const PartialFile one(folder / "one.txt");
+                Progress work("work");
+                ::raise(signal);
+                if (!work.cancelled()) ::_exit(3);
+                ::raise(signal);
+              }),
+              1);
+    EXPECT_EQ(count(), 0u) << signal;
+  }
+  EXPECT_EQ(status_of([&] {
+              ::signal(SIGHUP, SIG_IGN);  // as nohup does
+              end_in_order_on_interrupt();
+              ::raise(SIGHUP);
+              const Progress work("work");
+              ::raise(SIGHUP);
+              ::_exit(work.cancelled() ? 3 : 0);
+            }),
+            0);
+}
+
+TEST(JsonMessages, NameLineAndColumnOfTextThatIsNoJson) {
+  EXPECT_EQ(message_of([] { Json::parse("{\n\"a\": 1,\n\"b\": nope}", "x.json"); }),
+            "x.json: line 3, column 7: found text that is not JSON, expected valid JSON");
+  EXPECT_THAT(message_of([] { Json::parse("{\"a\": [1, 2,\n", "x.json"); }), HasSubstr("x.json: line 2, column 1"));
+  EXPECT_THAT(message_of([] { Json::parse("", "x.json"); }), HasSubstr("x.json: line 1, column 1"));
+}
+
+TEST(JsonMessages, NameLineAndKeyOfNumbersThatNoDoubleHolds) {
+  EXPECT_EQ(message_of([] { Json::parse("{\"tool\": {\n\"sizes\": [1,\n -1e309]}}", "x.json"); }),
+            "x.json: line 3, \"tool.sizes[1]\": found -1e309, expected a number of at most 1.8e308");
+}
+
+TEST(JsonMessages, NameLineAndKeyOfEveryWrongValue) {
+  const Json json = Json::parse("{\n\"a\": {\n  \"b\": [1,\n 2,\n{\"c\": true}]\n}, \"b\": 7\n}", "x.json");
+  EXPECT_THAT(message_of([&] { json["a"]["b"].items()[1].string(); }),
+              HasSubstr("x.json: line 4, \"a.b[1]\": found 2"));
+  EXPECT_THAT(message_of([&] { json["a"]["b"].items()[2]["c"].number(); }),
+              HasSubstr("line 5, \"a.b[2].c\": found true"));
+  EXPECT_THAT(message_of([&] { json["b"].string(); }), HasSubstr("line 6, \"b\": found 7"));
+  EXPECT_THAT(message_of([&] { json["a"]["x"]; }), HasSubstr("line 2, \"a.x\": found nothing"));
+  EXPECT_THAT(message_of([&] { json.allow_only({"a"}); }), HasSubstr("line 6, \"b\": found an unknown key"));
+  EXPECT_THAT(message_of([] { Json::parse("{\"a\":\n1, \"a\": 2}", "x.json"); }),
+              HasSubstr("x.json: line 2, \"a\": found the key twice"));
+}
+
+TEST(JsonMessages, OfDocumentsThatTheProgramPutTogetherNameNoLines) {
+  const Json json = Json::parse("{\n\"a\": 1}", "x.json", Json::Lines::kUnknown);
+  EXPECT_EQ(message_of([&] { json["a"].string(); }), "x.json: \"a\": found 1, expected a string");
+}
+
+TEST(Messages, AreShortWhateverTheInput) {
+  const std::string key(20000, 'k');
+  const Json json = Json::parse("{\"" + key + "\": {\"" + key + "\": 1e3}}", "x.json");
+  for (const std::string& said :
+       {message_of([&] { json.allow_only({"a"}); }), message_of([&] { json[key].allow_only({"a"}); }),
+        message_of([&] { json[key][key].string(); }),
+        message_of([&] { Json::parse("{\"" + key + "\": 1e999}", "x.json"); }),
+        message_of([&] { Json::parse("{\"" + key + "\": 1, \"" + key + "\": 2}", "x.json"); })}) {
+    EXPECT_GT(said.size(), 20u);
+    EXPECT_LT(said.size(), 700u);
+    EXPECT_THAT(said, HasSubstr("line 1"));
+  }
+}
+
+TEST(Messages, HoldNothingThatATerminalObeysAndNoHalfCharacter) {
+  EXPECT_EQ(std::string(Error("x", "", "\x1b[2J\nno", "yes").what()), "x: found ?[2J?no, expected yes");
+  std::string long_text;
+  for (int i = 0; i < 200; ++i) long_text += "ö";
+  const std::string said = Error("x", "", long_text, "").what();
+  EXPECT_TRUE(said.ends_with("ö...")) << said;
+}
+
+TEST(Messages, BeginWithWhatIsKnown) {
+  EXPECT_EQ(std::string(Error("", "--size", "0x0", "a size").what()), "--size: found 0x0, expected a size");
+  EXPECT_EQ(std::string(Error("", "", "x", "y").what()), "found x, expected y");
+}
+
+}  // namespace
+}  // namespace typodont
