@@ -118,6 +118,7 @@ TEST(SessionFile, ColumnsInPeoplesUnitsComeBackWithinOneUnitInTheLastPlace) {
 TEST(SessionFile, AnyBitsOfTheHandAreKeptEvenNotANumber) {
   TemporaryFolder folder;
   std::vector<ServoTick> ticks(4);
+  for (std::size_t i = 0; i < ticks.size(); ++i) ticks[i].index = i;
   ticks[0].X_WT.p = {std::nan(""), -0.0, 5e-324};
   ticks[1].X_WT.p = {1e308, -1e308, std::numeric_limits<double>::infinity()};
   ticks[2].X_WT.R = {0, -0.0, 1e-310, std::nextafter(1.0, 2.0)};
@@ -162,9 +163,9 @@ TEST(SessionFile, TheHeaderComesBack) {
 TEST(SessionFile, AToolTakenUpIsInItsTickAndAnEventByName) {
   TemporaryFolder folder;
   auto ticks = random_ticks(30, 71);
-  for (std::size_t i = 10; i < ticks.size(); ++i) ticks[i].tool = i < 20 ? 1 : 9;
+  for (std::size_t i = 10; i < ticks.size(); ++i) ticks[i].tool = i < 20 ? 1 : 2;
   SessionHeader header = some_header();
-  header.tools = {"round_012", "explorer"};
+  header.tools = {"round_012", "explorer", "flame_012"};
   {
     SessionWriter writer(folder / "s.h5", header);
     writer.append(ticks);
@@ -175,7 +176,7 @@ TEST(SessionFile, AToolTakenUpIsInItsTickAndAnEventByName) {
   ASSERT_EQ(back.size(), ticks.size());
   for (std::size_t i = 0; i < ticks.size(); ++i) EXPECT_EQ(back[i].tool, ticks[i].tool) << i;
   EXPECT_EQ(session.events(), (std::vector<SessionEvent>{{ticks[10].t, EventKind::kTool, "explorer"},
-                                                         {ticks[20].t, EventKind::kTool, "9"}}));
+                                                         {ticks[20].t, EventKind::kTool, "flame_012"}}));
 }
 
 TEST(SessionFile, HowTheLoopFaredComesBackAlsoFromASessionThatWasCutOffAndRepaired) {
@@ -342,6 +343,8 @@ TEST(SessionWriter, WhenTheDiskHasRoomAgainItGoesOnAndTheGapIsAnEvent) {
   }
   const SessionReader reader(folder / "s.h5");
   EXPECT_FALSE(reader.truncated());
+  EXPECT_EQ(reader.gaps(), (std::vector<Gap>{{ticks[kChunk - 1].t, ticks[2 * kChunk].t, kChunk - 1, kChunk, 0}}));
+  EXPECT_EQ(in_words(reader.gaps()), "0.449 s to 0.900 s (450 ticks, 0 cuts)");
   EXPECT_EQ(reader.lost().ticks_disk, kChunk);
   ASSERT_EQ(reader.tick_count(), 2 * kChunk);
   EXPECT_EQ(reader.ticks(kChunk, 1)[0].index, 2 * kChunk) << "the gap shows in the index";

@@ -121,6 +121,7 @@ void Page::warnings() {
     texts.push_back(say("warn.lost", l.ticks_ring + l.ticks_disk, l.cuts_ring + l.cuts_disk, l.pictures_disk,
                         l.other_ring + l.other_disk));
   }
+  if (!session_.gaps().empty()) texts.push_back(say("warn.gaps", in_words(session_.gaps())));
   if (course_.count == 0) texts.push_back(say("warn.no_ticks"));
   if (texts.empty()) return;
   put("<div class=\"warn\" role=\"note\" aria-label=\"{}\">", say("attention"));
