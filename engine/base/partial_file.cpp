@@ -6,11 +6,13 @@
 
 #include <cerrno>
 #include <charconv>
+#include <cstring>
 #include <string>
 #include <system_error>
 #include <utility>
 
 #include "engine/base/error.h"
+#include "engine/base/sync.h"
 
 namespace typodont {
 
@@ -57,10 +59,13 @@ PartialFile::~PartialFile() {
 }
 
 void PartialFile::keep() {
+  // Its content before its name, so that a power cut leaves the old file or the new one, whole.
+  if (!sync_file(path_)) throw Error(file_.string(), "", std::strerror(errno), "a place that keeps what is written");
   std::error_code code;
   std::filesystem::rename(path_, file_, code);
   if (code) throw Error(file_.string(), "", code.message(), "a writable place");
   path_.clear();
+  sync_folder_of(file_);
 }
 
 }  // namespace typodont

@@ -21,7 +21,8 @@ class PartialFile {
   /// To be written.
   const std::filesystem::path& path() const noexcept { return path_; }
 
-  /// It takes the place of `file`, closed and whole. Throws Error when it cannot.
+  /// It takes the place of `file`, closed and whole, and outlasts a power cut from then on. Throws Error when it
+  /// cannot.
   void keep();
 
  private:
