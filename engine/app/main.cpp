@@ -1,5 +1,6 @@
 // typodont: reads the command line, runs one command, turns errors into messages and exit statuses.
 #include <CLI/CLI.hpp>
+#include <csignal>
 #include <cstdio>
 #include <exception>
 
@@ -16,6 +17,8 @@
 
 int main(int argc, char** argv) {
   using namespace typodont;
+  // A file that may not grow any more is an error of the write, like a full disk, and not the end of a live session.
+  std::signal(SIGXFSZ, SIG_IGN);
   CLI::App app("Typodont: a co-located visual, haptic and audio workbench for hand-eye training on hard tissue",
                "typodont");
   app.set_version_flag("--version", TYPODONT_VERSION);

@@ -122,17 +122,54 @@ fs::path assets_folder() {
               "the assets folder, or its place in TYPODONT_ASSETS");
 }
 
-fs::path find_file(const fs::path& path, const fs::path& beside) {
+fs::path user_folder() {
+  if (const char* set = std::getenv("TYPODONT_HOME"); set && *set) return set;
+  const char* home = std::getenv("HOME");
+  return fs::path(home && *home ? home : ".") / "Typodont";
+}
+
+namespace {
+
+/// Links followed, also in the part of `path` that is there.
+bool lies_in(const fs::path& path, const fs::path& folder) {
+  std::error_code code;
+  const fs::path file = fs::weakly_canonical(fs::absolute(path), code);
+  if (code) return false;
+  const fs::path real = fs::weakly_canonical(fs::absolute(folder), code);
+  if (code || real.empty()) return false;
+  return std::mismatch(real.begin(), real.end(), file.begin(), file.end()).first == real.end();
+}
+
+void require_allowed(const fs::path& path, const ScenePlace& place) {
+  if (place.within.empty() || lies_in(path, assets_folder())) return;
+  std::string folders;
+  for (const fs::path& folder : place.within) {
+    if (lies_in(path, folder)) return;
+    folders += (folders.empty() ? "" : ", ") + folder.string();
+  }
+  throw Error(path.string(), "", "a recording that names a file outside its folder",
+              fmt::format("it in {} or in assets/; TYPODONT_FILES allows more folders, with ':' between them", folders));
+}
+
+}  // namespace
+
+fs::path find_file(const fs::path& path, const ScenePlace& place) {
   std::error_code code;
   if (path.is_absolute()) {
+    require_allowed(path, place);
     if (!fs::exists(path, code)) throw Error(path.string(), "", "no such file", "a readable file");
     return path;
   }
-  for (const fs::path& folder : {beside, assets_folder()}) {
-    if (fs::exists(folder / path, code)) return folder / path;
+  for (const fs::path& folder : {place.beside, assets_folder()}) {
+    const fs::path file = folder / path;
+    if (!place.within.empty() && !lies_in(file, folder)) require_allowed(file, place);  // "../../x", or a link
+    if (!fs::exists(file, code)) continue;
+    require_allowed(file, place);
+    return file;
   }
-  throw Error(path.string(), "", "no such file",
-              fmt::format("it in {} or {}", beside.empty() ? "." : beside.string(), assets_folder().string()));
+  throw Error(
+      path.string(), "", "no such file",
+      fmt::format("it in {} or {}", place.beside.empty() ? "." : place.beside.string(), assets_folder().string()));
 }
 
 haptics::Tool load_tool(std::string_view name) {
@@ -156,13 +193,18 @@ Scene read_scene(const fs::path& file) {
 }
 
 Scene parse_scene(const Json& json, const fs::path& file) {
+  return parse_scene(json, file, file.parent_path());
+}
+
+Scene parse_scene(const Json& json, const fs::path& file, const ScenePlace& place) {
   json.allow_only({"name",           "description",  "tissue",       "paint",   "tool",     "tools",   "spindle_krpm",
                    "spindle",        "coupling",     "materials",    "parts",   "friction", "cutting", "passivity",
                    "boundary_walls", "force_filter", "vibration",    "score",   "sound",    "prepare", "paint_file",
                    "task",           "surroundings", "mouth_mirror", "suction", "resume"});
-  const auto find = [&](const std::string& name) { return find_file(name, file.parent_path()); };
+  const auto find = [&](const std::string& name) { return find_file(name, place); };
   Scene scene;
   scene.file = file;
+  scene.place = place;
   scene.text = json.text();
   scene.name = json.string_or("name", file.stem().string());
   scene.tissue = json["tissue"];
@@ -215,7 +257,7 @@ Scene parse_scene(const Json& json, const fs::path& file) {
   servo.materials = load_materials();
   if (const auto materials = json.find("materials")) read_materials(*materials, servo.materials);
   if (const auto paint = json.find("paint_file")) {
-    scene.paint_file = find_file(paint->string(), file.parent_path());
+    scene.paint_file = find_file(paint->string(), place);
     const auto strokes = read_paint(scene.paint_file);
     for (std::size_t i = 0; i < kTissueCount; ++i) {
       servo.materials[i].stiffness *= stiffness_factor(strokes, static_cast<Tissue>(i));
@@ -269,7 +311,7 @@ Scene parse_scene(const Json& json, const fs::path& file) {
     }
   }
   if (const auto surroundings = json.find("surroundings")) {
-    read_surroundings(*surroundings, volume_file(scene), file.parent_path());
+    read_surroundings(*surroundings, volume_file(scene), place);
     scene.surroundings = *surroundings;
   }
   if (const auto mirror = json.find("mouth_mirror")) scene.mouth_mirror = read_mouth_mirror(*mirror);
@@ -302,7 +344,7 @@ std::vector<std::string> tool_names(const Scene& scene) {
 
 std::filesystem::path volume_file(const Scene& scene) {
   const auto volume = scene.tissue->find("volume");
-  return volume ? find_file(volume->string(), scene.file.parent_path()) : fs::path();
+  return volume ? find_file(volume->string(), scene.place) : fs::path();
 }
 
 haptics::ServoSettings servo_settings(const Scene& scene, const haptics::TissueVolume& tissue, double rate,
@@ -322,7 +364,7 @@ haptics::TissueVolume load_tissue(const Scene& scene) {
 }
 
 haptics::TissueVolume load_untouched(const Scene& scene) {
-  const auto find = [&](const std::string& name) { return find_file(name, scene.file.parent_path()); };
+  const auto find = [&](const std::string& name) { return find_file(name, scene.place); };
   const auto read = [&] {
     if (const fs::path file = volume_file(scene); !file.empty()) return haptics::TissueVolume::load(file);
     return haptics::TissueVolume(sampled_tissue(*scene.tissue, find));

@@ -5,6 +5,8 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "engine/base/json.h"
 #include "engine/contract/mouth_mirror.h"
@@ -15,8 +17,19 @@
 
 namespace typodont {
 
+/// Where the files that a scene names may lie.
+struct ScenePlace {
+  std::filesystem::path beside;               // relative paths start here, then in assets/
+  std::vector<std::filesystem::path> within;  // empty: anywhere; else in these folders or in assets/, links followed
+  int recordings = 0;                         // out of which the scene was read, one naming the other
+
+  ScenePlace() = default;
+  ScenePlace(std::filesystem::path folder) : beside(std::move(folder)) {}
+};
+
 struct Scene {
   std::filesystem::path file;
+  ScenePlace place;  // beside `file`, unless the scene comes out of a recording
   std::string text;  // the file as read, for the record
   std::string name;
   std::set<std::string> parts;       // haptics, render, sound, debris, record, score
@@ -43,6 +56,8 @@ struct Scene {
 Scene read_scene(const std::filesystem::path& file);
 /// The same from JSON; `file` is where its relative paths start from.
 Scene parse_scene(const Json& json, const std::filesystem::path& file);
+/// The same; the files that it names may lie where `place` says.
+Scene parse_scene(const Json& json, const std::filesystem::path& file, const ScenePlace& place);
 
 /// The file of the scene's volume, found; empty where the tissue is made of solids. Throws Error.
 std::filesystem::path volume_file(const Scene& scene);
@@ -65,8 +80,11 @@ std::vector<std::string> tool_names(const Scene& scene);
 
 /// The shipped assets: $TYPODONT_ASSETS, else beside the program or in the source tree. Throws Error when not found.
 std::filesystem::path assets_folder();
-/// A path from a scene: relative to `beside`, then to assets/. Throws Error naming both when neither exists.
-std::filesystem::path find_file(const std::filesystem::path& path, const std::filesystem::path& beside);
+/// A path from a scene: relative to `place`, then to assets/. Throws Error naming both when neither exists, and where
+/// the file lies outside of what the place allows, without looking whether it is there.
+std::filesystem::path find_file(const std::filesystem::path& path, const ScenePlace& place);
+/// The user's folder: ~/Typodont, with sessions/, scenes/ and rigs/ in it; $TYPODONT_HOME elsewhere.
+std::filesystem::path user_folder();
 
 /// A tool or motor by name from assets/tools/ and assets/motors/. Throws Error listing the names there are.
 haptics::Tool load_tool(std::string_view name);

@@ -82,7 +82,7 @@ void grow(dvec3& lo, dvec3& hi, const dvec3& p) {
 }  // namespace
 
 SurroundingsPlan read_surroundings(const Json& json, const std::filesystem::path& volume,
-                                   const std::filesystem::path& beside) {
+                                   const ScenePlace& place) {
   json.allow_only({"volume", "crown", "arch", "neighbours", "gum"});
   SurroundingsPlan plan;
   const auto direction = [](const Json& value) {
@@ -91,7 +91,7 @@ SurroundingsPlan read_surroundings(const Json& json, const std::filesystem::path
     return glm::normalize(v);
   };
   if (const auto v = json.find("volume")) {
-    plan.volume = find_file(v->string(), beside);
+    plan.volume = find_file(v->string(), place);
   } else if (!volume.empty()) {
     plan.volume = volume;
   } else {
@@ -310,12 +310,12 @@ Surroundings make_surroundings(const SurroundingsPlan& plan) {
 
 Surroundings make_surroundings(const Scene& scene) {
   if (!scene.surroundings) return {};
-  return make_surroundings(read_surroundings(*scene.surroundings, volume_file(scene), scene.file.parent_path()));
+  return make_surroundings(read_surroundings(*scene.surroundings, volume_file(scene), scene.place));
 }
 
 std::optional<SurroundingsShape> surroundings_shape(const Scene& scene) {
   if (!scene.surroundings) return std::nullopt;
-  return SurroundingsShape(read_surroundings(*scene.surroundings, volume_file(scene), scene.file.parent_path()));
+  return SurroundingsShape(read_surroundings(*scene.surroundings, volume_file(scene), scene.place));
 }
 
 }  // namespace typodont

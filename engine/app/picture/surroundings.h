@@ -8,6 +8,7 @@
 #include <optional>
 #include <vector>
 
+#include "engine/app/scene.h"
 #include "engine/base/json.h"
 #include "engine/render/renderer.h"
 
@@ -38,7 +39,7 @@ struct SurroundingsPlan {
 
 /// Reads a scene's "surroundings" (docs/interface.md); `volume` is the scene's own. Throws Error.
 SurroundingsPlan read_surroundings(const Json& json, const std::filesystem::path& volume,
-                                   const std::filesystem::path& beside);
+                                   const ScenePlace& place);
 
 /// The same as distances, m, negative inside; far away, or where there is none, any positive number. Several threads
 /// may ask.
