@@ -147,8 +147,9 @@ void require_allowed(const fs::path& path, const ScenePlace& place) {
     if (lies_in(path, folder)) return;
     folders += (folders.empty() ? "" : ", ") + folder.string();
   }
-  throw Error(path.string(), "", "a recording that names a file outside its folder",
-              fmt::format("it in {} or in assets/; TYPODONT_FILES allows more folders, with ':' between them", folders));
+  throw Error(
+      path.string(), "", "a recording that names a file outside its folder",
+      fmt::format("it in {} or in assets/; TYPODONT_FILES allows more folders, with ':' between them", folders));
 }
 
 }  // namespace

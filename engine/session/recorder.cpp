@@ -16,7 +16,9 @@
 
 #include "engine/base/error.h"
 #include "engine/base/partial_file.h"
+#include "engine/base/sync.h"
 #include "engine/session/format/hdf5.h"
+#include "engine/session/format/journal.h"
 #include "engine/session/format/layout.h"
 #include "engine/session/format/table.h"
 
@@ -71,6 +73,7 @@ PerTissue in_mm3(const PerTissue& volumes) {
 struct SessionWriter::Impl {
   std::filesystem::path file, written_to;
   std::optional<PartialFile> partial;  // where `written_to` is not `file`
+  std::optional<Journal> journal;      // of a live recording; outlives h5
   WriterOptions options;
   WriterStatus status;
   int lock_fd = -1;
@@ -99,6 +102,8 @@ struct SessionWriter::Impl {
   bool write_lost() noexcept;
   void write_all() noexcept;
   bool write_table(Table& table, std::uint64_t& lost_rows) noexcept;
+  void count_commit() noexcept;
+  std::string reason() const;
   bool disk_has_room() noexcept;
   void fail(const std::string& why) noexcept;
   bool open() const {
@@ -134,6 +139,7 @@ void SessionWriter::Impl::create(const SessionHeader& header) {
   H5 access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
   H5Pset_libver_bounds(access.get(), H5F_LIBVER_V110, H5F_LIBVER_V110);  // what SWMR needs
   H5Pset_fclose_degree(access.get(), H5F_CLOSE_STRONG);
+  if (!options.whole_or_nothing && !options.rewrites && !journal.emplace(file).use(access.get())) refuse(h5_reason());
   // Rows come in order, so of a column's chunks the one being filled is all that is worth keeping: HDF5's own habit of
   // a megabyte a column is 50 MB that nobody asks for again, filling up over the first minutes. For the file, since
   // SWMR opens its datasets anew and forgets what each was given.
@@ -152,6 +158,12 @@ void SessionWriter::Impl::create(const SessionHeader& header) {
   // A live recording has its name from the moment on at which it can be opened after a kill, and not before.
   if (!options.whole_or_nothing) {
     try {
+      if (journal) {
+        // One that an earlier recording of this name left does not belong to this one.
+        std::error_code code;
+        if (std::filesystem::remove(journal_of(file), code)) sync_folder_of(file);
+        journal->start();
+      }
       partial->keep();
     } catch (const Error&) {
       ::close(lock_fd);
@@ -370,7 +382,7 @@ bool SessionWriter::Impl::write_table(Table& table, std::uint64_t& lost_rows) no
   if (open() && disk_has_room()) {
     errno = 0;
     if (table.write()) return true;
-    fail(errno ? std::strerror(errno) : h5_reason());
+    fail(reason());
   }
   lost_rows += table.buffered();
   disk_lost_unreported += table.buffered();
@@ -396,16 +408,40 @@ void SessionWriter::Impl::write_all() noexcept {
   write_table(events, l.other_disk);
   for (Table& stream : streams) write_table(stream, l.other_disk);
   write_table(ticks, l.ticks_disk);
-  status.ticks = ticks.written();
-  status.cuts = cuts.written();
   if (open()) {
     bool good = write_lost();
     if (good && loop_unwritten) good = write_loop();
     errno = 0;
-    if (!good || H5Fflush(h5.get(), H5F_SCOPE_GLOBAL) < 0) fail(errno ? std::strerror(errno) : h5_reason());
+    if (!good || H5Fflush(h5.get(), H5F_SCOPE_GLOBAL) < 0) fail(reason());
   }
-  last_write = now();
-  status.slowest_flush = std::max(status.slowest_flush, last_write - begin);
+  count_commit();
+  // Counted from the begin, so that a slow disk does not make the flushes rarer as well.
+  last_write = begin;
+  status.slowest_flush = std::max(status.slowest_flush, now() - begin);
+}
+
+/// Rows that HDF5 took but that did not reach the disk are lost like those that it refused.
+void SessionWriter::Impl::count_commit() noexcept {
+  const bool safe = open();
+  const auto settle = [&](Table& table, std::uint64_t& lost_rows) {
+    if (!safe) lost_rows += table.uncommitted();
+    const std::uint64_t kept = table.written() - (safe ? 0 : table.uncommitted());
+    table.commit();
+    return kept;
+  };
+  const std::uint64_t ticks_before = status.ticks, cuts_before = status.cuts;
+  Lost& l = status.lost;
+  settle(patches, l.other_disk);
+  settle(events, l.other_disk);
+  for (Table& stream : streams) settle(stream, l.other_disk);
+  const std::uint64_t cuts_now = settle(cuts, l.cuts_disk), ticks_now = settle(ticks, l.ticks_disk);
+  status.ticks = safe ? ticks_now : ticks_before;
+  status.cuts = safe ? cuts_now : cuts_before;
+}
+
+std::string SessionWriter::Impl::reason() const {
+  if (journal && !journal->failure().empty()) return journal->failure();
+  return errno ? std::strerror(errno) : h5_reason();
 }
 
 void SessionWriter::Impl::add_event(const SessionEvent& event) {
@@ -440,7 +476,7 @@ bool SessionWriter::Impl::close() noexcept {
     dataset->reset();
   errno = 0;
   const bool good = h5.reset();
-  if (!good) fail(errno ? std::strerror(errno) : h5_reason());
+  if (!good) fail(reason());
   if (lock_fd >= 0) ::close(lock_fd);
   lock_fd = -1;
   return good;
@@ -569,7 +605,7 @@ bool SessionWriter::finish(const SessionResult& result) noexcept {
     const std::uint64_t one = 1;
     errno = 0;
     if (!good || H5Fflush(s.h5.get(), H5F_SCOPE_GLOBAL) < 0 || !overwrite(s.complete, H5T_NATIVE_UINT64, &one)) {
-      s.fail(errno ? std::strerror(errno) : h5_reason());
+      s.fail(s.reason());
     }
   }
   bool whole = s.open() && s.close();

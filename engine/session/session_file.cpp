@@ -13,8 +13,10 @@
 #include "engine/base/error.h"
 #include "engine/base/json.h"
 #include "engine/base/partial_file.h"
+#include "engine/base/sync.h"
 #include "engine/session/format/checks.h"
 #include "engine/session/format/hdf5.h"
+#include "engine/session/format/journal.h"
 #include "engine/session/format/layout.h"
 #include "engine/session/recorder.h"
 
@@ -196,6 +198,34 @@ std::vector<std::string> read_texts(const TableReader& table, std::size_t column
   return texts;
 }
 
+/// A copy to be changed, beside the file or in the folder for temporary files; nothing where there is no room.
+std::optional<std::filesystem::path> private_copy(const std::filesystem::path& file) {
+  std::error_code code;
+  for (const auto& folder : {file.parent_path(), std::filesystem::temp_directory_path(code)}) {
+    std::string name = (folder / fmt::format(".{}.XXXXXX", file.filename().string())).string();
+    const int fd = mkstemp(name.data());
+    if (fd < 0) continue;
+    close(fd);
+    if (std::filesystem::copy_file(file, name, std::filesystem::copy_options::overwrite_existing, code)) {
+      std::filesystem::permissions(name, std::filesystem::perms::owner_read | std::filesystem::perms::owner_write,
+                                   code);
+      return name;
+    }
+    std::filesystem::remove(name, code);
+  }
+  return std::nullopt;
+}
+
+/// With what a power cut kept out of the file; nothing where there is no such thing.
+std::optional<std::filesystem::path> completed_copy(const std::filesystem::path& file) {
+  if (!has_journal(file)) return std::nullopt;
+  auto copy = private_copy(file);
+  std::error_code code;
+  if (copy && apply_journal(file, *copy)) return copy;
+  if (copy) std::filesystem::remove(*copy, code);
+  return std::nullopt;
+}
+
 /// A file that was cut short, with zeros for what is missing at its end (they fail the checksums): HDF5 then opens it.
 /// Nothing when it is not such a file, or there is no place for a copy.
 std::optional<std::filesystem::path> lengthened_copy(const std::filesystem::path& file) {
@@ -208,16 +238,11 @@ std::optional<std::filesystem::path> lengthened_copy(const std::filesystem::path
   std::error_code code;
   const std::uint64_t size = std::filesystem::file_size(file, code);
   if (code || end <= size || end > (std::uint64_t{1} << 42)) return std::nullopt;
-  for (const auto& folder : {file.parent_path(), std::filesystem::temp_directory_path(code)}) {
-    const auto copy = folder / fmt::format(".{}.{}.salvage", file.filename().string(), getpid());
-    if (std::filesystem::copy_file(file, copy, std::filesystem::copy_options::overwrite_existing, code)) {
-      std::filesystem::permissions(copy, std::filesystem::perms::owner_read | std::filesystem::perms::owner_write,
-                                   code);
-      std::filesystem::resize_file(copy, end, code);  // sparse
-      if (!code) return copy;
-    }
-    std::filesystem::remove(copy, code);
-  }
+  auto copy = private_copy(file);
+  if (!copy) return std::nullopt;
+  std::filesystem::resize_file(*copy, end, code);  // sparse
+  if (!code) return copy;
+  std::filesystem::remove(*copy, code);
   return std::nullopt;
 }
 
@@ -270,9 +295,15 @@ void SessionReader::Impl::open() {
     h5 = H5(H5Fopen(path.c_str(), flags, properties.get()), H5Fclose);
     return static_cast<bool>(h5);
   };
+  // A power cut in the middle of a flush leaves a journal: the file is read as it would be with it.
+  if (const auto copy = being_recorded ? std::nullopt : completed_copy(file)) {
+    marked = true;
+    if (!open_as(*copy, H5F_ACC_RDONLY)) open_as(*copy, H5F_ACC_RDONLY | H5F_ACC_SWMR_READ);
+    std::filesystem::remove(*copy, code);  // what is open stays readable
+  }
   // A writer that was killed leaves its mark in the file, and the ordinary way of opening refuses it; the way for
   // concurrent readers takes it. Neither takes a file shorter than it says it is.
-  if (!open_as(file, H5F_ACC_RDONLY)) {
+  if (!h5 && !open_as(file, H5F_ACC_RDONLY)) {
     marked = true;
     if (!open_as(file, H5F_ACC_RDONLY | H5F_ACC_SWMR_READ)) {
       const std::string why = h5_reason();
@@ -570,11 +601,16 @@ const std::optional<LoopReport>& SessionReader::loop() const {
 }
 
 bool repair_session(const std::filesystem::path& file) {
+  // In this order: cut off at any moment, the file is whole or its journal is still there.
+  if (!is_being_recorded(file) && has_journal(file) && !apply_journal(file, file))
+    throw Error(file.string(), "", std::strerror(errno), "a writable file to repair");
   PartialFile partial(file, "repaired");
   {
     const SessionReader reader(file);
     // One that was closed by its writer, even without its end, is an ordinary file already.
     if (!reader.impl_->marked || reader.being_recorded()) return false;
+    std::error_code code;
+    if (std::filesystem::remove(journal_of(file), code)) sync_folder_of(file);
     WriterOptions options;
     options.rewrites = true;
     options.lost_before = reader.lost();

@@ -27,13 +27,26 @@ namespace typodont {
 
 namespace {
 
+/// A file that a recording names; where it was made with the assets of another installation, that of this one.
+std::filesystem::path recorded_file(const std::filesystem::path& path, const ScenePlace& place) {
+  std::filesystem::path shipped;
+  bool in_assets = false;
+  for (const auto& part : path) {
+    if (in_assets) shipped /= part;
+    if (part == "assets") in_assets = true, shipped.clear();
+  }
+  std::error_code code;
+  if (in_assets && std::filesystem::exists(assets_folder() / shipped, code)) return find_file(shipped, place);
+  return find_file(path, place);
+}
+
 /// A file that has changed since makes a replay of another tissue: say so instead of finding a difference later.
 void require_same_files(const session::SessionHeader& header, const ScenePlace& place) {
   // The scene comes first and the rig last: both are in the session itself.
   const std::size_t end = header.files.size() - (header.rig_json.empty() || header.files.empty() ? 0 : 1);
   for (std::size_t i = 1; i < end; ++i) {
     const session::SourceFile& file = header.files[i];
-    if (session::describe_file(find_file(file.path, place)).hash != file.hash)
+    if (session::describe_file(recorded_file(file.path, place)).hash != file.hash)
       throw Error(file.path, "", "another content", file.hash + ", the tissue the session was made with");
   }
 }

@@ -1,6 +1,6 @@
-// Compares what a replay makes with everything in a recording that its score is made of: every column of the ticks, every
-// cut, the volumes at the start and at the end, the tissue at the end. What it cannot compare are the replay's own
-// inputs: the hand's pose and pedal, the scene with its rules, when patches were taken up, strokes taken back.
+// Compares what a replay makes with everything in a recording that its score is made of: every column of the ticks,
+// every cut, the volumes at the start and at the end, the tissue at the end. What it cannot compare are the replay's
+// own inputs: the hand's pose and pedal, the scene with its rules, when patches were taken up, strokes taken back.
 #pragma once
 
 #include <cstdint>
