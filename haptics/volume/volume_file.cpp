@@ -3,13 +3,14 @@
 #include <fmt/format.h>
 #include <openvdb/io/File.h>
 #include <openvdb/tools/ChangeBackground.h>
-#include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <new>
 
 #include "engine/base/error.h"
+#include "engine/base/partial_file.h"
+#include "engine/base/pose.h"
 #include "engine/base/units.h"
 #include "engine/contract/tissue.h"
 #include "haptics/volume/vdb_guard.h"
@@ -18,6 +19,7 @@ namespace typodont::haptics {
 namespace {
 
 constexpr const char* kBeforeFilling = "tissue_before_filling";
+constexpr double kFarthestOrigin = 100;  // m
 
 /// Multiplies all distances, clamped to the band: from voxels to mm and back.
 void rescale(openvdb::FloatGrid& grid, float factor) {
@@ -27,26 +29,20 @@ void rescale(openvdb::FloatGrid& grid, float factor) {
 }
 
 /// The grids as they are in the file. Throws Error naming `name`.
-StoredVolume read_grids(const std::filesystem::path& file, const std::string& name) {
+StoredVolume read_grids(const FlatGrids& flat, const std::string& name) {
   StoredVolume grids;
-  try {
-    openvdb::io::File vdb(file.string());
-    vdb.setCopyMaxBytes(0);  // read now, all of it: a truncated file must fail here and not in the middle of a session
-    vdb.open(false);
-    const auto typed = [&]<class Grid>(const char* grid_name, typename Grid::Ptr& grid) {
-      if (!vdb.hasGrid(grid_name)) throw Error(name, "", fmt::format("no grid \"{}\"", grid_name), "a tissue volume");
-      const auto base = vdb.readGrid(grid_name);
-      grid = openvdb::gridPtrCast<Grid>(base);
-      if (!grid) throw Error(name, grid_name, base->valueType(), Grid().valueType());
-    };
-    typed.operator()<openvdb::FloatGrid>("distance", grids.distance);
-    typed.operator()<openvdb::Int32Grid>("tissue", grids.tissue);
-    if (vdb.hasGrid(kBeforeFilling)) typed.operator()<openvdb::Int32Grid>(kBeforeFilling, grids.before);
-  } catch (const openvdb::Exception& e) {
-    throw Error(name, "", e.what(), "a tissue volume (.vdb)");
-  } catch (const std::bad_alloc&) {
-    throw Error(name, "", "sizes beyond this machine's memory", "a tissue volume (.vdb)");
-  }
+  const auto typed = [&]<class Grid>(const char* grid_name, typename Grid::Ptr& grid, bool needed) {
+    const auto found = flat.grids.find(grid_name);
+    if (found == flat.grids.end()) {
+      if (needed) throw Error(name, "", fmt::format("no grid \"{}\"", grid_name), "a tissue volume");
+      return;
+    }
+    grid = openvdb::gridPtrCast<Grid>(found->second);
+    if (!grid) throw Error(name, grid_name, found->second->valueType(), Grid().valueType());
+  };
+  typed.operator()<openvdb::FloatGrid>("distance", grids.distance, true);
+  typed.operator()<openvdb::Int32Grid>("tissue", grids.tissue, true);
+  typed.operator()<openvdb::Int32Grid>(kBeforeFilling, grids.before, false);
   return grids;
 }
 
@@ -85,31 +81,22 @@ StoredVolume read_volume(const std::filesystem::path& file) {
   const std::string name = file.string();
   std::error_code code;
   if (!std::filesystem::is_regular_file(file, code)) throw Error(name, "", "no such file", "a tissue volume (.vdb)");
-  openvdb::initialize();
-  StoredVolume volume;
-  {
-    const TrustedVdb trusted(file, [&](const std::filesystem::path& from, const std::filesystem::path& to) {
-      write_grids(to, read_grids(from, name));
-    });
-    volume = read_grids(trusted.path(), name);
-  }
-
-  const auto& transform = volume.distance->transform();
-  const openvdb::Vec3d size = transform.voxelSize();
-  if (!transform.isLinear() || !transform.hasUniformScale() || size.x() < 1e-3 || size.x() > 10) {
+  static const std::array<std::string, 3> kGrids = {"distance", "tissue", kBeforeFilling};
+  const FlatGrids flat = read_guarded(file, kGrids);
+  StoredVolume volume = read_grids(flat, name);
+  if (!(flat.voxel >= 1e-3 && flat.voxel <= 10)) {
     throw Error(name, "distance", "a voxel that is not a cube of 0.001 to 10 mm", "a tissue volume");
   }
-  const openvdb::Vec3d origin = transform.indexToWorld(openvdb::Vec3d(0, 0, 0));
-  volume.frame.voxel = size.x() * kMillimetre;
-  volume.frame.origin = dvec3(origin.x(), origin.y(), origin.z()) * kMillimetre;
+  volume.frame.voxel = flat.voxel * kMillimetre;
+  volume.frame.origin = dvec3(flat.origin.x(), flat.origin.y(), flat.origin.z()) * kMillimetre;
+  if (!is_finite(volume.frame.origin) || glm::length(volume.frame.origin) > kFarthestOrigin)
+    throw Error(name, "distance", "an origin far away", "one within 100 m");
   const float band = volume.distance->background();
   if (!(band > 0) || !std::isfinite(band)) throw Error(name, "distance", fmt::format("band {}", band), "above 0");
   volume.band = static_cast<double>(band) * kMillimetre;
-  if (const auto flag = volume.distance->getMetadata<openvdb::BoolMetadata>("typodont_exact_outside")) {
-    volume.exact_outside = flag->value();
-  }
+  volume.exact_outside = flat.exact_outside;
   check_values(volume, name);
-  rescale(*volume.distance, static_cast<float>(1 / size.x()));
+  rescale(*volume.distance, static_cast<float>(1 / flat.voxel));
   return volume;
 }
 
@@ -132,13 +119,13 @@ void write_volume(const std::filesystem::path& file, const StoredVolume& volume)
   volume.tissue->setTransform(transform());
   if (volume.before) volume.before->setName(kBeforeFilling), volume.before->setTransform(transform());
 
-  const std::string partial = fmt::format("{}.{}.partial", file.string(), getpid());
-  std::error_code code;
+  PartialFile partial(file);
   try {
-    write_grids(partial, volume);
-    std::filesystem::rename(partial, file);
+    write_grids(partial.path(), volume);
+    partial.keep();
+  } catch (const Error&) {
+    throw;
   } catch (const std::exception& e) {
-    std::filesystem::remove(partial, code);
     throw Error(file.string(), "", e.what(), "a writable place");
   }
 }
