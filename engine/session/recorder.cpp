@@ -10,6 +10,7 @@
 #include <cerrno>
 #include <cmath>
 #include <cstring>
+#include <fstream>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -104,10 +105,12 @@ struct SessionWriter::Impl {
   bool write_table(Table& table, std::uint64_t& lost_rows) noexcept;
   void count_commit() noexcept;
   std::string reason() const;
+  std::optional<std::uint64_t> free_bytes() const noexcept;
   bool disk_has_room() noexcept;
   void fail(const std::string& why) noexcept;
   bool open() const {
-    return status.state == WriterStatus::State::kRecording || status.state == WriterStatus::State::kDiskFull;
+    return status.state == WriterStatus::State::kRecording || status.state == WriterStatus::State::kDiskLow ||
+           status.state == WriterStatus::State::kDiskFull;
   }
   bool close() noexcept;
 
@@ -135,6 +138,10 @@ void SessionWriter::Impl::create(const SessionHeader& header) {
   }
   if (is_being_recorded(file)) refuse("a session that is being recorded");
   written_to = partial.emplace(file).path();
+  std::ofstream(written_to).close();  // the room is asked of the file system that it lies on
+  if (const auto free = free_bytes(); free && *free < options.disk_needed)
+    refuse(fmt::format("a disk with {} MB left, of {} MB that a recording needs to begin", *free >> 20,
+                       options.disk_needed >> 20));
 
   H5 access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
   H5Pset_libver_bounds(access.get(), H5F_LIBVER_V110, H5F_LIBVER_V110);  // what SWMR needs
@@ -357,17 +364,20 @@ void SessionWriter::Impl::fail(const std::string& why) noexcept {
   status.message = fmt::format("{}: {}; the session goes on, unrecorded", written_to.string(), why);
 }
 
+std::optional<std::uint64_t> SessionWriter::Impl::free_bytes() const noexcept {
+  if (options.free_bytes) return options.free_bytes();
+  struct statvfs space {};
+  if (statvfs(written_to.c_str(), &space) != 0) return std::nullopt;  // the write itself will tell
+  return std::uint64_t{space.f_bavail} * space.f_frsize;
+}
+
 bool SessionWriter::Impl::disk_has_room() noexcept {
-  std::uint64_t free = 0;
-  if (options.free_bytes) {
-    free = options.free_bytes();
-  } else {
-    struct statvfs space {};
-    if (statvfs(written_to.c_str(), &space) != 0) return true;  // the write itself will tell
-    free = std::uint64_t{space.f_bavail} * space.f_frsize;
-  }
+  const std::uint64_t free = free_bytes().value_or(UINT64_MAX);
   if (free >= options.disk_reserve) {
-    status.state = WriterStatus::State::kRecording;
+    status.state = free < options.disk_low ? WriterStatus::State::kDiskLow : WriterStatus::State::kRecording;
+    if (free < options.disk_low)
+      status.message = fmt::format("{}: only {} MB are left on the disk; the recording will soon have gaps",
+                                   written_to.string(), free >> 20);
     return true;
   }
   status.state = WriterStatus::State::kDiskFull;

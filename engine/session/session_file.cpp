@@ -614,7 +614,7 @@ bool repair_session(const std::filesystem::path& file) {
     WriterOptions options;
     options.rewrites = true;
     options.lost_before = reader.lost();
-    options.disk_reserve = 0;
+    options.disk_needed = options.disk_low = options.disk_reserve = 0;
     SessionWriter writer(partial.path(), reader.header(), options);
     writer.append(reader.patches());
     writer.append(reader.cuts());

@@ -309,8 +309,10 @@ TEST(SessionWriter, AFileThatIsBeingRecordedIsNotOverwritten) {
 TEST(SessionWriter, AFullDiskIsCountedAndTheSessionGoesOn) {
   TemporaryFolder folder;
   WriterOptions options;
-  options.disk_reserve = std::numeric_limits<std::uint64_t>::max();  // no disk has that much room
+  std::uint64_t free = 1u << 30;
+  options.free_bytes = [&] { return free; };
   SessionWriter writer(folder / "s.h5", some_header(), options);
+  free = (4u << 20) - 1;
   writer.append(random_ticks(1000, 8));
   writer.append(random_cuts(5, 9));
   writer.flush();
@@ -321,6 +323,39 @@ TEST(SessionWriter, AFullDiskIsCountedAndTheSessionGoesOn) {
   EXPECT_THAT(writer.status().message, HasSubstr("left on the disk"));
   EXPECT_FALSE(writer.finish({}));
   EXPECT_EQ(SessionReader(folder / "s.h5").lost().ticks_disk, 1000u);
+}
+
+TEST(SessionWriter, ADiskThatIsAlmostFullIsRefusedAtTheStartAndLeavesNothing) {
+  TemporaryFolder folder;
+  WriterOptions options;
+  options.free_bytes = [] { return std::uint64_t{15u << 20}; };
+  EXPECT_THAT(message_of([&] { SessionWriter w(folder / "s.h5", some_header(), options); }),
+              HasSubstr("s.h5: found a disk with 15 MB left, of 16 MB that a recording needs to begin"));
+  EXPECT_TRUE(std::filesystem::is_empty(folder.path));
+}
+
+TEST(SessionWriter, ADiskThatFillsUpIsSaidWhileWhatFitsIsStillKept) {
+  TemporaryFolder folder;
+  std::uint64_t free = 1u << 30;
+  WriterOptions options;
+  options.free_bytes = [&] { return free; };
+  SessionWriter writer(folder / "s.h5", some_header(), options);
+  const auto ticks = random_ticks(2700, 30);
+  const auto record = [&](std::size_t first, std::uint64_t room) {
+    free = room;
+    writer.append(std::span(ticks).subspan(first, 900));
+    writer.flush();
+  };
+  record(0, 1u << 30);
+  EXPECT_EQ(writer.status().state, WriterStatus::State::kRecording);
+  record(900, 40u << 20);
+  EXPECT_EQ(writer.status().state, WriterStatus::State::kDiskLow);
+  EXPECT_THAT(writer.status().message, HasSubstr("only 40 MB are left"));
+  record(1800, 5u << 20);
+  EXPECT_EQ(writer.status().state, WriterStatus::State::kDiskLow);
+  EXPECT_EQ(writer.status().ticks, 2700u);
+  EXPECT_FALSE(writer.status().lost.any());
+  EXPECT_TRUE(writer.finish({}));
 }
 
 TEST(SessionWriter, WhenTheDiskHasRoomAgainItGoesOnAndTheGapIsAnEvent) {

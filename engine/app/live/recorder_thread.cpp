@@ -8,6 +8,7 @@
 #include "engine/app/picture/picture_record.h"
 #include "engine/app/recording/resume.h"
 #include "engine/app/recording/session_record.h"
+#include "engine/base/log.h"
 
 namespace typodont {
 
@@ -22,6 +23,7 @@ constexpr auto kTurn = 25ms;  // a twentieth of what may be lost; the ring of ti
 void recorder_thread(LiveSession& s, session::SessionWriter& writer) {
   Wiring& wiring = s.wiring;
   render::View viewed = render::View::kLook;
+  auto told = session::WriterStatus::State::kRecording;
   const auto drain = [&] {
     ServoTick tick;
     Cut cut;
@@ -70,10 +72,19 @@ void recorder_thread(LiveSession& s, session::SessionWriter& writer) {
                                 wiring.pictures_to_recorder.dropped();
     writer.count_ring_losses(wiring.ticks_to_recorder.dropped(), wiring.cuts_to_recorder.dropped(), other);
     writer.heartbeat();
-    if (s.operated) {
-      const session::WriterStatus& status = writer.status();
-      wiring.record_to_render.publish({status.ticks, status.cuts, !status.lost.any()});
+    const session::WriterStatus& status = writer.status();
+    using State = session::WriterStatus::State;
+    if (status.state != told) {
+      if (status.state != State::kRecording) {
+        log::warn("{}", status.message);
+      } else {
+        log::info("the disk has room again; recording goes on");
+      }
+      told = status.state;
     }
+    wiring.record_to_render.publish({status.ticks, status.cuts, !status.lost.any(),
+                                     status.state == State::kDiskLow || status.state == State::kDiskFull,
+                                     status.state == State::kFailed});
   };
   while (!wiring.nothing_more.load()) {
     drain();
