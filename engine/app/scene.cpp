@@ -140,8 +140,14 @@ bool lies_in(const fs::path& path, const fs::path& folder) {
   return std::mismatch(real.begin(), real.end(), file.begin(), file.end()).first == real.end();
 }
 
+/// By its name: links in the assets are ours.
+bool named_in(const fs::path& path, const fs::path& folder) {
+  const fs::path file = fs::absolute(path).lexically_normal(), at = fs::absolute(folder).lexically_normal();
+  return std::mismatch(at.begin(), at.end(), file.begin(), file.end()).first == at.end();
+}
+
 void require_allowed(const fs::path& path, const ScenePlace& place) {
-  if (place.within.empty() || lies_in(path, assets_folder())) return;
+  if (place.within.empty() || named_in(path, assets_folder()) || lies_in(path, assets_folder())) return;
   std::string folders;
   for (const fs::path& folder : place.within) {
     if (lies_in(path, folder)) return;

@@ -122,6 +122,8 @@ void Page::warnings() {
                         l.other_ring + l.other_disk));
   }
   if (!session_.gaps().empty()) texts.push_back(say("warn.gaps", in_words(session_.gaps())));
+  if (options_.verification.state == Verification::State::kDiffers)
+    texts.push_back(say("warn.differs", escaped(options_.verification.what)));
   if (course_.count == 0) texts.push_back(say("warn.no_ticks"));
   if (texts.empty()) return;
   put("<div class=\"warn\" role=\"note\" aria-label=\"{}\">", say("attention"));
@@ -192,6 +194,10 @@ void Page::details() {
   texts.clear();
   for (const auto& f : h.files) texts.push_back(fmt::format("{} <code>{}</code>", escaped(f.path), escaped(f.hash)));
   entry("files", fmt::format("{}", fmt::join(texts, "<br>")));
+  using State = Verification::State;
+  if (options_.verification.state != State::kDiffers)
+    entry("verification",
+          say(options_.verification.state == State::kIdentical ? "verification.identical" : "verification.none"));
   entry("session_file", escaped(session_.file().filename().string()));
   put("</dl>\n</section>\n");
 }
