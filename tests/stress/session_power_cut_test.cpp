@@ -13,12 +13,14 @@
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <map>
 #include <random>
 #include <string>
 #include <vector>
 
 #include "engine/base/error.h"
+#include "engine/base/partial_file.h"
 #include "engine/session/recorder.h"
 #include "engine/session/session_file.h"
 #include "tests/support/session_fixture.h"
@@ -277,6 +279,7 @@ void expect_recovered(const std::filesystem::path& file, const Recorded& r, std:
   try {
     check(SessionReader(file), " as it lies there");
     if (testing::Test::HasFatalFailure()) return;
+    if (promised % 4 != 0) return;  // repairing takes as long as reading twice
     repair_session(file);
     EXPECT_FALSE(std::filesystem::exists(file.string() + ".journal"));
     check(SessionReader(file), " repaired");
@@ -326,6 +329,46 @@ TEST(PowerCut, AfterTheEndTheRecordingIsWholeAndWithoutAJournal) {
     EXPECT_EQ(reader.result()->pictures.size(), 1u);
     EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder / "cut"), {}), 1);
   }
+}
+
+TEST(PowerCut, AFileThatIsReplacedIsTheOldOneOrTheNewOneWhole) {
+  TemporaryFolder folder;
+  std::filesystem::create_directories(folder / "written");
+  const std::string old_content(30'000, 'o'), new_content(50'000, 'n');
+  const auto file = folder / "written" / "report.html";
+  std::ofstream(file) << old_content;
+  struct stat info {};
+  ASSERT_EQ(::stat(file.c_str(), &info), 0);
+  Disk disk;
+  disk.names["report.html"] = info.st_ino;
+  disk.files[info.st_ino].synced = old_content;
+  g_disk = {true, (folder / "written").string(), {}, {}};
+  {
+    PartialFile partial(file);
+    const int fd = ::open(partial.path().c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
+    for (std::size_t at = 0; at < new_content.size(); at += 9'999) {
+      const std::string piece = new_content.substr(at, 9'999);
+      ASSERT_EQ(::pwrite(fd, piece.data(), piece.size(), static_cast<off_t>(at)), static_cast<ssize_t>(piece.size()));
+    }
+    ::close(fd);
+    partial.keep();
+  }
+  g_disk.on = false;
+  const std::vector<Step> steps = std::move(g_disk.steps);
+  std::mt19937_64 random(5);
+  const auto content = [&] {
+    disk.lay_down(folder / "cut", random);
+    std::ifstream in(folder / "cut" / "report.html", std::ios::binary);
+    return std::string(std::istreambuf_iterator<char>(in), {});
+  };
+  for (const Step& step : steps) {
+    for (int i = 0; i < 30; ++i) {
+      const std::string found = content();
+      ASSERT_TRUE(found == old_content || found == new_content) << found.size() << " bytes";
+    }
+    disk.step(step);
+  }
+  for (int i = 0; i < 30; ++i) ASSERT_EQ(content(), new_content);
 }
 
 TEST(PowerCut, AnOldJournalDoesNotReachIntoANewRecordingOfTheSameName) {
