@@ -35,6 +35,8 @@ std::string_view first_difference(const std::vector<Column<Message>>& columns, c
 std::string_view differing_column(const ServoTick& replayed, const ServoTick& recorded) {
   ServoTick comparable = replayed;
   comparable.cpu_time = recorded.cpu_time;
+  comparable.X_WT = recorded.X_WT;  // the replay's input
+  comparable.pedal = recorded.pedal;
   comparable.faults = (replayed.faults & ~kLoopsFaults) | (recorded.faults & kLoopsFaults);
   return first_difference(tick_columns(), comparable, recorded);
 }

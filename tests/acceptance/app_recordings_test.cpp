@@ -89,7 +89,7 @@ TEST_F(Recordings, AsRecordedTheReplayIsIdenticalInEveryColumn) {
 }
 
 TEST_F(Recordings, WhatWasForgedIsFoundInEveryStreamThatAScoreIsMadeOf) {
-  const session::SessionReader whole(file);
+  const session::SessionReader whole(folder / "good.h5");
   ASSERT_GT(whole.cuts().size(), 100u);
   const hsize_t cut = 50, tick = 900;
   const auto expect = [&](const char* path, hsize_t row, double value, const std::string& words) {
