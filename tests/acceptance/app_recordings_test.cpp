@@ -49,6 +49,7 @@ class Recordings : public testing::Test {
       H5Ldelete(h5, path, H5P_DEFAULT);
       const hid_t type = H5Tcopy(H5T_C_S1), space = H5Screate(H5S_SCALAR);
       H5Tset_size(type, text.size());
+      H5Tset_cset(type, H5T_CSET_UTF8);
       const hid_t dataset = H5Dcreate2(h5, path, type, space, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT);
       H5Dwrite(dataset, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, text.data());
       H5Dclose(dataset), H5Sclose(space), H5Tclose(type);
