@@ -3,11 +3,12 @@ typodont_test(acceptance_app KIND acceptance SOURCES acceptance/app_servo_test.c
               acceptance/app_feel_test.cpp acceptance/app_damage_test.cpp acceptance/app_expert_test.cpp
               acceptance/app_files_test.cpp acceptance/app_options_test.cpp acceptance/app_bench_test.cpp acceptance/app_cache_test.cpp acceptance/app_undo_test.cpp acceptance/app_sound_test.cpp
               LIBS typodont_app)
+typodont_test(acceptance_recordings KIND acceptance SOURCES acceptance/app_recordings_test.cpp LIBS typodont_session hdf5::hdf5)
 typodont_test(acceptance_contact KIND acceptance SOURCES acceptance/app_contact_test.cpp LIBS typodont_app)
 typodont_test(acceptance_demo KIND acceptance SOURCES acceptance/app_demo_test.cpp LIBS typodont_app SERIAL TIMEOUT 900)
 typodont_test(acceptance_tasks KIND acceptance SOURCES acceptance/app_tasks_test.cpp acceptance/app_hardness_test.cpp LIBS typodont_app)
 typodont_test(acceptance_work KIND acceptance SOURCES acceptance/nothing_in_vain_test.cpp LIBS typodont_session typodont_render SERIAL TIMEOUT 900)
-foreach(target acceptance_app acceptance_contact acceptance_tasks acceptance_demo acceptance_work)
+foreach(target acceptance_app acceptance_recordings acceptance_contact acceptance_tasks acceptance_demo acceptance_work)
   target_compile_definitions(${target} PRIVATE TYPODONT_PROGRAM="$<TARGET_FILE:typodont>")
   add_dependencies(${target} typodont)
 endforeach()

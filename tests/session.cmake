@@ -1,12 +1,15 @@
 typodont_test(unit_session KIND unit
               SOURCES unit/session_recorder_test.cpp unit/session_ticks_csv_test.cpp unit/session_score_test.cpp
                       unit/session_report_test.cpp unit/session_cavity_test.cpp unit/session_explore_test.cpp
-              LIBS typodont_session)
+                      unit/session_hostile_test.cpp
+              LIBS typodont_session hdf5::hdf5)
 typodont_test(property_session KIND property
               SOURCES property/session_score_property_test.cpp property/session_file_property_test.cpp
                       property/session_cavity_property_test.cpp
               LIBS typodont_session)
 typodont_test(stress_session KIND stress SOURCES stress/session_crash_test.cpp LIBS typodont_session)
+# A program of its own: it takes the place of the C library's file functions.
+typodont_test(stress_power_cut KIND stress SOURCES stress/session_power_cut_test.cpp LIBS typodont_session)
 find_program(TYPODONT_PYTHON python3 PATHS /usr/bin NO_DEFAULT_PATH REQUIRED)  # the one that has Debian's h5py
 find_program(TYPODONT_H5DUMP h5dump REQUIRED)
 typodont_test(golden_session KIND golden SOURCES golden/session_python_test.cpp golden/session_elsewhere_test.cpp LIBS typodont_session)

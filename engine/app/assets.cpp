@@ -56,17 +56,61 @@ fs::path find_rig(const std::string& rig) {
               fmt::format("a rig file, or the name of one in {}", shipped.parent_path().string()));
 }
 
-fs::path find_file(const fs::path& path, const fs::path& beside) {
+fs::path user_folder() {
+  if (const char* set = std::getenv("TYPODONT_HOME"); set && *set) return set;
+  const char* home = std::getenv("HOME");
+  return fs::path(home && *home ? home : ".") / "Typodont";
+}
+
+namespace {
+
+/// Links followed, also in the part of `path` that is there.
+bool lies_in(const fs::path& path, const fs::path& folder) {
+  std::error_code code;
+  const fs::path file = fs::weakly_canonical(fs::absolute(path), code);
+  if (code) return false;
+  const fs::path real = fs::weakly_canonical(fs::absolute(folder), code);
+  if (code || real.empty()) return false;
+  return std::mismatch(real.begin(), real.end(), file.begin(), file.end()).first == real.end();
+}
+
+/// By its name: links in the assets are ours.
+bool named_in(const fs::path& path, const fs::path& folder) {
+  const fs::path file = fs::absolute(path).lexically_normal(), at = fs::absolute(folder).lexically_normal();
+  return std::mismatch(at.begin(), at.end(), file.begin(), file.end()).first == at.end();
+}
+
+void require_allowed(const fs::path& path, const ScenePlace& place) {
+  if (place.within.empty() || named_in(path, assets_folder()) || lies_in(path, assets_folder())) return;
+  std::string folders;
+  for (const fs::path& folder : place.within) {
+    if (lies_in(path, folder)) return;
+    folders += (folders.empty() ? "" : ", ") + folder.string();
+  }
+  throw Error(
+      path.string(), "", "a recording that names a file outside its folder",
+      fmt::format("it in {} or in assets/; TYPODONT_FILES allows more folders, with ':' between them", folders));
+}
+
+}  // namespace
+
+fs::path find_file(const fs::path& path, const ScenePlace& place) {
   std::error_code code;
   if (path.is_absolute()) {
+    require_allowed(path, place);
     if (!fs::exists(path, code)) throw Error(path.string(), "", "no such file", "a readable file");
     return path;
   }
-  for (const fs::path& folder : {beside, assets_folder()}) {
-    if (fs::exists(folder / path, code)) return folder / path;
+  for (const fs::path& folder : {place.beside, assets_folder()}) {
+    const fs::path file = folder / path;
+    if (!place.within.empty() && !lies_in(file, folder)) require_allowed(file, place);  // "../../x", or a link
+    if (!fs::exists(file, code)) continue;
+    require_allowed(file, place);
+    return file;
   }
-  throw Error(path.string(), "", "no such file",
-              fmt::format("it in {} or {}", beside.empty() ? "." : beside.string(), assets_folder().string()));
+  throw Error(
+      path.string(), "", "no such file",
+      fmt::format("it in {} or {}", place.beside.empty() ? "." : place.beside.string(), assets_folder().string()));
 }
 
 fs::path named_asset(std::string_view kind, std::string_view name) {

@@ -1,5 +1,6 @@
 // typodont: reads the command line, runs one command, turns errors into messages and exit statuses.
 #include <cerrno>
+#include <csignal>
 #include <cstdio>
 #include <cstring>
 #include <exception>
@@ -30,6 +31,8 @@ static int written_out() {
 
 int main(int argc, char** argv) {
   using namespace typodont;
+  // A file that may not grow any more is an error of the write, like a full disk, and not the end of a live session.
+  std::signal(SIGXFSZ, SIG_IGN);
   end_in_order_on_interrupt();
   if (argc > 1) remember_inputs();
   cli::Command program(

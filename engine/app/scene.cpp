@@ -36,8 +36,8 @@ constexpr double kLeastTorqueLimit = 1e-3, kMostTorqueLimit = 20;  // N·m
 constexpr std::array<std::string_view, 6> kParts = {"haptics", "render", "sound", "debris", "record", "score"};
 
 /// Mesh files that solids of a scene name: beside the scene's file, else among the assets.
-haptics::SolidFiles files_beside(const fs::path& scene) {
-  return {.find = [beside = scene.parent_path()](const std::string& name) { return find_file(name, beside); },
+haptics::SolidFiles files_of(const ScenePlace& place) {
+  return {.find = [place](const std::string& name) { return find_file(name, place); },
           .read_mesh = haptics::read_mesh_solid};
 }
 
@@ -115,15 +115,20 @@ Scene read_scene(const fs::path& file) {
 }
 
 Scene parse_scene(const Json& json, const fs::path& file) {
+  return parse_scene(json, file, file.parent_path());
+}
+
+Scene parse_scene(const Json& json, const fs::path& file, const ScenePlace& place) {
   json.allow_only({"name",         "description",  "tissue",        "paint",           "tool",
                    "tools",        "spindle_krpm", "spindle",       "coupling",        "materials",
                    "parts",        "friction",     "cutting",       "passivity",       "boundary_walls",
                    "force_filter", "vibration",    "score",         "sound",           "prepare",
                    "paint_file",   "model",        "task",          "surroundings",    "mouth_mirror",
                    "suction",      "resume",       "force_limit_N", "torque_limit_Nmm"});
-  const haptics::SolidFiles solid_files = files_beside(file);
+  const haptics::SolidFiles solid_files = files_of(place);
   Scene scene;
   scene.file = file;
+  scene.place = place;
   scene.text = json.text();
   scene.name = json.string_or("name", file.stem().string());
   scene.tissue = json["tissue"];
@@ -177,7 +182,7 @@ Scene parse_scene(const Json& json, const fs::path& file) {
   servo.materials = load_materials();
   if (const auto materials = json.find("materials")) read_materials(*materials, servo.materials);
   if (const auto paint = json.find("paint_file")) {
-    scene.paint_file = find_file(paint->string(), file.parent_path());
+    scene.paint_file = find_file(paint->string(), place);
     const auto strokes = read_paint(scene.paint_file);
     for (std::size_t i = 0; i < kTissueCount; ++i) {
       servo.materials[i].stiffness *= stiffness_factor(strokes, static_cast<Tissue>(i));
@@ -236,7 +241,7 @@ Scene parse_scene(const Json& json, const fs::path& file) {
     }
   }
   if (const auto surroundings = json.find("surroundings")) {
-    scene.surroundings = read_surroundings(*surroundings, volume_file(scene), file.parent_path());
+    scene.surroundings = read_surroundings(*surroundings, volume_file(scene), place);
   }
   if (const auto mirror = json.find("mouth_mirror")) scene.mouth_mirror = read_mouth_mirror(*mirror);
   if (const auto suction = json.find("suction")) {
@@ -280,7 +285,7 @@ std::vector<std::string> tool_names(const Scene& scene) {
 
 std::filesystem::path volume_file(const Scene& scene) {
   const auto volume = scene.tissue->find("volume");
-  return volume ? find_file(volume->string(), scene.file.parent_path()) : fs::path();
+  return volume ? find_file(volume->string(), scene.place) : fs::path();
 }
 
 haptics::ServoSettings servo_settings(const Scene& scene, const haptics::TissueVolume& tissue, double rate,
@@ -295,7 +300,7 @@ haptics::ServoSettings servo_settings(const Scene& scene, const haptics::TissueV
 }
 
 haptics::TissueVolume load_untouched(const Scene& scene) {
-  const haptics::SolidFiles solid_files = files_beside(scene.file);
+  const haptics::SolidFiles solid_files = files_of(scene.place);
   const auto read = [&] {
     if (const fs::path file = volume_file(scene); !file.empty()) return haptics::TissueVolume::load(file);
     return haptics::TissueVolume(sampled_tissue(*scene.tissue, solid_files));

@@ -5,7 +5,10 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <utility>
+#include <vector>
 
+#include "engine/app/assets.h"
 #include "engine/app/surroundings/plan.h"
 #include "engine/base/json.h"
 #include "engine/contract/mouth_mirror.h"
@@ -18,6 +21,7 @@ namespace typodont {
 
 struct Scene {
   std::filesystem::path file;
+  ScenePlace place;  // beside `file`, unless the scene comes out of a recording
   std::string text;  // the file as read, for the record
   std::string name;
   std::set<std::string> parts;       // haptics, render, sound, debris, record, score
@@ -44,6 +48,8 @@ struct Scene {
 Scene read_scene(const std::filesystem::path& file);
 /// The same from JSON; `file` is where its relative paths start from.
 Scene parse_scene(const Json& json, const std::filesystem::path& file);
+/// The same; the files that it names may lie where `place` says.
+Scene parse_scene(const Json& json, const std::filesystem::path& file, const ScenePlace& place);
 
 /// The file of the scene's volume, found; empty where the tissue is made of solids. Throws Error.
 std::filesystem::path volume_file(const Scene& scene);

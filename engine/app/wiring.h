@@ -42,6 +42,7 @@ struct SessionSettings {
 struct RecordState {
   std::uint64_t ticks = 0, cuts = 0;
   bool complete = true;  // nothing was lost so far
+  bool disk_low = false, failed = false;  // gaps are near; nothing more is recorded
 };
 
 /// A headset's controller, newest.

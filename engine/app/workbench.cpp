@@ -303,6 +303,7 @@ bool Workbench::Impl::step(const display::UserInput* input, glm::ivec2 picture_s
   if (meter) score_ticks();
   if (s.wiring.servo_ended || g_asked_to_stop || to_seconds(now() - began) >= options.seconds) return false;
   s.wiring.loop_to_render.fetch();
+  s.wiring.record_to_render.fetch();
   report_hand();
   if (!(tick.depth > kCaughtAway)) followed = tick.t;
   try {
@@ -365,6 +366,7 @@ double Workbench::Impl::caught() const {
 /// One line under the picture: what the hand can do, and what its motors bear.
 std::string Workbench::Impl::hint() const {
   const LoopReport& loop = session->wiring.loop_to_render.front();
+  const RecordState& record = session->wiring.record_to_render.front();
   if (held) return "STOPPED: no drill, no force   R: go on";
   if (hand_gone) return "the hand's device is gone: plug it in again";
   if (caught() > 0)
@@ -373,6 +375,11 @@ std::string Workbench::Impl::hint() const {
         "in   space or Esc: stop",
         1e3 * caught());
   std::string text = keys;
+  if (record.failed) {
+    text = "NOTHING MORE IS RECORDED   " + text;
+  } else if (!record.complete || record.disk_low) {
+    text = (record.complete ? "THE DISK IS ALMOST FULL   " : "THE RECORDING HAS GAPS   ") + text;
+  }
   if (loop.bearable_force > 0) {
     text += fmt::format("motors {:.0f} %, up to {:.1f} N   {}", 100 * loop.heat, loop.bearable_force,
                         loop.armed ? "" : "no force until the hand is free   ");

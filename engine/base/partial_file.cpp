@@ -23,6 +23,7 @@
 #include "engine/base/error.h"
 #include "engine/base/input_file.h"
 #include "engine/base/stream_file.h"
+#include "engine/base/sync.h"
 
 namespace typodont {
 
@@ -266,10 +267,13 @@ void PartialFile::keep() {
     if (made.get() < 0) throw Error(file_.string(), "", std::strerror(errno), "a writable place");
     take_over_owner(made.get());
   }
+  // Its content before its name, so that a power cut leaves the old file or the new one, whole.
+  if (!sync_file(path_)) throw Error(file_.string(), "", std::strerror(errno), "a place that keeps what is written");
   std::error_code code;
   fs::rename(path_, target_, code);
   if (code) throw Error(file_.string(), "", code.message(), "a writable place");
   path_.clear();
+  sync_folder_of(target_);
   forget();
 }
 

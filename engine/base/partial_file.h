@@ -42,7 +42,8 @@ class PartialFile {
   /// It becomes a file; otherwise `file` is a device or a FIFO, which keep() writes to.
   bool makes_file() const noexcept { return stream_ < 0; }
 
-  /// It takes the place of `file`, closed and whole. Throws Error when it cannot.
+  /// It takes the place of `file`, closed and whole, and outlasts a power cut from then on. Throws Error when it
+  /// cannot.
   void keep();
 
  private:

@@ -11,13 +11,16 @@
 #include <cerrno>
 #include <cmath>
 #include <cstring>
+#include <fstream>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <optional>
 
 #include "engine/base/error.h"
 #include "engine/base/partial_file.h"
+#include "engine/base/sync.h"
 #include "engine/session/format/hdf5.h"
+#include "engine/session/format/journal.h"
 #include "engine/session/format/layout.h"
 #include "engine/session/format/table.h"
 
@@ -72,6 +75,7 @@ PerTissue in_mm3(const PerTissue& volumes) {
 struct SessionWriter::Impl {
   std::filesystem::path file, written_to;
   std::optional<PartialFile> partial;  // where `written_to` is not `file`
+  std::optional<Journal> journal;      // of a live recording; outlives h5
   WriterOptions options;
   WriterStatus status;
   int lock_fd = -1;
@@ -100,10 +104,14 @@ struct SessionWriter::Impl {
   bool write_lost() noexcept;
   void write_all() noexcept;
   bool write_table(Table& table, std::uint64_t& lost_rows) noexcept;
+  void count_commit() noexcept;
+  std::string reason() const;
+  std::optional<std::uint64_t> free_bytes() const noexcept;
   bool disk_has_room() noexcept;
   void fail(const std::string& why) noexcept;
   bool open() const {
-    return status.state == WriterStatus::State::kRecording || status.state == WriterStatus::State::kDiskFull;
+    return status.state == WriterStatus::State::kRecording || status.state == WriterStatus::State::kDiskLow ||
+           status.state == WriterStatus::State::kDiskFull;
   }
   bool close() noexcept;
   /// Somebody took the file away, or put another in its place.
@@ -134,10 +142,14 @@ void SessionWriter::Impl::create(const SessionHeader& header) {
   written_to = partial.emplace(file, FileKind::kSession).path();
   if (!partial->makes_file() && !options.whole_or_nothing) refuse("a device or a FIFO");
   if (partial->makes_file() && is_being_recorded(file)) refuse("a session that is being recorded");
+  if (const auto free = free_bytes(); free && *free < options.disk_needed)
+    refuse(fmt::format("a disk with {} MB left, of {} MB that a recording needs to begin", *free >> 20,
+                       options.disk_needed >> 20));
 
   H5 access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
   H5Pset_libver_bounds(access.get(), H5F_LIBVER_V110, H5F_LIBVER_V110);  // what SWMR needs
   H5Pset_fclose_degree(access.get(), H5F_CLOSE_STRONG);
+  if (!options.whole_or_nothing && !options.rewrites && !journal.emplace(file).use(access.get())) refuse(h5_reason());
   // Rows come in order, so of a column's chunks the one being filled is all that is worth keeping: HDF5's own habit of
   // a megabyte a column is 50 MB that nobody asks for again, filling up over the first minutes. For the file, since
   // SWMR opens its datasets anew and forgets what each was given.
@@ -156,6 +168,12 @@ void SessionWriter::Impl::create(const SessionHeader& header) {
   // A live recording has its name from the moment on at which it can be opened after a kill, and not before.
   if (!options.whole_or_nothing) {
     try {
+      if (journal) {
+        // One that an earlier recording of this name left does not belong to this one.
+        std::error_code code;
+        if (std::filesystem::remove(journal_of(file), code)) sync_folder_of(file);
+        journal->start();
+      }
       partial->keep();
     } catch (const Error&) {
       ::close(lock_fd);
@@ -356,17 +374,20 @@ void SessionWriter::Impl::fail(const std::string& why) noexcept {
   status.message = fmt::format("{}: {}; the session goes on, unrecorded", written_to.string(), why);
 }
 
+std::optional<std::uint64_t> SessionWriter::Impl::free_bytes() const noexcept {
+  if (options.free_bytes) return options.free_bytes();
+  struct statvfs space {};
+  if (statvfs(written_to.c_str(), &space) != 0) return std::nullopt;  // the write itself will tell
+  return std::uint64_t{space.f_bavail} * space.f_frsize;
+}
+
 bool SessionWriter::Impl::disk_has_room() noexcept {
-  std::uint64_t free = 0;
-  if (options.free_bytes) {
-    free = options.free_bytes();
-  } else {
-    struct statvfs space {};
-    if (statvfs(written_to.c_str(), &space) != 0) return true;  // the write itself will tell
-    free = std::uint64_t{space.f_bavail} * space.f_frsize;
-  }
+  const std::uint64_t free = free_bytes().value_or(UINT64_MAX);
   if (free >= options.disk_reserve) {
-    status.state = WriterStatus::State::kRecording;
+    status.state = free < options.disk_low ? WriterStatus::State::kDiskLow : WriterStatus::State::kRecording;
+    if (free < options.disk_low)
+      status.message = fmt::format("{}: only {} MB are left on the disk; the recording will soon have gaps",
+                                   written_to.string(), free >> 20);
     return true;
   }
   status.state = WriterStatus::State::kDiskFull;
@@ -381,7 +402,7 @@ bool SessionWriter::Impl::write_table(Table& table, std::uint64_t& lost_rows) no
   if (open() && disk_has_room()) {
     errno = 0;
     if (table.write()) return true;
-    fail(errno ? std::strerror(errno) : h5_reason());
+    fail(reason());
   }
   lost_rows += table.buffered();
   disk_lost_unreported += table.buffered();
@@ -407,16 +428,40 @@ void SessionWriter::Impl::write_all() noexcept {
   write_table(events, l.other_disk);
   for (Table& stream : streams) write_table(stream, l.other_disk);
   write_table(ticks, l.ticks_disk);
-  status.ticks = ticks.written();
-  status.cuts = cuts.written();
   if (open()) {
     bool good = write_lost();
     if (good && loop_unwritten) good = write_loop();
     errno = 0;
-    if (!good || H5Fflush(h5.get(), H5F_SCOPE_GLOBAL) < 0) fail(errno ? std::strerror(errno) : h5_reason());
+    if (!good || H5Fflush(h5.get(), H5F_SCOPE_GLOBAL) < 0) fail(reason());
   }
-  last_write = now();
-  status.slowest_flush = std::max(status.slowest_flush, last_write - begin);
+  count_commit();
+  // Counted from the begin, so that a slow disk does not make the flushes rarer as well.
+  last_write = begin;
+  status.slowest_flush = std::max(status.slowest_flush, now() - begin);
+}
+
+/// Rows that HDF5 took but that did not reach the disk are lost like those that it refused.
+void SessionWriter::Impl::count_commit() noexcept {
+  const bool safe = open();
+  const auto settle = [&](Table& table, std::uint64_t& lost_rows) {
+    if (!safe) lost_rows += table.uncommitted();
+    const std::uint64_t kept = table.written() - (safe ? 0 : table.uncommitted());
+    table.commit();
+    return kept;
+  };
+  const std::uint64_t ticks_before = status.ticks, cuts_before = status.cuts;
+  Lost& l = status.lost;
+  settle(patches, l.other_disk);
+  settle(events, l.other_disk);
+  for (Table& stream : streams) settle(stream, l.other_disk);
+  const std::uint64_t cuts_now = settle(cuts, l.cuts_disk), ticks_now = settle(ticks, l.ticks_disk);
+  status.ticks = safe ? ticks_now : ticks_before;
+  status.cuts = safe ? cuts_now : cuts_before;
+}
+
+std::string SessionWriter::Impl::reason() const {
+  if (journal && !journal->failure().empty()) return journal->failure();
+  return errno ? std::strerror(errno) : h5_reason();
 }
 
 void SessionWriter::Impl::add_event(const SessionEvent& event) {
@@ -451,7 +496,7 @@ bool SessionWriter::Impl::close() noexcept {
     dataset->reset();
   errno = 0;
   const bool good = h5.reset();
-  if (!good) fail(errno ? std::strerror(errno) : h5_reason());
+  if (!good) fail(reason());
   if (lock_fd >= 0) ::close(lock_fd);
   lock_fd = -1;
   return good;
@@ -580,7 +625,7 @@ bool SessionWriter::finish(const SessionResult& result) noexcept {
     const std::uint64_t one = 1;
     errno = 0;
     if (!good || H5Fflush(s.h5.get(), H5F_SCOPE_GLOBAL) < 0 || !overwrite(s.complete, H5T_NATIVE_UINT64, &one)) {
-      s.fail(errno ? std::strerror(errno) : h5_reason());
+      s.fail(s.reason());
     }
   }
   if (s.open() && !s.partial && s.is_gone()) s.fail("it was deleted or replaced while it was recorded");

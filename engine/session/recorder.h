@@ -22,16 +22,18 @@ namespace typodont::session {
 struct WriterOptions {
   Nanos flush_interval = kNanosPerSecond / 2;  // nothing older than this stays in memory (heartbeat)
   int deflate = 3;                             // 1..9; bytes are shuffled before, which is where most is won
-  std::uint64_t disk_reserve = 16u << 20;      // bytes to leave free: below, rows are counted instead of written
-  std::function<std::uint64_t()> free_bytes;   // what is left on the disk; empty: the file system is asked
+  // Free bytes of the disk. What is needed to begin: less is an Error. Below `disk_low` the status says so. Below
+  // `disk_reserve`, about two flushes with their journal, rows are counted instead of written.
+  std::uint64_t disk_needed = 16u << 20, disk_low = 64u << 20, disk_reserve = 4u << 20;
+  std::function<std::uint64_t()> free_bytes;  // what is left on the disk; empty: the file system is asked
   bool whole_or_nothing = false;  // write beside FILE and rename in finish(); for results, not for live sessions
   bool rewrites = false;          // a recorded session: all its events are given, so none is made of its ticks
   Lost lost_before;               // the same: to start counting from
 };
 
-/// How the recording fares. `message` says in words what was refused, once it was.
+/// How the recording fares. `message` says in words what was refused, once it was, and that the disk fills up.
 struct WriterStatus {
-  enum class State { kRecording, kDiskFull, kFailed, kFinished } state = State::kRecording;
+  enum class State { kRecording, kDiskLow, kDiskFull, kFailed, kFinished } state = State::kRecording;
   Lost lost;
   std::uint64_t ticks = 0, cuts = 0;  // safely handed to the file
   Nanos slowest_flush = 0;            // wall time of the slowest write so far

@@ -24,9 +24,16 @@ struct SessionSummary {
   TaskText title;  // of the scene's task; empty where it has none
 };
 
+/// What is known of the recording's truth when a report is made.
+struct Verification {
+  enum class State { kNotChecked, kIdentical, kDiffers } state = State::kNotChecked;
+  std::string what;  // differs, in words
+};
+
 /// What the program knows beyond the file: geometry, and other sessions to compare with.
 struct ReportOptions {
   Language language = Language::kEnglish;
+  Verification verification;
   std::vector<SessionPicture> more_pictures;  // beside those inside the session
   std::optional<Score> score;                 // nothing: scored by score_session()
   std::optional<ScoreInput> input;            // what was scored, where more was measured than the file holds

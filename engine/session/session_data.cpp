@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <ctime>
 
@@ -32,6 +33,18 @@ std::string in_words(const Lost& l) {
   add(l.cuts_ring + l.cuts_disk, "cuts");
   add(l.pictures_disk, "pictures");
   add(l.other_ring + l.other_disk, "other entries");
+  return text;
+}
+
+std::string in_words(const std::vector<Gap>& gaps) {
+  constexpr std::size_t kNamed = 3;
+  std::string text;
+  for (std::size_t i = 0; i < std::min(gaps.size(), kNamed); ++i) {
+    const Gap& gap = gaps[i];
+    text += fmt::format("{}{:.3f} s to {:.3f} s ({} ticks, {} cuts)", i ? ", " : "", to_seconds(gap.from),
+                        to_seconds(gap.to), gap.ticks, gap.cuts);
+  }
+  if (gaps.size() > kNamed) text += fmt::format(" and {} more", gaps.size() - kNamed);
   return text;
 }
 

@@ -94,6 +94,16 @@ struct Lost {
 /// "12 ticks, 1 pictures"; empty: nothing.
 std::string in_words(const Lost& lost);
 
+/// A place where ticks or cuts are missing although later ones are there: the disk was full, or the recorder was late.
+struct Gap {
+  Nanos from = 0, to = 0;             // of the last row before and the first one after
+  std::uint64_t after_tick = 0;       // index of the last tick before
+  std::uint64_t ticks = 0, cuts = 0;  // how many are missing
+  bool operator==(const Gap&) const = default;
+};
+/// "12.300 s to 18.304 s (6004 ticks, 1203 cuts)"; of many gaps the first three, and how many more.
+std::string in_words(const std::vector<Gap>& gaps);
+
 /// A picture kept inside the session for its report.
 struct SessionPicture {
   std::string name;   // "before", "after", "during_2": the report orders and titles them by name

@@ -14,7 +14,10 @@
 #include "engine/base/input_file.h"
 #include "engine/base/json.h"
 #include "engine/base/partial_file.h"
+#include "engine/base/sync.h"
+#include "engine/session/format/checks.h"
 #include "engine/session/format/hdf5.h"
+#include "engine/session/format/journal.h"
 #include "engine/session/format/layout.h"
 #include "engine/session/recorder.h"
 
@@ -35,15 +38,10 @@ class TableReader {
             const std::vector<ColumnName>& names, bool salvage) {
     file_ = file.string();
     path_ = path;
-    if (H5Lexists(root, path.c_str(), H5P_DEFAULT) <= 0) throw Error(file_, path, "nothing", "this group");
-    H5 group(H5Gopen2(root, path.c_str(), H5P_DEFAULT), H5Gclose);
-    if (!group) throw Error(file_, path, "something else", "a group");
+    if (!open_group(file_, root, path)) throw Error(file_, path, "nothing", "this group");
     hsize_t fewest = H5S_UNLIMITED, most = 0;
     for (const auto& [name, may_lack] : names) {
-      H5 dataset;
-      if (H5Lexists(group.get(), name.c_str(), H5P_DEFAULT) > 0) {
-        dataset = H5(H5Dopen2(group.get(), name.c_str(), H5P_DEFAULT), H5Dclose);
-      }
+      H5 dataset = open_dataset(file_, root, path + "/" + name);
       if (!dataset && may_lack) {
         datasets_.emplace_back();
         continue;
@@ -52,9 +50,11 @@ class TableReader {
       H5 space(H5Dget_space(dataset.get()), H5Sclose);
       hsize_t rows = 0;
       if (H5Sget_simple_extent_ndims(space.get()) != 1 || H5Sget_simple_extent_dims(space.get(), &rows, nullptr) != 1 ||
-          rows > kMostRows) {
+          rows > kRecordingLimits.most_ticks) {
         throw Error(file_, path + "/" + name, "another shape", "one row per entry");
       }
+      if (!salvage && !all_chunks_written(dataset, rows))
+        throw Error(file_, path + "/" + name, "rows that were never written", "an intact file");
       fewest = std::min(fewest, rows);
       most = std::max(most, rows);
       datasets_.push_back(std::move(dataset));
@@ -71,9 +71,17 @@ class TableReader {
   bool has(std::size_t column) const { return static_cast<bool>(datasets_[column]); }
   void limit(hsize_t rows) { rows_ = std::min(rows_, rows); }
 
+  /// Throws Error where that many rows of `size` bytes are more than a reader keeps in memory.
+  void limit_memory(hsize_t count, std::size_t size) const {
+    if (count > kRecordingLimits.most_rows_bytes / size)
+      throw Error(file_, path_, fmt::format("{} rows", count),
+                  fmt::format("at most {}", kRecordingLimits.most_rows_bytes / size));
+  }
+
   /// Reads rows [first, first + count) of a column. Throws Error when the file is damaged there.
   void read(std::size_t column, hid_t type, std::size_t size, hsize_t first, hsize_t count,
             std::vector<std::byte>& out) const {
+    limit_memory(count, size);
     out.resize(size * count);
     if (!try_read(column, type, first, count, out.data())) {
       throw Error(file_, fmt::format("{}, rows {} to {}", path_, first, first + count), "damaged data",
@@ -82,8 +90,6 @@ class TableReader {
   }
 
  private:
-  static constexpr hsize_t kMostRows = hsize_t{1} << 40;
-
   bool try_read(std::size_t column, hid_t type, hsize_t first, hsize_t count, std::byte* out) const {
     if (count == 0) return true;
     const H5& dataset = datasets_[column];
@@ -91,6 +97,16 @@ class TableReader {
     H5 memory(H5Screate_simple(1, &count, nullptr), H5Sclose);
     return H5Sselect_hyperslab(space.get(), H5S_SELECT_SET, &first, nullptr, &count, nullptr) >= 0 &&
            H5Dread(dataset.get(), type, memory.get(), space.get(), H5P_DEFAULT, out) >= 0;
+  }
+
+  /// A chunk that was never written reads as zeros without an error.
+  static bool all_chunks_written(const H5& dataset, hsize_t rows) {
+    H5 properties(H5Dget_create_plist(dataset.get()), H5Pclose);
+    H5 space(H5Dget_space(dataset.get()), H5Sclose);
+    hsize_t chunk = 0, written = 0;
+    if (H5Pget_layout(properties.get()) != H5D_CHUNKED) return true;
+    return H5Pget_chunk(properties.get(), 1, &chunk) == 1 && chunk > 0 &&
+           H5Dget_num_chunks(dataset.get(), space.get(), &written) >= 0 && written == (rows + chunk - 1) / chunk;
   }
 
   void find_intact_rows() {
@@ -107,9 +123,14 @@ class TableReader {
         return;
       }
       scratch.resize(size * chunk);
+      hsize_t rows = 0;
+      H5 space(H5Dget_space(datasets_[i].get()), H5Sclose);
+      H5Sget_simple_extent_dims(space.get(), &rows, nullptr);
+      // Looking for one chunk takes a walk over all of them, so it is done only where some are missing.
+      const bool all_there = all_chunks_written(datasets_[i], rows);
       for (hsize_t first = 0; first < rows_; first += chunk) {
-        // A chunk that was never written reads as zeros without an error: where it is missing the rows end, too.
-        const bool there = chunk_exists(i, first);
+        // Where a chunk is missing the rows end, too.
+        const bool there = all_there || chunk_exists(i, first);
         if (!there || !try_read(i, type.get(), first, std::min(chunk, rows_ - first), scratch.data())) rows_ = first;
       }
     }
@@ -140,6 +161,7 @@ std::vector<ColumnName> names_of(const std::vector<Column<Message>>& columns) {
 template <class Message>
 std::vector<Message> read_messages(const TableReader& table, const std::vector<Column<Message>>& columns, hsize_t first,
                                    hsize_t count) {
+  table.limit_memory(count, sizeof(Message));
   std::vector<Message> messages(count);
   std::vector<std::byte> cells;
   std::size_t i = 0;
@@ -177,6 +199,34 @@ std::vector<std::string> read_texts(const TableReader& table, std::size_t column
   return texts;
 }
 
+/// A copy to be changed, beside the file or in the folder for temporary files; nothing where there is no room.
+std::optional<std::filesystem::path> private_copy(const std::filesystem::path& file) {
+  std::error_code code;
+  for (const auto& folder : {file.parent_path(), std::filesystem::temp_directory_path(code)}) {
+    std::string name = (folder / fmt::format(".{}.XXXXXX", file.filename().string())).string();
+    const int fd = mkstemp(name.data());
+    if (fd < 0) continue;
+    close(fd);
+    if (std::filesystem::copy_file(file, name, std::filesystem::copy_options::overwrite_existing, code)) {
+      std::filesystem::permissions(name, std::filesystem::perms::owner_read | std::filesystem::perms::owner_write,
+                                   code);
+      return name;
+    }
+    std::filesystem::remove(name, code);
+  }
+  return std::nullopt;
+}
+
+/// With what a power cut kept out of the file; nothing where there is no such thing.
+std::optional<std::filesystem::path> completed_copy(const std::filesystem::path& file) {
+  if (!has_journal(file)) return std::nullopt;
+  auto copy = private_copy(file);
+  std::error_code code;
+  if (copy && apply_journal(file, *copy)) return copy;
+  if (copy) std::filesystem::remove(*copy, code);
+  return std::nullopt;
+}
+
 /// A file that was cut short, with zeros for what is missing at its end (they fail the checksums): HDF5 then opens it.
 /// Nothing when it is not such a file, or there is no place for a copy.
 std::optional<std::filesystem::path> lengthened_copy(const std::filesystem::path& file) {
@@ -189,23 +239,16 @@ std::optional<std::filesystem::path> lengthened_copy(const std::filesystem::path
   std::error_code code;
   const std::uint64_t size = std::filesystem::file_size(file, code);
   if (code || end <= size || end > (std::uint64_t{1} << 42)) return std::nullopt;
-  for (const auto& folder : {file.parent_path(), std::filesystem::temp_directory_path(code)}) {
-    const auto copy = folder / fmt::format(".{}.{}.salvage", file.filename().string(), getpid());
-    if (std::filesystem::copy_file(file, copy, std::filesystem::copy_options::overwrite_existing, code)) {
-      std::filesystem::permissions(copy, std::filesystem::perms::owner_read | std::filesystem::perms::owner_write,
-                                   code);
-      std::filesystem::resize_file(copy, end, code);  // sparse
-      if (!code) return copy;
-    }
-    std::filesystem::remove(copy, code);
-  }
+  auto copy = private_copy(file);
+  if (!copy) return std::nullopt;
+  std::filesystem::resize_file(*copy, end, code);  // sparse
+  if (!code) return copy;
+  std::filesystem::remove(*copy, code);
   return std::nullopt;
 }
 
-/// A small dataset of exactly `count` numbers (0: a scalar); false when it is not there.
-bool read_fixed(hid_t parent, const char* name, hid_t type, hsize_t count, void* out) {
-  if (H5Lexists(parent, name, H5P_DEFAULT) <= 0) return false;
-  H5 dataset(H5Dopen2(parent, name, H5P_DEFAULT), H5Dclose);
+/// A small dataset, from open_dataset(), of exactly `count` numbers (0: a scalar); false when it is not there.
+bool read_fixed(const H5& dataset, hid_t type, hsize_t count, void* out) {
   if (!dataset) return false;
   H5 space(H5Dget_space(dataset.get()), H5Sclose);
   return H5Sget_simple_extent_npoints(space.get()) == static_cast<hssize_t>(std::max<hsize_t>(count, 1)) &&
@@ -227,12 +270,15 @@ struct SessionReader::Impl {
   std::vector<StreamData> streams;
   std::optional<SessionResult> result;
   std::optional<LoopReport> loop;
+  std::vector<Gap> gaps;
 
+  H5 dataset(const std::string& path) const { return open_dataset(file.string(), h5.get(), path); }
   void open();
   void read_loop();
   void read_header();
   void read_events(const TableReader& table);
   void read_result();
+  void find_gaps();
 };
 
 void SessionReader::Impl::open() {
@@ -249,9 +295,15 @@ void SessionReader::Impl::open() {
     h5 = H5(H5Fopen(path.c_str(), flags, properties.get()), H5Fclose);
     return static_cast<bool>(h5);
   };
+  // A power cut in the middle of a flush leaves a journal: the file is read as it would be with it.
+  if (const auto copy = being_recorded ? std::nullopt : completed_copy(file)) {
+    marked = true;
+    if (!open_as(*copy, H5F_ACC_RDONLY)) open_as(*copy, H5F_ACC_RDONLY | H5F_ACC_SWMR_READ);
+    std::filesystem::remove(*copy, code);  // what is open stays readable
+  }
   // A writer that was killed leaves its mark in the file, and the ordinary way of opening refuses it; the way for
   // concurrent readers takes it. Neither takes a file shorter than it says it is.
-  if (!open_as(file, H5F_ACC_RDONLY)) {
+  if (!h5 && !open_as(file, H5F_ACC_RDONLY)) {
     marked = true;
     if (!open_as(file, H5F_ACC_RDONLY | H5F_ACC_SWMR_READ)) {
       const std::string why = h5_reason();
@@ -270,13 +322,13 @@ void SessionReader::Impl::open() {
   if (!get_attribute(h5.get(), "format_version", version) || version != kFormatVersion) {
     throw Error(file.string(), "attribute \"format_version\"", std::to_string(version), std::to_string(kFormatVersion));
   }
-  read_fixed(h5.get(), "complete", H5T_NATIVE_UINT64, 0, &complete);
+  read_fixed(dataset("complete"), H5T_NATIVE_UINT64, 0, &complete);
   truncated = complete != 1 || (marked && !being_recorded);
   read_header();
 
   auto n = as_array(lost);
   const auto read_losses = [&](std::size_t count) {
-    return read_fixed(h5.get(), "lost", H5T_NATIVE_UINT64, count, n.data());
+    return read_fixed(dataset("lost"), H5T_NATIVE_UINT64, count, n.data());
   };
   if (read_losses(n.size()) || read_losses(kLostAtFirst)) lost = {n[0], n[1], n[2], n[3], n[4], n[5], n[6]};
   const auto open_table = [&](TableReader& table, const std::string& path, const std::vector<ColumnName>& names) {
@@ -287,9 +339,11 @@ void SessionReader::Impl::open() {
   TableReader table;
   open_table(table, "cuts", names_of(cut_columns()));
   cuts = read_messages(table, cut_columns(), 0, table.rows());
+  check_cuts(file.string(), cuts, header.tools.size());
   table = {};
   open_table(table, "patches", names_of(patch_columns()));
   patches = read_messages(table, patch_columns(), 0, table.rows());
+  check_patches(file.string(), patches);
   table = {};
   open_table(table, "events", {{"t_ns"}, {"kind"}, {"part"}, {"text"}});
   read_events(table);
@@ -300,18 +354,18 @@ void SessionReader::Impl::open() {
     open_table(table, "streams/" + spec.name, names);
     StreamData data;
     data.t = read_numbers<Nanos>(table, 0);
+    check_times(file.string(), "streams/" + spec.name, data.t);
     for (std::size_t i = 1; i < names.size(); ++i) data.columns.push_back(read_numbers<double>(table, i));
     streams.push_back(std::move(data));
   }
   read_loop();
   if (!truncated) read_result();
+  find_gaps();
 }
 
 void SessionReader::Impl::read_header() {
   const hid_t root = h5.get();
   const std::string name = file.string();
-  H5 group(H5Gopen2(root, "header", H5P_DEFAULT), H5Gclose);
-  if (!group) throw Error(name, "header", "nothing", "a group");
   const auto need = [&](bool there, const char* what) {
     if (!there) throw Error(name, what, "nothing", "a value");
   };
@@ -332,19 +386,17 @@ void SessionReader::Impl::read_header() {
   get_attribute(root, "gives_torque", gives_torque);
   header.gives_torque = gives_torque != 0;
   if (!std::isfinite(header.vibration_band) || header.vibration_band < 0) header.vibration_band = 0;
-  need(read_text(group.get(), "scene", header.scene_json), "header/scene");
-  need(read_text(group.get(), "rig", header.rig_json), "header/rig");
-  need(read_text(group.get(), "files", files), "header/files");
-  need(read_text(group.get(), "seeds", seeds), "header/seeds");
-  need(read_text(group.get(), "tools", tools), "header/tools");
-  need(read_text(group.get(), "streams", stream_specs), "header/streams");
-  need(read_fixed(group.get(), "volumes_before_mm3", H5T_NATIVE_DOUBLE, kTissueCount, header.volumes_before.data()),
+  need(read_text(dataset("header/scene"), header.scene_json), "header/scene");
+  need(read_text(dataset("header/rig"), header.rig_json), "header/rig");
+  need(read_text(dataset("header/files"), files), "header/files");
+  need(read_text(dataset("header/seeds"), seeds), "header/seeds");
+  need(read_text(dataset("header/tools"), tools), "header/tools");
+  need(read_text(dataset("header/streams"), stream_specs), "header/streams");
+  need(read_fixed(dataset("header/volumes_before_mm3"), H5T_NATIVE_DOUBLE, kTissueCount, header.volumes_before.data()),
        "header/volumes_before_mm3");
   for (double& v : header.volumes_before) v /= 1e9;
   header.voxel = voxel_mm / 1e3;
-  if (!std::isfinite(header.servo_rate) || header.servo_rate <= 0) {
-    throw Error(name, "servo_rate_Hz", fmt::format("{}", header.servo_rate), "a rate above 0");
-  }
+  check_header(name, header);
 
   for (const Json& f : Json::parse(files, name + ": header/files").items()) {
     header.files.push_back({f["path"].string(), static_cast<std::uint64_t>(f["bytes"].integer(0)), f["hash"].string()});
@@ -367,16 +419,15 @@ void SessionReader::Impl::read_header() {
 
 /// Older files have no such group, and one that was cut short may have lost it.
 void SessionReader::Impl::read_loop() {
-  if (H5Lexists(h5.get(), "loop", H5P_DEFAULT) <= 0) return;
-  const H5 group(H5Gopen2(h5.get(), "loop", H5P_DEFAULT), H5Gclose);
   LoopFields f;
   const auto read = [&](const char* name, hid_t type, auto& numbers) {
-    return read_fixed(group.get(), name, type, numbers.size(), numbers.data());
+    return read_fixed(dataset(std::string("loop/") + name), type, numbers.size(), numbers.data());
   };
-  if (group && read("times", H5T_NATIVE_UINT64, f.times) && read("jitter", H5T_NATIVE_UINT32, f.jitter) &&
-      read("work", H5T_NATIVE_UINT32, f.work) && read("granted", H5T_NATIVE_UINT64, f.granted) &&
-      read("note", H5T_NATIVE_UINT8, f.note) && read("hand", H5T_NATIVE_DOUBLE, f.hand) &&
-      read("safety", H5T_NATIVE_UINT64, f.safety) && f.times[0] > 0 && f.times[1] > 0) {
+  if (open_group(file.string(), h5.get(), "loop") && read("times", H5T_NATIVE_UINT64, f.times) &&
+      read("jitter", H5T_NATIVE_UINT32, f.jitter) && read("work", H5T_NATIVE_UINT32, f.work) &&
+      read("granted", H5T_NATIVE_UINT64, f.granted) && read("note", H5T_NATIVE_UINT8, f.note) &&
+      read("hand", H5T_NATIVE_DOUBLE, f.hand) && read("safety", H5T_NATIVE_UINT64, f.safety) && f.times[0] > 0 &&
+      f.times[1] > 0) {
     loop = f.report();
   }
 }
@@ -386,6 +437,7 @@ void SessionReader::Impl::read_events(const TableReader& table) {
   const auto kind = read_numbers<std::uint8_t>(table, 1);
   const auto part = read_numbers<std::uint32_t>(table, 2);
   const auto text = read_texts(table, 3, kEventText);
+  check_times(file.string(), "events", t);
   for (std::size_t i = 0; i < t.size(); ++i) {
     if (part[i] > 0 && !events.empty()) {
       events.back().text += text[i];
@@ -398,21 +450,20 @@ void SessionReader::Impl::read_events(const TableReader& table) {
 
 void SessionReader::Impl::read_result() {
   SessionResult r;
-  H5 group(H5Gopen2(h5.get(), "result", H5P_DEFAULT), H5Gclose);
-  if (!group) throw Error(file.string(), "result", "nothing", "a group");
+  if (!open_group(file.string(), h5.get(), "result")) throw Error(file.string(), "result", "nothing", "a group");
   const auto volumes = [&](const char* name, PerTissue& out) {
-    if (!read_fixed(group.get(), name, H5T_NATIVE_DOUBLE, kTissueCount, out.data())) return false;
+    if (!read_fixed(dataset(name), H5T_NATIVE_DOUBLE, kTissueCount, out.data())) return false;
     for (double& v : out) v /= 1e9;
-    return std::all_of(out.begin(), out.end(), [](double v) { return std::isfinite(v); });
+    return std::all_of(out.begin(), out.end(), [](double v) { return v >= 0 && v <= kRecordingLimits.largest_volume; });
   };
-  r.has_volumes = volumes("volumes_after_mm3", r.volumes_after);
-  r.has_ideal = volumes("volumes_ideal_mm3", r.volumes_ideal);
+  r.has_volumes = volumes("result/volumes_after_mm3", r.volumes_after);
+  r.has_ideal = volumes("result/volumes_ideal_mm3", r.volumes_ideal);
   if (!r.has_volumes) r.volumes_after = {};
   if (!r.has_ideal) r.volumes_ideal = {};
   double mm = -1;
-  read_fixed(group.get(), "min_pulp_distance_mm", H5T_NATIVE_DOUBLE, 0, &mm);
+  read_fixed(dataset("result/min_pulp_distance_mm"), H5T_NATIVE_DOUBLE, 0, &mm);
   r.min_pulp_distance = std::isfinite(mm) ? mm / 1e3 : -1;
-  read_fixed(group.get(), "field_hash", H5T_NATIVE_UINT64, 0, &r.field_hash);
+  read_fixed(dataset("result/field_hash"), H5T_NATIVE_UINT64, 0, &r.field_hash);
 
   TableReader index, bytes;
   index.open(file, h5.get(), "pictures", {{"name"}, {"title"}, {"offset"}, {"bytes"}}, false);
@@ -420,15 +471,76 @@ void SessionReader::Impl::read_result() {
   const auto names = read_texts(index, 0, kPictureText), titles = read_texts(index, 1, kPictureText);
   const auto offsets = read_numbers<std::uint64_t>(index, 2), sizes = read_numbers<std::uint64_t>(index, 3);
   std::vector<std::byte> cells;
+  std::uint64_t end = 0;  // of the picture before: no byte belongs to two of them
   for (std::size_t i = 0; i < names.size(); ++i) {
-    if (offsets[i] > bytes.rows() || sizes[i] > bytes.rows() - offsets[i]) {
-      throw Error(file.string(), fmt::format("pictures, row {}", i), "bytes beyond the end", "an intact file");
+    if (offsets[i] < end || offsets[i] > bytes.rows() || sizes[i] > bytes.rows() - offsets[i]) {
+      throw Error(file.string(), fmt::format("pictures, row {}", i), "bytes of another one or beyond the end",
+                  "an intact file");
     }
+    end = offsets[i] + sizes[i];
     bytes.read(0, H5T_NATIVE_UINT8, 1, offsets[i], sizes[i], cells);
     const auto* data = reinterpret_cast<const std::uint8_t*>(cells.data());
     r.pictures.push_back({names[i], titles[i], {data, data + cells.size()}});
   }
   result = std::move(r);
+}
+
+void SessionReader::Impl::find_gaps() {
+  // From the columns that tell, of all ticks; the rest of a tick is checked when it is read.
+  constexpr hsize_t kPiece = 1 << 16;
+  const auto place_of = [](const char* name) {
+    const auto names = names_of(tick_columns());
+    return static_cast<std::size_t>(
+        std::find_if(names.begin(), names.end(), [&](const ColumnName& c) { return c.name == name; }) - names.begin());
+  };
+  const std::size_t index_at = place_of("index"), t_at = place_of("t_ns"), cuts_at = place_of("cuts");
+  std::vector<std::byte> index, t, made;
+  const auto number = []<class T>(const std::vector<std::byte>& cells, hsize_t row, T) {
+    T value;
+    std::memcpy(&value, cells.data() + row * sizeof value, sizeof value);
+    return value;
+  };
+  std::uint64_t last_index = 0, last_made = 0;
+  Nanos last_t = 0;
+  for (hsize_t first = 0; first < ticks.rows(); first += kPiece) {
+    const hsize_t count = std::min(kPiece, ticks.rows() - first);
+    ticks.read(index_at, H5T_NATIVE_UINT64, sizeof(std::uint64_t), first, count, index);
+    ticks.read(t_at, H5T_NATIVE_INT64, sizeof(Nanos), first, count, t);
+    ticks.read(cuts_at, H5T_NATIVE_UINT64, sizeof(std::uint64_t), first, count, made);
+    for (hsize_t row = 0; row < count; ++row) {
+      const std::uint64_t i = number(index, row, std::uint64_t{});
+      const Nanos at = number(t, row, Nanos{});
+      const auto wrong = [&](const char* what, std::uint64_t found, std::uint64_t least) {
+        throw Error(file.string(), fmt::format("ticks, row {}, {}", first + row, what), std::to_string(found),
+                    fmt::format("at least {}", least));
+      };
+      const bool begins = first + row == 0;
+      if (!begins && i <= last_index) wrong("index", i, last_index + 1);
+      const std::uint64_t so_far = number(made, row, std::uint64_t{});
+      if (so_far < last_made) wrong("cuts", so_far, last_made);
+      if (!begins && i - last_index > 1) gaps.push_back({last_t, at, last_index, i - last_index - 1, 0});
+      last_index = i, last_t = at, last_made = so_far;
+    }
+  }
+  // Cuts that are missing: in the gap of ticks that they were made in, or where only they were lost.
+  const auto missing = [&](std::uint64_t count, std::uint64_t after_tick, std::uint64_t before_tick, Nanos from,
+                           Nanos to) {
+    const auto of_ticks = std::find_if(gaps.begin(), gaps.end(), [&](const Gap& gap) {
+      return gap.ticks > 0 && gap.after_tick < before_tick && gap.after_tick + gap.ticks >= after_tick;
+    });
+    if (of_ticks != gaps.end()) {
+      of_ticks->cuts += count;
+    } else {
+      gaps.push_back({from, to, after_tick, 0, count});
+    }
+  };
+  Cut before;
+  for (const Cut& cut : cuts) {
+    if (cut.index > before.index + 1) missing(cut.index - before.index - 1, before.tick, cut.tick, before.t, cut.t);
+    before = cut;
+  }
+  if (last_made > before.index) missing(last_made - before.index, before.tick, last_index, before.t, last_t);
+  std::stable_sort(gaps.begin(), gaps.end(), [](const Gap& a, const Gap& b) { return a.from < b.from; });
 }
 
 SessionReader::SessionReader(const std::filesystem::path& file) : impl_(std::make_unique<Impl>()) {
@@ -454,6 +566,9 @@ bool SessionReader::being_recorded() const {
 const Lost& SessionReader::lost() const {
   return impl_->lost;
 }
+const std::vector<Gap>& SessionReader::gaps() const {
+  return impl_->gaps;
+}
 std::uint64_t SessionReader::tick_count() const {
   return impl_->ticks.rows();
 }
@@ -461,7 +576,10 @@ std::uint64_t SessionReader::tick_count() const {
 std::vector<ServoTick> SessionReader::ticks(std::uint64_t first, std::uint64_t count) const {
   const H5Quiet quiet;
   first = std::min(first, tick_count());
-  return read_messages(impl_->ticks, tick_columns(), first, std::min(count, tick_count() - first));
+  std::vector<ServoTick> ticks =
+      read_messages(impl_->ticks, tick_columns(), first, std::min(count, tick_count() - first));
+  check_ticks(impl_->file.string(), ticks, first, impl_->header.tools.size());
+  return ticks;
 }
 
 const std::vector<Cut>& SessionReader::cuts() const {
@@ -484,16 +602,21 @@ const std::optional<LoopReport>& SessionReader::loop() const {
 }
 
 bool repair_session(const std::filesystem::path& file) {
+  // In this order: cut off at any moment, the file is whole or its journal is still there.
+  if (!is_being_recorded(file) && has_journal(file) && !apply_journal(file, file))
+    throw Error(file.string(), "", std::strerror(errno), "a writable file to repair");
   std::optional<PartialFile> partial;
   {
     const SessionReader reader(file);
     // One that was closed by its writer, even without its end, is an ordinary file already.
     if (!reader.impl_->marked || reader.being_recorded()) return false;
+    std::error_code code;
+    if (std::filesystem::remove(journal_of(file), code)) sync_folder_of(file);
     partial.emplace(file, FileKind::kSession, Over::kItsInput, "repaired");
     WriterOptions options;
     options.rewrites = true;
     options.lost_before = reader.lost();
-    options.disk_reserve = 0;
+    options.disk_needed = options.disk_low = options.disk_reserve = 0;
     SessionWriter writer(partial->path(), reader.header(), options);
     writer.append(reader.patches());
     writer.append(reader.cuts());

@@ -19,7 +19,8 @@ struct StreamData {
   std::vector<std::vector<double>> columns;  // in the order of StreamSpec::columns
 };
 
-/// Opening throws Error for anything that is not a readable session; what was opened reads as far as it is intact.
+/// Opening throws Error for anything that is not a readable session, that reaches for other files, or that holds
+/// impossible values (format/checks.h); what was opened reads as far as it is intact, also when it has gaps.
 /// Hand pose, pedal, force, quaternions and all of cuts and patches come back bit for bit as they were written; columns
 /// kept in another unit than SI (tool_x_mm …) within one unit in the last place.
 class SessionReader {
@@ -36,9 +37,11 @@ class SessionReader {
   /// Another process is recording into this file now.
   bool being_recorded() const;
   const Lost& lost() const;
+  /// Where ticks or cuts are missing in the middle, in the order of time. What is before and after is there.
+  const std::vector<Gap>& gaps() const;
 
   std::uint64_t tick_count() const;
-  /// Rows [first, first + count), clipped to what there is.
+  /// Rows [first, first + count), clipped to what there is. Throws Error where they are damaged.
   std::vector<ServoTick> ticks(std::uint64_t first, std::uint64_t count) const;
   std::vector<ServoTick> ticks() const { return ticks(0, tick_count()); }
   const std::vector<Cut>& cuts() const;

@@ -1,7 +1,8 @@
 #include "haptics/volume/vdb_guard.h"
 
+#include <fcntl.h>
 #include <fmt/format.h>
-#include <sys/resource.h>
+#include <spawn.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -18,6 +19,7 @@
 #include <string_view>
 #include <vector>
 
+#include "engine/base/cache.h"
 #include "engine/base/error.h"
 #include "engine/base/fnv.h"
 
@@ -31,8 +33,8 @@ constexpr std::uint32_t kUuidBytes = 36;
 
 constexpr std::string_view kSeal = "TYPODONT";
 constexpr std::size_t kSealBytes = kSeal.size() + sizeof(std::uint64_t);
-constexpr std::size_t kLongestMessage = 1000;  // bytes; longer ones are grids cut off, not words
-constexpr rlim_t kTrialSeconds = 60;           // for reading a file on trial
+constexpr std::size_t kLongestMessage = 1000;     // bytes; longer ones are grids cut off, not words
+constexpr std::uintmax_t kMostKept = 2ull << 30;  // bytes of grids that are kept between runs
 
 /// FNV-1a of the file's first `bytes` bytes.
 std::uint64_t hash_of(std::ifstream& in, std::uint64_t bytes) {
@@ -62,28 +64,48 @@ Seal seal_of(const std::filesystem::path& file) {
   return hash_of(in, size - kSealBytes) == hash ? Seal::kUnbroken : Seal::kBroken;
 }
 
-/// Runs `work` in a child process; true when that ended well. What it throws is left as text in `message`.
-bool succeeds_elsewhere(const std::filesystem::path& message, const std::function<void()>& work) {
-  const pid_t child = fork();
-  if (child == 0) {
-    for (int s = 1; s < NSIG; ++s) std::signal(s, SIG_DFL);  // what the program does about them is not the child's
-    const rlimit none{0, 0}, seconds{kTrialSeconds, kTrialSeconds};
-    setrlimit(RLIMIT_CORE, &none);
-    setrlimit(RLIMIT_CPU, &seconds);
-    alarm(kTrialSeconds);  // and where it sleeps for ever
-    int status = 0;
-    try {
-      work();
-    } catch (const std::exception& e) {
-      std::ofstream(message) << e.what();
-      status = 1;
-    }
-    _exit(status);
+/// The guarded process's program: beside this one, else where it was built.
+std::filesystem::path reader_program() {
+  std::error_code code;
+  const std::filesystem::path own = std::filesystem::read_symlink("/proc/self/exe", code).parent_path();
+  for (const std::filesystem::path& file :
+       {own / "typodont-volume-reader", own / "../libexec/typodont/typodont-volume-reader",
+        std::filesystem::path(TYPODONT_VOLUME_READER)}) {
+    if (access(file.c_str(), X_OK) == 0) return file;
   }
+  throw Error((own / "typodont-volume-reader").string(), "", "no such program", "the one that reads volume files");
+}
+
+/// Runs it as a fresh process, which shares nothing with this one; true when that ended well.
+bool read_elsewhere(const std::filesystem::path& file, const std::filesystem::path& flat,
+                    std::span<const std::string> grids) {
+  std::vector<std::string> words = {reader_program().string(), file.string(), flat.string()};
+  words.insert(words.end(), grids.begin(), grids.end());
+  std::vector<char*> arguments;
+  for (std::string& word : words) arguments.push_back(word.data());
+  arguments.push_back(nullptr);
+  // What the program does about signals is not the child's; and nothing of its surroundings, which may hold secrets.
+  posix_spawnattr_t attributes;
+  posix_spawnattr_init(&attributes);
+  sigset_t all, none;
+  sigfillset(&all), sigemptyset(&none);
+  posix_spawnattr_setsigdefault(&attributes, &all);
+  posix_spawnattr_setsigmask(&attributes, &none);
+  posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGDEF | POSIX_SPAWN_SETSIGMASK);
+  // Its complaints about its heap are no message to a user.
+  posix_spawn_file_actions_t actions;
+  posix_spawn_file_actions_init(&actions);
+  for (const int fd : {0, 1, 2}) posix_spawn_file_actions_addopen(&actions, fd, "/dev/null", O_RDWR, 0);
+  char* const no_environment[] = {nullptr};
+  pid_t child = 0;
+  const int failed = posix_spawn(&child, arguments[0], &actions, &attributes, arguments.data(), no_environment);
+  posix_spawn_file_actions_destroy(&actions);
+  posix_spawnattr_destroy(&attributes);
+  if (failed) throw Error(words[0], "", std::strerror(failed), "a program that can be started");
   int status = 0;
-  while (child > 0 && waitpid(child, &status, 0) < 0 && errno == EINTR) {
+  while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
   }
-  return child > 0 && WIFEXITED(status) && WEXITSTATUS(status) == 0;
+  return WIFEXITED(status) && WEXITSTATUS(status) == 0;
 }
 
 /// Walks the header, the metadata and the grid descriptors (format 218 to 224, as OpenVDB 4 and later write it).
@@ -163,30 +185,47 @@ void seal_vdb(const std::filesystem::path& file) {
   if (!in || !out) throw Error(file.string(), "", std::strerror(errno), "a writable place");
 }
 
-TrustedVdb::TrustedVdb(const std::filesystem::path& file, const Rewrite& rewrite) : path_(file) {
+FlatGrids read_guarded(const std::filesystem::path& file, std::span<const std::string> grids) {
+  const std::string name = file.string();
   const Seal seal = seal_of(file);
-  if (seal == Seal::kUnbroken) return;
-  if (seal == Seal::kBroken)
-    throw Error(file.string(), "", "bytes that changed since it was written", "an undamaged file");
-  Walker(file).walk();
-  std::string pattern = (std::filesystem::temp_directory_path() / "typodont_vdb_XXXXXX").string();
+  if (seal == Seal::kBroken) throw Error(name, "", "bytes that changed since it was written", "an undamaged file");
+  if (seal == Seal::kNone) Walker(file).walk();
+
+  // Kept by content: a scene's volume is read again at every start.
+  Fnv1a key;
+  key.add(cache::hash_of(file).value_or(0));
+  key.add(std::filesystem::file_size(file));
+  for (const std::string& grid : grids) key.bytes(grid.data(), grid.size());
+  cache::add_program(key);
+  const std::filesystem::path kept = cache::folder();
+  const std::filesystem::path folder = kept.empty() ? kept : kept / "volumes";
+  if (!folder.empty()) {
+    if (const auto flat = cache::find(folder, key.value, ".flat"); !flat.empty()) return read_flat(flat, name);
+  }
+
+  std::string pattern = (std::filesystem::temp_directory_path() / "typodont_volume_XXXXXX").string();
   const int made = mkstemp(pattern.data());
   if (made < 0) throw Error(pattern, "", std::strerror(errno), "a folder for temporary files");
   close(made);
-  path_ = pattern;
-  copy_ = true;
-  if (succeeds_elsewhere(path_, [&] { rewrite(file, path_); }) && seal_of(path_) == Seal::kUnbroken) return;
-  std::ifstream in(path_, std::ios::binary);
-  std::string message{std::istreambuf_iterator<char>(in), {}};
-  std::filesystem::remove(path_);
+  struct Temporary {
+    const std::string& file;
+    ~Temporary() { unlink(file.c_str()); }
+  } const temporary{pattern};
+  if (read_elsewhere(file, pattern, grids)) {
+    FlatGrids result = read_flat(pattern, name);
+    if (!folder.empty())
+      cache::keep(folder, key.value, ".flat", kMostKept, [&](const std::filesystem::path& to) {
+        std::filesystem::copy_file(pattern, to, std::filesystem::copy_options::overwrite_existing);
+      });
+    return result;
+  }
+  std::ifstream in(pattern, std::ios::binary);
+  std::string message(kLongestMessage + 1, '\0');
+  in.read(message.data(), static_cast<std::streamsize>(message.size()));
+  message.resize(static_cast<std::size_t>(in.gcount()));
   if (message.empty() || message.size() > kLongestMessage || message.find('\0') != std::string::npos)
-    throw Error(file.string(), "", "a damaged VDB file, which OpenVDB cannot read", "an undamaged file");
+    throw Error(name, "", "a damaged VDB file, which OpenVDB cannot read", "an undamaged file");
   throw Error(message);
-}
-
-TrustedVdb::~TrustedVdb() {
-  std::error_code code;
-  if (copy_) std::filesystem::remove(path_, code);
 }
 
 }  // namespace typodont::haptics

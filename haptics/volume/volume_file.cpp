@@ -5,12 +5,13 @@
 #include <openvdb/tools/ChangeBackground.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <new>
 
 #include "engine/base/error.h"
 #include "engine/base/input_file.h"
 #include "engine/base/partial_file.h"
+#include "engine/base/pose.h"
 #include "engine/base/units.h"
 #include "engine/contract/tissue.h"
 #include "haptics/hardness.h"
@@ -21,6 +22,7 @@ namespace {
 
 constexpr const char* kBeforeFilling = "tissue_before_filling";
 constexpr const char* kHardness = "hardness";
+constexpr double kFarthestOrigin = 100;  // m
 
 /// Multiplies all distances, clamped to the band: from voxels to mm and back.
 void rescale(openvdb::FloatGrid& grid, float factor) {
@@ -30,27 +32,21 @@ void rescale(openvdb::FloatGrid& grid, float factor) {
 }
 
 /// The grids as they are in the file. Throws Error naming `name`.
-StoredVolume read_grids(const std::filesystem::path& file, const std::string& name) {
+StoredVolume read_grids(const FlatGrids& flat, const std::string& name) {
   StoredVolume grids;
-  try {
-    openvdb::io::File vdb(file.string());
-    vdb.setCopyMaxBytes(0);  // read now, all of it: a truncated file must fail here and not in the middle of a session
-    vdb.open(false);
-    const auto typed = [&]<class Grid>(const char* grid_name, typename Grid::Ptr& grid) {
-      if (!vdb.hasGrid(grid_name)) throw Error(name, "", fmt::format("no grid \"{}\"", grid_name), "a tissue volume");
-      const auto base = vdb.readGrid(grid_name);
-      grid = openvdb::gridPtrCast<Grid>(base);
-      if (!grid) throw Error(name, grid_name, base->valueType(), Grid().valueType());
-    };
-    typed.operator()<openvdb::FloatGrid>("distance", grids.distance);
-    typed.operator()<openvdb::Int32Grid>("tissue", grids.tissue);
-    if (vdb.hasGrid(kBeforeFilling)) typed.operator()<openvdb::Int32Grid>(kBeforeFilling, grids.before);
-    if (vdb.hasGrid(kHardness)) typed.operator()<openvdb::Int32Grid>(kHardness, grids.hardness);
-  } catch (const openvdb::Exception& e) {
-    throw Error(name, "", e.what(), "a tissue volume (.vdb)");
-  } catch (const std::bad_alloc&) {
-    throw Error(name, "", "sizes beyond this machine's memory", "a tissue volume (.vdb)");
-  }
+  const auto typed = [&]<class Grid>(const char* grid_name, typename Grid::Ptr& grid, bool needed) {
+    const auto found = flat.grids.find(grid_name);
+    if (found == flat.grids.end()) {
+      if (needed) throw Error(name, "", fmt::format("no grid \"{}\"", grid_name), "a tissue volume");
+      return;
+    }
+    grid = openvdb::gridPtrCast<Grid>(found->second);
+    if (!grid) throw Error(name, grid_name, found->second->valueType(), Grid().valueType());
+  };
+  typed.operator()<openvdb::FloatGrid>("distance", grids.distance, true);
+  typed.operator()<openvdb::Int32Grid>("tissue", grids.tissue, true);
+  typed.operator()<openvdb::Int32Grid>(kBeforeFilling, grids.before, false);
+  typed.operator()<openvdb::Int32Grid>(kHardness, grids.hardness, false);
   return grids;
 }
 
@@ -99,31 +95,22 @@ void check_values(const StoredVolume& volume, const std::string& name) {
 StoredVolume read_volume(const std::filesystem::path& file) {
   const std::string name = file.string();
   require_input(file, InputKind::kVolume);
-  openvdb::initialize();
-  StoredVolume volume;
-  {
-    const TrustedVdb trusted(file, [&](const std::filesystem::path& from, const std::filesystem::path& to) {
-      write_grids(to, read_grids(from, name));
-    });
-    volume = read_grids(trusted.path(), name);
-  }
-
-  const auto& transform = volume.distance->transform();
-  const openvdb::Vec3d size = transform.voxelSize();
-  if (!transform.isLinear() || !transform.hasUniformScale() || size.x() < 1e-3 || size.x() > 10) {
+  static const std::array<std::string, 4> kGrids = {"distance", "tissue", kBeforeFilling, kHardness};
+  const FlatGrids flat = read_guarded(file, kGrids);
+  StoredVolume volume = read_grids(flat, name);
+  if (!(flat.voxel >= 1e-3 && flat.voxel <= 10)) {
     throw Error(name, "distance", "a voxel that is not a cube of 0.001 to 10 mm", "a tissue volume");
   }
-  const openvdb::Vec3d origin = transform.indexToWorld(openvdb::Vec3d(0, 0, 0));
-  volume.frame.voxel = size.x() * kMillimetre;
-  volume.frame.origin = dvec3(origin.x(), origin.y(), origin.z()) * kMillimetre;
+  volume.frame.voxel = flat.voxel * kMillimetre;
+  volume.frame.origin = dvec3(flat.origin.x(), flat.origin.y(), flat.origin.z()) * kMillimetre;
+  if (!is_finite(volume.frame.origin) || glm::length(volume.frame.origin) > kFarthestOrigin)
+    throw Error(name, "distance", "an origin far away", "one within 100 m");
   const float band = volume.distance->background();
   if (!(band > 0) || !std::isfinite(band)) throw Error(name, "distance", fmt::format("band {}", band), "above 0");
   volume.band = static_cast<double>(band) * kMillimetre;
-  if (const auto flag = volume.distance->getMetadata<openvdb::BoolMetadata>("typodont_exact_outside")) {
-    volume.exact_outside = flag->value();
-  }
+  volume.exact_outside = flat.exact_outside;
   check_values(volume, name);
-  rescale(*volume.distance, static_cast<float>(1 / size.x()));
+  rescale(*volume.distance, static_cast<float>(1 / flat.voxel));
   return volume;
 }
 
@@ -150,6 +137,9 @@ void write_volume(const std::filesystem::path& file, const StoredVolume& volume)
   PartialFile partial(file, FileKind::kVolume);
   try {
     write_grids(partial.path(), volume);
+    partial.keep();
+  } catch (const Error&) {
+    throw;
   } catch (const std::exception& e) {
     throw Error(file.string(), "", e.what(), "a writable place");
   }

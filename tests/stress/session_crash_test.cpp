@@ -194,7 +194,7 @@ std::string bytes_of(const std::filesystem::path& file) {
 std::string whole_session(const TemporaryFolder& folder) {
   SessionWriter writer(folder / "whole.h5", some_header());
   for (std::uint64_t i = 0; i < 4; ++i) {
-    writer.append(random_cuts(100, i));
+    writer.append(random_cuts(100, i, 1 + 100 * i));
     writer.append(random_ticks(512, 200 + i, 512 * i));
   }
   writer.event(1, EventKind::kNote, "a note");

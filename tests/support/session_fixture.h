@@ -65,7 +65,7 @@ inline ServoTick random_tick(std::uint64_t index, Random& random) {
   t.cpu_time = static_cast<Nanos>(random.engine() % 100'000);
   t.faults = static_cast<std::uint32_t>(random.engine() & 0x1ff);
   t.patch = static_cast<std::uint32_t>(random.engine());
-  t.cuts = random.engine();
+  t.cuts = 0;
   return t;
 }
 
@@ -76,19 +76,19 @@ inline std::vector<ServoTick> random_ticks(std::size_t count, std::uint64_t seed
   return ticks;
 }
 
-inline std::vector<Cut> random_cuts(std::size_t count, std::uint64_t seed) {
+inline std::vector<Cut> random_cuts(std::size_t count, std::uint64_t seed, std::uint64_t first = 1) {
   Random random(seed);
   std::vector<Cut> cuts;
   for (std::size_t i = 0; i < count; ++i) {
     Cut c;
-    c.index = i + 1;
-    c.tick = 3 * i;
-    c.t = static_cast<Nanos>(i) * 999;
-    c.X_WA = random.pose(0.02);
-    c.X_WB = random.pose(0.02);
+    c.index = first + i;
+    c.tick = 3 * c.index;
+    c.t = static_cast<Nanos>(c.index) * 999;
+    c.X_WA = random.pose(0.01);
+    c.X_WB = random.pose(0.01);
     c.tool = static_cast<std::uint32_t>(i % 3);
     for (int k = 1; k < kTissueCount; ++k) c.removed[k] = std::abs(random.number(1e-12));
-    c.n_C_W = random.vec(1);
+    c.n_C_W = glm::normalize(random.vec(1));
     c.spindle = random.number(4e4);
     cuts.push_back(c);
   }
@@ -99,7 +99,8 @@ inline std::vector<PatchUse> random_patches(std::size_t count, std::uint64_t see
   Random random(seed);
   std::vector<PatchUse> patches;
   for (std::size_t i = 0; i < count; ++i) {
-    patches.push_back({static_cast<std::uint32_t>(i + 1), random.engine(), random.engine(), random.vec(0.01)});
+    patches.push_back({static_cast<std::uint32_t>(i + 1), 7 * i + random.engine() % 7, 5 * i + random.engine() % 5,
+                       random.vec(0.01)});
   }
   return patches;
 }
@@ -111,7 +112,7 @@ inline SessionHeader some_header() {
   h.files = {{"teeth/molar.vdb", 1234567, "fnv1a64:0123456789abcdef"}};
   h.hand = "script:hand.csv";
   h.seeds = {{"tremor", 0xfedcba9876543210u}, {"debris", 7}};
-  h.tools = {"round_012", "round_014"};
+  h.tools = {"round_012", "round_014", "flame_012"};
   h.streams = {{"head", {{"head_x_m", "m"}, {"head_y_m", "m"}}}, {"sound", {{"level", ""}}}};
   h.servo_rate = 1000;
   h.vibration_band = 150;

@@ -1,6 +1,9 @@
 // Volume files that were damaged, wherever that is.
+#include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <unistd.h>
 
 #include <filesystem>
 #include <fstream>
@@ -10,6 +13,7 @@
 #include "engine/base/json.h"
 #include "haptics/solid.h"
 #include "haptics/tissue_volume.h"
+#include "haptics/volume/vdb_guard.h"
 #include "tests/support/program.h"
 
 namespace typodont::haptics {
@@ -79,6 +83,74 @@ TEST_F(VdbGuard, ALengthBeyondTheFileIsNamed) {
   damaged[name - 1] = '\x7f';
   write(damaged);
   EXPECT_THAT(message(), HasSubstr("type of a grid"));
+}
+
+/// As an attacker would: changed, and the seal computed again.
+TEST_F(VdbGuard, AFileWhoseSealWasComputedAgainIsReadOrRefusedAndDoesNoHarm) {
+  std::mt19937_64 random(8);
+  int refused = 0;
+  constexpr int kFiles = 80;
+  for (int i = 0; i < kFiles; ++i) {
+    std::string damaged = bytes_.substr(0, bytes_.size() - kSealBytes);
+    for (std::uint64_t k = 0; k < 1 + random() % 3; ++k) {
+      char& byte = damaged[random() % damaged.size()];
+      byte = static_cast<char>(byte ^ static_cast<char>(1 << random() % 8));
+    }
+    write(damaged);
+    if (i % 2) seal_vdb(file_);
+    refused += !message().empty();  // what it does instead of an Error ends this test program
+  }
+  EXPECT_GT(refused, kFiles / 10);
+}
+
+TEST_F(VdbGuard, TheProcessThatReadsHasLittleMemory) {
+  // A thousand times the memory that a file of its size may take, in counts that the file does not hold: every length
+  // of every block is tried as a huge number.
+  std::string damaged = bytes_.substr(0, bytes_.size() - kSealBytes);
+  const std::size_t tree = damaged.find("background");
+  for (std::size_t at = tree == std::string::npos ? 200 : tree; at + 4 < damaged.size() && at < 3000; at += 127) {
+    std::string huge = damaged;
+    for (std::size_t i = 0; i < 4; ++i) huge[at + i] = i == 3 ? '\x3f' : '\xff';
+    write(huge);
+    seal_vdb(file_);
+    (void)message();
+  }
+  rusage children{};
+  getrusage(RUSAGE_CHILDREN, &children);
+  EXPECT_LT(children.ru_maxrss, 1 << 20) << "kilobytes, of the largest of all processes that read";
+}
+
+TEST_F(VdbGuard, WhatIsReadIsWhatWasSavedFillingsAndAll) {
+  TissueVolume volume = TissueVolume::load(file_);
+  const std::uint64_t hash = volume.hash();
+  volume.save(file_);
+  EXPECT_EQ(TissueVolume::load(file_).hash(), hash);
+  EXPECT_EQ(TissueVolume::load(file_).hash(), hash) << "from the cache";
+}
+
+TEST_F(VdbGuard, AFlatListThatWasCutOffOrChangedIsRefusedOrReadWithoutHarm) {
+  const std::vector<std::string> names = {"distance", "tissue"};
+  const FlatGrids grids = read_guarded(file_, names);
+  const auto flat = std::filesystem::path(file_.string() + ".flat");
+  const int fd = open(flat.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
+  write_flat(fd, "flat", grids);
+  close(fd);
+  const std::string bytes = read_text(flat);
+  std::mt19937_64 random(3);
+  for (int i = 0; i < 300; ++i) {
+    std::string damaged = i % 2 ? bytes.substr(0, random() % bytes.size()) : bytes;
+    for (int k = 0; k < 4 && !damaged.empty(); ++k)
+      damaged[random() % std::min<std::size_t>(damaged.size(), i % 4 ? 200 : bytes.size())] =
+          static_cast<char>(random());
+    std::ofstream(flat, std::ios::binary | std::ios::trunc) << damaged;
+    try {
+      (void)read_flat(flat, "flat");
+      EXPECT_EQ(damaged.size(), bytes.size());
+    } catch (const Error& e) {
+      EXPECT_THAT(e.what(), HasSubstr("flat"));
+    }
+  }
+  std::filesystem::remove(flat);
 }
 
 }  // namespace

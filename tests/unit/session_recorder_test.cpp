@@ -118,6 +118,7 @@ TEST(SessionFile, ColumnsInPeoplesUnitsComeBackWithinOneUnitInTheLastPlace) {
 TEST(SessionFile, AnyBitsOfTheHandAreKeptEvenNotANumber) {
   TemporaryFolder folder;
   std::vector<ServoTick> ticks(4);
+  for (std::size_t i = 0; i < ticks.size(); ++i) ticks[i].index = i;
   ticks[0].X_WT.p = {std::nan(""), -0.0, 5e-324};
   ticks[1].X_WT.p = {1e308, -1e308, std::numeric_limits<double>::infinity()};
   ticks[2].X_WT.R = {0, -0.0, 1e-310, std::nextafter(1.0, 2.0)};
@@ -162,9 +163,9 @@ TEST(SessionFile, TheHeaderComesBack) {
 TEST(SessionFile, AToolTakenUpIsInItsTickAndAnEventByName) {
   TemporaryFolder folder;
   auto ticks = random_ticks(30, 71);
-  for (std::size_t i = 10; i < ticks.size(); ++i) ticks[i].tool = i < 20 ? 1 : 9;
+  for (std::size_t i = 10; i < ticks.size(); ++i) ticks[i].tool = i < 20 ? 1 : 2;
   SessionHeader header = some_header();
-  header.tools = {"round_012", "explorer"};
+  header.tools = {"round_012", "explorer", "flame_012"};
   {
     SessionWriter writer(folder / "s.h5", header);
     writer.append(ticks);
@@ -175,7 +176,7 @@ TEST(SessionFile, AToolTakenUpIsInItsTickAndAnEventByName) {
   ASSERT_EQ(back.size(), ticks.size());
   for (std::size_t i = 0; i < ticks.size(); ++i) EXPECT_EQ(back[i].tool, ticks[i].tool) << i;
   EXPECT_EQ(session.events(), (std::vector<SessionEvent>{{ticks[10].t, EventKind::kTool, "explorer"},
-                                                         {ticks[20].t, EventKind::kTool, "9"}}));
+                                                         {ticks[20].t, EventKind::kTool, "flame_012"}}));
 }
 
 TEST(SessionFile, HowTheLoopFaredComesBackAlsoFromASessionThatWasCutOffAndRepaired) {
@@ -309,8 +310,10 @@ TEST(SessionWriter, AFileThatIsBeingRecordedIsNotOverwritten) {
 TEST(SessionWriter, AFullDiskIsCountedAndTheSessionGoesOn) {
   TemporaryFolder folder;
   WriterOptions options;
-  options.disk_reserve = std::numeric_limits<std::uint64_t>::max();  // no disk has that much room
+  std::uint64_t free = 1u << 30;
+  options.free_bytes = [&] { return free; };
   SessionWriter writer(folder / "s.h5", some_header(), options);
+  free = (4u << 20) - 1;
   writer.append(random_ticks(1000, 8));
   writer.append(random_cuts(5, 9));
   writer.flush();
@@ -321,6 +324,39 @@ TEST(SessionWriter, AFullDiskIsCountedAndTheSessionGoesOn) {
   EXPECT_THAT(writer.status().message, HasSubstr("left on the disk"));
   EXPECT_FALSE(writer.finish({}));
   EXPECT_EQ(SessionReader(folder / "s.h5").lost().ticks_disk, 1000u);
+}
+
+TEST(SessionWriter, ADiskThatIsAlmostFullIsRefusedAtTheStartAndLeavesNothing) {
+  TemporaryFolder folder;
+  WriterOptions options;
+  options.free_bytes = [] { return std::uint64_t{15u << 20}; };
+  EXPECT_THAT(message_of([&] { SessionWriter w(folder / "s.h5", some_header(), options); }),
+              HasSubstr("s.h5: found a disk with 15 MB left, of 16 MB that a recording needs to begin"));
+  EXPECT_TRUE(std::filesystem::is_empty(folder.path));
+}
+
+TEST(SessionWriter, ADiskThatFillsUpIsSaidWhileWhatFitsIsStillKept) {
+  TemporaryFolder folder;
+  std::uint64_t free = 1u << 30;
+  WriterOptions options;
+  options.free_bytes = [&] { return free; };
+  SessionWriter writer(folder / "s.h5", some_header(), options);
+  const auto ticks = random_ticks(2700, 30);
+  const auto record = [&](std::size_t first, std::uint64_t room) {
+    free = room;
+    writer.append(std::span(ticks).subspan(first, 900));
+    writer.flush();
+  };
+  record(0, 1u << 30);
+  EXPECT_EQ(writer.status().state, WriterStatus::State::kRecording);
+  record(900, 40u << 20);
+  EXPECT_EQ(writer.status().state, WriterStatus::State::kDiskLow);
+  EXPECT_THAT(writer.status().message, HasSubstr("only 40 MB are left"));
+  record(1800, 5u << 20);
+  EXPECT_EQ(writer.status().state, WriterStatus::State::kDiskLow);
+  EXPECT_EQ(writer.status().ticks, 2700u);
+  EXPECT_FALSE(writer.status().lost.any());
+  EXPECT_TRUE(writer.finish({}));
 }
 
 TEST(SessionWriter, WhenTheDiskHasRoomAgainItGoesOnAndTheGapIsAnEvent) {
@@ -343,6 +379,8 @@ TEST(SessionWriter, WhenTheDiskHasRoomAgainItGoesOnAndTheGapIsAnEvent) {
   }
   const SessionReader reader(folder / "s.h5");
   EXPECT_FALSE(reader.truncated());
+  EXPECT_EQ(reader.gaps(), (std::vector<Gap>{{ticks[kChunk - 1].t, ticks[2 * kChunk].t, kChunk - 1, kChunk, 0}}));
+  EXPECT_EQ(in_words(reader.gaps()), "0.449 s to 0.900 s (450 ticks, 0 cuts)");
   EXPECT_EQ(reader.lost().ticks_disk, kChunk);
   ASSERT_EQ(reader.tick_count(), 2 * kChunk);
   EXPECT_EQ(reader.ticks(kChunk, 1)[0].index, 2 * kChunk) << "the gap shows in the index";

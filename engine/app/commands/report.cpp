@@ -11,6 +11,7 @@
 
 #include "engine/app/commands/command_line.h"
 #include "engine/app/commands/commands.h"
+#include "engine/app/recording/replay.h"
 #include "engine/app/review/session_report.h"
 #include "engine/base/error.h"
 #include "engine/base/json.h"
@@ -24,7 +25,7 @@ namespace {
 struct Options {
   std::string session, out, language, expert, earlier;
   std::vector<std::string> pictures;
-  bool json = false;
+  bool json = false, verify = false;
 };
 
 session::Language language_of(const std::string& wanted) {
@@ -83,6 +84,11 @@ void run(const Options& options) {
   progress->at(0.7);
   report.language = language;
   report.more_pictures = std::move(pictures);
+  if (options.verify) {
+    using State = Verification::State;
+    const ReplayResult replay = replay_session(options.session);
+    report.verification = {replay.identical ? State::kIdentical : State::kDiffers, replay.what_differs};
+  }
   if (!report.score) report.score = score_session(reader);
   if (!options.expert.empty()) report.expert = summary_of(SessionReader(options.expert));
   if (!options.earlier.empty()) {
@@ -132,6 +138,8 @@ void run(const Options& options) {
     fmt::print("{}: {:.1f} of {:.0f} points, {} ticks{}\n", options.out, report.score->points, report.score->full,
                reader.tick_count(), reader.truncated() ? ", cut off before its end" : "");
   }
+  if (report.verification.state == Verification::State::kDiffers)
+    throw RunFailure("the replay differs: " + report.verification.what);
 }
 
 }  // namespace
@@ -152,6 +160,9 @@ void add_report_command(cli::Command& app) {
       "NAME=FILE.png: a picture beside those in the session; names before, during_1, after set the order");
   command->add_option("--expert", options->expert, "An expert's session of the same scene, to compare with (.h5)");
   command->add_option("--earlier", options->earlier, "A folder with the trainee's earlier sessions, to compare with");
+  command->add_flag(
+      "--verify", options->verify,
+      "Replay the recorded hand first; the page says whether the recording is what it makes, exit 1 if not");
   command->add_flag("--json", options->json, "Print the score as JSON");
   command->footer("Example: typodont report out/session.h5 --out report.html --language de");
   command->callback([options, command] {

@@ -6,6 +6,7 @@
 #include "engine/app/live/session.h"
 #include "engine/app/recording/resume.h"
 #include "engine/app/recording/session_record.h"
+#include "engine/base/log.h"
 
 namespace typodont {
 
@@ -66,10 +67,19 @@ void RecorderTurns::turn() {
                               wiring.pictures_to_recorder.dropped();
   writer.count_ring_losses(wiring.ticks_to_recorder.dropped(), wiring.cuts_to_recorder.dropped(), other);
   writer.heartbeat();
-  if (s.operated) {
-    const session::WriterStatus& status = writer.status();
-    wiring.record_to_render.publish({status.ticks, status.cuts, !status.lost.any()});
+  const session::WriterStatus& status = writer.status();
+  using State = session::WriterStatus::State;
+  if (status.state != told_) {
+    if (status.state != State::kRecording) {
+      log::warn("{}", status.message);
+    } else {
+      log::info("the disk has room again; recording goes on");
+    }
+    told_ = status.state;
   }
+  wiring.record_to_render.publish({status.ticks, status.cuts, !status.lost.any(),
+                                   status.state == State::kDiskLow || status.state == State::kDiskFull,
+                                   status.state == State::kFailed});
 }
 
 void recorder_thread(LiveSession& s, session::SessionWriter& writer) {

@@ -112,6 +112,7 @@ class RecorderTurns {
   LiveSession& s_;
   session::SessionWriter& writer_;
   render::View viewed_ = render::View::kLook;
+  session::WriterStatus::State told_ = session::WriterStatus::State::kRecording;  // the last state that was logged
 };
 
 /// Reads the hand, whose pace is the clock; feels, cuts, writes the force. Zero force when it returns.

@@ -49,12 +49,6 @@ fs::path memory_file() {
 
 }  // namespace
 
-fs::path user_folder() {
-  if (const char* set = std::getenv("TYPODONT_HOME"); set && *set) return set;
-  const char* home = std::getenv("HOME");
-  return fs::path(home && *home ? home : ".") / "Typodont";
-}
-
 std::string tool_title(const haptics::Tool& tool) {
   std::string name = tool.name;
   while (!name.empty() && (std::isdigit(static_cast<unsigned char>(name.back())) || name.back() == '_'))

@@ -5,12 +5,10 @@
 #include <vector>
 
 #include "engine/app/operator/state.h"
+#include "engine/app/scene.h"
 #include "haptics/tool.h"
 
 namespace typodont {
-
-/// The user's folder: ~/Typodont, with sessions/, scenes/ and rigs/ in it; $TYPODONT_HOME elsewhere.
-std::filesystem::path user_folder();
 
 /// Where the picture of a scene lies that has none beside it (NAME.png), once it was made; another when it changes.
 std::filesystem::path made_picture(const std::filesystem::path& scene);

@@ -110,13 +110,15 @@ void SessionControls::draw_clock() {
   ImGui::AlignTextToFramePadding();
   if (s_.recording && s_.keep) {
     const ImVec2 at = ImGui::GetCursorScreenPos();
-    const bool good = s_.status.record.complete;
+    const RecordState& record = s_.status.record;
+    const bool good = record.complete && !record.disk_low && !record.failed;
     ImGui::GetWindowDrawList()->AddCircleFilled({at.x + 0.4f * u, at.y + 0.85f * u}, 0.32f * u,
                                                 ImGui::GetColorU32(good ? kBad : kWarn));
     ImGui::Dummy({0.9f * u, u});
     ImGui::SameLine();
     ImGui::AlignTextToFramePadding();
-    ImGui::TextUnformatted(s_.text(good ? "op.recording" : "op.recording_incomplete"));
+    const bool gaps = !record.complete || record.failed;
+    ImGui::TextUnformatted(s_.text(gaps ? "op.recording_incomplete" : good ? "op.recording" : "op.disk_low"));
   } else {
     dim(s_.text(s_.recording ? "op.not_kept" : "op.not_recording"));
   }

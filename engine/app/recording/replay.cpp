@@ -4,7 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
+#include <cstdlib>
 #include <limits>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -14,6 +14,7 @@
 #include "engine/app/recording/replay_hand.h"
 #include "engine/app/recording/resume.h"
 #include "engine/app/recording/session_record.h"
+#include "engine/app/recording/stream_check.h"
 #include "engine/app/scene.h"
 #include "engine/base/error.h"
 #include "engine/base/realtime.h"
@@ -26,25 +27,53 @@ namespace typodont {
 
 namespace {
 
-bool same_bits(const dvec3& a, const dvec3& b) {
-  return std::memcmp(&a, &b, sizeof a) == 0;
-}
-
-/// The session file keeps torques in N·mm: what comes back of one is rounded twice.
-dvec3 torque_as_recorded(const dvec3& tau) {
-  return tau * 1e3 / 1e3;
+/// A file that a recording names; where it was made with the assets of another installation, that of this one.
+std::filesystem::path recorded_file(const std::filesystem::path& path, const ScenePlace& place) {
+  std::filesystem::path shipped;
+  bool in_assets = false;
+  for (const auto& part : path) {
+    if (in_assets) shipped /= part;
+    if (part == "assets") in_assets = true, shipped.clear();
+  }
+  std::error_code code;
+  if (in_assets && std::filesystem::exists(assets_folder() / shipped, code)) return find_file(shipped, place);
+  return find_file(path, place);
 }
 
 /// A file that has changed since makes a replay of another tissue: say so instead of finding a difference later.
-void require_same_files(const session::SessionHeader& header) {
+void require_same_files(const session::SessionHeader& header, const ScenePlace& place) {
   // The scene comes first and the rig last: both are in the session itself.
   const std::size_t end = header.files.size() - (header.rig_json.empty() || header.files.empty() ? 0 : 1);
   for (std::size_t i = 1; i < end; ++i) {
     const session::SourceFile& file = header.files[i];
-    const session::SourceFile now = session::describe_file(file.path);
-    if (now.hash != file.hash)
-      throw Error(file.path, "", now.hash, file.hash + ", the tissue the session was made with");
+    if (session::describe_file(recorded_file(file.path, place)).hash != file.hash)
+      throw Error(file.path, "", "another content", file.hash + ", the tissue the session was made with");
   }
+}
+
+/// What a session's scene may name, besides the assets.
+std::vector<std::filesystem::path> folders_of(const std::filesystem::path& session) {
+  namespace fs = std::filesystem;
+  std::error_code code;
+  const fs::path own = fs::weakly_canonical(fs::absolute(session), code).parent_path();
+  std::vector<fs::path> folders = {own};
+  const fs::path users = fs::weakly_canonical(fs::absolute(user_folder()), code);
+  if (std::mismatch(users.begin(), users.end(), own.begin(), own.end()).first == users.end()) folders.push_back(users);
+  if (const char* more = std::getenv("TYPODONT_FILES")) {
+    std::string_view rest = more;
+    while (!rest.empty()) {
+      const std::string_view folder = rest.substr(0, rest.find(':'));
+      if (!folder.empty()) folders.emplace_back(folder);
+      rest.remove_prefix(std::min(rest.size(), folder.size() + 1));
+    }
+  }
+  return folders;
+}
+
+/// A gap in the recording leaves numbers out; the carver counts what it is given.
+void apply_next(haptics::Carver& carver, Cut cut) {
+  cut.index = carver.cuts() + 1;
+  carver.apply(cut);
 }
 
 void repeat(haptics::Carver& carver, const StrokeEdit& edit) {
@@ -53,11 +82,21 @@ void repeat(haptics::Carver& carver, const StrokeEdit& edit) {
 
 }  // namespace
 
-Scene scene_of(const session::SessionReader& session) {
+Scene scene_of(const session::SessionReader& session, int recordings) {
+  constexpr int kMostRecordings = 32;  // that go on from each other
+  if (recordings >= kMostRecordings)
+    throw Error(session.file().string(), "scene", "recordings that name each other", "an end to them");
   const session::SessionHeader& header = session.header();
-  require_same_files(header);
   const std::filesystem::path scene_file = header.files.empty() ? "scene.json" : header.files[0].path;
-  return parse_scene(Json::parse(header.scene_json, session.file().string() + " (scene)"), scene_file);
+  ScenePlace place(scene_file.parent_path());
+  place.within = folders_of(session.file());
+  place.recordings = recordings + 1;
+  require_same_files(header, place);
+  Scene scene = parse_scene(Json::parse(header.scene_json, session.file().string() + " (scene)"), scene_file, place);
+  if (const std::size_t tools = haptics::tool_set(scene.servo).size(); header.tools.size() > tools)
+    throw Error(session.file().string(), "header/tools", fmt::format("{} tools", header.tools.size()),
+                fmt::format("the {} of its scene", tools));
+  return scene;
 }
 
 haptics::TissueVolume tissue_at(const session::SessionReader& session, const Scene& scene, haptics::TissueVolume start,
@@ -68,7 +107,7 @@ haptics::TissueVolume tissue_at(const session::SessionReader& session, const Sce
   for (const Cut& cut : session.cuts()) {
     if (cut.t > t) break;
     for (; edit != edits.end() && edit->cuts < cut.index; ++edit) repeat(carver, *edit);
-    carver.apply(cut);
+    apply_next(carver, cut);
   }
   for (; edit != edits.end() && edit->t <= t; ++edit) repeat(carver, *edit);
   carver.end_stroke();
@@ -107,7 +146,8 @@ ReplayResult replay_session(const std::filesystem::path& session_file, const std
 
   ReplayResult result;
   result.truncated = session.truncated();
-  result.identical = true;
+  StreamCheck compare(session);
+  compare.volumes_at_start(scene.resume.empty() ? steps.carver().volume().volumes() : load_untouched(scene).volumes());
   Fnv1a force_hash;
   const std::vector<StrokeEdit> edits = edits_of(session);
   auto edit = edits.begin();
@@ -121,6 +161,7 @@ ReplayResult replay_session(const std::filesystem::path& session_file, const std
   constexpr std::uint64_t kChunk = 65536;
   for (std::uint64_t first = 0; first < session.tick_count(); first += kChunk) {
     for (const ServoTick& recorded : session.ticks(first, kChunk)) {
+      if (!compare.covers(recorded)) break;
       for (; patch != session.patches().end() && patch->first_tick <= recorded.index; ++patch) {
         edit_through(patch->patch - 1);
         steps.apply_cuts(patch->cuts);
@@ -129,16 +170,11 @@ ReplayResult replay_session(const std::filesystem::path& session_file, const std
       }
       ServoTick tick;
       Cut cut;
-      steps.tick_servo({recorded.t, recorded.X_WT, recorded.pedal, recorded.tool, recorded.faults}, tick, cut);
+      const bool did_cut = steps.tick_servo(
+          {recorded.t, recorded.X_WT, recorded.pedal, recorded.tool, recorded.faults}, tick, cut);
       session::add_forces(force_hash, {&tick, 1});
-      const bool same = same_bits(tick.f_T_W, recorded.f_T_W) &&
-                        same_bits(torque_as_recorded(tick.tau_T_W), recorded.tau_T_W) && tick.cuts == recorded.cuts &&
-                        tick.tool == recorded.tool;
-      if (!same && result.identical) {
-        result.identical = false;
-        result.first_difference = recorded.index;
-        result.what_differs = fmt::format("force at tick {}", recorded.index);
-      }
+      compare.tick(tick, recorded);
+      if (did_cut) compare.cut(cut);
       ++result.ticks;
       result.seconds = to_seconds(recorded.t);
       result.ticks_with_faults += recorded.faults != 0;
@@ -150,10 +186,11 @@ ReplayResult replay_session(const std::filesystem::path& session_file, const std
   const std::uint64_t field = steps.carver().volume().hash();
   result.field_hash = fmt::format("{:016x}", field);
   result.force_hash = fmt::format("{:016x}", force_hash.value);
-  if (session.result() && session.result()->field_hash != 0 && session.result()->field_hash != field &&
-      result.identical) {
-    result.identical = false;
-    result.what_differs = "the tissue at the end";
+  compare.end(steps.carver().volume());
+  result.identical = !compare.difference();
+  if (!result.identical) {
+    result.first_difference = compare.difference()->tick;
+    result.what_differs = compare.difference()->what;
   }
   if (!result.identical && session.lost().any())
     result.what_differs += "; the recording lacks " + in_words(session.lost());
@@ -167,7 +204,7 @@ Scene scene_with(const session::SessionReader& session, const std::string& overr
   auto json = nlohmann::ordered_json::parse(own.text);
   const auto changes = nlohmann::ordered_json::parse(overrides);
   for (const auto& [key, value] : changes.items()) json[key] = value;
-  return parse_scene(Json::parse(json.dump(2), where, Json::Lines::kUnknown), own.file);
+  return parse_scene(Json::parse(json.dump(2), where, Json::Lines::kUnknown), own.file, own.place);
 }
 
 RerunResult rerun_session(const session::SessionReader& session, const Scene& scene, const std::filesystem::path& out,

@@ -14,7 +14,7 @@
 namespace typodont {
 
 struct ReplayResult {
-  bool identical = false;  // every force and, where it was recorded, the tissue at the end
+  bool identical = false;  // everything that a score is made of (stream_check.h), from the first tick to the last
   bool truncated = false;  // the recording was cut off; checked as far as it goes
   double seconds = 0;
   std::uint64_t ticks = 0;
@@ -43,8 +43,11 @@ Scene scene_with(const session::SessionReader& session, const std::string& overr
 RerunResult rerun_session(const session::SessionReader& session, const Scene& scene, const std::filesystem::path& out,
                           const std::function<void(double)>& progress = {});
 
-/// The scene a session was made with. Throws Error where its tissue is not there or has changed.
-Scene scene_of(const session::SessionReader& session);
+/// The scene a session was made with. It comes from a file that may be a stranger's, so that the files it names must
+/// lie in the session's own folder, in the assets or in a folder of $TYPODONT_FILES; of a session in the user's folder,
+/// in that. `recordings`: out of which this session was named. Throws Error where its tissue is not there or has
+/// changed, and where too many recordings name each other.
+Scene scene_of(const session::SessionReader& session, int recordings = 0);
 
 /// The tissue as it was at a moment of a session, from the tissue its scene begins with and its cuts; and as it was
 /// left.

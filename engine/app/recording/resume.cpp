@@ -16,11 +16,11 @@ namespace {
 
 /// What the scene goes on from. Throws Error when its voxels are not those of `untouched`.
 haptics::TissueVolume resumed_tissue(const Scene& scene, const haptics::TissueVolume& untouched) {
-  const std::filesystem::path file = find_file(scene.resume, scene.file.parent_path());
+  const std::filesystem::path file = find_file(scene.resume, scene.place);
   haptics::TissueVolume tissue = [&] {
     if (file.extension() == ".vdb") return haptics::TissueVolume::load(file);
     const session::SessionReader session(file);
-    const Scene its = scene_of(session);
+    const Scene its = scene_of(session, scene.place.recordings);
     return tissue_at_end(session, its, load_tissue(its));
   }();
   const VoxelFrame &is = tissue.frame(), &expected = untouched.frame();
@@ -41,7 +41,7 @@ Scene with_resume(const Scene& scene, const std::filesystem::path& file) {
     throw Error("--resume", "", file.string(), "a volume (.vdb) or a session (.h5)");
   auto json = nlohmann::ordered_json::parse(scene.text);
   json["resume"] = std::filesystem::absolute(file).string();
-  return parse_scene(Json::parse(json.dump(2), scene.file.string(), Json::Lines::kUnknown), scene.file);
+  return parse_scene(Json::parse(json.dump(2), scene.file.string(), Json::Lines::kUnknown), scene.file, scene.place);
 }
 
 haptics::TissueVolume load_tissue(const Scene& scene) {

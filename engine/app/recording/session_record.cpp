@@ -24,13 +24,11 @@ session::SessionHeader session_header(const Scene& scene, const std::filesystem:
   header.volumes_before = scene.resume.empty() ? tissue.volumes() : load_untouched(scene).volumes();
   header.files.push_back(session::describe_file(std::filesystem::absolute(scene.file)));
   if (const auto volume = scene.tissue->find("volume")) {
-    header.files.push_back(
-        session::describe_file(std::filesystem::absolute(find_file(volume->string(), scene.file.parent_path()))));
+    header.files.push_back(session::describe_file(std::filesystem::absolute(find_file(volume->string(), scene.place))));
   }
   const auto add_meshes = [&](const Json& solids) {
     for (const std::string& mesh : haptics::mesh_files(solids)) {
-      header.files.push_back(
-          session::describe_file(std::filesystem::absolute(find_file(mesh, scene.file.parent_path()))));
+      header.files.push_back(session::describe_file(std::filesystem::absolute(find_file(mesh, scene.place))));
     }
   };
   add_meshes(*scene.tissue);
@@ -39,8 +37,7 @@ session::SessionHeader session_header(const Scene& scene, const std::filesystem:
   if (!scene.paint_file.empty())
     header.files.push_back(session::describe_file(std::filesystem::absolute(scene.paint_file)));
   if (!scene.resume.empty()) {
-    header.files.push_back(
-        session::describe_file(std::filesystem::absolute(find_file(scene.resume, scene.file.parent_path()))));
+    header.files.push_back(session::describe_file(std::filesystem::absolute(find_file(scene.resume, scene.place))));
   }
   if (!rig_file.empty()) {
     header.rig_json = Json::load(rig_file).text();

@@ -8,7 +8,7 @@
 namespace typodont {
 
 SurroundingsPlan read_surroundings(const Json& json, const std::filesystem::path& volume,
-                                   const std::filesystem::path& beside) {
+                                   const ScenePlace& place) {
   json.allow_only({"volume", "crown", "arch", "neighbours", "gum"});
   SurroundingsPlan plan;
   const auto direction = [](const Json& value) {
@@ -17,7 +17,7 @@ SurroundingsPlan read_surroundings(const Json& json, const std::filesystem::path
     return glm::normalize(v);
   };
   if (const auto v = json.find("volume")) {
-    plan.volume = find_file(v->string(), beside);
+    plan.volume = find_file(v->string(), place);
   } else if (!volume.empty()) {
     plan.volume = volume;
   } else {

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <vector>
 
+#include "engine/app/assets.h"
 #include "engine/base/json.h"
 #include "engine/base/pose.h"
 
@@ -31,6 +32,6 @@ struct SurroundingsPlan {
 
 /// Reads a scene's "surroundings" (docs/interface.md); `volume` is the scene's own. Throws Error.
 SurroundingsPlan read_surroundings(const Json& json, const std::filesystem::path& volume,
-                                   const std::filesystem::path& beside);
+                                   const ScenePlace& place);
 
 }  // namespace typodont

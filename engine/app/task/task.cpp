@@ -78,12 +78,12 @@ void sample_volume(const haptics::TissueVolume& other, DenseCopy& at) {
 }
 
 /// The surface of a closed mesh: where it lies off the tissue's own surface by more than a voxel, that is to go.
-void take_mesh(const Json& json, const std::filesystem::path& beside, DenseCopy& copy) {
+void take_mesh(const Json& json, const ScenePlace& place, DenseCopy& copy) {
   json.allow_only({"file", "unit_mm"});
   haptics::ImportOptions options;
   options.voxel = copy.frame.voxel;
   options.mesh_unit = json.number_or("unit_mm", 1, 1e-6, 1e6) * kMillimetre;
-  const haptics::TissueVolume mesh(haptics::import_tissue(find_file(json["file"].string(), beside), options).tissue);
+  const haptics::TissueVolume mesh(haptics::import_tissue(find_file(json["file"].string(), place), options).tissue);
   DenseCopy wanted = copy;
   sample_volume(mesh, wanted);
   for (std::size_t i = 0; i < copy.field.distance.size(); ++i) {
@@ -199,16 +199,15 @@ haptics::TissueVolume copy_of(const haptics::TissueVolume& volume) {
 std::optional<haptics::TissueVolume> ideal_tissue(const Scene& scene, const haptics::TissueVolume& start) {
   if (!scene.task || !scene.task->ideal) return std::nullopt;
   const Json& ideal = *scene.task->ideal;
-  const std::filesystem::path beside = scene.file.parent_path();
   DenseCopy copy = dense_copy(start);
   if (ideal.has("volume")) {
     ideal.allow_only({"volume"});
-    sample_volume(haptics::TissueVolume::load(find_file(ideal["volume"].string(), beside)), copy);
+    sample_volume(haptics::TissueVolume::load(find_file(ideal["volume"].string(), scene.place)), copy);
   } else if (ideal.has("session")) {
     // As somebody left it.
     ideal.allow_only({"session"});
-    const session::SessionReader session(find_file(ideal["session"].string(), beside));
-    sample_volume(tissue_at_end(session, scene_of(session), copy_of(start)), copy);
+    const session::SessionReader session(find_file(ideal["session"].string(), scene.place));
+    sample_volume(tissue_at_end(session, scene_of(session, scene.place.recordings), copy_of(start)), copy);
   } else if (ideal.has("unprepared")) {
     ideal.allow_only({"unprepared"});
     if (!ideal["unprepared"].boolean() || scene.prepare.empty()) {
@@ -219,7 +218,7 @@ std::optional<haptics::TissueVolume> ideal_tissue(const Scene& scene, const hapt
     sample_volume(load_tissue(whole), copy);
   } else if (ideal.has("mesh")) {
     ideal.allow_only({"mesh"});
-    take_mesh(ideal["mesh"], beside, copy);
+    take_mesh(ideal["mesh"], scene.place, copy);
   } else {
     take_solids(ideal, copy);
   }
@@ -326,6 +325,7 @@ JudgedSession judge_session(const session::SessionReader& session) {
   haptics::TissueVolume after = tissue_at_end(session, scene, load_tissue(scene));
   const TaskJudge judge(scene, start);
   session::ScoreInput input = session::score_input(session);
+  input.before = start.volumes();  // not what the file says of it
   input.after = after.volumes();
   input.removed_hardness = removed_hardness(start, after);
   std::optional<session::Preparation> preparation = judge.judge(after, input);

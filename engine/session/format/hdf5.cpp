@@ -1,6 +1,10 @@
 #include "engine/session/format/hdf5.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+
+#include "engine/base/error.h"
 
 namespace typodont::session {
 
@@ -28,6 +32,9 @@ H5Quiet::H5Quiet() {
   // Sessions close their files themselves. It only listens before its first other call.
   static const bool no_exit_handler = H5dont_atexit() >= 0;
   static_cast<void>(no_exit_handler);
+  // A file can name any filter, and HDF5 would load a plugin for it. Sessions need the built-in ones only.
+  static const bool no_plugins = H5PLset_loading_state(0) >= 0;
+  static_cast<void>(no_plugins);
   H5Eget_auto2(H5E_DEFAULT, &function_, &data_);
   H5Eset_auto2(H5E_DEFAULT, keep_reason, nullptr);
   t_reason.clear();
@@ -38,6 +45,81 @@ H5Quiet::~H5Quiet() {
 
 std::string h5_reason() {
   return t_reason.empty() ? "an unknown error of HDF5" : t_reason;
+}
+
+namespace {
+
+constexpr hsize_t kLargestChunk = 16u << 20;         // bytes
+constexpr std::size_t kLongestAttribute = 1u << 20;  // bytes
+
+/// The object's parent and its own name, after every name on the way was found to be a hard link to a group.
+H5 open_object(const std::string& file, hid_t root, const std::string& path) {
+  H5 at(H5Oopen(root, ".", H5P_DEFAULT), H5Oclose);
+  for (std::size_t begin = 0; begin <= path.size();) {
+    const std::size_t end = std::min(path.find('/', begin), path.size());
+    const std::string name = path.substr(begin, end - begin), so_far = path.substr(0, end);
+    begin = end + 1;
+    H5O_info_t object;
+    if (!at || H5Oget_info2(at.get(), &object, H5O_INFO_BASIC) < 0 || object.type != H5O_TYPE_GROUP)
+      throw Error(file, so_far, "something else on the way to it", "a group");
+    if (H5Lexists(at.get(), name.c_str(), H5P_DEFAULT) <= 0) return {};
+    H5L_info_t link;
+    if (H5Lget_info(at.get(), name.c_str(), &link, H5P_DEFAULT) < 0)
+      throw Error(file, so_far, h5_reason(), "a hard link");
+    if (link.type == H5L_TYPE_SOFT) throw Error(file, so_far, "a soft link", "data inside the file");
+    if (link.type != H5L_TYPE_HARD) throw Error(file, so_far, "a link to another file", "data inside the file");
+    at = H5(H5Oopen(at.get(), name.c_str(), H5P_DEFAULT), H5Oclose);
+    if (!at) throw Error(file, so_far, h5_reason(), "an intact file");
+  }
+  return at;
+}
+
+}  // namespace
+
+H5 open_group(const std::string& file, hid_t root, const std::string& path) {
+  H5 group = open_object(file, root, path);
+  if (group && H5Iget_type(group.get()) != H5I_GROUP) throw Error(file, path, "something else", "a group");
+  return group;
+}
+
+H5 open_dataset(const std::string& file, hid_t root, const std::string& path) {
+  H5 dataset = open_object(file, root, path);
+  if (!dataset) return dataset;
+  if (H5Iget_type(dataset.get()) != H5I_DATASET) throw Error(file, path, "something else", "a dataset");
+  const H5 properties(H5Dget_create_plist(dataset.get()), H5Pclose);
+  if (!properties) throw Error(file, path, h5_reason(), "an intact file");
+  if (H5Pget_external_count(properties.get()) != 0)
+    throw Error(file, path, "data kept in another file", "data inside the file");
+  const H5D_layout_t layout = H5Pget_layout(properties.get());
+  if (layout != H5D_CHUNKED && layout != H5D_CONTIGUOUS && layout != H5D_COMPACT)
+    throw Error(file, path, "a virtual dataset", "data inside the file");
+  for (int i = 0; i < H5Pget_nfilters(properties.get()); ++i) {
+    unsigned flags = 0;
+    std::size_t values = 0;
+    const H5Z_filter_t filter =
+        H5Pget_filter2(properties.get(), static_cast<unsigned>(i), &flags, &values, nullptr, 0, nullptr, nullptr);
+    if (filter != H5Z_FILTER_SHUFFLE && filter != H5Z_FILTER_DEFLATE && filter != H5Z_FILTER_FLETCHER32)
+      throw Error(file, path, fmt::format("filter {}", filter), "shuffle, deflate or fletcher32");
+  }
+  // What it claims, against what the file can hold: reading it then takes no more memory than the file is worth.
+  const H5 space(H5Dget_space(dataset.get()), H5Sclose), type(H5Dget_type(dataset.get()), H5Tclose);
+  const hssize_t cells = H5Sget_simple_extent_npoints(space.get());
+  const int dimensions = H5Sget_simple_extent_ndims(space.get());
+  const std::size_t size = H5Tget_size(type.get());
+  const H5 whole(H5Iget_file_id(dataset.get()), H5Fclose);
+  hsize_t in_file = 0;
+  if (cells < 0 || dimensions < 0 || dimensions > 1 || size == 0 || H5Fget_filesize(whole.get(), &in_file) < 0)
+    throw Error(file, path, "another shape", "one row per entry");
+  if (layout == H5D_CHUNKED) {
+    hsize_t chunk = 0;
+    if (H5Pget_chunk(properties.get(), 1, &chunk) != 1 || chunk == 0 || chunk > kLargestChunk / size)
+      throw Error(file, path, "chunks of another size", fmt::format("chunks of up to {} bytes", kLargestChunk));
+    if (H5Dget_storage_size(dataset.get()) > in_file)
+      throw Error(file, path, "more bytes than the file has", "an intact file");
+  } else if (static_cast<hsize_t>(cells) > in_file / size) {
+    throw Error(file, path, "more bytes than the file has", "an intact file");
+  }
+  return dataset;
 }
 
 hid_t h5_type(Type type) {
@@ -67,10 +149,10 @@ H5 h5_string_type(std::size_t size) {
 
 namespace {
 
-bool plausible_string(hid_t type, std::size_t& size) {
+bool plausible_string(hid_t type, std::size_t& size, std::size_t most) {
   if (H5Tget_class(type) != H5T_STRING || H5Tis_variable_str(type) > 0) return false;
   size = H5Tget_size(type);
-  return size > 0 && size < (std::size_t{1} << 30);
+  return size > 0 && size <= most;
 }
 
 void strip_padding(std::string& text) {
@@ -115,7 +197,8 @@ bool get_attribute(hid_t object, const char* name, std::string& text) {
   H5 space(H5Aget_space(attribute.get()), H5Sclose);
   H5 stored(H5Aget_type(attribute.get()), H5Tclose);
   std::size_t size = 0;
-  if (H5Sget_simple_extent_npoints(space.get()) != 1 || !plausible_string(stored.get(), size)) return false;
+  if (H5Sget_simple_extent_npoints(space.get()) != 1 || !plausible_string(stored.get(), size, kLongestAttribute))
+    return false;
   H5 type = h5_string_type(size);
   std::string bytes(size, '\0');
   if (H5Aread(attribute.get(), type.get(), bytes.data()) < 0) return false;
@@ -141,14 +224,13 @@ bool write_text(hid_t group, const char* name, std::string_view text) {
   return dataset && H5Dwrite(dataset.get(), type.get(), H5S_ALL, H5S_ALL, H5P_DEFAULT, bytes.data()) >= 0;
 }
 
-bool read_text(hid_t group, const char* name, std::string& text) {
-  if (H5Lexists(group, name, H5P_DEFAULT) <= 0) return false;
-  H5 dataset(H5Dopen2(group, name, H5P_DEFAULT), H5Dclose);
+bool read_text(const H5& dataset, std::string& text) {
   if (!dataset) return false;
   H5 space(H5Dget_space(dataset.get()), H5Sclose);
   H5 stored(H5Dget_type(dataset.get()), H5Tclose);
   std::size_t size = 0;
-  if (H5Sget_simple_extent_npoints(space.get()) != 1 || !plausible_string(stored.get(), size)) return false;
+  // As long as the file at most, see open_dataset().
+  if (H5Sget_simple_extent_npoints(space.get()) != 1 || !plausible_string(stored.get(), size, SIZE_MAX)) return false;
   H5 type = h5_string_type(size);
   std::string bytes(size, '\0');
   if (H5Dread(dataset.get(), type.get(), H5S_ALL, H5S_ALL, H5P_DEFAULT, bytes.data()) < 0) return false;

@@ -56,6 +56,14 @@ class H5Quiet {
 /// The innermost reason of the last failure on this thread under an H5Quiet, in words.
 std::string h5_reason();
 
+/// Opens a group or dataset by its path, seen from `root`. Only what a session's writer makes is opened: every name on
+/// the path is a hard link, and a dataset keeps its data in this file, with the writer's filters, in one dimension, and
+/// claims no more than the file can hold. Soft, external and user-defined links, external storage and virtual datasets
+/// would let a stranger's file show the content of other files. An empty handle: there is nothing. Throws Error(`file`,
+/// path, …).
+H5 open_group(const std::string& file, hid_t root, const std::string& path);
+H5 open_dataset(const std::string& file, hid_t root, const std::string& path);
+
 hid_t h5_type(Type type);
 /// Fixed-length UTF-8, padded with null bytes.
 H5 h5_string_type(std::size_t size);
@@ -70,6 +78,7 @@ bool get_attribute(hid_t object, const char* name, double& value);
 bool get_attribute(hid_t object, const char* name, std::uint64_t& value);
 /// A scalar text dataset, UTF-8, of any length.
 bool write_text(hid_t group, const char* name, std::string_view text);
-bool read_text(hid_t group, const char* name, std::string& text);
+/// `dataset`: from open_dataset().
+bool read_text(const H5& dataset, std::string& text);
 
 }  // namespace typodont::session

@@ -32,6 +32,9 @@ class Table {
   void drop() { buffered_ = 0; }
 
   bool write();
+  /// Rows that were written since the last commit(): a power cut may still take them.
+  std::uint64_t uncommitted() const { return written_ - committed_; }
+  void commit() { committed_ = written_; }
   void close() { columns_.clear(); }
 
  private:
@@ -42,7 +45,7 @@ class Table {
   };
   std::vector<Data> columns_;
   std::size_t chunk_ = 1, buffered_ = 0;
-  hsize_t written_ = 0;
+  hsize_t written_ = 0, committed_ = 0;
 };
 
 /// A one-dimensional or scalar dataset that exists from the start and is overwritten in place.

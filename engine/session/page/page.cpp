@@ -121,6 +121,9 @@ void Page::warnings() {
     texts.push_back(say("warn.lost", l.ticks_ring + l.ticks_disk, l.cuts_ring + l.cuts_disk, l.pictures_disk,
                         l.other_ring + l.other_disk));
   }
+  if (!session_.gaps().empty()) texts.push_back(say("warn.gaps", in_words(session_.gaps())));
+  if (options_.verification.state == Verification::State::kDiffers)
+    texts.push_back(say("warn.differs", escaped(options_.verification.what)));
   if (course_.count == 0) texts.push_back(say("warn.no_ticks"));
   if (texts.empty()) return;
   put("<div class=\"warn\" role=\"note\" aria-label=\"{}\">", say("attention"));
@@ -191,6 +194,10 @@ void Page::details() {
   texts.clear();
   for (const auto& f : h.files) texts.push_back(fmt::format("{} <code>{}</code>", escaped(f.path), escaped(f.hash)));
   entry("files", fmt::format("{}", fmt::join(texts, "<br>")));
+  using State = Verification::State;
+  if (options_.verification.state != State::kDiffers)
+    entry("verification",
+          say(options_.verification.state == State::kIdentical ? "verification.identical" : "verification.none"));
   entry("session_file", escaped(session_.file().filename().string()));
   put("</dl>\n</section>\n");
 }

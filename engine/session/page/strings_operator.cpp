@@ -110,6 +110,7 @@ constexpr Entry kOperator[] = {
     {"op.score_so_far", {"Score so far", "Punkte bisher", "当前得分"}},
     {"op.no_picture", {"No picture in this session", "Kein Bild in dieser Sitzung", "本次训练没有画面"}},
     {"op.recording", {"Recording", "Aufzeichnung läuft", "正在记录"}},
+    {"op.disk_low", {"The disk is almost full", "Der Datenträger ist fast voll", "磁盘空间即将用尽"}},
     {"op.recording_incomplete", {"Recording has gaps", "Aufzeichnung lückenhaft", "记录有缺失"}},
     {"op.not_recording", {"Not recorded", "Keine Aufzeichnung", "未记录"}},
     {"op.end_session", {"End", "Beenden", "结束"}},

@@ -1,0 +1,36 @@
+#include "engine/base/sync.h"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <cerrno>
+
+namespace typodont {
+
+namespace {
+
+bool sync(const char* path, int flags) noexcept {
+  const int fd = ::open(path, flags | O_RDONLY | O_NONBLOCK | O_CLOEXEC);
+  if (fd < 0) return false;
+  // Pipes, devices and some network folders have nothing to sync.
+  const bool good = ::fsync(fd) == 0 || errno == EINVAL || errno == ENOTSUP || errno == EROFS;
+  ::close(fd);
+  return good;
+}
+
+}  // namespace
+
+bool sync_file(const std::filesystem::path& file) noexcept {
+  return sync(file.c_str(), 0);
+}
+
+bool sync_folder_of(const std::filesystem::path& file) noexcept {
+  try {
+    const std::filesystem::path folder = file.parent_path();
+    return sync(folder.empty() ? "." : folder.c_str(), O_DIRECTORY);
+  } catch (const std::exception&) {  // no memory for the folder's name
+    return false;
+  }
+}
+
+}  // namespace typodont

@@ -1,0 +1,48 @@
+#include "engine/session/compare.h"
+
+#include <array>
+#include <cstring>
+#include <vector>
+
+#include "engine/session/format/columns.h"
+
+namespace typodont::session {
+
+namespace {
+
+constexpr std::uint32_t kLoopsFaults =
+    bits(Fault::kDeviceLost) | bits(Fault::kRingFull) | bits(Fault::kOverrun) | bits(Fault::kLetGo);
+
+template <class Message>
+std::string_view first_difference(const std::vector<Column<Message>>& columns, const Message& replayed,
+                                  const Message& recorded) {
+  using Cell = std::array<std::byte, 8>;
+  Message as_read;  // what a reader would get back of the replayed one
+  for (const Column<Message>& column : columns) {
+    if (!column.in_file || !column.set) continue;
+    Cell written{}, read{}, expected{};
+    column.get(replayed, written.data());
+    column.set(as_read, written.data());
+    column.get(as_read, read.data());
+    column.get(recorded, expected.data());
+    if (read != expected) return column.name;
+  }
+  return {};
+}
+
+}  // namespace
+
+std::string_view differing_column(const ServoTick& replayed, const ServoTick& recorded) {
+  ServoTick comparable = replayed;
+  comparable.cpu_time = recorded.cpu_time;
+  comparable.X_WT = recorded.X_WT;  // the replay's input
+  comparable.pedal = recorded.pedal;
+  comparable.faults = (replayed.faults & ~kLoopsFaults) | (recorded.faults & kLoopsFaults);
+  return first_difference(tick_columns(), comparable, recorded);
+}
+
+std::string_view differing_column(const Cut& replayed, const Cut& recorded) {
+  return first_difference(cut_columns(), replayed, recorded);
+}
+
+}  // namespace typodont::session

@@ -1,0 +1,314 @@
+#include "engine/session/format/journal.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <optional>
+
+#include "engine/base/fnv.h"
+#include "engine/base/sync.h"
+
+namespace typodont::session {
+
+namespace {
+
+// The journal: this header, then for every change its place and length (8 bytes each) and its bytes.
+constexpr std::array<char, 8> kMagic = {'T', 'Y', 'P', 'O', 'J', 'R', 'N', '1'};
+struct Header {
+  std::array<char, 8> magic = kMagic;
+  std::uint64_t bytes = 0;     // of all changes
+  std::uint64_t checksum = 0;  // FNV-1a of them: a torn journal is told from a whole one
+};
+constexpr std::uint64_t kLargestJournal = std::uint64_t{1} << 32;  // bytes, on reading
+
+bool write_all(int fd, const void* bytes, std::uint64_t size, std::uint64_t place) {
+  const auto* from = static_cast<const char*>(bytes);
+  while (size > 0) {
+    const ssize_t n = ::pwrite(fd, from, size, static_cast<off_t>(place));
+    if (n < 0 && errno == EINTR) continue;
+    if (n <= 0) return false;
+    from += n, size -= static_cast<std::uint64_t>(n), place += static_cast<std::uint64_t>(n);
+  }
+  return true;
+}
+
+/// What lies behind the end reads as zeros, as HDF5 expects.
+bool read_all(int fd, void* bytes, std::uint64_t size, std::uint64_t place) {
+  auto* to = static_cast<char*>(bytes);
+  while (size > 0) {
+    const ssize_t n = ::pread(fd, to, size, static_cast<off_t>(place));
+    if (n < 0 && errno == EINTR) continue;
+    if (n < 0) return false;
+    if (n == 0) {
+      std::memset(to, 0, size);
+      return true;
+    }
+    to += n, size -= static_cast<std::uint64_t>(n), place += static_cast<std::uint64_t>(n);
+  }
+  return true;
+}
+
+std::uint64_t checksum_of(const std::vector<std::byte>& bytes) {
+  Fnv1a hash;
+  hash.bytes(bytes.data(), bytes.size());
+  return hash.value;
+}
+
+}  // namespace
+
+/// The driver's file; HDF5 knows its first member only.
+struct JournaledFile {
+  H5FD_t hdf5{};
+  int fd = -1;
+  Journal* journal = nullptr;
+  haddr_t end_of_addresses = 0;
+  haddr_t end = 0;       // as HDF5 sees it
+  haddr_t real_end = 0;  // without the changes
+  std::vector<Journal::Change> changes;
+
+  static JournaledFile& of(H5FD_t* file) { return *reinterpret_cast<JournaledFile*>(file); }
+  static const JournaledFile& of(const H5FD_t* file) { return *reinterpret_cast<const JournaledFile*>(file); }
+
+  bool commit() {
+    if (changes.empty()) return true;
+    if (!journal->commit(fd, changes, real_end, end)) return false;
+    real_end = end;
+    changes.clear();
+    return true;
+  }
+
+  static H5FD_t* open(const char* name, unsigned flags, hid_t access, haddr_t most) {
+    const auto* journal = static_cast<Journal* const*>(H5Pget_driver_info(access));
+    if (!journal || most == 0) return nullptr;
+    const int open_flags = (flags & H5F_ACC_RDWR ? O_RDWR : O_RDONLY) | (flags & H5F_ACC_TRUNC ? O_TRUNC : 0) |
+                           (flags & H5F_ACC_CREAT ? O_CREAT : 0) | (flags & H5F_ACC_EXCL ? O_EXCL : 0) | O_CLOEXEC;
+    const int fd = ::open(name, open_flags, 0666);
+    struct stat info {};
+    if (fd < 0 || fstat(fd, &info) != 0) {
+      if (fd >= 0) ::close(fd);
+      return nullptr;
+    }
+    auto* file = new JournaledFile;
+    file->fd = fd;
+    file->journal = *journal;
+    file->end = file->real_end = static_cast<haddr_t>(info.st_size);
+    return &file->hdf5;
+  }
+  static herr_t close(H5FD_t* f) {
+    JournaledFile& file = of(f);
+    const bool whole = file.commit();
+    if (whole && !file.journal->needed_) file.journal->remove();
+    const bool closed = ::close(file.fd) == 0;
+    delete &file;
+    return whole && closed ? 0 : -1;
+  }
+  static herr_t query(const H5FD_t*, unsigned long* flags) {
+    *flags = H5FD_FEAT_AGGREGATE_METADATA | H5FD_FEAT_ACCUMULATE_METADATA | H5FD_FEAT_DATA_SIEVE |
+             H5FD_FEAT_AGGREGATE_SMALLDATA | H5FD_FEAT_SUPPORTS_SWMR_IO | H5FD_FEAT_DEFAULT_VFD_COMPATIBLE;
+    return 0;
+  }
+  static haddr_t get_eoa(const H5FD_t* f, H5FD_mem_t) { return of(f).end_of_addresses; }
+  static herr_t set_eoa(H5FD_t* f, H5FD_mem_t, haddr_t place) {
+    of(f).end_of_addresses = place;
+    return 0;
+  }
+  static haddr_t get_eof(const H5FD_t* f, H5FD_mem_t) { return of(f).end; }
+  static herr_t read(H5FD_t* f, H5FD_mem_t, hid_t, haddr_t place, std::size_t size, void* bytes) {
+    const JournaledFile& file = of(f);
+    if (!read_all(file.fd, bytes, size, place)) return -1;
+    for (const Journal::Change& change : file.changes) {  // the newest last
+      const haddr_t begin = std::max<haddr_t>(place, change.place);
+      const haddr_t last = std::min<haddr_t>(place + size, change.place + change.bytes.size());
+      if (begin < last)
+        std::memcpy(static_cast<std::byte*>(bytes) + (begin - place), change.bytes.data() + (begin - change.place),
+                    last - begin);
+    }
+    return 0;
+  }
+  static herr_t write(H5FD_t* f, H5FD_mem_t, hid_t, haddr_t place, std::size_t size, const void* bytes) {
+    JournaledFile& file = of(f);
+    file.end = std::max<haddr_t>(file.end, place + size);
+    if (!file.journal->started_) {
+      if (!write_all(file.fd, bytes, size, place)) {
+        file.journal->fail("the file");
+        return -1;
+      }
+      file.real_end = file.end;
+      return 0;
+    }
+    const auto* from = static_cast<const std::byte*>(bytes);
+    if (!file.changes.empty() && file.changes.back().place + file.changes.back().bytes.size() == place) {
+      file.changes.back().bytes.insert(file.changes.back().bytes.end(), from, from + size);
+    } else {
+      file.changes.push_back({place, {from, from + size}});
+    }
+    return 0;
+  }
+  static herr_t flush(H5FD_t* f, hid_t, hbool_t) { return of(f).commit() ? 0 : -1; }
+  static herr_t truncate(H5FD_t* f, hid_t, hbool_t) {
+    JournaledFile& file = of(f);
+    if (!file.commit()) return -1;
+    if (file.end_of_addresses == file.end) return 0;
+    if (ftruncate(file.fd, static_cast<off_t>(file.end_of_addresses)) != 0) return -1;
+    file.end = file.real_end = file.end_of_addresses;
+    return 0;
+  }
+  static herr_t lock(H5FD_t*, hbool_t) { return 0; }  // recordings have their own, see layout.h
+  static herr_t unlock(H5FD_t*) { return 0; }
+  static int compare(const H5FD_t* a, const H5FD_t* b) {
+    struct stat first {
+    }, second{};
+    fstat(of(a).fd, &first), fstat(of(b).fd, &second);
+    if (first.st_dev != second.st_dev) return first.st_dev < second.st_dev ? -1 : 1;
+    return first.st_ino == second.st_ino ? 0 : first.st_ino < second.st_ino ? -1 : 1;
+  }
+
+  static hid_t driver() {
+    static const H5FD_class_t kClass = [] {
+      H5FD_class_t c{};
+      c.name = "typodont_journal";
+      c.maxaddr = static_cast<haddr_t>(INT64_MAX);
+      c.fc_degree = H5F_CLOSE_STRONG;
+      c.fapl_size = sizeof(Journal*);
+      c.open = open;
+      c.close = close;
+      c.cmp = compare;
+      c.query = query;
+      c.get_eoa = get_eoa;
+      c.set_eoa = set_eoa;
+      c.get_eof = get_eof;
+      c.read = read;
+      c.write = write;
+      c.flush = flush;
+      c.truncate = truncate;
+      c.lock = lock;
+      c.unlock = unlock;
+      std::fill(std::begin(c.fl_map), std::end(c.fl_map), H5FD_MEM_DEFAULT);
+      return c;
+    }();
+    static const hid_t id = H5FDregister(&kClass);
+    return id;
+  }
+};
+
+Journal::Journal(const std::filesystem::path& file) : path_(journal_of(file)) {}
+
+Journal::~Journal() {
+  if (fd_ >= 0) ::close(fd_);
+}
+
+bool Journal::use(hid_t access) {
+  Journal* const self = this;
+  return JournaledFile::driver() >= 0 && H5Pset_driver(access, JournaledFile::driver(), &self) >= 0;
+}
+
+bool Journal::fail(const char* what) {
+  if (failure_.empty()) failure_ = fmt::format("{} ({})", std::strerror(errno), what);
+  return false;
+}
+
+bool Journal::commit(int file, std::vector<Change>& changes, std::uint64_t old_end, std::uint64_t new_end) {
+  if (fd_ < 0) {
+    fd_ = ::open(path_.c_str(), O_RDWR | O_CREAT | O_TRUNC | O_NOFOLLOW | O_CLOEXEC, 0666);
+    if (fd_ < 0 || !sync_folder_of(path_)) return fail("its journal");
+  }
+  // Room for what the file grows by, so that a full disk is met before anything is changed. Not every file system can.
+  if (new_end > old_end &&
+      fallocate(file, FALLOC_FL_KEEP_SIZE, static_cast<off_t>(old_end), static_cast<off_t>(new_end - old_end)) != 0 &&
+      (errno == ENOSPC || errno == EDQUOT || errno == EFBIG))
+    return fail("the file");
+
+  std::vector<std::byte> all(sizeof(Header));
+  const auto add = [&](const void* bytes, std::size_t size) {
+    const auto* from = static_cast<const std::byte*>(bytes);
+    all.insert(all.end(), from, from + size);
+  };
+  for (const Change& change : changes) {
+    const std::uint64_t size = change.bytes.size();
+    add(&change.place, sizeof change.place);
+    add(&size, sizeof size);
+    add(change.bytes.data(), size);
+  }
+  Header header;
+  header.bytes = all.size() - sizeof(Header);
+  Fnv1a hash;
+  hash.bytes(all.data() + sizeof(Header), header.bytes);
+  header.checksum = hash.value;
+  std::memcpy(all.data(), &header, sizeof header);
+  if (!write_all(fd_, all.data(), all.size(), 0) || fdatasync(fd_) != 0) return fail("its journal");
+
+  needed_ = true;
+  for (const Change& change : changes)
+    if (!write_all(file, change.bytes.data(), change.bytes.size(), change.place)) return fail("the file");
+  if (fdatasync(file) != 0) return fail("the file");
+  needed_ = false;
+  return true;
+}
+
+void Journal::remove() {
+  if (fd_ < 0) return;
+  ::close(fd_);
+  fd_ = -1;
+  ::unlink(path_.c_str());
+  sync_folder_of(path_);
+}
+
+std::filesystem::path journal_of(const std::filesystem::path& file) {
+  std::filesystem::path journal = file;
+  journal += ".journal";
+  return journal;
+}
+
+namespace {
+
+/// The changes of a whole journal.
+std::optional<std::vector<std::byte>> read_journal(const std::filesystem::path& file) {
+  const int fd = ::open(journal_of(file).c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
+  if (fd < 0) return std::nullopt;
+  Header header;
+  struct stat info {};
+  std::optional<std::vector<std::byte>> changes;
+  if (fstat(fd, &info) == 0 && S_ISREG(info.st_mode) && read_all(fd, &header, sizeof header, 0) &&
+      header.magic == kMagic && header.bytes <= kLargestJournal &&
+      header.bytes + sizeof header <= static_cast<std::uint64_t>(info.st_size)) {
+    changes.emplace(header.bytes);
+    if (!read_all(fd, changes->data(), header.bytes, sizeof header) || checksum_of(*changes) != header.checksum)
+      changes.reset();
+  }
+  ::close(fd);
+  return changes;
+}
+
+}  // namespace
+
+bool has_journal(const std::filesystem::path& file) {
+  return read_journal(file).has_value();
+}
+
+bool apply_journal(const std::filesystem::path& file, const std::filesystem::path& target) {
+  const auto changes = read_journal(file);
+  if (!changes) return false;
+  const int fd = ::open(target.c_str(), O_RDWR | O_CLOEXEC);
+  if (fd < 0) return false;
+  bool good = true;
+  for (std::size_t at = 0; good && at < changes->size();) {
+    std::array<std::uint64_t, 2> head{};  // place, length
+    if (changes->size() - at < sizeof head) break;
+    std::memcpy(head.data(), changes->data() + at, sizeof head);
+    at += sizeof head;
+    if (head[1] > changes->size() - at || head[0] > (std::uint64_t{1} << 42)) break;
+    good = write_all(fd, changes->data() + at, head[1], head[0]);
+    at += head[1];
+  }
+  good = good && fdatasync(fd) == 0;
+  ::close(fd);
+  return good;
+}
+
+}  // namespace typodont::session

@@ -1,0 +1,224 @@
+// Recordings that were damaged, made by a stranger, have gaps, or could not be written: what the commands do with them.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <hdf5.h>
+
+#include <functional>
+#include <span>
+
+#include "engine/session/recorder.h"
+#include "engine/session/session_file.h"
+#include "tests/support/program.h"
+
+namespace typodont {
+namespace {
+
+using namespace test;
+using testing::HasSubstr;
+using testing::Not;
+
+constexpr const char* kScene = R"({"name": "ball", "tissue": {"voxel_mm": 0.2, "solids": [
+  {"tissue": "enamel", "solid": {"sphere": {"radius_mm": 3}}}]},
+  "tool": {"shape": "sphere", "diameter_mm": 1.0}, "spindle_krpm": 200})";
+constexpr const char* kHand =
+    "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,0,0,5,1,0,0,0,1\n0.3,0,0,3,1,0,0,0,1\n1.5,1,0,2.8,1,0,0,0,1\n"
+    "2,1,0,6,1,0,0,0,1\n";
+
+/// A second and a half of drilling, recorded by the program itself.
+class Recordings : public testing::Test {
+ protected:
+  Recordings() {
+    folder.write("scene.json", kScene);
+    folder.write("hand.csv", kHand);
+    const Ran ran = folder.run(fmt::format("servo {0}/scene.json --hand {0}/hand.csv --out {0}/s.h5", at()));
+    EXPECT_EQ(ran.status, 0) << ran.err;
+    std::filesystem::copy_file(file, folder / "good.h5");
+  }
+  std::string at() const { return folder.path().string(); }
+  Ran check() { return folder.run(fmt::format("replay {}/s.h5 --check", at())); }
+
+  void change(const std::function<void(hid_t)>& work) {
+    std::filesystem::copy_file(folder / "good.h5", file, std::filesystem::copy_options::overwrite_existing);
+    const hid_t h5 = H5Fopen(file.c_str(), H5F_ACC_RDWR, H5P_DEFAULT);
+    ASSERT_GE(h5, 0);
+    work(h5);
+    ASSERT_GE(H5Fclose(h5), 0);
+  }
+  void set_text(const char* path, const std::string& text) {
+    change([&](hid_t h5) {
+      H5Ldelete(h5, path, H5P_DEFAULT);
+      const hid_t type = H5Tcopy(H5T_C_S1), space = H5Screate(H5S_SCALAR);
+      H5Tset_size(type, text.size());
+      H5Tset_cset(type, H5T_CSET_UTF8);
+      const hid_t dataset = H5Dcreate2(h5, path, type, space, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT);
+      H5Dwrite(dataset, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, text.data());
+      H5Dclose(dataset), H5Sclose(space), H5Tclose(type);
+    });
+  }
+  void set(const char* path, hsize_t row, hid_t type, const void* value) {
+    change([&](hid_t h5) {
+      const hid_t dataset = H5Dopen2(h5, path, H5P_DEFAULT), space = H5Dget_space(dataset);
+      const hsize_t one = 1;
+      const hid_t memory = H5Screate_simple(1, &one, nullptr);
+      H5Sselect_hyperslab(space, H5S_SELECT_SET, &row, nullptr, &one, nullptr);
+      EXPECT_GE(H5Dwrite(dataset, type, memory, space, H5P_DEFAULT, value), 0);
+      H5Sclose(memory), H5Sclose(space), H5Dclose(dataset);
+    });
+  }
+  /// The same session without these ticks and cuts, as a full disk leaves it.
+  void leave_out(std::uint64_t first_tick, std::uint64_t ticks) {
+    const session::SessionReader whole(folder / "good.h5");
+    session::SessionWriter writer(file, whole.header());
+    const auto kept = [&](std::uint64_t tick) { return tick < first_tick || tick >= first_tick + ticks; };
+    for (const PatchUse& patch : whole.patches())
+      if (kept(patch.first_tick)) writer.append({&patch, 1});
+    for (const Cut& cut : whole.cuts())
+      if (kept(cut.tick)) writer.append({&cut, 1});
+    for (const ServoTick& tick : whole.ticks())
+      if (kept(tick.index)) writer.append({&tick, 1});
+    ASSERT_TRUE(writer.finish(*whole.result()));
+  }
+
+  ProgramFolder folder{TYPODONT_PROGRAM};
+  const std::filesystem::path file = folder / "s.h5";
+};
+
+TEST_F(Recordings, AsRecordedTheReplayIsIdenticalInEveryColumn) {
+  const Ran ran = check();
+  EXPECT_EQ(ran.status, 0) << ran.err;
+  EXPECT_THAT(ran.out, HasSubstr("identical to the recording"));
+}
+
+TEST_F(Recordings, WhatWasForgedIsFoundInEveryStreamThatAScoreIsMadeOf) {
+  const session::SessionReader whole(folder / "good.h5");
+  ASSERT_GT(whole.cuts().size(), 100u);
+  const hsize_t cut = 50, tick = 900;
+  const auto expect = [&](const char* path, hsize_t row, double value, const std::string& words) {
+    set(path, row, H5T_NATIVE_DOUBLE, &value);
+    const Ran ran = check();
+    EXPECT_EQ(ran.status, 1) << path << ran.out;
+    EXPECT_THAT(ran.err, HasSubstr(words)) << path;
+  };
+  expect("cuts/b_x_m", cut, whole.cuts()[cut].X_WB.p.x + 1e-9, "b_x_m of cut 51");
+  expect("cuts/removed_enamel_m3", cut, 0, "removed_enamel_m3 of cut 51");
+  expect("ticks/removed_enamel_mm3", tick, 0.001, "removed_enamel_mm3 at tick 900");
+  expect("ticks/force_z_N", tick, 0.5, "force at tick 900");
+  expect("ticks/depth_mm", tick, 0.5, "depth_mm at tick 900");
+  expect("ticks/contact_area_mm2", tick, 0.5, "contact_area_mm2 at tick 900");
+  expect("ticks/tool_x_mm", tick, 0.5, "tool_x_mm at tick 900");
+  expect("ticks/spindle_krpm", tick, 1, "spindle_krpm at tick 900");
+  expect("header/volumes_before_mm3", 1, 200, "the volume of enamel at the start");
+  expect("result/volumes_after_mm3", 1, 50, "the volume of enamel at the end");
+}
+
+TEST_F(Recordings, AReportSaysWhetherTheFileWasChecked) {
+  const auto report = [&](const std::string& more) {
+    return folder.run(fmt::format("report {0}/s.h5 --out {0}/r.html --language en {1}", at(), more));
+  };
+  EXPECT_EQ(report("").status, 0);
+  EXPECT_THAT(read_text(folder / "r.html"), HasSubstr("no: the score trusts this file"));
+  EXPECT_EQ(report("--verify").status, 0);
+  EXPECT_THAT(read_text(folder / "r.html"), HasSubstr("yes, identical in every column"));
+  const double removed = 0;
+  set("cuts/removed_enamel_m3", 50, H5T_NATIVE_DOUBLE, &removed);
+  const Ran forged = report("--verify");
+  EXPECT_EQ(forged.status, 1);
+  EXPECT_THAT(forged.err, HasSubstr("the replay differs: removed_enamel_m3 of cut 51"));
+  EXPECT_THAT(read_text(folder / "r.html"), HasSubstr("differs from this recording: removed_enamel_m3 of cut 51"));
+}
+
+TEST_F(Recordings, CutsOfAnotherSessionPutInAreFound) {
+  folder.write("hand.csv",
+               "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,0,0,5,1,0,0,0,1\n0.3,0,0,3,1,0,0,0,1\n2,-1,0,2.5,1,0,0,0,1\n");
+  ASSERT_EQ(folder.run(fmt::format("servo {0}/scene.json --hand {0}/hand.csv --out {0}/other.h5", at())).status, 0);
+  const session::SessionReader own(folder / "good.h5"), other(folder / "other.h5");
+  {
+    session::SessionWriter writer(file, own.header());
+    writer.append(own.patches());
+    std::size_t cuts = 0;
+    while (cuts < other.cuts().size() && other.cuts()[cuts].index <= own.cuts().back().index) ++cuts;
+    writer.append(std::span(other.cuts()).first(cuts));
+    writer.append(own.ticks());
+    ASSERT_TRUE(writer.finish(*own.result()));
+  }
+  const Ran ran = check();
+  EXPECT_EQ(ran.status, 1);
+  EXPECT_THAT(ran.err, HasSubstr("of cut"));
+}
+
+TEST_F(Recordings, DamagedNumbersAreExitTwoInEveryCommandThatReadsThem) {
+  const std::uint64_t index = 3;
+  const double radius = 0.4;
+  const std::vector<std::function<void()>> damages = {
+      [&] { set("cuts/index", 20, H5T_NATIVE_UINT64, &index); },
+      [&] { set("cuts/fill_radius_m", 20, H5T_NATIVE_DOUBLE, &radius); },
+  };
+  for (const auto& damage : damages) {
+    damage();
+    for (const std::string command :
+         {"report {0}/s.h5 --out {0}/r.html", "replay {0}/s.h5 --check",
+          "render {0}/s.h5 --rig closeup --at 1 --out {0}/pictures",
+          "run {0}/scene.json --resume {0}/s.h5 --hand script:{0}/hand.csv --seconds 0.2"}) {
+      const Ran ran = folder.run(fmt::format(fmt::runtime(command), at()), "timeout 20 env -u DISPLAY");
+      EXPECT_EQ(ran.status, 2) << command << ran.err;
+      EXPECT_THAT(ran.err, HasSubstr("cuts, row 20")) << command;
+    }
+  }
+}
+
+TEST_F(Recordings, AGapIsNamedAndWhatIsBeforeAndAfterItIsStillShown) {
+  leave_out(600, 400);
+  const Ran report = folder.run(fmt::format("report {0}/s.h5 --out {0}/r.html --language en", at()));
+  EXPECT_EQ(report.status, 0) << report.err;
+  EXPECT_THAT(read_text(folder / "r.html"), HasSubstr("The recording has gaps: 0.599 s to 1.000 s (400 ticks, "));
+  const Ran replay = check();
+  EXPECT_EQ(replay.status, 1);
+  EXPECT_THAT(replay.err, HasSubstr("what follows tick 599 is not checked"));
+  const Ran resumed =
+      folder.run(fmt::format("run {0}/scene.json --resume {0}/s.h5 --hand script:{0}/hand.csv --seconds 0.2", at()),
+                 "env -u DISPLAY -u WAYLAND_DISPLAY");
+  EXPECT_EQ(resumed.status, 0) << resumed.err;
+}
+
+TEST_F(Recordings, AStrangersSceneOpensNoFileOutsideItsFolder) {
+  const ProgramFolder elsewhere(TYPODONT_PROGRAM);
+  const std::string secret = elsewhere.write("secret.json", "{\"secret\": \"the patient's name\"}");
+  std::filesystem::create_symlink(secret, folder / "linked.json");
+  const std::string scene = kScene;
+  const std::string up = std::filesystem::relative(secret, folder.path()).string();
+  for (const std::string& path : {secret, std::string("/etc/passwd"), up, std::string("linked.json")}) {
+    set_text("header/scene", scene.substr(0, scene.size() - 1) + ", \"paint_file\": \"" + path + "\"}");
+    const Ran replay = check();
+    EXPECT_EQ(replay.status, 2) << path;
+    EXPECT_THAT(replay.err, HasSubstr("a recording that names a file outside its folder")) << path;
+    const Ran report = folder.run(fmt::format("report {0}/s.h5 --out {0}/r.html", at()));
+    EXPECT_THAT(report.err + read_text(folder / "r.html"), Not(HasSubstr("patient"))) << path;
+  }
+  // Whoever knows where the files are allows it.
+  const Ran allowed =
+      folder.run(fmt::format("replay {}/s.h5 --check", at()), "env TYPODONT_FILES=" + elsewhere.path().string());
+  EXPECT_THAT(allowed.err, Not(HasSubstr("outside its folder")));
+}
+
+TEST_F(Recordings, OneThatGoesOnFromItselfIsRefusedAndNotReadForEver) {
+  const std::string scene = kScene;
+  set_text("header/scene", scene.substr(0, scene.size() - 1) + ", \"resume\": \"s.h5\"}");
+  const Ran ran = folder.run(fmt::format("replay {}/s.h5 --check", at()), "timeout 60");
+  EXPECT_EQ(ran.status, 2);
+  EXPECT_THAT(ran.err, HasSubstr("recordings that name each other"));
+}
+
+TEST_F(Recordings, AFileThatMayNotGrowEndsTheRecordingAndNotTheSession) {
+  const Ran ran = folder.run(
+      fmt::format(
+          "run {0}/scene.json --hand script:{0}/hand.csv --seconds 1.5 --audio none: --record {0}/live.h5 --json",
+          at()),
+      "ulimit -f 400; env -u DISPLAY -u WAYLAND_DISPLAY");
+  EXPECT_EQ(ran.status, 1) << ran.err;
+  EXPECT_THAT(ran.err, HasSubstr("File too large"));
+  EXPECT_THAT(ran.err, HasSubstr("the session goes on, unrecorded"));
+  EXPECT_FALSE(session::SessionReader(folder / "live.h5").result());
+}
+
+}  // namespace
+}  // namespace typodont
