@@ -43,6 +43,7 @@ struct ServoSettings {
   std::vector<Tool> tools;  // all that can be taken up, `tool` first; empty: only that one. See tool_set()
   Spindle spindle;
   VoxelFrame frame;                             // of the tissue volume
+  std::uint32_t laws = kServoLaws;              // version of the force laws; a replay takes the recording's
   std::shared_ptr<const ContactMethod> method;  // of contact; null: default_contact_method()
 };
 

@@ -29,6 +29,11 @@ constexpr std::uint32_t bits(Fault fault) {
   return static_cast<std::uint32_t>(fault);
 }
 
+/// Version of the servo's force laws, which a recording keeps so that it replays to the bit. 2: a late patch gives way
+/// (docs/safety.md), a force that the ledger does not pay for follows the ledger, and a ledger's small debt is
+/// forgiven. 1: before that; recordings without the number.
+inline constexpr std::uint32_t kServoLaws = 2;
+
 /// One tick of the servo. Servo thread → everyone. Trivially copyable.
 struct ServoTick {
   std::uint64_t index = 0;       // ticks since the servo started

@@ -42,8 +42,9 @@ struct SessionHeader {
   std::vector<std::pair<std::string, std::uint64_t>> seeds;  // of every generator, by name
   std::vector<std::string> tools;                            // Cut::tool counts into these; names or inline JSON
   std::vector<StreamSpec> streams;                           // what else is recorded
-  std::string model = "offset";  // the contact model, by name; its parameters are in the scene
-  double servo_rate = 1000;      // Hz
+  std::string model = "offset";           // the contact model, by name; its parameters are in the scene
+  std::uint32_t servo_laws = kServoLaws;  // version of the force laws (contract/contact.h)
+  double servo_rate = 1000;               // Hz
   double position_step = 0;  // m, the least that the hand's device moved by, a count of its encoders; a replay needs it
   bool gives_torque = true;  // whether the hand's device resisted turns; a replay needs it
   double vibration_band = 0;   // Hz up to which the hand rendered the spindle's vibration; a replay needs it

@@ -378,6 +378,11 @@ void SessionReader::Impl::read_header() {
   need(get_attribute(root, "trainee", header.trainee), "trainee");
   need(get_attribute(root, "servo_rate_Hz", header.servo_rate), "servo_rate_Hz");
   need(get_attribute(root, "voxel_mm", voxel_mm), "voxel_mm");
+  std::uint64_t servo_laws = 1;  // older files have none, and were made by the first ones
+  get_attribute(root, "servo_laws", servo_laws);
+  header.servo_laws = static_cast<std::uint32_t>(servo_laws);
+  if (servo_laws < 1 || servo_laws > kServoLaws)
+    throw Error(name, "servo_laws", fmt::format("{}", servo_laws), fmt::format("1 to {}", kServoLaws));
   get_attribute(root, "model", header.model);                       // older files have none: there was one model
   get_attribute(root, "vibration_band_Hz", header.vibration_band);  // older files have none, and had no vibration
   get_attribute(root, "position_step_m", header.position_step);     // older files have none, and took differences

@@ -50,6 +50,8 @@ void Servo::State::feel_nothing(ContactTick& now) noexcept {
   c.rate = 0;
   c.friction = {};
   c.teeth_force = dvec3(0);
+  // By the first laws the last force faded where there was no snapshot.
+  if (settings.laws < 2 && now.contact.lost) now.force = limits.last_force * std::exp(-now.dt / P::fade_time_of_laws_1);
 }
 
 /// The proxy pulls the hand: a virtual coupling (spring and damper) between both.

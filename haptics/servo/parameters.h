@@ -34,7 +34,9 @@ struct CouplingParameters {
   static constexpr double waiting_slew = 16;  // N/s of the depth's own change above which tissue and damper wait
   static constexpr double total_slew = 18;    // N/s of all changes above which the teeth's force waits
   static constexpr double unpaid = 0.15e-3;   // J that harder tissue may store beyond what the ledger holds
-  static constexpr double teeth_ahead = 50;   // ticks for which the spindle's work must suffice, or its force shrinks
+  static constexpr double fade_time_of_laws_1 =
+      0.1;                                   // s, time constant of a force without a snapshot, by the first laws
+  static constexpr double teeth_ahead = 50;  // ticks for which the spindle's work must suffice, or its force shrinks
 };
 
 /// What bounds the force (limits.cpp).

@@ -138,7 +138,9 @@ struct Servo::State {
 
   /// J of ledger debt that is not forgiven: never more than the law gives credit for. A greater one would allow no
   /// force, without a force nothing is ever paid, and the servo would stay silent for good.
-  double most_debt() const noexcept { return std::min(LimitParameters::debt, limits.law.credit); }
+  double most_debt() const noexcept {
+    return settings.laws < 2 ? LimitParameters::debt : std::min(LimitParameters::debt, limits.law.credit);
+  }
 
   // servo.cpp
   /// A tick without a valid pose or without a hand: no force, and the next tick begins anew.

@@ -140,8 +140,9 @@ ReplayResult replay_session(const std::filesystem::path& session_file, const std
   const Scene scene = scene_of(session);
 
   haptics::TissueVolume tissue = load_tissue(scene);
-  const haptics::ServoSettings settings = servo_settings(scene, tissue, header.servo_rate, header.vibration_band,
-                                                         header.position_step, header.gives_torque);
+  haptics::ServoSettings settings = servo_settings(scene, tissue, header.servo_rate, header.vibration_band,
+                                                   header.position_step, header.gives_torque);
+  settings.laws = header.servo_laws;
   haptics::LockStep steps(std::move(tissue), settings);
 
   ReplayResult result;
@@ -170,8 +171,8 @@ ReplayResult replay_session(const std::filesystem::path& session_file, const std
       }
       ServoTick tick;
       Cut cut;
-      const bool did_cut = steps.tick_servo(
-          {recorded.t, recorded.X_WT, recorded.pedal, recorded.tool, recorded.faults}, tick, cut);
+      const bool did_cut =
+          steps.tick_servo({recorded.t, recorded.X_WT, recorded.pedal, recorded.tool, recorded.faults}, tick, cut);
       session::add_forces(force_hash, {&tick, 1});
       compare.tick(tick, recorded);
       if (did_cut) compare.cut(cut);

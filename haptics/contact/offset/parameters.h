@@ -78,7 +78,9 @@ struct RecoveryParameters {
       0.01;  // s that the tool waits where its patch ends before the patch counts as late
   static constexpr double bridge_reach = 5e-3;  // m from there that the last contact's plane stands in for a late patch
   static constexpr double bridge_yield = 0.5;   // N beyond the push of that contact, at which the plane gives way
-  static constexpr double rejoin_time = 0.3;    // s for finding back from there to the surface without a step
+  static constexpr double bridge_time_of_laws_1 =
+      0.5;                                    // s for which the plane stood in for the snapshot, by the first laws
+  static constexpr double rejoin_time = 0.3;  // s for finding back from there to the surface without a step
 };
 
 /// Upkeep of the coarse patch in which shanks are felt.

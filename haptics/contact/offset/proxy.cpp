@@ -154,7 +154,7 @@ OffsetModel::Ending OffsetModel::search(const ContactInput& in, Search& s, bool 
       break;
     }
     if (iteration == 0 || !p.touching) find_room_to_sink(in);
-    const double unfelt = rejoining_ > 0 && in.normal_force <= 0 ? 0 : Q::deep;
+    const double unfelt = settings_.laws >= 2 && rejoining_ > 0 && in.normal_force <= 0 ? 0 : Q::deep;
     if (iteration == 0 && contacts_.deepest() > p.overlap_before + p.slack + unfelt) overlap_ = contacts_.deepest();
 
     bool comes_free = false;
@@ -431,8 +431,9 @@ void OffsetModel::bridge_missing_patch(const ContactInput& in) noexcept {
   using R = RecoveryParameters;
   Step& p = step_;
   lost_for_ = p.lost ? lost_for_ + in.dt : 0;
-  p.late = lost_for_ > R::patch_wait && patch_.number != 0;
-  p.bridging = p.lost && in.normal_force > 0;
+  p.late = settings_.laws >= 2 && lost_for_ > R::patch_wait && patch_.number != 0;
+  // By the first laws the plane held for a while, and did not give way.
+  p.bridging = p.lost && in.normal_force > 0 && (settings_.laws >= 2 || lost_for_ < R::bridge_time_of_laws_1);
   if (!(p.bridging && p.late)) bridge_push_ = 0;
   if (p.bridging) {
     double under = glm::dot(p.start - p.target, in.normal);
