@@ -24,6 +24,7 @@ int main(int argc, char** argv) {
   add_servo_command(app);
   add_import_command(app);
   add_mesh_command(app);
+  add_pack_command(app);
   add_render_command(app);
   add_report_command(app);
   add_devices_command(app);

@@ -16,6 +16,7 @@ void add_devices_command(CLI::App& app);
 void add_doctor_command(CLI::App& app);
 void add_import_command(CLI::App& app);
 void add_mesh_command(CLI::App& app);
+void add_pack_command(CLI::App& app);
 void add_render_command(CLI::App& app);
 void add_replay_command(CLI::App& app);
 void add_report_command(CLI::App& app);
