@@ -28,4 +28,7 @@ struct PackOptions {
 /// `tissue_hash` 0. Throws Error where the tissue is empty or the options are out of range.
 SpherePacking pack_spheres(const DenseTissue& tissue, const PackOptions& options);
 
+/// Of all the tissue in a volume; `tissue_hash` is the volume's.
+SpherePacking pack_spheres(const TissueVolume& volume, const PackOptions& options);
+
 }  // namespace typodont::haptics

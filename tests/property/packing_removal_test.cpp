@@ -69,7 +69,7 @@ TEST(Removal, AsPrintedAShallowCutTakes9967PercentTooMuchAndMendedTheLens) {
     std::array<int, 4> changed;
     PerTissue removed{};
     const dvec3 at(0, 0, plane + 0.5 - 0.01);
-    ASSERT_EQ(tissue.cut(at, at, plane, changed, removed), 1u);
+    ASSERT_EQ(tissue.cut(at, at, plane, changed, {}, removed), 1u);
     if (removal == Removal::kAsPrinted) {
       EXPECT_NEAR(sum(removed) / cap, 99.67, 0.01);
     } else {
@@ -91,7 +91,7 @@ TEST(Removal, AfterACutNoSphereOverlapsTheToolAndEachLiesWhereItWasBefore) {
       const double x = u(random), y = u(random), z = u(random);
       const dvec3 a(x, y, z), b = a + dvec3(0.2_mm, -0.1_mm, 0.3_mm);
       PerTissue removed{};
-      tissue.cut(a, b, 0.6_mm, changed, removed);
+      tissue.cut(a, b, 0.6_mm, changed, {}, removed);
       for (int k = 0; k < 4000; ++k) {
         const auto j = static_cast<std::size_t>(k);
         const double r = tissue.tree().radius(k);
@@ -114,7 +114,7 @@ TEST(Removal, WhatIsRemovedAndWhatIsLeftAddUpPerTissue) {
   for (int i = 0; i < 300; ++i) {
     const double x = u(random), y = u(random), z = u(random);
     const dvec3 a(x, y, z);
-    tissue.cut(a, a + dvec3(u(random), u(random), u(random)) * 0.2, 0.5_mm, changed, removed);
+    tissue.cut(a, a + dvec3(u(random), u(random), u(random)) * 0.2, 0.5_mm, changed, {}, removed);
   }
   const PerTissue left = tissue.volumes();
   for (std::size_t t = 0; t < kTissueCount; ++t) {
@@ -140,7 +140,7 @@ TEST(Removal, MendedAt36000SpheresASweepTakesTheExactVolumeWithinATenthAndAsPrin
       SphereTissue tissue(p, removal);
       PerTissue removed{};
       for (int k = 0; k < 400; ++k)
-        tissue.cut(glm::mix(a, b, k / 400.0), glm::mix(a, b, (k + 1) / 400.0), 0.6_mm, changed, removed);
+        tissue.cut(glm::mix(a, b, k / 400.0), glm::mix(a, b, (k + 1) / 400.0), 0.6_mm, changed, {}, removed);
       taken[removal == Removal::kAsPrinted] = sum(removed);
     }
     EXPECT_NEAR(taken[0] / exact, 1, 0.1) << i;
@@ -158,7 +158,7 @@ TEST(Removal, TheSameWayInFourTimesAsManyStepsTakesTheSameVolumeWithinTwoPercent
     PerTissue removed{};
     for (int k = 0; k < steps; ++k) {
       tissue.cut(glm::mix(a, b, static_cast<double>(k) / steps), glm::mix(a, b, static_cast<double>(k + 1) / steps),
-                 0.6_mm, changed, removed);
+                 0.6_mm, changed, {}, removed);
     }
     taken[steps == 400] = sum(removed);
   }
@@ -170,8 +170,8 @@ TEST(Removal, CuttingTheSamePlaceAgainTakesNothing) {
   std::vector<int> changed(4000);
   const dvec3 a(-1.0_mm, 0, 4.8_mm), b(1.0_mm, 0, 4.8_mm);
   PerTissue first{}, again{};
-  EXPECT_GT(tissue.cut(a, b, 0.6_mm, changed, first), 0u);
-  tissue.cut(a, b, 0.6_mm, changed, again);
+  EXPECT_GT(tissue.cut(a, b, 0.6_mm, changed, {}, first), 0u);
+  tissue.cut(a, b, 0.6_mm, changed, {}, again);
   EXPECT_LT(sum(again), 1e-9 * sum(first));
 }
 
@@ -183,7 +183,7 @@ TEST(Removal, ASphereSetBackIsTheSphereItWasAndSoIsTheVolume) {
   PerTissue removed{};
   std::vector<CutSphere> kept;
   for (int i = 0; i < 4000; ++i) kept.push_back(tissue.sphere(i));
-  const std::size_t n = tissue.cut({0, 0, 4.5_mm}, {1.0_mm, 0, 4.0_mm}, 0.6_mm, changed, removed);
+  const std::size_t n = tissue.cut({0, 0, 4.5_mm}, {1.0_mm, 0, 4.0_mm}, 0.6_mm, changed, {}, removed);
   ASSERT_GT(n, 10u);
   for (std::size_t k = 0; k < n; ++k) tissue.set(changed[k], kept[static_cast<std::size_t>(changed[k])]);
   for (int i = 0; i < 4000; ++i) {
@@ -199,7 +199,7 @@ TEST(Removal, CutsNeverAllocate) {
   PerTissue removed{};
   test::NoAlloc guard;
   for (int i = 0; i < 100; ++i)
-    tissue.cut({0, 0, 5.0_mm - i * 0.02_mm}, {0, 0, 4.98_mm - i * 0.02_mm}, 0.6_mm, changed, removed);
+    tissue.cut({0, 0, 5.0_mm - i * 0.02_mm}, {0, 0, 4.98_mm - i * 0.02_mm}, 0.6_mm, changed, {}, removed);
   EXPECT_EQ(guard.count(), 0u);
   EXPECT_GT(sum(removed), 0);
 }

@@ -9,7 +9,6 @@
 #include "engine/app/commands/commands.h"
 #include "engine/app/picture/packing_picture.h"
 #include "engine/app/scene.h"
-#include "engine/app/task/tissue_edit.h"
 #include "engine/base/error.h"
 #include "engine/base/progress.h"
 #include "engine/base/units.h"
@@ -74,11 +73,10 @@ void run(const Options& options) {
   packing_options.progress = [&](double share) { progress.at(0.95 * share); };
   SpherePacking packing;
   try {
-    packing = haptics::pack_spheres(dense_tissue(volume), packing_options);
+    packing = haptics::pack_spheres(volume, packing_options);
   } catch (const Error& error) {
     throw Error(fmt::format("{}: {}", options.input, error.what()));
   }
-  packing.tissue_hash = volume.hash();
   session::save_packing(options.out, packing);
   if (!options.preview.empty()) {
     render::write_png(options.preview, packing_picture(packing, load_materials(), kPreviewPixels));

@@ -6,24 +6,6 @@
 
 namespace typodont {
 
-namespace {
-
-haptics::DenseTissue metres_of(const DenseCopy& copy, double band) {
-  haptics::DenseTissue dense;
-  dense.frame = copy.frame;
-  dense.size = copy.field.size;
-  dense.band = band;
-  dense.exact_outside = false;
-  dense.tissue = copy.tissue;
-  dense.distance.reserve(copy.field.distance.size());
-  for (const float d : copy.field.distance) {
-    dense.distance.push_back(static_cast<float>(std::clamp(static_cast<double>(d) * copy.frame.voxel, -band, band)));
-  }
-  return dense;
-}
-
-}  // namespace
-
 DenseCopy dense_copy(const haptics::TissueVolume& volume) {
   glm::ivec3 lo, hi;
   volume.bounds(lo, hi);
@@ -42,12 +24,18 @@ DenseCopy dense_copy(const haptics::TissueVolume& volume, const glm::ivec3& lo, 
   return copy;
 }
 
-haptics::DenseTissue dense_tissue(const haptics::TissueVolume& volume) {
-  return metres_of(dense_copy(volume), volume.band());
-}
-
 haptics::TissueVolume from_dense(const DenseCopy& copy, double band) {
-  return haptics::TissueVolume(metres_of(copy, band));
+  haptics::DenseTissue dense;
+  dense.frame = copy.frame;
+  dense.size = copy.field.size;
+  dense.band = band;
+  dense.exact_outside = false;
+  dense.tissue = copy.tissue;
+  dense.distance.reserve(copy.field.distance.size());
+  for (const float d : copy.field.distance) {
+    dense.distance.push_back(static_cast<float>(std::clamp(static_cast<double>(d) * copy.frame.voxel, -band, band)));
+  }
+  return haptics::TissueVolume(dense);
 }
 
 haptics::TissueVolume without_solid(const haptics::TissueVolume& volume, const haptics::Solid& solid) {

@@ -19,9 +19,6 @@ struct DenseCopy {
 DenseCopy dense_copy(const haptics::TissueVolume& volume);
 DenseCopy dense_copy(const haptics::TissueVolume& volume, const glm::ivec3& lo, const glm::ivec3& size);
 
-/// The same as the importers give it: metres, no distance beyond the band.
-haptics::DenseTissue dense_tissue(const haptics::TissueVolume& volume);
-
 /// `band` in metres, as TissueVolume::band(). Distances outside the tissue are not taken for true ones.
 haptics::TissueVolume from_dense(const DenseCopy& copy, double band);
 

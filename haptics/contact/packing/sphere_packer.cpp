@@ -409,4 +409,21 @@ SpherePacking pack_spheres(const DenseTissue& tissue, const PackOptions& options
   return result;
 }
 
+SpherePacking pack_spheres(const TissueVolume& volume, const PackOptions& options) {
+  glm::ivec3 lo, hi;
+  volume.bounds(lo, hi);
+  constexpr int kAir = 2;  // voxels around it
+  DenseTissue dense;
+  dense.frame = {volume.frame().to_world(dvec3(lo - kAir)), volume.frame().voxel};
+  dense.size = glm::max(hi - lo + 1 + 2 * kAir, glm::ivec3(1));
+  dense.band = volume.band();
+  dense.distance.resize(static_cast<std::size_t>(dense.size.x) * dense.size.y * dense.size.z);
+  dense.tissue.resize(dense.distance.size());
+  volume.copy(lo - kAir, dense.size, dense.distance.data(), dense.tissue.data());
+  for (float& d : dense.distance) d *= static_cast<float>(dense.frame.voxel);
+  SpherePacking packing = pack_spheres(dense, options);
+  packing.tissue_hash = volume.hash();
+  return packing;
+}
+
 }  // namespace typodont::haptics

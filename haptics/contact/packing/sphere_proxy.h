@@ -35,9 +35,12 @@ class SphereProxy {
 
   /// Puts the proxy there, whatever lies there. Spheres that overlap it let it out, but no deeper.
   void place(const Pose& X_W) noexcept;
+  /// Moves it without looking, where a cut has just made room.
+  void move_to(const Pose& X_W) noexcept { X_W_ = X_W; }
   /// One tick: as near to the hand as the spheres allow.
   void follow(const SphereTree& tree, const Pose& X_WH) noexcept;
 
+  const ToolSpheres& tool() const { return tool_; }
   const Pose& pose() const { return X_W_; }
   std::span<const ProxyContact> contacts() const { return {contacts_.data(), count_}; }
   bool touches() const { return pushed_ > 0; }

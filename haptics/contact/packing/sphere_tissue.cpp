@@ -51,13 +51,14 @@ PerTissue SphereTissue::volumes() const noexcept {
 }
 
 std::size_t SphereTissue::cut(const dvec3& a, const dvec3& b, double r, std::span<int> changed,
-                              PerTissue& removed) noexcept {
+                              std::span<CutSphere> before, PerTissue& removed) noexcept {
   const std::size_t found = std::min(tree_.near_segment(a, b, r, changed), changed.size());
   std::size_t kept = 0;
   for (std::size_t k = 0; k < found; ++k) {
     const int i = changed[k];
     CutSphere s = sphere(i);
-    const double before = volume(i);
+    const CutSphere was = s;
+    const double volume_before = volume(i);
     dvec3 away;
     const auto overlap_of = [&](const dvec3& center, double radius) {
       const dvec3 off = center - nearest_on(a, b, center);
@@ -76,7 +77,8 @@ std::size_t SphereTissue::cut(const dvec3& a, const dvec3& b, double r, std::spa
     s.away = away;
     s.tool = r;
     set(i, s);
-    removed[static_cast<std::size_t>(tissue(i))] += before - volume(i);
+    removed[static_cast<std::size_t>(tissue(i))] += volume_before - volume(i);
+    if (kept < before.size()) before[kept] = was;
     changed[kept++] = i;
   }
   return kept;

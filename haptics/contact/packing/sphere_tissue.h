@@ -34,6 +34,7 @@ struct CutSphere {
 /// One thread at a time. Built at set-up; cut() and set() are noexcept and never allocate.
 class SphereTissue {
  public:
+  SphereTissue() : SphereTissue(SpherePacking{}, Removal::kMended) {}
   SphereTissue(const SpherePacking& packing, Removal removal);
 
   std::size_t size() const { return spheres_.size(); }
@@ -47,9 +48,11 @@ class SphereTissue {
   PerTissue volumes() const noexcept;
 
   /// Takes away what a ball of radius `r` covers on its way from a to b (S2, eq. 6). Writes the numbers of the spheres
-  /// that changed to the front of `changed` and adds the volume to `removed`, m³. Returns how many changed. `changed`
-  /// must hold all spheres that the way of the ball can touch; those that do not fit stay as they are.
-  std::size_t cut(const dvec3& a, const dvec3& b, double r, std::span<int> changed, PerTissue& removed) noexcept;
+  /// that changed to the front of `changed`, as they were before to that of `before` (which may be empty), and adds the
+  /// volume to `removed`, m³. Returns how many changed. `changed` must hold all spheres that the way of the ball can
+  /// touch; those that do not fit stay as they are.
+  std::size_t cut(const dvec3& a, const dvec3& b, double r, std::span<int> changed, std::span<CutSphere> before,
+                  PerTissue& removed) noexcept;
   /// Puts a sphere back as it was at another time.
   void set(int i, const CutSphere& sphere) noexcept;
 

@@ -245,4 +245,35 @@ std::size_t SphereTree::near_segment(const dvec3& a, const dvec3& b, double reac
   return count;
 }
 
+double SphereTree::room(const dvec3& p, double most) const noexcept {
+  const glm::vec3 from(p - origin_);
+  std::array<std::pair<std::uint32_t, std::uint32_t>, kDeepest*(kWide - 1) + 1> stack;
+  std::size_t depth = 0;
+  stack[depth++] = {static_cast<std::uint32_t>(level_.size()), 0};
+  while (depth > 0) {
+    const auto [level, index] = stack[--depth];
+    if (level == 0) {
+      const Leaf& leaf = leaves_[index];
+      for (std::size_t k = 0; k < kWide; ++k) {
+        if (leaf.r[k] > 0) most = std::min(most, glm::distance(p, dvec3(leaf.x[k], leaf.y[k], leaf.z[k])) - leaf.r[k]);
+      }
+      continue;
+    }
+    const Node& node = nodes_[level_[level - 1] + index];
+    F8 far2{};
+    for (int a = 0; a < 3; ++a) {
+      const F8 below = *reinterpret_cast<const F8*>(node.lo[a]) - from[a],
+               above = F8{} + from[a] - *reinterpret_cast<const F8*>(node.hi[a]);
+      const F8 off = below > above ? below : above, out = off > F8{} ? off : F8{};
+      far2 += out * out;
+    }
+    const auto reach = static_cast<float>(std::max(most, 0.0) + slack_);
+    for (unsigned bits = bits_of(far2 <= F8{} + reach * reach); bits; bits &= bits - 1) {
+      stack[depth++] = {level - 1,
+                        index * static_cast<std::uint32_t>(kWide) + static_cast<std::uint32_t>(std::countr_zero(bits))};
+    }
+  }
+  return most;
+}
+
 }  // namespace typodont::haptics::packing

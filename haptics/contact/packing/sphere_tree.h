@@ -47,6 +47,9 @@ class SphereTree {
   /// tree alone. Returns how many there are; more than `found` holds are counted, not stored.
   std::size_t near_segment(const dvec3& a, const dvec3& b, double reach, std::span<int> found) const noexcept;
 
+  /// How far a point may move before it can be in a sphere: at most `most`, negative inside. m.
+  double room(const dvec3& p, double most) const noexcept;
+
   std::size_t bytes() const {
     return leaves_.size() * sizeof(Leaf) + nodes_.size() * sizeof(Node) + 2 * slot_of_.size() * sizeof(int);
   }
