@@ -14,5 +14,8 @@ struct BenchOptions {
 };
 
 std::vector<BenchRow> bench_contact(const BenchOptions& options);
+/// Sphere packings of a ball: coverage, collision, normals, removal and ticks, by the number of spheres. `quick`:
+/// without the largest packing, and fewer repeats.
+std::vector<BenchRow> bench_packing(bool quick);
 
 }  // namespace typodont::haptics

@@ -19,6 +19,12 @@ namespace typodont::haptics {
 class Solid;
 class VoxelStamp;
 
+/// Samples lo .. lo+size-1 of a field, in voxels, z fastest.
+struct RasterBlock {
+  glm::ivec3 lo, size;
+  std::vector<float> distance;
+};
+
 /// Sole owner of the tissue. One thread at a time (the carver's). Set-up functions throw Error.
 ///
 /// File format (.vdb): grids "distance" (float, mm, level set, background = band) and "tissue" (int32 labels, see
@@ -83,6 +89,9 @@ class TissueVolume {
   VoxelBox carve(const Sweep& sweep);
   /// Clears whole voxels. Returns where it wrote.
   VoxelBox carve(const VoxelStamp& stamp);
+
+  /// Makes a block of samples what they are given to be. Labels stay. Returns where it wrote.
+  VoxelBox replace(const RasterBlock& block);
 
   /// Adds a filling: lowers the field to it, wherever that is lower, and labels what was empty. Returns where it wrote.
   VoxelBox fill(const Fill& filling);

@@ -17,8 +17,10 @@
 #include "engine/app/tissue/tissue_edit.h"
 #include "engine/base/error.h"
 #include "engine/base/units.h"
+#include "engine/session/packing_file.h"
 #include "haptics/contact_method.h"
 #include "haptics/import/mesh_solid.h"
+#include "haptics/packing_loader.h"
 #include "haptics/solid.h"
 #include "haptics/tool.h"
 
@@ -27,6 +29,9 @@ namespace typodont {
 namespace fs = std::filesystem;
 
 namespace {
+
+/// {"packing": {"file": "P.h5"}} of a scene's model: haptics links no HDF5.
+const haptics::PackingLoaderRegistration kPackings{session::load_packing};
 
 constexpr double kLitrePerMinute = 1e-3 / 60;  // m³/s
 constexpr double kNewtonMillimetre = 1e-3;     // N·m

@@ -160,6 +160,46 @@ VoxelBox TissueVolume::carve(const VoxelStamp& stamp) {
   return carve_leaves(stamp);
 }
 
+namespace {
+
+/// A block of samples as a removal: what it does is to replace.
+class Replacement {
+ public:
+  Replacement(const RasterBlock& block, float band) : block_(block), band_(band) {}
+  const glm::ivec3& lo() const { return block_.lo; }
+  glm::ivec3 hi() const { return block_.lo + block_.size - 1; }
+  bool carve(const glm::ivec3& lo, const glm::ivec3& size, float* distance, std::size_t stride_x, std::size_t stride_y,
+             const Tissue*, PerTissue*) const noexcept {
+    bool changed = false;
+    for (int x = 0; x < size.x; ++x) {
+      for (int y = 0; y < size.y; ++y) {
+        for (int z = 0; z < size.z; ++z) {
+          const glm::ivec3 at = lo - block_.lo + glm::ivec3(x, y, z);
+          const auto from =
+              (static_cast<std::size_t>(at.x) * block_.size.y + static_cast<std::size_t>(at.y)) * block_.size.z +
+              static_cast<std::size_t>(at.z);
+          float& to = distance[static_cast<std::size_t>(x) * stride_x + static_cast<std::size_t>(y) * stride_y +
+                               static_cast<std::size_t>(z)];
+          const float d = std::clamp(block_.distance[from], -band_, band_);
+          changed = changed || to != d;
+          to = d;
+        }
+      }
+    }
+    return changed;
+  }
+
+ private:
+  const RasterBlock& block_;
+  float band_;
+};
+
+}  // namespace
+
+VoxelBox TissueVolume::replace(const RasterBlock& block) {
+  return carve_leaves(Replacement(block, static_cast<float>(band() / frame().voxel)));
+}
+
 VoxelBox TissueVolume::fill(const Fill& filling) {
   Impl& v = *impl_;
   using Leaf = openvdb::FloatTree::LeafNodeType;

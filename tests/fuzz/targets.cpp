@@ -24,6 +24,7 @@
 #include "engine/display/display_rig.h"
 #include "engine/display/head_tracker.h"
 #include "engine/render/picture.h"
+#include "engine/session/packing_file.h"
 #include "engine/session/session_file.h"
 #include "engine/session/ticks_csv.h"
 #include "haptics/devices/arm.h"
@@ -144,6 +145,9 @@ void session_h5(Bytes bytes) {
     (void)reader.ticks(0, 1000);
   });
 }
+void packing_h5(Bytes bytes) {
+  attempt([&] { (void)session::load_packing(as_file(bytes, "in.h5")).coverage(); });
+}
 void picture_png(Bytes bytes) {
   attempt([&] { (void)render::read_png(as_file(bytes, "in.png")); });
 }
@@ -245,6 +249,7 @@ constexpr FuzzTarget kTargets[] = {{"json", json},
                                    {"recording_wav", recording_wav},
                                    {"volume_vdb", volume_vdb},
                                    {"session_h5", session_h5},
+                                   {"packing_h5", packing_h5},
                                    {"picture_png", picture_png},
                                    {"scan_nrrd", import_as<kNrrd>},
                                    {"scan_nifti", import_as<kNifti>},

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "engine/base/units.h"
+#include "haptics/hardness.h"
 #include "haptics/import/import.h"
 
 namespace typodont::haptics {

@@ -181,7 +181,7 @@ void run_session(const Scene& scene, std::uint64_t seed, const std::filesystem::
   carver.finish();
   recorder.turn();
   counts.cuts += s.carver.cuts();
-  counts.patches += s.carver.patches();
+  counts.patches += s.carver.snapshots();
   ASSERT_TRUE(writer.finish(session_result(s.carver.volume()))) << writer.status().message;
 }
 

@@ -132,7 +132,7 @@ struct Watched {
   Scene scene =
       parse_scene(Json::parse(R"({"tissue": {"solids": []}, "tool": "round_012"})", "scene.json"), "scene.json");
   haptics::TissueVolume tissue = ball(3);
-  Wiring wiring{haptics::SurfacePatch()};
+  Wiring wiring{haptics::Carver(tissue.clone(), scene.servo)};
   Surroundings around;
   PictureStage stage{rig(), scene.servo, {.embedded = true, .hud = false, .tool = false}};
   LiveViews views{scene, tissue, around, wiring, /*judged=*/false};

@@ -49,6 +49,11 @@ constexpr BenchPart kParts[] = {
      "Direction of the force while sliding on a ball, cutting ticks of a simulated hand, removed volume against the "
      "formula.",
      contact},
+    {"packing", "Sphere packings",
+     "A ball of 10 mm packed with spheres: what they leave unfilled, first contact with the tree on either side, "
+     "direction "
+     "of the normal, a groove's volume as printed in the paper and mended, and the three passes of a cutting tick.",
+     haptics::bench_packing},
     {"stability", "Stability",
      "The stiffness at which a pushed mass (0.15 kg, 5 N·s/m) no longer settles at a wall, by rate, delay and jitter; "
      "and what hands on the molar feel while the carver stands still, beside other laws for that.",

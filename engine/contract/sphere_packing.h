@@ -1,0 +1,44 @@
+// A tissue as a packing of spheres: plain data that the packer makes, files keep and the contact model reads.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "engine/contract/tissue.h"
+
+namespace typodont {
+
+/// Spheres that do not overlap and lie inside the tissue. Metres, frame W. Sphere i is center[i], radius[i], tissue[i];
+/// they stand in the order in which they were placed, larger ones first as far as the packer's grid tells them apart.
+struct SpherePacking {
+  std::vector<dvec3> center;   // m, W
+  std::vector<double> radius;  // m, above 0
+  std::vector<Tissue> tissue;  // never kAir; a sphere lies in one tissue
+
+  std::uint64_t seed = 0;         // of the packer
+  std::uint64_t tissue_hash = 0;  // TissueVolume::hash() of the tissue it was made from
+  double max_radius = 0;          // m, the packer's limit
+  double largest_hole = 0;        // m, radius of the largest sphere that would still fit
+  PerTissue solid_volume{};       // m³, of the tissue; spheres fill a part of it
+
+  std::size_t size() const { return radius.size(); }
+  /// Volume of the spheres per tissue, m³.
+  PerTissue sphere_volume() const {
+    PerTissue sum{};
+    for (std::size_t i = 0; i < size(); ++i) {
+      sum[static_cast<std::size_t>(tissue[i])] +=
+          4.0 / 3.0 * 3.14159265358979323846 * radius[i] * radius[i] * radius[i];
+    }
+    return sum;
+  }
+  /// Filled share of the tissue's volume, 0 to 1.
+  double coverage() const {
+    double spheres = 0, solid = 0;
+    for (const double v : sphere_volume()) spheres += v;
+    for (const double v : solid_volume) solid += v;
+    return solid > 0 ? spheres / solid : 0;
+  }
+};
+
+}  // namespace typodont

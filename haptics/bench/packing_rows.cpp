@@ -1,0 +1,241 @@
+// Sphere packings (S2): what they fill, how fast and how truly they are touched and cut.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "engine/base/measure.h"
+#include "engine/base/units.h"
+#include "haptics/bench.h"
+#include "haptics/bench/timing.h"
+#include "haptics/contact/packing/sphere_proxy.h"
+#include "haptics/contact/packing/sphere_tissue.h"
+#include "haptics/contact/packing/surface_estimate.h"
+#include "haptics/contact/packing/tool_spheres.h"
+#include "haptics/solid.h"
+#include "haptics/sphere_packer.h"
+
+namespace typodont::haptics {
+
+namespace {
+
+using namespace packing;
+
+constexpr double kBall = 5e-3;     // m, radius of the tissue
+constexpr double kHead = 0.6e-3;   // m, of a round bur
+constexpr double kDepth = 0.1e-3;  // m, that the surface is estimated to
+constexpr std::size_t kToolSpheres = 200;
+
+DenseTissue ball_field() {
+  return read_solids(Json::parse(
+      R"({"voxel_mm": 0.1, "solids": [{"tissue": "dentin", "solid": {"sphere": {"radius_mm": 5}}}]})", "bench"));
+}
+
+/// A unit vector, the same for equal seeds.
+dvec3 direction(std::mt19937_64& random) {
+  std::uniform_real_distribution<double> u(-1, 1);
+  while (true) {
+    const double x = u(random), y = u(random), z = u(random);
+    const double length = glm::length(dvec3(x, y, z));
+    if (length > 0.1 && length < 1) return dvec3(x, y, z) / length;
+  }
+}
+
+/// Volume of the ball within `r` of the segment, m³, by counting.
+double exact_groove(const dvec3& a, const dvec3& b, double r) {
+  constexpr double h = 0.02e-3;
+  const dvec3 lo = glm::min(a, b) - r, hi = glm::max(a, b) + r;
+  std::size_t count = 0;
+  for (double x = lo.x + h / 2; x < hi.x; x += h) {
+    for (double y = lo.y + h / 2; y < hi.y; y += h) {
+      for (double z = lo.z + h / 2; z < hi.z; z += h) {
+        const dvec3 p(x, y, z);
+        count += glm::dot(p, p) <= kBall * kBall && glm::distance(p, nearest_on(a, b, p)) <= r;
+      }
+    }
+  }
+  return static_cast<double>(count) * h * h * h;
+}
+
+class Rows {
+ public:
+  explicit Rows(std::vector<BenchRow>& rows) : rows_(rows) {}
+
+  void of(const SpherePacking& packing, bool quick) {
+    size_ = static_cast<double>(packing.size());
+    knob_ = fmt::format("{} spheres", packing.size());
+    collision(packing, quick);
+    direction_of_normal(packing, quick);
+    removal(packing);
+    ticks(packing, quick);
+  }
+  void add(const char* name, double error, const char* unit, double ns, const char* per, const char* baseline = "",
+           double of_it = 0) {
+    rows_.push_back(
+        {name, knob_, error, unit, ns, per, baseline, of_it > 0 ? ns / of_it : BenchRow::kNone, size_, "spheres"});
+  }
+  void packed(const SpherePacking& packing, double seconds) {
+    size_ = static_cast<double>(packing.size());
+    knob_ = fmt::format("{} spheres", packing.size());
+    add("packing a ball of 10 mm", 1 - packing.coverage(), "share left unfilled", 1e9 * seconds / size_, "sphere");
+    add("packing a ball of 10 mm, largest hole", packing.largest_hole / kMillimetre, "mm, radius", BenchRow::kNone, "");
+  }
+
+ private:
+  /// A tool of many spheres moves through the surface: the tree over the tissue's spheres, over the tool's, and none.
+  void collision(const SpherePacking& packing, bool quick) {
+    Tool head;
+    head.shape = HeadShape::kCylinder, head.diameter = 1e-3, head.length = 4e-3;
+    const ToolSpheres tool = tool_spheres(head, kToolSpheres, 1);
+    const SphereTree tissue(packing.center, packing.radius), of_tool(tool.center_T, tool.radius);
+    std::mt19937_64 random(1);
+    const int looks = quick ? 5 : 40;
+    std::vector<double> by_tissue, by_tool, by_none;
+    for (int i = 0; i < looks; ++i) {
+      const dvec3 from = (kBall + 0.55e-3) * direction(random), way = 0.2e-3 * direction(random) - 0.02 * from;
+      double first[3] = {kNever, kNever, kNever};
+      Nanos start = thread_cpu_time();
+      for (std::size_t t = 0; t < tool.radius.size(); ++t) {
+        first[0] = std::min(first[0], tissue.first_hit(from + tool.center_T[t], tool.radius[t], way).t);
+      }
+      by_tissue.push_back(static_cast<double>(thread_cpu_time() - start));
+      start = thread_cpu_time();
+      for (std::size_t b = 0; b < packing.size(); ++b) {
+        first[1] = std::min(first[1], of_tool.first_hit(packing.center[b] - from, packing.radius[b], -way).t);
+      }
+      by_tool.push_back(static_cast<double>(thread_cpu_time() - start));
+      if (i >= 2) continue;  // without a tree it takes long, and always the same
+      start = thread_cpu_time();
+      for (std::size_t t = 0; t < tool.radius.size(); ++t) {
+        first[2] = std::min(first[2], tissue.brute_force(from + tool.center_T[t], tool.radius[t], way).t);
+      }
+      by_none.push_back(static_cast<double>(thread_cpu_time() - start));
+      differ_ = differ_ || first[0] != first[2];
+    }
+    const double none = quantile(by_none, 0.5);
+    add("first contact of 200 tool spheres, tree over the tissue", differ_ ? 1 : 0, "results that differ",
+        quantile(by_tissue, 0.5), "look", "every pair", none);
+    add("first contact of 200 tool spheres, tree over the tool", BenchRow::kNone, "", quantile(by_tool, 0.5), "look",
+        "every pair", none);
+    add("memory", BenchRow::kNone, "", BenchRow::kNone, "");
+    rows_.back().error = static_cast<double>(SphereTissue(packing, Removal::kMended).bytes()) / size_;
+    rows_.back().error_unit = "bytes a sphere, tree included";
+  }
+
+  void direction_of_normal(const SpherePacking& packing, bool quick) {
+    const SphereTissue tissue(packing, Removal::kMended);
+    const ToolSpheres tool{{dvec3(0)}, {kHead}, dvec3(0), kHead};
+    PerTissue density{};
+    density.fill(1);
+    std::vector<int> scratch(packing.size());
+    std::mt19937_64 random(2);
+    const int looks = quick ? 50 : 500;
+    double squares = 0;
+    std::vector<double> times;
+    for (int i = 0; i < looks; ++i) {
+      const dvec3 out = direction(random);
+      const Nanos start = thread_cpu_time();
+      const SurfaceEstimate e =
+          estimate_surface(tissue, tool, {(kBall + kHead) * out, {1, 0, 0, 0}}, kBall * out, kDepth, density, scratch);
+      times.push_back(static_cast<double>(thread_cpu_time() - start));
+      squares += std::pow(std::asin(std::min(1.0, glm::length(glm::cross(e.n_W, out)))) / kDegree, 2) / looks;
+    }
+    add("normal and density by overlap (2)(3) on a ball", std::sqrt(squares), "degree, rms", quantile(times, 0.5),
+        "look");
+  }
+
+  void removal(const SpherePacking& packing) {
+    const dvec3 n = glm::normalize(dvec3(0.3, -0.5, 0.8)), along = glm::normalize(glm::cross(n, dvec3(1, 0, 0.2)));
+    const dvec3 a = 4.8e-3 * n - 2e-3 * along, b = 4.8e-3 * n + 2e-3 * along;
+    const double exact = exact_groove(a, b, kHead);
+    std::vector<int> changed(packing.size());
+    for (const Removal form : {Removal::kMended, Removal::kAsPrinted}) {
+      SphereTissue tissue(packing, form);
+      PerTissue removed{};
+      constexpr int kSteps = 400;
+      const Nanos start = thread_cpu_time();
+      for (int i = 0; i < kSteps; ++i) {
+        tissue.cut(glm::mix(a, b, static_cast<double>(i) / kSteps), glm::mix(a, b, static_cast<double>(i + 1) / kSteps),
+                   kHead, changed, {}, removed);
+      }
+      const double ns = static_cast<double>(thread_cpu_time() - start) / kSteps;
+      double sum = 0;
+      for (const double v : removed) sum += v;
+      add(form == Removal::kMended ? "removal (6), a groove, mended" : "removal (6), a groove, as printed",
+          sum / exact - 1, "share of the exact volume, too much", ns, "cut");
+    }
+  }
+
+  /// A round bur that is pressed on and drawn over the ball: the three passes of S2.
+  void ticks(const SpherePacking& packing, bool quick) {
+    const ToolSpheres tool{{dvec3(0)}, {kHead}, dvec3(0), kHead};
+    PerTissue density{};
+    density.fill(1);
+    std::vector<int> scratch(packing.size());
+    const int count = quick ? 1000 : 5000;
+    const std::vector<double> times = bench::least_of([&] {
+      SphereTissue tissue(packing, Removal::kMended);
+      SphereProxy proxy(tool, {.static_friction = 0, .dynamic_friction = 0});
+      proxy.place({dvec3(0, 0, kBall + kHead + 1e-4), {1, 0, 0, 0}});
+      PerTissue removed{};
+      std::vector<double> run;
+      for (int i = 0; i < count; ++i) {
+        const double angle = 0.8 * std::sin(0.002 * i);
+        const dvec3 hand =
+            (kBall + kHead - 0.5e-3) * dvec3(std::sin(angle), 0.1 * std::sin(0.003 * i), std::cos(angle));
+        const Nanos start = thread_cpu_time();
+        proxy.follow(tissue.tree(), {hand, {1, 0, 0, 0}});
+        if (proxy.touches()) {
+          const dvec3 from = proxy.pose().p, left = hand - from;
+          const SurfaceEstimate e =
+              estimate_surface(tissue, tool, proxy.pose(), proxy.contact_point(), kDepth / 2, density, scratch);
+          const double step = cutting_step(cutting_speed(1e-3, e.normalised, 0.1), 1e-3, glm::length(left));
+          const dvec3 to = from + step * glm::normalize(left);
+          tissue.cut(from, to, kHead, scratch, {}, removed);
+          proxy.move_to({to, {1, 0, 0, 0}});
+        }
+        run.push_back(static_cast<double>(thread_cpu_time() - start));
+      }
+      return run;
+    });
+    add("cutting tick, median", BenchRow::kNone, "", quantile(times, 0.5), "tick");
+    add("cutting tick, 99.9 %", BenchRow::kNone, "", quantile(times, 0.999), "tick");
+  }
+
+  std::vector<BenchRow>& rows_;
+  std::string knob_;
+  double size_ = 0;
+  bool differ_ = false;
+};
+
+}  // namespace
+
+std::vector<BenchRow> bench_packing(bool quick) {
+  std::vector<BenchRow> rows;
+  Rows measured(rows);
+  const DenseTissue field = ball_field();
+  std::vector<std::size_t> sizes = {10000, 36000};
+  if (!quick) sizes.push_back(300000);
+  for (const std::size_t n : sizes) {
+    PackOptions options;
+    options.spheres = n;
+    const Nanos start = thread_cpu_time();
+    const SpherePacking packing = pack_spheres(field, options);
+    measured.packed(packing, to_seconds(thread_cpu_time() - start));
+    measured.of(packing, quick);
+  }
+  // Time of a tick = c · spheres^p: p by least squares of the logarithms.
+  double x = 0, y = 0, xx = 0, xy = 0, k = 0;
+  for (const BenchRow& row : rows) {
+    if (row.name != "cutting tick, median") continue;
+    const double u = std::log(row.size), v = std::log(row.time_ns);
+    x += u, y += v, xx += u * u, xy += u * v, k += 1;
+  }
+  rows.push_back({"cutting tick, median, growth", "time = c · spheres^p", (k * xy - x * y) / (k * xx - x * x), "p"});
+  return rows;
+}
+
+}  // namespace typodont::haptics

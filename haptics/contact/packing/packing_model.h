@@ -1,0 +1,60 @@
+// The servo's half of "packing": the three passes of S2 in a tick.
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "haptics/contact/packing/packing_parts.h"
+#include "haptics/contact/packing/sphere_proxy.h"
+#include "haptics/contact/packing/surface_estimate.h"
+#include "haptics/contact_model.h"
+#include "haptics/servo.h"
+
+namespace typodont::haptics::packing {
+
+/// Servo thread. Pass 1, first contact: constrain(). Passes 2 and 3, the material there and its removal: cut().
+class PackingModel final : public ContactModel {
+ public:
+  /// Throws Error for a tool that fills or has parts that never cut: spheres only shrink.
+  PackingModel(const ServoSettings& settings, const Parameters& parameters);
+
+  void adopt(Snapshot& fresh, PerTissue& removed) noexcept override;
+  const Snapshot& snapshot() const noexcept override { return snapshot_; }
+  double travel() const noexcept override;
+  double clearance(const Pose& X_WG) noexcept override;
+  bool turns_matter() const noexcept override { return proxy().tool().radius.size() > 1; }
+  void begin_anew() noexcept override { placed_ = false; }
+  void release() noexcept override { placed_ = false; }
+  bool may_take_up(std::uint32_t tool, const Pose& X_WG) noexcept override;
+  void take_up(std::uint32_t tool) noexcept override;
+  void constrain(const ContactInput& in, Contact& out) noexcept override;
+  bool cut(const ContactInput& in, Contact& contact, Cut& cut, double& energy) noexcept override;
+  void feel(const ContactInput& in, Contact& out) noexcept override;
+  Tissue tissue_at(const dvec3& p_W) const noexcept override;
+
+ private:
+  struct Made {
+    Pose X_WA, X_WB;
+    std::uint32_t tool = 0;
+    PerTissue removed{};  // m³
+  };
+  static constexpr std::uint64_t kRemembered = 8192;  // cuts that a late snapshot may lack
+
+  SphereProxy& proxy() noexcept { return proxies_[tool_]; }
+  const SphereProxy& proxy() const noexcept { return proxies_[tool_]; }
+  bool is_free(const ToolSpheres& tool, const Pose& X_W) const noexcept;
+
+  const ServoSettings& settings_;
+  Parameters parameters_;
+  PackingSnapshot snapshot_;
+  std::vector<SphereProxy> proxies_;  // one a tool
+  std::uint32_t tool_ = 0;
+  bool placed_ = false;
+  dvec3 held_{0};  // m, where the servo was told that the tool is
+  SurfaceEstimate surface_;
+  CutBuffers buffers_;
+  std::vector<Made> made_;  // by index modulo kRemembered
+  std::uint64_t cuts_ = 0;
+};
+
+}  // namespace typodont::haptics::packing

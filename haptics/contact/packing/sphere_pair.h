@@ -1,0 +1,50 @@
+// Two spheres: when they touch, how far and how much they overlap. Pure functions; any one unit of length.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "engine/base/pose.h"
+#include "engine/base/units.h"
+
+namespace typodont::haptics::packing {
+
+inline constexpr double kNever = std::numeric_limits<double>::infinity();
+
+/// S2, eq. 1: when a sphere that moves by `m` in the time from 0 to 1 first touches one at rest; kNever where it does
+/// not. `D`: from the moving centre to the other one, `R`: sum of the radii. Spheres that touch or overlap at the start
+/// touch at 0 where they approach (m·D > 0), and never otherwise, so that overlapping spheres can always be parted.
+///
+/// As printed the root subtracts two numbers that may be nearly equal; this is the same root in a form that does not,
+/// with (m·D)² - m²(D² - R²) = m²R² - |m × D|².
+inline double contact_time(const dvec3& D, const dvec3& m, double R) noexcept {
+  const double nearing = m.x * D.x + m.y * D.y + m.z * D.z;
+  const double cx = m.y * D.z - m.z * D.y, cy = m.z * D.x - m.x * D.z, cz = m.x * D.y - m.y * D.x;
+  const double discriminant = (m.x * m.x + m.y * m.y + m.z * m.z) * (R * R) - (cx * cx + cy * cy + cz * cz);
+  const double apart = (D.x * D.x + D.y * D.y + D.z * D.z) - R * R;
+  const double sum = nearing + std::sqrt(discriminant < 0 ? 0 : discriminant);
+  const double root = (apart < 0 ? 0 : apart) / (nearing > 0 ? sum : 1);
+  const bool touches = (nearing > 0) & ((apart <= 0) | (discriminant >= 0)) & (root <= 1);
+  return touches ? root : kNever;
+}
+
+/// S2, eq. 2: volume that two spheres share whose centres are `d` apart; 0 where they do not overlap, the smaller
+/// sphere's where it lies in the other. The denominator and the square of the radii's difference are missing in print.
+inline double lens_volume(double r1, double r2, double d) noexcept {
+  if (!(d < r1 + r2)) return 0;
+  const double least = std::min(r1, r2);
+  if (d <= std::abs(r1 - r2)) return 4.0 / 3.0 * kPi * least * least * least;
+  const double in = r1 + r2 - d, off = r1 - r2;
+  return kPi * in * in * (d * d + 2 * d * (r1 + r2) - 3 * off * off) / (12 * d);
+}
+
+/// The point of the segment from a to b that is nearest to p.
+inline dvec3 nearest_on(const dvec3& a, const dvec3& b, const dvec3& p) noexcept {
+  const dvec3 ab = b - a;
+  const double length2 = glm::dot(ab, ab);
+  if (!(length2 > 0)) return a;
+  return a + std::clamp(glm::dot(p - a, ab) / length2, 0.0, 1.0) * ab;
+}
+
+}  // namespace typodont::haptics::packing

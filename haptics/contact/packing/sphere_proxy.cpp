@@ -1,0 +1,183 @@
+#include "haptics/contact/packing/sphere_proxy.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace typodont::haptics::packing {
+
+namespace {
+
+constexpr int kSweeps = 24;            // a tick; what is left of the way then waits for the next
+constexpr int kRounds = 60;            // of the projection
+constexpr double kSettled = 1e-12;     // m, of the projection
+constexpr double kArrived = 1e-10;     // m
+constexpr double kLargestTurn = 0.02;  // rad at once: a chord then leaves its arc by 5e-5 of the reach
+
+dvec3 rotation_vector(const dquat& q) {
+  const dvec3 v(q.x, q.y, q.z);
+  const double s = glm::length(v);
+  if (s < 1e-15) return dvec3(0);
+  return v * (2 * std::atan2(s, std::abs(q.w)) / s * (q.w < 0 ? -1 : 1));
+}
+dquat rotation_by(const dvec3& v) {
+  const double angle = glm::length(v);
+  if (angle < 1e-15) return {1, 0, 0, 0};
+  const dvec3 s = v * (std::sin(0.5 * angle) / angle);
+  return {std::cos(0.5 * angle), s.x, s.y, s.z};
+}
+
+}  // namespace
+
+SphereProxy::SphereProxy(const ToolSpheres& tool, const ProxyOptions& options)
+    : tool_(tool), options_(options), lever_(std::max(tool.reach, 1e-6)) {}
+
+void SphereProxy::place(const Pose& X_W) noexcept {
+  X_W_ = X_WH_ = X_W;
+  count_ = 0, pushed_ = 0, n_W_ = dvec3(0), sticks_ = false;
+}
+
+/// The motion nearest to the wanted one that no constraint forbids: min |δ - move|² + |lever (φ - turn)|².
+void SphereProxy::project(const dvec3& move, const dvec3& turn, dvec3& allowed_move, dvec3& allowed_turn) noexcept {
+  allowed_move = move, allowed_turn = turn;
+  for (std::size_t k = 0; k < count_; ++k) constraints_[k].multiplier = 0;
+  for (int round = 0; round < kRounds; ++round) {
+    double changed = 0;
+    for (std::size_t k = 0; k < count_; ++k) {
+      Constraint& c = constraints_[k];
+      const dvec3 turned = c.turn / (lever_ * lever_);
+      const double gap = c.gap + glm::dot(c.n, allowed_move) + glm::dot(c.turn, allowed_turn);
+      const double before = c.multiplier;
+      c.multiplier = std::max(0.0, before - gap / (1 + glm::dot(c.turn, turned)));
+      const double by = c.multiplier - before;
+      allowed_move += by * c.n;
+      allowed_turn += by * turned;
+      changed = std::max(changed, std::abs(by));
+    }
+    if (changed < kSettled) break;
+  }
+}
+
+void SphereProxy::add_contact(const SphereTree& tree, int tool_sphere, int sphere) noexcept {
+  std::size_t at = count_;
+  for (std::size_t k = 0; k < count_; ++k) {
+    if (contacts_[k].tool_sphere == tool_sphere && contacts_[k].sphere == sphere) at = k;
+  }
+  if (at == kMostContacts) {  // the one that holds least makes room
+    at = 0;
+    for (std::size_t k = 1; k < count_; ++k) {
+      if (constraints_[k].multiplier < constraints_[at].multiplier) at = k;
+    }
+  } else if (at == count_) {
+    ++count_;
+  }
+  const dvec3 center = X_W_ * tool_.center_T[static_cast<std::size_t>(tool_sphere)];
+  const dvec3 off = center - tree.center(sphere);
+  const double distance = glm::length(off);
+  ProxyContact& contact = contacts_[at];
+  contact.n_W = distance > 0 ? off / distance : dvec3(0, 0, 1);
+  contact.p_W = center - tool_.radius[static_cast<std::size_t>(tool_sphere)] * contact.n_W;
+  contact.sphere = sphere, contact.tool_sphere = tool_sphere, contact.push = 0;
+  constraints_[at] = {contact.n_W, glm::cross(center - X_W_.p, contact.n_W), 0, 0};
+}
+
+void SphereProxy::follow(const SphereTree& tree, const Pose& X_WH) noexcept {
+  X_WH_ = X_WH;
+
+  // What was touched in the last tick and still is.
+  const std::size_t before = count_;
+  count_ = 0;
+  for (std::size_t k = 0; k < before; ++k) {
+    const ProxyContact old = contacts_[k];
+    const double r = tree.radius(old.sphere);
+    const dvec3 center = X_W_ * tool_.center_T[static_cast<std::size_t>(old.tool_sphere)];
+    const double gap =
+        glm::distance(center, tree.center(old.sphere)) - r - tool_.radius[static_cast<std::size_t>(old.tool_sphere)];
+    if (r > 0 && gap < 2 * kGap) add_contact(tree, old.tool_sphere, old.sphere);
+  }
+
+  bool slid = false;
+  for (int sweep = 0; sweep < kSweeps; ++sweep) {
+    const dvec3 move = X_WH.p - X_W_.p;
+    const dvec3 turn = rotation_vector(X_WH.R * glm::conjugate(X_W_.R));
+    dvec3 by, turned;
+    project(move, turn, by, turned);
+
+    // Coulomb friction (eq. 10–13): what holds the proxy back along the normal decides how far it may slide.
+    dvec3 pushed(0);
+    for (std::size_t k = 0; k < count_; ++k) pushed += constraints_[k].multiplier * constraints_[k].n;
+    const double normal = glm::length(pushed);
+    if (normal > 0) {
+      const dvec3 n = pushed / normal, along = move - glm::dot(move, n) * n;
+      const double held = std::max(0.0, -glm::dot(move, n)), tangential = glm::length(along);
+      const double limit = (sticks_ && !slid ? options_.static_friction : options_.dynamic_friction) * held;
+      if (tangential <= limit) {
+        by = dvec3(0);
+      } else {
+        by *= 1 - options_.dynamic_friction * held / tangential;
+      }
+    }
+
+    // One part of the way, swept.
+    const double angle = glm::length(turned), share = std::min(1.0, kLargestTurn / std::max(angle, 1e-300));
+    by *= share, turned *= share;
+    if (glm::length(by) + lever_ * glm::length(turned) < kArrived) break;
+    const Pose goal{X_W_.p + by, glm::normalize(rotation_by(turned) * X_W_.R)};
+    double first = kNever, back = 0;
+    int tool_sphere = -1, sphere = -1;
+    for (std::size_t i = 0; i < tool_.radius.size(); ++i) {
+      const dvec3 from = X_W_ * tool_.center_T[i], m = goal * tool_.center_T[i] - from;
+      const SphereTree::Hit hit = tree.first_hit(from, tool_.radius[i], m);
+      if (!hit || hit.t >= first) continue;
+      first = hit.t, tool_sphere = static_cast<int>(i), sphere = hit.sphere;
+      const dvec3 off = from + hit.t * m - tree.center(hit.sphere);
+      const double nearing = -glm::dot(m, off) / std::max(glm::length(off), 1e-300);  // m per whole way
+      back = nearing > 0 ? kGap / nearing : 1;
+    }
+    const double reached = tool_sphere < 0 ? 1 : std::max(0.0, first - back);
+    if (reached >= 1) {
+      X_W_ = goal;
+    } else if (reached > 0) {
+      X_W_ = {X_W_.p + reached * by, glm::normalize(rotation_by(reached * turned) * X_W_.R)};
+    }
+    for (std::size_t k = 0; k < count_; ++k) {
+      Constraint& c = constraints_[k];
+      c.gap = std::max(0.0, c.gap + reached * (glm::dot(c.n, by) + glm::dot(c.turn, turned)));
+    }
+    slid = slid || (normal > 0 && reached * glm::length(by) > kArrived);
+    if (tool_sphere >= 0) {
+      add_contact(tree, tool_sphere, sphere);
+    } else if (share >= 1) {
+      break;
+    }
+  }
+
+  // What holds the proxy where it is now.
+  dvec3 by, turned;
+  project(X_WH.p - X_W_.p, rotation_vector(X_WH.R * glm::conjugate(X_W_.R)), by, turned);
+  pushed_ = 0, n_W_ = dvec3(0);
+  for (std::size_t k = 0; k < count_; ++k) {
+    contacts_[k].push = constraints_[k].multiplier;
+    pushed_ += contacts_[k].push;
+    n_W_ += contacts_[k].push * contacts_[k].n_W;
+  }
+  if (const double length = glm::length(n_W_); length > 0) n_W_ /= length;
+  sticks_ = pushed_ > 0 && !slid;
+}
+
+dvec3 SphereProxy::force(const dvec3& v_WH) const noexcept {
+  if (!touches()) return dvec3(0);
+  return options_.stiffness * (X_W_.p - X_WH_.p) - options_.damping * v_WH;
+}
+
+dvec3 SphereProxy::contact_point() const noexcept {
+  dvec3 p(0);
+  for (std::size_t k = 0; k < count_; ++k) p += contacts_[k].push / std::max(pushed_, 1e-300) * contacts_[k].p_W;
+  return p;
+}
+
+dvec3 SphereProxy::torque(const dvec3& force) const noexcept {
+  if (!touches()) return dvec3(0);
+  return glm::cross(contact_point() - com(), force);
+}
+
+}  // namespace typodont::haptics::packing

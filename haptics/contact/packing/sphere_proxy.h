@@ -1,0 +1,83 @@
+// The tool's proxy among spheres: it follows the hand as far as no sphere is in the way. S2, pass 1 and sec. III B, C.
+#pragma once
+
+#include <array>
+#include <span>
+
+#include "haptics/contact/packing/sphere_tree.h"
+#include "haptics/contact/packing/tool_spheres.h"
+
+namespace typodont::haptics::packing {
+
+struct ProxyOptions {
+  double stiffness = 1000;         // N/m, k of eq. 7
+  double damping = 0;              // N s/m, ζ of eq. 7
+  double static_friction = 0.2;    // μ_s of eq. 13
+  double dynamic_friction = 0.15;  // μ_d, at most μ_s
+};
+
+struct ProxyContact {
+  dvec3 p_W{0};     // m, where the spheres touch
+  dvec3 n_W{0};     // unit, from the tissue's sphere to the tool's
+  int sphere = -1;  // of the tissue
+  int tool_sphere = -1;
+  double push = 0;  // m, how far the constraint holds the proxy back along n_W
+};
+
+/// Servo thread. follow() is noexcept and never allocates. Frame W, metres, newtons.
+///
+/// The proxy only moves along ways that were swept free, so it cannot pass through a sphere at any speed. Where it is
+/// stopped, the plane of the contact becomes a constraint, and it goes on to the place nearest to the hand that all
+/// constraints allow (a projection in translation and rotation, by Gauss–Seidel on the constraints' multipliers).
+class SphereProxy {
+ public:
+  SphereProxy(const ToolSpheres& tool, const ProxyOptions& options);
+
+  /// Puts the proxy there, whatever lies there. Spheres that overlap it let it out, but no deeper.
+  void place(const Pose& X_W) noexcept;
+  /// Moves it without looking, where a cut has just made room.
+  void move_to(const Pose& X_W) noexcept { X_W_ = X_W; }
+  /// One tick: as near to the hand as the spheres allow.
+  void follow(const SphereTree& tree, const Pose& X_WH) noexcept;
+
+  const ToolSpheres& tool() const { return tool_; }
+  const Pose& pose() const { return X_W_; }
+  std::span<const ProxyContact> contacts() const { return {contacts_.data(), count_}; }
+  bool touches() const { return pushed_ > 0; }
+  bool sticks() const { return sticks_; }
+  /// Unit, the sum of the contacts' normals by their push; zero where nothing is touched.
+  const dvec3& normal() const { return n_W_; }
+
+  /// Eq. 7: on the hand, N; v_WH in m/s.
+  dvec3 force(const dvec3& v_WH) const noexcept;
+  /// Eq. 8: about the tool's centre of mass, N m, for that force.
+  dvec3 torque(const dvec3& force) const noexcept;
+  /// Where that force acts: the contacts' places by their push; m.
+  dvec3 contact_point() const noexcept;
+  dvec3 com() const noexcept { return X_W_ * tool_.com_T; }
+
+  static constexpr std::size_t kMostContacts = 12;
+  static constexpr double kGap = 1e-7;  // m that is left between proxy and sphere
+
+ private:
+  struct Constraint {
+    dvec3 n{0}, turn{0};  // per metre of translation along it, and per metre of rotation × lever
+    double gap = 0;       // m
+    double multiplier = 0;
+  };
+  void project(const dvec3& move, const dvec3& turn, dvec3& allowed_move, dvec3& allowed_turn) noexcept;
+  void add_contact(const SphereTree& tree, int tool_sphere, int sphere) noexcept;
+
+  ToolSpheres tool_;
+  ProxyOptions options_;
+  double lever_;  // m, by which rotations count as ways
+  Pose X_W_, X_WH_;
+  std::array<ProxyContact, kMostContacts> contacts_;
+  std::array<Constraint, kMostContacts> constraints_;
+  std::size_t count_ = 0;
+  double pushed_ = 0;  // m, sum of the pushes
+  dvec3 n_W_{0};
+  bool sticks_ = false;
+};
+
+}  // namespace typodont::haptics::packing

@@ -1,0 +1,279 @@
+#include "haptics/contact/packing/sphere_tree.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <numeric>
+
+#include "engine/base/dispatch.h"
+#include "haptics/lanes.h"
+
+namespace typodont::haptics::packing {
+
+namespace {
+
+constexpr std::size_t kWide = SphereTree::kWide;
+constexpr double kRounding = 2e-6;    // of the packing's extent: some dozen steps of single precision
+constexpr std::size_t kDeepest = 10;  // levels: 8^10 leaves
+
+/// contact_time() of eight spheres. One expression a lane, so every processor gives the same bits.
+TYPODONT_DISPATCH("avx2", "default")
+void contact_times(const SphereTree::Leaf& leaf, const dvec3& p, double r, const dvec3& m, double* t) {
+  for (std::size_t i = 0; i < kWide; ++i) {
+    const double time = contact_time({leaf.x[i] - p.x, leaf.y[i] - p.y, leaf.z[i] - p.z}, m, leaf.r[i] + r);
+    t[i] = leaf.r[i] > 0 ? time : kNever;
+  }
+}
+
+/// Which children a moving box may touch before `until`; `enter`: when at the earliest.
+struct Ray {
+  F8 origin[3], inverse[3];
+  float reach;
+};
+TYPODONT_KERNEL unsigned children_hit(const SphereTree::Node& node, const Ray& ray, float until, F8& enter) {
+  F8 from = F8{} - 1e30f, to = F8{} + 1e30f;
+  for (int a = 0; a < 3; ++a) {
+    const F8 near = (*reinterpret_cast<const F8*>(node.lo[a]) - ray.reach - ray.origin[a]) * ray.inverse[a];
+    const F8 far = (*reinterpret_cast<const F8*>(node.hi[a]) + ray.reach - ray.origin[a]) * ray.inverse[a];
+    const F8 first = near < far ? near : far, last = near < far ? far : near;
+    from = first > from ? first : from;
+    to = last < to ? last : to;
+  }
+  enter = from;
+  const F8 zero{}, limit = zero + until;
+  const I8 full = *reinterpret_cast<const F8*>(node.lo[0]) <= *reinterpret_cast<const F8*>(node.hi[0]);
+  return bits_of((from <= to) & (to >= zero) & (from <= limit) & full);
+}
+
+}  // namespace
+
+SphereTree::SphereTree(std::span<const dvec3> center, std::span<const double> radius) {
+  const std::size_t n = center.size();
+  dvec3 lo(0), hi(0);
+  for (std::size_t i = 0; i < n; ++i) {
+    lo = i == 0 ? center[i] - radius[i] : glm::min(lo, center[i] - radius[i]);
+    hi = i == 0 ? center[i] + radius[i] : glm::max(hi, center[i] + radius[i]);
+  }
+  origin_ = 0.5 * (lo + hi);
+  slack_ = kRounding * glm::length(hi - lo);
+
+  const std::size_t leaves = std::max<std::size_t>(1, (n + kWide - 1) / kWide);
+  id_of_.resize(n);
+  std::iota(id_of_.begin(), id_of_.end(), 0);
+  std::size_t chunk = kWide;
+  while (chunk < n) chunk *= kWide;
+  order(center, 0, n, chunk);
+  id_of_.resize(leaves * kWide, -1);
+  slot_of_.resize(n);
+  leaves_.assign(leaves, Leaf{});
+  for (std::size_t s = 0; s < n; ++s) {
+    const auto i = static_cast<std::size_t>(id_of_[s]);
+    slot_of_[i] = static_cast<int>(s);
+    Leaf& leaf = leaves_[s / kWide];
+    leaf.x[s % kWide] = center[i].x, leaf.y[s % kWide] = center[i].y, leaf.z[s % kWide] = center[i].z;
+    leaf.r[s % kWide] = radius[i];
+  }
+  Node empty;
+  for (int a = 0; a < 3; ++a) {
+    std::fill(empty.lo[a], empty.lo[a] + kWide, 1e30f);
+    std::fill(empty.hi[a], empty.hi[a] + kWide, -1e30f);
+  }
+  for (std::size_t below = leaves; level_.empty() || below > 1;) {
+    below = (below + kWide - 1) / kWide;
+    level_.push_back(nodes_.size());
+    nodes_.resize(nodes_.size() + below, empty);
+  }
+  for (std::size_t leaf = 0; leaf < leaves; ++leaf) mend(leaf);
+}
+
+/// Orders id_of_[from .. to) so that every run of `chunk`, of an eighth of it and so on lies close together.
+void SphereTree::order(std::span<const dvec3> center, std::size_t from, std::size_t to, std::size_t chunk) {
+  while (chunk > kWide && to - from <= chunk) chunk /= kWide;
+  if (to - from <= kWide) return;
+  const std::size_t parts = (to - from + chunk - 1) / chunk;
+  dvec3 lo(1e30), hi(-1e30);
+  for (std::size_t s = from; s < to; ++s) {
+    const dvec3& c = center[static_cast<std::size_t>(id_of_[s])];
+    lo = glm::min(lo, c), hi = glm::max(hi, c);
+  }
+  const dvec3 wide = hi - lo;
+  const int axis = wide.x >= wide.y && wide.x >= wide.z ? 0 : wide.y >= wide.z ? 1 : 2;
+  const std::size_t middle = from + parts / 2 * chunk;
+  std::nth_element(
+      id_of_.begin() + static_cast<std::ptrdiff_t>(from), id_of_.begin() + static_cast<std::ptrdiff_t>(middle),
+      id_of_.begin() + static_cast<std::ptrdiff_t>(to), [&](int i, int j) {
+        const double a = center[static_cast<std::size_t>(i)][axis], b = center[static_cast<std::size_t>(j)][axis];
+        return a != b ? a < b : i < j;
+      });
+  order(center, from, middle, chunk);
+  order(center, middle, to, chunk);
+}
+
+void SphereTree::set(int i, const dvec3& center, double radius) noexcept {
+  const auto s = static_cast<std::size_t>(slot_of_[static_cast<std::size_t>(i)]);
+  Leaf& leaf = leaves_[s / kWide];
+  leaf.x[s % kWide] = center.x, leaf.y[s % kWide] = center.y, leaf.z[s % kWide] = center.z;
+  leaf.r[s % kWide] = radius;
+  mend(s / kWide);
+}
+
+/// The boxes above a leaf, up to the first that stays as it is.
+void SphereTree::mend(std::size_t leaf) noexcept {
+  glm::vec3 lo(1e30f), hi(-1e30f);
+  const Leaf& l = leaves_[leaf];
+  for (std::size_t k = 0; k < kWide; ++k) {
+    if (!(l.r[k] > 0)) continue;
+    const dvec3 c = dvec3(l.x[k], l.y[k], l.z[k]) - origin_;
+    lo = glm::min(lo, glm::vec3(c - l.r[k] - slack_));
+    hi = glm::max(hi, glm::vec3(c + l.r[k] + slack_));
+  }
+  std::size_t child = leaf;
+  for (const std::size_t first : level_) {
+    Node& node = nodes_[first + child / kWide];
+    const std::size_t k = child % kWide;
+    bool same = true;
+    for (int a = 0; a < 3; ++a) {
+      same = same && node.lo[a][k] == lo[a] && node.hi[a][k] == hi[a];
+      node.lo[a][k] = lo[a], node.hi[a][k] = hi[a];
+    }
+    if (same) return;
+    lo = glm::vec3(1e30f), hi = glm::vec3(-1e30f);
+    for (int a = 0; a < 3; ++a) {
+      for (std::size_t j = 0; j < kWide; ++j)
+        lo[a] = std::min(lo[a], node.lo[a][j]), hi[a] = std::max(hi[a], node.hi[a][j]);
+    }
+    child /= kWide;
+  }
+}
+
+SphereTree::Hit SphereTree::brute_force(const dvec3& p, double r, const dvec3& m) const noexcept {
+  Hit best;
+  for (std::size_t i = 0; i < slot_of_.size(); ++i) {
+    const double rb = radius(static_cast<int>(i));
+    if (!(rb > 0)) continue;
+    const double t = contact_time(center(static_cast<int>(i)) - p, m, rb + r);
+    if (t < best.t) best = {t, static_cast<int>(i)};
+  }
+  return best;
+}
+
+SphereTree::Hit SphereTree::first_hit(const dvec3& p, double r, const dvec3& m) const noexcept {
+  Hit best;
+  Ray ray;
+  const dvec3 from = p - origin_;
+  for (int a = 0; a < 3; ++a) {
+    // Slower than this is no motion: over the whole time it stays far below the slack.
+    const double slow = 1e-6 * slack_;
+    ray.origin[a] = F8{} + static_cast<float>(from[a]);
+    ray.inverse[a] = F8{} + (std::abs(m[a]) > slow ? static_cast<float>(1 / m[a]) : 1e25f);
+  }
+  // What single precision loses: of places, and of the time it takes to get there.
+  ray.reach = static_cast<float>(r + slack_ + kRounding * (glm::length(m) + glm::length(from)));
+
+  struct Entry {
+    float enter;
+    std::uint32_t level, index;
+  };
+  std::array<Entry, kDeepest*(kWide - 1) + 1> stack;
+  std::size_t depth = 0;
+  stack[depth++] = {0, static_cast<std::uint32_t>(level_.size()), 0};
+  float until = 1;
+  while (depth > 0) {
+    const Entry at = stack[--depth];
+    if (at.enter > until) continue;
+    if (at.level == 0) {
+      double t[kWide];
+      contact_times(leaves_[at.index], p, r, m, t);
+      for (std::size_t k = 0; k < kWide; ++k) {
+        if (!(t[k] <= best.t) || t[k] == kNever) continue;
+        const int id = id_of_[at.index * kWide + k];
+        if (t[k] < best.t || id < best.sphere) best = {t[k], id};
+      }
+      if (best) until = std::min(1.0f, static_cast<float>(best.t) * 1.000001f + 1e-12f);
+      continue;
+    }
+    F8 enter;
+    unsigned hit = children_hit(nodes_[level_[at.level - 1] + at.index], ray, until, enter);
+    // The nearest child on top of the stack.
+    const std::size_t first = depth;
+    for (; hit; hit &= hit - 1) {
+      const int k = std::countr_zero(hit);
+      const Entry entry{enter[k], at.level - 1,
+                        at.index * static_cast<std::uint32_t>(kWide) + static_cast<std::uint32_t>(k)};
+      std::size_t place = depth++;
+      for (; place > first && stack[place - 1].enter < entry.enter; --place) stack[place] = stack[place - 1];
+      stack[place] = entry;
+    }
+  }
+  return best;
+}
+
+std::size_t SphereTree::near_segment(const dvec3& a, const dvec3& b, double reach,
+                                     std::span<int> found) const noexcept {
+  const glm::vec3 lo(glm::min(a, b) - origin_ - reach - slack_), hi(glm::max(a, b) - origin_ + reach + slack_);
+  std::size_t count = 0;
+  std::array<std::pair<std::uint32_t, std::uint32_t>, kDeepest*(kWide - 1) + 1> stack;
+  std::size_t depth = 0;
+  stack[depth++] = {static_cast<std::uint32_t>(level_.size()), 0};
+  while (depth > 0) {
+    const auto [level, index] = stack[--depth];
+    if (level == 0) {
+      const Leaf& leaf = leaves_[index];
+      for (std::size_t k = 0; k < kWide; ++k) {
+        if (!(leaf.r[k] > 0)) continue;
+        const dvec3 c(leaf.x[k], leaf.y[k], leaf.z[k]);
+        const double near = leaf.r[k] + reach;
+        const dvec3 off = c - nearest_on(a, b, c);
+        if (!(glm::dot(off, off) < near * near)) continue;
+        if (count < found.size()) found[count] = id_of_[index * kWide + k];
+        ++count;
+      }
+      continue;
+    }
+    const Node& node = nodes_[level_[level - 1] + index];
+    I8 in = F8{} == F8{};
+    for (int axis = 0; axis < 3; ++axis) {
+      in &= *reinterpret_cast<const F8*>(node.lo[axis]) <= F8{} + hi[axis];
+      in &= *reinterpret_cast<const F8*>(node.hi[axis]) >= F8{} + lo[axis];
+    }
+    for (unsigned bits = bits_of(in); bits; bits &= bits - 1) {
+      stack[depth++] = {level - 1,
+                        index * static_cast<std::uint32_t>(kWide) + static_cast<std::uint32_t>(std::countr_zero(bits))};
+    }
+  }
+  return count;
+}
+
+double SphereTree::room(const dvec3& p, double most) const noexcept {
+  const glm::vec3 from(p - origin_);
+  std::array<std::pair<std::uint32_t, std::uint32_t>, kDeepest*(kWide - 1) + 1> stack;
+  std::size_t depth = 0;
+  stack[depth++] = {static_cast<std::uint32_t>(level_.size()), 0};
+  while (depth > 0) {
+    const auto [level, index] = stack[--depth];
+    if (level == 0) {
+      const Leaf& leaf = leaves_[index];
+      for (std::size_t k = 0; k < kWide; ++k) {
+        if (leaf.r[k] > 0) most = std::min(most, glm::distance(p, dvec3(leaf.x[k], leaf.y[k], leaf.z[k])) - leaf.r[k]);
+      }
+      continue;
+    }
+    const Node& node = nodes_[level_[level - 1] + index];
+    F8 far2{};
+    for (int a = 0; a < 3; ++a) {
+      const F8 below = *reinterpret_cast<const F8*>(node.lo[a]) - from[a],
+               above = F8{} + from[a] - *reinterpret_cast<const F8*>(node.hi[a]);
+      const F8 off = below > above ? below : above, out = off > F8{} ? off : F8{};
+      far2 += out * out;
+    }
+    const auto reach = static_cast<float>(std::max(most, 0.0) + slack_);
+    for (unsigned bits = bits_of(far2 <= F8{} + reach * reach); bits; bits &= bits - 1) {
+      stack[depth++] = {level - 1,
+                        index * static_cast<std::uint32_t>(kWide) + static_cast<std::uint32_t>(std::countr_zero(bits))};
+    }
+  }
+  return most;
+}
+
+}  // namespace typodont::haptics::packing

@@ -1,0 +1,37 @@
+// What the tool touches, and how fast it cuts that: S2, pass 2 and eq. 2 to 5. Pure functions. Servo thread, noexcept.
+#pragma once
+
+#include <span>
+
+#include "haptics/contact/packing/sphere_proxy.h"
+#include "haptics/contact/packing/sphere_tissue.h"
+
+namespace typodont::haptics::packing {
+
+struct SurfaceEstimate {
+  dvec3 n_W{0};           // unit, out of the tissue (eq. 2); zero where nothing is near
+  double volume = 0;      // m³, of all overlaps
+  double density = 0;     // ρ of eq. 3 with the volume in mm³: more contact cuts slower, as a reamer does
+  double normalised = 0;  // ρ̂ of eq. 3: of the material alone, as for a drill
+  PerTissue share{};      // of the volume; sums to 1
+};
+
+/// Of all tool spheres that reach within `epsilon` of the contact and the tissue that they would overlap if they were
+/// larger by that (eq. 2, 3). `density` per tissue, 0 for what gives no resistance. `scratch`: room for the numbers of
+/// the spheres near one tool sphere.
+SurfaceEstimate estimate_surface(const SphereTissue& tissue, const ToolSpheres& tool, const Pose& X_WP,
+                                 const dvec3& p_WC, double epsilon, const PerTissue& density,
+                                 std::span<int> scratch) noexcept;
+
+/// Eq. 4: m/s. Where there is no density there is nothing to hold the tool, and the speed is `free_speed`.
+inline double cutting_speed(double base_speed, double density, double free_speed) noexcept {
+  return density * free_speed > base_speed ? base_speed / density : free_speed;
+}
+
+/// Eq. 5, mended (printed: m · v_d / Δt, which is no length): how far the tool goes on in `dt` seconds toward a place
+/// that is `left` metres away.
+inline double cutting_step(double speed, double dt, double left) noexcept {
+  return std::min(speed * dt, left);
+}
+
+}  // namespace typodont::haptics::packing

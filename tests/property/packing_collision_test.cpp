@@ -1,0 +1,206 @@
+// Spheres against spheres: the closed forms, and the tree against brute force.
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <random>
+#include <vector>
+
+#include "haptics/contact/packing/sphere_pair.h"
+#include "haptics/contact/packing/sphere_tree.h"
+#include "tests/support/no_alloc.h"
+
+namespace typodont::haptics::packing {
+namespace {
+
+dvec3 random_in(std::mt19937_64& random, double half) {
+  std::uniform_real_distribution<double> u(-half, half);
+  const double x = u(random), y = u(random), z = u(random);
+  return {x, y, z};
+}
+
+/// Eq. 1 in extended precision, the textbook's way.
+long double exact_root(const dvec3& D, const dvec3& m, double R) {
+  const long double mm =
+      static_cast<long double>(m.x) * m.x + static_cast<long double>(m.y) * m.y + static_cast<long double>(m.z) * m.z;
+  const long double mD =
+      static_cast<long double>(m.x) * D.x + static_cast<long double>(m.y) * D.y + static_cast<long double>(m.z) * D.z;
+  const long double DD =
+      static_cast<long double>(D.x) * D.x + static_cast<long double>(D.y) * D.y + static_cast<long double>(D.z) * D.z;
+  const long double RR = static_cast<long double>(R) * R;
+  const long double disc = mD * mD - mm * (DD - RR);
+  if (disc < 0 || !(mD > 0)) return kNever;
+  if (DD <= RR) return 0;
+  const long double t = (DD - RR) / (mD + std::sqrt(disc));
+  return t <= 1 ? t : static_cast<long double>(kNever);
+}
+
+TEST(SpherePair, OfAMillionRandomPairsTheTimeOfContactIsTheRootWithinATrillionth) {
+  std::mt19937_64 random(1);
+  std::uniform_real_distribution<double> size(1e-5, 1e-3);
+  int hits = 0;
+  for (int i = 0; i < 1'000'000; ++i) {
+    const dvec3 D = random_in(random, 3e-3), m = random_in(random, 4e-3);
+    const double R = size(random) + size(random), t = contact_time(D, m, R);
+    const long double exact = exact_root(D, m, R);
+    if (std::isinf(exact) || std::isinf(t)) {
+      // Both must miss, but for spheres that graze or just reach: there rounding decides.
+      if (std::isinf(exact) == std::isinf(t)) continue;
+      const double grazing = std::abs(glm::length(glm::cross(m, D)) - glm::length(m) * R) / (glm::length(m) * R);
+      const double reaching = std::isinf(t) ? std::abs(static_cast<double>(exact) - 1) : std::abs(t - 1);
+      ASSERT_LT(std::min(grazing, reaching), 1e-12) << i;
+      continue;
+    }
+    ++hits;
+    // Where spheres graze, the root changes without bound with the spheres' places; it is as good as the discriminant.
+    const double half_chord =
+        std::sqrt(std::max(0.0, glm::dot(m, m) * R * R - glm::dot(glm::cross(m, D), glm::cross(m, D)))) /
+        glm::dot(m, m);
+    ASSERT_LE(std::abs(static_cast<double>(t - exact)), 1e-12 * std::max(1.0, 1e-3 / half_chord)) << i;
+  }
+  EXPECT_GT(hits, 50'000);
+}
+
+TEST(SpherePair, AtTheTimeOfContactTheSpheresTouch) {
+  std::mt19937_64 random(2);
+  std::uniform_real_distribution<double> size(1e-5, 1e-3);
+  for (int i = 0; i < 100'000; ++i) {
+    const dvec3 D = random_in(random, 3e-3), m = random_in(random, 4e-3);
+    const double R = size(random), t = contact_time(D, m, R);
+    if (t == kNever || t == 0) continue;
+    ASSERT_NEAR(glm::length(D - t * m), R, 1e-14) << i;
+  }
+}
+
+TEST(SpherePair, OverlappingSpheresTouchAtOnceWhenTheyApproachAndNeverWhenTheyPart) {
+  const dvec3 D(1e-3, 0, 0);
+  EXPECT_EQ(contact_time(D, {1e-4, 0, 0}, 1.1e-3), 0);
+  EXPECT_EQ(contact_time(D, {-1e-4, 0, 0}, 1.1e-3), kNever);
+  EXPECT_EQ(contact_time(D, {0, 1e-4, 0}, 1.1e-3), kNever);
+  EXPECT_EQ(contact_time(D, {0, 0, 0}, 1.1e-3), kNever);
+  EXPECT_EQ(contact_time({0, 0, 0}, {1e-4, 0, 0}, 1.1e-3), kNever);
+}
+
+TEST(SpherePair, TheLensHasTheVolumeOfThePaper) {
+  EXPECT_NEAR(lens_volume(1, 0.5, 1.2), 0.0842339530, 5e-11);
+  EXPECT_EQ(lens_volume(1, 0.5, 1.5), 0);
+  EXPECT_EQ(lens_volume(1, 0.5, 2), 0);
+  EXPECT_DOUBLE_EQ(lens_volume(1, 0.5, 0.2), 4.0 / 3 * kPi * 0.125);
+  EXPECT_DOUBLE_EQ(lens_volume(1, 0.5, 0.2), lens_volume(0.5, 1, 0.2));
+  EXPECT_NEAR(lens_volume(1, 0.5, 0.5000001), 4.0 / 3 * kPi * 0.125, 1e-9);  // no step where one lies in the other
+}
+
+TEST(SpherePair, TheLensIsTheIntegralOverItsDiscs) {
+  std::mt19937_64 random(3);
+  std::uniform_real_distribution<double> u(0.2, 1);
+  for (int i = 0; i < 200; ++i) {
+    const double a = u(random), b = u(random), d = (std::abs(a - b) + 2 * std::min(a, b) * u(random));
+    double sum = 0;
+    constexpr int kSteps = 20000;
+    for (int k = 0; k < kSteps; ++k) {
+      const double x = -a + 2 * a * (k + 0.5) / kSteps;  // discs of the first sphere, from its centre toward the other
+      sum += std::max(0.0, std::min(a * a - x * x, b * b - (x - d) * (x - d))) * 2 * a / kSteps;
+    }
+    ASSERT_NEAR(lens_volume(a, b, d), kPi * sum, 1e-4) << a << " " << b << " " << d;
+  }
+}
+
+struct Cloud {
+  std::vector<dvec3> center;
+  std::vector<double> radius;
+};
+Cloud cloud(std::mt19937_64& random, std::size_t n) {
+  Cloud c;
+  std::uniform_real_distribution<double> size(1e-5, 4e-4);
+  for (std::size_t i = 0; i < n; ++i) {
+    c.center.push_back(random_in(random, 5e-3) + dvec3(0.1, -0.2, 0.05));
+    c.radius.push_back(size(random));
+  }
+  return c;
+}
+
+TEST(SphereTree, FindsTheSameFirstContactAsBruteForceBitForBit) {
+  std::mt19937_64 random(4);
+  for (const std::size_t n : {1u, 7u, 8u, 9u, 64u, 65u, 500u, 5000u}) {
+    const Cloud c = cloud(random, n);
+    const SphereTree tree(c.center, c.radius);
+    int hits = 0;
+    for (int i = 0; i < 3000; ++i) {
+      const dvec3 p = random_in(random, 7e-3) + dvec3(0.1, -0.2, 0.05);
+      dvec3 m = random_in(random, i % 3 == 0 ? 2e-2 : i % 3 == 1 ? 1e-4 : 1e-8);
+      for (int a = 0; a < 3; ++a) m[a] = random() % 4 == 0 ? 0 : m[a];
+      const double r = i % 2 ? 5e-4 : 2e-5;
+      const auto hit = tree.first_hit(p, r, m), exact = tree.brute_force(p, r, m);
+      ASSERT_EQ(hit.t, exact.t) << n << " " << i;
+      ASSERT_EQ(hit.sphere, exact.sphere) << n << " " << i;
+      hits += static_cast<bool>(hit);
+    }
+    EXPECT_GE(hits, n >= 500 ? 300 : 0);
+  }
+}
+
+TEST(SphereTree, StaysEqualToBruteForceWhileSpheresShrinkMoveVanishAndComeBack) {
+  std::mt19937_64 random(5);
+  const Cloud c = cloud(random, 3000);
+  SphereTree tree(c.center, c.radius);
+  std::uniform_real_distribution<double> u(0, 1);
+  for (int i = 0; i < 4000; ++i) {
+    for (int k = 0; k < 10; ++k) {
+      const auto s = static_cast<int>(random() % 3000);
+      const auto j = static_cast<std::size_t>(s);
+      const double share = u(random);
+      if (share < 0.2) {
+        tree.set(s, tree.center(s), 0);
+      } else if (share < 0.4) {
+        tree.set(s, c.center[j], c.radius[j]);
+      } else {
+        const double r = tree.radius(s) * u(random);
+        tree.set(s, tree.center(s) + (tree.radius(s) - r) * dvec3(0.6, 0, 0.8), r);
+      }
+    }
+    const dvec3 p = random_in(random, 6e-3) + dvec3(0.1, -0.2, 0.05), m = random_in(random, 5e-3);
+    const auto hit = tree.first_hit(p, 3e-4, m), exact = tree.brute_force(p, 3e-4, m);
+    ASSERT_EQ(hit.t, exact.t) << i;
+    ASSERT_EQ(hit.sphere, exact.sphere) << i;
+  }
+}
+
+TEST(SphereTree, SpheresNearASegmentAreAllThereAndNoOthers) {
+  std::mt19937_64 random(6);
+  const Cloud c = cloud(random, 2000);
+  const SphereTree tree(c.center, c.radius);
+  std::vector<int> found(2000);
+  for (int i = 0; i < 1000; ++i) {
+    const dvec3 a = random_in(random, 5e-3) + dvec3(0.1, -0.2, 0.05), b = a + random_in(random, i % 2 ? 2e-3 : 1e-7);
+    const std::size_t n = tree.near_segment(a, b, 3e-4, found);
+    std::vector<char> in(2000, 0);
+    for (std::size_t k = 0; k < n; ++k) ASSERT_EQ(in[static_cast<std::size_t>(found[k])]++, 0);
+    for (std::size_t k = 0; k < 2000; ++k) {
+      const dvec3 off = c.center[k] - nearest_on(a, b, c.center[k]);
+      const double reach = c.radius[k] + 3e-4;
+      ASSERT_EQ(in[k] != 0, glm::dot(off, off) < reach * reach) << i << " " << k;
+    }
+  }
+  std::array<int, 3> few;
+  EXPECT_GT(tree.near_segment(dvec3(0.1, -0.2, 0.05), dvec3(0.1, -0.2, 0.05), 3e-3, few), 3u);  // counted, not stored
+}
+
+TEST(SphereTree, QueriesAndUpdatesNeverAllocate) {
+  std::mt19937_64 random(7);
+  const Cloud c = cloud(random, 1000);
+  SphereTree tree(c.center, c.radius);
+  std::array<int, 64> found;
+  double sum = 0;
+  test::NoAlloc guard;
+  for (int i = 0; i < 1000; ++i) {
+    const dvec3 p = c.center[static_cast<std::size_t>(i)] + dvec3(1e-3, 0, 0);
+    sum += static_cast<double>(tree.first_hit(p, 1e-4, dvec3(-1e-3, 1e-4, 0)).sphere);
+    sum += static_cast<double>(tree.near_segment(p, p, 1e-3, found));
+    tree.set(i, tree.center(i), tree.radius(i) / 2);
+  }
+  EXPECT_EQ(guard.count(), 0u);
+  EXPECT_GT(sum, 0);
+}
+
+}  // namespace
+}  // namespace typodont::haptics::packing

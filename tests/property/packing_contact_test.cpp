@@ -1,0 +1,204 @@
+// The proxy among spheres: it follows, stops, slides, sticks, and never passes through.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+#include <vector>
+
+#include "engine/base/units.h"
+#include "haptics/contact/packing/sphere_proxy.h"
+#include "haptics/contact/packing/tool_spheres.h"
+#include "haptics/solid.h"
+#include "haptics/sphere_packer.h"
+#include "tests/support/no_alloc.h"
+
+namespace typodont::haptics::packing {
+namespace {
+
+using namespace literals;
+
+/// A sphere so large that it is a plane at z = 0.
+SphereTree plane() {
+  constexpr double kRadius = 100;
+  const std::vector<dvec3> center = {dvec3(0, 0, -kRadius)};
+  const std::vector<double> radius = {kRadius};
+  return SphereTree(center, radius);
+}
+ToolSpheres ball_tool(double r = 0.5_mm) {
+  return {{dvec3(0)}, {r}, dvec3(0), r};
+}
+Pose at(double x, double y, double z) {
+  return {dvec3(x, y, z), {1, 0, 0, 0}};
+}
+dvec3 random_in(std::mt19937_64& random, double half) {
+  std::uniform_real_distribution<double> u(-half, half);
+  const double x = u(random), y = u(random), z = u(random);
+  return {x, y, z};
+}
+
+TEST(SphereProxy, InTheOpenItIsTheHandBitForBitAndThereIsNoForce) {
+  const SphereTree tree = plane();
+  SphereProxy proxy(ball_tool(), {});
+  proxy.place(at(0, 0, 5.0_mm));
+  proxy.follow(tree, at(1.0_mm, 2.0_mm, 3.0_mm));
+  EXPECT_EQ(proxy.pose().p, dvec3(1.0_mm, 2.0_mm, 3.0_mm));
+  EXPECT_EQ(proxy.force(dvec3(1)), dvec3(0));
+  EXPECT_FALSE(proxy.touches());
+}
+
+TEST(SphereProxy, OnAPlaneWithoutFrictionItStandsAboveTheHandAndTheForceIsTheSprings) {
+  const SphereTree tree = plane();
+  SphereProxy proxy(ball_tool(), {.stiffness = 1000, .damping = 0, .static_friction = 0, .dynamic_friction = 0});
+  proxy.place(at(0, 0, 2.0_mm));
+  for (int i = 0; i <= 100; ++i) {
+    proxy.follow(tree, at(i * 0.01_mm, 0, 0.5_mm - i * 0.002_mm));
+    if (i < 2) continue;
+    ASSERT_NEAR(proxy.pose().p.x, i * 0.01_mm, 1e-8);
+    ASSERT_NEAR(proxy.pose().p.z, 0.5_mm, 1e-7 + 1e-8);
+    ASSERT_NEAR(proxy.force(dvec3(0)).z, 1000 * i * 0.002_mm, 2e-4);
+  }
+}
+
+TEST(SphereProxy, InACornerOfSpheresItRestsOnThreeAndTheNormalPointsOut) {
+  std::vector<dvec3> center;
+  std::vector<double> radius;
+  for (int k = 0; k < 6; ++k) {
+    center.push_back(1.0_mm * dvec3(std::cos(k * kPi / 3), std::sin(k * kPi / 3), 0));
+    radius.push_back(0.49_mm);
+  }
+  const SphereTree tree(center, radius);
+  SphereProxy proxy(ball_tool(0.8_mm), {.static_friction = 0, .dynamic_friction = 0});
+  proxy.place(at(0, 0, 3.0_mm));
+  for (int i = 0; i < 50; ++i) proxy.follow(tree, at(0.01_mm, 0.005_mm, 0));
+  const double rest = std::sqrt(1.29 * 1.29 - 1.0);  // all six would be touched at once on the axis
+  EXPECT_NEAR(proxy.pose().p.z, rest * 1.0_mm, 1.0e-6);
+  EXPECT_GE(proxy.contacts().size(), 2u);
+  EXPECT_GT(proxy.normal().z, 0.99);
+}
+
+TEST(SphereProxy, ItNeverOverlapsASphereHoweverTheHandMoves) {
+  std::mt19937_64 random(1);
+  const DenseTissue tissue = read_solids(Json::parse(
+      R"({"voxel_mm": 0.1, "solids": [{"tissue": "dentin", "solid": {"sphere": {"radius_mm": 2}}}]})", "t"));
+  PackOptions options;
+  options.spheres = 1500;
+  const SpherePacking p = pack_spheres(tissue, options);
+  const SphereTree tree(p.center, p.radius);
+  Tool cylinder;
+  cylinder.shape = HeadShape::kCylinder, cylinder.diameter = 1.0_mm, cylinder.length = 3.0_mm;
+  for (const ToolSpheres& tool : {ball_tool(), tool_spheres(cylinder, 30, 1)}) {
+    SphereProxy proxy(tool, {});
+    proxy.place(at(0, 0, 6.0_mm));
+    double deepest = 0;
+    int touched = 0;
+    for (int i = 0; i < 3000; ++i) {
+      const dquat R = glm::normalize(dquat(1, 0.3 * std::sin(0.01 * i), 0.4 * std::cos(0.013 * i), 0.2));
+      const dvec3 leap = i % 100 == 0 ? random_in(random, 5.0_mm) : dvec3(0);
+      const dvec3 p_WH = 2.2_mm * dvec3(std::sin(0.011 * i), std::cos(0.017 * i), std::sin(0.007 * i)) + leap;
+      proxy.follow(tree, {p_WH, R});
+      touched += proxy.touches();
+      for (std::size_t k = 0; k < tool.radius.size(); ++k) {
+        const dvec3 c = proxy.pose() * tool.center_T[k];
+        for (std::size_t j = 0; j < p.size(); ++j) {
+          deepest = std::max(deepest, p.radius[j] + tool.radius[k] - glm::distance(c, p.center[j]));
+        }
+      }
+    }
+    EXPECT_GT(touched, 500);
+    // A turn is swept along chords; they leave their arcs by less than this.
+    EXPECT_LT(deepest, tool.radius.size() == 1 ? 1e-12 : 1.0e-6);
+  }
+}
+
+TEST(SphereProxy, OfTenThousandHandsAtUpTo20MillimetresATickNoneComesThroughAThinSheet) {
+  std::mt19937_64 random(2);
+  std::uniform_real_distribution<double> u(0, 1);
+  int through = 0, met = 0;
+  for (const double thick : {0.2, 0.4, 0.7, 1.0}) {
+    const DenseTissue sheet = read_solids(Json::parse(fmt::format(R"({{"voxel_mm": 0.05, "band_mm": 0.4, "solids": [
+          {{"tissue": "enamel", "solid": {{"box": {{"size_mm": [6, 6, {}]}}}}}}]}})",
+                                                                  thick),
+                                                      "t"));
+    PackOptions options;
+    options.spheres = 6000;
+    const SpherePacking p = pack_spheres(sheet, options);
+    const SphereTree tree(p.center, p.radius);
+    for (int i = 0; i < 2500; ++i) {
+      const double r = 0.25_mm + 0.75_mm * u(random), speed = 20.0_mm * u(random);
+      SphereProxy proxy(ball_tool(r), {});
+      const dvec3 from(3.0_mm * (u(random) - 0.5), 3.0_mm * (u(random) - 0.5), r + 0.6_mm + 2.0_mm * u(random));
+      const dvec3 to(3.0_mm * (u(random) - 0.5), 3.0_mm * (u(random) - 0.5), -r - 0.6_mm - 10.0_mm * u(random));
+      proxy.place({from, {1, 0, 0, 0}});
+      const int ticks = std::max(1, static_cast<int>(glm::distance(from, to) / std::max(speed, 0.1_mm)));
+      for (int k = 1; k <= ticks + 20; ++k) {
+        proxy.follow(tree, {glm::mix(from, to, std::min(1.0, static_cast<double>(k) / ticks)), {1, 0, 0, 0}});
+      }
+      met += proxy.touches();
+      through += proxy.pose().p.z < 0;
+    }
+  }
+  EXPECT_EQ(met, 10'000);
+  EXPECT_EQ(through, 0);
+}
+
+TEST(SphereProxy, ItSlipsWhenTheTangentialForceExceedsTheStaticFrictionWithinOnePercent) {
+  const SphereTree tree = plane();
+  for (const double mu : {0.1, 0.3, 0.8}) {
+    SphereProxy proxy(ball_tool(),
+                      {.stiffness = 1000, .damping = 0, .static_friction = mu, .dynamic_friction = 0.7 * mu});
+    proxy.place(at(0, 0, 1.0_mm));
+    for (int i = 0; i < 5; ++i) proxy.follow(tree, at(0, 0, 0.3_mm));
+    ASSERT_TRUE(proxy.sticks());
+    double slipped_at = 0;
+    for (int i = 0; i < 20000 && slipped_at == 0; ++i) {
+      const double x = i * 2e-8;
+      proxy.follow(tree, at(x, 0, 0.3_mm));
+      if (!proxy.sticks()) slipped_at = x;
+    }
+    EXPECT_NEAR(slipped_at / 0.2_mm, mu, 0.01 * mu) << mu;  // pressed in by 0.2 mm
+    const dvec3 f = proxy.force(dvec3(0));
+    EXPECT_NEAR(-f.x / f.z, 0.7 * mu, 0.02 * mu) << mu;  // slipping, the lower friction
+  }
+}
+
+TEST(SphereProxy, WhereItSticksItDoesNotCreep) {
+  const SphereTree tree = plane();
+  SphereProxy proxy(ball_tool(), {.static_friction = 0.5, .dynamic_friction = 0.3});
+  proxy.place(at(0, 0, 1.0_mm));
+  for (int i = 0; i < 5; ++i) proxy.follow(tree, at(0, 0, 0.3_mm));
+  const dvec3 where = proxy.pose().p;
+  for (int i = 0; i < 10000; ++i)
+    proxy.follow(tree, at(0.05_mm * std::sin(0.1 * i), 0.05_mm * std::cos(0.1 * i), 0.3_mm));
+  EXPECT_EQ(proxy.pose().p, where);
+}
+
+TEST(SphereProxy, TheTorqueIsTheForceTimesItsLeverToATrillionth) {
+  std::mt19937_64 random(3);
+  const SphereTree tree = plane();
+  Tool cylinder;
+  cylinder.shape = HeadShape::kCylinder, cylinder.diameter = 1.0_mm, cylinder.length = 4.0_mm;
+  SphereProxy proxy(tool_spheres(cylinder, 40, 1), {});
+  for (int i = 0; i < 50; ++i) {
+    proxy.place(at(0, 0, 4.0_mm));
+    const dquat R = glm::normalize(dquat(1, random_in(random, 0.5)));
+    for (int k = 0; k < 10; ++k) proxy.follow(tree, {dvec3(0, 0, 1.0_mm), R});
+    ASSERT_TRUE(proxy.touches());
+    const dvec3 f = proxy.force(dvec3(0)), torque = proxy.torque(f);
+    ASSERT_LT(glm::length(torque - glm::cross(proxy.contact_point() - proxy.com(), f)), 1e-12);
+    ASSERT_GT(f.z, 0.1);
+  }
+}
+
+TEST(SphereProxy, FollowingNeverAllocates) {
+  const SphereTree tree = plane();
+  SphereProxy proxy(ball_tool(), {});
+  proxy.place(at(0, 0, 1.0_mm));
+  test::NoAlloc guard;
+  for (int i = 0; i < 1000; ++i) proxy.follow(tree, at(0.3_mm * std::sin(0.01 * i), 0, 0.6_mm * std::cos(0.02 * i)));
+  EXPECT_EQ(guard.count(), 0u);
+}
+
+}  // namespace
+}  // namespace typodont::haptics::packing

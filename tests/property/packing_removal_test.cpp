@@ -1,0 +1,293 @@
+// Removal from packings (S2, eq. 2 to 6) against exact volumes, and tools as spheres.
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <fstream>
+#include <random>
+#include <vector>
+
+#include "engine/base/error.h"
+#include "engine/base/units.h"
+#include "haptics/contact/packing/sphere_tissue.h"
+#include "haptics/contact/packing/surface_estimate.h"
+#include "haptics/contact/packing/tool_spheres.h"
+#include "haptics/import/mesh_solid.h"
+#include "haptics/sphere_packer.h"
+#include "tests/support/no_alloc.h"
+
+namespace typodont::haptics::packing {
+namespace {
+
+using namespace literals;
+
+SpherePacking one_sphere(double r) {
+  SpherePacking p;
+  p.center = {dvec3(0)}, p.radius = {r}, p.tissue = {Tissue::kDentin};
+  p.solid_volume[static_cast<std::size_t>(Tissue::kDentin)] = 4.0 / 3 * kPi * r * r * r;
+  return p;
+}
+double sum(const PerTissue& v) {
+  double s = 0;
+  for (const double x : v) s += x;
+  return s;
+}
+
+constexpr double kBall = 5.0_mm;
+/// A ball of dentin with a core of pulp.
+SpherePacking ball(std::size_t spheres) {
+  const DenseTissue tissue = read_solids(Json::parse(R"({"voxel_mm": 0.125, "solids": [
+      {"tissue": "dentin", "solid": {"sphere": {"radius_mm": 5}}},
+      {"tissue": "pulp", "solid": {"sphere": {"radius_mm": 2}}}]})",
+                                                     "t"));
+  PackOptions options;
+  options.spheres = spheres;
+  return pack_spheres(tissue, options);
+}
+
+/// Volume of the ball within r of the segment, m³, counted on a grid.
+double exact_sweep(const dvec3& a, const dvec3& b, double r) {
+  const dvec3 lo = glm::min(a, b) - r, hi = glm::max(a, b) + r;
+  constexpr double h = 0.025_mm;
+  double volume = 0;
+  for (double x = lo.x + h / 2; x < hi.x; x += h) {
+    for (double y = lo.y + h / 2; y < hi.y; y += h) {
+      for (double z = lo.z + h / 2; z < hi.z; z += h) {
+        const dvec3 p(x, y, z);
+        if (glm::length(p) <= kBall && glm::distance(p, nearest_on(a, b, p)) <= r) volume += h * h * h;
+      }
+    }
+  }
+  return volume;
+}
+
+TEST(Removal, AsPrintedAShallowCutTakes9967PercentTooMuchAndMendedTheLens) {
+  // A sphere of radius 0.5 under a plane (a tool without curvature) that covers 0.01 of it.
+  const double plane = 1e5, cap = kPi * 0.01 * 0.01 * (3 * 0.5 - 0.01) / 3;
+  for (const Removal removal : {Removal::kAsPrinted, Removal::kMended}) {
+    SphereTissue tissue(one_sphere(0.5), removal);
+    std::array<int, 4> changed;
+    PerTissue removed{};
+    const dvec3 at(0, 0, plane + 0.5 - 0.01);
+    ASSERT_EQ(tissue.cut(at, at, plane, changed, {}, removed), 1u);
+    if (removal == Removal::kAsPrinted) {
+      EXPECT_NEAR(sum(removed) / cap, 99.67, 0.01);
+    } else {
+      EXPECT_NEAR(sum(removed) / cap, 1, 1e-3);
+    }
+    EXPECT_NEAR(tissue.tree().radius(0), 0.495, 1e-9);     // eq. 6: half of the overlap off the radius …
+    EXPECT_NEAR(tissue.tree().center(0).z, -0.005, 1e-9);  // … and half of it away
+  }
+}
+
+TEST(Removal, AfterACutNoSphereOverlapsTheToolAndEachLiesWhereItWasBefore) {
+  std::mt19937_64 random(1);
+  const SpherePacking p = ball(4000);
+  for (const Removal removal : {Removal::kMended, Removal::kAsPrinted}) {
+    SphereTissue tissue(p, removal);
+    std::vector<int> changed(4000);
+    std::uniform_real_distribution<double> u(-5.0_mm, 5.0_mm);
+    for (int i = 0; i < 200; ++i) {
+      const double x = u(random), y = u(random), z = u(random);
+      const dvec3 a(x, y, z), b = a + dvec3(0.2_mm, -0.1_mm, 0.3_mm);
+      PerTissue removed{};
+      tissue.cut(a, b, 0.6_mm, changed, {}, removed);
+      for (int k = 0; k < 4000; ++k) {
+        const auto j = static_cast<std::size_t>(k);
+        const double r = tissue.tree().radius(k);
+        if (r == 0) continue;
+        const dvec3 c = tissue.tree().center(k);
+        ASSERT_GE(glm::distance(c, nearest_on(a, b, c)), r + 0.6_mm - 1e-12) << k;
+        ASSERT_LE(glm::distance(c, p.center[j]) + r, p.radius[j] + 1e-12) << k;
+      }
+    }
+  }
+}
+
+TEST(Removal, WhatIsRemovedAndWhatIsLeftAddUpPerTissue) {
+  std::mt19937_64 random(2);
+  const SpherePacking p = ball(4000);
+  SphereTissue tissue(p, Removal::kMended);
+  std::vector<int> changed(4000);
+  PerTissue removed{};
+  std::uniform_real_distribution<double> u(-5.0_mm, 5.0_mm);
+  for (int i = 0; i < 300; ++i) {
+    const double x = u(random), y = u(random), z = u(random);
+    const dvec3 a(x, y, z);
+    tissue.cut(a, a + dvec3(u(random), u(random), u(random)) * 0.2, 0.5_mm, changed, {}, removed);
+  }
+  const PerTissue left = tissue.volumes();
+  for (std::size_t t = 0; t < kTissueCount; ++t) {
+    ASSERT_NEAR(left[t] + removed[t], p.solid_volume[t], 1e-12 * sum(p.solid_volume)) << t;
+  }
+  EXPECT_GT(removed[static_cast<std::size_t>(Tissue::kPulp)], 0);
+  EXPECT_GT(removed[static_cast<std::size_t>(Tissue::kDentin)], 0);
+}
+
+TEST(Removal, MendedAt36000SpheresASweepTakesTheExactVolumeWithinATenthAndAsPrintedMore) {
+  const SpherePacking p = ball(36000);
+  std::vector<int> changed(36000);
+  std::mt19937_64 random(3);
+  std::uniform_real_distribution<double> u(-1, 1);
+  for (int i = 0; i < 6; ++i) {
+    // A groove of random direction, as deep as the bur's radius.
+    const dvec3 n = glm::normalize(dvec3(u(random), u(random), u(random)));
+    const dvec3 along = glm::normalize(glm::cross(n, dvec3(u(random), u(random), u(random))));
+    const dvec3 a = 4.8_mm * n - 2.0_mm * along, b = 4.8_mm * n + 2.0_mm * along;
+    const double exact = exact_sweep(a, b, 0.6_mm);
+    double taken[2];
+    for (const Removal removal : {Removal::kMended, Removal::kAsPrinted}) {
+      SphereTissue tissue(p, removal);
+      PerTissue removed{};
+      for (int k = 0; k < 400; ++k)
+        tissue.cut(glm::mix(a, b, k / 400.0), glm::mix(a, b, (k + 1) / 400.0), 0.6_mm, changed, {}, removed);
+      taken[removal == Removal::kAsPrinted] = sum(removed);
+    }
+    EXPECT_NEAR(taken[0] / exact, 1, 0.1) << i;
+    EXPECT_GT(taken[1], taken[0]) << i;
+  }
+}
+
+TEST(Removal, TheSameWayInFourTimesAsManyStepsTakesTheSameVolumeWithinTwoPercent) {
+  const SpherePacking p = ball(10000);
+  std::vector<int> changed(10000);
+  const dvec3 a(-2.0_mm, 0.3_mm, 4.9_mm), b(2.0_mm, -0.4_mm, 4.4_mm);
+  double taken[2];
+  for (const int steps : {100, 400}) {
+    SphereTissue tissue(p, Removal::kMended);
+    PerTissue removed{};
+    for (int k = 0; k < steps; ++k) {
+      tissue.cut(glm::mix(a, b, static_cast<double>(k) / steps), glm::mix(a, b, static_cast<double>(k + 1) / steps),
+                 0.6_mm, changed, {}, removed);
+    }
+    taken[steps == 400] = sum(removed);
+  }
+  EXPECT_NEAR(taken[1] / taken[0], 1, 0.02);
+}
+
+TEST(Removal, CuttingTheSamePlaceAgainTakesNothing) {
+  SphereTissue tissue(ball(4000), Removal::kMended);
+  std::vector<int> changed(4000);
+  const dvec3 a(-1.0_mm, 0, 4.8_mm), b(1.0_mm, 0, 4.8_mm);
+  PerTissue first{}, again{};
+  EXPECT_GT(tissue.cut(a, b, 0.6_mm, changed, {}, first), 0u);
+  tissue.cut(a, b, 0.6_mm, changed, {}, again);
+  EXPECT_LT(sum(again), 1e-9 * sum(first));
+}
+
+TEST(Removal, ASphereSetBackIsTheSphereItWasAndSoIsTheVolume) {
+  const SpherePacking p = ball(4000);
+  SphereTissue tissue(p, Removal::kMended);
+  const PerTissue before = tissue.volumes();
+  std::vector<int> changed(4000);
+  PerTissue removed{};
+  std::vector<CutSphere> kept;
+  for (int i = 0; i < 4000; ++i) kept.push_back(tissue.sphere(i));
+  const std::size_t n = tissue.cut({0, 0, 4.5_mm}, {1.0_mm, 0, 4.0_mm}, 0.6_mm, changed, {}, removed);
+  ASSERT_GT(n, 10u);
+  for (std::size_t k = 0; k < n; ++k) tissue.set(changed[k], kept[static_cast<std::size_t>(changed[k])]);
+  for (int i = 0; i < 4000; ++i) {
+    ASSERT_EQ(tissue.tree().center(i), p.center[static_cast<std::size_t>(i)]);
+    ASSERT_EQ(tissue.tree().radius(i), p.radius[static_cast<std::size_t>(i)]);
+  }
+  EXPECT_EQ(tissue.volumes(), before);
+}
+
+TEST(Removal, CutsNeverAllocate) {
+  SphereTissue tissue(ball(2000), Removal::kMended);
+  std::vector<int> changed(2000);
+  PerTissue removed{};
+  test::NoAlloc guard;
+  for (int i = 0; i < 100; ++i)
+    tissue.cut({0, 0, 5.0_mm - i * 0.02_mm}, {0, 0, 4.98_mm - i * 0.02_mm}, 0.6_mm, changed, {}, removed);
+  EXPECT_EQ(guard.count(), 0u);
+  EXPECT_GT(sum(removed), 0);
+}
+
+TEST(Surface, OnABallTheNormalErrsLessTheMoreSpheresThereAre) {
+  PerTissue density{};
+  density.fill(1);
+  double before = 1;
+  for (const std::size_t n : {2000u, 20000u}) {
+    const SphereTissue tissue(ball(n), Removal::kMended);
+    ToolSpheres tool{{dvec3(0)}, {1.0_mm}, dvec3(0), 1.0_mm};
+    std::vector<int> scratch(n);
+    std::mt19937_64 random(4);
+    std::uniform_real_distribution<double> u(-1, 1);
+    double squares = 0;
+    for (int i = 0; i < 200; ++i) {
+      const dvec3 out = glm::normalize(dvec3(u(random), u(random), u(random)));
+      const Pose X{6.0_mm * out, {1, 0, 0, 0}};
+      const SurfaceEstimate e = estimate_surface(tissue, tool, X, 5.0_mm * out, 0.2_mm, density, scratch);
+      squares += std::pow(glm::length(glm::cross(e.n_W, out)), 2) / 200;
+    }
+    EXPECT_LT(std::sqrt(squares), 0.5 * before) << n;
+    before = std::sqrt(squares);
+  }
+  EXPECT_LT(before, 5.0_deg);
+}
+
+TEST(Surface, TheDensityIsTheMeanOfWhatIsOverlapped) {
+  SpherePacking p;
+  p.center = {dvec3(-1.0_mm, 0, 0), dvec3(1.0_mm, 0, 0)};
+  p.radius = {0.5_mm, 0.5_mm};
+  p.tissue = {Tissue::kEnamel, Tissue::kDentin};
+  const SphereTissue tissue(p, Removal::kMended);
+  const ToolSpheres tool{{dvec3(0)}, {0.5_mm}, dvec3(0), 0.5_mm};
+  PerTissue density{};
+  density[static_cast<std::size_t>(Tissue::kEnamel)] = 1.5, density[static_cast<std::size_t>(Tissue::kDentin)] = 1;
+  std::array<int, 4> scratch;
+  const SurfaceEstimate both = estimate_surface(tissue, tool, Pose{}, dvec3(0), 0.6_mm, density, scratch);
+  EXPECT_NEAR(both.normalised, 1.25, 1e-12);
+  EXPECT_NEAR(both.share[static_cast<std::size_t>(Tissue::kEnamel)], 0.5, 1e-12);
+  EXPECT_NEAR(both.density, 1.25 * 2 * lens_volume(1.1_mm, 0.5_mm, 1.0_mm) / 1.0_mm3, 1e-9);
+  EXPECT_NEAR(both.n_W.x, 1, 1e-12);  // away from the denser side
+}
+
+TEST(Surface, SpeedTimesDensityIsTheBaseSpeedAndNoDensityIsNoHold) {
+  for (const double rho : {0.6, 0.8, 1.0, 1.5}) EXPECT_NEAR(cutting_speed(2e-3, rho, 0.1) * rho, 2e-3, 1e-15);
+  EXPECT_EQ(cutting_speed(2e-3, 0, 0.1), 0.1);
+  EXPECT_EQ(cutting_step(2e-3, 1e-3, 1), 2e-6);
+  EXPECT_EQ(cutting_step(2e-3, 1e-3, 1e-6), 1e-6);  // never past the hand
+}
+
+TEST(ToolSpheres, ABallIsOneSphereAndOtherHeadsLieInsideTheirShape) {
+  Tool tool;
+  EXPECT_EQ(tool_spheres(tool, 50, 1).radius, std::vector<double>{tool.radius()});
+  for (const HeadShape shape : {HeadShape::kCylinder, HeadShape::kCone, HeadShape::kRoundEndCylinder}) {
+    tool.shape = shape, tool.diameter = 1.0_mm, tool.length = 4.0_mm;
+    const ToolSpheres s = tool_spheres(tool, 120, 1);
+    ASSERT_EQ(s.radius.size(), 120u);
+    for (std::size_t i = 0; i < 120; ++i) EXPECT_LE(tool.distance(s.center_T[i]) + s.radius[i], 0.01_mm) << i;
+    EXPECT_NEAR(s.com_T.x, 0, 0.03_mm);
+    EXPECT_NEAR(s.com_T.y, 0, 0.03_mm);
+    EXPECT_LE(s.reach, tool.reach() + 0.01_mm);
+  }
+}
+
+TEST(ToolSpheres, AClosedMeshFromAnStlBecomesATool) {
+  const std::string file = ::testing::TempDir() + "typodont_wedge.stl";
+  const dvec3 v[4] = {{0, 0, 0}, {3, 0, 0}, {0, 3, 0}, {0, 0, 3}};
+  std::ofstream out(file);
+  out << "solid t\n";
+  for (const auto& f : {std::array{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {0, 3, 2}}) {
+    out << "facet normal 0 0 0\nouter loop\n";
+    for (const int i : f) out << "vertex " << v[i].x << " " << v[i].y << " " << v[i].z << "\n";
+    out << "endloop\nendfacet\n";
+  }
+  out << "endsolid t\n";
+  out.close();
+  const auto solid = read_mesh_solid(file, 1.0_mm);
+  const ToolSpheres s = tool_spheres(*solid, 250, 1);
+  ASSERT_EQ(s.radius.size(), 250u);
+  double volume = 0;
+  for (std::size_t i = 0; i < 250; ++i) {
+    EXPECT_LE(solid->distance(s.center_T[i]) + s.radius[i], 0.01_mm) << i;
+    volume += 4.0 / 3 * kPi * std::pow(s.radius[i], 3);
+  }
+  EXPECT_GT(volume, 0.55 * 4.5_mm3);
+  EXPECT_NEAR(s.com_T.x, 0.75_mm, 0.1_mm);  // the centroid of a tetrahedron
+}
+
+}  // namespace
+}  // namespace typodont::haptics::packing
