@@ -41,7 +41,7 @@ struct SessionSettings {
 /// How the recording fares, in passing.
 struct RecordState {
   std::uint64_t ticks = 0, cuts = 0;
-  bool complete = true;  // nothing was lost so far
+  bool complete = true;                   // nothing was lost so far
   bool disk_low = false, failed = false;  // gaps are near; nothing more is recorded
 };
 

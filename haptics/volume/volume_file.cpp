@@ -143,7 +143,6 @@ void write_volume(const std::filesystem::path& file, const StoredVolume& volume)
   } catch (const std::exception& e) {
     throw Error(file.string(), "", e.what(), "a writable place");
   }
-  partial.keep();
 }
 
 }  // namespace typodont::haptics

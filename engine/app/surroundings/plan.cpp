@@ -7,8 +7,7 @@
 
 namespace typodont {
 
-SurroundingsPlan read_surroundings(const Json& json, const std::filesystem::path& volume,
-                                   const ScenePlace& place) {
+SurroundingsPlan read_surroundings(const Json& json, const std::filesystem::path& volume, const ScenePlace& place) {
   json.allow_only({"volume", "crown", "arch", "neighbours", "gum"});
   SurroundingsPlan plan;
   const auto direction = [](const Json& value) {

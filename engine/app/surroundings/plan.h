@@ -31,7 +31,6 @@ struct SurroundingsPlan {
 };
 
 /// Reads a scene's "surroundings" (docs/interface.md); `volume` is the scene's own. Throws Error.
-SurroundingsPlan read_surroundings(const Json& json, const std::filesystem::path& volume,
-                                   const ScenePlace& place);
+SurroundingsPlan read_surroundings(const Json& json, const std::filesystem::path& volume, const ScenePlace& place);
 
 }  // namespace typodont
