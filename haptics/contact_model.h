@@ -112,7 +112,8 @@ class ContactModel {
   /// Where the tool is held. Fills in the first part of `out`.
   virtual void constrain(const ContactInput& in, Contact& out) noexcept = 0;
   /// Removes what the energy of this tick pays for, or adds a filling. True, and `cut` filled in but for its normal,
-  /// where any tissue changed. `energy`: J that this took.
+  /// where any tissue changed. `energy`: J that this took. Not called in a tick in which the tool neither cuts nor
+  /// fills.
   virtual bool cut(const ContactInput& in, Contact& contact, Cut& cut, double& energy) noexcept = 0;
   /// What the head touches at its new place, after the cut. Fills in the second part of `out`. Called only while the
   /// tissue holds the tool back.

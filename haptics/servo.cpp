@@ -222,7 +222,7 @@ void Servo::State::watch_snapshot(ContactTick& now) noexcept {
 
 bool Servo::State::remove(ContactTick& now) noexcept {
   double energy = 0;
-  const bool changed = model->cut(now.in, now.contact, now.cut, energy);
+  const bool changed = (now.in.cuts || tool().fill != Tissue::kAir) && model->cut(now.in, now.contact, now.cut, energy);
   now.faults |= now.contact.faults;
   if (!changed) return false;
   sums.cuts = now.cut.index;
@@ -340,6 +340,7 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
   s.feel(touch);
   s.sink_tip(touch);
   s.vibrate(touch);
+  out.f_model_W = touch.force + touch.spindle_force;
   if (settings.filter != ForceFilter::kNone) {
     touch.force = filter_force(settings.filter, {}, touch.force, s.limits.last_force);
   }

@@ -57,7 +57,8 @@ struct ServoTick {
   std::uint64_t cuts = 0;   // cuts made so far, this tick's included
   double spindle_energy =
       0;  // J, fed to the hand so far by the tangential force of cutting: the spindle's, not in `energy`
-  std::uint32_t tool = 0;  // which of the session's tools is in the hand
+  std::uint32_t tool = 0;    // which of the session's tools is in the hand
+  dvec3 f_model_W{0, 0, 0};  // N, what the contact model asks for, before the servo's own slews, limits and ledger
 };
 
 /// Tissue cut away by one tick: the head swept in a straight line from A to B. Or, by a filling instrument, tissue

@@ -10,8 +10,8 @@ namespace typodont::session {
 
 namespace {
 
-constexpr std::uint32_t kLoopsFaults =
-    bits(Fault::kDeviceLost) | bits(Fault::kRingFull) | bits(Fault::kOverrun) | bits(Fault::kLetGo);
+constexpr std::uint32_t kLoopsFaults = bits(Fault::kDeviceLost) | bits(Fault::kRingFull) | bits(Fault::kOverrun) |
+                                       bits(Fault::kLetGo) | bits(Fault::kHeld);
 
 template <class Message>
 std::string_view first_difference(const std::vector<Column<Message>>& columns, const Message& replayed,
@@ -37,7 +37,9 @@ std::string_view differing_column(const ServoTick& replayed, const ServoTick& re
   comparable.cpu_time = recorded.cpu_time;
   comparable.X_WT = recorded.X_WT;  // the replay's input
   comparable.pedal = recorded.pedal;
-  comparable.faults = (replayed.faults & ~kLoopsFaults) | (recorded.faults & kLoopsFaults);
+  // The device's own limits are in the recording as well.
+  constexpr std::uint32_t kDevices = bits(Fault::kForceLimit) | bits(Fault::kSlewLimit);
+  comparable.faults = (replayed.faults & ~kLoopsFaults) | (recorded.faults & (kLoopsFaults | kDevices));
   return first_difference(tick_columns(), comparable, recorded);
 }
 

@@ -48,9 +48,16 @@ void read_array(hid_t file, const std::string& path, const char* name, H5T_class
     throw Error(path, fmt::format("dataset \"{}\"", name), found,
                 fmt::format("{} x {} numbers", rows > 0 ? fmt::format("{}", rows) : "n", columns));
   };
-  if (H5Lexists(file, name, H5P_DEFAULT) <= 0) refuse("nothing");
+  H5L_info_t link;
+  if (H5Lexists(file, name, H5P_DEFAULT) <= 0 || H5Lget_info(file, name, &link, H5P_DEFAULT) < 0) refuse("nothing");
+  if (link.type != H5L_TYPE_HARD) refuse("a link to other data");
   H5 dataset(H5Dopen2(file, name, H5P_DEFAULT), H5Dclose);
   if (!dataset) refuse(h5_reason());
+  // Data of other files (external storage, virtual datasets) would let a stranger's packing show what they hold.
+  H5 layout(H5Dget_create_plist(dataset.get()), H5Pclose);
+  if (H5Pget_layout(layout.get()) != H5D_CONTIGUOUS || H5Pget_external_count(layout.get()) != 0) {
+    refuse("data outside of the file");
+  }
   H5 space(H5Dget_space(dataset.get()), H5Sclose);
   H5 stored(H5Dget_type(dataset.get()), H5Tclose);
   hsize_t extent[2] = {0, 1};
@@ -66,11 +73,21 @@ void read_array(hid_t file, const std::string& path, const char* name, H5T_class
   if (H5Dread(dataset.get(), type, H5S_ALL, H5S_ALL, H5P_DEFAULT, to) < 0) refuse(h5_reason());
 }
 
+bool is_packing(const std::filesystem::path& file) {
+  const H5 h5(H5Fopen(file.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
+  std::string format;
+  return h5 && get_attribute(h5.get(), "format", format) && format == kFormat;
+}
+
 }  // namespace
 
 void save_packing(const std::filesystem::path& file, const SpherePacking& packing) {
   const H5Quiet quiet;
-  PartialFile partial(file);
+  // A session ends on .h5, too: only a packing may be replaced by one.
+  if (std::error_code code; std::filesystem::is_regular_file(file, code) && !is_packing(file)) {
+    throw Error(file.string(), "", "a file of another kind", "a packing to replace, or a new name");
+  }
+  PartialFile partial(file, FileKind::kSession);
   H5 creation(H5Pcreate(H5P_FILE_CREATE), H5Pclose);
   H5Pset_obj_track_times(creation.get(), false);
   errno = 0;

@@ -51,7 +51,7 @@ void Servo::State::limit(ContactTick& now) noexcept {
 /// may stay.
 double Servo::State::paid_fraction(const ContactTick& now) noexcept {
   Limits& l = limits;
-  if (settings.laws < 2) return 1;
+  if (settings.laws < 2 || !(now.in.cuts || l.unpaid || now.contact.late)) return 1;
   if (now.contact.late) l.unpaid = true;
   const double k = settings.stiffness * coupling.relative_stiffness, paid = std::max(sums.energy + l.given, 0.0);
   const double most = std::sqrt(2 * k * paid + P::unpaid_force * P::unpaid_force), strength = glm::length(now.force);

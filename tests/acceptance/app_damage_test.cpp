@@ -101,7 +101,8 @@ TEST_F(Damage, OfTheGumIsWhatTheTurningHeadWasInWithoutTheToothAndCostsPoints) {
   EXPECT_EQ(m.neighbour_volume, 0);
 
   session::ScoreInput unharmed, harmed;
-  unharmed.before[1] = unharmed.after[1] = harmed.before[1] = harmed.after[1] = 100e-9;
+  unharmed.before[1] = harmed.before[1] = 100e-9;
+  unharmed.after[1] = harmed.after[1] = 90e-9;  // an untouched tooth would earn nothing
   unharmed.damage = session::DamageMeasures{false, true, 0, 0, -1};
   harmed.damage = m;
   const session::Score sound = session::score(unharmed, session::default_rules(unharmed)),

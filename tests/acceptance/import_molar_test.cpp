@@ -116,7 +116,7 @@ TEST(ImportCommand, BadInputIsExitTwoAndNothingIsWritten) {
     EXPECT_EQ(ran.out, "");
     EXPECT_FALSE(std::filesystem::exists(out));
   };
-  expect_refused("nowhere.nrrd --out " + out, "nowhere.nrrd: found no such file");
+  expect_refused("nowhere.nrrd --out " + out, "nowhere.nrrd: found No such file");
   expect_refused("assets/teeth/molar.nhdr --spacing-mm 1 --out " + out, "--spacing-mm");
   expect_refused("assets/teeth/molar.nhdr --spacing-mm 0.1,abc --out " + out, "--spacing-mm");
   expect_refused("assets/teeth/molar.nhdr --thresholds 1000,600 --out " + out, "--thresholds");

@@ -192,7 +192,7 @@ TEST_F(Files, OfSoundComeBackFrom16BitWithinAStep) {
 TEST_F(Files, ThatAreNoSoundAreRefused) {
   write_text(folder_ / "a.wav", "RIFF and then nothing");
   EXPECT_THAT(refusal([&] { read_recording(folder_ / "a.wav"); }), HasSubstr("a.wav"));
-  EXPECT_THAT(refusal([&] { read_recording(folder_ / "gone.wav"); }), HasSubstr("no such file"));
+  EXPECT_THAT(refusal([&] { read_recording(folder_ / "gone.wav"); }), HasSubstr("No such file"));
   EXPECT_THAT(refusal([&] { read_recording(folder_ / ""); }), HasSubstr("directory"));
   write_wav(folder_ / "none.wav", std::vector<double>(), 48000);
   EXPECT_THAT(refusal([&] { read_recording(folder_ / "none.wav"); }), HasSubstr("no samples"));

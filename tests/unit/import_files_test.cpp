@@ -247,7 +247,7 @@ TEST(ImportErrors, NameFilePlaceFoundAndExpected) {
     EXPECT_NE(said, "") << c.name;
     for (const char* part : c.said) EXPECT_THAT(said, HasSubstr(part)) << c.name;
   }
-  EXPECT_THAT(message_of(scratch("nowhere.nrrd")), HasSubstr("no such file"));
+  EXPECT_THAT(message_of(scratch("nowhere.nrrd")), HasSubstr("No such file"));
   ImportOptions options;
   options.voxel = 0.005e-3;
   EXPECT_THAT(message_of(write_nrrd("fine.nrrd", p, data), options),

@@ -67,6 +67,7 @@ std::map<std::string, std::set<std::string>> options_by_command() {
   static const std::regex string(R"re("((?:-\w,)?--[a-z][a-z-]+(?:,[\w-]+)*)")re"), option(R"((--[a-z][a-z-]*\w))");
   std::map<std::string, std::set<std::string>> found;
   for (const auto& entry : fs::directory_iterator("engine/app/commands")) {
+    if (entry.path().stem() == "command_line") continue;  // it reads the options of all
     std::set<std::string>& options = found[entry.path().stem()];
     for (const std::string& declared : all(text_of(entry.path()), string)) options.merge(all(declared, option));
     options.erase("--json");

@@ -93,7 +93,8 @@ Check writes(std::initializer_list<FileKind> kinds, Over over) {
         if (kind == FileKind::kText) {
           std::vector<std::string_view> names;
           for (const FileKind known : kinds) names.push_back(name_of(known));
-          return fmt::format("found \"{}\", expected the name of {}", shown(name), fmt::join(names, " or "));
+          return fmt::format("found \"{}\", expected the name of {}", shown(file.filename().string()),
+                             fmt::join(names, " or "));
         }
         try {
           require_output(file, kind, over);

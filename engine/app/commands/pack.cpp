@@ -117,8 +117,11 @@ void add_pack_command(cli::Command& app) {
       ->add_option("--max-radius-mm", options->max_radius_mm,
                    "no sphere is larger (default: twice the radius at which equal spheres have the tissue's volume)")
       ->check(cli::range(1e-4, 1000.0));
-  command->add_option("--out", options->out, "packing to write (.h5)")->required();
-  command->add_option("--preview", options->preview, "picture to write (.png): the spheres, whole and cut open");
+  command->add_option("--out", options->out, "packing to write (.h5)")
+      ->required()
+      ->check(cli::writes({FileKind::kSession}));
+  command->add_option("--preview", options->preview, "picture to write (.png): the spheres, whole and cut open")
+      ->check(cli::writes({FileKind::kPicture}));
   command->add_flag("--json", options->json, "print the summary as JSON");
   command->callback([options] { run(*options); });
 }

@@ -45,13 +45,17 @@ void OffsetModel::constrain(const ContactInput& in, Contact& out) noexcept {
   follow_hand();
   bridge_missing_patch(in);
   report(in, out);
+  if (!in.cuts) emptied_ = false;
 }
 
 /// Any overlap is led out of the tissue, as fast as the hand may feel it.
 void OffsetModel::begin_step(const ContactInput& in) noexcept {
   using R = RecoveryParameters;
   Step& s = step_;
-  s = {};
+  s.slack = s.slack_at_walls = s.fall_limit = 0;
+  s.fall_normal = s.held_off = dvec3(0);
+  s.active.count = 0;
+  s.touching = s.lost = s.deep = s.bridging = s.late = false;
   s.c = s.start = settings_.frame.to_voxels(in.X_WG.p);
   s.target = settings_.frame.to_voxels(in.X_WT.p);
   s.shift = in.moved / voxel();
