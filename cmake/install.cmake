@@ -12,6 +12,10 @@ write_basic_package_version_file(${PROJECT_BINARY_DIR}/TypodontConfigVersion.cma
 install(FILES ${PROJECT_BINARY_DIR}/TypodontConfig.cmake ${PROJECT_BINARY_DIR}/TypodontConfigVersion.cmake
         DESTINATION ${package_folder} COMPONENT development)
 
+# The process that reads volume files: the program finds it from its own place, other programs by TYPODONT_VOLUME_READER.
+install(TARGETS typodont_volume_reader RUNTIME DESTINATION ${CMAKE_INSTALL_LIBEXECDIR}/typodont COMPONENT program)
+install(TARGETS typodont_volume_reader RUNTIME DESTINATION ${CMAKE_INSTALL_LIBEXECDIR}/typodont COMPONENT development)
+
 if(TYPODONT_BUILD_program)
   set(man_page ${PROJECT_BINARY_DIR}/typodont.1)
   add_custom_command(OUTPUT ${man_page}

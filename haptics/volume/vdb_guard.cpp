@@ -64,12 +64,14 @@ Seal seal_of(const std::filesystem::path& file) {
   return hash_of(in, size - kSealBytes) == hash ? Seal::kUnbroken : Seal::kBroken;
 }
 
-/// The guarded process's program: beside this one, else where it was built.
+/// The guarded process's program: as the environment says, beside this one, where it was installed, or where it was
+/// built.
 std::filesystem::path reader_program() {
   std::error_code code;
   const std::filesystem::path own = std::filesystem::read_symlink("/proc/self/exe", code).parent_path();
+  const char* const set = std::getenv("TYPODONT_VOLUME_READER");
   for (const std::filesystem::path& file :
-       {own / "typodont-volume-reader", own / "../libexec/typodont/typodont-volume-reader",
+       {std::filesystem::path(set ? set : ""), own / "typodont-volume-reader", own / "../libexec/typodont/typodont-volume-reader",
         std::filesystem::path(TYPODONT_VOLUME_READER)}) {
     if (access(file.c_str(), X_OK) == 0) return file;
   }
