@@ -89,8 +89,9 @@ dvec3 Carver::snapshot_center(const ServoTick& tick) const {
   return snapshot_center_for(tick.X_WG.p, tick.X_WT.p, travel_);
 }
 
-void Carver::take_snapshot(const dvec3& center_W, Snapshot& snapshot) {
-  snapshot.number = ++snapshots_;
+void Carver::take_snapshot(const dvec3& center_W, Snapshot& snapshot, std::uint32_t number) {
+  snapshots_ = number > 0 ? number : snapshots_ + 1;
+  snapshot.number = snapshots_;
   snapshot.cuts = cuts_;
   snapshot.edits = edits_in_snapshot_ = edits_;
   snapshot.edited_at = edited_at_;

@@ -45,8 +45,9 @@ class Carver {
   bool snapshot_due(const ServoTick& tick) const;
   /// Where that snapshot should lie: between the tool and the hand that pulls it. m.
   dvec3 snapshot_center(const ServoTick& tick) const;
-  /// Fills a snapshot with the tissue around `center_W`.
-  void take_snapshot(const dvec3& center_W, Snapshot& snapshot);
+  /// Fills a snapshot with the tissue around `center_W`. `number`: of a replay, the recorded one (a live servo may have
+  /// passed over some); 0: the next one.
+  void take_snapshot(const dvec3& center_W, Snapshot& snapshot, std::uint32_t number = 0);
   /// Brings the newest snapshot to what it would be if it were taken now, touching only what cuts and fillings have
   /// written since remember_writes(). False, and nothing done, where more has happened and another one is due.
   bool bring_up_to_date(Snapshot& snapshot);

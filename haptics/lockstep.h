@@ -29,7 +29,9 @@ class LockStep {
   /// The carver repeats the waiting cuts up to this index.
   void apply_cuts(std::uint64_t through);
   /// The carver takes a snapshot around `center_W`, m.
-  void take_snapshot(const dvec3& center_W) { carver_.take_snapshot(center_W, *spare_); }
+  void take_snapshot(const dvec3& center_W, std::uint32_t number = 0) {
+    carver_.take_snapshot(center_W, *spare_, number);
+  }
   /// The servo takes it up.
   void adopt_snapshot();
   /// The servo alone; its cut waits for apply_cuts().

@@ -166,7 +166,7 @@ ReplayResult replay_session(const std::filesystem::path& session_file, const std
       for (; patch != session.patches().end() && patch->first_tick <= recorded.index; ++patch) {
         edit_through(patch->patch - 1);
         steps.apply_cuts(patch->cuts);
-        steps.take_snapshot(patch->center_W);
+        steps.take_snapshot(patch->center_W, patch->patch);
         steps.adopt_snapshot();
       }
       ServoTick tick;
