@@ -71,8 +71,8 @@ std::filesystem::path reader_program() {
   const std::filesystem::path own = std::filesystem::read_symlink("/proc/self/exe", code).parent_path();
   const char* const set = std::getenv("TYPODONT_VOLUME_READER");
   for (const std::filesystem::path& file :
-       {std::filesystem::path(set ? set : ""), own / "typodont-volume-reader", own / "../libexec/typodont/typodont-volume-reader",
-        std::filesystem::path(TYPODONT_VOLUME_READER)}) {
+       {std::filesystem::path(set ? set : ""), own / "typodont-volume-reader",
+        own / "../libexec/typodont/typodont-volume-reader", std::filesystem::path(TYPODONT_VOLUME_READER)}) {
     if (access(file.c_str(), X_OK) == 0) return file;
   }
   throw Error((own / "typodont-volume-reader").string(), "", "no such program", "the one that reads volume files");
