@@ -21,7 +21,6 @@ struct ContactInput {
   Pose X_WT;               // the tool where the hand holds it
   Pose X_WG;               // the proxy at the end of the last tick
   dvec3 moved{0};          // m, the hand since the last tick
-  std::uint32_t tool = 0;  // place in the tool set
   double pedal = 0;        // 0..1
 
   // What the last tick pushed with.

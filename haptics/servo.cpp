@@ -205,7 +205,6 @@ void Servo::State::fill_input(ContactTick& now) const noexcept {
   in.X_WT = now.X_WT;
   in.X_WG = motion.X_WG;
   in.moved = now.moved;
-  in.tool = in_hand;
   in.pedal = now.out.pedal;
   in.normal_force = coupling.normal_force;
   in.normal = coupling.normal;
@@ -277,10 +276,6 @@ void Servo::ramp_out() noexcept {
 
 const Snapshot& Servo::snapshot() const noexcept {
   return *state_->snapshot;
-}
-
-const ContactModel& Servo::model() const noexcept {
-  return *state_->model;
 }
 
 void Servo::adopt(Snapshot& fresh) noexcept {

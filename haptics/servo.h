@@ -18,7 +18,6 @@
 namespace typodont::haptics {
 
 class ContactMethod;
-class ContactModel;
 
 /// Everything a run needs to know before its first tick. SI.
 struct ServoSettings {
@@ -93,7 +92,6 @@ class Servo {
 
   /// The tissue that it works in.
   const Snapshot& snapshot() const noexcept;
-  const ContactModel& model() const noexcept;
 
  private:
   struct State;
