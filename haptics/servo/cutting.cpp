@@ -21,7 +21,7 @@ void Servo::State::earn(ContactTick& now) noexcept {
   ContactInput& in = now.in;
   in.scrapes = bur.cuts && bur.scrapes > 0;
   in.cuts = settings.cutting && bur.cuts && (in.scrapes || cutting.speed > 0);
-  now.spindle = {cutting.speed, 0};
+  SpindleLoad spindle{cutting.speed, 0};  // kept in registers: reading it back from memory would wait for the store
   in.specific_energy = in.cuts ? mean_hardened(&Material::specific_energy) : 0;
   double power = 0;
   if (in.scrapes && in.cuts && coupling.head_force > 0) {
@@ -34,8 +34,8 @@ void Servo::State::earn(ContactTick& now) noexcept {
     const double efficiency = bur.side_efficiency + (bur.end_efficiency - bur.side_efficiency) * along * along;
     const double load = bur.cutting_coefficient * efficiency * coupling.pressing * bur.radius();
     now.tangential = bur.cutting_coefficient * efficiency;
-    now.spindle = load_spindle(settings.spindle, cutting.speed, now.out.pedal, load);
-    power = now.spindle.power;
+    spindle = load_spindle(settings.spindle, cutting.speed, now.out.pedal, load);
+    power = spindle.power;
   }
   double& budget = cutting.budget;
   const double wall = cutting.wall;
@@ -56,8 +56,9 @@ void Servo::State::earn(ContactTick& now) noexcept {
   in.must_earn = in.scrapes && budget <= 0;
   in.budget = budget;
   in.wall_budget = cutting.wall_budget;
-  in.power = now.spindle.power;
-  in.spindle = now.spindle.speed;
+  in.power = spindle.power;
+  in.spindle = spindle.speed;
+  now.spindle = spindle;
 }
 
 void Servo::State::spend(ContactTick& now, double energy) noexcept {

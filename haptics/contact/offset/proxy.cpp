@@ -53,7 +53,8 @@ void OffsetModel::begin_step(const ContactInput& in) noexcept {
   using R = RecoveryParameters;
   Step& s = step_;
   s.slack = s.slack_at_walls = s.fall_limit = 0;
-  s.fall_normal = s.held_off = dvec3(0);
+  s.fall_normal = dvec3(0);  // not in one assignment with the next: that would wait for its own store
+  s.held_off = dvec3(0);
   s.active.count = 0;
   s.touching = s.lost = s.deep = s.bridging = s.late = false;
   s.c = s.start = settings_.frame.to_voxels(in.X_WG.p);
