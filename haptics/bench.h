@@ -5,14 +5,18 @@
 #include <vector>
 
 #include "engine/contract/bench_row.h"
+#include "haptics/contact_method.h"
 
 namespace typodont::haptics {
 
 struct BenchOptions {
   int ticks = 2000;  // per run; the 99.9th percentile wants a thousand or more
   std::vector<double> voxels_mm = {0.2, 0.1, 0.05};
+  SharedContactMethod method;  // the contact model that is measured; null: the default one
 };
 
+/// Sliding, drilling, removal, free air and deadlines by one contact model. Rows of the default model's own parts
+/// (queries, cuts alone, patches) are only there for the default model.
 std::vector<BenchRow> bench_contact(const BenchOptions& options);
 /// Sphere packings of a ball: coverage, collision, normals, removal and ticks, by the number of spheres. `quick`:
 /// without the largest packing, and fewer repeats.

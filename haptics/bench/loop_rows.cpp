@@ -16,6 +16,7 @@ namespace typodont::haptics::bench {
 void free_air_row(const BenchOptions& options, std::vector<BenchRow>& rows) {
   ServoSettings settings;
   settings.tool = head(HeadShape::kSphere, 1.2e-3, 1.2e-3);
+  settings.method = options.method;
   Scene scene(tissue(kBlock, 0.1), settings);
   const dvec3 above(0, 0, kBlockTop + 2e-3);
   scene.tick({above}, 0);
@@ -37,6 +38,7 @@ static void deadline_rows(const BenchOptions& options, bool drilling, std::vecto
   constexpr Nanos kPeriod = 100'000, kSpin = 40'000;
   ServoSettings settings;
   settings.tool = head(HeadShape::kSphere, 1.2e-3, 1.2e-3);
+  settings.method = options.method;
   settings.spindle.free_speed = 300e3 / 60 * 2 * kPi;
   settings.tick = 1e-9 * kPeriod;
   Scene scene(tissue(kBlock, 0.1), settings);

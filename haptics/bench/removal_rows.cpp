@@ -60,6 +60,25 @@ void removal_rows(const BenchOptions& options, std::vector<BenchRow>& rows) {
             });
     rows.push_back({"removal, voxels cleared", knob, clear_error, "of the volume", clear_ns, "cut"});
 
+    if (!by_default(options)) {
+      // The body of that model, by the same cuts.
+      const auto body = options.method->make_body(TissueVolume(dense), std::span(&tool, 1));
+      const auto held = [&] {
+        double all = 0;
+        for (const double v : body->rasterize().volumes()) all += v;
+        return all;
+      };
+      body->begin_stroke();
+      const auto [error, ns] = run(held, [&](int i) {
+        Cut cut;
+        cut.X_WA = {at(std::max(i - 1, 0))}, cut.X_WB = {at(i)};
+        body->carve(cut, i > 0);
+      });
+      rows.push_back({fmt::format("removal, {}", options.method->name()), knob, error, "of the volume", ns, "cut",
+                      "csgDifference", ns / csg_ns});
+      continue;
+    }
+
     // In the servo's patch: what a tick pays.
     Carver carver(TissueVolume(dense), std::span(&tool, 1));
     SurfacePatch patch;

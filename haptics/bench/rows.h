@@ -10,6 +10,11 @@
 
 namespace typodont::haptics::bench {
 
+/// True where the default contact model is measured.
+inline bool by_default(const BenchOptions& options) {
+  return !options.method || options.method->name() == default_contact_method()->name();
+}
+
 /// A hand that slides on a ball, by voxel penalty, by looks of either order, and by the servo; then queries alone.
 void slide_rows(const BenchOptions& options, std::vector<BenchRow>& rows);
 

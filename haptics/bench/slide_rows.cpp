@@ -72,7 +72,7 @@ struct Slide {
     settings.method = contact_method("voxel_penalty", "bench");
     double error = 0;
     const double ns = quantile(slide(error), 0.5);
-    settings.method = nullptr;
+    settings.method = options.method;
     add("slide on a sphere, voxel penalty", error, ns, "tick");
     return ns;
   }
@@ -173,10 +173,12 @@ void slide_rows(const BenchOptions& options, std::vector<BenchRow>& rows) {
   for (const double voxel_mm : options.voxels_mm) {
     Slide slide(options, voxel_mm, rows);
     const double penalty_ns = slide.by_voxel_penalty();
-    slide.by_looks(sample_linear_gradient, "slide on a sphere, eight trilinear looks", penalty_ns);
-    slide.by_looks(sample_cubic, "slide on a sphere, eight cubic looks", penalty_ns);
+    if (by_default(options)) {
+      slide.by_looks(sample_linear_gradient, "slide on a sphere, eight trilinear looks", penalty_ns);
+      slide.by_looks(sample_cubic, "slide on a sphere, eight cubic looks", penalty_ns);
+    }
     slide.by_servo(penalty_ns);
-    slide.queries();
+    if (by_default(options)) slide.queries();
   }
 }
 

@@ -57,6 +57,21 @@ TEST(BenchCommand, EveryPartThatNeedsNoPictureRunsToItsEnd) {
   }
 }
 
+TEST(BenchCommand, ModelMeasuresThatContactModelAndIsRefusedForPartsThatHaveNone) {
+  ProgramFolder folder(TYPODONT_PROGRAM);
+  const Ran ran = folder.run("bench contact --model voxel_penalty --quick --json");
+  ASSERT_EQ(ran.status, 0) << ran.err;
+  bool removal = false;
+  for (const Json& row : Json::parse(ran.out, "out").items()) {
+    removal |= row["case"].string() == "removal, voxel_penalty";
+    EXPECT_NE(row["case"].string(), "direction, cubic");  // a query of the default model
+  }
+  EXPECT_TRUE(removal);
+  EXPECT_EQ(folder.run("bench sound --model voxel_penalty --quick").status, 2);
+  EXPECT_EQ(folder.run("bench --model voxel_penalty --quick").status, 2);
+  EXPECT_THAT(folder.run("bench contact --model nothing --quick").err, HasSubstr("voxel_penalty"));
+}
+
 TEST(PerformancePage, GrowthExponentsAreThoseOfThePowersTheyWereMadeFrom) {
   std::vector<BenchRow> rows;
   for (const double n : {10.0, 100.0, 1000.0}) {

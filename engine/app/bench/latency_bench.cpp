@@ -214,12 +214,12 @@ void start_rows(const Folder& folder, std::vector<BenchRow>& rows) {
 
 }  // namespace
 
-std::vector<BenchRow> bench_latency(bool quick) {
+std::vector<BenchRow> bench_latency(const BenchRun& run) {
   const Folder folder;
   std::vector<BenchRow> rows;
   start_rows(folder, rows);
   step_rows(folder, rows);
-  picture_rows(quick, rows);
+  picture_rows(run.quick, rows);
   return rows;
 }
 

@@ -76,8 +76,8 @@ double entries(const char* folder) {
 
 }  // namespace
 
-std::vector<BenchRow> bench_length(bool quick) {
-  const double unit = quick ? 60 : 3600;  // s
+std::vector<BenchRow> bench_length(const BenchRun& run) {
+  const double unit = run.quick ? 60 : 3600;  // s
   constexpr int kLast = 8;
   const fs::path file = fs::temp_directory_path() / fmt::format("typodont_length_{}.h5", ::getpid());
   const Scene scene = parse_scene(Json::parse(kScene, "bench"), {});
@@ -109,7 +109,7 @@ std::vector<BenchRow> bench_length(bool quick) {
     }
     if ((mark & (mark - 1)) != 0) continue;  // 1, 2, 4, 8
     writer.flush();
-    const std::string knob = fmt::format("after {} {}{}", mark, quick ? "minute" : "hour", mark > 1 ? "s" : "");
+    const std::string knob = fmt::format("after {} {}{}", mark, run.quick ? "minute" : "hour", mark > 1 ? "s" : "");
     const auto row = [&](std::string name, double error, const char* error_unit, double time = BenchRow::kNone) {
       rows.push_back({.name = std::move(name),
                       .knob = knob,

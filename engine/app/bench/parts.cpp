@@ -14,46 +14,47 @@ namespace {
 
 using Rows = std::vector<BenchRow>;
 
-Rows contact(bool quick) {
+Rows contact(const BenchRun& run) {
   haptics::BenchOptions options;
-  if (quick) options.ticks = 300, options.voxels_mm = {0.2, 0.1};
+  options.method = run.method;
+  if (run.quick) options.ticks = 300, options.voxels_mm = {0.2, 0.1};
   return haptics::bench_contact(options);
 }
 
-Rows devices(bool quick) {
+Rows devices(const BenchRun& run) {
   haptics::DeviceBenchOptions options;
   options.assets = assets_folder();
-  if (quick) options.ticks = 5000;
+  if (run.quick) options.ticks = 5000;
   return haptics::bench_devices(options);
 }
 
-Rows debris(bool quick) {
+Rows debris(const BenchRun& run) {
   debris::BenchOptions options;
-  if (quick) options.repeats = 50;
+  if (run.quick) options.repeats = 50;
   return debris::bench_debris(options);
 }
 
-Rows sound(bool quick) {
+Rows sound(const BenchRun& run) {
   audio::BenchOptions options;
   options.recording = assets_folder() / "sounds/micromotor_steady.wav";
-  if (quick) options.orders = {16, 300}, options.repeats = 3;
+  if (run.quick) options.orders = {16, 300}, options.repeats = 3;
   return audio::audio_bench(options);
 }
 
-Rows calibration(bool quick) {
-  return calibration::bench_rows(quick);
+Rows calibration(const BenchRun& run) {
+  return calibration::bench_rows(run.quick);
 }
 
 constexpr BenchPart kParts[] = {
     {"contact", "Contact and cutting",
      "Direction of the force while sliding on a ball, cutting ticks of a simulated hand, removed volume against the "
      "formula.",
-     contact},
+     contact, true},
     {"packing", "Sphere packings",
      "A ball of 10 mm packed with spheres: what they leave unfilled, first contact with the tree on either side, "
      "direction "
      "of the normal, a groove's volume as printed in the paper and mended, and the three passes of a cutting tick.",
-     haptics::bench_packing},
+     [](const BenchRun& run) { return haptics::bench_packing(run.quick); }},
     {"stability", "Stability",
      "The stiffness at which a pushed mass (0.15 kg, 5 N·s/m) no longer settles at a wall, by rate, delay and jitter; "
      "and what hands on the molar feel while the carver stands still, beside other laws for that.",

@@ -46,8 +46,8 @@ Drilling drill(int ticks) {
 
 }  // namespace
 
-std::vector<BenchRow> bench_recording(bool quick) {
-  const Drilling done = drill(quick ? 5'000 : 60'000);
+std::vector<BenchRow> bench_recording(const BenchRun& run) {
+  const Drilling done = drill(run.quick ? 5'000 : 60'000);
   const auto file = std::filesystem::temp_directory_path() / fmt::format("typodont_bench_{}.h5", now());
   const auto count = static_cast<double>(done.ticks.size());
   const double plain = sizeof(ServoTick) + sizeof(Cut) * static_cast<double>(done.cuts.size()) / count;

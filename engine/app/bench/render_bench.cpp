@@ -43,7 +43,7 @@ double difference(const render::Picture& fine, const render::Picture& coarse) {
 
 }  // namespace
 
-std::vector<BenchRow> bench_render(bool quick) {
+std::vector<BenchRow> bench_render(const BenchRun& run) {
   const Scene scene = read_scene(assets_folder() / "scenes/molar-caries.json");
   haptics::TissueVolume volume = load_tissue(scene);
   const dvec3 origin = volume.frame().origin;
@@ -79,7 +79,7 @@ std::vector<BenchRow> bench_render(bool quick) {
     // While drilling: the tool moves, two bricks change. Processor time of all threads, for lavapipe has several.
     ServoTick moving = tick;
     std::vector<double> times;
-    for (int i = 0; i < (quick ? 3 : 15); ++i) {
+    for (int i = 0; i < (run.quick ? 3 : 15); ++i) {
       const std::clock_t start = std::clock();
       moving.X_WG.p.x += 1e-5;
       stage->show(std::span(bricks).subspan(static_cast<std::size_t>(i), 2), origin);

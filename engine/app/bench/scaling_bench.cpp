@@ -111,10 +111,10 @@ void picture_row(const Body& body, const Scene& scene, haptics::TissueVolume& ti
 
 }  // namespace
 
-std::vector<BenchRow> bench_scaling(bool quick) {
+std::vector<BenchRow> bench_scaling(const BenchRun& run) {
   std::vector<BenchRow> rows;
   std::vector<Body> bodies{ball(3), ball(6)};
-  if (!quick) bodies.insert(bodies.end(), {ball(12), ball(18), dental_arch(), hip()});
+  if (!run.quick) bodies.insert(bodies.end(), {ball(12), ball(18), dental_arch(), hip()});
   const std::filesystem::path file =
       std::filesystem::temp_directory_path() / fmt::format("typodont_scaling_{}.vdb", ::getpid());
   for (const Body& body : bodies) {
@@ -159,7 +159,7 @@ std::vector<BenchRow> bench_scaling(bool quick) {
     std::vector<double> servo, carver, frames;
     ServoTick tick;
     Cut cut;
-    for (int i = 0; i < (quick ? 300 : 1500); ++i) {
+    for (int i = 0; i < (run.quick ? 300 : 1500); ++i) {
       haptics::HandSample hand;
       hand.t = from_seconds(1e-3 * i);
       hand.X_WT.p = body.top + dvec3(1e-3 * std::sin(6e-3 * i), 0, 0.6e-3 - std::min(0.3e-6 * i, 0.3e-3));
@@ -177,7 +177,7 @@ std::vector<BenchRow> bench_scaling(bool quick) {
     row("servo, drilling tick, median", quantile(servo, 0.5), "tick");
     row("carver, the same cuts in the whole tissue, median", quantile(carver, 0.5), "tick");
     row("mesh of what a frame's drilling changed, median", quantile(frames, 0.5), "frame");
-    picture_row(body, scene, loop.carver().volume(), tick, quick, rows);
+    picture_row(body, scene, loop.carver().volume(), tick, run.quick, rows);
   }
   std::filesystem::remove(file);
   return rows;

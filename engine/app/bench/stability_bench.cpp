@@ -185,9 +185,9 @@ void carver_stall_rows(bool quick, std::vector<BenchRow>& rows) {
 
 }  // namespace
 
-std::vector<BenchRow> bench_stability(bool quick) {
+std::vector<BenchRow> bench_stability(const BenchRun& run) {
   std::vector<BenchRow> rows;
-  const std::vector<double> rates = quick ? std::vector<double>{1000} : std::vector<double>{500, 1000, 2000, 4000};
+  const std::vector<double> rates = run.quick ? std::vector<double>{1000} : std::vector<double>{500, 1000, 2000, 4000};
   const auto rate_row = [&](std::string name, double rate, double value, const char* unit) {
     rows.push_back({.name = std::move(name),
                     .knob = fmt::format("{:g} Hz", rate),
@@ -229,7 +229,7 @@ std::vector<BenchRow> bench_stability(bool quick) {
     row("the least that any controller could promise a hand that may go back as it came",
         least_first_felt(20e-3, 0.1, rate));
   }
-  carver_stall_rows(quick, rows);
+  carver_stall_rows(run.quick, rows);
   return rows;
 }
 

@@ -248,9 +248,9 @@ void ball_row(int repeats, std::vector<BenchRow>& rows) {
 
 }  // namespace
 
-std::vector<BenchRow> bench_surface(bool quick) {
+std::vector<BenchRow> bench_surface(const BenchRun& run) {
   surface::BenchOptions options;
-  if (quick) options.repeats = 3;
+  if (run.quick) options.repeats = 3;
   std::vector<BenchRow> rows = surface::bench_sphere(options);
   molar_rows(options.repeats, rows);
   ball_row(options.repeats, rows);

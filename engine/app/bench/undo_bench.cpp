@@ -98,7 +98,7 @@ Cutter cutter_of(haptics::Carver& carver) {
 
 }  // namespace
 
-std::vector<BenchRow> bench_undo(bool quick) {
+std::vector<BenchRow> bench_undo(const BenchRun& run) {
   std::vector<BenchRow> rows;
   {
     const Scene scene = read_scene(assets_folder() / "scenes/molar-caries.json");
@@ -106,7 +106,7 @@ std::vector<BenchRow> bench_undo(bool quick) {
     Cutter cutter = cutter_of(carver);
     for (const int passes : {1, 4, 16})  // through the crown, under its top
       measure(
-          rows, cutter, 0, passes, 0.2e-3, quick ? 3 : 15,
+          rows, cutter, 0, passes, 0.2e-3, run.quick ? 3 : 15,
           [&](int repeat) { return cutter.high.z - 2.5e-3 - 0.1e-3 * repeat; },
           fmt::format("{} passes through the crown", passes));
   }
@@ -117,7 +117,7 @@ std::vector<BenchRow> bench_undo(bool quick) {
   for (std::uint32_t tool = 0; tool < tools.size(); ++tool)
     for (const int passes : {4, 16})
       measure(
-          rows, cutter, tool, passes, 0.4 * tools[tool].diameter, quick ? 1 : 5,
+          rows, cutter, tool, passes, 0.4 * tools[tool].diameter, run.quick ? 1 : 5,
           [&](int repeat) { return -0.1e-3 * repeat; },
           fmt::format("{} passes of {} at h = 0.05 mm", passes, tools[tool].name));
   return rows;

@@ -1,5 +1,6 @@
 // typodont bench: error against time, part by part, each beside its baselines measured in the same run.
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -52,7 +53,7 @@ std::string machine() {
 
 struct Options {
   std::vector<std::string> names;
-  std::string out, page, keep;
+  std::string out, page, keep, model;
   bool quick = false, json = false;
 };
 
@@ -149,7 +150,23 @@ void print_table(const std::vector<MeasuredPart>& parts) {
   }
 }
 
+/// What --model names; null without it. Throws Error where a part that was asked for measures no contact model.
+haptics::SharedContactMethod chosen_method(const Options& options) {
+  if (options.model.empty()) return nullptr;
+  std::vector<std::string> taking;
+  for (const BenchPart& part : bench_parts()) {
+    if (part.takes_model) taking.emplace_back(part.name);
+  }
+  for (const std::string& name : options.names) {
+    if (std::find(taking.begin(), taking.end(), name) == taking.end())
+      throw Error("--model", name, "a part that measures no contact model", fmt::format("{}", fmt::join(taking, ", ")));
+  }
+  if (options.names.empty()) throw Error("--model", "parts to measure", "all of them", fmt::format("{}", fmt::join(taking, ", ")));
+  return haptics::contact_method(options.model, "--model");
+}
+
 void run(const Options& options) {
+  const BenchRun asked{options.quick, chosen_method(options)};
   std::map<std::string, std::vector<BenchRow>> kept;
   if (!options.keep.empty()) kept = kept_rows(options.keep);
   std::vector<MeasuredPart> measured;
@@ -161,7 +178,7 @@ void run(const Options& options) {
       continue;
     }
     log::info("measuring {}", part.name);
-    measured.push_back({&part, part.rows(options.quick)});
+    measured.push_back({&part, part.rows(asked)});
   }
   if (!options.out.empty()) write_file_atomically(options.out, csv(measured), FileKind::kTable, Over::kItsInput);
   if (!options.page.empty()) write_performance_page(options.page, measured, machine());
@@ -186,6 +203,8 @@ void add_bench_command(cli::Command& app) {
   command->add_option("--keep", options->keep, "of the parts not named take the rows that this CSV has of them")
       ->check(cli::existing_file());
   command->add_option("--page", options->page, "write them as a page (.md) with plots beside it");
+  command->add_option("--model", options->model,
+                      "contact model that `contact` measures instead of the default (offset, voxel_penalty, …)");
   command->add_flag("--quick", options->quick, "fewer repeats: a look, not a measurement");
   command->add_flag("--json", options->json, "print the rows as JSON");
   command->callback([options] { run(*options); });
