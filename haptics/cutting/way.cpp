@@ -156,6 +156,22 @@ struct WayBlock {
   bool emptied;
 };
 
+/// Whether no sample can be raised any more: air, or what the head has emptied before.
+TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
+bool is_empty(const WayBlock* block_at) {
+  const WayBlock& block = *block_at;
+  const bool whole = block.from[2] == 0 && block.to[2] == kDeep;
+  for (int ix = block.from[0]; ix < block.to[0]; ++ix) {
+    I8 left = {};
+    for (int iy = block.from[1]; iy < block.to[1]; ++iy) {
+      float* const row = block.distance + ix * block.stride_x + iy * block.stride_y;
+      left |= eight::Row{row, block.from[2], block.to[2], whole}.read() < Sweep::kInner;
+    }
+    if (any_of(left)) return false;
+  }
+  return true;
+}
+
 /// new = max(old, min(depth, kInner)), depths below -kMargin not counted. Returns whether anything changed.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 bool carve_way_block(const Straight* way_at, const WayBlock* block_at, PerTissue* removed) {
@@ -280,17 +296,24 @@ Straight straight_way(const Pose& X_VA, const Pose& X_VB, const MeridianPiece* p
 bool Sweep::carve_way(const HeadTarget& target, PerTissue* removed) const noexcept {
   const auto down = [](int v, int step) { return v - (v % step + step) % step; };
   const float turned = static_cast<float>(turn_ / straights_) * kHalf;
-  const dvec3 around(reach_ + static_cast<double>(kMargin) + 1);
+  const double radius = static_cast<double>(radius_);
+  const auto axis_of = [](const Pose& X) { return X.R * dvec3(0, 0, 1); };
+  // Voxels beside the head, with what a straight way errs.
+  const double beside = static_cast<double>(kMargin) + 1;
+  const auto extent = [&](const Pose& X) {
+    const dvec3 axis = axis_of(X), across = glm::sqrt(glm::max(dvec3(1) - axis * axis, dvec3(0)));
+    return half_length_ * glm::abs(axis) + radius * across + beside;
+  };
   const auto block_at = [&](const glm::ivec3& first) {
     WayBlock block;
     const glm::ivec3 inside = first - target.lo;
     const std::ptrdiff_t at = inside.x * target.stride_x + inside.y * target.stride_y + inside.z;
     block.distance = target.distance + at, block.tissue = target.tissue ? target.tissue + at : nullptr;
     block.stride_x = target.stride_x, block.stride_y = target.stride_y;
-    const int extent[3] = {kRows, kRows, kDeep};
+    const int size[3] = {kRows, kRows, kDeep};
     for (int i = 0; i < 3; ++i) {
       block.from[i] = std::max(-inside[i], 0);
-      block.to[i] = std::min(target.size[i] - inside[i], extent[i]);
+      block.to[i] = std::min(target.size[i] - inside[i], size[i]);
     }
     block.first = first;
     return block;
@@ -301,13 +324,23 @@ bool Sweep::carve_way(const HeadTarget& target, PerTissue* removed) const noexce
     const Pose X_VA = X_VB;
     X_VB = k == straights_ ? X_VB_ : interpolate(X_VA_, X_VB_, static_cast<double>(k) / straights_);
     const Straight way = straight_way(X_VA, X_VB, pieces_, back_.count, reach_);
-    const glm::ivec3 lo = glm::max(target.lo, glm::ivec3(glm::ceil(glm::min(X_VA.p, X_VB.p) - around)));
+    const dvec3 extent_a = extent(X_VA), extent_b = extent(X_VB);
+    const glm::ivec3 lo = glm::max(target.lo, glm::ivec3(glm::ceil(glm::min(X_VA.p - extent_a, X_VB.p - extent_b))));
     const glm::ivec3 last =
-        glm::min(target.lo + target.size - 1, glm::ivec3(glm::floor(glm::max(X_VA.p, X_VB.p) + around)));
+        glm::min(target.lo + target.size - 1, glm::ivec3(glm::floor(glm::max(X_VA.p + extent_a, X_VB.p + extent_b))));
+    // A block whose centre is farther than this from the head's axis at A stays beside the head all along the way.
+    const glm::vec3 axis(axis_of(X_VA)), center(X_VA.p - dvec3(way.from.base));
+    const float half = static_cast<float>(half_length_),
+                far = static_cast<float>(radius + beside) + kHalf + way.longest;
+    const auto is_beside = [&](const glm::vec3& c) {
+      const glm::vec3 from_center = c - center;
+      const glm::vec3 away = from_center - std::clamp(glm::dot(from_center, axis), -half, half) * axis;
+      return glm::dot(away, away) > far * far;
+    };
     const glm::ivec3 first(down(lo.x, kRows), down(lo.y, kRows), down(lo.z, kDeep));
     Centres centres;
     centres.outside = -(kMargin + kHalf + kTop + way.slip), centres.emptied = kInner + kHalf + way.slip;
-    glm::ivec3 blocks[8];
+    WayBlock blocks[8];
     int lanes = 0;
     const auto carve = [&] {
       for (int lane = lanes; lane < 8; ++lane) {
@@ -316,7 +349,7 @@ bool Sweep::carve_way(const HeadTarget& target, PerTissue* removed) const noexce
       look_at(&way, &centres);
       for (int lane = 0; lane < lanes; ++lane) {
         if (centres.top[lane] <= centres.outside) continue;
-        WayBlock block = block_at(blocks[lane]);
+        WayBlock& block = blocks[lane];
         block.first -= way.from.base;
         block.top = centres.top[lane], block.share = centres.share[lane],
         block.emptied = centres.best[lane] >= centres.emptied;
@@ -329,8 +362,11 @@ bool Sweep::carve_way(const HeadTarget& target, PerTissue* removed) const noexce
     for (int x0 = first.x; x0 <= last.x; x0 += kRows) {
       for (int y0 = first.y; y0 <= last.y; y0 += kRows) {
         for (int z0 = first.z; z0 <= last.z; z0 += kDeep) {
-          blocks[lanes] = {x0, y0, z0};
-          const glm::vec3 c = glm::vec3(blocks[lanes] - way.from.base) + kMiddle;
+          const glm::ivec3 from(x0, y0, z0);
+          const glm::vec3 c = glm::vec3(from - way.from.base) + kMiddle;
+          if (is_beside(c)) continue;
+          blocks[lanes] = block_at(from);
+          if (is_empty(&blocks[lanes])) continue;
           centres.x[lanes] = c.x, centres.y[lanes] = c.y, centres.z[lanes] = c.z;
           if (++lanes == 8) carve();
         }
