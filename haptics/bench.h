@@ -1,6 +1,7 @@
 // What touching and cutting cost and how true they are: work-precision rows for `typodont bench`.
 #pragma once
 
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -21,5 +22,14 @@ std::vector<BenchRow> bench_contact(const BenchOptions& options);
 /// Sphere packings of a ball: coverage, collision, normals, removal and ticks, by the number of spheres. `quick`:
 /// without the largest packing, and fewer repeats.
 std::vector<BenchRow> bench_packing(bool quick);
+
+struct MotionBenchOptions {
+  std::filesystem::path tools;     // folder of tool files
+  std::vector<std::string> names;  // of them; none: all
+  double voxel_mm = 0.1;
+  int ticks = 1000;  // per tool and motion, after the tool has sunk in
+};
+/// The servo's tick for every tool and every motion of a hand (20 rad/s, 0.5 m/s): thread CPU time.
+std::vector<BenchRow> bench_motions(const MotionBenchOptions& options);
 
 }  // namespace typodont::haptics

@@ -26,6 +26,7 @@ Sweep::Sweep(const Tool& tool, const Pose& X_WA, const Pose& X_WB, const VoxelFr
   X_VB_ = {b, X_WB.R};
 
   const double reach = reach_ = tool.reach() / frame.voxel;
+  half_length_ = tool.length / 2 / frame.voxel;
   travel_ = sphere_ ? glm::length(b - a) : way_between(X_VA_, X_VB_, reach);
   if (!sphere_) {
     // Seen from a head that turns the way of a sample bends: from its chord by an eighth of how its direction changes.

@@ -69,11 +69,12 @@ class Sweep {
   glm::vec3 a_, ab_;                             // capsule, in voxels from base_
   float inverse_length2_;                        // 1/|ab|², 0 for a point
   float radius_;                                 // voxels
-  int straights_ = 0;  // of a long way of another head: parts on which samples go straight through it
-  double turn_ = 0;    // of that, rad
-  double reach_;       // voxels
-  double travel_;      // voxels, of the head's farthest point; of a ball its centre
-  Pose X_VA_, X_VB_;   // general heads: poses in voxels, absolute
+  int straights_ = 0;   // of a long way of another head: parts on which samples go straight through it
+  double turn_ = 0;     // of that, rad
+  double reach_;        // voxels
+  double half_length_;  // voxels, of heads that are no balls: they lie within radius_ of so much of their axis
+  double travel_;       // voxels, of the head's farthest point; of a ball its centre
+  Pose X_VA_, X_VB_;    // general heads: poses in voxels, absolute
   glm::ivec3 lo_, hi_;
 };
 

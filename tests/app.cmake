@@ -41,5 +41,6 @@ if(NOT TYPODONT_SANITIZE)  # a sanitizer's shadow needs all the address space
 endif()
 typodont_test(unit_app_live_picture KIND unit SOURCES unit/app_live_picture_test.cpp LIBS typodont_app)
 typodont_test(stress_live KIND stress SOURCES stress/live_replay_test.cpp LIBS typodont_app)
+typodont_test(stress_constant_push KIND stress SOURCES stress/constant_push_test.cpp LIBS typodont_app)
 typodont_test(unit_app_score KIND unit SOURCES unit/app_score_test.cpp LIBS typodont_app)
 typodont_test(stress_stalls KIND stress SOURCES stress/carver_stall_test.cpp stress/faults_test.cpp LIBS typodont_app)

@@ -67,7 +67,7 @@ void run_demo(const DemoOptions& options) {
   haptics::TissueVolume tissue = load_tissue(scene);
   const StudentPlan plan = plan_caries_removal(tissue, scene.servo.tool);
   const auto hand = haptics::make_simulated_hand(plan.path, plan.hand, kRate, /*paced=*/false);
-  HapticLoop loop(scene, std::move(tissue), kRate);
+  HapticLoop loop(scene, std::move(tissue), hand->info());
   haptics::TissueVolume& volume = loop.carver().volume();
   const double length = std::min(plan.path.end(), options.seconds);
 

@@ -8,11 +8,28 @@
 
 namespace typodont {
 
+namespace {
+
+haptics::LockStep steps_for(const Scene& scene, haptics::TissueVolume tissue, const haptics::DeviceInfo& hand) {
+  const haptics::ServoSettings settings =
+      servo_settings(scene, tissue, hand.rate, hand.vibration_band, hand.position_step, hand.torque_limit > 0);
+  return haptics::LockStep(std::move(tissue), settings);
+}
+
+haptics::DeviceInfo ideal_hand(double rate) {
+  haptics::DeviceInfo hand;
+  hand.rate = rate;
+  hand.torque_limit = 1e9;
+  return hand;
+}
+
+}  // namespace
+
+HapticLoop::HapticLoop(const Scene& scene, haptics::TissueVolume tissue, const haptics::DeviceInfo& hand)
+    : steps_(steps_for(scene, std::move(tissue), hand)) {}
+
 HapticLoop::HapticLoop(const Scene& scene, haptics::TissueVolume tissue, double rate)
-    : steps_([&] {
-        const haptics::ServoSettings settings = servo_settings(scene, tissue, rate);
-        return haptics::LockStep(std::move(tissue), settings);
-      }()) {}
+    : HapticLoop(scene, std::move(tissue), ideal_hand(rate)) {}
 
 bool HapticLoop::tick(const haptics::HandSample& hand, ServoTick& out, Cut& cut) {
   // Half a second in, and then every second.

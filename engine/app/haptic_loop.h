@@ -11,7 +11,9 @@ namespace typodont {
 
 class HapticLoop {
  public:
-  /// `rate` in Hz. The tissue is taken over.
+  /// The servo is set up for this hand, as a recording's header says it was (session_header). The tissue is taken over.
+  HapticLoop(const Scene& scene, haptics::TissueVolume tissue, const haptics::DeviceInfo& hand);
+  /// For a hand that follows force and torque at every step and feels no vibration: a simulated one. `rate` in Hz.
   HapticLoop(const Scene& scene, haptics::TissueVolume tissue, double rate);
 
   /// One tick: servo, then the carver, then, where due, a fresh snapshot before the next tick. True when it cut.

@@ -24,15 +24,17 @@ enum class Fault : std::uint32_t {
   kLetGo = 1u << 9,            // the servo was late, and the motors were let go: the hand did not feel the last force
   kNoRoom = 1u << 10,  // filling that the pedal asks for found no place near the instrument's end: it was not put down
   kHeld = 1u << 11,    // the emergency key holds: no drill, and no force on the hand
+  kWedged = 1u << 12,  // the hand has left a tool that its contacts hold: it is led back the way it came, if that helps
 };
 constexpr std::uint32_t bits(Fault fault) {
   return static_cast<std::uint32_t>(fault);
 }
 
-/// Version of the servo's force laws, which a recording keeps so that it replays to the bit. 2: a late patch gives way
-/// (docs/safety.md), a force that the ledger does not pay for follows the ledger, and a ledger's small debt is
-/// forgiven. 1: before that; recordings without the number.
-inline constexpr std::uint32_t kServoLaws = 2;
+/// Version of the servo's force laws, which a recording keeps so that it replays to the bit. 3: a tool that the hand
+/// has left is led back the way it came (the offset model). 2: a late patch gives way (docs/safety.md), a force that
+/// the ledger does not pay for follows the ledger, and a ledger's small debt is forgiven. 1: before that; recordings
+/// without the number.
+inline constexpr std::uint32_t kServoLaws = 3;
 
 /// One tick of the servo. Servo thread → everyone. Trivially copyable.
 struct ServoTick {

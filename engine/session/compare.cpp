@@ -37,7 +37,6 @@ std::string_view differing_column(const ServoTick& replayed, const ServoTick& re
   comparable.cpu_time = recorded.cpu_time;
   comparable.X_WT = recorded.X_WT;  // the replay's input
   comparable.pedal = recorded.pedal;
-  comparable.patch = recorded.patch;  // a number of the live carver's; no score is made of it
   // The device's own limits are in the recording as well.
   constexpr std::uint32_t kDevices = bits(Fault::kForceLimit) | bits(Fault::kSlewLimit);
   comparable.faults = (replayed.faults & ~kLoopsFaults) | (recorded.faults & (kLoopsFaults | kDevices));

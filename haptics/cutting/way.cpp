@@ -30,7 +30,26 @@ namespace {
 
 namespace {
 
-constexpr int kSteps = 24;  // of a search; hardly any takes ten
+constexpr int kSteps = 24;           // of a search; hardly any takes ten
+constexpr float kBesideSlip = 0.5f;  // voxels; more than anything known of a block's centre errs
+
+/// Narrows `lowest` .. `highest` (heights of blocks' first samples) to those within `far` of an axis, of blocks whose
+/// centres lie `off` aside from a point of the axis; `height`: of that point. False where none does.
+bool column_beside_axis(const glm::vec2& off, const glm::vec3& axis, float far, float height, int& lowest,
+                        int& highest) {
+  // |d|² - (d·a)² <= far² with d = (off, z), a quadratic in z
+  const float along = off.x * axis.x + off.y * axis.y;
+  const float a = 1 - axis.z * axis.z, b = -along * axis.z, c = glm::dot(off, off) - along * along - far * far;
+  if (a < 1e-3f) return true;
+  const float root2 = b * b - a * c;
+  if (root2 < 0) return false;
+  const float root = std::sqrt(root2);
+  const int from = static_cast<int>(std::floor(height + (-b - root) / a)) - 1,
+            to = static_cast<int>(std::ceil(height + (-b + root) / a)) + 1;
+  lowest = std::max(lowest, from - kDeep);
+  highest = std::min(highest, to);
+  return lowest <= highest;
+}
 
 /// Eight points in the head.
 struct Points {
@@ -144,6 +163,14 @@ void look_at(const Straight* way_at, Centres* centres) {
   centres->share = at_a ? search.a : at_b ? search.b : search.s;
 }
 
+/// How deep the centres lie in the head where the way begins.
+TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
+void look_at_start(const Straight* way_at, const Centres* centres, F8* depth) {
+  const Straight& way = *way_at;
+  const Points p = in_head(way.from, centres->x, centres->y, centres->z);
+  *depth = eight::depth_below_pieces(way.pieces, (1u << way.count) - 1, eight::root(p.x * p.x + p.y * p.y), p.z);
+}
+
 /// A block, the part of it that is meant, and what is known by its centre.
 struct WayBlock {
   float* distance;
@@ -155,6 +182,22 @@ struct WayBlock {
   float bent;  // more than what is known of the centre errs beside it
   bool emptied;
 };
+
+/// Whether no sample can be raised any more: air, or what the head has emptied before.
+TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
+bool is_empty(const WayBlock* block_at) {
+  const WayBlock& block = *block_at;
+  const bool whole = block.from[2] == 0 && block.to[2] == kDeep;
+  for (int ix = block.from[0]; ix < block.to[0]; ++ix) {
+    I8 left = {};
+    for (int iy = block.from[1]; iy < block.to[1]; ++iy) {
+      float* const row = block.distance + ix * block.stride_x + iy * block.stride_y;
+      left |= eight::Row{row, block.from[2], block.to[2], whole}.read() < Sweep::kInner;
+    }
+    if (any_of(left)) return false;
+  }
+  return true;
+}
 
 /// new = max(old, min(depth, kInner)), depths below -kMargin not counted. Returns whether anything changed.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
@@ -280,17 +323,24 @@ Straight straight_way(const Pose& X_VA, const Pose& X_VB, const MeridianPiece* p
 bool Sweep::carve_way(const HeadTarget& target, PerTissue* removed) const noexcept {
   const auto down = [](int v, int step) { return v - (v % step + step) % step; };
   const float turned = static_cast<float>(turn_ / straights_) * kHalf;
-  const dvec3 around(reach_ + static_cast<double>(kMargin) + 1);
+  const double radius = static_cast<double>(radius_);
+  const auto axis_of = [](const Pose& X) { return X.R * dvec3(0, 0, 1); };
+  // Voxels beside the head, with what a straight way errs.
+  const double beside = static_cast<double>(kMargin) + 1;
+  const auto extent = [&](const Pose& X) {
+    const dvec3 axis = axis_of(X), across = glm::sqrt(glm::max(dvec3(1) - axis * axis, dvec3(0)));
+    return half_length_ * glm::abs(axis) + radius * across + beside;
+  };
   const auto block_at = [&](const glm::ivec3& first) {
     WayBlock block;
     const glm::ivec3 inside = first - target.lo;
     const std::ptrdiff_t at = inside.x * target.stride_x + inside.y * target.stride_y + inside.z;
     block.distance = target.distance + at, block.tissue = target.tissue ? target.tissue + at : nullptr;
     block.stride_x = target.stride_x, block.stride_y = target.stride_y;
-    const int extent[3] = {kRows, kRows, kDeep};
+    const int size[3] = {kRows, kRows, kDeep};
     for (int i = 0; i < 3; ++i) {
       block.from[i] = std::max(-inside[i], 0);
-      block.to[i] = std::min(target.size[i] - inside[i], extent[i]);
+      block.to[i] = std::min(target.size[i] - inside[i], size[i]);
     }
     block.first = first;
     return block;
@@ -301,22 +351,30 @@ bool Sweep::carve_way(const HeadTarget& target, PerTissue* removed) const noexce
     const Pose X_VA = X_VB;
     X_VB = k == straights_ ? X_VB_ : interpolate(X_VA_, X_VB_, static_cast<double>(k) / straights_);
     const Straight way = straight_way(X_VA, X_VB, pieces_, back_.count, reach_);
-    const glm::ivec3 lo = glm::max(target.lo, glm::ivec3(glm::ceil(glm::min(X_VA.p, X_VB.p) - around)));
+    const dvec3 extent_a = extent(X_VA), extent_b = extent(X_VB);
+    const glm::ivec3 lo = glm::max(target.lo, glm::ivec3(glm::ceil(glm::min(X_VA.p - extent_a, X_VB.p - extent_b))));
     const glm::ivec3 last =
-        glm::min(target.lo + target.size - 1, glm::ivec3(glm::floor(glm::max(X_VA.p, X_VB.p) + around)));
+        glm::min(target.lo + target.size - 1, glm::ivec3(glm::floor(glm::max(X_VA.p + extent_a, X_VB.p + extent_b))));
+    // Blocks farther than this from the head's axis at A stay beside the head all along the way.
+    const glm::vec3 axis(axis_of(X_VA)), center(X_VA.p - dvec3(way.from.base));
+    const float far = static_cast<float>(radius + beside) + kHalf + way.longest;
     const glm::ivec3 first(down(lo.x, kRows), down(lo.y, kRows), down(lo.z, kDeep));
-    Centres centres;
+    Centres centres, starts;
     centres.outside = -(kMargin + kHalf + kTop + way.slip), centres.emptied = kInner + kHalf + way.slip;
-    glm::ivec3 blocks[8];
-    int lanes = 0;
+    WayBlock blocks[8], begun[8];
+    int lanes = 0, started = 0;
+    const auto put = [](Centres& to, int lane, const glm::vec3& c) {
+      to.x[lane] = c.x, to.y[lane] = c.y, to.z[lane] = c.z;
+    };
+    const auto fill_up = [](Centres& to, int from) {
+      for (int lane = from; lane < 8; ++lane) to.x[lane] = to.x[0], to.y[lane] = to.y[0], to.z[lane] = to.z[0];
+    };
     const auto carve = [&] {
-      for (int lane = lanes; lane < 8; ++lane) {
-        centres.x[lane] = centres.x[0], centres.y[lane] = centres.y[0], centres.z[lane] = centres.z[0];
-      }
+      fill_up(centres, lanes);
       look_at(&way, &centres);
       for (int lane = 0; lane < lanes; ++lane) {
         if (centres.top[lane] <= centres.outside) continue;
-        WayBlock block = block_at(blocks[lane]);
+        WayBlock& block = blocks[lane];
         block.first -= way.from.base;
         block.top = centres.top[lane], block.share = centres.share[lane],
         block.emptied = centres.best[lane] >= centres.emptied;
@@ -326,16 +384,39 @@ bool Sweep::carve_way(const HeadTarget& target, PerTissue* removed) const noexce
       }
       lanes = 0;
     };
+    // Leaves out what lies too far from the head all along the way, and what was emptied where the way begins: there
+    // the head was cut out before.
+    const bool cut_before = continues_ || k > 1;
+    const auto choose = [&] {
+      fill_up(starts, started);
+      F8 depth;
+      look_at_start(&way, &starts, &depth);
+      for (int lane = 0; lane < started; ++lane) {
+        if (depth[lane] + way.longest + kBesideSlip < centres.outside) continue;
+        if (cut_before && depth[lane] > centres.emptied + kBesideSlip) continue;
+        if (is_empty(&begun[lane])) continue;
+        blocks[lanes] = begun[lane];
+        put(centres, lanes, {starts.x[lane], starts.y[lane], starts.z[lane]});
+        if (++lanes == 8) carve();
+      }
+      started = 0;
+    };
     for (int x0 = first.x; x0 <= last.x; x0 += kRows) {
       for (int y0 = first.y; y0 <= last.y; y0 += kRows) {
-        for (int z0 = first.z; z0 <= last.z; z0 += kDeep) {
-          blocks[lanes] = {x0, y0, z0};
-          const glm::vec3 c = glm::vec3(blocks[lanes] - way.from.base) + kMiddle;
-          centres.x[lanes] = c.x, centres.y[lanes] = c.y, centres.z[lanes] = c.z;
-          if (++lanes == 8) carve();
+        int lowest = first.z, highest = last.z;
+        if (!column_beside_axis(
+                glm::vec2(x0 - way.from.base.x, y0 - way.from.base.y) + glm::vec2(kMiddle) - glm::vec2(center), axis,
+                far, static_cast<float>(way.from.base.z) + center.z - kMiddle.z, lowest, highest))
+          continue;
+        for (int z0 = first.z + down(lowest - first.z, kDeep); z0 <= highest; z0 += kDeep) {
+          const glm::ivec3 from(x0, y0, z0);
+          begun[started] = block_at(from);
+          put(starts, started, glm::vec3(from - way.from.base) + kMiddle);
+          if (++started == 8) choose();
         }
       }
     }
+    if (started > 0) choose();
     if (lanes > 0) carve();
   }
   return changed;

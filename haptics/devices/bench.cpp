@@ -62,7 +62,9 @@ Times bare_loop(int ticks) {
 Times arm_loop(const Arm& arm, double rate, int ticks, bool contact) {
   auto link = std::make_unique<MemoryBoard>(rate);
   Link& clock = *link;
-  auto device = make_arm_device(std::move(link), ArmProtocol::kHidV2, arm, {});
+  DeviceInfo identity;
+  identity.rate = rate;
+  auto device = make_arm_device(std::move(link), ArmProtocol::kHidV2, arm, std::move(identity));
   auto options = SafeDevice::options_for(device->info());
   options.clock = [&clock] { return clock.now(); };
   options.watchdog_thread = false;

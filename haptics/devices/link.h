@@ -1,6 +1,7 @@
 // Bytes to and from a device: the seam between protocols and hardware. Tests put their emulators behind it.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <span>
 
@@ -22,5 +23,23 @@ class Link {
   /// could.
   virtual int descriptor() const noexcept { return -1; }
 };
+
+/// Keeps a device that sends without being asked from driving the servo faster than it was made for: two samples are at
+/// least half a period apart. Servo thread.
+class SampleSpacing {
+ public:
+  /// `rate` in Hz: DeviceInfo::rate.
+  explicit SampleSpacing(double rate) : least_(from_seconds(0.5 / rate)) {}
+  /// ns until the next sample may be handed over; 0 or less: now. A clock that leaps makes nobody wait longer.
+  Nanos left(Nanos t) const noexcept { return started_ ? std::min(last_ + least_ - t, least_) : 0; }
+  /// A sample was handed over.
+  void taken(Nanos t) noexcept { last_ = t, started_ = true; }
+
+ private:
+  Nanos least_, last_ = 0;
+  bool started_ = false;
+};
+/// While more is queued than this, the rest waits for the next sample: a device that floods its link delays no tick.
+inline constexpr int kMostQueued = 64;
 
 }  // namespace typodont::haptics

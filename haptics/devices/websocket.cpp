@@ -178,8 +178,10 @@ WebSocket::Parsed WebSocket::parse(std::string_view& message) noexcept {
         message = {message_.data(), length_};
         return Parsed::kMessage;
       case 0x9:
-        if (size > 125) return Parsed::kBroken;
-        send_frame(0xA, {payload, static_cast<std::size_t>(size)});
+        if (size > kLongestPing) return Parsed::kBroken;
+        std::memcpy(ping_.data(), payload, static_cast<std::size_t>(size));
+        ping_size_ = static_cast<std::size_t>(size);
+        pinged_ = true;
         break;
       case 0xA:
         break;
@@ -189,10 +191,18 @@ WebSocket::Parsed WebSocket::parse(std::string_view& message) noexcept {
   }
 }
 
+void WebSocket::answer_ping() noexcept {
+  if (!pinged_) return;
+  pinged_ = false;
+  send_frame(0xA, {ping_.data(), ping_size_});
+}
+
 WebSocket::Got WebSocket::receive(std::string_view& message, Nanos timeout) noexcept {
   const Nanos until = link_->now() + timeout;
-  for (;;) {
-    switch (parse(message)) {
+  for (bool read = false;; read = true) {
+    const Parsed parsed = parse(message);
+    answer_ping();
+    switch (parsed) {
       case Parsed::kMessage:
         return Got::kMessage;
       case Parsed::kBroken:
@@ -207,13 +217,10 @@ WebSocket::Got WebSocket::receive(std::string_view& message, Nanos timeout) noex
     }
     // Twice the longest message fits, so a frame that fills the buffer was refused above.
     if (broken_.load()) return Got::kLost;
-    const Nanos left = std::max<Nanos>(until - link_->now(), 0);
-    const int n = link_->read(std::span(in_).subspan(end_), left);
+    const Nanos left = std::min(until - link_->now(), timeout);
+    if (read && left <= 0) return Got::kNothing;
+    const int n = link_->read(std::span(in_).subspan(end_), std::max<Nanos>(left, 0));
     if (n < 0) return Got::kLost;
-    if (n == 0) {
-      if (link_->now() >= until) return Got::kNothing;
-      continue;
-    }
     end_ += static_cast<std::size_t>(n);
   }
 }

@@ -24,8 +24,9 @@ class WebSocket {
   WebSocket(std::unique_ptr<Link> link, const std::string& host, const std::string& path);
 
   enum class Got { kMessage, kNothing, kLost };
-  /// The next whole text message, valid until the next call. Answers pings; a close, an overlong message or a broken
-  /// frame is a loss. Servo thread, never allocates.
+  /// The next whole text message, valid until the next call; kNothing where none came within `timeout` (0: of what is
+  /// already there), however much else arrives. Answers the newest ping of what it read, once (RFC 6455, 5.5.3). A
+  /// close, an overlong message or a broken frame is a loss. Servo thread, never allocates.
   Got receive(std::string_view& message, Nanos timeout) noexcept;
   static constexpr std::size_t kLongestSent = 1000;
   /// One frame in one call. Any thread, also a signal handler; at most kLongestSent bytes. A frame that does not go out
@@ -45,6 +46,7 @@ class WebSocket {
   bool send_frame(std::uint8_t opcode, std::string_view payload) noexcept;
   enum class Parsed { kMessage, kMore, kBroken };
   Parsed parse(std::string_view& message) noexcept;
+  void answer_ping() noexcept;
 
   std::unique_ptr<Link> link_;
   std::vector<std::uint8_t> in_;  // received, not yet parsed: [begin_, end_)
@@ -52,6 +54,10 @@ class WebSocket {
   std::vector<char> message_;  // fragments put together
   std::size_t length_ = 0;
   bool in_message_ = false;
+  static constexpr std::size_t kLongestPing = 125;
+  std::array<char, kLongestPing> ping_{};  // the newest that was not answered …
+  std::size_t ping_size_ = 0;
+  bool pinged_ = false;  // … if there is one
   std::atomic<bool> broken_{false};
 };
 

@@ -129,6 +129,21 @@ TEST(AmalgamFilling, ScoresFullForTheOldContourMoreForAFillingThatIsCarvedThanFo
   EXPECT_LT(percent(start), 1);
 }
 
+TEST(ExpertHand, ItsRecordingIsReplayedBitForBit) {
+  const test::ProgramFolder folder(TYPODONT_PROGRAM);
+  folder.write(
+      "scene.json",
+      R"({"tissue": {"voxel_mm": 0.2, "solids": [{"tissue": "dentin", "solid": {"box": {"size_mm": [4, 4, 3]}}}]},
+      "tool": "cylinder_010", "spindle": "air_turbine", "parts": ["haptics"],
+      "task": {"goal": "cut", "ideal": {"remove": [{"box": {"center_mm": [0, 0, 1.3], "size_mm": [2, 1.2, 0.6]}}]}}})");
+  const test::Ran ran =
+      folder.run(fmt::format("servo {0}/scene.json --hand expert: --out {0}/out.h5 --json", folder.path().string()));
+  ASSERT_EQ(ran.status, 0) << ran.err;
+  EXPECT_GT(Json::parse(ran.out, "servo")["cuts"].number(), 500);
+  const test::Ran replay = folder.run(fmt::format("replay {}/out.h5 --check", folder.path().string()));
+  EXPECT_EQ(replay.status, 0) << replay.out << replay.err;
+}
+
 TEST(ExpertHand, NeedsAnIdealAndAToolThatServes) {
   const test::ProgramFolder folder(TYPODONT_PROGRAM);
   const auto refused = [&](const std::string& rest) {

@@ -26,7 +26,7 @@ namespace {
 using namespace literals;
 using haptics::HandSample;
 
-constexpr int kFaults = 12;
+constexpr int kFaults = 13;
 constexpr double kPush = 0.5;  // N, of a ball 0.5 mm deep in enamel
 
 /// A block of enamel from z = 0 down, and a tool over it.

@@ -395,6 +395,34 @@ TEST(SpaceMouse, RateControlMovesAtItsSpeedAndStopsWhenTheCapFallsSilent) {
   EXPECT_NEAR(sample.X_WT.p.x, rest, 1e-6);
 }
 
+/// A mouse that never stops sending, a report every hundredth of a millisecond.
+class FloodLink : public Link {
+ public:
+  explicit FloodLink(test::SimTime& time) : time_(time) {}
+  int read(std::span<std::uint8_t> buffer, Nanos) noexcept override {
+    time_.advance(10'000);
+    const std::vector<std::uint8_t> report = full_right();
+    std::copy(report.begin(), report.end(), buffer.begin());
+    return static_cast<int>(report.size());
+  }
+  bool write(std::span<const std::uint8_t>) noexcept override { return true; }
+  Nanos now() noexcept override { return time_.now(); }
+
+ private:
+  test::SimTime& time_;
+};
+
+TEST(SpaceMouse, AFloodOfReportsDelaysNoSampleByAMillisecond) {
+  test::SimTime time;
+  auto device = make_spacemouse(std::make_unique<FloodLink>(time), {}, 1000, {});
+  HandSample sample;
+  for (int i = 0; i < 100; ++i) {
+    const Nanos before = time.now();
+    ASSERT_TRUE(device->read(sample));
+    ASSERT_LT(time.now() - before, 2'000'000);
+  }
+}
+
 TEST(SpaceMouse, PositionControlComesBackToWhereItStarted) {
   test::SimTime time;
   auto link = std::make_unique<ReportLink>(time);

@@ -112,12 +112,15 @@ void check_room(const Options& options, double seconds) {
 void run(const Options& options) {
   Scene scene = read_scene(options.scene);
   choose_model(scene, options.model);
-  HapticLoop loop(scene, load_tissue(scene), options.rate);
   std::optional<Expert> expert;
-  if (options.hand == "expert:") expert.emplace(scene, load_untouched(scene));
-  const std::unique_ptr<haptics::HapticDevice> hand =
-      expert ? std::make_unique<ExpertHand>(expert->plan(loop.carver().volume()), options.rate)
-             : open_deterministic_hand(options, scene);
+  std::unique_ptr<haptics::HapticDevice> hand;
+  if (options.hand == "expert:") {
+    expert.emplace(scene, load_untouched(scene));
+  } else {
+    hand = open_deterministic_hand(options, scene);
+  }
+  HapticLoop loop(scene, load_tissue(scene), hand ? hand->info() : ExpertHand::info_for(options.rate));
+  if (expert) hand = std::make_unique<ExpertHand>(expert->plan(loop.carver().volume()), options.rate);
 
   loop.stall_carver(options.stall_ms * 1e-3);
   const std::optional<double> length = length_of(options, scene);

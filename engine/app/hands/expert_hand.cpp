@@ -469,11 +469,17 @@ void ExpertHand::go_on(std::vector<ExpertLeg> legs) {
   times_ = 0;
 }
 
+haptics::DeviceInfo ExpertHand::info_for(double rate) {
+  haptics::DeviceInfo info;
+  info.address = "expert:";
+  info.model = "a hand that knows the task";
+  info.rate = rate;
+  info.torque_limit = 1e9;
+  return info;
+}
+
 ExpertHand::ExpertHand(std::vector<ExpertLeg> legs, double rate)
-    : legs_(std::move(legs)), dt_(1 / rate), from_(legs_.front().to), free_(from_) {
-  info_.address = "expert:";
-  info_.model = "a hand that knows the task";
-  info_.rate = rate;
+    : info_(info_for(rate)), legs_(std::move(legs)), dt_(1 / rate), from_(legs_.front().to), free_(from_) {
   seen_.X_WG = seen_.X_WT = from_;
 }
 

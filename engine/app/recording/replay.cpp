@@ -211,10 +211,10 @@ Scene scene_with(const session::SessionReader& session, const std::string& overr
 RerunResult rerun_session(const session::SessionReader& session, const Scene& scene, const std::filesystem::path& out,
                           const std::function<void(double)>& progress) {
   const double rate = session.header().servo_rate;
-  HapticLoop loop(scene, load_tissue(scene), rate);
+  const auto hand = open_replay_hand(session.file(), rate, /*paced=*/false);
+  HapticLoop loop(scene, load_tissue(scene), hand->info());
   std::unique_ptr<session::SessionWriter> writer;
   if (!out.empty()) {
-    const auto hand = open_replay_hand(session.file(), rate, /*paced=*/false);
     session::SessionHeader header = session_header(scene, {}, *hand, loop.carver().volume(), rate);
     header.hand = "replay:" + session.file().string();
     header.trainee = session.header().trainee;

@@ -323,6 +323,7 @@ const std::vector<FaultName>& fault_names() {
       {Fault::kLetGo, "let_go"},
       {Fault::kNoRoom, "no_room"},
       {Fault::kHeld, "held"},
+      {Fault::kWedged, "wedged"},
   };
   return names;
 }

@@ -44,6 +44,8 @@ double OffsetModel::clearance(const Pose& X_WG) noexcept {
 void OffsetModel::begin_anew() noexcept {
   emptied_ = false;
   overlap_ = 0;
+  retreat_.leading = false;
+  retreat_.held_for = 0;
 }
 
 void OffsetModel::release() noexcept {

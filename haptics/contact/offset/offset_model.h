@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "haptics/contact/offset/parameters.h"
+#include "haptics/contact/offset/retreat_path.h"
 #include "haptics/contact/patch_model.h"
 #include "haptics/contact/proxy/nearest_allowed.h"
 #include "haptics/contact/proxy/smooth_contacts.h"
@@ -96,6 +97,9 @@ class OffsetModel final : public PatchModel {
   double strongest_wall(const ActivePlanes& active) const noexcept;
   bool hold_at_walls(const ActivePlanes& active, double yields) noexcept;
   void follow_hand() noexcept;
+  bool lead_back() noexcept;
+  void watch_retreat(const ContactInput& in) noexcept;
+  bool hand_has_left() const noexcept;
   void bridge_missing_patch(const ContactInput& in) noexcept;
   void report(const ContactInput& in, Contact& out) noexcept;
 
@@ -128,6 +132,14 @@ class OffsetModel final : public PatchModel {
   double bridge_push_ = 0;  // N of the contact whose plane stands in for it; 0: none does
   dvec3 bridge_from_{0};    // the head where the snapshot ended
   double rejoining_ = 0;    // s left to find back from the bridge to the surface
+  struct Retreat {
+    RetreatPath path;
+    dvec3 held_at{0};      // voxels, where the proxy has been …
+    double held_for = 0;   // … for so many s, with the hand far away
+    bool leading = false;  // the proxy is being led back, …
+    std::size_t to = 0;    // … to this point of the path
+    bool wedged = false;   // the hand has left, and no way back is known
+  } retreat_;
   struct Fall {
     dvec3 push_mean{0};                 // N
     dvec3 hand_speed{0}, hand_mean{0};  // m/s, now and of late

@@ -83,6 +83,19 @@ struct RecoveryParameters {
   static constexpr double rejoin_time = 0.3;  // s for finding back from there to the surface without a step
 };
 
+/// When a proxy that its contacts hold is led back the way it came, because the hand has left.
+struct RetreatParameters {
+  static constexpr double far = 2e-3;      // m from the proxy to a hand that may have left
+  static constexpr double still = 0.3e-3;  // m that a proxy may move which counts as held
+  static constexpr double too_far = 5e-3;  // m: nobody presses so far into tissue, at 1 N/mm
+  static constexpr double patience = 0.3;  // s that it must be held before it is led back, …
+  static constexpr double told = 1;        // s … and before the user is told that no way back is known
+  static constexpr double gain = 0.1e-3;   // m by which a place on the way back must be nearer to the hand
+  static constexpr double slew = 14;       // N/s, change of the force by being led
+  static constexpr double outside = 1e-3;  // m between head and tissue from which on the head is outside
+  static constexpr double look_step = 1;   // voxels between two looks along the way to the hand
+};
+
 /// Upkeep of the coarse patch in which shanks are felt.
 struct CoarseParameters {
   static constexpr double cut_step = 0.2;  // coarse samples that a head moves between two cuts in that patch

@@ -40,9 +40,12 @@ double farthest(const dvec3& step, const dvec3& shift, double pace) {
 
 void OffsetModel::constrain(const ContactInput& in, Contact& out) noexcept {
   begin_step(in);
-  follow_fall(in);
-  move_proxy(in);
-  follow_hand();
+  if (!lead_back()) {
+    follow_fall(in);
+    move_proxy(in);
+    follow_hand();
+    watch_retreat(in);
+  }
   bridge_missing_patch(in);
   report(in, out);
   if (!in.cuts) emptied_ = false;
@@ -428,6 +431,77 @@ void OffsetModel::follow_hand() noexcept {
   p.lost = p.lost && !patch_.holds(p.c, reach() + 1);
 }
 
+/// A head that has got under an overhang, or behind a ledge that it left when it cut, is nearest to the hand where it
+/// is held, however far the hand goes. It is led back the way it came, which was free, at a pace that the hand may feel
+/// and without cutting, to the place on it that is nearest to the hand. True where it is led in this tick.
+bool OffsetModel::lead_back() noexcept {
+  using R = RetreatParameters;
+  if (!retreat_.leading) return false;
+  Step& p = step_;
+  RetreatPath& path = retreat_.path;
+  const bool near = glm::length(p.target - p.c) * voxel() < R::far / 2;
+  for (double left = R::slew * p.pace_per_slew; !near && left > 0 && path.size() > retreat_.to;) {
+    const dvec3 way = path.last() - p.c;
+    const double length = glm::length(way);
+    if (length > left) {
+      p.c += way * (left / length);
+      break;
+    }
+    p.c = path.last();
+    left -= length;
+    path.drop_last();
+  }
+  if (near || path.size() <= retreat_.to) {
+    retreat_.leading = false;
+    retreat_.held_for = 0;
+    retreat_.path.add(p.c);
+    if (near) return false;
+  }
+  contacts_.clear();
+  overlap_ = wall_ = 0;
+  fall_.push_mean = dvec3(0);
+  rejoining_ = RecoveryParameters::rejoin_time;  // so that it follows the hand at a pace afterwards, too
+  breaking_through_ = true;
+  return true;
+}
+
+/// Notes the path of the proxy, and whether the hand has left a proxy that does not follow it.
+void OffsetModel::watch_retreat(const ContactInput& in) noexcept {
+  using R = RetreatParameters;
+  retreat_.wedged = false;
+  const Step& p = step_;
+  if (settings_.laws < 3 || p.lost || p.deep) return;
+  const bool outside = !p.touching && free_distance(p.c) * voxel() > R::outside;
+  outside ? retreat_.path.begin(p.c) : retreat_.path.add(p.c);
+  const double far = glm::length(p.target - p.c);
+  if (far * voxel() < R::far || glm::length(p.c - retreat_.held_at) * voxel() > R::still) {
+    retreat_.held_at = p.c;
+    retreat_.held_for = 0;
+    return;
+  }
+  retreat_.held_for += in.dt;
+  if (retreat_.held_for < R::patience || !hand_has_left()) return;
+  retreat_.to = retreat_.path.nearest(p.target, far - R::gain / voxel());
+  retreat_.leading = retreat_.to < retreat_.path.size();
+  retreat_.wedged = !retreat_.leading && retreat_.held_for > R::told;
+}
+
+/// Whether there is room for the head on the straight way to the hand, as far as the patch shows: a hand that presses
+/// into tissue has none. A hand that is too far away to press has left.
+bool OffsetModel::hand_has_left() const noexcept {
+  using R = RetreatParameters;
+  const Step& p = step_;
+  const dvec3 way = p.target - p.c;
+  const double length = glm::length(way);
+  if (length * voxel() > R::too_far) return true;
+  for (double s = reach(); s < length; s += R::look_step) {
+    const dvec3 x = p.c + way * (s / length);
+    if (!patch_.holds(x, 1)) return false;
+    if (free_distance(x) > 1) return true;
+  }
+  return false;
+}
+
 /// Beyond the patch the plane of the last contact goes on (the intermediate surface of Adachi 1995; Mark 1996) until a
 /// patch arrives, without cutting. If that patch is late, the plane gives way where the hand pushes harder than the
 /// contact did, so that it traps no hand, and between one and two times bridge_reach it yields altogether. A tool that
@@ -473,7 +547,7 @@ void OffsetModel::report(const ContactInput& in, Contact& out) noexcept {
   out.late = p.late;
   out.rejoining = rejoining_ > 0;
   out.leading_out = overlap_ > 0;
-  out.settled = overlap_ == 0 && rejoining_ == 0;
+  out.settled = overlap_ == 0 && rejoining_ == 0 && !retreat_.leading;
   out.held_off_direction = p.held_off;
   out.wall = wall_;
   // From the samples, or, where one query sufficed, of the cap under the tangent plane.
@@ -483,6 +557,7 @@ void OffsetModel::report(const ContactInput& in, Contact& out) noexcept {
   }
   if (overlap_ > 0 || p.deep) out.faults |= bits(Fault::kDeepPenetration);
   if (p.lost) out.faults |= bits(Fault::kPatchEdge);
+  if (retreat_.wedged || retreat_.leading) out.faults |= bits(Fault::kWedged);
 }
 
 }  // namespace typodont::haptics::offset

@@ -66,12 +66,14 @@ class HaplyDevice : public HapticDevice {
     Nanos waited = 0;          // for the service; not while this process itself stood still
     if (!started_) release();  // asks for the first state
     started_ = true;
-    bool fresh = false;
-    for (;;) {
+    bool fresh = false, rubbish = false;
+    Nanos t = socket_.now();
+    for (int messages = 0;; ++messages) {
       std::string_view message;
-      const Nanos before = socket_.now();
-      const auto got = socket_.receive(message, fresh ? 0 : kWake);
-      const Nanos t = socket_.now();
+      const Nanos before = t, early = std::max<Nanos>(spacing_.left(t), 0);
+      if (fresh && early == 0 && messages > kMostQueued) return hand_over(sample, t);
+      const auto got = socket_.receive(message, fresh ? early : kWake);
+      t = socket_.now();
       waited += std::clamp<Nanos>(t - before, 0, 2 * kWake);
       if (got == WebSocket::Got::kLost || waited > kLost) {
         faults_ |= bits(Fault::kDeviceLost);
@@ -86,13 +88,12 @@ class HaplyDevice : public HapticDevice {
           continue;  // the newest of what is queued
         }
         if (!state) faults_ |= bits(Fault::kBadInput);
-        release();
+        if (!rubbish) release();  // zero force, and a question for the next state; once, however much rubbish comes
+        rubbish = !state;
         continue;
       }
-      if (fresh) {
-        sample = {t, {state_.position, state_.orientation}, state_.button ? 1.0 : 0.0};
-        return true;
-      }
+      if (fresh && spacing_.left(t) > 0) continue;
+      if (fresh) return hand_over(sample, t);
       faults_ |= bits(Fault::kBadInput);
       release();  // silence: ask again
     }
@@ -108,6 +109,12 @@ class HaplyDevice : public HapticDevice {
   }
 
  private:
+  bool hand_over(HandSample& sample, Nanos t) noexcept {
+    spacing_.taken(t);
+    sample = {t, {state_.position, state_.orientation}, state_.button ? 1.0 : 0.0};
+    return true;
+  }
+
   struct Frame {
     std::array<char, 256> text{};
     std::size_t size = 0;
@@ -127,6 +134,7 @@ class HaplyDevice : public HapticDevice {
   WebSocket socket_;
   DeviceInfo info_;
   HaplyState state_;
+  SampleSpacing spacing_{info_.rate};
   Frame zero_;
   std::optional<Keeper> keeper_;  // holds on to the connection when we cannot
   std::uint32_t faults_ = 0;

@@ -61,9 +61,10 @@ class SpaceMouse : public HapticDevice {
     if (due_ == 0) due_ = heard_ = link_->now();
     due_ += period_;
     if (link_->now() - due_ > kSilence) due_ = link_->now();  // the servo was away: no catching up
-    for (;;) {
+    for (int late = 0; late <= kMostQueued;) {
       std::uint8_t buffer[64];
       const Nanos left = std::max<Nanos>(due_ - link_->now(), 0);
+      late += left == 0;
       const int n = link_->read(buffer, left);
       if (n < 0) return false;
       if (n > 0) {

@@ -54,17 +54,8 @@ class ArmDevice : public HapticDevice {
     Nanos waited = 0;  // for the arm; not while this process itself stood still
     bool half_a_line = false;
     for (;;) {
-      std::uint8_t buffer[256];
       const Nanos before = link_->now();
-      int n = link_->read(buffer, half_a_line ? kRestOfLine : kWake);
-      // Reports queue up while the servo is late; only the newest says where the hand is.
-      for (int queued = 0; n > 0 && protocol_ != ArmProtocol::kText && queued < 64; ++queued) {
-        std::uint8_t newer[sizeof buffer];
-        const int m = link_->read(newer, 0);
-        if (m <= 0) break;
-        std::copy_n(newer, m, buffer);
-        n = m;
-      }
+      const int n = hear(half_a_line ? kRestOfLine : kWake);
       const Nanos t = link_->now();
       waited += std::clamp<Nanos>(t - before, 0, 2 * kWake);
       if (n < 0 || waited > kLost) {
@@ -73,7 +64,7 @@ class ArmDevice : public HapticDevice {
         return false;
       }
       std::optional<ArmReport> report;
-      if (n > 0) report = parse({buffer, static_cast<std::size_t>(n)});
+      if (n > 0) report = parse();
       if (!report) {
         half_a_line = protocol_ == ArmProtocol::kText && n > 0 && !rubbish_;  // serial ports cut where they like
         if (!half_a_line) {
@@ -88,6 +79,7 @@ class ArmDevice : public HapticDevice {
         continue;
       }
       last_good_ = t;
+      spacing_.taken(t);
       Counts counts;
       for (std::size_t i = 0; i < 6; ++i) counts[i] = encoders_[i].value();
       theta_ = body_angles(arm_, counts);
@@ -115,9 +107,32 @@ class ArmDevice : public HapticDevice {
   }
 
  private:
-  std::optional<ArmReport> parse(std::span<const std::uint8_t> bytes) noexcept {
-    if (protocol_ != ArmProtocol::kText) return parse_hid(protocol_, bytes);
-    lines_.add(bytes);
+  /// Waits for a report, and takes what the board has sent since: reports queue up while the servo is late, and a board
+  /// may send without being asked. Only the newest says where the hand is. As Link::read.
+  int hear(Nanos timeout) noexcept {
+    const int first = hear_once(timeout);
+    for (int queued = 0; first > 0;) {
+      const Nanos early = std::max<Nanos>(spacing_.left(link_->now()), 0);
+      if (early == 0 && ++queued > kMostQueued) break;
+      const int n = hear_once(early);
+      if (n < 0 || (n == 0 && early == 0)) break;
+    }
+    return first;
+  }
+  int hear_once(Nanos timeout) noexcept {
+    std::array<std::uint8_t, 256> bytes;
+    const int n = link_->read(bytes, timeout);
+    if (n <= 0) return n;
+    heard_size_ = static_cast<std::size_t>(n);
+    if (protocol_ == ArmProtocol::kText) {
+      lines_.add({bytes.data(), heard_size_});
+    } else {
+      heard_ = bytes;
+    }
+    return n;
+  }
+  std::optional<ArmReport> parse() noexcept {
+    if (protocol_ != ArmProtocol::kText) return parse_hid(protocol_, {heard_.data(), heard_size_});
     const auto line = lines_.take();
     const auto report = line ? parse_text(*line) : std::nullopt;
     rubbish_ = line && !report;
@@ -158,6 +173,9 @@ class ArmDevice : public HapticDevice {
   Keeper keeper_;
   std::array<Encoder, 6> encoders_;
   LineAssembler lines_;
+  std::array<std::uint8_t, 256> heard_{};  // the newest report of a HID board
+  std::size_t heard_size_ = 0;
+  SampleSpacing spacing_{info_.rate};
   dvec3 theta_{0};
   std::array<double, 6> joints_{};
   Nanos last_good_ = 0;

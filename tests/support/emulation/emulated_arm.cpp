@@ -28,6 +28,7 @@ EmulatedArm::EmulatedArm(SimTime& time, ArmProtocol protocol, haptics::Arm arm, 
   time_.on_step([this] {
     // The firmware lets go half a second after the last command; an arm without power at once.
     if (unplugged || (watchdog && time_.true_now() - last_command_ > 500'000'000)) amperes_ = dvec3(0);
+    talk();
   });
 }
 
@@ -87,10 +88,50 @@ std::vector<std::uint8_t> EmulatedArm::report() {
   return bytes;
 }
 
+/// A report with what is to go wrong with it.
+std::vector<std::uint8_t> EmulatedArm::broken_report() {
+  std::vector<std::uint8_t> bytes = report();
+  if (merged_reports > 0) {
+    --merged_reports;
+    bytes.insert(bytes.end(), bytes.begin(), bytes.end());
+  }
+  if (short_reports > 0) {
+    --short_reports;
+    bytes.resize(std::uniform_int_distribution<std::size_t>(1, bytes.size() - 1)(random_));
+  }
+  if (garbage_reports > 0) {
+    --garbage_reports;
+    for (auto& byte : bytes) byte = static_cast<std::uint8_t>(random_());
+    if (protocol_ == ArmProtocol::kText) bytes.push_back('\n');
+  }
+  return bytes;
+}
+
+/// The reports of `chatter` that are due. The computer keeps as many as hidraw does.
+void EmulatedArm::talk() {
+  constexpr std::size_t kKept = 64;
+  if (unplugged || silent) return;
+  for (talked_ += chatter * to_seconds(SimTime::kStep); talked_ >= 1; --talked_) {
+    unasked_.push_back(broken_report());
+    if (unasked_.size() > kKept) unasked_.pop_front();
+  }
+}
+
 int EmulatedArm::read(std::span<std::uint8_t> buffer, Nanos timeout) {
   const Nanos end = time_.true_now() + timeout;
   for (;;) {
     if (unplugged) return -1;
+    if (!unasked_.empty()) {
+      const std::vector<std::uint8_t>& bytes = unasked_.front();
+      const std::size_t n = std::min(bytes.size(), buffer.size());
+      std::memcpy(buffer.data(), bytes.data(), n);
+      unasked_.pop_front();
+      return static_cast<int>(n);
+    }
+    if (chatter > 0 && time_.true_now() < end) {
+      time_.advance(std::min(SimTime::kStep, end - time_.true_now()));
+      continue;
+    }
     const Nanos next = (time_.true_now() / 1'000'000 + 1) * 1'000'000;  // reports leave on the millisecond
     if (timeout == 0 || !spoken_to_ || silent || next > end) {
       time_.advance(std::max<Nanos>(end - time_.true_now(), 0));
@@ -99,20 +140,7 @@ int EmulatedArm::read(std::span<std::uint8_t> buffer, Nanos timeout) {
     time_.advance(next - time_.true_now());
     if (unplugged || silent) continue;
     spoken_to_ = false;
-    std::vector<std::uint8_t> bytes = report();
-    if (merged_reports > 0) {
-      --merged_reports;
-      bytes.insert(bytes.end(), bytes.begin(), bytes.end());
-    }
-    if (short_reports > 0) {
-      --short_reports;
-      bytes.resize(std::uniform_int_distribution<std::size_t>(1, bytes.size() - 1)(random_));
-    }
-    if (garbage_reports > 0) {
-      --garbage_reports;
-      for (auto& byte : bytes) byte = static_cast<std::uint8_t>(random_());
-      if (protocol_ == ArmProtocol::kText) bytes.push_back('\n');
-    }
+    const std::vector<std::uint8_t> bytes = broken_report();
     const std::size_t n = std::min(bytes.size(), buffer.size());
     std::memcpy(buffer.data(), bytes.data(), n);
     return static_cast<int>(n);

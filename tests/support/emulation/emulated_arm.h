@@ -2,6 +2,7 @@
 // 0.5 s watchdog, no clamp on currents. And everything that can go wrong with it.
 #pragma once
 
+#include <deque>
 #include <functional>
 #include <memory>
 #include <random>
@@ -44,12 +45,15 @@ class EmulatedArm {
   bool refuses_writes = false;
   bool watchdog = true;  // false: a firmware that never lets go, so that whatever does was the host's doing
   bool button = false;
+  double chatter = 0;  // reports a second that it sends besides, without being asked
 
  private:
   class Wire;
   int read(std::span<std::uint8_t> buffer, Nanos timeout);
   bool write(std::span<const std::uint8_t> bytes);
   std::vector<std::uint8_t> report();
+  std::vector<std::uint8_t> broken_report();
+  void talk();
   std::int64_t counts_at(int i, const dvec3& theta) const;
 
   SimTime& time_;
@@ -59,7 +63,9 @@ class EmulatedArm {
   dvec3 amperes_{0};
   Nanos last_command_ = 0;
   bool spoken_to_ = false;
-  std::int64_t power_on_;  // what the counters showed in the home position
+  std::int64_t power_on_;                          // what the counters showed in the home position
+  std::deque<std::vector<std::uint8_t>> unasked_;  // reports that nobody has read yet
+  double talked_ = 0;                              // reports of `chatter` that are due
 };
 
 }  // namespace typodont::test

@@ -237,7 +237,9 @@ void fire_events() {
     const ScriptEvent& e = r.script.events[i];
     Session& s = *r.session;
     if (s.fired.contains(i)) continue;
-    const bool due = e.state.empty() ? e.frame >= 0 && s.script_frame() >= e.frame : e.state == state_name(s.state);
+    const bool felt = static_cast<std::int64_t>(r.haptics) >= e.vibrations;
+    const bool due =
+        e.state.empty() ? e.frame >= 0 && s.script_frame() >= e.frame && felt : e.state == state_name(s.state);
     if (!due) continue;
     s.fired.insert(i);
     fire(e);

@@ -87,10 +87,12 @@ Script read_script(const std::string& file) {
       }
   }
   for (const json& item : j.value("events", json::array())) {
-    allow(item, {"frame", "state", "event", "seconds", "call", "result", "p", "q", "pose_valid", "count"});
+    allow(item,
+          {"frame", "state", "event", "seconds", "call", "result", "p", "q", "pose_valid", "count", "vibrations"});
     ScriptEvent& event = s.events.emplace_back();
     take(item, "frame", event.frame);
     take(item, "state", event.state);
+    take(item, "vibrations", event.vibrations);
     take(item, "event", event.event);
     take(item, "seconds", event.seconds);
     take(item, "call", event.call);

@@ -32,8 +32,9 @@ struct ScriptView {
 };
 
 struct ScriptEvent {
-  double frame = -1;  // before this frame is waited for …
-  std::string state;  // … or when the session has come to this state
+  double frame = -1;            // before this frame is waited for …
+  std::int64_t vibrations = 0;  // … and not before the program has sent so many to a hand, however long that takes, …
+  std::string state;            // … or when the session has come to this state
   std::string event;
   double seconds = 0;
   std::string call;  // for stall and fail

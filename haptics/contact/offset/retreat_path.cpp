@@ -1,0 +1,38 @@
+#include "haptics/contact/offset/retreat_path.h"
+
+namespace typodont::haptics::offset {
+
+namespace {
+
+double square(const dvec3& v) {
+  return glm::dot(v, v);
+}
+
+}  // namespace
+
+void RetreatPath::add(const dvec3& c) noexcept {
+  if (points_.empty() || square(c - points_.back()) > kLeap * kLeap) return begin(c);
+  if (square(c - points_.back()) < kSpacing * kSpacing) return;
+  std::size_t visited = 0;
+  while (visited < points_.size() && square(c - points_[visited]) > kSamePlace * kSamePlace) ++visited;
+  if (visited < points_.size()) {
+    points_.resize(visited + 1);
+    return;
+  }
+  if (points_.size() == kMost) {
+    for (std::size_t i = 0; i < kMost / 2; ++i) points_[i] = points_[2 * i];
+    points_.resize(kMost / 2);
+  }
+  points_.push_back(c);
+}
+
+std::size_t RetreatPath::nearest(const dvec3& target, double within) const noexcept {
+  std::size_t best = points_.size();
+  double least = within * within;
+  for (std::size_t i = 0; i < points_.size(); ++i) {
+    if (const double off = square(points_[i] - target); off < least) least = off, best = i;
+  }
+  return best;
+}
+
+}  // namespace typodont::haptics::offset

@@ -1,0 +1,154 @@
+// A tool that its contacts hold where the hand has left: it comes out the way it went in, or the user is told.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <random>
+
+#include "engine/base/units.h"
+#include "haptics/contact/offset/retreat_path.h"
+#include "tests/support/haptic_bench.h"
+
+namespace typodont {
+namespace {
+
+using namespace literals;
+using haptics::offset::RetreatPath;
+using test::HapticBench;
+
+constexpr const char* kBlock =
+    R"({"voxel_mm": 0.2, "solids": [{"tissue": "dentin", "solid": {"box": {"size_mm": [14, 10, 8]}}}]})";
+constexpr double kTop = 4.0_mm, kDeep = 2.5_mm;
+
+haptics::ServoSettings drill(std::uint32_t laws) {
+  haptics::ServoSettings settings;
+  settings.tool.diameter = settings.tool.length = 1.2_mm;
+  settings.spindle.free_speed = 300e3 / 60 * 2 * kPi;
+  settings.laws = laws;
+  return settings;
+}
+
+struct Hand {
+  HapticBench bench;
+  dvec3 at{0, 0, kTop + 2.0_mm};
+  double worst_step = 0;  // N from tick to tick
+  std::uint32_t faults = 0;
+
+  explicit Hand(const haptics::ServoSettings& settings) : bench(kBlock, settings) {}
+  /// There in a straight line, `speed` in m/s.
+  void go(const dvec3& to, double pedal, double speed = 10e-3) {
+    const int ticks = std::max(1, static_cast<int>(glm::length(to - at) / (speed * 1e-3)));
+    const dvec3 from = at;
+    for (int i = 1; i <= ticks; ++i) tick(from + (to - from) * (static_cast<double>(i) / ticks), pedal);
+  }
+  void rest(double seconds, double pedal = 0) {
+    for (int i = 0; i < 1e3 * seconds; ++i) tick(at, pedal);
+  }
+  dvec3 tool() const { return bench.last.X_WG.p; }
+
+ private:
+  void tick(const dvec3& p, double pedal) {
+    at = p;
+    const dvec3 before = bench.last.f_T_W;
+    bench.tick({p}, pedal);
+    worst_step = std::max(worst_step, glm::length(bench.last.f_T_W - before));
+    faults |= bench.last.faults;
+  }
+};
+
+/// Down into the block, aside under its roof, the drill off, and the hand straight up.
+void drill_under_a_roof(Hand& hand) {
+  hand.go({0, 0, kTop - kDeep - 0.5_mm}, 1, 4e-3);
+  hand.rest(1.5, 1);
+  hand.go({3.0_mm, 0, kTop - kDeep - 0.5_mm}, 1, 0.6e-3);
+  hand.rest(3, 1);
+  ASSERT_GT(hand.tool().x, 2.0_mm);
+  ASSERT_LT(hand.tool().z, kTop - 2.0_mm);
+  hand.rest(0.5, 0);
+  hand.go({3.0_mm, 0, kTop + 4.0_mm}, 0);
+}
+
+TEST(Retreat, ABurUnderAnOverhangComesOutTheWayItWentInWhenTheHandHasLeft) {
+  Hand hand(drill(3));
+  drill_under_a_roof(hand);
+  hand.faults = 0;
+  hand.worst_step = 0;
+  hand.rest(3);
+  EXPECT_LT(glm::length(hand.tool() - hand.at), 1e-6);
+  EXPECT_TRUE(hand.faults & bits(Fault::kWedged)) << "the user was told";
+  EXPECT_FALSE(hand.bench.last.faults & bits(Fault::kWedged)) << "no longer";
+  EXPECT_LT(hand.worst_step, 0.08);  // the damper at the pace at which it is led
+}
+
+TEST(Retreat, ByTheSecondLawsItStaysThere) {
+  Hand hand(drill(2));
+  drill_under_a_roof(hand);
+  hand.rest(3);
+  EXPECT_LT(hand.tool().z, kTop - 1.5_mm);
+  EXPECT_FALSE(hand.faults & bits(Fault::kWedged));
+}
+
+TEST(Retreat, NothingIsCutOnTheWayBack) {
+  Hand hand(drill(3));
+  drill_under_a_roof(hand);
+  const std::uint64_t cuts = hand.bench.last.cuts;
+  hand.rest(3);
+  EXPECT_EQ(hand.bench.last.cuts, cuts);
+}
+
+TEST(Retreat, AHandThatPushesIntoAWallIsHeldHoweverLong) {
+  Hand hand(drill(3));
+  hand.go({0, 0, kTop - kDeep - 0.5_mm}, 1, 4e-3);
+  hand.rest(1.5, 1);
+  hand.rest(0.5, 0);
+  hand.go({3.0_mm, 0, kTop - kDeep}, 0);
+  const dvec3 held = hand.tool();
+  hand.rest(3);
+  EXPECT_LT(glm::length(hand.tool() - held), 0.1_mm);
+  EXPECT_FALSE(hand.faults & bits(Fault::kWedged));
+}
+
+TEST(Retreat, WhereNoWayBackIsKnownTheUserIsTold) {
+  // Opened inside a closed hollow: nothing led there.
+  haptics::ServoSettings settings = drill(3);
+  settings.tool.cuts = false;
+  HapticBench bench(
+      R"({"voxel_mm": 0.2, "solids": [{"tissue": "dentin", "solid": {"difference": [
+           {"box": {"size_mm": [6, 6, 6]}}, {"sphere": {"radius_mm": 1.2}}]}}]})",
+      settings);
+  bench.tick({dvec3(0)});
+  for (int i = 0; i <= 600; ++i) bench.tick({dvec3(0, 0, 1e-5 * i)});
+  int told_after = -1;
+  for (int i = 0; i < 2000; ++i) {
+    bench.tick({dvec3(0, 0, 6.0_mm)});
+    if (told_after < 0 && bench.last.faults & bits(Fault::kWedged)) told_after = i;
+  }
+  EXPECT_LT(bench.last.X_WG.p.z, 1.0_mm);
+  EXPECT_GE(told_after, 0);
+  EXPECT_TRUE(bench.last.faults & bits(Fault::kWedged));
+}
+
+TEST(Retreat, APathHasNoLoopsAndIsBounded) {
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> uniform(-1, 1);
+  RetreatPath path;
+  path.begin(dvec3(0));
+  dvec3 c(0);
+  for (int i = 0; i < 200'000; ++i) {
+    c = glm::clamp(c + 0.6 * dvec3(uniform(random), uniform(random), uniform(random)), -60.0, 60.0);
+    path.add(c);
+    ASSERT_LE(path.size(), 512u);
+    ASSERT_LT(glm::length(path.last() - c), 0.8);
+  }
+  // To and fro between two places: what remains is the way there.
+  path.begin(dvec3(0));
+  for (int k = 0; k < 21; ++k) {
+    for (int i = 0; i <= 100; ++i) path.add({k % 2 ? 100.0 - i : i, 0, 0});
+  }
+  EXPECT_LE(path.size(), 101u);
+  EXPECT_NEAR(path.last().x, 100, 0.8);
+  EXPECT_NEAR(static_cast<double>(path.nearest({50, 3, 0}, 4)), 50, 1);
+  EXPECT_EQ(path.nearest({50, 3, 0}, 2), path.size());
+}
+
+}  // namespace
+}  // namespace typodont
