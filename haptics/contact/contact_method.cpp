@@ -11,6 +11,7 @@
 #include "engine/base/error.h"
 #include "haptics/contact/offset/offset_method.h"
 #include "haptics/contact/packing/packing_method.h"
+#include "haptics/contact/vertex/vertex_method.h"
 #include "haptics/contact/voxel_penalty/voxel_penalty_method.h"
 
 namespace typodont::haptics {
@@ -26,6 +27,7 @@ struct Entry {
 std::vector<Entry>& table() {
   static std::vector<Entry> entries{{std::string(offset::kName), offset::read},
                                     {std::string(packing::kName), packing::read},
+                                    {std::string(vertex::kName), vertex::read},
                                     {std::string(voxel_penalty::kName), voxel_penalty::read}};
   return entries;
 }

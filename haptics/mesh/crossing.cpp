@@ -1,5 +1,7 @@
 #include "haptics/mesh/crossing.h"
 
+#include <cmath>
+
 namespace typodont::haptics::mesh {
 
 namespace {
@@ -12,8 +14,11 @@ double volume6(const dvec3& a, const dvec3& b, const dvec3& c, const dvec3& d) {
 }  // namespace
 
 bool passes_through(const dvec3& from, const dvec3& to, const dvec3& a, const dvec3& b, const dvec3& c) noexcept {
+  constexpr double kTouches = 1e-12;  // m: a point this near to the plane lies in it
   const double s = volume6(a, b, c, from), e = volume6(a, b, c, to);
   if (!(s * e < 0)) return false;
+  const double in_plane = kTouches * glm::length(glm::cross(b - a, c - a));
+  if (std::abs(s) < in_plane || std::abs(e) < in_plane) return false;
   const double ab = volume6(from, to, a, b), bc = volume6(from, to, b, c), ca = volume6(from, to, c, a);
   return (ab > 0 && bc > 0 && ca > 0) || (ab < 0 && bc < 0 && ca < 0);
 }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
 #include <tuple>
 
 namespace typodont::haptics::mesh {
@@ -154,21 +155,28 @@ TissueMesh EditableMesh::copy() const {
 
 // The grid.
 
-std::uint64_t EditableMesh::key_for(Index f) const noexcept {
+EditableMesh::Place EditableMesh::place_for(Index f) const noexcept {
+  constexpr float kRounding = 1e-6f;  // of the coordinates: more than floats lose
   const dvec3 &a = point(f, 0), &b = point(f, 1), &c = point(f, 2);
-  const dvec3 ab = b - a, bc = c - b, ca = a - c;
+  const dvec3 ab = b - a, bc = c - b, ca = a - c, g = (a + b + c) / 3.0;
   const double longest2 = std::max({glm::dot(ab, ab), glm::dot(bc, bc), glm::dot(ca, ca)});
   int level = 0;
   while (level < kLevels - 1 && longest2 > size_[level] * size_[level]) ++level;
-  return key_of(level, glm::ivec3(glm::floor((a + b + c) * (1 / (3 * kCellOfSize * size_[level])))));
+  Place place;
+  place.key = key_of(level, glm::ivec3(glm::floor(g * (1 / (kCellOfSize * size_[level])))));
+  place.center = glm::vec3(g);
+  const double reach2 = std::max({glm::dot(a - g, a - g), glm::dot(b - g, b - g), glm::dot(c - g, c - g)});
+  const glm::vec3 size = glm::abs(place.center);
+  place.radius = std::sqrt(static_cast<float>(reach2)) * (1 + kRounding) + kRounding * (size.x + size.y + size.z);
+  return place;
 }
 
 void EditableMesh::link(Index f) noexcept {
   Place& place = places_[f];
-  place.key = key_for(f);
+  place = place_for(f);
   ++in_level_[place.key >> kLevelShift];
   Index& head = heads_[bucket_of(place.key)];
-  place.next = head, place.before = kNone;
+  place.next = head;
   if (head != kNone) places_[head].before = f;
   head = f;
 }
@@ -185,9 +193,15 @@ void EditableMesh::unlink(Index f) noexcept {
 }
 
 void EditableMesh::place(Index f) noexcept {
-  if (key_for(f) == places_[f].key) return;
-  unlink(f);
-  link(f);
+  Place now = place_for(f);
+  Place& place = places_[f];
+  if (now.key != place.key) {
+    unlink(f);
+    link(f);
+    return;
+  }
+  now.next = place.next, now.before = place.before;
+  place = now;
 }
 
 // Records.

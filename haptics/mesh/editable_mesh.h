@@ -123,15 +123,16 @@ class EditableMesh {
 
   /// Calls fn(face) once for each face that may reach into the box, and for some that do not.
   template <class Fn>
-  void near(const dvec3& lo, const dvec3& hi, Fn&& fn) const {
+  void near(const dvec3& lo_W, const dvec3& hi_W, Fn&& fn) const {
+    const glm::vec3 lo(lo_W), hi(hi_W);
     for (int level = 0; level < kLevels; ++level) {
       if (in_level_[level] == 0) continue;
       const double margin = size_[level] * (2.0 / 3.0), cell = 1 / (kCellOfSize * size_[level]);
-      const glm::ivec3 a(glm::floor((lo - margin) * cell)), b(glm::floor((hi + margin) * cell));
+      const glm::ivec3 a(glm::floor((lo_W - margin) * cell)), b(glm::floor((hi_W + margin) * cell));
       const glm::dvec3 span(b - a + 1);
       if (span.x * span.y * span.z > static_cast<double>(face_count_)) {
         for (Index f = 0; f < faces_used_; ++f) {
-          if (uses(f) && static_cast<int>(places_[f].key >> kLevelShift) == level) fn(f);
+          if (uses(f) && static_cast<int>(places_[f].key >> kLevelShift) == level && places_[f].meets(lo, hi)) fn(f);
         }
         continue;
       }
@@ -140,11 +141,14 @@ class EditableMesh {
           for (int z = a.z; z <= b.z; ++z) {
             const std::uint64_t key = key_of(level, {x, y, z});
             for (Index f = heads_[bucket_of(key)]; f != kNone; f = places_[f].next) {
-              if (places_[f].key == key) fn(f);
+              if (places_[f].key == key && places_[f].meets(lo, hi)) fn(f);
             }
           }
     }
   }
+  /// A ball around a face, as the grid has it: m.
+  const glm::vec3& ball_center(Index f) const noexcept { return places_[f].center; }
+  float ball_radius(Index f) const noexcept { return places_[f].radius; }
 
   // What changes.
   /// From now on, records are kept in `record` before they first change; null: no longer. Allocates in `record`.
@@ -164,8 +168,14 @@ class EditableMesh {
   static constexpr int kLevelShift = 60;
   static constexpr double kCellOfSize = 2;  // edge of a cell over the longest edge of its faces
   struct Place {
-    std::uint64_t key = 0;
+    std::uint64_t key = 0;  // level and cell
     Index next = kNone, before = kNone;
+    glm::vec3 center{0};  // m, of a ball around the face …
+    float radius = 0;     // … rounded up
+    bool meets(const glm::vec3& lo, const glm::vec3& hi) const noexcept {
+      const glm::vec3 off = center - glm::clamp(center, lo, hi);
+      return glm::dot(off, off) <= radius * radius;
+    }
   };
 
   static std::uint64_t key_of(int level, const glm::ivec3& cell) noexcept {
@@ -180,7 +190,7 @@ class EditableMesh {
   void join_faces(const TissueMesh& mesh);
   void make_vertices(const TissueMesh& mesh, std::size_t spare);
   void make_grid(double edge);
-  std::uint64_t key_for(Index f) const noexcept;
+  Place place_for(Index f) const noexcept;
   void link(Index f) noexcept;
   void unlink(Index f) noexcept;
   void place(Index f) noexcept;

@@ -60,7 +60,7 @@ void MeshCutter::gather(const EditableMesh& mesh, const Placed& head, double mar
 }
 
 /// Splits edges that are too long, in faces that the head may reach. Splitting changes no shape.
-void MeshCutter::refine(EditableMesh& mesh, const Placed& head, double edge) noexcept {
+void MeshCutter::refine(EditableMesh& mesh, const Placed& head, double edge, CutDone& done) noexcept {
   const double longest2 = P::longest * P::longest * edge * edge;
   for (std::size_t k = 0; k < near_.size();) {
     const Index f = near_[k];
@@ -85,6 +85,7 @@ void MeshCutter::refine(EditableMesh& mesh, const Placed& head, double edge) noe
     const dvec3 middle = 0.5 * (mesh.point(f, longest) + mesh.point(f, (longest + 1) % 3));
     const Index m = mesh.split(f, longest, middle);
     if (m == kNone) return;  // no more room
+    done.changed = true;
     near_.push_back(g);
     mesh.around(m, [&](Index h, int) {
       if (h != f && h != g) near_.push_back(h);
@@ -206,7 +207,14 @@ void MeshCutter::keep_unfolded(EditableMesh& mesh) noexcept {
 /// itself. Faces that look away are tested one by one: those of a thin wall's other side, or of an undercut.
 void MeshCutter::keep_uncrossed(EditableMesh& mesh, const Placed& head, double edge) noexcept {
   thin_ = false;
-  const double slack = P::farthest * edge;
+  double farthest2 = 0;  // a vertex that moved: the grid does not know yet
+  for (const Moved& m : moved_) farthest2 = std::max(farthest2, glm::dot(m.to - m.before.p, m.to - m.before.p));
+  const double slack = std::sqrt(farthest2);
+  glm::vec3 lo(1e30f), hi(-1e30f);  // around what changed
+  for (const Affected& a : affected_) {
+    const glm::vec3 c = mesh.ball_center(a.f), r(mesh.ball_radius(a.f) + static_cast<float>(slack));
+    lo = glm::min(lo, c - r), hi = glm::max(hi, c + r);
+  }
   const auto is_affected = [&](Index f) { return face_seen_[f] == look_; };
   for (int round = 0; round < kMostRounds; ++round) {
     bool held = false;
@@ -220,6 +228,8 @@ void MeshCutter::keep_uncrossed(EditableMesh& mesh, const Placed& head, double e
       if (!head.head.is_ball() && head.distance(way + head.p) > size + edge) continue;
       thin_ = true;
       const bool changed = is_affected(f);
+      const glm::vec3 center = mesh.ball_center(f), r(mesh.ball_radius(f));
+      if (!changed && (glm::any(glm::lessThan(center + r, lo)) || glm::any(glm::greaterThan(center - r, hi)))) continue;
       const Index g = mesh::crossed_by(mesh, mesh::corners(mesh, f), slack,
                                        [&](Index h) { return h != f && (changed || is_affected(h)); });
       if (g == kNone) continue;
@@ -349,7 +359,7 @@ void MeshCutter::mend(EditableMesh& mesh, const Placed&, double edge, CutDone& d
 
 void MeshCutter::step(EditableMesh& mesh, const Placed& head, double edge, CutDone& done) noexcept {
   gather(mesh, head, edge);
-  refine(mesh, head, edge);
+  refine(mesh, head, edge, done);
   find_inside(mesh, head, edge, done);
   if (moved_.empty()) return;
   collect_affected(mesh, head);

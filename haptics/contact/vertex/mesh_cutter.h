@@ -31,7 +31,7 @@ using SharedLabels = std::shared_ptr<const DenseTissue>;
 
 struct CutDone {
   PerTissue removed{};   // m³
-  bool changed = false;  // any vertex was moved
+  bool changed = false;  // the mesh is another one
   bool held = false;     // vertices stayed inside the head: a wall too thin, or a border
 };
 
@@ -78,7 +78,7 @@ class MeshCutter {
   Placed place(const VertexHead& head, const Pose& X) const noexcept;
   void step(mesh::EditableMesh& mesh, const Placed& head, double edge, CutDone& done) noexcept;
   void gather(const mesh::EditableMesh& mesh, const Placed& head, double margin) noexcept;
-  void refine(mesh::EditableMesh& mesh, const Placed& head, double edge) noexcept;
+  void refine(mesh::EditableMesh& mesh, const Placed& head, double edge, CutDone& done) noexcept;
   void find_inside(const mesh::EditableMesh& mesh, const Placed& head, double edge, CutDone& done) noexcept;
   bool way_for(const mesh::EditableMesh& mesh, const Placed& head, mesh::Index v, const dvec3& n, double depth,
                dvec3& to) const noexcept;
