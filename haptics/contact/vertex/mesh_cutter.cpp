@@ -187,16 +187,21 @@ bool MeshCutter::hold_back(EditableMesh& mesh, Index f) noexcept {
   return any;
 }
 
-/// No face may turn far in a step: one that does folds over.
-void MeshCutter::keep_unfolded(EditableMesh& mesh) noexcept {
+/// A face that turns far in a step folds over, unless it comes to lie along the head: a narrow one may turn into a
+/// wall.
+void MeshCutter::keep_unfolded(EditableMesh& mesh, const Placed& head) noexcept {
+  const auto folds = [&](const Affected& a, const dvec3& now) {
+    const double length = glm::length(now), size = length * glm::length(a.normal);
+    if (size > 0 && glm::dot(now, a.normal) >= P::least_turn * size) return false;
+    if (size == 0) return a.normal != dvec3(0);
+    dvec3 n;
+    head.distance((mesh.point(a.f, 0) + mesh.point(a.f, 1) + mesh.point(a.f, 2)) / 3.0, n);
+    return glm::dot(now, n) > -P::faces_head * length;
+  };
   for (int round = 0; round < kMostRounds; ++round) {
     bool held = false;
     for (const Affected& a : affected_) {
-      const dvec3 now = normal2(mesh, a.f);
-      const double size = glm::length(now) * glm::length(a.normal);
-      if (glm::dot(now, a.normal) < P::least_turn * size || (size == 0 && a.normal != dvec3(0))) {
-        held |= hold_back(mesh, a.f);
-      }
+      if (folds(a, normal2(mesh, a.f))) held |= hold_back(mesh, a.f);
     }
     if (!held) return;
   }
@@ -237,7 +242,7 @@ void MeshCutter::keep_uncrossed(EditableMesh& mesh, const Placed& head, double e
       held |= hold_back(mesh, g);
     }
     if (!held) return;
-    keep_unfolded(mesh);
+    keep_unfolded(mesh, head);
   }
   for (const Affected& a : affected_) hold_back(mesh, a.f);
 }
@@ -265,8 +270,8 @@ void MeshCutter::account(EditableMesh& mesh, const Placed& head, CutDone& done) 
 }
 
 /// Collapses an edge where no face turns far, none grows too long, and the volume stays.
-bool MeshCutter::draw_together(EditableMesh& mesh, Index f, int i, bool keeps_first, double edge,
-                               CutDone& done) noexcept {
+bool MeshCutter::draw_together(EditableMesh& mesh, const Placed& head, Index f, int i, bool keeps_first, double edge,
+                               double most_volume, CutDone& done) noexcept {
   const Index first = mesh.face(f).v[i], second = mesh.face(f).v[(i + 1) % 3];
   const Index kept = keeps_first ? first : second, gone = keeps_first ? second : first;
   if (!mesh.may_collapse(f, i, keeps_first)) return false;
@@ -280,10 +285,15 @@ bool MeshCutter::draw_together(EditableMesh& mesh, Index f, int i, bool keeps_fi
     if (mesh.face(h).v[(c + 1) % 3] == kept || mesh.face(h).v[(c + 2) % 3] == kept) return;
     const dvec3 before = normal2(from, b, d), after = normal2(to, b, d);
     const double size = glm::length(before) * glm::length(after);
-    if (!(glm::length(after) > 1e-6 * edge * edge) || glm::dot(before, after) < 0.5 * size) allowed = false;
+    if (!(glm::length(after) > 1e-6 * edge * edge)) allowed = false;
+    if (allowed && glm::dot(before, after) < P::least_turn_in_mending * size) {
+      dvec3 n;
+      head.distance((to + b + d) / 3.0, n);
+      if (glm::dot(after, n) > -P::faces_head * glm::length(after)) allowed = false;
+    }
     if (glm::dot(b - to, b - to) > longest2 || roundness(to, b, d) < 0.5 * P::flattest) allowed = false;
   });
-  if (!allowed || std::abs(volume) > 6 * P::most_volume * edge * edge * edge) return false;
+  if (!allowed || std::abs(volume) > 6 * most_volume * edge * edge * edge) return false;
   if (thin_) {
     const auto stays = [&](Index h) {
       return mesh.face(h).v[0] != gone && mesh.face(h).v[1] != gone && mesh.face(h).v[2] != gone;
@@ -332,7 +342,7 @@ bool MeshCutter::turn(EditableMesh& mesh, Index f, int i, double edge, CutDone& 
 }
 
 /// Collapses short edges and turns the longest edges of slivers, among the faces that changed.
-void MeshCutter::mend(EditableMesh& mesh, const Placed&, double edge, CutDone& done) noexcept {
+void MeshCutter::mend(EditableMesh& mesh, const Placed& head, double edge, CutDone& done) noexcept {
   const double shortest2 = P::shortest * P::shortest * edge * edge;
   for (const Affected& a : affected_) {
     const Index f = a.f;
@@ -347,7 +357,8 @@ void MeshCutter::mend(EditableMesh& mesh, const Placed&, double edge, CutDone& d
     if (length2[shortest] < shortest2) {
       // A vertex that the head has not moved keeps its place.
       const bool first = !mesh.vertex(mesh.face(f).v[shortest]).was_moved();
-      if (draw_together(mesh, f, shortest, first, edge, done) || draw_together(mesh, f, shortest, !first, edge, done)) {
+      if (draw_together(mesh, head, f, shortest, first, edge, P::most_volume, done) ||
+          draw_together(mesh, head, f, shortest, !first, edge, P::most_volume, done)) {
         continue;
       }
     }
@@ -357,6 +368,28 @@ void MeshCutter::mend(EditableMesh& mesh, const Placed&, double edge, CutDone& d
   }
 }
 
+/// A vertex that had to stay inside the head is drawn into a neighbour that lies on it. False where none can take it.
+bool MeshCutter::give_way(EditableMesh& mesh, const Placed& head, Index v, double edge, CutDone& done) noexcept {
+  for (int tries = 0; tries < 2; ++tries) {
+    Index face = kNone;
+    int at = 0;
+    bool keeps_first = false;
+    double nearest2 = 1e300;
+    mesh.around(v, [&](Index f, int c) {
+      for (const bool before : {false, true}) {  // the edge that ends in v, and the one that begins there
+        const int i = before ? (c + 2) % 3 : c;
+        const Index other = mesh.face(f).v[before ? i : (c + 1) % 3];
+        const double far2 = edge2(mesh, f, i);
+        if (far2 >= nearest2 || !mesh.may_collapse(f, i, before)) continue;
+        if (tries == 0 && head.distance(mesh.vertex(other).p) < -P::overlap) continue;
+        nearest2 = far2, face = f, at = i, keeps_first = before;
+      }
+    });
+    if (face != kNone && draw_together(mesh, head, face, at, keeps_first, edge, P::most_given, done)) return true;
+  }
+  return false;
+}
+
 void MeshCutter::step(EditableMesh& mesh, const Placed& head, double edge, CutDone& done) noexcept {
   gather(mesh, head, edge);
   refine(mesh, head, edge, done);
@@ -364,14 +397,17 @@ void MeshCutter::step(EditableMesh& mesh, const Placed& head, double edge, CutDo
   if (moved_.empty()) return;
   collect_affected(mesh, head);
   for (const Moved& m : moved_) mesh.move(m.v, m.to);
-  keep_unfolded(mesh);
+  keep_unfolded(mesh, head);
   keep_uncrossed(mesh, head, edge);
-  for (const Moved& m : moved_) {
-    mesh.settle(m.v);
-    done.held |= m.stays;
-    done.changed |= !m.stays;
-  }
+  for (const Moved& m : moved_) mesh.settle(m.v);
   account(mesh, head, done);
+  for (const Moved& m : moved_) {
+    if (!m.stays || give_way(mesh, head, m.v, edge, done)) {
+      done.changed = true;
+    } else {
+      done.held = true;
+    }
+  }
   mend(mesh, head, edge, done);
 }
 

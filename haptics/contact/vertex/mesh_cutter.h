@@ -15,14 +15,17 @@ namespace typodont::haptics::vertex {
 
 /// The numbers of a cut, each with its reason. Lengths as multiples of the edge that the head asks for.
 struct CutParameters {
-  static constexpr double longest = 4.0 / 3;   // an edge longer than this is split (Botsch & Kobbelt 2004) …
-  static constexpr double shortest = 0.35;     // … and a shorter one collapsed
-  static constexpr double step = 0.5;          // the head's way is made in steps of this: no face turns far in one
-  static constexpr double farthest = 3;        // a vertex that would go farther in a step belongs to another wall
-  static constexpr double least_turn = 0.2;    // cosine between a face's normals before and after a step
-  static constexpr double flattest = 0.12;     // height of a triangle over its longest edge: flatter is a sliver
-  static constexpr double overlap = 1e-10;     // m: a vertex no deeper than this lies on the head
-  static constexpr double same_plane = 0.9;    // cosine between two faces whose common edge may be turned
+  static constexpr double longest = 4.0 / 3;  // an edge longer than this is split (Botsch & Kobbelt 2004) …
+  static constexpr double shortest = 0.35;    // … and a shorter one collapsed
+  static constexpr double step = 0.5;         // the head's way is made in steps of this: no face turns far in one
+  static constexpr double farthest = 3;       // a vertex that would go farther in a step belongs to another wall
+  static constexpr double least_turn = 0.2;   // cosine between a face's normals before and after a step
+  static constexpr double faces_head = 0.3;   // cosine against the head's normal, with which a face may turn farther
+  static constexpr double flattest = 0.12;    // height of a triangle over its longest edge: flatter is a sliver
+  static constexpr double overlap = 1e-10;    // m: a vertex no deeper than this lies on the head
+  static constexpr double same_plane = 0.9;   // cosine between two faces whose common edge may be turned
+  static constexpr double least_turn_in_mending = 0.5;  // the same, when a sliver is mended
+  static constexpr double most_given = 0.2;    // of edge³, that a vertex may take with it which folds the surface
   static constexpr double most_volume = 0.02;  // of edge³, that mending a sliver may change
 };
 
@@ -83,13 +86,14 @@ class MeshCutter {
   bool way_for(const mesh::EditableMesh& mesh, const Placed& head, mesh::Index v, const dvec3& n, double depth,
                dvec3& to) const noexcept;
   void collect_affected(const mesh::EditableMesh& mesh, const Placed& head) noexcept;
-  void keep_unfolded(mesh::EditableMesh& mesh) noexcept;
+  void keep_unfolded(mesh::EditableMesh& mesh, const Placed& head) noexcept;
   void keep_uncrossed(mesh::EditableMesh& mesh, const Placed& head, double edge) noexcept;
   bool hold_back(mesh::EditableMesh& mesh, mesh::Index f) noexcept;
   void account(mesh::EditableMesh& mesh, const Placed& head, CutDone& done) noexcept;
   void mend(mesh::EditableMesh& mesh, const Placed& head, double edge, CutDone& done) noexcept;
-  bool draw_together(mesh::EditableMesh& mesh, mesh::Index f, int i, bool keeps_first, double edge,
-                     CutDone& done) noexcept;
+  bool draw_together(mesh::EditableMesh& mesh, const Placed& head, mesh::Index f, int i, bool keeps_first, double edge,
+                     double most_volume, CutDone& done) noexcept;
+  bool give_way(mesh::EditableMesh& mesh, const Placed& head, mesh::Index v, double edge, CutDone& done) noexcept;
   bool turn(mesh::EditableMesh& mesh, mesh::Index f, int i, double edge, CutDone& done) noexcept;
   Tissue tissue_under(const mesh::EditableMesh& mesh, mesh::Index f) const noexcept;
   bool see_vertex(mesh::Index v) noexcept {
