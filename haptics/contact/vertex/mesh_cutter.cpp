@@ -15,9 +15,9 @@ using P = CutParameters;
 
 namespace {
 
-constexpr int kMostRounds = 8;  // of holding vertices back; then none of the step is moved
-constexpr double kLooksAway =
-    -0.02;  // cosine between a face's normal and the way from the head's centre: above, it looks away
+constexpr int kMostRounds = 8;       // of holding vertices back; then none of the step is moved
+constexpr double kLooksAway = -0.2;  // cosine between a face's normal and the way from the head's centre: above, it may
+                                     // lie behind another face
 
 dvec3 normal2(const dvec3& a, const dvec3& b, const dvec3& c) noexcept {
   return glm::cross(b - a, c - a);
@@ -42,10 +42,12 @@ MeshCutter::MeshCutter(const EditableMesh& mesh, SharedLabels labels)
     : labels_(std::move(labels)),
       vertex_seen_(mesh.vertex_room()),
       face_seen_(mesh.face_room()),
-      place_of_(mesh.vertex_room()) {
+      place_of_(mesh.vertex_room()),
+      edge_seen_(mesh.vertex_room()) {
   near_.reserve(mesh.face_room());
   moved_.reserve(mesh.vertex_room());
   affected_.reserve(mesh.face_room());
+  suspects_.reserve(2 * mesh.face_room());
 }
 
 MeshCutter::Placed MeshCutter::place(const VertexHead& head, const Pose& X) const noexcept {
@@ -56,7 +58,15 @@ MeshCutter::Placed MeshCutter::place(const VertexHead& head, const Pose& X) cons
 void MeshCutter::gather(const EditableMesh& mesh, const Placed& head, double margin) noexcept {
   near_.clear();
   const double reach = head.head.reach() + margin;
-  mesh.near(head.p - reach, head.p + reach, [&](Index f) { near_.push_back(f); });
+  const glm::vec3 c(head.p);
+  const auto most = static_cast<float>(reach);
+  mesh.near(head.p - reach, head.p + reach, [&](Index f) {
+    const glm::vec3 off = mesh.ball_center(f) - c;
+    const float far = most + mesh.ball_radius(f);
+    if (glm::dot(off, off) <= far * far) near_.push_back(f);
+  });
+  // In an order that does not depend on how the workpiece lies in the grid.
+  std::sort(near_.begin(), near_.end());
 }
 
 /// Splits edges that are too long, in faces that the head may reach. Splitting changes no shape.
@@ -69,7 +79,12 @@ void MeshCutter::refine(EditableMesh& mesh, const Placed& head, double edge, Cut
     double most = longest2;
     for (int i = 0; i < 3; ++i) {
       const double e2 = edge2(mesh, f, i);
-      if (e2 > most && mesh.face(f).n[i] != kNone) most = e2, longest = i;
+      if (e2 > most) most = e2, longest = i;
+    }
+    // The border stays as it is, and so do the edges that end there.
+    if (longest >= 0 && (mesh.vertex(mesh.face(f).v[longest]).on_border() ||
+                         mesh.vertex(mesh.face(f).v[(longest + 1) % 3]).on_border())) {
+      longest = -1;
     }
     bool reached = false;
     if (longest >= 0) {
@@ -223,6 +238,8 @@ void MeshCutter::keep_uncrossed(EditableMesh& mesh, const Placed& head, double e
   const auto is_affected = [&](Index f) { return face_seen_[f] == look_; };
   for (int round = 0; round < kMostRounds; ++round) {
     bool held = false;
+    ++edge_look_;
+    suspects_.clear();
     for (const Index f : near_) {
       const dvec3 &a = mesh.point(f, 0), &b = mesh.point(f, 1), &c = mesh.point(f, 2);
       const dvec3 way = (a + b + c) / 3.0 - head.p, n = normal2(a, b, c);
@@ -232,9 +249,26 @@ void MeshCutter::keep_uncrossed(EditableMesh& mesh, const Placed& head, double e
       if (glm::length(way) > head.head.reach() + size + edge) continue;
       if (!head.head.is_ball() && head.distance(way + head.p) > size + edge) continue;
       thin_ = true;
-      const bool changed = is_affected(f);
       const glm::vec3 center = mesh.ball_center(f), r(mesh.ball_radius(f));
-      if (!changed && (glm::any(glm::lessThan(center + r, lo)) || glm::any(glm::greaterThan(center - r, hi)))) continue;
+      if (!is_affected(f) && (glm::any(glm::lessThan(center + r, lo)) || glm::any(glm::greaterThan(center - r, hi)))) {
+        continue;
+      }
+      suspects_.push_back(f);
+      for (const Index v : mesh.face(f).v) edge_seen_[v] = edge_look_;
+    }
+    // Where the surface folds, the faces that look at the head beside those that do not may cross.
+    if (!suspects_.empty()) {
+      const std::size_t looking_away = suspects_.size();
+      for (const Affected& a : affected_) {
+        const Index* const v = mesh.face(a.f).v;
+        if (edge_seen_[v[0]] == edge_look_ || edge_seen_[v[1]] == edge_look_ || edge_seen_[v[2]] == edge_look_) {
+          suspects_.push_back(a.f);
+        }
+      }
+      std::sort(suspects_.begin() + static_cast<std::ptrdiff_t>(looking_away), suspects_.end());
+    }
+    for (const Index f : suspects_) {
+      const bool changed = is_affected(f);
       const Index g = mesh::crossed_by(mesh, mesh::corners(mesh, f), slack,
                                        [&](Index h) { return h != f && (changed || is_affected(h)); });
       if (g == kNone) continue;
@@ -274,7 +308,7 @@ bool MeshCutter::draw_together(EditableMesh& mesh, const Placed& head, Index f, 
                                double most_volume, CutDone& done) noexcept {
   const Index first = mesh.face(f).v[i], second = mesh.face(f).v[(i + 1) % 3];
   const Index kept = keeps_first ? first : second, gone = keeps_first ? second : first;
-  if (!mesh.may_collapse(f, i, keeps_first)) return false;
+  if (mesh.vertex(kept).on_border() || !mesh.may_collapse(f, i, keeps_first)) return false;
   const dvec3 to = mesh.vertex(kept).p, from = mesh.vertex(gone).p;
   const double longest2 = P::longest * P::longest * edge * edge;
   bool allowed = true;
@@ -417,7 +451,7 @@ CutDone MeshCutter::cut(EditableMesh& mesh, const VertexHead& head, const Pose& 
   constexpr double kMostSteps = 100'000;
   const double way = way_between(X_WA, X_WB, head.reach());
   const int steps = static_cast<int>(std::min(std::ceil(way / (P::step * edge)), kMostSteps));
-  for (int i = 1; i <= steps; ++i) {
+  for (int i = 1; i <= steps && !done.held; ++i) {
     const Pose X = i == steps ? X_WB : interpolate(X_WA, X_WB, static_cast<double>(i) / steps);
     step(mesh, place(head, X), edge, done);
   }

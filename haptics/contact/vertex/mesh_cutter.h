@@ -111,7 +111,9 @@ class MeshCutter {
   std::uint32_t look_ = 0;
   std::vector<std::uint32_t> vertex_seen_, face_seen_;  // the last look that saw them
   std::vector<std::uint32_t> place_of_;                 // of a seen vertex that moves: where in moved_
-  std::vector<mesh::Index> near_;
+  std::uint32_t edge_look_ = 0;
+  std::vector<std::uint32_t> edge_seen_;  // of a vertex: the last look in which a face at it looked away from the head
+  std::vector<mesh::Index> near_, suspects_;
   std::vector<Moved> moved_;
   std::vector<Affected> affected_;
   bool thin_ = false;  // near the head a face looks away from it

@@ -101,7 +101,7 @@ void measure(const EditableMesh& mesh, const VoxelFrame& frame, const glm::ivec3
           const Closest found = closest(p, a, b, c);
           const double distance2 = glm::dot(p - found.p, p - found.p);
           Nearest& best = nearest[at(x, y, z)];
-          if (distance2 < best.distance2) best = {distance2, f, found};
+          if (distance2 < best.distance2 || (distance2 == best.distance2 && f < best.f)) best = {distance2, f, found};
         }
   });
   for (std::size_t i = 0; i < nearest.size(); ++i) {
@@ -167,10 +167,8 @@ void spread_sides(Blocks& blocks) {
       std::int8_t& other = found->second.side[at(to.v.x, to.v.y, to.v.z)];
       if (other != 0) continue;
       other = side;
-      if (side > 0) {
-        float& value = found->second.value[at(to.v.x, to.v.y, to.v.z)];
-        value = std::max(value, static_cast<float>(kNear));
-      }
+      float& value = found->second.value[at(to.v.x, to.v.y, to.v.z)];
+      if (side > 0 && value < 0) value = static_cast<float>(kNear);  // it was tissue
       queue.push_back(to);
     }
   }
