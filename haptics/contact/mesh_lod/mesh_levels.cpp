@@ -137,9 +137,10 @@ std::shared_ptr<const Levels> make_levels(const TissueMesh& mesh, const LevelOpt
   }
   auto levels = std::make_shared<Levels>();
   for (const std::size_t count : wanted) {
-    const TissueMesh level = simplified(base, count);
+    TissueMesh level = simplified(base, count);
     levels->vertices.push_back(vertex_count(level));
     levels->grids.emplace_back(level);
+    if (levels->finest.triangles.empty()) levels->finest = std::move(level);
   }
   for (std::size_t i = 1; i < levels->grids.size(); ++i)
     levels->hausdorff = std::max(levels->hausdorff, hausdorff_distance(levels->grids[0], levels->grids[i]));

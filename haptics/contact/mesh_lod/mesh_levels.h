@@ -28,6 +28,7 @@ struct LevelOptions {
 struct Levels {
   std::vector<TriangleGrid> grids;
   std::vector<std::size_t> vertices;  // of each
+  TissueMesh finest;                  // the mesh of the first
   double hausdorff = 0;               // m, the greatest distance between the finest level and any other, sampled
 };
 /// Throws Error where the options ask for more vertices than can be made (levels in rising order, or none at all).

@@ -19,8 +19,8 @@ class MeshLodMethod final : public ContactMethod {
   std::unique_ptr<ContactModel> make_model(const ServoSettings& settings) const override {
     return std::make_unique<MeshLodModel>(settings, parameters_);
   }
-  std::unique_ptr<TissueBody> make_body(TissueVolume tissue, std::span<const Tool>) const override {
-    return std::make_unique<MeshLodBody>(std::move(tissue), parameters_);
+  std::unique_ptr<TissueBody> make_body(TissueVolume tissue, std::span<const Tool> tools) const override {
+    return std::make_unique<MeshLodBody>(std::move(tissue), tools, parameters_);
   }
 
  private:

@@ -30,7 +30,7 @@ class LevelBySpeed {
 /// Servo thread.
 class MeshLodModel final : public ContactModel {
  public:
-  /// Throws Error for a tool that cuts or fills.
+  /// Throws Error for a tool that fills, and for one that cuts and is no ball or does not turn.
   MeshLodModel(const ServoSettings& settings, const Parameters& parameters);
 
   void adopt(Snapshot& fresh, PerTissue& removed) noexcept override;
@@ -47,11 +47,22 @@ class MeshLodModel final : public ContactModel {
   Tissue tissue_at(const dvec3& p_W) const noexcept override;
 
  private:
-  const TriangleGrid& grid() const noexcept { return snapshot_.levels->grids[level_]; }
+  /// As it is felt now, and as finely as it is known.
+  const TriangleGrid& grid() const noexcept {
+    return snapshot_.cut ? snapshot_.local : snapshot_.levels->grids[level_];
+  }
+  const TriangleGrid& finest() const noexcept { return snapshot_.cut ? snapshot_.local : snapshot_.levels->grids[0]; }
+  /// m that all levels differ by at most.
+  double spread() const noexcept { return snapshot_.cut ? 0 : snapshot_.levels->hausdorff; }
+  /// Whether the snapshot holds all faces within `reach` of p.
+  bool holds(const dvec3& p, double reach) const noexcept;
+  /// Cuts were made that the snapshot lacks: the faces that the head overlaps are cut away.
+  bool behind() const noexcept { return snapshot_.cuts < cuts_; }
   SurfacePoint& point() noexcept { return points_[tool_]; }
   const SurfacePoint& point() const noexcept { return points_[tool_]; }
   /// True where it is another one than before.
   bool choose_level(const ContactInput& in) noexcept;
+  PerTissue engaged_area(const dvec3& way) const noexcept;
   void fade_offset(const ContactInput& in) noexcept;
 
   const ServoSettings& settings_;
@@ -67,6 +78,15 @@ class MeshLodModel final : public ContactModel {
   // Of the wall that holds the tool, or did and fades with the offset.
   dvec3 wall_normal_{0};
   double wall_stiffness_ = 0;
+
+  // Cutting.
+  static constexpr std::uint64_t kRemembered = 8192;  // cuts that a late snapshot may lack
+  std::vector<PerTissue> made_;                       // m³, estimated, by index of the cut modulo kRemembered
+  std::uint64_t cuts_ = 0;
+  bool cutting_ = false;  // the last tick cut …
+  dvec3 end_{0};          // m, … to here
+  bool adopted_ = false;  // a snapshot came since the last tick
+  double measured_ = 1;   // of the volume, over the estimate: of the cuts in the last snapshot, smoothed
 };
 
 }  // namespace typodont::haptics::mesh_lod

@@ -60,7 +60,7 @@ OnFace nearest_on(const Face& face, const dvec3& p) noexcept {
   return best;
 }
 
-TriangleGrid::TriangleGrid(const TissueMesh& mesh) {
+TriangleGrid::TriangleGrid(const TissueMesh& mesh, bool part) : part_(part) {
   if (mesh.triangles.empty()) return;
   dvec3 lo(1e300), hi(-1e300);
   for (const glm::uvec3& t : mesh.triangles) {
@@ -180,6 +180,13 @@ TriangleGrid::Hit TriangleGrid::first_hit(const dvec3& p, const dvec3& q) const 
     hit = {true, i, at};
   });
   return hit;
+}
+
+bool TriangleGrid::inside(const dvec3& p) const noexcept {
+  if (!part_) return winding_sixths(p) >= 3;
+  constexpr double kFar = 2e-3;  // m
+  const Nearest near = nearest(p, kFar);
+  return near.found && glm::dot(faces_[near.face].normal(), p - near.p) < 0;
 }
 
 int TriangleGrid::winding_sixths(const dvec3& p) const noexcept {

@@ -44,7 +44,8 @@ inline dvec3 nearest_on_segment(const dvec3& a, const dvec3& b, const dvec3& p) 
 class TriangleGrid {
  public:
   TriangleGrid() = default;
-  explicit TriangleGrid(const TissueMesh& mesh);
+  /// `part`: the mesh is cut out of a larger one, and open where that goes on.
+  explicit TriangleGrid(const TissueMesh& mesh, bool part = false);
 
   std::size_t size() const noexcept { return faces_.size(); }
   const Face& face(std::uint32_t i) const noexcept { return faces_[i]; }
@@ -75,7 +76,8 @@ class TriangleGrid {
 
   /// Six times the generalized winding number along the directions of the axes: 6 inside a closed mesh, 0 outside.
   int winding_sixths(const dvec3& p) const noexcept;
-  bool inside(const dvec3& p) const noexcept { return winding_sixths(p) >= 3; }
+  /// Of a part by the side of the nearest face on which p lies.
+  bool inside(const dvec3& p) const noexcept;
 
  private:
   struct Box {
@@ -91,6 +93,7 @@ class TriangleGrid {
   }
   void choose_cells(const glm::vec3& extent);
 
+  bool part_ = false;
   std::vector<Face> faces_;
   std::vector<Box> boxes_;
   std::vector<std::uint32_t> start_;    // of each cell in entries_; one more at the end
