@@ -11,6 +11,7 @@
 #include "engine/base/units.h"
 #include "haptics/contact/mesh_lod/mesh_lod_body.h"
 #include "haptics/contact_method.h"
+#include "haptics/damping_fit.h"
 #include "haptics/import/mesh_tissue.h"
 #include "haptics/lockstep.h"
 #include "haptics/solid.h"
@@ -189,6 +190,22 @@ TEST(MeshLodModel, StiffnessFallsFromOutsideToInsideLikeStepsOfAStair) {
   EXPECT_NEAR(press(-1.5e-3), 200, 2);
 }
 
+TEST(MeshLodModel, ABumpOfATenthOfAMillimetreIsFeltAtTheFinestLevel) {
+  Session run(volume(R"({"voxel_mm": 0.03, "band_mm": 0.3, "solids": [
+                {"tissue": "enamel", "solid": {"box": {"center_mm": [0, 0, -0.5], "size_mm": [2, 1.5, 1]}}},
+                {"tissue": "enamel", "solid": {"cylinder": {"center_mm": [0, 0, 0], "axis": [0, 1, 0], "radius_mm": 0.1, "height_mm": 1}}}]})"),
+              settings(R"({"mesh_lod": {}})"));
+  for (int i = 0; i < 400; ++i) run.step({-0.6e-3, 0, 0.2e-3 - 1e-6 * std::min(i, 125)});
+  double most = 0, least = 1e9;
+  for (double x = -0.6e-3; x < 0.6e-3; x += 4e-6) {
+    run.step({x, 0, 0.075e-3});
+    const double lift = run.tick.X_WG.p.z;
+    most = std::max(most, lift), least = std::min(least, lift);
+    ASSERT_EQ(run.tick.level, 0U);
+  }
+  EXPECT_NEAR(most - least, 0.1e-3, 0.01e-3);
+}
+
 TEST(MeshLodModel, CariesIsSoftAndTheTipSticksInIt) {
   ServoSettings s = settings();
   s.tool.sink_yield = 0.3;
@@ -206,6 +223,34 @@ TEST(MeshLodModel, CariesIsSoftAndTheTipSticksInIt) {
   };
   EXPECT_GT(pull_out({0, 0, 1}), 0.15);
   EXPECT_EQ(pull_out({1, 0, 0}), 0);
+}
+
+// --- Fitted damping
+
+TEST(DampingFit, RecoversTheDamperOfASyntheticPushWithinOnePerCent) {
+  std::mt19937 random(1);
+  std::normal_distribution<double> noise(0, 0.01);
+  std::vector<PushSample> samples;
+  double most = 0;
+  for (int i = 0; i < 2000; ++i) {
+    const double t = 1e-3 * i, w = 2 * kPi * 1.5;
+    const double depth = 0.6e-3 * std::sin(w * t) + 0.2e-3 * std::sin(3.1 * w * t);
+    const double rate = 0.6e-3 * w * std::cos(w * t) + 0.2e-3 * 3.1 * w * std::cos(3.1 * w * t);
+    samples.push_back({t, depth, depth > 0 ? std::max(0.0, 800 * depth + 20 * rate + noise(random)) : 0});
+    most = std::max(most, samples.back().force);
+  }
+  const DampingFit fit = fit_damping(samples);
+  EXPECT_NEAR(fit.damping, 20, 0.2);
+  EXPECT_NEAR(fit.stiffness, 800, 8);
+  EXPECT_GT(most, 0.4);
+  EXPECT_LT(fit.rms, 0.02);
+}
+
+TEST(DampingFit, ACurveThatDoesNotTellIsAnExactError) {
+  std::vector<PushSample> samples;
+  EXPECT_THROW(fit_damping(samples), Error);
+  for (int i = 0; i < 100; ++i) samples.push_back({1e-3 * i, 1e-3, 1});
+  EXPECT_THROW(fit_damping(samples), Error);
 }
 
 // --- The slew filter (7)

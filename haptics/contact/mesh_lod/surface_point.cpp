@@ -9,9 +9,9 @@ namespace {
 
 constexpr int kMostLooks = 24;         // of one follow()
 constexpr double kStays = 1e-11;       // m: a step shorter than this ends the walk
-constexpr double kLeastReach = 20e-6;  // m around the ball in which faces are collected, at least …
+constexpr double kLeastReach = 5e-6;   // m around the ball in which faces are collected, at least …
 constexpr double kMostReach = 0.3e-3;  // … and at most: a longer way is gone in several steps
-constexpr double kAhead = 1.5;         // times the way to be gone that is collected at once
+constexpr double kAhead = 1.1;         // times the way to be gone that is collected at once
 constexpr double kBelow = 1e-11;       // m that a face below a plane may rise above it by rounding
 constexpr double kWallSkin = 1e-7;     // m, the least distance from a wall
 constexpr double kMapReach = 2e-3;     // m within which the surface is looked for when the mesh is exchanged
@@ -93,6 +93,7 @@ void SurfacePoint::collect(const TriangleGrid& grid, double reach) noexcept {
     bool all = true;
     const double far = radius() + reach;
     grid.for_near(c_ - far, c_ + far, [&](std::uint32_t i) {
+      if (!grid.box_within(i, c_, far)) return;
       if (near_count_ < kMostNear)
         near_[static_cast<std::size_t>(near_count_++)] = i;
       else
@@ -133,11 +134,6 @@ bool SurfacePoint::look(const TriangleGrid& grid, double reach, bool give) noexc
   const double r = radius();
   bool room = true;
   // Faces whose inside is nearest first: their planes may cover the edges of others.
-  struct Edge {
-    std::uint32_t face;
-    OnFace at;
-  };
-  std::array<Edge, kMostNear> edges;
   int edge_count = 0;
   const auto add = [&](std::uint32_t i, const dvec3& n, double distance, const dvec3& p) {
     double free = distance - r;
@@ -152,7 +148,7 @@ bool SurfacePoint::look(const TriangleGrid& grid, double reach, bool give) noexc
     const double square = glm::dot(off, off), far = r + reach;
     if (square > far * far) continue;
     if (at.edge >= 0) {
-      edges[static_cast<std::size_t>(edge_count++)] = {i, at};
+      edges_[static_cast<std::size_t>(edge_count++)] = {i, at};
       continue;
     }
     const double distance = std::sqrt(square);
@@ -160,7 +156,7 @@ bool SurfacePoint::look(const TriangleGrid& grid, double reach, bool give) noexc
   }
   const int insides = planes_.count();
   for (int k = 0; k < edge_count; ++k) {
-    const auto& [i, at] = edges[static_cast<std::size_t>(k)];
+    const auto& [i, at] = edges_[static_cast<std::size_t>(k)];
     const Face& face = grid.face(i);
     // A face that lies below another one's plane cannot be met before that plane.
     bool covered = false;

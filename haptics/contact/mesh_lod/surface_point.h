@@ -85,6 +85,12 @@ class SurfacePoint {
   bool overflow_ = false;
   dvec3 near_from_{0};
   double near_reach_ = 0;
+  // Faces of which an edge or a corner is nearest, in one look.
+  struct Edge {
+    std::uint32_t face = 0;
+    OnFace at;
+  };
+  std::array<Edge, kMostNear> edges_;
   PlaneSet planes_;
 };
 

@@ -57,6 +57,13 @@ class TriangleGrid {
   template <class Use>
   void for_near(const dvec3& lo, const dvec3& hi, Use&& use) const noexcept;
 
+  /// False where all of the face's box is farther than `most` metres from p.
+  bool box_within(std::uint32_t i, const dvec3& p, double most) const noexcept {
+    const glm::vec3 q(p - origin_), off = q - glm::clamp(q, boxes_[i].lo, boxes_[i].hi);
+    const auto far = static_cast<float>(most) + 1e-7f;
+    return glm::dot(off, off) <= far * far;
+  }
+
   struct Nearest {
     bool found = false;
     std::uint32_t face = 0;
