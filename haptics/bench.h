@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "engine/contract/bench_row.h"
+#include "haptics/tissue_mesh.h"
 
 namespace typodont::haptics {
 
@@ -17,5 +18,8 @@ std::vector<BenchRow> bench_contact(const BenchOptions& options);
 /// Sphere packings of a ball: coverage, collision, normals, removal and ticks, by the number of spheres. `quick`:
 /// without the largest packing, and fewer repeats.
 std::vector<BenchRow> bench_packing(bool quick);
+
+/// A hand that slides over a mesh subdivided and simplified to rising numbers of vertices: time of a tick, memory.
+std::vector<BenchRow> bench_mesh_lod(const TissueMesh& mesh, bool quick);
 
 }  // namespace typodont::haptics

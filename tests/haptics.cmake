@@ -6,4 +6,3 @@ typodont_test(property_haptics KIND property SOURCES property/haptics_passivity_
               LIBS typodont_haptics)
 typodont_test(stress_haptics KIND stress SOURCES stress/haptics_hostile_test.cpp stress/haptics_campaign_test.cpp LIBS typodont_haptics)
 typodont_test(bench_haptics KIND bench SOURCES bench/haptics_bench.cpp LIBS typodont_haptics SERIAL)
-typodont_test(unit_mesh_lod KIND unit SOURCES unit/haptics_surface_mesh_test.cpp LIBS typodont_haptics)

@@ -64,6 +64,7 @@ void VertexBody::carve(const Cut& cut, bool) {
   const CutDone done = make(mesh_, cutter_, cut);
   if (remembers_) written_.push_back(cut);
   if (!done.changed) return;
+  for (std::size_t t = 0; t < done.removed.size(); ++t) removed_[t] += done.removed[t];
   // What the head may have reached, and what lies so near that its distance may differ.
   const VoxelFrame frame = volume_.frame();
   const double reach = heads_[cut.tool].reach() + edges_[cut.tool] + 4 * frame.voxel;

@@ -51,6 +51,8 @@ class VertexBody final : public TissueBody {
   std::uint64_t elements() const override { return mesh_.vertex_count(); }
 
   const mesh::EditableMesh& mesh() const { return mesh_; }
+  /// m³ that cuts removed so far, undone ones included.
+  const PerTissue& removed() const { return removed_; }
 
  private:
   struct Stroke {
@@ -70,7 +72,7 @@ class VertexBody final : public TissueBody {
   SharedLabels labels_;
   std::deque<Stroke> done_, undone_;
   bool in_stroke_ = false;
-  PerTissue taken_back_{};
+  PerTissue removed_{}, taken_back_{};
   bool remembers_ = false;
   std::vector<Cut> written_;  // since remember_writes(true)
   FieldBlocks unseen_;        // that the field does not show yet

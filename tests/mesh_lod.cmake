@@ -1,0 +1,2 @@
+typodont_test(unit_mesh_lod KIND unit SOURCES unit/haptics_surface_mesh_test.cpp LIBS typodont_haptics)
+typodont_test(property_mesh_lod KIND property SOURCES property/mesh_contact_test.cpp property/mesh_lod_model_test.cpp LIBS typodont_haptics typodont_import)
