@@ -2,12 +2,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <memory>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "engine/base/measure.h"
+#include "engine/base/units.h"
 #include "haptics/bench.h"
 #include "haptics/bench/timing.h"
 #include "haptics/contact/mesh_lod/mesh_levels.h"
@@ -62,6 +64,41 @@ TissueVolume with_mesh(TissueMesh mesh) {
       R"({"voxel_mm": 1, "solids": [{"tissue": "enamel", "solid": {"box": {"size_mm": [4, 4, 4]}}}]})", "bench")));
   volume.set_mesh(std::make_shared<const TissueMesh>(std::move(mesh)));
   return volume;
+}
+
+/// A round bur of 1.2 mm sinks into the highest cusp and is moved to and fro there: what a tick takes on either thread.
+void cutting_rows(const TissueMesh& arch, bool quick, std::vector<BenchRow>& rows) {
+  constexpr double kBur = 0.6e-3;  // m
+  const TissueMesh mesh = base_mesh(arch, {33140, {}});
+  const dvec3 top = *std::ranges::max_element(mesh.vertices, {}, &dvec3::z);
+  ServoSettings settings;
+  settings.tool.diameter = settings.tool.length = 2 * kBur;
+  settings.spindle.free_speed = 300'000 * 2 * kPi / 60;  // rad/s
+  settings.materials.fill({1000, 20e9, 0.2, 0.15, 2900, dvec3(0.9)});
+  settings.method = read_contact_method(Json::parse(R"("mesh_lod")", "bench"));
+  LockStep steps(with_mesh(mesh), settings);
+  std::vector<double> servo, carver;
+  ServoTick tick;
+  Cut cut;
+  HandSample hand;
+  hand.pedal = 1;
+  for (int i = 0; i < (quick ? 1000 : 4000); ++i) {
+    hand.t += 1'000'000;
+    hand.X_WT.p = top + dvec3(0.4e-3 * std::sin(0.004 * i), 0, kBur + 0.05e-3 - std::min(i, 500) * 1e-6);
+    const Nanos start = thread_cpu_time();
+    steps.tick(hand, tick, cut);
+    servo.push_back(static_cast<double>(tick.cpu_time));
+    carver.push_back(static_cast<double>(thread_cpu_time() - start - tick.cpu_time));
+  }
+  const auto row = [&](const char* name, double ns) {
+    BenchRow r;
+    r.name = name, r.knob = "round 1.2 mm, 33140 vertices", r.time_ns = ns, r.per = "tick";
+    rows.push_back(r);
+  };
+  row("cutting, servo, median", quantile(servo, 0.5));
+  row("cutting, servo, 99.9 %", quantile(servo, 0.999));
+  row("cutting, geometry (mesh, and at 30 Hz a snapshot), median", quantile(carver, 0.5));
+  row("cutting, geometry, longest: the loop's rate is at least its inverse", *std::ranges::max_element(carver));
 }
 
 }  // namespace
@@ -120,6 +157,7 @@ std::vector<BenchRow> bench_mesh_lod(const TissueMesh& arch, bool quick) {
       rows.push_back(memory);
     }
   }
+  cutting_rows(arch, quick, rows);
   return rows;
 }
 

@@ -63,7 +63,8 @@ constexpr BenchPart kParts[] = {
      "of the normal, a groove's volume as printed in the paper and mended, and the three passes of a cutting tick.",
      haptics::bench_packing},
     {"mesh_lod", "Triangle meshes",
-     "The tip of an explorer slides over a dental arch at 30 mm/s, 0.3 mm deep, on meshes of more and more vertices.",
+     "The tip of an explorer slides over a dental arch at 30 mm/s, 0.3 mm deep, on meshes of more and more vertices; "
+     "then a bur cuts into a cusp.",
      mesh_lod},
     {"stability", "Stability",
      "The stiffness at which a pushed mass (0.15 kg, 5 N·s/m) no longer settles at a wall, by rate, delay and jitter; "
