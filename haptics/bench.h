@@ -21,5 +21,7 @@ std::vector<BenchRow> bench_packing(bool quick);
 
 /// A hand that slides over a mesh subdivided and simplified to rising numbers of vertices: time of a tick, memory.
 std::vector<BenchRow> bench_mesh_lod(const TissueMesh& mesh, bool quick);
+/// A round bur that slides over such a mesh, and one that carves it (model vertex): time of a tick.
+std::vector<BenchRow> bench_vertex(const TissueMesh& mesh, bool quick);
 
 }  // namespace typodont::haptics

@@ -78,8 +78,9 @@ class EditableMesh {
   /// Takes a move back, flags included. `before` as vertex(v) was.
   void move_back(Index v, const Vertex& before) noexcept;
   void set_tissue(Index f, Tissue tissue) noexcept;
-  /// Puts the faces of a vertex into the right cells of the grid, after move().
+  /// Puts the faces of a vertex, or one face, into the right cells of the grid, after move().
   void settle(Index v) noexcept;
+  void settle_face(Index f) noexcept { place(f); }
   /// Splits edge i of f at a point. Returns the new vertex; kNone at a border or without room.
   Index split(Index f, int i, const dvec3& p) noexcept;
   /// Turns edge i of f to join the two other vertices. False at a border, or where those are joined already.

@@ -22,10 +22,14 @@ Rows contact(bool quick) {
   return haptics::bench_contact(options);
 }
 
+haptics::TissueMesh arch() {
+  return haptics::read_tissue_mesh(assets_folder() / "jaw/lower_arch.ply", kMillimetre, Tissue::kEnamel).mesh;
+}
 Rows mesh_lod(bool quick) {
-  const auto arch =
-      haptics::read_tissue_mesh(assets_folder() / "jaw/lower_arch.ply", kMillimetre, Tissue::kEnamel).mesh;
-  return haptics::bench_mesh_lod(arch, quick);
+  return haptics::bench_mesh_lod(arch(), quick);
+}
+Rows vertex(bool quick) {
+  return haptics::bench_vertex(arch(), quick);
 }
 
 Rows devices(bool quick) {
@@ -66,6 +70,11 @@ constexpr BenchPart kParts[] = {
      "The tip of an explorer slides over a dental arch at 30 mm/s, 0.3 mm deep, on meshes of more and more vertices; "
      "then a bur cuts into a cusp.",
      mesh_lod},
+    {"vertex", "Vertex deformation",
+     "A round bur that slides over the arch and one that carves it, with meshes of rising size: the tick follows what "
+     "is near the "
+     "head, not what is there.",
+     vertex},
     {"stability", "Stability",
      "The stiffness at which a pushed mass (0.15 kg, 5 N·s/m) no longer settles at a wall, by rate, delay and jitter; "
      "and what hands on the molar feel while the carver stands still, beside other laws for that.",

@@ -15,6 +15,7 @@ using P = CutParameters;
 
 namespace {
 
+constexpr double kRounding = 1e-6;   // m: balls around faces are floats
 constexpr int kMostRounds = 8;       // of holding vertices back; then none of the step is moved
 constexpr double kLooksAway = -0.2;  // cosine between a face's normal and the way from the head's centre: above, it may
                                      // lie behind another face
@@ -230,12 +231,17 @@ void MeshCutter::keep_uncrossed(EditableMesh& mesh, const Placed& head, double e
   double farthest2 = 0;  // a vertex that moved: the grid does not know yet
   for (const Moved& m : moved_) farthest2 = std::max(farthest2, glm::dot(m.to - m.before.p, m.to - m.before.p));
   const double slack = std::sqrt(farthest2);
-  glm::vec3 lo(1e30f), hi(-1e30f);  // around what changed
-  for (const Affected& a : affected_) {
-    const glm::vec3 c = mesh.ball_center(a.f), r(mesh.ball_radius(a.f) + static_cast<float>(slack));
-    lo = glm::min(lo, c - r), hi = glm::max(hi, c + r);
-  }
   const auto is_affected = [&](Index f) { return face_seen_[f] == look_; };
+  // Two that share a vertex and lie nearly in one plane cross only where the surface folds, and then others cross, too.
+  const auto beside = [&](Index f, Index g) {
+    const mesh::Face &a = mesh.face(f), &b = mesh.face(g);
+    bool shares = false;
+    for (const Index v : a.v) shares |= v == b.v[0] || v == b.v[1] || v == b.v[2];
+    if (!shares) return false;
+    const dvec3 n = normal2(mesh, f), m = normal2(mesh, g);
+    const double d = glm::dot(n, m);
+    return d > 0 && d * d > P::same_way * P::same_way * glm::dot(n, n) * glm::dot(m, m);
+  };
   for (int round = 0; round < kMostRounds; ++round) {
     bool held = false;
     ++edge_look_;
@@ -245,14 +251,12 @@ void MeshCutter::keep_uncrossed(EditableMesh& mesh, const Placed& head, double e
       const dvec3 way = (a + b + c) / 3.0 - head.p, n = normal2(a, b, c);
       const double cosine = glm::dot(n, way), most = kLooksAway * glm::length(n) * glm::length(way);
       if (cosine < most) continue;
-      const double size = std::sqrt(std::max({edge2(mesh, f, 0), edge2(mesh, f, 1), edge2(mesh, f, 2)}));
-      if (glm::length(way) > head.head.reach() + size + edge) continue;
-      if (!head.head.is_ball() && head.distance(way + head.p) > size + edge) continue;
+      // What moved lies on the head, or hangs on it: a face that has not changed matters where the head is.
+      const bool changed = is_affected(f);
+      const double within = mesh.ball_radius(f) + (changed ? edge : kRounding);
+      if (glm::dot(way, way) > (head.head.reach() + within) * (head.head.reach() + within)) continue;
+      if (!head.head.is_ball() && head.distance(way + head.p) > within) continue;
       thin_ = true;
-      const glm::vec3 center = mesh.ball_center(f), r(mesh.ball_radius(f));
-      if (!is_affected(f) && (glm::any(glm::lessThan(center + r, lo)) || glm::any(glm::greaterThan(center - r, hi)))) {
-        continue;
-      }
       suspects_.push_back(f);
       for (const Index v : mesh.face(f).v) edge_seen_[v] = edge_look_;
     }
@@ -270,7 +274,7 @@ void MeshCutter::keep_uncrossed(EditableMesh& mesh, const Placed& head, double e
     for (const Index f : suspects_) {
       const bool changed = is_affected(f);
       const Index g = mesh::crossed_by(mesh, mesh::corners(mesh, f), slack,
-                                       [&](Index h) { return h != f && (changed || is_affected(h)); });
+                                       [&](Index h) { return h != f && (changed || is_affected(h)) && !beside(f, h); });
       if (g == kNone) continue;
       held |= hold_back(mesh, f);
       held |= hold_back(mesh, g);
@@ -433,7 +437,7 @@ void MeshCutter::step(EditableMesh& mesh, const Placed& head, double edge, CutDo
   for (const Moved& m : moved_) mesh.move(m.v, m.to);
   keep_unfolded(mesh, head);
   keep_uncrossed(mesh, head, edge);
-  for (const Moved& m : moved_) mesh.settle(m.v);
+  for (const Affected& a : affected_) mesh.settle_face(a.f);
   account(mesh, head, done);
   for (const Moved& m : moved_) {
     if (!m.stays || give_way(mesh, head, m.v, edge, done)) {
@@ -477,7 +481,7 @@ CutDone MeshCutter::cut_as_printed(EditableMesh& mesh, const VertexHead& head, c
   }
   collect_affected(mesh, placed);
   for (const Moved& m : moved_) mesh.move(m.v, m.to);
-  for (const Moved& m : moved_) mesh.settle(m.v);
+  for (const Affected& a : affected_) mesh.settle_face(a.f);
   done.changed = !moved_.empty();
   account(mesh, placed, done);
   return done;

@@ -21,6 +21,7 @@ struct CutParameters {
   static constexpr double farthest = 3;       // a vertex that would go farther in a step belongs to another wall
   static constexpr double least_turn = 0.2;   // cosine between a face's normals before and after a step
   static constexpr double faces_head = 0.3;   // cosine against the head's normal, with which a face may turn farther
+  static constexpr double same_way = 0.6;     // cosine between faces at one vertex that do not cross each other
   static constexpr double flattest = 0.12;    // height of a triangle over its longest edge: flatter is a sliver
   static constexpr double overlap = 1e-10;    // m: a vertex no deeper than this lies on the head
   static constexpr double same_plane = 0.9;   // cosine between two faces whose common edge may be turned
