@@ -7,6 +7,7 @@
 
 #include "engine/contract/bench_row.h"
 #include "haptics/contact_method.h"
+#include "haptics/tissue_mesh.h"
 
 namespace typodont::haptics {
 
@@ -31,5 +32,9 @@ struct MotionBenchOptions {
 };
 /// The servo's tick for every tool and every motion of a hand (20 rad/s, 0.5 m/s): thread CPU time.
 std::vector<BenchRow> bench_motions(const MotionBenchOptions& options);
+/// A hand that slides over a mesh subdivided and simplified to rising numbers of vertices: time of a tick, memory.
+std::vector<BenchRow> bench_mesh_lod(const TissueMesh& mesh, bool quick);
+/// A round bur that slides over such a mesh, and one that carves it (model vertex): time of a tick.
+std::vector<BenchRow> bench_vertex(const TissueMesh& mesh, bool quick);
 
 }  // namespace typodont::haptics

@@ -82,7 +82,7 @@ bool Carver::edit(bool done) {
 
 bool Carver::snapshot_due(const ServoTick& tick) const {
   if (snapshots_ == 0 || edits_in_snapshot_ != edits_ || pieces_in_snapshot_ != piece_count_) return true;
-  return snapshot_due_for(snapshot_center(tick), center_W_, travel_);
+  return body_->wants_snapshot(tick.t) || snapshot_due_for(snapshot_center(tick), center_W_, travel_);
 }
 
 dvec3 Carver::snapshot_center(const ServoTick& tick) const {

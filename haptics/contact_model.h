@@ -56,8 +56,11 @@ struct Contact {
   dvec3 held_off_direction{0};    // from the hand to where contacts alone hold the head; zero where they do not
   double area = 0;                // m² of the head that lies on tissue; 0 where none
   bool gives_force = false;       // of a penalty method: force, torque, stored and depth come from feel()
-  double wall = 0;           // a wall of harder tissue holds the head: fraction of the power that it leaves; 0: none
-  std::uint32_t faults = 0;  // Fault bits
+  double wall = 0;            // a wall of harder tissue holds the head: fraction of the power that it leaves; 0: none
+  std::uint32_t faults = 0;   // Fault bits
+  std::uint32_t level = 0;    // of detail, of a method that has several; 0: the finest
+  dvec3 side_normal{0};       // unit, out of a wall between tissues that holds the tool from the side; zero: none
+  double side_stiffness = 0;  // along it, over that of the settings; the coupling is never softer than without
 
   // From feel(). Each contact i pushes with the weight w_i along n_i at x_i, out of `count`, of which the first `own`
   // are the head's and the others the shank's or the safe end's.

@@ -51,7 +51,7 @@ bool LockStep::tick_servo(const HandSample& hand, ServoTick& out, Cut& cut) {
   out.cpu_time = thread_cpu_time() - start;
   ++ticks_;
   if (removed) waiting_.push_back(cut);
-  placed_.X_WT.p = out.X_WT.p, placed_.X_WG.p = out.X_WG.p;
+  placed_.t = out.t, placed_.X_WT.p = out.X_WT.p, placed_.X_WG.p = out.X_WG.p;
   return removed;
 }
 

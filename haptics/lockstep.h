@@ -50,7 +50,7 @@ class LockStep {
   Servo servo_;
   std::unique_ptr<Snapshot> spare_;
   std::deque<Cut> waiting_;  // made by the servo, not yet repeated by the carver
-  ServoTick placed_;         // positions of hand and proxy in the last tick; nothing else is set
+  ServoTick placed_;         // time and positions of hand and proxy in the last tick; nothing else is set
   std::uint64_t ticks_ = 0;
   bool stalled_ = false, fresh_ = false;
   PatchUse use_;

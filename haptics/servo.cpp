@@ -329,6 +329,7 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
   s.earn(touch);
   s.model->constrain(touch.in, touch.contact);
   s.cutting.wall = touch.contact.wall;
+  out.level = touch.contact.level;
   s.watch_snapshot(touch);
   const bool removed = s.remove(touch);
 

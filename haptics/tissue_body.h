@@ -41,6 +41,8 @@ class TissueBody {
   virtual std::unique_ptr<Snapshot> make_snapshot() const = 0;
   /// m that the tool may move before another snapshot is due; infinity where one holds all of the tissue.
   virtual double travel() const = 0;
+  /// Whether what was removed calls for another snapshot at time t, of a method whose servo does not cut its own.
+  virtual bool wants_snapshot(Nanos /*t*/) const { return false; }
   /// Fills `snapshot` with the tissue around snapshot.center_W. Its other members are set by the carver.
   virtual void cut_out(Snapshot& snapshot) = 0;
   /// From now on writes are remembered, or no longer, for bring_up_to_date().

@@ -18,6 +18,7 @@ namespace typodont::haptics {
 
 class Solid;
 class VoxelStamp;
+struct TissueMesh;
 
 /// Samples lo .. lo+size-1 of a field, in voxels, z fastest.
 struct RasterBlock {
@@ -125,6 +126,13 @@ class TissueVolume {
 
   /// The same tissue once more, without its strokes.
   TissueVolume clone() const;
+
+  /// The mesh that the volume was made from; null where it was made otherwise. Painting relabels its triangles; cuts
+  /// and fillings do not change it.
+  const std::shared_ptr<const TissueMesh>& mesh() const;
+  void set_mesh(std::shared_ptr<const TissueMesh> mesh);
+  /// The zero set of the field as triangles, see surface_mesh() in tissue_mesh.h.
+  TissueMesh extract_mesh() const;
 
   /// Bricks (see FieldBrick) that hold surface.
   std::vector<glm::ivec3> surface_bricks() const;

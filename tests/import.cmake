@@ -1,4 +1,4 @@
-typodont_test(unit_import KIND unit SOURCES unit/import_files_test.cpp LIBS typodont_import ZLIB::ZLIB)
+typodont_test(unit_import KIND unit SOURCES unit/import_files_test.cpp unit/import_tissue_mesh_test.cpp LIBS typodont_import ZLIB::ZLIB)
 typodont_test(property_import KIND property SOURCES property/import_phantom_test.cpp LIBS typodont_import)
 typodont_test(stress_import KIND stress SOURCES stress/import_garbage_test.cpp LIBS typodont_import)
 typodont_test(acceptance_import KIND acceptance SOURCES acceptance/import_molar_test.cpp LIBS typodont_haptics typodont_import)

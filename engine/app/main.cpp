@@ -43,6 +43,7 @@ int main(int argc, char** argv) {
   add_servo_command(program);
   add_import_command(program);
   add_mesh_command(program);
+  add_fit_damping_command(program);
   add_pack_command(program);
   add_render_command(program);
   add_report_command(program);

@@ -16,12 +16,15 @@
 #include "engine/app/tissue/sampled_tissue.h"
 #include "engine/app/tissue/tissue_edit.h"
 #include "engine/base/error.h"
+#include "engine/base/log.h"
 #include "engine/base/units.h"
 #include "engine/session/packing_file.h"
 #include "haptics/contact_method.h"
 #include "haptics/import/mesh_solid.h"
+#include "haptics/import/mesh_tissue.h"
 #include "haptics/packing_loader.h"
 #include "haptics/solid.h"
+#include "haptics/tissue_mesh.h"
 #include "haptics/tool.h"
 
 namespace typodont {
@@ -33,6 +36,7 @@ namespace {
 /// {"packing": {"file": "P.h5"}} of a scene's model: haptics links no HDF5.
 const haptics::PackingLoaderRegistration kPackings{session::load_packing};
 
+constexpr std::string_view kTissueForms = "an object with \"volume\", \"mesh\" or \"solids\"";
 constexpr double kLitrePerMinute = 1e-3 / 60;  // m³/s
 constexpr double kNewtonMillimetre = 1e-3;     // N·m
 // The range of a scene's own limits. Reaming an acetabulum needs 200 N; at the rim of a reamer of 60 mm that is 6 N·m.
@@ -138,12 +142,15 @@ Scene parse_scene(const Json& json, const fs::path& file, const ScenePlace& plac
   scene.name = json.string_or("name", file.stem().string());
   scene.tissue = json["tissue"];
   scene.resume = json.string_or("resume", "");
-  if (!scene.tissue->is_object()) scene.tissue->fail("an object with \"volume\" or \"solids\"");
+  if (!scene.tissue->is_object()) scene.tissue->fail(kTissueForms);
   if (scene.tissue->has("volume")) {
     scene.tissue->allow_only({"volume"});
     (*scene.tissue)["volume"].string();
+  } else if (const auto mesh = scene.tissue->find("mesh")) {
+    scene.tissue->allow_only({"mesh"});
+    haptics::read_mesh_tissue_options(*mesh);
   } else if (!scene.tissue->has("solids")) {
-    scene.tissue->fail("an object with \"volume\" or \"solids\"");
+    scene.tissue->fail(kTissueForms);
   }
   if (const auto paint = json.find("paint")) {
     for (const Json& item : paint->items()) {
@@ -308,7 +315,15 @@ haptics::TissueVolume load_untouched(const Scene& scene) {
   const haptics::SolidFiles solid_files = files_of(scene.place);
   const auto read = [&] {
     if (const fs::path file = volume_file(scene); !file.empty()) return haptics::TissueVolume::load(file);
-    return haptics::TissueVolume(sampled_tissue(*scene.tissue, solid_files));
+    haptics::TissueVolume sampled(sampled_tissue(*scene.tissue, solid_files));
+    if (const auto json = scene.tissue->find("mesh")) {
+      const haptics::MeshTissueOptions options = haptics::read_mesh_tissue_options(*json);
+      haptics::ReadTissueMesh from_file =
+          haptics::read_tissue_mesh(find_file(options.file, scene.place), options.unit, options.tissue);
+      for (const std::string& repair : from_file.repairs) log::info("{}: {}", options.file, repair);
+      sampled.set_mesh(std::make_shared<const haptics::TissueMesh>(std::move(from_file.mesh)));
+    }
+    return sampled;
   };
   haptics::TissueVolume volume = read();
   for (const Json& item : scene.paint) {

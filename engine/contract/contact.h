@@ -60,6 +60,7 @@ struct ServoTick {
   double spindle_energy =
       0;  // J, fed to the hand so far by the tangential force of cutting: the spindle's, not in `energy`
   std::uint32_t tool = 0;    // which of the session's tools is in the hand
+  std::uint32_t level = 0;   // of detail at which the contact model feels the tissue; 0: the finest, or the only one
   dvec3 f_model_W{0, 0, 0};  // N, what the contact model asks for, before the servo's own slews, limits and ledger
 };
 

@@ -9,8 +9,10 @@
 #include <utility>
 
 #include "engine/base/error.h"
+#include "haptics/contact/mesh_lod/mesh_lod_method.h"
 #include "haptics/contact/offset/offset_method.h"
 #include "haptics/contact/packing/packing_method.h"
+#include "haptics/contact/vertex/vertex_method.h"
 #include "haptics/contact/voxel_penalty/voxel_penalty_method.h"
 
 namespace typodont::haptics {
@@ -25,7 +27,9 @@ struct Entry {
 /// Set up before main() by registrations, read afterwards.
 std::vector<Entry>& table() {
   static std::vector<Entry> entries{{std::string(offset::kName), offset::read},
+                                    {std::string(mesh_lod::kName), mesh_lod::read},
                                     {std::string(packing::kName), packing::read},
+                                    {std::string(vertex::kName), vertex::read},
                                     {std::string(voxel_penalty::kName), voxel_penalty::read}};
   return entries;
 }

@@ -226,14 +226,20 @@ glm::dvec3 closest_on(const Triangle& t, const glm::dvec3& p) {
   return t.a + vb / sum * ab + vc / sum * ac;
 }
 
-// Counts, for each sample, the crossings of the mesh by the ray to −axis: odd is inside. Votes are added.
-static void count_crossings(std::span<const Triangle> mesh, int axis, Mask& votes) {
+// Where a grid line along an axis meets the mesh.
+struct Crossing {
+  float at;    // on the axis
+  int leaves;  // 1: a walk to +axis goes out of the mesh there, -1: into it
+};
+
+// Crossings of each grid line along `axis`, in order; line (i, j) at i · size[v] + j, u and v the next two axes.
+static std::vector<std::vector<Crossing>> crossings_of_lines(std::span<const Triangle> mesh, int axis,
+                                                             const glm::ivec3& size) {
   const int u = (axis + 1) % 3, v = (axis + 2) % 3;
-  const glm::ivec3 size = votes.size;
-  // Crossings of each grid line, then one walk along the line. Lines are moved by a tiny irrational amount so that none
-  // passes exactly through an edge of a mesh whose vertices lie on the grid.
+  // Lines are moved by a tiny irrational amount so that none passes exactly through an edge of a mesh whose vertices
+  // lie on the grid.
   constexpr double kShiftU = 1.6180339e-6, kShiftV = 2.7182818e-6;
-  std::vector<std::vector<float>> lines(static_cast<std::size_t>(size[u]) * static_cast<std::size_t>(size[v]));
+  std::vector<std::vector<Crossing>> lines(static_cast<std::size_t>(size[u]) * static_cast<std::size_t>(size[v]));
   for (const Triangle& t : mesh) {
     const glm::dvec3* corner[3] = {&t.a, &t.b, &t.c};
     double lo[2] = {1e300, 1e300}, hi[2] = {-1e300, -1e300};
@@ -257,24 +263,50 @@ static void count_crossings(std::span<const Triangle> mesh, int axis, Mask& vote
         if (!left && !right) continue;
         const double at = (w[0] * t.a[axis] + w[1] * t.b[axis] + w[2] * t.c[axis]) / (w[0] + w[1] + w[2]);
         lines[static_cast<std::size_t>(i) * static_cast<std::size_t>(size[v]) + static_cast<std::size_t>(j)].push_back(
-            static_cast<float>(at));
+            {static_cast<float>(at), left ? 1 : -1});
       }
     }
   }
+  for (auto& line : lines) std::ranges::sort(line, {}, &Crossing::at);
+  return lines;
+}
+
+// Goes along each grid line of an axis: step(sample, crossings behind it, all crossings of the line).
+template <class Step>
+static void walk_lines(std::span<const Triangle> mesh, int axis, const glm::ivec3& size, Step step) {
+  const int u = (axis + 1) % 3, v = (axis + 2) % 3;
+  const auto lines = crossings_of_lines(mesh, axis, size);
   for (int i = 0; i < size[u]; ++i) {
     for (int j = 0; j < size[v]; ++j) {
-      auto& line = lines[static_cast<std::size_t>(i) * static_cast<std::size_t>(size[v]) + static_cast<std::size_t>(j)];
-      std::sort(line.begin(), line.end());
+      const auto& line =
+          lines[static_cast<std::size_t>(i) * static_cast<std::size_t>(size[v]) + static_cast<std::size_t>(j)];
       std::size_t passed = 0;
       for (int k = 0; k < size[axis]; ++k) {
-        while (passed < line.size() && line[passed] < static_cast<float>(k)) ++passed;
-        if (passed % 2 == 0) continue;
+        while (passed < line.size() && line[passed].at < static_cast<float>(k)) ++passed;
         glm::ivec3 p;
         p[axis] = k, p[u] = i, p[v] = j;
-        ++votes[p];
+        step(p, passed, line);
       }
     }
   }
+}
+
+// Counts, for each sample, the crossings of the mesh by the ray to −axis: odd is inside. Votes are added.
+static void count_crossings(std::span<const Triangle> mesh, int axis, Mask& votes) {
+  walk_lines(mesh, axis, votes.size,
+             [&](const glm::ivec3& p, std::size_t passed, const auto&) { votes[p] += passed % 2; });
+}
+
+Grid<std::int16_t> winding_sixths(std::span<const Triangle> mesh, const glm::ivec3& size) {
+  Grid<std::int16_t> sixths(size, 0);
+  for (int axis = 0; axis < 3; ++axis) {
+    walk_lines(mesh, axis, size, [&](const glm::ivec3& p, std::size_t passed, const std::vector<Crossing>& line) {
+      int sum = 0;
+      for (std::size_t k = 0; k < line.size(); ++k) sum += k < passed ? -line[k].leaves : line[k].leaves;
+      sixths[p] = static_cast<std::int16_t>(sixths[p] + sum);
+    });
+  }
+  return sixths;
 }
 
 Mask inside_of(std::span<const Triangle> mesh, const glm::ivec3& size) {
@@ -284,12 +316,18 @@ Mask inside_of(std::span<const Triangle> mesh, const glm::ivec3& size) {
   return votes;
 }
 
-DistanceField signed_distance(std::span<const Triangle> mesh, const glm::ivec3& size, double band) {
-  DistanceField field;
-  field.distance = Grid<float>(size, static_cast<float>(band));
-  field.closest.assign(field.distance.v.size(), glm::vec3(0));
-  Grid<std::int32_t> feature(size, -1);
-  Grid<float> nearest(size, std::numeric_limits<float>::max());
+namespace {
+
+// The nearest triangle of every sample within the band, and how far it is.
+struct NearestTriangles {
+  Grid<std::int32_t> feature;  // -1: none as near
+  Grid<float> distance;
+};
+
+NearestTriangles nearest_triangles(std::span<const Triangle> mesh, const glm::ivec3& size, double band) {
+  NearestTriangles found{Grid<std::int32_t>(size, -1), Grid<float>(size, std::numeric_limits<float>::max())};
+  Grid<std::int32_t>& feature = found.feature;
+  Grid<float>& nearest = found.distance;
   const auto distance = [&](std::int32_t f, const glm::ivec3& i) {
     const glm::dvec3 p(i);
     return glm::length(p - closest_on(mesh[static_cast<std::size_t>(f)], p));
@@ -311,6 +349,22 @@ DistanceField signed_distance(std::span<const Triangle> mesh, const glm::ivec3& 
     }
   }
   propagate(feature, nearest, band + 1.5, 1, distance);
+  return found;
+}
+
+}  // namespace
+
+Grid<float> unsigned_distance(std::span<const Triangle> mesh, const glm::ivec3& size, double band) {
+  NearestTriangles found = nearest_triangles(mesh, size, band);
+  for (float& d : found.distance.v) d = std::min(d, static_cast<float>(band));
+  return std::move(found.distance);
+}
+
+DistanceField signed_distance(std::span<const Triangle> mesh, const glm::ivec3& size, double band) {
+  DistanceField field;
+  field.distance = Grid<float>(size, static_cast<float>(band));
+  field.closest.assign(field.distance.v.size(), glm::vec3(0));
+  const auto [feature, nearest] = nearest_triangles(mesh, size, band);
   const Mask inside = inside_of(mesh, size);
   for (std::size_t i = 0; i < feature.v.size(); ++i) {
     const float d = std::min(nearest.v[i], static_cast<float>(band));

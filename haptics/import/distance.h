@@ -32,6 +32,14 @@ glm::dvec3 closest_on(const Triangle& t, const glm::dvec3& p);
 /// The same for a closed triangle mesh in the grid's own index space; sign by counting crossings along all three axes.
 DistanceField signed_distance(std::span<const Triangle> mesh, const glm::ivec3& size, double band);
 
+/// The generalized winding number (Jacobson et al. 2013) of a mesh at every sample, in sixths: the signed crossings of
+/// the rays along the six directions of the axes, where the paper takes the mean over all directions. 6 inside a closed
+/// mesh, 0 outside, in between near the holes of an open one.
+Grid<std::int16_t> winding_sixths(std::span<const Triangle> mesh, const glm::ivec3& size);
+
+/// Distance from every sample to the triangles, at most `band`, never negative.
+Grid<float> unsigned_distance(std::span<const Triangle> mesh, const glm::ivec3& size, double band);
+
 /// Set at the samples inside a closed mesh.
 Mask inside_of(std::span<const Triangle> mesh, const glm::ivec3& size);
 

@@ -185,7 +185,7 @@ Soup read_with_assimp(const std::filesystem::path& file) {
       importer.ReadFile(file.string(), aiProcess_Triangulate | aiProcess_PreTransformVertices | aiProcess_SortByPType);
   if (!scene || scene->mNumMeshes == 0) {
     const std::string why = importer.GetErrorString();
-    throw Error(file.string(), "mesh", why.empty() ? "no triangles" : why, "a readable STL or OBJ file");
+    throw Error(file.string(), "mesh", why.empty() ? "no triangles" : why, "a readable STL, OBJ or glTF file");
   }
   Soup soup;
   for (unsigned m = 0; m < scene->mNumMeshes; ++m) {
@@ -212,8 +212,8 @@ Soup read_with_assimp(const std::filesystem::path& file) {
 
 }  // namespace
 
-Mesh read_mesh(const std::filesystem::path& file, double unit) {
-  if (size_of_file(file) == 0) throw Error(file.string(), "", "an empty file", "a closed mesh");
+Mesh read_surface(const std::filesystem::path& file, double unit, std::size_t& collapsed) {
+  if (size_of_file(file) == 0) throw Error(file.string(), "", "an empty file", "a mesh");
   const Soup soup = lower_extension(file) == ".ply" ? PlyReader(file).read() : read_with_assimp(file);
   Mesh mesh;
   // Corners at the same place are one point, whatever their normals and texture say.
@@ -233,10 +233,19 @@ Mesh read_mesh(const std::filesystem::path& file, double unit) {
   for (const auto& face : soup.faces) {
     for (std::size_t k = 2; k < face.size(); ++k) {  // a fan
       const std::array<int, 3> c = {index[face[0]], index[face[k - 1]], index[face[k]]};
-      if (c[0] != c[1] && c[1] != c[2] && c[2] != c[0]) mesh.corners.push_back(c);
+      if (c[0] != c[1] && c[1] != c[2] && c[2] != c[0])
+        mesh.corners.push_back(c);
+      else
+        ++collapsed;
     }
   }
-  if (mesh.corners.empty()) throw Error(file.string(), "mesh", "no triangles", "a closed surface");
+  if (mesh.corners.empty()) throw Error(file.string(), "mesh", "no triangles", "a surface");
+  return mesh;
+}
+
+Mesh read_mesh(const std::filesystem::path& file, double unit) {
+  std::size_t collapsed = 0;
+  Mesh mesh = read_surface(file, unit, collapsed);
   std::map<std::pair<int, int>, int> edges;
   for (const auto& c : mesh.corners) {
     for (std::size_t k = 0; k < 3; ++k) {

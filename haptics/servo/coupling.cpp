@@ -66,6 +66,11 @@ void Servo::State::couple(ContactTick& now, double depth) noexcept {
   now.stored = k * depth * depth / 2;
   const double magnitude = damped(now, k * depth, depth);
   now.force = magnitude * now.normal;
+  if (const double along = depth * glm::dot(now.normal, contact.side_normal); along > 0) {
+    const double more = std::max(0.0, settings.stiffness * contact.side_stiffness - k) * along;
+    now.force += more * contact.side_normal;
+    now.stored += more * along / 2;
+  }
   // Each contact pushes along its own normal; together they are the force, and they turn the tool about its centre.
   const double h = contact.unit;
   now.torque = h * h * magnitude / depth * contact.turn;

@@ -7,6 +7,7 @@
 #include "haptics/cutting/voxel_stamp.h"
 #include "haptics/share.h"
 #include "haptics/solid.h"
+#include "haptics/tissue_mesh.h"
 #include "haptics/volume/emptied_piece.h"
 #include "haptics/volume/tissue_grids.h"
 #include "haptics/work.h"
@@ -334,6 +335,14 @@ void TissueVolume::paint(Tissue label, const Solid& solid, std::uint8_t hardness
     }
   }
   if (a.x <= b.x && a.y <= b.y && a.z <= b.z) insert_bricks(a, b, v.changed);
+  if (!v.mesh) return;
+  auto mesh = std::make_shared<TissueMesh>(*v.mesh);
+  for (std::size_t i = 0; i < mesh->triangles.size(); ++i) {
+    const glm::uvec3& t = mesh->triangles[i];
+    const dvec3 center = (mesh->vertices[t.x] + mesh->vertices[t.y] + mesh->vertices[t.z]) / 3.0;
+    if (solid.distance(center) <= 0) mesh->tissue[i] = label;
+  }
+  v.mesh = std::move(mesh);
 }
 
 void TissueVolume::Impl::complete_stroke() {

@@ -85,10 +85,11 @@ struct TissueVolume::Impl {
   VoxelFrame frame;
   double band = 0;  // m
   bool exact_outside = true;
-  KeySet changed;          // bricks since take_changed_bricks
-  KeySet carved;           // bricks ever cut: distances outside the tissue are no longer true there
-  KeySet filled;           // leaves, counted in leaves, that may hold labels of a filling: see label.h
-  bool remembers = false;  // which leaves, counted in leaves, were written to …
+  std::shared_ptr<const TissueMesh> mesh;  // that the volume was made from, or null
+  KeySet changed;                          // bricks since take_changed_bricks
+  KeySet carved;                           // bricks ever cut: distances outside the tissue are no longer true there
+  KeySet filled;                           // leaves, counted in leaves, that may hold labels of a filling: see label.h
+  bool remembers = false;                  // which leaves, counted in leaves, were written to …
   KeySet written;
   glm::ivec3 written_lo{INT_MAX}, written_hi{INT_MIN};  // … and between which voxels
   std::vector<StrokeKept> strokes;

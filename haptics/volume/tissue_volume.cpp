@@ -222,6 +222,13 @@ bool TissueVolume::graded() const {
   return impl_->graded;
 }
 
+const std::shared_ptr<const TissueMesh>& TissueVolume::mesh() const {
+  return impl_->mesh;
+}
+void TissueVolume::set_mesh(std::shared_ptr<const TissueMesh> mesh) {
+  impl_->mesh = std::move(mesh);
+}
+
 void TissueVolume::cut_box(const glm::ivec3& lo, const glm::ivec3& hi, glm::ivec3& a_lo, glm::ivec3& a_hi) const {
   a_lo = glm::ivec3(INT_MAX), a_hi = glm::ivec3(INT_MIN);
   if (impl_->carved.empty()) return;
@@ -405,6 +412,7 @@ TissueVolume TissueVolume::clone() const {
   copy->carved = v.carved;
   copy->filled = v.filled;
   copy->graded = v.graded;
+  copy->mesh = v.mesh;
   return TissueVolume(std::move(copy));
 }
 

@@ -79,7 +79,7 @@ TEST(ContactMethods, AnUnknownNameNamesThoseThereAre) {
     FAIL();
   } catch (const Error& error) {
     EXPECT_THAT(error.what(), HasSubstr("nonsense"));
-    EXPECT_THAT(error.what(), HasSubstr("offset, packing, voxel_penalty"));
+    EXPECT_THAT(error.what(), HasSubstr("offset, packing, vertex, voxel_penalty"));
   }
   EXPECT_THROW(haptics::read_contact_method(Json::parse(R"({"offset": {}, "ball": {}})", "scene")), Error);
   EXPECT_THROW(haptics::read_contact_method(Json::parse(R"({"voxel_penalty": {"samples": 4}})", "scene")), Error);
@@ -92,7 +92,7 @@ TEST(ContactMethods, GodObjectIsAnotherNameOfOffset) {
 }
 
 TEST(ContactMethods, NoMethodAllocatesInATick) {
-  for (const char* model : {"offset", "voxel_penalty", "ball"}) {
+  for (const char* model : {"offset", "vertex", "voxel_penalty", "ball"}) {
     HapticBench bench(kBlock, drill(model));
     for (int i = 0; i < 100; ++i) bench.tick({{0, 0, 2.7_mm - 2e-6 * i}}, 1);
     std::size_t allocated = 0;

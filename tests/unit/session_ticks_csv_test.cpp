@@ -46,7 +46,7 @@ TEST(TicksCsv, HasTheColumnsOfTheContractInItsOrderAndThenPedalAndTool) {
       "torque_y_Nmm,torque_z_Nmm,depth_mm,normal_x,normal_y,normal_z,contact_area_mm2,removed_mm3,removed_enamel_mm3,"
       "removed_dentin_mm3,removed_caries_mm3,removed_pulp_mm3,removed_cortical_bone_mm3,removed_cancellous_bone_mm3,"
       "removed_gingiva_mm3,removed_amalgam_mm3,removed_composite_mm3,tissue,spindle_krpm,energy_mJ,tick_us,faults,"
-      "pedal,tool,model_force_x_N,model_force_y_N,model_force_z_N\n");
+      "pedal,tool,model_force_x_N,model_force_y_N,model_force_z_N,level\n");
 }
 
 TEST(TicksCsv, NumbersAreTheShortestTextInPeoplesUnits) {

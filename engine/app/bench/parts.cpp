@@ -4,9 +4,11 @@
 #include "calibration/bench.h"
 #include "engine/app/assets.h"
 #include "engine/app/scene.h"
+#include "engine/base/units.h"
 #include "engine/debris/bench.h"
 #include "haptics/bench.h"
 #include "haptics/device_bench.h"
+#include "haptics/import/mesh_tissue.h"
 
 namespace typodont {
 
@@ -19,6 +21,16 @@ Rows contact(const BenchRun& run) {
   options.method = run.method;
   if (run.quick) options.ticks = 300, options.voxels_mm = {0.2, 0.1};
   return haptics::bench_contact(options);
+}
+
+haptics::TissueMesh arch() {
+  return haptics::read_tissue_mesh(assets_folder() / "jaw/lower_arch.ply", kMillimetre, Tissue::kEnamel).mesh;
+}
+Rows mesh_lod(const BenchRun& run) {
+  return haptics::bench_mesh_lod(arch(), run.quick);
+}
+Rows vertex(const BenchRun& run) {
+  return haptics::bench_vertex(arch(), run.quick);
 }
 
 Rows motions(const BenchRun& run) {
@@ -66,6 +78,15 @@ constexpr BenchPart kParts[] = {
      "direction "
      "of the normal, a groove's volume as printed in the paper and mended, and the three passes of a cutting tick.",
      [](const BenchRun& run) { return haptics::bench_packing(run.quick); }},
+    {"mesh_lod", "Triangle meshes",
+     "The tip of an explorer slides over a dental arch at 30 mm/s, 0.3 mm deep, on meshes of more and more vertices; "
+     "then a bur cuts into a cusp.",
+     mesh_lod},
+    {"vertex", "Vertex deformation",
+     "A round bur that slides over the arch and one that carves it, with meshes of rising size: the tick follows what "
+     "is near the "
+     "head, not what is there.",
+     vertex},
     {"stability", "Stability",
      "The stiffness at which a pushed mass (0.15 kg, 5 N·s/m) no longer settles at a wall, by rate, delay and jitter; "
      "and what hands on the molar feel while the carver stands still, beside other laws for that.",

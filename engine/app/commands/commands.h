@@ -16,6 +16,7 @@ void add_devices_command(cli::Command& program);
 void add_doctor_command(cli::Command& program);
 void add_import_command(cli::Command& program);
 void add_mesh_command(cli::Command& program);
+void add_fit_damping_command(cli::Command& program);
 void add_pack_command(cli::Command& program);
 void add_render_command(cli::Command& program);
 void add_replay_command(cli::Command& program);

@@ -101,6 +101,7 @@ std::string exercise_json(const NewExercise& e, const std::string& ideal_file) {
   for (const PaintStroke& stroke : e.strokes) scene["paint"].push_back(paint_entry(stroke));
   const fs::path folder = e.base->file.parent_path();
   keep_found(scene["tissue"], "volume", folder);
+  if (scene["tissue"].contains("mesh")) keep_found(scene["tissue"]["mesh"], "file", folder);
   keep_found(scene, "paint_file", folder);
   if (scene.contains("surroundings")) keep_found(scene["surroundings"], "volume", folder);
 

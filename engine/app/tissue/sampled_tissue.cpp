@@ -9,6 +9,7 @@
 #include "engine/base/cache.h"
 #include "engine/base/clock.h"
 #include "engine/base/error.h"
+#include "haptics/import/mesh_tissue.h"
 
 namespace typodont {
 
@@ -104,6 +105,14 @@ std::optional<std::uint64_t> key_of(const Json& tissue, const haptics::SolidFile
   return key.value;
 }
 
+haptics::DenseTissue sample(const Json& tissue, const haptics::SolidFiles& files) {
+  const auto mesh = tissue.find("mesh");
+  if (!mesh) return haptics::read_solids(tissue, files);
+  const haptics::MeshTissueOptions options = haptics::read_mesh_tissue_options(*mesh);
+  return haptics::rasterize(haptics::read_tissue_mesh(files.find(options.file), options.unit, options.tissue).mesh,
+                            options);
+}
+
 }  // namespace
 
 haptics::DenseTissue sampled_tissue(const Json& tissue, const haptics::SolidFiles& files) {
@@ -114,7 +123,7 @@ haptics::DenseTissue sampled_tissue(const Json& tissue, const haptics::SolidFile
     if (const fs::path file = cache::find(in, *key, kSuffix); !file.empty() && read(file, kept)) return kept;
   }
   const Nanos began = now();
-  haptics::DenseTissue dense = haptics::read_solids(tissue, files);
+  haptics::DenseTissue dense = sample(tissue, files);
   if (key && (!haptics::mesh_files(tissue).empty() || now() - began > kWorthKeeping))
     cache::keep(in, *key, kSuffix, kMostKept, [&](const fs::path& file) { write(file, dense); });
   return dense;

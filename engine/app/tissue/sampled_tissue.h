@@ -1,5 +1,5 @@
-// A scene's solids on voxels. Where that takes long (a mesh's distances do), what was sampled is kept between runs,
-// under a key made of the solids, the meshes' bytes and this program, so that the next start need not wait for it.
+// A scene's solids, or its mesh, on voxels. Where that takes long (a mesh's distances do), what was sampled is kept between runs,
+// under a key made of the JSON text, the meshes' bytes and this program, so that the next start need not wait for it.
 #pragma once
 
 #include "engine/base/json.h"
@@ -7,7 +7,8 @@
 
 namespace typodont {
 
-/// As haptics::read_solids(), bit for bit, kept or not. `files.find` must be set. Throws Error.
+/// As haptics::read_solids(), or haptics::rasterize() of a tissue {"mesh": …}, bit for bit, kept or not. `files.find`
+/// must be set. Throws Error.
 haptics::DenseTissue sampled_tissue(const Json& tissue, const haptics::SolidFiles& files);
 
 }  // namespace typodont

@@ -211,7 +211,7 @@ std::vector<Column<ServoTick>> make_tick_columns() {
   c.push_back(added_later(exact<T>("tool", "", "which of the session's tools is in the hand",
                                    [](T& t) -> std::uint32_t& { return t.tool; })));
 
-  // For comparing contact models: tables only, a session's replay computes it again.
+  // Of contact models: tables only, a session's replay computes it again.
   const auto model_force = [&](const char* name, const char* text, auto field) {
     Column<T> column = added_later(exact<T>(name, "N", text, field));
     column.in_file = false;
@@ -221,6 +221,10 @@ std::vector<Column<ServoTick>> make_tick_columns() {
               [](T& t) -> double& { return t.f_model_W.x; });
   model_force("model_force_y_N", "the same", [](T& t) -> double& { return t.f_model_W.y; });
   model_force("model_force_z_N", "the same", [](T& t) -> double& { return t.f_model_W.z; });
+  Column<T> level = added_later(exact<T>("level", "", "level of detail of the contact model; 0: the finest",
+                                         [](T& t) -> std::uint32_t& { return t.level; }));
+  level.in_file = false;
+  c.push_back(level);
 
   // What a replay needs on top, bit for bit.
   c.push_back(only_in_file(exact<T>("index", "", "ticks since the servo started; a gap is a lost tick",

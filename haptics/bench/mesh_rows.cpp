@@ -1,0 +1,164 @@
+// Triangle meshes with levels of detail (S3): what a sliding tick costs by the number of vertices.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "engine/base/measure.h"
+#include "engine/base/units.h"
+#include "haptics/bench.h"
+#include "haptics/bench/timing.h"
+#include "haptics/contact/mesh_lod/mesh_levels.h"
+#include "haptics/contact/mesh_lod/surface_point.h"
+#include "haptics/contact_method.h"
+#include "haptics/lockstep.h"
+#include "haptics/solid.h"
+
+namespace typodont::haptics {
+
+namespace {
+
+using namespace mesh_lod;
+
+constexpr double kSpeed = 30e-3;              // m/s of the hand
+constexpr double kDepth = 0.3e-3;             // m below the surface
+constexpr double kTips[] = {1e-9, 0.125e-3};  // m, radius of what slides: the paper's point, the explorer's tip
+constexpr int kTurn = 400;                    // ticks after which the hand goes on in another direction
+constexpr int kApproach = 100;                // ticks from the open to the surface
+
+/// Where a hand goes that feels its way over the mesh, the same for all levels: found on one of them.
+std::vector<dvec3> path_over(const TriangleGrid& grid, double tip, int ticks) {
+  dvec3 top(0, 0, -1e300);
+  for (std::uint32_t i = 0; i < grid.size(); ++i)
+    if (grid.face(i).a.z > top.z) top = grid.face(i).a;
+  SurfaceOptions options;
+  options.radius = tip;
+  Stiffness even;
+  even.fill(1000);
+  SurfacePoint point(options, even);
+  point.put(grid, top + dvec3(0, 0, 1e-3));
+  std::vector<dvec3> path;
+  dvec3 hand = top + dvec3(0, 0, 1e-3), n(0, 0, 1);
+  for (int i = 0; i < ticks; ++i) {
+    if (i < kApproach) {
+      hand = top + dvec3(0, 0, tip + 0.2e-3 - (kDepth + 0.2e-3) * i / (kApproach - 1));
+    } else {
+      const double turn = 2.4 * (i / kTurn);  // rad, the golden angle: never the same way
+      const dvec3 ahead(std::cos(turn), std::sin(turn), 0);
+      const dvec3 along = ahead - glm::dot(ahead, n) * n;
+      hand = point.place() - kDepth * n + kSpeed * 1e-3 * along;
+    }
+    path.push_back(hand);
+    point.follow(grid, hand);
+    if (point.touching()) n = glm::normalize(point.place() - hand);
+  }
+  return path;
+}
+
+TissueVolume with_mesh(TissueMesh mesh) {
+  TissueVolume volume(read_solids(Json::parse(
+      R"({"voxel_mm": 1, "solids": [{"tissue": "enamel", "solid": {"box": {"size_mm": [4, 4, 4]}}}]})", "bench")));
+  volume.set_mesh(std::make_shared<const TissueMesh>(std::move(mesh)));
+  return volume;
+}
+
+/// A round bur of 1.2 mm sinks into the highest cusp and is moved to and fro there: what a tick takes on either thread.
+void cutting_rows(const TissueMesh& arch, bool quick, std::vector<BenchRow>& rows) {
+  constexpr double kBur = 0.6e-3;  // m
+  const TissueMesh mesh = base_mesh(arch, {33140, {}});
+  const dvec3 top = *std::ranges::max_element(mesh.vertices, {}, &dvec3::z);
+  ServoSettings settings;
+  settings.tool.diameter = settings.tool.length = 2 * kBur;
+  settings.spindle.free_speed = 300'000 * 2 * kPi / 60;  // rad/s
+  settings.materials.fill({1000, 20e9, 0.2, 0.15, 2900, dvec3(0.9)});
+  settings.method = read_contact_method(Json::parse(R"("mesh_lod")", "bench"));
+  LockStep steps(with_mesh(mesh), settings);
+  std::vector<double> servo, carver;
+  ServoTick tick;
+  Cut cut;
+  HandSample hand;
+  hand.pedal = 1;
+  for (int i = 0; i < (quick ? 1000 : 4000); ++i) {
+    hand.t += 1'000'000;
+    hand.X_WT.p = top + dvec3(0.4e-3 * std::sin(0.004 * i), 0, kBur + 0.05e-3 - std::min(i, 500) * 1e-6);
+    const Nanos start = thread_cpu_time();
+    steps.tick(hand, tick, cut);
+    servo.push_back(static_cast<double>(tick.cpu_time));
+    carver.push_back(static_cast<double>(thread_cpu_time() - start - tick.cpu_time));
+  }
+  const auto row = [&](const char* name, double ns) {
+    BenchRow r;
+    r.name = name, r.knob = "round 1.2 mm, 33140 vertices", r.time_ns = ns, r.per = "tick";
+    rows.push_back(r);
+  };
+  row("cutting, servo, median", quantile(servo, 0.5));
+  row("cutting, servo, 99.9 %", quantile(servo, 0.999));
+  row("cutting, geometry (mesh, and at 30 Hz a snapshot), median", quantile(carver, 0.5));
+  row("cutting, geometry, longest: the loop's rate is at least its inverse", *std::ranges::max_element(carver));
+}
+
+}  // namespace
+
+std::vector<BenchRow> bench_mesh_lod(const TissueMesh& arch, bool quick) {
+  std::vector<BenchRow> rows;
+  const std::vector<std::size_t> sizes =
+      quick ? std::vector<std::size_t>{7443, 33140} : std::vector<std::size_t>{7443, 13306, 33140, 143865, 212000};
+  const int ticks = quick ? 2000 : 10'000;
+  const auto reference = make_levels(arch, {33140, {33140}});
+  for (const double tip : kTips) {
+    const std::vector<dvec3> path = path_over(reference->grids.front(), tip, ticks);
+    double first = 0;
+    for (const std::size_t size : sizes) {
+      const TissueMesh mesh = base_mesh(arch, {size, {}});
+      const std::string knob = fmt::format("{}, {} vertices", tip < 1e-6 ? "a point" : "explorer", vertex_count(mesh));
+      ServoSettings settings;
+      settings.tool.diameter = settings.tool.length = 2 * tip;
+      settings.tool.cuts = false;
+      settings.materials.fill({1000, 30e9, 0.2, 0.15, 2900, dvec3(0.9)});
+      settings.method = read_contact_method(
+          Json::parse(fmt::format(R"({{"mesh_lod": {{"levels": [{}]}}}})", vertex_count(mesh)), "bench"));
+      const std::vector<double> times = bench::least_of([&] {
+        LockStep steps(with_mesh(mesh), settings);
+        std::vector<double> run;
+        ServoTick tick;
+        Cut cut;
+        HandSample hand;
+        for (const dvec3& p : path) {
+          hand.t += 1'000'000;
+          hand.X_WT.p = p;
+          const Nanos start = thread_cpu_time();
+          steps.tick(hand, tick, cut);
+          run.push_back(static_cast<double>(thread_cpu_time() - start));
+        }
+        run.erase(run.begin(), run.begin() + kApproach);
+        return run;
+      });
+      const double median = quantile(times, 0.5), slow = quantile(times, 0.999);
+      if (first == 0) first = median;
+      const auto row = [&](const char* name, double ns) {
+        BenchRow r;
+        r.name = name, r.knob = knob, r.time_ns = ns, r.per = "tick";
+        r.size = static_cast<double>(vertex_count(mesh)), r.size_unit = "vertices";
+        return r;
+      };
+      rows.push_back(row("slide on the arch, median", median));
+      rows.back().baseline = "the coarsest", rows.back().ratio = median / first;
+      rows.push_back(row("slide on the arch, 99.9 %", slow));
+      if (tip != kTips[0]) continue;
+      const TriangleGrid grid(mesh);
+      BenchRow memory;
+      memory.name = "memory, grid included", memory.knob = knob;
+      memory.error = static_cast<double>(grid.bytes()) / static_cast<double>(grid.size());
+      memory.error_unit = "bytes a triangle";
+      rows.push_back(memory);
+    }
+  }
+  cutting_rows(arch, quick, rows);
+  return rows;
+}
+
+}  // namespace typodont::haptics

@@ -1,0 +1,167 @@
+#include "haptics/contact/mesh_lod/mesh_levels.h"
+
+#include <meshoptimizer.h>
+
+#include <algorithm>
+#include <cfloat>
+#include <cmath>
+#include <unordered_map>
+#include <utility>
+
+namespace typodont::haptics::mesh_lod {
+
+namespace {
+
+// Wang et al. 2009, Table 2: 33,140, 13,306 and 7,443 vertices.
+constexpr double kSecondLevel = 13306.0 / 33140, kThirdLevel = 7443.0 / 33140;
+constexpr std::size_t kFewestVertices = 64;  // of a level that is made without being asked for
+constexpr int kTries = 8;                    // at the number of triangles that leaves so many vertices
+constexpr double kNear = 0.005;              // of the wanted number
+
+/// Leaves out vertices that no triangle uses.
+TissueMesh compact(TissueMesh mesh) {
+  constexpr std::uint32_t kUnused = ~0u;
+  std::vector<std::uint32_t> number(mesh.vertices.size(), kUnused);
+  std::vector<dvec3> used;
+  for (glm::uvec3& t : mesh.triangles) {
+    for (int k = 0; k < 3; ++k) {
+      std::uint32_t& to = number[t[k]];
+      if (to == kUnused) to = static_cast<std::uint32_t>(used.size()), used.push_back(mesh.vertices[t[k]]);
+      t[k] = to;
+    }
+  }
+  mesh.vertices = std::move(used);
+  return mesh;
+}
+
+}  // namespace
+
+std::size_t vertex_count(const TissueMesh& mesh) {
+  std::vector<bool> used(mesh.vertices.size());
+  for (const glm::uvec3& t : mesh.triangles) used[t.x] = used[t.y] = used[t.z] = true;
+  return static_cast<std::size_t>(std::ranges::count(used, true));
+}
+
+TissueMesh subdivided(const TissueMesh& mesh) {
+  TissueMesh fine;
+  fine.vertices = mesh.vertices;
+  std::unordered_map<std::uint64_t, std::uint32_t> middles;
+  const auto middle = [&](std::uint32_t a, std::uint32_t b) {
+    const auto [it, fresh] = middles.try_emplace(std::uint64_t{std::min(a, b)} << 32 | std::max(a, b),
+                                                 static_cast<std::uint32_t>(fine.vertices.size()));
+    if (fresh) fine.vertices.push_back((mesh.vertices[a] + mesh.vertices[b]) / 2.0);
+    return it->second;
+  };
+  for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+    const glm::uvec3& t = mesh.triangles[i];
+    const std::uint32_t ab = middle(t.x, t.y), bc = middle(t.y, t.z), ca = middle(t.z, t.x);
+    for (const glm::uvec3& part :
+         {glm::uvec3(t.x, ab, ca), glm::uvec3(ab, t.y, bc), glm::uvec3(ca, bc, t.z), glm::uvec3(ab, bc, ca)}) {
+      fine.triangles.push_back(part);
+      fine.tissue.push_back(mesh.tissue[i]);
+    }
+  }
+  return fine;
+}
+
+TissueMesh simplified(const TissueMesh& mesh, std::size_t vertices) {
+  const std::size_t there = vertex_count(mesh);
+  if (there <= vertices) return mesh;
+  // A vertex once for each tissue around it: the simplifier takes such copies for a seam, and keeps it.
+  std::unordered_map<std::uint64_t, unsigned> copies;
+  std::vector<unsigned> indices;
+  std::vector<std::uint32_t> original;
+  std::vector<Tissue> tissue;
+  std::vector<float> positions;
+  const dvec3 from = mesh.vertices[mesh.triangles.front().x];
+  for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+    for (int k = 0; k < 3; ++k) {
+      const std::uint32_t v = mesh.triangles[i][k];
+      const auto [it, fresh] = copies.try_emplace(std::uint64_t{v} << 8 | static_cast<std::uint8_t>(mesh.tissue[i]),
+                                                  static_cast<unsigned>(original.size()));
+      if (fresh) {
+        original.push_back(v);
+        tissue.push_back(mesh.tissue[i]);
+        for (int a = 0; a < 3; ++a) positions.push_back(static_cast<float>(mesh.vertices[v][a] - from[a]));
+      }
+      indices.push_back(it->second);
+    }
+  }
+  const auto with_triangles = [&](std::size_t triangles) {
+    std::vector<unsigned> kept(indices.size());
+    kept.resize(meshopt_simplify(kept.data(), indices.data(), indices.size(), positions.data(), original.size(),
+                                 3 * sizeof(float), 3 * triangles, FLT_MAX, meshopt_SimplifyLockBorder, nullptr));
+    TissueMesh result;
+    result.vertices = mesh.vertices;
+    for (std::size_t i = 0; i + 2 < kept.size(); i += 3) {
+      const glm::uvec3 t(original[kept[i]], original[kept[i + 1]], original[kept[i + 2]]);
+      if (t.x == t.y || t.y == t.z || t.z == t.x) continue;
+      result.triangles.push_back(t);
+      result.tissue.push_back(tissue[kept[i]]);
+    }
+    return result;
+  };
+  // About two triangles a vertex, fewer along borders.
+  double triangles =
+      static_cast<double>(mesh.triangles.size()) * static_cast<double>(vertices) / static_cast<double>(there);
+  TissueMesh best;
+  double least = 1e300;
+  for (int i = 0; i < kTries; ++i) {
+    TissueMesh result = with_triangles(static_cast<std::size_t>(std::max(triangles, 1.0)));
+    const double off = static_cast<double>(vertex_count(result)) - static_cast<double>(vertices);
+    if (std::abs(off) < least) least = std::abs(off), best = std::move(result);
+    if (least <= kNear * static_cast<double>(vertices)) break;
+    triangles -= 2 * off;
+  }
+  return compact(std::move(best));
+}
+
+TissueMesh base_mesh(TissueMesh mesh, const LevelOptions& options) {
+  if (options.vertices) {
+    while (vertex_count(mesh) < *options.vertices) mesh = subdivided(mesh);
+    mesh = simplified(mesh, *options.vertices);
+  }
+  return mesh;
+}
+
+std::shared_ptr<const Levels> make_levels(const TissueMesh& mesh, const LevelOptions& options) {
+  const TissueMesh base = base_mesh(mesh, options);
+  const std::size_t all = vertex_count(base);
+  std::vector<std::size_t> wanted = options.levels;
+  if (wanted.empty()) {
+    wanted.push_back(all);
+    for (const double part : {kSecondLevel, kThirdLevel}) {
+      const auto count = static_cast<std::size_t>(std::lround(part * static_cast<double>(all)));
+      if (count >= kFewestVertices) wanted.push_back(count);
+    }
+  }
+  auto levels = std::make_shared<Levels>();
+  for (const std::size_t count : wanted) {
+    TissueMesh level = simplified(base, count);
+    levels->vertices.push_back(vertex_count(level));
+    levels->grids.emplace_back(level);
+    if (levels->finest.triangles.empty()) levels->finest = std::move(level);
+  }
+  for (std::size_t i = 1; i < levels->grids.size(); ++i)
+    levels->hausdorff = std::max(levels->hausdorff, hausdorff_distance(levels->grids[0], levels->grids[i]));
+  return levels;
+}
+
+double hausdorff_distance(const TriangleGrid& one, const TriangleGrid& other) {
+  constexpr double kFar = 20e-3;  // m within which the other level is looked for
+  constexpr std::size_t kSamples = 20'000;
+  double most = 0;
+  const auto from = [&](const TriangleGrid& a, const TriangleGrid& b) {
+    const std::size_t step = std::max<std::size_t>(1, a.size() / kSamples);
+    for (std::size_t i = 0; i < a.size(); i += step) {
+      const Face& f = a.face(static_cast<std::uint32_t>(i));
+      for (const dvec3& p : {f.a, (f.a + f.b) / 2.0, (f.a + f.b + f.c) / 3.0})
+        most = std::max(most, b.nearest(p, kFar).distance);
+    }
+  };
+  from(one, other);
+  from(other, one);
+  return most;
+}
+
+}  // namespace typodont::haptics::mesh_lod

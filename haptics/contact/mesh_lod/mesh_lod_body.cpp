@@ -1,0 +1,68 @@
+#include "haptics/contact/mesh_lod/mesh_lod_body.h"
+
+#include <algorithm>
+#include <limits>
+#include <unordered_map>
+#include <utility>
+
+#include "engine/base/error.h"
+
+namespace typodont::haptics::mesh_lod {
+
+double travel_for(std::span<const Tool> tools) {
+  const bool cuts = std::ranges::any_of(tools, [](const Tool& tool) { return tool.cuts; });
+  return cuts ? LocalParameters::travel : std::numeric_limits<double>::infinity();
+}
+
+MeshLodBody::MeshLodBody(TissueVolume tissue, std::span<const Tool> tools, const Parameters& parameters)
+    : travel_(travel_for(tools)) {
+  const TissueMesh mesh = surface_mesh(tissue);
+  if (mesh.triangles.empty()) throw Error("mesh_lod", "tissue", "a volume without a surface", "tissue");
+  levels_ = make_levels(mesh, parameters.levels);
+  for (const Tool& tool : tools) reach_ = std::max(reach_, tool.reach());
+  vertex::Parameters cutting;
+  if (!(travel_ < std::numeric_limits<double>::infinity())) cutting.spare = 0;
+  solid_.emplace(std::move(tissue), levels_->finest, tools, cutting);
+}
+
+void MeshLodBody::carve(const Cut& cut, bool continues) {
+  solid_->carve(cut, continues);
+  cut_ = true;
+  if (!first_) first_ = cut.t;
+}
+
+void MeshLodBody::fill(const Cut& cut) {
+  solid_->fill(cut);
+}
+
+bool MeshLodBody::wants_snapshot(Nanos t) const {
+  return first_ && t - *first_ >= LocalParameters::interval;
+}
+
+void MeshLodBody::cut_out(Snapshot& snapshot) {
+  auto& out = static_cast<MeshSnapshot&>(snapshot);
+  first_.reset();
+  out.levels = levels_;
+  out.cut = cut_;
+  for (std::size_t t = 0; t < out.removed.size(); ++t) out.removed[t] = solid_->removed()[t] - solid_->taken_back()[t];
+  if (!cut_) return;
+  const double half = LocalParameters::travel + LocalParameters::margin + reach_;
+  out.lo = out.center_W - half, out.hi = out.center_W + half;
+  TissueMesh local;
+  std::unordered_map<mesh::Index, unsigned> number;
+  const mesh::EditableMesh& all = solid_->mesh();
+  all.near(out.lo, out.hi, [&](mesh::Index f) {
+    glm::uvec3 corners;
+    for (int k = 0; k < 3; ++k) {
+      const mesh::Index v = all.face(f).v[k];
+      const auto [it, fresh] = number.try_emplace(v, static_cast<unsigned>(local.vertices.size()));
+      if (fresh) local.vertices.push_back(all.vertex(v).p);
+      corners[k] = it->second;
+    }
+    local.triangles.push_back(corners);
+    local.tissue.push_back(all.face(f).tissue);
+  });
+  out.local = TriangleGrid(local, true);
+}
+
+}  // namespace typodont::haptics::mesh_lod

@@ -1,0 +1,56 @@
+// The carver's half of "mesh_lod": the levels of the tissue's mesh, and the mesh that cuts change.
+#pragma once
+
+#include <optional>
+#include <span>
+
+#include "haptics/contact/mesh_lod/mesh_lod_parts.h"
+#include "haptics/contact/vertex/vertex_body.h"
+#include "haptics/tissue_body.h"
+
+namespace typodont::haptics::mesh_lod {
+
+/// Carver thread: the paper's geometry thread. Cuts move and divide the faces of the finest level (as those of "vertex"
+/// do); what the servo then feels are the faces around the tool, 30 times a second.
+class MeshLodBody final : public TissueBody {
+ public:
+  /// Throws Error where the tissue has no surface.
+  MeshLodBody(TissueVolume tissue, std::span<const Tool> tools, const Parameters& parameters);
+
+  void carve(const Cut& cut, bool continues) override;
+  /// Never called: the model refuses tools that fill.
+  void fill(const Cut& cut) override;
+  std::vector<LoosePiece> take_pieces() override { return {}; }
+  void begin_stroke() override { solid_->begin_stroke(); }
+  void end_stroke() override { solid_->end_stroke(); }
+  bool undo() override { return edited(solid_->undo()); }
+  bool redo() override { return edited(solid_->redo()); }
+  PerTissue taken_back() const override { return solid_->taken_back(); }
+  std::unique_ptr<Snapshot> make_snapshot() const override { return std::make_unique<MeshSnapshot>(); }
+  double travel() const override { return travel_; }
+  bool wants_snapshot(Nanos t) const override;
+  void cut_out(Snapshot& snapshot) override;
+  void remember_writes(bool) override {}
+  void bring_up_to_date(Snapshot& snapshot) override { cut_out(snapshot); }
+  TissueVolume& rasterize() override { return solid_->rasterize(); }
+  std::uint64_t elements() const override { return solid_->elements(); }
+
+  const mesh::EditableMesh& mesh() const { return solid_->mesh(); }
+
+ private:
+  bool edited(bool done) {
+    cut_ = cut_ || done;
+    return done;
+  }
+
+  std::shared_ptr<const Levels> levels_;
+  std::optional<vertex::VertexBody> solid_;
+  double travel_, reach_ = 0;   // m
+  bool cut_ = false;            // something was ever cut
+  std::optional<Nanos> first_;  // of the cuts since the last snapshot
+};
+
+/// m that a tool may move before another snapshot is due.
+double travel_for(std::span<const Tool> tools);
+
+}  // namespace typodont::haptics::mesh_lod

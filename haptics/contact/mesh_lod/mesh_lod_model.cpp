@@ -1,0 +1,301 @@
+#include "haptics/contact/mesh_lod/mesh_lod_model.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "engine/base/error.h"
+#include "engine/base/units.h"
+
+namespace typodont::haptics::mesh_lod {
+
+namespace {
+
+constexpr double kSpeedTime = 20e-3;    // s, time constant of the hand's speed
+constexpr double kLook = 1.5e-3;        // m, how far a free tool looks around itself
+constexpr double kNearby = 0.2e-3;      // m, within which a point belongs to the face nearest to it
+constexpr double kOnHead = 0.03;        // of the radius: a face whose middle is no farther from the head lies on it
+constexpr double kLeastStep = 1e-9;     // m that a cut advances
+constexpr double kMeasuredShare = 0.3;  // of a new ratio of volumes that counts, …
+constexpr double kLeastMeasured = 0.25, kMostMeasured = 4.0;  // … which lies in this range
+constexpr double kNoOffset = 1e-12;                           // m
+constexpr double kLeastStiffness = 1e-3;                      // over that of the settings
+
+SurfaceOptions options_for(const ServoSettings& settings, const Parameters& parameters, const Tool& tool) {
+  SurfaceOptions options;
+  options.radius = tool.shape == HeadShape::kSphere ? tool.radius() : 0;
+  options.walls = settings.boundary_walls;
+  options.wall_limit = parameters.wall_limit;
+  options.unit_force = settings.stiffness;
+  return options;
+}
+
+Stiffness stiffness_of(const MaterialTable& materials) {
+  Stiffness stiffness{};
+  for (std::size_t i = 1; i < stiffness.size(); ++i) stiffness[i] = materials[i].stiffness;
+  return stiffness;
+}
+
+}  // namespace
+
+std::size_t LevelBySpeed::step(double way, double dt, std::size_t count) noexcept {
+  const double now = way / dt;
+  speed_ = fresh_ ? now : now + (speed_ - now) * std::exp(-dt / kSpeedTime);
+  const double margin = fresh_ ? 0 : hysteresis_;
+  fresh_ = false;
+  const std::size_t last = std::min(count - 1, speeds_.size());
+  level_ = std::min(level_, last);
+  while (level_ < last && speed_ > speeds_[level_] * (1 + margin)) ++level_;
+  while (level_ > 0 && speed_ < speeds_[level_ - 1] * (1 - margin)) --level_;
+  return level_;
+}
+
+MeshLodModel::MeshLodModel(const ServoSettings& settings, const Parameters& parameters)
+    : settings_(settings),
+      parameters_(parameters),
+      by_speed_(parameters.switch_speed, parameters.hysteresis),
+      made_(kRemembered) {
+  for (const Tool& tool : tool_set(settings)) {
+    const auto refuse = [&](std::string_view found) {
+      throw Error(tool.name, "model", found, "the model offset, or a tool that touches or a round bur");
+    };
+    if (tool.fill != Tissue::kAir) refuse("mesh_lod with a tool that fills");
+    if (tool.cuts && tool.shape != HeadShape::kSphere) refuse("mesh_lod with a tool that cuts and is not round");
+    if (tool.cuts && !tool.turns()) refuse("mesh_lod with an edge that the hand draws");
+    points_.emplace_back(options_for(settings, parameters, tool), stiffness_of(settings.materials));
+    ends_.push_back(tool.shape == HeadShape::kSphere ? dvec3(0) : dvec3(0, 0, -tool.half()));
+  }
+}
+
+double MeshLodModel::travel() const noexcept {
+  for (const Tool& tool : tool_set(settings_)) {
+    if (tool.cuts) return LocalParameters::travel;
+  }
+  return std::numeric_limits<double>::infinity();
+}
+
+void MeshLodModel::adopt(Snapshot& snapshot, PerTissue& removed) noexcept {
+  auto& fresh = static_cast<MeshSnapshot&>(snapshot);
+  if (fresh.cut) {
+    // What the carver measured, and what was estimated of the cuts since.
+    PerTissue lacking{};
+    const std::uint64_t oldest = cuts_ > kRemembered ? cuts_ - kRemembered : 0;
+    for (std::uint64_t i = std::max(fresh.cuts, oldest) + 1; i <= cuts_; ++i) {
+      for (std::size_t t = 0; t < lacking.size(); ++t) lacking[t] += made_[i % kRemembered][t];
+    }
+    double estimated = 0, measured = 0;
+    for (std::uint64_t i = std::max(snapshot_.cuts, oldest) + 1; i <= fresh.cuts; ++i) {
+      for (const double v : made_[i % kRemembered]) estimated += v;
+    }
+    for (std::size_t t = 1; t < removed.size(); ++t) {
+      measured += fresh.removed[t] - snapshot_.removed[t];
+      removed[t] = fresh.removed[t] + lacking[t];
+    }
+    if (estimated > 0 && fresh.edits == snapshot_.edits) {
+      const double ratio = std::clamp(measured / estimated * measured_, kLeastMeasured, kMostMeasured);
+      measured_ += kMeasuredShare * (ratio - measured_);
+    }
+  }
+  if (fresh.edits != snapshot_.edits) placed_ = false;  // tissue may have come back around the tool
+  adopted_ = fresh.cut || snapshot_.cut;
+  std::swap(fresh, snapshot_);
+}
+
+bool MeshLodModel::holds(const dvec3& p, double reach) const noexcept {
+  if (!snapshot_.cut) return true;
+  return glm::all(glm::lessThanEqual(snapshot_.lo, p - reach)) &&
+         glm::all(glm::greaterThanEqual(snapshot_.hi, p + reach));
+}
+
+double MeshLodModel::clearance(const Pose& X_WG) noexcept {
+  if (snapshot_.number == 0) return 0;
+  // Any level may be the next one.
+  const dvec3 p = X_WG * ends_[tool_];
+  if (!holds(p, point().radius() + kLook)) return 0;
+  return point().clearance(finest(), p, kLook) - spread();
+}
+
+void MeshLodModel::release() noexcept {
+  placed_ = false;
+  offset_ = wall_normal_ = dvec3(0);
+  wall_stiffness_ = 0;
+  by_speed_.reset();
+}
+
+bool MeshLodModel::may_take_up(std::uint32_t tool, const Pose& X_WG) noexcept {
+  if (snapshot_.number == 0) return false;
+  const auto is_free = [&](std::uint32_t t) {
+    const dvec3 p = X_WG * ends_[t];
+    return holds(p, points_[t].radius() + kLook) && points_[t].clearance(finest(), p, kLook) > spread();
+  };
+  return is_free(tool_) && is_free(tool);
+}
+
+void MeshLodModel::take_up(std::uint32_t tool) noexcept {
+  tool_ = tool;
+  placed_ = false;
+}
+
+bool MeshLodModel::choose_level(const ContactInput& in) noexcept {
+  const std::size_t count = snapshot_.cut ? 1 : snapshot_.levels->grids.size();
+  const std::size_t next = by_speed_.step(glm::length(in.moved), in.dt, count);
+  if (next == level_) return false;
+  level_ = next;
+  if (parameters_.maps)
+    point().map_to(grid());
+  else
+    point().put(grid(), in.X_WT * ends_[tool_]);
+  return true;
+}
+
+void MeshLodModel::constrain(const ContactInput& in, Contact& out) noexcept {
+  out.level = static_cast<std::uint32_t>(level_);
+  if (snapshot_.number == 0) {
+    out.p_WG = in.X_WT.p;
+    out.lost = true;
+    out.faults |= bits(Fault::kPatchEdge);
+    return;
+  }
+  const dvec3 hip = in.X_WT * ends_[tool_], end = in.X_WT.R * ends_[tool_];
+  if (!holds(in.X_WG * ends_[tool_], point().radius() + kNearby)) {
+    placed_ = false;
+    out.p_WG = in.X_WG.p;
+    out.lost = true;
+    out.faults |= bits(Fault::kPatchEdge);
+    return;
+  }
+  const bool was_touching = placed_ && point().touching();
+  const dvec3 before = point().place();
+  const bool switched = choose_level(in);
+  out.level = static_cast<std::uint32_t>(level_);
+  // The servo moves a free tool without asking, and holds a tip that has sunk in where it is.
+  if (!placed_ || (!was_touching && offset_ == dvec3(0))) {
+    const Pose X_WG{in.X_WG.p, in.X_WT.R};
+    if (!point().put(grid(), X_WG * ends_[tool_])) {
+      out.leading_out = true;
+      out.faults |= bits(Fault::kDeepPenetration);
+    }
+    placed_ = true;
+  }
+  const bool give = in.cuts || behind();
+  const bool renewed = std::exchange(adopted_, false) && !give;
+  if (renewed && was_touching && placed_) point().map_to(grid());
+  point().follow(grid(), hip, give);
+  cutting_ = cutting_ && in.cuts;
+  // The difference that another level, a fresh snapshot, or a wall that gave way, makes is given to the hand at a pace.
+  if (was_touching && ((switched && parameters_.maps) || renewed || point().gave_way())) {
+    if (parameters_.ramp > 0) offset_ += before - point().place();
+  }
+  fade_offset(in);
+  out.touching = point().touching();
+  out.breaking_through = !out.touching && offset_ != dvec3(0);
+  out.p_WG = point().place() + offset_ - end;
+  out.settled = !out.touching && offset_ == dvec3(0);
+  if (out.touching) out.held_off_direction = point().place() - hip;
+  for (int i = 0; i < point().count(); ++i) {
+    const Hold& hold = point().hold(i);
+    if (!hold.wall) continue;
+    wall_normal_ = hold.n;
+    wall_stiffness_ = settings_.materials[static_cast<std::size_t>(hold.tissue)].stiffness / 1000.0;
+  }
+  out.side_normal = wall_normal_;
+  out.side_stiffness = wall_stiffness_;
+}
+
+void MeshLodModel::fade_offset(const ContactInput& in) noexcept {
+  const bool at_wall =
+      std::any_of(&point().hold(0), &point().hold(0) + point().count(), [](const Hold& hold) { return hold.wall; });
+  const double size = glm::length(offset_);
+  if (size > kNoOffset) {
+    const double stiffness = settings_.stiffness * std::max({in.relative_stiffness, wall_stiffness_, kLeastStiffness});
+    offset_ *= std::max(0.0, 1 - parameters_.ramp * in.dt / (stiffness * size));
+    if (offset_ != dvec3(0)) return;
+  }
+  offset_ = dvec3(0);
+  if (!at_wall) wall_normal_ = dvec3(0), wall_stiffness_ = 0;
+}
+
+/// Area of the faces that the head lies on, seen along `way`, m², by tissue.
+PerTissue MeshLodModel::engaged_area(const dvec3& way) const noexcept {
+  PerTissue area{};
+  const double reach = (1 + kOnHead) * point().radius();
+  const dvec3 c = point().place();
+  grid().for_near(c - reach, c + reach, [&](std::uint32_t i) {
+    const Face& face = grid().face(i);
+    const dvec3 off = (face.a + face.b + face.c) / 3.0 - c;
+    const double along = -glm::dot(face.normal(), way) / 2;
+    if (along > 0 && glm::dot(off, off) <= reach * reach) area[static_cast<std::size_t>(face.tissue)] += along;
+  });
+  return area;
+}
+
+bool MeshLodModel::cut(const ContactInput& in, Contact& contact, Cut& cut, double& energy) noexcept {
+  if (!(in.cuts && in.budget > 0 && contact.touching)) return false;
+  const dvec3 c = point().place(), way = in.X_WT.p - c;
+  const double left = glm::length(way);
+  if (!(left > 0)) return false;
+  // The head sinks as far towards the hand as the energy pays for. The volume of a step s is that over the area that
+  // the head lies on, and of what it newly touches: A s + π r s².
+  PerTissue area = engaged_area(way / left);
+  double all = 0, work = 0;  // m², J/m
+  for (std::size_t t = 1; t < area.size(); ++t) {
+    area[t] *= measured_;
+    all += area[t];
+    work += area[t] * settings_.materials[t].specific_energy;
+  }
+  const double u = in.specific_energy > 0 ? in.specific_energy : all > 0 ? work / all : 0;  // J/m³
+  if (!(u > 0)) return false;
+  if (!(work > 0)) work = 0;
+  const double round = kPi * point().radius() * measured_;
+  const double step = std::min(left, (-work + std::sqrt(work * work + 4 * round * u * in.budget)) / (2 * round * u));
+  if (!(step > kLeastStep)) return false;
+  const dvec3 to = c + step / left * way;
+  PerTissue removed{};
+  for (std::size_t t = 1; t < area.size(); ++t) removed[t] = area[t] * step;
+  const auto under = static_cast<std::size_t>(point().hold(0).tissue);
+  removed[under] += round * step * step;
+  energy = work * step + round * step * step * u;
+  const Pose from{cutting_ ? end_ : c, in.X_WT.R}, end{to, in.X_WT.R};
+  cut = {++cuts_, in.tick, in.t, from, end, tool_, removed, {}, in.spindle};
+  made_[cuts_ % kRemembered] = removed;
+  point().sink_to(to);
+  cutting_ = true;
+  end_ = to;
+  contact.p_WG = to + offset_;
+  contact.area = all;
+  return true;
+}
+
+void MeshLodModel::feel(const ContactInput& in, Contact& out) noexcept {
+  const dvec3 end = in.X_WT.R * ends_[tool_];
+  out.turns_tool = end != dvec3(0);
+  double total = 0, ground = 0;
+  for (int i = 0; i < point().count(); ++i) {
+    const Hold& hold = point().hold(i);
+    out.count = ++out.own;
+    total += hold.push;
+    out.on_head += hold.push * hold.n;
+    if (out.turns_tool) {
+      out.lever += hold.push * end;
+      out.turn += hold.push * glm::cross(end, hold.n);
+    }
+    if (hold.wall) continue;
+    out.tissue[static_cast<std::size_t>(hold.tissue)] += hold.push;
+    ground += hold.push;
+  }
+  if (total > 0) out.lever /= total;
+  if (ground > 0) {
+    for (double& share : out.tissue) share /= ground;
+    out.known_tissue = true;
+  }
+}
+
+Tissue MeshLodModel::tissue_at(const dvec3& p_W) const noexcept {
+  if (snapshot_.number == 0) return Tissue::kAir;
+  const TriangleGrid::Nearest near = finest().nearest(p_W, kLook);
+  const bool there = near.found && (near.distance <= kNearby || finest().inside(p_W));
+  return there ? finest().face(near.face).tissue : Tissue::kAir;
+}
+
+}  // namespace typodont::haptics::mesh_lod

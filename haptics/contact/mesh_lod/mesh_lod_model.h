@@ -1,0 +1,92 @@
+// The servo's half of "mesh_lod": surface contact point, level of detail by speed, walls between tissues.
+#pragma once
+
+#include <vector>
+
+#include "haptics/contact/mesh_lod/mesh_lod_parts.h"
+#include "haptics/contact/mesh_lod/surface_point.h"
+#include "haptics/contact_model.h"
+#include "haptics/servo.h"
+
+namespace typodont::haptics::mesh_lod {
+
+/// Which level a hand's speed asks for. State in, state out.
+class LevelBySpeed {
+ public:
+  LevelBySpeed(std::vector<double> speeds, double hysteresis) : speeds_(std::move(speeds)), hysteresis_(hysteresis) {}
+  /// The level from now on, of `count`; 0 is the finest. `way` of the hand in this tick, m; `dt` in s.
+  std::size_t step(double way, double dt, std::size_t count) noexcept;
+  void reset() noexcept { fresh_ = true; }
+  double speed() const noexcept { return speed_; }
+
+ private:
+  std::vector<double> speeds_;  // m/s
+  double hysteresis_;
+  double speed_ = 0;  // m/s, smoothed
+  bool fresh_ = true;
+  std::size_t level_ = 0;
+};
+
+/// Servo thread.
+class MeshLodModel final : public ContactModel {
+ public:
+  /// Throws Error for a tool that fills, and for one that cuts and is no ball or does not turn.
+  MeshLodModel(const ServoSettings& settings, const Parameters& parameters);
+
+  void adopt(Snapshot& fresh, PerTissue& removed) noexcept override;
+  const Snapshot& snapshot() const noexcept override { return snapshot_; }
+  double travel() const noexcept override;
+  double clearance(const Pose& X_WG) noexcept override;
+  void begin_anew() noexcept override { placed_ = false; }
+  void release() noexcept override;
+  bool may_take_up(std::uint32_t tool, const Pose& X_WG) noexcept override;
+  void take_up(std::uint32_t tool) noexcept override;
+  void constrain(const ContactInput& in, Contact& out) noexcept override;
+  bool cut(const ContactInput& in, Contact& contact, Cut& cut, double& energy) noexcept override;
+  void feel(const ContactInput& in, Contact& out) noexcept override;
+  Tissue tissue_at(const dvec3& p_W) const noexcept override;
+
+ private:
+  /// As it is felt now, and as finely as it is known.
+  const TriangleGrid& grid() const noexcept {
+    return snapshot_.cut ? snapshot_.local : snapshot_.levels->grids[level_];
+  }
+  const TriangleGrid& finest() const noexcept { return snapshot_.cut ? snapshot_.local : snapshot_.levels->grids[0]; }
+  /// m that all levels differ by at most.
+  double spread() const noexcept { return snapshot_.cut ? 0 : snapshot_.levels->hausdorff; }
+  /// Whether the snapshot holds all faces within `reach` of p.
+  bool holds(const dvec3& p, double reach) const noexcept;
+  /// Cuts were made that the snapshot lacks: the faces that the head overlaps are cut away.
+  bool behind() const noexcept { return snapshot_.cuts < cuts_; }
+  SurfacePoint& point() noexcept { return points_[tool_]; }
+  const SurfacePoint& point() const noexcept { return points_[tool_]; }
+  /// True where it is another one than before.
+  bool choose_level(const ContactInput& in) noexcept;
+  PerTissue engaged_area(const dvec3& way) const noexcept;
+  void fade_offset(const ContactInput& in) noexcept;
+
+  const ServoSettings& settings_;
+  Parameters parameters_;
+  MeshSnapshot snapshot_;
+  std::vector<SurfacePoint> points_;  // one a tool
+  std::vector<dvec3> ends_;           // m, of each tool: the centre of the ball that touches, in T
+  std::uint32_t tool_ = 0;
+  LevelBySpeed by_speed_;
+  std::size_t level_ = 0;
+  bool placed_ = false;
+  dvec3 offset_{0};  // m, from the contact point to where the last level, or a wall, held the tool: fades
+  // Of the wall that holds the tool, or did and fades with the offset.
+  dvec3 wall_normal_{0};
+  double wall_stiffness_ = 0;
+
+  // Cutting.
+  static constexpr std::uint64_t kRemembered = 8192;  // cuts that a late snapshot may lack
+  std::vector<PerTissue> made_;                       // m³, estimated, by index of the cut modulo kRemembered
+  std::uint64_t cuts_ = 0;
+  bool cutting_ = false;  // the last tick cut …
+  dvec3 end_{0};          // m, … to here
+  bool adopted_ = false;  // a snapshot came since the last tick
+  double measured_ = 1;   // of the volume, over the estimate: of the cuts in the last snapshot, smoothed
+};
+
+}  // namespace typodont::haptics::mesh_lod

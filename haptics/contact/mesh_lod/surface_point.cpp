@@ -1,0 +1,267 @@
+#include "haptics/contact/mesh_lod/surface_point.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace typodont::haptics::mesh_lod {
+
+namespace {
+
+constexpr int kMostLooks = 24;         // of one follow()
+constexpr double kStays = 1e-11;       // m: a step shorter than this ends the walk
+constexpr double kLeastReach = 5e-6;   // m around the ball in which faces are collected, at least …
+constexpr double kMostReach = 0.3e-3;  // … and at most: a longer way is gone in several steps
+constexpr double kAhead = 1.1;         // times the way to be gone that is collected at once
+constexpr double kBelow = 1e-11;       // m that a face below a plane may rise above it by rounding
+constexpr double kWallSkin = 1e-7;     // m, the least distance from a wall
+constexpr double kMapReach = 2e-3;     // m within which the surface is looked for when the mesh is exchanged
+constexpr int kMostLifts = 16;
+constexpr double kLeastAlong = 0.3;     // cosine
+constexpr double kNoDirection = 1e-13;  // m: nearer to a face than this, its normal counts
+
+dvec3 unit_or(const dvec3& v, const dvec3& other) noexcept {
+  const double size = glm::length(v);
+  return size > 0 ? v / size : other;
+}
+
+}  // namespace
+
+double SurfacePoint::clearance(const TriangleGrid& grid, const dvec3& p, double most) const noexcept {
+  return grid.nearest(p, most + radius()).distance - radius();
+}
+
+bool SurfacePoint::put(const TriangleGrid& grid, const dvec3& p) noexcept {
+  c_ = p;
+  count_ = 0;
+  ground_ = Tissue::kAir;
+  behind_ = false;
+  const TriangleGrid::Nearest near = grid.nearest(p, kMapReach);
+  const bool inside = grid.inside(p);
+  if (!inside && !(near.found && near.distance < radius())) return true;
+  if (!near.found) return false;  // deep inside: it stays
+  const dvec3 out = unit_or(inside ? near.p - p : p - near.p, unit_or(grid.face(near.face).normal(), {0, 0, 1}));
+  lift(grid, out);
+  return false;
+}
+
+/// Puts the ball on the surface nearest to it, on the side that n points to, and out of what it overlaps there.
+bool SurfacePoint::lift(const TriangleGrid& grid, dvec3 n) noexcept {
+  for (int i = 0; i < kMostLifts; ++i) {
+    const TriangleGrid::Nearest near = grid.nearest(c_, kMapReach + radius());
+    if (!near.found) return false;
+    const dvec3 off = c_ - near.p;
+    const bool outside = glm::dot(off, n) >= 0;
+    if (outside && near.distance >= radius() * (1 - 1e-12)) return true;
+    if (near.distance > kNoDirection && outside)
+      n = off / near.distance;
+    else if (const dvec3 face = unit_or(grid.face(near.face).normal(), n); near.distance <= kNoDirection)
+      n = glm::dot(face, n) >= 0 ? face : -face;
+    else
+      n = -off / near.distance;
+    c_ = near.p + radius() * (1 + 1e-9) * n;
+  }
+  return false;
+}
+
+void SurfacePoint::map_to(const TriangleGrid& grid) noexcept {
+  if (count_ == 0) {
+    if (grid.inside(c_)) put(grid, c_);
+    return;
+  }
+  dvec3 n(0);
+  for (int i = 0; i < count_; ++i) {
+    if (!hold(i).wall) n += hold(i).push * hold(i).n;
+  }
+  // The nearest point of the other mesh, on the side where the point was.
+  const TriangleGrid::Nearest near = grid.nearest(c_, kMapReach);
+  if (!near.found) return;
+  n = unit_or(n, hold(0).n);
+  const dvec3 face = unit_or(grid.face(near.face).normal(), n);
+  const dvec3 side = glm::dot(face, n) >= 0 ? face : -face;
+  const dvec3 off = c_ - near.p;
+  if (near.distance > kNoDirection && glm::dot(off, side) >= 0)
+    c_ = near.p + radius() * (1 + 1e-9) * (off / near.distance);
+  else
+    c_ = near.p + radius() * (1 + 1e-9) * side;
+  lift(grid, side);
+}
+
+/// Lists the faces within `reach` of the ball.
+void SurfacePoint::collect(const TriangleGrid& grid, double reach) noexcept {
+  for (;;) {
+    near_count_ = 0;
+    bool all = true;
+    const double far = radius() + reach;
+    grid.for_near(c_ - far, c_ + far, [&](std::uint32_t i) {
+      if (!grid.box_within(i, c_, far)) return;
+      if (near_count_ < kMostNear)
+        near_[static_cast<std::size_t>(near_count_++)] = i;
+      else
+        all = false;
+    });
+    near_from_ = c_;
+    near_reach_ = reach;
+    if (all || reach < kStays) return;
+    reach /= 2;
+  }
+}
+
+/// Planes of the walls on the edges of a face that border on softer tissue.
+void SurfacePoint::add_walls(const Face& face, std::uint32_t index, double reach, bool& room) noexcept {
+  if (!options_.walls || behind_ || ground_ == Tissue::kAir || stiffness_of(ground_) >= stiffness_of(face.tissue))
+    return;
+  const dvec3 up = unit_or(face.normal(), dvec3(0));
+  for (int k = 0; k < 3; ++k) {
+    const Tissue soft = face.across[static_cast<std::size_t>(k)];
+    if (soft == Tissue::kAir || stiffness_of(soft) >= stiffness_of(face.tissue)) continue;
+    const dvec3 a = face.corner(k), b = face.corner((k + 1) % 3);
+    const dvec3 q = nearest_on_segment(a, b, c_ - glm::dot(c_ - a, up) * up);
+    dvec3 off = c_ - q;
+    off -= glm::dot(off, up) * up;
+    const dvec3 away = unit_or(glm::cross(b - a, up), dvec3(0));
+    if (glm::dot(off, away) < 0) continue;  // behind it
+    const double distance = glm::length(off);
+    if (distance > reach + kWallSkin) continue;
+    room = planes_.add({distance > kNoDirection ? off / distance : away, std::max(distance - kWallSkin, 0.0), q, index,
+                        static_cast<std::int8_t>(k)}) &&
+           room;
+  }
+}
+
+/// Collects the planes that bound the ball within `reach`. False where there are too many.
+bool SurfacePoint::look(const TriangleGrid& grid, double reach, bool give) noexcept {
+  planes_.clear();
+  const double r = radius();
+  bool room = true;
+  // Faces whose inside is nearest first: their planes may cover the edges of others.
+  int edge_count = 0;
+  const auto add = [&](std::uint32_t i, const dvec3& n, double distance, const dvec3& p) {
+    double free = distance - r;
+    if (give) free = std::max(free, 0.0);
+    if (free <= reach) room = planes_.add({n, free, p, i, -1}) && room;
+  };
+  for (int k = 0; k < near_count_; ++k) {
+    const std::uint32_t i = near_[static_cast<std::size_t>(k)];
+    const Face& face = grid.face(i);
+    const OnFace at = nearest_on(face, c_);
+    const dvec3 off = c_ - at.p;
+    const double square = glm::dot(off, off), far = r + reach;
+    if (square > far * far) continue;
+    if (at.edge >= 0) {
+      edges_[static_cast<std::size_t>(edge_count++)] = {i, at};
+      continue;
+    }
+    const double distance = std::sqrt(square);
+    add(i, distance > kNoDirection ? off / distance : unit_or(face.normal(), {0, 0, 1}), distance, at.p);
+  }
+  const int insides = planes_.count();
+  for (int k = 0; k < edge_count; ++k) {
+    const auto& [i, at] = edges_[static_cast<std::size_t>(k)];
+    const Face& face = grid.face(i);
+    // A face that lies below another one's plane cannot be met before that plane.
+    bool covered = false;
+    for (int j = 0; j < insides && !covered; ++j) {
+      const Plane& plane = planes_[j];
+      const double most = std::max({glm::dot(plane.n, face.a - plane.p), glm::dot(plane.n, face.b - plane.p),
+                                    glm::dot(plane.n, face.c - plane.p)});
+      covered = most <= kBelow;
+    }
+    if (covered) continue;
+    const dvec3 off = c_ - at.p;
+    const double distance = glm::length(off);
+    // The ball is over the face beyond this edge, which does not bend away: the plane of the face bounds the ball. With
+    // that of its edge it could only come half of the way to the edge in each look.
+    if (const dvec3 normal = face.normal(); !at.corner && normal != dvec3(0)) {
+      const double size = glm::length(normal), height = glm::dot(normal, c_ - face.a) / size;
+      const std::uint8_t hollow = height >= 0 ? face.hollow_front : face.hollow_back;
+      bool over_next = false;
+      for (int j = 0; j < insides; ++j) over_next |= planes_[j].face == face.beyond[static_cast<std::size_t>(at.edge)];
+      if ((hollow >> at.edge & 1) && over_next && std::abs(height) >= r - kBelow) {
+        add(i, height >= 0 ? normal / size : -normal / size, std::max(std::abs(height), r), at.p);
+        continue;
+      }
+    }
+    add(i, distance > kNoDirection ? off / distance : unit_or(face.normal(), {0, 0, 1}), distance, at.p);
+  }
+  if (options_.walls && ground_ != Tissue::kAir) {
+    for (int k = 0; k < near_count_; ++k) {
+      const std::uint32_t i = near_[static_cast<std::size_t>(k)];
+      if (grid.face(i).across != std::array<Tissue, 3>{}) add_walls(grid.face(i), i, reach, room);
+    }
+  }
+  return room;
+}
+
+/// Where one edge or corner holds a ball, each look would come only part of the way around it. So the step goes along
+/// the plane to where the way from the hand's nearest point of the face through the hand meets it: from there the next
+/// look sees the edge from the right side.
+void SurfacePoint::round_edge(const TriangleGrid& grid, const dvec3& hip, const Plane& plane,
+                              dvec3& step) const noexcept {
+  if (plane.wall >= 0 || options_.radius <= kSkin) return;
+  const OnFace at = nearest_on(grid.face(plane.face), hip);
+  const dvec3 off = hip - at.p;
+  const double size = glm::length(off), along = size > kSkin ? glm::dot(off, plane.n) / size : 0;
+  if (at.edge < 0 || !(along > kLeastAlong)) return;
+  const double way = (glm::dot(plane.n, c_ - at.p) - plane.room) / along;
+  const dvec3 other = at.p + way / size * off - c_;
+  if (glm::length(other - step) > glm::length(step)) return;  // another part of the face
+  for (int i = 0; i < planes_.count(); ++i) {
+    if (glm::dot(planes_[i].n, other) < -planes_[i].room - kStays) return;
+  }
+  step = other;
+}
+
+void SurfacePoint::follow(const TriangleGrid& grid, const dvec3& hip, bool give) noexcept {
+  gave_way_ = false;
+  Active active;
+  // While it touches, the point goes about as far as the hand since the last tick, however deep that is.
+  const dvec3 pull = hip - c_;
+  dvec3 along = pull;
+  for (int i = 0; i < count_; ++i) along -= std::min(0.0, glm::dot(along, hold(i).n)) * hold(i).n;
+  collect(grid, std::clamp(kAhead * glm::length(along) + kLeastReach, kLeastReach, kMostReach));
+  for (int i = 0; i < kMostLooks; ++i) {
+    double left = near_reach_ - glm::distance(c_, near_from_);  // m that the list is good for
+    if (left < kLeastReach / 2 && i > 0) {
+      collect(grid, std::clamp(kAhead * glm::distance(c_, near_from_), kLeastReach, kMostReach));
+      left = near_reach_;
+    }
+    while (!look(grid, left, give) && left > kStays) left /= 2;
+    dvec3 step = planes_.nearest_allowed(hip - c_, active);
+    if (!behind_) {
+      for (int k = 0; k < active.count; ++k) {
+        const Plane& plane = planes_[active.index[static_cast<std::size_t>(k)]];
+        if (plane.wall < 0) continue;
+        const double stiffness = stiffness_of(grid.face(plane.face).tissue) / 1000.0 * options_.unit_force;
+        if (stiffness * active.push[static_cast<std::size_t>(k)] <= options_.wall_limit) continue;
+        behind_ = gave_way_ = true;
+        beyond_ = grid.face(plane.face).tissue;
+      }
+      if (gave_way_ && behind_) {
+        look(grid, left, give);
+        step = planes_.nearest_allowed(hip - c_, active);
+      }
+    }
+    if (active.count == 1) round_edge(grid, hip, planes_[active.index[0]], step);
+    const double size = glm::length(step);
+    if (size > left) step *= left / size;
+    c_ += step;
+    if (std::min(size, left) <= kStays || (active.count == 0 && size <= left)) break;
+  }
+  count_ = 0;
+  double most = 0;
+  Tissue ground = Tissue::kAir;
+  for (int k = 0; k < active.count; ++k) {
+    const Plane& plane = planes_[active.index[static_cast<std::size_t>(k)]];
+    const double push = active.push[static_cast<std::size_t>(k)];
+    if (!(push > 0)) continue;
+    const Face& face = grid.face(plane.face);
+    holds_[static_cast<std::size_t>(count_++)] = {plane.p, plane.n, push, face.tissue, plane.wall >= 0};
+    if (plane.wall < 0 && push > most) most = push, ground = face.tissue;
+  }
+  // At a wall the face beyond the border is as near as that in front of it.
+  const bool at_wall = std::any_of(holds_.begin(), holds_.begin() + count_, [](const Hold& h) { return h.wall; });
+  if (!at_wall) ground_ = ground;
+  if (behind_ && (ground_ == Tissue::kAir || stiffness_of(ground_) >= stiffness_of(beyond_))) behind_ = false;
+}
+
+}  // namespace typodont::haptics::mesh_lod

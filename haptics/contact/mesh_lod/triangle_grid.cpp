@@ -1,0 +1,216 @@
+#include "haptics/contact/mesh_lod/triangle_grid.h"
+
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+namespace typodont::haptics::mesh_lod {
+
+namespace {
+
+constexpr double kCellEdges = 1.5;  // mean edges that a cell is wide
+constexpr double kMostCells = 4e6;
+constexpr double kEntriesPerFace = 16;  // more, and the cells are made larger …
+constexpr double kFewEntries = 1e6;     // … where there are more than these
+constexpr float kBoxMargin = 1e-7f;     // m, more than the rounding of a box to floats
+constexpr double kSliver = 1e-12;       // squared sine of the angle below which a face is its edges
+
+/// On which side of the line from a to b the origin lies: 1 left, -1 right. On the line itself as if the origin were
+/// moved by a little along the first axis, and by less along the second: of two faces at an edge one has the origin.
+int side(double au, double av, double bu, double bv) noexcept {
+  const double one = au * bv, other = bu * av;
+  if (one != other) return one > other ? 1 : -1;
+  if (av != bv) return av > bv ? 1 : -1;
+  return bu > au ? 1 : -1;
+}
+
+constexpr double kFlat = 1e-10;  // m that the corner beyond an edge may lie off the plane of a face that is flat there
+
+/// `beyond`: the corner of the face on the other side of the edge.
+void note_bend(Face& face, int edge, const dvec3& beyond) {
+  const dvec3 n = face.normal();
+  const double size = glm::length(n);
+  if (!(size > 0)) return;
+  const double height = glm::dot(n, beyond - face.a) / size;
+  const auto bit = static_cast<std::uint8_t>(1 << edge);
+  if (height >= -kFlat) face.hollow_front |= bit;
+  if (height <= kFlat) face.hollow_back |= bit;
+}
+
+}  // namespace
+
+OnFace nearest_on(const Face& face, const dvec3& p) noexcept {
+  const dvec3 e = face.b - face.a, f = face.c - face.a, v = p - face.a;
+  const double ee = glm::dot(e, e), ef = glm::dot(e, f), ff = glm::dot(f, f);
+  const double ve = glm::dot(v, e), vf = glm::dot(v, f), det = ee * ff - ef * ef;
+  const double s = ff * ve - ef * vf, t = ee * vf - ef * ve;
+  if (det > kSliver * ee * ff && s >= 0 && t >= 0 && s + t <= det) return {face.a + (s * e + t * f) / det};
+  OnFace best;
+  double best2 = std::numeric_limits<double>::infinity();
+  for (int i = 0; i < 3; ++i) {
+    const dvec3 a = face.corner(i), ab = face.corner(i == 2 ? 0 : i + 1) - a;
+    const double along = glm::dot(p - a, ab), square = glm::dot(ab, ab);
+    const double part = square > 0 ? std::clamp(along / square, 0.0, 1.0) : 0.0;
+    const dvec3 q = a + part * ab;
+    if (const double d2 = glm::dot(p - q, p - q); d2 < best2) {
+      best = {q, i, part == 0 || part == 1};
+      best2 = d2;
+    }
+  }
+  return best;
+}
+
+TriangleGrid::TriangleGrid(const TissueMesh& mesh, bool part) : part_(part) {
+  if (mesh.triangles.empty()) return;
+  dvec3 lo(1e300), hi(-1e300);
+  for (const glm::uvec3& t : mesh.triangles) {
+    for (int k = 0; k < 3; ++k) lo = glm::min(lo, mesh.vertices[t[k]]), hi = glm::max(hi, mesh.vertices[t[k]]);
+  }
+  origin_ = lo;
+  faces_.reserve(mesh.triangles.size());
+  boxes_.reserve(mesh.triangles.size());
+  double edges = 0;
+  for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+    const glm::uvec3& t = mesh.triangles[i];
+    const Face face{mesh.vertices[t.x], mesh.vertices[t.y], mesh.vertices[t.z], mesh.tissue[i], {}};
+    edges += glm::distance(face.a, face.b) + glm::distance(face.b, face.c) + glm::distance(face.c, face.a);
+    faces_.push_back(face);
+    boxes_.push_back({glm::vec3(glm::min(face.a, glm::min(face.b, face.c)) - origin_) - kBoxMargin,
+                      glm::vec3(glm::max(face.a, glm::max(face.b, face.c)) - origin_) + kBoxMargin});
+  }
+  // What lies beyond each edge: its tissue, and whether it bends towards a ball on this side.
+  struct Side {
+    std::uint32_t a, b, face;
+    int edge;
+    bool operator<(const Side& o) const { return a != o.a ? a < o.a : b != o.b ? b < o.b : face < o.face; }
+  };
+  std::vector<Side> sides;
+  sides.reserve(3 * faces_.size());
+  for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i) {
+    for (int k = 0; k < 3; ++k) {
+      const std::uint32_t a = mesh.triangles[i][k], b = mesh.triangles[i][(k + 1) % 3];
+      sides.push_back({std::min(a, b), std::max(a, b), i, k});
+    }
+  }
+  std::ranges::sort(sides, std::less<>());
+  const auto same_edge = [](const Side& s, const Side& o) { return s.a == o.a && s.b == o.b; };
+  for (auto first = sides.begin(), end = first; first != sides.end(); first = end) {
+    end = std::find_if(first, sides.end(), [&](const Side& s) { return !same_edge(s, *first); });
+    for (auto i = first; i + 1 != end; ++i) {
+      const Side &s = *i, &o = *(i + 1);
+      Face &f = faces_[s.face], &g = faces_[o.face];
+      if (f.tissue != g.tissue) {
+        f.across[static_cast<std::size_t>(s.edge)] = g.tissue;
+        g.across[static_cast<std::size_t>(o.edge)] = f.tissue;
+      }
+      if (end - first != 2) continue;
+      f.beyond[static_cast<std::size_t>(s.edge)] = o.face;
+      g.beyond[static_cast<std::size_t>(o.edge)] = s.face;
+      note_bend(f, s.edge, g.corner((o.edge + 2) % 3));
+      note_bend(g, o.edge, f.corner((s.edge + 2) % 3));
+    }
+  }
+
+  cell_ = std::max(kCellEdges * edges / (3 * static_cast<double>(faces_.size())), 1e-6);
+  const glm::vec3 extent(hi - lo);
+  const double most_entries = kEntriesPerFace * static_cast<double>(faces_.size()) + kFewEntries;
+  for (;; cell_ *= 1.5) {
+    choose_cells(extent);
+    double entries = 0;
+    for (const Box& box : boxes_) {
+      const glm::dvec3 span(cell_of(box.hi) - cell_of(box.lo) + 1);
+      entries += span.x * span.y * span.z;
+    }
+    if (static_cast<double>(cells_.x) * cells_.y * cells_.z <= kMostCells && entries <= most_entries) break;
+  }
+  start_.assign(
+      static_cast<std::size_t>(cells_.x) * static_cast<std::size_t>(cells_.y) * static_cast<std::size_t>(cells_.z) + 1,
+      0);
+  const auto each_cell = [&](const Box& box, const auto& use) {
+    const glm::ivec3 first = cell_of(box.lo), last = cell_of(box.hi);
+    for (int x = first.x; x <= last.x; ++x)
+      for (int y = first.y; y <= last.y; ++y)
+        for (int z = first.z; z <= last.z; ++z) use(index({x, y, z}));
+  };
+  for (const Box& box : boxes_) each_cell(box, [&](std::size_t at) { ++start_[at + 1]; });
+  std::partial_sum(start_.begin(), start_.end(), start_.begin());
+  entries_.resize(start_.back());
+  std::vector<std::uint32_t> next(start_.begin(), start_.end() - 1);
+  for (std::uint32_t i = 0; i < boxes_.size(); ++i)
+    each_cell(boxes_[i], [&](std::size_t at) { entries_[next[at]++] = i; });
+}
+
+void TriangleGrid::choose_cells(const glm::vec3& extent) {
+  inverse_ = static_cast<float>(1 / cell_);
+  cells_ = glm::ivec3(glm::min(extent * inverse_, glm::vec3(1e5f))) + 1;
+}
+
+std::size_t TriangleGrid::bytes() const noexcept {
+  return faces_.size() * (sizeof(Face) + sizeof(Box)) + (start_.size() + entries_.size()) * sizeof(std::uint32_t);
+}
+
+TriangleGrid::Nearest TriangleGrid::nearest(const dvec3& p, double most) const noexcept {
+  Nearest best;
+  best.distance = most;
+  // The box that is looked at doubles until it reaches as far as the nearest found in it.
+  for (double reach = std::min(cell_, most);; reach = std::min(2 * reach, most)) {
+    for_near(p - reach, p + reach, [&](std::uint32_t i) {
+      const dvec3 q = nearest_on(faces_[i], p).p;
+      const double d = glm::distance(p, q);
+      if (d < best.distance || (d == best.distance && !best.found)) best = {true, i, q, d};
+    });
+    if (reach >= most || (best.found && best.distance <= reach)) return best;
+  }
+}
+
+TriangleGrid::Hit TriangleGrid::first_hit(const dvec3& p, const dvec3& q) const noexcept {
+  Hit hit;
+  const dvec3 way = q - p;
+  for_near(glm::min(p, q), glm::max(p, q), [&](std::uint32_t i) {
+    // Moeller & Trumbore 1997, both sides, edges included with a margin: no segment slips between two faces.
+    constexpr double kMargin = 1e-9;  // of the face's own size
+    const Face& f = faces_[i];
+    const dvec3 e1 = f.b - f.a, e2 = f.c - f.a, h = glm::cross(way, e2);
+    const double det = glm::dot(e1, h);
+    if (!(std::abs(det) > 0)) return;
+    const dvec3 s = p - f.a, k = glm::cross(s, e1);
+    const double u = glm::dot(s, h) / det, v = glm::dot(way, k) / det, at = glm::dot(e2, k) / det;
+    if (u < -kMargin || v < -kMargin || u + v > 1 + kMargin || at < 0 || at > hit.at) return;
+    if (hit.found && at == hit.at && i > hit.face) return;
+    hit = {true, i, at};
+  });
+  return hit;
+}
+
+bool TriangleGrid::inside(const dvec3& p) const noexcept {
+  if (!part_) return winding_sixths(p) >= 3;
+  constexpr double kFar = 2e-3;  // m
+  const Nearest near = nearest(p, kFar);
+  return near.found && glm::dot(faces_[near.face].normal(), p - near.p) < 0;
+}
+
+int TriangleGrid::winding_sixths(const dvec3& p) const noexcept {
+  if (faces_.empty()) return 0;
+  int sixths = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    const int u = (axis + 1) % 3, v = (axis + 2) % 3;
+    dvec3 lo = p, hi = p;
+    lo[axis] = origin_[axis] - 1, hi[axis] = origin_[axis] + 10;
+    for_near(lo, hi, [&](std::uint32_t i) {
+      const Face& f = faces_[i];
+      int w[3];
+      for (int k = 0; k < 3; ++k) {
+        const dvec3 a = f.corner((k + 1) % 3), b = f.corner((k + 2) % 3);
+        w[k] = side(a[u] - p[u], a[v] - p[v], b[u] - p[u], b[v] - p[v]);
+      }
+      const bool left = w[0] > 0 && w[1] > 0 && w[2] > 0, right = w[0] < 0 && w[1] < 0 && w[2] < 0;
+      if (!left && !right) return;
+      const dvec3 n = f.normal();
+      const double above = glm::dot(n, f.a - p) / n[axis];  // along the axis, to the face
+      sixths += (above > 0) == left ? 1 : -1;
+    });
+  }
+  return sixths;
+}
+
+}  // namespace typodont::haptics::mesh_lod

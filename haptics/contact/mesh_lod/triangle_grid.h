@@ -1,0 +1,139 @@
+// Triangles of one level in a uniform grid: what lies near a point, how near it is, whether a point is inside.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "haptics/tissue_mesh.h"
+
+namespace typodont::haptics::mesh_lod {
+
+/// A triangle as queries read it. SI, frame W.
+struct Face {
+  dvec3 a, b, c;
+  Tissue tissue = Tissue::kAir;
+  std::array<Tissue, 3> across{};  // of the face beyond the edges ab, bc, ca; kAir where that is the same or none
+  // The one face beyond each edge; ~0: none, or more than one. Bit k of `hollow`: that face is not bent away from the
+  // front (or back) of this one, so that the plane of this face bounds a ball there, too.
+  std::array<std::uint32_t, 3> beyond{~0U, ~0U, ~0U};
+  std::uint8_t hollow_front = 0, hollow_back = 0;
+
+  dvec3 corner(int i) const noexcept { return i == 0 ? a : i == 1 ? b : c; }
+  /// Not of unit length; zero for a face without area.
+  dvec3 normal() const noexcept { return glm::cross(b - a, c - a); }
+};
+
+/// The point of a face nearest to p, and on what of it that lies. Exact for slivers and faces without area, too: their
+/// edges count.
+struct OnFace {
+  dvec3 p{0};
+  int edge = -1;        // 0, 1, 2: on ab, bc, ca; -1: inside
+  bool corner = false;  // at an end of that edge
+};
+OnFace nearest_on(const Face& face, const dvec3& p) noexcept;
+/// The point of the segment from a to b nearest to p.
+inline dvec3 nearest_on_segment(const dvec3& a, const dvec3& b, const dvec3& p) noexcept {
+  const dvec3 ab = b - a;
+  const double along = glm::dot(p - a, ab), square = glm::dot(ab, ab);
+  return square > 0 ? a + std::clamp(along / square, 0.0, 1.0) * ab : a;
+}
+
+/// Built at set-up or by the carver, then read by the servo. Queries never allocate.
+class TriangleGrid {
+ public:
+  TriangleGrid() = default;
+  /// `part`: the mesh is cut out of a larger one, and open where that goes on.
+  explicit TriangleGrid(const TissueMesh& mesh, bool part = false);
+
+  std::size_t size() const noexcept { return faces_.size(); }
+  const Face& face(std::uint32_t i) const noexcept { return faces_[i]; }
+  double cell() const noexcept { return cell_; }  // m
+  /// Of faces, boxes and cells.
+  std::size_t bytes() const noexcept;
+
+  /// Calls use(index) once for every face whose box meets the box lo .. hi.
+  template <class Use>
+  void for_near(const dvec3& lo, const dvec3& hi, Use&& use) const noexcept;
+
+  /// False where all of the face's box is farther than `most` metres from p.
+  bool box_within(std::uint32_t i, const dvec3& p, double most) const noexcept {
+    const glm::vec3 q(p - origin_), off = q - glm::clamp(q, boxes_[i].lo, boxes_[i].hi);
+    const auto far = static_cast<float>(most) + 1e-7f;
+    return glm::dot(off, off) <= far * far;
+  }
+
+  struct Nearest {
+    bool found = false;
+    std::uint32_t face = 0;
+    dvec3 p{0};           // m, on the surface
+    double distance = 0;  // m
+  };
+  /// The nearest point of the surface within `most` metres.
+  Nearest nearest(const dvec3& p, double most) const noexcept;
+
+  /// The first face that the segment from p to q meets, from either side, and where: at p + at (q - p).
+  struct Hit {
+    bool found = false;
+    std::uint32_t face = 0;
+    double at = 1;
+  };
+  Hit first_hit(const dvec3& p, const dvec3& q) const noexcept;
+
+  /// Six times the generalized winding number along the directions of the axes: 6 inside a closed mesh, 0 outside.
+  int winding_sixths(const dvec3& p) const noexcept;
+  /// Of a part by the side of the nearest face on which p lies.
+  bool inside(const dvec3& p) const noexcept;
+
+ private:
+  struct Box {
+    glm::vec3 lo{0}, hi{0};  // m from origin_
+  };
+  glm::ivec3 cell_of(const glm::vec3& p) const noexcept {
+    return glm::clamp(glm::ivec3(glm::floor(p * inverse_)), glm::ivec3(0), cells_ - 1);
+  }
+  std::size_t index(const glm::ivec3& i) const noexcept {
+    return (static_cast<std::size_t>(i.x) * static_cast<std::size_t>(cells_.y) + static_cast<std::size_t>(i.y)) *
+               static_cast<std::size_t>(cells_.z) +
+           static_cast<std::size_t>(i.z);
+  }
+  void choose_cells(const glm::vec3& extent);
+
+  bool part_ = false;
+  std::vector<Face> faces_;
+  std::vector<Box> boxes_;
+  std::vector<std::uint32_t> start_;    // of each cell in entries_; one more at the end
+  std::vector<std::uint32_t> entries_;  // indices of faces
+  dvec3 origin_{0};
+  double cell_ = 1e-3;    // m
+  float inverse_ = 1e3f;  // 1/m
+  glm::ivec3 cells_{0};
+};
+
+template <class Use>
+void TriangleGrid::for_near(const dvec3& lo, const dvec3& hi, Use&& use) const noexcept {
+  if (faces_.empty()) return;
+  const glm::vec3 low(lo - origin_), high(hi - origin_);
+  const glm::ivec3 first = cell_of(low), last = cell_of(high);
+  for (int x = first.x; x <= last.x; ++x) {
+    for (int y = first.y; y <= last.y; ++y) {
+      const std::size_t row = index({x, y, 0});
+      for (int z = first.z; z <= last.z; ++z) {
+        const std::size_t at = row + static_cast<std::size_t>(z);
+        for (std::uint32_t k = start_[at]; k < start_[at + 1]; ++k) {
+          const std::uint32_t i = entries_[k];
+          const Box& box = boxes_[i];
+          if (box.lo.x > high.x || box.lo.y > high.y || box.lo.z > high.z || box.hi.x < low.x || box.hi.y < low.y ||
+              box.hi.z < low.z)
+            continue;
+          // A face that lies in several of these cells counts in the first.
+          if (first != last && glm::max(cell_of(box.lo), first) != glm::ivec3(x, y, z)) continue;
+          use(i);
+        }
+      }
+    }
+  }
+}
+
+}  // namespace typodont::haptics::mesh_lod

@@ -1,0 +1,490 @@
+#include "haptics/contact/vertex/mesh_cutter.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "haptics/label.h"
+
+namespace typodont::haptics::vertex {
+
+using mesh::EditableMesh;
+using mesh::Index;
+using mesh::kNone;
+using P = CutParameters;
+
+namespace {
+
+constexpr double kRounding = 1e-6;   // m: balls around faces are floats
+constexpr int kMostRounds = 8;       // of holding vertices back; then none of the step is moved
+constexpr double kLooksAway = -0.2;  // cosine between a face's normal and the way from the head's centre: above, it may
+                                     // lie behind another face
+
+dvec3 normal2(const dvec3& a, const dvec3& b, const dvec3& c) noexcept {
+  return glm::cross(b - a, c - a);
+}
+dvec3 normal2(const EditableMesh& mesh, Index f) noexcept {
+  return normal2(mesh.point(f, 0), mesh.point(f, 1), mesh.point(f, 2));
+}
+double edge2(const EditableMesh& mesh, Index f, int i) noexcept {
+  const dvec3 way = mesh.point(f, (i + 1) % 3) - mesh.point(f, i);
+  return glm::dot(way, way);
+}
+/// Height over longest edge; 0: no area.
+double roundness(const dvec3& a, const dvec3& b, const dvec3& c) noexcept {
+  const dvec3 ab = b - a, bc = c - b, ca = a - c;
+  const double longest2 = std::max({glm::dot(ab, ab), glm::dot(bc, bc), glm::dot(ca, ca)});
+  return longest2 > 0 ? glm::length(glm::cross(ab, bc)) / longest2 : 0;
+}
+
+}  // namespace
+
+MeshCutter::MeshCutter(const EditableMesh& mesh, SharedLabels labels)
+    : labels_(std::move(labels)),
+      vertex_seen_(mesh.vertex_room()),
+      face_seen_(mesh.face_room()),
+      place_of_(mesh.vertex_room()),
+      edge_seen_(mesh.vertex_room()) {
+  near_.reserve(mesh.face_room());
+  moved_.reserve(mesh.vertex_room());
+  affected_.reserve(mesh.face_room());
+  suspects_.reserve(2 * mesh.face_room());
+}
+
+MeshCutter::Placed MeshCutter::place(const VertexHead& head, const Pose& X) const noexcept {
+  const glm::dmat3 R(glm::mat3_cast(X.R));
+  return {head, X.p, R, glm::transpose(R)};
+}
+
+void MeshCutter::gather(const EditableMesh& mesh, const Placed& head, double margin) noexcept {
+  near_.clear();
+  const double reach = head.head.reach() + margin;
+  const glm::vec3 c(head.p);
+  const auto most = static_cast<float>(reach);
+  mesh.near(head.p - reach, head.p + reach, [&](Index f) {
+    const glm::vec3 off = mesh.ball_center(f) - c;
+    const float far = most + mesh.ball_radius(f);
+    if (glm::dot(off, off) <= far * far) near_.push_back(f);
+  });
+  // In an order that does not depend on how the workpiece lies in the grid.
+  std::sort(near_.begin(), near_.end());
+}
+
+/// Splits edges that are too long, in faces that the head may reach. Splitting changes no shape.
+void MeshCutter::refine(EditableMesh& mesh, const Placed& head, double edge, CutDone& done) noexcept {
+  const double longest2 = P::longest * P::longest * edge * edge;
+  for (std::size_t k = 0; k < near_.size();) {
+    const Index f = near_[k];
+    const dvec3 &a = mesh.point(f, 0), &b = mesh.point(f, 1), &c = mesh.point(f, 2);
+    int longest = -1;
+    double most = longest2;
+    for (int i = 0; i < 3; ++i) {
+      const double e2 = edge2(mesh, f, i);
+      if (e2 > most) most = e2, longest = i;
+    }
+    // The border stays as it is, and so do the edges that end there.
+    if (longest >= 0 && (mesh.vertex(mesh.face(f).v[longest]).on_border() ||
+                         mesh.vertex(mesh.face(f).v[(longest + 1) % 3]).on_border())) {
+      longest = -1;
+    }
+    bool reached = false;
+    if (longest >= 0) {
+      const dvec3 g = (a + b + c) / 3.0;
+      const double size = std::sqrt(std::max({glm::dot(a - g, a - g), glm::dot(b - g, b - g), glm::dot(c - g, c - g)}));
+      reached = head.distance(g) < size;
+    }
+    if (!reached || near_.size() + 3 > near_.capacity()) {
+      ++k;
+      continue;
+    }
+    const Index g = mesh.face(f).n[longest];
+    const dvec3 middle = 0.5 * (mesh.point(f, longest) + mesh.point(f, (longest + 1) % 3));
+    const Index m = mesh.split(f, longest, middle);
+    if (m == kNone) return;  // no more room
+    done.changed = true;
+    near_.push_back(g);
+    mesh.around(m, [&](Index h, int) {
+      if (h != f && h != g) near_.push_back(h);
+    });
+  }
+  // A face may have been listed twice, by its own place and as a neighbour.
+  ++look_;
+  std::erase_if(near_, [&](Index f) { return !see_face(f); });
+}
+
+/// Where a vertex inside the head goes. The radial way is right as long as it leads into the solid; where it would lead
+/// out through one of the faces around the vertex, what leads out is taken from it.
+bool MeshCutter::way_for(const EditableMesh& mesh, const Placed& head, Index v, const dvec3& n, double depth,
+                         dvec3& to) const noexcept {
+  constexpr int kMostFaces = 32;
+  dvec3 normals[kMostFaces], sum(0);
+  int count = 0;
+  double out = -1;
+  mesh.around(v, [&](Index f, int) {
+    const dvec3 area = normal2(mesh, f);
+    const double length = glm::length(area);
+    if (!(length > 0) || count == kMostFaces) return;
+    sum += area;
+    normals[count++] = area / length;
+    out = std::max(out, glm::dot(n, normals[count - 1]));
+  });
+  const dvec3& p = mesh.vertex(v).p;
+  if (out <= 0) {
+    to = p + depth * n;
+    return true;
+  }
+  dvec3 way = n;
+  for (int round = 0; round < 8; ++round) {
+    double worst = 1e-6;
+    int at = -1;
+    for (int i = 0; i < count; ++i) {
+      if (const double d = glm::dot(way, normals[i]); d > worst) worst = d, at = i;
+    }
+    if (at < 0) break;
+    way -= worst * normals[at];
+  }
+  double length = glm::length(way);
+  if (length < 0.3) {
+    way = -sum;
+    length = glm::length(way);
+    if (!(length > 0)) return false;
+  }
+  way /= length;
+  const dvec3 way_T = head.head.is_ball() ? way : head.R_TW * way;
+  to = p + head.head.way_out(head.to_tool(p), way_T) * way;
+  return true;
+}
+
+void MeshCutter::find_inside(const EditableMesh& mesh, const Placed& head, double edge, CutDone& done) noexcept {
+  moved_.clear();
+  ++look_;
+  const double most2 = P::farthest * P::farthest * edge * edge, reach2 = head.head.reach() * head.head.reach();
+  for (const Index f : near_) {
+    for (const Index v : mesh.face(f).v) {
+      if (!see_vertex(v)) continue;
+      place_of_[v] = kNone;
+      const mesh::Vertex& vertex = mesh.vertex(v);
+      const dvec3 from = vertex.p - head.p;
+      if (glm::dot(from, from) >= reach2) continue;
+      dvec3 n, to;
+      const double d = head.distance(vertex.p, n);
+      if (d >= -P::overlap) continue;
+      if (vertex.on_border() || !way_for(mesh, head, v, n, -d, to) || glm::dot(to - vertex.p, to - vertex.p) > most2) {
+        done.held = true;
+        continue;
+      }
+      place_of_[v] = static_cast<std::uint32_t>(moved_.size());
+      moved_.push_back({v, vertex, to, false});
+    }
+  }
+}
+
+/// The faces around the vertices that move, as they are before.
+void MeshCutter::collect_affected(const EditableMesh& mesh, const Placed& head) noexcept {
+  affected_.clear();
+  for (const Moved& m : moved_) {
+    mesh.around(m.v, [&](Index f, int) {
+      if (!see_face(f)) return;
+      const dvec3 &a = mesh.point(f, 0), &b = mesh.point(f, 1), &c = mesh.point(f, 2);
+      affected_.push_back({f, volume6(a, b, c, head.p), normal2(a, b, c)});
+    });
+  }
+}
+
+/// Puts the moved vertices of a face back. False where it has none.
+bool MeshCutter::hold_back(EditableMesh& mesh, Index f) noexcept {
+  bool any = false;
+  for (const Index v : mesh.face(f).v) {
+    if (vertex_seen_[v] != look_ || place_of_[v] == kNone || moved_[place_of_[v]].stays) continue;
+    Moved& m = moved_[place_of_[v]];
+    mesh.move_back(v, m.before);
+    m.stays = any = true;
+  }
+  return any;
+}
+
+/// A face that turns far in a step folds over, unless it comes to lie along the head: a narrow one may turn into a
+/// wall.
+void MeshCutter::keep_unfolded(EditableMesh& mesh, const Placed& head) noexcept {
+  const auto folds = [&](const Affected& a, const dvec3& now) {
+    const double length = glm::length(now), size = length * glm::length(a.normal);
+    if (size > 0 && glm::dot(now, a.normal) >= P::least_turn * size) return false;
+    if (size == 0) return a.normal != dvec3(0);
+    dvec3 n;
+    head.distance((mesh.point(a.f, 0) + mesh.point(a.f, 1) + mesh.point(a.f, 2)) / 3.0, n);
+    return glm::dot(now, n) > -P::faces_head * length;
+  };
+  for (int round = 0; round < kMostRounds; ++round) {
+    bool held = false;
+    for (const Affected& a : affected_) {
+      if (folds(a, normal2(mesh, a.f))) held |= hold_back(mesh, a.f);
+    }
+    if (!held) return;
+  }
+  for (const Affected& a : affected_) hold_back(mesh, a.f);
+}
+
+/// As long as all faces near the head look at its centre, the surface there is seen from it whole, and cannot cross
+/// itself. Faces that look away are tested one by one: those of a thin wall's other side, or of an undercut.
+void MeshCutter::keep_uncrossed(EditableMesh& mesh, const Placed& head, double edge) noexcept {
+  thin_ = false;
+  double farthest2 = 0;  // a vertex that moved: the grid does not know yet
+  for (const Moved& m : moved_) farthest2 = std::max(farthest2, glm::dot(m.to - m.before.p, m.to - m.before.p));
+  const double slack = std::sqrt(farthest2);
+  const auto is_affected = [&](Index f) { return face_seen_[f] == look_; };
+  // Two that share a vertex and lie nearly in one plane cross only where the surface folds, and then others cross, too.
+  const auto beside = [&](Index f, Index g) {
+    const mesh::Face &a = mesh.face(f), &b = mesh.face(g);
+    bool shares = false;
+    for (const Index v : a.v) shares |= v == b.v[0] || v == b.v[1] || v == b.v[2];
+    if (!shares) return false;
+    const dvec3 n = normal2(mesh, f), m = normal2(mesh, g);
+    const double d = glm::dot(n, m);
+    return d > 0 && d * d > P::same_way * P::same_way * glm::dot(n, n) * glm::dot(m, m);
+  };
+  for (int round = 0; round < kMostRounds; ++round) {
+    bool held = false;
+    ++edge_look_;
+    suspects_.clear();
+    for (const Index f : near_) {
+      const dvec3 &a = mesh.point(f, 0), &b = mesh.point(f, 1), &c = mesh.point(f, 2);
+      const dvec3 way = (a + b + c) / 3.0 - head.p, n = normal2(a, b, c);
+      const double cosine = glm::dot(n, way), most = kLooksAway * glm::length(n) * glm::length(way);
+      if (cosine < most) continue;
+      // What moved lies on the head, or hangs on it: a face that has not changed matters where the head is.
+      const bool changed = is_affected(f);
+      const double within = mesh.ball_radius(f) + (changed ? edge : kRounding);
+      if (glm::dot(way, way) > (head.head.reach() + within) * (head.head.reach() + within)) continue;
+      if (!head.head.is_ball() && head.distance(way + head.p) > within) continue;
+      thin_ = true;
+      suspects_.push_back(f);
+      for (const Index v : mesh.face(f).v) edge_seen_[v] = edge_look_;
+    }
+    // Where the surface folds, the faces that look at the head beside those that do not may cross.
+    if (!suspects_.empty()) {
+      const std::size_t looking_away = suspects_.size();
+      for (const Affected& a : affected_) {
+        const Index* const v = mesh.face(a.f).v;
+        if (edge_seen_[v[0]] == edge_look_ || edge_seen_[v[1]] == edge_look_ || edge_seen_[v[2]] == edge_look_) {
+          suspects_.push_back(a.f);
+        }
+      }
+      std::sort(suspects_.begin() + static_cast<std::ptrdiff_t>(looking_away), suspects_.end());
+    }
+    for (const Index f : suspects_) {
+      const bool changed = is_affected(f);
+      const Index g = mesh::crossed_by(mesh, mesh::corners(mesh, f), slack,
+                                       [&](Index h) { return h != f && (changed || is_affected(h)) && !beside(f, h); });
+      if (g == kNone) continue;
+      held |= hold_back(mesh, f);
+      held |= hold_back(mesh, g);
+    }
+    if (!held) return;
+    keep_unfolded(mesh, head);
+  }
+  for (const Affected& a : affected_) hold_back(mesh, a.f);
+}
+
+Tissue MeshCutter::tissue_under(const EditableMesh& mesh, Index f) const noexcept {
+  const Tissue own = mesh.face(f).tissue;
+  if (!labels_) return own;
+  const dvec3 n = normal2(mesh, f);
+  const double length = glm::length(n);
+  if (!(length > 0)) return own;
+  const dvec3 below =
+      (mesh.point(f, 0) + mesh.point(f, 1) + mesh.point(f, 2)) / 3.0 - 0.5 * labels_->frame.voxel / length * n;
+  const glm::ivec3 at(glm::round(labels_->frame.to_voxels(below)));
+  if (glm::any(glm::lessThan(at, glm::ivec3(0))) || glm::any(glm::greaterThanEqual(at, labels_->size))) return own;
+  const Tissue label = shown(labels_->tissue[labels_->at(at.x, at.y, at.z)]);
+  return label == Tissue::kAir ? own : label;
+}
+
+void MeshCutter::account(EditableMesh& mesh, const Placed& head, CutDone& done) noexcept {
+  for (const Affected& a : affected_) {
+    const double now = volume6(mesh.point(a.f, 0), mesh.point(a.f, 1), mesh.point(a.f, 2), head.p);
+    done.removed[static_cast<std::size_t>(mesh.face(a.f).tissue)] += (a.volume6 - now) / 6;
+    mesh.set_tissue(a.f, tissue_under(mesh, a.f));
+  }
+}
+
+/// Collapses an edge where no face turns far, none grows too long, and the volume stays.
+bool MeshCutter::draw_together(EditableMesh& mesh, const Placed& head, Index f, int i, bool keeps_first, double edge,
+                               double most_volume, CutDone& done) noexcept {
+  const Index first = mesh.face(f).v[i], second = mesh.face(f).v[(i + 1) % 3];
+  const Index kept = keeps_first ? first : second, gone = keeps_first ? second : first;
+  if (mesh.vertex(kept).on_border() || !mesh.may_collapse(f, i, keeps_first)) return false;
+  const dvec3 to = mesh.vertex(kept).p, from = mesh.vertex(gone).p;
+  const double longest2 = P::longest * P::longest * edge * edge;
+  bool allowed = true;
+  double volume = 0;  // m³ · 6, that comes to the solid
+  mesh.around(gone, [&](Index h, int c) {
+    const dvec3 &b = mesh.point(h, (c + 1) % 3), &d = mesh.point(h, (c + 2) % 3);
+    volume += volume6(to, b, d, to) - volume6(from, b, d, to);
+    if (mesh.face(h).v[(c + 1) % 3] == kept || mesh.face(h).v[(c + 2) % 3] == kept) return;
+    const dvec3 before = normal2(from, b, d), after = normal2(to, b, d);
+    const double size = glm::length(before) * glm::length(after);
+    if (!(glm::length(after) > 1e-6 * edge * edge)) allowed = false;
+    if (allowed && glm::dot(before, after) < P::least_turn_in_mending * size) {
+      dvec3 n;
+      head.distance((to + b + d) / 3.0, n);
+      if (glm::dot(after, n) > -P::faces_head * glm::length(after)) allowed = false;
+    }
+    if (glm::dot(b - to, b - to) > longest2 || roundness(to, b, d) < 0.5 * P::flattest) allowed = false;
+  });
+  if (!allowed || std::abs(volume) > 6 * most_volume * edge * edge * edge) return false;
+  if (thin_) {
+    const auto stays = [&](Index h) {
+      return mesh.face(h).v[0] != gone && mesh.face(h).v[1] != gone && mesh.face(h).v[2] != gone;
+    };
+    bool crosses = false;
+    mesh.around(gone, [&](Index h, int c) {
+      const Index b = mesh.face(h).v[(c + 1) % 3], d = mesh.face(h).v[(c + 2) % 3];
+      if (crosses || b == kept || d == kept) return;
+      const mesh::Corners t{{kept, b, d}, {to, mesh.vertex(b).p, mesh.vertex(d).p}};
+      crosses = mesh::crossed_by(mesh, t, 0, stays) != kNone;
+    });
+    if (crosses) return false;
+  }
+  done.removed[static_cast<std::size_t>(mesh.face(f).tissue)] -= volume / 6;
+  return mesh.collapse(f, i, keeps_first);
+}
+
+/// Turns an edge between two faces that lie nearly in one plane, where the flatter of both becomes rounder.
+bool MeshCutter::turn(EditableMesh& mesh, Index f, int i, double edge, CutDone& done) noexcept {
+  const Index g = mesh.face(f).n[i];
+  if (g == kNone) return false;
+  const dvec3 a = mesh.point(f, i), b = mesh.point(f, (i + 1) % 3), c = mesh.point(f, (i + 2) % 3);
+  const dvec3 d = mesh.point(g, (mesh.edge_to(g, f, mesh.face(f).v[(i + 1) % 3]) + 2) % 3);
+  const dvec3 before = normal2(a, b, c) + normal2(b, a, d), one = normal2(a, d, c), other = normal2(d, b, c);
+  const auto agrees = [&](const dvec3& n) {
+    return glm::dot(n, before) > P::same_plane * glm::length(n) * glm::length(before) && glm::length(n) > 0;
+  };
+  if (!agrees(one) || !agrees(other)) return false;
+  if (std::min(roundness(a, d, c), roundness(d, b, c)) <= std::min(roundness(a, b, c), roundness(b, a, d))) {
+    return false;
+  }
+  const double volume = volume6(a, d, c, b);  // m³ · 6, that comes to the solid
+  if (std::abs(volume) > 6 * P::most_volume * edge * edge * edge) return false;
+  if (!mesh.flip(f, i)) return false;
+  if (thin_) {
+    for (const Index h : {f, g}) {
+      if (mesh::crossed_by(mesh, mesh::corners(mesh, h), 0, [&](Index k) { return k != h; }) == kNone) continue;
+      mesh.flip(f, 1);  // f is now a, d, c: its edge 1 is the one that was turned
+      return false;
+    }
+  }
+  done.removed[static_cast<std::size_t>(mesh.face(f).tissue)] -= volume / 6;
+  mesh.set_tissue(f, tissue_under(mesh, f));
+  mesh.set_tissue(g, tissue_under(mesh, g));
+  return true;
+}
+
+/// Collapses short edges and turns the longest edges of slivers, among the faces that changed.
+void MeshCutter::mend(EditableMesh& mesh, const Placed& head, double edge, CutDone& done) noexcept {
+  const double shortest2 = P::shortest * P::shortest * edge * edge;
+  for (const Affected& a : affected_) {
+    const Index f = a.f;
+    if (!mesh.uses(f)) continue;
+    int shortest = 0, longest = 0;
+    double length2[3];
+    for (int i = 0; i < 3; ++i) {
+      length2[i] = edge2(mesh, f, i);
+      if (length2[i] < length2[shortest]) shortest = i;
+      if (length2[i] > length2[longest]) longest = i;
+    }
+    if (length2[shortest] < shortest2) {
+      // A vertex that the head has not moved keeps its place.
+      const bool first = !mesh.vertex(mesh.face(f).v[shortest]).was_moved();
+      if (draw_together(mesh, head, f, shortest, first, edge, P::most_volume, done) ||
+          draw_together(mesh, head, f, shortest, !first, edge, P::most_volume, done)) {
+        continue;
+      }
+    }
+    if (roundness(mesh.point(f, 0), mesh.point(f, 1), mesh.point(f, 2)) < P::flattest) {
+      turn(mesh, f, longest, edge, done);
+    }
+  }
+}
+
+/// A vertex that had to stay inside the head is drawn into a neighbour that lies on it. False where none can take it.
+bool MeshCutter::give_way(EditableMesh& mesh, const Placed& head, Index v, double edge, CutDone& done) noexcept {
+  for (int tries = 0; tries < 2; ++tries) {
+    Index face = kNone;
+    int at = 0;
+    bool keeps_first = false;
+    double nearest2 = 1e300;
+    mesh.around(v, [&](Index f, int c) {
+      for (const bool before : {false, true}) {  // the edge that ends in v, and the one that begins there
+        const int i = before ? (c + 2) % 3 : c;
+        const Index other = mesh.face(f).v[before ? i : (c + 1) % 3];
+        const double far2 = edge2(mesh, f, i);
+        if (far2 >= nearest2 || !mesh.may_collapse(f, i, before)) continue;
+        if (tries == 0 && head.distance(mesh.vertex(other).p) < -P::overlap) continue;
+        nearest2 = far2, face = f, at = i, keeps_first = before;
+      }
+    });
+    if (face != kNone && draw_together(mesh, head, face, at, keeps_first, edge, P::most_given, done)) return true;
+  }
+  return false;
+}
+
+void MeshCutter::step(EditableMesh& mesh, const Placed& head, double edge, CutDone& done) noexcept {
+  gather(mesh, head, edge);
+  refine(mesh, head, edge, done);
+  find_inside(mesh, head, edge, done);
+  if (moved_.empty()) return;
+  collect_affected(mesh, head);
+  for (const Moved& m : moved_) mesh.move(m.v, m.to);
+  keep_unfolded(mesh, head);
+  keep_uncrossed(mesh, head, edge);
+  for (const Affected& a : affected_) mesh.settle_face(a.f);
+  account(mesh, head, done);
+  for (const Moved& m : moved_) {
+    if (!m.stays || give_way(mesh, head, m.v, edge, done)) {
+      done.changed = true;
+    } else {
+      done.held = true;
+    }
+  }
+  mend(mesh, head, edge, done);
+}
+
+CutDone MeshCutter::cut(EditableMesh& mesh, const VertexHead& head, const Pose& X_WA, const Pose& X_WB,
+                        double edge) noexcept {
+  CutDone done;
+  constexpr double kMostSteps = 100'000;
+  const double way = way_between(X_WA, X_WB, head.reach());
+  const int steps = static_cast<int>(std::min(std::ceil(way / (P::step * edge)), kMostSteps));
+  for (int i = 1; i <= steps && !done.held; ++i) {
+    const Pose X = i == steps ? X_WB : interpolate(X_WA, X_WB, static_cast<double>(i) / steps);
+    step(mesh, place(head, X), edge, done);
+  }
+  return done;
+}
+
+CutDone MeshCutter::cut_as_printed(EditableMesh& mesh, const VertexHead& head, const Pose& X_WB) noexcept {
+  CutDone done;
+  const Placed placed = place(head, X_WB);
+  gather(mesh, placed, 0);
+  moved_.clear();
+  ++look_;
+  for (const Index f : near_) {
+    for (const Index v : mesh.face(f).v) {
+      if (!see_vertex(v)) continue;
+      place_of_[v] = kNone;
+      const dvec3 p_T = placed.to_tool(mesh.vertex(v).p);
+      if (head.distance(p_T) >= -P::overlap || mesh.vertex(v).on_border()) continue;
+      const dvec3 to_T = head.as_printed(p_T);
+      place_of_[v] = static_cast<std::uint32_t>(moved_.size());
+      moved_.push_back({v, mesh.vertex(v), X_WB.p + (head.is_ball() ? to_T : placed.R_WT * to_T), false});
+    }
+  }
+  collect_affected(mesh, placed);
+  for (const Moved& m : moved_) mesh.move(m.v, m.to);
+  for (const Affected& a : affected_) mesh.settle_face(a.f);
+  done.changed = !moved_.empty();
+  account(mesh, placed, done);
+  return done;
+}
+
+}  // namespace typodont::haptics::vertex

@@ -1,0 +1,128 @@
+// What a head removes from a mesh by moving its vertices (S4, section 3), with what the paper leaves out: the mesh is
+// made fine enough before, vertices go in a direction that stays in the solid, and slivers are mended after.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "engine/contract/contact.h"
+#include "haptics/contact/vertex/vertex_head.h"
+#include "haptics/dense_tissue.h"
+#include "haptics/mesh/crossing.h"
+#include "haptics/mesh/editable_mesh.h"
+
+namespace typodont::haptics::vertex {
+
+/// The numbers of a cut, each with its reason. Lengths as multiples of the edge that the head asks for.
+struct CutParameters {
+  static constexpr double longest = 4.0 / 3;  // an edge longer than this is split (Botsch & Kobbelt 2004) …
+  static constexpr double shortest = 0.35;    // … and a shorter one collapsed
+  static constexpr double step = 0.5;         // the head's way is made in steps of this: no face turns far in one
+  static constexpr double farthest = 3;       // a vertex that would go farther in a step belongs to another wall
+  static constexpr double least_turn = 0.2;   // cosine between a face's normals before and after a step
+  static constexpr double faces_head = 0.3;   // cosine against the head's normal, with which a face may turn farther
+  static constexpr double same_way = 0.6;     // cosine between faces at one vertex that do not cross each other
+  static constexpr double flattest = 0.12;    // height of a triangle over its longest edge: flatter is a sliver
+  static constexpr double overlap = 1e-10;    // m: a vertex no deeper than this lies on the head
+  static constexpr double same_plane = 0.9;   // cosine between two faces whose common edge may be turned
+  static constexpr double least_turn_in_mending = 0.5;  // the same, when a sliver is mended
+  static constexpr double most_given = 0.2;    // of edge³, that a vertex may take with it which folds the surface
+  static constexpr double most_volume = 0.02;  // of edge³, that mending a sliver may change
+};
+
+/// Which tissue lies where, as it was before anything was cut; null where all is of one tissue.
+using SharedLabels = std::shared_ptr<const DenseTissue>;
+
+struct CutDone {
+  PerTissue removed{};   // m³
+  bool changed = false;  // the mesh is another one
+  bool held = false;     // vertices stayed inside the head: a wall too thin, or a border
+};
+
+/// Its buffers are sized at construction. Equal meshes and equal cuts give equal bits.
+class MeshCutter {
+ public:
+  MeshCutter() = default;
+  /// `mesh`: of the size that will be cut.
+  MeshCutter(const mesh::EditableMesh& mesh, SharedLabels labels);
+
+  /// The head goes from A to B in straight steps. At A it overlaps no tissue. `edge`: m, that the surface left behind
+  /// shall have.
+  CutDone cut(mesh::EditableMesh& mesh, const VertexHead& head, const Pose& X_WA, const Pose& X_WB,
+              double edge) noexcept;
+  /// The paper's own: vertices inside the head at B go away from its centre or axis. Nothing is split or mended.
+  CutDone cut_as_printed(mesh::EditableMesh& mesh, const VertexHead& head, const Pose& X_WB) noexcept;
+
+ private:
+  struct Moved {
+    mesh::Index v;
+    mesh::Vertex before;
+    dvec3 to;
+    bool stays;
+  };
+  struct Affected {
+    mesh::Index f;
+    double volume6;  // m³, six times the signed volume between face and the head's centre
+    dvec3 normal;    // area × 2
+  };
+  /// A head at one place.
+  struct Placed {
+    const VertexHead& head;
+    dvec3 p;
+    glm::dmat3 R_WT, R_TW;
+    dvec3 to_tool(const dvec3& p_W) const noexcept { return head.is_ball() ? p_W - p : R_TW * (p_W - p); }
+    double distance(const dvec3& p_W) const noexcept { return head.distance(to_tool(p_W)); }
+    double distance(const dvec3& p_W, dvec3& n_W) const noexcept {
+      const double d = head.distance(to_tool(p_W), n_W);
+      if (!head.is_ball()) n_W = R_WT * n_W;
+      return d;
+    }
+  };
+
+  Placed place(const VertexHead& head, const Pose& X) const noexcept;
+  void step(mesh::EditableMesh& mesh, const Placed& head, double edge, CutDone& done) noexcept;
+  void gather(const mesh::EditableMesh& mesh, const Placed& head, double margin) noexcept;
+  void refine(mesh::EditableMesh& mesh, const Placed& head, double edge, CutDone& done) noexcept;
+  void find_inside(const mesh::EditableMesh& mesh, const Placed& head, double edge, CutDone& done) noexcept;
+  bool way_for(const mesh::EditableMesh& mesh, const Placed& head, mesh::Index v, const dvec3& n, double depth,
+               dvec3& to) const noexcept;
+  void collect_affected(const mesh::EditableMesh& mesh, const Placed& head) noexcept;
+  void keep_unfolded(mesh::EditableMesh& mesh, const Placed& head) noexcept;
+  void keep_uncrossed(mesh::EditableMesh& mesh, const Placed& head, double edge) noexcept;
+  bool hold_back(mesh::EditableMesh& mesh, mesh::Index f) noexcept;
+  void account(mesh::EditableMesh& mesh, const Placed& head, CutDone& done) noexcept;
+  void mend(mesh::EditableMesh& mesh, const Placed& head, double edge, CutDone& done) noexcept;
+  bool draw_together(mesh::EditableMesh& mesh, const Placed& head, mesh::Index f, int i, bool keeps_first, double edge,
+                     double most_volume, CutDone& done) noexcept;
+  bool give_way(mesh::EditableMesh& mesh, const Placed& head, mesh::Index v, double edge, CutDone& done) noexcept;
+  bool turn(mesh::EditableMesh& mesh, mesh::Index f, int i, double edge, CutDone& done) noexcept;
+  Tissue tissue_under(const mesh::EditableMesh& mesh, mesh::Index f) const noexcept;
+  bool see_vertex(mesh::Index v) noexcept {
+    if (vertex_seen_[v] == look_) return false;
+    vertex_seen_[v] = look_;
+    return true;
+  }
+  bool see_face(mesh::Index f) noexcept {
+    if (face_seen_[f] == look_) return false;
+    face_seen_[f] = look_;
+    return true;
+  }
+
+  SharedLabels labels_;
+  std::uint32_t look_ = 0;
+  std::vector<std::uint32_t> vertex_seen_, face_seen_;  // the last look that saw them
+  std::vector<std::uint32_t> place_of_;                 // of a seen vertex that moves: where in moved_
+  std::uint32_t edge_look_ = 0;
+  std::vector<std::uint32_t> edge_seen_;  // of a vertex: the last look in which a face at it looked away from the head
+  std::vector<mesh::Index> near_, suspects_;
+  std::vector<Moved> moved_;
+  std::vector<Affected> affected_;
+  bool thin_ = false;  // near the head a face looks away from it
+};
+
+/// Six times the signed volume between a triangle and a point.
+inline double volume6(const dvec3& a, const dvec3& b, const dvec3& c, const dvec3& p) noexcept {
+  return glm::dot(a - p, glm::cross(b - p, c - p));
+}
+
+}  // namespace typodont::haptics::vertex

@@ -1,0 +1,197 @@
+#include "haptics/contact/vertex/mesh_field.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+
+namespace typodont::haptics::vertex {
+
+using mesh::EditableMesh;
+using mesh::Index;
+using mesh::kNone;
+
+namespace {
+
+constexpr int kEdge = 8, kApron = kEdge + 2;
+constexpr double kNear = 2.5;  // voxels to a face, within which a sample's distance is taken from it
+
+/// The point of a face nearest to p, and on what of the face it lies: 0 to 2 a corner, 3 to 5 an edge, 6 inside
+/// (Ericson 2005, section 5.1.5).
+struct Closest {
+  dvec3 p;
+  int feature;
+};
+Closest closest(const dvec3& p, const dvec3& a, const dvec3& b, const dvec3& c) {
+  const dvec3 ab = b - a, ac = c - a, ap = p - a;
+  const double d1 = glm::dot(ab, ap), d2 = glm::dot(ac, ap);
+  if (d1 <= 0 && d2 <= 0) return {a, 0};
+  const dvec3 bp = p - b;
+  const double d3 = glm::dot(ab, bp), d4 = glm::dot(ac, bp);
+  if (d3 >= 0 && d4 <= d3) return {b, 1};
+  const double vc = d1 * d4 - d3 * d2;
+  if (vc <= 0 && d1 >= 0 && d3 <= 0) return {a + d1 / (d1 - d3) * ab, 3};
+  const dvec3 cp = p - c;
+  const double d5 = glm::dot(ab, cp), d6 = glm::dot(ac, cp);
+  if (d6 >= 0 && d5 <= d6) return {c, 2};
+  const double vb = d5 * d2 - d1 * d6;
+  if (vb <= 0 && d2 >= 0 && d6 <= 0) return {a + d2 / (d2 - d6) * ac, 5};
+  const double va = d3 * d6 - d5 * d4;
+  if (va <= 0 && d4 - d3 >= 0 && d5 - d6 >= 0) return {b + (d4 - d3) / (d4 - d3 + d5 - d6) * (c - b), 4};
+  const double sum = va + vb + vc;
+  return {a + vb / sum * ab + vc / sum * ac, 6};
+}
+
+dvec3 unit_normal(const EditableMesh& mesh, Index f) {
+  const dvec3 n = glm::cross(mesh.point(f, 1) - mesh.point(f, 0), mesh.point(f, 2) - mesh.point(f, 0));
+  const double length = glm::length(n);
+  return length > 0 ? n / length : dvec3(0);
+}
+
+/// The normal that tells inside from outside at a corner, an edge or a face (Baerentzen & Aanaes 2005).
+dvec3 pseudonormal(const EditableMesh& mesh, Index f, int feature) {
+  if (feature == 6) return unit_normal(mesh, f);
+  if (feature >= 3) {
+    const Index g = mesh.face(f).n[feature - 3];
+    return unit_normal(mesh, f) + (g == kNone ? dvec3(0) : unit_normal(mesh, g));
+  }
+  dvec3 sum(0);
+  mesh.around(mesh.face(f).v[feature], [&](Index g, int c) {
+    const dvec3 a = mesh.point(g, (c + 1) % 3) - mesh.point(g, c), b = mesh.point(g, (c + 2) % 3) - mesh.point(g, c);
+    const double size = glm::length(a) * glm::length(b);
+    if (size > 0) sum += std::acos(std::clamp(glm::dot(a, b) / size, -1.0, 1.0)) * unit_normal(mesh, g);
+  });
+  return sum;
+}
+
+bool was_cut(const EditableMesh& mesh, Index f) {
+  return std::any_of(mesh.face(f).v, mesh.face(f).v + 3, [&](Index v) { return mesh.vertex(v).was_moved(); });
+}
+
+struct Block {
+  std::array<float, kApron * kApron * kApron> before;  // the field now shown, with a sample more on every side
+  std::array<float, kEdge * kEdge * kEdge> value;
+  std::array<std::int8_t, kEdge * kEdge * kEdge> side;  // -1 inside, 1 outside, 0 not known
+};
+std::size_t at(int x, int y, int z) {
+  return static_cast<std::size_t>((x * kEdge + y) * kEdge + z);
+}
+using Blocks = std::map<glm::ivec3, Block, KeyLess>;
+
+/// The samples near a face.
+void measure(const EditableMesh& mesh, const VoxelFrame& frame, const glm::ivec3& key, Block& block) {
+  struct Nearest {
+    double distance2 = 1e300;
+    Index f = kNone;
+    Closest to;
+  };
+  std::array<Nearest, kEdge * kEdge * kEdge> nearest;
+  const double reach = kNear * frame.voxel;
+  const dvec3 lo = frame.to_world(dvec3(key * kEdge)), hi = frame.to_world(dvec3(key * kEdge + kEdge - 1));
+  mesh.near(lo - reach, hi + reach, [&](Index f) {
+    const dvec3 &a = mesh.point(f, 0), &b = mesh.point(f, 1), &c = mesh.point(f, 2);
+    const dvec3 first = frame.to_voxels(glm::min(glm::min(a, b), c)) - kNear,
+                last = frame.to_voxels(glm::max(glm::max(a, b), c)) + kNear;
+    const glm::ivec3 from = glm::max(glm::ivec3(glm::ceil(first)) - key * kEdge, glm::ivec3(0));
+    const glm::ivec3 to = glm::min(glm::ivec3(glm::floor(last)) - key * kEdge, glm::ivec3(kEdge - 1));
+    for (int x = from.x; x <= to.x; ++x)
+      for (int y = from.y; y <= to.y; ++y)
+        for (int z = from.z; z <= to.z; ++z) {
+          const dvec3 p = frame.to_world(dvec3(key * kEdge + glm::ivec3(x, y, z)));
+          const Closest found = closest(p, a, b, c);
+          const double distance2 = glm::dot(p - found.p, p - found.p);
+          Nearest& best = nearest[at(x, y, z)];
+          if (distance2 < best.distance2 || (distance2 == best.distance2 && f < best.f)) best = {distance2, f, found};
+        }
+  });
+  for (std::size_t i = 0; i < nearest.size(); ++i) {
+    const Nearest& best = nearest[i];
+    block.side[i] = 0;
+    if (!(best.distance2 < reach * reach)) continue;
+    const glm::ivec3 v(static_cast<int>(i) / (kEdge * kEdge), static_cast<int>(i) / kEdge % kEdge,
+                       static_cast<int>(i) % kEdge);
+    const dvec3 off = frame.to_world(dvec3(key * kEdge + v)) - best.to.p;
+    const bool outside = glm::dot(off, pseudonormal(mesh, best.f, best.to.feature)) > 0;
+    block.side[i] = outside ? 1 : -1;
+    if (!was_cut(mesh, best.f)) continue;
+    const double distance = std::sqrt(best.distance2) / frame.voxel;
+    block.value[i] = std::max(block.value[i], static_cast<float>(outside ? distance : -distance));
+  }
+}
+
+/// Samples that no face is near to lie on the side that their neighbours do.
+void spread_sides(Blocks& blocks) {
+  struct Place {
+    glm::ivec3 key, v;
+  };
+  std::vector<Place> queue;
+  const auto each = [](const auto& fn) {
+    for (int x = 0; x < kEdge; ++x)
+      for (int y = 0; y < kEdge; ++y)
+        for (int z = 0; z < kEdge; ++z) fn(glm::ivec3(x, y, z));
+  };
+  constexpr std::array<glm::ivec3, 6> kSteps{glm::ivec3(1, 0, 0),  glm::ivec3(-1, 0, 0), glm::ivec3(0, 1, 0),
+                                             glm::ivec3(0, -1, 0), glm::ivec3(0, 0, 1),  glm::ivec3(0, 0, -1)};
+  const auto normal = [](Place place) {
+    for (int axis = 0; axis < 3; ++axis) {
+      if (place.v[axis] < 0) place.v[axis] += kEdge, --place.key[axis];
+      if (place.v[axis] >= kEdge) place.v[axis] -= kEdge, ++place.key[axis];
+    }
+    return place;
+  };
+  for (auto& [key, block] : blocks) {
+    each([&](const glm::ivec3& v) {
+      std::int8_t& side = block.side[at(v.x, v.y, v.z)];
+      // Beyond the blocks nothing has changed.
+      for (const glm::ivec3& step : kSteps) {
+        const glm::ivec3 n = v + step;
+        if (side != 0 ||
+            (glm::all(glm::greaterThanEqual(n, glm::ivec3(0))) && glm::all(glm::lessThan(n, glm::ivec3(kEdge))))) {
+          continue;
+        }
+        if (blocks.contains(normal({key, n}).key)) continue;
+        const float beyond = block.before[static_cast<std::size_t>(((n.x + 1) * kApron + n.y + 1) * kApron + n.z + 1)];
+        if (std::abs(beyond) >= 1) side = beyond > 0 ? 1 : -1;
+      }
+      if (side != 0) queue.push_back({key, v});
+    });
+  }
+  while (!queue.empty()) {
+    const Place from = queue.back();
+    queue.pop_back();
+    const std::int8_t side = blocks.at(from.key).side[at(from.v.x, from.v.y, from.v.z)];
+    for (const glm::ivec3& step : kSteps) {
+      const Place to = normal({from.key, from.v + step});
+      const auto found = blocks.find(to.key);
+      if (found == blocks.end()) continue;
+      std::int8_t& other = found->second.side[at(to.v.x, to.v.y, to.v.z)];
+      if (other != 0) continue;
+      other = side;
+      float& value = found->second.value[at(to.v.x, to.v.y, to.v.z)];
+      if (side > 0 && value < 0) value = static_cast<float>(kNear);  // it was tissue
+      queue.push_back(to);
+    }
+  }
+}
+
+}  // namespace
+
+std::vector<RasterBlock> field_of(const EditableMesh& mesh, const FieldBlocks& wanted, const TissueVolume& untouched,
+                                  const TissueVolume& now) {
+  Blocks blocks;
+  const VoxelFrame frame = untouched.frame();
+  for (const glm::ivec3& key : wanted) {
+    Block& block = blocks[key];
+    untouched.copy(key * kEdge, glm::ivec3(kEdge), block.value.data(), nullptr);
+    now.copy(key * kEdge - 1, glm::ivec3(kApron), block.before.data(), nullptr);
+    measure(mesh, frame, key, block);
+  }
+  spread_sides(blocks);
+  std::vector<RasterBlock> field;
+  for (const auto& [key, block] : blocks) {
+    field.push_back({key * kEdge, glm::ivec3(kEdge), {block.value.begin(), block.value.end()}});
+  }
+  return field;
+}
+
+}  // namespace typodont::haptics::vertex

@@ -1,0 +1,161 @@
+#include "haptics/contact/vertex/vertex_body.h"
+
+#include <algorithm>
+#include <limits>
+#include <utility>
+
+#include "engine/base/check.h"
+#include "haptics/contact/vertex/mesh_field.h"
+#include "haptics/label.h"
+
+namespace typodont::haptics::vertex {
+
+namespace {
+
+double finest_edge(std::span<const Tool> tools, const Parameters& parameters) {
+  double finest = std::numeric_limits<double>::infinity();
+  for (const Tool& tool : tools) finest = std::min(finest, parameters.edge_for(tool));
+  return CutParameters::longest * finest;
+}
+
+/// The labels of the whole volume; null where all tissue is of one kind.
+SharedLabels labels_of(const TissueVolume& volume) {
+  glm::ivec3 lo, hi;
+  volume.bounds(lo, hi);
+  if (glm::any(glm::greaterThan(lo, hi))) return nullptr;
+  auto labels = std::make_shared<DenseTissue>();
+  labels->frame = volume.frame();
+  labels->frame.origin = volume.frame().to_world(dvec3(lo));
+  labels->size = hi - lo + 1;
+  labels->tissue.resize(static_cast<std::size_t>(labels->size.x) * static_cast<std::size_t>(labels->size.y) *
+                        static_cast<std::size_t>(labels->size.z));
+  volume.copy(lo, labels->size, nullptr, labels->tissue.data());
+  Tissue only = Tissue::kAir;
+  for (const Tissue label : labels->tissue) {
+    const Tissue t = shown(label);
+    if (t == Tissue::kAir || t == only) continue;
+    if (only != Tissue::kAir) return labels;
+    only = t;
+  }
+  return nullptr;
+}
+
+}  // namespace
+
+VertexBody::VertexBody(TissueVolume tissue, const TissueMesh& mesh, std::span<const Tool> tools,
+                       const Parameters& parameters)
+    : volume_(std::move(tissue)),
+      untouched_(volume_.clone()),
+      parameters_(parameters),
+      mesh_(mesh, finest_edge(tools, parameters), parameters.spare),
+      labels_(labels_of(untouched_)) {
+  cutter_ = MeshCutter(mesh_, labels_);
+  for (const Tool& tool : tools) {
+    heads_.emplace_back(tool);
+    edges_.push_back(parameters.edge_for(tool));
+  }
+}
+
+CutDone VertexBody::make(mesh::EditableMesh& mesh, MeshCutter& cutter, const Cut& cut) const {
+  return make_cut(mesh, cutter, heads_[cut.tool], edges_[cut.tool], parameters_.as_printed, cut.X_WA, cut.X_WB);
+}
+
+void VertexBody::carve(const Cut& cut, bool) {
+  const CutDone done = make(mesh_, cutter_, cut);
+  if (remembers_) written_.push_back(cut);
+  if (!done.changed) return;
+  for (std::size_t t = 0; t < done.removed.size(); ++t) removed_[t] += done.removed[t];
+  // What the head may have reached, and what lies so near that its distance may differ.
+  const VoxelFrame frame = volume_.frame();
+  const double reach = heads_[cut.tool].reach() + edges_[cut.tool] + 4 * frame.voxel;
+  const glm::ivec3 lo(glm::floor(frame.to_voxels(glm::min(cut.X_WA.p, cut.X_WB.p) - reach) / 8.0));
+  const glm::ivec3 hi(glm::floor(frame.to_voxels(glm::max(cut.X_WA.p, cut.X_WB.p) + reach) / 8.0));
+  Stroke* const stroke = in_stroke_ ? &done_.back() : nullptr;
+  for (int x = lo.x; x <= hi.x; ++x)
+    for (int y = lo.y; y <= hi.y; ++y)
+      for (int z = lo.z; z <= hi.z; ++z) {
+        unseen_.insert({x, y, z});
+        if (stroke) stroke->blocks.insert({x, y, z});
+      }
+  if (!stroke) return;
+  for (std::size_t t = 0; t < done.removed.size(); ++t) stroke->removed[t] += done.removed[t];
+}
+
+void VertexBody::fill(const Cut&) {
+  TYPODONT_CHECK(false);
+}
+
+void VertexBody::begin_stroke() {
+  end_stroke();
+  undone_.clear();
+  mesh_.record(&done_.emplace_back().record);
+  in_stroke_ = true;
+}
+
+void VertexBody::end_stroke() {
+  if (!in_stroke_) return;
+  in_stroke_ = false;
+  mesh_.record(nullptr);
+  if (done_.back().record.empty()) done_.pop_back();
+}
+
+void VertexBody::exchange(Stroke& stroke, double sign) {
+  mesh_.exchange(stroke.record);
+  for (std::size_t t = 0; t < taken_back_.size(); ++t) taken_back_[t] += sign * stroke.removed[t];
+  unseen_.insert(stroke.blocks.begin(), stroke.blocks.end());
+}
+
+bool VertexBody::undo() {
+  end_stroke();
+  if (done_.empty()) return false;
+  exchange(done_.back(), 1);
+  undone_.push_back(std::move(done_.back()));
+  done_.pop_back();
+  return true;
+}
+
+bool VertexBody::redo() {
+  end_stroke();
+  if (undone_.empty()) return false;
+  exchange(undone_.back(), -1);
+  done_.push_back(std::move(undone_.back()));
+  undone_.pop_back();
+  return true;
+}
+
+std::unique_ptr<Snapshot> VertexBody::make_snapshot() const {
+  auto snapshot = std::make_unique<VertexSnapshot>();
+  snapshot->mesh = mesh_;
+  snapshot->cutter = MeshCutter(mesh_, labels_);
+  snapshot->sample_of.resize(mesh_.vertex_room());
+  return snapshot;
+}
+
+double VertexBody::travel() const {
+  return std::numeric_limits<double>::infinity();
+}
+
+void VertexBody::cut_out(Snapshot& snapshot) {
+  static_cast<VertexSnapshot&>(snapshot).mesh = mesh_;
+}
+
+void VertexBody::remember_writes(bool wanted) {
+  remembers_ = wanted;
+  written_.clear();
+}
+
+/// The same cuts, in the same order: the same bits.
+void VertexBody::bring_up_to_date(Snapshot& snapshot) {
+  auto& copy = static_cast<VertexSnapshot&>(snapshot);
+  for (const Cut& cut : written_) make(copy.mesh, copy.cutter, cut);
+  written_.clear();
+}
+
+TissueVolume& VertexBody::rasterize() {
+  if (unseen_.empty()) return volume_;
+  for (const RasterBlock& block : field_of(mesh_, unseen_, untouched_, volume_)) volume_.replace(block);
+  unseen_.clear();
+  return volume_;
+}
+
+}  // namespace typodont::haptics::vertex

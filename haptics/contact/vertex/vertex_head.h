@@ -1,0 +1,34 @@
+// A head as vertices are pushed out of it (S4, section 3), in any pose.
+#pragma once
+
+#include "haptics/tool.h"
+
+namespace typodont::haptics::vertex {
+
+/// Any thread; never allocates after construction. Metres, frame T of the tool.
+class VertexHead {
+ public:
+  explicit VertexHead(const Tool& tool);
+
+  bool is_ball() const noexcept { return ball_; }
+  double radius() const noexcept { return radius_; }
+  /// m, from the origin to the farthest point.
+  double reach() const noexcept { return reach_; }
+
+  /// Signed distance to the surface, negative inside, and the unit direction in which it grows.
+  double distance(const dvec3& p_TQ, dvec3& n_T) const noexcept;
+  double distance(const dvec3& p_TQ) const noexcept;
+  /// m from a point inside along a unit direction to the surface.
+  double way_out(const dvec3& p_TQ, const dvec3& way_T) const noexcept;
+  /// Where the paper's rule puts a point inside: away from the centre of a ball (3.1) or of the lower half ball of a
+  /// round-ended head, else away from the axis at its height (3.3), (3.6).
+  dvec3 as_printed(const dvec3& p_TQ) const noexcept;
+
+ private:
+  Tool tool_;
+  HeadField field_;
+  bool ball_;
+  double radius_, reach_;
+};
+
+}  // namespace typodont::haptics::vertex

@@ -1,0 +1,42 @@
+// Whether triangles cross: touching does not count.
+#pragma once
+
+#include "haptics/mesh/editable_mesh.h"
+
+namespace typodont::haptics::mesh {
+
+/// A triangle with the numbers of its vertices, in the mesh or not.
+struct Corners {
+  Index v[3];
+  dvec3 p[3];
+};
+inline Corners corners(const EditableMesh& mesh, Index f) {
+  const Face& face = mesh.face(f);
+  return {{face.v[0], face.v[1], face.v[2]}, {mesh.point(f, 0), mesh.point(f, 1), mesh.point(f, 2)}};
+}
+
+/// Whether the inner part of the segment passes through the inner part of the triangle.
+bool passes_through(const dvec3& from, const dvec3& to, const dvec3& a, const dvec3& b, const dvec3& c) noexcept;
+
+/// Whether two triangles cross elsewhere than in vertices that they share. Two that share an edge do not count.
+bool cross_each_other(const Corners& a, const Corners& b) noexcept;
+
+/// The first face of the mesh that a triangle crosses, of those for which counts(face) is true; kNone where there is
+/// none. `slack`: m by which vertices may have moved since their faces were put into the grid.
+template <class Counts>
+Index crossed_by(const EditableMesh& mesh, const Corners& t, double slack, Counts&& counts) {
+  const dvec3 lo = glm::min(glm::min(t.p[0], t.p[1]), t.p[2]), hi = glm::max(glm::max(t.p[0], t.p[1]), t.p[2]);
+  Index found = kNone;
+  mesh.near(lo - slack, hi + slack, [&](Index g) {
+    if (found != kNone || !counts(g)) return;
+    const Corners other = corners(mesh, g);
+    for (int axis = 0; axis < 3; ++axis) {
+      const double a = other.p[0][axis], b = other.p[1][axis], c = other.p[2][axis];
+      if ((a < lo[axis] && b < lo[axis] && c < lo[axis]) || (a > hi[axis] && b > hi[axis] && c > hi[axis])) return;
+    }
+    if (cross_each_other(t, other)) found = g;
+  });
+  return found;
+}
+
+}  // namespace typodont::haptics::mesh

@@ -1,0 +1,27 @@
+// Tissue as a triangle mesh: from a file, or from the surface of a volume. Frame W.
+#pragma once
+
+#include <cstdint>
+#include <glm/glm.hpp>
+#include <glm/gtc/type_precision.hpp>
+#include <vector>
+
+#include "engine/base/pose.h"
+#include "engine/contract/tissue.h"
+
+namespace typodont::haptics {
+
+class TissueVolume;
+
+struct TissueMesh {
+  std::vector<dvec3> vertices;        // m
+  std::vector<glm::uvec3> triangles;  // counter-clockwise seen from outside
+  std::vector<Tissue> tissue;         // of each triangle: the tissue under it
+};
+
+/// The tissue's surface as a mesh, for the contact models that work on meshes. Where the volume was made from a mesh
+/// (TissueVolume::mesh), that mesh; else the zero set of its distance field, one or two triangles a cell of its grid,
+/// each with the tissue half a voxel below it. Set-up time; empty where there is no tissue.
+TissueMesh surface_mesh(const TissueVolume& volume);
+
+}  // namespace typodont::haptics

@@ -1,0 +1,77 @@
+// The surface of a volume as triangles: OpenVDB's mesher, its vertices moved onto the zero set.
+#include <openvdb/tools/Interpolation.h>
+#include <openvdb/tools/VolumeToMesh.h>
+
+#include "haptics/tissue_mesh.h"
+#include "haptics/volume/tissue_grids.h"
+
+namespace typodont::haptics {
+
+namespace {
+
+constexpr double kBelow = 0.5;      // voxels under a triangle at which its tissue is read
+constexpr int kSteps = 3;           // of Newton's method per vertex
+constexpr double kMostStep = 0.25;  // voxels
+
+/// Newton's steps along the gradient of the trilinear field: the mesher puts a vertex at the mean of a cell's
+/// crossings, which lies beside a curved surface.
+template <class Accessor>
+openvdb::Vec3d onto_surface(const Accessor& field, openvdb::Vec3d p) {
+  using openvdb::tools::BoxSampler;
+  const auto value = [&](const openvdb::Vec3d& q) { return static_cast<double>(BoxSampler::sample(field, q)); };
+  constexpr double kDifference = 0.25;  // voxels
+  for (int i = 0; i < kSteps; ++i) {
+    openvdb::Vec3d gradient;
+    for (int axis = 0; axis < 3; ++axis) {
+      openvdb::Vec3d off(0.0);
+      off[axis] = kDifference;
+      gradient[axis] = (value(p + off) - value(p - off)) / (2 * kDifference);
+    }
+    const double square = gradient.lengthSqr();
+    if (!(square > 0.04)) return p;  // no surface of a distance field is as flat
+    openvdb::Vec3d step = -value(p) / square * gradient;
+    if (const double length = step.length(); length > kMostStep) step *= kMostStep / length;
+    p += step;
+  }
+  return p;
+}
+
+}  // namespace
+
+TissueMesh surface_mesh(const TissueVolume& volume) {
+  if (volume.mesh()) return *volume.mesh();
+  return volume.extract_mesh();
+}
+
+TissueMesh TissueVolume::extract_mesh() const {
+  const Impl& v = *impl_;
+  std::vector<openvdb::Vec3s> points;
+  std::vector<openvdb::Vec3I> triangles;
+  std::vector<openvdb::Vec4I> quads;
+  openvdb::tools::volumeToMesh(*v.distance, points, triangles, quads, 0.0, 0.0);
+  TissueMesh mesh;
+  mesh.vertices.reserve(points.size());
+  std::vector<openvdb::Vec3d> place(points.size());  // voxels
+  const auto field = v.distance->getConstAccessor();
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    place[i] = onto_surface(field, openvdb::Vec3d(points[i]));
+    mesh.vertices.push_back(v.frame.to_world({place[i].x(), place[i].y(), place[i].z()}));
+  }
+  const auto labels = v.tissue->getConstAccessor();
+  const auto label_at = [&](const openvdb::Vec3d& p) { return shown_in(labels.getValue(openvdb::Coord::round(p))); };
+  const auto add = [&](unsigned a, unsigned b, unsigned c) {
+    const openvdb::Vec3d normal = (place[b] - place[a]).cross(place[c] - place[a]);
+    const double size = normal.length();
+    const openvdb::Vec3d center = (place[a] + place[b] + place[c]) / 3.0;
+    const openvdb::Vec3d down = size > 0 ? -kBelow / size * normal : openvdb::Vec3d(0.0);
+    Tissue tissue = label_at(center + down);
+    if (tissue == Tissue::kAir) tissue = label_at(center);
+    mesh.triangles.emplace_back(a, b, c);
+    mesh.tissue.push_back(tissue);
+  };
+  for (const auto& t : triangles) add(t[0], t[1], t[2]);
+  for (const auto& q : quads) add(q[0], q[1], q[2]), add(q[0], q[2], q[3]);
+  return mesh;
+}
+
+}  // namespace typodont::haptics

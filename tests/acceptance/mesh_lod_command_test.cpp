@@ -1,0 +1,153 @@
+// Scenes with a mesh, and the model mesh_lod, as a user meets them: the program, its files, its exit statuses.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "engine/base/json.h"
+#include "tests/support/program.h"
+
+namespace typodont {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+/// The column of a table, as text.
+std::vector<std::string> column(const std::string& csv, const std::string& name) {
+  std::vector<std::string> cells;
+  std::istringstream lines(csv);
+  std::string line;
+  std::size_t index = 0;
+  for (bool header = true; std::getline(lines, line); header = false) {
+    std::istringstream row(line);
+    std::string cell;
+    for (std::size_t i = 0; std::getline(row, cell, ','); ++i) {
+      if (header && cell == name) index = i;
+      if (!header && i == index) cells.push_back(cell);
+    }
+  }
+  return cells;
+}
+
+class MeshLodCommand : public ::testing::Test {
+ protected:
+  /// A box of 8 × 8 × 2 mm, its top at z = 0, as an OBJ file with 162 vertices on the top.
+  void write_block() {
+    std::string text;
+    const auto vertex = [&](double x, double y, double z) {
+      text += "v " + std::to_string(x) + " " + std::to_string(y) + " " + std::to_string(z) + "\n";
+    };
+    constexpr int n = 8;
+    for (int i = 0; i <= n; ++i)
+      for (int j = 0; j <= n; ++j) vertex(i - 4, j - 4, 0), vertex(i - 4, j - 4, -2);
+    const auto at = [](int i, int j, int below) { return std::to_string(2 * (i * (n + 1) + j) + below + 1); };
+    const auto face = [&](const std::string& a, const std::string& b, const std::string& c, const std::string& d) {
+      text += "f " + a + " " + b + " " + c + "\nf " + a + " " + c + " " + d + "\n";
+    };
+    for (int i = 0; i < n; ++i) {
+      for (int j = 0; j < n; ++j) {
+        face(at(i, j, 0), at(i + 1, j, 0), at(i + 1, j + 1, 0), at(i, j + 1, 0));
+        face(at(i, j, 1), at(i, j + 1, 1), at(i + 1, j + 1, 1), at(i + 1, j, 1));
+      }
+      face(at(i, 0, 1), at(i + 1, 0, 1), at(i + 1, 0, 0), at(i, 0, 0));
+      face(at(i + 1, n, 1), at(i, n, 1), at(i, n, 0), at(i + 1, n, 0));
+      face(at(0, i + 1, 1), at(0, i, 1), at(0, i, 0), at(0, i + 1, 0));
+      face(at(n, i, 1), at(n, i + 1, 1), at(n, i + 1, 0), at(n, i, 0));
+    }
+    folder.write("block.obj", text);
+  }
+  std::string scene(const std::string& more) {
+    return folder.write(
+        "scene.json",
+        R"({"tissue": {"mesh": {"file": "block.obj", "tissue": "dentin", "voxel_mm": 0.2}}, )" + more + "}");
+  }
+  test::ProgramFolder folder{TYPODONT_PROGRAM};
+};
+
+TEST_F(MeshLodCommand, TheLevelFollowsTheHandsSpeedAndStandsInTheTable) {
+  write_block();
+  // Along the surface at 10, 60 and 200 mm/s.
+  folder.write("hand.csv",
+               "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,-3,0,1,1,0,0,0,0\n0.2,-3,0,0.05,1,0,0,0,0\n"
+               "0.4,-1,0,0.05,1,0,0,0,0\n0.42,0.2,0,0.05,1,0,0,0,0\n0.52,1.2,0,0.05,1,0,0,0,0\n"
+               "0.54,3.2,0,0.05,1,0,0,0,0\n0.8,3.2,0,0.05,1,0,0,0,0\n");
+  const std::string s =
+      scene(R"("model": {"mesh_lod": {"vertices": 2000, "switch_mm_s": [5, 30]}}, "tool": "explorer")");
+  const auto ran = folder.run("servo " + s + " --hand " + folder / "hand.csv" + " --json --out " + folder / "t.csv");
+  ASSERT_EQ(ran.status, 0) << ran.err;
+  const Json json = Json::parse(ran.out, "summary");
+  EXPECT_EQ(json["model"].string(), "mesh_lod");
+  EXPECT_NEAR(json["elements"].number(), 2000, 20);
+  EXPECT_GT(json["force_max_N"].number(), 0.02);
+  const std::vector<std::string> levels = column(test::read_text(folder / "t.csv"), "level");
+  ASSERT_GT(levels.size(), 700U);
+  for (const char* level : {"0", "1", "2"}) EXPECT_THAT(levels, ::testing::Contains(level));
+  EXPECT_EQ(levels.back(), "0");
+}
+
+TEST_F(MeshLodCommand, ASessionThatCutsReplaysBitForBit) {
+  write_block();
+  folder.write("hand.csv",
+               "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,0,0,1.5,1,0,0,0,1\n0.3,0,0,0.4,1,0,0,0,1\n"
+               "0.8,0.3,0.1,0.1,1,0,0,0,1\n1.0,0,0,2,1,0,0,0,0\n");
+  const std::string s = scene(R"("model": "mesh_lod", "tool": "round_012", "spindle_krpm": 300)");
+  const auto ran = folder.run("servo " + s + " --hand " + folder / "hand.csv" + " --json --out " + folder / "s.h5");
+  ASSERT_EQ(ran.status, 0) << ran.err;
+  EXPECT_GT(Json::parse(ran.out, "summary")["cuts"].number(), 50);
+  const auto check = folder.run("replay " + folder / "s.h5" + " --check");
+  EXPECT_EQ(check.status, 0) << check.out << check.err;
+}
+
+TEST_F(MeshLodCommand, AMeshIsTissueForTheOtherModelsToo) {
+  write_block();
+  folder.write("hand.csv",
+               "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,0.1,0.1,1.5,1,0,0,0,0\n0.4,0.1,0.1,0.4,1,0,0,0,0\n"
+               "1,0.1,0.1,0.4,1,0,0,0,0\n");
+  const std::string s = scene(R"("tool": {"shape": "sphere", "diameter_mm": 1.2, "cuts": false})");
+  std::vector<double> force;
+  for (const char* model : {"offset", "mesh_lod", "voxel_penalty"}) {
+    const auto ran = folder.run("servo " + s + " --model " + model + " --hand " + folder / "hand.csv" + " --out " +
+                                folder / "t.csv");
+    ASSERT_EQ(ran.status, 0) << ran.err;
+    force.push_back(std::stod(column(test::read_text(folder / "t.csv"), "force_z_N").back()));
+  }
+  EXPECT_NEAR(force[0], 0.1, 0.01);  // 0.2 mm into dentin of 0.5 N/mm
+  EXPECT_NEAR(force[1], force[0], 0.005);
+  EXPECT_GT(force[2], 0);
+}
+
+TEST_F(MeshLodCommand, BadMeshesAreExactErrors) {
+  folder.write("hand.csv", "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,0,0,1,1,0,0,0,0\n0.1,0,0,1,1,0,0,0,0\n");
+  const auto error_of = [&](const std::string& bytes, const std::string& more = "") {
+    folder.write("block.obj", bytes);
+    const auto ran = folder.run("servo " + scene(R"("model": "mesh_lod", "tool": "explorer")" + more) + " --hand " +
+                                folder / "hand.csv" + " --out " + folder / "t.csv");
+    EXPECT_EQ(ran.status, 2) << ran.out;
+    return ran.err;
+  };
+  EXPECT_THAT(error_of(""), AllOf(HasSubstr("block.obj"), HasSubstr("an empty file")));
+  EXPECT_THAT(error_of("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 7\n"), HasSubstr("block.obj"));
+  EXPECT_THAT(error_of("v 0 0 0\nv 1000 0 0\nv 0 1000 0\nf 1 2 3\n"), HasSubstr("unit_mm"));
+}
+
+TEST_F(MeshLodCommand, FitDampingPrintsTheCouplingOfAScene) {
+  std::string curve = "t_s,depth_mm,force_N\n";
+  for (int i = 0; i < 400; ++i) {
+    const double t = 1e-3 * i, depth = 0.3 + 0.2 * std::sin(20 * t), rate = 4 * std::cos(20 * t);  // mm, mm/s
+    curve += std::to_string(t) + "," + std::to_string(depth) + "," + std::to_string(0.7 * depth + 0.01 * rate) + "\n";
+  }
+  const auto ran = folder.run("fit-damping " + folder.write("curve.csv", curve) + " --json");
+  ASSERT_EQ(ran.status, 0) << ran.err;
+  const Json json = Json::parse(ran.out, "fit");
+  EXPECT_NEAR(json["stiffness_N_per_mm"].number(), 0.7, 0.007);
+  EXPECT_NEAR(json["damping_Ns_per_mm"].number(), 0.01, 0.0001);
+  EXPECT_EQ(folder.run("fit-damping " + folder.write("bad.csv", "t_s,depth_mm,force_N\n0,1\n")).status, 2);
+}
+
+}  // namespace
+}  // namespace typodont

@@ -1,0 +1,519 @@
+// The contact model "mesh_lod" behind the seam: servo and carver in lock-step.
+#include "haptics/contact/mesh_lod/mesh_lod_model.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "engine/base/error.h"
+#include "engine/base/units.h"
+#include "haptics/contact/mesh_lod/mesh_lod_body.h"
+#include "haptics/contact_method.h"
+#include "haptics/damping_fit.h"
+#include "haptics/import/mesh_tissue.h"
+#include "haptics/lockstep.h"
+#include "haptics/solid.h"
+#include "tests/support/no_alloc.h"
+
+namespace typodont::haptics::mesh_lod {
+namespace {
+
+using namespace literals;
+
+constexpr double kBall = 3.0_mm;
+
+MaterialTable materials() {
+  MaterialTable table{};
+  const auto set = [&](Tissue tissue, double stiffness) {
+    table[static_cast<std::size_t>(tissue)] = {stiffness, 20e9, 0.3, 0.2, 2500, dvec3(0.9)};
+  };
+  set(Tissue::kEnamel, 1000);
+  set(Tissue::kDentin, 500);
+  set(Tissue::kPulp, 200);
+  set(Tissue::kCaries, 300);
+  return table;
+}
+
+ServoSettings settings(const char* method = R"("mesh_lod")", double diameter = 0.25_mm) {
+  ServoSettings s;
+  s.tool.diameter = s.tool.length = diameter;
+  s.tool.cuts = false;
+  s.damping = 0;
+  s.friction = false;
+  s.passivity = false;
+  s.ramp_time = 0;
+  s.materials = materials();
+  s.method = read_contact_method(Json::parse(method, "model"));
+  return s;
+}
+
+TissueVolume volume(const char* json) {
+  return TissueVolume(read_solids(Json::parse(json, "tissue")));
+}
+TissueVolume ball() {
+  return volume(R"({"voxel_mm": 0.15, "solids": [{"tissue": "enamel", "solid": {"sphere": {"radius_mm": 3}}}]})");
+}
+
+/// The cut through a tooth of the paper's Fig. 20, flat at z = 0: pulp, a strip of dentin of 0.2 mm, enamel.
+TissueVolume section() {
+  TissueVolume tissue = volume(R"({"voxel_mm": 0.2, "solids": [
+    {"tissue": "pulp", "solid": {"box": {"center_mm": [0, 0, -1], "size_mm": [6, 4, 2]}}}]})");
+  auto mesh = std::make_shared<TissueMesh>();
+  const std::vector<double> x = {-3, -2, -1, -0.4, -0.1, 0.1, 0.4, 1, 2, 3}, y = {-2, -1.2, -0.5, 0.1, 0.7, 1.4, 2};
+  for (const double a : x)
+    for (const double b : y) mesh->vertices.push_back(1e-3 * dvec3(a, b, 0));
+  const auto at = [&](std::size_t i, std::size_t j) { return static_cast<unsigned>(i * y.size() + j); };
+  for (std::size_t i = 0; i + 1 < x.size(); ++i) {
+    for (std::size_t j = 0; j + 1 < y.size(); ++j) {
+      const Tissue tissue_here = x[i] < -0.2 ? Tissue::kPulp : x[i] < 0.05 ? Tissue::kDentin : Tissue::kEnamel;
+      mesh->triangles.emplace_back(at(i, j), at(i + 1, j), at(i + 1, j + 1));
+      mesh->triangles.emplace_back(at(i, j), at(i + 1, j + 1), at(i, j + 1));
+      mesh->tissue.insert(mesh->tissue.end(), 2, tissue_here);
+    }
+  }
+  tissue.set_mesh(mesh);
+  return tissue;
+}
+
+struct Session {
+  LockStep steps;
+  ServoTick tick;
+  Cut cut;
+  Nanos t = 0;
+  Session(TissueVolume tissue, const ServoSettings& s) : steps(std::move(tissue), s) {}
+  const ServoTick& step(const dvec3& p, double pedal = 0) {
+    HandSample hand;
+    hand.t = t += 1'000'000;
+    hand.X_WT.p = p;
+    hand.pedal = pedal;
+    steps.tick(hand, tick, cut);
+    return tick;
+  }
+};
+
+TEST(MeshLodModel, OnABallTheForceIsTheSpringsAndPointsOutAndOutsideThereIsNone) {
+  Session run(ball(), settings());
+  const double reach = kBall + 0.125_mm;
+  for (int i = 0; i < 1500; ++i) {
+    const double height = reach + 0.2_mm - std::min(i, 400) * 1e-6, a = 0.002 * std::max(0, i - 400);
+    const dvec3 out(std::sin(a), 0, std::cos(a));
+    run.step(height * out);
+    const double depth = reach - height;
+    ASSERT_TRUE(depth > -2e-6 || run.tick.f_T_W == dvec3(0)) << i;
+    if (depth < 0.05_mm) continue;
+    ASSERT_NEAR(glm::length(run.tick.f_T_W), 1000 * depth, 5e-3) << i;  // flat faces lie inside the ball
+    ASSERT_GT(glm::dot(glm::normalize(run.tick.f_T_W), out), std::cos(4.0_deg)) << i;
+  }
+  EXPECT_EQ(run.tick.faults, 0U);
+}
+
+TEST(MeshLodModel, FrictionStaysInCoulombsCone) {
+  ServoSettings s = settings();
+  s.friction = true;
+  Session run(ball(), s);
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  dvec3 hand(0, 0, kBall);
+  double most = 0;
+  for (int i = 0; i < 3000; ++i) {
+    hand.x = std::clamp(hand.x + 8e-6 * unit(random) + 4e-6 * std::sin(0.01 * i), -1e-3, 1e-3);
+    hand.y = std::clamp(hand.y + 8e-6 * unit(random), -1e-3, 1e-3);
+    run.step(hand);
+    const dvec3 n = run.tick.n_C_W, f = run.tick.f_T_W;
+    const double along = glm::dot(f, n);
+    if (!(along > 0)) continue;
+    const double share = glm::length(f - along * n) / along;
+    ASSERT_LE(share, 0.3 + 1e-9) << i;
+    most = std::max(most, share);
+  }
+  EXPECT_GT(most, 0.15);
+}
+
+TEST(MeshLodModel, FromSoftToHardAWallHoldsWithTheHardTissuesStiffness) {
+  Session run(section(), settings(R"({"mesh_lod": {"levels": [70]}})", 0.1_mm));
+  for (int i = 0; i < 300; ++i) run.step({-1e-3, 0.2e-3, 0.1e-3 - 1e-6 * i});
+  int checked = 0;
+  for (double x = -1e-3; x < 0.15e-3; x += 5e-6) {
+    run.step({x, 0.2e-3, -0.2e-3});
+    const double beyond = x + 0.1e-3;
+    if (beyond < 0.02e-3) {
+      ASSERT_NEAR(-run.tick.f_T_W.x, std::max(0.0, 500 * beyond), 1e-3) << x;
+      continue;
+    }
+    ++checked;
+    ASSERT_NEAR(-run.tick.f_T_W.x / (500 * beyond), 1, 0.01) << x;
+  }
+  EXPECT_GT(checked, 30);
+}
+
+TEST(MeshLodModel, FromHardToSoftThereIsNoWall) {
+  Session run(section(), settings(R"({"mesh_lod": {"levels": [70]}})", 0.1_mm));
+  for (int i = 0; i < 300; ++i) run.step({1e-3, 0.2e-3, 0.1e-3 - 1e-6 * i});
+  for (double x = 1e-3; x > -1e-3; x -= 5e-6) {
+    run.step({x, 0.2e-3, -0.2e-3});
+    ASSERT_NEAR(run.tick.f_T_W.x, 0, 1e-3) << x;
+  }
+}
+
+TEST(MeshLodModel, TheStripOfDentinIsFoundBetweenPulpAndEnamel) {
+  Session run(section(), settings(R"({"mesh_lod": {"levels": [70], "wall_limit_N": 0.05}})", 0.1_mm));
+  for (int i = 0; i < 300; ++i) run.step({-1e-3, 0.2e-3, 0.1e-3 - 1e-6 * i});
+  std::vector<double> peaks;  // m, where a wall gave way
+  double last = 0, most_step = 0;
+  dvec3 before = run.tick.f_T_W;
+  for (double x = -1e-3; x < 1e-3; x += 2e-6) {
+    run.step({x, 0.2e-3, -0.2e-3});
+    const double along = -run.tick.f_T_W.x;
+    if (last > 0.045 && along < last && (peaks.empty() || x > peaks.back() + 0.05e-3)) peaks.push_back(x);
+    last = along;
+    most_step = std::max(most_step, glm::distance(run.tick.f_T_W, before));
+    before = run.tick.f_T_W;
+  }
+  ASSERT_EQ(peaks.size(), 2U);
+  EXPECT_NEAR(peaks[0], -0.1e-3 + 0.05 / 500, 15e-6);
+  EXPECT_NEAR(peaks[1], 0.1e-3 + 0.05 / 1000, 15e-6);
+  EXPECT_LT(most_step, 0.02);
+}
+
+TEST(MeshLodModel, StiffnessFallsFromOutsideToInsideLikeStepsOfAStair) {
+  Session run(section(), settings(R"({"mesh_lod": {"levels": [70]}})", 0.1_mm));
+  const auto press = [&](double x) {
+    for (int i = 0; i < 100; ++i) run.step({x, 0.2e-3, 0.1e-3});
+    for (int i = 0; i < 300; ++i) run.step({x, 0.2e-3, 0.1e-3 - 1e-6 * i});
+    for (int i = 0; i < 100; ++i) run.step({x, 0.2e-3, -0.2e-3});
+    return run.tick.f_T_W.z / 0.25e-3;
+  };
+  EXPECT_NEAR(press(1.5e-3), 1000, 10);
+  EXPECT_NEAR(press(0), 500, 5);
+  EXPECT_NEAR(press(-1.5e-3), 200, 2);
+}
+
+TEST(MeshLodModel, ABumpOfATenthOfAMillimetreIsFeltAtTheFinestLevel) {
+  Session run(volume(R"({"voxel_mm": 0.03, "band_mm": 0.3, "solids": [
+                {"tissue": "enamel", "solid": {"box": {"center_mm": [0, 0, -0.5], "size_mm": [2, 1.5, 1]}}},
+                {"tissue": "enamel", "solid": {"cylinder": {"center_mm": [0, 0, 0], "axis": [0, 1, 0], "radius_mm": 0.1, "height_mm": 1}}}]})"),
+              settings(R"({"mesh_lod": {}})"));
+  for (int i = 0; i < 400; ++i) run.step({-0.6e-3, 0, 0.2e-3 - 1e-6 * std::min(i, 125)});
+  double most = 0, least = 1e9;
+  for (double x = -0.6e-3; x < 0.6e-3; x += 4e-6) {
+    run.step({x, 0, 0.075e-3});
+    const double lift = run.tick.X_WG.p.z;
+    most = std::max(most, lift), least = std::min(least, lift);
+    ASSERT_EQ(run.tick.level, 0U);
+  }
+  EXPECT_NEAR(most - least, 0.1e-3, 0.01e-3);
+}
+
+TEST(MeshLodModel, CariesIsSoftAndTheTipSticksInIt) {
+  ServoSettings s = settings();
+  s.tool.sink_yield = 0.3;
+  TissueVolume tissue = ball();
+  tissue.paint(Tissue::kCaries, *capsule({0, 0, kBall}, {0, 0, kBall - 1e-3}, 0.8e-3));
+  Session run(std::move(tissue), s);
+  const auto pull_out = [&](const dvec3& way) {
+    for (int i = 0; i < 1400; ++i) run.step((kBall + 0.3e-3 - std::min(i, 1300) * 1e-6) * way);
+    double pulls = 0;
+    for (int i = 0; i < 1000; ++i) {
+      run.step((kBall - 1.0e-3 + i * 2e-6) * way);
+      pulls = std::min(pulls, glm::dot(run.tick.f_T_W, way));
+    }
+    return -pulls;
+  };
+  EXPECT_GT(pull_out({0, 0, 1}), 0.15);
+  EXPECT_EQ(pull_out({1, 0, 0}), 0);
+}
+
+// --- Fitted damping
+
+TEST(DampingFit, RecoversTheDamperOfASyntheticPushWithinOnePerCent) {
+  std::mt19937 random(1);
+  std::normal_distribution<double> noise(0, 0.01);
+  std::vector<PushSample> samples;
+  double most = 0;
+  for (int i = 0; i < 2000; ++i) {
+    const double t = 1e-3 * i, w = 2 * kPi * 1.5;
+    const double depth = 0.6e-3 * std::sin(w * t) + 0.2e-3 * std::sin(3.1 * w * t);
+    const double rate = 0.6e-3 * w * std::cos(w * t) + 0.2e-3 * 3.1 * w * std::cos(3.1 * w * t);
+    samples.push_back({t, depth, depth > 0 ? std::max(0.0, 800 * depth + 20 * rate + noise(random)) : 0});
+    most = std::max(most, samples.back().force);
+  }
+  const DampingFit fit = fit_damping(samples);
+  EXPECT_NEAR(fit.damping, 20, 0.2);
+  EXPECT_NEAR(fit.stiffness, 800, 8);
+  EXPECT_GT(most, 0.4);
+  EXPECT_LT(fit.rms, 0.02);
+}
+
+TEST(DampingFit, ACurveThatDoesNotTellIsAnExactError) {
+  std::vector<PushSample> samples;
+  EXPECT_THROW(fit_damping(samples), Error);
+  for (int i = 0; i < 100; ++i) samples.push_back({1e-3 * i, 1e-3, 1});
+  EXPECT_THROW(fit_damping(samples), Error);
+}
+
+// --- The slew filter (7)
+
+TEST(SlewFilter, GeneratesEnergyAsPrinted) {
+  // Into a wall of 1 N/mm and out again at 100 mm/s, 2 mm deep, 0.02 N a tick.
+  double force = 0, absorbed = 0, until_surface = 0, until_zero = 0;
+  const ForceFilterLaw law;
+  dvec3 last(0);
+  double depth = 0;
+  for (int i = 1; i <= 400; ++i) {
+    const double next = i <= 20 ? 0.1e-3 * i : 2e-3 - 0.1e-3 * (i - 20), energy = force * (next - depth);
+    if (i <= 20)
+      absorbed += energy;
+    else if (force > 0)
+      until_zero -= energy, until_surface -= next >= 0 ? energy : 0;
+    depth = next;
+    last = filter_force(ForceFilter::kSlew, law, {0, 0, 1000 * std::max(depth, 0.0)}, last);
+    force = last.z;
+  }
+  EXPECT_NEAR(1e3 * absorbed, 0.380, 0.001);
+  EXPECT_NEAR(1e3 * until_surface, 1.10, 0.01);
+  EXPECT_NEAR(1e3 * until_zero, 1.80, 0.01);
+}
+
+TEST(SlewFilter, BehindTheGuardTakesNoEnergyFromNothing) {
+  for (const bool guarded : {true, false}) {
+    ServoSettings s = settings();
+    s.filter = ForceFilter::kSlew;
+    s.passivity = guarded;
+    Session run(volume(R"({"voxel_mm": 0.2, "solids": [
+      {"tissue": "enamel", "solid": {"box": {"center_mm": [0, 0, -3], "size_mm": [8, 8, 6]}}}]})"),
+                s);
+    double least = 0, z = 1e-3;
+    for (int stroke = 0; stroke < 3; ++stroke) {
+      for (; z > -2e-3; z -= 0.1e-3) run.step({0, 0, z}), least = std::min(least, run.tick.energy);
+      for (; z < 1e-3; z += 0.1e-3) run.step({0, 0, z}), least = std::min(least, run.tick.energy);
+    }
+    if (guarded)
+      EXPECT_GE(least, -1e-9);
+    else
+      EXPECT_LT(least, -1e-3);
+  }
+}
+
+// --- Levels
+
+const TissueMesh& arch() {
+  static const TissueMesh mesh = read_tissue_mesh("assets/jaw/lower_arch.ply", 1e-3, Tissue::kEnamel).mesh;
+  return mesh;
+}
+std::shared_ptr<const Levels> arch_levels() {
+  static const auto levels = make_levels(arch(), {{}, {13288, 5000, 2500}});
+  return levels;
+}
+
+/// Presses 0.1 mm deep at random places of the arch.
+template <class Use>
+void at_random_places(int count, Use&& use) {
+  std::mt19937 random(5);
+  const TriangleGrid& finest = arch_levels()->grids[0];
+  std::uniform_int_distribution<std::size_t> any(0, finest.size() - 1);
+  for (int i = 0; i < count; ++i) {
+    const Face& face = finest.face(static_cast<std::uint32_t>(any(random)));
+    const dvec3 n = glm::normalize(face.normal()), p = (face.a + face.b + face.c) / 3.0;
+    if (!finest.inside(p - 0.1e-3 * n)) continue;  // a thin place, or the border
+    use(p, n);
+  }
+}
+
+TEST(MeshLodModel, AMappedSwitchIsNotFeltAndAnUnmappedOneIsAStep) {
+  const ServoSettings s = settings();
+  Parameters mapped, unmapped;
+  unmapped.maps = false;
+  double worst_mapped = 0, worst_unmapped = 0;
+  int done = 0;
+  at_random_places(150, [&](const dvec3& p, const dvec3& n) {
+    for (const Parameters* parameters : {&mapped, &unmapped}) {
+      MeshLodModel model(s, *parameters);
+      MeshSnapshot snapshot;
+      snapshot.number = 1;
+      snapshot.levels = arch_levels();
+      PerTissue removed{};
+      model.adopt(snapshot, removed);
+      ContactInput in;
+      in.X_WT.p = in.X_WG.p = p + 1e-3 * n;
+      Contact out;
+      model.constrain(in, out);
+      if (out.leading_out) return;
+      dvec3 held(0);
+      // Rests 0.1 mm deep; the speed that is told swings through both limits.
+      for (int i = 0; i < 400; ++i) {
+        in.X_WG.p = out.p_WG;
+        in.X_WT.p = p + (0.025e-3 - std::min(1e-6 * i, 0.1e-3)) * n;
+        in.moved = dvec3(i < 150 || i > 300 ? 0 : 0.2e-3, 0, 0);
+        out = {};
+        model.constrain(in, out);
+        if (i > 150 && out.touching) {
+          const double step = 1000 * glm::distance(out.p_WG, held);
+          double& worst = parameters == &mapped ? worst_mapped : worst_unmapped;
+          worst = std::max(worst, step);
+        }
+        held = out.p_WG;
+        EXPECT_TRUE(i != 149 || out.level == 0);
+        EXPECT_TRUE(i != 290 || out.level == 2);
+      }
+      EXPECT_EQ(out.level, 0U);
+      ++done;
+    }
+  });
+  EXPECT_GT(done, 100);
+  EXPECT_LE(worst_mapped, 0.02);
+  EXPECT_GT(worst_unmapped, 0.02);
+  EXPECT_LE(worst_unmapped, 1000 * arch_levels()->hausdorff);
+  RecordProperty("mapped_mN", static_cast<int>(1e3 * worst_mapped));
+  RecordProperty("unmapped_mN", static_cast<int>(1e3 * worst_unmapped));
+}
+
+// --- Cutting
+
+constexpr const char* kBlock = R"({"voxel_mm": 0.2, "solids": [
+  {"tissue": "dentin", "solid": {"box": {"center_mm": [0, 0, -3], "size_mm": [8, 8, 6]}}}]})";
+constexpr double kBur = 0.6_mm;
+
+ServoSettings drill() {
+  ServoSettings s = settings(R"("mesh_lod")", 2 * kBur);
+  s.tool.cuts = true;
+  s.spindle.free_speed = 300.0_krpm;
+  s.passivity = true;
+  s.damping = 2;
+  return s;
+}
+double sum(const PerTissue& v) {
+  double all = 0;
+  for (const double x : v) all += x;
+  return all;
+}
+/// Volume of a ball of radius r at height z that lies below z = 0.
+double cap(double r, double z) {
+  const double h = std::clamp(r - z, 0.0, 2 * r);
+  return kPi * h * h * (r - h / 3);
+}
+
+TEST(MeshLodModel, ABurSinksWhereItIsPressedAndWhatGoesIsWhatItSwept) {
+  Session run(volume(kBlock), drill());
+  double most_step = 0, least_energy = 0;
+  dvec3 before(0);
+  const double whole = sum(run.steps.carver().volume().volumes());
+  for (int i = 0; i < 1800; ++i) {
+    run.step({0.03e-3, 0.02e-3, kBur + 0.05e-3 - std::min(i, 600) * 1e-6}, 1);
+    if (i > 20) most_step = std::max(most_step, glm::distance(run.tick.f_T_W, before));
+    before = run.tick.f_T_W;
+    least_energy = std::min(least_energy, run.tick.energy);
+  }
+  for (int i = 0; i < 100; ++i) run.step({0.03e-3, 0.02e-3, kBur - 0.55e-3}, 1);
+  ASSERT_GT(run.tick.cuts, 100U);
+  const double z = run.tick.X_WG.p.z;
+  EXPECT_LT(z, kBur - 0.2e-3);
+  EXPECT_NEAR(sum(run.tick.removed) / cap(kBur, z), 1, 0.05);
+  EXPECT_NEAR((whole - sum(run.steps.carver().volume().volumes())) / cap(kBur, z), 1, 0.1);
+  EXPECT_LE(most_step, 0.02);
+  EXPECT_GE(least_energy, -1e-9);
+}
+
+TEST(MeshLodModel, ACutMeshStaysClosedAndUndoBringsItBackToTheBit) {
+  Session run(volume(kBlock), drill());
+  auto& carver = run.steps.carver();
+  const auto& mesh = dynamic_cast<const MeshLodBody&>(carver.body()).mesh();
+  const std::uint64_t untouched = mesh.hash();
+  EXPECT_EQ(mesh.border_edges(), 0U);
+  for (int i = 0; i < 1500; ++i) {
+    const double down = kBur + 0.02e-3 - std::min(i, 300) * 1e-6;
+    run.step({i * 0.5e-6, 0.2e-3 * std::sin(0.005 * i), down}, 1);
+  }
+  EXPECT_EQ(mesh.border_edges(), 0U);
+  const std::uint64_t cut = mesh.hash();
+  EXPECT_NE(cut, untouched);
+  double least_angle = 180;
+  for (mesh::Index f = 0; f < mesh.face_range(); ++f) {
+    if (!mesh.uses(f)) continue;
+    for (int k = 0; k < 3; ++k) {
+      const dvec3 a = mesh.point(f, (k + 1) % 3) - mesh.point(f, k), b = mesh.point(f, (k + 2) % 3) - mesh.point(f, k);
+      if (glm::length(mesh.point(f, k)) > 3e-3) continue;  // beside the cut: as the volume's surface has it
+      least_angle = std::min(least_angle, std::acos(glm::dot(a, b) / (glm::length(a) * glm::length(b))) * 180 / kPi);
+    }
+  }
+  EXPECT_GE(least_angle, 10);
+  ASSERT_TRUE(carver.undo());
+  EXPECT_EQ(mesh.hash(), untouched);
+  ASSERT_TRUE(carver.redo());
+  EXPECT_EQ(mesh.hash(), cut);
+}
+
+TEST(MeshLodModel, EqualHandsCutEqualMeshes) {
+  std::uint64_t hash[2];
+  dvec3 force[2];
+  for (int pass = 0; pass < 2; ++pass) {
+    Session run(volume(kBlock), drill());
+    for (int i = 0; i < 600; ++i) run.step({i * 1e-6, 0, kBur + 0.02e-3 - std::min(i, 300) * 1e-6}, 1);
+    hash[pass] = dynamic_cast<const MeshLodBody&>(run.steps.carver().body()).mesh().hash();
+    force[pass] = run.tick.f_T_W;
+  }
+  EXPECT_EQ(hash[0], hash[1]);
+  EXPECT_EQ(force[0], force[1]);
+}
+
+// --- The seam
+
+TEST(MeshLodModel, NeverAllocatesInATickAndGivesTheSameBitsAgain) {
+  std::vector<ServoTick> first;
+  for (int pass = 0; pass < 2; ++pass) {
+    Session run(ball(), settings());
+    for (int i = 0; i < 600; ++i) {
+      const dvec3 p(2e-3 * std::sin(0.02 * i), 1e-3 * std::cos(0.03 * i), 3.4e-3 - 1e-6 * i);
+      HandSample hand;
+      hand.t = run.t += 1'000'000;
+      hand.X_WT.p = p;
+      if (i == 0) {
+        run.steps.tick(hand, run.tick, run.cut);
+      } else {
+        const test::NoAlloc guard;
+        run.steps.tick_servo(hand, run.tick, run.cut);
+        ASSERT_EQ(guard.count(), 0U) << i;
+      }
+      if (pass == 0) {
+        first.push_back(run.tick);
+      } else {
+        const ServoTick& was = first[static_cast<std::size_t>(i)];
+        ASSERT_TRUE(was.f_T_W == run.tick.f_T_W && was.X_WG.p == run.tick.X_WG.p && was.level == run.tick.level) << i;
+      }
+    }
+  }
+}
+
+TEST(MeshLodModel, AHandThatLeapsThroughThinTissueStaysInFront) {
+  TissueVolume tissue = volume(R"({"voxel_mm": 0.2, "solids": [
+    {"tissue": "enamel", "solid": {"box": {"center_mm": [0, 0, 0], "size_mm": [10, 10, 0.8]}}}]})");
+  Session run(std::move(tissue), settings());
+  for (int i = 0; i < 200; ++i) {
+    run.step({0, 0, i % 2 ? -10e-3 : 3e-3});
+    ASSERT_GT(run.tick.X_WG.p.z, 0.4e-3) << i;
+  }
+}
+
+TEST(MeshLodModel, BadParametersAndToolsAreExactErrors) {
+  using testing::HasSubstr;
+  for (const auto& [json, part] :
+       std::vector<std::pair<const char*, const char*>>{{R"({"mesh_lod": {"level": [10]}})", "level"},
+                                                        {R"({"mesh_lod": {"levels": [100, 200]}})", "no more vertices"},
+                                                        {R"({"mesh_lod": {"levels": []}})", "at least one"},
+                                                        {R"({"mesh_lod": {"switch_mm_s": [120, 30]}})", "rising"}}) {
+    try {
+      read_contact_method(Json::parse(json, "model"));
+      ADD_FAILURE() << json;
+    } catch (const Error& e) {
+      EXPECT_THAT(e.what(), HasSubstr(part));
+    }
+  }
+  ServoSettings s = settings();
+  s.tool.cuts = true;
+  s.tool.shape = HeadShape::kCylinder;
+  EXPECT_THROW(Session(ball(), s), Error);
+}
+
+}  // namespace
+}  // namespace typodont::haptics::mesh_lod

@@ -1,0 +1,292 @@
+// What a head removes from a mesh (contact model vertex): against analytic volumes, and by brute force.
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "haptics/contact/vertex/mesh_cutter.h"
+#include "tests/support/mesh_shapes.h"
+#include "tests/support/no_alloc.h"
+
+namespace typodont {
+namespace {
+
+using namespace literals;
+using haptics::HeadShape;
+using haptics::Tool;
+using haptics::mesh::EditableMesh;
+using haptics::mesh::Index;
+using haptics::vertex::CutDone;
+using haptics::vertex::CutParameters;
+using haptics::vertex::MeshCutter;
+using haptics::vertex::VertexHead;
+using test::ball;
+using test::square;
+
+constexpr double kRadius = 0.6e-3;  // m
+
+Tool round_head(double radius = kRadius) {
+  Tool tool;
+  tool.diameter = tool.length = 2 * radius;
+  return tool;
+}
+
+double total(const PerTissue& v) {
+  double sum = 0;
+  for (const double x : v) sum += x;
+  return sum;
+}
+
+/// A mesh with its cutter.
+struct Workpiece {
+  EditableMesh mesh;
+  MeshCutter cutter;
+  Workpiece(const haptics::TissueMesh& tissue, double edge, std::size_t spare = 60'000)
+      : mesh(tissue, CutParameters::longest * edge, spare), cutter(mesh, nullptr) {}
+};
+
+/// From A to B as the servo goes: in steps, and again where vertices held the head. Returns what was removed, m³.
+double drive(Workpiece& w, const VertexHead& head, Pose X, const Pose& X_WB, double edge) {
+  double removed = 0;
+  const dvec3 way = X_WB.p - X.p;
+  for (int k = 0; k < 400; ++k) {
+    const dvec3 left = X_WB.p - X.p;
+    const double step = 0.3 * edge;
+    const Pose next{glm::length(left) > step ? X.p + step * glm::normalize(way) : X_WB.p, X_WB.R};
+    const CutDone done = w.cutter.cut(w.mesh, head, X, next, edge);
+    removed += total(done.removed);
+    if (!done.held) X = next;
+    if (X.p == X_WB.p) return removed;
+  }
+  ADD_FAILURE() << "held back at " << X.p.z;
+  return removed;
+}
+
+/// Volume that a ball pressed straight down into a plane removes, over the analytic cap.
+double cap_error(double depth, double edge) {
+  Workpiece w(square(4.0_mm, 0.4_mm), edge);
+  const VertexHead head(round_head());
+  const CutDone done = w.cutter.cut(w.mesh, head, {{0, 0, kRadius}}, {{0, 0, kRadius - depth}}, edge);
+  const double cap = kPi * depth * depth * (3 * kRadius - depth) / 3;
+  return total(done.removed) / cap - 1;
+}
+
+TEST(VertexCut, ACapsVolumeIsWithinFivePercentAtATenthOfTheRadiusAndThriceCloserAtATwentieth) {
+  for (const double share : {0.3, 0.5, 0.8}) {
+    const double coarse = std::abs(cap_error(share * kRadius, kRadius / 10));
+    const double fine = std::abs(cap_error(share * kRadius, kRadius / 20));
+    EXPECT_LT(coarse, 0.05) << share;
+    EXPECT_LT(3 * fine, coarse) << share;
+  }
+}
+
+Tool head_of(HeadShape shape, double diameter = 1.0_mm) {
+  Tool tool = round_head(diameter / 2);
+  tool.shape = shape;
+  if (shape != HeadShape::kSphere) tool.length = 1.6 * diameter;
+  return tool;
+}
+
+/// Draws a head at random through the workpiece, in steps of at most half an edge, as the servo does: where a wall
+/// holds it back it tries again, and gives up after a few times. Returns the volume removed, m³.
+double scribble(Workpiece& w, const VertexHead& head, double edge, std::mt19937& random, const dvec3& size) {
+  std::uniform_real_distribution<double> unit(-1, 1);
+  const auto direction = [&] { return glm::normalize(dvec3(unit(random), unit(random), unit(random))); };
+  const dquat R = glm::normalize(dquat(unit(random), unit(random), unit(random), unit(random)));
+  Pose X{(size + head.reach()) * direction(), R};
+  while (glm::length(X.p / (size + 0.9 * head.reach())) < 1) X.p *= 1.1;
+  dvec3 way = glm::normalize(0.3 * size * direction() - X.p);
+  double removed = 0;
+  int tries = 0;
+  for (int k = 0; k < 60 && tries < 6; ++k) {
+    if (k == 35) way = glm::normalize(way + 1.5 * direction());
+    const Pose next{X.p + 0.5 * edge * way, glm::normalize(X.R * dquat(1, 0.005 * unit(random), 0, 0))};
+    const CutDone done = w.cutter.cut(w.mesh, head, X, next, edge);
+    removed += total(done.removed);
+    tries = done.held ? tries + 1 : 0;
+    if (!done.held) X = next;
+  }
+  return removed;
+}
+
+class VertexCutHeads : public ::testing::TestWithParam<HeadShape> {};
+
+TEST_P(VertexCutHeads, RandomStrokesLeaveAClosedMeshClosedAndFreeOfCrossings) {
+  const VertexHead head(head_of(GetParam()));
+  const double edge = 0.1_mm;
+  const dvec3 size(2.0_mm, 1.5_mm, 1.0_mm);
+  for (unsigned seed = 1; seed <= 4; ++seed) {
+    std::mt19937 random(seed);
+    Workpiece w(ball(size, 0.3_mm), edge);
+    const double before = test::volume(w.mesh);
+    double removed = 0;
+    for (int stroke = 0; stroke < 4; ++stroke) {
+      removed += scribble(w, head, edge, random, size);
+      ASSERT_EQ(test::broken(w.mesh), "") << seed << ' ' << stroke;
+      EXPECT_EQ(test::crossings(w.mesh), 0) << seed << ' ' << stroke;
+    }
+    EXPECT_EQ(w.mesh.border_edges(), 0u);
+    EXPECT_GT(removed, 0.2e-9) << "strokes that cut nothing would prove nothing";
+    EXPECT_NEAR(removed, before - test::volume(w.mesh), 1e-9 * before) << "what it says it took is what is gone";
+  }
+}
+
+TEST_P(VertexCutHeads, AnOpenMeshKeepsItsBorderToTheBit) {
+  const VertexHead head(head_of(GetParam()));
+  const double edge = 0.1_mm;
+  Workpiece w(square(3.0_mm, 0.3_mm), edge);
+  const EditableMesh before = w.mesh;
+  std::mt19937 random(4);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  for (int stroke = 0; stroke < 6; ++stroke) {  // over the border, too
+    Pose X{{2.0_mm * unit(random), 2.0_mm * unit(random), head.reach()},
+           glm::angleAxis(0.6 * unit(random), dvec3(0, 1, 0))};
+    const dvec3 along = 0.03_mm * glm::normalize(dvec3(unit(random), unit(random), 0));
+    for (int k = 0; k < 50; ++k) {
+      const Pose next{X.p + (k < 25 ? dvec3(0, 0, -0.03_mm) : along), X.R};
+      if (!w.cutter.cut(w.mesh, head, X, next, edge).held) X = next;
+    }
+  }
+  EXPECT_EQ(test::broken(w.mesh), "");
+  EXPECT_EQ(w.mesh.border_edges(), before.border_edges());
+  for (Index v = 0; v < before.vertex_range(); ++v) {
+    if (before.vertex(v).on_border()) {
+      ASSERT_EQ(w.mesh.vertex(v).p, before.vertex(v).p);
+    }
+  }
+  EXPECT_EQ(test::crossings(w.mesh), 0);
+}
+
+INSTANTIATE_TEST_SUITE_P(Shapes, VertexCutHeads,
+                         ::testing::Values(HeadShape::kSphere, HeadShape::kCylinder, HeadShape::kRoundEndCylinder,
+                                           HeadShape::kCone, HeadShape::kPear, HeadShape::kFlame,
+                                           HeadShape::kInvertedCone),
+                         [](const auto& each) { return std::string(haptics::name_of(each.param)); });
+
+TEST(VertexCut, MovedVerticesLieOnTheHead) {
+  for (const HeadShape shape : haptics::head_shapes()) {
+    if (shape == HeadShape::kInvertedCone) continue;  // its rim may be held for a while (README.md)
+    const VertexHead head(head_of(shape));
+    Workpiece w(square(4.0_mm, 0.4_mm), 0.1_mm);
+    const dquat R = glm::angleAxis(0.4, glm::normalize(dvec3(1, 2, 0)));
+    const Pose X_WB{{0, 0, 0.3_mm}, R};
+    drive(w, head, {{0, 0, head.reach()}, R}, X_WB, 0.1_mm);
+    int on = 0;
+    for (Index v = 0; v < w.mesh.vertex_range(); ++v) {
+      if (w.mesh.vertex(v).face == haptics::mesh::kNone) continue;
+      const double d = head.distance(glm::conjugate(R) * (w.mesh.vertex(v).p - X_WB.p));
+      ASSERT_GE(d, -1e-9) << haptics::name_of(shape) << ": nothing is left inside";
+      on += std::abs(d) < 1e-9;
+    }
+    EXPECT_GT(on, 8) << haptics::name_of(shape);
+  }
+}
+
+TEST(VertexCut, ATurnedWorkpieceGivesTheSame) {
+  // Splits and moves follow lengths, and these stay the same but for rounding.
+  const dquat R = glm::normalize(dquat(0.3, 0.5, -0.2, 0.7));
+  for (const HeadShape shape : {HeadShape::kSphere, HeadShape::kCylinder, HeadShape::kCone}) {
+    const VertexHead head(head_of(shape));
+    haptics::TissueMesh tissue = square(4.0_mm, 0.37_mm);
+    std::mt19937 random(3);
+    for (dvec3& p : tissue.vertices) {  // no ties
+      p += 1e-7 * dvec3(random() % 100, random() % 100, random() % 100);
+    }
+    haptics::TissueMesh turned = tissue;
+    for (dvec3& p : turned.vertices) p = R * p;
+    Workpiece one(tissue, 0.1_mm), other(turned, 0.1_mm);
+    const dquat tilt = glm::angleAxis(0.3, dvec3(0, 1, 0));
+    const Pose A{{0, 0, head.reach() + 0.1_mm}, tilt}, B{{0.1_mm, 0, 0.3_mm}, tilt};
+    const double first = drive(one, head, A, B, 0.1_mm);
+    const double second = drive(other, head, {R * A.p, R * A.R}, {R * B.p, R * B.R}, 0.1_mm);
+    EXPECT_GT(first, 1e-12);
+    EXPECT_NEAR(first, second, 1e-6 * first) << haptics::name_of(shape);
+  }
+}
+
+TEST(VertexCut, BelowTheSurfaceThePrintedRulePushesTissueOutAndTheMendedOneDoesNot) {
+  const VertexHead head(round_head());
+  const double depth = 1.5 * kRadius, edge = kRadius / 10;
+  const auto highest = [](const EditableMesh& mesh) {
+    double z = -1;
+    for (Index v = 0; v < mesh.vertex_range(); ++v) {
+      if (mesh.vertex(v).face != haptics::mesh::kNone) z = std::max(z, mesh.vertex(v).p.z);
+    }
+    return z;
+  };
+  const Pose above{{0, 0, kRadius}}, below{{0, 0, kRadius - depth}};
+  Workpiece printed(square(4.0_mm, edge), edge);
+  const CutDone pushed = printed.cutter.cut_as_printed(printed.mesh, head, below);
+  EXPECT_GT(highest(printed.mesh), 0.4 * kRadius) << "vertices above the centre go up: a dome instead of a hole";
+  EXPECT_LT(total(pushed.removed), 0) << "tissue comes into being";
+
+  Workpiece mended(square(4.0_mm, 0.4_mm), edge);
+  const double cut = drive(mended, head, above, below, edge);
+  EXPECT_LT(highest(mended.mesh), 1e-9);
+  // Straight down: a cylinder and a half ball.
+  const double exact = kPi * kRadius * kRadius * (depth - kRadius) + 2.0 / 3 * kPi * kRadius * kRadius * kRadius;
+  EXPECT_NEAR(cut, exact, 0.05 * exact);
+  EXPECT_EQ(test::crossings(mended.mesh), 0);
+  // And sideways from there, where the ball's upper half meets the flat surface: nothing rises above it.
+  Pose X = below;
+  for (int k = 0; k < 60; ++k) {
+    const Pose next{X.p + dvec3(0.02_mm, 0, 0)};
+    if (!mended.cutter.cut(mended.mesh, head, X, next, edge).held) X = next;
+  }
+  EXPECT_GT(X.p.x, 0.5_mm);
+  EXPECT_LT(highest(mended.mesh), 0.05 * kRadius);
+  EXPECT_EQ(test::crossings(mended.mesh), 0);
+}
+
+TEST(VertexCut, TheGridsChoiceOfFacesRemovesWhatAllFacesWould) {
+  // The box prefilter: a head finds the same vertices among the faces near it as among all.
+  const VertexHead head(head_of(HeadShape::kCone));
+  Workpiece w(ball({2.0_mm, 1.5_mm, 1.0_mm}, 0.15_mm), 0.1_mm);
+  std::mt19937 random(8);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  for (int k = 0; k < 50; ++k) {
+    const Pose X{{1.5_mm * unit(random), 1.2_mm * unit(random), 1.0_mm * unit(random)},
+                 glm::normalize(dquat(unit(random), unit(random), unit(random), unit(random)))};
+    const auto inside = [&](Index v) { return head.distance(glm::conjugate(X.R) * (w.mesh.vertex(v).p - X.p)) < 0; };
+    std::vector<Index> near, all;
+    w.mesh.near(X.p - head.reach(), X.p + head.reach(), [&](Index f) {
+      for (const Index v : w.mesh.face(f).v) {
+        if (inside(v)) near.push_back(v);
+      }
+    });
+    for (Index v = 0; v < w.mesh.vertex_range(); ++v) {
+      if (inside(v)) all.push_back(v);
+    }
+    std::sort(near.begin(), near.end());
+    near.erase(std::unique(near.begin(), near.end()), near.end());
+    ASSERT_EQ(near, all);
+  }
+}
+
+TEST(VertexCut, CuttingDoesNotAllocate) {
+  const VertexHead head(round_head());
+  Workpiece w(ball({2.0_mm, 1.5_mm, 1.0_mm}, 0.3_mm), 0.1_mm);
+  test::NoAlloc guard;
+  w.cutter.cut(w.mesh, head, {{0, 0, 1.7_mm}}, {{0.3_mm, 0, 1.2_mm}}, 0.1_mm);
+  EXPECT_EQ(guard.count(), 0u);
+}
+
+TEST(VertexCut, AThinWallIsNotCutThroughButKept) {
+  // A plate of 0.3 mm, pressed by a ball from above: what is left of it neither opens nor crosses itself.
+  const VertexHead head(round_head());
+  Workpiece w(ball({3.0_mm, 3.0_mm, 0.15_mm}, 0.3_mm), 0.1_mm);
+  Pose X{{0, 0, 0.8_mm}};
+  bool held = false;
+  for (int k = 0; k < 120; ++k) {
+    const Pose next{X.p - dvec3(0, 0, 0.01_mm)};
+    const CutDone done = w.cutter.cut(w.mesh, head, X, next, 0.1_mm);
+    held |= done.held;
+    if (!done.held) X = next;
+  }
+  EXPECT_TRUE(held);
+  EXPECT_EQ(test::broken(w.mesh), "");
+  EXPECT_EQ(w.mesh.border_edges(), 0u);
+  EXPECT_EQ(test::crossings(w.mesh), 0);
+}
+
+}  // namespace
+}  // namespace typodont

@@ -1,0 +1,241 @@
+// The contact model vertex in the servo: force, filter, energy, undo, snapshots, and the field that scores are made of.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numeric>
+
+#include "engine/base/error.h"
+#include "haptics/contact/vertex/vertex_body.h"
+#include "haptics/contact_method.h"
+#include "tests/support/haptic_bench.h"
+#include "tests/support/mesh_shapes.h"
+#include "tests/support/no_alloc.h"
+
+namespace typodont {
+namespace {
+
+using namespace literals;
+using haptics::read_contact_method;
+using test::HapticBench;
+
+constexpr std::string_view kBall =
+    R"({"voxel_mm": 0.1, "solids": [{"tissue": "enamel", "solid": {"sphere": {"radius_mm": 3}}}]})";
+
+haptics::ServoSettings probe(const char* model) {
+  haptics::ServoSettings settings;
+  settings.tool.diameter = settings.tool.length = 1.2_mm;
+  settings.damping = 0;
+  settings.friction = false;
+  settings.cutting = false;
+  settings.method = read_contact_method(Json::parse(model, "scene"));
+  return settings;
+}
+haptics::ServoSettings drill(const char* model) {
+  haptics::ServoSettings settings = probe(model);
+  settings.cutting = true;
+  settings.damping = 0.5;
+  settings.spindle.free_speed = 300.0_krpm;
+  return settings;
+}
+double sum(const PerTissue& v) {
+  return std::accumulate(v.begin(), v.end(), 0.0);
+}
+
+/// A ball of 3 mm as a volume, with a mesh of its own of a given edge.
+haptics::TissueVolume ball_of(double edge) {
+  haptics::TissueVolume volume(haptics::read_solids(Json::parse(kBall, "tissue")));
+  volume.set_mesh(std::make_shared<haptics::TissueMesh>(test::ball(dvec3(3.0_mm), edge)));
+  return volume;
+}
+
+/// N, on a ball pressed 0.15 mm into the top of that mesh; as printed: on one that lies so deep in it.
+double force_on(double edge, const char* model) {
+  HapticBench bench(ball_of(edge), probe(model));
+  for (int i = 0; i <= 200; ++i) bench.tick({{0, 0, 3.65_mm - 1e-6 * i}});
+  for (int i = 0; i < 100; ++i) bench.tick({{0, 0, 3.45_mm}});
+  return bench.last.f_model_W.z;
+}
+
+TEST(VertexForce, AsAMeanItDoesNotDependOnTheMeshAndAsPrintedItGrowsWithIt) {
+  const double coarse = force_on(0.1_mm, R"({"vertex": {}})"), fine = force_on(0.05_mm, R"({"vertex": {}})");
+  EXPECT_NEAR(fine, coarse, 0.05 * coarse) << "four times the vertices";
+  EXPECT_NEAR(coarse, 0.15, 0.05 * 0.15) << "1 N/mm, 0.15 mm deep";
+  const double sum_coarse = force_on(0.1_mm, R"({"vertex": {"as_printed": true}})"),
+               sum_fine = force_on(0.05_mm, R"({"vertex": {"as_printed": true}})");
+  EXPECT_GT(sum_fine, 2 * sum_coarse);
+}
+
+TEST(VertexForce, OnASmoothBallItPointsAlongTheNormalToADegree) {
+  HapticBench bench(ball_of(0.1_mm), probe(R"({"vertex": {}})"));
+  double worst = 0;
+  for (int i = 0; i < 300; ++i) {
+    const dvec3 n = glm::normalize(dvec3(std::cos(0.3 + 0.004 * i), 0.4, std::sin(0.3 + 0.004 * i)));
+    bench.tick({(i == 0 ? 5.0_mm : 3.5_mm) * n});
+    if (i < 40) continue;
+    worst = std::max(worst, std::acos(std::min(1.0, glm::dot(glm::normalize(bench.last.f_model_W), n))) * 180 / kPi);
+  }
+  EXPECT_LT(worst, 3.0);
+}
+
+/// rms of the change of force from tick to tick of a ball that slides over a coarse mesh, N.
+double ripple(const char* model, double& most) {
+  HapticBench bench(ball_of(0.45_mm), probe(model));
+  double before = 0, squares = 0, mean = 0;
+  most = 0;
+  std::vector<double> forces;
+  for (int i = 0; i < 900; ++i) {
+    const double a = 0.3 + 0.001 * i;
+    bench.tick({(i == 0 ? 5.0_mm : 3.48_mm) * glm::normalize(dvec3(std::cos(a), 0.4, std::sin(a)))});
+    const double force = glm::length(bench.last.f_model_W);
+    most = std::max(most, force);
+    if (i > 100) squares += (force - before) * (force - before), mean += force;
+    before = force;
+  }
+  return std::sqrt(squares / 800);
+}
+
+TEST(VertexForce, TheFilterHalvesTheRippleAtLeastAndKeepsItsLimit) {
+  double most = 0, limited = 0;
+  const double plain = ripple(R"({"vertex": {}})", most);
+  const double filtered = ripple(R"({"vertex": {"filter": {"xi_N": 0.001, "zeta_N": 0.1, "lambda_N": 3}}})", most);
+  EXPECT_GT(plain, 0);
+  EXPECT_LT(filtered, 0.5 * plain);
+  ripple(R"({"vertex": {"filter": {"zeta_N": 0.01, "lambda_N": 0.05}}})", limited);
+  EXPECT_LE(limited, 0.05 * (1 + 1e-12));
+  EXPECT_GT(limited, 0.04);
+}
+
+TEST(VertexForce, BehindTheGuardNoHandTakesMoreThanANanojoule) {
+  for (const char* model : {R"({"vertex": {}})", R"({"vertex": {"filter": {"zeta_N": 0.1}}})"}) {
+    HapticBench bench(ball_of(0.2_mm), drill(model));
+    double least = 0;
+    for (int i = 0; i < 3000; ++i) {
+      const double z = 3.75_mm - 0.35_mm * (1 - std::cos(0.004 * i));
+      bench.tick({{0.2_mm * std::sin(0.003 * i), 0.1_mm * std::sin(0.005 * i), z}}, i % 1000 > 500);
+      least = std::min(least, bench.last.energy);
+    }
+    EXPECT_GE(least, -1e-9) << model;
+    EXPECT_GT(bench.last.cuts, 10u);
+  }
+}
+
+/// A groove from the top of the ball.
+void groove(HapticBench& bench, int ticks, double y = 0) {
+  for (int i = 0; i < ticks; ++i) bench.tick({{2e-6 * i - 1.0_mm, y, 3.7_mm - std::min(i, 300) * 3e-6}}, 1);
+}
+
+TEST(VertexModel, ServoAndCarverHoldTheSameMesh) {
+  HapticBench bench(kBall, drill(R"({"vertex": {}})"));
+  groove(bench, 800);
+  EXPECT_GT(bench.last.cuts, 20u);
+  const auto& body = dynamic_cast<const haptics::vertex::VertexBody&>(bench.carver.body());
+  const auto& held = dynamic_cast<const haptics::vertex::VertexSnapshot&>(bench.servo.snapshot());
+  EXPECT_EQ(body.mesh().hash(), held.mesh.hash());
+  EXPECT_EQ(test::broken(body.mesh()), "");
+  EXPECT_EQ(test::crossings(body.mesh()), 0);
+  EXPECT_EQ(bench.carver.body().elements(), body.mesh().vertex_count());
+}
+
+TEST(VertexModel, ALateSnapshotIsTheSameMesh) {
+  // The carver takes a snapshot, the servo goes on cutting, and either side brings it up to date.
+  HapticBench bench(kBall, drill(R"({"vertex": {}})"));
+  groove(bench, 500);
+  auto late = bench.carver.make_snapshot();
+  bench.carver.take_snapshot({}, *late);
+  bench.carver.remember_writes(true);
+  groove(bench, 300, 0.3_mm);
+  const auto& body = dynamic_cast<const haptics::vertex::VertexBody&>(bench.carver.body());
+  const auto& mesh = dynamic_cast<const haptics::vertex::VertexSnapshot&>(*late).mesh;
+  EXPECT_NE(mesh.hash(), body.mesh().hash());
+  EXPECT_TRUE(bench.carver.bring_up_to_date(*late));
+  EXPECT_EQ(mesh.hash(), body.mesh().hash());
+}
+
+/// All samples of a field, voxels. (Its hash also tells which leaves were ever written.)
+std::vector<float> samples(const haptics::TissueVolume& volume) {
+  const glm::ivec3 size(100);
+  std::vector<float> field(100 * 100 * 100);
+  volume.copy(glm::ivec3(glm::round(volume.frame().to_voxels(dvec3(-5.0_mm)))), size, field.data(), nullptr);
+  return field;
+}
+
+TEST(VertexModel, UndoBringsTheMeshAndTheFieldBackToTheBitAndRedoToo) {
+  HapticBench bench(kBall, drill(R"({"vertex": {}})"));
+  const auto& body = dynamic_cast<const haptics::vertex::VertexBody&>(bench.carver.body());
+  const auto mesh_before = body.mesh().hash();
+  const auto field_before = samples(bench.carver.volume());
+  groove(bench, 800);
+  for (int i = 0; i < 400; ++i) bench.tick({{0, 0, 5.0_mm}});  // the stroke is over
+  bench.carver.rest(bench.t);
+  const auto mesh_after = body.mesh().hash();
+  const auto field_after = samples(bench.carver.volume());
+  EXPECT_FALSE(field_after == field_before);
+  const double removed = sum(bench.last.removed);
+  ASSERT_TRUE(bench.carver.undo());
+  EXPECT_EQ(body.mesh().hash(), mesh_before);
+  EXPECT_TRUE(samples(bench.carver.volume()) == field_before);
+  bench.tick({{0, 0, 5.0_mm}});
+  EXPECT_NEAR(sum(bench.last.removed), 0, 1e-9 * removed);
+  ASSERT_TRUE(bench.carver.redo());
+  EXPECT_EQ(body.mesh().hash(), mesh_after);
+  EXPECT_TRUE(samples(bench.carver.volume()) == field_after);
+  bench.tick({{0, 0, 5.0_mm}});
+  EXPECT_NEAR(sum(bench.last.removed), removed, 1e-9 * removed);
+  const auto& held = dynamic_cast<const haptics::vertex::VertexSnapshot&>(bench.servo.snapshot());
+  EXPECT_EQ(held.mesh.hash(), mesh_after);
+  groove(bench, 300, 0.4_mm);
+  EXPECT_EQ(held.mesh.hash(), body.mesh().hash());
+}
+
+TEST(VertexModel, TheFieldHoldsWhatTheMeshLost) {
+  HapticBench bench(kBall, drill(R"({"vertex": {}})"));
+  const double before = sum(bench.carver.volume().volumes());
+  groove(bench, 1000);
+  const double lost = before - sum(bench.carver.volume().volumes()), removed = sum(bench.last.removed);
+  EXPECT_GT(removed, 0.05e-9);
+  EXPECT_NEAR(lost, removed, 0.05 * removed);
+}
+
+TEST(VertexModel, EqualHandsGiveEqualBits) {
+  std::uint64_t hash = 0;
+  dvec3 force(0);
+  for (int run = 0; run < 2; ++run) {
+    HapticBench bench(kBall, drill(R"({"vertex": {"edge_mm": 0.15}})"));
+    groove(bench, 600);
+    const auto now = dynamic_cast<const haptics::vertex::VertexBody&>(bench.carver.body()).mesh().hash();
+    if (run == 1) {
+      EXPECT_EQ(now, hash);
+      EXPECT_EQ(bench.last.f_T_W, force);
+    }
+    hash = now, force = bench.last.f_T_W;
+  }
+}
+
+TEST(VertexModel, ALargerAndASmallerHeadTakeTurnsWhileItRuns) {
+  haptics::ServoSettings settings = drill(R"({"vertex": {}})");
+  haptics::Tool small = settings.tool;
+  small.diameter = small.length = 0.7_mm;
+  settings.tools = {settings.tool, small};
+  HapticBench bench(kBall, settings);
+  groove(bench, 500);
+  for (int i = 0; i < 400; ++i) bench.tick({{0, 0, 5.0_mm}}, 0, 1);
+  ASSERT_EQ(bench.last.tool, 1u);
+  const double removed = sum(bench.last.removed);
+  for (int i = 0; i < 600; ++i) bench.tick({{-1.0_mm + 2e-6 * i, 0.5_mm, 3.5_mm - std::min(i, 300) * 3e-6}}, 1, 1);
+  EXPECT_GT(sum(bench.last.removed), removed + 0.01e-9);
+  const auto& body = dynamic_cast<const haptics::vertex::VertexBody&>(bench.carver.body());
+  EXPECT_EQ(test::crossings(body.mesh()), 0);
+}
+
+TEST(VertexModel, UnknownParametersAndToolsThatFillAreRefused) {
+  EXPECT_THROW(read_contact_method(Json::parse(R"({"vertex": {"edge": 1}})", "scene")), Error);
+  EXPECT_THROW(read_contact_method(Json::parse(R"({"vertex": {"edge_mm": 0}})", "scene")), Error);
+  EXPECT_THROW(read_contact_method(Json::parse(R"({"vertex": {"filter": {"xi": 1}}})", "scene")), Error);
+  haptics::ServoSettings settings = probe(R"({"vertex": {}})");
+  settings.tool.cuts = false;
+  settings.tool.fill = Tissue::kComposite;
+  EXPECT_THROW(HapticBench(kBall, settings), Error);
+}
+
+}  // namespace
+}  // namespace typodont

@@ -1,0 +1,219 @@
+// Meshes as tissue: all formats give the same mesh, open and crossing ones become volumes, bad ones an exact error.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+#include <fstream>
+#include <map>
+
+#include "engine/base/error.h"
+#include "engine/base/units.h"
+#include "haptics/import/mesh_tissue.h"
+#include "haptics/tissue_volume.h"
+#include "tests/support/import_phantom.h"
+
+namespace typodont::haptics {
+namespace {
+
+using test::scratch;
+using testing::AllOf;
+using testing::HasSubstr;
+
+std::filesystem::path write(const std::string& name, const std::string& bytes) {
+  const std::filesystem::path file = scratch(name);
+  test::write(file, bytes);
+  return file;
+}
+
+template <class T>
+std::string raw(std::initializer_list<T> values) {
+  std::string bytes(values.size() * sizeof(T), '\0');
+  std::memcpy(bytes.data(), values.begin(), bytes.size());
+  return bytes;
+}
+
+/// A tetrahedron of 5 units, as the formats have it.
+constexpr double kCorner[4][3] = {{0, 0, 0}, {5, 0, 0}, {0, 5, 0}, {0, 0, 5}};
+constexpr int kFace[4][3] = {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {0, 3, 2}};
+
+std::string obj(bool turned = false) {
+  std::string text;
+  for (const auto& c : kCorner)
+    text += "v " + std::to_string(c[0]) + " " + std::to_string(c[1]) + " " + std::to_string(c[2]) + "\n";
+  for (const auto& f : kFace) {
+    text += "f " + std::to_string(f[0] + 1) + " " + std::to_string(f[turned ? 2 : 1] + 1) + " " +
+            std::to_string(f[turned ? 1 : 2] + 1) + "\n";
+  }
+  return text;
+}
+std::string ply() {
+  std::string text =
+      "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\nelement face 4\n"
+      "property list uchar int vertex_indices\nend_header\n";
+  for (const auto& c : kCorner)
+    text += std::to_string(c[0]) + " " + std::to_string(c[1]) + " " + std::to_string(c[2]) + "\n";
+  for (const auto& f : kFace)
+    text += "3 " + std::to_string(f[0]) + " " + std::to_string(f[1]) + " " + std::to_string(f[2]) + "\n";
+  return text;
+}
+std::string stl() {
+  std::string bytes(80, ' ');
+  bytes += raw<std::uint32_t>({4});
+  for (const auto& f : kFace) {
+    bytes += raw<float>({0, 0, 0});
+    for (const int i : f)
+      for (const double x : kCorner[i]) bytes += raw<float>({static_cast<float>(x)});
+    bytes += std::string(2, '\0');
+  }
+  return bytes;
+}
+std::string gltf() {
+  std::string bytes;
+  for (const auto& c : kCorner)
+    for (const double x : c) bytes += raw<float>({static_cast<float>(x)});
+  for (const auto& f : kFace)
+    for (const int i : f) bytes += raw<std::uint16_t>({static_cast<std::uint16_t>(i)});
+  write("tetra.bin", bytes);
+  return R"({"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}],
+    "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1}]}],
+    "buffers": [{"uri": "tetra.bin", "byteLength": 72}],
+    "bufferViews": [{"buffer": 0, "byteOffset": 0, "byteLength": 48}, {"buffer": 0, "byteOffset": 48, "byteLength": 24}],
+    "accessors": [{"bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3", "min": [0, 0, 0], "max": [5, 5, 5]},
+      {"bufferView": 1, "componentType": 5123, "count": 12, "type": "SCALAR"}]})";
+}
+
+double volume_of(const TissueMesh& mesh) {
+  double six = 0;
+  for (const glm::uvec3& t : mesh.triangles)
+    six += glm::dot(mesh.vertices[t.x], glm::cross(mesh.vertices[t.y], mesh.vertices[t.z]));
+  return six / 6;
+}
+
+TEST(TissueMesh, EveryFormatGivesTheSameMesh) {
+  for (const auto& [name, bytes] : std::map<std::string, std::string>{
+           {"tetra.obj", obj()}, {"tetra.ply", ply()}, {"tetra.stl", stl()}, {"tetra.gltf", gltf()}}) {
+    SCOPED_TRACE(name);
+    const ReadTissueMesh read = read_tissue_mesh(write(name, bytes), 1e-3, Tissue::kDentin);
+    EXPECT_EQ(read.mesh.vertices.size(), 4U);
+    ASSERT_EQ(read.mesh.triangles.size(), 4U);
+    EXPECT_EQ(read.mesh.tissue, std::vector<Tissue>(4, Tissue::kDentin));
+    EXPECT_NEAR(volume_of(read.mesh) * 1e9, 125.0 / 6, 1e-9);
+  }
+}
+
+TEST(TissueMesh, ATurnedClosedMeshIsTurnedBackAndThatIsSaid) {
+  const ReadTissueMesh read = read_tissue_mesh(write("turned.obj", obj(true)), 1e-3, Tissue::kEnamel);
+  EXPECT_NEAR(volume_of(read.mesh) * 1e9, 125.0 / 6, 1e-9);
+  ASSERT_EQ(read.repairs.size(), 1U);
+  EXPECT_THAT(read.repairs[0], HasSubstr("turned"));
+}
+
+TEST(TissueMesh, BadTrianglesAreLeftOutAndThatIsSaid) {
+  const ReadTissueMesh read =
+      read_tissue_mesh(write("bad.obj", obj() + "f 1 1 2\nf 3 2 1\nf 1 3 2\n"), 1e-3, Tissue::kEnamel);
+  // (1 3 2) is a second copy; (3 2 1) is that face turned, so it stays.
+  EXPECT_THAT(read.repairs,
+              testing::ElementsAre(HasSubstr("1 triangles with two equal corners"), HasSubstr("2 second copies")));
+}
+
+TEST(TissueMesh, WhatIsNoMeshGetsAnExactError) {
+  const std::string open_ply =
+      "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\nelement face 1\n"
+      "property list uchar int vertex_indices\nend_header\n0 0 0\n5 0 0\n";
+  const struct {
+    const char* name;
+    std::string bytes;
+    std::vector<const char*> message;
+  } cases[] = {
+      {"none.obj", "", {"an empty file"}},
+      {"points.obj", "v 0 0 0\nv 1 0 0\n", {"points.obj"}},
+      {"nan.ply", open_ply + "0 nan 0\n3 0 1 2\n", {"vertex 2"}},
+      {"index.ply", open_ply + "0 5 0\n3 0 1 7\n", {"face 0", "a vertex that is not there"}},
+      {"index.obj", "v 0 0 0\nv 5 0 0\nv 0 5 0\nf 1 2 9\n", {"index.obj"}},
+      {"many.ply",
+       "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\nelement face "
+       "100000000\nproperty list uchar int vertex_indices\nend_header\n",
+       {"line 7", "no more than the file can hold"}},
+      {"tiny.obj", "v 0 0 0\nv 0.005 0 0\nv 0 0.005 0\nf 1 2 3\n", {"0.005 mm", "unit_mm"}},
+      {"scan.nrrd", "NRRD0004\n", {".nrrd", "a mesh"}},
+  };
+  for (const auto& c : cases) {
+    SCOPED_TRACE(c.name);
+    try {
+      read_tissue_mesh(write(c.name, c.bytes), 1e-3, Tissue::kEnamel);
+      ADD_FAILURE() << "read";
+    } catch (const Error& e) {
+      for (const char* part : c.message) EXPECT_THAT(e.what(), HasSubstr(part));
+    }
+  }
+}
+
+/// A ball of latitudes and longitudes, its triangles above `cut` (height over radius) left out.
+TissueMesh ball(const dvec3& center, double radius, double cut = 2) {
+  constexpr int kRings = 48, kSectors = 96;
+  TissueMesh mesh;
+  for (int i = 0; i <= kRings; ++i) {
+    for (int j = 0; j < kSectors; ++j) {
+      const double a = kPi * i / kRings, b = 2 * kPi * j / kSectors;
+      mesh.vertices.push_back(center +
+                              radius * dvec3(std::sin(a) * std::cos(b), std::sin(a) * std::sin(b), std::cos(a)));
+    }
+  }
+  const auto at = [](int i, int j) { return static_cast<unsigned>(i * kSectors + j % kSectors); };
+  for (int i = 0; i < kRings; ++i) {
+    if (std::cos(kPi * i / kRings) > cut) continue;
+    for (int j = 0; j < kSectors; ++j) {
+      if (i > 0) mesh.triangles.emplace_back(at(i, j), at(i + 1, j), at(i, j + 1));
+      if (i + 1 < kRings) mesh.triangles.emplace_back(at(i, j + 1), at(i + 1, j), at(i + 1, j + 1));
+    }
+  }
+  mesh.tissue.assign(mesh.triangles.size(), Tissue::kDentin);
+  return mesh;
+}
+
+double rasterized_volume(const TissueMesh& mesh, bool exact) {
+  MeshTissueOptions options;
+  options.tissue = Tissue::kDentin;
+  options.voxel = 0.1e-3;
+  const DenseTissue dense = rasterize(mesh, options);
+  EXPECT_EQ(dense.exact_outside, exact);
+  return TissueVolume(dense).volumes()[static_cast<std::size_t>(Tissue::kDentin)];
+}
+
+TEST(TissueMesh, AClosedMeshIsFilledToItsVolume) {
+  const TissueMesh mesh = ball({1e-3, 2e-3, 3e-3}, 2e-3);
+  EXPECT_NEAR(rasterized_volume(mesh, true) / volume_of(mesh), 1, 2e-3);
+}
+
+TEST(TissueMesh, OverlappingPartsAreOneBody) {
+  TissueMesh both = ball({0, 0, 0}, 2e-3);
+  const TissueMesh second = ball({2e-3, 0, 0}, 2e-3);
+  const auto base = static_cast<unsigned>(both.vertices.size());
+  both.vertices.insert(both.vertices.end(), second.vertices.begin(), second.vertices.end());
+  for (const glm::uvec3& t : second.triangles) both.triangles.push_back(t + base);
+  both.tissue.assign(both.triangles.size(), Tissue::kDentin);
+  const double one = 4 * kPi / 3 * 8e-9,
+               lens = kPi * 2.0 * 1e-3 * 1e-6 * (2 - 1.0 / 3);  // two caps of 1 mm: π h²(R − h/3)
+  EXPECT_NEAR(rasterized_volume(both, true) / (2 * one - lens), 1, 5e-3);
+}
+
+TEST(TissueMesh, AnOpenMeshIsClosedByACap) {
+  const TissueMesh mesh = ball({0, 0, 0}, 2e-3, 0.8);
+  const double h = 0.2 * 2e-3, missing = kPi * h * h * (2e-3 - h / 3), whole = 4 * kPi / 3 * 8e-9;
+  // The cap lies where the winding number is a half, somewhere about the opening.
+  const double volume = rasterized_volume(mesh, false);
+  EXPECT_LT(volume, whole);
+  EXPECT_GT(volume, whole - 3 * missing);
+}
+
+TEST(TissueMesh, ASheetBecomesAShellTwoVoxelsThick) {
+  TissueMesh sheet;
+  sheet.vertices = {{0, 0, 0}, {5e-3, 0, 0}, {5e-3, 5e-3, 0}, {0, 5e-3, 0}};
+  sheet.triangles = {{0, 1, 2}, {0, 2, 3}};
+  sheet.tissue.assign(2, Tissue::kDentin);
+  EXPECT_NEAR(rasterized_volume(sheet, false) * 1e9, 5.1 * 5.1 * 0.2, 0.15);
+}
+
+}  // namespace
+}  // namespace typodont::haptics

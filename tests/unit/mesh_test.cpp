@@ -1,0 +1,196 @@
+// The editable mesh: what its edits keep, against counting and brute force.
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "tests/support/mesh_shapes.h"
+#include "tests/support/no_alloc.h"
+
+namespace typodont {
+namespace {
+
+using namespace literals;
+using haptics::TissueMesh;
+using haptics::mesh::EditableMesh;
+using haptics::mesh::Index;
+using haptics::mesh::kNone;
+using haptics::mesh::MeshRecord;
+using test::ball;
+using test::broken;
+using test::square;
+
+constexpr double kEdge = 0.5e-3;  // m
+
+/// Makes `count` random edits: splits, flips, collapses and small moves.
+void edit(EditableMesh& mesh, std::mt19937& random, int count) {
+  for (int k = 0; k < count; ++k) {
+    const Index f = static_cast<Index>(random() % mesh.face_range());
+    const int i = static_cast<int>(random() % 3);
+    const auto what = random() % 4;
+    if (!mesh.uses(f)) continue;
+    if (what == 0) mesh.split(f, i, 0.5 * (mesh.point(f, i) + mesh.point(f, (i + 1) % 3)));
+    if (what == 1) mesh.flip(f, i);
+    if (what == 2) mesh.collapse(f, i, random() % 2);
+    if (what == 3) {
+      const Index v = mesh.face(f).v[i];
+      mesh.move(v, mesh.vertex(v).p + 1e-5 * dvec3(random() % 7, random() % 5, random() % 3));
+      mesh.settle(v);
+    }
+  }
+}
+
+int euler(const EditableMesh& mesh) {
+  const auto borders = mesh.border_edges();
+  const auto edges = (3 * mesh.face_count() + borders) / 2;
+  return static_cast<int>(mesh.vertex_count()) - static_cast<int>(edges) + static_cast<int>(mesh.face_count());
+}
+
+TEST(EditableMesh, RandomEditsKeepItAManifoldOfTheSameKindWithTheSameBorder) {
+  for (const bool open : {false, true}) {
+    EditableMesh mesh(open ? square(5.0_mm, kEdge) : ball(dvec3(3.0_mm), kEdge), kEdge, 5000);
+    ASSERT_EQ(broken(mesh), "");
+    const std::size_t border = mesh.border_edges();
+    EXPECT_EQ(border > 0, open);
+    EXPECT_EQ(euler(mesh), open ? 1 : 2);
+    std::mt19937 random(7);
+    for (int round = 0; round < 20; ++round) {
+      edit(mesh, random, 500);
+      ASSERT_EQ(broken(mesh), "") << round;
+      ASSERT_EQ(mesh.border_edges(), border);
+      ASSERT_EQ(euler(mesh), open ? 1 : 2);
+    }
+  }
+}
+
+TEST(EditableMesh, TheGridFindsEveryFaceThatReachesIntoABox) {
+  EditableMesh mesh(ball(dvec3(3.0_mm, 2.0_mm, 4.0_mm), kEdge), 0.25 * kEdge, 5000);
+  std::mt19937 random(3);
+  edit(mesh, random, 4000);
+  for (int k = 0; k < 200; ++k) {
+    std::uniform_real_distribution<double> place(-4e-3, 4e-3), size(0, 1e-3);
+    const dvec3 lo(place(random), place(random), place(random)),
+        hi = lo + dvec3(size(random), size(random), size(random));
+    std::vector<int> found(mesh.face_range());
+    mesh.near(lo, hi, [&](Index f) { ++found[f]; });
+    for (Index f = 0; f < mesh.face_range(); ++f) {
+      if (!mesh.uses(f)) {
+        ASSERT_EQ(found[f], 0);
+        continue;
+      }
+      ASSERT_LE(found[f], 1);
+      const auto t = haptics::mesh::corners(mesh, f);
+      const dvec3 a = glm::min(glm::min(t.p[0], t.p[1]), t.p[2]), b = glm::max(glm::max(t.p[0], t.p[1]), t.p[2]);
+      if (glm::all(glm::lessThanEqual(a, hi)) && glm::all(glm::lessThanEqual(lo, b))) {
+        ASSERT_EQ(found[f], 1) << f;
+      }
+    }
+  }
+}
+
+TEST(EditableMesh, ARecordTakesEditsBackToTheBitAndBringsThemAgain) {
+  EditableMesh mesh(ball(dvec3(3.0_mm), kEdge), kEdge, 5000);
+  std::mt19937 random(11);
+  std::vector<std::uint64_t> hashes{mesh.hash()};
+  std::vector<MeshRecord> strokes(6);
+  for (MeshRecord& stroke : strokes) {
+    mesh.record(&stroke);
+    edit(mesh, random, 300);
+    mesh.record(nullptr);
+    hashes.push_back(mesh.hash());
+  }
+  for (int again = 0; again < 2; ++again) {
+    for (std::size_t k = strokes.size(); k-- > 0;) {
+      mesh.exchange(strokes[k]);
+      ASSERT_EQ(mesh.hash(), hashes[k]);
+      ASSERT_EQ(broken(mesh), "");
+    }
+    for (std::size_t k = 0; k < strokes.size(); ++k) {
+      mesh.exchange(strokes[k]);
+      ASSERT_EQ(mesh.hash(), hashes[k + 1]);
+    }
+  }
+  edit(mesh, random, 2000);
+  EXPECT_EQ(broken(mesh), "");
+}
+
+TEST(EditableMesh, TheListOfChangesNamesEveryFaceThatDiffers) {
+  EditableMesh mesh(ball(dvec3(3.0_mm), kEdge), kEdge, 5000);
+  mesh.list_changes();
+  std::mt19937 random(5);
+  for (int round = 0; round < 10; ++round) {
+    const EditableMesh before = mesh;
+    edit(mesh, random, 50);
+    std::vector<Index> changes;
+    mesh.take_changes(changes);
+    std::vector<bool> listed(mesh.face_range());
+    for (const Index f : changes) listed[f] = true;
+    for (Index f = 0; f < mesh.face_range(); ++f) {
+      const bool was = f < before.face_range() && before.uses(f);
+      bool same = was == mesh.uses(f);
+      for (int c = 0; same && was && c < 3; ++c) same = before.point(f, c) == mesh.point(f, c);
+      if (!same) {
+        ASSERT_TRUE(listed[f]) << f;
+      }
+    }
+    EXPECT_LT(changes.size(), 600u) << "of " << mesh.face_count();
+  }
+}
+
+TEST(EditableMesh, EqualCallsOnACopyGiveEqualBits) {
+  EditableMesh mesh(ball(dvec3(3.0_mm), kEdge), kEdge, 5000);
+  std::mt19937 random(2);
+  edit(mesh, random, 1000);
+  EditableMesh copy = mesh;
+  std::mt19937 one(9), other(9);
+  edit(mesh, one, 1000), edit(copy, other, 1000);
+  EXPECT_EQ(mesh.hash(), copy.hash());
+}
+
+TEST(EditableMesh, EditsDoNotAllocate) {
+  EditableMesh mesh(ball(dvec3(3.0_mm), kEdge), kEdge, 5000);
+  std::mt19937 random(1);
+  test::NoAlloc guard;
+  edit(mesh, random, 3000);
+  EXPECT_EQ(guard.count(), 0u);
+}
+
+TEST(EditableMesh, WithoutRoomNothingIsSplit) {
+  EditableMesh mesh(ball(dvec3(3.0_mm), kEdge), kEdge, 3);
+  int done = 0;
+  for (Index f = 0; f < 50; ++f) done += mesh.split(f, 0, 0.5 * (mesh.point(f, 0) + mesh.point(f, 1))) != kNone;
+  EXPECT_EQ(done, 3);
+  EXPECT_EQ(broken(mesh), "");
+}
+
+TEST(EditableMesh, EdgesOfManyFacesBecomeBordersAndTouchingFansBecomeApart) {
+  // Three triangles on one edge, and two that touch in one vertex.
+  TissueMesh fin;
+  fin.vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}};
+  fin.triangles = {{0, 1, 2}, {1, 0, 3}, {0, 1, 4}};
+  fin.tissue.assign(3, Tissue::kEnamel);
+  const EditableMesh apart(fin, 1, 0);
+  EXPECT_EQ(broken(apart), "");
+  EXPECT_EQ(apart.border_edges(), 9u);
+  EXPECT_EQ(apart.vertex_count(), 9u);
+  TissueMesh tie;
+  tie.vertices = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {-1, 0, 0}, {-1, -1, 0}};
+  tie.triangles = {{0, 1, 2}, {0, 3, 4}};
+  tie.tissue.assign(2, Tissue::kEnamel);
+  const EditableMesh two(tie, 1, 0);
+  EXPECT_EQ(broken(two), "");
+  EXPECT_EQ(two.vertex_count(), 6u);
+}
+
+TEST(EditableMesh, TrianglesThatPassThroughEachOtherCrossAndThoseThatTouchDoNot) {
+  using haptics::mesh::Corners;
+  using haptics::mesh::cross_each_other;
+  const Corners flat{{0, 1, 2}, {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}};
+  EXPECT_TRUE(cross_each_other(flat, {{3, 4, 5}, {{0.2, 0.2, -1}, {0.3, 0.2, 1}, {0.2, 0.3, 1}}}));
+  EXPECT_FALSE(cross_each_other(flat, {{3, 4, 5}, {{0.2, 0.2, 0}, {0.3, 0.2, 1}, {0.2, 0.3, 1}}}));
+  EXPECT_FALSE(cross_each_other(flat, {{0, 1, 5}, {{0, 0, 0}, {1, 0, 0}, {0.2, 0.3, 1}}}));
+  EXPECT_TRUE(cross_each_other(flat, {{0, 4, 5}, {{0, 0, 0}, {0.3, 0.3, 0.5}, {0.35, 0.3, -0.5}}})) << "one in common";
+  EXPECT_FALSE(cross_each_other(flat, {{0, 4, 5}, {{0, 0, 0}, {-0.3, 0.3, 0.5}, {-0.3, 0.3, -0.5}}}));
+}
+
+}  // namespace
+}  // namespace typodont
