@@ -127,7 +127,7 @@ class Rows {
 
   void direction_of_normal(const SpherePacking& packing, bool quick) {
     const SphereTissue tissue(packing, Removal::kMended);
-    const ToolSpheres tool{{dvec3(0)}, {kHead}, dvec3(0), kHead};
+    const ToolSpheres tool({dvec3(0)}, {kHead});
     PerTissue density{};
     density.fill(1);
     std::vector<int> scratch(packing.size());
@@ -154,7 +154,7 @@ class Rows {
     std::vector<int> changed(packing.size());
     for (const Removal form : {Removal::kMended, Removal::kAsPrinted}) {
       SphereTissue tissue(packing, form);
-      PerTissue removed{};
+      Removed removed;
       constexpr int kSteps = 400;
       const Nanos start = thread_cpu_time();
       for (int i = 0; i < kSteps; ++i) {
@@ -163,7 +163,7 @@ class Rows {
       }
       const double ns = static_cast<double>(thread_cpu_time() - start) / kSteps;
       double sum = 0;
-      for (const double v : removed) sum += v;
+      for (const double v : removed.volume) sum += v;
       add(form == Removal::kMended ? "removal (6), a groove, mended" : "removal (6), a groove, as printed",
           sum / exact - 1, "share of the exact volume, too much", ns, "cut");
     }
@@ -171,7 +171,7 @@ class Rows {
 
   /// A round bur that is pressed on and drawn over the ball: the three passes of S2.
   void ticks(const SpherePacking& packing, bool quick) {
-    const ToolSpheres tool{{dvec3(0)}, {kHead}, dvec3(0), kHead};
+    const ToolSpheres tool({dvec3(0)}, {kHead});
     PerTissue density{};
     density.fill(1);
     std::vector<int> scratch(packing.size());
@@ -180,7 +180,7 @@ class Rows {
       SphereTissue tissue(packing, Removal::kMended);
       SphereProxy proxy(tool, {.static_friction = 0, .dynamic_friction = 0});
       proxy.place({dvec3(0, 0, kBall + kHead + 1e-4), {1, 0, 0, 0}});
-      PerTissue removed{};
+      Removed removed;
       std::vector<double> run;
       for (int i = 0; i < count; ++i) {
         const double angle = 0.8 * std::sin(0.002 * i);

@@ -64,8 +64,11 @@ SharedContactMethod read(const std::optional<Json>& json) {
     if (const auto n = json->find("spheres")) p.spheres = static_cast<std::size_t>(n->integer(1, kMost));
     if (const auto n = json->find("seed")) p.seed = static_cast<std::uint64_t>(n->integer(0));
     if (const auto n = json->find("tool_spheres")) p.tool_spheres = static_cast<std::size_t>(n->integer(1, 2000));
-    p.base_speed = json->number_or("speed_mm_per_s", p.base_speed / kMillimetre, 1e-3, 1e3) * kMillimetre;
-    p.by_contact = json->boolean_or("density_by_contact", false);
+    if (const auto speed = json->find("speed_mm_per_s")) p.base_speed = speed->number(1e-3, 1e3) * kMillimetre;
+    if (const auto by_contact = json->find("density_by_contact")) {
+      if (!(p.base_speed > 0)) by_contact->fail("density_by_contact without speed_mm_per_s", "both");
+      p.by_contact = by_contact->boolean();
+    }
     p.removal = json->boolean_or("as_printed", false) ? Removal::kAsPrinted : Removal::kMended;
     if (const auto densities = json->find("density")) {
       for (const std::string& name : densities->keys()) {

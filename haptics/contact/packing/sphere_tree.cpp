@@ -245,17 +245,31 @@ std::size_t SphereTree::near_segment(const dvec3& a, const dvec3& b, double reac
   return count;
 }
 
-double SphereTree::room(const dvec3& p, double most) const noexcept {
+/// Calls visit(slot, distance from p to the sphere's surface) for spheres that may be nearer than `most`, which the
+/// visit may lower.
+template <class Visit>
+void SphereTree::visit_nearest(const dvec3& p, double& most, Visit&& visit) const noexcept {
   const glm::vec3 from(p - origin_);
-  std::array<std::pair<std::uint32_t, std::uint32_t>, kDeepest*(kWide - 1) + 1> stack;
+  struct Entry {
+    float far2;
+    std::uint32_t level, index;
+  };
+  std::array<Entry, kDeepest*(kWide - 1) + 1> stack;
   std::size_t depth = 0;
-  stack[depth++] = {static_cast<std::uint32_t>(level_.size()), 0};
+  stack[depth++] = {0, static_cast<std::uint32_t>(level_.size()), 0};
+  const auto reach2 = [&] {
+    const auto reach = static_cast<float>(std::max(most, 0.0) + slack_);
+    return reach * reach;
+  };
   while (depth > 0) {
-    const auto [level, index] = stack[--depth];
+    const auto [entered, level, index] = stack[--depth];
+    if (entered > reach2()) continue;
     if (level == 0) {
       const Leaf& leaf = leaves_[index];
       for (std::size_t k = 0; k < kWide; ++k) {
-        if (leaf.r[k] > 0) most = std::min(most, glm::distance(p, dvec3(leaf.x[k], leaf.y[k], leaf.z[k])) - leaf.r[k]);
+        if (leaf.r[k] > 0) {
+          visit(index * kWide + k, glm::distance(p, dvec3(leaf.x[k], leaf.y[k], leaf.z[k])) - leaf.r[k]);
+        }
       }
       continue;
     }
@@ -267,13 +281,30 @@ double SphereTree::room(const dvec3& p, double most) const noexcept {
       const F8 off = below > above ? below : above, out = off > F8{} ? off : F8{};
       far2 += out * out;
     }
-    const auto reach = static_cast<float>(std::max(most, 0.0) + slack_);
-    for (unsigned bits = bits_of(far2 <= F8{} + reach * reach); bits; bits &= bits - 1) {
-      stack[depth++] = {level - 1,
-                        index * static_cast<std::uint32_t>(kWide) + static_cast<std::uint32_t>(std::countr_zero(bits))};
+    // The nearest child on top of the stack.
+    const std::size_t first = depth;
+    for (unsigned bits = bits_of(far2 <= F8{} + reach2()); bits; bits &= bits - 1) {
+      const int k = std::countr_zero(bits);
+      const Entry entry{far2[k], level - 1, index * static_cast<std::uint32_t>(kWide) + static_cast<std::uint32_t>(k)};
+      std::size_t place = depth++;
+      for (; place > first && stack[place - 1].far2 < entry.far2; --place) stack[place] = stack[place - 1];
+      stack[place] = entry;
     }
   }
+}
+
+double SphereTree::room(const dvec3& p, double most) const noexcept {
+  visit_nearest(p, most, [&](std::size_t, double off) { most = std::min(most, off); });
   return most;
+}
+
+int SphereTree::nearest(const dvec3& p) const noexcept {
+  double most = 1e15;
+  int best = -1;
+  visit_nearest(p, most, [&](std::size_t slot, double off) {
+    if (off < most) most = off, best = id_of_[slot];
+  });
+  return best;
 }
 
 }  // namespace typodont::haptics::packing
