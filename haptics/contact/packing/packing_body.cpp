@@ -16,7 +16,7 @@ namespace typodont::haptics::packing {
 namespace {
 
 constexpr int kBlock = 8;             // voxels along the edge of a block of the field
-constexpr double kNoteEvery = 0.1;    // voxels that the tool's ball moves on between two notes of a sphere
+constexpr double kNoteEvery = 0.03;   // voxels that the tool's ball moves on between two notes of a sphere
 constexpr double kAround = 1.8;       // voxels around a sphere and its gaps: what interpolation reads
 constexpr double kGapsAround = 2;     // in radii of the largest hole: as far as the gaps beside a sphere reach
 constexpr std::size_t kMost = 50000;  // notes that wait before the field is made anew unasked

@@ -15,8 +15,8 @@ namespace typodont::haptics::packing {
 ///
 /// The field: each sphere that is cut knows where the tool's ball was when it reached deepest into the sphere. Around
 /// the sphere, as far as the gaps beside it reach, the field is raised to that ball's depth. Spheres note where the
-/// ball was once it has moved on by a tenth of a voxel, so the field depends on the cuts alone, not on when it is
-/// asked for, and is true to that much.
+/// ball was once it has moved on by three hundredths of a voxel, so the field depends on the cuts alone, not on when it
+/// is asked for, and is true to that much.
 class PackingBody final : public TissueBody {
  public:
   /// `packing` must have been made from `tissue`. Throws Error where it was not.
