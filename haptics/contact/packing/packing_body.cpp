@@ -55,7 +55,7 @@ PackingBody::PackingBody(TissueVolume tissue, const SpherePacking& packing, std:
       kept_in_(packing.size(), 0),
       last_noted_(packing.size(), kNowhere),
       paints_(volume_.paints()) {
-  for (const Tool& tool : tools) tools_.push_back(tool_spheres(tool, parameters.tool_spheres, parameters.seed));
+  for (std::size_t t = 0; t < tools.size(); ++t) tools_.push_back(spheres_of(tools, t, parameters));
   read_materials();
 }
 

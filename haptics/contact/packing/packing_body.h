@@ -39,6 +39,7 @@ class PackingBody final : public TissueBody {
   void bring_up_to_date(Snapshot& snapshot) override;
   TissueVolume& rasterize() override;
   std::uint64_t elements() const override { return spheres_.size(); }
+  const SphereTissue& spheres() const { return spheres_; }
 
  private:
   struct Kept {

@@ -14,7 +14,7 @@ namespace {
 constexpr double kLook = 10e-3;        // m, how far a free tool looks around itself
 constexpr double kNearby = 0.2e-3;     // m, within which a point belongs to the nearest sphere
 constexpr int kTrials = 8;             // of a step's length
-constexpr double kWellSpent = 0.98;    // share of the budget that a step may leave unspent, at most
+constexpr double kWellSpent = 0.85;    // share of the budget that a step may leave unspent, at most
 constexpr double kLargestTurn = 0.02;  // rad, of a cut: chords leave arcs by 5e-5 of the head's reach
 
 /// Friction is the proxy's, by what lies under it (set_friction); coupling and damper are the servo's.
@@ -37,11 +37,13 @@ PackingModel::PackingModel(const ServoSettings& settings, const Parameters& para
   const double dentin = settings.materials[static_cast<std::size_t>(Tissue::kDentin)].specific_energy;
   for (std::size_t t = 0; t < kTissueCount; ++t) energy_[t] = density_[t] * dentin;
   std::size_t head = 0;
-  for (const Tool& tool : tool_set(settings)) {
+  const std::span<const Tool> tools = tool_set(settings);
+  for (std::size_t t = 0; t < tools.size(); ++t) {
+    const Tool& tool = tools[t];
     if (tool.fill != Tissue::kAir) {
       throw Error(tool.name, "model", "packing with a tool that fills", "the model offset, or another tool");
     }
-    proxies_.emplace_back(tool_spheres(tool, parameters.tool_spheres, parameters.seed), kFrictionless);
+    proxies_.emplace_back(spheres_of(tools, t, parameters), kFrictionless);
     head = std::max(head, proxies_.back().tool().head);
   }
   near_end_.resize(head);
@@ -176,22 +178,31 @@ double PackingModel::cost(const Pose& from, const Pose& to) const noexcept {
   return sum;
 }
 
-/// The part of the way, at most `most`, that costs what may be spent: by the secant rule, on the safe side.
+/// The part of the way, at most `most`, that costs what may be spent, or a little less: what is left over counts in the
+/// next tick. The price of the last step is the first guess, then the secant rule on the safe side.
 double PackingModel::affordable(const Pose& from, const dvec3& move, const dvec3& turn, double most,
-                                double budget) const noexcept {
-  double safe = 0, safe_cost = 0, dear = most, dear_cost = cost(from, part_of(from, move, turn, most));
-  if (dear_cost <= budget) return most;
-  for (int k = 0; k < kTrials && safe_cost < kWellSpent * budget; ++k) {
-    // The cost bends upward where a sphere is first cut; half the interval at every other trial catches that.
-    const double by_secant = (budget - safe_cost) / (dear_cost - safe_cost);
-    const double part = safe + (k % 2 == 0 ? 0.995 * by_secant : 0.5) * (dear - safe);
+                                double budget) noexcept {
+  double safe = 0, safe_cost = 0, dear = most, dear_cost = -1;
+  double part = price_ > 0 ? 0.97 * budget / price_ : most;
+  for (int k = 0; k < kTrials; ++k) {
+    part = std::min(part, most);
     const double spent = cost(from, part_of(from, move, turn, part));
     if (spent <= budget) {
       safe = part, safe_cost = spent;
+      if (part == most || spent >= kWellSpent * budget) break;
     } else {
       dear = part, dear_cost = spent;
     }
+    if (dear_cost < 0) {
+      part = spent > 0 ? 0.97 * budget / spent * part : most;
+      if (part < 1.5 * safe) part = 1.5 * safe;
+      continue;
+    }
+    // The cost bends upward where a sphere is first cut; half the interval at every other trial catches that.
+    const double by_secant = (budget - safe_cost) / (dear_cost - safe_cost);
+    part = safe + (k % 2 == 0 ? 0.97 * by_secant : 0.5) * (dear - safe);
   }
+  price_ = safe > 0 && safe_cost > 0 ? safe_cost / safe : 0;
   return safe;
 }
 
@@ -205,6 +216,8 @@ bool PackingModel::cut(const ContactInput& in, Contact& contact, Cut& cut, doubl
   double most = proxy().smooth_parts_allow(snapshot_.spheres.tree(), move, turn);
   const double angle = glm::length(turn), way = glm::length(move) + tool.head_reach * angle;
   if (!(way > 0)) return false;
+  price_ *= way / std::max(last_way_, 1e-12);
+  last_way_ = way;
   if (angle > 0) most = std::min(most, kLargestTurn / angle);
   if (by_power) {
     most = std::min(most, parameters_.free_speed * in.dt / way);

@@ -53,7 +53,7 @@ class PackingModel final : public ContactModel {
   void set_friction(const ContactInput& in) noexcept;
   void find_near(const Pose& from, const Pose& to) noexcept;
   double cost(const Pose& from, const Pose& to) const noexcept;
-  double affordable(const Pose& from, const dvec3& move, const dvec3& turn, double most, double budget) const noexcept;
+  double affordable(const Pose& from, const dvec3& move, const dvec3& turn, double most, double budget) noexcept;
 
   const ServoSettings& settings_;
   Parameters parameters_;
@@ -68,6 +68,8 @@ class PackingModel final : public ContactModel {
   CutBuffers buffers_;
   std::vector<int> near_;              // spheres near the way of a cut, for one sphere of the head after the other
   std::vector<std::size_t> near_end_;  // where those of each sphere of the head end
+  double price_ = 0;                   // J that the whole way would cost by the price of the last step; 0: not known
+  double last_way_ = 0;                // m, the whole way in the last cut
   std::vector<Made> made_;             // by index modulo kRemembered
   std::uint64_t cuts_ = 0;
 };

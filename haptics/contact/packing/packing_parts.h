@@ -1,7 +1,9 @@
 // What the two halves of the packing model share: parameters, the snapshot, the cut.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -13,10 +15,11 @@
 namespace typodont::haptics::packing {
 
 struct Parameters {
-  std::size_t spheres = 36000;    // of the tissue
-  std::uint64_t seed = 1;         // of the packings of tissue and tools
-  std::filesystem::path file;     // a packing to use instead; empty: none
-  std::size_t tool_spheres = 60;  // of a head that is no ball
+  std::size_t spheres = 36000;           // of the tissue
+  std::uint64_t seed = 1;                // of the packings of tissue and tools
+  std::filesystem::path file;            // a packing to use instead; empty: none
+  std::optional<ToolSpheres> tool_mesh;  // the head of the first tool, from a closed mesh; empty: by the tool table
+  std::size_t tool_spheres = 60;         // of a head that is no ball
   /// m/s at density 1, v_b of eq. 4, whatever the push, as in the paper; 0: v_b follows from the motor's power, see
   /// PackingModel::cut().
   double base_speed = 0;
@@ -24,7 +27,9 @@ struct Parameters {
   bool by_contact = false;      // of a fixed v_b: ρ of eq. 3, which grows with the contact (reaming), instead of ρ̂
   double epsilon = 0.05e-3;     // m, by which the tool is larger where the surface is estimated
   PerTissue density = given();  // over dentin's; negative: the tissue's specific energy over dentin's
-  std::vector<float> fitted;    // hardness of every sphere, fitted to a measurement (eq. 14); empty: none
+  std::filesystem::path material;              // a fit to a measurement (eq. 14) …
+  std::optional<std::uint64_t> material_hash;  // … of the tissue with this hash …
+  std::vector<float> fitted;                   // … and the hardness of every sphere that it found; empty: none
   Removal removal = Removal::kMended;
 
   static constexpr PerTissue given() {
@@ -33,6 +38,12 @@ struct Parameters {
     return none;
   }
 };
+
+/// A tool of the tray as this model has it.
+inline ToolSpheres spheres_of(std::span<const Tool> tools, std::size_t index, const Parameters& parameters) {
+  if (index == 0 && parameters.tool_mesh) return *parameters.tool_mesh;
+  return tool_spheres(tools[index], parameters.tool_spheres, parameters.seed);
+}
 
 /// Density of every tissue over dentin's: what the scene says, else the ratio of the specific energies.
 inline PerTissue densities(const Parameters& parameters, const MaterialTable& materials) {

@@ -64,6 +64,8 @@ class SphereTissue {
   void set_material(int i, Tissue tissue, double hardness) noexcept;
   /// m³ that a sphere stands for: its own volume and its share of the gaps around it.
   double volume(int i) const noexcept { return counted(sphere(i)); }
+  /// The same of a sphere of this tissue as it was at another time.
+  double volume_of(const CutSphere& s) const noexcept { return counted(s); }
   /// Of all that is left, m³.
   PerTissue volumes() const noexcept;
 
