@@ -92,7 +92,7 @@ void add_view(PictureStage& stage, const Options& options, const Scene& scene, c
 
 /// Green where nothing resists, white at dentin's density, red at one and a half times that (S2, Fig. 9).
 glm::vec3 density_color(double density) {
-  const glm::vec3 soft(0.25f, 0.65f, 0.3f), middle(0.93f, 0.92f, 0.88f), hard(0.8f, 0.1f, 0.08f);
+  const glm::vec3 soft(0.25f, 0.65f, 0.3f), middle(0.93f, 0.92f, 0.88f), hard(0.85f, 0.25f, 0.2f);
   const auto below = static_cast<float>(std::clamp(density, 0.0, 1.0));
   const auto above = static_cast<float>(std::clamp(2 * (density - 1), 0.0, 1.0));
   return density < 1 ? glm::mix(soft, middle, below) : glm::mix(middle, hard, above);
@@ -106,8 +106,14 @@ std::vector<render::Particle> sphere_particles(const haptics::Carver& carver, co
   std::sort(spheres.begin(), spheres.end(), [&](const auto& a, const auto& b) { return far(a) > far(b); });
   std::vector<render::Particle> particles;
   particles.reserve(spheres.size());
+  if (spheres.empty()) return particles;
+  // What is farther away is darker, so that the shape is seen.
+  constexpr float kFarthest = 0.45f;
+  const double first = std::sqrt(far(spheres.back())), last = std::sqrt(far(spheres.front()));
   for (const haptics::ShownSphere& s : spheres) {
-    particles.push_back({glm::vec3(s.p_W), static_cast<float>(s.radius), density_color(s.density), 1});
+    const double depth = (std::sqrt(far(s)) - first) / std::max(last - first, 1e-9);
+    const float light = glm::mix(1.0f, kFarthest, static_cast<float>(std::sqrt(depth)));
+    particles.push_back({glm::vec3(s.p_W), static_cast<float>(s.radius), light * density_color(s.density), 1});
   }
   return particles;
 }
@@ -189,7 +195,8 @@ void run(const Options& options) {
     const auto carver = session ? carver_at(*session, scene, std::move(volume), from_seconds(options.at))
                                 : std::make_unique<haptics::Carver>(std::move(volume), settings);
     spheres = sphere_particles(*carver, settings, rig.head.eye_center);
-    if (spheres.empty()) throw Error(options.scene, "model", std::string(model_name(scene)), "packing, whose spheres are shown");
+    if (spheres.empty())
+      throw Error(options.scene, "model", std::string(model_name(scene)), "packing, whose spheres are shown");
     volume = std::move(carver->volume());
   } else if (session) {
     volume = tissue_at(*session, scene, std::move(volume), from_seconds(options.at));

@@ -8,6 +8,7 @@ namespace typodont::haptics::packing {
 namespace {
 
 constexpr int kSweeps = 24;            // a tick; what is left of the way then waits for the next
+constexpr int kStuck = 8;              // sweeps on end without progress that end a tick: in a bed of many spheres
 constexpr int kRounds = 60;            // of the projection
 constexpr double kSettled = 1e-12;     // m, of the projection
 constexpr double kArrived = 1e-10;     // m
@@ -153,7 +154,7 @@ void SphereProxy::follow(const SphereTree& tree, const Pose& X_WH) noexcept {
   }
 
   bool slid = false;
-  for (int sweep = 0; sweep < kSweeps; ++sweep) {
+  for (int sweep = 0, stuck = 0; sweep < kSweeps && stuck < kStuck; ++sweep) {
     const dvec3 move = X_WH.p - X_W_.p;
     const dvec3 turn = turn_between(X_W_.R, X_WH.R);
     dvec3 by, turned;
@@ -191,6 +192,7 @@ void SphereProxy::follow(const SphereTree& tree, const Pose& X_WH) noexcept {
       back = nearing > 0 ? kGap / nearing : 1;
     }
     const double reached = tool_sphere < 0 ? 1 : std::max(0.0, first - back);
+    stuck = reached > 0 ? 0 : stuck + 1;
     if (reached >= 1) {
       move_to(goal);
     } else if (reached > 0) {
